@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <type_traits>
+
+#include "corbot/arm/joints.h"
+#include "corbot/kinematics/geometry.h"
+
+namespace corbot {
+
+/// What the paper calls RobotType; the order is that of Corbot::RobotKind in robot.idl.
+enum class ArmKind : std::uint32_t { kAnthropomorphic, kCartesian, kCylindrical, kPolar, kScara, kOther };
+
+/// The bounds of one joint. Angles in radians; all limits but the range are magnitudes and positive.
+struct JointLimits {
+  double lower_rad{};
+  double upper_rad{};
+  double speed_rad_s{};
+  double acceleration_rad_s2{};
+  double jerk_rad_s3{};
+};
+
+/// The bounds of the tool centre point's motion on a line or an arc, at Speed(100).
+struct PathLimits {
+  double speed_m_s{};
+  double acceleration_m_s2{};
+  double jerk_m_s3{};
+  double turn_speed_rad_s{};  ///< of the hand's pitch
+  double turn_acceleration_rad_s2{};
+  double turn_jerk_rad_s3{};
+};
+
+/// How one servo follows one joint: pulse = zero + direction · us_per_rad · angle, then bounded.
+struct ServoMap {
+  std::uint32_t channel{};
+  double zero_us{};         ///< pulse width at joint angle 0
+  double us_per_rad{};      ///< scale, positive
+  double direction{1.0};    ///< +1 or −1
+  double pulse_min_us{};
+  double pulse_max_us{};
+};
+
+/// The gripper: a servo between two pulse widths. Opening 0 = closed, 1 = open.
+struct GripperModel {
+  std::uint32_t channel{};
+  double closed_us{};
+  double open_us{};
+  double travel_s{};        ///< time from closed to open at full speed, greater than 0
+};
+
+/// Everything that the real-time cycle and the planner must know about an arm. Plain data, validated by
+/// whoever fills it (src/config), immutable afterwards; both processes hold their own copy.
+struct ArmModel {
+  ArmKind kind{ArmKind::kAnthropomorphic};
+  std::uint32_t dof{};                                ///< 1 … kMaxJoints; 4 for the Lynx 5
+  ArmGeometry geometry{};
+  std::array<JointLimits, kMaxJoints> joints{};
+  PathLimits path{};
+  std::array<ServoMap, kMaxJoints> servos{};
+  GripperModel gripper{};
+  std::int64_t period_ns{1'000'000};                  ///< of the real-time loop
+};
+static_assert(std::is_trivially_copyable_v<ArmModel>);
+
+}  // namespace corbot

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace corbot {
+
+/// The interface's bound: an arm has at most six articulations (robot.idl: sequence<double, 6>).
+inline constexpr std::size_t kMaxJoints = 6;
+
+/// Servos of one arm: one a joint, one for the gripper, one spare.
+inline constexpr std::size_t kMaxServos = 8;
+
+/// One value a joint; entries at and beyond the arm's degrees of freedom are zero.
+/// Unit by name of the variable: `_rad`, `_rad_s`, … (metres for a prismatic joint).
+using Joints = std::array<double, kMaxJoints>;
+
+}  // namespace corbot

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "corbot/arm/joints.h"
+
+namespace corbot {
+
+/// What a backend is handed every cycle. It takes the pulses, or the joint set-points, whichever its device speaks.
+struct ServoFrame {
+  std::uint64_t cycle{};
+  std::int64_t time_ns{};  ///< CLOCK_MONOTONIC, the instant the cycle was due
+  std::uint32_t servo_count{};
+  std::array<double, kMaxServos> pulse_us{};          ///< bounded by the servo map
+  std::array<std::uint32_t, kMaxServos> channel{};
+  Joints position_rad{};
+};
+
+/// What a device tells about itself; `measured` says whether position_rad holds anything.
+struct ServoFeedback {
+  bool measured{false};
+  Joints position_rad{};
+};
+
+enum class BackendHealth : std::uint32_t { kClosed, kOpen, kDegraded, kLost };
+
+/// The one face of everything that moves servos. `write`, `read` and `health` are called from the real-time cycle
+/// and must be real-time safe: bounded, no allocation, no lock, no blocking call, no system call. A device on a
+/// blocking bus is served by a thread of the backend's own, through a latest-value hand-over.
+class Backend {
+ public:
+  Backend() = default;
+  Backend(const Backend&) = delete;
+  Backend& operator=(const Backend&) = delete;
+  virtual ~Backend() = default;
+
+  /// Not real-time safe. Opens the device; throws std::runtime_error naming the device and the cause. `first` is
+  /// where the arm is believed to be.
+  virtual void open(const ServoFrame& first) = 0;
+  /// Not real-time safe. Ends threads, closes the device. May be called twice.
+  virtual void close() noexcept = 0;
+
+  /// Real-time safe. The newest frame wins.
+  virtual void write(const ServoFrame& frame) noexcept = 0;
+  /// Real-time safe.
+  [[nodiscard]] virtual ServoFeedback read() noexcept = 0;
+  /// Real-time safe.
+  [[nodiscard]] virtual BackendHealth health() const noexcept = 0;
+  /// Static text, ASCII: what `backend` in a profile says.
+  [[nodiscard]] virtual const char* name() const noexcept = 0;
+};
+
+}  // namespace corbot

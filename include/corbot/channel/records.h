@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <type_traits>
+
+#include "corbot/arm/joints.h"
+
+// What crosses the shared-memory channel from the real-time task, besides commands (motion/command.h).
+// Every record is plain, fixed-size and a multiple of eight bytes without padding.
+
+namespace corbot {
+
+/// What became of a command.
+enum class Verdict : std::uint32_t {
+  kDone = 1,
+  kStopped = 2,        ///< a Stop ended it or removed it from the ring
+  kFault = 3,          ///< the robot went into Error while it ran or waited
+  kMalformed = 4,      ///< a field was not finite, out of range, or of unknown kind
+  kDiscontinuous = 5,  ///< start_rad is not where the arm rests
+  kLimit = 6,          ///< a law or a target breaks a limit of the arm
+};
+
+struct Completion {
+  std::uint64_t id;
+  Verdict verdict;
+  std::uint32_t reserved;
+  std::uint64_t cycle;  ///< loop cycle of the verdict
+};
+
+enum class AlarmCode : std::uint32_t {
+  kSetPointNotFinite = 100,
+  kSetPointOutOfRange = 101,
+  kSetPointDiscontinuous = 102,
+  kKinematicsFailed = 103,
+  kCommandRefused = 110,
+  kRingCorrupt = 111,
+  kBackendDegraded = 120,
+  kBackendLost = 121,
+  kEmergencyStop = 130,
+  kOverrun = 140,
+};
+
+struct AlarmEvent {
+  AlarmCode code;
+  std::int32_t joint;       ///< −1 where none
+  std::int64_t time_ns;     ///< CLOCK_REALTIME
+  double value;             ///< the offending value, unit by code (radians, id, …)
+  double lower;
+  double upper;
+};
+
+enum class RtState : std::uint32_t { kStandby = 0, kMoving = 1, kPaused = 2, kStopping = 3, kError = 4 };
+
+/// The arm at the end of one cycle. Written every cycle, also into the trace.
+struct Snapshot {
+  std::uint64_t cycle;
+  std::int64_t time_ns;        ///< CLOCK_MONOTONIC: the instant the cycle was due
+  std::int64_t wall_ns;        ///< CLOCK_REALTIME of the same instant
+  std::uint64_t incarnation;   ///< of the real-time task
+  RtState state;
+  std::uint32_t flags;         ///< bit 0: measured_rad is valid
+  std::uint64_t stops_done;    ///< last value of ControlFlags::stop_count that has been carried out
+  std::uint64_t clears_done;   ///< the same for clear_count
+  std::uint64_t command_id;    ///< running command, 0 = none
+  std::uint64_t last_done_id;  ///< highest command number that has its verdict
+  double virtual_time_s;       ///< within the running command
+  double virtual_rate;         ///< d(virtual time)/d(time), 0 … 1
+  double override_ratio;       ///< target of the rate when neither paused nor stopping
+  double gripper;              ///< opening set-point, 0 … 1
+  Joints position_rad;         ///< set-point
+  Joints velocity_rad_s;       ///< set-point's difference quotient over the cycle
+  Joints measured_rad;         ///< from the device, where it can read
+  std::array<double, 3> tcp_m; ///< forward kinematics of the set-point, base frame
+  double yaw_rad;
+  double pitch_rad;
+  std::array<double, kMaxServos> pulse_us;  ///< joints first, then the gripper
+  std::uint64_t overruns;
+};
+static_assert(std::is_trivially_copyable_v<Snapshot> && sizeof(Snapshot) % 8 == 0);
+
+inline constexpr std::uint32_t kSnapshotMeasured = 1u;
+
+/// Histogram of the wake-up latency (actual wake-up − due instant). Bucket i counts latencies below
+/// latency_edge_ns(i); the last bucket counts the rest.
+inline constexpr std::size_t kLatencyBuckets = 64;
+
+struct LoopDiagnostics {
+  std::int64_t period_ns;
+  std::int64_t since_wall_ns;  ///< start of the counting, CLOCK_REALTIME
+  std::uint64_t cycles;
+  std::uint64_t overruns;      ///< cycles whose work ended after the next one was due
+  std::int64_t latency_max_ns;
+  std::int64_t latency_sum_ns;
+  std::int64_t work_max_ns;    ///< longest execution of one cycle
+  std::uint32_t realtime;      ///< 1: SCHED_FIFO and locked memory; 0: best effort
+  std::uint32_t priority;
+  std::array<std::uint64_t, kLatencyBuckets> latency;
+};
+static_assert(std::is_trivially_copyable_v<LoopDiagnostics> && sizeof(LoopDiagnostics) % 8 == 0);
+
+/// Upper edge of bucket i in nanoseconds: 1 µs wide up to 16 µs, then four to an octave up to 65.5 ms.
+constexpr std::int64_t latency_edge_ns(std::size_t bucket) noexcept {
+  if (bucket < 16) return static_cast<std::int64_t>(bucket + 1) * 1000;
+  const std::size_t octave = (bucket - 16) / 4;
+  const std::size_t quarter = (bucket - 16) % 4;
+  return (std::int64_t{16000} << octave) * static_cast<std::int64_t>(5 + quarter) / 4;
+}
+
+}  // namespace corbot

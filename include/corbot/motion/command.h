@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <type_traits>
+
+#include "corbot/arm/joints.h"
+#include "corbot/kinematics/branch.h"
+#include "corbot/motion/time_law.h"
+
+namespace corbot {
+
+/// What a command asks of the real-time task. Every kind begins and ends at rest.
+enum class MotionKind : std::uint32_t { kJoint = 1, kLine = 2, kArc = 3, kDwell = 4, kGripper = 5 };
+
+/// Joint-space motion: every joint has a law of its own, all of the same duration.
+struct JointMotion {
+  std::array<TimeLaw, kMaxJoints> law;  ///< distance in radians; joints beyond the arm's are all zero
+};
+
+/// Straight line of the TCP, base frame. The law runs the path parameter from 0 to 1.
+struct LineMotion {
+  std::array<double, 3> from_m;
+  std::array<double, 3> to_m;
+  double from_pitch_rad;  ///< hand inclination C; interpolated linearly with the path parameter
+  double to_pitch_rad;
+  Branch branch;
+  std::uint32_t reserved;
+  TimeLaw law;
+};
+
+/// Circular arc of the TCP, base frame: centre + radius·(cos(ψ) u + sin(ψ) v), ψ = parameter · angle.
+struct ArcMotion {
+  std::array<double, 3> centre_m;
+  std::array<double, 3> u;  ///< unit vector from the centre to the start
+  std::array<double, 3> v;  ///< unit vector in the plane, perpendicular to u, in the sense of travel
+  double radius_m;
+  double angle_rad;  ///< > 0, at most 2π
+  double from_pitch_rad;
+  double to_pitch_rad;
+  Branch branch;
+  std::uint32_t reserved;
+  TimeLaw law;
+};
+
+/// Stand still for a time.
+struct DwellMotion {
+  double duration_s;
+};
+
+/// Gripper opening (0 closed … 1 open) along a law of unit distance or less.
+struct GripperMotion {
+  double from;
+  TimeLaw law;
+};
+
+/// One accepted motion as it lies in the command ring. Fixed size; the real-time task checks every field.
+struct Command {
+  std::uint64_t id;     ///< numbered from 1 without gaps within an incarnation of the segment
+  std::uint64_t epoch;  ///< value of ControlFlags::stop_count when it was planned; an older one is refused
+  MotionKind kind;
+  std::uint32_t reserved;
+  double duration_s;    ///< at override 100 %
+  Joints start_rad;     ///< must equal the set-point at which the arm rests when the command begins
+  Joints end_rad;       ///< where the arm rests afterwards
+  union {
+    JointMotion joint;
+    LineMotion line;
+    ArcMotion arc;
+    DwellMotion dwell;
+    GripperMotion gripper;
+  };
+};
+static_assert(std::is_trivially_copyable_v<Command> && std::is_standard_layout_v<Command>);
+static_assert(sizeof(Command) <= 384);
+
+}  // namespace corbot
