@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "corbot/arm/arm_model.h"
+
+namespace corbot {
+
+/// `[backend.loopback]`: the simulated servos behind the loopback backend.
+struct LoopbackOptions {
+  double frame_hz{50.0};         ///< pulses reach the servos this often
+  double rate_us_per_s{2400.0};  ///< slew of a servo, in pulse width
+  double dead_band_us{0.0};      ///< a servo ignores smaller differences
+  double lag_s{0.0};             ///< time constant of a servo, 0 = none
+  bool readback{false};          ///< report the simulated position as a measured one
+};
+
+/// `[backend]`: which backend drives the servos, and the options of that kind.
+struct BackendOptions {
+  std::string kind{"loopback"};
+  LoopbackOptions loopback{};
+};
+
+/// One robot as its profile describes it: validated, in SI units and radians, not to be changed afterwards.
+struct Profile {
+  std::string name;  ///< ASCII letters, digits, '_' and '-'; at most kMaxNameLength
+  std::string file;  ///< as the caller gave it
+  ArmModel arm;
+  std::vector<std::string> joint_names;      ///< one a joint, in the order of the articulations
+  int priority{80};                          ///< SCHED_FIFO, 1 … 98
+  int cpu{-1};                               ///< that the real-time task is bound to; −1: any
+  BackendOptions backend;
+  int queue_capacity{16};                    ///< motions outstanding at once
+  std::string endpoint_host{"127.0.0.1"};    ///< the servant listens here
+  int port{12810};                           ///< and here
+};
+
+inline constexpr std::size_t kMaxNameLength = 32;
+inline constexpr std::size_t kMaxProfileBytes = 1u << 20;
+
+/// One thing that is wrong with a profile. `text()` is "file:line: key = value: what is allowed".
+struct ConfigFault {
+  std::string file;
+  std::uint32_t line{};  ///< from 1; 0 where the whole file is meant
+  std::string key;       ///< with its table: "joint[2].range_deg"; empty where the whole file is meant
+  std::string value;     ///< as read; empty where there is none
+  std::string allowed;   ///< what is wrong and what is allowed
+  [[nodiscard]] std::string text() const;
+};
+
+/// All faults of one profile; what() lists them, one a line.
+class ConfigError : public std::runtime_error {
+ public:
+  explicit ConfigError(std::vector<ConfigFault> faults);
+  [[nodiscard]] const std::vector<ConfigFault>& faults() const noexcept { return faults_; }
+
+ private:
+  std::vector<ConfigFault> faults_;
+};
+
+/// Reads and checks a profile. Throws ConfigError, also when the file cannot be read.
+[[nodiscard]] Profile load_profile(const std::filesystem::path& path);
+
+/// The same from text; `file` is what messages call it.
+[[nodiscard]] Profile parse_profile(std::string_view text, std::string file);
+
+}  // namespace corbot
