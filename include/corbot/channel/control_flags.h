@@ -6,15 +6,15 @@
 
 namespace corbot {
 
-/// What pre-empts: written by the servant, read by the real-time task every cycle, never queued. Counters count
-/// requests, so that none is lost and none is carried out twice; the task echoes them in the snapshot.
+/// What pre-empts: written by the servant, read by the real-time task every cycle, never queued. Counters
+/// count requests, so that none is lost and none is carried out twice; the task echoes them in the snapshot.
 /// The reader trusts no value: the override is clamped to (0, 1], anything not finite counts as 1.
 struct ControlFlags {
-  alignas(64) std::atomic<std::uint64_t> stop_count{0};   ///< Stop requests so far
-  std::atomic<std::uint64_t> clear_count{0};              ///< Clear requests so far
-  std::atomic<std::uint32_t> pause{0};                    ///< 1 = hold virtual time
+  alignas(64) std::atomic<std::uint64_t> stop_count{0};  ///< Stop requests so far
+  std::atomic<std::uint64_t> clear_count{0};             ///< Clear requests so far
+  std::atomic<std::uint32_t> pause{0};                   ///< 1 = hold virtual time
   std::atomic<std::uint32_t> reserved{0};
-  std::atomic<double> override_ratio{1.0};                ///< (0, 1]
+  std::atomic<double> override_ratio{1.0};  ///< (0, 1]
 };
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free && std::atomic<double>::is_always_lock_free);
 

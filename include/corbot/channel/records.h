@@ -44,9 +44,9 @@ enum class AlarmCode : std::uint32_t {
 
 struct AlarmEvent {
   AlarmCode code;
-  std::int32_t joint;       ///< −1 where none
-  std::int64_t time_ns;     ///< CLOCK_REALTIME
-  double value;             ///< the offending value, unit by code (radians, id, …)
+  std::int32_t joint;    ///< −1 where none
+  std::int64_t time_ns;  ///< CLOCK_REALTIME
+  double value;          ///< the offending value, unit by code (radians, id, …)
   double lower;
   double upper;
 };
@@ -56,23 +56,23 @@ enum class RtState : std::uint32_t { kStandby = 0, kMoving = 1, kPaused = 2, kSt
 /// The arm at the end of one cycle. Written every cycle, also into the trace.
 struct Snapshot {
   std::uint64_t cycle;
-  std::int64_t time_ns;        ///< CLOCK_MONOTONIC: the instant the cycle was due
-  std::int64_t wall_ns;        ///< CLOCK_REALTIME of the same instant
-  std::uint64_t incarnation;   ///< of the real-time task
+  std::int64_t time_ns;       ///< CLOCK_MONOTONIC: the instant the cycle was due
+  std::int64_t wall_ns;       ///< CLOCK_REALTIME of the same instant
+  std::uint64_t incarnation;  ///< of the real-time task
   RtState state;
-  std::uint32_t flags;         ///< bit 0: measured_rad is valid
-  std::uint64_t stops_done;    ///< last value of ControlFlags::stop_count that has been carried out
-  std::uint64_t clears_done;   ///< the same for clear_count
-  std::uint64_t command_id;    ///< running command, 0 = none
-  std::uint64_t last_done_id;  ///< highest command number that has its verdict
-  double virtual_time_s;       ///< within the running command
-  double virtual_rate;         ///< d(virtual time)/d(time), 0 … 1
-  double override_ratio;       ///< target of the rate when neither paused nor stopping
-  double gripper;              ///< opening set-point, 0 … 1
-  Joints position_rad;         ///< set-point
-  Joints velocity_rad_s;       ///< set-point's difference quotient over the cycle
-  Joints measured_rad;         ///< from the device, where it can read
-  std::array<double, 3> tcp_m; ///< forward kinematics of the set-point, base frame
+  std::uint32_t flags;          ///< bit 0: measured_rad is valid
+  std::uint64_t stops_done;     ///< last value of ControlFlags::stop_count that has been carried out
+  std::uint64_t clears_done;    ///< the same for clear_count
+  std::uint64_t command_id;     ///< running command, 0 = none
+  std::uint64_t last_done_id;   ///< highest command number that has its verdict
+  double virtual_time_s;        ///< within the running command
+  double virtual_rate;          ///< d(virtual time)/d(time), 0 … 1
+  double override_ratio;        ///< target of the rate when neither paused nor stopping
+  double gripper;               ///< opening set-point, 0 … 1
+  Joints position_rad;          ///< set-point
+  Joints velocity_rad_s;        ///< set-point's difference quotient over the cycle
+  Joints measured_rad;          ///< from the device, where it can read
+  std::array<double, 3> tcp_m;  ///< forward kinematics of the set-point, base frame
   double yaw_rad;
   double pitch_rad;
   std::array<double, kMaxServos> pulse_us;  ///< joints first, then the gripper
@@ -90,11 +90,11 @@ struct LoopDiagnostics {
   std::int64_t period_ns;
   std::int64_t since_wall_ns;  ///< start of the counting, CLOCK_REALTIME
   std::uint64_t cycles;
-  std::uint64_t overruns;      ///< cycles whose work ended after the next one was due
+  std::uint64_t overruns;  ///< cycles whose work ended after the next one was due
   std::int64_t latency_max_ns;
   std::int64_t latency_sum_ns;
-  std::int64_t work_max_ns;    ///< longest execution of one cycle
-  std::uint32_t realtime;      ///< 1: SCHED_FIFO and locked memory; 0: best effort
+  std::int64_t work_max_ns;  ///< longest execution of one cycle
+  std::uint32_t realtime;    ///< 1: SCHED_FIFO and locked memory; 0: best effort
   std::uint32_t priority;
   std::array<std::uint64_t, kLatencyBuckets> latency;
 };

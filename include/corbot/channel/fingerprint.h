@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+#include "corbot/arm/arm_model.h"
+
+namespace corbot {
+
+/// FNV-1a, 64 bits, over the fields of the model that planner and real-time task must agree on: kind, degrees
+/// of freedom, geometry, limits, gripper travel, loop period. Field by field, since padding has no defined
+/// value; +0 and −0 are the same. The servo map is left out: recalibrating a servo changes pulses, not the
+/// meaning of a command or a snapshot. Source: Fowler, Noll, Vo, "The FNV Non-Cryptographic Hash Algorithm",
+/// IETF draft-eastlake-fnv.
+class Fnv1a {
+ public:
+  void add(std::uint64_t value) noexcept {
+    for (int byte = 0; byte < 8; ++byte) {
+      hash_ = (hash_ ^ ((value >> (8 * byte)) & 0xff)) * 0x100000001b3;
+    }
+  }
+  void add(double value) noexcept { add(std::bit_cast<std::uint64_t>(value + 0.0)); }
+  [[nodiscard]] std::uint64_t value() const noexcept { return hash_; }
+
+ private:
+  std::uint64_t hash_{0xcbf29ce484222325};
+};
+
+[[nodiscard]] inline std::uint64_t fingerprint(const ArmModel& model) noexcept {
+  Fnv1a hash;
+  hash.add(static_cast<std::uint64_t>(model.kind));
+  hash.add(static_cast<std::uint64_t>(model.dof));
+  const ArmGeometry& geometry = model.geometry;
+  for (const double value : {geometry.l0_m, geometry.l1_m, geometry.l2_m, geometry.l3_m}) hash.add(value);
+  for (const double value : geometry.offset_rad) hash.add(value);
+  for (const JointLimits& joint : model.joints) {
+    for (const double value : {joint.lower_rad, joint.upper_rad, joint.speed_rad_s, joint.acceleration_rad_s2,
+                               joint.jerk_rad_s3}) {
+      hash.add(value);
+    }
+  }
+  const PathLimits& path = model.path;
+  for (const double value : {path.speed_m_s, path.acceleration_m_s2, path.jerk_m_s3, path.turn_speed_rad_s,
+                             path.turn_acceleration_rad_s2, path.turn_jerk_rad_s3}) {
+    hash.add(value);
+  }
+  hash.add(model.gripper.travel_s);
+  hash.add(static_cast<std::uint64_t>(model.period_ns));
+  return hash.value();
+}
+
+}  // namespace corbot

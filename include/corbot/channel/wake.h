@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <linux/futex.h>
+#include <sys/syscall.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <climits>
+#include <cstdint>
+
+namespace corbot {
+
+/// Bumps the futex word and wakes everyone who waits for it, in whatever process. Never blocks, but is a
+/// system call: for the loop, not for the cycle's step function. Release: who sees the new value sees what
+/// was published before.
+inline void wake_all(std::atomic<std::uint32_t>& word) noexcept {
+  static_assert(sizeof(word) == sizeof(std::uint32_t) && std::atomic<std::uint32_t>::is_always_lock_free);
+  word.fetch_add(1, std::memory_order_release);
+  syscall(SYS_futex, &word, FUTEX_WAKE, INT_MAX, nullptr, nullptr,
+          0);  // not _PRIVATE: shared between processes
+}
+
+/// Not real-time safe. Waits until the word differs from `seen`, at most `timeout_ns`; a signal or a spurious
+/// wake-up may end the wait early. True when it differs. Read the word first, then look at the rings, then
+/// wait with what was read: a wake-up in between is not lost, since the kernel compares again before it
+/// sleeps.
+inline bool wait_change(const std::atomic<std::uint32_t>& word, std::uint32_t seen,
+                        std::int64_t timeout_ns) noexcept {
+  if (word.load(std::memory_order_acquire) != seen) return true;
+  if (timeout_ns > 0) {
+    timespec timeout{};
+    timeout.tv_sec = static_cast<time_t>(timeout_ns / 1'000'000'000);
+    timeout.tv_nsec = static_cast<long>(timeout_ns % 1'000'000'000);
+    syscall(SYS_futex, &word, FUTEX_WAIT, seen, &timeout, nullptr, 0);
+  }
+  return word.load(std::memory_order_acquire) != seen;
+}
+
+}  // namespace corbot
