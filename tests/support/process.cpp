@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/process.h"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <utility>
+
+namespace corbot::test {
+
+namespace {
+
+/// Reads what is there into `text`; closes `fd` at its end.
+void read_available(int& fd, std::string& text) {
+  char buffer[4096];
+  while (fd >= 0) {
+    const ssize_t n = ::read(fd, buffer, sizeof(buffer));
+    if (n > 0) {
+      text.append(buffer, static_cast<std::size_t>(n));
+    } else if (n < 0 && (errno == EAGAIN || errno == EINTR)) {
+      return;
+    } else {
+      ::close(fd);
+      fd = -1;
+    }
+  }
+}
+
+}  // namespace
+
+Process::Process(std::vector<std::string> command, const std::vector<std::string>& environment) {
+  int out[2];
+  int err[2];
+  if (::pipe2(out, O_CLOEXEC) != 0 || ::pipe2(err, O_CLOEXEC) != 0) throw std::runtime_error("pipe2 failed");
+  std::vector<char*> argv;
+  for (auto& word : command) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  std::vector<std::string> variables(environment);
+  for (char** e = environ; *e != nullptr; ++e) variables.emplace_back(*e);
+  std::vector<char*> envp;
+  for (auto& variable : variables) envp.push_back(variable.data());
+  envp.push_back(nullptr);
+  const pid_t parent = ::getpid();
+  pid_ = ::fork();
+  if (pid_ < 0) throw std::runtime_error("fork failed");
+  if (pid_ == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != parent) ::_exit(126);
+    ::dup2(out[1], STDOUT_FILENO);
+    ::dup2(err[1], STDERR_FILENO);
+    const int null = ::open("/dev/null", O_RDONLY);
+    ::dup2(null, STDIN_FILENO);
+    ::execvpe(argv[0], argv.data(), envp.data());
+    ::_exit(127);
+  }
+  ::close(out[1]);
+  ::close(err[1]);
+  out_ = out[0];
+  err_ = err[0];
+  ::fcntl(out_, F_SETFL, O_NONBLOCK);
+  ::fcntl(err_, F_SETFL, O_NONBLOCK);
+}
+
+Process::Process(Process&& other) noexcept { *this = std::move(other); }
+
+Process& Process::operator=(Process&& other) noexcept {
+  std::swap(pid_, other.pid_);
+  std::swap(out_, other.out_);
+  std::swap(err_, other.err_);
+  std::swap(status_, other.status_);
+  std::swap(out_text_, other.out_text_);
+  std::swap(err_text_, other.err_text_);
+  std::swap(line_begin_, other.line_begin_);
+  return *this;
+}
+
+Process::~Process() {
+  if (pid_ > 0 && !status_) {
+    ::kill(pid_, SIGTERM);
+    if (!wait(within(5))) {
+      ::kill(pid_, SIGKILL);
+      ::waitpid(pid_, nullptr, 0);
+    }
+  }
+  if (out_ >= 0) ::close(out_);
+  if (err_ >= 0) ::close(err_);
+}
+
+void Process::drain() {
+  read_available(out_, out_text_);
+  read_available(err_, err_text_);
+}
+
+bool Process::running() {
+  drain();
+  return pid_ > 0 && !status_ && !wait(within(0));
+}
+
+std::optional<std::string> Process::wait_line(const std::string& prefix, Deadline deadline) {
+  for (;;) {
+    drain();
+    for (auto end = out_text_.find('\n', line_begin_); end != std::string::npos;
+         end = out_text_.find('\n', line_begin_)) {
+      std::string line = out_text_.substr(line_begin_, end - line_begin_);
+      line_begin_ = end + 1;
+      if (line.starts_with(prefix)) return line;
+    }
+    if (out_ < 0 || std::chrono::steady_clock::now() > deadline) return std::nullopt;
+    pollfd both[2] = {{out_, POLLIN, 0}, {err_, POLLIN, 0}};
+    ::poll(both, 2, 20);
+  }
+}
+
+void Process::signal(int number) const {
+  if (pid_ > 0 && !status_) ::kill(pid_, number);
+}
+
+std::optional<int> Process::wait(Deadline deadline) {
+  if (pid_ > 0 && !status_) {
+    wait_until(deadline, [&] {
+      drain();
+      int status = 0;
+      if (::waitpid(pid_, &status, WNOHANG) != pid_) return false;
+      status_ = status;
+      return true;
+    });
+    drain();
+  }
+  return status_;
+}
+
+int Process::terminate() {
+  signal(SIGTERM);
+  const auto status = wait(within(10));
+  if (!status) return -1;
+  return WIFEXITED(*status) ? WEXITSTATUS(*status) : 128 + WTERMSIG(*status);
+}
+
+const std::string& Process::output() {
+  drain();
+  return out_text_;
+}
+
+const std::string& Process::errors() {
+  drain();
+  return err_text_;
+}
+
+RunResult run(std::vector<std::string> command, double seconds, const std::vector<std::string>& environment) {
+  Process process(std::move(command), environment);
+  const auto status = process.wait(within(seconds));
+  int code = -1;
+  if (status) code = WIFEXITED(*status) ? WEXITSTATUS(*status) : 128 + WTERMSIG(*status);
+  return {code, process.output(), process.errors()};
+}
+
+int free_port() {
+  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof(address);
+  const bool ok = ::bind(fd, reinterpret_cast<sockaddr*>(&address), size) == 0 &&
+                  ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) == 0;
+  ::close(fd);
+  if (!ok) throw std::runtime_error(std::string("no free port: ") + std::strerror(errno));
+  return ntohs(address.sin_port);
+}
+
+std::string unique_name(const std::string& stem) {
+  static std::atomic<int> count{0};
+  return stem + "-" + std::to_string(::getpid()) + "-" + std::to_string(++count);
+}
+
+bool segment_exists(const std::string& robot) { return std::filesystem::exists("/dev/shm/corbot." + robot); }
+
+}  // namespace corbot::test

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace corbot::test {
+
+using Deadline = std::chrono::steady_clock::time_point;
+
+/// `seconds` from now. Generous values: tests wait for conditions, a deadline only ends a hang.
+inline Deadline within(double seconds) {
+  return std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                                std::chrono::duration<double>(seconds));
+}
+
+/// Polls `condition` every millisecond until it holds or the deadline has passed.
+template <class Condition>
+bool wait_until(Deadline deadline, Condition&& condition) {
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > deadline) return false;
+    const timespec pause{0, 1'000'000};
+    ::nanosleep(&pause, nullptr);
+  }
+  return true;
+}
+
+/// A child process: its standard output can be read line by line, it dies with the test, and the destructor
+/// leaves no process behind. Standard error is collected too (both go to one pipe each).
+class Process {
+ public:
+  /// Starts `command`; throws std::runtime_error when that fails. `environment`: NAME=value, added to the
+  /// test's own.
+  explicit Process(std::vector<std::string> command, const std::vector<std::string>& environment = {});
+  Process(Process&& other) noexcept;
+  Process& operator=(Process&& other) noexcept;
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+  ~Process();
+
+  [[nodiscard]] pid_t pid() const { return pid_; }
+  [[nodiscard]] bool running();
+
+  /// The first line from now on that begins with `prefix`; nothing when the output ends or the deadline
+  /// passes first.
+  std::optional<std::string> wait_line(const std::string& prefix, Deadline deadline);
+  /// Sends a signal; no effect on a child that has been waited for.
+  void signal(int number) const;
+  /// Waits for the end and returns the status as of waitpid(2); nothing when the deadline passes first.
+  std::optional<int> wait(Deadline deadline);
+  /// SIGTERM, then the exit code (128 + signal for a killed one); −1 when the child does not end within ten
+  /// seconds.
+  int terminate();
+  /// Everything that was read of standard output and standard error so far.
+  [[nodiscard]] const std::string& output();
+  [[nodiscard]] const std::string& errors();
+
+ private:
+  void drain();
+
+  pid_t pid_ = -1;
+  int out_ = -1;
+  int err_ = -1;
+  std::optional<int> status_;
+  std::string out_text_;
+  std::string err_text_;
+  std::size_t line_begin_ = 0;
+};
+
+/// The exit code of a whole run, and what it printed.
+struct RunResult {
+  int code;
+  std::string output;
+  std::string errors;
+};
+RunResult run(std::vector<std::string> command, double seconds = 60.0,
+              const std::vector<std::string>& environment = {});
+
+/// A TCP port of the loopback interface that was free a moment ago.
+int free_port();
+
+/// A robot name that no other test of this machine uses.
+std::string unique_name(const std::string& stem);
+
+/// Whether the segment of a robot is there.
+bool segment_exists(const std::string& robot);
+
+}  // namespace corbot::test
