@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "arc.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "refusal.h"
+
+namespace corbot {
+
+std::variant<ArcMotion, PlanRefusal> arc_through(const std::array<double, 3>& p1_m,
+                                                 const std::array<double, 3>& p2_m,
+                                                 const std::array<double, 3>& p3_m) {
+  using Eigen::Vector3d;
+  const Vector3d p1(p1_m.data());
+  const Vector3d a = Vector3d(p2_m.data()) - p1;
+  const Vector3d b = Vector3d(p3_m.data()) - p1;
+  const double shortest_m = std::min({a.norm(), b.norm(), (b - a).norm()});
+  if (shortest_m <= kCoincident_m) {
+    return bad_parameter("P2", shortest_m, kCoincident_m, kFarthestCoordinate_m,
+                         fmt::format("two points of the arc are {:.6g} m apart: no circle", shortest_m));
+  }
+  const double longest_m = std::max({a.norm(), b.norm(), (b - a).norm()});
+  const Vector3d normal = a.cross(b);
+  const double flatness = normal.norm() / (longest_m * longest_m);
+  if (!(flatness > kCollinear)) {
+    return bad_parameter(
+        "P2", flatness, kCollinear, 1.0,
+        fmt::format("the three points of the arc lie on a line (flatness {:.3g}, least {:.3g})", flatness,
+                    kCollinear));
+  }
+  const Vector3d to_centre =
+      (normal.cross(a) * b.squaredNorm() + b.cross(normal) * a.squaredNorm()) / (2.0 * normal.squaredNorm());
+  const double radius_m = to_centre.norm();
+  const Vector3d u = -to_centre / radius_m;
+  const Vector3d v = normal.normalized().cross(u).normalized();
+
+  ArcMotion arc{};
+  Vector3d::Map(arc.centre_m.data()) = p1 + to_centre;
+  Vector3d::Map(arc.u.data()) = u;
+  Vector3d::Map(arc.v.data()) = v;
+  arc.radius_m = radius_m;
+  // Relative to p1, not to the centre: on a flat arc the centre is far away and its digits are few.
+  const double angle = std::atan2(b.dot(v), radius_m + b.dot(u));
+  arc.angle_rad = angle > 0.0 ? angle : angle + 2.0 * std::numbers::pi;
+  return arc;
+}
+
+}  // namespace corbot

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <variant>
+
+#include "corbot/arm/arm_model.h"
+#include "corbot/kinematics/kinematics.h"
+#include "corbot/motion/command.h"
+#include "corbot/motion/path.h"
+#include "planner.h"
+
+namespace corbot {
+
+/// What the real-time task will do with a line or an arc, proved between the samples.
+///
+/// The path parameter is cut into cells. On each cell, bounds that hold for *every* point of it are computed
+/// from its middle and from bounds of the derivatives: radius from the base axis, wrist position, P², sin θ2,
+/// and from those the joint angles and their derivatives. A cell that is neither proved nor refuted is
+/// halved. Refuted means that its middle, a point of the path, breaks a limit.
+///
+/// Cells are no longer halved at 1e-9 of the path or 1e-12 m of travel; there the joint angles at the two
+/// ends are compared instead (sampling, not proof). This is what lets a path begin or end on the border of
+/// the workspace, as every line from Ready does (θ2 = 0): the joint speeds grow there like 1/√s, the law's
+/// speed falls like s^(2/3), their product vanishes, but no bound of one factor alone is finite. A violation
+/// hidden in such a cell is below the tolerances of reach and range, because reach and range are continuous
+/// and bend boundedly.
+class PathProof {
+ public:
+  /// `hint_rad` is θ0 at the start, `joint_speed_rad_s` the limits in force. Turns of 2π are not followed:
+  /// ranges count as cut to ±180 degrees.
+  PathProof(const ArmModel& model, const LineMotion& line, Branch branch, double hint_rad);
+  PathProof(const ArmModel& model, const ArcMotion& arc, Branch branch, double hint_rad);
+
+  /// Joint angles at s, as the real-time task will compute them.
+  [[nodiscard]] IkResult joints_at(double s) const noexcept;
+
+  /// Proves reach, joint ranges and an unbroken θ0 over the whole path; nullopt when all hold.
+  [[nodiscard]] std::optional<PlanRefusal> check_geometry() const;
+
+  /// Upper bound, at most 1 % above the true value and not below `floor`, of the greatest |q_i′(s)|·ṡ /
+  /// speed_i over the path as `law` runs it. Infinite when none can be proved.
+  [[nodiscard]] double load(const TimeLaw& law, const Joints& joint_speed_rad_s, double floor) const;
+
+  /// The same for ṡ = 1. Infinite as soon as the value is known to exceed `give_up`, or next to a
+  /// singularity.
+  [[nodiscard]] double unit_load(const Joints& joint_speed_rad_s, double give_up) const;
+
+ private:
+  /// The whole path's constants.
+  struct Constants {
+    double turn{};      ///< dφ/ds
+    double bend_m{};    ///< bound of |d²(position)/ds²|
+    double travel_m{};  ///< bound of |d(position)/ds| + L3·|turn|
+  };
+  /// Bounds on one cell. Index: joint 0 … 3.
+  struct Cell {
+    IkResult middle;
+    bool in_reach{};
+    std::array<double, 4> rate_middle{};  ///< |q_i′| in the middle, 0 where singular
+    std::array<double, 4> rate_bound{};   ///< of |q_i′| on the whole cell; may be infinite
+  };
+  /// s and ṡ as functions of the parameter that is cut.
+  struct Clock {
+    const TimeLaw* law;  ///< null: the parameter is s itself
+    [[nodiscard]] double s(double x) const noexcept;
+    [[nodiscard]] double rate(double x) const noexcept;
+    [[nodiscard]] double top_rate(double x_a, double x_b) const noexcept;
+  };
+
+  [[nodiscard]] PathPoint point(double s) const noexcept;
+  [[nodiscard]] std::array<double, 3> derivative(double s) const noexcept;
+  [[nodiscard]] Cell bound(double s_a, double s_b) const noexcept;
+  [[nodiscard]] bool is_smallest(double s_a, double s_b) const noexcept;
+  [[nodiscard]] std::optional<PlanRefusal> check_ends(double s_a, double s_b) const;
+  [[nodiscard]] double bound_load(const Clock& clock, const Joints& speed, double floor, double give_up,
+                                  bool sample_singular) const;
+  [[nodiscard]] JointLimits cut_limits(std::size_t joint) const noexcept;
+
+  const ArmModel* model_;
+  std::variant<LineMotion, ArcMotion> path_;
+  Branch branch_;
+  double hint_rad_;
+  Constants constants_;
+};
+
+}  // namespace corbot

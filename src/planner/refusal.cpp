@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "refusal.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace corbot {
+
+double to_degrees(double angle_rad) noexcept { return angle_rad * (180.0 / std::numbers::pi); }
+
+PlanRefusal bad_parameter(std::string parameter, double value, double lower, double upper, std::string text,
+                          int articulation) {
+  PlanRefusal refusal;
+  refusal.kind = PlanRefusal::Kind::kBadParameter;
+  refusal.parameter = std::move(parameter);
+  refusal.articulation = articulation;
+  refusal.value = value;
+  refusal.lower = lower;
+  refusal.upper = upper;
+  refusal.text = std::move(text);
+  return refusal;
+}
+
+PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkResult& result,
+                        const std::string& where) {
+  PlanRefusal refusal;
+  refusal.kind = PlanRefusal::Kind::kUnreachable;
+  refusal.parameter = "P";
+  refusal.value = result.wrist_distance_m;
+  refusal.lower = result.min_m;
+  refusal.upper = result.max_m;
+  refusal.target_m = point_m;
+  refusal.text = fmt::format(
+      "{} ({:.6g}, {:.6g}, {:.6g}) m is too {}: the wrist would be {:.6g} m from the shoulder, allowed "
+      "{:.6g} to {:.6g} m",
+      where, point_m[0], point_m[1], point_m[2], result.status == IkStatus::kTooClose ? "close" : "far",
+      result.wrist_distance_m, result.min_m, result.max_m);
+  return refusal;
+}
+
+PlanRefusal joint_range(int articulation, double value_rad, const JointLimits& limits,
+                        const std::string& where) {
+  PlanRefusal refusal;
+  refusal.kind = PlanRefusal::Kind::kLimitExceeded;
+  refusal.parameter = "joint range";
+  refusal.articulation = articulation;
+  refusal.value = value_rad;
+  refusal.lower = limits.lower_rad;
+  refusal.upper = limits.upper_rad;
+  refusal.text = fmt::format(
+      "articulation {} would be at {:.6g} degrees {}, allowed {:.6g} to {:.6g} degrees", articulation,
+      to_degrees(value_rad), where, to_degrees(limits.lower_rad), to_degrees(limits.upper_rad));
+  return refusal;
+}
+
+PlanRefusal too_long(double duration_s) {
+  PlanRefusal refusal;
+  refusal.kind = PlanRefusal::Kind::kLimitExceeded;
+  refusal.parameter = "duration";
+  refusal.value = duration_s;
+  refusal.upper = kLongestMotion_s;
+  refusal.text = fmt::format("under the speed limits this motion takes {:.6g} s, allowed up to {:.6g} s",
+                             duration_s, kLongestMotion_s);
+  return refusal;
+}
+
+std::optional<PlanRefusal> check_time(double t_s) {
+  if (t_s >= 0.0 && t_s <= kLongestMotion_s) return std::nullopt;
+  return bad_parameter("t", t_s, 0.0, kLongestMotion_s,
+                       fmt::format("t = {:.6g} s, allowed 0 to {:.6g} s", t_s, kLongestMotion_s));
+}
+
+std::optional<PlanRefusal> check_point(const std::array<double, 3>& point_m, const std::string& name) {
+  static constexpr std::array<char, 3> kAxis{'x', 'y', 'z'};
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (std::abs(point_m[i]) <= kFarthestCoordinate_m) continue;
+    return bad_parameter(name, point_m[i], -kFarthestCoordinate_m, kFarthestCoordinate_m,
+                         fmt::format("{} of {} is {:.6g} m, allowed -{:.6g} to {:.6g} m", kAxis[i], name,
+                                     point_m[i], kFarthestCoordinate_m, kFarthestCoordinate_m));
+  }
+  return std::nullopt;
+}
+
+std::optional<PlanRefusal> check_kinematics(const ArmModel& model, const PlanSettings& settings) {
+  if (model.kind != ArmKind::kAnthropomorphic || model.dof < 4) {
+    PlanRefusal refusal;
+    refusal.kind = PlanRefusal::Kind::kUnreachable;
+    refusal.parameter = "kind";
+    refusal.text = "no closed-form inverse kinematics for an arm of this kind: move its joints";
+    return refusal;
+  }
+  if (!std::isfinite(settings.tool_pitch_rad)) {
+    return bad_parameter("tool pitch", settings.tool_pitch_rad, -std::numbers::pi, std::numbers::pi,
+                         "the tool pitch is not a finite number");
+  }
+  return std::nullopt;
+}
+
+bool in_range(const JointLimits& limits, double value_rad) noexcept {
+  return value_rad >= limits.lower_rad - kRangeTolerance_rad &&
+         value_rad <= limits.upper_rad + kRangeTolerance_rad;
+}
+
+Command blank_command(MotionKind kind, const PlanStart& start) noexcept {
+  Command command{};
+  command.kind = kind;
+  command.start_rad = start.position_rad;
+  command.end_rad = start.position_rad;
+  // The union's first member is the largest one but not by contract: clear the one that will be used.
+  switch (kind) {
+    case MotionKind::kJoint:
+      command.joint = {};
+      break;
+    case MotionKind::kLine:
+      command.line = {};
+      break;
+    case MotionKind::kArc:
+      command.arc = {};
+      break;
+    case MotionKind::kDwell:
+      command.dwell = {};
+      break;
+    case MotionKind::kGripper:
+      command.gripper = {};
+      break;
+  }
+  return command;
+}
+
+}  // namespace corbot

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "corbot/kinematics/kinematics.h"
+#include "planner.h"
+
+namespace corbot {
+
+[[nodiscard]] double to_degrees(double angle_rad) noexcept;
+
+[[nodiscard]] PlanRefusal bad_parameter(std::string parameter, double value, double lower, double upper,
+                                        std::string text, int articulation = -1);
+/// `status` is kTooFar or kTooClose; `where` says which point it is, e.g. "the target".
+[[nodiscard]] PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkResult& result,
+                                      const std::string& where);
+[[nodiscard]] PlanRefusal joint_range(int articulation, double value_rad, const JointLimits& limits,
+                                      const std::string& where);
+[[nodiscard]] PlanRefusal too_long(double duration_s);
+
+/// Refuses a time that is not finite, negative or above kLongestMotion_s.
+[[nodiscard]] std::optional<PlanRefusal> check_time(double t_s);
+/// Refuses coordinates that are not finite or beyond kFarthestCoordinate_m.
+[[nodiscard]] std::optional<PlanRefusal> check_point(const std::array<double, 3>& point_m,
+                                                     const std::string& name);
+/// Refuses an arm for which there is no closed-form inverse.
+[[nodiscard]] std::optional<PlanRefusal> check_kinematics(const ArmModel& model,
+                                                          const PlanSettings& settings);
+
+/// Within the joint's range, give or take kRangeTolerance_rad.
+[[nodiscard]] bool in_range(const JointLimits& limits, double value_rad) noexcept;
+
+/// A command of this kind that begins and ends at `start`, everything else zero.
+[[nodiscard]] Command blank_command(MotionKind kind, const PlanStart& start) noexcept;
+
+}  // namespace corbot
