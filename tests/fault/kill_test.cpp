@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+// kill -9 of servant, real-time task and client at random instants of a motion: nothing hangs, the set-point
+// never jumps (every cycle of the trace is looked at, across restarts too), nothing is left in /dev/shm.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+#include <random>
+#include <string>
+#include <thread>
+
+#include <fmt/core.h>
+
+#include "config/profile.h"
+#include "corbot/channel/fingerprint.h"
+#include "corbot/channel/segment.h"
+#include "support/process.h"
+
+namespace corbot::test {
+namespace {
+
+const std::string kBin = CORBOT_BIN_DIR;
+
+/// Follows the trace in a thread of its own and counts steps of the set-point that no joint may make in a
+/// cycle.
+class JumpWatch {
+ public:
+  JumpWatch(const std::string& robot, const ArmModel& arm)
+      : segment_(Segment::observe(robot)), arm_(arm), thread_([this] { follow(); }) {}
+  JumpWatch(const JumpWatch&) = delete;
+  JumpWatch& operator=(const JumpWatch&) = delete;
+  ~JumpWatch() { finish(); }
+
+  void finish() {
+    end_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+  std::uint64_t cycles() const { return cycles_; }
+  std::uint64_t moving_cycles() const { return moving_; }
+  int jumps() const { return jumps_; }
+  std::string first_jump() const { return first_jump_; }
+  Snapshot newest() const {
+    Snapshot snapshot{};
+    (void)last_snapshot(segment_.layout(), snapshot);
+    return snapshot;
+  }
+  bool peer_alive() const { return segment_.peer_alive(); }
+
+ private:
+  void follow() {
+    const Trace& trace = segment_.layout().trace;
+    std::uint64_t next = 0;
+    Snapshot last{};
+    bool have_last = false;
+    while (!end_) {
+      const std::uint64_t end = trace.next();
+      if (end - next > Trace::capacity()) {  // fell behind: the comparison begins anew
+        next = end - Trace::capacity() / 2;
+        have_last = false;
+      }
+      for (; next < end; ++next) {
+        Snapshot now{};
+        if (!trace.read(next, now)) {
+          // A task that was killed while it wrote leaves one slot unreadable; the comparison goes on across
+          // it.
+          continue;
+        }
+        if (have_last) compare(last, now);
+        last = now;
+        have_last = true;
+        ++cycles_;
+        if (now.state == RtState::kMoving) ++moving_;
+      }
+      const timespec pause{0, 2'000'000};
+      ::nanosleep(&pause, nullptr);
+    }
+  }
+  void compare(const Snapshot& last, const Snapshot& now) {
+    const double period_s = static_cast<double>(arm_.period_ns) * 1e-9;
+    for (std::size_t i = 0; i < arm_.dof; ++i) {
+      const double step = std::abs(now.position_rad[i] - last.position_rad[i]);
+      // Two cycles' travel: one slot of a killed task may be unreadable.
+      const double allowed = 2.0 * arm_.joints[i].speed_rad_s * period_s * (1.0 + 1e-6) + 1e-9;
+      if (step <= allowed) continue;
+      if (jumps_++ == 0) {
+        first_jump_ =
+            fmt::format("joint {} by {} rad, allowed {}, cycle {} incarnation {} to cycle {} incarnation {}",
+                        i, step, allowed, last.cycle, last.incarnation, now.cycle, now.incarnation);
+      }
+    }
+  }
+
+  Segment segment_;
+  ArmModel arm_;
+  std::atomic<bool> end_{false};
+  std::atomic<std::uint64_t> cycles_{0};
+  std::atomic<std::uint64_t> moving_{0};
+  std::atomic<int> jumps_{0};
+  std::string first_jump_;
+  std::thread thread_;
+};
+
+class Kill : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    name_ = unique_name("kill");
+    port_ = free_port();
+    reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
+    start_rt();
+    start_servant();
+    profile_ = load_profile(CORBOT_PROFILE);
+    watch_ = std::make_unique<JumpWatch>(name_, profile_.arm);
+    start_client();
+  }
+  void TearDown() override {
+    client_.reset();
+    if (watch_) watch_->finish();
+    watch_.reset();
+    if (servant_) EXPECT_EQ(servant_->terminate(), 0) << servant_->errors();
+    if (rt_) EXPECT_EQ(rt_->terminate(), 0) << rt_->errors();
+    EXPECT_FALSE(segment_exists(name_)) << "/dev/shm/corbot." << name_ << " was left behind";
+  }
+
+  void start_rt() {
+    rt_ = std::make_unique<Process>(
+        std::vector<std::string>{kBin + "/corbot-rt", CORBOT_PROFILE, "--name", name_});
+    ASSERT_TRUE(rt_->wait_line("ready", within(30))) << rt_->errors();
+  }
+  void start_servant() {
+    servant_ = std::make_unique<Process>(std::vector<std::string>{kBin + "/corbot-servant", CORBOT_PROFILE,
+                                                                  "--name", name_, "--endpoint",
+                                                                  fmt::format("127.0.0.1:{}", port_)});
+    ASSERT_TRUE(servant_->wait_line("ready", within(30))) << servant_->errors();
+  }
+  void start_client() {
+    client_ = std::make_unique<Process>(
+        std::vector<std::string>{std::string(CORBOT_TESTS_DIR) + "/fault_client", reference_});
+  }
+  /// A motion is under way.
+  [[nodiscard]] bool moving() const { return watch_->newest().state == RtState::kMoving; }
+
+  std::string name_;
+  int port_ = 0;
+  std::string reference_;
+  Profile profile_;
+  std::unique_ptr<Process> rt_;
+  std::unique_ptr<Process> servant_;
+  std::unique_ptr<Process> client_;
+  std::unique_ptr<JumpWatch> watch_;
+};
+
+/// Kills per test; three tests, so 102 in all. CORBOT_KILLS changes it.
+int kills() {
+  const char* text = std::getenv("CORBOT_KILLS");
+  return text != nullptr ? std::atoi(text) : 34;
+}
+
+std::mt19937_64 seeded(const char* what) {
+  const char* text = std::getenv("CORBOT_SEED");
+  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
+  fmt::print("{}: CORBOT_SEED={}\n", what, seed);
+  return std::mt19937_64(seed);
+}
+
+void random_pause(std::mt19937_64& random) {
+  const timespec pause{0, std::uniform_int_distribution<long>(0, 150'000'000)(random)};
+  ::nanosleep(&pause, nullptr);
+}
+
+TEST_F(Kill, RealTimeTask) {
+  auto random = seeded("real-time task");
+  double worst_s = 0.0;
+  for (int i = 0; i < kills(); ++i) {
+    ASSERT_TRUE(client_->wait_line("ok", within(30))) << "round " << i << "\n" << client_->output();
+    ASSERT_TRUE(wait_until(within(30), [&] { return moving(); }));
+    random_pause(random);
+    rt_->signal(SIGKILL);
+    const auto killed = std::chrono::steady_clock::now();
+    ASSERT_TRUE(rt_->wait(within(10)));
+    ASSERT_TRUE(client_->wait_line("NotReady", within(10))) << client_->output();
+    worst_s =
+        std::max(worst_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - killed).count());
+    ASSERT_TRUE(servant_->running()) << servant_->errors();
+    start_rt();
+    if (HasFatalFailure()) return;
+  }
+  fmt::print("blocked caller told of the task's death: worst {:.0f} ms\n", 1e3 * worst_s);
+  EXPECT_LE(worst_s, 0.2 + 0.3) << "0.2 s, and 0.3 s for a busy machine";
+  ASSERT_TRUE(client_->wait_line("ok", within(30)));
+  EXPECT_GT(watch_->moving_cycles(), 0u);
+  EXPECT_EQ(watch_->jumps(), 0) << watch_->first_jump();
+}
+
+TEST_F(Kill, Servant) {
+  auto random = seeded("servant");
+  for (int i = 0; i < kills(); ++i) {
+    ASSERT_TRUE(client_->wait_line("ok", within(30))) << "round " << i << "\n" << client_->output();
+    ASSERT_TRUE(wait_until(within(30), [&] { return moving(); }));
+    random_pause(random);
+    servant_->signal(SIGKILL);
+    ASSERT_TRUE(servant_->wait(within(10)));
+    const std::uint64_t cycle = watch_->newest().cycle;
+    // The task goes on, finishes what was accepted, and holds.
+    ASSERT_TRUE(wait_until(within(30), [&] {
+      const Snapshot now = watch_->newest();
+      return now.cycle > cycle && now.state == RtState::kStandby && now.command_id == 0;
+    }));
+    start_servant();
+    if (HasFatalFailure()) return;
+    client_.reset();
+    start_client();
+  }
+  ASSERT_TRUE(client_->wait_line("ok", within(30)));
+  EXPECT_EQ(watch_->jumps(), 0) << watch_->first_jump();
+}
+
+TEST_F(Kill, Client) {
+  auto random = seeded("client");
+  for (int i = 0; i < kills(); ++i) {
+    ASSERT_TRUE(client_->wait_line("ok", within(30))) << "round " << i << "\n" << client_->output();
+    ASSERT_TRUE(wait_until(within(30), [&] { return moving(); }));
+    random_pause(random);
+    client_->signal(SIGKILL);
+    ASSERT_TRUE(client_->wait(within(10)));
+    // Its motion is carried out; the servant serves the next client.
+    ASSERT_TRUE(wait_until(within(30), [&] { return watch_->newest().state == RtState::kStandby; }));
+    ASSERT_TRUE(servant_->running());
+    start_client();
+  }
+  ASSERT_TRUE(client_->wait_line("ok", within(30)));
+  EXPECT_EQ(watch_->jumps(), 0) << watch_->first_jump();
+}
+
+}  // namespace
+}  // namespace corbot::test
