@@ -33,13 +33,13 @@ struct Profile {
   std::string name;  ///< ASCII letters, digits, '_' and '-'; at most kMaxNameLength
   std::string file;  ///< as the caller gave it
   ArmModel arm;
-  std::vector<std::string> joint_names;      ///< one a joint, in the order of the articulations
-  int priority{80};                          ///< SCHED_FIFO, 1 … 98
-  int cpu{-1};                               ///< that the real-time task is bound to; −1: any
+  std::vector<std::string> joint_names;  ///< one a joint, in the order of the articulations
+  int priority{80};                      ///< SCHED_FIFO, 1 … 98
+  int cpu{-1};                           ///< that the real-time task is bound to; −1: any
   BackendOptions backend;
-  int queue_capacity{16};                    ///< motions outstanding at once
-  std::string endpoint_host{"127.0.0.1"};    ///< the servant listens here
-  int port{12810};                           ///< and here
+  int queue_capacity{16};                  ///< motions outstanding at once
+  std::string endpoint_host{"127.0.0.1"};  ///< the servant listens here
+  int port{12810};                         ///< and here
 };
 
 inline constexpr std::size_t kMaxNameLength = 32;

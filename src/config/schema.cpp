@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/schema.h"
+
+#include <algorithm>
+#include <map>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace corbot {
+namespace {
+
+constexpr std::size_t kLynxJoints = 4;
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kPulseMinUs = 500.0;
+constexpr double kPulseMaxUs = 2500.0;
+/// Of a pulse computed at the end of a range: far below a servo's resolution, far above rounding.
+constexpr double kPulseToleranceUs = 1e-6;
+
+constexpr Bounds kAngle{-180, 180, false, "degrees"};  // beyond half a turn the inverse kinematics never goes
+constexpr Bounds kPulse{kPulseMinUs, kPulseMaxUs, false, "us"};
+constexpr Bounds kLength{0, 5, true, "m"};
+/// Limits: positive, and small enough that no product of theirs overflows.
+constexpr Bounds limit(std::string_view unit) { return {0, 1e6, true, unit}; }
+
+bool is_name(const std::string& text) {
+  return !text.empty() && text.size() <= kMaxNameLength && std::all_of(text.begin(), text.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  });
+}
+
+std::string name_rule() {
+  return fmt::format("must be 1 to {} ASCII letters, digits, '_' or '-'", kMaxNameLength);
+}
+
+void read_robot(Section section, Profile& profile) {
+  profile.name = section.text("name").value_or("");
+  if (section.present() && !profile.name.empty() && !is_name(profile.name))
+    section.refuse("name", name_rule());
+  if (section.has("name") && profile.name.empty()) section.refuse("name", name_rule());
+  if (const auto kind = section.text("kind"); kind && *kind != "anthropomorphic") {
+    section.refuse("kind", "is not supported; supported: \"anthropomorphic\"");
+  }
+  profile.arm.kind = ArmKind::kAnthropomorphic;
+  section.finish();
+}
+
+void read_geometry(Section section, ArmGeometry& geometry) {
+  geometry.l0_m = section.number("l0_m", {0, 5, false, "m"}).value_or(0);
+  geometry.l1_m = section.number("l1_m", kLength).value_or(0);
+  geometry.l2_m = section.number("l2_m", kLength).value_or(0);
+  geometry.l3_m = section.number("l3_m", kLength).value_or(0);
+  if (const auto offset = section.numbers("offset_deg", geometry.offset_rad.size(), kAngle)) {
+    for (std::size_t i = 0; i < offset->size(); ++i) geometry.offset_rad[i] = (*offset)[i] * kDegree;
+  }
+  section.finish();
+}
+
+/// The channels in use, so that a second user is told of the first.
+using ChannelUse = std::map<std::uint32_t, std::string>;
+
+std::uint32_t read_channel(Section& section, ChannelUse& in_use) {
+  const auto read = section.integer("channel", {0, 31, false, ""});
+  if (!read) return 0;
+  const auto channel = static_cast<std::uint32_t>(*read);
+  const auto [user, is_new] = in_use.emplace(channel, section.full_key("channel"));
+  if (!is_new)
+    section.refuse("channel",
+                   fmt::format("is taken by {}; every servo needs a channel of its own", user->second));
+  return channel;
+}
+
+/// Both ends of the joint's range must be pulses that the servo may be given.
+void check_pulses(Section& joint, const std::array<double, 2>& range_deg, double zero_us,
+                  double us_per_degree, double direction, const std::array<double, 2>& pulse_us) {
+  for (const double angle : range_deg) {
+    const double pulse = zero_us + direction * us_per_degree * angle;
+    if (pulse >= pulse_us[0] - kPulseToleranceUs && pulse <= pulse_us[1] + kPulseToleranceUs) continue;
+    joint.refuse("range_deg",
+                 fmt::format("needs a pulse of {:.6g} us at {} degrees; pulse_range_us allows {} to {} us",
+                             pulse, angle, pulse_us[0], pulse_us[1]));
+  }
+}
+
+ServoMap read_servo(Section& joint, const std::optional<std::array<double, 2>>& range_deg,
+                    ChannelUse& in_use) {
+  Section section = joint.table("servo");
+  ServoMap map;
+  map.channel = read_channel(section, in_use);
+  const auto zero = section.number("zero_us", {-10000, 10000, false, "us"});
+  const auto scale = section.number("us_per_degree", {0, 1000, true, "us"});
+  const auto direction = section.integer("direction", {-1, 1, false, ""});
+  if (direction && *direction == 0) section.refuse("direction", "must be 1 or -1");
+  const auto pulses = section.range("pulse_range_us", kPulse);
+  section.finish();
+  if (!zero || !scale || !direction || *direction == 0 || !pulses) return map;
+  map.zero_us = *zero;
+  map.us_per_rad = *scale / kDegree;
+  map.direction = static_cast<double>(*direction);
+  map.pulse_min_us = (*pulses)[0];
+  map.pulse_max_us = (*pulses)[1];
+  if (range_deg) check_pulses(joint, *range_deg, *zero, *scale, map.direction, *pulses);
+  return map;
+}
+
+void read_joint(Section& section, std::size_t index, Profile& profile, ChannelUse& in_use) {
+  JointLimits& limits = profile.arm.joints[index];
+  const std::string name = section.text("name").value_or("");
+  if (section.has("name") && !is_name(name)) section.refuse("name", name_rule());
+  if (!name.empty() && std::count(profile.joint_names.begin(), profile.joint_names.end(), name) > 0) {
+    section.refuse("name", "is the name of an earlier joint; names must differ");
+  }
+  profile.joint_names.push_back(name);
+  const auto range = section.range("range_deg", kAngle);
+  if (range) {
+    limits.lower_rad = (*range)[0] * kDegree;
+    limits.upper_rad = (*range)[1] * kDegree;
+    if ((*range)[0] > 0 || (*range)[1] < 0) section.refuse("range_deg", "must contain 0, where Ready goes");
+  }
+  limits.speed_rad_s = section.number("speed_deg_s", limit("degrees/s")).value_or(0) * kDegree;
+  limits.acceleration_rad_s2 =
+      section.number("acceleration_deg_s2", limit("degrees/s^2")).value_or(0) * kDegree;
+  limits.jerk_rad_s3 = section.number("jerk_deg_s3", limit("degrees/s^3")).value_or(0) * kDegree;
+  profile.arm.servos[index] = read_servo(section, range, in_use);
+  section.finish();
+}
+
+void read_joints(Section& root, Profile& profile, ChannelUse& in_use) {
+  auto joints = root.tables("joint");
+  if (joints.empty()) return;
+  if (joints.size() != kLynxJoints) {
+    root.refuse(
+        "joint",
+        fmt::format(
+            "are {} joints; an anthropomorphic arm of this family has {}: base, shoulder, elbow, wrist",
+            joints.size(), kLynxJoints));
+  }
+  profile.arm.dof = kLynxJoints;
+  for (std::size_t i = 0; i < std::min(joints.size(), kMaxJoints); ++i)
+    read_joint(joints[i], i, profile, in_use);
+}
+
+void read_gripper(Section section, GripperModel& gripper, ChannelUse& in_use) {
+  gripper.channel = read_channel(section, in_use);
+  const auto closed = section.number("closed_us", kPulse);
+  const auto open = section.number("open_us", kPulse);
+  if (closed && open && *closed == *open) section.refuse("open_us", "must differ from closed_us");
+  gripper.closed_us = closed.value_or(0);
+  gripper.open_us = open.value_or(0);
+  gripper.travel_s = section.number("travel_s", {0.01, 60, false, "s"}).value_or(0);
+  section.finish();
+}
+
+void read_path(Section section, PathLimits& path) {
+  path.speed_m_s = section.number("speed_m_s", limit("m/s")).value_or(0);
+  path.acceleration_m_s2 = section.number("acceleration_m_s2", limit("m/s^2")).value_or(0);
+  path.jerk_m_s3 = section.number("jerk_m_s3", limit("m/s^3")).value_or(0);
+  path.turn_speed_rad_s = section.number("turn_speed_deg_s", limit("degrees/s")).value_or(0) * kDegree;
+  path.turn_acceleration_rad_s2 =
+      section.number("turn_acceleration_deg_s2", limit("degrees/s^2")).value_or(0) * kDegree;
+  path.turn_jerk_rad_s3 = section.number("turn_jerk_deg_s3", limit("degrees/s^3")).value_or(0) * kDegree;
+  section.finish();
+}
+
+void read_loop(Section section, Profile& profile) {
+  profile.arm.period_ns = section.integer_or("period_us", 1000, {250, 20000, false, "us"}).value_or(0) * 1000;
+  profile.priority = static_cast<int>(section.integer_or("priority", 80, {1, 98, false, ""}).value_or(0));
+  profile.cpu = static_cast<int>(section.integer_or("cpu", -1, {-1, 1023, false, "(-1: any)"}).value_or(0));
+  section.finish();
+}
+
+bool is_host(const std::string& text) {
+  return !text.empty() && text.size() <= 255 && std::all_of(text.begin(), text.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
+           c == '-' || c == ':';
+  });
+}
+
+void read_servant(Section section, Profile& profile) {
+  if (const auto host = section.text_or("host", profile.endpoint_host)) {
+    if (!is_host(*host)) section.refuse("host", "must be a host name or an IP address to listen on");
+    profile.endpoint_host = *host;
+  }
+  profile.port = static_cast<int>(section.integer_or("port", 12810, {1, 65535, false, ""}).value_or(0));
+  // 64 commands fit into the ring, and a motion is up to two.
+  profile.queue_capacity =
+      static_cast<int>(section.integer_or("queue", 16, {1, 32, false, "motions"}).value_or(0));
+  section.finish();
+}
+
+void read_loopback(Section section, LoopbackOptions& options) {
+  const LoopbackOptions defaults;
+  options.frame_hz = section.number_or("frame_hz", defaults.frame_hz, {1, 1000, false, "Hz"}).value_or(0);
+  options.rate_us_per_s =
+      section.number_or("rate_us_per_s", defaults.rate_us_per_s, {1, 1e6, false, "us/s"}).value_or(0);
+  options.dead_band_us =
+      section.number_or("dead_band_us", defaults.dead_band_us, {0, 100, false, "us"}).value_or(0);
+  options.lag_s = section.number_or("lag_s", defaults.lag_s, {0, 10, false, "s"}).value_or(0);
+  options.readback = section.flag_or("readback", defaults.readback).value_or(false);
+  section.finish();
+}
+
+void read_backend(Section section, BackendOptions& backend) {
+  if (const auto kind = section.text("kind")) {
+    backend.kind = *kind;
+    if (*kind != "loopback")
+      section.refuse("kind", "is not supported; supported: \"loopback\" (the simulator)");
+  }
+  read_loopback(section.table_or_empty("loopback"), backend.loopback);
+  section.finish();
+}
+
+}  // namespace
+
+void read_schema(const toml::table& table, Profile& profile, FaultList& faults) {
+  Section root{&table, "", faults};
+  ChannelUse channels;
+  read_robot(root.table("robot"), profile);
+  read_geometry(root.table("geometry"), profile.arm.geometry);
+  read_joints(root, profile, channels);
+  read_gripper(root.table("gripper"), profile.arm.gripper, channels);
+  read_path(root.table("path"), profile.arm.path);
+  read_loop(root.table_or_empty("loop"), profile);
+  read_servant(root.table_or_empty("servant"), profile);
+  read_backend(root.table("backend"), profile.backend);
+  root.finish();
+}
+
+}  // namespace corbot

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <toml++/toml.h>
+
+#include "config/profile.h"
+
+namespace corbot {
+
+/// What a number may be. The text that goes into messages is made from it.
+struct Bounds {
+  double lower;
+  double upper;
+  bool above_lower{false};  ///< the lower bound itself is excluded
+  std::string_view unit{};
+};
+
+/// Where faults are gathered while a profile is read.
+struct FaultList {
+  std::string file;
+  std::vector<ConfigFault> faults;
+  void add(std::uint32_t line, std::string key, std::string value, std::string allowed);
+};
+
+/// A table of a profile while it is read. Every reader reports what is wrong and then returns nothing, so
+/// that one pass finds all faults; what nobody asked for is unknown, and finish() reports it.
+class Section {
+ public:
+  /// `table` may be null: a missing one has been reported, and its keys are not reported one by one. `name`
+  /// is the full key, empty at the top.
+  Section(const toml::table* table, std::string name, FaultList& faults);
+
+  [[nodiscard]] std::optional<double> number(std::string_view key, const Bounds& allowed);
+  [[nodiscard]] std::optional<double> number_or(std::string_view key, double otherwise,
+                                                const Bounds& allowed);
+  [[nodiscard]] std::optional<std::int64_t> integer(std::string_view key, const Bounds& allowed);
+  [[nodiscard]] std::optional<std::int64_t> integer_or(std::string_view key, std::int64_t otherwise,
+                                                       const Bounds& allowed);
+  [[nodiscard]] std::optional<bool> flag_or(std::string_view key, bool otherwise);
+  [[nodiscard]] std::optional<std::string> text(std::string_view key);
+  [[nodiscard]] std::optional<std::string> text_or(std::string_view key, std::string otherwise);
+  /// Exactly `count` numbers.
+  [[nodiscard]] std::optional<std::vector<double>> numbers(std::string_view key, std::size_t count,
+                                                           const Bounds& allowed);
+  /// Two numbers, the lower first.
+  [[nodiscard]] std::optional<std::array<double, 2>> range(std::string_view key, const Bounds& allowed);
+
+  [[nodiscard]] Section table(std::string_view key);           ///< required
+  [[nodiscard]] Section table_or_empty(std::string_view key);  ///< its absence is no fault
+  /// An array of tables ([[key]]), required; empty after a fault.
+  [[nodiscard]] std::vector<Section> tables(std::string_view key);
+
+  /// Reports a fault of a value that could be read.
+  void refuse(std::string_view key, std::string allowed);
+  /// Reports the keys that nobody asked for.
+  void finish();
+
+  [[nodiscard]] bool present() const noexcept { return table_ != nullptr; }
+  [[nodiscard]] bool has(std::string_view key) const { return table_ != nullptr && table_->contains(key); }
+  [[nodiscard]] std::uint32_t line_of(std::string_view key) const;
+  [[nodiscard]] std::string full_key(std::string_view key) const;
+
+ private:
+  const toml::node* find(std::string_view key, bool required);
+  std::optional<double> finite(const toml::node& node, const std::string& key, const Bounds& allowed);
+  std::optional<std::int64_t> whole(const toml::node& node, const std::string& key, const Bounds& allowed);
+  const toml::array* array_of(std::string_view key, const toml::node& node, std::size_t count);
+
+  const toml::table* table_;
+  std::string name_;
+  FaultList* faults_;
+  std::vector<std::string_view> asked_;
+};
+
+}  // namespace corbot
