@@ -68,9 +68,10 @@ inline constexpr double kVanishedShape = 1e-200;
   if (!(t_s > 0.0) || law.distance == 0.0) return {0.0, 0.0, 0.0, 0.0};
   const detail::UnitLaw unit = detail::unit_law(law);
   const double v_scale = law.distance / duration_s;
-  if (!unit.usable) return {law.distance * (t_s / duration_s), v_scale, 0.0, 0.0};
   const double a_scale = v_scale / duration_s;
   const double j_scale = a_scale / duration_s;
+  if (!unit.usable || !std::isfinite(j_scale * unit.jerk))
+    return {law.distance * (t_s / duration_s), 0.0, 0.0, 0.0};
   const double rest_s = duration_s - t_s;
   if (rest_s < t_s) {
     const LawState s = detail::first_half(unit, rest_s / duration_s);
@@ -104,7 +105,7 @@ struct LawPeaks {
   if (!std::isfinite(law.distance) || !std::isfinite(duration_s)) return false;
   if (!(law.t_jerk_s >= 0.0 && law.t_acc_s >= 0.0 && law.t_cruise_s >= 0.0)) return false;
   if (law.distance == 0.0) return true;
-  return duration_s > 0.0 && std::isfinite(1.0 / duration_s) && detail::unit_law(law).usable;
+  return duration_s > 0.0 && detail::unit_law(law).usable && std::isfinite(peaks(law).jerk);
 }
 
 }  // namespace corbot

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// Random point-to-point motions, run at 1 kHz: range, speed, acceleration and jerk of every joint, and the
+// end.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "corbot/motion/law_evaluation.h"
+#include "planner.h"
+#include "seed.h"
+#include "test_arm.h"
+
+namespace corbot {
+namespace {
+
+using test::deg;
+
+Joints random_joints(const ArmModel& arm, std::mt19937_64& random) {
+  Joints q{};
+  for (std::size_t i = 0; i < arm.dof; ++i) {
+    q[i] = std::uniform_real_distribution<double>(arm.joints[i].lower_rad, arm.joints[i].upper_rad)(random);
+  }
+  return q;
+}
+
+void check_ticks(const ArmModel& arm, const PlanSettings& settings, const Command& command) {
+  constexpr double kTick_s = 1e-3;
+  constexpr double kSlack = 1.0 + 1e-9;
+  const int ticks = static_cast<int>(std::ceil(command.duration_s / kTick_s));
+  for (std::size_t i = 0; i < arm.dof; ++i) {
+    const TimeLaw& law = command.joint.law[i];
+    const JointLimits& limits = arm.joints[i];
+    const double speed = limits.speed_rad_s * settings.speed_ratio * settings.joint_speed_ratio[i];
+    double last = command.start_rad[i];
+    for (int k = 0; k <= ticks; ++k) {
+      const LawState s = evaluate(law, k * kTick_s);
+      const double q = command.start_rad[i] + s.position;
+      ASSERT_GE(q, limits.lower_rad - kRangeTolerance_rad);
+      ASSERT_LE(q, limits.upper_rad + kRangeTolerance_rad);
+      ASSERT_LE(std::abs(s.velocity), speed * kSlack);
+      ASSERT_LE(std::abs(q - last), speed * kTick_s * kSlack + 1e-15);
+      ASSERT_LE(std::abs(s.acceleration), limits.acceleration_rad_s2 * kSlack);
+      ASSERT_LE(std::abs(s.jerk), limits.jerk_rad_s3 * kSlack);
+      last = q;
+    }
+    ASSERT_EQ(command.start_rad[i] + evaluate(law, command.duration_s).position, command.end_rad[i]);
+    ASSERT_NEAR(law.duration_s(), command.duration_s, 1e-12 * command.duration_s) << "joints end together";
+  }
+}
+
+TEST(JointMotions, KeepTheLimitsAndArrive) {
+  std::mt19937_64 random(test::seed());
+  std::uniform_real_distribution<double> ratio(0.05, 1.0);
+  int moved = 0, refused = 0;
+  const int cases = test::cases(3000);
+  for (int i = 0; i < cases; ++i) {
+    const ArmModel arm = i % 2 == 0 ? test::lynx5() : test::wide_arm();
+    const Planner planner(arm);
+    PlanSettings settings;
+    if (i % 3 == 0) settings.speed_ratio = ratio(random);
+    if (i % 5 == 0) settings.joint_speed_ratio[static_cast<std::size_t>(i / 5 % 4)] = ratio(random);
+    const PlanStart start{random_joints(arm, random), 0.0};
+    const Joints goal = random_joints(arm, random);
+    const ToolPose pose = forward(arm.geometry, goal);
+    settings.tool_pitch_rad = pose.pitch_rad;
+    const double t_s = i % 4 == 0 ? 10.0 * ratio(random) : 0.0;
+    const PlanResult result = planner.move(start, settings, pose.position_m, t_s);
+    // The goal is reachable by construction, on at least one branch.
+    ASSERT_TRUE(std::holds_alternative<std::vector<Command>>(result)) << std::get<PlanRefusal>(result).text;
+    const Command& command = std::get<std::vector<Command>>(result).front();
+    ASSERT_NO_FATAL_FAILURE(check_ticks(arm, settings, command)) << "case " << i;
+    ASSERT_LT(test::distance(test::tcp_of(arm, command.end_rad), pose.position_m), 1e-9) << "case " << i;
+    ++moved;
+
+    const PlanResult free = planner.move(start, settings, pose.position_m, 0.0);
+    const double shortest_s = std::get<std::vector<Command>>(free).front().duration_s;
+    ASSERT_EQ(command.duration_s, std::max(shortest_s, t_s));
+
+    const PlanResult joints = planner.move_joints(start, settings, goal, t_s);
+    ASSERT_NO_FATAL_FAILURE(check_ticks(arm, settings, std::get<std::vector<Command>>(joints).front()))
+        << "case " << i;
+
+    const PlanResult beyond = planner.move(start, settings, {0.5 + ratio(random), 0.1, 0.1}, 0.0);
+    refused += std::holds_alternative<PlanRefusal>(beyond) ? 1 : 0;
+  }
+  EXPECT_EQ(moved, cases);
+  EXPECT_EQ(refused, cases);
+}
+
+}  // namespace
+}  // namespace corbot

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "corbot/arm/arm_model.h"
+#include "corbot/kinematics/kinematics.h"
+
+namespace corbot::test {
+
+constexpr double deg(double degrees) { return degrees * std::numbers::pi / 180.0; }
+
+/// The nominal Lynx 5, as profiles/lynx5.toml has it in essence.
+inline ArmModel lynx5() {
+  ArmModel arm;
+  arm.dof = 4;
+  arm.geometry = {0.067, 0.120, 0.120, 0.100, {0.0, deg(10), 0.0, deg(-45)}};
+  arm.joints[0] = {deg(-90), deg(90), deg(180), deg(900), deg(8000)};
+  arm.joints[1] = {deg(-30), deg(130), deg(150), deg(800), deg(8000)};
+  arm.joints[2] = {deg(-30), deg(130), deg(150), deg(800), deg(8000)};
+  arm.joints[3] = {deg(-90), deg(90), deg(200), deg(1000), deg(8000)};
+  arm.path = {0.25, 1.0, 10.0, deg(90), deg(400), deg(4000)};
+  arm.gripper = {4, 1000.0, 2000.0, 0.5};
+  return arm;
+}
+
+/// Ranges wide enough for every branch.
+inline ArmModel wide_arm() {
+  ArmModel arm = lynx5();
+  for (JointLimits& limits : arm.joints) {
+    limits.lower_rad = deg(-180);
+    limits.upper_rad = deg(180);
+  }
+  return arm;
+}
+
+inline std::array<double, 3> tcp_of(const ArmModel& arm, const Joints& q) {
+  return forward(arm.geometry, q).position_m;
+}
+
+inline double distance(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+}  // namespace corbot::test
