@@ -1,0 +1,12 @@
+# Closed forms against Orocos KDL on the same arm.
+find_package(orocos_kdl QUIET)
+if(NOT orocos_kdl_FOUND)
+  message(STATUS "no Orocos KDL: bench_kinematics is left out")
+  return()
+endif()
+add_executable(bench_kinematics ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/kinematics_bench.cpp)
+corbot_target(bench_kinematics)
+target_include_directories(bench_kinematics SYSTEM PRIVATE ${orocos_kdl_INCLUDE_DIRS})
+target_include_directories(bench_kinematics PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/kinematics)
+target_link_libraries(bench_kinematics PRIVATE orocos-kdl)
+set_target_properties(bench_kinematics PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bench)

@@ -1,0 +1,17 @@
+# Time laws against Ruckig, whose sources PyPI carries: pip download --no-binary :all: --no-deps ruckig, unpack, and
+# set CORBOT_RUCKIG_DIR to where CMakeLists.txt lies. Without it only corbot's own times are measured.
+set(CORBOT_RUCKIG_DIR "" CACHE PATH "Unpacked sources of Ruckig, empty for none")
+add_executable(bench_planner ${CMAKE_CURRENT_SOURCE_DIR}/planner/planner_bench.cpp)
+corbot_target(bench_planner)
+target_include_directories(bench_planner PRIVATE
+  ${CMAKE_CURRENT_SOURCE_DIR}/kinematics ${CMAKE_CURRENT_SOURCE_DIR}/../unit/planner)
+target_link_libraries(bench_planner PRIVATE corbot::planner)
+set_target_properties(bench_planner PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bench)
+if(CORBOT_RUCKIG_DIR)
+  file(GLOB ruckig_sources ${CORBOT_RUCKIG_DIR}/src/ruckig/*.cpp)
+  list(FILTER ruckig_sources EXCLUDE REGEX "cloud_client|python|module")
+  add_library(bench_ruckig STATIC ${ruckig_sources})
+  target_include_directories(bench_ruckig SYSTEM PUBLIC ${CORBOT_RUCKIG_DIR}/include)
+  target_link_libraries(bench_planner PRIVATE bench_ruckig)
+  target_compile_definitions(bench_planner PRIVATE CORBOT_HAS_RUCKIG)
+endif()

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// The proof itself: no bound may lie below what dense sampling finds, nor far above it.
+#include "path_proof.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "corbot/motion/law_evaluation.h"
+#include "test_arm.h"
+#include "time_law_planner.h"
+
+namespace corbot {
+namespace {
+
+using test::deg;
+
+LineMotion random_line(std::mt19937_64& random) {
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  LineMotion line{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    line.from_m[i] = 0.25 * unit(random);
+    line.to_m[i] = line.from_m[i] + 0.1 * unit(random);
+  }
+  line.from_pitch_rad = unit(random);
+  line.to_pitch_rad = line.from_pitch_rad + 0.5 * unit(random);
+  return line;
+}
+
+TEST(PathProof, TheLoadIsAboveEverySampleAndLessThanOnePerCentHigher) {
+  constexpr std::uint64_t kSeed = 99;
+  std::cout << "seed " << kSeed << "\n";
+  std::mt19937_64 random(kSeed);
+  const ArmModel arm = test::wide_arm();
+  Joints speed{};
+  for (std::size_t i = 0; i < 4; ++i) speed[i] = arm.joints[i].speed_rad_s;
+  int compared = 0;
+  for (int n = 0; n < 400; ++n) {
+    const LineMotion line = random_line(random);
+    const auto branch = static_cast<Branch>(n % 4);
+    const PathProof proof(arm, line, branch, 0.0);
+    if (proof.check_geometry()) continue;
+    const TimeLaw law = plan_law(1.0, {3.0, 20.0, 200.0});
+    const double load = proof.load(law, speed, 0.0);
+    ASSERT_TRUE(std::isfinite(load));
+    double sampled = 0.0;
+    constexpr int kSamples = 4000;
+    Joints last = proof.joints_at(0.0).position_rad;
+    for (int k = 1; k <= kSamples; ++k) {
+      const Joints now =
+          proof.joints_at(evaluate(law, law.duration_s() * k / kSamples).position).position_rad;
+      for (std::size_t i = 0; i < 4; ++i) {
+        sampled = std::max(sampled, std::abs(now[i] - last[i]) * kSamples / law.duration_s() / speed[i]);
+      }
+      last = now;
+    }
+    ASSERT_GE(load * (1.0 + 1e-9), sampled) << "case " << n;
+    ASSERT_LE(load, 1.0101 * sampled * 1.01) << "case " << n;  // sampling itself misses a little
+    ++compared;
+  }
+  EXPECT_GT(compared, 40);
+}
+
+TEST(PathProof, ARangeLeftBetweenAnyTwoOfAThousandSamplesIsFound) {
+  // The elbow's angle has its least value amid the line; the range ends a millionth of a radian above that.
+  ArmModel arm = test::wide_arm();
+  LineMotion line{};
+  line.from_m = {0.25, -0.05, 0.1};
+  line.to_m = {0.25, 0.05, 0.1};
+  const auto elbow = [&arm, &line](double s) {
+    return PathProof(arm, line, Branch::kForwardPositive, 0.0).joints_at(s).position_rad[2];
+  };
+  arm.joints[2].upper_rad = elbow(0.5) - 1e-6;
+  const auto refusal = PathProof(arm, line, Branch::kForwardPositive, 0.0).check_geometry();
+  ASSERT_TRUE(refusal.has_value());
+  EXPECT_EQ(refusal->articulation, 2);
+  EXPECT_NEAR(refusal->target_m[1], 0.0, 0.005);
+  EXPECT_LT(elbow(0.45), arm.joints[2].upper_rad) << "most of the line lies within the range";
+  arm.joints[2].upper_rad = elbow(0.5) + 1e-6;
+  EXPECT_FALSE(PathProof(arm, line, Branch::kForwardPositive, 0.0).check_geometry().has_value());
+}
+
+TEST(PathProof, AnArcAlongTheBorderIsRefusedInBoundedTime) {
+  ArmModel arm = test::wide_arm();
+  ArcMotion arc{};  // the stretched arm swings about its shoulder
+  arc.centre_m = {0.1, 0.0, 0.067};
+  arc.u = {1.0, 0.0, 0.0};
+  arc.v = {0.0, 0.0, 1.0};
+  arc.radius_m = 0.24;
+  arc.angle_rad = 1.0;
+  const auto refusal = PathProof(arm, arc, Branch::kForwardPositive, 0.0).check_geometry();
+  ASSERT_TRUE(refusal.has_value());
+  EXPECT_NE(refusal->kind, PlanRefusal::Kind::kBadParameter);
+}
+
+}  // namespace
+}  // namespace corbot

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every way in which a motion is refused: the kind, what is at fault, and that the text can be read.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "planner.h"
+#include "test_arm.h"
+
+namespace corbot {
+namespace {
+
+using test::deg;
+using test::lynx5;
+using test::wide_arm;
+using ::testing::HasSubstr;
+using Kind = PlanRefusal::Kind;
+using Point = std::array<double, 3>;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+const std::vector<double> kNotNumbers{kNan, kInf, -kInf, 1e308, -1e308};
+
+/// Somewhere comfortable: hand level, elbow bent.
+const PlanStart kBent{{0.1, deg(40), deg(60), deg(55), 0.0, 0.0}, 0.0};
+const Point kGood{0.22, 0.02, 0.12};
+
+void expect_refused(const PlanResult& result, Kind kind, const std::string& parameter,
+                    const std::string& text) {
+  ASSERT_TRUE(std::holds_alternative<PlanRefusal>(result)) << "planned: " << parameter;
+  const auto& refusal = std::get<PlanRefusal>(result);
+  EXPECT_EQ(refusal.kind, kind) << refusal.text;
+  EXPECT_EQ(refusal.parameter, parameter) << refusal.text;
+  EXPECT_THAT(refusal.text, HasSubstr(text));
+  EXPECT_LT(refusal.text.size(), 192u) << refusal.text;  // what the C interface holds
+}
+
+const PlanRefusal& refusal_of(const PlanResult& result) { return std::get<PlanRefusal>(result); }
+
+TEST(Refusals, TheComfortablePoseIsNotRefused) {
+  const Planner planner(lynx5());
+  EXPECT_TRUE(std::holds_alternative<std::vector<Command>>(planner.move(kBent, {}, kGood, 0.0)));
+  EXPECT_TRUE(std::holds_alternative<std::vector<Command>>(planner.move_s(kBent, {}, kGood, 0.0)));
+  EXPECT_TRUE(std::holds_alternative<std::vector<Command>>(
+      planner.move_c(kBent, {}, kGood, {0.22, 0.04, 0.14}, {0.22, 0.06, 0.12})));
+}
+
+TEST(Refusals, CoordinatesThatAreNotNumbers) {
+  const Planner planner(lynx5());
+  for (const double bad : kNotNumbers) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      Point p = kGood;
+      p[i] = bad;
+      expect_refused(planner.move(kBent, {}, p, 0.0), Kind::kBadParameter, "P", "of P is");
+      expect_refused(planner.move_s(kBent, {}, p, 0.0), Kind::kBadParameter, "P", "of P is");
+      expect_refused(planner.move_c(kBent, {}, p, kGood, kGood), Kind::kBadParameter, "P1", "of P1 is");
+      expect_refused(planner.move_c(kBent, {}, kGood, p, kGood), Kind::kBadParameter, "P2", "of P2 is");
+      expect_refused(planner.move_c(kBent, {}, kGood, kGood, p), Kind::kBadParameter, "P3", "of P3 is");
+    }
+  }
+}
+
+TEST(Refusals, TimesThatAreNotTimes) {
+  const Planner planner(lynx5());
+  for (const double bad : {kNan, kInf, -kInf, 1e308, -1.0, -1e-300, 3600.1}) {
+    expect_refused(planner.move(kBent, {}, kGood, bad), Kind::kBadParameter, "t", "allowed 0 to 3600 s");
+    expect_refused(planner.move_s(kBent, {}, kGood, bad), Kind::kBadParameter, "t", "allowed 0 to 3600 s");
+    expect_refused(planner.move_joints(kBent, {}, {}, bad), Kind::kBadParameter, "t", "allowed 0 to 3600 s");
+    expect_refused(planner.dwell(kBent, bad), Kind::kBadParameter, "t", "allowed 0 to 3600 s");
+  }
+}
+
+TEST(Refusals, TooFarAndTooClose) {
+  const Planner planner(lynx5());
+  for (const auto& result :
+       {planner.move(kBent, {}, {0.5, 0.1, 0.1}, 0.0), planner.move_s(kBent, {}, {0.5, 0.1, 0.1}, 0.0)}) {
+    expect_refused(result, Kind::kUnreachable, "P", "too far");
+    EXPECT_EQ(refusal_of(result).target_m, (Point{0.5, 0.1, 0.1}));
+    EXPECT_NEAR(refusal_of(result).upper, 0.24, 1e-15);
+    EXPECT_GT(refusal_of(result).value, 0.24);
+  }
+  // Inside the base, with links of unequal length: the wrist cannot come that near to the shoulder.
+  ArmModel al5d = wide_arm();
+  al5d.geometry.l1_m = 0.14605;
+  al5d.geometry.l2_m = 0.187325;
+  PlanSettings up;
+  up.tool_pitch_rad = deg(90);
+  expect_refused(Planner(al5d).move(kBent, up, {0.0, 0.0, 0.167}, 0.0), Kind::kUnreachable, "P", "too close");
+}
+
+TEST(Refusals, InsideTheBaseTheRangesForbid) {
+  const PlanResult result = Planner(lynx5()).move(kBent, {}, {0.02, 0.0, 0.05}, 0.0);
+  ASSERT_TRUE(std::holds_alternative<PlanRefusal>(result));
+  EXPECT_EQ(refusal_of(result).kind, Kind::kLimitExceeded);
+  EXPECT_EQ(refusal_of(result).parameter, "joint range");
+  EXPECT_GE(refusal_of(result).articulation, 0);
+  EXPECT_THAT(refusal_of(result).text, HasSubstr("degrees at the target, allowed"));
+}
+
+TEST(Refusals, BehindTheRangeOfTheBase) {
+  ArmModel arm = lynx5();
+  arm.joints[2].lower_rad = 0.0;
+  const Point behind{-0.25, 0.01, 0.1};
+  for (const auto& result :
+       {Planner(arm).move(kBent, {}, behind, 0.0), Planner(arm).move_s(kBent, {}, behind, 0.0)}) {
+    expect_refused(result, Kind::kLimitExceeded, "joint range", "articulation 0 would be at");
+    EXPECT_EQ(refusal_of(result).articulation, 0);
+    EXPECT_NEAR(refusal_of(result).upper, deg(90), 1e-15);
+    EXPECT_GT(refusal_of(result).value, deg(90));
+  }
+}
+
+TEST(Refusals, ALineWhoseMiddleIsOutOfReach) {
+  // A chord across the hole about the shoulder that unequal links leave.
+  ArmModel arm = wide_arm();
+  arm.geometry.l1_m = 0.14605;
+  arm.geometry.l2_m = 0.187325;
+  const Point from{0.12, 0.0, 0.067 + 0.08}, to{0.12, 0.0, 0.067 - 0.08};
+  const IkResult ik = inverse(arm.geometry, from, 0.0, Branch::kForwardPositive, 0.0);
+  ASSERT_EQ(ik.status, IkStatus::kOk);
+  const PlanResult result = Planner(arm).move_s({ik.position_rad, 0.0}, {}, to, 0.0);
+  expect_refused(result, Kind::kUnreachable, "P", "the path's point");
+  EXPECT_NEAR(refusal_of(result).target_m[2], 0.067, 0.04);
+  // Its end alone is no obstacle.
+  EXPECT_TRUE(
+      std::holds_alternative<std::vector<Command>>(Planner(arm).move({ik.position_rad, 0.0}, {}, to, 0.0)));
+}
+
+TEST(Refusals, ALineWhoseMiddleLeavesARange) {
+  // From one side of the base to the other, past the axis on the far side of it.
+  ArmModel arm = lynx5();
+  arm.joints[2] = {deg(-160), deg(160), deg(150), deg(800), deg(8000)};
+  arm.joints[1] = {deg(-160), deg(160), deg(150), deg(800), deg(8000)};
+  arm.joints[3] = {deg(-170), deg(170), deg(200), deg(1000), deg(8000)};
+  PlanSettings settings;
+  const auto joints_at = [&arm](const Point& p) {
+    return inverse(arm.geometry, p, 0.0, Branch::kForwardPositive, 0.0);
+  };
+  const Point left{0.001, 0.2, 0.1}, right{0.001, -0.2, 0.1};
+  ASSERT_EQ(joints_at(left).status, IkStatus::kOk);
+  const PlanResult result = Planner(arm).move_s({joints_at(left).position_rad, 0.0}, settings, right, 0.0);
+  ASSERT_TRUE(std::holds_alternative<PlanRefusal>(result));
+  EXPECT_EQ(refusal_of(result).kind, Kind::kLimitExceeded) << refusal_of(result).text;
+  EXPECT_THAT(refusal_of(result).text, HasSubstr("% along the path"));
+}
+
+TEST(Refusals, ALineThroughTheBaseAxis) {
+  ArmModel arm = wide_arm();
+  const IkResult ik = inverse(arm.geometry, {0.1, 0.0, 0.2}, 0.0, Branch::kForwardPositive, 0.0);
+  ASSERT_EQ(ik.status, IkStatus::kOk);
+  const PlanResult result = Planner(arm).move_s({ik.position_rad, 0.0}, {}, {-0.1, 0.0, 0.2}, 0.0);
+  ASSERT_TRUE(std::holds_alternative<PlanRefusal>(result));
+  EXPECT_NE(refusal_of(result).kind, Kind::kBadParameter);
+  // Past the axis off the middle of a cell, too, where no sample falls on it.
+  for (const double y : {0.0, 1e-15, 1e-12}) {
+    const IkResult start = inverse(arm.geometry, {0.1, y, 0.2}, 0.0, Branch::kForwardPositive, 0.0);
+    EXPECT_TRUE(std::holds_alternative<PlanRefusal>(
+        Planner(arm).move_s({start.position_rad, 0.0}, {}, {-0.0371, y, 0.2}, 0.0)))
+        << y;
+  }
+}
+
+TEST(Refusals, ArcsThatAreNone) {
+  const Planner planner(lynx5());
+  const Point a{0.2, 0.0, 0.1}, b{0.21, 0.02, 0.12}, middle{0.205, 0.01, 0.11};
+  expect_refused(planner.move_c(kBent, {}, a, a, b), Kind::kBadParameter, "P2", "apart");
+  expect_refused(planner.move_c(kBent, {}, a, b, b), Kind::kBadParameter, "P2", "apart");
+  expect_refused(planner.move_c(kBent, {}, a, b, a), Kind::kBadParameter, "P2", "apart");
+  expect_refused(planner.move_c(kBent, {}, a, {0.2, 0.0, 0.1 + 5e-10}, b), Kind::kBadParameter, "P2",
+                 "apart");
+  expect_refused(planner.move_c(kBent, {}, a, middle, b), Kind::kBadParameter, "P2", "lie on a line");
+  expect_refused(planner.move_c(kBent, {}, a, {0.205 + 1e-9, 0.01, 0.11}, b), Kind::kBadParameter, "P2",
+                 "on a line");
+  // Of two commands neither is given when the second cannot be: P1 can be reached, the arc's far side cannot.
+  expect_refused(planner.move_c(kBent, {}, {0.25, 0.1, 0.1}, {0.4, 0.0, 0.1}, {0.25, -0.1, 0.1}),
+                 Kind::kUnreachable, "P", "too far");
+}
+
+TEST(Refusals, Drive) {
+  const Planner planner(lynx5());
+  for (const int articulation : {-1, 4, 6, 1'000'000, -2'147'483'647}) {
+    expect_refused(planner.drive(kBent, {}, articulation, 0.1, 0.1), Kind::kBadParameter, "articulation",
+                   "0 to 3");
+  }
+  for (const double bad : {kNan, kInf, -kInf}) {
+    expect_refused(planner.drive(kBent, {}, 0, bad, 0.1), Kind::kBadParameter, "increment", "not a finite");
+    expect_refused(planner.drive(kBent, {}, 0, 0.1, bad), Kind::kBadParameter, "speed", "allowed above 0");
+  }
+  for (const double bad : {0.0, -0.1}) {
+    expect_refused(planner.drive(kBent, {}, 0, 0.1, bad), Kind::kBadParameter, "speed", "allowed above 0");
+  }
+  PlanSettings half;
+  half.joint_speed_ratio[0] = 0.5;
+  expect_refused(planner.drive(kBent, {}, 0, 0.1, deg(181)), Kind::kLimitExceeded, "speed", "up to 180");
+  expect_refused(planner.drive(kBent, half, 0, 0.1, deg(91)), Kind::kLimitExceeded, "speed", "up to 90");
+  expect_refused(planner.drive(kBent, {}, 0, 0.1, 1e308), Kind::kLimitExceeded, "speed", "up to 180");
+  expect_refused(planner.drive(kBent, {}, 0, deg(90), 0.1), Kind::kLimitExceeded, "joint range",
+                 "articulation 0");
+  expect_refused(planner.drive(kBent, {}, 3, -1e308, 0.1), Kind::kLimitExceeded, "joint range",
+                 "articulation 3");
+  expect_refused(planner.drive(kBent, {}, 0, 0.1, 1e-9), Kind::kLimitExceeded, "duration",
+                 "allowed up to 3600 s");
+}
+
+TEST(Refusals, JointsGripperAndPitch) {
+  const Planner planner(lynx5());
+  for (const double bad : {kNan, kInf, -kInf}) {
+    expect_refused(planner.move_joints(kBent, {}, {0, bad, 0, 0, 0, 0}, 0.0), Kind::kBadParameter, "angle",
+                   "articulation 1");
+    PlanSettings pitched;
+    pitched.tool_pitch_rad = bad;
+    expect_refused(planner.move(kBent, pitched, kGood, 0.0), Kind::kBadParameter, "tool pitch", "finite");
+    expect_refused(planner.move_s(kBent, pitched, kGood, 0.0), Kind::kBadParameter, "tool pitch", "finite");
+  }
+  expect_refused(planner.move_joints(kBent, {}, {0, 0, deg(131), 0, 0, 0}, 0.0), Kind::kLimitExceeded,
+                 "joint range",
+                 "articulation 2 would be at 131 degrees at the target, allowed -30 to 130 degrees");
+  for (const double bad : {kNan, kInf, -kInf, -1e-9, 1.0 + 1e-9}) {
+    expect_refused(planner.gripper(kBent, bad), Kind::kBadParameter, "opening", "allowed 0 to 1");
+  }
+  ArmModel scara = lynx5();
+  scara.kind = ArmKind::kScara;
+  expect_refused(Planner(scara).move(kBent, {}, kGood, 0.0), Kind::kUnreachable, "kind",
+                 "inverse kinematics");
+  expect_refused(Planner(scara).move_s(kBent, {}, kGood, 0.0), Kind::kUnreachable, "kind",
+                 "inverse kinematics");
+}
+
+TEST(Refusals, ALineFromWhereNoLineCanBegin) {
+  ArmModel arm = wide_arm();
+  arm.joints[0].upper_rad = deg(270);
+  PlanStart turned = kBent;
+  turned.position_rad[0] = deg(200);
+  const PlanResult result = Planner(arm).move_s(turned, {}, {-0.2, -0.05, 0.1}, 0.0);
+  expect_refused(result, Kind::kLimitExceeded, "joint range", "move its joints first");
+  EXPECT_EQ(refusal_of(result).articulation, 0);
+}
+
+}  // namespace
+}  // namespace corbot
