@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/command_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <numbers>
+#include <utility>
+
+#include "corbot/kinematics/kinematics.h"
+#include "corbot/motion/law_evaluation.h"
+#include "corbot/motion/path.h"
+#include "rt/set_point_check.h"
+
+namespace corbot::rt {
+namespace {
+
+constexpr double kLimitTolerance = 1e-6;
+constexpr double kDurationTolerance = 1e-9;
+constexpr double kFrameTolerance = 1e-9;
+constexpr double kFarthest_m = 1e3;
+constexpr double kLargestRadius_m = 1e6;
+
+constexpr CommandVerdict kGood{};
+
+CommandVerdict malformed(double value, std::int32_t joint = -1) noexcept {
+  return {Verdict::kMalformed, joint, value};
+}
+CommandVerdict limit(double value, std::int32_t joint = -1) noexcept {
+  return {Verdict::kLimit, joint, value};
+}
+CommandVerdict discontinuous(double value, std::int32_t joint = -1) noexcept {
+  return {Verdict::kDiscontinuous, joint, value};
+}
+
+bool within(double value, double bound) noexcept { return value <= bound * (1.0 + kLimitTolerance); }
+
+bool is_small(const std::array<double, 3>& vector, double bound) noexcept {
+  return std::all_of(vector.begin(), vector.end(), [bound](double x) { return std::abs(x) <= bound; });
+}
+
+double dot(const std::array<double, 3>& a, const std::array<double, 3>& b) noexcept {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/// Well formed, not longer than the command, and of exactly its duration where it moves at all.
+CommandVerdict check_law(const TimeLaw& law, double duration_s, std::int32_t joint) noexcept {
+  if (!is_well_formed(law)) return malformed(law.distance, joint);
+  const double tolerance_s = kDurationTolerance * std::max(1.0, duration_s);
+  const double difference_s = law.duration_s() - duration_s;
+  if (difference_s > tolerance_s) return malformed(law.duration_s(), joint);
+  if (law.distance != 0.0 && difference_s < -tolerance_s) return malformed(law.duration_s(), joint);
+  return kGood;
+}
+
+CommandVerdict check_joint_motion(const ArmModel& arm, const Command& command) noexcept {
+  for (std::size_t i = 0; i < kMaxJoints; ++i) {
+    const auto joint = static_cast<std::int32_t>(i);
+    const TimeLaw& law = command.joint.law[i];
+    const CommandVerdict verdict = check_law(law, command.duration_s, joint);
+    if (!verdict.ok()) return verdict;
+    if (i >= arm.dof) {
+      if (law.distance != 0.0) return malformed(law.distance, joint);
+      continue;
+    }
+    const JointLimits& limits = arm.joints[i];
+    const LawPeaks peak = peaks(law);
+    if (!within(peak.velocity, limits.speed_rad_s)) return limit(peak.velocity, joint);
+    if (!within(peak.acceleration, limits.acceleration_rad_s2)) return limit(peak.acceleration, joint);
+    if (!within(peak.jerk, limits.jerk_rad_s3)) return limit(peak.jerk, joint);
+    const double miss_rad = command.start_rad[i] + law.distance - command.end_rad[i];
+    if (!(std::abs(miss_rad) <= kStartTolerance)) return malformed(miss_rad, joint);
+  }
+  return kGood;
+}
+
+/// What lines and arcs have in common. `turn_rad` is the change of the hand's pitch.
+template <class Path>
+CommandVerdict check_path(const ArmModel& arm, const Command& command, const Path& path) noexcept {
+  if (static_cast<std::uint32_t>(path.branch) >= kBranchCount)
+    return malformed(static_cast<double>(path.branch));
+  if (!(std::abs(path.from_pitch_rad) <= 2.0 * std::numbers::pi)) return malformed(path.from_pitch_rad);
+  if (!(std::abs(path.to_pitch_rad) <= 2.0 * std::numbers::pi)) return malformed(path.to_pitch_rad);
+  const CommandVerdict verdict = check_law(path.law, command.duration_s, -1);
+  if (!verdict.ok()) return verdict;
+  if (!(path.law.distance >= 0.0 && path.law.distance <= 1.0 + kDurationTolerance)) {
+    return malformed(path.law.distance);
+  }
+
+  const LawPeaks peak = peaks(path.law);
+  const double length = length_m(path);
+  const double turn_rad = std::abs(path.to_pitch_rad - path.from_pitch_rad);
+  for (const auto& [value, bound] :
+       {std::pair{peak.velocity * length, arm.path.speed_m_s},
+        std::pair{peak.acceleration * length, arm.path.acceleration_m_s2},
+        std::pair{peak.jerk * length, arm.path.jerk_m_s3},
+        std::pair{peak.velocity * turn_rad, arm.path.turn_speed_rad_s},
+        std::pair{peak.acceleration * turn_rad, arm.path.turn_acceleration_rad_s2},
+        std::pair{peak.jerk * turn_rad, arm.path.turn_jerk_rad_s3}}) {
+    if (!within(value, bound)) return limit(value);
+  }
+
+  for (const bool at_end : {false, true}) {
+    const PathPoint point = point_at(path, at_end ? path.law.distance : 0.0);
+    const Joints& expected_rad = at_end ? command.end_rad : command.start_rad;
+    const IkResult ik =
+        inverse(arm.geometry, point.position_m, point.pitch_rad, path.branch, expected_rad[0]);
+    if (ik.status != IkStatus::kOk) return limit(ik.wrist_distance_m);
+    for (std::size_t i = 0; i < kMaxJoints; ++i) {
+      const double miss_rad = ik.position_rad[i] - expected_rad[i];
+      if (std::abs(miss_rad) <= kStartTolerance) continue;
+      const auto joint = static_cast<std::int32_t>(i);
+      return at_end ? malformed(miss_rad, joint) : discontinuous(miss_rad, joint);
+    }
+  }
+  return kGood;
+}
+
+CommandVerdict check_line(const ArmModel& arm, const Command& command) noexcept {
+  if (!is_small(command.line.from_m, kFarthest_m)) return malformed(command.line.from_m[0]);
+  if (!is_small(command.line.to_m, kFarthest_m)) return malformed(command.line.to_m[0]);
+  return check_path(arm, command, command.line);
+}
+
+CommandVerdict check_arc(const ArmModel& arm, const Command& command) noexcept {
+  const ArcMotion& arc = command.arc;
+  if (!is_small(arc.centre_m, kLargestRadius_m)) return malformed(arc.centre_m[0]);
+  if (!(arc.radius_m > 0.0 && arc.radius_m <= kLargestRadius_m)) return malformed(arc.radius_m);
+  if (!(arc.angle_rad > 0.0 && arc.angle_rad <= 2.0 * std::numbers::pi * (1.0 + kFrameTolerance))) {
+    return malformed(arc.angle_rad);
+  }
+  for (const double error : {dot(arc.u, arc.u) - 1.0, dot(arc.v, arc.v) - 1.0, dot(arc.u, arc.v)}) {
+    if (!(std::abs(error) <= kFrameTolerance)) return malformed(error);
+  }
+  return check_path(arm, command, arc);
+}
+
+CommandVerdict check_stays(const Command& command) noexcept {
+  for (std::size_t i = 0; i < kMaxJoints; ++i) {
+    const double miss_rad = command.end_rad[i] - command.start_rad[i];
+    if (!(std::abs(miss_rad) <= kStartTolerance)) return malformed(miss_rad, static_cast<std::int32_t>(i));
+  }
+  return kGood;
+}
+
+CommandVerdict check_dwell(const Command& command) noexcept {
+  const double duration_s = command.dwell.duration_s;
+  if (!(duration_s >= 0.0 && duration_s <= kLongestDwell_s)) return malformed(duration_s);
+  if (!(std::abs(duration_s - command.duration_s) <= kDurationTolerance * std::max(1.0, duration_s))) {
+    return malformed(command.duration_s);
+  }
+  return check_stays(command);
+}
+
+CommandVerdict check_gripper(const ArmModel& arm, const Command& command, double opening) noexcept {
+  const GripperMotion& gripper = command.gripper;
+  if (!(gripper.from >= 0.0 && gripper.from <= 1.0)) return malformed(gripper.from);
+  const CommandVerdict verdict = check_law(gripper.law, command.duration_s, -1);
+  if (!verdict.ok()) return verdict;
+  const double to = gripper.from + gripper.law.distance;
+  if (!(to >= -kDurationTolerance && to <= 1.0 + kDurationTolerance)) return malformed(to);
+  if (!(std::abs(gripper.from - opening) <= kStartTolerance)) return discontinuous(gripper.from);
+  // The servo at full speed needs travel_s for the whole way; no law's peak may be faster than twice that (a
+  // law without a cruise has a peak of twice its mean).
+  const double fastest = 2.0 / arm.gripper.travel_s;
+  const double velocity = peaks(gripper.law).velocity;
+  if (!within(velocity, fastest)) return limit(velocity);
+  return check_stays(command);
+}
+
+CommandVerdict check_start(const Command& command, const Joints& rest_rad) noexcept {
+  for (std::size_t i = 0; i < kMaxJoints; ++i) {
+    const auto joint = static_cast<std::int32_t>(i);
+    if (!std::isfinite(command.start_rad[i])) return malformed(command.start_rad[i], joint);
+    const double miss_rad = command.start_rad[i] - rest_rad[i];
+    if (!(std::abs(miss_rad) <= kStartTolerance)) return discontinuous(miss_rad, joint);
+  }
+  return kGood;
+}
+
+}  // namespace
+
+CommandVerdict check_command(const ArmModel& arm, const Command& command, const RestState& rest) noexcept {
+  if (command.id <= rest.last_id || command.id - rest.last_id > kLargestIdStep) {
+    return malformed(static_cast<double>(command.id));
+  }
+  if (!(command.duration_s >= 0.0 && command.duration_s <= kLongestMotion_s))
+    return malformed(command.duration_s);
+  for (std::size_t i = 0; i < kMaxJoints; ++i) {
+    if (!std::isfinite(command.end_rad[i]))
+      return malformed(command.end_rad[i], static_cast<std::int32_t>(i));
+  }
+  const CommandVerdict start = check_start(command, rest.position_rad);
+  if (!start.ok()) return start;
+  if (!is_in_range(arm, command.end_rad, kRangeTolerance_rad)) return limit(command.end_rad[0]);
+  switch (command.kind) {
+    case MotionKind::kJoint:
+      return check_joint_motion(arm, command);
+    case MotionKind::kLine:
+      return check_line(arm, command);
+    case MotionKind::kArc:
+      return check_arc(arm, command);
+    case MotionKind::kDwell:
+      return check_dwell(command);
+    case MotionKind::kGripper:
+      return check_gripper(arm, command, rest.opening);
+  }
+  return malformed(static_cast<double>(command.kind));
+}
+
+}  // namespace corbot::rt

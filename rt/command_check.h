@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "corbot/arm/arm_model.h"
+#include "corbot/channel/records.h"
+#include "corbot/motion/command.h"
+
+namespace corbot::rt {
+
+/// A command must begin where the arm rests, within this (radians, or part of the gripper's opening).
+inline constexpr double kStartTolerance = 1e-6;
+/// Numbers of commands rise by one; a jump beyond this is no number but garbage.
+inline constexpr std::uint64_t kLargestIdStep = 1'000'000;
+inline constexpr double kLongestDwell_s = 3600.0;
+inline constexpr double kLongestMotion_s = 1e6;
+
+/// Where the arm is at rest when a command comes.
+struct RestState {
+  std::uint64_t last_id{};  ///< of the command before
+  Joints position_rad{};
+  double opening{};
+};
+
+/// kDone: the command may run. Otherwise the verdict, and what was wrong.
+struct CommandVerdict {
+  Verdict verdict{Verdict::kDone};
+  std::int32_t joint{-1};
+  double value{};  ///< the offending value; its unit follows the field
+  [[nodiscard]] bool ok() const noexcept { return verdict == Verdict::kDone; }
+};
+
+/// Checks every field of a command that came out of shared memory, where a network-facing process writes: a
+/// command that passes can be evaluated at any virtual time, begins where the arm rests, ends in range and
+/// keeps the limits of the arm by its laws. What lies between the ends of a line or an arc is left to the
+/// check of each set-point. The epoch is the caller's business. Real-time safe.
+[[nodiscard]] CommandVerdict check_command(const ArmModel& arm, const Command& command,
+                                           const RestState& rest) noexcept;
+
+}  // namespace corbot::rt

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/cycle.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "corbot/kinematics/kinematics.h"
+#include "rt/command_check.h"
+#include "rt/servo_map.h"
+#include "rt/set_point_check.h"
+
+namespace corbot::rt {
+namespace {
+
+/// Slower than this is a pause, not an override.
+constexpr double kLowestOverride = 1e-3;
+
+double valid_override(double ratio) noexcept {
+  return std::isfinite(ratio) ? std::clamp(ratio, kLowestOverride, 1.0) : 1.0;
+}
+
+bool has_failed(BackendHealth health) noexcept {
+  return health == BackendHealth::kLost || health == BackendHealth::kClosed;
+}
+
+}  // namespace
+
+Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend) noexcept
+    : arm_(arm), segment_(segment), backend_(backend), period_s_(static_cast<double>(arm.period_ns) * 1e-9) {
+  take_up_last_position();
+  drop_ring();
+  stops_requested_ = segment_.control.stop_count.load(std::memory_order_acquire);
+  snapshot_.stops_done = stops_requested_;
+  snapshot_.clears_done = segment_.control.clear_count.load(std::memory_order_acquire);
+  snapshot_.incarnation = segment_.header.incarnation.load(std::memory_order_acquire);
+  snapshot_.command_id = 0;
+  map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
+}
+
+void Cycle::take_up_last_position() noexcept {
+  for (std::size_t i = 0; i < std::min<std::size_t>(arm_.dof, kMaxJoints); ++i) {
+    set_point_.position_rad[i] = std::clamp(0.0, arm_.joints[i].lower_rad, arm_.joints[i].upper_rad);
+  }
+  Snapshot last{};
+  if (last_snapshot(segment_, last)) {
+    snapshot_.cycle = last.cycle;
+    snapshot_.last_done_id = std::max(last.last_done_id, last.command_id);
+    if (is_in_range(arm_, last.position_rad, kRangeTolerance_rad))
+      set_point_.position_rad = last.position_rad;
+    if (std::isfinite(last.gripper)) set_point_.opening = std::clamp(last.gripper, 0.0, 1.0);
+  }
+  last_ = set_point_;
+}
+
+void Cycle::drop_ring() noexcept {
+  for (std::size_t i = 0; i < segment_.commands.capacity(); ++i) {
+    if (segment_.commands.pop(pending_) != PopResult::kOk) return;
+    const std::uint64_t id = pending_.id;
+    if (id > snapshot_.last_done_id && id - snapshot_.last_done_id <= kLargestIdStep)
+      snapshot_.last_done_id = id;
+  }
+}
+
+StepReport Cycle::step(std::int64_t now_ns, std::int64_t wall_ns) noexcept {
+  const RtState state_before = snapshot_.state;
+  snapshot_.time_ns = now_ns;
+  snapshot_.wall_ns = wall_ns;
+  ++snapshot_.cycle;
+  published_ = false;
+
+  take_flags();
+  take_command();
+  advance_virtual_time();
+  accept_or_hold(evaluate_path());
+  exchange_with_backend();
+  publish();
+  return {published_ || snapshot_.state != state_before, !is_running_, snapshot_.state};
+}
+
+void Cycle::take_flags() noexcept {
+  const ControlFlags& control = segment_.control;
+  // Counters only rise; a lower one is somebody's mistake and no request.
+  stops_requested_ = std::max(stops_requested_, control.stop_count.load(std::memory_order_acquire));
+  paused_ = control.pause.load(std::memory_order_relaxed) != 0;
+  snapshot_.override_ratio = valid_override(control.override_ratio.load(std::memory_order_relaxed));
+
+  const std::uint64_t clears = control.clear_count.load(std::memory_order_acquire);
+  if (clears > snapshot_.clears_done) {
+    snapshot_.clears_done = clears;
+    faulted_ = has_failed(health_);
+    published_ = true;
+  }
+}
+
+bool Cycle::is_stopping() const noexcept { return stops_requested_ > snapshot_.stops_done || shutdown_; }
+
+void Cycle::take_command() noexcept {
+  if (faulted_) {
+    refuse_queue(Verdict::kFault, false);
+    end_stop();
+    return;
+  }
+  if (is_stopping()) {
+    if (is_running_) {
+      if (!governor_.holding()) return;
+      is_running_ = false;
+      governor_.rest();
+      complete(running_.id, Verdict::kStopped);
+    }
+    refuse_queue(Verdict::kStopped, !shutdown_);
+    end_stop();
+    return;
+  }
+  if (!is_running_ && fetch_pending()) begin_pending();
+}
+
+void Cycle::end_stop() noexcept {
+  if (snapshot_.stops_done == stops_requested_) return;
+  snapshot_.stops_done = stops_requested_;
+  published_ = true;
+}
+
+/// At most one ring full of commands, each with its verdict. `older_only`: up to the first that the stop does
+/// not concern.
+void Cycle::refuse_queue(Verdict verdict, bool older_only) noexcept {
+  for (std::size_t i = 0; i <= segment_.commands.capacity() && fetch_pending(); ++i) {
+    if (older_only && pending_.epoch >= stops_requested_) return;
+    is_pending_ = false;
+    complete(pending_.id, verdict);
+  }
+}
+
+bool Cycle::fetch_pending() noexcept {
+  if (is_pending_) return true;
+  switch (segment_.commands.pop(pending_)) {
+    case PopResult::kOk:
+      is_pending_ = true;
+      break;
+    case PopResult::kEmpty:
+      break;
+    case PopResult::kCorrupt:
+      report_lost_commands();
+      break;
+  }
+  return is_pending_;
+}
+
+void Cycle::begin_pending() noexcept {
+  // The servant may have counted a stop between this cycle's look at the flags and its push.
+  const std::uint64_t stops = segment_.control.stop_count.load(std::memory_order_acquire);
+  if (pending_.epoch > stops_requested_ && pending_.epoch <= stops) return;
+  if (pending_.epoch < stops_requested_) {
+    is_pending_ = false;
+    complete(pending_.id, Verdict::kStopped);
+    return;
+  }
+  if (paused_) return;
+
+  is_pending_ = false;
+  CommandVerdict verdict =
+      check_command(arm_, pending_, {snapshot_.last_done_id, set_point_.position_rad, set_point_.opening});
+  if (pending_.epoch > stops_requested_)
+    verdict = {Verdict::kMalformed, -1, static_cast<double>(pending_.epoch)};
+  if (!verdict.ok()) {
+    raise({AlarmCode::kCommandRefused, verdict.joint, 0, static_cast<double>(pending_.id),
+           static_cast<double>(verdict.verdict), verdict.value});
+    complete(pending_.id, verdict.verdict);
+    return;
+  }
+  running_ = pending_;
+  is_running_ = true;
+  base_ = set_point_;
+  governor_.set_target(snapshot_.override_ratio);
+  governor_.begin(governed_motion(arm_, running_));
+}
+
+/// The ring's indices made no sense and what it held is gone: whoever waits for it must not wait forever.
+void Cycle::report_lost_commands() noexcept {
+  raise({AlarmCode::kRingCorrupt, -1, 0, 0.0, 0.0, 0.0});
+  const std::uint64_t last = is_running_ ? running_.id : snapshot_.last_done_id;
+  const std::uint64_t next = segment_.header.next_command_id.load(std::memory_order_acquire);
+  for (std::uint64_t id = last + 1; id < next && id <= last + segment_.commands.capacity(); ++id) {
+    complete(id, Verdict::kFault);
+  }
+}
+
+void Cycle::advance_virtual_time() noexcept {
+  governor_.set_target(paused_ || is_stopping() ? 0.0 : snapshot_.override_ratio);
+  if (is_running_) governor_.advance(period_s_);
+}
+
+SetPoint Cycle::evaluate_path() noexcept {
+  return is_running_ ? evaluate_command(arm_, running_, base_, governor_.virtual_time_s()) : set_point_;
+}
+
+void Cycle::accept_or_hold(const SetPoint& next) noexcept {
+  last_ = set_point_;
+  if (!is_running_) return;
+  if (!next.reachable) {
+    fault({AlarmCode::kKinematicsFailed, -1, 0, governor_.virtual_time_s(), 0.0, running_.duration_s});
+    return;
+  }
+  const SetPointVerdict verdict =
+      check_set_point(arm_, set_point_.position_rad, next.position_rad, next.opening, period_s_);
+  if (!verdict.ok) {
+    fault({verdict.code, verdict.joint, 0, verdict.value, verdict.lower, verdict.upper});
+    return;
+  }
+  set_point_ = next;
+  if (!governor_.finished()) return;
+  is_running_ = false;
+  governor_.rest();
+  complete(running_.id, Verdict::kDone);
+}
+
+void Cycle::exchange_with_backend() noexcept {
+  frame_.cycle = snapshot_.cycle;
+  frame_.time_ns = snapshot_.time_ns;
+  map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
+  backend_.write(frame_);
+  const ServoFeedback feedback = backend_.read();
+  snapshot_.flags = feedback.measured ? kSnapshotMeasured : 0;
+  snapshot_.measured_rad = feedback.measured ? feedback.position_rad : Joints{};
+
+  const BackendHealth before = health_;
+  health_ = backend_.health();
+  if (health_ == before) return;
+  if (has_failed(health_) && !has_failed(before)) {
+    fault({AlarmCode::kBackendLost, -1, 0, static_cast<double>(health_), 0.0, 0.0});
+  } else if (health_ == BackendHealth::kDegraded) {
+    raise({AlarmCode::kBackendDegraded, -1, 0, static_cast<double>(health_), 0.0, 0.0});
+  }
+}
+
+/// The arm holds its last good set-point; what runs and what waits gets its verdict in this cycle.
+void Cycle::fault(const AlarmEvent& cause) noexcept {
+  raise(cause);
+  faulted_ = true;
+  if (is_running_) {
+    is_running_ = false;
+    governor_.rest();
+    complete(running_.id, Verdict::kFault);
+  }
+  refuse_queue(Verdict::kFault, false);
+}
+
+void Cycle::raise(AlarmEvent alarm) noexcept {
+  alarm.time_ns = snapshot_.wall_ns;
+  // A full ring drops the alarm: nobody has taken the 64 before it either, and the state tells of a fault.
+  (void)segment_.alarms.push(alarm);
+  (void)alarm_log_.push(alarm);
+  published_ = true;
+}
+
+/// Verdicts in the order of the commands. A full ring drops the completion (its reader is dead or stuck, and
+/// the cycle waits for nobody); Snapshot::last_done_id still says that the command is over.
+void Cycle::complete(std::uint64_t id, Verdict verdict) noexcept {
+  (void)segment_.completions.push({id, verdict, 0, snapshot_.cycle});
+  if (id > snapshot_.last_done_id && id - snapshot_.last_done_id <= kLargestIdStep)
+    snapshot_.last_done_id = id;
+  published_ = true;
+}
+
+RtState Cycle::state() const noexcept {
+  if (faulted_) return RtState::kError;
+  if (is_stopping()) return RtState::kStopping;
+  if (paused_ && (!is_running_ || governor_.holding())) return RtState::kPaused;
+  return is_running_ ? RtState::kMoving : RtState::kStandby;
+}
+
+void Cycle::publish() noexcept {
+  snapshot_.state = state();
+  snapshot_.command_id = is_running_ ? running_.id : 0;
+  snapshot_.virtual_time_s = is_running_ ? governor_.virtual_time_s() : 0.0;
+  snapshot_.virtual_rate = is_running_ ? governor_.rate() : 0.0;
+  snapshot_.gripper = set_point_.opening;
+  snapshot_.position_rad = set_point_.position_rad;
+  for (std::size_t i = 0; i < kMaxJoints; ++i) {
+    snapshot_.velocity_rad_s[i] = (set_point_.position_rad[i] - last_.position_rad[i]) / period_s_;
+  }
+  const ToolPose pose = forward(arm_.geometry, set_point_.position_rad);
+  snapshot_.tcp_m = pose.position_m;
+  snapshot_.yaw_rad = pose.yaw_rad;
+  snapshot_.pitch_rad = pose.pitch_rad;
+  snapshot_.pulse_us = frame_.pulse_us;
+  segment_.snapshot.store(snapshot_);
+  segment_.trace.append(snapshot_);
+}
+
+}  // namespace corbot::rt

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "corbot/arm/arm_model.h"
+#include "corbot/backend/backend.h"
+#include "corbot/channel/layout.h"
+#include "rt/governor.h"
+#include "rt/path_evaluation.h"
+
+namespace corbot::rt {
+
+/// What the loop around the cycle must know of a step.
+struct StepReport {
+  bool published{false};  ///< a verdict, an alarm or a change of state is out: wake whoever waits
+  bool at_rest{true};     ///< no command is running
+  RtState state{RtState::kStandby};
+};
+
+/// One robot's real-time cycle. The constructor takes up where the segment's last snapshot left the arm (or
+/// at angle 0) and drops what the ring holds; step() is then called once a period, forever.
+///
+/// step() is given the time and touches nothing but the segment, the backend and its own members: no clock,
+/// no allocation, no lock, no system call, nothing thrown, a bounded number of operations. Each call advances
+/// the motion by one nominal period; a period that the loop missed delays the motion, it does not make the
+/// arm catch up.
+class Cycle {
+ public:
+  Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend) noexcept;
+
+  /// Real-time safe. `now_ns`: CLOCK_MONOTONIC, when the cycle was due; `wall_ns`: CLOCK_REALTIME of the same
+  /// instant.
+  StepReport step(std::int64_t now_ns, std::int64_t wall_ns) noexcept;
+
+  /// Real-time safe. Brings the running motion to rest and refuses all others; for good.
+  void begin_shutdown() noexcept { shutdown_ = true; }
+  /// Real-time safe. A period was missed.
+  void count_overrun() noexcept { ++snapshot_.overruns; }
+
+  /// The frame that describes the present set-point, for Backend::open().
+  [[nodiscard]] const ServoFrame& frame() const noexcept { return frame_; }
+  /// A copy of each alarm, for this process to print; consumed by one other thread.
+  [[nodiscard]] Ring<AlarmEvent, 64>& alarm_log() noexcept { return alarm_log_; }
+
+ private:
+  void take_up_last_position() noexcept;
+  void drop_ring() noexcept;
+
+  void take_flags() noexcept;
+  void take_command() noexcept;
+  void advance_virtual_time() noexcept;
+  [[nodiscard]] SetPoint evaluate_path() noexcept;
+  void accept_or_hold(const SetPoint& next) noexcept;
+  void exchange_with_backend() noexcept;
+  void publish() noexcept;
+
+  [[nodiscard]] bool fetch_pending() noexcept;
+  void end_stop() noexcept;
+  void refuse_queue(Verdict verdict, bool older_only) noexcept;
+  void begin_pending() noexcept;
+  void report_lost_commands() noexcept;
+  void complete(std::uint64_t id, Verdict verdict) noexcept;
+  void fault(const AlarmEvent& cause) noexcept;
+  void raise(AlarmEvent alarm) noexcept;
+  [[nodiscard]] bool is_stopping() const noexcept;
+  [[nodiscard]] RtState state() const noexcept;
+
+  const ArmModel arm_;
+  SegmentLayout& segment_;
+  Backend& backend_;
+  const double period_s_;
+
+  Governor governor_;
+  Command running_{};  ///< valid while is_running_
+  bool is_running_{false};
+  SetPoint base_{};    ///< where the running command began
+  Command pending_{};  ///< popped, not begun; valid while is_pending_
+  bool is_pending_{false};
+  SetPoint set_point_{};
+  SetPoint last_{};  ///< of the cycle before
+
+  std::uint64_t stops_requested_{0};
+  bool shutdown_{false};
+  bool paused_{false};
+  bool faulted_{false};
+  bool published_{false};
+  BackendHealth health_{BackendHealth::kOpen};
+  ServoFrame frame_{};
+  Snapshot snapshot_{};
+  Ring<AlarmEvent, 64> alarm_log_;
+};
+
+}  // namespace corbot::rt

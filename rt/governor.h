@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "corbot/arm/joints.h"
+#include "rt/law_segments.h"
+
+namespace corbot::rt {
+
+/// One law that the governor keeps within bounds: q(s) runs by virtual time s, and its limits are those of q
+/// by real time.
+struct GovernedLaw {
+  LawSegments law;
+  double acceleration_limit{};
+  double jerk_limit{};
+};
+
+/// The laws of a running motion: one a joint, one for a path or the gripper, none for a dwell.
+struct GovernedMotion {
+  std::array<GovernedLaw, kMaxJoints> laws;
+  std::size_t count{0};
+  double duration_s{0.0};      ///< in virtual time
+  double longest_ramp_s{0.0};  ///< see longest_ramp_s()
+};
+
+/// Virtual time. It advances at a rate u in [0, 1]; stop, pause, resume and override change nothing but the
+/// rate's target. Since set-points are q(s), the arm stays exactly on its path whatever the rate does, and
+///     q̇ = q' u,   q̈ = q'' u² + q' w,   q⃛ = q''' u³ + 3 q'' u w + q' w'     with w = du/dt.
+///
+/// A change of target becomes a ramp: the cubic Hermite u(t) from (u, w) to (target, 0) over the shortest
+/// duration on a ladder for which the running motion's laws keep acceleration and jerk limits all along it.
+/// If there is none at this instant (for a slow-down typically because a law is already braking as hard as it
+/// may), the present law of u, which is known to be good, goes on, and the search is repeated in the next
+/// cycle. A speed-up that cannot reach its target yet goes half of the way first, which always finds room, so
+/// a paused motion always resumes.
+///
+/// Bound of a stop, in real time from the request, with v, a, j the limits of the laws that move:
+///     T_stop ≤ min(time the motion would still take, kStopBound · max(v/a + a/j)).
+/// Why: a rest-to-rest motion that finds no ramp is either ending its acceleration (at most a/j long, then a
+/// ramp is found) or braking already (at most v/a + a/j to its natural end); a ramp needs at most 1.5 v/a for
+/// the acceleration and √(6 v/j) ≤ 1.23 (v/a + a/j) for the jerk, times the ladder's step. The figure is
+/// measured by the property tests.
+///
+/// Real-time safe, bounded: at most kCandidates · kSamples samples of each law, twice, in a cycle.
+class Governor {
+ public:
+  static constexpr int kCandidates = 24;
+  static constexpr int kSamples = 24;
+  static constexpr double kLadderRatio = 1.35;
+  static constexpr double kStopBound = 4.0;
+
+  /// Nothing moves: the rate is at its target at once.
+  void rest() noexcept;
+  /// A motion begins at virtual time 0, at the target rate.
+  void begin(const GovernedMotion& motion) noexcept;
+  /// What the rate shall become, in [0, 1]. Takes effect with the next advance().
+  void set_target(double rate) noexcept { target_ = rate; }
+  /// One cycle of real time. Virtual time never exceeds the motion's duration.
+  void advance(double dt_s) noexcept;
+
+  [[nodiscard]] double virtual_time_s() const noexcept { return time_s_; }
+  [[nodiscard]] double rate() const noexcept { return rate_; }
+  [[nodiscard]] double target() const noexcept { return target_; }
+  /// The motion has come to its end.
+  [[nodiscard]] bool finished() const noexcept { return moving_ && time_s_ >= motion_.duration_s; }
+  /// Virtual time stands still and will until the target changes.
+  [[nodiscard]] bool holding() const noexcept {
+    return rate_ == 0.0 && rate_change_ == 0.0 && target_ == 0.0;
+  }
+
+ private:
+  /// u(t) on [0, duration_s], constant afterwards.
+  struct Ramp {
+    double from_rate{0.0};
+    double from_change{0.0};  ///< du/dt at the beginning
+    double to_rate{0.0};
+    double duration_s{0.0};
+    double from_time_s{0.0};  ///< virtual time at the beginning
+
+    [[nodiscard]] double rate(double x) const noexcept;
+    [[nodiscard]] double change(double x) const noexcept;            ///< du/dt
+    [[nodiscard]] double change_of_change(double x) const noexcept;  ///< d²u/dt²
+    [[nodiscard]] double time_s(double x) const noexcept;  ///< virtual time, x = t / duration in [0, 1]
+    [[nodiscard]] bool stays_within_unit() const noexcept;
+  };
+
+  void seek_ramp() noexcept;
+  [[nodiscard]] bool try_ramps_to(double rate) noexcept;
+  [[nodiscard]] bool is_feasible(const Ramp& ramp) const noexcept;
+  [[nodiscard]] double shortest_ramp_s(double rate) const noexcept;
+  [[nodiscard]] double longest_stop_s() const noexcept;
+
+  GovernedMotion motion_{};
+  bool moving_{false};
+  double target_{1.0};
+  double rate_{1.0};
+  double rate_change_{0.0};
+  double time_s_{0.0};
+  Ramp ramp_{};
+  double ramp_elapsed_s_{0.0};
+  bool ramping_{false};
+};
+
+/// The end of the ladder: no ramp of a motion need be longer. From the laws' own peaks and their limits.
+[[nodiscard]] double longest_ramp_s(const GovernedMotion& motion) noexcept;
+
+}  // namespace corbot::rt

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/housekeeping.h"
+
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <thread>
+
+namespace corbot::rt {
+namespace {
+
+constexpr std::chrono::milliseconds kInterval{50};
+
+const char* text_of(AlarmCode code) {
+  switch (code) {
+    case AlarmCode::kSetPointNotFinite:
+      return "set-point is not finite";
+    case AlarmCode::kSetPointOutOfRange:
+      return "set-point out of range";
+    case AlarmCode::kSetPointDiscontinuous:
+      return "set-point too far from the last one";
+    case AlarmCode::kKinematicsFailed:
+      return "no inverse kinematics at this point of the path";
+    case AlarmCode::kCommandRefused:
+      return "command refused (value: its number, lower: the verdict, upper: the offender)";
+    case AlarmCode::kRingCorrupt:
+      return "command ring corrupt, emptied";
+    case AlarmCode::kBackendDegraded:
+      return "backend degraded";
+    case AlarmCode::kBackendLost:
+      return "backend lost";
+    case AlarmCode::kEmergencyStop:
+      return "emergency stop";
+    case AlarmCode::kOverrun:
+      return "cycle overrun";
+  }
+  return "unknown";
+}
+
+void print_alarms(Cycle& cycle) {
+  AlarmEvent alarm{};
+  while (cycle.alarm_log().pop(alarm) == PopResult::kOk) {
+    spdlog::error("alarm {}: {}; joint {}, value {}, allowed {} .. {}",
+                  static_cast<std::uint32_t>(alarm.code), text_of(alarm.code), alarm.joint, alarm.value,
+                  alarm.lower, alarm.upper);
+  }
+}
+
+}  // namespace
+
+void keep_house(const Segment& segment, Cycle& cycle, const std::atomic<bool>& ended) {
+  bool had_servant = false;
+  while (!ended.load(std::memory_order_acquire)) {
+    print_alarms(cycle);
+    const bool has_servant = segment.peer_alive();
+    if (has_servant && !had_servant) spdlog::info("servant is here");
+    if (!has_servant && had_servant) {
+      spdlog::warn("servant gone, finishing what was accepted, then holding");
+    }
+    had_servant = has_servant;
+    std::this_thread::sleep_for(kInterval);
+  }
+  print_alarms(cycle);
+}
+
+}  // namespace corbot::rt

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+
+#include "corbot/channel/segment.h"
+#include "rt/cycle.h"
+
+namespace corbot::rt {
+
+/// Not real-time. Until `ended`: prints the cycle's alarms, and tells when the servant comes and goes. The
+/// watchdog needs to do no more: every command ends at rest, so an arm without a servant finishes what was
+/// accepted and holds.
+void keep_house(const Segment& segment, Cycle& cycle, const std::atomic<bool>& ended);
+
+}  // namespace corbot::rt

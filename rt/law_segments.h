@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "corbot/motion/time_law.h"
+
+namespace corbot::rt {
+
+/// The seven segments of a time law, unrolled once so that the governor can look at derivatives along a ramp
+/// at the cost of a few multiplications a sample. Velocity, acceleration and jerk by virtual time; unit of
+/// the law.
+class LawSegments {
+ public:
+  static constexpr std::size_t kCount = 7;
+
+  LawSegments() = default;
+  /// A law that is well formed; a zero distance gives zero throughout. Real-time safe.
+  explicit LawSegments(const TimeLaw& law) noexcept;
+
+  [[nodiscard]] double duration_s() const noexcept { return begin_s_[kCount]; }
+  /// Segment at a virtual time, sought onwards from `hint`. Times at and beyond the end belong to the last
+  /// one.
+  [[nodiscard]] std::size_t segment_at(double time_s, std::size_t hint) const noexcept {
+    while (hint + 1 < kCount && time_s >= begin_s_[hint + 1]) ++hint;
+    return hint;
+  }
+  [[nodiscard]] double velocity(std::size_t segment, double time_s) const noexcept {
+    const double t_s = clamped(segment, time_s);
+    return velocity_[segment] + t_s * (acceleration_[segment] + t_s * jerk_[segment] / 2.0);
+  }
+  [[nodiscard]] double acceleration(std::size_t segment, double time_s) const noexcept {
+    return acceleration_[segment] + clamped(segment, time_s) * jerk_[segment];
+  }
+  /// At the segment's beginning; the law's acceleration is linear in between.
+  [[nodiscard]] double acceleration_at_begin(std::size_t segment) const noexcept {
+    return acceleration_[segment];
+  }
+  [[nodiscard]] double jerk(std::size_t segment) const noexcept { return jerk_[segment]; }
+
+ private:
+  [[nodiscard]] double clamped(std::size_t segment, double time_s) const noexcept {
+    const double length_s = begin_s_[segment + 1] - begin_s_[segment];
+    const double t_s = time_s - begin_s_[segment];
+    return t_s < length_s ? t_s : length_s;
+  }
+
+  std::array<double, kCount + 1> begin_s_{};
+  std::array<double, kCount> velocity_{};
+  std::array<double, kCount> acceleration_{};
+  std::array<double, kCount> jerk_{};
+};
+
+}  // namespace corbot::rt

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <pthread.h>
+#include <signal.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <cstdio>
+#include <stdexcept>
+#include <thread>
+
+#include "config/profile.h"
+#include "corbot/channel/fingerprint.h"
+#include "corbot/channel/segment.h"
+#include "rt/backends/registry.h"
+#include "rt/cycle.h"
+#include "rt/housekeeping.h"
+#include "rt/loop.h"
+#include "rt/realtime_setup.h"
+
+namespace {
+
+std::atomic<bool> stop_requested{false};
+
+void request_stop(int) { stop_requested.store(true); }
+
+struct Options {
+  std::string profile;
+  std::string name;
+  bool enforce{false};
+  bool fresh{false};
+};
+
+void catch_signals() {
+  struct sigaction action {};
+  action.sa_handler = request_stop;
+  sigaction(SIGTERM, &action, nullptr);
+  sigaction(SIGINT, &action, nullptr);
+}
+
+/// Takes the segment over, or with --fresh begins with an empty one: the arm is then believed to be at angle
+/// 0.
+corbot::Segment take_segment(const Options& options, const std::string& name, const corbot::ArmModel& arm) {
+  const std::uint64_t print = corbot::fingerprint(arm);
+  corbot::Segment segment = corbot::Segment::create_or_adopt(name, print);
+  if (options.fresh && segment.adopted()) {
+    if (segment.peer_alive())
+      throw std::runtime_error("--fresh: a servant is using the segment; end it first");
+    segment.leave();
+    segment = corbot::Segment::create_or_adopt(name, print);
+  }
+  spdlog::info("segment {} {}", name,
+               segment.adopted() ? "adopted from an earlier real-time task" : "created");
+  return segment;
+}
+
+void say_what_is_missing(const corbot::rt::RealtimeResult& result, bool enforce) {
+  for (const std::string& failure : result.failures) spdlog::warn("{}", failure);
+  if (result.realtime()) return;
+  if (enforce) throw std::runtime_error("--realtime enforce: real-time privileges are missing, see above");
+  spdlog::warn("*** NOT REAL-TIME: running best effort. Good for a simulator, not for a machine. ***");
+}
+
+void run(const Options& options) {
+  using namespace corbot;
+  const Profile profile = load_profile(options.profile);
+  const std::string name = options.name.empty() ? profile.name : options.name;
+  Segment segment = take_segment(options, name, profile.arm);
+  const std::unique_ptr<Backend> backend = rt::make_backend(profile);
+  const auto cycle = std::make_unique<rt::Cycle>(profile.arm, segment.layout(), *backend);
+  backend->open(cycle->frame());
+
+  // The housekeeping thread is born before this one becomes real-time, so it inherits none of it.
+  std::atomic<bool> ended{false};
+  std::thread housekeeper([&] { rt::keep_house(segment, *cycle, ended); });
+  const auto join = [&] {
+    ended.store(true, std::memory_order_release);
+    housekeeper.join();
+  };
+  try {
+    int latency_fd = -1;  // open, and so in force, until the process ends
+    const rt::RealtimeResult result = rt::make_realtime({profile.priority, profile.cpu}, latency_fd);
+    say_what_is_missing(result, options.enforce);
+    rt::Loop loop(*cycle, segment.layout(), {profile.arm.period_ns, result.realtime(), profile.priority});
+    fmt::print("ready {} period {} us {}\n", name, profile.arm.period_ns / 1000,
+               result.realtime() ? "realtime" : "best-effort");
+    std::fflush(stdout);
+    loop.run(stop_requested);
+  } catch (...) {
+    join();
+    throw;
+  }
+  join();
+  backend->close();
+  segment.leave();
+  spdlog::info("{} at rest, ended", name);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"corbot's real-time task: follows accepted motions and drives the servos", "corbot-rt"};
+  Options options;
+  std::string realtime{"best-effort"};
+  app.add_option("PROFILE", options.profile, "profile of the robot, a TOML file")->required();
+  app.add_option("--name", options.name, "name of the robot, instead of the profile's");
+  app.add_option("--realtime", realtime, "what to do where real-time privileges are missing")
+      ->check(CLI::IsMember({"enforce", "best-effort"}))
+      ->capture_default_str();
+  app.add_flag("--fresh", options.fresh, "forget where the arm was; it must be at angle 0");
+  CLI11_PARSE(app, argc, argv);
+  options.enforce = realtime == "enforce";
+
+  spdlog::set_default_logger(spdlog::stderr_color_mt("corbot-rt"));
+  catch_signals();
+  try {
+    run(options);
+  } catch (const std::exception& error) {
+    spdlog::error("{}", error.what());
+    return 1;
+  }
+  return 0;
+}

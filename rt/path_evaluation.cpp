@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/path_evaluation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "corbot/kinematics/kinematics.h"
+#include "corbot/motion/law_evaluation.h"
+#include "corbot/motion/path.h"
+
+namespace corbot::rt {
+namespace {
+
+template <class Path>
+void evaluate_path(const ArmModel& arm, const Path& path, double time_s, SetPoint& set_point) noexcept {
+  const PathPoint point = point_at(path, evaluate(path.law, time_s).position);
+  const IkResult ik =
+      inverse(arm.geometry, point.position_m, point.pitch_rad, path.branch, set_point.position_rad[0]);
+  set_point.reachable = ik.status == IkStatus::kOk;
+  if (set_point.reachable) set_point.position_rad = ik.position_rad;
+}
+
+/// Limits of the path parameter: those of the way and those of the hand's turn, whichever is narrower. A path
+/// that goes nowhere is bounded by nothing.
+double parameter_limit(double along, double length, double turning, double turn_rad) noexcept {
+  const double by_length = length > 0.0 ? along / length : std::numeric_limits<double>::infinity();
+  const double by_turn = turn_rad > 0.0 ? turning / turn_rad : std::numeric_limits<double>::infinity();
+  return std::min(by_length, by_turn);
+}
+
+GovernedLaw governed_path(const PathLimits& limits, const TimeLaw& law, double length, double turn_rad,
+                          double acceleration_m_s2, double jerk_m_s3) noexcept {
+  return {LawSegments(law),
+          parameter_limit(acceleration_m_s2, length, limits.turn_acceleration_rad_s2, turn_rad),
+          parameter_limit(jerk_m_s3, length, limits.turn_jerk_rad_s3, turn_rad)};
+}
+
+GovernedLaw governed_line(const PathLimits& limits, const LineMotion& line) noexcept {
+  return governed_path(limits, line.law, length_m(line), std::abs(line.to_pitch_rad - line.from_pitch_rad),
+                       limits.acceleration_m_s2, limits.jerk_m_s3);
+}
+
+/// √(a² − b²), 0 where that does not exist.
+double leg(double a, double b) noexcept { return std::sqrt(std::max(0.0, (a - b) * (a + b))); }
+
+/// On an arc the limits are those of the vector: v²/R towards the centre besides the acceleration along, and
+/// (j + v³/R², 3 v a/R) for the jerk. What is left for the part along, at the law's greatest speed, and never
+/// less than what the law itself takes.
+GovernedLaw governed_arc(const PathLimits& limits, const ArcMotion& arc) noexcept {
+  const double length = length_m(arc);
+  const LawPeaks peak = peaks(arc.law);
+  const double v = peak.velocity * length;
+  const double turn_rate = v / arc.radius_m;
+  const double centripetal_jerk = v * turn_rate * turn_rate;
+  const double half_jerk = std::max(peak.jerk * length, 0.5 * limits.jerk_m_s3);
+  const double across = leg(limits.jerk_m_s3, std::min(limits.jerk_m_s3, centripetal_jerk + half_jerk));
+  const double a = std::max(peak.acceleration * length, std::min(leg(limits.acceleration_m_s2, v * turn_rate),
+                                                                 across / (3.0 * turn_rate)));
+  const double j =
+      std::max(peak.jerk * length, leg(limits.jerk_m_s3, 3.0 * a * turn_rate) - centripetal_jerk);
+  return governed_path(limits, arc.law, length, std::abs(arc.to_pitch_rad - arc.from_pitch_rad), a, j);
+}
+
+void add_law(GovernedMotion& motion, const GovernedLaw& law) noexcept {
+  // A law that moves nothing restricts nothing.
+  if (law.law.jerk(0) != 0.0) motion.laws[motion.count++] = law;
+}
+
+}  // namespace
+
+SetPoint evaluate_command(const ArmModel& arm, const Command& command, const SetPoint& base,
+                          double time_s) noexcept {
+  SetPoint set_point = base;
+  switch (command.kind) {
+    case MotionKind::kJoint:
+      for (std::size_t i = 0; i < std::min<std::size_t>(arm.dof, kMaxJoints); ++i) {
+        set_point.position_rad[i] += evaluate(command.joint.law[i], time_s).position;
+      }
+      break;
+    case MotionKind::kLine:
+      evaluate_path(arm, command.line, time_s, set_point);
+      break;
+    case MotionKind::kArc:
+      evaluate_path(arm, command.arc, time_s, set_point);
+      break;
+    case MotionKind::kGripper:
+      set_point.opening += evaluate(command.gripper.law, time_s).position;
+      break;
+    case MotionKind::kDwell:
+      break;
+  }
+  return set_point;
+}
+
+GovernedMotion governed_motion(const ArmModel& arm, const Command& command) noexcept {
+  GovernedMotion motion;
+  motion.duration_s = command.duration_s;
+  switch (command.kind) {
+    case MotionKind::kJoint:
+      for (std::size_t i = 0; i < std::min<std::size_t>(arm.dof, kMaxJoints); ++i) {
+        const JointLimits& limits = arm.joints[i];
+        add_law(motion, {LawSegments(command.joint.law[i]), limits.acceleration_rad_s2, limits.jerk_rad_s3});
+      }
+      break;
+    case MotionKind::kLine:
+      add_law(motion, governed_line(arm.path, command.line));
+      break;
+    case MotionKind::kArc:
+      add_law(motion, governed_arc(arm.path, command.arc));
+      break;
+    case MotionKind::kGripper: {
+      const LawPeaks peak = peaks(command.gripper.law);
+      add_law(motion, {LawSegments(command.gripper.law), peak.acceleration, peak.jerk});
+      break;
+    }
+    case MotionKind::kDwell:
+      break;
+  }
+  return motion;
+}
+
+}  // namespace corbot::rt

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "corbot/arm/arm_model.h"
+#include "corbot/motion/command.h"
+#include "rt/governor.h"
+
+namespace corbot::rt {
+
+/// Where joints and gripper shall be in this cycle.
+struct SetPoint {
+  Joints position_rad{};
+  double opening{};
+  bool reachable{true};  ///< false: no solution of the inverse kinematics at this point of the path
+};
+
+/// The set-point of a checked command at a virtual time. A joint motion is laid upon `base`, the set-point at
+/// which the arm rested when it began, so that a difference within the tolerance of the check is no jump.
+/// Real-time safe.
+[[nodiscard]] SetPoint evaluate_command(const ArmModel& arm, const Command& command, const SetPoint& base,
+                                        double time_s) noexcept;
+
+/// The laws that stop, pause and override must keep within limits while this command runs. Of a line or an
+/// arc that is the path parameter, with the path's own limits; of the gripper its law, whose own peaks are
+/// its limits. Real-time safe.
+[[nodiscard]] GovernedMotion governed_motion(const ArmModel& arm, const Command& command) noexcept;
+
+}  // namespace corbot::rt

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/realtime_setup.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <malloc.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+
+namespace corbot::rt {
+namespace {
+
+constexpr std::size_t kStackBytes = 256 * 1024;
+
+bool lock_memory(RealtimeResult& result) {
+  // Pages that malloc has freed stay with the process, so no later use faults them in again.
+  mallopt(M_TRIM_THRESHOLD, -1);
+  mallopt(M_MMAP_MAX, 0);
+  if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return true;
+  result.failures.push_back(fmt::format(
+      "memory cannot be locked ({}): raise 'memlock' in /etc/security/limits.d, or grant CAP_IPC_LOCK",
+      std::strerror(errno)));
+  return false;
+}
+
+/// Touches the stack once, so that the cycle never takes a page fault for it.
+void prefault_stack() {
+  volatile std::uint8_t stack[kStackBytes];
+  for (std::size_t i = 0; i < kStackBytes; i += 4096) stack[i] = 0;
+  (void)stack[0];
+}
+
+bool hold_latency(int& latency_fd) {
+  latency_fd = ::open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
+  if (latency_fd < 0) return false;
+  const std::int32_t microseconds = 0;
+  if (::write(latency_fd, &microseconds, sizeof(microseconds)) == sizeof(microseconds)) return true;
+  ::close(latency_fd);
+  latency_fd = -1;
+  return false;
+}
+
+void bind_to_cpu(int cpu, RealtimeResult& result) {
+  if (cpu < 0) return;
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  if (cpu < CPU_SETSIZE) CPU_SET(static_cast<std::size_t>(cpu), &set);
+  const int error = pthread_setaffinity_np(pthread_self(), sizeof(set), &set);
+  if (error == 0) return;
+  result.failures.push_back(fmt::format("cannot be bound to CPU {} ({}): choose another 'cpu' in the profile",
+                                        cpu, std::strerror(error)));
+}
+
+bool take_fifo(int priority, RealtimeResult& result) {
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
+  if (error == 0) return true;
+  result.failures.push_back(fmt::format(
+      "SCHED_FIFO {} is not permitted ({}): raise 'rtprio' in /etc/security/limits.d, or grant CAP_SYS_NICE",
+      priority, std::strerror(error)));
+  return false;
+}
+
+}  // namespace
+
+RealtimeResult make_realtime(const RealtimeSettings& settings, int& latency_fd) {
+  RealtimeResult result;
+  result.locked = lock_memory(result);
+  prefault_stack();
+  result.latency_held = hold_latency(latency_fd);
+  bind_to_cpu(settings.cpu, result);
+  result.scheduled = take_fifo(settings.priority, result);
+  return result;
+}
+
+}  // namespace corbot::rt

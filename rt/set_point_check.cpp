@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/set_point_check.h"
+
+#include <cmath>
+
+namespace corbot::rt {
+namespace {
+
+/// Of the speed limit: the plan may touch it exactly, and then differs by rounding.
+constexpr double kSpeedTolerance = 1e-6;
+constexpr double kStepTolerance_rad = 1e-9;
+constexpr double kOpeningTolerance = 1e-9;
+
+SetPointVerdict check_joint(const JointLimits& limits, std::int32_t joint, double last_rad, double next_rad,
+                            double dt_s) noexcept {
+  if (!std::isfinite(next_rad)) {
+    return {false, AlarmCode::kSetPointNotFinite, joint, next_rad, limits.lower_rad, limits.upper_rad};
+  }
+  if (next_rad < limits.lower_rad - kRangeTolerance_rad ||
+      next_rad > limits.upper_rad + kRangeTolerance_rad) {
+    return {false, AlarmCode::kSetPointOutOfRange, joint, next_rad, limits.lower_rad, limits.upper_rad};
+  }
+  const double allowed_rad = limits.speed_rad_s * dt_s * (1.0 + kSpeedTolerance) + kStepTolerance_rad;
+  const double step_rad = next_rad - last_rad;
+  if (!(std::abs(step_rad) <= allowed_rad)) {
+    return {false, AlarmCode::kSetPointDiscontinuous, joint, step_rad, -allowed_rad, allowed_rad};
+  }
+  return {};
+}
+
+}  // namespace
+
+SetPointVerdict check_set_point(const ArmModel& arm, const Joints& last_rad, const Joints& next_rad,
+                                double opening, double dt_s) noexcept {
+  for (std::size_t i = 0; i < kMaxJoints; ++i) {
+    // Joints that the arm does not have stay at 0.
+    const JointLimits limits = i < arm.dof ? arm.joints[i] : JointLimits{};
+    const SetPointVerdict verdict =
+        check_joint(limits, static_cast<std::int32_t>(i), last_rad[i], next_rad[i], dt_s);
+    if (!verdict.ok) return verdict;
+  }
+  if (!std::isfinite(opening)) return {false, AlarmCode::kSetPointNotFinite, -1, opening, 0.0, 1.0};
+  if (opening < -kOpeningTolerance || opening > 1.0 + kOpeningTolerance) {
+    return {false, AlarmCode::kSetPointOutOfRange, -1, opening, 0.0, 1.0};
+  }
+  return {};
+}
+
+bool is_in_range(const ArmModel& arm, const Joints& position_rad, double tolerance_rad) noexcept {
+  for (std::size_t i = 0; i < kMaxJoints; ++i) {
+    const double lower_rad = i < arm.dof ? arm.joints[i].lower_rad : 0.0;
+    const double upper_rad = i < arm.dof ? arm.joints[i].upper_rad : 0.0;
+    if (!std::isfinite(position_rad[i])) return false;
+    if (position_rad[i] < lower_rad - tolerance_rad || position_rad[i] > upper_rad + tolerance_rad)
+      return false;
+  }
+  return true;
+}
+
+}  // namespace corbot::rt

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "corbot/arm/arm_model.h"
+#include "corbot/channel/records.h"
+
+namespace corbot::rt {
+
+/// Tolerance of the range check: a range's end is reached exactly, but for rounding.
+inline constexpr double kRangeTolerance_rad = 1e-9;
+
+/// What is wrong with a set-point; `ok` when nothing is.
+struct SetPointVerdict {
+  bool ok{true};
+  AlarmCode code{};
+  std::int32_t joint{-1};
+  double value{};  ///< radians: the angle, or the step of one cycle
+  double lower{};
+  double upper{};
+};
+
+/// The last gate before the servos: whatever was planned, evaluated or computed, no set-point passes that is
+/// not finite, leaves a joint's range, or is farther from the last one than the joint's speed allows in
+/// `dt_s`. The gripper's opening must lie in [0, 1]. Real-time safe.
+[[nodiscard]] SetPointVerdict check_set_point(const ArmModel& arm, const Joints& last_rad,
+                                              const Joints& next_rad, double opening, double dt_s) noexcept;
+
+/// Finite and in range; for a position that comes from outside and has no predecessor. Real-time safe.
+[[nodiscard]] bool is_in_range(const ArmModel& arm, const Joints& position_rad,
+                               double tolerance_rad) noexcept;
+
+}  // namespace corbot::rt

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/loopback_backend.h"
+
+#include <algorithm>
+
+namespace corbot::sim {
+
+LoopbackBackend::LoopbackBackend(const ArmModel& arm, const LoopbackSettings& settings)
+    : arm_(arm),
+      settings_(settings),
+      frame_period_ns_(static_cast<std::int64_t>(1e9 / settings.frame_hz)),
+      recorded_(kRecordedFrames) {}
+
+void LoopbackBackend::open(const ServoFrame& first) {
+  for (std::size_t i = 0; i < kMaxServos; ++i) servos_[i] = ServoModel(settings_.servo, first.pulse_us[i]);
+  frame_count_ = 0;
+  next_frame_ns_ = 0;
+  set_health(BackendHealth::kOpen);
+}
+
+void LoopbackBackend::close() noexcept { set_health(BackendHealth::kClosed); }
+
+void LoopbackBackend::write(const ServoFrame& frame) noexcept {
+  const BackendHealth now = health();
+  if (now == BackendHealth::kClosed || now == BackendHealth::kLost) return;
+  if (frame_count_ > 0 && frame.time_ns < next_frame_ns_) return;
+  const double dt_s = frame_count_ > 0 ? static_cast<double>(frame.time_ns - last_frame_ns_) * 1e-9 : 0.0;
+  take_frame(frame, std::max(dt_s, 0.0));
+  // On the grid of the first frame; after a pause of the loop on from now, not a burst.
+  const bool is_late = frame_count_ == 1 || frame.time_ns >= next_frame_ns_ + frame_period_ns_;
+  next_frame_ns_ = (is_late ? frame.time_ns : next_frame_ns_) + frame_period_ns_;
+  last_frame_ns_ = frame.time_ns;
+}
+
+void LoopbackBackend::take_frame(const ServoFrame& frame, double dt_s) noexcept {
+  RecordedFrame& record = recorded_[frame_count_ % kRecordedFrames];
+  record.cycle = frame.cycle;
+  record.time_ns = frame.time_ns;
+  record.pulse_us = frame.pulse_us;
+  const std::size_t count = std::min<std::size_t>(frame.servo_count, kMaxServos);
+  for (std::size_t i = 0; i < count; ++i) {
+    servos_[i].step(dt_s);  // towards the pulse of the frame before
+    servos_[i].set_pulse(frame.pulse_us[i]);
+    record.servo_us[i] = servos_[i].position_us();
+  }
+  ++frame_count_;
+}
+
+ServoFeedback LoopbackBackend::read() noexcept {
+  ServoFeedback feedback;
+  feedback.measured = settings_.readback && frame_count_ > 0;
+  if (!feedback.measured) return feedback;
+  for (std::size_t i = 0; i < std::min<std::size_t>(arm_.dof, kMaxJoints); ++i) {
+    const ServoMap& map = arm_.servos[i];
+    feedback.position_rad[i] = (servos_[i].position_us() - map.zero_us) / (map.direction * map.us_per_rad);
+  }
+  return feedback;
+}
+
+}  // namespace corbot::sim
