@@ -21,7 +21,7 @@ inline constexpr std::uint64_t kSegmentMagic = 0x312d'746f'6272'6f63;
 /// To be raised with every change to SegmentLayout or to a record in it.
 inline constexpr std::uint32_t kSegmentAbi = 1;
 /// Longest name of a robot; letters, digits, '_' and '-'.
-inline constexpr std::size_t kMaxNameLength = 48;
+inline constexpr std::size_t kMaxSegmentName = 48;
 
 struct SegmentHeader {
   /// Stored last, with release, by the task that creates the segment: whoever loads it with acquire sees all
@@ -31,7 +31,7 @@ struct SegmentHeader {
   std::uint32_t reserved{0};
   std::uint64_t total_size{0};      ///< sizeof(SegmentLayout) of the creator
   std::uint64_t fingerprint{0};     ///< of the ArmModel, see fingerprint.h
-  char name[kMaxNameLength + 8]{};  ///< of the robot, zero-terminated
+  char name[kMaxSegmentName + 8]{};  ///< of the robot, zero-terminated
   std::atomic<std::uint64_t> incarnation{
       0};                               ///< of the real-time task: 1 for the creator, +1 at each adoption
   std::atomic<std::int32_t> rt_pid{0};  ///< last holder; alive only if it holds its lock

@@ -36,9 +36,9 @@ inline std::string shm_path(std::string_view name) { return "/dev/shm/corbot." +
 
 inline void check_name(std::string_view name) {
   constexpr std::string_view kAllowed = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
-  if (name.empty() || name.size() > kMaxNameLength ||
+  if (name.empty() || name.size() > kMaxSegmentName ||
       name.find_first_not_of(kAllowed) != std::string_view::npos) {
-    throw SegmentError(Kind::kBadName, "robot name '" + std::string(name.substr(0, 2 * kMaxNameLength)) +
+    throw SegmentError(Kind::kBadName, "robot name '" + std::string(name.substr(0, 2 * kMaxSegmentName)) +
                                            "': 1 to 48 letters, digits, '_' or '-' are allowed");
   }
 }
