@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace corbot::cli {
+
+/// Path of a program of this project: beside the running executable, else the bare name for PATH.
+[[nodiscard]] std::string beside_executable(const std::string& program);
+
+/// "signal 9 (Killed)" or "exit code 1", of a wait status.
+[[nodiscard]] std::string describe_end(int wait_status);
+
+/// One process under the supervisor. It has a process group of its own, so that Ctrl-C on the terminal
+/// reaches the supervisor only, which ends the children in order; and it gets SIGTERM when the supervisor
+/// dies.
+class Child {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// `title` is what messages call it.
+  Child(std::string title, std::vector<std::string> command);
+  Child(Child&& other) noexcept;
+  Child& operator=(Child&&) = delete;
+  ~Child();  ///< kills what still runs
+
+  /// Must be called from the supervisor's main thread: the kernel ties the death signal to the thread. Throws
+  /// Failure.
+  void start();
+  /// Reads what it printed; empties and returns the whole lines. Its end of file closes output_fd().
+  [[nodiscard]] std::vector<std::string> read_lines();
+  /// Its wait status once it has ended; reaps it.
+  [[nodiscard]] std::optional<int> reap();
+  void send(int signal) const;
+
+  [[nodiscard]] const std::string& title() const noexcept { return title_; }
+  [[nodiscard]] pid_t pid() const noexcept { return pid_; }  ///< 0 = not running
+  [[nodiscard]] int output_fd() const noexcept { return output_fd_; }
+  [[nodiscard]] Clock::time_point started() const noexcept { return started_; }
+
+ private:
+  void close_output();
+  std::string title_;
+  std::vector<std::string> command_;
+  pid_t pid_{0};
+  int output_fd_{-1};
+  std::string partial_;
+  Clock::time_point started_{};
+};
+
+}  // namespace corbot::cli

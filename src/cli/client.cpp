@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/client.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
+namespace corbot::cli {
+
+namespace {
+
+Corbot::Point point(const Request& request, std::size_t first) {
+  return {request.numbers[first], request.numbers[first + 1], request.numbers[first + 2]};
+}
+
+Corbot::JointCoord joints(const Request& request) {
+  Corbot::JointCoord target;
+  target.length(static_cast<CORBA::ULong>(request.numbers.size()));
+  for (CORBA::ULong i = 0; i < target.length(); ++i) target[i] = request.numbers[i];
+  return target;
+}
+
+CORBA::ORB_ptr start_orb(double timeout_s) {
+  // The ORB prints its own account of a lost connection unless it is told to be silent.
+  const char* options[][2] = {{"traceLevel", "0"}, {"maxGIOPConnectionPerServer", "20"}, {nullptr, nullptr}};
+  int argc = 0;
+  CORBA::ORB_ptr orb = CORBA::ORB_init(argc, nullptr, "omniORB4", options);
+  const auto milliseconds = static_cast<CORBA::ULong>(std::clamp(timeout_s, 0.01, 86400.0) * 1000);
+  omniORB::setClientCallTimeout(milliseconds);
+  omniORB::setClientConnectTimeout(milliseconds);
+  return orb;
+}
+
+}  // namespace
+
+Client::Client(const Address& address, double timeout_s) : address_(address) {
+  try {
+    orb_ = start_orb(timeout_s);
+  } catch (const CORBA::Exception& e) {
+    throw Failure(ExitCode::kInternal,
+                  fmt::format("the ORB does not start ({}): look at /etc/omniORB.cfg and "
+                              "$OMNIORB_CONFIG",
+                              e._name()));
+  }
+  cli::ask(address_, [&] {
+    CORBA::Object_var object = orb_->string_to_object(address_.uri.c_str());
+    arm_ = Corbot::Arm::_narrow(object);
+  });
+  if (CORBA::is_nil(arm_)) {
+    throw Failure(ExitCode::kUnreachable, fmt::format("what answers at {} as '{}' is not a corbot arm",
+                                                      address_.where, address_.name));
+  }
+}
+
+Client::~Client() {
+  try {
+    arm_ = Corbot::Arm::_nil();
+    orb_->destroy();
+  } catch (const CORBA::Exception&) {
+    // at the end of the program, with nobody to tell
+  }
+}
+
+void Client::stop() {
+  ask([](auto& arm) { arm.Stop(); });
+}
+
+void Client::cancel() {
+  cancelled_ = true;
+  stop();
+}
+
+void Client::perform(const Request& request, const ProgressReport& report) {
+  if (cancelled_) throw explain(Corbot::Stopped("interrupted"));
+  if (spec_of(request.verb).motion) {
+    const Corbot::Ticket ticket = start(request);
+    // cancel() sets the flag before it stops: either its Stop came after this motion was accepted, or this
+    // sees it.
+    if (cancelled_) stop();
+    wait(ticket, report);
+  } else {
+    set(request);
+  }
+}
+
+Corbot::Ticket Client::start(const Request& request) {
+  const auto& n = request.numbers;
+  return ask([&](auto& arm) -> Corbot::Ticket {
+    switch (request.verb) {
+      case Verb::kMove:
+        return arm.StartMove(n[0], n[1], n[2], request.above_m, request.time_s);
+      case Verb::kMoveS:
+        return arm.StartMoveS(n[0], n[1], n[2], request.above_m, request.time_s);
+      case Verb::kMoveC:
+        return arm.StartMoveC(point(request, 0), point(request, 3), point(request, 6));
+      case Verb::kDrive:
+        return arm.StartDrive(static_cast<CORBA::Long>(n[0]), n[1], n[2]);
+      case Verb::kJoints:
+        return arm.StartMoveJoints(joints(request), request.time_s);
+      case Verb::kReady:
+        return arm.StartReady();
+      case Verb::kDelay:
+        return arm.StartDelay(n[0]);
+      case Verb::kOpen:
+        return arm.StartOpen();
+      case Verb::kClose:
+        return arm.StartClose();
+      default:
+        throw Failure(ExitCode::kInternal, "not a motion: " + to_words(request));
+    }
+  });
+}
+
+void Client::set(const Request& request) {
+  const auto& n = request.numbers;
+  ask([&](auto& arm) {
+    switch (request.verb) {
+      case Verb::kSpeed:
+        if (request.joint >= 0) return arm.ArtSpeed(request.joint, n[0]);
+        return request.all ? arm.AllSpeed(n[0]) : arm.Speed(n[0]);
+      case Verb::kPitch:
+        return arm.SetToolPitch(n[0]);
+      case Verb::kOverride:
+        return arm.Override(n[0]);
+      case Verb::kStop:
+        return arm.Stop();
+      case Verb::kPause:
+        return arm.Pause();
+      case Verb::kResume:
+        return arm.Resume();
+      case Verb::kClear:
+        return arm.Clear();
+      default:
+        throw Failure(ExitCode::kInternal, "not a setting: " + to_words(request));
+    }
+  });
+}
+
+void Client::wait(Corbot::Ticket ticket, const ProgressReport& report) {
+  constexpr double kLookEvery_s = 0.1;  // short enough for a bar, and well below any sensible --timeout
+  for (;;) {
+    const Corbot::MotionInfo_var info = ask([&](auto& arm) { return arm.Wait(ticket, kLookEvery_s); });
+    switch (info->state) {
+      case Corbot::MotionDone:
+        if (report) report(1.0);
+        return;
+      case Corbot::MotionStopped:
+        throw explain(Corbot::Stopped(info->reason));
+      case Corbot::MotionFailed:
+        throw Failure(ExitCode::kRefused, fmt::format("the motion failed: {} (see 'corbot alarms')",
+                                                      printable(info->reason.in())));
+      default:
+        if (report) report(info->progress);
+    }
+  }
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+
+#include "cli/explain.h"
+#include "cli/request.h"
+
+namespace corbot::cli {
+
+/// Where the robot of `--robot` is. Empty: the one that is up on this machine, or $CORBOT_ROBOT. Takes a
+/// corbaloc, corbaname or IOR, HOST:PORT/NAME, or the name of a robot that is up here. Throws Failure.
+[[nodiscard]] Address find_robot(const std::string& robot);
+
+/// Progress of the motion under way, 0 … 1; called several times a second from the thread that waits.
+using ProgressReport = std::function<void(double)>;
+
+/// One robot behind the ORB. Thread-safe, as the stubs are; every CORBA exception leaves as a Failure.
+class Client {
+ public:
+  /// Connects. `timeout_s` bounds every single call, not the motion that one asks for.
+  Client(const Address& address, double timeout_s);
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+  ~Client();
+
+  [[nodiscard]] const Address& address() const noexcept { return address_; }
+  [[nodiscard]] Corbot::Arm_ptr arm() const noexcept { return arm_.in(); }
+
+  /// Carries a request out and returns when it is done. Throws Failure, kStopped when a Stop ended the
+  /// motion.
+  void perform(const Request& request, const ProgressReport& report = {});
+
+  /// Pre-empts whatever moves; returns at rest.
+  void stop();
+
+  /// Stops, and keeps perform() from starting anything from now on, also what it is just about to start. From
+  /// another thread than perform().
+  void cancel();
+
+  template <class F>
+  auto ask(F&& f) {
+    return cli::ask(address_, [&] { return f(*arm_.in()); });
+  }
+
+ private:
+  [[nodiscard]] Corbot::Ticket start(const Request& request);
+  void set(const Request& request);
+  void wait(Corbot::Ticket ticket, const ProgressReport& report);
+
+  Address address_;
+  CORBA::ORB_var orb_;
+  Corbot::Arm_var arm_;
+  std::atomic<bool> cancelled_{false};
+};
+
+}  // namespace corbot::cli

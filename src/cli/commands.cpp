@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/commands.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdio>
+
+#include "cli/client.h"
+#include "cli/run_program.h"
+#include "cli/show.h"
+#include "cli/state_file.h"
+#include "cli/stop_on_signal.h"
+#include "config/profile.h"
+
+namespace corbot::cli {
+
+namespace {
+
+/// Runs `work` with a client whose arm a signal stops. Ends with kStopped when there was one.
+template <class Work>
+void stoppable(const ClientOptions& options, Work&& work) {
+  std::atomic<Client*> connected{nullptr};
+  // Before the client, whose ORB makes threads: they inherit the blocked signals.
+  OnSignal on_signal([&] {
+    Client* client = connected.load();
+    if (client == nullptr) ::_exit(static_cast<int>(ExitCode::kStopped));  // nothing moves yet
+    fmt::print(stderr, "\ncorbot: stopping the arm\n");
+    try {
+      client->cancel();
+    } catch (const Failure& failure) {
+      fmt::print(stderr, "corbot: THE STOP DID NOT GET THROUGH: {}\n", failure.what());
+    }
+  });
+  Client client(find_robot(options.robot), options.timeout_s);
+  connected = &client;
+  try {
+    work(client);
+  } catch (const Failure& failure) {
+    if (!on_signal.seen() || failure.code() != ExitCode::kStopped) throw;
+    on_signal.join();
+    throw Failure(ExitCode::kStopped, std::string("the arm was stopped by Ctrl-C: ") + failure.what());
+  }
+}
+
+}  // namespace
+
+void run_request(const ClientOptions& options, const Request& request) {
+  if (!spec_of(request.verb).motion) {
+    Client(find_robot(options.robot), options.timeout_s).perform(request);
+    return;
+  }
+  stoppable(options, [&](Client& client) { client.perform(request); });
+}
+
+void run_file(const ClientOptions& options, const std::string& file, bool dry_run) {
+  const Program program = load_program(file);
+  if (dry_run) return print_program(program);
+  stoppable(options, [&](Client& client) { run_program(client, program, file); });
+}
+
+void show(const ClientOptions& options, View view, bool as_json) {
+  Client client(find_robot(options.robot), options.timeout_s);
+  std::string text;
+  switch (view) {
+    case View::kStatus: {
+      const StatusReport report = read_status(client);
+      text = as_json ? status_json(report) : status_text(report);
+      break;
+    }
+    case View::kAlarms: {
+      const Corbot::AlarmList_var alarms = client.ask([](auto& arm) { return arm.Alarms(); });
+      text = as_json ? alarms_json(*alarms) : alarms_text(*alarms);
+      break;
+    }
+    case View::kDiagnostics: {
+      const Corbot::LoopInfo_var info = client.ask([](auto& arm) { return arm.Diagnostics(); });
+      text = as_json ? diagnostics_json(*info) : diagnostics_text(*info);
+      break;
+    }
+  }
+  fmt::print("{}", text);
+}
+
+void run_watch(const ClientOptions& options, double interval_s, int count) {
+  std::atomic<bool> connected{false};
+  const OnSignal on_signal([&] {
+    if (!connected) ::_exit(static_cast<int>(ExitCode::kOk));
+  });
+  Client client(find_robot(options.robot), options.timeout_s);
+  connected = true;
+  watch(client, on_signal, interval_s, count);
+}
+
+void run_record(const ClientOptions& options, RecordOptions record_options) {
+  const OnSignal on_signal({});
+  record_options.robot = find_robot(options.robot).name;
+  if (const auto state = read_state(record_options.robot)) {
+    try {
+      record_options.joints = load_profile(state->profile).arm.dof;
+    } catch (const ConfigError&) {
+      // edited since the robot was started: all columns, then
+    }
+  }
+  record(record_options, on_signal);
+}
+
+}  // namespace corbot::cli

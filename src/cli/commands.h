@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "cli/failure.h"
+#include "cli/program.h"
+#include "cli/record.h"
+#include "cli/request.h"
+
+// What the sub-commands do that talk to a robot. Each throws Failure.
+
+namespace corbot::cli {
+
+struct ClientOptions {
+  std::string robot;    ///< see find_robot()
+  double timeout_s{5};  ///< of a single call
+};
+
+/// Carries the request out. Ctrl-C stops the arm: Failure with kStopped.
+void run_request(const ClientOptions& options, const Request& request);
+/// The same for a program.
+void run_file(const ClientOptions& options, const std::string& file, bool dry_run);
+
+enum class View { kStatus, kAlarms, kDiagnostics };
+void show(const ClientOptions& options, View view, bool as_json);
+void run_watch(const ClientOptions& options, double interval_s, int count);
+/// Fills in the robot's name and its number of joints, then records.
+void run_record(const ClientOptions& options, RecordOptions record_options);
+
+}  // namespace corbot::cli

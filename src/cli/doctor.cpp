@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/doctor.h"
+
+#include <fmt/format.h>
+#include <omniORB4/CORBA.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
+
+#include "cli/child.h"
+#include "cli/net.h"
+#include "cli/state_file.h"
+#include "config/profile.h"
+
+namespace corbot::cli {
+
+namespace {
+
+constexpr int kDefaultPriority = 80;
+
+/// Is the program beside this one or in PATH?
+std::optional<std::string> find_program(const std::string& program) {
+  const std::string beside = beside_executable(program);
+  if (beside.find('/') != std::string::npos) return beside;
+  const char* path = std::getenv("PATH");
+  std::string_view rest = path == nullptr ? "" : path;
+  while (!rest.empty()) {
+    const std::size_t colon = std::min(rest.find(':'), rest.size());
+    const std::string file = std::string(rest.substr(0, colon)) + "/" + program;
+    if (::access(file.c_str(), X_OK) == 0) return file;
+    rest.remove_prefix(std::min(colon + 1, rest.size()));
+  }
+  return std::nullopt;
+}
+
+Finding program(const std::string& name, Level if_absent, const std::string& mend) {
+  if (const auto file = find_program(name)) return {Level::kOk, name, *file, ""};
+  return {if_absent, name, "not found", mend};
+}
+
+/// A profile or the reasons against it.
+std::optional<Profile> read_profile(const std::string& file, std::vector<Finding>& findings) {
+  try {
+    Profile profile = load_profile(file);
+    findings.push_back({Level::kOk, "profile",
+                        fmt::format("{}: robot '{}', {} articulations", file, profile.name, profile.arm.dof),
+                        ""});
+    return profile;
+  } catch (const ConfigError& error) {
+    for (const auto& fault : error.faults()) {
+      findings.push_back({Level::kFail, "profile", fault.text(), "correct that line"});
+    }
+    return std::nullopt;
+  }
+}
+
+Finding port(const Profile& profile) {
+  const std::string endpoint = fmt::format("{}:{}", profile.endpoint_host, profile.port);
+  const std::string why = why_not_free(profile.endpoint_host, profile.port);
+  if (why.empty()) return {Level::kOk, "port", endpoint + " is free", ""};
+  if (is_up(profile.name))
+    return {Level::kOk, "port", fmt::format("{}: '{}' is up", endpoint, profile.name), ""};
+  return {Level::kFail, "port", why, "end that program, or use corbot up --endpoint HOST:PORT"};
+}
+
+const char* word(Level level) {
+  switch (level) {
+    case Level::kOk:
+      return "ok";
+    case Level::kWarn:
+      return "warn";
+    default:
+      return "fail";
+  }
+}
+
+}  // namespace
+
+std::vector<Finding> examine_installation(const std::string& profile_file) {
+  std::vector<Finding> findings;
+  findings.push_back(program("corbot-rt", Level::kFail, "install corbot completely"));
+  findings.push_back(program("corbot-servant", Level::kFail, "install corbot completely"));
+  findings.push_back(
+      program("omniNames", Level::kWarn, "only for 'corbot up --naming': apt install omniorb-nameserver"));
+  findings.push_back({Level::kOk, "ORB", fmt::format("omniORB {}", omniORB::versionString()), ""});
+  if (profile_file.empty()) return findings;
+  const auto profile = read_profile(profile_file, findings);
+  if (!profile) return findings;
+  findings.push_back(port(*profile));
+  if (profile->backend.kind == "loopback") {
+    findings.push_back({Level::kOk, "devices", "backend loopback (the simulator): needs none", ""});
+  } else {
+    findings.push_back({Level::kWarn, "devices",
+                        fmt::format("backend '{}': not examined", profile->backend.kind),
+                        "start it and look at 'corbot alarms'"});
+  }
+  return findings;
+}
+
+bool doctor(const std::string& profile_file) {
+  std::vector<Finding> findings = examine_installation(profile_file);
+  int priority = kDefaultPriority;
+  int cpu = -1;
+  if (!profile_file.empty()) {
+    std::vector<Finding> already_told;
+    if (const auto profile = read_profile(profile_file, already_told)) {
+      priority = profile->priority;
+      cpu = profile->cpu;
+    }
+  }
+  for (auto& finding : examine_privileges(priority)) findings.push_back(std::move(finding));
+  for (auto& finding : examine_machine({}, cpu)) findings.push_back(std::move(finding));
+  for (const auto& finding : findings) {
+    fmt::print("{:<4}  {:<14} {}\n", word(finding.level), finding.subject, finding.text);
+    if (finding.level != Level::kOk) fmt::print("      {:<14} -> {}\n", "", finding.mend);
+  }
+  const auto count = [&](Level level) {
+    return std::count_if(findings.begin(), findings.end(), [&](const auto& f) { return f.level == level; });
+  };
+  fmt::print("{} ok, {} to consider, {} to mend\n", count(Level::kOk), count(Level::kWarn),
+             count(Level::kFail));
+  return count(Level::kFail) == 0;
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <linux/capability.h>
+#include <sys/resource.h>
+#include <sys/statvfs.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "cli/doctor.h"
+#include "cli/number.h"
+
+namespace corbot::cli {
+
+namespace {
+
+constexpr std::uint64_t kSegmentRoom = 8u << 20;  // several robots' segments
+constexpr std::uint64_t kLockedMemory = 256u << 20;
+
+std::string first_line(const std::string& file) {
+  std::ifstream stream(file);
+  std::string line;
+  std::getline(stream, line);
+  return line;
+}
+
+Finding ok(std::string subject, std::string text) {
+  return {Level::kOk, std::move(subject), std::move(text), ""};
+}
+
+Finding kernel(const MachineFiles& files) {
+  utsname name{};
+  ::uname(&name);
+  const std::string text = fmt::format("{} {}", name.sysname, name.release);
+  if (first_line(files.sys + "/kernel/realtime") == "1" ||
+      std::string_view(name.version).find("PREEMPT_RT") != std::string_view::npos) {
+    return ok("kernel", text + ", PREEMPT_RT");
+  }
+  return {Level::kWarn, "kernel", text + ", not PREEMPT_RT: wake-ups may be late by milliseconds",
+          "install one: apt install linux-image-rt-amd64, and boot it"};
+}
+
+Finding governor(const MachineFiles& files, int cpu) {
+  const std::string number = fmt::format("{}", std::max(cpu, 0));
+  const std::string found =
+      first_line(files.sys + "/devices/system/cpu/cpu" + number + "/cpufreq/scaling_governor");
+  if (found.empty()) return ok("cpu frequency", "not governed here (virtual machine, or fixed)");
+  if (found == "performance") return ok("cpu frequency", "governor performance");
+  return {Level::kWarn, "cpu frequency", "governor " + found + ": the first cycles after a pause run slowly",
+          "cpupower frequency-set -g performance"};
+}
+
+Finding clock_source(const MachineFiles& files) {
+  const std::string found =
+      first_line(files.sys + "/devices/system/clocksource/clocksource0/current_clocksource");
+  if (found.empty()) return ok("clock source", "not told by this kernel");
+  if (found == "hpet" || found == "acpi_pm" || found == "jiffies" || found == "refined-jiffies") {
+    return {Level::kWarn, "clock source", found + ": slow to read",
+            "see why the kernel rejected the fast one: dmesg | grep -i clocksource"};
+  }
+  return ok("clock source", found);
+}
+
+Finding isolation(const MachineFiles& files, int cpu) {
+  const std::string isolated = first_line(files.sys + "/devices/system/cpu/isolated");
+  const std::string online = first_line(files.sys + "/devices/system/cpu/online");
+  if (cpu < 0) return ok("cpu", "the profile binds the loop to none");
+  if (!online.empty() && !cpu_list_contains(online, cpu)) {
+    return {Level::kFail, "cpu", fmt::format("the profile asks for cpu {}; online are {}", cpu, online),
+            "set [loop] cpu in the profile to one of them, or to -1"};
+  }
+  if (cpu_list_contains(isolated, cpu)) return ok("cpu", fmt::format("cpu {} is isolated", cpu));
+  return {Level::kWarn, "cpu", fmt::format("cpu {} is not isolated: other programs run on it", cpu),
+          fmt::format("add isolcpus={0} nohz_full={0} to the kernel's command line", cpu)};
+}
+
+Finding shared_memory(const MachineFiles& files) {
+  struct statvfs status {};
+  if (::access(files.shm.c_str(), W_OK) != 0 || ::statvfs(files.shm.c_str(), &status) != 0) {
+    return {Level::kFail, "shared memory", files.shm + " cannot be written to",
+            "mount -t tmpfs -o mode=1777 tmpfs " + files.shm};
+  }
+  const std::uint64_t room = static_cast<std::uint64_t>(status.f_bavail) * status.f_frsize;
+  const std::string text = fmt::format("{}, {} MiB free", files.shm, room >> 20);
+  if (room < kSegmentRoom) {
+    return {Level::kFail, "shared memory", text,
+            fmt::format("remove what fills it, or mount -o remount,size=64M {}", files.shm)};
+  }
+  return ok("shared memory", text);
+}
+
+/// Capability `bit` in this process's effective set.
+bool has_capability(int bit) {
+  std::ifstream stream("/proc/self/status");
+  for (std::string line; std::getline(stream, line);) {
+    if (!line.starts_with("CapEff:")) continue;
+    std::uint64_t set = 0;
+    std::istringstream(line.substr(7)) >> std::hex >> set;
+    return (set >> bit & 1) != 0;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool cpu_list_contains(std::string_view list, int cpu) {
+  while (!list.empty()) {
+    const std::size_t comma = std::min(list.find(','), list.size());
+    const std::string_view part = list.substr(0, comma);
+    const std::size_t dash = std::min(part.find('-'), part.size());
+    const auto first = parse_integer(part.substr(0, dash));
+    const auto last = dash < part.size() ? parse_integer(part.substr(dash + 1)) : first;
+    if (first && last && *first <= cpu && cpu <= *last) return true;
+    list.remove_prefix(std::min(comma + 1, list.size()));
+  }
+  return false;
+}
+
+std::vector<Finding> examine_machine(const MachineFiles& files, int cpu) {
+  return {kernel(files), clock_source(files), governor(files, cpu), isolation(files, cpu),
+          shared_memory(files)};
+}
+
+std::vector<Finding> examine_privileges(int priority) {
+  std::vector<Finding> findings;
+  rlimit limit{};
+  ::getrlimit(RLIMIT_RTPRIO, &limit);
+  if (has_capability(CAP_SYS_NICE)) {
+    findings.push_back(ok("priority", "CAP_SYS_NICE"));
+  } else if (limit.rlim_cur >= static_cast<rlim_t>(priority)) {
+    findings.push_back(ok("priority", fmt::format("RLIMIT_RTPRIO {}", limit.rlim_cur)));
+  } else {
+    findings.push_back(
+        {Level::kWarn, "priority",
+         fmt::format("RLIMIT_RTPRIO is {}, the loop wants {}: it will run best-effort", limit.rlim_cur,
+                     priority),
+         "put '@corbot - rtprio 98' into /etc/security/limits.d/corbot.conf, join the group corbot, "
+         "log in again"});
+  }
+  ::getrlimit(RLIMIT_MEMLOCK, &limit);
+  if (has_capability(CAP_IPC_LOCK) || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= kLockedMemory) {
+    findings.push_back(ok("memory lock", "enough may be locked"));
+  } else {
+    findings.push_back(
+        {Level::kWarn, "memory lock",
+         fmt::format("RLIMIT_MEMLOCK is {} KiB: page faults may delay the loop", limit.rlim_cur >> 10),
+         "put '@corbot - memlock unlimited' into /etc/security/limits.d/corbot.conf, log in again"});
+  }
+  return findings;
+}
+
+}  // namespace corbot::cli

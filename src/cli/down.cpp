@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "cli/failure.h"
+#include "cli/state_file.h"
+#include "cli/up.h"
+
+namespace corbot::cli {
+
+namespace {
+
+constexpr int kPatience_ms = 20'000;  // three children, five seconds each before they are killed, and some
+
+std::string only_robot() {
+  const auto names = robots_up();
+  if (names.size() == 1) return names[0];
+  if (names.empty()) throw Failure(ExitCode::kUnreachable, "no robot is up on this machine: nothing to end");
+  throw Failure(ExitCode::kUsage, fmt::format("{} robots are up: say which with --name {}", names.size(),
+                                              fmt::join(names, " | ")));
+}
+
+/// Sends SIGTERM to the supervisor and waits for its end. A pidfd cannot hit a stranger that has got the
+/// number meanwhile, as long as the lock is seen held after it was opened.
+void end_supervisor(const std::string& name, pid_t pid) {
+  const int fd = static_cast<int>(::syscall(SYS_pidfd_open, pid, 0));
+  if (fd < 0) {
+    if (errno == ESRCH) return;
+    throw Failure(ExitCode::kInternal, fmt::format("process {}: {}", pid, std::strerror(errno)));
+  }
+  if (!is_up(name)) {
+    ::close(fd);
+    return;
+  }
+  const long sent = ::syscall(SYS_pidfd_send_signal, fd, SIGTERM, nullptr, 0);
+  const int error = errno;
+  pollfd end{fd, POLLIN, 0};
+  const int ended = sent == 0 ? ::poll(&end, 1, kPatience_ms) : 0;
+  ::close(fd);
+  if (sent != 0 && error != ESRCH) {
+    throw Failure(ExitCode::kInternal, fmt::format("process {}: {}", pid, std::strerror(error)));
+  }
+  if (ended == 0) {
+    throw Failure(ExitCode::kInternal,
+                  fmt::format("the supervisor of '{}' (pid {}) does not end; 'kill -9 {}' does, and "
+                              "its children end with it",
+                              name, pid, pid));
+  }
+}
+
+}  // namespace
+
+void down(const std::string& wanted) {
+  const std::string name = wanted.empty() ? only_robot() : wanted;
+  if (!is_robot_name(name)) {
+    throw Failure(ExitCode::kUsage, fmt::format("--name '{}': 1 to 32 letters, digits, '_' or '-'", name));
+  }
+  if (!is_up(name)) {
+    if (!remove_left_overs(name)) {
+      throw Failure(ExitCode::kUnreachable, fmt::format("no robot named '{}' is up on this machine", name));
+    }
+    fmt::print("{} was not up; what it had left behind is removed\n", name);
+    return;
+  }
+  const auto state = read_state(name);
+  if (!state)
+    throw Failure(ExitCode::kInternal, fmt::format("'{}' is just starting: try again in a moment", name));
+  end_supervisor(name, state->pid);
+  remove_left_overs(name);
+  fmt::print("{} is down\n", name);
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/explain.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace corbot::cli {
+
+namespace {
+
+std::string with_stop(std::string text) {
+  while (!text.empty() && (text.back() == '.' || text.back() == ' ')) text.pop_back();
+  return text;
+}
+
+/// omniORB tells a connection that timed out as TRANSIENT or TIMEOUT, by its minor code.
+bool is_call_timeout(const CORBA::SystemException& e) {
+  return CORBA::TIMEOUT::_downcast(&e) != nullptr ||
+         (CORBA::TRANSIENT::_downcast(&e) != nullptr && e.minor() == omni::TRANSIENT_CallTimedout);
+}
+
+}  // namespace
+
+std::string printable(std::string_view text) {
+  constexpr std::size_t kMost = 400;
+  std::string out(text.substr(0, kMost));
+  for (char& c : out) {
+    if (c < 0x20 || c > 0x7e) c = '?';
+  }
+  return out;
+}
+
+std::string plain(double value) {
+  if (std::isfinite(value) && std::abs(value) < 1e-9) value = 0;  // also -0
+  return fmt::format("{:.6g}", value);
+}
+
+Failure explain(const Corbot::BadParameter& e) {
+  return {ExitCode::kRefused, fmt::format("refused: {} = {}: {}; nothing moved", printable(e.parameter.in()),
+                                          plain(e.value), with_stop(printable(e.reason.in())))};
+}
+
+Failure explain(const Corbot::Unreachable& e) {
+  return {ExitCode::kRefused,
+          fmt::format(
+              "refused: ({}, {}, {}) m is out of reach: {}; nothing moved ('corbot status' tells the reach)",
+              plain(e.target.x), plain(e.target.y), plain(e.target.z), with_stop(printable(e.reason.in())))};
+}
+
+Failure explain(const Corbot::LimitExceeded& e) {
+  std::string what = printable(e.quantity.in());
+  if (e.articulation >= 0) what += fmt::format(" of articulation {}", e.articulation);
+  return {ExitCode::kRefused, fmt::format("refused: {} would be {}; allowed is {} to {}; nothing moved", what,
+                                          plain(e.value), plain(e.lower), plain(e.upper))};
+}
+
+Failure explain(const Corbot::NotReady& e) {
+  return {ExitCode::kRefused,
+          fmt::format("the robot is not ready: {} (see 'corbot status' and 'corbot alarms')",
+                      with_stop(printable(e.reason.in())))};
+}
+
+Failure explain(const Corbot::Stopped& e) {
+  const std::string reason = with_stop(printable(e.reason.in()));
+  return {ExitCode::kStopped,
+          "the motion was stopped before its end" + (reason.empty() ? "" : ": " + reason)};
+}
+
+Failure explain(const Corbot::QueueFull& e) {
+  return {ExitCode::kRefused,
+          fmt::format("refused: {} motions wait already, which is the most; try again when one has ended",
+                      e.capacity)};
+}
+
+Failure explain(const CORBA::SystemException& e, const Address& address) {
+  const auto fail = [](std::string text) { return Failure(ExitCode::kUnreachable, text); };
+  if (is_call_timeout(e)) {
+    return fail(
+        fmt::format("no answer from {} in time: is the machine overloaded or the network down? "
+                    "(--timeout SECONDS waits longer)",
+                    address.where));
+  }
+  if (CORBA::TRANSIENT::_downcast(&e) != nullptr) {
+    return fail(
+        fmt::format("no servant at {}: start it with 'corbot up PROFILE', or say where it is with "
+                    "--robot corbaloc::HOST:PORT/NAME",
+                    address.where));
+  }
+  if (CORBA::COMM_FAILURE::_downcast(&e) != nullptr) {
+    return fail(
+        fmt::format("the servant at {} went away during the call; an accepted motion still ends at rest: "
+                    "ask 'corbot status' before you go on",
+                    address.where));
+  }
+  if (CORBA::OBJECT_NOT_EXIST::_downcast(&e) != nullptr) {
+    return fail(
+        fmt::format("a server answers at {}, but has no robot named '{}'", address.where, address.name));
+  }
+  if (CORBA::INV_OBJREF::_downcast(&e) != nullptr || CORBA::BAD_PARAM::_downcast(&e) != nullptr) {
+    return {ExitCode::kUsage,
+            fmt::format("'{}' is not the address of a robot: write corbaloc::HOST:PORT/NAME, "
+                        "HOST:PORT/NAME, an IOR, or the name of a robot that is up here",
+                        printable(address.uri))};
+  }
+  if (CORBA::NO_PERMISSION::_downcast(&e) != nullptr) {
+    return {ExitCode::kRefused, fmt::format("{} does not allow this client to do that", address.where)};
+  }
+  if (CORBA::BAD_OPERATION::_downcast(&e) != nullptr || CORBA::MARSHAL::_downcast(&e) != nullptr ||
+      CORBA::NO_IMPLEMENT::_downcast(&e) != nullptr) {
+    return {ExitCode::kInternal,
+            fmt::format("the servant at {} does not understand this corbot: are both of the "
+                        "same version? ('corbot version')",
+                        address.where)};
+  }
+  return {ExitCode::kInternal, fmt::format("the ORB gave up on the call to {} ({}, minor code {:#x})",
+                                           address.where, e._name(), e.minor())};
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cstdlib>
+
+#include "cli/client.h"
+#include "cli/number.h"
+#include "cli/state_file.h"
+
+namespace corbot::cli {
+
+namespace {
+
+constexpr const char* kHowToStart =
+    "start it with 'corbot up PROFILE', or say where it is with --robot "
+    "corbaloc::HOST:PORT/NAME";
+
+/// HOST:PORT and NAME of "corbaloc::HOST:PORT/NAME", also with "iiop" and a GIOP version in it.
+Address from_corbaloc(const std::string& uri) {
+  Address address{uri, "", uri};
+  const std::size_t slash = uri.find('/');
+  const std::size_t host = uri.find(':', std::string("corbaloc:").size());
+  if (slash == std::string::npos || host == std::string::npos || host > slash) return address;
+  address.name = uri.substr(slash + 1);
+  std::string where = uri.substr(host + 1, slash - host - 1);
+  if (const std::size_t at = where.find('@'); at != std::string::npos) where.erase(0, at + 1);
+  address.where = where;
+  return address;
+}
+
+Address from_state(const std::string& name) {
+  const auto state = read_state(name);
+  if (!is_up(name) || !state) {
+    throw Failure(ExitCode::kUnreachable,
+                  fmt::format("no robot named '{}' is up on this machine: {}", name, kHowToStart));
+  }
+  if (state->address.empty()) {
+    throw Failure(ExitCode::kUnreachable, fmt::format("'{}' is still starting: try again in a moment", name));
+  }
+  Address address = from_corbaloc(state->address);
+  address.name = name;
+  return address;
+}
+
+bool is_host_port_name(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  if (slash == std::string::npos) return false;
+  const std::size_t colon = text.rfind(':', slash);
+  return colon != std::string::npos && colon > 0 &&
+         parse_integer(std::string_view(text).substr(colon + 1, slash - colon - 1)).has_value();
+}
+
+}  // namespace
+
+Address find_robot(const std::string& robot) {
+  std::string text = robot;
+  if (text.empty()) {
+    if (const char* given = std::getenv("CORBOT_ROBOT"); given != nullptr) text = given;
+  }
+  if (text.empty()) {
+    const auto names = robots_up();
+    if (names.size() == 1) return from_state(names[0]);
+    if (names.empty()) {
+      throw Failure(ExitCode::kUnreachable, fmt::format("no robot is up on this machine: {}", kHowToStart));
+    }
+    throw Failure(ExitCode::kUsage, fmt::format("{} robots are up: say which with --robot {}", names.size(),
+                                                fmt::join(names, " | ")));
+  }
+  if (text.starts_with("corbaloc:")) return from_corbaloc(text);
+  if (text.starts_with("corbaname:") || text.starts_with("IOR:")) {
+    return {text, "", text.starts_with("IOR:") ? "the address in the IOR" : text};
+  }
+  if (is_host_port_name(text)) return from_corbaloc("corbaloc::" + text);
+  if (is_robot_name(text)) return from_state(text);
+  throw Failure(ExitCode::kUsage,
+                fmt::format("--robot '{}': write corbaloc::HOST:PORT/NAME, HOST:PORT/NAME, an IOR, "
+                            "or the name of a robot that is up here",
+                            printable(text)));
+}
+
+}  // namespace corbot::cli

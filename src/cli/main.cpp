@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <clocale>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "cli/commands.h"
+#include "cli/doctor.h"
+#include "cli/number.h"
+#include "cli/up.h"
+
+namespace {
+
+using namespace corbot::cli;
+
+/// Everything that the command line can set.
+struct Settings {
+  ClientOptions client;
+  UpOptions up;
+  std::string down_name;
+  bool json{false};
+  double interval_s{0.2};
+  int count{0};
+  std::string program;
+  bool dry_run{false};
+  RecordOptions record;
+  std::string doctor_profile;
+};
+
+void add_client_options(CLI::App& command, Settings& settings) {
+  command.add_option("--robot", settings.client.robot,
+                     "Name of a robot that is up here, HOST:PORT/NAME, corbaloc or IOR ($CORBOT_ROBOT)");
+  command.add_option("--timeout", settings.client.timeout_s, "Seconds that a call may take, not a motion")
+      ->check(CLI::Range(0.1, 3600.0));
+}
+
+/// A sub-command for every verb; its words are read by the same parser as a program's.
+void add_verbs(CLI::App& app, Settings& settings,
+               std::map<const VerbSpec*, std::vector<std::string>>& words) {
+  for (const VerbSpec& spec : verbs()) {
+    CLI::App* command = app.add_subcommand(std::string(spec.word), std::string(spec.help));
+    command->usage("Usage: corbot " + usage_of(spec) + " [--robot R] [--timeout S]");
+    std::vector<std::string>& given = words[&spec];
+    given.emplace_back(spec.word);
+    if (!spec.arguments.empty()) {
+      std::string names;
+      for (const auto name : spec.arguments) names += (names.empty() ? "" : " ") + std::string(name);
+      command
+          ->add_option_function<std::vector<std::string>>(
+              "values", [&given](const auto& v) { given.insert(given.end(), v.begin(), v.end()); }, names)
+          ->type_name("")
+          ->expected(0, 100);
+    }
+    for (const OptionSpec& option : spec.options) {
+      const std::string name(option.name);
+      if (option.value.empty()) {
+        command->add_flag_callback(
+            name, [&given, name] { given.push_back(name); }, std::string(option.help));
+      } else {
+        command
+            ->add_option_function<std::string>(
+                name,
+                [&given, name](const auto& v) {
+                  given.insert(given.end(), {name, v});
+                },
+                std::string(option.help))
+            ->type_name(std::string(option.value));
+      }
+    }
+    add_client_options(*command, settings);
+    command->callback([&settings, &given] {
+      const auto parsed = parse_request(given);
+      if (const auto* fault = std::get_if<std::string>(&parsed)) {
+        throw Failure(ExitCode::kUsage, given[0] + ": " + *fault);
+      }
+      run_request(settings.client, std::get<Request>(parsed));
+    });
+  }
+}
+
+void add_supervision(CLI::App& app, Settings& s) {
+  CLI::App* up_command = app.add_subcommand("up", "Start a robot and watch over it, in the foreground");
+  up_command->add_option("PROFILE", s.up.profile, "The robot's profile, a TOML file")->required();
+  up_command->add_option("--name", s.up.name, "Name of the robot instead of the profile's");
+  up_command->add_option("--endpoint", s.up.endpoint, "HOST:PORT to listen at instead of the profile's");
+  auto* naming = up_command->add_option("--naming", s.up.naming_port,
+                                        "Start a naming service on the loopback, too, at this port (2809)");
+  naming->expected(0, 1)->check(CLI::Range(1, 65535))->type_name("PORT");
+  up_command->add_option("--orb", s.up.orb, "ORB of the servant")
+      ->check(CLI::IsMember({"omniorb", "orbit2"}));
+  up_command->add_option("--realtime", s.up.realtime, "What to do where privileges are missing")
+      ->check(CLI::IsMember({"enforce", "best-effort"}));
+  up_command->callback([&s, naming] {
+    if (naming->count() > 0 && s.up.naming_port == 0) s.up.naming_port = 2809;
+    up(s.up);
+  });
+  CLI::App* down_command = app.add_subcommand("down", "End a robot, or clear what a crash has left");
+  down_command->add_option("--name", s.down_name, "Which, where several are up");
+  down_command->callback([&s] { down(s.down_name); });
+  CLI::App* doctor_command = app.add_subcommand("doctor", "Examine the machine and say what to mend");
+  doctor_command->add_option("PROFILE", s.doctor_profile,
+                             "Examine this profile, its port and its devices, too");
+  doctor_command->callback([&s] {
+    if (!doctor(s.doctor_profile)) throw Failure(ExitCode::kRefused, "");
+  });
+}
+
+void add_views(CLI::App& app, Settings& s) {
+  const std::vector<std::tuple<const char*, const char*, View>> views{
+      {"status", "Show state, joints, tool and gripper", View::kStatus},
+      {"alarms", "Show the last alarms, oldest first", View::kAlarms},
+      {"diagnostics", "Show the real-time loop's account of itself", View::kDiagnostics}};
+  for (const auto& [name, help, view] : views) {
+    CLI::App* command = app.add_subcommand(name, help);
+    command->add_flag("--json", s.json, "For programs");
+    add_client_options(*command, s);
+    command->callback([&s, which = view] { show(s.client, which, s.json); });
+  }
+  CLI::App* watch_command = app.add_subcommand("watch", "Show the status again and again");
+  watch_command->add_option("--interval", s.interval_s, "Seconds between two pictures")
+      ->check(CLI::Range(0.02, 3600.0));
+  watch_command->add_option("--count", s.count, "End after so many pictures")
+      ->check(CLI::Range(1, 1'000'000'000));
+  add_client_options(*watch_command, s);
+  watch_command->callback([&s] { run_watch(s.client, s.interval_s, s.count); });
+}
+
+void add_files(CLI::App& app, Settings& s) {
+  CLI::App* run_command = app.add_subcommand("run", "Carry out a program, one command a line");
+  run_command->add_option("PROGRAM", s.program, "File, - = standard input")->required();
+  run_command->add_flag("--dry-run", s.dry_run, "Check and print only");
+  add_client_options(*run_command, s);
+  run_command->callback([&s] { run_file(s.client, s.program, s.dry_run); });
+  CLI::App* record_command = app.add_subcommand("record", "Record every cycle of the loop into a CSV file");
+  record_command->add_option("FILE", s.record.file, "File, - = standard output")->required();
+  record_command->add_option("--for", s.record.for_s, "Seconds; otherwise until Ctrl-C")
+      ->check(CLI::Range(0.001, 1e6));
+  record_command->add_flag("--force", s.record.force, "Overwrite");
+  add_client_options(*record_command, s);
+  record_command->callback([&s] { run_record(s.client, s.record); });
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("corbot: a robot arm behind a CORBA interface, with a real-time body", "corbot");
+  app.footer(
+      "Exit codes: 0 ok, 1 refused by the robot, 2 usage, 3 cannot reach the robot, 4 stopped, 5 internal.\n"
+      "More: man corbot");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", "corbot " CORBOT_VERSION);
+  Settings settings;
+  std::map<const VerbSpec*, std::vector<std::string>> words;
+  add_client_options(app, settings);
+  add_supervision(app, settings);
+  add_views(app, settings);
+  add_verbs(app, settings, words);
+  add_files(app, settings);
+  app.add_subcommand("version", "Print the version")->callback([] {
+    fmt::print("corbot " CORBOT_VERSION "\n");
+  });
+  std::vector<std::string> arguments = protect_negative_numbers(argc, argv);
+  std::reverse(arguments.begin(), arguments.end());  // what CLI11 wants
+  try {
+    app.parse(std::move(arguments));
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : static_cast<int>(ExitCode::kUsage);
+  }
+  return static_cast<int>(ExitCode::kOk);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  try {
+    return run(argc, argv);
+  } catch (const Failure& failure) {
+    std::fflush(stdout);
+    if (*failure.what() != '\0') fmt::print(stderr, "corbot: {}\n", failure.what());
+    return static_cast<int>(failure.code());
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "corbot: internal error: {}\n", error.what());
+    return static_cast<int>(ExitCode::kInternal);
+  }
+}

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace corbot::cli {
+
+/// "HOST:PORT", port 0 … 65535. Nothing when it is not of that form.
+[[nodiscard]] std::optional<std::pair<std::string, int>> split_endpoint(const std::string& text);
+
+/// Why a TCP server could not listen there now, in words; empty when it could. Port 0 always can.
+[[nodiscard]] std::string why_not_free(const std::string& host, int port);
+
+/// Does a TCP server on the loopback accept connections at that port?
+[[nodiscard]] bool listens_on_loopback(int port) noexcept;
+
+}  // namespace corbot::cli

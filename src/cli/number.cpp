@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/number.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+namespace corbot::cli {
+
+namespace {
+
+std::string_view without_plus(std::string_view word) noexcept {
+  if (word.size() > 1 && word[0] == '+' && word[1] != '-' && word[1] != '+') word.remove_prefix(1);
+  return word;
+}
+
+}  // namespace
+
+std::optional<double> parse_number(std::string_view word) noexcept {
+  word = without_plus(word);
+  double value{};
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc{} || end != word.data() + word.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+std::optional<int> parse_integer(std::string_view word) noexcept {
+  word = without_plus(word);
+  int value{};
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc{} || end != word.data() + word.size()) return std::nullopt;
+  return value;
+}
+
+std::string number_fault(std::string_view word) {
+  if (word.find(',') != std::string_view::npos) {
+    return fmt::format("'{}' is not a number: write a decimal point, and spaces between numbers", word);
+  }
+  double value{};
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error == std::errc::result_out_of_range)
+    return fmt::format("'{}' is beyond the range of a number", word);
+  if (error == std::errc{} && end == word.data() + word.size()) {
+    return fmt::format("'{}' is not a finite number", word);
+  }
+  return fmt::format("'{}' is not a number", word);
+}
+
+std::vector<std::string> protect_negative_numbers(int argc, const char* const* argv) {
+  std::vector<std::string> words;
+  for (int i = 1; i < argc; ++i) {
+    std::string word = argv[i];
+    if (word.starts_with("-.") && parse_number(word)) word.insert(1, "0");
+    words.push_back(std::move(word));
+  }
+  return words;
+}
+
+}  // namespace corbot::cli

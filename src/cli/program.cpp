@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/program.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+
+#include "cli/failure.h"
+
+namespace corbot::cli {
+
+namespace {
+
+constexpr std::string_view kBlanks = " \t\r";
+
+std::vector<std::string> split(std::string_view line) {
+  std::vector<std::string> words;
+  for (std::size_t at = line.find_first_not_of(kBlanks); at != std::string_view::npos;) {
+    const std::size_t end = std::min(line.find_first_of(kBlanks, at), line.size());
+    words.emplace_back(line.substr(at, end - at));
+    at = line.find_first_not_of(kBlanks, end);
+  }
+  return words;
+}
+
+/// Without comment and surrounding blanks.
+std::string_view bare(std::string_view line) {
+  line = line.substr(0, line.find('#'));
+  const std::size_t first = line.find_first_not_of(kBlanks);
+  if (first == std::string_view::npos) return {};
+  return line.substr(first, line.find_last_not_of(kBlanks) - first + 1);
+}
+
+bool is_text(std::string_view line) {
+  return std::none_of(line.begin(), line.end(), [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return (byte < 0x20 && c != '\t' && c != '\r') || byte == 0x7f;
+  });
+}
+
+void parse_line(std::string_view line, std::size_t number, Program& program) {
+  if (!is_text(line)) {
+    program.faults.push_back({number, "not text: a control character"});
+    return;
+  }
+  const std::string_view text = bare(line);
+  if (text.empty()) return;
+  if (text.size() > kMaxProgramLineBytes) {
+    program.faults.push_back({number, fmt::format("longer than {} bytes", kMaxProgramLineBytes)});
+    return;
+  }
+  const auto parsed = parse_request(split(text));
+  if (const auto* fault = std::get_if<std::string>(&parsed)) {
+    program.faults.push_back({number, *fault});
+    return;
+  }
+  const auto& request = std::get<Request>(parsed);
+  const VerbSpec& spec = spec_of(request.verb);
+  if (!spec.in_program) {
+    program.faults.push_back(
+        {number, fmt::format("'{}' is not for programs: give it from another terminal, 'corbot {}'",
+                             spec.word, spec.word)});
+    return;
+  }
+  program.statements.push_back({number, std::string(text), request});
+}
+
+}  // namespace
+
+Program parse_program(std::string_view text) {
+  Program program;
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // a byte-order mark, as some editors write
+  std::size_t number = 1;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    parse_line(text.substr(0, end), number++, program);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return program;
+}
+
+std::string read_program(const std::string& file) {
+  std::ifstream stream;
+  if (file != "-") {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(file, ignored)) {
+      throw Failure(ExitCode::kUsage, fmt::format("{}: is a directory, not a program", file));
+    }
+    stream.open(file, std::ios::binary);
+    if (!stream) throw Failure(ExitCode::kUsage, fmt::format("{}: {}", file, std::strerror(errno)));
+  }
+  std::istream& in = file == "-" ? std::cin : stream;
+  std::string text(kMaxProgramBytes + 1, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  if (text.size() > kMaxProgramBytes) {
+    throw Failure(ExitCode::kUsage, fmt::format("{}: longer than {} bytes", file, kMaxProgramBytes));
+  }
+  return text;
+}
+
+std::string describe_faults(const Program& program, std::string_view file) {
+  std::string text;
+  for (const auto& fault : program.faults) text += fmt::format("{}:{}: {}\n", file, fault.line, fault.reason);
+  return text;
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/request.h"
+
+namespace corbot::cli {
+
+/// One line of a program that does something.
+struct Statement {
+  std::size_t line;  ///< from 1
+  std::string text;  ///< as written, without comment and surrounding blanks
+  Request request;
+};
+
+struct ProgramFault {
+  std::size_t line;  ///< from 1
+  std::string reason;
+};
+
+struct Program {
+  std::vector<Statement> statements;
+  std::vector<ProgramFault> faults;  ///< all of them, in the order of the lines; run nothing if there is one
+};
+
+inline constexpr std::size_t kMaxProgramBytes = 1u << 20;
+inline constexpr std::size_t kMaxProgramLineBytes = 1000;
+
+/// One command a line, '#' begins a comment, empty lines count. CR LF line ends and a final line without one
+/// are accepted.
+[[nodiscard]] Program parse_program(std::string_view text);
+
+/// The text of a file, "-" = standard input. Throws Failure when it cannot be read, is empty or too large.
+[[nodiscard]] std::string read_program(const std::string& file);
+
+/// "file:line: reason", one a line.
+[[nodiscard]] std::string describe_faults(const Program& program, std::string_view file);
+
+}  // namespace corbot::cli

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/record.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <iterator>
+#include <memory>
+#include <numbers>
+#include <utility>
+
+#include "cli/failure.h"
+#include "corbot/channel/segment.h"
+
+namespace corbot::cli {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr double kLookEvery_s = 0.02;  // the recorder keeps seconds: a scheduling hiccup loses nothing
+constexpr auto kSilence = std::chrono::seconds(1);  // without a cycle: see whether the robot is still there
+
+const char* word(RtState state) {
+  switch (state) {
+    case RtState::kStandby:
+      return "standby";
+    case RtState::kMoving:
+      return "moving";
+    case RtState::kPaused:
+      return "paused";
+    case RtState::kStopping:
+      return "stopping";
+    case RtState::kError:
+      return "error";
+  }
+  return "unknown";
+}
+
+/// A file that is written in whole rows.
+class Output {
+ public:
+  Output(const std::string& file, bool force) : file_(file), fd_(STDOUT_FILENO) {
+    if (file == "-") return;
+    const int mode = force ? O_TRUNC : O_EXCL;
+    fd_ = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | mode, 0644);
+    if (fd_ >= 0) return;
+    if (errno == EEXIST) throw Failure(ExitCode::kUsage, file + " is already there: --force overwrites it");
+    throw Failure(ExitCode::kUsage, file + ": " + std::strerror(errno));
+  }
+  Output(const Output&) = delete;
+  Output& operator=(const Output&) = delete;
+  ~Output() {
+    if (file_ != "-" && fd_ >= 0) ::close(fd_);
+  }
+
+  /// False when the reader of a pipe has gone.
+  [[nodiscard]] bool write(const std::string& rows) const {
+    for (std::size_t done = 0; done < rows.size();) {
+      const ssize_t n = ::write(fd_, rows.data() + done, rows.size() - done);
+      if (n < 0 && errno == EINTR) continue;
+      if (n < 0 && errno == EPIPE) return false;
+      if (n < 0) throw Failure(ExitCode::kInternal, fmt::format("{}: {}", file_, std::strerror(errno)));
+      done += static_cast<std::size_t>(n);
+    }
+    return true;
+  }
+
+ private:
+  std::string file_;
+  int fd_;
+};
+
+/// Follows the flight recorder of one segment.
+class Follower {
+ public:
+  explicit Follower(Segment segment)
+      : segment_(std::make_unique<Segment>(std::move(segment))), next_(segment_->layout().trace.next()) {}
+
+  /// Appends the rows since the last call.
+  void read(std::string& rows, std::size_t joints) {
+    const Trace& trace = segment_->layout().trace;
+    const std::uint64_t end = trace.next();
+    if (end < next_) next_ = end;  // begun anew
+    if (end - next_ > Trace::capacity()) skip_to(end - Trace::capacity());
+    Snapshot snapshot{};
+    for (; next_ < end; ++next_) {
+      if (!trace.read(next_, snapshot)) {
+        ++lost_;
+        continue;
+      }
+      rows += csv_row(snapshot, joints);
+      ++cycles_;
+      if (incarnation_ != 0 && snapshot.incarnation != incarnation_) ++restarts_;
+      incarnation_ = snapshot.incarnation;
+      last_seen_ = Clock::now();
+    }
+  }
+  [[nodiscard]] bool silent() const { return Clock::now() - last_seen_ > kSilence; }
+  [[nodiscard]] bool gone() const { return !segment_->linked(); }
+  [[nodiscard]] std::string summary() const {
+    std::string text = fmt::format("{} cycles recorded, {} lost", cycles_, lost_);
+    if (restarts_ > 0) text += fmt::format("; the real-time task was restarted {} times", restarts_);
+    return text;
+  }
+
+ private:
+  void skip_to(std::uint64_t index) {
+    lost_ += index - next_;
+    next_ = index;
+  }
+
+  std::unique_ptr<Segment> segment_;
+  std::uint64_t next_;
+  std::uint64_t cycles_{0};
+  std::uint64_t lost_{0};
+  std::uint64_t restarts_{0};
+  std::uint64_t incarnation_{0};
+  Clock::time_point last_seen_{Clock::now()};
+};
+
+Follower follow(const std::string& name) {
+  try {
+    return Follower(Segment::observe(name));
+  } catch (const SegmentError& error) {
+    const bool absent = error.kind() == SegmentError::Kind::kAbsent;
+    throw Failure(absent ? ExitCode::kUnreachable : ExitCode::kInternal, error.what());
+  }
+}
+
+}  // namespace
+
+std::string csv_header(std::size_t joints) {
+  std::string row = "cycle,time_ns,wall_ns,state,command,rate";
+  for (std::size_t i = 0; i < joints; ++i) row += fmt::format(",theta{}_deg", i);
+  row += ",x_m,y_m,z_m,gripper";
+  for (std::size_t i = 0; i < joints; ++i) row += fmt::format(",pulse{}_us", i);
+  return row + ",gripper_us\n";
+}
+
+std::string csv_row(const Snapshot& s, std::size_t joints) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  std::string row;
+  const auto out = std::back_inserter(row);
+  fmt::format_to(out, "{},{},{},{},{},{:.6g}", s.cycle, s.time_ns, s.wall_ns, word(s.state), s.command_id,
+                 s.virtual_rate);
+  for (std::size_t i = 0; i < joints; ++i) fmt::format_to(out, ",{:.9f}", s.position_rad[i] * kDegrees);
+  for (const double coordinate : s.tcp_m) fmt::format_to(out, ",{:.12f}", coordinate);
+  fmt::format_to(out, ",{:.6g}", s.gripper);
+  for (std::size_t i = 0; i <= joints; ++i) fmt::format_to(out, ",{:.3f}", s.pulse_us[i]);
+  row += '\n';
+  return row;
+}
+
+void record(const RecordOptions& options, const OnSignal& on_signal) {
+  Follower follower = follow(options.robot);
+  const Output output(options.file, options.force);
+  if (!output.write(csv_header(options.joints))) return;
+  fmt::print(stderr, "recording '{}' to {}{}\n", options.robot,
+             options.file == "-" ? "standard output" : options.file,
+             options.for_s > 0 ? fmt::format(" for {:g} s", options.for_s) : " until Ctrl-C");
+  const auto begin = Clock::now();
+  std::string rows;
+  std::string end;
+  for (bool more = true; more;) {
+    double pause = kLookEvery_s;
+    if (options.for_s > 0) {
+      const double left = options.for_s - std::chrono::duration<double>(Clock::now() - begin).count();
+      pause = std::min(pause, left);
+      more = left > 0;
+    }
+    if (on_signal.wait(pause)) more = false;
+    rows.clear();
+    follower.read(rows, options.joints);
+    if (!output.write(rows)) break;
+    if (more && follower.silent() && follower.gone()) {
+      end = "; the robot went down";
+      more = false;
+    }
+  }
+  fmt::print(stderr, "{}{}\n", follower.summary(), end);
+}
+
+}  // namespace corbot::cli

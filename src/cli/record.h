@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "cli/stop_on_signal.h"
+#include "corbot/channel/records.h"
+
+namespace corbot::cli {
+
+struct RecordOptions {
+  std::string robot;  ///< its name
+  std::string file;   ///< "-" = standard output
+  double for_s{0};    ///< 0 = until the signal
+  bool force{false};  ///< overwrite
+  std::size_t joints{kMaxJoints};
+};
+
+/// Column names, with units, and one row; both end with a line end.
+[[nodiscard]] std::string csv_header(std::size_t joints);
+[[nodiscard]] std::string csv_row(const Snapshot& snapshot, std::size_t joints);
+
+/// Writes every cycle of the flight recorder from now on, read-only, until the signal, the time or the
+/// robot's end. Throws Failure. Its summary goes to standard error.
+void record(const RecordOptions& options, const OnSignal& on_signal);
+
+}  // namespace corbot::cli

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/request.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "cli/number.h"
+
+namespace corbot::cli {
+
+namespace {
+
+const OptionSpec kTime{"--time", "T",
+                       "seconds the motion shall take; 0 or none: as fast as the limits allow"};
+const OptionSpec kAbove{"--above", "D", "metres above the point, vertically"};
+
+const std::vector<VerbSpec>& table() {
+  static const std::vector<VerbSpec> specs{
+      {Verb::kMove,
+       "move",
+       {"X", "Y", "Z"},
+       3,
+       {kAbove, kTime},
+       "Move freely (all joints start and end together) to a point, metres",
+       true,
+       true},
+      {Verb::kMoveS,
+       "moves",
+       {"X", "Y", "Z"},
+       3,
+       {kAbove, kTime},
+       "Move in a straight line to a point, metres",
+       true,
+       true},
+      {Verb::kMoveC,
+       "movec",
+       {"X1", "Y1", "Z1", "X2", "Y2", "Z2", "X3", "Y3", "Z3"},
+       9,
+       {},
+       "Move along the arc from P1 through P2 to P3, metres",
+       true,
+       true},
+      {Verb::kDrive,
+       "drive",
+       {"ARTICULATION", "INCREMENT", "SPEED"},
+       3,
+       {},
+       "Turn one articulation (from 0) by degrees at degrees a second",
+       true,
+       true},
+      {Verb::kJoints,
+       "joints",
+       {"A0", "A1", "A2", "A3", "A4", "A5"},
+       1,
+       {kTime},
+       "Move to the given joint values, degrees, one for each articulation",
+       true,
+       true},
+      {Verb::kReady, "ready", {}, 0, {}, "Move all articulations to zero", true, true},
+      {Verb::kDelay, "delay", {"SECONDS"}, 1, {}, "Stand still for a time", true, true},
+      {Verb::kOpen, "open", {}, 0, {}, "Open the gripper", true, true},
+      {Verb::kClose, "close", {}, 0, {}, "Close the gripper", true, true},
+      {Verb::kSpeed,
+       "speed",
+       {"PERCENT"},
+       1,
+       {{"--joint", "N", "only of articulation N, from 0"}, {"--all", "", "of all articulations"}},
+       "Set the speed of the motions that follow: of the tool, or of joints",
+       false,
+       true},
+      {Verb::kPitch,
+       "pitch",
+       {"DEGREES"},
+       1,
+       {},
+       "Set the hand's inclination for the motions that follow",
+       false,
+       true},
+      {Verb::kOverride,
+       "override",
+       {"PERCENT"},
+       1,
+       {},
+       "Set the rate of all motion, also of the one under way",
+       false,
+       true},
+      {Verb::kStop, "stop", {}, 0, {}, "Stop the arm now and discard what is queued", false, false},
+      {Verb::kPause, "pause", {}, 0, {}, "Slow down on the path and hold", false, false},
+      {Verb::kResume, "resume", {}, 0, {}, "Go on after a pause", false, false},
+      {Verb::kClear, "clear", {}, 0, {}, "Leave the Error state once its cause is gone", false, false},
+  };
+  return specs;
+}
+
+/// Rules that hold for every robot. The fault in words, or nothing.
+std::optional<std::string> check_values(const Request& request) {
+  const auto& n = request.numbers;
+  if (request.time_s < 0) return fmt::format("--time {}: must not be negative", request.time_s);
+  switch (request.verb) {
+    case Verb::kDelay:
+      if (n[0] < 0) return fmt::format("SECONDS {}: must not be negative", n[0]);
+      break;
+    case Verb::kSpeed:
+    case Verb::kOverride:
+      if (!(n[0] > 0 && n[0] <= 100)) {
+        return fmt::format("PERCENT {}: must be above 0 and at most 100", n[0]);
+      }
+      if (request.all && request.joint >= 0) return "--joint and --all exclude each other";
+      break;
+    default:
+      break;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> read_option(const OptionSpec& option, std::span<const std::string> words,
+                                       std::size_t& index, Request& request) {
+  if (option.value.empty()) {
+    request.all = true;
+    return std::nullopt;
+  }
+  if (index + 1 >= words.size()) return fmt::format("{} needs a value", option.name);
+  const std::string& word = words[++index];
+  if (option.name == "--joint") {
+    const auto joint = parse_integer(word);
+    if (!joint || *joint < 0) return fmt::format("--joint {}: must be 0 or a positive integer", word);
+    request.joint = *joint;
+    return std::nullopt;
+  }
+  const auto value = parse_number(word);
+  if (!value) return fmt::format("{}: {}", option.name, number_fault(word));
+  (option.name == "--time" ? request.time_s : request.above_m) = *value;
+  return std::nullopt;
+}
+
+std::optional<std::string> read_argument(const VerbSpec& spec, const std::string& word, Request& request) {
+  const std::size_t at = request.numbers.size();
+  if (at == spec.arguments.size()) {
+    return fmt::format("unexpected '{}'; usage: {}", word, usage_of(spec));
+  }
+  if (spec.verb == Verb::kDrive && at == 0) {
+    const auto articulation = parse_integer(word);
+    if (!articulation || *articulation < 0) {
+      return fmt::format("ARTICULATION '{}': must be 0 or a positive integer", word);
+    }
+    request.numbers.push_back(*articulation);
+    return std::nullopt;
+  }
+  const auto value = parse_number(word);
+  if (!value) return fmt::format("{}: {}", spec.arguments[at], number_fault(word));
+  request.numbers.push_back(*value);
+  return std::nullopt;
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t change = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, change});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+std::span<const VerbSpec> verbs() { return table(); }
+
+const VerbSpec* find_verb(std::string_view word) {
+  const auto& specs = table();
+  const auto found = std::find_if(specs.begin(), specs.end(), [&](const auto& s) { return s.word == word; });
+  return found == specs.end() ? nullptr : &*found;
+}
+
+const VerbSpec& spec_of(Verb verb) {
+  const auto& specs = table();
+  return *std::find_if(specs.begin(), specs.end(), [&](const auto& s) { return s.verb == verb; });
+}
+
+std::string usage_of(const VerbSpec& spec) {
+  std::string text(spec.word);
+  for (std::size_t i = 0; i < spec.arguments.size(); ++i) {
+    text += fmt::format(i < spec.required ? " {}" : " [{}]", spec.arguments[i]);
+  }
+  for (const auto& option : spec.options) {
+    text += option.value.empty() ? fmt::format(" [{}]", option.name)
+                                 : fmt::format(" [{} {}]", option.name, option.value);
+  }
+  return text;
+}
+
+std::variant<Request, std::string> parse_request(std::span<const std::string> words) {
+  if (words.empty()) return std::string("no command");
+  const VerbSpec* spec = find_verb(words[0]);
+  if (spec == nullptr) {
+    const std::string near = similar_verb(words[0]);
+    return fmt::format("unknown command '{}'", words[0]) +
+           (near.empty() ? std::string() : fmt::format("; did you mean '{}'?", near));
+  }
+  Request request;
+  request.verb = spec->verb;
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    std::optional<std::string> fault;
+    if (words[i].starts_with("--")) {
+      const auto option = std::find_if(spec->options.begin(), spec->options.end(),
+                                       [&](const auto& o) { return o.name == words[i]; });
+      if (option == spec->options.end()) {
+        return fmt::format("'{}' has no option '{}'; usage: {}", spec->word, words[i], usage_of(*spec));
+      }
+      fault = read_option(*option, words, i, request);
+    } else {
+      fault = read_argument(*spec, words[i], request);
+    }
+    if (fault) return *fault;
+  }
+  if (request.numbers.size() < spec->required) {
+    return fmt::format("{} missing; usage: {}", spec->arguments[request.numbers.size()], usage_of(*spec));
+  }
+  if (auto fault = check_values(request)) return *fault;
+  return request;
+}
+
+std::string to_words(const Request& request) {
+  std::string text(spec_of(request.verb).word);
+  for (const double number : request.numbers) text += fmt::format(" {}", number);
+  if (request.above_m != 0) text += fmt::format(" --above {}", request.above_m);
+  if (request.time_s != 0) text += fmt::format(" --time {}", request.time_s);
+  if (request.joint >= 0) text += fmt::format(" --joint {}", request.joint);
+  if (request.all) text += " --all";
+  return text;
+}
+
+std::string similar_verb(std::string_view word) {
+  std::string_view best;
+  std::size_t least = 3;
+  for (const auto& spec : table()) {
+    const std::size_t distance = edit_distance(word, spec.word);
+    if (distance < least && distance < spec.word.size()) {
+      least = distance;
+      best = spec.word;
+    }
+  }
+  return std::string(best);
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+// The words that a person gives to the robot: the same on the command line and in a program.
+
+namespace corbot::cli {
+
+enum class Verb {
+  kMove,
+  kMoveS,
+  kMoveC,
+  kDrive,
+  kJoints,
+  kReady,
+  kDelay,
+  kOpen,
+  kClose,  // motions
+  kSpeed,
+  kPitch,
+  kOverride,  // settings
+  kStop,
+  kPause,
+  kResume,
+  kClear,  // at once; not in programs
+};
+
+/// A checked command. Units of the CORBA face: metres, degrees, seconds, percent.
+struct Request {
+  Verb verb{};
+  std::vector<double> numbers;  ///< the positional arguments in order
+  double above_m{0};            ///< --above
+  double time_s{0};             ///< --time; 0 = as fast as the limits allow
+  int joint{-1};                ///< --joint; −1 = none
+  bool all{false};              ///< --all
+};
+
+/// An option of a verb; all but --all take a number.
+struct OptionSpec {
+  std::string_view name;   ///< with its dashes
+  std::string_view value;  ///< what help calls the value; empty for a switch
+  std::string_view help;
+};
+
+/// The grammar of one verb.
+struct VerbSpec {
+  Verb verb;
+  std::string_view word;
+  std::vector<std::string_view> arguments;  ///< names, in order
+  std::size_t required;                     ///< how many of them must be there
+  std::vector<OptionSpec> options;
+  std::string_view help;
+  bool motion;      ///< has a ticket, takes time, can be stopped
+  bool in_program;  ///< allowed in a program
+};
+
+/// All verbs, in the order of the help.
+[[nodiscard]] std::span<const VerbSpec> verbs();
+[[nodiscard]] const VerbSpec* find_verb(std::string_view word);
+[[nodiscard]] const VerbSpec& spec_of(Verb verb);
+
+/// "move X Y Z [--above D] [--time T]"
+[[nodiscard]] std::string usage_of(const VerbSpec& spec);
+
+/// Reads and checks the words of one command, its verb first. Everything that can be known without the robot
+/// is checked here; ranges and reach are the servant's business. A string is the fault, in words.
+[[nodiscard]] std::variant<Request, std::string> parse_request(std::span<const std::string> words);
+
+/// The request as a program would write it.
+[[nodiscard]] std::string to_words(const Request& request);
+
+/// The word in `known` that `word` was probably meant to be; empty if none is near.
+[[nodiscard]] std::string similar_verb(std::string_view word);
+
+}  // namespace corbot::cli

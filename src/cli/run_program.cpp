@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/run_program.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+namespace corbot::cli {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+/// One line that is redrawn on a terminal, one line a statement elsewhere.
+class Display {
+ public:
+  Display(std::size_t count, bool terminal) : count_(count), terminal_(terminal) {}
+
+  void begin(std::size_t index, const Statement& statement) {
+    index_ = index;
+    text_ = statement.text.substr(0, 60);
+    if (!terminal_) fmt::print("{}/{}  line {}: {}\n", index + 1, count_, statement.line, statement.text);
+    draw(0);
+  }
+  void draw(double progress) const {
+    if (terminal_) {
+      const double done = (static_cast<double>(index_) + progress) / static_cast<double>(count_);
+      fmt::print("\r\x1b[K{} {:3.0f} %  {}/{}  {}", bar(done, 30), std::floor(100 * done), index_ + 1, count_,
+                 text_);
+    }
+    std::fflush(stdout);
+  }
+  void end() const {
+    if (terminal_) fmt::print("\r\x1b[K");
+    std::fflush(stdout);
+  }
+
+ private:
+  std::size_t count_;
+  bool terminal_;
+  std::size_t index_{0};
+  std::string text_;
+};
+
+}  // namespace
+
+std::string bar(double ratio, std::size_t width) {
+  const double bounded = std::isfinite(ratio) ? std::clamp(ratio, 0.0, 1.0) : 0.0;
+  const auto full = static_cast<std::size_t>(bounded * static_cast<double>(width) + 1e-9);
+  return "[" + std::string(full, '#') + std::string(width - full, ' ') + "]";
+}
+
+Program load_program(const std::string& file) {
+  Program program = parse_program(read_program(file));
+  const std::string name = file == "-" ? "<standard input>" : file;
+  if (!program.faults.empty()) {
+    const std::size_t count = program.faults.size();
+    throw Failure(ExitCode::kUsage,
+                  describe_faults(program, name) +
+                      fmt::format("{} line{} to mend; nothing moved", count, count == 1 ? "" : "s"));
+  }
+  if (program.statements.empty()) {
+    throw Failure(ExitCode::kUsage, fmt::format("{}: no command in it; nothing moved", name));
+  }
+  return program;
+}
+
+void print_program(const Program& program) {
+  for (const auto& statement : program.statements) {
+    fmt::print("line {}: {}\n", statement.line, to_words(statement.request));
+  }
+  fmt::print("{} commands, no fault found; nothing moved (reach and limits are checked by the robot)\n",
+             program.statements.size());
+}
+
+void run_program(Client& client, const Program& program, const std::string& file) {
+  Display display(program.statements.size(), ::isatty(STDOUT_FILENO) == 1);
+  const auto begin = Clock::now();
+  for (std::size_t i = 0; i < program.statements.size(); ++i) {
+    const Statement& statement = program.statements[i];
+    display.begin(i, statement);
+    try {
+      client.perform(statement.request, [&](double progress) { display.draw(progress); });
+    } catch (const Failure& failure) {
+      display.end();
+      throw Failure(failure.code(),
+                    fmt::format("{}:{}: {}: {}", file, statement.line, statement.text, failure.what()));
+    }
+  }
+  display.end();
+  fmt::print("done: {} commands in {:.1f} s\n", program.statements.size(), seconds_since(begin));
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+namespace corbot::cli {
+
+/// Removes the shared memory of a robot when neither a real-time task nor a servant holds it any more. True
+/// when it did; false when there is none, it is in use, or it is not ours.
+bool remove_abandoned_segment(const std::string& name) noexcept;
+
+}  // namespace corbot::cli

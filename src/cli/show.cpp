@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/show.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <nlohmann/json.hpp>
+
+namespace corbot::cli {
+
+namespace {
+
+using nlohmann::json;
+
+const char* word(Corbot::RobotState state) {
+  switch (state) {
+    case Corbot::Error:
+      return "Error";
+    case Corbot::Waiting:
+      return "Waiting";
+    default:
+      return "Standby";
+  }
+}
+
+const char* meaning(Corbot::RobotState state) {
+  switch (state) {
+    case Corbot::Error:
+      return "faulted: mend the cause, then 'corbot clear'";
+    case Corbot::Waiting:
+      return "busy: moving, delaying or paused";
+    default:
+      return "at rest and ready";
+  }
+}
+
+const char* word(Corbot::GripperState state) { return state == Corbot::Open ? "open" : "closed"; }
+
+const char* word(Corbot::RobotKind kind) {
+  constexpr const char* kWords[] = {"anthropomorphic", "Cartesian", "cylindrical", "polar", "SCARA", "other"};
+  const auto index = static_cast<std::size_t>(kind);
+  return index < std::size(kWords) ? kWords[index] : "unknown";
+}
+
+/// Without a minus sign in front of zeros.
+double rounded(double value, double scale) {
+  const double r = std::round(value * scale) / scale;
+  return r == 0 ? 0 : r;
+}
+
+std::string local_time(double epoch_s) {
+  if (!(epoch_s > 0 && epoch_s < 2e11)) return "unknown";
+  const auto seconds = static_cast<std::time_t>(epoch_s);
+  std::tm parts{};
+  localtime_r(&seconds, &parts);
+  return fmt::format("{:%Y-%m-%d %H:%M:%S}", parts);
+}
+
+std::string microseconds(double seconds) { return fmt::format("{:.1f} us", seconds * 1e6); }
+
+}  // namespace
+
+StatusReport read_status(Client& client) {
+  StatusReport report;
+  report.name = client.address().name;
+  report.address = client.address().uri;
+  client.ask([&](auto& arm) {
+    report.state = arm.Status();
+    report.kind = arm.RobotType();
+    report.reach_m = arm.Reach();
+    report.override_percent = arm.OverridePercent();
+    report.tool_pitch_deg = arm.ToolPitch();
+    report.gripper = arm.GripperStatus();
+    const Corbot::JointRanges_var ranges = arm.MovRange();
+    for (CORBA::ULong i = 0; i < ranges->length(); ++i) report.ranges.push_back((*ranges)[i]);
+    const Corbot::AlarmList_var alarms = arm.Alarms();
+    for (CORBA::ULong i = 0; i < alarms->length(); ++i) {
+      const auto& alarm = (*alarms)[i];
+      if (alarm.active)
+        report.active_alarms.push_back(fmt::format("{} {}", alarm.code, printable(alarm.text.in())));
+    }
+    const Corbot::JointCoord_var joints = arm.ArtiCoord();
+    for (CORBA::ULong i = 0; i < joints->length(); ++i) report.joints.push_back((*joints)[i]);
+    report.pose = arm.CartCoord();
+  });
+  return report;
+}
+
+std::string status_text(const StatusReport& r) {
+  std::string text = fmt::format("{} ({}, {} articulations) at {}\n", r.name.empty() ? "robot" : r.name,
+                                 word(r.kind), r.joints.size(), r.address);
+  text += fmt::format("  state     {:<9} {}\n", word(r.state), meaning(r.state));
+  for (const auto& alarm : r.active_alarms) text += fmt::format("  alarm     {}\n", alarm);
+  text += fmt::format("  tool      x {:.4f}  y {:.4f}  z {:.4f} m   a {:.2f}  b {:.2f}  c {:.2f} deg\n",
+                      rounded(r.pose.x, 1e4), rounded(r.pose.y, 1e4), rounded(r.pose.z, 1e4),
+                      rounded(r.pose.a, 100), rounded(r.pose.b, 100), rounded(r.pose.c, 100));
+  for (std::size_t i = 0; i < r.joints.size(); ++i) {
+    text += fmt::format("  joint {}   {:8.2f} deg", i, rounded(r.joints[i], 100));
+    if (i < r.ranges.size()) text += fmt::format("   ({:g} to {:g})", r.ranges[i].lower, r.ranges[i].upper);
+    text += '\n';
+  }
+  text += fmt::format("  gripper   {}\n  override  {:g} %\n  pitch     {:g} deg\n  reach     {:.3f} m\n",
+                      word(r.gripper), r.override_percent, rounded(r.tool_pitch_deg, 1e6), r.reach_m);
+  return text;
+}
+
+std::string status_line(const StatusReport& r) {
+  std::string text = fmt::format("{:<7}  x {:8.4f}  y {:8.4f}  z {:8.4f} m  joints", word(r.state),
+                                 rounded(r.pose.x, 1e4), rounded(r.pose.y, 1e4), rounded(r.pose.z, 1e4));
+  for (const double joint : r.joints) text += fmt::format(" {:8.2f}", rounded(joint, 100));
+  return text + fmt::format(" deg  gripper {}  override {:g} %\n", word(r.gripper), r.override_percent);
+}
+
+std::string status_json(const StatusReport& r) {
+  json ranges = json::array();
+  for (const auto& range : r.ranges) ranges.push_back({{"lower", range.lower}, {"upper", range.upper}});
+  const json data{{"name", r.name},
+                  {"address", r.address},
+                  {"state", word(r.state)},
+                  {"kind", word(r.kind)},
+                  {"joints_deg", r.joints},
+                  {"ranges_deg", ranges},
+                  {"tool",
+                   {{"x_m", r.pose.x},
+                    {"y_m", r.pose.y},
+                    {"z_m", r.pose.z},
+                    {"a_deg", r.pose.a},
+                    {"b_deg", r.pose.b},
+                    {"c_deg", r.pose.c}}},
+                  {"gripper", word(r.gripper)},
+                  {"reach_m", r.reach_m},
+                  {"override_percent", r.override_percent},
+                  {"tool_pitch_deg", r.tool_pitch_deg},
+                  {"active_alarms", r.active_alarms}};
+  return data.dump(2) + "\n";
+}
+
+std::string alarms_text(const Corbot::AlarmList& alarms) {
+  if (alarms.length() == 0) return "no alarms\n";
+  std::string text;
+  for (CORBA::ULong i = 0; i < alarms.length(); ++i) {
+    text += fmt::format("{}  {:>4}  {}  {}\n", local_time(alarms[i].time), alarms[i].code,
+                        alarms[i].active ? "active" : "      ", printable(alarms[i].text.in()));
+  }
+  return text;
+}
+
+std::string alarms_json(const Corbot::AlarmList& alarms) {
+  json list = json::array();
+  for (CORBA::ULong i = 0; i < alarms.length(); ++i) {
+    list.push_back({{"time_s", alarms[i].time},
+                    {"code", alarms[i].code},
+                    {"active", static_cast<bool>(alarms[i].active)},
+                    {"text", printable(alarms[i].text.in())}});
+  }
+  return list.dump(2) + "\n";
+}
+
+double latency_quantile(const Corbot::LoopInfo& info, double ratio) {
+  double total = 0;
+  for (CORBA::ULong i = 0; i < info.counts.length(); ++i) total += static_cast<double>(info.counts[i]);
+  double below = 0;
+  for (CORBA::ULong i = 0; i + 1 < info.counts.length() && i < info.edges.length(); ++i) {
+    below += static_cast<double>(info.counts[i]);
+    if (total > 0 && below >= ratio * total) return std::min(info.edges[i], info.latencyMax);
+  }
+  return info.latencyMax;
+}
+
+std::string diagnostics_text(const Corbot::LoopInfo& info) {
+  std::string text = fmt::format("loop      {:g} us period, {} cycles since {}\n", info.period * 1e6,
+                                 info.cycles, local_time(info.since));
+  text += fmt::format("priority  {}\n",
+                      info.realTime ? "real-time (SCHED_FIFO, locked memory)"
+                                    : "BEST EFFORT: no real-time privileges; 'corbot doctor' says how to "
+                                      "give them");
+  text += fmt::format("overruns  {}\n", info.overruns);
+  text +=
+      fmt::format("latency   mean {}, 50 % {}, 99 % {}, 99.9 % {}, max {}\n", microseconds(info.latencyMean),
+                  microseconds(latency_quantile(info, 0.5)), microseconds(latency_quantile(info, 0.99)),
+                  microseconds(latency_quantile(info, 0.999)), microseconds(info.latencyMax));
+  text += fmt::format("work      max {} a cycle\n", microseconds(info.workMax));
+  unsigned long long most = 0;
+  for (CORBA::ULong i = 0; i < info.counts.length(); ++i)
+    most = std::max<unsigned long long>(most, info.counts[i]);
+  for (CORBA::ULong i = 0; i < info.counts.length() && i < info.edges.length(); ++i) {
+    if (info.counts[i] == 0) continue;
+    const bool open = i + 1 == info.counts.length();
+    const auto bar = static_cast<std::size_t>(
+        std::ceil(40.0 * static_cast<double>(info.counts[i]) / static_cast<double>(most)));
+    text += fmt::format("  {} {:>9.1f} us {:>12}  {}\n", open ? "beyond " : "up to  ",
+                        (open && i > 0 ? info.edges[i - 1] : info.edges[i]) * 1e6, info.counts[i],
+                        std::string(bar, '#'));
+  }
+  return text;
+}
+
+std::string diagnostics_json(const Corbot::LoopInfo& info) {
+  json counts = json::array();
+  json edges = json::array();
+  for (CORBA::ULong i = 0; i < info.counts.length(); ++i) counts.push_back(info.counts[i]);
+  for (CORBA::ULong i = 0; i < info.edges.length(); ++i) edges.push_back(info.edges[i]);
+  const json data{{"period_s", info.period},
+                  {"since_s", info.since},
+                  {"cycles", info.cycles},
+                  {"overruns", info.overruns},
+                  {"latency_mean_s", info.latencyMean},
+                  {"latency_max_s", info.latencyMax},
+                  {"work_max_s", info.workMax},
+                  {"real_time", static_cast<bool>(info.realTime)},
+                  {"latency_counts", counts},
+                  {"latency_edges_s", edges}};
+  return data.dump(2) + "\n";
+}
+
+void watch(Client& client, const OnSignal& on_signal, double interval_s, int count) {
+  const bool terminal = ::isatty(STDOUT_FILENO) == 1;
+  for (int shown = 0; count == 0 || shown < count; ++shown) {
+    if (shown > 0 && on_signal.wait(interval_s)) break;
+    const StatusReport report = read_status(client);
+    // Home and clear below rather than clear all: no flicker.
+    const std::string picture =
+        terminal ? "\x1b[H\x1b[J" + status_text(report) + "\n(Ctrl-C ends)\n" : status_line(report);
+    if (std::fwrite(picture.data(), 1, picture.size(), stdout) != picture.size() || std::fflush(stdout) != 0)
+      break;
+  }
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/client.h"
+#include "cli/stop_on_signal.h"
+
+namespace corbot::cli {
+
+/// What `status` and `watch` show, read once. Units of the CORBA face.
+struct StatusReport {
+  std::string name;
+  std::string address;
+  Corbot::RobotState state{};
+  Corbot::RobotKind kind{};
+  std::vector<double> joints;  ///< degrees
+  std::vector<Corbot::JointRange> ranges;
+  Corbot::CartesianCoord pose{};
+  Corbot::GripperState gripper{};
+  double reach_m{};
+  double override_percent{};
+  double tool_pitch_deg{};
+  std::vector<std::string> active_alarms;
+};
+
+[[nodiscard]] StatusReport read_status(Client& client);
+[[nodiscard]] std::string status_text(const StatusReport& report);
+[[nodiscard]] std::string status_line(
+    const StatusReport& report);  ///< one line, for `watch` without a terminal
+[[nodiscard]] std::string status_json(const StatusReport& report);
+
+[[nodiscard]] std::string alarms_text(const Corbot::AlarmList& alarms);
+[[nodiscard]] std::string alarms_json(const Corbot::AlarmList& alarms);
+[[nodiscard]] std::string diagnostics_text(const Corbot::LoopInfo& info);
+[[nodiscard]] std::string diagnostics_json(const Corbot::LoopInfo& info);
+
+/// Latency below which the share `ratio` of the wake-ups lies, by the histogram; seconds. The upper edge of
+/// the bucket, so never too good; the maximum where the last, open bucket is meant.
+[[nodiscard]] double latency_quantile(const Corbot::LoopInfo& info, double ratio);
+
+/// Redraws until a signal was seen or `count` pictures were shown (0 = no end). Without a terminal: a line
+/// each.
+void watch(Client& client, const OnSignal& on_signal, double interval_s, int count);
+
+}  // namespace corbot::cli

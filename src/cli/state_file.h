@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+// How the commands of one user find the robots that are up on this machine: one file a robot, written by its
+// supervisor. Beside NAME.json lies NAME.lock, whose lock the supervisor holds while it lives; the kernel
+// releases it however it dies, so a left-over file is never taken for a live robot.
+
+namespace corbot::cli {
+
+struct RobotState {
+  std::string name;
+  pid_t pid{};           ///< of the supervisor
+  std::string profile;   ///< absolute path
+  std::string endpoint;  ///< HOST:PORT
+  std::string address;   ///< corbaloc URI as the servant printed it
+  std::string orb;
+  pid_t rt_pid{};
+  pid_t servant_pid{};
+  std::string naming;  ///< corbaloc of the naming service that was started, or empty
+};
+
+/// $XDG_RUNTIME_DIR/corbot or /tmp/corbot-UID. Created with mode 0700 if `create`; throws Failure when it
+/// belongs to somebody else or others may write to it.
+[[nodiscard]] std::filesystem::path state_directory(bool create);
+
+/// The state as the supervisor last wrote it, whether it lives or not; nothing when there is no such file.
+[[nodiscard]] std::optional<RobotState> read_state(const std::string& name);
+
+/// Does a supervisor of that robot live?
+[[nodiscard]] bool is_up(const std::string& name);
+
+/// Names of the robots that are up, sorted.
+[[nodiscard]] std::vector<std::string> robots_up();
+
+/// Letters, digits, '_' and '-', 1 to 32: what may be the name of a robot.
+[[nodiscard]] bool is_robot_name(const std::string& name);
+
+/// The supervisor's side. Removes both files when it goes out of scope.
+class StateLock {
+ public:
+  /// Nothing when another supervisor has the name.
+  [[nodiscard]] static std::optional<StateLock> acquire(const std::string& name);
+  StateLock(StateLock&& other) noexcept;
+  StateLock& operator=(StateLock&&) = delete;
+  ~StateLock();
+
+  /// Replaces the file at once: readers see the old or the new one.
+  void write(const RobotState& state) const;
+
+ private:
+  StateLock(std::filesystem::path directory, std::string name, int fd);
+  std::filesystem::path directory_;
+  std::string name_;
+  int fd_;
+};
+
+/// Removes what a supervisor that died has left: its files and the segment that nobody holds. True when there
+/// was something. Does nothing while the robot is up.
+bool remove_left_overs(const std::string& name);
+
+}  // namespace corbot::cli

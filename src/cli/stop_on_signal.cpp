@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/stop_on_signal.h"
+
+#include <poll.h>
+#include <signal.h>
+#include <sys/eventfd.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <utility>
+
+#include "cli/failure.h"
+
+namespace corbot::cli {
+
+namespace {
+
+sigset_t ending_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set, signal);
+  return set;
+}
+
+void raise_event(int fd) {
+  const std::uint64_t one = 1;
+  (void)!::write(fd, &one, sizeof(one));
+}
+
+}  // namespace
+
+OnSignal::OnSignal(std::function<void()> action) : action_(std::move(action)) {
+  const sigset_t set = ending_signals();
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  end_fd_ = ::eventfd(0, EFD_CLOEXEC);
+  seen_fd_ = ::eventfd(0, EFD_CLOEXEC);
+  if (end_fd_ < 0 || seen_fd_ < 0) throw Failure(ExitCode::kInternal, "eventfd: no file descriptor left");
+  thread_ = std::thread([this] { run(); });
+}
+
+OnSignal::~OnSignal() {
+  raise_event(end_fd_);
+  thread_.join();
+  ::close(end_fd_);
+  ::close(seen_fd_);
+}
+
+void OnSignal::run() {
+  const sigset_t set = ending_signals();
+  const int signals = ::signalfd(-1, &set, SFD_CLOEXEC);
+  std::thread worker;  // the action may take its time; a second signal must still get through
+  for (;;) {
+    pollfd fds[2] = {{signals, POLLIN, 0}, {end_fd_, POLLIN, 0}};
+    if (::poll(fds, 2, -1) < 0 && errno != EINTR) break;
+    if ((fds[1].revents & POLLIN) != 0) break;
+    signalfd_siginfo info{};
+    if ((fds[0].revents & POLLIN) == 0 || ::read(signals, &info, sizeof(info)) != sizeof(info)) continue;
+    if (seen_.exchange(true)) ::_exit(static_cast<int>(ExitCode::kStopped));
+    raise_event(seen_fd_);
+    worker = std::thread([this] {
+      if (action_) action_();
+      acted_ = true;
+      acted_.notify_all();
+    });
+  }
+  if (worker.joinable()) worker.join();
+  ::close(signals);
+}
+
+void OnSignal::join() const { acted_.wait(false); }
+
+bool OnSignal::wait(double seconds) const {
+  pollfd fd{seen_fd_, POLLIN, 0};
+  (void)::poll(&fd, 1, static_cast<int>(std::clamp(seconds, 0.0, 1e6) * 1000));
+  return seen();
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <thread>
+
+namespace corbot::cli {
+
+/// While it lives, SIGINT, SIGTERM and SIGHUP call `action` once, in a thread of its own, and do not end the
+/// program; the second one ends it at once with exit code 4. Make it before any other thread, so that all of
+/// them inherit the blocked signals.
+class OnSignal {
+ public:
+  explicit OnSignal(std::function<void()> action);
+  OnSignal(const OnSignal&) = delete;
+  OnSignal& operator=(const OnSignal&) = delete;
+  ~OnSignal();
+
+  [[nodiscard]] bool seen() const noexcept { return seen_.load(); }
+
+  /// Waits until the action has returned. Only where a signal was seen.
+  void join() const;
+
+  /// Waits until a signal has been seen or the time has passed; true when it was seen.
+  bool wait(double seconds) const;
+
+ private:
+  void run();
+  std::function<void()> action_;
+  std::atomic<bool> seen_{false};
+  std::atomic<bool> acted_{false};
+  int end_fd_{-1};   ///< eventfd: the destructor's word to the thread
+  int seen_fd_{-1};  ///< eventfd: readable once a signal was seen
+  std::thread thread_;
+};
+
+}  // namespace corbot::cli
