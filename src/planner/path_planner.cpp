@@ -83,8 +83,8 @@ class PathPlanner {
     const ToolPose here = forward(model_.geometry, start.position_rad);
     line.from_m = here.position_m;
     line.to_m = to_m;
-    line.from_pitch_rad = here.pitch_rad;
-    line.to_pitch_rad = pitch_towards(here.pitch_rad);
+    line.from_pitch_rad = wrap_angle(here.pitch_rad);
+    line.to_pitch_rad = pitch_towards(line.from_pitch_rad);
     const PathScale scale{length_m(line), std::abs(line.to_pitch_rad - line.from_pitch_rad), 0.0};
     return plan(start, line, scale, t_s, [](Command& command) -> LineMotion& {
       command.kind = MotionKind::kLine;
@@ -93,7 +93,7 @@ class PathPlanner {
   }
 
   [[nodiscard]] PathPlan arc(const PlanStart& start, ArcMotion arc) const {
-    arc.from_pitch_rad = forward(model_.geometry, start.position_rad).pitch_rad;
+    arc.from_pitch_rad = wrap_angle(forward(model_.geometry, start.position_rad).pitch_rad);
     arc.to_pitch_rad = pitch_towards(arc.from_pitch_rad);
     const PathScale scale{length_m(arc), std::abs(arc.to_pitch_rad - arc.from_pitch_rad), 1.0 / arc.radius_m};
     return plan(start, arc, scale, 0.0, [](Command& command) -> ArcMotion& {

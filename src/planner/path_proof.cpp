@@ -20,6 +20,7 @@ constexpr double kSmallestCell = 1e-9;       // of the path parameter
 constexpr double kSmallestTravel_m = 1e-12;  // of TCP and hand together
 constexpr std::size_t kMostCells = 20'000;   // a path that needs more runs along a border; it is refused
 constexpr double kUnbroken_rad = 1e-3;       // θ0 may not change by more in a smallest cell
+constexpr double kTurn_rad = 0.5;            // the others: next to a border, far more than √kSmallestCell
 constexpr double kWrapMargin_rad = 1e-6;     // kept from ±180 degrees, where θ0, θ1 and θ3 wrap
 
 struct Interval {
@@ -179,6 +180,15 @@ std::optional<PlanRefusal> PathProof::check_ends(double s_a, double s_b) const {
     if (end->status != IkStatus::kOk) {
       return unreachable(point(end == &a ? s_a : s_b).position_m, *end, "the path's point");
     }
+  }
+  // Where a joint is fast, a smallest cell can step over the whole margin at ±180 degrees: a turn, not a
+  // travel.
+  for (std::size_t i = 1; i < 4; ++i) {
+    if (std::abs(a.position_rad[i] - b.position_rad[i]) <= kTurn_rad) continue;
+    PlanRefusal refusal = joint_range(static_cast<int>(i), std::copysign(std::numbers::pi, a.position_rad[i]),
+                                      cut_limits(i), fmt::format("{:.3g} % along the path", 100.0 * s_a));
+    refusal.target_m = point(s_a).position_m;
+    return refusal;
   }
   // On the axis θ0 is the hint; a path that leaves the axis in the arm's own direction is unbroken.
   if (std::abs(a.position_rad[0] - b.position_rad[0]) <= kUnbroken_rad) return std::nullopt;
