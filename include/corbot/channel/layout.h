@@ -29,8 +29,8 @@ struct SegmentHeader {
   std::atomic<std::uint64_t> magic{0};
   std::uint32_t abi{0};
   std::uint32_t reserved{0};
-  std::uint64_t total_size{0};      ///< sizeof(SegmentLayout) of the creator
-  std::uint64_t fingerprint{0};     ///< of the ArmModel, see fingerprint.h
+  std::uint64_t total_size{0};       ///< sizeof(SegmentLayout) of the creator
+  std::uint64_t fingerprint{0};      ///< of the ArmModel, see fingerprint.h
   char name[kMaxSegmentName + 8]{};  ///< of the robot, zero-terminated
   std::atomic<std::uint64_t> incarnation{
       0};                               ///< of the real-time task: 1 for the creator, +1 at each adoption

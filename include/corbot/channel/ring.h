@@ -12,6 +12,11 @@ namespace corbot {
 
 enum class PopResult { kEmpty, kOk, kCorrupt };
 
+template <class RingType>
+class RingProducer;
+template <class RingType>
+class RingConsumer;
+
 /// Bounded single-producer single-consumer queue that lives in shared memory: indices rather than pointers,
 /// all zero = empty. Indices count for ever and are masked at each use, so no value that the other side may
 /// write leads outside the slots. Real-time safe on both sides: wait-free, no allocation, no system call.
@@ -83,7 +88,10 @@ class Ring {
 
  private:
   template <class>
-  friend class RingAccess;  // handles with cached indices, and tests that corrupt an index
+  friend class RingProducer;  // ring_handles.h
+  template <class>
+  friend class RingConsumer;
+  friend struct RingHands;  // of the tests: writes what a broken or hostile process might
 
   alignas(kCacheLine) typename Atomics::template Atomic<std::uint64_t> head_{0};
   alignas(kCacheLine) typename Atomics::template Atomic<std::uint64_t> tail_{0};

@@ -114,6 +114,7 @@ inline Segment Segment::create_or_adopt(std::string_view name, std::uint64_t fin
     if (adopt) {
       check_size(file, name);
     } else if (const int error = ::posix_fallocate(file.fd(), 0, sizeof(SegmentLayout)); error != 0) {
+      ::shm_unlink(shm_name(name).c_str());
       throw_system(name, "no room for the segment", error);  // now, rather than SIGBUS in the cycle
     }
     Mapping mapping(file, PROT_READ | PROT_WRITE, name);

@@ -54,7 +54,7 @@ inline void check_size(const File& file, std::string_view name) {
   } start{};
   const ssize_t got = ::pread(file.fd(), &start, sizeof(start), 0);
   const std::string path = shm_path(name);
-  if (size == 0 || (got >= 8 && start.magic == 0)) {
+  if (size == 0 || (size == sizeof(SegmentLayout) && got >= 8 && start.magic == 0)) {
     throw SegmentError(
         Kind::kAbsent,
         path + ": its creator has not finished it; try again, or start the robot with 'corbot up'");

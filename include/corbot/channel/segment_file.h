@@ -38,8 +38,12 @@ inline void check_name(std::string_view name) {
   constexpr std::string_view kAllowed = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
   if (name.empty() || name.size() > kMaxSegmentName ||
       name.find_first_not_of(kAllowed) != std::string_view::npos) {
-    throw SegmentError(Kind::kBadName, "robot name '" + std::string(name.substr(0, 2 * kMaxSegmentName)) +
-                                           "': 1 to 48 letters, digits, '_' or '-' are allowed");
+    std::string shown(name.substr(0, 2 * kMaxSegmentName));
+    for (char& c : shown) {
+      if (c < ' ' || c > '~') c = '?';  // a message for a terminal, whatever was asked for
+    }
+    throw SegmentError(Kind::kBadName,
+                       "robot name '" + shown + "': 1 to 48 letters, digits, '_' or '-' are allowed");
   }
 }
 

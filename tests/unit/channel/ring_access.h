@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "corbot/channel/ring.h"
+
+namespace corbot {
+
+/// Lets a test do to a ring what a hostile or broken process could: write any index.
+struct RingHands {
+  template <class Ring>
+  static void set_indices(Ring& ring, std::uint64_t head, std::uint64_t tail) {
+    ring.head_.store(head);
+    ring.tail_.store(tail);
+  }
+  template <class Ring>
+  static void set_head(Ring& ring, std::uint64_t head) {
+    ring.head_.store(head);
+  }
+  template <class Ring>
+  static void set_tail(Ring& ring, std::uint64_t tail) {
+    ring.tail_.store(tail);
+  }
+};
+
+}  // namespace corbot
