@@ -31,15 +31,16 @@ bool is_name(const std::string& text) {
   });
 }
 
-std::string name_rule() {
-  return fmt::format("must be 1 to {} ASCII letters, digits, '_' or '-'", kMaxNameLength);
+/// A name at `key`, empty after a fault.
+std::string read_name(Section& section, std::string_view key) {
+  auto name = section.text(key);
+  if (!name || is_name(*name)) return name.value_or("");
+  section.refuse(key, fmt::format("must be 1 to {} ASCII letters, digits, '_' or '-'", kMaxNameLength));
+  return "";
 }
 
 void read_robot(Section section, Profile& profile) {
-  profile.name = section.text("name").value_or("");
-  if (section.present() && !profile.name.empty() && !is_name(profile.name))
-    section.refuse("name", name_rule());
-  if (section.has("name") && profile.name.empty()) section.refuse("name", name_rule());
+  profile.name = read_name(section, "name");
   if (const auto kind = section.text("kind"); kind && *kind != "anthropomorphic") {
     section.refuse("kind", "is not supported; supported: \"anthropomorphic\"");
   }
@@ -91,7 +92,7 @@ ServoMap read_servo(Section& joint, const std::optional<std::array<double, 2>>& 
   map.channel = read_channel(section, in_use);
   const auto zero = section.number("zero_us", {-10000, 10000, false, "us"});
   const auto scale = section.number("us_per_degree", {0, 1000, true, "us"});
-  const auto direction = section.integer("direction", {-1, 1, false, ""});
+  const auto direction = section.integer("direction", {-1, 1, false, "(1 or -1)"});
   if (direction && *direction == 0) section.refuse("direction", "must be 1 or -1");
   const auto pulses = section.range("pulse_range_us", kPulse);
   section.finish();
@@ -107,8 +108,7 @@ ServoMap read_servo(Section& joint, const std::optional<std::array<double, 2>>& 
 
 void read_joint(Section& section, std::size_t index, Profile& profile, ChannelUse& in_use) {
   JointLimits& limits = profile.arm.joints[index];
-  const std::string name = section.text("name").value_or("");
-  if (section.has("name") && !is_name(name)) section.refuse("name", name_rule());
+  const std::string name = read_name(section, "name");
   if (!name.empty() && std::count(profile.joint_names.begin(), profile.joint_names.end(), name) > 0) {
     section.refuse("name", "is the name of an earlier joint; names must differ");
   }

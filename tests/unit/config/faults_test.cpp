@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "config/profile.h"
+
+namespace corbot {
+namespace {
+
+using testing::HasSubstr;
+
+std::string lynx5() {
+  std::ifstream stream{std::string{CORBOT_PROFILES} + "/lynx5.toml"};
+  return {std::istreambuf_iterator<char>{stream}, {}};
+}
+
+/// One edit of the good profile and the fault that must come of it. `line_of` is text that stands on the line
+/// to be named, after the edit.
+struct Case {
+  std::string name;
+  std::string from;
+  std::string to;
+  std::string line_of;
+  std::string key;
+  std::string value;
+  std::string allowed;
+};
+
+void PrintTo(const Case& test, std::ostream* out) { *out << test.name; }
+
+std::uint32_t line_with(const std::string& text, const std::string& piece) {
+  const auto at = text.find(piece);
+  EXPECT_NE(at, std::string::npos) << piece;
+  return static_cast<std::uint32_t>(
+      1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
+}
+
+std::vector<ConfigFault> faults_of(const std::string& text) {
+  try {
+    (void)parse_profile(text, "arm.toml");
+  } catch (const ConfigError& error) {
+    return error.faults();
+  }
+  return {};
+}
+
+class Refused : public testing::TestWithParam<Case> {};
+
+TEST_P(Refused, WithFileLineKeyValueAndWhatIsAllowed) {
+  const Case& test = GetParam();
+  std::string text = lynx5();
+  const auto at = text.find(test.from);
+  ASSERT_NE(at, std::string::npos) << "the profile no longer holds " << test.from;
+  text.replace(at, test.from.size(), test.to);
+  const auto faults = faults_of(text);
+  ASSERT_EQ(faults.size(), 1u) << [&faults] {
+    std::string all;
+    for (const auto& fault : faults) all += fault.text() + "\n";
+    return all;
+  }();
+  EXPECT_EQ(faults[0].file, "arm.toml");
+  EXPECT_EQ(faults[0].line, line_with(text, test.line_of));
+  EXPECT_EQ(faults[0].key, test.key);
+  EXPECT_EQ(faults[0].value, test.value);
+  EXPECT_THAT(faults[0].allowed, HasSubstr(test.allowed));
+  const std::string message = faults[0].text();
+  EXPECT_THAT(message, HasSubstr("arm.toml:" + std::to_string(faults[0].line) + ": " + test.key));
+  if (!test.value.empty()) {
+    EXPECT_THAT(message, HasSubstr(test.key + " = " + test.value + ": "));
+  }
+}
+
+const std::vector<Case> kCases{
+    // [robot]
+    {"NameEmpty", "\"lynx5\"", "\"\"", "name = \"\"", "robot.name", "\"\"", "1 to 32 ASCII letters"},
+    {"NameWithSlash", "\"lynx5\"", "\"a/b\"", "\"a/b\"", "robot.name", "\"a/b\"", "1 to 32 ASCII letters"},
+    {"NameTooLong", "\"lynx5\"", "\"" + std::string(33, 'x') + "\"", "xxx", "robot.name",
+     "\"" + std::string(33, 'x') + "\"", "1 to 32"},
+    {"NameNotText", "\"lynx5\"", "5", "name = 5", "robot.name", "5", "must be a string"},
+    {"NameMissing", "name = \"lynx5\"", "", "[robot]", "robot.name", "", "is missing"},
+    {"KindScara", "\"anthropomorphic\"", "\"scara\"", "\"scara\"", "robot.kind", "\"scara\"",
+     "anthropomorphic"},
+    // [geometry]
+    {"LengthNegative", "l1_m = 0.120", "l1_m = -0.12", "l1_m", "geometry.l1_m", "-0.12",
+     "above 0 and at most 5 m"},
+    {"LengthZero", "l3_m = 0.100", "l3_m = 0", "l3_m", "geometry.l3_m", "0", "above 0"},
+    {"LengthInMillimetres", "l2_m = 0.120", "l2_m = 120", "l2_m", "geometry.l2_m", "120", "at most 5 m"},
+    {"LengthNan", "l1_m = 0.120", "l1_m = nan", "l1_m", "geometry.l1_m", "nan", "must be a number"},
+    {"LengthInfinite", "l1_m = 0.120", "l1_m = inf", "l1_m", "geometry.l1_m", "inf", "must be a number"},
+    {"LengthHuge", "l1_m = 0.120", "l1_m = 1e308", "l1_m", "geometry.l1_m", "1e+308", "at most 5 m"},
+    {"LengthText", "l1_m = 0.120", "l1_m = \"0.12\"", "l1_m", "geometry.l1_m", "\"0.12\"",
+     "must be a number"},
+    {"LengthBoolean", "l1_m = 0.120", "l1_m = true", "l1_m", "geometry.l1_m", "true", "must be a number"},
+    {"LengthDate", "l1_m = 0.120", "l1_m = 2020-01-02", "l1_m", "geometry.l1_m", "2020-01-02",
+     "must be a number"},
+    {"OffsetShort", "[0, 10, 0, -45]", "[0, 10, 0]", "offset_deg", "geometry.offset_deg", "[0, 10, 0]",
+     "4 numbers in brackets"},
+    {"OffsetNan", "[0, 10, 0, -45]", "[0, 10, nan, -45]", "offset_deg", "geometry.offset_deg[2]", "nan",
+     "from -180 to 180"},
+    {"UnknownKey", "l3_m = 0.100", "l3_m = 0.100\nl4_m = 0.1", "l4_m", "geometry.l4_m", "0.1", "is unknown"},
+    {"Misspelt", "queue = 16", "queu = 16", "queu ", "servant.queu", "16", "did you mean queue?"},
+    {"UnitForgotten", "turn_jerk_deg_s3 = 4000", "turn_jerk_deg_s3 = 4000\nturn_jerk = 1", "turn_jerk = 1",
+     "path.turn_jerk", "1", "did you mean turn_jerk_deg_s3?"},
+    {"UnknownTable", "[loop]", "[lop]\nx = 1\n[loop]", "[lop]", "lop", "a table", "did you mean loop?"},
+    // [[joint]]
+    {"RangeReversed", "[-90, 90]", "[90, -90]", "[90, -90]", "joint[0].range_deg", "[90, -90]",
+     "lower below upper"},
+    {"RangeEmpty", "[-90, 90]", "[0, 0]", "[0, 0]", "joint[0].range_deg", "[0, 0]", "lower below upper"},
+    {"RangeOneNumber", "[-90, 90]", "[90]", "[90]", "joint[0].range_deg", "[90]", "2 numbers in brackets"},
+    {"RangeNotArray", "[-90, 90]", "90", "range_deg = 90", "joint[0].range_deg", "90",
+     "2 numbers in brackets"},
+    {"RangeBeyondTurn", "[-90, 90]", "[-190, 90]", "[-190", "joint[0].range_deg[0]", "-190",
+     "from -180 to 180"},
+    {"RangeWithoutReady", "[-90, 90]", "[10, 90]", "[10, 90]", "joint[0].range_deg", "[10, 90]",
+     "must contain 0"},
+    {"RangeBeyondPulse", "[-90, 90]", "[-90, 101]", "[-90, 101]", "joint[0].range_deg", "[-90, 101]",
+     "needs a pulse of 2510 us at 101 degrees; pulse_range_us allows 500 to 2500"},
+    {"SpeedZero", "speed_deg_s = 180", "speed_deg_s = 0", "speed_deg_s = 0", "joint[0].speed_deg_s", "0",
+     "above 0"},
+    {"AccelerationNegative", "acceleration_deg_s2 = 800", "acceleration_deg_s2 = -1", "= -1",
+     "joint[1].acceleration_deg_s2", "-1", "above 0"},
+    {"JerkMissing", "jerk_deg_s3 = 8000\nservo = { channel = 3", "servo = { channel = 3",
+     "[[joint]]\nname = \"wrist\"", "joint[3].jerk_deg_s3", "", "is missing"},
+    {"JointNameTwice", "name = \"elbow\"", "name = \"base\"", "name = \"base\"  # 1500", "joint[2].name",
+     "\"base\"", "earlier joint"},
+    {"ChannelTwice", "channel = 1,", "channel = 0,", "zero_us = 1000", "joint[1].servo.channel", "0",
+     "is taken by joint[0].servo.channel"},
+    {"ChannelOfGripper", "channel = 4", "channel = 2", "channel = 2\nclosed", "gripper.channel", "2",
+     "is taken by joint[2].servo.channel"},
+    {"ChannelTooHigh", "channel = 3,", "channel = 32,", "channel = 32", "joint[3].servo.channel", "32",
+     "0 to 31"},
+    {"ChannelFraction", "channel = 3,", "channel = 3.5,", "channel = 3.5", "joint[3].servo.channel", "3.5",
+     "whole number"},
+    {"DirectionZero", "direction = -1", "direction = 0", "direction = 0", "joint[2].servo.direction", "0",
+     "1 or -1"},
+    {"DirectionTwo", "direction = -1", "direction = 2", "direction = 2", "joint[2].servo.direction", "2",
+     "1 or -1"},
+    {"ScaleZero", "us_per_degree = 10, direction = -1", "us_per_degree = 0, direction = -1",
+     "us_per_degree = 0", "joint[2].servo.us_per_degree", "0", "above 0"},
+    {"PulseRangeTooWide", "[500, 2500] }", "[400, 2500] }", "[400", "joint[0].servo.pulse_range_us[0]", "400",
+     "from 500 to 2500 us"},
+    {"ServoNotTable",
+     "servo = { channel = 3, zero_us = 1050, us_per_degree = 10, direction = 1, pulse_range_us = [500, 2500] "
+     "}",
+     "servo = 3", "servo = 3", "joint[3].servo", "3", "must be a table"},
+    // [gripper], [path]
+    {"GripperDoesNotMove", "open_us = 1100", "open_us = 1900", "open_us", "gripper.open_us", "1900",
+     "must differ"},
+    {"GripperPulse", "open_us = 1100", "open_us = 2600", "open_us", "gripper.open_us", "2600",
+     "from 500 to 2500 us"},
+    {"GripperTravel", "travel_s = 0.5", "travel_s = 0", "travel_s", "gripper.travel_s", "0",
+     "from 0.01 to 60 s"},
+    {"PathSpeed", "speed_m_s = 0.25", "speed_m_s = -inf", "speed_m_s", "path.speed_m_s", "-inf", "above 0"},
+    // [loop], [servant], [backend]
+    {"PeriodShort", "period_us = 1000", "period_us = 249", "period_us", "loop.period_us", "249",
+     "250 to 20000 us"},
+    {"PeriodLong", "period_us = 1000", "period_us = 20001", "period_us", "loop.period_us", "20001",
+     "250 to 20000"},
+    {"PeriodOverflow", "period_us = 1000", "period_us = 9223372036854775807", "period_us", "loop.period_us",
+     "9223372036854775807", "250 to 20000"},
+    {"Priority", "priority = 80", "priority = 99", "priority", "loop.priority", "99", "1 to 98"},
+    {"Cpu", "cpu = -1", "cpu = -2", "cpu", "loop.cpu", "-2", "-1 to 1023"},
+    {"Port", "port = 12810", "port = 65536", "port", "servant.port", "65536", "1 to 65535"},
+    {"Host", "\"127.0.0.1\"", "\"local host\"", "local host", "servant.host", "\"local host\"", "host name"},
+    {"Queue", "queue = 16", "queue = 0", "queue", "servant.queue", "0", "1 to 32"},
+    {"BackendKind", "\"loopback\"", "\"ssc64\"", "\"ssc64\"", "backend.kind", "\"ssc64\"",
+     "supported: \"loopback\""},
+    {"FrameRate", "frame_hz = 50", "frame_hz = 0", "frame_hz", "backend.loopback.frame_hz", "0",
+     "1 to 1000 Hz"},
+    {"Readback", "readback = false", "readback = 0", "readback", "backend.loopback.readback", "0",
+     "true or false"},
+};
+
+INSTANTIATE_TEST_SUITE_P(Profile, Refused, testing::ValuesIn(kCases),
+                         [](const auto& parameter) { return parameter.param.name; });
+
+TEST(Refusal, NamesAllFaultsAtOnceInTheOrderOfTheFile) {
+  std::string text = lynx5();
+  for (const auto& [from, to] :
+       {std::pair{"l1_m = 0.120", "l1_m = nan"}, {"cpu = -1", "cpu = 1.5"}, {"name = \"base\"", ""}}) {
+    text.replace(text.find(from), std::string{from}.size(), to);
+  }
+  const auto faults = faults_of(text);
+  ASSERT_EQ(faults.size(), 3u);
+  EXPECT_EQ(faults[0].key, "geometry.l1_m");
+  EXPECT_EQ(faults[1].key, "joint[0].name");
+  EXPECT_EQ(faults[2].key, "loop.cpu");
+  EXPECT_THAT(ConfigError{faults}.what(), HasSubstr(faults[0].text() + "\n" + faults[1].text() + "\n"));
+}
+
+TEST(Refusal, OfAnEmptyProfileNamesEveryRequiredTable) {
+  std::vector<std::string> keys;
+  for (const auto& fault : faults_of("")) keys.push_back(fault.key);
+  EXPECT_THAT(keys,
+              testing::UnorderedElementsAre("robot", "geometry", "joint", "gripper", "path", "backend"));
+}
+
+TEST(Refusal, OfAWrongNumberOfJoints) {
+  std::string text = lynx5();
+  const auto wrist = text.find("[[joint]]\nname = \"wrist\"");
+  text.erase(wrist, text.find("[gripper]") - wrist);
+  const auto faults = faults_of(text);
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].key, "joint");
+  EXPECT_THAT(faults[0].allowed, HasSubstr("3 joints"));
+}
+
+TEST(Refusal, OfWhatIsNotTomlNamesTheLine) {
+  for (const std::string bad :
+       {"speed = = 1", "[robot]", "x = 1\nx = 2", "a = \"\xff\"", "a = [", "x = 1e"}) {
+    const auto faults = faults_of(lynx5() + bad);
+    ASSERT_EQ(faults.size(), 1u) << bad;
+    EXPECT_THAT(faults[0].allowed, HasSubstr("not TOML: ")) << bad;
+    EXPECT_GE(faults[0].line, line_with(lynx5(), "readback")) << bad;
+  }
+}
+
+TEST(Refusal, OfFilesThatCannotBeProfiles) {
+  EXPECT_THROW(
+      try { (void)load_profile("/nowhere/arm.toml"); } catch (const ConfigError& error) {
+        EXPECT_STREQ(error.what(), "/nowhere/arm.toml: no such file");
+        throw;
+      },
+      ConfigError);
+  EXPECT_THROW((void)load_profile(CORBOT_PROFILES), ConfigError);
+  EXPECT_THROW((void)load_profile("/dev/zero"), ConfigError);
+  EXPECT_EQ(faults_of(std::string(kMaxProfileBytes + 1, '#')).size(), 1u);
+  EXPECT_EQ(faults_of(std::string(10000, '[')).size(), 1u);
+}
+
+}  // namespace
+}  // namespace corbot

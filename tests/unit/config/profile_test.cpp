@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/profile.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <numbers>
+#include <string>
+
+namespace corbot {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+const std::string kProfiles = CORBOT_PROFILES;
+
+TEST(ShippedProfile, Lynx5IsReadToTheLastValue) {
+  const Profile profile = load_profile(kProfiles + "/lynx5.toml");
+  EXPECT_EQ(profile.name, "lynx5");
+  EXPECT_EQ(profile.file, kProfiles + "/lynx5.toml");
+  EXPECT_EQ(profile.priority, 80);
+  EXPECT_EQ(profile.cpu, -1);
+  EXPECT_EQ(profile.queue_capacity, 16);
+  EXPECT_EQ(profile.endpoint_host, "127.0.0.1");
+  EXPECT_EQ(profile.port, 12810);
+  EXPECT_EQ(profile.joint_names, (std::vector<std::string>{"base", "shoulder", "elbow", "wrist"}));
+  const ArmModel& arm = profile.arm;
+  EXPECT_EQ(arm.kind, ArmKind::kAnthropomorphic);
+  EXPECT_EQ(arm.dof, 4u);
+  EXPECT_EQ(arm.period_ns, 1'000'000);
+  EXPECT_EQ(arm.geometry.l0_m, 0.067);
+  EXPECT_EQ(arm.geometry.l1_m, 0.12);
+  EXPECT_EQ(arm.geometry.l2_m, 0.12);
+  EXPECT_EQ(arm.geometry.l3_m, 0.1);
+  EXPECT_EQ(arm.geometry.offset_rad, (std::array<double, 4>{0, 10 * kDegree, 0, -45 * kDegree}));
+  EXPECT_EQ(arm.path.speed_m_s, 0.25);
+  EXPECT_EQ(arm.path.acceleration_m_s2, 1.0);
+  EXPECT_EQ(arm.path.jerk_m_s3, 10.0);
+  EXPECT_EQ(arm.path.turn_speed_rad_s, 90 * kDegree);
+  EXPECT_EQ(arm.path.turn_acceleration_rad_s2, 400 * kDegree);
+  EXPECT_EQ(arm.path.turn_jerk_rad_s3, 4000 * kDegree);
+  EXPECT_EQ(arm.gripper.channel, 4u);
+  EXPECT_EQ(arm.gripper.closed_us, 1900.0);
+  EXPECT_EQ(arm.gripper.open_us, 1100.0);
+  EXPECT_EQ(arm.gripper.travel_s, 0.5);
+  EXPECT_EQ(profile.backend.kind, "loopback");
+  EXPECT_EQ(profile.backend.loopback.frame_hz, 50.0);
+  EXPECT_EQ(profile.backend.loopback.rate_us_per_s, 3500.0);
+  EXPECT_EQ(profile.backend.loopback.dead_band_us, 4.0);
+  EXPECT_EQ(profile.backend.loopback.lag_s, 0.02);
+  EXPECT_FALSE(profile.backend.loopback.readback);
+}
+
+TEST(ShippedProfile, Lynx5JointsAreConvertedExactly) {
+  const ArmModel arm = load_profile(kProfiles + "/lynx5.toml").arm;
+  const JointLimits& elbow = arm.joints[2];
+  EXPECT_EQ(elbow.lower_rad, -30 * kDegree);
+  EXPECT_EQ(elbow.upper_rad, 150 * kDegree);
+  EXPECT_EQ(elbow.speed_rad_s, 180 * kDegree);
+  EXPECT_EQ(elbow.acceleration_rad_s2, 900 * kDegree);
+  EXPECT_EQ(elbow.jerk_rad_s3, 8000 * kDegree);
+  const ServoMap& servo = arm.servos[2];
+  EXPECT_EQ(servo.channel, 2u);
+  EXPECT_EQ(servo.zero_us, 2100.0);
+  EXPECT_EQ(servo.us_per_rad, 10 / kDegree);
+  EXPECT_EQ(servo.direction, -1.0);
+  EXPECT_EQ(servo.pulse_min_us, 500.0);
+  EXPECT_EQ(servo.pulse_max_us, 2500.0);
+  for (std::size_t beyond = arm.dof; beyond < kMaxJoints; ++beyond)
+    EXPECT_EQ(arm.joints[beyond].upper_rad, 0.0);
+}
+
+TEST(ShippedProfile, Al5dHasItsPublishedLengthsAndCalibratedCentres) {
+  const Profile profile = load_profile(kProfiles + "/al5d.toml");
+  const ArmModel& arm = profile.arm;
+  EXPECT_EQ(profile.name, "al5d");
+  EXPECT_EQ(arm.geometry.l0_m, 0.06731);
+  EXPECT_EQ(arm.geometry.l1_m, 0.14605);
+  EXPECT_EQ(arm.geometry.l2_m, 0.187325);
+  EXPECT_EQ(arm.geometry.l3_m, 0.1);
+  const std::array<double, 4> scale{10, 8.5, 11.5, 9.9};
+  const std::array<double, 4> centre{1480, 1550, 1560, 1440};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const ServoMap& servo = arm.servos[i];
+    EXPECT_EQ(servo.us_per_rad, scale[i] / kDegree);
+    const double middle = (arm.joints[i].lower_rad + arm.joints[i].upper_rad) / 2;
+    EXPECT_NEAR(servo.zero_us + servo.direction * servo.us_per_rad * middle, centre[i], 1e-9)
+        << "joint " << i;
+  }
+}
+
+/// The elbow must be able to take both signs, or half of the closed-form branches could never be used.
+TEST(ShippedProfile, ElbowsBendBothWays) {
+  for (const char* name : {"/lynx5.toml", "/al5d.toml"}) {
+    const JointLimits elbow = load_profile(kProfiles + name).arm.joints[2];
+    EXPECT_LT(elbow.lower_rad, -10 * kDegree) << name;
+    EXPECT_GT(elbow.upper_rad, 120 * kDegree) << name;
+  }
+}
+
+TEST(ParseProfile, WhatMayBeLeftOutHasItsDefault) {
+  std::ifstream stream{kProfiles + "/lynx5.toml"};
+  std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  text.resize(text.find("[loop]"));
+  text += "[backend]\nkind = \"loopback\"\n";
+  const Profile profile = parse_profile(text, "short.toml");
+  EXPECT_EQ(profile.arm.period_ns, 1'000'000);
+  EXPECT_EQ(profile.priority, 80);
+  EXPECT_EQ(profile.cpu, -1);
+  EXPECT_EQ(profile.port, 12810);
+  EXPECT_EQ(profile.endpoint_host, "127.0.0.1");
+  EXPECT_EQ(profile.queue_capacity, 16);
+  EXPECT_EQ(profile.backend.loopback.frame_hz, LoopbackOptions{}.frame_hz);
+}
+
+}  // namespace
+}  // namespace corbot
