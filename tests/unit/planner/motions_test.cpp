@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path.h"
 #include "planner.h"
@@ -68,6 +70,21 @@ TEST(Move, KeepsThePresentBranchWhereItCanAndElseTakesTheQuickest) {
   EXPECT_LT(elbow(wide_arm(), {0, deg(10), deg(-20), deg(0), 0, 0}), 0.0);
   // θ2 < −30° is out of range here, so the branch must change.
   EXPECT_GT(elbow(arm, {0, deg(10), deg(-20), deg(0), 0, 0}), 0.0);
+}
+
+TEST(Move, KeepsThePresentBranchEvenWhereAnotherIsQuicker) {
+  const ArmModel arm = wide_arm();
+  const Planner planner(arm);
+  std::mt19937_64 random(5);  // fixed: what is looked for must occur
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  for (int n = 0; n < 500; ++n) {
+    const PlanStart start{{unit(random), 2 * unit(random), 2 * unit(random), 2 * unit(random), 0, 0}, 0.0};
+    const Point target{0.15 + 0.1 * unit(random), 0.1 * unit(random), 0.15 + 0.05 * unit(random)};
+    const Branch present = branch_of(arm.geometry, start.position_rad);
+    if (inverse(arm.geometry, target, 0.0, present, 0.0).status != IkStatus::kOk) continue;
+    const Command command = only(planner.move(start, {}, target, 0.0));
+    ASSERT_EQ(branch_of(arm.geometry, command.end_rad), present) << n;
+  }
 }
 
 TEST(Move, ConsidersWholeTurns) {

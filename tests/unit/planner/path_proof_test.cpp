@@ -62,23 +62,42 @@ TEST(PathProof, TheLoadIsAboveEverySampleAndLessThanOnePerCentHigher) {
   EXPECT_GT(compared, 40);
 }
 
-TEST(PathProof, ARangeLeftBetweenAnyTwoOfAThousandSamplesIsFound) {
-  // The elbow's angle has its least value amid the line; the range ends a millionth of a radian above that.
+TEST(PathProof, ARangeLeftBetweenTheSamplesIsFound) {
+  // The elbow's angle has its greatest value amid the line, and off every early cut; the range ends a hair
+  // below it.
   ArmModel arm = test::wide_arm();
   LineMotion line{};
   line.from_m = {0.25, -0.05, 0.1};
-  line.to_m = {0.25, 0.05, 0.1};
-  const auto elbow = [&arm, &line](double s) {
-    return PathProof(arm, line, Branch::kForwardPositive, 0.0).joints_at(s).position_rad[2];
-  };
-  arm.joints[2].upper_rad = elbow(0.5) - 1e-6;
-  const auto refusal = PathProof(arm, line, Branch::kForwardPositive, 0.0).check_geometry();
-  ASSERT_TRUE(refusal.has_value());
-  EXPECT_EQ(refusal->articulation, 2);
-  EXPECT_NEAR(refusal->target_m[1], 0.0, 0.005);
-  EXPECT_LT(elbow(0.45), arm.joints[2].upper_rad) << "most of the line lies within the range";
-  arm.joints[2].upper_rad = elbow(0.5) + 1e-6;
-  EXPECT_FALSE(PathProof(arm, line, Branch::kForwardPositive, 0.0).check_geometry().has_value());
+  line.to_m = {0.25, 0.0437, 0.1};
+  const PathProof wide(arm, line, Branch::kForwardPositive, 0.0);
+  const double peak = wide.joints_at(0.05 / 0.0937).position_rad[2];
+  for (const double hair : {1e-3, 1e-5, 5e-7}) {
+    arm.joints[2].upper_rad = peak - hair;
+    const auto refusal = PathProof(arm, line, Branch::kForwardPositive, 0.0).check_geometry();
+    ASSERT_TRUE(refusal.has_value()) << hair;
+    EXPECT_EQ(refusal->articulation, 2);
+    EXPECT_NEAR(refusal->target_m[1], 0.0, 0.01);
+    arm.joints[2].upper_rad = peak + hair;
+    EXPECT_FALSE(PathProof(arm, line, Branch::kForwardPositive, 0.0).check_geometry().has_value()) << hair;
+  }
+}
+
+TEST(PathProof, ReachLeftByANanometreBetweenTheSamplesIsFound) {
+  const ArmModel arm = test::wide_arm();
+  ArcMotion arc{};
+  arc.u = {std::cos(1.0), 0.0, -std::sin(1.0)};
+  arc.v = {std::sin(1.0), 0.0, std::cos(1.0)};
+  arc.radius_m = 0.03;
+  arc.angle_rad = 1.77;  // farthest from the shoulder at s = 1/1.77
+  for (const double hair_m : {1e-6, 1e-9, 1e-11}) {
+    arc.centre_m = {0.1 + 0.21 + hair_m, 0.0, 0.067};
+    const auto refusal = PathProof(arm, arc, Branch::kForwardPositive, 0.0).check_geometry();
+    ASSERT_TRUE(refusal.has_value()) << hair_m;
+    EXPECT_EQ(refusal->kind, PlanRefusal::Kind::kUnreachable);
+    EXPECT_NEAR(refusal->target_m[2], 0.067, 1e-3);
+    arc.centre_m[0] = 0.1 + 0.21 - hair_m;
+    EXPECT_FALSE(PathProof(arm, arc, Branch::kForwardPositive, 0.0).check_geometry().has_value()) << hair_m;
+  }
 }
 
 TEST(PathProof, AnArcAlongTheBorderIsRefusedInBoundedTime) {

@@ -203,6 +203,14 @@ TEST(Refusals, Drive) {
                  "allowed up to 3600 s");
 }
 
+TEST(Refusals, MotionsThatWouldLastMoreThanAnHour) {
+  PlanSettings crawl;
+  crawl.speed_ratio = 1e-6;
+  const Planner planner(lynx5());
+  expect_refused(planner.move(kBent, crawl, kGood, 0.0), Kind::kLimitExceeded, "duration", "up to 3600 s");
+  expect_refused(planner.move_s(kBent, crawl, kGood, 0.0), Kind::kLimitExceeded, "duration", "up to 3600 s");
+}
+
 TEST(Refusals, JointsGripperAndPitch) {
   const Planner planner(lynx5());
   for (const double bad : {kNan, kInf, -kInf}) {
