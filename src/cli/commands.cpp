@@ -71,12 +71,12 @@ void show(const ClientOptions& options, View view, bool as_json) {
     }
     case View::kAlarms: {
       const Corbot::AlarmList_var alarms = client.ask([](auto& arm) { return arm.Alarms(); });
-      text = as_json ? alarms_json(*alarms) : alarms_text(*alarms);
+      text = as_json ? alarms_json(alarms.in()) : alarms_text(alarms.in());
       break;
     }
     case View::kDiagnostics: {
       const Corbot::LoopInfo_var info = client.ask([](auto& arm) { return arm.Diagnostics(); });
-      text = as_json ? diagnostics_json(*info) : diagnostics_text(*info);
+      text = as_json ? diagnostics_json(info.in()) : diagnostics_text(info.in());
       break;
     }
   }

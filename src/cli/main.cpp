@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <clocale>
 #include <csignal>
 #include <cstdio>
@@ -45,7 +46,7 @@ void add_verbs(CLI::App& app, Settings& settings,
                std::map<const VerbSpec*, std::vector<std::string>>& words) {
   for (const VerbSpec& spec : verbs()) {
     CLI::App* command = app.add_subcommand(std::string(spec.word), std::string(spec.help));
-    command->usage("Usage: corbot " + usage_of(spec) + " [--robot R] [--timeout S]");
+    command->footer("corbot " + usage_of(spec));
     std::vector<std::string>& given = words[&spec];
     given.emplace_back(spec.word);
     if (!spec.arguments.empty()) {

@@ -51,7 +51,7 @@ std::vector<std::string> protect_negative_numbers(int argc, const char* const* a
   std::vector<std::string> words;
   for (int i = 1; i < argc; ++i) {
     std::string word = argv[i];
-    if (word.starts_with("-.") && parse_number(word)) word.insert(1, "0");
+    if (word.starts_with("-.") && parse_number(word)) word.replace(0, 1, "-0");
     words.push_back(std::move(word));
   }
   return words;

@@ -188,7 +188,8 @@ const VerbSpec& spec_of(Verb verb) {
 std::string usage_of(const VerbSpec& spec) {
   std::string text(spec.word);
   for (std::size_t i = 0; i < spec.arguments.size(); ++i) {
-    text += fmt::format(i < spec.required ? " {}" : " [{}]", spec.arguments[i]);
+    text +=
+        i < spec.required ? fmt::format(" {}", spec.arguments[i]) : fmt::format(" [{}]", spec.arguments[i]);
   }
   for (const auto& option : spec.options) {
     text += option.value.empty() ? fmt::format(" [{}]", option.name)

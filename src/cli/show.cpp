@@ -77,15 +77,15 @@ StatusReport read_status(Client& client) {
     report.tool_pitch_deg = arm.ToolPitch();
     report.gripper = arm.GripperStatus();
     const Corbot::JointRanges_var ranges = arm.MovRange();
-    for (CORBA::ULong i = 0; i < ranges->length(); ++i) report.ranges.push_back((*ranges)[i]);
+    for (CORBA::ULong i = 0; i < ranges->length(); ++i) report.ranges.push_back(ranges.in()[i]);
     const Corbot::AlarmList_var alarms = arm.Alarms();
     for (CORBA::ULong i = 0; i < alarms->length(); ++i) {
-      const auto& alarm = (*alarms)[i];
+      const auto& alarm = alarms.in()[i];
       if (alarm.active)
         report.active_alarms.push_back(fmt::format("{} {}", alarm.code, printable(alarm.text.in())));
     }
     const Corbot::JointCoord_var joints = arm.ArtiCoord();
-    for (CORBA::ULong i = 0; i < joints->length(); ++i) report.joints.push_back((*joints)[i]);
+    for (CORBA::ULong i = 0; i < joints->length(); ++i) report.joints.push_back(joints.in()[i]);
     report.pose = arm.CartCoord();
   });
   return report;
