@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+// corbot_robot.h over Robot: conversion of units and of exceptions, nothing else. Nothing thrown leaves this
+// file.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "config/profile.h"
+#include "corbot/channel/segment_error.h"
+#include "robot/corbot_robot.h"
+#include "robot/robot.h"
+
+struct corbot_robot {
+  corbot_robot(corbot::Profile profile, std::string robot_name)
+      : name(std::move(robot_name)), robot(std::move(profile), name) {}
+  std::string name;
+  corbot::Robot robot;
+};
+
+namespace {
+
+using namespace corbot;
+
+constexpr double kRadian = std::numbers::pi / 180.0;
+
+/// Runs `body` and turns what it throws into a status.
+template <class Body>
+corbot_status guarded(corbot_error* error, Body&& body) noexcept {
+  corbot_error ignored{};
+  corbot_error& out = error != nullptr ? *error : ignored;
+  out = corbot_error{};
+  out.articulation = -1;
+  try {
+    body();
+  } catch (const Failure& failure) {
+    out = failure.error;
+  } catch (const std::exception& exception) {
+    out.status = CORBOT_INTERNAL;
+    copy_text(exception.what(), out.text, sizeof(out.text));
+  } catch (...) {
+    out.status = CORBOT_INTERNAL;
+    copy_text("unknown exception", out.text, sizeof(out.text));
+  }
+  return out.status;
+}
+
+std::array<double, 3> point(const double* p_m, double above_m = 0.0) {
+  return {p_m[0], p_m[1], p_m[2] + above_m};
+}
+
+corbot_status start(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error,
+                    const Robot::Plan& plan) noexcept {
+  return guarded(error, [&] { *ticket = robot->robot.accept(plan); });
+}
+
+/// P and d are checked apart: their sum would hide which of them is at fault.
+void check_above(double d_m) {
+  if (std::abs(d_m) <= kFarthestCoordinate_m) return;
+  throw bad_parameter_failure("d", d_m,
+                              fmt::format("d = {:.6g} m, allowed -{:.6g} to {:.6g} m", d_m,
+                                          kFarthestCoordinate_m, kFarthestCoordinate_m));
+}
+
+void check_coordinates(const double* p_m) {
+  static constexpr const char* kNames[] = {"Px", "Py", "Pz"};
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(p_m[i]) <= kFarthestCoordinate_m) continue;
+    throw bad_parameter_failure(kNames[i], p_m[i],
+                                fmt::format("{} = {:.6g} m, allowed -{:.6g} to {:.6g} m", kNames[i], p_m[i],
+                                            kFarthestCoordinate_m, kFarthestCoordinate_m));
+  }
+}
+
+}  // namespace
+
+corbot_robot* corbot_robot_open(const char* profile_path, const char* name, corbot_error* error) {
+  std::unique_ptr<corbot_robot> robot;
+  guarded(error, [&] {
+    Profile profile = load_profile(profile_path);
+    std::string robot_name = name != nullptr ? name : profile.name;
+    robot = std::make_unique<corbot_robot>(std::move(profile), std::move(robot_name));
+  });
+  return robot.release();
+}
+
+void corbot_robot_close(corbot_robot* robot) { delete robot; }
+
+void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {
+  const ArmModel& arm = robot->robot.profile().arm;
+  *out = corbot_description{};
+  copy_text(robot->name, out->name, sizeof(out->name));
+  out->kind = static_cast<int32_t>(arm.kind);
+  out->dof = static_cast<int32_t>(arm.dof);
+  for (std::size_t i = 0; i < arm.dof; ++i) {
+    out->lower_deg[i] = arm.joints[i].lower_rad / kRadian;
+    out->upper_deg[i] = arm.joints[i].upper_rad / kRadian;
+  }
+  out->reach_m = arm.geometry.l1_m + arm.geometry.l2_m + arm.geometry.l3_m;
+}
+
+corbot_status corbot_robot_joints(const corbot_robot* robot, double out_deg[CORBOT_MAX_JOINTS],
+                                  corbot_error* error) {
+  return guarded(error, [&] {
+    const Joints joints = robot->robot.joints_deg();
+    std::copy(joints.begin(), joints.end(), out_deg);
+  });
+}
+
+corbot_status corbot_robot_pose(const corbot_robot* robot, corbot_pose* out, corbot_error* error) {
+  return guarded(error, [&] { *out = robot->robot.pose(); });
+}
+
+corbot_gripper corbot_robot_gripper(const corbot_robot* robot) { return robot->robot.gripper(); }
+corbot_state corbot_robot_state(const corbot_robot* robot) { return robot->robot.state(); }
+double corbot_robot_override(const corbot_robot* robot) { return robot->robot.override_percent(); }
+double corbot_robot_tool_pitch(const corbot_robot* robot) { return robot->robot.tool_pitch_deg(); }
+
+size_t corbot_robot_alarms(const corbot_robot* robot, corbot_alarm out[CORBOT_MAX_ALARMS]) {
+  size_t count = 0;
+  guarded(nullptr, [&] {
+    for (const AlarmEntry& entry : robot->robot.alarms()) {
+      if (count == CORBOT_MAX_ALARMS) break;
+      corbot_alarm& alarm = out[count++];
+      alarm.time_s = entry.time_s;
+      alarm.code = entry.code;
+      alarm.active = entry.active ? 1 : 0;
+      copy_text(entry.text, alarm.text, sizeof(alarm.text));
+    }
+  });
+  return count;
+}
+
+corbot_status corbot_robot_loop_info(const corbot_robot* robot, corbot_loop_info* out, corbot_error* error) {
+  return guarded(error, [&] {
+    const LoopDiagnostics loop = robot->robot.diagnostics();
+    *out = corbot_loop_info{};
+    out->period_s = static_cast<double>(loop.period_ns) * 1e-9;
+    out->since_s = static_cast<double>(loop.since_wall_ns) * 1e-9;
+    out->cycles = loop.cycles;
+    out->overruns = loop.overruns;
+    const double cycles = static_cast<double>(std::max<std::uint64_t>(loop.cycles, 1));
+    out->latency_mean_s = static_cast<double>(loop.latency_sum_ns) * 1e-9 / cycles;
+    out->latency_max_s = static_cast<double>(loop.latency_max_ns) * 1e-9;
+    out->work_max_s = static_cast<double>(loop.work_max_ns) * 1e-9;
+    out->realtime = static_cast<int32_t>(loop.realtime);
+    static_assert(CORBOT_LATENCY_BUCKETS == kLatencyBuckets);
+    for (std::size_t i = 0; i < kLatencyBuckets; ++i) {
+      out->counts[i] = loop.latency[i];
+      out->edges_s[i] = static_cast<double>(latency_edge_ns(i)) * 1e-9;
+    }
+  });
+}
+
+corbot_status corbot_robot_move(corbot_robot* robot, const double p_m[3], double d_m, double t_s,
+                                corbot_ticket* ticket, corbot_error* error) {
+  return start(robot, ticket, error,
+               [&](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
+                 check_coordinates(p_m);
+                 check_above(d_m);
+                 return planner.move(from, settings, point(p_m, d_m), t_s);
+               });
+}
+
+corbot_status corbot_robot_move_s(corbot_robot* robot, const double p_m[3], double d_m, double t_s,
+                                  corbot_ticket* ticket, corbot_error* error) {
+  return start(robot, ticket, error,
+               [&](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
+                 check_coordinates(p_m);
+                 check_above(d_m);
+                 return planner.move_s(from, settings, point(p_m, d_m), t_s);
+               });
+}
+
+corbot_status corbot_robot_move_c(corbot_robot* robot, const double p1_m[3], const double p2_m[3],
+                                  const double p3_m[3], corbot_ticket* ticket, corbot_error* error) {
+  return start(robot, ticket, error,
+               [&](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
+                 return planner.move_c(from, settings, point(p1_m), point(p2_m), point(p3_m));
+               });
+}
+
+corbot_status corbot_robot_move_joints(corbot_robot* robot, const double* target_deg, size_t count,
+                                       double t_s, corbot_ticket* ticket, corbot_error* error) {
+  return start(
+      robot, ticket, error, [&](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
+        const std::size_t dof = robot->robot.profile().arm.dof;
+        if (count != dof) {
+          throw bad_parameter_failure("target", static_cast<double>(count),
+                                      fmt::format("{} values, but the arm has {} articulations", count, dof));
+        }
+        Joints target_rad{};
+        for (std::size_t i = 0; i < count; ++i) target_rad[i] = target_deg[i] * kRadian;
+        return planner.move_joints(from, settings, target_rad, t_s);
+      });
+}
+
+corbot_status corbot_robot_drive(corbot_robot* robot, int32_t articulation, double increment_deg,
+                                 double speed_deg_s, corbot_ticket* ticket, corbot_error* error) {
+  return start(
+      robot, ticket, error, [&](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
+        return planner.drive(from, settings, articulation, increment_deg * kRadian, speed_deg_s * kRadian);
+      });
+}
+
+corbot_status corbot_robot_ready(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error) {
+  return start(robot, ticket, error,
+               [](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
+                 return planner.ready(from, settings);
+               });
+}
+
+corbot_status corbot_robot_delay(corbot_robot* robot, double t_s, corbot_ticket* ticket,
+                                 corbot_error* error) {
+  return start(robot, ticket, error, [&](const Planner& planner, const PlanStart& from, const PlanSettings&) {
+    return planner.dwell(from, t_s);
+  });
+}
+
+corbot_status corbot_robot_open_gripper(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error) {
+  return start(robot, ticket, error, [](const Planner& planner, const PlanStart& from, const PlanSettings&) {
+    return planner.gripper(from, 1.0);
+  });
+}
+
+corbot_status corbot_robot_close_gripper(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error) {
+  return start(robot, ticket, error, [](const Planner& planner, const PlanStart& from, const PlanSettings&) {
+    return planner.gripper(from, 0.0);
+  });
+}
+
+corbot_status corbot_robot_wait(corbot_robot* robot, corbot_ticket ticket, double timeout_s,
+                                corbot_motion_info* info, corbot_error* error) {
+  return guarded(error, [&] {
+    if (std::isnan(timeout_s))
+      throw bad_parameter_failure("timeout", timeout_s, "the time-out is not a number");
+    *info = robot->robot.wait(ticket, timeout_s);
+  });
+}
+
+corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, corbot_error* error) {
+  return guarded(error, [&] { robot->robot.finish(ticket); });
+}
+
+corbot_status corbot_robot_stop(corbot_robot* robot, corbot_error* error) {
+  return guarded(error, [&] { robot->robot.stop(); });
+}
+corbot_status corbot_robot_pause(corbot_robot* robot, corbot_error* error) {
+  return guarded(error, [&] { robot->robot.pause(true); });
+}
+corbot_status corbot_robot_resume(corbot_robot* robot, corbot_error* error) {
+  return guarded(error, [&] { robot->robot.pause(false); });
+}
+corbot_status corbot_robot_set_override(corbot_robot* robot, double percent, corbot_error* error) {
+  return guarded(error, [&] { robot->robot.set_override(percent); });
+}
+corbot_status corbot_robot_clear(corbot_robot* robot, corbot_error* error) {
+  return guarded(error, [&] { robot->robot.clear(); });
+}
+
+corbot_status corbot_robot_speed(corbot_robot* robot, double percent, corbot_error* error) {
+  return guarded(error, [&] { robot->robot.set_speed(percent); });
+}
+corbot_status corbot_robot_art_speed(corbot_robot* robot, int32_t articulation, double percent,
+                                     corbot_error* error) {
+  return guarded(error, [&] { robot->robot.set_joint_speed(articulation, percent); });
+}
+corbot_status corbot_robot_all_speed(corbot_robot* robot, double percent, corbot_error* error) {
+  return guarded(error, [&] { robot->robot.set_all_speeds(percent); });
+}
+corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, double degrees, corbot_error* error) {
+  return guarded(error, [&] { robot->robot.set_tool_pitch(degrees); });
+}

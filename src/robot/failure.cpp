@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/failure.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+
+namespace corbot {
+namespace {
+
+Failure failure(corbot_status status, const std::string& text) {
+  Failure result;
+  result.error.status = status;
+  result.error.articulation = -1;
+  copy_text(text, result.error.text, sizeof(result.error.text));
+  return result;
+}
+
+/// Whether the planner gives this parameter in radians (or radians a second).
+bool is_angular(const std::string& parameter) {
+  return parameter == "joint range" || parameter == "speed" || parameter == "increment" ||
+         parameter == "angle" || parameter == "tool pitch";
+}
+
+}  // namespace
+
+void copy_text(const std::string& from, char* to, std::size_t size) {
+  const std::size_t length = std::min(from.size(), size - 1);
+  std::transform(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(length), to,
+                 [](char c) { return c >= 0x20 && c < 0x7f ? c : '?'; });
+  to[length] = '\0';
+}
+
+Failure bad_parameter_failure(const std::string& parameter, double value, const std::string& text) {
+  Failure result = failure(CORBOT_BAD_PARAMETER, text);
+  copy_text(parameter, result.error.parameter, sizeof(result.error.parameter));
+  result.error.value = value;
+  return result;
+}
+
+Failure not_ready(const std::string& text) { return failure(CORBOT_NOT_READY, text); }
+Failure stopped(const std::string& text) { return failure(CORBOT_STOPPED, text); }
+Failure no_data(const std::string& text) { return failure(CORBOT_NO_DATA, text); }
+Failure internal(const std::string& text) { return failure(CORBOT_INTERNAL, text); }
+
+Failure queue_full(int capacity) {
+  Failure result =
+      failure(CORBOT_QUEUE_FULL, fmt::format("{} motions are under way or queued already", capacity));
+  result.error.capacity = capacity;
+  return result;
+}
+
+Failure refused(const PlanRefusal& refusal) {
+  static constexpr corbot_status kStatus[] = {CORBOT_BAD_PARAMETER, CORBOT_UNREACHABLE,
+                                              CORBOT_LIMIT_EXCEEDED};
+  Failure result = failure(kStatus[static_cast<std::size_t>(refusal.kind)], refusal.text);
+  const double unit = is_angular(refusal.parameter) ? 180.0 / std::numbers::pi : 1.0;
+  copy_text(refusal.parameter, result.error.parameter, sizeof(result.error.parameter));
+  result.error.articulation = refusal.articulation;
+  result.error.value = refusal.value * unit;
+  result.error.lower = refusal.lower * unit;
+  result.error.upper = refusal.upper * unit;
+  std::copy(refusal.target_m.begin(), refusal.target_m.end(), result.error.target_m);
+  return result;
+}
+
+}  // namespace corbot

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/link.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <utility>
+
+#include "corbot/channel/wake.h"
+
+namespace corbot {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kRetry = 50ms;                           // between attempts to find a segment or a task
+constexpr std::int64_t kLookAfterPeer_ns = 20'000'000;  // a dead task is noticed within this time
+constexpr auto kSnapshotOfVerdict = 5ms;                // a verdict's snapshot follows it within a cycle
+
+}  // namespace
+
+Link::Link(std::string name, std::uint64_t fingerprint, LinkListener& listener)
+    : name_(std::move(name)), fingerprint_(fingerprint), listener_(listener) {}
+
+void Link::start() {
+  try {
+    auto segment = std::make_shared<Segment>(Segment::attach(name_, fingerprint_));
+    const std::lock_guard lock(mutex_);
+    segment_ = std::move(segment);
+  } catch (const SegmentError& error) {
+    if (error.kind() == SegmentError::Kind::kInUse || error.kind() == SegmentError::Kind::kBadName) throw;
+    set_cause(error.what());
+  }
+  thread_ = std::thread([this] { run(); });
+}
+
+void Link::close() {
+  {
+    const std::lock_guard lock(mutex_);
+    end_ = true;
+  }
+  end_requested_.notify_all();
+  if (thread_.joinable()) thread_.join();
+  alive_ = false;
+  const std::lock_guard lock(mutex_);
+  if (segment_) segment_->leave();
+  segment_.reset();
+}
+
+std::shared_ptr<Segment> Link::segment() const {
+  const std::lock_guard lock(mutex_);
+  return segment_;
+}
+
+bool Link::snapshot(Snapshot& out) const {
+  const auto segment = this->segment();
+  return segment && last_snapshot(segment->layout(), out);
+}
+
+std::string Link::cause() const {
+  const std::lock_guard lock(mutex_);
+  return cause_;
+}
+
+void Link::set_cause(const std::string& cause) {
+  const std::lock_guard lock(mutex_);
+  cause_ = cause;
+}
+
+bool Link::try_attach() {
+  try {
+    auto segment = std::make_shared<Segment>(Segment::attach(name_, fingerprint_));
+    const std::lock_guard lock(mutex_);
+    segment_ = std::move(segment);
+    return true;
+  } catch (const SegmentError& error) {
+    set_cause(
+        error.kind() == SegmentError::Kind::kAbsent
+            ? fmt::format("the real-time task of {} is not running; start it with 'corbot up' or corbot-rt",
+                          name_)
+            : error.what());
+    return false;
+  }
+}
+
+void Link::run() {
+  std::unique_lock lock(mutex_);
+  while (!end_) {
+    auto segment = segment_;
+    lock.unlock();
+    if (!segment && try_attach()) segment = this->segment();
+    if (segment && segment->peer_alive()) {
+      const std::uint64_t now = segment->layout().header.incarnation.load(std::memory_order_acquire);
+      drain(*segment);  // what an earlier servant or task left
+      incarnation_ = now;
+      alive_.store(true, std::memory_order_release);
+      listener_.on_attached(std::exchange(has_been_attached_, true));
+      serve_until_gone(*segment);
+    } else if (segment && !segment->linked()) {
+      const std::lock_guard again(mutex_);
+      segment_.reset();  // the name may belong to a new file by now
+    } else if (segment) {
+      set_cause(fmt::format("the real-time task of {} is gone; start it again with 'corbot up' or corbot-rt",
+                            name_));
+    }
+    lock.lock();
+    if (!end_) end_requested_.wait_for(lock, kRetry);
+  }
+}
+
+void Link::serve_until_gone(Segment& segment) {
+  SegmentLayout& layout = segment.layout();
+  for (;;) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (end_) return;
+    }
+    const std::uint32_t seen = layout.wake.load(std::memory_order_acquire);
+    // Asked before the rings are drained: verdicts that a dying task still gave are not lost.
+    const bool there = segment.peer_alive();
+    const bool same = layout.header.incarnation.load(std::memory_order_acquire) == incarnation_;
+    drain(segment);
+    if (!there) {
+      return lose(fmt::format(
+          "the real-time task of {} is gone; start it again with 'corbot up' or corbot-rt", name_));
+    }
+    if (!same)
+      return lose("the real-time task was restarted; the motion under way was lost with the old one");
+    wait_change(layout.wake, seen, kLookAfterPeer_ns);
+  }
+}
+
+void Link::drain(Segment& segment) {
+  SegmentLayout& layout = segment.layout();
+  AlarmEvent alarm{};
+  for (std::size_t i = 0; i < layout.alarms.capacity() && layout.alarms.pop(alarm) == PopResult::kOk; ++i) {
+    listener_.on_alarm(alarm);
+  }
+  Completion completion{};
+  for (std::size_t i = 0; i < layout.completions.capacity(); ++i) {
+    if (layout.completions.pop(completion) != PopResult::kOk) return;
+    // A cycle publishes its verdicts before its snapshot: who is woken by the verdict shall find the arm at
+    // rest.
+    const auto deadline = std::chrono::steady_clock::now() + kSnapshotOfVerdict;
+    for (Snapshot now{}; (!layout.snapshot.load(now) || now.cycle < completion.cycle) &&
+                         std::chrono::steady_clock::now() < deadline;) {
+      std::this_thread::yield();
+    }
+    listener_.on_completion(completion);
+  }
+}
+
+void Link::lose(const std::string& reason) {
+  alive_.store(false, std::memory_order_release);
+  set_cause(reason);
+  listener_.on_lost(reason);
+}
+
+}  // namespace corbot

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/robot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+#include <utility>
+
+#include "corbot/channel/fingerprint.h"
+#include "corbot/channel/wake.h"
+
+namespace corbot {
+namespace {
+
+constexpr double kSettle_s = 10.0;  // for what the task does at once, or as fast as the arm's limits allow
+constexpr std::int64_t kLook_ns = 10'000'000;
+
+double checked_percent(const std::string& parameter, double percent) {
+  if (percent > 0.0 && percent <= 100.0) return percent / 100.0;
+  throw bad_parameter_failure(parameter, percent,
+                              fmt::format("{:.6g} percent, allowed above 0 up to 100", percent));
+}
+
+}  // namespace
+
+Robot::Robot(Profile profile, const std::string& name)
+    : profile_(std::move(profile)), planner_(profile_.arm), link_(name, fingerprint(profile_.arm), *this) {
+  link_.start();
+}
+
+Robot::~Robot() {
+  closing_ = true;
+  tickets_.close();
+  link_.close();
+}
+
+void Robot::on_completion(const Completion& completion) {
+  tickets_.complete(completion.id, completion.verdict);
+}
+
+void Robot::on_alarm(const AlarmEvent& alarm) { alarms_.add(alarm); }
+
+void Robot::on_lost(const std::string& reason) {
+  alarms_.add(kAlarmTaskGone, true, reason);
+  tickets_.fail_pending(reason);
+}
+
+void Robot::on_attached(bool again) {
+  if (!again) return;
+  alarms_.deactivate(kAlarmTaskGone);
+  alarms_.add(kAlarmTaskRestarted, false,
+              "a new real-time task has taken the arm over where the last one left it");
+}
+
+std::shared_ptr<Segment> Robot::living_segment() const {
+  auto segment = link_.segment();
+  if (!segment || !link_.alive()) throw not_ready(link_.cause());
+  return segment;
+}
+
+void Robot::await(Segment& segment, double seconds, const std::string& what,
+                  const std::function<bool(const Snapshot&)>& done) const {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  const std::atomic<std::uint32_t>& wake = segment.layout().wake;
+  for (;;) {
+    const std::uint32_t seen = wake.load(std::memory_order_acquire);
+    Snapshot now{};
+    if (segment.layout().snapshot.load(now) && done(now)) return;
+    if (!link_.alive()) throw not_ready(link_.cause());
+    if (closing_) throw not_ready("the servant is shutting down");
+    if (std::chrono::steady_clock::now() > deadline)
+      throw not_ready(fmt::format("{} did not end in {} s", what, seconds));
+    // A wake-up comes with verdicts; the snapshot that follows it may be a moment later.
+    wait_change(wake, seen, kLook_ns);
+  }
+}
+
+corbot_ticket Robot::accept(const Plan& plan) {
+  const std::lock_guard lock(planning_mutex_);
+  const auto segment = living_segment();
+  if (tickets_.pending() >= static_cast<std::size_t>(profile_.queue_capacity))
+    throw queue_full(profile_.queue_capacity);
+  // A Stop from here on makes the task refuse what is planned now.
+  const std::uint64_t epoch = segment->layout().control.stop_count.load(std::memory_order_acquire);
+  const PlanStart start = plan_start(*segment, epoch);
+  PlanSettings settings;
+  {
+    const std::lock_guard settings_lock(settings_mutex_);
+    settings = settings_;
+  }
+  PlanResult result = plan(planner_, start, settings);
+  if (const auto* refusal = std::get_if<PlanRefusal>(&result)) throw refused(*refusal);
+  auto& commands = std::get<std::vector<Command>>(result);
+  if (commands.empty() || commands.size() > 2) throw internal("the planner returned no motion");
+  double gripper = start.gripper;
+  for (const Command& command : commands) {
+    if (command.kind == MotionKind::kGripper) gripper = command.gripper.from + command.gripper.law.distance;
+  }
+  return hand_over(*segment, epoch, commands, gripper);
+}
+
+PlanStart Robot::plan_start(Segment& segment, std::uint64_t epoch) {
+  Snapshot now{};
+  await(segment, kSettle_s, "a Stop", [&](const Snapshot& snapshot) {
+    now = snapshot;
+    return snapshot.stops_done >= epoch || snapshot.state == RtState::kError;
+  });
+  if (now.state == RtState::kError) throw not_ready(error_cause());
+  if (last_accepted_ != 0 && last_epoch_ == epoch) {
+    const auto last = tickets_.find(last_accepted_);
+    if (last && last->state == TicketState::kPending) return planned_end_;
+  }
+  // Nothing of this servant's is under way; an earlier one's may be, and the verdict may be ahead of the
+  // snapshot.
+  const std::uint64_t next = segment.layout().header.next_command_id.load(std::memory_order_relaxed);
+  await(segment, kSettle_s, "the motions accepted before this servant's start",
+        [&](const Snapshot& snapshot) {
+          now = snapshot;
+          return snapshot.command_id == 0 &&
+                 (snapshot.last_done_id + 1 >= next || segment.layout().commands.size() == 0);
+        });
+  if (now.state == RtState::kError) throw not_ready(error_cause());
+  return {now.position_rad, now.gripper};
+}
+
+corbot_ticket Robot::hand_over(Segment& segment, std::uint64_t epoch, std::vector<Command>& commands,
+                               double gripper) {
+  std::atomic<std::uint64_t>& next = segment.layout().header.next_command_id;
+  const std::uint64_t first = next.load(std::memory_order_relaxed);
+  Ticket ticket;
+  ticket.first = first;
+  ticket.last = first + commands.size() - 1;
+  for (std::size_t i = 0; i < commands.size(); ++i) {
+    commands[i].id = first + i;
+    commands[i].epoch = epoch;
+    if (i == 1) ticket.second_from_s = ticket.duration_s;
+    ticket.duration_s += commands[i].duration_s;
+  }
+  // Both before the task can answer, and before this process can die with the commands published: a number is
+  // used once.
+  tickets_.add(ticket);
+  next.store(ticket.last + 1, std::memory_order_release);
+  if (!segment.layout().commands.push_all(commands.data(), commands.size())) {
+    next.store(first, std::memory_order_release);
+    tickets_.remove(ticket.last);
+    throw queue_full(static_cast<int>(segment.layout().commands.capacity()));
+  }
+  last_accepted_ = ticket.last;
+  last_epoch_ = epoch;
+  planned_end_ = {commands.back().end_rad, gripper};
+  if (!link_.alive())
+    tickets_.fail_pending(link_.cause());  // died in between: on_lost may have come before add
+  return ticket.last;
+}
+
+corbot_motion_info Robot::wait(corbot_ticket id, double timeout_s) const {
+  std::optional<std::chrono::steady_clock::time_point> until;
+  if (timeout_s >= 0.0) {
+    using Seconds = std::chrono::duration<double>;
+    const Seconds bounded(std::min(timeout_s, 1e6));
+    until = std::chrono::steady_clock::now() +
+            std::chrono::duration_cast<std::chrono::steady_clock::duration>(bounded);
+  }
+  const auto ticket = tickets_.wait(id, until);
+  if (!ticket) {
+    throw bad_parameter_failure("id", static_cast<double>(id),
+                                fmt::format("there is no motion {}, or it is forgotten", id));
+  }
+  return describe(*ticket);
+}
+
+void Robot::finish(corbot_ticket id) const {
+  const auto ticket = tickets_.wait(id, std::nullopt);
+  if (!ticket) throw internal("a motion that was waited for is forgotten");
+  switch (ticket->state) {
+    case TicketState::kDone:
+      return;
+    case TicketState::kStopped:
+      throw stopped(ticket->reason);
+    case TicketState::kFailed: {
+      const std::string cause = error_cause();
+      throw not_ready(state() == CORBOT_STATE_ERROR && !cause.empty() ? cause : ticket->reason);
+    }
+    case TicketState::kPending:
+      throw not_ready("the servant is shutting down; the motion is carried out");
+  }
+}
+
+corbot_motion_info Robot::describe(const Ticket& ticket) const {
+  corbot_motion_info info{};
+  info.id = ticket.last;
+  info.duration_s = ticket.duration_s;
+  copy_text(ticket.reason, info.reason, sizeof(info.reason));
+  switch (ticket.state) {
+    case TicketState::kDone:
+      info.state = CORBOT_MOTION_DONE;
+      info.progress = 1.0;
+      return info;
+    case TicketState::kStopped:
+      info.state = CORBOT_MOTION_STOPPED;
+      return info;
+    case TicketState::kFailed:
+      info.state = CORBOT_MOTION_FAILED;
+      return info;
+    case TicketState::kPending:
+      break;
+  }
+  info.state = CORBOT_MOTION_QUEUED;
+  Snapshot now{};
+  if (!link_.snapshot(now) || std::max(now.command_id, now.last_done_id) < ticket.first) return info;
+  info.state = CORBOT_MOTION_RUNNING;
+  const bool second = now.command_id == ticket.last && ticket.first != ticket.last;
+  const double elapsed_s = (second ? ticket.second_from_s : 0.0) + now.virtual_time_s;
+  info.progress = ticket.duration_s > 0.0 ? std::clamp(elapsed_s / ticket.duration_s, 0.0, 1.0) : 0.0;
+  return info;
+}
+
+void Robot::stop() {
+  const auto segment = living_segment();
+  ControlFlags& control = segment->layout().control;
+  const std::uint64_t count = control.stop_count.fetch_add(1, std::memory_order_acq_rel) + 1;
+  await(*segment, kSettle_s, "a Stop", [&](const Snapshot& now) { return now.stops_done >= count; });
+  // Not before: a paused motion must not go on for a cycle first.
+  control.pause.store(0, std::memory_order_relaxed);
+}
+
+void Robot::pause(bool on) {
+  living_segment()->layout().control.pause.store(on ? 1 : 0, std::memory_order_relaxed);
+}
+
+void Robot::set_override(double percent) {
+  const double ratio = checked_percent("percent", percent);
+  living_segment()->layout().control.override_ratio.store(ratio, std::memory_order_relaxed);
+}
+
+void Robot::clear() {
+  const auto segment = living_segment();
+  if (snapshot().state == RtState::kError) {
+    const std::uint64_t count =
+        segment->layout().control.clear_count.fetch_add(1, std::memory_order_acq_rel) + 1;
+    Snapshot now{};
+    await(*segment, kSettle_s, "a Clear", [&](const Snapshot& snapshot) {
+      now = snapshot;
+      return snapshot.clears_done >= count;
+    });
+    if (now.state == RtState::kError) throw not_ready(error_cause());
+  }
+  alarms_.deactivate();
+}
+
+void Robot::set_speed(double percent) {
+  const double ratio = checked_percent("percent", percent);
+  const std::lock_guard lock(settings_mutex_);
+  settings_.speed_ratio = ratio;
+}
+
+void Robot::set_joint_speed(int articulation, double percent) {
+  if (articulation < 0 || articulation >= static_cast<int>(profile_.arm.dof)) {
+    throw bad_parameter_failure(
+        "articulation", articulation,
+        fmt::format("articulation {}, allowed 0 to {}", articulation, profile_.arm.dof - 1));
+  }
+  const double ratio = checked_percent("percent", percent);
+  const std::lock_guard lock(settings_mutex_);
+  settings_.joint_speed_ratio[static_cast<std::size_t>(articulation)] = ratio;
+}
+
+void Robot::set_all_speeds(double percent) {
+  const double ratio = checked_percent("percent", percent);
+  const std::lock_guard lock(settings_mutex_);
+  settings_.joint_speed_ratio.fill(ratio);
+}
+
+void Robot::set_tool_pitch(double degrees) {
+  if (!(degrees >= -180.0 && degrees <= 180.0)) {
+    throw bad_parameter_failure("degrees", degrees,
+                                fmt::format("{:.6g} degrees, allowed -180 to 180", degrees));
+  }
+  const std::lock_guard lock(settings_mutex_);
+  settings_.tool_pitch_rad = degrees * (std::numbers::pi / 180.0);
+}
+
+}  // namespace corbot

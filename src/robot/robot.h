@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "config/profile.h"
+#include "planner.h"
+#include "robot/alarm_log.h"
+#include "robot/failure.h"
+#include "robot/link.h"
+#include "robot/ticket_table.h"
+
+namespace corbot {
+
+/// The robot without an ORB. Plans whole motions one after another, hands them to the real-time task and
+/// keeps account of them. Thread-safe. Units as in corbot_robot.h; refused calls throw Failure.
+class Robot final : private LinkListener {
+ public:
+  /// Throws SegmentError when another servant serves this robot.
+  Robot(Profile profile, const std::string& name);
+  Robot(const Robot&) = delete;
+  Robot& operator=(const Robot&) = delete;
+  ~Robot() override;
+
+  [[nodiscard]] const Profile& profile() const noexcept { return profile_; }
+
+  // Reads: never wait for a motion, nor for one being planned.
+  [[nodiscard]] Snapshot snapshot() const;  ///< throws Failure (no data) when there has never been one
+  [[nodiscard]] Joints joints_deg() const;
+  [[nodiscard]] corbot_pose pose() const;
+  [[nodiscard]] corbot_gripper gripper() const;
+  [[nodiscard]] corbot_state state() const;
+  [[nodiscard]] LoopDiagnostics diagnostics() const;
+  [[nodiscard]] double override_percent() const;
+  [[nodiscard]] double tool_pitch_deg() const;
+  [[nodiscard]] std::vector<AlarmEntry> alarms() const { return alarms_.list(); }
+
+  /// Plans and hands over. `plan` gets where the arm will rest when the motion begins, and the present
+  /// settings.
+  using Plan = std::function<PlanResult(const Planner&, const PlanStart&, const PlanSettings&)>;
+  corbot_ticket accept(const Plan& plan);
+
+  [[nodiscard]] corbot_motion_info wait(corbot_ticket ticket, double timeout_s) const;
+  void finish(corbot_ticket ticket) const;
+
+  // Pre-emption: flags in the segment, no lock that a plan holds.
+  void stop();
+  void pause(bool on);
+  void set_override(double percent);
+  void clear();
+
+  // Settings for the motions planned from now on.
+  void set_speed(double percent);
+  void set_joint_speed(int articulation, double percent);
+  void set_all_speeds(double percent);
+  void set_tool_pitch(double degrees);
+
+ private:
+  void on_completion(const Completion& completion) override;
+  void on_alarm(const AlarmEvent& alarm) override;
+  void on_lost(const std::string& reason) override;
+  void on_attached(bool again) override;
+
+  /// The segment of a living task; throws Failure (not ready).
+  [[nodiscard]] std::shared_ptr<Segment> living_segment() const;
+  /// Waits until `done` holds for the newest snapshot; throws Failure (not ready) when the task dies, the
+  /// robot is closed, or after `seconds`.
+  void await(Segment& segment, double seconds, const std::string& what,
+             const std::function<bool(const Snapshot&)>& done) const;
+  [[nodiscard]] PlanStart plan_start(Segment& segment, std::uint64_t epoch);
+  corbot_ticket hand_over(Segment& segment, std::uint64_t epoch, std::vector<Command>& commands,
+                          double gripper);
+  [[nodiscard]] corbot_motion_info describe(const Ticket& ticket) const;
+  [[nodiscard]] std::string error_cause() const;
+
+  const Profile profile_;
+  const Planner planner_;
+  TicketTable tickets_;
+  AlarmLog alarms_;
+  std::atomic<bool> closing_{false};
+
+  mutable std::mutex settings_mutex_;  // of settings_, held for a moment only
+  PlanSettings settings_;
+
+  std::mutex planning_mutex_;       // one plan at a time; of the members below
+  std::uint64_t last_accepted_{0};  // ticket whose end planned_end_ is; 0: none in this life
+  std::uint64_t last_epoch_{0};
+  PlanStart planned_end_;
+
+  Link link_;  // last: its thread uses all of the above
+};
+
+}  // namespace corbot

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// The reads of Robot: from the snapshot and the settings, never behind a plan or a motion.
+#include <numbers>
+
+#include "corbot/kinematics/kinematics.h"
+#include "robot/robot.h"
+
+namespace corbot {
+namespace {
+
+double degrees(double angle_rad) { return angle_rad * (180.0 / std::numbers::pi); }
+
+bool is_measured(const Snapshot& snapshot) { return (snapshot.flags & kSnapshotMeasured) != 0; }
+
+}  // namespace
+
+Snapshot Robot::snapshot() const {
+  Snapshot now{};
+  if (!link_.snapshot(now)) throw no_data(link_.cause());
+  return now;
+}
+
+Joints Robot::joints_deg() const {
+  const Snapshot now = snapshot();
+  Joints joints = is_measured(now) ? now.measured_rad : now.position_rad;
+  for (double& joint : joints) joint = degrees(joint);
+  return joints;
+}
+
+corbot_pose Robot::pose() const {
+  const Snapshot now = snapshot();
+  ToolPose tool{now.tcp_m, now.yaw_rad, now.pitch_rad};
+  if (is_measured(now)) tool = forward(profile_.arm.geometry, now.measured_rad);
+  return {tool.position_m[0],    tool.position_m[1],      tool.position_m[2],
+          degrees(tool.yaw_rad), degrees(tool.pitch_rad), 0.0};
+}
+
+corbot_gripper Robot::gripper() const {
+  Snapshot now{};
+  if (!link_.snapshot(now)) return CORBOT_GRIPPER_CLOSE;
+  return now.gripper >= 0.5 ? CORBOT_GRIPPER_OPEN : CORBOT_GRIPPER_CLOSE;
+}
+
+corbot_state Robot::state() const {
+  Snapshot now{};
+  if (!link_.alive() || !link_.snapshot(now) || now.state == RtState::kError) return CORBOT_STATE_ERROR;
+  return now.state == RtState::kStandby && tickets_.pending() == 0 ? CORBOT_STATE_STANDBY
+                                                                   : CORBOT_STATE_WAITING;
+}
+
+LoopDiagnostics Robot::diagnostics() const {
+  const auto segment = link_.segment();
+  LoopDiagnostics diagnostics{};
+  if (!segment || !segment->layout().diagnostics.load(diagnostics)) {
+    throw no_data("the real-time loop has not told anything yet");
+  }
+  return diagnostics;
+}
+
+double Robot::override_percent() const {
+  Snapshot now{};
+  return link_.snapshot(now) ? 100.0 * now.override_ratio : 100.0;
+}
+
+double Robot::tool_pitch_deg() const {
+  const std::lock_guard lock(settings_mutex_);
+  return degrees(settings_.tool_pitch_rad);
+}
+
+std::string Robot::error_cause() const {
+  if (!link_.alive()) return link_.cause();
+  const std::string cause = alarms_.cause();
+  return cause.empty() ? "the robot is in Error; clear it" : cause + "; mend the cause, then clear";
+}
+
+}  // namespace corbot

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/ticket_table.h"
+
+namespace corbot {
+namespace {
+
+const char* reason_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kDone:
+      return "";
+    case Verdict::kStopped:
+      return "stopped by Stop";
+    case Verdict::kFault:
+      return "the robot went into Error; see its alarms";
+    case Verdict::kMalformed:
+      return "the real-time task refused the command: a field makes no sense";
+    case Verdict::kDiscontinuous:
+      return "the motion planned before this one did not arrive where this one begins";
+    case Verdict::kLimit:
+      return "the real-time task refused the command: beyond a limit of the arm";
+  }
+  return "the real-time task gave an unknown verdict";
+}
+
+TicketState state_of(Verdict verdict) {
+  if (verdict == Verdict::kDone) return TicketState::kDone;
+  return verdict == Verdict::kStopped ? TicketState::kStopped : TicketState::kFailed;
+}
+
+}  // namespace
+
+void TicketTable::add(const Ticket& ticket) {
+  const std::lock_guard lock(mutex_);
+  if (tickets_.emplace(ticket.last, ticket).second) ++pending_;
+  forget_old();
+}
+
+void TicketTable::remove(std::uint64_t id) {
+  const std::lock_guard lock(mutex_);
+  const auto found = tickets_.find(id);
+  if (found == tickets_.end()) return;
+  if (found->second.state == TicketState::kPending) --pending_;
+  tickets_.erase(found);
+}
+
+void TicketTable::complete(std::uint64_t command, Verdict verdict) {
+  const std::lock_guard lock(mutex_);
+  const auto found = tickets_.lower_bound(command);
+  if (found == tickets_.end()) return;
+  Ticket& ticket = found->second;
+  if (command < ticket.first || ticket.state != TicketState::kPending) return;
+  if (verdict != Verdict::kDone && ticket.reason.empty()) {
+    ticket.reason = reason_of(verdict);
+    if (command != ticket.last) {
+      // Later commands of the ticket will be refused for following this one: remember the cause, not the
+      // effect.
+      ticket.state = state_of(verdict);
+      --pending_;
+      ended_.notify_all();
+      return;
+    }
+  }
+  if (command != ticket.last) return;
+  ticket.state = state_of(verdict);
+  --pending_;
+  ended_.notify_all();
+}
+
+void TicketTable::fail_pending(const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  for (auto& [id, ticket] : tickets_) {
+    if (ticket.state != TicketState::kPending) continue;
+    ticket.state = TicketState::kFailed;
+    ticket.reason = reason;
+  }
+  pending_ = 0;
+  ended_.notify_all();
+}
+
+void TicketTable::close() {
+  const std::lock_guard lock(mutex_);
+  closed_ = true;
+  ended_.notify_all();
+}
+
+std::optional<Ticket> TicketTable::find(std::uint64_t id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = tickets_.find(id);
+  return found == tickets_.end() ? std::nullopt : std::optional(found->second);
+}
+
+std::optional<Ticket> TicketTable::wait(std::uint64_t id,
+                                        std::optional<std::chrono::steady_clock::time_point> until) const {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    // Looked up anew after every wait: a ticket that ended long ago may have been forgotten meanwhile.
+    const auto found = tickets_.find(id);
+    if (found == tickets_.end()) return std::nullopt;
+    if (found->second.state != TicketState::kPending || closed_) return found->second;
+    if (!until) {
+      ended_.wait(lock);
+    } else if (ended_.wait_until(lock, *until) == std::cv_status::timeout) {
+      const auto late = tickets_.find(id);
+      return late == tickets_.end() ? std::nullopt : std::optional(late->second);
+    }
+  }
+}
+
+std::size_t TicketTable::pending() const {
+  const std::lock_guard lock(mutex_);
+  return pending_;
+}
+
+void TicketTable::forget_old() {
+  auto oldest = tickets_.begin();
+  while (tickets_.size() - pending_ > kKept && oldest != tickets_.end()) {
+    oldest = oldest->second.state == TicketState::kPending ? std::next(oldest) : tickets_.erase(oldest);
+  }
+}
+
+}  // namespace corbot

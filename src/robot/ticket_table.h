@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "corbot/channel/records.h"
+
+namespace corbot {
+
+enum class TicketState { kPending, kDone, kStopped, kFailed };
+
+/// One accepted motion: one or two consecutive commands. Its number is that of the last of them.
+struct Ticket {
+  std::uint64_t first{};
+  std::uint64_t last{};
+  double duration_s{};     ///< of all its commands, at override 100 %
+  double second_from_s{};  ///< when the second command begins, within duration_s
+  TicketState state{TicketState::kPending};
+  std::string reason;  ///< empty unless stopped or failed
+};
+
+/// What was accepted and how it stands. Thread-safe. Keeps every pending ticket and the last kKept ended
+/// ones.
+class TicketTable {
+ public:
+  static constexpr std::size_t kKept = 1024;
+
+  void add(const Ticket& ticket);
+  /// The motion was not handed over after all.
+  void remove(std::uint64_t id);
+  /// A command has its verdict. Unknown numbers (of an earlier servant) are ignored. A ticket ends with its
+  /// last command; the first verdict other than done decides what it says.
+  void complete(std::uint64_t command, Verdict verdict);
+  /// Every pending ticket fails.
+  void fail_pending(const std::string& reason);
+  /// Wakes everyone who waits, for good: the robot is being closed.
+  void close();
+
+  [[nodiscard]] std::optional<Ticket> find(std::uint64_t id) const;
+  /// Waits until the ticket has ended, the time has passed (no value: for ever) or the table is closed, and
+  /// returns it as it then stands. Nothing when there is no such ticket.
+  [[nodiscard]] std::optional<Ticket> wait(std::uint64_t id,
+                                           std::optional<std::chrono::steady_clock::time_point> until) const;
+  [[nodiscard]] std::size_t pending() const;
+
+ private:
+  void forget_old();  // with mutex_ held
+
+  mutable std::mutex mutex_;
+  mutable std::condition_variable ended_;
+  std::map<std::uint64_t, Ticket> tickets_;  // by number
+  std::size_t pending_{0};
+  bool closed_{false};
+};
+
+}  // namespace corbot
