@@ -201,7 +201,9 @@ bool Governor::is_feasible(const Ramp& ramp) const noexcept {
   }
   RateSample rate_before{ramp.rate(0.0), ramp.change(0.0), ramp.change_of_change(0.0)};
   for (int k = 1; k <= kSamples; ++k) {
-    const double x = static_cast<double>(k) / kSamples;
+    // Denser towards both ends, where the rate's terms may grow faster than the room that the rate makes.
+    const double even = static_cast<double>(k) / kSamples;
+    const double x = k < kSamples ? even * even * (3.0 - 2.0 * even) : 1.0;
     const RateSample rate{ramp.rate(x), ramp.change(x), ramp.change_of_change(x)};
     const double time_s = ramp.time_s(x);
     for (std::size_t i = 0; i < motion_.count; ++i) {

@@ -47,7 +47,7 @@ struct GovernedMotion {
 class Governor {
  public:
   static constexpr int kCandidates = 24;
-  static constexpr int kSamples = 24;
+  static constexpr int kSamples = 32;
   static constexpr double kLadderRatio = 1.35;
   static constexpr double kStopBound = 4.0;
 

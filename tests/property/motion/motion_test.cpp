@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+#include <string>
+
+#include "corbot/kinematics/kinematics.h"
+#include "corbot/motion/path.h"
+#include "motion/watcher.h"
+#include "rt/rig.h"
+
+// Random motions through planner, ring, cycle and loopback backend, every tick watched from outside.
+// CORBOT_MOTIONS: how many in total (default 20000, fewer under sanitizers); CORBOT_SEED: the seed.
+
+namespace corbot::test {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr int kDefaultMotions = 400;
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+constexpr int kDefaultMotions = 400;
+#else
+constexpr int kDefaultMotions = 20000;
+#endif
+#else
+constexpr int kDefaultMotions = 20000;
+#endif
+
+enum class Kind { kJoint, kLine, kArc };
+enum class Interruption { kNone, kStop, kPauseResume, kOverride, kOverrideThenStop, kPauseThenStop, kCount };
+
+constexpr int kShards = 4;
+constexpr int kKinds = 3;
+
+std::uint64_t environment(const char* name, std::uint64_t otherwise) {
+  const char* text = std::getenv(name);
+  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
+}
+
+class Motions : public ::testing::TestWithParam<std::tuple<Kind, int>> {
+ protected:
+  double uniform(double from, double to) { return std::uniform_real_distribution<double>(from, to)(random_); }
+  int dice(int sides) { return std::uniform_int_distribution<int>(0, sides - 1)(random_); }
+  /// Mostly of the order of 1, sometimes tiny.
+  double size() { return dice(3) == 0 ? std::pow(10.0, uniform(-6.0, 0.0)) : uniform(0.05, 1.0); }
+
+  PlanSettings settings() {
+    PlanSettings settings;
+    if (dice(3) == 0) settings.speed_ratio = uniform(0.05, 1.0);
+    if (dice(4) == 0) settings.joint_speed_ratio[static_cast<std::size_t>(dice(4))] = uniform(0.1, 1.0);
+    // The inclination stays what it is, or turns with the path.
+    settings.tool_pitch_rad = forward(rig_.arm.geometry, rig_.start().position_rad).pitch_rad;
+    if (dice(3) == 0) settings.tool_pitch_rad += uniform(-0.5, 0.5);
+    return settings;
+  }
+
+  Joints random_joints(double reach) {
+    Joints target = rig_.start().position_rad;
+    for (std::size_t i = 0; i < rig_.arm.dof; ++i) {
+      const JointLimits& limits = rig_.arm.joints[i];
+      const double goal = dice(20) == 0 ? limits.upper_rad : uniform(limits.lower_rad, limits.upper_rad);
+      if (dice(6) != 0) target[i] += reach * (goal - target[i]);
+      target[i] = std::clamp(target[i], limits.lower_rad, limits.upper_rad);
+    }
+    return target;
+  }
+
+  std::array<double, 3> near_tcp(double reach_m) {
+    std::array<double, 3> point = forward(rig_.arm.geometry, rig_.start().position_rad).position_m;
+    for (double& x : point) x += uniform(-reach_m, reach_m);
+    return point;
+  }
+
+  PlanResult plan(Kind kind) {
+    const double t_s = dice(4) == 0 ? uniform(0.1, 2.0) : 0.0;
+    const double reach_m = 0.25 * size();
+    switch (kind) {
+      case Kind::kJoint:
+        return rig_.planner.move_joints(rig_.start(), settings(), random_joints(size()), t_s);
+      case Kind::kLine:
+        return rig_.planner.move_s(rig_.start(), settings(), near_tcp(reach_m), t_s);
+      case Kind::kArc: {
+        const auto p1 = forward(rig_.arm.geometry, rig_.start().position_rad).position_m;
+        return rig_.planner.move_c(rig_.start(), settings(), p1, near_tcp(reach_m), near_tcp(reach_m));
+      }
+    }
+    return PlanRefusal{};
+  }
+
+  void one_motion(Kind kind);
+  bool run(const Command& command, Interruption interruption);
+  bool interrupt(Interruption interruption, int tick);
+  [[nodiscard]] double ramp_scale_s(const Command& command) const;
+  bool check_stop(const Command& command, int ticks);
+  bool check_end(const Command& command);
+
+  std::mt19937_64 random_{};
+  Rig rig_;
+  Shares joint_{};
+  Shares path_{};
+  double deviation_m_{0}, stop_share_{0};
+  int done_{0}, stopped_{0};
+  std::uint64_t ticks_{0};
+  std::string error_;
+  int stop_tick_{-1};
+  std::array<int, 2> instants_{};
+};
+
+/// v/a + a/j of the slowest law of the command, by the limits of the arm.
+double Motions::ramp_scale_s(const Command& command) const {
+  double scale_s = 0.0;
+  if (command.kind == MotionKind::kJoint) {
+    for (std::size_t i = 0; i < rig_.arm.dof; ++i) {
+      const JointLimits& limits = rig_.arm.joints[i];
+      if (command.joint.law[i].distance == 0.0) continue;
+      scale_s = std::max(scale_s, limits.speed_rad_s / limits.acceleration_rad_s2 +
+                                      limits.acceleration_rad_s2 / limits.jerk_rad_s3);
+    }
+    return scale_s;
+  }
+  const PathLimits& limits = rig_.arm.path;
+  return std::max(limits.speed_m_s / limits.acceleration_m_s2 + limits.acceleration_m_s2 / limits.jerk_m_s3,
+                  limits.turn_speed_rad_s / limits.turn_acceleration_rad_s2 +
+                      limits.turn_acceleration_rad_s2 / limits.turn_jerk_rad_s3);
+}
+
+bool Motions::interrupt(Interruption interruption, int tick) {
+  const bool first = tick == instants_[0];
+  const bool second = tick == instants_[1];
+  if (!first && !second) return false;
+  bool stops = false;
+  switch (interruption) {
+    case Interruption::kStop:
+      stops = first;
+      break;
+    case Interruption::kPauseResume:
+      rig_.pause(first);
+      break;
+    case Interruption::kOverride:
+      rig_.override_to(first ? uniform(0.05, 1.0) : 1.0);
+      break;
+    case Interruption::kOverrideThenStop:
+      if (first) rig_.override_to(uniform(0.05, 1.0));
+      stops = second;
+      break;
+    case Interruption::kPauseThenStop:
+      if (first) rig_.pause(true);
+      stops = second;
+      break;
+    default:
+      break;
+  }
+  if (!stops) return false;
+  stop_tick_ = tick;
+  rig_.stop();
+  return true;
+}
+
+bool Motions::check_stop(const Command& command, int ticks) {
+  const double taken_s = ticks * static_cast<double>(rig_.arm.period_ns) * 1e-9;
+  const double scale_s = ramp_scale_s(command);
+  stop_share_ = std::max(stop_share_, taken_s / scale_s);
+  // Two cycles: one to see the request, one to report.
+  if (taken_s <= rt::Governor::kStopBound * scale_s + 3e-3) return true;
+  error_ = fmt::format("stop took {} s, {} times v/a + a/j", taken_s, taken_s / scale_s);
+  return false;
+}
+
+bool Motions::check_end(const Command& command) {
+  for (std::size_t i = 0; i < rig_.arm.dof; ++i) {
+    const double miss = rig_.snapshot.position_rad[i] - command.end_rad[i];
+    const bool by_joint = command.kind == MotionKind::kJoint;
+    if (by_joint && !(std::abs(miss) <= 1e-9)) {
+      error_ = fmt::format("joint {} ends {} rad off", i, miss);
+      return false;
+    }
+  }
+  if (command.kind == MotionKind::kJoint) return true;
+  const auto end = rig_.snapshot.tcp_m;
+  const PathPoint target =
+      command.kind == MotionKind::kLine ? point_at(command.line, 1.0) : point_at(command.arc, 1.0);
+  const double miss_m =
+      std::hypot(end[0] - target.position_m[0], end[1] - target.position_m[1], end[2] - target.position_m[2]);
+  if (miss_m <= 1e-9) return true;
+  error_ = fmt::format("TCP ends {} m off", miss_m);
+  return false;
+}
+
+bool Motions::run(const Command& command, Interruption interruption) {
+  Watcher watcher(rig_.arm, rig_.snapshot);
+  watcher.begin(command);
+  const std::uint64_t id = rig_.submit(std::vector<Command>{command});
+  const int natural_ticks =
+      static_cast<int>(command.duration_s * 1e9 / static_cast<double>(rig_.arm.period_ns)) + 2;
+  instants_[0] = 1 + dice(natural_ticks);
+  instants_[1] = instants_[0] + 1 + dice(dice(2) == 0 ? 20 : natural_ticks);
+  stop_tick_ = -1;
+  double remaining_s = 0.0;
+  Verdict verdict{};
+  int tick = 0;
+  // A rate of 5 % takes twenty times as long; beyond any ramp besides that something hangs.
+  const int patience = 25 * natural_ticks + 20000;
+  for (; tick < patience; ++tick) {
+    if (interrupt(interruption, tick)) {
+      const double rate = rig_.snapshot.virtual_rate;
+      remaining_s = rate > 0.0 ? (command.duration_s - rig_.snapshot.virtual_time_s) / rate : 0.0;
+    }
+    rig_.step();
+    ++ticks_;
+    if (!watcher.see(rig_.snapshot)) {
+      error_ = watcher.error;
+      break;
+    }
+    if (const auto completion = rig_.completion()) {
+      if (completion->id != id) error_ = fmt::format("verdict for {} instead of {}", completion->id, id);
+      verdict = completion->verdict;
+      break;
+    }
+  }
+  if (error_.empty() && tick == patience) error_ = "never ended";
+  if (error_.empty() && stop_tick_ >= 0 && !check_stop(command, tick - stop_tick_)) return false;
+  if (error_.empty() && stop_tick_ >= 0 && interruption == Interruption::kStop &&
+      (tick - stop_tick_) * 1e-3 > remaining_s + 3e-3) {
+    error_ = fmt::format("stop took {} s, the motion would have ended in {} s", (tick - stop_tick_) * 1e-3,
+                         remaining_s);
+  }
+  rig_.pause(false);
+  rig_.override_to(1.0);
+  // At rest nothing creeps on.
+  for (int i = 0; i < 3 && error_.empty(); ++i) {
+    rig_.step();
+    if (!watcher.see(rig_.snapshot)) error_ = watcher.error;
+  }
+  joint_.speed = std::max(joint_.speed, watcher.joint.speed);
+  joint_.acceleration = std::max(joint_.acceleration, watcher.joint.acceleration);
+  joint_.jerk = std::max(joint_.jerk, watcher.joint.jerk);
+  path_.speed = std::max(path_.speed, watcher.path.speed);
+  path_.acceleration = std::max(path_.acceleration, watcher.path.acceleration);
+  path_.jerk = std::max(path_.jerk, watcher.path.jerk);
+  deviation_m_ = std::max(deviation_m_, watcher.deviation_m);
+  if (!error_.empty()) return false;
+  (verdict == Verdict::kDone ? done_ : stopped_)++;
+  if (verdict == Verdict::kDone) return check_end(command);
+  if (verdict == Verdict::kStopped && stop_tick_ >= 0) return true;
+  error_ = fmt::format("verdict {}", static_cast<int>(verdict));
+  return false;
+}
+
+void Motions::one_motion(Kind kind) {
+  for (int attempt = 0;; ++attempt) {
+    // Where a path finds no room, the arm goes elsewhere by its joints.
+    const PlanResult planned = plan(attempt % 8 == 7 ? Kind::kJoint : kind);
+    const auto* commands = std::get_if<std::vector<Command>>(&planned);
+    if (commands == nullptr) continue;
+    const bool interrupted = dice(2) == 0;
+    for (const Command& command : *commands) {
+      const auto interruption = interrupted
+                                    ? static_cast<Interruption>(dice(static_cast<int>(Interruption::kCount)))
+                                    : Interruption::kNone;
+      if (!run(command, interruption)) {
+        ADD_FAILURE() << error_ << "; interruption " << static_cast<int>(interruption) << " at tick "
+                      << instants_[0] << ", " << instants_[1] << "; kind " << static_cast<int>(command.kind)
+                      << ", duration " << command.duration_s;
+        return;
+      }
+      if (stop_tick_ >= 0) return;
+    }
+    if (attempt % 8 != 7) return;
+  }
+}
+
+TEST_P(Motions, KeepEveryLimitAndStayOnThePath) {
+  const auto [kind, shard] = GetParam();
+  const std::uint64_t seed = environment("CORBOT_SEED", 20260101) * 100 +
+                             static_cast<std::uint64_t>(kind) * 10 + static_cast<std::uint64_t>(shard);
+  const std::uint64_t motions = environment("CORBOT_MOTIONS", kDefaultMotions) / (kShards * kKinds) + 1;
+  random_.seed(seed);
+  fmt::print("seed {} (CORBOT_SEED, kind, shard), {} motions\n", seed, motions);
+  rig_.step();
+  for (std::uint64_t i = 0; i < motions && !HasFailure(); ++i) one_motion(kind);
+  fmt::print(
+      "{} done, {} stopped, {} ticks; greatest share of the limits: joint motions v {:.6f} a {:.6f} j "
+      "{:.6f}, "
+      "path v {:.6f} a {:.6f} j {:.6f}; deviation {:.2e} m; stop {:.3f} (v/a + a/j)\n",
+      done_, stopped_, ticks_, joint_.speed, joint_.acceleration, joint_.jerk, path_.speed,
+      path_.acceleration, path_.jerk, deviation_m_, stop_share_);
+  EXPECT_GT(done_, 0);
+  EXPECT_GT(stopped_, 0);
+}
+
+std::string case_name(const ::testing::TestParamInfo<Motions::ParamType>& info) {
+  constexpr std::array<const char*, kKinds> kNames{"Joint", "Line", "Arc"};
+  return fmt::format("{}{}", kNames[static_cast<std::size_t>(std::get<0>(info.param))],
+                     std::get<1>(info.param));
+}
+
+INSTANTIATE_TEST_SUITE_P(Random, Motions,
+                         ::testing::Combine(::testing::Values(Kind::kJoint, Kind::kLine, Kind::kArc),
+                                            ::testing::Range(0, kShards)),
+                         case_name);
+
+}  // namespace
+}  // namespace corbot::test

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "config/profile.h"
+#include "corbot/channel/layout.h"
+#include "planner/planner.h"
+#include "rt/cycle.h"
+#include "sim/loopback_backend.h"
+
+namespace corbot::test {
+
+inline ArmModel lynx5() {
+  static const ArmModel arm = load_profile(std::filesystem::path(CORBOT_PROFILES) / "lynx5.toml").arm;
+  return arm;
+}
+
+/// The chain below the servant, without clock, process or shared memory: planner → ring → cycle → loopback
+/// backend. The test plays the servant.
+class Rig {
+ public:
+  explicit Rig(const ArmModel& model = lynx5()) : arm(model), planner(model), backend(model, {}) {
+    restart();
+  }
+
+  /// What a new real-time task does with the same segment.
+  void restart() {
+    cycle = std::make_unique<rt::Cycle>(arm, *segment, backend);
+    backend.open(cycle->frame());
+  }
+
+  rt::StepReport step() {
+    now_ns += arm.period_ns;
+    const rt::StepReport report = cycle->step(now_ns, now_ns + 1'000'000'000'000);
+    (void)segment->snapshot.load(snapshot);
+    return report;
+  }
+  void step(int count) {
+    for (int i = 0; i < count; ++i) step();
+  }
+
+  /// Fills in number and epoch as the servant does.
+  Command stamp(Command command) {
+    auto& next = segment->header.next_command_id;
+    command.id = next.fetch_add(1);
+    command.epoch = segment->control.stop_count.load();
+    return command;
+  }
+  /// Number of the last command pushed.
+  std::uint64_t submit(const std::vector<Command>& commands) {
+    std::uint64_t id = 0;
+    for (const Command& command : commands) {
+      const Command stamped = stamp(command);
+      id = stamped.id;
+      if (!segment->commands.push(stamped)) return 0;
+    }
+    return id;
+  }
+  std::uint64_t submit(const PlanResult& plan) { return submit(std::get<std::vector<Command>>(plan)); }
+
+  [[nodiscard]] PlanStart start() const { return {snapshot.position_rad, snapshot.gripper}; }
+  void stop() { segment->control.stop_count.fetch_add(1); }
+  void pause(bool on) { segment->control.pause.store(on ? 1 : 0); }
+  void override_to(double ratio) { segment->control.override_ratio.store(ratio); }
+  void clear() { segment->control.clear_count.fetch_add(1); }
+
+  std::optional<Completion> completion() {
+    Completion taken{};
+    if (segment->completions.pop(taken) != PopResult::kOk) return std::nullopt;
+    return taken;
+  }
+  std::optional<AlarmEvent> alarm() {
+    AlarmEvent taken{};
+    if (segment->alarms.pop(taken) != PopResult::kOk) return std::nullopt;
+    return taken;
+  }
+
+  ArmModel arm;
+  Planner planner;
+  sim::LoopbackBackend backend;
+  std::unique_ptr<SegmentLayout> segment = std::make_unique<SegmentLayout>();
+  std::unique_ptr<rt::Cycle> cycle;
+  Snapshot snapshot{};
+  std::int64_t now_ns{1'000'000'000};
+};
+
+}  // namespace corbot::test
