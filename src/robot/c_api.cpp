@@ -90,6 +90,8 @@ corbot_robot* corbot_robot_open(const char* profile_path, const char* name, corb
 
 void corbot_robot_close(corbot_robot* robot) { delete robot; }
 
+void corbot_robot_interrupt(corbot_robot* robot) { robot->robot.interrupt(); }
+
 void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {
   const ArmModel& arm = robot->robot.profile().arm;
   *out = corbot_description{};

@@ -102,6 +102,8 @@ typedef struct corbot_loop_info {
 corbot_robot* corbot_robot_open(const char* profile_path, const char* name, corbot_error* error);
 /* Wakes every waiting call (CORBOT_NOT_READY) and gives the place up. What was accepted is carried out. */
 void corbot_robot_close(corbot_robot* robot);
+/* Every call that waits for a motion, now or later, returns CORBOT_NOT_READY: the process is about to end. */
+void corbot_robot_interrupt(corbot_robot* robot);
 
 void corbot_robot_describe(const corbot_robot* robot, corbot_description* out);
 

@@ -30,9 +30,13 @@ Robot::Robot(Profile profile, const std::string& name)
 }
 
 Robot::~Robot() {
+  interrupt();
+  link_.close();
+}
+
+void Robot::interrupt() {
   closing_ = true;
   tickets_.close();
-  link_.close();
 }
 
 void Robot::on_completion(const Completion& completion) {

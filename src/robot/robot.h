@@ -30,6 +30,9 @@ class Robot final : private LinkListener {
 
   [[nodiscard]] const Profile& profile() const noexcept { return profile_; }
 
+  /// Whoever waits for a motion is told that the servant is shutting down.
+  void interrupt();
+
   // Reads: never wait for a motion, nor for one being planned.
   [[nodiscard]] Snapshot snapshot() const;  ///< throws Failure (no data) when there has never been one
   [[nodiscard]] Joints joints_deg() const;

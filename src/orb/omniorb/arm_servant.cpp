@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "orb/omniorb/arm_servant.h"
+
+#include <array>
+#include <utility>
+
+namespace corbot::omni {
+namespace {
+
+/// Any failure as the exception that the interface names for it.
+[[noreturn]] void raise(const corbot_error& error) {
+  switch (error.status) {
+    case CORBOT_BAD_PARAMETER:
+      throw Corbot::BadParameter(error.parameter, error.value, error.text);
+    case CORBOT_UNREACHABLE:
+      throw Corbot::Unreachable(Corbot::Point{error.target_m[0], error.target_m[1], error.target_m[2]},
+                                error.text);
+    case CORBOT_LIMIT_EXCEEDED:
+      throw Corbot::LimitExceeded(error.parameter, error.articulation, error.value, error.lower, error.upper);
+    case CORBOT_NOT_READY:
+      throw Corbot::NotReady(error.text);
+    case CORBOT_STOPPED:
+      throw Corbot::Stopped(error.text);
+    case CORBOT_QUEUE_FULL:
+      throw Corbot::QueueFull(error.capacity);
+    case CORBOT_NO_DATA:
+      throw CORBA::TRANSIENT(0, CORBA::COMPLETED_NO);
+    case CORBOT_OK:
+    case CORBOT_INTERNAL:
+      break;
+  }
+  throw CORBA::INTERNAL(0, CORBA::COMPLETED_MAYBE);
+}
+
+/// Calls a function of corbot_robot.h, the error argument added, and raises what it refuses.
+template <class Function, class... Arguments>
+void call(Function function, Arguments&&... arguments) {
+  corbot_error error{};
+  if (function(std::forward<Arguments>(arguments)..., &error) != CORBOT_OK) raise(error);
+}
+
+template <class Function, class... Arguments>
+corbot_ticket begin(Function function, corbot_robot& robot, Arguments&&... arguments) {
+  corbot_ticket ticket = 0;
+  call(function, &robot, std::forward<Arguments>(arguments)..., &ticket);
+  return ticket;
+}
+
+std::array<double, 3> array_of(const Corbot::Point& p) { return {p.x, p.y, p.z}; }
+
+}  // namespace
+
+ArmServant::ArmServant(corbot_robot& robot, Lanes& lanes, std::size_t lane)
+    : robot_(robot), lanes_(lanes), lane_(lane) {
+  corbot_robot_describe(&robot, &description_);
+}
+
+template <class Start>
+void ArmServant::carry_out(Start&& start) {
+  const Lanes::Place place = lanes_.enter(lane_);
+  call(corbot_robot_finish, &robot_, start());
+}
+
+Corbot::JointCoord* ArmServant::ArtiCoord() {
+  double joints_deg[CORBOT_MAX_JOINTS];
+  call(corbot_robot_joints, &robot_, joints_deg);
+  Corbot::JointCoord_var result = new Corbot::JointCoord;
+  result->length(static_cast<CORBA::ULong>(description_.dof));
+  for (CORBA::ULong i = 0; i < result->length(); ++i) result[i] = joints_deg[i];
+  return result._retn();
+}
+
+Corbot::CartesianCoord ArmServant::CartCoord() {
+  corbot_pose pose{};
+  call(corbot_robot_pose, &robot_, &pose);
+  return {pose.x_m, pose.y_m, pose.z_m, pose.a_deg, pose.b_deg, pose.c_deg};
+}
+
+Corbot::GripperState ArmServant::GripperStatus() {
+  return corbot_robot_gripper(&robot_) == CORBOT_GRIPPER_OPEN ? Corbot::Open : Corbot::Close;
+}
+
+Corbot::RobotState ArmServant::Status() {
+  switch (corbot_robot_state(&robot_)) {
+    case CORBOT_STATE_WAITING:
+      return Corbot::Waiting;
+    case CORBOT_STATE_STANDBY:
+      return Corbot::Standby;
+    case CORBOT_STATE_ERROR:
+      break;
+  }
+  return Corbot::Error;
+}
+
+Corbot::RobotKind ArmServant::RobotType() { return static_cast<Corbot::RobotKind>(description_.kind); }
+CORBA::Long ArmServant::DoF() { return description_.dof; }
+CORBA::Double ArmServant::Reach() { return description_.reach_m; }
+
+Corbot::JointRanges* ArmServant::MovRange() {
+  Corbot::JointRanges_var result = new Corbot::JointRanges;
+  result->length(static_cast<CORBA::ULong>(description_.dof));
+  for (CORBA::ULong i = 0; i < result->length(); ++i) {
+    result[i].lower = description_.lower_deg[i];
+    result[i].upper = description_.upper_deg[i];
+  }
+  return result._retn();
+}
+
+void ArmServant::Move(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
+                      CORBA::Double t) {
+  carry_out([&] { return StartMove(px, py, pz, d, t); });
+}
+void ArmServant::MoveS(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
+                       CORBA::Double t) {
+  carry_out([&] { return StartMoveS(px, py, pz, d, t); });
+}
+void ArmServant::MoveC(const Corbot::Point& p1, const Corbot::Point& p2, const Corbot::Point& p3) {
+  carry_out([&] { return StartMoveC(p1, p2, p3); });
+}
+void ArmServant::Drive(CORBA::Long articulation, CORBA::Double increment, CORBA::Double speed) {
+  carry_out([&] { return StartDrive(articulation, increment, speed); });
+}
+void ArmServant::Ready() {
+  carry_out([&] { return StartReady(); });
+}
+void ArmServant::Delay(CORBA::Double t) {
+  carry_out([&] { return StartDelay(t); });
+}
+void ArmServant::Open() {
+  carry_out([&] { return StartOpen(); });
+}
+void ArmServant::Close() {
+  carry_out([&] { return StartClose(); });
+}
+void ArmServant::MoveJoints(const Corbot::JointCoord& target, CORBA::Double t) {
+  carry_out([&] { return StartMoveJoints(target, t); });
+}
+
+void ArmServant::Speed(CORBA::Double percent) { call(corbot_robot_speed, &robot_, percent); }
+void ArmServant::ArtSpeed(CORBA::Long articulation, CORBA::Double percent) {
+  call(corbot_robot_art_speed, &robot_, articulation, percent);
+}
+void ArmServant::AllSpeed(CORBA::Double percent) { call(corbot_robot_all_speed, &robot_, percent); }
+
+void ArmServant::Stop() { call(corbot_robot_stop, &robot_); }
+void ArmServant::Pause() { call(corbot_robot_pause, &robot_); }
+void ArmServant::Resume() { call(corbot_robot_resume, &robot_); }
+void ArmServant::Override(CORBA::Double percent) { call(corbot_robot_set_override, &robot_, percent); }
+CORBA::Double ArmServant::OverridePercent() { return corbot_robot_override(&robot_); }
+void ArmServant::Clear() { call(corbot_robot_clear, &robot_); }
+
+Corbot::Ticket ArmServant::StartMove(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
+                                     CORBA::Double t) {
+  const double p[] = {px, py, pz};
+  return begin(corbot_robot_move, robot_, p, d, t);
+}
+Corbot::Ticket ArmServant::StartMoveS(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
+                                      CORBA::Double t) {
+  const double p[] = {px, py, pz};
+  return begin(corbot_robot_move_s, robot_, p, d, t);
+}
+Corbot::Ticket ArmServant::StartMoveC(const Corbot::Point& p1, const Corbot::Point& p2,
+                                      const Corbot::Point& p3) {
+  return begin(corbot_robot_move_c, robot_, array_of(p1).data(), array_of(p2).data(), array_of(p3).data());
+}
+Corbot::Ticket ArmServant::StartDrive(CORBA::Long articulation, CORBA::Double increment,
+                                      CORBA::Double speed) {
+  return begin(corbot_robot_drive, robot_, articulation, increment, speed);
+}
+Corbot::Ticket ArmServant::StartMoveJoints(const Corbot::JointCoord& target, CORBA::Double t) {
+  return begin(corbot_robot_move_joints, robot_, target.get_buffer(), std::size_t{target.length()}, t);
+}
+Corbot::Ticket ArmServant::StartReady() { return begin(corbot_robot_ready, robot_); }
+Corbot::Ticket ArmServant::StartDelay(CORBA::Double t) { return begin(corbot_robot_delay, robot_, t); }
+Corbot::Ticket ArmServant::StartOpen() { return begin(corbot_robot_open_gripper, robot_); }
+Corbot::Ticket ArmServant::StartClose() { return begin(corbot_robot_close_gripper, robot_); }
+
+Corbot::MotionInfo* ArmServant::info(Corbot::Ticket id, double timeout_s) {
+  static constexpr Corbot::MotionState kStates[] = {Corbot::MotionQueued, Corbot::MotionRunning,
+                                                    Corbot::MotionDone, Corbot::MotionStopped,
+                                                    Corbot::MotionFailed};
+  corbot_motion_info info{};
+  call(corbot_robot_wait, &robot_, id, timeout_s, &info);
+  Corbot::MotionInfo_var result = new Corbot::MotionInfo;
+  result->id = info.id;
+  result->state = kStates[info.state];
+  result->progress = info.progress;
+  result->duration = info.duration_s;
+  result->reason = CORBA::string_dup(info.reason);
+  return result._retn();
+}
+
+Corbot::MotionInfo* ArmServant::Wait(Corbot::Ticket id, CORBA::Double timeout) {
+  if (!(timeout >= 0.0)) throw Corbot::BadParameter("timeout", timeout, "the time-out must not be negative");
+  const Lanes::Place place = lanes_.enter(lane_);
+  return info(id, timeout);
+}
+Corbot::MotionInfo* ArmServant::Progress(Corbot::Ticket id) { return info(id, 0.0); }
+
+void ArmServant::SetToolPitch(CORBA::Double degrees) { call(corbot_robot_set_tool_pitch, &robot_, degrees); }
+CORBA::Double ArmServant::ToolPitch() { return corbot_robot_tool_pitch(&robot_); }
+
+Corbot::AlarmList* ArmServant::Alarms() {
+  corbot_alarm alarms[CORBOT_MAX_ALARMS];
+  const std::size_t count = corbot_robot_alarms(&robot_, alarms);
+  Corbot::AlarmList_var result = new Corbot::AlarmList;
+  result->length(static_cast<CORBA::ULong>(count));
+  for (CORBA::ULong i = 0; i < count; ++i) {
+    result[i].time = alarms[i].time_s;
+    result[i].code = alarms[i].code;
+    result[i].active = alarms[i].active != 0;
+    result[i].text = CORBA::string_dup(alarms[i].text);
+  }
+  return result._retn();
+}
+
+Corbot::LoopInfo* ArmServant::Diagnostics() {
+  corbot_loop_info loop{};
+  call(corbot_robot_loop_info, &robot_, &loop);
+  Corbot::LoopInfo_var result = new Corbot::LoopInfo;
+  result->period = loop.period_s;
+  result->since = loop.since_s;
+  result->cycles = loop.cycles;
+  result->overruns = loop.overruns;
+  result->latencyMean = loop.latency_mean_s;
+  result->latencyMax = loop.latency_max_s;
+  result->workMax = loop.work_max_s;
+  result->realTime = loop.realtime != 0;
+  result->counts.length(CORBOT_LATENCY_BUCKETS);
+  result->edges.length(CORBOT_LATENCY_BUCKETS);
+  for (CORBA::ULong i = 0; i < CORBOT_LATENCY_BUCKETS; ++i) {
+    result->counts[i] = loop.counts[i];
+    result->edges[i] = loop.edges_s[i];
+  }
+  return result._retn();
+}
+
+}  // namespace corbot::omni

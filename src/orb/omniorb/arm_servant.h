@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+
+#include <arm.hh>
+
+#include "orb/omniorb/lanes.h"
+#include "robot/corbot_robot.h"
+
+namespace corbot::omni {
+
+/// Corbot::Arm by the C++ mapping: converts and calls corbot_robot.h, nothing else. One object a lane, all
+/// for the same robot.
+class ArmServant final : public POA_Corbot::Arm {
+ public:
+  ArmServant(corbot_robot& robot, Lanes& lanes, std::size_t lane);
+
+  // Robot
+  Corbot::JointCoord* ArtiCoord() override;
+  Corbot::CartesianCoord CartCoord() override;
+  Corbot::GripperState GripperStatus() override;
+  Corbot::RobotState Status() override;
+  Corbot::RobotKind RobotType() override;
+  CORBA::Long DoF() override;
+  Corbot::JointRanges* MovRange() override;
+  CORBA::Double Reach() override;
+  void Move(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d, CORBA::Double t) override;
+  void MoveS(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d, CORBA::Double t) override;
+  void MoveC(const Corbot::Point& p1, const Corbot::Point& p2, const Corbot::Point& p3) override;
+  void Drive(CORBA::Long articulation, CORBA::Double increment, CORBA::Double speed) override;
+  void Ready() override;
+  void Delay(CORBA::Double t) override;
+  void Open() override;
+  void Close() override;
+  void Speed(CORBA::Double percent) override;
+  void ArtSpeed(CORBA::Long articulation, CORBA::Double percent) override;
+  void AllSpeed(CORBA::Double percent) override;
+
+  // Arm
+  void Stop() override;
+  void Pause() override;
+  void Resume() override;
+  void Override(CORBA::Double percent) override;
+  CORBA::Double OverridePercent() override;
+  void Clear() override;
+  Corbot::Ticket StartMove(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
+                           CORBA::Double t) override;
+  Corbot::Ticket StartMoveS(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
+                            CORBA::Double t) override;
+  Corbot::Ticket StartMoveC(const Corbot::Point& p1, const Corbot::Point& p2,
+                            const Corbot::Point& p3) override;
+  Corbot::Ticket StartDrive(CORBA::Long articulation, CORBA::Double increment, CORBA::Double speed) override;
+  Corbot::Ticket StartMoveJoints(const Corbot::JointCoord& target, CORBA::Double t) override;
+  Corbot::Ticket StartReady() override;
+  Corbot::Ticket StartDelay(CORBA::Double t) override;
+  Corbot::Ticket StartOpen() override;
+  Corbot::Ticket StartClose() override;
+  Corbot::MotionInfo* Wait(Corbot::Ticket id, CORBA::Double timeout) override;
+  Corbot::MotionInfo* Progress(Corbot::Ticket id) override;
+  void MoveJoints(const Corbot::JointCoord& target, CORBA::Double t) override;
+  void SetToolPitch(CORBA::Double degrees) override;
+  CORBA::Double ToolPitch() override;
+  Corbot::AlarmList* Alarms() override;
+  Corbot::LoopInfo* Diagnostics() override;
+
+ private:
+  /// Takes a place in the lane, starts the motion, waits for its end.
+  template <class Start>
+  void carry_out(Start&& start);
+  Corbot::MotionInfo* info(Corbot::Ticket id, double timeout_s);
+
+  corbot_robot& robot_;
+  Lanes& lanes_;
+  const std::size_t lane_;
+  corbot_description description_{};
+};
+
+}  // namespace corbot::omni

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <pthread.h>
+#include <signal.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "config/profile.h"
+#include "orb/omniorb/arm_servant.h"
+#include "orb/omniorb/naming.h"
+#include "orb/omniorb/options.h"
+
+namespace {
+
+using namespace corbot;
+using namespace corbot::omni;
+
+/// Room for the longest queue that a profile allows, and for calls that wait for tickets.
+constexpr std::size_t kLanes = 12;
+
+struct RobotCloser {
+  void operator()(corbot_robot* robot) const noexcept { corbot_robot_close(robot); }
+};
+using RobotHandle = std::unique_ptr<corbot_robot, RobotCloser>;
+
+RobotHandle open_robot(const Options& options) {
+  corbot_error error{};
+  RobotHandle robot(corbot_robot_open(options.profile.c_str(),
+                                      options.name.empty() ? nullptr : options.name.c_str(), &error));
+  if (!robot) throw std::runtime_error(error.text);
+  return robot;
+}
+
+/// The ORB, listening on the published address and on one unpublished one a lane; `lane_ports` tells their
+/// ports.
+CORBA::ORB_ptr start_orb(const Options& options, std::vector<int>& lane_ports) {
+  std::vector<std::string> words{"corbot-servant"};
+  const auto add = [&](const std::string& option, const std::string& value) {
+    words.push_back("-ORB" + option);
+    words.push_back(value);
+  };
+  words.insert(words.end(), options.orb.begin(), options.orb.end());
+  add("endPoint", fmt::format("giop:tcp:{}:{}", options.host, options.port));
+  if (!options.unix_path.empty()) add("endPoint", "giop:unix:" + options.unix_path);
+  lane_ports.assign(1, probe_port(options.host, options.port));
+  for (std::size_t lane = 1; lane < kLanes; ++lane) {
+    lane_ports.push_back(probe_port(options.host, 0));
+    add("endPointNoPublish", fmt::format("giop:tcp:{}:{}", options.host, lane_ports.back()));
+  }
+  add("threadPerConnectionPolicy", "1");       // a pool can be starved by half-sent requests
+  add("maxServerThreadPerConnection", "100");  // for clients that put all their calls on one connection
+  add("giopMaxMsgSize", "65536");              // no message of this interface is near it
+  add("scanGranularity", "5");
+  add("inConScanPeriod", "180");  // half-open connections go
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  int argc = static_cast<int>(argv.size());
+  argv.push_back(nullptr);
+  return CORBA::ORB_init(argc, argv.data());
+}
+
+/// Serves until a signal asks for the end.
+void serve(Options options, const Profile& profile, corbot_robot& robot, const sigset_t& end_signals) {
+  if (options.port < 0) {
+    options.host = profile.endpoint_host;
+    options.port = profile.port;
+  }
+  const std::string name = options.name.empty() ? profile.name : options.name;
+  if (options.host != "127.0.0.1" && options.host != "localhost") {
+    spdlog::warn("listening on {}: anyone who reaches it can move the robot; see the README on TLS",
+                 options.host);
+  }
+  std::vector<int> lane_ports;
+  CORBA::ORB_var orb = start_orb(options, lane_ports);
+  CORBA::Object_var object = orb->resolve_initial_references("omniINSPOA");
+  PortableServer::POA_var poa = PortableServer::POA::_narrow(object);
+  Lanes lanes(kLanes);
+  std::vector<std::unique_ptr<ArmServant>> servants;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    const std::string key = lane == 0 ? name : fmt::format("{}.lane{}", name, lane);
+    servants.push_back(std::make_unique<ArmServant>(robot, lanes, lane));
+    PortableServer::ObjectId_var id = PortableServer::string_to_ObjectId(key.c_str());
+    poa->activate_object_with_id(id, servants.back().get());
+    CORBA::Object_var reference =
+        orb->string_to_object(fmt::format("corbaloc::{}:{}/{}", options.host, lane_ports[lane], key).c_str());
+    lanes.set_reference(lane, reference);
+  }
+  PortableServer::POAManager_var manager = poa->the_POAManager();
+  manager->activate();
+
+  std::optional<NameKeeper> keeper;
+  if (!options.naming.empty()) {
+    CORBA::Object_var reference = servants.front()->_this();
+    keeper.emplace(orb, options.naming, name, reference);
+  }
+  fmt::print("ready corbaloc::{}:{}/{}\n", options.host, options.port, name);
+  std::fflush(stdout);
+  int signal_number = 0;
+  sigwait(&end_signals, &signal_number);
+  spdlog::info("signal {}: ending", signal_number);
+  keeper.reset();
+  corbot_robot_interrupt(&robot);  // calls that wait for motions return, or the ORB would wait for them
+  orb->destroy();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const Options options = parse_options(argc, argv);
+  spdlog::set_default_logger(spdlog::stderr_color_mt("corbot-servant"));
+  sigset_t end_signals;
+  sigemptyset(&end_signals);
+  sigaddset(&end_signals, SIGINT);
+  sigaddset(&end_signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &end_signals, nullptr);  // before any thread is born: all of them inherit it
+  try {
+    const Profile profile = load_profile(options.profile);
+    const RobotHandle robot = open_robot(options);
+    serve(options, profile, *robot, end_signals);
+    return 0;
+  } catch (const CORBA::Exception& error) {
+    spdlog::error("CORBA {}: the ORB could not be started; is every -ORB option right, is the port free?",
+                  error._name());
+  } catch (const std::exception& error) {
+    spdlog::error("{}", error.what());
+  }
+  return 1;
+}

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include <omniORB4/CORBA.h>
+#include <omniORB4/Naming.hh>
+
+namespace corbot::omni {
+
+/// Keeps `Robots/<name>.Robot` bound in a naming service, in a thread of its own: binds when the service
+/// comes up, binds anew when it has been restarted or the name points elsewhere, goes on without it while it
+/// is down, and un-binds at the end. Says each change once in the log.
+class NameKeeper {
+ public:
+  /// `service`: corbaloc of the naming context.
+  NameKeeper(CORBA::ORB_ptr orb, std::string service, std::string robot, CORBA::Object_ptr reference);
+  NameKeeper(const NameKeeper&) = delete;
+  NameKeeper& operator=(const NameKeeper&) = delete;
+  ~NameKeeper();
+
+ private:
+  void run();
+  void keep_bound();
+  void unbind();
+  [[nodiscard]] CosNaming::NamingContext_ptr root() const;
+  /// Whether the name is bound to our object.
+  [[nodiscard]] bool is_ours(CosNaming::NamingContext_ptr context) const;
+
+  CORBA::ORB_var orb_;
+  const std::string service_;
+  const std::string robot_;
+  CORBA::Object_var reference_;
+  CosNaming::Name name_;
+  bool bound_{false};
+  bool complained_{false};
+
+  std::mutex mutex_;
+  std::condition_variable end_requested_;
+  bool end_{false};
+  std::thread thread_;
+};
+
+}  // namespace corbot::omni

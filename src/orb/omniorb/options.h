@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace corbot::omni {
+
+/// The servant's command line.
+struct Options {
+  std::string profile;
+  std::string name;              ///< empty: the profile's
+  std::string host;              ///< empty: the profile's
+  int port{-1};                  ///< −1: the profile's
+  std::string unix_path;         ///< empty: no Unix socket
+  std::string naming;            ///< corbaloc of a naming service; empty: none
+  std::vector<std::string> orb;  ///< -ORB… options, handed through
+};
+
+/// Parses. Prints help or what is wrong and leaves the process when the command line asks for that.
+Options parse_options(int argc, char** argv);
+
+/// Splits "HOST:PORT"; throws std::invalid_argument saying what is wrong.
+void parse_endpoint(const std::string& text, std::string& host, int& port);
+
+/// Opens and closes a listening socket; throws std::runtime_error naming address and cause when that fails.
+/// Port 0 takes a free one; returns the port.
+int probe_port(const std::string& host, int port);
+
+}  // namespace corbot::omni
