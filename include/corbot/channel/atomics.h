@@ -35,6 +35,8 @@ struct StdAtomics {
   static constexpr std::memory_order kCellSequenceLoad = std::memory_order_acquire;     ///< before the words
   /// What a writer adds to an even sequence while it writes. 1: odd, readers see that it is being written.
   static constexpr unsigned kCellWriting = 1;
+  /// Attempts of one load() before it gives up; a writer takes well under a microsecond.
+  static constexpr int kCellAttempts = 64;
 
   static constexpr std::memory_order kTracePublish = std::memory_order_release;
   static constexpr std::memory_order kTraceObserve = std::memory_order_acquire;

@@ -37,7 +37,7 @@ class SnapshotCell {
 
  public:
   static constexpr std::size_t kWords = sizeof(Record) / sizeof(std::uint64_t);
-  static constexpr int kAttempts = 64;
+  static constexpr int kAttempts = Atomics::kCellAttempts;
 
   /// The one writer.
   void store(const Record& record) noexcept {
