@@ -119,8 +119,12 @@ class Kill : public ::testing::Test {
     client_.reset();
     if (watch_) watch_->finish();
     watch_.reset();
-    if (servant_) EXPECT_EQ(servant_->terminate(), 0) << servant_->errors();
-    if (rt_) EXPECT_EQ(rt_->terminate(), 0) << rt_->errors();
+    if (servant_) {
+      EXPECT_EQ(servant_->terminate(), 0) << servant_->errors();
+    }
+    if (rt_) {
+      EXPECT_EQ(rt_->terminate(), 0) << rt_->errors();
+    }
     EXPECT_FALSE(segment_exists(name_)) << "/dev/shm/corbot." << name_ << " was left behind";
   }
 

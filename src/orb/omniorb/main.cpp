@@ -38,9 +38,8 @@ RobotHandle open_robot(const Options& options) {
   return robot;
 }
 
-/// The ORB, listening on the published address and on one unpublished one a lane; `lane_ports` tells their
-/// ports.
-CORBA::ORB_ptr start_orb(const Options& options, std::vector<int>& lane_ports) {
+/// The ORB, listening on the published address (`ports[0]`) and on one unpublished one a lane.
+CORBA::ORB_ptr start_orb(const Options& options, const std::vector<int>& ports) {
   std::vector<std::string> words{"corbot-servant"};
   const auto add = [&](const std::string& option, const std::string& value) {
     words.push_back("-ORB" + option);
@@ -49,10 +48,8 @@ CORBA::ORB_ptr start_orb(const Options& options, std::vector<int>& lane_ports) {
   words.insert(words.end(), options.orb.begin(), options.orb.end());
   add("endPoint", fmt::format("giop:tcp:{}:{}", options.host, options.port));
   if (!options.unix_path.empty()) add("endPoint", "giop:unix:" + options.unix_path);
-  lane_ports.assign(1, probe_port(options.host, options.port));
-  for (std::size_t lane = 1; lane < kLanes; ++lane) {
-    lane_ports.push_back(probe_port(options.host, 0));
-    add("endPointNoPublish", fmt::format("giop:tcp:{}:{}", options.host, lane_ports.back()));
+  for (std::size_t lane = 1; lane < ports.size(); ++lane) {
+    add("endPointNoPublish", fmt::format("giop:tcp:{}:{}", options.host, ports[lane]));
   }
   add("threadPerConnectionPolicy", "1");       // a pool can be starved by half-sent requests
   add("maxServerThreadPerConnection", "100");  // for clients that put all their calls on one connection
@@ -66,6 +63,20 @@ CORBA::ORB_ptr start_orb(const Options& options, std::vector<int>& lane_ports) {
   return CORBA::ORB_init(argc, argv.data());
 }
 
+/// Another process may take a lane's port between the search and the ORB's own bind: then other ports are
+/// tried.
+CORBA::ORB_ptr start_orb_on_free_ports(const Options& options, std::vector<int>& ports) {
+  constexpr int kAttempts = 5;
+  for (int attempt = 1;; ++attempt) {
+    ports = find_ports(options.host, options.port, kLanes - 1);  // throws when the published one is not free
+    try {
+      return start_orb(options, ports);
+    } catch (const CORBA::INITIALIZE&) {
+      if (attempt == kAttempts) throw;
+    }
+  }
+}
+
 /// Serves until a signal asks for the end.
 void serve(Options options, const Profile& profile, corbot_robot& robot, const sigset_t& end_signals) {
   if (options.port < 0) {
@@ -74,11 +85,10 @@ void serve(Options options, const Profile& profile, corbot_robot& robot, const s
   }
   const std::string name = options.name.empty() ? profile.name : options.name;
   if (options.host != "127.0.0.1" && options.host != "localhost") {
-    spdlog::warn("listening on {}: anyone who reaches it can move the robot; see the README on TLS",
-                 options.host);
+    spdlog::warn("listening on {}: anyone who reaches it can move the robot", options.host);
   }
   std::vector<int> lane_ports;
-  CORBA::ORB_var orb = start_orb(options, lane_ports);
+  CORBA::ORB_var orb = start_orb_on_free_ports(options, lane_ports);
   CORBA::Object_var object = orb->resolve_initial_references("omniINSPOA");
   PortableServer::POA_var poa = PortableServer::POA::_narrow(object);
   Lanes lanes(kLanes);

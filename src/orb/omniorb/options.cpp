@@ -13,6 +13,7 @@
 #include <cstring>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 
 namespace corbot::omni {
 
@@ -32,30 +33,59 @@ void parse_endpoint(const std::string& text, std::string& host, int& port) {
   }
 }
 
-int probe_port(const std::string& host, int port) {
-  addrinfo hints{};
-  hints.ai_family = AF_INET;
-  hints.ai_socktype = SOCK_STREAM;
-  addrinfo* found = nullptr;
-  if (const int error = ::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found);
-      error != 0) {
-    throw std::runtime_error(fmt::format("host {}: {}", host, ::gai_strerror(error)));
-  }
-  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> guard(found, &::freeaddrinfo);
-  const int fd = ::socket(found->ai_family, found->ai_socktype | SOCK_CLOEXEC, found->ai_protocol);
-  const int on = 1;
-  ::setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
-  sockaddr_in bound{};
-  socklen_t size = sizeof(bound);
-  const bool ok = fd >= 0 && ::bind(fd, found->ai_addr, found->ai_addrlen) == 0 && ::listen(fd, 1) == 0 &&
-                  ::getsockname(fd, reinterpret_cast<sockaddr*>(&bound), &size) == 0;
-  const int error = errno;
-  if (fd >= 0) ::close(fd);
-  if (!ok) {
+namespace {
+
+/// A listening socket, for as long as it takes to know its port.
+class Probe {
+ public:
+  Probe(const std::string& host, int port) {
+    addrinfo hints{};
+    hints.ai_family = AF_INET;
+    hints.ai_socktype = SOCK_STREAM;
+    addrinfo* found = nullptr;
+    if (const int error = ::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found);
+        error != 0) {
+      throw std::runtime_error(fmt::format("host {}: {}", host, ::gai_strerror(error)));
+    }
+    const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> guard(found, &::freeaddrinfo);
+    fd_ = ::socket(found->ai_family, found->ai_socktype | SOCK_CLOEXEC, found->ai_protocol);
+    const int on = 1;
+    ::setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
+    sockaddr_in bound{};
+    socklen_t size = sizeof(bound);
+    if (fd_ >= 0 && ::bind(fd_, found->ai_addr, found->ai_addrlen) == 0 && ::listen(fd_, 1) == 0 &&
+        ::getsockname(fd_, reinterpret_cast<sockaddr*>(&bound), &size) == 0) {
+      port_ = ntohs(bound.sin_port);
+      return;
+    }
+    const int error = errno;
+    if (fd_ >= 0) ::close(fd_);
     throw std::runtime_error(fmt::format("cannot listen on {}:{}: {}{}", host, port, std::strerror(error),
                                          error == EADDRINUSE ? "; choose another port with --endpoint" : ""));
   }
-  return ntohs(bound.sin_port);
+  Probe(Probe&& other) noexcept : fd_(std::exchange(other.fd_, -1)), port_(other.port_) {}
+  Probe(const Probe&) = delete;
+  Probe& operator=(const Probe&) = delete;
+  Probe& operator=(Probe&&) = delete;
+  ~Probe() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  [[nodiscard]] int port() const noexcept { return port_; }
+
+ private:
+  int fd_ = -1;
+  int port_ = 0;
+};
+
+}  // namespace
+
+std::vector<int> find_ports(const std::string& host, int port, std::size_t more) {
+  std::vector<Probe> probes;  // all open at once, so that no port is found twice
+  probes.emplace_back(host, port);
+  for (std::size_t i = 0; i < more; ++i) probes.emplace_back(host, 0);
+  std::vector<int> ports;
+  for (const Probe& probe : probes) ports.push_back(probe.port());
+  return ports;
 }
 
 Options parse_options(int argc, char** argv) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -23,8 +24,9 @@ Options parse_options(int argc, char** argv);
 /// Splits "HOST:PORT"; throws std::invalid_argument saying what is wrong.
 void parse_endpoint(const std::string& text, std::string& host, int& port);
 
-/// Opens and closes a listening socket; throws std::runtime_error naming address and cause when that fails.
-/// Port 0 takes a free one; returns the port.
-int probe_port(const std::string& host, int port);
+/// Free TCP ports for the servant: the wanted one first, then `more` that the kernel chooses, all different.
+/// They were free a moment ago. Throws std::runtime_error naming address and cause when the wanted one is
+/// not.
+std::vector<int> find_ports(const std::string& host, int port, std::size_t more);
 
 }  // namespace corbot::omni
