@@ -12,13 +12,15 @@
 // One memory order weakened at a time. Run by expect_race.sh: 'right' must pass under ThreadSanitizer, each
 // other variant must be reported as a data race. Exit code 77 where the sanitizer is not built in.
 
-#if defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-#define CORBOT_TSAN 1
+#if defined(__SANITIZE_THREAD__)  // GCC
+#define CORBOT_TSAN true
+#elif defined(__has_feature)
+#if __has_feature(thread_sanitizer)  // Clang
+#define CORBOT_TSAN true
 #endif
 #endif
-#if defined(__SANITIZE_THREAD__)
-#define CORBOT_TSAN 1
+#ifndef CORBOT_TSAN
+#define CORBOT_TSAN false
 #endif
 
 namespace {
@@ -91,12 +93,10 @@ void run_cell() {
 }  // namespace
 
 int main(int argc, char** argv) {
-#ifndef CORBOT_TSAN
-  (void)argc;
-  (void)argv;
-  std::puts("skipped: needs ThreadSanitizer (preset tsan)");
-  return 77;
-#else
+  if (!CORBOT_TSAN) {
+    std::puts("skipped: needs ThreadSanitizer (preset tsan)");
+    return 77;
+  }
   const std::string_view variant = argc > 1 ? argv[1] : "";
   if (variant == "right") {
     run_ring<StdAtomics>();
@@ -116,5 +116,4 @@ int main(int argc, char** argv) {
     return 2;
   }
   return 0;
-#endif
 }
