@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "cli/doctor.h"
+
+namespace corbot::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+/// A machine made of files.
+class Machine : public testing::Test {
+ protected:
+  Machine() {
+    std::string path = testing::TempDir() + "corbot-doctor-XXXXXX";
+    root_ = ::mkdtemp(path.data());
+    files_.sys = (root_ / "sys").string();
+    files_.shm = root_.string();
+  }
+  ~Machine() override { fs::remove_all(root_); }
+
+  void put(const std::string& file, const std::string& text) const {
+    const fs::path path = root_ / "sys" / file;
+    fs::create_directories(path.parent_path());
+    std::ofstream(path) << text << "\n";
+  }
+  [[nodiscard]] Finding find(const std::string& subject, int cpu = -1) const {
+    const auto findings = examine_machine(files_, cpu);
+    const auto found =
+        std::find_if(findings.begin(), findings.end(), [&](const auto& f) { return f.subject == subject; });
+    return found == findings.end() ? Finding{} : *found;
+  }
+
+  fs::path root_;
+  MachineFiles files_;
+};
+
+TEST_F(Machine, KernelIsRecognisedByItsFile) {
+  put("kernel/realtime", "1");
+  EXPECT_EQ(find("kernel").level, Level::kOk);
+  EXPECT_THAT(find("kernel").text, HasSubstr("PREEMPT_RT"));
+}
+
+TEST_F(Machine, GovernorMustBePerformance) {
+  put("devices/system/cpu/cpu2/cpufreq/scaling_governor", "powersave");
+  EXPECT_EQ(find("cpu frequency", 2).level, Level::kWarn);
+  EXPECT_THAT(find("cpu frequency", 2).mend, HasSubstr("performance"));
+  put("devices/system/cpu/cpu2/cpufreq/scaling_governor", "performance");
+  EXPECT_EQ(find("cpu frequency", 2).level, Level::kOk);
+}
+
+TEST_F(Machine, SlowClockSourceIsTold) {
+  put("devices/system/clocksource/clocksource0/current_clocksource", "hpet");
+  EXPECT_EQ(find("clock source").level, Level::kWarn);
+  put("devices/system/clocksource/clocksource0/current_clocksource", "tsc");
+  EXPECT_EQ(find("clock source").level, Level::kOk);
+}
+
+TEST_F(Machine, ACpuMustBeOnlineAndShouldBeIsolated) {
+  put("devices/system/cpu/online", "0-3");
+  put("devices/system/cpu/isolated", "2-3");
+  EXPECT_EQ(find("cpu", -1).level, Level::kOk);
+  EXPECT_EQ(find("cpu", 3).level, Level::kOk);
+  EXPECT_EQ(find("cpu", 1).level, Level::kWarn);
+  EXPECT_EQ(find("cpu", 4).level, Level::kFail);
+}
+
+TEST_F(Machine, SharedMemoryMustBeThere) {
+  EXPECT_EQ(find("shared memory").level, Level::kOk);
+  files_.shm = (root_ / "absent").string();
+  EXPECT_EQ(find("shared memory").level, Level::kFail);
+}
+
+TEST_F(Machine, EveryComplaintSaysHowToMend) {
+  put("devices/system/cpu/online", "0");
+  for (const auto& finding : examine_machine(files_, 7)) {
+    EXPECT_EQ(finding.mend.empty(), finding.level == Level::kOk) << finding.subject;
+  }
+  for (const auto& finding : examine_privileges(99)) {
+    EXPECT_EQ(finding.mend.empty(), finding.level == Level::kOk) << finding.subject;
+  }
+}
+
+TEST(CpuList, IsRead) {
+  EXPECT_TRUE(cpu_list_contains("0", 0));
+  EXPECT_TRUE(cpu_list_contains("0-2,5", 5));
+  EXPECT_TRUE(cpu_list_contains("0-2,5", 1));
+  EXPECT_FALSE(cpu_list_contains("0-2,5", 3));
+  EXPECT_FALSE(cpu_list_contains("", 0));
+  EXPECT_FALSE(cpu_list_contains("x-y", 0));
+}
+
+TEST(Installation, AWrongProfileFails) {
+  const auto findings = examine_installation("/nonexistent/robot.toml");
+  EXPECT_TRUE(std::any_of(findings.begin(), findings.end(),
+                          [](const auto& f) { return f.subject == "profile" && f.level == Level::kFail; }));
+}
+
+}  // namespace
+}  // namespace corbot::cli

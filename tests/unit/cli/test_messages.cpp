@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "cli/client.h"
+#include "cli/explain.h"
+
+namespace corbot::cli {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+const Address kAddress{"corbaloc::127.0.0.1:12810/lynx1", "lynx1", "127.0.0.1:12810"};
+
+/// What a person reads, and the exit code, when a call raises `e`.
+template <class Exception>
+Failure failure_of(const Exception& e) {
+  try {
+    ask(kAddress, [&] { throw e; });
+  } catch (const Failure& failure) {
+    return failure;
+  }
+  return {ExitCode::kOk, "nothing was thrown"};
+}
+
+TEST(Message, BadParameterNamesValueAndReason) {
+  const Failure f = failure_of(Corbot::BadParameter("t", -1.5, "must not be negative."));
+  EXPECT_EQ(f.code(), ExitCode::kRefused);
+  EXPECT_STREQ(f.what(), "refused: t = -1.5: must not be negative; nothing moved");
+}
+
+TEST(Message, UnreachableNamesThePoint) {
+  const Failure f = failure_of(Corbot::Unreachable({1, -2, 0.5}, "too far"));
+  EXPECT_EQ(f.code(), ExitCode::kRefused);
+  EXPECT_THAT(f.what(), AllOf(HasSubstr("(1, -2, 0.5) m"), HasSubstr("too far"), HasSubstr("corbot status")));
+}
+
+TEST(Message, LimitNamesArticulationAndBothBounds) {
+  EXPECT_THAT(
+      failure_of(Corbot::LimitExceeded("angle", 2, 160, -30, 150)).what(),
+      testing::StrEq("refused: angle of articulation 2 would be 160; allowed is -30 to 150; nothing moved"));
+  EXPECT_THAT(failure_of(Corbot::LimitExceeded("speed", -1, 2, 0, 1)).what(), Not(HasSubstr("articulation")));
+}
+
+TEST(Message, NotReadyStoppedAndQueueFull) {
+  const Failure not_ready = failure_of(Corbot::NotReady("the real-time task is gone"));
+  EXPECT_EQ(not_ready.code(), ExitCode::kRefused);
+  EXPECT_THAT(not_ready.what(), AllOf(HasSubstr("the real-time task is gone"), HasSubstr("corbot alarms")));
+  EXPECT_EQ(failure_of(Corbot::Stopped("Stop")).code(), ExitCode::kStopped);
+  const Failure full = failure_of(Corbot::QueueFull(16));
+  EXPECT_EQ(full.code(), ExitCode::kRefused);
+  EXPECT_THAT(full.what(), HasSubstr("16 motions"));
+}
+
+TEST(Message, NobodyThereSaysWhereAndHowToStart) {
+  const Failure f = failure_of(CORBA::TRANSIENT(omni::TRANSIENT_ConnectFailed, CORBA::COMPLETED_NO));
+  EXPECT_EQ(f.code(), ExitCode::kUnreachable);
+  EXPECT_THAT(f.what(), AllOf(HasSubstr("no servant at 127.0.0.1:12810"), HasSubstr("corbot up"),
+                              Not(HasSubstr("TRANSIENT"))));
+}
+
+TEST(Message, EachOrbFailureHasItsWords) {
+  EXPECT_THAT(failure_of(CORBA::TRANSIENT(omni::TRANSIENT_CallTimedout, CORBA::COMPLETED_NO)).what(),
+              HasSubstr("no answer from 127.0.0.1:12810 in time"));
+  EXPECT_THAT(failure_of(CORBA::COMM_FAILURE(0, CORBA::COMPLETED_MAYBE)).what(), HasSubstr("went away"));
+  EXPECT_THAT(failure_of(CORBA::OBJECT_NOT_EXIST(0, CORBA::COMPLETED_NO)).what(),
+              HasSubstr("no robot named 'lynx1'"));
+  EXPECT_EQ(failure_of(CORBA::INV_OBJREF(0, CORBA::COMPLETED_NO)).code(), ExitCode::kUsage);
+  EXPECT_EQ(failure_of(CORBA::BAD_OPERATION(0, CORBA::COMPLETED_NO)).code(), ExitCode::kInternal);
+  EXPECT_EQ(failure_of(CORBA::UNKNOWN(7, CORBA::COMPLETED_NO)).code(), ExitCode::kInternal);
+}
+
+TEST(Message, NothingFromTheWireReachesTheTerminalRaw) {
+  EXPECT_EQ(printable("a\x1b[2Jb\n\xff"), "a?[2Jb??");
+  EXPECT_EQ(printable(std::string(1000, 'x')).size(), 400u);
+}
+
+TEST(Message, NumbersArePlain) {
+  EXPECT_EQ(plain(0.1 + 0.2), "0.3");
+  EXPECT_EQ(plain(-1e-17), "0");
+  EXPECT_EQ(plain(1e308), "1e+308");
+}
+
+TEST(Robot, AddressesAreUnderstood) {
+  EXPECT_EQ(find_robot("corbaloc::h:1/a").where, "h:1");
+  EXPECT_EQ(find_robot("corbaloc:iiop:1.2@h:1/a").where, "h:1");
+  EXPECT_EQ(find_robot("h:1/a").uri, "corbaloc::h:1/a");
+  EXPECT_EQ(find_robot("h:1/a").name, "a");
+  EXPECT_THROW((void)find_robot("not a robot"), Failure);
+}
+
+TEST(Robot, ConnectingToNobodyIsUnreachable) {
+  try {
+    const Client client(find_robot("127.0.0.1:1/lynx1"), 2.0);
+    FAIL() << "something answers at port 1";
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.code(), ExitCode::kUnreachable);
+    EXPECT_THAT(failure.what(), HasSubstr("no servant at 127.0.0.1:1"));
+  }
+}
+
+}  // namespace
+}  // namespace corbot::cli

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/net.h"
+#include "cli/number.h"
+
+namespace corbot::cli {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(Number, ReadsDecimals) {
+  EXPECT_EQ(parse_number("0.25"), 0.25);
+  EXPECT_EQ(parse_number("-0.25"), -0.25);
+  EXPECT_EQ(parse_number("+3"), 3.0);
+  EXPECT_EQ(parse_number("-.5"), -0.5);
+  EXPECT_EQ(parse_number("1e-3"), 0.001);
+  EXPECT_EQ(parse_number("1e308"), 1e308);
+}
+
+TEST(Number, RefusesWhatIsNotOne) {
+  for (const char* word : {"", "-", "+", "+-1", "++1", "1.2.3", "0,2", "1x", " 1", "1 ", "0x10", "inf",
+                           "-inf", "nan", "1e309", "one"}) {
+    EXPECT_FALSE(parse_number(word)) << "'" << word << "'";
+  }
+}
+
+TEST(Number, SaysWhy) {
+  EXPECT_THAT(number_fault("0,2"), HasSubstr("decimal point"));
+  EXPECT_THAT(number_fault("nan"), HasSubstr("not a finite number"));
+  EXPECT_THAT(number_fault("1e309"), HasSubstr("beyond the range"));
+  EXPECT_THAT(number_fault("x"), HasSubstr("'x' is not a number"));
+}
+
+TEST(Integer, ReadsWholeWordsOnly) {
+  EXPECT_EQ(parse_integer("3"), 3);
+  EXPECT_EQ(parse_integer("-1"), -1);
+  for (const char* word : {"", "1.5", "1e2", "99999999999", "3a"}) EXPECT_FALSE(parse_integer(word)) << word;
+}
+
+TEST(CommandLine, ProtectsNegativeNumbersOnly) {
+  const char* argv[] = {"corbot", "move", "-.5", "-0.5", "-x", "-.x", "--time"};
+  EXPECT_THAT(protect_negative_numbers(7, argv),
+              testing::ElementsAre("move", "-0.5", "-0.5", "-x", "-.x", "--time"));
+}
+
+TEST(Endpoint, IsHostAndPort) {
+  EXPECT_EQ(split_endpoint("127.0.0.1:12810"), (std::pair<std::string, int>{"127.0.0.1", 12810}));
+  for (const char* text : {"", "localhost", ":1", "h:", "h:-1", "h:65536", "h:x"}) {
+    EXPECT_FALSE(split_endpoint(text)) << text;
+  }
+}
+
+}  // namespace
+}  // namespace corbot::cli

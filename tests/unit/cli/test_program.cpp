@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "cli/failure.h"
+#include "cli/program.h"
+#include "cli/run_program.h"
+
+namespace corbot::cli {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+Request only_request(const std::string& line) {
+  const Program program = parse_program(line);
+  EXPECT_TRUE(program.faults.empty()) << line << ": " << describe_faults(program, "f");
+  return program.statements.empty() ? Request{} : program.statements.at(0).request;
+}
+
+TEST(Program, ReadsEveryCommand) {
+  EXPECT_THAT(only_request("move 0.2 -0.1 .05").numbers, ElementsAre(0.2, -0.1, 0.05));
+  const Request moves = only_request("moves 0.2 0 0.1 --above -0.05 --time 2");
+  EXPECT_EQ(moves.verb, Verb::kMoveS);
+  EXPECT_EQ(moves.above_m, -0.05);
+  EXPECT_EQ(moves.time_s, 2.0);
+  EXPECT_EQ(only_request("movec 1 2 3 4 5 6 7 8 9").numbers.size(), 9u);
+  EXPECT_THAT(only_request("drive 0 -10 20").numbers, ElementsAre(0, -10, 20));
+  EXPECT_EQ(only_request("joints 1 2 3 4 --time 1").numbers.size(), 4u);
+  EXPECT_EQ(only_request("ready").verb, Verb::kReady);
+  EXPECT_THAT(only_request("delay 0.5").numbers, ElementsAre(0.5));
+  EXPECT_EQ(only_request("open").verb, Verb::kOpen);
+  EXPECT_EQ(only_request("close").verb, Verb::kClose);
+  EXPECT_EQ(only_request("speed 50 --joint 2").joint, 2);
+  EXPECT_TRUE(only_request("speed 50 --all").all);
+  EXPECT_EQ(only_request("pitch -30").verb, Verb::kPitch);
+  EXPECT_EQ(only_request("override 100").verb, Verb::kOverride);
+}
+
+TEST(Program, CountsLinesOverCommentsBlanksAndCarriageReturns) {
+  const Program program = parse_program("\xef\xbb\xbf# head\r\n\r\n  ready  # go\r\n\topen\r\n\nclose");
+  ASSERT_TRUE(program.faults.empty()) << describe_faults(program, "f");
+  ASSERT_EQ(program.statements.size(), 3u);
+  EXPECT_EQ(program.statements[0].line, 3u);
+  EXPECT_EQ(program.statements[0].text, "ready");
+  EXPECT_EQ(program.statements[1].line, 4u);
+  EXPECT_EQ(program.statements[2].line, 6u);
+}
+
+struct FaultCase {
+  const char* line;
+  const char* reason;
+};
+
+class EveryFault : public testing::TestWithParam<FaultCase> {};
+
+TEST_P(EveryFault, IsToldWithItsLine) {
+  const Program program = parse_program(std::string("# one\nready\n") + GetParam().line + "\nopen\n");
+  ASSERT_EQ(program.faults.size(), 1u) << GetParam().line;
+  EXPECT_EQ(program.faults[0].line, 3u);
+  EXPECT_THAT(program.faults[0].reason, HasSubstr(GetParam().reason));
+  EXPECT_THAT(describe_faults(program, "p.corbot"), testing::StartsWith("p.corbot:3: "));
+  EXPECT_EQ(program.statements.size(), 2u) << "the other lines are still read";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Program, EveryFault,
+    testing::Values(
+        FaultCase{"mov 1 2 3", "did you mean 'move'"}, FaultCase{"dance", "unknown command 'dance'"},
+        FaultCase{"move 1 2", "Z missing"}, FaultCase{"move", "X missing"},
+        FaultCase{"move 1 2 3 4", "unexpected '4'"}, FaultCase{"move 1 2 x", "Z: 'x' is not a number"},
+        FaultCase{"move 1 2 nan", "not a finite number"}, FaultCase{"move 1 inf 3", "not a finite number"},
+        FaultCase{"move 1,5 2 3", "decimal point"}, FaultCase{"move 1 2 3 --time", "needs a value"},
+        FaultCase{"move 1 2 3 --time -1", "must not be negative"},
+        FaultCase{"move 1 2 3 --above x", "--above: 'x' is not a number"},
+        FaultCase{"move 1 2 3 --speed 4", "no option '--speed'"},
+        FaultCase{"movec 1 2 3 4 5 6 7 8", "Z3 missing"}, FaultCase{"joints", "A0 missing"},
+        FaultCase{"joints 1 2 3 4 5 6 7", "unexpected '7'"}, FaultCase{"drive -1 10 10", "ARTICULATION '-1'"},
+        FaultCase{"drive 1.5 10 10", "ARTICULATION '1.5'"}, FaultCase{"drive 1 10", "SPEED missing"},
+        FaultCase{"delay", "SECONDS missing"}, FaultCase{"delay -1", "must not be negative"},
+        FaultCase{"ready now", "unexpected 'now'"}, FaultCase{"speed 0", "above 0 and at most 100"},
+        FaultCase{"speed 101", "above 0 and at most 100"}, FaultCase{"speed 50 --joint -1", "--joint -1"},
+        FaultCase{"speed 50 --joint 1 --all", "exclude each other"},
+        FaultCase{"override 0", "above 0 and at most 100"}, FaultCase{"pitch", "DEGREES missing"},
+        FaultCase{"stop", "not for programs"}, FaultCase{"pause", "not for programs"},
+        FaultCase{"resume", "not for programs"}, FaultCase{"clear", "not for programs"},
+        FaultCase{"open \x01", "control character"}, FaultCase{"MOVE 1 2 3", "unknown command"}));
+
+TEST(Program, TellsAllFaultsInOrder) {
+  const Program program = parse_program("dance\nready\nmove 1\n");
+  ASSERT_EQ(program.faults.size(), 2u);
+  EXPECT_EQ(program.faults[0].line, 1u);
+  EXPECT_EQ(program.faults[1].line, 3u);
+}
+
+TEST(Program, RefusesAnEndlessLine) {
+  const Program program = parse_program("ready\n" + std::string(5000, 'a') + "\n");
+  ASSERT_EQ(program.faults.size(), 1u);
+  EXPECT_THAT(program.faults[0].reason, HasSubstr("longer than"));
+}
+
+TEST(Program, WritesWhatItReads) {
+  for (const std::string line : {"move 0.2 -0.1 0.05 --above 0.06 --time 2", "speed 50 --joint 2",
+                                 "speed 50 --all", "drive 1 -10 5", "ready"}) {
+    EXPECT_EQ(to_words(only_request(line)), line);
+  }
+}
+
+TEST(Program, FilesThatCannotBeReadAreUsageErrors) {
+  for (const std::string file : {"/nonexistent/p.corbot", "/"}) {
+    try {
+      (void)load_program(file);
+      ADD_FAILURE() << file;
+    } catch (const Failure& failure) {
+      EXPECT_EQ(failure.code(), ExitCode::kUsage);
+      EXPECT_THAT(failure.what(), HasSubstr(file));
+    }
+  }
+}
+
+TEST(Program, TheShippedExampleIsFree) {
+  const Program program = load_program(CORBOT_EXAMPLES "/pick_and_place.corbot");
+  std::set<Verb> used;
+  for (const auto& statement : program.statements) used.insert(statement.request.verb);
+  for (const Verb verb :
+       {Verb::kMove, Verb::kMoveS, Verb::kMoveC, Verb::kOpen, Verb::kClose, Verb::kDelay, Verb::kReady}) {
+    EXPECT_TRUE(used.contains(verb)) << spec_of(verb).word;
+  }
+}
+
+TEST(Grammar, EveryVerbHasAUniqueWordAndHelp) {
+  std::set<std::string_view> words;
+  for (const VerbSpec& spec : verbs()) {
+    EXPECT_TRUE(words.insert(spec.word).second) << spec.word;
+    EXPECT_FALSE(spec.help.empty()) << spec.word;
+    EXPECT_EQ(find_verb(spec.word), &spec);
+    EXPECT_LE(spec.required, spec.arguments.size());
+  }
+}
+
+}  // namespace
+}  // namespace corbot::cli

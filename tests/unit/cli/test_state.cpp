@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "cli/child.h"
+#include "cli/client.h"
+#include "cli/failure.h"
+#include "cli/state_file.h"
+#include "cli/up.h"
+
+namespace corbot::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+/// Each test has a runtime directory of its own.
+class State : public testing::Test {
+ protected:
+  State() {
+    std::string path = testing::TempDir() + "corbot-state-XXXXXX";
+    runtime_ = ::mkdtemp(path.data());
+    ::setenv("XDG_RUNTIME_DIR", runtime_.c_str(), 1);
+    ::unsetenv("CORBOT_ROBOT");
+  }
+  ~State() override { fs::remove_all(runtime_); }
+
+  static RobotState sample(const std::string& name) {
+    RobotState state;
+    state.name = name;
+    state.pid = ::getpid();
+    state.endpoint = "127.0.0.1:12810";
+    state.address = "corbaloc::127.0.0.1:12810/" + name;
+    return state;
+  }
+
+  fs::path runtime_;
+};
+
+TEST_F(State, IsFoundWhileItsSupervisorLives) {
+  {
+    const auto lock = StateLock::acquire("a1");
+    ASSERT_TRUE(lock);
+    lock->write(sample("a1"));
+    EXPECT_TRUE(is_up("a1"));
+    EXPECT_THAT(robots_up(), ElementsAre("a1"));
+    EXPECT_EQ(read_state("a1")->address, "corbaloc::127.0.0.1:12810/a1");
+    EXPECT_EQ(find_robot("").where, "127.0.0.1:12810");
+    EXPECT_EQ(find_robot("a1").name, "a1");
+    EXPECT_FALSE(StateLock::acquire("a1")) << "already running";
+  }
+  EXPECT_FALSE(is_up("a1"));
+  EXPECT_TRUE(fs::is_empty(runtime_ / "corbot")) << "both files are gone";
+}
+
+TEST_F(State, IsPrivate) {
+  const auto lock = StateLock::acquire("a1");
+  lock->write(sample("a1"));
+  EXPECT_EQ(fs::status(runtime_ / "corbot").permissions(), fs::perms::owner_all);
+  EXPECT_EQ(fs::status(runtime_ / "corbot/a1.json").permissions(),
+            fs::perms::owner_read | fs::perms::owner_write);
+}
+
+TEST_F(State, ADirectoryOpenToOthersIsRefused) {
+  fs::create_directory(runtime_ / "corbot");
+  ::chmod((runtime_ / "corbot").c_str(), 0777);
+  EXPECT_THROW((void)StateLock::acquire("a1"), Failure);
+  EXPECT_THROW((void)robots_up(), Failure);
+}
+
+TEST_F(State, ALinkInItsPlaceIsRefused) {
+  fs::create_directory(runtime_ / "elsewhere");
+  fs::create_directory_symlink(runtime_ / "elsewhere", runtime_ / "corbot");
+  EXPECT_THROW((void)StateLock::acquire("a1"), Failure);
+}
+
+TEST_F(State, WhatADeadSupervisorLeftIsNotTakenForARobot) {
+  fs::create_directory(runtime_ / "corbot");
+  ::chmod((runtime_ / "corbot").c_str(), 0700);
+  std::ofstream(runtime_ / "corbot/a1.json") << R"({"name":"a1","pid":1})";
+  std::ofstream(runtime_ / "corbot/a1.lock");
+  EXPECT_FALSE(is_up("a1"));
+  EXPECT_TRUE(robots_up().empty());
+  EXPECT_NO_THROW(down("a1"));  // cleans up, and signals nobody
+  EXPECT_TRUE(fs::is_empty(runtime_ / "corbot"));
+  EXPECT_THROW(down("a1"), Failure) << "now there is nothing to end";
+}
+
+TEST_F(State, ABrokenFileIsNoState) {
+  const auto lock = StateLock::acquire("a1");
+  for (const char* text : {"", "{", "[]", R"({"name":1,"pid":"x"})", R"({"pid":1})"}) {
+    std::ofstream(runtime_ / "corbot/a1.json") << text;
+    EXPECT_FALSE(read_state("a1")) << text;
+  }
+}
+
+TEST_F(State, SeveralRobotsMustBeToldApart) {
+  const auto first = StateLock::acquire("a1");
+  const auto second = StateLock::acquire("b2");
+  first->write(sample("a1"));
+  second->write(sample("b2"));
+  try {
+    (void)find_robot("");
+    FAIL();
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.code(), ExitCode::kUsage);
+    EXPECT_THAT(failure.what(), HasSubstr("a1 | b2"));
+  }
+  EXPECT_THROW(down(""), Failure);
+}
+
+TEST_F(State, NamesCannotLeaveTheDirectory) {
+  for (const char* name : {"", "..", "a/b", "../a", "a b", "a.b"}) {
+    EXPECT_FALSE(is_robot_name(name)) << name;
+    EXPECT_FALSE(is_up(name)) << name;
+    EXPECT_FALSE(read_state(name)) << name;
+  }
+  EXPECT_FALSE(is_robot_name(std::string(33, 'a')));
+  EXPECT_TRUE(is_robot_name("lynx-5_b"));
+}
+
+TEST(ChildProcess, ReportsLinesAndHowItEnded) {
+  Child child("helper", {"/bin/sh", "-c", "echo one; echo two; exit 3"});
+  child.start();
+  siginfo_t info{};
+  ASSERT_EQ(::waitid(P_PID, static_cast<id_t>(child.pid()), &info, WEXITED | WNOWAIT), 0);
+  EXPECT_THAT(child.read_lines(), ElementsAre("one", "two"));
+  EXPECT_EQ(describe_end(child.reap().value()), "exit code 3");
+}
+
+TEST(ChildProcess, ASignalIsNamed) {
+  Child child("helper", {"/bin/sleep", "60"});
+  child.start();
+  child.send(SIGKILL);
+  siginfo_t info{};
+  ASSERT_EQ(::waitid(P_PID, static_cast<id_t>(child.pid()), &info, WEXITED | WNOWAIT), 0);
+  EXPECT_THAT(describe_end(child.reap().value()), HasSubstr("signal 9"));
+}
+
+TEST(ChildProcess, AMissingProgramIsTold) {
+  Child child("servant", {"/nonexistent/corbot-servant"});
+  try {
+    child.start();
+    FAIL();
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.code(), ExitCode::kInternal);
+    EXPECT_THAT(failure.what(), HasSubstr("cannot start servant: /nonexistent/corbot-servant"));
+  }
+}
+
+}  // namespace
+}  // namespace corbot::cli

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "cli/record.h"
+#include "cli/run_program.h"
+#include "cli/show.h"
+
+namespace corbot::cli {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+StatusReport sample() {
+  StatusReport report;
+  report.name = "lynx1";
+  report.address = "corbaloc::h:1/lynx1";
+  report.state = Corbot::Error;
+  report.joints = {10, -1e-12, 0, 5};
+  report.ranges = {{-90, 90}, {-30, 130}, {0, 1}, {0, 1}};
+  report.pose = {0.25, -0.1, 0.05, 10, 0, 0};
+  report.gripper = Corbot::Close;
+  report.override_percent = 50;
+  report.active_alarms = {"121 backend lost"};
+  return report;
+}
+
+TEST(Status, ShowsStateAlarmsAndNoMinusZero) {
+  const std::string text = status_text(sample());
+  EXPECT_THAT(text, HasSubstr("Error"));
+  EXPECT_THAT(text, HasSubstr("corbot clear"));
+  EXPECT_THAT(text, HasSubstr("121 backend lost"));
+  EXPECT_THAT(text, HasSubstr("(-90 to 90)"));
+  EXPECT_THAT(text, HasSubstr("closed"));
+  EXPECT_THAT(text, Not(HasSubstr("-0.00 ")));
+  const std::string line = status_line(sample());
+  EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1);
+}
+
+TEST(Status, JsonHasUnitsInItsKeys) {
+  const std::string text = status_json(sample());
+  for (const char* key : {"\"joints_deg\"", "\"x_m\"", "\"state\": \"Error\"", "\"gripper\": \"closed\"",
+                          "\"reach_m\"", "\"override_percent\": 50"}) {
+    EXPECT_THAT(text, HasSubstr(key));
+  }
+}
+
+TEST(Alarms, AreListedAndSafeToPrint) {
+  Corbot::AlarmList alarms;
+  EXPECT_EQ(alarms_text(alarms), "no alarms\n");
+  alarms.length(1);
+  alarms[0].time = 1.7e9;
+  alarms[0].code = 121;
+  alarms[0].active = true;
+  alarms[0].text = "lost \x1b[2J";
+  EXPECT_THAT(alarms_text(alarms), HasSubstr("121  active  lost ?[2J"));
+}
+
+TEST(Diagnostics, QuantilesComeFromTheHistogram) {
+  Corbot::LoopInfo info;
+  info.latencyMax = 1e-2;
+  info.counts.length(3);
+  info.edges.length(3);
+  for (CORBA::ULong i = 0; i < 3; ++i) info.edges[i] = 1e-6 * (i + 1);
+  info.counts[0] = 90;
+  info.counts[1] = 9;
+  info.counts[2] = 1;
+  EXPECT_DOUBLE_EQ(latency_quantile(info, 0.5), 1e-6);
+  EXPECT_DOUBLE_EQ(latency_quantile(info, 0.99), 2e-6);
+  EXPECT_DOUBLE_EQ(latency_quantile(info, 0.999), 1e-2) << "the open bucket ends at the maximum";
+  info.realTime = false;
+  EXPECT_THAT(diagnostics_text(info), HasSubstr("BEST EFFORT"));
+  EXPECT_THAT(diagnostics_text(info), HasSubstr("beyond"));
+}
+
+TEST(Bar, IsBounded) {
+  EXPECT_EQ(bar(0, 4), "[    ]");
+  EXPECT_EQ(bar(0.5, 4), "[##  ]");
+  EXPECT_EQ(bar(7, 4), "[####]");
+  EXPECT_EQ(bar(-1, 4), "[    ]");
+  EXPECT_EQ(bar(std::numeric_limits<double>::quiet_NaN(), 4), "[    ]");
+}
+
+TEST(Recording, RowsFitTheHeader) {
+  Snapshot snapshot{};
+  snapshot.cycle = 7;
+  snapshot.state = RtState::kMoving;
+  snapshot.command_id = 3;
+  snapshot.position_rad[1] = std::numbers::pi / 2;
+  snapshot.tcp_m = {0.1, 0.2, 0.3};
+  snapshot.pulse_us[4] = 1100;
+  for (const std::size_t joints : {4u, 6u}) {
+    const std::string header = csv_header(joints);
+    const std::string row = csv_row(snapshot, joints);
+    EXPECT_EQ(std::count(header.begin(), header.end(), ','), std::count(row.begin(), row.end(), ','));
+    EXPECT_EQ(row.back(), '\n');
+  }
+  EXPECT_THAT(csv_row(snapshot, 4), HasSubstr("7,0,0,moving,3,0,0.000000000,90.000000000,"));
+  EXPECT_THAT(csv_row(snapshot, 4), HasSubstr(",1100.000\n"));
+}
+
+}  // namespace
+}  // namespace corbot::cli
