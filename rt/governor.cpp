@@ -39,18 +39,21 @@ struct LawSample {
 
 /// Whether a law with these derivatives, run at this rate, keeps its limits. Acceleration and jerk are given
 /// as the range that they have in the neighbourhood of the sample.
-bool keeps_limits(const GovernedLaw& governed, const RateSample& rate, const LawSample& law,
+bool keeps_limits(const GovernedLaw& governed, const RateSample& rate, double velocity,
                   const Range& acceleration, const Range& jerk) noexcept {
   const double square = rate.rate * rate.rate;
-  const double ramp_acceleration = kRampMargin * law.velocity * rate.change;
+  const double ramp_acceleration = kRampMargin * velocity * rate.change;
   const double acceleration_limit = governed.acceleration_limit * (1.0 + kLimitTolerance);
   if (!(acceleration.upper * square + ramp_acceleration <= acceleration_limit)) return false;
   if (!(acceleration.lower * square + ramp_acceleration >= -acceleration_limit)) return false;
-  const double ramp_jerk =
-      kRampMargin * (3.0 * law.acceleration * rate.rate * rate.change + law.velocity * rate.change_of_change);
+  const double cross = 3.0 * kRampMargin * rate.rate * rate.change;
+  const double cross_upper = std::max(cross * acceleration.upper, cross * acceleration.lower);
+  const double cross_lower = std::min(cross * acceleration.upper, cross * acceleration.lower);
+  const double ramp_jerk = kRampMargin * velocity * rate.change_of_change;
+  const double cube = square * rate.rate;
   const double jerk_limit = governed.jerk_limit * (1.0 + kLimitTolerance);
-  return jerk.upper * square * rate.rate + ramp_jerk <= jerk_limit &&
-         jerk.lower * square * rate.rate + ramp_jerk >= -jerk_limit;
+  return jerk.upper * cube + cross_upper + ramp_jerk <= jerk_limit &&
+         jerk.lower * cube + cross_lower + ramp_jerk >= -jerk_limit;
 }
 
 }  // namespace
@@ -220,8 +223,8 @@ bool Governor::is_feasible(const Ramp& ramp) const noexcept {
       }
       const LawSample now{law.velocity(last, time_s), law.acceleration(last, time_s)};
       acceleration.include(now.acceleration);
-      if (!keeps_limits(governed, rate_before, before[i], acceleration, jerk)) return false;
-      if (!keeps_limits(governed, rate, now, acceleration, jerk)) return false;
+      if (!keeps_limits(governed, rate_before, before[i].velocity, acceleration, jerk)) return false;
+      if (!keeps_limits(governed, rate, now.velocity, acceleration, jerk)) return false;
       before[i] = now;
     }
     // What comes after the motion's end is not run.

@@ -50,6 +50,7 @@ class Governor {
   static constexpr int kSamples = 32;
   static constexpr double kLadderRatio = 1.35;
   static constexpr double kStopBound = 4.0;
+  static constexpr double kArcStopBound = 6.0;
 
   /// Nothing moves: the rate is at its target at once.
   void rest() noexcept;

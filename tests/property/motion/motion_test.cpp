@@ -167,7 +167,9 @@ bool Motions::check_stop(const Command& command, int ticks) {
   const double scale_s = ramp_scale_s(command);
   stop_share_ = std::max(stop_share_, taken_s / scale_s);
   // Two cycles: one to see the request, one to report.
-  if (taken_s <= rt::Governor::kStopBound * scale_s + 3e-3) return true;
+  const double bound =
+      command.kind == MotionKind::kArc ? rt::Governor::kArcStopBound : rt::Governor::kStopBound;
+  if (taken_s <= bound * scale_s + 3e-3) return true;
   error_ = fmt::format("stop took {} s, {} times v/a + a/j", taken_s, taken_s / scale_s);
   return false;
 }

@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: Apache-2.0
+corbot_test(rt_test
+  SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/rt/command_check_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/cycle_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/rt/governor_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/parts_test.cpp
+  LIBS corbot::rt_core corbot::sim corbot::planner corbot::config)
+target_include_directories(rt_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+target_compile_definitions(rt_test PRIVATE CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles")
+
+# A program of its own: it brings its own malloc.
+corbot_test(rt_noalloc_test
+  SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/rt/noalloc_test.cpp
+  LIBS corbot::rt_core corbot::sim corbot::planner corbot::config ${CMAKE_DL_LIBS})
+target_include_directories(rt_noalloc_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+target_compile_definitions(rt_noalloc_test PRIVATE CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles")

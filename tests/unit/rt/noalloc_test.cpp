@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <pthread.h>
+#include <stddef.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <functional>
+#include <mutex>
+#include <new>
+
+#include "corbot/kinematics/kinematics.h"
+#include "rt/rig.h"
+
+// The cycle's promise, proved by interposition: this program brings its own malloc, operator new and mutex
+// functions, which count while armed, and runs the cycle in a child whose every system call but exit_group
+// and write is death.
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define CORBOT_SANITIZED 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define CORBOT_SANITIZED 1
+#endif
+#endif
+
+#ifdef CORBOT_SANITIZED
+
+TEST(CycleSystemCalls, AreNotCountedUnderSanitizers) {
+  GTEST_SKIP() << "the sanitizer brings its own malloc";
+}
+
+#else
+
+namespace {
+
+volatile bool armed = false;
+volatile int allocations = 0;
+volatile int locks = 0;
+
+void count_allocation() {
+  if (armed) allocations = allocations + 1;
+}
+
+}  // namespace
+
+extern "C" {
+void* __libc_malloc(size_t);
+void* __libc_calloc(size_t, size_t);
+void* __libc_realloc(void*, size_t);
+void* __libc_memalign(size_t, size_t);
+void __libc_free(void*);
+
+void* malloc(size_t size) noexcept {
+  count_allocation();
+  return __libc_malloc(size);
+}
+void* calloc(size_t count, size_t size) noexcept {
+  count_allocation();
+  return __libc_calloc(count, size);
+}
+void* realloc(void* old, size_t size) noexcept {
+  count_allocation();
+  return __libc_realloc(old, size);
+}
+void* aligned_alloc(size_t alignment, size_t size) noexcept {
+  count_allocation();
+  return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** result, size_t alignment, size_t size) noexcept {
+  count_allocation();
+  *result = __libc_memalign(alignment, size);
+  return *result == nullptr ? ENOMEM : 0;
+}
+void free(void* memory) noexcept {
+  count_allocation();
+  __libc_free(memory);
+}
+
+using MutexFunction = int (*)(pthread_mutex_t*);
+
+int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
+  static const auto real = reinterpret_cast<MutexFunction>(dlsym(RTLD_NEXT, "pthread_mutex_lock"));
+  if (armed) locks = locks + 1;
+  return real(mutex);
+}
+int pthread_mutex_trylock(pthread_mutex_t* mutex) noexcept {
+  static const auto real = reinterpret_cast<MutexFunction>(dlsym(RTLD_NEXT, "pthread_mutex_trylock"));
+  if (armed) locks = locks + 1;
+  return real(mutex);
+}
+}
+
+namespace corbot::test {
+namespace {
+
+constexpr int kAllocated = 11;
+constexpr int kLocked = 12;
+constexpr int kNotMoved = 13;
+constexpr int kNoFilter = 14;
+
+bool forbid_system_calls() {
+  sock_filter code[] = {
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_exit_group, 2, 0),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_write, 1, 0),
+      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_KILL_PROCESS),
+      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
+  };
+  const sock_fprog program{sizeof(code) / sizeof(code[0]), code};
+  return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+         prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
+}
+
+/// Runs `work` in a child under watch. The wait status.
+int watched(const std::function<bool()>& work) {
+  std::mutex warm;
+  warm.lock();  // resolves the real function now
+  warm.unlock();
+  (void)warm.try_lock();
+  warm.unlock();
+  const pid_t child = fork();
+  if (child == 0) {
+    if (!forbid_system_calls()) _exit(kNoFilter);
+    armed = true;
+    const bool done = work();
+    armed = false;
+    _exit(allocations > 0 ? kAllocated : locks > 0 ? kLocked : done ? 0 : kNotMoved);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return status;
+}
+
+class CycleSystemCalls : public ::testing::Test {
+ protected:
+  CycleSystemCalls() {
+    rig.step();
+    Joints there{0.8, 1.2, 1.5, 0.5};
+    rig.submit(rig.planner.move_joints(rig.start(), {}, there, 0.0));
+    const PlanStart start{there, 0.0};
+    rig.submit(rig.planner.gripper(start, 0.5));
+    rig.submit(rig.planner.dwell({there, 0.5}, 0.1));
+    const ToolPose pose = forward(rig.arm.geometry, there);
+    PlanSettings settings;
+    settings.tool_pitch_rad = pose.pitch_rad;
+    const auto p = pose.position_m;
+    const PlanStart second{there, 0.5};
+    arc = std::get<std::vector<Command>>(rig.planner.move_c(
+        second, settings, p, {p[0] + 0.01, p[1] + 0.01, p[2]}, {p[0], p[1] + 0.02, p[2] + 0.005}));
+    rig.submit(arc);
+    line = rig.stamp(std::get<std::vector<Command>>(
+                         rig.planner.move_s({arc.back().end_rad, 0.5}, settings, {p[0], p[1], p[2]}, 0.0))
+                         .front());
+  }
+
+  /// Every kind of motion, then a line with pause, resume, override and stop, a refusal, and a fault.
+  bool whole_life() {
+    rig.step(8000);
+    const bool arrived = rig.snapshot.last_done_id >= 4;
+    (void)rig.segment->commands.push(line);
+    rig.step(40);
+    rig.pause(true);
+    rig.step(400);
+    rig.pause(false);
+    rig.step(20);
+    rig.override_to(0.5);
+    rig.step(20);
+    rig.stop();
+    rig.step(1000);
+    const bool stopped = rig.snapshot.stops_done == 1 && rig.snapshot.last_done_id == line.id;
+    line.id += 1;
+    line.epoch = 1;
+    (void)rig.segment->commands.push(line);  // not from here
+    rig.step(3);
+    rig.backend.set_health(BackendHealth::kLost);
+    rig.step(3);
+    rig.clear();
+    rig.step(3);
+    return arrived && stopped && rig.snapshot.state == RtState::kError &&
+           rig.snapshot.last_done_id == line.id;
+  }
+
+  Rig rig;
+  std::vector<Command> arc;
+  Command line{};
+};
+
+int code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status); }
+
+TEST_F(CycleSystemCalls, NoAllocationNoLockNoSystemCall) {
+  EXPECT_EQ(code_of(watched([this] { return whole_life(); })), 0);
+}
+
+TEST_F(CycleSystemCalls, OneNewIsCaught) {
+  EXPECT_EQ(code_of(watched([this] {
+              rig.step();
+              int* volatile leaked = new int(1);
+              return leaked != nullptr;
+            })),
+            kAllocated);
+}
+
+TEST_F(CycleSystemCalls, OneLockIsCaught) {
+  EXPECT_EQ(code_of(watched([this] {
+              static std::mutex mutex;
+              rig.step();
+              const std::lock_guard<std::mutex> guard(mutex);
+              return true;
+            })),
+            kLocked);
+}
+
+TEST_F(CycleSystemCalls, OneSystemCallIsCaught) {
+  EXPECT_EQ(code_of(watched([this] {
+              rig.step();
+              return syscall(SYS_getppid) > 0;
+            })),
+            1000 + SIGSYS);
+}
+
+}  // namespace
+}  // namespace corbot::test
+
+#endif
