@@ -165,7 +165,7 @@ bool Motions::interrupt(Interruption interruption, int tick) {
 bool Motions::check_stop(const Command& command, int ticks) {
   const double taken_s = ticks * static_cast<double>(rig_.arm.period_ns) * 1e-9;
   const double scale_s = ramp_scale_s(command);
-  stop_share_ = std::max(stop_share_, taken_s / scale_s);
+  if (scale_s > 0.0) stop_share_ = std::max(stop_share_, taken_s / scale_s);
   // Two cycles: one to see the request, one to report.
   const double bound =
       command.kind == MotionKind::kArc ? rt::Governor::kArcStopBound : rt::Governor::kStopBound;

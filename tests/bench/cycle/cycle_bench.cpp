@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// What one real-time cycle costs, with the loopback backend: flags, evaluation, inverse kinematics, checks,
+// pulses, forward kinematics, snapshot and trace. Fails when the median during a motion is not below 2 µs.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "corbot/kinematics/kinematics.h"
+#include "rt/rig.h"
+
+namespace corbot::test {
+namespace {
+
+constexpr double kMedianBound_us = 2.0;
+constexpr std::size_t kCycles = 200'000;
+const Joints kThere{0.8, 1.2, 1.5, 0.5};
+
+PlanResult joint_motion(const Rig& rig, bool out) {
+  return rig.planner.move_joints(rig.start(), {}, out ? Joints{} : kThere, 0.0);
+}
+
+PlanSettings level(const Rig& rig) {
+  PlanSettings settings;
+  settings.tool_pitch_rad = forward(rig.arm.geometry, rig.start().position_rad).pitch_rad;
+  return settings;
+}
+
+PlanResult line_motion(const Rig& rig, bool out) {
+  auto p = forward(rig.arm.geometry, rig.start().position_rad).position_m;
+  p[1] += out ? -0.05 : 0.05;
+  return rig.planner.move_s(rig.start(), level(rig), p, 0.0);
+}
+
+PlanResult arc_motion(const Rig& rig, bool out) {
+  const auto p = forward(rig.arm.geometry, rig.start().position_rad).position_m;
+  const double y = out ? -0.02 : 0.02;
+  return rig.planner.move_c(rig.start(), level(rig), p, {p[0] + 0.01, p[1] + y, p[2]},
+                            {p[0], p[1] + 2 * y, p[2] + 0.001 * (out ? -1 : 1)});
+}
+
+/// Percentiles of `kCycles` cycles. `next` plans a motion whenever the arm rests; only cycles in motion
+/// count.
+bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>& next, bool with_stops) {
+  Rig rig;
+  rig.step();
+  if (next) {
+    rig.submit(rig.planner.move_joints(rig.start(), {}, kThere, 0.0));
+    rig.step(3000);
+  }
+  bool out = false;
+  std::vector<double> times_us;
+  times_us.reserve(kCycles);
+  for (std::uint64_t i = 0; times_us.size() < kCycles; ++i) {
+    const bool at_rest = rig.snapshot.command_id == 0;
+    if (next && at_rest && rig.segment->commands.size() == 0) {
+      rig.submit(next(rig, out));
+      out = !out;
+    }
+    // Every 5 cycles another target: the governor seeks a ramp in nearly each cycle.
+    if (with_stops && i % 5 == 0) rig.override_to(i % 10 == 0 ? 1.0 : 0.3);
+    rig.now_ns += rig.arm.period_ns;
+    const auto begin = std::chrono::steady_clock::now();
+    (void)rig.cycle->step(rig.now_ns, rig.now_ns);
+    const auto end = std::chrono::steady_clock::now();
+    (void)rig.segment->snapshot.load(rig.snapshot);
+    while (rig.completion()) {
+    }
+    if (!next || rig.snapshot.command_id != 0) {
+      times_us.push_back(std::chrono::duration<double, std::micro>(end - begin).count());
+    }
+  }
+  std::sort(times_us.begin(), times_us.end());
+  const auto at = [&](double share) { return times_us[static_cast<std::size_t>(share * (kCycles - 1))]; };
+  fmt::print("{:<22} median {:6.3f}  p90 {:6.3f}  p99 {:6.3f}  p99.9 {:7.3f}  max {:8.3f} us\n", name,
+             at(0.5), at(0.9), at(0.99), at(0.999), at(1.0));
+  return with_stops || at(0.5) < kMedianBound_us;
+}
+
+}  // namespace
+}  // namespace corbot::test
+
+int main() {
+  using namespace corbot::test;
+  bool good = measure("idle", nullptr, false);
+  good = measure("joint motion", joint_motion, false) && good;
+  good = measure("line", line_motion, false) && good;
+  good = measure("arc", arc_motion, false) && good;
+  (void)measure("joints, ramp search", joint_motion, true);
+  (void)measure("line, ramp search", line_motion, true);
+  if (!good) fmt::print("the median of a cycle is not below {} us\n", kMedianBound_us);
+  return good ? 0 : 1;
+}
