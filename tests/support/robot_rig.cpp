@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/robot_rig.h"
+
+#include <algorithm>
+
+#include <fmt/core.h>
+
+namespace corbot::test {
+
+CORBA::ORB_ptr RobotRig::orb() {
+  static const CORBA::ORB_var instance = [] {
+    int argc = 0;
+    return CORBA::ORB_init(argc, nullptr);
+  }();
+  return instance;
+}
+
+void RobotRig::SetUp() {
+  name_ = unique_name("rig");
+  port_ = free_port();
+  reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
+  start_rt();
+  if (HasFatalFailure()) return;
+  start_servant();
+  if (HasFatalFailure()) return;
+  arm_ = connect();
+  ASSERT_TRUE(wait_for(Corbot::Standby)) << servant_->errors();
+}
+
+void RobotRig::TearDown() {
+  arm_ = Corbot::Arm::_nil();
+  if (servant_) {
+    EXPECT_EQ(servant_->terminate(), 0) << servant_->errors();
+  }
+  if (rt_) {
+    EXPECT_EQ(rt_->terminate(), 0) << rt_->errors();
+  }
+  EXPECT_FALSE(segment_exists(name_)) << "/dev/shm/corbot." << name_ << " was left behind";
+}
+
+void RobotRig::start_rt(const std::vector<std::string>& more) {
+  std::vector<std::string> command{std::string(CORBOT_BIN_DIR) + "/corbot-rt", profile_, "--name", name_};
+  command.insert(command.end(), more.begin(), more.end());
+  rt_ = std::make_unique<Process>(command);
+  ASSERT_TRUE(rt_->wait_line("ready", within(30))) << rt_->errors();
+}
+
+void RobotRig::start_servant(const std::vector<std::string>& more) {
+  std::vector<std::string> command{std::string(CORBOT_BIN_DIR) + "/corbot-servant",
+                                   profile_,
+                                   "--name",
+                                   name_,
+                                   "--endpoint",
+                                   fmt::format("127.0.0.1:{}", port_)};
+  command.insert(command.end(), more.begin(), more.end());
+  servant_ = std::make_unique<Process>(command);
+  ASSERT_TRUE(servant_->wait_line("ready", within(30))) << servant_->errors();
+}
+
+Corbot::Arm_var RobotRig::connect() const { return connect(reference_); }
+
+Corbot::Arm_var RobotRig::connect(const std::string& reference) const {
+  CORBA::Object_var object = orb()->string_to_object(reference.c_str());
+  return Corbot::Arm::_narrow(object);
+}
+
+bool RobotRig::wait_for(Corbot::RobotState state, double seconds) {
+  return wait_until(within(seconds), [&] { return arm_->Status() == state; });
+}
+
+double distance_deg(const Corbot::JointCoord& a, const Corbot::JointCoord& b) {
+  double largest = a.length() == b.length() ? 0.0 : HUGE_VAL;
+  for (CORBA::ULong i = 0; i < std::min(a.length(), b.length()); ++i)
+    largest = std::max(largest, std::abs(a[i] - b[i]));
+  return largest;
+}
+
+}  // namespace corbot::test

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <arm.hh>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "support/process.h"
+
+namespace corbot::test {
+
+/// A robot of its own for one test: real-time task and servant on a free port, under a name that nobody else
+/// uses. The client is an ordinary omniORB client without any option.
+class RobotRig : public ::testing::Test {
+ protected:
+  void SetUp() override;
+  /// Ends servant and task and looks whether they left anything.
+  void TearDown() override;
+
+  void start_rt(const std::vector<std::string>& more = {});
+  void start_servant(const std::vector<std::string>& more = {});
+  /// What a client does: corbaloc, narrow.
+  [[nodiscard]] Corbot::Arm_var connect() const;
+  [[nodiscard]] Corbot::Arm_var connect(const std::string& reference) const;
+  [[nodiscard]] static CORBA::ORB_ptr orb();
+
+  /// Waits until the robot says so.
+  [[nodiscard]] bool wait_for(Corbot::RobotState state, double seconds = 30.0);
+
+  std::string profile_ = CORBOT_PROFILE;
+  std::string name_;
+  int port_ = 0;
+  std::string reference_;
+  std::unique_ptr<Process> rt_;
+  std::unique_ptr<Process> servant_;
+  Corbot::Arm_var arm_;
+};
+
+/// Largest difference of any joint, degrees.
+double distance_deg(const Corbot::JointCoord& a, const Corbot::JointCoord& b);
+
+/// Runs `call` and returns the name of the CORBA exception that it raised, "" when none.
+template <class Call>
+std::string raised_by(Call&& call) {
+  try {
+    call();
+  } catch (const CORBA::Exception& exception) {
+    return exception._name();
+  }
+  return "";
+}
+
+}  // namespace corbot::test
