@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: Apache-2.0
+# What the scripts share; sourced, not run. Leaves the caller in the project's top directory.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+say() { printf '== %s\n' "$*"; }
+fail() { printf '%s: %s\n' "$(basename "$0")" "$*" >&2; exit 1; }
+
+# build_preset PRESET [cmake options]: configures and builds build/PRESET, with ccache where it is.
+build_preset() {
+  local preset=$1; shift
+  local launcher=()
+  if command -v ccache > /dev/null; then
+    launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+  fi
+  cmake --preset "$preset" "${launcher[@]}" "$@" > /dev/null || fail "cmake --preset $preset does not configure"
+  cmake --build --preset "$preset" || fail "build/$preset does not build"
+}
