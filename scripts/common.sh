@@ -6,13 +6,16 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 say() { printf '== %s\n' "$*"; }
 fail() { printf '%s: %s\n' "$(basename "$0")" "$*" >&2; exit 1; }
 
-# build_preset PRESET [cmake options]: configures and builds build/PRESET, with ccache where it is.
+# build_preset PRESET [-D… for the configuration] [--target names]: configures and builds build/PRESET, with ccache where
+# it is.
 build_preset() {
-  local preset=$1; shift
-  local launcher=()
+  local preset=$1 configuration=() build=() option
+  for option in "${@:2}"; do
+    case $option in -D*) configuration+=("$option") ;; *) build+=("$option") ;; esac
+  done
   if command -v ccache > /dev/null; then
-    launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+    configuration+=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
   fi
-  cmake --preset "$preset" "${launcher[@]}" "$@" > /dev/null || fail "cmake --preset $preset does not configure"
-  cmake --build --preset "$preset" || fail "build/$preset does not build"
+  cmake --preset "$preset" "${configuration[@]}" > /dev/null || fail "cmake --preset $preset does not configure"
+  cmake --build --preset "$preset" "${build[@]}" || fail "build/$preset does not build"
 }
