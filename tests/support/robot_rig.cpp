@@ -65,7 +65,13 @@ Corbot::Arm_var RobotRig::connect(const std::string& reference) const {
 }
 
 bool RobotRig::wait_for(Corbot::RobotState state, double seconds) {
-  return wait_until(within(seconds), [&] { return arm_->Status() == state; });
+  return wait_until(within(seconds), [&] {
+    try {
+      return arm_->Status() == state;
+    } catch (const CORBA::SystemException&) {
+      return false;  // the connection to a servant that died; the next call makes a new one
+    }
+  });
 }
 
 double distance_deg(const Corbot::JointCoord& a, const Corbot::JointCoord& b) {

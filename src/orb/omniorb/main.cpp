@@ -117,6 +117,7 @@ void serve(Options options, const Profile& profile, corbot_robot& robot, const s
   spdlog::info("signal {}: ending", signal_number);
   keeper.reset();
   corbot_robot_interrupt(&robot);  // calls that wait for motions return, or the ORB would wait for them
+  orb->shutdown(true);             // when their replies are on the way
   orb->destroy();
 }
 

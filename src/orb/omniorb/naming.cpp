@@ -38,7 +38,6 @@ NameKeeper::~NameKeeper() {
 }
 
 void NameKeeper::run() {
-  omniORB::setClientThreadCallTimeout(kCallTimeout_ms);
   std::unique_lock lock(mutex_);
   while (!end_) {
     lock.unlock();
@@ -53,8 +52,10 @@ void NameKeeper::run() {
 CosNaming::NamingContext_ptr NameKeeper::root() const {
   // Made anew each time: a reference that once failed may have been forwarded to a service that is no more.
   CORBA::Object_var object = orb_->string_to_object(service_.c_str());
+  omniORB::setClientCallTimeout(object, kCallTimeout_ms);
   CosNaming::NamingContext_var context = CosNaming::NamingContext::_narrow(object);
   if (CORBA::is_nil(context)) throw CORBA::INV_OBJREF();
+  omniORB::setClientCallTimeout(context, kCallTimeout_ms);
   return context._retn();
 }
 
