@@ -192,7 +192,7 @@ CommandVerdict check_command(const ArmModel& arm, const Command& command, const 
   }
   const CommandVerdict start = check_start(command, rest.position_rad);
   if (!start.ok()) return start;
-  if (!is_in_range(arm, command.end_rad, kRangeTolerance_rad)) return limit(command.end_rad[0]);
+  if (!is_in_range(arm, command.end_rad, kGateTolerance_rad)) return limit(command.end_rad[0]);
   switch (command.kind) {
     case MotionKind::kJoint:
       return check_joint_motion(arm, command);

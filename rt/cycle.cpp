@@ -45,7 +45,7 @@ void Cycle::take_up_last_position() noexcept {
   if (last_snapshot(segment_, last)) {
     snapshot_.cycle = last.cycle;
     snapshot_.last_done_id = std::max(last.last_done_id, last.command_id);
-    if (is_in_range(arm_, last.position_rad, kRangeTolerance_rad))
+    if (is_in_range(arm_, last.position_rad, kGateTolerance_rad))
       set_point_.position_rad = last.position_rad;
     if (std::isfinite(last.gripper)) set_point_.opening = std::clamp(last.gripper, 0.0, 1.0);
   }

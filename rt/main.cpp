@@ -19,12 +19,23 @@
 #include "rt/housekeeping.h"
 #include "rt/loop.h"
 #include "rt/realtime_setup.h"
+#include "sim/loopback_backend.h"
 
 namespace {
 
 std::atomic<bool> stop_requested{false};
 
 void request_stop(int) { stop_requested.store(true); }
+
+/// The simulated device, for the two signals that pull its plug and put it back.
+std::atomic<corbot::sim::LoopbackBackend*> simulated{nullptr};
+
+void pull_plug(int signal_number) {
+  if (corbot::sim::LoopbackBackend* device = simulated.load()) {
+    device->set_health(signal_number == SIGUSR1 ? corbot::BackendHealth::kLost
+                                                : corbot::BackendHealth::kOpen);
+  }
+}
 
 struct Options {
   std::string profile;
@@ -38,6 +49,10 @@ void catch_signals() {
   action.sa_handler = request_stop;
   sigaction(SIGTERM, &action, nullptr);
   sigaction(SIGINT, &action, nullptr);
+  action.sa_handler = pull_plug;
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGUSR1, &action, nullptr);
+  sigaction(SIGUSR2, &action, nullptr);
 }
 
 /// Takes the segment over, or with --fresh begins with an empty one: the arm is then believed to be at angle
@@ -71,6 +86,7 @@ void run(const Options& options) {
   const std::unique_ptr<Backend> backend = rt::make_backend(profile);
   const auto cycle = std::make_unique<rt::Cycle>(profile.arm, segment.layout(), *backend);
   backend->open(cycle->frame());
+  simulated.store(dynamic_cast<sim::LoopbackBackend*>(backend.get()));
 
   // The housekeeping thread is born before this one becomes real-time, so it inherits none of it.
   std::atomic<bool> ended{false};
@@ -93,6 +109,7 @@ void run(const Options& options) {
     throw;
   }
   join();
+  simulated.store(nullptr);
   backend->close();
   segment.leave();
   spdlog::info("{} at rest, ended", name);
@@ -110,6 +127,9 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"enforce", "best-effort"}))
       ->capture_default_str();
   app.add_flag("--fresh", options.fresh, "forget where the arm was; it must be at angle 0");
+  app.footer(
+      "The loopback backend's device can be lost and found on purpose: SIGUSR1 pulls its plug, SIGUSR2 puts "
+      "it back.");
   CLI11_PARSE(app, argc, argv);
   options.enforce = realtime == "enforce";
 

@@ -16,8 +16,7 @@ SetPointVerdict check_joint(const JointLimits& limits, std::int32_t joint, doubl
   if (!std::isfinite(next_rad)) {
     return {false, AlarmCode::kSetPointNotFinite, joint, next_rad, limits.lower_rad, limits.upper_rad};
   }
-  if (next_rad < limits.lower_rad - kRangeTolerance_rad ||
-      next_rad > limits.upper_rad + kRangeTolerance_rad) {
+  if (next_rad < limits.lower_rad - kGateTolerance_rad || next_rad > limits.upper_rad + kGateTolerance_rad) {
     return {false, AlarmCode::kSetPointOutOfRange, joint, next_rad, limits.lower_rad, limits.upper_rad};
   }
   const double allowed_rad = limits.speed_rad_s * dt_s * (1.0 + kSpeedTolerance) + kStepTolerance_rad;

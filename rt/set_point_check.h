@@ -3,11 +3,12 @@
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/channel/records.h"
+#include "corbot/kinematics/kinematics.h"
 
 namespace corbot::rt {
 
-/// Tolerance of the range check: a range's end is reached exactly, but for rounding.
-inline constexpr double kRangeTolerance_rad = 1e-9;
+/// Tolerance of the range check: more than the planner's own, or a motion that it has proved would end here.
+inline constexpr double kGateTolerance_rad = 2.0 * kRangeTolerance_rad;
 
 /// What is wrong with a set-point; `ok` when nothing is.
 struct SetPointVerdict {

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/loop.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "rt/rig.h"
+
+namespace corbot::test {
+namespace {
+
+TEST(Loop, SortsLatenciesIntoTheirBuckets) {
+  EXPECT_EQ(rt::latency_bucket(-5), 0u);
+  EXPECT_EQ(rt::latency_bucket(999), 0u);
+  for (std::size_t i = 0; i + 1 < kLatencyBuckets; ++i) {
+    EXPECT_EQ(rt::latency_bucket(latency_edge_ns(i) - 1), i);
+    EXPECT_EQ(rt::latency_bucket(latency_edge_ns(i)), i + 1);
+  }
+  EXPECT_EQ(rt::latency_bucket(std::int64_t{1} << 60), kLatencyBuckets - 1);
+}
+
+TEST(Loop, BringsTheMotionToRestBeforeItEnds) {
+  Rig rig;
+  rig.step();
+  const std::uint64_t id = rig.submit(rig.planner.move_joints(rig.start(), {}, {0.8, 1.2, 1.5, 0.5}, 0.0));
+  rig.step(250);
+  ASSERT_EQ(rig.snapshot.command_id, id);
+  const std::uint64_t first_cycle = rig.snapshot.cycle;
+  const std::uint32_t wake = rig.segment->wake.load();
+
+  rt::Loop loop(*rig.cycle, *rig.segment, {rig.arm.period_ns, false, 0});
+  const std::atomic<bool> stop{true};
+  loop.run(stop);
+
+  ASSERT_TRUE(rig.segment->snapshot.load(rig.snapshot));
+  EXPECT_EQ(rig.snapshot.command_id, 0u);
+  EXPECT_EQ(rig.completion()->verdict, Verdict::kStopped);
+  EXPECT_NE(rig.segment->wake.load(), wake);
+  LoopDiagnostics diagnostics{};
+  ASSERT_TRUE(rig.segment->diagnostics.load(diagnostics));
+  const std::uint64_t steps = rig.snapshot.cycle - first_cycle;
+  EXPECT_EQ(diagnostics.cycles + 1, steps);  // the last one is not waited out
+  EXPECT_EQ(std::accumulate(diagnostics.latency.begin(), diagnostics.latency.end(), std::uint64_t{0}), steps);
+  EXPECT_EQ(diagnostics.overruns, rig.snapshot.overruns);
+}
+
+TEST(Loop, KeepsToItsGridAndSkipsWhatItMissed) {
+  Rig rig;
+  rig.step();
+  const std::int64_t before_ns = rig.snapshot.time_ns;
+  rig.submit(rig.planner.move_joints(rig.start(), {}, {0.8, 1.2, 1.5, 0.5}, 0.0));
+  rig.step(250);
+  const std::uint64_t first = rig.segment->trace.next();
+  rt::Loop loop(*rig.cycle, *rig.segment, {rig.arm.period_ns, false, 0});
+  const std::atomic<bool> stop{true};
+  loop.run(stop);
+  Snapshot last{};
+  Snapshot next{};
+  ASSERT_TRUE(rig.segment->trace.read(first, last));
+  EXPECT_GT(last.time_ns, before_ns);
+  for (std::uint64_t i = first + 1; i < rig.segment->trace.next(); ++i) {
+    ASSERT_TRUE(rig.segment->trace.read(i, next));
+    const std::int64_t step_ns = next.time_ns - last.time_ns;
+    EXPECT_EQ(step_ns % rig.arm.period_ns, 0);
+    EXPECT_EQ(step_ns > rig.arm.period_ns, next.overruns > last.overruns);
+    EXPECT_LE(next.overruns, last.overruns + 1);
+    last = next;
+  }
+}
+
+}  // namespace
+}  // namespace corbot::test
