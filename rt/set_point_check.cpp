@@ -8,7 +8,7 @@ namespace {
 
 /// Of the speed limit: the plan may touch it exactly, and then differs by rounding.
 constexpr double kSpeedTolerance = 1e-6;
-constexpr double kStepTolerance_rad = 1e-9;
+constexpr double kStepTolerance_rad = 1e-7;  // rounding of the inverse next to a stretched arm
 constexpr double kOpeningTolerance = 1e-9;
 
 SetPointVerdict check_joint(const JointLimits& limits, std::int32_t joint, double last_rad, double next_rad,

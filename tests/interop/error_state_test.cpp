@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// A device that is lost in mid-motion: Error, the cause in the alarms, typed refusals, and the way back.
+#include <signal.h>
+
+#include <thread>
+
+#include "support/robot_rig.h"
+
+namespace corbot::test {
+namespace {
+
+class ErrorState : public RobotRig {
+ protected:
+  void lose_device() { rt_->signal(SIGUSR1); }
+  void find_device() { rt_->signal(SIGUSR2); }
+};
+
+TEST_F(ErrorState, ALostDeviceFaultsTheMotionAndIsClearedOnceItIsBack) {
+  std::string raised;
+  std::thread caller([&] { raised = raised_by([&] { arm_->Move(0.20, 0.10, 0.10, 0.0, 20.0); }); });
+  EXPECT_TRUE(wait_for(Corbot::Waiting));
+  lose_device();
+  EXPECT_TRUE(wait_for(Corbot::Error));
+  caller.join();
+  EXPECT_EQ(raised, "NotReady");
+  Corbot::JointCoord_var where = arm_->ArtiCoord();
+
+  Corbot::JointCoord target;
+  target.length(4);
+  for (CORBA::ULong i = 0; i < 4; ++i) target[i] = 1.0;
+  EXPECT_EQ(raised_by([&] { arm_->Move(0.2, 0, 0.1, 0, 0); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->MoveS(0.2, 0, 0.1, 0, 0); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->MoveC({0.2, -0.03, 0.1}, {0.22, 0, 0.1}, {0.2, 0.03, 0.1}); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->Drive(0, 1, 1); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->MoveJoints(target, 0); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->Ready(); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->Delay(1); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->Open(); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->Close(); }), "NotReady");
+  arm_->Stop();  // nothing to stop, and no reason to complain
+  try {
+    arm_->Clear();
+    ADD_FAILURE() << "cleared while the device is lost";
+  } catch (const Corbot::NotReady& error) {
+    EXPECT_NE(std::string(error.reason).find("device"), std::string::npos) << error.reason;
+  }
+  Corbot::AlarmList_var alarms = arm_->Alarms();
+  ASSERT_GE(alarms->length(), 1u);
+  EXPECT_EQ(alarms[0].code, 121);
+  EXPECT_TRUE(alarms[0].active);
+  EXPECT_GT(alarms[0].time, 1.6e9);
+  EXPECT_STRNE(alarms[0].text, "");
+
+  find_device();
+  ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }));
+  EXPECT_EQ(arm_->Status(), Corbot::Standby);
+  Corbot::JointCoord_var still = arm_->ArtiCoord();
+  EXPECT_EQ(distance_deg(where, still), 0.0) << "no jump, before or after";
+  alarms = arm_->Alarms();
+  EXPECT_FALSE(alarms[0].active);
+  arm_->Move(0.20, 0.05, 0.10, 0.0, 0.0);
+}
+
+TEST_F(ErrorState, ErrorStaysUntilItIsCleared) {
+  lose_device();
+  ASSERT_TRUE(wait_for(Corbot::Error));
+  find_device();
+  EXPECT_EQ(raised_by([&] { arm_->Ready(); }), "NotReady");
+  EXPECT_EQ(arm_->Status(), Corbot::Error);
+  ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }));
+  arm_->Ready();
+}
+
+TEST_F(ErrorState, ClearWithoutErrorDoesNothing) {
+  arm_->Clear();
+  EXPECT_EQ(arm_->Status(), Corbot::Standby);
+}
+
+}  // namespace
+}  // namespace corbot::test

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/alarm_log.h"
+
+#include <gtest/gtest.h>
+
+namespace corbot {
+namespace {
+
+AlarmEvent event(AlarmCode code) { return {code, 2, 1'700'000'000'000'000'000, 0.5, -0.1, 0.1}; }
+
+TEST(AlarmLog, SaysJointValueAndLimitInWords) {
+  AlarmLog log;
+  log.add(event(AlarmCode::kSetPointOutOfRange));
+  const auto list = log.list();
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_EQ(list[0].code, 101);
+  EXPECT_TRUE(list[0].active);
+  EXPECT_DOUBLE_EQ(list[0].time_s, 1.7e9);
+  EXPECT_NE(list[0].text.find("articulation 2"), std::string::npos) << list[0].text;
+  EXPECT_NE(list[0].text.find("28.648"), std::string::npos) << list[0].text;
+}
+
+TEST(AlarmLog, EveryCodeHasWords) {
+  for (const AlarmCode code :
+       {AlarmCode::kSetPointNotFinite, AlarmCode::kSetPointOutOfRange, AlarmCode::kSetPointDiscontinuous,
+        AlarmCode::kKinematicsFailed, AlarmCode::kCommandRefused, AlarmCode::kRingCorrupt,
+        AlarmCode::kBackendDegraded, AlarmCode::kBackendLost, AlarmCode::kEmergencyStop,
+        AlarmCode::kOverrun}) {
+    AlarmLog log;
+    log.add(event(code));
+    EXPECT_EQ(log.list()[0].text.find("alarm "), std::string::npos) << log.list()[0].text;
+  }
+  AlarmLog log;
+  log.add(event(static_cast<AlarmCode>(999)));
+  EXPECT_EQ(log.list()[0].text, "alarm 999");
+}
+
+TEST(AlarmLog, TheNewestActiveOneIsTheCause) {
+  AlarmLog log;
+  EXPECT_EQ(log.cause(), "");
+  log.add(event(AlarmCode::kBackendLost));
+  log.add(event(AlarmCode::kOverrun));  // causes no Error
+  EXPECT_NE(log.cause().find("device"), std::string::npos);
+  log.deactivate();
+  EXPECT_EQ(log.cause(), "");
+}
+
+TEST(AlarmLog, AClearDoesNotBringALostTaskBack) {
+  AlarmLog log;
+  log.add(kAlarmTaskGone, true, "gone");
+  log.deactivate();
+  EXPECT_EQ(log.cause(), "gone");
+  log.deactivate(kAlarmTaskGone);
+  EXPECT_EQ(log.cause(), "");
+}
+
+TEST(AlarmLog, KeepsTheLast64) {
+  AlarmLog log;
+  for (int i = 0; i < 100; ++i) log.add(i, false, std::to_string(i));
+  const auto list = log.list();
+  ASSERT_EQ(list.size(), 64u);
+  EXPECT_EQ(list.front().text, "36");
+  EXPECT_EQ(list.back().text, "99");
+}
+
+}  // namespace
+}  // namespace corbot

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// corbot_robot.h without a real-time task: what can be known is known, everything else is refused in words.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <memory>
+#include <string>
+
+#include "robot/corbot_robot.h"
+#include "robot/failure.h"
+
+namespace corbot {
+namespace {
+
+struct Closer {
+  void operator()(corbot_robot* robot) const { corbot_robot_close(robot); }
+};
+
+class CApi : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string name = "capi-" + std::to_string(::getpid()) + "-" +
+                             ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    robot_.reset(corbot_robot_open(CORBOT_PROFILE, name.substr(0, 40).c_str(), &error_));
+    ASSERT_NE(robot_, nullptr) << error_.text;
+  }
+  std::unique_ptr<corbot_robot, Closer> robot_;
+  corbot_error error_{};
+};
+
+TEST_F(CApi, DescribesTheArm) {
+  corbot_description description{};
+  corbot_robot_describe(robot_.get(), &description);
+  EXPECT_EQ(description.dof, 4);
+  EXPECT_EQ(description.lower_deg[0], -90.0);
+  EXPECT_NEAR(description.reach_m, 0.34, 1e-12);
+}
+
+TEST_F(CApi, WithoutATaskReadsHaveNoDataAndMotionsAreNotReady) {
+  double joints[CORBOT_MAX_JOINTS];
+  EXPECT_EQ(corbot_robot_joints(robot_.get(), joints, &error_), CORBOT_NO_DATA);
+  EXPECT_NE(std::string(error_.text).find("corbot"), std::string::npos) << error_.text;
+  EXPECT_EQ(corbot_robot_state(robot_.get()), CORBOT_STATE_ERROR);
+  corbot_ticket ticket = 0;
+  EXPECT_EQ(corbot_robot_ready(robot_.get(), &ticket, &error_), CORBOT_NOT_READY);
+  EXPECT_NE(std::string(error_.text).find("not running"), std::string::npos) << error_.text;
+  EXPECT_EQ(corbot_robot_stop(robot_.get(), &error_), CORBOT_NOT_READY);
+  EXPECT_EQ(corbot_robot_stop(robot_.get(), nullptr), CORBOT_NOT_READY) << "the error may be left out";
+}
+
+TEST_F(CApi, SettingsNeedNoTask) {
+  EXPECT_EQ(corbot_robot_speed(robot_.get(), 50.0, &error_), CORBOT_OK);
+  EXPECT_EQ(corbot_robot_speed(robot_.get(), 0.0, &error_), CORBOT_BAD_PARAMETER);
+  EXPECT_STREQ(error_.parameter, "percent");
+  EXPECT_EQ(corbot_robot_art_speed(robot_.get(), 4, 50.0, &error_), CORBOT_BAD_PARAMETER);
+  EXPECT_STREQ(error_.parameter, "articulation");
+  EXPECT_EQ(corbot_robot_set_tool_pitch(robot_.get(), 12.5, &error_), CORBOT_OK);
+  EXPECT_NEAR(corbot_robot_tool_pitch(robot_.get()), 12.5, 1e-12);
+}
+
+TEST(CApiOpen, ABadProfileIsNamed) {
+  corbot_error error{};
+  EXPECT_EQ(corbot_robot_open("/nonexistent/arm.toml", nullptr, &error), nullptr);
+  EXPECT_NE(std::string(error.text).find("/nonexistent/arm.toml"), std::string::npos) << error.text;
+}
+
+TEST(CopyText, IsAsciiAndTerminatedWhateverComes) {
+  char text[8];
+  copy_text("\xc3\xa4 long text that does not fit", text, sizeof(text));
+  EXPECT_STREQ(text, "?? long");
+}
+
+}  // namespace
+}  // namespace corbot

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/ticket_table.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+namespace corbot {
+namespace {
+
+Ticket ticket(std::uint64_t first, std::uint64_t last) {
+  Ticket result;
+  result.first = first;
+  result.last = last;
+  return result;
+}
+
+TEST(TicketTable, EndsWithTheVerdictOfItsCommand) {
+  TicketTable table;
+  table.add(ticket(1, 1));
+  EXPECT_EQ(table.pending(), 1u);
+  EXPECT_EQ(table.find(1)->state, TicketState::kPending);
+  table.complete(1, Verdict::kDone);
+  EXPECT_EQ(table.pending(), 0u);
+  EXPECT_EQ(table.find(1)->state, TicketState::kDone);
+  EXPECT_EQ(table.find(1)->reason, "");
+}
+
+TEST(TicketTable, TwoCommandsAreOneMotion) {
+  TicketTable table;
+  table.add(ticket(1, 2));
+  table.complete(1, Verdict::kDone);
+  EXPECT_EQ(table.find(2)->state, TicketState::kPending);
+  table.complete(2, Verdict::kDone);
+  EXPECT_EQ(table.find(2)->state, TicketState::kDone);
+  EXPECT_EQ(table.pending(), 0u);
+}
+
+TEST(TicketTable, TheFirstFaultSaysWhy) {
+  TicketTable table;
+  table.add(ticket(1, 2));
+  table.complete(1, Verdict::kStopped);
+  table.complete(2, Verdict::kDiscontinuous);
+  EXPECT_EQ(table.find(2)->state, TicketState::kStopped);
+  EXPECT_NE(table.find(2)->reason, "");
+  EXPECT_EQ(table.pending(), 0u);
+}
+
+TEST(TicketTable, VerdictsOfOtherNumbersChangeNothing) {
+  TicketTable table;
+  table.add(ticket(5, 5));
+  table.complete(4, Verdict::kDone);
+  table.complete(6, Verdict::kDone);
+  EXPECT_EQ(table.find(5)->state, TicketState::kPending);
+  table.complete(5, Verdict::kDone);
+  table.complete(5, Verdict::kFault);  // a second verdict is nobody's
+  EXPECT_EQ(table.find(5)->state, TicketState::kDone);
+  EXPECT_EQ(table.pending(), 0u);
+}
+
+TEST(TicketTable, KeepsTheLastThousandAndForgetsOlderOnes) {
+  TicketTable table;
+  constexpr std::uint64_t kCount = 3000;
+  for (std::uint64_t id = 1; id <= kCount; ++id) {
+    table.add(ticket(id, id));
+    table.complete(id, Verdict::kDone);
+  }
+  for (std::uint64_t id = kCount - 999; id <= kCount; ++id) EXPECT_TRUE(table.find(id)) << id;
+  EXPECT_FALSE(table.find(1));
+}
+
+TEST(TicketTable, PendingOnesAreNeverForgotten) {
+  TicketTable table;
+  table.add(ticket(1, 1));
+  for (std::uint64_t id = 2; id <= 3000; ++id) {
+    table.add(ticket(id, id));
+    table.complete(id, Verdict::kDone);
+  }
+  EXPECT_TRUE(table.find(1));
+  EXPECT_EQ(table.pending(), 1u);
+}
+
+TEST(TicketTable, WakesWhoeverWaits) {
+  TicketTable table;
+  table.add(ticket(1, 1));
+  table.add(ticket(2, 2));
+  std::thread first([&] { EXPECT_EQ(table.wait(1, std::nullopt)->state, TicketState::kDone); });
+  std::thread second([&] { EXPECT_EQ(table.wait(2, std::nullopt)->state, TicketState::kFailed); });
+  table.complete(1, Verdict::kDone);
+  table.fail_pending("gone");
+  first.join();
+  second.join();
+  EXPECT_EQ(table.find(2)->reason, "gone");
+  EXPECT_EQ(table.find(1)->state, TicketState::kDone) << "an ended one does not fail afterwards";
+}
+
+TEST(TicketTable, WaitEndsWithItsTimeOrWithTheTable) {
+  TicketTable table;
+  table.add(ticket(1, 1));
+  EXPECT_EQ(table.wait(1, std::chrono::steady_clock::now())->state, TicketState::kPending);
+  EXPECT_FALSE(table.wait(7, std::nullopt));
+  std::thread waiter([&] { EXPECT_EQ(table.wait(1, std::nullopt)->state, TicketState::kPending); });
+  table.close();
+  waiter.join();
+}
+
+TEST(TicketTable, ARemovedOneIsGone) {
+  TicketTable table;
+  table.add(ticket(1, 1));
+  table.remove(1);
+  EXPECT_FALSE(table.find(1));
+  EXPECT_EQ(table.pending(), 0u);
+  table.remove(1);
+  EXPECT_EQ(table.pending(), 0u);
+}
+
+}  // namespace
+}  // namespace corbot
