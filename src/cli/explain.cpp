@@ -51,7 +51,7 @@ Failure explain(const Corbot::Unreachable& e) {
 Failure explain(const Corbot::LimitExceeded& e) {
   std::string what = printable(e.quantity.in());
   if (e.articulation >= 0) what += fmt::format(" of articulation {}", e.articulation);
-  return {ExitCode::kRefused, fmt::format("refused: {} would be {}; allowed is {} to {}; nothing moved", what,
+  return {ExitCode::kRefused, fmt::format("refused: {}: {} is not within {} to {}; nothing moved", what,
                                           plain(e.value), plain(e.lower), plain(e.upper))};
 }
 

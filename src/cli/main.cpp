@@ -13,6 +13,7 @@
 
 #include "cli/commands.h"
 #include "cli/doctor.h"
+#include "cli/explain.h"
 #include "cli/number.h"
 #include "cli/up.h"
 
@@ -147,6 +148,15 @@ void add_files(CLI::App& app, Settings& s) {
   record_command->callback([&s] { run_record(s.client, s.record); });
 }
 
+/// CLI11 only says that there is an argument too many.
+void check_command(CLI::App& app, const std::string& word) {
+  if (app.get_subcommand_no_throw(word) != nullptr) return;
+  const std::string near = similar_verb(word);
+  throw Failure(ExitCode::kUsage,
+                fmt::format("unknown command '{}'{}; 'corbot --help' lists them", printable(word),
+                            near.empty() ? "" : fmt::format(": did you mean '{}'?", near)));
+}
+
 int run(int argc, char** argv) {
   CLI::App app("corbot: a robot arm behind a CORBA interface, with a real-time body", "corbot");
   app.footer(
@@ -165,6 +175,7 @@ int run(int argc, char** argv) {
     fmt::print("corbot " CORBOT_VERSION "\n");
   });
   std::vector<std::string> arguments = protect_negative_numbers(argc, argv);
+  if (!arguments.empty() && !arguments[0].starts_with('-')) check_command(app, arguments[0]);
   std::reverse(arguments.begin(), arguments.end());  // what CLI11 wants
   try {
     app.parse(std::move(arguments));

@@ -42,7 +42,7 @@ TEST(Message, UnreachableNamesThePoint) {
 TEST(Message, LimitNamesArticulationAndBothBounds) {
   EXPECT_THAT(
       failure_of(Corbot::LimitExceeded("angle", 2, 160, -30, 150)).what(),
-      testing::StrEq("refused: angle of articulation 2 would be 160; allowed is -30 to 150; nothing moved"));
+      testing::StrEq("refused: angle of articulation 2: 160 is not within -30 to 150; nothing moved"));
   EXPECT_THAT(failure_of(Corbot::LimitExceeded("speed", -1, 2, 0, 1)).what(), Not(HasSubstr("articulation")));
 }
 

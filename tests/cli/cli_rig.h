@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "support/process.h"
+
+namespace corbot::test {
+
+/// A runtime directory, a robot name and a port of its own for each test.
+class CliRig : public ::testing::Test {
+ protected:
+  CliRig();
+  /// Ends the robot and looks whether anything is left.
+  ~CliRig() override;
+
+  /// `corbot up`, until it says that the robot is up.
+  void up(const std::vector<std::string>& more = {});
+  /// `corbot ARGUMENTS…` to its end.
+  RunResult corbot(const std::vector<std::string>& arguments, double seconds = 60);
+  /// The same in the background.
+  std::unique_ptr<Process> begin(const std::vector<std::string>& arguments);
+  /// Writes a file into the test's directory and returns its path.
+  std::string put(const std::string& file, const std::string& text) const;
+
+  nlohmann::json status();
+  /// The supervisor's state file.
+  [[nodiscard]] nlohmann::json state() const;
+  bool wait_state(const std::string& word, double seconds = 20);
+
+  std::filesystem::path directory_;
+  std::string name_;
+  int port_;
+  std::unique_ptr<Process> supervisor_;
+
+ private:
+  [[nodiscard]] std::vector<std::string> environment() const;
+};
+
+/// Has the process ended? One that waits to be reaped counts as ended.
+bool has_ended(pid_t pid);
+
+}  // namespace corbot::test

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+
+#include "cli_rig.h"
+
+namespace corbot::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class Motions : public CliRig {
+ protected:
+  void SetUp() override { up(); }
+  double tool(const char* axis) { return status().at("tool").at(axis).get<double>(); }
+  double joint(std::size_t index) { return status().at("joints_deg").at(index).get<double>(); }
+};
+
+TEST_F(Motions, EachCommandReachesTheArm) {
+  EXPECT_EQ(status().at("state"), "Standby");
+  EXPECT_EQ(corbot({"move", "0.22", "-0.08", "0.02", "--above", "0.06"}).code, 0);
+  EXPECT_NEAR(tool("x_m"), 0.22, 1e-9);
+  EXPECT_NEAR(tool("y_m"), -0.08, 1e-9);
+  EXPECT_NEAR(tool("z_m"), 0.08, 1e-9);
+  EXPECT_EQ(corbot({"moves", "0.22", "-.08", "0.05"}).code, 0) << "a negative number without its zero";
+  EXPECT_NEAR(tool("z_m"), 0.05, 1e-9);
+  EXPECT_EQ(corbot({"movec", "0.22", "-0.08", "0.08", "0.24", "0", "0.12", "0.2", "0.1", "0.08"}).code, 0);
+  EXPECT_NEAR(tool("y_m"), 0.1, 1e-9);
+  EXPECT_EQ(corbot({"joints", "-10", "5", "10", "20"}).code, 0);
+  EXPECT_NEAR(joint(0), -10, 1e-9);
+  EXPECT_EQ(corbot({"drive", "0", "-5", "60"}).code, 0);
+  EXPECT_NEAR(joint(0), -15, 1e-9);
+  EXPECT_EQ(corbot({"open"}).code, 0);
+  EXPECT_EQ(status().at("gripper"), "open");
+  EXPECT_EQ(corbot({"close"}).code, 0);
+  EXPECT_EQ(status().at("gripper"), "closed");
+  EXPECT_EQ(corbot({"override", "50"}).code, 0);
+  EXPECT_EQ(status().at("override_percent"), 50.0);
+  EXPECT_EQ(corbot({"pitch", "-20"}).code, 0);
+  EXPECT_EQ(status().at("tool_pitch_deg"), -20.0);
+  EXPECT_EQ(corbot({"speed", "80", "--all"}).code, 0);
+  EXPECT_EQ(corbot({"speed", "80", "--joint", "1"}).code, 0);
+  EXPECT_EQ(corbot({"delay", "0.05"}).code, 0);
+  EXPECT_EQ(corbot({"ready"}).code, 0);
+  EXPECT_NEAR(joint(0), 0, 1e-9);
+  EXPECT_EQ(corbot({"clear"}).code, 0);
+  EXPECT_EQ(corbot({"alarms"}).output, "no alarms\n");
+  EXPECT_THAT(corbot({"diagnostics"}).output, AllOf(HasSubstr("latency"), HasSubstr("1000 us period")));
+}
+
+TEST_F(Motions, StopFromAnotherProcess) {
+  const auto motion = begin({"joints", "80", "20", "30", "40", "--time", "30"});
+  ASSERT_TRUE(wait_state("Waiting"));
+  EXPECT_EQ(corbot({"stop"}).code, 0);
+  const auto end = motion->wait(within(20));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 4);
+  EXPECT_THAT(motion->errors(), HasSubstr("stopped before its end"));
+  EXPECT_EQ(status().at("state"), "Standby");
+  EXPECT_LT(joint(0), 79);
+}
+
+TEST_F(Motions, CtrlCStopsTheArm) {
+  const auto motion = begin({"joints", "80", "20", "30", "40", "--time", "30"});
+  ASSERT_TRUE(wait_state("Waiting"));
+  motion->signal(SIGINT);
+  const auto end = motion->wait(within(20));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 4);
+  EXPECT_THAT(motion->errors(), AllOf(HasSubstr("stopping the arm"), HasSubstr("stopped by Ctrl-C")));
+  EXPECT_EQ(status().at("state"), "Standby") << "at rest when the command has ended";
+  const double rest = joint(0);
+  EXPECT_LT(rest, 79);
+  EXPECT_EQ(joint(0), rest);
+}
+
+TEST_F(Motions, PauseHoldsAndResumeGoesOn) {
+  const auto motion = begin({"joints", "10", "0", "0", "0", "--time", "3"});
+  ASSERT_TRUE(wait_state("Waiting"));
+  EXPECT_EQ(corbot({"pause"}).code, 0);
+  // Slowed down: two looks at the same place.
+  ASSERT_TRUE(wait_until(within(20), [&] {
+    const double first = joint(0);
+    return joint(0) == first;
+  }));
+  EXPECT_LT(joint(0), 9.99);
+  EXPECT_TRUE(motion->running());
+  EXPECT_EQ(corbot({"resume"}).code, 0);
+  EXPECT_EQ(motion->wait(within(30)), 0);
+  EXPECT_NEAR(joint(0), 10, 1e-9);
+}
+
+TEST_F(Motions, RefusalsAreInWordsAndMoveNothing) {
+  const auto before = status().at("joints_deg");
+  const std::vector<std::tuple<std::vector<std::string>, int, const char*>> cases{
+      {{"move", "1", "1", "1"}, 1, "out of reach"},
+      {{"move", "0", "0", "0.1"}, 1, "refused: "},
+      {{"drive", "9", "1", "1"}, 1, "articulation"},
+      {{"drive", "0", "200", "20"}, 1, "not within -90 to 90"},
+      {{"drive", "0", "20", "9999"}, 1, "9999"},
+      {{"joints", "1", "2"}, 1, "4 articulations"},
+      {{"movec", "0", "0", "0", "1", "1", "1", "2", "2", "2"}, 1, "line"},
+      {{"move", "0.2", "0"}, 2, "Z missing"},
+      {{"move", "0.2", "0", "nan"}, 2, "not a finite number"},
+      {{"move", "0.2", "0", "x"}, 2, "'x' is not a number"},
+      {{"move", "0.2", "0", "0.1", "--time", "-1"}, 2, "must not be negative"},
+      {{"move", "0.2", "0", "0.1", "--fast"}, 2, "--fast"},
+      {{"speed", "0"}, 2, "above 0"},
+      {{"speed", "101"}, 2, "at most 100"},
+      {{"delay", "-1"}, 2, "must not be negative"},
+      {{"dance"}, 2, "unknown command 'dance'"},
+      {{"mov", "1", "2", "3"}, 2, "did you mean 'move'?"},
+      {{}, 2, "subcommand"},
+      {{"status", "--robot", "127.0.0.1:1/x"}, 3, "no servant at 127.0.0.1:1"},
+      {{"status", "--robot", "nobody"}, 3, "no robot named 'nobody'"},
+      {{"status", "--robot", "127.0.0.1:" + std::to_string(port_) + "/nobody"},
+       3,
+       "no robot named 'nobody'"}};
+  for (const auto& [arguments, code, phrase] : cases) {
+    const RunResult result = corbot(arguments);
+    EXPECT_EQ(result.code, code) << phrase << ": " << result.errors;
+    EXPECT_THAT(result.errors, AllOf(HasSubstr(phrase), Not(HasSubstr("CORBA")))) << phrase;
+  }
+  EXPECT_EQ(status().at("joints_deg"), before);
+}
+
+TEST_F(Motions, WatchPrintsALineEach) {
+  const RunResult result = corbot({"watch", "--count", "3", "--interval", "0.02"});
+  EXPECT_EQ(result.code, 0) << result.errors;
+  EXPECT_EQ(std::count(result.output.begin(), result.output.end(), '\n'), 3);
+  const auto endless = begin({"watch", "--interval", "0.02"});
+  ASSERT_TRUE(endless->wait_line("Standby", within(20)));
+  endless->signal(SIGINT);
+  EXPECT_EQ(endless->wait(within(20)), 0);
+}
+
+}  // namespace
+}  // namespace corbot::test

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "cli_rig.h"
+
+namespace corbot::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class Programs : public CliRig {
+ protected:
+  void SetUp() override { up(); }
+};
+
+/// The rows of a recording as numbers; the state is left out.
+std::vector<std::vector<double>> read_rows(const std::string& file) {
+  std::ifstream stream(file);
+  std::vector<std::vector<double>> rows;
+  std::string line;
+  std::getline(stream, line);
+  while (std::getline(stream, line)) {
+    std::vector<double> row;
+    std::istringstream fields(line);
+    for (std::string field; std::getline(fields, field, ',');)
+      row.push_back(std::strtod(field.c_str(), nullptr));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+TEST_F(Programs, TheExampleRunsWhileItIsRecorded) {
+  const std::string file = (directory_ / "run.csv").string();
+  const auto recorder = begin({"record", file});
+  ASSERT_TRUE(wait_until(within(20), [&] { return std::filesystem::exists(file); }));
+  const RunResult result = corbot({"run", CORBOT_EXAMPLES "/pick_and_place.corbot"}, 100);
+  EXPECT_EQ(result.code, 0) << result.errors;
+  EXPECT_THAT(result.output, AllOf(HasSubstr("1/14  line 5: ready"), HasSubstr("done: 14 commands")));
+  recorder->signal(SIGINT);
+  EXPECT_EQ(recorder->wait(within(20)), 0);
+  EXPECT_THAT(recorder->errors(), HasSubstr(", 0 lost"));
+
+  const auto rows = read_rows(file);
+  ASSERT_GT(rows.size(), 1000u);
+  double lowest_m = 1;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    ASSERT_EQ(rows[i].size(), 19u);
+    ASSERT_EQ(rows[i][0], rows[i - 1][0] + 1) << "every cycle once";
+    lowest_m = std::min(lowest_m, rows[i][12]);
+  }
+  EXPECT_NEAR(lowest_m, 0.02, 1e-6) << "the hand was at the part";
+}
+
+TEST_F(Programs, AFailingLineStopsTheProgramWithItsNumber) {
+  const std::string file = put("p.corbot", "# a program\nready\nmove 2 2 2\njoints 20 0 0 0\n");
+  const RunResult result = corbot({"run", file});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.errors, AllOf(HasSubstr("p.corbot:3: move 2 2 2: "), HasSubstr("out of reach")));
+  EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 0, 1e-9) << "the line behind was not begun";
+}
+
+TEST_F(Programs, AllSyntaxErrorsAreToldBeforeAnythingMoves) {
+  const std::string file = put("p.corbot", "joints 20 0 0 0\nmove 1\n\ndance\n");
+  const RunResult result = corbot({"run", file});
+  EXPECT_EQ(result.code, 2);
+  EXPECT_THAT(result.errors, AllOf(HasSubstr("p.corbot:2: Y missing"), HasSubstr("p.corbot:4: unknown"),
+                                   HasSubstr("2 lines to mend"), HasSubstr("nothing moved")));
+  EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 0, 1e-9);
+}
+
+TEST_F(Programs, ADryRunMovesNothing) {
+  const std::string file = put("p.corbot", "joints 20 0 0 0\n");
+  const RunResult result = corbot({"run", file, "--dry-run"});
+  EXPECT_EQ(result.code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("line 1: joints 20 0 0 0"));
+  EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 0, 1e-9);
+}
+
+TEST_F(Programs, CtrlCEndsTheProgramAndTheMotion) {
+  const std::string file = put("p.corbot", "joints 80 0 0 0 --time 30\njoints 0 0 0 0\nopen\n");
+  const auto program = begin({"run", file});
+  ASSERT_TRUE(wait_state("Waiting"));
+  program->signal(SIGINT);
+  const auto end = program->wait(within(20));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 4);
+  EXPECT_THAT(program->errors(), AllOf(HasSubstr("p.corbot:1:"), HasSubstr("stopped by Ctrl-C")));
+  EXPECT_THAT(program->output(), Not(HasSubstr("2/3")));
+  EXPECT_EQ(status().at("state"), "Standby");
+}
+
+TEST_F(Programs, RecordingsAreNotOverwrittenUnasked) {
+  const std::string file = put("r.csv", "precious\n");
+  const RunResult refused = corbot({"record", file, "--for", "0.1"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("--force"));
+  const RunResult forced = corbot({"record", file, "--for", "0.1", "--force"});
+  EXPECT_EQ(forced.code, 0) << forced.errors;
+  EXPECT_GT(read_rows(file).size(), 10u);
+  const RunResult piped = corbot({"record", "-", "--for", "0.1"});
+  EXPECT_THAT(piped.output, testing::StartsWith("cycle,time_ns,"));
+  EXPECT_EQ(corbot({"record", "/nonexistent/r.csv", "--for", "0.1"}).code, 2);
+}
+
+}  // namespace
+}  // namespace corbot::test

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include "cli_rig.h"
+
+namespace corbot::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+class Supervision : public CliRig {
+ protected:
+  pid_t pid_of(const char* key) { return state().at(key).get<pid_t>(); }
+  /// The robot answers and carries out a motion.
+  bool works() {
+    return wait_until(within(30), [&] { return corbot({"drive", "0", "1", "50"}).code == 0; });
+  }
+};
+
+TEST_F(Supervision, DownEndsEverythingAndLeavesNothing) {
+  up();
+  EXPECT_THAT(supervisor_->output(), HasSubstr("corbaloc::127.0.0.1:" + std::to_string(port_) + "/" + name_));
+  const pid_t rt = pid_of("rt_pid");
+  const pid_t servant = pid_of("servant_pid");
+  ASSERT_GT(rt, 0);
+  ASSERT_GT(servant, 0);
+  const RunResult result = corbot({"down"});
+  EXPECT_EQ(result.code, 0) << result.errors;
+  EXPECT_EQ(result.output, name_ + " is down\n");
+  EXPECT_TRUE(has_ended(rt));
+  EXPECT_TRUE(has_ended(servant));
+  EXPECT_EQ(supervisor_->wait(within(10)), 0);
+  EXPECT_FALSE(segment_exists(name_));
+  EXPECT_EQ(corbot({"down"}).code, 3) << "there is nothing left to end";
+  supervisor_.reset();
+}
+
+TEST_F(Supervision, CtrlCEndsServantFirst) {
+  up();
+  const pid_t rt = pid_of("rt_pid");
+  supervisor_->signal(SIGINT);
+  EXPECT_EQ(supervisor_->wait(within(20)), 0);
+  EXPECT_TRUE(has_ended(rt));
+  const std::string log = supervisor_->errors() + supervisor_->output();
+  EXPECT_THAT(log, HasSubstr(name_ + " is down"));
+  supervisor_.reset();
+}
+
+TEST_F(Supervision, AKilledServantIsRestartedAndTheArmGoesOn) {
+  up();
+  const pid_t first = pid_of("servant_pid");
+  const auto motion = begin({"joints", "40", "20", "30", "40", "--time", "3"});
+  ASSERT_TRUE(wait_state("Waiting"));
+  ASSERT_EQ(::kill(first, SIGKILL), 0);
+  EXPECT_TRUE(wait_until(within(20), [&] { return pid_of("servant_pid") != first; }));
+  const auto end = motion->wait(within(20));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 3) << motion->errors();
+  EXPECT_THAT(motion->errors(), HasSubstr("went away"));
+  // What was accepted is carried out though its caller is gone.
+  EXPECT_TRUE(wait_state("Standby"));
+  EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 40.0, 1e-6);
+  EXPECT_TRUE(works());
+  EXPECT_THAT(supervisor_->errors(),
+              AllOf(HasSubstr("servant died (signal 9"), HasSubstr("servant restarted")));
+}
+
+TEST_F(Supervision, AKilledRealTimeTaskIsRestartedWhereTheArmWas) {
+  up();
+  ASSERT_EQ(corbot({"joints", "30", "0", "0", "0"}).code, 0);
+  const pid_t first = pid_of("rt_pid");
+  ASSERT_EQ(::kill(first, SIGKILL), 0);
+  ASSERT_TRUE(wait_until(within(20), [&] {
+    const pid_t now = pid_of("rt_pid");
+    return now != 0 && now != first;
+  }));
+  ASSERT_TRUE(works());
+  EXPECT_GT(status().at("joints_deg").at(0).get<double>(), 30.0) << "it goes on from 30 degrees";
+  EXPECT_THAT(supervisor_->errors(), HasSubstr("real-time task died (signal 9"));
+}
+
+TEST_F(Supervision, NoChildOutlivesAKilledSupervisor) {
+  up();
+  const pid_t rt = pid_of("rt_pid");
+  const pid_t servant = pid_of("servant_pid");
+  supervisor_->signal(SIGKILL);
+  ASSERT_TRUE(supervisor_->wait(within(10)));
+  EXPECT_TRUE(wait_until(within(20), [&] { return has_ended(rt) && has_ended(servant); }));
+  EXPECT_EQ(corbot({"status"}).code, 3) << "a left-over state file is no robot";
+  const RunResult result = corbot({"down", "--name", name_});
+  EXPECT_EQ(result.code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("left behind"));
+  supervisor_.reset();
+}
+
+TEST_F(Supervision, ASecondOneIsRefused) {
+  up();
+  const RunResult same = corbot({"up", CORBOT_PROFILE, "--name", name_});
+  EXPECT_EQ(same.code, 5);
+  EXPECT_THAT(same.errors, AllOf(HasSubstr("already running"), HasSubstr("corbot down --name " + name_)));
+  const RunResult port = corbot(
+      {"up", CORBOT_PROFILE, "--name", name_ + "b", "--endpoint", "127.0.0.1:" + std::to_string(port_)});
+  EXPECT_EQ(port.code, 5);
+  EXPECT_THAT(port.errors, AllOf(HasSubstr("port " + std::to_string(port_)), HasSubstr("--endpoint")));
+  EXPECT_EQ(corbot({"status"}).code, 0) << "the first one is untouched";
+}
+
+TEST_F(Supervision, TheNamingServiceKnowsTheRobot) {
+  const int naming = free_port();
+  up({"--naming", std::to_string(naming)});
+  const std::string robot = "corbaname::127.0.0.1:" + std::to_string(naming) + "#Robots/" + name_ + ".Robot";
+  EXPECT_TRUE(wait_until(within(20), [&] {
+    return corbot({"status", "--robot", robot}).code == 0;
+  })) << supervisor_->errors();
+}
+
+TEST_F(Supervision, WrongStartsAreUsageErrors) {
+  const std::string bad = put("bad.toml", "[robot]\nname = 3\n");
+  const std::vector<std::pair<std::vector<std::string>, const char*>> cases{
+      {{"up"}, "PROFILE"},
+      {{"up", "/nonexistent.toml"}, "/nonexistent.toml"},
+      {{"up", bad}, "bad.toml:2"},
+      {{"up", CORBOT_PROFILE, "--name", "a b"}, "--name 'a b'"},
+      {{"up", CORBOT_PROFILE, "--endpoint", "here"}, "--endpoint 'here'"},
+      {{"up", CORBOT_PROFILE, "--orb", "tao"}, "--orb"},
+      {{"up", CORBOT_PROFILE, "--realtime", "never"}, "--realtime"}};
+  for (const auto& [arguments, phrase] : cases) {
+    const RunResult result = corbot(arguments);
+    EXPECT_EQ(result.code, 2) << phrase << ": " << result.errors;
+    EXPECT_THAT(result.errors, HasSubstr(phrase));
+  }
+}
+
+}  // namespace
+}  // namespace corbot::test
