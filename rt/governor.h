@@ -40,8 +40,9 @@ struct GovernedMotion {
 ///     T_stop ≤ min(time the motion would still take, kStopBound · max(v/a + a/j)).
 /// Why: a rest-to-rest motion that finds no ramp is either ending its acceleration (at most a/j long, then a
 /// ramp is found) or braking already (at most v/a + a/j to its natural end); a ramp needs at most 1.5 v/a for
-/// the acceleration and √(6 v/j) ≤ 1.23 (v/a + a/j) for the jerk, times the ladder's step. The figure is
-/// measured by the property tests.
+/// the acceleration and √(6 v/j) ≤ 1.23 (v/a + a/j) for the jerk, times the ladder's step. On an arc
+/// the bound is kArcStopBound, since the acceleration towards the centre takes its part of the path's limits.
+/// Measured by the property tests over 400,000 motions: at most 3.5 for joints and lines, 4.4 for arcs.
 ///
 /// Real-time safe, bounded: at most kCandidates · kSamples samples of each law, twice, in a cycle.
 class Governor {

@@ -46,6 +46,8 @@ class SetPointCheck : public ::testing::Test {
   Joints last{0.1, 0.9, 1.2, 0.4};
 };
 
+static_assert(rt::kGateTolerance_rad <= 2.5e-7, "far below a servo pulse, or the range is a wider one");
+
 TEST_F(SetPointCheck, AcceptsRestAndTheSpeedLimit) {
   EXPECT_TRUE(check(last).ok);
   Joints next = last;
@@ -58,7 +60,7 @@ TEST_F(SetPointCheck, RefusesAStepBeyondTheSpeedLimit) {
   for (std::size_t i = 0; i < 4; ++i) {
     for (const double sign : {-1.0, 1.0}) {
       Joints next = last;
-      next[i] += sign * (arm.joints[i].speed_rad_s * 1e-3 * 1.000002 + 2e-9);
+      next[i] += sign * (arm.joints[i].speed_rad_s * 1e-3 * 1.000002 + 2e-7);
       const auto verdict = check(next);
       EXPECT_FALSE(verdict.ok);
       EXPECT_EQ(verdict.code, AlarmCode::kSetPointDiscontinuous);
@@ -87,9 +89,9 @@ TEST_F(SetPointCheck, RefusesWhatIsNotFiniteOrOutOfRange) {
   EXPECT_FALSE(check(last, -0.1).ok);
   last[1] = arm.joints[1].upper_rad;
   Joints edge = last;
-  edge[1] += 0.9e-9;
+  edge[1] += 0.9 * rt::kGateTolerance_rad;
   EXPECT_TRUE(check(edge).ok);
-  edge[1] += 1e-9;
+  edge[1] += 0.2 * rt::kGateTolerance_rad;
   EXPECT_FALSE(check(edge).ok);
 }
 
