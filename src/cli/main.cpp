@@ -150,7 +150,9 @@ void add_files(CLI::App& app, Settings& s) {
 
 /// CLI11 only says that there is an argument too many.
 void check_command(CLI::App& app, const std::string& word) {
-  if (app.get_subcommand_no_throw(word) != nullptr) return;
+  const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+  if (std::any_of(commands.begin(), commands.end(), [&](const CLI::App* c) { return c->get_name() == word; }))
+    return;
   const std::string near = similar_verb(word);
   throw Failure(ExitCode::kUsage,
                 fmt::format("unknown command '{}'{}; 'corbot --help' lists them", printable(word),
