@@ -81,18 +81,21 @@ TEST_F(Lifecycle, AServantThatComesBackLearnsWhereTheArmIs) {
 }
 
 TEST_F(Lifecycle, ForwardedClientsFindARestartedServant) {
-  // Four blocked calls: at least one of them drives the reference to another lane.
+  // More blocked calls than one lane holds: the reference is forwarded to another lane, whose port ends with
+  // the servant.
+  constexpr int kCalls = 6;
   std::vector<std::thread> callers;
   std::atomic<int> stopped{0};
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < kCalls; ++i) {
     callers.emplace_back([&] {
       if (raised_by([&] { arm_->Delay(600.0); }) == "Stopped") ++stopped;
     });
   }
-  ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { (void)arm_->Progress(4); }).empty(); }));
+  ASSERT_TRUE(
+      wait_until(within(30), [&] { return raised_by([&] { (void)arm_->Progress(kCalls); }).empty(); }));
   arm_->Stop();
   for (auto& caller : callers) caller.join();
-  EXPECT_EQ(stopped, 4);
+  EXPECT_EQ(stopped, kCalls);
   EXPECT_EQ(servant_->terminate(), 0);
   start_servant();
   arm_->Ready();

@@ -110,5 +110,19 @@ TEST_F(Naming, ARestartedServantTakesItsNameAgain) {
   ASSERT_TRUE(wait_until(within(30), [&] { return answers_by_name(); })) << servant_->errors();
 }
 
+TEST_F(Naming, UnbindsWhatAKilledServantLeftBound) {
+  start_service();
+  start_robot();
+  ASSERT_TRUE(wait_until(within(30), [&] { return answers_by_name(); }));
+  servant_->signal(SIGKILL);
+  ASSERT_TRUE(servant_->wait(within(10)));
+  start_servant({"--naming", naming_});  // at the same address: the name it finds is its own already
+  ASSERT_TRUE(wait_until(within(30), [&] { return answers_by_name(); })) << servant_->errors();
+  arm_ = Corbot::Arm::_nil();
+  ASSERT_EQ(servant_->terminate(), 0);
+  servant_.reset();
+  EXPECT_EQ(raised_by([&] { (void)resolve(name_); }), "NotFound");
+}
+
 }  // namespace
 }  // namespace corbot::test

@@ -71,7 +71,10 @@ bool NameKeeper::is_ours(CosNaming::NamingContext_ptr context) const {
 void NameKeeper::keep_bound() {
   try {
     CosNaming::NamingContext_var context = root();
-    if (is_ours(context)) return;
+    if (is_ours(context)) {
+      bound_ = true;  // by an earlier life of this servant, perhaps, that was killed
+      return;
+    }
     CosNaming::Name robots;
     robots.length(1);
     robots[0] = name_[0];
