@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <cstdio>
 #include <exception>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -42,12 +44,36 @@ void add_client_options(CLI::App& command, Settings& settings) {
       ->check(CLI::Range(0.1, 3600.0));
 }
 
+/// Shows a verb's own grammar; CLI11 would show "[values(0x)]".
+class VerbFormatter : public CLI::Formatter {
+ public:
+  explicit VerbFormatter(const VerbSpec& spec) : spec_(spec) {}
+  std::string make_usage(const CLI::App*, std::string) const override {
+    return "Usage: corbot " + usage_of(spec_) + " [--robot R] [--timeout S]\n";
+  }
+  std::string make_positionals(const CLI::App*) const override { return {}; }
+
+ private:
+  const VerbSpec& spec_;
+};
+
+/// What a person reads after a wrong command line.
+std::string explain_usage(const CLI::App* app, const CLI::Error& error) {
+  std::string command = "corbot";
+  for (const CLI::App* chosen : app->get_subcommands()) command += " " + chosen->get_name();
+  std::string what = error.what();
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+    what = fmt::format("unexpected: {}", fmt::join(app->remaining(true), " "));
+  }
+  return fmt::format("{}: {} ('{} --help' tells more)\n", command, printable(what), command);
+}
+
 /// A sub-command for every verb; its words are read by the same parser as a program's.
 void add_verbs(CLI::App& app, Settings& settings,
                std::map<const VerbSpec*, std::vector<std::string>>& words) {
   for (const VerbSpec& spec : verbs()) {
     CLI::App* command = app.add_subcommand(std::string(spec.word), std::string(spec.help));
-    command->footer("corbot " + usage_of(spec));
+    command->formatter(std::make_shared<VerbFormatter>(spec));
     std::vector<std::string>& given = words[&spec];
     given.emplace_back(spec.word);
     if (!spec.arguments.empty()) {
@@ -165,6 +191,7 @@ int run(int argc, char** argv) {
       "Exit codes: 0 ok, 1 refused by the robot, 2 usage, 3 cannot reach the robot, 4 stopped, 5 internal.\n"
       "More: man corbot");
   app.require_subcommand(1);
+  app.failure_message(explain_usage);
   app.set_version_flag("--version", "corbot " CORBOT_VERSION);
   Settings settings;
   std::map<const VerbSpec*, std::vector<std::string>> words;

@@ -115,7 +115,7 @@ TEST_F(Motions, RefusalsAreInWordsAndMoveNothing) {
       {{"delay", "-1"}, 2, "must not be negative"},
       {{"dance"}, 2, "unknown command 'dance'"},
       {{"mov", "1", "2", "3"}, 2, "did you mean 'move'?"},
-      {{}, 2, "subcommand"},
+      {{}, 2, "subcommand is required"},
       {{"status", "--robot", "127.0.0.1:1/x"}, 3, "no servant at 127.0.0.1:1"},
       {{"status", "--robot", "nobody"}, 3, "no robot named 'nobody'"},
       {{"status", "--robot", "127.0.0.1:" + std::to_string(port_) + "/nobody"},
