@@ -51,6 +51,8 @@ class Segment {
   [[nodiscard]] bool linked() const { return file_.status(name_).st_nlink > 0; }
 
   /// A clean exit: the last of the two sides removes the file. The segment must not be used afterwards.
+  /// Throws kInUse when another process has been entering or leaving for two seconds; the destructor still
+  /// gives the locks back.
   void leave();
 
  private:

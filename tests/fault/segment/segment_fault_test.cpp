@@ -195,6 +195,62 @@ TEST_F(SegmentFault, EnteringAndLeavingAtOnceLeavesNothingBehind) {
   }
 }
 
+TEST_F(SegmentFault, NobodyEntersOrLeavesWhileSomebodyElseDoes) {
+  Segment rt = task();
+  const segment_detail::File file = segment_detail::open_existing(name(), O_RDWR);
+  ASSERT_TRUE(file.lock(segment_detail::LockByte::kGate));
+  const int refused = 50 + static_cast<int>(Kind::kInUse);
+  const auto text_tells = [](const SegmentError& error) {
+    return std::string_view(error.what()).find("entering or leaving") != std::string_view::npos;
+  };
+  const std::vector<int> codes = race(3, [&](int index) {  // at once: each gives up after two seconds
+    try {
+      if (index == 0) (void)task();
+      if (index == 1) (void)servant();
+      if (index == 2) rt.leave();
+    } catch (const SegmentError& error) {
+      if (text_tells(error)) throw;
+      return 1;
+    }
+    return 0;
+  });
+  EXPECT_EQ(codes, std::vector<int>(3, refused));
+  file.unlock(segment_detail::LockByte::kGate);
+  Segment user = servant();
+  user.leave();
+  rt.leave();
+  EXPECT_FALSE(exists());
+}
+
+TEST_F(SegmentFault, TheTwoSidesLeavingAtOnceLeaveNothingBehind) {
+  constexpr int kTurns = 1000;
+  void* const shared = ::mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  ASSERT_NE(shared, MAP_FAILED);
+  auto* const arrived = new (shared) std::atomic<int>(0);
+  const auto meet = [arrived](int meeting) {
+    arrived->fetch_add(1);
+    for (int spin = 0; arrived->load() < 2 * meeting; ++spin) {
+      if (spin > 1000) ::sched_yield();
+    }
+  };
+  const std::vector<int> codes = race(2, [&](int index) {
+    for (int turn = 0; turn < kTurns; ++turn) {
+      std::optional<Segment> segment;
+      if (index == 0) segment.emplace(task());
+      meet(4 * turn + 1);
+      if (index == 1) segment.emplace(servant());
+      meet(4 * turn + 2);
+      segment->leave();
+      meet(4 * turn + 3);
+      if (exists()) return 2;
+      meet(4 * turn + 4);
+    }
+    return 0;
+  });
+  ::munmap(shared, 4096);
+  EXPECT_EQ(codes, std::vector<int>(2, 0)) << "2: the file was still there when both had left";
+}
+
 TEST_F(SegmentFault, ACreatorKilledAnywhereBlocksNobody) {
   const unsigned seed = std::random_device{}();
   RecordProperty("seed", std::to_string(seed));

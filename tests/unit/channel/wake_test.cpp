@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <fstream>
+#include <string>
 #include <thread>
 
 namespace corbot {
@@ -25,17 +27,32 @@ TEST(Wake, TimesOut) {
   EXPECT_FALSE(wait_change(word, 3, -1));
 }
 
-TEST(Wake, EndsAWaitThatWouldTakeAnHour) {
+/// Is this thread of ours asleep in the kernel? The third field of its stat file, after "(name)".
+bool asleep(pid_t thread) {
+  std::ifstream file("/proc/self/task/" + std::to_string(thread) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  const auto after = text.rfind(')');
+  return after != std::string::npos && text.size() > after + 2 && text[after + 2] == 'S';
+}
+
+TEST(Wake, EndsAWaitThatWouldTakeAMinute) {
   std::atomic<std::uint32_t> word{0};
+  std::atomic<pid_t> thread{0};
   std::uint64_t published = 0;  // what the wake-up announces: plain, so that TSan checks the order
+  const auto begin = std::chrono::steady_clock::now();
   std::thread waiter([&] {
-    while (!wait_change(word, 0, 3'600'000'000'000)) {
+    thread.store(static_cast<pid_t>(::syscall(SYS_gettid)));
+    while (!wait_change(word, 0, 60'000'000'000)) {
     }
     EXPECT_EQ(published, 42u);
   });
+  while (thread.load() == 0 || !asleep(thread.load())) std::this_thread::yield();
   published = 42;
   wake_all(word);
   waiter.join();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(50))
+      << "woken by the timeout, not by wake_all";
 }
 
 }  // namespace
