@@ -65,7 +65,8 @@ class JumpWatch {
         Snapshot now{};
         if (!trace.read(next, now)) {
           // A task that was killed while it wrote leaves one slot unreadable; the comparison goes on across
-          // it.
+          // it. But not across what has been overwritten before it was read.
+          if (trace.next() - next >= Trace::capacity()) have_last = false;
           continue;
         }
         if (have_last) compare(last, now);
