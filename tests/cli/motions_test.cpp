@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 
 #include <algorithm>
+#include <chrono>
 
 #include "cli_rig.h"
 
@@ -51,6 +52,25 @@ TEST_F(Motions, EachCommandReachesTheArm) {
   EXPECT_EQ(corbot({"clear"}).code, 0);
   EXPECT_EQ(corbot({"alarms"}).output, "no alarms\n");
   EXPECT_THAT(corbot({"diagnostics"}).output, AllOf(HasSubstr("latency"), HasSubstr("1000 us period")));
+}
+
+TEST_F(Motions, SpeedSlowsDownWhatItNames) {
+  const auto seconds = [&](const std::vector<std::string>& motion) {
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_EQ(corbot(motion).code, 0);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  // Lower bounds only, from the profile's limits: 180 degrees/s of the base, 0.25 m/s of the tool.
+  EXPECT_EQ(corbot({"speed", "10", "--all"}).code, 0);
+  EXPECT_GT(seconds({"joints", "30", "0", "0", "0"}), 30 / 18.0);
+  EXPECT_EQ(corbot({"speed", "100", "--all"}).code, 0);
+  EXPECT_EQ(corbot({"speed", "10", "--joint", "0"}).code, 0);
+  EXPECT_GT(seconds({"joints", "0", "0", "0", "0"}), 30 / 18.0);
+  EXPECT_EQ(corbot({"speed", "100", "--joint", "0"}).code, 0);
+  EXPECT_EQ(corbot({"move", "0.22", "0", "0.08"}).code, 0);
+  EXPECT_EQ(corbot({"speed", "10"}).code, 0);
+  EXPECT_GT(seconds({"moves", "0.22", "0", "0.04"}), 0.04 / 0.025);
+  EXPECT_EQ(status().at("override_percent"), 100.0) << "it is no override";
 }
 
 TEST_F(Motions, StopFromAnotherProcess) {

@@ -37,7 +37,24 @@ TEST_F(Supervision, DownEndsEverythingAndLeavesNothing) {
   supervisor_.reset();
 }
 
-TEST_F(Supervision, CtrlCEndsServantFirst) {
+TEST_F(Supervision, DownWaitsForWhatDoesNotEndAndHasItKilled) {
+  up();
+  const pid_t servant = pid_of("servant_pid");
+  const pid_t rt = pid_of("rt_pid");
+  ASSERT_EQ(::kill(servant, SIGSTOP), 0);  // it cannot even see SIGTERM
+  const RunResult result = corbot({"down"});
+  EXPECT_EQ(result.code, 0) << result.errors;
+  EXPECT_TRUE(has_ended(servant));
+  EXPECT_TRUE(has_ended(rt));
+  EXPECT_EQ(supervisor_->wait(within(10)), 0);
+  const std::string log = supervisor_->errors();
+  const std::size_t killing = log.find("servant does not end, killing it");
+  ASSERT_NE(killing, std::string::npos) << log;
+  EXPECT_LT(killing, log.find("at rest, ended")) << "the real-time task outlives the servant";
+  supervisor_.reset();
+}
+
+TEST_F(Supervision, CtrlCEndsEverything) {
   up();
   const pid_t rt = pid_of("rt_pid");
   supervisor_->signal(SIGINT);
