@@ -14,6 +14,7 @@ namespace corbot {
 namespace {
 
 constexpr double kSettle_s = 10.0;  // for what the task does at once, or as fast as the arm's limits allow
+constexpr std::chrono::seconds kVerdictsAreRead{1};
 constexpr std::int64_t kLook_ns = 10'000'000;
 
 double checked_percent(const std::string& parameter, double percent) {
@@ -223,10 +224,15 @@ corbot_motion_info Robot::describe(const Ticket& ticket) const {
 void Robot::stop() {
   const auto segment = living_segment();
   ControlFlags& control = segment->layout().control;
+  // Every number up to here was planned before this Stop.
+  const std::uint64_t last = segment->layout().header.next_command_id.load(std::memory_order_acquire) - 1;
   const std::uint64_t count = control.stop_count.fetch_add(1, std::memory_order_acq_rel) + 1;
   await(*segment, kSettle_s, "a Stop", [&](const Snapshot& now) { return now.stops_done >= count; });
   // Not before: a paused motion must not go on for a cycle first.
   control.pause.store(0, std::memory_order_relaxed);
+  // The verdicts are out, but the link's thread may not have read them yet: who asks for the state or for a
+  // ticket after Stop has returned shall find what Stop did.
+  tickets_.wait_ended_up_to(last, std::chrono::steady_clock::now() + kVerdictsAreRead);
 }
 
 void Robot::pause(bool on) {

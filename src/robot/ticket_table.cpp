@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "robot/ticket_table.h"
 
+#include <algorithm>
+
 namespace corbot {
 namespace {
 
@@ -41,6 +43,7 @@ void TicketTable::remove(std::uint64_t id) {
   if (found == tickets_.end()) return;
   if (found->second.state == TicketState::kPending) --pending_;
   tickets_.erase(found);
+  ended_.notify_all();
 }
 
 void TicketTable::complete(std::uint64_t command, Verdict verdict) {
@@ -104,6 +107,16 @@ std::optional<Ticket> TicketTable::wait(std::uint64_t id,
       return late == tickets_.end() ? std::nullopt : std::optional(late->second);
     }
   }
+}
+
+bool TicketTable::wait_ended_up_to(std::uint64_t id, std::chrono::steady_clock::time_point until) const {
+  const auto all_ended = [&] {
+    return std::none_of(tickets_.begin(), tickets_.upper_bound(id),
+                        [](const auto& entry) { return entry.second.state == TicketState::kPending; });
+  };
+  std::unique_lock lock(mutex_);
+  ended_.wait_until(lock, until, [&] { return closed_ || all_ended(); });
+  return all_ended();
 }
 
 std::size_t TicketTable::pending() const {

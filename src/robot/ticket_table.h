@@ -47,6 +47,9 @@ class TicketTable {
   /// returns it as it then stands. Nothing when there is no such ticket.
   [[nodiscard]] std::optional<Ticket> wait(std::uint64_t id,
                                            std::optional<std::chrono::steady_clock::time_point> until) const;
+  /// Waits until no ticket up to this number is pending, the time has passed or the table is closed. True in
+  /// the first case.
+  bool wait_ended_up_to(std::uint64_t id, std::chrono::steady_clock::time_point until) const;
   [[nodiscard]] std::size_t pending() const;
 
  private:

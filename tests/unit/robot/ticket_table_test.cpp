@@ -114,5 +114,20 @@ TEST(TicketTable, ARemovedOneIsGone) {
   EXPECT_EQ(table.pending(), 0u);
 }
 
+TEST(TicketTable, WaitsForAllUpToANumberAndNoFurther) {
+  TicketTable table;
+  for (const std::uint64_t id : {1u, 2u, 3u}) {
+    Ticket ticket;
+    ticket.first = ticket.last = id;
+    table.add(ticket);
+  }
+  table.complete(1, Verdict::kStopped);
+  EXPECT_FALSE(table.wait_ended_up_to(2, std::chrono::steady_clock::now()));
+  std::thread pump([&] { table.complete(2, Verdict::kStopped); });
+  EXPECT_TRUE(table.wait_ended_up_to(2, std::chrono::steady_clock::now() + std::chrono::seconds(30)));
+  pump.join();
+  EXPECT_FALSE(table.wait_ended_up_to(3, std::chrono::steady_clock::now())) << "the third is still pending";
+}
+
 }  // namespace
 }  // namespace corbot
