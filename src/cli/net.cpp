@@ -20,7 +20,7 @@ std::optional<std::pair<std::string, int>> split_endpoint(const std::string& tex
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0) return std::nullopt;
   const auto port = parse_integer(std::string_view(text).substr(colon + 1));
-  if (!port || *port < 0 || *port > 65535) return std::nullopt;
+  if (!port || *port < 1 || *port > 65535) return std::nullopt;
   return std::pair{text.substr(0, colon), *port};
 }
 

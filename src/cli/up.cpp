@@ -112,7 +112,7 @@ void up(const UpOptions& options) {
   const auto endpoint = split_endpoint(state.endpoint);
   if (!endpoint) {
     throw Failure(ExitCode::kUsage,
-                  fmt::format("--endpoint '{}': write HOST:PORT, port 0 to 65535", state.endpoint));
+                  fmt::format("--endpoint '{}': write HOST:PORT, port 1 to 65535", state.endpoint));
   }
 
   const auto lock = StateLock::acquire(state.name);

@@ -47,7 +47,7 @@ TEST(CommandLine, ProtectsNegativeNumbersOnly) {
 
 TEST(Endpoint, IsHostAndPort) {
   EXPECT_EQ(split_endpoint("127.0.0.1:12810"), (std::pair<std::string, int>{"127.0.0.1", 12810}));
-  for (const char* text : {"", "localhost", ":1", "h:", "h:-1", "h:65536", "h:x"}) {
+  for (const char* text : {"", "localhost", ":1", "h:", "h:-1", "h:0", "h:65536", "h:x"}) {
     EXPECT_FALSE(split_endpoint(text)) << text;
   }
 }
