@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * The robot without an ORB, in C: what every adapter (omniORB, ORBit2) calls. Units are the CORBA face's: metres,
- * degrees, seconds, percent. Every function is thread-safe; none is real-time safe. No exception crosses this header.
+ * The robot without an ORB, in C: what every adapter (omniORB, ORBit2) calls. Units are the CORBA face's:
+ * metres, degrees, seconds, percent. Every function is thread-safe; none is real-time safe. No exception
+ * crosses this header.
  *
  * Functions that can fail return CORBOT_OK or the kind of failure and fill *error. Nothing has moved then. */
 #ifndef CORBOT_ROBOT_H
@@ -96,9 +97,9 @@ typedef struct corbot_loop_info {
   double edges_s[CORBOT_LATENCY_BUCKETS];
 } corbot_loop_info;
 
-/* Reads the profile, takes the servant's place at the segment of `name` (NULL: the profile's own name) and goes on
- * trying in the background while no real-time task is there. NULL and *error on a bad profile or when another
- * servant holds the place. */
+/* Reads the profile, takes the servant's place at the segment of `name` (NULL: the profile's own name) and
+ * goes on trying in the background while no real-time task is there. NULL and *error on a bad profile or when
+ * another servant holds the place. */
 corbot_robot* corbot_robot_open(const char* profile_path, const char* name, corbot_error* error);
 /* Wakes every waiting call (CORBOT_NOT_READY) and gives the place up. What was accepted is carried out. */
 void corbot_robot_close(corbot_robot* robot);
@@ -108,7 +109,8 @@ void corbot_robot_interrupt(corbot_robot* robot);
 void corbot_robot_describe(const corbot_robot* robot, corbot_description* out);
 
 /* Reads; never wait for a motion. */
-corbot_status corbot_robot_joints(const corbot_robot* robot, double out_deg[CORBOT_MAX_JOINTS], corbot_error* error);
+corbot_status corbot_robot_joints(const corbot_robot* robot, double out_deg[CORBOT_MAX_JOINTS],
+                                  corbot_error* error);
 corbot_status corbot_robot_pose(const corbot_robot* robot, corbot_pose* out, corbot_error* error);
 corbot_gripper corbot_robot_gripper(const corbot_robot* robot);
 corbot_state corbot_robot_state(const corbot_robot* robot);
@@ -118,26 +120,27 @@ size_t corbot_robot_alarms(const corbot_robot* robot, corbot_alarm out[CORBOT_MA
 corbot_status corbot_robot_loop_info(const corbot_robot* robot, corbot_loop_info* out, corbot_error* error);
 
 /* Start a motion: plan all of it, hand it over, return its ticket. */
-corbot_status corbot_robot_move(corbot_robot* robot, const double p_m[3], double d_m, double t_s, corbot_ticket* ticket,
-                                corbot_error* error);
+corbot_status corbot_robot_move(corbot_robot* robot, const double p_m[3], double d_m, double t_s,
+                                corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_move_s(corbot_robot* robot, const double p_m[3], double d_m, double t_s,
                                   corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_move_c(corbot_robot* robot, const double p1_m[3], const double p2_m[3],
                                   const double p3_m[3], corbot_ticket* ticket, corbot_error* error);
-corbot_status corbot_robot_move_joints(corbot_robot* robot, const double* target_deg, size_t count, double t_s,
-                                       corbot_ticket* ticket, corbot_error* error);
-corbot_status corbot_robot_drive(corbot_robot* robot, int32_t articulation, double increment_deg, double speed_deg_s,
-                                 corbot_ticket* ticket, corbot_error* error);
+corbot_status corbot_robot_move_joints(corbot_robot* robot, const double* target_deg, size_t count,
+                                       double t_s, corbot_ticket* ticket, corbot_error* error);
+corbot_status corbot_robot_drive(corbot_robot* robot, int32_t articulation, double increment_deg,
+                                 double speed_deg_s, corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_ready(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_delay(corbot_robot* robot, double t_s, corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_open_gripper(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_close_gripper(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error);
 
-/* Waits until the motion has ended (or for timeout_s; negative: for ever) and tells how it stands. CORBOT_OK also when
- * the time ran out or the motion failed: read info->state. CORBOT_BAD_PARAMETER: no such ticket. */
-corbot_status corbot_robot_wait(corbot_robot* robot, corbot_ticket ticket, double timeout_s, corbot_motion_info* info,
-                                corbot_error* error);
-/* Waits for ever and turns the end of the motion into a status: CORBOT_OK, _STOPPED, or _NOT_READY with the reason. */
+/* Waits until the motion has ended (or for timeout_s; negative: for ever) and tells how it stands. CORBOT_OK
+ * also when the time ran out or the motion failed: read info->state. CORBOT_BAD_PARAMETER: no such ticket. */
+corbot_status corbot_robot_wait(corbot_robot* robot, corbot_ticket ticket, double timeout_s,
+                                corbot_motion_info* info, corbot_error* error);
+/* Waits for ever and turns the end of the motion into a status: CORBOT_OK, _STOPPED, or _NOT_READY with the
+ * reason. */
 corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, corbot_error* error);
 
 /* Pre-empt; never queued, never behind a plan that is being made. Stop returns at rest. */
@@ -149,7 +152,8 @@ corbot_status corbot_robot_clear(corbot_robot* robot, corbot_error* error);
 
 /* Settings for the motions planned from now on. */
 corbot_status corbot_robot_speed(corbot_robot* robot, double percent, corbot_error* error);
-corbot_status corbot_robot_art_speed(corbot_robot* robot, int32_t articulation, double percent, corbot_error* error);
+corbot_status corbot_robot_art_speed(corbot_robot* robot, int32_t articulation, double percent,
+                                     corbot_error* error);
 corbot_status corbot_robot_all_speed(corbot_robot* robot, double percent, corbot_error* error);
 corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, double degrees, corbot_error* error);
 

@@ -35,9 +35,9 @@ struct PathLimits {
 /// How one servo follows one joint: pulse = zero + direction · us_per_rad · angle, then bounded.
 struct ServoMap {
   std::uint32_t channel{};
-  double zero_us{};         ///< pulse width at joint angle 0
-  double us_per_rad{};      ///< scale, positive
-  double direction{1.0};    ///< +1 or −1
+  double zero_us{};       ///< pulse width at joint angle 0
+  double us_per_rad{};    ///< scale, positive
+  double direction{1.0};  ///< +1 or −1
   double pulse_min_us{};
   double pulse_max_us{};
 };
@@ -47,20 +47,20 @@ struct GripperModel {
   std::uint32_t channel{};
   double closed_us{};
   double open_us{};
-  double travel_s{};        ///< time from closed to open at full speed, greater than 0
+  double travel_s{};  ///< time from closed to open at full speed, greater than 0
 };
 
 /// Everything that the real-time cycle and the planner must know about an arm. Plain data, validated by
 /// whoever fills it (src/config), immutable afterwards; both processes hold their own copy.
 struct ArmModel {
   ArmKind kind{ArmKind::kAnthropomorphic};
-  std::uint32_t dof{};                                ///< 1 … kMaxJoints; 4 for the Lynx 5
+  std::uint32_t dof{};  ///< 1 … kMaxJoints; 4 for the Lynx 5
   ArmGeometry geometry{};
   std::array<JointLimits, kMaxJoints> joints{};
   PathLimits path{};
   std::array<ServoMap, kMaxJoints> servos{};
   GripperModel gripper{};
-  std::int64_t period_ns{1'000'000};                  ///< of the real-time loop
+  std::int64_t period_ns{1'000'000};  ///< of the real-time loop
 };
 static_assert(std::is_trivially_copyable_v<ArmModel>);
 

@@ -8,12 +8,13 @@
 
 namespace corbot {
 
-/// What a backend is handed every cycle. It takes the pulses, or the joint set-points, whichever its device speaks.
+/// What a backend is handed every cycle. It takes the pulses, or the joint set-points, whichever its device
+/// speaks.
 struct ServoFrame {
   std::uint64_t cycle{};
   std::int64_t time_ns{};  ///< CLOCK_MONOTONIC, the instant the cycle was due
   std::uint32_t servo_count{};
-  std::array<double, kMaxServos> pulse_us{};          ///< bounded by the servo map
+  std::array<double, kMaxServos> pulse_us{};  ///< bounded by the servo map
   std::array<std::uint32_t, kMaxServos> channel{};
   Joints position_rad{};
 };
@@ -26,9 +27,9 @@ struct ServoFeedback {
 
 enum class BackendHealth : std::uint32_t { kClosed, kOpen, kDegraded, kLost };
 
-/// The one face of everything that moves servos. `write`, `read` and `health` are called from the real-time cycle
-/// and must be real-time safe: bounded, no allocation, no lock, no blocking call, no system call. A device on a
-/// blocking bus is served by a thread of the backend's own, through a latest-value hand-over.
+/// The one face of everything that moves servos. `write`, `read` and `health` are called from the real-time
+/// cycle and must be real-time safe: bounded, no allocation, no lock, no blocking call, no system call. A
+/// device on a blocking bus is served by a thread of the backend's own, through a latest-value hand-over.
 class Backend {
  public:
   Backend() = default;
@@ -36,8 +37,8 @@ class Backend {
   Backend& operator=(const Backend&) = delete;
   virtual ~Backend() = default;
 
-  /// Not real-time safe. Opens the device; throws std::runtime_error naming the device and the cause. `first` is
-  /// where the arm is believed to be.
+  /// Not real-time safe. Opens the device; throws std::runtime_error naming the device and the cause. `first`
+  /// is where the arm is believed to be.
   virtual void open(const ServoFrame& first) = 0;
   /// Not real-time safe. Ends threads, closes the device. May be called twice.
   virtual void close() noexcept = 0;

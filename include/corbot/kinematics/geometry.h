@@ -5,8 +5,8 @@
 
 namespace corbot {
 
-/// Link lengths and D-H offsets of a four-axis arm of the Lynx family: base turning about z, then three parallel
-/// axes (shoulder, elbow, wrist). Source: the paper, Table I ('Start' column) and Table II.
+/// Link lengths and D-H offsets of a four-axis arm of the Lynx family: base turning about z, then three
+/// parallel axes (shoulder, elbow, wrist). Source: the paper, Table I ('Start' column) and Table II.
 struct ArmGeometry {
   double l0_m{};  ///< table to shoulder axis
   double l1_m{};  ///< shoulder to elbow

@@ -61,9 +61,9 @@ struct Command {
   std::uint64_t epoch;  ///< value of ControlFlags::stop_count when it was planned; an older one is refused
   MotionKind kind;
   std::uint32_t reserved;
-  double duration_s;    ///< at override 100 %
-  Joints start_rad;     ///< must equal the set-point at which the arm rests when the command begins
-  Joints end_rad;       ///< where the arm rests afterwards
+  double duration_s;  ///< at override 100 %
+  Joints start_rad;   ///< must equal the set-point at which the arm rests when the command begins
+  Joints end_rad;     ///< where the arm rests afterwards
   union {
     JointMotion joint;
     LineMotion line;
