@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "orb/omniorb/lanes.h"
 
+#include <algorithm>
+
 #include <arm.hh>
 
 namespace corbot::omni {
@@ -11,6 +13,10 @@ Lanes::Lanes(std::size_t count) {
 
 void Lanes::set_reference(std::size_t lane, CORBA::Object_ptr reference) {
   lanes_.at(lane)->reference = CORBA::Object::_duplicate(reference);
+}
+
+bool Lanes::idle() const noexcept {
+  return std::all_of(lanes_.begin(), lanes_.end(), [](const auto& lane) { return lane->held.load() == 0; });
 }
 
 Lanes::Place Lanes::enter(std::size_t lane) {

@@ -46,6 +46,8 @@ class Lanes {
   /// A place for a call that came in on `lane`. Throws omniORB::LOCATION_FORWARD when that lane is full and
   /// another is not, Corbot::QueueFull when all are.
   [[nodiscard]] Place enter(std::size_t lane);
+  /// No call waits in any lane.
+  [[nodiscard]] bool idle() const noexcept;
   /// Waiting calls that all lanes together can hold.
   [[nodiscard]] int capacity() const noexcept { return static_cast<int>(lanes_.size()) * kCallsPerLane; }
 

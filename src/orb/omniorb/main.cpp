@@ -5,11 +5,13 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "config/profile.h"
@@ -80,6 +82,16 @@ CORBA::ORB_ptr start_orb_on_free_ports(const Options& options, std::vector<int>&
   }
 }
 
+/// Waits until the interrupted calls have left their lanes, and a moment more: the ORB tells nobody when a
+/// reply has been written, which follows within microseconds on an idle machine.
+void let_replies_leave(const Lanes& lanes) {
+  using namespace std::chrono_literals;
+  constexpr auto kReplyIsWritten = 50ms;
+  const auto deadline = std::chrono::steady_clock::now() + 1s;
+  while (!lanes.idle() && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(1ms);
+  std::this_thread::sleep_for(kReplyIsWritten);
+}
+
 /// Serves until a signal asks for the end.
 void serve(Options options, const Profile& profile, corbot_robot& robot, const sigset_t& end_signals) {
   if (options.port < 0) {
@@ -120,7 +132,8 @@ void serve(Options options, const Profile& profile, corbot_robot& robot, const s
   spdlog::info("signal {}: ending", signal_number);
   keeper.reset();
   corbot_robot_interrupt(&robot);  // calls that wait for motions return, or the ORB would wait for them
-  orb->shutdown(true);             // when their replies are on the way
+  let_replies_leave(lanes);        // the ORB does not wait for a reply that is still being written
+  orb->shutdown(true);
   orb->destroy();
 }
 
