@@ -26,7 +26,13 @@ bool has_failed(BackendHealth health) noexcept {
 }  // namespace
 
 Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend) noexcept
-    : arm_(arm), segment_(segment), backend_(backend), period_s_(static_cast<double>(arm.period_ns) * 1e-9) {
+    : arm_(arm),
+      segment_(segment),
+      backend_(backend),
+      period_s_(static_cast<double>(arm.period_ns) * 1e-9),
+      commands_(segment.commands),
+      completions_(segment.completions),
+      alarms_(segment.alarms) {
   take_up_last_position();
   drop_ring();
   stops_requested_ = segment_.control.stop_count.load(std::memory_order_acquire);
@@ -45,8 +51,7 @@ void Cycle::take_up_last_position() noexcept {
   if (last_snapshot(segment_, last)) {
     snapshot_.cycle = last.cycle;
     snapshot_.last_done_id = std::max(last.last_done_id, last.command_id);
-    if (is_in_range(arm_, last.position_rad, kGateTolerance_rad))
-      set_point_.position_rad = last.position_rad;
+    if (is_in_range(arm_, last.position_rad, kGateTolerance_rad)) set_point_.position_rad = last.position_rad;
     if (std::isfinite(last.gripper)) set_point_.opening = std::clamp(last.gripper, 0.0, 1.0);
   }
   last_ = set_point_;
@@ -54,7 +59,7 @@ void Cycle::take_up_last_position() noexcept {
 
 void Cycle::drop_ring() noexcept {
   for (std::size_t i = 0; i < segment_.commands.capacity(); ++i) {
-    if (segment_.commands.pop(pending_) != PopResult::kOk) return;
+    if (commands_.pop(pending_) != PopResult::kOk) return;
     const std::uint64_t id = pending_.id;
     if (id > snapshot_.last_done_id && id - snapshot_.last_done_id <= kLargestIdStep)
       snapshot_.last_done_id = id;
@@ -132,7 +137,7 @@ void Cycle::refuse_queue(Verdict verdict, bool older_only) noexcept {
 
 bool Cycle::fetch_pending() noexcept {
   if (is_pending_) return true;
-  switch (segment_.commands.pop(pending_)) {
+  switch (commands_.pop(pending_)) {
     case PopResult::kOk:
       is_pending_ = true;
       break;
@@ -247,7 +252,7 @@ void Cycle::fault(const AlarmEvent& cause) noexcept {
 void Cycle::raise(AlarmEvent alarm) noexcept {
   alarm.time_ns = snapshot_.wall_ns;
   // A full ring drops the alarm: nobody has taken the 64 before it either, and the state tells of a fault.
-  (void)segment_.alarms.push(alarm);
+  (void)alarms_.push(alarm);
   (void)alarm_log_.push(alarm);
   published_ = true;
 }
@@ -255,7 +260,7 @@ void Cycle::raise(AlarmEvent alarm) noexcept {
 /// Verdicts in the order of the commands. A full ring drops the completion (its reader is dead or stuck, and
 /// the cycle waits for nobody); Snapshot::last_done_id still says that the command is over.
 void Cycle::complete(std::uint64_t id, Verdict verdict) noexcept {
-  (void)segment_.completions.push({id, verdict, 0, snapshot_.cycle});
+  (void)completions_.push({id, verdict, 0, snapshot_.cycle});
   if (id > snapshot_.last_done_id && id - snapshot_.last_done_id <= kLargestIdStep)
     snapshot_.last_done_id = id;
   published_ = true;

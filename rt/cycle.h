@@ -6,6 +6,7 @@
 #include "corbot/arm/arm_model.h"
 #include "corbot/backend/backend.h"
 #include "corbot/channel/layout.h"
+#include "corbot/channel/ring_handles.h"
 #include "rt/governor.h"
 #include "rt/path_evaluation.h"
 
@@ -70,6 +71,10 @@ class Cycle {
   SegmentLayout& segment_;
   Backend& backend_;
   const double period_s_;
+
+  RingConsumer<decltype(SegmentLayout::commands)> commands_;
+  RingProducer<decltype(SegmentLayout::completions)> completions_;
+  RingProducer<decltype(SegmentLayout::alarms)> alarms_;
 
   Governor governor_;
   Command running_{};  ///< valid while is_running_

@@ -74,7 +74,7 @@ Failure explain(const Corbot::QueueFull& e) {
 }
 
 Failure explain(const CORBA::SystemException& e, const Address& address) {
-  const auto fail = [](std::string text) { return Failure(ExitCode::kUnreachable, text); };
+  const auto fail = [](const std::string& text) { return Failure(ExitCode::kUnreachable, text); };
   if (is_call_timeout(e)) {
     return fail(
         fmt::format("no answer from {} in time: is the machine overloaded or the network down? "

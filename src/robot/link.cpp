@@ -23,14 +23,7 @@ Link::Link(std::string name, std::uint64_t fingerprint, LinkListener& listener)
     : name_(std::move(name)), fingerprint_(fingerprint), listener_(listener) {}
 
 void Link::start() {
-  try {
-    auto segment = std::make_shared<Segment>(Segment::attach(name_, fingerprint_));
-    const std::lock_guard lock(mutex_);
-    segment_ = std::move(segment);
-  } catch (const SegmentError& error) {
-    if (error.kind() == SegmentError::Kind::kInUse || error.kind() == SegmentError::Kind::kBadName) throw;
-    set_cause(error.what());
-  }
+  try_attach(true);
   thread_ = std::thread([this] { run(); });
 }
 
@@ -67,13 +60,16 @@ void Link::set_cause(const std::string& cause) {
   cause_ = cause;
 }
 
-bool Link::try_attach() {
+bool Link::try_attach(bool first) {
   try {
     auto segment = std::make_shared<Segment>(Segment::attach(name_, fingerprint_));
     const std::lock_guard lock(mutex_);
     segment_ = std::move(segment);
     return true;
   } catch (const SegmentError& error) {
+    // Only at the start: later, another servant in this one's place is a fault like any other, and may end.
+    if (first && (error.kind() == SegmentError::Kind::kInUse || error.kind() == SegmentError::Kind::kBadName))
+      throw;
     set_cause(
         error.kind() == SegmentError::Kind::kAbsent
             ? fmt::format("the real-time task of {} is not running; start it with 'corbot up' or corbot-rt",
@@ -88,7 +84,7 @@ void Link::run() {
   while (!end_) {
     auto segment = segment_;
     lock.unlock();
-    if (!segment && try_attach()) segment = this->segment();
+    if (!segment && try_attach(false)) segment = this->segment();
     if (segment && segment->peer_alive()) {
       const std::uint64_t now = segment->layout().header.incarnation.load(std::memory_order_acquire);
       drain(*segment);  // what an earlier servant or task left

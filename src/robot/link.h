@@ -52,7 +52,7 @@ class Link {
  private:
   void run();
   /// One attempt; the cause is kept on failure.
-  bool try_attach();
+  bool try_attach(bool first);
   void set_cause(const std::string& cause);
   void serve_until_gone(Segment& segment);
   void drain(Segment& segment);

@@ -91,8 +91,9 @@ TEST_F(Lifecycle, ForwardedClientsFindARestartedServant) {
       if (raised_by([&] { arm_->Delay(600.0); }) == "Stopped") ++stopped;
     });
   }
-  ASSERT_TRUE(
-      wait_until(within(30), [&] { return raised_by([&] { (void)arm_->Progress(kCalls); }).empty(); }));
+  ASSERT_TRUE(wait_until(within(30), [&] {
+    return raised_by([&] { Corbot::MotionInfo_var info = arm_->Progress(kCalls); }).empty();
+  }));
   arm_->Stop();
   for (auto& caller : callers) caller.join();
   EXPECT_EQ(stopped, kCalls);

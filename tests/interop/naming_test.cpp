@@ -30,8 +30,9 @@ class Naming : public RobotRig {
     service_ = std::make_unique<Process>(std::vector<std::string>{
         "omniNames", "-start", std::to_string(naming_port_), "-logdir", logs_, "-ORBendPoint",
         fmt::format("giop:tcp:127.0.0.1:{}", naming_port_), "-errlog", logs_ + "/errors"});
-    ASSERT_TRUE(
-        wait_until(within(30), [&] { return raised_by([&] { (void)resolve("nobody"); }) == "NotFound"; }));
+    ASSERT_TRUE(wait_until(within(30), [&] {
+      return raised_by([&] { CORBA::Object_var found = resolve("nobody"); }) == "NotFound";
+    }));
   }
   void kill_service() {
     service_->signal(SIGKILL);
@@ -79,7 +80,7 @@ TEST_F(Naming, BindsAndUnbindsAtTheEnd) {
   arm_ = Corbot::Arm::_nil();
   ASSERT_EQ(servant_->terminate(), 0);
   servant_.reset();
-  EXPECT_EQ(raised_by([&] { (void)resolve(name_); }), "NotFound");
+  EXPECT_EQ(raised_by([&] { CORBA::Object_var found = resolve(name_); }), "NotFound");
 }
 
 TEST_F(Naming, GoesOnWithoutAServiceAndFindsItLater) {
@@ -121,7 +122,7 @@ TEST_F(Naming, UnbindsWhatAKilledServantLeftBound) {
   arm_ = Corbot::Arm::_nil();
   ASSERT_EQ(servant_->terminate(), 0);
   servant_.reset();
-  EXPECT_EQ(raised_by([&] { (void)resolve(name_); }), "NotFound");
+  EXPECT_EQ(raised_by([&] { CORBA::Object_var found = resolve(name_); }), "NotFound");
 }
 
 }  // namespace

@@ -100,7 +100,8 @@ TEST_F(Refusals, NegativeTimes) {
   EXPECT_STREQ(bad_parameter([&] { arm_->Move(0.2, 0, 0.1, 0, -1.0); }).parameter, "t");
   EXPECT_EQ(bad_parameter([&] { arm_->MoveS(0.2, 0, 0.1, 0, -1e-9); }).value, -1e-9);
   EXPECT_STREQ(bad_parameter([&] { arm_->Delay(-0.5); }).parameter, "t");
-  EXPECT_STREQ(bad_parameter([&] { (void)arm_->Wait(1, -1.0); }).parameter, "timeout");
+  EXPECT_STREQ(bad_parameter([&] { Corbot::MotionInfo_var info = arm_->Wait(1, -1.0); }).parameter,
+               "timeout");
 }
 
 TEST_F(Refusals, Percentages) {
@@ -182,8 +183,8 @@ TEST_F(Refusals, AnArcThatLeavesTheWorkspaceMovesNothingEither) {
 }
 
 TEST_F(Refusals, UnknownTickets) {
-  EXPECT_STREQ(bad_parameter([&] { (void)arm_->Progress(999999); }).parameter, "id");
-  EXPECT_STREQ(bad_parameter([&] { (void)arm_->Wait(0, 0.0); }).parameter, "id");
+  EXPECT_STREQ(bad_parameter([&] { Corbot::MotionInfo_var info = arm_->Progress(999999); }).parameter, "id");
+  EXPECT_STREQ(bad_parameter([&] { Corbot::MotionInfo_var info = arm_->Wait(0, 0.0); }).parameter, "id");
 }
 
 TEST_F(Refusals, QueueFull) {

@@ -166,8 +166,8 @@ inline void Segment::leave() {
     if (!peer_alive() && linked()) ::shm_unlink(segment_detail::shm_name(name_).c_str());
     file_.unlock(role_ == Role::kRealTimeTask ? LockByte::kRealTimeTask : LockByte::kServant);
   }
-  segment_detail::Mapping(std::move(mapping_));
-  File(std::move(file_));
+  const segment_detail::Mapping unmapped(std::move(mapping_));
+  const File closed(std::move(file_));
 }
 
 }  // namespace corbot

@@ -47,8 +47,9 @@ inline constexpr double kBorderTolerance = 2.5e-13;
 /// Nearer to the base axis than this, θ0 is free and the hint is kept.
 inline constexpr double kAxisTolerance_m = 1e-13;
 
-/// A joint angle from inverse kinematics may miss its range by this much: next to the stretched or the folded arm half
-/// of the digits go, so that 1e-16 m of rounding becomes 1e-8 rad. 1e-7 rad is a thousandth of a servo's step.
+/// A joint angle from inverse kinematics may miss its range by this much: next to the stretched or the folded
+/// arm half of the digits go, so that 1e-16 m of rounding becomes 1e-8 rad. 1e-7 rad is a thousandth of a
+/// servo's step.
 inline constexpr double kRangeTolerance_rad = 1e-7;
 
 /// The same angle in (−π, π].
