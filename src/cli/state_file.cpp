@@ -51,8 +51,8 @@ void remove_files(const fs::path& directory, const std::string& name) {
 fs::path state_directory(bool create) {
   const char* runtime = std::getenv("XDG_RUNTIME_DIR");
   fs::path path = runtime != nullptr && *runtime == '/'
-                            ? fs::path(runtime) / "corbot"
-                            : fs::path(fmt::format("/tmp/corbot-{}", ::geteuid()));
+                      ? fs::path(runtime) / "corbot"
+                      : fs::path(fmt::format("/tmp/corbot-{}", ::geteuid()));
   if (create && ::mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) throw system_failure(path, errno);
   struct stat status {};
   if (::lstat(path.c_str(), &status) != 0) {
