@@ -129,7 +129,8 @@ TEST(MoveS, RunsTheStraightLineInTheTimeAskedFor) {
   const Point target{0.2, -0.05, 0.15};
   const Command free = only(planner.move_s(kBent, {}, target, 0.0));
   EXPECT_EQ(free.kind, MotionKind::kLine);
-  EXPECT_EQ(free.line.from_m, tcp_of(arm, kBent.position_rad));
+  // Not to the bit: sine and cosine may be merged into one call in one place and not in the other.
+  EXPECT_LT(test::distance(free.line.from_m, tcp_of(arm, kBent.position_rad)), 1e-15);
   EXPECT_EQ(free.line.to_m, target);
   EXPECT_EQ(free.line.law.distance, 1.0);
   EXPECT_NEAR(free.line.to_pitch_rad, 0.0, 1e-15);
