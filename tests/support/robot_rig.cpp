@@ -74,6 +74,21 @@ bool RobotRig::wait_for(Corbot::RobotState state, double seconds) {
   });
 }
 
+void RobotRig::expect_no_motion_accepted() {
+  Corbot::JointCoord target;
+  target.length(4);
+  for (CORBA::ULong i = 0; i < 4; ++i) target[i] = 1.0;
+  EXPECT_EQ(raised_by([&] { arm_->Move(0.2, 0, 0.1, 0, 0); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->MoveS(0.2, 0, 0.1, 0, 0); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->MoveC({0.2, -0.03, 0.1}, {0.22, 0, 0.1}, {0.2, 0.03, 0.1}); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->Drive(0, 1, 1); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->MoveJoints(target, 0); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->Ready(); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->Delay(1); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->Open(); }), "NotReady");
+  EXPECT_EQ(raised_by([&] { arm_->Close(); }), "NotReady");
+}
+
 double distance_deg(const Corbot::JointCoord& a, const Corbot::JointCoord& b) {
   double largest = a.length() == b.length() ? 0.0 : HUGE_VAL;
   for (CORBA::ULong i = 0; i < std::min(a.length(), b.length()); ++i)

@@ -32,6 +32,9 @@ class RobotRig : public ::testing::Test {
   /// Waits until the robot says so.
   [[nodiscard]] bool wait_for(Corbot::RobotState state, double seconds = 30.0);
 
+  /// Every operation that moves something raises NotReady.
+  void expect_no_motion_accepted();
+
   std::string profile_ = CORBOT_PROFILE;
   std::string name_;
   int port_ = 0;
