@@ -105,6 +105,8 @@ void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {
     out->lower_deg[i] = tidy(arm.joints[i].lower_rad / kRadian);
     out->upper_deg[i] = tidy(arm.joints[i].upper_rad / kRadian);
   }
+  copy_text(robot->robot.profile().endpoint_host, out->endpoint_host, sizeof(out->endpoint_host));
+  out->endpoint_port = robot->robot.profile().port;
   out->reach_m = arm.geometry.l1_m + arm.geometry.l2_m + arm.geometry.l3_m;
 }
 

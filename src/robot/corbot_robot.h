@@ -74,6 +74,8 @@ typedef struct corbot_description {
   double lower_deg[CORBOT_MAX_JOINTS];
   double upper_deg[CORBOT_MAX_JOINTS];
   double reach_m;
+  char endpoint_host[256]; /* where the profile wants the robot to be served */
+  int32_t endpoint_port;
 } corbot_description;
 
 typedef struct corbot_pose {

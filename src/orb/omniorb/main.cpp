@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "config/profile.h"
+#include "net/endpoint.h"
 #include "orb/omniorb/arm_servant.h"
 #include "orb/omniorb/naming.h"
 #include "orb/omniorb/options.h"
@@ -93,13 +93,15 @@ void let_replies_leave(const Lanes& lanes) {
 }
 
 /// Serves until a signal asks for the end.
-void serve(Options options, const Profile& profile, corbot_robot& robot, const sigset_t& end_signals) {
+void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
+  corbot_description description{};
+  corbot_robot_describe(&robot, &description);
   if (options.port < 0) {
-    options.host = profile.endpoint_host;
-    options.port = profile.port;
+    options.host = description.endpoint_host;
+    options.port = description.endpoint_port;
   }
-  const std::string name = options.name.empty() ? profile.name : options.name;
-  if (options.host != "127.0.0.1" && options.host != "localhost") {
+  const std::string name = description.name;
+  if (!corbot_is_loopback(options.host.c_str())) {
     spdlog::warn("listening on {}: anyone who reaches it can move the robot", options.host);
   }
   std::vector<int> lane_ports;
@@ -148,9 +150,8 @@ int main(int argc, char** argv) {
   sigaddset(&end_signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &end_signals, nullptr);  // before any thread is born: all of them inherit it
   try {
-    const Profile profile = load_profile(options.profile);
     const RobotHandle robot = open_robot(options);
-    serve(options, profile, *robot, end_signals);
+    serve(options, *robot, end_signals);
     return 0;
   } catch (const CORBA::Exception& error) {
     spdlog::error("CORBA {}: the ORB could not be started; is every -ORB option right, is the port free?",

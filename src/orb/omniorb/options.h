@@ -21,9 +21,6 @@ struct Options {
 /// Parses. Prints help or what is wrong and leaves the process when the command line asks for that.
 Options parse_options(int argc, char** argv);
 
-/// Splits "HOST:PORT"; throws std::invalid_argument saying what is wrong.
-void parse_endpoint(const std::string& text, std::string& host, int& port);
-
 /// Free TCP ports for the servant: the wanted one first, then `more` that the kernel chooses, all different.
 /// They were free a moment ago. Throws std::runtime_error naming address and cause when the wanted one is
 /// not.
