@@ -39,13 +39,6 @@ void call(Function function, Arguments&&... arguments) {
   if (function(std::forward<Arguments>(arguments)..., &error) != CORBOT_OK) raise(error);
 }
 
-template <class Function, class... Arguments>
-corbot_ticket begin(Function function, corbot_robot& robot, Arguments&&... arguments) {
-  corbot_ticket ticket = 0;
-  call(function, &robot, std::forward<Arguments>(arguments)..., &ticket);
-  return ticket;
-}
-
 std::array<double, 3> array_of(const Corbot::Point& p) { return {p.x, p.y, p.z}; }
 
 }  // namespace
@@ -57,8 +50,16 @@ ArmServant::ArmServant(corbot_robot& robot, Lanes& lanes, std::size_t lane)
 
 template <class Start>
 void ArmServant::carry_out(Start&& start) {
-  const Lanes::Place place = lanes_.enter(lane_);
+  const Lanes::Call waiting = lanes_.wait(lane_);
   call(corbot_robot_finish, &robot_, start());
+}
+
+template <class Function, class... Arguments>
+Corbot::Ticket ArmServant::begin(Function function, Arguments&&... arguments) {
+  const Lanes::Call starting = lanes_.start(lane_);
+  corbot_ticket ticket = 0;
+  call(function, &robot_, std::forward<Arguments>(arguments)..., &ticket);
+  return ticket;
 }
 
 Corbot::JointCoord* ArmServant::ArtiCoord() {
@@ -152,28 +153,28 @@ void ArmServant::Clear() { call(corbot_robot_clear, &robot_); }
 Corbot::Ticket ArmServant::StartMove(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
                                      CORBA::Double t) {
   const double p[] = {px, py, pz};
-  return begin(corbot_robot_move, robot_, p, d, t);
+  return begin(corbot_robot_move, p, d, t);
 }
 Corbot::Ticket ArmServant::StartMoveS(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
                                       CORBA::Double t) {
   const double p[] = {px, py, pz};
-  return begin(corbot_robot_move_s, robot_, p, d, t);
+  return begin(corbot_robot_move_s, p, d, t);
 }
 Corbot::Ticket ArmServant::StartMoveC(const Corbot::Point& p1, const Corbot::Point& p2,
                                       const Corbot::Point& p3) {
-  return begin(corbot_robot_move_c, robot_, array_of(p1).data(), array_of(p2).data(), array_of(p3).data());
+  return begin(corbot_robot_move_c, array_of(p1).data(), array_of(p2).data(), array_of(p3).data());
 }
 Corbot::Ticket ArmServant::StartDrive(CORBA::Long articulation, CORBA::Double increment,
                                       CORBA::Double speed) {
-  return begin(corbot_robot_drive, robot_, articulation, increment, speed);
+  return begin(corbot_robot_drive, articulation, increment, speed);
 }
 Corbot::Ticket ArmServant::StartMoveJoints(const Corbot::JointCoord& target, CORBA::Double t) {
-  return begin(corbot_robot_move_joints, robot_, target.get_buffer(), std::size_t{target.length()}, t);
+  return begin(corbot_robot_move_joints, target.get_buffer(), std::size_t{target.length()}, t);
 }
-Corbot::Ticket ArmServant::StartReady() { return begin(corbot_robot_ready, robot_); }
-Corbot::Ticket ArmServant::StartDelay(CORBA::Double t) { return begin(corbot_robot_delay, robot_, t); }
-Corbot::Ticket ArmServant::StartOpen() { return begin(corbot_robot_open_gripper, robot_); }
-Corbot::Ticket ArmServant::StartClose() { return begin(corbot_robot_close_gripper, robot_); }
+Corbot::Ticket ArmServant::StartReady() { return begin(corbot_robot_ready); }
+Corbot::Ticket ArmServant::StartDelay(CORBA::Double t) { return begin(corbot_robot_delay, t); }
+Corbot::Ticket ArmServant::StartOpen() { return begin(corbot_robot_open_gripper); }
+Corbot::Ticket ArmServant::StartClose() { return begin(corbot_robot_close_gripper); }
 
 Corbot::MotionInfo* ArmServant::info(Corbot::Ticket id, double timeout_s) {
   static constexpr Corbot::MotionState kStates[] = {Corbot::MotionQueued, Corbot::MotionRunning,
@@ -192,7 +193,7 @@ Corbot::MotionInfo* ArmServant::info(Corbot::Ticket id, double timeout_s) {
 
 Corbot::MotionInfo* ArmServant::Wait(Corbot::Ticket id, CORBA::Double timeout) {
   if (!(timeout >= 0.0)) throw Corbot::BadParameter("timeout", timeout, "the time-out must not be negative");
-  const Lanes::Place place = lanes_.enter(lane_);
+  const Lanes::Call waiting = lanes_.wait(lane_);
   return info(id, timeout);
 }
 Corbot::MotionInfo* ArmServant::Progress(Corbot::Ticket id) { return info(id, 0.0); }

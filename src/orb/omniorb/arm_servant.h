@@ -65,9 +65,12 @@ class ArmServant final : public POA_Corbot::Arm {
   Corbot::LoopInfo* Diagnostics() override;
 
  private:
-  /// Takes a place in the lane, starts the motion, waits for its end.
+  /// Enters the lane, starts the motion, waits for its end.
   template <class Start>
   void carry_out(Start&& start);
+  /// Calls a function of corbot_robot.h that starts a motion.
+  template <class Function, class... Arguments>
+  Corbot::Ticket begin(Function function, Arguments&&... arguments);
   Corbot::MotionInfo* info(Corbot::Ticket id, double timeout_s);
 
   corbot_robot& robot_;
