@@ -9,9 +9,10 @@ if(CORBOT_SANITIZE)
   add_link_options(-fsanitize=${CORBOT_SANITIZE})
 endif()
 
-# corbot_test(NAME SOURCES… LIBS …): one GoogleTest program, its cases registered with ctest.
+# corbot_test(NAME SOURCES… LIBS …): one GoogleTest program, its cases registered with ctest. BOTH_ORBS registers them a
+# second time, as orbit2.*, with the servant on ORBit2, where that is built.
 function(corbot_test name)
-  cmake_parse_arguments(arg "SERIAL" "TIMEOUT" "SOURCES;LIBS;LABELS;DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "BOTH_ORBS" "TIMEOUT" "SOURCES;LIBS;LABELS;DEPENDS" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   corbot_target(${name})
   target_link_libraries(${name} PRIVATE ${arg_LIBS} GTest::gtest GTest::gmock GTest::gtest_main)
@@ -24,4 +25,9 @@ function(corbot_test name)
   endif()
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
+  if(arg_BOTH_ORBS AND TARGET corbot-servant-orbit2)
+    add_dependencies(${name} corbot-servant-orbit2)
+    gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_PREFIX orbit2. TEST_LIST ${name}_on_orbit2
+      PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}" ENVIRONMENT CORBOT_TEST_ORB=orbit2)
+  endif()
 endfunction()

@@ -135,7 +135,7 @@ class Kill : public ::testing::Test {
     ASSERT_TRUE(rt_->wait_line("ready", within(30))) << rt_->errors();
   }
   void start_servant() {
-    servant_ = std::make_unique<Process>(std::vector<std::string>{kBin + "/corbot-servant", CORBOT_PROFILE,
+    servant_ = std::make_unique<Process>(std::vector<std::string>{servant_program(kBin), CORBOT_PROFILE,
                                                                   "--name", name_, "--endpoint",
                                                                   fmt::format("127.0.0.1:{}", port_)});
     ASSERT_TRUE(servant_->wait_line("ready", within(30))) << servant_->errors();

@@ -68,19 +68,22 @@ TEST_F(Stop, AtRestSucceeds) {
 
 TEST_F(Stop, GetsThroughWhileEveryOtherCallOfTheClientBlocks) {
   constexpr int kCalls = 12;
+  // A servant on ORBit2 cannot forward a call: it lets four wait and refuses the others.
+  const int kWaiting = on_orbit2() ? 4 : kCalls;
   std::atomic<int> stopped{0};
-  std::atomic<int> other{0};
+  std::atomic<int> refused{0};
   std::vector<std::thread> callers;
   for (int i = 0; i < kCalls; ++i) {
     callers.emplace_back([&] {
       const std::string raised = raised_by([&] { arm_->Delay(600.0); });
-      raised == "Stopped" ? ++stopped : ++other;
+      if (raised == "Stopped") ++stopped;
+      if (raised == "QueueFull") ++refused;
     });
   }
-  // Tickets count from 1 in a fresh segment: the twelve calls have theirs when the next free number is beyond
-  // them.
+  // Tickets count from 1 in a fresh segment: the calls have theirs when the last number is known.
   ASSERT_TRUE(wait_until(within(30), [&] {
-    return raised_by([&] { Corbot::MotionInfo_var info = arm_->Progress(kCalls); }).empty();
+    return refused == kCalls - kWaiting &&
+           raised_by([&] { Corbot::MotionInfo_var info = arm_->Progress(kWaiting); }).empty();
   }));
   const auto begin = std::chrono::steady_clock::now();
   arm_->Stop();
@@ -88,8 +91,7 @@ TEST_F(Stop, GetsThroughWhileEveryOtherCallOfTheClientBlocks) {
   for (auto& caller : callers) caller.join();
   fmt::print("Stop among {} blocked calls: {:.1f} ms\n", kCalls, 1e3 * stop_s);
   EXPECT_LT(stop_s, 5.0) << "a Stop that waited for a call would have taken minutes";
-  EXPECT_EQ(stopped, kCalls);
-  EXPECT_EQ(other, 0);
+  EXPECT_EQ(stopped, kWaiting);
 }
 
 TEST_F(Stop, ReadsAreNotHeldUpByAMotion) {

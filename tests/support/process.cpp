@@ -12,6 +12,7 @@
 
 #include <atomic>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
@@ -176,6 +177,15 @@ int free_port() {
   ::close(fd);
   if (!ok) throw std::runtime_error(std::string("no free port: ") + std::strerror(errno));
   return ntohs(address.sin_port);
+}
+
+bool on_orbit2() {
+  const char* orb = std::getenv("CORBOT_TEST_ORB");
+  return orb != nullptr && std::string(orb) == "orbit2";
+}
+
+std::string servant_program(const std::string& directory) {
+  return directory + (on_orbit2() ? "/corbot-servant-orbit2" : "/corbot-servant");
 }
 
 std::string unique_name(const std::string& stem) {

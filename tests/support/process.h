@@ -83,6 +83,11 @@ RunResult run(std::vector<std::string> command, double seconds = 60.0,
 /// A TCP port of the loopback interface that was free a moment ago.
 int free_port();
 
+/// Whether the servant of these tests is the one on ORBit2 (CORBOT_TEST_ORB=orbit2), and its program in
+/// `directory`.
+bool on_orbit2();
+std::string servant_program(const std::string& directory);
+
 /// A robot name that no other test of this machine uses.
 std::string unique_name(const std::string& stem);
 

@@ -46,7 +46,7 @@ void RobotRig::start_rt(const std::vector<std::string>& more) {
 }
 
 void RobotRig::start_servant(const std::vector<std::string>& more) {
-  std::vector<std::string> command{std::string(CORBOT_BIN_DIR) + "/corbot-servant",
+  std::vector<std::string> command{servant_program(CORBOT_BIN_DIR),
                                    profile_,
                                    "--name",
                                    name_,

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "orb/orbit2/arm_servant.h"
+
+#include <string.h>
+
+static PortableServer_ServantBase__epv base_epv;
+static POA_Corbot_Robot__epv robot_epv;
+static POA_Corbot_Arm__epv arm_epv;
+static POA_Corbot_Arm__vepv vepv = {&base_epv, &robot_epv, &arm_epv};
+
+void arm_servant_init(ArmServant* servant, corbot_robot* robot, int waiting_calls, CORBA_Environment* ev) {
+  arm_set_motions(&robot_epv, &arm_epv);
+  arm_set_immediate(&robot_epv, &arm_epv);
+  memset(servant, 0, sizeof(*servant));
+  servant->base.vepv = &vepv;
+  servant->robot = robot;
+  corbot_robot_describe(robot, &servant->description);
+  waiting_calls_init(&servant->waiting, waiting_calls);
+  POA_Corbot_Arm__init(&servant->base, ev);
+}
+
+void arm_servant_fini(ArmServant* servant, CORBA_Environment* ev) {
+  POA_Corbot_Arm__fini(&servant->base, ev);
+}

@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef CORBOT_ORBIT2_LOG_H
+#define CORBOT_ORBIT2_LOG_H
+
+/* Lines on standard error in the form of the omniORB servant's. Thread-safe. */
+
+/* Takes the messages of GLib and ORBit2 in as well. */
+void log_start(void);
+__attribute__((format(printf, 1, 2))) void log_info(const char* format, ...);
+__attribute__((format(printf, 1, 2))) void log_warning(const char* format, ...);
+__attribute__((format(printf, 1, 2))) void log_error(const char* format, ...);
+
+#endif /* CORBOT_ORBIT2_LOG_H */

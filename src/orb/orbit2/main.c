@@ -1,0 +1,105 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <glib-unix.h>
+#include <glib.h>
+#include <signal.h>
+#include <stdio.h>
+
+#include "orb/orbit2/arm_servant.h"
+#include "orb/orbit2/log.h"
+#include "orb/orbit2/naming.h"
+#include "orb/orbit2/options.h"
+#include "orb/orbit2/orb.h"
+#include "robot/corbot_robot.h"
+
+static const gulong kReplyIsWritten_us = 50000;
+static const int kMostWaits = 1000;
+
+typedef struct EndRequest {
+  GMainLoop* loop;
+  int signal;
+} EndRequest;
+
+static gboolean end_by_interrupt(gpointer data) {
+  EndRequest* request = data;
+  request->signal = SIGINT;
+  g_main_loop_quit(request->loop);
+  return G_SOURCE_CONTINUE;
+}
+
+static gboolean end_by_termination(gpointer data) {
+  EndRequest* request = data;
+  request->signal = SIGTERM;
+  g_main_loop_quit(request->loop);
+  return G_SOURCE_CONTINUE;
+}
+
+/* Waits until the interrupted calls are over, and a moment more: the ORB tells nobody when a reply has been
+ * written, which follows within microseconds on an idle machine. */
+static void let_replies_leave(ArmServant* servant) {
+  for (int i = 0; i < kMostWaits && !waiting_calls_idle(&servant->waiting); ++i) g_usleep(1000);
+  g_usleep(kReplyIsWritten_us);
+}
+
+/* Serves until a signal asks for the end. A main loop of our own: CORBA_ORB_run would leave GLib's sources,
+ * the signals among them, unserved. */
+static void run(ArmServant* servant, const Orb* orb, const Options* options, const char* name,
+                corbot_robot* robot) {
+  EndRequest request = {g_main_loop_new(NULL, FALSE), 0};
+  const guint sources[] = {g_unix_signal_add(SIGINT, end_by_interrupt, &request),
+                           g_unix_signal_add(SIGTERM, end_by_termination, &request)};
+  char* reference = orb_reference(options, name);
+  NameKeeper* keeper = NULL;
+  if (options->naming != NULL) {
+    /* Not the object's own reference, which ends with this process. The version makes ORBit2 write a profile
+     * that others can read. */
+    char* lasting =
+        g_strdup_printf("corbaloc:iiop:1.2@%s:%d/%s", options->endpoint.host, options->endpoint.port, name);
+    keeper = name_keeper_start(orb->orb, options->naming, name, lasting);
+    g_free(lasting);
+  }
+  (void)printf("ready %s\n", reference);
+  (void)fflush(stdout);
+  g_main_loop_run(request.loop);
+  log_info("signal %d: ending", request.signal);
+  name_keeper_end(keeper);
+  corbot_robot_interrupt(robot); /* calls that wait for motions return */
+  let_replies_leave(servant);
+  for (size_t i = 0; i < G_N_ELEMENTS(sources); ++i) g_source_remove(sources[i]);
+  g_main_loop_unref(request.loop);
+  g_free(reference);
+}
+
+static bool serve(const Options* options, corbot_robot* robot, const char* name) {
+  static ArmServant servant; /* outlives the ORB's threads */
+  CORBA_Environment ev;
+  CORBA_exception_init(&ev);
+  arm_servant_init(&servant, robot, options->waiting_calls, &ev);
+  Orb orb;
+  const bool served = orb_went_well(&ev, "no servant") && orb_start(&orb, options) &&
+                      orb_serve(&orb, options, &servant, name);
+  if (served) run(&servant, &orb, options, name, robot);
+  orb_end(&orb);
+  arm_servant_fini(&servant, &ev);
+  CORBA_exception_free(&ev);
+  return served;
+}
+
+int main(int argc, char** argv) {
+  Options options;
+  options_parse(argc, argv, &options);
+  log_start();
+  bool good = false;
+  corbot_error error;
+  corbot_robot* robot = corbot_robot_open(options.profile, options.name, &error);
+  if (robot == NULL) {
+    log_error("%s", error.text);
+  } else {
+    corbot_description description;
+    corbot_robot_describe(robot, &description);
+    good = options_settle_endpoint(&options, description.endpoint_host, description.endpoint_port) &&
+           serve(&options, robot, description.name);
+    corbot_robot_close(robot);
+  }
+  options_free(&options);
+  return good ? 0 : 1;
+}

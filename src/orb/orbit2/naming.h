@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef CORBOT_ORBIT2_NAMING_H
+#define CORBOT_ORBIT2_NAMING_H
+
+#include <orbit/orbit.h>
+
+/* Keeps `Robots/<robot>.Robot` bound in a naming service, in a thread of its own: binds when the service
+ * comes up, binds anew when it has been restarted or the name points elsewhere, goes on without it while it
+ * is down, and un-binds at the end. Says each change once in the log. */
+typedef struct NameKeeper NameKeeper;
+
+/* `service`: corbaloc of the naming context. `reference`: what to bind, a corbaloc that outlives this
+ * process: an ORBit2 object's own reference does not. Both are copied. */
+NameKeeper* name_keeper_start(CORBA_ORB orb, const char* service, const char* robot, const char* reference);
+void name_keeper_end(NameKeeper* keeper);
+
+#endif /* CORBOT_ORBIT2_NAMING_H */

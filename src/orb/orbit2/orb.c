@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "orb/orbit2/orb.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "orb/orbit2/log.h"
+
+/* Exported by ORBit2, declared in none of its public headers: makes `object` known under a key of our choice.
+ * The table keeps the key's buffer and frees it with g_free; it does not keep the object. */
+extern void ORBit_ORB_forw_bind(CORBA_ORB orb, CORBA_sequence_CORBA_octet* key, CORBA_Object object,
+                                CORBA_Environment* ev);
+
+bool orb_went_well(CORBA_Environment* ev, const char* what) {
+  if (ev->_major == CORBA_NO_EXCEPTION) return true;
+  log_error("%s: %s", what, CORBA_exception_id(ev));
+  CORBA_exception_free(ev);
+  return false;
+}
+
+static bool somebody_listens(const char* path) {
+  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  struct sockaddr_un address = {.sun_family = AF_UNIX};
+  g_strlcpy(address.sun_path, path, sizeof(address.sun_path));
+  const bool listens = fd >= 0 && connect(fd, (const struct sockaddr*)&address, sizeof(address)) == 0;
+  if (fd >= 0) close(fd);
+  return listens;
+}
+
+/* ORBit2 fails silently where it cannot bind: see to it before. */
+static bool address_is_free(const Options* options) {
+  if (options->unix_path != NULL) {
+    if (somebody_listens(options->unix_path)) {
+      log_error("%s is in use by another program", options->unix_path);
+      return false;
+    }
+    if (unlink(options->unix_path) == 0 || errno == ENOENT) return true; /* a dead process's */
+    log_error("%s: %s", options->unix_path, strerror(errno));
+    return false;
+  }
+  char why[CORBOT_WHY];
+  int port = 0;
+  const int fd = corbot_listen(options->endpoint.host, options->endpoint.port, &port, why);
+  if (fd < 0) {
+    log_error("%s; --endpoint HOST:PORT chooses", why);
+    return false;
+  }
+  close(fd);
+  return true;
+}
+
+static bool is_listening(const Options* options) {
+  if (options->unix_path != NULL) return somebody_listens(options->unix_path);
+  return corbot_listens_here(options->endpoint.host, options->endpoint.port);
+}
+
+static void init_orb(Orb* orb, const Options* options, CORBA_Environment* ev) {
+  /* ORBit2's time-outs, 60 s unless told otherwise, are set on the connections of a server, too, and use a
+   * thread that may have ended meanwhile: the process crashes. None, therefore. */
+  /* The files ~/.orbitrc and /etc/orbitrc could open other addresses. */
+  char host[CORBOT_HOST + 32];
+  char port[sizeof(struct sockaddr_un) + 32];
+  const bool tcp = options->unix_path == NULL;
+  char socket_number[16];
+  (void)snprintf(socket_number, sizeof(socket_number), "%d", options->endpoint.port);
+  (void)snprintf(host, sizeof(host), "--ORBIIOPIPName=%s", tcp ? options->endpoint.host : "localhost");
+  (void)snprintf(port, sizeof(port), "--ORBIIOPIPSock=%s", tcp ? socket_number : options->unix_path);
+  char* words[kMostOrbOptions + 9] = {(char*)"corbot-servant-orbit2",
+                                      (char*)"--ORBNoUserRC",
+                                      (char*)"--ORBNoSystemRC",
+                                      (char*)(tcp ? "--ORBIIOPIPv4=1" : "--ORBIIOPIPv4=0"),
+                                      (char*)(tcp ? "--ORBIIOPUSock=0" : "--ORBIIOPUSock=1"),
+                                      host,
+                                      port,
+                                      (char*)"--GIOPTimeoutMSEC=0"};
+  int count = 8;
+  for (int i = 0; i < options->orb_count; ++i) words[count++] = (char*)options->orb[i];
+  orb->orb = CORBA_ORB_init(&count, words, (char*)"orbit-local-orb", ev);
+}
+
+/* ORBit2 looks for a private directory for sockets at its start, whatever it listens on, and leaves one under
+ * /tmp where it finds none. It gets one for that moment. */
+static bool init_orb_in_private(Orb* orb, const Options* options, CORBA_Environment* ev) {
+  GError* error = NULL;
+  char* directory = g_dir_make_tmp("corbot-orbit2-XXXXXX", &error);
+  if (directory == NULL) {
+    log_error("%s", error->message);
+    g_error_free(error);
+    return false;
+  }
+  g_setenv("ORBIT_SOCKETDIR", directory, TRUE);
+  init_orb(orb, options, ev);
+  (void)rmdir(directory);
+  g_free(directory);
+  return orb_went_well(ev, "ORBit2 does not start");
+}
+
+/* The root POA is served by one thread whatever is asked of it. */
+static void create_poa(Orb* orb, CORBA_Environment* ev) {
+  orb->root = (PortableServer_POA)CORBA_ORB_resolve_initial_references(orb->orb, (char*)"RootPOA", ev);
+  if (ev->_major != CORBA_NO_EXCEPTION) return;
+  PortableServer_POAManager manager = PortableServer_POA__get_the_POAManager(orb->root, ev);
+  CORBA_Policy policy =
+      (CORBA_Policy)PortableServer_POA_create_thread_policy(orb->root, PortableServer_ORB_CTRL_MODEL, ev);
+  CORBA_PolicyList policies = {1, 1, &policy, CORBA_FALSE};
+  orb->poa = PortableServer_POA_create_POA(orb->root, (char*)"robots", manager, &policies, ev);
+  if (ev->_major == CORBA_NO_EXCEPTION) {
+    /* Not a thread a connection: JacORB and ORBit2 clients put all their calls on one connection, and a Stop
+     * would wait for the Move that it is to end (docs/orbs.md has the measurement). */
+    ORBit_ObjectAdaptor_set_thread_hint((ORBit_ObjectAdaptor)orb->poa, ORBIT_THREAD_HINT_PER_REQUEST);
+  }
+  CORBA_Policy_destroy(policy, ev);
+  CORBA_Object_release((CORBA_Object)policy, ev);
+  CORBA_Object_release((CORBA_Object)manager, ev);
+}
+
+bool orb_start(Orb* orb, const Options* options) {
+  memset(orb, 0, sizeof(*orb));
+  if (!address_is_free(options)) return false;
+  CORBA_Environment ev;
+  CORBA_exception_init(&ev);
+  if (!init_orb_in_private(orb, options, &ev)) return false;
+  create_poa(orb, &ev);
+  return orb_went_well(&ev, "no POA");
+}
+
+bool orb_serve(Orb* orb, const Options* options, PortableServer_Servant servant, const char* name) {
+  CORBA_Environment ev;
+  CORBA_exception_init(&ev);
+  PortableServer_ObjectId* id = PortableServer_POA_activate_object(orb->poa, servant, &ev);
+  if (!orb_went_well(&ev, "the servant cannot be activated")) return false;
+  CORBA_free(id);
+  orb->served = PortableServer_POA_servant_to_reference(orb->poa, servant, &ev);
+  if (!orb_went_well(&ev, "the servant has no reference")) return false;
+  CORBA_free(
+      CORBA_ORB_object_to_string(orb->orb, orb->served, &ev)); /* ORBit2 first listens when asked for this */
+  if (!orb_went_well(&ev, "the servant has no address")) return false;
+  char* key_text = g_strdup(name);
+  CORBA_sequence_CORBA_octet key = {(CORBA_unsigned_long)strlen(name), (CORBA_unsigned_long)strlen(name),
+                                    (CORBA_octet*)key_text, CORBA_FALSE};
+  ORBit_ORB_forw_bind(orb->orb, &key, orb->served, &ev);
+  PortableServer_POAManager manager = PortableServer_POA__get_the_POAManager(orb->root, &ev);
+  PortableServer_POAManager_activate(manager, &ev);
+  CORBA_Object_release((CORBA_Object)manager, &ev);
+  if (!orb_went_well(&ev, "the POA cannot be activated")) return false;
+  if (is_listening(options)) return true;
+  char* reference = orb_reference(options, name);
+  log_error("ORBit2 does not listen at %s: has another program just taken the address?", reference);
+  g_free(reference);
+  return false;
+}
+
+char* orb_reference(const Options* options, const char* name) {
+  if (options->unix_path != NULL) return g_strdup_printf("corbaloc:uiop:%s:/%s", options->unix_path, name);
+  return g_strdup_printf("corbaloc::%s:%d/%s", options->endpoint.host, options->endpoint.port, name);
+}
+
+void orb_end(Orb* orb) {
+  CORBA_Environment ev;
+  CORBA_exception_init(&ev);
+  if (orb->orb != NULL) {
+    CORBA_Object_release(orb->served, &ev);
+    CORBA_Object_release((CORBA_Object)orb->poa, &ev);
+    CORBA_Object_release((CORBA_Object)orb->root, &ev);
+    CORBA_ORB_destroy(orb->orb, &ev);
+    CORBA_Object_release((CORBA_Object)orb->orb, &ev);
+  }
+  CORBA_exception_free(&ev);
+}

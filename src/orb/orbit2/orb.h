@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef CORBOT_ORBIT2_ORB_H
+#define CORBOT_ORBIT2_ORB_H
+
+#include <orbit/orbit.h>
+
+#include "orb/orbit2/options.h"
+
+/* An ORB that listens, and a POA whose objects several threads serve at once. */
+typedef struct Orb {
+  CORBA_ORB orb;
+  PortableServer_POA root;
+  PortableServer_POA poa;
+  CORBA_Object served;
+} Orb;
+
+/* False, and the reason in the log, when that cannot be. */
+bool orb_start(Orb* orb, const Options* options);
+/* Activates the servant, makes it known under the object key `name`, and begins to serve. False, and the
+ * reason in the log, when nobody could reach it. */
+bool orb_serve(Orb* orb, const Options* options, PortableServer_Servant servant, const char* name);
+/* Where clients find the object: corbaloc, to be freed with g_free. */
+char* orb_reference(const Options* options, const char* name);
+void orb_end(Orb* orb);
+
+/* Whether a call went well; if not, says so in the log ("<what>: <exception>") and clears the environment. */
+bool orb_went_well(CORBA_Environment* ev, const char* what);
+
+#endif /* CORBOT_ORBIT2_ORB_H */
