@@ -28,9 +28,6 @@ using namespace corbot;
 
 constexpr double kRadian = std::numbers::pi / 180.0;
 
-/// The profile's degrees, which went through radians: -30, not -29.999999999999996.
-double tidy(double angle_deg) { return std::round(angle_deg * 1e9) / 1e9; }
-
 /// Runs `body` and turns what it throws into a status.
 template <class Body>
 corbot_status guarded(corbot_error* error, Body&& body) noexcept {
@@ -102,8 +99,8 @@ void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {
   out->kind = static_cast<int32_t>(arm.kind);
   out->dof = static_cast<int32_t>(arm.dof);
   for (std::size_t i = 0; i < arm.dof; ++i) {
-    out->lower_deg[i] = tidy(arm.joints[i].lower_rad / kRadian);
-    out->upper_deg[i] = tidy(arm.joints[i].upper_rad / kRadian);
+    out->lower_deg[i] = tidy_degrees(arm.joints[i].lower_rad);
+    out->upper_deg[i] = tidy_degrees(arm.joints[i].upper_rad);
   }
   copy_text(robot->robot.profile().endpoint_host, out->endpoint_host, sizeof(out->endpoint_host));
   out->endpoint_port = robot->robot.profile().port;

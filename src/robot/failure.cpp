@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 namespace corbot {
@@ -24,6 +25,13 @@ bool is_angular(const std::string& parameter) {
 }
 
 }  // namespace
+
+double tidy_degrees(double angle_rad) {
+  constexpr double kSteps = 1e9;        // of a degree
+  constexpr double kWorthIt_deg = 1e6;  // beyond, a double has no such digits
+  const double angle_deg = angle_rad * (180.0 / std::numbers::pi);
+  return std::abs(angle_deg) <= kWorthIt_deg ? std::round(angle_deg * kSteps) / kSteps : angle_deg;
+}
 
 void copy_text(const std::string& from, char* to, std::size_t size) {
   const std::size_t length = std::min(from.size(), size - 1);
@@ -55,12 +63,13 @@ Failure refused(const PlanRefusal& refusal) {
   static constexpr corbot_status kStatus[] = {CORBOT_BAD_PARAMETER, CORBOT_UNREACHABLE,
                                               CORBOT_LIMIT_EXCEEDED};
   Failure result = failure(kStatus[static_cast<std::size_t>(refusal.kind)], refusal.text);
-  const double unit = is_angular(refusal.parameter) ? 180.0 / std::numbers::pi : 1.0;
+  const bool angular = is_angular(refusal.parameter);
+  const auto told = [&](double value) { return angular ? tidy_degrees(value) : value; };
   copy_text(refusal.parameter, result.error.parameter, sizeof(result.error.parameter));
   result.error.articulation = refusal.articulation;
-  result.error.value = refusal.value * unit;
-  result.error.lower = refusal.lower * unit;
-  result.error.upper = refusal.upper * unit;
+  result.error.value = told(refusal.value);
+  result.error.lower = told(refusal.lower);
+  result.error.upper = told(refusal.upper);
   std::copy(refusal.target_m.begin(), refusal.target_m.end(), result.error.target_m);
   return result;
 }

@@ -23,6 +23,10 @@ struct Failure {
 /// The planner's refusal at the CORBA face: radians become degrees.
 [[nodiscard]] Failure refused(const PlanRefusal& refusal);
 
+/// Radians as the CORBA face's degrees, without the last bits that the way there and back leaves: -30, not
+/// -29.999999999999996. For what is told back, never for joint positions.
+[[nodiscard]] double tidy_degrees(double angle_rad);
+
 /// Copies as much as fits, as printable ASCII (the ORBs' native code set), terminated.
 void copy_text(const std::string& from, char* to, std::size_t size);
 

@@ -81,6 +81,16 @@ void Robot::await(Segment& segment, double seconds, const std::string& what,
   }
 }
 
+void Robot::await_seen(Segment& segment, const std::string& what) const {
+  Snapshot before{};
+  if (!segment.layout().snapshot.load(before)) return;
+  // The cycle after `before` may have read the flags already when they were written; the one after that has
+  // not.
+  await(segment, kSettle_s, what, [&](const Snapshot& now) {
+    return now.incarnation != before.incarnation || now.cycle >= before.cycle + 2;
+  });
+}
+
 corbot_ticket Robot::accept(const Plan& plan) {
   const std::lock_guard lock(planning_mutex_);
   const auto segment = living_segment();
@@ -236,12 +246,16 @@ void Robot::stop() {
 }
 
 void Robot::pause(bool on) {
-  living_segment()->layout().control.pause.store(on ? 1 : 0, std::memory_order_relaxed);
+  const auto segment = living_segment();
+  segment->layout().control.pause.store(on ? 1 : 0, std::memory_order_relaxed);
+  await_seen(*segment, "a Pause");
 }
 
 void Robot::set_override(double percent) {
   const double ratio = checked_percent("percent", percent);
-  living_segment()->layout().control.override_ratio.store(ratio, std::memory_order_relaxed);
+  const auto segment = living_segment();
+  segment->layout().control.override_ratio.store(ratio, std::memory_order_relaxed);
+  await_seen(*segment, "an Override");
 }
 
 void Robot::clear() {

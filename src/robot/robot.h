@@ -76,6 +76,8 @@ class Robot final : private LinkListener {
   /// robot is closed, or after `seconds`.
   void await(Segment& segment, double seconds, const std::string& what,
              const std::function<bool(const Snapshot&)>& done) const;
+  /// Waits until the task has read the flags as they are now, so that what a client reads next agrees.
+  void await_seen(Segment& segment, const std::string& what) const;
   [[nodiscard]] PlanStart plan_start(Segment& segment, std::uint64_t epoch);
   corbot_ticket hand_over(Segment& segment, std::uint64_t epoch, std::vector<Command>& commands,
                           double gripper);

@@ -64,7 +64,7 @@ double Robot::override_percent() const {
 
 double Robot::tool_pitch_deg() const {
   const std::lock_guard lock(settings_mutex_);
-  return degrees(settings_.tool_pitch_rad);
+  return tidy_degrees(settings_.tool_pitch_rad);
 }
 
 std::string Robot::error_cause() const {
