@@ -19,11 +19,7 @@ class Lifecycle : public RobotRig {
     ASSERT_TRUE(rt_->wait(within(10)));
   }
   std::vector<std::string> servant_command(int port) const {
-    return {servant_program(CORBOT_BIN_DIR),
-            profile_,
-            "--name",
-            name_,
-            "--endpoint",
+    return {servant_program(CORBOT_BIN_DIR),  profile_, "--name", name_, "--endpoint",
             fmt::format("127.0.0.1:{}", port)};
   }
 };
@@ -103,8 +99,8 @@ TEST_F(Lifecycle, BlockedCallersAreToldWhenTheServantEnds) {
 }
 
 TEST_F(Lifecycle, APortInUseIsNamed) {
-  const RunResult second = run({servant_program(CORBOT_BIN_DIR), profile_, "--name",
-                                name_ + "b", "--endpoint", fmt::format("127.0.0.1:{}", port_)});
+  const RunResult second = run({servant_program(CORBOT_BIN_DIR), profile_, "--name", name_ + "b",
+                                "--endpoint", fmt::format("127.0.0.1:{}", port_)});
   EXPECT_EQ(second.code, 1);
   EXPECT_NE(second.errors.find(std::to_string(port_)), std::string::npos) << second.errors;
   EXPECT_NE(second.errors.find("in use"), std::string::npos) << second.errors;

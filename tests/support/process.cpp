@@ -41,9 +41,11 @@ void read_available(int& fd, std::string& text) {
 }  // namespace
 
 Process::Process(std::vector<std::string> command, const std::vector<std::string>& environment) {
+  int in[2];
   int out[2];
   int err[2];
-  if (::pipe2(out, O_CLOEXEC) != 0 || ::pipe2(err, O_CLOEXEC) != 0) throw std::runtime_error("pipe2 failed");
+  if (::pipe2(in, O_CLOEXEC) != 0 || ::pipe2(out, O_CLOEXEC) != 0 || ::pipe2(err, O_CLOEXEC) != 0)
+    throw std::runtime_error("pipe2 failed");
   std::vector<char*> argv;
   for (auto& word : command) argv.push_back(word.data());
   argv.push_back(nullptr);
@@ -60,13 +62,14 @@ Process::Process(std::vector<std::string> command, const std::vector<std::string
     if (::getppid() != parent) ::_exit(126);
     ::dup2(out[1], STDOUT_FILENO);
     ::dup2(err[1], STDERR_FILENO);
-    const int null = ::open("/dev/null", O_RDONLY);
-    ::dup2(null, STDIN_FILENO);
+    ::dup2(in[0], STDIN_FILENO);
     ::execvpe(argv[0], argv.data(), envp.data());
     ::_exit(127);
   }
+  ::close(in[0]);
   ::close(out[1]);
   ::close(err[1]);
+  in_ = in[1];
   out_ = out[0];
   err_ = err[0];
   ::fcntl(out_, F_SETFL, O_NONBLOCK);
@@ -77,6 +80,7 @@ Process::Process(Process&& other) noexcept { *this = std::move(other); }
 
 Process& Process::operator=(Process&& other) noexcept {
   std::swap(pid_, other.pid_);
+  std::swap(in_, other.in_);
   std::swap(out_, other.out_);
   std::swap(err_, other.err_);
   std::swap(status_, other.status_);
@@ -94,6 +98,7 @@ Process::~Process() {
       ::waitpid(pid_, nullptr, 0);
     }
   }
+  if (in_ >= 0) ::close(in_);
   if (out_ >= 0) ::close(out_);
   if (err_ >= 0) ::close(err_);
 }
@@ -120,6 +125,17 @@ std::optional<std::string> Process::wait_line(const std::string& prefix, Deadlin
     if (out_ < 0 || std::chrono::steady_clock::now() > deadline) return std::nullopt;
     pollfd both[2] = {{out_, POLLIN, 0}, {err_, POLLIN, 0}};
     ::poll(both, 2, 20);
+  }
+}
+
+void Process::send(const std::string& line) {
+  const std::string text = line + "\n";
+  ::signal(SIGPIPE, SIG_IGN);  // a child that has died is found when its answer is waited for
+  for (std::size_t done = 0; done < text.size();) {
+    const ssize_t n = ::write(in_, text.data() + done, text.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return;
+    done += static_cast<std::size_t>(n);
   }
 }
 

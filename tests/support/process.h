@@ -29,8 +29,9 @@ bool wait_until(Deadline deadline, Condition&& condition) {
   return true;
 }
 
-/// A child process: its standard output can be read line by line, it dies with the test, and the destructor
-/// leaves no process behind. Standard error is collected too (both go to one pipe each).
+/// A child process: its standard output can be read line by line, its input written to, it dies with the
+/// test, and the destructor leaves no process behind. Standard error is collected too (both go to one pipe
+/// each).
 class Process {
  public:
   /// Starts `command`; throws std::runtime_error when that fails. `environment`: NAME=value, added to the
@@ -48,6 +49,8 @@ class Process {
   /// The first line from now on that begins with `prefix`; nothing when the output ends or the deadline
   /// passes first.
   std::optional<std::string> wait_line(const std::string& prefix, Deadline deadline);
+  /// Writes a line to its standard input.
+  void send(const std::string& line);
   /// Sends a signal; no effect on a child that has been waited for.
   void signal(int number) const;
   /// Waits for the end and returns the status as of waitpid(2); nothing when the deadline passes first.
@@ -63,6 +66,7 @@ class Process {
   void drain();
 
   pid_t pid_ = -1;
+  int in_ = -1;
   int out_ = -1;
   int err_ = -1;
   std::optional<int> status_;

@@ -7,7 +7,7 @@
 
 namespace corbot::test {
 
-CORBA::ORB_ptr RobotRig::orb() {
+CORBA::ORB_ptr client_orb() {
   static const CORBA::ORB_var instance = [] {
     int argc = 0;
     return CORBA::ORB_init(argc, nullptr);
@@ -46,11 +46,7 @@ void RobotRig::start_rt(const std::vector<std::string>& more) {
 }
 
 void RobotRig::start_servant(const std::vector<std::string>& more) {
-  std::vector<std::string> command{servant_program(CORBOT_BIN_DIR),
-                                   profile_,
-                                   "--name",
-                                   name_,
-                                   "--endpoint",
+  std::vector<std::string> command{servant_program(CORBOT_BIN_DIR),   profile_, "--name", name_, "--endpoint",
                                    fmt::format("127.0.0.1:{}", port_)};
   command.insert(command.end(), more.begin(), more.end());
   servant_ = std::make_unique<Process>(command);
@@ -60,7 +56,7 @@ void RobotRig::start_servant(const std::vector<std::string>& more) {
 Corbot::Arm_var RobotRig::connect() const { return connect(reference_); }
 
 Corbot::Arm_var RobotRig::connect(const std::string& reference) const {
-  CORBA::Object_var object = orb()->string_to_object(reference.c_str());
+  CORBA::Object_var object = client_orb()->string_to_object(reference.c_str());
   return Corbot::Arm::_narrow(object);
 }
 

@@ -14,6 +14,9 @@
 
 namespace corbot::test {
 
+/// The ORB of this test program: an omniORB client without any option.
+CORBA::ORB_ptr client_orb();
+
 /// A robot of its own for one test: real-time task and servant on a free port, under a name that nobody else
 /// uses. The client is an ordinary omniORB client without any option.
 class RobotRig : public ::testing::Test {
@@ -27,7 +30,6 @@ class RobotRig : public ::testing::Test {
   /// What a client does: corbaloc, narrow.
   [[nodiscard]] Corbot::Arm_var connect() const;
   [[nodiscard]] Corbot::Arm_var connect(const std::string& reference) const;
-  [[nodiscard]] static CORBA::ORB_ptr orb();
 
   /// Waits until the robot says so.
   [[nodiscard]] bool wait_for(Corbot::RobotState state, double seconds = 30.0);

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "orbs/servers.h"
+
+#include <stdlib.h>
+#include <sys/un.h>
+
+#include <filesystem>
+#include <stdexcept>
+#include <utility>
+
+namespace corbot::bench {
+
+Scratch::Scratch() : path_(std::string(CORBOT_BENCH_DIR) + "/orbs-XXXXXX") {
+  if (::mkdtemp(path_.data()) == nullptr) throw std::runtime_error("cannot make " + path_);
+  ::setenv("TMPDIR", path_.c_str(), 1);
+  ::setenv("ORBIT_SOCKETDIR", path_.c_str(), 1);  // or every ORBit2 program would leave one under /tmp
+}
+
+Scratch::~Scratch() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+std::string Scratch::socket(const std::string& name) const {
+  std::string path = path_ + "/" + name;
+  if (path.size() >= sizeof(sockaddr_un{}.sun_path))
+    throw std::runtime_error(path + " is too long for a socket");
+  return path;
+}
+
+Placement::Placement() {
+  if (::sched_getaffinity(0, sizeof(others_), &others_) != 0) throw std::runtime_error("sched_getaffinity");
+  std::size_t cpu = CPU_SETSIZE - 1;
+  while (!CPU_ISSET(cpu, &others_)) --cpu;  // the last one: the first serves most interrupts
+  CPU_SET(cpu, &one_);
+  if (CPU_COUNT(&others_) > 1) CPU_CLR(cpu, &others_);
+  on_the_one();
+}
+
+void Placement::on_the_one() const { (void)::sched_setaffinity(0, sizeof(one_), &one_); }
+
+void Placement::on_the_others() const { (void)::sched_setaffinity(0, sizeof(others_), &others_); }
+
+Servers::~Servers() {
+  while (!running_.empty()) running_.pop_back();
+}
+
+const Child& Servers::start(std::vector<std::string> command) {
+  return running_.emplace_back(std::move(command));
+}
+
+const Child& Servers::start_robot(const std::string& program, const std::string& name,
+                                  const std::vector<std::string>& address) {
+  const std::string bin = CORBOT_BIN_DIR;
+  placement_.on_the_others();
+  start({bin + "/corbot-rt", CORBOT_PROFILE, "--name", name});
+  placement_.on_the_one();
+  std::vector<std::string> command{bin + "/" + program, CORBOT_PROFILE, "--name", name};
+  command.insert(command.end(), address.begin(), address.end());
+  return start(std::move(command));
+}
+
+}  // namespace corbot::bench

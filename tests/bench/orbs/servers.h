@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sched.h>
+
+#include <list>
+#include <string>
+#include <vector>
+
+#include "orbs/child.h"
+
+namespace corbot::bench {
+
+/// A directory of this run, in the build tree, for sockets and whatever else programs leave in a temporary
+/// directory; removed with this object.
+class Scratch {
+ public:
+  Scratch();
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+  ~Scratch();
+  /// A path for a Unix socket.
+  [[nodiscard]] std::string socket(const std::string& name) const;
+
+ private:
+  std::string path_;
+};
+
+/// Clients and servers run on one CPU, the real-time tasks on the others where there are any. Placed by the
+/// kernel, a pair of threads stays for seconds on one CPU or on two, by chance, and the latter takes up to
+/// four times as long: that would drown what is measured.
+class Placement {
+ public:
+  Placement();
+  /// Where this thread, and the threads and processes that it starts from now on, run.
+  void on_the_one() const;
+  void on_the_others() const;
+
+ private:
+  cpu_set_t one_{};
+  cpu_set_t others_{};
+};
+
+/// The server processes; they end in reverse order.
+class Servers {
+ public:
+  Servers() = default;
+  Servers(const Servers&) = delete;
+  Servers& operator=(const Servers&) = delete;
+  ~Servers();
+  const Child& start(std::vector<std::string> command);
+  /// Servant `program` of the robot `name`, with a real-time task of its own. `address`: its options.
+  const Child& start_robot(const std::string& program, const std::string& name,
+                           const std::vector<std::string>& address);
+
+ private:
+  Placement placement_;
+  std::list<Child> running_;
+};
+
+}  // namespace corbot::bench

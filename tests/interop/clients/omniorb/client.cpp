@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: Apache-2.0
+// Test client of Corbot::Arm over omniORB: reads a command a line, answers each with one line.
+#include <fmt/format.h>
+#include <omniORB4/Naming.hh>
+
+#include <arm.hh>
+#include <functional>
+#include <future>
+#include <iostream>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+
+namespace {
+
+using Words = std::istringstream;
+
+// ---- Arguments: taken off the words by type
+// -----------------------------------------------------------------
+double number(Words& words) {
+  std::string word;
+  if (!(words >> word)) throw std::invalid_argument("too few arguments");
+  std::size_t used = 0;
+  const double value = std::stod(word, &used);
+  if (used != word.size()) throw std::invalid_argument(word + " is no number");
+  return value;
+}
+
+void expect(Words& words, const std::string& bracket) {
+  std::string word;
+  if (!(words >> word) || word != bracket) throw std::invalid_argument("expected " + bracket);
+}
+
+template <class Type>
+Type argument(Words& words) {
+  if constexpr (std::is_same_v<Type, Corbot::Point>) {
+    expect(words, "{");
+    const double x = number(words);
+    const double y = number(words);
+    const double z = number(words);
+    expect(words, "}");
+    return {x, y, z};
+  } else if constexpr (std::is_same_v<Type, Corbot::JointCoord>) {
+    expect(words, "[");
+    Corbot::JointCoord joints;
+    while ((words >> std::ws).peek() != ']') {
+      joints.length(joints.length() + 1);
+      joints[joints.length() - 1] = number(words);
+    }
+    expect(words, "]");
+    return joints;
+  } else {
+    return static_cast<Type>(number(words));
+  }
+}
+
+// ---- Results: written by type
+// -------------------------------------------------------------------------------
+std::string text(double value) { return fmt::format("{}", value); }
+std::string text(CORBA::Long value) { return fmt::format("{}", value); }
+std::string text(CORBA::ULongLong value) { return fmt::format("{}", value); }
+std::string text(bool value) { return value ? "true" : "false"; }
+std::string text(const char* value) { return fmt::format("\"{}\"", value); }
+std::string text(Corbot::GripperState value) { return value == Corbot::Open ? "Open" : "Close"; }
+std::string text(Corbot::RobotState value) {
+  static constexpr const char* kNames[] = {"Error", "Waiting", "Standby"};
+  return kNames[value];
+}
+std::string text(Corbot::RobotKind value) {
+  static constexpr const char* kNames[] = {"Anthropomorphic", "Cartesian", "Cylindrical",
+                                           "Polar",           "Scara",     "Other"};
+  return kNames[value];
+}
+std::string text(Corbot::MotionState value) {
+  static constexpr const char* kNames[] = {"MotionQueued", "MotionRunning", "MotionDone", "MotionStopped",
+                                           "MotionFailed"};
+  return kNames[value];
+}
+
+// Declared before the templates that look them up.
+std::string text(const Corbot::Point& p);
+template <class Sequence>
+requires requires(const Sequence& s) { s.length(); }
+std::string text(const Sequence& sequence);
+
+template <class... Members>
+std::string members(const Members&... named) {
+  std::string all;
+  ((all += fmt::format("{}{}={}", all.empty() ? "" : " ", named.first, text(named.second))), ...);
+  return "{" + all + "}";
+}
+
+std::string text(const Corbot::Point& p) {
+  return members(std::pair("x", p.x), std::pair("y", p.y), std::pair("z", p.z));
+}
+std::string text(const Corbot::CartesianCoord& p) {
+  return members(std::pair("x", p.x), std::pair("y", p.y), std::pair("z", p.z), std::pair("a", p.a),
+                 std::pair("b", p.b), std::pair("c", p.c));
+}
+std::string text(const Corbot::JointRange& range) {
+  return members(std::pair("lower", range.lower), std::pair("upper", range.upper));
+}
+std::string text(const Corbot::AlarmInfo& alarm) {
+  return members(std::pair("time", alarm.time), std::pair("code", alarm.code),
+                 std::pair("active", bool{alarm.active}), std::pair("text", (const char*)alarm.text));
+}
+std::string text(const Corbot::MotionInfo& info) {
+  return members(std::pair("id", info.id), std::pair("state", info.state),
+                 std::pair("progress", info.progress), std::pair("duration", info.duration),
+                 std::pair("reason", (const char*)info.reason));
+}
+
+template <class Sequence>
+requires requires(const Sequence& s) { s.length(); }
+std::string text(const Sequence& sequence) {
+  std::string all;
+  for (CORBA::ULong i = 0; i < sequence.length(); ++i) all += (i == 0 ? "" : " ") + text(sequence[i]);
+  return "[" + all + "]";
+}
+
+std::string text(const Corbot::LoopInfo& info) {
+  return members(std::pair("period", info.period), std::pair("since", info.since),
+                 std::pair("cycles", info.cycles), std::pair("overruns", info.overruns),
+                 std::pair("latencyMean", info.latencyMean), std::pair("latencyMax", info.latencyMax),
+                 std::pair("workMax", info.workMax), std::pair("realTime", bool{info.realTime}),
+                 std::pair("counts", info.counts), std::pair("edges", info.edges));
+}
+
+// ---- The interface
+// ------------------------------------------------------------------------------------------
+using Stub = Corbot::_objref_Arm;
+using Call = std::function<std::string(Corbot::Arm_ptr, Words&)>;
+
+template <class Class, class Result, class... Arguments>
+Call call_of(Result (Class::*operation)(Arguments...)) {
+  return [operation](Corbot::Arm_ptr arm, Words& words) -> std::string {
+    // A braced list is evaluated from left to right.
+    std::tuple<std::decay_t<Arguments>...> arguments{argument<std::decay_t<Arguments>>(words)...};
+    std::string rest;
+    if (words >> rest) throw std::invalid_argument("too many arguments");
+    return std::apply(
+        [&](const auto&... values) -> std::string {
+          if constexpr (std::is_void_v<Result>) {
+            (arm->*operation)(values...);
+            return "ok";
+          } else if constexpr (std::is_pointer_v<Result>) {
+            const std::unique_ptr<std::remove_pointer_t<Result>> result((arm->*operation)(values...));
+            return "ok " + text(*result);
+          } else {
+            return "ok " + text((arm->*operation)(values...));
+          }
+        },
+        arguments);
+  };
+}
+
+#define CALL(name) \
+  { #name, call_of(&Stub::name) }
+const std::map<std::string, Call>& calls() {
+  static const std::map<std::string, Call> kCalls{CALL(ArtiCoord),  CALL(CartCoord),    CALL(GripperStatus),
+                                                  CALL(Status),     CALL(RobotType),    CALL(DoF),
+                                                  CALL(MovRange),   CALL(Reach),        CALL(Move),
+                                                  CALL(MoveS),      CALL(MoveC),        CALL(Drive),
+                                                  CALL(Ready),      CALL(Delay),        CALL(Open),
+                                                  CALL(Close),      CALL(Speed),        CALL(ArtSpeed),
+                                                  CALL(AllSpeed),   CALL(Stop),         CALL(Pause),
+                                                  CALL(Resume),     CALL(Override),     CALL(OverridePercent),
+                                                  CALL(Clear),      CALL(StartMove),    CALL(StartMoveS),
+                                                  CALL(StartMoveC), CALL(StartDrive),   CALL(StartMoveJoints),
+                                                  CALL(StartReady), CALL(StartDelay),   CALL(StartOpen),
+                                                  CALL(StartClose), CALL(Wait),         CALL(Progress),
+                                                  CALL(MoveJoints), CALL(SetToolPitch), CALL(ToolPitch),
+                                                  CALL(Alarms),     CALL(Diagnostics)};
+  return kCalls;
+}
+#undef CALL
+
+// ---- Exceptions
+// ---------------------------------------------------------------------------------------------
+std::string answered(const std::function<std::string()>& body) {
+  try {
+    return body();
+  } catch (const Corbot::BadParameter& e) {
+    return "exception BadParameter " + members(std::pair("parameter", (const char*)e.parameter),
+                                               std::pair("value", e.value),
+                                               std::pair("reason", (const char*)e.reason));
+  } catch (const Corbot::Unreachable& e) {
+    return "exception Unreachable " +
+           members(std::pair("target", e.target), std::pair("reason", (const char*)e.reason));
+  } catch (const Corbot::LimitExceeded& e) {
+    return "exception LimitExceeded " +
+           members(std::pair("quantity", (const char*)e.quantity), std::pair("articulation", e.articulation),
+                   std::pair("value", e.value), std::pair("lower", e.lower), std::pair("upper", e.upper));
+  } catch (const Corbot::NotReady& e) {
+    return "exception NotReady " + members(std::pair("reason", (const char*)e.reason));
+  } catch (const Corbot::Stopped& e) {
+    return "exception Stopped " + members(std::pair("reason", (const char*)e.reason));
+  } catch (const Corbot::QueueFull& e) {
+    return "exception QueueFull " + members(std::pair("capacity", e.capacity));
+  } catch (const CORBA::SystemException& e) {
+    return fmt::format("exception SYSTEM:{}", e._name());
+  } catch (const CORBA::Exception& e) {
+    return fmt::format("exception {} {{}}", e._name());
+  } catch (const std::exception& e) {
+    return fmt::format("error {}", e.what());
+  }
+}
+
+class Client {
+ public:
+  std::string answer(const std::string& line) {
+    return answered([&] { return carry_out(line); });
+  }
+
+ private:
+  std::string carry_out(const std::string& line) {
+    Words words(spaced(line));
+    std::string command;
+    std::string first;
+    words >> command >> first;
+    if (command == "connect") {
+      narrow(CORBA::Object_var(orb_->string_to_object(first.c_str())));
+      return "ok";
+    }
+    if (command == "resolve") {
+      std::string name;
+      words >> name;
+      CORBA::Object_var object = orb_->string_to_object(first.c_str());
+      CosNaming::NamingContextExt_var context = CosNaming::NamingContextExt::_narrow(object);
+      narrow(CORBA::Object_var(context->resolve_str(name.c_str())));
+      return "ok";
+    }
+    if (command == "get" || command == "call") return call(first, words);
+    if (command == "begin") {
+      std::string rest;
+      std::getline(words, rest);
+      begun_[first] = std::async(std::launch::async, [this, rest] { return answer("call" + rest); });
+      return "ok";
+    }
+    if (command == "end") {
+      const auto found = begun_.find(first);
+      if (found == begun_.end()) throw std::invalid_argument("nothing was begun as " + first);
+      const std::string result = found->second.get();
+      begun_.erase(found);
+      return result;
+    }
+    throw std::invalid_argument("no command " + command);
+  }
+  std::string call(const std::string& name, Words& words) {
+    const auto found = calls().find(name);
+    if (found == calls().end()) throw std::invalid_argument("no operation " + name);
+    return found->second(arm_, words);
+  }
+  void narrow(CORBA::Object_ptr object) {
+    arm_ = Corbot::Arm::_narrow(object);
+    if (CORBA::is_nil(arm_)) throw CORBA::BAD_PARAM();
+  }
+  static std::string spaced(const std::string& line) {
+    std::string result;
+    for (const char c : line) {
+      result +=
+          std::string("{}[]").find(c) == std::string::npos ? std::string(1, c) : std::string(" ") + c + " ";
+    }
+    return result;
+  }
+
+  static CORBA::ORB_ptr start_orb() {
+    int argc = 0;
+    return CORBA::ORB_init(argc, nullptr);
+  }
+  CORBA::ORB_var orb_{start_orb()};
+  Corbot::Arm_var arm_;
+  std::map<std::string, std::future<std::string>> begun_;
+};
+
+}  // namespace
+
+int main() {
+  Client client;
+  for (std::string line; std::getline(std::cin, line);) std::cout << client.answer(line) << std::endl;
+}

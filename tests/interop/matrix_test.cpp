@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// Independent clients against the servant, all by one scenario (scenario.txt).
+#include <signal.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+
+#include <fmt/core.h>
+
+#include "interop/answers.h"
+#include "support/naming_service.h"
+#include "support/robot_rig.h"
+
+namespace corbot::test {
+namespace {
+
+struct ClientKind {
+  std::string name;
+  std::string program;  ///< built with the project; empty: made by clients/NAME/prepare
+  /// How an answer begins that says what this client's ORB cannot do, whatever the servant. Empty: can all.
+  std::string cannot;
+};
+
+void PrintTo(const ClientKind& kind, std::ostream* out) { *out << kind.name; }
+
+class Matrix : public RobotRig, public ::testing::WithParamInterface<ClientKind> {
+ protected:
+  void SetUp() override {
+    if (const std::string why = prepare(); !why.empty()) GTEST_SKIP() << "skipped: " << why;
+    service_ = std::make_unique<NamingService>();
+    name_ = unique_name("matrix");
+    port_ = free_port();
+    reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
+    start_rt();
+    if (!HasFatalFailure()) start_servant({"--naming", service_->reference()});
+    if (HasFatalFailure()) return;
+    arm_ = connect();
+    client_ = std::make_unique<Process>(std::vector<std::string>{program_});
+    values_ = {{"corbaloc", reference_}, {"naming", service_->reference()}, {"name", name_}};
+    ASSERT_TRUE(wait_until(within(30), [&] { return service_->knows(name_); })) << servant_->errors();
+  }
+  void TearDown() override {
+    client_.reset();
+    if (servant_) RobotRig::TearDown();
+  }
+
+  /// Makes the client ready; the reason when that cannot be.
+  std::string prepare() {
+    const ClientKind& kind = GetParam();
+    if (!kind.program.empty()) {
+      program_ = kind.program;
+      return std::filesystem::exists(program_) ? "" : "ORBit2 not found";
+    }
+    const std::string out = fmt::format("{}/{}", CORBOT_CLIENTS_OUT, kind.name);
+    const RunResult made = run({fmt::format("{}/{}/prepare", CORBOT_CLIENTS_DIR, kind.name), out}, 500.0);
+    program_ = out + "/client";
+    if (made.code == 0) return "";
+    if (made.code != 77) ADD_FAILURE() << "prepare: " << made.errors;
+    return made.errors;
+  }
+
+  std::string ask(const std::string& command) {
+    client_->send(command);
+    const auto answer = client_->wait_line("", within(60));
+    return answer ? *answer : "no answer: " + client_->errors();
+  }
+  /// $NAME by its value.
+  std::string filled_in(std::string line) const {
+    for (const auto& [name, value] : values_) {
+      line = std::regex_replace(line, std::regex("\\$" + name + "\\b"), value);
+    }
+    return line;
+  }
+  bool cannot(const std::string& answer) {
+    const std::string& text = GetParam().cannot;
+    if (text.empty() || !answer.starts_with(text)) return false;
+    fmt::print("{}\n", answer);
+    return true;
+  }
+
+  void step(const std::string& line, const std::optional<std::string>& expected) {
+    std::smatch match;
+    if (std::regex_match(line, match, std::regex("device (lost|found)"))) {
+      rt_->signal(match[1] == "lost" ? SIGUSR1 : SIGUSR2);
+    } else if (std::regex_match(line, match, std::regex("until (.*): (\\w.*)"))) {
+      std::string answer;
+      const bool came = wait_until(within(60), [&] {
+        answer = ask(match[2]);
+        return matches(match[1], answer);
+      });
+      EXPECT_TRUE(came) << line << "\n  last answer " << answer;
+    } else if (std::regex_match(line, match, std::regex("let (\\w+) = (.*)"))) {
+      const std::string answer = ask(match[2]);
+      ASSERT_TRUE(answer.starts_with("ok ")) << line << "\n  " << answer;
+      values_[match[1]] = answer.substr(3);
+    } else {
+      const std::string answer = ask(line);
+      const bool good = expected ? matches(*expected, answer) : answer.starts_with("ok");
+      EXPECT_TRUE(good || cannot(answer))
+          << line << "\n  answered " << answer << "\n  expected " << expected.value_or("ok");
+    }
+    ++steps_;
+  }
+
+  std::string program_;
+  std::unique_ptr<NamingService> service_;
+  std::unique_ptr<Process> client_;
+  std::map<std::string, std::string> values_;
+  int steps_ = 0;
+};
+
+TEST_P(Matrix, SeesWhatTheScenarioSays) {
+  std::vector<std::string> lines;
+  std::ifstream file(CORBOT_SCENARIO);
+  for (std::string line; std::getline(file, line);) {
+    if (!line.empty() && line[0] != '#') lines.push_back(line);
+  }
+  for (std::size_t i = 0; i < lines.size() && !HasFatalFailure(); ++i) {
+    std::optional<std::string> expected;
+    const std::string command = filled_in(lines[i]);
+    if (i + 1 < lines.size() && lines[i + 1].starts_with("= ")) expected = filled_in(lines[++i].substr(2));
+    step(command, expected);
+  }
+  EXPECT_GT(steps_, 100) << "the scenario was not found, or is cut";
+}
+
+INSTANTIATE_TEST_SUITE_P(Clients, Matrix,
+                         ::testing::Values(ClientKind{"omniorb", CORBOT_CLIENT_OMNIORB, ""},
+                                           ClientKind{"orbit2", CORBOT_CLIENT_ORBIT2, ""},
+                                           ClientKind{"python", "", ""}, ClientKind{"java", "", ""},
+                                           ClientKind{"tcl", "", "error Combat cannot send"}),
+                         [](const auto& test) { return test.param.name; });
+
+TEST(Answers, AreComparedByValue) {
+  EXPECT_TRUE(matches("ok [0 1 2.5]", "ok [0.0 1 2.5000001]"));
+  EXPECT_FALSE(matches("ok [0 1 2.5]", "ok [0 1 2.6]"));
+  EXPECT_FALSE(matches("ok [0 1]", "ok [0 1 2]"));
+  EXPECT_TRUE(matches("ok {id=* text=\"a*\"}", "ok {id={x=1 y=[2]} text=\"a b = c\"}"));
+  EXPECT_FALSE(matches("ok {id=* text=\"a*\"}", "ok {id={x=1 y=[2]} text=\"b\"}"));
+  EXPECT_TRUE(matches("value=nan", "value=nan"));
+  EXPECT_FALSE(matches("value=nan", "value=0"));
+  EXPECT_FALSE(matches("ok", "ok 1"));
+}
+
+}  // namespace
+}  // namespace corbot::test
