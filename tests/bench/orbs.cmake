@@ -3,7 +3,7 @@ if(NOT OMNIORB_FOUND)
   return()
 endif()
 set(orbs ${CMAKE_CURRENT_SOURCE_DIR}/orbs)
-add_executable(bench_orbs ${orbs}/orbs_bench.cpp ${orbs}/child.cpp ${orbs}/probe.cpp ${orbs}/servers.cpp
+add_executable(bench_orbs ${orbs}/orbs_bench.cpp ${orbs}/probe.cpp ${orbs}/servers.cpp
                           ${PROJECT_SOURCE_DIR}/tests/support/process.cpp)
 add_executable(bench_orbs_omniorb_server ${orbs}/echo_omniorb.cpp)
 target_include_directories(bench_orbs PRIVATE ${CMAKE_CURRENT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/tests)

@@ -79,15 +79,15 @@ void add_omniorb(std::list<Cell>& cells, Servers& servers, const Scratch& scratc
 
 #ifdef CORBOT_HAS_ORBIT2
 void add_orbit2(std::list<Cell>& cells, Servers& servers, const Scratch& scratch) {
-  const auto probe = [](const Child& server) {
-    return std::make_unique<Orbit2Probe>(kBench + "/bench_orbs_orbit2_client", server.ready());
+  const auto probe = [](const std::string& reference) {
+    return std::make_unique<Orbit2Probe>(kBench + "/bench_orbs_orbit2_client", reference);
   };
   const auto echo = [&](const std::string& address, const std::string& thread) {
     return probe(servers.start({kBench + "/bench_orbs_orbit2_server", address, thread}));
   };
   const auto add = [&](const std::string& cell, const std::vector<std::string>& address,
                        const std::string& echo_at, const std::string& other_echo_at) {
-    const Child& servant =
+    const std::string servant =
         servers.start_robot("corbot-servant-orbit2", corbot::test::unique_name("bench"), address);
     cells.push_back({cell, Subject(probe(servant)), Subject(echo(echo_at, "request")),
                      std::make_unique<Subject>(echo(other_echo_at, "connection"))});
@@ -154,7 +154,6 @@ int main(int argc, char** argv) try {
   const Plan moves{Call::kMove, std::max(1, calls * 3 / 200), 10, 2};
   ::signal(SIGINT, [](int) { interrupted = 1; });
   ::signal(SIGTERM, [](int) { interrupted = 1; });
-  ::signal(SIGPIPE, SIG_IGN);
 
   const Scratch scratch;
   Servers servers;

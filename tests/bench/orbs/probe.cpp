@@ -9,6 +9,7 @@ namespace corbot::bench {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+constexpr double kPatience_s = 60.0;  // generous: it only ends a hang
 
 template <class Function>
 std::vector<double> timed(int count, Function&& call) {
@@ -40,12 +41,19 @@ std::vector<double> OmniProbe::measure(Call call, int count) {
   return timed(count, [this] { (void)robot_->CartCoord(); });
 }
 
+Orbit2Probe::Orbit2Probe(const std::string& program, const std::string& reference)
+    : client_({program, reference}) {
+  if (!client_.wait_line("ready", test::within(kPatience_s))) throw std::runtime_error(client_.errors());
+}
+
 std::vector<double> Orbit2Probe::measure(Call call, int count) {
-  client_.write_line((call == Call::kMove ? "move " : "read ") + std::to_string(count));
-  std::istringstream line(client_.read_line());
+  client_.send((call == Call::kMove ? "move " : "read ") + std::to_string(count));
+  std::istringstream line(client_.wait_line("", test::within(kPatience_s)).value_or(""));
   std::vector<double> us;
   for (double ns = 0.0; line >> ns;) us.push_back(ns / 1000.0);
-  if (us.size() != static_cast<std::size_t>(count)) throw std::runtime_error("an ORBit2 client has failed");
+  if (us.size() != static_cast<std::size_t>(count)) {
+    throw std::runtime_error("an ORBit2 client has failed: " + client_.errors());
+  }
   return us;
 }
 

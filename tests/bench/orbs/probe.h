@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "orbs/child.h"
+#include "support/process.h"
 
 namespace corbot::bench {
 
@@ -36,11 +36,11 @@ class OmniProbe final : public Probe {
 /// An ORBit2 client, a process of its own (client_orbit2.c).
 class Orbit2Probe final : public Probe {
  public:
-  Orbit2Probe(const std::string& program, const std::string& reference) : client_({program, reference}) {}
+  Orbit2Probe(const std::string& program, const std::string& reference);
   std::vector<double> measure(Call call, int count) override;
 
  private:
-  Child client_;
+  test::Process client_;
 };
 
 }  // namespace corbot::bench

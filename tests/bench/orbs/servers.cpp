@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <sys/un.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <stdexcept>
 #include <utility>
@@ -31,7 +32,7 @@ std::string Scratch::socket(const std::string& name) const {
 Placement::Placement() {
   if (::sched_getaffinity(0, sizeof(others_), &others_) != 0) throw std::runtime_error("sched_getaffinity");
   std::size_t cpu = CPU_SETSIZE - 1;
-  while (!CPU_ISSET(cpu, &others_)) --cpu;  // the last one: the first serves most interrupts
+  while (!CPU_ISSET(cpu, &others_)) --cpu;
   CPU_SET(cpu, &one_);
   if (CPU_COUNT(&others_) > 1) CPU_CLR(cpu, &others_);
   on_the_one();
@@ -45,12 +46,17 @@ Servers::~Servers() {
   while (!running_.empty()) running_.pop_back();
 }
 
-const Child& Servers::start(std::vector<std::string> command) {
-  return running_.emplace_back(std::move(command));
+std::string Servers::start(std::vector<std::string> command) {
+  constexpr double kPatience_s = 30.0;
+  const std::string word = "ready";
+  test::Process& server = running_.emplace_back(command);
+  const auto line = server.wait_line(word, test::within(kPatience_s));
+  if (!line) throw std::runtime_error(command[0] + " does not start: " + server.errors());
+  return line->substr(std::min(line->size(), word.size() + 1));
 }
 
-const Child& Servers::start_robot(const std::string& program, const std::string& name,
-                                  const std::vector<std::string>& address) {
+std::string Servers::start_robot(const std::string& program, const std::string& name,
+                                 const std::vector<std::string>& address) {
   const std::string bin = CORBOT_BIN_DIR;
   placement_.on_the_others();
   start({bin + "/corbot-rt", CORBOT_PROFILE, "--name", name});

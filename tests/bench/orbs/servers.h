@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "orbs/child.h"
+#include "support/process.h"
 
 namespace corbot::bench {
 
@@ -27,8 +27,8 @@ class Scratch {
 };
 
 /// Clients and servers run on one CPU, the real-time tasks on the others where there are any. Placed by the
-/// kernel, a pair of threads stays for seconds on one CPU or on two, by chance, and the latter takes up to
-/// four times as long: that would drown what is measured.
+/// kernel, two threads that talk stay for seconds on one CPU or on two, by chance; measured, the latter took
+/// three times as long, which would drown what is sought.
 class Placement {
  public:
   Placement();
@@ -48,14 +48,16 @@ class Servers {
   Servers(const Servers&) = delete;
   Servers& operator=(const Servers&) = delete;
   ~Servers();
-  const Child& start(std::vector<std::string> command);
-  /// Servant `program` of the robot `name`, with a real-time task of its own. `address`: its options.
-  const Child& start_robot(const std::string& program, const std::string& name,
-                           const std::vector<std::string>& address);
+  /// Starts `command`, waits until it is ready, and returns what follows that word in its ready line.
+  std::string start(std::vector<std::string> command);
+  /// The same for servant `program` of the robot `name`, with a real-time task of its own. `address`:
+  /// options.
+  std::string start_robot(const std::string& program, const std::string& name,
+                          const std::vector<std::string>& address);
 
  private:
   Placement placement_;
-  std::list<Child> running_;
+  std::list<test::Process> running_;
 };
 
 }  // namespace corbot::bench
