@@ -32,6 +32,19 @@ CORBA::ORB_ptr start_orb(double timeout_s) {
   return orb;
 }
 
+/// The reference with a GIOP version, where a corbaloc names none. It would mean 1.0; a servant on ORBit2
+/// answers that in another version when it does not know the object, and the connection breaks.
+std::string in_giop_1_2(const std::string& reference) {
+  for (const char* scheme : {"corbaloc::", "corbaloc:iiop:"}) {
+    const std::size_t length = std::char_traits<char>::length(scheme);
+    if (!reference.starts_with(scheme)) continue;
+    const std::size_t at = reference.find('@');
+    if (at != std::string::npos && at < reference.find('/')) return reference;
+    return reference.substr(0, length) + "1.2@" + reference.substr(length);
+  }
+  return reference;
+}
+
 }  // namespace
 
 Client::Client(const Address& address, double timeout_s) : address_(address) {
@@ -44,7 +57,7 @@ Client::Client(const Address& address, double timeout_s) : address_(address) {
                               e._name()));
   }
   cli::ask(address_, [&] {
-    CORBA::Object_var object = orb_->string_to_object(address_.uri.c_str());
+    CORBA::Object_var object = orb_->string_to_object(in_giop_1_2(address_.uri).c_str());
     arm_ = Corbot::Arm::_narrow(object);
   });
   if (CORBA::is_nil(arm_)) {

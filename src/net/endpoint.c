@@ -96,17 +96,18 @@ static bool listens_on(int fd, const struct sockaddr_in* wanted) {
          (address.sin_addr.s_addr == wanted->sin_addr.s_addr || address.sin_addr.s_addr == INADDR_ANY);
 }
 
-bool corbot_listens_here(const char* host, int port) {
+int corbot_listening_socket(const char* host, int port) {
   struct sockaddr_in wanted;
   char why[CORBOT_WHY];
-  if (!resolve(host, port, &wanted, why)) return false;
+  if (!resolve(host, port, &wanted, why)) return -1;
   DIR* directory = opendir("/proc/self/fd");
-  if (directory == NULL) return false;
-  bool found = false;
+  if (directory == NULL) return -1;
+  int found = -1;
   const struct dirent* entry = NULL;
-  while (!found && (entry = readdir(directory)) != NULL) {
+  while (found < 0 && (entry = readdir(directory)) != NULL) {
     if (entry->d_name[0] == '.') continue;
-    found = listens_on((int)strtol(entry->d_name, NULL, 10), &wanted);
+    const int fd = (int)strtol(entry->d_name, NULL, 10);
+    if (listens_on(fd, &wanted)) found = fd;
   }
   closedir(directory);
   return found;

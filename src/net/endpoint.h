@@ -28,8 +28,8 @@ bool corbot_is_loopback(const char* host);
  * wrong in `why`, when that is not possible. *bound_port is the port. The caller closes. */
 int corbot_listen(const char* host, int port, int* bound_port, char why[CORBOT_WHY]);
 
-/* Whether a socket of this very process listens on host:port. */
-bool corbot_listens_here(const char* host, int port);
+/* The socket of this very process that listens on host:port; -1 when there is none. */
+int corbot_listening_socket(const char* host, int port);
 
 #ifdef __cplusplus
 }

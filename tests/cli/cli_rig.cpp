@@ -44,6 +44,7 @@ std::vector<std::string> CliRig::environment() const {
 void CliRig::up(const std::vector<std::string>& more) {
   std::vector<std::string> arguments{"up",  CORBOT_PROFILE, "--name",
                                      name_, "--endpoint",   "127.0.0.1:" + std::to_string(port_)};
+  if (on_orbit2()) arguments.insert(arguments.end(), {"--orb", "orbit2"});
   arguments.insert(arguments.end(), more.begin(), more.end());
   supervisor_ = begin(arguments);
   ASSERT_TRUE(supervisor_->wait_line(name_ + " is up", within(30))) << supervisor_->errors();

@@ -37,12 +37,17 @@ class Matrix : public RobotRig, public ::testing::WithParamInterface<ClientKind>
     if (!HasFatalFailure()) start_servant({"--naming", service_->reference()});
     if (HasFatalFailure()) return;
     arm_ = connect();
-    client_ = std::make_unique<Process>(std::vector<std::string>{program_});
+    sockets_ = fmt::format("{}/{}", CORBOT_SCRATCH_DIR, name_);  // ORBit2 would make one under /tmp
+    std::filesystem::create_directory(sockets_);
+    std::filesystem::permissions(sockets_, std::filesystem::perms::owner_all);
+    client_ = std::make_unique<Process>(std::vector<std::string>{program_},
+                                        std::vector<std::string>{"ORBIT_SOCKETDIR=" + sockets_});
     values_ = {{"corbaloc", reference_}, {"naming", service_->reference()}, {"name", name_}};
     ASSERT_TRUE(wait_until(within(30), [&] { return service_->knows(name_); })) << servant_->errors();
   }
   void TearDown() override {
     client_.reset();
+    std::filesystem::remove_all(sockets_);
     if (servant_) RobotRig::TearDown();
   }
 
@@ -105,6 +110,7 @@ class Matrix : public RobotRig, public ::testing::WithParamInterface<ClientKind>
   }
 
   std::string program_;
+  std::string sockets_;
   std::unique_ptr<NamingService> service_;
   std::unique_ptr<Process> client_;
   std::map<std::string, std::string> values_;

@@ -15,6 +15,10 @@
 extern void ORBit_ORB_forw_bind(CORBA_ORB orb, CORBA_sequence_CORBA_octet* key, CORBA_Object object,
                                 CORBA_Environment* ev);
 
+/* Exported, too, and private: registers the type of connections. ORBit2 does that at the first one, without a
+ * lock, and crashes when a client comes in while the first call goes out. */
+extern GType giop_connection_get_type(void);
+
 bool orb_went_well(CORBA_Environment* ev, const char* what) {
   if (ev->_major == CORBA_NO_EXCEPTION) return true;
   log_error("%s: %s", what, CORBA_exception_id(ev));
@@ -53,9 +57,12 @@ static bool address_is_free(const Options* options) {
   return true;
 }
 
-static bool is_listening(const Options* options) {
+static bool listens(const Options* options) {
   if (options->unix_path != NULL) return somebody_listens(options->unix_path);
-  return corbot_listens_here(options->endpoint.host, options->endpoint.port);
+  const int fd = corbot_listening_socket(options->endpoint.host, options->endpoint.port);
+  /* ORBit2 lets ten connections wait to be accepted; the kernel makes the eleventh try again after a second.
+   */
+  return fd >= 0 && listen(fd, SOMAXCONN) == 0;
 }
 
 static void init_orb(Orb* orb, const Options* options, CORBA_Environment* ev) {
@@ -94,6 +101,7 @@ static bool init_orb_in_private(Orb* orb, const Options* options, CORBA_Environm
   }
   g_setenv("ORBIT_SOCKETDIR", directory, TRUE);
   init_orb(orb, options, ev);
+  (void)giop_connection_get_type();
   (void)rmdir(directory);
   g_free(directory);
   return orb_went_well(ev, "ORBit2 does not start");
@@ -147,7 +155,7 @@ bool orb_serve(Orb* orb, const Options* options, PortableServer_Servant servant,
   PortableServer_POAManager_activate(manager, &ev);
   CORBA_Object_release((CORBA_Object)manager, &ev);
   if (!orb_went_well(&ev, "the POA cannot be activated")) return false;
-  if (is_listening(options)) return true;
+  if (listens(options)) return true;
   char* reference = orb_reference(options, name);
   log_error("ORBit2 does not listen at %s: has another program just taken the address?", reference);
   g_free(reference);

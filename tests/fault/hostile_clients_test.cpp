@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// Clients that are many, rude, or broken, against the servants.
+#include <atomic>
+#include <fstream>
+#include <memory>
+#include <thread>
+
+#include <fmt/core.h>
+
+#include "support/giop.h"
+#include "support/robot_rig.h"
+
+namespace corbot::test {
+namespace {
+
+/// A number of /proc/PID/status.
+long status_of(pid_t pid, const std::string& name) {
+  std::ifstream file(fmt::format("/proc/{}/status", pid));
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with(name + ":")) return std::stol(line.substr(name.size() + 1));
+  }
+  return -1;
+}
+
+class HostileClients : public RobotRig {
+ protected:
+  long threads() const { return status_of(servant_->pid(), "Threads"); }
+  long memory_kb() const { return status_of(servant_->pid(), "VmRSS"); }
+};
+
+TEST_F(HostileClients, TwoHundredConnectionsAreServedAtOnce) {
+  std::vector<RawConnection> connections;
+  for (int i = 0; i < 200; ++i) connections.emplace_back(port_);
+  const std::string key = settled_key(connections.front(), name_);
+  for (auto& connection : connections) ASSERT_TRUE(connection.send(giop_request(7, key, "_get_CartCoord")));
+  for (auto& connection : connections) {
+    const auto reply = connection.reply(within(30));
+    ASSERT_TRUE(reply);
+    EXPECT_EQ(reply->status, 0u);
+    EXPECT_GE(reply->body.size(), 6 * sizeof(double));
+  }
+  fmt::print("200 connections: {} threads, {} kB\n", threads(), memory_kb());
+  arm_->Ready();
+}
+
+TEST_F(HostileClients, OneClientCannotUseUpThreadsWithCallsThatWait) {
+  RawConnection rude(port_);
+  const std::string key = settled_key(rude, name_);
+  std::string flood;
+  constexpr int kCalls = 5000;
+  for (int i = 0; i < kCalls; ++i)
+    flood += giop_request(static_cast<std::uint32_t>(i), key, "Delay", {600.0});
+  long most = 0;
+  std::atomic<bool> end{false};
+  std::thread watch([&] {
+    while (!end) most = std::max(most, threads());
+  });
+  std::thread sender([&] { EXPECT_TRUE(rude.send(flood)); });
+  int refused = 0;
+  const int kRefused = on_orbit2() ? kCalls - 4 : kCalls - 36;
+  while (refused < kRefused && rude.reply(within(30))) ++refused;
+  sender.join();
+  end = true;
+  watch.join();
+  fmt::print("{} pipelined calls: {} refused, {} threads at most, {} kB\n", kCalls, refused, most,
+             memory_kb());
+  EXPECT_EQ(refused, kRefused);
+  const auto begin = std::chrono::steady_clock::now();
+  arm_->Stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+  arm_->Ready();
+}
+
+TEST_F(HostileClients, HalfAMessageHoldsNobodyUp) {
+  std::vector<RawConnection> half;
+  for (int i = 0; i < 20; ++i) {
+    half.emplace_back(port_);
+    ASSERT_TRUE(half.back().send(giop_request(1, name_, "Ready").substr(0, 20)));
+  }
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(arm_->DoF(), 4);
+  arm_->Ready();
+}
+
+TEST_F(HostileClients, ARequestCutShortStartsNothing) {
+  RawConnection rude(port_);
+  const std::string key = settled_key(rude, name_);
+  // Its header says that it ends after the operation's name: no arguments.
+  ASSERT_TRUE(rude.send(giop_request(2, key, "MoveJoints")));
+  const auto reply = rude.reply(within(5));
+  EXPECT_TRUE(!reply || reply->status != 0) << "an answer as if it had been carried out";
+  EXPECT_EQ(arm_->Status(), Corbot::Standby);
+  Corbot::JointCoord_var joints = arm_->ArtiCoord();
+  for (CORBA::ULong i = 0; i < 4; ++i) EXPECT_EQ(joints[i], 0.0);
+}
+
+TEST_F(HostileClients, ReadsDuringAMotionAreQuick) {
+  const Corbot::Ticket ticket = arm_->StartMove(0.20, 0.10, 0.10, 0.0, 2.0);
+  double worst_s = 0.0;
+  int reads = 0;
+  Corbot::MotionInfo_var info = arm_->Progress(ticket);
+  while (info->state != Corbot::MotionDone) {
+    const auto begin = std::chrono::steady_clock::now();
+    Corbot::JointCoord_var joints = arm_->ArtiCoord();
+    worst_s =
+        std::max(worst_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    ++reads;
+    if (reads % 100 == 0) info = arm_->Progress(ticket);
+  }
+  fmt::print("{} reads during a motion of 2 s, the longest {:.2f} ms\n", reads, 1e3 * worst_s);
+  EXPECT_LT(worst_s, 1.0) << "a read that waited for the motion";
+}
+
+/// Four robots, each in processes of its own.
+TEST(FourRobots, DoNotWaitForEachOther) {
+  struct Robot {
+    std::string name = unique_name("four");
+    int port = free_port();
+    Process rt{{CORBOT_BIN_DIR "/corbot-rt", CORBOT_PROFILE, "--name", name}};
+    std::unique_ptr<Process> servant;
+    Corbot::Arm_var arm;
+  };
+  std::vector<std::unique_ptr<Robot>> robots;
+  for (int i = 0; i < 4; ++i) {
+    auto robot = std::make_unique<Robot>();
+    ASSERT_TRUE(robot->rt.wait_line("ready", within(30)));
+    robot->servant = std::make_unique<Process>(
+        std::vector<std::string>{servant_program(CORBOT_BIN_DIR), CORBOT_PROFILE, "--name", robot->name,
+                                 "--endpoint", fmt::format("127.0.0.1:{}", robot->port)});
+    ASSERT_TRUE(robot->servant->wait_line("ready", within(30)));
+    CORBA::Object_var object = client_orb()->string_to_object(
+        fmt::format("corbaloc::127.0.0.1:{}/{}", robot->port, robot->name).c_str());
+    robot->arm = Corbot::Arm::_narrow(object);
+    ASSERT_TRUE(wait_until(within(30), [&] { return robot->arm->Status() == Corbot::Standby; }));
+    robots.push_back(std::move(robot));
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  std::vector<std::thread> clients;
+  for (auto& robot : robots) clients.emplace_back([&] { robot->arm->Delay(1.0); });
+  for (auto& client : clients) client.join();
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  fmt::print("four Delay(1) on four robots: {:.3f} s\n", took_s);
+  EXPECT_LT(took_s, 3.0) << "one after the other they take four seconds";
+  for (auto& robot : robots) {
+    EXPECT_EQ(robot->servant->terminate(), 0);
+    EXPECT_EQ(robot->rt.terminate(), 0);
+  }
+}
+
+}  // namespace
+}  // namespace corbot::test

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "support/process.h"
+
+namespace corbot::test {
+
+/// Messages written by hand, right and wrong: what a hostile or broken client sends.
+std::string giop_header(std::uint8_t type, std::size_t size, bool more_fragments = false,
+                        std::uint8_t minor = 0);
+/// A GIOP 1.0 request; `arguments` are doubles.
+std::string giop_request(std::uint32_t id, const std::string& key, const std::string& operation,
+                         const std::vector<double>& arguments = {});
+
+/// A reply's status (0 result, 1 user exception, 2 system exception, 3 forward) and what follows it.
+struct GiopReply {
+  std::uint32_t id;
+  std::uint32_t status;
+  std::string body;
+};
+
+/// A TCP connection to a server on the loopback interface.
+class RawConnection {
+ public:
+  explicit RawConnection(int port);
+  RawConnection(RawConnection&& other) noexcept;
+  RawConnection(const RawConnection&) = delete;
+  RawConnection& operator=(const RawConnection&) = delete;
+  RawConnection& operator=(RawConnection&&) = delete;
+  ~RawConnection();
+
+  [[nodiscard]] bool connected() const { return fd_ >= 0; }
+  /// False when the peer has closed.
+  bool send(const std::string& bytes);
+  /// The next reply; nothing when the connection ends or the deadline passes first.
+  std::optional<GiopReply> reply(Deadline deadline);
+  /// Whether the peer has closed by then.
+  bool closed(Deadline deadline);
+
+ private:
+  bool read_more(Deadline deadline);
+
+  int fd_ = -1;
+  std::string received_;
+};
+
+/// The object key that the server itself uses: follows the forward that a key of corbaloc may lead to.
+std::string settled_key(RawConnection& connection, const std::string& key);
+
+}  // namespace corbot::test
