@@ -2,10 +2,24 @@
 #include "support/robot_rig.h"
 
 #include <algorithm>
+#include <cstdlib>
+#include <iterator>
+#include <sstream>
 
 #include <fmt/core.h>
 
 namespace corbot::test {
+
+namespace {
+
+/// What the servant is to be run by: the words of CORBOT_TEST_WRAPPER, valgrind and its options for example.
+std::vector<std::string> wrapper() {
+  const char* text = std::getenv("CORBOT_TEST_WRAPPER");
+  std::istringstream words(text != nullptr ? text : "");
+  return {std::istream_iterator<std::string>(words), {}};
+}
+
+}  // namespace
 
 CORBA::ORB_ptr client_orb() {
   static const CORBA::ORB_var instance = [] {
@@ -46,8 +60,9 @@ void RobotRig::start_rt(const std::vector<std::string>& more) {
 }
 
 void RobotRig::start_servant(const std::vector<std::string>& more) {
-  std::vector<std::string> command{servant_program(CORBOT_BIN_DIR),   profile_, "--name", name_, "--endpoint",
-                                   fmt::format("127.0.0.1:{}", port_)};
+  std::vector<std::string> command = wrapper();
+  command.insert(command.end(), {servant_program(CORBOT_BIN_DIR), profile_, "--name", name_, "--endpoint",
+                                 fmt::format("127.0.0.1:{}", port_)});
   command.insert(command.end(), more.begin(), more.end());
   servant_ = std::make_unique<Process>(command);
   ASSERT_TRUE(servant_->wait_line("ready", within(30))) << servant_->errors();

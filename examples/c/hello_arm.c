@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * A client in plain C, on ORBit2: says what the arm is, moves it, and shows what a refused motion looks like.
+ *
+ *   hello_arm corbaloc::127.0.0.1:12810/lynx5
+ *
+ * It works with both servants. Build it by hand where ORBit2 is installed:
+ *
+ *   orbit-idl-2 arm.idl
+ *   cc -o hello_arm hello_arm.c arm-common.c arm-stubs.c $(pkg-config --cflags --libs ORBit-2.0) */
+#include <arm.h>
+#include <orbit/orbit.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+/* Every call of the C mapping fills an environment; what it raised is the caller's to free. */
+static int raised(CORBA_Environment* ev, const char* doing) {
+  if (ev->_major == CORBA_NO_EXCEPTION) return 0;
+  const char* id = CORBA_exception_id(ev);
+  if (g_strcmp0(id, ex_Corbot_Unreachable) == 0) {
+    const Corbot_Unreachable* why = CORBA_exception_value(ev);
+    (void)printf("%s: refused, (%g, %g, %g) m is out of reach: %s\n", doing, why->target.x, why->target.y,
+                 why->target.z, why->reason);
+  } else if (g_strcmp0(id, ex_Corbot_NotReady) == 0) {
+    const Corbot_NotReady* why = CORBA_exception_value(ev);
+    (void)printf("%s: the robot is not ready: %s\n", doing, why->reason);
+  } else {
+    (void)printf("%s: %s\n", doing, id);
+  }
+  CORBA_exception_free(ev);
+  return 1;
+}
+
+static void print_joints(Corbot_Arm arm, CORBA_Environment* ev) {
+  Corbot_JointCoord* joints = Corbot_Robot__get_ArtiCoord(arm, ev);
+  if (raised(ev, "reading the joints")) return;
+  (void)printf("joints");
+  for (CORBA_unsigned_long i = 0; i < joints->_length; ++i) (void)printf(" %.2f", joints->_buffer[i]);
+  (void)printf(" degrees\n");
+  CORBA_free(joints); /* what a call returns by pointer is the caller's */
+}
+
+static int use(Corbot_Arm arm, CORBA_Environment* ev) {
+  const CORBA_long dof = Corbot_Robot__get_DoF(arm, ev);
+  if (raised(ev, "asking")) return EXIT_FAILURE;
+  const CORBA_double reach = Corbot_Robot__get_Reach(arm, ev);
+  (void)printf("an arm of %d articulations that reaches %.3f m\n", dof, reach);
+  print_joints(arm, ev);
+
+  /* Free motion to 30 mm above a point, as fast as the limits allow; returns when the arm is there. */
+  Corbot_Robot_Move(arm, 0.20, 0.05, 0.05, 0.03, 0.0, ev);
+  if (raised(ev, "Move")) return EXIT_FAILURE;
+  /* Down in a straight line, in one second. */
+  Corbot_Robot_MoveS(arm, 0.20, 0.05, 0.05, 0.0, 1.0, ev);
+  if (raised(ev, "MoveS")) return EXIT_FAILURE;
+  Corbot_Robot_Close(arm, ev);
+  if (raised(ev, "Close")) return EXIT_FAILURE;
+  print_joints(arm, ev);
+
+  /* What cannot be reached is refused before anything moves. */
+  Corbot_Robot_Move(arm, 0.90, 0.0, 0.10, 0.0, 0.0, ev);
+  if (!raised(ev, "Move to (0.9, 0, 0.1)")) return EXIT_FAILURE;
+
+  Corbot_Robot_Ready(arm, ev);
+  if (raised(ev, "Ready")) return EXIT_FAILURE;
+  print_joints(arm, ev);
+  return EXIT_SUCCESS;
+}
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    (void)fprintf(stderr, "usage: %s corbaloc::HOST:PORT/NAME\n", argv[0]);
+    return 2;
+  }
+  /* IPv4, which ORBit2 does not speak unless told so; and no time-out, which is 60 s otherwise and would end
+   * a motion's call that takes longer. */
+  char* options[] = {argv[0], (char*)"--ORBIIOPIPv4=1", (char*)"--GIOPTimeoutMSEC=0", NULL};
+  int count = 3;
+  CORBA_Environment ev;
+  CORBA_exception_init(&ev);
+  CORBA_ORB orb = CORBA_ORB_init(&count, options, (char*)"orbit-local-orb", &ev);
+  if (raised(&ev, "starting the ORB")) return EXIT_FAILURE;
+  int result = EXIT_FAILURE;
+  Corbot_Arm arm = CORBA_ORB_string_to_object(orb, argv[1], &ev);
+  if (!raised(&ev, "reading the reference")) {
+    result = use(arm, &ev);
+    CORBA_Object_release(arm, &ev);
+  }
+  CORBA_ORB_destroy(orb, &ev);
+  CORBA_Object_release((CORBA_Object)orb, &ev);
+  CORBA_exception_free(&ev);
+  return result;
+}
