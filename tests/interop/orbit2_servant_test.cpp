@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+// What only the servant on ORBit2 has: its refusals, its Unix socket, its bound on waiting calls.
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <ifaddrs.h>
+#include <netinet/in.h>
+#include <signal.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include <fmt/core.h>
+
+#include "support/robot_rig.h"
+
+namespace corbot::test {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+const std::string kServant = CORBOT_BIN_DIR "/corbot-servant-orbit2";
+
+class Orbit2Servant : public RobotRig {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(kServant)) GTEST_SKIP() << "skipped: ORBit2 not found";
+    name_ = unique_name("orbit2");
+    port_ = free_port();
+    reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
+    directory_ = fmt::format("{}/{}", CORBOT_SCRATCH_DIR, name_);
+    fs::create_directory(directory_);
+    fs::permissions(directory_, fs::perms::owner_all);
+    start_rt();
+  }
+  void TearDown() override {
+    if (!rt_) return;
+    RobotRig::TearDown();
+    fs::remove_all(directory_);
+  }
+  void serve(const std::vector<std::string>& more, const std::vector<std::string>& environment = {}) {
+    std::vector<std::string> command{kServant, profile_, "--name", name_};
+    command.insert(command.end(), more.begin(), more.end());
+    servant_ = std::make_unique<Process>(command, environment);
+    const auto line = servant_->wait_line("ready ", within(30));
+    ASSERT_TRUE(line) << servant_->errors();
+    ready_ = line->substr(6);
+  }
+  std::string endpoint() const { return fmt::format("127.0.0.1:{}", port_); }
+  RunResult refused(const std::vector<std::string>& more) {
+    std::vector<std::string> command{kServant, profile_, "--name", name_};
+    command.insert(command.end(), more.begin(), more.end());
+    return run(command);
+  }
+  /// One command to the C client, connected to the reference.
+  std::string ask_in_c(const std::string& reference, const std::string& command) {
+    Process client({CORBOT_CLIENT_ORBIT2}, {"ORBIT_SOCKETDIR=" + directory_});
+    client.send("connect " + reference);
+    const auto connected = client.wait_line("", within(30));
+    if (connected != "ok") return connected.value_or("no answer");
+    client.send(command);
+    return client.wait_line("", within(30)).value_or("no answer");
+  }
+
+  std::string directory_;
+  std::string ready_;
+};
+
+TEST_F(Orbit2Servant, ListensNowhereButOnTheLoopbackInterfaceUnlessToldThatItIsUnsafe) {
+  const std::string elsewhere = fmt::format("192.0.2.1:{}", port_);
+  const RunResult result = refused({"--endpoint", elsewhere});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.errors, HasSubstr("will not listen on 192.0.2.1"));
+  EXPECT_THAT(result.errors, HasSubstr("--i-know-orbit2-is-unsafe"));
+  const RunResult known = refused({"--endpoint", elsewhere, "--i-know-orbit2-is-unsafe"});
+  EXPECT_EQ(known.code, 1);
+  EXPECT_THAT(known.errors, HasSubstr("anyone who reaches it can move the robot"));
+  EXPECT_THAT(known.errors, HasSubstr("'192.0.2.1' is no address of this machine"));
+}
+
+TEST_F(Orbit2Servant, ListensOnAnAddressOfTheMachineWhenToldThatItIsUnsafe) {
+  ifaddrs* all = nullptr;
+  ASSERT_EQ(::getifaddrs(&all), 0);
+  char host[INET_ADDRSTRLEN] = "";
+  for (const ifaddrs* i = all; i != nullptr; i = i->ifa_next) {
+    if (i->ifa_addr == nullptr || i->ifa_addr->sa_family != AF_INET) continue;
+    const auto& address = reinterpret_cast<const sockaddr_in*>(i->ifa_addr)->sin_addr;
+    if (ntohl(address.s_addr) >> 24 != IN_LOOPBACKNET) ::inet_ntop(AF_INET, &address, host, sizeof(host));
+  }
+  ::freeifaddrs(all);
+  if (*host == '\0') GTEST_SKIP() << "skipped: this machine has the loopback interface only";
+  serve({"--endpoint", fmt::format("{}:{}", host, port_), "--i-know-orbit2-is-unsafe"});
+  if (HasFatalFailure()) return;
+  EXPECT_EQ(ready_, fmt::format("corbaloc::{}:{}/{}", host, port_, name_));
+  EXPECT_EQ(connect(ready_)->DoF(), 4);
+}
+
+TEST_F(Orbit2Servant, ReadsNoOrbitrc) {
+  std::ofstream(directory_ + "/.orbitrc") << "ORBNamingIOR=nonsense\n";  // it would complain
+  serve({"--endpoint", endpoint()}, {"HOME=" + directory_});
+  if (HasFatalFailure()) return;
+  EXPECT_EQ(connect()->DoF(), 4);
+  EXPECT_EQ(servant_->errors(), "");
+}
+
+TEST_F(Orbit2Servant, TakesNoOptionThatOpensAnotherAddress) {
+  for (const char* option :
+       {"--ORBIIOPIPName=0.0.0.0", "-ORBIIOPIPSock=1", "--ORBIIOPIPv6=1", "--ORBNetID=fqdn"}) {
+    const RunResult result = refused({"--endpoint", endpoint(), option});
+    EXPECT_EQ(result.code, 2) << option;
+    EXPECT_THAT(result.errors, HasSubstr("is set by --endpoint and --unix")) << option;
+  }
+  EXPECT_EQ(refused({"--unix", directory_ + "/s", "--endpoint", endpoint()}).code, 2);
+  EXPECT_EQ(refused({"--unix", directory_ + "/s", "--naming", "corbaloc::127.0.0.1:1/NameService"}).code, 2);
+  EXPECT_EQ(refused({"--unix", "relative"}).code, 2);
+  EXPECT_EQ(refused({"--unix", "/" + std::string(200, 'x')}).code, 2);
+  EXPECT_EQ(refused({"--waiting-calls", "0"}).code, 2);
+  EXPECT_EQ(refused({"--waiting-calls", "65"}).code, 2);
+}
+
+TEST_F(Orbit2Servant, ServesOnAUnixSocket) {
+  const std::string path = directory_ + "/arm";
+  serve({"--unix", path});
+  if (HasFatalFailure()) return;
+  EXPECT_EQ(ready_, fmt::format("corbaloc:uiop:{}:/{}", path, name_));
+  EXPECT_EQ(ask_in_c(ready_, "get DoF"), "ok 4");
+  EXPECT_EQ(ask_in_c(ready_, "call Ready"), "ok");
+  const RunResult second = run({kServant, profile_, "--name", name_ + "b", "--unix", path});
+  EXPECT_EQ(second.code, 1);
+  EXPECT_THAT(second.errors, HasSubstr("in use by another program"));
+  servant_->signal(SIGKILL);
+  ASSERT_TRUE(servant_->wait(within(10)));
+  EXPECT_TRUE(fs::exists(path)) << "what a killed one leaves";
+  serve({"--unix", path});
+  if (HasFatalFailure()) return;
+  EXPECT_EQ(ask_in_c(ready_, "get DoF"), "ok 4");
+  EXPECT_EQ(servant_->terminate(), 0);
+  EXPECT_FALSE(fs::exists(path));
+}
+
+TEST_F(Orbit2Servant, ACallTooManyIsRefusedAndStartsNothing) {
+  serve({"--endpoint", endpoint(), "--waiting-calls", "2"});
+  if (HasFatalFailure()) return;
+  arm_ = connect();
+  std::atomic<int> stopped{0};
+  std::vector<std::thread> callers;
+  for (int i = 0; i < 2; ++i) {
+    callers.emplace_back([&] {
+      if (raised_by([&] { arm_->Delay(600.0); }) == "Stopped") ++stopped;
+    });
+  }
+  EXPECT_TRUE(wait_until(within(30), [&] {
+    return raised_by([&] { Corbot::MotionInfo_var info = arm_->Progress(2); }).empty();
+  }));
+  try {
+    arm_->Ready();
+    ADD_FAILURE() << "a third call waits";
+  } catch (const Corbot::QueueFull& full) {
+    EXPECT_EQ(full.capacity, 2);
+  }
+  EXPECT_EQ(raised_by([&] { Corbot::MotionInfo_var info = arm_->Progress(3); }), "BadParameter");
+  EXPECT_EQ(arm_->StartReady(), 3u) << "what does not wait is not bounded";
+  arm_->Stop();
+  for (auto& caller : callers) caller.join();
+  EXPECT_EQ(stopped, 2);
+}
+
+TEST_F(Orbit2Servant, LeavesNothingUnderTmp) {
+  serve({"--endpoint", endpoint()}, {"TMPDIR=" + directory_});
+  if (HasFatalFailure()) return;
+  EXPECT_TRUE(fs::is_empty(directory_)) << *fs::directory_iterator(directory_);
+}
+
+}  // namespace
+}  // namespace corbot::test
