@@ -66,9 +66,6 @@ static bool listens(const Options* options) {
 }
 
 static void init_orb(Orb* orb, const Options* options, CORBA_Environment* ev) {
-  /* ORBit2's time-outs, 60 s unless told otherwise, are set on the connections of a server, too, and use a
-   * thread that may have ended meanwhile: the process crashes. None, therefore. */
-  /* The files ~/.orbitrc and /etc/orbitrc could open other addresses. */
   char host[CORBOT_HOST + 32];
   char port[sizeof(struct sockaddr_un) + 32];
   const bool tcp = options->unix_path == NULL;
@@ -76,15 +73,23 @@ static void init_orb(Orb* orb, const Options* options, CORBA_Environment* ev) {
   (void)snprintf(socket_number, sizeof(socket_number), "%d", options->endpoint.port);
   (void)snprintf(host, sizeof(host), "--ORBIIOPIPName=%s", tcp ? options->endpoint.host : "localhost");
   (void)snprintf(port, sizeof(port), "--ORBIIOPIPSock=%s", tcp ? socket_number : options->unix_path);
-  char* words[kMostOrbOptions + 9] = {(char*)"corbot-servant-orbit2",
-                                      (char*)"--ORBNoUserRC",
-                                      (char*)"--ORBNoSystemRC",
-                                      (char*)(tcp ? "--ORBIIOPIPv4=1" : "--ORBIIOPIPv4=0"),
-                                      (char*)(tcp ? "--ORBIIOPUSock=0" : "--ORBIIOPUSock=1"),
-                                      host,
-                                      port,
-                                      (char*)"--GIOPTimeoutMSEC=0"};
-  int count = 8;
+  /* The files ~/.orbitrc and /etc/orbitrc could open other addresses; the options that forbid them take
+   * effect only when a word follows that is no option. ORBit2's time-outs, 60 s unless told otherwise, are
+   * set on a server's connections, too, and use a thread that may have ended meanwhile, which is a crash:
+   * none, therefore. */
+  const char* own[] = {"corbot-servant-orbit2",
+                       "--ORBNoUserRC",
+                       "yes",
+                       "--ORBNoSystemRC",
+                       "yes",
+                       tcp ? "--ORBIIOPIPv4=1" : "--ORBIIOPIPv4=0",
+                       tcp ? "--ORBIIOPUSock=0" : "--ORBIIOPUSock=1",
+                       host,
+                       port,
+                       "--GIOPTimeoutMSEC=0"};
+  char* words[G_N_ELEMENTS(own) + kMostOrbOptions + 1] = {NULL};
+  int count = 0;
+  for (size_t i = 0; i < G_N_ELEMENTS(own); ++i) words[count++] = (char*)own[i];
   for (int i = 0; i < options->orb_count; ++i) words[count++] = (char*)options->orb[i];
   orb->orb = CORBA_ORB_init(&count, words, (char*)"orbit-local-orb", ev);
 }

@@ -37,7 +37,8 @@ static void move(Client* client, CORBA_Environment* ev) {
 static bool start(Client* client, const char* reference, CORBA_Environment* ev) {
   /* ORBit2's defaults, whatever ~/.orbitrc and /etc/orbitrc say. The transport is the reference's: a server
    * on a Unix socket names nothing else in the references that it forwards to. */
-  char* words[] = {(char*)"client_orbit2", (char*)"--ORBNoUserRC", (char*)"--ORBNoSystemRC", NULL};
+  char* words[] = {(char*)"client_orbit2",   (char*)"--ORBNoUserRC", (char*)"yes",
+                   (char*)"--ORBNoSystemRC", (char*)"yes",           NULL};
   int count = (int)G_N_ELEMENTS(words) - 1;
   client->orb = CORBA_ORB_init(&count, words, (char*)"orbit-local-orb", ev);
   if (!went_well(ev, "ORBit2 does not start")) return false;

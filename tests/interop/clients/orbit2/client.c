@@ -346,9 +346,10 @@ static char** words_of(const char* line) {
 
 int main(void) {
   /* The default would end a call that takes longer than a minute. */
-  char* options[] = {(char*)"client",           (char*)"--ORBNoUserRC",       (char*)"--ORBIIOPIPv4=1",
-                     (char*)"--ORBIIOPUSock=1", (char*)"--GIOPTimeoutMSEC=0", NULL};
-  int count = 5;
+  char* options[] = {
+      (char*)"client",           (char*)"--ORBNoUserRC",       (char*)"yes", (char*)"--ORBIIOPIPv4=1",
+      (char*)"--ORBIIOPUSock=1", (char*)"--GIOPTimeoutMSEC=0", NULL};
+  int count = 6;
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
   orb = CORBA_ORB_init(&count, options, (char*)"orbit-io-thread", &ev);
