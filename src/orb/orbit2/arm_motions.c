@@ -154,8 +154,8 @@ static void close_gripper(PortableServer_Servant servant, CORBA_Environment* ev)
 
 static Corbot_MotionInfo* info_of(PortableServer_Servant servant, Corbot_Ticket id, double timeout_s,
                                   CORBA_Environment* ev) {
-  static const Corbot_MotionState kStates[] = {Corbot_MotionQueued, Corbot_MotionRunning, Corbot_MotionDone,
-                                               Corbot_MotionStopped, Corbot_MotionFailed};
+  static const Corbot_MotionState states[] = {Corbot_MotionQueued, Corbot_MotionRunning, Corbot_MotionDone,
+                                              Corbot_MotionStopped, Corbot_MotionFailed};
   corbot_motion_info info;
   corbot_error error;
   if (corbot_robot_wait(self_of(servant)->robot, id, timeout_s, &info, &error) != CORBOT_OK) {
@@ -164,7 +164,7 @@ static Corbot_MotionInfo* info_of(PortableServer_Servant servant, Corbot_Ticket 
   }
   Corbot_MotionInfo* result = Corbot_MotionInfo__alloc();
   result->id = info.id;
-  result->state = kStates[info.state];
+  result->state = states[info.state];
   result->progress = info.progress;
   result->duration = info.duration_s;
   result->reason = CORBA_string_dup(info.reason);

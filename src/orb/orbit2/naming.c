@@ -8,6 +8,7 @@
 #include "orb/orbit2/log.h"
 
 static const gint64 kBetweenLooks_us = 1000000;
+static const gint64 kBetweenFailures_us = 8000000; /* at most; begins with kBetweenLooks_us */
 static const gint64 kPatienceAtTheEnd_us =
     2000000; /* a service that hangs must not hold the servant's end up */
 
@@ -17,6 +18,9 @@ struct NameKeeper {
   char* robot;
   char* reference;
   CosNaming_NameComponent components[2];
+  CORBA_Object root; /* of the service; nil before the first use and after a failure */
+  CORBA_Object ours;
+  gint64 pause_us;
   bool bound;
   bool complained;
 
@@ -38,33 +42,48 @@ static bool raised_user(CORBA_Environment* ev, const char* id) {
   return ev->_major == CORBA_USER_EXCEPTION && g_strcmp0(CORBA_exception_id(ev), id) == 0;
 }
 
-/* References made anew each time: one that once failed may point to a service that is no more. */
-static CORBA_Object to_object(NameKeeper* keeper, const char* text, CORBA_Environment* ev) {
-  CORBA_Object object = CORBA_ORB_string_to_object(keeper->orb, (char*)text, ev);
-  if (!raised(ev) && object == CORBA_OBJECT_NIL) {
-    CORBA_exception_set_system(ev, ex_CORBA_INV_OBJREF, CORBA_COMPLETED_NO);
+/* References are made anew after a failure, for the old ones may lead to a service that is no more, and only
+ * then: ORBit2 leaks some fifty bytes of every corbaloc that it reads. */
+static bool has_references(NameKeeper* keeper, CORBA_Environment* ev) {
+  if (keeper->root == CORBA_OBJECT_NIL) {
+    keeper->root = CORBA_ORB_string_to_object(keeper->orb, keeper->service, ev);
   }
-  return object;
+  if (!raised(ev) && keeper->ours == CORBA_OBJECT_NIL) {
+    keeper->ours = CORBA_ORB_string_to_object(keeper->orb, keeper->reference, ev);
+  }
+  if (raised(ev)) return false;
+  if (keeper->root != CORBA_OBJECT_NIL && keeper->ours != CORBA_OBJECT_NIL) return true;
+  CORBA_exception_set_system(ev, ex_CORBA_INV_OBJREF, CORBA_COMPLETED_NO);
+  return false;
 }
 
-static bool is_ours(NameKeeper* keeper, CosNaming_NamingContext root, CORBA_Object ours,
-                    CORBA_Environment* ev) {
+static void drop_references(NameKeeper* keeper) {
+  CORBA_Environment ev;
+  CORBA_exception_init(&ev);
+  CORBA_Object_release(keeper->ours, &ev);
+  CORBA_Object_release(keeper->root, &ev);
+  CORBA_exception_free(&ev);
+  keeper->ours = CORBA_OBJECT_NIL;
+  keeper->root = CORBA_OBJECT_NIL;
+}
+
+static bool is_ours(NameKeeper* keeper, CORBA_Environment* ev) {
   const CosNaming_Name name = name_of(keeper, 2);
-  CORBA_Object found = CosNaming_NamingContext_resolve(root, &name, ev);
+  CORBA_Object found = CosNaming_NamingContext_resolve(keeper->root, &name, ev);
   if (raised_user(ev, ex_CosNaming_NamingContext_NotFound)) {
     CORBA_exception_free(ev);
     return false;
   }
   if (raised(ev)) return false;
-  const bool ours_it_is = CORBA_Object_is_equivalent(found, ours, ev) != CORBA_FALSE;
+  const bool ours_it_is = CORBA_Object_is_equivalent(found, keeper->ours, ev) != CORBA_FALSE;
   CORBA_Object_release(found, ev);
   return ours_it_is;
 }
 
-static void bind(NameKeeper* keeper, CosNaming_NamingContext root, CORBA_Object ours, CORBA_Environment* ev) {
+static void bind(NameKeeper* keeper, CORBA_Environment* ev) {
   const CosNaming_Name context = name_of(keeper, 1);
   const CosNaming_Name name = name_of(keeper, 2);
-  CosNaming_NamingContext created = CosNaming_NamingContext_bind_new_context(root, &context, ev);
+  CosNaming_NamingContext created = CosNaming_NamingContext_bind_new_context(keeper->root, &context, ev);
   if (raised_user(ev, ex_CosNaming_NamingContext_AlreadyBound)) {
     CORBA_exception_free(ev); /* the usual case: another robot, or an earlier life of this one, made it */
   } else if (raised(ev)) {
@@ -72,7 +91,7 @@ static void bind(NameKeeper* keeper, CosNaming_NamingContext root, CORBA_Object 
   } else {
     CORBA_Object_release(created, ev);
   }
-  CosNaming_NamingContext_rebind(root, &name, ours, ev);
+  CosNaming_NamingContext_rebind(keeper->root, &name, keeper->ours, ev);
   if (raised(ev)) return;
   log_info("%s as Robots/%s.Robot in %s", keeper->bound ? "named again" : "named", keeper->robot,
            keeper->service);
@@ -82,41 +101,33 @@ static void bind(NameKeeper* keeper, CosNaming_NamingContext root, CORBA_Object 
 static void keep_bound(NameKeeper* keeper) {
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
-  CosNaming_NamingContext root = to_object(keeper, keeper->service, &ev);
-  CORBA_Object ours = raised(&ev) ? CORBA_OBJECT_NIL : to_object(keeper, keeper->reference, &ev);
-  if (!raised(&ev) && !is_ours(keeper, root, ours, &ev) && !raised(&ev)) bind(keeper, root, ours, &ev);
+  if (has_references(keeper, &ev) && !is_ours(keeper, &ev) && !raised(&ev)) bind(keeper, &ev);
   if (!raised(&ev)) {
     keeper->bound = true;
-  } else {
-    if (!keeper->complained) {
-      log_warning("naming service %s: %s; going on without it and trying again", keeper->service,
-                  CORBA_exception_id(&ev));
-    }
-    keeper->complained = true;
-    CORBA_exception_free(&ev);
+    keeper->pause_us = kBetweenLooks_us;
+    return;
   }
-  CORBA_Object_release(ours, &ev);
-  CORBA_Object_release(root, &ev);
+  if (!keeper->complained) {
+    log_warning("naming service %s: %s; going on without it and trying again", keeper->service,
+                CORBA_exception_id(&ev));
+  }
+  keeper->complained = true;
+  keeper->pause_us = MIN(2 * keeper->pause_us, kBetweenFailures_us);
   CORBA_exception_free(&ev);
+  drop_references(keeper);
 }
 
 static void unbind(NameKeeper* keeper) {
   if (!keeper->bound) return;
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
-  CosNaming_NamingContext root = to_object(keeper, keeper->service, &ev);
-  CORBA_Object ours = raised(&ev) ? CORBA_OBJECT_NIL : to_object(keeper, keeper->reference, &ev);
-  if (!raised(&ev) && is_ours(keeper, root, ours, &ev)) {
+  if (has_references(keeper, &ev) && is_ours(keeper, &ev)) {
     const CosNaming_Name name = name_of(keeper, 2);
-    CosNaming_NamingContext_unbind(root, &name, &ev);
+    CosNaming_NamingContext_unbind(keeper->root, &name, &ev);
   }
-  if (raised(&ev)) {
-    log_warning("naming service %s: %s; Robots/%s.Robot stays bound", keeper->service,
-                CORBA_exception_id(&ev), keeper->robot);
-    CORBA_exception_free(&ev);
-  }
-  CORBA_Object_release(ours, &ev);
-  CORBA_Object_release(root, &ev);
+  if (!raised(&ev)) return;
+  log_warning("naming service %s: %s; Robots/%s.Robot stays bound", keeper->service, CORBA_exception_id(&ev),
+              keeper->robot);
   CORBA_exception_free(&ev);
 }
 
@@ -127,11 +138,12 @@ static gpointer run(gpointer data) {
     g_mutex_unlock(&keeper->mutex);
     keep_bound(keeper);
     g_mutex_lock(&keeper->mutex);
-    const gint64 until = g_get_monotonic_time() + kBetweenLooks_us;
+    const gint64 until = g_get_monotonic_time() + keeper->pause_us;
     while (!keeper->end && g_cond_wait_until(&keeper->changed, &keeper->mutex, until)) continue;
   }
   g_mutex_unlock(&keeper->mutex);
   unbind(keeper);
+  drop_references(keeper);
   g_mutex_lock(&keeper->mutex);
   keeper->ended = true;
   g_cond_signal(&keeper->changed);
@@ -142,6 +154,7 @@ static gpointer run(gpointer data) {
 NameKeeper* name_keeper_start(CORBA_ORB orb, const char* service, const char* robot, const char* reference) {
   NameKeeper* keeper = g_new0(NameKeeper, 1);
   keeper->orb = orb;
+  keeper->pause_us = kBetweenLooks_us;
   keeper->service = g_strdup(service);
   keeper->robot = g_strdup(robot);
   keeper->reference = g_strdup(reference);

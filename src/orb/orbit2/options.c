@@ -23,7 +23,7 @@ G_GNUC_NORETURN static void usage_error(const char* option, const char* text) {
 /* Takes the ORB's options out of the command line. */
 static int take_orb_options(int argc, char** argv, Options* out) {
   /* Where and how to listen is this program's to decide and to check. */
-  static const char* const kOurs[] = {"ORBIIOP", "ORBNetID", "ORBLocalOnly", "ORBNoUserRC", "ORBNoSystemRC"};
+  static const char* const ours[] = {"ORBIIOP", "ORBNetID", "ORBLocalOnly", "ORBNoUserRC", "ORBNoSystemRC"};
   int kept = 1;
   for (int i = 1; i < argc; ++i) {
     const char* word = argv[i] + strspn(argv[i], "-");
@@ -31,8 +31,8 @@ static int take_orb_options(int argc, char** argv, Options* out) {
       argv[kept++] = argv[i];
       continue;
     }
-    for (size_t k = 0; k < G_N_ELEMENTS(kOurs); ++k) {
-      if (strncmp(word, kOurs[k], strlen(kOurs[k])) == 0) {
+    for (size_t k = 0; k < G_N_ELEMENTS(ours); ++k) {
+      if (strncmp(word, ours[k], strlen(ours[k])) == 0) {
         usage_error(argv[i], "is set by --endpoint and --unix");
       }
     }
