@@ -3,6 +3,8 @@
  * A client in plain C, on ORBit2: says what the arm is, moves it, and shows what a refused motion looks like.
  *
  *   hello_arm corbaloc::127.0.0.1:12810/lynx5
+ *   hello_arm IOR:...        the reference that corbot-servant-orbit2 logs: ORBit2 reads a corbaloc by way of
+ * 16 GiB of memory, which a small machine does not have
  *
  * It works with both servants. Build it by hand where ORBit2 is installed:
  *

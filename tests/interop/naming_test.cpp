@@ -50,8 +50,9 @@ TEST_F(Naming, BindsAndUnbindsAtTheEnd) {
   ASSERT_TRUE(wait_until(within(30), [&] { return answers_by_name(); })) << servant_->errors();
   arm_ = Corbot::Arm::_nil();
   ASSERT_EQ(servant_->terminate(), 0);
+  const std::string log = servant_->errors();
   servant_.reset();
-  EXPECT_EQ(raised_by([&] { CORBA::Object_var found = service_->resolve(name_); }), "NotFound");
+  EXPECT_EQ(raised_by([&] { CORBA::Object_var found = service_->resolve(name_); }), "NotFound") << log;
 }
 
 TEST_F(Naming, GoesOnWithoutAServiceAndFindsItLater) {
@@ -92,8 +93,9 @@ TEST_F(Naming, UnbindsWhatAKilledServantLeftBound) {
   ASSERT_TRUE(wait_until(within(30), [&] { return answers_by_name(); })) << servant_->errors();
   arm_ = Corbot::Arm::_nil();
   ASSERT_EQ(servant_->terminate(), 0);
+  const std::string log = servant_->errors();
   servant_.reset();
-  EXPECT_EQ(raised_by([&] { CORBA::Object_var found = service_->resolve(name_); }), "NotFound");
+  EXPECT_EQ(raised_by([&] { CORBA::Object_var found = service_->resolve(name_); }), "NotFound") << log;
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 
 #include <fmt/core.h>
 
+#include "support/naming_service.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -102,7 +103,7 @@ TEST_F(Orbit2Servant, ReadsNoOrbitrc) {
   serve({"--endpoint", endpoint()}, {"HOME=" + directory_});
   if (HasFatalFailure()) return;
   EXPECT_EQ(connect()->DoF(), 4);
-  EXPECT_EQ(servant_->errors(), "");
+  EXPECT_EQ(servant_->errors().find("nonsense"), std::string::npos) << servant_->errors();
 }
 
 TEST_F(Orbit2Servant, TakesNoOptionThatOpensAnotherAddress) {
@@ -165,6 +166,38 @@ TEST_F(Orbit2Servant, ACallTooManyIsRefusedAndStartsNothing) {
   arm_->Stop();
   for (auto& caller : callers) caller.join();
   EXPECT_EQ(stopped, 2);
+}
+
+TEST_F(Orbit2Servant, TellsAReferenceThatNeedsNoCorbaloc) {
+  serve({"--endpoint", endpoint()});
+  if (HasFatalFailure()) return;
+  const std::size_t at = servant_->errors().find("IOR:");
+  ASSERT_NE(at, std::string::npos) << servant_->errors();
+  const std::string ior = servant_->errors().substr(at, servant_->errors().find('\n', at) - at);
+  EXPECT_EQ(ask_in_c(ior, "get DoF"), "ok 4");
+  EXPECT_EQ(connect(ior)->DoF(), 4);
+}
+
+TEST_F(Orbit2Servant, TakesAnyFormOfReferenceToANamingService) {
+  NamingService service;
+  const std::string address = service.reference().substr(std::string("corbaloc::").size());
+  CORBA::Object_var root = client_orb()->string_to_object(service.reference().c_str());
+  CORBA::Object_var narrowed = CosNaming::NamingContext::_narrow(root);
+  const CORBA::String_var ior = client_orb()->object_to_string(narrowed);
+  for (const std::string& reference : {"corbaloc::" + address, "corbaloc:iiop:1.2@" + address,
+                                       "corbaloc::1.0@" + address, std::string(ior)}) {
+    serve({"--endpoint", endpoint(), "--naming", reference});
+    if (HasFatalFailure()) return;
+    EXPECT_TRUE(wait_until(within(30), [&] { return service.knows(name_); }))
+        << reference << servant_->errors();
+    EXPECT_EQ(servant_->terminate(), 0);
+    EXPECT_FALSE(service.knows(name_)) << reference;
+  }
+  for (const char* nonsense :
+       {"", "NameService", "corbaloc::", "corbaloc::127.0.0.1:1", "corbaloc::127.0.0.1:1/",
+        "corbaloc::127.0.0.1:99999/NameService", "corbaloc:rir:/NameService"}) {
+    EXPECT_EQ(refused({"--endpoint", endpoint(), "--naming", nonsense}).code, 2) << nonsense;
+  }
 }
 
 TEST_F(Orbit2Servant, LeavesNothingUnderTmp) {

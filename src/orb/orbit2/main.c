@@ -3,8 +3,10 @@
 #include <glib.h>
 #include <signal.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "orb/orbit2/arm_servant.h"
+#include "orb/orbit2/ior.h"
 #include "orb/orbit2/log.h"
 #include "orb/orbit2/naming.h"
 #include "orb/orbit2/options.h"
@@ -49,13 +51,11 @@ static void run(ArmServant* servant, const Orb* orb, const Options* options, con
                            g_unix_signal_add(SIGTERM, end_by_termination, &request)};
   char* reference = orb_reference(options, name);
   NameKeeper* keeper = NULL;
-  if (options->naming != NULL) {
-    /* Not the object's own reference, which ends with this process. The version makes ORBit2 write a profile
-     * that others can read. */
-    char* lasting =
-        g_strdup_printf("corbaloc:iiop:1.2@%s:%d/%s", options->endpoint.host, options->endpoint.port, name);
-    keeper = name_keeper_start(orb->orb, options->naming, name, lasting);
-    g_free(lasting);
+  if (options->naming != NULL) keeper = name_keeper_start(orb->orb, options, name);
+  if (options->unix_path == NULL) {
+    char* ior = ior_make("", options->endpoint.host, options->endpoint.port, name, (unsigned)strlen(name));
+    log_info("for clients on ORBit2, which read a corbaloc only with 16 GiB of memory: %s", ior);
+    g_free(ior);
   }
   (void)printf("ready %s\n", reference);
   (void)fflush(stdout);

@@ -4,23 +4,24 @@
 #include <ORBitservices/CosNaming.h>
 #include <glib.h>
 #include <stdbool.h>
+#include <string.h>
 
+#include "orb/orbit2/ior.h"
 #include "orb/orbit2/log.h"
 
 static const gint64 kBetweenLooks_us = 1000000;
-static const gint64 kBetweenFailures_us = 8000000; /* at most; begins with kBetweenLooks_us */
-static const gint64 kPatienceAtTheEnd_us =
-    2000000; /* a service that hangs must not hold the servant's end up */
+/* A service that hangs must not hold the servant up when it ends; a supervisor waits five seconds. */
+static const gint64 kPatienceAtTheEnd_us = 2000000;
 
 struct NameKeeper {
   CORBA_ORB orb;
-  char* service;
+  const char* service; /* as it was given, for the log */
   char* robot;
-  char* reference;
+  char* service_ior;
+  char* robot_ior;
   CosNaming_NameComponent components[2];
   CORBA_Object root; /* of the service; nil before the first use and after a failure */
   CORBA_Object ours;
-  gint64 pause_us;
   bool bound;
   bool complained;
 
@@ -46,10 +47,10 @@ static bool raised_user(CORBA_Environment* ev, const char* id) {
  * then: ORBit2 leaks some fifty bytes of every corbaloc that it reads. */
 static bool has_references(NameKeeper* keeper, CORBA_Environment* ev) {
   if (keeper->root == CORBA_OBJECT_NIL) {
-    keeper->root = CORBA_ORB_string_to_object(keeper->orb, keeper->service, ev);
+    keeper->root = CORBA_ORB_string_to_object(keeper->orb, keeper->service_ior, ev);
   }
   if (!raised(ev) && keeper->ours == CORBA_OBJECT_NIL) {
-    keeper->ours = CORBA_ORB_string_to_object(keeper->orb, keeper->reference, ev);
+    keeper->ours = CORBA_ORB_string_to_object(keeper->orb, keeper->robot_ior, ev);
   }
   if (raised(ev)) return false;
   if (keeper->root != CORBA_OBJECT_NIL && keeper->ours != CORBA_OBJECT_NIL) return true;
@@ -104,7 +105,6 @@ static void keep_bound(NameKeeper* keeper) {
   if (has_references(keeper, &ev) && !is_ours(keeper, &ev) && !raised(&ev)) bind(keeper, &ev);
   if (!raised(&ev)) {
     keeper->bound = true;
-    keeper->pause_us = kBetweenLooks_us;
     return;
   }
   if (!keeper->complained) {
@@ -112,7 +112,6 @@ static void keep_bound(NameKeeper* keeper) {
                 CORBA_exception_id(&ev));
   }
   keeper->complained = true;
-  keeper->pause_us = MIN(2 * keeper->pause_us, kBetweenFailures_us);
   CORBA_exception_free(&ev);
   drop_references(keeper);
 }
@@ -138,7 +137,7 @@ static gpointer run(gpointer data) {
     g_mutex_unlock(&keeper->mutex);
     keep_bound(keeper);
     g_mutex_lock(&keeper->mutex);
-    const gint64 until = g_get_monotonic_time() + keeper->pause_us;
+    const gint64 until = g_get_monotonic_time() + kBetweenLooks_us;
     while (!keeper->end && g_cond_wait_until(&keeper->changed, &keeper->mutex, until)) continue;
   }
   g_mutex_unlock(&keeper->mutex);
@@ -151,13 +150,15 @@ static gpointer run(gpointer data) {
   return NULL;
 }
 
-NameKeeper* name_keeper_start(CORBA_ORB orb, const char* service, const char* robot, const char* reference) {
+NameKeeper* name_keeper_start(CORBA_ORB orb, const Options* options, const char* robot) {
   NameKeeper* keeper = g_new0(NameKeeper, 1);
   keeper->orb = orb;
-  keeper->pause_us = kBetweenLooks_us;
-  keeper->service = g_strdup(service);
+  keeper->service = options->naming;
   keeper->robot = g_strdup(robot);
-  keeper->reference = g_strdup(reference);
+  keeper->service_ior = ior_from_reference("IDL:omg.org/CosNaming/NamingContext:1.0", options->naming);
+  /* Without a type, so that clients ask for it first: omniORB follows the forward of that call only. */
+  keeper->robot_ior =
+      ior_make("", options->endpoint.host, options->endpoint.port, robot, (unsigned)strlen(robot));
   keeper->components[0].id = (char*)"Robots";
   keeper->components[0].kind = (char*)"";
   keeper->components[1].id = keeper->robot;
@@ -185,8 +186,8 @@ void name_keeper_end(NameKeeper* keeper) {
   g_thread_join(keeper->thread);
   g_cond_clear(&keeper->changed);
   g_mutex_clear(&keeper->mutex);
-  g_free(keeper->service);
   g_free(keeper->robot);
-  g_free(keeper->reference);
+  g_free(keeper->service_ior);
+  g_free(keeper->robot_ior);
   g_free(keeper);
 }

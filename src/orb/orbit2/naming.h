@@ -4,14 +4,16 @@
 
 #include <orbit/orbit.h>
 
+#include "orb/orbit2/options.h"
+
 /* Keeps `Robots/<robot>.Robot` bound in a naming service, in a thread of its own: binds when the service
  * comes up, binds anew when it has been restarted or the name points elsewhere, goes on without it while it
  * is down, and un-binds at the end. Says each change once in the log. */
 typedef struct NameKeeper NameKeeper;
 
-/* `service`: corbaloc of the naming context. `reference`: what to bind, a corbaloc that outlives this
- * process: an ORBit2 object's own reference does not. Both are copied. */
-NameKeeper* name_keeper_start(CORBA_ORB orb, const char* service, const char* robot, const char* reference);
+/* Binds the key `robot` at the options' endpoint, which outlives this process; an ORBit2 object's own
+ * reference does not. The options must outlive the keeper. */
+NameKeeper* name_keeper_start(CORBA_ORB orb, const Options* options, const char* robot);
 void name_keeper_end(NameKeeper* keeper);
 
 #endif /* CORBOT_ORBIT2_NAMING_H */

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <sys/un.h>
 
+#include "orb/orbit2/ior.h"
 #include "orb/orbit2/log.h"
 #include "orb/orbit2/waiting_calls.h"
 
@@ -48,6 +49,11 @@ static void check(const Options* options, int rest) {
   if (rest > 1) usage_error("PROFILE", "one only");
   if (options->waiting_calls < 1 || options->waiting_calls > kWaitingCallsAtMost) {
     usage_error("--waiting-calls", "1 to 64");
+  }
+  if (options->naming != NULL) {
+    char* ior = ior_from_reference("", options->naming);
+    if (ior == NULL) usage_error("--naming", "write corbaloc::HOST:PORT/NameService, or an IOR");
+    g_free(ior);
   }
   if (options->unix_path == NULL) return;
   if (options->endpoint.port != 0)

@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "orb/orbit2/ior.h"
+
+#include <glib.h>
+#include <stdbool.h>
+#include <string.h>
+
+#include "net/endpoint.h"
+
+enum { kIiopPort = 2809, kIiopMinor = 2, kInternetIop = 0 };
+
+/* CDR in an encapsulation: alignment counts from its start, where the byte order stands. */
+static GByteArray* encapsulation(void) {
+  const guint8 little_endian = 1;
+  return g_byte_array_append(g_byte_array_new(), &little_endian, 1);
+}
+
+static void put_octet(GByteArray* out, guint8 value) { g_byte_array_append(out, &value, 1); }
+
+static void align(GByteArray* out, guint to) {
+  while (out->len % to != 0) put_octet(out, 0);
+}
+
+static void put_u16(GByteArray* out, guint16 value) {
+  const guint16 raw = GUINT16_TO_LE(value);
+  align(out, sizeof(raw));
+  g_byte_array_append(out, (const guint8*)&raw, sizeof(raw));
+}
+
+static void put_u32(GByteArray* out, guint32 value) {
+  const guint32 raw = GUINT32_TO_LE(value);
+  align(out, sizeof(raw));
+  g_byte_array_append(out, (const guint8*)&raw, sizeof(raw));
+}
+
+static void put_octets(GByteArray* out, const void* bytes, guint length) {
+  put_u32(out, length);
+  g_byte_array_append(out, bytes, length);
+}
+
+static void put_text(GByteArray* out, const char* text) { put_octets(out, text, (guint)strlen(text) + 1); }
+
+char* ior_make(const char* type, const char* host, int port, const char* key, unsigned key_length) {
+  GByteArray* profile = encapsulation();
+  put_octet(profile, 1);
+  put_octet(profile, kIiopMinor);
+  put_text(profile, host);
+  put_u16(profile, (guint16)port);
+  put_octets(profile, key, key_length);
+  put_u32(profile, 0); /* components */
+  GByteArray* all = encapsulation();
+  put_text(all, type);
+  put_u32(all, 1); /* profiles */
+  put_u32(all, kInternetIop);
+  put_octets(all, profile->data, profile->len);
+  GString* text = g_string_new("IOR:");
+  for (guint i = 0; i < all->len; ++i) g_string_append_printf(text, "%02x", all->data[i]);
+  g_byte_array_unref(profile);
+  g_byte_array_unref(all);
+  return g_string_free(text, FALSE);
+}
+
+/* "HOST[:PORT]" */
+static bool parse_address(const char* text, corbot_endpoint* out) {
+  char why[CORBOT_WHY];
+  if (strchr(text, ':') != NULL) return corbot_endpoint_parse(text, out, why);
+  out->port = kIiopPort;
+  return *text != '\0' && g_strlcpy(out->host, text, sizeof(out->host)) < sizeof(out->host);
+}
+
+char* ior_from_reference(const char* type, const char* reference) {
+  if (g_str_has_prefix(reference, "IOR:")) return g_strdup(reference);
+  const char* at = NULL;
+  if (g_str_has_prefix(reference, "corbaloc::")) at = reference + strlen("corbaloc::");
+  if (g_str_has_prefix(reference, "corbaloc:iiop:")) at = reference + strlen("corbaloc:iiop:");
+  const char* slash = at != NULL ? strchr(at, '/') : NULL;
+  if (slash == NULL) return NULL;
+  char* address = g_strndup(at, strcspn(at, ",/"));
+  const char* version = strchr(address, '@');
+  char* key = g_uri_unescape_string(slash + 1, NULL);
+  corbot_endpoint endpoint;
+  char* made = NULL;
+  if (key != NULL && *key != '\0' && parse_address(version != NULL ? version + 1 : address, &endpoint)) {
+    made = ior_make(type, endpoint.host, endpoint.port, key, (unsigned)strlen(key));
+  }
+  g_free(key);
+  g_free(address);
+  return made;
+}
