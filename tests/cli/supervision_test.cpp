@@ -75,7 +75,8 @@ TEST_F(Supervision, AKilledServantIsRestartedAndTheArmGoesOn) {
   const auto end = motion->wait(within(20));
   ASSERT_TRUE(end);
   EXPECT_EQ(WEXITSTATUS(*end), 3) << motion->errors();
-  EXPECT_THAT(motion->errors(), HasSubstr("went away"));
+  // While it waited, or, on a slow machine, before it could.
+  EXPECT_THAT(motion->errors(), testing::AnyOf(HasSubstr("went away"), HasSubstr("no servant at")));
   // What was accepted is carried out though its caller is gone.
   EXPECT_TRUE(wait_state("Standby"));
   EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 40.0, 1e-6);
