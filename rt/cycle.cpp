@@ -231,7 +231,7 @@ void Cycle::exchange_with_backend() noexcept {
   health_ = backend_.health();
   if (health_ == before) return;
   if (has_failed(health_) && !has_failed(before)) {
-    fault({AlarmCode::kBackendLost, -1, 0, static_cast<double>(health_), 0.0, 0.0});
+    fault({AlarmCode::kBackendLost, -1, 0, static_cast<double>(backend_.cause()), 0.0, 0.0});
   } else if (health_ == BackendHealth::kDegraded) {
     raise({AlarmCode::kBackendDegraded, -1, 0, static_cast<double>(health_), 0.0, 0.0});
   }

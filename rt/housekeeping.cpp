@@ -3,7 +3,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
+#include <string>
 #include <thread>
 
 namespace corbot::rt {
@@ -46,12 +48,22 @@ void print_alarms(Cycle& cycle) {
   }
 }
 
+void print_news(Backend& backend) {
+  const std::string news = backend.take_news();
+  for (std::size_t begin = 0; begin < news.size();) {
+    const std::size_t end = std::min(news.find('\n', begin), news.size());
+    spdlog::info("{}: {}", backend.name(), news.substr(begin, end - begin));
+    begin = end + 1;
+  }
+}
+
 }  // namespace
 
-void keep_house(const Segment& segment, Cycle& cycle, const std::atomic<bool>& ended) {
+void keep_house(const Segment& segment, Cycle& cycle, Backend& backend, const std::atomic<bool>& ended) {
   bool had_servant = false;
   while (!ended.load(std::memory_order_acquire)) {
     print_alarms(cycle);
+    print_news(backend);
     const bool has_servant = segment.peer_alive();
     if (has_servant && !had_servant) spdlog::info("servant is here");
     if (!has_servant && had_servant) {

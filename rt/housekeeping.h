@@ -11,6 +11,6 @@ namespace corbot::rt {
 /// Not real-time. Until `ended`: prints the cycle's alarms, and tells when the servant comes and goes. The
 /// watchdog needs to do no more: every command ends at rest, so an arm without a servant finishes what was
 /// accepted and holds.
-void keep_house(const Segment& segment, Cycle& cycle, const std::atomic<bool>& ended);
+void keep_house(const Segment& segment, Cycle& cycle, Backend& backend, const std::atomic<bool>& ended);
 
 }  // namespace corbot::rt

@@ -78,11 +78,30 @@ void say_what_is_missing(const corbot::rt::RealtimeResult& result, bool enforce)
   spdlog::warn("*** NOT REAL-TIME: running best effort. Good for a simulator, not for a machine. ***");
 }
 
+/// Gives the place up however run() ends, so that a device that is not there leaves no segment behind.
+class Place {
+ public:
+  explicit Place(corbot::Segment& segment) : segment_(segment) {}
+  Place(const Place&) = delete;
+  Place& operator=(const Place&) = delete;
+  ~Place() {
+    try {
+      segment_.leave();
+    } catch (const std::exception& error) {
+      spdlog::error("{}", error.what());
+    }
+  }
+
+ private:
+  corbot::Segment& segment_;
+};
+
 void run(const Options& options) {
   using namespace corbot;
   const Profile profile = load_profile(options.profile);
   const std::string name = options.name.empty() ? profile.name : options.name;
   Segment segment = take_segment(options, name, profile.arm);
+  const Place place(segment);
   const std::unique_ptr<Backend> backend = rt::make_backend(profile);
   const auto cycle = std::make_unique<rt::Cycle>(profile.arm, segment.layout(), *backend);
   backend->open(cycle->frame());
@@ -90,7 +109,7 @@ void run(const Options& options) {
 
   // The housekeeping thread is born before this one becomes real-time, so it inherits none of it.
   std::atomic<bool> ended{false};
-  std::thread housekeeper([&] { rt::keep_house(segment, *cycle, ended); });
+  std::thread housekeeper([&] { rt::keep_house(segment, *cycle, *backend, ended); });
   const auto join = [&] {
     ended.store(true, std::memory_order_release);
     housekeeper.join();
@@ -111,7 +130,6 @@ void run(const Options& options) {
   join();
   simulated.store(nullptr);
   backend->close();
-  segment.leave();
   spdlog::info("{} at rest, ended", name);
 }
 

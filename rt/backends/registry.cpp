@@ -7,6 +7,10 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "rt/backends/bus_backend.h"
+#include "rt/backends/maestro.h"
+#include "rt/backends/mini_ssc.h"
+#include "rt/backends/ssc32.h"
 #include "sim/loopback_backend.h"
 
 namespace corbot::rt {
@@ -25,8 +29,42 @@ std::unique_ptr<Backend> make_loopback(const Profile& profile) {
   return std::make_unique<sim::LoopbackBackend>(profile.arm, settings);
 }
 
+std::unique_ptr<Backend> on_bus(const Profile& profile, std::unique_ptr<BusDevice> device) {
+  BusSettings settings;
+  settings.name = profile.backend.kind;
+  settings.readback = profile.backend.serial.readback;
+  settings.relax_at_end = profile.backend.serial.relax_at_end;
+  return std::make_unique<BusBackend>(profile.arm, std::move(device), settings);
+}
+
+/// The servos that a frame has: one a joint, and the gripper's.
+std::size_t servos_of(const Profile& profile) { return profile.arm.dof + 1; }
+
+std::unique_ptr<Backend> make_ssc32(const Profile& profile) {
+  const SerialOptions& options = profile.backend.serial;
+  return on_bus(profile, std::make_unique<Ssc32>(Ssc32Settings{options.port, options.baud, options.readback,
+                                                               servos_of(profile)}));
+}
+
+std::unique_ptr<Backend> make_maestro(const Profile& profile) {
+  const SerialOptions& options = profile.backend.serial;
+  return on_bus(
+      profile, std::make_unique<Maestro>(MaestroSettings{options.port, options.baud, options.device_number,
+                                                         options.crc, options.readback, servos_of(profile)}));
+}
+
+std::unique_ptr<Backend> make_mini_ssc(const Profile& profile) {
+  const SerialOptions& options = profile.backend.serial;
+  return on_bus(profile,
+                std::make_unique<MiniSsc>(MiniSscSettings{options.port, options.baud, options.first_us,
+                                                          options.last_us, servos_of(profile)}));
+}
+
 /// One line a backend; its name is what `kind` in [backend] says.
-constexpr std::array<std::pair<std::string_view, Maker>, 1> kBackends{{{"loopback", make_loopback}}};
+constexpr std::array<std::pair<std::string_view, Maker>, 4> kBackends{{{"loopback", make_loopback},
+                                                                       {"maestro", make_maestro},
+                                                                       {"minissc", make_mini_ssc},
+                                                                       {"ssc32", make_ssc32}}};
 
 }  // namespace
 

@@ -22,10 +22,23 @@ struct LoopbackOptions {
   bool readback{false};          ///< report the simulated position as a measured one
 };
 
+/// `[backend.ssc32]`, `[backend.maestro]`, `[backend.minissc]`: a servo controller on a serial line.
+struct SerialOptions {
+  std::string port;  ///< /dev/...
+  int baud{115200};
+  bool readback{false};      ///< ask for the servos' positions
+  bool relax_at_end{false};  ///< pulses off at the end; else the servos hold
+  int device_number{-1};     ///< Maestro: of the Pololu protocol; -1: compact protocol
+  bool crc{false};           ///< Maestro
+  double first_us{500.0};    ///< Mini SSC: pulse of position 0
+  double last_us{2500.0};    ///< Mini SSC: pulse of position 254
+};
+
 /// `[backend]`: which backend drives the servos, and the options of that kind.
 struct BackendOptions {
   std::string kind{"loopback"};
   LoopbackOptions loopback{};
+  SerialOptions serial{};  ///< of the kind that was chosen
 };
 
 /// One robot as its profile describes it: validated, in SI units and radians, not to be changed afterwards.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/schema.h"
+#include "config/backend_schema.h"
 
 #include <algorithm>
 #include <map>
@@ -187,28 +188,6 @@ void read_servant(Section section, Profile& profile) {
   // 64 commands fit into the ring, and a motion is up to two.
   profile.queue_capacity =
       static_cast<int>(section.integer_or("queue", 16, {1, 32, false, "motions"}).value_or(0));
-  section.finish();
-}
-
-void read_loopback(Section section, LoopbackOptions& options) {
-  const LoopbackOptions defaults;
-  options.frame_hz = section.number_or("frame_hz", defaults.frame_hz, {1, 1000, false, "Hz"}).value_or(0);
-  options.rate_us_per_s =
-      section.number_or("rate_us_per_s", defaults.rate_us_per_s, {1, 1e6, false, "us/s"}).value_or(0);
-  options.dead_band_us =
-      section.number_or("dead_band_us", defaults.dead_band_us, {0, 100, false, "us"}).value_or(0);
-  options.lag_s = section.number_or("lag_s", defaults.lag_s, {0, 10, false, "s"}).value_or(0);
-  options.readback = section.flag_or("readback", defaults.readback).value_or(false);
-  section.finish();
-}
-
-void read_backend(Section section, BackendOptions& backend) {
-  if (const auto kind = section.text("kind")) {
-    backend.kind = *kind;
-    if (*kind != "loopback")
-      section.refuse("kind", "is not supported; supported: \"loopback\" (the simulator)");
-  }
-  read_loopback(section.table_or_empty("loopback"), backend.loopback);
   section.finish();
 }
 

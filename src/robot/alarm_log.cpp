@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <iterator>
 #include <numbers>
 
 namespace corbot {
@@ -21,6 +22,18 @@ bool causes_error(AlarmCode code) {
     default:
       return true;
   }
+}
+
+/// DeviceCause of rt/backends/serial_port.h in words.
+const char* cause(double number) {
+  static constexpr const char* kCauses[] = {"",
+                                            ": it is not there",
+                                            ": another program uses it",
+                                            ": the line was cut",
+                                            ": it takes no more bytes",
+                                            ": it does not answer",
+                                            ": it answers nonsense, or reports a fault"};
+  return number >= 0.0 && number < std::size(kCauses) ? kCauses[static_cast<std::size_t>(number)] : "";
 }
 
 std::string words(const AlarmEvent& event) {
@@ -46,7 +59,7 @@ std::string words(const AlarmEvent& event) {
     case AlarmCode::kBackendDegraded:
       return "the servo device answers late or with faults";
     case AlarmCode::kBackendLost:
-      return "the servo device is lost; the arm holds";
+      return fmt::format("the servo device is lost{}; the arm holds", cause(event.value));
     case AlarmCode::kEmergencyStop:
       return "emergency stop";
     case AlarmCode::kOverrun:

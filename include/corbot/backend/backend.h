@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 #include "corbot/arm/joints.h"
 
@@ -49,6 +50,10 @@ class Backend {
   [[nodiscard]] virtual ServoFeedback read() noexcept = 0;
   /// Real-time safe.
   [[nodiscard]] virtual BackendHealth health() const noexcept = 0;
+  /// Real-time safe. Why it is lost: a number of the backend's own, 0 for none.
+  [[nodiscard]] virtual std::uint32_t cause() const noexcept { return 0; }
+  /// Not real-time safe. What has happened since the last call, in words for the log; empty: nothing.
+  [[nodiscard]] virtual std::string take_news() { return {}; }
   /// Static text, ASCII: what `backend` in a profile says.
   [[nodiscard]] virtual const char* name() const noexcept = 0;
 };

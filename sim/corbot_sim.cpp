@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "sim/maestro_device.h"
+#include "sim/sim_server.h"
+#include "sim/ssc32_device.h"
+
+namespace {
+
+using namespace corbot::sim;
+
+constexpr int kExitFailure = 1;
+constexpr int kExitUsage = 2;
+
+constexpr const char* kFooter = R"(Example:
+  corbot-sim ssc32 --model ssc32u --pty /tmp/servos --record pulses.csv
+  The robot's profile then names /tmp/servos as its serial line, at 115200 baud.
+
+Prints 'ready LINK' when the device can be opened, and serves until SIGTERM or Ctrl-C; LINK is then removed.
+Lines on standard input ask for faults; each is answered by a line 'ok ...' or 'error: ...':
+  drop N          the next N bytes that come in vanish
+  garble N        in the next N bytes that are answered all bits are flipped
+  silent on|off   answers nothing, though it goes on working
+  reset           power off and on: pulses off, the first move is a first move again
+  unplug          the terminal is hung up and LINK removed
+  plug            a new terminal under LINK ('ready LINK' once more)
+  input X 0|1     puts digital input X (A, B, ...) to 0 V or 5 V
+  pulses          answers 'pulses CH=US ...', all channels that have a pulse, in microseconds
+)";
+
+struct Settings {
+  ServerOptions server;
+  std::string model{"ssc32u"};
+  Ssc32Options ssc32;
+  MaestroOptions maestro;
+};
+
+void add_common(CLI::App& command, ServerOptions& server) {
+  command
+      .add_option("--pty", server.link, "Name for the terminal; a symbolic link that is there is replaced")
+      ->required()
+      ->type_name("LINK");
+  command.add_option("--baud", server.baud, "Speed of the line, kept in both directions")
+      ->capture_default_str();
+  command
+      .add_option(
+          "--record", server.record,
+          "Writes time_ns (of the monotonic clock), channel, pulse_us and shaft_us, a row for each servo "
+          "frame in which the pulse or the shaft of a channel has changed")
+      ->type_name("FILE.csv");
+}
+
+/// What the makers provide; throws CLI::ValidationError.
+void check_baud(Ssc32Model model, int baud) {
+  std::set<int> bauds{9600, 38400, 115200};
+  if (model == Ssc32Model::kSsc32) bauds.insert(2400);
+  if (!bauds.contains(baud)) {
+    throw CLI::ValidationError(fmt::format("--baud: {} is none of {}", baud, fmt::join(bauds, ", ")));
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Settings settings;
+  CLI::App app{
+      "A servo controller that is not there: behaves on a pseudo-terminal as the real one on its line",
+      "corbot-sim"};
+  app.set_version_flag("--version", CORBOT_VERSION);
+  app.footer(kFooter);
+  app.require_subcommand(1);
+
+  CLI::App* ssc32 = app.add_subcommand("ssc32", "Lynxmotion SSC-32 or SSC-32U");
+  add_common(*ssc32, settings.server);
+  ssc32->add_option("--model", settings.model, "Which of the two")
+      ->check(CLI::IsMember({"ssc32", "ssc32u"}))
+      ->type_name("MODEL")
+      ->capture_default_str();
+  ssc32->footer(kFooter);
+
+  CLI::App* maestro = app.add_subcommand("maestro", "Pololu Maestro with 24 channels, device number 12");
+  add_common(*maestro, settings.server);
+  maestro->get_option("--baud")->check(CLI::Range(300, 200'000));
+  maestro->add_flag("--crc", settings.maestro.crc, "Every command must end with a CRC-7");
+  maestro->footer(kFooter);
+
+  try {
+    app.parse(argc, argv);
+    if (settings.model == "ssc32") settings.ssc32.model = Ssc32Model::kSsc32;
+    if (*ssc32) check_baud(settings.ssc32.model, settings.server.baud);
+  } catch (const CLI::Success& e) {
+    return app.exit(e);
+  } catch (const CLI::Error& e) {
+    fmt::print(stderr, "corbot-sim: {} ('corbot-sim --help' tells more)\n", e.what());
+    return kExitUsage;
+  }
+
+  try {
+    std::unique_ptr<SerialDevice> device;
+    if (*ssc32) {
+      settings.ssc32.baud = settings.server.baud;
+      device = std::make_unique<Ssc32Device>(settings.ssc32);
+    } else {
+      settings.maestro.baud = settings.server.baud;
+      device = std::make_unique<MaestroDevice>(settings.maestro);
+    }
+    SimServer(std::move(device), settings.server).run();
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "corbot-sim: {}\n", e.what());
+    return kExitFailure;
+  }
+  return 0;
+}

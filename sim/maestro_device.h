@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "sim/byte_line.h"
+#include "sim/serial_device.h"
+#include "sim/servo_frames.h"
+
+namespace corbot::sim {
+
+/// A board as its maker ships it, but with channels that take every pulse width that it can make.
+struct MaestroOptions {
+  int baud{115200};
+  std::size_t channels{24};
+  int device_number{12};
+  bool crc{false};  ///< every command but the Mini SSC's ends with a CRC-7
+  int mini_ssc_offset{0};
+  double mini_ssc_neutral_us{1500.0};
+  double mini_ssc_range_us{476.25};  ///< to both sides of neutral
+  double min_us{64.0};               ///< targets are clipped to min .. max
+  double max_us{4080.0};
+  double home_us{0.0};        ///< 0: the pulses stop
+  bool errors_go_home{true};  ///< as a board does at every error
+  ServoModelOptions servo{};
+  double shaft_us{1500.0};  ///< where the shafts stand at first
+};
+
+/// Pololu Maestro: compact, Pololu and Mini SSC protocol. Without scripts, PWM, inputs and time-outs.
+class MaestroDevice final : public SerialDevice {
+ public:
+  static constexpr unsigned kSerialCrcError = 1u << 3;
+  static constexpr unsigned kSerialProtocolError = 1u << 4;
+
+  explicit MaestroDevice(const MaestroOptions& options);
+
+  void receive(std::span<const std::uint8_t> bytes, std::int64_t now_ns) override;
+  std::vector<std::uint8_t> answers(std::int64_t now_ns) override;
+  [[nodiscard]] std::optional<std::int64_t> next_answer_ns() const override;
+
+  [[nodiscard]] std::size_t channel_count() const override { return channels_.size(); }
+  [[nodiscard]] double pulse_us(std::size_t channel, std::int64_t now_ns) override;
+  [[nodiscard]] double shaft_us(std::size_t channel, std::int64_t now_ns) override;
+
+  void power_cycle(std::int64_t now_ns) override;
+  bool set_input(char, bool) override { return false; }
+
+  /// The error register, not cleared by this.
+  [[nodiscard]] unsigned errors() const { return errors_; }
+
+ private:
+  /// Positions in eighths of a quarter microsecond and speeds in those per 10 ms: what an acceleration of 1
+  /// adds in 10 ms is then 1.
+  struct Channel {
+    int position{0};  ///< 0: no pulses
+    int target{0};
+    int velocity{0};
+    int speed{0};         ///< limit, 0: none
+    int acceleration{0};  ///< limit, 0: none
+
+    void step(int lowest, int highest);
+    [[nodiscard]] bool is_at_target() const { return position == target; }
+  };
+
+  void advance(std::int64_t now_ns);
+  void let_move(std::int64_t time_ns);
+  void take_byte(std::uint8_t byte);
+  void take_command_byte(std::uint8_t byte);
+  void take_data_byte(std::uint8_t byte);
+  void take_mini_ssc_byte(std::uint8_t byte);
+  void finish_packet(std::size_t data_begin);
+  void execute(std::uint8_t command, std::span<const std::uint8_t> data);
+  void for_channel(std::uint8_t command, std::span<const std::uint8_t> data);
+  void set_target(std::size_t channel, int quarters);
+  void go_home();
+  void fail(unsigned error);
+  void answer(unsigned value, int bytes);
+
+  MaestroOptions options_;
+  ServoFrames frames_;
+  ByteLine line_out_;
+  std::int64_t now_ns_{0};
+  std::int64_t step_ns_{0};  ///< the 10 ms steps up to here are done
+  std::vector<Channel> channels_;
+  std::vector<std::uint8_t> packet_;  ///< the command that is being received
+  bool is_skipping_{false};           ///< data until the next command are of no concern
+  unsigned errors_{0};
+};
+
+}  // namespace corbot::sim

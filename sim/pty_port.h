@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace corbot::sim {
+
+/// The device's end of a pseudo-terminal, whose other end programs open by a symbolic link as they would a
+/// serial port. Failures of opening throw std::runtime_error.
+class PtyPort {
+ public:
+  explicit PtyPort(std::string link) : link_(std::move(link)) {}
+  PtyPort(const PtyPort&) = delete;
+  PtyPort& operator=(const PtyPort&) = delete;
+  ~PtyPort() { close(); }
+
+  /// Makes the pseudo-terminal and the link; an old symbolic link is replaced, nothing else.
+  void open();
+  /// Who has the other end open sees it hung up. Removes the link, unless it has become somebody else's.
+  void close() noexcept;
+  [[nodiscard]] bool is_open() const { return device_fd_ >= 0; }
+  [[nodiscard]] const std::string& link() const { return link_; }
+
+  /// To be polled: readable when bytes have come in.
+  [[nodiscard]] int fd() const { return device_fd_; }
+  /// What is there, without waiting.
+  [[nodiscard]] std::size_t read(std::span<std::uint8_t> into) const;
+  /// What does not fit is lost, as on a line that nobody reads.
+  void write(std::span<const std::uint8_t> bytes) const;
+
+  /// To be polled, −1 if there is none: readable when somebody has closed the other end.
+  [[nodiscard]] int closed_fd() const { return watch_fd_; }
+  /// Lets the next program open the other end, though the last may have died with exclusive use of it.
+  void after_closed() const;
+
+ private:
+  void make_link();
+  [[noreturn]] void fail(const std::string& what);
+
+  std::string link_;
+  std::string name_;
+  int device_fd_{-1};
+  /// The other end is kept open here, too: else it would be hung up whenever no program has it open, and
+  /// forget its settings.
+  int host_fd_{-1};
+  int watch_fd_{-1};
+};
+
+}  // namespace corbot::sim

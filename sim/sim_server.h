@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/byte_line.h"
+#include "sim/pty_port.h"
+#include "sim/serial_device.h"
+
+namespace corbot::sim {
+
+struct ServerOptions {
+  std::string link;
+  int baud{115200};
+  std::string record;  ///< file, empty: none
+};
+
+/// Runs a device on a pseudo-terminal in real time, with the faults that the orders on standard input ask
+/// for. Answers to orders go to standard output, one line each.
+class SimServer {
+ public:
+  /// Failures throw std::runtime_error. From here on SIGTERM, SIGINT and SIGHUP only end run().
+  SimServer(std::unique_ptr<SerialDevice> device, const ServerOptions& options);
+  ~SimServer();
+  SimServer(const SimServer&) = delete;
+  SimServer& operator=(const SimServer&) = delete;
+
+  void run();
+
+ private:
+  struct Record {
+    double pulse_us{0.0};
+    double shaft_us{0.0};
+  };
+
+  void advance(std::int64_t now_ns);
+  void record_frame(std::int64_t time_ns);
+  void read_line(std::int64_t now_ns);
+  void read_orders();
+  [[nodiscard]] std::optional<std::int64_t> next_event_ns(std::int64_t now_ns) const;
+
+  /// What is answered to an order.
+  [[nodiscard]] std::string obey(std::string_view order);
+  /// What is wrong with an order, empty: nothing, and it is done.
+  [[nodiscard]] std::string execute(const std::vector<std::string_view>& words);
+  [[nodiscard]] std::string pulses();
+  void plug();
+
+  std::unique_ptr<SerialDevice> device_;
+  PtyPort port_;
+  ByteLine line_in_;
+  int signal_fd_{-1};
+  std::FILE* record_{nullptr};
+  std::vector<Record> recorded_;
+  std::int64_t next_frame_ns_{0};
+  std::string orders_;  ///< of standard input, up to its last whole line taken
+  bool has_orders_{true};
+  std::uint64_t to_drop_{0};
+  std::uint64_t to_garble_{0};
+  bool is_silent_{false};
+};
+
+}  // namespace corbot::sim

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/backend_schema.h"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <string>
+
+namespace corbot {
+namespace {
+
+void read_loopback(Section section, LoopbackOptions& options) {
+  const LoopbackOptions defaults;
+  options.frame_hz = section.number_or("frame_hz", defaults.frame_hz, {1, 1000, false, "Hz"}).value_or(0);
+  options.rate_us_per_s =
+      section.number_or("rate_us_per_s", defaults.rate_us_per_s, {1, 1e6, false, "us/s"}).value_or(0);
+  options.dead_band_us =
+      section.number_or("dead_band_us", defaults.dead_band_us, {0, 100, false, "us"}).value_or(0);
+  options.lag_s = section.number_or("lag_s", defaults.lag_s, {0, 10, false, "s"}).value_or(0);
+  options.readback = section.flag_or("readback", defaults.readback).value_or(false);
+  section.finish();
+}
+
+/// What a kind of serial controller can.
+struct SerialKind {
+  std::string_view name;
+  std::initializer_list<int> bauds;
+  int usual_baud;
+  bool answers;
+};
+
+void read_serial(Section& section, const SerialKind& kind, SerialOptions& options) {
+  options.port = section.text("port").value_or("");
+  if (section.has("port") && !options.port.starts_with("/")) {
+    section.refuse("port", "must be the path of a serial line, such as /dev/ttyUSB0");
+  }
+  options.baud = static_cast<int>(
+      section.integer_or("baud", kind.usual_baud, {1, 1e7, false, ""}).value_or(kind.usual_baud));
+  if (std::find(kind.bauds.begin(), kind.bauds.end(), options.baud) == kind.bauds.end()) {
+    std::string known;
+    for (const int baud : kind.bauds) known += (known.empty() ? "" : ", ") + std::to_string(baud);
+    section.refuse("baud", "must be one of " + known);
+  }
+  if (!kind.answers) return;
+  options.readback = section.flag_or("readback", false).value_or(false);
+  const std::string at_end = section.text_or("at_end", "hold").value_or("hold");
+  if (at_end != "hold" && at_end != "relax") section.refuse("at_end", "must be \"hold\" or \"relax\"");
+  options.relax_at_end = at_end == "relax";
+}
+
+void read_ssc32(Section section, SerialOptions& options) {
+  read_serial(section, {"ssc32", {2400, 9600, 38400, 115200}, 115200, true}, options);
+  section.finish();
+}
+
+void read_maestro(Section section, SerialOptions& options) {
+  read_serial(section, {"maestro", {9600, 19200, 38400, 57600, 115200, 230400}, 115200, true}, options);
+  options.device_number = static_cast<int>(
+      section.integer_or("device_number", -1, {-1, 127, false, "(-1: compact protocol)"}).value_or(-1));
+  options.crc = section.flag_or("crc", false).value_or(false);
+  section.finish();
+}
+
+void read_mini_ssc(Section section, SerialOptions& options) {
+  read_serial(section, {"minissc", {2400, 9600}, 9600, false}, options);
+  if (const auto range = section.has("pulse_range_us")
+                             ? section.range("pulse_range_us", {500, 2500, false, "us"})
+                             : std::array<double, 2>{500.0, 2500.0}) {
+    options.first_us = (*range)[0];
+    options.last_us = (*range)[1];
+  }
+  section.finish();
+}
+
+}  // namespace
+
+void read_backend(Section section, BackendOptions& backend) {
+  using Reader = void (*)(Section, SerialOptions&);
+  static constexpr std::pair<std::string_view, Reader> kSerialKinds[] = {
+      {"ssc32", read_ssc32}, {"maestro", read_maestro}, {"minissc", read_mini_ssc}};
+  backend.kind = section.text("kind").value_or("loopback");
+  bool known = backend.kind == "loopback";
+  read_loopback(section.table_or_empty("loopback"), backend.loopback);
+  for (const auto& [name, read] : kSerialKinds) {
+    if (backend.kind == name) {
+      known = true;
+      read(section.table(name), backend.serial);
+    } else if (section.has(name)) {
+      SerialOptions unused;
+      read(section.table(name), unused);  // checked, so that a change of kind brings no surprise
+    }
+  }
+  if (!known) {
+    section.refuse(
+        "kind",
+        "is not supported; supported: \"loopback\" (the simulator), \"ssc32\", \"maestro\", \"minissc\"");
+  }
+  section.finish();
+}
+
+}  // namespace corbot

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// The thread between the cycle and a bus: newest wins, losses, the way back.
+#include <gmock/gmock.h>
+
+#include <atomic>
+#include <mutex>
+#include <vector>
+
+#include "rt/backends/bus_backend.h"
+
+namespace corbot::rt {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+template <class Condition>
+bool wait_until(Condition&& condition) {
+  const auto deadline = Clock::now() + std::chrono::seconds(20);
+  while (!condition()) {
+    if (Clock::now() > deadline) return false;
+    std::this_thread::yield();
+  }
+  return true;
+}
+
+/// A device whose bus the test holds in its hands.
+struct FakeBus {
+  std::atomic<bool> there{true};
+  std::atomic<bool> fails{false};
+  std::atomic<int> opened{0};
+  std::atomic<int> closed{0};
+  std::atomic<int> relaxed{0};
+  std::mutex mutex;
+  std::vector<std::pair<std::uint64_t, bool>> sent;  ///< cycle, approach
+  std::vector<std::pair<std::uint64_t, bool>> copy() {
+    const std::lock_guard lock(mutex);
+    return sent;
+  }
+};
+
+class FakeDevice final : public BusDevice {
+ public:
+  explicit FakeDevice(FakeBus& bus) : bus_(bus) {}
+  std::string open() override {
+    if (!bus_.there) throw DeviceError(DeviceCause::kNotThere, "/dev/fake: not there");
+    ++bus_.opened;
+    return "a fake device";
+  }
+  void close() noexcept override { ++bus_.closed; }
+  [[nodiscard]] std::int64_t period_ns() const noexcept override { return 1'000'000; }
+  [[nodiscard]] std::int64_t approach_ns() const noexcept override { return 2'000'000; }
+  void send(const ServoFrame& frame, bool approach) override {
+    if (bus_.fails) throw DeviceError(DeviceCause::kHungUp, "/dev/fake: cut");
+    const std::lock_guard lock(bus_.mutex);
+    bus_.sent.emplace_back(frame.cycle, approach);
+  }
+  bool measure(const ServoFrame& frame, std::array<double, kMaxServos>& pulse_us) override {
+    pulse_us = frame.pulse_us;
+    return true;
+  }
+  void relax() override { ++bus_.relaxed; }
+
+ private:
+  FakeBus& bus_;
+};
+
+class BusBackendTest : public ::testing::Test {
+ protected:
+  BusBackendTest() {
+    arm_.dof = 1;
+    arm_.servos[0] = {0, 1500.0, 600.0, -1.0, 500.0, 2500.0};
+  }
+  std::unique_ptr<BusBackend> make(bool readback = false, bool relax = false) {
+    return std::make_unique<BusBackend>(arm_, std::make_unique<FakeDevice>(bus_),
+                                        BusSettings{"fake", readback, relax, 0.001});
+  }
+  static ServoFrame frame(std::uint64_t cycle, double pulse_us = 1500.0) {
+    ServoFrame result;
+    result.cycle = cycle;
+    result.servo_count = 1;
+    result.pulse_us[0] = pulse_us;
+    return result;
+  }
+  std::uint64_t newest_sent() {
+    const auto sent = bus_.copy();
+    return sent.empty() ? 0 : sent.back().first;
+  }
+  ArmModel arm_;
+  FakeBus bus_;
+};
+
+TEST_F(BusBackendTest, ApproachesFirstAndThenSendsTheNewest) {
+  const auto backend = make();
+  EXPECT_EQ(backend->health(), BackendHealth::kClosed);
+  backend->open(frame(1));
+  EXPECT_EQ(backend->health(), BackendHealth::kOpen);
+  EXPECT_EQ(backend->take_news(), "a fake device");
+  EXPECT_EQ(backend->take_news(), "");
+  for (std::uint64_t cycle = 2; cycle <= 1000; ++cycle) backend->write(frame(cycle));
+  EXPECT_TRUE(wait_until([&] { return newest_sent() == 1000; }));
+  const auto sent = bus_.copy();
+  EXPECT_EQ(sent.front(), std::make_pair(std::uint64_t{1}, true));
+  EXPECT_LT(sent.size(), 500u) << "what is overtaken is skipped, not queued";
+  std::uint64_t last = 0;
+  for (std::size_t i = 1; i < sent.size(); ++i) {
+    EXPECT_FALSE(sent[i].second);
+    EXPECT_GE(sent[i].first, last);
+    last = sent[i].first;
+  }
+  backend->close();
+  backend->close();
+  EXPECT_EQ(backend->health(), BackendHealth::kClosed);
+  EXPECT_EQ(bus_.closed, 1);
+  EXPECT_EQ(bus_.relaxed, 0);
+}
+
+TEST_F(BusBackendTest, SaysAtOnceThatADeviceIsMissing) {
+  bus_.there = false;
+  const auto backend = make();
+  EXPECT_THROW(backend->open(frame(1)), DeviceError);
+}
+
+TEST_F(BusBackendTest, IsLostTriesAgainAndApproachesBeforeItIsOpen) {
+  const auto backend = make();
+  backend->open(frame(1));
+  bus_.there = false;
+  bus_.fails = true;
+  ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kLost; }));
+  EXPECT_EQ(backend->cause(), static_cast<std::uint32_t>(DeviceCause::kHungUp));
+  EXPECT_THAT(backend->take_news(), ::testing::HasSubstr("lost: /dev/fake: cut"));
+  backend->write(frame(77));
+  bus_.fails = false;
+  const std::size_t before = bus_.copy().size();
+  bus_.there = true;
+  ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
+  EXPECT_EQ(backend->cause(), 0u);
+  EXPECT_EQ(bus_.opened, 2);
+  EXPECT_EQ(bus_.copy().at(before), std::make_pair(std::uint64_t{77}, true));
+}
+
+TEST_F(BusBackendTest, FiftyLossesLeaveNothingHanging) {
+  const auto backend = make(true);
+  backend->open(frame(1));
+  for (int i = 0; i < 50; ++i) {
+    bus_.fails = true;
+    ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kLost; })) << i;
+    EXPECT_FALSE(backend->read().measured) << "nothing stale";
+    bus_.fails = false;
+    ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; })) << i;
+  }
+  backend->close();
+  EXPECT_EQ(bus_.closed, bus_.opened);
+}
+
+TEST_F(BusBackendTest, ReportsMeasuredJoints) {
+  const auto backend = make(true);
+  backend->open(frame(1, 1200.0));
+  backend->write(frame(2, 1200.0));
+  ASSERT_TRUE(wait_until([&] { return backend->read().measured; }));
+  EXPECT_NEAR(backend->read().position_rad[0], 0.5, 1e-12);
+}
+
+TEST_F(BusBackendTest, RelaxesAtTheEndWhereAskedTo) {
+  const auto backend = make(false, true);
+  backend->open(frame(1));
+  backend->close();
+  EXPECT_EQ(bus_.relaxed, 1);
+}
+
+}  // namespace
+}  // namespace corbot::rt

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include "support/process.h"
+
+namespace corbot::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+constexpr double kPatience_s = 20.0;
+
+/// A host that has the simulated line open.
+class Host {
+ public:
+  explicit Host(const std::string& link)
+      : fd_(::open(link.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)) {
+    termios line{};
+    if (fd_ < 0 || ::tcgetattr(fd_, &line) != 0) return;
+    ::cfmakeraw(&line);
+    ::tcsetattr(fd_, TCSANOW, &line);
+  }
+  Host(const Host&) = delete;
+  Host& operator=(const Host&) = delete;
+  ~Host() { close(); }
+  void close() {
+    if (fd_ >= 0) ::close(std::exchange(fd_, -1));
+  }
+
+  [[nodiscard]] bool is_open() const { return fd_ >= 0; }
+  [[nodiscard]] int fd() const { return fd_; }
+  void send(const std::string& text) const {
+    ASSERT_EQ(::write(fd_, text.data(), text.size()), static_cast<ssize_t>(text.size()));
+  }
+  /// So many bytes, or what has come until patience ends.
+  [[nodiscard]] std::string receive(std::size_t count) const {
+    std::string text;
+    const auto deadline = within(kPatience_s);
+    while (text.size() < count && std::chrono::steady_clock::now() < deadline) {
+      pollfd ready{fd_, POLLIN, 0};
+      ::poll(&ready, 1, 100);
+      char buffer[256];
+      const ssize_t n = ::read(fd_, buffer, std::min(sizeof(buffer), count - text.size()));
+      if (n > 0) text.append(buffer, static_cast<std::size_t>(n));
+    }
+    return text;
+  }
+  [[nodiscard]] std::string ask(const std::string& text, std::size_t count) const {
+    send(text);
+    return receive(count);
+  }
+  [[nodiscard]] bool is_hung_up() const {
+    pollfd ready{fd_, POLLIN, 0};
+    return wait_until(within(kPatience_s),
+                      [&] { return ::poll(&ready, 1, 0) > 0 && (ready.revents & POLLHUP) != 0; });
+  }
+
+ private:
+  int fd_;
+};
+
+class CorbotSim : public testing::Test {
+ protected:
+  CorbotSim() : link_(std::string(CORBOT_SCRATCH_DIR) + "/" + unique_name("sim")) {}
+  ~CorbotSim() override {
+    sim_.reset();
+    std::error_code ignored;
+    fs::remove(link_, ignored);
+    fs::remove(record(), ignored);
+  }
+
+  void start(std::vector<std::string> words) {
+    words.insert(words.begin(), CORBOT_SIM_PROGRAM);
+    words.insert(words.end(), {"--pty", link_});
+    sim_.emplace(std::move(words));
+    ASSERT_EQ(sim_->wait_line("ready", within(kPatience_s)), "ready " + link_) << sim_->errors();
+  }
+  /// The answer to an order.
+  std::string order(const std::string& text, const std::string& begins_with) {
+    sim_->send(text);
+    return sim_->wait_line(begins_with, within(kPatience_s)).value_or("no answer to " + text);
+  }
+  void obeyed(const std::string& text) { ASSERT_EQ(order(text, "ok"), "ok " + text); }
+  /// Waits until the pulses are these.
+  void expect_pulses(const std::string& pulses) {
+    std::string last;
+    EXPECT_TRUE(wait_until(within(kPatience_s), [&] { return (last = order("pulses", "pulses")) == pulses; }))
+        << last;
+  }
+  [[nodiscard]] std::string record() const { return link_ + ".csv"; }
+
+  std::string link_;
+  std::optional<Process> sim_;
+};
+
+constexpr std::size_t kVersionLength = 15;
+
+TEST_F(CorbotSim, IsAnSsc32UUntilItIsTerminated) {
+  start({"ssc32"});
+  ASSERT_TRUE(fs::is_symlink(link_));
+  const Host host(link_);
+  EXPECT_EQ(host.ask("VER\r", kVersionLength), "SSC32-V2.50USB\r");
+  expect_pulses("pulses");
+  EXPECT_EQ(host.ask("#5P1600#17P750T1000\rQP5 QP17\r", 2), (std::string{'\xA0', 'K'}));
+  expect_pulses("pulses 5=1600 17=750");
+  EXPECT_EQ(sim_->terminate(), 0);
+  EXPECT_TRUE(host.is_hung_up());
+  EXPECT_FALSE(fs::exists(fs::symlink_status(link_)));
+}
+
+TEST_F(CorbotSim, IsAnOlderSsc32) {
+  start({"ssc32", "--model", "ssc32", "--baud", "38400"});
+  const Host host(link_);
+  EXPECT_EQ(host.ask("ver\r", 13), "SSC32-1.06XE\r");
+  host.send("#1P2500S1\r");
+  expect_pulses("pulses 1=500");
+}
+
+TEST_F(CorbotSim, IsAMaestro) {
+  start({"maestro"});
+  const Host host(link_);
+  host.send({'\xAA'});
+  EXPECT_EQ(host.ask("\x84\x02\x71\x2E\x90\x02", 2), "\x71\x17");
+  expect_pulses("pulses 2=1500.25");
+  EXPECT_EQ(order("input A 1", "error"), "error: the device has no input A");
+}
+
+TEST_F(CorbotSim, IsAMaestroThatWantsACrc) {
+  start({"maestro", "--crc"});
+  const Host host(link_);
+  host.send("\x84\x02\x71\x2E\x01\xA1");  // wrong, and A1 without one
+  const std::string errors = host.ask("\x1B", 2);
+  EXPECT_EQ(errors, (std::string{'\x08', '\0'}));
+  expect_pulses("pulses");
+}
+
+TEST_F(CorbotSim, KeepsTheSpeedOfTheLineBothWays) {
+  start({"ssc32", "--model", "ssc32", "--baud", "2400"});
+  const Host host(link_);
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(host.ask("VER\r", 13), "SSC32-1.06XE\r");
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds((4 + 13) * 10'000 / 2400));
+}
+
+TEST_F(CorbotSim, TakesMoreThanTheLineHoldsAtOnce) {
+  start({"ssc32"});
+  const Host host(link_);
+  std::string text;
+  for (int i = 0; i < 300; ++i) text += "QP1\r";
+  EXPECT_EQ(host.ask(text, 300), std::string(300, '\0'));
+}
+
+TEST_F(CorbotSim, DropsAndGarblesAndIsSilent) {
+  start({"ssc32"});
+  const Host host(link_);
+  obeyed("drop 2");
+  EXPECT_EQ(host.ask("xyVER\r", kVersionLength), "SSC32-V2.50USB\r");
+  obeyed("garble 2");
+  EXPECT_EQ(host.ask("VER\r", kVersionLength),
+            "\xAC\xAC"
+            "C32-V2.50USB\r");
+  obeyed("silent on");
+  host.send("Q\r#1P1500\r");
+  expect_pulses("pulses 1=1500");
+  obeyed("silent off");
+  EXPECT_EQ(host.ask("VER\r", kVersionLength), "SSC32-V2.50USB\r");
+}
+
+TEST_F(CorbotSim, ResetsAndTakesInputs) {
+  start({"ssc32"});
+  const Host host(link_);
+  host.send("#1P1500\r");
+  expect_pulses("pulses 1=1500");
+  obeyed("reset");
+  EXPECT_EQ(order("pulses", "pulses"), "pulses");
+  EXPECT_EQ(host.ask("A\r", 1), "1");
+  obeyed("input A 0");
+  EXPECT_EQ(host.ask("A\r", 1), "0");
+  obeyed("input A 1");
+  EXPECT_EQ(host.ask("A\r", 1), "1");
+}
+
+TEST_F(CorbotSim, UnplugsAndPlugsIn) {
+  start({"ssc32"});
+  const Host host(link_);
+  EXPECT_EQ(host.ask("#1P1500\rQP1\r", 1), "\x96");
+  obeyed("unplug");
+  EXPECT_TRUE(host.is_hung_up());
+  char byte = 0;
+  EXPECT_LE(::read(host.fd(), &byte, 1), 0);
+  EXPECT_EQ(::write(host.fd(), "Q", 1), -1);
+  EXPECT_EQ(errno, EIO);
+  EXPECT_FALSE(fs::exists(fs::symlink_status(link_)));
+  obeyed("unplug");
+  EXPECT_EQ(order("plug", "ready"), "ready " + link_);
+  EXPECT_EQ(order("plug", "error"), "error: it is plugged in");
+  const Host next(link_);
+  EXPECT_EQ(next.ask("QP1\r", 1), "\x96");  // it had its power all the time
+}
+
+TEST_F(CorbotSim, ServesOneHostAfterAnother) {
+  start({"ssc32"});
+  for (int i = 0; i < 3; ++i) {
+    Host host(link_);
+    ASSERT_TRUE(host.is_open());
+    EXPECT_EQ(host.ask("VER\r", kVersionLength), "SSC32-V2.50USB\r");
+    // Dies without giving up its exclusive use, which keeps out everybody but root.
+    ASSERT_EQ(::ioctl(host.fd(), TIOCEXCL), 0);
+    host.close();
+    ASSERT_TRUE(wait_until(within(kPatience_s), [&] { return Host(link_).is_open(); }));
+  }
+}
+
+TEST_F(CorbotSim, RefusesOrdersThatItDoesNotKnow) {
+  start({"ssc32"});
+  EXPECT_EQ(order("dance", "error").substr(0, 28), "error: 'dance' is none of: d");
+  EXPECT_THAT(order("drop x", "error"), StartsWith("error: 'drop x'"));
+  EXPECT_THAT(order("input A 2", "error"), StartsWith("error: 'input A 2'"));
+  EXPECT_THAT(order("silent", "error"), StartsWith("error: 'silent'"));
+  EXPECT_EQ(order("input Z 1", "error"), "error: the device has no input Z");
+}
+
+TEST_F(CorbotSim, ServesWithoutAnyoneWhoGivesOrders) {
+  sim_.emplace(std::vector<std::string>{
+      "/bin/sh", "-c", "exec '" CORBOT_SIM_PROGRAM "' ssc32 --pty '" + link_ + "' < /dev/null"});
+  ASSERT_EQ(sim_->wait_line("ready", within(kPatience_s)), "ready " + link_);
+  const Host host(link_);
+  EXPECT_EQ(host.ask("VER\r", kVersionLength), "SSC32-V2.50USB\r");
+  EXPECT_EQ(sim_->terminate(), 0);
+}
+
+TEST_F(CorbotSim, RecordsPulsesAndShafts) {
+  start({"ssc32", "--record", record()});
+  const Host host(link_);
+  host.send("#3P1740\r");
+  std::string text;
+  EXPECT_TRUE(wait_until(within(kPatience_s), [&] {
+    std::ifstream file(record());
+    text.assign(std::istreambuf_iterator<char>(file), {});
+    return text.find(",3,1740.00,1740.00\n") != std::string::npos;
+  })) << text;
+  EXPECT_THAT(text, StartsWith("time_ns,channel,pulse_us,shaft_us\n"));
+  EXPECT_THAT(text, HasSubstr(",3,1740.00,1500.00\n"));  // its first frame
+  EXPECT_THAT(text, HasSubstr("0000000,3,1740.00,1548.00\n"));
+}
+
+TEST_F(CorbotSim, ReplacesALinkButNothingElse) {
+  fs::create_symlink("/nowhere/at/all", link_);
+  start({"ssc32"});
+  EXPECT_TRUE(Host(link_).is_open());
+  // What has become somebody else's stays.
+  fs::remove(link_);
+  fs::create_symlink("/nowhere/at/all", link_);
+  EXPECT_EQ(sim_->terminate(), 0);
+  EXPECT_EQ(fs::read_symlink(link_), "/nowhere/at/all");
+  fs::remove(link_);
+
+  std::ofstream(link_) << "precious";
+  const RunResult refused = run({CORBOT_SIM_PROGRAM, "ssc32", "--pty", link_});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.errors, HasSubstr(link_ + " is no symbolic link"));
+  EXPECT_TRUE(fs::is_regular_file(link_));
+}
+
+TEST_F(CorbotSim, RefusesAWrongCommandLine) {
+  const std::vector<std::vector<std::string>> wrong{{},
+                                                    {"pca9685", "--pty", link_},
+                                                    {"ssc32"},
+                                                    {"ssc32", "--pty", link_, "--model", "ssc64"},
+                                                    {"ssc32", "--pty", link_, "--baud", "2400"},
+                                                    {"ssc32", "--pty", link_, "--baud", "fast"},
+                                                    {"ssc32", "--pty", link_, "--crc"},
+                                                    {"maestro", "--pty", link_, "--baud", "0"},
+                                                    {"maestro", "--pty", link_, "--model", "ssc32"}};
+  for (std::vector<std::string> words : wrong) {
+    words.insert(words.begin(), CORBOT_SIM_PROGRAM);
+    const RunResult result = run(words);
+    EXPECT_EQ(result.code, 2) << testing::PrintToString(words);
+    EXPECT_THAT(result.errors, StartsWith("corbot-sim: "));
+    EXPECT_FALSE(fs::exists(fs::symlink_status(link_)));
+  }
+  EXPECT_EQ(run({CORBOT_SIM_PROGRAM, "ssc32", "--pty", link_, "--record", "/nowhere/at/all.csv"}).code, 1);
+  EXPECT_THAT(run({CORBOT_SIM_PROGRAM, "--help"}).output, HasSubstr("unplug"));
+}
+
+}  // namespace
+}  // namespace corbot::test
