@@ -5,5 +5,6 @@ if(TARGET corbot_cli)
             ${CMAKE_CURRENT_SOURCE_DIR}/cli/test_messages.cpp ${CMAKE_CURRENT_SOURCE_DIR}/cli/test_state.cpp
             ${CMAKE_CURRENT_SOURCE_DIR}/cli/test_doctor.cpp ${CMAKE_CURRENT_SOURCE_DIR}/cli/test_views.cpp
     LIBS corbot::cli fmt::fmt)
-  target_compile_definitions(test_cli PRIVATE CORBOT_EXAMPLES="${PROJECT_SOURCE_DIR}/examples")
+  target_compile_definitions(test_cli PRIVATE CORBOT_EXAMPLES="${PROJECT_SOURCE_DIR}/examples"
+                                              CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles")
 endif()

@@ -98,6 +98,26 @@ TEST(CpuList, IsRead) {
   EXPECT_FALSE(cpu_list_contains("x-y", 0));
 }
 
+TEST(Installation, ASerialDeviceIsLookedAt) {
+  std::ifstream from(CORBOT_PROFILES "/lynx5.toml");
+  const std::string all{std::istreambuf_iterator<char>{from}, {}};
+  const std::string path =
+      testing::TempDir() + "corbot-doctor-device-" + std::to_string(::getpid()) + ".toml";
+  const auto finding_for = [&](const std::string& line) {
+    std::ofstream(path) << all.substr(0, all.find("[backend]"))
+                        << "[backend]\nkind = \"ssc32\"\n[backend.ssc32]\nport = \"" << line << "\"\n";
+    const auto findings = examine_installation(path);
+    return *std::find_if(findings.begin(), findings.end(),
+                         [](const auto& f) { return f.subject == "devices"; });
+  };
+  const Finding absent = finding_for("/nonexistent/tty");
+  EXPECT_EQ(absent.level, Level::kFail);
+  EXPECT_NE(absent.text.find("/nonexistent/tty: No such file"), std::string::npos) << absent.text;
+  EXPECT_NE(absent.mend.find("backend.ssc32.port"), std::string::npos) << absent.mend;
+  EXPECT_EQ(finding_for("/dev/null").level, Level::kOk);
+  std::filesystem::remove(path);
+}
+
 TEST(Installation, AWrongProfileFails) {
   const auto findings = examine_installation("/nonexistent/robot.toml");
   EXPECT_TRUE(std::any_of(findings.begin(), findings.end(),
