@@ -52,7 +52,9 @@ void print_news(Backend& backend) {
   const std::string news = backend.take_news();
   for (std::size_t begin = 0; begin < news.size();) {
     const std::size_t end = std::min(news.find('\n', begin), news.size());
-    spdlog::info("{}: {}", backend.name(), news.substr(begin, end - begin));
+    const std::string line = news.substr(begin, end - begin);
+    spdlog::log(line.starts_with("lost") ? spdlog::level::warn : spdlog::level::info, "{}: {}",
+                backend.name(), line);
     begin = end + 1;
   }
 }
