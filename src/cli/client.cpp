@@ -153,7 +153,15 @@ void Client::set(const Request& request) {
 void Client::wait(Corbot::Ticket ticket, const ProgressReport& report) {
   constexpr double kLookEvery_s = 0.1;  // short enough for a bar, and well below any sensible --timeout
   for (;;) {
-    const Corbot::MotionInfo_var info = ask([&](auto& arm) { return arm.Wait(ticket, kLookEvery_s); });
+    const Corbot::MotionInfo_var info = ask([&](auto& arm) {
+      try {
+        return arm.Wait(ticket, kLookEvery_s);
+      } catch (const CORBA::TRANSIENT& gone) {
+        // There was a servant, for it gave the ticket out; what counts is the motion that it left.
+        if (is_call_timeout(gone)) throw;
+        throw CORBA::COMM_FAILURE(gone.minor(), gone.completed());
+      }
+    });
     switch (info->state) {
       case Corbot::MotionDone:
         if (report) report(1.0);

@@ -14,12 +14,6 @@ std::string with_stop(std::string text) {
   return text;
 }
 
-/// omniORB tells a connection that timed out as TRANSIENT or TIMEOUT, by its minor code.
-bool is_call_timeout(const CORBA::SystemException& e) {
-  return CORBA::TIMEOUT::_downcast(&e) != nullptr ||
-         (CORBA::TRANSIENT::_downcast(&e) != nullptr && e.minor() == omni::TRANSIENT_CallTimedout);
-}
-
 }  // namespace
 
 std::string printable(std::string_view text) {
@@ -34,6 +28,11 @@ std::string printable(std::string_view text) {
 std::string plain(double value) {
   if (std::isfinite(value) && std::abs(value) < 1e-9) value = 0;  // also -0
   return fmt::format("{:.6g}", value);
+}
+
+bool is_call_timeout(const CORBA::SystemException& e) {
+  return CORBA::TIMEOUT::_downcast(&e) != nullptr ||
+         (CORBA::TRANSIENT::_downcast(&e) != nullptr && e.minor() == omni::TRANSIENT_CallTimedout);
 }
 
 Failure explain(const Corbot::BadParameter& e) {

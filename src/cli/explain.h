@@ -18,6 +18,9 @@ struct Address {
   std::string where;  ///< "127.0.0.1:12810", or the whole URI when it is of another form
 };
 
+/// Whether a call ended because it took longer than this client waits.
+[[nodiscard]] bool is_call_timeout(const CORBA::SystemException& e);
+
 [[nodiscard]] Failure explain(const Corbot::BadParameter& e);
 [[nodiscard]] Failure explain(const Corbot::Unreachable& e);
 [[nodiscard]] Failure explain(const Corbot::LimitExceeded& e);

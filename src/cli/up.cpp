@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <sstream>
 
 #include "cli/failure.h"
 #include "cli/net.h"
@@ -74,8 +75,21 @@ Supervisor::Spec real_time_task(const UpOptions& options, const RobotState& stat
       [](const std::string& line) { return line.starts_with("ready"); }};
 }
 
+constexpr const char* kOrbit2Servant = "corbot-servant-orbit2";
+
+/// Whether a program is there, beside this one or on the path.
+bool is_installed(const std::string& program) {
+  if (beside_executable(program) != program) return true;
+  const char* path = std::getenv("PATH");
+  std::istringstream directories(path != nullptr ? path : "");
+  for (std::string directory; std::getline(directories, directory, ':');) {
+    if (::access((fs::path(directory) / program).c_str(), X_OK) == 0) return true;
+  }
+  return false;
+}
+
 Supervisor::Spec servant(RobotState& state) {
-  const std::string program = state.orb == "orbit2" ? "corbot-servant-orbit2" : "corbot-servant";
+  const std::string program = state.orb == "orbit2" ? kOrbit2Servant : "corbot-servant";
   std::vector<std::string> command{
       beside_executable(program), state.profile, "--name", state.name, "--endpoint", state.endpoint};
   if (!state.naming.empty()) command.insert(command.end(), {"--naming", state.naming});
@@ -109,6 +123,13 @@ void up(const UpOptions& options) {
   state.endpoint =
       options.endpoint.empty() ? fmt::format("{}:{}", profile.endpoint_host, profile.port) : options.endpoint;
   state.orb = options.orb;
+  if (state.orb == "orbit2" && !is_installed(kOrbit2Servant)) {
+    throw Failure(
+        ExitCode::kUsage,
+        fmt::format("--orb orbit2: there is no {} here: this corbot was built without ORBit2; leave --orb "
+                    "away for omniORB",
+                    kOrbit2Servant));
+  }
   const auto endpoint = split_endpoint(state.endpoint);
   if (!endpoint) {
     throw Failure(ExitCode::kUsage,
