@@ -103,7 +103,6 @@ void BusBackend::exchange(bool approach) {
   ServoFrame frame;
   if (!newest_.load(frame)) return;  // torn by a writer that never rests: the next one
   device_->send(frame, approach);
-  sent_.fetch_add(1, std::memory_order_relaxed);
   if (!settings_.readback) return;
   std::array<double, kMaxServos> pulse_us{};
   ServoFeedback feedback;

@@ -47,9 +47,6 @@ class BusBackend final : public Backend {
   [[nodiscard]] std::string take_news() override;
   [[nodiscard]] const char* name() const noexcept override { return settings_.name.c_str(); }
 
-  /// For tests: frames that reached the device.
-  [[nodiscard]] std::uint64_t sent() const noexcept { return sent_.load(std::memory_order_relaxed); }
-
  private:
   void run() noexcept;
   /// Serves an open device until the end is asked for; throws DeviceError.
@@ -67,7 +64,6 @@ class BusBackend final : public Backend {
   SnapshotCell<ServoFeedback> feedback_;
   std::atomic<BackendHealth> health_{BackendHealth::kClosed};
   std::atomic<std::uint32_t> cause_{0};
-  std::atomic<std::uint64_t> sent_{0};
 
   std::mutex mutex_;  // of what follows; never taken by the cycle
   std::condition_variable wake_;

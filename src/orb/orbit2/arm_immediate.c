@@ -2,8 +2,6 @@
 #include "orb/orbit2/arm_servant.h"
 #include "orb/orbit2/raise.h"
 
-static ArmServant* self_of(PortableServer_Servant servant) { return (ArmServant*)servant; }
-
 static void check(corbot_status status, const corbot_error* error, CORBA_Environment* ev) {
   if (status != CORBOT_OK) raise_failure(error, ev);
 }

@@ -7,8 +7,6 @@
 /* Room in the IDL's sequence<double, 6>, which ORBit2 does not watch over. */
 enum { kLongestJointCoord = 6 };
 
-static ArmServant* self_of(PortableServer_Servant servant) { return (ArmServant*)servant; }
-
 /* The end of every operation that starts a motion. */
 static Corbot_Ticket started(corbot_status status, const corbot_ticket* ticket, const corbot_error* error,
                              CORBA_Environment* ev) {

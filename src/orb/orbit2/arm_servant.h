@@ -17,6 +17,9 @@ typedef struct ArmServant {
   WaitingCalls waiting;
 } ArmServant;
 
+/* What an operation is called on. */
+static inline ArmServant* self_of(PortableServer_Servant servant) { return (ArmServant*)servant; }
+
 /* The servant borrows the robot. */
 void arm_servant_init(ArmServant* servant, corbot_robot* robot, int waiting_calls, CORBA_Environment* ev);
 void arm_servant_fini(ArmServant* servant, CORBA_Environment* ev);
