@@ -68,8 +68,8 @@ void BusBackend::run() noexcept {
         // The servos come to where the cycle holds the arm; it stays in Error, and holds, until they are
         // there.
         if (pause(device_->approach_ns())) {
-          health_.store(BackendHealth::kOpen, std::memory_order_relaxed);
           cause_.store(0, std::memory_order_relaxed);
+          health_.store(BackendHealth::kOpen, std::memory_order_release);
         }
       }
       serve();
@@ -78,8 +78,10 @@ void BusBackend::run() noexcept {
       return;
     } catch (const DeviceError& error) {
       device_->close();
-      cause_.store(static_cast<std::uint32_t>(error.cause()), std::memory_order_relaxed);
-      if (health_.exchange(BackendHealth::kLost, std::memory_order_relaxed) != BackendHealth::kLost) {
+      // The first cause is told, not that the device is not there while it is being tried again.
+      if (health_.load(std::memory_order_relaxed) != BackendHealth::kLost) {
+        cause_.store(static_cast<std::uint32_t>(error.cause()), std::memory_order_relaxed);
+        health_.store(BackendHealth::kLost, std::memory_order_release);  // whoever sees it sees its cause
         tell(std::string("lost: ") + error.what() + "; trying again");
         reopen_s = settings_.reopen_after_s;
       }

@@ -39,7 +39,7 @@ class BusBackend final : public Backend {
   void write(const ServoFrame& frame) noexcept override { newest_.store(frame); }
   [[nodiscard]] ServoFeedback read() noexcept override;
   [[nodiscard]] BackendHealth health() const noexcept override {
-    return health_.load(std::memory_order_relaxed);
+    return health_.load(std::memory_order_acquire);
   }
   [[nodiscard]] std::uint32_t cause() const noexcept override {
     return cause_.load(std::memory_order_relaxed);
