@@ -25,10 +25,12 @@ bool has_failed(BackendHealth health) noexcept {
 
 }  // namespace
 
-Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend) noexcept
+Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend,
+             const EmergencyStop& stop) noexcept
     : arm_(arm),
       segment_(segment),
       backend_(backend),
+      emergency_stop_(stop),
       period_s_(static_cast<double>(arm.period_ns) * 1e-9),
       commands_(segment.commands),
       completions_(segment.completions),
@@ -74,6 +76,7 @@ StepReport Cycle::step(std::int64_t now_ns, std::int64_t wall_ns) noexcept {
   published_ = false;
 
   take_flags();
+  take_emergency_stop();
   take_command();
   advance_virtual_time();
   accept_or_hold(evaluate_path());
@@ -92,9 +95,17 @@ void Cycle::take_flags() noexcept {
   const std::uint64_t clears = control.clear_count.load(std::memory_order_acquire);
   if (clears > snapshot_.clears_done) {
     snapshot_.clears_done = clears;
-    faulted_ = has_failed(health_);
+    faulted_ = has_failed(health_) || snapshot_.stop_sources != 0;
     published_ = true;
   }
+}
+
+/// Before any command of this cycle: the set-point of the last cycle is the last.
+void Cycle::take_emergency_stop() noexcept {
+  const std::uint32_t before = snapshot_.stop_sources;
+  snapshot_.stop_sources = emergency_stop_.sources();
+  if (snapshot_.stop_sources == 0 || before != 0) return;
+  fault({AlarmCode::kEmergencyStop, -1, 0, static_cast<double>(snapshot_.stop_sources), 0.0, 0.0});
 }
 
 bool Cycle::is_stopping() const noexcept { return stops_requested_ > snapshot_.stops_done || shutdown_; }
@@ -226,14 +237,21 @@ void Cycle::exchange_with_backend() noexcept {
   const ServoFeedback feedback = backend_.read();
   snapshot_.flags = feedback.measured ? kSnapshotMeasured : 0;
   snapshot_.measured_rad = feedback.measured ? feedback.position_rad : Joints{};
+  snapshot_.measured_time_ns = feedback.measured ? feedback.time_ns : 0;
+  const BackendTimes times = backend_.times();
+  snapshot_.device_frames = times.frames;
+  snapshot_.device_age_ns = times.age_ns;
+  snapshot_.device_age_max_ns = times.age_max_ns;
 
   const BackendHealth before = health_;
   health_ = backend_.health();
+  snapshot_.device_health = static_cast<std::uint32_t>(health_);
+  snapshot_.device_cause = backend_.cause();
   if (health_ == before) return;
   if (has_failed(health_) && !has_failed(before)) {
     fault({AlarmCode::kBackendLost, -1, 0, static_cast<double>(backend_.cause()), 0.0, 0.0});
   } else if (health_ == BackendHealth::kDegraded) {
-    raise({AlarmCode::kBackendDegraded, -1, 0, static_cast<double>(health_), 0.0, 0.0});
+    raise({AlarmCode::kBackendDegraded, -1, 0, static_cast<double>(backend_.cause()), 0.0, 0.0});
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/backend/backend.h"
+#include "corbot/backend/emergency_stop.h"
 #include "corbot/channel/layout.h"
 #include "corbot/channel/ring_handles.h"
 #include "rt/governor.h"
@@ -28,7 +29,8 @@ struct StepReport {
 /// arm catch up.
 class Cycle {
  public:
-  Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend) noexcept;
+  /// `stop`: whether an emergency stop is seen; it and the others outlive this.
+  Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, const EmergencyStop& stop) noexcept;
 
   /// Real-time safe. `now_ns`: CLOCK_MONOTONIC, when the cycle was due; `wall_ns`: CLOCK_REALTIME of the same
   /// instant.
@@ -49,6 +51,7 @@ class Cycle {
   void drop_ring() noexcept;
 
   void take_flags() noexcept;
+  void take_emergency_stop() noexcept;
   void take_command() noexcept;
   void advance_virtual_time() noexcept;
   [[nodiscard]] SetPoint evaluate_path() noexcept;
@@ -70,6 +73,7 @@ class Cycle {
   const ArmModel arm_;
   SegmentLayout& segment_;
   Backend& backend_;
+  const EmergencyStop& emergency_stop_;
   const double period_s_;
 
   RingConsumer<decltype(SegmentLayout::commands)> commands_;

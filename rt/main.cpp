@@ -102,8 +102,9 @@ void run(const Options& options) {
   const std::string name = options.name.empty() ? profile.name : options.name;
   Segment segment = take_segment(options, name, profile.arm);
   const Place place(segment);
-  const std::unique_ptr<Backend> backend = rt::make_backend(profile);
-  const auto cycle = std::make_unique<rt::Cycle>(profile.arm, segment.layout(), *backend);
+  EmergencyStop stop;
+  const std::unique_ptr<Backend> backend = rt::make_backend(profile, stop);
+  const auto cycle = std::make_unique<rt::Cycle>(profile.arm, segment.layout(), *backend, stop);
   backend->open(cycle->frame());
   simulated.store(dynamic_cast<sim::LoopbackBackend*>(backend.get()));
 

@@ -50,6 +50,7 @@ ServoFeedback LoopbackBackend::read() noexcept {
   ServoFeedback feedback;
   feedback.measured = settings_.readback && frame_count_ > 0;
   if (!feedback.measured) return feedback;
+  feedback.time_ns = last_frame_ns_;
   for (std::size_t i = 0; i < std::min<std::size_t>(arm_.dof, kMaxJoints); ++i) {
     const ServoMap& map = arm_.servos[i];
     feedback.position_rad[i] = (servos_[i].position_us() - map.zero_us) / (map.direction * map.us_per_rad);

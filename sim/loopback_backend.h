@@ -43,6 +43,7 @@ class LoopbackBackend final : public Backend {
   [[nodiscard]] BackendHealth health() const noexcept override {
     return health_.load(std::memory_order_relaxed);
   }
+  [[nodiscard]] BackendTimes times() const noexcept override { return {frame_count_, 0, 0}; }
   [[nodiscard]] const char* name() const noexcept override { return "loopback"; }
 
   /// For tests, from any thread: what a dying or recovering device would report.

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt/backends/bus_backend.h"
 
+#include <pthread.h>
+#include <sched.h>
+
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace corbot::rt {
@@ -10,17 +14,35 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kSlowestReopen = 10.0;  // times the first pause
+constexpr int kToleratedMisses = 2;
+constexpr int kGoodAgain = 25;
+/// Of a device that is led: a fifth of what a servo can, and of what the Lynx 5 may.
+constexpr double kLead_us_per_s = 400.0;
+constexpr double kLead_rad_per_s = 0.5;
+
+/// One answer that is missing or wrong may be noise on the line.
+bool may_pass(DeviceCause cause) {
+  return cause == DeviceCause::kNoAnswer || cause == DeviceCause::kBadAnswer;
+}
+
+std::int64_t now_ns() { return Clock::now().time_since_epoch().count(); }
+
+/// One step towards `target`; true when it is reached.
+bool step(double& value, double target, double most) {
+  value += std::clamp(target - value, -most, most);
+  return value == target;
+}
 
 }  // namespace
 
-BusBackend::BusBackend(const ArmModel& arm, std::unique_ptr<BusDevice> device, BusSettings settings)
-    : arm_(arm), device_(std::move(device)), settings_(std::move(settings)) {}
+BusBackend::BusBackend(const ArmModel& arm, std::unique_ptr<BusDevice> device, BusSettings settings,
+                       EmergencyStop& stop)
+    : arm_(arm), device_(std::move(device)), settings_(std::move(settings)), stop_(stop) {}
 
 void BusBackend::open(const ServoFrame& first) {
   newest_.store(first);
   tell(device_->open());  // the operator hears of a missing device at once, not by an alarm
-  exchange(true);
-  (void)pause(device_->approach_ns());
+  (void)approach();
   health_.store(BackendHealth::kOpen, std::memory_order_relaxed);
   thread_ = std::thread([this] { run(); });
 }
@@ -37,8 +59,15 @@ void BusBackend::close() noexcept {
 
 ServoFeedback BusBackend::read() noexcept {
   ServoFeedback feedback;
-  if (!settings_.readback || health() != BackendHealth::kOpen || !feedback_.load(feedback)) return {};
+  const BackendHealth now = health();
+  const bool is_there = now == BackendHealth::kOpen || now == BackendHealth::kDegraded;
+  if (!settings_.readback || !is_there || !feedback_.load(feedback)) return {};
   return feedback;
+}
+
+BackendTimes BusBackend::times() const noexcept {
+  BackendTimes times;
+  return times_.load(times) ? times : BackendTimes{};
 }
 
 std::string BusBackend::take_news() {
@@ -51,12 +80,20 @@ void BusBackend::tell(const std::string& news) {
   news_ += (news_.empty() ? "" : "\n") + news;
 }
 
-bool BusBackend::pause(std::int64_t nanoseconds) {
+bool BusBackend::pause_until(Clock::time_point due) {
   std::unique_lock lock(mutex_);
-  return !wake_.wait_for(lock, std::chrono::nanoseconds(nanoseconds), [&] { return end_; });
+  return !wake_.wait_until(lock, due, [&] { return end_; });
+}
+
+void BusBackend::take_priority() noexcept {
+  if (settings_.priority <= 0) return;
+  sched_param parameters{};
+  parameters.sched_priority = settings_.priority;
+  (void)::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameters);  // else as good as it goes
 }
 
 void BusBackend::run() noexcept {
+  take_priority();
   double reopen_s = settings_.reopen_after_s;
   bool open = true;
   for (;;) {
@@ -64,10 +101,9 @@ void BusBackend::run() noexcept {
       if (!open) {
         tell(device_->open());
         open = true;
-        exchange(true);
         // The servos come to where the cycle holds the arm; it stays in Error, and holds, until they are
         // there.
-        if (pause(device_->approach_ns())) {
+        if (approach()) {
           cause_.store(0, std::memory_order_relaxed);
           health_.store(BackendHealth::kOpen, std::memory_order_release);
         }
@@ -87,35 +123,109 @@ void BusBackend::run() noexcept {
       }
       open = false;
     }
-    if (!pause(static_cast<std::int64_t>(reopen_s * 1e9))) return;
+    const auto retry = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(reopen_s));
+    if (!pause_until(Clock::now() + retry)) return;
     reopen_s = std::min(2.0 * reopen_s, kSlowestReopen * settings_.reopen_after_s);
   }
 }
 
 void BusBackend::serve() {
+  misses_ = 0;
+  good_ = 0;
   auto due = Clock::now();
   for (;;) {
-    exchange(false);
+    try {
+      exchange();
+      misses_ = 0;
+      if (++good_ == kGoodAgain && health() == BackendHealth::kDegraded) {
+        cause_.store(0, std::memory_order_relaxed);
+        health_.store(BackendHealth::kOpen, std::memory_order_release);
+        tell("answers again");
+      }
+    } catch (const DeviceError& error) {
+      tolerate(error);
+    }
     due = std::max(due + std::chrono::nanoseconds(device_->period_ns()), Clock::now());
-    if (!pause((due - Clock::now()).count())) return;
+    if (!pause_until(due)) return;
   }
 }
 
-void BusBackend::exchange(bool approach) {
+void BusBackend::tolerate(const DeviceError& error) {
+  good_ = 0;
+  feedback_.store(ServoFeedback{});
+  if (!may_pass(error.cause()) || ++misses_ > kToleratedMisses) throw DeviceError(error);
+  if (health() == BackendHealth::kDegraded) return;
+  cause_.store(static_cast<std::uint32_t>(error.cause()), std::memory_order_relaxed);
+  health_.store(BackendHealth::kDegraded, std::memory_order_release);
+  tell(std::string("degraded: ") + error.what());
+}
+
+void BusBackend::send(const ServoFrame& frame, bool approach) {
+  device_->send(frame, approach);
+  last_sent_ = frame;
+  ++counted_.frames;
+  if (approach || frame.time_ns == 0) return;
+  counted_.age_ns = now_ns() - frame.time_ns;
+  counted_.age_max_ns = std::max(counted_.age_max_ns, counted_.age_ns);
+  times_.store(counted_);
+}
+
+bool BusBackend::approach() {
+  feedback_.store(ServoFeedback{});  // what was measured before is old
+  counted_.age_max_ns = 0;
+  ServoFrame frame;
+  if (!newest_.load(frame)) throw DeviceError(DeviceCause::kNoAnswer, "no frame to approach");
+  if (device_->approach_ns() > 0) {
+    send(frame, true);
+    return pause_until(Clock::now() + std::chrono::nanoseconds(device_->approach_ns()));
+  }
+  ServoFrame from = last_sent_.servo_count > 0 ? last_sent_ : frame;
+  const BusReading reading = device_->measure(frame);
+  if (reading.unit == BusReading::Unit::kPulses) from.pulse_us = reading.value;
+  for (std::size_t i = 0; reading.unit == BusReading::Unit::kJoints && i < arm_.dof; ++i) {
+    from.position_rad[i] = reading.value[i];
+  }
+  return lead(from);
+}
+
+bool BusBackend::lead(ServoFrame at) {
+  const double period_s = static_cast<double>(device_->period_ns()) * 1e-9;
+  auto due = Clock::now();
+  for (;;) {
+    ServoFrame target;
+    if (newest_.load(target)) {
+      bool is_there = true;
+      for (std::size_t i = 0; i < std::min<std::size_t>(target.servo_count, kMaxServos); ++i) {
+        is_there &= step(at.pulse_us[i], target.pulse_us[i], kLead_us_per_s * period_s);
+      }
+      for (std::size_t i = 0; i < arm_.dof; ++i) {
+        is_there &= step(at.position_rad[i], target.position_rad[i], kLead_rad_per_s * period_s);
+      }
+      if (is_there) return true;
+      target.pulse_us = at.pulse_us;
+      target.position_rad = at.position_rad;
+      send(target, false);
+    }
+    due += std::chrono::nanoseconds(device_->period_ns());
+    if (!pause_until(due)) return false;
+  }
+}
+
+void BusBackend::exchange() {
   ServoFrame frame;
   if (!newest_.load(frame)) return;  // torn by a writer that never rests: the next one
-  device_->send(frame, approach);
+  send(frame, false);
+  stop_.set(StopSource::kDevice, device_->emergency_stop());
   if (!settings_.readback) return;
-  std::array<double, kMaxServos> pulse_us{};
+  const BusReading reading = device_->measure(frame);
   ServoFeedback feedback;
-  if (approach) {  // what was measured before is old, and what could be measured now will be by then
-    feedback_.store(feedback);
-    return;
-  }
-  feedback.measured = device_->measure(frame, pulse_us);
+  feedback.measured = reading.unit != BusReading::Unit::kNothing;
+  feedback.time_ns = now_ns();
   for (std::size_t i = 0; feedback.measured && i < arm_.dof; ++i) {
     const ServoMap& map = arm_.servos[i];
-    feedback.position_rad[i] = (pulse_us[i] - map.zero_us) / (map.direction * map.us_per_rad);
+    feedback.position_rad[i] = reading.unit == BusReading::Unit::kJoints
+                                   ? reading.value[i]
+                                   : (reading.value[i] - map.zero_us) / (map.direction * map.us_per_rad);
   }
   feedback_.store(feedback);
 }

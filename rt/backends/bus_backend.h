@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -10,6 +11,7 @@
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/backend/backend.h"
+#include "corbot/backend/emergency_stop.h"
 #include "corbot/channel/snapshot_cell.h"
 #include "rt/backends/bus_device.h"
 
@@ -20,18 +22,23 @@ struct BusSettings {
   bool readback{false};        ///< ask for positions and report them as measured
   bool relax_at_end{false};    ///< else the servos hold
   double reopen_after_s{0.2};  ///< the first time; doubled up to ten times as much
+  int priority{0};             ///< SCHED_FIFO of the thread, where permitted; 0: an ordinary thread
 };
 
 /// A device on a bus that may block, served by a thread of its own. The cycle leaves its newest frame in a
 /// cell and takes the newest feedback from another; neither waits for the bus. Frames in between are skipped,
 /// never queued.
 ///
-/// A device that fails is lost: the thread closes it and tries again, more and more rarely. When it is back,
-/// its first frame is approached slowly, because nobody knows where the servos are by then; the device is
-/// open again only after that approach, so nothing is commanded meanwhile.
+/// A question without an answer, or with a wrong one, makes the device degraded; too many in a row, or any
+/// other failure, and it is lost: the thread closes it and tries again, more and more rarely. When it is
+/// back, its first frame is approached slowly: by the device itself, or in small steps from where it says
+/// that its servos are, or else from the last pulses that it was given. It is open again only after that
+/// approach, so nothing is commanded meanwhile.
 class BusBackend final : public Backend {
  public:
-  BusBackend(const ArmModel& arm, std::unique_ptr<BusDevice> device, BusSettings settings);
+  /// `stop` is told of the device's emergency stop input; must outlive this.
+  BusBackend(const ArmModel& arm, std::unique_ptr<BusDevice> device, BusSettings settings,
+             EmergencyStop& stop);
   ~BusBackend() override { close(); }
 
   void open(const ServoFrame& first) override;
@@ -44,6 +51,7 @@ class BusBackend final : public Backend {
   [[nodiscard]] std::uint32_t cause() const noexcept override {
     return cause_.load(std::memory_order_relaxed);
   }
+  [[nodiscard]] BackendTimes times() const noexcept override;
   [[nodiscard]] std::string take_news() override;
   [[nodiscard]] const char* name() const noexcept override { return settings_.name.c_str(); }
 
@@ -51,17 +59,29 @@ class BusBackend final : public Backend {
   void run() noexcept;
   /// Serves an open device until the end is asked for; throws DeviceError.
   void serve();
-  void exchange(bool approach);
+  void exchange();
+  /// To the newest frame; false when the end was asked for meanwhile.
+  bool approach();
+  bool lead(ServoFrame from);
+  void send(const ServoFrame& frame, bool approach);
+  void tolerate(const DeviceError& error);
+  void take_priority() noexcept;
   /// Sleeps; false when the end was asked for meanwhile.
-  bool pause(std::int64_t nanoseconds);
+  bool pause_until(std::chrono::steady_clock::time_point due);
   void tell(const std::string& news);
 
   const ArmModel arm_;
   const std::unique_ptr<BusDevice> device_;
   const BusSettings settings_;
+  EmergencyStop& stop_;
+  int misses_{0};           ///< in a row
+  int good_{0};             ///< in a row
+  ServoFrame last_sent_{};  ///< servo_count 0: none
+  BackendTimes counted_{};
 
   SnapshotCell<ServoFrame> newest_;
   SnapshotCell<ServoFeedback> feedback_;
+  SnapshotCell<BackendTimes> times_;
   std::atomic<BackendHealth> health_{BackendHealth::kClosed};
   std::atomic<std::uint32_t> cause_{0};
 

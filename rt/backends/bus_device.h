@@ -1,12 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "corbot/backend/backend.h"
 #include "rt/backends/serial_port.h"
 
 namespace corbot::rt {
+
+/// Where a device says that the servos are, in the order of the frame: as pulses, or, from a drive with an
+/// encoder, as joint angles.
+struct BusReading {
+  enum class Unit { kNothing, kPulses, kJoints };
+  Unit unit{Unit::kNothing};
+  std::array<double, kMaxServos> value{};  ///< us, or rad
+};
 
 /// A servo controller on a bus that may block: what BusBackend's thread talks to. Nothing here is real-time
 /// safe; every failure throws DeviceError.
@@ -23,13 +32,15 @@ class BusDevice {
   virtual void close() noexcept = 0;
   /// Shortest time between two frames that the bus can carry, known after open().
   [[nodiscard]] virtual std::int64_t period_ns() const noexcept = 0;
-  /// Hands a frame over. `approach` asks for a slow motion to it, from wherever the servos are.
+  /// Hands a frame over. `approach` asks for a slow motion to it, from wherever the servos are; only a device
+  /// that interpolates is asked.
   virtual void send(const ServoFrame& frame, bool approach) = 0;
-  /// How long a slow approach takes.
-  [[nodiscard]] virtual std::int64_t approach_ns() const noexcept = 0;
-  /// Asks for the servos' positions, as pulses; false where the device cannot tell. Also proves that it is
-  /// alive.
-  virtual bool measure(const ServoFrame& frame, std::array<double, kMaxServos>& pulse_us) = 0;
+  /// How long a slow approach takes; 0: the device does not interpolate, and is led there in small steps.
+  [[nodiscard]] virtual std::int64_t approach_ns() const noexcept { return 0; }
+  /// Asks for the servos' positions; nothing where the device cannot tell. Also proves that it is alive.
+  virtual BusReading measure(const ServoFrame& frame) = 0;
+  /// Whether the device's emergency stop input is active; asked after every frame.
+  virtual bool emergency_stop() { return false; }
   /// The last thing sent: servos without pulses, where the profile wants that.
   virtual void relax() = 0;
 };

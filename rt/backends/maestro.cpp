@@ -117,11 +117,13 @@ void Maestro::send(const ServoFrame& frame, bool approach) {
   if (++frames_since_check_ >= kFramesPerCheck) check_errors();
 }
 
-bool Maestro::measure(const ServoFrame& frame, std::array<double, kMaxServos>& pulse_us) {
+BusReading Maestro::measure(const ServoFrame& frame) {
+  BusReading reading{BusReading::Unit::kPulses, {}};
   for (std::size_t i = 0; i < frame.servo_count; ++i) {
-    pulse_us[i] = static_cast<double>(ask(kGetPosition, {low7(frame.channel[i])})) / kQuartersPerMicrosecond;
+    reading.value[i] =
+        static_cast<double>(ask(kGetPosition, {low7(frame.channel[i])})) / kQuartersPerMicrosecond;
   }
-  return true;
+  return reading;
 }
 
 void Maestro::relax() {
@@ -134,7 +136,7 @@ void Maestro::check_errors() {
   frames_since_check_ = 0;
   const unsigned errors = ask(kGetErrors, {});
   if (errors == 0) return;
-  throw DeviceError(DeviceCause::kBadAnswer,
+  throw DeviceError(DeviceCause::kDeviceFault,
                     settings_.port + ": the Maestro reports " + errors_in_words(errors));
 }
 

@@ -26,8 +26,7 @@ class MiniSsc final : public BusDevice {
   void close() noexcept override { port_.close(); }
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
   void send(const ServoFrame& frame, bool approach) override;
-  [[nodiscard]] std::int64_t approach_ns() const noexcept override { return 1'000'000'000; }
-  bool measure(const ServoFrame&, std::array<double, kMaxServos>&) override { return false; }
+  BusReading measure(const ServoFrame&) override { return {}; }
   void relax() override {}  // it has no such command
 
   /// The position nearest to a pulse, 0 .. 254.

@@ -6,11 +6,12 @@
 
 #include "config/profile.h"
 #include "corbot/backend/backend.h"
+#include "corbot/backend/emergency_stop.h"
 
 namespace corbot::rt {
 
 /// The backend that a profile names. Set-up only. Throws std::runtime_error for an unknown name, listing the
-/// known.
-[[nodiscard]] std::unique_ptr<Backend> make_backend(const Profile& profile);
+/// known. `stop` is told of the device's emergency stop input, where it has one, and outlives the backend.
+[[nodiscard]] std::unique_ptr<Backend> make_backend(const Profile& profile, EmergencyStop& stop);
 
 }  // namespace corbot::rt

@@ -17,7 +17,10 @@ enum class DeviceCause : std::uint32_t {
   kHungUp,        ///< the plug was pulled
   kWriteTimeout,  ///< takes no more bytes
   kNoAnswer,
-  kBadAnswer
+  kBadAnswer,
+  kDeviceFault,    ///< the device itself reports a fault
+  kBusDown,        ///< the network interface went down, or the controller off the bus
+  kHeartbeatLost,  ///< a drive on a bus went silent
 };
 
 class DeviceError : public std::runtime_error {

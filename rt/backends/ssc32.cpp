@@ -99,9 +99,10 @@ void Ssc32::send(const ServoFrame& frame, bool approach) {
   if (slow.servo_count > 0) write(group(slow, kApproach_ms));
 }
 
-bool Ssc32::measure(const ServoFrame& frame, std::array<double, kMaxServos>& pulse_us) {
-  query(frame, pulse_us);
-  return true;
+BusReading Ssc32::measure(const ServoFrame& frame) {
+  BusReading reading{BusReading::Unit::kPulses, {}};
+  query(frame, reading.value);
+  return reading;
 }
 
 void Ssc32::query(const ServoFrame& frame, std::array<double, kMaxServos>& pulse_us) {

@@ -25,7 +25,7 @@ class Ssc32 final : public BusDevice {
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
   void send(const ServoFrame& frame, bool approach) override;
   [[nodiscard]] std::int64_t approach_ns() const noexcept override;
-  bool measure(const ServoFrame& frame, std::array<double, kMaxServos>& pulse_us) override;
+  BusReading measure(const ServoFrame& frame) override;
   void relax() override;
 
   /// The bytes of one group move; `time_ms` 0: none. Pulses are rounded to 1 us and bounded to 500 .. 2500.

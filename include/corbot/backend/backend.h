@@ -23,7 +23,15 @@ struct ServoFrame {
 /// What a device tells about itself; `measured` says whether position_rad holds anything.
 struct ServoFeedback {
   bool measured{false};
+  std::int64_t time_ns{};  ///< CLOCK_MONOTONIC, when it was measured
   Joints position_rad{};
+};
+
+/// How far a device is behind the cycle.
+struct BackendTimes {
+  std::uint64_t frames{};     ///< that the device has taken
+  std::int64_t age_ns{};      ///< of the last frame when the device had taken it
+  std::int64_t age_max_ns{};  ///< the longest since the device was opened
 };
 
 enum class BackendHealth : std::uint32_t { kClosed, kOpen, kDegraded, kLost };
@@ -52,6 +60,8 @@ class Backend {
   [[nodiscard]] virtual BackendHealth health() const noexcept = 0;
   /// Real-time safe. Why it is lost: a number of the backend's own, 0 for none.
   [[nodiscard]] virtual std::uint32_t cause() const noexcept { return 0; }
+  /// Real-time safe.
+  [[nodiscard]] virtual BackendTimes times() const noexcept { return {}; }
   /// Not real-time safe. What has happened since the last call, in words for the log; empty: nothing.
   [[nodiscard]] virtual std::string take_news() { return {}; }
   /// Static text, ASCII: what `backend` in a profile says.

@@ -77,6 +77,14 @@ struct Snapshot {
   double pitch_rad;
   std::array<double, kMaxServos> pulse_us;  ///< joints first, then the gripper
   std::uint64_t overruns;
+  std::uint32_t stop_sources;   ///< bits of StopSource that see an emergency stop now
+  std::uint32_t device_health;  ///< BackendHealth
+  std::uint32_t device_cause;   ///< why it is degraded or lost, a number of the backend's; 0: it is not
+  std::uint32_t reserved;
+  std::uint64_t device_frames;     ///< that the device has taken
+  std::int64_t device_age_ns;      ///< of the newest of them when the device had taken it
+  std::int64_t device_age_max_ns;  ///< the longest since the device was opened
+  std::int64_t measured_time_ns;   ///< CLOCK_MONOTONIC of measured_rad; 0: none
 };
 static_assert(std::is_trivially_copyable_v<Snapshot> && sizeof(Snapshot) % 8 == 0);
 

@@ -54,10 +54,7 @@ class FakeDevice final : public BusDevice {
     const std::lock_guard lock(bus_.mutex);
     bus_.sent.emplace_back(frame.cycle, approach);
   }
-  bool measure(const ServoFrame& frame, std::array<double, kMaxServos>& pulse_us) override {
-    pulse_us = frame.pulse_us;
-    return true;
-  }
+  BusReading measure(const ServoFrame& frame) override { return {BusReading::Unit::kPulses, frame.pulse_us}; }
   void relax() override { ++bus_.relaxed; }
 
  private:
@@ -72,7 +69,7 @@ class BusBackendTest : public ::testing::Test {
   }
   std::unique_ptr<BusBackend> make(bool readback = false, bool relax = false) {
     return std::make_unique<BusBackend>(arm_, std::make_unique<FakeDevice>(bus_),
-                                        BusSettings{"fake", readback, relax, 0.001});
+                                        BusSettings{"fake", readback, relax, 0.001}, stop_);
   }
   static ServoFrame frame(std::uint64_t cycle, double pulse_us = 1500.0) {
     ServoFrame result;
@@ -86,6 +83,7 @@ class BusBackendTest : public ::testing::Test {
     return sent.empty() ? 0 : sent.back().first;
   }
   ArmModel arm_;
+  EmergencyStop stop_;
   FakeBus bus_;
 };
 

@@ -31,7 +31,7 @@ class Rig {
 
   /// What a new real-time task does with the same segment.
   void restart() {
-    cycle = std::make_unique<rt::Cycle>(arm, *segment, backend);
+    cycle = std::make_unique<rt::Cycle>(arm, *segment, backend, emergency_stop);
     backend.open(cycle->frame());
   }
 
@@ -85,6 +85,7 @@ class Rig {
   Planner planner;
   sim::LoopbackBackend backend;
   std::unique_ptr<SegmentLayout> segment = std::make_unique<SegmentLayout>();
+  EmergencyStop emergency_stop;
   std::unique_ptr<rt::Cycle> cycle;
   Snapshot snapshot{};
   std::int64_t now_ns{1'000'000'000};
