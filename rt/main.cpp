@@ -32,8 +32,7 @@ std::atomic<corbot::sim::LoopbackBackend*> simulated{nullptr};
 
 void pull_plug(int signal_number) {
   if (corbot::sim::LoopbackBackend* device = simulated.load()) {
-    device->set_health(signal_number == SIGUSR1 ? corbot::BackendHealth::kLost
-                                                : corbot::BackendHealth::kOpen);
+    device->set_plugged(signal_number == SIGUSR2);
   }
 }
 

@@ -4,6 +4,11 @@
 #include <algorithm>
 
 namespace corbot::sim {
+namespace {
+
+constexpr double kLead_us_per_s = 400.0;
+
+}  // namespace
 
 LoopbackBackend::LoopbackBackend(const ArmModel& arm, const LoopbackSettings& settings)
     : arm_(arm),
@@ -15,17 +20,41 @@ void LoopbackBackend::open(const ServoFrame& first) {
   for (std::size_t i = 0; i < kMaxServos; ++i) servos_[i] = ServoModel(settings_.servo, first.pulse_us[i]);
   frame_count_ = 0;
   next_frame_ns_ = 0;
-  set_health(BackendHealth::kOpen);
+  last_us_ = first.pulse_us;
+  is_back_.store(false);
+  health_.store(BackendHealth::kOpen);
 }
 
-void LoopbackBackend::close() noexcept { set_health(BackendHealth::kClosed); }
+void LoopbackBackend::close() noexcept { health_.store(BackendHealth::kClosed); }
+
+void LoopbackBackend::set_plugged(bool plugged) noexcept {
+  is_back_.store(plugged && health() == BackendHealth::kLost);
+  if (!plugged) health_.store(BackendHealth::kLost);
+}
+
+bool LoopbackBackend::lead(ServoFrame& frame, double dt_s) const noexcept {
+  const double most_us = kLead_us_per_s * dt_s;
+  bool is_there = true;
+  for (std::size_t i = 0; i < std::min<std::size_t>(frame.servo_count, kMaxServos); ++i) {
+    const double step_us = std::clamp(frame.pulse_us[i] - last_us_[i], -most_us, most_us);
+    is_there = is_there && last_us_[i] + step_us == frame.pulse_us[i];
+    frame.pulse_us[i] = last_us_[i] + step_us;
+  }
+  return is_there;
+}
 
 void LoopbackBackend::write(const ServoFrame& frame) noexcept {
   const BackendHealth now = health();
-  if (now == BackendHealth::kClosed || now == BackendHealth::kLost) return;
+  const bool is_back = is_back_.load(std::memory_order_relaxed);
+  if (now == BackendHealth::kClosed || (now == BackendHealth::kLost && !is_back)) return;
   if (frame_count_ > 0 && frame.time_ns < next_frame_ns_) return;
   const double dt_s = frame_count_ > 0 ? static_cast<double>(frame.time_ns - last_frame_ns_) * 1e-9 : 0.0;
-  take_frame(frame, std::max(dt_s, 0.0));
+  ServoFrame given = frame;
+  if (is_back && lead(given, static_cast<double>(frame_period_ns_) * 1e-9)) {
+    is_back_.store(false, std::memory_order_relaxed);
+    health_.store(BackendHealth::kOpen, std::memory_order_release);
+  }
+  take_frame(given, std::max(dt_s, 0.0));
   // On the grid of the first frame; after a pause of the loop on from now, not a burst.
   const bool is_late = frame_count_ == 1 || frame.time_ns >= next_frame_ns_ + frame_period_ns_;
   next_frame_ns_ = (is_late ? frame.time_ns : next_frame_ns_) + frame_period_ns_;
@@ -37,6 +66,7 @@ void LoopbackBackend::take_frame(const ServoFrame& frame, double dt_s) noexcept 
   record.cycle = frame.cycle;
   record.time_ns = frame.time_ns;
   record.pulse_us = frame.pulse_us;
+  last_us_ = frame.pulse_us;
   const std::size_t count = std::min<std::size_t>(frame.servo_count, kMaxServos);
   for (std::size_t i = 0; i < count; ++i) {
     servos_[i].step(dt_s);  // towards the pulse of the frame before
@@ -48,7 +78,9 @@ void LoopbackBackend::take_frame(const ServoFrame& frame, double dt_s) noexcept 
 
 ServoFeedback LoopbackBackend::read() noexcept {
   ServoFeedback feedback;
-  feedback.measured = settings_.readback && frame_count_ > 0;
+  const BackendHealth now = health();
+  const bool is_there = now == BackendHealth::kOpen || now == BackendHealth::kDegraded;
+  feedback.measured = settings_.readback && is_there && frame_count_ > 0;
   if (!feedback.measured) return feedback;
   feedback.time_ns = last_frame_ns_;
   for (std::size_t i = 0; i < std::min<std::size_t>(arm_.dof, kMaxJoints); ++i) {

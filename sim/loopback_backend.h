@@ -46,8 +46,11 @@ class LoopbackBackend final : public Backend {
   [[nodiscard]] BackendTimes times() const noexcept override { return {frame_count_, 0, 0}; }
   [[nodiscard]] const char* name() const noexcept override { return "loopback"; }
 
-  /// For tests, from any thread: what a dying or recovering device would report.
-  void set_health(BackendHealth health) noexcept { health_.store(health, std::memory_order_relaxed); }
+  /// From any thread, also from a signal handler: pulls the simulated plug, or puts it back. As with a real
+  /// device, the servos are then led slowly to where the cycle holds the arm, and it is open only after that.
+  void set_plugged(bool plugged) noexcept;
+  /// For tests: a device that complains.
+  void set_degraded() noexcept { health_.store(BackendHealth::kDegraded, std::memory_order_relaxed); }
   /// For tests, in the cycle's thread: frames taken so far, of which the last kRecordedFrames are kept.
   [[nodiscard]] std::uint64_t frame_count() const noexcept { return frame_count_; }
   [[nodiscard]] const RecordedFrame& recorded(std::uint64_t index) const noexcept {
@@ -56,6 +59,8 @@ class LoopbackBackend final : public Backend {
 
  private:
   void take_frame(const ServoFrame& frame, double dt_s) noexcept;
+  /// A step from the last pulses towards those of `frame`; true when they are reached.
+  bool lead(ServoFrame& frame, double dt_s) const noexcept;
 
   const ArmModel arm_;
   const LoopbackSettings settings_;
@@ -65,6 +70,8 @@ class LoopbackBackend final : public Backend {
   std::uint64_t frame_count_{0};
   std::int64_t next_frame_ns_{0};
   std::int64_t last_frame_ns_{0};
+  std::array<double, kMaxServos> last_us_{};  ///< that the servos were given
+  std::atomic<bool> is_back_{false};          ///< plugged in again, not yet led to the newest frame
   std::atomic<BackendHealth> health_{BackendHealth::kClosed};
 };
 

@@ -206,7 +206,7 @@ bool BusBackend::lead(ServoFrame at) {
       target.position_rad = at.position_rad;
       send(target, false);
     }
-    due += std::chrono::nanoseconds(device_->period_ns());
+    due = std::max(due + std::chrono::nanoseconds(device_->period_ns()), Clock::now());  // never a burst
     if (!pause_until(due)) return false;
   }
 }

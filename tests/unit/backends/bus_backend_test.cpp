@@ -2,7 +2,9 @@
 // The thread between the cycle and a bus: newest wins, losses, the way back.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <mutex>
 #include <vector>
 
@@ -27,11 +29,15 @@ bool wait_until(Condition&& condition) {
 struct FakeBus {
   std::atomic<bool> there{true};
   std::atomic<bool> fails{false};
+  std::atomic<int> misses{0};        ///< so many questions get no answer
+  std::atomic<bool> pressed{false};  ///< the emergency stop
+  std::atomic<bool> interpolates{true};
   std::atomic<int> opened{0};
   std::atomic<int> closed{0};
   std::atomic<int> relaxed{0};
   std::mutex mutex;
   std::vector<std::pair<std::uint64_t, bool>> sent;  ///< cycle, approach
+  std::vector<double> pulses_us;                     ///< of the first servo
   std::vector<std::pair<std::uint64_t, bool>> copy() {
     const std::lock_guard lock(mutex);
     return sent;
@@ -48,13 +54,26 @@ class FakeDevice final : public BusDevice {
   }
   void close() noexcept override { ++bus_.closed; }
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return 1'000'000; }
-  [[nodiscard]] std::int64_t approach_ns() const noexcept override { return 2'000'000; }
+  [[nodiscard]] std::int64_t approach_ns() const noexcept override {
+    return bus_.interpolates ? 2'000'000 : 0;
+  }
   void send(const ServoFrame& frame, bool approach) override {
     if (bus_.fails) throw DeviceError(DeviceCause::kHungUp, "/dev/fake: cut");
     const std::lock_guard lock(bus_.mutex);
     bus_.sent.emplace_back(frame.cycle, approach);
+    bus_.pulses_us.push_back(frame.pulse_us[0]);
   }
-  BusReading measure(const ServoFrame& frame) override { return {BusReading::Unit::kPulses, frame.pulse_us}; }
+  BusReading measure(const ServoFrame& frame) override {
+    if (bus_.misses > 0) {
+      --bus_.misses;
+      throw DeviceError(DeviceCause::kNoAnswer, "/dev/fake: no answer");
+    }
+    BusReading reading{BusReading::Unit::kPulses, frame.pulse_us};
+    const std::lock_guard lock(bus_.mutex);
+    if (!bus_.pulses_us.empty()) reading.value[0] = bus_.pulses_us.back();  // the servo is where it was sent
+    return reading;
+  }
+  bool emergency_stop() override { return bus_.pressed; }
   void relax() override { ++bus_.relaxed; }
 
  private:
@@ -156,6 +175,52 @@ TEST_F(BusBackendTest, ReportsMeasuredJoints) {
   backend->write(frame(2, 1200.0));
   ASSERT_TRUE(wait_until([&] { return backend->read().measured; }));
   EXPECT_NEAR(backend->read().position_rad[0], 0.5, 1e-12);
+}
+
+TEST_F(BusBackendTest, AMissingAnswerDegradesAndThreeInARowAreALoss) {
+  const auto backend = make(true);
+  backend->open(frame(1));
+  (void)backend->take_news();
+  bus_.misses = 2;
+  ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kDegraded; }));
+  EXPECT_EQ(backend->cause(), static_cast<std::uint32_t>(DeviceCause::kNoAnswer));
+  ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }))
+      << "after many good ones";
+  EXPECT_EQ(backend->cause(), 0u);
+  EXPECT_TRUE(wait_until([&] { return backend->take_news().ends_with("answers again"); }));
+  EXPECT_EQ(bus_.opened, 1);
+  bus_.misses = 3;
+  ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kLost; }));
+  ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
+  EXPECT_EQ(bus_.opened, 2);
+}
+
+TEST_F(BusBackendTest, LeadsADeviceThatDoesNotInterpolate) {
+  bus_.interpolates = false;
+  const auto backend = make();
+  backend->open(frame(1, 1500.0));
+  bus_.fails = true;
+  ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kLost; }));
+  const std::size_t before = bus_.copy().size();
+  backend->write(frame(2, 1490.0));
+  bus_.fails = false;
+  ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
+  const std::lock_guard lock(bus_.mutex);
+  ASSERT_GT(bus_.pulses_us.size(), before + 20) << "25 ms at 400 us/s, a frame a millisecond";
+  for (std::size_t i = std::max<std::size_t>(before, 1); i < bus_.pulses_us.size(); ++i) {
+    EXPECT_LE(std::abs(bus_.pulses_us[i] - bus_.pulses_us[i - 1]), 0.4 + 1e-9) << i;
+  }
+  EXPECT_EQ(bus_.pulses_us.back(), 1490.0);
+}
+
+TEST_F(BusBackendTest, TellsOfTheDevicesEmergencyStop) {
+  const auto backend = make();
+  backend->open(frame(1));
+  EXPECT_EQ(stop_.sources(), 0u);
+  bus_.pressed = true;
+  EXPECT_TRUE(wait_until([&] { return stop_.sources() == static_cast<std::uint32_t>(StopSource::kDevice); }));
+  bus_.pressed = false;
+  EXPECT_TRUE(wait_until([&] { return stop_.sources() == 0; }));
 }
 
 TEST_F(BusBackendTest, RelaxesAtTheEndWhereAskedTo) {

@@ -254,7 +254,7 @@ TEST_F(CycleTest, ALostBackendIsAFaultUntilItIsBackAndCleared) {
   const std::uint64_t running = go(kThere);
   const std::uint64_t waiting = rig.submit(rig.planner.dwell({kThere, 0.0}, 1.0));
   rig.step(250);
-  rig.backend.set_health(BackendHealth::kLost);
+  rig.backend.set_plugged(false);
   until_verdict(1);
   EXPECT_EQ(verdict.id, running);
   EXPECT_EQ(verdict.verdict, Verdict::kFault);
@@ -274,8 +274,8 @@ TEST_F(CycleTest, ALostBackendIsAFaultUntilItIsBackAndCleared) {
   rig.step();
   EXPECT_EQ(rig.snapshot.clears_done, 1u);
   EXPECT_EQ(rig.snapshot.state, RtState::kError);
-  rig.backend.set_health(BackendHealth::kOpen);
-  rig.step(2);
+  rig.backend.set_plugged(true);
+  rig.step(250);  // the device is led to the set-point first
   EXPECT_EQ(rig.snapshot.state, RtState::kError);
   rig.clear();
   rig.step();

@@ -180,7 +180,7 @@ class CycleSystemCalls : public ::testing::Test {
     line.epoch = 1;
     (void)rig.segment->commands.push(line);  // not from here
     rig.step(3);
-    rig.backend.set_health(BackendHealth::kLost);
+    rig.backend.set_plugged(false);
     rig.step(3);
     rig.clear();
     rig.step(3);

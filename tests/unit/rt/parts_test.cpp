@@ -175,7 +175,7 @@ TEST(LoopbackBackend, ReadsBackTheServosAndTellsItsHealth) {
   const ServoFeedback feedback = backend.read();
   ASSERT_TRUE(feedback.measured);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(feedback.position_rad[i], there[i], 1e-2);
-  backend.set_health(BackendHealth::kLost);
+  backend.set_plugged(false);
   EXPECT_EQ(backend.health(), BackendHealth::kLost);
   backend.close();
   backend.close();

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the arm may expect of every backend, whatever its device.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <random>
+#include <sstream>
+
+#include "contract/driver.h"
+#include "contract/system_call_watch.h"
+#include "rt/backends/registry.h"
+#include "support/process.h"
+
+namespace corbot::test {
+
+void PrintTo(const StandKind& kind, std::ostream* out) { *out << kind.name; }
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::uint64_t seed() {
+  const char* text = std::getenv("CORBOT_SEED");
+  const std::uint64_t value = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
+  std::cout << "CORBOT_SEED=" << value << std::endl;
+  return value;
+}
+
+std::size_t entries(const std::string& directory) {
+  std::size_t count = 0;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(directory)) ++count;
+  return count;
+}
+
+class Contract : public ::testing::TestWithParam<StandKind> {
+ protected:
+  void SetUp() override {
+    directory_ = CORBOT_SCRATCH_DIR + ("/" + unique_name("contract"));
+    fs::create_directory(directory_);
+    profile_ = parse_profile(text_with("[backend]\nkind = \"loopback\"\n"), "lynx5");
+    stand_ = GetParam().make(profile_.arm, directory_);
+    if (const std::string missing = stand_->missing(); !missing.empty()) GTEST_SKIP() << missing;
+    stand_->set_up();
+    profile_ = parse_profile(text_with(stand_->backend_section()), "contract");
+    facts_ = stand_->facts();
+    home_ = pose(1500.0);
+    backend_ = rt::make_backend(profile_, stop_);
+    stand_->attach(*backend_);
+  }
+  void TearDown() override {
+    if (driver_) driver_->end();
+    if (backend_) backend_->close();
+    backend_.reset();
+    stand_.reset();
+    fs::remove_all(directory_);
+    EXPECT_EQ(first_system_call(), -1) << "number of a system call that the cycle's thread made";
+  }
+
+  static std::string text_with(const std::string& backend) {
+    std::ifstream from(CORBOT_PROFILE);
+    std::stringstream text;
+    text << from.rdbuf();
+    const std::string all = text.str();
+    return all.substr(0, all.find("[backend]")) + backend;
+  }
+  /// All servos at this pulse: between 1100 and 1900 us, every joint of the Lynx 5 is within its range.
+  [[nodiscard]] Pose pose(double pulse_us) const {
+    return pose(std::vector<double>(profile_.arm.dof + 1, pulse_us));
+  }
+  [[nodiscard]] Pose pose(const std::vector<double>& pulse_us) const {
+    Pose result;
+    for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
+      const ServoMap& map = profile_.arm.servos[i];
+      result.position_rad[i] = (pulse_us[i] - map.zero_us) / (map.direction * map.us_per_rad);
+    }
+    const GripperModel& gripper = profile_.arm.gripper;
+    result.opening = (pulse_us.back() - gripper.closed_us) / (gripper.open_us - gripper.closed_us);
+    return result;
+  }
+  void open() {
+    backend_->open(Driver::frame(profile_.arm, home_));
+    driver_ = std::make_unique<Driver>(profile_.arm, *backend_, *stand_, home_);
+    driver_->start();
+  }
+  [[nodiscard]] bool reaches(BackendHealth health) {
+    return wait_until(within(60), [&] { return backend_->health() == health; });
+  }
+  /// How far the device's outputs are from what was written.
+  [[nodiscard]] double off() {
+    const std::vector<double> wanted = driver_->wanted(facts_.takes_joints);
+    const std::vector<double> found = stand_->now();
+    double worst = 0.0;
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      if (i >= found.size() || std::isnan(found[i])) return HUGE_VAL;
+      worst = std::max(worst, std::abs(found[i] - wanted[i]));
+    }
+    return worst;
+  }
+  /// And what is lost where the device's record is in hundredths.
+  [[nodiscard]] double half_a_unit() const {
+    return 0.5 * facts_.unit + (facts_.takes_joints ? 1e-9 : 0.006);
+  }
+  [[nodiscard]] bool arrives() {
+    return wait_until(within(30), [&] { return !driver_->moving() && off() <= half_a_unit(); });
+  }
+  /// By how much an output went further than the speed of an approach allows; a first output is no step.
+  /// Frames on either side of the time between two outputs, and their rounding, are allowed for.
+  [[nodiscard]] double worst_jump(const std::vector<Output>& seen, std::size_t from) const {
+    std::vector<Output> last(kMaxServos, Output{0, 0, NAN});
+    double worst = -HUGE_VAL;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      const Output& output = seen[i];
+      const Output before = std::exchange(last[output.servo], output);
+      const bool is_first = std::isnan(before.value) || (before.value <= 0.0 && !facts_.takes_joints);
+      if (i < from || is_first || (output.value <= 0.0 && !facts_.takes_joints)) continue;
+      const double seconds =
+          static_cast<double>(output.time_ns - before.time_ns) * 1e-9 + 2.0 * facts_.period_s;
+      const double allowed = facts_.approach_speed * seconds + facts_.unit;
+      worst = std::max(worst, std::abs(output.value - before.value) - allowed);
+    }
+    return worst;
+  }
+
+  std::string directory_;
+  Profile profile_;
+  DeviceFacts facts_;
+  Pose home_;
+  EmergencyStop stop_;
+  std::unique_ptr<Stand> stand_;
+  std::unique_ptr<Backend> backend_;
+  std::unique_ptr<Driver> driver_;
+};
+
+TEST_P(Contract, TellsItsHealthAndItsName) {
+  EXPECT_EQ(backend_->health(), BackendHealth::kClosed);
+  EXPECT_EQ(backend_->name(), profile_.backend.kind);
+  open();
+  EXPECT_EQ(backend_->health(), BackendHealth::kOpen);
+  EXPECT_EQ(backend_->cause(), 0u);
+  EXPECT_TRUE(arrives()) << off();
+  driver_->end();
+  backend_->close();
+  backend_->close();
+  EXPECT_EQ(backend_->health(), BackendHealth::kClosed);
+}
+
+TEST_P(Contract, HandsOverInOrderAndEndsOnTheNewest) {
+  driver_.reset();
+  home_ = pose(1300.0);
+  open();
+  ASSERT_TRUE(arrives()) << off();
+  const std::size_t begin = stand_->outputs().size();
+  driver_->move(pose(1700.0), 1.5);
+  ASSERT_TRUE(wait_until(within(30), [&] { return !driver_->moving(); }));
+  ASSERT_TRUE(arrives()) << off();
+  // A hold after the motion shows what was still under way.
+  const std::uint64_t frames = backend_->times().frames;
+  ASSERT_TRUE(wait_until(within(30), [&] { return backend_->times().frames > frames + 10; }));
+  EXPECT_LE(off(), half_a_unit()) << "nothing old came after the newest";
+  const std::vector<Output> seen = stand_->outputs();
+  std::vector<double> last(kMaxServos, -HUGE_VAL);
+  std::vector<double> sign(kMaxServos, 1.0);
+  for (std::size_t i = 0; facts_.takes_joints && i < profile_.arm.dof; ++i) {
+    sign[i] = profile_.arm.servos[i].direction;
+  }
+  for (std::size_t i = begin; i < seen.size(); ++i) {
+    const double value = seen[i].value * sign[seen[i].servo];
+    EXPECT_GE(value, last[seen[i].servo]) << "servo " << seen[i].servo;
+    last[seen[i].servo] = value;
+  }
+  EXPECT_GT(seen.size() - begin, 20 * last.size() / kMaxServos) << "the way was followed, not jumped";
+}
+
+TEST_P(Contract, KeepsItsRateAndTellsTheAge) {
+  open();
+  const std::uint64_t before = backend_->times().frames;
+  const auto begin = std::chrono::steady_clock::now();
+  const auto wanted = static_cast<std::uint64_t>(1.0 / facts_.period_s);
+  ASSERT_TRUE(wait_until(within(30), [&] { return backend_->times().frames >= before + wanted; }));
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double most = seconds / facts_.period_s * 1.02 + 3.0;
+  EXPECT_LE(static_cast<double>(backend_->times().frames - before), most) << "more than the bus carries";
+  const BackendTimes times = backend_->times();
+  EXPECT_GE(times.age_ns, 0);
+  EXPECT_GE(times.age_max_ns, times.age_ns);
+}
+
+TEST_P(Contract, IsWithinHalfAUnit) {
+  open();
+  std::mt19937_64 random(seed());
+  for (int i = 0; i < 10; ++i) {
+    std::vector<double> pulses;
+    for (std::size_t servo = 0; servo <= profile_.arm.dof; ++servo) {
+      pulses.push_back(std::uniform_real_distribution<double>(1100.0, 1900.0)(random));
+    }
+    driver_->move(pose(pulses), 0.3);
+    EXPECT_TRUE(arrives()) << off() << " off, unit " << facts_.unit;
+  }
+}
+
+TEST_P(Contract, ReadsBackWhereTheServosAre) {
+  open();
+  if (facts_.read_unit == 0.0) {
+    EXPECT_FALSE(driver_->feedback().measured);
+    return;
+  }
+  driver_->move(pose(1620.0), 0.3);
+  ASSERT_TRUE(arrives()) << off();
+  const auto off_measured = [&] {
+    const ServoFeedback feedback = driver_->feedback();
+    if (!feedback.measured || feedback.time_ns == 0) return HUGE_VAL;
+    double worst = 0.0;
+    for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
+      const double scale = facts_.takes_joints ? 1.0 : profile_.arm.servos[i].us_per_rad;
+      worst = std::max(worst, scale * std::abs(feedback.position_rad[i] - driver_->pose().position_rad[i]));
+    }
+    return worst;
+  };
+  // Two roundings: what was put out, and what was read.
+  const double bound = 0.5001 * (facts_.unit + facts_.read_unit);
+  EXPECT_TRUE(wait_until(within(20), [&] { return off_measured() <= bound; })) << off_measured();
+}
+
+TEST_P(Contract, SurvivesPulledPlugs) {
+  open();
+  ASSERT_TRUE(arrives());
+  std::mt19937_64 random(seed());
+  const char* times = std::getenv("CORBOT_PLUGS");
+  const int rounds = times != nullptr ? std::atoi(times) : 3;
+  const std::size_t files = entries("/proc/self/fd");
+  const std::size_t threads = entries("/proc/self/task");
+  for (int i = 0; i < rounds; ++i) {
+    driver_->move(pose(i % 2 == 0 ? 1800.0 : 1200.0), 1.0);
+    const timespec pause{0, std::uniform_int_distribution<long>(0, 900'000'000)(random)};
+    ::nanosleep(&pause, nullptr);
+    stand_->unplug();
+    ASSERT_TRUE(reaches(BackendHealth::kLost)) << i;
+    EXPECT_FALSE(backend_->take_news().empty() && GetParam().name != "loopback") << "the operator is told";
+    EXPECT_TRUE(wait_until(within(20), [&] { return !driver_->feedback().measured; })) << "nothing stale";
+    ASSERT_TRUE(wait_until(within(20), [&] { return !driver_->moving(); }));
+    // As after a bus that had stalled before it was lost: the arm was to be further on.
+    Pose further = driver_->pose();
+    further.position_rad[0] += 0.15;
+    driver_->move(further, 0.0);
+    const std::size_t from = stand_->outputs().size();
+    stand_->plug();
+    ASSERT_TRUE(reaches(BackendHealth::kOpen)) << i;
+    ASSERT_TRUE(arrives()) << i << ": " << off();
+    EXPECT_LE(worst_jump(stand_->outputs(), from), 0.0) << i;
+  }
+  EXPECT_EQ(entries("/proc/self/fd"), files);
+  EXPECT_EQ(entries("/proc/self/task"), threads);
+}
+
+TEST_P(Contract, EndsWhileTheDeviceIsAway) {
+  open();
+  stand_->unplug();
+  ASSERT_TRUE(reaches(BackendHealth::kLost));
+  driver_->end();
+  const auto begin = std::chrono::steady_clock::now();
+  backend_->close();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
+  EXPECT_EQ(backend_->health(), BackendHealth::kClosed);
+}
+
+TEST_P(Contract, HoldsOrRelaxesAtTheEnd) {
+  open();
+  driver_->move(pose(1400.0), 0.2);
+  ASSERT_TRUE(arrives()) << off();
+  driver_->end();
+  backend_->close();
+  const auto are_off = [&] {
+    const std::vector<double> found = stand_->now();
+    return std::all_of(found.begin(), found.end(), [](double value) { return std::isnan(value); });
+  };
+  if (facts_.at_end == "relax") {
+    EXPECT_TRUE(wait_until(within(20), are_off));
+  } else {
+    EXPECT_LE(off(), half_a_unit());
+  }
+}
+
+std::vector<StandKind> all_stands() {
+  std::vector<StandKind> all;
+  for (const auto& stands : {loopback_stands(), serial_stands()}) {
+    all.insert(all.end(), stands.begin(), stands.end());
+  }
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, Contract, ::testing::ValuesIn(all_stands()),
+                         [](const auto& test) { return test.param.name; });
+
+}  // namespace
+}  // namespace corbot::test

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "contract/driver.h"
+
+#include <time.h>
+
+#include <algorithm>
+
+#include "contract/system_call_watch.h"
+#include "rt/servo_map.h"
+#include "support/process.h"
+
+namespace corbot::test {
+namespace {
+
+constexpr std::int64_t kPeriod_ns = 1'000'000;
+
+std::int64_t now_ns() noexcept {
+  timespec time{};
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+}
+
+template <class Record>
+Record newest(const SnapshotCell<Record>& cell) {
+  Record record{};
+  while (!cell.load(record)) std::this_thread::yield();
+  return record;
+}
+
+}  // namespace
+
+Driver::Driver(const ArmModel& arm, Backend& backend, Stand& stand, const Pose& at)
+    : arm_(arm), backend_(backend), stand_(stand) {
+  pose_.store(at);
+  feedback_.store(ServoFeedback{});
+}
+
+ServoFrame Driver::frame(const ArmModel& arm, const Pose& pose) {
+  ServoFrame frame;
+  rt::map_to_pulses(arm, pose.position_rad, pose.opening, frame);
+  return frame;
+}
+
+void Driver::start() {
+  thread_ = std::thread([this] { run(); });
+}
+
+void Driver::end() {
+  end_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+void Driver::move(const Pose& to, double seconds) {
+  motion_.store({++asked_, to, static_cast<std::int64_t>(seconds * 1e9)});
+  wait_until(within(20), [&] { return begun_.load() == asked_; });
+}
+
+Pose Driver::pose() const { return newest(pose_); }
+
+ServoFeedback Driver::feedback() const { return newest(feedback_); }
+
+std::vector<double> Driver::wanted(bool joints) const {
+  const ServoFrame all = frame(arm_, pose());
+  if (joints) return {all.position_rad.begin(), all.position_rad.begin() + arm_.dof};
+  return {all.pulse_us.begin(), all.pulse_us.begin() + all.servo_count};
+}
+
+void Driver::run() noexcept {
+  (void)watch_system_calls();
+  Pose at{};
+  (void)pose_.load(at);
+  Pose from = at;
+  Motion motion{};
+  std::int64_t begun_ns = 0;
+  ServoFrame frame{};
+  std::int64_t due_ns = now_ns();
+  while (!end_.load(std::memory_order_relaxed)) {
+    due_ns += kPeriod_ns;
+    const timespec due{due_ns / 1'000'000'000, due_ns % 1'000'000'000};
+    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr);
+    Motion asked{};
+    if (motion_.load(asked) && asked.number > begun_.load(std::memory_order_relaxed)) {
+      motion = asked;
+      from = at;
+      begun_ns = due_ns;
+      moving_.store(true);
+      begun_.store(asked.number);
+    }
+    if (backend_.health() == BackendHealth::kLost && motion.duration_ns > 0) moving_.store(false);
+    if (moving_.load(std::memory_order_relaxed)) {
+      const double share =
+          std::min(1.0, static_cast<double>(due_ns - begun_ns) /
+                            static_cast<double>(std::max<std::int64_t>(motion.duration_ns, 1)));
+      for (std::size_t i = 0; i < arm_.dof; ++i) {
+        at.position_rad[i] =
+            from.position_rad[i] + share * (motion.to.position_rad[i] - from.position_rad[i]);
+      }
+      at.opening = from.opening + share * (motion.to.opening - from.opening);
+      if (share >= 1.0) {
+        at = motion.to;
+        moving_.store(false);
+      }
+    }
+    ++frame.cycle;
+    frame.time_ns = due_ns;
+    rt::map_to_pulses(arm_, at.position_rad, at.opening, frame);
+    backend_.write(frame);
+    pose_.store(at);
+    feedback_.store(backend_.read());
+    (void)backend_.times();
+    (void)backend_.cause();
+    stand_.after_write();
+  }
+}
+
+}  // namespace corbot::test

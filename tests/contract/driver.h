@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <thread>
+
+#include "contract/stand.h"
+#include "corbot/channel/snapshot_cell.h"
+
+namespace corbot::test {
+
+/// Where an arm is to be.
+struct Pose {
+  Joints position_rad{};
+  double opening{};
+};
+
+/// Stands in for the real-time cycle: writes a frame a millisecond, reads, asks for the health, and holds
+/// while the device is lost. Its thread is watched for system calls.
+class Driver {
+ public:
+  Driver(const ArmModel& arm, Backend& backend, Stand& stand, const Pose& at);
+  ~Driver() { end(); }
+  Driver(const Driver&) = delete;
+  Driver& operator=(const Driver&) = delete;
+
+  /// The frame for a pose, as Backend::open() takes it.
+  [[nodiscard]] static ServoFrame frame(const ArmModel& arm, const Pose& pose);
+
+  void start();
+  void end();
+  /// A straight motion in joint space, from where it is now; 0 s: at once, even while the device is lost.
+  void move(const Pose& to, double seconds);
+  /// A loss ends a motion; whatever is asked for meanwhile is not begun.
+  [[nodiscard]] Pose pose() const;
+  [[nodiscard]] bool moving() const { return moving_.load(); }
+  [[nodiscard]] ServoFeedback feedback() const;
+  /// What the device should put out now.
+  [[nodiscard]] std::vector<double> wanted(bool joints) const;
+
+ private:
+  struct Motion {
+    std::uint64_t number{};
+    Pose to{};
+    std::int64_t duration_ns{};
+  };
+
+  void run() noexcept;
+
+  const ArmModel arm_;
+  Backend& backend_;
+  Stand& stand_;
+  SnapshotCell<Motion> motion_;
+  SnapshotCell<Pose> pose_;
+  SnapshotCell<ServoFeedback> feedback_;
+  std::atomic<std::uint64_t> begun_{0};
+  std::atomic<bool> moving_{false};
+  std::atomic<bool> end_{false};
+  std::uint64_t asked_{0};
+  std::thread thread_;
+};
+
+}  // namespace corbot::test

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "corbot/arm/arm_model.h"
+#include "corbot/backend/backend.h"
+
+namespace corbot::test {
+
+/// What a device puts out from some instant on, at one servo (joints first, then the gripper): pulses in us,
+/// or radians of a drive.
+struct Output {
+  std::int64_t time_ns;  ///< CLOCK_MONOTONIC; 0 where the device has no clock
+  std::size_t servo;
+  double value;
+};
+
+/// What the suite must know about a kind of device.
+struct DeviceFacts {
+  bool takes_joints{false};       ///< else pulses
+  double unit{};                  ///< resolution of what it puts out, us or rad
+  double period_s{};              ///< between two frames that it takes, as its manual and its line allow
+  double approach_speed{};        ///< at most, of an output on the way back from a loss, us/s or rad/s
+  double read_unit{0.0};          ///< resolution of what it reads back, us or rad; 0: it does not
+  bool goes_off_unplugged{true};  ///< an unplugged one is switched on again, its outputs off
+  std::string at_end{};           ///< "hold", "relax", or empty: the device cannot be told
+};
+
+/// A place for one device, real or emulated: the backend is found in `backend_section`, and what the device
+/// does can be seen from outside the backend.
+class Stand {
+ public:
+  Stand() = default;
+  Stand(const Stand&) = delete;
+  Stand& operator=(const Stand&) = delete;
+  virtual ~Stand() = default;
+
+  /// Empty, or why this device cannot be had here.
+  [[nodiscard]] virtual std::string missing() const { return {}; }
+  virtual void set_up() = 0;
+  /// [backend] of a profile, as TOML.
+  [[nodiscard]] virtual std::string backend_section() const = 0;
+  [[nodiscard]] virtual DeviceFacts facts() const = 0;
+
+  virtual void unplug() = 0;
+  virtual void plug() = 0;
+  /// Every change that was seen so far, in the order of time.
+  virtual std::vector<Output> outputs() = 0;
+  /// What it puts out now, a value a servo; NaN: nothing.
+  virtual std::vector<double> now() = 0;
+
+  /// For devices inside the backend.
+  virtual void attach(Backend&) {}
+  /// After each write(), in the thread that wrote; real-time safe.
+  virtual void after_write() noexcept {}
+};
+
+/// A stand by name; the name is that of the test.
+struct StandKind {
+  std::string name;
+  std::function<std::unique_ptr<Stand>(const ArmModel& arm, const std::string& directory)> make;
+};
+void PrintTo(const StandKind& kind, std::ostream* out);
+
+std::vector<StandKind> loopback_stands();
+std::vector<StandKind> serial_stands();
+
+}  // namespace corbot::test
