@@ -201,10 +201,10 @@ bool BusBackend::lead(ServoFrame at) {
       for (std::size_t i = 0; i < arm_.dof; ++i) {
         is_there &= step(at.position_rad[i], target.position_rad[i], kLead_rad_per_s * period_s);
       }
-      if (is_there) return true;
       target.pulse_us = at.pulse_us;
       target.position_rad = at.position_rad;
       send(target, false);
+      if (is_there) return true;
     }
     due = std::max(due + std::chrono::nanoseconds(device_->period_ns()), Clock::now());  // never a burst
     if (!pause_until(due)) return false;

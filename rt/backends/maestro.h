@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,9 @@ struct MaestroSettings {
 /// manual.
 class Maestro final : public BusDevice {
  public:
-  explicit Maestro(MaestroSettings settings) : settings_(std::move(settings)) {}
+  explicit Maestro(MaestroSettings settings,
+                   std::unique_ptr<SerialLine> line = std::make_unique<SerialPort>())
+      : settings_(std::move(settings)), line_(std::move(line)), port_(*line_) {}
 
   std::string open() override;
   void close() noexcept override { port_.close(); }
@@ -48,7 +51,8 @@ class Maestro final : public BusDevice {
   void check_errors();
 
   MaestroSettings settings_;
-  SerialPort port_;
+  const std::unique_ptr<SerialLine> line_;
+  SerialLine& port_;
   std::int64_t period_ns_{20'000'000};
   ServoFrame last_{};
   bool is_slow_{false};  ///< the speed limits of an approach are set

@@ -32,29 +32,41 @@ class DeviceError : public std::runtime_error {
   DeviceCause cause_;
 };
 
-/// A serial line, raw, 8N1, for this process alone. Never blocks longer than the deadline that it is given.
-/// Not real-time safe; every failure throws DeviceError and leaves the port to be closed.
-class SerialPort {
+/// What a serial controller hangs on. Never blocks longer than the deadline that it is given. Not real-time
+/// safe; every failure throws DeviceError and leaves the line to be closed.
+class SerialLine {
  public:
   using Clock = std::chrono::steady_clock;
 
-  SerialPort() = default;
-  SerialPort(const SerialPort&) = delete;
-  SerialPort& operator=(const SerialPort&) = delete;
-  ~SerialPort() { close(); }
+  SerialLine() = default;
+  SerialLine(const SerialLine&) = delete;
+  SerialLine& operator=(const SerialLine&) = delete;
+  virtual ~SerialLine() = default;
 
   /// `baud`: one of those that termios knows.
-  void open(const std::string& path, int baud);
-  void close() noexcept;
+  virtual void open(const std::string& path, int baud) = 0;
+  virtual void close() noexcept = 0;
+  virtual void write(std::span<const std::uint8_t> bytes, Clock::time_point deadline) = 0;
+  /// Reads all of it.
+  virtual void read_exactly(std::span<std::uint8_t> into, Clock::time_point deadline) = 0;
+  /// Forgets what has come in and nobody asked for.
+  virtual void discard_input() = 0;
+};
+
+/// A serial line of the kernel, raw, 8N1, for this process alone.
+class SerialPort final : public SerialLine {
+ public:
+  ~SerialPort() override { close(); }
+
+  void open(const std::string& path, int baud) override;
+  void close() noexcept override;
   [[nodiscard]] bool is_open() const noexcept { return fd_ >= 0; }
 
-  void write(std::span<const std::uint8_t> bytes, Clock::time_point deadline);
+  void write(std::span<const std::uint8_t> bytes, Clock::time_point deadline) override;
   /// Reads at least one byte; fewer than asked for is no failure.
   std::size_t read(std::span<std::uint8_t> into, Clock::time_point deadline);
-  /// Reads all of it.
-  void read_exactly(std::span<std::uint8_t> into, Clock::time_point deadline);
-  /// Forgets what has come in and nobody asked for.
-  void discard_input();
+  void read_exactly(std::span<std::uint8_t> into, Clock::time_point deadline) override;
+  void discard_input() override;
 
   /// Whether termios knows this speed.
   [[nodiscard]] static bool is_baud(int baud) noexcept;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -18,7 +19,8 @@ struct Ssc32Settings {
 /// Lynxmotion SSC-32 and SSC-32U: ASCII over a serial line, 1 us, 50 Hz. Facts: the makers' manuals.
 class Ssc32 final : public BusDevice {
  public:
-  explicit Ssc32(Ssc32Settings settings) : settings_(std::move(settings)) {}
+  explicit Ssc32(Ssc32Settings settings, std::unique_ptr<SerialLine> line = std::make_unique<SerialPort>())
+      : settings_(std::move(settings)), line_(std::move(line)), port_(*line_) {}
 
   std::string open() override;
   void close() noexcept override { port_.close(); }
@@ -42,7 +44,8 @@ class Ssc32 final : public BusDevice {
   void query(const ServoFrame& frame, std::array<double, kMaxServos>& pulse_us);
 
   Ssc32Settings settings_;
-  SerialPort port_;
+  const std::unique_ptr<SerialLine> line_;
+  SerialLine& port_;
   std::int64_t period_ns_{20'000'000};
   ServoFrame last_{};
 };
