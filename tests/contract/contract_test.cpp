@@ -17,8 +17,6 @@
 
 namespace corbot::test {
 
-void PrintTo(const StandKind& kind, std::ostream* out) { *out << kind.name; }
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -282,14 +280,6 @@ TEST_P(Contract, HoldsOrRelaxesAtTheEnd) {
   } else {
     EXPECT_LE(off(), half_a_unit());
   }
-}
-
-std::vector<StandKind> all_stands() {
-  std::vector<StandKind> all;
-  for (const auto& stands : {loopback_stands(), serial_stands()}) {
-    all.insert(all.end(), stands.begin(), stands.end());
-  }
-  return all;
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, Contract, ::testing::ValuesIn(all_stands()),

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <iosfwd>
 #include <memory>
 #include <string>
 #include <vector>
@@ -69,5 +70,6 @@ void PrintTo(const StandKind& kind, std::ostream* out);
 
 std::vector<StandKind> loopback_stands();
 std::vector<StandKind> serial_stands();
+std::vector<StandKind> all_stands();
 
 }  // namespace corbot::test
