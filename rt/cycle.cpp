@@ -95,7 +95,8 @@ void Cycle::take_flags() noexcept {
   const std::uint64_t clears = control.clear_count.load(std::memory_order_acquire);
   if (clears > snapshot_.clears_done) {
     snapshot_.clears_done = clears;
-    faulted_ = has_failed(health_) || snapshot_.stop_sources != 0;
+    emergency_latched_ = emergency_latched_ && snapshot_.stop_sources != 0;
+    faulted_ = has_failed(health_) || emergency_latched_;
     published_ = true;
   }
 }
@@ -105,6 +106,7 @@ void Cycle::take_emergency_stop() noexcept {
   const std::uint32_t before = snapshot_.stop_sources;
   snapshot_.stop_sources = emergency_stop_.sources();
   if (snapshot_.stop_sources == 0 || before != 0) return;
+  emergency_latched_ = true;
   fault({AlarmCode::kEmergencyStop, -1, 0, static_cast<double>(snapshot_.stop_sources), 0.0, 0.0});
 }
 
@@ -232,6 +234,7 @@ void Cycle::accept_or_hold(const SetPoint& next) noexcept {
 void Cycle::exchange_with_backend() noexcept {
   frame_.cycle = snapshot_.cycle;
   frame_.time_ns = snapshot_.time_ns;
+  frame_.emergency_stop = emergency_latched_;
   map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
   backend_.write(frame_);
   const ServoFeedback feedback = backend_.read();

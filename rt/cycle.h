@@ -93,6 +93,7 @@ class Cycle {
   bool shutdown_{false};
   bool paused_{false};
   bool faulted_{false};
+  bool emergency_latched_{false};  ///< until a clear after the release
   bool published_{false};
   BackendHealth health_{BackendHealth::kOpen};
   ServoFrame frame_{};

@@ -33,7 +33,7 @@ void LoopbackBackend::set_plugged(bool plugged) noexcept {
 }
 
 bool LoopbackBackend::lead(ServoFrame& frame, double dt_s) const noexcept {
-  const double most_us = kLead_us_per_s * dt_s;
+  const double most_us = frame.emergency_stop ? 0.0 : kLead_us_per_s * dt_s;
   bool is_there = true;
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.servo_count, kMaxServos); ++i) {
     const double step_us = std::clamp(frame.pulse_us[i] - last_us_[i], -most_us, most_us);

@@ -42,6 +42,10 @@ BusBackend::BusBackend(const ArmModel& arm, std::unique_ptr<BusDevice> device, B
 void BusBackend::open(const ServoFrame& first) {
   newest_.store(first);
   tell(device_->open());  // the operator hears of a missing device at once, not by an alarm
+  if (is_stopped(first)) {
+    device_->close();
+    throw DeviceError(DeviceCause::kNone, "the emergency stop is pressed; release it, then start again");
+  }
   (void)approach();
   health_.store(BackendHealth::kOpen, std::memory_order_relaxed);
   thread_ = std::thread([this] { run(); });
@@ -96,6 +100,7 @@ void BusBackend::run() noexcept {
   take_priority();
   double reopen_s = settings_.reopen_after_s;
   bool open = true;
+  bool is_there = true;  // else the end was asked for on the way
   for (;;) {
     try {
       if (!open) {
@@ -103,12 +108,13 @@ void BusBackend::run() noexcept {
         open = true;
         // The servos come to where the cycle holds the arm; it stays in Error, and holds, until they are
         // there.
-        if (approach()) {
+        is_there = approach();
+        if (is_there) {
           cause_.store(0, std::memory_order_relaxed);
           health_.store(BackendHealth::kOpen, std::memory_order_release);
         }
       }
-      serve();
+      if (is_there) serve();
       if (settings_.relax_at_end) device_->relax();
       device_->close();
       return;
@@ -176,8 +182,7 @@ bool BusBackend::approach() {
   ServoFrame frame;
   if (!newest_.load(frame)) throw DeviceError(DeviceCause::kNoAnswer, "no frame to approach");
   if (device_->approach_ns() > 0) {
-    send(frame, true);
-    return pause_until(Clock::now() + std::chrono::nanoseconds(device_->approach_ns()));
+    return await_approach(frame);
   }
   ServoFrame from = last_sent_.servo_count > 0 ? last_sent_ : frame;
   const BusReading reading = device_->measure(frame);
@@ -188,18 +193,49 @@ bool BusBackend::approach() {
   return lead(from);
 }
 
+bool BusBackend::is_stopped(const ServoFrame& newest) {
+  stop_.set(StopSource::kDevice, device_->emergency_stop());
+  return newest.emergency_stop || stop_.sources() != 0;
+}
+
+bool BusBackend::await_approach(const ServoFrame& frame) {
+  std::int64_t left_ns = 0;  // of a motion that has been asked for
+  bool is_under_way = false;
+  ServoFrame newest = frame;
+  for (;;) {
+    (void)newest_.load(newest);
+    if (is_stopped(newest)) {
+      if (is_under_way) device_->halt();
+      is_under_way = false;
+    } else if (!is_under_way) {
+      send(newest, true);
+      is_under_way = true;
+      left_ns = device_->approach_ns();
+    } else if (left_ns <= 0) {
+      return true;
+    }
+    const std::int64_t period_ns = std::min(device_->period_ns(), std::max<std::int64_t>(left_ns, 1'000'000));
+    left_ns -= period_ns;
+    if (!pause_until(Clock::now() + std::chrono::nanoseconds(period_ns))) {
+      if (is_under_way) device_->halt();
+      return false;
+    }
+  }
+}
+
 bool BusBackend::lead(ServoFrame at) {
   const double period_s = static_cast<double>(device_->period_ns()) * 1e-9;
   auto due = Clock::now();
   for (;;) {
     ServoFrame target;
     if (newest_.load(target)) {
+      const double share = is_stopped(target) ? 0.0 : 1.0;  // of a step
       bool is_there = true;
       for (std::size_t i = 0; i < std::min<std::size_t>(target.servo_count, kMaxServos); ++i) {
-        is_there &= step(at.pulse_us[i], target.pulse_us[i], kLead_us_per_s * period_s);
+        is_there &= step(at.pulse_us[i], target.pulse_us[i], share * kLead_us_per_s * period_s);
       }
       for (std::size_t i = 0; i < arm_.dof; ++i) {
-        is_there &= step(at.position_rad[i], target.position_rad[i], kLead_rad_per_s * period_s);
+        is_there &= step(at.position_rad[i], target.position_rad[i], share * kLead_rad_per_s * period_s);
       }
       target.pulse_us = at.pulse_us;
       target.position_rad = at.position_rad;

@@ -63,6 +63,10 @@ class BusBackend final : public Backend {
   /// To the newest frame; false when the end was asked for meanwhile.
   bool approach();
   bool lead(ServoFrame from);
+  /// Until the device has interpolated its way.
+  bool await_approach(const ServoFrame& frame);
+  /// Looks at the device's input, too.
+  [[nodiscard]] bool is_stopped(const ServoFrame& newest);
   void send(const ServoFrame& frame, bool approach);
   void tolerate(const DeviceError& error);
   void take_priority() noexcept;

@@ -37,6 +37,8 @@ class BusDevice {
   virtual void send(const ServoFrame& frame, bool approach) = 0;
   /// How long a slow approach takes; 0: the device does not interpolate, and is led there in small steps.
   [[nodiscard]] virtual std::int64_t approach_ns() const noexcept { return 0; }
+  /// Ends the approach that is under way, where the servos are now. For a device that interpolates.
+  virtual void halt() {}
   /// Asks for the servos' positions; nothing where the device cannot tell. Also proves that it is alive.
   virtual BusReading measure(const ServoFrame& frame) = 0;
   /// Whether the device's emergency stop input is active; asked after every frame.

@@ -117,6 +117,12 @@ void Maestro::send(const ServoFrame& frame, bool approach) {
   if (++frames_since_check_ >= kFramesPerCheck) check_errors();
 }
 
+void Maestro::halt() {
+  ServoFrame here = last_;
+  here.pulse_us = measure(last_).value;
+  write(targets(here));
+}
+
 BusReading Maestro::measure(const ServoFrame& frame) {
   BusReading reading{BusReading::Unit::kPulses, {}};
   for (std::size_t i = 0; i < frame.servo_count; ++i) {

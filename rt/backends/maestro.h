@@ -31,6 +31,7 @@ class Maestro final : public BusDevice {
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
   void send(const ServoFrame& frame, bool approach) override;
   [[nodiscard]] std::int64_t approach_ns() const noexcept override { return 2'500'000'000; }
+  void halt() override;
   BusReading measure(const ServoFrame& frame) override;
   void relax() override;
 

@@ -14,6 +14,7 @@ constexpr int kPulseMin_us = 500;
 constexpr int kPulseMax_us = 2500;
 constexpr int kApproach_ms = 2000;
 constexpr std::int64_t kServoFrame_ns = 20'000'000;
+constexpr const char* kModelU = "SSC-32U";
 constexpr std::size_t kLongestVersion = 64;
 constexpr std::size_t kBitsPerByte = 10;  // 8N1
 constexpr auto kAnswerWithin = 300ms;
@@ -41,7 +42,7 @@ std::string Ssc32::model_of(std::string_view version) {
   const std::string_view rest = version.substr(0, kLongestVersion);
   if (!std::all_of(rest.begin(), rest.end(), [](char c) { return c >= 0x20 && c < 0x7f; })) return {};
   const bool is_u = rest.find("USB") != std::string_view::npos;
-  return std::string(is_u ? "SSC-32U" : "SSC-32") + " (" + std::string(rest) + ")";
+  return std::string(is_u ? kModelU : "SSC-32") + " (" + std::string(rest) + ")";
 }
 
 std::int64_t Ssc32::shortest_period_ns(std::size_t servos, int baud, bool readback) noexcept {
@@ -65,6 +66,7 @@ std::string Ssc32::open() {
   const std::string model = model_of(read_line());
   if (model.empty())
     throw DeviceError(DeviceCause::kBadAnswer, settings_.port + ": answers, but is no SSC-32");
+  is_u_ = model.starts_with(kModelU);
   period_ns_ = shortest_period_ns(settings_.servos, settings_.baud, settings_.readback);
   const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
   return model + " on " + settings_.port + " at " + std::to_string(settings_.baud) +
@@ -97,6 +99,21 @@ void Ssc32::send(const ServoFrame& frame, bool approach) {
   }
   if (plain.servo_count > 0) write(group(plain, 0));
   if (slow.servo_count > 0) write(group(slow, kApproach_ms));
+}
+
+void Ssc32::halt() {
+  if (is_u_) {
+    std::string text;
+    for (std::size_t i = 0; i < last_.servo_count; ++i) {
+      text += "STOP" + std::to_string(last_.channel[i]) + "\r";
+    }
+    write(text);
+    return;
+  }
+  // An SSC-32 knows no STOP: a plain move to where it is, to 10 us.
+  ServoFrame here = last_;
+  query(here, here.pulse_us);
+  write(group(here, 0));
 }
 
 BusReading Ssc32::measure(const ServoFrame& frame) {

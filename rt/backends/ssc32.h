@@ -27,6 +27,7 @@ class Ssc32 final : public BusDevice {
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
   void send(const ServoFrame& frame, bool approach) override;
   [[nodiscard]] std::int64_t approach_ns() const noexcept override;
+  void halt() override;
   BusReading measure(const ServoFrame& frame) override;
   void relax() override;
 
@@ -48,6 +49,7 @@ class Ssc32 final : public BusDevice {
   SerialLine& port_;
   std::int64_t period_ns_{20'000'000};
   ServoFrame last_{};
+  bool is_u_{false};  ///< an SSC-32U
 };
 
 }  // namespace corbot::rt

@@ -254,6 +254,34 @@ TEST_P(Contract, SurvivesPulledPlugs) {
   EXPECT_EQ(entries("/proc/self/task"), threads);
 }
 
+TEST_P(Contract, IsHaltedOnItsWayBackByAnEmergencyStop) {
+  open();
+  ASSERT_TRUE(arrives());
+  stand_->unplug();
+  ASSERT_TRUE(reaches(BackendHealth::kLost));
+  Pose far = driver_->pose();
+  far.position_rad[0] += 0.5;
+  driver_->move(far, 0.0);
+  const std::size_t before = stand_->outputs().size();
+  stand_->plug();
+  const auto base_moves = [&] {
+    const std::vector<Output> seen = stand_->outputs();
+    return std::any_of(seen.begin() + static_cast<std::ptrdiff_t>(before), seen.end(),
+                       [](const Output& output) { return output.servo == 0; });
+  };
+  ASSERT_TRUE(wait_until(within(60), base_moves));
+  driver_->set_emergency_stop(true);
+  const double at = stand_->now().at(0);
+  const std::uint64_t cycle = driver_->cycles();
+  ASSERT_TRUE(wait_until(within(60), [&] { return driver_->cycles() > cycle + 500; }));
+  const double allowed = facts_.approach_speed * 0.1 + 10.0 * facts_.unit;
+  EXPECT_LE(std::abs(stand_->now().at(0) - at), allowed) << "in 0.5 s";
+  EXPECT_EQ(backend_->health(), BackendHealth::kLost);
+  driver_->set_emergency_stop(false);
+  ASSERT_TRUE(reaches(BackendHealth::kOpen));
+  EXPECT_TRUE(arrives()) << off();
+}
+
 TEST_P(Contract, EndsWhileTheDeviceIsAway) {
   open();
   stand_->unplug();

@@ -103,6 +103,7 @@ void Driver::run() noexcept {
     }
     ++frame.cycle;
     frame.time_ns = due_ns;
+    frame.emergency_stop = emergency_stop_.load(std::memory_order_relaxed);
     rt::map_to_pulses(arm_, at.position_rad, at.opening, frame);
     backend_.write(frame);
     pose_.store(at);
@@ -110,6 +111,7 @@ void Driver::run() noexcept {
     (void)backend_.times();
     (void)backend_.cause();
     stand_.after_write();
+    cycles_.store(frame.cycle, std::memory_order_release);
   }
 }
 

@@ -33,6 +33,10 @@ class Driver {
   void move(const Pose& to, double seconds);
   /// A loss ends a motion; whatever is asked for meanwhile is not begun.
   [[nodiscard]] Pose pose() const;
+  /// What the cycle does while an emergency stop is latched.
+  void set_emergency_stop(bool latched) { emergency_stop_.store(latched); }
+  /// Frames written so far.
+  [[nodiscard]] std::uint64_t cycles() const { return cycles_.load(); }
   [[nodiscard]] bool moving() const { return moving_.load(); }
   [[nodiscard]] ServoFeedback feedback() const;
   /// What the device should put out now.
@@ -55,6 +59,8 @@ class Driver {
   SnapshotCell<ServoFeedback> feedback_;
   std::atomic<std::uint64_t> begun_{0};
   std::atomic<bool> moving_{false};
+  std::atomic<bool> emergency_stop_{false};
+  std::atomic<std::uint64_t> cycles_{0};
   std::atomic<bool> end_{false};
   std::uint64_t asked_{0};
   std::thread thread_;

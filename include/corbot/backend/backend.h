@@ -15,6 +15,7 @@ struct ServoFrame {
   std::uint64_t cycle{};
   std::int64_t time_ns{};  ///< CLOCK_MONOTONIC, the instant the cycle was due
   std::uint32_t servo_count{};
+  bool emergency_stop{};  ///< latched: a device that moves on its own must stop until this is cleared
   std::array<double, kMaxServos> pulse_us{};  ///< bounded by the servo map
   std::array<std::uint32_t, kMaxServos> channel{};
   Joints position_rad{};

@@ -31,10 +31,12 @@ struct FakeBus {
   std::atomic<bool> fails{false};
   std::atomic<int> misses{0};        ///< so many questions get no answer
   std::atomic<bool> pressed{false};  ///< the emergency stop
-  std::atomic<bool> interpolates{true};
   std::atomic<int> opened{0};
   std::atomic<int> closed{0};
   std::atomic<int> relaxed{0};
+  std::atomic<int> halted{0};
+  std::atomic<int> asked{0};                         ///< for the emergency stop
+  std::atomic<std::int64_t> approach_ns{2'000'000};  ///< 0: does not interpolate
   std::mutex mutex;
   std::vector<std::pair<std::uint64_t, bool>> sent;  ///< cycle, approach
   std::vector<double> pulses_us;                     ///< of the first servo
@@ -54,9 +56,8 @@ class FakeDevice final : public BusDevice {
   }
   void close() noexcept override { ++bus_.closed; }
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return 1'000'000; }
-  [[nodiscard]] std::int64_t approach_ns() const noexcept override {
-    return bus_.interpolates ? 2'000'000 : 0;
-  }
+  [[nodiscard]] std::int64_t approach_ns() const noexcept override { return bus_.approach_ns; }
+  void halt() override { ++bus_.halted; }
   void send(const ServoFrame& frame, bool approach) override {
     if (bus_.fails) throw DeviceError(DeviceCause::kHungUp, "/dev/fake: cut");
     const std::lock_guard lock(bus_.mutex);
@@ -73,7 +74,10 @@ class FakeDevice final : public BusDevice {
     if (!bus_.pulses_us.empty()) reading.value[0] = bus_.pulses_us.back();  // the servo is where it was sent
     return reading;
   }
-  bool emergency_stop() override { return bus_.pressed; }
+  bool emergency_stop() override {
+    ++bus_.asked;
+    return bus_.pressed;
+  }
   void relax() override { ++bus_.relaxed; }
 
  private:
@@ -100,6 +104,10 @@ class BusBackendTest : public ::testing::Test {
   std::uint64_t newest_sent() {
     const auto sent = bus_.copy();
     return sent.empty() ? 0 : sent.back().first;
+  }
+  auto approaches() {
+    const auto sent = bus_.copy();
+    return std::count_if(sent.begin(), sent.end(), [](const auto& frame) { return frame.second; });
   }
   ArmModel arm_;
   EmergencyStop stop_;
@@ -196,7 +204,7 @@ TEST_F(BusBackendTest, AMissingAnswerDegradesAndThreeInARowAreALoss) {
 }
 
 TEST_F(BusBackendTest, LeadsADeviceThatDoesNotInterpolate) {
-  bus_.interpolates = false;
+  bus_.approach_ns = 0;
   const auto backend = make();
   backend->open(frame(1, 1500.0));
   bus_.fails = true;
@@ -221,6 +229,54 @@ TEST_F(BusBackendTest, TellsOfTheDevicesEmergencyStop) {
   EXPECT_TRUE(wait_until([&] { return stop_.sources() == static_cast<std::uint32_t>(StopSource::kDevice); }));
   bus_.pressed = false;
   EXPECT_TRUE(wait_until([&] { return stop_.sources() == 0; }));
+}
+
+TEST_F(BusBackendTest, AnEmergencyStopHaltsAnApproachUntilItIsCleared) {
+  const auto backend = make();
+  backend->open(frame(1));
+  bus_.approach_ns = 20'000'000'000;
+  bus_.fails = true;
+  ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kLost; }));
+  bus_.fails = false;
+  ASSERT_TRUE(wait_until([&] { return approaches() == 2; })) << "under way";
+  bus_.pressed = true;
+  ASSERT_TRUE(wait_until([&] { return bus_.halted == 1; }));
+  ServoFrame latched = frame(5);
+  latched.emergency_stop = true;
+  backend->write(latched);
+  const std::size_t before = bus_.copy().size();
+  bus_.pressed = false;
+  ASSERT_TRUE(wait_until([&] { return stop_.sources() == 0; }));
+  const int asked = bus_.asked;
+  ASSERT_TRUE(wait_until([&] { return bus_.asked > asked + 10; }));
+  EXPECT_EQ(bus_.copy().size(), before) << "released, not cleared";
+  bus_.approach_ns = 2'000'000;
+  backend->write(frame(6));
+  ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
+  EXPECT_EQ(bus_.copy().at(before), std::make_pair(std::uint64_t{6}, true));
+  EXPECT_EQ(bus_.halted, 1);
+}
+
+TEST_F(BusBackendTest, DoesNotBeginWithThePressedStop) {
+  bus_.pressed = true;
+  const auto backend = make();
+  EXPECT_THROW(backend->open(frame(1)), DeviceError);
+  EXPECT_TRUE(bus_.copy().empty());
+  EXPECT_EQ(bus_.closed, 1);
+}
+
+TEST_F(BusBackendTest, AnEndDuringAnApproachSendsNothingMore) {
+  const auto backend = make();
+  backend->open(frame(1));
+  bus_.approach_ns = 20'000'000'000;
+  bus_.fails = true;
+  ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kLost; }));
+  bus_.fails = false;
+  ASSERT_TRUE(wait_until([&] { return approaches() == 2; })) << "under way";
+  backend->close();
+  EXPECT_EQ(bus_.halted, 1);
+  EXPECT_TRUE(bus_.copy().back().second);
+  EXPECT_EQ(approaches(), 2);
 }
 
 TEST_F(BusBackendTest, RelaxesAtTheEndWhereAskedTo) {
