@@ -110,13 +110,15 @@ DeviceFacts serial_facts(double unit_us, double period_s, double read_unit_us, s
 }  // namespace
 
 std::vector<StandKind> serial_stands() {
-  const std::vector<SerialDeviceKind> kinds{
+  // QP tells tens of microseconds, cut off, so it is off by up to a whole unit. The Mini SSC is an SSC-32
+  // here, and rounds once more, to 1 us.
+  std::vector<SerialDeviceKind> kinds{
       {"ssc32", {"ssc32", "--model", "ssc32"}, "ssc32", "", serial_facts(1.0, 0.020, 0.0, "hold")},
       {"ssc32u",
        {"ssc32", "--model", "ssc32u"},
        "ssc32",
        "readback = true\nat_end = \"relax\"\n",
-       serial_facts(1.0, 0.020, 10.0, "relax")},
+       serial_facts(1.0, 0.020, 20.0, "relax")},
       {"ssc32_slow_line",
        {"ssc32", "--model", "ssc32u", "--baud", "9600"},
        "ssc32",
@@ -136,7 +138,8 @@ std::vector<StandKind> serial_stands() {
        {"ssc32", "--model", "ssc32", "--baud", "9600"},
        "minissc",
        "baud = 9600\n",
-       serial_facts(2000.0 / 254.0, 0.020, 0.0, "")}};
+       serial_facts(2000.0 / 254.0 + 1.0, 0.020, 0.0, "")}};
+  kinds.back().facts.skew_s = 15 * 10 / 9600.0;  // three bytes each for five servos, and no group
   std::vector<StandKind> stands;
   for (const SerialDeviceKind& kind : kinds) {
     stands.push_back({kind.name, [kind](const ArmModel& arm, const std::string& directory) {

@@ -23,11 +23,12 @@ struct Output {
 
 /// What the suite must know about a kind of device.
 struct DeviceFacts {
-  bool takes_joints{false};       ///< else pulses
-  double unit{};                  ///< resolution of what it puts out, us or rad
-  double period_s{};              ///< between two frames that it takes, as its manual and its line allow
-  double approach_speed{};        ///< at most, of an output on the way back from a loss, us/s or rad/s
-  double read_unit{0.0};          ///< resolution of what it reads back, us or rad; 0: it does not
+  bool takes_joints{false};  ///< else pulses
+  double unit{};             ///< resolution of what it puts out, us or rad
+  double period_s{};         ///< between two frames that it takes, as its manual and its line allow
+  double approach_speed{};   ///< at most, of an output on the way back from a loss, us/s or rad/s
+  double read_unit{0.0};     ///< resolution of what it reads back, us or rad; 0: it does not
+  double skew_s{0.0};  ///< from the first servo of a frame to the last, where they do not start together
   bool goes_off_unplugged{true};  ///< an unplugged one is switched on again, its outputs off
   std::string at_end{};           ///< "hold", "relax", or empty: the device cannot be told
 };
@@ -70,6 +71,8 @@ void PrintTo(const StandKind& kind, std::ostream* out);
 
 std::vector<StandKind> loopback_stands();
 std::vector<StandKind> serial_stands();
+/// All but those inside the backend.
+std::vector<StandKind> outside_stands();
 std::vector<StandKind> all_stands();
 
 }  // namespace corbot::test

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole chain down to a device on every stand: what a client asks for arrives at the servos, along the
+// planned path, and a plug that is pulled is survived.
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <sstream>
+#include <thread>
+
+#include <fmt/core.h>
+
+#include "config/profile.h"
+#include "contract/stand.h"
+#include "support/path_log.h"
+#include "support/robot_rig.h"
+
+namespace corbot::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class DeviceChain : public RobotRig, public ::testing::WithParamInterface<StandKind> {
+ protected:
+  void SetUp() override {
+    name_ = unique_name("device");
+    port_ = free_port();
+    reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
+    directory_ = fmt::format("{}/{}", CORBOT_SCRATCH_DIR, name_);
+    fs::create_directory(directory_);
+    model_ = load_profile(CORBOT_PROFILE).arm;
+    stand_ = GetParam().make(model_, directory_);
+    if (const std::string missing = stand_->missing(); !missing.empty()) GTEST_SKIP() << missing;
+    stand_->set_up();
+    facts_ = stand_->facts();
+    write_profile();
+    start_rt();
+    if (!HasFatalFailure()) start_servant();
+    if (HasFatalFailure()) return;
+    arm_ = connect();
+    ASSERT_TRUE(wait_for(Corbot::Standby)) << servant_->errors() << rt_->errors();
+  }
+  void TearDown() override {
+    if (rt_) RobotRig::TearDown();
+    stand_.reset();
+    fs::remove_all(directory_);
+  }
+  /// The Lynx 5, its backend replaced.
+  void write_profile() {
+    std::ifstream from(CORBOT_PROFILE);
+    std::stringstream text;
+    text << from.rdbuf();
+    const std::string all = text.str();
+    profile_ = directory_ + "/arm.toml";
+    std::ofstream(profile_) << all.substr(0, all.find("[backend]")) << stand_->backend_section();
+  }
+  /// The largest difference between what the device puts out and the joints that the arm reports.
+  double off() {
+    Corbot::JointCoord_var joints = arm_->ArtiCoord();
+    const std::vector<double> now = stand_->now();
+    double worst = 0.0;
+    for (std::uint32_t i = 0; i < model_.dof; ++i) {
+      const ServoMap& map = model_.servos[i];
+      const double joint_rad = joints[i] * M_PI / 180.0;
+      const double wanted =
+          facts_.takes_joints ? joint_rad : map.zero_us + map.direction * map.us_per_rad * joint_rad;
+      if (std::isnan(now[i])) return HUGE_VAL;
+      worst = std::max(worst, std::abs(now[i] - wanted));
+    }
+    return worst;
+  }
+  bool arrives() {
+    // What the arm reports is what the device reads back, where it does.
+    const double half_a_unit = 0.5 * (facts_.unit + facts_.read_unit) + (facts_.takes_joints ? 1e-9 : 0.006);
+    return wait_until(within(20), [&] { return off() <= half_a_unit; });
+  }
+
+  std::string directory_;
+  ArmModel model_;
+  DeviceFacts facts_;
+  std::unique_ptr<Stand> stand_;
+};
+
+TEST_P(DeviceChain, CarriesOutThePapersPickAndPlace) {
+  ASSERT_TRUE(arrives()) << off();
+  PathLog log(name_);
+  arm_->Open();
+  for (const double above_m : {0.06, 0.0, 0.06}) {
+    arm_->MoveS(0.22, -0.08, 0.02, above_m, 0.0);
+    EXPECT_TRUE(arrives()) << "above " << above_m << ": " << off() << " off";
+    if (above_m == 0.0) arm_->Close();
+  }
+  if (!facts_.takes_joints) {
+    EXPECT_NEAR(stand_->now().at(model_.dof), model_.gripper.closed_us, 0.5 * facts_.unit + 0.006);
+  }
+  arm_->Move(0.20, 0.10, 0.02, 0.06, 1.0);
+  arm_->MoveS(0.20, 0.10, 0.02, 0.0, 0.0);
+  EXPECT_TRUE(arrives()) << off();
+  arm_->Open();
+  arm_->MoveC({0.20, 0.10, 0.08}, {0.24, 0.0, 0.12}, {0.22, -0.08, 0.08});
+  EXPECT_TRUE(arrives()) << off();
+  arm_->Ready();
+  EXPECT_TRUE(arrives()) << off();
+
+  const Following path = following(model_, log.finish(), stand_->outputs(), facts_, 1.0);
+  fmt::print("{} outputs, TCP at most {:.3f} mm off the planned path; half a unit at each joint: {:.3f} mm\n",
+             path.outputs, path.deviation_m * 1e3, path.quantisation_m * 1e3);
+  EXPECT_GT(path.outputs, 50u);
+  EXPECT_LE(path.beyond_m, 1e-9) << "further than its quantisation";
+}
+
+TEST_P(DeviceChain, SurvivesAPulledPlugAtRandomInstants) {
+  const char* text = std::getenv("CORBOT_SEED");
+  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
+  fmt::print("CORBOT_SEED={}\n", seed);
+  std::mt19937_64 random(seed);
+  const char* times = std::getenv("CORBOT_PLUGS");
+  const int rounds = times != nullptr ? std::atoi(times) : 3;
+  for (int i = 0; i < rounds; ++i) {
+    std::string raised;
+    std::thread caller(
+        [&] { raised = raised_by([&] { arm_->Move(0.20, i % 2 == 0 ? 0.10 : -0.10, 0.10, 0.0, 3.0); }); });
+    EXPECT_TRUE(wait_for(Corbot::Waiting));
+    const timespec pause{0, std::uniform_int_distribution<long>(0, 400'000'000)(random)};
+    ::nanosleep(&pause, nullptr);
+    stand_->unplug();
+    EXPECT_TRUE(wait_for(Corbot::Error)) << rt_->errors();
+    caller.join();
+    EXPECT_EQ(raised, "NotReady");
+    EXPECT_EQ(raised_by([&] { arm_->Clear(); }), "NotReady") << "the plug is out";
+    Corbot::JointCoord_var held = arm_->ArtiCoord();
+    Corbot::AlarmList_var alarms = arm_->Alarms();
+    EXPECT_THAT(std::string(alarms[alarms->length() - 1].text), ::testing::HasSubstr("lost: "));
+    stand_->plug();
+    ASSERT_TRUE(wait_until(within(60), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }))
+        << rt_->errors();
+    Corbot::JointCoord_var still = arm_->ArtiCoord();
+    EXPECT_LE(distance_deg(held, still), 1e-9) << "no jump";
+    EXPECT_TRUE(arrives()) << off();
+  }
+  arm_->Ready();
+  EXPECT_TRUE(arrives());
+}
+
+INSTANTIATE_TEST_SUITE_P(Devices, DeviceChain, ::testing::ValuesIn(outside_stands()),
+                         [](const auto& test) { return test.param.name; });
+
+}  // namespace
+}  // namespace corbot::test

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/path_log.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "corbot/channel/segment.h"
+#include "corbot/kinematics/kinematics.h"
+
+namespace corbot::test {
+namespace {
+
+constexpr double kServoFrame_s = 0.020;
+
+using Point = std::array<double, 3>;
+
+double distance_m(const Point& a, const Point& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+/// Of `p` from the straight piece between two set-points.
+double distance_m(const Point& p, const Point& a, const Point& b) {
+  double along = 0.0;
+  double length2 = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    along += (p[i] - a[i]) * (b[i] - a[i]);
+    length2 += (b[i] - a[i]) * (b[i] - a[i]);
+  }
+  const double share = length2 > 0.0 ? std::clamp(along / length2, 0.0, 1.0) : 0.0;
+  Point nearest{};
+  for (std::size_t i = 0; i < 3; ++i) nearest[i] = a[i] + share * (b[i] - a[i]);
+  return distance_m(p, nearest);
+}
+
+double half_a_unit_rad(const ArmModel& arm, const DeviceFacts& facts, std::size_t joint) {
+  // A hundredth of a microsecond is lost in a record of pulses.
+  return facts.takes_joints ? 0.5 * facts.unit : (0.5 * facts.unit + 0.006) / arm.servos[joint].us_per_rad;
+}
+
+/// The furthest that half a unit at every joint can move the TCP.
+double quantisation_m(const ArmModel& arm, const DeviceFacts& facts, const Joints& at) {
+  const Point middle = forward(arm.geometry, at).position_m;
+  double sum_m = 0.0;
+  for (std::size_t i = 0; i < arm.dof; ++i) {
+    Joints beside = at;
+    beside[i] += half_a_unit_rad(arm, facts, i);
+    sum_m += distance_m(middle, forward(arm.geometry, beside).position_m);
+  }
+  return sum_m;
+}
+
+/// The largest speed of the TCP on the path, in m/s.
+double speed(const std::vector<Snapshot>& path) {
+  double worst = 0.0;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const double dt_s = static_cast<double>(path[i].time_ns - path[i - 1].time_ns) * 1e-9;
+    worst = std::max(worst, distance_m(path[i].tcp_m, path[i - 1].tcp_m) / dt_s);
+  }
+  return worst;
+}
+
+/// The largest acceleration of the TCP on the path, in m/s2.
+double acceleration(const std::vector<Snapshot>& path) {
+  constexpr std::size_t kStride = 10;  // cycles
+  double worst = 0.0;
+  for (std::size_t i = 2 * kStride; i < path.size(); ++i) {
+    const Snapshot& a = path[i - 2 * kStride];
+    const Snapshot& b = path[i - kStride];
+    const Snapshot& c = path[i];
+    const double dt_s = static_cast<double>(c.time_ns - b.time_ns) * 1e-9;
+    Point second{};
+    for (std::size_t k = 0; k < 3; ++k) second[k] = a.tcp_m[k] - 2.0 * b.tcp_m[k] + c.tcp_m[k];
+    worst = std::max(worst, distance_m(second, {}) / (dt_s * dt_s));
+  }
+  return worst;
+}
+
+double joint_of(const ArmModel& arm, const DeviceFacts& facts, const Output& output) {
+  if (facts.takes_joints) return output.value;
+  const ServoMap& map = arm.servos[output.servo];
+  return (output.value - map.zero_us) / (map.direction * map.us_per_rad);
+}
+
+}  // namespace
+
+PathLog::PathLog(const std::string& robot) : robot_(robot), thread_([this] { follow(); }) {}
+
+PathLog::~PathLog() {
+  end_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+void PathLog::follow() {
+  const Segment segment = Segment::observe(robot_);
+  const Trace& trace = segment.layout().trace;
+  std::uint64_t next = trace.next();
+  for (bool last = false; !last;) {
+    last = end_;
+    for (const std::uint64_t until = trace.next(); next < until; ++next) {
+      Snapshot snapshot{};
+      if (trace.read(next, snapshot)) {
+        path_.push_back(snapshot);
+      } else {
+        ++lost_;
+      }
+    }
+    const timespec pause{0, 50'000'000};
+    if (!last) ::nanosleep(&pause, nullptr);
+  }
+}
+
+const std::vector<Snapshot>& PathLog::finish() {
+  end_ = true;
+  thread_.join();
+  if (lost_ > 0) throw std::runtime_error(std::to_string(lost_) + " cycles were missed");
+  return path_;
+}
+
+Following following(const ArmModel& arm, const std::vector<Snapshot>& path,
+                    const std::vector<Output>& outputs, const DeviceFacts& facts, double window_s) {
+  Following result;
+  Joints at{};
+  std::vector<bool> known(arm.dof, false);
+  const auto window_ns = static_cast<std::int64_t>(window_s * 1e9);
+  // A device that gets fewer frames than its servos could take interpolates: it cuts the corners of the path.
+  const double chord_m =
+      facts.period_s > kServoFrame_s ? acceleration(path) * facts.period_s * facts.period_s / 8.0 : 0.0;
+  const double skew_m = speed(path) * facts.skew_s;
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    if (outputs[i].servo < arm.dof) {
+      at[outputs[i].servo] = joint_of(arm, facts, outputs[i]);
+      known[outputs[i].servo] = true;
+    }
+    const bool is_last_of_instant = i + 1 == outputs.size() || outputs[i + 1].time_ns != outputs[i].time_ns;
+    const std::int64_t now_ns = outputs[i].time_ns;
+    if (!is_last_of_instant || std::count(known.begin(), known.end(), true) != arm.dof) continue;
+    const auto by_time = [](const Snapshot& snapshot, std::int64_t time_ns) {
+      return snapshot.time_ns < time_ns;
+    };
+    const auto first = std::lower_bound(path.begin(), path.end(), now_ns - window_ns, by_time);
+    const auto last = std::lower_bound(path.begin(), path.end(), now_ns, by_time);
+    if (first == last || first == path.begin()) continue;  // before the log began
+    const Point tcp = forward(arm.geometry, at).position_m;
+    double nearest_m = HUGE_VAL;
+    for (auto point = first; point != last; ++point) {
+      nearest_m = std::min(nearest_m, distance_m(tcp, std::prev(point)->tcp_m, point->tcp_m));
+    }
+    ++result.outputs;
+    const double allowed_m = quantisation_m(arm, facts, at) + chord_m + skew_m;
+    result.deviation_m = std::max(result.deviation_m, nearest_m);
+    result.quantisation_m = std::max(result.quantisation_m, allowed_m);
+    result.beyond_m = std::max(result.beyond_m, nearest_m - allowed_m);
+  }
+  return result;
+}
+
+}  // namespace corbot::test
