@@ -20,7 +20,7 @@ in_guest() {
 
   # At the end of its standard input QEMU would take the port for the output as closed: one that never ends.
   mkfifo "$scratch/silence"
-  timeout --kill-after=5 "$limit_s" qemu-system-x86_64 "${processor[@]}" -cpu max -m 768 \
+  setpriv --pdeathsig TERM timeout --kill-after=5 "$limit_s" qemu-system-x86_64 "${processor[@]}" -cpu max -m 768 \
     -nodefaults -no-user-config -display none -no-reboot \
     -kernel "$vmlinux" -initrd "$scratch/initramfs.cpio" -append "$(kernel_arguments)" \
     "${wiring[@]}" <> "$scratch/silence" 2> "$scratch/qemu.log" &
