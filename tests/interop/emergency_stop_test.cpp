@@ -100,15 +100,15 @@ TEST_P(EmergencyStopInput, StopsAMotionAndWaitsForReleaseAndClear) {
   EXPECT_EQ(raised_by([&] { arm_->Move(0.20, 0.0, 0.10, 0.0, 1.0); }), "");
 }
 
-TEST_P(EmergencyStopInput, IsSeenWhenItIsPressedAtTheStart) {
+TEST_P(EmergencyStopInput, IsRefusedWhenItIsPressedAtTheStart) {
   press(true);
-  start();
-  EXPECT_TRUE(wait_for(Corbot::Error)) << rt_->errors();
-  EXPECT_THAT(rt_->errors(), HasSubstr("its emergency stop is pressed"));
-  EXPECT_EQ(raised_by([&] { arm_->Clear(); }), "NotReady");
-  expect_no_motion_accepted();
+  const RunResult refused = run({std::string(CORBOT_BIN_DIR) + "/corbot-rt", profile_, "--name", name_});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.errors, HasSubstr("the emergency stop is pressed"));
+  EXPECT_FALSE(segment_exists(name_));
   press(false);
-  EXPECT_TRUE(wait_until(within(20), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }));
+  start();
+  EXPECT_TRUE(wait_for(Corbot::Standby)) << rt_->errors();
   EXPECT_EQ(raised_by([&] { arm_->Move(0.20, 0.0, 0.10, 0.0, 1.0); }), "");
 }
 
