@@ -48,6 +48,8 @@ void print_alarms(Cycle& cycle) {
   }
 }
 
+}  // namespace
+
 void print_news(Backend& backend) {
   const std::string news = backend.take_news();
   for (std::size_t begin = 0; begin < news.size();) {
@@ -58,8 +60,6 @@ void print_news(Backend& backend) {
     begin = end + 1;
   }
 }
-
-}  // namespace
 
 void keep_house(const Segment& segment, Cycle& cycle, Backend& backend, const std::atomic<bool>& ended) {
   bool had_servant = false;

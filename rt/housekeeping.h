@@ -13,4 +13,7 @@ namespace corbot::rt {
 /// accepted and holds.
 void keep_house(const Segment& segment, Cycle& cycle, Backend& backend, const std::atomic<bool>& ended);
 
+/// Not real-time. Prints what the backend has to tell since the last time.
+void print_news(Backend& backend);
+
 }  // namespace corbot::rt

@@ -17,6 +17,7 @@
 #include "rt/backends/registry.h"
 #include "rt/cycle.h"
 #include "rt/housekeeping.h"
+#include "rt/inputs/safety_lines.h"
 #include "rt/loop.h"
 #include "rt/realtime_setup.h"
 #include "sim/loopback_backend.h"
@@ -104,7 +105,17 @@ void run(const Options& options) {
   EmergencyStop stop;
   const std::unique_ptr<Backend> backend = rt::make_backend(profile, stop);
   const auto cycle = std::make_unique<rt::Cycle>(profile.arm, segment.layout(), *backend, stop);
+  const auto view = [&segment] {
+    Snapshot snapshot{};
+    if (!segment.layout().snapshot.load(snapshot)) return rt::CycleView{0, true};
+    return rt::CycleView{snapshot.cycle, snapshot.state == RtState::kError};
+  };
+  // Watched before anything moves: what is pressed at the start stops the first cycle.
+  rt::SafetyLines safety(rt::safety_settings(profile), rt::kernel_gpio(), stop, view,
+                         [](const std::string& text) { spdlog::warn("{}", text); });
+  safety.start();
   backend->open(cycle->frame());
+  safety.allow_power();
   simulated.store(dynamic_cast<sim::LoopbackBackend*>(backend.get()));
 
   // The housekeeping thread is born before this one becomes real-time, so it inherits none of it.
@@ -129,7 +140,9 @@ void run(const Options& options) {
   }
   join();
   simulated.store(nullptr);
+  safety.stop();
   backend->close();
+  rt::print_news(*backend);
   spdlog::info("{} at rest, ended", name);
 }
 

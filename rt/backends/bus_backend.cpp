@@ -80,6 +80,7 @@ std::string BusBackend::take_news() {
 }
 
 void BusBackend::tell(const std::string& news) {
+  if (news.empty()) return;
   const std::lock_guard lock(mutex_);
   news_ += (news_.empty() ? "" : "\n") + news;
 }
@@ -117,14 +118,15 @@ void BusBackend::run() noexcept {
       if (is_there) serve();
       if (settings_.relax_at_end) device_->relax();
       device_->close();
+      tell(device_->take_news());
       return;
     } catch (const DeviceError& error) {
       device_->close();
       // The first cause is told, not that the device is not there while it is being tried again.
       if (health_.load(std::memory_order_relaxed) != BackendHealth::kLost) {
         cause_.store(static_cast<std::uint32_t>(error.cause()), std::memory_order_relaxed);
-        health_.store(BackendHealth::kLost, std::memory_order_release);  // whoever sees it sees its cause
         tell(std::string("lost: ") + error.what() + "; trying again");
+        health_.store(BackendHealth::kLost, std::memory_order_release);  // whoever sees it sees its cause
         reopen_s = settings_.reopen_after_s;
       }
       open = false;
@@ -142,11 +144,12 @@ void BusBackend::serve() {
   for (;;) {
     try {
       exchange();
+      tell(device_->take_news());
       misses_ = 0;
       if (++good_ == kGoodAgain && health() == BackendHealth::kDegraded) {
         cause_.store(0, std::memory_order_relaxed);
-        health_.store(BackendHealth::kOpen, std::memory_order_release);
         tell("answers again");
+        health_.store(BackendHealth::kOpen, std::memory_order_release);
       }
     } catch (const DeviceError& error) {
       tolerate(error);
@@ -162,8 +165,8 @@ void BusBackend::tolerate(const DeviceError& error) {
   if (!may_pass(error.cause()) || ++misses_ > kToleratedMisses) throw DeviceError(error);
   if (health() == BackendHealth::kDegraded) return;
   cause_.store(static_cast<std::uint32_t>(error.cause()), std::memory_order_relaxed);
-  health_.store(BackendHealth::kDegraded, std::memory_order_release);
   tell(std::string("degraded: ") + error.what());
+  health_.store(BackendHealth::kDegraded, std::memory_order_release);
 }
 
 void BusBackend::send(const ServoFrame& frame, bool approach) {

@@ -45,6 +45,8 @@ class BusDevice {
   virtual bool emergency_stop() { return false; }
   /// The last thing sent: servos without pulses, where the profile wants that.
   virtual void relax() = 0;
+  /// What has happened that the operator should read; asked after every frame and after close().
+  [[nodiscard]] virtual std::string take_news() { return {}; }
 };
 
 }  // namespace corbot::rt

@@ -8,8 +8,11 @@
 #include <string_view>
 
 #include "rt/backends/bus_backend.h"
+#include "rt/backends/gpiod.h"
 #include "rt/backends/maestro.h"
 #include "rt/backends/mini_ssc.h"
+#include "rt/backends/pca9685.h"
+#include "rt/backends/pwm_sysfs.h"
 #include "rt/backends/ssc32.h"
 #include "sim/loopback_backend.h"
 
@@ -30,13 +33,19 @@ std::unique_ptr<Backend> make_loopback(const Profile& profile, EmergencyStop&) {
 }
 
 std::unique_ptr<Backend> on_bus(const Profile& profile, std::unique_ptr<BusDevice> device,
-                                EmergencyStop& stop) {
+                                EmergencyStop& stop, bool readback, bool relax_at_end) {
   BusSettings settings;
   settings.name = profile.backend.kind;
-  settings.readback = profile.backend.serial.readback;
+  settings.readback = readback;
   settings.priority = std::max(profile.priority - 1, 1);  // below the cycle, above all that is ordinary
-  settings.relax_at_end = profile.backend.serial.relax_at_end;
+  settings.relax_at_end = relax_at_end;
   return std::make_unique<BusBackend>(profile.arm, std::move(device), settings, stop);
+}
+
+std::unique_ptr<Backend> on_line(const Profile& profile, std::unique_ptr<BusDevice> device,
+                                 EmergencyStop& stop) {
+  const SerialOptions& options = profile.backend.serial;
+  return on_bus(profile, std::move(device), stop, options.readback, options.relax_at_end);
 }
 
 /// The servos that a frame has: one a joint, and the gripper's.
@@ -44,32 +53,68 @@ std::size_t servos_of(const Profile& profile) { return profile.arm.dof + 1; }
 
 std::unique_ptr<Backend> make_ssc32(const Profile& profile, EmergencyStop& stop) {
   const SerialOptions& options = profile.backend.serial;
-  return on_bus(profile,
-                std::make_unique<Ssc32>(
-                    Ssc32Settings{options.port, options.baud, options.readback, servos_of(profile)}),
-                stop);
+  return on_line(
+      profile,
+      std::make_unique<Ssc32>(Ssc32Settings{options.port, options.baud, options.readback, servos_of(profile),
+                                            options.stop_input, options.stop_at_high}),
+      stop);
 }
 
 std::unique_ptr<Backend> make_maestro(const Profile& profile, EmergencyStop& stop) {
   const SerialOptions& options = profile.backend.serial;
-  return on_bus(profile,
-                std::make_unique<Maestro>(MaestroSettings{options.port, options.baud, options.device_number,
-                                                          options.crc, options.readback, servos_of(profile)}),
-                stop);
+  return on_line(
+      profile,
+      std::make_unique<Maestro>(MaestroSettings{options.port, options.baud, options.device_number,
+                                                options.crc, options.readback, servos_of(profile)}),
+      stop);
 }
 
 std::unique_ptr<Backend> make_mini_ssc(const Profile& profile, EmergencyStop& stop) {
   const SerialOptions& options = profile.backend.serial;
-  return on_bus(profile,
-                std::make_unique<MiniSsc>(MiniSscSettings{options.port, options.baud, options.first_us,
-                                                          options.last_us, servos_of(profile)}),
-                stop);
+  return on_line(profile,
+                 std::make_unique<MiniSsc>(MiniSscSettings{options.port, options.baud, options.first_us,
+                                                           options.last_us, servos_of(profile)}),
+                 stop);
+}
+
+std::unique_ptr<Backend> make_pca9685(const Profile& profile, EmergencyStop& stop) {
+  const Pca9685Options& options = profile.backend.pca9685;
+  auto chip = std::make_unique<Pca9685>(std::make_unique<I2cDev>(options.bus, options.address),
+                                        Pca9685Settings{options.oscillator_hz, options.frame_hz});
+  return on_bus(profile, std::move(chip), stop, options.readback, options.relax_at_end);
+}
+
+std::unique_ptr<Backend> make_pwm_sysfs(const Profile& profile, EmergencyStop& stop) {
+  const PwmSysfsOptions& options = profile.backend.pwm_sysfs;
+  PwmSysfsSettings settings;
+  settings.chip = options.chip;
+  settings.frame_hz = options.frame_hz;
+  for (std::size_t i = 0; i < profile.arm.dof; ++i) {
+    settings.channels.push_back(profile.arm.servos[i].channel);
+  }
+  settings.channels.push_back(profile.arm.gripper.channel);
+  return on_bus(profile, std::make_unique<PwmSysfs>(std::move(settings)), stop, false, options.relax_at_end);
+}
+
+std::unique_ptr<Backend> make_gpiod(const Profile& profile, EmergencyStop& stop) {
+  const GpiodOptions& options = profile.backend.gpiod;
+  GpiodSettings settings;
+  settings.chip = options.chip;
+  settings.lines = options.lines;
+  settings.frame_hz = options.frame_hz;
+  settings.order = options.staggered ? PulseOrder::kStaggered : PulseOrder::kTogether;
+  settings.priority = options.priority > 0 ? options.priority : profile.priority + 1;
+  settings.cpu = options.cpu;
+  return on_bus(profile, std::make_unique<Gpiod>(std::move(settings), kernel_gpio()), stop, false, false);
 }
 
 /// One line a backend; its name is what `kind` in [backend] says.
-constexpr std::array<std::pair<std::string_view, Maker>, 4> kBackends{{{"loopback", make_loopback},
+constexpr std::array<std::pair<std::string_view, Maker>, 7> kBackends{{{"gpiod", make_gpiod},
+                                                                       {"loopback", make_loopback},
                                                                        {"maestro", make_maestro},
                                                                        {"minissc", make_mini_ssc},
+                                                                       {"pca9685", make_pca9685},
+                                                                       {"pwm_sysfs", make_pwm_sysfs},
                                                                        {"ssc32", make_ssc32}}};
 
 }  // namespace
@@ -82,6 +127,26 @@ std::unique_ptr<Backend> make_backend(const Profile& profile, EmergencyStop& sto
   }
   throw std::runtime_error(fmt::format("{}: there is no backend \"{}\"; this build knows {}", profile.file,
                                        profile.backend.kind, known));
+}
+
+SafetySettings safety_settings(const Profile& profile) {
+  static constexpr std::array<std::pair<std::string_view, GpioBias>, 3> kBiases{
+      {{"pull-up", GpioBias::kPullUp}, {"pull-down", GpioBias::kPullDown}, {"none", GpioBias::kDisabled}}};
+  SafetySettings settings;
+  const EmergencyStopOptions& stop = profile.emergency_stop;
+  if (!stop.chip.empty()) {
+    settings.stop = GpioRequest{stop.chip, {stop.line}, stop.active_low, GpioBias::kAsIs, "corbot stop"};
+    for (const auto& [name, bias] : kBiases) {
+      if (name == stop.bias) settings.stop->bias = bias;
+    }
+  }
+  const PowerEnableOptions& power = profile.power_enable;
+  if (!power.chip.empty()) {
+    settings.power = GpioRequest{power.chip, {power.line}, power.active_low, GpioBias::kAsIs, "corbot power"};
+  }
+  settings.off_at_stop = power.off_at_stop;
+  settings.priority = std::max(profile.priority - 1, 1);
+  return settings;
 }
 
 }  // namespace corbot::rt

@@ -18,6 +18,8 @@ constexpr const char* kModelU = "SSC-32U";
 constexpr std::size_t kLongestVersion = 64;
 constexpr std::size_t kBitsPerByte = 10;  // 8N1
 constexpr auto kAnswerWithin = 300ms;
+/// A short press is told for this many frames, longer than any period of the cycle.
+constexpr int kPressLasts_frames = 5;
 /// What QP tells of a channel that has had no pulse since power-up: the 500 us at which the controller
 /// believes every servo, or nothing.
 constexpr double kNeverCommanded_us = 500.0;
@@ -45,17 +47,20 @@ std::string Ssc32::model_of(std::string_view version) {
   return std::string(is_u ? kModelU : "SSC-32") + " (" + std::string(rest) + ")";
 }
 
-std::int64_t Ssc32::shortest_period_ns(std::size_t servos, int baud, bool readback) noexcept {
+std::int64_t Ssc32::shortest_period_ns(std::size_t servos, int baud, bool readback,
+                                       bool stop_input) noexcept {
   constexpr std::size_t kBytesPerServo = 8;  // #31P2500
   constexpr std::size_t kBytesPerGroup = 7;  // T65535 and CR
   constexpr std::size_t kBytesPerQuery = 5;  // QP31 and the answer
+  constexpr std::size_t kBytesPerInput = 4;  // AL, CR and the answer
   constexpr std::int64_t kAnswer_ns = 5'000'000;
-  const std::size_t bytes =
-      servos * kBytesPerServo + kBytesPerGroup + (readback ? servos * kBytesPerQuery + 1 : 0);
+  const std::size_t bytes = servos * kBytesPerServo + kBytesPerGroup +
+                            (readback ? servos * kBytesPerQuery + 1 : 0) + (stop_input ? kBytesPerInput : 0);
+  const std::int64_t answers_ns = (readback ? kAnswer_ns : 0) + (stop_input ? kAnswer_ns : 0);
   const auto line_ns =
       static_cast<std::int64_t>(bytes * kBitsPerByte * 1'000'000'000ull / static_cast<unsigned>(baud));
   // A tenth more, so that a controller that is a little slow does not fall behind for ever.
-  return std::max(kServoFrame_ns, line_ns + line_ns / 10 + (readback ? kAnswer_ns : 0));
+  return std::max(kServoFrame_ns, line_ns + line_ns / 10 + answers_ns);
 }
 
 std::string Ssc32::open() {
@@ -67,7 +72,10 @@ std::string Ssc32::open() {
   if (model.empty())
     throw DeviceError(DeviceCause::kBadAnswer, settings_.port + ": answers, but is no SSC-32");
   is_u_ = model.starts_with(kModelU);
-  period_ns_ = shortest_period_ns(settings_.servos, settings_.baud, settings_.readback);
+  period_ns_ =
+      shortest_period_ns(settings_.servos, settings_.baud, settings_.readback, settings_.stop_input != 0);
+  frames_pressed_ = 0;
+  if (settings_.stop_input != 0) (void)ask_stop_input();  // what it has latched before does not count
   const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
   return model + " on " + settings_.port + " at " + std::to_string(settings_.baud) +
          " baud: " + std::to_string(tenths_hz / 10) + "." + std::to_string(tenths_hz % 10) +
@@ -120,6 +128,25 @@ BusReading Ssc32::measure(const ServoFrame& frame) {
   BusReading reading{BusReading::Unit::kPulses, {}};
   query(frame, reading.value);
   return reading;
+}
+
+bool Ssc32::emergency_stop() {
+  if (settings_.stop_input == 0) return false;
+  if (ask_stop_input()) frames_pressed_ = kPressLasts_frames;
+  return frames_pressed_ > 0 && frames_pressed_-- > 0;
+}
+
+bool Ssc32::ask_stop_input() {
+  port_.discard_input();
+  // The controller latches a low level, not a high one.
+  write(std::string(1, settings_.stop_input) + (settings_.stop_at_high ? "\r" : "L\r"));
+  std::uint8_t level = 0;
+  port_.read_exactly({&level, 1}, Clock::now() + kAnswerWithin);
+  if (level != '0' && level != '1') {
+    throw DeviceError(DeviceCause::kBadAnswer, settings_.port + ": input " + settings_.stop_input +
+                                                   " is neither 0 nor 1: is the line disturbed?");
+  }
+  return (level == '1') == settings_.stop_at_high;
 }
 
 void Ssc32::query(const ServoFrame& frame, std::array<double, kMaxServos>& pulse_us) {

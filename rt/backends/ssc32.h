@@ -14,6 +14,8 @@ struct Ssc32Settings {
   int baud{115200};
   bool readback{false};
   std::size_t servos{kMaxServos};  ///< that a frame will have, for the rate
+  char stop_input{0};              ///< 'A' .. 'F': of an emergency stop; 0: none
+  bool stop_at_high{true};         ///< pressed is 5 V: a contact to ground that opens, or a wire that breaks
 };
 
 /// Lynxmotion SSC-32 and SSC-32U: ASCII over a serial line, 1 us, 50 Hz. Facts: the makers' manuals.
@@ -29,6 +31,7 @@ class Ssc32 final : public BusDevice {
   [[nodiscard]] std::int64_t approach_ns() const noexcept override;
   void halt() override;
   BusReading measure(const ServoFrame& frame) override;
+  bool emergency_stop() override;
   void relax() override;
 
   /// The bytes of one group move; `time_ms` 0: none. Pulses are rounded to 1 us and bounded to 500 .. 2500.
@@ -36,13 +39,16 @@ class Ssc32 final : public BusDevice {
   /// What VER answers: the model in words; empty when it is no SSC-32. Trusts nothing.
   [[nodiscard]] static std::string model_of(std::string_view version);
   /// Time between frames that a line of this speed can carry, at least a servo frame (20 ms).
-  [[nodiscard]] static std::int64_t shortest_period_ns(std::size_t servos, int baud, bool readback) noexcept;
+  [[nodiscard]] static std::int64_t shortest_period_ns(std::size_t servos, int baud, bool readback,
+                                                       bool stop_input = false) noexcept;
 
  private:
   void write(std::string_view text);
   [[nodiscard]] std::string read_line();
   /// One query for each channel of the frame; each answers a byte, in 10 us.
   void query(const ServoFrame& frame, std::array<double, kMaxServos>& pulse_us);
+  /// Whether the stop input is active now, or (active at low only) has been since it was last asked.
+  [[nodiscard]] bool ask_stop_input();
 
   Ssc32Settings settings_;
   const std::unique_ptr<SerialLine> line_;
@@ -50,6 +56,7 @@ class Ssc32 final : public BusDevice {
   std::int64_t period_ns_{20'000'000};
   ServoFrame last_{};
   bool is_u_{false};  ///< an SSC-32U
+  int frames_pressed_{0};  ///< for which a short press is still told
 };
 
 }  // namespace corbot::rt

@@ -6,9 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <optional>
 
 #include "cli/child.h"
@@ -78,21 +76,6 @@ const char* word(Level level) {
   }
 }
 
-/// The device of a profile; looked at, not opened, for it may be in use.
-Finding device(const BackendOptions& backend) {
-  if (backend.kind == "loopback") {
-    return {Level::kOk, "devices", "backend loopback (the simulator): needs none", ""};
-  }
-  const std::string& path = backend.serial.port;
-  const std::string what = fmt::format("backend {}: {}", backend.kind, path);
-  if (::access(path.c_str(), R_OK | W_OK) == 0) return {Level::kOk, "devices", what + " can be opened", ""};
-  const int error = errno;
-  return {Level::kFail, "devices", fmt::format("{}: {}", what, std::strerror(error)),
-          error == EACCES
-              ? "sudo adduser $USER dialout, then log in again; or install packaging/udev"
-              : "plug the controller in, or correct backend." + backend.kind + ".port in the profile"};
-}
-
 }  // namespace
 
 std::vector<Finding> examine_installation(const std::string& profile_file) {
@@ -106,7 +89,7 @@ std::vector<Finding> examine_installation(const std::string& profile_file) {
   const auto profile = read_profile(profile_file, findings);
   if (!profile) return findings;
   findings.push_back(port(*profile));
-  findings.push_back(device(profile->backend));
+  for (auto& finding : examine_devices(*profile)) findings.push_back(std::move(finding));
   return findings;
 }
 

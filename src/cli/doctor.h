@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "config/profile.h"
+
 namespace corbot::cli {
 
 enum class Level { kOk, kWarn, kFail };
@@ -32,6 +34,9 @@ struct MachineFiles {
 
 /// Programs, ORB and, where a profile is given, the profile, its port and its devices.
 [[nodiscard]] std::vector<Finding> examine_installation(const std::string& profile_file);
+
+/// The devices that a profile names; looked at, not opened, for they may be in use.
+[[nodiscard]] std::vector<Finding> examine_devices(const Profile& profile);
 
 /// Does a list such as "1-3,5" contain `cpu`?
 [[nodiscard]] bool cpu_list_contains(std::string_view list, int cpu);

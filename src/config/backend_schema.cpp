@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/backend_schema.h"
+#include "config/output_schema.h"
 
 #include <algorithm>
 #include <array>
@@ -50,6 +51,12 @@ void read_serial(Section& section, const SerialKind& kind, SerialOptions& option
 
 void read_ssc32(Section section, SerialOptions& options) {
   read_serial(section, {"ssc32", {2400, 9600, 38400, 115200}, 115200, true}, options);
+  const std::string input = section.text_or("stop_input", "").value_or("");
+  if (section.has("stop_input") && (input.size() != 1 || input[0] < 'A' || input[0] > 'F')) {
+    section.refuse("stop_input", "must be an input, \"A\" to \"D\"; on an SSC-32U to \"F\"");
+  }
+  options.stop_input = input.size() == 1 ? input[0] : '\0';
+  options.stop_at_high = !read_active_low(section, "stop_active", false);
   section.finish();
 }
 
@@ -90,10 +97,11 @@ void read_backend(Section section, BackendOptions& backend) {
       read(section.table(name), unused);  // checked, so that a change of kind brings no surprise
     }
   }
+  known |= read_outputs(section, backend);
   if (!known) {
-    section.refuse(
-        "kind",
-        "is not supported; supported: \"loopback\" (the simulator), \"ssc32\", \"maestro\", \"minissc\"");
+    section.refuse("kind",
+                   "is not supported; supported: \"loopback\" (the simulator), \"ssc32\", \"maestro\", "
+                   "\"minissc\", \"pca9685\", \"pwm_sysfs\", \"gpiod\"");
   }
   section.finish();
 }

@@ -32,6 +32,51 @@ struct SerialOptions {
   bool crc{false};           ///< Maestro
   double first_us{500.0};    ///< Mini SSC: pulse of position 0
   double last_us{2500.0};    ///< Mini SSC: pulse of position 254
+  char stop_input{0};        ///< SSC-32: input of an emergency stop, 'A' .. 'F'; 0: none
+  bool stop_at_high{true};   ///< SSC-32: pressed is 5 V
+};
+
+/// `[backend.pca9685]`: a PWM chip on I2C.
+struct Pca9685Options {
+  std::string bus;             ///< /dev/i2c-N
+  int address{0x40};           ///< of the chip, seven bits
+  double frame_hz{50.0};       ///< wanted; the chip has 253 rates
+  double oscillator_hz{25e6};  ///< of this chip, as measured
+  bool readback{false};        ///< report the pulses that it sends as measured
+  bool relax_at_end{false};    ///< pulses off at the end; else the chip goes on
+};
+
+/// `[backend.pwm_sysfs]`: PWM outputs of the kernel.
+struct PwmSysfsOptions {
+  std::string chip;  ///< directory, /sys/class/pwm/pwmchipN
+  double frame_hz{50.0};
+  bool relax_at_end{false};
+};
+
+/// `[backend.gpiod]`: servo pulses on GPIO lines.
+struct GpiodOptions {
+  std::string chip;                ///< /dev/gpiochipN
+  std::vector<std::string> lines;  ///< by channel: names, or offsets in digits
+  double frame_hz{50.0};
+  bool staggered{true};  ///< every pulse in a slot of its own; else all begin together
+  int priority{0};       ///< SCHED_FIFO of the pulses' thread; 0: one above the loop's
+  int cpu{-1};           ///< that it is bound to; -1: any
+};
+
+/// `[emergency_stop]`: an input that stops the arm, whatever the backend.
+struct EmergencyStopOptions {
+  std::string chip;  ///< /dev/gpiochipN; empty: there is none
+  std::string line;  ///< name, or offset in digits
+  bool active_low{false};
+  std::string bias{"pull-up"};  ///< "pull-up", "pull-down", "none" or "as-is"
+};
+
+/// `[power_enable]`: an output that lets the servos have power.
+struct PowerEnableOptions {
+  std::string chip;  ///< /dev/gpiochipN; empty: there is none
+  std::string line;
+  bool active_low{false};
+  bool off_at_stop{true};  ///< without power from an emergency stop until it is cleared
 };
 
 /// `[backend]`: which backend drives the servos, and the options of that kind.
@@ -39,6 +84,9 @@ struct BackendOptions {
   std::string kind{"loopback"};
   LoopbackOptions loopback{};
   SerialOptions serial{};  ///< of the kind that was chosen
+  Pca9685Options pca9685{};
+  PwmSysfsOptions pwm_sysfs{};
+  GpiodOptions gpiod{};
 };
 
 /// One robot as its profile describes it: validated, in SI units and radians, not to be changed afterwards.
@@ -50,6 +98,8 @@ struct Profile {
   int priority{80};                      ///< SCHED_FIFO, 1 … 98
   int cpu{-1};                           ///< that the real-time task is bound to; −1: any
   BackendOptions backend;
+  EmergencyStopOptions emergency_stop;
+  PowerEnableOptions power_enable;
   int queue_capacity{16};                  ///< motions outstanding at once
   std::string endpoint_host{"127.0.0.1"};  ///< the servant listens here
   int port{12810};                         ///< and here

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/schema.h"
 #include "config/backend_schema.h"
+#include "config/output_schema.h"
 
 #include <algorithm>
 #include <map>
@@ -203,7 +204,13 @@ void read_schema(const toml::table& table, Profile& profile, FaultList& faults) 
   read_path(root.table("path"), profile.arm.path);
   read_loop(root.table_or_empty("loop"), profile);
   read_servant(root.table_or_empty("servant"), profile);
-  read_backend(root.table("backend"), profile.backend);
+  const Section backend = root.table("backend");
+  read_backend(backend, profile.backend);
+  check_channels(backend, profile.backend, channels);
+  const Section stop = root.table_or_empty("emergency_stop");
+  if (root.has("emergency_stop")) read_emergency_stop(stop, profile.emergency_stop);
+  const Section power = root.table_or_empty("power_enable");
+  if (root.has("power_enable")) read_power_enable(power, profile.power_enable);
   root.finish();
 }
 

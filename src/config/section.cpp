@@ -161,6 +161,21 @@ std::optional<std::vector<double>> Section::numbers(std::string_view key, std::s
   return values.size() == count ? std::optional{values} : std::nullopt;
 }
 
+std::optional<std::vector<std::string>> Section::texts(std::string_view key, std::size_t most) {
+  const toml::node* node = find(key, true);
+  if (node == nullptr) return std::nullopt;
+  const toml::array* array = node->as_array();
+  std::vector<std::string> values;
+  for (std::size_t i = 0; array != nullptr && i < array->size(); ++i) {
+    if (const auto* value = (*array)[i].as_string()) values.push_back(value->get());
+  }
+  if (array != nullptr && !values.empty() && values.size() <= most && values.size() == array->size()) {
+    return values;
+  }
+  refuse(key, fmt::format("must be 1 to {} strings in brackets", most));
+  return std::nullopt;
+}
+
 std::optional<std::array<double, 2>> Section::range(std::string_view key, const Bounds& allowed) {
   const auto ends = numbers(key, 2, allowed);
   if (!ends) return std::nullopt;

@@ -49,6 +49,8 @@ class Section {
   /// Exactly `count` numbers.
   [[nodiscard]] std::optional<std::vector<double>> numbers(std::string_view key, std::size_t count,
                                                            const Bounds& allowed);
+  /// One text or more, at most `most`.
+  [[nodiscard]] std::optional<std::vector<std::string>> texts(std::string_view key, std::size_t most);
   /// Two numbers, the lower first.
   [[nodiscard]] std::optional<std::array<double, 2>> range(std::string_view key, const Bounds& allowed);
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 corbot_test(rt_test
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/rt/command_check_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/cycle_test.cpp
-          ${CMAKE_CURRENT_SOURCE_DIR}/rt/governor_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/loop_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/rt/emergency_stop_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/governor_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/loop_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/parts_test.cpp ${PROJECT_SOURCE_DIR}/rt/loop.cpp
   LIBS corbot::rt_core corbot::sim corbot::planner corbot::config)
 target_include_directories(rt_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})

@@ -118,6 +118,40 @@ TEST(Installation, ASerialDeviceIsLookedAt) {
   std::filesystem::remove(path);
 }
 
+TEST(Devices, AreLookedAtByKind) {
+  Profile profile;
+  const auto first = [&] { return examine_devices(profile).front(); };
+  profile.backend.kind = "pca9685";
+  profile.backend.pca9685.bus = "/nonexistent/i2c-1";
+  EXPECT_EQ(first().level, Level::kFail);
+  EXPECT_THAT(first().mend, HasSubstr("i2c-dev"));
+  profile.backend.kind = "pwm_sysfs";
+  profile.backend.pwm_sysfs.chip = "/nonexistent/pwmchip0";
+  EXPECT_THAT(first().text, HasSubstr("is no PWM controller"));
+  const std::string chip = testing::TempDir() + "corbot-doctor-pwm-" + std::to_string(::getpid());
+  fs::create_directory(chip);
+  std::ofstream(chip + "/export") << "";
+  profile.backend.pwm_sysfs.chip = chip;
+  EXPECT_EQ(first().level, Level::kOk);
+  fs::remove_all(chip);
+  profile.backend.kind = "gpiod";
+  profile.backend.gpiod = {.chip = "/nonexistent/gpiochip0", .lines = {"1"}};
+  EXPECT_THAT(first().mend, HasSubstr("backend.gpiod.chip"));
+}
+
+TEST(Devices, OfTheEmergencyStopAndThePowerToo) {
+  Profile profile;
+  EXPECT_EQ(examine_devices(profile).size(), 1u);
+  profile.emergency_stop = {.chip = "/nonexistent/gpiochip0", .line = "ESTOP"};
+  profile.power_enable = {.chip = "/dev/null", .line = "POWER"};
+  const auto findings = examine_devices(profile);
+  ASSERT_EQ(findings.size(), 4u);  // a file that can be opened, and what is wrong with it
+  EXPECT_EQ(findings[1].level, Level::kFail);
+  EXPECT_THAT(findings[1].text, HasSubstr("emergency stop: /nonexistent/gpiochip0: No such file"));
+  EXPECT_EQ(findings[3].level, Level::kFail);
+  EXPECT_THAT(findings[3].text, HasSubstr("power enable: /dev/null"));
+}
+
 TEST(Installation, AWrongProfileFails) {
   const auto findings = examine_installation("/nonexistent/robot.toml");
   EXPECT_TRUE(std::any_of(findings.begin(), findings.end(),

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "corbot/channel/snapshot_cell.h"
+#include "rt/backends/bus_device.h"
+#include "rt/backends/pulse_plan.h"
+#include "rt/gpio/gpio_lines.h"
+
+namespace corbot::rt {
+
+struct GpiodSettings {
+  std::string chip;                ///< /dev/gpiochipN
+  std::vector<std::string> lines;  ///< by channel: names or offsets
+  double frame_hz{50.0};
+  PulseOrder order{PulseOrder::kStaggered};
+  /// SCHED_FIFO of the thread that times the pulses; 0: an ordinary thread. Above the cycle's: an edge that
+  /// waits for the cycle's step is a twitch of the servo, while the cycle does not notice the few
+  /// microseconds of an edge. The thread sleeps between edges, never spins.
+  int priority{0};
+  int cpu{-1};  ///< −1: any
+};
+
+/// Servo pulses on GPIO lines, made by a thread of its own: raise, sleep to an absolute deadline, lower.
+/// A pulse's length counts from when its line really rose, so only the fall's lateness is its error, and that
+/// never shortens it. Nominal resolution 1 ns; what a pulse is really worth is told by lateness(). The
+/// pulses end with the thread.
+class Gpiod final : public BusDevice {
+ public:
+  Gpiod(GpiodSettings settings, std::unique_ptr<GpioChips> chips);
+  ~Gpiod() override { close(); }
+
+  std::string open() override;
+  void close() noexcept override;
+  [[nodiscard]] std::int64_t period_ns() const noexcept override { return frame_ns_; }
+  void send(const ServoFrame& frame, bool approach) override;
+  BusReading measure(const ServoFrame& frame) override;
+  void relax() override { widths_.store(PulseWidths{}); }
+  [[nodiscard]] std::string take_news() override;
+
+  [[nodiscard]] const EdgeLateness& lateness() const noexcept { return lateness_; }
+
+ private:
+  void run() noexcept;
+  void make_frame(const PulsePlan& plan, std::int64_t begin_ns) noexcept;
+  void set(std::uint32_t lines) noexcept;
+  [[nodiscard]] bool take_priority() noexcept;
+
+  GpiodSettings settings_;
+  std::unique_ptr<GpioChips> chips_;
+  std::int64_t frame_ns_;
+  std::unique_ptr<GpioOutputs> outputs_;
+  SnapshotCell<PulseWidths> widths_;
+  EdgeLateness lateness_;
+  std::atomic<int> error_{0};  ///< errno of an edge that could not be made; the thread has ended then
+  std::atomic<bool> end_{false};
+  std::atomic<int> is_realtime_{-1};  ///< −1: not known yet
+  std::string news_;                  ///< of the thread that calls, not of the one that times
+  std::chrono::steady_clock::time_point next_report_{};
+  std::thread thread_;
+};
+
+}  // namespace corbot::rt

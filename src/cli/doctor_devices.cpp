@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "cli/doctor.h"
+#include "rt/gpio/gpio_lines.h"
+
+namespace corbot::cli {
+
+namespace {
+
+constexpr const char* kSubject = "devices";
+
+/// A file that must be there and open for reading and writing. `group`: who may.
+Finding file(const std::string& what, const std::string& path, const std::string& group,
+             const std::string& if_absent) {
+  const std::string text = fmt::format("{}: {}", what, path);
+  if (::access(path.c_str(), R_OK | W_OK) == 0) return {Level::kOk, kSubject, text + " can be opened", ""};
+  const int error = errno;
+  return {Level::kFail, kSubject, fmt::format("{}: {}", text, std::strerror(error)),
+          error == EACCES
+              ? fmt::format("sudo adduser $USER {}, then log in again; or install packaging/udev", group)
+              : if_absent};
+}
+
+Finding pwm(const PwmSysfsOptions& options) {
+  const std::string what = "backend pwm_sysfs: " + options.chip;
+  const std::string use = options.chip + "/export";
+  if (::access(use.c_str(), W_OK) == 0) return {Level::kOk, kSubject, what + " can be used", ""};
+  if (errno == EACCES) {
+    return {Level::kFail, kSubject, what + ": Permission denied",
+            "install packaging/udev and join the group gpio"};
+  }
+  return {Level::kFail, kSubject, what + ": is no PWM controller",
+          "load its driver (on a Raspberry Pi: dtoverlay=pwm-2chan), or correct backend.pwm_sysfs.chip; "
+          "ls /sys/class/pwm shows what there is"};
+}
+
+/// Lines of a chip. One that is taken may be so by this very robot, which is up.
+void gpio(const std::string& what, const std::string& chip, const std::vector<std::string>& lines,
+          const std::string& key, std::vector<Finding>& findings) {
+  findings.push_back(file(what, chip, "gpio", fmt::format("correct {}.chip; 'gpiodetect' lists them", key)));
+  if (findings.back().level != Level::kOk) return;
+  for (const std::string& line : lines) {
+    const std::string fault = rt::gpio_line_fault(chip, line);
+    if (fault.empty()) continue;
+    const bool is_ours = fault.find("\"corbot") != std::string::npos;
+    findings.push_back({is_ours ? Level::kWarn : Level::kFail, kSubject, fmt::format("{}: {}", what, fault),
+                        is_ours ? "nothing, if this robot is up"
+                                : fmt::format("correct {}, or end who has it; 'gpioinfo' tells", key)});
+  }
+}
+
+void backend(const BackendOptions& options, std::vector<Finding>& findings) {
+  const std::string what = "backend " + options.kind;
+  if (options.kind == "loopback") {
+    findings.push_back({Level::kOk, kSubject, what + " (the simulator): needs none", ""});
+  } else if (options.kind == "pca9685") {
+    findings.push_back(file(what, options.pca9685.bus, "i2c",
+                            "modprobe i2c-dev, switch the bus on (on a Raspberry Pi: dtparam=i2c_arm=on), or "
+                            "correct backend.pca9685.bus"));
+  } else if (options.kind == "pwm_sysfs") {
+    findings.push_back(pwm(options.pwm_sysfs));
+  } else if (options.kind == "gpiod") {
+    gpio(what, options.gpiod.chip, options.gpiod.lines, "backend.gpiod", findings);
+  } else {
+    findings.push_back(
+        file(what, options.serial.port, "dialout",
+             fmt::format("plug the controller in, or correct backend.{}.port in the profile", options.kind)));
+  }
+}
+
+}  // namespace
+
+std::vector<Finding> examine_devices(const Profile& profile) {
+  std::vector<Finding> findings;
+  backend(profile.backend, findings);
+  if (const auto& stop = profile.emergency_stop; !stop.chip.empty()) {
+    gpio("emergency stop", stop.chip, {stop.line}, "emergency_stop", findings);
+  }
+  if (const auto& power = profile.power_enable; !power.chip.empty()) {
+    gpio("power enable", power.chip, {power.line}, "power_enable", findings);
+  }
+  return findings;
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/output_schema.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "corbot/arm/joints.h"
+
+namespace corbot {
+namespace {
+
+constexpr Bounds kFrameRate{40, 200, false, "Hz"};  // a servo's frame; beyond, pulses of 2500 us do not fit
+constexpr std::uint32_t kPca9685Channels = 16;
+constexpr double kSlot_us = 2700.0;  // of a staggered pulse: the longest, and room to be late
+
+bool read_at_end(Section& section) {
+  const std::string at_end = section.text_or("at_end", "hold").value_or("hold");
+  if (at_end != "hold" && at_end != "relax") section.refuse("at_end", "must be \"hold\" or \"relax\"");
+  return at_end == "relax";
+}
+
+std::string read_path(Section& section, std::string_view key, std::string_view example) {
+  std::string path = section.text(key).value_or("");
+  if (section.has(key) && !path.starts_with("/")) {
+    section.refuse(key, fmt::format("must be a path, such as {}", example));
+  }
+  return path;
+}
+
+void read_pca9685(Section section, Pca9685Options& options) {
+  options.bus = read_path(section, "bus", "/dev/i2c-1");
+  options.address =
+      static_cast<int>(section.integer_or("address", options.address, {0x08, 0x77, false, ""}).value_or(0));
+  options.frame_hz = section.number_or("frame_hz", options.frame_hz, kFrameRate).value_or(0);
+  options.oscillator_hz =
+      section.number_or("oscillator_hz", options.oscillator_hz, {20e6, 50e6, false, "Hz"}).value_or(0);
+  options.readback = section.flag_or("readback", false).value_or(false);
+  options.relax_at_end = read_at_end(section);
+  section.finish();
+}
+
+void read_pwm_sysfs(Section section, PwmSysfsOptions& options) {
+  options.chip = read_path(section, "chip", "/sys/class/pwm/pwmchip0");
+  options.frame_hz = section.number_or("frame_hz", options.frame_hz, kFrameRate).value_or(0);
+  options.relax_at_end = read_at_end(section);
+  section.finish();
+}
+
+void read_gpiod(Section section, GpiodOptions& options) {
+  options.chip = read_path(section, "chip", "/dev/gpiochip0");
+  options.lines = section.texts("lines", kMaxServos).value_or(std::vector<std::string>{});
+  for (auto line = options.lines.begin(); line != options.lines.end(); ++line) {
+    if (line->empty() || std::find(options.lines.begin(), line, *line) != line) {
+      section.refuse("lines", "must be names or offsets of lines, each one once");
+      break;
+    }
+  }
+  options.frame_hz = section.number_or("frame_hz", options.frame_hz, kFrameRate).value_or(0);
+  const std::string pulses = section.text_or("pulses", "staggered").value_or("staggered");
+  if (pulses != "staggered" && pulses != "together") {
+    section.refuse("pulses", "must be \"staggered\" or \"together\"");
+  }
+  options.staggered = pulses == "staggered";
+  if (options.staggered && static_cast<double>(options.lines.size()) * kSlot_us > 1e6 / options.frame_hz) {
+    section.refuse(
+        "lines", fmt::format("are too many to be staggered in a frame of {:.4g} us, {} us each; set pulses = "
+                             "\"together\"",
+                             1e6 / options.frame_hz, kSlot_us));
+  }
+  options.priority = static_cast<int>(
+      section.integer_or("priority", 0, {0, 99, false, "(0: one above the loop's)"}).value_or(0));
+  options.cpu = static_cast<int>(section.integer_or("cpu", -1, {-1, 1023, false, "(-1: any)"}).value_or(-1));
+  section.finish();
+}
+
+/// Reads a table that is needed when `kind` names it, and checked when it is there.
+template <class Options>
+bool read_one(Section& section, std::string_view name, std::string_view kind, void (*read)(Section, Options&),
+              Options& options) {
+  if (kind == name || section.has(name)) read(section.table(name), options);
+  return kind == name;
+}
+
+/// A chip and a line of it.
+void read_line(Section& section, std::string& chip, std::string& line) {
+  chip = read_path(section, "chip", "/dev/gpiochip0");
+  line = section.text("line").value_or("");
+  if (section.has("line") && line.empty()) section.refuse("line", "must be a line's name, or its offset");
+}
+
+}  // namespace
+
+bool read_active_low(Section& section, std::string_view key, bool otherwise) {
+  const std::string usual = otherwise ? "low" : "high";
+  const std::string active = section.text_or(key, usual).value_or(usual);
+  if (active != "high" && active != "low") section.refuse(key, "must be \"high\" or \"low\"");
+  return active == "low";
+}
+
+bool read_outputs(Section& section, BackendOptions& backend) {
+  bool known = read_one(section, "pca9685", backend.kind, read_pca9685, backend.pca9685);
+  known |= read_one(section, "pwm_sysfs", backend.kind, read_pwm_sysfs, backend.pwm_sysfs);
+  known |= read_one(section, "gpiod", backend.kind, read_gpiod, backend.gpiod);
+  return known;
+}
+
+void check_channels(Section section, const BackendOptions& backend,
+                    const std::map<std::uint32_t, std::string>& channels) {
+  const bool is_gpiod = backend.kind == "gpiod";
+  if (!is_gpiod && backend.kind != "pca9685") return;
+  const auto count = is_gpiod ? static_cast<std::uint32_t>(backend.gpiod.lines.size()) : kPca9685Channels;
+  for (const auto& [channel, key] : channels) {
+    if (channel < count || count == 0) continue;
+    section.refuse("kind",
+                   fmt::format("has channels 0 to {}{}; {} is {}", count - 1,
+                               is_gpiod ? ", one for each of backend.gpiod.lines" : "", key, channel));
+  }
+}
+
+void read_emergency_stop(Section section, EmergencyStopOptions& options) {
+  read_line(section, options.chip, options.line);
+  options.active_low = read_active_low(section, "active", false);
+  options.bias = section.text_or("bias", options.bias).value_or("");
+  static constexpr std::array<std::string_view, 4> kKnown{"pull-up", "pull-down", "none", "as-is"};
+  if (std::find(kKnown.begin(), kKnown.end(), options.bias) == kKnown.end()) {
+    section.refuse("bias", "must be \"pull-up\", \"pull-down\", \"none\" or \"as-is\"");
+  }
+  section.finish();
+}
+
+void read_power_enable(Section section, PowerEnableOptions& options) {
+  read_line(section, options.chip, options.line);
+  options.active_low = read_active_low(section, "active", false);
+  options.off_at_stop = section.flag_or("off_at_stop", true).value_or(true);
+  section.finish();
+}
+
+}  // namespace corbot

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <time.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "rt/backends/serial_port.h"
+#include "rt/gpio/gpio_lines.h"
+
+namespace corbot::test {
+
+/// GPIO lines in the hands of a test: outputs are recorded with the time, inputs are what the test says.
+class FakeGpio {
+ public:
+  struct Change {
+    std::int64_t time_ns;
+    std::uint32_t values;
+  };
+
+  static std::int64_t now_ns() {
+    timespec time{};
+    ::clock_gettime(CLOCK_MONOTONIC, &time);
+    return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+  }
+  [[nodiscard]] std::vector<Change> changes() {
+    const std::lock_guard lock(mutex_);
+    return changes_;
+  }
+  [[nodiscard]] std::uint32_t outputs() const { return outputs_; }
+  [[nodiscard]] int requests() const { return requests_; }
+  [[nodiscard]] rt::GpioRequest last_request() {
+    const std::lock_guard lock(mutex_);
+    return request_;
+  }
+  void press(bool pressed) {
+    const std::lock_guard lock(mutex_);
+    if (pressed_ != pressed) has_edge_ = true;
+    pressed_ = pressed;
+    wake_.notify_all();
+  }
+  /// Pressed and released before anybody could look.
+  void tap() {
+    const std::lock_guard lock(mutex_);
+    has_edge_ = true;
+    wake_.notify_all();
+  }
+  void miss_edges() { sees_edges_ = false; }
+  void unplug(int error = ENODEV) { error_ = error; }
+  void plug() { error_ = 0; }
+
+  [[nodiscard]] std::unique_ptr<rt::GpioChips> chips() { return std::make_unique<Chips>(*this); }
+
+ private:
+  class Outputs final : public rt::GpioOutputs {
+   public:
+    explicit Outputs(FakeGpio& gpio) : gpio_(gpio) {}
+    ~Outputs() override { gpio_.outputs_ = 0; }
+    [[nodiscard]] int set(std::uint32_t values) noexcept override {
+      const int error = gpio_.error_;
+      if (error != 0) return error;
+      const std::lock_guard lock(gpio_.mutex_);
+      gpio_.changes_.push_back({now_ns(), values});
+      gpio_.outputs_ = values;
+      return 0;
+    }
+
+   private:
+    FakeGpio& gpio_;
+  };
+  class Input final : public rt::GpioInput {
+   public:
+    explicit Input(FakeGpio& gpio) : gpio_(gpio) {}
+    bool wait_edge(std::chrono::nanoseconds longest) override {
+      std::unique_lock lock(gpio_.mutex_);
+      (void)gpio_.wake_.wait_for(lock, longest, [&] { return gpio_.has_edge_; });
+      gpio_.check();
+      return std::exchange(gpio_.has_edge_, false) && gpio_.sees_edges_;
+    }
+    [[nodiscard]] bool is_active() override {
+      const std::lock_guard lock(gpio_.mutex_);
+      gpio_.check();
+      return gpio_.pressed_;
+    }
+
+   private:
+    FakeGpio& gpio_;
+  };
+  class Chips final : public rt::GpioChips {
+   public:
+    explicit Chips(FakeGpio& gpio) : gpio_(gpio) {}
+    [[nodiscard]] std::unique_ptr<rt::GpioOutputs> outputs(const rt::GpioRequest& request) override {
+      gpio_.take(request);
+      return std::make_unique<Outputs>(gpio_);
+    }
+    [[nodiscard]] std::unique_ptr<rt::GpioInput> input(const rt::GpioRequest& request) override {
+      gpio_.take(request);
+      return std::make_unique<Input>(gpio_);
+    }
+
+   private:
+    FakeGpio& gpio_;
+  };
+
+  void take(const rt::GpioRequest& request) {
+    check();
+    const std::lock_guard lock(mutex_);
+    request_ = request;
+    ++requests_;
+  }
+  void check() const {
+    if (error_ != 0) throw rt::DeviceError(rt::DeviceCause::kHungUp, "fake gpio: gone");
+  }
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::vector<Change> changes_;
+  rt::GpioRequest request_;
+  bool pressed_{false};
+  bool has_edge_{false};
+  std::atomic<bool> sees_edges_{true};
+  std::atomic<std::uint32_t> outputs_{0};
+  std::atomic<int> requests_{0};
+  std::atomic<int> error_{0};
+};
+
+}  // namespace corbot::test

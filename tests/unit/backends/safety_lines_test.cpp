@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+// The emergency stop's input and the servos' power: what counts as pressed, and who may switch on.
+#include "rt/inputs/safety_lines.h"
+
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <mutex>
+#include <thread>
+
+#include "backends/fake_gpio.h"
+#include "rt/inputs/stop_logic.h"
+
+namespace corbot::rt {
+namespace {
+
+using test::FakeGpio;
+using ::testing::HasSubstr;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr auto kGpio = static_cast<std::uint32_t>(StopSource::kGpio);
+
+template <class Condition>
+bool wait_until(Condition&& condition) {
+  const auto deadline = Clock::now() + std::chrono::seconds(20);
+  while (!condition()) {
+    if (Clock::now() > deadline) return false;
+    std::this_thread::yield();
+  }
+  return true;
+}
+
+TEST(StopLogic, IsPressedAtOnceAndReleasedAfterAWhile) {
+  StopLogic logic;
+  EXPECT_TRUE(logic.pressed()) << "until it was looked at";
+  EXPECT_FALSE(logic.step(false, 0));
+  EXPECT_TRUE(logic.step(true, 10 * kMs));
+  EXPECT_TRUE(logic.step(false, 11 * kMs));
+  EXPECT_TRUE(logic.step(false, 59 * kMs));
+  EXPECT_FALSE(logic.step(false, 60 * kMs));
+}
+
+TEST(StopLogic, TakesAContactThatBouncesForOnePress) {
+  StopLogic logic;
+  EXPECT_FALSE(logic.step(false, 0));
+  int changes = 0;
+  bool last = false;
+  for (int i = 1; i < 400; ++i) {
+    const bool now = logic.step(i < 100 && i % 3 == 0, i * kMs);
+    changes += now != last ? 1 : 0;
+    last = now;
+  }
+  EXPECT_EQ(changes, 2);
+  EXPECT_FALSE(last);
+}
+
+TEST(StopLogic, IsPressedWhenItIsSoAtTheStart) {
+  StopLogic logic;
+  EXPECT_TRUE(logic.step(true, 0));
+  EXPECT_TRUE(logic.step(false, 49 * kMs));
+  EXPECT_FALSE(logic.step(false, 51 * kMs));
+}
+
+TEST(PowerLogic, WaitsForTheDeviceAndForTheOperator) {
+  PowerLogic logic(true);
+  EXPECT_FALSE(logic.step(false, false, 1, false));
+  EXPECT_TRUE(logic.step(true, false, 2, false));
+  EXPECT_FALSE(logic.step(true, true, 3, false)) << "pressed";
+  EXPECT_FALSE(logic.step(true, false, 3, false)) << "the cycle has not seen it yet";
+  EXPECT_FALSE(logic.step(true, false, 4, false)) << "what it published may be older than the press";
+  EXPECT_FALSE(logic.step(true, false, 6, true)) << "released, not cleared";
+  EXPECT_TRUE(logic.step(true, false, 7, false)) << "cleared";
+  EXPECT_FALSE(logic.step(false, false, 8, false));
+}
+
+TEST(PowerLogic, StaysOnWhereSoSet) {
+  PowerLogic logic(false);
+  EXPECT_TRUE(logic.step(true, true, 1, true));
+}
+
+class SafetyLinesTest : public ::testing::Test {
+ protected:
+  std::unique_ptr<SafetyLines> make(bool with_stop = true, bool with_power = true) {
+    SafetySettings settings;
+    if (with_stop) settings.stop = GpioRequest{.chip = "fake", .lines = {"ESTOP"}, .active_low = true};
+    if (with_power) settings.power = GpioRequest{.chip = "fake", .lines = {"SERVO_POWER"}};
+    return std::make_unique<SafetyLines>(
+        settings, gpio_.chips(), stop_,
+        [this] {
+          // A cycle that latches a stop until it is cleared.
+          if (stop_.sources() != 0) in_error_ = true;
+          return CycleView{++cycle_, in_error_};
+        },
+        [this](const std::string& text) {
+          const std::lock_guard lock(mutex_);
+          told_ += text + "\n";
+        });
+  }
+  std::string told() {
+    const std::lock_guard lock(mutex_);
+    return told_;
+  }
+  FakeGpio gpio_;
+  EmergencyStop stop_;
+  std::atomic<std::uint64_t> cycle_{0};
+  std::atomic<bool> in_error_{false};
+  std::mutex mutex_;
+  std::string told_;
+};
+
+TEST_F(SafetyLinesTest, StopsAndSwitchesOff) {
+  const auto lines = make();
+  lines->start();
+  EXPECT_EQ(stop_.sources(), 0u);
+  EXPECT_EQ(gpio_.outputs(), 0u) << "no power before the device is open";
+  lines->allow_power();
+  ASSERT_TRUE(wait_until([&] { return gpio_.outputs() == 1; }));
+  gpio_.press(true);
+  ASSERT_TRUE(wait_until([&] { return stop_.sources() == kGpio; }));
+  ASSERT_TRUE(wait_until([&] { return gpio_.outputs() == 0; }));
+  gpio_.press(false);
+  ASSERT_TRUE(wait_until([&] { return stop_.sources() == 0; }));
+  const std::uint64_t released_in = cycle_;
+  ASSERT_TRUE(wait_until([&] { return cycle_ > released_in + 10; }));
+  EXPECT_EQ(gpio_.outputs(), 0u) << "releasing it switches nothing on";
+  in_error_ = false;  // Clear
+  EXPECT_TRUE(wait_until([&] { return gpio_.outputs() == 1; }));
+  lines->stop();
+  EXPECT_EQ(gpio_.changes().back().values, 0u);
+  EXPECT_THAT(told(), HasSubstr("emergency stop pressed"));
+}
+
+TEST_F(SafetyLinesTest, MissesNoShortPress) {
+  const auto lines = make(true, false);
+  lines->start();
+  ASSERT_EQ(stop_.sources(), 0u);
+  gpio_.tap();
+  const auto tapped = Clock::now();
+  ASSERT_TRUE(wait_until([&] { return stop_.sources() == kGpio; }));
+  ASSERT_TRUE(wait_until([&] { return stop_.sources() == 0; }));
+  EXPECT_GE(Clock::now() - tapped, std::chrono::nanoseconds(StopLogic::kGoodAfter_ns));
+}
+
+TEST_F(SafetyLinesTest, LooksAtTheLevelThoughNoEdgeIsSeen) {
+  gpio_.miss_edges();
+  const auto lines = make(true, false);
+  lines->start();
+  ASSERT_EQ(stop_.sources(), 0u);
+  gpio_.press(true);
+  EXPECT_TRUE(wait_until([&] { return stop_.sources() == kGpio; }));
+}
+
+TEST_F(SafetyLinesTest, IsPressedFromTheStart) {
+  gpio_.press(true);
+  const auto lines = make();
+  lines->start();
+  EXPECT_EQ(stop_.sources(), kGpio) << "when start() returns";
+  lines->allow_power();
+  const std::uint64_t now = cycle_;
+  ASSERT_TRUE(wait_until([&] { return cycle_ > now + 10; }));
+  EXPECT_EQ(gpio_.outputs(), 0u);
+}
+
+TEST_F(SafetyLinesTest, TakesAChipThatIsGoneForPressed) {
+  const auto lines = make(true, false);
+  lines->start();
+  ASSERT_EQ(stop_.sources(), 0u);
+  gpio_.unplug();
+  ASSERT_TRUE(wait_until([&] { return stop_.sources() == kGpio; }));
+  ASSERT_TRUE(wait_until([&] { return told().find("gone") != std::string::npos; }));
+  gpio_.plug();
+  EXPECT_TRUE(wait_until([&] { return stop_.sources() == 0; })) << "the cycle still waits for Clear";
+  EXPECT_EQ(gpio_.requests(), 2);
+}
+
+TEST_F(SafetyLinesTest, SwitchesOffAtTheStopOfADevice) {
+  const auto lines = make(false, true);
+  lines->start();
+  lines->allow_power();
+  ASSERT_TRUE(wait_until([&] { return gpio_.outputs() == 1; }));
+  stop_.set(StopSource::kDevice, true);
+  EXPECT_TRUE(wait_until([&] { return gpio_.outputs() == 0; }));
+}
+
+TEST_F(SafetyLinesTest, RefusesToStartWithoutItsChip) {
+  gpio_.unplug();
+  EXPECT_THROW(make()->start(), DeviceError);
+}
+
+TEST_F(SafetyLinesTest, DoesNothingWhereThereIsNeither) {
+  const auto lines = make(false, false);
+  lines->start();
+  lines->allow_power();
+  EXPECT_EQ(gpio_.requests(), 0);
+}
+
+}  // namespace
+}  // namespace corbot::rt

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// An emergency stop in the cycle: in the very cycle that sees it, and until it is released and cleared.
+#include <gtest/gtest.h>
+
+#include "rt/rig.h"
+
+namespace corbot::test {
+namespace {
+
+const Joints kThere{0.8, 1.2, 1.5, 0.5};
+
+class EmergencyStopInCycle : public ::testing::TestWithParam<StopSource> {
+ protected:
+  EmergencyStopInCycle() { rig.step(); }
+  void press(bool pressed) { rig.emergency_stop.set(GetParam(), pressed); }
+  std::uint64_t go() { return rig.submit(rig.planner.move_joints(rig.start(), {}, kThere, 0.0)); }
+  Rig rig;
+};
+
+TEST_P(EmergencyStopInCycle, HoldsInTheCycleThatSeesIt) {
+  const std::uint64_t running = go();
+  const std::uint64_t waiting = rig.submit(rig.planner.dwell({kThere, 0.0}, 1.0));
+  rig.step(250);
+  ASSERT_EQ(rig.snapshot.state, RtState::kMoving);
+  const Joints before = rig.snapshot.position_rad;
+  press(true);
+  EXPECT_TRUE(rig.step().published);
+  EXPECT_EQ(rig.snapshot.position_rad, before) << "not a step further";
+  EXPECT_EQ(rig.snapshot.state, RtState::kError);
+  EXPECT_EQ(rig.snapshot.stop_sources, static_cast<std::uint32_t>(GetParam()));
+  const auto alarm = rig.alarm();
+  ASSERT_TRUE(alarm);
+  EXPECT_EQ(alarm->code, AlarmCode::kEmergencyStop);
+  EXPECT_EQ(alarm->value, static_cast<double>(GetParam()));
+  for (const std::uint64_t id : {running, waiting}) {
+    const auto verdict = rig.completion();
+    ASSERT_TRUE(verdict);
+    EXPECT_EQ(verdict->id, id);
+    EXPECT_EQ(verdict->verdict, Verdict::kFault);
+  }
+  for (int i = 0; i < 100; ++i) {
+    rig.step();
+    ASSERT_EQ(rig.snapshot.position_rad, before);
+  }
+  EXPECT_FALSE(rig.alarm()) << "once";
+}
+
+TEST_P(EmergencyStopInCycle, IsNotClearedWhilePressedNorByItsRelease) {
+  press(true);
+  rig.step();
+  rig.clear();
+  rig.step();
+  EXPECT_EQ(rig.snapshot.clears_done, 1u);
+  EXPECT_EQ(rig.snapshot.state, RtState::kError);
+  press(false);
+  rig.step(10);
+  EXPECT_EQ(rig.snapshot.stop_sources, 0u);
+  EXPECT_EQ(rig.snapshot.state, RtState::kError) << "latched";
+  go();
+  rig.step(2);
+  EXPECT_EQ(rig.completion()->verdict, Verdict::kFault);
+  rig.clear();
+  rig.step();
+  EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
+  go();
+  rig.step(10);
+  EXPECT_EQ(rig.snapshot.state, RtState::kMoving);
+}
+
+TEST_P(EmergencyStopInCycle, BeatsAClearInTheSameCycle) {
+  press(true);
+  rig.step();
+  press(false);
+  rig.step();
+  press(true);
+  rig.clear();
+  rig.step();
+  EXPECT_EQ(rig.snapshot.state, RtState::kError);
+}
+
+TEST_P(EmergencyStopInCycle, StopsTheFirstCycleOfANewTask) {
+  press(true);
+  rig.restart();
+  rig.step();
+  EXPECT_EQ(rig.snapshot.state, RtState::kError);
+  EXPECT_EQ(rig.alarm()->code, AlarmCode::kEmergencyStop);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sources, EmergencyStopInCycle,
+                         ::testing::Values(StopSource::kGpio, StopSource::kDevice), [](const auto& test) {
+                           return test.param == StopSource::kGpio ? "gpio" : "device";
+                         });
+
+}  // namespace
+}  // namespace corbot::test
