@@ -2,8 +2,13 @@
 #include <ostream>
 
 #include "contract/stand.h"
+#include "rt/backends/registry.h"
 
 namespace corbot::test {
+
+std::unique_ptr<Backend> Stand::make(const Profile& profile, EmergencyStop& stop) {
+  return rt::make_backend(profile, stop);
+}
 
 void PrintTo(const StandKind& kind, std::ostream* out) { *out << kind.name; }
 
@@ -11,8 +16,7 @@ std::vector<StandKind> outside_stands() { return serial_stands(); }
 
 std::vector<StandKind> all_stands() {
   std::vector<StandKind> all = loopback_stands();
-  const std::vector<StandKind> outside = outside_stands();
-  all.insert(all.end(), outside.begin(), outside.end());
+  for (const auto& more : {pulse_stands(), outside_stands()}) all.insert(all.end(), more.begin(), more.end());
   return all;
 }
 

@@ -12,7 +12,6 @@
 
 #include "contract/driver.h"
 #include "contract/system_call_watch.h"
-#include "rt/backends/registry.h"
 #include "support/process.h"
 
 namespace corbot::test {
@@ -46,7 +45,7 @@ class Contract : public ::testing::TestWithParam<StandKind> {
     profile_ = parse_profile(text_with(stand_->backend_section()), "contract");
     facts_ = stand_->facts();
     home_ = pose(1500.0);
-    backend_ = rt::make_backend(profile_, stop_);
+    backend_ = stand_->make(profile_, stop_);
     stand_->attach(*backend_);
   }
   void TearDown() override {

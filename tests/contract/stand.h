@@ -8,8 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "config/profile.h"
 #include "corbot/arm/arm_model.h"
 #include "corbot/backend/backend.h"
+#include "corbot/backend/emergency_stop.h"
 
 namespace corbot::test {
 
@@ -48,6 +50,8 @@ class Stand {
   /// [backend] of a profile, as TOML.
   [[nodiscard]] virtual std::string backend_section() const = 0;
   [[nodiscard]] virtual DeviceFacts facts() const = 0;
+  /// The backend of a profile; a stand may put an emulated device under it.
+  [[nodiscard]] virtual std::unique_ptr<Backend> make(const Profile& profile, EmergencyStop& stop);
 
   virtual void unplug() = 0;
   virtual void plug() = 0;
@@ -71,7 +75,8 @@ void PrintTo(const StandKind& kind, std::ostream* out);
 
 std::vector<StandKind> loopback_stands();
 std::vector<StandKind> serial_stands();
-/// All but those inside the backend.
+std::vector<StandKind> pulse_stands();
+/// All whose devices are outside the process that drives them.
 std::vector<StandKind> outside_stands();
 std::vector<StandKind> all_stands();
 

@@ -12,7 +12,6 @@
 
 #include "contract/driver.h"
 #include "contract/stand.h"
-#include "rt/backends/registry.h"
 #include "support/process.h"
 
 namespace corbot::test {
@@ -85,7 +84,7 @@ void measure(const StandKind& kind) {
   }
   stand->set_up();
   EmergencyStop stop;
-  const auto backend = rt::make_backend(profile_with(stand->backend_section()), stop);
+  const auto backend = stand->make(profile_with(stand->backend_section()), stop);
   NoBackend none;
   ServoFrame frame = Driver::frame(arm, {});
   backend->open(frame);

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "backends/fake_gpio.h"
+#include "support/fake_gpio.h"
 
 namespace corbot::rt {
 namespace {

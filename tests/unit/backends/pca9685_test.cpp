@@ -7,42 +7,14 @@
 #include <cmath>
 #include <vector>
 
-#include "sim/pca9685_chip.h"
+#include "support/chip_bus.h"
 
 namespace corbot::rt {
 namespace {
 
+using test::ChipBus;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-/// A bus with one chip on it, which the test keeps.
-class ChipBus final : public I2cBus {
- public:
-  struct State {
-    sim::Pca9685Chip chip;
-    bool is_there{true};
-    std::vector<std::pair<int, std::size_t>> writes;  ///< first register, bytes
-  };
-  explicit ChipBus(State& state) : state_(state) {}
-  void open() override { check(true); }
-  void close() noexcept override {}
-  [[nodiscard]] const std::string& name() const noexcept override { return name_; }
-  void write(std::uint8_t first, std::span<const std::uint8_t> bytes) override {
-    check(state_.chip.write(first, bytes));
-    state_.writes.emplace_back(first, bytes.size());
-  }
-  void read(std::uint8_t first, std::span<std::uint8_t> into) override {
-    check(state_.chip.read(first, into));
-  }
-
- private:
-  void check(bool is_acknowledged) const {
-    if (!state_.is_there) throw DeviceError(DeviceCause::kNotThere, name_ + ": nobody there");
-    if (!is_acknowledged) throw DeviceError(DeviceCause::kNoAnswer, name_ + ": not acknowledged");
-  }
-  State& state_;
-  const std::string name_{"fake 0x40"};
-};
 
 class Pca9685Test : public ::testing::Test {
  protected:

@@ -12,6 +12,8 @@
 #include <mutex>
 #include <thread>
 
+#include "support/fake_pwm_chip.h"
+
 namespace corbot::rt {
 namespace {
 
@@ -30,64 +32,16 @@ bool wait_until(Condition&& condition) {
   return true;
 }
 
-class PwmSysfsTest : public ::testing::Test {
- protected:
-  PwmSysfsTest() {
-    std::string path = testing::TempDir() + "corbot-pwm-XXXXXX";
-    root_ = ::mkdtemp(path.data());
-    chip_ = root_ / "pwmchip0";
-    plug_in();
-    kernel_ = std::jthread([this](const std::stop_token& end) { play_kernel(end); });
-  }
-  ~PwmSysfsTest() override {
-    kernel_.request_stop();
-    kernel_.join();
-    fs::remove_all(root_);
-  }
+std::string new_directory() {
+  std::string path = testing::TempDir() + "corbot-pwm-XXXXXX";
+  return ::mkdtemp(path.data());
+}
 
-  void plug_in() {
-    fs::create_directories(chip_);
-    put(chip_ / "npwm", "16");
-    put(chip_ / "export", "");
-    put(chip_ / "unexport", "");
-  }
-  /// Exports what is asked for, the files at first without permission, as before udev's rule.
-  void play_kernel(const std::stop_token& end) {
-    while (!end.stop_requested()) {
-      if (const std::string wanted = get(chip_ / "export"); !wanted.empty()) {
-        put(chip_ / "export", "");
-        make_output(wanted);
-      }
-      if (const std::string wanted = get(chip_ / "unexport"); !wanted.empty()) {
-        put(chip_ / "unexport", "");
-        fs::remove_all(chip_ / ("pwm" + wanted));
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-  }
-  void make_output(const std::string& number) const {
-    const fs::path hidden = root_ / ("new" + number);
-    fs::create_directories(hidden);
-    for (const auto& [name, value] :
-         {std::pair{"period", "0"}, {"duty_cycle", "0"}, {"polarity", "normal"}}) {
-      put(hidden / name, value);
-    }
-    fs::rename(hidden, chip_ / ("pwm" + number));
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    put(chip_ / ("pwm" + number) / "enable", "0");  // comes last, and later
-  }
-  static void put(const fs::path& file, const std::string& text) {
-    std::ofstream(file) << text << (text.empty() ? "" : "\n");
-  }
-  static std::string get(const fs::path& file) {
-    std::ifstream stream(file);
-    std::string line;
-    std::getline(stream, line);
-    return line;
-  }
-  [[nodiscard]] std::string of(int channel, const std::string& name) const {
-    return get(chip_ / ("pwm" + std::to_string(channel)) / name);
-  }
+class PwmSysfsTest : public ::testing::Test, protected test::FakePwmChip {
+ protected:
+  PwmSysfsTest() : FakePwmChip(new_directory()) {}
+  ~PwmSysfsTest() override { fs::remove_all(root_); }
+
   std::unique_ptr<PwmSysfs> make(std::vector<std::uint32_t> channels = {0, 3}) {
     return std::make_unique<PwmSysfs>(
         PwmSysfsSettings{chip_.string(), std::move(channels), 50.0, std::chrono::milliseconds(5000)});
@@ -99,10 +53,6 @@ class PwmSysfsTest : public ::testing::Test {
     frame.pulse_us = {first_us, second_us};
     return frame;
   }
-
-  fs::path root_;
-  fs::path chip_;
-  std::jthread kernel_;
 };
 
 /// What is written to the files of one output, in order.
@@ -217,7 +167,7 @@ TEST_F(PwmSysfsTest, IsLostWithItsControllerAndFoundAgain) {
   const auto device = make();
   (void)device->open();
   device->send(frame(1500.0, 1500.0), false);
-  fs::rename(chip_, root_ / "unbound");
+  unplug();
   try {
     device->send(frame(1500.0, 1500.0), false);
     FAIL() << "though there was nothing to write";

@@ -8,8 +8,8 @@
 #include <mutex>
 #include <thread>
 
-#include "backends/fake_gpio.h"
 #include "rt/inputs/stop_logic.h"
+#include "support/fake_gpio.h"
 
 namespace corbot::rt {
 namespace {

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rt/backends/i2c_bus.h"
+#include "rt/backends/serial_port.h"
+#include "sim/pca9685_chip.h"
+
+namespace corbot::test {
+
+/// A bus with one chip on it, which the test keeps.
+class ChipBus final : public rt::I2cBus {
+ public:
+  struct State {
+    std::mutex mutex;  // of all below, where several threads look
+    sim::Pca9685Chip chip;
+    bool is_there{true};
+    std::vector<std::pair<int, std::size_t>> writes;  ///< first register, bytes
+  };
+  explicit ChipBus(State& state) : state_(state) {}
+  void open() override {
+    const std::lock_guard lock(state_.mutex);
+    check(true);
+  }
+  void close() noexcept override {}
+  [[nodiscard]] const std::string& name() const noexcept override { return name_; }
+  void write(std::uint8_t first, std::span<const std::uint8_t> bytes) override {
+    const std::lock_guard lock(state_.mutex);
+    if (state_.is_there) check(state_.chip.write(first, bytes));
+    check(true);
+    state_.writes.emplace_back(first, bytes.size());
+  }
+  void read(std::uint8_t first, std::span<std::uint8_t> into) override {
+    const std::lock_guard lock(state_.mutex);
+    check(state_.chip.read(first, into));
+  }
+
+ private:
+  void check(bool is_acknowledged) const {
+    if (!state_.is_there) throw rt::DeviceError(rt::DeviceCause::kNotThere, name_ + ": nobody there");
+    if (!is_acknowledged) throw rt::DeviceError(rt::DeviceCause::kNoAnswer, name_ + ": not acknowledged");
+  }
+  State& state_;
+  const std::string name_{"fake 0x40"};
+};
+
+}  // namespace corbot::test
