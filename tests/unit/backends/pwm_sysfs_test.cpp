@@ -74,7 +74,9 @@ class PwmSysfsTest : public ::testing::Test {
     }
     fs::rename(hidden, chip_ / ("pwm" + number));
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    put(chip_ / ("pwm" + number) / "enable", "0");  // comes last, and later
+    // Comes last, and later; whole, as sysfs never shows half a file.
+    put(root_ / "enable", "0");
+    fs::rename(root_ / "enable", chip_ / ("pwm" + number) / "enable");
   }
   static void put(const fs::path& file, const std::string& text) {
     std::ofstream(file) << text << (text.empty() ? "" : "\n");
