@@ -48,7 +48,9 @@ class FakePwmChip {
     }
     std::filesystem::rename(hidden, chip_ / ("pwm" + number));
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    put(chip_ / ("pwm" + number) / "enable", "0");  // comes last, and later
+    // Comes last, and later; whole, as sysfs never shows half a file.
+    put(root_ / "enable", "0");
+    std::filesystem::rename(root_ / "enable", chip_ / ("pwm" + number) / "enable");
   }
   static void put(const std::filesystem::path& file, const std::string& text) {
     std::ofstream(file) << text << (text.empty() ? "" : "\n");
