@@ -2,7 +2,6 @@
 # What cases share; sourced. The caller is in the project's top directory, and the environment tells the devices.
 set -euo pipefail
 guest=tests/rig/guest
-export PATH=$CORBOT_BIN:$PATH
 export XDG_RUNTIME_DIR=/run/corbot
 mkdir -p -m 700 "$XDG_RUNTIME_DIR"
 work=$(mktemp -d)

@@ -7,7 +7,8 @@ vmlinux=$kernel_dir/vmlinux
 
 # The package that linux-image-rt-amd64 stands for today, or nothing when apt knows of none.
 resolve_kernel() {
-  apt-cache depends linux-image-rt-amd64 2> /dev/null | sed -n 's/^ *Depends: \(linux-image-[0-9].*-rt-amd64\)$/\1/p' | head -n 1
+  apt-cache depends linux-image-rt-amd64 2> /dev/null |
+    sed -n 's/^ *Depends: \(linux-image-[0-9].*-rt-amd64\)$/\1/p' | head -n 1
 }
 
 # Leaves $vmlinux, $kernel_release and the modules under $kernel_root. What an earlier run has fetched serves as long as

@@ -11,7 +11,7 @@ in_guest() {
     counted) processor=(-accel tcg,thread=single -icount shift=1,sleep=off -smp 1) ;;
   esac
   {
-    printf 'export CORBOT_RIG_BOOT=%q CORBOT_BIN=%q\n' "$boot" "$binaries"
+    printf 'export CORBOT_RIG_BOOT=%q CORBOT_BIN=%q PATH=%q:$PATH\n' "$boot" "$binaries" "$binaries"
     printf 'cd %q\n' "$PWD"
     printf '%q ' "$@"
   } > "$exchange/command"
@@ -47,8 +47,10 @@ kernel_arguments() {
 wire_machine() {
   wiring=(
     # The host's files to read, the build tree to write.
-    -fsdev "local,id=host,path=/,security_model=none,readonly=on,multidevs=remap" -device virtio-9p-pci,fsdev=host,mount_tag=host
-    -fsdev "local,id=shared,path=$shared,security_model=none" -device virtio-9p-pci,fsdev=shared,mount_tag=shared
+    -fsdev "local,id=host,path=/,security_model=none,readonly=on,multidevs=remap"
+    -device virtio-9p-pci,fsdev=host,mount_tag=host
+    -fsdev "local,id=shared,path=$shared,security_model=none"
+    -device virtio-9p-pci,fsdev=shared,mount_tag=shared
     -object rng-random,id=rng,filename=/dev/urandom -device virtio-rng-pci,rng=rng
     # The kernel's messages, and beside them, on ports of their own, what the command prints.
     -serial "file:$rig_cache/kernel.log"
