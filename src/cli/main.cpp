@@ -124,6 +124,8 @@ void add_supervision(CLI::App& app, Settings& s) {
       ->check(CLI::IsMember({"omniorb", "orbit2"}));
   up_command->add_option("--realtime", s.up.realtime, "What to do where privileges are missing")
       ->check(CLI::IsMember({"enforce", "best-effort"}));
+  up_command->add_option("--state-dir", s.up.state_directory,
+                         "Where the last position is kept ($CORBOT_STATE_DIR, ~/.local/state/corbot)");
   up_command->callback([&s, naming] {
     if (naming->count() > 0 && s.up.naming_port == 0) s.up.naming_port = 2809;
     up(s.up);
