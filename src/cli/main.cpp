@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/calibrate.h"
 #include "cli/commands.h"
 #include "cli/doctor.h"
 #include "cli/explain.h"
@@ -35,6 +36,7 @@ struct Settings {
   bool dry_run{false};
   RecordOptions record;
   std::string doctor_profile;
+  CalibrateOptions calibrate;
 };
 
 void add_client_options(CLI::App& command, Settings& settings) {
@@ -141,6 +143,19 @@ void add_supervision(CLI::App& app, Settings& s) {
   });
 }
 
+void add_calibration(CLI::App& app, Settings& s) {
+  CLI::App* command =
+      app.add_subcommand("calibrate", "Find out what the servos' pulses mean, and write it into the profile");
+  command->add_option("PROFILE", s.calibrate.profile, "The robot's profile, a TOML file")->required();
+  command->add_option("--name", s.calibrate.name, "Name of the robot instead of the profile's");
+  command->add_option("--state-dir", s.calibrate.state_directory,
+                      "Where the last position is kept ($CORBOT_STATE_DIR, ~/.local/state/corbot)");
+  command->add_flag("--dry-run", s.calibrate.dry_run, "'write' shows what would change, and changes nothing");
+  command->footer(std::string("The robot must not be up. Commands, from the terminal or a pipe:\n") +
+                  calibrate_help());
+  command->callback([&s] { calibrate(s.calibrate); });
+}
+
 void add_views(CLI::App& app, Settings& s) {
   const std::vector<std::tuple<const char*, const char*, View>> views{
       {"status", "Show state, joints, tool and gripper", View::kStatus},
@@ -199,6 +214,7 @@ int run(int argc, char** argv) {
   std::map<const VerbSpec*, std::vector<std::string>> words;
   add_client_options(app, settings);
   add_supervision(app, settings);
+  add_calibration(app, settings);
   add_views(app, settings);
   add_verbs(app, settings, words);
   add_files(app, settings);
