@@ -14,6 +14,8 @@ namespace {
 
 /// Slower than this is a pause, not an override.
 constexpr double kLowestOverride = 1e-3;
+/// A joint that turned less has not shown where it is.
+constexpr double kLeastFirstMotion_rad = 0.01;
 
 double valid_override(double ratio) noexcept {
   return std::isfinite(ratio) ? std::clamp(ratio, kLowestOverride, 1.0) : 1.0;
@@ -25,8 +27,8 @@ bool has_failed(BackendHealth health) noexcept {
 
 }  // namespace
 
-Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend,
-             const EmergencyStop& stop) noexcept
+Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, const EmergencyStop& stop,
+             const CycleStart& start) noexcept
     : arm_(arm),
       segment_(segment),
       backend_(backend),
@@ -35,7 +37,7 @@ Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend,
       commands_(segment.commands),
       completions_(segment.completions),
       alarms_(segment.alarms) {
-  take_up_last_position();
+  take_up_last_position(start);
   drop_ring();
   stops_requested_ = segment_.control.stop_count.load(std::memory_order_acquire);
   snapshot_.stops_done = stops_requested_;
@@ -45,15 +47,21 @@ Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend,
   map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
 }
 
-void Cycle::take_up_last_position() noexcept {
+void Cycle::take_up_last_position(const CycleStart& start) noexcept {
   for (std::size_t i = 0; i < std::min<std::size_t>(arm_.dof, kMaxJoints); ++i) {
-    set_point_.position_rad[i] = std::clamp(0.0, arm_.joints[i].lower_rad, arm_.joints[i].upper_rad);
+    const double wanted_rad = std::isfinite(start.position_rad[i]) ? start.position_rad[i] : 0.0;
+    set_point_.position_rad[i] = std::clamp(wanted_rad, arm_.joints[i].lower_rad, arm_.joints[i].upper_rad);
   }
+  if (std::isfinite(start.opening)) set_point_.opening = std::clamp(start.opening, 0.0, 1.0);
+  uncertain_ = start.uncertain;
   Snapshot last{};
   if (last_snapshot(segment_, last)) {
     snapshot_.cycle = last.cycle;
     snapshot_.last_done_id = std::max(last.last_done_id, last.command_id);
-    if (is_in_range(arm_, last.position_rad, kGateTolerance_rad)) set_point_.position_rad = last.position_rad;
+    if (is_in_range(arm_, last.position_rad, kGateTolerance_rad)) {
+      set_point_.position_rad = last.position_rad;
+      uncertain_ = (last.flags & kSnapshotUncertain) != 0;
+    }
     if (std::isfinite(last.gripper)) set_point_.opening = std::clamp(last.gripper, 0.0, 1.0);
   }
   last_ = set_point_;
@@ -90,7 +98,7 @@ void Cycle::take_flags() noexcept {
   // Counters only rise; a lower one is somebody's mistake and no request.
   stops_requested_ = std::max(stops_requested_, control.stop_count.load(std::memory_order_acquire));
   paused_ = control.pause.load(std::memory_order_relaxed) != 0;
-  snapshot_.override_ratio = valid_override(control.override_ratio.load(std::memory_order_relaxed));
+  take_override();
 
   const std::uint64_t clears = control.clear_count.load(std::memory_order_acquire);
   if (clears > snapshot_.clears_done) {
@@ -99,6 +107,11 @@ void Cycle::take_flags() noexcept {
     faulted_ = has_failed(health_) || emergency_latched_;
     published_ = true;
   }
+}
+
+void Cycle::take_override() noexcept {
+  snapshot_.override_ratio = valid_override(segment_.control.override_ratio.load(std::memory_order_relaxed));
+  if (uncertain_) snapshot_.override_ratio = std::min(snapshot_.override_ratio, kFirstMotionOverride);
 }
 
 /// Before any command of this cycle: the set-point of the last cycle is the last.
@@ -228,7 +241,16 @@ void Cycle::accept_or_hold(const SetPoint& next) noexcept {
   if (!governor_.finished()) return;
   is_running_ = false;
   governor_.rest();
+  end_first_motion();
   complete(running_.id, Verdict::kDone);
+}
+
+/// A motion that has brought the arm somewhere and that nobody stopped: it is where it is believed to be.
+void Cycle::end_first_motion() noexcept {
+  for (std::size_t i = 0; uncertain_ && i < kMaxJoints; ++i) {
+    uncertain_ = std::abs(set_point_.position_rad[i] - base_.position_rad[i]) < kLeastFirstMotion_rad;
+  }
+  take_override();  // who waits for this motion shall not read the old one
 }
 
 void Cycle::exchange_with_backend() noexcept {
@@ -238,7 +260,7 @@ void Cycle::exchange_with_backend() noexcept {
   map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
   backend_.write(frame_);
   const ServoFeedback feedback = backend_.read();
-  snapshot_.flags = feedback.measured ? kSnapshotMeasured : 0;
+  snapshot_.flags = (feedback.measured ? kSnapshotMeasured : 0u) | (uncertain_ ? kSnapshotUncertain : 0u);
   snapshot_.measured_rad = feedback.measured ? feedback.position_rad : Joints{};
   snapshot_.measured_time_ns = feedback.measured ? feedback.time_ns : 0;
   const BackendTimes times = backend_.times();

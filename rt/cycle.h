@@ -20,8 +20,18 @@ struct StepReport {
   RtState state{RtState::kStandby};
 };
 
+/// Until the first motion after a power-up is done, motions run at this rate at the most.
+inline constexpr double kFirstMotionOverride = 0.1;
+
+/// Where the arm is when the segment does not say.
+struct CycleStart {
+  Joints position_rad{};  ///< brought into the joints' ranges
+  double opening{0.0};
+  bool uncertain{false};  ///< believed, not known: the first motion is slow
+};
+
 /// One robot's real-time cycle. The constructor takes up where the segment's last snapshot left the arm (or
-/// at angle 0) and drops what the ring holds; step() is then called once a period, forever.
+/// at `start`) and drops what the ring holds; step() is then called once a period, forever.
 ///
 /// step() is given the time and touches nothing but the segment, the backend and its own members: no clock,
 /// no allocation, no lock, no system call, nothing thrown, a bounded number of operations. Each call advances
@@ -30,7 +40,8 @@ struct StepReport {
 class Cycle {
  public:
   /// `stop`: whether an emergency stop is seen; it and the others outlive this.
-  Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, const EmergencyStop& stop) noexcept;
+  Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, const EmergencyStop& stop,
+        const CycleStart& start = {}) noexcept;
 
   /// Real-time safe. `now_ns`: CLOCK_MONOTONIC, when the cycle was due; `wall_ns`: CLOCK_REALTIME of the same
   /// instant.
@@ -47,10 +58,11 @@ class Cycle {
   [[nodiscard]] Ring<AlarmEvent, 64>& alarm_log() noexcept { return alarm_log_; }
 
  private:
-  void take_up_last_position() noexcept;
+  void take_up_last_position(const CycleStart& start) noexcept;
   void drop_ring() noexcept;
 
   void take_flags() noexcept;
+  void take_override() noexcept;
   void take_emergency_stop() noexcept;
   void take_command() noexcept;
   void advance_virtual_time() noexcept;
@@ -61,6 +73,7 @@ class Cycle {
 
   [[nodiscard]] bool fetch_pending() noexcept;
   void end_stop() noexcept;
+  void end_first_motion() noexcept;
   void refuse_queue(Verdict verdict, bool older_only) noexcept;
   void begin_pending() noexcept;
   void report_lost_commands() noexcept;
@@ -94,6 +107,7 @@ class Cycle {
   bool paused_{false};
   bool faulted_{false};
   bool emergency_latched_{false};  ///< until a clear after the release
+  bool uncertain_{false};  ///< no motion has been done yet since the arm's power-up
   bool published_{false};
   BackendHealth health_{BackendHealth::kOpen};
   ServoFrame frame_{};

@@ -20,6 +20,7 @@
 #include "rt/inputs/safety_lines.h"
 #include "rt/loop.h"
 #include "rt/realtime_setup.h"
+#include "rt/start_position.h"
 #include "sim/loopback_backend.h"
 
 namespace {
@@ -40,6 +41,7 @@ void pull_plug(int signal_number) {
 struct Options {
   std::string profile;
   std::string name;
+  std::string state_directory;
   bool enforce{false};
   bool fresh{false};
 };
@@ -104,7 +106,9 @@ void run(const Options& options) {
   const Place place(segment);
   EmergencyStop stop;
   const std::unique_ptr<Backend> backend = rt::make_backend(profile, stop);
-  const auto cycle = std::make_unique<rt::Cycle>(profile.arm, segment.layout(), *backend, stop);
+  rt::StartPosition position(profile, name, options.state_directory);
+  const rt::CycleStart start = position.find(segment.layout(), backend->connect(), options.fresh);
+  const auto cycle = std::make_unique<rt::Cycle>(profile.arm, segment.layout(), *backend, stop, start);
   const auto view = [&segment] {
     Snapshot snapshot{};
     if (!segment.layout().snapshot.load(snapshot)) return rt::CycleView{0, true};
@@ -130,6 +134,7 @@ void run(const Options& options) {
     const rt::RealtimeResult result = rt::make_realtime({profile.priority, profile.cpu}, latency_fd);
     say_what_is_missing(result, options.enforce);
     rt::Loop loop(*cycle, segment.layout(), {profile.arm.period_ns, result.realtime(), profile.priority});
+    fmt::print("position {}\n", position.text());
     fmt::print("ready {} period {} us {}\n", name, profile.arm.period_ns / 1000,
                result.realtime() ? "realtime" : "best-effort");
     std::fflush(stdout);
@@ -143,6 +148,7 @@ void run(const Options& options) {
   safety.stop();
   backend->close();
   rt::print_news(*backend);
+  position.keep(segment.layout());
   spdlog::info("{} at rest, ended", name);
 }
 
@@ -157,7 +163,9 @@ int main(int argc, char** argv) {
   app.add_option("--realtime", realtime, "what to do where real-time privileges are missing")
       ->check(CLI::IsMember({"enforce", "best-effort"}))
       ->capture_default_str();
-  app.add_flag("--fresh", options.fresh, "forget where the arm was; it must be at angle 0");
+  app.add_option("--state-dir", options.state_directory,
+                 "where the last position is kept, instead of $CORBOT_STATE_DIR or ~/.local/state/corbot");
+  app.add_flag("--fresh", options.fresh, "forget where the arm was: it must be at angle 0");
   app.footer(
       "The loopback backend's device can be lost and found on purpose: SIGUSR1 pulls its plug, SIGUSR2 puts "
       "it back.");

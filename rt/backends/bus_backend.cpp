@@ -20,6 +20,10 @@ constexpr int kGoodAgain = 25;
 constexpr double kLead_us_per_s = 400.0;
 constexpr double kLead_rad_per_s = 0.5;
 
+/// Between them, a pulse width is one that the controller sends.
+constexpr double kNoPulse_us = 500.0;
+constexpr double kMostPulse_us = 2550.0;
+
 /// One answer that is missing or wrong may be noise on the line.
 bool may_pass(DeviceCause cause) {
   return cause == DeviceCause::kNoAnswer || cause == DeviceCause::kBadAnswer;
@@ -39,11 +43,53 @@ BusBackend::BusBackend(const ArmModel& arm, std::unique_ptr<BusDevice> device, B
                        EmergencyStop& stop)
     : arm_(arm), device_(std::move(device)), settings_(std::move(settings)), stop_(stop) {}
 
+DevicePosition BusBackend::connect() {
+  tell(device_->open());  // the operator hears of a missing device at once, not by an alarm
+  is_connected_ = true;
+  ServoFrame frame;
+  frame.servo_count = arm_.dof + 1;
+  for (std::size_t i = 0; i < arm_.dof; ++i) frame.channel[i] = arm_.servos[i].channel;
+  frame.channel[arm_.dof] = arm_.gripper.channel;
+  BusReading reading;
+  try {
+    reading = device_->measure(frame);
+  } catch (const DeviceError& error) {
+    tell(std::string("does not say where the servos are: ") + error.what());
+  }
+  DevicePosition position;
+  position.opening = -1.0;
+  if (reading.unit == BusReading::Unit::kNothing) return position;
+  for (std::size_t i = 0; i < arm_.dof; ++i) position.position_rad[i] = angle_rad(i, reading);
+  if (reading.unit == BusReading::Unit::kJoints) {
+    position.kind = DevicePosition::Kind::kMeasured;
+    return position;
+  }
+  // Servos that were let go may have been moved since.
+  if (settings_.relax_at_end) return position;
+  for (std::size_t i = 0; i <= arm_.dof; ++i) {
+    // At its power-up a controller tells 0, or the least, of a servo that it has given no pulse yet.
+    if (!(reading.value[i] > kNoPulse_us && reading.value[i] < kMostPulse_us)) return position;
+  }
+  position.kind = DevicePosition::Kind::kTold;
+  position.opening = std::clamp(
+      (reading.value[arm_.dof] - arm_.gripper.closed_us) / (arm_.gripper.open_us - arm_.gripper.closed_us),
+      0.0, 1.0);
+  return position;
+}
+
+double BusBackend::angle_rad(std::size_t joint, const BusReading& reading) const {
+  if (reading.unit == BusReading::Unit::kJoints) return reading.value[joint];
+  const ServoMap& map = arm_.servos[joint];
+  return (reading.value[joint] - map.zero_us) / (map.direction * map.us_per_rad);
+}
+
 void BusBackend::open(const ServoFrame& first) {
   newest_.store(first);
-  tell(device_->open());  // the operator hears of a missing device at once, not by an alarm
+  if (!is_connected_) tell(device_->open());
+  is_connected_ = true;
   if (is_stopped(first)) {
     device_->close();
+    is_connected_ = false;
     throw DeviceError(DeviceCause::kNone, "the emergency stop is pressed; release it, then start again");
   }
   (void)approach();
@@ -57,7 +103,12 @@ void BusBackend::close() noexcept {
     end_ = true;
   }
   wake_.notify_all();
-  if (thread_.joinable()) thread_.join();
+  if (thread_.joinable()) {
+    thread_.join();
+  } else if (is_connected_) {
+    device_->close();
+  }
+  is_connected_ = false;
   health_.store(BackendHealth::kClosed, std::memory_order_relaxed);
 }
 
@@ -261,10 +312,7 @@ void BusBackend::exchange() {
   feedback.measured = reading.unit != BusReading::Unit::kNothing;
   feedback.time_ns = now_ns();
   for (std::size_t i = 0; feedback.measured && i < arm_.dof; ++i) {
-    const ServoMap& map = arm_.servos[i];
-    feedback.position_rad[i] = reading.unit == BusReading::Unit::kJoints
-                                   ? reading.value[i]
-                                   : (reading.value[i] - map.zero_us) / (map.direction * map.us_per_rad);
+    feedback.position_rad[i] = angle_rad(i, reading);
   }
   feedback_.store(feedback);
 }

@@ -41,6 +41,7 @@ class BusBackend final : public Backend {
              EmergencyStop& stop);
   ~BusBackend() override { close(); }
 
+  DevicePosition connect() override;
   void open(const ServoFrame& first) override;
   void close() noexcept override;
   void write(const ServoFrame& frame) noexcept override { newest_.store(frame); }
@@ -62,6 +63,7 @@ class BusBackend final : public Backend {
   void exchange();
   /// To the newest frame; false when the end was asked for meanwhile.
   bool approach();
+  [[nodiscard]] double angle_rad(std::size_t joint, const BusReading& reading) const;
   bool lead(ServoFrame from);
   /// Until the device has interpolated its way.
   bool await_approach(const ServoFrame& frame);
@@ -78,9 +80,10 @@ class BusBackend final : public Backend {
   const std::unique_ptr<BusDevice> device_;
   const BusSettings settings_;
   EmergencyStop& stop_;
-  int misses_{0};           ///< in a row
-  int good_{0};             ///< in a row
-  ServoFrame last_sent_{};  ///< servo_count 0: none
+  bool is_connected_{false};  ///< by connect(), not yet served
+  int misses_{0};             ///< in a row
+  int good_{0};               ///< in a row
+  ServoFrame last_sent_{};    ///< servo_count 0: none
   BackendTimes counted_{};
 
   SnapshotCell<ServoFrame> newest_;

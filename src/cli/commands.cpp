@@ -76,7 +76,8 @@ void show(const ClientOptions& options, View view, bool as_json) {
     }
     case View::kDiagnostics: {
       const Corbot::LoopInfo_var info = client.ask([](auto& arm) { return arm.Diagnostics(); });
-      text = as_json ? diagnostics_json(info.in()) : diagnostics_text(info.in());
+      const Corbot::DeviceInfo_var device = client.ask([](auto& arm) { return arm.Device(); });
+      text = as_json ? diagnostics_json(info.in(), device.in()) : diagnostics_text(info.in(), device.in());
       break;
     }
   }

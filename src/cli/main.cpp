@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/calibrate.h"
 #include "cli/commands.h"
 #include "cli/doctor.h"
 #include "cli/explain.h"
@@ -35,6 +36,7 @@ struct Settings {
   bool dry_run{false};
   RecordOptions record;
   std::string doctor_profile;
+  CalibrateOptions calibrate;
 };
 
 void add_client_options(CLI::App& command, Settings& settings) {
@@ -124,6 +126,8 @@ void add_supervision(CLI::App& app, Settings& s) {
       ->check(CLI::IsMember({"omniorb", "orbit2"}));
   up_command->add_option("--realtime", s.up.realtime, "What to do where privileges are missing")
       ->check(CLI::IsMember({"enforce", "best-effort"}));
+  up_command->add_option("--state-dir", s.up.state_directory,
+                         "Where the last position is kept ($CORBOT_STATE_DIR, ~/.local/state/corbot)");
   up_command->callback([&s, naming] {
     if (naming->count() > 0 && s.up.naming_port == 0) s.up.naming_port = 2809;
     up(s.up);
@@ -137,6 +141,19 @@ void add_supervision(CLI::App& app, Settings& s) {
   doctor_command->callback([&s] {
     if (!doctor(s.doctor_profile)) throw Failure(ExitCode::kRefused, "");
   });
+}
+
+void add_calibration(CLI::App& app, Settings& s) {
+  CLI::App* command =
+      app.add_subcommand("calibrate", "Find out what the servos' pulses mean, and write it into the profile");
+  command->add_option("PROFILE", s.calibrate.profile, "The robot's profile, a TOML file")->required();
+  command->add_option("--name", s.calibrate.name, "Name of the robot instead of the profile's");
+  command->add_option("--state-dir", s.calibrate.state_directory,
+                      "Where the last position is kept ($CORBOT_STATE_DIR, ~/.local/state/corbot)");
+  command->add_flag("--dry-run", s.calibrate.dry_run, "'write' shows what would change, and changes nothing");
+  command->footer(std::string("The robot must not be up. Commands, from the terminal or a pipe:\n") +
+                  calibrate_help());
+  command->callback([&s] { calibrate(s.calibrate); });
 }
 
 void add_views(CLI::App& app, Settings& s) {
@@ -197,6 +214,7 @@ int run(int argc, char** argv) {
   std::map<const VerbSpec*, std::vector<std::string>> words;
   add_client_options(app, settings);
   add_supervision(app, settings);
+  add_calibration(app, settings);
   add_views(app, settings);
   add_verbs(app, settings, words);
   add_files(app, settings);

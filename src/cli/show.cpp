@@ -47,6 +47,26 @@ const char* word(Corbot::RobotKind kind) {
   return index < std::size(kWords) ? kWords[index] : "unknown";
 }
 
+const char* word(Corbot::DeviceHealth health) {
+  constexpr const char* kWords[] = {"closed", "open", "degraded", "lost"};
+  const auto index = static_cast<std::size_t>(health);
+  return index < std::size(kWords) ? kWords[index] : "unknown";
+}
+
+json device_data(const Corbot::DeviceInfo& device) {
+  return {{"backend", printable(device.backend.in())},
+          {"health", word(device.health)},
+          {"cause", device.cause},
+          {"cause_text", printable(device.causeText.in())},
+          {"frames", device.frames},
+          {"age_s", device.age},
+          {"age_max_s", device.ageMax},
+          {"measured", static_cast<bool>(device.measured)},
+          {"measured_age_s", device.measuredAge},
+          {"position_uncertain", static_cast<bool>(device.positionUncertain)},
+          {"emergency_stop", static_cast<bool>(device.emergencyStop)}};
+}
+
 /// Without a minus sign in front of zeros.
 double rounded(double value, double scale) {
   const double r = std::round(value * scale) / scale;
@@ -65,6 +85,12 @@ std::string microseconds(double seconds) { return fmt::format("{:.1f} us", secon
 
 }  // namespace
 
+std::string device_words(const Corbot::DeviceInfo& device) {
+  const std::string cause = printable(device.causeText.in());
+  return fmt::format("{}, {}{}{}{}", printable(device.backend.in()), word(device.health),
+                     cause.empty() ? "" : ": ", cause, device.emergencyStop ? ", EMERGENCY STOP" : "");
+}
+
 StatusReport read_status(Client& client) {
   StatusReport report;
   report.name = client.address().name;
@@ -76,6 +102,8 @@ StatusReport read_status(Client& client) {
     report.override_percent = arm.OverridePercent();
     report.tool_pitch_deg = arm.ToolPitch();
     report.gripper = arm.GripperStatus();
+    const Corbot::DeviceInfo_var device = arm.Device();
+    report.device = device.in();
     const Corbot::JointRanges_var ranges = arm.MovRange();
     for (CORBA::ULong i = 0; i < ranges->length(); ++i) report.ranges.push_back(ranges.in()[i]);
     const Corbot::AlarmList_var alarms = arm.Alarms();
@@ -96,6 +124,10 @@ std::string status_text(const StatusReport& r) {
                                  word(r.kind), r.joints.size(), r.address);
   text += fmt::format("  state     {:<9} {}\n", word(r.state), meaning(r.state));
   for (const auto& alarm : r.active_alarms) text += fmt::format("  alarm     {}\n", alarm);
+  text += fmt::format("  device    {}\n", device_words(r.device));
+  if (r.device.positionUncertain) {
+    text += "  position  BELIEVED, NOT KNOWN since power-up: the first motion runs at 10 % of its speed\n";
+  }
   text += fmt::format("  tool      x {:.4f}  y {:.4f}  z {:.4f} m   a {:.2f}  b {:.2f}  c {:.2f} deg\n",
                       rounded(r.pose.x, 1e4), rounded(r.pose.y, 1e4), rounded(r.pose.z, 1e4),
                       rounded(r.pose.a, 100), rounded(r.pose.b, 100), rounded(r.pose.c, 100));
@@ -136,7 +168,8 @@ std::string status_json(const StatusReport& r) {
                   {"reach_m", r.reach_m},
                   {"override_percent", r.override_percent},
                   {"tool_pitch_deg", r.tool_pitch_deg},
-                  {"active_alarms", r.active_alarms}};
+                  {"active_alarms", r.active_alarms},
+                  {"device", device_data(r.device)}};
   return data.dump(2) + "\n";
 }
 
@@ -172,7 +205,7 @@ double latency_quantile(const Corbot::LoopInfo& info, double ratio) {
   return info.latencyMax;
 }
 
-std::string diagnostics_text(const Corbot::LoopInfo& info) {
+std::string diagnostics_text(const Corbot::LoopInfo& info, const Corbot::DeviceInfo& device) {
   std::string text = fmt::format("loop      {:g} us period, {} cycles since {}\n", info.period * 1e6,
                                  info.cycles, local_time(info.since));
   text += fmt::format("priority  {}\n",
@@ -185,6 +218,13 @@ std::string diagnostics_text(const Corbot::LoopInfo& info) {
                   microseconds(latency_quantile(info, 0.5)), microseconds(latency_quantile(info, 0.99)),
                   microseconds(latency_quantile(info, 0.999)), microseconds(info.latencyMax));
   text += fmt::format("work      max {} a cycle\n", microseconds(info.workMax));
+  text += fmt::format(
+      "device    {}; {} frames taken, the last {:.1f} ms after its set-point, at most {:.1f} ms\n",
+      device_words(device), device.frames, device.age * 1e3, device.ageMax * 1e3);
+  text += device.measured
+              ? fmt::format("measured  by the device, {:.1f} ms ago\n", device.measuredAge * 1e3)
+              : fmt::format("measured  no{}\n",
+                            device.positionUncertain ? "; where the arm is is believed, not known" : "");
   unsigned long long most = 0;
   for (CORBA::ULong i = 0; i < info.counts.length(); ++i)
     most = std::max<unsigned long long>(most, info.counts[i]);
@@ -200,7 +240,7 @@ std::string diagnostics_text(const Corbot::LoopInfo& info) {
   return text;
 }
 
-std::string diagnostics_json(const Corbot::LoopInfo& info) {
+std::string diagnostics_json(const Corbot::LoopInfo& info, const Corbot::DeviceInfo& device) {
   json counts = json::array();
   json edges = json::array();
   for (CORBA::ULong i = 0; i < info.counts.length(); ++i) counts.push_back(info.counts[i]);
@@ -214,7 +254,8 @@ std::string diagnostics_json(const Corbot::LoopInfo& info) {
                   {"work_max_s", info.workMax},
                   {"real_time", static_cast<bool>(info.realTime)},
                   {"latency_counts", counts},
-                  {"latency_edges_s", edges}};
+                  {"latency_edges_s", edges},
+                  {"device", device_data(device)}};
   return data.dump(2) + "\n";
 }
 

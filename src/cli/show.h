@@ -23,6 +23,7 @@ struct StatusReport {
   double override_percent{};
   double tool_pitch_deg{};
   std::vector<std::string> active_alarms;
+  Corbot::DeviceInfo device;
 };
 
 [[nodiscard]] StatusReport read_status(Client& client);
@@ -33,8 +34,11 @@ struct StatusReport {
 
 [[nodiscard]] std::string alarms_text(const Corbot::AlarmList& alarms);
 [[nodiscard]] std::string alarms_json(const Corbot::AlarmList& alarms);
-[[nodiscard]] std::string diagnostics_text(const Corbot::LoopInfo& info);
-[[nodiscard]] std::string diagnostics_json(const Corbot::LoopInfo& info);
+[[nodiscard]] std::string diagnostics_text(const Corbot::LoopInfo& info, const Corbot::DeviceInfo& device);
+[[nodiscard]] std::string diagnostics_json(const Corbot::LoopInfo& info, const Corbot::DeviceInfo& device);
+
+/// "ssc32, open"; with the cause where there is one.
+[[nodiscard]] std::string device_words(const Corbot::DeviceInfo& device);
 
 /// Latency below which the share `ratio` of the wake-ups lies, by the histogram; seconds. The upper edge of
 /// the bucket, so never too good; the maximum where the last, open bucket is meant.

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "cli/explain.h"
 #include "cli/failure.h"
 #include "cli/net.h"
 #include "cli/segment_left_over.h"
@@ -68,11 +69,24 @@ Supervisor::Spec naming_service(int port, const std::string& log_directory) {
           [port](const std::string&) { return listens_on_loopback(port); }};
 }
 
-Supervisor::Spec real_time_task(const UpOptions& options, const RobotState& state) {
-  return {
-      kRealTimeTask,
-      {beside_executable("corbot-rt"), state.profile, "--name", state.name, "--realtime", options.realtime},
-      [](const std::string& line) { return line.starts_with("ready"); }};
+/// Adds where the last position is kept.
+std::vector<std::string> with_state(std::vector<std::string> command, const UpOptions& options) {
+  if (!options.state_directory.empty())
+    command.insert(command.end(), {"--state-dir", fs::absolute(options.state_directory).string()});
+  return command;
+}
+
+/// `position` gets what the task says of the arm's position.
+Supervisor::Spec real_time_task(const UpOptions& options, const RobotState& state, std::string& position) {
+  return {kRealTimeTask,
+          with_state({beside_executable("corbot-rt"), state.profile, "--name", state.name, "--realtime",
+                      options.realtime},
+                     options),
+          [&position](const std::string& line) {
+            constexpr std::string_view kPosition = "position ";
+            if (line.starts_with(kPosition)) position = line.substr(kPosition.size());
+            return line.starts_with("ready");
+          }};
 }
 
 constexpr const char* kOrbit2Servant = "corbot-servant-orbit2";
@@ -88,12 +102,12 @@ bool is_installed(const std::string& program) {
   return false;
 }
 
-Supervisor::Spec servant(RobotState& state) {
+Supervisor::Spec servant(const UpOptions& options, RobotState& state) {
   const std::string program = state.orb == "orbit2" ? kOrbit2Servant : "corbot-servant";
   std::vector<std::string> command{
       beside_executable(program), state.profile, "--name", state.name, "--endpoint", state.endpoint};
   if (!state.naming.empty()) command.insert(command.end(), {"--naming", state.naming});
-  return {kServant, command, [&state](const std::string& line) {
+  return {kServant, with_state(command, options), [&state](const std::string& line) {
             constexpr std::string_view kReady = "ready ";
             if (!line.starts_with(kReady)) return false;
             state.address = line.substr(kReady.size());
@@ -101,8 +115,8 @@ Supervisor::Spec servant(RobotState& state) {
           }};
 }
 
-void announce(const RobotState& state) {
-  fmt::print("{} is up at {}\n", state.name, state.address);
+void announce(const RobotState& state, const std::string& position) {
+  fmt::print("position: {}\n{} is up at {}\n", printable(position), state.name, state.address);
   if (!state.naming.empty()) fmt::print("named Robots/{}.Robot in {}\n", state.name, state.naming);
   fmt::print("try: corbot status, corbot ready, corbot run PROGRAM; Ctrl-C here or 'corbot down' ends it\n");
   std::fflush(stdout);
@@ -154,6 +168,7 @@ void up(const UpOptions& options) {
   }
 
   {
+    std::string position;
     Supervisor* watched = nullptr;
     Supervisor supervisor([&] {
       state.rt_pid = watched->pid_of(kRealTimeTask);
@@ -167,9 +182,10 @@ void up(const UpOptions& options) {
       going = supervisor.start(naming_service(options.naming_port, log_directory->path()));
       state.naming = fmt::format("corbaloc::127.0.0.1:{}/NameService", options.naming_port);
     }
-    going = going && supervisor.start(real_time_task(options, state)) && supervisor.start(servant(state));
+    going = going && supervisor.start(real_time_task(options, state, position)) &&
+            supervisor.start(servant(options, state));
     if (going) {
-      announce(state);
+      announce(state, position);
       supervisor.watch();
     }
     fmt::print("ending {}\n", state.name);

@@ -12,6 +12,7 @@ struct UpOptions {
   int naming_port{0};    ///< 0: no naming service is started
   std::string orb{"omniorb"};
   std::string realtime{"best-effort"};
+  std::string state_directory;  ///< of the last position; empty: the default one
 };
 
 /// In the foreground until a signal; see corbot(1). Throws Failure.

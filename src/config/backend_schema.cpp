@@ -87,6 +87,7 @@ void read_backend(Section section, BackendOptions& backend) {
       {"ssc32", read_ssc32}, {"maestro", read_maestro}, {"minissc", read_mini_ssc}};
   backend.kind = section.text("kind").value_or("loopback");
   bool known = backend.kind == "loopback";
+  backend.position_known_at_start = section.flag_or("position_known_at_start", known).value_or(false);
   read_loopback(section.table_or_empty("loopback"), backend.loopback);
   for (const auto& [name, read] : kSerialKinds) {
     if (backend.kind == name) {

@@ -82,6 +82,9 @@ struct PowerEnableOptions {
 /// `[backend]`: which backend drives the servos, and the options of that kind.
 struct BackendOptions {
   std::string kind{"loopback"};
+  /// At power-up the arm is where corbot left it, or at angle 0; else that is believed, and the first motion
+  /// is slow. True unless set: for the simulator only.
+  bool position_known_at_start{true};
   LoopbackOptions loopback{};
   SerialOptions serial{};  ///< of the kind that was chosen
   Pca9685Options pca9685{};

@@ -24,16 +24,10 @@ bool causes_error(AlarmCode code) {
   }
 }
 
-/// DeviceCause of rt/backends/serial_port.h in words.
-const char* cause(double number) {
-  static constexpr const char* kCauses[] = {"",
-                                            ": it is not there",
-                                            ": another program uses it",
-                                            ": the line was cut",
-                                            ": it takes no more bytes",
-                                            ": it does not answer",
-                                            ": it answers nonsense, or reports a fault"};
-  return number >= 0.0 && number < std::size(kCauses) ? kCauses[static_cast<std::size_t>(number)] : "";
+std::string because(double cause) {
+  if (!(cause >= 0.0 && cause < 1e6)) return {};
+  const std::string text = device_cause_text(static_cast<std::uint32_t>(cause));
+  return text.empty() ? text : ": " + text;
 }
 
 std::string words(const AlarmEvent& event) {
@@ -57,9 +51,9 @@ std::string words(const AlarmEvent& event) {
     case AlarmCode::kRingCorrupt:
       return "the command ring made no sense and was emptied";
     case AlarmCode::kBackendDegraded:
-      return "the servo device answers late or with faults";
+      return "the servo device answers late or with faults" + because(event.value);
     case AlarmCode::kBackendLost:
-      return fmt::format("the servo device is lost{}; the arm holds", cause(event.value));
+      return fmt::format("the servo device is lost{}; the arm holds", because(event.value));
     case AlarmCode::kEmergencyStop:
       return "emergency stop";
     case AlarmCode::kOverrun:
@@ -69,6 +63,20 @@ std::string words(const AlarmEvent& event) {
 }
 
 }  // namespace
+
+const char* device_cause_text(std::uint32_t cause) {
+  static constexpr const char* kCauses[] = {"",
+                                            "it is not there",
+                                            "another program uses it",
+                                            "the line was cut",
+                                            "it takes no more bytes",
+                                            "it does not answer",
+                                            "it answers nonsense",
+                                            "it reports a fault of its own",
+                                            "its bus is down",
+                                            "it went silent on its bus"};
+  return cause < std::size(kCauses) ? kCauses[cause] : "";
+}
 
 void AlarmLog::add(const AlarmEvent& event) {
   push({static_cast<double>(event.time_ns) * 1e-9, static_cast<std::int32_t>(event.code),

@@ -90,6 +90,16 @@ corbot_robot* corbot_robot_open(const char* profile_path, const char* name, corb
 
 void corbot_robot_close(corbot_robot* robot) { delete robot; }
 
+void corbot_robot_keep_position(corbot_robot* robot, const char* directory, void (*warn)(const char* text)) {
+  corbot_error error{};
+  guarded(&error, [&] {
+    robot->robot.keep_position(directory != nullptr ? directory : "", [warn](const std::string& text) {
+      if (warn != nullptr) warn(text.c_str());
+    });
+  });
+  if (error.status != CORBOT_OK && warn != nullptr) warn(error.text);
+}
+
 void corbot_robot_interrupt(corbot_robot* robot) { robot->robot.interrupt(); }
 
 void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {
@@ -158,6 +168,11 @@ corbot_status corbot_robot_loop_info(const corbot_robot* robot, corbot_loop_info
       out->edges_s[i] = static_cast<double>(latency_edge_ns(i)) * 1e-9;
     }
   });
+}
+
+corbot_status corbot_robot_device_info(const corbot_robot* robot, corbot_device_info* out,
+                                       corbot_error* error) {
+  return guarded(error, [&] { *out = robot->robot.device(); });
 }
 
 corbot_status corbot_robot_move(corbot_robot* robot, const double p_m[3], double d_m, double t_s,

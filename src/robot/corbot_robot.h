@@ -99,10 +99,35 @@ typedef struct corbot_loop_info {
   double edges_s[CORBOT_LATENCY_BUCKETS];
 } corbot_loop_info;
 
+typedef enum corbot_device_health {
+  CORBOT_DEVICE_CLOSED,
+  CORBOT_DEVICE_OPEN,
+  CORBOT_DEVICE_DEGRADED,
+  CORBOT_DEVICE_LOST
+} corbot_device_health;
+
+/* The servos' controller. Ages in seconds, 0 where there is nothing. */
+typedef struct corbot_device_info {
+  char backend[32]; /* `kind` of the profile */
+  corbot_device_health health;
+  uint32_t cause; /* why it is degraded or lost, 0: it is not */
+  char cause_text[CORBOT_TEXT];
+  uint64_t frames;         /* that it has taken */
+  double age_s, age_max_s; /* of the newest frame when it had taken it; the longest since it was opened */
+  int32_t measured;        /* it tells positions */
+  double measured_age_s;   /* of the last of them, now */
+  int32_t uncertain;       /* the arm's position is believed, not known: the first motion is slow */
+  int32_t emergency_stop;  /* seen now */
+} corbot_device_info;
+
 /* Reads the profile, takes the servant's place at the segment of `name` (NULL: the profile's own name) and
  * goes on trying in the background while no real-time task is there. NULL and *error on a bad profile or when
  * another servant holds the place. */
 corbot_robot* corbot_robot_open(const char* profile_path, const char* name, corbot_error* error);
+/* From now on the last position is kept on disk for the next power-up, in `directory` (NULL:
+ * CORBOT_STATE_DIR, or below XDG_STATE_HOME or HOME). `warn` (may be NULL) is told, from another thread, when
+ * that fails. */
+void corbot_robot_keep_position(corbot_robot* robot, const char* directory, void (*warn)(const char* text));
 /* Wakes every waiting call (CORBOT_NOT_READY) and gives the place up. What was accepted is carried out. */
 void corbot_robot_close(corbot_robot* robot);
 /* Every call that waits for a motion, now or later, returns CORBOT_NOT_READY: the process is about to end. */
@@ -120,6 +145,8 @@ double corbot_robot_override(const corbot_robot* robot);   /* percent */
 double corbot_robot_tool_pitch(const corbot_robot* robot); /* degrees */
 size_t corbot_robot_alarms(const corbot_robot* robot, corbot_alarm out[CORBOT_MAX_ALARMS]);
 corbot_status corbot_robot_loop_info(const corbot_robot* robot, corbot_loop_info* out, corbot_error* error);
+corbot_status corbot_robot_device_info(const corbot_robot* robot, corbot_device_info* out,
+                                       corbot_error* error);
 
 /* Start a motion: plan all of it, hand it over, return its ticket. */
 corbot_status corbot_robot_move(corbot_robot* robot, const double p_m[3], double d_m, double t_s,

@@ -26,13 +26,32 @@ double checked_percent(const std::string& parameter, double percent) {
 }  // namespace
 
 Robot::Robot(Profile profile, const std::string& name)
-    : profile_(std::move(profile)), planner_(profile_.arm), link_(name, fingerprint(profile_.arm), *this) {
+    : profile_(std::move(profile)),
+      name_(name),
+      planner_(profile_.arm),
+      link_(name, fingerprint(profile_.arm), *this) {
   link_.start();
 }
 
 Robot::~Robot() {
   interrupt();
+  keeper_.reset();
   link_.close();
+}
+
+void Robot::keep_position(const std::string& directory, PositionKeeper::Warn warn) {
+  const auto report = [this, told = std::move(warn)](const std::string& text) {
+    alarms_.add(kAlarmPositionNotKept, false, text);
+    if (told) told(text);
+  };
+  const std::filesystem::path where =
+      directory.empty() ? default_state_directory() : std::filesystem::path(directory);
+  if (where.empty()) {
+    report("the last position is not kept: set CORBOT_STATE_DIR or HOME, or give --state-dir");
+    return;
+  }
+  keeper_ =
+      std::make_unique<PositionKeeper>(link_, profile_.arm, PositionStore(where, name_, "servant"), report);
 }
 
 void Robot::interrupt() {

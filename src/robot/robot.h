@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@
 #include "robot/alarm_log.h"
 #include "robot/failure.h"
 #include "robot/link.h"
+#include "robot/position_keeper.h"
 #include "robot/ticket_table.h"
 
 namespace corbot {
@@ -30,6 +32,10 @@ class Robot final : private LinkListener {
 
   [[nodiscard]] const Profile& profile() const noexcept { return profile_; }
 
+  /// From now on the last position is kept on disk; empty: in the default directory. `warn` is called when
+  /// that fails, from a thread of its own.
+  void keep_position(const std::string& directory, PositionKeeper::Warn warn);
+
   /// Whoever waits for a motion is told that the servant is shutting down.
   void interrupt();
 
@@ -40,6 +46,7 @@ class Robot final : private LinkListener {
   [[nodiscard]] corbot_gripper gripper() const;
   [[nodiscard]] corbot_state state() const;
   [[nodiscard]] LoopDiagnostics diagnostics() const;
+  [[nodiscard]] corbot_device_info device() const;
   [[nodiscard]] double override_percent() const;
   [[nodiscard]] double tool_pitch_deg() const;
   [[nodiscard]] std::vector<AlarmEntry> alarms() const { return alarms_.list(); }
@@ -85,6 +92,7 @@ class Robot final : private LinkListener {
   [[nodiscard]] std::string error_cause() const;
 
   const Profile profile_;
+  const std::string name_;
   const Planner planner_;
   TicketTable tickets_;
   AlarmLog alarms_;
@@ -98,7 +106,8 @@ class Robot final : private LinkListener {
   std::uint64_t last_epoch_{0};
   PlanStart planned_end_;
 
-  Link link_;  // last: its thread uses all of the above
+  Link link_;                               // its thread uses all of the above
+  std::unique_ptr<PositionKeeper> keeper_;  // reads from the link
 };
 
 }  // namespace corbot

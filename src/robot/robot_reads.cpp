@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The reads of Robot: from the snapshot and the settings, never behind a plan or a motion.
+#include <algorithm>
+#include <chrono>
 #include <numbers>
 
+#include "corbot/backend/backend.h"
 #include "corbot/kinematics/kinematics.h"
 #include "robot/robot.h"
 
@@ -9,6 +12,10 @@ namespace corbot {
 namespace {
 
 double degrees(double angle_rad) { return angle_rad * (180.0 / std::numbers::pi); }
+
+double seconds(std::int64_t nanoseconds) { return static_cast<double>(nanoseconds) * 1e-9; }
+
+std::int64_t monotonic_ns() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
 
 bool is_measured(const Snapshot& snapshot) { return (snapshot.flags & kSnapshotMeasured) != 0; }
 
@@ -55,6 +62,25 @@ LoopDiagnostics Robot::diagnostics() const {
     throw no_data("the real-time loop has not told anything yet");
   }
   return diagnostics;
+}
+
+corbot_device_info Robot::device() const {
+  const Snapshot now = snapshot();
+  corbot_device_info info{};
+  copy_text(profile_.backend.kind, info.backend, sizeof(info.backend));
+  info.uncertain = (now.flags & kSnapshotUncertain) != 0 ? 1 : 0;
+  info.frames = now.device_frames;
+  info.age_s = seconds(now.device_age_ns);
+  info.age_max_s = seconds(now.device_age_max_ns);
+  if (!link_.alive()) return info;  // closed: what the last task saw of it is over
+  if (now.device_health <= static_cast<std::uint32_t>(BackendHealth::kLost))
+    info.health = static_cast<corbot_device_health>(now.device_health);
+  info.cause = now.device_cause;
+  copy_text(device_cause_text(now.device_cause), info.cause_text, sizeof(info.cause_text));
+  info.measured = is_measured(now) ? 1 : 0;
+  if (is_measured(now)) info.measured_age_s = std::max(seconds(monotonic_ns() - now.measured_time_ns), 0.0);
+  info.emergency_stop = now.stop_sources != 0 ? 1 : 0;
+  return info;
 }
 
 double Robot::override_percent() const {

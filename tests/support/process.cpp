@@ -38,6 +38,30 @@ void read_available(int& fd, std::string& text) {
   }
 }
 
+/// Where the children of this test keep what outlives them: beside its program, gone with it.
+class StateDirectory {
+ public:
+  StateDirectory()
+      : variable_("CORBOT_STATE_DIR=" + (std::filesystem::read_symlink("/proc/self/exe").parent_path() /
+                                         ("state-" + std::to_string(::getpid())))
+                                            .string()) {}
+  StateDirectory(const StateDirectory&) = delete;
+  StateDirectory& operator=(const StateDirectory&) = delete;
+  ~StateDirectory() {
+    std::error_code ignored;
+    std::filesystem::remove_all(variable_.substr(variable_.find('=') + 1), ignored);
+  }
+  [[nodiscard]] const std::string& variable() const { return variable_; }
+
+ private:
+  std::string variable_;
+};
+
+const std::string& state_variable() {
+  static const StateDirectory directory;
+  return directory.variable();
+}
+
 }  // namespace
 
 Process::Process(std::vector<std::string> command, const std::vector<std::string>& environment) {
@@ -50,6 +74,7 @@ Process::Process(std::vector<std::string> command, const std::vector<std::string
   for (auto& word : command) argv.push_back(word.data());
   argv.push_back(nullptr);
   std::vector<std::string> variables(environment);
+  variables.push_back(state_variable());
   for (char** e = environ; *e != nullptr; ++e) variables.emplace_back(*e);
   std::vector<char*> envp;
   for (auto& variable : variables) envp.push_back(variable.data());

@@ -28,6 +28,18 @@ struct ServoFeedback {
   Joints position_rad{};
 };
 
+/// Where a device says that the servos are before anything has been sent to it.
+struct DevicePosition {
+  enum class Kind {
+    kUnknown,   ///< it cannot tell, or has been without power
+    kTold,      ///< the pulses that it is sending, rounded
+    kMeasured,  ///< by encoders
+  };
+  Kind kind{Kind::kUnknown};
+  Joints position_rad{};
+  double opening{};  ///< of the gripper, 0 … 1; negative: it does not say
+};
+
 /// How far a device is behind the cycle.
 struct BackendTimes {
   std::uint64_t frames{};     ///< that the device has taken
@@ -47,6 +59,9 @@ class Backend {
   Backend& operator=(const Backend&) = delete;
   virtual ~Backend() = default;
 
+  /// Not real-time safe. Opens the device, moves nothing, and asks where the servos are. Throws as open()
+  /// does, which does it where it has not been done.
+  virtual DevicePosition connect() { return {}; }
   /// Not real-time safe. Opens the device; throws std::runtime_error naming the device and the cause. `first`
   /// is where the arm is believed to be.
   virtual void open(const ServoFrame& first) = 0;

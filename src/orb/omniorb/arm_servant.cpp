@@ -236,4 +236,24 @@ Corbot::LoopInfo* ArmServant::Diagnostics() {
   return result._retn();
 }
 
+Corbot::DeviceInfo* ArmServant::Device() {
+  static constexpr Corbot::DeviceHealth kHealth[] = {Corbot::DeviceClosed, Corbot::DeviceOpen,
+                                                     Corbot::DeviceDegraded, Corbot::DeviceLost};
+  corbot_device_info device{};
+  call(corbot_robot_device_info, &robot_, &device);
+  Corbot::DeviceInfo_var result = new Corbot::DeviceInfo;
+  result->backend = CORBA::string_dup(device.backend);
+  result->health = kHealth[device.health];
+  result->cause = device.cause;
+  result->causeText = CORBA::string_dup(device.cause_text);
+  result->frames = device.frames;
+  result->age = device.age_s;
+  result->ageMax = device.age_max_s;
+  result->measured = device.measured != 0;
+  result->measuredAge = device.measured_age_s;
+  result->positionUncertain = device.uncertain != 0;
+  result->emergencyStop = device.emergency_stop != 0;
+  return result._retn();
+}
+
 }  // namespace corbot::omni

@@ -63,6 +63,7 @@ class ArmServant final : public POA_Corbot::Arm {
   CORBA::Double ToolPitch() override;
   Corbot::AlarmList* Alarms() override;
   Corbot::LoopInfo* Diagnostics() override;
+  Corbot::DeviceInfo* Device() override;
 
  private:
   /// Enters the lane, starts the motion, waits for its end.

@@ -15,6 +15,7 @@ struct Options {
   int port{-1};                  ///< −1: the profile's
   std::string unix_path;         ///< empty: no Unix socket
   std::string naming;            ///< corbaloc of a naming service; empty: none
+  std::string state_directory;   ///< of the last position; empty: the default one
   std::vector<std::string> orb;  ///< -ORB… options, handed through
 };
 

@@ -134,6 +134,30 @@ static Corbot_LoopInfo* get_diagnostics(PortableServer_Servant servant, CORBA_En
   return result;
 }
 
+static Corbot_DeviceInfo* get_device(PortableServer_Servant servant, CORBA_Environment* ev) {
+  static const Corbot_DeviceHealth health[] = {Corbot_DeviceClosed, Corbot_DeviceOpen, Corbot_DeviceDegraded,
+                                               Corbot_DeviceLost};
+  corbot_device_info device;
+  corbot_error error;
+  if (corbot_robot_device_info(self_of(servant)->robot, &device, &error) != CORBOT_OK) {
+    raise_failure(&error, ev);
+    return NULL;
+  }
+  Corbot_DeviceInfo* result = Corbot_DeviceInfo__alloc();
+  result->backend = CORBA_string_dup(device.backend);
+  result->health = health[device.health];
+  result->cause = device.cause;
+  result->causeText = CORBA_string_dup(device.cause_text);
+  result->frames = device.frames;
+  result->age = device.age_s;
+  result->ageMax = device.age_max_s;
+  result->measured = device.measured ? CORBA_TRUE : CORBA_FALSE;
+  result->measuredAge = device.measured_age_s;
+  result->positionUncertain = device.uncertain ? CORBA_TRUE : CORBA_FALSE;
+  result->emergencyStop = device.emergency_stop ? CORBA_TRUE : CORBA_FALSE;
+  return result;
+}
+
 static void speed(PortableServer_Servant servant, CORBA_double percent, CORBA_Environment* ev) {
   corbot_error error;
   check(corbot_robot_speed(self_of(servant)->robot, percent, &error), &error, ev);
@@ -202,4 +226,5 @@ void arm_set_immediate(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm) {
   arm->_get_ToolPitch = get_tool_pitch;
   arm->_get_Alarms = get_alarms;
   arm->_get_Diagnostics = get_diagnostics;
+  arm->_get_Device = get_device;
 }

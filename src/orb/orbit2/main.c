@@ -69,6 +69,8 @@ static void run(ArmServant* servant, const Orb* orb, const Options* options, con
   g_free(reference);
 }
 
+static void warn(const char* text) { log_warning("%s", text); }
+
 static bool serve(const Options* options, corbot_robot* robot, const char* name) {
   static ArmServant servant; /* outlives the ORB's threads */
   CORBA_Environment ev;
@@ -94,6 +96,7 @@ int main(int argc, char** argv) {
   if (robot == NULL) {
     log_error("%s", error.text);
   } else {
+    corbot_robot_keep_position(robot, options.state_directory, warn);
     corbot_description description;
     corbot_robot_describe(robot, &description);
     good = options_settle_endpoint(&options, description.endpoint_host, description.endpoint_port) &&

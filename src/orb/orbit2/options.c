@@ -80,6 +80,8 @@ void options_parse(int argc, char** argv, Options* out) {
        "PATH"},
       {"naming", 0, 0, G_OPTION_ARG_STRING, &out->naming,
        "naming service, for example corbaloc::127.0.0.1:2809/NameService", "REFERENCE"},
+      {"state-dir", 0, 0, G_OPTION_ARG_FILENAME, &out->state_directory,
+       "where the last position is kept, instead of $CORBOT_STATE_DIR or ~/.local/state/corbot", "DIRECTORY"},
       {"waiting-calls", 0, 0, G_OPTION_ARG_INT, &out->waiting_calls,
        "calls that may wait for motions at once (4); with more, an omniORB client of five waiting threads "
        "holds "
@@ -130,4 +132,5 @@ void options_free(Options* options) {
   g_free(options->name);
   g_free(options->unix_path);
   g_free(options->naming);
+  g_free(options->state_directory);
 }

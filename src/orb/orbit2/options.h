@@ -15,6 +15,7 @@ typedef struct Options {
   corbot_endpoint endpoint; /* port 0: the profile's */
   char* unix_path;          /* NULL: TCP. ORBit2 listens on one address: a Unix socket takes TCP's place */
   char* naming;             /* corbaloc of a naming service; NULL: none */
+  char* state_directory;    /* of the last position; NULL: the default one */
   bool unsafe;              /* may listen elsewhere than on the loopback interface */
   int waiting_calls;
   const char* orb[kMostOrbOptions]; /* --ORB... options, handed through */

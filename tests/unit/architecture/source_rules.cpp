@@ -20,23 +20,25 @@ constexpr std::size_t kLongestSource = 400;
 
 /// The files of rt/ that set up, log and end: they may use the configuration and streams. All others are the
 /// cyclic part.
-constexpr std::array<const char*, 10> kSetUp{"rt/main.cpp",
+constexpr std::array<const char*, 12> kSetUp{"rt/main.cpp",
                                              "rt/loop.h",
                                              "rt/loop.cpp",
                                              "rt/realtime_setup.h",
                                              "rt/realtime_setup.cpp",
                                              "rt/housekeeping.h",
                                              "rt/housekeeping.cpp",
+                                             "rt/start_position.h",
+                                             "rt/start_position.cpp",
                                              "rt/backends/registry.h",
                                              "rt/backends/registry.cpp",
                                              "rt/CMakeLists.txt"};
 
 /// Directories of src/, as they are spelt in an include.
-const std::regex kFromSource("(\\.\\./)*(src|config|planner|robot|orb|cell|cli)/.*");
+const std::regex kFromSource("(\\.\\./)*(src|config|planner|robot|state|orb|cell|cli)/.*");
 const std::regex kStreamOrParser(
     "iostream|istream|ostream|fstream|sstream|iomanip|streambuf|cstdio|stdio\\.h|spdlog/.*|fmt/.*|CLI/"
     ".*|toml.*");
-const std::regex kFromOthers("(\\.\\./)*(src|rt|sim|config|planner|robot|orb|cell|cli|tests)/.*");
+const std::regex kFromOthers("(\\.\\./)*(src|rt|sim|config|planner|robot|state|orb|cell|cli|tests)/.*");
 const std::regex kOrb(
     "omniORB.*|COS/.*|omnithread\\.h|orbit.*|ORBit.*|.*CORBA\\.h|.*idl/.*|.*(arm|robot)\\.hh");
 

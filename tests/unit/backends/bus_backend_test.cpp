@@ -37,6 +37,8 @@ struct FakeBus {
   std::atomic<int> halted{0};
   std::atomic<int> asked{0};                         ///< for the emergency stop
   std::atomic<std::int64_t> approach_ns{2'000'000};  ///< 0: does not interpolate
+  std::vector<double> told_us;  ///< what the device says at the start; empty: what it is sent
+  bool has_encoders{false};
   std::mutex mutex;
   std::vector<std::pair<std::uint64_t, bool>> sent;  ///< cycle, approach
   std::vector<double> pulses_us;                     ///< of the first servo
@@ -69,7 +71,9 @@ class FakeDevice final : public BusDevice {
       --bus_.misses;
       throw DeviceError(DeviceCause::kNoAnswer, "/dev/fake: no answer");
     }
-    BusReading reading{BusReading::Unit::kPulses, frame.pulse_us};
+    BusReading reading{bus_.has_encoders ? BusReading::Unit::kJoints : BusReading::Unit::kPulses,
+                       frame.pulse_us};
+    for (std::size_t i = 0; i < bus_.told_us.size(); ++i) reading.value[i] = bus_.told_us[i];
     const std::lock_guard lock(bus_.mutex);
     if (!bus_.pulses_us.empty()) reading.value[0] = bus_.pulses_us.back();  // the servo is where it was sent
     return reading;
@@ -89,6 +93,7 @@ class BusBackendTest : public ::testing::Test {
   BusBackendTest() {
     arm_.dof = 1;
     arm_.servos[0] = {0, 1500.0, 600.0, -1.0, 500.0, 2500.0};
+    arm_.gripper = {1, 1900.0, 1100.0, 0.5};
   }
   std::unique_ptr<BusBackend> make(bool readback = false, bool relax = false) {
     return std::make_unique<BusBackend>(arm_, std::make_unique<FakeDevice>(bus_),
@@ -137,6 +142,39 @@ TEST_F(BusBackendTest, ApproachesFirstAndThenSendsTheNewest) {
   EXPECT_EQ(backend->health(), BackendHealth::kClosed);
   EXPECT_EQ(bus_.closed, 1);
   EXPECT_EQ(bus_.relaxed, 0);
+}
+
+TEST_F(BusBackendTest, AsksWhereTheServosAreBeforeItMovesAnything) {
+  bus_.told_us = {1200.0, 1700.0};
+  const auto backend = make();
+  const DevicePosition position = backend->connect();
+  EXPECT_EQ(position.kind, DevicePosition::Kind::kTold);
+  EXPECT_NEAR(position.position_rad[0], 0.5, 1e-12);
+  EXPECT_NEAR(position.opening, 0.25, 1e-12);
+  EXPECT_TRUE(bus_.copy().empty());
+  backend->open(frame(1));
+  EXPECT_EQ(bus_.opened, 1) << "once";
+  backend->close();
+  EXPECT_EQ(bus_.closed, 1);
+}
+
+TEST_F(BusBackendTest, AControllerThatHasSentNoPulseTellsNothing) {
+  for (const double never_us : {0.0, 500.0, 2550.0}) {
+    bus_.told_us = {1200.0, never_us};
+    EXPECT_EQ(make()->connect().kind, DevicePosition::Kind::kUnknown) << never_us;
+  }
+  bus_.told_us = {1200.0, 1700.0};
+  EXPECT_EQ(make(false, true)->connect().kind, DevicePosition::Kind::kUnknown) << "servos that were let go";
+  EXPECT_EQ(bus_.closed, bus_.opened) << "one that was never served is closed, too";
+}
+
+TEST_F(BusBackendTest, EncodersMeasure) {
+  bus_.has_encoders = true;
+  bus_.told_us = {0.7};
+  const DevicePosition position = make(false, true)->connect();
+  EXPECT_EQ(position.kind, DevicePosition::Kind::kMeasured);
+  EXPECT_EQ(position.position_rad[0], 0.7);
+  EXPECT_LT(position.opening, 0.0);
 }
 
 TEST_F(BusBackendTest, SaysAtOnceThatADeviceIsMissing) {

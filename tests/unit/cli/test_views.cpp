@@ -26,6 +26,10 @@ StatusReport sample() {
   report.gripper = Corbot::Close;
   report.override_percent = 50;
   report.active_alarms = {"121 backend lost"};
+  report.device.backend = "ssc32";
+  report.device.health = Corbot::DeviceOpen;
+  report.device.positionUncertain = true;
+  report.device.emergencyStop = false;
   return report;
 }
 
@@ -36,6 +40,8 @@ TEST(Status, ShowsStateAlarmsAndNoMinusZero) {
   EXPECT_THAT(text, HasSubstr("121 backend lost"));
   EXPECT_THAT(text, HasSubstr("(-90 to 90)"));
   EXPECT_THAT(text, HasSubstr("closed"));
+  EXPECT_THAT(text, HasSubstr("ssc32, open\n"));
+  EXPECT_THAT(text, HasSubstr("BELIEVED, NOT KNOWN"));
   EXPECT_THAT(text, Not(HasSubstr("-0.00 ")));
   const std::string line = status_line(sample());
   EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1);
@@ -73,8 +79,18 @@ TEST(Diagnostics, QuantilesComeFromTheHistogram) {
   EXPECT_DOUBLE_EQ(latency_quantile(info, 0.99), 2e-6);
   EXPECT_DOUBLE_EQ(latency_quantile(info, 0.999), 1e-2) << "the open bucket ends at the maximum";
   info.realTime = false;
-  EXPECT_THAT(diagnostics_text(info), HasSubstr("BEST EFFORT"));
-  EXPECT_THAT(diagnostics_text(info), HasSubstr("beyond"));
+  Corbot::DeviceInfo device;
+  device.backend = "ssc32";
+  device.health = Corbot::DeviceLost;
+  device.causeText = "the line was cut";
+  device.measured = false;
+  device.positionUncertain = true;
+  device.emergencyStop = false;
+  EXPECT_THAT(diagnostics_text(info, device), HasSubstr("BEST EFFORT"));
+  EXPECT_THAT(diagnostics_text(info, device), HasSubstr("beyond"));
+  EXPECT_THAT(diagnostics_text(info, device), HasSubstr("ssc32, lost: the line was cut;"));
+  EXPECT_THAT(diagnostics_text(info, device), HasSubstr("believed"));
+  EXPECT_THAT(diagnostics_json(info, device), HasSubstr("\"position_uncertain\": true"));
 }
 
 TEST(Bar, IsBounded) {

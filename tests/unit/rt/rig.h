@@ -30,8 +30,8 @@ class Rig {
   }
 
   /// What a new real-time task does with the same segment.
-  void restart() {
-    cycle = std::make_unique<rt::Cycle>(arm, *segment, backend, emergency_stop);
+  void restart(const rt::CycleStart& start = {}) {
+    cycle = std::make_unique<rt::Cycle>(arm, *segment, backend, emergency_stop, start);
     backend.open(cycle->frame());
   }
 

@@ -79,6 +79,12 @@ std::string text(Corbot::MotionState value) {
   return kNames[value];
 }
 
+std::string text(CORBA::ULong value) { return fmt::format("{}", value); }
+std::string text(Corbot::DeviceHealth value) {
+  static constexpr const char* kNames[] = {"DeviceClosed", "DeviceOpen", "DeviceDegraded", "DeviceLost"};
+  return kNames[value];
+}
+
 // Declared before the templates that look them up.
 std::string text(const Corbot::Point& p);
 template <class Sequence>
@@ -128,6 +134,16 @@ std::string text(const Corbot::LoopInfo& info) {
                  std::pair("counts", info.counts), std::pair("edges", info.edges));
 }
 
+std::string text(const Corbot::DeviceInfo& info) {
+  return members(std::pair("backend", (const char*)info.backend), std::pair("health", info.health),
+                 std::pair("cause", info.cause), std::pair("causeText", (const char*)info.causeText),
+                 std::pair("frames", info.frames), std::pair("age", info.age),
+                 std::pair("ageMax", info.ageMax), std::pair("measured", bool{info.measured}),
+                 std::pair("measuredAge", info.measuredAge),
+                 std::pair("positionUncertain", bool{info.positionUncertain}),
+                 std::pair("emergencyStop", bool{info.emergencyStop}));
+}
+
 // ---- The interface
 // ------------------------------------------------------------------------------------------
 using Stub = Corbot::_objref_Arm;
@@ -172,7 +188,7 @@ const std::map<std::string, Call>& calls() {
                                                   CALL(StartReady), CALL(StartDelay),   CALL(StartOpen),
                                                   CALL(StartClose), CALL(Wait),         CALL(Progress),
                                                   CALL(MoveJoints), CALL(SetToolPitch), CALL(ToolPitch),
-                                                  CALL(Alarms),     CALL(Diagnostics)};
+                                                  CALL(Alarms),     CALL(Diagnostics),  CALL(Device)};
   return kCalls;
 }
 #undef CALL

@@ -40,6 +40,7 @@ static Layout layout_of(CORBA_TypeCode tc) {
     case CORBA_tk_boolean:
       return (Layout){1, 1};
     case CORBA_tk_long:
+    case CORBA_tk_ulong:
     case CORBA_tk_enum:
       return (Layout){4, 4};
     case CORBA_tk_sequence:
@@ -68,6 +69,9 @@ static void write_value(GString* out, CORBA_TypeCode tc, const char* at) {
       return;
     case CORBA_tk_long:
       g_string_append_printf(out, "%d", *(const gint32*)at);
+      return;
+    case CORBA_tk_ulong:
+      g_string_append_printf(out, "%u", *(const guint32*)at);
       return;
     case CORBA_tk_ulonglong:
       g_string_append_printf(out, "%" G_GUINT64_FORMAT, *(const guint64*)at);

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/calibrate.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdio>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <utility>
+
+#include "cli/calibrate_session.h"
+#include "cli/failure.h"
+#include "cli/segment_left_over.h"
+#include "cli/state_file.h"
+#include "cli/stop_on_signal.h"
+#include "corbot/channel/segment.h"
+#include "state/position_store.h"
+
+namespace corbot::cli {
+
+namespace {
+
+std::string read_text(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  if (!stream) throw Failure(ExitCode::kInternal, file + ": cannot be read");
+  return text.str();
+}
+
+/// Two programs that move the same servos would fight for them.
+void refuse_if_running(const std::string& name) {
+  bool alive = false;
+  try {
+    alive = Segment::observe(name).peer_alive();
+  } catch (const SegmentError&) {
+    // no segment, or one of a dead task: nobody drives the servos
+  }
+  if (!alive) return;
+  throw Failure(ExitCode::kInternal,
+                fmt::format("the real-time task of {} is running and holds the servos: end it first, with "
+                            "'corbot down --name {}'",
+                            name, name));
+}
+
+std::optional<LastPosition> kept_position(const CalibrateOptions& options, const Profile& profile,
+                                          const std::string& name) {
+  const std::filesystem::path directory = options.state_directory.empty()
+                                              ? default_state_directory()
+                                              : std::filesystem::path(options.state_directory);
+  if (directory.empty()) return std::nullopt;
+  try {
+    return PositionStore(directory, name, "calibrate").load(profile.arm);
+  } catch (const PositionError&) {
+    return std::nullopt;
+  }
+}
+
+/// Standard input, a line at a time; nothing at its end, or when the end was asked for.
+class Lines {
+ public:
+  explicit Lines(const std::atomic<bool>& end) : end_(end) {}
+
+  std::optional<std::string> next() {
+    for (;;) {
+      if (const auto at = text_.find('\n'); at != std::string::npos) {
+        std::string line = text_.substr(0, at);
+        text_.erase(0, at + 1);
+        return line;
+      }
+      if (ended_) return text_.empty() ? std::nullopt : std::optional(std::exchange(text_, {}));
+      pollfd input{STDIN_FILENO, POLLIN, 0};
+      constexpr int kLook_ms = 100;
+      const int ready = ::poll(&input, 1, kLook_ms);
+      if (end_) return std::nullopt;
+      if (ready <= 0) continue;
+      char bytes[1024];
+      const ssize_t n = ::read(STDIN_FILENO, bytes, sizeof(bytes));
+      if (n > 0) text_.append(bytes, static_cast<std::size_t>(n));
+      if (n <= 0 || text_.size() > kLongest) ended_ = true;
+    }
+  }
+
+ private:
+  static constexpr std::size_t kLongest = 1u << 16;
+  const std::atomic<bool>& end_;
+  std::string text_;
+  bool ended_{false};
+};
+
+}  // namespace
+
+void calibrate(const CalibrateOptions& options) {
+  CalibrateSession::Setting setting;
+  try {
+    setting.profile = load_profile(options.profile);
+  } catch (const ConfigError& error) {
+    throw Failure(ExitCode::kUsage, error.what());
+  }
+  const std::string name = options.name.empty() ? setting.profile.name : options.name;
+  setting.text = read_text(options.profile);
+  setting.dry_run = options.dry_run;
+  const auto lock = StateLock::acquire(name);  // 'corbot up' waits, or is there already
+  if (!lock) {
+    throw Failure(ExitCode::kInternal,
+                  fmt::format("'{}' is up: end it first, with 'corbot down --name {}'", name, name));
+  }
+  refuse_if_running(name);
+
+  std::atomic<bool> end{false};
+  OnSignal on_signal([&] { end = true; });  // before the device's thread
+  bool written = false;
+  try {
+    Jog jog(setting.profile, end);
+    const auto kept = kept_position(options, setting.profile, name);
+    jog.connect(kept ? &kept->position_rad : nullptr, kept ? kept->opening : 0.0);
+    CalibrateSession session(setting, jog);
+    Lines lines(end);
+    const bool terminal = ::isatty(STDIN_FILENO) == 1;
+    session.greet();
+    while (!session.done()) {
+      if (terminal) fmt::print("> ");
+      std::fflush(stdout);
+      const auto line = lines.next();
+      if (!line) break;
+      session.run(*line);
+    }
+    written = session.written();
+  } catch (const Failure&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw Failure(ExitCode::kInternal, error.what());
+  }
+  // A segment that a dead task has left speaks of pulses as they were.
+  if (written) remove_abandoned_segment(name);
+  if (end)
+    throw Failure(ExitCode::kStopped, written ? "ended by Ctrl-C" : "ended by Ctrl-C; nothing is written");
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/calibrate_session.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <system_error>
+
+#include "cli/calibrate.h"
+#include "cli/explain.h"
+#include "cli/failure.h"
+#include "cli/number.h"
+
+namespace corbot::cli {
+
+namespace {
+
+constexpr double kPulseTolerance_us = 0.01;
+
+std::vector<std::string> words_of(const std::string& line) {
+  std::string spaced;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '#') break;
+    spaced += line[i];
+    // "+10" and "-1" as well as "+ 10" and "- 1".
+    if ((line[i] == '+' || line[i] == '-') && spaced.find_first_not_of(" \t\r") == spaced.size() - 1)
+      spaced += ' ';
+  }
+  std::istringstream stream(spaced);
+  std::vector<std::string> words;
+  for (std::string word; stream >> word;) words.push_back(word);
+  return words;
+}
+
+/// Names say what they are, so that a typo does not pass for a defect of the profile.
+struct Refused : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The profile that the new text describes is the one that was meant.
+void check(const Profile& meant_from, const std::string& text, const Calibration& calibration) {
+  const Profile now = parse_profile(text, meant_from.file);
+  constexpr double kTolerance = 1e-6;
+  for (std::size_t i = 0; i < calibration.joints(); ++i) {
+    const ServoLine line = calibration.line(i);
+    const ServoMap& map = now.arm.servos[i];
+    for (const double angle_deg : calibration.range_deg(i)) {
+      const double angle_rad = angle_deg * M_PI / 180.0;
+      const double pulse_us = map.zero_us + map.direction * map.us_per_rad * angle_rad;
+      if (std::abs(pulse_us - line.pulse_us(angle_deg)) > kTolerance)
+        throw Refused(fmt::format("joint {}: the text would not say what was found; nothing is written", i));
+    }
+  }
+  if (now.arm.gripper.closed_us != calibration.gripper_us(false) ||
+      now.arm.gripper.open_us != calibration.gripper_us(true))
+    throw Refused("gripper: the text would not say what was found; nothing is written");
+}
+
+}  // namespace
+
+const char* calibrate_help() {
+  return "  on              give the servos their pulses: THE ARM MAY JUMP; keep clear\n"
+         "  joint NAME|N    choose a servo; 'joint gripper' the gripper's\n"
+         "  + US, - US      turn it by so many microseconds, at 200 us a second\n"
+         "  goto US         turn it to a pulse width\n"
+         "  mark DEGREES    the joint stands at this angle now; two marks far apart give\n"
+         "                  zero_us, us_per_degree and direction, one moves zero_us only\n"
+         "  mark open, mark closed    the same for the gripper\n"
+         "  limit low, limit high     the joint's range ends here\n"
+         "  undo            take the last mark or limit back\n"
+         "  show            what has been found so far\n"
+         "  write           change the numbers in the profile; the old one becomes FILE.bak\n"
+         "  quit            end; what is not written is lost\n";
+}
+
+CalibrateSession::CalibrateSession(const Setting& setting, Jog& jog)
+    : setting_(setting), jog_(jog), calibration_(setting.profile) {}
+
+void CalibrateSession::greet() {
+  say_news();
+  fmt::print("{} on {}: {}.\n{}", setting_.profile.file, setting_.profile.backend.kind, jog_.origin(),
+             calibrate_help());
+}
+
+void CalibrateSession::run(const std::string& line) {
+  const Words words = words_of(line);
+  if (words.empty()) return;
+  try {
+    carry_out(words);
+  } catch (const std::invalid_argument& error) {
+    fmt::print("no: {}\n", error.what());
+  }
+  say_news();
+}
+
+void CalibrateSession::carry_out(const Words& words) {
+  const std::string& word = words[0];
+  if (word == "help") {
+    fmt::print("{}", calibrate_help());
+  } else if (word == "on") {
+    jog_.switch_on();
+    fmt::print("the servos have their pulses\n");
+  } else if (word == "joint") {
+    choose(words);
+  } else if (word == "+" || word == "-") {
+    move(jog_.pulse_us(chosen()) + (word == "+" ? 1.0 : -1.0) * number(words));
+  } else if (word == "goto") {
+    move(number(words));
+  } else if (word == "mark") {
+    mark(words);
+  } else if (word == "limit") {
+    limit(words);
+  } else if (word == "undo") {
+    if (!calibration_.undo()) throw std::invalid_argument("there is nothing to take back");
+    show();
+  } else if (word == "show") {
+    show();
+  } else if (word == "write") {
+    write();
+  } else if (word == "quit") {
+    done_ = true;
+  } else {
+    throw std::invalid_argument(fmt::format("'{}' is no command; 'help' lists them", printable(word)));
+  }
+}
+
+double CalibrateSession::number(const Words& words) {
+  if (words.size() != 2) throw std::invalid_argument(fmt::format("'{}' wants one number", words[0]));
+  const auto value = parse_number(words[1]);
+  if (!value) throw std::invalid_argument(fmt::format("'{}' is no number", printable(words[1])));
+  return *value;
+}
+
+std::size_t CalibrateSession::chosen() const {
+  if (!servo_) throw std::invalid_argument("choose a servo first: 'joint NAME'");
+  return *servo_;
+}
+
+std::string CalibrateSession::name(std::size_t servo) const {
+  return servo == gripper() ? "gripper" : setting_.profile.joint_names[servo];
+}
+
+void CalibrateSession::choose(const Words& words) {
+  const std::string wanted = words.size() == 2 ? words[1] : "";
+  std::string known;
+  for (std::size_t i = 0; i <= gripper(); ++i) {
+    if (wanted == name(i) || wanted == fmt::format("{}", i)) {
+      servo_ = i;
+      return say_where();
+    }
+    known += (i == 0 ? "" : ", ") + name(i);
+  }
+  throw std::invalid_argument(fmt::format("'joint' wants one of {}", known));
+}
+
+void CalibrateSession::say_where() {
+  const std::size_t servo = chosen();
+  if (servo == gripper()) {
+    fmt::print("gripper {:g} us\n", jog_.pulse_us(servo));
+  } else {
+    fmt::print("{} {:g} us, {:.1f} degrees as far as is known\n", name(servo), jog_.pulse_us(servo),
+               calibration_.line(servo).angle_deg(jog_.pulse_us(servo)) + 0.0);
+  }
+}
+
+void CalibrateSession::move(double pulse_us) {
+  const std::size_t servo = chosen();
+  if (!jog_.is_on()) throw std::invalid_argument("the servos have no pulses yet: 'on' first, and keep clear");
+  if (!(pulse_us >= jog_.lowest_us(servo) - kPulseTolerance_us &&
+        pulse_us <= jog_.highest_us(servo) + kPulseTolerance_us)) {
+    throw std::invalid_argument(fmt::format("{:g} us: this servo goes from {:g} to {:g} us", pulse_us,
+                                            jog_.lowest_us(servo), jog_.highest_us(servo)));
+  }
+  if (!jog_.go(servo, pulse_us) && jog_.is_lost())
+    throw Failure(ExitCode::kInternal, "the device is lost; nothing is written. " + printable(jog_.news()));
+  say_where();
+}
+
+void CalibrateSession::mark(const Words& words) {
+  const std::size_t servo = chosen();
+  if (!jog_.is_on()) throw std::invalid_argument("the servos have no pulses yet: 'on' first, and keep clear");
+  if (servo == gripper()) {
+    if (words.size() != 2 || (words[1] != "open" && words[1] != "closed"))
+      throw std::invalid_argument("the gripper's marks are 'mark open' and 'mark closed'");
+    calibration_.mark_gripper(words[1] == "open", jog_.pulse_us(servo));
+    fmt::print("gripper {} at {:g} us\n", words[1], jog_.pulse_us(servo));
+    return;
+  }
+  const std::string fault = calibration_.mark(servo, {number(words), jog_.pulse_us(servo)});
+  if (!fault.empty()) throw std::invalid_argument(fault);
+  fmt::print("{}\n", calibration_.text(servo));
+}
+
+void CalibrateSession::limit(const Words& words) {
+  const std::size_t servo = chosen();
+  if (!jog_.is_on()) throw std::invalid_argument("the servos have no pulses yet: 'on' first, and keep clear");
+  if (servo == gripper() || words.size() != 2 || (words[1] != "low" && words[1] != "high"))
+    throw std::invalid_argument("a joint's limits are 'limit low' and 'limit high'");
+  const std::string fault = calibration_.limit(servo, words[1] == "high", jog_.pulse_us(servo));
+  if (!fault.empty()) throw std::invalid_argument(fault);
+  fmt::print("{}\n", calibration_.text(servo));
+}
+
+void CalibrateSession::show() {
+  for (std::size_t i = 0; i < calibration_.joints(); ++i) fmt::print("{}\n", calibration_.text(i));
+  fmt::print("gripper   closed_us {:g}, open_us {:g}\n", calibration_.gripper_us(false),
+             calibration_.gripper_us(true));
+  for (const std::string& fault : calibration_.faults()) fmt::print("! {}\n", fault);
+}
+
+void CalibrateSession::write() {
+  const auto edits = calibration_.edits();
+  if (edits.empty()) throw std::invalid_argument("nothing has changed");
+  if (const auto faults = calibration_.faults(); !faults.empty()) {
+    for (const std::string& fault : faults) fmt::print("! {}\n", fault);
+    throw std::invalid_argument("nothing is written");
+  }
+  try {
+    const std::string text = edit_numbers(setting_.text, edits);
+    check(setting_.profile, text, calibration_);
+    fmt::print("{}", changed_lines(setting_.text, text));
+    if (setting_.dry_run) {
+      fmt::print("nothing is written (--dry-run)\n");
+      return;
+    }
+    replace_file(setting_.profile.file, setting_.text, text);
+    (void)load_profile(setting_.profile.file);
+    written_ = true;
+    fmt::print("written: {0}; the old one is {0}.bak\n", setting_.profile.file);
+  } catch (const std::runtime_error& error) {
+    throw std::invalid_argument(error.what());
+  }
+}
+
+void CalibrateSession::say_news() {
+  std::istringstream news(jog_.news());
+  for (std::string line; std::getline(news, line);)
+    fmt::print("{}: {}\n", setting_.profile.backend.kind, printable(line));
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/jog.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "rt/backends/registry.h"
+#include "rt/servo_map.h"
+
+namespace corbot::cli {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kStep{20};  // a servo's own frame
+constexpr double kGripperLowest_us = 500.0;
+constexpr double kGripperHighest_us = 2500.0;
+
+}  // namespace
+
+Jog::Jog(const Profile& profile, const std::atomic<bool>& end)
+    : profile_(profile), end_(end), backend_(rt::make_backend(profile, stop_)) {}
+
+Jog::~Jog() { backend_->close(); }
+
+void Jog::connect(const Joints* kept_rad, double kept_opening) {
+  const DevicePosition device = backend_->connect();
+  Joints position_rad{};
+  double opening = 0.0;
+  origin_ = "NOBODY KNOWS where the servos are; angle 0 of the profile is assumed";
+  if (device.kind != DevicePosition::Kind::kUnknown) {
+    position_rad = device.position_rad;
+    opening = std::max(device.opening, 0.0);
+    origin_ = "the device says where the servos are";
+  } else if (kept_rad != nullptr) {
+    position_rad = *kept_rad;
+    opening = kept_opening;
+    origin_ = "where corbot left the arm";
+  }
+  rt::map_to_pulses(profile_.arm, position_rad, opening, frame_);
+}
+
+void Jog::switch_on() {
+  if (is_on_) return;
+  frame_.time_ns = Clock::now().time_since_epoch().count();
+  backend_->open(frame_);
+  is_on_ = true;
+}
+
+double Jog::lowest_us(std::size_t servo) const {
+  return servo < profile_.arm.dof ? profile_.arm.servos[servo].pulse_min_us : kGripperLowest_us;
+}
+
+double Jog::highest_us(std::size_t servo) const {
+  return servo < profile_.arm.dof ? profile_.arm.servos[servo].pulse_max_us : kGripperHighest_us;
+}
+
+bool Jog::go(std::size_t servo, double pulse_us) {
+  const double target_us = std::clamp(pulse_us, lowest_us(servo), highest_us(servo));
+  const double most_us = kSpeed_us_per_s * std::chrono::duration<double>(kStep).count();
+  auto due = Clock::now();
+  while (!end_ && !is_lost()) {
+    double& at_us = frame_.pulse_us[servo];
+    at_us += std::clamp(target_us - at_us, -most_us, most_us);
+    send();
+    due += kStep;
+    std::this_thread::sleep_until(due);
+    if (at_us == target_us) return true;
+  }
+  return false;
+}
+
+bool Jog::is_lost() const {
+  const BackendHealth health = backend_->health();
+  return is_on_ && (health == BackendHealth::kLost || health == BackendHealth::kClosed);
+}
+
+void Jog::send() {
+  ++frame_.cycle;
+  frame_.time_ns = Clock::now().time_since_epoch().count();
+  for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
+    const ServoMap& map = profile_.arm.servos[i];
+    frame_.position_rad[i] = (frame_.pulse_us[i] - map.zero_us) / (map.direction * map.us_per_rad);
+  }
+  backend_->write(frame_);
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/position_keeper.h"
+
+#include <exception>
+#include <utility>
+
+namespace corbot {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kLookEvery = 100ms;
+constexpr auto kWhileMoving = 1s;
+constexpr auto kAfterFailure = 10s;
+
+bool is_at_rest(const Snapshot& snapshot) { return snapshot.command_id == 0; }
+
+bool is_same(const Snapshot& a, const Snapshot& b) {
+  return a.position_rad == b.position_rad && a.gripper == b.gripper && is_at_rest(a) == is_at_rest(b);
+}
+
+}  // namespace
+
+bool KeepRule::is_due(const Snapshot& now, Instant at) const {
+  if (at < not_before_) return false;
+  if (!last_) return true;
+  return !is_same(*last_, now) && (is_at_rest(now) || at >= saved_at_ + kWhileMoving);
+}
+
+void KeepRule::saved(const Snapshot& now, Instant at) {
+  last_ = now;
+  saved_at_ = at;
+}
+
+void KeepRule::failed(Instant at) { not_before_ = at + kAfterFailure; }
+
+PositionKeeper::PositionKeeper(const Link& link, const ArmModel& arm, PositionStore store, Warn warn)
+    : link_(link), arm_(arm), store_(std::move(store)), warn_(std::move(warn)), thread_([this] { run(); }) {}
+
+PositionKeeper::~PositionKeeper() {
+  {
+    const std::lock_guard lock(mutex_);
+    end_ = true;
+  }
+  end_requested_.notify_all();
+  thread_.join();
+}
+
+void PositionKeeper::run() {
+  for (bool end = false; !end;) {
+    {
+      std::unique_lock lock(mutex_);
+      end = end_requested_.wait_for(lock, kLookEvery, [&] { return end_; });
+    }
+    look();
+  }
+}
+
+void PositionKeeper::look() {
+  Snapshot now{};
+  const auto at = std::chrono::steady_clock::now();
+  if (!link_.alive() || !link_.snapshot(now) || !rule_.is_due(now, at)) return;
+  try {
+    store_.save(position_of(now, store_.robot(), arm_), arm_.dof);
+    rule_.saved(now, at);
+    has_warned_ = false;
+  } catch (const std::exception& error) {
+    rule_.failed(at);
+    if (!std::exchange(has_warned_, true)) {
+      warn_(std::string("the last position is not kept for the next power-up: ") + error.what());
+    }
+  }
+}
+
+}  // namespace corbot

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "robot/link.h"
+#include "state/position_store.h"
+
+namespace corbot {
+
+/// When the arm's position is worth a write: at once when it has come to rest somewhere else, and about every
+/// second while it moves. Pure.
+class KeepRule {
+ public:
+  using Instant = std::chrono::steady_clock::time_point;
+
+  [[nodiscard]] bool is_due(const Snapshot& now, Instant at) const;
+  void saved(const Snapshot& now, Instant at);
+  /// It did not work: not again for a while.
+  void failed(Instant at);
+
+ private:
+  std::optional<Snapshot> last_;
+  Instant saved_at_{};
+  Instant not_before_{};
+};
+
+/// Keeps the last set-point on disk, in a thread of its own that looks ten times a second; no call waits for
+/// it. Trouble with the disk is told once, until it has passed.
+class PositionKeeper {
+ public:
+  using Warn = std::function<void(const std::string&)>;
+
+  /// `link` outlives this. `warn` is called from the thread.
+  PositionKeeper(const Link& link, const ArmModel& arm, PositionStore store, Warn warn);
+  PositionKeeper(const PositionKeeper&) = delete;
+  PositionKeeper& operator=(const PositionKeeper&) = delete;
+  /// After a last look.
+  ~PositionKeeper();
+
+ private:
+  void run();
+  void look();
+
+  const Link& link_;
+  const ArmModel arm_;
+  const PositionStore store_;
+  const Warn warn_;
+  KeepRule rule_;
+  bool has_warned_{false};
+  std::mutex mutex_;
+  std::condition_variable end_requested_;
+  bool end_{false};
+  std::thread thread_;
+};
+
+}  // namespace corbot

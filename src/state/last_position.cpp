@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "state/last_position.h"
+
+#include <fmt/format.h>
+
+#include <toml++/toml.h>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <ctime>
+#include <numbers>
+
+#include "corbot/channel/fingerprint.h"
+
+namespace corbot {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr std::int64_t kFormat = 1;
+constexpr std::size_t kMaxBootId = 64;
+/// Far more than the rounding of degrees, far less than a servo resolves.
+constexpr double kTolerance_rad = 1e-6;
+
+std::tm parts_of(std::int64_t epoch_s) {
+  const auto seconds = static_cast<std::time_t>(epoch_s);
+  std::tm parts{};
+  ::gmtime_r(&seconds, &parts);
+  return parts;
+}
+
+template <class Value>
+Value required(const toml::table& table, std::string_view key) {
+  const auto value = table[key].value_exact<Value>();
+  if (!value) throw PositionError(fmt::format("{} is missing or of the wrong kind", key));
+  return *value;
+}
+
+double finite(const toml::node& node, std::string_view key) {
+  const auto value = node.value<double>();
+  if (!node.is_number() || !value || !std::isfinite(*value))
+    throw PositionError(fmt::format("{}: not a finite number", key));
+  return *value;
+}
+
+std::uint64_t hexadecimal(const std::string& text) {
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
+  if (error != std::errc{} || end != text.data() + text.size() || text.empty())
+    throw PositionError("profile: not a hexadecimal number");
+  return value;
+}
+
+std::int64_t epoch_of(const toml::date_time& when) {
+  std::tm parts{};
+  parts.tm_year = when.date.year - 1900;
+  parts.tm_mon = when.date.month - 1;
+  parts.tm_mday = when.date.day;
+  parts.tm_hour = when.time.hour;
+  parts.tm_min = when.time.minute;
+  parts.tm_sec = when.time.second;
+  return ::timegm(&parts);
+}
+
+Joints read_joints(const toml::table& table, const ArmModel& arm) {
+  const toml::array* array = table["joints_deg"].as_array();
+  const std::size_t dof = std::min<std::size_t>(arm.dof, kMaxJoints);
+  if (array == nullptr || array->size() != dof)
+    throw PositionError(fmt::format("joints_deg: must be {} numbers", dof));
+  Joints joints{};
+  for (std::size_t i = 0; i < dof; ++i) {
+    const double value_deg = finite(*array->get(i), "joints_deg");
+    const JointLimits& limits = arm.joints[i];
+    joints[i] = value_deg * kDegree;
+    if (joints[i] < limits.lower_rad - kTolerance_rad || joints[i] > limits.upper_rad + kTolerance_rad) {
+      throw PositionError(fmt::format("joints_deg: {:.6g} is outside the range of joint {}, {:.6g} to {:.6g}",
+                                      value_deg, i, limits.lower_rad / kDegree, limits.upper_rad / kDegree));
+    }
+    joints[i] = std::clamp(joints[i], limits.lower_rad, limits.upper_rad);
+  }
+  return joints;
+}
+
+toml::table parse(std::string_view text) {
+  if (text.size() > kMaxPositionBytes)
+    throw PositionError(fmt::format("larger than {} bytes", kMaxPositionBytes));
+  try {
+    return toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    throw PositionError(fmt::format("line {}: {}", error.source().begin.line, error.description()));
+  }
+}
+
+}  // namespace
+
+std::uint64_t position_fingerprint(const ArmModel& arm) {
+  Fnv1a hash;
+  hash.add(fingerprint(arm));
+  for (const ServoMap& servo : arm.servos) {
+    hash.add(std::uint64_t{servo.channel});
+    for (const double value :
+         {servo.zero_us, servo.us_per_rad, servo.direction, servo.pulse_min_us, servo.pulse_max_us})
+      hash.add(value);
+  }
+  hash.add(std::uint64_t{arm.gripper.channel});
+  hash.add(arm.gripper.closed_us);
+  hash.add(arm.gripper.open_us);
+  return hash.value();
+}
+
+std::string utc_text(std::int64_t epoch_s) {
+  const std::tm parts = parts_of(epoch_s);
+  return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}:{:02} UTC", parts.tm_year + 1900, parts.tm_mon + 1,
+                     parts.tm_mday, parts.tm_hour, parts.tm_min, parts.tm_sec);
+}
+
+std::string position_text(const LastPosition& position, std::size_t dof) {
+  const std::tm when = parts_of(position.saved_s);
+  std::string joints;
+  for (std::size_t i = 0; i < std::min(dof, kMaxJoints); ++i) {
+    joints += fmt::format("{}{}", joints.empty() ? "" : ", ", position.position_rad[i] / kDegree);
+  }
+  return fmt::format(
+      "# Where corbot last told this arm to be. Read when the arm is powered up, and only if its profile "
+      "has\n"
+      "# not changed since. Delete it if the arm has been moved by hand.\n"
+      "format = {}\nrobot = \"{}\"\nprofile = \"{:016x}\"  # fingerprint\nboot = \"{}\"\n"
+      "saved = {:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z\nat_rest = {}\njoints_deg = [{}]\n"
+      "gripper = {}  # 0 closed, 1 open\n",
+      kFormat, position.robot, position.fingerprint, position.boot_id, when.tm_year + 1900, when.tm_mon + 1,
+      when.tm_mday, when.tm_hour, when.tm_min, when.tm_sec, position.at_rest, joints, position.opening);
+}
+
+LastPosition parse_position(std::string_view text, std::string_view robot, const ArmModel& arm) {
+  const toml::table table = parse(text);
+  if (required<std::int64_t>(table, "format") != kFormat)
+    throw PositionError("its format is not known to this version");
+  LastPosition position;
+  position.robot = required<std::string>(table, "robot");
+  if (position.robot != robot) throw PositionError("it is another robot's");
+  position.fingerprint = hexadecimal(required<std::string>(table, "profile"));
+  if (position.fingerprint != position_fingerprint(arm))
+    throw PositionError("the profile has changed since it was written");
+  position.boot_id = required<std::string>(table, "boot");
+  if (position.boot_id.size() > kMaxBootId) throw PositionError("boot: too long");
+  position.saved_s = epoch_of(required<toml::date_time>(table, "saved"));
+  position.at_rest = required<bool>(table, "at_rest");
+  position.position_rad = read_joints(table, arm);
+  const toml::node* gripper = table.get("gripper");
+  if (gripper == nullptr) throw PositionError("gripper is missing");
+  position.opening = finite(*gripper, "gripper");
+  if (position.opening < 0.0 || position.opening > 1.0) throw PositionError("gripper: allowed 0 to 1");
+  return position;
+}
+
+}  // namespace corbot

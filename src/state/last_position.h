@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "corbot/arm/arm_model.h"
+
+namespace corbot {
+
+/// Where an arm was last told to be. Hobby servos have no encoders: after a power-down this is all that
+/// anybody knows. Nothing here is real-time safe.
+struct LastPosition {
+  std::string robot;            ///< its name
+  std::uint64_t fingerprint{};  ///< of what gives it its meaning, position_fingerprint()
+  std::string boot_id;          ///< of the machine's run in which it was written
+  std::int64_t saved_s{};       ///< since the Unix epoch
+  bool at_rest{};               ///< false: written in the middle of a motion
+  Joints position_rad{};
+  double opening{};  ///< of the gripper, 0 closed … 1 open
+};
+
+/// What is wrong with a kept position, in words.
+class PositionError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+inline constexpr std::size_t kMaxPositionBytes = 4096;
+
+/// Of everything on which it depends how the arm stands at a set-point: the arm's model, and the servo map,
+/// which the segment's fingerprint leaves out. A servo that was calibrated anew stands elsewhere.
+[[nodiscard]] std::uint64_t position_fingerprint(const ArmModel& arm);
+
+/// TOML, for a person to read, too.
+[[nodiscard]] std::string position_text(const LastPosition& position, std::size_t dof);
+
+/// Reads what position_text() wrote. Trusts no byte: throws PositionError unless it is of this robot and of
+/// this model of its arm, finite and within the joints' ranges.
+[[nodiscard]] LastPosition parse_position(std::string_view text, std::string_view robot, const ArmModel& arm);
+
+/// "2026-11-21 10:00:00 UTC"
+[[nodiscard]] std::string utc_text(std::int64_t epoch_s);
+
+}  // namespace corbot

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "corbot/channel/records.h"
+#include "state/last_position.h"
+
+namespace corbot {
+
+/// Where corbot keeps what outlives a power-down: $CORBOT_STATE_DIR, $XDG_STATE_HOME/corbot or
+/// ~/.local/state/corbot; empty where none of them is set.
+[[nodiscard]] std::filesystem::path default_state_directory();
+
+/// Id of this run of the machine, as the kernel tells it; empty where it does not.
+[[nodiscard]] std::string boot_id();
+
+/// The position that a snapshot holds, as it is kept; written now.
+[[nodiscard]] LastPosition position_of(const Snapshot& snapshot, const std::string& robot,
+                                       const ArmModel& arm);
+
+/// The file DIRECTORY/ROBOT.position. Not real-time safe.
+class PositionStore {
+ public:
+  /// `writer` tells apart the processes that write, so that neither gets into the other's new file. Throws
+  /// std::invalid_argument for a name that no robot can have.
+  PositionStore(const std::filesystem::path& directory, const std::string& robot, const std::string& writer);
+
+  [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_; }
+  [[nodiscard]] const std::string& robot() const noexcept { return robot_; }
+
+  /// Nothing when there is no such file. Throws PositionError for every file that is not to be believed, also
+  /// one that others may write to.
+  [[nodiscard]] std::optional<LastPosition> load(const ArmModel& arm) const;
+
+  /// Replaces the file: whatever happens meanwhile, a reader finds the old or the new one, whole. Makes the
+  /// directory, mode 0700. Throws std::system_error.
+  void save(const LastPosition& position, std::size_t dof) const;
+
+ private:
+  std::filesystem::path file_;
+  std::filesystem::path fresh_;
+  std::string robot_;
+};
+
+}  // namespace corbot

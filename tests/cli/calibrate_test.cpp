@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// `corbot calibrate` against an emulated controller: a test that knows how the arm is really mounted plays
+// the person who looks at it.
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <fstream>
+#include <sstream>
+
+#include <fmt/core.h>
+
+#include "cli_rig.h"
+#include "config/profile.h"
+
+namespace corbot::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class Calibrate : public CliRig {
+ protected:
+  Calibrate() {
+    line_ = (directory_ / "tty").string();
+    emulator_ = std::make_unique<Process>(
+        std::vector<std::string>{CORBOT_BIN_DIR "/corbot-sim", "ssc32", "--pty", line_});
+    EXPECT_TRUE(emulator_->wait_line("ready", within(30))) << emulator_->errors();
+    const std::string text = text_of(CORBOT_PROFILE);
+    profile_ =
+        put("arm.toml", text.substr(0, text.find("[backend]")) +
+                            fmt::format("[backend]  # mine\nkind = \"ssc32\"\nposition_known_at_start = "
+                                        "true\n[backend.ssc32]\nport = \"{}\"\n",
+                                        line_));
+    before_ = text_of(profile_);
+  }
+  ~Calibrate() override {
+    supervisor_.reset();
+    EXPECT_EQ(emulator_->terminate(), 0);
+  }
+
+  static std::string text_of(const std::string& file) {
+    std::ifstream stream(file);
+    std::ostringstream text;
+    text << stream.rdbuf();
+    return text.str();
+  }
+  /// A session; `commands` are sent, and its answers waited for by the caller.
+  void start(const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments{"calibrate", profile_, "--name", name_};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    session_ = begin(arguments);
+    ASSERT_TRUE(session_->wait_line("  quit", within(30))) << session_->errors();
+  }
+  std::string ask(const std::string& command, const std::string& answer) {
+    session_->send(command);
+    return session_->wait_line(answer, within(30)).value_or("no answer that begins with " + answer);
+  }
+  int end() {
+    const auto status = session_->wait(within(20));
+    return status && WIFEXITED(*status) ? WEXITSTATUS(*status) : -1;
+  }
+  bool pulse_is(const std::string& word) {
+    emulator_->send("pulses");
+    const std::string now = emulator_->wait_line("pulses", within(10)).value_or("") + " ";
+    return now.find(" " + word + " ") != std::string::npos;
+  }
+  bool pulse_arrives(const std::string& word) {
+    return wait_until(within(20), [&] { return pulse_is(word); });
+  }
+
+  std::string line_;
+  std::string profile_;
+  std::string before_;
+  std::unique_ptr<Process> emulator_;
+  std::unique_ptr<Process> session_;
+};
+
+TEST_F(Calibrate, FindsOutHowTheServosAreMounted) {
+  // Really: base 1520 + 9.5 a, elbow 2050 - 10.5 a; the profile says 1500 + 10 a and 2100 - 10 a.
+  start();
+  if (HasFatalFailure()) return;
+  EXPECT_THAT(session_->output(), HasSubstr("NOBODY KNOWS"));
+  EXPECT_EQ(ask("joint base", "base"), "base 1500 us, 0.0 degrees as far as is known");
+  EXPECT_THAT(ask("+ 20", "no:"), HasSubstr("'on' first"));
+  ask("on", "the servos");
+  EXPECT_TRUE(pulse_arrives("0=1500"));
+  EXPECT_EQ(ask("+ 20", "base"), "base 1520 us, 2.0 degrees as far as is known");
+  EXPECT_TRUE(pulse_arrives("0=1520"));
+  EXPECT_THAT(ask("mark 0", "base"), HasSubstr("zero_us 1520, us_per_degree 10"));
+  EXPECT_THAT(ask("goto 2600", "no:"), HasSubstr("from 500 to 2500 us"));
+  ask("goto 1947.5", "base");
+  EXPECT_THAT(ask("mark 45", "base"), HasSubstr("zero_us 1520, us_per_degree 9.5, direction 1"));
+  ask("joint elbow", "elbow");
+  ask("goto 2050", "elbow");
+  ask("mark 0", "elbow");
+  ask("goto 1525", "elbow");
+  EXPECT_THAT(ask("mark 50", "elbow"), HasSubstr("zero_us 2050, us_per_degree 10.5, direction -1"));
+  EXPECT_THAT(ask("write", "!"), HasSubstr("elbow: its high end, 150 degrees, needs 475 us"));
+  EXPECT_EQ(text_of(profile_), before_);
+  ask("goto 520", "elbow");
+  EXPECT_THAT(ask("limit high", "elbow"), HasSubstr("range_deg -30 to 145.7"));
+  ask("joint gripper", "gripper");
+  ask("-7", "gripper 1893");
+  ask("mark closed", "gripper closed at 1893");
+  EXPECT_THAT(ask("frobnicate", "no:"), HasSubstr("no command"));
+  ask("write", "written");
+  session_->send("quit");
+  EXPECT_EQ(end(), 0) << session_->errors();
+
+  const std::string after = text_of(profile_);
+  EXPECT_EQ(text_of(profile_ + ".bak"), before_);
+  EXPECT_THAT(after, HasSubstr("servo = { channel = 0, zero_us = 1520, us_per_degree = 9.5, direction = 1,"));
+  EXPECT_THAT(after, HasSubstr("range_deg = [-30, 145.7]\n"));
+  EXPECT_THAT(after, HasSubstr("name = \"elbow\"  # 1500 us at 60 degrees; turns the other way"));
+  EXPECT_THAT(after, HasSubstr("closed_us = 1893\n"));
+  const auto lines = [](const std::string& text) { return std::count(text.begin(), text.end(), '\n'); };
+  EXPECT_EQ(lines(after), lines(before_));
+
+  // The person turns the base to 45 degrees and finds it there.
+  supervisor_ = begin({"up", profile_, "--name", name_, "--endpoint", "127.0.0.1:" + std::to_string(port_)});
+  ASSERT_TRUE(supervisor_->wait_line(name_ + " is up", within(30))) << supervisor_->errors();
+  ASSERT_EQ(corbot({"joints", "40", "0", "100", "0"}).code, 0);
+  EXPECT_TRUE(pulse_arrives("0=1900"));
+  EXPECT_TRUE(pulse_arrives("2=1000"));
+  const RunResult second = corbot({"calibrate", profile_, "--name", name_});
+  EXPECT_EQ(second.code, 5);
+  EXPECT_THAT(second.errors, HasSubstr("corbot down --name " + name_));
+  EXPECT_EQ(supervisor_->terminate(), 0);
+}
+
+TEST_F(Calibrate, ADryRunChangesNothing) {
+  start({"--dry-run"});
+  if (HasFatalFailure()) return;
+  ask("on", "the servos");
+  ask("joint 0", "base");
+  ask("- 13", "base 1487");
+  ask("mark 0", "base");
+  session_->send("write");
+  EXPECT_TRUE(session_->wait_line("-servo = { channel = 0, zero_us = 1500", within(10)));
+  EXPECT_TRUE(session_->wait_line("+servo = { channel = 0, zero_us = 1487", within(10)));
+  ask("undo", "base");
+  EXPECT_THAT(ask("write", "no:"), HasSubstr("nothing has changed"));
+  session_->send("quit");
+  EXPECT_EQ(end(), 0);
+  EXPECT_EQ(text_of(profile_), before_);
+  EXPECT_FALSE(fs::exists(profile_ + ".bak"));
+}
+
+TEST_F(Calibrate, CtrlCEndsAMotionAndWritesNothing) {
+  start();
+  if (HasFatalFailure()) return;
+  ask("on", "the servos");
+  ask("joint base", "base");
+  EXPECT_TRUE(pulse_arrives("0=1500"));
+  session_->send("goto 2500");  // takes five seconds
+  EXPECT_TRUE(wait_until(within(10), [&] { return !pulse_is("0=1500"); }));
+  session_->signal(SIGINT);
+  EXPECT_EQ(end(), 4) << session_->errors();
+  EXPECT_THAT(session_->errors(), HasSubstr("nothing is written"));
+  EXPECT_FALSE(pulse_is("0=2500"));
+  EXPECT_EQ(text_of(profile_), before_);
+}
+
+TEST_F(Calibrate, ALostDeviceEndsIt) {
+  start();
+  if (HasFatalFailure()) return;
+  ask("on", "the servos");
+  ask("joint base", "base");
+  session_->send("goto 2500");
+  EXPECT_TRUE(wait_until(within(10), [&] { return !pulse_is("0=1500"); }));
+  emulator_->send("unplug");
+  EXPECT_EQ(end(), 5);
+  EXPECT_THAT(session_->errors(), AllOf(HasSubstr("lost"), HasSubstr(line_)));
+  EXPECT_EQ(text_of(profile_), before_);
+  emulator_->send("plug");
+}
+
+TEST_F(Calibrate, IsRefusedWhileARealTimeTaskHoldsTheServos) {
+  Process task({CORBOT_BIN_DIR "/corbot-rt", CORBOT_PROFILE, "--name", name_});
+  ASSERT_TRUE(task.wait_line("ready", within(30))) << task.errors();
+  const RunResult result = corbot({"calibrate", profile_, "--name", name_});
+  EXPECT_EQ(result.code, 5);
+  EXPECT_THAT(result.errors, HasSubstr("is running and holds the servos"));
+  EXPECT_EQ(task.terminate(), 0);
+  EXPECT_EQ(corbot({"calibrate", "/nonexistent.toml"}).code, 2);
+  EXPECT_THAT(corbot({"calibrate", "--help"}).output,
+              AllOf(HasSubstr("--dry-run"), HasSubstr("mark DEGREES")));
+}
+
+}  // namespace
+}  // namespace corbot::test

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "config/profile.h"
+#include "state/last_position.h"
+
+namespace {
+
+const corbot::ArmModel& arm() {
+  static const corbot::ArmModel model =
+      corbot::load_profile(std::filesystem::path(CORBOT_PROFILES) / "lynx5.toml").arm;
+  return model;
+}
+
+/// What every position that is believed must keep, whatever its text was.
+bool is_sound(const corbot::LastPosition& position) {
+  for (std::size_t i = 0; i < corbot::kMaxJoints; ++i) {
+    const double angle = position.position_rad[i];
+    if (!(angle >= arm().joints[i].lower_rad && angle <= arm().joints[i].upper_rad)) return false;
+  }
+  return position.opening >= 0.0 && position.opening <= 1.0;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  std::string text;
+  for (const char c : std::string_view(reinterpret_cast<const char*>(data), size)) {
+    // A fingerprint is nothing that a fuzzer finds.
+    text += c == '@' ? fmt::format("{:016x}", corbot::position_fingerprint(arm())) : std::string(1, c);
+  }
+  try {
+    const corbot::LastPosition position = corbot::parse_position(text, "lynx5", arm());
+    if (!is_sound(position)) std::abort();
+    // What is believed is written such that it is believed again.
+    if (!is_sound(corbot::parse_position(corbot::position_text(position, arm().dof), "lynx5", arm())))
+      std::abort();
+  } catch (const corbot::PositionError& error) {
+    if (*error.what() == '\0') std::abort();
+  }
+  return 0;
+}

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole chain across a power-down: where the arm was is known again, and the first motion is slow.
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include <fmt/core.h>
+
+#include "config/profile.h"
+#include "corbot/channel/segment.h"
+#include "support/robot_rig.h"
+
+namespace corbot::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class PowerUp : public RobotRig {
+ protected:
+  void SetUp() override {
+    name_ = unique_name("power");
+    port_ = free_port();
+    reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
+    directory_ = fmt::format("{}/{}", CORBOT_SCRATCH_DIR, name_);
+    fs::create_directory(directory_);
+  }
+  void TearDown() override {
+    power_down();
+    EXPECT_FALSE(segment_exists(name_));
+    fs::remove_all(directory_);
+  }
+  /// The Lynx 5 with another backend.
+  void write_profile(const std::string& backend) {
+    std::ifstream from(CORBOT_PROFILE);
+    std::stringstream text;
+    text << from.rdbuf();
+    const std::string all = text.str();
+    profile_ = directory_ + "/arm.toml";
+    std::ofstream(profile_) << all.substr(0, all.find("[backend]")) << backend;
+  }
+  void power_up() {
+    start_rt({"--state-dir", directory_});
+    if (!HasFatalFailure()) start_servant({"--state-dir", directory_});
+    if (HasFatalFailure()) return;
+    // Over a connection to a servant that was killed the first call fails.
+    ASSERT_TRUE(wait_until(within(10), [&] { return raised_by([&] { arm_ = connect(); }).empty(); }));
+    ASSERT_TRUE(wait_for(Corbot::Standby)) << servant_->errors() << rt_->errors();
+  }
+  /// Both end, and the segment with them.
+  void power_down() {
+    arm_ = Corbot::Arm::_nil();
+    if (servant_) {
+      EXPECT_EQ(servant_->terminate(), 0) << servant_->errors();
+    }
+    if (rt_) {
+      EXPECT_EQ(rt_->terminate(), 0) << rt_->errors();
+    }
+    servant_.reset();
+    rt_.reset();
+  }
+  bool uncertain() {
+    Corbot::DeviceInfo_var device = arm_->Device();
+    return device->positionUncertain;
+  }
+  Corbot::JointCoord joints() {
+    Corbot::JointCoord_var now = arm_->ArtiCoord();
+    return now.in();
+  }
+  /// The highest rate of virtual time of any cycle in the flight recorder.
+  double fastest_rate() const {
+    const Segment segment = Segment::observe(name_);
+    const Trace& trace = segment.layout().trace;
+    double fastest = 0.0;
+    const std::uint64_t end = trace.next();
+    for (std::uint64_t i = end - std::min<std::uint64_t>(end, Trace::capacity()); i < end; ++i) {
+      Snapshot snapshot{};
+      if (trace.read(i, snapshot)) fastest = std::max(fastest, snapshot.virtual_rate);
+    }
+    return fastest;
+  }
+  [[nodiscard]] std::string kept() const {
+    std::ifstream file(fmt::format("{}/{}.position", directory_, name_));
+    std::stringstream text;
+    text << file.rdbuf();
+    return text.str();
+  }
+
+  std::string directory_;
+};
+
+TEST_F(PowerUp, TheLastPositionIsTakenUpAndTheFirstMotionIsSlow) {
+  write_profile("[backend]\nkind = \"loopback\"\nposition_known_at_start = false\n");
+  power_up();
+  if (HasFatalFailure()) return;
+  EXPECT_THAT(rt_->output(), HasSubstr("position NOBODY KNOWS WHERE THE ARM IS"));
+  EXPECT_TRUE(uncertain());
+  EXPECT_NEAR(arm_->OverridePercent(), 10.0, 1e-9);
+  arm_->Drive(0, 5.0, 90.0);
+  EXPECT_FALSE(uncertain());
+  arm_->Move(0.20, 0.05, 0.10, 0.0, 0.0);
+  arm_->Open();
+  const Corbot::JointCoord before = joints();
+  power_down();
+  ASSERT_FALSE(segment_exists(name_));
+
+  power_up();
+  if (HasFatalFailure()) return;
+  EXPECT_THAT(rt_->errors(), HasSubstr("where corbot left it"));
+  EXPECT_LT(distance_deg(before, joints()), 1e-9);
+  EXPECT_EQ(arm_->GripperStatus(), Corbot::Open);
+  EXPECT_TRUE(uncertain());
+  arm_->Drive(0, -3.0, 90.0);
+  EXPECT_NEAR(fastest_rate(), 0.1, 1e-9);
+  EXPECT_FALSE(uncertain());
+  EXPECT_NEAR(arm_->OverridePercent(), 100.0, 1e-9);
+  arm_->Drive(0, 3.0, 90.0);
+  EXPECT_NEAR(fastest_rate(), 1.0, 1e-9);
+}
+
+TEST_F(PowerUp, AKilledTaskAndAnEmptyMemoryLeaveWhatTheServantKept) {
+  write_profile("[backend]\nkind = \"loopback\"\n");
+  power_up();
+  if (HasFatalFailure()) return;
+  arm_->Move(0.20, 0.05, 0.10, 0.0, 0.0);
+  const Corbot::JointCoord before = joints();
+  const std::string expected = fmt::format("{}", before[0]).substr(0, 8);
+  ASSERT_TRUE(wait_until(within(20), [&] { return kept().find(expected) != std::string::npos; })) << kept();
+  rt_->signal(SIGKILL);  // as a power cut would end both
+  servant_->signal(SIGKILL);
+  ASSERT_TRUE(rt_->wait(within(10)) && servant_->wait(within(10)));
+  rt_.reset();
+  servant_.reset();
+  fs::remove("/dev/shm/corbot." + name_);
+  power_up();
+  if (HasFatalFailure()) return;
+  EXPECT_LT(distance_deg(before, joints()), 1e-9);
+  EXPECT_FALSE(uncertain()) << "the simulator is where it is";
+}
+
+TEST_F(PowerUp, IsWrittenWhileTheArmMoves) {
+  write_profile("[backend]\nkind = \"loopback\"\n");
+  power_up();
+  if (HasFatalFailure()) return;
+  const Corbot::Ticket ticket = arm_->StartMove(0.20, 0.05, 0.10, 0.0, 4.0);
+  EXPECT_TRUE(wait_until(within(20), [&] { return kept().find("at_rest = false") != std::string::npos; }));
+  Corbot::MotionInfo_var info = arm_->Wait(ticket, 30.0);
+  EXPECT_TRUE(wait_until(within(20), [&] { return kept().find("at_rest = true") != std::string::npos; }));
+}
+
+TEST_F(PowerUp, NonsenseOnDiskIsSaidAndIgnored) {
+  write_profile("[backend]\nkind = \"loopback\"\n");
+  std::ofstream(fmt::format("{}/{}.position", directory_, name_)) << "format = 1\njoints_deg = [1e300]\n";
+  power_up();
+  if (HasFatalFailure()) return;
+  EXPECT_THAT(rt_->errors(), HasSubstr("the last position is not believed"));
+  EXPECT_THAT(rt_->errors(), HasSubstr(name_ + ".position"));
+  const Corbot::JointCoord now = joints();
+  for (CORBA::ULong i = 0; i < now.length(); ++i) EXPECT_EQ(now[i], 0.0);
+}
+
+TEST_F(PowerUp, ADirectoryThatCannotBeWrittenIsWarnedOfOnce) {
+  write_profile("[backend]\nkind = \"loopback\"\n");
+  start_rt({"--state-dir", "/dev/null/nowhere"});
+  start_servant({"--state-dir", "/dev/null/nowhere"});
+  if (HasFatalFailure()) return;
+  arm_ = connect();
+  ASSERT_TRUE(wait_for(Corbot::Standby));
+  arm_->Drive(0, 5.0, 90.0);
+  ASSERT_TRUE(wait_until(
+      within(20), [&] { return servant_->errors().find("position is not kept") != std::string::npos; }));
+  Corbot::AlarmList_var alarms = arm_->Alarms();
+  ASSERT_EQ(alarms->length(), 1u);
+  EXPECT_EQ(alarms[0].code, 152);
+  EXPECT_FALSE(alarms[0].active);
+}
+
+class PowerUpOnADevice : public PowerUp {
+ protected:
+  void SetUp() override {
+    PowerUp::SetUp();
+    line_ = directory_ + "/tty";
+    start_emulator();
+    write_profile(fmt::format("[backend]\nkind = \"ssc32\"\n[backend.ssc32]\nport = \"{}\"\n", line_));
+  }
+  void TearDown() override {
+    PowerUp::TearDown();
+    EXPECT_EQ(emulator_->terminate(), 0);
+  }
+  void start_emulator() {
+    emulator_ = std::make_unique<Process>(
+        std::vector<std::string>{std::string(CORBOT_BIN_DIR) + "/corbot-sim", "ssc32", "--pty", line_});
+    ASSERT_TRUE(emulator_->wait_line("ready", within(30))) << emulator_->errors();
+  }
+  std::string pulses() {
+    emulator_->send("pulses");
+    return emulator_->wait_line("pulses", within(10)).value_or("");
+  }
+  std::string line_;
+  std::unique_ptr<Process> emulator_;
+};
+
+TEST_F(PowerUpOnADevice, AControllerThatKeptItsPowerTellsWhereTheServosAre) {
+  power_up();
+  if (HasFatalFailure()) return;
+  EXPECT_TRUE(uncertain()) << "the emulator has just been switched on";
+  Corbot::DeviceInfo_var device = arm_->Device();
+  EXPECT_STREQ(device->backend, "ssc32");
+  EXPECT_EQ(device->health, Corbot::DeviceOpen);
+  EXPECT_TRUE(wait_until(within(10), [&] {
+    Corbot::DeviceInfo_var now = arm_->Device();
+    return now->frames > 1 && now->age > 0.0 && now->ageMax >= now->age;
+  }));
+  arm_->Drive(0, 5.5, 90.0);
+  arm_->Drive(2, 31.4, 90.0);
+  const Corbot::JointCoord before = joints();
+  std::string there;
+  ASSERT_TRUE(wait_until(within(10), [&] {
+    there = pulses();
+    return there.find("0=1555") != std::string::npos && there.find("2=1786") != std::string::npos;
+  })) << there;
+  power_down();
+
+  power_up();
+  if (HasFatalFailure()) return;
+  EXPECT_THAT(rt_->errors(), HasSubstr("by the pulses that the device sends"));
+  EXPECT_FALSE(uncertain());
+  EXPECT_LT(distance_deg(before, joints()), 1e-9) << "not rounded to the 10 us that it tells";
+  EXPECT_EQ(pulses(), there) << "nothing has moved";
+  power_down();
+
+  fs::remove(fmt::format("{}/{}.position", directory_, name_));
+  power_up();
+  if (HasFatalFailure()) return;
+  EXPECT_FALSE(uncertain());
+  EXPECT_LE(distance_deg(before, joints()), 1.0 + 1e-9) << "10 us are a degree";
+  power_down();
+
+  EXPECT_EQ(emulator_->terminate(), 0);
+  start_emulator();
+  power_up();
+  if (HasFatalFailure()) return;
+  EXPECT_TRUE(uncertain()) << "the controller has been without power";
+  EXPECT_LE(distance_deg(before, joints()), 1.0 + 1e-9) << "but where it was is on disk";
+}
+
+}  // namespace
+}  // namespace corbot::test

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "robot/position_keeper.h"
+
+namespace corbot {
+namespace {
+
+using namespace std::chrono_literals;
+
+Snapshot at(double base_rad, std::uint64_t command_id) {
+  Snapshot snapshot{};
+  snapshot.position_rad[0] = base_rad;
+  snapshot.command_id = command_id;
+  return snapshot;
+}
+
+TEST(KeepRule, KeepsRestAtOnceAndMotionEverySecond) {
+  KeepRule rule;
+  KeepRule::Instant now{};
+  EXPECT_TRUE(rule.is_due(at(0.0, 0), now)) << "the first position";
+  rule.saved(at(0.0, 0), now);
+  EXPECT_FALSE(rule.is_due(at(0.0, 0), now + 1h)) << "nothing has changed";
+  now += 10ms;
+  EXPECT_FALSE(rule.is_due(at(0.1, 7), now));
+  now += 1s;
+  EXPECT_TRUE(rule.is_due(at(0.2, 7), now));
+  rule.saved(at(0.2, 7), now);
+  EXPECT_FALSE(rule.is_due(at(0.3, 7), now + 999ms));
+  EXPECT_TRUE(rule.is_due(at(0.3, 0), now + 1ms)) << "at rest";
+  EXPECT_TRUE(rule.is_due(at(0.2, 0), now + 1ms)) << "where it was, but at rest now";
+}
+
+TEST(KeepRule, DoesNotHammerAFullDisk) {
+  KeepRule rule;
+  const KeepRule::Instant now{};
+  rule.failed(now);
+  EXPECT_FALSE(rule.is_due(at(0.1, 0), now + 9s));
+  EXPECT_TRUE(rule.is_due(at(0.1, 0), now + 10s));
+}
+
+}  // namespace
+}  // namespace corbot

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// The last position on disk: read back as written, believed only if every byte is right, replaced at once.
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <sstream>
+#include <system_error>
+
+#include "config/profile.h"
+#include "state/position_store.h"
+
+namespace corbot {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class Position : public ::testing::Test {
+ protected:
+  Position() : arm_(load_profile(fs::path(CORBOT_PROFILES) / "lynx5.toml").arm) {
+    std::string path = CORBOT_SCRATCH_DIR "/position-XXXXXX";
+    directory_ = ::mkdtemp(path.data());
+  }
+  ~Position() override { fs::remove_all(directory_); }
+
+  [[nodiscard]] LastPosition sample(double base_rad = 0.3) const {
+    Snapshot snapshot{};
+    snapshot.position_rad = {base_rad, 1.0, -0.25, 0.125};
+    snapshot.gripper = 0.75;
+    return position_of(snapshot, "lynx5", arm_);
+  }
+  [[nodiscard]] PositionStore store() const { return {directory_, "lynx5", "test"}; }
+  [[nodiscard]] std::string refusal(const std::string& text) const {
+    try {
+      (void)parse_position(text, "lynx5", arm_);
+    } catch (const PositionError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  /// The sample's text, one part of it replaced.
+  [[nodiscard]] std::string changed(const std::string& from, const std::string& to) const {
+    std::string text = position_text(sample(), arm_.dof);
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from << " in " << text;
+    return text.replace(at, from.size(), to);
+  }
+  void put(const std::string& text) const { std::ofstream(store().file()) << text; }
+
+  ArmModel arm_;
+  fs::path directory_;
+};
+
+TEST_F(Position, IsReadAsWritten) {
+  EXPECT_FALSE(store().load(arm_).has_value()) << "no file, no position";
+  store().save(sample(), arm_.dof);
+  const auto read = store().load(arm_);
+  ASSERT_TRUE(read);
+  for (std::size_t i = 0; i < kMaxJoints; ++i)
+    EXPECT_NEAR(read->position_rad[i], sample().position_rad[i], 1e-15);
+  EXPECT_EQ(read->opening, 0.75);
+  EXPECT_TRUE(read->at_rest);
+  EXPECT_EQ(read->boot_id, boot_id());
+  EXPECT_EQ(read->fingerprint, position_fingerprint(arm_));
+  EXPECT_NEAR(static_cast<double>(read->saved_s), static_cast<double>(std::time(nullptr)), 60.0);
+  EXPECT_EQ(fs::status(store().file()).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+  EXPECT_EQ(std::distance(fs::directory_iterator(directory_), fs::directory_iterator()), 1);
+}
+
+TEST_F(Position, AtTheVeryEndsOfTheRangesIsBelieved) {
+  LastPosition position = sample();
+  for (std::size_t i = 0; i < arm_.dof; ++i) position.position_rad[i] = arm_.joints[i].upper_rad;
+  const LastPosition read = parse_position(position_text(position, arm_.dof), "lynx5", arm_);
+  for (std::size_t i = 0; i < arm_.dof; ++i) EXPECT_LE(read.position_rad[i], arm_.joints[i].upper_rad);
+}
+
+TEST_F(Position, IsRefusedWhereAnythingIsWrong) {
+  EXPECT_EQ(refusal(position_text(sample(), arm_.dof)), "");
+  EXPECT_THAT(refusal(changed("\"lynx5\"", "\"lynx6\"")), HasSubstr("another robot"));
+  EXPECT_THAT(refusal(changed("format = 1", "format = 2")), HasSubstr("not known"));
+  EXPECT_THAT(refusal(changed("format = 1", "")), HasSubstr("format is missing"));
+  EXPECT_THAT(refusal(changed("profile = \"", "profile = \"f")), HasSubstr("profile"));
+  EXPECT_THAT(refusal(changed("profile = \"", "profile = \"x")), HasSubstr("hexadecimal"));
+  EXPECT_THAT(refusal(changed("at_rest = true", "at_rest = 1")), HasSubstr("at_rest"));
+  EXPECT_THAT(refusal(changed("gripper = 0.75", "gripper = 1.01")), HasSubstr("gripper"));
+  EXPECT_THAT(refusal(changed("gripper = 0.75", "gripper = nan")), HasSubstr("finite"));
+  EXPECT_THAT(refusal(changed("gripper = 0.75", "gripper = \"0.75\"")), HasSubstr("finite"));
+  EXPECT_THAT(refusal(changed("joints_deg = [", "joints_deg = [0, ")), HasSubstr("4 numbers"));
+  EXPECT_THAT(refusal(changed("joints_deg = [", "joints_deg = [inf] # ")), HasSubstr("4 numbers"));
+  EXPECT_THAT(refusal(changed("joints_deg = [", "joints_deg = [nan, 0, 0, 0] # ")), HasSubstr("finite"));
+  EXPECT_THAT(refusal(changed("joints_deg = [", "joints_deg = [90.001, 0, 0, 0] # ")),
+              HasSubstr("outside the range of joint 0, -90 to 90"));
+  EXPECT_THAT(refusal(changed("boot = \"", "boot = \"" + std::string(100, 'x'))), HasSubstr("boot"));
+  EXPECT_THAT(refusal(""), HasSubstr("format"));
+  EXPECT_THAT(refusal("format = "), HasSubstr("line 1"));
+  EXPECT_THAT(refusal(std::string(kMaxPositionBytes + 1, ' ')), HasSubstr("larger"));
+  EXPECT_THAT(refusal(std::string("\0\xff\xfe", 3)), HasSubstr("line 1"));
+  ArmModel other = arm_;
+  other.servos[2].zero_us += 1.0;
+  EXPECT_THROW((void)parse_position(position_text(sample(), arm_.dof), "lynx5", other), PositionError);
+}
+
+TEST_F(Position, AFileThatOthersCouldHaveWrittenIsRefused) {
+  store().save(sample(), arm_.dof);
+  fs::permissions(store().file(), fs::perms::others_write, fs::perm_options::add);
+  EXPECT_THROW((void)store().load(arm_), PositionError);
+  fs::remove(store().file());
+  put(position_text(sample(), arm_.dof));
+  fs::rename(store().file(), directory_ / "elsewhere");
+  fs::create_symlink(directory_ / "elsewhere", store().file());
+  EXPECT_THROW((void)store().load(arm_), PositionError);
+  fs::remove(store().file());
+  ASSERT_EQ(::mkfifo(store().file().c_str(), 0600), 0);
+  EXPECT_THROW((void)store().load(arm_), PositionError) << "and it does not hang";
+  fs::remove(store().file());
+  fs::create_directory(store().file());
+  EXPECT_THROW((void)store().load(arm_), PositionError);
+}
+
+TEST_F(Position, AWriteThatFailsLeavesTheOldOne) {
+  store().save(sample(0.1), arm_.dof);
+  const fs::path in_the_way = store().file().string() + ".test";
+  fs::create_directory(in_the_way);
+  EXPECT_THROW(store().save(sample(0.2), arm_.dof), std::system_error);
+  EXPECT_NEAR(store().load(arm_)->position_rad[0], 0.1, 1e-12);
+  EXPECT_THROW(PositionStore(store().file(), "lynx5", "test").save(sample(), arm_.dof), std::system_error);
+  EXPECT_THROW(PositionStore("/dev/null/x", "lynx5", "test").save(sample(), arm_.dof), std::system_error);
+  EXPECT_THROW(PositionStore(directory_, "../lynx5", "test"), std::invalid_argument);
+  EXPECT_THROW(PositionStore(directory_, "", "test"), std::invalid_argument);
+}
+
+TEST_F(Position, AWriterThatIsKilledLeavesTheOldOrTheNewOne) {
+  store().save(sample(0.1), arm_.dof);
+  std::mt19937 random(std::random_device{}());
+  int others = 0;
+  for (int round = 0; round < 100; ++round) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      for (int i = 0;; ++i) store().save(sample(i % 2 == 0 ? 0.2 : 0.1), arm_.dof);
+    }
+    ::usleep(std::uniform_int_distribution<useconds_t>(0, 5000)(random));
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    const auto read = store().load(arm_);
+    ASSERT_TRUE(read);
+    const double base = read->position_rad[0];
+    ASSERT_TRUE(std::abs(base - 0.1) < 1e-12 || std::abs(base - 0.2) < 1e-12) << base;
+    if (std::abs(base - 0.2) < 1e-12) ++others;
+  }
+  EXPECT_GT(others, 0) << "no child got as far as to write";
+}
+
+TEST(StateDirectory, ComesFromTheEnvironment) {
+  ::unsetenv("CORBOT_STATE_DIR");
+  ::unsetenv("XDG_STATE_HOME");
+  ::setenv("HOME", "/home/me", 1);
+  EXPECT_EQ(default_state_directory(), "/home/me/.local/state/corbot");
+  ::setenv("XDG_STATE_HOME", "/state", 1);
+  EXPECT_EQ(default_state_directory(), "/state/corbot");
+  ::setenv("XDG_STATE_HOME", "relative", 1);
+  EXPECT_EQ(default_state_directory(), "/home/me/.local/state/corbot");
+  ::setenv("CORBOT_STATE_DIR", "/var/lib/corbot", 1);
+  EXPECT_EQ(default_state_directory().lexically_normal(), "/var/lib/corbot/");
+  for (const char* name : {"CORBOT_STATE_DIR", "XDG_STATE_HOME", "HOME"}) ::unsetenv(name);
+  EXPECT_TRUE(default_state_directory().empty());
+}
+
+}  // namespace
+}  // namespace corbot
