@@ -13,6 +13,7 @@
 #include "rt/backends/mini_ssc.h"
 #include "rt/backends/pca9685.h"
 #include "rt/backends/pwm_sysfs.h"
+#include "rt/backends/socketcan.h"
 #include "rt/backends/ssc32.h"
 #include "sim/loopback_backend.h"
 
@@ -108,13 +109,34 @@ std::unique_ptr<Backend> make_gpiod(const Profile& profile, EmergencyStop& stop)
   return on_bus(profile, std::make_unique<Gpiod>(std::move(settings), kernel_gpio()), stop, false, false);
 }
 
+std::unique_ptr<Backend> make_socketcan(const Profile& profile, EmergencyStop& stop) {
+  const SocketCanOptions& options = profile.backend.socketcan;
+  Cia402Settings settings;
+  settings.interface = options.interface;
+  settings.bit_rate = static_cast<std::uint32_t>(options.bit_rate);
+  settings.heartbeat_ms = options.heartbeat_ms;
+  settings.loop_ns = profile.arm.period_ns;
+  settings.gripper_model = profile.arm.gripper;
+  for (const CanDrive& drive : options.drives) {
+    settings.joints.push_back(
+        {static_cast<std::uint8_t>(drive.node), drive.counts_per_rad, drive.zero_count, drive.direction});
+  }
+  if (options.gripper_node > 0) {
+    settings.gripper = GripperDrive{static_cast<std::uint8_t>(options.gripper_node),
+                                    options.gripper_closed_count, options.gripper_open_count};
+  }
+  return on_bus(profile, std::make_unique<Cia402Drives>(std::move(settings)), stop, options.readback,
+                options.relax_at_end);
+}
+
 /// One line a backend; its name is what `kind` in [backend] says.
-constexpr std::array<std::pair<std::string_view, Maker>, 7> kBackends{{{"gpiod", make_gpiod},
+constexpr std::array<std::pair<std::string_view, Maker>, 8> kBackends{{{"gpiod", make_gpiod},
                                                                        {"loopback", make_loopback},
                                                                        {"maestro", make_maestro},
                                                                        {"minissc", make_mini_ssc},
                                                                        {"pca9685", make_pca9685},
                                                                        {"pwm_sysfs", make_pwm_sysfs},
+                                                                       {"socketcan", make_socketcan},
                                                                        {"ssc32", make_ssc32}}};
 
 }  // namespace
