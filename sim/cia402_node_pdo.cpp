@@ -21,6 +21,7 @@ void Cia402Node::synchronise() {
   for (std::size_t number = 0; number < kPdos; ++number) {
     if (received_[number]) apply_rpdo(number);
   }
+  refresh();
   for (std::size_t number = 0; number < kPdos; ++number) {
     const std::int64_t type = objects_.value(key_of(0x1800, number, 2));
     if ((objects_.value(key_of(0x1800, number, 1)) & kPdoOff) != 0 || type > kLastSynchronous) continue;

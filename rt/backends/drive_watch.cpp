@@ -125,8 +125,8 @@ void DriveWatch::check(Time now, Duration heartbeat) {
     // What the drive says of itself comes first: one with a fault may fall silent after it.
     const DriveState state = state_of(drive.process.statusword);
     if ((drive.has_process && state != DriveState::kOperationEnabled) || is_fault(drive.emergency)) {
-      throw DeviceError(DeviceCause::kDeviceFault,
-                        name_of(drive) + " is in '" + in_words(state) + "'" + with_emergency(drive));
+      throw DeviceError(DeviceCause::kDeviceFault, name_of(drive) + ", now '" + in_words(state) +
+                                                       "', has a fault" + with_emergency(drive));
     }
     if (drive.has_heartbeat && drive.nmt != NmtState::kOperational) {
       throw DeviceError(DeviceCause::kDeviceFault, name_of(drive) + " has become " + in_words(drive.nmt));

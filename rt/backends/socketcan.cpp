@@ -96,10 +96,9 @@ std::string Cia402Drives::choose_period() {
   }
   period_ns_ = *period_ns;
   const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
-  std::string text =
-      std::to_string(tenths_hz / 10) + "." + std::to_string(tenths_hz % 10) +
-      " frames a second, which need " + rate_in_words(needed_bit_rate(drives, period_ns_)) + " of " +
-      (bit_rate == 0 ? "a bit rate that the interface does not tell" : rate_in_words(bit_rate));
+  std::string text = std::to_string(tenths_hz / 10) + "." + std::to_string(tenths_hz % 10) +
+                     " frames a second, which need " + rate_in_words(needed_bit_rate(drives, period_ns_)) +
+                     (bit_rate == 0 ? "; the bit rate is not known" : " of " + rate_in_words(bit_rate));
   if (period_ns_ > settings_.loop_ns) {
     text += "; the loop's " + std::to_string(1'000'000'000 / settings_.loop_ns) + " would need " +
             rate_in_words(needed_bit_rate(drives, settings_.loop_ns));
@@ -115,15 +114,19 @@ std::string Cia402Drives::open() {
   is_synchronised_ = false;
   const std::string rate = choose_period();
   command(NmtCommand::kPreOperational);  // their PDOs are quiet while they are set up
-  std::string names;
+  std::string nodes;
+  std::string last_name;
   for (const DriveReport& drive : watch_.drives()) {
     const std::string name = set_up_drive(port_, watch_, {drive.node, period_ns_, settings_.heartbeat_ms});
-    names +=
-        (names.empty() ? "" : ", ") + std::to_string(drive.node) + (name.empty() ? "" : " (" + name + ")");
+    // A row of the same drives is named once, at its end.
+    if (!nodes.empty()) nodes += (name == last_name || last_name.empty() ? ", " : " (" + last_name + "), ");
+    nodes += std::to_string(drive.node);
+    last_name = name;
   }
+  if (!last_name.empty()) nodes += " (" + last_name + ")";
   start();
   enable();
-  return "CiA 402 drives on " + settings_.interface + ": nodes " + names + "; " + rate;
+  return "CiA 402 drives on " + settings_.interface + ": nodes " + nodes + "; " + rate;
 }
 
 void Cia402Drives::command(NmtCommand command) {
