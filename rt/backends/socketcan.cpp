@@ -17,7 +17,7 @@ constexpr auto kStartWithin = 2s;
 constexpr auto kEnableWithin = 5s;
 /// A controlword stands this long before the next step: a statusword answers the one before it.
 constexpr auto kStep = 20ms;
-constexpr auto kSendWithin = 20ms;
+constexpr auto kSendWithin = 100ms;
 /// A drive that sends no process data so long has them reported as missing.
 constexpr auto kStale = 50ms;
 constexpr int kStalePeriods = 5;
@@ -245,10 +245,21 @@ BusReading Cia402Drives::reading_of(const std::vector<std::int32_t>& positions) 
   return reading;
 }
 
+std::int32_t Cia402Drives::limited(std::size_t drive, std::int32_t target) const {
+  const double most_per_s = drive < settings_.joints.size() ? settings_.joints[drive].most_counts_per_s
+                                                            : settings_.gripper->most_counts_per_s;
+  if (most_per_s <= 0.0 || drive >= last_targets_.size()) return target;
+  const double most = std::max(1.0, most_per_s * static_cast<double>(period_ns_) * 1e-9);
+  const double last = last_targets_[drive];
+  return to_counts(std::clamp<double>(target, last - most, last + most), target);
+}
+
 void Cia402Drives::send(const ServoFrame& frame, bool) {
   listen(Clock::now(), [] { return false; });
   examine();
-  last_targets_ = targets(frame);
+  std::vector<std::int32_t> next = targets(frame);
+  for (std::size_t i = 0; i < next.size(); ++i) next[i] = limited(i, next[i]);
+  last_targets_ = std::move(next);
   synchronise(std::vector<std::uint16_t>(last_targets_.size(), kEnableOperation), last_targets_);
 }
 

@@ -18,6 +18,8 @@ struct JointDrive {
   double counts_per_rad;
   double zero_count;
   double direction;  ///< +1 or -1
+  /// A cycle that comes late catches up at this speed at most, not in one step; 0: no limit.
+  double most_counts_per_s{0.0};
 };
 
 /// The gripper's drive, where it has one: from closed to open as the pulse goes.
@@ -25,6 +27,7 @@ struct GripperDrive {
   std::uint8_t node;
   double closed_count;
   double open_count;
+  double most_counts_per_s{0.0};
 };
 
 struct Cia402Settings {
@@ -69,6 +72,8 @@ class Cia402Drives final : public BusDevice {
   void command(NmtCommand command);
   void start();
   void enable();
+  /// A target that the drive may be given after its last one.
+  [[nodiscard]] std::int32_t limited(std::size_t drive, std::int32_t target) const;
   /// RPDOs to all, then SYNC.
   void synchronise(const std::vector<std::uint16_t>& controlwords, const std::vector<std::int32_t>& targets);
   /// Takes what has come in, and what comes until the deadline; ends early when `is_enough`.

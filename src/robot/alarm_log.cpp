@@ -32,7 +32,10 @@ const char* cause(double number) {
                                             ": the line was cut",
                                             ": it takes no more bytes",
                                             ": it does not answer",
-                                            ": it answers nonsense, or reports a fault"};
+                                            ": it answers nonsense",
+                                            ": it reports a fault",
+                                            ": the bus is down",
+                                            ": a drive has fallen silent"};
   return number >= 0.0 && number < std::size(kCauses) ? kCauses[static_cast<std::size_t>(number)] : "";
 }
 
