@@ -119,8 +119,8 @@ int main(int argc, char** argv) {
   cia402->add_option("--can", settings.cia402.bus, "Interface, or unix:/PATH for a virtual bus")
       ->required()
       ->type_name("BUS");
-  cia402->add_option("--nodes", settings.cia402.nodes, "How many drives")
-      ->check(CLI::Range(1, 127))
+  cia402->add_option("--nodes", settings.cia402.nodes, "How many drives; 0: a virtual bus without any")
+      ->check(CLI::Range(0, 127))
       ->capture_default_str();
   cia402
       ->add_option("--position", settings.cia402.drive.position, "Where the shafts stand at first, in counts")
