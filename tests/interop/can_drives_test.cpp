@@ -106,6 +106,19 @@ TEST_F(CanDrives, CarryOutThePapersPickAndPlace) {
   EXPECT_LE(drives_->largest_steps().first, largest_step());
 }
 
+TEST_F(CanDrives, TurnTheWayThatTheProfileSays) {
+  Corbot::JointCoord target;
+  target.length(4);
+  for (int i = 0; i < 4; ++i) target[static_cast<CORBA::ULong>(i)] = 10.0 + 5.0 * i;
+  arm_->MoveJoints(target, 0.0);
+  ASSERT_TRUE(arrives()) << off_counts();
+  const auto now = drives_->counts();
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_NEAR(now.at(i + 1), zero_of(i) + direction_of(i) * kCountsPerDegree * (10.0 + 5.0 * i), 1.0)
+        << "joint " << i;
+  }
+}
+
 TEST_F(CanDrives, SurviveABusThatIsCutAtRandomInstants) {
   if (std::getenv("CORBOT_RIG_CAN") != nullptr)
     GTEST_SKIP() << "skipped: an interface is not cut by its peer";

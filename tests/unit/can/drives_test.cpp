@@ -111,6 +111,17 @@ TEST_F(Drives, AreEnabledWhereTheyStandAndFollow) {
   EXPECT_LE(emulator_.largest_steps(kStandsAt).first, kLargestStep);
 }
 
+TEST_F(Drives, CatchUpNoFasterThanTheyMay) {
+  constexpr double kMost_per_s = 60'000.0;
+  for (JointDrive& joint : settings_.joints) joint.most_counts_per_s = kMost_per_s;
+  open();
+  ASSERT_TRUE(arrives());
+  EXPECT_TRUE(arrives(15'000)) << "a set-point that is late by many cycles";
+  backend_->close();
+  EXPECT_EQ(emulator_.stop(), 0);
+  EXPECT_LE(emulator_.largest_steps(kStandsAt).first, std::lround(kMost_per_s * 1e-3));
+}
+
 TEST_F(Drives, AreLostByAFaultAndComeBack) {
   open();
   ASSERT_TRUE(arrives());
