@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "sim/cia402_server.h"
 #include "sim/maestro_device.h"
 #include "sim/sim_server.h"
 #include "sim/ssc32_device.h"
@@ -35,8 +36,31 @@ Lines on standard input ask for faults; each is answered by a line 'ok ...' or '
   pulses          answers 'pulses CH=US ...', all channels that have a pulse, in microseconds
 )";
 
+constexpr const char* kCanFooter = R"(Example:
+  corbot-sim cia402 --can unix:/tmp/can --nodes 5 --record counts.csv
+  The robot's profile then names unix:/tmp/can as its CAN interface, and nodes 1 to 5.
+
+unix:/PATH is a virtual bus: a socket (SOCK_SEQPACKET, a struct can_frame a packet) that any number of programs
+may join; each hears all others. Anything else is a CAN interface of this machine, such as vcan0.
+
+Prints 'ready BUS' when the bus can be joined, and serves until SIGTERM or Ctrl-C; the socket is then removed.
+Lines on standard input ask for faults; each is answered by a line 'ok ...' or 'error: ...'. Without NODE: all.
+  emcy CODE [NODE]       reports an error (hexadecimal); but for 81xx, 82xx and FFxx it stops the drive, too;
+                         0: it has gone
+  silent on|off [NODE]   sends nothing, though it goes on working
+  reset [NODE]           power off and on; the shaft stays
+  abort CODE [NODE]      the next SDO request is aborted with this code (hexadecimal)
+  drop N                 the next N frames that come in vanish
+  garble N               in the next N frames that are sent all bits of the data are flipped
+  unplug                 the bus is cut and the socket removed
+  plug                   the bus is there again ('ready BUS' once more)
+  positions              answers 'positions NODE=COUNTS ...', where the shafts stand
+  targets                answers 'targets NODE=COUNTS ...', what was commanded last
+)";
+
 struct Settings {
   ServerOptions server;
+  Cia402ServerOptions cia402;
   std::string model{"ssc32u"};
   Ssc32Options ssc32;
   MaestroOptions maestro;
@@ -71,7 +95,7 @@ void check_baud(Ssc32Model model, int baud) {
 int main(int argc, char** argv) {
   Settings settings;
   CLI::App app{
-      "A servo controller that is not there: behaves on a pseudo-terminal as the real one on its line",
+      "A servo controller that is not there: behaves on a pseudo-terminal or a CAN bus as the real one",
       "corbot-sim"};
   app.set_version_flag("--version", CORBOT_VERSION);
   app.footer(kFooter);
@@ -91,6 +115,23 @@ int main(int argc, char** argv) {
   maestro->add_flag("--crc", settings.maestro.crc, "Every command must end with a CRC-7");
   maestro->footer(kFooter);
 
+  CLI::App* cia402 = app.add_subcommand("cia402", "Drives after CiA 402 on a CAN bus, node 1 and up");
+  cia402->add_option("--can", settings.cia402.bus, "Interface, or unix:/PATH for a virtual bus")
+      ->required()
+      ->type_name("BUS");
+  cia402->add_option("--nodes", settings.cia402.nodes, "How many drives; 0: a virtual bus without any")
+      ->check(CLI::Range(0, 127))
+      ->capture_default_str();
+  cia402
+      ->add_option("--position", settings.cia402.drive.position, "Where the shafts stand at first, in counts")
+      ->capture_default_str();
+  cia402
+      ->add_option("--record", settings.cia402.record,
+                   "Writes time_ns (of the monotonic clock), node, target and position in counts, a row for "
+                   "each SYNC at which one of a node's has changed")
+      ->type_name("FILE.csv");
+  cia402->footer(kCanFooter);
+
   try {
     app.parse(argc, argv);
     if (settings.model == "ssc32") settings.ssc32.model = Ssc32Model::kSsc32;
@@ -103,6 +144,10 @@ int main(int argc, char** argv) {
   }
 
   try {
+    if (*cia402) {
+      Cia402Server(settings.cia402).run();
+      return 0;
+    }
     std::unique_ptr<SerialDevice> device;
     if (*ssc32) {
       settings.ssc32.baud = settings.server.baud;

@@ -3,18 +3,11 @@
 
 #include <fmt/format.h>
 #include <poll.h>
-#include <signal.h>
-#include <sys/signalfd.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <charconv>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <stdexcept>
 #include <utility>
 
@@ -25,33 +18,8 @@ namespace {
 
 /// On their way from the host; more stay in the terminal, whose buffer fills up as a serial driver's does.
 constexpr std::size_t kMostUnderWay = 256;
-constexpr std::size_t kLongestOrder = 256;
 /// Bytes that come close upon each other are taken together; each still counts as of its own time.
 constexpr std::int64_t kBatch_ns = 1'000'000;
-
-std::int64_t clock_ns() {
-  return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-/// To whoever gives the orders; if he has gone, to nobody.
-void say(const std::string& line) { (void)std::fputs((line + "\n").c_str(), stdout); }
-
-std::optional<std::uint64_t> count_of(std::string_view text) {
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
-std::vector<std::string_view> words_of(std::string_view text) {
-  std::vector<std::string_view> words;
-  for (std::size_t begin = 0; (begin = text.find_first_not_of(" \t\r", begin)) != text.npos;) {
-    const std::size_t end = std::min(text.find_first_of(" \t\r", begin), text.size());
-    words.push_back(text.substr(begin, end - begin));
-    begin = end;
-  }
-  return words;
-}
 
 }  // namespace
 
@@ -59,29 +27,8 @@ SimServer::SimServer(std::unique_ptr<SerialDevice> device, const ServerOptions& 
     : device_(std::move(device)),
       port_(options.link),
       line_in_(options.baud, kMostUnderWay),
-      recorded_(device_->channel_count()) {
-  sigset_t ending;
-  sigemptyset(&ending);
-  for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&ending, number);
-  ::sigprocmask(SIG_BLOCK, &ending, nullptr);
-  ::signal(SIGPIPE, SIG_IGN);  // whoever read the answers to orders may go
-  signal_fd_ = ::signalfd(-1, &ending, SFD_CLOEXEC);
-  if (signal_fd_ < 0) throw std::runtime_error(fmt::format("signalfd: {}", std::strerror(errno)));
-  if (!options.record.empty()) {
-    record_ = std::fopen(options.record.c_str(), "we");
-    if (record_ == nullptr) {
-      const std::string why = std::strerror(errno);
-      ::close(signal_fd_);
-      throw std::runtime_error(options.record + ": " + why);
-    }
-    fmt::print(record_, "time_ns,channel,pulse_us,shaft_us\n");
-  }
-}
-
-SimServer::~SimServer() {
-  if (record_ != nullptr) std::fclose(record_);
-  ::close(signal_fd_);
-}
+      record_(open_record(options.record, "time_ns,channel,pulse_us,shaft_us")),
+      recorded_(device_->channel_count()) {}
 
 void SimServer::run() {
   plug();
@@ -92,8 +39,8 @@ void SimServer::run() {
     const std::int64_t now_ns = clock_ns();
     advance(now_ns);
     // What the line cannot take yet stays in the terminal.
-    std::array<pollfd, 4> fds{{{signal_fd_, POLLIN, 0},
-                               {has_orders_ ? STDIN_FILENO : -1, POLLIN, 0},
+    std::array<pollfd, 4> fds{{{ending_.fd(), POLLIN, 0},
+                               {orders_.fd(), POLLIN, 0},
                                {line_in_.room() > 0 ? port_.fd() : -1, POLLIN, 0},
                                {port_.closed_fd(), POLLIN, 0}}};
     timespec left{};
@@ -107,7 +54,8 @@ void SimServer::run() {
     advance(clock_ns());
     if (fds[2].revents != 0) read_line(clock_ns());
     if (fds[3].revents != 0) port_.after_closed();
-    if (fds[1].revents != 0) read_orders();  // may close the port, so it comes last
+    // May close the port, so it comes last.
+    if (fds[1].revents != 0) orders_.read([this](std::string_view order) { return obey(order); });
   }
 }
 
@@ -137,7 +85,7 @@ void SimServer::advance(std::int64_t now_ns) {
       device_->receive({&byte->value, 1}, byte->time_ns);
     }
   }
-  if (record_ != nullptr) (void)std::fflush(record_);
+  if (record_ != nullptr) (void)std::fflush(record_.get());
   std::vector<std::uint8_t> answers = device_->answers(now_ns);
   if (is_silent_) return;
   for (std::uint8_t& byte : answers) {
@@ -151,12 +99,12 @@ void SimServer::advance(std::int64_t now_ns) {
 void SimServer::record_frame(std::int64_t time_ns) {
   constexpr double kResolution_us = 0.005;  // half of what is written
   for (std::size_t i = 0; i < recorded_.size(); ++i) {
-    const Record now{device_->pulse_us(i, time_ns), device_->shaft_us(i, time_ns)};
+    const Recorded now{device_->pulse_us(i, time_ns), device_->shaft_us(i, time_ns)};
     const bool is_off = now.pulse_us <= 0.0 && recorded_[i].pulse_us <= 0.0;
     const bool is_same = now.pulse_us == recorded_[i].pulse_us &&
                          std::abs(now.shaft_us - recorded_[i].shaft_us) < kResolution_us;
     if (is_off || is_same) continue;
-    fmt::print(record_, "{},{},{:.2f},{:.2f}\n", time_ns, i, now.pulse_us, now.shaft_us);
+    fmt::print(record_.get(), "{},{},{:.2f},{:.2f}\n", time_ns, i, now.pulse_us, now.shaft_us);
     recorded_[i] = now;
   }
 }
@@ -165,23 +113,6 @@ void SimServer::read_line(std::int64_t now_ns) {
   std::array<std::uint8_t, kMostUnderWay> bytes{};
   const std::size_t count = port_.read(std::span(bytes).first(line_in_.room()));
   for (std::size_t i = 0; i < count; ++i) (void)line_in_.push(bytes[i], now_ns);
-}
-
-void SimServer::read_orders() {
-  std::array<char, 512> text{};
-  const ssize_t n = ::read(STDIN_FILENO, text.data(), text.size());
-  if (n < 0 && (errno == EINTR || errno == EAGAIN)) return;
-  if (n <= 0) {
-    has_orders_ = false;  // nobody gives orders any more; the device goes on
-    return;
-  }
-  orders_.append(text.data(), static_cast<std::size_t>(n));
-  for (std::size_t end = 0; (end = orders_.find('\n')) != std::string::npos;) {
-    const std::string order = orders_.substr(0, end);
-    orders_.erase(0, end + 1);
-    if (!words_of(order).empty()) say(obey(order));
-  }
-  if (orders_.size() > kLongestOrder) orders_.clear();
 }
 
 std::string SimServer::obey(std::string_view order) {
@@ -194,13 +125,14 @@ std::string SimServer::obey(std::string_view order) {
 std::string SimServer::execute(const std::vector<std::string_view>& words) {
   const std::string_view what = words[0];
   const std::string_view how = words.size() > 1 ? words[1] : std::string_view();
-  const auto count = words.size() == 2 ? count_of(how) : std::nullopt;
+  const auto counted = words.size() == 2 ? count_of(how) : std::nullopt;
+  const std::uint64_t count = counted.value_or(0);
   const bool is_switch = words.size() == 2 && (how == "on" || how == "off");
   const bool is_level = words.size() == 3 && how.size() == 1 && (words[2] == "0" || words[2] == "1");
-  if (what == "drop" && count) {
-    to_drop_ = *count;
-  } else if (what == "garble" && count) {
-    to_garble_ = *count;
+  if (what == "drop" && counted) {
+    to_drop_ = count;
+  } else if (what == "garble" && counted) {
+    to_garble_ = count;
   } else if (what == "silent" && is_switch) {
     is_silent_ = how == "on";
   } else if (what == "input" && is_level) {

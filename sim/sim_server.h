@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sim/byte_line.h"
+#include "sim/orders.h"
 #include "sim/pty_port.h"
 #include "sim/serial_device.h"
 
@@ -27,14 +28,11 @@ class SimServer {
  public:
   /// Failures throw std::runtime_error. From here on SIGTERM, SIGINT and SIGHUP only end run().
   SimServer(std::unique_ptr<SerialDevice> device, const ServerOptions& options);
-  ~SimServer();
-  SimServer(const SimServer&) = delete;
-  SimServer& operator=(const SimServer&) = delete;
 
   void run();
 
  private:
-  struct Record {
+  struct Recorded {
     double pulse_us{0.0};
     double shaft_us{0.0};
   };
@@ -42,7 +40,6 @@ class SimServer {
   void advance(std::int64_t now_ns);
   void record_frame(std::int64_t time_ns);
   void read_line(std::int64_t now_ns);
-  void read_orders();
   [[nodiscard]] std::optional<std::int64_t> next_event_ns(std::int64_t now_ns) const;
 
   /// What is answered to an order.
@@ -52,15 +49,14 @@ class SimServer {
   [[nodiscard]] std::string pulses();
   void plug();
 
+  EndingSignals ending_;
   std::unique_ptr<SerialDevice> device_;
   PtyPort port_;
   ByteLine line_in_;
-  int signal_fd_{-1};
-  std::FILE* record_{nullptr};
-  std::vector<Record> recorded_;
+  Record record_;
+  std::vector<Recorded> recorded_;
   std::int64_t next_frame_ns_{0};
-  std::string orders_;  ///< of standard input, up to its last whole line taken
-  bool has_orders_{true};
+  Orders orders_;
   std::uint64_t to_drop_{0};
   std::uint64_t to_garble_{0};
   bool is_silent_{false};

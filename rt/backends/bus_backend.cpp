@@ -197,6 +197,7 @@ void BusBackend::serve() {
       exchange();
       tell(device_->take_news());
       misses_ = 0;
+      if (const auto warning = device_->warning()) degrade(*warning);
       if (++good_ == kGoodAgain && health() == BackendHealth::kDegraded) {
         cause_.store(0, std::memory_order_relaxed);
         tell("answers again");
@@ -205,15 +206,33 @@ void BusBackend::serve() {
     } catch (const DeviceError& error) {
       tolerate(error);
     }
-    due = std::max(due + std::chrono::nanoseconds(device_->period_ns()), Clock::now());
+    due = std::max(next_due(due), Clock::now());
     if (!pause_until(due)) return;
   }
 }
 
+Clock::time_point BusBackend::next_due(Clock::time_point last) const {
+  const auto due = last + std::chrono::nanoseconds(device_->period_ns());
+  const auto phase_ns = device_->phase_ns();
+  if (!phase_ns || last_sent_.time_ns == 0 || arm_.period_ns <= 0) return due;
+  // The nearest instant at that phase of the loop's cycle.
+  const std::int64_t late_ns =
+      (due.time_since_epoch().count() - last_sent_.time_ns - *phase_ns) % arm_.period_ns;
+  const std::int64_t half_ns = arm_.period_ns / 2;
+  const std::int64_t wrapped_ns = late_ns > half_ns    ? late_ns - arm_.period_ns
+                                  : late_ns < -half_ns ? late_ns + arm_.period_ns
+                                                       : late_ns;
+  return due - std::chrono::nanoseconds(wrapped_ns);
+}
+
 void BusBackend::tolerate(const DeviceError& error) {
-  good_ = 0;
   feedback_.store(ServoFeedback{});
   if (!may_pass(error.cause()) || ++misses_ > kToleratedMisses) throw DeviceError(error);
+  degrade(error);
+}
+
+void BusBackend::degrade(const DeviceError& error) {
+  good_ = 0;
   if (health() == BackendHealth::kDegraded) return;
   cause_.store(static_cast<std::uint32_t>(error.cause()), std::memory_order_relaxed);
   tell(std::string("degraded: ") + error.what());
@@ -244,6 +263,7 @@ bool BusBackend::approach() {
   for (std::size_t i = 0; reading.unit == BusReading::Unit::kJoints && i < arm_.dof; ++i) {
     from.position_rad[i] = reading.value[i];
   }
+  if (reading.gripper_us && arm_.dof < kMaxServos) from.pulse_us[arm_.dof] = *reading.gripper_us;
   return lead(from);
 }
 

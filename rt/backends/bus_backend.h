@@ -29,11 +29,11 @@ struct BusSettings {
 /// cell and takes the newest feedback from another; neither waits for the bus. Frames in between are skipped,
 /// never queued.
 ///
-/// A question without an answer, or with a wrong one, makes the device degraded; too many in a row, or any
-/// other failure, and it is lost: the thread closes it and tries again, more and more rarely. When it is
-/// back, its first frame is approached slowly: by the device itself, or in small steps from where it says
-/// that its servos are, or else from the last pulses that it was given. It is open again only after that
-/// approach, so nothing is commanded meanwhile.
+/// A question without an answer, or with a wrong one, makes the device degraded, as does what it warns of;
+/// too many in a row, or any other failure, and it is lost: the thread closes it and tries again, more and
+/// more rarely. When it is back, its first frame is approached slowly: by the device itself, or in small
+/// steps from where it says that its servos are, or else from the last pulses that it was given. It is open
+/// again only after that approach, so nothing is commanded meanwhile.
 class BusBackend final : public Backend {
  public:
   /// `stop` is told of the device's emergency stop input; must outlive this.
@@ -71,6 +71,10 @@ class BusBackend final : public Backend {
   [[nodiscard]] bool is_stopped(const ServoFrame& newest);
   void send(const ServoFrame& frame, bool approach);
   void tolerate(const DeviceError& error);
+  void degrade(const DeviceError& error);
+  /// When the frame after the one at `last` is due.
+  [[nodiscard]] std::chrono::steady_clock::time_point next_due(
+      std::chrono::steady_clock::time_point last) const;
   void take_priority() noexcept;
   /// Sleeps; false when the end was asked for meanwhile.
   bool pause_until(std::chrono::steady_clock::time_point due);

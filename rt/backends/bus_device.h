@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 
 #include "corbot/backend/backend.h"
@@ -15,6 +16,7 @@ struct BusReading {
   enum class Unit { kNothing, kPulses, kJoints };
   Unit unit{Unit::kNothing};
   std::array<double, kMaxServos> value{};  ///< us, or rad
+  std::optional<double> gripper_us{};      ///< beside joint angles: the gripper, as a pulse
 };
 
 /// A servo controller on a bus that may block: what BusBackend's thread talks to. Nothing here is real-time
@@ -32,6 +34,9 @@ class BusDevice {
   virtual void close() noexcept = 0;
   /// Shortest time between two frames that the bus can carry, known after open().
   [[nodiscard]] virtual std::int64_t period_ns() const noexcept = 0;
+  /// How long after the instant of the cycle a frame is best handed over, so that none is skipped or sent
+  /// twice as the two threads drift; nothing: whenever.
+  [[nodiscard]] virtual std::optional<std::int64_t> phase_ns() const noexcept { return std::nullopt; }
   /// Hands a frame over. `approach` asks for a slow motion to it, from wherever the servos are; only a device
   /// that interpolates is asked.
   virtual void send(const ServoFrame& frame, bool approach) = 0;
@@ -43,6 +48,8 @@ class BusDevice {
   virtual BusReading measure(const ServoFrame& frame) = 0;
   /// Whether the device's emergency stop input is active; asked after every frame.
   virtual bool emergency_stop() { return false; }
+  /// What is wrong with it, though it goes on; asked after every frame.
+  [[nodiscard]] virtual std::optional<DeviceError> warning() { return std::nullopt; }
   /// The last thing sent: servos without pulses, where the profile wants that.
   virtual void relax() = 0;
   /// What has happened that the operator should read; asked after every frame and after close().

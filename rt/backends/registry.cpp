@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 #include <stdexcept>
 #include <string_view>
 
@@ -13,6 +14,7 @@
 #include "rt/backends/mini_ssc.h"
 #include "rt/backends/pca9685.h"
 #include "rt/backends/pwm_sysfs.h"
+#include "rt/backends/socketcan.h"
 #include "rt/backends/ssc32.h"
 #include "sim/loopback_backend.h"
 
@@ -108,13 +110,40 @@ std::unique_ptr<Backend> make_gpiod(const Profile& profile, EmergencyStop& stop)
   return on_bus(profile, std::make_unique<Gpiod>(std::move(settings), kernel_gpio()), stop, false, false);
 }
 
+std::unique_ptr<Backend> make_socketcan(const Profile& profile, EmergencyStop& stop) {
+  const SocketCanOptions& options = profile.backend.socketcan;
+  Cia402Settings settings;
+  settings.interface = options.interface;
+  settings.bit_rate = static_cast<std::uint32_t>(options.bit_rate);
+  settings.heartbeat_ms = options.heartbeat_ms;
+  settings.loop_ns = profile.arm.period_ns;
+  settings.gripper_model = profile.arm.gripper;
+  constexpr double kCatchUp = 2.0;  // times the speed that the profile allows
+  for (const CanDrive& drive : options.drives) {
+    const std::size_t joint = settings.joints.size();
+    if (joint >= kMaxJoints) break;
+    const double most = kCatchUp * profile.arm.joints[joint].speed_rad_s * drive.counts_per_rad;
+    settings.joints.push_back({static_cast<std::uint8_t>(drive.node), drive.counts_per_rad, drive.zero_count,
+                               drive.direction, most});
+  }
+  if (options.gripper_node > 0) {
+    const double travel = std::abs(options.gripper_open_count - options.gripper_closed_count);
+    settings.gripper =
+        GripperDrive{static_cast<std::uint8_t>(options.gripper_node), options.gripper_closed_count,
+                     options.gripper_open_count, kCatchUp * travel / profile.arm.gripper.travel_s};
+  }
+  return on_bus(profile, std::make_unique<Cia402Drives>(std::move(settings)), stop, options.readback,
+                options.relax_at_end);
+}
+
 /// One line a backend; its name is what `kind` in [backend] says.
-constexpr std::array<std::pair<std::string_view, Maker>, 7> kBackends{{{"gpiod", make_gpiod},
+constexpr std::array<std::pair<std::string_view, Maker>, 8> kBackends{{{"gpiod", make_gpiod},
                                                                        {"loopback", make_loopback},
                                                                        {"maestro", make_maestro},
                                                                        {"minissc", make_mini_ssc},
                                                                        {"pca9685", make_pca9685},
                                                                        {"pwm_sysfs", make_pwm_sysfs},
+                                                                       {"socketcan", make_socketcan},
                                                                        {"ssc32", make_ssc32}}};
 
 }  // namespace

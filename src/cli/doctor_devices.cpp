@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <net/if.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 
 #include "cli/doctor.h"
 #include "rt/gpio/gpio_lines.h"
@@ -39,6 +41,35 @@ Finding pwm(const PwmSysfsOptions& options) {
           "ls /sys/class/pwm shows what there is"};
 }
 
+/// The CAN interface of a profile, or the socket of a virtual bus.
+Finding can_interface(const std::string& name) {
+  const std::string what = "backend socketcan: " + name;
+  const std::string emulate = fmt::format("start the drives' side: corbot-sim cia402 --can {}", name);
+  if (name.starts_with("unix:")) {
+    if (::access(name.c_str() + 5, R_OK | W_OK) == 0) return {Level::kOk, kSubject, what + " is there", ""};
+    return {Level::kFail, kSubject, fmt::format("{}: {}", what, std::strerror(errno)), emulate};
+  }
+  const std::string files = "/sys/class/net/" + name;
+  constexpr int kCanType = 280;  // ARPHRD_CAN
+  std::ifstream type_file(files + "/type");
+  int type = 0;
+  if (!(type_file >> type)) {
+    return {Level::kFail, kSubject, what + ": no such interface",
+            "plug the adapter in (ip link shows it), or correct backend.socketcan.interface in the profile"};
+  }
+  if (type != kCanType) {
+    return {Level::kFail, kSubject, what + " is no CAN interface",
+            "correct backend.socketcan.interface in the profile"};
+  }
+  unsigned flags = 0;
+  std::ifstream(files + "/flags") >> std::hex >> flags;
+  if ((flags & IFF_UP) == 0) {
+    return {Level::kFail, kSubject, what + " is down",
+            fmt::format("sudo ip link set {} up type can bitrate 1000000", name)};
+  }
+  return {Level::kOk, kSubject, what + " is up", ""};
+}
+
 /// Lines of a chip. One that is taken may be so by this very robot, which is up.
 void gpio(const std::string& what, const std::string& chip, const std::vector<std::string>& lines,
           const std::string& key, std::vector<Finding>& findings) {
@@ -64,6 +95,8 @@ void backend(const BackendOptions& options, std::vector<Finding>& findings) {
                             "correct backend.pca9685.bus"));
   } else if (options.kind == "pwm_sysfs") {
     findings.push_back(pwm(options.pwm_sysfs));
+  } else if (options.kind == "socketcan") {
+    findings.push_back(can_interface(options.socketcan.interface));
   } else if (options.kind == "gpiod") {
     gpio(what, options.gpiod.chip, options.gpiod.lines, "backend.gpiod", findings);
   } else {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/backend_schema.h"
+#include "config/can_schema.h"
 #include "config/output_schema.h"
 
 #include <algorithm>
@@ -81,7 +82,7 @@ void read_mini_ssc(Section section, SerialOptions& options) {
 
 }  // namespace
 
-void read_backend(Section section, BackendOptions& backend) {
+void read_backend(Section section, std::size_t joints, BackendOptions& backend) {
   using Reader = void (*)(Section, SerialOptions&);
   static constexpr std::pair<std::string_view, Reader> kSerialKinds[] = {
       {"ssc32", read_ssc32}, {"maestro", read_maestro}, {"minissc", read_mini_ssc}};
@@ -99,10 +100,14 @@ void read_backend(Section section, BackendOptions& backend) {
     }
   }
   known |= read_outputs(section, backend);
+  if (backend.kind == "socketcan" || section.has("socketcan")) {
+    known |= backend.kind == "socketcan";
+    read_socketcan(section.table("socketcan"), joints, backend.socketcan);
+  }
   if (!known) {
     section.refuse("kind",
                    "is not supported; supported: \"loopback\" (the simulator), \"ssc32\", \"maestro\", "
-                   "\"minissc\", \"pca9685\", \"pwm_sysfs\", \"gpiod\"");
+                   "\"minissc\", \"pca9685\", \"pwm_sysfs\", \"gpiod\", \"socketcan\"");
   }
   section.finish();
 }

@@ -79,6 +79,27 @@ struct PowerEnableOptions {
   bool off_at_stop{true};  ///< without power from an emergency stop until it is cleared
 };
 
+/// `[[backend.socketcan.drive]]`: count = zero_count + direction * counts_per_rad * angle.
+struct CanDrive {
+  int node{};  ///< 1 to 127
+  double counts_per_rad{};
+  double zero_count{};
+  double direction{1.0};
+};
+
+/// `[backend.socketcan]`: drives after CiA 402 on a CAN bus.
+struct SocketCanOptions {
+  std::string interface;  ///< "can0", or "unix:/path" for a virtual bus
+  int bit_rate{0};        ///< bits a second; 0: as the interface tells
+  int heartbeat_ms{200};
+  bool readback{true};
+  bool relax_at_end{false};
+  std::vector<CanDrive> drives;  ///< one a joint, in the order of the articulations
+  int gripper_node{0};           ///< 0: no drive
+  double gripper_closed_count{};
+  double gripper_open_count{};
+};
+
 /// `[backend]`: which backend drives the servos, and the options of that kind.
 struct BackendOptions {
   std::string kind{"loopback"};
@@ -90,6 +111,7 @@ struct BackendOptions {
   Pca9685Options pca9685{};
   PwmSysfsOptions pwm_sysfs{};
   GpiodOptions gpiod{};
+  SocketCanOptions socketcan{};
 };
 
 /// One robot as its profile describes it: validated, in SI units and radians, not to be changed afterwards.

@@ -205,7 +205,7 @@ void read_schema(const toml::table& table, Profile& profile, FaultList& faults) 
   read_loop(root.table_or_empty("loop"), profile);
   read_servant(root.table_or_empty("servant"), profile);
   const Section backend = root.table("backend");
-  read_backend(backend, profile.backend);
+  read_backend(backend, profile.arm.dof, profile.backend);
   check_channels(backend, profile.backend, channels);
   const Section stop = root.table_or_empty("emergency_stop");
   if (root.has("emergency_stop")) read_emergency_stop(stop, profile.emergency_stop);

@@ -12,7 +12,11 @@ std::unique_ptr<Backend> Stand::make(const Profile& profile, EmergencyStop& stop
 
 void PrintTo(const StandKind& kind, std::ostream* out) { *out << kind.name; }
 
-std::vector<StandKind> outside_stands() { return serial_stands(); }
+std::vector<StandKind> outside_stands() {
+  std::vector<StandKind> all = serial_stands();
+  for (const auto& more : {can_stands(), kernel_stands()}) all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
 
 std::vector<StandKind> all_stands() {
   std::vector<StandKind> all = loopback_stands();

@@ -32,6 +32,7 @@ struct DeviceFacts {
   double read_unit{0.0};     ///< resolution of what it reads back, us or rad; 0: it does not
   double skew_s{0.0};  ///< from the first servo of a frame to the last, where they do not start together
   bool goes_off_unplugged{true};  ///< an unplugged one is switched on again, its outputs off
+  bool pluggable{true};           ///< whether its plug can be pulled here
   std::string at_end{};           ///< "hold", "relax", or empty: the device cannot be told
 };
 
@@ -76,6 +77,8 @@ void PrintTo(const StandKind& kind, std::ostream* out);
 std::vector<StandKind> loopback_stands();
 std::vector<StandKind> serial_stands();
 std::vector<StandKind> pulse_stands();
+std::vector<StandKind> can_stands();
+std::vector<StandKind> kernel_stands();
 /// All whose devices are outside the process that drives them.
 std::vector<StandKind> outside_stands();
 std::vector<StandKind> all_stands();

@@ -152,6 +152,30 @@ TEST(Devices, OfTheEmergencyStopAndThePowerToo) {
   EXPECT_THAT(findings[3].text, HasSubstr("power enable: /dev/null"));
 }
 
+TEST(Devices, ACanInterfaceIsLookedAt) {
+  std::string path = testing::TempDir() + "corbot-doctor-can-XXXXXX";
+  const fs::path root = ::mkdtemp(path.data());
+  const auto finding = [&](const std::string& interface) {
+    const std::string file = (root / "arm.toml").string();
+    std::ifstream from(CORBOT_PROFILES "/lynx5-can.toml");
+    std::string text{std::istreambuf_iterator<char>(from), {}};
+    text.replace(text.find("unix:/tmp/can\""), 13, interface);
+    std::ofstream(file) << text;
+    const auto findings = examine_installation(file);
+    const auto found =
+        std::find_if(findings.begin(), findings.end(), [](const auto& f) { return f.subject == "devices"; });
+    return found == findings.end() ? Finding{} : *found;
+  };
+  EXPECT_THAT(finding("no-such-can").text, HasSubstr("no such interface"));
+  EXPECT_THAT(finding("lo").text, HasSubstr("no CAN interface"));
+  const std::string bus = "unix:" + (root / "bus").string();
+  EXPECT_EQ(finding(bus).level, Level::kFail);
+  EXPECT_THAT(finding(bus).mend, HasSubstr("corbot-sim cia402"));
+  std::ofstream(root / "bus") << "x";
+  EXPECT_EQ(finding(bus).level, Level::kOk);
+  fs::remove_all(root);
+}
+
 TEST(Installation, AWrongProfileFails) {
   const auto findings = examine_installation("/nonexistent/robot.toml");
   EXPECT_TRUE(std::any_of(findings.begin(), findings.end(),

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a bus can carry.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace corbot::rt {
+
+/// Of the bus's time, at most this is used; the rest is for heartbeats, SDO, EMCY and repetitions.
+inline constexpr double kBusShare = 0.8;
+/// Slower than this no arm should be led.
+inline constexpr std::int64_t kLongestSyncPeriod_ns = 100'000'000;
+
+/// Bits of a data frame with an 11-bit identifier and `bytes` of data, with as many stuff bits as there can
+/// be, and the space after it.
+[[nodiscard]] constexpr std::int64_t frame_bits(std::int64_t bytes) noexcept {
+  return 47 + 8 * bytes + (34 + 8 * bytes - 1) / 4;
+}
+
+/// Of one cycle: SYNC, and controlword with target and statusword with position for every drive.
+[[nodiscard]] constexpr std::int64_t cycle_bits(std::size_t drives) noexcept {
+  return frame_bits(0) + static_cast<std::int64_t>(drives) * 2 * frame_bits(6);
+}
+
+/// The bit rate that cycles of this period need, in bits a second.
+[[nodiscard]] std::int64_t needed_bit_rate(std::size_t drives, std::int64_t period_ns) noexcept;
+
+/// The shortest whole number of loop periods that the bus can carry and a drive can be told (60C2h); nothing
+/// when that is longer than kLongestSyncPeriod_ns. `bit_rate` 0: unknown, taken as enough.
+[[nodiscard]] std::optional<std::int64_t> sync_period_ns(std::size_t drives, std::int64_t loop_ns,
+                                                         std::uint32_t bit_rate) noexcept;
+
+/// What the kernel says of an interface (netlink); nothing for one that has none (vcan), or is not there.
+[[nodiscard]] std::optional<std::uint32_t> bit_rate_of(const std::string& interface) noexcept;
+
+}  // namespace corbot::rt

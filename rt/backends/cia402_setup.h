@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "rt/backends/sdo_client.h"
+
+namespace corbot::rt {
+
+struct DriveSetup {
+  std::uint8_t node;
+  std::int64_t period_ns;  ///< of SYNC; one that interpolation_time() knows
+  int heartbeat_ms;
+};
+
+/// Makes a drive that is pre-operational follow RPDO1 and answer by TPDO1 at every SYNC, in cyclic
+/// synchronous position mode. Everything that is written is read again. Returns the device's name, "" for
+/// none. Throws DeviceError.
+std::string set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& setup);
+
+/// 603Fh, what a drive that is in fault says of it; 0 when it does not tell.
+[[nodiscard]] std::uint16_t read_error_code(CanPort& port, DriveWatch& watch, std::uint8_t node) noexcept;
+
+}  // namespace corbot::rt

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/backends/socketcan.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "rt/backends/can_load.h"
+#include "rt/backends/cia402_setup.h"
+
+namespace corbot::rt {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kHeartbeatsMissed = 3;
+constexpr auto kStartWithin = 2s;
+constexpr auto kEnableWithin = 5s;
+/// A controlword stands this long before the next step: a statusword answers the one before it.
+constexpr auto kStep = 20ms;
+constexpr auto kSendWithin = 100ms;
+/// A drive that sends no process data so long has them reported as missing.
+constexpr auto kStale = 50ms;
+constexpr int kStalePeriods = 5;
+
+std::vector<std::uint8_t> nodes_of(const Cia402Settings& settings) {
+  std::vector<std::uint8_t> nodes;
+  for (const JointDrive& joint : settings.joints) nodes.push_back(joint.node);
+  if (settings.gripper) nodes.push_back(settings.gripper->node);
+  return nodes;
+}
+
+std::vector<canid_t> identifiers_of(const std::vector<DriveReport>& drives) {
+  std::vector<canid_t> identifiers;
+  for (const DriveReport& drive : drives) {
+    for (const canid_t base : {kEmergency, kTpdo1, kSdoAnswer, kHeartbeat}) {
+      identifiers.push_back(base + drive.node);
+    }
+  }
+  return identifiers;
+}
+
+std::string rate_in_words(std::int64_t bits_per_s) {
+  return std::to_string((bits_per_s + 999) / 1000) + " kbit/s";
+}
+
+}  // namespace
+
+Cia402Drives::Cia402Drives(Cia402Settings settings)
+    : settings_(std::move(settings)), watch_(nodes_of(settings_)), period_ns_(settings_.loop_ns) {}
+
+CanPort::Clock::duration Cia402Drives::heartbeat_limit() const {
+  return kHeartbeatsMissed * std::chrono::milliseconds(settings_.heartbeat_ms);
+}
+
+template <class Condition>
+void Cia402Drives::listen(Clock::time_point deadline, Condition&& is_enough) {
+  // Who has not listened for long has heard no heartbeat, whoever sent some.
+  const auto begin = Clock::now();
+  if (begin - last_listened_ > std::chrono::milliseconds(settings_.heartbeat_ms)) watch_.forgive(begin);
+  while (!is_enough()) {
+    const auto frame = port_.read(deadline);
+    if (!frame) break;
+    watch_.take(*frame, Clock::now());
+  }
+  last_listened_ = Clock::now();
+}
+
+void Cia402Drives::examine() {
+  try {
+    for (const DriveReport& drive : watch_.drives()) {
+      if (drive.emergency != 0 || state_of(drive.process.statusword) != DriveState::kFault) continue;
+      CanFrame told{};  // as an emergency would have
+      const std::uint16_t code = read_error_code(port_, watch_, drive.node);
+      told.can_id = kEmergency + drive.node;
+      told.can_dlc = CAN_MAX_DLEN;
+      told.data[0] = static_cast<std::uint8_t>(code);
+      told.data[1] = static_cast<std::uint8_t>(code >> 8);
+      watch_.take(told, Clock::now());
+    }
+    watch_.check(Clock::now(), heartbeat_limit());
+  } catch (const DeviceError& error) {
+    throw DeviceError(error.cause(), settings_.interface + ": " + error.what());
+  }
+}
+
+std::string Cia402Drives::choose_period() {
+  const std::size_t drives = watch_.drives().size();
+  const std::uint32_t bit_rate =
+      settings_.bit_rate != 0 ? settings_.bit_rate : bit_rate_of(settings_.interface).value_or(0);
+  const auto period_ns = sync_period_ns(drives, settings_.loop_ns, bit_rate);
+  if (!period_ns) {
+    throw DeviceError(DeviceCause::kNotThere,
+                      settings_.interface + ": " + rate_in_words(bit_rate) + " cannot carry " +
+                          std::to_string(drives) + " drives even at 10 frames a second, which need " +
+                          rate_in_words(needed_bit_rate(drives, kLongestSyncPeriod_ns)));
+  }
+  period_ns_ = *period_ns;
+  const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
+  std::string text = std::to_string(tenths_hz / 10) + "." + std::to_string(tenths_hz % 10) +
+                     " frames a second, which need " + rate_in_words(needed_bit_rate(drives, period_ns_)) +
+                     (bit_rate == 0 ? "; the bit rate is not known" : " of " + rate_in_words(bit_rate));
+  if (period_ns_ > settings_.loop_ns) {
+    text += "; the loop's " + std::to_string(1'000'000'000 / settings_.loop_ns) + " would need " +
+            rate_in_words(needed_bit_rate(drives, settings_.loop_ns));
+  }
+  return text;
+}
+
+std::string Cia402Drives::open() {
+  port_.open(settings_.interface, identifiers_of(watch_.drives()));
+  last_listened_ = Clock::now();
+  watch_.clear(last_listened_);
+  last_targets_.clear();
+  is_synchronised_ = false;
+  const std::string rate = choose_period();
+  command(NmtCommand::kPreOperational);  // their PDOs are quiet while they are set up
+  std::string nodes;
+  std::string last_name;
+  for (const DriveReport& drive : watch_.drives()) {
+    const std::string name = set_up_drive(port_, watch_, {drive.node, period_ns_, settings_.heartbeat_ms});
+    // A row of the same drives is named once, at its end.
+    if (!nodes.empty()) nodes += (name == last_name || last_name.empty() ? ", " : " (" + last_name + "), ");
+    nodes += std::to_string(drive.node);
+    last_name = name;
+  }
+  if (!last_name.empty()) nodes += " (" + last_name + ")";
+  start();
+  enable();
+  return "CiA 402 drives on " + settings_.interface + ": nodes " + nodes + "; " + rate;
+}
+
+void Cia402Drives::command(NmtCommand command) {
+  for (const DriveReport& drive : watch_.drives()) {
+    port_.write(nmt_frame(command, drive.node), Clock::now() + kSendWithin);
+  }
+}
+
+void Cia402Drives::start() {
+  watch_.settle();
+  command(NmtCommand::kStart);
+  const auto is_operational = [](const DriveReport& drive) { return drive.nmt == NmtState::kOperational; };
+  const auto& drives = watch_.drives();
+  listen(Clock::now() + kStartWithin,
+         [&] { return std::all_of(drives.begin(), drives.end(), is_operational); });
+  watch_.check_bus();
+  const auto late = std::find_if_not(drives.begin(), drives.end(), is_operational);
+  if (late == drives.end()) return;
+  throw DeviceError(DeviceCause::kNoAnswer, settings_.interface + ": " + name_of(*late) +
+                                                " does not become operational, it is " + in_words(late->nmt));
+}
+
+void Cia402Drives::enable() {
+  const auto& drives = watch_.drives();
+  std::vector<std::uint16_t> words(drives.size(), kDisableVoltage);
+  std::vector<std::int32_t> targets(drives.size(), 0);
+  std::vector<Clock::time_point> stepped(drives.size());
+  std::vector<bool> is_asked(drives.size(), false);
+  std::vector<bool> is_holding(drives.size(), false);
+  const auto deadline = Clock::now() + kEnableWithin;
+  // A first SYNC without a word to the drives tells where they are: one may be enabled, and holds.
+  watch_.expect_answers();
+  port_.write(sync_frame(), Clock::now() + kSendWithin);
+  listen(Clock::now() + kStartWithin, [&] { return watch_.has_all_answers(); });
+  for (auto due = Clock::now();; due += cycle()) {
+    bool is_ready = true;
+    for (std::size_t i = 0; i < drives.size(); ++i) {
+      const DriveReport& drive = drives[i];
+      if (!drive.has_process || drive.has_restarted) {
+        throw DeviceError(DeviceCause::kNoAnswer,
+                          settings_.interface + ": " + name_of(drive) +
+                              (drive.has_restarted ? " has restarted" : " does not answer to SYNC"));
+      }
+      const DriveState state = state_of(drive.process.statusword);
+      // Nothing jumps; and what holds its load keeps its target, or it would sink a little every time.
+      if (!is_holding[i]) targets[i] = drive.process.position;
+      is_holding[i] = state == DriveState::kOperationEnabled;
+      is_ready = is_ready && state == DriveState::kOperationEnabled && words[i] == kEnableOperation;
+      if (is_asked[i] && Clock::now() - stepped[i] < kStep) continue;
+      const std::uint16_t word = controlword_towards_operation(state, words[i]);
+      if (word != words[i] || !is_asked[i]) stepped[i] = Clock::now();
+      words[i] = word;
+      is_asked[i] = true;
+    }
+    if (is_ready) break;
+    if (Clock::now() > deadline) {
+      for (std::size_t i = 0; i < drives.size(); ++i) {
+        if (state_of(drives[i].process.statusword) == DriveState::kOperationEnabled) continue;
+        const std::uint16_t code = read_error_code(port_, watch_, drives[i].node);
+        throw DeviceError(DeviceCause::kDeviceFault,
+                          settings_.interface + ": " + name_of(drives[i]) + " cannot be enabled, it is in '" +
+                              in_words(state_of(drives[i].process.statusword)) + "'" +
+                              (code != 0 ? ": " + emergency_in_words(code) : ""));
+      }
+    }
+    synchronise(words, targets);
+    listen(due + cycle(), [] { return false; });
+    watch_.check_bus();
+  }
+  last_targets_ = targets;
+  watch_.settle();
+}
+
+void Cia402Drives::synchronise(const std::vector<std::uint16_t>& controlwords,
+                               const std::vector<std::int32_t>& targets) {
+  const auto deadline = Clock::now() + std::max<Clock::duration>(kSendWithin, cycle());
+  const auto& drives = watch_.drives();
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    port_.write(rpdo_frame(drives[i].node, controlwords[i], targets[i]), deadline);
+  }
+  watch_.expect_answers();
+  port_.write(sync_frame(), deadline);
+  is_synchronised_ = true;
+}
+
+std::vector<std::int32_t> Cia402Drives::targets(const ServoFrame& frame) const {
+  const auto last = [&](std::size_t i) { return i < last_targets_.size() ? last_targets_[i] : 0; };
+  std::vector<std::int32_t> counts;
+  for (const JointDrive& joint : settings_.joints) {
+    const std::size_t i = counts.size();
+    counts.push_back(to_counts(
+        joint.zero_count + joint.direction * joint.counts_per_rad * frame.position_rad[i], last(i)));
+  }
+  if (settings_.gripper) {
+    const GripperModel& model = settings_.gripper_model;
+    const std::size_t i = counts.size();
+    const double opening = (frame.pulse_us[i] - model.closed_us) / (model.open_us - model.closed_us);
+    const double travel = settings_.gripper->open_count - settings_.gripper->closed_count;
+    counts.push_back(to_counts(settings_.gripper->closed_count + travel * opening, last(i)));
+  }
+  return counts;
+}
+
+BusReading Cia402Drives::reading_of(const std::vector<std::int32_t>& positions) const {
+  BusReading reading{BusReading::Unit::kJoints, {}, {}};
+  for (std::size_t i = 0; i < std::min(settings_.joints.size(), positions.size()); ++i) {
+    const JointDrive& joint = settings_.joints[i];
+    reading.value[i] = (positions[i] - joint.zero_count) / (joint.direction * joint.counts_per_rad);
+  }
+  if (settings_.gripper && positions.size() > settings_.joints.size()) {
+    const GripperModel& model = settings_.gripper_model;
+    const double travel = settings_.gripper->open_count - settings_.gripper->closed_count;
+    const double opening = (positions[settings_.joints.size()] - settings_.gripper->closed_count) / travel;
+    reading.gripper_us = model.closed_us + (model.open_us - model.closed_us) * opening;
+  }
+  return reading;
+}
+
+std::int32_t Cia402Drives::limited(std::size_t drive, std::int32_t target) const {
+  const double most_per_s = drive < settings_.joints.size() ? settings_.joints[drive].most_counts_per_s
+                                                            : settings_.gripper->most_counts_per_s;
+  if (most_per_s <= 0.0 || drive >= last_targets_.size()) return target;
+  const double most = std::max(1.0, most_per_s * static_cast<double>(period_ns_) * 1e-9);
+  const double last = last_targets_[drive];
+  return to_counts(std::clamp<double>(target, last - most, last + most), target);
+}
+
+void Cia402Drives::send(const ServoFrame& frame, bool) {
+  listen(Clock::now(), [] { return false; });
+  examine();
+  std::vector<std::int32_t> next = targets(frame);
+  for (std::size_t i = 0; i < next.size(); ++i) next[i] = limited(i, next[i]);
+  last_targets_ = std::move(next);
+  synchronise(std::vector<std::uint16_t>(last_targets_.size(), kEnableOperation), last_targets_);
+}
+
+BusReading Cia402Drives::measure(const ServoFrame&) {
+  if (is_synchronised_) listen(Clock::now() + cycle() / 2, [this] { return watch_.has_all_answers(); });
+  is_synchronised_ = false;
+  examine();
+  std::vector<std::int32_t> positions;
+  for (const DriveReport& drive : watch_.drives()) positions.push_back(drive.process.position);
+  return reading_of(positions);
+}
+
+std::optional<DeviceError> Cia402Drives::warning() {
+  auto warning = watch_.warning(Clock::now(), std::max<Clock::duration>(kStale, kStalePeriods * cycle()));
+  if (!warning) return warning;
+  return DeviceError(warning->cause(), settings_.interface + ": " + warning->what());
+}
+
+void Cia402Drives::relax() {
+  const std::size_t count = watch_.drives().size();
+  if (last_targets_.size() != count) return;
+  synchronise(std::vector<std::uint16_t>(count, kDisableVoltage), last_targets_);
+  listen(Clock::now() + std::max<Clock::duration>(kSendWithin, cycle()),
+         [this] { return watch_.has_all_answers(); });
+  command(NmtCommand::kPreOperational);
+}
+
+}  // namespace corbot::rt

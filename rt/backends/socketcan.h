@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "corbot/arm/arm_model.h"
+#include "rt/backends/bus_device.h"
+#include "rt/backends/can_port.h"
+#include "rt/backends/drive_watch.h"
+
+namespace corbot::rt {
+
+/// A joint's drive: count = zero_count + direction * counts_per_rad * angle.
+struct JointDrive {
+  std::uint8_t node;
+  double counts_per_rad;
+  double zero_count;
+  double direction;  ///< +1 or -1
+  /// A cycle that comes late catches up at this speed at most, not in one step; 0: no limit.
+  double most_counts_per_s{0.0};
+};
+
+/// The gripper's drive, where it has one: from closed to open as the pulse goes.
+struct GripperDrive {
+  std::uint8_t node;
+  double closed_count;
+  double open_count;
+  double most_counts_per_s{0.0};
+};
+
+struct Cia402Settings {
+  std::string interface;
+  std::uint32_t bit_rate{0};  ///< 0: ask the interface
+  int heartbeat_ms{200};      ///< that the drives send; one is lost after three times as much
+  std::int64_t loop_ns{1'000'000};
+  std::vector<JointDrive> joints;  ///< in the order of the joints
+  std::optional<GripperDrive> gripper;
+  GripperModel gripper_model{};
+};
+
+/// Drives on a CAN bus after CiA 402, in cyclic synchronous position mode: a drive a joint, and the gripper's
+/// where there is one. Each cycle sends controlword and target position to every drive, then SYNC, at which
+/// they take them and answer with statusword and position.
+class Cia402Drives final : public BusDevice {
+ public:
+  explicit Cia402Drives(Cia402Settings settings);
+
+  std::string open() override;
+  void close() noexcept override { port_.close(); }
+  [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
+  /// Half a loop's period after the cycle: its frame is there, and the next one is far.
+  [[nodiscard]] std::optional<std::int64_t> phase_ns() const noexcept override {
+    return settings_.loop_ns / 2;
+  }
+  void send(const ServoFrame& frame, bool approach) override;
+  BusReading measure(const ServoFrame& frame) override;
+  [[nodiscard]] std::optional<DeviceError> warning() override;
+  /// Voltage off, and the drives pre-operational.
+  void relax() override;
+
+  /// Target positions of a frame, in counts, joints first.
+  [[nodiscard]] std::vector<std::int32_t> targets(const ServoFrame& frame) const;
+  /// Angles and the gripper's pulse at these positions.
+  [[nodiscard]] BusReading reading_of(const std::vector<std::int32_t>& positions) const;
+
+ private:
+  using Clock = CanPort::Clock;
+
+  [[nodiscard]] std::string choose_period();
+  void command(NmtCommand command);
+  void start();
+  void enable();
+  /// A target that the drive may be given after its last one.
+  [[nodiscard]] std::int32_t limited(std::size_t drive, std::int32_t target) const;
+  /// RPDOs to all, then SYNC.
+  void synchronise(const std::vector<std::uint16_t>& controlwords, const std::vector<std::int32_t>& targets);
+  /// Takes what has come in, and what comes until the deadline; ends early when `is_enough`.
+  template <class Condition>
+  void listen(Clock::time_point deadline, Condition&& is_enough);
+  /// Throws for what the drives or the bus report.
+  void examine();
+  [[nodiscard]] Clock::duration heartbeat_limit() const;
+  [[nodiscard]] Clock::duration cycle() const { return std::chrono::nanoseconds(period_ns_); }
+
+  const Cia402Settings settings_;
+  CanPort port_;
+  DriveWatch watch_;
+  std::int64_t period_ns_;
+  Clock::time_point last_listened_{};
+  std::vector<std::int32_t> last_targets_;
+  bool is_synchronised_{false};  ///< answers to the last SYNC may still come
+};
+
+}  // namespace corbot::rt

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <linux/can.h>
+#include <poll.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace corbot::sim {
+
+/// A CAN bus that emulated nodes are on. Failures of open() throw std::runtime_error.
+class CanBus {
+ public:
+  CanBus() = default;
+  CanBus(const CanBus&) = delete;
+  CanBus& operator=(const CanBus&) = delete;
+  virtual ~CanBus() = default;
+
+  virtual void open() = 0;
+  virtual void close() noexcept = 0;
+  [[nodiscard]] virtual bool is_open() const = 0;
+  /// Appends what is to be polled.
+  virtual void add_to(std::vector<pollfd>& fds) const = 0;
+  /// What others have sent, without waiting.
+  [[nodiscard]] virtual std::vector<can_frame> read() = 0;
+  /// To all others; what somebody is too slow to take is lost to him.
+  virtual void send(const can_frame& frame) = 0;
+};
+
+/// "unix:/path": a bus of its own at a socket that others connect to, else an interface of the kernel.
+[[nodiscard]] std::unique_ptr<CanBus> make_can_bus(const std::string& name);
+
+}  // namespace corbot::sim

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+namespace corbot::sim {
+
+/// Counts, seconds. Defaults are those of a joint drive of some 1000 counts a degree.
+struct Cia402DriveOptions {
+  double lag_s{0.002};                   ///< of the shaft behind the demand
+  double most_counts_per_s{1e6};         ///< of the shaft
+  double quick_stop_counts_per_s2{5e6};  ///< 6085h
+  double following_window{20'000};       ///< 6065h
+  double following_timeout_s{0.05};      ///< 6066h
+  std::int32_t position{0};              ///< where the shaft stands at first
+};
+
+/// Power stage, motor and position loop of a drive after CiA 402 in cyclic synchronous position mode, without
+/// its bus. It is given the time, in nanoseconds of any clock that does not run backwards.
+class Cia402Drive {
+ public:
+  /// The values are those of the statusword's state bits.
+  enum class State : std::uint16_t {
+    kNotReady = 0x00,
+    kSwitchOnDisabled = 0x40,
+    kReadyToSwitchOn = 0x21,
+    kSwitchedOn = 0x23,
+    kOperationEnabled = 0x27,
+    kQuickStopActive = 0x07,
+    kFaultReactionActive = 0x0F,
+    kFault = 0x08,
+  };
+  static constexpr std::uint16_t kFollowingError = 0x8611;
+  static constexpr int kModeCyclicPosition = 8;
+
+  explicit Cia402Drive(const Cia402DriveOptions& options);
+
+  void advance(std::int64_t now_ns);
+  /// 6040h.
+  void control(std::uint16_t controlword);
+  /// 607Ah: reached after the interpolation time.
+  void set_target(std::int32_t target);
+  void set_mode(int mode) { mode_ = mode; }
+  void set_interpolation_s(double interpolation_s) { interpolation_s_ = interpolation_s; }
+  /// 607Dh.
+  void set_limits(std::int32_t lowest, std::int32_t highest);
+  /// 605Ah: 0 voltage off at once, 2 ramp and then off, 6 ramp and stay.
+  void set_quick_stop_option(int option) { quick_stop_option_ = option; }
+  void set_following(double window, double timeout_s);
+  void set_quick_stop_ramp(double counts_per_s2) { options_.quick_stop_counts_per_s2 = counts_per_s2; }
+  void set_warning(bool is_on) { has_warning_ = is_on; }
+  /// Ramps down, then is in fault until it is reset. The code is an EMCY's.
+  void fail(std::uint16_t code);
+  /// Power off and on; the shaft stays.
+  void power_cycle();
+
+  [[nodiscard]] State state() const { return state_; }
+  [[nodiscard]] std::uint16_t statusword() const;
+  [[nodiscard]] std::uint16_t error_code() const { return error_code_; }
+  [[nodiscard]] int mode() const { return mode_; }
+  [[nodiscard]] std::int32_t position() const;
+  [[nodiscard]] std::int32_t demand() const;
+  [[nodiscard]] std::int32_t target() const { return target_; }
+
+ private:
+  void step(double dt_s);
+  void step_demand(double dt_s);
+  void step_ramp(double dt_s);
+  void watch_following(double dt_s);
+  void enter(State state);
+  [[nodiscard]] bool has_power() const;
+
+  Cia402DriveOptions options_;
+  State state_{State::kSwitchOnDisabled};
+  std::uint16_t controlword_{0};
+  std::uint16_t error_code_{0};
+  int mode_{0};
+  int quick_stop_option_{2};
+  double interpolation_s_{0.001};
+  std::int32_t lowest_;
+  std::int32_t highest_;
+  std::int32_t target_;
+  double demand_;
+  double speed_{0.0};   ///< of the demand, counts a second
+  double left_s_{0.0};  ///< until the demand is at the target
+  double position_;
+  double following_s_{0.0};  ///< how long the error has been outside the window
+  std::int64_t now_ns_{0};
+  bool is_limited_{false};
+  bool has_warning_{false};
+};
+
+}  // namespace corbot::sim

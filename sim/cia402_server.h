@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/can_bus.h"
+#include "sim/cia402_node.h"
+#include "sim/orders.h"
+
+namespace corbot::sim {
+
+struct Cia402ServerOptions {
+  std::string bus;
+  int nodes{5};  ///< numbered from 1
+  Cia402DriveOptions drive{};
+  std::string record;  ///< file, empty: none
+};
+
+/// Runs emulated drives on a bus in real time, with the faults that the orders on standard input ask for.
+/// Answers to orders go to standard output, one line each.
+class Cia402Server {
+ public:
+  /// Failures throw std::runtime_error. From here on SIGTERM, SIGINT and SIGHUP only end run().
+  explicit Cia402Server(const Cia402ServerOptions& options);
+
+  void run();
+
+ private:
+  struct Slot {
+    Cia402Node node;
+    bool is_silent{false};
+    std::int32_t recorded_target{0};
+    std::int32_t recorded_position{0};
+  };
+
+  void advance();
+  void read_bus();
+  void flush(Slot& slot);
+  void record_sync();
+  [[nodiscard]] std::optional<std::int64_t> next_event_ns() const;
+
+  [[nodiscard]] std::string obey(std::string_view order);
+  /// What is wrong with an order, empty: nothing, and it is done.
+  [[nodiscard]] std::string execute(const std::vector<std::string_view>& words);
+  /// An order to nodes; false when it is none.
+  bool execute_on_nodes(const std::vector<std::string_view>& words);
+  void plug();
+
+  EndingSignals ending_;
+  std::string name_;
+  std::unique_ptr<CanBus> bus_;
+  Record record_;
+  std::vector<Slot> slots_;
+  Orders orders_;
+  std::uint64_t to_drop_{0};
+  std::uint64_t to_garble_{0};
+};
+
+}  // namespace corbot::sim

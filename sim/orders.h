@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the programs around emulated devices have in common: orders on standard input, an orderly end, a
+// record.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace corbot::sim {
+
+/// Of the monotonic clock.
+[[nodiscard]] std::int64_t clock_ns();
+/// A line to whoever gives the orders; if he has gone, to nobody.
+void say(const std::string& line);
+/// A decimal number and nothing else.
+[[nodiscard]] std::optional<std::uint64_t> count_of(std::string_view text);
+[[nodiscard]] std::vector<std::string_view> words_of(std::string_view text);
+
+/// Standard input, line by line.
+class Orders {
+ public:
+  /// To be polled; −1 when nobody gives orders any more.
+  [[nodiscard]] int fd() const;
+  /// Reads what is there; every line that is not empty is answered by what `obey` returns.
+  void read(const std::function<std::string(std::string_view)>& obey);
+
+ private:
+  bool is_open_{true};
+  std::string text_;
+};
+
+/// While it exists, SIGTERM, SIGINT and SIGHUP only make it readable.
+class EndingSignals {
+ public:
+  EndingSignals();
+  EndingSignals(const EndingSignals&) = delete;
+  EndingSignals& operator=(const EndingSignals&) = delete;
+  ~EndingSignals();
+  [[nodiscard]] int fd() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+struct CloseFile {
+  void operator()(std::FILE* file) const { (void)std::fclose(file); }
+};
+using Record = std::unique_ptr<std::FILE, CloseFile>;
+/// Opens a file to write rows to; null for an empty path. Throws std::runtime_error.
+[[nodiscard]] Record open_record(const std::string& path, const char* heading);
+
+}  // namespace corbot::sim

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/can_schema.h"
+
+#include <algorithm>
+#include <map>
+#include <numbers>
+#include <string>
+
+#include <fmt/format.h>
+
+namespace corbot {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr std::size_t kLongestInterface = 15;
+constexpr std::size_t kLongestSocket = 107;
+constexpr std::string_view kUnix = "unix:";
+/// Half a turn at the finest scale, from the farthest zero, is still within 32 bits.
+constexpr Bounds kCount{-1e9, 1e9, false, "counts"};
+constexpr Bounds kScale{0, 5e6, true, "counts"};
+
+using NodeUse = std::map<std::int64_t, std::string>;
+
+bool is_interface(const std::string& text) {
+  if (text.starts_with(kUnix)) {
+    const std::size_t length = text.size() - kUnix.size();
+    return text.find('/') == kUnix.size() && length > 1 && length <= kLongestSocket;
+  }
+  return !text.empty() && text.size() <= kLongestInterface &&
+         std::all_of(text.begin(), text.end(), [](char c) {
+           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+                  c == '-' || c == '.';
+         });
+}
+
+int read_node(Section& section, NodeUse& in_use) {
+  const auto node = section.integer("node", {1, 127, false, ""});
+  if (!node) return 0;
+  const auto [user, is_new] = in_use.emplace(*node, section.full_key("node"));
+  if (!is_new) {
+    section.refuse("node", fmt::format("is taken by {}; every drive has a number of its own", user->second));
+  }
+  return static_cast<int>(*node);
+}
+
+CanDrive read_drive(Section& section, NodeUse& in_use) {
+  CanDrive drive;
+  drive.node = read_node(section, in_use);
+  drive.counts_per_rad = section.number("counts_per_degree", kScale).value_or(0) / kDegree;
+  drive.zero_count = section.number_or("zero_count", 0, kCount).value_or(0);
+  const auto direction = section.integer_or("direction", 1, {-1, 1, false, "(1 or -1)"});
+  if (direction && *direction == 0) section.refuse("direction", "must be 1 or -1");
+  drive.direction = static_cast<double>(direction.value_or(1));
+  section.finish();
+  return drive;
+}
+
+void read_gripper(Section section, NodeUse& in_use, SocketCanOptions& options) {
+  options.gripper_node = read_node(section, in_use);
+  const auto closed = section.number("closed_count", kCount);
+  const auto open = section.number("open_count", kCount);
+  if (closed && open && *closed == *open) section.refuse("open_count", "must differ from closed_count");
+  options.gripper_closed_count = closed.value_or(0);
+  options.gripper_open_count = open.value_or(0);
+  section.finish();
+}
+
+}  // namespace
+
+void read_socketcan(Section section, std::size_t joints, SocketCanOptions& options) {
+  options.interface = section.text("interface").value_or("");
+  if (section.has("interface") && !is_interface(options.interface)) {
+    section.refuse("interface",
+                   "must be a CAN interface such as \"can0\", or \"unix:/path\" for a virtual bus");
+  }
+  options.bit_rate = static_cast<int>(
+      section.integer_or("bit_rate", 0, {0, 1e6, false, "bit/s (0: as the interface tells)"}).value_or(0));
+  options.heartbeat_ms =
+      static_cast<int>(section.integer_or("heartbeat_ms", 200, {10, 5000, false, "ms"}).value_or(200));
+  options.readback = section.flag_or("readback", true).value_or(true);
+  const std::string at_end = section.text_or("at_end", "hold").value_or("hold");
+  if (at_end != "hold" && at_end != "relax") section.refuse("at_end", "must be \"hold\" or \"relax\"");
+  options.relax_at_end = at_end == "relax";
+  NodeUse in_use;
+  options.drives.clear();
+  auto drives = section.tables("drive");
+  for (Section& drive : drives) options.drives.push_back(read_drive(drive, in_use));
+  if (joints > 0 && !drives.empty() && drives.size() != joints) {
+    section.refuse("drive", fmt::format("are {} drives; the arm has {} joints, and each needs one",
+                                        drives.size(), joints));
+  }
+  if (section.has("gripper")) {
+    read_gripper(section.table("gripper"), in_use, options);
+  } else {
+    (void)section.table_or_empty("gripper");
+  }
+  section.finish();
+}
+
+}  // namespace corbot

@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
+corbot_test(can_test
+  SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/can/frames_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/can/node_test.cpp
+  LIBS corbot::backends corbot::sim_devices
+  LABELS unit)
+
+# The backend and the emulator's program on a virtual bus, or on the interface CORBOT_RIG_CAN.
+corbot_test(drives_on_can_test
+  SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/can/drives_test.cpp ${PROJECT_SOURCE_DIR}/tests/support/process.cpp
+  LIBS corbot::backends
+  LABELS unit
+  DEPENDS corbot-sim)
+target_include_directories(drives_on_can_test PRIVATE ${PROJECT_SOURCE_DIR}/tests)
+target_compile_definitions(drives_on_can_test PRIVATE CORBOT_SIM_PROGRAM="$<TARGET_FILE:corbot-sim>"
+                                                        CORBOT_SCRATCH_DIR="${CMAKE_BINARY_DIR}/tests")

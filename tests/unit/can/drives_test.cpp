@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+// The backend and emulated drives on one bus: from power-up to the end, and everything that may go wrong.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+
+#include "rt/backends/bus_backend.h"
+#include "rt/backends/sdo_client.h"
+#include "rt/backends/socketcan.h"
+#include "support/emulated_drives.h"
+
+namespace corbot::rt {
+namespace {
+
+using test::wait_until;
+using test::within;
+using ::testing::HasSubstr;
+
+constexpr double kCountsPerRad = 50'000.0;
+constexpr int kStandsAt = 12'000;
+/// Of BusBackend's way back, 0.5 rad/s in steps of a millisecond, rounded; one that came late may be two.
+constexpr std::int64_t kLargestStep = 2 * 25 + 2;
+
+class Drives : public ::testing::Test {
+ protected:
+  Drives()
+      : directory_(std::string(CORBOT_SCRATCH_DIR) + "/" + test::unique_name("drives")),
+        emulator_(CORBOT_SIM_PROGRAM, directory_, 3, {"--position", std::to_string(kStandsAt)}) {
+    std::filesystem::create_directory(directory_);
+    arm_.dof = 2;
+    for (std::size_t i = 0; i < 2; ++i)
+      arm_.servos[i] = {static_cast<std::uint32_t>(i), 1500.0, 600.0, 1.0, 500.0, 2500.0};
+    arm_.gripper = {2, 1900.0, 1100.0, 0.5};
+    settings_.interface = emulator_.bus();
+    settings_.joints = {{1, kCountsPerRad, 0.0, 1.0}, {2, kCountsPerRad, kStandsAt, -1.0}};
+    settings_.gripper = GripperDrive{3, 0.0, 20'000.0};
+    settings_.gripper_model = arm_.gripper;
+  }
+  ~Drives() override {
+    backend_.reset();
+    EXPECT_EQ(emulator_.stop(), 0);
+    std::filesystem::remove_all(directory_);
+  }
+  void SetUp() override { emulator_.start(); }
+
+  /// Joint 1 at 0.25 rad, joint 2 at 0, the gripper at half: 12500, 12000 and 10000 counts.
+  static ServoFrame frame(double first_rad = 0.25) {
+    ServoFrame frame;
+    frame.servo_count = 3;
+    frame.time_ns = CanPort::Clock::now().time_since_epoch().count();
+    frame.position_rad[0] = first_rad;
+    frame.pulse_us[0] = frame.pulse_us[1] = frame.pulse_us[2] = 1500.0;
+    return frame;
+  }
+  void open(bool relax = false) {
+    backend_ = std::make_unique<BusBackend>(arm_, std::make_unique<Cia402Drives>(settings_),
+                                            BusSettings{"socketcan", true, relax, 0.02}, stop_);
+    backend_->open(frame());
+    news_ = backend_->take_news();
+  }
+  bool becomes(BackendHealth health) {
+    return wait_until(within(30), [&] {
+      news_ += backend_->take_news();
+      return backend_->health() == health;
+    });
+  }
+  bool arrives(std::int32_t first = 12'500) {
+    return wait_until(within(30), [&] {
+      backend_->write(frame(first / kCountsPerRad));
+      return emulator_.counts() == std::map<int, std::int32_t>{{1, first}, {2, kStandsAt}, {3, 10'000}};
+    });
+  }
+  void expect_lost(DeviceCause cause, const std::string& text) {
+    ASSERT_TRUE(becomes(BackendHealth::kLost)) << news_;
+    EXPECT_EQ(backend_->cause(), static_cast<std::uint32_t>(cause)) << news_;
+    EXPECT_TRUE(wait_until(within(10), [&] {
+      news_ += backend_->take_news();
+      return news_.find(text) != std::string::npos;
+    })) << news_;
+  }
+  /// What opening says, when it fails.
+  DeviceError refused() {
+    try {
+      Cia402Drives(settings_).open();
+    } catch (const DeviceError& error) {
+      return error;
+    }
+    return {DeviceCause::kNone, ""};
+  }
+
+  std::string directory_;
+  test::EmulatedDrives emulator_;
+  ArmModel arm_;
+  EmergencyStop stop_;
+  Cia402Settings settings_;
+  std::unique_ptr<BusBackend> backend_;
+  std::string news_;
+};
+
+TEST_F(Drives, AreEnabledWhereTheyStandAndFollow) {
+  open();
+  EXPECT_THAT(news_, HasSubstr("nodes 1, 2, 3 (corbot emulated drive); 1000.0 frames a second"));
+  EXPECT_TRUE(arrives());
+  EXPECT_TRUE(wait_until(within(10), [&] {
+    const ServoFeedback feedback = backend_->read();
+    return feedback.measured && std::abs(feedback.position_rad[0] - 0.25) < 1e-9 &&
+           feedback.position_rad[1] == 0.0;
+  }));
+  EXPECT_TRUE(arrives(12'520));
+  EXPECT_EQ(backend_->health(), BackendHealth::kOpen);
+  EXPECT_LE(emulator_.largest_steps(kStandsAt).first, kLargestStep);
+}
+
+TEST_F(Drives, CatchUpNoFasterThanTheyMay) {
+  constexpr double kMost_per_s = 60'000.0;
+  for (JointDrive& joint : settings_.joints) joint.most_counts_per_s = kMost_per_s;
+  open();
+  ASSERT_TRUE(arrives());
+  EXPECT_TRUE(arrives(15'000)) << "a set-point that is late by many cycles";
+  backend_->close();
+  EXPECT_EQ(emulator_.stop(), 0);
+  EXPECT_LE(emulator_.largest_steps(kStandsAt).first, std::lround(kMost_per_s * 1e-3));
+}
+
+TEST_F(Drives, AreLostByAFaultAndComeBack) {
+  open();
+  ASSERT_TRUE(arrives());
+  emulator_.order("emcy 3210 2");
+  expect_lost(DeviceCause::kDeviceFault, "EMCY 0x3210 (DC link over-voltage)");
+  ASSERT_TRUE(becomes(BackendHealth::kOpen)) << news_;
+  EXPECT_TRUE(arrives());
+}
+
+TEST_F(Drives, AreLostWhenOneFallsSilent) {
+  open();
+  emulator_.order("silent on 2");
+  expect_lost(DeviceCause::kHeartbeatLost, "node 2: no heartbeat");
+  EXPECT_FALSE(backend_->read().measured);
+  emulator_.order("silent off 2");
+  ASSERT_TRUE(becomes(BackendHealth::kOpen)) << news_;
+  EXPECT_TRUE(arrives());
+}
+
+TEST_F(Drives, AreLostWhenOneRestarts) {
+  open();
+  emulator_.order("reset 1");
+  expect_lost(DeviceCause::kDeviceFault, "node 1 has restarted");
+  ASSERT_TRUE(becomes(BackendHealth::kOpen)) << news_;
+  EXPECT_TRUE(arrives());
+}
+
+TEST_F(Drives, AreDegradedByAWarningAsLongAsItStands) {
+  open();
+  emulator_.order("emcy 8120 3");
+  ASSERT_TRUE(becomes(BackendHealth::kDegraded)) << news_;
+  EXPECT_TRUE(wait_until(within(10), [&] {
+    news_ += backend_->take_news();
+    return news_.find("node 3: EMCY 0x8120") != std::string::npos;
+  })) << news_;
+  EXPECT_TRUE(arrives()) << "it goes on";
+  EXPECT_EQ(backend_->health(), BackendHealth::kDegraded);
+  emulator_.order("emcy 0 3");
+  EXPECT_TRUE(becomes(BackendHealth::kOpen)) << news_;
+}
+
+TEST_F(Drives, LiveThroughAGarbledFrame) {
+  open();
+  ASSERT_TRUE(arrives());
+  emulator_.order("garble 1");
+  ASSERT_TRUE(becomes(BackendHealth::kDegraded)) << news_;
+  ASSERT_TRUE(becomes(BackendHealth::kOpen)) << news_;
+  EXPECT_EQ(news_.find("lost"), std::string::npos) << news_;
+}
+
+TEST_F(Drives, ComeBackWithoutAJumpWhenTheBusIsCut) {
+  if (std::getenv("CORBOT_RIG_CAN") != nullptr)
+    GTEST_SKIP() << "skipped: an interface is not cut by its peer";
+  open();
+  ASSERT_TRUE(arrives());
+  const char* times = std::getenv("CORBOT_PLUGS");
+  const int rounds = times != nullptr ? std::atoi(times) : 3;
+  for (int i = 0; i < rounds; ++i) {
+    emulator_.order("unplug");
+    expect_lost(DeviceCause::kBusDown, "the bus was cut");
+    news_.clear();
+    backend_->write(frame(0.25 + 0.002 * (i % 2)));  // the arm's place is another when it is back
+    emulator_.order("plug");
+    ASSERT_TRUE(becomes(BackendHealth::kOpen)) << news_;
+    ASSERT_TRUE(arrives(12'500 + 100 * (i % 2)));
+  }
+  EXPECT_EQ(backend_->times().age_max_ns >= 0, true);
+  backend_->close();
+  EXPECT_EQ(emulator_.stop(), 0);
+  EXPECT_LE(emulator_.largest_steps(kStandsAt).first, kLargestStep + 100);  // the write above is such a step
+}
+
+TEST_F(Drives, AreNotOpenedWhenOneRefuses) {
+  emulator_.order("abort 08000022 2");
+  const DeviceError error = refused();
+  EXPECT_EQ(error.cause(), DeviceCause::kBadAnswer);
+  EXPECT_EQ(std::string(error.what()), emulator_.bus() +
+                                           ": node 2: reading 1000h: value cannot be transferred in the "
+                                           "present state of the device (0x08000022)");
+}
+
+TEST_F(Drives, AreNotOpenedWhenOneIsMissing) {
+  settings_.gripper->node = 9;
+  const DeviceError error = refused();
+  EXPECT_EQ(error.cause(), DeviceCause::kNoAnswer);
+  EXPECT_THAT(error.what(), HasSubstr("node 9: does not answer"));
+  settings_.interface = "unix:" + directory_ + "/absent";
+  EXPECT_EQ(refused().cause(), DeviceCause::kNotThere);
+  EXPECT_THAT(refused().what(), HasSubstr("/absent: No such file or directory"));
+}
+
+TEST_F(Drives, AreServedAsFastAsTheBusAllows) {
+  settings_.bit_rate = 500'000;
+  open();
+  EXPECT_THAT(
+      news_,
+      HasSubstr(
+          "500.0 frames a second, which need 466 kbit/s of 500 kbit/s; the loop's 1000 would need 932"));
+  EXPECT_TRUE(arrives());
+  backend_.reset();
+  settings_.bit_rate = 5'000;
+  EXPECT_THAT(refused().what(), HasSubstr("5 kbit/s cannot carry 3 drives"));
+}
+
+TEST_F(Drives, HoldOrRelaxAtTheEnd) {
+  CanPort port;
+  port.open(emulator_.bus(), {kSdoAnswer + 1});
+  DriveWatch watch({1});
+  SdoClient sdo(port, watch, 1);
+  const auto state = [&] { return state_of(static_cast<std::uint16_t>(sdo.read({0x6041}))); };
+  open(false);
+  backend_->close();
+  EXPECT_EQ(state(), DriveState::kOperationEnabled);
+  open(true);
+  backend_->close();
+  EXPECT_EQ(state(), DriveState::kSwitchOnDisabled);
+}
+
+}  // namespace
+}  // namespace corbot::rt

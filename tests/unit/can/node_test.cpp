@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: Apache-2.0
+// The emulated drive against CiA 301 and CiA 402, frame by frame, without a bus and without a clock.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <iostream>
+#include <random>
+
+#include "sim/cia402_node.h"
+
+namespace corbot::sim {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using State = Cia402Drive::State;
+
+class Node : public ::testing::Test {
+ protected:
+  Node() {
+    node_.advance(now_ns_);
+    (void)node_.take_sent();
+  }
+  std::vector<can_frame> say(canid_t id, std::initializer_list<int> bytes) {
+    can_frame frame{};
+    frame.can_id = id;
+    for (const int byte : bytes) frame.data[frame.can_dlc++] = static_cast<std::uint8_t>(byte);
+    node_.receive(frame, now_ns_);
+    return node_.take_sent();
+  }
+  std::vector<can_frame> wait_ms(int ms) {
+    for (int i = 0; i < ms; ++i) node_.advance(now_ns_ += 1'000'000);
+    return node_.take_sent();
+  }
+  static std::uint32_t number(const can_frame& frame, std::size_t offset, std::size_t bytes) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < bytes; ++i)
+      value |= static_cast<std::uint32_t>(frame.data[offset + i]) << (8 * i);
+    return value;
+  }
+  /// The abort code, 0 for a success.
+  std::uint32_t write(int index, int sub, std::uint32_t value, int bytes) {
+    const auto b = [&](int i) { return static_cast<int>(value >> (8 * i) & 0xFF); };
+    const auto answer =
+        say(0x605, {0x23 | (4 - bytes) << 2, index & 0xFF, index >> 8, sub, b(0), b(1), b(2), b(3)});
+    if (answer.empty() || answer[0].can_id != 0x585) return 1;
+    return answer[0].data[0] == 0x60 ? 0 : number(answer[0], 4, 4);
+  }
+  std::pair<int, std::uint32_t> read(int index, int sub = 0) {
+    const auto answer = say(0x605, {0x40, index & 0xFF, index >> 8, sub, 0, 0, 0, 0});
+    if (answer.size() != 1) return {-1, 0};
+    return {answer[0].data[0], number(answer[0], 4, 4)};
+  }
+  /// As the backend sets it up, and enabled.
+  void enable() {
+    const std::initializer_list<std::array<std::uint32_t, 4>> writes{
+        {0x1400, 1, 0x80000205, 4}, {0x1600, 0, 0, 1},          {0x1600, 1, 0x60400010, 4},
+        {0x1600, 2, 0x607A0020, 4}, {0x1400, 2, 1, 1},          {0x1600, 0, 2, 1},
+        {0x1400, 1, 0x205, 4},      {0x1800, 1, 0x80000185, 4}, {0x1A00, 0, 0, 1},
+        {0x1A00, 1, 0x60410010, 4}, {0x1A00, 2, 0x60640020, 4}, {0x1800, 2, 1, 1},
+        {0x1A00, 0, 2, 1},          {0x1800, 1, 0x185, 4},      {0x6060, 0, 8, 1}};
+    for (const auto& w : writes) {
+      ASSERT_EQ(write(static_cast<int>(w[0]), static_cast<int>(w[1]), w[2], static_cast<int>(w[3])), 0u)
+          << std::hex << w[0] << ":" << w[1];
+    }
+    say(0, {1, 5});
+    for (const int word : {6, 7, 15}) cycle(word, 0);
+    ASSERT_EQ(node_.drive().state(), State::kOperationEnabled);
+  }
+  /// RPDO and SYNC, then a millisecond; the TPDO.
+  std::vector<can_frame> cycle(int word, int target) {
+    const auto t = static_cast<unsigned>(target);
+    const auto b = [&](int i) { return static_cast<int>(t >> (8 * i) & 0xFF); };
+    EXPECT_THAT(say(0x205, {word, 0, b(0), b(1), b(2), b(3)}), IsEmpty()) << "waits for SYNC";
+    auto sent = say(0x080, {});
+    node_.advance(now_ns_ += 1'000'000);
+    return sent;
+  }
+
+  std::int64_t now_ns_{1'000'000'000};
+  Cia402Node node_{5, {}};
+};
+
+TEST(NewNode, Boots) {
+  Cia402Node node(7, {});
+  EXPECT_EQ(node.next_event_ns(), 0);
+  node.advance(1);
+  const auto sent = node.take_sent();
+  ASSERT_EQ(sent.size(), 1u);
+  EXPECT_EQ(sent[0].can_id, 0x707u);
+  EXPECT_EQ(sent[0].can_dlc, 1);
+  EXPECT_EQ(sent[0].data[0], 0);
+  EXPECT_FALSE(node.next_event_ns());
+}
+
+TEST_F(Node, AnswersSdo) {
+  EXPECT_EQ(read(0x1000), std::make_pair(0x43, 0x00020192u));
+  EXPECT_EQ(read(0x6041), std::make_pair(0x4B, 0x0250u));
+  EXPECT_EQ(read(0x6061), std::make_pair(0x4F, 0u));
+  EXPECT_EQ(write(0x6060, 0, 8, 1), 0u);
+  EXPECT_EQ(read(0x6061).second, 8u);
+  EXPECT_THAT(say(0x604, {0x40, 0, 0x10, 0, 0, 0, 0, 0}), IsEmpty()) << "another node's";
+  EXPECT_THAT(say(0x605, {0x40, 0, 0x10}), IsEmpty());
+}
+
+TEST_F(Node, AbortsWithTheRightCode) {
+  EXPECT_EQ(read(0x2000), std::make_pair(0x80, kAbortNoObject));
+  EXPECT_EQ(read(0x1018, 9), std::make_pair(0x80, kAbortNoSubIndex));
+  EXPECT_EQ(write(0x1000, 0, 1, 4), kAbortReadOnly);
+  EXPECT_EQ(write(0x6060, 0, 8, 4), kAbortTooLong);
+  EXPECT_EQ(write(0x607A, 0, 8, 2), kAbortTooShort);
+  EXPECT_EQ(write(0x60C2, 1, 0, 1), kAbortTooLow);
+  EXPECT_EQ(write(0x60C2, 2, 1, 1), kAbortTooHigh);
+  EXPECT_EQ(write(0x6060, 0, 3, 1), kAbortRange) << "a mode that it has not";
+  EXPECT_EQ(number(say(0x605, {0xE0, 0, 0, 0, 0, 0, 0, 0}).at(0), 4, 4), kAbortCommand);
+  EXPECT_EQ(number(say(0x605, {0x60, 0, 0, 0, 0, 0, 0, 0}).at(0), 4, 4), kAbortCommand);
+  node_.abort_next(0x08000020);
+  EXPECT_EQ(write(0x6060, 0, 8, 1), 0x08000020u);
+  EXPECT_EQ(write(0x6060, 0, 8, 1), 0u);
+}
+
+TEST_F(Node, TellsItsNameInSegments) {
+  EXPECT_EQ(read(0x1008), std::make_pair(0x41, 21u));
+  std::string name;
+  int toggle = 0;
+  for (bool is_last = false; !is_last; toggle ^= 0x10) {
+    const can_frame answer = say(0x605, {0x60 | toggle, 0, 0, 0, 0, 0, 0, 0}).at(0);
+    ASSERT_EQ(answer.data[0] & 0xF0, toggle);
+    is_last = (answer.data[0] & 1) != 0;
+    name.append(reinterpret_cast<const char*>(answer.data) + 1, 7 - (answer.data[0] >> 1 & 7u));
+  }
+  EXPECT_EQ(name, "corbot emulated drive");
+  EXPECT_EQ(read(0x1008).first, 0x41);
+  EXPECT_EQ(number(say(0x605, {0x70, 0, 0, 0, 0, 0, 0, 0}).at(0), 4, 4), kAbortToggle);
+}
+
+TEST_F(Node, ObeysNetworkManagement) {
+  EXPECT_EQ(write(0x1017, 0, 100, 2), 0u);
+  EXPECT_EQ(wait_ms(100).at(0).data[0], 127);
+  auto sent = say(0, {1, 0});
+  ASSERT_EQ(sent.size(), 1u) << "TPDO1 as from the factory: the statusword, when it changes";
+  EXPECT_EQ(sent[0].can_id, 0x185u);
+  EXPECT_EQ(wait_ms(100).at(0).data[0], 5);
+  say(0, {2, 4});
+  EXPECT_EQ(wait_ms(100).at(0).data[0], 5) << "another node's";
+  say(0, {2, 5});
+  EXPECT_EQ(wait_ms(100).at(0).data[0], 4);
+  EXPECT_EQ(read(0x1000).first, -1) << "no SDO while stopped";
+  sent = say(0, {0x81, 5});
+  ASSERT_EQ(sent.size(), 1u);
+  EXPECT_EQ(sent[0].data[0], 0);
+  EXPECT_EQ(read(0x1017).second, 0u) << "all is as after power-up";
+}
+
+TEST_F(Node, ProtectsItsMapping) {
+  EXPECT_EQ(write(0x1600, 0, 0, 1), kAbortState) << "the PDO is on";
+  EXPECT_EQ(write(0x1400, 1, 0x206, 4), kAbortRange) << "the identifier of one that is on";
+  EXPECT_EQ(write(0x1400, 1, 0x80000205, 4), 0u);
+  EXPECT_EQ(write(0x1600, 1, 0x60400010, 4), kAbortState) << "the count is not 0";
+  EXPECT_EQ(write(0x1600, 0, 0, 1), 0u);
+  EXPECT_EQ(write(0x1600, 1, 0x60400020, 4), kAbortNotMappable) << "length";
+  EXPECT_EQ(write(0x1600, 1, 0x60410010, 4), kAbortNotMappable) << "direction";
+  EXPECT_EQ(write(0x1600, 1, 0x20000010, 4), kAbortNoObject);
+  for (int sub = 1; sub <= 3; ++sub) EXPECT_EQ(write(0x1600, sub, 0x607A0020, 4), 0u);
+  EXPECT_EQ(write(0x1600, 0, 3, 1), kAbortPdoLength);
+  EXPECT_EQ(write(0x1600, 0, 4, 1), kAbortNotMappable) << "the fourth is empty";
+  EXPECT_EQ(write(0x1600, 0, 2, 1), 0u);
+  EXPECT_EQ(write(0x1400, 2, 245, 1), kAbortRange);
+  EXPECT_EQ(write(0x1400, 1, 0x205, 4), 0u);
+}
+
+TEST_F(Node, TakesAndSendsProcessDataAtSync) {
+  enable();
+  const auto sent = cycle(15, 100);
+  ASSERT_EQ(sent.size(), 1u);
+  EXPECT_EQ(sent[0].can_id, 0x185u);
+  EXPECT_EQ(sent[0].can_dlc, 6);
+  EXPECT_EQ(number(sent[0], 0, 2), 0x1237u);
+  wait_ms(50);
+  EXPECT_EQ(static_cast<int>(number(cycle(15, 100).at(0), 2, 4)), 100);
+  say(0, {0x80, 5});
+  EXPECT_THAT(say(0x080, {}), IsEmpty()) << "PDOs only while operational";
+}
+
+TEST_F(Node, ReportsAPdoThatIsTooShort) {
+  enable();
+  (void)say(0x205, {15, 0, 1});
+  const auto sent = say(0x080, {});
+  ASSERT_FALSE(sent.empty());
+  EXPECT_EQ(sent[0].can_id, 0x85u);
+  EXPECT_EQ(number(sent[0], 0, 2), 0x8210u);
+}
+
+TEST_F(Node, GoesThroughTheStates) {
+  enable();
+  cycle(7, 0);
+  EXPECT_EQ(node_.drive().state(), State::kSwitchedOn);
+  cycle(15, 0);
+  cycle(6, 0);
+  EXPECT_EQ(node_.drive().state(), State::kReadyToSwitchOn);
+  cycle(0, 0);
+  EXPECT_EQ(node_.drive().state(), State::kSwitchOnDisabled);
+  cycle(15, 0);
+  EXPECT_EQ(node_.drive().state(), State::kSwitchOnDisabled) << "no short cut";
+}
+
+TEST_F(Node, StopsQuicklyOnARamp) {
+  enable();
+  for (int i = 1; i <= 20; ++i) cycle(15, 200 * i);
+  const int before = node_.drive().position();
+  cycle(0x0B, 4200);
+  EXPECT_EQ(node_.drive().state(), State::kQuickStopActive);
+  wait_ms(100);
+  EXPECT_EQ(node_.drive().state(), State::kSwitchOnDisabled);
+  EXPECT_GT(node_.drive().position(), before) << "not at once";
+  EXPECT_LT(node_.drive().position(), before + 5000);
+}
+
+TEST_F(Node, FailsAndIsResetByAnEdge) {
+  enable();
+  node_.emergency(0x3210, now_ns_);
+  auto sent = node_.take_sent();
+  ASSERT_FALSE(sent.empty());
+  EXPECT_EQ(sent[0].can_id, 0x85u);
+  EXPECT_EQ(number(sent[0], 0, 3), 0x013210u);
+  wait_ms(10);
+  EXPECT_EQ(node_.drive().state(), State::kFault);
+  EXPECT_EQ(read(0x603F).second, 0x3210u);
+  cycle(0, 0);
+  sent = cycle(0x80, 0);
+  EXPECT_EQ(node_.drive().state(), State::kSwitchOnDisabled);
+  EXPECT_TRUE(std::any_of(sent.begin(), sent.end(),
+                          [&](const can_frame& f) { return f.can_id == 0x85 && number(f, 0, 2) == 0; }));
+}
+
+TEST_F(Node, WarnsAndGoesOn) {
+  enable();
+  node_.emergency(0x8120, now_ns_);
+  EXPECT_EQ(node_.take_sent().at(0).can_id, 0x85u);
+  EXPECT_EQ(node_.drive().state(), State::kOperationEnabled);
+  EXPECT_NE(number(cycle(15, 0).at(0), 0, 2) & 0x80u, 0u);
+}
+
+TEST_F(Node, FailsWhenItCannotFollow) {
+  enable();
+  cycle(15, 500'000);
+  wait_ms(100);
+  EXPECT_EQ(node_.drive().error_code(), Cia402Drive::kFollowingError);
+  EXPECT_NE(node_.drive().statusword() & 1u << 13, 0u);
+}
+
+TEST_F(Node, KeepsItsPositionLimit) {
+  enable();
+  EXPECT_EQ(write(0x607D, 2, 1000, 4), 0u);
+  for (int i = 1; i <= 20; ++i) cycle(15, 100 * i);
+  wait_ms(50);
+  EXPECT_EQ(node_.drive().position(), 1000);
+  EXPECT_NE(number(cycle(15, 2000).at(0), 0, 2) & 1u << 11, 0u);
+}
+
+TEST_F(Node, KeepsItsShaftWhenItsPowerFails) {
+  enable();
+  for (int i = 1; i <= 20; ++i) cycle(15, 100 * i);
+  wait_ms(50);
+  node_.power_cycle(now_ns_);
+  EXPECT_EQ(node_.take_sent().at(0).can_id, 0x705u);
+  EXPECT_EQ(node_.drive().state(), State::kSwitchOnDisabled);
+  EXPECT_EQ(node_.drive().position(), 2000);
+}
+
+TEST_F(Node, SurvivesAMillionRandomFrames) {
+  const char* text = std::getenv("CORBOT_SEED");
+  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 0) : 1751;
+  std::cout << "CORBOT_SEED=" << seed << "\n";
+  std::mt19937_64 random(seed);
+  const canid_t ids[] = {0, 0x80, 0x205, 0x305, 0x605, 0x605, 0x605, 0x605};
+  const std::uint16_t indices[] = {0x1017, 0x1400, 0x1600, 0x1800, 0x1A00,
+                                   0x6040, 0x6060, 0x607A, 0x60C2, 0x1008};
+  std::size_t sent = 0;
+  for (int i = 0; i < 1'000'000; ++i) {
+    can_frame frame{};
+    const std::uint64_t dice = random();
+    frame.can_id = ids[dice % 8];
+    frame.can_dlc = static_cast<std::uint8_t>(dice >> 8 & 15);
+    for (std::uint8_t& byte : frame.data) byte = static_cast<std::uint8_t>(random());
+    if (frame.can_id == 0x605 && (dice & 1 << 20) != 0) {
+      frame.can_dlc = 8;
+      frame.data[0] = static_cast<std::uint8_t>(1 << (5 + (dice >> 24) % 2) | (dice >> 32 & 0xF));
+      const std::uint16_t index = indices[(dice >> 40) % 10];
+      frame.data[1] = static_cast<std::uint8_t>(index);
+      frame.data[2] = static_cast<std::uint8_t>(index >> 8);
+      frame.data[3] = static_cast<std::uint8_t>((dice >> 48) % 3);
+    }
+    node_.receive(frame, now_ns_ += 20'000);
+    sent += node_.take_sent().size();
+  }
+  EXPECT_GT(sent, 10'000u);
+}
+
+}  // namespace
+}  // namespace corbot::sim
