@@ -55,7 +55,7 @@ class Ssc32 final : public BusDevice {
   SerialLine& port_;
   std::int64_t period_ns_{20'000'000};
   ServoFrame last_{};
-  bool is_u_{false};  ///< an SSC-32U
+  bool is_u_{false};       ///< an SSC-32U
   int frames_pressed_{0};  ///< for which a short press is still told
 };
 
