@@ -177,6 +177,7 @@ void CalibrateSession::move(double pulse_us) {
   if (!jog_.go(servo, pulse_us) && jog_.is_lost())
     throw Failure(ExitCode::kInternal, "the device is lost; nothing is written. " + printable(jog_.news()));
   say_where();
+  if (jog_.is_stopped()) throw std::invalid_argument("emergency stop: release it, then 'on'");
 }
 
 void CalibrateSession::mark(const Words& words) {

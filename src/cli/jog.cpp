@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include "rt/backends/registry.h"
 #include "rt/servo_map.h"
@@ -22,9 +24,31 @@ constexpr double kGripperHighest_us = 2500.0;
 }  // namespace
 
 Jog::Jog(const Profile& profile, const std::atomic<bool>& end)
-    : profile_(profile), end_(end), backend_(rt::make_backend(profile, stop_)) {}
+    : profile_(profile),
+      end_(end),
+      backend_(rt::make_backend(profile, stop_)),
+      safety_(
+          rt::safety_settings(profile), rt::kernel_gpio(), stop_,
+          [this] {
+            return rt::CycleView{steps_, is_stopped_};
+          },
+          [this](const std::string& text) { tell(text); }) {}
 
-Jog::~Jog() { backend_->close(); }
+Jog::~Jog() {
+  safety_.stop();
+  backend_->close();
+}
+
+void Jog::tell(const std::string& text) {
+  if (stop_.sources() != 0) is_stopped_ = true;
+  const std::lock_guard lock(mutex_);
+  told_ += text + "\n";
+}
+
+std::string Jog::news() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(told_, {}) + backend_->take_news();
+}
 
 void Jog::connect(const Joints* kept_rad, double kept_opening) {
   const DevicePosition device = backend_->connect();
@@ -44,10 +68,16 @@ void Jog::connect(const Joints* kept_rad, double kept_opening) {
 }
 
 void Jog::switch_on() {
-  if (is_on_) return;
-  frame_.time_ns = Clock::now().time_since_epoch().count();
-  backend_->open(frame_);
-  is_on_ = true;
+  if (!is_on_) {
+    safety_.start();
+    frame_.time_ns = Clock::now().time_since_epoch().count();
+    backend_->open(frame_);
+    safety_.allow_power();
+    is_on_ = true;
+  }
+  if (stop_.sources() != 0) throw std::runtime_error("the emergency stop is pressed: release it first");
+  is_stopped_ = false;
+  send();  // a step, so that power comes back
 }
 
 double Jog::lowest_us(std::size_t servo) const {
@@ -63,6 +93,8 @@ bool Jog::go(std::size_t servo, double pulse_us) {
   const double most_us = kSpeed_us_per_s * std::chrono::duration<double>(kStep).count();
   auto due = Clock::now();
   while (!end_ && !is_lost()) {
+    if (stop_.sources() != 0) is_stopped_ = true;
+    if (is_stopped_) return false;
     double& at_us = frame_.pulse_us[servo];
     at_us += std::clamp(target_us - at_us, -most_us, most_us);
     send();
@@ -79,7 +111,7 @@ bool Jog::is_lost() const {
 }
 
 void Jog::send() {
-  ++frame_.cycle;
+  frame_.cycle = ++steps_;
   frame_.time_ns = Clock::now().time_since_epoch().count();
   for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
     const ServoMap& map = profile_.arm.servos[i];

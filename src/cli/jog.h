@@ -2,12 +2,15 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "config/profile.h"
 #include "corbot/backend/backend.h"
 #include "corbot/backend/emergency_stop.h"
+#include "rt/inputs/safety_lines.h"
 
 namespace corbot::cli {
 
@@ -29,7 +32,8 @@ class Jog {
   void connect(const Joints* kept_rad, double kept_opening);
   /// By whose word pulse_us() is where it is.
   [[nodiscard]] const std::string& origin() const noexcept { return origin_; }
-  /// Gives every servo the pulse at which it is believed to be. Throws std::runtime_error.
+  /// Gives every servo the pulse at which it is believed to be, and power where that is switched; again after
+  /// an emergency stop. Throws std::runtime_error, also while that is pressed.
   void switch_on();
   [[nodiscard]] bool is_on() const noexcept { return is_on_; }
 
@@ -39,15 +43,18 @@ class Jog {
   [[nodiscard]] double lowest_us(std::size_t servo) const;
   [[nodiscard]] double highest_us(std::size_t servo) const;
   /// To a pulse within these bounds, at kSpeed_us_per_s; returns when it is there. False when the end was
-  /// asked for, or the device is lost: the servo stays where it had come to.
+  /// asked for, at an emergency stop, or when the device is lost: the servo stays where it had come to.
   [[nodiscard]] bool go(std::size_t servo, double pulse_us);
 
   /// What the device has to say, a line each; also why it is lost.
-  [[nodiscard]] std::string news() { return backend_->take_news(); }
+  [[nodiscard]] std::string news();
   [[nodiscard]] bool is_lost() const;
+  /// An emergency stop was seen since the servos were switched on.
+  [[nodiscard]] bool is_stopped() const noexcept { return is_stopped_; }
 
  private:
   void send();
+  void tell(const std::string& text);
 
   const Profile& profile_;
   const std::atomic<bool>& end_;
@@ -56,6 +63,11 @@ class Jog {
   ServoFrame frame_{};
   std::string origin_;
   bool is_on_{false};
+  std::atomic<bool> is_stopped_{false};
+  std::atomic<std::uint64_t> steps_{0};
+  std::mutex mutex_;
+  std::string told_;  // by the safety lines' thread
+  rt::SafetyLines safety_;
 };
 
 }  // namespace corbot::cli

@@ -42,11 +42,12 @@ class EmergencyStopInput : public RobotRig, public ::testing::WithParamInterface
     text << from.rdbuf();
     const std::string all = text.str();
     profile_ = directory_ + "/arm.toml";
-    std::ofstream(profile_) << all.substr(0, all.find("[backend]"))
-                            << fmt::format(
-                                   "[backend]\nkind = \"ssc32\"\n[backend.ssc32]\nport = \"{}\"\n"
-                                   "stop_input = \"B\"\nstop_active = \"{}\"\n",
-                                   line, GetParam().active);
+    std::ofstream(profile_)
+        << all.substr(0, all.find("[backend]"))
+        << fmt::format(
+               "[backend]\nkind = \"ssc32\"\nposition_known_at_start = true\n[backend.ssc32]\nport = \"{}\"\n"
+               "stop_input = \"B\"\nstop_active = \"{}\"\n",
+               line, GetParam().active);
   }
   void TearDown() override {
     RobotRig::TearDown();

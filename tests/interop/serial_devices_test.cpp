@@ -30,8 +30,10 @@ class SerialDevices : public RobotRig {
     const std::string all = text.str();
     profile_ = directory_ + "/arm.toml";
     std::ofstream(profile_) << all.substr(0, all.find("[backend]"))
-                            << fmt::format("[backend]\nkind = \"ssc32\"\n[backend.ssc32]\nport = \"{}\"\n",
-                                           line_);
+                            << fmt::format(
+                                   "[backend]\nkind = \"ssc32\"\nposition_known_at_start = "
+                                   "true\n[backend.ssc32]\nport = \"{}\"\n",
+                                   line_);
     start_rt();
   }
   void TearDown() override {
