@@ -22,7 +22,10 @@ class CanStand final : public Stand {
   CanStand(const ArmModel& arm, const std::string& directory)
       : arm_(arm),
         drives_(std::string(CORBOT_BIN_DIR) + "/corbot-sim", directory, static_cast<int>(arm.dof) + 1) {}
-  ~CanStand() override { (void)drives_.stop(); }
+  ~CanStand() override {
+    if (!is_plugged_) set_plugged(true);
+    (void)drives_.stop();
+  }
   void set_up() override { drives_.start(); }
   [[nodiscard]] std::string backend_section() const override {
     std::string text = fmt::format(
@@ -84,6 +87,7 @@ class CanStand final : public Stand {
     return static_cast<double>(count - zero_of(joint)) * direction_of(joint) * kRadPerCount;
   }
   void set_plugged(bool plugged) {
+    is_plugged_ = plugged;
     if (drives_.bus().starts_with("unix:")) return drives_.order(plugged ? "plug" : "unplug");
     const RunResult done = run({"ip", "link", "set", drives_.bus(), plugged ? "up" : "down"});
     if (done.code != 0) throw std::runtime_error(done.errors);
@@ -91,6 +95,7 @@ class CanStand final : public Stand {
 
   const ArmModel arm_;
   EmulatedDrives drives_;
+  bool is_plugged_{true};
 };
 
 }  // namespace

@@ -178,6 +178,7 @@ class KernelGpioStand final : public Stand {
   [[nodiscard]] DeviceFacts facts() const override {
     DeviceFacts facts;
     facts.unit = kUnit_us;
+    facts.noise = 0.5 * kUnit_us;
     facts.period_s = 0.020;
     facts.approach_speed = 400.0;
     facts.skew_s = 0.020;    // a pulse is over at another instant for each servo

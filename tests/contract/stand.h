@@ -27,10 +27,12 @@ struct Output {
 struct DeviceFacts {
   bool takes_joints{false};  ///< else pulses
   double unit{};             ///< resolution of what it puts out, us or rad
-  double period_s{};         ///< between two frames that it takes, as its manual and its line allow
-  double approach_speed{};   ///< at most, of an output on the way back from a loss, us/s or rad/s
-  double read_unit{0.0};     ///< resolution of what it reads back, us or rad; 0: it does not
-  double skew_s{0.0};  ///< from the first servo of a frame to the last, where they do not start together
+  double noise{
+      0.0};  ///< by which an output differs from one frame to the next though it is given the same, us
+  double period_s{};        ///< between two frames that it takes, as its manual and its line allow
+  double approach_speed{};  ///< at most, of an output on the way back from a loss, us/s or rad/s
+  double read_unit{0.0};    ///< resolution of what it reads back, us or rad; 0: it does not
+  double skew_s{0.0};       ///< from the first servo of a frame to the last, where they do not start together
   bool goes_off_unplugged{true};  ///< an unplugged one is switched on again, its outputs off
   bool pluggable{true};           ///< whether its plug can be pulled here
   std::string at_end{};           ///< "hold", "relax", or empty: the device cannot be told

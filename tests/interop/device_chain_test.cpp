@@ -74,6 +74,11 @@ class DeviceChain : public RobotRig, public ::testing::WithParamInterface<StandK
     }
     return worst;
   }
+  /// What may lie between a joint that is told as commanded and the same as measured.
+  [[nodiscard]] double still_deg() const {
+    const double units = 2.0 * (facts_.unit + facts_.read_unit);
+    return (facts_.takes_joints ? units : units / model_.servos[0].us_per_rad) * 180.0 / M_PI;
+  }
   bool arrives() {
     // What the arm reports is what the device reads back, where it does.
     const double half_a_unit = 0.5 * (facts_.unit + facts_.read_unit) + (facts_.takes_joints ? 1e-9 : 0.006);
@@ -141,7 +146,7 @@ TEST_P(DeviceChain, SurvivesAPulledPlugAtRandomInstants) {
     ASSERT_TRUE(wait_until(within(60), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }))
         << rt_->errors();
     Corbot::JointCoord_var still = arm_->ArtiCoord();
-    EXPECT_LE(distance_deg(held, still), 1e-9) << "no jump";
+    EXPECT_LE(distance_deg(held, still), still_deg()) << "no jump";
     EXPECT_TRUE(arrives()) << off();
   }
   arm_->Ready();
