@@ -181,7 +181,6 @@ class KernelGpioStand final : public Stand {
     facts.noise = 0.5 * kUnit_us;
     facts.period_s = 0.020;
     facts.approach_speed = 400.0;
-    facts.skew_s = 0.020;    // a pulse is over at another instant for each servo
     facts.at_end = "relax";  // the pulses end with the program
     facts.pluggable = false;
     return facts;

@@ -102,6 +102,19 @@ void TracePipe::read(const std::stop_token& end) {
   }
 }
 
+/// The pulses of one frame come one after the other, and count together when the last of them is over.
+void TracePipe::add(const Output& pulse) {
+  for (const Output& other : frame_) {
+    if (other.servo == pulse.servo) frame_.clear();  // the rest of a frame that was begun before
+    if (frame_.empty()) break;
+  }
+  frame_.push_back(pulse);
+  if (frame_.size() < last_.size()) return;
+  for (Output& output : frame_) output.time_ns = pulse.time_ns;
+  pulses_.insert(pulses_.end(), frame_.begin(), frame_.end());
+  frame_.clear();
+}
+
 void TracePipe::take(const std::string& text) {
   rest_ += text;
   std::size_t begin = 0;
@@ -126,7 +139,7 @@ void TracePipe::take(const std::string& text) {
     if (value != 0 && rose_ns_[servo] == 0) rose_ns_[servo] = time_ns;
     if (value == 0 && rose_ns_[servo] != 0) {
       last_[servo] = {time_ns, servo, static_cast<double>(time_ns - rose_ns_[servo]) * 1e-3};
-      pulses_.push_back(last_[servo]);
+      add(last_[servo]);
       rose_ns_[servo] = 0;
     }
   }

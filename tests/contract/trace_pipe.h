@@ -22,7 +22,7 @@ class TracePipe {
 
   /// Throws std::runtime_error.
   void open(const std::string& chip, std::size_t lines);
-  /// Each pulse that is over, at its end.
+  /// The pulses of every frame that is over, at its end.
   std::vector<Output> pulses();
   /// The last pulse of each line; NaN where none began within the last tenth of a second.
   std::vector<double> latest();
@@ -30,11 +30,13 @@ class TracePipe {
  private:
   void read(const std::stop_token& end);
   void take(const std::string& text);
+  void add(const Output& pulse);
 
   int fd_{-1};
   long base_{0};
   std::mutex mutex_;
   std::vector<Output> pulses_;
+  std::vector<Output> frame_;          ///< under way
   std::vector<std::int64_t> rose_ns_;  ///< by line; 0: is low
   std::vector<Output> last_;
   std::string rest_;
