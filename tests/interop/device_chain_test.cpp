@@ -135,8 +135,13 @@ TEST_P(DeviceChain, SurvivesAPulledPlugAtRandomInstants) {
     stand_->plug();
     ASSERT_TRUE(wait_until(within(60), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }))
         << rt_->errors();
-    Corbot::JointCoord_var still = arm_->ArtiCoord();
-    EXPECT_LE(distance_deg(held, still), still_deg()) << "no jump";
+    const auto moved_deg = [&] {
+      Corbot::JointCoord_var now = arm_->ArtiCoord();
+      return distance_deg(held, now);
+    };
+    // What a drive measures lags behind what it is told.
+    if (facts_.takes_joints) (void)wait_until(within(10), [&] { return moved_deg() <= still_deg(); });
+    EXPECT_LE(moved_deg(), still_deg()) << "no jump";
     EXPECT_TRUE(arrives()) << off();
   }
   arm_->Ready();
