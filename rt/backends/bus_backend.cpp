@@ -243,9 +243,10 @@ void BusBackend::send(const ServoFrame& frame, bool approach) {
   device_->send(frame, approach);
   last_sent_ = frame;
   ++counted_.frames;
-  if (approach || frame.time_ns == 0) return;
-  counted_.age_ns = now_ns() - frame.time_ns;
-  counted_.age_max_ns = std::max(counted_.age_max_ns, counted_.age_ns);
+  if (!approach && frame.time_ns != 0) {
+    counted_.age_ns = now_ns() - frame.time_ns;
+    counted_.age_max_ns = std::max(counted_.age_max_ns, counted_.age_ns);
+  }
   times_.store(counted_);
 }
 

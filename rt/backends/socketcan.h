@@ -72,8 +72,8 @@ class Cia402Drives final : public BusDevice {
   void command(NmtCommand command);
   void start();
   void enable();
-  /// A target that the drive may be given after its last one.
-  [[nodiscard]] std::int32_t limited(std::size_t drive, std::int32_t target) const;
+  /// Brings targets as near to the last ones as the drives may be asked to go in one cycle.
+  void limit(std::vector<std::int32_t>& next) const;
   /// RPDOs to all, then SYNC.
   void synchronise(const std::vector<std::uint16_t>& controlwords, const std::vector<std::int32_t>& targets);
   /// Takes what has come in, and what comes until the deadline; ends early when `is_enough`.

@@ -4,8 +4,6 @@
 #include <gmock/gmock.h>
 
 #include <filesystem>
-#include <random>
-#include <thread>
 
 #include <fmt/core.h>
 
@@ -117,41 +115,6 @@ TEST_F(CanDrives, TurnTheWayThatTheProfileSays) {
     EXPECT_NEAR(now.at(i + 1), zero_of(i) + direction_of(i) * kCountsPerDegree * (10.0 + 5.0 * i), 1.0)
         << "joint " << i;
   }
-}
-
-TEST_F(CanDrives, SurviveABusThatIsCutAtRandomInstants) {
-  if (std::getenv("CORBOT_RIG_CAN") != nullptr)
-    GTEST_SKIP() << "skipped: an interface is not cut by its peer";
-  const char* text = std::getenv("CORBOT_SEED");
-  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
-  fmt::print("CORBOT_SEED={}\n", seed);
-  std::mt19937_64 random(seed);
-  const char* times = std::getenv("CORBOT_PLUGS");
-  const int rounds = times != nullptr ? std::atoi(times) : 3;
-  for (int i = 0; i < rounds; ++i) {
-    std::string raised;
-    std::thread caller(
-        [&] { raised = raised_by([&] { arm_->Move(0.20, i % 2 == 0 ? 0.10 : -0.10, 0.10, 0.0, 3.0); }); });
-    EXPECT_TRUE(wait_for(Corbot::Waiting));
-    const timespec pause{0, std::uniform_int_distribution<long>(0, 400'000'000)(random)};
-    ::nanosleep(&pause, nullptr);
-    drives_->order("unplug");
-    EXPECT_TRUE(wait_for(Corbot::Error)) << rt_->errors();
-    caller.join();
-    EXPECT_EQ(raised, "NotReady");
-    EXPECT_EQ(raised_by([&] { arm_->Clear(); }), "NotReady") << "the bus is cut";
-    const auto before = drives_->counts();
-    drives_->order("plug");
-    ASSERT_TRUE(wait_until(within(60), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }))
-        << rt_->errors();
-    for (const auto& [node, count] : drives_->counts()) {
-      EXPECT_NEAR(count, before.at(node), 3 * kCountsPerDegree) << "no jump, node " << node;
-    }
-    EXPECT_TRUE(arrives()) << off_counts();
-  }
-  arm_->Ready();
-  EXPECT_TRUE(arrives());
-  EXPECT_LE(drives_->largest_steps().first, largest_step()) << "no jump of any target";
 }
 
 TEST_F(CanDrives, TellAnEmergencyInTheAlarms) {

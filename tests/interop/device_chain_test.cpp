@@ -15,6 +15,7 @@
 
 #include "config/profile.h"
 #include "contract/stand.h"
+#include "support/device_jobs.h"
 #include "support/path_log.h"
 #include "support/robot_rig.h"
 
@@ -94,23 +95,12 @@ class DeviceChain : public RobotRig, public ::testing::WithParamInterface<StandK
 TEST_P(DeviceChain, CarriesOutThePapersPickAndPlace) {
   ASSERT_TRUE(arrives()) << off();
   PathLog log(name_);
-  arm_->Open();
-  for (const double above_m : {0.06, 0.0, 0.06}) {
-    arm_->MoveS(0.22, -0.08, 0.02, above_m, 0.0);
-    EXPECT_TRUE(arrives()) << "above " << above_m << ": " << off() << " off";
-    if (above_m == 0.0) arm_->Close();
-  }
-  if (!facts_.takes_joints) {
-    EXPECT_NEAR(stand_->now().at(model_.dof), model_.gripper.closed_us, 0.5 * facts_.unit + 0.006);
-  }
-  arm_->Move(0.20, 0.10, 0.02, 0.06, 1.0);
-  arm_->MoveS(0.20, 0.10, 0.02, 0.0, 0.0);
-  EXPECT_TRUE(arrives()) << off();
-  arm_->Open();
-  arm_->MoveC({0.20, 0.10, 0.08}, {0.24, 0.0, 0.12}, {0.22, -0.08, 0.08});
-  EXPECT_TRUE(arrives()) << off();
-  arm_->Ready();
-  EXPECT_TRUE(arrives()) << off();
+  pick_and_place(
+      arm_, [this] { EXPECT_TRUE(arrives()) << off() << " off"; },
+      [this] {
+        if (facts_.takes_joints) return;
+        EXPECT_NEAR(stand_->now().at(model_.dof), model_.gripper.closed_us, 0.5 * facts_.unit + 0.006);
+      });
 
   const Following path = following(model_, log.finish(), stand_->outputs(), facts_, 1.0);
   fmt::print("{} outputs, TCP at most {:.3f} mm off the planned path; half a unit at each joint: {:.3f} mm\n",
@@ -145,8 +135,13 @@ TEST_P(DeviceChain, SurvivesAPulledPlugAtRandomInstants) {
     stand_->plug();
     ASSERT_TRUE(wait_until(within(60), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }))
         << rt_->errors();
-    Corbot::JointCoord_var still = arm_->ArtiCoord();
-    EXPECT_LE(distance_deg(held, still), still_deg()) << "no jump";
+    const auto moved_deg = [&] {
+      Corbot::JointCoord_var now = arm_->ArtiCoord();
+      return distance_deg(held, now);
+    };
+    // What a drive measures lags behind what it is told.
+    if (facts_.takes_joints) (void)wait_until(within(10), [&] { return moved_deg() <= still_deg(); });
+    EXPECT_LE(moved_deg(), still_deg()) << "no jump";
     EXPECT_TRUE(arrives()) << off();
   }
   arm_->Ready();
