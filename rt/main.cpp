@@ -106,9 +106,6 @@ void run(const Options& options) {
   const Place place(segment);
   EmergencyStop stop;
   const std::unique_ptr<Backend> backend = rt::make_backend(profile, stop);
-  rt::StartPosition position(profile, name, options.state_directory);
-  const rt::CycleStart start = position.find(segment.layout(), backend->connect(), options.fresh);
-  const auto cycle = std::make_unique<rt::Cycle>(profile.arm, segment.layout(), *backend, stop, start);
   const auto view = [&segment] {
     Snapshot snapshot{};
     if (!segment.layout().snapshot.load(snapshot)) return rt::CycleView{0, true};
@@ -118,6 +115,9 @@ void run(const Options& options) {
   rt::SafetyLines safety(rt::safety_settings(profile), rt::kernel_gpio(), stop, view,
                          [](const std::string& text) { spdlog::warn("{}", text); });
   safety.start();
+  rt::StartPosition position(profile, name, options.state_directory);
+  const rt::CycleStart start = position.find(segment.layout(), backend->connect(), options.fresh);
+  const auto cycle = std::make_unique<rt::Cycle>(profile.arm, segment.layout(), *backend, stop, start);
   backend->open(cycle->frame());
   safety.allow_power();
   simulated.store(dynamic_cast<sim::LoopbackBackend*>(backend.get()));

@@ -101,6 +101,11 @@ void calibrate(const CalibrateOptions& options) {
   } catch (const ConfigError& error) {
     throw Failure(ExitCode::kUsage, error.what());
   }
+  if (setting.profile.backend.kind == "socketcan") {
+    throw Failure(ExitCode::kUsage, fmt::format("{}: its drives take angles, not pulses: they are set up by "
+                                                "their own keys, see docs/wiring",
+                                                options.profile));
+  }
   const std::string name = options.name.empty() ? setting.profile.name : options.name;
   setting.text = read_text(options.profile);
   setting.dry_run = options.dry_run;

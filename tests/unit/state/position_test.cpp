@@ -97,6 +97,8 @@ TEST_F(Position, IsRefusedWhereAnythingIsWrong) {
   EXPECT_THAT(refusal(changed("joints_deg = [", "joints_deg = [nan, 0, 0, 0] # ")), HasSubstr("finite"));
   EXPECT_THAT(refusal(changed("joints_deg = [", "joints_deg = [90.001, 0, 0, 0] # ")),
               HasSubstr("outside the range of joint 0, -90 to 90"));
+  EXPECT_THAT(refusal(changed("joints_deg = [", "joints_deg = [0, -30.001, 0, 0] # ")),
+              HasSubstr("outside the range of joint 1, -30 to 130"));
   EXPECT_THAT(refusal(changed("boot = \"", "boot = \"" + std::string(100, 'x'))), HasSubstr("boot"));
   EXPECT_THAT(refusal(""), HasSubstr("format"));
   EXPECT_THAT(refusal("format = "), HasSubstr("line 1"));

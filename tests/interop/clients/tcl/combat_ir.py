@@ -7,6 +7,7 @@ NAMES = {
     idltype.tk_void: 'void',
     idltype.tk_boolean: 'boolean',
     idltype.tk_long: 'long',
+    idltype.tk_ulong: '{unsigned long}',
     idltype.tk_ulonglong: '{unsigned long long}',
     idltype.tk_double: 'double',
     idltype.tk_string: 'string',
