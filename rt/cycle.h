@@ -107,7 +107,7 @@ class Cycle {
   bool paused_{false};
   bool faulted_{false};
   bool emergency_latched_{false};  ///< until a clear after the release
-  bool uncertain_{false};  ///< no motion has been done yet since the arm's power-up
+  bool uncertain_{false};          ///< no motion has been done yet since the arm's power-up
   bool published_{false};
   BackendHealth health_{BackendHealth::kOpen};
   ServoFrame frame_{};
