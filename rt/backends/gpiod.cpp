@@ -21,6 +21,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kReportEvery = 60s;
 constexpr auto kThreadBeginsWithin = 2s;
+constexpr int kTimings = 16;
+constexpr std::int64_t kLongestSet_ns = 20'000;  ///< a pulse is never begun to end earlier than this allows
 
 std::int64_t now_ns() noexcept {
   timespec time{};
@@ -116,6 +118,7 @@ bool Gpiod::take_priority() noexcept {
 /// Real-time from here on: no allocation, no lock; sleeping and setting lines are its only system calls.
 void Gpiod::run() noexcept {
   is_realtime_.store(take_priority() ? 1 : 0, std::memory_order_release);
+  time_setting();
   PulseWidths widths;
   std::int64_t begin_ns = now_ns() + frame_ns_;
   while (!end_.load(std::memory_order_relaxed) && error_.load(std::memory_order_relaxed) == 0) {
@@ -139,12 +142,31 @@ void Gpiod::make_frame(const PulsePlan& plan, std::int64_t begin_ns) noexcept {
     set(high);
     const std::int64_t rose_ns = now_ns();
     for (std::uint32_t f = 0; f < group.fall_count; ++f) {
-      const std::int64_t due_ns = rose_ns + group.falls[f].after_ns;
-      sleep_until(due_ns);
       high &= ~group.falls[f].lines;
-      set(high);
-      lateness_.count(now_ns() - due_ns);
+      lower_at(rose_ns + group.falls[f].after_ns, high);
     }
+  }
+}
+
+/// The instant counts at which the lines have been set, as it does for the rise.
+void Gpiod::lower_at(std::int64_t due_ns, std::uint32_t high) noexcept {
+  const std::int64_t begin_ns = due_ns - quickest_set_ns_;
+  sleep_until(begin_ns - settings_.awake_ns);
+  std::int64_t begun_ns = now_ns();
+  while (begun_ns < begin_ns) begun_ns = now_ns();
+  set(high);
+  const std::int64_t done_ns = now_ns();
+  quickest_set_ns_ = std::min(quickest_set_ns_, done_ns - begun_ns);
+  lateness_.count(done_ns - due_ns);
+}
+
+/// Lines that are low are set low, often enough that once at least nothing came in between.
+void Gpiod::time_setting() noexcept {
+  quickest_set_ns_ = kLongestSet_ns;
+  for (int i = 0; i < kTimings; ++i) {
+    const std::int64_t begun_ns = now_ns();
+    set(0);
+    quickest_set_ns_ = std::min(quickest_set_ns_, now_ns() - begun_ns);
   }
 }
 

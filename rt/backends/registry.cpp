@@ -107,6 +107,7 @@ std::unique_ptr<Backend> make_gpiod(const Profile& profile, EmergencyStop& stop)
   settings.order = options.staggered ? PulseOrder::kStaggered : PulseOrder::kTogether;
   settings.priority = options.priority > 0 ? options.priority : profile.priority + 1;
   settings.cpu = options.cpu;
+  settings.awake_ns = std::llround(options.awake_us * 1000.0);
   return on_bus(profile, std::make_unique<Gpiod>(std::move(settings), kernel_gpio()), stop, false, false);
 }
 

@@ -13,7 +13,8 @@ namespace {
 
 constexpr Bounds kFrameRate{40, 200, false, "Hz"};  // a servo's frame; beyond, pulses of 2500 us do not fit
 constexpr std::uint32_t kPca9685Channels = 16;
-constexpr double kSlot_us = 2700.0;  // of a staggered pulse: the longest, and room to be late
+constexpr double kLongestAwake_us = 200.0;  // seven servos in a frame of 20 ms: 7 % of a processor
+constexpr double kSlot_us = 2700.0;         // of a staggered pulse: the longest, and room to be late
 
 bool read_at_end(Section& section) {
   const std::string at_end = section.text_or("at_end", "hold").value_or("hold");
@@ -72,6 +73,8 @@ void read_gpiod(Section section, GpiodOptions& options) {
   options.priority = static_cast<int>(
       section.integer_or("priority", 0, {0, 99, false, "(0: one above the loop's)"}).value_or(0));
   options.cpu = static_cast<int>(section.integer_or("cpu", -1, {-1, 1023, false, "(-1: any)"}).value_or(-1));
+  options.awake_us =
+      section.number_or("awake_us", options.awake_us, {0, kLongestAwake_us, false, "us"}).value_or(0);
   section.finish();
 }
 

@@ -61,6 +61,8 @@ struct GpiodOptions {
   bool staggered{true};  ///< every pulse in a slot of its own; else all begin together
   int priority{0};       ///< SCHED_FIFO of the pulses' thread; 0: one above the loop's
   int cpu{-1};           ///< that it is bound to; -1: any
+  double awake_us{
+      50.0};  ///< it is awake so long before a pulse ends, and waits for the instant; 0: it sleeps
 };
 
 /// `[emergency_stop]`: an input that stops the arm, whatever the backend.

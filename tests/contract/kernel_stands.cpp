@@ -191,7 +191,8 @@ class KernelGpioStand final : public Stand {
   std::vector<double> now() override { return edges_.latest(); }
 
  private:
-  static constexpr double kUnit_us = 60.0;  // of what the machine's wake-ups are late, not of the backend
+  static constexpr double kUnit_us =
+      8.0;  // edges are traced in whole microseconds, and an interrupt may come between
 
   const std::size_t servos_;
   TracePipe edges_;

@@ -50,6 +50,7 @@ class FakeGpio {
     has_edge_ = true;
     wake_.notify_all();
   }
+  void take_to_set(std::chrono::nanoseconds time) { set_takes_ns_ = time.count(); }
   void miss_edges() { sees_edges_ = false; }
   void unplug(int error = ENODEV) { error_ = error; }
   void plug() { error_ = 0; }
@@ -64,9 +65,13 @@ class FakeGpio {
     [[nodiscard]] int set(std::uint32_t values) noexcept override {
       const int error = gpio_.error_;
       if (error != 0) return error;
-      const std::lock_guard lock(gpio_.mutex_);
-      gpio_.changes_.push_back({now_ns(), values});
-      gpio_.outputs_ = values;
+      {
+        const std::lock_guard lock(gpio_.mutex_);
+        if (values != gpio_.outputs_) gpio_.changes_.push_back({now_ns(), values});
+        gpio_.outputs_ = values;
+      }
+      for (const std::int64_t begun_ns = now_ns(); now_ns() < begun_ns + gpio_.set_takes_ns_;) {
+      }
       return 0;
     }
 
@@ -127,6 +132,7 @@ class FakeGpio {
   std::atomic<std::uint32_t> outputs_{0};
   std::atomic<int> requests_{0};
   std::atomic<int> error_{0};
+  std::atomic<std::int64_t> set_takes_ns_{0};
 };
 
 }  // namespace corbot::test

@@ -232,6 +232,11 @@ const std::vector<Case> kCases{
      "kind = \"gpiod\"\ngpiod = { chip = \"/x\", lines = [\"1\", \"2\", \"3\", \"4\", \"5\"], pulses = \"x\" "
      "}",
      "pulses", "backend.gpiod.pulses", "\"x\"", "\"staggered\" or \"together\""},
+    {"AwakeTooLong", "kind = \"loopback\"",
+     "kind = \"gpiod\"\ngpiod = { chip = \"/x\", lines = [\"1\", \"2\", \"3\", \"4\", \"5\"], awake_us = "
+     "1000 "
+     "}",
+     "awake_us", "backend.gpiod.awake_us", "1000", "from 0 to 200"},
     {"StopChip", "[backend]", "[emergency_stop]\nchip = \"gpiochip0\"\nline = \"ESTOP\"\n[backend]",
      "chip = ", "emergency_stop.chip", "\"gpiochip0\"", "such as /dev/gpiochip0"},
     {"StopLineMissing", "[backend]", "[emergency_stop]\nchip = \"/dev/gpiochip0\"\n[backend]",
