@@ -12,7 +12,8 @@ using Step = SdoTransfer::Step;
 
 constexpr auto kAnswerWithin = 500ms;
 constexpr auto kSendWithin = 50ms;
-constexpr int kTries = 2;  // a node that is busy may miss a request
+constexpr int kMostWaiting = 4096;  // frames, on a bus that never rests
+constexpr int kTries = 2;           // a node that is busy may miss a request
 
 bool is_not_there(const SdoTransfer& transfer) {
   return transfer.abort_code() == SdoTransfer::kNoObject || transfer.abort_code() == SdoTransfer::kNoSubIndex;
@@ -32,6 +33,12 @@ void SdoClient::fail_aborted(const SdoTransfer& transfer, const char* doing) con
 bool SdoClient::run(SdoTransfer& transfer) {
   const SdoTransfer unbegun = transfer;
   for (int tried = 1;; ++tried) {
+    // What is there before the request does not answer it: a late answer to an earlier one.
+    for (int i = 0; i < kMostWaiting; ++i) {
+      const auto frame = port_.read(Clock::time_point{});
+      if (!frame) break;
+      watch_.take(*frame, Clock::now());
+    }
     port_.write(transfer.request(), Clock::now() + kSendWithin);
     auto deadline = Clock::now() + kAnswerWithin;
     while (const auto frame = port_.read(deadline)) {

@@ -226,6 +226,19 @@ TEST_F(Drives, AreServedAsFastAsTheBusAllows) {
   EXPECT_THAT(refused().what(), HasSubstr("5 kbit/s cannot carry 3 drives"));
 }
 
+TEST_F(Drives, AnswerNoRequestThatIsMadeLater) {
+  constexpr ObjectAddress kMode{0x6060};
+  std::array<CanPort, 2> ports;
+  for (CanPort& port : ports) port.open(emulator_.bus(), {kSdoAnswer + 1});
+  std::array<DriveWatch, 2> watches{DriveWatch({1}), DriveWatch({1})};
+  SdoClient mine(ports[0], watches[0], 1);
+  SdoClient others(ports[1], watches[1], 1);
+  others.write(kMode, 0, 1);
+  EXPECT_EQ(others.read(kMode), 0u);  // all on the bus hear that
+  others.write(kMode, 8, 1);
+  EXPECT_EQ(mine.read(kMode), 8u);
+}
+
 TEST_F(Drives, HoldOrRelaxAtTheEnd) {
   CanPort port;
   port.open(emulator_.bus(), {kSdoAnswer + 1});
