@@ -196,9 +196,10 @@ void BusBackend::serve() {
     try {
       exchange();
       tell(device_->take_news());
-      misses_ = 0;
+      const bool has_answered = device_->has_answered();
+      if (has_answered) misses_ = 0;
       if (const auto warning = device_->warning()) degrade(*warning);
-      if (++good_ == kGoodAgain && health() == BackendHealth::kDegraded) {
+      if (has_answered && ++good_ == kGoodAgain && health() == BackendHealth::kDegraded) {
         cause_.store(0, std::memory_order_relaxed);
         tell("answers again");
         health_.store(BackendHealth::kOpen, std::memory_order_release);

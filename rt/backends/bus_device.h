@@ -46,6 +46,11 @@ class BusDevice {
   virtual void halt() {}
   /// Asks for the servos' positions; nothing where the device cannot tell. Also proves that it is alive.
   virtual BusReading measure(const ServoFrame& frame) = 0;
+  /// Whether the device has been heard since the last call; asked after every frame. Only who was heard is
+  /// well: a device that is asked now and then only says so.
+  [[nodiscard]] virtual bool has_answered() noexcept { return true; }
+  /// Whether open() lets drives hold their loads; then it waits while an emergency stop is latched.
+  [[nodiscard]] virtual bool energises_at_open() const noexcept { return false; }
   /// Whether the device's emergency stop input is active; asked after every frame.
   virtual bool emergency_stop() { return false; }
   /// What is wrong with it, though it goes on; asked after every frame.
