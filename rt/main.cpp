@@ -27,7 +27,13 @@ namespace {
 
 std::atomic<bool> stop_requested{false};
 
-void request_stop(int) { stop_requested.store(true); }
+/// The backend that is bringing the arm to its place, which may take a while.
+std::atomic<corbot::Backend*> opening{nullptr};
+
+void request_stop(int) {
+  stop_requested.store(true);
+  if (corbot::Backend* backend = opening.load()) backend->cancel();
+}
 
 /// The simulated device, for the two signals that pull its plug and put it back.
 std::atomic<corbot::sim::LoopbackBackend*> simulated{nullptr};
@@ -98,6 +104,22 @@ class Place {
   corbot::Segment& segment_;
 };
 
+/// False when the end was asked for meanwhile.
+bool open_backend(corbot::Backend& backend, const corbot::ServoFrame& first) {
+  opening.store(&backend);
+  if (stop_requested.load()) backend.cancel();
+  try {
+    backend.open(first);
+  } catch (const std::exception& error) {
+    opening.store(nullptr);
+    if (!stop_requested.load()) throw;
+    spdlog::info("{}", error.what());
+    return false;
+  }
+  opening.store(nullptr);
+  return true;
+}
+
 void run(const Options& options) {
   using namespace corbot;
   const Profile profile = load_profile(options.profile);
@@ -118,7 +140,7 @@ void run(const Options& options) {
   rt::StartPosition position(profile, name, options.state_directory);
   const rt::CycleStart start = position.find(segment.layout(), backend->connect(), options.fresh);
   const auto cycle = std::make_unique<rt::Cycle>(profile.arm, segment.layout(), *backend, stop, start);
-  backend->open(cycle->frame());
+  if (!open_backend(*backend, cycle->frame())) return;
   safety.allow_power();
   simulated.store(dynamic_cast<sim::LoopbackBackend*>(backend.get()));
 

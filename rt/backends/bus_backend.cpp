@@ -5,7 +5,6 @@
 #include <sched.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace corbot::rt {
@@ -16,9 +15,8 @@ using Clock = std::chrono::steady_clock;
 constexpr double kSlowestReopen = 10.0;  // times the first pause
 constexpr int kToleratedMisses = 2;
 constexpr int kGoodAgain = 25;
-/// Of a device that is led: a fifth of what a servo can, and of what the Lynx 5 may.
-constexpr double kLead_us_per_s = 400.0;
-constexpr double kLead_rad_per_s = 0.5;
+/// A device that was open for so long is tried again soon; one that fails sooner, more and more rarely.
+constexpr auto kWell = std::chrono::seconds(5);
 
 /// Between them, a pulse width is one that the controller sends.
 constexpr double kNoPulse_us = 500.0;
@@ -29,13 +27,9 @@ bool may_pass(DeviceCause cause) {
   return cause == DeviceCause::kNoAnswer || cause == DeviceCause::kBadAnswer;
 }
 
-std::int64_t now_ns() { return Clock::now().time_since_epoch().count(); }
+constexpr const char* kPressed = "the emergency stop is pressed; release it, then start again";
 
-/// One step towards `target`; true when it is reached.
-bool step(double& value, double target, double most) {
-  value += std::clamp(target - value, -most, most);
-  return value == target;
-}
+std::int64_t now_ns() { return Clock::now().time_since_epoch().count(); }
 
 }  // namespace
 
@@ -44,6 +38,7 @@ BusBackend::BusBackend(const ArmModel& arm, std::unique_ptr<BusDevice> device, B
     : arm_(arm), device_(std::move(device)), settings_(std::move(settings)), stop_(stop) {}
 
 DevicePosition BusBackend::connect() {
+  if (device_->energises_at_open() && stop_.sources() != 0) throw DeviceError(DeviceCause::kNone, kPressed);
   tell(device_->open());  // the operator hears of a missing device at once, not by an alarm
   is_connected_ = true;
   ServoFrame frame;
@@ -85,16 +80,31 @@ double BusBackend::angle_rad(std::size_t joint, const BusReading& reading) const
 
 void BusBackend::open(const ServoFrame& first) {
   newest_.store(first);
-  if (!is_connected_) tell(device_->open());
-  is_connected_ = true;
-  if (is_stopped(first)) {
-    device_->close();
+  if (!is_connected_) (void)connect();
+  is_starting_ = true;
+  try {
+    if (is_stopped(first)) throw DeviceError(DeviceCause::kNone, kPressed);
+    (void)approach();
+  } catch (const DeviceError&) {
+    leave();
     is_connected_ = false;
-    throw DeviceError(DeviceCause::kNone, "the emergency stop is pressed; release it, then start again");
+    throw;
   }
-  (void)approach();
+  is_starting_ = false;
+  open_since_ = Clock::now();
   health_.store(BackendHealth::kOpen, std::memory_order_relaxed);
   thread_ = std::thread([this] { run(); });
+}
+
+/// The last thing that an open device is told.
+void BusBackend::leave() noexcept {
+  try {
+    if (settings_.relax_at_end) device_->relax();
+  } catch (const DeviceError& error) {
+    tell(std::string("could not be relaxed: ") + error.what());
+  }
+  device_->close();
+  tell(device_->take_news());
 }
 
 void BusBackend::close() noexcept {
@@ -106,7 +116,7 @@ void BusBackend::close() noexcept {
   if (thread_.joinable()) {
     thread_.join();
   } else if (is_connected_) {
-    device_->close();
+    leave();
   }
   is_connected_ = false;
   health_.store(BackendHealth::kClosed, std::memory_order_relaxed);
@@ -138,7 +148,11 @@ void BusBackend::tell(const std::string& news) {
 
 bool BusBackend::pause_until(Clock::time_point due) {
   std::unique_lock lock(mutex_);
-  return !wake_.wait_until(lock, due, [&] { return end_; });
+  const bool goes_on = !wake_.wait_until(lock, due, [&] { return end_; });
+  if (is_starting_ && is_cancelled_.load(std::memory_order_relaxed)) {
+    throw DeviceError(DeviceCause::kNone, "the end was asked for before the arm was in its place");
+  }
+  return goes_on;
 }
 
 void BusBackend::take_priority() noexcept {
@@ -156,30 +170,30 @@ void BusBackend::run() noexcept {
   for (;;) {
     try {
       if (!open) {
+        if (!await_release()) return;
         tell(device_->open());
         open = true;
         // The servos come to where the cycle holds the arm; it stays in Error, and holds, until they are
         // there.
         is_there = approach();
         if (is_there) {
+          open_since_ = Clock::now();
           cause_.store(0, std::memory_order_relaxed);
           health_.store(BackendHealth::kOpen, std::memory_order_release);
         }
       }
       if (is_there) serve();
-      if (settings_.relax_at_end) device_->relax();
-      device_->close();
-      tell(device_->take_news());
+      leave();
       return;
     } catch (const DeviceError& error) {
-      device_->close();
       // The first cause is told, not that the device is not there while it is being tried again.
       if (health_.load(std::memory_order_relaxed) != BackendHealth::kLost) {
         cause_.store(static_cast<std::uint32_t>(error.cause()), std::memory_order_relaxed);
         tell(std::string("lost: ") + error.what() + "; trying again");
         health_.store(BackendHealth::kLost, std::memory_order_release);  // whoever sees it sees its cause
-        reopen_s = settings_.reopen_after_s;
+        if (Clock::now() - open_since_ > kWell) reopen_s = settings_.reopen_after_s;
       }
+      device_->close();
       open = false;
     }
     const auto retry = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(reopen_s));
@@ -251,81 +265,10 @@ void BusBackend::send(const ServoFrame& frame, bool approach) {
   times_.store(counted_);
 }
 
-bool BusBackend::approach() {
-  feedback_.store(ServoFeedback{});  // what was measured before is old
-  counted_.age_max_ns = 0;
-  ServoFrame frame;
-  if (!newest_.load(frame)) throw DeviceError(DeviceCause::kNoAnswer, "no frame to approach");
-  if (device_->approach_ns() > 0) {
-    return await_approach(frame);
-  }
-  ServoFrame from = last_sent_.servo_count > 0 ? last_sent_ : frame;
-  const BusReading reading = device_->measure(frame);
-  if (reading.unit == BusReading::Unit::kPulses) from.pulse_us = reading.value;
-  for (std::size_t i = 0; reading.unit == BusReading::Unit::kJoints && i < arm_.dof; ++i) {
-    from.position_rad[i] = reading.value[i];
-  }
-  if (reading.gripper_us && arm_.dof < kMaxServos) from.pulse_us[arm_.dof] = *reading.gripper_us;
-  return lead(from);
-}
-
-bool BusBackend::is_stopped(const ServoFrame& newest) {
-  stop_.set(StopSource::kDevice, device_->emergency_stop());
-  return newest.emergency_stop || stop_.sources() != 0;
-}
-
-bool BusBackend::await_approach(const ServoFrame& frame) {
-  std::int64_t left_ns = 0;  // of a motion that has been asked for
-  bool is_under_way = false;
-  ServoFrame newest = frame;
-  for (;;) {
-    (void)newest_.load(newest);
-    if (is_stopped(newest)) {
-      if (is_under_way) device_->halt();
-      is_under_way = false;
-    } else if (!is_under_way) {
-      send(newest, true);
-      is_under_way = true;
-      left_ns = device_->approach_ns();
-    } else if (left_ns <= 0) {
-      return true;
-    }
-    const std::int64_t period_ns = std::min(device_->period_ns(), std::max<std::int64_t>(left_ns, 1'000'000));
-    left_ns -= period_ns;
-    if (!pause_until(Clock::now() + std::chrono::nanoseconds(period_ns))) {
-      if (is_under_way) device_->halt();
-      return false;
-    }
-  }
-}
-
-bool BusBackend::lead(ServoFrame at) {
-  const double period_s = static_cast<double>(device_->period_ns()) * 1e-9;
-  auto due = Clock::now();
-  for (;;) {
-    ServoFrame target;
-    if (newest_.load(target)) {
-      const double share = is_stopped(target) ? 0.0 : 1.0;  // of a step
-      bool is_there = true;
-      for (std::size_t i = 0; i < std::min<std::size_t>(target.servo_count, kMaxServos); ++i) {
-        is_there &= step(at.pulse_us[i], target.pulse_us[i], share * kLead_us_per_s * period_s);
-      }
-      for (std::size_t i = 0; i < arm_.dof; ++i) {
-        is_there &= step(at.position_rad[i], target.position_rad[i], share * kLead_rad_per_s * period_s);
-      }
-      target.pulse_us = at.pulse_us;
-      target.position_rad = at.position_rad;
-      send(target, false);
-      if (is_there) return true;
-    }
-    due = std::max(due + std::chrono::nanoseconds(device_->period_ns()), Clock::now());  // never a burst
-    if (!pause_until(due)) return false;
-  }
-}
-
 void BusBackend::exchange() {
   ServoFrame frame;
   if (!newest_.load(frame)) return;  // torn by a writer that never rests: the next one
+  limit_step(frame);
   send(frame, false);
   stop_.set(StopSource::kDevice, device_->emergency_stop());
   if (!settings_.readback) return;

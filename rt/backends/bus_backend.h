@@ -33,7 +33,8 @@ struct BusSettings {
 /// too many in a row, or any other failure, and it is lost: the thread closes it and tries again, more and
 /// more rarely. When it is back, its first frame is approached slowly: by the device itself, or in small
 /// steps from where it says that its servos are, or else from the last pulses that it was given. It is open
-/// again only after that approach, so nothing is commanded meanwhile.
+/// again only after that approach, so nothing is commanded meanwhile. A frame that is far from the last one,
+/// because the bus has stalled, is reached at no more than twice the speed that the profile allows.
 class BusBackend final : public Backend {
  public:
   /// `stop` is told of the device's emergency stop input; must outlive this.
@@ -43,6 +44,7 @@ class BusBackend final : public Backend {
 
   DevicePosition connect() override;
   void open(const ServoFrame& first) override;
+  void cancel() noexcept override { is_cancelled_.store(true, std::memory_order_relaxed); }
   void close() noexcept override;
   void write(const ServoFrame& frame) noexcept override { newest_.store(frame); }
   [[nodiscard]] ServoFeedback read() noexcept override;
@@ -64,11 +66,18 @@ class BusBackend final : public Backend {
   /// To the newest frame; false when the end was asked for meanwhile.
   bool approach();
   [[nodiscard]] double angle_rad(std::size_t joint, const BusReading& reading) const;
-  bool lead(ServoFrame from);
+  /// In small steps. `is_holding`: the device has its servos where `from` says.
+  bool lead(ServoFrame from, bool is_holding);
   /// Until the device has interpolated its way.
   bool await_approach(const ServoFrame& frame);
+  /// Before drives are enabled, while a stop is latched; false when the end was asked for meanwhile.
+  bool await_release();
   /// Looks at the device's input, too.
   [[nodiscard]] bool is_stopped(const ServoFrame& newest);
+  [[nodiscard]] bool is_held(const ServoFrame& newest);
+  /// Brings a frame as near to the last one as the device may be asked to go since.
+  void limit_step(ServoFrame& next) const;
+  void leave() noexcept;
   void send(const ServoFrame& frame, bool approach);
   void tolerate(const DeviceError& error);
   void degrade(const DeviceError& error);
@@ -84,10 +93,13 @@ class BusBackend final : public Backend {
   const std::unique_ptr<BusDevice> device_;
   const BusSettings settings_;
   EmergencyStop& stop_;
-  bool is_connected_{false};  ///< by connect(), not yet served
-  int misses_{0};             ///< in a row
-  int good_{0};               ///< in a row
-  ServoFrame last_sent_{};    ///< servo_count 0: none
+  bool is_connected_{false};   ///< by connect(), not yet served
+  bool is_starting_{false};    ///< open() is under way
+  bool may_be_moving_{false};  ///< by itself, on an approach
+  std::chrono::steady_clock::time_point open_since_{};
+  int misses_{0};           ///< in a row
+  int good_{0};             ///< in a row
+  ServoFrame last_sent_{};  ///< servo_count 0: none
   BackendTimes counted_{};
 
   SnapshotCell<ServoFrame> newest_;
@@ -95,6 +107,7 @@ class BusBackend final : public Backend {
   SnapshotCell<BackendTimes> times_;
   std::atomic<BackendHealth> health_{BackendHealth::kClosed};
   std::atomic<std::uint32_t> cause_{0};
+  std::atomic<bool> is_cancelled_{false};
 
   std::mutex mutex_;  // of what follows; never taken by the cycle
   std::condition_variable wake_;

@@ -62,9 +62,11 @@ class Backend {
   /// Not real-time safe. Opens the device, moves nothing, and asks where the servos are. Throws as open()
   /// does, which does it where it has not been done.
   virtual DevicePosition connect() { return {}; }
-  /// Not real-time safe. Opens the device; throws std::runtime_error naming the device and the cause. `first`
-  /// is where the arm is believed to be.
+  /// Not real-time safe. Opens the device, and brings the servos to `first`, where the arm is believed to be;
+  /// throws std::runtime_error naming the device and the cause. An emergency stop meanwhile ends it.
   virtual void open(const ServoFrame& first) = 0;
+  /// For a signal handler. An open() that is under way ends soon, with an exception and the servos held.
+  virtual void cancel() noexcept {}
   /// Not real-time safe. Ends threads, closes the device. May be called twice.
   virtual void close() noexcept = 0;
 

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a device comes to where the arm is held, and what may end that.
+#include <cmath>
+#include <future>
+
+#include "unit/backends/fake_bus.h"
+
+namespace corbot::rt {
+namespace {
+
+using ::testing::HasSubstr;
+
+class BusApproachTest : public BusBackendTest {
+ protected:
+  static constexpr std::int64_t kLong_ns = 20'000'000'000;
+
+  /// What open() says, begun in a thread of its own.
+  static std::future<std::string> opening(BusBackend& backend) {
+    return std::async(std::launch::async, [&backend]() -> std::string {
+      try {
+        backend.open(frame(1));
+      } catch (const DeviceError& error) {
+        return error.what();
+      }
+      return "open";
+    });
+  }
+  void lose(BusBackend& backend) {
+    bus_.fails = true;
+    ASSERT_TRUE(wait_until([&] { return backend.health() == BackendHealth::kLost; }));
+  }
+  static ServoFrame stopped(std::uint64_t cycle, double pulse_us = 1500.0) {
+    ServoFrame result = frame(cycle, pulse_us);
+    result.emergency_stop = true;
+    return result;
+  }
+};
+
+TEST_F(BusApproachTest, AStopDuringTheStartEndsIt) {
+  bus_.approach_ns = kLong_ns;
+  const auto backend = make(false, true);
+  auto told = opening(*backend);
+  ASSERT_TRUE(wait_until([&] { return approaches() == 1; }));
+  bus_.pressed = true;
+  EXPECT_THAT(told.get(), HasSubstr("the emergency stop was pressed"));
+  EXPECT_EQ(bus_.halted, 1);
+  EXPECT_EQ(bus_.relaxed, 1) << "as the profile says of every end";
+  EXPECT_EQ(bus_.closed, 1);
+  bus_.pressed = false;
+  EXPECT_EQ(approaches(), 1);
+  EXPECT_EQ(backend->health(), BackendHealth::kClosed);
+}
+
+TEST_F(BusApproachTest, AnEndDuringTheStartEndsIt) {
+  for (const std::int64_t approach_ns : {kLong_ns, std::int64_t{0}}) {
+    bus_.approach_ns = approach_ns;
+    bus_.told_us = {600.0};  // a device that is led has a long way, too
+    bus_.halted = 0;
+    const std::size_t before = bus_.copy().size();
+    const auto backend = make();
+    auto told = opening(*backend);
+    ASSERT_TRUE(wait_until([&] { return bus_.copy().size() > before; }));
+    backend->cancel();
+    EXPECT_THAT(told.get(), HasSubstr("the end was asked for"));
+    EXPECT_EQ(bus_.halted, approach_ns > 0 ? 1 : 0);
+    bus_.pulses_us.clear();
+  }
+}
+
+TEST_F(BusApproachTest, AHaltThatFailsIsMadeUpFor) {
+  const auto backend = make();
+  backend->open(frame(1));
+  bus_.approach_ns = kLong_ns;
+  lose(*backend);
+  bus_.fails = false;
+  ASSERT_TRUE(wait_until([&] { return approaches() == 2; }));
+  const int opened = bus_.opened;
+  bus_.halt_fails = true;
+  backend->write(stopped(5));
+  ASSERT_TRUE(wait_until([&] { return bus_.opened > opened + 1; })) << "lost again, and back";
+  EXPECT_GE(bus_.halted, 2);
+  bus_.halt_fails = false;
+  const int halted = bus_.halted;
+  ASSERT_TRUE(wait_until([&] { return bus_.halted > halted; })) << "until it is done";
+  EXPECT_EQ(approaches(), 2) << "and nothing else";
+}
+
+TEST_F(BusApproachTest, EnergisesNothingWhileStopped) {
+  bus_.is_energising = true;
+  const auto backend = make();
+  backend->open(frame(1));
+  backend->write(stopped(2));
+  lose(*backend);
+  const int opened = bus_.opened;
+  bus_.fails = false;
+  const int asked = bus_.asked;
+  ASSERT_TRUE(wait_until([&] { return bus_.asked > asked + 3; })) << "it waits";
+  EXPECT_EQ(bus_.opened, opened);
+  backend->write(frame(3));
+  EXPECT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
+  EXPECT_EQ(bus_.opened, opened + 1);
+}
+
+TEST_F(BusApproachTest, EnergisesNothingWhenStoppedBeforeTheStart) {
+  bus_.is_energising = true;
+  stop_.set(StopSource::kGpio, true);
+  const auto backend = make();
+  EXPECT_THROW((void)backend->connect(), DeviceError);
+  EXPECT_EQ(bus_.opened, 0);
+}
+
+TEST_F(BusApproachTest, GivesNoFirstPulseWhileStopped) {
+  bus_.approach_ns = 0;
+  bus_.is_silent = true;  // its servos may be without pulses
+  const auto backend = make();
+  backend->open(frame(1));
+  backend->write(stopped(2));
+  lose(*backend);
+  const std::size_t before = bus_.copy().size();
+  const int opened = bus_.opened;
+  bus_.fails = false;
+  ASSERT_TRUE(wait_until([&] { return bus_.opened > opened; }));
+  const int asked = bus_.asked;
+  ASSERT_TRUE(wait_until([&] { return bus_.asked > asked + 10; }));
+  EXPECT_EQ(bus_.copy().size(), before);
+  EXPECT_EQ(backend->health(), BackendHealth::kLost);
+  backend->write(frame(3));
+  EXPECT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
+  EXPECT_GT(bus_.copy().size(), before);
+}
+
+TEST_F(BusApproachTest, ADeviceThatFailsAgainAtOnceIsTriedMoreAndMoreRarely) {
+  const auto backend = make();
+  backend->open(frame(1));
+  for (int i = 0; i < 7; ++i) {
+    const int opened = bus_.opened;
+    lose(*backend);
+    bus_.fails = false;
+    ASSERT_TRUE(wait_until([&] { return bus_.opened > opened; }));
+    ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
+  }
+  const std::lock_guard lock(bus_.mutex);
+  const auto since = bus_.opened_at.at(7) - bus_.opened_at.at(4);
+  EXPECT_GE(since, std::chrono::milliseconds(8 + 10 + 10)) << "1, 2, 4, 8, 10, 10 ms";
+}
+
+TEST_F(BusApproachTest, LeadsNoJointFasterThanItMay) {
+  arm_.joints[0].speed_rad_s = 0.05;
+  bus_.approach_ns = 0;
+  bus_.has_encoders = true;
+  bus_.told_us = {0.0};
+  const auto backend = make();
+  ServoFrame first = frame(1);
+  first.position_rad[0] = 0.001;
+  backend->open(first);
+  EXPECT_GE(bus_.copy().size(), 20u) << "0.00005 rad a millisecond";
+}
+
+TEST_F(BusApproachTest, CatchesUpAtTwiceTheSpeedAfterAStall) {
+  arm_.joints[0].speed_rad_s = 1.0;
+  arm_.gripper = {1, 1900.0, 1100.0, 0.5};
+  const auto at = [&](std::uint64_t cycle, double position_rad, double gripper_us) {
+    ServoFrame result;
+    result.cycle = cycle;
+    result.time_ns = static_cast<std::int64_t>(cycle) * 1'000'000;
+    result.servo_count = 2;
+    result.position_rad[0] = position_rad;
+    result.pulse_us = {1500.0 - 600.0 * position_rad, gripper_us};
+    return result;
+  };
+  const auto backend = make();
+  backend->open(at(1, 0.0, 1900.0));
+  ASSERT_TRUE(wait_until([&] { return !bus_.copy().empty(); }));
+  const std::size_t before = bus_.copy().size();
+  backend->write(at(301, 0.5, 1100.0));  // 0.3 s later
+  ASSERT_TRUE(wait_until([&] { return newest_sent() == 301; }));
+  ASSERT_TRUE(wait_until([&] {
+    const std::lock_guard lock(bus_.mutex);
+    return std::abs(bus_.pulses_us.back() - 1200.0) < 1e-9;
+  }));
+  const std::lock_guard lock(bus_.mutex);
+  for (std::size_t i = before; i < bus_.pulses_us.size(); ++i) {
+    EXPECT_LE(std::abs(bus_.pulses_us[i] - bus_.pulses_us[i - 1]), 2.0 * 600.0 * 0.021 + 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace corbot::rt
