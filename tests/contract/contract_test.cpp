@@ -9,6 +9,7 @@
 #include <iostream>
 #include <random>
 #include <sstream>
+#include <utility>
 
 #include "contract/driver.h"
 #include "contract/system_call_watch.h"
@@ -105,8 +106,10 @@ class Contract : public ::testing::TestWithParam<StandKind> {
     return wait_until(within(30), [&] { return !driver_->moving() && off() <= half_a_unit(); });
   }
   /// By how much an output went further than the speed of an approach allows; a first output is no step.
-  /// Frames on either side of the time between two outputs, and their rounding, are allowed for.
-  [[nodiscard]] double worst_jump(const std::vector<Output>& seen, std::size_t from) const {
+  /// Frames on either side of the time between two outputs, and their rounding, are allowed for. The record
+  /// holds changes: what was put out before the plug was in its place again, at `since_ns`, stood until then.
+  [[nodiscard]] double worst_jump(const std::vector<Output>& seen, std::size_t from,
+                                  std::int64_t since_ns) const {
     std::vector<Output> last(kMaxServos, Output{0, 0, NAN});
     double worst = -HUGE_VAL;
     for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -114,8 +117,9 @@ class Contract : public ::testing::TestWithParam<StandKind> {
       const Output before = std::exchange(last[output.servo], output);
       const bool is_first = std::isnan(before.value) || (before.value <= 0.0 && !facts_.takes_joints);
       if (i < from || is_first || (output.value <= 0.0 && !facts_.takes_joints)) continue;
-      const double seconds =
-          static_cast<double>(output.time_ns - before.time_ns) * 1e-9 + 2.0 * facts_.period_s;
+      const std::int64_t passed_ns =
+          std::max<std::int64_t>(output.time_ns - std::max(before.time_ns, since_ns), 0);
+      const double seconds = static_cast<double>(passed_ns) * 1e-9 + 2.0 * facts_.period_s;
       const double allowed = facts_.approach_speed * seconds + facts_.unit;
       worst = std::max(worst, std::abs(output.value - before.value) - allowed);
     }
@@ -169,7 +173,33 @@ TEST_P(Contract, HandsOverInOrderAndEndsOnTheNewest) {
     EXPECT_GE(value + facts_.noise, last[seen[i].servo]) << "servo " << seen[i].servo;
     last[seen[i].servo] = std::max(last[seen[i].servo], value);
   }
-  EXPECT_GT(seen.size() - begin, 20 * last.size() / kMaxServos) << "the way was followed, not jumped";
+}
+
+TEST_P(Contract, FollowsAtItsRate) {
+  constexpr double kSeconds = 1.5;
+  constexpr double kWay_us = 400.0;
+  const double unit_us = facts_.takes_joints ? facts_.unit * profile_.arm.servos[0].us_per_rad
+                                             : facts_.unit + 2.0 * facts_.noise;
+  // A machine that is busy delays frames; one in a while it is not.
+  const double wanted = 0.5 * std::min({kSeconds / facts_.period_s, kWay_us / unit_us, 100.0});
+  home_ = pose(1300.0);
+  open();
+  ASSERT_TRUE(arrives()) << off();
+  double to_us = 1300.0 + kWay_us;
+  std::ptrdiff_t found = 0;
+  EXPECT_TRUE(wait_until(within(60),
+                         [&] {
+                           const std::size_t begin = stand_->outputs().size();
+                           driver_->move(pose(std::exchange(to_us, 3000.0 - to_us)), kSeconds);
+                           if (!wait_until(within(30), [&] { return !driver_->moving(); }) || !arrives())
+                             return false;
+                           const std::vector<Output> seen = stand_->outputs();
+                           found =
+                               std::count_if(seen.begin() + static_cast<std::ptrdiff_t>(begin), seen.end(),
+                                             [](const Output& output) { return output.servo == 0; });
+                           return static_cast<double>(found) >= wanted;
+                         }))
+      << found << " outputs of the first servo, " << wanted << " wanted";
 }
 
 TEST_P(Contract, KeepsItsRateAndTellsTheAge) {
@@ -243,13 +273,14 @@ TEST_P(Contract, SurvivesPulledPlugs) {
     ASSERT_TRUE(wait_until(within(20), [&] { return !driver_->moving(); }));
     // As after a bus that had stalled before it was lost: the arm was to be further on.
     Pose further = driver_->pose();
-    further.position_rad[0] += 0.15;
+    further.position_rad[0] += 0.4;
     driver_->move(further, 0.0);
     const std::size_t from = stand_->outputs().size();
+    const std::int64_t plugged_ns = std::chrono::steady_clock::now().time_since_epoch().count();
     stand_->plug();
     ASSERT_TRUE(reaches(BackendHealth::kOpen)) << i;
     ASSERT_TRUE(arrives()) << i << ": " << off();
-    EXPECT_LE(worst_jump(stand_->outputs(), from), 0.0) << i;
+    EXPECT_LE(worst_jump(stand_->outputs(), from, plugged_ns), 0.0) << i;
   }
   EXPECT_EQ(entries("/proc/self/fd"), files);
   EXPECT_EQ(entries("/proc/self/task"), threads);
