@@ -14,7 +14,6 @@
 
 #include "cli/calibrate_session.h"
 #include "cli/failure.h"
-#include "cli/segment_left_over.h"
 #include "cli/state_file.h"
 #include "cli/stop_on_signal.h"
 #include "corbot/channel/segment.h"
@@ -107,7 +106,9 @@ void calibrate(const CalibrateOptions& options) {
                                                 options.profile));
   }
   const std::string name = options.name.empty() ? setting.profile.name : options.name;
+  setting.name = name;
   setting.text = read_text(options.profile);
+  setting.terminal = ::isatty(STDIN_FILENO) == 1;
   setting.dry_run = options.dry_run;
   const auto lock = StateLock::acquire(name);  // 'corbot up' waits, or is there already
   if (!lock) {
@@ -118,32 +119,27 @@ void calibrate(const CalibrateOptions& options) {
 
   std::atomic<bool> end{false};
   OnSignal on_signal([&] { end = true; });  // before the device's thread
-  bool written = false;
   try {
     Jog jog(setting.profile, end);
     const auto kept = kept_position(options, setting.profile, name);
     jog.connect(kept ? &kept->position_rad : nullptr, kept ? kept->opening : 0.0);
     CalibrateSession session(setting, jog);
     Lines lines(end);
-    const bool terminal = ::isatty(STDIN_FILENO) == 1;
     session.greet();
     while (!session.done()) {
-      if (terminal) fmt::print("> ");
+      if (setting.terminal) fmt::print("> ");
       std::fflush(stdout);
       const auto line = lines.next();
       if (!line) break;
       session.run(*line);
     }
-    written = session.written();
+    if (end) throw Failure(ExitCode::kStopped, "ended by Ctrl-C" + session.loss());
+    session.say_end();
   } catch (const Failure&) {
     throw;
   } catch (const std::runtime_error& error) {
     throw Failure(ExitCode::kInternal, error.what());
   }
-  // A segment that a dead task has left speaks of pulses as they were.
-  if (written) remove_abandoned_segment(name);
-  if (end)
-    throw Failure(ExitCode::kStopped, written ? "ended by Ctrl-C" : "ended by Ctrl-C; nothing is written");
 }
 
 }  // namespace corbot::cli

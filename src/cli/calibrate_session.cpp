@@ -5,14 +5,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 #include "cli/calibrate.h"
 #include "cli/explain.h"
 #include "cli/failure.h"
 #include "cli/number.h"
+#include "cli/segment_left_over.h"
 
 namespace corbot::cli {
 
@@ -51,12 +55,12 @@ void check(const Profile& meant_from, const std::string& text, const Calibration
       const double angle_rad = angle_deg * M_PI / 180.0;
       const double pulse_us = map.zero_us + map.direction * map.us_per_rad * angle_rad;
       if (std::abs(pulse_us - line.pulse_us(angle_deg)) > kTolerance)
-        throw Refused(fmt::format("joint {}: the text would not say what was found; nothing is written", i));
+        throw Refused(fmt::format("joint {}: the text would not say what was found", i));
     }
   }
   if (now.arm.gripper.closed_us != calibration.gripper_us(false) ||
       now.arm.gripper.open_us != calibration.gripper_us(true))
-    throw Refused("gripper: the text would not say what was found; nothing is written");
+    throw Refused("gripper: the text would not say what was found");
 }
 
 }  // namespace
@@ -86,11 +90,18 @@ void CalibrateSession::greet() {
 }
 
 void CalibrateSession::run(const std::string& line) {
+  ++line_;
   const Words words = words_of(line);
   if (words.empty()) return;
+  if (words[0] != "quit") asked_ = false;
   try {
     carry_out(words);
   } catch (const std::invalid_argument& error) {
+    if (!setting_.terminal) {
+      const std::string why = error.what();
+      throw Failure(ExitCode::kUsage,
+                    fmt::format("line {}: {}{}", line_, why, why.ends_with(loss()) ? "" : loss()));
+    }
     fmt::print("no: {}\n", error.what());
   }
   say_news();
@@ -101,8 +112,7 @@ void CalibrateSession::carry_out(const Words& words) {
   if (word == "help") {
     fmt::print("{}", calibrate_help());
   } else if (word == "on") {
-    jog_.switch_on();
-    fmt::print("the servos have their pulses\n");
+    switch_on();
   } else if (word == "joint") {
     choose(words);
   } else if (word == "+" || word == "-") {
@@ -121,10 +131,20 @@ void CalibrateSession::carry_out(const Words& words) {
   } else if (word == "write") {
     write();
   } else if (word == "quit") {
-    done_ = true;
+    quit();
   } else {
     throw std::invalid_argument(fmt::format("'{}' is no command; 'help' lists them", printable(word)));
   }
+}
+
+void CalibrateSession::switch_on() {
+  try {
+    jog_.switch_on();
+  } catch (const std::runtime_error& error) {
+    if (!jog_.is_on()) throw;
+    throw std::invalid_argument(error.what());  // an emergency stop that is pressed still
+  }
+  fmt::print("the servos have their pulses\n");
 }
 
 double CalibrateSession::number(const Words& words) {
@@ -174,8 +194,7 @@ void CalibrateSession::move(double pulse_us) {
     throw std::invalid_argument(fmt::format("{:g} us: this servo goes from {:g} to {:g} us", pulse_us,
                                             jog_.lowest_us(servo), jog_.highest_us(servo)));
   }
-  if (!jog_.go(servo, pulse_us) && jog_.is_lost())
-    throw Failure(ExitCode::kInternal, "the device is lost; nothing is written. " + printable(jog_.news()));
+  if (!jog_.go(servo, pulse_us) && jog_.is_lost()) lose_device();
   say_where();
   if (jog_.is_stopped()) throw std::invalid_argument("emergency stop: release it, then 'on'");
 }
@@ -190,6 +209,8 @@ void CalibrateSession::mark(const Words& words) {
     fmt::print("gripper {} at {:g} us\n", words[1], jog_.pulse_us(servo));
     return;
   }
+  if (words.size() == 2 && (words[1] == "open" || words[1] == "closed"))
+    throw std::invalid_argument("choose 'joint gripper' first");
   const std::string fault = calibration_.mark(servo, {number(words), jog_.pulse_us(servo)});
   if (!fault.empty()) throw std::invalid_argument(fault);
   fmt::print("{}\n", calibration_.text(servo));
@@ -217,23 +238,78 @@ void CalibrateSession::write() {
   if (edits.empty()) throw std::invalid_argument("nothing has changed");
   if (const auto faults = calibration_.faults(); !faults.empty()) {
     for (const std::string& fault : faults) fmt::print("! {}\n", fault);
-    throw std::invalid_argument("nothing is written");
+    throw std::invalid_argument("these ('!') forbid it" + loss());
   }
   try {
     const std::string text = edit_numbers(setting_.text, edits);
     check(setting_.profile, text, calibration_);
     fmt::print("{}", changed_lines(setting_.text, text));
     if (setting_.dry_run) {
+      keep(edits);
       fmt::print("nothing is written (--dry-run)\n");
       return;
     }
     replace_file(setting_.profile.file, setting_.text, text);
-    (void)load_profile(setting_.profile.file);
     written_ = true;
+    keep(edits);
+    // One that a dead task has left speaks of pulses as they were.
+    remove_abandoned_segment(setting_.name);
+    (void)load_profile(setting_.profile.file);
     fmt::print("written: {0}; the old one is {0}.bak\n", setting_.profile.file);
   } catch (const std::runtime_error& error) {
-    throw std::invalid_argument(error.what());
+    throw std::invalid_argument(error.what() + loss());
   }
+}
+
+void CalibrateSession::keep(const std::vector<NumberEdit>& edits) {
+  kept_.clear();
+  for (const NumberEdit& edit : edits) kept_[edit.path] = edit.value;
+}
+
+std::string CalibrateSession::not_written() const {
+  std::set<std::string> servos;  // "joint[2]", "gripper"
+  for (const NumberEdit& edit : calibration_.edits()) {
+    const auto kept = kept_.find(edit.path);
+    if (kept == kept_.end() || kept->second != edit.value)
+      servos.insert(edit.path.substr(0, edit.path.find('.')));
+  }
+  if (servos.empty()) return "";
+  return fmt::format("{} {} marked and not written", servos.size(),
+                     servos.size() == 1 ? "joint was" : "joints were");
+}
+
+std::string CalibrateSession::loss() const {
+  const std::string lost = written_ ? not_written() : "nothing is written";
+  return lost.empty() ? "" : "; " + lost;
+}
+
+void CalibrateSession::quit() {
+  const std::string lost = not_written();
+  if (setting_.terminal && !lost.empty() && !std::exchange(asked_, true)) {
+    fmt::print("{}: 'write' first, or 'quit' again\n", lost);
+    return;
+  }
+  done_ = true;
+}
+
+void CalibrateSession::say_end() const {
+  const std::string lost = not_written();
+  if (lost.empty() || asked_) return;
+  std::fflush(stdout);
+  fmt::print(stderr, "corbot: {}\n", lost);
+}
+
+void CalibrateSession::lose_device() {
+  std::istringstream news(jog_.news());
+  std::string why;
+  constexpr std::string_view kLost = "lost: ";
+  constexpr std::string_view kGoesOn = "; trying again";  // not here
+  for (std::string line; std::getline(news, line);) {
+    if (!line.starts_with(kLost)) continue;
+    if (line.ends_with(kGoesOn)) line.resize(line.size() - kGoesOn.size());
+    why = ": " + printable(line.substr(kLost.size()));
+  }
+  throw Failure(ExitCode::kInternal, fmt::format("the device is lost{}{}", why, loss()));
 }
 
 void CalibrateSession::say_news() {

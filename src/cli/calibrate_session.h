@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,32 +11,44 @@
 
 namespace corbot::cli {
 
-/// The commands of `corbot calibrate`, a line each. A command that is wrong is answered in words and does
-/// nothing; in a session that is not a terminal, too.
+/// The commands of `corbot calibrate`, a line each. At a terminal, a command that is wrong is answered in
+/// words and does nothing; elsewhere nobody reads that, and it ends the session.
 class CalibrateSession {
  public:
   struct Setting {
     Profile profile;
+    std::string name;  ///< of the robot
     std::string text;  ///< of the profile
+    bool terminal{false};
     bool dry_run{false};
   };
 
   CalibrateSession(const Setting& setting, Jog& jog);
 
   void greet();
+  /// Throws Failure when the device is lost, and where it is no terminal at a line that is refused.
   void run(const std::string& line);
   [[nodiscard]] bool done() const noexcept { return done_; }
-  [[nodiscard]] bool written() const noexcept { return written_; }
+  /// Says what was found and not written, unless that was told when the end was asked for.
+  void say_end() const;
+  /// What an end at once leaves behind, to follow other words: "; nothing is written".
+  [[nodiscard]] std::string loss() const;
 
  private:
   using Words = std::vector<std::string>;
   void carry_out(const Words& words);
+  void switch_on();
   void choose(const Words& words);
   void move(double pulse_us);
   void mark(const Words& words);
   void limit(const Words& words);
   void show();
   void write();
+  void keep(const std::vector<NumberEdit>& edits);
+  void quit();
+  [[noreturn]] void lose_device();
+  /// "2 joints were marked and not written"; empty: none.
+  [[nodiscard]] std::string not_written() const;
   void say_where();
   void say_news();
   /// The number that is the only argument; throws std::invalid_argument.
@@ -48,6 +61,9 @@ class CalibrateSession {
   Jog& jog_;
   Calibration calibration_;
   std::optional<std::size_t> servo_;
+  std::map<std::string, double> kept_;  ///< the edits that were written
+  std::size_t line_{0};
+  bool asked_{false};  ///< whether the end was meant
   bool done_{false};
   bool written_{false};
 };

@@ -64,6 +64,7 @@ void Jog::connect(const Joints* kept_rad, double kept_opening) {
     opening = kept_opening;
     origin_ = "where corbot left the arm";
   }
+  if (profile_.backend.kind == "loopback") origin_ = "this is the simulator: nothing real is measured";
   rt::map_to_pulses(profile_.arm, position_rad, opening, frame_);
 }
 

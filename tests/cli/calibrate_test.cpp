@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // `corbot calibrate` against an emulated controller: a test that knows how the arm is really mounted plays
 // the person who looks at it.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <signal.h>
+#include <stdlib.h>
+#include <termios.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <sstream>
@@ -19,6 +23,30 @@ namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
+
+/// The person's side of a terminal.
+class Terminal {
+ public:
+  Terminal() : fd_(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {
+    termios line{};
+    EXPECT_EQ(::grantpt(fd_) | ::unlockpt(fd_) | ::tcgetattr(fd_, &line), 0);
+    ::cfmakeraw(&line);  // no echo, which nobody would read
+    EXPECT_EQ(::tcsetattr(fd_, TCSANOW, &line), 0);
+    path_ = ::ptsname(fd_);
+  }
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+  ~Terminal() { ::close(fd_); }
+  [[nodiscard]] const std::string& path() const { return path_; }
+  void type(const std::string& line) const {
+    const std::string text = line + "\n";
+    EXPECT_EQ(::write(fd_, text.data(), text.size()), static_cast<ssize_t>(text.size()));
+  }
+
+ private:
+  int fd_;
+  std::string path_;
+};
 
 class Calibrate : public CliRig {
  protected:
@@ -46,17 +74,24 @@ class Calibrate : public CliRig {
     text << stream.rdbuf();
     return text.str();
   }
-  /// A session; `commands` are sent, and its answers waited for by the caller.
-  void start(const std::vector<std::string>& more = {}) {
+  /// A session at a terminal or a pipe; the caller sends commands and waits for answers.
+  void start(const std::vector<std::string>& more = {}, bool terminal = true) {
     std::vector<std::string> arguments{"calibrate", profile_, "--name", name_};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    session_ = begin(arguments);
+    if (terminal) terminal_ = std::make_unique<Terminal>();
+    session_ = begin(arguments, terminal ? terminal_->path() : "");
     ASSERT_TRUE(session_->wait_line("  quit", within(30))) << session_->errors();
   }
   std::string ask(const std::string& command, const std::string& answer) {
-    session_->send(command);
-    return session_->wait_line(answer, within(30)).value_or("no answer that begins with " + answer);
+    send(command);
+    const Deadline deadline = within(30);
+    while (auto line = session_->wait_line("", deadline)) {
+      while (line->starts_with("> ")) line->erase(0, 2);
+      if (line->starts_with(answer)) return *line;
+    }
+    return "no answer that begins with " + answer;
   }
+  void send(const std::string& command) { terminal_ ? terminal_->type(command) : session_->send(command); }
   int end() {
     const auto status = session_->wait(within(20));
     return status && WIFEXITED(*status) ? WEXITSTATUS(*status) : -1;
@@ -74,6 +109,7 @@ class Calibrate : public CliRig {
   std::string profile_;
   std::string before_;
   std::unique_ptr<Process> emulator_;
+  std::unique_ptr<Terminal> terminal_;
   std::unique_ptr<Process> session_;
 };
 
@@ -88,6 +124,7 @@ TEST_F(Calibrate, FindsOutHowTheServosAreMounted) {
   EXPECT_TRUE(pulse_arrives("0=1500"));
   EXPECT_EQ(ask("+ 20", "base"), "base 1520 us, 2.0 degrees as far as is known");
   EXPECT_TRUE(pulse_arrives("0=1520"));
+  EXPECT_THAT(ask("mark open", "no:"), HasSubstr("choose 'joint gripper' first"));
   EXPECT_THAT(ask("mark 0", "base"), HasSubstr("zero_us 1520, us_per_degree 10"));
   EXPECT_THAT(ask("goto 2600", "no:"), HasSubstr("from 500 to 2500 us"));
   ask("goto 1947.5", "base");
@@ -106,7 +143,7 @@ TEST_F(Calibrate, FindsOutHowTheServosAreMounted) {
   ask("mark closed", "gripper closed at 1893");
   EXPECT_THAT(ask("frobnicate", "no:"), HasSubstr("no command"));
   ask("write", "written");
-  session_->send("quit");
+  send("quit");
   EXPECT_EQ(end(), 0) << session_->errors();
 
   const std::string after = text_of(profile_);
@@ -137,12 +174,12 @@ TEST_F(Calibrate, ADryRunChangesNothing) {
   ask("joint 0", "base");
   ask("- 13", "base 1487");
   ask("mark 0", "base");
-  session_->send("write");
+  send("write");
   EXPECT_TRUE(session_->wait_line("-servo = { channel = 0, zero_us = 1500", within(10)));
   EXPECT_TRUE(session_->wait_line("+servo = { channel = 0, zero_us = 1487", within(10)));
   ask("undo", "base");
   EXPECT_THAT(ask("write", "no:"), HasSubstr("nothing has changed"));
-  session_->send("quit");
+  send("quit");
   EXPECT_EQ(end(), 0);
   EXPECT_EQ(text_of(profile_), before_);
   EXPECT_FALSE(fs::exists(profile_ + ".bak"));
@@ -154,7 +191,7 @@ TEST_F(Calibrate, CtrlCEndsAMotionAndWritesNothing) {
   ask("on", "the servos");
   ask("joint base", "base");
   EXPECT_TRUE(pulse_arrives("0=1500"));
-  session_->send("goto 2500");  // takes five seconds
+  send("goto 2500");  // takes five seconds
   EXPECT_TRUE(wait_until(within(10), [&] { return !pulse_is("0=1500"); }));
   session_->signal(SIGINT);
   EXPECT_EQ(end(), 4) << session_->errors();
@@ -168,13 +205,87 @@ TEST_F(Calibrate, ALostDeviceEndsIt) {
   if (HasFatalFailure()) return;
   ask("on", "the servos");
   ask("joint base", "base");
-  session_->send("goto 2500");
+  send("goto 2500");
   EXPECT_TRUE(wait_until(within(10), [&] { return !pulse_is("0=1500"); }));
   emulator_->send("unplug");
   EXPECT_EQ(end(), 5);
-  EXPECT_THAT(session_->errors(), AllOf(HasSubstr("lost"), HasSubstr(line_)));
+  EXPECT_THAT(session_->errors(), AllOf(HasSubstr("lost: " + line_), HasSubstr("; nothing is written"),
+                                        Not(HasSubstr("trying again"))));
   EXPECT_EQ(text_of(profile_), before_);
   emulator_->send("plug");
+}
+
+TEST_F(Calibrate, ARefusedLineFromAPipeEndsItBeforeAnythingIsWritten) {
+  start({}, false);
+  if (HasFatalFailure()) return;
+  for (const char* line : {"on", "# first the base", "joint base", "mark 5", "mark O", "write", "quit"})
+    send(line);
+  EXPECT_EQ(end(), 2);
+  EXPECT_THAT(session_->errors(), HasSubstr("line 5: 'O' is no number; nothing is written"));
+  EXPECT_EQ(text_of(profile_), before_);
+}
+
+TEST_F(Calibrate, ARefusedWriteFromAPipeEndsIt) {
+  start({}, false);
+  if (HasFatalFailure()) return;
+  for (const char* line : {"on", "joint base", "mark 0.5", "write", "+ 300", "mark 15.5", "write", "mark 3"})
+    send(line);
+  EXPECT_EQ(end(), 2);
+  EXPECT_THAT(session_->output(), HasSubstr("! base: its"));
+  EXPECT_THAT(session_->errors(),
+              AllOf(HasSubstr("line 7: "), HasSubstr("forbid it; 1 joint was marked and not written"),
+                    Not(HasSubstr("nothing is written"))));
+  EXPECT_NE(text_of(profile_), before_) << "the first one was good";
+}
+
+TEST_F(Calibrate, MarksThatWereNotWrittenAreTold) {
+  start({}, false);
+  if (HasFatalFailure()) return;
+  for (const char* line : {"on", "joint base", "mark 1", "joint elbow", "mark 1", "quit"}) send(line);
+  EXPECT_EQ(end(), 0);
+  EXPECT_THAT(session_->errors(), HasSubstr("2 joints were marked and not written"));
+  EXPECT_EQ(text_of(profile_), before_);
+}
+
+TEST_F(Calibrate, QuitAsksOnceAtATerminal) {
+  start();
+  if (HasFatalFailure()) return;
+  ask("on", "the servos");
+  ask("joint base", "base");
+  ask("mark 1", "base");
+  EXPECT_EQ(ask("quit", "1 joint"), "1 joint was marked and not written: 'write' first, or 'quit' again");
+  ask("write", "written");
+  ask("joint gripper", "gripper");
+  ask("- 7", "gripper");
+  ask("mark closed", "gripper closed");
+  EXPECT_THAT(ask("quit", "1 joint"), HasSubstr("'quit' again"));
+  send("quit");
+  EXPECT_EQ(end(), 0) << session_->errors();
+  EXPECT_THAT(text_of(profile_), Not(HasSubstr("closed_us = 1893")));
+}
+
+TEST_F(Calibrate, ADeviceThatIsLostAfterAWriteLeavesWhatWasWritten) {
+  start();
+  if (HasFatalFailure()) return;
+  ask("on", "the servos");
+  ask("joint base", "base");
+  ask("mark 1", "base");
+  ask("write", "written");
+  send("goto 2500");
+  EXPECT_TRUE(wait_until(within(10), [&] { return !pulse_is("0=1500"); }));
+  emulator_->send("unplug");
+  EXPECT_EQ(end(), 5);
+  EXPECT_THAT(session_->errors(), AllOf(HasSubstr("the device is lost: " + line_),
+                                        Not(HasSubstr("is written")), Not(HasSubstr("trying again"))));
+  emulator_->send("plug");
+}
+
+TEST_F(Calibrate, TheSimulatorIsNamed) {
+  session_ = begin({"calibrate", CORBOT_PROFILE, "--name", name_});
+  send("quit");
+  EXPECT_EQ(end(), 0) << session_->errors();
+  EXPECT_THAT(session_->output(),
+              AllOf(HasSubstr("this is the simulator: nothing real is measured"), Not(HasSubstr("NOBODY"))));
 }
 
 TEST_F(Calibrate, IsRefusedWhileARealTimeTaskHoldsTheServos) {

@@ -54,8 +54,11 @@ RunResult CliRig::corbot(const std::vector<std::string>& arguments, double secon
   return run(command(arguments), seconds, environment());
 }
 
-std::unique_ptr<Process> CliRig::begin(const std::vector<std::string>& arguments) {
-  return std::make_unique<Process>(command(arguments), environment());
+std::unique_ptr<Process> CliRig::begin(const std::vector<std::string>& arguments,
+                                       const std::string& terminal) {
+  std::vector<std::string> words = command(arguments);
+  if (!terminal.empty()) words.insert(words.begin(), {"/bin/sh", "-c", "exec \"$@\" <\"$0\"", terminal});
+  return std::make_unique<Process>(words, environment());
 }
 
 std::string CliRig::put(const std::string& file, const std::string& text) const {

@@ -24,8 +24,8 @@ class CliRig : public ::testing::Test {
   void up(const std::vector<std::string>& more = {});
   /// `corbot ARGUMENTS…` to its end.
   RunResult corbot(const std::vector<std::string>& arguments, double seconds = 60);
-  /// The same in the background.
-  std::unique_ptr<Process> begin(const std::vector<std::string>& arguments);
+  /// The same in the background; its standard input is `terminal` where one is given.
+  std::unique_ptr<Process> begin(const std::vector<std::string>& arguments, const std::string& terminal = "");
   /// Writes a file into the test's directory and returns its path.
   std::string put(const std::string& file, const std::string& text) const;
 
