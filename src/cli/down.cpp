@@ -22,7 +22,12 @@ constexpr int kPatience_ms = 20'000;  // three children, five seconds each befor
 std::string only_robot() {
   const auto names = robots_up();
   if (names.size() == 1) return names[0];
-  if (names.empty()) throw Failure(ExitCode::kUnreachable, "no robot is up on this machine: nothing to end");
+  if (names.empty()) {
+    std::string text = "no robot is up on this machine: nothing to end";
+    for (const std::string& name : left_overs())
+      text += fmt::format("; left over from a crash: {0}: 'corbot down --name {0}'", name);
+    throw Failure(ExitCode::kUnreachable, text);
+  }
   throw Failure(ExitCode::kUsage, fmt::format("{} robots are up: say which with --name {}", names.size(),
                                               fmt::join(names, " | ")));
 }

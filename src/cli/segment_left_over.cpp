@@ -1,21 +1,46 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/segment_left_over.h"
 
+#include <algorithm>
+#include <filesystem>
+
 #include "corbot/channel/segment.h"
 
 namespace corbot::cli {
 
-bool remove_abandoned_segment(const std::string& name) noexcept {
+namespace {
+
+/// Nobody holds the segment; it is removed where that is asked for.
+bool is_abandoned(const std::string& name, bool remove) noexcept {
   using namespace segment_detail;
   try {
     const File file = open_existing(name, O_RDWR);
     const Gate gate(file, name);  // nobody enters while it is looked at
     if (file.status(name).st_nlink == 0) return false;
     if (file.held_by_other(LockByte::kRealTimeTask) || file.held_by_other(LockByte::kServant)) return false;
-    return ::shm_unlink(shm_name(name).c_str()) == 0;
+    return !remove || ::shm_unlink(shm_name(name).c_str()) == 0;
   } catch (const SegmentError&) {
     return false;  // absent, or not ours to remove
   }
+}
+
+}  // namespace
+
+bool remove_abandoned_segment(const std::string& name) noexcept { return is_abandoned(name, true); }
+
+std::vector<std::string> abandoned_segments() {
+  const std::filesystem::path prefix = segment_detail::shm_path("");
+  const std::string stem = prefix.filename().string();
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(prefix.parent_path(), error)) {
+    const std::string file = entry.path().filename().string();
+    if (!file.starts_with(stem)) continue;
+    const std::string name = file.substr(stem.size());
+    if (is_abandoned(name, false)) names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 }  // namespace corbot::cli

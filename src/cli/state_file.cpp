@@ -46,6 +46,19 @@ void remove_files(const fs::path& directory, const std::string& name) {
   fs::remove(directory / (name + ".lock"), ignored);
 }
 
+/// Names of the robots that have a state file, sorted: those that are up, or those that are not.
+std::vector<std::string> robots_of_files(bool up) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(state_directory(false), error)) {
+    const std::string name = entry.path().stem().string();
+    if (entry.path().extension() == ".json" && is_robot_name(name) && is_up(name) == up)
+      names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 }  // namespace
 
 fs::path state_directory(bool create) {
@@ -107,16 +120,7 @@ bool is_up(const std::string& name) {
   return !free;
 }
 
-std::vector<std::string> robots_up() {
-  std::vector<std::string> names;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(state_directory(false), error)) {
-    const std::string name = entry.path().stem().string();
-    if (entry.path().extension() == ".json" && is_up(name)) names.push_back(name);
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
+std::vector<std::string> robots_up() { return robots_of_files(true); }
 
 StateLock::StateLock(fs::path directory, std::string name, int fd)
     : directory_(std::move(directory)), name_(std::move(name)), fd_(fd) {}
@@ -165,6 +169,16 @@ void StateLock::write(const RobotState& state) const {
   ::close(fd);
   if (!whole) throw system_failure(fresh, error);
   if (::rename(fresh.c_str(), file.c_str()) != 0) throw system_failure(file, errno);
+}
+
+std::vector<std::string> left_overs() {
+  std::vector<std::string> names = robots_of_files(false);
+  for (const std::string& name : abandoned_segments()) {
+    if (is_robot_name(name) && !is_up(name)) names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return names;
 }
 
 bool remove_left_overs(const std::string& name) {

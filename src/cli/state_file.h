@@ -61,6 +61,9 @@ class StateLock {
   int fd_;
 };
 
+/// Names of the robots that are not up and have left files or a segment, sorted.
+[[nodiscard]] std::vector<std::string> left_overs();
+
 /// Removes what a supervisor that died has left: its files and the segment that nobody holds. True when there
 /// was something. Does nothing while the robot is up.
 bool remove_left_overs(const std::string& name);

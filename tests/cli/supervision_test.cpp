@@ -122,6 +122,26 @@ TEST_F(Supervision, NoChildOutlivesAKilledSupervisor) {
   supervisor_.reset();
 }
 
+TEST_F(Supervision, WhatATotalCrashLeavesIsNamed) {
+  up();
+  const std::vector<pid_t> all{pid_of("rt_pid"), pid_of("servant_pid"), supervisor_->pid()};
+  // Or the children would still end in order when the supervisor dies.
+  for (const pid_t pid : all) ASSERT_EQ(::kill(pid, SIGSTOP), 0);
+  for (const pid_t pid : all) ASSERT_EQ(::kill(pid, SIGKILL), 0);
+  ASSERT_TRUE(supervisor_->wait(within(10)));
+  ASSERT_TRUE(wait_until(within(20), [&] { return has_ended(all[0]) && has_ended(all[1]); }));
+  ASSERT_TRUE(segment_exists(name_));
+  // As after a reboot of the user's session, which empties this directory.
+  std::filesystem::remove_all(directory_ / "corbot");
+  const RunResult nothing = corbot({"down"});
+  EXPECT_EQ(nothing.code, 3);
+  EXPECT_THAT(nothing.errors,
+              HasSubstr("left over from a crash: " + name_ + ": 'corbot down --name " + name_ + "'"));
+  EXPECT_EQ(corbot({"down", "--name", name_}).code, 0);
+  EXPECT_THAT(corbot({"down"}).errors, testing::Not(HasSubstr(name_)));
+  supervisor_.reset();
+}
+
 TEST_F(Supervision, ASecondOneIsRefused) {
   up();
   const RunResult same = corbot({"up", CORBOT_PROFILE, "--name", name_});
