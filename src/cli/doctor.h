@@ -35,7 +35,8 @@ struct MachineFiles {
 /// Programs, ORB and, where a profile is given, the profile, its port and its devices.
 [[nodiscard]] std::vector<Finding> examine_installation(const std::string& profile_file);
 
-/// The devices that a profile names; looked at, not opened, for they may be in use.
+/// The devices that a profile names. A serial line is opened for an instant, and nothing is sent; others are
+/// looked at.
 [[nodiscard]] std::vector<Finding> examine_devices(const Profile& profile);
 
 /// Does a list such as "1-3,5" contain `cpu`?

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <net/if.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -8,6 +11,7 @@
 #include <fstream>
 
 #include "cli/doctor.h"
+#include "cli/state_file.h"
 #include "rt/gpio/gpio_lines.h"
 
 namespace corbot::cli {
@@ -16,16 +20,45 @@ namespace {
 
 constexpr const char* kSubject = "devices";
 
-/// A file that must be there and open for reading and writing. `group`: who may.
-Finding file(const std::string& what, const std::string& path, const std::string& group,
-             const std::string& if_absent) {
-  const std::string text = fmt::format("{}: {}", what, path);
-  if (::access(path.c_str(), R_OK | W_OK) == 0) return {Level::kOk, kSubject, text + " can be opened", ""};
-  const int error = errno;
+/// What the system has against opening a file. `group`: who may.
+Finding not_opened(const std::string& text, int error, const std::string& group,
+                   const std::string& if_absent) {
   return {Level::kFail, kSubject, fmt::format("{}: {}", text, std::strerror(error)),
           error == EACCES
               ? fmt::format("sudo adduser $USER {}, then log in again; or install packaging/udev", group)
               : if_absent};
+}
+
+/// A character device that must be there and open for reading and writing.
+Finding file(const std::string& what, const std::string& path, const std::string& group,
+             const std::string& if_absent) {
+  const std::string text = fmt::format("{}: {}", what, path);
+  struct stat status {};
+  if (::access(path.c_str(), R_OK | W_OK) != 0 || ::stat(path.c_str(), &status) != 0)
+    return not_opened(text, errno, group, if_absent);
+  if (!S_ISCHR(status.st_mode)) return {Level::kFail, kSubject, text + " is no device", if_absent};
+  return {Level::kOk, kSubject, text + " can be opened", ""};
+}
+
+/// As the backend opens it, but for TIOCEXCL, which would be left behind for others that have it open.
+Finding serial_line(const std::string& what, const std::string& path, const std::string& robot,
+                    const std::string& if_absent) {
+  const std::string text = fmt::format("{}: {}", what, path);
+  const auto taken = [&]() -> Finding {
+    const bool is_ours = is_up(robot);
+    return {is_ours ? Level::kWarn : Level::kFail, kSubject, text + ": another program has it open",
+            is_ours ? "nothing, if that is this robot, which is up"
+                    : fmt::format("end that program; 'fuser {}' tells which", path)};
+  };
+  // Not blocking, or open() would wait for a modem's carrier.
+  const int fd = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (fd < 0) return errno == EBUSY ? taken() : not_opened(text, errno, "dialout", if_absent);
+  const bool is_line = ::isatty(fd) == 1;
+  const bool is_free = ::flock(fd, LOCK_EX | LOCK_NB) == 0;
+  ::close(fd);  // and the lock with it
+  if (!is_line) return {Level::kFail, kSubject, text + " is no serial line", if_absent};
+  if (!is_free) return taken();
+  return {Level::kOk, kSubject, text + " can be opened", ""};
 }
 
 Finding pwm(const PwmSysfsOptions& options) {
@@ -85,7 +118,7 @@ void gpio(const std::string& what, const std::string& chip, const std::vector<st
   }
 }
 
-void backend(const BackendOptions& options, std::vector<Finding>& findings) {
+void backend(const BackendOptions& options, const std::string& robot, std::vector<Finding>& findings) {
   const std::string what = "backend " + options.kind;
   if (options.kind == "loopback") {
     findings.push_back({Level::kOk, kSubject, what + " (the simulator): needs none", ""});
@@ -100,9 +133,9 @@ void backend(const BackendOptions& options, std::vector<Finding>& findings) {
   } else if (options.kind == "gpiod") {
     gpio(what, options.gpiod.chip, options.gpiod.lines, "backend.gpiod", findings);
   } else {
-    findings.push_back(
-        file(what, options.serial.port, "dialout",
-             fmt::format("plug the controller in, or correct backend.{}.port in the profile", options.kind)));
+    findings.push_back(serial_line(
+        what, options.serial.port, robot,
+        fmt::format("plug the controller in, or correct backend.{}.port in the profile", options.kind)));
   }
 }
 
@@ -110,7 +143,7 @@ void backend(const BackendOptions& options, std::vector<Finding>& findings) {
 
 std::vector<Finding> examine_devices(const Profile& profile) {
   std::vector<Finding> findings;
-  backend(profile.backend, findings);
+  backend(profile.backend, profile.name, findings);
   if (const auto& stop = profile.emergency_stop; !stop.chip.empty()) {
     gpio("emergency stop", stop.chip, {stop.line}, "emergency_stop", findings);
   }

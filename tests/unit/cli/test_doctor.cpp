@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -114,7 +116,22 @@ TEST(Installation, ASerialDeviceIsLookedAt) {
   EXPECT_EQ(absent.level, Level::kFail);
   EXPECT_NE(absent.text.find("/nonexistent/tty: No such file"), std::string::npos) << absent.text;
   EXPECT_NE(absent.mend.find("backend.ssc32.port"), std::string::npos) << absent.mend;
-  EXPECT_EQ(finding_for("/dev/null").level, Level::kOk);
+  for (const std::string& other : {std::string("/dev/null"), path, testing::TempDir()}) {
+    EXPECT_EQ(finding_for(other).level, Level::kFail);
+  }
+  EXPECT_THAT(finding_for("/dev/null").text, HasSubstr("/dev/null is no serial line"));
+
+  const int master = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+  ASSERT_EQ(::grantpt(master) | ::unlockpt(master), 0);
+  const std::string line = ::ptsname(master);
+  EXPECT_EQ(finding_for(line).level, Level::kOk);
+  const int holder = ::open(line.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  ASSERT_EQ(::flock(holder, LOCK_EX | LOCK_NB), 0) << "it was given back";
+  const Finding taken = finding_for(line);
+  EXPECT_EQ(taken.level, Level::kFail);
+  EXPECT_THAT(taken.text, HasSubstr(line + ": another program has it open"));
+  ::close(holder);
+  ::close(master);
   std::filesystem::remove(path);
 }
 
