@@ -8,43 +8,18 @@
 #include <string>
 #include <thread>
 
+#include "robot/alarm_words.h"
+
 namespace corbot::rt {
 namespace {
 
 constexpr std::chrono::milliseconds kInterval{50};
 
-const char* text_of(AlarmCode code) {
-  switch (code) {
-    case AlarmCode::kSetPointNotFinite:
-      return "set-point is not finite";
-    case AlarmCode::kSetPointOutOfRange:
-      return "set-point out of range";
-    case AlarmCode::kSetPointDiscontinuous:
-      return "set-point too far from the last one";
-    case AlarmCode::kKinematicsFailed:
-      return "no inverse kinematics at this point of the path";
-    case AlarmCode::kCommandRefused:
-      return "command refused (value: its number, lower: the verdict, upper: the offender)";
-    case AlarmCode::kRingCorrupt:
-      return "command ring corrupt, emptied";
-    case AlarmCode::kBackendDegraded:
-      return "backend degraded";
-    case AlarmCode::kBackendLost:
-      return "backend lost";
-    case AlarmCode::kEmergencyStop:
-      return "emergency stop";
-    case AlarmCode::kOverrun:
-      return "cycle overrun";
-  }
-  return "unknown";
-}
-
 void print_alarms(Cycle& cycle) {
   AlarmEvent alarm{};
   while (cycle.alarm_log().pop(alarm) == PopResult::kOk) {
-    spdlog::error("alarm {}: {}; joint {}, value {}, allowed {} .. {}",
-                  static_cast<std::uint32_t>(alarm.code), text_of(alarm.code), alarm.joint, alarm.value,
-                  alarm.lower, alarm.upper);
+    spdlog::log(causes_error(alarm.code) ? spdlog::level::err : spdlog::level::warn, "alarm {}: {}",
+                static_cast<std::uint32_t>(alarm.code), alarm_text(alarm));
   }
 }
 

@@ -28,10 +28,11 @@ const char* word(Corbot::RobotState state) {
   }
 }
 
-const char* meaning(Corbot::RobotState state) {
+const char* meaning(Corbot::RobotState state, bool mended) {
   switch (state) {
     case Corbot::Error:
-      return "faulted: mend the cause, then 'corbot clear'";
+      return mended ? "faulted: the cause is gone: 'corbot clear'"
+                    : "faulted: mend the cause, then 'corbot clear'";
     case Corbot::Waiting:
       return "busy: moving, delaying or paused";
     default:
@@ -51,6 +52,17 @@ const char* word(Corbot::DeviceHealth health) {
   constexpr const char* kWords[] = {"closed", "open", "degraded", "lost"};
   const auto index = static_cast<std::size_t>(health);
   return index < std::size(kWords) ? kWords[index] : "unknown";
+}
+
+/// The alarm of a lost device once it is back, for it stays until it is cleared; else empty.
+std::string back_again(const std::string& alarm, const Corbot::DeviceInfo& device) {
+  constexpr std::string_view kLost = "121 the servo device is lost";
+  if (!alarm.starts_with(kLost)) return "";
+  if (device.health != Corbot::DeviceOpen && device.health != Corbot::DeviceDegraded) return "";
+  std::string cause = alarm.substr(kLost.size());  // ": the line was cut; the arm holds"
+  cause.resize(std::min(cause.find(';'), cause.size()));
+  if (cause.starts_with(": ")) cause = " (" + cause.substr(2) + ")";
+  return fmt::format("121 the servo device was lost{}, is back: 'corbot clear'", cause);
 }
 
 json device_data(const Corbot::DeviceInfo& device) {
@@ -122,8 +134,14 @@ StatusReport read_status(Client& client) {
 std::string status_text(const StatusReport& r) {
   std::string text = fmt::format("{} ({}, {} articulations) at {}\n", r.name.empty() ? "robot" : r.name,
                                  word(r.kind), r.joints.size(), r.address);
-  text += fmt::format("  state     {:<9} {}\n", word(r.state), meaning(r.state));
-  for (const auto& alarm : r.active_alarms) text += fmt::format("  alarm     {}\n", alarm);
+  bool mended = !r.active_alarms.empty();
+  std::string alarms;
+  for (const auto& alarm : r.active_alarms) {
+    const std::string back = back_again(alarm, r.device);
+    if (back.empty()) mended = false;
+    alarms += fmt::format("  alarm     {}\n", back.empty() ? alarm : back);
+  }
+  text += fmt::format("  state     {:<9} {}\n{}", word(r.state), meaning(r.state, mended), alarms);
   text += fmt::format("  device    {}\n", device_words(r.device));
   if (r.device.positionUncertain) {
     text += "  position  BELIEVED, NOT KNOWN since power-up: the first motion runs at 10 % of its speed\n";

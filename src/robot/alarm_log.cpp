@@ -1,86 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "robot/alarm_log.h"
 
-#include <fmt/format.h>
-
 #include <chrono>
-#include <iterator>
-#include <numbers>
 
 namespace corbot {
-namespace {
-
-double degrees(double angle_rad) { return angle_rad * 180.0 / std::numbers::pi; }
-
-bool causes_error(AlarmCode code) {
-  switch (code) {
-    case AlarmCode::kCommandRefused:
-    case AlarmCode::kRingCorrupt:
-    case AlarmCode::kBackendDegraded:
-    case AlarmCode::kOverrun:
-      return false;
-    default:
-      return true;
-  }
-}
-
-std::string because(double cause) {
-  if (!(cause >= 0.0 && cause < 1e6)) return {};
-  const std::string text = device_cause_text(static_cast<std::uint32_t>(cause));
-  return text.empty() ? text : ": " + text;
-}
-
-std::string words(const AlarmEvent& event) {
-  switch (event.code) {
-    case AlarmCode::kSetPointNotFinite:
-      return fmt::format("set-point of articulation {} is not a number; the arm holds", event.joint);
-    case AlarmCode::kSetPointOutOfRange:
-      return fmt::format(
-          "set-point of articulation {} at {:.3f} degrees is out of range {:.3f} to {:.3f}; the arm holds",
-          event.joint, degrees(event.value), degrees(event.lower), degrees(event.upper));
-    case AlarmCode::kSetPointDiscontinuous:
-      return fmt::format(
-          "set-point of articulation {} would step by {:.4f} degrees in a cycle, limit {:.4f}; the arm holds",
-          event.joint, degrees(event.value), degrees(event.upper));
-    case AlarmCode::kKinematicsFailed:
-      return fmt::format("a point of the path has no inverse at {:.3f} s of {:.3f} s; the arm holds",
-                         event.value, event.upper);
-    case AlarmCode::kCommandRefused:
-      return fmt::format("the real-time task refused command {:.0f} (verdict {:.0f}, value {:.6g})",
-                         event.value, event.lower, event.upper);
-    case AlarmCode::kRingCorrupt:
-      return "the command ring made no sense and was emptied";
-    case AlarmCode::kBackendDegraded:
-      return "the servo device answers late or with faults" + because(event.value);
-    case AlarmCode::kBackendLost:
-      return fmt::format("the servo device is lost{}; the arm holds", because(event.value));
-    case AlarmCode::kEmergencyStop:
-      return "emergency stop";
-    case AlarmCode::kOverrun:
-      return fmt::format("{:.0f} cycles of the real-time loop overran", event.value);
-  }
-  return fmt::format("alarm {}", static_cast<std::uint32_t>(event.code));
-}
-
-}  // namespace
-
-const char* device_cause_text(std::uint32_t cause) {
-  static constexpr const char* kCauses[] = {"",
-                                            "it is not there",
-                                            "another program uses it",
-                                            "the line was cut",
-                                            "it takes no more bytes",
-                                            "it does not answer",
-                                            "it answers nonsense",
-                                            "it reports a fault of its own",
-                                            "its bus is down",
-                                            "it went silent on its bus"};
-  return cause < std::size(kCauses) ? kCauses[cause] : "";
-}
-
 void AlarmLog::add(const AlarmEvent& event) {
   push({static_cast<double>(event.time_ns) * 1e-9, static_cast<std::int32_t>(event.code),
-        causes_error(event.code), words(event)});
+        causes_error(event.code), alarm_text(event)});
 }
 
 void AlarmLog::add(std::int32_t code, bool active, const std::string& text) {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "corbot/channel/records.h"
+#include "robot/alarm_words.h"
 
 namespace corbot {
 
@@ -16,9 +16,6 @@ namespace corbot {
 inline constexpr std::int32_t kAlarmTaskGone = 150;
 inline constexpr std::int32_t kAlarmTaskRestarted = 151;
 inline constexpr std::int32_t kAlarmPositionNotKept = 152;
-
-/// DeviceCause of rt/backends/serial_port.h in words; "" for none.
-[[nodiscard]] const char* device_cause_text(std::uint32_t cause);
 
 struct AlarmEntry {
   double time_s{};  ///< since the Unix epoch

@@ -11,8 +11,6 @@
 #include <fstream>
 #include <sstream>
 
-#include <fmt/core.h>
-
 #include "cli_rig.h"
 #include "config/profile.h"
 
@@ -55,12 +53,7 @@ class Calibrate : public CliRig {
     emulator_ = std::make_unique<Process>(
         std::vector<std::string>{CORBOT_BIN_DIR "/corbot-sim", "ssc32", "--pty", line_});
     EXPECT_TRUE(emulator_->wait_line("ready", within(30))) << emulator_->errors();
-    const std::string text = text_of(CORBOT_PROFILE);
-    profile_ =
-        put("arm.toml", text.substr(0, text.find("[backend]")) +
-                            fmt::format("[backend]  # mine\nkind = \"ssc32\"\nposition_known_at_start = "
-                                        "true\n[backend.ssc32]\nport = \"{}\"\n",
-                                        line_));
+    profile_ = put_ssc32_profile(line_);
     before_ = text_of(profile_);
   }
   ~Calibrate() override {

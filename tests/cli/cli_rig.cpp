@@ -41,9 +41,9 @@ std::vector<std::string> CliRig::environment() const {
   return {"XDG_RUNTIME_DIR=" + directory_.string(), "CORBOT_ROBOT="};
 }
 
-void CliRig::up(const std::vector<std::string>& more) {
-  std::vector<std::string> arguments{"up",  CORBOT_PROFILE, "--name",
-                                     name_, "--endpoint",   "127.0.0.1:" + std::to_string(port_)};
+void CliRig::up(const std::vector<std::string>& more, const std::string& profile) {
+  std::vector<std::string> arguments{"up",  profile,      "--name",
+                                     name_, "--endpoint", "127.0.0.1:" + std::to_string(port_)};
   if (on_orbit2()) arguments.insert(arguments.end(), {"--orb", "orbit2"});
   arguments.insert(arguments.end(), more.begin(), more.end());
   supervisor_ = begin(arguments);
@@ -65,6 +65,15 @@ std::string CliRig::put(const std::string& file, const std::string& text) const 
   const fs::path path = directory_ / file;
   std::ofstream(path) << text;
   return path.string();
+}
+
+std::string CliRig::put_ssc32_profile(const std::string& line, const std::string& more) const {
+  std::ifstream stream(CORBOT_PROFILE);
+  const std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  return put("arm.toml", text.substr(0, text.find("[backend]")) +
+                             "[backend]  # mine\nkind = \"ssc32\"\nposition_known_at_start = true\n"
+                             "[backend.ssc32]\nport = \"" +
+                             line + "\"\n" + more);
 }
 
 nlohmann::json CliRig::status() {

@@ -21,13 +21,16 @@ class CliRig : public ::testing::Test {
   ~CliRig() override;
 
   /// `corbot up`, until it says that the robot is up.
-  void up(const std::vector<std::string>& more = {});
+  void up(const std::vector<std::string>& more = {}, const std::string& profile = CORBOT_PROFILE);
   /// `corbot ARGUMENTS…` to its end.
   RunResult corbot(const std::vector<std::string>& arguments, double seconds = 60);
   /// The same in the background; its standard input is `terminal` where one is given.
   std::unique_ptr<Process> begin(const std::vector<std::string>& arguments, const std::string& terminal = "");
   /// Writes a file into the test's directory and returns its path.
   std::string put(const std::string& file, const std::string& text) const;
+
+  /// A profile of an SSC-32 at `line`, which has text of the person's own in it; `more` goes to its options.
+  [[nodiscard]] std::string put_ssc32_profile(const std::string& line, const std::string& more = "") const;
 
   nlohmann::json status();
   /// The supervisor's state file.

@@ -47,6 +47,21 @@ TEST(Status, ShowsStateAlarmsAndNoMinusZero) {
   EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1);
 }
 
+TEST(Status, ADeviceThatIsBackWantsAClearOnly) {
+  StatusReport report = sample();
+  report.active_alarms = {"121 the servo device is lost: the line was cut; the arm holds"};
+  EXPECT_THAT(
+      status_text(report),
+      HasSubstr("alarm     121 the servo device was lost (the line was cut), is back: 'corbot clear'\n"));
+  EXPECT_THAT(status_text(report), Not(HasSubstr("mend the cause")));
+  report.active_alarms.emplace_back("130 emergency stop");
+  EXPECT_THAT(status_text(report), HasSubstr("mend the cause"));
+  report.active_alarms = {"121 the servo device is lost; the arm holds"};
+  EXPECT_THAT(status_text(report), HasSubstr("was lost, is back"));
+  report.device.health = Corbot::DeviceLost;
+  EXPECT_THAT(status_text(report), AllOf(HasSubstr("is lost; the arm holds"), HasSubstr("mend the cause")));
+}
+
 TEST(Status, JsonHasUnitsInItsKeys) {
   const std::string text = status_json(sample());
   for (const char* key : {"\"joints_deg\"", "\"x_m\"", "\"state\": \"Error\"", "\"gripper\": \"closed\"",

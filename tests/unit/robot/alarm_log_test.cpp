@@ -35,6 +35,13 @@ TEST(AlarmLog, EveryCodeHasWords) {
   EXPECT_EQ(log.list()[0].text, "alarm 999");
 }
 
+TEST(AlarmLog, OnlyAFaultIsTheCauseOfError) {
+  EXPECT_TRUE(causes_error(AlarmCode::kBackendLost));
+  EXPECT_FALSE(causes_error(AlarmCode::kBackendDegraded));
+  EXPECT_EQ(alarm_text({AlarmCode::kBackendLost, -1, 0, 3.0, 0.0, 0.0}),
+            "the servo device is lost: the line was cut; the arm holds");
+}
+
 TEST(AlarmLog, TheNewestActiveOneIsTheCause) {
   AlarmLog log;
   EXPECT_EQ(log.cause(), "");
