@@ -17,6 +17,13 @@ constexpr auto kRetry = 50ms;                           // between attempts to f
 constexpr std::int64_t kLookAfterPeer_ns = 20'000'000;  // a dead task is noticed within this time
 constexpr auto kSnapshotOfVerdict = 5ms;                // a verdict's snapshot follows it within a cycle
 
+std::string task_is_gone(const std::string& name) {
+  return fmt::format(
+      "the real-time task of {} is gone; start it again with 'corbot up' or corbot-rt "
+      "('corbot up', where it runs, does so by itself)",
+      name);
+}
+
 }  // namespace
 
 Link::Link(std::string name, std::uint64_t fingerprint, LinkListener& listener)
@@ -96,8 +103,7 @@ void Link::run() {
       const std::lock_guard again(mutex_);
       segment_.reset();  // the name may belong to a new file by now
     } else if (segment) {
-      set_cause(fmt::format("the real-time task of {} is gone; start it again with 'corbot up' or corbot-rt",
-                            name_));
+      set_cause(task_is_gone(name_));
     }
     lock.lock();
     if (!end_) end_requested_.wait_for(lock, kRetry);
@@ -117,8 +123,7 @@ void Link::serve_until_gone(Segment& segment) {
     const bool same = layout.header.incarnation.load(std::memory_order_acquire) == incarnation_;
     drain(segment);
     if (!there) {
-      return lose(fmt::format(
-          "the real-time task of {} is gone; start it again with 'corbot up' or corbot-rt", name_));
+      return lose(task_is_gone(name_));
     }
     if (!same)
       return lose("the real-time task was restarted; the motion under way was lost with the old one");

@@ -100,6 +100,10 @@ TEST_F(Supervision, AKilledRealTimeTaskIsRestartedWhereTheArmWas) {
   const pid_t first = pid_of("rt_pid");
   ASSERT_EQ(::kill(first, SIGKILL), 0);
   ASSERT_TRUE(wait_until(within(20), [&] {
+    const RunResult alarms = corbot({"alarms"});
+    return alarms.output.find("('corbot up', where it runs, does so by itself)") != std::string::npos;
+  }));
+  ASSERT_TRUE(wait_until(within(20), [&] {
     const pid_t now = pid_of("rt_pid");
     return now != 0 && now != first;
   }));
