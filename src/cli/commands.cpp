@@ -44,11 +44,25 @@ void stoppable(const ClientOptions& options, Work&& work) {
   }
 }
 
+/// The first motion after a power-up is slow; an override above that waits for its end.
+void tell_of_crawl(Client& client, double wanted_percent) {
+  constexpr double kTolerance_percent = 1e-6;
+  const double now_percent = client.ask([](auto& arm) { return arm.OverridePercent(); });
+  if (now_percent >= wanted_percent - kTolerance_percent) return;
+  const Corbot::DeviceInfo_var device = client.ask([](auto& arm) { return arm.Device(); });
+  if (device->positionUncertain) {
+    fmt::print("{:g} % until the first motion since power-up is done; {:g} % take effect after it\n",
+               now_percent, wanted_percent);
+  }
+}
+
 }  // namespace
 
 void run_request(const ClientOptions& options, const Request& request) {
   if (!spec_of(request.verb).motion) {
-    Client(find_robot(options.robot), options.timeout_s).perform(request);
+    Client client(find_robot(options.robot), options.timeout_s);
+    client.perform(request);
+    if (request.verb == Verb::kOverride) tell_of_crawl(client, request.numbers[0]);
     return;
   }
   stoppable(options, [&](Client& client) { client.perform(request); });

@@ -96,7 +96,7 @@ std::vector<Finding> examine_installation(const std::string& profile_file) {
 bool doctor(const std::string& profile_file) {
   std::vector<Finding> findings = examine_installation(profile_file);
   int priority = kDefaultPriority;
-  int cpu = -1;
+  std::optional<int> cpu;
   if (!profile_file.empty()) {
     std::vector<Finding> already_told;
     if (const auto profile = read_profile(profile_file, already_told)) {

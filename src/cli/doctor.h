@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,8 +27,9 @@ struct MachineFiles {
   std::string shm{"/dev/shm"};
 };
 
-/// The machine's fitness for a real-time loop. `cpu` −1: no particular one.
-[[nodiscard]] std::vector<Finding> examine_machine(const MachineFiles& files, int cpu);
+/// The machine's fitness for a real-time loop. `cpu`: the profile's, −1: no particular one; none without a
+/// profile.
+[[nodiscard]] std::vector<Finding> examine_machine(const MachineFiles& files, std::optional<int> cpu);
 
 /// Privileges of this user for real-time scheduling and locked memory.
 [[nodiscard]] std::vector<Finding> examine_privileges(int priority);

@@ -66,7 +66,9 @@ Finding clock_source(const MachineFiles& files) {
   return ok("clock source", found);
 }
 
-Finding isolation(const MachineFiles& files, int cpu) {
+Finding isolation(const MachineFiles& files, std::optional<int> wanted) {
+  if (!wanted) return ok("cpu", "a profile says to which one the loop is bound; none is given");
+  const int cpu = *wanted;
   const std::string isolated = first_line(files.sys + "/devices/system/cpu/isolated");
   const std::string online = first_line(files.sys + "/devices/system/cpu/online");
   if (cpu < 0) return ok("cpu", "the profile binds the loop to none");
@@ -121,8 +123,8 @@ bool cpu_list_contains(std::string_view list, int cpu) {
   return false;
 }
 
-std::vector<Finding> examine_machine(const MachineFiles& files, int cpu) {
-  return {kernel(files), clock_source(files), governor(files, cpu), isolation(files, cpu),
+std::vector<Finding> examine_machine(const MachineFiles& files, std::optional<int> cpu) {
+  return {kernel(files), clock_source(files), governor(files, cpu.value_or(-1)), isolation(files, cpu),
           shared_memory(files)};
 }
 

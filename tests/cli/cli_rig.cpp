@@ -67,13 +67,12 @@ std::string CliRig::put(const std::string& file, const std::string& text) const 
   return path.string();
 }
 
-std::string CliRig::put_ssc32_profile(const std::string& line, const std::string& more) const {
+std::string CliRig::put_ssc32_profile(const std::string& line, const std::string& more, bool known) const {
   std::ifstream stream(CORBOT_PROFILE);
   const std::string text{std::istreambuf_iterator<char>{stream}, {}};
-  return put("arm.toml", text.substr(0, text.find("[backend]")) +
-                             "[backend]  # mine\nkind = \"ssc32\"\nposition_known_at_start = true\n"
-                             "[backend.ssc32]\nport = \"" +
-                             line + "\"\n" + more);
+  return put("arm.toml", text.substr(0, text.find("[backend]")) + "[backend]  # mine\nkind = \"ssc32\"\n" +
+                             (known ? "position_known_at_start = true\n" : "") +
+                             "[backend.ssc32]\nport = \"" + line + "\"\n" + more);
 }
 
 nlohmann::json CliRig::status() {

@@ -29,8 +29,10 @@ class CliRig : public ::testing::Test {
   /// Writes a file into the test's directory and returns its path.
   std::string put(const std::string& file, const std::string& text) const;
 
-  /// A profile of an SSC-32 at `line`, which has text of the person's own in it; `more` goes to its options.
-  [[nodiscard]] std::string put_ssc32_profile(const std::string& line, const std::string& more = "") const;
+  /// A profile of an SSC-32 at `line`, which has text of the person's own in it; `more` goes to its options;
+  /// `known`: where the arm is at power-up.
+  [[nodiscard]] std::string put_ssc32_profile(const std::string& line, const std::string& more = "",
+                                              bool known = true) const;
 
   nlohmann::json status();
   /// The supervisor's state file.

@@ -11,7 +11,9 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-TEST_F(CliRig, ADeviceThatWasLostIsToldUntilAClear) {
+class Device : public CliRig {};
+
+TEST_F(Device, ADeviceThatWasLostIsToldUntilAClear) {
   const std::string line = (directory_ / "tty").string();
   Process emulator({CORBOT_BIN_DIR "/corbot-sim", "ssc32", "--pty", line});
   ASSERT_TRUE(emulator.wait_line("ready", within(30))) << emulator.errors();
@@ -38,6 +40,22 @@ TEST_F(CliRig, ADeviceThatWasLostIsToldUntilAClear) {
                           Not(HasSubstr("mend the cause"))));
   EXPECT_TRUE(wait_until(within(30), [&] { return corbot({"clear"}).code == 0; }));
   EXPECT_THAT(corbot({"status"}).output, Not(HasSubstr("121")));
+  EXPECT_EQ(supervisor_->terminate(), 0) << supervisor_->errors();
+  supervisor_.reset();
+  EXPECT_EQ(emulator.terminate(), 0);
+}
+
+TEST_F(Device, AnOverrideDuringTheFirstMotionTakesEffectAfterIt) {
+  const std::string line = (directory_ / "tty").string();
+  Process emulator({CORBOT_BIN_DIR "/corbot-sim", "ssc32", "--pty", line});
+  ASSERT_TRUE(emulator.wait_line("ready", within(30))) << emulator.errors();
+  up({}, put_ssc32_profile(line, "", false));
+  if (HasFatalFailure()) return;
+  EXPECT_THAT(corbot({"override", "100"}).output, HasSubstr("100 % take effect after it"));
+  EXPECT_EQ(corbot({"override", "5"}).output, "");
+  EXPECT_EQ(corbot({"override", "100"}).code, 0);
+  ASSERT_EQ(corbot({"joints", "2", "0", "0", "0"}).code, 0);
+  EXPECT_EQ(corbot({"override", "100"}).output, "");
   EXPECT_EQ(supervisor_->terminate(), 0) << supervisor_->errors();
   supervisor_.reset();
   EXPECT_EQ(emulator.terminate(), 0);

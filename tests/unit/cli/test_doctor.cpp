@@ -34,7 +34,7 @@ class Machine : public testing::Test {
     fs::create_directories(path.parent_path());
     std::ofstream(path) << text << "\n";
   }
-  [[nodiscard]] Finding find(const std::string& subject, int cpu = -1) const {
+  [[nodiscard]] Finding find(const std::string& subject, std::optional<int> cpu = -1) const {
     const auto findings = examine_machine(files_, cpu);
     const auto found =
         std::find_if(findings.begin(), findings.end(), [&](const auto& f) { return f.subject == subject; });
@@ -70,6 +70,8 @@ TEST_F(Machine, ACpuMustBeOnlineAndShouldBeIsolated) {
   put("devices/system/cpu/online", "0-3");
   put("devices/system/cpu/isolated", "2-3");
   EXPECT_EQ(find("cpu", -1).level, Level::kOk);
+  EXPECT_THAT(find("cpu", -1).text, HasSubstr("the profile binds the loop to none"));
+  EXPECT_THAT(find("cpu", std::nullopt).text, HasSubstr("none is given"));
   EXPECT_EQ(find("cpu", 3).level, Level::kOk);
   EXPECT_EQ(find("cpu", 1).level, Level::kWarn);
   EXPECT_EQ(find("cpu", 4).level, Level::kFail);
