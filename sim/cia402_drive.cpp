@@ -135,7 +135,8 @@ void Cia402Drive::fail(std::uint16_t code) {
   enter(has_power() ? State::kFaultReactionActive : State::kFault);
 }
 
-void Cia402Drive::power_cycle() {
+void Cia402Drive::power_cycle(bool counts_from_0) {
+  if (counts_from_0) position_ = 0.0;
   state_ = State::kSwitchOnDisabled;
   controlword_ = 0;
   error_code_ = 0;

@@ -51,8 +51,8 @@ class Cia402Drive {
   void set_warning(bool is_on) { has_warning_ = is_on; }
   /// Ramps down, then is in fault until it is reset. The code is an EMCY's.
   void fail(std::uint16_t code);
-  /// Power off and on; the shaft stays.
-  void power_cycle();
+  /// Power off and on; the shaft stays. What counts from 0 then has no absolute encoder.
+  void power_cycle(bool counts_from_0 = false);
 
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] std::uint16_t statusword() const;

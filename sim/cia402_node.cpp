@@ -103,10 +103,10 @@ void Cia402Node::add_pdo(std::size_t number) {
   }
 }
 
-void Cia402Node::boot() {
+void Cia402Node::boot(bool counts_from_0) {
   objects_ = CanObjects();
   add_objects();
-  drive_.power_cycle();
+  drive_.power_cycle(counts_from_0);
   nmt_ = Nmt::kPreOperational;
   heartbeat_ns_ = 0;
   reported_ = 0;
@@ -153,9 +153,9 @@ void Cia402Node::emergency(std::uint16_t code, std::int64_t now_ns) {
   send_changed_tpdos();
 }
 
-void Cia402Node::power_cycle(std::int64_t now_ns) {
+void Cia402Node::power_cycle(std::int64_t now_ns, bool counts_from_0) {
   now_ns_ = std::max(now_ns_, now_ns);
-  boot();
+  boot(counts_from_0);
 }
 
 void Cia402Node::advance(std::int64_t now_ns) {

@@ -30,7 +30,7 @@ class Cia402Node {
   [[nodiscard]] std::optional<std::int64_t> next_event_ns() const;
 
   /// Power off and on; the shaft stays. It boots, as it does when it is first advanced.
-  void power_cycle(std::int64_t now_ns);
+  void power_cycle(std::int64_t now_ns, bool counts_from_0 = false);
   /// Reports an error; one of a fault class (not 81xxh, 82xxh, FFxxh) also stops the drive. 0: it has gone.
   void emergency(std::uint16_t code, std::int64_t now_ns);
   /// The next SDO request is answered by this.
@@ -46,7 +46,7 @@ class Cia402Node {
 
   void add_objects();
   void add_pdo(std::size_t number);
-  void boot();
+  void boot(bool counts_from_0 = false);
   void send(canid_t id, std::vector<std::uint8_t> data);
   void send_emergency(std::uint16_t code);
   void report_new_fault();

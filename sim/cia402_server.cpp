@@ -144,15 +144,18 @@ std::string Cia402Server::execute(const std::vector<std::string_view>& words) {
     }
   } else if (!execute_on_nodes(words)) {
     return fmt::format(
-        "'{}' is none of: emcy CODE [NODE], silent on|off [NODE], reset [NODE], abort CODE [NODE], drop N, "
+        "'{}' is none of: emcy CODE [NODE], silent on|off [NODE], reset [NODE] [lost], abort CODE [NODE], "
+        "drop N, "
         "garble N, unplug, plug, positions, targets",
         fmt::join(words, " "));
   }
   return {};
 }
 
-bool Cia402Server::execute_on_nodes(const std::vector<std::string_view>& words) {
+bool Cia402Server::execute_on_nodes(std::vector<std::string_view> words) {
   const std::string_view what = words[0];
+  const bool loses_count = what == "reset" && words.back() == "lost";
+  if (loses_count) words.pop_back();
   const std::size_t arguments = what == "reset" ? 0 : 1;
   if (words.size() < 1 + arguments || words.size() > 2 + arguments) return false;
   const std::string_view how = arguments > 0 ? words[1] : std::string_view();
@@ -171,7 +174,7 @@ bool Cia402Server::execute_on_nodes(const std::vector<std::string_view>& words) 
     if (what == "silent") {
       slot.is_silent = how == "on";
     } else if (what == "reset") {
-      slot.node.power_cycle(now_ns);
+      slot.node.power_cycle(now_ns, loses_count);
     } else if (what == "emcy") {
       slot.node.emergency(static_cast<std::uint16_t>(*code), now_ns);
     } else {

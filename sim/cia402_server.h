@@ -48,7 +48,7 @@ class Cia402Server {
   /// What is wrong with an order, empty: nothing, and it is done.
   [[nodiscard]] std::string execute(const std::vector<std::string_view>& words);
   /// An order to nodes; false when it is none.
-  bool execute_on_nodes(const std::vector<std::string_view>& words);
+  bool execute_on_nodes(std::vector<std::string_view> words);
   void plug();
 
   EndingSignals ending_;

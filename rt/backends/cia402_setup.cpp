@@ -91,9 +91,15 @@ void set_mode(SdoClient& sdo) {
   }
 }
 
+/// Mode and heartbeat are rarely stored: a restart, whose boot-up message may have been missed, forgets them.
+bool is_set_up(SdoClient& sdo, const DriveSetup& setup) {
+  return (sdo.read(kModeDisplay) & 0xFF) == kCyclicSynchronousPosition &&
+         sdo.read(kProducerHeartbeat) == static_cast<std::uint32_t>(setup.heartbeat_ms);
+}
+
 }  // namespace
 
-std::string set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& setup) {
+DriveFound set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& setup) {
   SdoClient sdo(port, watch, setup.node);
   const std::uint32_t type = sdo.read(kDeviceType);
   if ((type & 0xFFFF) != kProfile402) {
@@ -105,7 +111,7 @@ std::string set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& set
     sdo.fail(DeviceCause::kBadAnswer,
              "knows no cyclic synchronous position mode (6502h is " + hex(*modes, 8) + ")");
   }
-  std::string name = sdo.read_text(kDeviceName);
+  DriveFound found{sdo.read_text(kDeviceName), is_set_up(sdo, setup)};
   switch_off_other_pdos(sdo);
   set_up_sync(sdo, setup);
   static constexpr std::array<std::uint32_t, 2> kReceived{kControlword, kTargetPosition};
@@ -118,7 +124,7 @@ std::string set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& set
   }
   set_mode(sdo);
   sdo.write_checked(kProducerHeartbeat, static_cast<std::uint32_t>(setup.heartbeat_ms), 2);
-  return name;
+  return found;
 }
 
 std::uint16_t read_error_code(CanPort& port, DriveWatch& watch, std::uint8_t node) noexcept {

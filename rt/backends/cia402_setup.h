@@ -13,10 +13,14 @@ struct DriveSetup {
   int heartbeat_ms;
 };
 
+struct DriveFound {
+  std::string name;  ///< "": none
+  bool was_set_up;   ///< by an earlier call, and has not restarted since
+};
+
 /// Makes a drive that is pre-operational follow RPDO1 and answer by TPDO1 at every SYNC, in cyclic
-/// synchronous position mode. Everything that is written is read again. Returns the device's name, "" for
-/// none. Throws DeviceError.
-std::string set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& setup);
+/// synchronous position mode. Everything that is written is read again. Throws DeviceError.
+DriveFound set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& setup);
 
 /// 603Fh, what a drive that is in fault says of it; 0 when it does not tell.
 [[nodiscard]] std::uint16_t read_error_code(CanPort& port, DriveWatch& watch, std::uint8_t node) noexcept;

@@ -120,7 +120,9 @@ void DriveWatch::check(Time now, Duration heartbeat) {
   check_bus();
   for (const DriveReport& drive : drives_) {
     if (drive.has_restarted) {
-      throw DeviceError(DeviceCause::kDeviceFault, name_of(drive) + " has restarted: did its power fail?");
+      throw DeviceError(
+          DeviceCause::kDeviceFault,
+          name_of(drive) + " has restarted: did its power fail? It is used again if it counts as before");
     }
     // What the drive says of itself comes first: one with a fault may fall silent after it.
     const DriveState state = state_of(drive.process.statusword);

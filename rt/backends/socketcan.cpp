@@ -22,6 +22,9 @@ constexpr auto kSendWithin = 100ms;
 /// A drive that sends no process data so long has them reported as missing.
 constexpr auto kStale = 50ms;
 constexpr int kStalePeriods = 5;
+/// So far the shaft of a drive that restarts may sag; more, and its count has begun anew.
+constexpr double kSag_rad = 0.05;
+constexpr double kSagOfGripper = 0.05;
 
 std::vector<std::uint8_t> nodes_of(const Cia402Settings& settings) {
   std::vector<std::uint8_t> nodes;
@@ -47,7 +50,11 @@ std::string rate_in_words(std::int64_t bits_per_s) {
 }  // namespace
 
 Cia402Drives::Cia402Drives(Cia402Settings settings)
-    : settings_(std::move(settings)), watch_(nodes_of(settings_)), period_ns_(settings_.loop_ns) {}
+    : settings_(std::move(settings)),
+      watch_(nodes_of(settings_)),
+      period_ns_(settings_.loop_ns),
+      served_at_(watch_.drives().size()),
+      has_restarted_(watch_.drives().size(), false) {}
 
 CanPort::Clock::duration Cia402Drives::heartbeat_limit() const {
   return kHeartbeatsMissed * std::chrono::milliseconds(settings_.heartbeat_ms);
@@ -82,6 +89,34 @@ void Cia402Drives::examine() {
   } catch (const DeviceError& error) {
     throw DeviceError(error.cause(), settings_.interface + ": " + error.what());
   }
+  const auto& drives = watch_.drives();
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    if (drives[i].has_process) served_at_[i] = drives[i].process.position;
+  }
+}
+
+void Cia402Drives::note_restarts() {
+  const auto& drives = watch_.drives();
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    if (drives[i].has_restarted) has_restarted_[i] = true;
+  }
+}
+
+void Cia402Drives::check_counts() const {
+  const auto& drives = watch_.drives();
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    if (!has_restarted_[i] || !served_at_[i]) continue;
+    const double most =
+        i < settings_.joints.size()
+            ? kSag_rad * settings_.joints[i].counts_per_rad
+            : kSagOfGripper * std::abs(settings_.gripper->open_count - settings_.gripper->closed_count);
+    const std::int32_t now = drives[i].process.position;
+    if (std::abs(static_cast<double>(now) - *served_at_[i]) <= most) continue;
+    throw DeviceError(DeviceCause::kDeviceFault,
+                      settings_.interface + ": " + name_of(drives[i]) + " counts " + std::to_string(now) +
+                          " after its restart, it stood at " + std::to_string(*served_at_[i]) +
+                          ": reference it, then restart corbot");
+  }
 }
 
 std::string Cia402Drives::choose_period() {
@@ -110,6 +145,7 @@ std::string Cia402Drives::choose_period() {
 std::string Cia402Drives::open() {
   port_.open(settings_.interface, identifiers_of(watch_.drives()));
   last_listened_ = Clock::now();
+  note_restarts();
   watch_.clear(last_listened_);
   last_targets_.clear();
   is_synchronised_ = false;
@@ -117,8 +153,11 @@ std::string Cia402Drives::open() {
   command(NmtCommand::kPreOperational);  // their PDOs are quiet while they are set up
   std::string nodes;
   std::string last_name;
-  for (const DriveReport& drive : watch_.drives()) {
-    const std::string name = set_up_drive(port_, watch_, {drive.node, period_ns_, settings_.heartbeat_ms});
+  for (std::size_t i = 0; i < has_restarted_.size(); ++i) {
+    const DriveReport& drive = watch_.drives()[i];
+    const auto [name, was_set_up] =
+        set_up_drive(port_, watch_, {drive.node, period_ns_, settings_.heartbeat_ms});
+    if (!was_set_up) has_restarted_[i] = true;
     // A row of the same drives is named once, at its end.
     if (!nodes.empty()) nodes += (name == last_name || last_name.empty() ? ", " : " (" + last_name + "), ");
     nodes += std::to_string(drive.node);
@@ -162,6 +201,7 @@ void Cia402Drives::enable() {
   watch_.expect_answers();
   port_.write(sync_frame(), Clock::now() + kSendWithin);
   listen(Clock::now() + kStartWithin, [&] { return watch_.has_all_answers(); });
+  if (watch_.has_all_answers()) check_counts();  // else the loop says who is missing
   for (auto due = Clock::now();; due += cycle()) {
     bool is_ready = true;
     for (std::size_t i = 0; i < drives.size(); ++i) {
@@ -198,6 +238,7 @@ void Cia402Drives::enable() {
     watch_.check_bus();
   }
   last_targets_ = targets;
+  has_restarted_.assign(drives.size(), false);
   watch_.settle();
 }
 

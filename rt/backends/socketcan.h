@@ -72,6 +72,9 @@ class Cia402Drives final : public BusDevice {
   void command(NmtCommand command);
   void start();
   void enable();
+  void note_restarts();
+  /// Throws when a drive that has restarted counts otherwise than before.
+  void check_counts() const;
   /// Brings targets as near to the last ones as the drives may be asked to go in one cycle.
   void limit(std::vector<std::int32_t>& next) const;
   /// RPDOs to all, then SYNC.
@@ -90,7 +93,9 @@ class Cia402Drives final : public BusDevice {
   std::int64_t period_ns_;
   Clock::time_point last_listened_{};
   std::vector<std::int32_t> last_targets_;
-  bool is_synchronised_{false};  ///< answers to the last SYNC may still come
+  std::vector<std::optional<std::int32_t>> served_at_;  ///< where a drive stood when it was last served
+  std::vector<bool> has_restarted_;                     ///< since then
+  bool is_synchronised_{false};                         ///< answers to the last SYNC may still come
 };
 
 }  // namespace corbot::rt

@@ -1,101 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // The backend and emulated drives on one bus: from power-up to the end, and everything that may go wrong.
-#include <gmock/gmock.h>
-
-#include <filesystem>
-
-#include "rt/backends/bus_backend.h"
 #include "rt/backends/sdo_client.h"
-#include "rt/backends/socketcan.h"
-#include "support/emulated_drives.h"
+#include "unit/can/drives_fixture.h"
 
 namespace corbot::rt {
 namespace {
 
-using test::wait_until;
-using test::within;
 using ::testing::HasSubstr;
 
-constexpr double kCountsPerRad = 50'000.0;
-constexpr int kStandsAt = 12'000;
 /// Of BusBackend's way back, 0.5 rad/s in steps of a millisecond, rounded; one that came late may be two.
 constexpr std::int64_t kLargestStep = 2 * 25 + 2;
-
-class Drives : public ::testing::Test {
- protected:
-  Drives()
-      : directory_(std::string(CORBOT_SCRATCH_DIR) + "/" + test::unique_name("drives")),
-        emulator_(CORBOT_SIM_PROGRAM, directory_, 3, {"--position", std::to_string(kStandsAt)}) {
-    std::filesystem::create_directory(directory_);
-    arm_.dof = 2;
-    for (std::size_t i = 0; i < 2; ++i)
-      arm_.servos[i] = {static_cast<std::uint32_t>(i), 1500.0, 600.0, 1.0, 500.0, 2500.0};
-    arm_.gripper = {2, 1900.0, 1100.0, 0.5};
-    settings_.interface = emulator_.bus();
-    settings_.joints = {{1, kCountsPerRad, 0.0, 1.0}, {2, kCountsPerRad, kStandsAt, -1.0}};
-    settings_.gripper = GripperDrive{3, 0.0, 20'000.0};
-    settings_.gripper_model = arm_.gripper;
-  }
-  ~Drives() override {
-    backend_.reset();
-    EXPECT_EQ(emulator_.stop(), 0);
-    std::filesystem::remove_all(directory_);
-  }
-  void SetUp() override { emulator_.start(); }
-
-  /// Joint 1 at 0.25 rad, joint 2 at 0, the gripper at half: 12500, 12000 and 10000 counts.
-  static ServoFrame frame(double first_rad = 0.25) {
-    ServoFrame frame;
-    frame.servo_count = 3;
-    frame.time_ns = CanPort::Clock::now().time_since_epoch().count();
-    frame.position_rad[0] = first_rad;
-    frame.pulse_us[0] = frame.pulse_us[1] = frame.pulse_us[2] = 1500.0;
-    return frame;
-  }
-  void open(bool relax = false) {
-    backend_ = std::make_unique<BusBackend>(arm_, std::make_unique<Cia402Drives>(settings_),
-                                            BusSettings{"socketcan", true, relax, 0.02}, stop_);
-    backend_->open(frame());
-    news_ = backend_->take_news();
-  }
-  bool becomes(BackendHealth health) {
-    return wait_until(within(30), [&] {
-      news_ += backend_->take_news();
-      return backend_->health() == health;
-    });
-  }
-  bool arrives(std::int32_t first = 12'500) {
-    return wait_until(within(30), [&] {
-      backend_->write(frame(first / kCountsPerRad));
-      return emulator_.counts() == std::map<int, std::int32_t>{{1, first}, {2, kStandsAt}, {3, 10'000}};
-    });
-  }
-  void expect_lost(DeviceCause cause, const std::string& text) {
-    ASSERT_TRUE(becomes(BackendHealth::kLost)) << news_;
-    EXPECT_EQ(backend_->cause(), static_cast<std::uint32_t>(cause)) << news_;
-    EXPECT_TRUE(wait_until(within(10), [&] {
-      news_ += backend_->take_news();
-      return news_.find(text) != std::string::npos;
-    })) << news_;
-  }
-  /// What opening says, when it fails.
-  DeviceError refused() {
-    try {
-      Cia402Drives(settings_).open();
-    } catch (const DeviceError& error) {
-      return error;
-    }
-    return {DeviceCause::kNone, ""};
-  }
-
-  std::string directory_;
-  test::EmulatedDrives emulator_;
-  ArmModel arm_;
-  EmergencyStop stop_;
-  Cia402Settings settings_;
-  std::unique_ptr<BusBackend> backend_;
-  std::string news_;
-};
 
 TEST_F(Drives, AreEnabledWhereTheyStandAndFollow) {
   open();

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Drives whose power fails: what they count afterwards is not believed.
+#include "unit/can/drives_fixture.h"
+
+namespace corbot::rt {
+namespace {
+
+using ::testing::HasSubstr;
+
+class RestartedDrives : public Drives {
+ protected:
+  /// Waits until node 1 has been set up so many times from now on.
+  bool is_tried(int times) {
+    while (port_.read(CanPort::Clock::time_point{})) {
+    }
+    return wait_until(within(30), [&] {
+      while (const auto frame = port_.read(CanPort::Clock::time_point{})) {
+        const bool is_begin =
+            frame->data[0] == static_cast<int>(NmtCommand::kPreOperational) && frame->data[1] == 1;
+        if (is_begin) --times;
+      }
+      return times <= 0;
+    });
+  }
+  void expect_refused() {
+    EXPECT_TRUE(is_tried(3));
+    EXPECT_EQ(backend_->health(), BackendHealth::kLost);
+    EXPECT_EQ(emulator_.counts().at(1), 0);
+    EXPECT_EQ(emulator_.counts("targets").at(1), 0);
+  }
+  void SetUp() override {
+    Drives::SetUp();
+    port_.open(emulator_.bus(), {kNmt});
+  }
+
+  CanPort port_;
+};
+
+TEST_F(RestartedDrives, AreNotMovedWhenTheyCountAnew) {
+  open();
+  ASSERT_TRUE(arrives());
+  emulator_.order("reset 1 lost");
+  expect_lost(DeviceCause::kDeviceFault, "node 1 has restarted");
+  expect_refused();
+}
+
+TEST_F(RestartedDrives, AreKnownThoughTheirBootUpWasMissed) {
+  open();
+  ASSERT_TRUE(arrives());
+  emulator_.order("silent on 1");
+  expect_lost(DeviceCause::kHeartbeatLost, "node 1: no heartbeat");
+  emulator_.order("reset 1 lost");
+  emulator_.order("silent off 1");
+  expect_refused();
+}
+
+TEST_F(RestartedDrives, MaySagALittle) {
+  Cia402Drives drives(settings_);
+  drives.open();
+  const auto leads_to = [&](std::int32_t first) {
+    return wait_until(within(10), [&] {
+      drives.send(frame(first / kCountsPerRad), false);
+      (void)drives.measure(frame());
+      return emulator_.counts().at(1) == first;
+    });
+  };
+  ASSERT_TRUE(leads_to(2'000));
+  drives.close();
+  emulator_.order("reset 1 lost");
+  drives.open();
+  ASSERT_TRUE(leads_to(3'000));
+  drives.close();
+  emulator_.order("reset 1 lost");
+  for (int i = 0; i < 2; ++i) {
+    try {
+      drives.open();
+      FAIL() << "opened";
+    } catch (const DeviceError& error) {
+      EXPECT_EQ(error.cause(), DeviceCause::kDeviceFault);
+      EXPECT_THAT(error.what(),
+                  HasSubstr("node 1 counts 0 after its restart, it stood at 3000: reference it"));
+    }
+    drives.close();
+  }
+}
+
+}  // namespace
+}  // namespace corbot::rt
