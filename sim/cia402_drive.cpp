@@ -94,7 +94,7 @@ void Cia402Drive::control(std::uint16_t controlword) {
   const bool enable = switch_on && (controlword & kEnableBit) != 0;
   switch (state_) {
     case State::kSwitchOnDisabled:
-      if (has_voltage && !quick_stop && !switch_on) enter(State::kReadyToSwitchOn);
+      if (has_voltage && !quick_stop && !switch_on && !is_sto_) enter(State::kReadyToSwitchOn);
       break;
     case State::kReadyToSwitchOn:
     case State::kSwitchedOn:
@@ -127,6 +127,11 @@ void Cia402Drive::control(std::uint16_t controlword) {
     default:
       break;
   }
+}
+
+void Cia402Drive::set_sto(bool is_on) {
+  is_sto_ = is_on;
+  if (is_on && state_ != State::kFault) enter(State::kSwitchOnDisabled);
 }
 
 void Cia402Drive::fail(std::uint16_t code) {

@@ -48,6 +48,8 @@ class Cia402Drive {
   void set_quick_stop_option(int option) { quick_stop_option_ = option; }
   void set_following(double window, double timeout_s);
   void set_quick_stop_ramp(double counts_per_s2) { options_.quick_stop_counts_per_s2 = counts_per_s2; }
+  /// Safe torque off: no voltage as long as it is on.
+  void set_sto(bool is_on);
   void set_warning(bool is_on) { has_warning_ = is_on; }
   /// Ramps down, then is in fault until it is reset. The code is an EMCY's.
   void fail(std::uint16_t code);
@@ -88,6 +90,7 @@ class Cia402Drive {
   std::int64_t now_ns_{0};
   bool is_limited_{false};
   bool has_warning_{false};
+  bool is_sto_{false};
 };
 
 }  // namespace corbot::sim

@@ -158,6 +158,12 @@ void Cia402Node::power_cycle(std::int64_t now_ns, bool counts_from_0) {
   boot(counts_from_0);
 }
 
+void Cia402Node::set_sto(bool is_on, std::int64_t now_ns) {
+  advance(now_ns);
+  drive_.set_sto(is_on);
+  send_changed_tpdos();
+}
+
 void Cia402Node::advance(std::int64_t now_ns) {
   now_ns_ = std::max(now_ns_, now_ns);
   if (nmt_ == Nmt::kBoot) boot();

@@ -33,6 +33,7 @@ class Cia402Node {
   void power_cycle(std::int64_t now_ns, bool counts_from_0 = false);
   /// Reports an error; one of a fault class (not 81xxh, 82xxh, FFxxh) also stops the drive. 0: it has gone.
   void emergency(std::uint16_t code, std::int64_t now_ns);
+  void set_sto(bool is_on, std::int64_t now_ns);
   /// The next SDO request is answered by this.
   void abort_next(std::uint32_t code) { abort_next_ = code; }
 

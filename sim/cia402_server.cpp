@@ -11,6 +11,7 @@ namespace corbot::sim {
 namespace {
 
 constexpr canid_t kSync = 0x080;
+constexpr canid_t kTpdo1 = 0x180;
 
 /// A hexadecimal number, with or without 0x.
 std::optional<std::uint32_t> code_of(std::string_view text) {
@@ -71,7 +72,7 @@ void Cia402Server::advance() {
 
 void Cia402Server::flush(Slot& slot) {
   for (can_frame& frame : slot.node.take_sent()) {
-    if (slot.is_silent) continue;
+    if (slot.is_silent || (slot.is_mute && (frame.can_id & ~canid_t{0x7F}) == kTpdo1)) continue;
     if (to_garble_ > 0) {
       --to_garble_;
       for (std::uint8_t& byte : frame.data) byte = static_cast<std::uint8_t>(~byte);
@@ -144,7 +145,8 @@ std::string Cia402Server::execute(const std::vector<std::string_view>& words) {
     }
   } else if (!execute_on_nodes(words)) {
     return fmt::format(
-        "'{}' is none of: emcy CODE [NODE], silent on|off [NODE], reset [NODE] [lost], abort CODE [NODE], "
+        "'{}' is none of: emcy CODE [NODE], silent on|off [NODE], mute on|off [NODE], sto on|off [NODE], "
+        "reset [NODE] [lost], abort CODE [NODE], "
         "drop N, "
         "garble N, unplug, plug, positions, targets",
         fmt::join(words, " "));
@@ -160,7 +162,9 @@ bool Cia402Server::execute_on_nodes(std::vector<std::string_view> words) {
   if (words.size() < 1 + arguments || words.size() > 2 + arguments) return false;
   const std::string_view how = arguments > 0 ? words[1] : std::string_view();
   const auto code = code_of(how);
-  const bool is_known = what == "reset" || (what == "silent" && (how == "on" || how == "off")) ||
+  const bool is_switch = how == "on" || how == "off";
+  const bool is_known = what == "reset" ||
+                        ((what == "silent" || what == "mute" || what == "sto") && is_switch) ||
                         (what == "emcy" && code && *code <= 0xFFFF) || (what == "abort" && code);
   if (!is_known) return false;
   std::uint64_t only = 0;
@@ -173,6 +177,10 @@ bool Cia402Server::execute_on_nodes(std::vector<std::string_view> words) {
     if (only != 0 && slot.node.node() != only) continue;
     if (what == "silent") {
       slot.is_silent = how == "on";
+    } else if (what == "mute") {
+      slot.is_mute = how == "on";
+    } else if (what == "sto") {
+      slot.node.set_sto(how == "on", now_ns);
     } else if (what == "reset") {
       slot.node.power_cycle(now_ns, loses_count);
     } else if (what == "emcy") {

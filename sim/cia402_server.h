@@ -34,6 +34,7 @@ class Cia402Server {
   struct Slot {
     Cia402Node node;
     bool is_silent{false};
+    bool is_mute{false};  ///< sends no process data
     std::int32_t recorded_target{0};
     std::int32_t recorded_position{0};
   };

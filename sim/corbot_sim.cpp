@@ -48,6 +48,8 @@ Lines on standard input ask for faults; each is answered by a line 'ok ...' or '
   emcy CODE [NODE]       reports an error (hexadecimal); but for 81xx, 82xx and FFxx it stops the drive, too;
                          0: it has gone
   silent on|off [NODE]   sends nothing, though it goes on working
+  mute on|off [NODE]     sends no process data, but its heartbeat and all else
+  sto on|off [NODE]      safe torque off: it cannot be enabled
   reset [NODE] [lost]    power off and on; the shaft stays, its count too, or begins at 0
   abort CODE [NODE]      the next SDO request is aborted with this code (hexadecimal)
   drop N                 the next N frames that come in vanish

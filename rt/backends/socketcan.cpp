@@ -15,16 +15,9 @@ using namespace std::chrono_literals;
 
 constexpr int kHeartbeatsMissed = 3;
 constexpr auto kStartWithin = 2s;
-constexpr auto kEnableWithin = 5s;
-/// A controlword stands this long before the next step: a statusword answers the one before it.
-constexpr auto kStep = 20ms;
-constexpr auto kSendWithin = 100ms;
 /// A drive that sends no process data so long has them reported as missing.
 constexpr auto kStale = 50ms;
 constexpr int kStalePeriods = 5;
-/// So far the shaft of a drive that restarts may sag; more, and its count has begun anew.
-constexpr double kSag_rad = 0.05;
-constexpr double kSagOfGripper = 0.05;
 
 std::vector<std::uint8_t> nodes_of(const Cia402Settings& settings) {
   std::vector<std::uint8_t> nodes;
@@ -60,8 +53,7 @@ CanPort::Clock::duration Cia402Drives::heartbeat_limit() const {
   return kHeartbeatsMissed * std::chrono::milliseconds(settings_.heartbeat_ms);
 }
 
-template <class Condition>
-void Cia402Drives::listen(Clock::time_point deadline, Condition&& is_enough) {
+void Cia402Drives::listen(Clock::time_point deadline, const std::function<bool()>& is_enough) {
   // Who has not listened for long has heard no heartbeat, whoever sent some.
   const auto begin = Clock::now();
   if (begin - last_listened_ > std::chrono::milliseconds(settings_.heartbeat_ms)) watch_.forgive(begin);
@@ -92,30 +84,6 @@ void Cia402Drives::examine() {
   const auto& drives = watch_.drives();
   for (std::size_t i = 0; i < drives.size(); ++i) {
     if (drives[i].has_process) served_at_[i] = drives[i].process.position;
-  }
-}
-
-void Cia402Drives::note_restarts() {
-  const auto& drives = watch_.drives();
-  for (std::size_t i = 0; i < drives.size(); ++i) {
-    if (drives[i].has_restarted) has_restarted_[i] = true;
-  }
-}
-
-void Cia402Drives::check_counts() const {
-  const auto& drives = watch_.drives();
-  for (std::size_t i = 0; i < drives.size(); ++i) {
-    if (!has_restarted_[i] || !served_at_[i]) continue;
-    const double most =
-        i < settings_.joints.size()
-            ? kSag_rad * settings_.joints[i].counts_per_rad
-            : kSagOfGripper * std::abs(settings_.gripper->open_count - settings_.gripper->closed_count);
-    const std::int32_t now = drives[i].process.position;
-    if (std::abs(static_cast<double>(now) - *served_at_[i]) <= most) continue;
-    throw DeviceError(DeviceCause::kDeviceFault,
-                      settings_.interface + ": " + name_of(drives[i]) + " counts " + std::to_string(now) +
-                          " after its restart, it stood at " + std::to_string(*served_at_[i]) +
-                          ": reference it, then restart corbot");
   }
 }
 
@@ -187,59 +155,6 @@ void Cia402Drives::start() {
   if (late == drives.end()) return;
   throw DeviceError(DeviceCause::kNoAnswer, settings_.interface + ": " + name_of(*late) +
                                                 " does not become operational, it is " + in_words(late->nmt));
-}
-
-void Cia402Drives::enable() {
-  const auto& drives = watch_.drives();
-  std::vector<std::uint16_t> words(drives.size(), kDisableVoltage);
-  std::vector<std::int32_t> targets(drives.size(), 0);
-  std::vector<Clock::time_point> stepped(drives.size());
-  std::vector<bool> is_asked(drives.size(), false);
-  std::vector<bool> is_holding(drives.size(), false);
-  const auto deadline = Clock::now() + kEnableWithin;
-  // A first SYNC without a word to the drives tells where they are: one may be enabled, and holds.
-  watch_.expect_answers();
-  port_.write(sync_frame(), Clock::now() + kSendWithin);
-  listen(Clock::now() + kStartWithin, [&] { return watch_.has_all_answers(); });
-  if (watch_.has_all_answers()) check_counts();  // else the loop says who is missing
-  for (auto due = Clock::now();; due += cycle()) {
-    bool is_ready = true;
-    for (std::size_t i = 0; i < drives.size(); ++i) {
-      const DriveReport& drive = drives[i];
-      if (!drive.has_process || drive.has_restarted) {
-        throw DeviceError(DeviceCause::kNoAnswer,
-                          settings_.interface + ": " + name_of(drive) +
-                              (drive.has_restarted ? " has restarted" : " does not answer to SYNC"));
-      }
-      const DriveState state = state_of(drive.process.statusword);
-      // Nothing jumps; and what holds its load keeps its target, or it would sink a little every time.
-      if (!is_holding[i]) targets[i] = drive.process.position;
-      is_holding[i] = state == DriveState::kOperationEnabled;
-      is_ready = is_ready && state == DriveState::kOperationEnabled && words[i] == kEnableOperation;
-      if (is_asked[i] && Clock::now() - stepped[i] < kStep) continue;
-      const std::uint16_t word = controlword_towards_operation(state, words[i]);
-      if (word != words[i] || !is_asked[i]) stepped[i] = Clock::now();
-      words[i] = word;
-      is_asked[i] = true;
-    }
-    if (is_ready) break;
-    if (Clock::now() > deadline) {
-      for (std::size_t i = 0; i < drives.size(); ++i) {
-        if (state_of(drives[i].process.statusword) == DriveState::kOperationEnabled) continue;
-        const std::uint16_t code = read_error_code(port_, watch_, drives[i].node);
-        throw DeviceError(DeviceCause::kDeviceFault,
-                          settings_.interface + ": " + name_of(drives[i]) + " cannot be enabled, it is in '" +
-                              in_words(state_of(drives[i].process.statusword)) + "'" +
-                              (code != 0 ? ": " + emergency_in_words(code) : ""));
-      }
-    }
-    synchronise(words, targets);
-    listen(due + cycle(), [] { return false; });
-    watch_.check_bus();
-  }
-  last_targets_ = targets;
-  has_restarted_.assign(drives.size(), false);
-  watch_.settle();
 }
 
 void Cia402Drives::synchronise(const std::vector<std::uint16_t>& controlwords,

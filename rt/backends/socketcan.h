@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -47,6 +48,7 @@ class Cia402Drives final : public BusDevice {
  public:
   explicit Cia402Drives(Cia402Settings settings);
 
+  /// Drives that it has enabled are disabled again when it throws; those that held before go on holding.
   std::string open() override;
   void close() noexcept override { port_.close(); }
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
@@ -54,6 +56,7 @@ class Cia402Drives final : public BusDevice {
   [[nodiscard]] std::optional<std::int64_t> phase_ns() const noexcept override {
     return settings_.loop_ns / 2;
   }
+  [[nodiscard]] bool energises_at_open() const noexcept override { return true; }
   void send(const ServoFrame& frame, bool approach) override;
   BusReading measure(const ServoFrame& frame) override;
   [[nodiscard]] std::optional<DeviceError> warning() override;
@@ -68,11 +71,17 @@ class Cia402Drives final : public BusDevice {
  private:
   using Clock = CanPort::Clock;
 
+  static constexpr auto kSendWithin = std::chrono::milliseconds(100);
+
   [[nodiscard]] std::string choose_period();
   void command(NmtCommand command);
   void start();
   void enable();
+  void enable_all();
+  /// Takes the voltage from those that were not enabled before.
+  void disable(const std::vector<bool>& was_enabled) noexcept;
   void note_restarts();
+  void check_answered(const DriveReport& drive) const;
   /// Throws when a drive that has restarted counts otherwise than before.
   void check_counts() const;
   /// Brings targets as near to the last ones as the drives may be asked to go in one cycle.
@@ -80,8 +89,7 @@ class Cia402Drives final : public BusDevice {
   /// RPDOs to all, then SYNC.
   void synchronise(const std::vector<std::uint16_t>& controlwords, const std::vector<std::int32_t>& targets);
   /// Takes what has come in, and what comes until the deadline; ends early when `is_enough`.
-  template <class Condition>
-  void listen(Clock::time_point deadline, Condition&& is_enough);
+  void listen(Clock::time_point deadline, const std::function<bool()>& is_enough);
   /// Throws for what the drives or the bus report.
   void examine();
   [[nodiscard]] Clock::duration heartbeat_limit() const;

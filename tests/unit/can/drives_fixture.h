@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "rt/backends/bus_backend.h"
+#include "rt/backends/sdo_client.h"
 #include "rt/backends/socketcan.h"
 #include "support/emulated_drives.h"
 
@@ -74,6 +75,12 @@ class Drives : public ::testing::Test {
       news_ += backend_->take_news();
       return news_.find(text) != std::string::npos;
     })) << news_;
+  }
+  DriveState state_of_node(std::uint8_t node) {
+    CanPort port;
+    port.open(emulator_.bus(), {kSdoAnswer + node});
+    DriveWatch watch({node});
+    return state_of(static_cast<std::uint16_t>(SdoClient(port, watch, node).read({0x6041})));
   }
   /// What opening says, when it fails.
   DeviceError refused() {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The backend and emulated drives on one bus: from power-up to the end, and everything that may go wrong.
-#include "rt/backends/sdo_client.h"
 #include "unit/can/drives_fixture.h"
 
 namespace corbot::rt {
@@ -127,6 +126,19 @@ TEST_F(Drives, AreNotOpenedWhenOneIsMissing) {
   EXPECT_THAT(refused().what(), HasSubstr("/absent: No such file or directory"));
 }
 
+TEST_F(Drives, AreDisabledAgainWhenOneCannotBeEnabled) {
+  emulator_.order("sto on 2");
+  EXPECT_THAT(refused().what(), HasSubstr("node 2 cannot be enabled, it is in 'switch on disabled'"));
+  EXPECT_EQ(state_of_node(1), DriveState::kSwitchOnDisabled);
+  EXPECT_EQ(state_of_node(3), DriveState::kSwitchOnDisabled);
+  emulator_.order("sto off 2");
+  open();
+  backend_->close();
+  emulator_.order("sto on 2");
+  EXPECT_EQ(refused().cause(), DeviceCause::kDeviceFault);
+  EXPECT_EQ(state_of_node(1), DriveState::kOperationEnabled) << "it has held its load before";
+}
+
 TEST_F(Drives, AreServedAsFastAsTheBusAllows) {
   settings_.bit_rate = 500'000;
   open();
@@ -154,18 +166,13 @@ TEST_F(Drives, AnswerNoRequestThatIsMadeLater) {
 }
 
 TEST_F(Drives, HoldOrRelaxAtTheEnd) {
-  CanPort port;
-  port.open(emulator_.bus(), {kSdoAnswer + 1});
-  DriveWatch watch({1});
-  SdoClient sdo(port, watch, 1);
-  const auto state = [&] { return state_of(static_cast<std::uint16_t>(sdo.read({0x6041}))); };
   open(false);
   backend_->close();
-  EXPECT_EQ(state(), DriveState::kOperationEnabled);
+  EXPECT_EQ(state_of_node(1), DriveState::kOperationEnabled);
   open(true);
   backend_->close();
   // The emulator may hear this test's question before it hears the backend's last word.
-  EXPECT_TRUE(wait_until(within(10), [&] { return state() == DriveState::kSwitchOnDisabled; }));
+  EXPECT_TRUE(wait_until(within(10), [&] { return state_of_node(1) == DriveState::kSwitchOnDisabled; }));
 }
 
 }  // namespace
