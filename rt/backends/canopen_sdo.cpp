@@ -77,12 +77,12 @@ SdoTransfer::Step SdoTransfer::take(const CanFrame& answer) {
   if (in_segments_) return take_segment(answer);
   if (!names_object) return Step::kIgnored;  // a late answer to something that was given up
   if (is_upload_) return take_upload(answer);
-  return specifier == kAnsweredDownload ? Step::kDone : protocol_error(kUnknownCommand);
+  return specifier == kAnsweredDownload ? Step::kDone : Step::kIgnored;
 }
 
 SdoTransfer::Step SdoTransfer::take_upload(const CanFrame& answer) {
   const unsigned command = answer.data[0];
-  if ((command & kSpecifier) != kAnsweredUpload) return protocol_error(kUnknownCommand);
+  if ((command & kSpecifier) != kAnsweredUpload) return Step::kIgnored;
   if ((command & kExpedited) != 0) {
     const std::size_t bytes = (command & kSizeTold) != 0 ? 4 - (command >> 2 & 3u) : 4;
     data_.assign(answer.data + 4, answer.data + 4 + bytes);
@@ -95,12 +95,14 @@ SdoTransfer::Step SdoTransfer::take_upload(const CanFrame& answer) {
 
 SdoTransfer::Step SdoTransfer::take_segment(const CanFrame& answer) {
   const unsigned command = answer.data[0];
-  if ((command & kSpecifier) != kAnsweredSegment) return protocol_error(kUnknownCommand);
+  if ((command & kSpecifier) != kAnsweredSegment) return Step::kIgnored;
   if (((command & kToggle) != 0) != toggle_) return protocol_error(kToggleBit);
   const std::size_t bytes = kSegmentBytes - (command >> 1 & 7u);
+  const bool is_last = (command & kLastSegment) != 0;
+  if (bytes == 0 && !is_last) return protocol_error(kUnknownCommand);  // it would go on for ever
   if (data_.size() + bytes > kMostBytes) return protocol_error(0x0504'0005);
   data_.insert(data_.end(), answer.data + 1, answer.data + 1 + bytes);
-  if ((command & kLastSegment) != 0) return Step::kDone;
+  if (is_last) return Step::kDone;
   toggle_ = !toggle_;
   ask_segment();
   return Step::kSend;

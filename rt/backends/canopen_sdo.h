@@ -27,7 +27,7 @@ class SdoTransfer {
   static constexpr std::uint32_t kNoSubIndex = 0x0609'0011;
 
   enum class Step {
-    kIgnored,  ///< not of this transfer
+    kIgnored,  ///< not of this transfer: another's, or a late answer of a node that was asked twice
     kSend,     ///< go on with request()
     kDone,
     kAborted,   ///< by the server, see abort_code()

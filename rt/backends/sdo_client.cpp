@@ -11,6 +11,7 @@ using Clock = CanPort::Clock;
 using Step = SdoTransfer::Step;
 
 constexpr auto kAnswerWithin = 500ms;
+constexpr auto kTransferWithin = 2s;  // with all its segments and tries
 constexpr auto kSendWithin = 50ms;
 constexpr int kMostWaiting = 4096;  // frames, on a bus that never rests
 constexpr int kTries = 2;           // a node that is busy may miss a request
@@ -32,6 +33,7 @@ void SdoClient::fail_aborted(const SdoTransfer& transfer, const char* doing) con
 
 bool SdoClient::run(SdoTransfer& transfer) {
   const SdoTransfer unbegun = transfer;
+  const auto end = Clock::now() + kTransferWithin;
   for (int tried = 1;; ++tried) {
     // What is there before the request does not answer it: a late answer to an earlier one.
     for (int i = 0; i < kMostWaiting; ++i) {
@@ -48,7 +50,7 @@ bool SdoClient::run(SdoTransfer& transfer) {
       if (step == Step::kAborted) return false;
       if (step == Step::kIgnored) continue;
       port_.write(transfer.request(), Clock::now() + kSendWithin);
-      deadline = Clock::now() + kAnswerWithin;
+      deadline = std::min(Clock::now() + kAnswerWithin, end);
       if (step == Step::kProtocol) {
         fail(DeviceCause::kBadAnswer, "its answer about " + in_words(transfer.object()) +
                                           " makes no sense: " + abort_in_words(transfer.abort_code()));
@@ -57,6 +59,9 @@ bool SdoClient::run(SdoTransfer& transfer) {
     watch_.check_bus();
     transfer.abort(SdoTransfer::kTimedOut);
     port_.write(transfer.request(), Clock::now() + kSendWithin);
+    if (Clock::now() >= end) {
+      fail(DeviceCause::kNoAnswer, "takes too long about " + in_words(transfer.object()));
+    }
     if (tried == kTries) {
       fail(DeviceCause::kNoAnswer, "does not answer: is it powered, are its number and the bit rate right?");
     }

@@ -7,6 +7,7 @@ corbot_test(can_test
 # The backend and the emulator's program on a virtual bus, or on the interface CORBOT_RIG_CAN.
 corbot_test(drives_on_can_test
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/can/drives_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/can/restarts_test.cpp
+    ${CMAKE_CURRENT_SOURCE_DIR}/can/sdo_client_test.cpp
     ${PROJECT_SOURCE_DIR}/tests/support/process.cpp
   LIBS corbot::backends
   LABELS unit
