@@ -27,8 +27,7 @@ DriveWatch::DriveWatch(const std::vector<std::uint8_t>& nodes) {
 void DriveWatch::clear(Time now) {
   for (DriveReport& drive : drives_) {
     drive = DriveReport{drive.node};
-    drive.heartbeat = now;
-    drive.process_time = now;
+    drive.heartbeat = drive.process_time = drive.awaited_since = now;
   }
   is_bus_off_ = is_error_passive_ = has_tx_timeout_ = false;
   nonsense_.clear();
@@ -43,14 +42,14 @@ void DriveWatch::settle() {
 }
 
 void DriveWatch::forgive(Time now) {
-  for (DriveReport& drive : drives_) {
-    drive.heartbeat = now;
-    drive.process_time = now;
-  }
+  for (DriveReport& drive : drives_) drive.heartbeat = now;
 }
 
-void DriveWatch::expect_answers() {
-  for (DriveReport& drive : drives_) drive.is_fresh = false;
+void DriveWatch::expect_answers(Time now) {
+  for (DriveReport& drive : drives_) {
+    if (drive.is_fresh) drive.awaited_since = now;
+    drive.is_fresh = false;
+  }
 }
 
 bool DriveWatch::has_all_answers() const {
@@ -116,7 +115,7 @@ void DriveWatch::check_bus() const {
                     "bus off: too many errors; look at wiring, termination and bit rate");
 }
 
-void DriveWatch::check(Time now, Duration heartbeat) {
+void DriveWatch::check(Time now, Duration heartbeat, Duration process) {
   check_bus();
   for (const DriveReport& drive : drives_) {
     if (drive.has_restarted) {
@@ -136,6 +135,9 @@ void DriveWatch::check(Time now, Duration heartbeat) {
     if (now - drive.heartbeat > heartbeat) {
       throw DeviceError(DeviceCause::kHeartbeatLost,
                         name_of(drive) + ": no heartbeat: is it powered, is the cable whole?");
+    }
+    if (!drive.is_fresh && now - drive.awaited_since > process) {
+      throw DeviceError(DeviceCause::kHeartbeatLost, name_of(drive) + " sends no process data any more");
     }
   }
   if (nonsense_.empty()) return;
@@ -158,7 +160,7 @@ std::optional<DeviceError> DriveWatch::warning(Time now, Duration stale) const {
     if (drive.has_process && (drive.process.statusword & kStatusInternalLimit) != 0) {
       return DeviceError(DeviceCause::kDeviceFault, name_of(drive) + " is at a limit of its own");
     }
-    if (now - drive.process_time > stale) {
+    if (!drive.is_fresh && now - drive.awaited_since > stale) {
       return DeviceError(DeviceCause::kNoAnswer, name_of(drive) + " sends no process data");
     }
   }

@@ -22,8 +22,9 @@ struct DriveReport {
   bool has_restarted{false};   ///< booted since clear()
   DriveProcessData process{};  ///< valid when has_process
   bool has_process{false};
-  bool is_fresh{false};  ///< since expect_answers()
-  Time process_time{};
+  bool is_fresh{false};        ///< since expect_answers()
+  Time process_time{};         ///< of `process`
+  Time awaited_since{};        ///< unless is_fresh: the first SYNC without an answer
   std::uint16_t emergency{0};  ///< the last; 0: none, or taken back
 };
 
@@ -40,8 +41,8 @@ class DriveWatch {
   /// Heartbeats, process data and emergencies of these drives, error frames of the interface; all else is
   /// ignored.
   void take(const CanFrame& frame, Time now);
-  /// From now on a drive's process data count as new.
-  void expect_answers();
+  /// From now on a drive's process data count as new, and are awaited.
+  void expect_answers(Time now);
   [[nodiscard]] bool has_all_answers() const;
   /// What was reported up to here is dealt with: restarts and emergencies.
   void settle();
@@ -53,9 +54,10 @@ class DriveWatch {
   /// Throws DeviceError for what is the matter on the bus.
   void check_bus() const;
   /// The same for drives that are operational and enabled: heartbeats at least every `heartbeat`, no fault,
-  /// no restart, no frame that makes no sense since the last call.
-  void check(Time now, Duration heartbeat);
-  /// What is wrong, but can be lived with: nothing, or the first. `stale`: the longest age of process data.
+  /// no restart, process data not owed for longer than `process`, no frame that makes no sense since the last
+  /// call.
+  void check(Time now, Duration heartbeat, Duration process);
+  /// What is wrong, but can be lived with: nothing, or the first. `stale`: process data may be owed so long.
   [[nodiscard]] std::optional<DeviceError> warning(Time now, Duration stale) const;
 
  private:

@@ -18,6 +18,8 @@ constexpr auto kStartWithin = 2s;
 /// A drive that sends no process data so long has them reported as missing.
 constexpr auto kStale = 50ms;
 constexpr int kStalePeriods = 5;
+/// So many times as long, and it is lost, though its heartbeat goes on: its statusword is old as well.
+constexpr int kLostAfterStale = 20;
 
 std::vector<std::uint8_t> nodes_of(const Cia402Settings& settings) {
   std::vector<std::uint8_t> nodes;
@@ -53,6 +55,10 @@ CanPort::Clock::duration Cia402Drives::heartbeat_limit() const {
   return kHeartbeatsMissed * std::chrono::milliseconds(settings_.heartbeat_ms);
 }
 
+CanPort::Clock::duration Cia402Drives::stale_limit() const {
+  return std::max<Clock::duration>(kStale, kStalePeriods * cycle());
+}
+
 void Cia402Drives::listen(Clock::time_point deadline, const std::function<bool()>& is_enough) {
   // Who has not listened for long has heard no heartbeat, whoever sent some.
   const auto begin = Clock::now();
@@ -77,7 +83,7 @@ void Cia402Drives::examine() {
       told.data[1] = static_cast<std::uint8_t>(code >> 8);
       watch_.take(told, Clock::now());
     }
-    watch_.check(Clock::now(), heartbeat_limit());
+    watch_.check(Clock::now(), heartbeat_limit(), kLostAfterStale * stale_limit());
   } catch (const DeviceError& error) {
     throw DeviceError(error.cause(), settings_.interface + ": " + error.what());
   }
@@ -164,7 +170,7 @@ void Cia402Drives::synchronise(const std::vector<std::uint16_t>& controlwords,
   for (std::size_t i = 0; i < drives.size(); ++i) {
     port_.write(rpdo_frame(drives[i].node, controlwords[i], targets[i]), deadline);
   }
-  watch_.expect_answers();
+  watch_.expect_answers(Clock::now());
   port_.write(sync_frame(), deadline);
   is_synchronised_ = true;
 }
@@ -234,16 +240,24 @@ void Cia402Drives::send(const ServoFrame& frame, bool) {
 }
 
 BusReading Cia402Drives::measure(const ServoFrame&) {
-  if (is_synchronised_) listen(Clock::now() + cycle() / 2, [this] { return watch_.has_all_answers(); });
+  if (!is_synchronised_) {  // who is asked between two cycles answers as well
+    watch_.expect_answers(Clock::now());
+    port_.write(sync_frame(), Clock::now() + kSendWithin);
+  }
+  listen(Clock::now() + cycle() / 2, [this] { return watch_.has_all_answers(); });
   is_synchronised_ = false;
   examine();
+  const auto now = Clock::now();
   std::vector<std::int32_t> positions;
-  for (const DriveReport& drive : watch_.drives()) positions.push_back(drive.process.position);
+  for (const DriveReport& drive : watch_.drives()) {
+    if (now - drive.process_time > stale_limit()) return {};
+    positions.push_back(drive.process.position);
+  }
   return reading_of(positions);
 }
 
 std::optional<DeviceError> Cia402Drives::warning() {
-  auto warning = watch_.warning(Clock::now(), std::max<Clock::duration>(kStale, kStalePeriods * cycle()));
+  auto warning = watch_.warning(Clock::now(), stale_limit());
   if (!warning) return warning;
   return DeviceError(warning->cause(), settings_.interface + ": " + warning->what());
 }

@@ -93,6 +93,8 @@ class Cia402Drives final : public BusDevice {
   /// Throws for what the drives or the bus report.
   void examine();
   [[nodiscard]] Clock::duration heartbeat_limit() const;
+  /// From what age on process data are reported as missing.
+  [[nodiscard]] Clock::duration stale_limit() const;
   [[nodiscard]] Clock::duration cycle() const { return std::chrono::nanoseconds(period_ns_); }
 
   const Cia402Settings settings_;

@@ -55,7 +55,7 @@ void Cia402Drives::check_counts() const {
 void Cia402Drives::enable() {
   const auto& drives = watch_.drives();
   // A first SYNC without a word to the drives tells where they are: one may be enabled, and holds.
-  watch_.expect_answers();
+  watch_.expect_answers(Clock::now());
   port_.write(sync_frame(), Clock::now() + kSendWithin);
   listen(Clock::now() + kPositionsWithin, [&] { return watch_.has_all_answers(); });
   for (const DriveReport& drive : drives) check_answered(drive);
@@ -82,7 +82,7 @@ void Cia402Drives::disable(const std::vector<bool>& was_enabled) noexcept {
       if (was_enabled[i]) continue;
       port_.write(rpdo_frame(drives[i].node, kDisableVoltage, drives[i].process.position), deadline);
     }
-    watch_.expect_answers();
+    watch_.expect_answers(Clock::now());
     port_.write(sync_frame(), deadline);
     listen(deadline, [this] { return watch_.has_all_answers(); });
   } catch (const DeviceError&) {

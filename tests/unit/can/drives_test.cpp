@@ -54,6 +54,29 @@ TEST_F(Drives, AreLostWhenOneFallsSilent) {
   EXPECT_TRUE(arrives());
 }
 
+TEST_F(Drives, AreLostWhenOneSendsHeartbeatsOnly) {
+  open();
+  emulator_.order("mute on 2");
+  expect_lost(DeviceCause::kHeartbeatLost, "node 2 sends no process data");
+  emulator_.order("mute off 2");
+  ASSERT_TRUE(becomes(BackendHealth::kOpen)) << news_;
+  EXPECT_TRUE(arrives());
+}
+
+TEST_F(Drives, ReportNoOldPositions) {
+  Cia402Drives drives(settings_);
+  drives.open();
+  const auto measures = [&] {
+    drives.send(frame(), false);
+    return drives.measure(frame()).unit != BusReading::Unit::kNothing;
+  };
+  ASSERT_TRUE(wait_until(within(10), measures));
+  emulator_.order("mute on 2");
+  EXPECT_TRUE(wait_until(within(10), [&] { return !measures(); }));
+  emulator_.order("mute off 2");
+  EXPECT_TRUE(wait_until(within(10), measures));
+}
+
 TEST_F(Drives, AreLostWhenOneRestarts) {
   open();
   emulator_.order("reset 1");

@@ -165,6 +165,18 @@ TEST(Sdo, ReadsAtOnceOrInSegments) {
   EXPECT_THAT(text.data(), ElementsAre(1, 2, 3, 4, 5, 6, 7, 8, 9));
 }
 
+TEST(Sdo, PassesOverALateAnswerOfAnotherKind) {
+  SdoTransfer read = SdoTransfer::upload(1, {0x1017});
+  EXPECT_EQ(read.take(frame_of(0x581, {0x60, 0x17, 0x10, 0, 0, 0, 0, 0})), Step::kIgnored);
+  EXPECT_EQ(read.take(frame_of(0x581, {0x4B, 0x17, 0x10, 0, 200, 0, 0, 0})), Step::kDone);
+  SdoTransfer write = SdoTransfer::download(1, {0x1017}, 200, 2);
+  EXPECT_EQ(write.take(frame_of(0x581, {0x4B, 0x17, 0x10, 0, 200, 0, 0, 0})), Step::kIgnored);
+  EXPECT_EQ(write.take(frame_of(0x581, {0x60, 0x17, 0x10, 0, 0, 0, 0, 0})), Step::kDone);
+  SdoTransfer text = SdoTransfer::upload(1, {0x1008});
+  EXPECT_EQ(text.take(frame_of(0x581, {0x41, 8, 0x10, 0, 9, 0, 0, 0})), Step::kSend);
+  EXPECT_EQ(text.take(frame_of(0x581, {0x41, 8, 0x10, 0, 9, 0, 0, 0})), Step::kIgnored);
+}
+
 TEST(Sdo, TrustsNoServer) {
   SdoTransfer text = SdoTransfer::upload(1, {0x1008});
   EXPECT_EQ(text.take(frame_of(0x581, {0x41, 8, 0x10, 0, 9, 0, 0, 0})), Step::kSend);
@@ -172,6 +184,11 @@ TEST(Sdo, TrustsNoServer) {
   EXPECT_THAT(bytes_of(text.request()), ElementsAre(0x80, 8, 0x10, 0, 0, 0, 3, 5));
   SdoTransfer brief = SdoTransfer::upload(1, {0x1008});
   EXPECT_EQ(brief.take(frame_of(0x581, {0x41, 8})), Step::kProtocol);
+  SdoTransfer empty = SdoTransfer::upload(1, {0x1008});
+  EXPECT_EQ(empty.take(frame_of(0x581, {0x41, 8, 0x10, 0, 0, 0, 0, 0})), Step::kSend);
+  EXPECT_EQ(SdoTransfer(empty).take(frame_of(0x581, {0x0E, 0, 0, 0, 0, 0, 0, 0})), Step::kProtocol)
+      << "no byte, and more to come";
+  EXPECT_EQ(empty.take(frame_of(0x581, {0x0F, 0, 0, 0, 0, 0, 0, 0})), Step::kDone);
   SdoTransfer endless = SdoTransfer::upload(1, {0x1008});
   EXPECT_EQ(endless.take(frame_of(0x581, {0x41, 8, 0x10, 0, 9, 0, 0, 0})), Step::kSend);
   std::size_t segments = 0;
@@ -196,7 +213,7 @@ class Watching : public ::testing::Test {
   /// The cause that check() gives, and its text.
   DeviceCause check() {
     try {
-      watch_.check(now_, 600ms);
+      watch_.check(now_, 600ms, 500ms);
     } catch (const DeviceError& error) {
       text_ = error.what();
       return error.cause();
@@ -212,7 +229,7 @@ TEST_F(Watching, IsContentWithDrivesThatWork) {
   EXPECT_EQ(check(), DeviceCause::kNone);
   EXPECT_FALSE(watch_.warning(now_, 50ms));
   EXPECT_EQ(watch_.drives()[1].process.position, 1);
-  watch_.expect_answers();
+  watch_.expect_answers(now_);
   EXPECT_FALSE(watch_.has_all_answers());
 }
 
@@ -256,8 +273,25 @@ TEST_F(Watching, WarnsOfWhatCanBeLivedWith) {
   hear(0x181, {0x37, 0x0A, 0, 0, 0, 0});
   EXPECT_THAT(watch_.warning(now_, 50ms)->what(), HasSubstr("limit"));
   hear(0x181, {0x37, 0x02, 0, 0, 0, 0});
+  now_ += 10s;
+  EXPECT_FALSE(watch_.warning(now_, 50ms)) << "nobody has asked";
+  watch_.expect_answers(now_);
   now_ += 51ms;
   EXPECT_EQ(watch_.warning(now_, 50ms)->cause(), DeviceCause::kNoAnswer);
+}
+
+TEST_F(Watching, LosesADriveThatSendsHeartbeatsOnly) {
+  for (int i = 0; i < 500; ++i) {
+    watch_.expect_answers(now_);
+    now_ += 1ms;
+    hear(0x701, {5});
+    hear(0x702, {5});
+    hear(0x181, {0x37, 0x02, 0, 0, 0, 0});
+    ASSERT_EQ(check(), DeviceCause::kNone) << i;
+  }
+  now_ += 1ms;
+  EXPECT_EQ(check(), DeviceCause::kHeartbeatLost);
+  EXPECT_THAT(text_, HasSubstr("node 2 sends no process data"));
 }
 
 TEST_F(Watching, SeesTheBusFail) {
