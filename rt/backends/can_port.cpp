@@ -21,6 +21,8 @@ namespace corbot::rt {
 namespace {
 
 constexpr std::string_view kUnix = "unix:";
+/// What the kernel counts for one that waits to be sent.
+constexpr std::size_t kFrameMemory = 768;
 /// The kernel tells nobody when a transmit queue has room again: poll() says always.
 constexpr timespec kRetryFull{0, 100'000};
 
@@ -112,6 +114,14 @@ void CanPort::open_socket(const std::vector<canid_t>& identifiers) {
   }
   if (::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
     fail(DeviceCause::kNotThere, errno == ENODEV ? "is no CAN interface" : std::strerror(errno));
+  }
+}
+
+void CanPort::limit_queue(std::size_t frames) {
+  // The kernel doubles it, and counts the memory of a frame, not its bytes; its least is some six frames.
+  const int bytes = static_cast<int>(frames * kFrameMemory / 2);
+  if (::setsockopt(fd_, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof(bytes)) != 0) {
+    fail(DeviceCause::kNotThere, std::strerror(errno));
   }
 }
 

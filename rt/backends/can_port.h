@@ -29,6 +29,9 @@ class CanPort {
 
   /// Only data frames with one of these 11-bit identifiers are read, and error frames of the interface.
   void open(const std::string& interface, const std::vector<canid_t>& identifiers);
+  /// At most about so many frames of this port wait for the bus, for a queue that can only grow holds what is
+  /// old when it can be sent at last.
+  void limit_queue(std::size_t frames);
   void close() noexcept;
   [[nodiscard]] bool is_open() const noexcept { return fd_ >= 0; }
   [[nodiscard]] const std::string& interface() const noexcept { return interface_; }

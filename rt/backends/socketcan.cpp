@@ -14,7 +14,10 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kHeartbeatsMissed = 3;
-constexpr auto kStartWithin = 2s;
+constexpr int kLatePeriods = 3;
+/// So many periods' frames may wait for a bus that nobody acknowledges; later they would all go out at once.
+constexpr std::size_t kQueuedPeriods = 2;
+constexpr CanPort::Clock::duration kStartWithin = 2s;
 /// A drive that sends no process data so long has them reported as missing.
 constexpr auto kStale = 50ms;
 constexpr int kStalePeriods = 5;
@@ -119,6 +122,7 @@ std::string Cia402Drives::choose_period() {
 std::string Cia402Drives::open() {
   port_.open(settings_.interface, identifiers_of(watch_.drives()));
   last_listened_ = Clock::now();
+  port_.limit_queue(kQueuedPeriods * (watch_.drives().size() + 1));
   note_restarts();
   watch_.clear(last_listened_);
   last_targets_.clear();

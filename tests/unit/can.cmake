@@ -3,6 +3,7 @@ corbot_test(can_test
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/can/frames_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/can/node_test.cpp
   LIBS corbot::backends corbot::sim_devices
   LABELS unit)
+target_compile_definitions(can_test PRIVATE CORBOT_SCRATCH_DIR="${CMAKE_BINARY_DIR}/tests")
 
 # The backend and the emulator's program on a virtual bus, or on the interface CORBOT_RIG_CAN.
 corbot_test(drives_on_can_test

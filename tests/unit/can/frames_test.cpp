@@ -2,6 +2,9 @@
 // What goes over the bus and what is made of it: CiA 301 and CiA 402.
 #include <gmock/gmock.h>
 #include <linux/can/error.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
@@ -198,6 +201,29 @@ TEST(Sdo, TrustsNoServer) {
   }
   EXPECT_EQ(step, Step::kProtocol);
   EXPECT_LE(endless.data().size(), SdoTransfer::kMostBytes);
+}
+
+TEST(Port, LetsFewFramesWait) {
+  const std::string path = std::string(CORBOT_SCRATCH_DIR) + "/port-" + std::to_string(::getpid());
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  ASSERT_LT(path.size(), sizeof(address.sun_path));
+  path.copy(address.sun_path, path.size());
+  const int listener = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+  ASSERT_EQ(::bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+  ASSERT_EQ(::listen(listener, 1), 0);
+  CanPort port;
+  port.open("unix:" + path, {});
+  port.limit_queue(12);
+  std::size_t frames = 0;
+  const auto fill = [&] {
+    for (; frames < 10'000; ++frames) port.write(sync_frame(), {});
+  };
+  EXPECT_THROW(fill(), DeviceError);
+  EXPECT_GE(frames, 6u);
+  EXPECT_LE(frames, 24u);
+  ::close(listener);
+  (void)::unlink(path.c_str());
 }
 
 class Watching : public ::testing::Test {
