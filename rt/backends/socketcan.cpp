@@ -63,9 +63,10 @@ CanPort::Clock::duration Cia402Drives::stale_limit() const {
 }
 
 void Cia402Drives::listen(Clock::time_point deadline, const std::function<bool()>& is_enough) {
-  // Who has not listened for long has heard no heartbeat, whoever sent some.
+  // Who has not listened for long, as in every cycle, has heard no heartbeat, whoever sent some.
   const auto begin = Clock::now();
-  if (begin - last_listened_ > std::chrono::milliseconds(settings_.heartbeat_ms)) watch_.forgive(begin);
+  const Clock::duration heartbeat = std::chrono::milliseconds(settings_.heartbeat_ms);
+  if (begin - last_listened_ > std::max(heartbeat, kLatePeriods * cycle())) watch_.forgive(begin);
   while (!is_enough()) {
     const auto frame = port_.read(deadline);
     if (!frame) break;
@@ -158,7 +159,9 @@ void Cia402Drives::start() {
   command(NmtCommand::kStart);
   const auto is_operational = [](const DriveReport& drive) { return drive.nmt == NmtState::kOperational; };
   const auto& drives = watch_.drives();
-  listen(Clock::now() + kStartWithin,
+  // Its heartbeat tells that it has become operational.
+  const Clock::duration two_heartbeats = 2 * std::chrono::milliseconds(settings_.heartbeat_ms);
+  listen(Clock::now() + std::max(kStartWithin, two_heartbeats),
          [&] { return std::all_of(drives.begin(), drives.end(), is_operational); });
   watch_.check_bus();
   const auto late = std::find_if_not(drives.begin(), drives.end(), is_operational);

@@ -50,9 +50,9 @@ class Drives : public ::testing::Test {
     frame.pulse_us[0] = frame.pulse_us[1] = frame.pulse_us[2] = 1500.0;
     return frame;
   }
-  void open(bool relax = false) {
+  void open(bool relax = false, bool readback = true) {
     backend_ = std::make_unique<BusBackend>(arm_, std::make_unique<Cia402Drives>(settings_),
-                                            BusSettings{"socketcan", true, relax, 0.02}, stop_);
+                                            BusSettings{"socketcan", readback, relax, 0.02}, stop_);
     backend_->open(frame());
     news_ = backend_->take_news();
   }

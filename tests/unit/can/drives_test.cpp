@@ -54,6 +54,20 @@ TEST_F(Drives, AreLostWhenOneFallsSilent) {
   EXPECT_TRUE(arrives());
 }
 
+TEST_F(Drives, AreLostWhenOneFallsSilentThoughNobodyListensForLong) {
+  settings_.heartbeat_ms = 10;
+  settings_.loop_ns = arm_.period_ns = 20'000'000;
+  open(false, false);
+  emulator_.order("silent on 2");
+  expect_lost(DeviceCause::kHeartbeatLost, "node 2: no heartbeat");
+}
+
+TEST_F(Drives, AreStartedWithASlowHeartbeat) {
+  settings_.heartbeat_ms = 2'500;
+  open();
+  EXPECT_TRUE(arrives());
+}
+
 TEST_F(Drives, AreLostWhenOneSendsHeartbeatsOnly) {
   open();
   emulator_.order("mute on 2");
