@@ -10,6 +10,8 @@ namespace corbot::rt {
 namespace {
 
 constexpr std::uint8_t kNoNode = 0x7F;
+/// The interface tells when it could not send, not when it can again.
+constexpr auto kTxTimeoutStands = std::chrono::seconds(1);
 constexpr unsigned kPassive = CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE;
 
 std::string with_emergency(const DriveReport& drive) {
@@ -29,14 +31,14 @@ void DriveWatch::clear(Time now) {
     drive = DriveReport{drive.node};
     drive.heartbeat = drive.process_time = drive.awaited_since = now;
   }
-  is_bus_off_ = is_error_passive_ = has_tx_timeout_ = false;
+  is_bus_off_ = is_error_passive_ = false;
+  tx_timeout_.reset();
   nonsense_.clear();
 }
 
-void DriveWatch::settle() {
+void DriveWatch::settle_faults() {
   for (DriveReport& drive : drives_) {
-    drive.has_restarted = false;
-    drive.emergency = 0;
+    if (is_fault(drive.emergency)) drive.emergency = 0;
   }
   nonsense_.clear();
 }
@@ -57,7 +59,7 @@ bool DriveWatch::has_all_answers() const {
 }
 
 void DriveWatch::take(const CanFrame& frame, Time now) {
-  if ((frame.can_id & CAN_ERR_FLAG) != 0) return take_error(frame);
+  if ((frame.can_id & CAN_ERR_FLAG) != 0) return take_error(frame, now);
   if ((frame.can_id & (CAN_EFF_FLAG | CAN_RTR_FLAG)) != 0 || frame.can_dlc > CAN_MAX_DLEN) return;
   const canid_t function = frame.can_id & ~canid_t{kNoNode};
   const auto node = static_cast<std::uint8_t>(frame.can_id & kNoNode);
@@ -98,15 +100,17 @@ void DriveWatch::take_process(DriveReport& drive, const CanFrame& frame, Time no
   drive.process_time = now;
 }
 
-void DriveWatch::take_error(const CanFrame& frame) {
+void DriveWatch::take_error(const CanFrame& frame, Time now) {
   const unsigned controller = frame.can_dlc > 1 ? frame.data[1] : 0u;
   is_bus_off_ |= (frame.can_id & CAN_ERR_BUSOFF) != 0;
-  has_tx_timeout_ |= (frame.can_id & CAN_ERR_TX_TIMEOUT) != 0;
+  if ((frame.can_id & CAN_ERR_TX_TIMEOUT) != 0) tx_timeout_ = now;
   if ((frame.can_id & CAN_ERR_CRTL) != 0) {
     if ((controller & kPassive) != 0) is_error_passive_ = true;
     if ((controller & CAN_ERR_CRTL_ACTIVE) != 0) is_error_passive_ = false;
   }
-  if ((frame.can_id & CAN_ERR_RESTARTED) != 0) is_error_passive_ = has_tx_timeout_ = false;
+  if ((frame.can_id & CAN_ERR_RESTARTED) == 0) return;
+  is_error_passive_ = false;
+  tx_timeout_.reset();
 }
 
 void DriveWatch::check_bus() const {
@@ -149,7 +153,8 @@ std::optional<DeviceError> DriveWatch::warning(Time now, Duration stale) const {
     return DeviceError(DeviceCause::kBadAnswer,
                        "the bus has many errors (error passive): look at wiring and termination");
   }
-  if (has_tx_timeout_) return DeviceError(DeviceCause::kWriteTimeout, "the interface could not send in time");
+  if (tx_timeout_ && now - *tx_timeout_ < kTxTimeoutStands)
+    return DeviceError(DeviceCause::kWriteTimeout, "the interface could not send in time");
   for (const DriveReport& drive : drives_) {
     if (drive.emergency != 0) {
       return DeviceError(DeviceCause::kDeviceFault, name_of(drive) + with_emergency(drive));

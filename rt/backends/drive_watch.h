@@ -44,8 +44,10 @@ class DriveWatch {
   /// From now on a drive's process data count as new, and are awaited.
   void expect_answers(Time now);
   [[nodiscard]] bool has_all_answers() const;
-  /// What was reported up to here is dealt with: restarts and emergencies.
-  void settle();
+  /// This drive's restart is dealt with.
+  void settle_restart(std::size_t drive) { drives_.at(drive).has_restarted = false; }
+  /// All drives are enabled: the faults that were reported up to here are dealt with. Warnings stand.
+  void settle_faults();
   /// Heartbeats that could not be heard are not missed.
   void forgive(Time now);
 
@@ -61,14 +63,14 @@ class DriveWatch {
   [[nodiscard]] std::optional<DeviceError> warning(Time now, Duration stale) const;
 
  private:
-  void take_error(const CanFrame& frame);
+  void take_error(const CanFrame& frame, Time now);
   void take_process(DriveReport& drive, const CanFrame& frame, Time now);
 
   std::vector<DriveReport> drives_;
   bool is_bus_off_{false};
   bool is_error_passive_{false};
-  bool has_tx_timeout_{false};
-  std::string nonsense_;  ///< about a frame that could not be understood
+  std::optional<Time> tx_timeout_{};  ///< the last
+  std::string nonsense_;              ///< about a frame that could not be understood
 };
 
 /// "node 3"

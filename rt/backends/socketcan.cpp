@@ -122,8 +122,8 @@ std::string Cia402Drives::choose_period() {
 
 std::string Cia402Drives::open() {
   port_.open(settings_.interface, identifiers_of(watch_.drives()));
-  last_listened_ = Clock::now();
   port_.limit_queue(kQueuedPeriods * (watch_.drives().size() + 1));
+  last_listened_ = Clock::now();
   note_restarts();
   watch_.clear(last_listened_);
   last_targets_.clear();
@@ -134,6 +134,8 @@ std::string Cia402Drives::open() {
   std::string last_name;
   for (std::size_t i = 0; i < has_restarted_.size(); ++i) {
     const DriveReport& drive = watch_.drives()[i];
+    note_restarts();
+    watch_.settle_restart(i);
     const auto [name, was_set_up] =
         set_up_drive(port_, watch_, {drive.node, period_ns_, settings_.heartbeat_ms});
     if (!was_set_up) has_restarted_[i] = true;
@@ -155,7 +157,11 @@ void Cia402Drives::command(NmtCommand command) {
 }
 
 void Cia402Drives::start() {
-  watch_.settle();
+  for (const DriveReport& drive : watch_.drives()) {  // what was set up before is forgotten
+    if (!drive.has_restarted) continue;
+    throw DeviceError(DeviceCause::kDeviceFault,
+                      settings_.interface + ": " + name_of(drive) + " has restarted while it was set up");
+  }
   command(NmtCommand::kStart);
   const auto is_operational = [](const DriveReport& drive) { return drive.nmt == NmtState::kOperational; };
   const auto& drives = watch_.drives();

@@ -24,7 +24,7 @@ constexpr double kSagOfGripper = 0.05;
 void Cia402Drives::note_restarts() {
   const auto& drives = watch_.drives();
   for (std::size_t i = 0; i < drives.size(); ++i) {
-    if (drives[i].has_restarted) has_restarted_[i] = true;
+    has_restarted_[i] = has_restarted_[i] || drives[i].has_restarted;
   }
 }
 
@@ -71,7 +71,7 @@ void Cia402Drives::enable() {
     throw;
   }
   has_restarted_.assign(drives.size(), false);
-  watch_.settle();
+  watch_.settle_faults();
 }
 
 void Cia402Drives::disable(const std::vector<bool>& was_enabled) noexcept {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The backend and emulated drives on one bus: from power-up to the end, and everything that may go wrong.
+#include <thread>
+
 #include "unit/can/drives_fixture.h"
 
 namespace corbot::rt {
@@ -66,6 +68,23 @@ TEST_F(Drives, AreStartedWithASlowHeartbeat) {
   settings_.heartbeat_ms = 2'500;
   open();
   EXPECT_TRUE(arrives());
+}
+
+TEST_F(Drives, KeepAWarningThatStandsAtTheirStart) {
+  CanPort port;
+  port.open(emulator_.bus(), {kRpdo1 + 1});
+  Cia402Drives drives(settings_);
+  std::jthread warns([&] {
+    if (port.read(CanPort::Clock::now() + std::chrono::seconds(10))) emulator_.order("emcy 8120 3");
+  });
+  drives.open();
+  warns.join();
+  EXPECT_TRUE(wait_until(within(10), [&] {
+    drives.send(frame(), false);
+    (void)drives.measure(frame());
+    const auto warning = drives.warning();
+    return warning && std::string(warning->what()).find("node 3: EMCY 0x8120") != std::string::npos;
+  }));
 }
 
 TEST_F(Drives, AreLostWhenOneSendsHeartbeatsOnly) {

@@ -320,11 +320,28 @@ TEST_F(Watching, LosesADriveThatSendsHeartbeatsOnly) {
   EXPECT_THAT(text_, HasSubstr("node 2 sends no process data"));
 }
 
+TEST_F(Watching, ForgetsFaultsThatAreDealtWithNoWarnings) {
+  hear(0x81, {0x10, 0x32, 1, 0, 0, 0, 0, 0});
+  hear(0x82, {0x20, 0x81, 0x11, 0, 0, 0, 0, 0});
+  hear(0x702, {0});
+  watch_.settle_faults();
+  EXPECT_EQ(watch_.drives()[0].emergency, 0);
+  EXPECT_EQ(watch_.drives()[1].emergency, 0x8120);
+  EXPECT_TRUE(watch_.drives()[1].has_restarted);
+  watch_.settle_restart(1);
+  EXPECT_FALSE(watch_.drives()[1].has_restarted);
+}
+
 TEST_F(Watching, SeesTheBusFail) {
   hear(CAN_ERR_FLAG | CAN_ERR_CRTL, {0, CAN_ERR_CRTL_TX_PASSIVE, 0, 0, 0, 0, 0, 0});
   EXPECT_THAT(watch_.warning(now_, 50ms)->what(), HasSubstr("error passive"));
   hear(CAN_ERR_FLAG | CAN_ERR_CRTL, {0, CAN_ERR_CRTL_ACTIVE, 0, 0, 0, 0, 0, 0});
   EXPECT_FALSE(watch_.warning(now_, 50ms));
+  hear(CAN_ERR_FLAG | CAN_ERR_TX_TIMEOUT, {0, 0, 0, 0, 0, 0, 0, 0});
+  now_ += 900ms;
+  EXPECT_THAT(watch_.warning(now_, 50ms)->what(), HasSubstr("could not send"));
+  now_ += 200ms;
+  EXPECT_FALSE(watch_.warning(now_, 50ms)) << "it has sent since";
   hear(CAN_ERR_FLAG | CAN_ERR_BUSOFF, {0, 0, 0, 0, 0, 0, 0, 0});
   EXPECT_EQ(check(), DeviceCause::kBusDown);
 }

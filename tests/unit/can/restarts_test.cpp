@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Drives whose power fails: what they count afterwards is not believed.
+#include <thread>
+
 #include "unit/can/drives_fixture.h"
 
 namespace corbot::rt {
@@ -52,6 +54,22 @@ TEST_F(RestartedDrives, AreKnownThoughTheirBootUpWasMissed) {
   emulator_.order("reset 1 lost");
   emulator_.order("silent off 1");
   expect_refused();
+}
+
+TEST_F(RestartedDrives, AreNotStartedWhenOneRestartsAfterItsSetUp) {
+  CanPort port;
+  port.open(emulator_.bus(), {kSdoRequest + 2});
+  emulator_.order("silent on 2");
+  std::jthread restarts([&] {
+    // When node 2 has its turn, node 1 has had it; the second request is answered.
+    if (!port.read(CanPort::Clock::now() + std::chrono::seconds(10))) return;
+    emulator_.order("reset 1");
+    emulator_.order("silent off 2");
+  });
+  EXPECT_THAT(refused().what(), HasSubstr("node 1 has restarted while it was set up"));
+  while (const auto frame = port_.read(CanPort::Clock::time_point{})) {
+    EXPECT_NE(frame->data[0], static_cast<int>(NmtCommand::kStart));
+  }
 }
 
 TEST_F(RestartedDrives, MaySagALittle) {
