@@ -45,7 +45,7 @@ Cia402Node::Cia402Node(std::uint8_t node, const Cia402DriveOptions& options) : n
   add_objects();
 }
 
-void Cia402Node::add_objects() {
+void Cia402Node::add_communication_objects() {
   objects_.add(0x100000, constant(4, 0x0002'0192));  // a servo drive, profile 402
   objects_.add(0x100100, output(1, false));
   objects_.add(0x100500, writable(4, kSyncId, 0, 0x7FF));
@@ -58,6 +58,10 @@ void Cia402Node::add_objects() {
   objects_.add(0x101800, constant(1, 4));
   for (ObjectKey sub = 1; sub <= 4; ++sub) objects_.add(0x101800 + sub, constant(4, sub == 4 ? node_ : 0));
   for (std::size_t number = 0; number < kPdos; ++number) add_pdo(number);
+}
+
+void Cia402Node::add_objects() {
+  add_communication_objects();
   objects_.add(0x603F00, output(2, false));
   objects_.add(0x604000, input(writable(2, 0, 0, 0xFFFF)));
   objects_.add(0x604100, output(2, false));
@@ -107,9 +111,13 @@ void Cia402Node::boot(bool counts_from_0) {
   objects_ = CanObjects();
   add_objects();
   drive_.power_cycle(counts_from_0);
+  reported_ = 0;
+  begin_communication();
+}
+
+void Cia402Node::begin_communication() {
   nmt_ = Nmt::kPreOperational;
   heartbeat_ns_ = 0;
-  reported_ = 0;
   is_uploading_ = false;
   received_ = {};
   last_sent_ = {};
@@ -212,8 +220,11 @@ void Cia402Node::command(const can_frame& frame) {
       nmt_ = Nmt::kPreOperational;
       break;
     case 0x81:
-    case 0x82:
       boot();
+      break;
+    case 0x82:
+      add_communication_objects();
+      begin_communication();
       break;
     default:
       break;

@@ -46,8 +46,11 @@ class Cia402Node {
   enum class Nmt : std::uint8_t { kBoot = 0, kStopped = 4, kOperational = 5, kPreOperational = 127 };
 
   void add_objects();
+  /// 1000h to 1FFFh, as they are after power-up.
+  void add_communication_objects();
   void add_pdo(std::size_t number);
   void boot(bool counts_from_0 = false);
+  void begin_communication();
   void send(canid_t id, std::vector<std::uint8_t> data);
   void send_emergency(std::uint16_t code);
   void report_new_fault();

@@ -157,10 +157,11 @@ TEST_F(Drives, ComeBackWithoutAJumpWhenTheBusIsCut) {
     ASSERT_TRUE(becomes(BackendHealth::kOpen)) << news_;
     ASSERT_TRUE(arrives(12'500 + 100 * (i % 2)));
   }
-  EXPECT_EQ(backend_->times().age_max_ns >= 0, true);
+  // Since the last return: of frames as they are written, not of the one that had waited for the bus.
+  EXPECT_GT(backend_->times().age_max_ns, 0);
   backend_->close();
   EXPECT_EQ(emulator_.stop(), 0);
-  EXPECT_LE(emulator_.largest_steps(kStandsAt).first, kLargestStep + 100);  // the write above is such a step
+  EXPECT_LE(emulator_.largest_steps(kStandsAt).first, kLargestStep);
 }
 
 TEST_F(Drives, AreNotOpenedWhenOneRefuses) {

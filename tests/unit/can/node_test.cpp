@@ -152,6 +152,21 @@ TEST_F(Node, ObeysNetworkManagement) {
   EXPECT_EQ(read(0x1017).second, 0u) << "all is as after power-up";
 }
 
+TEST_F(Node, ResetsItsCommunicationOnly) {
+  enable();
+  EXPECT_EQ(write(0x1017, 0, 100, 2), 0u);
+  EXPECT_EQ(write(0x6085, 0, 4'000'000, 4), 0u);
+  const auto sent = say(0, {0x82, 5});
+  ASSERT_EQ(sent.size(), 1u);
+  EXPECT_EQ(sent[0].can_id, 0x705u);
+  EXPECT_EQ(sent[0].data[0], 0);
+  EXPECT_EQ(read(0x1017).second, 0u);
+  EXPECT_EQ(read(0x1600, 2).second, 0u);
+  EXPECT_EQ(read(0x6085).second, 4'000'000u);
+  EXPECT_EQ(read(0x6061).second, 8u);
+  EXPECT_EQ(node_.drive().state(), State::kOperationEnabled);
+}
+
 TEST_F(Node, ProtectsItsMapping) {
   EXPECT_EQ(write(0x1600, 0, 0, 1), kAbortState) << "the PDO is on";
   EXPECT_EQ(write(0x1400, 1, 0x206, 4), kAbortRange) << "the identifier of one that is on";
@@ -231,6 +246,13 @@ TEST_F(Node, FailsAndIsResetByAnEdge) {
   EXPECT_EQ(node_.drive().state(), State::kSwitchOnDisabled);
   EXPECT_TRUE(std::any_of(sent.begin(), sent.end(),
                           [&](const can_frame& f) { return f.can_id == 0x85 && number(f, 0, 2) == 0; }));
+  node_.emergency(0x3210, now_ns_);
+  (void)node_.take_sent();
+  cycle(0x80, 0);
+  EXPECT_EQ(node_.drive().state(), State::kFault) << "the bit is held";
+  cycle(0, 0);
+  cycle(0x80, 0);
+  EXPECT_EQ(node_.drive().state(), State::kSwitchOnDisabled);
 }
 
 TEST_F(Node, WarnsAndGoesOn) {
