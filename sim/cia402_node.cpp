@@ -12,6 +12,7 @@ namespace {
 constexpr canid_t kSyncId = 0x080;
 constexpr canid_t kEmergencyId = 0x080;
 constexpr canid_t kHeartbeatId = 0x700;
+constexpr std::uint16_t kNoHeartbeat = 0x8130;
 
 constexpr std::int64_t kHighest32 = std::numeric_limits<std::int32_t>::max();
 constexpr std::int64_t kLowest32 = std::numeric_limits<std::int32_t>::min();
@@ -54,6 +55,8 @@ void Cia402Node::add_communication_objects() {
   objects_.add(0x100900, text("1"));
   objects_.add(0x100A00, text("1.0"));
   objects_.add(0x101400, constant(4, kEmergencyId + node_));
+  objects_.add(0x101600, constant(1, 1));
+  objects_.add(0x101601, writable(4, 0, 0, 0xFFFF'FFFF));
   objects_.add(0x101700, writable(2, 0, 0, 0xFFFF));
   objects_.add(0x101800, constant(1, 4));
   for (ObjectKey sub = 1; sub <= 4; ++sub) objects_.add(0x101800 + sub, constant(4, sub == 4 ? node_ : 0));
@@ -62,6 +65,7 @@ void Cia402Node::add_communication_objects() {
 
 void Cia402Node::add_objects() {
   add_communication_objects();
+  objects_.add(0x600700, writable(2, 1, 0, 3));
   objects_.add(0x603F00, output(2, false));
   objects_.add(0x604000, input(writable(2, 0, 0, 0xFFFF)));
   objects_.add(0x604100, output(2, false));
@@ -118,6 +122,8 @@ void Cia402Node::boot(bool counts_from_0) {
 void Cia402Node::begin_communication() {
   nmt_ = Nmt::kPreOperational;
   heartbeat_ns_ = 0;
+  master_ns_.reset();
+  has_missed_master_ = false;
   is_uploading_ = false;
   received_ = {};
   last_sent_ = {};
@@ -176,6 +182,7 @@ void Cia402Node::advance(std::int64_t now_ns) {
   now_ns_ = std::max(now_ns_, now_ns);
   if (nmt_ == Nmt::kBoot) boot();
   drive_.advance(now_ns_);
+  watch_master();
   report_new_fault();
   send_changed_tpdos();
   const std::int64_t period_ns = objects_.value(0x101700) * 1'000'000;
@@ -186,14 +193,40 @@ void Cia402Node::advance(std::int64_t now_ns) {
 
 std::optional<std::int64_t> Cia402Node::next_event_ns() const {
   if (nmt_ == Nmt::kBoot) return now_ns_;
-  if (objects_.value(0x101700) == 0) return std::nullopt;
-  return heartbeat_ns_;
+  const auto master_ns = master_due_ns();
+  if (objects_.value(0x101700) == 0) return master_ns;
+  return std::min(heartbeat_ns_, master_ns.value_or(heartbeat_ns_));
+}
+
+std::optional<std::int64_t> Cia402Node::master_due_ns() const {
+  if (!master_ns_) return std::nullopt;
+  return *master_ns_ + (objects_.value(0x101601) & 0xFFFF) * 1'000'000;
+}
+
+void Cia402Node::hear_master(const can_frame& frame) {
+  const std::int64_t wanted = objects_.value(0x101601);
+  if ((wanted & 0xFFFF) == 0 || frame.can_id != kHeartbeatId + (wanted >> 16 & 0x7F)) return;
+  master_ns_ = now_ns_;
+  if (std::exchange(has_missed_master_, false) && drive_.error_code() == 0) send_emergency(0);
+}
+
+void Cia402Node::watch_master() {
+  const auto due_ns = master_due_ns();
+  if (!due_ns || now_ns_ < *due_ns) return;
+  master_ns_.reset();
+  has_missed_master_ = true;
+  const std::int64_t reaction = objects_.value(0x600700);
+  if (reaction == 1) return drive_.fail(kNoHeartbeat);
+  send_emergency(kNoHeartbeat);
+  if (reaction == 2) drive_.control(0x00);
+  if (reaction == 3) drive_.control(0x02);
 }
 
 void Cia402Node::receive(const can_frame& frame, std::int64_t now_ns) {
   if (frame.can_dlc > CAN_MAX_DLEN || (frame.can_id & (CAN_EFF_FLAG | CAN_RTR_FLAG | CAN_ERR_FLAG)) != 0)
     return;
   advance(now_ns);
+  hear_master(frame);
   if (frame.can_id == 0) return command(frame);
   if (frame.can_id == 0x600u + node_ && nmt_ != Nmt::kStopped) return serve_sdo(frame);
   if (nmt_ != Nmt::kOperational) return;
@@ -235,6 +268,9 @@ void Cia402Node::command(const can_frame& frame) {
 void Cia402Node::apply(ObjectKey key, std::int64_t value) {
   objects_.set(key, value);
   switch (key >> 8) {
+    case 0x1016:
+      master_ns_.reset();
+      break;
     case 0x1017:
       heartbeat_ns_ = now_ns_ + value * 1'000'000;
       break;

@@ -53,6 +53,10 @@ class Cia402Node {
   void begin_communication();
   void send(canid_t id, std::vector<std::uint8_t> data);
   void send_emergency(std::uint16_t code);
+  /// 1016h and 6007h.
+  void hear_master(const can_frame& frame);
+  void watch_master();
+  [[nodiscard]] std::optional<std::int64_t> master_due_ns() const;
   void report_new_fault();
 
   void command(const can_frame& frame);
@@ -82,8 +86,10 @@ class Cia402Node {
   Cia402Drive drive_;
   Nmt nmt_{Nmt::kBoot};
   std::int64_t now_ns_{0};
-  std::int64_t heartbeat_ns_{0};  ///< when the next is due
-  std::uint16_t reported_{0};     ///< fault of the drive that an emergency has told
+  std::int64_t heartbeat_ns_{0};           ///< when the next is due
+  std::optional<std::int64_t> master_ns_;  ///< when its heartbeat came; nothing: it is not awaited
+  bool has_missed_master_{false};
+  std::uint16_t reported_{0};  ///< fault of the drive that an emergency has told
   std::optional<std::uint32_t> abort_next_;
   std::string upload_;  ///< a text that is read in segments
   std::size_t uploaded_{0};

@@ -46,6 +46,12 @@ CanFrame nmt_frame(NmtCommand command, std::uint8_t node) noexcept {
 
 CanFrame sync_frame() noexcept { return frame_of(kSync, 0); }
 
+CanFrame master_heartbeat_frame() noexcept {
+  CanFrame frame = frame_of(kHeartbeat + kMasterNode, 1);
+  frame.data[0] = static_cast<std::uint8_t>(NmtState::kOperational);
+  return frame;
+}
+
 CanFrame rpdo_frame(std::uint8_t node, std::uint16_t controlword, std::int32_t target) noexcept {
   CanFrame frame = frame_of(kRpdo1 + node, kProcessDataBytes);
   put(frame, 0, 2, controlword);

@@ -24,6 +24,9 @@ inline constexpr canid_t kHeartbeat = 0x700;
 
 enum class NmtCommand : std::uint8_t { kStart = 0x01, kStop = 0x02, kPreOperational = 0x80 };
 
+/// corbot's own node number, where drives await its heartbeat.
+inline constexpr std::uint8_t kMasterNode = 127;
+
 /// As a heartbeat tells it.
 enum class NmtState : std::uint8_t { kBootUp = 0, kStopped = 4, kOperational = 5, kPreOperational = 127 };
 
@@ -66,6 +69,8 @@ struct Emergency {
 
 [[nodiscard]] CanFrame nmt_frame(NmtCommand command, std::uint8_t node) noexcept;
 [[nodiscard]] CanFrame sync_frame() noexcept;
+/// corbot's: it is operational.
+[[nodiscard]] CanFrame master_heartbeat_frame() noexcept;
 /// Controlword (6040h) and target position (607Ah), in counts.
 [[nodiscard]] CanFrame rpdo_frame(std::uint8_t node, std::uint16_t controlword, std::int32_t target) noexcept;
 

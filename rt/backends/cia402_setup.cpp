@@ -14,6 +14,7 @@ constexpr ObjectAddress kDeviceType{0x1000};
 constexpr ObjectAddress kSyncIdentifier{0x1005};
 constexpr ObjectAddress kSyncPeriod{0x1006};
 constexpr ObjectAddress kDeviceName{0x1008};
+constexpr ObjectAddress kConsumerHeartbeat{0x1016, 1};
 constexpr ObjectAddress kProducerHeartbeat{0x1017};
 constexpr ObjectAddress kErrorCode{0x603F};
 constexpr ObjectAddress kMode{0x6060};
@@ -125,6 +126,15 @@ DriveFound set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& setu
   set_mode(sdo);
   sdo.write_checked(kProducerHeartbeat, static_cast<std::uint32_t>(setup.heartbeat_ms), 2);
   return found;
+}
+
+void watch_master(CanPort& port, DriveWatch& watch, std::uint8_t node, int watch_ms) {
+  SdoClient sdo(port, watch, node);
+  if (!sdo.read_if_there(kConsumerHeartbeat)) {
+    sdo.fail(DeviceCause::kBadAnswer, "cannot await a heartbeat (no 1016h:1): set watch_ms = 0");
+  }
+  const auto time = static_cast<std::uint32_t>(watch_ms);
+  sdo.write_checked(kConsumerHeartbeat, watch_ms == 0 ? 0 : std::uint32_t{kMasterNode} << 16 | time, 4);
 }
 
 std::uint16_t read_error_code(CanPort& port, DriveWatch& watch, std::uint8_t node) noexcept {

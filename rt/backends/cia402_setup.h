@@ -22,6 +22,10 @@ struct DriveFound {
 /// synchronous position mode. Everything that is written is read again. Throws DeviceError.
 DriveFound set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& setup);
 
+/// 1016h: from the first of corbot's heartbeats on, the drive reacts when none comes for so long; 0: not any
+/// more. Throws DeviceError.
+void watch_master(CanPort& port, DriveWatch& watch, std::uint8_t node, int watch_ms);
+
 /// 603Fh, what a drive that is in fault says of it; 0 when it does not tell.
 [[nodiscard]] std::uint16_t read_error_code(CanPort& port, DriveWatch& watch, std::uint8_t node) noexcept;
 

@@ -117,6 +117,7 @@ std::unique_ptr<Backend> make_socketcan(const Profile& profile, EmergencyStop& s
   settings.interface = options.interface;
   settings.bit_rate = static_cast<std::uint32_t>(options.bit_rate);
   settings.heartbeat_ms = options.heartbeat_ms;
+  settings.watch_ms = options.watch_ms;
   settings.loop_ns = profile.arm.period_ns;
   settings.gripper_model = profile.arm.gripper;
   constexpr double kCatchUp = 2.0;  // times the speed that the profile allows

@@ -109,6 +109,12 @@ std::string Cia402Drives::choose_period() {
                           rate_in_words(needed_bit_rate(drives, kLongestSyncPeriod_ns)));
   }
   period_ns_ = *period_ns;
+  if (settings_.watch_ms > 0 && beat_period() < cycle()) {
+    throw DeviceError(DeviceCause::kNotThere, settings_.interface +
+                                                  ": watch_ms = " + std::to_string(settings_.watch_ms) +
+                                                  " is too short for a bus that carries a frame every " +
+                                                  std::to_string(period_ns_ / 1'000'000) + " ms");
+  }
   const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
   std::string text = std::to_string(tenths_hz / 10) + "." + std::to_string(tenths_hz % 10) +
                      " frames a second, which need " + rate_in_words(needed_bit_rate(drives, period_ns_)) +
@@ -128,8 +134,10 @@ std::string Cia402Drives::open() {
   watch_.clear(last_listened_);
   last_targets_.clear();
   is_synchronised_ = false;
+  is_well_ = false;
   const std::string rate = choose_period();
   command(NmtCommand::kPreOperational);  // their PDOs are quiet while they are set up
+  watch_masters(0);                      // and no heartbeat is sent
   std::string nodes;
   std::string last_name;
   for (std::size_t i = 0; i < has_restarted_.size(); ++i) {
@@ -145,9 +153,37 @@ std::string Cia402Drives::open() {
     last_name = name;
   }
   if (!last_name.empty()) nodes += " (" + last_name + ")";
+  watch_masters(settings_.watch_ms);  // which begins with the first heartbeat
   start();
   enable();
+  is_well_ = true;
   return "CiA 402 drives on " + settings_.interface + ": nodes " + nodes + "; " + rate;
+}
+
+void Cia402Drives::watch_masters(int watch_ms) {
+  if (settings_.watch_ms == 0) return;
+  for (const DriveReport& drive : watch_.drives()) watch_master(port_, watch_, drive.node, watch_ms);
+}
+
+void Cia402Drives::beat() {
+  const auto now = Clock::now();
+  if (settings_.watch_ms == 0 || now - last_beat_ + cycle() / 2 < beat_period()) return;
+  port_.write(master_heartbeat_frame(), now + kSendWithin);
+  last_beat_ = now;
+}
+
+void Cia402Drives::close() noexcept {
+  // At a proper end they go on as they are; when something is the matter they react, unless it is mended
+  // soon.
+  if (is_well_ && port_.is_open()) {
+    is_well_ = false;
+    try {
+      watch_masters(0);
+    } catch (const DeviceError&) {
+      // Then they react.
+    }
+  }
+  port_.close();
 }
 
 void Cia402Drives::command(NmtCommand command) {
@@ -244,15 +280,19 @@ void Cia402Drives::limit(std::vector<std::int32_t>& next) const {
 }
 
 void Cia402Drives::send(const ServoFrame& frame, bool) {
+  is_well_ = false;
   listen(Clock::now(), [] { return false; });
   examine();
   std::vector<std::int32_t> next = targets(frame);
   limit(next);
   last_targets_ = std::move(next);
+  beat();
   synchronise(std::vector<std::uint16_t>(last_targets_.size(), kEnableOperation), last_targets_);
+  is_well_ = true;
 }
 
 BusReading Cia402Drives::measure(const ServoFrame&) {
+  is_well_ = false;
   if (!is_synchronised_) {  // who is asked between two cycles answers as well
     watch_.expect_answers(Clock::now());
     port_.write(sync_frame(), Clock::now() + kSendWithin);
@@ -260,6 +300,7 @@ BusReading Cia402Drives::measure(const ServoFrame&) {
   listen(Clock::now() + cycle() / 2, [this] { return watch_.has_all_answers(); });
   is_synchronised_ = false;
   examine();
+  is_well_ = true;
   const auto now = Clock::now();
   std::vector<std::int32_t> positions;
   for (const DriveReport& drive : watch_.drives()) {

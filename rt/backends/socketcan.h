@@ -35,6 +35,7 @@ struct Cia402Settings {
   std::string interface;
   std::uint32_t bit_rate{0};  ///< 0: ask the interface
   int heartbeat_ms{200};      ///< that the drives send; one is lost after three times as much
+  int watch_ms{0};            ///< a drive reacts when corbot is silent for so long; 0: it is not asked to
   std::int64_t loop_ns{1'000'000};
   std::vector<JointDrive> joints;  ///< in the order of the joints
   std::optional<GripperDrive> gripper;
@@ -50,7 +51,7 @@ class Cia402Drives final : public BusDevice {
 
   /// Drives that it has enabled are disabled again when it throws; those that held before go on holding.
   std::string open() override;
-  void close() noexcept override { port_.close(); }
+  void close() noexcept override;
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
   /// Half a loop's period after the cycle: its frame is there, and the next one is far.
   [[nodiscard]] std::optional<std::int64_t> phase_ns() const noexcept override {
@@ -80,6 +81,8 @@ class Cia402Drives final : public BusDevice {
   void enable_all();
   /// Takes the voltage from those that were not enabled before.
   void disable(const std::vector<bool>& was_enabled) noexcept;
+  void watch_masters(int watch_ms);
+  void beat();
   void note_restarts();
   void check_answered(const DriveReport& drive) const;
   /// Throws when a drive that has restarted counts otherwise than before.
@@ -95,6 +98,9 @@ class Cia402Drives final : public BusDevice {
   [[nodiscard]] Clock::duration heartbeat_limit() const;
   /// From what age on process data are reported as missing.
   [[nodiscard]] Clock::duration stale_limit() const;
+  [[nodiscard]] Clock::duration beat_period() const {
+    return std::chrono::milliseconds(settings_.watch_ms) / 3;
+  }
   [[nodiscard]] Clock::duration cycle() const { return std::chrono::nanoseconds(period_ns_); }
 
   const Cia402Settings settings_;
@@ -102,6 +108,8 @@ class Cia402Drives final : public BusDevice {
   DriveWatch watch_;
   std::int64_t period_ns_;
   Clock::time_point last_listened_{};
+  Clock::time_point last_beat_{};
+  bool is_well_{false};  ///< the last exchange was
   std::vector<std::int32_t> last_targets_;
   std::vector<std::optional<std::int32_t>> served_at_;  ///< where a drive stood when it was last served
   std::vector<bool> has_restarted_;                     ///< since then

@@ -19,6 +19,10 @@ constexpr std::string_view kUnix = "unix:";
 constexpr Bounds kCount{-1e9, 1e9, false, "counts"};
 constexpr Bounds kScale{0, 5e6, true, "counts"};
 
+constexpr int kShortestWatch_ms = 20;
+/// corbot's own, as a producer of heartbeats.
+constexpr int kMasterNode = 127;
+
 using NodeUse = std::map<std::int64_t, std::string>;
 
 bool is_interface(const std::string& text) {
@@ -77,6 +81,11 @@ void read_socketcan(Section section, std::size_t joints, SocketCanOptions& optio
       section.integer_or("bit_rate", 0, {0, 1e6, false, "bit/s (0: as the interface tells)"}).value_or(0));
   options.heartbeat_ms =
       static_cast<int>(section.integer_or("heartbeat_ms", 200, {10, 5000, false, "ms"}).value_or(200));
+  const auto watch_ms = section.integer_or("watch_ms", 0, {0, 5000, false, "ms (0: off)"});
+  if (watch_ms && *watch_ms > 0 && *watch_ms < kShortestWatch_ms) {
+    section.refuse("watch_ms", fmt::format("must be 0 (off), or {} to 5000 ms", kShortestWatch_ms));
+  }
+  options.watch_ms = static_cast<int>(watch_ms.value_or(0));
   options.readback = section.flag_or("readback", true).value_or(true);
   const std::string at_end = section.text_or("at_end", "hold").value_or("hold");
   if (at_end != "hold" && at_end != "relax") section.refuse("at_end", "must be \"hold\" or \"relax\"");
@@ -93,6 +102,10 @@ void read_socketcan(Section section, std::size_t joints, SocketCanOptions& optio
     read_gripper(section.table("gripper"), in_use, options);
   } else {
     (void)section.table_or_empty("gripper");
+  }
+  if (const auto master = in_use.find(kMasterNode); options.watch_ms > 0 && master != in_use.end()) {
+    section.refuse("watch_ms", fmt::format("needs node {} for corbot itself, but it is that of {}",
+                                           kMasterNode, master->second));
   }
   section.finish();
 }

@@ -94,6 +94,7 @@ struct SocketCanOptions {
   std::string interface;  ///< "can0", or "unix:/path" for a virtual bus
   int bit_rate{0};        ///< bits a second; 0: as the interface tells
   int heartbeat_ms{200};
+  int watch_ms{0};  ///< drives that hear nothing of corbot for so long react; 0: they are not asked to
   bool readback{true};
   bool relax_at_end{false};
   std::vector<CanDrive> drives;  ///< one a joint, in the order of the articulations

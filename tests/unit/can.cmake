@@ -8,7 +8,7 @@ target_compile_definitions(can_test PRIVATE CORBOT_SCRATCH_DIR="${CMAKE_BINARY_D
 # The backend and the emulator's program on a virtual bus, or on the interface CORBOT_RIG_CAN.
 corbot_test(drives_on_can_test
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/can/drives_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/can/restarts_test.cpp
-    ${CMAKE_CURRENT_SOURCE_DIR}/can/sdo_client_test.cpp
+    ${CMAKE_CURRENT_SOURCE_DIR}/can/sdo_client_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/can/watch_test.cpp
     ${PROJECT_SOURCE_DIR}/tests/support/process.cpp
   LIBS corbot::backends
   LABELS unit

@@ -255,6 +255,31 @@ TEST_F(Node, FailsAndIsResetByAnEdge) {
   EXPECT_EQ(node_.drive().state(), State::kSwitchOnDisabled);
 }
 
+TEST_F(Node, ReactsWhenItsMasterFallsSilent) {
+  const std::pair<std::uint32_t, State> reactions[] = {{0, State::kOperationEnabled},
+                                                       {1, State::kFault},
+                                                       {2, State::kSwitchOnDisabled},
+                                                       {3, State::kSwitchOnDisabled}};
+  for (const auto& [reaction, state] : reactions) {
+    say(0, {0x81, 5});
+    enable();
+    EXPECT_EQ(write(0x6007, 0, reaction, 2), 0u);
+    EXPECT_EQ(write(0x1016, 1, 0x7F0064, 4), 0u);
+    wait_ms(300);
+    EXPECT_EQ(node_.drive().state(), State::kOperationEnabled) << "it begins with the first heartbeat";
+    for (int i = 0; i < 5; ++i) {
+      (void)say(0x77F, {5});
+      EXPECT_THAT(wait_ms(99), IsEmpty());
+    }
+    EXPECT_EQ(node_.drive().state(), State::kOperationEnabled);
+    const auto sent = wait_ms(20);
+    ASSERT_FALSE(sent.empty()) << reaction;
+    EXPECT_EQ(sent[0].can_id, 0x85u);
+    EXPECT_EQ(number(sent[0], 0, 2), 0x8130u);
+    EXPECT_EQ(node_.drive().state(), state) << reaction;
+  }
+}
+
 TEST_F(Node, WarnsAndGoesOn) {
   enable();
   node_.emergency(0x8120, now_ns_);

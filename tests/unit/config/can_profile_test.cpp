@@ -22,6 +22,7 @@ TEST(CanProfile, IsReadToTheLastValue) {
   EXPECT_EQ(options.interface, "unix:/tmp/can");
   EXPECT_EQ(options.bit_rate, 0);
   EXPECT_EQ(options.heartbeat_ms, 200);
+  EXPECT_EQ(options.watch_ms, 0);
   EXPECT_TRUE(options.readback);
   EXPECT_FALSE(options.relax_at_end);
   ASSERT_EQ(options.drives.size(), 4u);
@@ -74,6 +75,11 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"Interface", "\"unix:/tmp/can\"", "\"can 0\"", ".interface", "can0"},
         Wrong{"Socket", "\"unix:/tmp/can\"", "\"unix:can\"", ".interface", "unix:/path"},
         Wrong{"Heartbeat", "heartbeat_ms = 200", "heartbeat_ms = 1", ".heartbeat_ms", "10 to 5000 ms"},
+        Wrong{"Watch", "readback = true", "watch_ms = 19", ".watch_ms", "0 (off), or 20 to 5000 ms"},
+        Wrong{"WatchLong", "readback = true", "watch_ms = 5001", ".watch_ms", "0 to 5000 ms"},
+        Wrong{"WatchNode",
+              "readback = true\nat_end = \"hold\"\n\n[[backend.socketcan.drive]]  # base\nnode = 1\n",
+              "watch_ms = 100\n[[backend.socketcan.drive]]\nnode = 127\n", ".watch_ms", "drive[0].node"},
         Wrong{"AtEnd", "\"hold\"", "\"fall\"", ".at_end", "\"hold\" or \"relax\""},
         Wrong{"BitRate", "readback = true", "bit_rate = 2000000", ".bit_rate", "0 to 1"},
         Wrong{"DriveTooMany", "[backend.socketcan.gripper]\nnode = 5\nclosed_count = 0\nopen_count = 40000",

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// Drives that await corbot's heartbeat, and what they do without it.
+#include "unit/can/drives_fixture.h"
+
+namespace corbot::rt {
+namespace {
+
+using ::testing::HasSubstr;
+
+class WatchingDrives : public Drives {
+ protected:
+  WatchingDrives() { settings_.watch_ms = 300; }
+  std::uint32_t awaited_by(std::uint8_t node) {
+    CanPort port;
+    port.open(emulator_.bus(), {kSdoAnswer + node});
+    DriveWatch watch({node});
+    return SdoClient(port, watch, node).read({0x1016, 1});
+  }
+};
+
+TEST_F(WatchingDrives, ReactWhenNobodyLeadsThem) {
+  CanPort port;
+  port.open(emulator_.bus(), {kHeartbeat + kMasterNode});
+  CanPort emergencies;
+  emergencies.open(emulator_.bus(), {kEmergency + 1});
+  Cia402Drives drives(settings_);
+  drives.open();
+  EXPECT_EQ(awaited_by(3), 0x7F'012Cu);
+  int beats = 0;
+  ASSERT_TRUE(wait_until(within(30), [&] {
+    drives.send(frame(), false);
+    (void)drives.measure(frame());
+    while (const auto beat = port.read(CanPort::Clock::time_point{})) beats += beat->data[0] == 5 ? 1 : 0;
+    return beats >= 10;  // three times as long as they would wait
+  }));
+  const auto told = emergencies.read(CanPort::Clock::now() + std::chrono::seconds(10));
+  ASSERT_TRUE(told);
+  EXPECT_EQ(little_endian(*told, 0, 2), 0x8130u);
+  EXPECT_THROW(drives.send(frame(), false), DeviceError);
+  drives.close();
+  drives.open();
+  EXPECT_EQ(state_of_node(1), DriveState::kOperationEnabled) << "it is reset";
+}
+
+TEST_F(WatchingDrives, GoOnHoldingAtTheEnd) {
+  open();
+  ASSERT_TRUE(arrives());
+  EXPECT_EQ(awaited_by(1), 0x7F'012Cu);
+  backend_->close();
+  for (std::uint8_t node = 1; node <= 3; ++node) {
+    EXPECT_EQ(awaited_by(node), 0u);
+    EXPECT_EQ(state_of_node(node), DriveState::kOperationEnabled);
+  }
+}
+
+TEST_F(WatchingDrives, AreRefusedWhereTheyCannotWatch) {
+  emulator_.order("abort 06020000 1");
+  EXPECT_THAT(refused().what(), HasSubstr("node 1: cannot await a heartbeat (no 1016h:1): set watch_ms = 0"));
+  settings_.watch_ms = 20;
+  settings_.loop_ns = 20'000'000;
+  EXPECT_THAT(refused().what(), HasSubstr("watch_ms = 20 is too short"));
+}
+
+}  // namespace
+}  // namespace corbot::rt
