@@ -55,7 +55,8 @@ void SerialPort::open(const std::string& path, int baud) {
     close();
     fail(DeviceCause::kInUse, "another program has it open");
   }
-  (void)::ioctl(fd_, TIOCEXCL);  // against programs that do not lock; a pseudo-terminal may not know it
+  // Against programs that do not lock; a pseudo-terminal may not know it.
+  is_exclusive_ = ::ioctl(fd_, TIOCEXCL) == 0;
   termios line{};
   if (::tcgetattr(fd_, &line) != 0) {
     close();
@@ -78,7 +79,10 @@ void SerialPort::open(const std::string& path, int baud) {
 
 void SerialPort::close() noexcept {
   if (fd_ < 0) return;
-  (void)::ioctl(fd_, TIOCNXCL);
+  // Else the kernel waits for half a minute for a line that takes no bytes.
+  if (std::exchange(is_stuck_, false)) (void)::tcflush(fd_, TCOFLUSH);
+  // Not that of another program, which has refused this one.
+  if (std::exchange(is_exclusive_, false)) (void)::ioctl(fd_, TIOCNXCL);
   ::close(std::exchange(fd_, -1));
 }
 
@@ -95,6 +99,7 @@ void SerialPort::await(short events, Clock::time_point deadline, DeviceCause lat
     }
     if (count > 0) return;
     if (left <= 0) {
+      is_stuck_ |= late == DeviceCause::kWriteTimeout;
       fail(late, late == DeviceCause::kNoAnswer ? "no answer: is the controller powered, is the baud right?"
                                                 : "takes no more bytes");
     }
@@ -107,6 +112,7 @@ void SerialPort::write(std::span<const std::uint8_t> bytes, Clock::time_point de
     if (n > 0) {
       bytes = bytes.subspan(static_cast<std::size_t>(n));
     } else if (n < 0 && errno != EAGAIN && errno != EINTR) {
+      is_stuck_ = true;
       fail(DeviceCause::kHungUp, std::strerror(errno));
     } else {
       await(POLLOUT, deadline, DeviceCause::kWriteTimeout);

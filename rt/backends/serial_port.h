@@ -77,6 +77,8 @@ class SerialPort final : public SerialLine {
 
   std::string path_;
   int fd_{-1};
+  bool is_exclusive_{false};  ///< by this
+  bool is_stuck_{false};      ///< did not take what was written
 };
 
 }  // namespace corbot::rt
