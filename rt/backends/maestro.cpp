@@ -8,9 +8,6 @@
 namespace corbot::rt {
 namespace {
 
-using namespace std::chrono_literals;
-using Clock = SerialPort::Clock;
-
 constexpr std::uint8_t kSetTarget = 0x84;
 constexpr std::uint8_t kSetSpeed = 0x87;
 constexpr std::uint8_t kGetPosition = 0x90;
@@ -18,14 +15,22 @@ constexpr std::uint8_t kSetTargets = 0x9F;
 constexpr std::uint8_t kGetErrors = 0xA1;
 constexpr std::uint8_t kPololu = 0xAA;
 constexpr unsigned kQuartersPerMicrosecond = 4;
-/// In 0.25 us a 10 ms: 400 us/s, the whole range of a servo in five seconds.
+/// In 0.25 us a 10 ms: 400 us/s.
 constexpr unsigned kApproachSpeed = 16;
 constexpr std::int64_t kServoFrame_ns = 20'000'000;
 constexpr int kFramesPerCheck = 50;
-constexpr auto kAnswerWithin = 300ms;
+constexpr double kApproach_us_per_s = 400.0;
+constexpr double kShortestApproach_s = 2.5;
+constexpr double kMostTravel_us = 2000.0;
+constexpr unsigned kMostPosition = 0x3FFF;  // as a target
+constexpr unsigned kAllErrors = 0x1FF;
 
 std::uint8_t low7(unsigned value) { return static_cast<std::uint8_t>(value & 0x7F); }
 std::uint8_t high7(unsigned value) { return static_cast<std::uint8_t>((value >> 7) & 0x7F); }
+
+void append(Maestro::Bytes& all, const Maestro::Bytes& more) {
+  all.insert(all.end(), more.begin(), more.end());
+}
 
 unsigned target_of(double pulse_us) {
   return static_cast<unsigned>(std::lround(std::clamp(pulse_us, 0.0, 4000.0) * kQuartersPerMicrosecond));
@@ -58,6 +63,14 @@ Maestro::Bytes Maestro::command(std::uint8_t number, const Bytes& data) const {
   return bytes;
 }
 
+Maestro::Bytes Maestro::speeds(const ServoFrame& frame, unsigned speed) const {
+  Bytes all;
+  for (std::size_t i = 0; i < frame.servo_count; ++i) {
+    append(all, command(kSetSpeed, {low7(frame.channel[i]), low7(speed), high7(speed)}));
+  }
+  return all;
+}
+
 Maestro::Bytes Maestro::targets(const ServoFrame& frame) const {
   const std::size_t count = std::min<std::size_t>(frame.servo_count, kMaxServos);
   bool in_a_row = count > 1;
@@ -70,8 +83,7 @@ Maestro::Bytes Maestro::targets(const ServoFrame& frame) const {
     if (!in_a_row) data = {low7(frame.channel[i])};
     data.insert(data.end(), {low7(target), high7(target)});
     if (in_a_row) continue;
-    const Bytes one = command(kSetTarget, data);
-    all.insert(all.end(), one.begin(), one.end());
+    append(all, command(kSetTarget, data));
   }
   return in_a_row ? command(kSetTargets, data) : all;
 }
@@ -89,15 +101,23 @@ std::string Maestro::errors_in_words(unsigned errors) {
 }
 
 std::string Maestro::open() {
-  port_.open(settings_.port, settings_.baud);
+  dialog_.open(settings_.port, settings_.baud);
+  is_owed_ = is_served_ = is_slow_ = false;
+  frames_since_check_ = 0;
   constexpr std::uint8_t kDetectBaud = 0xAA;
-  write({kDetectBaud});
-  port_.discard_input();
-  (void)ask(kGetErrors, {});  // clears what an earlier program left, and shows that somebody answers
-  is_slow_ = false;
+  dialog_.write(Bytes{kDetectBaud});
+  try {
+    (void)ask_errors();  // clears what an earlier program left, and shows that somebody answers
+  } catch (const DeviceError& error) {
+    if (!is_noise(error.cause())) throw;
+    (void)ask_errors();
+  }
+  dialog_.begin_service();
   constexpr std::int64_t kBytesPerServo = 8;  // AA dev cmd ch lo hi crc, or the question for its position
+  constexpr std::int64_t kBytesPerQuery = 7;  // AA dev cmd ch crc, and the answer
   const auto bytes =
-      static_cast<std::int64_t>(settings_.servos) * kBytesPerServo * (settings_.readback ? 2 : 1);
+      static_cast<std::int64_t>(settings_.servos) * kBytesPerServo * (settings_.readback ? 2 : 1) +
+      kBytesPerQuery;
   period_ns_ = std::max(kServoFrame_ns, bytes * 11'000'000'000 / settings_.baud);
   const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
   return "Maestro on " + settings_.port + ": " + std::to_string(tenths_hz / 10) + "." +
@@ -105,56 +125,155 @@ std::string Maestro::open() {
 }
 
 void Maestro::send(const ServoFrame& frame, bool approach) {
-  last_ = frame;
-  if (approach != is_slow_) {
-    const unsigned speed = approach ? kApproachSpeed : 0;  // 0: no limit
-    for (std::size_t i = 0; i < frame.servo_count; ++i) {
-      write(command(kSetSpeed, {low7(frame.channel[i]), low7(speed), high7(speed)}));
-    }
-    is_slow_ = approach;
+  if (approach) {
+    approach_to(frame);
+    return;
   }
-  write(targets(frame));
-  if (++frames_since_check_ >= kFramesPerCheck) check_errors();
+  Bytes bytes;
+  if (is_slow_) bytes = speeds(frame, 0);  // 0: no limit
+  is_slow_ = false;
+  // Asked before the frame: afterwards there is no telling whether it was the first. Nobody moves channel 0
+  // of a frame to 0.
+  dialog_.discard_input();
+  append(bytes, command(kGetPosition, {low7(frame.channel[0])}));
+  append(bytes, targets(frame));
+  dialog_.write(bytes);
+  last_ = frame;
+  is_served_ = is_owed_ = true;
+  if (++frames_since_check_ >= kFramesPerCheck) {
+    check_errors();
+  } else if (!settings_.readback) {  // else the answer comes with that to the next question
+    try {
+      hear_one();
+    } catch (const DeviceError& error) {
+      dialog_.missed(error);
+    }
+  }
+}
+
+void Maestro::approach_to(const ServoFrame& frame) {
+  is_owed_ = is_served_ = false;
+  last_ = frame;
+  const SerialDialog::Pulses from_us = agreed(frame);
+  double travel_us = 0.0;
+  for (std::size_t i = 0; i < frame.servo_count; ++i) {
+    // Without pulses it is anywhere, and goes as fast as it can.
+    const double way_us = from_us[i] > 0.0 ? std::abs(frame.pulse_us[i] - from_us[i]) : 0.0;
+    travel_us = std::max(travel_us, std::min(way_us, kMostTravel_us));
+  }
+  approach_ns_ =
+      static_cast<std::int64_t>(1e9 * std::max(kShortestApproach_s, 0.1 + travel_us / kApproach_us_per_s));
+  dialog_.write(speeds(frame, kApproachSpeed));
+  is_slow_ = true;
+  check_errors();  // a limit that was garbled on its way is none
+  dialog_.write(targets(frame));
 }
 
 void Maestro::halt() {
   ServoFrame here = last_;
-  here.pulse_us = measure(last_).value;
-  write(targets(here));
+  here.pulse_us = agreed(last_);  // 0 where it has no pulses, and then gets none
+  dialog_.write(targets(here));
 }
 
 BusReading Maestro::measure(const ServoFrame& frame) {
-  BusReading reading{BusReading::Unit::kPulses, {}};
-  for (std::size_t i = 0; i < frame.servo_count; ++i) {
-    reading.value[i] =
-        static_cast<double>(ask(kGetPosition, {low7(frame.channel[i])})) / kQuartersPerMicrosecond;
+  if (!is_served_) return {BusReading::Unit::kPulses, agreed(frame)};
+  try {
+    const BusReading reading{BusReading::Unit::kPulses, query(frame)};
+    dialog_.heard();
+    return reading;
+  } catch (const DeviceError& error) {
+    dialog_.missed(error);
   }
-  return reading;
+  return {};
 }
 
 void Maestro::relax() {
   ServoFrame off = last_;
   off.pulse_us.fill(0.0);  // a target of 0: no pulses
-  write(targets(off));
+  dialog_.write(targets(off));
+}
+
+SerialDialog::Pulses Maestro::agreed(const ServoFrame& frame) {
+  return dialog_.told_twice(frame.servo_count, [&] { return query(frame); });
+}
+
+SerialDialog::Pulses Maestro::query(const ServoFrame& frame) {
+  Bytes questions;
+  for (std::size_t i = 0; i < frame.servo_count; ++i) {
+    append(questions, command(kGetPosition, {low7(frame.channel[i])}));
+  }
+  ask(questions);
+  SerialDialog::Pulses pulse_us{};
+  for (std::size_t i = 0; i < frame.servo_count; ++i) {
+    const unsigned position = read_position();
+    if (is_served_) check_restart(frame.channel[i], position);
+    pulse_us[i] = static_cast<double>(position) / kQuartersPerMicrosecond;
+  }
+  return pulse_us;
 }
 
 void Maestro::check_errors() {
   frames_since_check_ = 0;
-  const unsigned errors = ask(kGetErrors, {});
-  if (errors == 0) return;
+  try {
+    const unsigned errors = ask_errors();
+    dialog_.heard();
+    if (errors != 0) refuse(errors);
+  } catch (const DeviceError& error) {
+    dialog_.missed(error);
+  }
+}
+
+void Maestro::check_restart(std::uint32_t channel, unsigned position) {
+  if (position != 0) return;
+  // An error of the line sends the servos home, too.
+  is_owed_ = false;
+  unsigned errors = 0;
+  try {
+    errors = ask_errors();
+  } catch (const DeviceError& error) {
+    if (!is_noise(error.cause())) throw;
+  }
+  if (errors != 0) refuse(errors);
+  throw DeviceError(DeviceCause::kDeviceFault, settings_.port + ": has restarted: channel " +
+                                                   std::to_string(channel) +
+                                                   " has no pulses, though it was given a target");
+}
+
+void Maestro::refuse(unsigned errors) const {
   throw DeviceError(DeviceCause::kDeviceFault,
                     settings_.port + ": the Maestro reports " + errors_in_words(errors));
 }
 
-void Maestro::write(const Bytes& bytes) {
-  port_.write(bytes, Clock::now() + kAnswerWithin + std::chrono::nanoseconds(period_ns_));
+void Maestro::ask(const Bytes& question) {
+  if (!is_owed_) dialog_.discard_input();
+  dialog_.write(question);
+  if (is_owed_) hear_one();
 }
 
-unsigned Maestro::ask(std::uint8_t number, const Bytes& data) {
-  port_.discard_input();
-  write(command(number, data));
+void Maestro::hear_one() {
+  is_owed_ = false;
+  check_restart(last_.channel[0], read_position());
+  dialog_.heard();
+}
+
+unsigned Maestro::ask_errors() {
+  ask(command(kGetErrors, {}));
+  const unsigned errors = read_word();
+  if (errors <= kAllErrors) return errors;
+  throw DeviceError(DeviceCause::kBadAnswer,
+                    settings_.port + ": reports errors that do not exist: is the line disturbed?");
+}
+
+unsigned Maestro::read_position() {
+  const unsigned position = read_word();
+  if (position <= kMostPosition) return position;
+  throw DeviceError(DeviceCause::kBadAnswer,
+                    settings_.port + ": tells a position that does not exist: is the line disturbed?");
+}
+
+unsigned Maestro::read_word() {
   std::array<std::uint8_t, 2> answer{};
-  port_.read_exactly(answer, Clock::now() + kAnswerWithin);
+  dialog_.read(answer);
   return answer[0] | static_cast<unsigned>(answer[1]) << 8;
 }
 

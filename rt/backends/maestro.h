@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "rt/backends/bus_device.h"
+#include "rt/backends/serial_dialog.h"
 
 namespace corbot::rt {
 
@@ -17,6 +18,7 @@ struct MaestroSettings {
   bool readback{false};
   std::size_t servos{kMaxServos};
 };
+};
 
 /// Pololu Maestro: binary over USB or a serial line, a quarter of a microsecond, 50 Hz. Facts: the maker's
 /// manual.
@@ -24,15 +26,16 @@ class Maestro final : public BusDevice {
  public:
   explicit Maestro(MaestroSettings settings,
                    std::unique_ptr<SerialLine> line = std::make_unique<SerialPort>())
-      : settings_(std::move(settings)), line_(std::move(line)), port_(*line_) {}
+      : settings_(std::move(settings)), dialog_(std::move(line)) {}
 
   std::string open() override;
-  void close() noexcept override { port_.close(); }
+  void close() noexcept override { dialog_.close(); }
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
   void send(const ServoFrame& frame, bool approach) override;
-  [[nodiscard]] std::int64_t approach_ns() const noexcept override { return 2'500'000'000; }
+  [[nodiscard]] std::int64_t approach_ns() const noexcept override { return approach_ns_; }
   void halt() override;
   BusReading measure(const ServoFrame& frame) override;
+  [[nodiscard]] bool has_answered() noexcept override { return dialog_.take_heard(); }
   void relax() override;
 
   using Bytes = std::vector<std::uint8_t>;
@@ -46,17 +49,31 @@ class Maestro final : public BusDevice {
   [[nodiscard]] static std::string errors_in_words(unsigned errors);
 
  private:
-  void write(const Bytes& bytes);
-  [[nodiscard]] unsigned ask(std::uint8_t number, const Bytes& data);
+  void approach_to(const ServoFrame& frame);
+  [[nodiscard]] Bytes speeds(const ServoFrame& frame, unsigned speed) const;
+  void ask(const Bytes& question);
+  [[nodiscard]] unsigned ask_errors();
+  [[nodiscard]] unsigned read_word();
+  [[nodiscard]] unsigned read_position();
+  [[nodiscard]] SerialDialog::Pulses query(const ServoFrame& frame);
+  /// As it was told twice: a garbled byte must not say how long an approach takes, or where it is halted.
+  [[nodiscard]] SerialDialog::Pulses agreed(const ServoFrame& frame);
+  /// The position that was asked for with the frame.
+  void hear_one();
   /// Throws when the error register is not empty.
   void check_errors();
+  /// Throws when a servo that was given a target has no pulses.
+  void check_restart(std::uint32_t channel, unsigned position);
+  [[noreturn]] void refuse(unsigned errors) const;
 
   MaestroSettings settings_;
-  const std::unique_ptr<SerialLine> line_;
-  SerialLine& port_;
+  SerialDialog dialog_;
   std::int64_t period_ns_{20'000'000};
+  std::int64_t approach_ns_{2'500'000'000};
   ServoFrame last_{};
-  bool is_slow_{false};  ///< the speed limits of an approach are set
+  bool is_served_{false};  ///< since the last approach
+  bool is_owed_{false};    ///< a position that was asked for with a frame
+  bool is_slow_{false};    ///< the speed limits of an approach are set
   int frames_since_check_{0};
 };
 

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "rt/backends/bus_device.h"
+#include "rt/backends/serial_dialog.h"
 
 namespace corbot::rt {
 
@@ -22,15 +24,16 @@ struct Ssc32Settings {
 class Ssc32 final : public BusDevice {
  public:
   explicit Ssc32(Ssc32Settings settings, std::unique_ptr<SerialLine> line = std::make_unique<SerialPort>())
-      : settings_(std::move(settings)), line_(std::move(line)), port_(*line_) {}
+      : settings_(std::move(settings)), dialog_(std::move(line)) {}
 
   std::string open() override;
-  void close() noexcept override { port_.close(); }
+  void close() noexcept override { dialog_.close(); }
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
   void send(const ServoFrame& frame, bool approach) override;
   [[nodiscard]] std::int64_t approach_ns() const noexcept override;
   void halt() override;
   BusReading measure(const ServoFrame& frame) override;
+  [[nodiscard]] bool has_answered() noexcept override { return dialog_.take_heard(); }
   bool emergency_stop() override;
   void relax() override;
 
@@ -43,18 +46,32 @@ class Ssc32 final : public BusDevice {
                                                        bool stop_input = false) noexcept;
 
  private:
-  void write(std::string_view text);
+  [[nodiscard]] std::string ask_version();
   [[nodiscard]] std::string read_line();
+  void approach_to(const ServoFrame& frame);
+  void ask(std::string_view text, std::span<std::uint8_t> answer);
   /// One query for each channel of the frame; each answers a byte, in 10 us.
-  void query(const ServoFrame& frame, std::array<double, kMaxServos>& pulse_us);
+  [[nodiscard]] SerialDialog::Pulses query(const ServoFrame& frame);
+  /// As it was told twice: a garbled byte must not say how a servo starts, or where it is halted.
+  [[nodiscard]] SerialDialog::Pulses agreed(const ServoFrame& frame);
+  /// Asks for the pulse of one servo that was commanded, and says `more` after it: whether the controller is
+  /// there, and still the one that was.
+  void ask_one(std::string_view more = {});
+  /// What is wrong when it does not answer.
+  [[nodiscard]] std::optional<DeviceError> hear_one();
+  /// Throws where a servo that was commanded is told never to have been.
+  void check_restart(std::size_t servo, std::uint8_t answer) const;
   /// Whether the stop input is active now, or (active at low only) has been since it was last asked.
   [[nodiscard]] bool ask_stop_input();
 
   Ssc32Settings settings_;
-  const std::unique_ptr<SerialLine> line_;
-  SerialLine& port_;
+  SerialDialog dialog_;
   std::int64_t period_ns_{20'000'000};
+  int approach_ms_{2000};
   ServoFrame last_{};
+  bool is_served_{false};  ///< since the last approach
+  bool is_owed_{false};    ///< the answer to ask_one()
+  std::size_t asked_{0};   ///< by it
   bool is_u_{false};       ///< an SSC-32U
   int frames_pressed_{0};  ///< for which a short press is still told
 };

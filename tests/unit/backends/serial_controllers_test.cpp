@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the serial backends do with a controller that restarts, falls silent or is misheard: emulated ones,
+// in their own time.
+#include <gmock/gmock.h>
+
+#include "rt/backends/maestro.h"
+#include "rt/backends/ssc32.h"
+#include "sim/maestro_device.h"
+#include "sim/ssc32_device.h"
+#include "support/emulated_line.h"
+
+namespace corbot::rt {
+namespace {
+
+using sim::MaestroDevice;
+using sim::MaestroOptions;
+using sim::Ssc32Device;
+using sim::Ssc32Model;
+using sim::Ssc32Options;
+using test::EmulatedLine;
+using test::EmulatedWire;
+using ::testing::HasSubstr;
+
+constexpr std::size_t kServos = 5;
+
+ServoFrame all_at(double pulse_us) {
+  ServoFrame frame;
+  frame.servo_count = kServos;
+  for (std::uint32_t i = 0; i < kServos; ++i) frame.channel[i] = i;
+  frame.pulse_us.fill(pulse_us);
+  return frame;
+}
+
+/// A backend with the controller that it speaks to; opened, and brought to 1500 us.
+template <class Device, class Emulated, class Options, class Settings>
+struct Bench {
+  Bench(const Options& options, const Settings& settings)
+      : emulated(options),
+        wire(emulated, options.baud),
+        device(settings, std::make_unique<EmulatedLine>(wire)) {
+    (void)device.open();
+  }
+  void begin(double pulse_us = 1500.0) {
+    device.send(all_at(pulse_us), true);
+    wait_for_approach();
+    device.send(all_at(pulse_us), false);
+    wire.pass(0.1);
+  }
+  void wait_for_approach() { wire.pass(static_cast<double>(device.approach_ns()) * 1e-9); }
+  /// The cause of what is thrown when the servos are sent there; kNone: nothing.
+  DeviceCause cause_of(double pulse_us, std::string* why = nullptr) {
+    try {
+      device.send(all_at(pulse_us), false);
+    } catch (const DeviceError& error) {
+      if (why != nullptr) *why = error.what();
+      return error.cause();
+    }
+    return DeviceCause::kNone;
+  }
+  Emulated emulated;
+  EmulatedWire wire;
+  Device device;
+};
+
+using Ssc32Base = Bench<Ssc32, Ssc32Device, Ssc32Options, Ssc32Settings>;
+using MaestroBase = Bench<Maestro, MaestroDevice, MaestroOptions, MaestroSettings>;
+
+struct Ssc32Bench : Ssc32Base {
+  explicit Ssc32Bench(Ssc32Model model, int baud = 115200, bool readback = false, char stop_input = 0)
+      : Ssc32Base({.model = model, .baud = baud}, {"/dev/ssc32", baud, readback, kServos, stop_input, true}) {
+  }
+};
+
+struct MaestroBench : MaestroBase {
+  explicit MaestroBench(bool readback = false, const MaestroOptions& options = {})
+      : MaestroBase(options, {"/dev/maestro", options.baud, -1, false, readback, kServos}) {}
+};
+
+template <class Any>
+void expect_to_notice_silence(Any& bench) {
+  (void)bench.device.has_answered();
+  bench.wire.is_silent = true;
+  int misses = 0;
+  const auto begin = SerialPort::Clock::now();
+  while (misses < 3 && SerialPort::Clock::now() - begin < std::chrono::seconds(20)) {
+    const DeviceCause cause = bench.cause_of(1600.0);
+    if (cause != DeviceCause::kNone) {
+      EXPECT_EQ(cause, DeviceCause::kNoAnswer);
+      ++misses;
+    }
+    EXPECT_FALSE(bench.device.has_answered());
+  }
+  EXPECT_EQ(misses, 3) << "enough for the backend to call it lost";
+  EXPECT_GE(SerialPort::Clock::now() - begin, std::chrono::milliseconds(300))
+      << "not for a short disturbance";
+  EXPECT_EQ(bench.wire.pulse_us(0), 1600.0) << "frames go on";
+  bench.wire.is_silent = false;
+  EXPECT_EQ(bench.cause_of(1600.0), DeviceCause::kNone);
+  EXPECT_TRUE(bench.device.has_answered());
+  EXPECT_FALSE(bench.device.has_answered());
+}
+
+TEST(SerialControllers, ThatFallSilentAreNoticed) {
+  for (const int baud : {9600, 115200}) {
+    for (const Ssc32Model model : {Ssc32Model::kSsc32, Ssc32Model::kSsc32U}) {
+      Ssc32Bench ssc32(model, baud);
+      ssc32.begin();
+      expect_to_notice_silence(ssc32);
+    }
+  }
+  MaestroBench maestro;
+  maestro.begin();
+  expect_to_notice_silence(maestro);
+}
+
+TEST(SerialControllers, OneLostOrGarbledAnswerIsNoLoss) {
+  Ssc32Bench ssc32(Ssc32Model::kSsc32);
+  ssc32.begin();
+  MaestroBench maestro;
+  maestro.begin();
+  for (int i = 0; i < 5; ++i) {
+    ssc32.wire.lose = maestro.wire.lose = 1;
+    EXPECT_EQ(ssc32.cause_of(1520.0), DeviceCause::kNone);
+    EXPECT_EQ(maestro.cause_of(1520.0), DeviceCause::kNone);
+    EXPECT_EQ(ssc32.cause_of(1510.0), DeviceCause::kNone);
+    EXPECT_EQ(maestro.cause_of(1510.0), DeviceCause::kNone);
+    ssc32.wire.garble = maestro.wire.garble = 2;
+    EXPECT_EQ(ssc32.cause_of(1520.0), DeviceCause::kNone);
+    EXPECT_EQ(maestro.cause_of(1520.0), DeviceCause::kNone);
+  }
+}
+
+TEST(SerialControllers, ASsc32ThatHasRestartedIsNoticedAtTheNextFrame) {
+  for (const bool readback : {false, true}) {
+    for (const Ssc32Model model : {Ssc32Model::kSsc32, Ssc32Model::kSsc32U}) {
+      Ssc32Bench bench(model, 115200, readback);
+      bench.begin();
+      bench.emulated.power_cycle(bench.wire.now_ns);
+      std::string why;
+      try {
+        bench.device.send(all_at(1500.0), false);
+        (void)bench.device.measure(all_at(1500.0));
+      } catch (const DeviceError& error) {
+        why = error.what();
+        EXPECT_EQ(error.cause(), DeviceCause::kDeviceFault);
+      }
+      EXPECT_THAT(why, HasSubstr("has restarted"));
+    }
+  }
+}
+
+TEST(SerialControllers, ASsc32ThatHasRestartedGetsNoFrameWithATime) {
+  Ssc32Bench bench(Ssc32Model::kSsc32, 9600);
+  bench.begin();
+  EXPECT_THAT(bench.wire.written, HasSubstr("P1500T")) << "a slow line";
+  for (const bool is_silent : {false, true}) {
+    bench.wire.is_silent = is_silent;
+    bench.emulated.power_cycle(bench.wire.now_ns);
+    bench.wire.written.clear();
+    EXPECT_EQ(bench.cause_of(1500.0), is_silent ? DeviceCause::kNone : DeviceCause::kDeviceFault);
+    EXPECT_EQ(bench.wire.written.find('T'), std::string::npos) << bench.wire.written;
+    bench.wire.is_silent = false;
+    (void)bench.device.open();
+    bench.begin();
+  }
+}
+
+TEST(SerialControllers, AStopInputAndReadbackShareTheLineWithTheQuestionOfEveryFrame) {
+  Ssc32Bench bench(Ssc32Model::kSsc32U, 115200, true, 'A');
+  bench.begin();
+  for (const bool is_pressed : {false, true, false}) {
+    bench.emulated.set_input('A', is_pressed);
+    for (int i = 0; i < 10; ++i) {
+      ASSERT_EQ(bench.cause_of(1700.0), DeviceCause::kNone);
+      if (i < 6) (void)bench.device.emergency_stop();
+    }
+    bench.device.send(all_at(1700.0), false);
+    EXPECT_EQ(bench.device.emergency_stop(), is_pressed);
+    EXPECT_EQ(bench.device.measure(all_at(1700.0)).value[4], 1700.0);
+  }
+}
+
+TEST(SerialControllers, AMaestroThatHasRestartedIsNoticedAtTheNextFrame) {
+  for (const bool readback : {false, true}) {
+    MaestroBench bench(readback);
+    bench.begin();
+    bench.emulated.power_cycle(bench.wire.now_ns);
+    std::string why;
+    try {
+      bench.device.send(all_at(1500.0), false);
+      (void)bench.device.measure(all_at(1500.0));
+    } catch (const DeviceError& error) {
+      why = error.what();
+      EXPECT_EQ(error.cause(), DeviceCause::kDeviceFault);
+    }
+    EXPECT_THAT(why, HasSubstr("has restarted"));
+  }
+}
+
+TEST(SerialControllers, AMaestroThatWentHomeSaysWhy) {
+  MaestroBench bench;
+  bench.begin();
+  const std::uint8_t nonsense = 0x83;
+  bench.emulated.receive({&nonsense, 1}, bench.wire.now_ns);
+  std::string why;
+  EXPECT_EQ(bench.cause_of(1500.0, &why), DeviceCause::kDeviceFault);
+  EXPECT_THAT(why, HasSubstr("serial protocol"));
+}
+
+TEST(SerialControllers, AreHaltedThoughAnswersAreLostOrGarbled) {
+  for (const int fault : {0, 1, 2}) {
+    Ssc32Bench ssc32(Ssc32Model::kSsc32);
+    Ssc32Bench ssc32u(Ssc32Model::kSsc32U);
+    MaestroBench maestro;
+    const auto expect_halt = [&](auto& bench) {
+      bench.begin(1200.0);
+      bench.device.send(all_at(1800.0), true);
+      bench.wire.pass(0.5);
+      if (fault == 1) bench.wire.lose = 1;
+      if (fault == 2) bench.wire.garble = 1;
+      const double before_us = bench.wire.pulse_us(0);
+      EXPECT_NO_THROW(bench.device.halt());
+      bench.wire.pass(0.1);
+      const double halted_us = bench.wire.pulse_us(0);
+      EXPECT_NEAR(halted_us, before_us, 50.0) << fault;
+      bench.wire.pass(5.0);
+      EXPECT_EQ(bench.wire.pulse_us(0), halted_us) << fault;
+    };
+    expect_halt(ssc32);
+    expect_halt(ssc32u);
+    expect_halt(maestro);
+  }
+}
+
+TEST(SerialControllers, ASilentSsc32UIsHaltedAllTheSame) {
+  Ssc32Bench bench(Ssc32Model::kSsc32U);
+  bench.begin(1200.0);
+  bench.device.send(all_at(1800.0), true);
+  bench.wire.pass(0.5);
+  bench.wire.is_silent = true;
+  EXPECT_NO_THROW(bench.device.halt());
+  const double halted_us = bench.wire.pulse_us(0);
+  bench.wire.pass(5.0);
+  EXPECT_NEAR(bench.wire.pulse_us(0), halted_us, 20.0);
+}
+
+TEST(SerialControllers, AHalfReceivedGroupIsNotExecutedAtTheNextOpen) {
+  for (const Ssc32Model model : {Ssc32Model::kSsc32, Ssc32Model::kSsc32U}) {
+    Ssc32Bench bench(model);
+    bench.begin();
+    const std::string half = "#0P2400T2";
+    bench.emulated.receive({reinterpret_cast<const std::uint8_t*>(half.data()), half.size()},
+                           bench.wire.now_ns);
+    bench.wire.lose = 1;  // and the first answer is spoilt
+    EXPECT_NO_THROW((void)bench.device.open());
+    bench.wire.pass(0.1);
+    EXPECT_EQ(bench.wire.pulse_us(0), 1500.0);
+  }
+}
+
+TEST(SerialControllers, AnApproachIsAsLongAsItsWay) {
+  const auto expect_slow = [](auto& bench) {
+    bench.begin(600.0);
+    bench.device.send(all_at(1900.0), true);
+    bench.wire.pass(0.1);
+    const double early_us = bench.wire.pulse_us(0);
+    EXPECT_LT(early_us, 660.0);
+    bench.wire.pass(static_cast<double>(bench.device.approach_ns()) * 1e-9 - 0.1);
+    const double late_us = bench.wire.pulse_us(0);
+    EXPECT_NEAR(late_us, 1900.0, 10.0) << "there before the limit is lifted";
+  };
+  Ssc32Bench ssc32(Ssc32Model::kSsc32);
+  expect_slow(ssc32);
+  MaestroBench maestro;
+  expect_slow(maestro);
+}
+
+TEST(SerialControllers, AGarbledAnswerDoesNotThrowAServoToItsPlace) {
+  Ssc32Bench bench(Ssc32Model::kSsc32);
+  bench.begin(2050.0);  // garbled, it is the 500 us of a servo that was never commanded
+  bench.wire.garble = static_cast<int>(kServos);
+  bench.device.send(all_at(1250.0), true);
+  bench.wire.pass(0.1);
+  EXPECT_GT(bench.wire.pulse_us(0), 1950.0);
+}
+
+TEST(SerialControllers, AMaestroThatMissedItsSpeedLimitIsNotMoved) {
+  MaestroBench bench;
+  bench.begin(1000.0);
+  const std::uint8_t cut = 0x87;  // a command without its data, as of one that was garbled
+  bench.emulated.receive({&cut, 1}, bench.wire.now_ns);
+  EXPECT_THROW(bench.device.send(all_at(2000.0), true), DeviceError);
+  EXPECT_EQ(bench.wire.pulse_us(0), 1000.0) << "it has gone home at the next frame only";
+  bench.wire.pass(0.1);
+  EXPECT_EQ(bench.wire.pulse_us(0), 0.0);
+}
+
+}  // namespace
+}  // namespace corbot::rt
