@@ -64,6 +64,7 @@ struct Settings {
   ServerOptions server;
   Cia402ServerOptions cia402;
   std::string model{"ssc32u"};
+  std::string maestro_model{"mini"};
   Ssc32Options ssc32;
   MaestroOptions maestro;
 };
@@ -111,8 +112,14 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   ssc32->footer(kFooter);
 
-  CLI::App* maestro = app.add_subcommand("maestro", "Pololu Maestro with 24 channels, device number 12");
+  CLI::App* maestro = app.add_subcommand("maestro", "Pololu Maestro, device number 12");
   add_common(*maestro, settings.server);
+  maestro
+      ->add_option("--model", settings.maestro_model,
+                   "A Mini Maestro with 24 channels, or the Micro Maestro: 6, and no Set Multiple Targets")
+      ->check(CLI::IsMember({"micro", "mini"}))
+      ->type_name("MODEL")
+      ->capture_default_str();
   maestro->get_option("--baud")->check(CLI::Range(300, 200'000));
   maestro->add_flag("--crc", settings.maestro.crc, "Every command must end with a CRC-7");
   maestro->footer(kFooter);
@@ -156,6 +163,10 @@ int main(int argc, char** argv) {
       device = std::make_unique<Ssc32Device>(settings.ssc32);
     } else {
       settings.maestro.baud = settings.server.baud;
+      if (settings.maestro_model == "micro") {
+        settings.maestro.channels = 6;
+        settings.maestro.multi_target = false;
+      }
       device = std::make_unique<MaestroDevice>(settings.maestro);
     }
     SimServer(std::move(device), settings.server).run();

@@ -216,7 +216,8 @@ void MaestroDevice::take_mini_ssc_byte(std::uint8_t byte) {
 void MaestroDevice::finish_packet(std::size_t data_begin) {
   const auto command = static_cast<std::uint8_t>(packet_[data_begin - 1] | kCommandBit);
   const std::span<const std::uint8_t> all(packet_);
-  const auto length = length_of(command, all.subspan(data_begin));
+  const bool is_known = command != kSetMultipleTargets || options_.multi_target;
+  const auto length = is_known ? length_of(command, all.subspan(data_begin)) : std::nullopt;
   if (!length || *length > 2 + 2 * channels_.size()) {
     packet_.clear();
     is_skipping_ = true;

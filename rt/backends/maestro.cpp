@@ -73,7 +73,7 @@ Maestro::Bytes Maestro::speeds(const ServoFrame& frame, unsigned speed) const {
 
 Maestro::Bytes Maestro::targets(const ServoFrame& frame) const {
   const std::size_t count = std::min<std::size_t>(frame.servo_count, kMaxServos);
-  bool in_a_row = count > 1;
+  bool in_a_row = settings_.multi_target && count > 1;
   for (std::size_t i = 1; i < count; ++i) in_a_row = in_a_row && frame.channel[i] == frame.channel[0] + i;
   Bytes all;
   Bytes data;

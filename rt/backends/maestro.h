@@ -17,7 +17,8 @@ struct MaestroSettings {
   bool crc{false};        ///< every command ends with a CRC-7, as the board must be set to
   bool readback{false};
   std::size_t servos{kMaxServos};
-};
+  /// Channels that follow each other in one command. The Mini Maestros know it, the Micro Maestro does not.
+  bool multi_target{false};
 };
 
 /// Pololu Maestro: binary over USB or a serial line, a quarter of a microsecond, 50 Hz. Facts: the maker's
@@ -41,7 +42,7 @@ class Maestro final : public BusDevice {
   using Bytes = std::vector<std::uint8_t>;
   /// One command: its number without the high bit's meaning lost, its data, address and CRC as set.
   [[nodiscard]] Bytes command(std::uint8_t number, const Bytes& data) const;
-  /// The targets of a frame, in as few commands as its channels allow: one where they follow each other.
+  /// The targets of a frame, in as few commands as the board and the channels allow.
   [[nodiscard]] Bytes targets(const ServoFrame& frame) const;
   /// The maker's CRC-7: polynomial 0x91, least significant bit first.
   [[nodiscard]] static std::uint8_t crc7(const Bytes& message) noexcept;

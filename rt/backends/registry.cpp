@@ -64,11 +64,11 @@ std::unique_ptr<Backend> make_ssc32(const Profile& profile, EmergencyStop& stop)
 
 std::unique_ptr<Backend> make_maestro(const Profile& profile, EmergencyStop& stop) {
   const SerialOptions& options = profile.backend.serial;
-  return on_line(
-      profile,
-      std::make_unique<Maestro>(MaestroSettings{options.port, options.baud, options.device_number,
-                                                options.crc, options.readback, servos_of(profile)}),
-      stop);
+  return on_line(profile,
+                 std::make_unique<Maestro>(MaestroSettings{options.port, options.baud, options.device_number,
+                                                           options.crc, options.readback, servos_of(profile),
+                                                           options.multi_target}),
+                 stop);
 }
 
 std::unique_ptr<Backend> make_mini_ssc(const Profile& profile, EmergencyStop& stop) {

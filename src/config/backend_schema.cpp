@@ -66,6 +66,7 @@ void read_maestro(Section section, SerialOptions& options) {
   options.device_number = static_cast<int>(
       section.integer_or("device_number", -1, {-1, 127, false, "(-1: compact protocol)"}).value_or(-1));
   options.crc = section.flag_or("crc", false).value_or(false);
+  options.multi_target = section.flag_or("multi_target", false).value_or(false);
   section.finish();
 }
 

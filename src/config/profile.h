@@ -30,6 +30,7 @@ struct SerialOptions {
   bool relax_at_end{false};  ///< pulses off at the end; else the servos hold
   int device_number{-1};     ///< Maestro: of the Pololu protocol; -1: compact protocol
   bool crc{false};           ///< Maestro
+  bool multi_target{false};  ///< Maestro: sets several targets in one command, as only a Mini Maestro can
   double first_us{500.0};    ///< Mini SSC: pulse of position 0
   double last_us{2500.0};    ///< Mini SSC: pulse of position 254
   char stop_input{0};        ///< SSC-32: input of an emergency stop, 'A' .. 'F'; 0: none

@@ -57,26 +57,33 @@ TEST(Ssc32Encoding, NeverAsksMoreOfTheLineThanItCarries) {
   }
   // The figures of the manual's factory setting and of the usual one.
   EXPECT_EQ(Ssc32::shortest_period_ns(5, 115200, false), 20'000'000);
+  EXPECT_EQ(Ssc32::shortest_period_ns(5, 115200, true, true), 20'000'000);
   EXPECT_GT(Ssc32::shortest_period_ns(5, 9600, false), 41'700'000);
 }
 
 TEST(MaestroEncoding, SetsTargetsInQuartersOfAMicrosecond) {
-  const Maestro maestro({"/dev/null", 115200, -1, false, false, 2});
+  const Maestro maestro({"/dev/null", 115200, -1, false, false, 2, false});
   // 1500 us = 6000 = 0x70 + 0x2E * 128, the manual's own example.
   EXPECT_THAT(maestro.targets(frame_of({{2, 1500.0}})), ElementsAre(0x84, 2, 0x70, 0x2E));
   EXPECT_THAT(maestro.targets(frame_of({{2, 1500.0}, {4, 1500.0}})),
               ElementsAre(0x84, 2, 0x70, 0x2E, 0x84, 4, 0x70, 0x2E));
   EXPECT_THAT(maestro.targets(frame_of({{3, 1500.0}, {4, 1500.25}})),
+              ElementsAre(0x84, 3, 0x70, 0x2E, 0x84, 4, 0x71, 0x2E))
+      << "as a Micro Maestro knows it";
+  const Maestro mini({"/dev/null", 115200, -1, false, false, 2, true});
+  EXPECT_THAT(mini.targets(frame_of({{2, 1500.0}, {4, 1500.0}})),
+              ElementsAre(0x84, 2, 0x70, 0x2E, 0x84, 4, 0x70, 0x2E));
+  EXPECT_THAT(mini.targets(frame_of({{3, 1500.0}, {4, 1500.25}})),
               ElementsAre(0x9F, 2, 3, 0x70, 0x2E, 0x71, 0x2E))
       << "channels in a row in one command";
 }
 
 TEST(MaestroEncoding, AddressesABoardAndAddsTheCheck) {
-  const Maestro addressed({"/dev/null", 115200, 12, false, false, 1});
+  const Maestro addressed({"/dev/null", 115200, 12, false, false, 1, false});
   EXPECT_THAT(addressed.command(0x84, {0, 0x70, 0x2E}), ElementsAre(0xAA, 0x0C, 0x04, 0, 0x70, 0x2E));
   // The example of the manual's section on the cyclic redundancy check: 0x83, 0x01 -> 0x17.
   EXPECT_EQ(Maestro::crc7({0x83, 0x01}), 0x17);
-  const Maestro checked({"/dev/null", 115200, -1, true, false, 1});
+  const Maestro checked({"/dev/null", 115200, -1, true, false, 1, false});
   EXPECT_THAT(checked.command(0x83, {0x01}), ElementsAre(0x83, 0x01, 0x17));
 }
 
@@ -100,7 +107,7 @@ TEST(Encoding, IsWithinHalfAUnit) {
   std::printf("CORBOT_SEED=%llu\n", static_cast<unsigned long long>(seed));
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> pulse(500.0, 2500.0);
-  const Maestro maestro({"/dev/null", 115200, -1, false, false, 1});
+  const Maestro maestro({"/dev/null", 115200, -1, false, false, 1, false});
   const MiniSsc mini({"/dev/null", 9600, 500.0, 2500.0, 1});
   for (int i = 0; i < 100'000; ++i) {
     const double wanted_us = pulse(random);

@@ -73,7 +73,7 @@ struct Ssc32Bench : Ssc32Base {
 
 struct MaestroBench : MaestroBase {
   explicit MaestroBench(bool readback = false, const MaestroOptions& options = {})
-      : MaestroBase(options, {"/dev/maestro", options.baud, -1, false, readback, kServos}) {}
+      : MaestroBase(options, {"/dev/maestro", options.baud, -1, false, readback, kServos, false}) {}
 };
 
 template <class Any>
@@ -273,6 +273,13 @@ TEST(SerialControllers, AnApproachIsAsLongAsItsWay) {
   expect_slow(ssc32);
   MaestroBench maestro;
   expect_slow(maestro);
+}
+
+TEST(SerialControllers, AMicroMaestroIsToldItsTargetsOneByOne) {
+  MaestroBench bench(false, {.channels = 6, .multi_target = false});
+  bench.begin(1600.0);
+  EXPECT_EQ(bench.wire.pulse_us(4), 1600.0);
+  EXPECT_EQ(bench.emulated.errors(), 0u);
 }
 
 TEST(SerialControllers, AGarbledAnswerDoesNotThrowAServoToItsPlace) {

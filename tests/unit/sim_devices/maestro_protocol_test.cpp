@@ -66,6 +66,17 @@ TEST(MaestroProtocol, SetMultipleTargets) {
   EXPECT_EQ(bench.device.errors(), 0u);
 }
 
+TEST(MaestroProtocol, AMicroMaestroHasSixChannelsAndOneTargetACommand) {
+  MaestroBench bench({.channels = 6, .multi_target = false});
+  bench.send({0x84, 5, 0x70, 0x2E}, 0);
+  EXPECT_EQ(bench.pulse_us(5, 20), 1500.0);
+  EXPECT_EQ(bench.device.errors(), 0u);
+  bench.send({0x9F, 2, 3, 0x70, 0x2E, 0x70, 0x2E}, 20);
+  EXPECT_EQ(bench.device.errors(), MaestroDevice::kSerialProtocolError);
+  EXPECT_EQ(bench.pulse_us(3, 40), 0.0);
+  EXPECT_EQ(bench.pulse_us(5, 40), 0.0) << "gone home";
+}
+
 TEST(MaestroProtocol, PololuProtocolAddressesABoard) {
   MaestroBench bench;
   bench.send({0xAA, 12, 0x04, 0, 0x70, 0x2E}, 0);
