@@ -62,7 +62,7 @@ void read_ssc32(Section section, SerialOptions& options) {
 }
 
 void read_maestro(Section section, SerialOptions& options) {
-  read_serial(section, {"maestro", {9600, 19200, 38400, 57600, 115200, 230400}, 115200, true}, options);
+  read_serial(section, {"maestro", {9600, 19200, 38400, 57600, 115200}, 115200, true}, options);
   options.device_number = static_cast<int>(
       section.integer_or("device_number", -1, {-1, 127, false, "(-1: compact protocol)"}).value_or(-1));
   options.crc = section.flag_or("crc", false).value_or(false);

@@ -13,8 +13,9 @@ namespace {
 
 constexpr Bounds kFrameRate{40, 200, false, "Hz"};  // a servo's frame; beyond, pulses of 2500 us do not fit
 constexpr std::uint32_t kPca9685Channels = 16;
-constexpr double kLongestAwake_us = 200.0;  // seven servos in a frame of 20 ms: 7 % of a processor
-constexpr double kSlot_us = 2700.0;         // of a staggered pulse: the longest, and room to be late
+constexpr std::uint32_t kMaestroChannels = 24;  // of the largest
+constexpr double kLongestAwake_us = 200.0;      // seven servos in a frame of 20 ms: 7 % of a processor
+constexpr double kSlot_us = 2700.0;             // of a staggered pulse: the longest, and room to be late
 
 bool read_at_end(Section& section) {
   const std::string at_end = section.text_or("at_end", "hold").value_or("hold");
@@ -112,8 +113,11 @@ bool read_outputs(Section& section, BackendOptions& backend) {
 void check_channels(Section section, const BackendOptions& backend,
                     const std::map<std::uint32_t, std::string>& channels) {
   const bool is_gpiod = backend.kind == "gpiod";
-  if (!is_gpiod && backend.kind != "pca9685") return;
-  const auto count = is_gpiod ? static_cast<std::uint32_t>(backend.gpiod.lines.size()) : kPca9685Channels;
+  const bool is_maestro = backend.kind == "maestro";
+  if (!is_gpiod && !is_maestro && backend.kind != "pca9685") return;
+  const auto count = is_gpiod     ? static_cast<std::uint32_t>(backend.gpiod.lines.size())
+                     : is_maestro ? kMaestroChannels
+                                  : kPca9685Channels;
   for (const auto& [channel, key] : channels) {
     if (channel < count || count == 0) continue;
     section.refuse("kind",

@@ -183,6 +183,9 @@ const std::vector<Case> kCases{
     {"DeviceNumber", "kind = \"loopback\"",
      "kind = \"maestro\"\nmaestro = { port = \"/dev/x\", device_number = 128 }", "device_number = 128",
      "backend.maestro.device_number", "128", "-1 to 127"},
+    {"MaestroBaud", "kind = \"loopback\"",
+     "kind = \"maestro\"\nmaestro = { port = \"/dev/x\", baud = 230400 }", "baud = 230400",
+     "backend.maestro.baud", "230400", "38400, 57600, 115200"},
     {"MiniSscRange", "kind = \"loopback\"",
      "kind = \"minissc\"\nminissc = { port = \"/dev/x\", pulse_range_us = [400, 2500] }",
      "pulse_range_us = [400", "backend.minissc.pulse_range_us[0]", "400", "500 to 2500"},
@@ -270,6 +273,21 @@ TEST(Refusal, NamesAllFaultsAtOnceInTheOrderOfTheFile) {
   EXPECT_EQ(faults[1].key, "joint[0].name");
   EXPECT_EQ(faults[2].key, "loop.cpu");
   EXPECT_THAT(ConfigError{faults}.what(), HasSubstr(faults[0].text() + "\n" + faults[1].text() + "\n"));
+}
+
+TEST(Refusal, OfAChannelThatAMaestroDoesNotHave) {
+  std::string text = lynx5();
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("kind = \"loopback\"", "kind = \"maestro\"\nmaestro = { port = \"/dev/x\" }");
+  replace("channel = 3", "channel = 23");
+  EXPECT_TRUE(faults_of(text).empty());
+  replace("channel = 23", "channel = 24");
+  const std::vector<ConfigFault> faults = faults_of(text);
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].key, "backend.kind");
+  EXPECT_THAT(faults[0].allowed, HasSubstr("has channels 0 to 23; joint[3].servo.channel is 24"));
 }
 
 TEST(Refusal, OfAnEmptyProfileNamesEveryRequiredTable) {
