@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+// Serial controllers that fall silent, lose their power or are misheard in the middle of a motion, and what
+// their servos are given then, after the emulator's own record.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include <fmt/format.h>
+
+#include "config/profile.h"
+#include "contract/driver.h"
+#include "rt/backends/registry.h"
+#include "support/process.h"
+
+namespace corbot::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+struct Kind {
+  std::string name;
+  std::vector<std::string> emulator;  ///< words of corbot-sim
+  std::string backend;                ///< kind in the profile
+  std::string options;                ///< more keys of its table
+  double period_s;                    ///< between two frames
+};
+void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
+
+/// The driver of the contract's suite wants one.
+class NoStand final : public Stand {
+ public:
+  void set_up() override {}
+  [[nodiscard]] std::string backend_section() const override { return {}; }
+  [[nodiscard]] DeviceFacts facts() const override { return {}; }
+  void unplug() override {}
+  void plug() override {}
+  std::vector<Output> outputs() override { return {}; }
+  std::vector<double> now() override { return {}; }
+};
+
+class SerialFaults : public ::testing::TestWithParam<Kind> {
+ protected:
+  void SetUp() override {
+    directory_ = CORBOT_SCRATCH_DIR + ("/" + unique_name("faults"));
+    fs::create_directory(directory_);
+    std::vector<std::string> command{std::string(CORBOT_BIN_DIR) + "/corbot-sim"};
+    command.insert(command.end(), GetParam().emulator.begin(), GetParam().emulator.end());
+    command.insert(command.end(), {"--pty", directory_ + "/tty", "--record", record()});
+    emulator_ = std::make_unique<Process>(command);
+    ASSERT_TRUE(emulator_->wait_line("ready", within(30))) << emulator_->errors();
+    std::ifstream from(CORBOT_PROFILE);
+    std::stringstream text;
+    text << from.rdbuf();
+    const std::string all = text.str();
+    profile_ =
+        parse_profile(all.substr(0, all.find("[backend]")) +
+                          fmt::format("[backend]\nkind = \"{0}\"\n[backend.{0}]\nport = \"{1}/tty\"\n{2}",
+                                      GetParam().backend, directory_, GetParam().options),
+                      "faults");
+    backend_ = rt::make_backend(profile_, stop_);
+    backend_->open(Driver::frame(profile_.arm, pose(1200.0)));
+    driver_ = std::make_unique<Driver>(profile_.arm, *backend_, no_stand_, pose(1200.0));
+    driver_->start();
+    ASSERT_TRUE(reaches(BackendHealth::kOpen));
+    // 100 us/s, and so long that it is under way at every fault.
+    driver_->move(pose(1800.0), 6.0);
+    ASSERT_TRUE(wait_until(within(30), [&] { return driver_->wanted(false)[0] > 1230.0; }));
+  }
+  void TearDown() override {
+    if (driver_) driver_->end();
+    if (backend_) backend_->close();
+    if (emulator_) {
+      EXPECT_EQ(emulator_->terminate(), 0);
+    }
+    fs::remove_all(directory_);
+  }
+
+  [[nodiscard]] Pose pose(double pulse_us) const {
+    Pose result;
+    for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
+      const ServoMap& map = profile_.arm.servos[i];
+      result.position_rad[i] = (pulse_us - map.zero_us) / (map.direction * map.us_per_rad);
+    }
+    const GripperModel& gripper = profile_.arm.gripper;
+    result.opening = (pulse_us - gripper.closed_us) / (gripper.open_us - gripper.closed_us);
+    return result;
+  }
+  [[nodiscard]] std::string record() const { return directory_ + "/pulses.csv"; }
+  void order(const std::string& text) {
+    emulator_->send(text);
+    ASSERT_TRUE(emulator_->wait_line("ok", within(10))) << text << ": " << emulator_->errors();
+  }
+  [[nodiscard]] bool reaches(BackendHealth health) {
+    return wait_until(within(60), [&] { return backend_->health() == health; });
+  }
+  /// All that the operator was told so far.
+  const std::string& news() {
+    for (std::string more; !(more = backend_->take_news()).empty();) news_ += more + "\n";
+    return news_;
+  }
+  [[nodiscard]] bool is_told(const std::string& text) {
+    return wait_until(within(60), [&] { return news().find(text) != std::string::npos; });
+  }
+  [[nodiscard]] std::vector<double> pulses() {
+    std::vector<double> values;
+    emulator_->send("pulses");
+    const auto line = emulator_->wait_line("pulses", within(10));
+    if (!line) return values;
+    std::istringstream words(line->substr(6));
+    for (std::string word; words >> word;) values.push_back(std::stod(word.substr(word.find('=') + 1)));
+    return values;
+  }
+  [[nodiscard]] bool arrives() {
+    return wait_until(within(60), [&] {
+      const std::vector<double> wanted = driver_->wanted(false);
+      const std::vector<double> found = pulses();
+      if (driver_->moving() || found.size() != wanted.size()) return false;
+      for (std::size_t i = 0; i < wanted.size(); ++i) {
+        if (std::abs(found[i] - wanted[i]) > 1.0) return false;
+      }
+      return true;
+    });
+  }
+  /// By how much a pulse went further than 400 us/s allow, two frames more allowed for. The first pulse that
+  /// a servo gets is no step: it may stand anywhere, and nobody can tell a controller where.
+  [[nodiscard]] double worst_jump() const {
+    std::ifstream file(record());
+    std::string row;
+    std::getline(file, row);  // the names of the columns
+    std::map<int, std::pair<std::int64_t, double>> last;
+    double worst = -HUGE_VAL;
+    while (std::getline(file, row)) {
+      if (file.eof()) break;  // not whole yet
+      std::istringstream fields(row);
+      std::int64_t time_ns = 0;
+      int channel = 0;
+      char comma = 0;
+      double pulse_us = 0.0;
+      fields >> time_ns >> comma >> channel >> comma >> pulse_us;
+      const auto before = last.find(channel);
+      if (before != last.end() && before->second.second > 0.0 && pulse_us > 0.0) {
+        const double seconds =
+            static_cast<double>(time_ns - before->second.first) * 1e-9 + 2.0 * GetParam().period_s;
+        worst = std::max(worst, std::abs(pulse_us - before->second.second) - 400.0 * seconds - 1.0);
+      }
+      last[channel] = {time_ns, pulse_us};
+    }
+    return worst;
+  }
+
+  std::string directory_;
+  Profile profile_;
+  EmergencyStop stop_;
+  NoStand no_stand_;
+  std::unique_ptr<Process> emulator_;
+  std::unique_ptr<Backend> backend_;
+  std::unique_ptr<Driver> driver_;
+  std::string news_;
+};
+
+TEST_P(SerialFaults, ASilentControllerIsDegradedThenLostAndComesBack) {
+  order("silent on");
+  ASSERT_TRUE(reaches(BackendHealth::kLost));
+  EXPECT_TRUE(is_told("lost:"));
+  EXPECT_LT(news().find("degraded:"), news().find("lost:")) << news();
+  ASSERT_TRUE(wait_until(within(20), [&] { return !driver_->moving(); }));
+  driver_->move(pose(1700.0), 0.0);  // as after a bus that had stalled: the arm was to be further on
+  order("silent off");
+  ASSERT_TRUE(reaches(BackendHealth::kOpen));
+  EXPECT_TRUE(arrives()) << news();
+  EXPECT_LE(worst_jump(), 0.0);
+}
+
+TEST_P(SerialFaults, ARestartIsNoticedAndTheWayBackIsSlow) {
+  const std::uint64_t frames = backend_->times().frames;
+  order("reset");
+  ASSERT_TRUE(reaches(BackendHealth::kLost));
+  EXPECT_LE(backend_->times().frames, frames + 15) << "soon";
+  EXPECT_TRUE(is_told("has restarted"));
+  ASSERT_TRUE(wait_until(within(20), [&] { return !driver_->moving(); }));
+  driver_->move(pose(1700.0), 0.0);
+  ASSERT_TRUE(reaches(BackendHealth::kOpen));
+  EXPECT_TRUE(arrives()) << news();
+  EXPECT_LE(worst_jump(), 0.0);
+}
+
+TEST_P(SerialFaults, AFewBytesThatAreLostOrGarbledMakeNoJump) {
+  for (const char* fault : {"drop 1", "garble 1", "drop 7", "garble 3", "drop 2"}) {
+    const std::uint64_t frames = backend_->times().frames;
+    order(fault);
+    ASSERT_TRUE(wait_until(within(60), [&] { return backend_->times().frames > frames + 10; })) << fault;
+    ASSERT_TRUE(reaches(BackendHealth::kOpen)) << fault << "\n" << news();
+  }
+  driver_->move(pose(1700.0), 3.0);
+  EXPECT_TRUE(arrives()) << news();
+  EXPECT_EQ(backend_->health(), BackendHealth::kOpen);
+  EXPECT_LE(worst_jump(), 0.0) << news();
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Controllers, SerialFaults,
+    ::testing::Values(Kind{"ssc32", {"ssc32", "--model", "ssc32"}, "ssc32", "", 0.020},
+                      Kind{"ssc32u", {"ssc32"}, "ssc32", "", 0.020},
+                      Kind{"ssc32u_slow_line", {"ssc32", "--baud", "9600"}, "ssc32", "baud = 9600\n", 0.066},
+                      Kind{"ssc32u_readback", {"ssc32"}, "ssc32", "readback = true\n", 0.020},
+                      Kind{"maestro", {"maestro"}, "maestro", "", 0.020},
+                      Kind{"maestro_readback", {"maestro"}, "maestro", "readback = true\n", 0.020}),
+    [](const auto& test) { return test.param.name; });
+
+}  // namespace
+}  // namespace corbot::test
