@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -29,6 +30,7 @@ struct EmulatedWire {
   int lose{0};                         ///< so many bytes of the next answers
   int garble{0};                       ///< all bits of so many bytes of the answers after these
   bool is_silent{false};
+  std::chrono::nanoseconds longest_wait{};  ///< that was granted to an answer
 };
 
 class EmulatedLine final : public rt::SerialLine {
@@ -44,7 +46,8 @@ class EmulatedLine final : public rt::SerialLine {
       wire_.written += static_cast<char>(byte);
     }
   }
-  void read_exactly(std::span<std::uint8_t> into, Clock::time_point) override {
+  void read_exactly(std::span<std::uint8_t> into, Clock::time_point deadline) override {
+    wire_.longest_wait = std::max<std::chrono::nanoseconds>(wire_.longest_wait, deadline - Clock::now());
     constexpr std::int64_t kDeadline_ns = 30'000'000;
     fetch();
     while (wire_.answered.size() < into.size()) {

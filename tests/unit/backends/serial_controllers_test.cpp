@@ -130,6 +130,23 @@ TEST(SerialControllers, OneLostOrGarbledAnswerIsNoLoss) {
   }
 }
 
+TEST(SerialControllers, AnAnswerThatIsMissingDoesNotHoldUpTheFrames) {
+  const auto expect_short = [](auto& bench) {
+    EXPECT_GE(bench.wire.longest_wait, std::chrono::milliseconds(200)) << "while it is opened";
+    bench.begin();
+    bench.wire.longest_wait = {};
+    bench.device.send(all_at(1500.0), false);
+    (void)bench.device.emergency_stop();
+    (void)bench.device.measure(all_at(1500.0));
+    // What is under way, which here costs no time, and 30 ms.
+    EXPECT_LT(bench.wire.longest_wait, std::chrono::milliseconds(100));
+  };
+  Ssc32Bench ssc32(Ssc32Model::kSsc32U, 115200, true, 'A');
+  expect_short(ssc32);
+  MaestroBench maestro(true);
+  expect_short(maestro);
+}
+
 TEST(SerialControllers, ASsc32ThatHasRestartedIsNoticedAtTheNextFrame) {
   for (const bool readback : {false, true}) {
     for (const Ssc32Model model : {Ssc32Model::kSsc32, Ssc32Model::kSsc32U}) {
