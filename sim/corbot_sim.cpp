@@ -122,6 +122,8 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   maestro->get_option("--baud")->check(CLI::Range(300, 200'000));
   maestro->add_flag("--crc", settings.maestro.crc, "Every command must end with a CRC-7");
+  maestro->add_flag("!--ignore-errors", settings.maestro.errors_go_home,
+                    "Set to 'Ignore' on error; else all servos go home, which is off");
   maestro->footer(kFooter);
 
   CLI::App* cia402 = app.add_subcommand("cia402", "Drives after CiA 402 on a CAN bus, node 1 and up");

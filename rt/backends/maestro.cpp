@@ -138,7 +138,7 @@ void Maestro::send(const ServoFrame& frame, bool approach) {
   append(bytes, command(kGetPosition, {low7(frame.channel[0])}));
   append(bytes, targets(frame));
   dialog_.write(bytes);
-  last_ = frame;
+  last_ = given_ = frame;
   is_served_ = is_owed_ = true;
   if (++frames_since_check_ >= kFramesPerCheck) {
     check_errors();
@@ -154,15 +154,25 @@ void Maestro::send(const ServoFrame& frame, bool approach) {
 void Maestro::approach_to(const ServoFrame& frame) {
   is_owed_ = is_served_ = false;
   last_ = frame;
-  const SerialDialog::Pulses from_us = agreed(frame);
+  const SerialDialog::Pulses told_us = agreed(frame);
   double travel_us = 0.0;
+  ServoFrame off = frame;
+  off.servo_count = 0;
   for (std::size_t i = 0; i < frame.servo_count; ++i) {
-    // Without pulses it is anywhere, and goes as fast as it can.
-    const double way_us = from_us[i] > 0.0 ? std::abs(frame.pulse_us[i] - from_us[i]) : 0.0;
+    double from_us = told_us[i];
+    if (from_us <= 0.0 && i < given_.servo_count) {
+      // Without pulses, no limit holds for it; it is still about where it was sent last.
+      from_us = given_.pulse_us[i];
+      off.channel[off.servo_count] = frame.channel[i];
+      off.pulse_us[off.servo_count++] = from_us;
+    }
+    // One that was never sent anywhere may be anywhere, and goes as fast as it can.
+    const double way_us = from_us > 0.0 ? std::abs(frame.pulse_us[i] - from_us) : 0.0;
     travel_us = std::max(travel_us, std::min(way_us, kMostTravel_us));
   }
   approach_ns_ =
       static_cast<std::int64_t>(1e9 * std::max(kShortestApproach_s, 0.1 + travel_us / kApproach_us_per_s));
+  if (off.servo_count > 0) dialog_.write(targets(off));
   dialog_.write(speeds(frame, kApproachSpeed));
   is_slow_ = true;
   check_errors();  // a limit that was garbled on its way is none

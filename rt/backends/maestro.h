@@ -72,6 +72,7 @@ class Maestro final : public BusDevice {
   std::int64_t period_ns_{20'000'000};
   std::int64_t approach_ns_{2'500'000'000};
   ServoFrame last_{};
+  ServoFrame given_{};     ///< the last that was no approach
   bool is_served_{false};  ///< since the last approach
   bool is_owed_{false};    ///< a position that was asked for with a frame
   bool is_slow_{false};    ///< the speed limits of an approach are set

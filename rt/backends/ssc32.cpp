@@ -114,12 +114,12 @@ void Ssc32::send(const ServoFrame& frame, bool approach) {
     ask_one();
     const std::optional<DeviceError> missing = hear_one();
     dialog_.write(group(frame, missing ? 0 : static_cast<int>(period_ns_ / 1'000'000)));
-    last_ = frame;
+    last_ = given_ = frame;
     if (missing) dialog_.missed(*missing);
   } else {
     // Asked before the frame, as afterwards there is no telling whether it was the first.
     ask_one(group(frame, 0));
-    last_ = frame;
+    last_ = given_ = frame;
     // The answer comes with that to the next question, where there is one.
     if (!settings_.readback && settings_.stop_input == 0) {
       if (const auto missing = hear_one()) dialog_.missed(*missing);
@@ -140,10 +140,17 @@ void Ssc32::approach_to(const ServoFrame& frame) {
   double travel_us = 0.0;
   for (std::size_t i = 0; i < frame.servo_count; ++i) {
     const bool is_first = pulse_us[i] <= kNeverCommanded_us;
-    ServoFrame& to = is_first ? plain : slow;
-    to.channel[to.servo_count] = frame.channel[i];
-    to.pulse_us[to.servo_count++] = frame.pulse_us[i];
-    if (!is_first) travel_us = std::max(travel_us, std::abs(rounded(frame.pulse_us[i]) - pulse_us[i]));
+    double from_us = pulse_us[i];
+    if (is_first) {
+      // After a restart it is still about where it was sent last; else it may be anywhere.
+      from_us = i < given_.servo_count ? given_.pulse_us[i] : frame.pulse_us[i];
+      plain.channel[plain.servo_count] = frame.channel[i];
+      plain.pulse_us[plain.servo_count++] = from_us;
+      if (rounded(from_us) == rounded(frame.pulse_us[i])) continue;
+    }
+    slow.channel[slow.servo_count] = frame.channel[i];
+    slow.pulse_us[slow.servo_count++] = frame.pulse_us[i];
+    travel_us = std::max(travel_us, std::abs(rounded(frame.pulse_us[i]) - from_us));
   }
   approach_ms_ = std::max(kApproach_ms, static_cast<int>(std::ceil(travel_us / kApproach_us_per_ms)));
   if (plain.servo_count > 0) dialog_.write(group(plain, 0));

@@ -69,6 +69,7 @@ class Ssc32 final : public BusDevice {
   std::int64_t period_ns_{20'000'000};
   int approach_ms_{2000};
   ServoFrame last_{};
+  ServoFrame given_{};     ///< the last that was no approach
   bool is_served_{false};  ///< since the last approach
   bool is_owed_{false};    ///< the answer to ask_one()
   std::size_t asked_{0};   ///< by it

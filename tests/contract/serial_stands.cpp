@@ -112,6 +112,7 @@ DeviceFacts serial_facts(double unit_us, double period_s, double read_unit_us, s
 std::vector<StandKind> serial_stands() {
   // QP tells tens of microseconds, cut off, so it is off by up to a whole unit. The Mini SSC is an SSC-32
   // here, and rounds once more, to 1 us.
+  // A plug that is pulled in the middle of a command is an error of the line to a Maestro.
   std::vector<SerialDeviceKind> kinds{
       {"ssc32", {"ssc32", "--model", "ssc32"}, "ssc32", "", serial_facts(1.0, 0.020, 0.0, "hold")},
       {"ssc32u",
@@ -125,17 +126,17 @@ std::vector<StandKind> serial_stands() {
        "baud = 9600\n",
        serial_facts(1.0, 0.0657, 0.0, "hold")},
       {"maestro",
-       {"maestro"},
+       {"maestro", "--ignore-errors"},
        "maestro",
        "readback = true\nat_end = \"relax\"\n",
        serial_facts(0.25, 0.020, 0.25, "relax")},
       {"maestro_micro",
-       {"maestro", "--model", "micro"},
+       {"maestro", "--model", "micro", "--ignore-errors"},
        "maestro",
        "",
        serial_facts(0.25, 0.020, 0.0, "hold")},
       {"maestro_checked",
-       {"maestro", "--crc"},
+       {"maestro", "--crc", "--ignore-errors"},
        "maestro",
        "device_number = 12\ncrc = true\nmulti_target = true\n",
        serial_facts(0.25, 0.020, 0.0, "hold")},
