@@ -116,9 +116,10 @@ void Cycle::take_override() noexcept {
 
 /// Before any command of this cycle: the set-point of the last cycle is the last.
 void Cycle::take_emergency_stop() noexcept {
-  const std::uint32_t before = snapshot_.stop_sources;
   snapshot_.stop_sources = emergency_stop_.sources();
-  if (snapshot_.stop_sources == 0 || before != 0) return;
+  const std::uint32_t presses = emergency_stop_.presses();
+  if (presses == presses_seen_) return;
+  presses_seen_ = presses;
   emergency_latched_ = true;
   fault({AlarmCode::kEmergencyStop, -1, 0, static_cast<double>(snapshot_.stop_sources), 0.0, 0.0});
 }

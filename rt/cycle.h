@@ -39,7 +39,7 @@ struct CycleStart {
 /// arm catch up.
 class Cycle {
  public:
-  /// `stop`: whether an emergency stop is seen; it and the others outlive this.
+  /// `stop`: whether an emergency stop is seen, or has been in this process; it and the others outlive this.
   Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, const EmergencyStop& stop,
         const CycleStart& start = {}) noexcept;
 
@@ -106,6 +106,7 @@ class Cycle {
   bool shutdown_{false};
   bool paused_{false};
   bool faulted_{false};
+  std::uint32_t presses_seen_{0};
   bool emergency_latched_{false};  ///< until a clear after the release
   bool uncertain_{false};          ///< no motion has been done yet since the arm's power-up
   bool published_{false};

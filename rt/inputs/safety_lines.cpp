@@ -101,7 +101,7 @@ void SafetyLines::step(bool is_bad) noexcept {
   if (!output_) return;
   const CycleView view = view_();
   const bool may = power_logic_.step(is_open_.load(std::memory_order_acquire), emergency_stop_.sources() != 0,
-                                     view.cycle, view.in_error);
+                                     emergency_stop_.presses(), view.cycle, view.in_error);
   if (may == is_powered_) return;
   is_powered_ = may;
   const int error = output_->set(may ? 1 : 0);

@@ -14,10 +14,12 @@ bool StopLogic::step(bool is_bad, std::int64_t now_ns) noexcept {
   return is_pressed_;
 }
 
-bool PowerLogic::step(bool is_open, bool stop_seen, std::uint64_t cycle, bool in_error) noexcept {
+bool PowerLogic::step(bool is_open, bool stop_seen, std::uint32_t presses, std::uint64_t cycle,
+                      bool in_error) noexcept {
   // The cycle may have published its state before it saw the stop; two cycles later it has not.
   constexpr std::uint64_t kCyclesToSee = 2;
-  if (stop_seen) {
+  if (stop_seen || presses != presses_seen_) {
+    presses_seen_ = presses;
     is_latched_ = true;
     latched_in_cycle_ = cycle;
   } else if (is_latched_ && !in_error && cycle >= latched_in_cycle_ + kCyclesToSee) {

@@ -29,12 +29,14 @@ class PowerLogic {
  public:
   explicit PowerLogic(bool off_at_stop) : off_at_stop_(off_at_stop) {}
 
-  /// Real-time safe. `cycle` and `in_error`: what the real-time cycle has published last.
-  bool step(bool is_open, bool stop_seen, std::uint64_t cycle, bool in_error) noexcept;
+  /// Real-time safe. `stop_seen` and `presses`: of EmergencyStop; `cycle` and `in_error`: what the real-time
+  /// cycle has published last.
+  bool step(bool is_open, bool stop_seen, std::uint32_t presses, std::uint64_t cycle, bool in_error) noexcept;
 
  private:
   bool off_at_stop_;
   bool is_latched_{false};
+  std::uint32_t presses_seen_{0};
   std::uint64_t latched_in_cycle_{0};
 };
 

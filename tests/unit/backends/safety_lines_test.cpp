@@ -64,19 +64,27 @@ TEST(StopLogic, IsPressedWhenItIsSoAtTheStart) {
 
 TEST(PowerLogic, WaitsForTheDeviceAndForTheOperator) {
   PowerLogic logic(true);
-  EXPECT_FALSE(logic.step(false, false, 1, false));
-  EXPECT_TRUE(logic.step(true, false, 2, false));
-  EXPECT_FALSE(logic.step(true, true, 3, false)) << "pressed";
-  EXPECT_FALSE(logic.step(true, false, 3, false)) << "the cycle has not seen it yet";
-  EXPECT_FALSE(logic.step(true, false, 4, false)) << "what it published may be older than the press";
-  EXPECT_FALSE(logic.step(true, false, 6, true)) << "released, not cleared";
-  EXPECT_TRUE(logic.step(true, false, 7, false)) << "cleared";
-  EXPECT_FALSE(logic.step(false, false, 8, false));
+  EXPECT_FALSE(logic.step(false, false, 0, 1, false));
+  EXPECT_TRUE(logic.step(true, false, 0, 2, false));
+  EXPECT_FALSE(logic.step(true, true, 1, 3, false)) << "pressed";
+  EXPECT_FALSE(logic.step(true, false, 1, 3, false)) << "the cycle has not seen it yet";
+  EXPECT_FALSE(logic.step(true, false, 1, 4, false)) << "what it published may be older than the press";
+  EXPECT_FALSE(logic.step(true, false, 1, 6, true)) << "released, not cleared";
+  EXPECT_TRUE(logic.step(true, false, 1, 7, false)) << "cleared";
+  EXPECT_FALSE(logic.step(false, false, 1, 8, false));
 }
 
 TEST(PowerLogic, StaysOnWhereSoSet) {
   PowerLogic logic(false);
-  EXPECT_TRUE(logic.step(true, true, 1, true));
+  EXPECT_TRUE(logic.step(true, true, 1, 1, true));
+}
+
+TEST(PowerLogic, CountsAPressThatWasOverBeforeItLooked) {
+  PowerLogic logic(true);
+  EXPECT_TRUE(logic.step(true, false, 0, 2, false));
+  EXPECT_FALSE(logic.step(true, false, 1, 3, false));
+  EXPECT_FALSE(logic.step(true, false, 1, 9, true));
+  EXPECT_TRUE(logic.step(true, false, 1, 10, false)) << "cleared";
 }
 
 class SafetyLinesTest : public ::testing::Test {
@@ -89,7 +97,7 @@ class SafetyLinesTest : public ::testing::Test {
         settings, gpio_.chips(), stop_,
         [this] {
           // A cycle that latches a stop until it is cleared.
-          if (stop_.sources() != 0) in_error_ = true;
+          if (presses_seen_.exchange(stop_.presses()) != stop_.presses()) in_error_ = true;
           return CycleView{++cycle_, in_error_};
         },
         [this](const std::string& text) {
@@ -105,6 +113,7 @@ class SafetyLinesTest : public ::testing::Test {
   EmergencyStop stop_;
   std::atomic<std::uint64_t> cycle_{0};
   std::atomic<bool> in_error_{false};
+  std::atomic<std::uint32_t> presses_seen_{0};
   std::mutex mutex_;
   std::string told_;
 };
@@ -181,6 +190,19 @@ TEST_F(SafetyLinesTest, SwitchesOffAtTheStopOfADevice) {
   ASSERT_TRUE(wait_until([&] { return gpio_.outputs() == 1; }));
   stop_.set(StopSource::kDevice, true);
   EXPECT_TRUE(wait_until([&] { return gpio_.outputs() == 0; }));
+}
+
+TEST_F(SafetyLinesTest, SwitchesOffAtAPressBetweenTwoLooks) {
+  const auto lines = make(false, true);
+  lines->start();
+  lines->allow_power();
+  ASSERT_TRUE(wait_until([&] { return gpio_.outputs() == 1; }));
+  stop_.set(StopSource::kDevice, true);
+  stop_.set(StopSource::kDevice, false);
+  EXPECT_TRUE(wait_until([&] { return gpio_.outputs() == 0; }));
+  const std::uint64_t now = cycle_;
+  ASSERT_TRUE(wait_until([&] { return cycle_ > now + 10; }));
+  EXPECT_EQ(gpio_.outputs(), 0u);
 }
 
 TEST_F(SafetyLinesTest, RefusesToStartWithoutItsChip) {

@@ -78,6 +78,26 @@ TEST_P(EmergencyStopInCycle, BeatsAClearInTheSameCycle) {
   EXPECT_EQ(rig.snapshot.state, RtState::kError);
 }
 
+TEST_P(EmergencyStopInCycle, IsNotMissedBetweenTwoCycles) {
+  press(true);
+  press(false);
+  rig.step();
+  EXPECT_EQ(rig.snapshot.state, RtState::kError);
+  EXPECT_EQ(rig.snapshot.stop_sources, 0u);
+  EXPECT_EQ(rig.alarm()->code, AlarmCode::kEmergencyStop);
+  rig.step(10);
+  EXPECT_EQ(rig.snapshot.state, RtState::kError);
+  EXPECT_FALSE(rig.alarm()) << "once";
+  press(true);
+  press(false);
+  rig.clear();
+  rig.step();
+  EXPECT_EQ(rig.snapshot.state, RtState::kError) << "pressed again before the clear";
+  rig.clear();
+  rig.step();
+  EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
+}
+
 TEST_P(EmergencyStopInCycle, StopsTheFirstCycleOfANewTask) {
   press(true);
   rig.restart();
