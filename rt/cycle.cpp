@@ -63,8 +63,18 @@ void Cycle::take_up_last_position(const CycleStart& start) noexcept {
       uncertain_ = (last.flags & kSnapshotUncertain) != 0;
     }
     if (std::isfinite(last.gripper)) set_point_.opening = std::clamp(last.gripper, 0.0, 1.0);
+    take_up_error(last.state == RtState::kError);
   }
+  take_up_error(segment_.header.stop_seen.load(std::memory_order_acquire) != 0);
   last_ = set_point_;
+}
+
+/// Of whatever kind it was, it counts as a stop: nobody has cleared it.
+void Cycle::take_up_error(bool was_in_error) noexcept {
+  if (!was_in_error) return;
+  faulted_ = true;
+  emergency_latched_ = true;
+  error_taken_up_ = true;
 }
 
 void Cycle::drop_ring() noexcept {
@@ -105,6 +115,7 @@ void Cycle::take_flags() noexcept {
     snapshot_.clears_done = clears;
     emergency_latched_ = emergency_latched_ && snapshot_.stop_sources != 0;
     faulted_ = has_failed(health_) || emergency_latched_;
+    if (!emergency_latched_) segment_.header.stop_seen.store(0, std::memory_order_release);
     published_ = true;
   }
 }
@@ -116,6 +127,8 @@ void Cycle::take_override() noexcept {
 
 /// Before any command of this cycle: the set-point of the last cycle is the last.
 void Cycle::take_emergency_stop() noexcept {
+  if (error_taken_up_) raise({AlarmCode::kErrorTakenUp, -1, 0, 0.0, 0.0, 0.0});
+  error_taken_up_ = false;
   snapshot_.stop_sources = emergency_stop_.sources();
   const std::uint32_t presses = emergency_stop_.presses();
   if (presses == presses_seen_) return;

@@ -31,7 +31,8 @@ struct CycleStart {
 };
 
 /// One robot's real-time cycle. The constructor takes up where the segment's last snapshot left the arm (or
-/// at `start`) and drops what the ring holds; step() is then called once a period, forever.
+/// at `start`), and the Error that it left it in, and drops what the ring holds; step() is then called once a
+/// period, forever.
 ///
 /// step() is given the time and touches nothing but the segment, the backend and its own members: no clock,
 /// no allocation, no lock, no system call, nothing thrown, a bounded number of operations. Each call advances
@@ -59,6 +60,7 @@ class Cycle {
 
  private:
   void take_up_last_position(const CycleStart& start) noexcept;
+  void take_up_error(bool was_in_error) noexcept;
   void drop_ring() noexcept;
 
   void take_flags() noexcept;
@@ -108,6 +110,7 @@ class Cycle {
   bool faulted_{false};
   std::uint32_t presses_seen_{0};
   bool emergency_latched_{false};  ///< until a clear after the release
+  bool error_taken_up_{false};     ///< of the task before, not yet told
   bool uncertain_{false};          ///< no motion has been done yet since the arm's power-up
   bool published_{false};
   BackendHealth health_{BackendHealth::kOpen};

@@ -86,13 +86,16 @@ void say_what_is_missing(const corbot::rt::RealtimeResult& result, bool enforce)
   spdlog::warn("*** NOT REAL-TIME: running best effort. Good for a simulator, not for a machine. ***");
 }
 
-/// Gives the place up however run() ends, so that a device that is not there leaves no segment behind.
+/// Gives the place up however run() ends, so that a device that is not there leaves no segment behind. A stop
+/// that was seen before the cycle ran is left to the next task.
 class Place {
  public:
-  explicit Place(corbot::Segment& segment) : segment_(segment) {}
+  Place(corbot::Segment& segment, const corbot::EmergencyStop& stop) : segment_(segment), stop_(stop) {}
   Place(const Place&) = delete;
   Place& operator=(const Place&) = delete;
+  void cycle_runs() noexcept { cycle_runs_ = true; }
   ~Place() {
+    if (!cycle_runs_ && stop_.presses() > 0) segment_.layout().header.stop_seen.store(1);
     try {
       segment_.leave();
     } catch (const std::exception& error) {
@@ -102,6 +105,8 @@ class Place {
 
  private:
   corbot::Segment& segment_;
+  const corbot::EmergencyStop& stop_;
+  bool cycle_runs_{false};
 };
 
 /// False when the end was asked for meanwhile.
@@ -125,13 +130,14 @@ void run(const Options& options) {
   const Profile profile = load_profile(options.profile);
   const std::string name = options.name.empty() ? profile.name : options.name;
   Segment segment = take_segment(options, name, profile.arm);
-  const Place place(segment);
   EmergencyStop stop;
+  Place place(segment, stop);
   const std::unique_ptr<Backend> backend = rt::make_backend(profile, stop);
   const auto view = [&segment] {
     Snapshot snapshot{};
     if (!segment.layout().snapshot.load(snapshot)) return rt::CycleView{0, true};
-    return rt::CycleView{snapshot.cycle, snapshot.state == RtState::kError};
+    const bool stop_seen = segment.layout().header.stop_seen.load(std::memory_order_acquire) != 0;
+    return rt::CycleView{snapshot.cycle, stop_seen || snapshot.state == RtState::kError};
   };
   // Watched before anything moves: what is pressed at the start stops the first cycle.
   rt::SafetyLines safety(rt::safety_settings(profile), rt::kernel_gpio(), stop, view,
@@ -160,6 +166,7 @@ void run(const Options& options) {
     fmt::print("ready {} period {} us {}\n", name, profile.arm.period_ns / 1000,
                result.realtime() ? "realtime" : "best-effort");
     std::fflush(stdout);
+    place.cycle_runs();
     loop.run(stop_requested);
   } catch (...) {
     join();

@@ -31,6 +31,7 @@ SafetyLines::SafetyLines(SafetySettings settings, std::unique_ptr<GpioChips> chi
 
 void SafetyLines::start() {
   if (settings_.power) output_ = chips_->outputs(*settings_.power);
+  if (view_().in_error) power_logic_.latch();
   if (settings_.stop) {
     input_ = chips_->input(*settings_.stop);
     step(look());

@@ -21,7 +21,7 @@ struct SafetySettings {
   int priority{0};  ///< SCHED_FIFO, where permitted; 0: an ordinary thread
 };
 
-/// What the cycle has published last.
+/// What the cycle has published last; before its first step, what the one of the task before has.
 struct CycleView {
   std::uint64_t cycle{};
   bool in_error{};
@@ -30,7 +30,7 @@ struct CycleView {
 /// The emergency stop input and the servos' power, watched by one thread, whatever drives the servos. A press
 /// reaches EmergencyStop by the line's edge, or at the latest when its level is next looked at, kLook_ns
 /// later. A chip that goes away counts as a press, and is tried again. Power is off before allow_power(),
-/// after stop(), and from a stop of any source until it is cleared, where so set.
+/// after stop(), and from a stop of any source, or from a start in Error, until it is cleared, where so set.
 class SafetyLines {
  public:
   static constexpr std::int64_t kLook_ns = 2'000'000;

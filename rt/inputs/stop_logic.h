@@ -29,6 +29,9 @@ class PowerLogic {
  public:
   explicit PowerLogic(bool off_at_stop) : off_at_stop_(off_at_stop) {}
 
+  /// A stop that was seen before the first step.
+  void latch() noexcept { is_latched_ = true; }
+
   /// Real-time safe. `stop_seen` and `presses`: of EmergencyStop; `cycle` and `in_error`: what the real-time
   /// cycle has published last.
   bool step(bool is_open, bool stop_seen, std::uint32_t presses, std::uint64_t cycle, bool in_error) noexcept;

@@ -57,6 +57,8 @@ std::string alarm_text(const AlarmEvent& event) {
       return fmt::format("the servo device is lost{}; the arm holds", because(event.value));
     case AlarmCode::kEmergencyStop:
       return "emergency stop";
+    case AlarmCode::kErrorTakenUp:
+      return "the arm was in Error, or stopped, when the real-time task was restarted; it holds";
     case AlarmCode::kOverrun:
       return fmt::format("{:.0f} cycles of the real-time loop overran", event.value);
   }

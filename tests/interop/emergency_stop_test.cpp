@@ -2,6 +2,7 @@
 // An emergency stop at an input of the servo controller, through the whole chain: emulated button, serial
 // line, real-time task, servant, client.
 #include <gmock/gmock.h>
+#include <signal.h>
 
 #include <filesystem>
 #include <fstream>
@@ -71,6 +72,31 @@ class EmergencyStopInput : public RobotRig, public ::testing::WithParamInterface
     return alarms->length() == 0 ? "" : std::string(alarms[alarms->length() - 1].text);
   }
 
+  /// The servant lives on.
+  void kill_rt() {
+    rt_->signal(SIGKILL);
+    ASSERT_TRUE(rt_->wait(within(10)));
+    rt_.reset();
+  }
+  /// Whether the servant has heard from a task that found the arm in Error.
+  bool has_taken_up_error() {
+    return wait_until(within(20), [&] {
+      Corbot::AlarmList_var alarms = arm_->Alarms();
+      for (CORBA::ULong i = 0; i < alarms->length(); ++i) {
+        if (alarms[i].code == 131 && alarms[i].active) return true;
+      }
+      return false;
+    });
+  }
+  void expect_error_until_cleared() {
+    ASSERT_TRUE(has_taken_up_error()) << rt_->errors();
+    EXPECT_EQ(arm_->Status(), Corbot::Error);
+    expect_no_motion_accepted();
+    EXPECT_EQ(raised_by([&] { arm_->Clear(); }), "");
+    EXPECT_TRUE(wait_for(Corbot::Standby)) << rt_->errors();
+    EXPECT_EQ(raised_by([&] { arm_->Move(0.20, 0.0, 0.10, 0.0, 1.0); }), "");
+  }
+
   std::string directory_;
   std::unique_ptr<Process> emulator_;
 };
@@ -111,6 +137,34 @@ TEST_P(EmergencyStopInput, IsRefusedWhenItIsPressedAtTheStart) {
   start();
   EXPECT_TRUE(wait_for(Corbot::Standby)) << rt_->errors();
   EXPECT_EQ(raised_by([&] { arm_->Move(0.20, 0.0, 0.10, 0.0, 1.0); }), "");
+}
+
+TEST_P(EmergencyStopInput, OutlivesTheTaskThatSawIt) {
+  press(false);
+  start();
+  ASSERT_TRUE(wait_for(Corbot::Standby)) << rt_->errors();
+  press(true);
+  ASSERT_TRUE(wait_for(Corbot::Error)) << rt_->errors();
+  press(false);
+  kill_rt();
+  start_rt();
+  if (!HasFatalFailure()) expect_error_until_cleared();
+}
+
+TEST_P(EmergencyStopInput, OutlivesATaskThatItKeptFromStarting) {
+  press(false);
+  start();
+  ASSERT_TRUE(wait_for(Corbot::Standby)) << rt_->errors();
+  kill_rt();
+  press(true);
+  for (int i = 0; i < 2; ++i) {
+    const RunResult refused = run({std::string(CORBOT_BIN_DIR) + "/corbot-rt", profile_, "--name", name_});
+    EXPECT_EQ(refused.code, 1);
+    EXPECT_THAT(refused.errors, HasSubstr("the emergency stop is pressed"));
+  }
+  press(false);
+  start_rt();
+  if (!HasFatalFailure()) expect_error_until_cleared();
 }
 
 TEST_P(EmergencyStopInput, CatchesAPressBetweenTwoFrames) {

@@ -19,7 +19,7 @@ namespace corbot {
 /// "corbot-1" in memory, read from left to right on a little-endian machine.
 inline constexpr std::uint64_t kSegmentMagic = 0x312d'746f'6272'6f63;
 /// To be raised with every change to SegmentLayout or to a record in it.
-inline constexpr std::uint32_t kSegmentAbi = 2;
+inline constexpr std::uint32_t kSegmentAbi = 3;
 /// Longest name of a robot; letters, digits, '_' and '-'.
 inline constexpr std::size_t kMaxSegmentName = 48;
 
@@ -28,7 +28,8 @@ struct SegmentHeader {
   /// the rest initialised. 0 = being created, or its creator died.
   std::atomic<std::uint64_t> magic{0};
   std::uint32_t abi{0};
-  std::uint32_t reserved{0};
+  /// 1: a task saw an emergency stop and ended before its cycle could latch it; until a clear.
+  std::atomic<std::uint32_t> stop_seen{0};
   std::uint64_t total_size{0};       ///< sizeof(SegmentLayout) of the creator
   std::uint64_t fingerprint{0};      ///< of the ArmModel, see fingerprint.h
   char name[kMaxSegmentName + 8]{};  ///< of the robot, zero-terminated

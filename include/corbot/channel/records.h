@@ -39,6 +39,7 @@ enum class AlarmCode : std::uint32_t {
   kBackendDegraded = 120,
   kBackendLost = 121,
   kEmergencyStop = 130,
+  kErrorTakenUp = 131,
   kOverrun = 140,
 };
 

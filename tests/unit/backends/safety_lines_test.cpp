@@ -205,6 +205,18 @@ TEST_F(SafetyLinesTest, SwitchesOffAtAPressBetweenTwoLooks) {
   EXPECT_EQ(gpio_.outputs(), 0u);
 }
 
+TEST_F(SafetyLinesTest, GivesNoPowerToAnArmThatIsInErrorFromTheStart) {
+  in_error_ = true;
+  const auto lines = make(false, true);
+  lines->start();
+  lines->allow_power();
+  const std::uint64_t now = cycle_;
+  ASSERT_TRUE(wait_until([&] { return cycle_ > now + 10; }));
+  EXPECT_EQ(gpio_.outputs(), 0u);
+  in_error_ = false;  // Clear
+  EXPECT_TRUE(wait_until([&] { return gpio_.outputs() == 1; }));
+}
+
 TEST_F(SafetyLinesTest, RefusesToStartWithoutItsChip) {
   gpio_.unplug();
   EXPECT_THROW(make()->start(), DeviceError);

@@ -12,7 +12,7 @@ const Joints kThere{0.8, 1.2, 1.5, 0.5};
 class EmergencyStopInCycle : public ::testing::TestWithParam<StopSource> {
  protected:
   EmergencyStopInCycle() { rig.step(); }
-  void press(bool pressed) { rig.emergency_stop.set(GetParam(), pressed); }
+  void press(bool pressed) { rig.emergency_stop->set(GetParam(), pressed); }
   std::uint64_t go() { return rig.submit(rig.planner.move_joints(rig.start(), {}, kThere, 0.0)); }
   Rig rig;
 };
@@ -104,6 +104,64 @@ TEST_P(EmergencyStopInCycle, StopsTheFirstCycleOfANewTask) {
   rig.step();
   EXPECT_EQ(rig.snapshot.state, RtState::kError);
   EXPECT_EQ(rig.alarm()->code, AlarmCode::kEmergencyStop);
+}
+
+TEST_P(EmergencyStopInCycle, OutlivesItsTask) {
+  press(true);
+  rig.step();
+  press(false);
+  rig.step(10);
+  (void)rig.alarm();
+  rig.restart();
+  EXPECT_TRUE(rig.step().published);
+  EXPECT_EQ(rig.snapshot.state, RtState::kError);
+  EXPECT_EQ(rig.alarm()->code, AlarmCode::kErrorTakenUp);
+  const Joints before = rig.snapshot.position_rad;
+  go();
+  rig.step(10);
+  EXPECT_EQ(rig.snapshot.position_rad, before);
+  EXPECT_EQ(rig.completion()->verdict, Verdict::kFault);
+  EXPECT_FALSE(rig.alarm()) << "once";
+  rig.clear();
+  rig.step();
+  EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
+  rig.restart();
+  rig.step();
+  EXPECT_EQ(rig.snapshot.state, RtState::kStandby) << "cleared for good";
+}
+
+TEST_P(EmergencyStopInCycle, OutlivesATaskThatNeverRan) {
+  rig.segment->header.stop_seen = 1;
+  rig.restart();
+  rig.restart();
+  rig.step();
+  EXPECT_EQ(rig.snapshot.state, RtState::kError);
+  EXPECT_EQ(rig.alarm()->code, AlarmCode::kErrorTakenUp);
+  press(true);
+  rig.step();
+  rig.clear();
+  rig.step();
+  EXPECT_EQ(rig.segment->header.stop_seen, 1u) << "still pressed";
+  press(false);
+  rig.step();
+  rig.clear();
+  rig.step();
+  EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
+  EXPECT_EQ(rig.segment->header.stop_seen, 0u);
+}
+
+TEST(ErrorInCycle, OfAnyKindOutlivesItsTask) {
+  Rig rig;
+  rig.step();
+  rig.backend.set_plugged(false);
+  rig.step();
+  ASSERT_EQ(rig.snapshot.state, RtState::kError);
+  rig.restart();  // which finds the device open
+  rig.step(2);
+  EXPECT_EQ(rig.snapshot.state, RtState::kError);
+  rig.clear();
+  rig.step();
+  EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
 }
 
 INSTANTIATE_TEST_SUITE_P(Sources, EmergencyStopInCycle,

@@ -29,9 +29,14 @@ class Rig {
     restart();
   }
 
-  /// What a new real-time task does with the same segment.
+  /// What a new real-time task does with the same segment; whoever presses a stop goes on doing it.
   void restart(const rt::CycleStart& start = {}) {
-    cycle = std::make_unique<rt::Cycle>(arm, *segment, backend, emergency_stop, start);
+    const std::uint32_t pressed = emergency_stop ? emergency_stop->sources() : 0;
+    emergency_stop = std::make_unique<EmergencyStop>();
+    for (const StopSource source : {StopSource::kGpio, StopSource::kDevice}) {
+      emergency_stop->set(source, (pressed & static_cast<std::uint32_t>(source)) != 0);
+    }
+    cycle = std::make_unique<rt::Cycle>(arm, *segment, backend, *emergency_stop, start);
     backend.open(cycle->frame());
   }
 
@@ -85,7 +90,7 @@ class Rig {
   Planner planner;
   sim::LoopbackBackend backend;
   std::unique_ptr<SegmentLayout> segment = std::make_unique<SegmentLayout>();
-  EmergencyStop emergency_stop;
+  std::unique_ptr<EmergencyStop> emergency_stop;
   std::unique_ptr<rt::Cycle> cycle;
   Snapshot snapshot{};
   std::int64_t now_ns{1'000'000'000};
