@@ -23,24 +23,35 @@ void print_alarms(Cycle& cycle) {
   }
 }
 
-}  // namespace
-
-void print_news(Backend& backend) {
-  const std::string news = backend.take_news();
+template <class Print>
+void for_each_line(const std::string& news, Print&& print) {
   for (std::size_t begin = 0; begin < news.size();) {
     const std::size_t end = std::min(news.find('\n', begin), news.size());
-    const std::string line = news.substr(begin, end - begin);
-    spdlog::log(line.starts_with("lost") ? spdlog::level::warn : spdlog::level::info, "{}: {}",
-                backend.name(), line);
+    print(news.substr(begin, end - begin));
     begin = end + 1;
   }
 }
 
-void keep_house(const Segment& segment, Cycle& cycle, Backend& backend, const std::atomic<bool>& ended) {
+}  // namespace
+
+void print_news(Backend& backend) {
+  for_each_line(backend.take_news(), [&](const std::string& line) {
+    spdlog::log(line.starts_with("lost") ? spdlog::level::warn : spdlog::level::info, "{}: {}",
+                backend.name(), line);
+  });
+}
+
+void print_news(SafetyLines& safety) {
+  for_each_line(safety.take_news(), [](const std::string& line) { spdlog::warn("{}", line); });
+}
+
+void keep_house(const Segment& segment, Cycle& cycle, Backend& backend, SafetyLines& safety,
+                const std::atomic<bool>& ended) {
   bool had_servant = false;
   while (!ended.load(std::memory_order_acquire)) {
     print_alarms(cycle);
     print_news(backend);
+    print_news(safety);
     const bool has_servant = segment.peer_alive();
     if (has_servant && !had_servant) spdlog::info("servant is here");
     if (!has_servant && had_servant) {

@@ -140,8 +140,7 @@ void run(const Options& options) {
     return rt::CycleView{snapshot.cycle, stop_seen || snapshot.state == RtState::kError};
   };
   // Watched before anything moves: what is pressed at the start stops the first cycle.
-  rt::SafetyLines safety(rt::safety_settings(profile), rt::kernel_gpio(), stop, view,
-                         [](const std::string& text) { spdlog::warn("{}", text); });
+  rt::SafetyLines safety(rt::safety_settings(profile), rt::kernel_gpio(), stop, view);
   safety.start();
   rt::StartPosition position(profile, name, options.state_directory);
   const rt::CycleStart start = position.find(segment.layout(), backend->connect(), options.fresh);
@@ -152,7 +151,7 @@ void run(const Options& options) {
 
   // The housekeeping thread is born before this one becomes real-time, so it inherits none of it.
   std::atomic<bool> ended{false};
-  std::thread housekeeper([&] { rt::keep_house(segment, *cycle, *backend, ended); });
+  std::thread housekeeper([&] { rt::keep_house(segment, *cycle, *backend, safety, ended); });
   const auto join = [&] {
     ended.store(true, std::memory_order_release);
     housekeeper.join();
@@ -172,12 +171,13 @@ void run(const Options& options) {
     join();
     throw;
   }
-  join();
   simulated.store(nullptr);
-  safety.stop();
+  safety.stop();  // before whatever writes to a terminal
   backend->close();
-  rt::print_news(*backend);
   position.keep(segment.layout());
+  join();
+  rt::print_news(*backend);
+  rt::print_news(safety);
   spdlog::info("{} at rest, ended", name);
 }
 

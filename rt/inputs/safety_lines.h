@@ -4,6 +4,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -29,25 +30,29 @@ struct CycleView {
 
 /// The emergency stop input and the servos' power, watched by one thread, whatever drives the servos. A press
 /// reaches EmergencyStop by the line's edge, or at the latest when its level is next looked at, kLook_ns
-/// later. A chip that goes away counts as a press, and is tried again. Power is off before allow_power(),
-/// after stop(), and from a stop of any source, or from a start in Error, until it is cleared, where so set.
+/// later. A chip that goes away counts as a press, and is tried again, as is a switch that failed. Power is
+/// off before allow_power(), after stop(), and from a stop of any source, or from a start in Error, until it
+/// is cleared, where so set.
 class SafetyLines {
  public:
   static constexpr std::int64_t kLook_ns = 2'000'000;
 
-  /// `view` is called by the thread; so is `tell`, with what the operator should read.
+  /// `view` is called by the thread.
   SafetyLines(SafetySettings settings, std::unique_ptr<GpioChips> chips, EmergencyStop& emergency_stop,
-              std::function<CycleView()> view, std::function<void(const std::string&)> tell);
+              std::function<CycleView()> view);
   SafetyLines(const SafetyLines&) = delete;
   SafetyLines& operator=(const SafetyLines&) = delete;
   ~SafetyLines() { stop(); }
 
   /// Asks for the lines and begins to watch; the first look is over when it returns. Throws DeviceError.
   void start();
-  /// Power off, lines given back.
+  /// Power off, lines given back. May be called twice.
   void stop() noexcept;
   /// The device is open, and sends pulses.
   void allow_power() noexcept { is_open_.store(true, std::memory_order_release); }
+  /// What the operator should read, a line each, for another thread to print: a terminal may hold up whoever
+  /// writes to it. What nobody takes is dropped at some length.
+  [[nodiscard]] std::string take_news();
 
  private:
   void run() noexcept;
@@ -55,22 +60,29 @@ class SafetyLines {
   [[nodiscard]] bool look();
   void reopen() noexcept;
   void step(bool is_bad) noexcept;
+  void switch_power() noexcept;
+  void ask_for_output_again() noexcept;
+  void switch_off_at_end() noexcept;
+  void tell(const std::string& news);
 
   const SafetySettings settings_;
   const std::unique_ptr<GpioChips> chips_;
   EmergencyStop& emergency_stop_;
   const std::function<CycleView()> view_;
-  const std::function<void(const std::string&)> tell_;
 
   StopLogic stop_logic_;
   PowerLogic power_logic_;
   std::unique_ptr<GpioInput> input_;
   std::unique_ptr<GpioOutputs> output_;
   std::int64_t reopen_at_ns_{0};
-  bool is_powered_{false};
+  bool is_powered_{false};  ///< that the line was told to be; a failure leaves it as it was
+  int power_error_{0};      ///< of the last try
+  std::int64_t ask_again_at_ns_{0};
   bool was_pressed_{false};
   std::atomic<bool> is_open_{false};
   std::atomic<bool> end_{false};
+  std::mutex mutex_;
+  std::string news_;
   std::thread thread_;
 };
 

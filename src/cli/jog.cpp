@@ -27,27 +27,18 @@ Jog::Jog(const Profile& profile, const std::atomic<bool>& end)
     : profile_(profile),
       end_(end),
       backend_(rt::make_backend(profile, stop_)),
-      safety_(
-          rt::safety_settings(profile), rt::kernel_gpio(), stop_,
-          [this] {
-            return rt::CycleView{steps_, is_stopped_};
-          },
-          [this](const std::string& text) { tell(text); }) {}
+      safety_(rt::safety_settings(profile), rt::kernel_gpio(), stop_, [this] {
+        return rt::CycleView{steps_, is_stopped()};
+      }) {}
 
 Jog::~Jog() {
   safety_.stop();
   backend_->close();
 }
 
-void Jog::tell(const std::string& text) {
-  if (stop_.sources() != 0) is_stopped_ = true;
-  const std::lock_guard lock(mutex_);
-  told_ += text + "\n";
-}
-
 std::string Jog::news() {
-  const std::lock_guard lock(mutex_);
-  return std::exchange(told_, {}) + backend_->take_news();
+  const std::string lines = safety_.take_news();
+  return lines + (lines.empty() ? "" : "\n") + backend_->take_news();
 }
 
 void Jog::connect(const Joints* kept_rad, double kept_opening) {
@@ -77,7 +68,7 @@ void Jog::switch_on() {
     is_on_ = true;
   }
   if (stop_.sources() != 0) throw std::runtime_error("the emergency stop is pressed: release it first");
-  is_stopped_ = false;
+  presses_seen_ = stop_.presses();
   send();  // a step, so that power comes back
 }
 
@@ -94,8 +85,7 @@ bool Jog::go(std::size_t servo, double pulse_us) {
   const double most_us = kSpeed_us_per_s * std::chrono::duration<double>(kStep).count();
   auto due = Clock::now();
   while (!end_ && !is_lost()) {
-    if (stop_.sources() != 0) is_stopped_ = true;
-    if (is_stopped_) return false;
+    if (is_stopped()) return false;
     double& at_us = frame_.pulse_us[servo];
     at_us += std::clamp(target_us - at_us, -most_us, most_us);
     send();

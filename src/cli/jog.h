@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <string>
 
 #include "config/profile.h"
@@ -50,11 +49,10 @@ class Jog {
   [[nodiscard]] std::string news();
   [[nodiscard]] bool is_lost() const;
   /// An emergency stop was seen since the servos were switched on.
-  [[nodiscard]] bool is_stopped() const noexcept { return is_stopped_; }
+  [[nodiscard]] bool is_stopped() const noexcept { return stop_.presses() != presses_seen_; }
 
  private:
   void send();
-  void tell(const std::string& text);
 
   const Profile& profile_;
   const std::atomic<bool>& end_;
@@ -63,10 +61,8 @@ class Jog {
   ServoFrame frame_{};
   std::string origin_;
   bool is_on_{false};
-  std::atomic<bool> is_stopped_{false};
+  std::atomic<std::uint32_t> presses_seen_{0};  ///< of which the operator has been told
   std::atomic<std::uint64_t> steps_{0};
-  std::mutex mutex_;
-  std::string told_;  // by the safety lines' thread
   rt::SafetyLines safety_;
 };
 

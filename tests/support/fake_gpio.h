@@ -52,19 +52,36 @@ class FakeGpio {
   }
   void take_to_set(std::chrono::nanoseconds time) { set_takes_ns_ = time.count(); }
   void miss_edges() { sees_edges_ = false; }
-  void unplug(int error = ENODEV) { error_ = error; }
+  /// What was asked for before is dead for good.
+  void unplug(int error = ENODEV) {
+    error_ = error;
+    ++unplugged_;
+  }
   void plug() { error_ = 0; }
+  /// The next so many set() fail, and leave the lines as they are.
+  void fail_sets(int count) { sets_to_fail_ = count; }
 
   [[nodiscard]] std::unique_ptr<rt::GpioChips> chips() { return std::make_unique<Chips>(*this); }
 
  private:
   class Outputs final : public rt::GpioOutputs {
    public:
-    explicit Outputs(FakeGpio& gpio) : gpio_(gpio) {}
-    ~Outputs() override { gpio_.outputs_ = 0; }
+    explicit Outputs(FakeGpio& gpio) : gpio_(gpio), unplugged_(gpio.unplugged_) {
+      const std::lock_guard lock(gpio.mutex_);
+      if (gpio.outputs_ != 0) gpio.changes_.push_back({now_ns(), 0});
+      gpio.outputs_ = 0;
+    }
+    ~Outputs() override {
+      if (unplugged_ == gpio_.unplugged_) gpio_.outputs_ = 0;
+    }
     [[nodiscard]] int set(std::uint32_t values) noexcept override {
       const int error = gpio_.error_;
       if (error != 0) return error;
+      if (unplugged_ != gpio_.unplugged_) return ENODEV;
+      if (gpio_.sets_to_fail_ > 0) {
+        --gpio_.sets_to_fail_;
+        return EIO;
+      }
       {
         const std::lock_guard lock(gpio_.mutex_);
         if (values != gpio_.outputs_) gpio_.changes_.push_back({now_ns(), values});
@@ -77,6 +94,7 @@ class FakeGpio {
 
    private:
     FakeGpio& gpio_;
+    const int unplugged_;
   };
   class Input final : public rt::GpioInput {
    public:
@@ -132,6 +150,8 @@ class FakeGpio {
   std::atomic<std::uint32_t> outputs_{0};
   std::atomic<int> requests_{0};
   std::atomic<int> error_{0};
+  std::atomic<int> unplugged_{0};
+  std::atomic<int> sets_to_fail_{0};
   std::atomic<std::int64_t> set_takes_ns_{0};
 };
 

@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 
 #include <chrono>
-#include <mutex>
 #include <thread>
 
 #include "rt/inputs/stop_logic.h"
@@ -93,20 +92,16 @@ class SafetyLinesTest : public ::testing::Test {
     SafetySettings settings;
     if (with_stop) settings.stop = GpioRequest{.chip = "fake", .lines = {"ESTOP"}, .active_low = true};
     if (with_power) settings.power = GpioRequest{.chip = "fake", .lines = {"SERVO_POWER"}};
-    return std::make_unique<SafetyLines>(
-        settings, gpio_.chips(), stop_,
-        [this] {
-          // A cycle that latches a stop until it is cleared.
-          if (presses_seen_.exchange(stop_.presses()) != stop_.presses()) in_error_ = true;
-          return CycleView{++cycle_, in_error_};
-        },
-        [this](const std::string& text) {
-          const std::lock_guard lock(mutex_);
-          told_ += text + "\n";
-        });
+    return std::make_unique<SafetyLines>(settings, gpio_.chips(), stop_, [this] {
+      // A cycle that latches a stop until it is cleared.
+      if (presses_seen_.exchange(stop_.presses()) != stop_.presses()) in_error_ = true;
+      return CycleView{++cycle_, in_error_};
+    });
   }
-  std::string told() {
-    const std::lock_guard lock(mutex_);
+  /// Everything since the start.
+  std::string told(SafetyLines& lines) {
+    const std::string news = lines.take_news();
+    if (!news.empty()) told_ += news + "\n";
     return told_;
   }
   FakeGpio gpio_;
@@ -114,7 +109,6 @@ class SafetyLinesTest : public ::testing::Test {
   std::atomic<std::uint64_t> cycle_{0};
   std::atomic<bool> in_error_{false};
   std::atomic<std::uint32_t> presses_seen_{0};
-  std::mutex mutex_;
   std::string told_;
 };
 
@@ -137,7 +131,66 @@ TEST_F(SafetyLinesTest, StopsAndSwitchesOff) {
   EXPECT_TRUE(wait_until([&] { return gpio_.outputs() == 1; }));
   lines->stop();
   EXPECT_EQ(gpio_.changes().back().values, 0u);
-  EXPECT_THAT(told(), HasSubstr("emergency stop pressed"));
+  EXPECT_THAT(told(*lines), HasSubstr("emergency stop pressed\n"));
+  EXPECT_THAT(told(*lines), HasSubstr("servo power off\n"));
+}
+
+TEST_F(SafetyLinesTest, WaitsForNobodyWhoReadsWhatItTells) {
+  const auto lines = make(false, true);
+  lines->start();
+  lines->allow_power();
+  for (int i = 0; i < 200; ++i) {
+    ASSERT_TRUE(wait_until([&] { return gpio_.outputs() == 1; })) << i;
+    stop_.set(StopSource::kDevice, true);
+    ASSERT_TRUE(wait_until([&] { return gpio_.outputs() == 0; })) << i;
+    stop_.set(StopSource::kDevice, false);
+    in_error_ = false;  // Clear
+  }
+  const std::size_t kept = told(*lines).size();
+  EXPECT_GT(kept, 4000u);
+  EXPECT_LT(kept, 4200u) << "the rest was dropped";
+}
+
+TEST_F(SafetyLinesTest, TriesAgainToSwitchOff) {
+  const auto lines = make(false, true);
+  lines->start();
+  lines->allow_power();
+  ASSERT_TRUE(wait_until([&] { return gpio_.outputs() == 1; }));
+  gpio_.fail_sets(5);
+  stop_.set(StopSource::kDevice, true);
+  EXPECT_TRUE(wait_until([&] { return gpio_.outputs() == 0; }));
+  EXPECT_EQ(gpio_.requests(), 1);
+  lines->stop();
+  EXPECT_THAT(told(*lines), HasSubstr("servo power cannot be switched OFF: Input/output error"));
+  EXPECT_THAT(told(*lines), HasSubstr("servo power off\n"));
+}
+
+TEST_F(SafetyLinesTest, AsksAnOutputsChipAgainThatWasGone) {
+  const auto lines = make(false, true);
+  lines->start();
+  lines->allow_power();
+  ASSERT_TRUE(wait_until([&] { return gpio_.outputs() == 1; }));
+  gpio_.unplug();
+  stop_.set(StopSource::kDevice, true);
+  ASSERT_TRUE(wait_until([&] { return told(*lines).find("OFF: No such device") != std::string::npos; }));
+  EXPECT_EQ(gpio_.outputs(), 1u);
+  EXPECT_EQ(told(*lines).find("servo power off"), std::string::npos) << "it is not";
+  gpio_.plug();
+  EXPECT_TRUE(wait_until([&] { return gpio_.outputs() == 0; }));
+  stop_.set(StopSource::kDevice, false);
+  in_error_ = false;  // Clear
+  EXPECT_TRUE(wait_until([&] { return gpio_.outputs() == 1; }));
+}
+
+TEST_F(SafetyLinesTest, TriesAgainToSwitchOffAtTheEnd) {
+  const auto lines = make(false, true);
+  lines->start();
+  lines->allow_power();
+  ASSERT_TRUE(wait_until([&] { return gpio_.outputs() == 1; }));
+  gpio_.fail_sets(3);
+  lines->stop();
+  ASSERT_FALSE(gpio_.changes().empty());
+  EXPECT_EQ(gpio_.changes().back().values, 0u) << "before the line was given back";
 }
 
 TEST_F(SafetyLinesTest, MissesNoShortPress) {
@@ -177,7 +230,7 @@ TEST_F(SafetyLinesTest, TakesAChipThatIsGoneForPressed) {
   ASSERT_EQ(stop_.sources(), 0u);
   gpio_.unplug();
   ASSERT_TRUE(wait_until([&] { return stop_.sources() == kGpio; }));
-  ASSERT_TRUE(wait_until([&] { return told().find("gone") != std::string::npos; }));
+  ASSERT_TRUE(wait_until([&] { return told(*lines).find("gone") != std::string::npos; }));
   gpio_.plug();
   EXPECT_TRUE(wait_until([&] { return stop_.sources() == 0; })) << "the cycle still waits for Clear";
   EXPECT_EQ(gpio_.requests(), 2);

@@ -126,13 +126,10 @@ TEST_F(RigGpio, StopsByALineThatIsPulled) {
     settings.stop =
         GpioRequest{.chip = chip_, .lines = {std::to_string(kStopLine)}, .active_low = active_low};
     settings.power = GpioRequest{.chip = chip_, .lines = {std::to_string(kPowerLine)}};
-    SafetyLines lines(
-        settings, kernel_gpio(), stop,
-        [&] {
-          if (stop.sources() != 0) in_error = true;
-          return CycleView{++cycle, in_error};
-        },
-        [](const std::string& text) { std::cout << text << std::endl; });
+    SafetyLines lines(settings, kernel_gpio(), stop, [&] {
+      if (stop.sources() != 0) in_error = true;
+      return CycleView{++cycle, in_error};
+    });
     lines.start();
     EXPECT_EQ(stop.sources(), 0u);
     EXPECT_FALSE(is_high(kPowerLine));
