@@ -23,6 +23,7 @@ constexpr std::uint8_t kOutputsDriven = 0x04;
 constexpr std::uint8_t kFull = 0x10;  // in ON_H: on for good; in OFF_H: off for good, and wins
 
 constexpr long kOscillatorStart_ns = 500'000;
+constexpr int kRelaxAttempts = 3;
 constexpr int kPrescaleMin = 3;
 constexpr int kPrescaleMax = 255;
 
@@ -167,8 +168,20 @@ BusReading Pca9685::measure(const ServoFrame& frame) {
   return reading;
 }
 
+/// A servo that does not hear it must not keep the others energised.
 void Pca9685::relax() {
-  for (std::size_t i = 0; i < last_.servo_count; ++i) write_counts(last_.channel[i], 0);
+  std::optional<DeviceError> failure;
+  for (std::size_t i = 0; i < std::min<std::size_t>(last_.servo_count, kMaxServos); ++i) {
+    for (int attempt = 1; attempt <= kRelaxAttempts; ++attempt) {
+      try {
+        write_counts(last_.channel[i], 0);
+        break;
+      } catch (const DeviceError& error) {
+        if (attempt == kRelaxAttempts) failure = error;
+      }
+    }
+  }
+  if (failure) throw DeviceError(*failure);
 }
 
 }  // namespace corbot::rt

@@ -10,6 +10,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -18,6 +19,8 @@ namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
+
+constexpr int kRelaxAttempts = 3;
 
 [[noreturn]] void fail(const std::string& path, int error) {
   const bool is_gone = error == ENODEV || error == ENOENT || error == ENXIO;
@@ -192,12 +195,22 @@ BusReading PwmSysfs::measure(const ServoFrame& frame) {
   return reading;
 }
 
+/// An output that cannot be switched off must not keep the others on.
 void PwmSysfs::relax() {
+  std::optional<DeviceError> failure;
   for (Output& output : outputs_) {
-    write_text(output.directory + "/enable", "0");
-    output.is_on = false;
-    if (output.is_ours) write_text(settings_.chip + "/unexport", std::to_string(output.channel));
+    for (int attempt = 1; attempt <= kRelaxAttempts; ++attempt) {
+      try {
+        write_text(output.directory + "/enable", "0");
+        output.is_on = false;
+        if (output.is_ours) write_text(settings_.chip + "/unexport", std::to_string(output.channel));
+        break;
+      } catch (const DeviceError& error) {
+        if (attempt == kRelaxAttempts) failure = error;
+      }
+    }
   }
+  if (failure) throw DeviceError(*failure);
 }
 
 void PwmSysfs::close() noexcept {

@@ -120,6 +120,22 @@ TEST_F(Pca9685Test, RelaxesItsOwnOutputsOnly) {
   EXPECT_EQ(bus_.chip.high_counts(7), 100);
 }
 
+TEST_F(Pca9685Test, RelaxesAllThatHearIt) {
+  const auto device = make();
+  (void)device->open();
+  const ServoFrame frame = frame_of({{0, 1500.0}, {1, 1500.0}, {2, 1500.0}});
+  device->send(frame, false);
+  bus_.chip.refuse_next(1);
+  device->relax();
+  for (const unsigned channel : {0u, 1u, 2u}) EXPECT_EQ(bus_.chip.high_counts(channel), 0) << channel;
+  device->send(frame, false);
+  bus_.chip.refuse_next(3);  // as often as one servo is tried
+  EXPECT_THROW(device->relax(), DeviceError);
+  EXPECT_NE(bus_.chip.high_counts(0), 0);
+  EXPECT_EQ(bus_.chip.high_counts(1), 0);
+  EXPECT_EQ(bus_.chip.high_counts(2), 0);
+}
+
 TEST_F(Pca9685Test, NoticesThatTheChipWasReset) {
   const auto device = make();
   (void)device->open();

@@ -163,6 +163,17 @@ TEST_F(PwmSysfsTest, RelaxesAndGivesBackWhatItExported) {
   EXPECT_EQ(of(3, "enable"), "0") << "was exported by somebody else";
 }
 
+TEST_F(PwmSysfsTest, RelaxesAllThatCanBeSwitchedOff) {
+  make_output("0");
+  make_output("3");
+  const auto device = make();
+  (void)device->open();
+  device->send(frame(1500.0, 1500.0), false);
+  fs::remove(chip_ / "pwm0" / "enable");
+  EXPECT_THROW(device->relax(), DeviceError);
+  EXPECT_EQ(of(3, "enable"), "0");
+}
+
 TEST_F(PwmSysfsTest, IsLostWithItsControllerAndFoundAgain) {
   const auto device = make();
   (void)device->open();
