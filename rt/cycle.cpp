@@ -54,15 +54,18 @@ void Cycle::take_up_last_position(const CycleStart& start) noexcept {
   }
   if (std::isfinite(start.opening)) set_point_.opening = std::clamp(start.opening, 0.0, 1.0);
   uncertain_ = start.uncertain;
+  limp_at_stop_ = start.limp_at_stop;
+  snapshot_.position_fingerprint = start.position_fingerprint;
   Snapshot last{};
   if (last_snapshot(segment_, last)) {
     snapshot_.cycle = last.cycle;
     snapshot_.last_done_id = std::max(last.last_done_id, last.command_id);
-    if (is_in_range(arm_, last.position_rad, kGateTolerance_rad)) {
+    if (!start.outranks_segment && is_in_range(arm_, last.position_rad, kGateTolerance_rad)) {
       set_point_.position_rad = last.position_rad;
       uncertain_ = (last.flags & kSnapshotUncertain) != 0;
     }
-    if (std::isfinite(last.gripper)) set_point_.opening = std::clamp(last.gripper, 0.0, 1.0);
+    if (!start.outranks_segment && std::isfinite(last.gripper))
+      set_point_.opening = std::clamp(last.gripper, 0.0, 1.0);
     take_up_error(last.state == RtState::kError);
   }
   take_up_error(segment_.header.stop_seen.load(std::memory_order_acquire) != 0);
@@ -108,16 +111,17 @@ void Cycle::take_flags() noexcept {
   // Counters only rise; a lower one is somebody's mistake and no request.
   stops_requested_ = std::max(stops_requested_, control.stop_count.load(std::memory_order_acquire));
   paused_ = control.pause.load(std::memory_order_relaxed) != 0;
-  take_override();
-
   const std::uint64_t clears = control.clear_count.load(std::memory_order_acquire);
   if (clears > snapshot_.clears_done) {
     snapshot_.clears_done = clears;
+    const bool was_latched = emergency_latched_;
     emergency_latched_ = emergency_latched_ && snapshot_.stop_sources != 0;
     faulted_ = has_failed(health_) || emergency_latched_;
     if (!emergency_latched_) segment_.header.stop_seen.store(0, std::memory_order_release);
+    uncertain_ = uncertain_ || (limp_at_stop_ && was_latched && !emergency_latched_);
     published_ = true;
   }
+  take_override();
 }
 
 void Cycle::take_override() noexcept {

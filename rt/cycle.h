@@ -23,11 +23,14 @@ struct StepReport {
 /// Until the first motion after a power-up is done, motions run at this rate at the most.
 inline constexpr double kFirstMotionOverride = 0.1;
 
-/// Where the arm is when the segment does not say.
+/// Where the arm is when the segment does not say, or is not to be asked.
 struct CycleStart {
   Joints position_rad{};  ///< brought into the joints' ranges
   double opening{0.0};
-  bool uncertain{false};  ///< believed, not known: the first motion is slow
+  bool uncertain{false};         ///< believed, not known: the first motion is slow
+  bool outranks_segment{false};  ///< the segment's last snapshot does not say where the servos are
+  bool limp_at_stop{false};      ///< an emergency stop takes their power: uncertain again once it is cleared
+  std::uint64_t position_fingerprint{0};  ///< for the snapshots
 };
 
 /// One robot's real-time cycle. The constructor takes up where the segment's last snapshot left the arm (or
@@ -112,6 +115,7 @@ class Cycle {
   bool emergency_latched_{false};  ///< until a clear after the release
   bool error_taken_up_{false};     ///< of the task before, not yet told
   bool uncertain_{false};          ///< no motion has been done yet since the arm's power-up
+  bool limp_at_stop_{false};
   bool published_{false};
   BackendHealth health_{BackendHealth::kOpen};
   ServoFrame frame_{};

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 #include "rt/set_point_check.h"
 
@@ -35,24 +36,81 @@ const char* slow_note(bool uncertain) {
 
 StartPosition::StartPosition(const Profile& profile, const std::string& robot,
                              const std::string& state_directory)
-    : profile_(profile), robot_(robot) {
+    : profile_(profile),
+      fingerprint_(position_fingerprint(profile.arm)),
+      is_let_go_(lets_go_at_end(profile) && !profile.backend.position_known_at_start),
+      robot_(robot) {
   const std::filesystem::path directory =
       state_directory.empty() ? default_state_directory() : std::filesystem::path(state_directory);
   if (!directory.empty()) store_.emplace(directory, robot, "rt");
 }
 
 CycleStart StartPosition::find(const SegmentLayout& segment, const DevicePosition& device, bool forget) {
+  refuse_impossible(device);
+  CycleStart start = decide(segment, device, forget);
+  start.limp_at_stop = !profile_.power_enable.chip.empty() && profile_.power_enable.off_at_stop &&
+                       !profile_.backend.position_known_at_start;
+  start.position_fingerprint = fingerprint_;
+  spdlog::log(start.uncertain ? spdlog::level::warn : spdlog::level::info, "position: {}", text_);
+  return start;
+}
+
+void StartPosition::refuse_impossible(const DevicePosition& device) const {
+  if (device.kind != DevicePosition::Kind::kMeasured) return;
+  for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
+    const JointLimits& limits = profile_.arm.joints[i];
+    const double at_rad = device.position_rad[i];
+    if (at_rad >= limits.lower_rad - kNearRange_rad && at_rad <= limits.upper_rad + kNearRange_rad) continue;
+    throw std::runtime_error(fmt::format(
+        "joint {} is measured at {:.1f} degrees, outside its range of {:.1f} to {:.1f}: not started. Home "
+        "its "
+        "encoder, correct its drive's zero_count, counts_per_degree or direction, or turn it by hand into "
+        "its "
+        "range",
+        profile_.joint_names[i], at_rad / kDegree, limits.lower_rad / kDegree, limits.upper_rad / kDegree));
+  }
+}
+
+CycleStart StartPosition::decide(const SegmentLayout& segment, const DevicePosition& device, bool forget) {
   Snapshot last{};
-  if (last_snapshot(segment, last) && is_in_range(profile_.arm, last.position_rad, kGateTolerance_rad)) {
+  const bool has_last =
+      last_snapshot(segment, last) && is_in_range(profile_.arm, last.position_rad, kGateTolerance_rad);
+  if (has_last && last.position_fingerprint == fingerprint_ && !is_let_go_) {
     text_ = fmt::format("where the last real-time task left it{}",
                         slow_note((last.flags & kSnapshotUncertain) != 0));
     return {last.position_rad, last.gripper, (last.flags & kSnapshotUncertain) != 0};
   }
-  const std::optional<LastPosition> kept = forget ? std::nullopt : read();
+  const std::optional<LastPosition> kept = has_last ? by_pulses(last) : forget ? std::nullopt : read();
   const std::optional<CycleStart> told = from_device(device, kept);
-  const CycleStart start = told ? *told : believed(kept);
-  spdlog::log(start.uncertain ? spdlog::level::warn : spdlog::level::info, "position: {}", text_);
+  CycleStart start = told ? *told : has_last ? left_by(last, *kept) : believed(kept);
+  start.outranks_segment = true;
   return start;
+}
+
+/// The servos are where their pulses have put them, whatever angle that is by now.
+LastPosition StartPosition::by_pulses(const Snapshot& last) const {
+  LastPosition position = position_of(last, robot_);
+  if (last.position_fingerprint == fingerprint_) return position;
+  const ArmModel& arm = profile_.arm;
+  for (std::size_t i = 0; i < arm.dof; ++i) {
+    const ServoMap& map = arm.servos[i];
+    const double at_rad = (last.pulse_us[i] - map.zero_us) / (map.direction * map.us_per_rad);
+    position.position_rad[i] =
+        std::isfinite(at_rad) ? std::clamp(at_rad, arm.joints[i].lower_rad, arm.joints[i].upper_rad) : 0.0;
+  }
+  const double opening =
+      (last.pulse_us[arm.dof] - arm.gripper.closed_us) / (arm.gripper.open_us - arm.gripper.closed_us);
+  position.opening = std::isfinite(opening) ? std::clamp(opening, 0.0, 1.0) : 0.0;
+  return position;
+}
+
+CycleStart StartPosition::left_by(const Snapshot& last, const LastPosition& at) {
+  const bool is_same_map = last.position_fingerprint == fingerprint_;
+  text_ =
+      fmt::format("{}, where the last real-time task left it{}{}{}", degrees(profile_.arm, at.position_rad),
+                  is_same_map ? "" : ", by its last pulses: THE SERVO MAP IS ANOTHER NOW",
+                  is_let_go_ ? ", and let the servos go" : "", slow_note(true));
+  return {at.position_rad, at.opening, true};
 }
 
 std::optional<LastPosition> StartPosition::read() const {
@@ -71,7 +129,9 @@ std::optional<LastPosition> StartPosition::read() const {
 std::optional<CycleStart> StartPosition::from_device(const DevicePosition& device,
                                                      const std::optional<LastPosition>& kept) {
   if (device.kind == DevicePosition::Kind::kUnknown) return std::nullopt;
-  CycleStart start{device.position_rad, device.opening, false};
+  // A controller may go on sending to servos that have no power.
+  const bool is_limp = device.kind == DevicePosition::Kind::kTold && is_let_go_;
+  CycleStart start{device.position_rad, device.opening, is_limp};
   if (device.opening < 0.0) start.opening = kept ? kept->opening : 0.0;
   if (!is_in_range(profile_.arm, start.position_rad, kNearRange_rad)) {
     spdlog::warn("the device says that the arm is at {}, outside its range: not believed",
@@ -84,10 +144,11 @@ std::optional<CycleStart> StartPosition::from_device(const DevicePosition& devic
     start.position_rad[i] = std::clamp(start.position_rad[i], limits.lower_rad, limits.upper_rad);
     is_same = is_same && std::abs(kept->position_rad[i] - start.position_rad[i]) <= kSamePulse_rad;
   }
-  if (is_same) start = {kept->position_rad, kept->opening, false};  // the same, and not rounded
-  text_ = fmt::format("{}, {}", degrees(profile_.arm, start.position_rad),
+  if (is_same) start = {kept->position_rad, kept->opening, is_limp};  // the same, and not rounded
+  text_ = fmt::format("{}, {}{}", degrees(profile_.arm, start.position_rad),
                       device.kind == DevicePosition::Kind::kMeasured ? "measured by the device"
-                                                                     : "by the pulses that the device sends");
+                                                                     : "by the pulses that the device sends",
+                      slow_note(is_limp));
   return start;
 }
 
@@ -113,7 +174,7 @@ void StartPosition::keep(const SegmentLayout& segment) const {
   Snapshot last{};
   if (!store_ || !last_snapshot(segment, last)) return;
   try {
-    store_->save(position_of(last, robot_, profile_.arm), profile_.arm.dof);
+    store_->save(position_of(last, robot_), profile_.arm.dof);
   } catch (const std::exception& error) {
     spdlog::warn("the last position is not kept: {}", error.what());
   }

@@ -75,4 +75,13 @@ Profile parse_profile(std::string_view text, std::string file) {
   throw ConfigError{std::move(faults.faults)};
 }
 
+bool lets_go_at_end(const Profile& profile) {
+  const BackendOptions& backend = profile.backend;
+  if (backend.kind == "gpiod" || !profile.power_enable.chip.empty()) return true;
+  if (backend.kind == "pca9685") return backend.pca9685.relax_at_end;
+  if (backend.kind == "pwm_sysfs") return backend.pwm_sysfs.relax_at_end;
+  if (backend.kind == "socketcan") return backend.socketcan.relax_at_end;
+  return backend.serial.relax_at_end;
+}
+
 }  // namespace corbot

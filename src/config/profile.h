@@ -134,6 +134,10 @@ struct Profile {
   int port{12810};                         ///< and here
 };
 
+/// Whether the servos are without pulses or power after the real-time task, or may be: where it left them is
+/// then no longer known.
+[[nodiscard]] bool lets_go_at_end(const Profile& profile);
+
 inline constexpr std::size_t kMaxNameLength = 32;
 inline constexpr std::size_t kMaxProfileBytes = 1u << 20;
 

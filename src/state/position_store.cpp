@@ -76,10 +76,10 @@ std::string boot_id() {
   return {text.data(), text.size()};
 }
 
-LastPosition position_of(const Snapshot& snapshot, const std::string& robot, const ArmModel& arm) {
+LastPosition position_of(const Snapshot& snapshot, const std::string& robot) {
   LastPosition position;
   position.robot = robot;
-  position.fingerprint = position_fingerprint(arm);
+  position.fingerprint = snapshot.position_fingerprint;
   position.boot_id = boot_id();
   position.saved_s = static_cast<std::int64_t>(std::time(nullptr));
   position.at_rest = snapshot.command_id == 0;

@@ -17,9 +17,9 @@ namespace corbot {
 /// Id of this run of the machine, as the kernel tells it; empty where it does not.
 [[nodiscard]] std::string boot_id();
 
-/// The position that a snapshot holds, as it is kept; written now.
-[[nodiscard]] LastPosition position_of(const Snapshot& snapshot, const std::string& robot,
-                                       const ArmModel& arm);
+/// The position that a snapshot holds, as it is kept; written now. The map that gives it its meaning is the
+/// one of the task that published it.
+[[nodiscard]] LastPosition position_of(const Snapshot& snapshot, const std::string& robot);
 
 /// The file DIRECTORY/ROBOT.position. Not real-time safe.
 class PositionStore {

@@ -82,16 +82,17 @@ struct Snapshot {
   std::uint32_t device_health;  ///< BackendHealth
   std::uint32_t device_cause;   ///< why it is degraded or lost, a number of the backend's; 0: it is not
   std::uint32_t reserved;
-  std::uint64_t device_frames;     ///< that the device has taken
-  std::int64_t device_age_ns;      ///< of the newest of them when the device had taken it
-  std::int64_t device_age_max_ns;  ///< the longest since the device was opened
-  std::int64_t measured_time_ns;   ///< CLOCK_MONOTONIC of measured_rad; 0: none
+  std::uint64_t device_frames;         ///< that the device has taken
+  std::int64_t device_age_ns;          ///< of the newest of them when the device had taken it
+  std::int64_t device_age_max_ns;      ///< the longest since the device was opened
+  std::int64_t measured_time_ns;       ///< CLOCK_MONOTONIC of measured_rad; 0: none
+  std::uint64_t position_fingerprint;  ///< of what position_rad means to the servos, see src/state
 };
 static_assert(std::is_trivially_copyable_v<Snapshot> && sizeof(Snapshot) % 8 == 0);
 
 inline constexpr std::uint32_t kSnapshotMeasured = 1u;
-/// Where the arm is is believed, not known: its servos have no encoders and it has been without power. Until
-/// the first motion is done, which runs slowly.
+/// Where the arm is is believed, not known: its servos have no encoders and it has been without power, or
+/// they were calibrated anew. Until the first motion is done, which runs slowly.
 inline constexpr std::uint32_t kSnapshotUncertain = 2u;
 
 /// Histogram of the wake-up latency (actual wake-up − due instant). Bucket i counts latencies below

@@ -114,6 +114,36 @@ TEST_F(FirstMotion, ARestartBeforeItForgetsNothing) {
   EXPECT_FALSE(uncertain()) << "the segment knows better";
 }
 
+TEST_F(FirstMotion, AStartMayOutrankTheSegment) {
+  power_up({kThere, 1.0, false});
+  rig.restart({.position_rad = kKept, .opening = 0.5, .uncertain = true, .outranks_segment = true});
+  rig.step();
+  EXPECT_TRUE(uncertain());
+  EXPECT_EQ(rig.snapshot.position_rad, kKept);
+  EXPECT_EQ(rig.snapshot.gripper, 0.5);
+}
+
+TEST_F(FirstMotion, ComesAgainWhenAStopHasTakenThePower) {
+  for (const bool is_limp : {false, true}) {
+    power_up({.position_rad = kKept, .limp_at_stop = is_limp});
+    rig.emergency_stop->set(StopSource::kGpio, true);
+    rig.step();
+    rig.clear();
+    rig.step();
+    EXPECT_FALSE(uncertain()) << "still without power";
+    rig.emergency_stop->set(StopSource::kGpio, false);
+    rig.step();
+    rig.clear();
+    rig.step();
+    ASSERT_EQ(rig.snapshot.state, RtState::kStandby);
+    EXPECT_EQ(uncertain(), is_limp);
+    go(kThere);
+    run();
+    EXPECT_NEAR(rate, is_limp ? 0.1 : 1.0, 1e-12);
+    EXPECT_FALSE(uncertain());
+  }
+}
+
 TEST_F(FirstMotion, TrustsNoStart) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   power_up({{100.0, nan, -100.0, 0.0}, nan, true});

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "rt/rig.h"
+#include "rt/servo_map.h"
 
 namespace corbot::test {
 namespace {
@@ -27,11 +28,19 @@ class StartPositionTest : public ::testing::Test {
   }
   ~StartPositionTest() override { fs::remove_all(directory); }
 
-  void keep() {
+  /// What a task with the profile as it is now has published last.
+  void publish(const Joints& at, double opening = 0.0) {
     Snapshot last{};
-    last.position_rad = kKept;
-    last.gripper = 0.5;
+    last.position_rad = at;
+    last.gripper = opening;
+    last.position_fingerprint = position_fingerprint(profile.arm);
+    ServoFrame frame;
+    rt::map_to_pulses(profile.arm, at, opening, frame);
+    last.pulse_us = frame.pulse_us;
     segment->snapshot.store(last);
+  }
+  void keep() {
+    publish(kKept, 0.5);
     rt::StartPosition(profile, "arm", directory).keep(*segment);
     segment = std::make_unique<SegmentLayout>();
   }
@@ -85,9 +94,22 @@ TEST_F(StartPositionTest, ADeviceThatMeasuresKnowsBetter) {
   EXPECT_THAT(text, HasSubstr("measured"));
 }
 
-TEST_F(StartPositionTest, AMeasuredPositionOutOfRangeIsNotBelieved) {
-  EXPECT_TRUE(find(device(DevicePosition::Kind::kMeasured, {9.0, 0.0, 0.0, 0.0})).uncertain);
-  EXPECT_TRUE(find(device(DevicePosition::Kind::kMeasured, {NAN, 0.0, 0.0, 0.0})).uncertain);
+TEST_F(StartPositionTest, AJointMeasuredOutOfItsRangeIsNotLedBackUnasked) {
+  for (const bool has_segment : {false, true}) {
+    if (has_segment) publish(kKept);
+    try {
+      (void)find(device(DevicePosition::Kind::kMeasured, {0.0, 9.0, 0.0, 0.0}));
+      ADD_FAILURE() << "from there, every start is a motion";
+    } catch (const std::runtime_error& error) {
+      EXPECT_THAT(error.what(),
+                  HasSubstr("joint " + profile.joint_names[1] + " is measured at 515.7 degrees"));
+      EXPECT_THAT(error.what(), HasSubstr("-30.0 to 130.0"));
+      EXPECT_THAT(error.what(), HasSubstr("zero_count"));
+    }
+    EXPECT_THROW((void)find(device(DevicePosition::Kind::kMeasured, {NAN, 0.0, 0.0, 0.0})),
+                 std::runtime_error);
+  }
+  segment = std::make_unique<SegmentLayout>();
   const double just_beyond = profile.arm.joints[0].upper_rad + 0.01;
   const rt::CycleStart start = find(device(DevicePosition::Kind::kMeasured, {just_beyond, 0.0, 0.0, 0.0}));
   EXPECT_FALSE(start.uncertain);
@@ -107,12 +129,75 @@ TEST_F(StartPositionTest, WhatAControllerHasBeenToldIsTheFileUnrounded) {
 
 TEST_F(StartPositionTest, TheSegmentKnowsBest) {
   keep();
-  Snapshot last{};
-  last.position_rad = {0.5, 0.5, 0.5, 0.5};
-  segment->snapshot.store(last);
+  publish({0.5, 0.5, 0.5, 0.5});
   const rt::CycleStart start = find(device(DevicePosition::Kind::kMeasured, {}));
   EXPECT_EQ(start.position_rad[0], 0.5);
   EXPECT_FALSE(start.uncertain);
+  EXPECT_FALSE(start.outranks_segment);
+  EXPECT_EQ(start.position_fingerprint, position_fingerprint(profile.arm));
+}
+
+TEST_F(StartPositionTest, ASegmentOfAnotherServoMapTellsPulsesOnly) {
+  publish({0.5, 0.25, 0.5, 0.5}, 0.25);
+  Snapshot last{};
+  ASSERT_TRUE(segment->snapshot.load(last));
+  profile.arm.servos[0].direction = -profile.arm.servos[0].direction;
+  for (const bool known : {false, true}) {
+    profile.backend.position_known_at_start = known;
+    const rt::CycleStart start = find();
+    EXPECT_TRUE(start.uncertain);
+    EXPECT_TRUE(start.outranks_segment);
+    EXPECT_NEAR(start.position_rad[0], -0.5, 1e-9);
+    EXPECT_NEAR(start.position_rad[1], 0.25, 1e-9);
+    EXPECT_THAT(text, HasSubstr("THE SERVO MAP IS ANOTHER NOW"));
+    ServoFrame frame;
+    rt::map_to_pulses(profile.arm, start.position_rad, start.opening, frame);
+    for (std::size_t i = 0; i <= profile.arm.dof; ++i) {
+      EXPECT_NEAR(frame.pulse_us[i], last.pulse_us[i], 1e-6) << "nothing moves";
+    }
+  }
+  const rt::CycleStart told = find(device(DevicePosition::Kind::kTold, {0.1, 0.2, 0.3, 0.4}, 0.5));
+  EXPECT_EQ(told.position_rad[0], 0.1) << "the device knows better";
+  EXPECT_FALSE(told.uncertain);
+  EXPECT_TRUE(told.outranks_segment);
+  EXPECT_EQ(find(device(DevicePosition::Kind::kMeasured, {0.1, 0.2, 0.3, 0.4})).position_rad[0], 0.1);
+}
+
+TEST_F(StartPositionTest, ServosThatWereLetGoAreNotWhereTheyWere) {
+  publish(kKept, 0.5);
+  EXPECT_FALSE(find().uncertain);
+  const auto expect_believed = [&] {
+    const rt::CycleStart start = find();
+    EXPECT_TRUE(start.uncertain);
+    EXPECT_TRUE(start.outranks_segment) << "which calls it known";
+    EXPECT_EQ(start.position_rad, kKept);
+    EXPECT_THAT(text, HasSubstr("let the servos go"));
+  };
+  profile.backend.kind = "gpiod";  // its pulses end with the task
+  expect_believed();
+  profile.backend.position_known_at_start = true;
+  EXPECT_FALSE(find().uncertain) << "the operator's word";
+  profile.backend.position_known_at_start = false;
+  profile.backend.kind = "ssc32";
+  EXPECT_FALSE(find().uncertain);
+  profile.backend.serial.relax_at_end = true;
+  expect_believed();
+  profile.backend.serial.relax_at_end = false;
+  profile.power_enable.chip = "/dev/gpiochip0";
+  expect_believed();
+  EXPECT_FALSE(find(device(DevicePosition::Kind::kMeasured, {})).uncertain) << "encoders";
+}
+
+TEST_F(StartPositionTest, PulsesToServosWithoutPowerProveNothing) {
+  keep();
+  profile.power_enable.chip = "/dev/gpiochip0";
+  rt::CycleStart start = find(device(DevicePosition::Kind::kTold, {0.11, 0.19, 0.3, 0.4}, 0.52));
+  EXPECT_TRUE(start.uncertain);
+  EXPECT_NEAR(start.position_rad[0], 0.1, 1e-12) << "but that is where they will go";
+  EXPECT_THAT(text, HasSubstr("10 %"));
+  EXPECT_TRUE(start.limp_at_stop);
+  profile.power_enable.off_at_stop = false;
+  EXPECT_FALSE(find().limp_at_stop);
 }
 
 TEST_F(StartPositionTest, ADirectoryThatCannotBeWrittenIsNoReasonToFail) {

@@ -34,7 +34,8 @@ class Position : public ::testing::Test {
     Snapshot snapshot{};
     snapshot.position_rad = {base_rad, 1.0, -0.25, 0.125};
     snapshot.gripper = 0.75;
-    return position_of(snapshot, "lynx5", arm_);
+    snapshot.position_fingerprint = position_fingerprint(arm_);
+    return position_of(snapshot, "lynx5");
   }
   [[nodiscard]] PositionStore store() const { return {directory_, "lynx5", "test"}; }
   [[nodiscard]] std::string refusal(const std::string& text) const {
