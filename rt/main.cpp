@@ -57,6 +57,10 @@ void catch_signals() {
   action.sa_handler = request_stop;
   sigaction(SIGTERM, &action, nullptr);
   sigaction(SIGINT, &action, nullptr);
+  struct sigaction of_parent {};
+  sigaction(SIGHUP, nullptr, &of_parent);
+  if (of_parent.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // nohup may have its way
+  signal(SIGPIPE, SIG_IGN);                                                  // whoever reads the log may go
   action.sa_handler = pull_plug;
   action.sa_flags = SA_RESTART;
   sigaction(SIGUSR1, &action, nullptr);

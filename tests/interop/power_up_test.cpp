@@ -179,6 +179,64 @@ TEST_F(PowerUp, ADirectoryThatCannotBeWrittenIsWarnedOfOnce) {
   EXPECT_FALSE(alarms[0].active);
 }
 
+TEST_F(PowerUp, AnotherServoMapMovesNothing) {
+  write_profile("[backend]\nkind = \"loopback\"\n");
+  power_up();
+  if (HasFatalFailure()) return;
+  arm_->Drive(0, 60.0, 90.0);
+  const auto pulse_us = [&] {
+    Snapshot last{};
+    EXPECT_TRUE(last_snapshot(Segment::observe(name_).layout(), last));
+    return last.pulse_us[0];
+  };
+  const double before_us = pulse_us();
+  rt_->signal(SIGKILL);
+  ASSERT_TRUE(rt_->wait(within(10)));
+  std::ifstream from(profile_);
+  std::stringstream text;
+  text << from.rdbuf();
+  std::string changed = text.str();
+  const std::string direction = "direction = 1,";
+  ASSERT_NE(changed.find(direction), std::string::npos);
+  std::ofstream(profile_) << changed.replace(changed.find(direction), direction.size(), "direction = -1,");
+  start_rt({"--state-dir", directory_});
+  if (HasFatalFailure()) return;
+  EXPECT_THAT(rt_->output(), HasSubstr("-60.0 0.0 0.0 0.0 degrees"));
+  EXPECT_THAT(rt_->output(), HasSubstr("THE SERVO MAP IS ANOTHER NOW"));
+  ASSERT_TRUE(wait_until(within(20), [&] { return raised_by([&] { arm_->Drive(1, 0.0, 90.0); }).empty(); }));
+  EXPECT_NEAR(pulse_us(), before_us, 1e-6);
+  EXPECT_TRUE(uncertain());
+}
+
+TEST_F(PowerUp, ATaskWhoseLogNobodyReadsEndsInOrder) {
+  write_profile("[backend]\nkind = \"loopback\"\n");
+  const auto of_caller = ::signal(SIGPIPE, SIG_DFL);  // a child inherits it
+  start_rt({"--state-dir", directory_});
+  ::signal(SIGPIPE, of_caller);
+  if (HasFatalFailure()) return;
+  rt_->close_errors();
+  rt_->signal(SIGUSR1);  // an alarm
+  Snapshot last{};
+  const Segment segment = Segment::observe(name_);
+  ASSERT_TRUE(wait_until(
+      within(20), [&] { return last_snapshot(segment.layout(), last) && last.state == RtState::kError; }));
+  EXPECT_EQ(rt_->terminate(), 0);
+  EXPECT_THAT(kept(), HasSubstr("joints_deg"));
+  EXPECT_FALSE(segment_exists(name_));
+}
+
+TEST_F(PowerUp, ATaskWhoseTerminalIsClosedEndsInOrder) {
+  write_profile("[backend]\nkind = \"loopback\"\n");
+  const auto of_caller = ::signal(SIGHUP, SIG_DFL);  // these tests may run under nohup
+  start_rt({"--state-dir", directory_});
+  ::signal(SIGHUP, of_caller);
+  if (HasFatalFailure()) return;
+  rt_->signal(SIGHUP);
+  EXPECT_EQ(rt_->wait(within(10)), 0) << rt_->errors();
+  EXPECT_THAT(kept(), HasSubstr("joints_deg"));
+  EXPECT_FALSE(segment_exists(name_));
+}
+
 class PowerUpOnADevice : public PowerUp {
  protected:
   void SetUp() override {

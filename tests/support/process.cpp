@@ -168,6 +168,12 @@ void Process::signal(int number) const {
   if (pid_ > 0 && !status_) ::kill(pid_, number);
 }
 
+void Process::close_errors() {
+  drain();
+  if (err_ >= 0) ::close(err_);
+  err_ = -1;
+}
+
 std::optional<int> Process::wait(Deadline deadline) {
   if (pid_ > 0 && !status_) {
     wait_until(deadline, [&] {

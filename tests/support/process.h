@@ -53,6 +53,8 @@ class Process {
   void send(const std::string& line);
   /// Sends a signal; no effect on a child that has been waited for.
   void signal(int number) const;
+  /// As when whoever reads its standard error goes away.
+  void close_errors();
   /// Waits for the end and returns the status as of waitpid(2); nothing when the deadline passes first.
   std::optional<int> wait(Deadline deadline);
   /// SIGTERM, then the exit code (128 + signal for a killed one); −1 when the child does not end within ten

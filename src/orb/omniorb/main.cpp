@@ -151,6 +151,10 @@ int main(int argc, char** argv) {
   sigemptyset(&end_signals);
   sigaddset(&end_signals, SIGINT);
   sigaddset(&end_signals, SIGTERM);
+  struct sigaction of_parent {};
+  sigaction(SIGHUP, nullptr, &of_parent);
+  if (of_parent.sa_handler != SIG_IGN) sigaddset(&end_signals, SIGHUP);  // nohup may have its way
+  signal(SIGPIPE, SIG_IGN);                                              // whoever reads the log may go
   pthread_sigmask(SIG_BLOCK, &end_signals, nullptr);  // before any thread is born: all of them inherit it
   try {
     const RobotHandle robot = open_robot(options);

@@ -35,6 +35,13 @@ static gboolean end_by_termination(gpointer data) {
   return G_SOURCE_CONTINUE;
 }
 
+static gboolean end_by_hangup(gpointer data) {
+  EndRequest* request = data;
+  request->signal = SIGHUP;
+  g_main_loop_quit(request->loop);
+  return G_SOURCE_CONTINUE;
+}
+
 /* Waits until the interrupted calls are over, and a moment more: the ORB tells nobody when a reply has been
  * written, which follows within microseconds on an idle machine. */
 static void let_replies_leave(ArmServant* servant) {
@@ -47,8 +54,12 @@ static void let_replies_leave(ArmServant* servant) {
 static void run(ArmServant* servant, const Orb* orb, const Options* options, const char* name,
                 corbot_robot* robot) {
   EndRequest request = {g_main_loop_new(NULL, FALSE), 0};
+  struct sigaction of_parent;
+  const gboolean may_hang_up = sigaction(SIGHUP, NULL, &of_parent) == 0 && of_parent.sa_handler != SIG_IGN;
   const guint sources[] = {g_unix_signal_add(SIGINT, end_by_interrupt, &request),
-                           g_unix_signal_add(SIGTERM, end_by_termination, &request)};
+                           g_unix_signal_add(SIGTERM, end_by_termination, &request),
+                           may_hang_up ? g_unix_signal_add(SIGHUP, end_by_hangup, &request) : 0};
+  (void)signal(SIGPIPE, SIG_IGN); /* whoever reads the log may go */
   char* reference = orb_reference(options, name);
   NameKeeper* keeper = NULL;
   if (options->naming != NULL) keeper = name_keeper_start(orb->orb, options, name);
@@ -64,7 +75,9 @@ static void run(ArmServant* servant, const Orb* orb, const Options* options, con
   name_keeper_end(keeper);
   corbot_robot_interrupt(robot); /* calls that wait for motions return */
   let_replies_leave(servant);
-  for (size_t i = 0; i < G_N_ELEMENTS(sources); ++i) g_source_remove(sources[i]);
+  for (size_t i = 0; i < G_N_ELEMENTS(sources); ++i) {
+    if (sources[i] != 0) g_source_remove(sources[i]);
+  }
   g_main_loop_unref(request.loop);
   g_free(reference);
 }
