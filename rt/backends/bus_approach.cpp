@@ -15,7 +15,6 @@ constexpr double kLead_us_per_s = 400.0;
 constexpr double kLead_rad_per_s = 0.5;
 /// After a stall, the device catches up at so many times the speed that the profile allows.
 constexpr double kCatchUp = 2.0;
-constexpr double kLongestStep_s = 0.020;
 constexpr auto kLook = std::chrono::milliseconds(20);
 
 double lead_rad_per_s(const JointLimits& joint) {
@@ -71,6 +70,10 @@ bool BusBackend::approach() {
   }
   ServoFrame from = last_sent_.servo_count > 0 ? last_sent_ : frame;
   const BusReading reading = device_->measure(frame);
+  // What holds its load stands somewhere, and whoever guessed where would make it jump.
+  if (reading.unit == BusReading::Unit::kNothing && device_->energises_at_open()) {
+    throw DeviceError(DeviceCause::kNoAnswer, "the device does not tell where it stands");
+  }
   if (reading.unit == BusReading::Unit::kPulses) from.pulse_us = reading.value;
   for (std::size_t i = 0; reading.unit == BusReading::Unit::kJoints && i < arm_.dof; ++i) {
     from.position_rad[i] = reading.value[i];
@@ -136,8 +139,9 @@ void BusBackend::limit_step(ServoFrame& next) const {
   const ServoFrame& last = last_sent_;
   if (last.servo_count != next.servo_count || next.servo_count <= arm_.dof) return;
   const double period_s = static_cast<double>(device_->period_ns()) * 1e-9;
-  const double time_s = std::clamp(static_cast<double>(next.time_ns - last.time_ns) * 1e-9, period_s,
-                                   period_s + kLongestStep_s);
+  const double longest_s = period_s + static_cast<double>(device_->longest_gap_ns()) * 1e-9;
+  const double time_s =
+      std::clamp(static_cast<double>(next.time_ns - last.time_ns) * 1e-9, period_s, longest_s);
   // All joints the same share of their ways: the arm stays on its path, but for the chord.
   double share = 1.0;
   for (std::size_t i = 0; i < arm_.dof; ++i) {

@@ -37,6 +37,8 @@ class BusDevice {
   /// How long after the instant of the cycle a frame is best handed over, so that none is skipped or sent
   /// twice as the two threads drift; nothing: whenever.
   [[nodiscard]] virtual std::optional<std::int64_t> phase_ns() const noexcept { return std::nullopt; }
+  /// After a stall the device catches up in steps as long as one after its period and, at most, this.
+  [[nodiscard]] virtual std::int64_t longest_gap_ns() const noexcept { return 20'000'000; }
   /// Hands a frame over. `approach` asks for a slow motion to it, from wherever the servos are; only a device
   /// that interpolates is asked.
   virtual void send(const ServoFrame& frame, bool approach) = 0;

@@ -120,19 +120,13 @@ std::unique_ptr<Backend> make_socketcan(const Profile& profile, EmergencyStop& s
   settings.watch_ms = options.watch_ms;
   settings.loop_ns = profile.arm.period_ns;
   settings.gripper_model = profile.arm.gripper;
-  constexpr double kCatchUp = 2.0;  // times the speed that the profile allows
   for (const CanDrive& drive : options.drives) {
-    const std::size_t joint = settings.joints.size();
-    if (joint >= kMaxJoints) break;
-    const double most = kCatchUp * profile.arm.joints[joint].speed_rad_s * drive.counts_per_rad;
-    settings.joints.push_back({static_cast<std::uint8_t>(drive.node), drive.counts_per_rad, drive.zero_count,
-                               drive.direction, most});
+    settings.joints.push_back(
+        {static_cast<std::uint8_t>(drive.node), drive.counts_per_rad, drive.zero_count, drive.direction});
   }
   if (options.gripper_node > 0) {
-    const double travel = std::abs(options.gripper_open_count - options.gripper_closed_count);
-    settings.gripper =
-        GripperDrive{static_cast<std::uint8_t>(options.gripper_node), options.gripper_closed_count,
-                     options.gripper_open_count, kCatchUp * travel / profile.arm.gripper.travel_s};
+    settings.gripper = GripperDrive{static_cast<std::uint8_t>(options.gripper_node),
+                                    options.gripper_closed_count, options.gripper_open_count};
   }
   return on_bus(profile, std::make_unique<Cia402Drives>(std::move(settings)), stop, options.readback,
                 options.relax_at_end);

@@ -257,35 +257,11 @@ BusReading Cia402Drives::reading_of(const std::vector<std::int32_t>& positions) 
   return reading;
 }
 
-void Cia402Drives::limit(std::vector<std::int32_t>& next) const {
-  if (last_targets_.size() != next.size()) return;
-  const double period_s = static_cast<double>(period_ns_) * 1e-9;
-  const auto share_of = [&](std::size_t i, double most_per_s) {
-    const double way = std::abs(static_cast<double>(next[i]) - last_targets_[i]);
-    const double most = std::max(1.0, most_per_s * period_s);
-    return most_per_s > 0.0 && way > most ? most / way : 1.0;
-  };
-  const auto go = [&](std::size_t i, double share) {
-    const double way = static_cast<double>(next[i]) - last_targets_[i];
-    next[i] = to_counts(last_targets_[i] + share * way, next[i]);
-  };
-  // All joints the same share of their ways: the arm stays on its path, but for the chord.
-  const std::size_t joints = settings_.joints.size();
-  double share = 1.0;
-  for (std::size_t i = 0; i < joints; ++i) {
-    share = std::min(share, share_of(i, settings_.joints[i].most_counts_per_s));
-  }
-  for (std::size_t i = 0; i < joints; ++i) go(i, share);
-  if (settings_.gripper) go(joints, share_of(joints, settings_.gripper->most_counts_per_s));
-}
-
 void Cia402Drives::send(const ServoFrame& frame, bool) {
   is_well_ = false;
   listen(Clock::now(), [] { return false; });
   examine();
-  std::vector<std::int32_t> next = targets(frame);
-  limit(next);
-  last_targets_ = std::move(next);
+  last_targets_ = targets(frame);
   beat();
   synchronise(std::vector<std::uint16_t>(last_targets_.size(), kEnableOperation), last_targets_);
   is_well_ = true;

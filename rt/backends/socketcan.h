@@ -19,8 +19,6 @@ struct JointDrive {
   double counts_per_rad;
   double zero_count;
   double direction;  ///< +1 or -1
-  /// A cycle that comes late catches up at this speed at most, not in one step; 0: no limit.
-  double most_counts_per_s{0.0};
 };
 
 /// The gripper's drive, where it has one: from closed to open as the pulse goes.
@@ -28,7 +26,6 @@ struct GripperDrive {
   std::uint8_t node;
   double closed_count;
   double open_count;
-  double most_counts_per_s{0.0};
 };
 
 struct Cia402Settings {
@@ -57,6 +54,8 @@ class Cia402Drives final : public BusDevice {
   [[nodiscard]] std::optional<std::int64_t> phase_ns() const noexcept override {
     return settings_.loop_ns / 2;
   }
+  /// What is too far for one SYNC is a following error.
+  [[nodiscard]] std::int64_t longest_gap_ns() const noexcept override { return 0; }
   [[nodiscard]] bool energises_at_open() const noexcept override { return true; }
   void send(const ServoFrame& frame, bool approach) override;
   BusReading measure(const ServoFrame& frame) override;
@@ -87,8 +86,6 @@ class Cia402Drives final : public BusDevice {
   void check_answered(const DriveReport& drive) const;
   /// Throws when a drive that has restarted counts otherwise than before.
   void check_counts() const;
-  /// Brings targets as near to the last ones as the drives may be asked to go in one cycle.
-  void limit(std::vector<std::int32_t>& next) const;
   /// RPDOs to all, then SYNC.
   void synchronise(const std::vector<std::uint16_t>& controlwords, const std::vector<std::int32_t>& targets);
   /// Takes what has come in, and what comes until the deadline; ends early when `is_enough`.

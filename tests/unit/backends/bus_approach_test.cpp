@@ -129,6 +129,15 @@ TEST_F(BusApproachTest, GivesNoFirstPulseWhileStopped) {
   EXPECT_GT(bus_.copy().size(), before);
 }
 
+TEST_F(BusApproachTest, WhatHoldsItsLoadIsNotLedFromAnywhere) {
+  bus_.approach_ns = 0;
+  bus_.is_energising = true;
+  bus_.is_silent = true;
+  const auto backend = make();
+  EXPECT_THAT(opening(*backend).get(), HasSubstr("does not tell where it stands"));
+  EXPECT_TRUE(bus_.copy().empty());
+}
+
 TEST_F(BusApproachTest, ADeviceThatFailsAgainAtOnceIsTriedMoreAndMoreRarely) {
   const auto backend = make();
   backend->open(frame(1));

@@ -28,7 +28,7 @@ TEST_F(Drives, AreEnabledWhereTheyStandAndFollow) {
 
 TEST_F(Drives, CatchUpNoFasterThanTheyMay) {
   constexpr double kMost_per_s = 60'000.0;
-  for (JointDrive& joint : settings_.joints) joint.most_counts_per_s = kMost_per_s;
+  for (JointLimits& joint : arm_.joints) joint.speed_rad_s = 0.5 * kMost_per_s / kCountsPerRad;
   open();
   ASSERT_TRUE(arrives());
   EXPECT_TRUE(arrives(15'000)) << "a set-point that is late by many cycles";
