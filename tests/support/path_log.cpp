@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <stdexcept>
 
 #include "corbot/channel/segment.h"
@@ -14,6 +15,7 @@ namespace corbot::test {
 namespace {
 
 constexpr double kServoFrame_s = 0.020;
+constexpr double kLatePeriods = 1.5;  // a gap as long is one
 
 using Point = std::array<double, 3>;
 
@@ -78,6 +80,26 @@ double acceleration(const std::vector<Snapshot>& path) {
   return worst;
 }
 
+/// How long a device has gone without an output of late. A rest is none.
+class Gaps {
+ public:
+  double longest_s(std::int64_t now_ns) {
+    if (last_ns_ != 0) gaps_.emplace_back(now_ns, static_cast<double>(now_ns - last_ns_) * 1e-9);
+    last_ns_ = now_ns;
+    while (!gaps_.empty() && now_ns - gaps_.front().first > kCaughtUp_ns) gaps_.pop_front();
+    double longest_s = 0.0;
+    for (const auto& [end_ns, gap_s] : gaps_) longest_s = std::max(longest_s, std::min(gap_s, kLongestGap_s));
+    return longest_s;
+  }
+
+ private:
+  static constexpr std::int64_t kCaughtUp_ns = 50'000'000;
+  static constexpr double kLongestGap_s = 0.040;
+
+  std::int64_t last_ns_{0};
+  std::deque<std::pair<std::int64_t, double>> gaps_;  ///< when each ended
+};
+
 double joint_of(const ArmModel& arm, const DeviceFacts& facts, const Output& output) {
   if (facts.takes_joints) return output.value;
   const ServoMap& map = arm.servos[output.servo];
@@ -126,9 +148,11 @@ Following following(const ArmModel& arm, const std::vector<Snapshot>& path,
   std::vector<bool> known(arm.dof, false);
   const auto window_ns = static_cast<std::int64_t>(window_s * 1e9);
   // A device that gets fewer frames than its servos could take interpolates: it cuts the corners of the path.
-  const double chord_m =
-      facts.period_s > kServoFrame_s ? acceleration(path) * facts.period_s * facts.period_s / 8.0 : 0.0;
+  const double acceleration_m = acceleration(path);
+  const auto chord_m = [&](double time_s) { return acceleration_m * time_s * time_s / 8.0; };
+  const double corner_m = facts.period_s > kServoFrame_s ? chord_m(facts.period_s) : 0.0;
   const double skew_m = speed(path) * facts.skew_s;
+  Gaps gaps;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     if (outputs[i].servo < arm.dof) {
       at[outputs[i].servo] = joint_of(arm, facts, outputs[i]);
@@ -149,10 +173,13 @@ Following following(const ArmModel& arm, const std::vector<Snapshot>& path,
       nearest_m = std::min(nearest_m, distance_m(tcp, std::prev(point)->tcp_m, point->tcp_m));
     }
     ++result.outputs;
-    const double allowed_m = quantisation_m(arm, facts, at) + chord_m + skew_m;
+    const double allowed_m = quantisation_m(arm, facts, at) + corner_m + skew_m;
     result.deviation_m = std::max(result.deviation_m, nearest_m);
     result.quantisation_m = std::max(result.quantisation_m, allowed_m);
-    result.beyond_m = std::max(result.beyond_m, nearest_m - allowed_m);
+    // After a gap it goes straight to where it should be.
+    const double gap_s = gaps.longest_s(now_ns);
+    const double late_m = gap_s > kLatePeriods * facts.period_s ? chord_m(gap_s) : 0.0;
+    result.beyond_m = std::max(result.beyond_m, nearest_m - allowed_m - late_m);
   }
   return result;
 }

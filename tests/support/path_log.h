@@ -38,7 +38,8 @@ struct Following {
   double deviation_m{};     ///< of the TCP from the planned path, at worst
   double quantisation_m{};  ///< what half a unit at every joint, a corner cut, and servos that start one by
                             ///< one can do
-  double beyond_m{-1.0};    ///< the largest excess of the former over the latter
+  double beyond_m{
+      -1.0};  ///< the largest excess of the former over the latter, and what a late output cuts off
 };
 
 /// Compares the TCP that a device's outputs make with the set-points of the last `window_s` before each
