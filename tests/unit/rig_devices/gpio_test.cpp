@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "rig_devices/rig_device.h"
+#include "rt/backends/bus_backend.h"
 #include "rt/backends/gpiod.h"
 #include "rt/backends/serial_port.h"
 #include "rt/inputs/safety_lines.h"
@@ -20,6 +21,7 @@ namespace corbot::test {
 namespace {
 
 using namespace rt;
+namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 constexpr int kStopLine = 6;
@@ -152,6 +154,93 @@ TEST_F(RigGpio, StopsByALineThatIsPulled) {
     lines.stop();
     EXPECT_FALSE(is_high(kPowerLine));
   }
+}
+
+/// A GPIO adapter's plug: takes the chip's driver from its device and gives it back. The chip may then have
+/// another number; `link()` is what udev would make of it.
+class Plug {
+ public:
+  Plug(const std::string& chip, std::string link) : link_(std::move(link)) {
+    device_ = fs::canonical("/sys/bus/gpio/devices" / fs::path(chip).filename()).parent_path();
+    driver_ = fs::canonical(device_ / "driver");
+    point_at(chip);
+  }
+  ~Plug() {
+    if (is_out_) in();
+    fs::remove(link_);
+  }
+  [[nodiscard]] const std::string& link() const { return link_; }
+  void out() { order("unbind", true); }
+  /// Returns the chip's directory in sysfs.
+  fs::path in() {
+    order("bind", false);
+    for (const fs::directory_entry& entry : fs::directory_iterator(device_)) {
+      const std::string name = entry.path().filename().string();
+      if (!name.starts_with("gpiochip")) continue;
+      point_at("/dev/" + name);
+      return entry.path();
+    }
+    return {};
+  }
+
+ private:
+  void order(const std::string& what, bool is_out) {
+    std::ofstream(driver_ / what) << device_.filename().string() << std::endl;
+    is_out_ = is_out;
+  }
+  void point_at(const std::string& chip) {
+    fs::remove(link_);
+    fs::create_symlink(chip, link_);
+  }
+
+  std::string link_;
+  fs::path device_;
+  fs::path driver_;
+  bool is_out_{false};
+};
+
+TEST_F(RigGpio, ComesBackWithItsChip) {
+  Plug plug(chip_, "/run/corbot-test-gpio");
+  GpiodSettings settings;
+  settings.chip = plug.link();
+  settings.lines = {"0", "1", "2"};
+  ArmModel arm;
+  arm.dof = 2;
+  for (std::size_t i = 0; i < 2; ++i)
+    arm.servos[i] = {static_cast<std::uint32_t>(i), 1500.0, 600.0, 1.0, 500.0, 2500.0};
+  arm.gripper = {2, 1900.0, 1100.0, 0.5};
+  ServoFrame frame;
+  frame.servo_count = 3;
+  frame.channel = {0, 1, 2};
+  frame.pulse_us = {1500.0, 1500.0, 1500.0};
+  EmergencyStop stop;
+  BusBackend backend(arm, std::make_unique<Gpiod>(settings, kernel_gpio()),
+                     BusSettings{"gpiod", false, true, 0.02}, stop);
+  backend.open(frame);
+  const auto becomes = [&](BackendHealth health) {
+    return wait_until([&] {
+      frame.time_ns = now_ns();
+      backend.write(frame);
+      return backend.health() == health;
+    });
+  };
+  fs::path chip = rig("CORBOT_RIG_GPIO_SIM");
+  const auto has_pulses = [&] {
+    return wait_until([&] {
+      backend.write(frame);
+      return line_of((chip / "sim_gpio0" / "value").string()) == "1";
+    });
+  };
+  EXPECT_TRUE(has_pulses());
+  for (int i = 0; i < 10; ++i) {
+    plug.out();
+    ASSERT_TRUE(becomes(BackendHealth::kLost));
+    EXPECT_EQ(backend.cause(), static_cast<std::uint32_t>(DeviceCause::kHungUp));
+    chip = plug.in();
+    ASSERT_TRUE(becomes(BackendHealth::kOpen)) << backend.take_news();
+    EXPECT_TRUE(has_pulses()) << chip;
+  }
+  std::cout << "at the end " << chip << ": " << backend.take_news() << std::endl;
 }
 
 }  // namespace
