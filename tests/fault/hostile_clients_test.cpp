@@ -70,11 +70,13 @@ TEST_F(HostileClients, OneClientCannotUseUpThreadsWithCallsThatWait) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
   // A call that had been taken but not begun when the arm stopped begins afterwards, and is stopped as well.
   int answered = refused;
-  EXPECT_TRUE(wait_until(within(30), [&] {
-    EXPECT_EQ(raised_by([&] { arm_->Stop(); }), "");
-    while (answered < kCalls && rude.reply(within(0.1))) ++answered;
-    return answered == kCalls;
-  })) << answered << " answers";
+  EXPECT_TRUE(wait_until(within(30),
+                         [&] {
+                           EXPECT_EQ(raised_by([&] { arm_->Stop(); }), "");
+                           while (answered < kCalls && rude.reply(within(0.1))) ++answered;
+                           return answered == kCalls;
+                         }))
+      << answered << " answers";
   arm_->Ready();
 }
 
