@@ -8,7 +8,7 @@ target_include_directories(rig_devices_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 
 # The GPIO tests once more on libgpiod 2, which Debian 12 has not; its Python binding on PyPI carries the sources.
 set(CORBOT_LIBGPIOD2_DIR "" CACHE PATH "Unpacked sources of PyPI's gpiod 2, empty for none")
-if(EXISTS "${CORBOT_LIBGPIOD2_DIR}/lib")
+if(EXISTS "${CORBOT_LIBGPIOD2_DIR}/libgpiod-version.txt")
   file(GLOB libgpiod2_sources ${CORBOT_LIBGPIOD2_DIR}/lib/*.c)
   file(READ ${CORBOT_LIBGPIOD2_DIR}/libgpiod-version.txt libgpiod2_version)
   add_library(gpiod2 STATIC ${libgpiod2_sources})
