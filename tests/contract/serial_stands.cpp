@@ -97,8 +97,13 @@ class SerialStand final : public Stand {
   std::unique_ptr<Process> emulator_;
 };
 
-DeviceFacts serial_facts(double unit_us, double period_s, double read_unit_us, std::string at_end) {
+/// Who takes the servos one by one may begin the next frame to them when it has taken some.
+constexpr double kServoFrame_s = 0.020;
+
+DeviceFacts serial_facts(double unit_us, double period_s, double read_unit_us, std::string at_end,
+                         double skew_s = 0.0) {
   DeviceFacts facts;
+  facts.skew_s = skew_s;
   facts.unit = unit_us;
   facts.period_s = period_s;
   facts.approach_speed = 400.0;  // an SSC-32 takes 2 s for what are at most 800 us here
@@ -128,13 +133,13 @@ std::vector<StandKind> serial_stands() {
       {"maestro",
        {"maestro", "--ignore-errors"},
        "maestro",
-       "readback = true\nat_end = \"relax\"\n",
+       "readback = true\nat_end = \"relax\"\nmulti_target = true\n",
        serial_facts(0.25, 0.020, 0.25, "relax")},
       {"maestro_micro",
        {"maestro", "--model", "micro", "--ignore-errors"},
        "maestro",
-       "",
-       serial_facts(0.25, 0.020, 0.0, "hold")},
+       "readback = true\nat_end = \"relax\"\n",
+       serial_facts(0.25, 0.020, 0.25, "relax", kServoFrame_s)},
       {"maestro_checked",
        {"maestro", "--crc", "--ignore-errors"},
        "maestro",
@@ -144,8 +149,7 @@ std::vector<StandKind> serial_stands() {
        {"ssc32", "--model", "ssc32", "--baud", "9600"},
        "minissc",
        "baud = 9600\n",
-       serial_facts(2000.0 / 254.0 + 1.0, 0.020, 0.0, "")}};
-  kinds.back().facts.skew_s = 15 * 10 / 9600.0;  // three bytes each for five servos, and no group
+       serial_facts(2000.0 / 254.0 + 1.0, 0.020, 0.0, "", kServoFrame_s)}};
   std::vector<StandKind> stands;
   for (const SerialDeviceKind& kind : kinds) {
     stands.push_back({kind.name, [kind](const ArmModel& arm, const std::string& directory) {
