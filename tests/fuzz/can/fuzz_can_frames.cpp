@@ -53,7 +53,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     now += std::chrono::milliseconds(data[2]);
     watch.take(frame, now);
     try {
-      watch.check(now, std::chrono::milliseconds(600));
+      watch.check(now, std::chrono::milliseconds(600), std::chrono::seconds(1));
       for (const DriveReport& drive : watch.drives()) {
         const bool works =
             !drive.has_process || state_of(drive.process.statusword) == DriveState::kOperationEnabled;
