@@ -29,9 +29,16 @@ std::uint64_t seed() {
 }
 
 std::size_t entries(const std::string& directory) {
-  std::size_t count = 0;
-  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(directory)) ++count;
-  return count;
+  const auto begin = fs::directory_iterator(directory);
+  return static_cast<std::size_t>(std::distance(begin, fs::directory_iterator()));
+}
+std::string files_in_words() {
+  std::string all;
+  for (const auto& entry : fs::directory_iterator("/proc/self/fd")) {
+    std::error_code gone;
+    all += entry.path().filename().string() + " " + fs::read_symlink(entry, gone).string() + ", ";
+  }
+  return all;
 }
 
 class Contract : public ::testing::TestWithParam<StandKind> {
@@ -261,6 +268,7 @@ TEST_P(Contract, SurvivesPulledPlugs) {
   const char* times = std::getenv("CORBOT_PLUGS");
   const int rounds = times != nullptr ? std::atoi(times) : 3;
   const std::size_t files = entries("/proc/self/fd");
+  const std::string files_before = files_in_words();
   const std::size_t threads = entries("/proc/self/task");
   for (int i = 0; i < rounds; ++i) {
     driver_->move(pose(i % 2 == 0 ? 1800.0 : 1200.0), 1.0);
@@ -282,8 +290,10 @@ TEST_P(Contract, SurvivesPulledPlugs) {
     ASSERT_TRUE(arrives()) << i << ": " << off();
     EXPECT_LE(worst_jump(stand_->outputs(), from, plugged_ns), 0.0) << i;
   }
-  EXPECT_EQ(entries("/proc/self/fd"), files);
-  EXPECT_EQ(entries("/proc/self/task"), threads);
+  // None is left of any round; on a busy machine the device may just be lost, and have one less.
+  EXPECT_TRUE(wait_until(within(10), [&] { return entries("/proc/self/fd") <= files; }))
+      << files_before << "\nnow " << files_in_words();
+  EXPECT_TRUE(wait_until(within(10), [&] { return entries("/proc/self/task") <= threads; }));
 }
 
 TEST_P(Contract, IsHaltedOnItsWayBackByAnEmergencyStop) {
