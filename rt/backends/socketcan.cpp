@@ -15,6 +15,7 @@ using namespace std::chrono_literals;
 
 constexpr int kHeartbeatsMissed = 3;
 constexpr int kLatePeriods = 3;
+constexpr int kSetUps = 3;
 /// So many periods' frames may wait for a bus that nobody acknowledges; later they would all go out at once.
 constexpr std::size_t kQueuedPeriods = 2;
 constexpr CanPort::Clock::duration kStartWithin = 2s;
@@ -136,6 +137,29 @@ std::string Cia402Drives::open() {
   is_synchronised_ = false;
   is_well_ = false;
   const std::string rate = choose_period();
+  std::string nodes = set_up();
+  // Who restarts meanwhile, as when all of them have just been switched on, has forgotten it.
+  for (int left = kSetUps - 1; const DriveReport* drive = restarted(); --left) {
+    if (left == 0) {
+      throw DeviceError(DeviceCause::kDeviceFault,
+                        settings_.interface + ": " + name_of(*drive) + " has restarted while it was set up");
+    }
+    nodes = set_up();
+  }
+  start();
+  enable();
+  is_well_ = true;
+  return "CiA 402 drives on " + settings_.interface + ": nodes " + nodes + "; " + rate;
+}
+
+const DriveReport* Cia402Drives::restarted() const {
+  const auto& drives = watch_.drives();
+  const auto found = std::find_if(drives.begin(), drives.end(),
+                                  [](const DriveReport& drive) { return drive.has_restarted; });
+  return found == drives.end() ? nullptr : &*found;
+}
+
+std::string Cia402Drives::set_up() {
   command(NmtCommand::kPreOperational);  // their PDOs are quiet while they are set up
   watch_masters(0);                      // and no heartbeat is sent
   std::string nodes;
@@ -154,10 +178,7 @@ std::string Cia402Drives::open() {
   }
   if (!last_name.empty()) nodes += " (" + last_name + ")";
   watch_masters(settings_.watch_ms);  // which begins with the first heartbeat
-  start();
-  enable();
-  is_well_ = true;
-  return "CiA 402 drives on " + settings_.interface + ": nodes " + nodes + "; " + rate;
+  return nodes;
 }
 
 void Cia402Drives::watch_masters(int watch_ms) {
@@ -193,11 +214,6 @@ void Cia402Drives::command(NmtCommand command) {
 }
 
 void Cia402Drives::start() {
-  for (const DriveReport& drive : watch_.drives()) {  // what was set up before is forgotten
-    if (!drive.has_restarted) continue;
-    throw DeviceError(DeviceCause::kDeviceFault,
-                      settings_.interface + ": " + name_of(drive) + " has restarted while it was set up");
-  }
   command(NmtCommand::kStart);
   const auto is_operational = [](const DriveReport& drive) { return drive.nmt == NmtState::kOperational; };
   const auto& drives = watch_.drives();

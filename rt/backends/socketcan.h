@@ -74,6 +74,10 @@ class Cia402Drives final : public BusDevice {
   static constexpr auto kSendWithin = std::chrono::milliseconds(100);
 
   [[nodiscard]] std::string choose_period();
+  /// Returns the nodes in words.
+  std::string set_up();
+  /// One that has restarted since its set-up began, or nullptr.
+  [[nodiscard]] const DriveReport* restarted() const;
   void command(NmtCommand command);
   void start();
   void enable();

@@ -56,7 +56,7 @@ TEST_F(RestartedDrives, AreKnownThoughTheirBootUpWasMissed) {
   expect_refused();
 }
 
-TEST_F(RestartedDrives, AreNotStartedWhenOneRestartsAfterItsSetUp) {
+TEST_F(RestartedDrives, AreSetUpAgainWhenOneRestartsAfterItsSetUp) {
   CanPort port;
   port.open(emulator_.bus(), {kSdoRequest + 2});
   emulator_.order("silent on 2");
@@ -66,7 +66,22 @@ TEST_F(RestartedDrives, AreNotStartedWhenOneRestartsAfterItsSetUp) {
     emulator_.order("reset 1");
     emulator_.order("silent off 2");
   });
+  open();
+  restarts.join();
+  EXPECT_TRUE(arrives());
+}
+
+TEST_F(RestartedDrives, AreNotStartedWhenOneRestartsAfterEverySetUp) {
+  CanPort port;
+  port.open(emulator_.bus(), {kSdoRequest + 2});
+  std::jthread restarts([&](const std::stop_token& end) {
+    while (!end.stop_requested()) {
+      if (port.read(CanPort::Clock::now() + std::chrono::milliseconds(10))) emulator_.order("reset 1");
+    }
+  });
   EXPECT_THAT(refused().what(), HasSubstr("node 1 has restarted while it was set up"));
+  restarts.request_stop();
+  restarts.join();
   while (const auto frame = port_.read(CanPort::Clock::time_point{})) {
     EXPECT_NE(frame->data[0], static_cast<int>(NmtCommand::kStart));
   }
