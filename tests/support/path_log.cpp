@@ -15,7 +15,7 @@ namespace corbot::test {
 namespace {
 
 constexpr double kServoFrame_s = 0.020;
-constexpr double kLatePeriods = 1.5;  // a gap as long is one
+constexpr double kLatePeriods = 3.0;  // behind by more is late
 
 using Point = std::array<double, 3>;
 
@@ -80,24 +80,46 @@ double acceleration(const std::vector<Snapshot>& path) {
   return worst;
 }
 
-/// How long a device has gone without an output of late. A rest is none.
-class Gaps {
+bool is_before(const Snapshot& snapshot, std::int64_t time_ns) { return snapshot.time_ns < time_ns; }
+
+/// How far the path was ahead of a device, lately: for how long nothing was put out while it went on, or by
+/// how much what was put out is behind it. A rest is neither.
+class Lateness {
  public:
-  double longest_s(std::int64_t now_ns) {
-    if (last_ns_ != 0) gaps_.emplace_back(now_ns, static_cast<double>(now_ns - last_ns_) * 1e-9);
+  explicit Lateness(const std::vector<Snapshot>& path) : path_(path) {}
+  double longest_s(std::int64_t now_ns, std::int64_t passed_ns) {
+    const double gap_s = last_ns_ != 0 ? moving_s(last_ns_, now_ns) : 0.0;
+    late_.emplace_back(now_ns, std::max(gap_s, moving_s(passed_ns, now_ns)));
     last_ns_ = now_ns;
-    while (!gaps_.empty() && now_ns - gaps_.front().first > kCaughtUp_ns) gaps_.pop_front();
+    const auto is_caught_up = [&](const auto& late) {
+      return static_cast<double>(now_ns - late.first) * 1e-9 > kCaughtUp_s + late.second;
+    };
+    while (!late_.empty() && is_caught_up(late_.front())) late_.pop_front();
     double longest_s = 0.0;
-    for (const auto& [end_ns, gap_s] : gaps_) longest_s = std::max(longest_s, std::min(gap_s, kLongestGap_s));
+    for (const auto& [time_ns, late_s] : late_) longest_s = std::max(longest_s, late_s);
     return longest_s;
   }
 
  private:
-  static constexpr std::int64_t kCaughtUp_ns = 50'000'000;
-  static constexpr double kLongestGap_s = 0.040;
+  static constexpr double kCaughtUp_s = 0.050;
+  static constexpr double kStill_m = 1e-8;
 
+  [[nodiscard]] double moving_s(std::int64_t from_ns, std::int64_t to_ns) const {
+    double sum_s = 0.0;
+    const auto end = std::lower_bound(path_.begin(), path_.end(), to_ns, is_before);
+    auto point = std::lower_bound(path_.begin(), path_.end(), from_ns, is_before);
+    if (point == path_.begin() && point != end) ++point;
+    for (; point != end; ++point) {
+      const Snapshot& before = *std::prev(point);
+      if (distance_m(point->tcp_m, before.tcp_m) < kStill_m) continue;
+      sum_s += static_cast<double>(point->time_ns - before.time_ns) * 1e-9;
+    }
+    return sum_s;
+  }
+
+  const std::vector<Snapshot>& path_;
   std::int64_t last_ns_{0};
-  std::deque<std::pair<std::int64_t, double>> gaps_;  ///< when each ended
+  std::deque<std::pair<std::int64_t, double>> late_;  ///< when, by how much
 };
 
 double joint_of(const ArmModel& arm, const DeviceFacts& facts, const Output& output) {
@@ -152,7 +174,7 @@ Following following(const ArmModel& arm, const std::vector<Snapshot>& path,
   const auto chord_m = [&](double time_s) { return acceleration_m * time_s * time_s / 8.0; };
   const double corner_m = facts.period_s > kServoFrame_s ? chord_m(facts.period_s) : 0.0;
   const double skew_m = speed(path) * facts.skew_s;
-  Gaps gaps;
+  Lateness lateness(path);
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     if (outputs[i].servo < arm.dof) {
       at[outputs[i].servo] = joint_of(arm, facts, outputs[i]);
@@ -161,24 +183,25 @@ Following following(const ArmModel& arm, const std::vector<Snapshot>& path,
     const bool is_last_of_instant = i + 1 == outputs.size() || outputs[i + 1].time_ns != outputs[i].time_ns;
     const std::int64_t now_ns = outputs[i].time_ns;
     if (!is_last_of_instant || std::count(known.begin(), known.end(), true) != arm.dof) continue;
-    const auto by_time = [](const Snapshot& snapshot, std::int64_t time_ns) {
-      return snapshot.time_ns < time_ns;
-    };
-    const auto first = std::lower_bound(path.begin(), path.end(), now_ns - window_ns, by_time);
-    const auto last = std::lower_bound(path.begin(), path.end(), now_ns, by_time);
+    const auto first = std::lower_bound(path.begin(), path.end(), now_ns - window_ns, is_before);
+    const auto last = std::lower_bound(path.begin(), path.end(), now_ns, is_before);
     if (first == last || first == path.begin()) continue;  // before the log began
     const Point tcp = forward(arm.geometry, at).position_m;
     double nearest_m = HUGE_VAL;
+    std::int64_t passed_ns = now_ns;
     for (auto point = first; point != last; ++point) {
-      nearest_m = std::min(nearest_m, distance_m(tcp, std::prev(point)->tcp_m, point->tcp_m));
+      const double distance = distance_m(tcp, std::prev(point)->tcp_m, point->tcp_m);
+      if (distance > nearest_m) continue;
+      nearest_m = distance;
+      passed_ns = point->time_ns;
     }
     ++result.outputs;
     const double allowed_m = quantisation_m(arm, facts, at) + corner_m + skew_m;
     result.deviation_m = std::max(result.deviation_m, nearest_m);
     result.quantisation_m = std::max(result.quantisation_m, allowed_m);
-    // After a gap it goes straight to where it should be.
-    const double gap_s = gaps.longest_s(now_ns);
-    const double late_m = gap_s > kLatePeriods * facts.period_s ? chord_m(gap_s) : 0.0;
+    // Who is late goes straight to where he should be.
+    const double late_s = lateness.longest_s(now_ns, passed_ns);
+    const double late_m = late_s > kLatePeriods * facts.period_s ? chord_m(late_s) : 0.0;
     result.beyond_m = std::max(result.beyond_m, nearest_m - allowed_m - late_m);
   }
   return result;
