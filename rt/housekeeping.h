@@ -4,7 +4,7 @@
 #include <atomic>
 
 #include "corbot/channel/segment.h"
-#include "rt/cycle.h"
+#include "rt/cycle/cycle.h"
 #include "rt/inputs/safety_lines.h"
 
 namespace corbot::rt {

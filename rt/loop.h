@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "corbot/channel/layout.h"
-#include "rt/cycle.h"
+#include "rt/cycle/cycle.h"
 
 namespace corbot::rt {
 

@@ -15,7 +15,7 @@
 #include "corbot/channel/fingerprint.h"
 #include "corbot/channel/segment.h"
 #include "rt/backends/registry.h"
-#include "rt/cycle.h"
+#include "rt/cycle/cycle.h"
 #include "rt/housekeeping.h"
 #include "rt/inputs/safety_lines.h"
 #include "rt/loop.h"

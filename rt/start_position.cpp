@@ -9,7 +9,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "rt/set_point_check.h"
+#include "rt/cycle/set_point_check.h"
 
 namespace corbot::rt {
 namespace {

@@ -7,7 +7,7 @@
 #include "config/profile.h"
 #include "corbot/backend/backend.h"
 #include "corbot/channel/layout.h"
-#include "rt/cycle.h"
+#include "rt/cycle/cycle.h"
 #include "state/position_store.h"
 
 namespace corbot::rt {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "rt/backends/registry.h"
-#include "rt/servo_map.h"
+#include "rt/cycle/servo_map.h"
 
 namespace corbot::cli {
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "contract/system_call_watch.h"
-#include "rt/servo_map.h"
+#include "rt/cycle/servo_map.h"
 #include "support/process.h"
 
 namespace corbot::test {

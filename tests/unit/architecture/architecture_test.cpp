@@ -57,14 +57,14 @@ class PlantedBreach : public ::testing::Test {
 };
 
 TEST_F(PlantedBreach, InTheCyclicPartIsFound) {
-  expect_breach("rt/cycle.cpp", "#include \"config/profile.h\"\n");
-  expect_breach("rt/cycle.cpp", "#include \"../src/planner/planner.h\"\n");
-  expect_breach("rt/governor.h", "// x\n  #  include <iostream>\n");
-  expect_breach("rt/servo_map.cpp", "#include <spdlog/spdlog.h>\n");
+  expect_breach("rt/cycle/cycle.cpp", "#include \"config/profile.h\"\n");
+  expect_breach("rt/cycle/cycle.cpp", "#include \"../src/planner/planner.h\"\n");
+  expect_breach("rt/cycle/governor.h", "// x\n  #  include <iostream>\n");
+  expect_breach("rt/cycle/servo_map.cpp", "#include <spdlog/spdlog.h>\n");
   expect_breach("rt/a_new_file.cpp", "#include <fstream>\n");
   expect_breach("rt/backends/ssc32.cpp", "#include \"robot/link.h\"\n");
-  expect_breach("rt/cycle.cpp", "#include <omniORB4/CORBA.h>\n");
-  expect_good("rt/cycle.cpp",
+  expect_breach("rt/cycle/cycle.cpp", "#include <omniORB4/CORBA.h>\n");
+  expect_good("rt/cycle/cycle.cpp",
               "#include \"rt/cycle.h\"\n#include \"corbot/channel/ring.h\"\n#include <cmath>\n");
   expect_good("rt/main.cpp", "#include \"config/profile.h\"\n#include <spdlog/spdlog.h>\n");
 }

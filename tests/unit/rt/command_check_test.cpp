@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/command_check.h"
+#include "rt/cycle/command_check.h"
 
 #include <gtest/gtest.h>
 

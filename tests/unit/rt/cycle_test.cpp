@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/cycle.h"
+#include "rt/cycle/cycle.h"
 
 #include <gtest/gtest.h>
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "rt/cycle/servo_map.h"
+#include "rt/cycle/set_point_check.h"
 #include "rt/rig.h"
-#include "rt/servo_map.h"
-#include "rt/set_point_check.h"
 #include "sim/servo_model.h"
 
 namespace corbot::test {

@@ -11,7 +11,7 @@
 #include "config/profile.h"
 #include "corbot/channel/layout.h"
 #include "planner/planner.h"
-#include "rt/cycle.h"
+#include "rt/cycle/cycle.h"
 #include "sim/loopback_backend.h"
 
 namespace corbot::test {

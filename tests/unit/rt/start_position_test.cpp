@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "rt/cycle/servo_map.h"
 #include "rt/rig.h"
-#include "rt/servo_map.h"
 
 namespace corbot::test {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/command_check.h"
+#include "rt/cycle/command_check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include "corbot/kinematics/kinematics.h"
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path.h"
-#include "rt/set_point_check.h"
+#include "rt/cycle/set_point_check.h"
 
 namespace corbot::rt {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/servo_map.h"
+#include "rt/cycle/servo_map.h"
 
 #include <algorithm>
 #include <cmath>

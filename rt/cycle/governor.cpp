@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/governor.h"
+#include "rt/cycle/governor.h"
 
 #include <algorithm>
 #include <cmath>

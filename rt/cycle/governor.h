@@ -5,7 +5,7 @@
 #include <cstddef>
 
 #include "corbot/arm/joints.h"
-#include "rt/law_segments.h"
+#include "rt/cycle/law_segments.h"
 
 namespace corbot::rt {
 

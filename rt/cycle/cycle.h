@@ -8,8 +8,8 @@
 #include "corbot/backend/emergency_stop.h"
 #include "corbot/channel/layout.h"
 #include "corbot/channel/ring_handles.h"
-#include "rt/governor.h"
-#include "rt/path_evaluation.h"
+#include "rt/cycle/governor.h"
+#include "rt/cycle/path_evaluation.h"
 
 namespace corbot::rt {
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/cycle.h"
+#include "rt/cycle/cycle.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "corbot/kinematics/kinematics.h"
-#include "rt/command_check.h"
-#include "rt/servo_map.h"
-#include "rt/set_point_check.h"
+#include "rt/cycle/command_check.h"
+#include "rt/cycle/servo_map.h"
+#include "rt/cycle/set_point_check.h"
 
 namespace corbot::rt {
 namespace {

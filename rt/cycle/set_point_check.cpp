@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/set_point_check.h"
+#include "rt/cycle/set_point_check.h"
 
 #include <cmath>
 

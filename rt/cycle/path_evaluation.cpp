@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/path_evaluation.h"
+#include "rt/cycle/path_evaluation.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/motion/command.h"
-#include "rt/governor.h"
+#include "rt/cycle/governor.h"
 
 namespace corbot::rt {
 

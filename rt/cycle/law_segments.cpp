@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/law_segments.h"
+#include "rt/cycle/law_segments.h"
 
 #include <cmath>
 
