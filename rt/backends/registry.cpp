@@ -8,14 +8,14 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "rt/backends/bus_backend.h"
-#include "rt/backends/gpiod.h"
-#include "rt/backends/maestro.h"
-#include "rt/backends/mini_ssc.h"
-#include "rt/backends/pca9685.h"
-#include "rt/backends/pwm_sysfs.h"
-#include "rt/backends/socketcan.h"
-#include "rt/backends/ssc32.h"
+#include "rt/backends/bus/bus_backend.h"
+#include "rt/backends/can/socketcan.h"
+#include "rt/backends/gpio/gpiod.h"
+#include "rt/backends/pwm/pca9685.h"
+#include "rt/backends/pwm/pwm_sysfs.h"
+#include "rt/backends/serial/maestro.h"
+#include "rt/backends/serial/mini_ssc.h"
+#include "rt/backends/serial/ssc32.h"
 #include "sim/loopback_backend.h"
 
 namespace corbot::rt {

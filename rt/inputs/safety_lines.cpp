@@ -9,7 +9,7 @@
 #include <cstring>
 #include <utility>
 
-#include "rt/backends/serial_port.h"
+#include "rt/backends/serial/serial_port.h"
 
 namespace corbot::rt {
 namespace {

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "corbot/backend/emergency_stop.h"
-#include "rt/gpio/gpio_lines.h"
+#include "rt/backends/gpio/gpio_lines.h"
 #include "rt/inputs/stop_logic.h"
 
 namespace corbot::rt {

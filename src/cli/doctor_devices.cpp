@@ -12,7 +12,7 @@
 
 #include "cli/doctor.h"
 #include "cli/state_file.h"
-#include "rt/gpio/gpio_lines.h"
+#include "rt/backends/gpio/gpio_lines.h"
 
 namespace corbot::cli {
 

@@ -7,9 +7,9 @@
 
 #include "contract/output_log.h"
 #include "contract/stand.h"
-#include "rt/backends/bus_backend.h"
-#include "rt/backends/gpiod.h"
-#include "rt/backends/pca9685.h"
+#include "rt/backends/bus/bus_backend.h"
+#include "rt/backends/gpio/gpiod.h"
+#include "rt/backends/pwm/pca9685.h"
 #include "support/chip_bus.h"
 #include "support/fake_gpio.h"
 #include "support/fake_pwm_chip.h"

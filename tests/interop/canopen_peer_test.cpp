@@ -5,8 +5,8 @@
 
 #include <filesystem>
 
-#include "rt/backends/bus_backend.h"
-#include "rt/backends/socketcan.h"
+#include "rt/backends/bus/bus_backend.h"
+#include "rt/backends/can/socketcan.h"
 #include "support/emulated_drives.h"
 
 namespace corbot::test {

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "rt/backends/i2c_bus.h"
-#include "rt/backends/serial_port.h"
+#include "rt/backends/pwm/i2c_bus.h"
+#include "rt/backends/serial/serial_port.h"
 #include "sim/pca9685_chip.h"
 
 namespace corbot::test {

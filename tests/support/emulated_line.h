@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "rt/backends/serial_port.h"
+#include "rt/backends/serial/serial_port.h"
 #include "sim/byte_line.h"
 #include "sim/serial_device.h"
 

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "rt/backends/serial_port.h"
-#include "rt/gpio/gpio_lines.h"
+#include "rt/backends/gpio/gpio_lines.h"
+#include "rt/backends/serial/serial_port.h"
 
 namespace corbot::test {
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "rt/backends/canopen_sdo.h"
-#include "rt/backends/cia402.h"
-#include "rt/backends/drive_watch.h"
+#include "rt/backends/can/canopen_sdo.h"
+#include "rt/backends/can/cia402.h"
+#include "rt/backends/can/drive_watch.h"
 
 namespace {
 

@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <vector>
 
-#include "rt/backends/maestro.h"
-#include "rt/backends/ssc32.h"
+#include "rt/backends/serial/maestro.h"
+#include "rt/backends/serial/ssc32.h"
 
 namespace {
 

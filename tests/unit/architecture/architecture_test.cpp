@@ -62,7 +62,7 @@ TEST_F(PlantedBreach, InTheCyclicPartIsFound) {
   expect_breach("rt/cycle/governor.h", "// x\n  #  include <iostream>\n");
   expect_breach("rt/cycle/servo_map.cpp", "#include <spdlog/spdlog.h>\n");
   expect_breach("rt/a_new_file.cpp", "#include <fstream>\n");
-  expect_breach("rt/backends/ssc32.cpp", "#include \"robot/link.h\"\n");
+  expect_breach("rt/backends/serial/ssc32.cpp", "#include \"robot/link.h\"\n");
   expect_breach("rt/cycle/cycle.cpp", "#include <omniORB4/CORBA.h>\n");
   expect_good("rt/cycle/cycle.cpp",
               "#include \"rt/cycle.h\"\n#include \"corbot/channel/ring.h\"\n#include <cmath>\n");

@@ -6,9 +6,9 @@
 #include <cstdlib>
 #include <random>
 
-#include "rt/backends/maestro.h"
-#include "rt/backends/mini_ssc.h"
-#include "rt/backends/ssc32.h"
+#include "rt/backends/serial/maestro.h"
+#include "rt/backends/serial/mini_ssc.h"
+#include "rt/backends/serial/ssc32.h"
 
 namespace corbot::rt {
 namespace {

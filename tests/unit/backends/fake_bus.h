@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "rt/backends/bus_backend.h"
+#include "rt/backends/bus/bus_backend.h"
 
 namespace corbot::rt {
 

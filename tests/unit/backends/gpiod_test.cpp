@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Servo pulses on GPIO lines: where the edges are planned, and where they come.
-#include "rt/backends/gpiod.h"
+#include "rt/backends/gpio/gpiod.h"
 
 #include <gmock/gmock.h>
 

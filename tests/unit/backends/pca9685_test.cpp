@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The PCA9685 backend against the rules of the chip.
-#include "rt/backends/pca9685.h"
+#include "rt/backends/pwm/pca9685.h"
 
 #include <gmock/gmock.h>
 

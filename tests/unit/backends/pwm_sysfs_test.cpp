@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernel PWM on a tree of files that behaves like sysfs: a thread plays the kernel.
-#include "rt/backends/pwm_sysfs.h"
+#include "rt/backends/pwm/pwm_sysfs.h"
 
 #include <gmock/gmock.h>
 #include <sys/inotify.h>

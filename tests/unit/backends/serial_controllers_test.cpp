@@ -3,8 +3,8 @@
 // in their own time.
 #include <gmock/gmock.h>
 
-#include "rt/backends/maestro.h"
-#include "rt/backends/ssc32.h"
+#include "rt/backends/serial/maestro.h"
+#include "rt/backends/serial/ssc32.h"
 #include "sim/maestro_device.h"
 #include "sim/ssc32_device.h"
 #include "support/emulated_line.h"

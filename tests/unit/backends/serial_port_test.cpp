@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The line itself: whose it is, and how it ends.
-#include "rt/backends/serial_port.h"
+#include "rt/backends/serial/serial_port.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

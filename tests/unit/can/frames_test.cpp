@@ -10,11 +10,11 @@
 #include <cstring>
 #include <random>
 
-#include "rt/backends/can_load.h"
-#include "rt/backends/canopen_sdo.h"
-#include "rt/backends/cia402.h"
-#include "rt/backends/drive_watch.h"
-#include "rt/backends/socketcan.h"
+#include "rt/backends/can/can_load.h"
+#include "rt/backends/can/canopen_sdo.h"
+#include "rt/backends/can/cia402.h"
+#include "rt/backends/can/drive_watch.h"
+#include "rt/backends/can/socketcan.h"
 
 namespace corbot::rt {
 namespace {

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "rig_devices/rig_device.h"
-#include "rt/backends/bus_backend.h"
-#include "rt/backends/gpiod.h"
-#include "rt/backends/serial_port.h"
+#include "rt/backends/bus/bus_backend.h"
+#include "rt/backends/gpio/gpiod.h"
+#include "rt/backends/serial/serial_port.h"
 #include "rt/inputs/safety_lines.h"
 
 namespace corbot::test {

@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "rig_devices/rig_device.h"
-#include "rt/backends/pca9685.h"
-#include "rt/backends/pwm_sysfs.h"
+#include "rt/backends/pwm/pca9685.h"
+#include "rt/backends/pwm/pwm_sysfs.h"
 
 namespace corbot::test {
 namespace {

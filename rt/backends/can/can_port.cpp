@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/backends/can/can_port.h"
+
+#include <fcntl.h>
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
+namespace corbot::rt {
+namespace {
+
+constexpr std::string_view kUnix = "unix:";
+/// What the kernel counts for one that waits to be sent.
+constexpr std::size_t kFrameMemory = 768;
+/// The kernel tells nobody when a transmit queue has room again: poll() says always.
+constexpr timespec kRetryFull{0, 100'000};
+
+int milliseconds_until(CanPort::Clock::time_point deadline) {
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - CanPort::Clock::now()).count();
+  return static_cast<int>(std::clamp<decltype(left)>(left, 0, 10'000));
+}
+
+}  // namespace
+
+void CanPort::fail(DeviceCause cause, const std::string& what) const {
+  throw DeviceError(cause, interface_ + ": " + what);
+}
+
+void CanPort::fail(int error) const {
+  switch (error) {
+    case ENETDOWN:
+      fail(DeviceCause::kBusDown, "the interface went down");
+    case ENODEV:
+    case ENXIO:
+      fail(DeviceCause::kBusDown, "the interface has gone: is the adapter's plug out?");
+    case EPIPE:
+    case ECONNRESET:
+      fail(DeviceCause::kBusDown, "the bus was cut");
+    default:
+      fail(DeviceCause::kBusDown, std::strerror(error));
+  }
+}
+
+void CanPort::open(const std::string& interface, const std::vector<canid_t>& identifiers) {
+  close();
+  interface_ = interface;
+  wanted_ = identifiers;
+  is_virtual_ = interface.starts_with(kUnix);
+  try {
+    if (is_virtual_) {
+      open_unix(interface.substr(kUnix.size()));
+    } else {
+      open_socket(identifiers);
+    }
+  } catch (const DeviceError&) {
+    close();
+    throw;
+  }
+}
+
+void CanPort::open_unix(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof(address.sun_path)) fail(DeviceCause::kNotThere, "the path is too long");
+  path.copy(address.sun_path, path.size());
+  fd_ = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (fd_ < 0) fail(DeviceCause::kNotThere, std::strerror(errno));
+  if (::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
+    fail(DeviceCause::kNotThere, std::strerror(errno));
+  }
+}
+
+void CanPort::open_socket(const std::vector<canid_t>& identifiers) {
+  fd_ = ::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
+  if (fd_ < 0) {
+    fail(DeviceCause::kNotThere, errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT
+                                     ? "this kernel has no SocketCAN (modprobe can-raw)"
+                                     : std::strerror(errno));
+  }
+  ifreq request{};
+  if (interface_.size() >= sizeof(request.ifr_name)) fail(DeviceCause::kNotThere, "no such interface");
+  interface_.copy(request.ifr_name, interface_.size());
+  if (::ioctl(fd_, SIOCGIFINDEX, &request) != 0) fail(DeviceCause::kNotThere, "no such interface");
+  const int index = request.ifr_ifindex;
+  if (::ioctl(fd_, SIOCGIFFLAGS, &request) != 0) fail(errno);
+  // Bound to an interface that is down, a socket would only fail later.
+  if ((request.ifr_flags & IFF_UP) == 0) {
+    fail(DeviceCause::kBusDown, "the interface is down (ip link set " + interface_ + " up)");
+  }
+  std::vector<can_filter> filters;
+  for (const canid_t id : identifiers) filters.push_back({id, CAN_EFF_FLAG | CAN_RTR_FLAG | CAN_SFF_MASK});
+  const can_err_mask_t errors =
+      CAN_ERR_TX_TIMEOUT | CAN_ERR_CRTL | CAN_ERR_ACK | CAN_ERR_BUSOFF | CAN_ERR_RESTARTED;
+  const int off = 0;
+  sockaddr_can address{};
+  address.can_family = AF_CAN;
+  address.can_ifindex = index;
+  const auto bytes = static_cast<socklen_t>(filters.size() * sizeof(can_filter));
+  if (::setsockopt(fd_, SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), bytes) != 0 ||
+      ::setsockopt(fd_, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof(errors)) != 0 ||
+      ::setsockopt(fd_, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, &off, sizeof(off)) != 0) {
+    fail(DeviceCause::kNotThere, std::strerror(errno));
+  }
+  if (::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
+    fail(DeviceCause::kNotThere, errno == ENODEV ? "is no CAN interface" : std::strerror(errno));
+  }
+}
+
+void CanPort::limit_queue(std::size_t frames) {
+  // The kernel doubles it, and counts the memory of a frame, not its bytes; its least is some six frames.
+  const int bytes = static_cast<int>(frames * kFrameMemory / 2);
+  if (::setsockopt(fd_, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof(bytes)) != 0) {
+    fail(DeviceCause::kNotThere, std::strerror(errno));
+  }
+}
+
+void CanPort::close() noexcept {
+  if (fd_ >= 0) ::close(std::exchange(fd_, -1));
+}
+
+void CanPort::write(const CanFrame& frame, Clock::time_point deadline) {
+  for (;;) {
+    const ssize_t n = ::send(fd_, &frame, sizeof(frame), MSG_NOSIGNAL);
+    if (n == static_cast<ssize_t>(sizeof(frame))) return;
+    const int error = n < 0 ? errno : EIO;
+    if (error != ENOBUFS && error != EAGAIN && error != EINTR) fail(error);
+    if (Clock::now() >= deadline) {
+      fail(DeviceCause::kWriteTimeout,
+           "takes no more frames: is a drive connected and powered, is the bus terminated?");
+    }
+    ::nanosleep(&kRetryFull, nullptr);
+  }
+}
+
+bool CanPort::is_wanted(const CanFrame& frame) const {
+  if (frame.can_dlc > CAN_MAX_DLEN) return false;
+  if (!is_virtual_) return true;
+  return std::find(wanted_.begin(), wanted_.end(), frame.can_id) != wanted_.end();
+}
+
+std::optional<CanFrame> CanPort::read(Clock::time_point deadline) {
+  for (;;) {
+    CanFrame frame{};
+    const ssize_t n = ::recv(fd_, &frame, sizeof(frame), 0);
+    if (n == static_cast<ssize_t>(sizeof(frame)) && is_wanted(frame)) return frame;
+    if (n == 0) fail(EPIPE);
+    if (n > 0) continue;  // not a frame, or nobody's here
+    if (errno == EINTR) continue;
+    if (errno != EAGAIN) fail(errno);
+    const int left_ms = milliseconds_until(deadline);
+    pollfd ready{fd_, POLLIN, 0};
+    if (::poll(&ready, 1, left_ms) == 0 && Clock::now() >= deadline) return std::nullopt;
+  }
+}
+
+}  // namespace corbot::rt

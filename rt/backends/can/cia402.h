@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// Frames and states of a drive after CiA 301 and CiA 402: pure functions.
+#pragma once
+
+#include <linux/can.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "rt/backends/can/can_port.h"
+
+namespace corbot::rt {
+
+// The predefined identifiers; those of a node have its number (1 to 127) added.
+inline constexpr canid_t kNmt = 0x000;
+inline constexpr canid_t kSync = 0x080;
+inline constexpr canid_t kEmergency = 0x080;
+inline constexpr canid_t kTpdo1 = 0x180;
+inline constexpr canid_t kRpdo1 = 0x200;
+inline constexpr canid_t kSdoAnswer = 0x580;
+inline constexpr canid_t kSdoRequest = 0x600;
+inline constexpr canid_t kHeartbeat = 0x700;
+
+enum class NmtCommand : std::uint8_t { kStart = 0x01, kStop = 0x02, kPreOperational = 0x80 };
+
+/// corbot's own node number, where drives await its heartbeat.
+inline constexpr std::uint8_t kMasterNode = 127;
+
+/// As a heartbeat tells it.
+enum class NmtState : std::uint8_t { kBootUp = 0, kStopped = 4, kOperational = 5, kPreOperational = 127 };
+
+/// CiA 402, 8.4: the drive's state, from its statusword (6041h).
+enum class DriveState {
+  kNotReadyToSwitchOn,
+  kSwitchOnDisabled,
+  kReadyToSwitchOn,
+  kSwitchedOn,
+  kOperationEnabled,
+  kQuickStopActive,
+  kFaultReactionActive,
+  kFault,
+  kUnknown,  ///< bits that no state has
+};
+
+inline constexpr std::uint16_t kDisableVoltage = 0x0000;
+inline constexpr std::uint16_t kShutDown = 0x0006;
+inline constexpr std::uint16_t kSwitchOn = 0x0007;
+inline constexpr std::uint16_t kEnableOperation = 0x000F;
+inline constexpr std::uint16_t kFaultReset = 0x0080;
+inline constexpr std::uint16_t kStatusWarning = 0x0080;
+inline constexpr std::uint16_t kStatusInternalLimit = 0x0800;
+
+/// The process data that a drive sends at each SYNC.
+struct DriveProcessData {
+  std::uint16_t statusword;
+  std::int32_t position;
+};
+
+/// CiA 301, 7.2.7.
+struct Emergency {
+  std::uint16_t code;
+  std::uint8_t error_register;
+};
+
+/// `bytes` (1 to 4) of the frame's data from `offset`; beyond the eighth: 0.
+[[nodiscard]] std::uint32_t little_endian(const CanFrame& frame, std::size_t offset,
+                                          std::size_t bytes) noexcept;
+
+[[nodiscard]] CanFrame nmt_frame(NmtCommand command, std::uint8_t node) noexcept;
+[[nodiscard]] CanFrame sync_frame() noexcept;
+/// corbot's: it is operational.
+[[nodiscard]] CanFrame master_heartbeat_frame() noexcept;
+/// Controlword (6040h) and target position (607Ah), in counts.
+[[nodiscard]] CanFrame rpdo_frame(std::uint8_t node, std::uint16_t controlword, std::int32_t target) noexcept;
+
+/// Nothing when the frame has another length.
+[[nodiscard]] std::optional<DriveProcessData> process_data_of(const CanFrame& frame) noexcept;
+[[nodiscard]] std::optional<Emergency> emergency_of(const CanFrame& frame) noexcept;
+/// The state; a toggle bit is ignored.
+[[nodiscard]] std::optional<NmtState> heartbeat_of(const CanFrame& frame) noexcept;
+
+[[nodiscard]] DriveState state_of(std::uint16_t statusword) noexcept;
+/// The next word on the way to 'operation enabled'. `last`: the one before; a fault is reset by an edge.
+[[nodiscard]] std::uint16_t controlword_towards_operation(DriveState state, std::uint16_t last) noexcept;
+[[nodiscard]] const char* in_words(DriveState state) noexcept;
+[[nodiscard]] const char* in_words(NmtState state) noexcept;
+
+/// Whether an emergency means that the drive cannot go on. Those of the communication, but a lost heartbeat,
+/// and those that the maker defines without a fault are warnings, as long as the statusword agrees.
+[[nodiscard]] bool is_fault(std::uint16_t emergency_code) noexcept;
+/// "EMCY 0x3210 (DC link over-voltage)": CiA 301, table 26, and CiA 402, table 'error codes'.
+[[nodiscard]] std::string emergency_in_words(std::uint16_t code);
+
+/// 60C2h: the interpolation time as value * 10^exponent seconds; nothing where no such pair is exact.
+struct InterpolationTime {
+  std::uint8_t value;
+  std::int8_t exponent;
+};
+[[nodiscard]] std::optional<InterpolationTime> interpolation_time(std::int64_t period_ns) noexcept;
+
+/// To counts, rounded and kept within what 32 bits hold; not a number: `otherwise`.
+[[nodiscard]] std::int32_t to_counts(double counts, std::int32_t otherwise) noexcept;
+
+}  // namespace corbot::rt

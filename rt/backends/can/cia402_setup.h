@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "rt/backends/can/sdo_client.h"
+
+namespace corbot::rt {
+
+struct DriveSetup {
+  std::uint8_t node;
+  std::int64_t period_ns;  ///< of SYNC; one that interpolation_time() knows
+  int heartbeat_ms;
+};
+
+struct DriveFound {
+  std::string name;  ///< "": none
+  bool was_set_up;   ///< by an earlier call, and has not restarted since
+};
+
+/// Makes a drive that is pre-operational follow RPDO1 and answer by TPDO1 at every SYNC, in cyclic
+/// synchronous position mode. Everything that is written is read again. Throws DeviceError.
+DriveFound set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& setup);
+
+/// 1016h: from the first of corbot's heartbeats on, the drive reacts when none comes for so long; 0: not any
+/// more. Throws DeviceError.
+void watch_master(CanPort& port, DriveWatch& watch, std::uint8_t node, int watch_ms);
+
+/// 603Fh, what a drive that is in fault says of it; 0 when it does not tell.
+[[nodiscard]] std::uint16_t read_error_code(CanPort& port, DriveWatch& watch, std::uint8_t node) noexcept;
+
+}  // namespace corbot::rt

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/backends/can/drive_watch.h"
+
+#include <linux/can/error.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace corbot::rt {
+namespace {
+
+constexpr std::uint8_t kNoNode = 0x7F;
+/// The interface tells when it could not send, not when it can again.
+constexpr auto kTxTimeoutStands = std::chrono::seconds(1);
+constexpr unsigned kPassive = CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE;
+
+std::string with_emergency(const DriveReport& drive) {
+  return drive.emergency == 0 ? "" : ": " + emergency_in_words(drive.emergency);
+}
+
+}  // namespace
+
+std::string name_of(const DriveReport& drive) { return "node " + std::to_string(drive.node); }
+
+DriveWatch::DriveWatch(const std::vector<std::uint8_t>& nodes) {
+  for (const std::uint8_t node : nodes) drives_.push_back({node});
+}
+
+void DriveWatch::clear(Time now) {
+  for (DriveReport& drive : drives_) {
+    drive = DriveReport{drive.node};
+    drive.heartbeat = drive.process_time = drive.awaited_since = now;
+  }
+  is_bus_off_ = is_error_passive_ = false;
+  tx_timeout_.reset();
+  nonsense_.clear();
+}
+
+void DriveWatch::settle_faults() {
+  for (DriveReport& drive : drives_) {
+    if (is_fault(drive.emergency)) drive.emergency = 0;
+  }
+  nonsense_.clear();
+}
+
+void DriveWatch::forgive(Time now) {
+  for (DriveReport& drive : drives_) drive.heartbeat = now;
+}
+
+void DriveWatch::expect_answers(Time now) {
+  for (DriveReport& drive : drives_) {
+    if (drive.is_fresh) drive.awaited_since = now;
+    drive.is_fresh = false;
+  }
+}
+
+bool DriveWatch::has_all_answers() const {
+  return std::all_of(drives_.begin(), drives_.end(), [](const DriveReport& drive) { return drive.is_fresh; });
+}
+
+void DriveWatch::take(const CanFrame& frame, Time now) {
+  if ((frame.can_id & CAN_ERR_FLAG) != 0) return take_error(frame, now);
+  if ((frame.can_id & (CAN_EFF_FLAG | CAN_RTR_FLAG)) != 0 || frame.can_dlc > CAN_MAX_DLEN) return;
+  const canid_t function = frame.can_id & ~canid_t{kNoNode};
+  const auto node = static_cast<std::uint8_t>(frame.can_id & kNoNode);
+  const auto found =
+      std::find_if(drives_.begin(), drives_.end(), [&](const DriveReport& d) { return d.node == node; });
+  if (found == drives_.end()) return;
+  DriveReport& drive = *found;
+  if (function == kTpdo1) {
+    take_process(drive, frame, now);
+  } else if (function == kHeartbeat) {
+    const auto state = heartbeat_of(frame);
+    if (!state) {
+      nonsense_ = name_of(drive) + " sends a heartbeat that makes no sense";
+      return;
+    }
+    drive.has_restarted |= *state == NmtState::kBootUp;
+    drive.has_heartbeat = true;
+    drive.nmt = *state;
+    drive.heartbeat = now;
+  } else if (function == kEmergency) {
+    if (const auto emergency = emergency_of(frame)) {
+      drive.emergency = emergency->code;
+    } else {
+      nonsense_ = name_of(drive) + " sends an emergency of a wrong length";
+    }
+  }
+}
+
+void DriveWatch::take_process(DriveReport& drive, const CanFrame& frame, Time now) {
+  const auto process = process_data_of(frame);
+  if (!process || state_of(process->statusword) == DriveState::kUnknown) {
+    nonsense_ = name_of(drive) + " sends process data that make no sense";
+    return;
+  }
+  drive.process = *process;
+  drive.has_process = true;
+  drive.is_fresh = true;
+  drive.process_time = now;
+}
+
+void DriveWatch::take_error(const CanFrame& frame, Time now) {
+  const unsigned controller = frame.can_dlc > 1 ? frame.data[1] : 0u;
+  is_bus_off_ |= (frame.can_id & CAN_ERR_BUSOFF) != 0;
+  if ((frame.can_id & CAN_ERR_TX_TIMEOUT) != 0) tx_timeout_ = now;
+  if ((frame.can_id & CAN_ERR_CRTL) != 0) {
+    if ((controller & kPassive) != 0) is_error_passive_ = true;
+    if ((controller & CAN_ERR_CRTL_ACTIVE) != 0) is_error_passive_ = false;
+  }
+  if ((frame.can_id & CAN_ERR_RESTARTED) == 0) return;
+  is_error_passive_ = false;
+  tx_timeout_.reset();
+}
+
+void DriveWatch::check_bus() const {
+  if (!is_bus_off_) return;
+  throw DeviceError(DeviceCause::kBusDown,
+                    "bus off: too many errors; look at wiring, termination and bit rate");
+}
+
+void DriveWatch::check(Time now, Duration heartbeat, Duration process) {
+  check_bus();
+  for (const DriveReport& drive : drives_) {
+    if (drive.has_restarted) {
+      throw DeviceError(
+          DeviceCause::kDeviceFault,
+          name_of(drive) + " has restarted: did its power fail? It is used again if it counts as before");
+    }
+    // What the drive says of itself comes first: one with a fault may fall silent after it.
+    const DriveState state = state_of(drive.process.statusword);
+    if ((drive.has_process && state != DriveState::kOperationEnabled) || is_fault(drive.emergency)) {
+      throw DeviceError(DeviceCause::kDeviceFault, name_of(drive) + ", now '" + in_words(state) +
+                                                       "', has a fault" + with_emergency(drive));
+    }
+    if (drive.has_heartbeat && drive.nmt != NmtState::kOperational) {
+      throw DeviceError(DeviceCause::kDeviceFault, name_of(drive) + " has become " + in_words(drive.nmt));
+    }
+    if (now - drive.heartbeat > heartbeat) {
+      throw DeviceError(DeviceCause::kHeartbeatLost,
+                        name_of(drive) + ": no heartbeat: is it powered, is the cable whole?");
+    }
+    if (!drive.is_fresh && now - drive.awaited_since > process) {
+      throw DeviceError(DeviceCause::kHeartbeatLost, name_of(drive) + " sends no process data any more");
+    }
+  }
+  if (nonsense_.empty()) return;
+  throw DeviceError(DeviceCause::kBadAnswer, std::exchange(nonsense_, {}));
+}
+
+std::optional<DeviceError> DriveWatch::warning(Time now, Duration stale) const {
+  if (is_error_passive_) {
+    return DeviceError(DeviceCause::kBadAnswer,
+                       "the bus has many errors (error passive): look at wiring and termination");
+  }
+  if (tx_timeout_ && now - *tx_timeout_ < kTxTimeoutStands)
+    return DeviceError(DeviceCause::kWriteTimeout, "the interface could not send in time");
+  for (const DriveReport& drive : drives_) {
+    if (drive.emergency != 0) {
+      return DeviceError(DeviceCause::kDeviceFault, name_of(drive) + with_emergency(drive));
+    }
+    if (drive.has_process && (drive.process.statusword & kStatusWarning) != 0) {
+      return DeviceError(DeviceCause::kDeviceFault, name_of(drive) + " warns (statusword bit 7)");
+    }
+    if (drive.has_process && (drive.process.statusword & kStatusInternalLimit) != 0) {
+      return DeviceError(DeviceCause::kDeviceFault, name_of(drive) + " is at a limit of its own");
+    }
+    if (!drive.is_fresh && now - drive.awaited_since > stale) {
+      return DeviceError(DeviceCause::kNoAnswer, name_of(drive) + " sends no process data");
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace corbot::rt

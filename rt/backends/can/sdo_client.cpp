@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/backends/can/sdo_client.h"
+
+#include <algorithm>
+
+namespace corbot::rt {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = CanPort::Clock;
+using Step = SdoTransfer::Step;
+
+constexpr auto kAnswerWithin = 500ms;
+constexpr auto kTransferWithin = 2s;  // with all its segments and tries
+constexpr auto kSendWithin = 50ms;
+constexpr int kMostWaiting = 4096;  // frames, on a bus that never rests
+constexpr int kTries = 2;           // a node that is busy may miss a request
+
+bool is_not_there(const SdoTransfer& transfer) {
+  return transfer.abort_code() == SdoTransfer::kNoObject || transfer.abort_code() == SdoTransfer::kNoSubIndex;
+}
+
+}  // namespace
+
+void SdoClient::fail(DeviceCause cause, const std::string& what) const {
+  throw DeviceError(cause, port_.interface() + ": node " + std::to_string(node_) + ": " + what);
+}
+
+void SdoClient::fail_aborted(const SdoTransfer& transfer, const char* doing) const {
+  fail(DeviceCause::kBadAnswer,
+       doing + (" " + in_words(transfer.object())) + ": " + abort_in_words(transfer.abort_code()));
+}
+
+bool SdoClient::run(SdoTransfer& transfer) {
+  const SdoTransfer unbegun = transfer;
+  const auto end = Clock::now() + kTransferWithin;
+  for (int tried = 1;; ++tried) {
+    // What is there before the request does not answer it: a late answer to an earlier one.
+    for (int i = 0; i < kMostWaiting; ++i) {
+      const auto frame = port_.read(Clock::time_point{});
+      if (!frame) break;
+      watch_.take(*frame, Clock::now());
+    }
+    port_.write(transfer.request(), Clock::now() + kSendWithin);
+    auto deadline = Clock::now() + kAnswerWithin;
+    while (const auto frame = port_.read(deadline)) {
+      watch_.take(*frame, Clock::now());
+      const Step step = transfer.take(*frame);
+      if (step == Step::kDone) return true;
+      if (step == Step::kAborted) return false;
+      if (step == Step::kIgnored) continue;
+      port_.write(transfer.request(), Clock::now() + kSendWithin);
+      deadline = std::min(Clock::now() + kAnswerWithin, end);
+      if (step == Step::kProtocol) {
+        fail(DeviceCause::kBadAnswer, "its answer about " + in_words(transfer.object()) +
+                                          " makes no sense: " + abort_in_words(transfer.abort_code()));
+      }
+    }
+    watch_.check_bus();
+    transfer.abort(SdoTransfer::kTimedOut);
+    port_.write(transfer.request(), Clock::now() + kSendWithin);
+    if (Clock::now() >= end) {
+      fail(DeviceCause::kNoAnswer, "takes too long about " + in_words(transfer.object()));
+    }
+    if (tried == kTries) {
+      fail(DeviceCause::kNoAnswer, "does not answer: is it powered, are its number and the bit rate right?");
+    }
+    transfer = unbegun;
+  }
+}
+
+std::uint32_t SdoClient::number_of(const SdoTransfer& transfer) const {
+  const auto& data = transfer.data();
+  if (data.empty() || data.size() > 4) {
+    fail(DeviceCause::kBadAnswer,
+         in_words(transfer.object()) + " has " + std::to_string(data.size()) + " bytes");
+  }
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < data.size(); ++i) value |= static_cast<std::uint32_t>(data[i]) << (8 * i);
+  return value;
+}
+
+std::uint32_t SdoClient::read(ObjectAddress object) {
+  SdoTransfer transfer = SdoTransfer::upload(node_, object);
+  if (!run(transfer)) fail_aborted(transfer, "reading");
+  return number_of(transfer);
+}
+
+std::optional<std::uint32_t> SdoClient::read_if_there(ObjectAddress object) {
+  SdoTransfer transfer = SdoTransfer::upload(node_, object);
+  if (run(transfer)) return number_of(transfer);
+  if (!is_not_there(transfer)) fail_aborted(transfer, "reading");
+  return std::nullopt;
+}
+
+std::string SdoClient::read_text(ObjectAddress object) {
+  SdoTransfer transfer = SdoTransfer::upload(node_, object);
+  if (!run(transfer)) {
+    if (!is_not_there(transfer)) fail_aborted(transfer, "reading");
+    return "";
+  }
+  constexpr std::size_t kLongest = 80;
+  std::string text;
+  for (const std::uint8_t byte : transfer.data()) {
+    if (byte == 0 || text.size() == kLongest) break;
+    text += byte >= 0x20 && byte < 0x7F ? static_cast<char>(byte) : '?';
+  }
+  return text;
+}
+
+void SdoClient::write(ObjectAddress object, std::uint32_t value, std::size_t bytes) {
+  SdoTransfer transfer = SdoTransfer::download(node_, object, value, bytes);
+  if (!run(transfer)) fail_aborted(transfer, "writing");
+}
+
+void SdoClient::write_checked(ObjectAddress object, std::uint32_t value, std::size_t bytes,
+                              std::uint32_t mask) {
+  write(object, value, bytes);
+  const auto kept = static_cast<std::uint32_t>(bytes >= 4 ? mask : mask & ((1u << (8 * bytes)) - 1));
+  const std::uint32_t found = read(object);
+  if ((found & kept) == (value & kept)) return;
+  fail(DeviceCause::kBadAnswer, in_words(object) + " was set to " + hex(value, static_cast<int>(2 * bytes)) +
+                                    " but is " + hex(found, static_cast<int>(2 * bytes)));
+}
+
+}  // namespace corbot::rt

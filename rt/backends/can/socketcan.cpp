@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/backends/can/socketcan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "rt/backends/can/can_load.h"
+#include "rt/backends/can/cia402_setup.h"
+
+namespace corbot::rt {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kHeartbeatsMissed = 3;
+constexpr int kLatePeriods = 3;
+constexpr int kSetUps = 3;
+/// So many periods' frames may wait for a bus that nobody acknowledges; later they would all go out at once.
+constexpr std::size_t kQueuedPeriods = 2;
+constexpr CanPort::Clock::duration kStartWithin = 2s;
+/// A drive that sends no process data so long has them reported as missing.
+constexpr auto kStale = 50ms;
+constexpr int kStalePeriods = 5;
+/// So many times as long, and it is lost, though its heartbeat goes on: its statusword is old as well.
+constexpr int kLostAfterStale = 20;
+
+std::vector<std::uint8_t> nodes_of(const Cia402Settings& settings) {
+  std::vector<std::uint8_t> nodes;
+  for (const JointDrive& joint : settings.joints) nodes.push_back(joint.node);
+  if (settings.gripper) nodes.push_back(settings.gripper->node);
+  return nodes;
+}
+
+std::vector<canid_t> identifiers_of(const std::vector<DriveReport>& drives) {
+  std::vector<canid_t> identifiers;
+  for (const DriveReport& drive : drives) {
+    for (const canid_t base : {kEmergency, kTpdo1, kSdoAnswer, kHeartbeat}) {
+      identifiers.push_back(base + drive.node);
+    }
+  }
+  return identifiers;
+}
+
+std::string rate_in_words(std::int64_t bits_per_s) {
+  return std::to_string((bits_per_s + 999) / 1000) + " kbit/s";
+}
+
+}  // namespace
+
+Cia402Drives::Cia402Drives(Cia402Settings settings)
+    : settings_(std::move(settings)),
+      watch_(nodes_of(settings_)),
+      period_ns_(settings_.loop_ns),
+      served_at_(watch_.drives().size()),
+      has_restarted_(watch_.drives().size(), false) {}
+
+CanPort::Clock::duration Cia402Drives::heartbeat_limit() const {
+  return kHeartbeatsMissed * std::chrono::milliseconds(settings_.heartbeat_ms);
+}
+
+CanPort::Clock::duration Cia402Drives::stale_limit() const {
+  return std::max<Clock::duration>(kStale, kStalePeriods * cycle());
+}
+
+void Cia402Drives::listen(Clock::time_point deadline, const std::function<bool()>& is_enough) {
+  // Who has not listened for long, as in every cycle, has heard no heartbeat, whoever sent some.
+  const auto begin = Clock::now();
+  const Clock::duration heartbeat = std::chrono::milliseconds(settings_.heartbeat_ms);
+  if (begin - last_listened_ > std::max(heartbeat, kLatePeriods * cycle())) watch_.forgive(begin);
+  while (!is_enough()) {
+    const auto frame = port_.read(deadline);
+    if (!frame) break;
+    watch_.take(*frame, Clock::now());
+  }
+  last_listened_ = Clock::now();
+}
+
+void Cia402Drives::examine() {
+  try {
+    for (const DriveReport& drive : watch_.drives()) {
+      if (drive.emergency != 0 || state_of(drive.process.statusword) != DriveState::kFault) continue;
+      CanFrame told{};  // as an emergency would have
+      const std::uint16_t code = read_error_code(port_, watch_, drive.node);
+      told.can_id = kEmergency + drive.node;
+      told.can_dlc = CAN_MAX_DLEN;
+      told.data[0] = static_cast<std::uint8_t>(code);
+      told.data[1] = static_cast<std::uint8_t>(code >> 8);
+      watch_.take(told, Clock::now());
+    }
+    watch_.check(Clock::now(), heartbeat_limit(), kLostAfterStale * stale_limit());
+  } catch (const DeviceError& error) {
+    throw DeviceError(error.cause(), settings_.interface + ": " + error.what());
+  }
+  const auto& drives = watch_.drives();
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    if (drives[i].has_process) served_at_[i] = drives[i].process.position;
+  }
+}
+
+std::string Cia402Drives::choose_period() {
+  const std::size_t drives = watch_.drives().size();
+  const std::uint32_t bit_rate =
+      settings_.bit_rate != 0 ? settings_.bit_rate : bit_rate_of(settings_.interface).value_or(0);
+  const auto period_ns = sync_period_ns(drives, settings_.loop_ns, bit_rate);
+  if (!period_ns) {
+    throw DeviceError(DeviceCause::kNotThere,
+                      settings_.interface + ": " + rate_in_words(bit_rate) + " cannot carry " +
+                          std::to_string(drives) + " drives even at 10 frames a second, which need " +
+                          rate_in_words(needed_bit_rate(drives, kLongestSyncPeriod_ns)));
+  }
+  period_ns_ = *period_ns;
+  if (settings_.watch_ms > 0 && beat_period() < cycle()) {
+    throw DeviceError(DeviceCause::kNotThere, settings_.interface +
+                                                  ": watch_ms = " + std::to_string(settings_.watch_ms) +
+                                                  " is too short for a bus that carries a frame every " +
+                                                  std::to_string(period_ns_ / 1'000'000) + " ms");
+  }
+  const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
+  std::string text = std::to_string(tenths_hz / 10) + "." + std::to_string(tenths_hz % 10) +
+                     " frames a second, which need " + rate_in_words(needed_bit_rate(drives, period_ns_)) +
+                     (bit_rate == 0 ? "; the bit rate is not known" : " of " + rate_in_words(bit_rate));
+  if (period_ns_ > settings_.loop_ns) {
+    text += "; the loop's " + std::to_string(1'000'000'000 / settings_.loop_ns) + " would need " +
+            rate_in_words(needed_bit_rate(drives, settings_.loop_ns));
+  }
+  return text;
+}
+
+std::string Cia402Drives::open() {
+  port_.open(settings_.interface, identifiers_of(watch_.drives()));
+  port_.limit_queue(kQueuedPeriods * (watch_.drives().size() + 1));
+  last_listened_ = Clock::now();
+  note_restarts();
+  watch_.clear(last_listened_);
+  last_targets_.clear();
+  is_synchronised_ = false;
+  is_well_ = false;
+  const std::string rate = choose_period();
+  std::string nodes = set_up();
+  // Who restarts meanwhile, as when all of them have just been switched on, has forgotten it.
+  for (int left = kSetUps - 1; const DriveReport* drive = restarted(); --left) {
+    if (left == 0) {
+      throw DeviceError(DeviceCause::kDeviceFault,
+                        settings_.interface + ": " + name_of(*drive) + " has restarted while it was set up");
+    }
+    nodes = set_up();
+  }
+  start();
+  enable();
+  is_well_ = true;
+  return "CiA 402 drives on " + settings_.interface + ": nodes " + nodes + "; " + rate;
+}
+
+const DriveReport* Cia402Drives::restarted() const {
+  const auto& drives = watch_.drives();
+  const auto found = std::find_if(drives.begin(), drives.end(),
+                                  [](const DriveReport& drive) { return drive.has_restarted; });
+  return found == drives.end() ? nullptr : &*found;
+}
+
+std::string Cia402Drives::set_up() {
+  command(NmtCommand::kPreOperational);  // their PDOs are quiet while they are set up
+  watch_masters(0);                      // and no heartbeat is sent
+  std::string nodes;
+  std::string last_name;
+  for (std::size_t i = 0; i < has_restarted_.size(); ++i) {
+    const DriveReport& drive = watch_.drives()[i];
+    note_restarts();
+    watch_.settle_restart(i);
+    const auto [name, was_set_up] =
+        set_up_drive(port_, watch_, {drive.node, period_ns_, settings_.heartbeat_ms});
+    if (!was_set_up) has_restarted_[i] = true;
+    // A row of the same drives is named once, at its end.
+    if (!nodes.empty()) nodes += (name == last_name || last_name.empty() ? ", " : " (" + last_name + "), ");
+    nodes += std::to_string(drive.node);
+    last_name = name;
+  }
+  if (!last_name.empty()) nodes += " (" + last_name + ")";
+  watch_masters(settings_.watch_ms);  // which begins with the first heartbeat
+  return nodes;
+}
+
+void Cia402Drives::watch_masters(int watch_ms) {
+  if (settings_.watch_ms == 0) return;
+  for (const DriveReport& drive : watch_.drives()) watch_master(port_, watch_, drive.node, watch_ms);
+}
+
+void Cia402Drives::beat() {
+  const auto now = Clock::now();
+  if (settings_.watch_ms == 0 || now - last_beat_ + cycle() / 2 < beat_period()) return;
+  port_.write(master_heartbeat_frame(), now + kSendWithin);
+  last_beat_ = now;
+}
+
+void Cia402Drives::close() noexcept {
+  // At a proper end they go on as they are; when something is the matter they react, unless it is mended
+  // soon.
+  if (is_well_ && port_.is_open()) {
+    is_well_ = false;
+    try {
+      watch_masters(0);
+    } catch (const DeviceError&) {
+      // Then they react.
+    }
+  }
+  port_.close();
+}
+
+void Cia402Drives::command(NmtCommand command) {
+  for (const DriveReport& drive : watch_.drives()) {
+    port_.write(nmt_frame(command, drive.node), Clock::now() + kSendWithin);
+  }
+}
+
+void Cia402Drives::start() {
+  command(NmtCommand::kStart);
+  const auto is_operational = [](const DriveReport& drive) { return drive.nmt == NmtState::kOperational; };
+  const auto& drives = watch_.drives();
+  // Its heartbeat tells that it has become operational.
+  const Clock::duration two_heartbeats = 2 * std::chrono::milliseconds(settings_.heartbeat_ms);
+  listen(Clock::now() + std::max(kStartWithin, two_heartbeats),
+         [&] { return std::all_of(drives.begin(), drives.end(), is_operational); });
+  watch_.check_bus();
+  const auto late = std::find_if_not(drives.begin(), drives.end(), is_operational);
+  if (late == drives.end()) return;
+  throw DeviceError(DeviceCause::kNoAnswer, settings_.interface + ": " + name_of(*late) +
+                                                " does not become operational, it is " + in_words(late->nmt));
+}
+
+void Cia402Drives::synchronise(const std::vector<std::uint16_t>& controlwords,
+                               const std::vector<std::int32_t>& targets) {
+  const auto deadline = Clock::now() + std::max<Clock::duration>(kSendWithin, cycle());
+  const auto& drives = watch_.drives();
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    port_.write(rpdo_frame(drives[i].node, controlwords[i], targets[i]), deadline);
+  }
+  watch_.expect_answers(Clock::now());
+  port_.write(sync_frame(), deadline);
+  is_synchronised_ = true;
+}
+
+std::vector<std::int32_t> Cia402Drives::targets(const ServoFrame& frame) const {
+  const auto last = [&](std::size_t i) { return i < last_targets_.size() ? last_targets_[i] : 0; };
+  std::vector<std::int32_t> counts;
+  for (const JointDrive& joint : settings_.joints) {
+    const std::size_t i = counts.size();
+    counts.push_back(to_counts(
+        joint.zero_count + joint.direction * joint.counts_per_rad * frame.position_rad[i], last(i)));
+  }
+  if (settings_.gripper) {
+    const GripperModel& model = settings_.gripper_model;
+    const std::size_t i = counts.size();
+    const double opening = (frame.pulse_us[i] - model.closed_us) / (model.open_us - model.closed_us);
+    const double travel = settings_.gripper->open_count - settings_.gripper->closed_count;
+    counts.push_back(to_counts(settings_.gripper->closed_count + travel * opening, last(i)));
+  }
+  return counts;
+}
+
+BusReading Cia402Drives::reading_of(const std::vector<std::int32_t>& positions) const {
+  BusReading reading{BusReading::Unit::kJoints, {}, {}};
+  for (std::size_t i = 0; i < std::min(settings_.joints.size(), positions.size()); ++i) {
+    const JointDrive& joint = settings_.joints[i];
+    reading.value[i] = (positions[i] - joint.zero_count) / (joint.direction * joint.counts_per_rad);
+  }
+  if (settings_.gripper && positions.size() > settings_.joints.size()) {
+    const GripperModel& model = settings_.gripper_model;
+    const double travel = settings_.gripper->open_count - settings_.gripper->closed_count;
+    const double opening = (positions[settings_.joints.size()] - settings_.gripper->closed_count) / travel;
+    reading.gripper_us = model.closed_us + (model.open_us - model.closed_us) * opening;
+  }
+  return reading;
+}
+
+void Cia402Drives::send(const ServoFrame& frame, bool) {
+  is_well_ = false;
+  listen(Clock::now(), [] { return false; });
+  examine();
+  last_targets_ = targets(frame);
+  beat();
+  synchronise(std::vector<std::uint16_t>(last_targets_.size(), kEnableOperation), last_targets_);
+  is_well_ = true;
+}
+
+BusReading Cia402Drives::measure(const ServoFrame&) {
+  is_well_ = false;
+  if (!is_synchronised_) {  // who is asked between two cycles answers as well
+    watch_.expect_answers(Clock::now());
+    port_.write(sync_frame(), Clock::now() + kSendWithin);
+  }
+  listen(Clock::now() + cycle() / 2, [this] { return watch_.has_all_answers(); });
+  is_synchronised_ = false;
+  examine();
+  is_well_ = true;
+  const auto now = Clock::now();
+  std::vector<std::int32_t> positions;
+  for (const DriveReport& drive : watch_.drives()) {
+    if (now - drive.process_time > stale_limit()) return {};
+    positions.push_back(drive.process.position);
+  }
+  return reading_of(positions);
+}
+
+std::optional<DeviceError> Cia402Drives::warning() {
+  auto warning = watch_.warning(Clock::now(), stale_limit());
+  if (!warning) return warning;
+  return DeviceError(warning->cause(), settings_.interface + ": " + warning->what());
+}
+
+void Cia402Drives::relax() {
+  const std::size_t count = watch_.drives().size();
+  if (last_targets_.size() != count) return;
+  synchronise(std::vector<std::uint16_t>(count, kDisableVoltage), last_targets_);
+  listen(Clock::now() + std::max<Clock::duration>(kSendWithin, cycle()),
+         [this] { return watch_.has_all_answers(); });
+  command(NmtCommand::kPreOperational);
+}
+
+}  // namespace corbot::rt

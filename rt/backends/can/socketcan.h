@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "corbot/arm/arm_model.h"
+#include "rt/backends/bus/bus_device.h"
+#include "rt/backends/can/can_port.h"
+#include "rt/backends/can/drive_watch.h"
+
+namespace corbot::rt {
+
+/// A joint's drive: count = zero_count + direction * counts_per_rad * angle.
+struct JointDrive {
+  std::uint8_t node;
+  double counts_per_rad;
+  double zero_count;
+  double direction;  ///< +1 or -1
+};
+
+/// The gripper's drive, where it has one: from closed to open as the pulse goes.
+struct GripperDrive {
+  std::uint8_t node;
+  double closed_count;
+  double open_count;
+};
+
+struct Cia402Settings {
+  std::string interface;
+  std::uint32_t bit_rate{0};  ///< 0: ask the interface
+  int heartbeat_ms{200};      ///< that the drives send; one is lost after three times as much
+  int watch_ms{0};            ///< a drive reacts when corbot is silent for so long; 0: it is not asked to
+  std::int64_t loop_ns{1'000'000};
+  std::vector<JointDrive> joints;  ///< in the order of the joints
+  std::optional<GripperDrive> gripper;
+  GripperModel gripper_model{};
+};
+
+/// Drives on a CAN bus after CiA 402, in cyclic synchronous position mode: a drive a joint, and the gripper's
+/// where there is one. Each cycle sends controlword and target position to every drive, then SYNC, at which
+/// they take them and answer with statusword and position.
+class Cia402Drives final : public BusDevice {
+ public:
+  explicit Cia402Drives(Cia402Settings settings);
+
+  /// Drives that it has enabled are disabled again when it throws; those that held before go on holding.
+  std::string open() override;
+  void close() noexcept override;
+  [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
+  /// Half a loop's period after the cycle: its frame is there, and the next one is far.
+  [[nodiscard]] std::optional<std::int64_t> phase_ns() const noexcept override {
+    return settings_.loop_ns / 2;
+  }
+  /// What is too far for one SYNC is a following error.
+  [[nodiscard]] std::int64_t longest_gap_ns() const noexcept override { return 0; }
+  [[nodiscard]] bool energises_at_open() const noexcept override { return true; }
+  void send(const ServoFrame& frame, bool approach) override;
+  BusReading measure(const ServoFrame& frame) override;
+  [[nodiscard]] std::optional<DeviceError> warning() override;
+  /// Voltage off, and the drives pre-operational.
+  void relax() override;
+
+  /// Target positions of a frame, in counts, joints first.
+  [[nodiscard]] std::vector<std::int32_t> targets(const ServoFrame& frame) const;
+  /// Angles and the gripper's pulse at these positions.
+  [[nodiscard]] BusReading reading_of(const std::vector<std::int32_t>& positions) const;
+
+ private:
+  using Clock = CanPort::Clock;
+
+  static constexpr auto kSendWithin = std::chrono::milliseconds(100);
+
+  [[nodiscard]] std::string choose_period();
+  /// Returns the nodes in words.
+  std::string set_up();
+  /// One that has restarted since its set-up began, or nullptr.
+  [[nodiscard]] const DriveReport* restarted() const;
+  void command(NmtCommand command);
+  void start();
+  void enable();
+  void enable_all();
+  /// Takes the voltage from those that were not enabled before.
+  void disable(const std::vector<bool>& was_enabled) noexcept;
+  void watch_masters(int watch_ms);
+  void beat();
+  void note_restarts();
+  void check_answered(const DriveReport& drive) const;
+  /// Throws when a drive that has restarted counts otherwise than before.
+  void check_counts() const;
+  /// RPDOs to all, then SYNC.
+  void synchronise(const std::vector<std::uint16_t>& controlwords, const std::vector<std::int32_t>& targets);
+  /// Takes what has come in, and what comes until the deadline; ends early when `is_enough`.
+  void listen(Clock::time_point deadline, const std::function<bool()>& is_enough);
+  /// Throws for what the drives or the bus report.
+  void examine();
+  [[nodiscard]] Clock::duration heartbeat_limit() const;
+  /// From what age on process data are reported as missing.
+  [[nodiscard]] Clock::duration stale_limit() const;
+  [[nodiscard]] Clock::duration beat_period() const {
+    return std::chrono::milliseconds(settings_.watch_ms) / 3;
+  }
+  [[nodiscard]] Clock::duration cycle() const { return std::chrono::nanoseconds(period_ns_); }
+
+  const Cia402Settings settings_;
+  CanPort port_;
+  DriveWatch watch_;
+  std::int64_t period_ns_;
+  Clock::time_point last_listened_{};
+  Clock::time_point last_beat_{};
+  bool is_well_{false};  ///< the last exchange was
+  std::vector<std::int32_t> last_targets_;
+  std::vector<std::optional<std::int32_t>> served_at_;  ///< where a drive stood when it was last served
+  std::vector<bool> has_restarted_;                     ///< since then
+  bool is_synchronised_{false};                         ///< answers to the last SYNC may still come
+};
+
+}  // namespace corbot::rt

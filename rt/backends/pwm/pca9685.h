@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "rt/backends/bus/bus_device.h"
+#include "rt/backends/pwm/i2c_bus.h"
+
+namespace corbot::rt {
+
+struct Pca9685Settings {
+  double oscillator_hz{25e6};  ///< the internal one is true to some percent; measure a pulse, correct this
+  double frame_hz{50.0};       ///< wanted; what the prescaler makes of it is used
+};
+
+/// PCA9685: sixteen 12-bit PWM outputs on I2C. Facts: the maker's data sheet. Pulses go on without the
+/// program, so a chip that comes back is asked what it sends, and led from there.
+class Pca9685 final : public BusDevice {
+ public:
+  static constexpr std::uint32_t kChannels = 16;
+  static constexpr int kCounts = 4096;
+
+  Pca9685(std::unique_ptr<I2cBus> bus, Pca9685Settings settings)
+      : bus_(std::move(bus)), settings_(settings) {}
+
+  std::string open() override;
+  void close() noexcept override { bus_->close(); }
+  [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
+  void send(const ServoFrame& frame, bool approach) override;
+  /// The pulses that the chip sends; nothing when one of them is off.
+  BusReading measure(const ServoFrame& frame) override;
+  void relax() override;
+
+  /// What PRE_SCALE must hold: round(oscillator / (4096 · rate)) − 1, bounded to 3 .. 255.
+  [[nodiscard]] static int prescale_for(double oscillator_hz, double frame_hz) noexcept;
+  /// Length of one count at a prescale, microseconds.
+  [[nodiscard]] static double count_us(double oscillator_hz, int prescale) noexcept;
+  /// Counts of a pulse, 1 .. 4095; 0 for a pulse of 0.
+  [[nodiscard]] static int counts_of(double pulse_us, double count_us) noexcept;
+
+ private:
+  [[nodiscard]] std::uint8_t read(std::uint8_t number);
+  void write(std::uint8_t number, std::uint8_t value);
+  /// Changes the prescaler, for which the chip must sleep; the pulses keep their length in microseconds.
+  void set_prescale(std::uint8_t mode, int from, int to);
+  void wake(std::uint8_t mode);
+  /// Counts that an output sends; nothing: it is off, or on for good.
+  [[nodiscard]] std::optional<int> counts_at(std::uint32_t channel);
+  void write_counts(std::uint32_t channel, int counts);
+
+  std::unique_ptr<I2cBus> bus_;
+  Pca9685Settings settings_;
+  double count_us_{4.88};
+  std::int64_t period_ns_{20'000'000};
+  ServoFrame last_{};
+};
+
+}  // namespace corbot::rt

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/backends/serial/maestro.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace corbot::rt {
+namespace {
+
+constexpr std::uint8_t kSetTarget = 0x84;
+constexpr std::uint8_t kSetSpeed = 0x87;
+constexpr std::uint8_t kGetPosition = 0x90;
+constexpr std::uint8_t kSetTargets = 0x9F;
+constexpr std::uint8_t kGetErrors = 0xA1;
+constexpr std::uint8_t kPololu = 0xAA;
+constexpr unsigned kQuartersPerMicrosecond = 4;
+/// In 0.25 us a 10 ms: 400 us/s.
+constexpr unsigned kApproachSpeed = 16;
+constexpr std::int64_t kServoFrame_ns = 20'000'000;
+constexpr int kFramesPerCheck = 50;
+constexpr double kApproach_us_per_s = 400.0;
+constexpr double kShortestApproach_s = 2.5;
+constexpr double kMostTravel_us = 2000.0;
+constexpr unsigned kMostPosition = 0x3FFF;  // as a target
+constexpr unsigned kAllErrors = 0x1FF;
+
+std::uint8_t low7(unsigned value) { return static_cast<std::uint8_t>(value & 0x7F); }
+std::uint8_t high7(unsigned value) { return static_cast<std::uint8_t>((value >> 7) & 0x7F); }
+
+void append(Maestro::Bytes& all, const Maestro::Bytes& more) {
+  all.insert(all.end(), more.begin(), more.end());
+}
+
+unsigned target_of(double pulse_us) {
+  return static_cast<unsigned>(std::lround(std::clamp(pulse_us, 0.0, 4000.0) * kQuartersPerMicrosecond));
+}
+
+}  // namespace
+
+std::uint8_t Maestro::crc7(const Bytes& message) noexcept {
+  constexpr unsigned kPolynomial = 0x91;
+  unsigned crc = 0;
+  for (const std::uint8_t byte : message) {
+    crc ^= byte;
+    for (int bit = 0; bit < 8; ++bit) {
+      if ((crc & 1) != 0) crc ^= kPolynomial;
+      crc >>= 1;
+    }
+  }
+  return static_cast<std::uint8_t>(crc);
+}
+
+Maestro::Bytes Maestro::command(std::uint8_t number, const Bytes& data) const {
+  Bytes bytes;
+  if (settings_.device_number < 0) {
+    bytes.push_back(number);
+  } else {
+    bytes = {kPololu, low7(static_cast<unsigned>(settings_.device_number)), low7(number)};
+  }
+  bytes.insert(bytes.end(), data.begin(), data.end());
+  if (settings_.crc) bytes.push_back(crc7(bytes));
+  return bytes;
+}
+
+Maestro::Bytes Maestro::speeds(const ServoFrame& frame, unsigned speed) const {
+  Bytes all;
+  for (std::size_t i = 0; i < frame.servo_count; ++i) {
+    append(all, command(kSetSpeed, {low7(frame.channel[i]), low7(speed), high7(speed)}));
+  }
+  return all;
+}
+
+Maestro::Bytes Maestro::targets(const ServoFrame& frame) const {
+  const std::size_t count = std::min<std::size_t>(frame.servo_count, kMaxServos);
+  bool in_a_row = settings_.multi_target && count > 1;
+  for (std::size_t i = 1; i < count; ++i) in_a_row = in_a_row && frame.channel[i] == frame.channel[0] + i;
+  Bytes all;
+  Bytes data;
+  if (in_a_row) data = {static_cast<std::uint8_t>(count), low7(frame.channel[0])};
+  for (std::size_t i = 0; i < count; ++i) {
+    const unsigned target = target_of(frame.pulse_us[i]);
+    if (!in_a_row) data = {low7(frame.channel[i])};
+    data.insert(data.end(), {low7(target), high7(target)});
+    if (in_a_row) continue;
+    append(all, command(kSetTarget, data));
+  }
+  return in_a_row ? command(kSetTargets, data) : all;
+}
+
+std::string Maestro::errors_in_words(unsigned errors) {
+  static constexpr std::array<const char*, 9> kNames{
+      "serial signal", "serial overrun",    "serial buffer full",
+      "serial CRC",    "serial protocol",   "serial timeout",
+      "script stack",  "script call stack", "script program counter"};
+  std::string words;
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    if ((errors >> i & 1u) != 0) words += (words.empty() ? "" : ", ") + std::string(kNames[i]);
+  }
+  return words;
+}
+
+std::string Maestro::open() {
+  dialog_.open(settings_.port, settings_.baud);
+  is_owed_ = is_served_ = is_slow_ = false;
+  frames_since_check_ = 0;
+  constexpr std::uint8_t kDetectBaud = 0xAA;
+  dialog_.write(Bytes{kDetectBaud});
+  try {
+    (void)ask_errors();  // clears what an earlier program left, and shows that somebody answers
+  } catch (const DeviceError& error) {
+    if (!is_noise(error.cause())) throw;
+    (void)ask_errors();
+  }
+  dialog_.begin_service();
+  constexpr std::int64_t kBytesPerServo = 8;  // AA dev cmd ch lo hi crc, or the question for its position
+  constexpr std::int64_t kBytesPerQuery = 7;  // AA dev cmd ch crc, and the answer
+  const auto bytes =
+      static_cast<std::int64_t>(settings_.servos) * kBytesPerServo * (settings_.readback ? 2 : 1) +
+      kBytesPerQuery;
+  period_ns_ = std::max(kServoFrame_ns, bytes * 11'000'000'000 / settings_.baud);
+  const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
+  return "Maestro on " + settings_.port + ": " + std::to_string(tenths_hz / 10) + "." +
+         std::to_string(tenths_hz % 10) + " frames a second";
+}
+
+void Maestro::send(const ServoFrame& frame, bool approach) {
+  if (approach) {
+    approach_to(frame);
+    return;
+  }
+  Bytes bytes;
+  if (is_slow_) bytes = speeds(frame, 0);  // 0: no limit
+  is_slow_ = false;
+  // Asked before the frame: afterwards there is no telling whether it was the first. Nobody moves channel 0
+  // of a frame to 0.
+  dialog_.discard_input();
+  append(bytes, command(kGetPosition, {low7(frame.channel[0])}));
+  append(bytes, targets(frame));
+  dialog_.write(bytes);
+  last_ = given_ = frame;
+  is_served_ = is_owed_ = true;
+  if (++frames_since_check_ >= kFramesPerCheck) {
+    check_errors();
+  } else if (!settings_.readback) {  // else the answer comes with that to the next question
+    try {
+      hear_one();
+    } catch (const DeviceError& error) {
+      dialog_.missed(error);
+    }
+  }
+}
+
+void Maestro::approach_to(const ServoFrame& frame) {
+  is_owed_ = is_served_ = false;
+  last_ = frame;
+  const SerialDialog::Pulses told_us = agreed(frame);
+  double travel_us = 0.0;
+  ServoFrame off = frame;
+  off.servo_count = 0;
+  for (std::size_t i = 0; i < frame.servo_count; ++i) {
+    double from_us = told_us[i];
+    if (from_us <= 0.0 && i < given_.servo_count) {
+      // Without pulses, no limit holds for it; it is still about where it was sent last.
+      from_us = given_.pulse_us[i];
+      off.channel[off.servo_count] = frame.channel[i];
+      off.pulse_us[off.servo_count++] = from_us;
+    }
+    // One that was never sent anywhere may be anywhere, and goes as fast as it can.
+    const double way_us = from_us > 0.0 ? std::abs(frame.pulse_us[i] - from_us) : 0.0;
+    travel_us = std::max(travel_us, std::min(way_us, kMostTravel_us));
+  }
+  approach_ns_ =
+      static_cast<std::int64_t>(1e9 * std::max(kShortestApproach_s, 0.1 + travel_us / kApproach_us_per_s));
+  if (off.servo_count > 0) dialog_.write(targets(off));
+  dialog_.write(speeds(frame, kApproachSpeed));
+  is_slow_ = true;
+  check_errors();  // a limit that was garbled on its way is none
+  dialog_.write(targets(frame));
+}
+
+void Maestro::halt() {
+  ServoFrame here = last_;
+  here.pulse_us = agreed(last_);  // 0 where it has no pulses, and then gets none
+  dialog_.write(targets(here));
+}
+
+BusReading Maestro::measure(const ServoFrame& frame) {
+  if (!is_served_) return {BusReading::Unit::kPulses, agreed(frame)};
+  try {
+    const BusReading reading{BusReading::Unit::kPulses, query(frame)};
+    dialog_.heard();
+    return reading;
+  } catch (const DeviceError& error) {
+    dialog_.missed(error);
+  }
+  return {};
+}
+
+void Maestro::relax() {
+  ServoFrame off = last_;
+  off.pulse_us.fill(0.0);  // a target of 0: no pulses
+  dialog_.write(targets(off));
+}
+
+SerialDialog::Pulses Maestro::agreed(const ServoFrame& frame) {
+  return dialog_.told_twice(frame.servo_count, [&] { return query(frame); });
+}
+
+SerialDialog::Pulses Maestro::query(const ServoFrame& frame) {
+  Bytes questions;
+  for (std::size_t i = 0; i < frame.servo_count; ++i) {
+    append(questions, command(kGetPosition, {low7(frame.channel[i])}));
+  }
+  ask(questions);
+  SerialDialog::Pulses pulse_us{};
+  for (std::size_t i = 0; i < frame.servo_count; ++i) {
+    const unsigned position = read_position();
+    if (is_served_) check_restart(frame.channel[i], position);
+    pulse_us[i] = static_cast<double>(position) / kQuartersPerMicrosecond;
+  }
+  return pulse_us;
+}
+
+void Maestro::check_errors() {
+  frames_since_check_ = 0;
+  try {
+    const unsigned errors = ask_errors();
+    dialog_.heard();
+    if (errors != 0) refuse(errors);
+  } catch (const DeviceError& error) {
+    dialog_.missed(error);
+  }
+}
+
+void Maestro::check_restart(std::uint32_t channel, unsigned position) {
+  if (position != 0) return;
+  // An error of the line sends the servos home, too.
+  is_owed_ = false;
+  unsigned errors = 0;
+  try {
+    errors = ask_errors();
+  } catch (const DeviceError& error) {
+    if (!is_noise(error.cause())) throw;
+  }
+  if (errors != 0) refuse(errors);
+  throw DeviceError(DeviceCause::kDeviceFault, settings_.port + ": has restarted: channel " +
+                                                   std::to_string(channel) +
+                                                   " has no pulses, though it was given a target");
+}
+
+void Maestro::refuse(unsigned errors) const {
+  throw DeviceError(DeviceCause::kDeviceFault,
+                    settings_.port + ": the Maestro reports " + errors_in_words(errors));
+}
+
+void Maestro::ask(const Bytes& question) {
+  if (!is_owed_) dialog_.discard_input();
+  dialog_.write(question);
+  if (is_owed_) hear_one();
+}
+
+void Maestro::hear_one() {
+  is_owed_ = false;
+  check_restart(last_.channel[0], read_position());
+  dialog_.heard();
+}
+
+unsigned Maestro::ask_errors() {
+  ask(command(kGetErrors, {}));
+  const unsigned errors = read_word();
+  if (errors <= kAllErrors) return errors;
+  throw DeviceError(DeviceCause::kBadAnswer,
+                    settings_.port + ": reports errors that do not exist: is the line disturbed?");
+}
+
+unsigned Maestro::read_position() {
+  const unsigned position = read_word();
+  if (position <= kMostPosition) return position;
+  throw DeviceError(DeviceCause::kBadAnswer,
+                    settings_.port + ": tells a position that does not exist: is the line disturbed?");
+}
+
+unsigned Maestro::read_word() {
+  std::array<std::uint8_t, 2> answer{};
+  dialog_.read(answer);
+  return answer[0] | static_cast<unsigned>(answer[1]) << 8;
+}
+
+}  // namespace corbot::rt

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "rt/backends/bus/bus_device.h"
+#include "rt/backends/serial/serial_dialog.h"
+
+namespace corbot::rt {
+
+struct MaestroSettings {
+  std::string port;
+  int baud{115200};       ///< of no consequence on the USB port
+  int device_number{-1};  ///< 0 .. 127: Pololu protocol, for several boards on one line; -1: compact protocol
+  bool crc{false};        ///< every command ends with a CRC-7, as the board must be set to
+  bool readback{false};
+  std::size_t servos{kMaxServos};
+  /// Channels that follow each other in one command. The Mini Maestros know it, the Micro Maestro does not.
+  bool multi_target{false};
+};
+
+/// Pololu Maestro: binary over USB or a serial line, a quarter of a microsecond, 50 Hz. Facts: the maker's
+/// manual.
+class Maestro final : public BusDevice {
+ public:
+  explicit Maestro(MaestroSettings settings,
+                   std::unique_ptr<SerialLine> line = std::make_unique<SerialPort>())
+      : settings_(std::move(settings)), dialog_(std::move(line)) {}
+
+  std::string open() override;
+  void close() noexcept override { dialog_.close(); }
+  [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
+  void send(const ServoFrame& frame, bool approach) override;
+  [[nodiscard]] std::int64_t approach_ns() const noexcept override { return approach_ns_; }
+  void halt() override;
+  BusReading measure(const ServoFrame& frame) override;
+  [[nodiscard]] bool has_answered() noexcept override { return dialog_.take_heard(); }
+  void relax() override;
+
+  using Bytes = std::vector<std::uint8_t>;
+  /// One command: its number without the high bit's meaning lost, its data, address and CRC as set.
+  [[nodiscard]] Bytes command(std::uint8_t number, const Bytes& data) const;
+  /// The targets of a frame, in as few commands as the board and the channels allow.
+  [[nodiscard]] Bytes targets(const ServoFrame& frame) const;
+  /// The maker's CRC-7: polynomial 0x91, least significant bit first.
+  [[nodiscard]] static std::uint8_t crc7(const Bytes& message) noexcept;
+  /// The bits of the error register in words.
+  [[nodiscard]] static std::string errors_in_words(unsigned errors);
+
+ private:
+  void approach_to(const ServoFrame& frame);
+  [[nodiscard]] Bytes speeds(const ServoFrame& frame, unsigned speed) const;
+  void ask(const Bytes& question);
+  [[nodiscard]] unsigned ask_errors();
+  [[nodiscard]] unsigned read_word();
+  [[nodiscard]] unsigned read_position();
+  [[nodiscard]] SerialDialog::Pulses query(const ServoFrame& frame);
+  /// As it was told twice: a garbled byte must not say how long an approach takes, or where it is halted.
+  [[nodiscard]] SerialDialog::Pulses agreed(const ServoFrame& frame);
+  /// The position that was asked for with the frame.
+  void hear_one();
+  /// Throws when the error register is not empty.
+  void check_errors();
+  /// Throws when a servo that was given a target has no pulses.
+  void check_restart(std::uint32_t channel, unsigned position);
+  [[noreturn]] void refuse(unsigned errors) const;
+
+  MaestroSettings settings_;
+  SerialDialog dialog_;
+  std::int64_t period_ns_{20'000'000};
+  std::int64_t approach_ns_{2'500'000'000};
+  ServoFrame last_{};
+  ServoFrame given_{};     ///< the last that was no approach
+  bool is_served_{false};  ///< since the last approach
+  bool is_owed_{false};    ///< a position that was asked for with a frame
+  bool is_slow_{false};    ///< the speed limits of an approach are set
+  int frames_since_check_{0};
+};
+
+}  // namespace corbot::rt

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/backends/serial/serial_dialog.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace corbot::rt {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::int64_t kBitsPerByte = 10;  // 8N1
+constexpr auto kAnswerWithin = 300ms;      // while nobody waits
+constexpr auto kWriteWithin = 300ms;       // beyond what is under way
+/// An adapter hands over what it has got every 16 ms; and the controller takes its time.
+constexpr auto kAnswerInService = 30ms;
+constexpr auto kSilence = 150ms;
+constexpr int kTries = 5;
+/// At the speed of an approach, between two answers on a slow line.
+constexpr double kAlike_us = 50.0;
+
+}  // namespace
+
+void SerialDialog::open(const std::string& path, int baud) {
+  line_->open(path, baud);
+  path_ = path;
+  baud_ = baud;
+  is_in_service_ = false;
+  was_heard_ = false;
+  free_at_ = heard_at_ = Clock::now();
+}
+
+std::chrono::nanoseconds SerialDialog::duration(std::size_t bytes) const noexcept {
+  return std::chrono::nanoseconds(static_cast<std::int64_t>(bytes) * kBitsPerByte * 1'000'000'000 / baud_);
+}
+
+void SerialDialog::write(std::span<const std::uint8_t> bytes) {
+  const auto now = Clock::now();
+  free_at_ = std::max(free_at_, now) + duration(bytes.size());
+  line_->write(bytes, free_at_ + kWriteWithin);
+}
+
+void SerialDialog::write(std::string_view text) {
+  write({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
+void SerialDialog::read(std::span<std::uint8_t> into) {
+  const auto asked_at = is_in_service_ ? std::max(free_at_, Clock::now()) : free_at_;
+  const auto within = is_in_service_ ? kAnswerInService : kAnswerWithin;
+  line_->read_exactly(into, asked_at + duration(into.size()) + within);
+}
+
+void SerialDialog::heard() noexcept {
+  was_heard_ = true;
+  heard_at_ = Clock::now();
+}
+
+void SerialDialog::missed(const DeviceError& error) {
+  const auto now = Clock::now();
+  if (is_noise(error.cause()) && now - heard_at_ < kSilence) return;
+  heard_at_ = now;
+  throw DeviceError(error);
+}
+
+SerialDialog::Pulses SerialDialog::told_twice(std::size_t count, const std::function<Pulses()>& ask) const {
+  std::optional<Pulses> before;
+  DeviceError why(DeviceCause::kBadAnswer,
+                  path_ + ": tells no position twice: is the line disturbed, does an arm move?");
+  for (int i = 0; i < kTries; ++i) {
+    try {
+      const Pulses now = ask();
+      const auto is_alike = [](double a, double b) { return std::abs(a - b) <= kAlike_us; };
+      if (before && std::equal(now.begin(), now.begin() + static_cast<std::ptrdiff_t>(count), before->begin(),
+                               is_alike)) {
+        return now;
+      }
+      before = now;
+    } catch (const DeviceError& error) {
+      if (!is_noise(error.cause())) throw;
+      why = error;
+    }
+  }
+  throw DeviceError(why);
+}
+
+}  // namespace corbot::rt

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/backends/serial/serial_port.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace corbot::rt {
+namespace {
+
+constexpr std::array<std::pair<int, speed_t>, 9> kSpeeds{{{1200, B1200},
+                                                          {2400, B2400},
+                                                          {4800, B4800},
+                                                          {9600, B9600},
+                                                          {19200, B19200},
+                                                          {38400, B38400},
+                                                          {57600, B57600},
+                                                          {115200, B115200},
+                                                          {230400, B230400}}};
+
+speed_t speed_of(int baud) noexcept {
+  const auto* const found =
+      std::find_if(kSpeeds.begin(), kSpeeds.end(), [&](const auto& entry) { return entry.first == baud; });
+  return found == kSpeeds.end() ? B0 : found->second;
+}
+
+}  // namespace
+
+bool SerialPort::is_baud(int baud) noexcept { return speed_of(baud) != B0; }
+
+void SerialPort::fail(DeviceCause cause, const std::string& what) const {
+  throw DeviceError(cause, path_ + ": " + what);
+}
+
+void SerialPort::open(const std::string& path, int baud) {
+  close();
+  path_ = path;
+  // Not blocking, or open() would wait for a modem's carrier.
+  fd_ = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (fd_ < 0) {
+    const DeviceCause cause = errno == EBUSY ? DeviceCause::kInUse : DeviceCause::kNotThere;
+    const std::string mend = errno == EACCES ? " (join the group dialout, or install the udev rule)" : "";
+    fail(cause, std::strerror(errno) + mend);
+  }
+  if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
+    close();
+    fail(DeviceCause::kInUse, "another program has it open");
+  }
+  // Against programs that do not lock; a pseudo-terminal may not know it.
+  is_exclusive_ = ::ioctl(fd_, TIOCEXCL) == 0;
+  termios line{};
+  if (::tcgetattr(fd_, &line) != 0) {
+    close();
+    fail(DeviceCause::kNotThere, "is no serial line");
+  }
+  ::cfmakeraw(&line);
+  line.c_cflag |= CLOCAL | CREAD;
+  line.c_cflag &= ~static_cast<tcflag_t>(CRTSCTS | CSTOPB | PARENB | HUPCL);
+  line.c_cc[VMIN] = 0;
+  line.c_cc[VTIME] = 0;
+  ::cfsetispeed(&line, speed_of(baud));
+  ::cfsetospeed(&line, speed_of(baud));
+  if (::tcsetattr(fd_, TCSANOW, &line) != 0) {
+    const std::string why = std::strerror(errno);
+    close();
+    fail(DeviceCause::kNotThere, std::to_string(baud) + " baud: " + why);
+  }
+  (void)::tcflush(fd_, TCIOFLUSH);
+}
+
+void SerialPort::close() noexcept {
+  if (fd_ < 0) return;
+  // Else the kernel waits for half a minute for a line that takes no bytes.
+  if (std::exchange(is_stuck_, false)) (void)::tcflush(fd_, TCOFLUSH);
+  // Not that of another program, which has refused this one.
+  if (std::exchange(is_exclusive_, false)) (void)::ioctl(fd_, TIOCNXCL);
+  ::close(std::exchange(fd_, -1));
+}
+
+void SerialPort::await(short events, Clock::time_point deadline, DeviceCause late) {
+  for (;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()).count();
+    pollfd ready{fd_, events, 0};
+    const int count = ::poll(&ready, 1, static_cast<int>(std::clamp<decltype(left)>(left, 0, 10'000)));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail(DeviceCause::kHungUp, std::strerror(errno));
+    // A line that was cut is readable, too, and for ever.
+    if (count > 0 && (ready.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) {
+      fail(DeviceCause::kHungUp, "the line was cut: is the plug out?");
+    }
+    if (count > 0) return;
+    if (left <= 0) {
+      is_stuck_ |= late == DeviceCause::kWriteTimeout;
+      fail(late, late == DeviceCause::kNoAnswer ? "no answer: is the controller powered, is the baud right?"
+                                                : "takes no more bytes");
+    }
+  }
+}
+
+void SerialPort::write(std::span<const std::uint8_t> bytes, Clock::time_point deadline) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(fd_, bytes.data(), bytes.size());
+    if (n > 0) {
+      bytes = bytes.subspan(static_cast<std::size_t>(n));
+    } else if (n < 0 && errno != EAGAIN && errno != EINTR) {
+      is_stuck_ = true;
+      fail(DeviceCause::kHungUp, std::strerror(errno));
+    } else {
+      await(POLLOUT, deadline, DeviceCause::kWriteTimeout);
+    }
+  }
+}
+
+std::size_t SerialPort::read(std::span<std::uint8_t> into, Clock::time_point deadline) {
+  for (;;) {
+    const ssize_t n = ::read(fd_, into.data(), into.size());
+    if (n > 0) return static_cast<std::size_t>(n);
+    if (n < 0 && errno != EAGAIN && errno != EINTR) fail(DeviceCause::kHungUp, std::strerror(errno));
+    // Nothing there: with VMIN = 0 that reads as 0, which on a line that was cut it does as well; poll knows.
+    await(POLLIN, deadline, DeviceCause::kNoAnswer);
+  }
+}
+
+void SerialPort::read_exactly(std::span<std::uint8_t> into, Clock::time_point deadline) {
+  while (!into.empty()) into = into.subspan(read(into, deadline));
+}
+
+void SerialPort::discard_input() { (void)::tcflush(fd_, TCIFLUSH); }
+
+}  // namespace corbot::rt

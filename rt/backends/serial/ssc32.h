@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "rt/backends/bus/bus_device.h"
+#include "rt/backends/serial/serial_dialog.h"
+
+namespace corbot::rt {
+
+struct Ssc32Settings {
+  std::string port;
+  int baud{115200};
+  bool readback{false};
+  std::size_t servos{kMaxServos};  ///< that a frame will have, for the rate
+  char stop_input{0};              ///< 'A' .. 'F': of an emergency stop; 0: none
+  bool stop_at_high{true};         ///< pressed is 5 V: a contact to ground that opens, or a wire that breaks
+};
+
+/// Lynxmotion SSC-32 and SSC-32U: ASCII over a serial line, 1 us, 50 Hz. Facts: the makers' manuals.
+class Ssc32 final : public BusDevice {
+ public:
+  explicit Ssc32(Ssc32Settings settings, std::unique_ptr<SerialLine> line = std::make_unique<SerialPort>())
+      : settings_(std::move(settings)), dialog_(std::move(line)) {}
+
+  std::string open() override;
+  void close() noexcept override { dialog_.close(); }
+  [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
+  void send(const ServoFrame& frame, bool approach) override;
+  [[nodiscard]] std::int64_t approach_ns() const noexcept override;
+  void halt() override;
+  BusReading measure(const ServoFrame& frame) override;
+  [[nodiscard]] bool has_answered() noexcept override { return dialog_.take_heard(); }
+  bool emergency_stop() override;
+  void relax() override;
+
+  /// The bytes of one group move; `time_ms` 0: none. Pulses are rounded to 1 us and bounded to 500 .. 2500.
+  [[nodiscard]] static std::string group(const ServoFrame& frame, int time_ms);
+  /// What VER answers: the model in words; empty when it is no SSC-32. Trusts nothing.
+  [[nodiscard]] static std::string model_of(std::string_view version);
+  /// Time between frames that a line of this speed can carry, at least a servo frame (20 ms).
+  [[nodiscard]] static std::int64_t shortest_period_ns(std::size_t servos, int baud, bool readback,
+                                                       bool stop_input = false) noexcept;
+
+ private:
+  [[nodiscard]] std::string ask_version();
+  [[nodiscard]] std::string read_line();
+  void approach_to(const ServoFrame& frame);
+  void ask(std::string_view text, std::span<std::uint8_t> answer);
+  /// One query for each channel of the frame; each answers a byte, in 10 us.
+  [[nodiscard]] SerialDialog::Pulses query(const ServoFrame& frame);
+  /// As it was told twice: a garbled byte must not say how a servo starts, or where it is halted.
+  [[nodiscard]] SerialDialog::Pulses agreed(const ServoFrame& frame);
+  /// Asks for the pulse of one servo that was commanded, and says `more` after it: whether the controller is
+  /// there, and still the one that was.
+  void ask_one(std::string_view more = {});
+  /// What is wrong when it does not answer.
+  [[nodiscard]] std::optional<DeviceError> hear_one();
+  /// Throws where a servo that was commanded is told never to have been.
+  void check_restart(std::size_t servo, std::uint8_t answer) const;
+  /// Whether the stop input is active now, or (active at low only) has been since it was last asked.
+  [[nodiscard]] bool ask_stop_input();
+
+  Ssc32Settings settings_;
+  SerialDialog dialog_;
+  std::int64_t period_ns_{20'000'000};
+  int approach_ms_{2000};
+  ServoFrame last_{};
+  ServoFrame given_{};     ///< the last that was no approach
+  bool is_served_{false};  ///< since the last approach
+  bool is_owed_{false};    ///< the answer to ask_one()
+  std::size_t asked_{0};   ///< by it
+  bool is_u_{false};       ///< an SSC-32U
+  int frames_pressed_{0};  ///< for which a short press is still told
+};
+
+}  // namespace corbot::rt
