@@ -14,6 +14,7 @@
 #include "config/profile.h"
 #include "corbot/channel/fingerprint.h"
 #include "corbot/channel/segment.h"
+#include "rt/backends/loopback/loopback_backend.h"
 #include "rt/backends/registry.h"
 #include "rt/cycle/cycle.h"
 #include "rt/housekeeping.h"
@@ -21,7 +22,6 @@
 #include "rt/loop.h"
 #include "rt/realtime_setup.h"
 #include "rt/start_position.h"
-#include "sim/loopback_backend.h"
 
 namespace {
 

@@ -11,12 +11,12 @@
 #include "rt/backends/bus/bus_backend.h"
 #include "rt/backends/can/socketcan.h"
 #include "rt/backends/gpio/gpiod.h"
+#include "rt/backends/loopback/loopback_backend.h"
 #include "rt/backends/pwm/pca9685.h"
 #include "rt/backends/pwm/pwm_sysfs.h"
 #include "rt/backends/serial/maestro.h"
 #include "rt/backends/serial/mini_ssc.h"
 #include "rt/backends/serial/ssc32.h"
-#include "sim/loopback_backend.h"
 
 namespace corbot::rt {
 namespace {

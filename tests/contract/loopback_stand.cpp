@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "contract/stand.h"
-#include "sim/loopback_backend.h"
+#include "rt/backends/loopback/loopback_backend.h"
 
 namespace corbot::test {
 namespace {

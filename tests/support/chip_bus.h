@@ -8,7 +8,7 @@
 
 #include "rt/backends/pwm/i2c_bus.h"
 #include "rt/backends/serial/serial_port.h"
-#include "sim/pca9685_chip.h"
+#include "sim/devices/pca9685_chip.h"
 
 namespace corbot::test {
 

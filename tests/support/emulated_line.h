@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "rt/backends/serial/serial_port.h"
-#include "sim/byte_line.h"
-#include "sim/serial_device.h"
+#include "sim/devices/byte_line.h"
+#include "sim/devices/serial_device.h"
 
 namespace corbot::test {
 

@@ -5,7 +5,7 @@ corbot_test(rt_test
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/parts_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/first_motion_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/start_position_test.cpp
           ${PROJECT_SOURCE_DIR}/rt/loop.cpp ${PROJECT_SOURCE_DIR}/rt/start_position.cpp
-  LIBS corbot::rt_core corbot::sim corbot::planner corbot::config corbot::state spdlog::spdlog fmt::fmt)
+  LIBS corbot::rt_core corbot::loopback corbot::planner corbot::config corbot::state spdlog::spdlog fmt::fmt)
 target_include_directories(rt_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 target_compile_definitions(rt_test PRIVATE CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles"
                                            CORBOT_SCRATCH_DIR="${CMAKE_BINARY_DIR}/tests")
@@ -13,6 +13,6 @@ target_compile_definitions(rt_test PRIVATE CORBOT_PROFILES="${PROJECT_SOURCE_DIR
 # A program of its own: it brings its own malloc.
 corbot_test(rt_noalloc_test
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/rt/noalloc_test.cpp
-  LIBS corbot::rt_core corbot::sim corbot::planner corbot::config ${CMAKE_DL_LIBS})
+  LIBS corbot::rt_core corbot::loopback corbot::planner corbot::config ${CMAKE_DL_LIBS})
 target_include_directories(rt_noalloc_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 target_compile_definitions(rt_noalloc_test PRIVATE CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles")

@@ -5,8 +5,8 @@
 
 #include "rt/backends/serial/maestro.h"
 #include "rt/backends/serial/ssc32.h"
-#include "sim/maestro_device.h"
-#include "sim/ssc32_device.h"
+#include "sim/devices/maestro_device.h"
+#include "sim/devices/ssc32_device.h"
 #include "support/emulated_line.h"
 
 namespace corbot::rt {

@@ -6,7 +6,7 @@
 #include <iostream>
 #include <random>
 
-#include "sim/cia402_node.h"
+#include "sim/devices/cia402_node.h"
 
 namespace corbot::sim {
 namespace {

@@ -11,8 +11,8 @@
 #include "config/profile.h"
 #include "corbot/channel/layout.h"
 #include "planner/planner.h"
+#include "rt/backends/loopback/loopback_backend.h"
 #include "rt/cycle/cycle.h"
-#include "sim/loopback_backend.h"
 
 namespace corbot::test {
 

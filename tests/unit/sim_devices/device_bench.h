@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/maestro_device.h"
-#include "sim/ssc32_device.h"
+#include "sim/devices/maestro_device.h"
+#include "sim/devices/ssc32_device.h"
 
 namespace corbot::sim {
 

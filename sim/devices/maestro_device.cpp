@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/maestro_device.h"
+#include "sim/devices/maestro_device.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "sim/byte_line.h"
-#include "sim/serial_device.h"
-#include "sim/servo_frames.h"
+#include "sim/devices/byte_line.h"
+#include "sim/devices/serial_device.h"
+#include "sim/devices/servo_frames.h"
 
 namespace corbot::sim {
 

@@ -9,10 +9,10 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/byte_line.h"
-#include "sim/orders.h"
-#include "sim/pty_port.h"
-#include "sim/serial_device.h"
+#include "sim/devices/byte_line.h"
+#include "sim/devices/orders.h"
+#include "sim/devices/pty_port.h"
+#include "sim/devices/serial_device.h"
 
 namespace corbot::sim {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/pty_port.h"
+#include "sim/devices/pty_port.h"
 
 #include <fcntl.h>
 #include <sys/inotify.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/can_bus.h"
+#include "sim/devices/can_bus.h"
 
 #include <fmt/format.h>
 #include <linux/can/raw.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/can_objects.h"
+#include "sim/devices/can_objects.h"
 
 namespace corbot::sim {
 

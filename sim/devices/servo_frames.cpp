@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/servo_frames.h"
+#include "sim/devices/servo_frames.h"
 
 namespace corbot::sim {
 namespace {

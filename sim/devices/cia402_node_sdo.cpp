@@ -2,7 +2,7 @@
 // The SDO server of an emulated drive: CiA 301, 7.2.4.
 #include <algorithm>
 
-#include "sim/cia402_node.h"
+#include "sim/devices/cia402_node.h"
 
 namespace corbot::sim {
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/can_objects.h"
-#include "sim/cia402_drive.h"
+#include "sim/devices/can_objects.h"
+#include "sim/devices/cia402_drive.h"
 
 namespace corbot::sim {
 

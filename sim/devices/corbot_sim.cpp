@@ -8,10 +8,10 @@
 #include <set>
 #include <string>
 
-#include "sim/cia402_server.h"
-#include "sim/maestro_device.h"
-#include "sim/sim_server.h"
-#include "sim/ssc32_device.h"
+#include "sim/devices/cia402_server.h"
+#include "sim/devices/maestro_device.h"
+#include "sim/devices/sim_server.h"
+#include "sim/devices/ssc32_device.h"
 
 namespace {
 

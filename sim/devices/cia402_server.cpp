@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/cia402_server.h"
+#include "sim/devices/cia402_server.h"
 
 #include <fmt/format.h>
 

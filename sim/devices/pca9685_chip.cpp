@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/pca9685_chip.h"
+#include "sim/devices/pca9685_chip.h"
 
 namespace corbot::sim {
 namespace {

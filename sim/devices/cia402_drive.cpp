@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/cia402_drive.h"
+#include "sim/devices/cia402_drive.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/ssc32_command.h"
+#include "sim/devices/ssc32_command.h"
 
 namespace corbot::sim::ssc32 {
 namespace {

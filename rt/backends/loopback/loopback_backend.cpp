@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/loopback_backend.h"
+#include "rt/backends/loopback/loopback_backend.h"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/sim_server.h"
+#include "sim/devices/sim_server.h"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "sim/servo_frames.h"
+#include "sim/devices/servo_frames.h"
 
 namespace corbot::sim {
 namespace {

@@ -2,7 +2,7 @@
 // The process data of an emulated drive: CiA 301, 7.2.2.
 #include <algorithm>
 
-#include "sim/cia402_node.h"
+#include "sim/devices/cia402_node.h"
 
 namespace corbot::sim {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/orders.h"
+#include "sim/devices/orders.h"
 
 #include <fmt/format.h>
 #include <signal.h>

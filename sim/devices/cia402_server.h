@@ -8,9 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/can_bus.h"
-#include "sim/cia402_node.h"
-#include "sim/orders.h"
+#include "sim/devices/can_bus.h"
+#include "sim/devices/cia402_node.h"
+#include "sim/devices/orders.h"
 
 namespace corbot::sim {
 

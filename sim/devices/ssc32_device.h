@@ -7,10 +7,10 @@
 #include <string>
 #include <string_view>
 
-#include "sim/byte_line.h"
-#include "sim/serial_device.h"
-#include "sim/servo_frames.h"
-#include "sim/ssc32_command.h"
+#include "sim/devices/byte_line.h"
+#include "sim/devices/serial_device.h"
+#include "sim/devices/servo_frames.h"
+#include "sim/devices/ssc32_command.h"
 
 namespace corbot::sim {
 
