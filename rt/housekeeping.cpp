@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "robot/alarm_words.h"
+#include "alarms/alarm_text.h"
 
 namespace corbot::rt {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <atomic>
 
-#include "corbot/channel/segment.h"
 #include "rt/cycle/cycle.h"
 #include "rt/inputs/safety_lines.h"
+#include "shm/segment.h"
 
 namespace corbot::rt {
 

@@ -13,7 +13,6 @@
 
 #include "config/profile.h"
 #include "corbot/channel/fingerprint.h"
-#include "corbot/channel/segment.h"
 #include "rt/backends/loopback/loopback_backend.h"
 #include "rt/backends/registry.h"
 #include "rt/cycle/cycle.h"
@@ -22,6 +21,7 @@
 #include "rt/loop.h"
 #include "rt/realtime_setup.h"
 #include "rt/start_position.h"
+#include "shm/segment.h"
 
 namespace {
 

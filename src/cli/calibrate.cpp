@@ -16,7 +16,7 @@
 #include "cli/failure.h"
 #include "cli/state_file.h"
 #include "cli/stop_on_signal.h"
-#include "corbot/channel/segment.h"
+#include "shm/segment.h"
 #include "state/position_store.h"
 
 namespace corbot::cli {

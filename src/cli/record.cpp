@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "cli/failure.h"
-#include "corbot/channel/segment.h"
+#include "shm/segment.h"
 
 namespace corbot::cli {
 

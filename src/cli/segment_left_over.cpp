@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "corbot/channel/segment.h"
+#include "shm/segment.h"
 
 namespace corbot::cli {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "robot/alarm_words.h"
+#include "alarms/alarm_text.h"
 
 namespace corbot {
 

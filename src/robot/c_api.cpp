@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "config/profile.h"
-#include "corbot/channel/segment_error.h"
 #include "robot/corbot_robot.h"
 #include "robot/robot.h"
+#include "shm/segment_error.h"
 
 struct corbot_robot {
   corbot_robot(corbot::Profile profile, std::string robot_name)

@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "corbot/channel/segment.h"
+#include "shm/segment.h"
 
 namespace corbot {
 

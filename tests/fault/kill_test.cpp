@@ -16,7 +16,7 @@
 
 #include "config/profile.h"
 #include "corbot/channel/fingerprint.h"
-#include "corbot/channel/segment.h"
+#include "shm/segment.h"
 #include "support/process.h"
 
 namespace corbot::test {

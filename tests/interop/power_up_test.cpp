@@ -11,7 +11,7 @@
 #include <fmt/core.h>
 
 #include "config/profile.h"
-#include "corbot/channel/segment.h"
+#include "shm/segment.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

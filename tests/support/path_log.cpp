@@ -8,8 +8,8 @@
 #include <deque>
 #include <stdexcept>
 
-#include "corbot/channel/segment.h"
 #include "corbot/kinematics/kinematics.h"
+#include "shm/segment.h"
 
 namespace corbot::test {
 namespace {

@@ -8,6 +8,7 @@ corbot_test(channel_test
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/wake_test.cpp
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/segment_test.cpp
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/segment_error_test.cpp
+  LIBS corbot::shm
   LABELS unit)
 
 corbot_test(channel_stress_test

@@ -13,7 +13,7 @@
 #include <optional>
 #include <string>
 
-#include "corbot/channel/segment.h"
+#include "shm/segment.h"
 
 namespace corbot {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "corbot/channel/segment.h"
+#include "shm/segment.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

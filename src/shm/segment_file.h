@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "corbot/channel/layout.h"
-#include "corbot/channel/segment_error.h"
+#include "shm/segment_error.h"
 
 // The file under a segment: name, permissions, locks. Set-up only, not real-time safe. Used by segment.h.
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "corbot/channel/segment_check.h"
+#include "shm/segment_check.h"
 
 namespace corbot {
 

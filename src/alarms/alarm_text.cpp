@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "robot/alarm_words.h"
+#include "alarms/alarm_text.h"
 
 #include <fmt/format.h>
 

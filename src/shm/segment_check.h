@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "corbot/channel/segment_file.h"
+#include "shm/segment_file.h"
 
 // What lies in a segment's file, before anyone trusts it. Set-up only, not real-time safe. Used by segment.h.
 
