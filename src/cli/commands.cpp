@@ -7,11 +7,11 @@
 #include <atomic>
 #include <cstdio>
 
-#include "cli/client.h"
 #include "cli/run_program.h"
 #include "cli/show.h"
-#include "cli/state_file.h"
-#include "cli/stop_on_signal.h"
+#include "client/client.h"
+#include "client/local_robots.h"
+#include "client/stop_on_signal.h"
 #include "config/profile.h"
 
 namespace corbot::cli {

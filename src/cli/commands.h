@@ -3,10 +3,10 @@
 
 #include <string>
 
-#include "cli/failure.h"
 #include "cli/program.h"
 #include "cli/record.h"
-#include "cli/request.h"
+#include "client/failure.h"
+#include "client/request.h"
 
 // What the sub-commands do that talk to a robot. Each throws Failure.
 

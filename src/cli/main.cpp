@@ -13,12 +13,12 @@
 #include <string>
 #include <vector>
 
-#include "cli/calibrate.h"
+#include "cli/calibrate/calibrate.h"
 #include "cli/commands.h"
-#include "cli/doctor.h"
-#include "cli/explain.h"
-#include "cli/number.h"
-#include "cli/up.h"
+#include "cli/doctor/doctor.h"
+#include "cli/supervise/up.h"
+#include "client/explain.h"
+#include "client/number.h"
 
 namespace {
 

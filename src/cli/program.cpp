@@ -9,7 +9,7 @@
 #include <fstream>
 #include <iostream>
 
-#include "cli/failure.h"
+#include "client/failure.h"
 
 namespace corbot::cli {
 

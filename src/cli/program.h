@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "cli/request.h"
+#include "client/request.h"
 
 namespace corbot::cli {
 

@@ -13,7 +13,7 @@
 #include <numbers>
 #include <utility>
 
-#include "cli/failure.h"
+#include "client/failure.h"
 #include "shm/segment.h"
 
 namespace corbot::cli {

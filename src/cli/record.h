@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <string>
 
-#include "cli/stop_on_signal.h"
+#include "client/stop_on_signal.h"
 #include "corbot/channel/records.h"
 
 namespace corbot::cli {

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <string>
 
-#include "cli/client.h"
 #include "cli/program.h"
+#include "client/client.h"
 
 namespace corbot::cli {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "cli/client.h"
-#include "cli/stop_on_signal.h"
+#include "client/client.h"
+#include "client/stop_on_signal.h"
 
 namespace corbot::cli {
 

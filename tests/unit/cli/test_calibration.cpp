@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <random>
 
-#include "cli/calibration.h"
+#include "cli/calibrate/calibration.h"
 
 namespace corbot::cli {
 namespace {

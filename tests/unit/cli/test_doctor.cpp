@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "cli/doctor.h"
+#include "cli/doctor/doctor.h"
 
 namespace corbot::cli {
 namespace {

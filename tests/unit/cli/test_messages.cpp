@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "cli/client.h"
-#include "cli/explain.h"
+#include "client/client.h"
+#include "client/explain.h"
 
 namespace corbot::cli {
 namespace {

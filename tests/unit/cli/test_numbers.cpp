@@ -2,8 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "cli/net.h"
-#include "cli/number.h"
+#include "client/number.h"
+#include "net/ports.h"
 
 namespace corbot::cli {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <set>
 
-#include "cli/failure.h"
 #include "cli/program.h"
 #include "cli/run_program.h"
+#include "client/failure.h"
 
 namespace corbot::cli {
 namespace {

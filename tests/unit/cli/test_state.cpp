@@ -10,11 +10,11 @@
 #include <filesystem>
 #include <fstream>
 
-#include "cli/child.h"
-#include "cli/client.h"
-#include "cli/failure.h"
-#include "cli/state_file.h"
-#include "cli/up.h"
+#include "cli/supervise/child.h"
+#include "cli/supervise/state_lock.h"
+#include "cli/supervise/up.h"
+#include "client/client.h"
+#include "client/failure.h"
 
 namespace corbot::cli {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/supervisor.h"
+#include "cli/supervise/supervisor.h"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -11,7 +11,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "cli/failure.h"
+#include "client/failure.h"
 
 namespace corbot::cli {
 

@@ -9,9 +9,9 @@
 #include <cerrno>
 #include <cstring>
 
-#include "cli/failure.h"
-#include "cli/state_file.h"
-#include "cli/up.h"
+#include "cli/supervise/state_lock.h"
+#include "cli/supervise/up.h"
+#include "client/failure.h"
 
 namespace corbot::cli {
 

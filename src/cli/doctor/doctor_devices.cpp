@@ -10,8 +10,8 @@
 #include <cstring>
 #include <fstream>
 
-#include "cli/doctor.h"
-#include "cli/state_file.h"
+#include "cli/doctor/doctor.h"
+#include "client/local_robots.h"
 #include "rt/backends/gpio/gpio_lines.h"
 
 namespace corbot::cli {

@@ -12,8 +12,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "cli/doctor.h"
-#include "cli/number.h"
+#include "cli/doctor/doctor.h"
+#include "client/number.h"
 
 namespace corbot::cli {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/segment_left_over.h"
+#include "cli/supervise/abandoned_segment.h"
 
 #include <algorithm>
 #include <filesystem>

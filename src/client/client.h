@@ -5,8 +5,8 @@
 #include <functional>
 #include <string>
 
-#include "cli/explain.h"
-#include "cli/request.h"
+#include "client/explain.h"
+#include "client/request.h"
 
 namespace corbot::cli {
 

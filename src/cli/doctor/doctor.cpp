@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/doctor.h"
+#include "cli/doctor/doctor.h"
 
 #include <fmt/format.h>
 #include <omniORB4/CORBA.h>
@@ -9,10 +9,10 @@
 #include <cstdlib>
 #include <optional>
 
-#include "cli/child.h"
-#include "cli/net.h"
-#include "cli/state_file.h"
+#include "cli/supervise/child.h"
+#include "client/local_robots.h"
 #include "config/profile.h"
+#include "net/ports.h"
 
 namespace corbot::cli {
 

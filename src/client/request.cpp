@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/request.h"
+#include "client/request.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <array>
 #include <optional>
 
-#include "cli/number.h"
+#include "client/number.h"
 
 namespace corbot::cli {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/explain.h"
+#include "client/explain.h"
 
 #include <fmt/format.h>
 

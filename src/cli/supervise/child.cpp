@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/child.h"
+#include "cli/supervise/child.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "cli/failure.h"
+#include "client/failure.h"
 
 namespace corbot::cli {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/state_file.h"
+#include "cli/supervise/state_lock.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -9,14 +9,12 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "cli/failure.h"
-#include "cli/segment_left_over.h"
+#include "cli/supervise/abandoned_segment.h"
+#include "client/failure.h"
 
 namespace corbot::cli {
 
@@ -27,11 +25,6 @@ namespace fs = std::filesystem;
 
 Failure system_failure(const fs::path& path, int error) {
   return {ExitCode::kInternal, fmt::format("{}: {}", path.string(), std::strerror(error))};
-}
-
-/// The open lock file of a robot, or −1 with errno.
-int open_lock(const fs::path& directory, const std::string& name, int flags) {
-  return ::open((directory / (name + ".lock")).c_str(), flags | O_CLOEXEC | O_NOFOLLOW, 0600);
 }
 
 /// Is the open file still the one of that name?
@@ -46,81 +39,7 @@ void remove_files(const fs::path& directory, const std::string& name) {
   fs::remove(directory / (name + ".lock"), ignored);
 }
 
-/// Names of the robots that have a state file, sorted: those that are up, or those that are not.
-std::vector<std::string> robots_of_files(bool up) {
-  std::vector<std::string> names;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(state_directory(false), error)) {
-    const std::string name = entry.path().stem().string();
-    if (entry.path().extension() == ".json" && is_robot_name(name) && is_up(name) == up)
-      names.push_back(name);
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
 }  // namespace
-
-fs::path state_directory(bool create) {
-  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
-  fs::path path = runtime != nullptr && *runtime == '/'
-                      ? fs::path(runtime) / "corbot"
-                      : fs::path(fmt::format("/tmp/corbot-{}", ::geteuid()));
-  if (create && ::mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) throw system_failure(path, errno);
-  struct stat status {};
-  if (::lstat(path.c_str(), &status) != 0) {
-    if (errno == ENOENT && !create) return path;
-    throw system_failure(path, errno);
-  }
-  if (!S_ISDIR(status.st_mode) || status.st_uid != ::geteuid() || (status.st_mode & 0077) != 0) {
-    throw Failure(
-        ExitCode::kInternal,
-        fmt::format("{} is not a directory of yours with mode 0700: somebody else may have put it there; "
-                    "remove it, or set XDG_RUNTIME_DIR",
-                    path.string()));
-  }
-  return path;
-}
-
-bool is_robot_name(const std::string& name) {
-  return !name.empty() && name.size() <= 32 && std::all_of(name.begin(), name.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-  });
-}
-
-std::optional<RobotState> read_state(const std::string& name) {
-  if (!is_robot_name(name)) return std::nullopt;
-  std::ifstream stream(state_directory(false) / (name + ".json"));
-  if (!stream) return std::nullopt;
-  const json data = json::parse(stream, nullptr, false);
-  if (!data.is_object()) return std::nullopt;
-  RobotState state;
-  try {
-    state.name = data.at("name").get<std::string>();
-    state.pid = data.at("pid").get<pid_t>();
-    state.profile = data.value("profile", "");
-    state.endpoint = data.value("endpoint", "");
-    state.address = data.value("address", "");
-    state.orb = data.value("orb", "");
-    state.rt_pid = data.value("rt_pid", 0);
-    state.servant_pid = data.value("servant_pid", 0);
-    state.naming = data.value("naming", "");
-  } catch (const json::exception&) {
-    return std::nullopt;
-  }
-  return state;
-}
-
-bool is_up(const std::string& name) {
-  if (!is_robot_name(name)) return false;
-  const int fd = open_lock(state_directory(false), name, O_RDONLY);
-  if (fd < 0) return false;
-  const bool free = ::flock(fd, LOCK_SH | LOCK_NB) == 0;
-  ::close(fd);
-  return !free;
-}
-
-std::vector<std::string> robots_up() { return robots_of_files(true); }
 
 StateLock::StateLock(fs::path directory, std::string name, int fd)
     : directory_(std::move(directory)), name_(std::move(name)), fd_(fd) {}
@@ -172,7 +91,7 @@ void StateLock::write(const RobotState& state) const {
 }
 
 std::vector<std::string> left_overs() {
-  std::vector<std::string> names = robots_of_files(false);
+  std::vector<std::string> names = robots_left_over();
   for (const std::string& name : abandoned_segments()) {
     if (is_robot_name(name) && !is_up(name)) names.push_back(name);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/up.h"
+#include "cli/supervise/up.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -9,13 +9,13 @@
 #include <filesystem>
 #include <sstream>
 
-#include "cli/explain.h"
-#include "cli/failure.h"
-#include "cli/net.h"
-#include "cli/segment_left_over.h"
-#include "cli/state_file.h"
-#include "cli/supervisor.h"
+#include "cli/supervise/abandoned_segment.h"
+#include "cli/supervise/state_lock.h"
+#include "cli/supervise/supervisor.h"
+#include "client/explain.h"
+#include "client/failure.h"
 #include "config/profile.h"
+#include "net/ports.h"
 
 namespace corbot::cli {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/calibrate.h"
+#include "cli/calibrate/calibrate.h"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -12,10 +12,10 @@
 #include <sstream>
 #include <utility>
 
-#include "cli/calibrate_session.h"
-#include "cli/failure.h"
-#include "cli/state_file.h"
-#include "cli/stop_on_signal.h"
+#include "cli/calibrate/calibrate_session.h"
+#include "cli/supervise/state_lock.h"
+#include "client/failure.h"
+#include "client/stop_on_signal.h"
 #include "shm/segment.h"
 #include "state/position_store.h"
 

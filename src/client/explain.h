@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "arm.hh"
-#include "cli/failure.h"
+#include "client/failure.h"
 
 // Exceptions of the interface and of the ORB in words that a person can act on.
 

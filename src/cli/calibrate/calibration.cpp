@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/calibration.h"
+#include "cli/calibrate/calibration.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/jog.h"
+#include "cli/calibrate/jog.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/calibrate_session.h"
+#include "cli/calibrate/calibrate_session.h"
 
 #include <fmt/format.h>
 
@@ -12,11 +12,11 @@
 #include <system_error>
 #include <utility>
 
-#include "cli/calibrate.h"
-#include "cli/explain.h"
-#include "cli/failure.h"
-#include "cli/number.h"
-#include "cli/segment_left_over.h"
+#include "cli/calibrate/calibrate.h"
+#include "cli/supervise/abandoned_segment.h"
+#include "client/explain.h"
+#include "client/failure.h"
+#include "client/number.h"
 
 namespace corbot::cli {
 

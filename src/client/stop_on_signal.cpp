@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/stop_on_signal.h"
+#include "client/stop_on_signal.h"
 
 #include <poll.h>
 #include <signal.h>
@@ -11,7 +11,7 @@
 #include <cerrno>
 #include <utility>
 
-#include "cli/failure.h"
+#include "client/failure.h"
 
 namespace corbot::cli {
 

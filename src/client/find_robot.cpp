@@ -4,9 +4,9 @@
 
 #include <cstdlib>
 
-#include "cli/client.h"
-#include "cli/number.h"
-#include "cli/state_file.h"
+#include "client/client.h"
+#include "client/local_robots.h"
+#include "client/number.h"
 
 namespace corbot::cli {
 

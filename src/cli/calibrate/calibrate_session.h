@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "cli/calibration.h"
-#include "cli/jog.h"
+#include "cli/calibrate/calibration.h"
+#include "cli/calibrate/jog.h"
 
 namespace corbot::cli {
 

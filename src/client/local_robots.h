@@ -42,30 +42,10 @@ struct RobotState {
 /// Letters, digits, '_' and '-', 1 to 32: what may be the name of a robot.
 [[nodiscard]] bool is_robot_name(const std::string& name);
 
-/// The supervisor's side. Removes both files when it goes out of scope.
-class StateLock {
- public:
-  /// Nothing when another supervisor has the name.
-  [[nodiscard]] static std::optional<StateLock> acquire(const std::string& name);
-  StateLock(StateLock&& other) noexcept;
-  StateLock& operator=(StateLock&&) = delete;
-  ~StateLock();
+/// The open lock file of a robot, or −1 with errno. `flags`: those of open(2).
+[[nodiscard]] int open_lock(const std::filesystem::path& directory, const std::string& name, int flags);
 
-  /// Replaces the file at once: readers see the old or the new one.
-  void write(const RobotState& state) const;
-
- private:
-  StateLock(std::filesystem::path directory, std::string name, int fd);
-  std::filesystem::path directory_;
-  std::string name_;
-  int fd_;
-};
-
-/// Names of the robots that are not up and have left files or a segment, sorted.
-[[nodiscard]] std::vector<std::string> left_overs();
-
-/// Removes what a supervisor that died has left: its files and the segment that nobody holds. True when there
-/// was something. Does nothing while the robot is up.
-bool remove_left_overs(const std::string& name);
+/// Names of the robots that have a state file and are not up, sorted.
+[[nodiscard]] std::vector<std::string> robots_left_over();
 
 }  // namespace corbot::cli

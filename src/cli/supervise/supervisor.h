@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/child.h"
+#include "cli/supervise/child.h"
 
 namespace corbot::cli {
 

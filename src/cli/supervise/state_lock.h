@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/local_robots.h"
+
+namespace corbot::cli {
+
+/// The supervisor's side. Removes both files when it goes out of scope.
+class StateLock {
+ public:
+  /// Nothing when another supervisor has the name.
+  [[nodiscard]] static std::optional<StateLock> acquire(const std::string& name);
+  StateLock(StateLock&& other) noexcept;
+  StateLock& operator=(StateLock&&) = delete;
+  ~StateLock();
+
+  /// Replaces the file at once: readers see the old or the new one.
+  void write(const RobotState& state) const;
+
+ private:
+  StateLock(std::filesystem::path directory, std::string name, int fd);
+  std::filesystem::path directory_;
+  std::string name_;
+  int fd_;
+};
+
+/// Names of the robots that are not up and have left files or a segment, sorted.
+[[nodiscard]] std::vector<std::string> left_overs();
+
+/// Removes what a supervisor that died has left: its files and the segment that nobody holds. True when there
+/// was something. Does nothing while the robot is up.
+bool remove_left_overs(const std::string& name);
+
+}  // namespace corbot::cli

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/local_robots.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "client/failure.h"
+
+namespace corbot::cli {
+
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+Failure system_failure(const fs::path& path, int error) {
+  return {ExitCode::kInternal, fmt::format("{}: {}", path.string(), std::strerror(error))};
+}
+
+/// Names of the robots that have a state file, sorted: those that are up, or those that are not.
+std::vector<std::string> robots_of_files(bool up) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(state_directory(false), error)) {
+    const std::string name = entry.path().stem().string();
+    if (entry.path().extension() == ".json" && is_robot_name(name) && is_up(name) == up)
+      names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace
+
+fs::path state_directory(bool create) {
+  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
+  fs::path path = runtime != nullptr && *runtime == '/'
+                      ? fs::path(runtime) / "corbot"
+                      : fs::path(fmt::format("/tmp/corbot-{}", ::geteuid()));
+  if (create && ::mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) throw system_failure(path, errno);
+  struct stat status {};
+  if (::lstat(path.c_str(), &status) != 0) {
+    if (errno == ENOENT && !create) return path;
+    throw system_failure(path, errno);
+  }
+  if (!S_ISDIR(status.st_mode) || status.st_uid != ::geteuid() || (status.st_mode & 0077) != 0) {
+    throw Failure(
+        ExitCode::kInternal,
+        fmt::format("{} is not a directory of yours with mode 0700: somebody else may have put it there; "
+                    "remove it, or set XDG_RUNTIME_DIR",
+                    path.string()));
+  }
+  return path;
+}
+
+int open_lock(const fs::path& directory, const std::string& name, int flags) {
+  return ::open((directory / (name + ".lock")).c_str(), flags | O_CLOEXEC | O_NOFOLLOW, 0600);
+}
+
+bool is_robot_name(const std::string& name) {
+  return !name.empty() && name.size() <= 32 && std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  });
+}
+
+std::optional<RobotState> read_state(const std::string& name) {
+  if (!is_robot_name(name)) return std::nullopt;
+  std::ifstream stream(state_directory(false) / (name + ".json"));
+  if (!stream) return std::nullopt;
+  const json data = json::parse(stream, nullptr, false);
+  if (!data.is_object()) return std::nullopt;
+  RobotState state;
+  try {
+    state.name = data.at("name").get<std::string>();
+    state.pid = data.at("pid").get<pid_t>();
+    state.profile = data.value("profile", "");
+    state.endpoint = data.value("endpoint", "");
+    state.address = data.value("address", "");
+    state.orb = data.value("orb", "");
+    state.rt_pid = data.value("rt_pid", 0);
+    state.servant_pid = data.value("servant_pid", 0);
+    state.naming = data.value("naming", "");
+  } catch (const json::exception&) {
+    return std::nullopt;
+  }
+  return state;
+}
+
+bool is_up(const std::string& name) {
+  if (!is_robot_name(name)) return false;
+  const int fd = open_lock(state_directory(false), name, O_RDONLY);
+  if (fd < 0) return false;
+  const bool free = ::flock(fd, LOCK_SH | LOCK_NB) == 0;
+  ::close(fd);
+  return !free;
+}
+
+std::vector<std::string> robots_up() { return robots_of_files(true); }
+
+std::vector<std::string> robots_left_over() { return robots_of_files(false); }
+
+}  // namespace corbot::cli
