@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "arc.h"
+#include "planner/arc.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "refusal.h"
+#include "planner/refusal.h"
 
 namespace corbot {
 

@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "corbot/motion/command.h"
-#include "planner.h"
+#include "planner/planner.h"
 
 namespace corbot {
 

@@ -8,9 +8,9 @@
 #include <numbers>
 
 #include "corbot/motion/law_evaluation.h"
-#include "planner.h"
-#include "refusal.h"
-#include "time_law_planner.h"
+#include "planner/planner.h"
+#include "planner/refusal.h"
+#include "planner/time_law_planner.h"
 
 namespace corbot {
 namespace {

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <limits>
 
-#include "arc.h"
 #include "corbot/kinematics/kinematics.h"
 #include "corbot/motion/law_evaluation.h"
-#include "path_proof.h"
-#include "planner.h"
-#include "refusal.h"
-#include "time_law_planner.h"
+#include "planner/arc.h"
+#include "planner/path_proof.h"
+#include "planner/planner.h"
+#include "planner/refusal.h"
+#include "planner/time_law_planner.h"
 
 namespace corbot {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "path_proof.h"
+#include "planner/path_proof.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "corbot/motion/law_evaluation.h"
-#include "refusal.h"
+#include "planner/refusal.h"
 
 namespace corbot {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "refusal.h"
+#include "planner/refusal.h"
 
 #include <fmt/format.h>
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "corbot/kinematics/kinematics.h"
-#include "planner.h"
+#include "planner/planner.h"
 
 namespace corbot {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "time_law_planner.h"
+#include "planner/time_law_planner.h"
 
 #include <cmath>
 

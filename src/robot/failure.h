@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "planner.h"
+#include "planner/planner.h"
 #include "robot/corbot_robot.h"
 
 namespace corbot {

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "config/profile.h"
-#include "planner.h"
+#include "planner/planner.h"
 #include "robot/alarm_log.h"
 #include "robot/failure.h"
 #include "robot/link.h"

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <random>
 
-#include "planner.h"
+#include "planner/planner.h"
+#include "planner/time_law_planner.h"
 #include "sampling.h"
 #include "test_arm.h"
-#include "time_law_planner.h"
 
 #ifdef CORBOT_HAS_RUCKIG
 #include <ruckig/ruckig.hpp>

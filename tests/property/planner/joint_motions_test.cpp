@@ -7,7 +7,7 @@
 #include <random>
 
 #include "corbot/motion/law_evaluation.h"
-#include "planner.h"
+#include "planner/planner.h"
 #include "seed.h"
 #include "test_arm.h"
 

@@ -5,8 +5,8 @@
 #include <random>
 
 #include "corbot/motion/law_evaluation.h"
+#include "planner/time_law_planner.h"
 #include "seed.h"
-#include "time_law_planner.h"
 
 namespace corbot {
 namespace {

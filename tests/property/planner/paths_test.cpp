@@ -8,7 +8,7 @@
 
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path.h"
-#include "planner.h"
+#include "planner/planner.h"
 #include "seed.h"
 #include "test_arm.h"
 

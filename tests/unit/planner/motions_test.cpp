@@ -5,9 +5,9 @@
 
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path.h"
-#include "planner.h"
+#include "planner/planner.h"
+#include "planner/time_law_planner.h"
 #include "test_arm.h"
-#include "time_law_planner.h"
 
 namespace corbot {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The proof itself: no bound may lie below what dense sampling finds, nor far above it.
-#include "path_proof.h"
+#include "planner/path_proof.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <random>
 
 #include "corbot/motion/law_evaluation.h"
+#include "planner/time_law_planner.h"
 #include "test_arm.h"
-#include "time_law_planner.h"
 
 namespace corbot {
 namespace {

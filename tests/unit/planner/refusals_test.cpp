@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "planner.h"
+#include "planner/planner.h"
 #include "test_arm.h"
 
 namespace corbot {
