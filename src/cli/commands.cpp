@@ -16,6 +16,16 @@
 
 namespace corbot::cli {
 
+using client::Client;
+using client::ExitCode;
+using client::Failure;
+using client::find_robot;
+using client::OnSignal;
+using client::read_state;
+using client::Request;
+using client::spec_of;
+using client::Verb;
+
 namespace {
 
 /// Runs `work` with a client whose arm a signal stops. Ends with kStopped when there was one.

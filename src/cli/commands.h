@@ -18,7 +18,7 @@ struct ClientOptions {
 };
 
 /// Carries the request out. Ctrl-C stops the arm: Failure with kStopped.
-void run_request(const ClientOptions& options, const Request& request);
+void run_request(const ClientOptions& options, const client::Request& request);
 /// The same for a program.
 void run_file(const ClientOptions& options, const std::string& file, bool dry_run);
 

@@ -23,6 +23,7 @@
 namespace {
 
 using namespace corbot::cli;
+using namespace corbot::client;
 
 /// Everything that the command line can set.
 struct Settings {

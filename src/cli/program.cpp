@@ -13,6 +13,13 @@
 
 namespace corbot::cli {
 
+using client::ExitCode;
+using client::Failure;
+using client::parse_request;
+using client::Request;
+using client::spec_of;
+using client::VerbSpec;
+
 namespace {
 
 constexpr std::string_view kBlanks = " \t\r";

@@ -15,7 +15,7 @@ namespace corbot::cli {
 struct Statement {
   std::size_t line;  ///< from 1
   std::string text;  ///< as written, without comment and surrounding blanks
-  Request request;
+  client::Request request;
 };
 
 struct ProgramFault {

@@ -18,6 +18,10 @@
 
 namespace corbot::cli {
 
+using client::ExitCode;
+using client::Failure;
+using client::OnSignal;
+
 namespace {
 
 using Clock = std::chrono::steady_clock;

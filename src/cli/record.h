@@ -23,6 +23,6 @@ struct RecordOptions {
 
 /// Writes every cycle of the flight recorder from now on, read-only, until the signal, the time or the
 /// robot's end. Throws Failure. Its summary goes to standard error.
-void record(const RecordOptions& options, const OnSignal& on_signal);
+void record(const RecordOptions& options, const client::OnSignal& on_signal);
 
 }  // namespace corbot::cli

@@ -11,6 +11,11 @@
 
 namespace corbot::cli {
 
+using client::Client;
+using client::ExitCode;
+using client::Failure;
+using client::to_words;
+
 namespace {
 
 using Clock = std::chrono::steady_clock;

@@ -20,6 +20,6 @@ void print_program(const Program& program);
 
 /// Carries the statements out one after the other, with a bar on a terminal and plain lines elsewhere. Throws
 /// Failure with file and line of the statement that failed; those behind it are not begun.
-void run_program(Client& client, const Program& program, const std::string& file);
+void run_program(client::Client& client, const Program& program, const std::string& file);
 
 }  // namespace corbot::cli

@@ -13,6 +13,10 @@
 
 namespace corbot::cli {
 
+using client::Client;
+using client::OnSignal;
+using client::printable;
+
 namespace {
 
 using nlohmann::json;

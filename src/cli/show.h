@@ -26,7 +26,7 @@ struct StatusReport {
   Corbot::DeviceInfo device;
 };
 
-[[nodiscard]] StatusReport read_status(Client& client);
+[[nodiscard]] StatusReport read_status(client::Client& client);
 [[nodiscard]] std::string status_text(const StatusReport& report);
 [[nodiscard]] std::string status_line(
     const StatusReport& report);  ///< one line, for `watch` without a terminal
@@ -46,6 +46,6 @@ struct StatusReport {
 
 /// Redraws until a signal was seen or `count` pictures were shown (0 = no end). Without a terminal: a line
 /// each.
-void watch(Client& client, const OnSignal& on_signal, double interval_s, int count);
+void watch(client::Client& client, const client::OnSignal& on_signal, double interval_s, int count);
 
 }  // namespace corbot::cli

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string>
 
-namespace corbot::cli {
+namespace corbot::client {
 
 namespace {
 
@@ -56,7 +56,7 @@ Client::Client(const Address& address, double timeout_s) : address_(address) {
                               "$OMNIORB_CONFIG",
                               e._name()));
   }
-  cli::ask(address_, [&] {
+  client::ask(address_, [&] {
     CORBA::Object_var object = orb_->string_to_object(in_giop_1_2(address_.uri).c_str());
     arm_ = Corbot::Arm::_narrow(object);
   });
@@ -177,4 +177,4 @@ void Client::wait(Corbot::Ticket ticket, const ProgressReport& report) {
   }
 }
 
-}  // namespace corbot::cli
+}  // namespace corbot::client

@@ -8,7 +8,7 @@
 #include "client/explain.h"
 #include "client/request.h"
 
-namespace corbot::cli {
+namespace corbot::client {
 
 /// Where the robot of `--robot` is. Empty: the one that is up on this machine, or $CORBOT_ROBOT. Takes a
 /// corbaloc, corbaname or IOR, HOST:PORT/NAME, or the name of a robot that is up here. Throws Failure.
@@ -42,7 +42,7 @@ class Client {
 
   template <class F>
   auto ask(F&& f) {
-    return cli::ask(address_, [&] { return f(*arm_.in()); });
+    return client::ask(address_, [&] { return f(*arm_.in()); });
   }
 
  private:
@@ -56,4 +56,4 @@ class Client {
   std::atomic<bool> cancelled_{false};
 };
 
-}  // namespace corbot::cli
+}  // namespace corbot::client

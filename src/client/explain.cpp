@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace corbot::cli {
+namespace corbot::client {
 
 namespace {
 
@@ -116,4 +116,4 @@ Failure explain(const CORBA::SystemException& e, const Address& address) {
                                            address.where, e._name(), e.minor())};
 }
 
-}  // namespace corbot::cli
+}  // namespace corbot::client

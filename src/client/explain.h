@@ -9,7 +9,7 @@
 
 // Exceptions of the interface and of the ORB in words that a person can act on.
 
-namespace corbot::cli {
+namespace corbot::client {
 
 /// Where a robot was looked for, for messages.
 struct Address {
@@ -60,4 +60,4 @@ auto ask(const Address& address, F&& f) -> decltype(f()) {
   }
 }
 
-}  // namespace corbot::cli
+}  // namespace corbot::client

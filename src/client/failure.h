@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstring>
+#include <filesystem>
 #include <stdexcept>
 #include <string>
 
-namespace corbot::cli {
+namespace corbot::client {
 
 /// What `corbot` returns to its caller. Documented in corbot(1); do not renumber.
 enum class ExitCode : int {
@@ -26,4 +28,9 @@ class Failure : public std::runtime_error {
   ExitCode code_;
 };
 
-}  // namespace corbot::cli
+/// "PATH: No such file or directory"; `error` is an errno.
+[[nodiscard]] inline Failure system_failure(const std::filesystem::path& path, int error) {
+  return {ExitCode::kInternal, path.string() + ": " + std::strerror(error)};
+}
+
+}  // namespace corbot::client

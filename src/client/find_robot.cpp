@@ -8,7 +8,7 @@
 #include "client/local_robots.h"
 #include "client/number.h"
 
-namespace corbot::cli {
+namespace corbot::client {
 
 namespace {
 
@@ -79,4 +79,4 @@ Address find_robot(const std::string& robot) {
                             printable(text)));
 }
 
-}  // namespace corbot::cli
+}  // namespace corbot::client

@@ -10,22 +10,17 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "client/failure.h"
 
-namespace corbot::cli {
+namespace corbot::client {
 
 namespace {
 
 using nlohmann::json;
 namespace fs = std::filesystem;
-
-Failure system_failure(const fs::path& path, int error) {
-  return {ExitCode::kInternal, fmt::format("{}: {}", path.string(), std::strerror(error))};
-}
 
 /// Names of the robots that have a state file, sorted: those that are up, or those that are not.
 std::vector<std::string> robots_of_files(bool up) {
@@ -109,4 +104,4 @@ std::vector<std::string> robots_up() { return robots_of_files(true); }
 
 std::vector<std::string> robots_left_over() { return robots_of_files(false); }
 
-}  // namespace corbot::cli
+}  // namespace corbot::client

@@ -12,7 +12,7 @@
 // supervisor. Beside NAME.json lies NAME.lock, whose lock the supervisor holds while it lives; the kernel
 // releases it however it dies, so a left-over file is never taken for a live robot.
 
-namespace corbot::cli {
+namespace corbot::client {
 
 struct RobotState {
   std::string name;
@@ -48,4 +48,4 @@ struct RobotState {
 /// Names of the robots that have a state file and are not up, sorted.
 [[nodiscard]] std::vector<std::string> robots_left_over();
 
-}  // namespace corbot::cli
+}  // namespace corbot::client

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace corbot::cli {
+namespace corbot::client {
 
 namespace {
 
@@ -57,4 +57,4 @@ std::vector<std::string> protect_negative_numbers(int argc, const char* const* a
   return words;
 }
 
-}  // namespace corbot::cli
+}  // namespace corbot::client

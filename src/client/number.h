@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace corbot::cli {
+namespace corbot::client {
 
 /// A decimal number with '.' whatever the locale: the whole word, finite; a leading '+' is allowed.
 /// Hexadecimal, 'inf' and 'nan' are not.
@@ -22,4 +22,4 @@ namespace corbot::cli {
 /// option.
 [[nodiscard]] std::vector<std::string> protect_negative_numbers(int argc, const char* const* argv);
 
-}  // namespace corbot::cli
+}  // namespace corbot::client

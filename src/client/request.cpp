@@ -9,7 +9,7 @@
 
 #include "client/number.h"
 
-namespace corbot::cli {
+namespace corbot::client {
 
 namespace {
 
@@ -252,4 +252,4 @@ std::string similar_verb(std::string_view word) {
   return std::string(best);
 }
 
-}  // namespace corbot::cli
+}  // namespace corbot::client

@@ -9,7 +9,7 @@
 
 // The words that a person gives to the robot: the same on the command line and in a program.
 
-namespace corbot::cli {
+namespace corbot::client {
 
 enum class Verb {
   kMove,
@@ -77,4 +77,4 @@ struct VerbSpec {
 /// The word in `known` that `word` was probably meant to be; empty if none is near.
 [[nodiscard]] std::string similar_verb(std::string_view word);
 
-}  // namespace corbot::cli
+}  // namespace corbot::client

@@ -13,7 +13,7 @@
 
 #include "client/failure.h"
 
-namespace corbot::cli {
+namespace corbot::client {
 
 namespace {
 
@@ -77,4 +77,4 @@ bool OnSignal::wait(double seconds) const {
   return seen();
 }
 
-}  // namespace corbot::cli
+}  // namespace corbot::client

@@ -5,7 +5,7 @@
 #include <functional>
 #include <thread>
 
-namespace corbot::cli {
+namespace corbot::client {
 
 /// While it lives, SIGINT, SIGTERM and SIGHUP call `action` once, in a thread of its own, and do not end the
 /// program; the second one ends it at once with exit code 4. Make it before any other thread, so that all of
@@ -35,4 +35,4 @@ class OnSignal {
   std::thread thread_;
 };
 
-}  // namespace corbot::cli
+}  // namespace corbot::client

@@ -8,7 +8,7 @@
 
 #include "net/endpoint.h"
 
-namespace corbot::cli {
+namespace corbot::net {
 
 std::optional<std::pair<std::string, int>> split_endpoint(const std::string& text) {
   corbot_endpoint endpoint{};
@@ -38,4 +38,4 @@ bool listens_on_loopback(int port) noexcept {
   return accepted;
 }
 
-}  // namespace corbot::cli
+}  // namespace corbot::net

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-namespace corbot::cli {
+namespace corbot::net {
 
 /// "HOST:PORT", port 1 … 65535. Nothing when it is not of that form.
 [[nodiscard]] std::optional<std::pair<std::string, int>> split_endpoint(const std::string& text);
@@ -16,4 +16,4 @@ namespace corbot::cli {
 /// Does a TCP server on the loopback accept connections at that port?
 [[nodiscard]] bool listens_on_loopback(int port) noexcept;
 
-}  // namespace corbot::cli
+}  // namespace corbot::net

@@ -21,6 +21,10 @@
 
 namespace corbot::cli {
 
+using client::ExitCode;
+using client::Failure;
+using client::OnSignal;
+
 namespace {
 
 std::string read_text(const std::string& file) {

@@ -20,6 +20,11 @@
 
 namespace corbot::cli {
 
+using client::ExitCode;
+using client::Failure;
+using client::parse_number;
+using client::printable;
+
 namespace {
 
 constexpr double kPulseTolerance_us = 0.01;

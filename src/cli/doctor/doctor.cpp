@@ -16,6 +16,9 @@
 
 namespace corbot::cli {
 
+using client::is_up;
+using net::why_not_free;
+
 namespace {
 
 constexpr int kDefaultPriority = 80;

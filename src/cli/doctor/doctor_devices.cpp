@@ -16,6 +16,8 @@
 
 namespace corbot::cli {
 
+using client::is_up;
+
 namespace {
 
 constexpr const char* kSubject = "devices";

@@ -17,6 +17,8 @@
 
 namespace corbot::cli {
 
+using client::parse_integer;
+
 namespace {
 
 constexpr std::uint64_t kSegmentRoom = 8u << 20;  // several robots' segments

@@ -18,6 +18,9 @@
 
 namespace corbot::cli {
 
+using client::ExitCode;
+using client::Failure;
+
 namespace {
 
 constexpr std::size_t kMaxLine = 4096;

@@ -15,6 +15,13 @@
 
 namespace corbot::cli {
 
+using client::ExitCode;
+using client::Failure;
+using client::is_robot_name;
+using client::is_up;
+using client::read_state;
+using client::robots_up;
+
 namespace {
 
 constexpr int kPatience_ms = 20'000;  // three children, five seconds each before they are killed, and some

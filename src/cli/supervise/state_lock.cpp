@@ -2,14 +2,12 @@
 #include "cli/supervise/state_lock.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -18,14 +16,19 @@
 
 namespace corbot::cli {
 
+using client::is_robot_name;
+using client::is_up;
+using client::open_lock;
+using client::read_state;
+using client::robots_left_over;
+using client::RobotState;
+using client::state_directory;
+using client::system_failure;
+
 namespace {
 
 using nlohmann::json;
 namespace fs = std::filesystem;
-
-Failure system_failure(const fs::path& path, int error) {
-  return {ExitCode::kInternal, fmt::format("{}: {}", path.string(), std::strerror(error))};
-}
 
 /// Is the open file still the one of that name?
 bool is_linked(int fd) {

@@ -20,7 +20,7 @@ class StateLock {
   ~StateLock();
 
   /// Replaces the file at once: readers see the old or the new one.
-  void write(const RobotState& state) const;
+  void write(const client::RobotState& state) const;
 
  private:
   StateLock(std::filesystem::path directory, std::string name, int fd);

@@ -15,6 +15,9 @@
 
 namespace corbot::cli {
 
+using client::ExitCode;
+using client::Failure;
+
 namespace {
 
 constexpr double kLookEvery_s = 0.1;

@@ -19,6 +19,16 @@
 
 namespace corbot::cli {
 
+using client::ExitCode;
+using client::Failure;
+using client::is_robot_name;
+using client::printable;
+using client::read_state;
+using client::RobotState;
+using net::listens_on_loopback;
+using net::split_endpoint;
+using net::why_not_free;
+
 namespace {
 
 namespace fs = std::filesystem;

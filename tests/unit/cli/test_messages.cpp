@@ -8,6 +8,15 @@
 #include "client/explain.h"
 
 namespace corbot::cli {
+using client::Address;
+using client::ask;
+using client::Client;
+using client::ExitCode;
+using client::Failure;
+using client::find_robot;
+using client::plain;
+using client::printable;
+
 namespace {
 
 using testing::AllOf;

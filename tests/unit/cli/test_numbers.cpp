@@ -6,6 +6,12 @@
 #include "net/ports.h"
 
 namespace corbot::cli {
+using client::number_fault;
+using client::parse_integer;
+using client::parse_number;
+using client::protect_negative_numbers;
+using net::split_endpoint;
+
 namespace {
 
 using testing::HasSubstr;

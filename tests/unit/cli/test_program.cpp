@@ -9,6 +9,16 @@
 #include "client/failure.h"
 
 namespace corbot::cli {
+using client::ExitCode;
+using client::Failure;
+using client::find_verb;
+using client::Request;
+using client::spec_of;
+using client::to_words;
+using client::Verb;
+using client::verbs;
+using client::VerbSpec;
+
 namespace {
 
 using testing::ElementsAre;

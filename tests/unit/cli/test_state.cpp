@@ -17,6 +17,15 @@
 #include "client/failure.h"
 
 namespace corbot::cli {
+using client::ExitCode;
+using client::Failure;
+using client::find_robot;
+using client::is_robot_name;
+using client::is_up;
+using client::read_state;
+using client::robots_up;
+using client::RobotState;
+
 namespace {
 
 namespace fs = std::filesystem;
