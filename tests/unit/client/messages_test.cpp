@@ -7,16 +7,7 @@
 #include "client/client.h"
 #include "client/explain.h"
 
-namespace corbot::cli {
-using client::Address;
-using client::ask;
-using client::Client;
-using client::ExitCode;
-using client::Failure;
-using client::find_robot;
-using client::plain;
-using client::printable;
-
+namespace corbot::client {
 namespace {
 
 using testing::AllOf;
@@ -113,4 +104,4 @@ TEST(Robot, ConnectingToNobodyIsUnreachable) {
 }
 
 }  // namespace
-}  // namespace corbot::cli
+}  // namespace corbot::client

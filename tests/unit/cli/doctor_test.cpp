@@ -13,6 +13,7 @@
 #include "cli/doctor/doctor.h"
 
 namespace corbot::cli {
+
 namespace {
 
 namespace fs = std::filesystem;

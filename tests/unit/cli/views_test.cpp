@@ -10,6 +10,7 @@
 #include "cli/show.h"
 
 namespace corbot::cli {
+
 namespace {
 
 using testing::HasSubstr;

@@ -9,6 +9,7 @@
 #include "client/failure.h"
 
 namespace corbot::cli {
+
 using client::ExitCode;
 using client::Failure;
 using client::find_verb;

@@ -5,13 +5,7 @@
 #include "client/number.h"
 #include "net/ports.h"
 
-namespace corbot::cli {
-using client::number_fault;
-using client::parse_integer;
-using client::parse_number;
-using client::protect_negative_numbers;
-using net::split_endpoint;
-
+namespace corbot::client {
 namespace {
 
 using testing::HasSubstr;
@@ -52,11 +46,11 @@ TEST(CommandLine, ProtectsNegativeNumbersOnly) {
 }
 
 TEST(Endpoint, IsHostAndPort) {
-  EXPECT_EQ(split_endpoint("127.0.0.1:12810"), (std::pair<std::string, int>{"127.0.0.1", 12810}));
+  EXPECT_EQ(net::split_endpoint("127.0.0.1:12810"), (std::pair<std::string, int>{"127.0.0.1", 12810}));
   for (const char* text : {"", "localhost", ":1", "h:", "h:-1", "h:0", "h:65536", "h:x"}) {
-    EXPECT_FALSE(split_endpoint(text)) << text;
+    EXPECT_FALSE(net::split_endpoint(text)) << text;
   }
 }
 
 }  // namespace
-}  // namespace corbot::cli
+}  // namespace corbot::client

@@ -8,6 +8,7 @@
 #include "cli/calibrate/calibration.h"
 
 namespace corbot::cli {
+
 namespace {
 
 using testing::HasSubstr;

@@ -17,6 +17,7 @@
 #include "client/failure.h"
 
 namespace corbot::cli {
+
 using client::ExitCode;
 using client::Failure;
 using client::find_robot;
