@@ -289,12 +289,12 @@ void Cycle::exchange_with_backend() noexcept {
   const BackendHealth before = health_;
   health_ = backend_.health();
   snapshot_.device_health = static_cast<std::uint32_t>(health_);
-  snapshot_.device_cause = backend_.cause();
+  snapshot_.device_cause = to_number(backend_.cause());
   if (health_ == before) return;
   if (has_failed(health_) && !has_failed(before)) {
-    fault({AlarmCode::kBackendLost, -1, 0, static_cast<double>(backend_.cause()), 0.0, 0.0});
+    fault({AlarmCode::kBackendLost, -1, 0, static_cast<double>(to_number(backend_.cause())), 0.0, 0.0});
   } else if (health_ == BackendHealth::kDegraded) {
-    raise({AlarmCode::kBackendDegraded, -1, 0, static_cast<double>(backend_.cause()), 0.0, 0.0});
+    raise({AlarmCode::kBackendDegraded, -1, 0, static_cast<double>(to_number(backend_.cause())), 0.0, 0.0});
   }
 }
 

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <utility>
 
-#include "rt/backends/serial/serial_port.h"
+#include "rt/backends/bus/device_error.h"
 
 namespace corbot::rt {
 namespace {

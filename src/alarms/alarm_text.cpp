@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <iterator>
+#include <cstdint>
 #include <numbers>
 
 namespace corbot {
@@ -13,7 +13,7 @@ double degrees(double angle_rad) { return angle_rad * 180.0 / std::numbers::pi; 
 
 std::string because(double cause) {
   if (!(cause >= 0.0 && cause < 1e6)) return {};
-  const std::string text = device_cause_text(static_cast<std::uint32_t>(cause));
+  const std::string text = device_cause_text(to_device_cause(static_cast<std::uint32_t>(cause)));
   return text.empty() ? text : ": " + text;
 }
 
@@ -65,18 +65,30 @@ std::string alarm_text(const AlarmEvent& event) {
   return fmt::format("alarm {}", static_cast<std::uint32_t>(event.code));
 }
 
-const char* device_cause_text(std::uint32_t cause) {
-  static constexpr const char* kCauses[] = {"",
-                                            "it is not there",
-                                            "another program uses it",
-                                            "the line was cut",
-                                            "it takes no more bytes",
-                                            "it does not answer",
-                                            "it answers nonsense",
-                                            "it reports a fault of its own",
-                                            "its bus is down",
-                                            "it went silent on its bus"};
-  return cause < std::size(kCauses) ? kCauses[cause] : "";
+const char* device_cause_text(DeviceCause cause) {
+  switch (cause) {
+    case DeviceCause::kNone:
+      return "";
+    case DeviceCause::kNotThere:
+      return "it is not there";
+    case DeviceCause::kInUse:
+      return "another program uses it";
+    case DeviceCause::kHungUp:
+      return "the line was cut";
+    case DeviceCause::kWriteTimeout:
+      return "write timed out";
+    case DeviceCause::kNoAnswer:
+      return "it does not answer";
+    case DeviceCause::kBadAnswer:
+      return "invalid reply";
+    case DeviceCause::kDeviceFault:
+      return "it reports a fault of its own";
+    case DeviceCause::kBusDown:
+      return "its bus is down";
+    case DeviceCause::kHeartbeatLost:
+      return "it went silent on its bus";
+  }
+  return "";
 }
 
 }  // namespace corbot

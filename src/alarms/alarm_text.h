@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <string>
 
+#include "corbot/backend/device_cause.h"
 #include "corbot/channel/records.h"
 
 // The alarms of the real-time task in words: the servant's, and its own log's.
 
 namespace corbot {
 
-/// DeviceCause of rt/backends/serial_port.h in words; "" for none.
-[[nodiscard]] const char* device_cause_text(std::uint32_t cause);
+/// Such as "the line was cut"; "" for none.
+[[nodiscard]] const char* device_cause_text(DeviceCause cause);
 
 /// What has happened, with joint, value and limit where there are any.
 [[nodiscard]] std::string alarm_text(const AlarmEvent& event);

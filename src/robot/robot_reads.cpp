@@ -76,7 +76,7 @@ corbot_device_info Robot::device() const {
   if (now.device_health <= static_cast<std::uint32_t>(BackendHealth::kLost))
     info.health = static_cast<corbot_device_health>(now.device_health);
   info.cause = now.device_cause;
-  copy_text(device_cause_text(now.device_cause), info.cause_text, sizeof(info.cause_text));
+  copy_text(device_cause_text(to_device_cause(now.device_cause)), info.cause_text, sizeof(info.cause_text));
   info.measured = is_measured(now) ? 1 : 0;
   if (is_measured(now)) info.measured_age_s = std::max(seconds(monotonic_ns() - now.measured_time_ns), 0.0);
   info.emergency_stop = now.stop_sources != 0 ? 1 : 0;

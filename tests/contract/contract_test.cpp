@@ -148,7 +148,7 @@ TEST_P(Contract, TellsItsHealthAndItsName) {
   EXPECT_EQ(backend_->name(), profile_.backend.kind);
   open();
   EXPECT_EQ(backend_->health(), BackendHealth::kOpen);
-  EXPECT_EQ(backend_->cause(), 0u);
+  EXPECT_EQ(backend_->cause(), DeviceCause::kNone);
   EXPECT_TRUE(arrives()) << off();
   driver_->end();
   backend_->close();

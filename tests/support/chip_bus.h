@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "rt/backends/bus/device_error.h"
 #include "rt/backends/pwm/i2c_bus.h"
-#include "rt/backends/serial/serial_port.h"
 #include "sim/devices/pca9685_chip.h"
 
 namespace corbot::test {
@@ -41,8 +41,8 @@ class ChipBus final : public rt::I2cBus {
 
  private:
   void check(bool is_acknowledged) const {
-    if (!state_.is_there) throw rt::DeviceError(rt::DeviceCause::kNotThere, name_ + ": nobody there");
-    if (!is_acknowledged) throw rt::DeviceError(rt::DeviceCause::kNoAnswer, name_ + ": not acknowledged");
+    if (!state_.is_there) throw rt::DeviceError(DeviceCause::kNotThere, name_ + ": nobody there");
+    if (!is_acknowledged) throw rt::DeviceError(DeviceCause::kNoAnswer, name_ + ": not acknowledged");
   }
   State& state_;
   const std::string name_{"fake 0x40"};

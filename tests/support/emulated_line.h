@@ -53,7 +53,7 @@ class EmulatedLine final : public rt::SerialLine {
     while (wire_.answered.size() < into.size()) {
       const auto next_ns = wire_.device.next_answer_ns();
       wire_.now_ns = next_ns ? std::max(wire_.now_ns, *next_ns) : wire_.now_ns + kDeadline_ns;
-      if (!next_ns) throw rt::DeviceError(rt::DeviceCause::kNoAnswer, "emulated: no answer");
+      if (!next_ns) throw rt::DeviceError(DeviceCause::kNoAnswer, "emulated: no answer");
       fetch();
     }
     std::copy_n(wire_.answered.begin(), into.size(), into.begin());

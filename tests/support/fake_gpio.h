@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "rt/backends/bus/device_error.h"
 #include "rt/backends/gpio/gpio_lines.h"
-#include "rt/backends/serial/serial_port.h"
 
 namespace corbot::test {
 
@@ -137,7 +137,7 @@ class FakeGpio {
     ++requests_;
   }
   void check() const {
-    if (error_ != 0) throw rt::DeviceError(rt::DeviceCause::kHungUp, "fake gpio: gone");
+    if (error_ != 0) throw rt::DeviceError(DeviceCause::kHungUp, "fake gpio: gone");
   }
 
   std::mutex mutex_;

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "corbot/arm/joints.h"
+#include "corbot/backend/device_cause.h"
 
 namespace corbot {
 
@@ -76,8 +77,8 @@ class Backend {
   [[nodiscard]] virtual ServoFeedback read() noexcept = 0;
   /// Real-time safe.
   [[nodiscard]] virtual BackendHealth health() const noexcept = 0;
-  /// Real-time safe. Why it is lost: a number of the backend's own, 0 for none.
-  [[nodiscard]] virtual std::uint32_t cause() const noexcept { return 0; }
+  /// Real-time safe. Why it is degraded or lost.
+  [[nodiscard]] virtual DeviceCause cause() const noexcept { return DeviceCause::kNone; }
   /// Real-time safe.
   [[nodiscard]] virtual BackendTimes times() const noexcept { return {}; }
   /// Not real-time safe. What has happened since the last call, in words for the log; empty: nothing.

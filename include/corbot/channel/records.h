@@ -80,7 +80,7 @@ struct Snapshot {
   std::uint64_t overruns;
   std::uint32_t stop_sources;   ///< bits of StopSource that see an emergency stop now
   std::uint32_t device_health;  ///< BackendHealth
-  std::uint32_t device_cause;   ///< why it is degraded or lost, a number of the backend's; 0: it is not
+  std::uint32_t device_cause;   ///< why it is degraded or lost, DeviceCause; 0: it is not
   std::uint32_t reserved;
   std::uint64_t device_frames;         ///< that the device has taken
   std::int64_t device_age_ns;          ///< of the newest of them when the device had taken it

@@ -178,7 +178,7 @@ void BusBackend::run() noexcept {
         is_there = approach();
         if (is_there) {
           open_since_ = Clock::now();
-          cause_.store(0, std::memory_order_relaxed);
+          cause_.store(DeviceCause::kNone, std::memory_order_relaxed);
           health_.store(BackendHealth::kOpen, std::memory_order_release);
         }
       }
@@ -188,7 +188,7 @@ void BusBackend::run() noexcept {
     } catch (const DeviceError& error) {
       // The first cause is told, not that the device is not there while it is being tried again.
       if (health_.load(std::memory_order_relaxed) != BackendHealth::kLost) {
-        cause_.store(static_cast<std::uint32_t>(error.cause()), std::memory_order_relaxed);
+        cause_.store(error.cause(), std::memory_order_relaxed);
         tell(std::string("lost: ") + error.what() + "; trying again");
         health_.store(BackendHealth::kLost, std::memory_order_release);  // whoever sees it sees its cause
         if (Clock::now() - open_since_ > kWell) reopen_s = settings_.reopen_after_s;
@@ -214,7 +214,7 @@ void BusBackend::serve() {
       if (has_answered) misses_ = 0;
       if (const auto warning = device_->warning()) degrade(*warning);
       if (has_answered && ++good_ == kGoodAgain && health() == BackendHealth::kDegraded) {
-        cause_.store(0, std::memory_order_relaxed);
+        cause_.store(DeviceCause::kNone, std::memory_order_relaxed);
         tell("answers again");
         health_.store(BackendHealth::kOpen, std::memory_order_release);
       }
@@ -249,7 +249,7 @@ void BusBackend::tolerate(const DeviceError& error) {
 void BusBackend::degrade(const DeviceError& error) {
   good_ = 0;
   if (health() == BackendHealth::kDegraded) return;
-  cause_.store(static_cast<std::uint32_t>(error.cause()), std::memory_order_relaxed);
+  cause_.store(error.cause(), std::memory_order_relaxed);
   tell(std::string("degraded: ") + error.what());
   health_.store(BackendHealth::kDegraded, std::memory_order_release);
 }

@@ -51,9 +51,7 @@ class BusBackend final : public Backend {
   [[nodiscard]] BackendHealth health() const noexcept override {
     return health_.load(std::memory_order_acquire);
   }
-  [[nodiscard]] std::uint32_t cause() const noexcept override {
-    return cause_.load(std::memory_order_relaxed);
-  }
+  [[nodiscard]] DeviceCause cause() const noexcept override { return cause_.load(std::memory_order_relaxed); }
   [[nodiscard]] BackendTimes times() const noexcept override;
   [[nodiscard]] std::string take_news() override;
   [[nodiscard]] const char* name() const noexcept override { return settings_.name.c_str(); }
@@ -106,7 +104,7 @@ class BusBackend final : public Backend {
   SnapshotCell<ServoFeedback> feedback_;
   SnapshotCell<BackendTimes> times_;
   std::atomic<BackendHealth> health_{BackendHealth::kClosed};
-  std::atomic<std::uint32_t> cause_{0};
+  std::atomic<DeviceCause> cause_{DeviceCause::kNone};
   std::atomic<bool> is_cancelled_{false};
 
   std::mutex mutex_;  // of what follows; never taken by the cycle

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "corbot/backend/backend.h"
-#include "rt/backends/serial/serial_port.h"
+#include "rt/backends/bus/device_error.h"
 
 namespace corbot::rt {
 

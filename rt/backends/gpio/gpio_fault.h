@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "rt/backends/serial/serial_port.h"
+#include "rt/backends/bus/device_error.h"
 
 namespace corbot::rt {
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "rt/backends/bus/bus_device.h"
+#include "rt/backends/serial/serial_port.h"
 
 namespace corbot::rt {
 

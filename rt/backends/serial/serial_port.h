@@ -4,33 +4,11 @@
 #include <chrono>
 #include <cstdint>
 #include <span>
-#include <stdexcept>
 #include <string>
 
+#include "rt/backends/bus/device_error.h"
+
 namespace corbot::rt {
-
-/// What is wrong with a device, in words and as a number that goes into the alarm.
-enum class DeviceCause : std::uint32_t {
-  kNone,
-  kNotThere,      ///< cannot be opened
-  kInUse,         ///< another program has it
-  kHungUp,        ///< the plug was pulled
-  kWriteTimeout,  ///< takes no more bytes
-  kNoAnswer,
-  kBadAnswer,
-  kDeviceFault,    ///< the device itself reports a fault
-  kBusDown,        ///< the network interface went down, or the controller off the bus
-  kHeartbeatLost,  ///< a drive on a bus went silent
-};
-
-class DeviceError : public std::runtime_error {
- public:
-  DeviceError(DeviceCause cause, const std::string& text) : std::runtime_error(text), cause_(cause) {}
-  [[nodiscard]] DeviceCause cause() const noexcept { return cause_; }
-
- private:
-  DeviceCause cause_;
-};
 
 /// What a serial controller hangs on. Never blocks longer than the deadline that it is given. Not real-time
 /// safe; every failure throws DeviceError and leaves the line to be closed.

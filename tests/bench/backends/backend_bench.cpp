@@ -47,7 +47,7 @@ void exchange(Backend& backend, ServoFrame& frame, std::vector<double>& times_ns
     backend.write(frame);
     const ServoFeedback feedback = backend.read();
     const BackendHealth health = backend.health();
-    const std::uint32_t cause = backend.cause();
+    const DeviceCause cause = backend.cause();
     const BackendTimes times = backend.times();
     const auto end = Clock::now();
     asm volatile("" : : "g"(&feedback), "g"(health), "g"(cause), "g"(&times) : "memory");

@@ -77,14 +77,14 @@ TEST_F(BusBackendTest, IsLostTriesAgainAndApproachesBeforeItIsOpen) {
   bus_.there = false;
   bus_.fails = true;
   ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kLost; }));
-  EXPECT_EQ(backend->cause(), static_cast<std::uint32_t>(DeviceCause::kHungUp));
+  EXPECT_EQ(backend->cause(), DeviceCause::kHungUp);
   EXPECT_THAT(backend->take_news(), ::testing::HasSubstr("lost: /dev/fake: cut"));
   backend->write(frame(77));
   bus_.fails = false;
   const std::size_t before = bus_.copy().size();
   bus_.there = true;
   ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
-  EXPECT_EQ(backend->cause(), 0u);
+  EXPECT_EQ(backend->cause(), DeviceCause::kNone);
   EXPECT_EQ(bus_.opened, 2);
   EXPECT_EQ(bus_.copy().at(before), std::make_pair(std::uint64_t{77}, true));
 }
@@ -117,10 +117,10 @@ TEST_F(BusBackendTest, AMissingAnswerDegradesAndThreeInARowAreALoss) {
   (void)backend->take_news();
   bus_.misses = 2;
   ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kDegraded; }));
-  EXPECT_EQ(backend->cause(), static_cast<std::uint32_t>(DeviceCause::kNoAnswer));
+  EXPECT_EQ(backend->cause(), DeviceCause::kNoAnswer);
   ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }))
       << "after many good ones";
-  EXPECT_EQ(backend->cause(), 0u);
+  EXPECT_EQ(backend->cause(), DeviceCause::kNone);
   EXPECT_TRUE(wait_until([&] { return backend->take_news().ends_with("answers again"); }));
   EXPECT_EQ(bus_.opened, 1);
   bus_.misses = 3;

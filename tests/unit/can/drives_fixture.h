@@ -70,7 +70,7 @@ class Drives : public ::testing::Test {
   }
   void expect_lost(DeviceCause cause, const std::string& text) {
     ASSERT_TRUE(becomes(BackendHealth::kLost)) << news_;
-    EXPECT_EQ(backend_->cause(), static_cast<std::uint32_t>(cause)) << news_;
+    EXPECT_EQ(backend_->cause(), cause) << news_;
     EXPECT_TRUE(wait_until(within(10), [&] {
       news_ += backend_->take_news();
       return news_.find(text) != std::string::npos;

@@ -13,8 +13,8 @@
 
 #include "rig_devices/rig_device.h"
 #include "rt/backends/bus/bus_backend.h"
+#include "rt/backends/bus/device_error.h"
 #include "rt/backends/gpio/gpiod.h"
-#include "rt/backends/serial/serial_port.h"
 #include "rt/inputs/safety_lines.h"
 
 namespace corbot::test {
@@ -235,7 +235,7 @@ TEST_F(RigGpio, ComesBackWithItsChip) {
   for (int i = 0; i < 10; ++i) {
     plug.out();
     ASSERT_TRUE(becomes(BackendHealth::kLost));
-    EXPECT_EQ(backend.cause(), static_cast<std::uint32_t>(DeviceCause::kHungUp));
+    EXPECT_EQ(backend.cause(), DeviceCause::kHungUp);
     chip = plug.in();
     ASSERT_TRUE(becomes(BackendHealth::kOpen)) << backend.take_news();
     EXPECT_TRUE(has_pulses()) << chip;

@@ -42,6 +42,19 @@ TEST(AlarmLog, OnlyAFaultIsTheCauseOfError) {
             "the servo device is lost: the line was cut; the arm holds");
 }
 
+TEST(AlarmLog, ANumberThatIsNoCauseOfADeviceHasNoWords) {
+  const std::uint32_t last = to_number(DeviceCause::kHeartbeatLost);
+  EXPECT_EQ(to_device_cause(last), DeviceCause::kHeartbeatLost);
+  for (std::uint32_t number = 1; number <= last; ++number) {
+    EXPECT_STRNE(device_cause_text(to_device_cause(number)), "") << number;
+  }
+  for (const std::uint32_t number : {last + 1, ~std::uint32_t{0}}) {
+    EXPECT_EQ(to_device_cause(number), DeviceCause::kNone);
+  }
+  EXPECT_EQ(alarm_text({AlarmCode::kBackendLost, -1, 0, 1000.0, 0.0, 0.0}),
+            "the servo device is lost; the arm holds");
+}
+
 TEST(AlarmLog, TheNewestActiveOneIsTheCause) {
   AlarmLog log;
   EXPECT_EQ(log.cause(), "");

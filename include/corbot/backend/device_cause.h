@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+namespace corbot {
+
+/// Why a device is degraded, lost, or cannot be opened. Its number is what the snapshot, the alarm and the
+/// client get; docs/alarms.md lists them.
+enum class DeviceCause : std::uint32_t {
+  kNone,
+  kNotThere,      ///< cannot be opened
+  kInUse,         ///< another program has it
+  kHungUp,        ///< the plug was pulled
+  kWriteTimeout,  ///< accepts no more bytes
+  kNoAnswer,
+  kBadAnswer,
+  kDeviceFault,    ///< the device itself reports a fault
+  kBusDown,        ///< the network interface went down, or the controller is off the bus
+  kHeartbeatLost,  ///< a drive on a bus went silent
+};
+
+/// Real-time safe. The number as it stands in a snapshot, a record or an alarm.
+[[nodiscard]] constexpr std::uint32_t to_number(DeviceCause cause) noexcept {
+  return static_cast<std::uint32_t>(cause);
+}
+
+/// Real-time safe. The cause that such a number stands for; kNone for a number that stands for none.
+[[nodiscard]] constexpr DeviceCause to_device_cause(std::uint32_t number) noexcept {
+  return number <= to_number(DeviceCause::kHeartbeatLost) ? static_cast<DeviceCause>(number)
+                                                          : DeviceCause::kNone;
+}
+
+}  // namespace corbot
