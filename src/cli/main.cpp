@@ -19,6 +19,7 @@
 #include "cli/supervise/up.h"
 #include "client/explain.h"
 #include "client/number.h"
+#include "config/similar.h"
 
 namespace {
 
@@ -194,10 +195,13 @@ void add_files(CLI::App& app, Settings& s) {
 
 /// CLI11 only says that there is an argument too many.
 void check_command(CLI::App& app, const std::string& word) {
-  const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
-  if (std::any_of(commands.begin(), commands.end(), [&](const CLI::App* c) { return c->get_name() == word; }))
-    return;
-  const std::string near = similar_verb(word);
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command->get_name() == word) return;
+    names.push_back(command->get_name());
+  }
+  const std::vector<std::string_view> known(names.begin(), names.end());
+  const std::string_view near = corbot::most_similar(word, known);
   throw Failure(ExitCode::kUsage,
                 fmt::format("unknown command '{}'{}; 'corbot --help' lists them", printable(word),
                             near.empty() ? "" : fmt::format(": did you mean '{}'?", near)));

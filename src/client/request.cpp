@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "client/number.h"
+#include "config/similar.h"
 
 namespace corbot::client {
 
@@ -155,19 +156,11 @@ std::optional<std::string> read_argument(const VerbSpec& spec, const std::string
   return std::nullopt;
 }
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t change = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, change});
-    }
-  }
-  return row.back();
+/// The verb that `word` is most likely a misspelling of; empty if none is near.
+std::string_view similar_verb(std::string_view word) {
+  std::vector<std::string_view> words;
+  for (const auto& spec : table()) words.push_back(spec.word);
+  return most_similar(word, words);
 }
 
 }  // namespace
@@ -202,7 +195,7 @@ std::variant<Request, std::string> parse_request(std::span<const std::string> wo
   if (words.empty()) return std::string("no command");
   const VerbSpec* spec = find_verb(words[0]);
   if (spec == nullptr) {
-    const std::string near = similar_verb(words[0]);
+    const std::string_view near = similar_verb(words[0]);
     return fmt::format("unknown command '{}'", words[0]) +
            (near.empty() ? std::string() : fmt::format("; did you mean '{}'?", near));
   }
@@ -237,19 +230,6 @@ std::string to_words(const Request& request) {
   if (request.joint >= 0) text += fmt::format(" --joint {}", request.joint);
   if (request.all) text += " --all";
   return text;
-}
-
-std::string similar_verb(std::string_view word) {
-  std::string_view best;
-  std::size_t least = 3;
-  for (const auto& spec : table()) {
-    const std::size_t distance = edit_distance(word, spec.word);
-    if (distance < least && distance < spec.word.size()) {
-      least = distance;
-      best = spec.word;
-    }
-  }
-  return std::string(best);
 }
 
 }  // namespace corbot::client

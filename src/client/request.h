@@ -74,7 +74,4 @@ struct VerbSpec {
 /// The request as a program would write it.
 [[nodiscard]] std::string to_words(const Request& request);
 
-/// The word in `known` that `word` was probably meant to be; empty if none is near.
-[[nodiscard]] std::string similar_verb(std::string_view word);
-
 }  // namespace corbot::client
