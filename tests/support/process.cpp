@@ -10,6 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdlib>
@@ -75,7 +76,15 @@ Process::Process(std::vector<std::string> command, const std::vector<std::string
   argv.push_back(nullptr);
   std::vector<std::string> variables(environment);
   variables.push_back(state_variable());
-  for (char** e = environ; *e != nullptr; ++e) variables.emplace_back(*e);
+  const std::size_t given = variables.size();
+  for (char** e = environ; *e != nullptr; ++e) {
+    const std::string variable(*e);
+    const std::string name = variable.substr(0, variable.find('=') + 1);
+    if (std::none_of(variables.begin(), variables.begin() + given,
+                     [&](const std::string& v) { return v.starts_with(name); })) {
+      variables.push_back(variable);
+    }
+  }
   std::vector<char*> envp;
   for (auto& variable : variables) envp.push_back(variable.data());
   envp.push_back(nullptr);

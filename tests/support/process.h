@@ -34,8 +34,8 @@ bool wait_until(Deadline deadline, Condition&& condition) {
 /// each).
 class Process {
  public:
-  /// Starts `command`; throws std::runtime_error when that fails. `environment`: NAME=value, added to the
-  /// test's own, and to a state directory for all children of one test program.
+  /// Starts `command`; throws std::runtime_error when that fails. `environment`: NAME=value, in place of
+  /// the test's own or added to it, as is a state directory for all children of one test program.
   explicit Process(std::vector<std::string> command, const std::vector<std::string>& environment = {});
   Process(Process&& other) noexcept;
   Process& operator=(Process&& other) noexcept;
