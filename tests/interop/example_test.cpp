@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The example client in C, as it is printed to a person.
+// The examples that README and examples/ give a newcomer, run against a robot as they stand there.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <regex>
+#include <sstream>
 
 #include <fmt/core.h>
 
@@ -12,8 +17,79 @@ namespace corbot::test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
-class Example : public RobotRig {
+std::string read_source(const std::string& file) {
+  std::ifstream stream(fmt::format("{}/{}", CORBOT_SOURCE_DIR, file));
+  std::ostringstream text;
+  text << stream.rdbuf();
+  EXPECT_FALSE(text.str().empty()) << file;
+  return text.str();
+}
+
+/// The line of README's that begins with `command`, with `directory` where it says build.
+std::string command_of_readme(const std::string& command, const std::string& directory) {
+  std::istringstream readme(read_source("README.md"));
+  for (std::string line; std::getline(readme, line);) {
+    if (line.starts_with("    " + command + " ")) {
+      return std::regex_replace(line, std::regex("\\bbuild\\b|([CI])build\\b"), "$1" + directory);
+    }
+  }
+  ADD_FAILURE() << "README.md has no line that begins with " << command;
+  return "false";
+}
+
+TEST(Readme, OpensWithTheExamplesAsTheyAre) {
+  const std::string readme = read_source("README.md");
+  for (const auto& [language, file] : {std::pair{"python", "examples/python/first_move.py"},
+                                       std::pair{"cpp", "examples/cpp/first_move.cpp"}}) {
+    const std::string text = read_source(file);
+    EXPECT_THAT(readme, HasSubstr(fmt::format("```{}\n{}```\n", language, text))) << file;
+    EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 30) << file;
+  }
+}
+
+class FirstMove : public RobotRig {
+ protected:
+  void SetUp() override {
+    RobotRig::SetUp();
+    scratch_ = fmt::format("{}/{}", CORBOT_SCRATCH_DIR, name_);
+    std::filesystem::create_directory(scratch_);
+  }
+  void TearDown() override {
+    std::filesystem::remove_all(scratch_);
+    RobotRig::TearDown();
+  }
+  static void expect_moved(const RunResult& result) {
+    EXPECT_EQ(result.code, 0) << result.output << result.errors;
+    EXPECT_THAT(result.output, StartsWith("moved to (0.2, 0.05, 0.08) m\njoints 14.0 "));
+    EXPECT_THAT(result.output, HasSubstr("nothing moved: the target (0.9, 0, 0.1) m is too far"));
+  }
+  std::string scratch_;
+};
+
+TEST_F(FirstMove, InPython) {
+  const std::string out = CORBOT_CLIENTS_OUT "/python";
+  const RunResult made = run({CORBOT_CLIENTS_DIR "/python/prepare", out}, 500.0);
+  if (made.code == 77) GTEST_SKIP() << "skipped: " << made.errors;
+  ASSERT_EQ(made.code, 0) << made.errors;
+  expect_moved(run({"python3", CORBOT_SOURCE_DIR "/examples/python/first_move.py", reference_}, 60.0,
+                   {fmt::format("PYTHONPATH={}/lib", out), "PYTHONDONTWRITEBYTECODE=1",
+                    fmt::format("PATH={}/lib/bin:{}", out, std::getenv("PATH"))}));
+}
+
+TEST_F(FirstMove, InCppBuiltByCMake) { expect_moved(run({CORBOT_FIRST_MOVE, reference_})); }
+
+TEST_F(FirstMove, InCppBuiltAsReadmeSays) {
+  const std::string in_source_dir = "cd " CORBOT_SOURCE_DIR " && ";
+  for (const char* command : {"omniidl", "g++"}) {
+    const RunResult made = run({"sh", "-c", in_source_dir + command_of_readme(command, scratch_)}, 300.0);
+    ASSERT_EQ(made.code, 0) << made.output << made.errors;
+  }
+  expect_moved(run({scratch_ + "/first_move", reference_}));
+}
+
+class HelloArm : public RobotRig {
  protected:
   void SetUp() override {
     if (!std::filesystem::exists(CORBOT_HELLO_ARM)) GTEST_SKIP() << "skipped: ORBit2 not found";
@@ -33,7 +109,7 @@ class Example : public RobotRig {
   std::string sockets_;
 };
 
-TEST_F(Example, InCMovesTheArm) {
+TEST_F(HelloArm, MovesTheArm) {
   const RunResult result = hello(reference_);
   EXPECT_EQ(result.code, 0) << result.output << result.errors;
   EXPECT_THAT(result.output, HasSubstr("an arm of 4 articulations that reaches 0.340 m\n"));
@@ -42,7 +118,7 @@ TEST_F(Example, InCMovesTheArm) {
   EXPECT_THAT(result.output, HasSubstr("joints 0.00 0.00 0.00 0.00 degrees\n"));
 }
 
-TEST_F(Example, InCSaysWhatIsWrong) {
+TEST_F(HelloArm, SaysWhatIsWrong) {
   EXPECT_EQ(hello("nonsense").code, 1);
   const RunResult nobody = hello(fmt::format("corbaloc::127.0.0.1:{}/{}", free_port(), name_));
   EXPECT_EQ(nobody.code, 1);

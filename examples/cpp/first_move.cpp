@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Prints the joints and moves the tool, twice; the second point is out of reach. first_move [REFERENCE]
+#include <cstdio>
+
+#include "arm.hh"
+
+int main(int argc, char** argv) {
+  try {
+    CORBA::ORB_var orb = CORBA::ORB_init(argc, argv);
+    const char* reference = argc > 1 ? argv[1] : "corbaloc::127.0.0.1:12810/lynx5";
+    CORBA::Object_var object = orb->string_to_object(reference);
+    Corbot::Arm_var arm = Corbot::Arm::_narrow(object);
+    const Corbot::Point points[] = {{0.20, 0.05, 0.08}, {0.90, 0.00, 0.10}};
+    for (const Corbot::Point& p : points) {
+      try {
+        arm->Move(p.x, p.y, p.z, 0, 0);  // metres; as fast as the limits allow; returns at rest
+        std::printf("moved to (%g, %g, %g) m\n", p.x, p.y, p.z);
+      } catch (const Corbot::Unreachable& refusal) {
+        std::printf("nothing moved: %s\n", refusal.reason.in());
+      }
+      Corbot::JointCoord_var joints = arm->ArtiCoord();
+      std::printf("joints");
+      for (CORBA::ULong i = 0; i < joints->length(); ++i) std::printf(" %.1f", joints[i]);
+      std::printf(" degrees\n");
+    }
+  } catch (const CORBA::Exception& error) {
+    std::printf("%s: is the robot up?\n", error._name());
+    return 1;
+  }
+}
