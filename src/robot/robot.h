@@ -13,7 +13,7 @@
 #include "config/profile.h"
 #include "planner/planner.h"
 #include "robot/alarm_log.h"
-#include "robot/failure.h"
+#include "robot/call_error.h"
 #include "robot/link.h"
 #include "robot/position_keeper.h"
 #include "robot/ticket_table.h"

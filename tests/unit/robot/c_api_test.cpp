@@ -8,7 +8,7 @@
 #include <string>
 
 #include "robot/corbot_robot.h"
-#include "robot/failure.h"
+#include "robot/call_error.h"
 
 namespace corbot {
 namespace {

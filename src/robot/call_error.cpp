@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "robot/failure.h"
+#include "robot/call_error.h"
 
 #include <fmt/format.h>
 
