@@ -6,24 +6,23 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
+#include "corbot/units.h"
 #include "rt/cycle/set_point_check.h"
 
 namespace corbot::rt {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 /// A controller tells its pulses in steps of up to 10 us, 1 degree of a usual servo.
-constexpr double kSamePulse_rad = 2.0 * kDegree;
+constexpr double kSamePulse_rad = to_radians(2.0);
 /// A joint may hang that far beyond its end; it is brought back, slowly.
-constexpr double kNearRange_rad = 3.0 * kDegree;
+constexpr double kNearRange_rad = to_radians(3.0);
 
 std::string degrees(const ArmModel& arm, const Joints& position_rad) {
   std::string text;
   for (std::size_t i = 0; i < arm.dof; ++i) {
-    text += fmt::format("{}{:.1f}", i == 0 ? "" : " ", position_rad[i] / kDegree + 0.0);
+    text += fmt::format("{}{:.1f}", i == 0 ? "" : " ", to_degrees(position_rad[i]) + 0.0);
   }
   return text + " degrees";
 }
@@ -67,7 +66,8 @@ void StartPosition::refuse_impossible(const DevicePosition& device) const {
         "encoder, correct its drive's zero_count, counts_per_degree or direction, or turn it by hand into "
         "its "
         "range",
-        profile_.joint_names[i], at_rad / kDegree, limits.lower_rad / kDegree, limits.upper_rad / kDegree));
+        profile_.joint_names[i], to_degrees(at_rad), to_degrees(limits.lower_rad),
+        to_degrees(limits.upper_rad)));
   }
 }
 

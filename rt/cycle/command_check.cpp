@@ -18,7 +18,6 @@ namespace {
 constexpr double kLimitTolerance = 1e-6;
 constexpr double kDurationTolerance = 1e-9;
 constexpr double kFrameTolerance = 1e-9;
-constexpr double kFarthest_m = 1e3;
 constexpr double kLargestRadius_m = 1e6;
 
 constexpr CommandVerdict kGood{};
@@ -117,8 +116,8 @@ CommandVerdict check_path(const ArmModel& arm, const Command& command, const Pat
 }
 
 CommandVerdict check_line(const ArmModel& arm, const Command& command) noexcept {
-  if (!is_small(command.line.from_m, kFarthest_m)) return malformed(command.line.from_m[0]);
-  if (!is_small(command.line.to_m, kFarthest_m)) return malformed(command.line.to_m[0]);
+  if (!is_small(command.line.from_m, kFarthestCoordinate_m)) return malformed(command.line.from_m[0]);
+  if (!is_small(command.line.to_m, kFarthestCoordinate_m)) return malformed(command.line.to_m[0]);
   return check_path(arm, command, command.line);
 }
 
@@ -145,7 +144,7 @@ CommandVerdict check_stays(const Command& command) noexcept {
 
 CommandVerdict check_dwell(const Command& command) noexcept {
   const double duration_s = command.dwell.duration_s;
-  if (!(duration_s >= 0.0 && duration_s <= kLongestDwell_s)) return malformed(duration_s);
+  if (!(duration_s >= 0.0 && duration_s <= kLongestPlan_s)) return malformed(duration_s);
   if (!(std::abs(duration_s - command.duration_s) <= kDurationTolerance * std::max(1.0, duration_s))) {
     return malformed(command.duration_s);
   }
@@ -184,7 +183,7 @@ CommandVerdict check_command(const ArmModel& arm, const Command& command, const 
   if (command.id <= rest.last_id || command.id - rest.last_id > kLargestIdStep) {
     return malformed(static_cast<double>(command.id));
   }
-  if (!(command.duration_s >= 0.0 && command.duration_s <= kLongestMotion_s))
+  if (!(command.duration_s >= 0.0 && command.duration_s <= kLongestCommand_s))
     return malformed(command.duration_s);
   for (std::size_t i = 0; i < kMaxJoints; ++i) {
     if (!std::isfinite(command.end_rad[i]))

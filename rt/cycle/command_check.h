@@ -3,16 +3,13 @@
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/channel/records.h"
+#include "corbot/motion/bounds.h"
 #include "corbot/motion/command.h"
 
 namespace corbot::rt {
 
-/// A command must begin where the arm rests, within this (radians, or part of the gripper's opening).
-inline constexpr double kStartTolerance = 1e-6;
 /// Numbers of commands rise by one; a jump beyond this is no number but garbage.
 inline constexpr std::uint64_t kLargestIdStep = 1'000'000;
-inline constexpr double kLongestDwell_s = 3600.0;
-inline constexpr double kLongestMotion_s = 1e6;
 
 /// Where the arm is at rest when a command comes.
 struct RestState {

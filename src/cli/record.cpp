@@ -10,10 +10,10 @@
 #include <cstring>
 #include <iterator>
 #include <memory>
-#include <numbers>
 #include <utility>
 
 #include "client/failure.h"
+#include "corbot/units.h"
 #include "shm/segment.h"
 
 namespace corbot::cli {
@@ -146,12 +146,11 @@ std::string csv_header(std::size_t joints) {
 }
 
 std::string csv_row(const Snapshot& s, std::size_t joints) {
-  constexpr double kDegrees = 180 / std::numbers::pi;
   std::string row;
   const auto out = std::back_inserter(row);
   fmt::format_to(out, "{},{},{},{},{},{:.6g}", s.cycle, s.time_ns, s.wall_ns, word(s.state), s.command_id,
                  s.virtual_rate);
-  for (std::size_t i = 0; i < joints; ++i) fmt::format_to(out, ",{:.9f}", s.position_rad[i] * kDegrees);
+  for (std::size_t i = 0; i < joints; ++i) fmt::format_to(out, ",{:.9f}", to_degrees(s.position_rad[i]));
   for (const double coordinate : s.tcp_m) fmt::format_to(out, ",{:.12f}", coordinate);
   fmt::format_to(out, ",{:.6g}", s.gripper);
   for (std::size_t i = 0; i <= joints; ++i) fmt::format_to(out, ",{:.3f}", s.pulse_us[i]);

@@ -3,15 +3,15 @@
 
 #include <algorithm>
 #include <map>
-#include <numbers>
 #include <string>
 
 #include <fmt/format.h>
 
+#include "corbot/units.h"
+
 namespace corbot {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr std::size_t kLongestInterface = 15;
 constexpr std::size_t kLongestSocket = 107;
 constexpr std::string_view kUnix = "unix:";
@@ -50,7 +50,7 @@ int read_node(Section& section, NodeUse& in_use) {
 CanDrive read_drive(Section& section, NodeUse& in_use) {
   CanDrive drive;
   drive.node = read_node(section, in_use);
-  drive.counts_per_rad = section.number("counts_per_degree", kScale).value_or(0) / kDegree;
+  drive.counts_per_rad = section.number("counts_per_degree", kScale).value_or(0) / kRadiansPerDegree;
   drive.zero_count = section.number_or("zero_count", 0, kCount).value_or(0);
   const auto direction = section.integer_or("direction", 1, {-1, 1, false, "(1 or -1)"});
   if (direction && *direction == 0) section.refuse("direction", "must be 1 or -1");

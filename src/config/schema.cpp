@@ -5,17 +5,17 @@
 
 #include <algorithm>
 #include <map>
-#include <numbers>
 #include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "corbot/units.h"
+
 namespace corbot {
 namespace {
 
 constexpr std::size_t kLynxJoints = 4;
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kPulseMinUs = 500.0;
 constexpr double kPulseMaxUs = 2500.0;
 /// Of a pulse computed at the end of a range: far below a servo's resolution, far above rounding.
@@ -56,7 +56,8 @@ void read_geometry(Section section, ArmGeometry& geometry) {
   geometry.l2_m = section.number("l2_m", kLength).value_or(0);
   geometry.l3_m = section.number("l3_m", kLength).value_or(0);
   if (const auto offset = section.numbers("offset_deg", geometry.offset_rad.size(), kAngle)) {
-    for (std::size_t i = 0; i < offset->size(); ++i) geometry.offset_rad[i] = (*offset)[i] * kDegree;
+    for (std::size_t i = 0; i < offset->size(); ++i)
+      geometry.offset_rad[i] = (*offset)[i] * kRadiansPerDegree;
   }
   section.finish();
 }
@@ -100,7 +101,7 @@ ServoMap read_servo(Section& joint, const std::optional<std::array<double, 2>>& 
   section.finish();
   if (!zero || !scale || !direction || *direction == 0 || !pulses) return map;
   map.zero_us = *zero;
-  map.us_per_rad = *scale / kDegree;
+  map.us_per_rad = *scale / kRadiansPerDegree;
   map.direction = static_cast<double>(*direction);
   map.pulse_min_us = (*pulses)[0];
   map.pulse_max_us = (*pulses)[1];
@@ -117,14 +118,14 @@ void read_joint(Section& section, std::size_t index, Profile& profile, ChannelUs
   profile.joint_names.push_back(name);
   const auto range = section.range("range_deg", kAngle);
   if (range) {
-    limits.lower_rad = (*range)[0] * kDegree;
-    limits.upper_rad = (*range)[1] * kDegree;
+    limits.lower_rad = (*range)[0] * kRadiansPerDegree;
+    limits.upper_rad = (*range)[1] * kRadiansPerDegree;
     if ((*range)[0] > 0 || (*range)[1] < 0) section.refuse("range_deg", "must contain 0, where Ready goes");
   }
-  limits.speed_rad_s = section.number("speed_deg_s", limit("degrees/s")).value_or(0) * kDegree;
+  limits.speed_rad_s = section.number("speed_deg_s", limit("degrees/s")).value_or(0) * kRadiansPerDegree;
   limits.acceleration_rad_s2 =
-      section.number("acceleration_deg_s2", limit("degrees/s^2")).value_or(0) * kDegree;
-  limits.jerk_rad_s3 = section.number("jerk_deg_s3", limit("degrees/s^3")).value_or(0) * kDegree;
+      section.number("acceleration_deg_s2", limit("degrees/s^2")).value_or(0) * kRadiansPerDegree;
+  limits.jerk_rad_s3 = section.number("jerk_deg_s3", limit("degrees/s^3")).value_or(0) * kRadiansPerDegree;
   profile.arm.servos[index] = read_servo(section, range, in_use);
   section.finish();
 }
@@ -159,10 +160,12 @@ void read_path(Section section, PathLimits& path) {
   path.speed_m_s = section.number("speed_m_s", limit("m/s")).value_or(0);
   path.acceleration_m_s2 = section.number("acceleration_m_s2", limit("m/s^2")).value_or(0);
   path.jerk_m_s3 = section.number("jerk_m_s3", limit("m/s^3")).value_or(0);
-  path.turn_speed_rad_s = section.number("turn_speed_deg_s", limit("degrees/s")).value_or(0) * kDegree;
+  path.turn_speed_rad_s =
+      section.number("turn_speed_deg_s", limit("degrees/s")).value_or(0) * kRadiansPerDegree;
   path.turn_acceleration_rad_s2 =
-      section.number("turn_acceleration_deg_s2", limit("degrees/s^2")).value_or(0) * kDegree;
-  path.turn_jerk_rad_s3 = section.number("turn_jerk_deg_s3", limit("degrees/s^3")).value_or(0) * kDegree;
+      section.number("turn_acceleration_deg_s2", limit("degrees/s^2")).value_or(0) * kRadiansPerDegree;
+  path.turn_jerk_rad_s3 =
+      section.number("turn_jerk_deg_s3", limit("degrees/s^3")).value_or(0) * kRadiansPerDegree;
   section.finish();
 }
 

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "corbot/motion/law_evaluation.h"
+#include "corbot/units.h"
 #include "planner/planner.h"
 #include "planner/refusal.h"
 #include "planner/time_law_planner.h"
@@ -44,7 +45,7 @@ PlanResult joint_command(const ArmModel& model, const Speeds& speeds, const Plan
   Command command = blank_command(MotionKind::kJoint, start);
   const double shortest_s = plan_joints(model, speeds, start.position_rad, target, &command.joint);
   const double duration_s = std::max(shortest_s, t_s);
-  if (duration_s > kLongestMotion_s) return too_long(duration_s);
+  if (duration_s > kLongestPlan_s) return too_long(duration_s);
   for (std::size_t i = 0; i < model.dof; ++i) {
     TimeLaw& law = command.joint.law[i];
     if (law.duration_s() < duration_s) law = stretch(law, duration_s);

@@ -8,6 +8,7 @@
 
 #include "corbot/kinematics/kinematics.h"
 #include "corbot/motion/law_evaluation.h"
+#include "corbot/units.h"
 #include "planner/arc.h"
 #include "planner/path_proof.h"
 #include "planner/planner.h"
@@ -20,7 +21,6 @@ namespace {
 constexpr double kAtP1_m = 1e-9;          // nearer than this the TCP is at P1
 constexpr double kSamePitch_rad = 1e-12;  // a smaller turn of the hand is rounding
 constexpr double kNoTravel = 1e-30;       // metres and radians; below it there is nothing to run through
-constexpr double kContinuous_rad = 5e-7;  // first set-point against the resting one; the task allows 1e-6
 constexpr double kSingular_rad = 1e-7;    // θ2 nearer to 0 than this has no sign
 constexpr double kOnAxis_m = 1e-12;       // a TCP nearer to the axis faces neither way
 constexpr double kRoundUp = 1.0 + 1e-9;   // of a stretch, over rounding
@@ -167,7 +167,7 @@ class PathPlanner {
     }
     const double shortest_s = motion.law.duration_s();
     command.duration_s = std::max(shortest_s, t_s);
-    if (!(command.duration_s <= kLongestMotion_s)) return too_long(command.duration_s);
+    if (!(command.duration_s <= kLongestPlan_s)) return too_long(command.duration_s);
     if (t_s > shortest_s) motion.law = stretch(motion.law, t_s);
     member(command) = motion;
     return command;
@@ -177,7 +177,8 @@ class PathPlanner {
   [[nodiscard]] std::optional<PlanRefusal> check_start(const PlanStart& start, const IkResult& first) const {
     for (std::size_t i = 0; i < 4; ++i) {
       const double present = start.position_rad[i];
-      if (first.status == IkStatus::kOk && std::abs(first.position_rad[i] - present) <= kContinuous_rad)
+      if (first.status == IkStatus::kOk &&
+          std::abs(first.position_rad[i] - present) <= kPlannedStartTolerance_rad)
         continue;
       PlanRefusal refusal = joint_range(static_cast<int>(i), present, model_.joints[i], "at the start");
       refusal.text = fmt::format(

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "corbot/arm/arm_model.h"
+#include "corbot/motion/bounds.h"
 #include "corbot/motion/command.h"
 
 namespace corbot {
@@ -41,11 +42,6 @@ struct PlanStart {
   Joints position_rad{};
   double gripper{};  ///< 0 closed … 1 open
 };
-
-/// Longest motion that is planned.
-inline constexpr double kLongestMotion_s = 3600.0;
-/// Coordinates beyond this are taken for a mistake of unit, not for a target.
-inline constexpr double kFarthestCoordinate_m = 1000.0;
 
 /// Plans whole motions from rest to rest and proves them before anything moves. Stateless and thread-safe.
 /// `t_s` = 0 asks for the shortest time the limits allow; a t_s the limits forbid stretches to what they

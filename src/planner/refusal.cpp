@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
-namespace corbot {
+#include "corbot/units.h"
 
-double to_degrees(double angle_rad) noexcept { return angle_rad * (180.0 / std::numbers::pi); }
+namespace corbot {
 
 PlanRefusal bad_parameter(std::string parameter, double value, double lower, double upper, std::string text,
                           int articulation) {
@@ -60,16 +60,16 @@ PlanRefusal too_long(double duration_s) {
   refusal.kind = PlanRefusal::Kind::kLimitExceeded;
   refusal.parameter = "duration";
   refusal.value = duration_s;
-  refusal.upper = kLongestMotion_s;
+  refusal.upper = kLongestPlan_s;
   refusal.text = fmt::format("under the speed limits this motion takes {:.6g} s, allowed up to {:.6g} s",
-                             duration_s, kLongestMotion_s);
+                             duration_s, kLongestPlan_s);
   return refusal;
 }
 
 std::optional<PlanRefusal> check_time(double t_s) {
-  if (t_s >= 0.0 && t_s <= kLongestMotion_s) return std::nullopt;
-  return bad_parameter("t", t_s, 0.0, kLongestMotion_s,
-                       fmt::format("t = {:.6g} s, allowed 0 to {:.6g} s", t_s, kLongestMotion_s));
+  if (t_s >= 0.0 && t_s <= kLongestPlan_s) return std::nullopt;
+  return bad_parameter("t", t_s, 0.0, kLongestPlan_s,
+                       fmt::format("t = {:.6g} s, allowed 0 to {:.6g} s", t_s, kLongestPlan_s));
 }
 
 std::optional<PlanRefusal> check_point(const std::array<double, 3>& point_m, const std::string& name) {

@@ -10,8 +10,6 @@
 
 namespace corbot {
 
-[[nodiscard]] double to_degrees(double angle_rad) noexcept;
-
 [[nodiscard]] PlanRefusal bad_parameter(std::string parameter, double value, double lower, double upper,
                                         std::string text, int articulation = -1);
 /// `status` is kTooFar or kTooClose; `where` says which point it is, e.g. "the target".
@@ -21,7 +19,7 @@ namespace corbot {
                                       const std::string& where);
 [[nodiscard]] PlanRefusal too_long(double duration_s);
 
-/// Refuses a time that is not finite, negative or above kLongestMotion_s.
+/// Refuses a time that is not finite, negative or above kLongestPlan_s.
 [[nodiscard]] std::optional<PlanRefusal> check_time(double t_s);
 /// Refuses coordinates that are not finite or beyond kFarthestCoordinate_m.
 [[nodiscard]] std::optional<PlanRefusal> check_point(const std::array<double, 3>& point_m,

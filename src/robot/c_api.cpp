@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <utility>
 
 #include "config/profile.h"
+#include "corbot/units.h"
 #include "robot/corbot_robot.h"
 #include "robot/robot.h"
 #include "shm/segment_error.h"
@@ -26,8 +26,6 @@ namespace {
 
 using namespace corbot;
 
-constexpr double kRadian = std::numbers::pi / 180.0;
-
 /// Runs `body` and turns what it throws into a status.
 template <class Body>
 corbot_status guarded(corbot_error* error, Body&& body) noexcept {
@@ -37,8 +35,8 @@ corbot_status guarded(corbot_error* error, Body&& body) noexcept {
   out.articulation = -1;
   try {
     body();
-  } catch (const Failure& failure) {
-    out = failure.error;
+  } catch (const CallError& refused) {
+    out = refused.error;
   } catch (const std::exception& exception) {
     out.status = CORBOT_INTERNAL;
     copy_text(exception.what(), out.text, sizeof(out.text));
@@ -61,18 +59,18 @@ corbot_status start(corbot_robot* robot, corbot_ticket* ticket, corbot_error* er
 /// P and d are checked apart: their sum would hide which of them is at fault.
 void check_above(double d_m) {
   if (std::abs(d_m) <= kFarthestCoordinate_m) return;
-  throw bad_parameter_failure("d", d_m,
-                              fmt::format("d = {:.6g} m, allowed -{:.6g} to {:.6g} m", d_m,
-                                          kFarthestCoordinate_m, kFarthestCoordinate_m));
+  throw bad_argument("d", d_m,
+                     fmt::format("d = {:.6g} m, allowed -{:.6g} to {:.6g} m", d_m, kFarthestCoordinate_m,
+                                 kFarthestCoordinate_m));
 }
 
 void check_coordinates(const double* p_m) {
   static constexpr const char* kNames[] = {"Px", "Py", "Pz"};
   for (int i = 0; i < 3; ++i) {
     if (std::abs(p_m[i]) <= kFarthestCoordinate_m) continue;
-    throw bad_parameter_failure(kNames[i], p_m[i],
-                                fmt::format("{} = {:.6g} m, allowed -{:.6g} to {:.6g} m", kNames[i], p_m[i],
-                                            kFarthestCoordinate_m, kFarthestCoordinate_m));
+    throw bad_argument(kNames[i], p_m[i],
+                       fmt::format("{} = {:.6g} m, allowed -{:.6g} to {:.6g} m", kNames[i], p_m[i],
+                                   kFarthestCoordinate_m, kFarthestCoordinate_m));
   }
 }
 
@@ -205,25 +203,26 @@ corbot_status corbot_robot_move_c(corbot_robot* robot, const double p1_m[3], con
 
 corbot_status corbot_robot_move_joints(corbot_robot* robot, const double* target_deg, size_t count,
                                        double t_s, corbot_ticket* ticket, corbot_error* error) {
-  return start(
-      robot, ticket, error, [&](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
-        const std::size_t dof = robot->robot.profile().arm.dof;
-        if (count != dof) {
-          throw bad_parameter_failure("target", static_cast<double>(count),
+  return start(robot, ticket, error,
+               [&](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
+                 const std::size_t dof = robot->robot.profile().arm.dof;
+                 if (count != dof) {
+                   throw bad_argument("target", static_cast<double>(count),
                                       fmt::format("{} values, but the arm has {} articulations", count, dof));
-        }
-        Joints target_rad{};
-        for (std::size_t i = 0; i < count; ++i) target_rad[i] = target_deg[i] * kRadian;
-        return planner.move_joints(from, settings, target_rad, t_s);
-      });
+                 }
+                 Joints target_rad{};
+                 for (std::size_t i = 0; i < count; ++i) target_rad[i] = to_radians(target_deg[i]);
+                 return planner.move_joints(from, settings, target_rad, t_s);
+               });
 }
 
 corbot_status corbot_robot_drive(corbot_robot* robot, int32_t articulation, double increment_deg,
                                  double speed_deg_s, corbot_ticket* ticket, corbot_error* error) {
-  return start(
-      robot, ticket, error, [&](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
-        return planner.drive(from, settings, articulation, increment_deg * kRadian, speed_deg_s * kRadian);
-      });
+  return start(robot, ticket, error,
+               [&](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
+                 return planner.drive(from, settings, articulation, to_radians(increment_deg),
+                                      to_radians(speed_deg_s));
+               });
 }
 
 corbot_status corbot_robot_ready(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error) {
@@ -255,8 +254,7 @@ corbot_status corbot_robot_close_gripper(corbot_robot* robot, corbot_ticket* tic
 corbot_status corbot_robot_wait(corbot_robot* robot, corbot_ticket ticket, double timeout_s,
                                 corbot_motion_info* info, corbot_error* error) {
   return guarded(error, [&] {
-    if (std::isnan(timeout_s))
-      throw bad_parameter_failure("timeout", timeout_s, "the time-out is not a number");
+    if (std::isnan(timeout_s)) throw bad_argument("timeout", timeout_s, "the time-out is not a number");
     *info = robot->robot.wait(ticket, timeout_s);
   });
 }

@@ -5,13 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "corbot/units.h"
 
 namespace corbot {
 namespace {
 
-Failure failure(corbot_status status, const std::string& text) {
-  Failure result;
+CallError call_error(corbot_status status, const std::string& text) {
+  CallError result;
   result.error.status = status;
   result.error.articulation = -1;
   copy_text(text, result.error.text, sizeof(result.error.text));
@@ -29,7 +30,7 @@ bool is_angular(const std::string& parameter) {
 double tidy_degrees(double angle_rad) {
   constexpr double kSteps = 1e9;        // of a degree
   constexpr double kWorthIt_deg = 1e6;  // beyond, a double has no such digits
-  const double angle_deg = angle_rad * (180.0 / std::numbers::pi);
+  const double angle_deg = to_degrees(angle_rad);
   return std::abs(angle_deg) <= kWorthIt_deg ? std::round(angle_deg * kSteps) / kSteps : angle_deg;
 }
 
@@ -40,29 +41,29 @@ void copy_text(const std::string& from, char* to, std::size_t size) {
   to[length] = '\0';
 }
 
-Failure bad_parameter_failure(const std::string& parameter, double value, const std::string& text) {
-  Failure result = failure(CORBOT_BAD_PARAMETER, text);
+CallError bad_argument(const std::string& parameter, double value, const std::string& text) {
+  CallError result = call_error(CORBOT_BAD_PARAMETER, text);
   copy_text(parameter, result.error.parameter, sizeof(result.error.parameter));
   result.error.value = value;
   return result;
 }
 
-Failure not_ready(const std::string& text) { return failure(CORBOT_NOT_READY, text); }
-Failure stopped(const std::string& text) { return failure(CORBOT_STOPPED, text); }
-Failure no_data(const std::string& text) { return failure(CORBOT_NO_DATA, text); }
-Failure internal(const std::string& text) { return failure(CORBOT_INTERNAL, text); }
+CallError not_ready(const std::string& text) { return call_error(CORBOT_NOT_READY, text); }
+CallError stopped(const std::string& text) { return call_error(CORBOT_STOPPED, text); }
+CallError no_data(const std::string& text) { return call_error(CORBOT_NO_DATA, text); }
+CallError internal(const std::string& text) { return call_error(CORBOT_INTERNAL, text); }
 
-Failure queue_full(int capacity) {
-  Failure result =
-      failure(CORBOT_QUEUE_FULL, fmt::format("{} motions are under way or queued already", capacity));
+CallError queue_full(int capacity) {
+  CallError result =
+      call_error(CORBOT_QUEUE_FULL, fmt::format("{} motions are under way or queued already", capacity));
   result.error.capacity = capacity;
   return result;
 }
 
-Failure refused(const PlanRefusal& refusal) {
+CallError refused(const PlanRefusal& refusal) {
   static constexpr corbot_status kStatus[] = {CORBOT_BAD_PARAMETER, CORBOT_UNREACHABLE,
                                               CORBOT_LIMIT_EXCEEDED};
-  Failure result = failure(kStatus[static_cast<std::size_t>(refusal.kind)], refusal.text);
+  CallError result = call_error(kStatus[static_cast<std::size_t>(refusal.kind)], refusal.text);
   const bool angular = is_angular(refusal.parameter);
   const auto told = [&](double value) { return angular ? tidy_degrees(value) : value; };
   copy_text(refusal.parameter, result.error.parameter, sizeof(result.error.parameter));

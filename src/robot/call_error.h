@@ -9,19 +9,18 @@
 namespace corbot {
 
 /// A refused call, inside this library; the C API turns it into a status and a filled corbot_error.
-struct Failure {
+struct CallError {
   corbot_error error{};
 };
 
-[[nodiscard]] Failure bad_parameter_failure(const std::string& parameter, double value,
-                                            const std::string& text);
-[[nodiscard]] Failure not_ready(const std::string& text);
-[[nodiscard]] Failure stopped(const std::string& text);
-[[nodiscard]] Failure queue_full(int capacity);
-[[nodiscard]] Failure no_data(const std::string& text);
-[[nodiscard]] Failure internal(const std::string& text);
+[[nodiscard]] CallError bad_argument(const std::string& parameter, double value, const std::string& text);
+[[nodiscard]] CallError not_ready(const std::string& text);
+[[nodiscard]] CallError stopped(const std::string& text);
+[[nodiscard]] CallError queue_full(int capacity);
+[[nodiscard]] CallError no_data(const std::string& text);
+[[nodiscard]] CallError internal(const std::string& text);
 /// The planner's refusal at the CORBA face: radians become degrees.
-[[nodiscard]] Failure refused(const PlanRefusal& refusal);
+[[nodiscard]] CallError refused(const PlanRefusal& refusal);
 
 /// Radians as the CORBA face's degrees, without the last bits that the way there and back leaves: -30, not
 /// -29.999999999999996. For what is told back, never for joint positions.

@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numbers>
 #include <utility>
 
 #include "corbot/channel/fingerprint.h"
 #include "corbot/channel/wake.h"
+#include "corbot/units.h"
 
 namespace corbot {
 namespace {
@@ -19,8 +19,7 @@ constexpr std::int64_t kLook_ns = 10'000'000;
 
 double checked_percent(const std::string& parameter, double percent) {
   if (percent > 0.0 && percent <= 100.0) return percent / 100.0;
-  throw bad_parameter_failure(parameter, percent,
-                              fmt::format("{:.6g} percent, allowed above 0 up to 100", percent));
+  throw bad_argument(parameter, percent, fmt::format("{:.6g} percent, allowed above 0 up to 100", percent));
 }
 
 }  // namespace
@@ -198,8 +197,8 @@ corbot_motion_info Robot::wait(corbot_ticket id, double timeout_s) const {
   }
   const auto ticket = tickets_.wait(id, until);
   if (!ticket) {
-    throw bad_parameter_failure("id", static_cast<double>(id),
-                                fmt::format("there is no motion {}, or it is forgotten", id));
+    throw bad_argument("id", static_cast<double>(id),
+                       fmt::format("there is no motion {}, or it is forgotten", id));
   }
   return describe(*ticket);
 }
@@ -300,9 +299,8 @@ void Robot::set_speed(double percent) {
 
 void Robot::set_joint_speed(int articulation, double percent) {
   if (articulation < 0 || articulation >= static_cast<int>(profile_.arm.dof)) {
-    throw bad_parameter_failure(
-        "articulation", articulation,
-        fmt::format("articulation {}, allowed 0 to {}", articulation, profile_.arm.dof - 1));
+    throw bad_argument("articulation", articulation,
+                       fmt::format("articulation {}, allowed 0 to {}", articulation, profile_.arm.dof - 1));
   }
   const double ratio = checked_percent("percent", percent);
   const std::lock_guard lock(settings_mutex_);
@@ -317,11 +315,10 @@ void Robot::set_all_speeds(double percent) {
 
 void Robot::set_tool_pitch(double degrees) {
   if (!(degrees >= -180.0 && degrees <= 180.0)) {
-    throw bad_parameter_failure("degrees", degrees,
-                                fmt::format("{:.6g} degrees, allowed -180 to 180", degrees));
+    throw bad_argument("degrees", degrees, fmt::format("{:.6g} degrees, allowed -180 to 180", degrees));
   }
   const std::lock_guard lock(settings_mutex_);
-  settings_.tool_pitch_rad = degrees * (std::numbers::pi / 180.0);
+  settings_.tool_pitch_rad = to_radians(degrees);
 }
 
 }  // namespace corbot

@@ -21,7 +21,7 @@
 namespace corbot {
 
 /// The robot without an ORB. Plans whole motions one after another, hands them to the real-time task and
-/// keeps account of them. Thread-safe. Units as in corbot_robot.h; refused calls throw Failure.
+/// keeps account of them. Thread-safe. Units as in corbot_robot.h; refused calls throw CallError.
 class Robot final : private LinkListener {
  public:
   /// Throws SegmentError when another servant serves this robot.
@@ -40,7 +40,7 @@ class Robot final : private LinkListener {
   void interrupt();
 
   // Reads: never wait for a motion, nor for one being planned.
-  [[nodiscard]] Snapshot snapshot() const;  ///< throws Failure (no data) when there has never been one
+  [[nodiscard]] Snapshot snapshot() const;  ///< throws CallError (no data) when there has never been one
   [[nodiscard]] Joints joints_deg() const;
   [[nodiscard]] corbot_pose pose() const;
   [[nodiscard]] corbot_gripper gripper() const;
@@ -77,9 +77,9 @@ class Robot final : private LinkListener {
   void on_lost(const std::string& reason) override;
   void on_attached(bool again) override;
 
-  /// The segment of a living task; throws Failure (not ready).
+  /// The segment of a living task; throws CallError (not ready).
   [[nodiscard]] std::shared_ptr<Segment> living_segment() const;
-  /// Waits until `done` holds for the newest snapshot; throws Failure (not ready) when the task dies, the
+  /// Waits until `done` holds for the newest snapshot; throws CallError (not ready) when the task dies, the
   /// robot is closed, or after `seconds`.
   void await(Segment& segment, double seconds, const std::string& what,
              const std::function<bool(const Snapshot&)>& done) const;

@@ -2,16 +2,14 @@
 // The reads of Robot: from the snapshot and the settings, never behind a plan or a motion.
 #include <algorithm>
 #include <chrono>
-#include <numbers>
 
 #include "corbot/backend/backend.h"
 #include "corbot/kinematics/kinematics.h"
+#include "corbot/units.h"
 #include "robot/robot.h"
 
 namespace corbot {
 namespace {
-
-double degrees(double angle_rad) { return angle_rad * (180.0 / std::numbers::pi); }
 
 double seconds(std::int64_t nanoseconds) { return static_cast<double>(nanoseconds) * 1e-9; }
 
@@ -30,7 +28,7 @@ Snapshot Robot::snapshot() const {
 Joints Robot::joints_deg() const {
   const Snapshot now = snapshot();
   Joints joints = is_measured(now) ? now.measured_rad : now.position_rad;
-  for (double& joint : joints) joint = degrees(joint);
+  for (double& joint : joints) joint = to_degrees(joint);
   return joints;
 }
 
@@ -38,8 +36,8 @@ corbot_pose Robot::pose() const {
   const Snapshot now = snapshot();
   ToolPose tool{now.tcp_m, now.yaw_rad, now.pitch_rad};
   if (is_measured(now)) tool = forward(profile_.arm.geometry, now.measured_rad);
-  return {tool.position_m[0],    tool.position_m[1],      tool.position_m[2],
-          degrees(tool.yaw_rad), degrees(tool.pitch_rad), 0.0};
+  return {tool.position_m[0],       tool.position_m[1],         tool.position_m[2],
+          to_degrees(tool.yaw_rad), to_degrees(tool.pitch_rad), 0.0};
 }
 
 corbot_gripper Robot::gripper() const {

@@ -8,14 +8,13 @@
 #include <charconv>
 #include <cmath>
 #include <ctime>
-#include <numbers>
 
 #include "corbot/channel/fingerprint.h"
+#include "corbot/units.h"
 
 namespace corbot {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr std::int64_t kFormat = 1;
 constexpr std::size_t kMaxBootId = 64;
 /// Far more than the rounding of degrees, far less than a servo resolves.
@@ -70,10 +69,11 @@ Joints read_joints(const toml::table& table, const ArmModel& arm) {
   for (std::size_t i = 0; i < dof; ++i) {
     const double value_deg = finite(*array->get(i), "joints_deg");
     const JointLimits& limits = arm.joints[i];
-    joints[i] = value_deg * kDegree;
+    joints[i] = to_radians(value_deg);
     if (joints[i] < limits.lower_rad - kTolerance_rad || joints[i] > limits.upper_rad + kTolerance_rad) {
       throw PositionError(fmt::format("joints_deg: {:.6g} is outside the range of joint {}, {:.6g} to {:.6g}",
-                                      value_deg, i, limits.lower_rad / kDegree, limits.upper_rad / kDegree));
+                                      value_deg, i, to_degrees(limits.lower_rad),
+                                      to_degrees(limits.upper_rad)));
     }
     joints[i] = std::clamp(joints[i], limits.lower_rad, limits.upper_rad);
   }
@@ -117,7 +117,7 @@ std::string position_text(const LastPosition& position, std::size_t dof) {
   const std::tm when = parts_of(position.saved_s);
   std::string joints;
   for (std::size_t i = 0; i < std::min(dof, kMaxJoints); ++i) {
-    joints += fmt::format("{}{}", joints.empty() ? "" : ", ", position.position_rad[i] / kDegree);
+    joints += fmt::format("{}{}", joints.empty() ? "" : ", ", position.position_rad[i] / kRadiansPerDegree);
   }
   return fmt::format(
       "# Where corbot last told this arm to be. Read when the arm is powered up, and only if its profile "

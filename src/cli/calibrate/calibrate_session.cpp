@@ -17,6 +17,7 @@
 #include "client/explain.h"
 #include "client/failure.h"
 #include "client/number.h"
+#include "corbot/units.h"
 
 namespace corbot::cli {
 
@@ -57,7 +58,7 @@ void check(const Profile& meant_from, const std::string& text, const Calibration
     const ServoLine line = calibration.line(i);
     const ServoMap& map = now.arm.servos[i];
     for (const double angle_deg : calibration.range_deg(i)) {
-      const double angle_rad = angle_deg * M_PI / 180.0;
+      const double angle_rad = to_radians(angle_deg);
       const double pulse_us = map.zero_us + map.direction * map.us_per_rad * angle_rad;
       if (std::abs(pulse_us - line.pulse_us(angle_deg)) > kTolerance)
         throw Refused(fmt::format("joint {}: the text would not say what was found", i));

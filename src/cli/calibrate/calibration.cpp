@@ -5,14 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
+
+#include "corbot/units.h"
 
 namespace corbot::cli {
 
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 /// Closer marks give the scale of what the eye errs by.
 constexpr double kLeastAngle_deg = 10.0;
 constexpr double kLeastPulse_us = 50.0;
@@ -65,8 +65,10 @@ Calibration::Calibration(const Profile& profile)
     const JointLimits& limits = profile.arm.joints[i];
     Joint joint;
     joint.name = profile.joint_names[i];
-    joint.line = {map.zero_us, rounded(map.us_per_rad * kDegree, 1e9), map.direction > 0.0 ? 1 : -1};
-    joint.range_deg = {rounded(limits.lower_rad / kDegree, 1e9), rounded(limits.upper_rad / kDegree, 1e9)};
+    joint.line = {map.zero_us, rounded(map.us_per_rad * kRadiansPerDegree, 1e9),
+                  map.direction > 0.0 ? 1 : -1};
+    joint.range_deg = {rounded(to_degrees(limits.lower_rad), 1e9),
+                       rounded(to_degrees(limits.upper_rad), 1e9)};
     joint.pulse_range_us = {map.pulse_min_us, map.pulse_max_us};
     joints_.push_back(std::move(joint));
   }

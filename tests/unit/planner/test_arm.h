@@ -3,14 +3,14 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/kinematics/kinematics.h"
+#include "corbot/units.h"
 
 namespace corbot::test {
 
-constexpr double deg(double degrees) { return degrees * std::numbers::pi / 180.0; }
+constexpr double deg(double degrees) { return to_radians(degrees); }
 
 /// The nominal Lynx 5, as profiles/lynx5.toml has it in essence.
 inline ArmModel lynx5() {

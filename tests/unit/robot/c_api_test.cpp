@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
-#include "robot/corbot_robot.h"
 #include "robot/call_error.h"
+#include "robot/corbot_robot.h"
 
 namespace corbot {
 namespace {

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Every bound that planner and real-time task both know. The task's are never narrower than the planner's: a
+// plan that the planner has proved must not be refused for a rounding.
+
+namespace corbot {
+
+/// The planner plans no motion, and no dwell, that lasts longer.
+inline constexpr double kLongestPlan_s = 3600.0;
+/// The task takes no command that claims to last longer: far beyond any plan, it keeps what is computed from a
+/// duration finite.
+inline constexpr double kLongestCommand_s = 1e6;
+static_assert(kLongestCommand_s >= kLongestPlan_s);
+
+/// Coordinates beyond this, along each axis, are taken for a mistake of unit, not for a target.
+inline constexpr double kFarthestCoordinate_m = 1000.0;
+
+/// A command must begin where the arm rests, within this (radians, or part of the gripper's opening).
+inline constexpr double kStartTolerance = 1e-6;
+/// The planner refuses a line or an arc whose first point misses the arm's joints by more.
+inline constexpr double kPlannedStartTolerance_rad = kStartTolerance / 2.0;
+
+}  // namespace corbot
