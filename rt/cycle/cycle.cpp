@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "corbot/channel/alarms.h"
 #include "corbot/kinematics/kinematics.h"
 #include "rt/cycle/command_check.h"
 #include "rt/cycle/servo_map.h"
@@ -37,7 +38,7 @@ Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, cons
       commands_(segment.commands),
       completions_(segment.completions),
       alarms_(segment.alarms) {
-  take_up_last_position(start);
+  adopt_last_position(start);
   drop_ring();
   stops_requested_ = segment_.control.stop_count.load(std::memory_order_acquire);
   snapshot_.stops_done = stops_requested_;
@@ -47,7 +48,7 @@ Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, cons
   map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
 }
 
-void Cycle::take_up_last_position(const CycleStart& start) noexcept {
+void Cycle::adopt_last_position(const CycleStart& start) noexcept {
   for (std::size_t i = 0; i < std::min<std::size_t>(arm_.dof, kMaxJoints); ++i) {
     const double wanted_rad = std::isfinite(start.position_rad[i]) ? start.position_rad[i] : 0.0;
     set_point_.position_rad[i] = std::clamp(wanted_rad, arm_.joints[i].lower_rad, arm_.joints[i].upper_rad);
@@ -66,18 +67,18 @@ void Cycle::take_up_last_position(const CycleStart& start) noexcept {
     }
     if (!start.outranks_segment && std::isfinite(last.gripper))
       set_point_.opening = std::clamp(last.gripper, 0.0, 1.0);
-    take_up_error(last.state == RtState::kError);
+    inherit_error(last.state == RtState::kError);
   }
-  take_up_error(segment_.header.stop_seen.load(std::memory_order_acquire) != 0);
+  inherit_error(segment_.header.stop_seen.load(std::memory_order_acquire) != 0);
   last_ = set_point_;
 }
 
 /// Of whatever kind it was, it counts as a stop: nobody has cleared it.
-void Cycle::take_up_error(bool was_in_error) noexcept {
+void Cycle::inherit_error(bool was_in_error) noexcept {
   if (!was_in_error) return;
   faulted_ = true;
   emergency_latched_ = true;
-  error_taken_up_ = true;
+  error_inherited_ = true;
 }
 
 void Cycle::drop_ring() noexcept {
@@ -131,14 +132,14 @@ void Cycle::take_override() noexcept {
 
 /// Before any command of this cycle: the set-point of the last cycle is the last.
 void Cycle::take_emergency_stop() noexcept {
-  if (error_taken_up_) raise({AlarmCode::kErrorTakenUp, -1, 0, 0.0, 0.0, 0.0});
-  error_taken_up_ = false;
+  if (error_inherited_) raise(alarm::error_inherited());
+  error_inherited_ = false;
   snapshot_.stop_sources = emergency_stop_.sources();
   const std::uint32_t presses = emergency_stop_.presses();
   if (presses == presses_seen_) return;
   presses_seen_ = presses;
   emergency_latched_ = true;
-  fault({AlarmCode::kEmergencyStop, -1, 0, static_cast<double>(snapshot_.stop_sources), 0.0, 0.0});
+  fault(alarm::emergency_stop(snapshot_.stop_sources));
 }
 
 bool Cycle::is_stopping() const noexcept { return stops_requested_ > snapshot_.stops_done || shutdown_; }
@@ -211,8 +212,8 @@ void Cycle::begin_pending() noexcept {
   if (pending_.epoch > stops_requested_)
     verdict = {Verdict::kMalformed, -1, static_cast<double>(pending_.epoch)};
   if (!verdict.ok()) {
-    raise({AlarmCode::kCommandRefused, verdict.joint, 0, static_cast<double>(pending_.id),
-           static_cast<double>(verdict.verdict), verdict.value});
+    raise(alarm::command_refused(
+        {.id = pending_.id, .verdict = verdict.verdict, .joint = verdict.joint, .value = verdict.value}));
     complete(pending_.id, verdict.verdict);
     return;
   }
@@ -225,7 +226,7 @@ void Cycle::begin_pending() noexcept {
 
 /// The ring's indices made no sense and what it held is gone: whoever waits for it must not wait forever.
 void Cycle::report_lost_commands() noexcept {
-  raise({AlarmCode::kRingCorrupt, -1, 0, 0.0, 0.0, 0.0});
+  raise(alarm::ring_corrupt());
   const std::uint64_t last = is_running_ ? running_.id : snapshot_.last_done_id;
   const std::uint64_t next = segment_.header.next_command_id.load(std::memory_order_acquire);
   for (std::uint64_t id = last + 1; id < next && id <= last + segment_.commands.capacity(); ++id) {
@@ -246,13 +247,14 @@ void Cycle::accept_or_hold(const SetPoint& next) noexcept {
   last_ = set_point_;
   if (!is_running_) return;
   if (!next.reachable) {
-    fault({AlarmCode::kKinematicsFailed, -1, 0, governor_.virtual_time_s(), 0.0, running_.duration_s});
+    fault(
+        alarm::kinematics_failed({.time_s = governor_.virtual_time_s(), .duration_s = running_.duration_s}));
     return;
   }
   const SetPointVerdict verdict =
       check_set_point(arm_, set_point_.position_rad, next.position_rad, next.opening, period_s_);
   if (!verdict.ok) {
-    fault({verdict.code, verdict.joint, 0, verdict.value, verdict.lower, verdict.upper});
+    fault(verdict.alarm);
     return;
   }
   set_point_ = next;
@@ -292,9 +294,9 @@ void Cycle::exchange_with_backend() noexcept {
   snapshot_.device_cause = to_number(backend_.cause());
   if (health_ == before) return;
   if (has_failed(health_) && !has_failed(before)) {
-    fault({AlarmCode::kBackendLost, -1, 0, static_cast<double>(to_number(backend_.cause())), 0.0, 0.0});
+    fault(alarm::backend_lost(backend_.cause()));
   } else if (health_ == BackendHealth::kDegraded) {
-    raise({AlarmCode::kBackendDegraded, -1, 0, static_cast<double>(to_number(backend_.cause())), 0.0, 0.0});
+    raise(alarm::backend_degraded(backend_.cause()));
   }
 }
 
@@ -312,7 +314,7 @@ void Cycle::fault(const AlarmEvent& cause) noexcept {
 
 void Cycle::raise(AlarmEvent alarm) noexcept {
   alarm.time_ns = snapshot_.wall_ns;
-  // A full ring drops the alarm: nobody has taken the 64 before it either, and the state tells of a fault.
+  // A full ring drops the alarm: the 64 before it have not been read either, and the state shows a fault.
   (void)alarms_.push(alarm);
   (void)alarm_log_.push(alarm);
   published_ = true;

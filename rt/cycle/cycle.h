@@ -62,8 +62,8 @@ class Cycle {
   [[nodiscard]] Ring<AlarmEvent, 64>& alarm_log() noexcept { return alarm_log_; }
 
  private:
-  void take_up_last_position(const CycleStart& start) noexcept;
-  void take_up_error(bool was_in_error) noexcept;
+  void adopt_last_position(const CycleStart& start) noexcept;
+  void inherit_error(bool was_in_error) noexcept;
   void drop_ring() noexcept;
 
   void take_flags() noexcept;
@@ -113,7 +113,7 @@ class Cycle {
   bool faulted_{false};
   std::uint32_t presses_seen_{0};
   bool emergency_latched_{false};  ///< until a clear after the release
-  bool error_taken_up_{false};     ///< of the task before, not yet told
+  bool error_inherited_{false};    ///< of the task before, not yet reported
   bool uncertain_{false};          ///< no motion has been done yet since the arm's power-up
   bool limp_at_stop_{false};
   bool published_{false};

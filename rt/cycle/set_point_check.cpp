@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "corbot/channel/alarms.h"
+
 namespace corbot::rt {
 namespace {
 
@@ -11,18 +13,24 @@ constexpr double kSpeedTolerance = 1e-6;
 constexpr double kStepTolerance_rad = 1e-7;  // rounding of the inverse next to a stretched arm
 constexpr double kOpeningTolerance = 1e-9;
 
+SetPointVerdict refused(const AlarmEvent& alarm) noexcept { return {false, alarm}; }
+
 SetPointVerdict check_joint(const JointLimits& limits, std::int32_t joint, double last_rad, double next_rad,
                             double dt_s) noexcept {
   if (!std::isfinite(next_rad)) {
-    return {false, AlarmCode::kSetPointNotFinite, joint, next_rad, limits.lower_rad, limits.upper_rad};
+    return refused(alarm::set_point_not_finite(joint));
   }
   if (next_rad < limits.lower_rad - kGateTolerance_rad || next_rad > limits.upper_rad + kGateTolerance_rad) {
-    return {false, AlarmCode::kSetPointOutOfRange, joint, next_rad, limits.lower_rad, limits.upper_rad};
+    return refused(alarm::set_point_out_of_range({.joint = joint,
+                                                  .position_rad = next_rad,
+                                                  .lower_rad = limits.lower_rad,
+                                                  .upper_rad = limits.upper_rad}));
   }
   const double allowed_rad = limits.speed_rad_s * dt_s * (1.0 + kSpeedTolerance) + kStepTolerance_rad;
   const double step_rad = next_rad - last_rad;
   if (!(std::abs(step_rad) <= allowed_rad)) {
-    return {false, AlarmCode::kSetPointDiscontinuous, joint, step_rad, -allowed_rad, allowed_rad};
+    return refused(
+        alarm::set_point_discontinuous({.joint = joint, .step_rad = step_rad, .allowed_rad = allowed_rad}));
   }
   return {};
 }
@@ -38,9 +46,10 @@ SetPointVerdict check_set_point(const ArmModel& arm, const Joints& last_rad, con
         check_joint(limits, static_cast<std::int32_t>(i), last_rad[i], next_rad[i], dt_s);
     if (!verdict.ok) return verdict;
   }
-  if (!std::isfinite(opening)) return {false, AlarmCode::kSetPointNotFinite, -1, opening, 0.0, 1.0};
+  if (!std::isfinite(opening)) return refused(alarm::set_point_not_finite(-1));
   if (opening < -kOpeningTolerance || opening > 1.0 + kOpeningTolerance) {
-    return {false, AlarmCode::kSetPointOutOfRange, -1, opening, 0.0, 1.0};
+    return refused(alarm::set_point_out_of_range(
+        {.joint = -1, .position_rad = opening, .lower_rad = 0.0, .upper_rad = 1.0}));
   }
   return {};
 }

@@ -13,11 +13,7 @@ inline constexpr double kGateTolerance_rad = 2.0 * kRangeTolerance_rad;
 /// What is wrong with a set-point; `ok` when nothing is.
 struct SetPointVerdict {
   bool ok{true};
-  AlarmCode code{};
-  std::int32_t joint{-1};
-  double value{};  ///< radians: the angle, or the step of one cycle
-  double lower{};
-  double upper{};
+  AlarmEvent alarm{};
 };
 
 /// The last gate before the servos: whatever was planned, evaluated or computed, no set-point passes that is

@@ -4,17 +4,30 @@
 #include <fmt/format.h>
 
 #include <cstdint>
-#include <numbers>
+
+#include "corbot/channel/alarms.h"
+#include "corbot/units.h"
 
 namespace corbot {
 namespace {
 
-double degrees(double angle_rad) { return angle_rad * 180.0 / std::numbers::pi; }
-
-std::string because(double cause) {
-  if (!(cause >= 0.0 && cause < 1e6)) return {};
-  const std::string text = device_cause_text(to_device_cause(static_cast<std::uint32_t>(cause)));
+std::string because(const AlarmEvent& event) {
+  const std::string text = device_cause_text(alarm::backend_cause(event));
   return text.empty() ? text : ": " + text;
+}
+
+std::string axis(std::int32_t joint) {
+  return joint < 0 ? std::string("the gripper") : fmt::format("joint {}", joint);
+}
+
+std::string out_of_range_text(const alarm::OutOfRange& what) {
+  if (what.joint < 0) {
+    return fmt::format("set-point of the gripper at {:.3f} is out of range {:.3f} to {:.3f}; the arm holds",
+                       what.position_rad, what.lower_rad, what.upper_rad);
+  }
+  return fmt::format(
+      "set-point of joint {} at {:.3f} degrees is out of range {:.3f} to {:.3f}; the arm holds", what.joint,
+      to_degrees(what.position_rad), to_degrees(what.lower_rad), to_degrees(what.upper_rad));
 }
 
 }  // namespace
@@ -34,33 +47,37 @@ bool causes_error(AlarmCode code) {
 std::string alarm_text(const AlarmEvent& event) {
   switch (event.code) {
     case AlarmCode::kSetPointNotFinite:
-      return fmt::format("set-point of articulation {} is not a number; the arm holds", event.joint);
+      return fmt::format("set-point of {} is not a number; the arm holds", axis(event.joint));
     case AlarmCode::kSetPointOutOfRange:
+      return out_of_range_text(alarm::out_of_range(event));
+    case AlarmCode::kSetPointDiscontinuous: {
+      const alarm::Discontinuity what = alarm::discontinuity(event);
       return fmt::format(
-          "set-point of articulation {} at {:.3f} degrees is out of range {:.3f} to {:.3f}; the arm holds",
-          event.joint, degrees(event.value), degrees(event.lower), degrees(event.upper));
-    case AlarmCode::kSetPointDiscontinuous:
-      return fmt::format(
-          "set-point of articulation {} would step by {:.4f} degrees in a cycle, limit {:.4f}; the arm holds",
-          event.joint, degrees(event.value), degrees(event.upper));
-    case AlarmCode::kKinematicsFailed:
+          "set-point of joint {} would step by {:.4f} degrees in a cycle, limit {:.4f}; the arm holds",
+          what.joint, to_degrees(what.step_rad), to_degrees(what.allowed_rad));
+    }
+    case AlarmCode::kKinematicsFailed: {
+      const alarm::KinematicsFailure what = alarm::kinematics_failure(event);
       return fmt::format("a point of the path has no inverse at {:.3f} s of {:.3f} s; the arm holds",
-                         event.value, event.upper);
-    case AlarmCode::kCommandRefused:
-      return fmt::format("the real-time task refused command {:.0f} (verdict {:.0f}, value {:.6g})",
-                         event.value, event.lower, event.upper);
+                         what.time_s, what.duration_s);
+    }
+    case AlarmCode::kCommandRefused: {
+      const alarm::RefusedCommand what = alarm::refused_command(event);
+      return fmt::format("the real-time task refused command {} (verdict {}, value {:.6g})", what.id,
+                         static_cast<std::uint32_t>(what.verdict), what.value);
+    }
     case AlarmCode::kRingCorrupt:
-      return "the command ring made no sense and was emptied";
+      return "the indices of the command ring were corrupt; the ring was emptied";
     case AlarmCode::kBackendDegraded:
-      return "the servo device answers late or with faults" + because(event.value);
+      return "the servo device replies late or with faults" + because(event);
     case AlarmCode::kBackendLost:
-      return fmt::format("the servo device is lost{}; the arm holds", because(event.value));
+      return fmt::format("the servo device is lost{}; the arm holds", because(event));
     case AlarmCode::kEmergencyStop:
       return "emergency stop";
-    case AlarmCode::kErrorTakenUp:
+    case AlarmCode::kErrorInherited:
       return "the arm was in Error, or stopped, when the real-time task was restarted; it holds";
     case AlarmCode::kOverrun:
-      return fmt::format("{:.0f} cycles of the real-time loop overran", event.value);
+      return fmt::format("{} cycles of the real-time loop overran", alarm::overrun_cycles(event));
   }
   return fmt::format("alarm {}", static_cast<std::uint32_t>(event.code));
 }

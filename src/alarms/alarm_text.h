@@ -6,7 +6,7 @@
 #include "corbot/backend/device_cause.h"
 #include "corbot/channel/records.h"
 
-// The alarms of the real-time task in words: the servant's, and its own log's.
+// The text of the real-time task's alarms: for the servant, and for the task's own log.
 
 namespace corbot {
 

@@ -39,15 +39,16 @@ enum class AlarmCode : std::uint32_t {
   kBackendDegraded = 120,
   kBackendLost = 121,
   kEmergencyStop = 130,
-  kErrorTakenUp = 131,
+  kErrorInherited = 131,
   kOverrun = 140,
 };
 
+/// Made and read by the functions of alarms.h, which say what the numbers mean for each code.
 struct AlarmEvent {
   AlarmCode code;
   std::int32_t joint;    ///< −1 where none
   std::int64_t time_ns;  ///< CLOCK_REALTIME
-  double value;          ///< the offending value, unit by code (radians, id, …)
+  double value;
   double lower;
   double upper;
 };

@@ -3,12 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include "corbot/channel/alarms.h"
+
 namespace corbot {
 namespace {
 
 AlarmEvent event(AlarmCode code) { return {code, 2, 1'700'000'000'000'000'000, 0.5, -0.1, 0.1}; }
 
-TEST(AlarmLog, SaysJointValueAndLimitInWords) {
+TEST(AlarmLog, NamesJointValueAndLimit) {
   AlarmLog log;
   log.add(event(AlarmCode::kSetPointOutOfRange));
   const auto list = log.list();
@@ -16,16 +18,16 @@ TEST(AlarmLog, SaysJointValueAndLimitInWords) {
   EXPECT_EQ(list[0].code, 101);
   EXPECT_TRUE(list[0].active);
   EXPECT_DOUBLE_EQ(list[0].time_s, 1.7e9);
-  EXPECT_NE(list[0].text.find("articulation 2"), std::string::npos) << list[0].text;
+  EXPECT_NE(list[0].text.find("joint 2"), std::string::npos) << list[0].text;
   EXPECT_NE(list[0].text.find("28.648"), std::string::npos) << list[0].text;
 }
 
-TEST(AlarmLog, EveryCodeHasWords) {
+TEST(AlarmLog, EveryCodeHasAText) {
   for (const AlarmCode code :
        {AlarmCode::kSetPointNotFinite, AlarmCode::kSetPointOutOfRange, AlarmCode::kSetPointDiscontinuous,
         AlarmCode::kKinematicsFailed, AlarmCode::kCommandRefused, AlarmCode::kRingCorrupt,
         AlarmCode::kBackendDegraded, AlarmCode::kBackendLost, AlarmCode::kEmergencyStop,
-        AlarmCode::kOverrun}) {
+        AlarmCode::kErrorInherited, AlarmCode::kOverrun}) {
     AlarmLog log;
     log.add(event(code));
     EXPECT_EQ(log.list()[0].text.find("alarm "), std::string::npos) << log.list()[0].text;
@@ -38,7 +40,7 @@ TEST(AlarmLog, EveryCodeHasWords) {
 TEST(AlarmLog, OnlyAFaultIsTheCauseOfError) {
   EXPECT_TRUE(causes_error(AlarmCode::kBackendLost));
   EXPECT_FALSE(causes_error(AlarmCode::kBackendDegraded));
-  EXPECT_EQ(alarm_text({AlarmCode::kBackendLost, -1, 0, 3.0, 0.0, 0.0}),
+  EXPECT_EQ(alarm_text(alarm::backend_lost(DeviceCause::kHungUp)),
             "the servo device is lost: the line was cut; the arm holds");
 }
 
@@ -51,8 +53,9 @@ TEST(AlarmLog, ANumberThatIsNoCauseOfADeviceHasNoWords) {
   for (const std::uint32_t number : {last + 1, ~std::uint32_t{0}}) {
     EXPECT_EQ(to_device_cause(number), DeviceCause::kNone);
   }
-  EXPECT_EQ(alarm_text({AlarmCode::kBackendLost, -1, 0, 1000.0, 0.0, 0.0}),
-            "the servo device is lost; the arm holds");
+  AlarmEvent lost = alarm::backend_lost(DeviceCause::kNone);
+  lost.value = 1000.0;
+  EXPECT_EQ(alarm_text(lost), "the servo device is lost; the arm holds");
 }
 
 TEST(AlarmLog, TheNewestActiveOneIsTheCause) {
@@ -81,6 +84,26 @@ TEST(AlarmLog, KeepsTheLast64) {
   ASSERT_EQ(list.size(), 64u);
   EXPECT_EQ(list.front().text, "36");
   EXPECT_EQ(list.back().text, "99");
+}
+
+TEST(AlarmText, ReadsWhatTheConstructorsWrite) {
+  EXPECT_EQ(alarm_text(alarm::command_refused({17, Verdict::kLimit, 2, 0.5})),
+            "the real-time task refused command 17 (verdict 6, value 0.5)");
+  EXPECT_EQ(alarm_text(alarm::kinematics_failed({0.25, 2.0})),
+            "a point of the path has no inverse at 0.250 s of 2.000 s; the arm holds");
+  EXPECT_EQ(alarm_text(alarm::set_point_discontinuous({1, -0.1, 0.05})),
+            "set-point of joint 1 would step by -5.7296 degrees in a cycle, limit 2.8648; the arm holds");
+  EXPECT_EQ(alarm_text(alarm::set_point_out_of_range({-1, 1.2, 0.0, 1.0})),
+            "set-point of the gripper at 1.200 is out of range 0.000 to 1.000; the arm holds");
+  EXPECT_EQ(alarm_text(alarm::overrun(3)), "3 cycles of the real-time loop overran");
+}
+
+TEST(AlarmText, GarbageInARecordIsNoFault) {
+  AlarmEvent event = alarm::command_refused({1, Verdict::kLimit, 0, 0.0});
+  event.value = -1e300;
+  event.lower = 1e300;
+  EXPECT_EQ(alarm::refused_command(event).id, 0u);
+  EXPECT_EQ(alarm::refused_command(event).verdict, Verdict{0});
 }
 
 }  // namespace

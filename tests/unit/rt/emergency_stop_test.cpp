@@ -115,7 +115,7 @@ TEST_P(EmergencyStopInCycle, OutlivesItsTask) {
   rig.restart();
   EXPECT_TRUE(rig.step().published);
   EXPECT_EQ(rig.snapshot.state, RtState::kError);
-  EXPECT_EQ(rig.alarm()->code, AlarmCode::kErrorTakenUp);
+  EXPECT_EQ(rig.alarm()->code, AlarmCode::kErrorInherited);
   const Joints before = rig.snapshot.position_rad;
   go();
   rig.step(10);
@@ -136,7 +136,7 @@ TEST_P(EmergencyStopInCycle, OutlivesATaskThatNeverRan) {
   rig.restart();
   rig.step();
   EXPECT_EQ(rig.snapshot.state, RtState::kError);
-  EXPECT_EQ(rig.alarm()->code, AlarmCode::kErrorTakenUp);
+  EXPECT_EQ(rig.alarm()->code, AlarmCode::kErrorInherited);
   press(true);
   rig.step();
   rig.clear();

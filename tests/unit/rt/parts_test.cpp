@@ -63,8 +63,8 @@ TEST_F(SetPointCheck, RefusesAStepBeyondTheSpeedLimit) {
       next[i] += sign * (arm.joints[i].speed_rad_s * 1e-3 * 1.000002 + 2e-7);
       const auto verdict = check(next);
       EXPECT_FALSE(verdict.ok);
-      EXPECT_EQ(verdict.code, AlarmCode::kSetPointDiscontinuous);
-      EXPECT_EQ(verdict.joint, static_cast<int>(i));
+      EXPECT_EQ(verdict.alarm.code, AlarmCode::kSetPointDiscontinuous);
+      EXPECT_EQ(verdict.alarm.joint, static_cast<int>(i));
     }
   }
 }
@@ -74,13 +74,13 @@ TEST_F(SetPointCheck, RefusesWhatIsNotFiniteOrOutOfRange) {
     for (const double hostile : {kNan, kInfinity, -kInfinity}) {
       Joints next = last;
       next[i] = hostile;
-      EXPECT_EQ(check(next).code, AlarmCode::kSetPointNotFinite);
+      EXPECT_EQ(check(next).alarm.code, AlarmCode::kSetPointNotFinite);
       EXPECT_FALSE(check(next).ok);
     }
     for (const double hostile : {1e308, -1e308, 4.0, -4.0}) {
       Joints next = last;
       next[i] = hostile;
-      EXPECT_EQ(check(next).code, AlarmCode::kSetPointOutOfRange);
+      EXPECT_EQ(check(next).alarm.code, AlarmCode::kSetPointOutOfRange);
       EXPECT_FALSE(check(next).ok);
     }
   }

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "corbot/backend/device_cause.h"
+#include "corbot/channel/records.h"
+
+// The alarms of the real-time task: a constructor for each code, and beside it what reads the fields back.
+// What the numbers of an AlarmEvent mean stands here and nowhere else. The time is filled in by the
+// cycle that publishes the event. Real-time safe.
+
+namespace corbot::alarm {
+
+namespace detail {
+
+[[nodiscard]] constexpr AlarmEvent event(AlarmCode code, std::int32_t joint = -1, double value = 0.0,
+                                         double lower = 0.0, double upper = 0.0) noexcept {
+  return {code, joint, 0, value, lower, upper};
+}
+
+/// A small number that was stored as a double; 0 where it cannot be one.
+[[nodiscard]] constexpr std::uint32_t small_number(double value) noexcept {
+  return value >= 0.0 && value < 1e6 ? static_cast<std::uint32_t>(value) : 0;
+}
+
+}  // namespace detail
+
+/// `joint` −1: the gripper's opening.
+[[nodiscard]] constexpr AlarmEvent set_point_not_finite(std::int32_t joint) noexcept {
+  return detail::event(AlarmCode::kSetPointNotFinite, joint);
+}
+
+struct OutOfRange {
+  std::int32_t joint;  ///< −1: the gripper's opening, 0 … 1, in place of radians
+  double position_rad;
+  double lower_rad;
+  double upper_rad;
+};
+[[nodiscard]] constexpr AlarmEvent set_point_out_of_range(const OutOfRange& what) noexcept {
+  return detail::event(AlarmCode::kSetPointOutOfRange, what.joint, what.position_rad, what.lower_rad,
+                       what.upper_rad);
+}
+[[nodiscard]] constexpr OutOfRange out_of_range(const AlarmEvent& event) noexcept {
+  return {event.joint, event.value, event.lower, event.upper};
+}
+
+struct Discontinuity {
+  std::int32_t joint;
+  double step_rad;     ///< of one cycle, signed
+  double allowed_rad;  ///< either way
+};
+[[nodiscard]] constexpr AlarmEvent set_point_discontinuous(const Discontinuity& what) noexcept {
+  return detail::event(AlarmCode::kSetPointDiscontinuous, what.joint, what.step_rad, -what.allowed_rad,
+                       what.allowed_rad);
+}
+[[nodiscard]] constexpr Discontinuity discontinuity(const AlarmEvent& event) noexcept {
+  return {event.joint, event.value, event.upper};
+}
+
+/// Where on its path a motion has no inverse, in virtual time.
+struct KinematicsFailure {
+  double time_s;
+  double duration_s;  ///< of the motion
+};
+[[nodiscard]] constexpr AlarmEvent kinematics_failed(const KinematicsFailure& what) noexcept {
+  return detail::event(AlarmCode::kKinematicsFailed, -1, what.time_s, 0.0, what.duration_s);
+}
+[[nodiscard]] constexpr KinematicsFailure kinematics_failure(const AlarmEvent& event) noexcept {
+  return {event.value, event.upper};
+}
+
+struct RefusedCommand {
+  std::uint64_t id;
+  Verdict verdict;
+  std::int32_t joint;  ///< −1 where none
+  double value;        ///< the offending one; its unit follows the field
+};
+[[nodiscard]] constexpr AlarmEvent command_refused(const RefusedCommand& what) noexcept {
+  return detail::event(AlarmCode::kCommandRefused, what.joint, static_cast<double>(what.id),
+                       static_cast<double>(what.verdict), what.value);
+}
+[[nodiscard]] constexpr RefusedCommand refused_command(const AlarmEvent& event) noexcept {
+  constexpr double kLargestId = 9007199254740992.0;  // 2^53: beyond it a double has no units
+  const bool is_id = event.value >= 0.0 && event.value <= kLargestId;
+  return {is_id ? static_cast<std::uint64_t>(event.value) : 0,
+          static_cast<Verdict>(detail::small_number(event.lower)), event.joint, event.upper};
+}
+
+[[nodiscard]] constexpr AlarmEvent ring_corrupt() noexcept { return detail::event(AlarmCode::kRingCorrupt); }
+
+[[nodiscard]] constexpr AlarmEvent backend_degraded(DeviceCause cause) noexcept {
+  return detail::event(AlarmCode::kBackendDegraded, -1, static_cast<double>(to_number(cause)));
+}
+[[nodiscard]] constexpr AlarmEvent backend_lost(DeviceCause cause) noexcept {
+  return detail::event(AlarmCode::kBackendLost, -1, static_cast<double>(to_number(cause)));
+}
+/// Of backend_degraded() and backend_lost().
+[[nodiscard]] constexpr DeviceCause backend_cause(const AlarmEvent& event) noexcept {
+  return to_device_cause(detail::small_number(event.value));
+}
+
+/// `sources`: bits of StopSource; 0 for a press that was over when the cycle looked.
+[[nodiscard]] constexpr AlarmEvent emergency_stop(std::uint32_t sources) noexcept {
+  return detail::event(AlarmCode::kEmergencyStop, -1, static_cast<double>(sources));
+}
+[[nodiscard]] constexpr std::uint32_t emergency_stop_sources(const AlarmEvent& event) noexcept {
+  return detail::small_number(event.value);
+}
+
+[[nodiscard]] constexpr AlarmEvent error_inherited() noexcept {
+  return detail::event(AlarmCode::kErrorInherited);
+}
+
+[[nodiscard]] constexpr AlarmEvent overrun(std::uint32_t cycles) noexcept {
+  return detail::event(AlarmCode::kOverrun, -1, static_cast<double>(cycles));
+}
+[[nodiscard]] constexpr std::uint32_t overrun_cycles(const AlarmEvent& event) noexcept {
+  return detail::small_number(event.value);
+}
+
+}  // namespace corbot::alarm
