@@ -16,8 +16,9 @@ namespace {
 constexpr std::chrono::milliseconds kInterval{50};
 
 void print_alarms(Cycle& cycle) {
+  RingConsumer log(cycle.alarm_log());
   AlarmEvent alarm{};
-  while (cycle.alarm_log().pop(alarm) == PopResult::kOk) {
+  while (log.pop(alarm) == PopResult::kOk) {
     spdlog::log(causes_error(alarm.code) ? spdlog::level::err : spdlog::level::warn, "alarm {}: {}",
                 static_cast<std::uint32_t>(alarm.code), alarm_text(alarm));
   }

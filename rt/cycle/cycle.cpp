@@ -37,7 +37,8 @@ Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, cons
       period_s_(static_cast<double>(arm.period_ns) * 1e-9),
       commands_(segment.commands),
       completions_(segment.completions),
-      alarms_(segment.alarms) {
+      alarms_(segment.alarms),
+      log_(alarm_log_) {
   adopt_last_position(start);
   drop_ring();
   stops_requested_ = segment_.control.stop_count.load(std::memory_order_acquire);
@@ -316,7 +317,7 @@ void Cycle::raise(AlarmEvent alarm) noexcept {
   alarm.time_ns = snapshot_.wall_ns;
   // A full ring drops the alarm: the 64 before it have not been read either, and the state shows a fault.
   (void)alarms_.push(alarm);
-  (void)alarm_log_.push(alarm);
+  (void)log_.push(alarm);
   published_ = true;
 }
 

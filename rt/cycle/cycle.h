@@ -7,7 +7,6 @@
 #include "corbot/backend/backend.h"
 #include "corbot/backend/emergency_stop.h"
 #include "corbot/channel/layout.h"
-#include "corbot/channel/ring_handles.h"
 #include "rt/cycle/governor.h"
 #include "rt/cycle/path_evaluation.h"
 
@@ -97,6 +96,8 @@ class Cycle {
   RingConsumer<decltype(SegmentLayout::commands)> commands_;
   RingProducer<decltype(SegmentLayout::completions)> completions_;
   RingProducer<decltype(SegmentLayout::alarms)> alarms_;
+  Ring<AlarmEvent, 64> alarm_log_;
+  RingProducer<decltype(alarm_log_)> log_;
 
   Governor governor_;
   Command running_{};  ///< valid while is_running_
@@ -120,7 +121,6 @@ class Cycle {
   BackendHealth health_{BackendHealth::kOpen};
   ServoFrame frame_{};
   Snapshot snapshot_{};
-  Ring<AlarmEvent, 64> alarm_log_;
 };
 
 }  // namespace corbot::rt

@@ -133,13 +133,15 @@ void Link::serve_until_gone(Segment& segment) {
 
 void Link::drain(Segment& segment) {
   SegmentLayout& layout = segment.layout();
+  RingConsumer alarms(layout.alarms);
   AlarmEvent alarm{};
-  for (std::size_t i = 0; i < layout.alarms.capacity() && layout.alarms.pop(alarm) == PopResult::kOk; ++i) {
+  for (std::size_t i = 0; i < layout.alarms.capacity() && alarms.pop(alarm) == PopResult::kOk; ++i) {
     listener_.on_alarm(alarm);
   }
+  RingConsumer completions(layout.completions);
   Completion completion{};
   for (std::size_t i = 0; i < layout.completions.capacity(); ++i) {
-    if (layout.completions.pop(completion) != PopResult::kOk) return;
+    if (completions.pop(completion) != PopResult::kOk) return;
     // A cycle publishes its verdicts before its snapshot: who is woken by the verdict shall find the arm at
     // rest.
     const auto deadline = std::chrono::steady_clock::now() + kSnapshotOfVerdict;

@@ -174,7 +174,7 @@ corbot_ticket Robot::hand_over(Segment& segment, std::uint64_t epoch, std::vecto
   // used once.
   tickets_.add(ticket);
   next.store(ticket.last + 1, std::memory_order_release);
-  if (!segment.layout().commands.push_all(commands.data(), commands.size())) {
+  if (!RingProducer(segment.layout().commands).push_all(commands.data(), commands.size())) {
     next.store(first, std::memory_order_release);
     tickets_.remove(ticket.last);
     throw queue_full(static_cast<int>(segment.layout().commands.capacity()));

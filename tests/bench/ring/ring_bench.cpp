@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "cached_queue.h"
-#include "corbot/channel/ring_handles.h"
+#include "corbot/channel/ring.h"
 #include "corbot/motion/command.h"
 
 // The command ring against its peers: the same record, the same capacity, in turn within one run, medians
@@ -34,21 +34,14 @@ namespace {
 constexpr std::size_t kCapacity = 64;
 using Clock = std::chrono::steady_clock;
 
-/// The ring as its two processes use it: one handle an end. The handles lie apart, as in two processes.
-struct Handles {
-  static constexpr const char* kName = "corbot::Ring, handles";
+/// The ring as its two processes use it: one end each. The ends lie apart, as in two processes.
+struct Own {
+  static constexpr const char* kName = "corbot::Ring";
   std::unique_ptr<Ring<Command, kCapacity>> ring = std::make_unique<Ring<Command, kCapacity>>();
   alignas(128) RingProducer<Ring<Command, kCapacity>> producer{*ring};
   alignas(128) RingConsumer<Ring<Command, kCapacity>> consumer{*ring};
   bool push(const Command& command) { return producer.push(command); }
   bool pop(Command& command) { return consumer.pop(command) == PopResult::kOk; }
-};
-
-struct Plain {
-  static constexpr const char* kName = "corbot::Ring, push and pop";
-  std::unique_ptr<Ring<Command, kCapacity>> ring = std::make_unique<Ring<Command, kCapacity>>();
-  bool push(const Command& command) { return ring->push(command); }
-  bool pop(Command& command) { return ring->pop(command) == PopResult::kOk; }
 };
 
 struct Boost {
@@ -205,8 +198,7 @@ void compare(const char* title, const std::vector<Contender>& contenders, int tu
 template <class Measure>
 void compare_all(int turns) {
   compare(Measure::kTitle,
-          {{Handles::kName, Measure::template run<Handles>},
-           {Plain::kName, Measure::template run<Plain>},
+          {{Own::kName, Measure::template run<Own>},
            {Boost::kName, Measure::template run<Boost>},
            {Cached::kName, Measure::template run<Cached>}},
           turns);

@@ -8,7 +8,7 @@
 namespace corbot {
 
 /// Lets a test do to a ring what a hostile or broken process could: write any index.
-struct RingHands {
+struct RingIndices {
   template <class Ring>
   static void set_indices(Ring& ring, std::uint64_t head, std::uint64_t tail) {
     ring.head_.store(head);

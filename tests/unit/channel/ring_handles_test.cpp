@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "corbot/channel/ring_handles.h"
+#include "corbot/channel/ring.h"
 
 #include <gtest/gtest.h>
 
@@ -48,7 +48,7 @@ TEST(RingHandles, PushAllOrNone) {
   EXPECT_EQ(ring.size(), 8u);
 }
 
-TEST(RingHandles, TakeUpWhereTheLastOnesEnded) {
+TEST(RingHandles, ContinueWhereTheLastOnesEnded) {
   SmallRing ring;
   for (std::uint64_t i = 0; i < 5; ++i) ASSERT_TRUE(RingProducer(ring).push(i));
   std::uint64_t record = 0;
@@ -63,15 +63,15 @@ TEST(RingHandles, ConsumerReportsAnImpossibleHeadOnceAndGoesOn) {
   SmallRing ring;
   RingConsumer consumer(ring);
   for (const std::uint64_t head : {std::uint64_t{9}, ~std::uint64_t{0}, std::uint64_t{3}}) {
-    RingHands::set_head(ring, head);
+    RingIndices::set_head(ring, head);
     std::uint64_t record = 7;
     EXPECT_EQ(consumer.pop(record), PopResult::kCorrupt) << head;
     EXPECT_EQ(record, 7u);
     EXPECT_EQ(consumer.pop(record), PopResult::kEmpty);
-    ASSERT_TRUE(ring.push(head));
+    ASSERT_TRUE(RingProducer(ring).push(head));
     EXPECT_EQ(consumer.pop(record), PopResult::kOk);
     EXPECT_EQ(record, head);
-    if (head == ~std::uint64_t{0}) RingHands::set_head(ring, 500);  // so that 3 is behind
+    if (head == ~std::uint64_t{0}) RingIndices::set_head(ring, 500);  // so that 3 is behind
     consumer.clear();
   }
 }
@@ -79,11 +79,11 @@ TEST(RingHandles, ConsumerReportsAnImpossibleHeadOnceAndGoesOn) {
 TEST(RingHandles, ConsumerDoesNotReadItsOwnIndexBack) {
   SmallRing ring;
   RingConsumer consumer(ring);
-  ASSERT_TRUE(ring.push(11));
-  ASSERT_TRUE(ring.push(12));
+  ASSERT_TRUE(RingProducer(ring).push(11));
+  ASSERT_TRUE(RingProducer(ring).push(12));
   std::uint64_t record = 0;
   ASSERT_EQ(consumer.pop(record), PopResult::kOk);
-  RingHands::set_tail(ring, 0);  // would repeat 11
+  RingIndices::set_tail(ring, 0);  // would repeat 11
   ASSERT_EQ(consumer.pop(record), PopResult::kOk);
   EXPECT_EQ(record, 12u);
 }
@@ -93,11 +93,11 @@ TEST(RingHandles, ProducerTakesAnImpossibleTailForFull) {
   RingProducer producer(ring);
   for (std::uint64_t i = 0; i < 8; ++i) ASSERT_TRUE(producer.push(i));
   for (const std::uint64_t tail : {std::uint64_t{9}, ~std::uint64_t{0}}) {
-    RingHands::set_tail(ring, tail);
+    RingIndices::set_tail(ring, tail);
     EXPECT_FALSE(producer.push(9));
     EXPECT_FALSE(producer.push_all(&tail, 1));
   }
-  RingHands::set_tail(ring, 1);
+  RingIndices::set_tail(ring, 1);
   EXPECT_TRUE(producer.push(9));
 }
 

@@ -17,10 +17,17 @@ namespace {
 
 using SmallRing = Ring<std::uint64_t, 8>;
 
+/// As a process that has just come: by ends of their own.
+bool push(SmallRing& ring, std::uint64_t record) { return RingProducer(ring).push(record); }
+PopResult pop(SmallRing& ring, std::uint64_t& record) { return RingConsumer(ring).pop(record); }
+bool push_all(SmallRing& ring, const std::uint64_t* first, std::size_t count) {
+  return RingProducer(ring).push_all(first, count);
+}
+
 std::vector<std::uint64_t> drain(SmallRing& ring) {
   std::vector<std::uint64_t> taken;
   std::uint64_t record = 0;
-  while (ring.pop(record) == PopResult::kOk) taken.push_back(record);
+  while (pop(ring, record) == PopResult::kOk) taken.push_back(record);
   return taken;
 }
 
@@ -29,11 +36,11 @@ TEST(Ring, ZeroedMemoryIsAnEmptyRing) {
   std::memset(memory, 0, sizeof(memory));
   auto& ring = *reinterpret_cast<SmallRing*>(memory);
   std::uint64_t record = 7;
-  EXPECT_EQ(ring.pop(record), PopResult::kEmpty);
+  EXPECT_EQ(pop(ring, record), PopResult::kEmpty);
   EXPECT_EQ(record, 7u) << "an empty ring leaves the record alone";
   EXPECT_EQ(ring.size(), 0u);
-  EXPECT_TRUE(ring.push(1));
-  EXPECT_EQ(ring.pop(record), PopResult::kOk);
+  EXPECT_TRUE(push(ring, 1));
+  EXPECT_EQ(pop(ring, record), PopResult::kOk);
   EXPECT_EQ(record, 1u);
 }
 
@@ -42,45 +49,45 @@ TEST(Ring, KeepsOrderOverManyTurns) {
   std::uint64_t next_in = 0;
   std::uint64_t next_out = 0;
   for (int turn = 0; turn < 1000; ++turn) {
-    for (int i = 0; i < 1 + turn % 8; ++i) ASSERT_TRUE(ring.push(next_in++));
+    for (int i = 0; i < 1 + turn % 8; ++i) ASSERT_TRUE(push(ring, next_in++));
     std::uint64_t record = 0;
-    while (ring.pop(record) == PopResult::kOk) ASSERT_EQ(record, next_out++);
+    while (pop(ring, record) == PopResult::kOk) ASSERT_EQ(record, next_out++);
     ASSERT_EQ(next_out, next_in);
   }
 }
 
 TEST(Ring, TakesExactlyItsCapacity) {
   SmallRing ring;
-  for (std::uint64_t i = 0; i < 8; ++i) ASSERT_TRUE(ring.push(i));
+  for (std::uint64_t i = 0; i < 8; ++i) ASSERT_TRUE(push(ring, i));
   EXPECT_EQ(ring.size(), SmallRing::capacity());
-  EXPECT_FALSE(ring.push(99));
+  EXPECT_FALSE(push(ring, 99));
   std::uint64_t record = 99;
-  ASSERT_EQ(ring.pop(record), PopResult::kOk);
+  ASSERT_EQ(pop(ring, record), PopResult::kOk);
   EXPECT_EQ(record, 0u);
-  EXPECT_TRUE(ring.push(8)) << "one taken makes room for one";
-  EXPECT_FALSE(ring.push(99));
+  EXPECT_TRUE(push(ring, 8)) << "one taken makes room for one";
+  EXPECT_FALSE(push(ring, 99));
   EXPECT_EQ(drain(ring), (std::vector<std::uint64_t>{1, 2, 3, 4, 5, 6, 7, 8}));
 }
 
 TEST(Ring, PushesAllOrNone) {
   SmallRing ring;
   const std::uint64_t records[9] = {10, 11, 12, 13, 14, 15, 16, 17, 18};
-  EXPECT_FALSE(ring.push_all(records, 9)) << "more than it can ever hold";
-  ASSERT_TRUE(ring.push_all(records, 5));
-  EXPECT_FALSE(ring.push_all(records, 4)) << "room for three";
+  EXPECT_FALSE(push_all(ring, records, 9)) << "more than it can ever hold";
+  ASSERT_TRUE(push_all(ring, records, 5));
+  EXPECT_FALSE(push_all(ring, records, 4)) << "room for three";
   EXPECT_EQ(ring.size(), 5u);
-  EXPECT_TRUE(ring.push_all(records + 5, 3));
-  EXPECT_TRUE(ring.push_all(records, 0)) << "nothing fits even when it is full";
+  EXPECT_TRUE(push_all(ring, records + 5, 3));
+  EXPECT_TRUE(push_all(ring, records, 0)) << "nothing fits even when it is full";
   EXPECT_EQ(drain(ring), (std::vector<std::uint64_t>{10, 11, 12, 13, 14, 15, 16, 17}));
-  EXPECT_FALSE(ring.push_all(records, std::numeric_limits<std::size_t>::max()));
+  EXPECT_FALSE(push_all(ring, records, std::numeric_limits<std::size_t>::max()));
 }
 
 TEST(Ring, ClearDropsWhatWasPublished) {
   SmallRing ring;
-  for (std::uint64_t i = 0; i < 5; ++i) ASSERT_TRUE(ring.push(i));
-  ring.clear();
+  for (std::uint64_t i = 0; i < 5; ++i) ASSERT_TRUE(push(ring, i));
+  RingConsumer(ring).clear();
   EXPECT_EQ(ring.size(), 0u);
-  EXPECT_TRUE(ring.push(42));
+  EXPECT_TRUE(push(ring, 42));
   EXPECT_EQ(drain(ring), std::vector<std::uint64_t>{42});
 }
 
@@ -100,16 +107,16 @@ TEST_P(CorruptRing, IsReportedOnceAndEmptied) {
   } memory{};
   for (auto& word : memory.before) word = kGuard;
   for (auto& word : memory.after) word = kGuard;
-  RingHands::set_indices(memory.ring, GetParam().head, GetParam().tail);
+  RingIndices::set_indices(memory.ring, GetParam().head, GetParam().tail);
 
   EXPECT_LE(memory.ring.size(), SmallRing::capacity());
-  EXPECT_FALSE(memory.ring.push(1)) << "a producer does not write into a ring that makes no sense";
+  EXPECT_FALSE(push(memory.ring, 1)) << "a producer does not write into a corrupt ring";
   std::uint64_t record = 7;
-  EXPECT_EQ(memory.ring.pop(record), PopResult::kCorrupt);
+  EXPECT_EQ(pop(memory.ring, record), PopResult::kCorrupt);
   EXPECT_EQ(record, 7u);
-  EXPECT_EQ(memory.ring.pop(record), PopResult::kEmpty);
+  EXPECT_EQ(pop(memory.ring, record), PopResult::kEmpty);
   for (std::uint64_t i = 0; i < 8; ++i)
-    EXPECT_TRUE(memory.ring.push(i)) << "usable again, with its whole capacity";
+    EXPECT_TRUE(push(memory.ring, i)) << "usable again, with its whole capacity";
   EXPECT_EQ(drain(memory.ring).size(), 8u);
   for (const auto word : memory.before) EXPECT_EQ(word, kGuard);
   for (const auto word : memory.after) EXPECT_EQ(word, kGuard);
@@ -124,11 +131,11 @@ TEST(Ring, SurvivesIndicesThatAreWrongButPossible) {
   // Seven records that nobody pushed: undetectable here, harmless to memory, and every record is checked
   // afterwards.
   SmallRing ring;
-  RingHands::set_indices(ring, kMax - 1, kMax - 8);
+  RingIndices::set_indices(ring, kMax - 1, kMax - 8);
   EXPECT_EQ(drain(ring).size(), 7u);
-  EXPECT_TRUE(ring.push(5)) << "indices wrap around";
-  EXPECT_TRUE(ring.push(6));
-  EXPECT_TRUE(ring.push(7));
+  EXPECT_TRUE(push(ring, 5)) << "indices wrap around";
+  EXPECT_TRUE(push(ring, 6));
+  EXPECT_TRUE(push(ring, 7));
   EXPECT_EQ(drain(ring), (std::vector<std::uint64_t>{5, 6, 7}));
 }
 
@@ -138,9 +145,9 @@ TEST(Ring, CarriesCommands) {
   in.id = 17;
   in.kind = MotionKind::kGripper;
   in.end_rad[3] = -0.5;
-  ASSERT_TRUE(ring->push(in));
+  ASSERT_TRUE(RingProducer(*ring).push(in));
   Command out{};
-  ASSERT_EQ(ring->pop(out), PopResult::kOk);
+  ASSERT_EQ(RingConsumer(*ring).pop(out), PopResult::kOk);
   EXPECT_EQ(std::memcmp(&in, &out, sizeof(in)), 0);
 }
 

@@ -51,13 +51,13 @@ TEST_F(SegmentTest, CarriesRecordsBothWays) {
   EXPECT_EQ(rt.layout().header.servant_pid.load(), ::getpid());
   Command command{};
   command.id = 5;
-  ASSERT_TRUE(user.layout().commands.push(command));
+  ASSERT_TRUE(RingProducer(user.layout().commands).push(command));
   Command taken{};
-  ASSERT_EQ(rt.layout().commands.pop(taken), PopResult::kOk);
+  ASSERT_EQ(RingConsumer(rt.layout().commands).pop(taken), PopResult::kOk);
   EXPECT_EQ(taken.id, 5u);
-  ASSERT_TRUE(rt.layout().completions.push(Completion{5, Verdict::kDone, 0, 77}));
+  ASSERT_TRUE(RingProducer(rt.layout().completions).push(Completion{5, Verdict::kDone, 0, 77}));
   Completion completion{};
-  ASSERT_EQ(user.layout().completions.pop(completion), PopResult::kOk);
+  ASSERT_EQ(RingConsumer(user.layout().completions).pop(completion), PopResult::kOk);
   EXPECT_EQ(completion.cycle, 77u);
 }
 

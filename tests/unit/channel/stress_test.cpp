@@ -35,19 +35,21 @@ constexpr std::uint64_t kRecords = 200'000;
 
 TEST(Stress, RingKeepsOrderAndLosesNothing) {
   const auto ring = std::make_unique<Ring<Pattern, 8>>();
-  std::thread producer([&] {
+  std::thread thread([&] {
+    RingProducer producer(*ring);
     for (std::uint64_t i = 1; i <= kRecords;) {
-      if (ring->push(pattern(i))) {
+      if (producer.push(pattern(i))) {
         ++i;
       } else {
         std::this_thread::yield();
       }
     }
   });
+  RingConsumer consumer(*ring);
   std::uint64_t bad = 0;
   for (std::uint64_t expected = 1; expected <= kRecords;) {
     Pattern record;
-    const PopResult result = ring->pop(record);
+    const PopResult result = consumer.pop(record);
     if (result == PopResult::kOk) {
       bad += record[0] != expected || !whole(record);
       ++expected;
@@ -56,7 +58,7 @@ TEST(Stress, RingKeepsOrderAndLosesNothing) {
       std::this_thread::yield();
     }
   }
-  producer.join();
+  thread.join();
   EXPECT_EQ(bad, 0u);
   EXPECT_EQ(ring->size(), 0u);
 }
@@ -64,21 +66,23 @@ TEST(Stress, RingKeepsOrderAndLosesNothing) {
 TEST(Stress, PushAllIsNeverSeenInPart) {
   const auto ring = std::make_unique<Ring<std::uint64_t, 8>>();
   constexpr std::uint64_t kBatch = 3;
-  std::thread producer([&] {
+  std::thread thread([&] {
+    RingProducer producer(*ring);
     for (std::uint64_t i = 0; i < kRecords;) {
       const std::uint64_t batch[kBatch] = {i, i + 1, i + 2};
-      if (ring->push_all(batch, kBatch)) {
+      if (producer.push_all(batch, kBatch)) {
         i += kBatch;
       } else {
         std::this_thread::yield();
       }
     }
   });
+  RingConsumer consumer(*ring);
   std::uint64_t bad = 0;
   constexpr std::uint64_t kTotal = (kRecords + kBatch - 1) / kBatch * kBatch;
   for (std::uint64_t expected = 0; expected < kTotal;) {
     std::uint64_t record = 0;
-    if (ring->pop(record) != PopResult::kOk) {
+    if (consumer.pop(record) != PopResult::kOk) {
       bad += expected % kBatch != 0;  // one record of a batch seen: the rest must be there
       std::this_thread::yield();
       continue;
@@ -86,7 +90,7 @@ TEST(Stress, PushAllIsNeverSeenInPart) {
     bad += record != expected;
     ++expected;
   }
-  producer.join();
+  thread.join();
   EXPECT_EQ(bad, 0u);
 }
 

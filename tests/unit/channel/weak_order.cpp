@@ -53,26 +53,28 @@ template <class Atomics>
 void run_ring() {
   constexpr std::uint64_t kRecords = 20'000;
   const auto ring = std::make_unique<corbot::Ring<Record, 4, Atomics>>();
-  std::thread producer([&] {
+  std::thread thread([&] {
+    corbot::RingProducer producer(*ring);
     for (std::uint64_t i = 0; i < kRecords;) {
-      if (ring->push(Record{i})) {
+      if (producer.push(Record{i})) {
         ++i;
       } else {
         std::this_thread::yield();
       }
     }
   });
+  corbot::RingConsumer consumer(*ring);
   std::uint64_t sum = 0;
   for (std::uint64_t i = 0; i < kRecords;) {
     Record record;
-    if (ring->pop(record) == PopResult::kOk) {
+    if (consumer.pop(record) == PopResult::kOk) {
       sum += record[0];  // used, or the compiler drops the read that the sanitizer should see
       ++i;
     } else {
       std::this_thread::yield();
     }
   }
-  producer.join();
+  thread.join();
   if (sum != kRecords * (kRecords - 1) / 2) std::puts("records lost or torn");
 }
 

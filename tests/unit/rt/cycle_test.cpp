@@ -116,12 +116,12 @@ TEST_F(CycleTest, RefusesWhatWasPlannedBeforeAStop) {
   Command stale = rig.stamp(std::get<std::vector<Command>>(plan).front());
   rig.stop();
   rig.step();
-  ASSERT_TRUE(rig.segment->commands.push(stale));
+  ASSERT_TRUE(RingProducer(rig.segment->commands).push(stale));
   until_verdict(3);
   EXPECT_EQ(verdict.verdict, Verdict::kStopped);
   stale = rig.stamp(stale);
   stale.epoch = 1000;
-  ASSERT_TRUE(rig.segment->commands.push(stale));
+  ASSERT_TRUE(RingProducer(rig.segment->commands).push(stale));
   until_verdict(3);
   EXPECT_EQ(verdict.verdict, Verdict::kMalformed);
   expect_holds();
@@ -320,7 +320,7 @@ TEST_F(CycleTest, ARestartedTaskDoesNotBelieveAnImpossiblePosition) {
 
 TEST_F(CycleTest, ACorruptRingIsEmptiedAndSaidSo) {
   const std::uint64_t lost = go(kThere);
-  RingHands::set_head(rig.segment->commands, 1'000'000);
+  RingIndices::set_head(rig.segment->commands, 1'000'000);
   until_verdict(2);
   EXPECT_EQ(verdict.id, lost);
   EXPECT_EQ(verdict.verdict, Verdict::kFault);

@@ -63,7 +63,7 @@ class Rig {
     for (const Command& command : commands) {
       const Command stamped = stamp(command);
       id = stamped.id;
-      if (!segment->commands.push(stamped)) return 0;
+      if (!RingProducer(segment->commands).push(stamped)) return 0;
     }
     return id;
   }
@@ -77,12 +77,12 @@ class Rig {
 
   std::optional<Completion> completion() {
     Completion taken{};
-    if (segment->completions.pop(taken) != PopResult::kOk) return std::nullopt;
+    if (RingConsumer(segment->completions).pop(taken) != PopResult::kOk) return std::nullopt;
     return taken;
   }
   std::optional<AlarmEvent> alarm() {
     AlarmEvent taken{};
-    if (segment->alarms.pop(taken) != PopResult::kOk) return std::nullopt;
+    if (RingConsumer(segment->alarms).pop(taken) != PopResult::kOk) return std::nullopt;
     return taken;
   }
 
