@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "orb/orbit2/arm_servant.h"
+#include "orb/orbit2/arm_immediate.h"
+
+#include "orb/orbit2/arm_instance.h"
 #include "orb/orbit2/raise.h"
 
 static void check(corbot_status status, const corbot_error* error, CORBA_Environment* ev) {

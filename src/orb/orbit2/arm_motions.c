@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "orb/orbit2/arm_motions.h"
+
 #include <math.h>
 
-#include "orb/orbit2/arm_servant.h"
+#include "orb/orbit2/arm_instance.h"
 #include "orb/orbit2/raise.h"
 
 /* Room in the IDL's sequence<double, 6>, which ORBit2 does not watch over. */

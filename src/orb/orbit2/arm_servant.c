@@ -3,6 +3,9 @@
 
 #include <string.h>
 
+#include "orb/orbit2/arm_immediate.h"
+#include "orb/orbit2/arm_motions.h"
+
 static PortableServer_ServantBase__epv base_epv;
 static POA_Corbot_Robot__epv robot_epv;
 static POA_Corbot_Arm__epv arm_epv;

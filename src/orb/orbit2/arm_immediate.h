@@ -1,0 +1,10 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef CORBOT_ORBIT2_ARM_IMMEDIATE_H
+#define CORBOT_ORBIT2_ARM_IMMEDIATE_H
+
+#include <arm.h>
+
+/* Fills what returns at once (reads, settings, Stop and its like) into the tables that all servants share. */
+void arm_set_immediate(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm);
+
+#endif /* CORBOT_ORBIT2_ARM_IMMEDIATE_H */
