@@ -9,8 +9,7 @@ target_compile_definitions(can_test PRIVATE CORBOT_SCRATCH_DIR="${CMAKE_BINARY_D
 corbot_test(drives_on_can_test
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/can/drives_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/can/restarts_test.cpp
     ${CMAKE_CURRENT_SOURCE_DIR}/can/sdo_client_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/can/watch_test.cpp
-    ${PROJECT_SOURCE_DIR}/tests/support/process.cpp
-  LIBS corbot::backends
+  LIBS corbot_process corbot::backends
   LABELS unit
   DEPENDS corbot-sim)
 target_include_directories(drives_on_can_test PRIVATE ${PROJECT_SOURCE_DIR}/tests)

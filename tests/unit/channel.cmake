@@ -1,4 +1,4 @@
-corbot_test(channel_test
+corbot_test(channel_test FAST
   SOURCES
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/ring_test.cpp
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/ring_handles_test.cpp
@@ -11,7 +11,7 @@ corbot_test(channel_test
   LIBS corbot::shm
   LABELS unit)
 
-corbot_test(channel_stress_test
+corbot_test(channel_stress_test FAST
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/channel/stress_test.cpp
   LABELS unit TIMEOUT 300)
 

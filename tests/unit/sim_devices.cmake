@@ -11,7 +11,8 @@ target_include_directories(sim_devices_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 
 # The program, by a pseudo-terminal.
 corbot_test(corbot_sim_test
-  SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/sim_devices/corbot_sim_test.cpp ${PROJECT_SOURCE_DIR}/tests/support/process.cpp
+  SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/sim_devices/corbot_sim_test.cpp
+  LIBS corbot_process
   LABELS unit
   DEPENDS corbot-sim)
 target_include_directories(corbot_sim_test PRIVATE ${PROJECT_SOURCE_DIR}/tests)
