@@ -16,3 +16,22 @@ corbot_test(rt_noalloc_test
   LIBS corbot::rt_core corbot::loopback corbot::planner corbot::config ${CMAKE_DL_LIBS})
 target_include_directories(rt_noalloc_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 target_compile_definitions(rt_noalloc_test PRIVATE CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles")
+
+# The cycle never calls the loader; its control is the same program, bound lazily. The sanitizers bring functions of their own.
+if(NOT CORBOT_SANITIZE)
+  foreach(probe IN ITEMS binding_probe binding_probe_lazy)
+    add_executable(${probe} ${CMAKE_CURRENT_SOURCE_DIR}/rt/binding_probe.cpp)
+    corbot_target(${probe})
+    target_include_directories(${probe} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+    target_compile_definitions(${probe} PRIVATE CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles")
+    target_link_libraries(${probe} PRIVATE corbot::rt_core corbot::loopback corbot::planner corbot::config)
+    set_target_properties(${probe} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  endforeach()
+  target_link_options(binding_probe_lazy PRIVATE -Wl,-z,lazy)
+  corbot_test(binding_test
+    SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/rt/binding_test.cpp
+    LIBS corbot_process
+    DEPENDS binding_probe binding_probe_lazy corbot-rt corbot-sim)
+  target_compile_definitions(binding_test PRIVATE CORBOT_BIN_DIR="${CMAKE_BINARY_DIR}/bin"
+    CORBOT_BINDING_PROBE="$<TARGET_FILE:binding_probe>" CORBOT_BINDING_PROBE_LAZY="$<TARGET_FILE:binding_probe_lazy>")
+endif()

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <variant>
+
+#include "corbot/kinematics/kinematics.h"
+#include "rt/rig.h"
+
+// Runs the cycle through one motion of each kind between two lines on standard error, among which the loader writes what it
+// binds (LD_DEBUG=bindings). The motions are planned in a child, so that here, as in corbot-rt, the cycle is the first to call
+// what it needs from the mathematical library.
+
+namespace {
+
+using namespace corbot;
+using namespace corbot::test;
+
+std::vector<Command> plan(Rig& rig) {
+  const Joints there{0.8, 1.2, 1.5, 0.5};
+  std::vector<Command> commands =
+      std::get<std::vector<Command>>(rig.planner.move_joints(rig.start(), {}, there, 0.0));
+  const ToolPose pose = forward(rig.arm.geometry, there);
+  PlanSettings settings;
+  settings.tool_pitch_rad = pose.pitch_rad;
+  const auto p = pose.position_m;
+  for (const PlanResult& more :
+       {rig.planner.move_c({there, 0.0}, settings, p, {p[0] + 0.01, p[1] + 0.01, p[2]},
+                           {p[0], p[1] + 0.02, p[2] + 0.005}),
+        rig.planner.gripper({there, 0.0}, 0.5), rig.planner.dwell({there, 0.5}, 0.1)}) {
+    const auto& planned = std::get<std::vector<Command>>(more);
+    commands.insert(commands.end(), planned.begin(), planned.end());
+  }
+  return commands;
+}
+
+/// The commands as a child planned them; empty when that failed.
+std::vector<Command> planned_elsewhere() {
+  int ends[2];
+  if (pipe(ends) != 0) return {};
+  const pid_t child = fork();
+  if (child == 0) {
+    Rig rig;
+    rig.step();
+    bool whole = true;
+    for (const Command& command : plan(rig))
+      whole = whole && write(ends[1], &command, sizeof(command)) == static_cast<ssize_t>(sizeof(command));
+    _exit(whole ? 0 : 1);
+  }
+  close(ends[1]);
+  std::vector<Command> commands;
+  Command command{};
+  while (read(ends[0], &command, sizeof(command)) == static_cast<ssize_t>(sizeof(command)))
+    commands.push_back(command);
+  close(ends[0]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return status == 0 ? commands : std::vector<Command>{};
+}
+
+void mark(const char* line) { (void)!write(STDERR_FILENO, line, std::char_traits<char>::length(line)); }
+
+}  // namespace
+
+int main() {
+  const std::vector<Command> commands = planned_elsewhere();
+  Rig rig;
+  const std::uint64_t last = rig.submit(commands);
+  mark("cycle begins\n");
+  rig.step(12000);
+  mark("cycle ends\n");
+  return !commands.empty() && rig.snapshot.last_done_id == last ? 0 : 1;
+}

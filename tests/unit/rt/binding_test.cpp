@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <elf.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "support/process.h"
+
+// The cycle makes no call to the loader: everything that it calls is bound when the program starts.
+
+namespace corbot::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+/// What the loader bound between the probe's two marks, a line each.
+std::vector<std::string> bound_in_the_cycle(const std::string& probe) {
+  const RunResult result = run({probe}, 60.0, {"LD_DEBUG=bindings"});
+  EXPECT_EQ(result.code, 0) << "the probe's motions did not end";
+  std::istringstream lines(result.errors);
+  std::vector<std::string> bound;
+  bool in_cycle = false;
+  bool has_begun = false;
+  bool has_ended = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line == "cycle begins") in_cycle = has_begun = true;
+    if (line == "cycle ends") in_cycle = false, has_ended = true;
+    if (in_cycle && line.find("binding file") != std::string::npos) bound.push_back(line);
+  }
+  EXPECT_TRUE(has_begun && has_ended) << result.errors.substr(0, 1000);
+  return bound;
+}
+
+TEST(Binding, NothingIsBoundInsideTheCycle) {
+  EXPECT_THAT(bound_in_the_cycle(CORBOT_BINDING_PROBE), IsEmpty());
+}
+
+TEST(Binding, LazyBindingWouldBeSeen) {
+  EXPECT_THAT(bound_in_the_cycle(CORBOT_BINDING_PROBE_LAZY), Not(IsEmpty()));
+}
+
+/// Of a 64-bit ELF program.
+struct Hardening {
+  bool is_pie{false};
+  bool binds_now{false};
+  bool is_relro{false};
+  bool guards_stack{false};
+};
+
+template <class T>
+T at(const std::string& image, std::size_t offset) {
+  T value{};
+  if (offset + sizeof(T) <= image.size()) std::memcpy(&value, image.data() + offset, sizeof(T));
+  return value;
+}
+
+Hardening hardening_of(const std::string& program) {
+  std::ifstream file(program, std::ios::binary);
+  const std::string image{std::istreambuf_iterator<char>(file), {}};
+  Hardening found;
+  const auto header = at<Elf64_Ehdr>(image, 0);
+  EXPECT_EQ(std::memcmp(header.e_ident, ELFMAG, SELFMAG), 0) << program;
+  for (std::size_t i = 0; i < header.e_phnum; ++i) {
+    const auto segment = at<Elf64_Phdr>(image, header.e_phoff + i * header.e_phentsize);
+    if (segment.p_type == PT_GNU_RELRO) found.is_relro = true;
+    if (segment.p_type != PT_DYNAMIC) continue;
+    for (std::size_t offset = 0; offset < segment.p_filesz; offset += sizeof(Elf64_Dyn)) {
+      const auto entry = at<Elf64_Dyn>(image, segment.p_offset + offset);
+      if (entry.d_tag == DT_FLAGS_1 && (entry.d_un.d_val & DF_1_NOW) != 0) found.binds_now = true;
+      if (entry.d_tag == DT_FLAGS_1 && (entry.d_un.d_val & DF_1_PIE) != 0) found.is_pie = true;
+    }
+  }
+  found.guards_stack = image.find("__stack_chk_fail") != std::string::npos;
+  return found;
+}
+
+class EveryProgram : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(EveryProgram, IsHardened) {
+  const std::string program = CORBOT_BIN_DIR "/" + GetParam();
+  if (!std::ifstream(program)) GTEST_SKIP() << program << " is not built here";
+  const Hardening found = hardening_of(program);
+  EXPECT_TRUE(found.is_pie);
+  EXPECT_TRUE(found.binds_now);
+  EXPECT_TRUE(found.is_relro);
+  EXPECT_TRUE(found.guards_stack);
+}
+
+INSTANTIATE_TEST_SUITE_P(Programs, EveryProgram,
+                         ::testing::Values("corbot", "corbot-rt", "corbot-servant", "corbot-servant-orbit2",
+                                           "corbot-sim"),
+                         [](const auto& program) {
+                           std::string name = program.param;
+                           for (char& c : name) c = c == '-' ? '_' : c;
+                           return name;
+                         });
+
+TEST(Hardening, ItsLackWouldBeSeen) { EXPECT_FALSE(hardening_of(CORBOT_BINDING_PROBE_LAZY).binds_now); }
+
+}  // namespace
+}  // namespace corbot::test
