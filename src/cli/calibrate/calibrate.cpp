@@ -124,10 +124,10 @@ void calibrate(const CalibrateOptions& options) {
   std::atomic<bool> end{false};
   OnSignal on_signal([&] { end = true; });  // before the device's thread
   try {
-    Jog jog(setting.profile, end);
+    ServoPositioner servos(setting.profile, end);
     const auto kept = kept_position(options, setting.profile, name);
-    jog.connect(kept ? &kept->position_rad : nullptr, kept ? kept->opening : 0.0);
-    CalibrateSession session(setting, jog);
+    servos.connect(kept ? &kept->position_rad : nullptr, kept ? kept->opening : 0.0);
+    CalibrateSession session(setting, servos);
     Lines lines(end);
     session.greet();
     while (!session.done()) {

@@ -86,12 +86,12 @@ const char* calibrate_help() {
          "  quit            end; what is not written is lost\n";
 }
 
-CalibrateSession::CalibrateSession(const Setting& setting, Jog& jog)
-    : setting_(setting), jog_(jog), calibration_(setting.profile) {}
+CalibrateSession::CalibrateSession(const Setting& setting, ServoPositioner& servos)
+    : setting_(setting), servos_(servos), calibration_(setting.profile) {}
 
 void CalibrateSession::greet() {
   say_news();
-  fmt::print("{} on {}: {}.\n{}", setting_.profile.file, setting_.profile.backend.kind, jog_.origin(),
+  fmt::print("{} on {}: {}.\n{}", setting_.profile.file, setting_.profile.backend.kind, servos_.origin(),
              calibrate_help());
 }
 
@@ -122,7 +122,7 @@ void CalibrateSession::carry_out(const Words& words) {
   } else if (word == "joint") {
     choose(words);
   } else if (word == "+" || word == "-") {
-    move(jog_.pulse_us(chosen()) + (word == "+" ? 1.0 : -1.0) * number(words));
+    move(servos_.pulse_us(chosen()) + (word == "+" ? 1.0 : -1.0) * number(words));
   } else if (word == "goto") {
     move(number(words));
   } else if (word == "mark") {
@@ -145,9 +145,9 @@ void CalibrateSession::carry_out(const Words& words) {
 
 void CalibrateSession::switch_on() {
   try {
-    jog_.switch_on();
+    servos_.switch_on();
   } catch (const std::runtime_error& error) {
-    if (!jog_.is_on()) throw;
+    if (!servos_.is_on()) throw;
     throw std::invalid_argument(error.what());  // an emergency stop that is pressed still
   }
   fmt::print("the servos have their pulses\n");
@@ -185,49 +185,52 @@ void CalibrateSession::choose(const Words& words) {
 void CalibrateSession::say_where() {
   const std::size_t servo = chosen();
   if (servo == gripper()) {
-    fmt::print("gripper {:g} us\n", jog_.pulse_us(servo));
+    fmt::print("gripper {:g} us\n", servos_.pulse_us(servo));
   } else {
-    fmt::print("{} {:g} us, {:.1f} degrees as far as is known\n", name(servo), jog_.pulse_us(servo),
-               calibration_.line(servo).angle_deg(jog_.pulse_us(servo)) + 0.0);
+    fmt::print("{} {:g} us, {:.1f} degrees as far as is known\n", name(servo), servos_.pulse_us(servo),
+               calibration_.line(servo).angle_deg(servos_.pulse_us(servo)) + 0.0);
   }
 }
 
 void CalibrateSession::move(double pulse_us) {
   const std::size_t servo = chosen();
-  if (!jog_.is_on()) throw std::invalid_argument("the servos have no pulses yet: 'on' first, and keep clear");
-  if (!(pulse_us >= jog_.lowest_us(servo) - kPulseTolerance_us &&
-        pulse_us <= jog_.highest_us(servo) + kPulseTolerance_us)) {
+  if (!servos_.is_on())
+    throw std::invalid_argument("the servos have no pulses yet: 'on' first, and keep clear");
+  if (!(pulse_us >= servos_.lowest_us(servo) - kPulseTolerance_us &&
+        pulse_us <= servos_.highest_us(servo) + kPulseTolerance_us)) {
     throw std::invalid_argument(fmt::format("{:g} us: this servo goes from {:g} to {:g} us", pulse_us,
-                                            jog_.lowest_us(servo), jog_.highest_us(servo)));
+                                            servos_.lowest_us(servo), servos_.highest_us(servo)));
   }
-  if (!jog_.go(servo, pulse_us) && jog_.is_lost()) lose_device();
+  if (!servos_.go(servo, pulse_us) && servos_.is_lost()) lose_device();
   say_where();
-  if (jog_.is_stopped()) throw std::invalid_argument("emergency stop: release it, then 'on'");
+  if (servos_.is_stopped()) throw std::invalid_argument("emergency stop: release it, then 'on'");
 }
 
 void CalibrateSession::mark(const Words& words) {
   const std::size_t servo = chosen();
-  if (!jog_.is_on()) throw std::invalid_argument("the servos have no pulses yet: 'on' first, and keep clear");
+  if (!servos_.is_on())
+    throw std::invalid_argument("the servos have no pulses yet: 'on' first, and keep clear");
   if (servo == gripper()) {
     if (words.size() != 2 || (words[1] != "open" && words[1] != "closed"))
       throw std::invalid_argument("the gripper's marks are 'mark open' and 'mark closed'");
-    calibration_.mark_gripper(words[1] == "open", jog_.pulse_us(servo));
-    fmt::print("gripper {} at {:g} us\n", words[1], jog_.pulse_us(servo));
+    calibration_.mark_gripper(words[1] == "open", servos_.pulse_us(servo));
+    fmt::print("gripper {} at {:g} us\n", words[1], servos_.pulse_us(servo));
     return;
   }
   if (words.size() == 2 && (words[1] == "open" || words[1] == "closed"))
     throw std::invalid_argument("choose 'joint gripper' first");
-  const std::string fault = calibration_.mark(servo, {number(words), jog_.pulse_us(servo)});
+  const std::string fault = calibration_.mark(servo, {number(words), servos_.pulse_us(servo)});
   if (!fault.empty()) throw std::invalid_argument(fault);
   fmt::print("{}\n", calibration_.text(servo));
 }
 
 void CalibrateSession::limit(const Words& words) {
   const std::size_t servo = chosen();
-  if (!jog_.is_on()) throw std::invalid_argument("the servos have no pulses yet: 'on' first, and keep clear");
+  if (!servos_.is_on())
+    throw std::invalid_argument("the servos have no pulses yet: 'on' first, and keep clear");
   if (servo == gripper() || words.size() != 2 || (words[1] != "low" && words[1] != "high"))
     throw std::invalid_argument("a joint's limits are 'limit low' and 'limit high'");
-  const std::string fault = calibration_.limit(servo, words[1] == "high", jog_.pulse_us(servo));
+  const std::string fault = calibration_.limit(servo, words[1] == "high", servos_.pulse_us(servo));
   if (!fault.empty()) throw std::invalid_argument(fault);
   fmt::print("{}\n", calibration_.text(servo));
 }
@@ -306,7 +309,7 @@ void CalibrateSession::say_end() const {
 }
 
 void CalibrateSession::lose_device() {
-  std::istringstream news(jog_.news());
+  std::istringstream news(servos_.news());
   std::string why;
   constexpr std::string_view kLost = "lost: ";
   constexpr std::string_view kGoesOn = "; trying again";  // not here
@@ -319,7 +322,7 @@ void CalibrateSession::lose_device() {
 }
 
 void CalibrateSession::say_news() {
-  std::istringstream news(jog_.news());
+  std::istringstream news(servos_.news());
   for (std::string line; std::getline(news, line);)
     fmt::print("{}: {}\n", setting_.profile.backend.kind, printable(line));
 }

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "cli/calibrate/calibration.h"
-#include "cli/calibrate/jog.h"
+#include "cli/calibrate/servo_positioner.h"
 
 namespace corbot::cli {
 
@@ -23,7 +23,7 @@ class CalibrateSession {
     bool dry_run{false};
   };
 
-  CalibrateSession(const Setting& setting, Jog& jog);
+  CalibrateSession(const Setting& setting, ServoPositioner& servos);
 
   void greet();
   /// Throws Failure when the device is lost, and where it is no terminal at a line that is refused.
@@ -58,7 +58,7 @@ class CalibrateSession {
   [[nodiscard]] std::string name(std::size_t servo) const;
 
   const Setting& setting_;
-  Jog& jog_;
+  ServoPositioner& servos_;
   Calibration calibration_;
   std::optional<std::size_t> servo_;
   std::map<std::string, double> kept_;  ///< the edits that were written

@@ -15,16 +15,16 @@ namespace corbot::cli {
 
 /// The servos of a profile by their pulses, one after the other, slowly; what corbot-rt does otherwise. For
 /// `corbot calibrate`. One thread.
-class Jog {
+class ServoPositioner {
  public:
   static constexpr double kSpeed_us_per_s = 200.0;
 
   /// `end`: asked for between steps.
-  Jog(const Profile& profile, const std::atomic<bool>& end);
-  Jog(const Jog&) = delete;
-  Jog& operator=(const Jog&) = delete;
+  ServoPositioner(const Profile& profile, const std::atomic<bool>& end);
+  ServoPositioner(const ServoPositioner&) = delete;
+  ServoPositioner& operator=(const ServoPositioner&) = delete;
   /// Holds or relaxes, as the profile wants it.
-  ~Jog();
+  ~ServoPositioner();
 
   /// Opens the device; no servo gets a pulse yet. `kept` is where the last position was, for a device that
   /// cannot say where its servos are. Throws std::runtime_error.

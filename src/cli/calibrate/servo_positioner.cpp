@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/calibrate/jog.h"
+#include "cli/calibrate/servo_positioner.h"
 
 #include <algorithm>
 #include <chrono>
@@ -23,7 +23,7 @@ constexpr double kGripperHighest_us = 2500.0;
 
 }  // namespace
 
-Jog::Jog(const Profile& profile, const std::atomic<bool>& end)
+ServoPositioner::ServoPositioner(const Profile& profile, const std::atomic<bool>& end)
     : profile_(profile),
       end_(end),
       backend_(rt::make_backend(profile, stop_)),
@@ -31,17 +31,17 @@ Jog::Jog(const Profile& profile, const std::atomic<bool>& end)
         return rt::CycleView{steps_, is_stopped()};
       }) {}
 
-Jog::~Jog() {
+ServoPositioner::~ServoPositioner() {
   safety_.stop();
   backend_->close();
 }
 
-std::string Jog::news() {
+std::string ServoPositioner::news() {
   const std::string lines = safety_.take_news();
   return lines + (lines.empty() ? "" : "\n") + backend_->take_news();
 }
 
-void Jog::connect(const Joints* kept_rad, double kept_opening) {
+void ServoPositioner::connect(const Joints* kept_rad, double kept_opening) {
   const DevicePosition device = backend_->connect();
   Joints position_rad{};
   double opening = 0.0;
@@ -59,7 +59,7 @@ void Jog::connect(const Joints* kept_rad, double kept_opening) {
   rt::map_to_pulses(profile_.arm, position_rad, opening, frame_);
 }
 
-void Jog::switch_on() {
+void ServoPositioner::switch_on() {
   if (!is_on_) {
     safety_.start();
     frame_.time_ns = Clock::now().time_since_epoch().count();
@@ -72,15 +72,15 @@ void Jog::switch_on() {
   send();  // a step, so that power comes back
 }
 
-double Jog::lowest_us(std::size_t servo) const {
+double ServoPositioner::lowest_us(std::size_t servo) const {
   return servo < profile_.arm.dof ? profile_.arm.servos[servo].pulse_min_us : kGripperLowest_us;
 }
 
-double Jog::highest_us(std::size_t servo) const {
+double ServoPositioner::highest_us(std::size_t servo) const {
   return servo < profile_.arm.dof ? profile_.arm.servos[servo].pulse_max_us : kGripperHighest_us;
 }
 
-bool Jog::go(std::size_t servo, double pulse_us) {
+bool ServoPositioner::go(std::size_t servo, double pulse_us) {
   const double target_us = std::clamp(pulse_us, lowest_us(servo), highest_us(servo));
   const double most_us = kSpeed_us_per_s * std::chrono::duration<double>(kStep).count();
   auto due = Clock::now();
@@ -96,12 +96,12 @@ bool Jog::go(std::size_t servo, double pulse_us) {
   return false;
 }
 
-bool Jog::is_lost() const {
+bool ServoPositioner::is_lost() const {
   const BackendHealth health = backend_->health();
   return is_on_ && (health == BackendHealth::kLost || health == BackendHealth::kClosed);
 }
 
-void Jog::send() {
+void ServoPositioner::send() {
   frame_.cycle = ++steps_;
   frame_.time_ns = Clock::now().time_since_epoch().count();
   for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
