@@ -37,7 +37,7 @@ StartPosition::StartPosition(const Profile& profile, const std::string& robot,
                              const std::string& state_directory)
     : profile_(profile),
       fingerprint_(position_fingerprint(profile.arm)),
-      is_let_go_(lets_go_at_end(profile) && !profile.backend.position_known_at_start),
+      is_let_go_(unpowered_after_exit(profile) && !profile.backend.position_known_at_start),
       robot_(robot) {
   const std::filesystem::path directory =
       state_directory.empty() ? default_state_directory() : std::filesystem::path(state_directory);

@@ -30,7 +30,7 @@ namespace {
 
 /// Runs `work` with a client whose arm a signal stops. Ends with kStopped when there was one.
 template <class Work>
-void stoppable(const ClientOptions& options, Work&& work) {
+void run_stoppable(const ClientOptions& options, Work&& work) {
   std::atomic<Client*> connected{nullptr};
   // Before the client, whose ORB makes threads: they inherit the blocked signals.
   OnSignal on_signal([&] {
@@ -40,7 +40,7 @@ void stoppable(const ClientOptions& options, Work&& work) {
     try {
       client->cancel();
     } catch (const Failure& failure) {
-      fmt::print(stderr, "corbot: THE STOP DID NOT GET THROUGH: {}\n", failure.what());
+      fmt::print(stderr, "corbot: THE STOP FAILED: {}\n", failure.what());
     }
   });
   Client client(find_robot(options.robot), options.timeout_s);
@@ -54,8 +54,8 @@ void stoppable(const ClientOptions& options, Work&& work) {
   }
 }
 
-/// The first motion after a power-up is slow; an override above that waits for its end.
-void tell_of_crawl(Client& client, double wanted_percent) {
+/// The first motion after a power-up is slow; a higher override takes effect after it.
+void report_reduced_override(Client& client, double wanted_percent) {
   constexpr double kTolerance_percent = 1e-6;
   const double now_percent = client.ask([](auto& arm) { return arm.OverridePercent(); });
   if (now_percent >= wanted_percent - kTolerance_percent) return;
@@ -72,16 +72,16 @@ void run_request(const ClientOptions& options, const Request& request) {
   if (!spec_of(request.verb).motion) {
     Client client(find_robot(options.robot), options.timeout_s);
     client.perform(request);
-    if (request.verb == Verb::kOverride) tell_of_crawl(client, request.numbers[0]);
+    if (request.verb == Verb::kOverride) report_reduced_override(client, request.numbers[0]);
     return;
   }
-  stoppable(options, [&](Client& client) { client.perform(request); });
+  run_stoppable(options, [&](Client& client) { client.perform(request); });
 }
 
 void run_file(const ClientOptions& options, const std::string& file, bool dry_run) {
   const Program program = load_program(file);
   if (dry_run) return print_program(program);
-  stoppable(options, [&](Client& client) { run_program(client, program, file); });
+  run_stoppable(options, [&](Client& client) { run_program(client, program, file); });
 }
 
 void show(const ClientOptions& options, View view, bool as_json) {
@@ -125,7 +125,7 @@ void run_record(const ClientOptions& options, RecordOptions record_options) {
     try {
       record_options.joints = load_profile(state->profile).arm.dof;
     } catch (const ConfigError&) {
-      // edited since the robot was started: all columns, then
+      // edited since the robot was started: write all columns
     }
   }
   record(record_options, on_signal);

@@ -8,7 +8,7 @@
 #include "client/failure.h"
 #include "client/request.h"
 
-// What the sub-commands do that talk to a robot. Each throws Failure.
+// The sub-commands that are clients of a robot. Each throws Failure.
 
 namespace corbot::cli {
 
@@ -17,9 +17,9 @@ struct ClientOptions {
   double timeout_s{5};  ///< of a single call
 };
 
-/// Carries the request out. Ctrl-C stops the arm: Failure with kStopped.
+/// Executes the request. Ctrl-C stops the arm: Failure with kStopped.
 void run_request(const ClientOptions& options, const client::Request& request);
-/// The same for a program.
+/// Runs a program.
 void run_file(const ClientOptions& options, const std::string& file, bool dry_run);
 
 enum class View { kStatus, kAlarms, kDiagnostics };

@@ -48,7 +48,7 @@ void add_client_options(CLI::App& command, Settings& settings) {
       ->check(CLI::Range(0.1, 3600.0));
 }
 
-/// Shows a verb's own grammar; CLI11 would show "[values(0x)]".
+/// Shows the grammar of a verb; CLI11 would show "[values(0x)]".
 class VerbFormatter : public CLI::Formatter {
  public:
   explicit VerbFormatter(const VerbSpec& spec) : spec_(spec) {}
@@ -61,7 +61,7 @@ class VerbFormatter : public CLI::Formatter {
   const VerbSpec& spec_;
 };
 
-/// What a person reads after a wrong command line.
+/// The message for a wrong command line.
 std::string explain_usage(const CLI::App* app, const CLI::Error& error) {
   std::string command = "corbot";
   for (const CLI::App* chosen : app->get_subcommands()) command += " " + chosen->get_name();
@@ -69,7 +69,7 @@ std::string explain_usage(const CLI::App* app, const CLI::Error& error) {
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
     what = fmt::format("unexpected: {}", fmt::join(app->remaining(true), " "));
   }
-  return fmt::format("{}: {} ('{} --help' tells more)\n", command, printable(what), command);
+  return fmt::format("{}: {} (see '{} --help')\n", command, printable(what), command);
 }
 
 /// A sub-command for every verb; its words are read by the same parser as a program's.
@@ -117,7 +117,7 @@ void add_verbs(CLI::App& app, Settings& settings,
 }
 
 void add_supervision(CLI::App& app, Settings& s) {
-  CLI::App* up_command = app.add_subcommand("up", "Start a robot and watch over it, in the foreground");
+  CLI::App* up_command = app.add_subcommand("up", "Start a robot and supervise it, in the foreground");
   up_command->add_option("PROFILE", s.up.profile, "The robot's profile, a TOML file")->required();
   up_command->add_option("--name", s.up.name, "Name of the robot instead of the profile's");
   up_command->add_option("--endpoint", s.up.endpoint, "HOST:PORT to listen at instead of the profile's");
@@ -134,10 +134,10 @@ void add_supervision(CLI::App& app, Settings& s) {
     if (naming->count() > 0 && s.up.naming_port == 0) s.up.naming_port = 2809;
     up(s.up);
   });
-  CLI::App* down_command = app.add_subcommand("down", "End a robot, or clear what a crash has left");
+  CLI::App* down_command = app.add_subcommand("down", "End a robot, or remove stale files after a crash");
   down_command->add_option("--name", s.down_name, "Which, where several are up");
   down_command->callback([&s] { down(s.down_name); });
-  CLI::App* doctor_command = app.add_subcommand("doctor", "Examine the machine and say what to mend");
+  CLI::App* doctor_command = app.add_subcommand("doctor", "Examine the machine and say what to fix");
   doctor_command->add_option("PROFILE", s.doctor_profile,
                              "Examine this profile, its port and its devices, too");
   doctor_command->callback([&s] {
@@ -147,7 +147,7 @@ void add_supervision(CLI::App& app, Settings& s) {
 
 void add_calibration(CLI::App& app, Settings& s) {
   CLI::App* command =
-      app.add_subcommand("calibrate", "Find out what the servos' pulses mean, and write it into the profile");
+      app.add_subcommand("calibrate", "Calibrate the servos and write the result into the profile");
   command->add_option("PROFILE", s.calibrate.profile, "The robot's profile, a TOML file")->required();
   command->add_option("--name", s.calibrate.name, "Name of the robot instead of the profile's");
   command->add_option("--state-dir", s.calibrate.state_directory,
@@ -162,24 +162,24 @@ void add_views(CLI::App& app, Settings& s) {
   const std::vector<std::tuple<const char*, const char*, View>> views{
       {"status", "Show state, joints, tool and gripper", View::kStatus},
       {"alarms", "Show the last alarms, oldest first", View::kAlarms},
-      {"diagnostics", "Show the real-time loop's account of itself", View::kDiagnostics}};
+      {"diagnostics", "Show cycles, latency and device of the real-time loop", View::kDiagnostics}};
   for (const auto& [name, help, view] : views) {
     CLI::App* command = app.add_subcommand(name, help);
     command->add_flag("--json", s.json, "For programs");
     add_client_options(*command, s);
     command->callback([&s, which = view] { show(s.client, which, s.json); });
   }
-  CLI::App* watch_command = app.add_subcommand("watch", "Show the status again and again");
-  watch_command->add_option("--interval", s.interval_s, "Seconds between two pictures")
+  CLI::App* watch_command = app.add_subcommand("watch", "Show the status repeatedly");
+  watch_command->add_option("--interval", s.interval_s, "Seconds between two outputs")
       ->check(CLI::Range(0.02, 3600.0));
-  watch_command->add_option("--count", s.count, "End after so many pictures")
+  watch_command->add_option("--count", s.count, "End after so many outputs")
       ->check(CLI::Range(1, 1'000'000'000));
   add_client_options(*watch_command, s);
   watch_command->callback([&s] { run_watch(s.client, s.interval_s, s.count); });
 }
 
 void add_files(CLI::App& app, Settings& s) {
-  CLI::App* run_command = app.add_subcommand("run", "Carry out a program, one command a line");
+  CLI::App* run_command = app.add_subcommand("run", "Run a program, one command a line");
   run_command->add_option("PROGRAM", s.program, "File, - = standard input")->required();
   run_command->add_flag("--dry-run", s.dry_run, "Check and print only");
   add_client_options(*run_command, s);

@@ -25,10 +25,10 @@ using client::OnSignal;
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr double kLookEvery_s = 0.02;  // the recorder keeps seconds: a scheduling hiccup loses nothing
-constexpr auto kSilence = std::chrono::seconds(1);  // without a cycle: see whether the robot is still there
+constexpr double kPollInterval_s = 0.02;            // the trace holds seconds: a late wake-up loses nothing
+constexpr auto kSilence = std::chrono::seconds(1);  // without a cycle: check whether the robot is still up
 
-const char* word(RtState state) {
+const char* to_string(RtState state) {
   switch (state) {
     case RtState::kStandby:
       return "standby";
@@ -52,7 +52,7 @@ class Output {
     const int mode = force ? O_TRUNC : O_EXCL;
     fd_ = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | mode, 0644);
     if (fd_ >= 0) return;
-    if (errno == EEXIST) throw Failure(ExitCode::kUsage, file + " is already there: --force overwrites it");
+    if (errno == EEXIST) throw Failure(ExitCode::kUsage, file + " exists: --force overwrites it");
     throw Failure(ExitCode::kUsage, file + ": " + std::strerror(errno));
   }
   Output(const Output&) = delete;
@@ -61,7 +61,7 @@ class Output {
     if (file_ != "-" && fd_ >= 0) ::close(fd_);
   }
 
-  /// False when the reader of a pipe has gone.
+  /// False when the reader of a pipe has closed it.
   [[nodiscard]] bool write(const std::string& rows) const {
     for (std::size_t done = 0; done < rows.size();) {
       const ssize_t n = ::write(fd_, rows.data() + done, rows.size() - done);
@@ -148,8 +148,8 @@ std::string csv_header(std::size_t joints) {
 std::string csv_row(const Snapshot& s, std::size_t joints) {
   std::string row;
   const auto out = std::back_inserter(row);
-  fmt::format_to(out, "{},{},{},{},{},{:.6g}", s.cycle, s.time_ns, s.wall_ns, word(s.state), s.command_id,
-                 s.virtual_rate);
+  fmt::format_to(out, "{},{},{},{},{},{:.6g}", s.cycle, s.time_ns, s.wall_ns, to_string(s.state),
+                 s.command_id, s.virtual_rate);
   for (std::size_t i = 0; i < joints; ++i) fmt::format_to(out, ",{:.9f}", to_degrees(s.position_rad[i]));
   for (const double coordinate : s.tcp_m) fmt::format_to(out, ",{:.12f}", coordinate);
   fmt::format_to(out, ",{:.6g}", s.gripper);
@@ -169,7 +169,7 @@ void record(const RecordOptions& options, const OnSignal& on_signal) {
   std::string rows;
   std::string end;
   for (bool more = true; more;) {
-    double pause = kLookEvery_s;
+    double pause = kPollInterval_s;
     if (options.for_s > 0) {
       const double left = options.for_s - std::chrono::duration<double>(Clock::now() - begin).count();
       pause = std::min(pause, left);

@@ -14,7 +14,7 @@ namespace corbot::cli {
 using client::Client;
 using client::ExitCode;
 using client::Failure;
-using client::to_words;
+using client::to_string;
 
 namespace {
 
@@ -70,7 +70,7 @@ Program load_program(const std::string& file) {
     const std::size_t count = program.faults.size();
     throw Failure(ExitCode::kUsage,
                   describe_faults(program, name) +
-                      fmt::format("{} line{} to mend; nothing moved", count, count == 1 ? "" : "s"));
+                      fmt::format("{} line{} to fix; nothing moved", count, count == 1 ? "" : "s"));
   }
   if (program.statements.empty()) {
     throw Failure(ExitCode::kUsage, fmt::format("{}: no command in it; nothing moved", name));
@@ -80,7 +80,7 @@ Program load_program(const std::string& file) {
 
 void print_program(const Program& program) {
   for (const auto& statement : program.statements) {
-    fmt::print("line {}: {}\n", statement.line, to_words(statement.request));
+    fmt::print("line {}: {}\n", statement.line, to_string(statement.request));
   }
   fmt::print("{} commands, no fault found; nothing moved (reach and limits are checked by the robot)\n",
              program.statements.size());

@@ -15,11 +15,11 @@ namespace corbot::cli {
 /// Reads and checks a program. Throws Failure, kUsage with one "file:line: reason" for each fault.
 [[nodiscard]] Program load_program(const std::string& file);
 
-/// Prints what would be done.
+/// Prints the statements without executing them.
 void print_program(const Program& program);
 
-/// Carries the statements out one after the other, with a bar on a terminal and plain lines elsewhere. Throws
-/// Failure with file and line of the statement that failed; those behind it are not begun.
+/// Executes the statements in order, with a progress bar on a terminal and plain lines elsewhere. Throws
+/// Failure with file and line of the statement that failed; those after it are not started.
 void run_program(client::Client& client, const Program& program, const std::string& file);
 
 }  // namespace corbot::cli

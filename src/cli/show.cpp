@@ -11,6 +11,8 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "corbot/channel/records.h"
+
 namespace corbot::cli {
 
 using client::Client;
@@ -21,7 +23,7 @@ namespace {
 
 using nlohmann::json;
 
-const char* word(Corbot::RobotState state) {
+const char* to_string(Corbot::RobotState state) {
   switch (state) {
     case Corbot::Error:
       return "Error";
@@ -32,11 +34,11 @@ const char* word(Corbot::RobotState state) {
   }
 }
 
-const char* meaning(Corbot::RobotState state, bool mended) {
+const char* meaning(Corbot::RobotState state, bool cause_gone) {
   switch (state) {
     case Corbot::Error:
-      return mended ? "faulted: the cause is gone: 'corbot clear'"
-                    : "faulted: mend the cause, then 'corbot clear'";
+      return cause_gone ? "faulted: the cause is gone: 'corbot clear'"
+                        : "faulted: fix the cause, then 'corbot clear'";
     case Corbot::Waiting:
       return "busy: moving, delaying or paused";
     default:
@@ -44,34 +46,29 @@ const char* meaning(Corbot::RobotState state, bool mended) {
   }
 }
 
-const char* word(Corbot::GripperState state) { return state == Corbot::Open ? "open" : "closed"; }
+const char* to_string(Corbot::GripperState state) { return state == Corbot::Open ? "open" : "closed"; }
 
-const char* word(Corbot::RobotKind kind) {
-  constexpr const char* kWords[] = {"anthropomorphic", "Cartesian", "cylindrical", "polar", "SCARA", "other"};
+const char* to_string(Corbot::RobotKind kind) {
+  constexpr const char* kNames[] = {"anthropomorphic", "Cartesian", "cylindrical", "polar", "SCARA", "other"};
   const auto index = static_cast<std::size_t>(kind);
-  return index < std::size(kWords) ? kWords[index] : "unknown";
+  return index < std::size(kNames) ? kNames[index] : "unknown";
 }
 
-const char* word(Corbot::DeviceHealth health) {
-  constexpr const char* kWords[] = {"closed", "open", "degraded", "lost"};
+const char* to_string(Corbot::DeviceHealth health) {
+  constexpr const char* kNames[] = {"closed", "open", "degraded", "lost"};
   const auto index = static_cast<std::size_t>(health);
-  return index < std::size(kWords) ? kWords[index] : "unknown";
+  return index < std::size(kNames) ? kNames[index] : "unknown";
 }
 
-/// The alarm of a lost device once it is back, for it stays until it is cleared; else empty.
-std::string back_again(const std::string& alarm, const Corbot::DeviceInfo& device) {
-  constexpr std::string_view kLost = "121 the servo device is lost";
-  if (!alarm.starts_with(kLost)) return "";
-  if (device.health != Corbot::DeviceOpen && device.health != Corbot::DeviceDegraded) return "";
-  std::string cause = alarm.substr(kLost.size());  // ": the line was cut; the arm holds"
-  cause.resize(std::min(cause.find(';'), cause.size()));
-  if (cause.starts_with(": ")) cause = " (" + cause.substr(2) + ")";
-  return fmt::format("121 the servo device was lost{}, is back: 'corbot clear'", cause);
+/// The alarm of a lost device stays until it is cleared, also once the device works again.
+bool is_device_back(const ActiveAlarm& alarm, const Corbot::DeviceInfo& device) {
+  return alarm.code == static_cast<long>(AlarmCode::kBackendLost) &&
+         (device.health == Corbot::DeviceOpen || device.health == Corbot::DeviceDegraded);
 }
 
 json device_data(const Corbot::DeviceInfo& device) {
   return {{"backend", printable(device.backend.in())},
-          {"health", word(device.health)},
+          {"health", to_string(device.health)},
           {"cause", device.cause},
           {"cause_text", printable(device.causeText.in())},
           {"frames", device.frames},
@@ -101,9 +98,9 @@ std::string microseconds(double seconds) { return fmt::format("{:.1f} us", secon
 
 }  // namespace
 
-std::string device_words(const Corbot::DeviceInfo& device) {
+std::string describe(const Corbot::DeviceInfo& device) {
   const std::string cause = printable(device.causeText.in());
-  return fmt::format("{}, {}{}{}{}", printable(device.backend.in()), word(device.health),
+  return fmt::format("{}, {}{}{}{}", printable(device.backend.in()), to_string(device.health),
                      cause.empty() ? "" : ": ", cause, device.emergencyStop ? ", EMERGENCY STOP" : "");
 }
 
@@ -125,8 +122,7 @@ StatusReport read_status(Client& client) {
     const Corbot::AlarmList_var alarms = arm.Alarms();
     for (CORBA::ULong i = 0; i < alarms->length(); ++i) {
       const auto& alarm = alarms.in()[i];
-      if (alarm.active)
-        report.active_alarms.push_back(fmt::format("{} {}", alarm.code, printable(alarm.text.in())));
+      if (alarm.active) report.active_alarms.push_back({alarm.code, printable(alarm.text.in())});
     }
     const Corbot::JointCoord_var joints = arm.ArtiCoord();
     for (CORBA::ULong i = 0; i < joints->length(); ++i) report.joints.push_back(joints.in()[i]);
@@ -136,19 +132,20 @@ StatusReport read_status(Client& client) {
 }
 
 std::string status_text(const StatusReport& r) {
-  std::string text = fmt::format("{} ({}, {} articulations) at {}\n", r.name.empty() ? "robot" : r.name,
-                                 word(r.kind), r.joints.size(), r.address);
-  bool mended = !r.active_alarms.empty();
+  std::string text = fmt::format("{} ({}, {} joints) at {}\n", r.name.empty() ? "robot" : r.name,
+                                 to_string(r.kind), r.joints.size(), r.address);
+  bool cause_gone = !r.active_alarms.empty();
   std::string alarms;
   for (const auto& alarm : r.active_alarms) {
-    const std::string back = back_again(alarm, r.device);
-    if (back.empty()) mended = false;
-    alarms += fmt::format("  alarm     {}\n", back.empty() ? alarm : back);
+    const bool back = is_device_back(alarm, r.device);
+    cause_gone = cause_gone && back;
+    alarms += fmt::format("  alarm     {} {}{}\n", alarm.code, alarm.text,
+                          back ? "; the device is back: 'corbot clear'" : "");
   }
-  text += fmt::format("  state     {:<9} {}\n{}", word(r.state), meaning(r.state, mended), alarms);
-  text += fmt::format("  device    {}\n", device_words(r.device));
+  text += fmt::format("  state     {:<9} {}\n{}", to_string(r.state), meaning(r.state, cause_gone), alarms);
+  text += fmt::format("  device    {}\n", describe(r.device));
   if (r.device.positionUncertain) {
-    text += "  position  BELIEVED, NOT KNOWN since power-up: the first motion runs at 10 % of its speed\n";
+    text += "  position  UNVERIFIED since power-up: the first motion runs at 10 % of its speed\n";
   }
   text += fmt::format("  tool      x {:.4f}  y {:.4f}  z {:.4f} m   a {:.2f}  b {:.2f}  c {:.2f} deg\n",
                       rounded(r.pose.x, 1e4), rounded(r.pose.y, 1e4), rounded(r.pose.z, 1e4),
@@ -159,24 +156,26 @@ std::string status_text(const StatusReport& r) {
     text += '\n';
   }
   text += fmt::format("  gripper   {}\n  override  {:g} %\n  pitch     {:g} deg\n  reach     {:.3f} m\n",
-                      word(r.gripper), r.override_percent, rounded(r.tool_pitch_deg, 1e6), r.reach_m);
+                      to_string(r.gripper), r.override_percent, rounded(r.tool_pitch_deg, 1e6), r.reach_m);
   return text;
 }
 
 std::string status_line(const StatusReport& r) {
-  std::string text = fmt::format("{:<7}  x {:8.4f}  y {:8.4f}  z {:8.4f} m  joints", word(r.state),
+  std::string text = fmt::format("{:<7}  x {:8.4f}  y {:8.4f}  z {:8.4f} m  joints", to_string(r.state),
                                  rounded(r.pose.x, 1e4), rounded(r.pose.y, 1e4), rounded(r.pose.z, 1e4));
   for (const double joint : r.joints) text += fmt::format(" {:8.2f}", rounded(joint, 100));
-  return text + fmt::format(" deg  gripper {}  override {:g} %\n", word(r.gripper), r.override_percent);
+  return text + fmt::format(" deg  gripper {}  override {:g} %\n", to_string(r.gripper), r.override_percent);
 }
 
 std::string status_json(const StatusReport& r) {
+  json alarms = json::array();
+  for (const auto& alarm : r.active_alarms) alarms.push_back(fmt::format("{} {}", alarm.code, alarm.text));
   json ranges = json::array();
   for (const auto& range : r.ranges) ranges.push_back({{"lower", range.lower}, {"upper", range.upper}});
   const json data{{"name", r.name},
                   {"address", r.address},
-                  {"state", word(r.state)},
-                  {"kind", word(r.kind)},
+                  {"state", to_string(r.state)},
+                  {"kind", to_string(r.kind)},
                   {"joints_deg", r.joints},
                   {"ranges_deg", ranges},
                   {"tool",
@@ -186,11 +185,11 @@ std::string status_json(const StatusReport& r) {
                     {"a_deg", r.pose.a},
                     {"b_deg", r.pose.b},
                     {"c_deg", r.pose.c}}},
-                  {"gripper", word(r.gripper)},
+                  {"gripper", to_string(r.gripper)},
                   {"reach_m", r.reach_m},
                   {"override_percent", r.override_percent},
                   {"tool_pitch_deg", r.tool_pitch_deg},
-                  {"active_alarms", r.active_alarms},
+                  {"active_alarms", alarms},
                   {"device", device_data(r.device)}};
   return data.dump(2) + "\n";
 }
@@ -230,23 +229,21 @@ double latency_quantile(const Corbot::LoopInfo& info, double ratio) {
 std::string diagnostics_text(const Corbot::LoopInfo& info, const Corbot::DeviceInfo& device) {
   std::string text = fmt::format("loop      {:g} us period, {} cycles since {}\n", info.period * 1e6,
                                  info.cycles, local_time(info.since));
-  text += fmt::format("priority  {}\n",
-                      info.realTime ? "real-time (SCHED_FIFO, locked memory)"
-                                    : "BEST EFFORT: no real-time privileges; 'corbot doctor' says how to "
-                                      "give them");
+  text += fmt::format("priority  {}\n", info.realTime
+                                            ? "real-time (SCHED_FIFO, locked memory)"
+                                            : "BEST EFFORT: no real-time privileges; see 'corbot doctor'");
   text += fmt::format("overruns  {}\n", info.overruns);
   text +=
       fmt::format("latency   mean {}, 50 % {}, 99 % {}, 99.9 % {}, max {}\n", microseconds(info.latencyMean),
                   microseconds(latency_quantile(info, 0.5)), microseconds(latency_quantile(info, 0.99)),
                   microseconds(latency_quantile(info, 0.999)), microseconds(info.latencyMax));
   text += fmt::format("work      max {} a cycle\n", microseconds(info.workMax));
-  text += fmt::format(
-      "device    {}; {} frames taken, the last {:.1f} ms after its set-point, at most {:.1f} ms\n",
-      device_words(device), device.frames, device.age * 1e3, device.ageMax * 1e3);
+  text +=
+      fmt::format("device    {}; {} frames sent, the last {:.1f} ms after its set-point, at most {:.1f} ms\n",
+                  describe(device), device.frames, device.age * 1e3, device.ageMax * 1e3);
   text += device.measured
               ? fmt::format("measured  by the device, {:.1f} ms ago\n", device.measuredAge * 1e3)
-              : fmt::format("measured  no{}\n",
-                            device.positionUncertain ? "; where the arm is is believed, not known" : "");
+              : fmt::format("measured  no{}\n", device.positionUncertain ? "; position unverified" : "");
   unsigned long long most = 0;
   for (CORBA::ULong i = 0; i < info.counts.length(); ++i)
     most = std::max<unsigned long long>(most, info.counts[i]);
@@ -287,10 +284,9 @@ void watch(Client& client, const OnSignal& on_signal, double interval_s, int cou
     if (shown > 0 && on_signal.wait(interval_s)) break;
     const StatusReport report = read_status(client);
     // Home and clear below rather than clear all: no flicker.
-    const std::string picture =
+    const std::string text =
         terminal ? "\x1b[H\x1b[J" + status_text(report) + "\n(Ctrl-C ends)\n" : status_line(report);
-    if (std::fwrite(picture.data(), 1, picture.size(), stdout) != picture.size() || std::fflush(stdout) != 0)
-      break;
+    if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) break;
   }
 }
 

@@ -9,6 +9,11 @@
 
 namespace corbot::cli {
 
+struct ActiveAlarm {
+  long code{};  ///< an AlarmCode
+  std::string text;
+};
+
 /// What `status` and `watch` show, read once. Units of the CORBA face.
 struct StatusReport {
   std::string name;
@@ -22,14 +27,14 @@ struct StatusReport {
   double reach_m{};
   double override_percent{};
   double tool_pitch_deg{};
-  std::vector<std::string> active_alarms;
+  std::vector<ActiveAlarm> active_alarms;
   Corbot::DeviceInfo device;
 };
 
 [[nodiscard]] StatusReport read_status(client::Client& client);
 [[nodiscard]] std::string status_text(const StatusReport& report);
-[[nodiscard]] std::string status_line(
-    const StatusReport& report);  ///< one line, for `watch` without a terminal
+/// One line, for `watch` without a terminal.
+[[nodiscard]] std::string status_line(const StatusReport& report);
 [[nodiscard]] std::string status_json(const StatusReport& report);
 
 [[nodiscard]] std::string alarms_text(const Corbot::AlarmList& alarms);
@@ -38,14 +43,14 @@ struct StatusReport {
 [[nodiscard]] std::string diagnostics_json(const Corbot::LoopInfo& info, const Corbot::DeviceInfo& device);
 
 /// "ssc32, open"; with the cause where there is one.
-[[nodiscard]] std::string device_words(const Corbot::DeviceInfo& device);
+[[nodiscard]] std::string describe(const Corbot::DeviceInfo& device);
 
 /// Latency below which the share `ratio` of the wake-ups lies, by the histogram; seconds. The upper edge of
 /// the bucket, so never too good; the maximum where the last, open bucket is meant.
 [[nodiscard]] double latency_quantile(const Corbot::LoopInfo& info, double ratio);
 
-/// Redraws until a signal was seen or `count` pictures were shown (0 = no end). Without a terminal: a line
-/// each.
+/// Shows the status every `interval_s` until a signal was seen, or `count` times (0 = no end); redrawn on a
+/// terminal, else a line each.
 void watch(client::Client& client, const client::OnSignal& on_signal, double interval_s, int count);
 
 }  // namespace corbot::cli

@@ -22,7 +22,7 @@ Corbot::JointCoord joints(const Request& request) {
 }
 
 CORBA::ORB_ptr start_orb(double timeout_s) {
-  // The ORB prints its own account of a lost connection unless it is told to be silent.
+  // Trace level 0: lost connections are reported here, not by the ORB.
   const char* options[][2] = {{"traceLevel", "0"}, {"maxGIOPConnectionPerServer", "20"}, {nullptr, nullptr}};
   int argc = 0;
   CORBA::ORB_ptr orb = CORBA::ORB_init(argc, nullptr, "omniORB4", options);
@@ -32,9 +32,9 @@ CORBA::ORB_ptr start_orb(double timeout_s) {
   return orb;
 }
 
-/// The reference with a GIOP version, where a corbaloc names none. It would mean 1.0; a servant on ORBit2
-/// answers that in another version when it does not know the object, and the connection breaks.
-std::string in_giop_1_2(const std::string& reference) {
+/// A corbaloc without a GIOP version, which would mean 1.0, with 1.2: a servant on ORBit2 replies to 1.0 in
+/// another version when it does not know the object, and the connection breaks.
+std::string with_giop_version(const std::string& reference) {
   for (const char* scheme : {"corbaloc::", "corbaloc:iiop:"}) {
     const std::size_t length = std::char_traits<char>::length(scheme);
     if (!reference.starts_with(scheme)) continue;
@@ -51,18 +51,18 @@ Client::Client(const Address& address, double timeout_s) : address_(address) {
   try {
     orb_ = start_orb(timeout_s);
   } catch (const CORBA::Exception& e) {
-    throw Failure(ExitCode::kInternal,
-                  fmt::format("the ORB does not start ({}): look at /etc/omniORB.cfg and "
-                              "$OMNIORB_CONFIG",
-                              e._name()));
+    throw Failure(
+        ExitCode::kInternal,
+        fmt::format("the ORB cannot be initialised ({}): check /etc/omniORB.cfg and $OMNIORB_CONFIG",
+                    e._name()));
   }
   client::ask(address_, [&] {
-    CORBA::Object_var object = orb_->string_to_object(in_giop_1_2(address_.uri).c_str());
+    CORBA::Object_var object = orb_->string_to_object(with_giop_version(address_.uri).c_str());
     arm_ = Corbot::Arm::_narrow(object);
   });
   if (CORBA::is_nil(arm_)) {
-    throw Failure(ExitCode::kUnreachable, fmt::format("what answers at {} as '{}' is not a corbot arm",
-                                                      address_.where, address_.name));
+    throw Failure(ExitCode::kUnreachable,
+                  fmt::format("the object '{}' at {} is not a corbot arm", address_.name, address_.where));
   }
 }
 
@@ -71,7 +71,7 @@ Client::~Client() {
     arm_ = Corbot::Arm::_nil();
     orb_->destroy();
   } catch (const CORBA::Exception&) {
-    // at the end of the program, with nobody to tell
+    // the program ends; nothing can be done about it
   }
 }
 
@@ -120,7 +120,7 @@ Corbot::Ticket Client::start(const Request& request) {
       case Verb::kClose:
         return arm.StartClose();
       default:
-        throw Failure(ExitCode::kInternal, "not a motion: " + to_words(request));
+        throw Failure(ExitCode::kInternal, "not a motion: " + to_string(request));
     }
   });
 }
@@ -145,19 +145,20 @@ void Client::set(const Request& request) {
       case Verb::kClear:
         return arm.Clear();
       default:
-        throw Failure(ExitCode::kInternal, "not a setting: " + to_words(request));
+        throw Failure(ExitCode::kInternal, "not a setting: " + to_string(request));
     }
   });
 }
 
 void Client::wait(Corbot::Ticket ticket, const ProgressReport& report) {
-  constexpr double kLookEvery_s = 0.1;  // short enough for a bar, and well below any sensible --timeout
+  constexpr double kPollInterval_s =
+      0.1;  // short enough for a progress bar, and well below any sensible --timeout
   for (;;) {
     const Corbot::MotionInfo_var info = ask([&](auto& arm) {
       try {
-        return arm.Wait(ticket, kLookEvery_s);
+        return arm.Wait(ticket, kPollInterval_s);
       } catch (const CORBA::TRANSIENT& gone) {
-        // There was a servant, for it gave the ticket out; what counts is the motion that it left.
+        // A servant issued the ticket: the connection was lost with a motion under way.
         if (is_call_timeout(gone)) throw;
         throw CORBA::COMM_FAILURE(gone.minor(), gone.completed());
       }

@@ -10,7 +10,7 @@
 
 namespace corbot::client {
 
-/// Where the robot of `--robot` is. Empty: the one that is up on this machine, or $CORBOT_ROBOT. Takes a
+/// The address of the robot of `--robot`. Empty: $CORBOT_ROBOT, or the one that is up here. Takes a
 /// corbaloc, corbaname or IOR, HOST:PORT/NAME, or the name of a robot that is up here. Throws Failure.
 [[nodiscard]] Address find_robot(const std::string& robot);
 
@@ -20,7 +20,7 @@ using ProgressReport = std::function<void(double)>;
 /// One robot behind the ORB. Thread-safe, as the stubs are; every CORBA exception leaves as a Failure.
 class Client {
  public:
-  /// Connects. `timeout_s` bounds every single call, not the motion that one asks for.
+  /// Connects. `timeout_s` bounds each call, not the motion that it starts.
   Client(const Address& address, double timeout_s);
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
@@ -29,14 +29,14 @@ class Client {
   [[nodiscard]] const Address& address() const noexcept { return address_; }
   [[nodiscard]] Corbot::Arm_ptr arm() const noexcept { return arm_.in(); }
 
-  /// Carries a request out and returns when it is done. Throws Failure, kStopped when a Stop ended the
+  /// Executes a request and returns when it is done. Throws Failure, kStopped when a Stop ended the
   /// motion.
   void perform(const Request& request, const ProgressReport& report = {});
 
   /// Pre-empts whatever moves; returns at rest.
   void stop();
 
-  /// Stops, and keeps perform() from starting anything from now on, also what it is just about to start. From
+  /// Stops, and makes perform() start nothing from now on, not even what it is about to start. Called from
   /// another thread than perform().
   void cancel();
 

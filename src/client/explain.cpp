@@ -9,7 +9,7 @@ namespace corbot::client {
 
 namespace {
 
-std::string with_stop(std::string text) {
+std::string without_full_stop(std::string text) {
   while (!text.empty() && (text.back() == '.' || text.back() == ' ')) text.pop_back();
   return text;
 }
@@ -37,19 +37,20 @@ bool is_call_timeout(const CORBA::SystemException& e) {
 
 Failure explain(const Corbot::BadParameter& e) {
   return {ExitCode::kRefused, fmt::format("refused: {} = {}: {}; nothing moved", printable(e.parameter.in()),
-                                          plain(e.value), with_stop(printable(e.reason.in())))};
+                                          plain(e.value), without_full_stop(printable(e.reason.in())))};
 }
 
 Failure explain(const Corbot::Unreachable& e) {
   return {ExitCode::kRefused,
           fmt::format(
-              "refused: ({}, {}, {}) m is out of reach: {}; nothing moved ('corbot status' tells the reach)",
-              plain(e.target.x), plain(e.target.y), plain(e.target.z), with_stop(printable(e.reason.in())))};
+              "refused: ({}, {}, {}) m is out of reach: {}; nothing moved ('corbot status' shows the reach)",
+              plain(e.target.x), plain(e.target.y), plain(e.target.z),
+              without_full_stop(printable(e.reason.in())))};
 }
 
 Failure explain(const Corbot::LimitExceeded& e) {
   std::string what = printable(e.quantity.in());
-  if (e.articulation >= 0) what += fmt::format(" of articulation {}", e.articulation);
+  if (e.articulation >= 0) what += fmt::format(" of joint {}", e.articulation);
   return {ExitCode::kRefused, fmt::format("refused: {}: {} is not within {} to {}; nothing moved", what,
                                           plain(e.value), plain(e.lower), plain(e.upper))};
 }
@@ -57,18 +58,18 @@ Failure explain(const Corbot::LimitExceeded& e) {
 Failure explain(const Corbot::NotReady& e) {
   return {ExitCode::kRefused,
           fmt::format("the robot is not ready: {} (see 'corbot status' and 'corbot alarms')",
-                      with_stop(printable(e.reason.in())))};
+                      without_full_stop(printable(e.reason.in())))};
 }
 
 Failure explain(const Corbot::Stopped& e) {
-  const std::string reason = with_stop(printable(e.reason.in()));
+  const std::string reason = without_full_stop(printable(e.reason.in()));
   return {ExitCode::kStopped,
           "the motion was stopped before its end" + (reason.empty() ? "" : ": " + reason)};
 }
 
 Failure explain(const Corbot::QueueFull& e) {
   return {ExitCode::kRefused,
-          fmt::format("refused: {} motions wait already, which is the most; try again when one has ended",
+          fmt::format("refused: {} motions are queued, which is the limit; try again when one has ended",
                       e.capacity)};
 }
 
@@ -87,10 +88,10 @@ Failure explain(const CORBA::SystemException& e, const Address& address) {
                     address.where));
   }
   if (CORBA::COMM_FAILURE::_downcast(&e) != nullptr) {
-    return fail(
-        fmt::format("the servant at {} went away during the call; an accepted motion still ends at rest: "
-                    "ask 'corbot status' before you go on",
-                    address.where));
+    return fail(fmt::format(
+        "the servant at {} closed the connection during the call; an accepted motion still ends at "
+        "rest: check 'corbot status' before you go on",
+        address.where));
   }
   if (CORBA::OBJECT_NOT_EXIST::_downcast(&e) != nullptr) {
     return fail(
@@ -108,11 +109,11 @@ Failure explain(const CORBA::SystemException& e, const Address& address) {
   if (CORBA::BAD_OPERATION::_downcast(&e) != nullptr || CORBA::MARSHAL::_downcast(&e) != nullptr ||
       CORBA::NO_IMPLEMENT::_downcast(&e) != nullptr) {
     return {ExitCode::kInternal,
-            fmt::format("the servant at {} does not understand this corbot: are both of the "
-                        "same version? ('corbot version')",
+            fmt::format("the servant at {} does not know this operation: are both of the same "
+                        "version? ('corbot version')",
                         address.where)};
   }
-  return {ExitCode::kInternal, fmt::format("the ORB gave up on the call to {} ({}, minor code {:#x})",
+  return {ExitCode::kInternal, fmt::format("the call to {} failed in the ORB ({}, minor code {:#x})",
                                            address.where, e._name(), e.minor())};
 }
 

@@ -7,15 +7,15 @@
 #include "arm.hh"
 #include "client/failure.h"
 
-// Exceptions of the interface and of the ORB in words that a person can act on.
+// Exceptions of the interface and of the ORB as messages that say what to do.
 
 namespace corbot::client {
 
-/// Where a robot was looked for, for messages.
+/// Where to find a robot.
 struct Address {
   std::string uri;    ///< what string_to_object takes
   std::string name;   ///< of the robot, as far as known
-  std::string where;  ///< "127.0.0.1:12810", or the whole URI when it is of another form
+  std::string where;  ///< for messages: "127.0.0.1:12810", or the URI of another form
 };
 
 /// Whether a call ended because it took longer than this client waits.
@@ -29,10 +29,10 @@ struct Address {
 [[nodiscard]] Failure explain(const Corbot::QueueFull& e);
 [[nodiscard]] Failure explain(const CORBA::SystemException& e, const Address& address);
 
-/// What came over the wire, fit for a terminal: printable ASCII, others as '?', at most 400 characters.
+/// Text from the network, safe for a terminal: printable ASCII, others as '?', at most 400 characters.
 [[nodiscard]] std::string printable(std::string_view text);
 
-/// A number with its unit, without digits that mean nothing: "0.42", "-12.5".
+/// At most six significant digits: "0.42", "-12.5".
 [[nodiscard]] std::string plain(double value);
 
 /// Calls `f` and turns every CORBA exception into a Failure.

@@ -8,17 +8,17 @@
 
 namespace corbot::client {
 
-/// What `corbot` returns to its caller. Documented in corbot(1); do not renumber.
+/// The exit codes of `corbot`. Documented in corbot(1); do not renumber.
 enum class ExitCode : int {
   kOk = 0,
   kRefused = 1,      ///< the robot refused or failed the motion; a check of `doctor` failed
   kUsage = 2,        ///< wrong command line, wrong line in a program, wrong profile
-  kUnreachable = 3,  ///< no such robot, or nobody answers
+  kUnreachable = 3,  ///< no such robot, or no reply
   kStopped = 4,      ///< a Stop ended the motion, or Ctrl-C did
-  kInternal = 5,     ///< the operating system or the installation is at fault
+  kInternal = 5,     ///< an error of the operating system or the installation
 };
 
-/// Ends the command with a message for a person. The text says what to do and needs no prefix.
+/// Ends a command. The text is for a person, says what to do, and needs no prefix.
 class Failure : public std::runtime_error {
  public:
   Failure(ExitCode code, const std::string& text) : std::runtime_error(text), code_(code) {}

@@ -51,7 +51,7 @@ fs::path state_directory(bool create) {
   if (!S_ISDIR(status.st_mode) || status.st_uid != ::geteuid() || (status.st_mode & 0077) != 0) {
     throw Failure(
         ExitCode::kInternal,
-        fmt::format("{} is not a directory of yours with mode 0700: somebody else may have put it there; "
+        fmt::format("{} is not a directory of yours with mode 0700: another user may have created it; "
                     "remove it, or set XDG_RUNTIME_DIR",
                     path.string()));
   }
@@ -102,6 +102,6 @@ bool is_up(const std::string& name) {
 
 std::vector<std::string> robots_up() { return robots_of_files(true); }
 
-std::vector<std::string> robots_left_over() { return robots_of_files(false); }
+std::vector<std::string> robots_with_stale_state() { return robots_of_files(false); }
 
 }  // namespace corbot::client

@@ -10,7 +10,7 @@
 
 // How the commands of one user find the robots that are up on this machine: one file a robot, written by its
 // supervisor. Beside NAME.json lies NAME.lock, whose lock the supervisor holds while it lives; the kernel
-// releases it however it dies, so a left-over file is never taken for a live robot.
+// releases it however it dies, so a stale file is never taken for a live robot.
 
 namespace corbot::client {
 
@@ -27,7 +27,7 @@ struct RobotState {
 };
 
 /// $XDG_RUNTIME_DIR/corbot or /tmp/corbot-UID. Created with mode 0700 if `create`; throws Failure when it
-/// belongs to somebody else or others may write to it.
+/// belongs to another user or is open to others.
 [[nodiscard]] std::filesystem::path state_directory(bool create);
 
 /// The state as the supervisor last wrote it, whether it lives or not; nothing when there is no such file.
@@ -46,6 +46,6 @@ struct RobotState {
 [[nodiscard]] int open_lock(const std::filesystem::path& directory, const std::string& name, int flags);
 
 /// Names of the robots that have a state file and are not up, sorted.
-[[nodiscard]] std::vector<std::string> robots_left_over();
+[[nodiscard]] std::vector<std::string> robots_with_stale_state();
 
 }  // namespace corbot::client

@@ -46,10 +46,10 @@ const std::vector<VerbSpec>& table() {
        true},
       {Verb::kDrive,
        "drive",
-       {"ARTICULATION", "INCREMENT", "SPEED"},
+       {"JOINT", "INCREMENT", "SPEED"},
        3,
        {},
-       "Turn one articulation (from 0) by degrees at degrees a second",
+       "Turn one joint (from 0) by degrees at degrees a second",
        true,
        true},
       {Verb::kJoints,
@@ -57,18 +57,18 @@ const std::vector<VerbSpec>& table() {
        {"A0", "A1", "A2", "A3", "A4", "A5"},
        1,
        {kTime},
-       "Move to the given joint values, degrees, one for each articulation",
+       "Move to the given joint values, degrees, one for each joint",
        true,
        true},
-      {Verb::kReady, "ready", {}, 0, {}, "Move all articulations to zero", true, true},
-      {Verb::kDelay, "delay", {"SECONDS"}, 1, {}, "Stand still for a time", true, true},
+      {Verb::kReady, "ready", {}, 0, {}, "Move all joints to zero", true, true},
+      {Verb::kDelay, "delay", {"SECONDS"}, 1, {}, "Wait at rest for a time", true, true},
       {Verb::kOpen, "open", {}, 0, {}, "Open the gripper", true, true},
       {Verb::kClose, "close", {}, 0, {}, "Close the gripper", true, true},
       {Verb::kSpeed,
        "speed",
        {"PERCENT"},
        1,
-       {{"--joint", "N", "only of articulation N, from 0"}, {"--all", "", "of all articulations"}},
+       {{"--joint", "N", "only of joint N, from 0"}, {"--all", "", "of all joints"}},
        "Set the speed of the motions that follow: of the tool, or of joints",
        false,
        true},
@@ -77,7 +77,7 @@ const std::vector<VerbSpec>& table() {
        {"DEGREES"},
        1,
        {},
-       "Set the hand's inclination for the motions that follow",
+       "Set the tool pitch for the motions that follow",
        false,
        true},
       {Verb::kOverride,
@@ -85,18 +85,18 @@ const std::vector<VerbSpec>& table() {
        {"PERCENT"},
        1,
        {},
-       "Set the rate of all motion, also of the one under way",
+       "Set the rate of all motion, including the one under way",
        false,
        true},
       {Verb::kStop, "stop", {}, 0, {}, "Stop the arm now and discard what is queued", false, false},
       {Verb::kPause, "pause", {}, 0, {}, "Slow down on the path and hold", false, false},
-      {Verb::kResume, "resume", {}, 0, {}, "Go on after a pause", false, false},
+      {Verb::kResume, "resume", {}, 0, {}, "Continue after a pause", false, false},
       {Verb::kClear, "clear", {}, 0, {}, "Leave the Error state once its cause is gone", false, false},
   };
   return specs;
 }
 
-/// Rules that hold for every robot. The fault in words, or nothing.
+/// Rules that hold for every robot. A string describes the fault.
 std::optional<std::string> check_values(const Request& request) {
   const auto& n = request.numbers;
   if (request.time_s < 0) return fmt::format("--time {}: must not be negative", request.time_s);
@@ -143,11 +143,11 @@ std::optional<std::string> read_argument(const VerbSpec& spec, const std::string
     return fmt::format("unexpected '{}'; usage: {}", word, usage_of(spec));
   }
   if (spec.verb == Verb::kDrive && at == 0) {
-    const auto articulation = parse_integer(word);
-    if (!articulation || *articulation < 0) {
-      return fmt::format("ARTICULATION '{}': must be 0 or a positive integer", word);
+    const auto joint = parse_integer(word);
+    if (!joint || *joint < 0) {
+      return fmt::format("JOINT '{}': must be 0 or a positive integer", word);
     }
-    request.numbers.push_back(*articulation);
+    request.numbers.push_back(*joint);
     return std::nullopt;
   }
   const auto value = parse_number(word);
@@ -222,7 +222,7 @@ std::variant<Request, std::string> parse_request(std::span<const std::string> wo
   return request;
 }
 
-std::string to_words(const Request& request) {
+std::string to_string(const Request& request) {
   std::string text(spec_of(request.verb).word);
   for (const double number : request.numbers) text += fmt::format(" {}", number);
   if (request.above_m != 0) text += fmt::format(" --above {}", request.above_m);

@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-// The words that a person gives to the robot: the same on the command line and in a program.
+// The commands for the robot: the same on the command line and in a program.
 
 namespace corbot::client {
 
@@ -68,10 +68,10 @@ struct VerbSpec {
 [[nodiscard]] std::string usage_of(const VerbSpec& spec);
 
 /// Reads and checks the words of one command, its verb first. Everything that can be known without the robot
-/// is checked here; ranges and reach are the servant's business. A string is the fault, in words.
+/// is checked here; ranges and reach are the servant's business. A string describes the fault.
 [[nodiscard]] std::variant<Request, std::string> parse_request(std::span<const std::string> words);
 
 /// The request as a program would write it.
-[[nodiscard]] std::string to_words(const Request& request);
+[[nodiscard]] std::string to_string(const Request& request);
 
 }  // namespace corbot::client

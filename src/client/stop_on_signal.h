@@ -7,9 +7,9 @@
 
 namespace corbot::client {
 
-/// While it lives, SIGINT, SIGTERM and SIGHUP call `action` once, in a thread of its own, and do not end the
-/// program; the second one ends it at once with exit code 4. Make it before any other thread, so that all of
-/// them inherit the blocked signals.
+/// During its lifetime, the first SIGINT, SIGTERM or SIGHUP calls `action` in a thread of its own instead of
+/// ending the program; the second one ends it at once with exit code 4. To be constructed before any other
+/// thread, so that all of them inherit the blocked signals.
 class OnSignal {
  public:
   explicit OnSignal(std::function<void()> action);
@@ -30,7 +30,7 @@ class OnSignal {
   std::function<void()> action_;
   std::atomic<bool> seen_{false};
   std::atomic<bool> acted_{false};
-  int end_fd_{-1};   ///< eventfd: the destructor's word to the thread
+  int end_fd_{-1};   ///< eventfd: ends the thread
   int seen_fd_{-1};  ///< eventfd: readable once a signal was seen
   std::thread thread_;
 };

@@ -23,12 +23,12 @@ void read_loopback(Section section, LoopbackOptions& options) {
   section.finish();
 }
 
-/// What a kind of serial controller can.
+/// What a kind of serial controller supports.
 struct SerialKind {
   std::string_view name;
   std::initializer_list<int> bauds;
-  int usual_baud;
-  bool answers;
+  int default_baud;
+  bool has_replies;
 };
 
 void read_serial(Section& section, const SerialKind& kind, SerialOptions& options) {
@@ -37,13 +37,13 @@ void read_serial(Section& section, const SerialKind& kind, SerialOptions& option
     section.refuse("port", "must be the path of a serial line, such as /dev/ttyUSB0");
   }
   options.baud = static_cast<int>(
-      section.integer_or("baud", kind.usual_baud, {1, 1e7, false, ""}).value_or(kind.usual_baud));
+      section.integer_or("baud", kind.default_baud, {1, 1e7, false, ""}).value_or(kind.default_baud));
   if (std::find(kind.bauds.begin(), kind.bauds.end(), options.baud) == kind.bauds.end()) {
     std::string known;
     for (const int baud : kind.bauds) known += (known.empty() ? "" : ", ") + std::to_string(baud);
     section.refuse("baud", "must be one of " + known);
   }
-  if (!kind.answers) return;
+  if (!kind.has_replies) return;
   options.readback = section.flag_or("readback", false).value_or(false);
   const std::string at_end = section.text_or("at_end", "hold").value_or("hold");
   if (at_end != "hold" && at_end != "relax") section.refuse("at_end", "must be \"hold\" or \"relax\"");
@@ -97,7 +97,7 @@ void read_backend(Section section, std::size_t joints, BackendOptions& backend) 
       read(section.table(name), backend.serial);
     } else if (section.has(name)) {
       SerialOptions unused;
-      read(section.table(name), unused);  // checked, so that a change of kind brings no surprise
+      read(section.table(name), unused);  // checked, so that its faults are found before `kind` is changed
     }
   }
   known |= read_outputs(section, backend);

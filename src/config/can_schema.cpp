@@ -42,7 +42,7 @@ int read_node(Section& section, NodeUse& in_use) {
   if (!node) return 0;
   const auto [user, is_new] = in_use.emplace(*node, section.full_key("node"));
   if (!is_new) {
-    section.refuse("node", fmt::format("is taken by {}; every drive has a number of its own", user->second));
+    section.refuse("node", fmt::format("is used by {}; every drive needs a node of its own", user->second));
   }
   return static_cast<int>(*node);
 }
@@ -78,7 +78,7 @@ void read_socketcan(Section section, std::size_t joints, SocketCanOptions& optio
                    "must be a CAN interface such as \"can0\", or \"unix:/path\" for a virtual bus");
   }
   options.bit_rate = static_cast<int>(
-      section.integer_or("bit_rate", 0, {0, 1e6, false, "bit/s (0: as the interface tells)"}).value_or(0));
+      section.integer_or("bit_rate", 0, {0, 1e6, false, "bit/s (0: as the interface is set)"}).value_or(0));
   options.heartbeat_ms =
       static_cast<int>(section.integer_or("heartbeat_ms", 200, {10, 5000, false, "ms"}).value_or(200));
   const auto watch_ms = section.integer_or("watch_ms", 0, {0, 5000, false, "ms (0: off)"});

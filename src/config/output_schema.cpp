@@ -96,8 +96,8 @@ void read_line(Section& section, std::string& chip, std::string& line) {
 
 }  // namespace
 
-bool read_active_low(Section& section, std::string_view key, bool otherwise) {
-  const std::string usual = otherwise ? "low" : "high";
+bool read_active_low(Section& section, std::string_view key, bool fallback) {
+  const std::string usual = fallback ? "low" : "high";
   const std::string active = section.text_or(key, usual).value_or(usual);
   if (active != "high" && active != "low") section.refuse(key, "must be \"high\" or \"low\"");
   return active == "low";

@@ -23,6 +23,6 @@ void read_emergency_stop(Section section, EmergencyStopOptions& options);
 void read_power_enable(Section section, PowerEnableOptions& options);
 
 /// A key that is "high" or "low".
-[[nodiscard]] bool read_active_low(Section& section, std::string_view key, bool otherwise);
+[[nodiscard]] bool read_active_low(Section& section, std::string_view key, bool fallback);
 
 }  // namespace corbot

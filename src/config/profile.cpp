@@ -75,7 +75,7 @@ Profile parse_profile(std::string_view text, std::string file) {
   throw ConfigError{std::move(faults.faults)};
 }
 
-bool lets_go_at_end(const Profile& profile) {
+bool unpowered_after_exit(const Profile& profile) {
   const BackendOptions& backend = profile.backend;
   if (backend.kind == "gpiod" || !profile.power_enable.chip.empty()) return true;
   if (backend.kind == "pca9685") return backend.pca9685.relax_at_end;

@@ -62,8 +62,8 @@ struct GpiodOptions {
   bool staggered{true};  ///< every pulse in a slot of its own; else all begin together
   int priority{0};       ///< SCHED_FIFO of the pulses' thread; 0: one above the loop's
   int cpu{-1};           ///< that it is bound to; -1: any
-  double awake_us{
-      50.0};  ///< it is awake so long before a pulse ends, and waits for the instant; 0: it sleeps
+  /// The thread is awake this long before a pulse ends and polls the clock; 0: it sleeps until then.
+  double awake_us{50.0};
 };
 
 /// `[emergency_stop]`: an input that stops the arm, whatever the backend.
@@ -93,12 +93,12 @@ struct CanDrive {
 /// `[backend.socketcan]`: drives after CiA 402 on a CAN bus.
 struct SocketCanOptions {
   std::string interface;  ///< "can0", or "unix:/path" for a virtual bus
-  int bit_rate{0};        ///< bits a second; 0: as the interface tells
+  int bit_rate{0};        ///< bits a second; 0: as the interface is set
   int heartbeat_ms{200};
-  int watch_ms{0};  ///< drives that hear nothing of corbot for so long react; 0: they are not asked to
+  int watch_ms{0};  ///< drives react when corbot is silent for so long; 0: off
   bool readback{true};
   bool relax_at_end{false};
-  std::vector<CanDrive> drives;  ///< one a joint, in the order of the articulations
+  std::vector<CanDrive> drives;  ///< one a joint, in their order
   int gripper_node{0};           ///< 0: no drive
   double gripper_closed_count{};
   double gripper_open_count{};
@@ -107,8 +107,8 @@ struct SocketCanOptions {
 /// `[backend]`: which backend drives the servos, and the options of that kind.
 struct BackendOptions {
   std::string kind{"loopback"};
-  /// At power-up the arm is where corbot left it, or at angle 0; else that is believed, and the first motion
-  /// is slow. True unless set: for the simulator only.
+  /// At power-up the arm is where corbot left it, or at angle 0. False: position unverified, the first motion
+  /// is slow. Default: true for the simulator only.
   bool position_known_at_start{true};
   LoopbackOptions loopback{};
   SerialOptions serial{};  ///< of the kind that was chosen
@@ -118,12 +118,12 @@ struct BackendOptions {
   SocketCanOptions socketcan{};
 };
 
-/// One robot as its profile describes it: validated, in SI units and radians, not to be changed afterwards.
+/// One robot as its profile describes it: validated, in SI units and radians, immutable.
 struct Profile {
   std::string name;  ///< ASCII letters, digits, '_' and '-'; at most kMaxNameLength
   std::string file;  ///< as the caller gave it
   ArmModel arm;
-  std::vector<std::string> joint_names;  ///< one a joint, in the order of the articulations
+  std::vector<std::string> joint_names;  ///< one a joint, in their order
   int priority{80};                      ///< SCHED_FIFO, 1 … 98
   int cpu{-1};                           ///< that the real-time task is bound to; −1: any
   BackendOptions backend;
@@ -134,9 +134,9 @@ struct Profile {
   int port{12810};                         ///< and here
 };
 
-/// Whether the servos are without pulses or power after the real-time task, or may be: where it left them is
-/// then no longer known.
-[[nodiscard]] bool lets_go_at_end(const Profile& profile);
+/// Whether the servos are, or may be, without pulses or power after the real-time task has ended: their
+/// position is then unverified.
+[[nodiscard]] bool unpowered_after_exit(const Profile& profile);
 
 inline constexpr std::size_t kMaxNameLength = 32;
 inline constexpr std::size_t kMaxProfileBytes = 1u << 20;
@@ -164,7 +164,7 @@ class ConfigError : public std::runtime_error {
 /// Reads and checks a profile. Throws ConfigError, also when the file cannot be read.
 [[nodiscard]] Profile load_profile(const std::filesystem::path& path);
 
-/// The same from text; `file` is what messages call it.
+/// The same from text; `file` names it in messages.
 [[nodiscard]] Profile parse_profile(std::string_view text, std::string file);
 
 }  // namespace corbot

@@ -7,8 +7,7 @@
 
 namespace corbot {
 
-/// One number of a profile: its path, "joint[2].servo.zero_us" or "joint[2].range_deg[0]", and what it shall
-/// be.
+/// One number of a profile: its path, "joint[2].servo.zero_us" or "joint[2].range_deg[0]", and its new value.
 struct NumberEdit {
   std::string path;
   double value{};

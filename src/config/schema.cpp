@@ -62,7 +62,7 @@ void read_geometry(Section section, ArmGeometry& geometry) {
   section.finish();
 }
 
-/// The channels in use, so that a second user is told of the first.
+/// The channels in use, each with its key, so that a fault can name both.
 using ChannelUse = std::map<std::uint32_t, std::string>;
 
 std::uint32_t read_channel(Section& section, ChannelUse& in_use) {
@@ -72,7 +72,7 @@ std::uint32_t read_channel(Section& section, ChannelUse& in_use) {
   const auto [user, is_new] = in_use.emplace(channel, section.full_key("channel"));
   if (!is_new)
     section.refuse("channel",
-                   fmt::format("is taken by {}; every servo needs a channel of its own", user->second));
+                   fmt::format("is used by {}; every servo needs a channel of its own", user->second));
   return channel;
 }
 

@@ -77,7 +77,7 @@ std::uint32_t Section::line_of(std::string_view key) const {
 }
 
 const toml::node* Section::find(std::string_view key, bool required) {
-  asked_.push_back(key);
+  read_keys_.push_back(key);
   if (table_ == nullptr) return nullptr;
   const toml::node* node = table_->get(key);
   if (node == nullptr && required) faults_->add(line_of(key), full_key(key), "", "is missing");
@@ -105,9 +105,9 @@ std::optional<double> Section::number(std::string_view key, const Bounds& allowe
   return node != nullptr ? finite(*node, full_key(key), allowed) : std::nullopt;
 }
 
-std::optional<double> Section::number_or(std::string_view key, double otherwise, const Bounds& allowed) {
+std::optional<double> Section::number_or(std::string_view key, double fallback, const Bounds& allowed) {
   const toml::node* node = find(key, false);
-  return node != nullptr ? finite(*node, full_key(key), allowed) : otherwise;
+  return node != nullptr ? finite(*node, full_key(key), allowed) : fallback;
 }
 
 std::optional<std::int64_t> Section::integer(std::string_view key, const Bounds& allowed) {
@@ -115,15 +115,15 @@ std::optional<std::int64_t> Section::integer(std::string_view key, const Bounds&
   return node != nullptr ? whole(*node, full_key(key), allowed) : std::nullopt;
 }
 
-std::optional<std::int64_t> Section::integer_or(std::string_view key, std::int64_t otherwise,
+std::optional<std::int64_t> Section::integer_or(std::string_view key, std::int64_t fallback,
                                                 const Bounds& allowed) {
   const toml::node* node = find(key, false);
-  return node != nullptr ? whole(*node, full_key(key), allowed) : otherwise;
+  return node != nullptr ? whole(*node, full_key(key), allowed) : fallback;
 }
 
-std::optional<bool> Section::flag_or(std::string_view key, bool otherwise) {
+std::optional<bool> Section::flag_or(std::string_view key, bool fallback) {
   const toml::node* node = find(key, false);
-  if (node == nullptr) return otherwise;
+  if (node == nullptr) return fallback;
   if (const auto* value = node->as_boolean()) return value->get();
   refuse(key, "must be true or false");
   return std::nullopt;
@@ -137,8 +137,8 @@ std::optional<std::string> Section::text(std::string_view key) {
   return std::nullopt;
 }
 
-std::optional<std::string> Section::text_or(std::string_view key, std::string otherwise) {
-  return has(key) ? text(key) : (asked_.push_back(key), std::move(otherwise));
+std::optional<std::string> Section::text_or(std::string_view key, std::string fallback) {
+  return has(key) ? text(key) : (read_keys_.push_back(key), std::move(fallback));
 }
 
 const toml::array* Section::array_of(std::string_view key, const toml::node& node, std::size_t count) {
@@ -197,7 +197,7 @@ Section Section::table(std::string_view key) {
 Section Section::table_or_empty(std::string_view key) {
   static const toml::table empty;
   if (table_ != nullptr && has(key)) return table(key);
-  asked_.push_back(key);
+  read_keys_.push_back(key);
   return Section{&empty, full_key(key), *faults_};
 }
 
@@ -224,10 +224,10 @@ void Section::refuse(std::string_view key, std::string allowed) {
 void Section::finish() {
   if (table_ == nullptr) return;
   for (const auto& [key, node] : *table_) {
-    if (std::find(asked_.begin(), asked_.end(), key.str()) != asked_.end()) continue;
-    const std::string_view similar = most_similar(key.str(), asked_);
+    if (std::find(read_keys_.begin(), read_keys_.end(), key.str()) != read_keys_.end()) continue;
+    const std::string_view similar = most_similar(key.str(), read_keys_);
     faults_->add(static_cast<std::uint32_t>(key.source().begin.line), full_key(key.str()), shown(node),
-                 similar.empty() ? fmt::format("is unknown; allowed here: {}", fmt::join(asked_, ", "))
+                 similar.empty() ? fmt::format("is unknown; allowed here: {}", fmt::join(read_keys_, ", "))
                                  : fmt::format("is unknown; did you mean {}?", similar));
   }
 }

@@ -14,7 +14,7 @@
 
 namespace corbot {
 
-/// What a number may be. The text that goes into messages is made from it.
+/// The allowed values of a number; messages are made from it.
 struct Bounds {
   double lower;
   double upper;
@@ -29,8 +29,8 @@ struct FaultList {
   void add(std::uint32_t line, std::string key, std::string value, std::string allowed);
 };
 
-/// A table of a profile while it is read. Every reader reports what is wrong and then returns nothing, so
-/// that one pass finds all faults; what nobody asked for is unknown, and finish() reports it.
+/// A table of a profile while it is read. Every reader reports a fault and then returns nothing, so
+/// that one pass finds all of them. finish() reports the keys that were not read: they are unknown.
 class Section {
  public:
   /// `table` may be null: a missing one has been reported, and its keys are not reported one by one. `name`
@@ -38,14 +38,13 @@ class Section {
   Section(const toml::table* table, std::string name, FaultList& faults);
 
   [[nodiscard]] std::optional<double> number(std::string_view key, const Bounds& allowed);
-  [[nodiscard]] std::optional<double> number_or(std::string_view key, double otherwise,
-                                                const Bounds& allowed);
+  [[nodiscard]] std::optional<double> number_or(std::string_view key, double fallback, const Bounds& allowed);
   [[nodiscard]] std::optional<std::int64_t> integer(std::string_view key, const Bounds& allowed);
-  [[nodiscard]] std::optional<std::int64_t> integer_or(std::string_view key, std::int64_t otherwise,
+  [[nodiscard]] std::optional<std::int64_t> integer_or(std::string_view key, std::int64_t fallback,
                                                        const Bounds& allowed);
-  [[nodiscard]] std::optional<bool> flag_or(std::string_view key, bool otherwise);
+  [[nodiscard]] std::optional<bool> flag_or(std::string_view key, bool fallback);
   [[nodiscard]] std::optional<std::string> text(std::string_view key);
-  [[nodiscard]] std::optional<std::string> text_or(std::string_view key, std::string otherwise);
+  [[nodiscard]] std::optional<std::string> text_or(std::string_view key, std::string fallback);
   /// Exactly `count` numbers.
   [[nodiscard]] std::optional<std::vector<double>> numbers(std::string_view key, std::size_t count,
                                                            const Bounds& allowed);
@@ -61,7 +60,7 @@ class Section {
 
   /// Reports a fault of a value that could be read.
   void refuse(std::string_view key, std::string allowed);
-  /// Reports the keys that nobody asked for.
+  /// Reports the keys that were not read.
   void finish();
 
   [[nodiscard]] bool present() const noexcept { return table_ != nullptr; }
@@ -78,7 +77,7 @@ class Section {
   const toml::table* table_;
   std::string name_;
   FaultList* faults_;
-  std::vector<std::string_view> asked_;
+  std::vector<std::string_view> read_keys_;
 };
 
 }  // namespace corbot

@@ -25,7 +25,7 @@ bool corbot_endpoint_parse(const char* text, corbot_endpoint* out, char why[CORB
     if (*end != '\0') port = 0;
   }
   if (port < 1 || port > kHighestPort) {
-    (void)snprintf(why, CORBOT_WHY, "'%.100s' is no HOST:PORT with a port from 1 to 65535", text);
+    (void)snprintf(why, CORBOT_WHY, "'%.100s' is not HOST:PORT with a port from 1 to 65535", text);
     return false;
   }
   memcpy(out->host, text, host_length);
@@ -52,7 +52,7 @@ static bool resolve(const char* host, int port, struct sockaddr_in* out, char wh
   struct addrinfo* found = NULL;
   const int error = getaddrinfo(host, service, &hints, &found);
   if (error != 0) {
-    (void)snprintf(why, CORBOT_WHY, "'%s' is no host of this machine: %s", host, gai_strerror(error));
+    (void)snprintf(why, CORBOT_WHY, "'%s' is not a host of this machine: %s", host, gai_strerror(error));
     return false;
   }
   memcpy(out, found->ai_addr, sizeof(*out));
@@ -78,7 +78,7 @@ int corbot_listen(const char* host, int port, int* bound_port, char why[CORBOT_W
   if (error == EADDRINUSE) {
     (void)snprintf(why, CORBOT_WHY, "port %d on %s is in use by another program", port, host);
   } else if (error == EADDRNOTAVAIL) {
-    (void)snprintf(why, CORBOT_WHY, "'%s' is no address of this machine", host);
+    (void)snprintf(why, CORBOT_WHY, "'%s' is not an address of this machine", host);
   } else {
     (void)snprintf(why, CORBOT_WHY, "cannot listen on %s:%d: %s", host, port, strerror(error));
   }

@@ -17,7 +17,7 @@ std::optional<std::pair<std::string, int>> split_endpoint(const std::string& tex
   return std::pair{std::string(endpoint.host), endpoint.port};
 }
 
-std::string why_not_free(const std::string& host, int port) {
+std::string listen_error(const std::string& host, int port) {
   int bound = 0;
   char why[CORBOT_WHY];
   const int fd = corbot_listen(host.c_str(), port, &bound, why);

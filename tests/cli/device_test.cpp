@@ -13,7 +13,7 @@ using testing::Not;
 
 class Device : public CliRig {};
 
-TEST_F(Device, ADeviceThatWasLostIsToldUntilAClear) {
+TEST_F(Device, ALostDeviceIsReportedUntilAClear) {
   const std::string line = (directory_ / "tty").string();
   Process emulator({CORBOT_BIN_DIR "/corbot-sim", "ssc32", "--pty", line});
   ASSERT_TRUE(emulator.wait_line("ready", within(30))) << emulator.errors();
@@ -21,12 +21,12 @@ TEST_F(Device, ADeviceThatWasLostIsToldUntilAClear) {
   if (HasFatalFailure()) return;
   emulator.send("silent on");
   ASSERT_TRUE(wait_state("Error"));
-  EXPECT_THAT(corbot({"status"}).output, AllOf(HasSubstr("device is lost: "), HasSubstr("mend the cause")));
+  EXPECT_THAT(corbot({"status"}).output, AllOf(HasSubstr("device is lost: "), HasSubstr("fix the cause")));
   const auto log_has = [&](const std::string& text) {
     return wait_until(within(20), [&] { return supervisor_->errors().find(text) != std::string::npos; });
   };
   EXPECT_TRUE(
-      log_has("[warning] alarm 120: the servo device answers late or with faults: it does not answer\n"));
+      log_has("[warning] alarm 120: the servo device replies late or with faults: it does not answer\n"));
   EXPECT_TRUE(log_has("[error] alarm 121: the servo device is lost: it does not answer; the arm holds\n"))
       << supervisor_->errors();
 
@@ -36,8 +36,8 @@ TEST_F(Device, ADeviceThatWasLostIsToldUntilAClear) {
     text = corbot({"status"}).output;
     return text.find("is back: 'corbot clear'") != std::string::npos;
   })) << text;
-  EXPECT_THAT(text, AllOf(HasSubstr("was lost (it does not answer)"), HasSubstr("ssc32, open"),
-                          Not(HasSubstr("mend the cause"))));
+  EXPECT_THAT(text, AllOf(HasSubstr("device is lost: it does not answer; the arm holds; the device is back"),
+                          HasSubstr("ssc32, open"), Not(HasSubstr("fix the cause"))));
   EXPECT_TRUE(wait_until(within(30), [&] { return corbot({"clear"}).code == 0; }));
   EXPECT_THAT(corbot({"status"}).output, Not(HasSubstr("121")));
   EXPECT_EQ(supervisor_->terminate(), 0) << supervisor_->errors();

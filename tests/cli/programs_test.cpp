@@ -67,12 +67,12 @@ TEST_F(Programs, AFailingLineStopsTheProgramWithItsNumber) {
   EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 0, 1e-9) << "the line behind was not begun";
 }
 
-TEST_F(Programs, AllSyntaxErrorsAreToldBeforeAnythingMoves) {
+TEST_F(Programs, AllSyntaxErrorsAreReportedBeforeAnythingMoves) {
   const std::string file = put("p.corbot", "joints 20 0 0 0\nmove 1\n\ndance\n");
   const RunResult result = corbot({"run", file});
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.errors, AllOf(HasSubstr("p.corbot:2: Y missing"), HasSubstr("p.corbot:4: unknown"),
-                                   HasSubstr("2 lines to mend"), HasSubstr("nothing moved")));
+                                   HasSubstr("2 lines to fix"), HasSubstr("nothing moved")));
   EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 0, 1e-9);
 }
 

@@ -49,7 +49,7 @@ TEST_F(Supervision, DownWaitsForWhatDoesNotEndAndHasItKilled) {
   EXPECT_TRUE(has_ended(rt));
   EXPECT_EQ(supervisor_->wait(within(10)), 0);
   const std::string log = supervisor_->errors();
-  const std::size_t killing = log.find("servant does not end, killing it");
+  const std::size_t killing = log.find("servant does not end; killing it");
   ASSERT_NE(killing, std::string::npos) << log;
   EXPECT_LT(killing, log.find("at rest, ended")) << "the real-time task outlives the servant";
   supervisor_.reset();
@@ -85,7 +85,7 @@ TEST_F(Supervision, AKilledServantIsRestartedAndTheArmGoesOn) {
   const auto end = motion->wait(within(20));
   ASSERT_TRUE(end);
   EXPECT_EQ(WEXITSTATUS(*end), 3) << motion->errors();
-  EXPECT_THAT(motion->errors(), HasSubstr("went away"));
+  EXPECT_THAT(motion->errors(), HasSubstr("closed the connection"));
   // What was accepted is carried out though its caller is gone.
   EXPECT_TRUE(wait_state("Standby"));
   EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 40.0, 1e-6);
@@ -119,10 +119,10 @@ TEST_F(Supervision, NoChildOutlivesAKilledSupervisor) {
   supervisor_->signal(SIGKILL);
   ASSERT_TRUE(supervisor_->wait(within(10)));
   EXPECT_TRUE(wait_until(within(20), [&] { return has_ended(rt) && has_ended(servant); }));
-  EXPECT_EQ(corbot({"status"}).code, 3) << "a left-over state file is no robot";
+  EXPECT_EQ(corbot({"status"}).code, 3) << "a stale state file is not a robot";
   const RunResult result = corbot({"down", "--name", name_});
   EXPECT_EQ(result.code, 0) << result.errors;
-  EXPECT_THAT(result.output, HasSubstr("left behind"));
+  EXPECT_THAT(result.output, HasSubstr("stale files are removed"));
   supervisor_.reset();
 }
 
@@ -140,7 +140,7 @@ TEST_F(Supervision, WhatATotalCrashLeavesIsNamed) {
   const RunResult nothing = corbot({"down"});
   EXPECT_EQ(nothing.code, 3);
   EXPECT_THAT(nothing.errors,
-              HasSubstr("left over from a crash: " + name_ + ": 'corbot down --name " + name_ + "'"));
+              HasSubstr("stale after a crash: " + name_ + ": 'corbot down --name " + name_ + "'"));
   EXPECT_EQ(corbot({"down", "--name", name_}).code, 0);
   EXPECT_THAT(corbot({"down"}).errors, testing::Not(HasSubstr(name_)));
   supervisor_.reset();

@@ -75,7 +75,7 @@ class DeviceChain : public RobotRig, public ::testing::WithParamInterface<StandK
     }
     return worst;
   }
-  /// What may lie between a joint that is told as commanded and the same as measured.
+  /// Allowed difference between a joint as commanded and as measured.
   [[nodiscard]] double still_deg() const {
     const double units = 2.0 * (facts_.unit + facts_.read_unit);
     return (facts_.takes_joints ? units : units / model_.servos[0].us_per_rad) * 180.0 / M_PI;
@@ -110,7 +110,7 @@ TEST_P(DeviceChain, CarriesOutThePapersPickAndPlace) {
 }
 
 TEST_P(DeviceChain, SurvivesAPulledPlugAtRandomInstants) {
-  if (!facts_.pluggable) GTEST_SKIP() << "skipped: nobody can pull this plug";
+  if (!facts_.pluggable) GTEST_SKIP() << "skipped: this device cannot be unplugged";
   const char* text = std::getenv("CORBOT_SEED");
   const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
   fmt::print("CORBOT_SEED={}\n", seed);
@@ -139,7 +139,7 @@ TEST_P(DeviceChain, SurvivesAPulledPlugAtRandomInstants) {
       Corbot::JointCoord_var now = arm_->ArtiCoord();
       return distance_deg(held, now);
     };
-    // What a drive measures lags behind what it is told.
+    // What a drive measures lags behind its command.
     if (facts_.takes_joints) (void)wait_until(within(10), [&] { return moved_deg() <= still_deg(); });
     EXPECT_LE(moved_deg(), still_deg()) << "no jump";
     EXPECT_TRUE(arrives()) << off();

@@ -61,7 +61,7 @@ class InterruptedStart : public ::testing::Test {
   std::optional<Process> task_;
 };
 
-TEST_F(InterruptedStart, EndsInOrderWhenToldTo) {
+TEST_F(InterruptedStart, EndsInOrderOnASignal) {
   task_->signal(SIGTERM);
   const auto status = task_->wait(within(20));
   ASSERT_TRUE(status);

@@ -87,7 +87,7 @@ TEST_F(Lifecycle, ForwardedClientsFindARestartedServant) {
   arm_->Ready();
 }
 
-TEST_F(Lifecycle, BlockedCallersAreToldWhenTheServantEnds) {
+TEST_F(Lifecycle, BlockedCallsFailWhenTheServantEnds) {
   std::string raised;
   std::thread caller([&] { raised = raised_by([&] { arm_->Delay(600.0); }); });
   ASSERT_TRUE(wait_for(Corbot::Waiting));

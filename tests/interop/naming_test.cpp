@@ -22,7 +22,7 @@ class Naming : public RobotRig {
   [[nodiscard]] std::string naming() const {
     return fmt::format("corbaloc::127.0.0.1:{}/NameService", naming_port_);
   }
-  /// Starts the robot, told of the naming service.
+  /// Starts the robot with the naming service.
   void start_robot() {
     name_ = unique_name("rig");
     port_ = free_port();

@@ -69,7 +69,7 @@ class Orbit2Servant : public RobotRig {
   std::string ready_;
 };
 
-TEST_F(Orbit2Servant, ListensNowhereButOnTheLoopbackInterfaceUnlessToldThatItIsUnsafe) {
+TEST_F(Orbit2Servant, ListensNowhereButOnTheLoopbackInterfaceUnlessUnsafeIsAllowed) {
   const std::string elsewhere = fmt::format("192.0.2.1:{}", port_);
   const RunResult result = refused({"--endpoint", elsewhere});
   EXPECT_EQ(result.code, 1);
@@ -78,10 +78,10 @@ TEST_F(Orbit2Servant, ListensNowhereButOnTheLoopbackInterfaceUnlessToldThatItIsU
   const RunResult known = refused({"--endpoint", elsewhere, "--i-know-orbit2-is-unsafe"});
   EXPECT_EQ(known.code, 1);
   EXPECT_THAT(known.errors, HasSubstr("anyone who reaches it can move the robot"));
-  EXPECT_THAT(known.errors, HasSubstr("'192.0.2.1' is no address of this machine"));
+  EXPECT_THAT(known.errors, HasSubstr("'192.0.2.1' is not an address of this machine"));
 }
 
-TEST_F(Orbit2Servant, ListensOnAnAddressOfTheMachineWhenToldThatItIsUnsafe) {
+TEST_F(Orbit2Servant, ListensOnAnAddressOfTheMachineWhenUnsafeIsAllowed) {
   ifaddrs* all = nullptr;
   ASSERT_EQ(::getifaddrs(&all), 0);
   char host[INET_ADDRSTRLEN] = "";

@@ -99,12 +99,12 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
   [[nodiscard]] bool reaches(BackendHealth health) {
     return wait_until(within(60), [&] { return backend_->health() == health; });
   }
-  /// All that the operator was told so far.
+  /// The whole log so far.
   const std::string& news() {
     for (std::string more; !(more = backend_->take_news()).empty();) news_ += more + "\n";
     return news_;
   }
-  [[nodiscard]] bool is_told(const std::string& text) {
+  [[nodiscard]] bool was_logged(const std::string& text) {
     return wait_until(within(60), [&] { return news().find(text) != std::string::npos; });
   }
   [[nodiscard]] std::vector<double> pulses() {
@@ -168,7 +168,7 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
 TEST_P(SerialFaults, ASilentControllerIsDegradedThenLostAndComesBack) {
   order("silent on");
   ASSERT_TRUE(reaches(BackendHealth::kLost));
-  EXPECT_TRUE(is_told("lost:"));
+  EXPECT_TRUE(was_logged("lost:"));
   EXPECT_LT(news().find("degraded:"), news().find("lost:")) << news();
   ASSERT_TRUE(wait_until(within(20), [&] { return !driver_->moving(); }));
   driver_->move(pose(1700.0), 0.0);  // as after a bus that had stalled: the arm was to be further on
@@ -183,7 +183,7 @@ TEST_P(SerialFaults, ARestartIsNoticedAndTheWayBackIsSlow) {
   order("reset");
   ASSERT_TRUE(reaches(BackendHealth::kLost));
   EXPECT_LE(backend_->times().frames, frames + 15) << "soon";
-  EXPECT_TRUE(is_told("has restarted"));
+  EXPECT_TRUE(was_logged("has restarted"));
   ASSERT_TRUE(wait_until(within(20), [&] { return !driver_->moving(); }));
   driver_->move(pose(1700.0), 0.0);
   ASSERT_TRUE(reaches(BackendHealth::kOpen));

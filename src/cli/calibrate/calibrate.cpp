@@ -35,13 +35,13 @@ std::string read_text(const std::string& file) {
   return text.str();
 }
 
-/// Two programs that move the same servos would fight for them.
+/// Two programs must not drive the same servos.
 void refuse_if_running(const std::string& name) {
   bool alive = false;
   try {
     alive = Segment::observe(name).peer_alive();
   } catch (const SegmentError&) {
-    // no segment, or one of a dead task: nobody drives the servos
+    // no segment, or one of a dead task: nothing drives the servos
   }
   if (!alive) return;
   throw Failure(ExitCode::kInternal,
@@ -63,7 +63,7 @@ std::optional<LastPosition> kept_position(const CalibrateOptions& options, const
   }
 }
 
-/// Standard input, a line at a time; nothing at its end, or when the end was asked for.
+/// Standard input, a line at a time; nothing at its end, or once `end` is set.
 class Lines {
  public:
   explicit Lines(const std::atomic<bool>& end) : end_(end) {}
@@ -77,8 +77,8 @@ class Lines {
       }
       if (ended_) return text_.empty() ? std::nullopt : std::optional(std::exchange(text_, {}));
       pollfd input{STDIN_FILENO, POLLIN, 0};
-      constexpr int kLook_ms = 100;
-      const int ready = ::poll(&input, 1, kLook_ms);
+      constexpr int kPoll_ms = 100;
+      const int ready = ::poll(&input, 1, kPoll_ms);
       if (end_) return std::nullopt;
       if (ready <= 0) continue;
       char bytes[1024];
@@ -105,16 +105,17 @@ void calibrate(const CalibrateOptions& options) {
     throw Failure(ExitCode::kUsage, error.what());
   }
   if (setting.profile.backend.kind == "socketcan") {
-    throw Failure(ExitCode::kUsage, fmt::format("{}: its drives take angles, not pulses: they are set up by "
-                                                "their own keys, see docs/wiring",
-                                                options.profile));
+    throw Failure(ExitCode::kUsage,
+                  fmt::format("{}: its drives take angles, not pulses: they are calibrated by "
+                              "their own keys, see docs/wiring",
+                              options.profile));
   }
   const std::string name = options.name.empty() ? setting.profile.name : options.name;
   setting.name = name;
   setting.text = read_text(options.profile);
   setting.terminal = ::isatty(STDIN_FILENO) == 1;
   setting.dry_run = options.dry_run;
-  const auto lock = StateLock::acquire(name);  // 'corbot up' waits, or is there already
+  const auto lock = StateLock::acquire(name);  // keeps 'corbot up' out
   if (!lock) {
     throw Failure(ExitCode::kInternal,
                   fmt::format("'{}' is up: end it first, with 'corbot down --name {}'", name, name));
@@ -129,7 +130,7 @@ void calibrate(const CalibrateOptions& options) {
     servos.connect(kept ? &kept->position_rad : nullptr, kept ? kept->opening : 0.0);
     CalibrateSession session(setting, servos);
     Lines lines(end);
-    session.greet();
+    session.print_introduction();
     while (!session.done()) {
       if (setting.terminal) fmt::print("> ");
       std::fflush(stdout);
@@ -137,8 +138,8 @@ void calibrate(const CalibrateOptions& options) {
       if (!line) break;
       session.run(*line);
     }
-    if (end) throw Failure(ExitCode::kStopped, "ended by Ctrl-C" + session.loss());
-    session.say_end();
+    if (end) throw Failure(ExitCode::kStopped, "ended by Ctrl-C" + session.unwritten_note());
+    session.report_unwritten();
   } catch (const Failure&) {
     throw;
   } catch (const std::runtime_error& error) {

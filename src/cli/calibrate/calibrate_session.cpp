@@ -12,6 +12,7 @@
 #include <system_error>
 #include <utility>
 
+#include "alarms/alarm_text.h"
 #include "cli/calibrate/calibrate.h"
 #include "cli/supervise/abandoned_segment.h"
 #include "client/explain.h"
@@ -45,14 +46,9 @@ std::vector<std::string> words_of(const std::string& line) {
   return words;
 }
 
-/// Names say what they are, so that a typo does not pass for a defect of the profile.
-struct Refused : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-/// The profile that the new text describes is the one that was meant.
-void check(const Profile& meant_from, const std::string& text, const Calibration& calibration) {
-  const Profile now = parse_profile(text, meant_from.file);
+/// Throws std::runtime_error unless the edited text describes what was calibrated.
+void check(const Profile& before, const std::string& text, const Calibration& calibration) {
+  const Profile now = parse_profile(text, before.file);
   constexpr double kTolerance = 1e-6;
   for (std::size_t i = 0; i < calibration.joints(); ++i) {
     const ServoLine line = calibration.line(i);
@@ -61,12 +57,13 @@ void check(const Profile& meant_from, const std::string& text, const Calibration
       const double angle_rad = to_radians(angle_deg);
       const double pulse_us = map.zero_us + map.direction * map.us_per_rad * angle_rad;
       if (std::abs(pulse_us - line.pulse_us(angle_deg)) > kTolerance)
-        throw Refused(fmt::format("joint {}: the text would not say what was found", i));
+        throw std::runtime_error(
+            fmt::format("joint {}: the edited text does not have the calibrated values", i));
     }
   }
   if (now.arm.gripper.closed_us != calibration.gripper_us(false) ||
       now.arm.gripper.open_us != calibration.gripper_us(true))
-    throw Refused("gripper: the text would not say what was found");
+    throw std::runtime_error("gripper: the edited text does not have the calibrated values");
 }
 
 }  // namespace
@@ -89,8 +86,8 @@ const char* calibrate_help() {
 CalibrateSession::CalibrateSession(const Setting& setting, ServoPositioner& servos)
     : setting_(setting), servos_(servos), calibration_(setting.profile) {}
 
-void CalibrateSession::greet() {
-  say_news();
+void CalibrateSession::print_introduction() {
+  print_log();
   fmt::print("{} on {}: {}.\n{}", setting_.profile.file, setting_.profile.backend.kind, servos_.origin(),
              calibrate_help());
 }
@@ -99,21 +96,21 @@ void CalibrateSession::run(const std::string& line) {
   ++line_;
   const Words words = words_of(line);
   if (words.empty()) return;
-  if (words[0] != "quit") asked_ = false;
+  if (words[0] != "quit") quit_once_ = false;
   try {
-    carry_out(words);
+    execute(words);
   } catch (const std::invalid_argument& error) {
     if (!setting_.terminal) {
       const std::string why = error.what();
-      throw Failure(ExitCode::kUsage,
-                    fmt::format("line {}: {}{}", line_, why, why.ends_with(loss()) ? "" : loss()));
+      throw Failure(ExitCode::kUsage, fmt::format("line {}: {}{}", line_, why,
+                                                  why.ends_with(unwritten_note()) ? "" : unwritten_note()));
     }
-    fmt::print("no: {}\n", error.what());
+    fmt::print("refused: {}\n", error.what());
   }
-  say_news();
+  print_log();
 }
 
-void CalibrateSession::carry_out(const Words& words) {
+void CalibrateSession::execute(const Words& words) {
   const std::string& word = words[0];
   if (word == "help") {
     fmt::print("{}", calibrate_help());
@@ -130,7 +127,7 @@ void CalibrateSession::carry_out(const Words& words) {
   } else if (word == "limit") {
     limit(words);
   } else if (word == "undo") {
-    if (!calibration_.undo()) throw std::invalid_argument("there is nothing to take back");
+    if (!calibration_.undo()) throw std::invalid_argument("there is nothing to undo");
     show();
   } else if (word == "show") {
     show();
@@ -139,7 +136,7 @@ void CalibrateSession::carry_out(const Words& words) {
   } else if (word == "quit") {
     quit();
   } else {
-    throw std::invalid_argument(fmt::format("'{}' is no command; 'help' lists them", printable(word)));
+    throw std::invalid_argument(fmt::format("unknown command '{}'; 'help' lists them", printable(word)));
   }
 }
 
@@ -148,15 +145,15 @@ void CalibrateSession::switch_on() {
     servos_.switch_on();
   } catch (const std::runtime_error& error) {
     if (!servos_.is_on()) throw;
-    throw std::invalid_argument(error.what());  // an emergency stop that is pressed still
+    throw std::invalid_argument(error.what());  // an emergency stop that is still pressed
   }
   fmt::print("the servos have their pulses\n");
 }
 
 double CalibrateSession::number(const Words& words) {
-  if (words.size() != 2) throw std::invalid_argument(fmt::format("'{}' wants one number", words[0]));
+  if (words.size() != 2) throw std::invalid_argument(fmt::format("'{}' needs one number", words[0]));
   const auto value = parse_number(words[1]);
-  if (!value) throw std::invalid_argument(fmt::format("'{}' is no number", printable(words[1])));
+  if (!value) throw std::invalid_argument(fmt::format("'{}' is not a number", printable(words[1])));
   return *value;
 }
 
@@ -175,41 +172,44 @@ void CalibrateSession::choose(const Words& words) {
   for (std::size_t i = 0; i <= gripper(); ++i) {
     if (wanted == name(i) || wanted == fmt::format("{}", i)) {
       servo_ = i;
-      return say_where();
+      return print_position();
     }
     known += (i == 0 ? "" : ", ") + name(i);
   }
-  throw std::invalid_argument(fmt::format("'joint' wants one of {}", known));
+  throw std::invalid_argument(fmt::format("'joint' needs one of {}", known));
 }
 
-void CalibrateSession::say_where() {
+void CalibrateSession::print_position() {
   const std::size_t servo = chosen();
   if (servo == gripper()) {
     fmt::print("gripper {:g} us\n", servos_.pulse_us(servo));
   } else {
-    fmt::print("{} {:g} us, {:.1f} degrees as far as is known\n", name(servo), servos_.pulse_us(servo),
-               calibration_.line(servo).angle_deg(servos_.pulse_us(servo)) + 0.0);
+    fmt::print("{} {:g} us, {:.1f} degrees by the present calibration\n", name(servo),
+               servos_.pulse_us(servo), calibration_.line(servo).angle_deg(servos_.pulse_us(servo)) + 0.0);
   }
+}
+
+void CalibrateSession::require_pulses() const {
+  if (!servos_.is_on())
+    throw std::invalid_argument("the servos have no pulses yet: 'on' first, and keep clear");
 }
 
 void CalibrateSession::move(double pulse_us) {
   const std::size_t servo = chosen();
-  if (!servos_.is_on())
-    throw std::invalid_argument("the servos have no pulses yet: 'on' first, and keep clear");
+  require_pulses();
   if (!(pulse_us >= servos_.lowest_us(servo) - kPulseTolerance_us &&
         pulse_us <= servos_.highest_us(servo) + kPulseTolerance_us)) {
     throw std::invalid_argument(fmt::format("{:g} us: this servo goes from {:g} to {:g} us", pulse_us,
                                             servos_.lowest_us(servo), servos_.highest_us(servo)));
   }
-  if (!servos_.go(servo, pulse_us) && servos_.is_lost()) lose_device();
-  say_where();
+  if (!servos_.go(servo, pulse_us) && servos_.is_lost()) fail_lost_device();
+  print_position();
   if (servos_.is_stopped()) throw std::invalid_argument("emergency stop: release it, then 'on'");
 }
 
 void CalibrateSession::mark(const Words& words) {
   const std::size_t servo = chosen();
-  if (!servos_.is_on())
-    throw std::invalid_argument("the servos have no pulses yet: 'on' first, and keep clear");
+  require_pulses();
   if (servo == gripper()) {
     if (words.size() != 2 || (words[1] != "open" && words[1] != "closed"))
       throw std::invalid_argument("the gripper's marks are 'mark open' and 'mark closed'");
@@ -226,8 +226,7 @@ void CalibrateSession::mark(const Words& words) {
 
 void CalibrateSession::limit(const Words& words) {
   const std::size_t servo = chosen();
-  if (!servos_.is_on())
-    throw std::invalid_argument("the servos have no pulses yet: 'on' first, and keep clear");
+  require_pulses();
   if (servo == gripper() || words.size() != 2 || (words[1] != "low" && words[1] != "high"))
     throw std::invalid_argument("a joint's limits are 'limit low' and 'limit high'");
   const std::string fault = calibration_.limit(servo, words[1] == "high", servos_.pulse_us(servo));
@@ -247,39 +246,39 @@ void CalibrateSession::write() {
   if (edits.empty()) throw std::invalid_argument("nothing has changed");
   if (const auto faults = calibration_.faults(); !faults.empty()) {
     for (const std::string& fault : faults) fmt::print("! {}\n", fault);
-    throw std::invalid_argument("these ('!') forbid it" + loss());
+    throw std::invalid_argument("faults ('!') must be fixed first" + unwritten_note());
   }
   try {
     const std::string text = edit_numbers(setting_.text, edits);
     check(setting_.profile, text, calibration_);
     fmt::print("{}", changed_lines(setting_.text, text));
     if (setting_.dry_run) {
-      keep(edits);
+      remember_written(edits);
       fmt::print("nothing is written (--dry-run)\n");
       return;
     }
     replace_file(setting_.profile.file, setting_.text, text);
     written_ = true;
-    keep(edits);
-    // One that a dead task has left speaks of pulses as they were.
+    remember_written(edits);
+    // The snapshot of a dead task has pulses of the old servo map.
     remove_abandoned_segment(setting_.name);
     (void)load_profile(setting_.profile.file);
     fmt::print("written: {0}; the old one is {0}.bak\n", setting_.profile.file);
   } catch (const std::runtime_error& error) {
-    throw std::invalid_argument(error.what() + loss());
+    throw std::invalid_argument(error.what() + unwritten_note());
   }
 }
 
-void CalibrateSession::keep(const std::vector<NumberEdit>& edits) {
-  kept_.clear();
-  for (const NumberEdit& edit : edits) kept_[edit.path] = edit.value;
+void CalibrateSession::remember_written(const std::vector<NumberEdit>& edits) {
+  written_edits_.clear();
+  for (const NumberEdit& edit : edits) written_edits_[edit.path] = edit.value;
 }
 
-std::string CalibrateSession::not_written() const {
+std::string CalibrateSession::unwritten() const {
   std::set<std::string> servos;  // "joint[2]", "gripper"
   for (const NumberEdit& edit : calibration_.edits()) {
-    const auto kept = kept_.find(edit.path);
-    if (kept == kept_.end() || kept->second != edit.value)
+    const auto kept = written_edits_.find(edit.path);
+    if (kept == written_edits_.end() || kept->second != edit.value)
       servos.insert(edit.path.substr(0, edit.path.find('.')));
   }
   if (servos.empty()) return "";
@@ -287,43 +286,37 @@ std::string CalibrateSession::not_written() const {
                      servos.size() == 1 ? "joint was" : "joints were");
 }
 
-std::string CalibrateSession::loss() const {
-  const std::string lost = written_ ? not_written() : "nothing is written";
+std::string CalibrateSession::unwritten_note() const {
+  const std::string lost = written_ ? unwritten() : "nothing is written";
   return lost.empty() ? "" : "; " + lost;
 }
 
 void CalibrateSession::quit() {
-  const std::string lost = not_written();
-  if (setting_.terminal && !lost.empty() && !std::exchange(asked_, true)) {
+  const std::string lost = unwritten();
+  if (setting_.terminal && !lost.empty() && !std::exchange(quit_once_, true)) {
     fmt::print("{}: 'write' first, or 'quit' again\n", lost);
     return;
   }
   done_ = true;
 }
 
-void CalibrateSession::say_end() const {
-  const std::string lost = not_written();
-  if (lost.empty() || asked_) return;
+void CalibrateSession::report_unwritten() const {
+  const std::string lost = unwritten();
+  if (lost.empty() || quit_once_) return;
   std::fflush(stdout);
   fmt::print(stderr, "corbot: {}\n", lost);
 }
 
-void CalibrateSession::lose_device() {
-  std::istringstream news(servos_.news());
-  std::string why;
-  constexpr std::string_view kLost = "lost: ";
-  constexpr std::string_view kGoesOn = "; trying again";  // not here
-  for (std::string line; std::getline(news, line);) {
-    if (!line.starts_with(kLost)) continue;
-    if (line.ends_with(kGoesOn)) line.resize(line.size() - kGoesOn.size());
-    why = ": " + printable(line.substr(kLost.size()));
-  }
-  throw Failure(ExitCode::kInternal, fmt::format("the device is lost{}{}", why, loss()));
+void CalibrateSession::fail_lost_device() {
+  print_log();
+  const std::string cause = device_cause_text(servos_.lost_cause());
+  throw Failure(ExitCode::kInternal,
+                fmt::format("the device is lost{}{}{}", cause.empty() ? "" : ": ", cause, unwritten_note()));
 }
 
-void CalibrateSession::say_news() {
-  std::istringstream news(servos_.news());
-  for (std::string line; std::getline(news, line);)
+void CalibrateSession::print_log() {
+  std::istringstream log(servos_.drain_log());
+  for (std::string line; std::getline(log, line);)
     fmt::print("{}: {}\n", setting_.profile.backend.kind, printable(line));
 }
 

@@ -11,8 +11,8 @@
 
 namespace corbot::cli {
 
-/// The commands of `corbot calibrate`, a line each. At a terminal, a command that is wrong is answered in
-/// words and does nothing; elsewhere nobody reads that, and it ends the session.
+/// The commands of `corbot calibrate`, one a line. At a terminal, a wrong command prints an error and changes
+/// nothing; from a pipe it ends the session.
 class CalibrateSession {
  public:
   struct Setting {
@@ -25,18 +25,18 @@ class CalibrateSession {
 
   CalibrateSession(const Setting& setting, ServoPositioner& servos);
 
-  void greet();
+  void print_introduction();
   /// Throws Failure when the device is lost, and where it is no terminal at a line that is refused.
   void run(const std::string& line);
   [[nodiscard]] bool done() const noexcept { return done_; }
-  /// Says what was found and not written, unless that was told when the end was asked for.
-  void say_end() const;
-  /// What an end at once leaves behind, to follow other words: "; nothing is written".
-  [[nodiscard]] std::string loss() const;
+  /// Reports the joints that were marked and not written, unless `quit` has done so.
+  void report_unwritten() const;
+  /// What would be lost by ending now, to be appended to a message: "; nothing is written".
+  [[nodiscard]] std::string unwritten_note() const;
 
  private:
   using Words = std::vector<std::string>;
-  void carry_out(const Words& words);
+  void execute(const Words& words);
   void switch_on();
   void choose(const Words& words);
   void move(double pulse_us);
@@ -44,13 +44,14 @@ class CalibrateSession {
   void limit(const Words& words);
   void show();
   void write();
-  void keep(const std::vector<NumberEdit>& edits);
+  void remember_written(const std::vector<NumberEdit>& edits);
   void quit();
-  [[noreturn]] void lose_device();
+  [[noreturn]] void fail_lost_device();
   /// "2 joints were marked and not written"; empty: none.
-  [[nodiscard]] std::string not_written() const;
-  void say_where();
-  void say_news();
+  [[nodiscard]] std::string unwritten() const;
+  void print_position();
+  void print_log();
+  void require_pulses() const;  ///< throws std::invalid_argument before `on`
   /// The number that is the only argument; throws std::invalid_argument.
   static double number(const Words& words);
   [[nodiscard]] std::size_t chosen() const;
@@ -61,9 +62,9 @@ class CalibrateSession {
   ServoPositioner& servos_;
   Calibration calibration_;
   std::optional<std::size_t> servo_;
-  std::map<std::string, double> kept_;  ///< the edits that were written
+  std::map<std::string, double> written_edits_;  ///< by their paths
   std::size_t line_{0};
-  bool asked_{false};  ///< whether the end was meant
+  bool quit_once_{false};  ///< `quit` has warned of what is not written
   bool done_{false};
   bool written_{false};
 };

@@ -13,10 +13,10 @@ namespace corbot::cli {
 
 namespace {
 
-/// Closer marks give the scale of what the eye errs by.
+/// Marks that are closer turn the error of reading an angle into an error of the scale.
 constexpr double kLeastAngle_deg = 10.0;
 constexpr double kLeastPulse_us = 50.0;
-/// Hobby servos have about 10 us a degree; gears and linkages change that, but not without end.
+/// Hobby servos have about 10 us a degree; gears and linkages change that, within these bounds.
 constexpr double kScaleMin = 2.0;
 constexpr double kScaleMax = 60.0;
 constexpr double kPulseTolerance_us = 1e-6;
@@ -45,7 +45,7 @@ LineResult line_through(const Mark& a, const Mark& b) {
   ServoLine line;
   line.direction = slope > 0.0 ? 1 : -1;
   line.us_per_degree = rounded(std::abs(slope), 1e3);
-  // Through the middle of both, so that rounding the scale errs the same at either.
+  // Through the middle of both, so that the rounding error of the scale is equal at either.
   const double middle_deg = 0.5 * (a.angle_deg + b.angle_deg);
   line.zero_us =
       rounded(0.5 * (a.pulse_us + b.pulse_us) - line.direction * line.us_per_degree * middle_deg, 1e2);
@@ -103,7 +103,7 @@ std::string Calibration::mark(std::size_t joint, const Mark& mark) {
   std::vector<Mark> marks = joints_[joint].marks;
   const auto same = std::find_if(marks.begin(), marks.end(),
                                  [&](const Mark& other) { return other.angle_deg == mark.angle_deg; });
-  if (same != marks.end()) marks.erase(same);  // seen better now
+  if (same != marks.end()) marks.erase(same);  // the newer measurement counts
   if (marks.size() == 2) marks.erase(marks.begin());
   marks.push_back(mark);
   if (marks.size() == 2) {
@@ -158,8 +158,7 @@ std::vector<std::string> Calibration::faults() const {
         continue;
       found.push_back(
           fmt::format("{}: its {} end, {:g} degrees, needs {:.0f} us; the servo goes from {:g} to {:g} us, "
-                      "which is {:.1f} "
-                      "to {:.1f} degrees: set it with 'limit {}', or turn the horn",
+                      "which is {:.1f} to {:.1f} degrees: set it with 'limit {}', or turn the horn",
                       joint.name, upper ? "high" : "low", range[upper ? 1 : 0], pulse_us,
                       joint.pulse_range_us[0], joint.pulse_range_us[1], std::min(first_deg, last_deg),
                       std::max(first_deg, last_deg), upper ? "high" : "low"));

@@ -31,14 +31,14 @@ struct ServoLine {
   }
 };
 
-/// The line through two marks, rounded to 0.01 us and 0.001 us a degree; in words why there is none.
+/// The line through two marks, rounded to 0.01 us and 0.001 us a degree; or the reason why there is none.
 struct LineResult {
   std::optional<ServoLine> line;
   std::string fault;
 };
 [[nodiscard]] LineResult line_through(const Mark& a, const Mark& b);
 
-/// What was found out about the servos of one profile. Pure: knows no device and no file.
+/// The calibration of the servos of one profile. Pure: no device, no file.
 class Calibration {
  public:
   explicit Calibration(const Profile& profile);
@@ -49,16 +49,16 @@ class Calibration {
   [[nodiscard]] std::array<double, 2> range_deg(std::size_t joint) const;
   [[nodiscard]] double gripper_us(bool open) const { return open ? open_us_ : closed_us_; }
 
-  /// Takes a mark beside the last one of another angle. In words what is wrong with it; empty: nothing.
+  /// Takes a mark beside the last one of another angle. Returns the fault; empty: none.
   [[nodiscard]] std::string mark(std::size_t joint, const Mark& mark);
-  /// An end of the joint's range: where a pulse brings it. In words what is wrong; empty: nothing.
+  /// An end of the joint's range: where a pulse brings it. Returns the fault;
+  /// empty: none.
   [[nodiscard]] std::string limit(std::size_t joint, bool upper, double pulse_us);
   void mark_gripper(bool open, double pulse_us);
-  /// Takes the last of these back; false when there is none.
+  /// Undoes the last of these; false when there is none.
   bool undo();
 
-  /// The ends of ranges that the servo cannot be brought to, and other reasons against writing it; empty:
-  /// none.
+  /// The ends of ranges that the servo cannot reach, and other reasons against writing it; empty: none.
   [[nodiscard]] std::vector<std::string> faults() const;
   /// The numbers that differ from the profile's.
   [[nodiscard]] std::vector<NumberEdit> edits() const;

@@ -36,7 +36,7 @@ ServoPositioner::~ServoPositioner() {
   backend_->close();
 }
 
-std::string ServoPositioner::news() {
+std::string ServoPositioner::drain_log() {
   const std::string lines = safety_.take_news();
   return lines + (lines.empty() ? "" : "\n") + backend_->take_news();
 }
@@ -45,17 +45,17 @@ void ServoPositioner::connect(const Joints* kept_rad, double kept_opening) {
   const DevicePosition device = backend_->connect();
   Joints position_rad{};
   double opening = 0.0;
-  origin_ = "NOBODY KNOWS where the servos are; angle 0 of the profile is assumed";
+  origin_ = "SERVO POSITIONS UNKNOWN; angle 0 of the profile is assumed";
   if (device.kind != DevicePosition::Kind::kUnknown) {
     position_rad = device.position_rad;
     opening = std::max(device.opening, 0.0);
-    origin_ = "the device says where the servos are";
+    origin_ = "servo positions are read from the device";
   } else if (kept_rad != nullptr) {
     position_rad = *kept_rad;
     opening = kept_opening;
-    origin_ = "where corbot left the arm";
+    origin_ = "servo positions are the stored ones, where corbot left the arm";
   }
-  if (profile_.backend.kind == "loopback") origin_ = "this is the simulator: nothing real is measured";
+  if (profile_.backend.kind == "loopback") origin_ = "this is the simulator: no real servo is measured";
   rt::map_to_pulses(profile_.arm, position_rad, opening, frame_);
 }
 

@@ -13,25 +13,25 @@
 
 namespace corbot::cli {
 
-/// The servos of a profile by their pulses, one after the other, slowly; what corbot-rt does otherwise. For
-/// `corbot calibrate`. One thread.
+/// Positions single servos of a profile by their pulses, slowly, in place of corbot-rt. For `corbot
+/// calibrate`. Not thread-safe.
 class ServoPositioner {
  public:
   static constexpr double kSpeed_us_per_s = 200.0;
 
-  /// `end`: asked for between steps.
+  /// `end` is read between steps.
   ServoPositioner(const Profile& profile, const std::atomic<bool>& end);
   ServoPositioner(const ServoPositioner&) = delete;
   ServoPositioner& operator=(const ServoPositioner&) = delete;
-  /// Holds or relaxes, as the profile wants it.
+  /// Holds or relaxes, as the profile has it.
   ~ServoPositioner();
 
-  /// Opens the device; no servo gets a pulse yet. `kept` is where the last position was, for a device that
-  /// cannot say where its servos are. Throws std::runtime_error.
+  /// Opens the device; no servo gets a pulse yet. `kept_rad`: the stored position, for a
+  /// device that cannot report where its servos are. Throws std::runtime_error.
   void connect(const Joints* kept_rad, double kept_opening);
-  /// By whose word pulse_us() is where it is.
+  /// Where pulse_us() comes from after connect(), for a person.
   [[nodiscard]] const std::string& origin() const noexcept { return origin_; }
-  /// Gives every servo the pulse at which it is believed to be, and power where that is switched; again after
+  /// Gives every servo the pulse at which it is assumed to be, and power where that is switched; again after
   /// an emergency stop. Throws std::runtime_error, also while that is pressed.
   void switch_on();
   [[nodiscard]] bool is_on() const noexcept { return is_on_; }
@@ -45,9 +45,10 @@ class ServoPositioner {
   /// asked for, at an emergency stop, or when the device is lost: the servo stays where it had come to.
   [[nodiscard]] bool go(std::size_t servo, double pulse_us);
 
-  /// What the device has to say, a line each; also why it is lost.
-  [[nodiscard]] std::string news();
+  /// The log of device and safety lines since the last call, one event a line.
+  [[nodiscard]] std::string drain_log();
   [[nodiscard]] bool is_lost() const;
+  [[nodiscard]] DeviceCause lost_cause() const noexcept { return backend_->cause(); }
   /// An emergency stop was seen since the servos were switched on.
   [[nodiscard]] bool is_stopped() const noexcept { return stop_.presses() != presses_seen_; }
 
@@ -61,7 +62,7 @@ class ServoPositioner {
   ServoFrame frame_{};
   std::string origin_;
   bool is_on_{false};
-  std::atomic<std::uint32_t> presses_seen_{0};  ///< of which the operator has been told
+  std::atomic<std::uint32_t> presses_seen_{0};  ///< that the operator has seen
   std::atomic<std::uint64_t> steps_{0};
   rt::SafetyLines safety_;
 };

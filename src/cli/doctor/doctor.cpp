@@ -3,10 +3,8 @@
 
 #include <fmt/format.h>
 #include <omniORB4/CORBA.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <optional>
 
 #include "cli/supervise/child.h"
@@ -17,39 +15,23 @@
 namespace corbot::cli {
 
 using client::is_up;
-using net::why_not_free;
+using net::listen_error;
 
 namespace {
 
 constexpr int kDefaultPriority = 80;
 
-/// Is the program beside this one or in PATH?
-std::optional<std::string> find_program(const std::string& program) {
-  const std::string beside = beside_executable(program);
-  if (beside.find('/') != std::string::npos) return beside;
-  const char* path = std::getenv("PATH");
-  std::string_view rest = path == nullptr ? "" : path;
-  while (!rest.empty()) {
-    const std::size_t colon = std::min(rest.find(':'), rest.size());
-    const std::string file = std::string(rest.substr(0, colon)) + "/" + program;
-    if (::access(file.c_str(), X_OK) == 0) return file;
-    rest.remove_prefix(std::min(colon + 1, rest.size()));
-  }
-  return std::nullopt;
-}
-
-Finding program(const std::string& name, Level if_absent, const std::string& mend) {
+Finding program(const std::string& name, Level if_absent, const std::string& fix) {
   if (const auto file = find_program(name)) return {Level::kOk, name, *file, ""};
-  return {if_absent, name, "not found", mend};
+  return {if_absent, name, "not found", fix};
 }
 
-/// A profile or the reasons against it.
+/// The profile, or its faults.
 std::optional<Profile> read_profile(const std::string& file, std::vector<Finding>& findings) {
   try {
     Profile profile = load_profile(file);
     findings.push_back({Level::kOk, "profile",
-                        fmt::format("{}: robot '{}', {} articulations", file, profile.name, profile.arm.dof),
-                        ""});
+                        fmt::format("{}: robot '{}', {} joints", file, profile.name, profile.arm.dof), ""});
     return profile;
   } catch (const ConfigError& error) {
     for (const auto& fault : error.faults()) {
@@ -61,14 +43,14 @@ std::optional<Profile> read_profile(const std::string& file, std::vector<Finding
 
 Finding port(const Profile& profile) {
   const std::string endpoint = fmt::format("{}:{}", profile.endpoint_host, profile.port);
-  const std::string why = why_not_free(profile.endpoint_host, profile.port);
+  const std::string why = listen_error(profile.endpoint_host, profile.port);
   if (why.empty()) return {Level::kOk, "port", endpoint + " is free", ""};
   if (is_up(profile.name))
     return {Level::kOk, "port", fmt::format("{}: '{}' is up", endpoint, profile.name), ""};
   return {Level::kFail, "port", why, "end that program, or use corbot up --endpoint HOST:PORT"};
 }
 
-const char* word(Level level) {
+const char* to_string(Level level) {
   switch (level) {
     case Level::kOk:
       return "ok";
@@ -101,8 +83,8 @@ bool doctor(const std::string& profile_file) {
   int priority = kDefaultPriority;
   std::optional<int> cpu;
   if (!profile_file.empty()) {
-    std::vector<Finding> already_told;
-    if (const auto profile = read_profile(profile_file, already_told)) {
+    std::vector<Finding> already_reported;
+    if (const auto profile = read_profile(profile_file, already_reported)) {
       priority = profile->priority;
       cpu = profile->cpu;
     }
@@ -110,13 +92,13 @@ bool doctor(const std::string& profile_file) {
   for (auto& finding : examine_privileges(priority)) findings.push_back(std::move(finding));
   for (auto& finding : examine_machine({}, cpu)) findings.push_back(std::move(finding));
   for (const auto& finding : findings) {
-    fmt::print("{:<4}  {:<14} {}\n", word(finding.level), finding.subject, finding.text);
-    if (finding.level != Level::kOk) fmt::print("      {:<14} -> {}\n", "", finding.mend);
+    fmt::print("{:<4}  {:<14} {}\n", to_string(finding.level), finding.subject, finding.text);
+    if (finding.level != Level::kOk) fmt::print("      {:<14} -> {}\n", "", finding.fix);
   }
   const auto count = [&](Level level) {
     return std::count_if(findings.begin(), findings.end(), [&](const auto& f) { return f.level == level; });
   };
-  fmt::print("{} ok, {} to consider, {} to mend\n", count(Level::kOk), count(Level::kWarn),
+  fmt::print("{} ok, {} to consider, {} to fix\n", count(Level::kOk), count(Level::kWarn),
              count(Level::kFail));
   return count(Level::kFail) == 0;
 }

@@ -17,7 +17,7 @@ struct Finding {
   Level level{};
   std::string subject;
   std::string text;  ///< what was found
-  std::string mend;  ///< what to do; empty when ok
+  std::string fix;   ///< what to do; empty when ok
 };
 
 /// Where the machine's files are; tests point it elsewhere.
@@ -37,8 +37,8 @@ struct MachineFiles {
 /// Programs, ORB and, where a profile is given, the profile, its port and its devices.
 [[nodiscard]] std::vector<Finding> examine_installation(const std::string& profile_file);
 
-/// The devices that a profile names. A serial line is opened for an instant, and nothing is sent; others are
-/// looked at.
+/// The devices that a profile names. A serial line is opened and closed, and nothing is sent; of others the
+/// files are checked.
 [[nodiscard]] std::vector<Finding> examine_devices(const Profile& profile);
 
 /// Does a list such as "1-3,5" contain `cpu`?

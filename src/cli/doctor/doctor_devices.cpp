@@ -22,7 +22,7 @@ namespace {
 
 constexpr const char* kSubject = "devices";
 
-/// What the system has against opening a file. `group`: who may.
+/// A file that cannot be opened. `group` is the one that may.
 Finding not_opened(const std::string& text, int error, const std::string& group,
                    const std::string& if_absent) {
   return {Level::kFail, kSubject, fmt::format("{}: {}", text, std::strerror(error)),
@@ -38,11 +38,11 @@ Finding file(const std::string& what, const std::string& path, const std::string
   struct stat status {};
   if (::access(path.c_str(), R_OK | W_OK) != 0 || ::stat(path.c_str(), &status) != 0)
     return not_opened(text, errno, group, if_absent);
-  if (!S_ISCHR(status.st_mode)) return {Level::kFail, kSubject, text + " is no device", if_absent};
+  if (!S_ISCHR(status.st_mode)) return {Level::kFail, kSubject, text + " is not a device", if_absent};
   return {Level::kOk, kSubject, text + " can be opened", ""};
 }
 
-/// As the backend opens it, but for TIOCEXCL, which would be left behind for others that have it open.
+/// As the backend opens it, but for TIOCEXCL, which would stay set for others that have it open.
 Finding serial_line(const std::string& what, const std::string& path, const std::string& robot,
                     const std::string& if_absent) {
   const std::string text = fmt::format("{}: {}", what, path);
@@ -50,7 +50,7 @@ Finding serial_line(const std::string& what, const std::string& path, const std:
     const bool is_ours = is_up(robot);
     return {is_ours ? Level::kWarn : Level::kFail, kSubject, text + ": another program has it open",
             is_ours ? "nothing, if that is this robot, which is up"
-                    : fmt::format("end that program; 'fuser {}' tells which", path)};
+                    : fmt::format("end that program; 'fuser {}' shows which", path)};
   };
   // Not blocking, or open() would wait for a modem's carrier.
   const int fd = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
@@ -58,7 +58,7 @@ Finding serial_line(const std::string& what, const std::string& path, const std:
   const bool is_line = ::isatty(fd) == 1;
   const bool is_free = ::flock(fd, LOCK_EX | LOCK_NB) == 0;
   ::close(fd);  // and the lock with it
-  if (!is_line) return {Level::kFail, kSubject, text + " is no serial line", if_absent};
+  if (!is_line) return {Level::kFail, kSubject, text + " is not a serial line", if_absent};
   if (!is_free) return taken();
   return {Level::kOk, kSubject, text + " can be opened", ""};
 }
@@ -71,9 +71,9 @@ Finding pwm(const PwmSysfsOptions& options) {
     return {Level::kFail, kSubject, what + ": Permission denied",
             "install packaging/udev and join the group gpio"};
   }
-  return {Level::kFail, kSubject, what + ": is no PWM controller",
+  return {Level::kFail, kSubject, what + ": is not a PWM controller",
           "load its driver (on a Raspberry Pi: dtoverlay=pwm-2chan), or correct backend.pwm_sysfs.chip; "
-          "ls /sys/class/pwm shows what there is"};
+          "ls /sys/class/pwm lists them"};
 }
 
 /// The CAN interface of a profile, or the socket of a virtual bus.
@@ -93,7 +93,7 @@ Finding can_interface(const std::string& name) {
             "plug the adapter in (ip link shows it), or correct backend.socketcan.interface in the profile"};
   }
   if (type != kCanType) {
-    return {Level::kFail, kSubject, what + " is no CAN interface",
+    return {Level::kFail, kSubject, what + " is not a CAN interface",
             "correct backend.socketcan.interface in the profile"};
   }
   unsigned flags = 0;
@@ -105,7 +105,7 @@ Finding can_interface(const std::string& name) {
   return {Level::kOk, kSubject, what + " is up", ""};
 }
 
-/// Lines of a chip. One that is taken may be so by this very robot, which is up.
+/// Lines of a chip. One that is in use may be held by this robot, which is up.
 void gpio(const std::string& what, const std::string& chip, const std::vector<std::string>& lines,
           const std::string& key, std::vector<Finding>& findings) {
   findings.push_back(file(what, chip, "gpio", fmt::format("correct {}.chip; 'gpiodetect' lists them", key)));
@@ -114,9 +114,10 @@ void gpio(const std::string& what, const std::string& chip, const std::vector<st
     const std::string fault = rt::gpio_line_fault(chip, line);
     if (fault.empty()) continue;
     const bool is_ours = fault.find("\"corbot") != std::string::npos;
-    findings.push_back({is_ours ? Level::kWarn : Level::kFail, kSubject, fmt::format("{}: {}", what, fault),
-                        is_ours ? "nothing, if this robot is up"
-                                : fmt::format("correct {}, or end who has it; 'gpioinfo' tells", key)});
+    findings.push_back(
+        {is_ours ? Level::kWarn : Level::kFail, kSubject, fmt::format("{}: {}", what, fault),
+         is_ours ? "nothing, if this robot is up"
+                 : fmt::format("correct {}, or end the program that holds it; 'gpioinfo' shows it", key)});
   }
 }
 

@@ -60,7 +60,7 @@ Finding governor(const MachineFiles& files, int cpu) {
 Finding clock_source(const MachineFiles& files) {
   const std::string found =
       first_line(files.sys + "/devices/system/clocksource/clocksource0/current_clocksource");
-  if (found.empty()) return ok("clock source", "not told by this kernel");
+  if (found.empty()) return ok("clock source", "not reported by this kernel");
   if (found == "hpet" || found == "acpi_pm" || found == "jiffies" || found == "refined-jiffies") {
     return {Level::kWarn, "clock source", found + ": slow to read",
             "see why the kernel rejected the fast one: dmesg | grep -i clocksource"};
@@ -69,11 +69,11 @@ Finding clock_source(const MachineFiles& files) {
 }
 
 Finding isolation(const MachineFiles& files, std::optional<int> wanted) {
-  if (!wanted) return ok("cpu", "a profile says to which one the loop is bound; none is given");
+  if (!wanted) return ok("cpu", "set by a profile; none is given");
   const int cpu = *wanted;
   const std::string isolated = first_line(files.sys + "/devices/system/cpu/isolated");
   const std::string online = first_line(files.sys + "/devices/system/cpu/online");
-  if (cpu < 0) return ok("cpu", "the profile binds the loop to none");
+  if (cpu < 0) return ok("cpu", "any: the profile binds the loop to none");
   if (!online.empty() && !cpu_list_contains(online, cpu)) {
     return {Level::kFail, "cpu", fmt::format("the profile asks for cpu {}; online are {}", cpu, online),
             "set [loop] cpu in the profile to one of them, or to -1"};
@@ -141,7 +141,7 @@ std::vector<Finding> examine_privileges(int priority) {
   } else {
     findings.push_back(
         {Level::kWarn, "priority",
-         fmt::format("RLIMIT_RTPRIO is {}, the loop wants {}: it will run best-effort", limit.rlim_cur,
+         fmt::format("RLIMIT_RTPRIO is {}, the loop needs {}: it will run best-effort", limit.rlim_cur,
                      priority),
          "put '@corbot - rtprio 98' into /etc/security/limits.d/corbot.conf, join the group corbot, "
          "log in again"});

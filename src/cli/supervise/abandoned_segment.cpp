@@ -10,12 +10,12 @@ namespace corbot::cli {
 
 namespace {
 
-/// Nobody holds the segment; it is removed where that is asked for.
+/// Whether no process holds the segment; removes it then if `remove`.
 bool is_abandoned(const std::string& name, bool remove) noexcept {
   using namespace segment_detail;
   try {
     const File file = open_existing(name, O_RDWR);
-    const Gate gate(file, name);  // nobody enters while it is looked at
+    const Gate gate(file, name);  // no process attaches during the check
     if (file.status(name).st_nlink == 0) return false;
     if (file.held_by_other(LockByte::kRealTimeTask) || file.held_by_other(LockByte::kServant)) return false;
     return !remove || ::shm_unlink(shm_name(name).c_str()) == 0;

@@ -10,8 +10,10 @@
 
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <sstream>
 #include <utility>
 
 #include "client/failure.h"
@@ -26,7 +28,7 @@ namespace {
 constexpr std::size_t kMaxLine = 4096;
 
 /// Between fork and exec: only async-signal-safe calls. Writes errno to `report` when exec fails.
-[[noreturn]] void become(char* const* argv, int output, int report, pid_t supervisor) {
+[[noreturn]] void exec_child(char* const* argv, int output, int report, pid_t supervisor) {
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (::getppid() != supervisor) ::_exit(127);  // it died before the line above
@@ -48,6 +50,18 @@ std::string beside_executable(const std::string& program) {
   const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
   const auto path = self.parent_path() / program;
   return !error && ::access(path.c_str(), X_OK) == 0 ? path.string() : program;
+}
+
+std::optional<std::string> find_program(const std::string& program) {
+  const std::string beside = beside_executable(program);
+  if (beside.find('/') != std::string::npos) return beside;
+  const char* path = std::getenv("PATH");
+  std::istringstream directories(path != nullptr ? path : "");
+  for (std::string directory; std::getline(directories, directory, ':');) {
+    const std::string file = (std::filesystem::path(directory) / program).string();
+    if (::access(file.c_str(), X_OK) == 0) return file;
+  }
+  return std::nullopt;
 }
 
 std::string describe_end(int wait_status) {
@@ -92,7 +106,7 @@ void Child::start() {
   argv.push_back(nullptr);
   const pid_t self = ::getpid();
   const pid_t pid = ::fork();
-  if (pid == 0) become(argv.data(), output[1], report[1], self);
+  if (pid == 0) exec_child(argv.data(), output[1], report[1], self);
   const int fork_error = errno;
   ::close(output[1]);
   ::close(report[1]);
@@ -102,8 +116,9 @@ void Child::start() {
   if (error != 0) {
     ::close(output[0]);
     if (pid > 0) ::waitpid(pid, nullptr, 0);
-    throw Failure(ExitCode::kInternal, fmt::format("cannot start {}: {}: {}; is corbot installed completely?",
-                                                   title_, command_[0], std::strerror(error)));
+    throw Failure(ExitCode::kInternal,
+                  fmt::format("cannot start {}: {}: {}; is the installation of corbot complete?", title_,
+                              command_[0], std::strerror(error)));
   }
   close_output();
   ::fcntl(output[0], F_SETFL, O_NONBLOCK);

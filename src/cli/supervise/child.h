@@ -13,17 +13,20 @@ namespace corbot::cli {
 /// Path of a program of this project: beside the running executable, else the bare name for PATH.
 [[nodiscard]] std::string beside_executable(const std::string& program);
 
+/// Path of a program beside the running executable or in PATH; nothing when there is none.
+[[nodiscard]] std::optional<std::string> find_program(const std::string& program);
+
 /// "signal 9 (Killed)" or "exit code 1", of a wait status.
 [[nodiscard]] std::string describe_end(int wait_status);
 
 /// One process under the supervisor. It has a process group of its own, so that Ctrl-C on the terminal
-/// reaches the supervisor only, which ends the children in order; and it gets SIGTERM when the supervisor
-/// dies.
+/// reaches the supervisor only, which ends the children in order; the kernel sends it SIGTERM when the
+/// supervisor dies.
 class Child {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// `title` is what messages call it.
+  /// `title` names it in messages.
   Child(std::string title, std::vector<std::string> command);
   Child(Child&& other) noexcept;
   Child& operator=(Child&&) = delete;

@@ -24,23 +24,24 @@ using client::robots_up;
 
 namespace {
 
-constexpr int kPatience_ms = 20'000;  // three children, five seconds each before they are killed, and some
+constexpr int kShutdownTimeout_ms =
+    20'000;  // three children, five seconds each before they are killed, and some
 
 std::string only_robot() {
   const auto names = robots_up();
   if (names.size() == 1) return names[0];
   if (names.empty()) {
     std::string text = "no robot is up on this machine: nothing to end";
-    for (const std::string& name : left_overs())
-      text += fmt::format("; left over from a crash: {0}: 'corbot down --name {0}'", name);
+    for (const std::string& name : stale_robots())
+      text += fmt::format("; stale after a crash: {0}: 'corbot down --name {0}'", name);
     throw Failure(ExitCode::kUnreachable, text);
   }
   throw Failure(ExitCode::kUsage, fmt::format("{} robots are up: say which with --name {}", names.size(),
                                               fmt::join(names, " | ")));
 }
 
-/// Sends SIGTERM to the supervisor and waits for its end. A pidfd cannot hit a stranger that has got the
-/// number meanwhile, as long as the lock is seen held after it was opened.
+/// Sends SIGTERM to the supervisor and waits for its end. Through a pidfd the signal cannot reach another
+/// process that has got the same pid meanwhile, provided that the lock is held after the pidfd was opened.
 void end_supervisor(const std::string& name, pid_t pid) {
   const int fd = static_cast<int>(::syscall(SYS_pidfd_open, pid, 0));
   if (fd < 0) {
@@ -54,7 +55,7 @@ void end_supervisor(const std::string& name, pid_t pid) {
   const long sent = ::syscall(SYS_pidfd_send_signal, fd, SIGTERM, nullptr, 0);
   const int error = errno;
   pollfd end{fd, POLLIN, 0};
-  const int ended = sent == 0 ? ::poll(&end, 1, kPatience_ms) : 0;
+  const int ended = sent == 0 ? ::poll(&end, 1, kShutdownTimeout_ms) : 0;
   ::close(fd);
   if (sent != 0 && error != ESRCH) {
     throw Failure(ExitCode::kInternal, fmt::format("process {}: {}", pid, std::strerror(error)));
@@ -75,17 +76,17 @@ void down(const std::string& wanted) {
     throw Failure(ExitCode::kUsage, fmt::format("--name '{}': 1 to 32 letters, digits, '_' or '-'", name));
   }
   if (!is_up(name)) {
-    if (!remove_left_overs(name)) {
+    if (!remove_stale(name)) {
       throw Failure(ExitCode::kUnreachable, fmt::format("no robot named '{}' is up on this machine", name));
     }
-    fmt::print("{} was not up; what it had left behind is removed\n", name);
+    fmt::print("{} was not up; its stale files are removed\n", name);
     return;
   }
   const auto state = read_state(name);
   if (!state)
     throw Failure(ExitCode::kInternal, fmt::format("'{}' is just starting: try again in a moment", name));
   end_supervisor(name, state->pid);
-  remove_left_overs(name);
+  remove_stale(name);
   fmt::print("{} is down\n", name);
 }
 

@@ -20,7 +20,7 @@ using client::is_robot_name;
 using client::is_up;
 using client::open_lock;
 using client::read_state;
-using client::robots_left_over;
+using client::robots_with_stale_state;
 using client::RobotState;
 using client::state_directory;
 using client::system_failure;
@@ -93,8 +93,8 @@ void StateLock::write(const RobotState& state) const {
   if (::rename(fresh.c_str(), file.c_str()) != 0) throw system_failure(file, errno);
 }
 
-std::vector<std::string> left_overs() {
-  std::vector<std::string> names = robots_left_over();
+std::vector<std::string> stale_robots() {
+  std::vector<std::string> names = robots_with_stale_state();
   for (const std::string& name : abandoned_segments()) {
     if (is_robot_name(name) && !is_up(name)) names.push_back(name);
   }
@@ -103,7 +103,7 @@ std::vector<std::string> left_overs() {
   return names;
 }
 
-bool remove_left_overs(const std::string& name) {
+bool remove_stale(const std::string& name) {
   const auto lock = StateLock::acquire(name);  // its end removes the files
   if (!lock) return false;
   const bool had_state = read_state(name).has_value();

@@ -29,11 +29,11 @@ class StateLock {
   int fd_;
 };
 
-/// Names of the robots that are not up and have left files or a segment, sorted.
-[[nodiscard]] std::vector<std::string> left_overs();
+/// Names of the robots that are not up but have files or a segment, sorted.
+[[nodiscard]] std::vector<std::string> stale_robots();
 
-/// Removes what a supervisor that died has left: its files and the segment that nobody holds. True when there
-/// was something. Does nothing while the robot is up.
-bool remove_left_overs(const std::string& name);
+/// Removes the files of a supervisor that died, and the segment when no process holds it. True when there was
+/// something. Does nothing while the robot is up.
+bool remove_stale(const std::string& name);
 
 }  // namespace corbot::cli

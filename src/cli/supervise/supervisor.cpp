@@ -20,11 +20,10 @@ using client::Failure;
 
 namespace {
 
-constexpr double kLookEvery_s = 0.1;
+constexpr double kPollInterval_s = 0.1;
 constexpr double kFirstBackOff_s = 0.1;  // a robot should not be without its servant for long
-constexpr double kMostBackOff_s = 5.0;
-constexpr double kHealthyAfter_s =
-    10.0;  // alive that long: the next death begins with the first back-off again
+constexpr double kLongestBackOff_s = 5.0;
+constexpr double kHealthyAfter_s = 10.0;  // of running: then the next back-off is the first one again
 constexpr double kKillAfter_s = 5.0;
 
 double seconds_since(Child::Clock::time_point instant) {
@@ -36,7 +35,7 @@ Child::Clock::time_point in_seconds(double seconds) {
          std::chrono::duration_cast<Child::Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-void say(const std::string& text) {
+void log(const std::string& text) {
   fmt::print(stderr, "corbot up: {}\n", text);
   std::fflush(stderr);
 }
@@ -58,59 +57,58 @@ Supervisor::~Supervisor() {
 }
 
 bool Supervisor::start(Spec spec) {
-  if (end_asked_ > 0) return false;
+  if (end_requests_ > 0) return false;
   Child child(spec.title, spec.command);
   entries_.push_back({std::move(spec), std::move(child), false, 0, {}});
   Entry& entry = entries_.back();
   entry.child.start();
   while (!entry.ready) {
-    poll(kLookEvery_s);
-    if (end_asked_ > 0) return false;
+    poll(kPollInterval_s);
+    if (end_requests_ > 0) return false;
     read_output(entry);
     if (const auto status = entry.child.reap(); status && !entry.ready) {
-      throw Failure(ExitCode::kInternal,
-                    fmt::format("{} ended at its start ({}); its own message above says why",
-                                entry.spec.title, describe_end(*status)));
+      throw Failure(ExitCode::kInternal, fmt::format("{} ended at its start ({}); see its own message above",
+                                                     entry.spec.title, describe_end(*status)));
     }
     if (!entry.ready && seconds_since(entry.child.started()) > entry.spec.ready_within_s) {
       throw Failure(ExitCode::kInternal, fmt::format("{} was not ready within {:g} s", entry.spec.title,
                                                      entry.spec.ready_within_s));
     }
     for (Entry& other : entries_) {
-      if (&other != &entry) look_after(other);
+      if (&other != &entry) supervise(other);
     }
   }
   on_change_();
   return true;
 }
 
-void Supervisor::watch() {
-  while (end_asked_ == 0) {
-    poll(kLookEvery_s);
-    for (Entry& entry : entries_) look_after(entry);
+void Supervisor::run() {
+  while (end_requests_ == 0) {
+    poll(kPollInterval_s);
+    for (Entry& entry : entries_) supervise(entry);
   }
 }
 
-void Supervisor::look_after(Entry& entry) {
+void Supervisor::supervise(Entry& entry) {
   read_output(entry);
-  if (const auto status = entry.child.reap()) died(entry, *status);
-  if (entry.child.pid() != 0 || end_asked_ > 0 || Clock::now() < entry.restart_at) return;
+  if (const auto status = entry.child.reap()) schedule_restart(entry, *status);
+  if (entry.child.pid() != 0 || end_requests_ > 0 || Clock::now() < entry.restart_at) return;
   try {
     entry.child.start();
     on_change_();
   } catch (const Failure& failure) {
-    say(failure.what());
-    entry.restart_at = in_seconds(kMostBackOff_s);
+    log(failure.what());
+    entry.restart_at = in_seconds(kLongestBackOff_s);
   }
 }
 
-void Supervisor::died(Entry& entry, int status) {
+void Supervisor::schedule_restart(Entry& entry, int status) {
   const bool healthy = seconds_since(entry.child.started()) > kHealthyAfter_s;
   entry.back_off_s =
-      healthy || entry.back_off_s == 0 ? kFirstBackOff_s : std::min(2 * entry.back_off_s, kMostBackOff_s);
+      healthy || entry.back_off_s == 0 ? kFirstBackOff_s : std::min(2 * entry.back_off_s, kLongestBackOff_s);
   entry.restart_at = in_seconds(entry.back_off_s);
   entry.ready = false;
-  say(fmt::format("{} died ({}), starting it again in {:g} s", entry.spec.title, describe_end(status),
+  log(fmt::format("{} died ({}), starting it again in {:g} s", entry.spec.title, describe_end(status),
                   entry.back_off_s));
 }
 
@@ -121,7 +119,7 @@ void Supervisor::read_output(Entry& entry) {
   }
   if (!entry.ready && entry.child.pid() != 0 && entry.spec.is_ready("")) entry.ready = true;
   if (entry.ready && !was_ready && entry.back_off_s > 0) {
-    say(fmt::format("{} restarted (pid {})", entry.spec.title, entry.child.pid()));
+    log(fmt::format("{} restarted (pid {})", entry.spec.title, entry.child.pid()));
     on_change_();
   }
 }
@@ -138,22 +136,22 @@ void Supervisor::poll(double seconds) {
 void Supervisor::read_signals() {
   signalfd_siginfo info{};
   while (::read(signal_fd_, &info, sizeof(info)) == sizeof(info)) {
-    if (info.ssi_signo != static_cast<std::uint32_t>(SIGCHLD)) ++end_asked_;
+    if (info.ssi_signo != static_cast<std::uint32_t>(SIGCHLD)) ++end_requests_;
   }
 }
 
 void Supervisor::stop_all() {
-  const int asked = end_asked_;
+  const int requests_before = end_requests_;
   while (!entries_.empty()) {
     Entry& entry = entries_.back();
     entry.child.send(SIGTERM);
     const auto begin = Clock::now();
     bool killed = false;
     while (entry.child.pid() != 0 && !entry.child.reap()) {
-      poll(kLookEvery_s);
+      poll(kPollInterval_s);
       (void)entry.child.read_lines();
-      if (!killed && (end_asked_ > std::max(asked, 1) || seconds_since(begin) > kKillAfter_s)) {
-        say(fmt::format("{} does not end, killing it", entry.spec.title));
+      if (!killed && (end_requests_ > std::max(requests_before, 1) || seconds_since(begin) > kKillAfter_s)) {
+        log(fmt::format("{} does not end; killing it", entry.spec.title));
         entry.child.send(SIGKILL);
         killed = true;
       }

@@ -18,7 +18,7 @@ class Supervisor {
     std::string title;
     std::vector<std::string> command;
     /// True once the process can be used. Called for each line that it prints, and with an empty line about
-    /// ten times a second; a line stays whatever the answer.
+    /// ten times a second; a line is passed once.
     std::function<bool(const std::string& line)> is_ready;
     double ready_within_s{10};
   };
@@ -29,11 +29,11 @@ class Supervisor {
   Supervisor& operator=(const Supervisor&) = delete;
   ~Supervisor();
 
-  /// Starts the next process and waits until it is ready. False when a signal asked for the end meanwhile.
-  /// Throws Failure when it does not get ready.
+  /// Starts the next process and waits until it is ready. False when a signal requested the end meanwhile.
+  /// Throws Failure when it does not become ready.
   [[nodiscard]] bool start(Spec spec);
-  /// Watches until a signal asks for the end.
-  void watch();
+  /// Restarts what dies, until a signal requests the end.
+  void run();
   /// Ends all, last started first: SIGTERM, SIGKILL after five seconds or at a second signal.
   void stop_all();
 
@@ -49,17 +49,17 @@ class Supervisor {
     Clock::time_point restart_at{};
   };
 
-  /// Waits for signals and output, at most that long. Sets end_asked_.
+  /// Waits for signals and output, at most that long. Counts end_requests_.
   void poll(double seconds);
   void read_signals();
   void read_output(Entry& entry);
-  void look_after(Entry& entry);
-  void died(Entry& entry, int status);
+  void supervise(Entry& entry);
+  void schedule_restart(Entry& entry, int status);
 
   std::function<void()> on_change_;
   std::list<Entry> entries_;
   int signal_fd_{-1};
-  int end_asked_{0};
+  int end_requests_{0};  ///< signals received
 };
 
 }  // namespace corbot::cli

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <sstream>
 
 #include "cli/supervise/abandoned_segment.h"
 #include "cli/supervise/state_lock.h"
@@ -25,9 +24,9 @@ using client::is_robot_name;
 using client::printable;
 using client::read_state;
 using client::RobotState;
+using net::listen_error;
 using net::listens_on_loopback;
 using net::split_endpoint;
-using net::why_not_free;
 
 namespace {
 
@@ -37,7 +36,7 @@ constexpr const char* kNaming = "naming service";
 constexpr const char* kRealTimeTask = "real-time task";
 constexpr const char* kServant = "servant";
 
-/// The naming service's log, gone with it.
+/// The naming service's log; removed with this object.
 class LogDirectory {
  public:
   LogDirectory() {
@@ -65,9 +64,9 @@ Profile read_profile(const std::string& file) {
   }
 }
 
-void check_free(const std::string& host, int port, const std::string& mend) {
-  if (const std::string why = why_not_free(host, port); !why.empty()) {
-    throw Failure(ExitCode::kInternal, fmt::format("{}: {}", why, mend));
+void check_free(const std::string& host, int port, const std::string& fix) {
+  if (const std::string why = listen_error(host, port); !why.empty()) {
+    throw Failure(ExitCode::kInternal, fmt::format("{}: {}", why, fix));
   }
 }
 
@@ -79,14 +78,14 @@ Supervisor::Spec naming_service(int port, const std::string& log_directory) {
           [port](const std::string&) { return listens_on_loopback(port); }};
 }
 
-/// Adds where the last position is kept.
+/// Adds the directory of the last position.
 std::vector<std::string> with_state(std::vector<std::string> command, const UpOptions& options) {
   if (!options.state_directory.empty())
     command.insert(command.end(), {"--state-dir", fs::absolute(options.state_directory).string()});
   return command;
 }
 
-/// `position` gets what the task says of the arm's position.
+/// `position` receives what the task reports of the arm's position.
 Supervisor::Spec real_time_task(const UpOptions& options, const RobotState& state, std::string& position) {
   return {kRealTimeTask,
           with_state({beside_executable("corbot-rt"), state.profile, "--name", state.name, "--realtime",
@@ -100,17 +99,6 @@ Supervisor::Spec real_time_task(const UpOptions& options, const RobotState& stat
 }
 
 constexpr const char* kOrbit2Servant = "corbot-servant-orbit2";
-
-/// Whether a program is there, beside this one or on the path.
-bool is_installed(const std::string& program) {
-  if (beside_executable(program) != program) return true;
-  const char* path = std::getenv("PATH");
-  std::istringstream directories(path != nullptr ? path : "");
-  for (std::string directory; std::getline(directories, directory, ':');) {
-    if (::access((fs::path(directory) / program).c_str(), X_OK) == 0) return true;
-  }
-  return false;
-}
 
 Supervisor::Spec servant(const UpOptions& options, RobotState& state) {
   const std::string program = state.orb == "orbit2" ? kOrbit2Servant : "corbot-servant";
@@ -147,11 +135,11 @@ void up(const UpOptions& options) {
   state.endpoint =
       options.endpoint.empty() ? fmt::format("{}:{}", profile.endpoint_host, profile.port) : options.endpoint;
   state.orb = options.orb;
-  if (state.orb == "orbit2" && !is_installed(kOrbit2Servant)) {
+  if (state.orb == "orbit2" && !find_program(kOrbit2Servant)) {
     throw Failure(
         ExitCode::kUsage,
-        fmt::format("--orb orbit2: there is no {} here: this corbot was built without ORBit2; leave --orb "
-                    "away for omniORB",
+        fmt::format("--orb orbit2: there is no {} here: this corbot was built without ORBit2; without --orb "
+                    "it runs on omniORB",
                     kOrbit2Servant));
   }
   const auto endpoint = split_endpoint(state.endpoint);
@@ -179,13 +167,13 @@ void up(const UpOptions& options) {
 
   {
     std::string position;
-    Supervisor* watched = nullptr;
+    Supervisor* running = nullptr;
     Supervisor supervisor([&] {
-      state.rt_pid = watched->pid_of(kRealTimeTask);
-      state.servant_pid = watched->pid_of(kServant);
+      state.rt_pid = running->pid_of(kRealTimeTask);
+      state.servant_pid = running->pid_of(kServant);
       lock->write(state);
     });
-    watched = &supervisor;
+    running = &supervisor;
     lock->write(state);
     bool going = true;
     if (log_directory) {
@@ -196,13 +184,13 @@ void up(const UpOptions& options) {
             supervisor.start(servant(options, state));
     if (going) {
       announce(state, position);
-      supervisor.watch();
+      supervisor.run();
     }
     fmt::print("ending {}\n", state.name);
     std::fflush(stdout);
     supervisor.stop_all();
   }
-  remove_abandoned_segment(state.name);  // where a process had to be killed
+  remove_abandoned_segment(state.name);  // left by a process that had to be killed
   fmt::print("{} is down\n", state.name);
 }
 

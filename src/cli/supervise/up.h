@@ -18,7 +18,7 @@ struct UpOptions {
 /// In the foreground until a signal; see corbot(1). Throws Failure.
 void up(const UpOptions& options);
 
-/// Ends the supervisor of a robot and waits until it is gone; clears what a dead one left. `name` may be
+/// Ends the supervisor of a robot and waits for its end; removes the stale files of a dead one. `name` may be
 /// empty where one robot is up. Throws Failure.
 void down(const std::string& name);
 

@@ -55,12 +55,12 @@ TEST_F(Machine, KernelIsRecognisedByItsFile) {
 TEST_F(Machine, GovernorMustBePerformance) {
   put("devices/system/cpu/cpu2/cpufreq/scaling_governor", "powersave");
   EXPECT_EQ(find("cpu frequency", 2).level, Level::kWarn);
-  EXPECT_THAT(find("cpu frequency", 2).mend, HasSubstr("performance"));
+  EXPECT_THAT(find("cpu frequency", 2).fix, HasSubstr("performance"));
   put("devices/system/cpu/cpu2/cpufreq/scaling_governor", "performance");
   EXPECT_EQ(find("cpu frequency", 2).level, Level::kOk);
 }
 
-TEST_F(Machine, SlowClockSourceIsTold) {
+TEST_F(Machine, SlowClockSourceIsReported) {
   put("devices/system/clocksource/clocksource0/current_clocksource", "hpet");
   EXPECT_EQ(find("clock source").level, Level::kWarn);
   put("devices/system/clocksource/clocksource0/current_clocksource", "tsc");
@@ -87,10 +87,10 @@ TEST_F(Machine, SharedMemoryMustBeThere) {
 TEST_F(Machine, EveryComplaintSaysHowToMend) {
   put("devices/system/cpu/online", "0");
   for (const auto& finding : examine_machine(files_, 7)) {
-    EXPECT_EQ(finding.mend.empty(), finding.level == Level::kOk) << finding.subject;
+    EXPECT_EQ(finding.fix.empty(), finding.level == Level::kOk) << finding.subject;
   }
   for (const auto& finding : examine_privileges(99)) {
-    EXPECT_EQ(finding.mend.empty(), finding.level == Level::kOk) << finding.subject;
+    EXPECT_EQ(finding.fix.empty(), finding.level == Level::kOk) << finding.subject;
   }
 }
 
@@ -118,11 +118,11 @@ TEST(Installation, ASerialDeviceIsLookedAt) {
   const Finding absent = finding_for("/nonexistent/tty");
   EXPECT_EQ(absent.level, Level::kFail);
   EXPECT_NE(absent.text.find("/nonexistent/tty: No such file"), std::string::npos) << absent.text;
-  EXPECT_NE(absent.mend.find("backend.ssc32.port"), std::string::npos) << absent.mend;
+  EXPECT_NE(absent.fix.find("backend.ssc32.port"), std::string::npos) << absent.fix;
   for (const std::string& other : {std::string("/dev/null"), path, testing::TempDir()}) {
     EXPECT_EQ(finding_for(other).level, Level::kFail);
   }
-  EXPECT_THAT(finding_for("/dev/null").text, HasSubstr("/dev/null is no serial line"));
+  EXPECT_THAT(finding_for("/dev/null").text, HasSubstr("/dev/null is not a serial line"));
 
   const int master = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
   ASSERT_EQ(::grantpt(master) | ::unlockpt(master), 0);
@@ -144,10 +144,10 @@ TEST(Devices, AreLookedAtByKind) {
   profile.backend.kind = "pca9685";
   profile.backend.pca9685.bus = "/nonexistent/i2c-1";
   EXPECT_EQ(first().level, Level::kFail);
-  EXPECT_THAT(first().mend, HasSubstr("i2c-dev"));
+  EXPECT_THAT(first().fix, HasSubstr("i2c-dev"));
   profile.backend.kind = "pwm_sysfs";
   profile.backend.pwm_sysfs.chip = "/nonexistent/pwmchip0";
-  EXPECT_THAT(first().text, HasSubstr("is no PWM controller"));
+  EXPECT_THAT(first().text, HasSubstr("is not a PWM controller"));
   const std::string chip = testing::TempDir() + "corbot-doctor-pwm-" + std::to_string(::getpid());
   fs::create_directory(chip);
   std::ofstream(chip + "/export") << "";
@@ -156,7 +156,7 @@ TEST(Devices, AreLookedAtByKind) {
   fs::remove_all(chip);
   profile.backend.kind = "gpiod";
   profile.backend.gpiod = {.chip = "/nonexistent/gpiochip0", .lines = {"1"}};
-  EXPECT_THAT(first().mend, HasSubstr("backend.gpiod.chip"));
+  EXPECT_THAT(first().fix, HasSubstr("backend.gpiod.chip"));
 }
 
 TEST(Devices, OfTheEmergencyStopAndThePowerToo) {
@@ -187,10 +187,10 @@ TEST(Devices, ACanInterfaceIsLookedAt) {
     return found == findings.end() ? Finding{} : *found;
   };
   EXPECT_THAT(finding("no-such-can").text, HasSubstr("no such interface"));
-  EXPECT_THAT(finding("lo").text, HasSubstr("no CAN interface"));
+  EXPECT_THAT(finding("lo").text, HasSubstr("not a CAN interface"));
   const std::string bus = "unix:" + (root / "bus").string();
   EXPECT_EQ(finding(bus).level, Level::kFail);
-  EXPECT_THAT(finding(bus).mend, HasSubstr("corbot-sim cia402"));
+  EXPECT_THAT(finding(bus).fix, HasSubstr("corbot-sim cia402"));
   std::ofstream(root / "bus") << "x";
   EXPECT_EQ(finding(bus).level, Level::kOk);
   fs::remove_all(root);

@@ -15,7 +15,7 @@ using client::Failure;
 using client::find_verb;
 using client::Request;
 using client::spec_of;
-using client::to_words;
+using client::to_string;
 using client::Verb;
 using client::verbs;
 using client::VerbSpec;
@@ -67,7 +67,7 @@ struct FaultCase {
 
 class EveryFault : public testing::TestWithParam<FaultCase> {};
 
-TEST_P(EveryFault, IsToldWithItsLine) {
+TEST_P(EveryFault, IsReportedWithItsLine) {
   const Program program = parse_program(std::string("# one\nready\n") + GetParam().line + "\nopen\n");
   ASSERT_EQ(program.faults.size(), 1u) << GetParam().line;
   EXPECT_EQ(program.faults[0].line, 3u);
@@ -88,8 +88,8 @@ INSTANTIATE_TEST_SUITE_P(
         FaultCase{"move 1 2 3 --above x", "--above: 'x' is not a number"},
         FaultCase{"move 1 2 3 --speed 4", "no option '--speed'"},
         FaultCase{"movec 1 2 3 4 5 6 7 8", "Z3 missing"}, FaultCase{"joints", "A0 missing"},
-        FaultCase{"joints 1 2 3 4 5 6 7", "unexpected '7'"}, FaultCase{"drive -1 10 10", "ARTICULATION '-1'"},
-        FaultCase{"drive 1.5 10 10", "ARTICULATION '1.5'"}, FaultCase{"drive 1 10", "SPEED missing"},
+        FaultCase{"joints 1 2 3 4 5 6 7", "unexpected '7'"}, FaultCase{"drive -1 10 10", "JOINT '-1'"},
+        FaultCase{"drive 1.5 10 10", "JOINT '1.5'"}, FaultCase{"drive 1 10", "SPEED missing"},
         FaultCase{"delay", "SECONDS missing"}, FaultCase{"delay -1", "must not be negative"},
         FaultCase{"ready now", "unexpected 'now'"}, FaultCase{"speed 0", "above 0 and at most 100"},
         FaultCase{"speed 101", "above 0 and at most 100"}, FaultCase{"speed 50 --joint -1", "--joint -1"},
@@ -99,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(
         FaultCase{"resume", "not for programs"}, FaultCase{"clear", "not for programs"},
         FaultCase{"open \x01", "control character"}, FaultCase{"MOVE 1 2 3", "unknown command"}));
 
-TEST(Program, TellsAllFaultsInOrder) {
+TEST(Program, ReportsAllFaultsInOrder) {
   const Program program = parse_program("dance\nready\nmove 1\n");
   ASSERT_EQ(program.faults.size(), 2u);
   EXPECT_EQ(program.faults[0].line, 1u);
@@ -115,7 +115,7 @@ TEST(Program, RefusesAnEndlessLine) {
 TEST(Program, WritesWhatItReads) {
   for (const std::string line : {"move 0.2 -0.1 0.05 --above 0.06 --time 2", "speed 50 --joint 2",
                                  "speed 50 --all", "drive 1 -10 5", "ready"}) {
-    EXPECT_EQ(to_words(only_request(line)), line);
+    EXPECT_EQ(to_string(only_request(line)), line);
   }
 }
 
@@ -131,7 +131,7 @@ TEST(Program, FilesThatCannotBeReadAreUsageErrors) {
   }
 }
 
-TEST(Program, TheShippedExampleIsFree) {
+TEST(Program, TheShippedExampleHasNoFault) {
   const Program program = load_program(CORBOT_EXAMPLES "/pick_and_place.corbot");
   std::set<Verb> used;
   for (const auto& statement : program.statements) used.insert(statement.request.verb);

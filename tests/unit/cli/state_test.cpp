@@ -93,7 +93,7 @@ TEST_F(State, ALinkInItsPlaceIsRefused) {
   EXPECT_THROW((void)StateLock::acquire("a1"), Failure);
 }
 
-TEST_F(State, WhatADeadSupervisorLeftIsNotTakenForARobot) {
+TEST_F(State, StaleFilesAreNotARobot) {
   fs::create_directory(runtime_ / "corbot");
   ::chmod((runtime_ / "corbot").c_str(), 0700);
   std::ofstream(runtime_ / "corbot/a1.json") << R"({"name":"a1","pid":1})";
@@ -113,7 +113,7 @@ TEST_F(State, ABrokenFileIsNoState) {
   }
 }
 
-TEST_F(State, SeveralRobotsMustBeToldApart) {
+TEST_F(State, SeveralRobotsNeedAName) {
   const auto first = StateLock::acquire("a1");
   const auto second = StateLock::acquire("b2");
   first->write(sample("a1"));
@@ -156,7 +156,7 @@ TEST(ChildProcess, ASignalIsNamed) {
   EXPECT_THAT(describe_end(child.reap().value()), HasSubstr("signal 9"));
 }
 
-TEST(ChildProcess, AMissingProgramIsTold) {
+TEST(ChildProcess, AMissingProgramIsReported) {
   Child child("servant", {"/nonexistent/corbot-servant"});
   try {
     child.start();
