@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shm/segment.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "segment_fixture.h"
 
