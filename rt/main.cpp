@@ -67,9 +67,8 @@ void catch_signals() {
   sigaction(SIGUSR2, &action, nullptr);
 }
 
-/// Takes the segment over, or with --fresh begins with an empty one: the arm is then believed to be at angle
-/// 0.
-corbot::Segment take_segment(const Options& options, const std::string& name, const corbot::ArmModel& arm) {
+/// Adopts the segment, or with --fresh begins with an empty one: the arm is then taken to be at angle 0.
+corbot::Segment open_segment(const Options& options, const std::string& name, const corbot::ArmModel& arm) {
   const std::uint64_t print = corbot::fingerprint(arm);
   corbot::Segment segment = corbot::Segment::create_or_adopt(name, print);
   if (options.fresh && segment.adopted()) {
@@ -83,22 +82,23 @@ corbot::Segment take_segment(const Options& options, const std::string& name, co
   return segment;
 }
 
-void say_what_is_missing(const corbot::rt::RealtimeResult& result, bool enforce) {
+void log_missing_privileges(const corbot::rt::RealtimeResult& result, bool enforce) {
   for (const std::string& failure : result.failures) spdlog::warn("{}", failure);
   if (result.realtime()) return;
   if (enforce) throw std::runtime_error("--realtime enforce: real-time privileges are missing, see above");
   spdlog::warn("*** NOT REAL-TIME: running best effort. Good for a simulator, not for a machine. ***");
 }
 
-/// Gives the place up however run() ends, so that a device that is not there leaves no segment behind. A stop
+/// Leaves the segment however run() ends, so that a device that is not there leaves no segment behind. A stop
 /// that was seen before the cycle ran is left to the next task.
-class Place {
+class SegmentLease {
  public:
-  Place(corbot::Segment& segment, const corbot::EmergencyStop& stop) : segment_(segment), stop_(stop) {}
-  Place(const Place&) = delete;
-  Place& operator=(const Place&) = delete;
+  SegmentLease(corbot::Segment& segment, const corbot::EmergencyStop& stop)
+      : segment_(segment), stop_(stop) {}
+  SegmentLease(const SegmentLease&) = delete;
+  SegmentLease& operator=(const SegmentLease&) = delete;
   void cycle_runs() noexcept { cycle_runs_ = true; }
-  ~Place() {
+  ~SegmentLease() {
     if (!cycle_runs_ && stop_.presses() > 0) segment_.layout().header.stop_seen.store(1);
     try {
       segment_.leave();
@@ -133,9 +133,9 @@ void run(const Options& options) {
   using namespace corbot;
   const Profile profile = load_profile(options.profile);
   const std::string name = options.name.empty() ? profile.name : options.name;
-  Segment segment = take_segment(options, name, profile.arm);
+  Segment segment = open_segment(options, name, profile.arm);
   EmergencyStop stop;
-  Place place(segment, stop);
+  SegmentLease lease(segment, stop);
   const std::unique_ptr<Backend> backend = rt::make_backend(profile, stop);
   const auto view = [&segment] {
     Snapshot snapshot{};
@@ -163,13 +163,13 @@ void run(const Options& options) {
   try {
     int latency_fd = -1;  // open, and so in force, until the process ends
     const rt::RealtimeResult result = rt::make_realtime({profile.priority, profile.cpu}, latency_fd);
-    say_what_is_missing(result, options.enforce);
+    log_missing_privileges(result, options.enforce);
     rt::Loop loop(*cycle, segment.layout(), {profile.arm.period_ns, result.realtime(), profile.priority});
     fmt::print("position {}\n", position.text());
     fmt::print("ready {} period {} us {}\n", name, profile.arm.period_ns / 1000,
                result.realtime() ? "realtime" : "best-effort");
     std::fflush(stdout);
-    place.cycle_runs();
+    lease.cycle_runs();
     loop.run(stop_requested);
   } catch (...) {
     join();
