@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines and arcs of the tool centre point.
+#include "planner/path_planner.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,31 +10,17 @@
 #include "corbot/kinematics/kinematics.h"
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/units.h"
-#include "planner/arc.h"
-#include "planner/path_proof.h"
-#include "planner/planner.h"
 #include "planner/refusal.h"
 #include "planner/time_law_planner.h"
 
 namespace corbot {
 namespace {
 
-constexpr double kAtP1_m = 1e-9;          // nearer than this the TCP is at P1
-constexpr double kSamePitch_rad = 1e-12;  // a smaller turn of the hand is rounding
+constexpr double kSamePitch_rad = 1e-12;  // a smaller rotation of the tool is rounding
 constexpr double kNoTravel = 1e-30;       // metres and radians; below it there is nothing to run through
 constexpr double kSingular_rad = 1e-7;    // θ2 nearer to 0 than this has no sign
 constexpr double kOnAxis_m = 1e-12;       // a TCP nearer to the axis faces neither way
 constexpr double kRoundUp = 1.0 + 1e-9;   // of a stretch, over rounding
-
-using PathPlan = std::variant<Command, PlanRefusal>;
-
-/// What the law of a path must keep to, per unit of the path parameter; and the arc's curvature, 0 for a
-/// line.
-struct PathScale {
-  double length_m{};
-  double turn_rad{};
-  double curvature_1_m{};
-};
 
 double per(double limit, double amount) {
   return amount > kNoTravel ? limit / amount : std::numeric_limits<double>::infinity();
@@ -53,9 +40,9 @@ TimeLaw path_law(const PathLimits& limits, double speed_ratio, const PathScale& 
   }
   const LawLimits law_limits{
       std::min(
-          {per(v, scale.length_m), per(limits.turn_speed_rad_s * speed_ratio, scale.turn_rad), rate_cap}),
-      std::min(per(a, scale.length_m), per(limits.turn_acceleration_rad_s2, scale.turn_rad)),
-      std::min(per(limits.jerk_m_s3, scale.length_m), per(limits.turn_jerk_rad_s3, scale.turn_rad))};
+          {per(v, scale.length_m), per(limits.turn_speed_rad_s * speed_ratio, scale.rotation_rad), rate_cap}),
+      std::min(per(a, scale.length_m), per(limits.turn_acceleration_rad_s2, scale.rotation_rad)),
+      std::min(per(limits.jerk_m_s3, scale.length_m), per(limits.turn_jerk_rad_s3, scale.rotation_rad))};
   TimeLaw law = plan_law(1.0, law_limits);
   if (k > 0.0) {
     const LawPeaks peak = peaks(law);
@@ -71,189 +58,141 @@ TimeLaw path_law(const PathLimits& limits, double speed_ratio, const PathScale& 
   return law;
 }
 
-class PathPlanner {
- public:
-  PathPlanner(const ArmModel& model, const PlanSettings& settings) : model_(model), settings_(settings) {
-    for (std::size_t i = 0; i < 4; ++i)
-      joint_speed_[i] = model.joints[i].speed_rad_s * settings.joint_speed_ratio[i];
-  }
-
-  [[nodiscard]] PathPlan line(const PlanStart& start, const std::array<double, 3>& to_m, double t_s) const {
-    LineMotion line{};
-    const ToolPose here = forward(model_.geometry, start.position_rad);
-    line.from_m = here.position_m;
-    line.to_m = to_m;
-    line.from_pitch_rad = wrap_angle(here.pitch_rad);
-    line.to_pitch_rad = pitch_towards(line.from_pitch_rad);
-    const PathScale scale{length_m(line), std::abs(line.to_pitch_rad - line.from_pitch_rad), 0.0};
-    return plan(start, line, scale, t_s, [](Command& command) -> LineMotion& {
-      command.kind = MotionKind::kLine;
-      return command.line;
-    });
-  }
-
-  [[nodiscard]] PathPlan arc(const PlanStart& start, ArcMotion arc) const {
-    arc.from_pitch_rad = wrap_angle(forward(model_.geometry, start.position_rad).pitch_rad);
-    arc.to_pitch_rad = pitch_towards(arc.from_pitch_rad);
-    const PathScale scale{length_m(arc), std::abs(arc.to_pitch_rad - arc.from_pitch_rad), 1.0 / arc.radius_m};
-    return plan(start, arc, scale, 0.0, [](Command& command) -> ArcMotion& {
-      command.kind = MotionKind::kArc;
-      return command.arc;
-    });
-  }
-
- private:
-  /// The tool pitch by the shorter turn from the present one.
-  [[nodiscard]] double pitch_towards(double present_rad) const {
-    const double turn = wrap_angle(settings_.tool_pitch_rad - present_rad);
-    return std::abs(turn) <= kSamePitch_rad ? present_rad : present_rad + turn;
-  }
-
-  /// The branches the arm is on: one, but on the border between two of them either may lead on. Positive and
-  /// forward come first.
-  [[nodiscard]] std::vector<Branch> present_branches(const Joints& q) const {
-    const auto present = static_cast<std::uint32_t>(branch_of(model_.geometry, q));
-    const double elbow = q[2] + model_.geometry.offset_rad[2];
-    const auto tcp = forward(model_.geometry, q).position_m;
-    const bool either_sign = std::abs(elbow) <= kSingular_rad;
-    const bool either_facing = std::hypot(tcp[0], tcp[1]) <= kOnAxis_m;
-    std::vector<Branch> branches;
-    for (std::uint32_t i = 0; i < kBranchCount; ++i) {
-      const bool sign_fits = either_sign || (i & 1u) == (present & 1u);
-      const bool facing_fits = either_facing || (i & 2u) == (present & 2u);
-      if (sign_fits && facing_fits) branches.push_back(static_cast<Branch>(i));
-    }
-    return branches;
-  }
-
-  template <class Motion, class Member>
-  [[nodiscard]] PathPlan plan(const PlanStart& start, Motion motion, const PathScale& scale, double t_s,
-                              Member member) const {
-    std::optional<PlanRefusal> first;
-    for (const Branch branch : present_branches(start.position_rad)) {
-      motion.branch = branch;
-      PathPlan result = plan_on_branch(start, motion, scale, t_s, member);
-      if (std::holds_alternative<Command>(result)) return result;
-      if (!first) first = std::get<PlanRefusal>(result);
-    }
-    return *first;
-  }
-
-  template <class Motion, class Member>
-  [[nodiscard]] PathPlan plan_on_branch(const PlanStart& start, Motion motion, const PathScale& scale,
-                                        double t_s, Member member) const {
-    const PathProof proof(model_, motion, motion.branch, start.position_rad[0]);
-    const PathPoint target = point_at(motion, 1.0);
-    // The target first: of all points that may be out of reach it is the one the caller knows.
-    const IkResult end = proof.joints_at(1.0);
-    if (end.status != IkStatus::kOk) return unreachable(target.position_m, end, "the target");
-    if (auto refusal = check_start(start, proof.joints_at(0.0))) return *refusal;
-    for (std::size_t i = 0; i < 4; ++i) {
-      if (in_range(model_.joints[i], end.position_rad[i])) continue;
-      PlanRefusal refusal =
-          joint_range(static_cast<int>(i), end.position_rad[i], model_.joints[i], "at the target");
-      refusal.target_m = target.position_m;
-      return refusal;
-    }
-
-    Command command = blank_command(MotionKind::kLine, start);
-    std::copy_n(end.position_rad.begin(), 4, command.end_rad.begin());
-    if (scale.length_m > kNoTravel || scale.turn_rad > kNoTravel) {
-      if (auto refusal = proof.check_geometry()) return *refusal;
-      motion.law = fastest_law(proof, scale);
-    } else {
-      motion.law = {};
-      command.end_rad = start.position_rad;
-    }
-    const double shortest_s = motion.law.duration_s();
-    command.duration_s = std::max(shortest_s, t_s);
-    if (!(command.duration_s <= kLongestPlan_s)) return too_long(command.duration_s);
-    if (t_s > shortest_s) motion.law = stretch(motion.law, t_s);
-    member(command) = motion;
-    return command;
-  }
-
-  /// The path must begin where the arm rests, as the real-time task will see it.
-  [[nodiscard]] std::optional<PlanRefusal> check_start(const PlanStart& start, const IkResult& first) const {
-    for (std::size_t i = 0; i < 4; ++i) {
-      const double present = start.position_rad[i];
-      if (first.status == IkStatus::kOk &&
-          std::abs(first.position_rad[i] - present) <= kPlannedStartTolerance_rad)
-        continue;
-      PlanRefusal refusal = joint_range(static_cast<int>(i), present, model_.joints[i], "at the start");
-      refusal.text = fmt::format(
-          "articulation {} stands at {:.6g} degrees, from where no line or arc can be followed (folded, or "
-          "beyond 180 "
-          "degrees): move its joints first",
-          i, to_degrees(present));
-      return refusal;
-    }
-    return std::nullopt;
-  }
-
-  /// Two ways to respect the joints' speeds: run the whole law more slowly, or cap its cruise. Where the
-  /// joints are fast only briefly at the ends the first is the shorter one, where they are fast midway the
-  /// second is.
-  [[nodiscard]] TimeLaw fastest_law(const PathProof& proof, const PathScale& scale) const {
-    const TimeLaw free =
-        path_law(model_.path, settings_.speed_ratio, scale, std::numeric_limits<double>::infinity());
-    const double load = proof.load(free, joint_speed_, 1.0);
-    if (load <= 1.0) return free;
-    const double stretched_s = free.duration_s() * load * kRoundUp;
-    // A capped law lasts at least 1/cap, so a load that makes this longer than the stretched law settles it.
-    const double unit_load = proof.unit_load(joint_speed_, stretched_s);
-    if (std::isfinite(unit_load)) {
-      const TimeLaw capped =
-          path_law(model_.path, settings_.speed_ratio, scale, 1.0 / (unit_load * kRoundUp));
-      if (capped.duration_s() < stretched_s) return capped;
-    }
-    return stretch(free, stretched_s);
-  }
-
-  const ArmModel& model_;
-  const PlanSettings& settings_;
-  Joints joint_speed_{};
-};
-
 }  // namespace
 
-PlanResult Planner::move_s(const PlanStart& start, const PlanSettings& settings,
-                           const std::array<double, 3>& target_m, double t_s) const {
-  if (auto refusal = check_kinematics(model_, settings)) return *refusal;
-  if (auto refusal = check_point(target_m, "P")) return *refusal;
-  if (auto refusal = check_time(t_s)) return *refusal;
-  const PathPlan plan = PathPlanner(model_, settings).line(start, target_m, t_s);
-  if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) return *refusal;
-  return std::vector<Command>{std::get<Command>(plan)};
+PathPlanner::PathPlanner(const ArmModel& model, const PlanSettings& settings)
+    : model_(model), settings_(settings) {
+  for (std::size_t i = 0; i < 4; ++i)
+    joint_speed_[i] = model.joints[i].speed_rad_s * settings.joint_speed_ratio[i];
 }
 
-PlanResult Planner::move_c(const PlanStart& start, const PlanSettings& settings,
-                           const std::array<double, 3>& p1_m, const std::array<double, 3>& p2_m,
-                           const std::array<double, 3>& p3_m) const {
-  if (auto refusal = check_kinematics(model_, settings)) return *refusal;
-  if (auto refusal = check_point(p1_m, "P1")) return *refusal;
-  if (auto refusal = check_point(p2_m, "P2")) return *refusal;
-  if (auto refusal = check_point(p3_m, "P3")) return *refusal;
-  const auto circle = arc_through(p1_m, p2_m, p3_m);
-  if (const auto* refusal = std::get_if<PlanRefusal>(&circle)) return *refusal;
-  const ArcMotion& arc = std::get<ArcMotion>(circle);
+PathPlan PathPlanner::line(const PlanStart& start, const std::array<double, 3>& to_m, double t_s) const {
+  LineMotion line{};
+  const ToolPose here = forward(model_.geometry, start.position_rad);
+  line.from_m = here.position_m;
+  line.to_m = to_m;
+  line.from_pitch_rad = wrap_angle(here.pitch_rad);
+  line.to_pitch_rad = pitch_towards(line.from_pitch_rad);
+  const PathScale scale{length_m(line), std::abs(line.to_pitch_rad - line.from_pitch_rad), 0.0};
+  return plan(start, line, scale, t_s, [](Command& command) -> LineMotion& {
+    command.kind = MotionKind::kLine;
+    return command.line;
+  });
+}
 
-  const PathPlanner planner(model_, settings);
-  const auto tcp_m = forward(model_.geometry, start.position_rad).position_m;
-  if (std::hypot(tcp_m[0] - p1_m[0], tcp_m[1] - p1_m[1], tcp_m[2] - p1_m[2]) <= kAtP1_m) {
-    const PathPlan plan = planner.arc(start, arc);
-    if (const auto* command = std::get_if<Command>(&plan)) return std::vector<Command>{*command};
-    // Next to a singularity a nanometre is too far for the joints: bridge it like any distance.
+PathPlan PathPlanner::arc(const PlanStart& start, ArcMotion arc) const {
+  arc.from_pitch_rad = wrap_angle(forward(model_.geometry, start.position_rad).pitch_rad);
+  arc.to_pitch_rad = pitch_towards(arc.from_pitch_rad);
+  const PathScale scale{length_m(arc), std::abs(arc.to_pitch_rad - arc.from_pitch_rad), 1.0 / arc.radius_m};
+  return plan(start, arc, scale, 0.0, [](Command& command) -> ArcMotion& {
+    command.kind = MotionKind::kArc;
+    return command.arc;
+  });
+}
+
+/// The tool pitch by the shorter rotation from the present one.
+double PathPlanner::pitch_towards(double present_rad) const {
+  const double rotation_rad = wrap_angle(settings_.tool_pitch_rad - present_rad);
+  return std::abs(rotation_rad) <= kSamePitch_rad ? present_rad : present_rad + rotation_rad;
+}
+
+/// The branches the arm is on: one, but on the border between two of them either may lead on. Positive and
+/// forward come first.
+std::vector<Branch> PathPlanner::present_branches(const Joints& q) const {
+  const auto present = static_cast<std::uint32_t>(branch_of(model_.geometry, q));
+  const double elbow = q[2] + model_.geometry.offset_rad[2];
+  const auto tcp = forward(model_.geometry, q).position_m;
+  const bool either_sign = std::abs(elbow) <= kSingular_rad;
+  const bool either_facing = std::hypot(tcp[0], tcp[1]) <= kOnAxis_m;
+  std::vector<Branch> branches;
+  for (std::uint32_t i = 0; i < kBranchCount; ++i) {
+    const bool sign_fits = either_sign || (i & 1u) == (present & 1u);
+    const bool facing_fits = either_facing || (i & 2u) == (present & 2u);
+    if (sign_fits && facing_fits) branches.push_back(static_cast<Branch>(i));
   }
-  const PathPlan approach = planner.line(start, p1_m, 0.0);
-  if (const auto* refusal = std::get_if<PlanRefusal>(&approach)) return *refusal;
-  std::vector<Command> commands{std::get<Command>(approach)};
-  PlanStart at_p1 = start;
-  at_p1.position_rad = commands.back().end_rad;
-  const PathPlan plan = planner.arc(at_p1, arc);
-  if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) return *refusal;
-  commands.push_back(std::get<Command>(plan));
-  return commands;
+  return branches;
+}
+
+template <class Motion, class Member>
+PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, const PathScale& scale, double t_s,
+                           Member member) const {
+  std::optional<PlanRefusal> first;
+  for (const Branch branch : present_branches(start.position_rad)) {
+    motion.branch = branch;
+    PathPlan result = plan_on_branch(start, motion, scale, t_s, member);
+    if (std::holds_alternative<Command>(result)) return result;
+    if (!first) first = std::get<PlanRefusal>(result);
+  }
+  return *first;
+}
+
+template <class Motion, class Member>
+PathPlan PathPlanner::plan_on_branch(const PlanStart& start, Motion motion, const PathScale& scale,
+                                     double t_s, Member member) const {
+  const PathProof proof(model_, motion, motion.branch, start.position_rad[0]);
+  const PathPoint target = point_at(motion, 1.0);
+  // The target first: of all points that may be out of reach it is the one the caller knows.
+  const IkResult end = proof.joints_at(1.0);
+  if (end.status != IkStatus::kOk) return unreachable(target.position_m, end, "the target");
+  if (auto refusal = check_start(start, proof.joints_at(0.0))) return *refusal;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (in_range(model_.joints[i], end.position_rad[i])) continue;
+    PlanRefusal refusal =
+        joint_range(static_cast<int>(i), end.position_rad[i], model_.joints[i], "at the target");
+    refusal.target_m = target.position_m;
+    return refusal;
+  }
+
+  Command command = blank_command(MotionKind::kLine, start);
+  std::copy_n(end.position_rad.begin(), 4, command.end_rad.begin());
+  if (scale.length_m > kNoTravel || scale.rotation_rad > kNoTravel) {
+    if (auto refusal = proof.check_geometry()) return *refusal;
+    motion.law = fastest_law(proof, scale);
+  } else {
+    motion.law = {};
+    command.end_rad = start.position_rad;
+  }
+  const double shortest_s = motion.law.duration_s();
+  command.duration_s = std::max(shortest_s, t_s);
+  if (!(command.duration_s <= kLongestPlan_s)) return too_long(command.duration_s);
+  if (t_s > shortest_s) motion.law = stretch(motion.law, t_s);
+  member(command) = motion;
+  return command;
+}
+
+/// The path must begin where the arm rests, as the real-time task will see it.
+std::optional<PlanRefusal> PathPlanner::check_start(const PlanStart& start, const IkResult& first) const {
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double present = start.position_rad[i];
+    if (first.status == IkStatus::kOk &&
+        std::abs(first.position_rad[i] - present) <= kPlannedStartTolerance_rad)
+      continue;
+    PlanRefusal refusal = joint_range(static_cast<int>(i), present, model_.joints[i], "at the start");
+    refusal.text = fmt::format(
+        "joint {} stands at {:.6g} degrees, from where no line or arc can be followed (folded, or beyond "
+        "180 degrees): move its joints first",
+        i, to_degrees(present));
+    return refusal;
+  }
+  return std::nullopt;
+}
+
+/// Two ways to respect the joints' speeds: run the whole law more slowly, or cap its cruise. Where the
+/// joints are fast only briefly at the ends the first is the shorter one, where they are fast midway the
+/// second is.
+TimeLaw PathPlanner::fastest_law(const PathProof& proof, const PathScale& scale) const {
+  const TimeLaw free =
+      path_law(model_.path, settings_.speed_ratio, scale, std::numeric_limits<double>::infinity());
+  const double load = proof.load(free, joint_speed_, 1.0);
+  if (load <= 1.0) return free;
+  const double stretched_s = free.duration_s() * load * kRoundUp;
+  // A capped law lasts at least 1/cap, so a load that makes this longer than the stretched law settles it.
+  const double unit_load = proof.unit_load(joint_speed_, stretched_s);
+  if (std::isfinite(unit_load)) {
+    const TimeLaw capped = path_law(model_.path, settings_.speed_ratio, scale, 1.0 / (unit_load * kRoundUp));
+    if (capped.duration_s() < stretched_s) return capped;
+  }
+  return stretch(free, stretched_s);
 }
 
 }  // namespace corbot

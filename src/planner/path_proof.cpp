@@ -195,11 +195,10 @@ std::optional<PlanRefusal> PathProof::check_ends(double s_a, double s_b) const {
   PlanRefusal refusal;
   refusal.kind = PlanRefusal::Kind::kUnreachable;
   refusal.parameter = "P";
-  refusal.articulation = 0;
+  refusal.joint = 0;
   refusal.target_m = point(s_b).position_m;
-  refusal.text =
-      fmt::format("the path leads through the base axis at z = {:.6g} m, where articulation 0 would jump",
-                  refusal.target_m[2]);
+  refusal.text = fmt::format("the path leads through the base axis at z = {:.6g} m, where joint 0 would jump",
+                             refusal.target_m[2]);
   return refusal;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "corbot/arm/arm_model.h"
 #include "corbot/motion/bounds.h"
 #include "corbot/motion/command.h"
+#include "planner/request.h"
 
 namespace corbot {
 
@@ -18,7 +20,7 @@ struct PlanRefusal {
   enum class Kind { kBadParameter, kUnreachable, kLimitExceeded };
   Kind kind{Kind::kBadParameter};
   std::string parameter;  ///< argument or quantity at fault, e.g. "t", "joint range"
-  int articulation{-1};   ///< −1 where no joint is concerned
+  int joint{-1};          ///< −1 where no joint is concerned
   double value{};         ///< offending value
   double lower{};         ///< what is allowed
   double upper{};
@@ -50,6 +52,13 @@ class Planner {
  public:
   explicit Planner(const ArmModel& model) : model_(model) {}
 
+  /// The arguments alone, which need not know where the arm is: names, finite numbers, ranges, speeds.
+  [[nodiscard]] std::optional<PlanRefusal> check(const PlanSettings& settings,
+                                                 const MotionRequest& request) const;
+  /// Checks the arguments and plans, by the request's kind one of the following.
+  [[nodiscard]] PlanResult plan(const PlanStart& start, const PlanSettings& settings,
+                                const MotionRequest& request) const;
+
   /// Free, synchronised joint motion to the point. The present branch is kept where its joint ranges allow,
   /// otherwise the quickest feasible one is taken.
   [[nodiscard]] PlanResult move(const PlanStart& start, const PlanSettings& settings,
@@ -65,7 +74,7 @@ class Planner {
   [[nodiscard]] PlanResult move_joints(const PlanStart& start, const PlanSettings& settings,
                                        const Joints& target_rad, double t_s) const;
   /// One joint by an increment, at a speed of its own.
-  [[nodiscard]] PlanResult drive(const PlanStart& start, const PlanSettings& settings, int articulation,
+  [[nodiscard]] PlanResult drive(const PlanStart& start, const PlanSettings& settings, int joint,
                                  double increment_rad, double speed_rad_s) const;
   /// All joints to 0.
   [[nodiscard]] PlanResult ready(const PlanStart& start, const PlanSettings& settings) const;

@@ -11,11 +11,11 @@
 namespace corbot {
 
 PlanRefusal bad_parameter(std::string parameter, double value, double lower, double upper, std::string text,
-                          int articulation) {
+                          int joint) {
   PlanRefusal refusal;
   refusal.kind = PlanRefusal::Kind::kBadParameter;
   refusal.parameter = std::move(parameter);
-  refusal.articulation = articulation;
+  refusal.joint = joint;
   refusal.value = value;
   refusal.lower = lower;
   refusal.upper = upper;
@@ -40,18 +40,17 @@ PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkResult& re
   return refusal;
 }
 
-PlanRefusal joint_range(int articulation, double value_rad, const JointLimits& limits,
-                        const std::string& where) {
+PlanRefusal joint_range(int joint, double value_rad, const JointLimits& limits, const std::string& where) {
   PlanRefusal refusal;
   refusal.kind = PlanRefusal::Kind::kLimitExceeded;
   refusal.parameter = "joint range";
-  refusal.articulation = articulation;
+  refusal.joint = joint;
   refusal.value = value_rad;
   refusal.lower = limits.lower_rad;
   refusal.upper = limits.upper_rad;
-  refusal.text = fmt::format(
-      "articulation {} would be at {:.6g} degrees {}, allowed {:.6g} to {:.6g} degrees", articulation,
-      to_degrees(value_rad), where, to_degrees(limits.lower_rad), to_degrees(limits.upper_rad));
+  refusal.text =
+      fmt::format("joint {} would be at {:.6g} degrees {}, allowed {:.6g} to {:.6g} degrees", joint,
+                  to_degrees(value_rad), where, to_degrees(limits.lower_rad), to_degrees(limits.upper_rad));
   return refusal;
 }
 

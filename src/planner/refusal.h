@@ -11,11 +11,11 @@
 namespace corbot {
 
 [[nodiscard]] PlanRefusal bad_parameter(std::string parameter, double value, double lower, double upper,
-                                        std::string text, int articulation = -1);
+                                        std::string text, int joint = -1);
 /// `status` is kTooFar or kTooClose; `where` says which point it is, e.g. "the target".
 [[nodiscard]] PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkResult& result,
                                       const std::string& where);
-[[nodiscard]] PlanRefusal joint_range(int articulation, double value_rad, const JointLimits& limits,
+[[nodiscard]] PlanRefusal joint_range(int joint, double value_rad, const JointLimits& limits,
                                       const std::string& where);
 [[nodiscard]] PlanRefusal too_long(double duration_s);
 

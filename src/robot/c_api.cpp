@@ -32,7 +32,7 @@ corbot_status guarded(corbot_error* error, Body&& body) noexcept {
   corbot_error ignored{};
   corbot_error& out = error != nullptr ? *error : ignored;
   out = corbot_error{};
-  out.articulation = -1;
+  out.joint = -1;
   try {
     body();
   } catch (const CallError& refused) {
@@ -47,13 +47,12 @@ corbot_status guarded(corbot_error* error, Body&& body) noexcept {
   return out.status;
 }
 
-std::array<double, 3> point(const double* p_m, double above_m = 0.0) {
-  return {p_m[0], p_m[1], p_m[2] + above_m};
-}
+std::array<double, 3> point(const double* p_m) { return {p_m[0], p_m[1], p_m[2]}; }
 
-corbot_status start(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error,
-                    const Robot::Plan& plan) noexcept {
-  return guarded(error, [&] { *ticket = robot->robot.accept(plan); });
+/// `make` checks what only this face knows, and returns the request.
+template <class Make>
+corbot_status start(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error, Make&& make) noexcept {
+  return guarded(error, [&] { *ticket = robot->robot.accept(make()); });
 }
 
 /// P and d are checked apart: their sum would hide which of them is at fault.
@@ -72,6 +71,12 @@ void check_coordinates(const double* p_m) {
                        fmt::format("{} = {:.6g} m, allowed -{:.6g} to {:.6g} m", kNames[i], p_m[i],
                                    kFarthestCoordinate_m, kFarthestCoordinate_m));
   }
+}
+
+std::array<double, 3> point_above(const double* p_m, double d_m) {
+  check_coordinates(p_m);
+  check_above(d_m);
+  return {p_m[0], p_m[1], p_m[2] + d_m};
 }
 
 }  // namespace
@@ -118,24 +123,24 @@ void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {
 corbot_status corbot_robot_joints(const corbot_robot* robot, double out_deg[CORBOT_MAX_JOINTS],
                                   corbot_error* error) {
   return guarded(error, [&] {
-    const Joints joints = robot->robot.joints_deg();
+    const Joints joints = robot->robot.view().joints_deg();
     std::copy(joints.begin(), joints.end(), out_deg);
   });
 }
 
 corbot_status corbot_robot_pose(const corbot_robot* robot, corbot_pose* out, corbot_error* error) {
-  return guarded(error, [&] { *out = robot->robot.pose(); });
+  return guarded(error, [&] { *out = robot->robot.view().pose(); });
 }
 
-corbot_gripper corbot_robot_gripper(const corbot_robot* robot) { return robot->robot.gripper(); }
-corbot_state corbot_robot_state(const corbot_robot* robot) { return robot->robot.state(); }
-double corbot_robot_override(const corbot_robot* robot) { return robot->robot.override_percent(); }
+corbot_gripper corbot_robot_gripper(const corbot_robot* robot) { return robot->robot.view().gripper(); }
+corbot_state corbot_robot_state(const corbot_robot* robot) { return robot->robot.view().state(); }
+double corbot_robot_override(const corbot_robot* robot) { return robot->robot.view().override_percent(); }
 double corbot_robot_tool_pitch(const corbot_robot* robot) { return robot->robot.tool_pitch_deg(); }
 
 size_t corbot_robot_alarms(const corbot_robot* robot, corbot_alarm out[CORBOT_MAX_ALARMS]) {
   size_t count = 0;
   guarded(nullptr, [&] {
-    for (const AlarmEntry& entry : robot->robot.alarms()) {
+    for (const AlarmEntry& entry : robot->robot.view().alarms()) {
       if (count == CORBOT_MAX_ALARMS) break;
       corbot_alarm& alarm = out[count++];
       alarm.time_s = entry.time_s;
@@ -149,7 +154,7 @@ size_t corbot_robot_alarms(const corbot_robot* robot, corbot_alarm out[CORBOT_MA
 
 corbot_status corbot_robot_loop_info(const corbot_robot* robot, corbot_loop_info* out, corbot_error* error) {
   return guarded(error, [&] {
-    const LoopDiagnostics loop = robot->robot.diagnostics();
+    const LoopDiagnostics loop = robot->robot.view().diagnostics();
     *out = corbot_loop_info{};
     out->period_s = static_cast<double>(loop.period_ns) * 1e-9;
     out->since_s = static_cast<double>(loop.since_wall_ns) * 1e-9;
@@ -170,85 +175,60 @@ corbot_status corbot_robot_loop_info(const corbot_robot* robot, corbot_loop_info
 
 corbot_status corbot_robot_device_info(const corbot_robot* robot, corbot_device_info* out,
                                        corbot_error* error) {
-  return guarded(error, [&] { *out = robot->robot.device(); });
+  return guarded(error, [&] { *out = robot->robot.view().device(); });
 }
 
 corbot_status corbot_robot_move(corbot_robot* robot, const double p_m[3], double d_m, double t_s,
                                 corbot_ticket* ticket, corbot_error* error) {
-  return start(robot, ticket, error,
-               [&](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
-                 check_coordinates(p_m);
-                 check_above(d_m);
-                 return planner.move(from, settings, point(p_m, d_m), t_s);
-               });
+  return start(robot, ticket, error, [&] { return MoveRequest{point_above(p_m, d_m), t_s}; });
 }
 
 corbot_status corbot_robot_move_s(corbot_robot* robot, const double p_m[3], double d_m, double t_s,
                                   corbot_ticket* ticket, corbot_error* error) {
-  return start(robot, ticket, error,
-               [&](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
-                 check_coordinates(p_m);
-                 check_above(d_m);
-                 return planner.move_s(from, settings, point(p_m, d_m), t_s);
-               });
+  return start(robot, ticket, error, [&] { return MoveSRequest{point_above(p_m, d_m), t_s}; });
 }
 
 corbot_status corbot_robot_move_c(corbot_robot* robot, const double p1_m[3], const double p2_m[3],
                                   const double p3_m[3], corbot_ticket* ticket, corbot_error* error) {
-  return start(robot, ticket, error,
-               [&](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
-                 return planner.move_c(from, settings, point(p1_m), point(p2_m), point(p3_m));
-               });
+  return start(robot, ticket, error, [&] { return MoveCRequest{point(p1_m), point(p2_m), point(p3_m)}; });
 }
 
 corbot_status corbot_robot_move_joints(corbot_robot* robot, const double* target_deg, size_t count,
                                        double t_s, corbot_ticket* ticket, corbot_error* error) {
-  return start(robot, ticket, error,
-               [&](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
-                 const std::size_t dof = robot->robot.profile().arm.dof;
-                 if (count != dof) {
-                   throw bad_argument("target", static_cast<double>(count),
-                                      fmt::format("{} values, but the arm has {} articulations", count, dof));
-                 }
-                 Joints target_rad{};
-                 for (std::size_t i = 0; i < count; ++i) target_rad[i] = to_radians(target_deg[i]);
-                 return planner.move_joints(from, settings, target_rad, t_s);
-               });
+  return start(robot, ticket, error, [&] {
+    const std::size_t dof = robot->robot.profile().arm.dof;
+    if (count != dof) {
+      throw bad_argument("target", static_cast<double>(count),
+                         fmt::format("{} values, but the arm has {} joints", count, dof));
+    }
+    MoveJointsRequest request{{}, t_s};
+    for (std::size_t i = 0; i < count; ++i) request.target_rad[i] = to_radians(target_deg[i]);
+    return request;
+  });
 }
 
-corbot_status corbot_robot_drive(corbot_robot* robot, int32_t articulation, double increment_deg,
-                                 double speed_deg_s, corbot_ticket* ticket, corbot_error* error) {
-  return start(robot, ticket, error,
-               [&](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
-                 return planner.drive(from, settings, articulation, to_radians(increment_deg),
-                                      to_radians(speed_deg_s));
-               });
+corbot_status corbot_robot_drive(corbot_robot* robot, int32_t joint, double increment_deg, double speed_deg_s,
+                                 corbot_ticket* ticket, corbot_error* error) {
+  return start(robot, ticket, error, [&] {
+    return DriveRequest{joint, to_radians(increment_deg), to_radians(speed_deg_s)};
+  });
 }
 
 corbot_status corbot_robot_ready(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error) {
-  return start(robot, ticket, error,
-               [](const Planner& planner, const PlanStart& from, const PlanSettings& settings) {
-                 return planner.ready(from, settings);
-               });
+  return start(robot, ticket, error, [] { return ReadyRequest{}; });
 }
 
 corbot_status corbot_robot_delay(corbot_robot* robot, double t_s, corbot_ticket* ticket,
                                  corbot_error* error) {
-  return start(robot, ticket, error, [&](const Planner& planner, const PlanStart& from, const PlanSettings&) {
-    return planner.dwell(from, t_s);
-  });
+  return start(robot, ticket, error, [&] { return DwellRequest{t_s}; });
 }
 
 corbot_status corbot_robot_open_gripper(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error) {
-  return start(robot, ticket, error, [](const Planner& planner, const PlanStart& from, const PlanSettings&) {
-    return planner.gripper(from, 1.0);
-  });
+  return start(robot, ticket, error, [] { return GripperRequest{1.0}; });
 }
 
 corbot_status corbot_robot_close_gripper(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error) {
-  return start(robot, ticket, error, [](const Planner& planner, const PlanStart& from, const PlanSettings&) {
-    return planner.gripper(from, 0.0);
-  });
+  return start(robot, ticket, error, [] { return GripperRequest{0.0}; });
 }
 
 corbot_status corbot_robot_wait(corbot_robot* robot, corbot_ticket ticket, double timeout_s,
@@ -282,9 +262,9 @@ corbot_status corbot_robot_clear(corbot_robot* robot, corbot_error* error) {
 corbot_status corbot_robot_speed(corbot_robot* robot, double percent, corbot_error* error) {
   return guarded(error, [&] { robot->robot.set_speed(percent); });
 }
-corbot_status corbot_robot_art_speed(corbot_robot* robot, int32_t articulation, double percent,
+corbot_status corbot_robot_art_speed(corbot_robot* robot, int32_t joint, double percent,
                                      corbot_error* error) {
-  return guarded(error, [&] { robot->robot.set_joint_speed(articulation, percent); });
+  return guarded(error, [&] { robot->robot.set_joint_speed(joint, percent); });
 }
 corbot_status corbot_robot_all_speed(corbot_robot* robot, double percent, corbot_error* error) {
   return guarded(error, [&] { robot->robot.set_all_speeds(percent); });

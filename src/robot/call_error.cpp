@@ -14,7 +14,7 @@ namespace {
 CallError call_error(corbot_status status, const std::string& text) {
   CallError result;
   result.error.status = status;
-  result.error.articulation = -1;
+  result.error.joint = -1;
   copy_text(text, result.error.text, sizeof(result.error.text));
   return result;
 }
@@ -67,7 +67,7 @@ CallError refused(const PlanRefusal& refusal) {
   const bool angular = is_angular(refusal.parameter);
   const auto told = [&](double value) { return angular ? tidy_degrees(value) : value; };
   copy_text(refusal.parameter, result.error.parameter, sizeof(result.error.parameter));
-  result.error.articulation = refusal.articulation;
+  result.error.joint = refusal.joint;
   result.error.value = told(refusal.value);
   result.error.lower = told(refusal.lower);
   result.error.upper = told(refusal.upper);

@@ -22,7 +22,7 @@ typedef enum corbot_status {
   CORBOT_OK = 0,
   CORBOT_BAD_PARAMETER,  /* parameter, value, text */
   CORBOT_UNREACHABLE,    /* target_m, text */
-  CORBOT_LIMIT_EXCEEDED, /* parameter = quantity, articulation (-1: none), value, lower, upper, text */
+  CORBOT_LIMIT_EXCEEDED, /* parameter = quantity, joint (-1: none), value, lower, upper, text */
   CORBOT_NOT_READY,      /* text */
   CORBOT_STOPPED,        /* text */
   CORBOT_QUEUE_FULL,     /* capacity, text */
@@ -34,7 +34,7 @@ typedef enum corbot_status {
 typedef struct corbot_error {
   corbot_status status;
   char parameter[48];
-  int32_t articulation;
+  int32_t joint;
   double value;
   double lower;
   double upper;
@@ -157,8 +157,8 @@ corbot_status corbot_robot_move_c(corbot_robot* robot, const double p1_m[3], con
                                   const double p3_m[3], corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_move_joints(corbot_robot* robot, const double* target_deg, size_t count,
                                        double t_s, corbot_ticket* ticket, corbot_error* error);
-corbot_status corbot_robot_drive(corbot_robot* robot, int32_t articulation, double increment_deg,
-                                 double speed_deg_s, corbot_ticket* ticket, corbot_error* error);
+corbot_status corbot_robot_drive(corbot_robot* robot, int32_t joint, double increment_deg, double speed_deg_s,
+                                 corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_ready(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_delay(corbot_robot* robot, double t_s, corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_open_gripper(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error);
@@ -181,8 +181,7 @@ corbot_status corbot_robot_clear(corbot_robot* robot, corbot_error* error);
 
 /* Settings for the motions planned from now on. */
 corbot_status corbot_robot_speed(corbot_robot* robot, double percent, corbot_error* error);
-corbot_status corbot_robot_art_speed(corbot_robot* robot, int32_t articulation, double percent,
-                                     corbot_error* error);
+corbot_status corbot_robot_art_speed(corbot_robot* robot, int32_t joint, double percent, corbot_error* error);
 corbot_status corbot_robot_all_speed(corbot_robot* robot, double percent, corbot_error* error);
 corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, double degrees, corbot_error* error);
 

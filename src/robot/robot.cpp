@@ -28,7 +28,8 @@ Robot::Robot(Profile profile, const std::string& name)
     : profile_(std::move(profile)),
       name_(name),
       planner_(profile_.arm),
-      link_(name, fingerprint(profile_.arm), *this) {
+      link_(name, fingerprint(profile_.arm), *this),
+      view_(profile_, link_, tickets_, alarms_) {
   link_.start();
 }
 
@@ -109,7 +110,9 @@ void Robot::await_seen(Segment& segment, const std::string& what) const {
   });
 }
 
-corbot_ticket Robot::accept(const Plan& plan) {
+corbot_ticket Robot::accept(const MotionRequest& request) {
+  // Before the planning lock: a bad argument is refused at once, however long the plan that is being made takes.
+  if (const auto refusal = planner_.check(settings(), request)) throw refused(*refusal);
   const std::lock_guard lock(planning_mutex_);
   const auto segment = living_segment();
   if (tickets_.pending() >= static_cast<std::size_t>(profile_.queue_capacity))
@@ -117,12 +120,7 @@ corbot_ticket Robot::accept(const Plan& plan) {
   // A Stop from here on makes the task refuse what is planned now.
   const std::uint64_t epoch = segment->layout().control.stop_count.load(std::memory_order_acquire);
   const PlanStart start = plan_start(*segment, epoch);
-  PlanSettings settings;
-  {
-    const std::lock_guard settings_lock(settings_mutex_);
-    settings = settings_;
-  }
-  PlanResult result = plan(planner_, start, settings);
+  PlanResult result = planner_.plan(start, settings(), request);
   if (const auto* refusal = std::get_if<PlanRefusal>(&result)) throw refused(*refusal);
   auto& commands = std::get<std::vector<Command>>(result);
   if (commands.empty() || commands.size() > 2) throw internal("the planner returned no motion");
@@ -133,13 +131,18 @@ corbot_ticket Robot::accept(const Plan& plan) {
   return hand_over(*segment, epoch, commands, gripper);
 }
 
+PlanSettings Robot::settings() const {
+  const std::lock_guard lock(settings_mutex_);
+  return settings_;
+}
+
 PlanStart Robot::plan_start(Segment& segment, std::uint64_t epoch) {
   Snapshot now{};
   await(segment, kSettle_s, "a Stop", [&](const Snapshot& snapshot) {
     now = snapshot;
     return snapshot.stops_done >= epoch || snapshot.state == RtState::kError;
   });
-  if (now.state == RtState::kError) throw not_ready(error_cause());
+  if (now.state == RtState::kError) throw not_ready(view_.error_cause());
   if (last_accepted_ != 0 && last_epoch_ == epoch) {
     const auto last = tickets_.find(last_accepted_);
     if (last && last->state == TicketState::kPending) return planned_end_;
@@ -153,7 +156,7 @@ PlanStart Robot::plan_start(Segment& segment, std::uint64_t epoch) {
           return snapshot.command_id == 0 &&
                  (snapshot.last_done_id + 1 >= next || segment.layout().commands.size() == 0);
         });
-  if (now.state == RtState::kError) throw not_ready(error_cause());
+  if (now.state == RtState::kError) throw not_ready(view_.error_cause());
   return {now.position_rad, now.gripper};
 }
 
@@ -200,7 +203,7 @@ corbot_motion_info Robot::wait(corbot_ticket id, double timeout_s) const {
     throw bad_argument("id", static_cast<double>(id),
                        fmt::format("there is no motion {}, or it is forgotten", id));
   }
-  return describe(*ticket);
+  return view_.describe(*ticket);
 }
 
 void Robot::finish(corbot_ticket id) const {
@@ -212,41 +215,12 @@ void Robot::finish(corbot_ticket id) const {
     case TicketState::kStopped:
       throw stopped(ticket->reason);
     case TicketState::kFailed: {
-      const std::string cause = error_cause();
-      throw not_ready(state() == CORBOT_STATE_ERROR && !cause.empty() ? cause : ticket->reason);
+      const std::string cause = view_.error_cause();
+      throw not_ready(view_.state() == CORBOT_STATE_ERROR && !cause.empty() ? cause : ticket->reason);
     }
     case TicketState::kPending:
       throw not_ready("the servant is shutting down; the motion is carried out");
   }
-}
-
-corbot_motion_info Robot::describe(const Ticket& ticket) const {
-  corbot_motion_info info{};
-  info.id = ticket.last;
-  info.duration_s = ticket.duration_s;
-  copy_text(ticket.reason, info.reason, sizeof(info.reason));
-  switch (ticket.state) {
-    case TicketState::kDone:
-      info.state = CORBOT_MOTION_DONE;
-      info.progress = 1.0;
-      return info;
-    case TicketState::kStopped:
-      info.state = CORBOT_MOTION_STOPPED;
-      return info;
-    case TicketState::kFailed:
-      info.state = CORBOT_MOTION_FAILED;
-      return info;
-    case TicketState::kPending:
-      break;
-  }
-  info.state = CORBOT_MOTION_QUEUED;
-  Snapshot now{};
-  if (!link_.snapshot(now) || std::max(now.command_id, now.last_done_id) < ticket.first) return info;
-  info.state = CORBOT_MOTION_RUNNING;
-  const bool second = now.command_id == ticket.last && ticket.first != ticket.last;
-  const double elapsed_s = (second ? ticket.second_from_s : 0.0) + now.virtual_time_s;
-  info.progress = ticket.duration_s > 0.0 ? std::clamp(elapsed_s / ticket.duration_s, 0.0, 1.0) : 0.0;
-  return info;
 }
 
 void Robot::stop() {
@@ -278,7 +252,7 @@ void Robot::set_override(double percent) {
 
 void Robot::clear() {
   const auto segment = living_segment();
-  if (snapshot().state == RtState::kError) {
+  if (view_.snapshot().state == RtState::kError) {
     const std::uint64_t count =
         segment->layout().control.clear_count.fetch_add(1, std::memory_order_acq_rel) + 1;
     Snapshot now{};
@@ -286,7 +260,7 @@ void Robot::clear() {
       now = snapshot;
       return snapshot.clears_done >= count;
     });
-    if (now.state == RtState::kError) throw not_ready(error_cause());
+    if (now.state == RtState::kError) throw not_ready(view_.error_cause());
   }
   alarms_.deactivate();
 }
@@ -297,14 +271,15 @@ void Robot::set_speed(double percent) {
   settings_.speed_ratio = ratio;
 }
 
-void Robot::set_joint_speed(int articulation, double percent) {
-  if (articulation < 0 || articulation >= static_cast<int>(profile_.arm.dof)) {
-    throw bad_argument("articulation", articulation,
-                       fmt::format("articulation {}, allowed 0 to {}", articulation, profile_.arm.dof - 1));
+void Robot::set_joint_speed(int joint, double percent) {
+  if (joint < 0 || joint >= static_cast<int>(profile_.arm.dof)) {
+    // The parameter's name is the interface's.
+    throw bad_argument("articulation", joint,
+                       fmt::format("joint {}, allowed 0 to {}", joint, profile_.arm.dof - 1));
   }
   const double ratio = checked_percent("percent", percent);
   const std::lock_guard lock(settings_mutex_);
-  settings_.joint_speed_ratio[static_cast<std::size_t>(articulation)] = ratio;
+  settings_.joint_speed_ratio[static_cast<std::size_t>(joint)] = ratio;
 }
 
 void Robot::set_all_speeds(double percent) {
@@ -320,5 +295,7 @@ void Robot::set_tool_pitch(double degrees) {
   const std::lock_guard lock(settings_mutex_);
   settings_.tool_pitch_rad = to_radians(degrees);
 }
+
+double Robot::tool_pitch_deg() const { return tidy_degrees(settings().tool_pitch_rad); }
 
 }  // namespace corbot

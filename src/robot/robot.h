@@ -16,6 +16,7 @@
 #include "robot/call_error.h"
 #include "robot/link.h"
 #include "robot/position_keeper.h"
+#include "robot/robot_view.h"
 #include "robot/ticket_table.h"
 
 namespace corbot {
@@ -32,29 +33,20 @@ class Robot final : private LinkListener {
 
   [[nodiscard]] const Profile& profile() const noexcept { return profile_; }
 
-  /// From now on the last position is kept on disk; empty: in the default directory. `warn` is called when
-  /// that fails, from a thread of its own.
+  /// From now on the last position is kept on disk; empty: in the default directory. `warn` is called when that
+  /// fails, from a thread of its own.
   void keep_position(const std::string& directory, PositionKeeper::Warn warn);
 
-  /// Whoever waits for a motion is told that the servant is shutting down.
+  /// Every call that waits for a motion returns: the servant is shutting down.
   void interrupt();
 
-  // Reads: never wait for a motion, nor for one being planned.
-  [[nodiscard]] Snapshot snapshot() const;  ///< throws CallError (no data) when there has never been one
-  [[nodiscard]] Joints joints_deg() const;
-  [[nodiscard]] corbot_pose pose() const;
-  [[nodiscard]] corbot_gripper gripper() const;
-  [[nodiscard]] corbot_state state() const;
-  [[nodiscard]] LoopDiagnostics diagnostics() const;
-  [[nodiscard]] corbot_device_info device() const;
-  [[nodiscard]] double override_percent() const;
-  [[nodiscard]] double tool_pitch_deg() const;
-  [[nodiscard]] std::vector<AlarmEntry> alarms() const { return alarms_.list(); }
+  /// What can be read; never waits for a motion, nor for one being planned.
+  [[nodiscard]] const RobotView& view() const noexcept { return view_; }
 
-  /// Plans and hands over. `plan` gets where the arm will rest when the motion begins, and the present
-  /// settings.
-  using Plan = std::function<PlanResult(const Planner&, const PlanStart&, const PlanSettings&)>;
-  corbot_ticket accept(const Plan& plan);
+  /// Checks the arguments, plans from where the arm will rest when the motion begins, with the present settings,
+  /// and hands over. A bad argument is refused before anything else is looked at, whether the robot is ready or
+  /// not.
+  corbot_ticket accept(const MotionRequest& request);
 
   [[nodiscard]] corbot_motion_info wait(corbot_ticket ticket, double timeout_s) const;
   void finish(corbot_ticket ticket) const;
@@ -67,9 +59,10 @@ class Robot final : private LinkListener {
 
   // Settings for the motions planned from now on.
   void set_speed(double percent);
-  void set_joint_speed(int articulation, double percent);
+  void set_joint_speed(int joint, double percent);
   void set_all_speeds(double percent);
   void set_tool_pitch(double degrees);
+  [[nodiscard]] double tool_pitch_deg() const;
 
  private:
   void on_completion(const Completion& completion) override;
@@ -88,8 +81,7 @@ class Robot final : private LinkListener {
   [[nodiscard]] PlanStart plan_start(Segment& segment, std::uint64_t epoch);
   corbot_ticket hand_over(Segment& segment, std::uint64_t epoch, std::vector<Command>& commands,
                           double gripper);
-  [[nodiscard]] corbot_motion_info describe(const Ticket& ticket) const;
-  [[nodiscard]] std::string error_cause() const;
+  [[nodiscard]] PlanSettings settings() const;
 
   const Profile profile_;
   const std::string name_;
@@ -106,7 +98,8 @@ class Robot final : private LinkListener {
   std::uint64_t last_epoch_{0};
   PlanStart planned_end_;
 
-  Link link_;                               // its thread uses all of the above
+  Link link_;  // its thread uses all of the above
+  const RobotView view_;
   std::unique_ptr<PositionKeeper> keeper_;  // reads from the link
 };
 

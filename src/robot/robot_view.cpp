@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reads of Robot: from the snapshot and the settings, never behind a plan or a motion.
+#include "robot/robot_view.h"
+
 #include <algorithm>
 #include <chrono>
 
 #include "corbot/backend/backend.h"
 #include "corbot/kinematics/kinematics.h"
 #include "corbot/units.h"
-#include "robot/robot.h"
 
 namespace corbot {
 namespace {
@@ -19,20 +19,20 @@ bool is_measured(const Snapshot& snapshot) { return (snapshot.flags & kSnapshotM
 
 }  // namespace
 
-Snapshot Robot::snapshot() const {
+Snapshot RobotView::snapshot() const {
   Snapshot now{};
   if (!link_.snapshot(now)) throw no_data(link_.cause());
   return now;
 }
 
-Joints Robot::joints_deg() const {
+Joints RobotView::joints_deg() const {
   const Snapshot now = snapshot();
   Joints joints = is_measured(now) ? now.measured_rad : now.position_rad;
   for (double& joint : joints) joint = to_degrees(joint);
   return joints;
 }
 
-corbot_pose Robot::pose() const {
+corbot_pose RobotView::pose() const {
   const Snapshot now = snapshot();
   ToolPose tool{now.tcp_m, now.yaw_rad, now.pitch_rad};
   if (is_measured(now)) tool = forward(profile_.arm.geometry, now.measured_rad);
@@ -40,29 +40,29 @@ corbot_pose Robot::pose() const {
           to_degrees(tool.yaw_rad), to_degrees(tool.pitch_rad), 0.0};
 }
 
-corbot_gripper Robot::gripper() const {
+corbot_gripper RobotView::gripper() const {
   Snapshot now{};
   if (!link_.snapshot(now)) return CORBOT_GRIPPER_CLOSE;
   return now.gripper >= 0.5 ? CORBOT_GRIPPER_OPEN : CORBOT_GRIPPER_CLOSE;
 }
 
-corbot_state Robot::state() const {
+corbot_state RobotView::state() const {
   Snapshot now{};
   if (!link_.alive() || !link_.snapshot(now) || now.state == RtState::kError) return CORBOT_STATE_ERROR;
   return now.state == RtState::kStandby && tickets_.pending() == 0 ? CORBOT_STATE_STANDBY
                                                                    : CORBOT_STATE_WAITING;
 }
 
-LoopDiagnostics Robot::diagnostics() const {
+LoopDiagnostics RobotView::diagnostics() const {
   const auto segment = link_.segment();
   LoopDiagnostics diagnostics{};
   if (!segment || !segment->layout().diagnostics.load(diagnostics)) {
-    throw no_data("the real-time loop has not told anything yet");
+    throw no_data("the real-time loop has not reported anything yet");
   }
   return diagnostics;
 }
 
-corbot_device_info Robot::device() const {
+corbot_device_info RobotView::device() const {
   const Snapshot now = snapshot();
   corbot_device_info info{};
   copy_text(profile_.backend.kind, info.backend, sizeof(info.backend));
@@ -81,20 +81,44 @@ corbot_device_info Robot::device() const {
   return info;
 }
 
-double Robot::override_percent() const {
+double RobotView::override_percent() const {
   Snapshot now{};
   return link_.snapshot(now) ? 100.0 * now.override_ratio : 100.0;
 }
 
-double Robot::tool_pitch_deg() const {
-  const std::lock_guard lock(settings_mutex_);
-  return tidy_degrees(settings_.tool_pitch_rad);
+corbot_motion_info RobotView::describe(const Ticket& ticket) const {
+  corbot_motion_info info{};
+  info.id = ticket.last;
+  info.duration_s = ticket.duration_s;
+  copy_text(ticket.reason, info.reason, sizeof(info.reason));
+  switch (ticket.state) {
+    case TicketState::kDone:
+      info.state = CORBOT_MOTION_DONE;
+      info.progress = 1.0;
+      return info;
+    case TicketState::kStopped:
+      info.state = CORBOT_MOTION_STOPPED;
+      return info;
+    case TicketState::kFailed:
+      info.state = CORBOT_MOTION_FAILED;
+      return info;
+    case TicketState::kPending:
+      break;
+  }
+  info.state = CORBOT_MOTION_QUEUED;
+  Snapshot now{};
+  if (!link_.snapshot(now) || std::max(now.command_id, now.last_done_id) < ticket.first) return info;
+  info.state = CORBOT_MOTION_RUNNING;
+  const bool second = now.command_id == ticket.last && ticket.first != ticket.last;
+  const double elapsed_s = (second ? ticket.second_from_s : 0.0) + now.virtual_time_s;
+  info.progress = ticket.duration_s > 0.0 ? std::clamp(elapsed_s / ticket.duration_s, 0.0, 1.0) : 0.0;
+  return info;
 }
 
-std::string Robot::error_cause() const {
+std::string RobotView::error_cause() const {
   if (!link_.alive()) return link_.cause();
   const std::string cause = alarms_.cause();
-  return cause.empty() ? "the robot is in Error; clear it" : cause + "; mend the cause, then clear";
+  return cause.empty() ? "the robot is in Error; clear it" : cause + "; fix the cause, then clear";
 }
 
 }  // namespace corbot

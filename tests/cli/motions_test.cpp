@@ -123,7 +123,7 @@ TEST_F(Motions, RefusalsAreInWordsAndMoveNothing) {
       {{"drive", "9", "1", "1"}, 1, "articulation"},
       {{"drive", "0", "200", "20"}, 1, "not within -90 to 90"},
       {{"drive", "0", "20", "9999"}, 1, "9999"},
-      {{"joints", "1", "2"}, 1, "4 articulations"},
+      {{"joints", "1", "2"}, 1, "4 joints"},
       {{"movec", "0", "0", "0", "1", "1", "1", "2", "2", "2"}, 1, "line"},
       {{"move", "0.2", "0"}, 2, "Z missing"},
       {{"move", "0.2", "0", "nan"}, 2, "not a finite number"},

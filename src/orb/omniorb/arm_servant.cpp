@@ -16,7 +16,7 @@ namespace {
       throw Corbot::Unreachable(Corbot::Point{error.target_m[0], error.target_m[1], error.target_m[2]},
                                 error.text);
     case CORBOT_LIMIT_EXCEEDED:
-      throw Corbot::LimitExceeded(error.parameter, error.articulation, error.value, error.lower, error.upper);
+      throw Corbot::LimitExceeded(error.parameter, error.joint, error.value, error.lower, error.upper);
     case CORBOT_NOT_READY:
       throw Corbot::NotReady(error.text);
     case CORBOT_STOPPED:

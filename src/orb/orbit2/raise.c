@@ -27,7 +27,7 @@ static void raise_unreachable(const corbot_error* error, CORBA_Environment* ev) 
 static void raise_limit_exceeded(const corbot_error* error, CORBA_Environment* ev) {
   Corbot_LimitExceeded* raised = Corbot_LimitExceeded__alloc();
   raised->quantity = CORBA_string_dup(error->parameter);
-  raised->articulation = error->articulation;
+  raised->articulation = error->joint;
   raised->value = error->value;
   raised->lower = error->lower;
   raised->upper = error->upper;

@@ -75,7 +75,7 @@ TEST(PathProof, ARangeLeftBetweenTheSamplesIsFound) {
     arm.joints[2].upper_rad = peak - hair;
     const auto refusal = PathProof(arm, line, Branch::kForwardPositive, 0.0).check_geometry();
     ASSERT_TRUE(refusal.has_value()) << hair;
-    EXPECT_EQ(refusal->articulation, 2);
+    EXPECT_EQ(refusal->joint, 2);
     EXPECT_NEAR(refusal->target_m[1], 0.0, 0.01);
     arm.joints[2].upper_rad = peak + hair;
     EXPECT_FALSE(PathProof(arm, line, Branch::kForwardPositive, 0.0).check_geometry().has_value()) << hair;

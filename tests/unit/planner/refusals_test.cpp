@@ -94,7 +94,7 @@ TEST(Refusals, InsideTheBaseTheRangesForbid) {
   ASSERT_TRUE(std::holds_alternative<PlanRefusal>(result));
   EXPECT_EQ(refusal_of(result).kind, Kind::kLimitExceeded);
   EXPECT_EQ(refusal_of(result).parameter, "joint range");
-  EXPECT_GE(refusal_of(result).articulation, 0);
+  EXPECT_GE(refusal_of(result).joint, 0);
   EXPECT_THAT(refusal_of(result).text, HasSubstr("degrees at the target, allowed"));
 }
 
@@ -104,8 +104,8 @@ TEST(Refusals, BehindTheRangeOfTheBase) {
   const Point behind{-0.25, 0.01, 0.1};
   for (const auto& result :
        {Planner(arm).move(kBent, {}, behind, 0.0), Planner(arm).move_s(kBent, {}, behind, 0.0)}) {
-    expect_refused(result, Kind::kLimitExceeded, "joint range", "articulation 0 would be at");
-    EXPECT_EQ(refusal_of(result).articulation, 0);
+    expect_refused(result, Kind::kLimitExceeded, "joint range", "joint 0 would be at");
+    EXPECT_EQ(refusal_of(result).joint, 0);
     EXPECT_NEAR(refusal_of(result).upper, deg(90), 1e-15);
     EXPECT_GT(refusal_of(result).value, deg(90));
   }
@@ -179,9 +179,8 @@ TEST(Refusals, ArcsThatAreNone) {
 
 TEST(Refusals, Drive) {
   const Planner planner(lynx5());
-  for (const int articulation : {-1, 4, 6, 1'000'000, -2'147'483'647}) {
-    expect_refused(planner.drive(kBent, {}, articulation, 0.1, 0.1), Kind::kBadParameter, "articulation",
-                   "0 to 3");
+  for (const int joint : {-1, 4, 6, 1'000'000, -2'147'483'647}) {
+    expect_refused(planner.drive(kBent, {}, joint, 0.1, 0.1), Kind::kBadParameter, "articulation", "0 to 3");
   }
   for (const double bad : {kNan, kInf, -kInf}) {
     expect_refused(planner.drive(kBent, {}, 0, bad, 0.1), Kind::kBadParameter, "increment", "not a finite");
@@ -195,10 +194,8 @@ TEST(Refusals, Drive) {
   expect_refused(planner.drive(kBent, {}, 0, 0.1, deg(181)), Kind::kLimitExceeded, "speed", "up to 180");
   expect_refused(planner.drive(kBent, half, 0, 0.1, deg(91)), Kind::kLimitExceeded, "speed", "up to 90");
   expect_refused(planner.drive(kBent, {}, 0, 0.1, 1e308), Kind::kLimitExceeded, "speed", "up to 180");
-  expect_refused(planner.drive(kBent, {}, 0, deg(90), 0.1), Kind::kLimitExceeded, "joint range",
-                 "articulation 0");
-  expect_refused(planner.drive(kBent, {}, 3, -1e308, 0.1), Kind::kLimitExceeded, "joint range",
-                 "articulation 3");
+  expect_refused(planner.drive(kBent, {}, 0, deg(90), 0.1), Kind::kLimitExceeded, "joint range", "joint 0");
+  expect_refused(planner.drive(kBent, {}, 3, -1e308, 0.1), Kind::kLimitExceeded, "joint range", "joint 3");
   expect_refused(planner.drive(kBent, {}, 0, 0.1, 1e-9), Kind::kLimitExceeded, "duration",
                  "allowed up to 3600 s");
 }
@@ -215,15 +212,14 @@ TEST(Refusals, JointsGripperAndPitch) {
   const Planner planner(lynx5());
   for (const double bad : {kNan, kInf, -kInf}) {
     expect_refused(planner.move_joints(kBent, {}, {0, bad, 0, 0, 0, 0}, 0.0), Kind::kBadParameter, "angle",
-                   "articulation 1");
+                   "joint 1");
     PlanSettings pitched;
     pitched.tool_pitch_rad = bad;
     expect_refused(planner.move(kBent, pitched, kGood, 0.0), Kind::kBadParameter, "tool pitch", "finite");
     expect_refused(planner.move_s(kBent, pitched, kGood, 0.0), Kind::kBadParameter, "tool pitch", "finite");
   }
   expect_refused(planner.move_joints(kBent, {}, {0, 0, deg(131), 0, 0, 0}, 0.0), Kind::kLimitExceeded,
-                 "joint range",
-                 "articulation 2 would be at 131 degrees at the target, allowed -30 to 130 degrees");
+                 "joint range", "joint 2 would be at 131 degrees at the target, allowed -30 to 130 degrees");
   for (const double bad : {kNan, kInf, -kInf, -1e-9, 1.0 + 1e-9}) {
     expect_refused(planner.gripper(kBent, bad), Kind::kBadParameter, "opening", "allowed 0 to 1");
   }
@@ -242,7 +238,7 @@ TEST(Refusals, ALineFromWhereNoLineCanBegin) {
   turned.position_rad[0] = deg(200);
   const PlanResult result = Planner(arm).move_s(turned, {}, {-0.2, -0.05, 0.1}, 0.0);
   expect_refused(result, Kind::kLimitExceeded, "joint range", "move its joints first");
-  EXPECT_EQ(refusal_of(result).articulation, 0);
+  EXPECT_EQ(refusal_of(result).joint, 0);
 }
 
 }  // namespace

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+
+#include "corbot/arm/arm_model.h"
+#include "planner/planner.h"
+
+namespace corbot {
+
+/// Joint-space motions, synchronised: all joints take the same time. Arguments have been checked.
+class JointPlanner {
+ public:
+  /// The model must outlive this.
+  JointPlanner(const ArmModel& model, const PlanSettings& settings);
+
+  /// The speed limit in force, rad/s.
+  [[nodiscard]] double speed_rad_s(std::size_t joint) const noexcept { return speed_rad_s_[joint]; }
+
+  /// To given joints.
+  [[nodiscard]] PlanResult to(const PlanStart& start, const Joints& target_rad, double t_s) const;
+  /// To a point: on the present branch where its joint ranges allow, else on the quickest feasible one.
+  [[nodiscard]] PlanResult reach(const PlanStart& start, const std::array<double, 3>& target_m,
+                                 double t_s) const;
+  /// One joint, no faster than `speed_rad_s`.
+  [[nodiscard]] PlanResult drive(const PlanStart& start, const DriveRequest& request) const;
+
+ private:
+  const ArmModel& model_;
+  const double tool_pitch_rad_;
+  Joints speed_rad_s_{};
+};
+
+}  // namespace corbot

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "corbot/arm/arm_model.h"
+#include "corbot/kinematics/kinematics.h"
+#include "planner/path_proof.h"
+#include "planner/planner.h"
+
+namespace corbot {
+
+using PathPlan = std::variant<Command, PlanRefusal>;
+
+/// What the law of a path must keep to, per unit of the path parameter; and the arc's curvature, 0 for a line.
+struct PathScale {
+  double length_m{};
+  double rotation_rad{};
+  double curvature_1_m{};
+};
+
+/// Lines and arcs of the tool centre point, each proved whole. Arguments have been checked.
+class PathPlanner {
+ public:
+  /// Model and settings must outlive this.
+  PathPlanner(const ArmModel& model, const PlanSettings& settings);
+
+  [[nodiscard]] PathPlan line(const PlanStart& start, const std::array<double, 3>& to_m, double t_s) const;
+  /// `arc`: circle and angle; the pitch is filled in.
+  [[nodiscard]] PathPlan arc(const PlanStart& start, ArcMotion arc) const;
+
+ private:
+  [[nodiscard]] double pitch_towards(double present_rad) const;
+  [[nodiscard]] std::vector<Branch> present_branches(const Joints& q) const;
+  template <class Motion, class Member>
+  [[nodiscard]] PathPlan plan(const PlanStart& start, Motion motion, const PathScale& scale, double t_s,
+                              Member member) const;
+  template <class Motion, class Member>
+  [[nodiscard]] PathPlan plan_on_branch(const PlanStart& start, Motion motion, const PathScale& scale,
+                                        double t_s, Member member) const;
+  [[nodiscard]] std::optional<PlanRefusal> check_start(const PlanStart& start, const IkResult& first) const;
+  [[nodiscard]] TimeLaw fastest_law(const PathProof& proof, const PathScale& scale) const;
+
+  const ArmModel& model_;
+  const PlanSettings& settings_;
+  Joints joint_speed_{};
+};
+
+}  // namespace corbot

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planner/planner.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "corbot/kinematics/kinematics.h"
+#include "corbot/motion/law_evaluation.h"
+#include "corbot/units.h"
+#include "planner/arc.h"
+#include "planner/joint_planner.h"
+#include "planner/path_planner.h"
+#include "planner/refusal.h"
+#include "planner/time_law_planner.h"
+
+namespace corbot {
+namespace {
+
+constexpr double kAtP1_m = 1e-9;  // nearer than this the TCP is at P1
+
+using Refusal = std::optional<PlanRefusal>;
+
+/// The arguments of each kind of motion, as far as they can be judged without knowing where the arm is.
+struct ArgumentCheck {
+  const ArmModel& model;
+  const PlanSettings& settings;
+
+  Refusal operator()(const MoveRequest& request) const { return check_target(request.target_m, request.t_s); }
+  Refusal operator()(const MoveSRequest& request) const {
+    return check_target(request.target_m, request.t_s);
+  }
+
+  Refusal operator()(const MoveCRequest& request) const {
+    if (auto refusal = check_kinematics(model, settings)) return refusal;
+    if (auto refusal = check_point(request.p1_m, "P1")) return refusal;
+    if (auto refusal = check_point(request.p2_m, "P2")) return refusal;
+    if (auto refusal = check_point(request.p3_m, "P3")) return refusal;
+    const auto circle = arc_through(request.p1_m, request.p2_m, request.p3_m);
+    if (const auto* refusal = std::get_if<PlanRefusal>(&circle)) return *refusal;
+    return std::nullopt;
+  }
+
+  Refusal operator()(const MoveJointsRequest& request) const {
+    if (auto refusal = check_time(request.t_s)) return refusal;
+    for (std::size_t i = 0; i < model.dof; ++i) {
+      const double target_rad = request.target_rad[i];
+      const JointLimits& limits = model.joints[i];
+      const int joint = static_cast<int>(i);
+      if (!std::isfinite(target_rad)) {
+        return bad_parameter("angle", target_rad, limits.lower_rad, limits.upper_rad,
+                             fmt::format("the angle of joint {} is not a finite number", i), joint);
+      }
+      if (!in_range(limits, target_rad)) return joint_range(joint, target_rad, limits, "at the target");
+    }
+    return std::nullopt;
+  }
+
+  Refusal operator()(const DriveRequest& request) const {
+    const int dof = static_cast<int>(model.dof);
+    if (request.joint < 0 || request.joint >= dof) {
+      // The parameter's name is the interface's.
+      return bad_parameter("articulation", request.joint, 0.0, dof - 1,
+                           fmt::format("joint {}, allowed 0 to {}", request.joint, dof - 1), request.joint);
+    }
+    const JointLimits& limits = model.joints[static_cast<std::size_t>(request.joint)];
+    const double widest_rad = limits.upper_rad - limits.lower_rad;
+    if (!std::isfinite(request.increment_rad)) {
+      return bad_parameter("increment", request.increment_rad, -widest_rad, widest_rad,
+                           "the increment is not a finite number", request.joint);
+    }
+    return check_speed(request);
+  }
+
+  Refusal operator()(const ReadyRequest&) const { return (*this)(MoveJointsRequest{}); }
+  Refusal operator()(const DwellRequest& request) const { return check_time(request.t_s); }
+
+  Refusal operator()(const GripperRequest& request) const {
+    if (request.opening >= 0.0 && request.opening <= 1.0) return std::nullopt;
+    return bad_parameter("opening", request.opening, 0.0, 1.0,
+                         fmt::format("opening {:.6g}, allowed 0 to 1", request.opening));
+  }
+
+ private:
+  Refusal check_target(const std::array<double, 3>& target_m, double t_s) const {
+    if (auto refusal = check_kinematics(model, settings)) return refusal;
+    if (auto refusal = check_point(target_m, "P")) return refusal;
+    return check_time(t_s);
+  }
+
+  Refusal check_speed(const DriveRequest& request) const {
+    const double limit_rad_s =
+        JointPlanner(model, settings).speed_rad_s(static_cast<std::size_t>(request.joint));
+    if (!std::isfinite(request.speed_rad_s) || request.speed_rad_s <= 0.0) {
+      return bad_parameter("speed", request.speed_rad_s, 0.0, limit_rad_s,
+                           fmt::format("speed {:.6g} degrees/s, allowed above 0 to {:.6g} degrees/s",
+                                       to_degrees(request.speed_rad_s), to_degrees(limit_rad_s)),
+                           request.joint);
+    }
+    // Degrees make the round trip to radians with a rounding, so the limit itself must pass.
+    if (request.speed_rad_s <= limit_rad_s * (1.0 + 1e-12)) return std::nullopt;
+    PlanRefusal refusal;
+    refusal.kind = PlanRefusal::Kind::kLimitExceeded;
+    refusal.parameter = "speed";
+    refusal.joint = request.joint;
+    refusal.value = request.speed_rad_s;
+    refusal.upper = limit_rad_s;
+    refusal.text = fmt::format("speed {:.6g} degrees/s of joint {}, allowed up to {:.6g} degrees/s",
+                               to_degrees(request.speed_rad_s), request.joint, to_degrees(limit_rad_s));
+    return refusal;
+  }
+};
+
+/// The motion itself, once its arguments are known to be good.
+struct Planning {
+  const ArmModel& model;
+  const PlanSettings& settings;
+  const PlanStart& start;
+
+  PlanResult operator()(const MoveRequest& request) const {
+    return JointPlanner(model, settings).reach(start, request.target_m, request.t_s);
+  }
+
+  PlanResult operator()(const MoveSRequest& request) const {
+    const PathPlan plan = PathPlanner(model, settings).line(start, request.target_m, request.t_s);
+    if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) return *refusal;
+    return std::vector<Command>{std::get<Command>(plan)};
+  }
+
+  PlanResult operator()(const MoveCRequest& request) const {
+    const auto circle = arc_through(request.p1_m, request.p2_m, request.p3_m);
+    if (const auto* refusal = std::get_if<PlanRefusal>(&circle)) return *refusal;
+    const ArcMotion& arc = std::get<ArcMotion>(circle);
+    const PathPlanner planner(model, settings);
+    const std::array<double, 3>& p1_m = request.p1_m;
+    const auto tcp_m = forward(model.geometry, start.position_rad).position_m;
+    if (std::hypot(tcp_m[0] - p1_m[0], tcp_m[1] - p1_m[1], tcp_m[2] - p1_m[2]) <= kAtP1_m) {
+      const PathPlan plan = planner.arc(start, arc);
+      if (const auto* command = std::get_if<Command>(&plan)) return std::vector<Command>{*command};
+      // Next to a singularity a nanometre is too far for the joints: bridge it like any distance.
+    }
+    const PathPlan approach = planner.line(start, p1_m, 0.0);
+    if (const auto* refusal = std::get_if<PlanRefusal>(&approach)) return *refusal;
+    std::vector<Command> commands{std::get<Command>(approach)};
+    PlanStart at_p1 = start;
+    at_p1.position_rad = commands.back().end_rad;
+    const PathPlan plan = planner.arc(at_p1, arc);
+    if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) return *refusal;
+    commands.push_back(std::get<Command>(plan));
+    return commands;
+  }
+
+  PlanResult operator()(const MoveJointsRequest& request) const {
+    return JointPlanner(model, settings).to(start, request.target_rad, request.t_s);
+  }
+  PlanResult operator()(const DriveRequest& request) const {
+    return JointPlanner(model, settings).drive(start, request);
+  }
+  PlanResult operator()(const ReadyRequest&) const { return (*this)(MoveJointsRequest{}); }
+
+  PlanResult operator()(const DwellRequest& request) const {
+    Command command = blank_command(MotionKind::kDwell, start);
+    command.dwell.duration_s = request.t_s;
+    command.duration_s = request.t_s;
+    return std::vector<Command>{command};
+  }
+
+  PlanResult operator()(const GripperRequest& request) const {
+    // A full travel shared out evenly among jerk, acceleration and cruise lasts travel_s; its peaks are the
+    // limits under which a part of the travel is planned.
+    const double eighth_s = model.gripper.travel_s / 8.0;
+    const LawPeaks full = peaks({1.0, eighth_s, eighth_s, 2.0 * eighth_s});
+    Command command = blank_command(MotionKind::kGripper, start);
+    command.gripper.from = start.gripper;
+    command.gripper.law =
+        plan_law(request.opening - start.gripper, {full.velocity, full.acceleration, full.jerk});
+    command.duration_s = command.gripper.law.duration_s();
+    return std::vector<Command>{command};
+  }
+};
+
+}  // namespace
+
+std::optional<PlanRefusal> Planner::check(const PlanSettings& settings, const MotionRequest& request) const {
+  return std::visit(ArgumentCheck{model_, settings}, request);
+}
+
+PlanResult Planner::plan(const PlanStart& start, const PlanSettings& settings,
+                         const MotionRequest& request) const {
+  if (auto refusal = check(settings, request)) return *refusal;
+  return std::visit(Planning{model_, settings, start}, request);
+}
+
+PlanResult Planner::move(const PlanStart& start, const PlanSettings& settings,
+                         const std::array<double, 3>& target_m, double t_s) const {
+  return plan(start, settings, MoveRequest{target_m, t_s});
+}
+
+PlanResult Planner::move_s(const PlanStart& start, const PlanSettings& settings,
+                           const std::array<double, 3>& target_m, double t_s) const {
+  return plan(start, settings, MoveSRequest{target_m, t_s});
+}
+
+PlanResult Planner::move_c(const PlanStart& start, const PlanSettings& settings,
+                           const std::array<double, 3>& p1_m, const std::array<double, 3>& p2_m,
+                           const std::array<double, 3>& p3_m) const {
+  return plan(start, settings, MoveCRequest{p1_m, p2_m, p3_m});
+}
+
+PlanResult Planner::move_joints(const PlanStart& start, const PlanSettings& settings,
+                                const Joints& target_rad, double t_s) const {
+  return plan(start, settings, MoveJointsRequest{target_rad, t_s});
+}
+
+PlanResult Planner::drive(const PlanStart& start, const PlanSettings& settings, int joint,
+                          double increment_rad, double speed_rad_s) const {
+  return plan(start, settings, DriveRequest{joint, increment_rad, speed_rad_s});
+}
+
+PlanResult Planner::ready(const PlanStart& start, const PlanSettings& settings) const {
+  return plan(start, settings, ReadyRequest{});
+}
+
+PlanResult Planner::dwell(const PlanStart& start, double t_s) const {
+  return plan(start, {}, DwellRequest{t_s});
+}
+
+PlanResult Planner::gripper(const PlanStart& start, double opening) const {
+  return plan(start, {}, GripperRequest{opening});
+}
+
+}  // namespace corbot

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/profile.h"
+#include "robot/alarm_log.h"
+#include "robot/call_error.h"
+#include "robot/link.h"
+#include "robot/ticket_table.h"
+
+namespace corbot {
+
+/// What can be read of a robot: from the newest snapshot, the tickets and the alarms, never behind a plan or a
+/// motion. Thread-safe. Units as in corbot_robot.h.
+class RobotView {
+ public:
+  /// All of them must outlive this.
+  RobotView(const Profile& profile, const Link& link, const TicketTable& tickets, const AlarmLog& alarms)
+      : profile_(profile), link_(link), tickets_(tickets), alarms_(alarms) {}
+
+  [[nodiscard]] Snapshot snapshot() const;  ///< throws CallError (no data) when there has never been one
+  [[nodiscard]] Joints joints_deg() const;
+  [[nodiscard]] corbot_pose pose() const;
+  [[nodiscard]] corbot_gripper gripper() const;
+  [[nodiscard]] corbot_state state() const;
+  [[nodiscard]] LoopDiagnostics diagnostics() const;
+  [[nodiscard]] corbot_device_info device() const;
+  [[nodiscard]] double override_percent() const;
+  [[nodiscard]] std::vector<AlarmEntry> alarms() const { return alarms_.list(); }
+  [[nodiscard]] corbot_motion_info describe(const Ticket& ticket) const;
+  /// Why the robot is in Error, and what to do about it.
+  [[nodiscard]] std::string error_cause() const;
+
+ private:
+  const Profile& profile_;
+  const Link& link_;
+  const TicketTable& tickets_;
+  const AlarmLog& alarms_;
+};
+
+}  // namespace corbot
