@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "config/profile.h"
+#include "config/load_profile.h"
 #include "corbot/channel/fingerprint.h"
 #include "rt/backends/loopback/loopback_backend.h"
 #include "rt/backends/registry.h"

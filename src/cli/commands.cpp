@@ -12,7 +12,7 @@
 #include "client/client.h"
 #include "client/local_robots.h"
 #include "client/stop_on_signal.h"
-#include "config/profile.h"
+#include "config/load_profile.h"
 
 namespace corbot::cli {
 

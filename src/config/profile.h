@@ -139,7 +139,6 @@ struct Profile {
 [[nodiscard]] bool unpowered_after_exit(const Profile& profile);
 
 inline constexpr std::size_t kMaxNameLength = 32;
-inline constexpr std::size_t kMaxProfileBytes = 1u << 20;
 
 /// One thing that is wrong with a profile. `text()` is "file:line: key = value: what is allowed".
 struct ConfigFault {
@@ -160,11 +159,5 @@ class ConfigError : public std::runtime_error {
  private:
   std::vector<ConfigFault> faults_;
 };
-
-/// Reads and checks a profile. Throws ConfigError, also when the file cannot be read.
-[[nodiscard]] Profile load_profile(const std::filesystem::path& path);
-
-/// The same from text; `file` names it in messages.
-[[nodiscard]] Profile parse_profile(std::string_view text, std::string file);
 
 }  // namespace corbot

@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "config/profile.h"
+#include "config/load_profile.h"
 #include "corbot/units.h"
 #include "robot/corbot_robot.h"
 #include "robot/robot.h"

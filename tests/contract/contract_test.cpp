@@ -11,6 +11,7 @@
 #include <sstream>
 #include <utility>
 
+#include "config/load_profile.h"
 #include "contract/driver.h"
 #include "contract/system_call_watch.h"
 #include "support/process.h"

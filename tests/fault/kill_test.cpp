@@ -14,7 +14,7 @@
 
 #include <fmt/core.h>
 
-#include "config/profile.h"
+#include "config/load_profile.h"
 #include "corbot/channel/fingerprint.h"
 #include "shm/segment.h"
 #include "support/process.h"

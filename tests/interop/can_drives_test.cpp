@@ -7,7 +7,7 @@
 
 #include <fmt/core.h>
 
-#include "config/profile.h"
+#include "config/load_profile.h"
 #include "support/device_jobs.h"
 #include "support/emulated_drives.h"
 #include "support/robot_rig.h"

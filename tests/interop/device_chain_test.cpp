@@ -13,7 +13,7 @@
 
 #include <fmt/core.h>
 
-#include "config/profile.h"
+#include "config/load_profile.h"
 #include "contract/stand.h"
 #include "support/device_jobs.h"
 #include "support/path_log.h"

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "config/profile.h"
+#include "config/load_profile.h"
 #include "contract/driver.h"
 #include "rt/backends/registry.h"
 #include "support/process.h"

@@ -16,6 +16,7 @@
 #include "cli/supervise/state_lock.h"
 #include "client/failure.h"
 #include "client/stop_on_signal.h"
+#include "config/load_profile.h"
 #include "shm/segment.h"
 #include "state/position_store.h"
 

@@ -18,6 +18,7 @@
 #include "client/explain.h"
 #include "client/failure.h"
 #include "client/number.h"
+#include "config/load_profile.h"
 #include "corbot/units.h"
 
 namespace corbot::cli {

@@ -9,7 +9,7 @@
 
 #include "cli/supervise/child.h"
 #include "client/local_robots.h"
-#include "config/profile.h"
+#include "config/load_profile.h"
 #include "net/ports.h"
 
 namespace corbot::cli {

@@ -13,7 +13,7 @@
 #include "cli/supervise/supervisor.h"
 #include "client/explain.h"
 #include "client/failure.h"
-#include "config/profile.h"
+#include "config/load_profile.h"
 #include "net/ports.h"
 
 namespace corbot::cli {

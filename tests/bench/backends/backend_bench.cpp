@@ -10,6 +10,7 @@
 #include <iterator>
 #include <vector>
 
+#include "config/load_profile.h"
 #include "contract/driver.h"
 #include "contract/stand.h"
 #include "support/process.h"

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "config/profile.h"
+#include "config/load_profile.h"
 #include "state/last_position.h"
 
 namespace {

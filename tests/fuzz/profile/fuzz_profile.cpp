@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "config/profile.h"
+#include "config/load_profile.h"
 
 namespace {
 

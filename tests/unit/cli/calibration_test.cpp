@@ -6,6 +6,7 @@
 #include <random>
 
 #include "cli/calibrate/calibration.h"
+#include "config/load_profile.h"
 
 namespace corbot::cli {
 

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <numbers>
 
-#include "config/profile.h"
+#include "config/load_profile.h"
 
 namespace corbot {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "config/profile.h"
+#include "config/load_profile.h"
 
 namespace corbot {
 namespace {

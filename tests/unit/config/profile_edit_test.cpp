@@ -12,7 +12,7 @@
 #include <system_error>
 #include <vector>
 
-#include "config/profile.h"
+#include "config/load_profile.h"
 
 namespace corbot {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/profile.h"
+#include "config/load_profile.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-#include "config/profile.h"
+#include "config/load_profile.h"
 #include "corbot/channel/layout.h"
 #include "planner/planner.h"
 #include "rt/backends/loopback/loopback_backend.h"

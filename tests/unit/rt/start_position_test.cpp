@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What corbot-rt takes for the arm's position, by rank of who says so.
 #include "rt/start_position.h"
+#include "config/load_profile.h"
 
 #include <gmock/gmock.h>
 

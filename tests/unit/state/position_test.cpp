@@ -13,7 +13,7 @@
 #include <sstream>
 #include <system_error>
 
-#include "config/profile.h"
+#include "config/load_profile.h"
 #include "state/position_store.h"
 
 namespace corbot {

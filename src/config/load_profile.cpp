@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/load_profile.h"
+
+#include <algorithm>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include "config/schema.h"
+
+namespace corbot {
+namespace {
+
+[[noreturn]] void refuse_file(const std::string& file, std::string why) {
+  throw ConfigError{{ConfigFault{file, 0, "", "", std::move(why)}}};
+}
+
+std::string read_text(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (status.type() == std::filesystem::file_type::not_found) refuse_file(path.string(), "no such file");
+  if (error) refuse_file(path.string(), "cannot be read: " + error.message());
+  if (!std::filesystem::is_regular_file(status)) refuse_file(path.string(), "is not a file");
+  std::ifstream stream{path, std::ios::binary};
+  if (!stream) refuse_file(path.string(), "cannot be opened: check its permissions");
+  // One byte more than allowed, so that parse_profile sees when there is too much.
+  std::string text(kMaxProfileBytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (stream.bad()) refuse_file(path.string(), "cannot be read");
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return text;
+}
+
+}  // namespace
+
+Profile load_profile(const std::filesystem::path& path) {
+  return parse_profile(read_text(path), path.string());
+}
+
+Profile parse_profile(std::string_view text, std::string file) {
+  if (text.size() > kMaxProfileBytes)
+    refuse_file(file, fmt::format("is larger than {} bytes", kMaxProfileBytes));
+  Profile profile;
+  profile.file = file;
+  FaultList faults{std::move(file), {}};
+  try {
+    const toml::table root = toml::parse(text, faults.file);
+    read_schema(root, profile, faults);
+  } catch (const toml::parse_error& error) {
+    faults.add(static_cast<std::uint32_t>(error.source().begin.line), "", "",
+               fmt::format("not TOML: {}", error.description()));
+  }
+  if (faults.faults.empty()) return profile;
+  std::stable_sort(faults.faults.begin(), faults.faults.end(),
+                   [](const ConfigFault& a, const ConfigFault& b) { return a.line < b.line; });
+  throw ConfigError{std::move(faults.faults)};
+}
+
+}  // namespace corbot
