@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * A client in plain C, on ORBit2: says what the arm is, moves it, and shows what a refused motion looks like.
+ * A client in plain C, on ORBit2: describes the arm, moves it, and shows a refused motion.
  *
  *   hello_arm corbaloc::127.0.0.1:12810/lynx5
- *   hello_arm IOR:...        the reference that corbot-servant-orbit2 logs: ORBit2 reads a corbaloc by way of
- * 16 GiB of memory, which a small machine does not have
+ *   hello_arm IOR:...        the reference that corbot-servant-orbit2 logs: to read a corbaloc, ORBit2 needs
+ *                            16 GiB of memory
  *
  * It works with both servants. Build it by hand where ORBit2 is installed:
  *
@@ -15,7 +15,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* Every call of the C mapping fills an environment; what it raised is the caller's to free. */
+/* Every call of the C mapping fills an environment; the caller frees the exception in it. */
 static int raised(CORBA_Environment* ev, const char* doing) {
   if (ev->_major == CORBA_NO_EXCEPTION) return 0;
   const char* id = CORBA_exception_id(ev);
@@ -39,14 +39,14 @@ static void print_joints(Corbot_Arm arm, CORBA_Environment* ev) {
   (void)printf("joints");
   for (CORBA_unsigned_long i = 0; i < joints->_length; ++i) (void)printf(" %.2f", joints->_buffer[i]);
   (void)printf(" degrees\n");
-  CORBA_free(joints); /* what a call returns by pointer is the caller's */
+  CORBA_free(joints); /* the caller frees what a call returns by pointer */
 }
 
 static int use(Corbot_Arm arm, CORBA_Environment* ev) {
   const CORBA_long dof = Corbot_Robot__get_DoF(arm, ev);
   if (raised(ev, "asking")) return EXIT_FAILURE;
   const CORBA_double reach = Corbot_Robot__get_Reach(arm, ev);
-  (void)printf("an arm of %d articulations that reaches %.3f m\n", dof, reach);
+  (void)printf("an arm of %d joints that reaches %.3f m\n", dof, reach);
   print_joints(arm, ev);
 
   /* Free motion to 30 mm above a point, as fast as the limits allow; returns when the arm is there. */
@@ -74,7 +74,7 @@ int main(int argc, char** argv) {
     (void)fprintf(stderr, "usage: %s corbaloc::HOST:PORT/NAME\n", argv[0]);
     return 2;
   }
-  /* IPv4, which ORBit2 does not speak unless told so; and no time-out, which is 60 s otherwise and would end
+  /* IPv4, which ORBit2 does not use by default; and no time-out, which is 60 s otherwise and would end
    * a motion's call that takes longer. */
   char* options[] = {argv[0], (char*)"--ORBIIOPIPv4=1", (char*)"--GIOPTimeoutMSEC=0", NULL};
   int count = 3;

@@ -31,8 +31,8 @@ struct Program {
 inline constexpr std::size_t kMaxProgramBytes = 1u << 20;
 inline constexpr std::size_t kMaxProgramLineBytes = 1000;
 
-/// One command a line, '#' begins a comment, empty lines count. CR LF line ends and a final line without one
-/// are accepted.
+/// One command a line, '#' begins a comment, empty lines count. CR LF line ends and a final
+/// line without one are accepted.
 [[nodiscard]] Program parse_program(std::string_view text);
 
 /// The text of a file, "-" = standard input. Throws Failure when it cannot be read, is empty or too large.

@@ -88,8 +88,8 @@ void Client::perform(const Request& request, const ProgressReport& report) {
   if (cancelled_) throw explain(Corbot::Stopped("interrupted"));
   if (spec_of(request.verb).motion) {
     const Corbot::Ticket ticket = start(request);
-    // cancel() sets the flag before it stops: either its Stop came after this motion was accepted, or this
-    // sees it.
+    // cancel() sets the flag before it stops: either its Stop came after this motion
+    // was accepted, or this sees it.
     if (cancelled_) stop();
     wait(ticket, report);
   } else {

@@ -29,8 +29,7 @@ class Client {
   [[nodiscard]] const Address& address() const noexcept { return address_; }
   [[nodiscard]] Corbot::Arm_ptr arm() const noexcept { return arm_.in(); }
 
-  /// Executes a request and returns when it is done. Throws Failure, kStopped when a Stop ended the
-  /// motion.
+  /// Executes a request and returns when it is done. Throws Failure, kStopped when a Stop ended the motion.
   void perform(const Request& request, const ProgressReport& report = {});
 
   /// Pre-empts whatever moves; returns at rest.

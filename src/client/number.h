@@ -18,8 +18,8 @@ namespace corbot::client {
 /// Why parse_number refused a word: "'0,2' is not a number: write a decimal point".
 [[nodiscard]] std::string number_fault(std::string_view word);
 
-/// The command line with words such as "-.5" written "-0.5": option parsers take "-." for the begin of an
-/// option.
+/// The command line with words such as "-.5" written "-0.5": option parsers take
+/// "-." for the begin of an option.
 [[nodiscard]] std::vector<std::string> protect_negative_numbers(int argc, const char* const* argv);
 
 }  // namespace corbot::client

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `corbot calibrate` against an emulated controller: a test that knows how the arm is really mounted plays
-// the person who looks at it.
+// `corbot calibrate` against an emulated controller; the test computes the angles that an operator would read
+// off the arm.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -22,7 +22,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-/// The person's side of a terminal.
+/// The operator's side of a terminal.
 class Terminal {
  public:
   Terminal() : fd_(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {
@@ -67,7 +67,7 @@ class Calibrate : public CliRig {
     text << stream.rdbuf();
     return text.str();
   }
-  /// A session at a terminal or a pipe; the caller sends commands and waits for answers.
+  /// A session at a terminal or a pipe; the caller sends commands and waits for output.
   void start(const std::vector<std::string>& more = {}, bool terminal = true) {
     std::vector<std::string> arguments{"calibrate", profile_, "--name", name_};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -106,7 +106,7 @@ class Calibrate : public CliRig {
   std::unique_ptr<Process> session_;
 };
 
-TEST_F(Calibrate, FindsOutHowTheServosAreMounted) {
+TEST_F(Calibrate, FindsTheServoMap) {
   // Really: base 1520 + 9.5 a, elbow 2050 - 10.5 a; the profile says 1500 + 10 a and 2100 - 10 a.
   start();
   if (HasFatalFailure()) return;
@@ -148,7 +148,7 @@ TEST_F(Calibrate, FindsOutHowTheServosAreMounted) {
   const auto lines = [](const std::string& text) { return std::count(text.begin(), text.end(), '\n'); };
   EXPECT_EQ(lines(after), lines(before_));
 
-  // The person turns the base to 45 degrees and finds it there.
+  // The operator turns the base to 45 degrees and checks it.
   supervisor_ = begin({"up", profile_, "--name", name_, "--endpoint", "127.0.0.1:" + std::to_string(port_)});
   ASSERT_TRUE(supervisor_->wait_line(name_ + " is up", within(30))) << supervisor_->errors();
   ASSERT_EQ(corbot({"joints", "40", "0", "100", "0"}).code, 0);
@@ -240,7 +240,7 @@ TEST_F(Calibrate, MarksThatWereNotWrittenAreReported) {
   EXPECT_EQ(text_of(profile_), before_);
 }
 
-TEST_F(Calibrate, QuitAsksOnceAtATerminal) {
+TEST_F(Calibrate, QuitWarnsOnceAtATerminal) {
   start();
   if (HasFatalFailure()) return;
   ask("on", "the servos");
@@ -274,7 +274,7 @@ TEST_F(Calibrate, ADeviceThatIsLostAfterAWriteLeavesWhatWasWritten) {
   emulator_->send("plug");
 }
 
-TEST_F(Calibrate, TheSimulatorIsNamed) {
+TEST_F(Calibrate, TheSimulatorIsReported) {
   session_ = begin({"calibrate", CORBOT_PROFILE, "--name", name_});
   send("quit");
   EXPECT_EQ(end(), 0) << session_->errors();

@@ -17,10 +17,10 @@ namespace corbot::test {
 class CliRig : public ::testing::Test {
  protected:
   CliRig();
-  /// Ends the robot and looks whether anything is left.
+  /// Ends the robot and checks that nothing is left behind.
   ~CliRig() override;
 
-  /// `corbot up`, until it says that the robot is up.
+  /// `corbot up`, until it reports that the robot is up.
   void up(const std::vector<std::string>& more = {}, const std::string& profile = CORBOT_PROFILE);
   /// `corbot ARGUMENTS…` to its end.
   RunResult corbot(const std::vector<std::string>& arguments, double seconds = 60);
@@ -29,7 +29,7 @@ class CliRig : public ::testing::Test {
   /// Writes a file into the test's directory and returns its path.
   std::string put(const std::string& file, const std::string& text) const;
 
-  /// A profile of an SSC-32 at `line`, which has text of the person's own in it; `more` goes to its options;
+  /// A profile of an SSC-32 at `line`, which has comments of its own; `more` goes to its options;
   /// `known`: where the arm is at power-up.
   [[nodiscard]] std::string put_ssc32_profile(const std::string& line, const std::string& more = "",
                                               bool known = true) const;

@@ -103,7 +103,7 @@ TEST_F(Motions, PauseHoldsAndResumeGoesOn) {
   const auto motion = begin({"joints", "10", "0", "0", "0", "--time", "3"});
   ASSERT_TRUE(wait_state("Waiting"));
   EXPECT_EQ(corbot({"pause"}).code, 0);
-  // Slowed down: two looks at the same place.
+  // Slowed down: two reads of the same position.
   ASSERT_TRUE(wait_until(within(20), [&] {
     const double first = joint(0);
     return joint(0) == first;
@@ -115,7 +115,7 @@ TEST_F(Motions, PauseHoldsAndResumeGoesOn) {
   EXPECT_NEAR(joint(0), 10, 1e-9);
 }
 
-TEST_F(Motions, RefusalsAreInWordsAndMoveNothing) {
+TEST_F(Motions, RefusalsExplainAndMoveNothing) {
   const auto before = status().at("joints_deg");
   const std::vector<std::tuple<std::vector<std::string>, int, const char*>> cases{
       {{"move", "1", "1", "1"}, 1, "out of reach"},

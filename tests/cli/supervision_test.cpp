@@ -14,7 +14,7 @@ using testing::HasSubstr;
 class Supervision : public CliRig {
  protected:
   pid_t pid_of(const char* key) { return state().at(key).get<pid_t>(); }
-  /// The robot answers and carries out a motion.
+  /// The robot replies and executes a motion.
   bool works() {
     return wait_until(within(30), [&] { return corbot({"drive", "0", "1", "50"}).code == 0; });
   }
@@ -38,11 +38,11 @@ TEST_F(Supervision, DownEndsEverythingAndLeavesNothing) {
   supervisor_.reset();
 }
 
-TEST_F(Supervision, DownWaitsForWhatDoesNotEndAndHasItKilled) {
+TEST_F(Supervision, DownWaitsForTheKillOfAProcessThatDoesNotEnd) {
   up();
   const pid_t servant = pid_of("servant_pid");
   const pid_t rt = pid_of("rt_pid");
-  ASSERT_EQ(::kill(servant, SIGSTOP), 0);  // it cannot even see SIGTERM
+  ASSERT_EQ(::kill(servant, SIGSTOP), 0);  // it cannot handle SIGTERM
   const RunResult result = corbot({"down"});
   EXPECT_EQ(result.code, 0) << result.errors;
   EXPECT_TRUE(has_ended(servant));
@@ -86,7 +86,7 @@ TEST_F(Supervision, AKilledServantIsRestartedAndTheArmGoesOn) {
   ASSERT_TRUE(end);
   EXPECT_EQ(WEXITSTATUS(*end), 3) << motion->errors();
   EXPECT_THAT(motion->errors(), HasSubstr("closed the connection"));
-  // What was accepted is carried out though its caller is gone.
+  // An accepted motion is completed although its caller is gone.
   EXPECT_TRUE(wait_state("Standby"));
   EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 40.0, 1e-6);
   EXPECT_TRUE(works());
@@ -126,7 +126,7 @@ TEST_F(Supervision, NoChildOutlivesAKilledSupervisor) {
   supervisor_.reset();
 }
 
-TEST_F(Supervision, WhatATotalCrashLeavesIsNamed) {
+TEST_F(Supervision, StaleFilesOfATotalCrashAreListed) {
   up();
   const std::vector<pid_t> all{pid_of("rt_pid"), pid_of("servant_pid"), supervisor_->pid()};
   // Or the children would still end in order when the supervisor dies.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole chain down to emulated CiA 402 drives on a CAN bus: what a client asks for arrives at the shafts,
+// The whole chain down to emulated CiA 402 drives on a CAN bus: what a client commands arrives at the shafts,
 // and a bus that is cut is survived.
 #include <gmock/gmock.h>
 
@@ -104,7 +104,7 @@ TEST_F(CanDrives, CarryOutThePapersPickAndPlace) {
   EXPECT_LE(drives_->largest_steps().first, largest_step());
 }
 
-TEST_F(CanDrives, TurnTheWayThatTheProfileSays) {
+TEST_F(CanDrives, TurnInTheDirectionOfTheProfile) {
   Corbot::JointCoord target;
   target.length(4);
   for (int i = 0; i < 4; ++i) target[static_cast<CORBA::ULong>(i)] = 10.0 + 5.0 * i;
@@ -117,7 +117,7 @@ TEST_F(CanDrives, TurnTheWayThatTheProfileSays) {
   }
 }
 
-TEST_F(CanDrives, TellAnEmergencyInTheAlarms) {
+TEST_F(CanDrives, ReportAnEmergencyInTheAlarms) {
   drives_->order("emcy 4310 3");
   EXPECT_TRUE(wait_for(Corbot::Error));
   Corbot::AlarmList_var alarms = arm_->Alarms();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Python's canopen package, which knows nothing of corbot, as a master for the emulated drives and as drives
+// Python's canopen package, which is independent of corbot, as a master for the emulated drives and as drives
 // for the backend: what both sides of this project agree on is what the standard says.
 #include <gmock/gmock.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole chain down to a device on every stand: what a client asks for arrives at the servos, along the
+// The whole chain down to a device on every stand: what a client commands arrives at the servos, along the
 // planned path, and a plug that is pulled is survived.
 #include <gmock/gmock.h>
 #include <signal.h>

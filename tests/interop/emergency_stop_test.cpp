@@ -72,13 +72,13 @@ class EmergencyStopInput : public RobotRig, public ::testing::WithParamInterface
     return alarms->length() == 0 ? "" : std::string(alarms[alarms->length() - 1].text);
   }
 
-  /// The servant lives on.
+  /// The servant keeps running.
   void kill_rt() {
     rt_->signal(SIGKILL);
     ASSERT_TRUE(rt_->wait(within(10)));
     rt_.reset();
   }
-  /// Whether the servant has heard from a task that found the arm in Error.
+  /// Whether the servant has received an alarm of a task that found the arm in Error.
   bool has_taken_up_error() {
     return wait_until(within(20), [&] {
       Corbot::AlarmList_var alarms = arm_->Alarms();

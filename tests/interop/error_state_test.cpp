@@ -26,7 +26,7 @@ TEST_F(ErrorState, ALostDeviceFaultsTheMotionAndIsClearedOnceItIsBack) {
   Corbot::JointCoord_var where = arm_->ArtiCoord();
 
   expect_no_motion_accepted();
-  arm_->Stop();  // nothing to stop, and no reason to complain
+  arm_->Stop();  // nothing to stop, and no exception
   try {
     arm_->Clear();
     ADD_FAILURE() << "cleared while the device is lost";

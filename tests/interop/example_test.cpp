@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The examples that README and examples/ give a newcomer, run against a robot as they stand there.
+// The examples of README and examples/, run against a robot as they are.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ std::string read_source(const std::string& file) {
   return text.str();
 }
 
-/// The line of README's that begins with `command`, with `directory` where it says build.
+/// The line of README that begins with `command`, with `directory` in place of build.
 std::string command_of_readme(const std::string& command, const std::string& directory) {
   std::istringstream readme(read_source("README.md"));
   for (std::string line; std::getline(readme, line);) {
@@ -112,13 +112,13 @@ class HelloArm : public RobotRig {
 TEST_F(HelloArm, MovesTheArm) {
   const RunResult result = hello(reference_);
   EXPECT_EQ(result.code, 0) << result.output << result.errors;
-  EXPECT_THAT(result.output, HasSubstr("an arm of 4 articulations that reaches 0.340 m\n"));
+  EXPECT_THAT(result.output, HasSubstr("an arm of 4 joints that reaches 0.340 m\n"));
   EXPECT_THAT(result.output, HasSubstr("joints 14.04 "));
   EXPECT_THAT(result.output, HasSubstr("(0.9, 0, 0.1) m is out of reach: the target"));
   EXPECT_THAT(result.output, HasSubstr("joints 0.00 0.00 0.00 0.00 degrees\n"));
 }
 
-TEST_F(HelloArm, SaysWhatIsWrong) {
+TEST_F(HelloArm, ReportsErrors) {
   EXPECT_EQ(hello("nonsense").code, 1);
   const RunResult nobody = hello(fmt::format("corbaloc::127.0.0.1:{}/{}", free_port(), name_));
   EXPECT_EQ(nobody.code, 1);

@@ -46,7 +46,7 @@ TEST_F(Interface, ReadyPoseIsThePapersForwardKinematics) {
   EXPECT_EQ(at.c, 0.0);
 }
 
-TEST_F(Interface, MoveArrivesAboveThePointWithTheHandLevel) {
+TEST_F(Interface, MoveArrivesAboveThePointAtToolPitch0) {
   arm_->Move(0.20, 0.05, 0.08, 0.03, 0.0);
   expect_at(0.20, 0.05, 0.11);
   EXPECT_NEAR(arm_->CartCoord().b, 0.0, 1e-6);
@@ -66,7 +66,7 @@ TEST_F(Interface, MoveCArrivesAtTheThirdPoint) {
   expect_at(0.20, 0.03, 0.10);
 }
 
-TEST_F(Interface, DriveTurnsOneArticulation) {
+TEST_F(Interface, DriveTurnsOneJoint) {
   arm_->Drive(1, 20.0, 90.0);
   Corbot::JointCoord_var joints = arm_->ArtiCoord();
   EXPECT_NEAR(joints[0], 0.0, 1e-9);
@@ -98,7 +98,7 @@ TEST_F(Interface, GripperOpensAndCloses) {
   EXPECT_EQ(arm_->GripperStatus(), Corbot::Close);
 }
 
-TEST_F(Interface, AnAskedTimeIsTakenExactly) {
+TEST_F(Interface, ARequestedTimeIsKeptExactly) {
   const Corbot::Ticket ticket = arm_->StartMove(0.20, 0.05, 0.10, 0.0, 1.5);
   Corbot::MotionInfo_var info = arm_->Wait(ticket, 30.0);
   EXPECT_EQ(info->state, Corbot::MotionDone);
@@ -120,7 +120,7 @@ TEST_F(Interface, SpeedsStretchMotions) {
   EXPECT_NEAR(duration_of(-0.05), slow_s, 1e-6);
   arm_->AllSpeed(100.0);
   arm_->ArtSpeed(0, 25.0);
-  EXPECT_NEAR(duration_of(0.05), slow_s, 1e-6) << "the base moves furthest and rules";
+  EXPECT_NEAR(duration_of(0.05), slow_s, 1e-6) << "the base moves furthest and sets the time";
   arm_->ArtSpeed(0, 100.0);
   EXPECT_NEAR(duration_of(-0.05), full_s, 1e-6);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A real-time task that is ended, or stopped, while it brings the arm to its place.
+// A real-time task that is ended, or stopped, while it approaches the start position.
 #include <gmock/gmock.h>
 #include <signal.h>
 

@@ -44,7 +44,7 @@ TEST_F(Lifecycle, WithoutATaskEverythingThatMovesRaisesNotReady) {
   for (CORBA::ULong i = 0; i < alarms->length(); ++i) EXPECT_FALSE(alarms[i].active);
 }
 
-TEST_F(Lifecycle, ATaskThatComesBackGoesOnWhereTheArmIs) {
+TEST_F(Lifecycle, ARestartedTaskContinuesWhereTheArmIs) {
   arm_->Move(0.20, 0.05, 0.10, 0.0, 0.0);
   Corbot::JointCoord_var before = arm_->ArtiCoord();
   kill_rt();
@@ -54,7 +54,7 @@ TEST_F(Lifecycle, ATaskThatComesBackGoesOnWhereTheArmIs) {
   EXPECT_EQ(distance_deg(before, after), 0.0);
 }
 
-TEST_F(Lifecycle, AServantThatComesBackLearnsWhereTheArmIs) {
+TEST_F(Lifecycle, ARestartedServantReadsWhereTheArmIs) {
   const Corbot::Ticket ticket = arm_->StartMove(0.20, 0.05, 0.10, 0.0, 1.0);
   servant_->signal(SIGKILL);
   ASSERT_TRUE(servant_->wait(within(10)));

@@ -17,7 +17,7 @@ class Naming : public RobotRig {
     RobotRig::TearDown();
     service_.reset();
   }
-  /// A new service, that knows of nothing, always at the same address.
+  /// A new and empty service, always at the same address.
   void start_service() { service_ = std::make_unique<NamingService>(naming_port_); }
   [[nodiscard]] std::string naming() const {
     return fmt::format("corbaloc::127.0.0.1:{}/NameService", naming_port_);
@@ -31,7 +31,7 @@ class Naming : public RobotRig {
     if (!HasFatalFailure()) start_servant({"--naming", naming()});
     if (!HasFatalFailure()) arm_ = connect();
   }
-  /// The robot is found by its name and answers.
+  /// The robot is found by its name and replies.
   bool answers_by_name() {
     return raised_by([&] {
              CORBA::Object_var object = service_->resolve(name_);
@@ -55,7 +55,7 @@ TEST_F(Naming, BindsAndUnbindsAtTheEnd) {
   EXPECT_EQ(raised_by([&] { CORBA::Object_var found = service_->resolve(name_); }), "NotFound") << log;
 }
 
-TEST_F(Naming, GoesOnWithoutAServiceAndFindsItLater) {
+TEST_F(Naming, RunsWithoutAServiceAndFindsItLater) {
   start_robot();
   arm_->Ready();
   start_service();

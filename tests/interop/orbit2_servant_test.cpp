@@ -99,7 +99,7 @@ TEST_F(Orbit2Servant, ListensOnAnAddressOfTheMachineWhenUnsafeIsAllowed) {
 }
 
 TEST_F(Orbit2Servant, ReadsNoOrbitrc) {
-  std::ofstream(directory_ + "/.orbitrc") << "ORBNamingIOR=nonsense\n";  // it would complain
+  std::ofstream(directory_ + "/.orbitrc") << "ORBNamingIOR=nonsense\n";  // it would be reported
   serve({"--endpoint", endpoint()}, {"HOME=" + directory_});
   if (HasFatalFailure()) return;
   EXPECT_EQ(connect()->DoF(), 4);
@@ -168,7 +168,7 @@ TEST_F(Orbit2Servant, ACallTooManyIsRefusedAndStartsNothing) {
   EXPECT_EQ(stopped, 2);
 }
 
-TEST_F(Orbit2Servant, TellsAReferenceThatNeedsNoCorbaloc) {
+TEST_F(Orbit2Servant, LogsAReferenceThatNeedsNoCorbaloc) {
   serve({"--endpoint", endpoint()});
   if (HasFatalFailure()) return;
   const std::size_t at = servant_->errors().find("IOR:");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole chain across a power-down: where the arm was is known again, and the first motion is slow.
+// The whole chain across a power-down: the last position is restored, and the first motion is slow.
 #include <gmock/gmock.h>
 #include <signal.h>
 
@@ -139,7 +139,7 @@ TEST_F(PowerUp, AKilledTaskAndAnEmptyMemoryLeaveWhatTheServantKept) {
   power_up();
   if (HasFatalFailure()) return;
   EXPECT_LT(distance_deg(before, joints()), 1e-9);
-  EXPECT_FALSE(uncertain()) << "the simulator is where it is";
+  EXPECT_FALSE(uncertain()) << "the position of the simulator is verified";
 }
 
 TEST_F(PowerUp, IsWrittenWhileTheArmMoves) {
@@ -152,7 +152,7 @@ TEST_F(PowerUp, IsWrittenWhileTheArmMoves) {
   EXPECT_TRUE(wait_until(within(20), [&] { return kept().find("at_rest = true") != std::string::npos; }));
 }
 
-TEST_F(PowerUp, NonsenseOnDiskIsSaidAndIgnored) {
+TEST_F(PowerUp, InvalidFilesAreLoggedAndIgnored) {
   write_profile("[backend]\nkind = \"loopback\"\n");
   std::ofstream(fmt::format("{}/{}.position", directory_, name_)) << "format = 1\njoints_deg = [1e300]\n";
   power_up();
@@ -163,7 +163,7 @@ TEST_F(PowerUp, NonsenseOnDiskIsSaidAndIgnored) {
   for (CORBA::ULong i = 0; i < now.length(); ++i) EXPECT_EQ(now[i], 0.0);
 }
 
-TEST_F(PowerUp, ADirectoryThatCannotBeWrittenIsWarnedOfOnce) {
+TEST_F(PowerUp, ADirectoryThatCannotBeWrittenIsLoggedOnce) {
   write_profile("[backend]\nkind = \"loopback\"\n");
   start_rt({"--state-dir", "/dev/null/nowhere"});
   start_servant({"--state-dir", "/dev/null/nowhere"});
@@ -208,7 +208,7 @@ TEST_F(PowerUp, AnotherServoMapMovesNothing) {
   EXPECT_TRUE(uncertain());
 }
 
-TEST_F(PowerUp, ATaskWhoseLogNobodyReadsEndsInOrder) {
+TEST_F(PowerUp, ATaskWhoseLogIsNotReadEndsInOrder) {
   write_profile("[backend]\nkind = \"loopback\"\n");
   const auto of_caller = ::signal(SIGPIPE, SIG_DFL);  // a child inherits it
   start_rt({"--state-dir", directory_});
@@ -262,7 +262,7 @@ class PowerUpOnADevice : public PowerUp {
   std::unique_ptr<Process> emulator_;
 };
 
-TEST_F(PowerUpOnADevice, AControllerThatKeptItsPowerTellsWhereTheServosAre) {
+TEST_F(PowerUpOnADevice, AControllerThatKeptItsPowerReportsTheServos) {
   power_up();
   if (HasFatalFailure()) return;
   EXPECT_TRUE(uncertain()) << "the emulator has just been switched on";
@@ -287,7 +287,7 @@ TEST_F(PowerUpOnADevice, AControllerThatKeptItsPowerTellsWhereTheServosAre) {
   if (HasFatalFailure()) return;
   EXPECT_THAT(rt_->errors(), HasSubstr("by the pulses that the device sends"));
   EXPECT_FALSE(uncertain());
-  EXPECT_LT(distance_deg(before, joints()), 1e-9) << "not rounded to the 10 us that it tells";
+  EXPECT_LT(distance_deg(before, joints()), 1e-9) << "not rounded to the 10 us that it reports";
   EXPECT_EQ(pulses(), there) << "nothing has moved";
   power_down();
 

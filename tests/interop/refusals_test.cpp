@@ -114,7 +114,7 @@ TEST_F(Refusals, Percentages) {
   }
 }
 
-TEST_F(Refusals, Articulations) {
+TEST_F(Refusals, JointNumbers) {
   for (const CORBA::Long bad : {-1, 4, 1000, std::numeric_limits<CORBA::Long>::min()}) {
     SCOPED_TRACE(bad);
     const auto error = bad_parameter([&] { arm_->Drive(bad, 1.0, 10.0); });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is said of a serial line that cannot be had.
+// The messages for a serial line that cannot be opened.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -54,7 +54,7 @@ class SerialDevices : public RobotRig {
   std::unique_ptr<Process> emulator_;
 };
 
-TEST_F(SerialDevices, TellAtTheStartWhatIsWrong) {
+TEST_F(SerialDevices, ReportTheFaultAtTheStart) {
   const std::string rt = std::string(CORBOT_BIN_DIR) + "/corbot-rt";
   const RunResult second = run({rt, profile_, "--name", name_ + "b"});
   EXPECT_EQ(second.code, 1);

@@ -129,7 +129,7 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
   }
   /// By how much a pulse went further than in two frames at 400 us/s, or than a motion that a busy machine
   /// has held up; rows of the record are one servo frame apart, or nothing changed between them. The first
-  /// pulse that a servo gets is no step: it may stand anywhere, and nobody can tell a controller where.
+  /// pulse of a servo is no step: it may be anywhere, and no controller can know where.
   [[nodiscard]] double worst_jump() const {
     std::ifstream file(record());
     std::string row;

@@ -43,7 +43,7 @@ TEST_F(Stop, EndsTheMotionAndItsCaller) {
   caller.join();
   EXPECT_EQ(raised, "Stopped");
   EXPECT_EQ(arm_->Status(), Corbot::Standby);
-  arm_->Move(0.20, 0.0, 0.10, 0.0, 0.0);  // and the arm goes on from where it is
+  arm_->Move(0.20, 0.0, 0.10, 0.0, 0.0);  // and the arm continues from where it is
   EXPECT_NEAR(arm_->CartCoord().y, 0.0, 1e-6);
 }
 

@@ -132,7 +132,7 @@ std::optional<GiopReply> RawConnection::reply(Deadline deadline) {
     const std::string message = received_.substr(0, size);
     received_.erase(0, size);
     if (message[7] != kReply) continue;
-    // Service contexts: none that we would need.
+    // Service contexts: none is needed.
     std::size_t at = kHeader + 4;
     for (std::uint32_t left = u32_at(message, kHeader); left > 0; --left) {
       at = (at + 3) / 4 * 4 + 4;
@@ -159,8 +159,8 @@ std::string settled_key(RawConnection& connection, const std::string& key) {
   connection.send(giop_request(1, key, "_get_DoF"));
   const auto reply = connection.reply(within(30));
   if (!reply || reply->status != kForward) return key;
-  // An IOR: type, number of profiles, tag and contents of the first; in it byte order, version, host, port,
-  // key.
+  // An IOR: type, number of profiles, tag and contents of the first; in it byte
+  // order, version, host, port, key.
   std::size_t at = 0;
   (void)counted(reply->body, at);
   at = (at + 3) / 4 * 4 + 8;

@@ -9,7 +9,7 @@
 
 namespace corbot::test {
 
-/// A naming service of its own for one test (omniNames); ends with the object and leaves nothing. Started by
+/// A naming service of its own for one test (omniNames); ends with the object and leaves nothing behind. Started by
 /// the constructor, which throws when the service does not come up.
 class NamingService {
  public:

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * Linked into programs on ORBit2 under the address sanitizer: what ORBit2 itself leaks, and no program that
- * uses it can mend. */
+ * uses it can fix. */
 
 const char* __lsan_default_suppressions(void);
 const char* __asan_default_options(void);

@@ -23,7 +23,7 @@ namespace corbot::test {
 
 namespace {
 
-/// Reads what is there into `text`; closes `fd` at its end.
+/// Reads what is available into `text`; closes `fd` at its end.
 void read_available(int& fd, std::string& text) {
   char buffer[4096];
   while (fd >= 0) {
@@ -39,7 +39,7 @@ void read_available(int& fd, std::string& text) {
   }
 }
 
-/// Where the children of this test keep what outlives them: beside its program, gone with it.
+/// The state directory of the children of this test: beside its program, removed at its end.
 class StateDirectory {
  public:
   StateDirectory()
@@ -164,7 +164,7 @@ std::optional<std::string> Process::wait_line(const std::string& prefix, Deadlin
 
 void Process::send(const std::string& line) {
   const std::string text = line + "\n";
-  ::signal(SIGPIPE, SIG_IGN);  // a child that has died is found when its answer is waited for
+  ::signal(SIGPIPE, SIG_IGN);  // the end of a child is noticed when its output is awaited
   for (std::size_t done = 0; done < text.size();) {
     const ssize_t n = ::write(in_, text.data() + done, text.size() - done);
     if (n < 0 && errno == EINTR) continue;

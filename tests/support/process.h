@@ -29,9 +29,9 @@ bool wait_until(Deadline deadline, Condition&& condition) {
   return true;
 }
 
-/// A child process: its standard output can be read line by line, its input written to, it dies with the
-/// test, and the destructor leaves no process behind. Standard error is collected too (both go to one pipe
-/// each).
+/// A child process: its standard output can be read line by line, its input written to, it
+/// dies with the test, and the destructor leaves no process behind. Standard error is
+/// collected too (both go to one pipe each).
 class Process {
  public:
   /// Starts `command`; throws std::runtime_error when that fails. `environment`: NAME=value, in place of
@@ -46,19 +46,19 @@ class Process {
   [[nodiscard]] pid_t pid() const { return pid_; }
   [[nodiscard]] bool running();
 
-  /// The first line from now on that begins with `prefix`; nothing when the output ends or the deadline
-  /// passes first.
+  /// The first line from now on that begins with `prefix`; nothing when the output
+  /// ends or the deadline passes first.
   std::optional<std::string> wait_line(const std::string& prefix, Deadline deadline);
   /// Writes a line to its standard input.
   void send(const std::string& line);
   /// Sends a signal; no effect on a child that has been waited for.
   void signal(int number) const;
-  /// As when whoever reads its standard error goes away.
+  /// Closes the reading end of its standard error.
   void close_errors();
   /// Waits for the end and returns the status as of waitpid(2); nothing when the deadline passes first.
   std::optional<int> wait(Deadline deadline);
-  /// SIGTERM, then the exit code (128 + signal for a killed one); −1 when the child does not end within ten
-  /// seconds.
+  /// SIGTERM, then the exit code (128 + signal for a killed one); −1 when the child
+  /// does not end within ten seconds.
   int terminate();
   /// Everything that was read of standard output and standard error so far.
   [[nodiscard]] const std::string& output();
@@ -89,8 +89,8 @@ RunResult run(std::vector<std::string> command, double seconds = 60.0,
 /// A TCP port of the loopback interface that was free a moment ago.
 int free_port();
 
-/// Whether the servant of these tests is the one on ORBit2 (CORBOT_TEST_ORB=orbit2), and its program in
-/// `directory`.
+/// Whether the servant of these tests is the one on ORBit2 (CORBOT_TEST_ORB=orbit2),
+/// and its program in `directory`.
 bool on_orbit2();
 std::string servant_program(const std::string& directory);
 

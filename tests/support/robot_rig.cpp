@@ -12,7 +12,7 @@ namespace corbot::test {
 
 namespace {
 
-/// What the servant is to be run by: the words of CORBOT_TEST_WRAPPER, valgrind and its options for example.
+/// The command that runs the servant: CORBOT_TEST_WRAPPER, for example valgrind and its options.
 std::vector<std::string> wrapper() {
   const char* text = std::getenv("CORBOT_TEST_WRAPPER");
   std::istringstream words(text != nullptr ? text : "");

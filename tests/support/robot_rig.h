@@ -17,21 +17,21 @@ namespace corbot::test {
 /// The ORB of this test program: an omniORB client without any option.
 CORBA::ORB_ptr client_orb();
 
-/// A robot of its own for one test: real-time task and servant on a free port, under a name that nobody else
-/// uses. The client is an ordinary omniORB client without any option.
+/// A robot of its own for one test: real-time task and servant on a free port, under a unique
+/// name. The client is an ordinary omniORB client without any option.
 class RobotRig : public ::testing::Test {
  protected:
   void SetUp() override;
-  /// Ends servant and task and looks whether they left anything.
+  /// Ends servant and task and checks that nothing is left behind.
   void TearDown() override;
 
   void start_rt(const std::vector<std::string>& more = {});
   void start_servant(const std::vector<std::string>& more = {});
-  /// What a client does: corbaloc, narrow.
+  /// As a client: corbaloc, narrow.
   [[nodiscard]] Corbot::Arm_var connect() const;
   [[nodiscard]] Corbot::Arm_var connect(const std::string& reference) const;
 
-  /// Waits until the robot says so.
+  /// Waits until the robot reports this state.
   [[nodiscard]] bool wait_for(Corbot::RobotState state, double seconds = 30.0);
 
   /// Every operation that moves something raises NotReady.

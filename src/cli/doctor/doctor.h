@@ -27,8 +27,8 @@ struct MachineFiles {
   std::string shm{"/dev/shm"};
 };
 
-/// The machine's fitness for a real-time loop. `cpu`: the profile's, −1: no particular one; none without a
-/// profile.
+/// The machine's fitness for a real-time loop. `cpu`: the profile's, −1: no
+/// particular one; none without a profile.
 [[nodiscard]] std::vector<Finding> examine_machine(const MachineFiles& files, std::optional<int> cpu);
 
 /// Privileges of this user for real-time scheduling and locked memory.

@@ -32,8 +32,8 @@ class Child {
   Child& operator=(Child&&) = delete;
   ~Child();  ///< kills what still runs
 
-  /// Must be called from the supervisor's main thread: the kernel ties the death signal to the thread. Throws
-  /// Failure.
+  /// Must be called from the supervisor's main thread: the kernel ties the death signal
+  /// to the thread. Throws Failure.
   void start();
   /// Reads what it printed; empties and returns the whole lines. Its end of file closes output_fd().
   [[nodiscard]] std::vector<std::string> read_lines();

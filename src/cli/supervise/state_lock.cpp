@@ -60,8 +60,8 @@ StateLock::~StateLock() {
 
 std::optional<StateLock> StateLock::acquire(const std::string& name) {
   const fs::path directory = state_directory(true);
-  // A reader that tests the lock holds it for an instant; so one refusal is not yet proof of another
-  // supervisor.
+  // A reader that tests the lock holds it for an instant; so one refusal is not
+  // yet proof of another supervisor.
   for (int attempt = 0; attempt < 20; ++attempt) {
     const int fd = open_lock(directory, name, O_RDWR | O_CREAT);
     if (fd < 0) throw system_failure(directory / (name + ".lock"), errno);

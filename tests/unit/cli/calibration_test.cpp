@@ -82,7 +82,7 @@ TEST(Calibrate, NamesTheEndsThatCannotBeReached) {
   EXPECT_EQ(calibration.range_deg(1)[0], -24.5) << "inwards";
 }
 
-TEST(Calibrate, TakesBackOneByOne) {
+TEST(Calibrate, UndoesOneByOne) {
   Calibration calibration = lynx5();
   EXPECT_FALSE(calibration.undo());
   ASSERT_EQ(calibration.mark(0, {0.0, 1520.0}), "");

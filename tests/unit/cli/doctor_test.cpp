@@ -84,7 +84,7 @@ TEST_F(Machine, SharedMemoryMustBeThere) {
   EXPECT_EQ(find("shared memory").level, Level::kFail);
 }
 
-TEST_F(Machine, EveryComplaintSaysHowToMend) {
+TEST_F(Machine, EveryFindingThatIsNotOkSaysHowToFixIt) {
   put("devices/system/cpu/online", "0");
   for (const auto& finding : examine_machine(files_, 7)) {
     EXPECT_EQ(finding.fix.empty(), finding.level == Level::kOk) << finding.subject;
@@ -103,7 +103,7 @@ TEST(CpuList, IsRead) {
   EXPECT_FALSE(cpu_list_contains("x-y", 0));
 }
 
-TEST(Installation, ASerialDeviceIsLookedAt) {
+TEST(Installation, ASerialDeviceIsChecked) {
   std::ifstream from(CORBOT_PROFILES "/lynx5.toml");
   const std::string all{std::istreambuf_iterator<char>{from}, {}};
   const std::string path =
@@ -138,7 +138,7 @@ TEST(Installation, ASerialDeviceIsLookedAt) {
   std::filesystem::remove(path);
 }
 
-TEST(Devices, AreLookedAtByKind) {
+TEST(Devices, AreCheckedByKind) {
   Profile profile;
   const auto first = [&] { return examine_devices(profile).front(); };
   profile.backend.kind = "pca9685";
@@ -172,7 +172,7 @@ TEST(Devices, OfTheEmergencyStopAndThePowerToo) {
   EXPECT_THAT(findings[3].text, HasSubstr("power enable: /dev/null"));
 }
 
-TEST(Devices, ACanInterfaceIsLookedAt) {
+TEST(Devices, ACanInterfaceIsChecked) {
   std::string path = testing::TempDir() + "corbot-doctor-can-XXXXXX";
   const fs::path root = ::mkdtemp(path.data());
   const auto finding = [&](const std::string& interface) {

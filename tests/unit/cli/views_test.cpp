@@ -48,7 +48,7 @@ TEST(Status, ShowsStateAlarmsAndNoMinusZero) {
   EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1);
 }
 
-TEST(Status, ADeviceThatIsBackWantsAClearOnly) {
+TEST(Status, ADeviceThatIsBackNeedsAClearOnly) {
   StatusReport report = sample();
   report.active_alarms = {{121, "the servo device is lost: the line was cut; the arm holds"}};
   EXPECT_THAT(

@@ -16,7 +16,7 @@ using testing::Not;
 
 const Address kAddress{"corbaloc::127.0.0.1:12810/lynx1", "lynx1", "127.0.0.1:12810"};
 
-/// What a person reads, and the exit code, when a call raises `e`.
+/// The message and exit code when a call raises `e`.
 template <class Exception>
 Failure failure_of(const Exception& e) {
   try {
@@ -55,14 +55,14 @@ TEST(Message, NotReadyStoppedAndQueueFull) {
   EXPECT_THAT(full.what(), HasSubstr("16 motions"));
 }
 
-TEST(Message, NobodyThereSaysWhereAndHowToStart) {
+TEST(Message, NoServantSaysWhereAndHowToStart) {
   const Failure f = failure_of(CORBA::TRANSIENT(omni::TRANSIENT_ConnectFailed, CORBA::COMPLETED_NO));
   EXPECT_EQ(f.code(), ExitCode::kUnreachable);
   EXPECT_THAT(f.what(), AllOf(HasSubstr("no servant at 127.0.0.1:12810"), HasSubstr("corbot up"),
                               Not(HasSubstr("TRANSIENT"))));
 }
 
-TEST(Message, EachOrbFailureHasItsWords) {
+TEST(Message, EachOrbFailureHasItsMessage) {
   EXPECT_THAT(failure_of(CORBA::TRANSIENT(omni::TRANSIENT_CallTimedout, CORBA::COMPLETED_NO)).what(),
               HasSubstr("no answer from 127.0.0.1:12810 in time"));
   EXPECT_THAT(failure_of(CORBA::COMM_FAILURE(0, CORBA::COMPLETED_MAYBE)).what(),
@@ -74,7 +74,7 @@ TEST(Message, EachOrbFailureHasItsWords) {
   EXPECT_EQ(failure_of(CORBA::UNKNOWN(7, CORBA::COMPLETED_NO)).code(), ExitCode::kInternal);
 }
 
-TEST(Message, NothingFromTheWireReachesTheTerminalRaw) {
+TEST(Message, NoTextFromTheNetworkReachesTheTerminalRaw) {
   EXPECT_EQ(printable("a\x1b[2Jb\n\xff"), "a?[2Jb??");
   EXPECT_EQ(printable(std::string(1000, 'x')).size(), 400u);
 }
@@ -93,7 +93,7 @@ TEST(Robot, AddressesAreUnderstood) {
   EXPECT_THROW((void)find_robot("not a robot"), Failure);
 }
 
-TEST(Robot, ConnectingToNobodyIsUnreachable) {
+TEST(Robot, ConnectingWithoutAServantIsUnreachable) {
   try {
     const Client client(find_robot("127.0.0.1:1/lynx1"), 2.0);
     FAIL() << "something answers at port 1";

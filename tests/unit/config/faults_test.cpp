@@ -21,8 +21,8 @@ std::string lynx5() {
   return {std::istreambuf_iterator<char>{stream}, {}};
 }
 
-/// One edit of the good profile and the fault that must come of it. `line_of` is text that stands on the line
-/// to be named, after the edit.
+/// One edit of a valid profile and the fault that it must give. `line_of` is text on the line of the fault,
+/// after the edit.
 struct Case {
   std::string name;
   std::string from;

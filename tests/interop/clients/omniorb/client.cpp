@@ -17,8 +17,7 @@ namespace {
 
 using Words = std::istringstream;
 
-// ---- Arguments: taken off the words by type
-// -----------------------------------------------------------------
+// ---- Arguments: taken off the words by type ------------------------------------------------------------
 double number(Words& words) {
   std::string word;
   if (!(words >> word)) throw std::invalid_argument("too few arguments");
@@ -56,8 +55,7 @@ Type argument(Words& words) {
   }
 }
 
-// ---- Results: written by type
-// -------------------------------------------------------------------------------
+// ---- Results: written by type --------------------------------------------------------------------------
 std::string text(double value) { return fmt::format("{}", value); }
 std::string text(CORBA::Long value) { return fmt::format("{}", value); }
 std::string text(CORBA::ULongLong value) { return fmt::format("{}", value); }
@@ -144,8 +142,7 @@ std::string text(const Corbot::DeviceInfo& info) {
                  std::pair("emergencyStop", bool{info.emergencyStop}));
 }
 
-// ---- The interface
-// ------------------------------------------------------------------------------------------
+// ---- The interface -------------------------------------------------------------------------------------
 using Stub = Corbot::_objref_Arm;
 using Call = std::function<std::string(Corbot::Arm_ptr, Words&)>;
 
@@ -193,8 +190,7 @@ const std::map<std::string, Call>& calls() {
 }
 #undef CALL
 
-// ---- Exceptions
-// ---------------------------------------------------------------------------------------------
+// ---- Exceptions ----------------------------------------------------------------------------------------
 std::string answered(const std::function<std::string()>& body) {
   try {
     return body();

@@ -17,8 +17,7 @@ enum { kMostArguments = 8, kMostDoubles = 16 };
 static CORBA_ORB orb;
 static CORBA_Object arm;
 
-/* ---- Results: written by type ----------------------------------------------------------------------------
- */
+/* ---- Results: written by type ----------------------------------------------------------------------- */
 
 static CORBA_TypeCode resolved(CORBA_TypeCode tc) {
   while (tc->kind == CORBA_tk_alias) tc = tc->subtypes[0];
@@ -135,8 +134,7 @@ static char* exception_text(CORBA_Environment* ev, const ORBit_IMethod* method) 
   return g_string_free(out, FALSE);
 }
 
-/* ---- Calls -----------------------------------------------------------------------------------------------
- */
+/* ---- Calls ------------------------------------------------------------------------------------------ */
 
 typedef union Argument {
   double number;
@@ -261,8 +259,7 @@ static gpointer run_begun(gpointer data) {
   return text;
 }
 
-/* ---- Commands --------------------------------------------------------------------------------------------
- */
+/* ---- Commands --------------------------------------------------------------------------------------- */
 
 static const ORBit_IMethod* method_of(const ORBit_IInterface* interface, const char* name) {
   for (CORBA_unsigned_long i = 0; i < interface->methods._length; ++i) {
