@@ -20,6 +20,7 @@
 #include "rt/inputs/safety_lines.h"
 #include "rt/loop.h"
 #include "rt/realtime_setup.h"
+#include "rt/safety_settings.h"
 #include "rt/start_position.h"
 #include "shm/segment.h"
 

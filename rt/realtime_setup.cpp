@@ -4,14 +4,14 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <malloc.h>
-#include <pthread.h>
-#include <sched.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
+
+#include "rt/threads/thread_priority.h"
 
 namespace corbot::rt {
 namespace {
@@ -46,21 +46,16 @@ bool hold_latency(int& latency_fd) {
   return false;
 }
 
-void bind_to_cpu(int cpu, RealtimeResult& result) {
+void take_cpu(int cpu, RealtimeResult& result) {
   if (cpu < 0) return;
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  if (cpu < CPU_SETSIZE) CPU_SET(static_cast<std::size_t>(cpu), &set);
-  const int error = pthread_setaffinity_np(pthread_self(), sizeof(set), &set);
+  const int error = bind_to_cpu(cpu);
   if (error == 0) return;
   result.failures.push_back(fmt::format("cannot be bound to CPU {} ({}): choose another 'cpu' in the profile",
                                         cpu, std::strerror(error)));
 }
 
 bool take_fifo(int priority, RealtimeResult& result) {
-  sched_param parameters{};
-  parameters.sched_priority = priority;
-  const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
+  const int error = set_fifo_priority(priority);
   if (error == 0) return true;
   result.failures.push_back(fmt::format(
       "SCHED_FIFO {} is not permitted ({}): raise 'rtprio' in /etc/security/limits.d, or grant CAP_SYS_NICE",
@@ -75,7 +70,7 @@ RealtimeResult make_realtime(const RealtimeSettings& settings, int& latency_fd) 
   result.locked = lock_memory(result);
   prefault_stack();
   result.latency_held = hold_latency(latency_fd);
-  bind_to_cpu(settings.cpu, result);
+  take_cpu(settings.cpu, result);
   result.scheduled = take_fifo(settings.priority, result);
   return result;
 }

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt/inputs/safety_lines.h"
 
-#include <pthread.h>
-#include <sched.h>
-
 #include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <utility>
 
 #include "rt/backends/bus/device_error.h"
+#include "rt/threads/thread_priority.h"
 
 namespace corbot::rt {
 namespace {
@@ -60,11 +58,7 @@ void SafetyLines::tell(const std::string& news) {
 }
 
 void SafetyLines::run() noexcept {
-  if (settings_.priority > 0) {
-    sched_param parameters{};
-    parameters.sched_priority = settings_.priority;
-    (void)::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameters);  // else as good as it goes
-  }
+  if (settings_.priority > 0) (void)set_fifo_priority(settings_.priority);  // best effort
   while (!end_.load(std::memory_order_acquire)) {
     bool is_bad = true;
     std::string lost;

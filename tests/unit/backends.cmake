@@ -4,5 +4,5 @@ corbot_test(backends_test
   SOURCES ${here}/encoding_test.cpp ${here}/bus_approach_test.cpp ${here}/bus_backend_test.cpp ${here}/gpiod_test.cpp ${here}/pca9685_test.cpp
           ${here}/pwm_sysfs_test.cpp ${here}/safety_lines_test.cpp ${here}/serial_controllers_test.cpp
           ${here}/serial_port_test.cpp
-  LIBS corbot::backends corbot::sim_devices)
+  LIBS corbot::backends corbot::inputs corbot::sim_devices)
 target_include_directories(backends_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/tests)

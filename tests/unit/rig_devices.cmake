@@ -2,7 +2,7 @@
 # Against a kernel that has the devices; skipped elsewhere, with the reason.
 corbot_test(rig_devices_test
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/rig_devices/gpio_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rig_devices/pwm_test.cpp
-  LIBS corbot::backends
+  LIBS corbot::backends corbot::inputs
   LABELS rig)
 target_include_directories(rig_devices_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 
@@ -22,6 +22,6 @@ if(EXISTS "${CORBOT_LIBGPIOD2_DIR}/libgpiod-version.txt")
   add_executable(rig_gpiod2_test ${CMAKE_CURRENT_SOURCE_DIR}/rig_devices/gpio_test.cpp)
   corbot_target(rig_gpiod2_test)
   target_include_directories(rig_gpiod2_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
-  target_link_libraries(rig_gpiod2_test PRIVATE corbot_gpio2 corbot::backends GTest::gtest GTest::gmock GTest::gtest_main)
+  target_link_libraries(rig_gpiod2_test PRIVATE corbot_gpio2 corbot::backends corbot::inputs GTest::gtest GTest::gmock GTest::gtest_main)
   set_target_properties(rig_gpiod2_test PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
 endif()

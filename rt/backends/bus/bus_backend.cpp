@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt/backends/bus/bus_backend.h"
 
-#include <pthread.h>
-#include <sched.h>
-
 #include <algorithm>
 #include <utility>
+
+#include "rt/threads/thread_priority.h"
 
 namespace corbot::rt {
 namespace {
@@ -155,15 +154,8 @@ bool BusBackend::pause_until(Clock::time_point due) {
   return goes_on;
 }
 
-void BusBackend::take_priority() noexcept {
-  if (settings_.priority <= 0) return;
-  sched_param parameters{};
-  parameters.sched_priority = settings_.priority;
-  (void)::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameters);  // else as good as it goes
-}
-
 void BusBackend::run() noexcept {
-  take_priority();
+  if (settings_.priority > 0) (void)set_fifo_priority(settings_.priority);  // best effort
   double reopen_s = settings_.reopen_after_s;
   bool open = true;
   bool is_there = true;  // else the end was asked for on the way

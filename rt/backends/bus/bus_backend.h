@@ -82,7 +82,6 @@ class BusBackend final : public Backend {
   /// When the frame after the one at `last` is due.
   [[nodiscard]] std::chrono::steady_clock::time_point next_due(
       std::chrono::steady_clock::time_point last) const;
-  void take_priority() noexcept;
   /// Sleeps; false when the end was asked for meanwhile.
   bool pause_until(std::chrono::steady_clock::time_point due);
   void tell(const std::string& news);

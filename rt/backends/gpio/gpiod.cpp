@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt/backends/gpio/gpiod.h"
 
-#include <pthread.h>
-#include <sched.h>
 #include <sys/prctl.h>
 #include <time.h>
 
@@ -12,6 +10,8 @@
 #include <cstring>
 #include <system_error>
 #include <utility>
+
+#include "rt/threads/thread_priority.h"
 
 namespace corbot::rt {
 namespace {
@@ -102,17 +102,9 @@ BusReading Gpiod::measure(const ServoFrame&) { return {}; }  // lines that were 
 std::string Gpiod::take_news() { return std::exchange(news_, {}); }
 
 bool Gpiod::take_priority() noexcept {
-  if (settings_.cpu >= 0 && settings_.cpu < CPU_SETSIZE) {
-    cpu_set_t set;
-    CPU_ZERO(&set);
-    CPU_SET(static_cast<std::size_t>(settings_.cpu), &set);
-    (void)::pthread_setaffinity_np(::pthread_self(), sizeof(set), &set);
-  }
+  if (settings_.cpu >= 0) (void)bind_to_cpu(settings_.cpu);
   (void)::prctl(PR_SET_TIMERSLACK, 1ul);  // an ordinary thread would be woken up to 50 us late, to save power
-  if (settings_.priority <= 0) return false;
-  sched_param parameters{};
-  parameters.sched_priority = settings_.priority;
-  return ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameters) == 0;
+  return settings_.priority > 0 && set_fifo_priority(settings_.priority) == 0;
 }
 
 /// Real-time from here on: no allocation, no lock; sleeping and setting lines are its only system calls.

@@ -10,6 +10,7 @@
 
 #include "rt/backends/registry.h"
 #include "rt/cycle/servo_map.h"
+#include "rt/safety_settings.h"
 
 namespace corbot::cli {
 

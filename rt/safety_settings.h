@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "config/profile.h"
+#include "rt/inputs/safety_lines.h"
+
+namespace corbot::rt {
+
+/// The GPIO lines of `[emergency_stop]` and `[power_enable]`, where there are any. Set-up only.
+[[nodiscard]] SafetySettings safety_settings(const Profile& profile);
+
+}  // namespace corbot::rt
