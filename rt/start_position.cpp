@@ -47,8 +47,8 @@ StartPosition::StartPosition(const Profile& profile, const std::string& robot,
 CycleStart StartPosition::find(const SegmentLayout& segment, const DevicePosition& device, bool forget) {
   refuse_impossible(device);
   CycleStart start = decide(segment, device, forget);
-  start.limp_at_stop = !profile_.power_enable.chip.empty() && profile_.power_enable.off_at_stop &&
-                       !profile_.backend.position_known_at_start;
+  start.power_cut_at_stop = !profile_.power_enable.chip.empty() && profile_.power_enable.off_at_stop &&
+                            !profile_.backend.position_known_at_start;
   start.position_fingerprint = fingerprint_;
   spdlog::log(start.uncertain ? spdlog::level::warn : spdlog::level::info, "position: {}", text_);
   return start;

@@ -27,7 +27,7 @@ std::unique_ptr<Backend> make_loopback(const Profile& profile, EmergencyStop&) {
   const LoopbackOptions& options = profile.backend.loopback;
   sim::LoopbackSettings settings;
   settings.frame_hz = options.frame_hz;
-  settings.readback = options.readback;
+  settings.readback = profile.backend.common.readback;
   settings.servo.rate_us_per_s = options.rate_us_per_s;
   settings.servo.dead_band_us = options.dead_band_us;
   settings.servo.lag_s = options.lag_s;
@@ -35,19 +35,13 @@ std::unique_ptr<Backend> make_loopback(const Profile& profile, EmergencyStop&) {
 }
 
 std::unique_ptr<Backend> on_bus(const Profile& profile, std::unique_ptr<BusDevice> device,
-                                EmergencyStop& stop, bool readback, bool relax_at_end) {
+                                EmergencyStop& stop) {
   BusSettings settings;
   settings.name = profile.backend.kind;
-  settings.readback = readback;
+  settings.readback = profile.backend.common.readback;
   settings.priority = std::max(profile.priority - 1, 1);  // below the cycle, above all that is ordinary
-  settings.relax_at_end = relax_at_end;
+  settings.relax_at_end = profile.backend.common.relax_at_end;
   return std::make_unique<BusBackend>(profile.arm, std::move(device), settings, stop);
-}
-
-std::unique_ptr<Backend> on_line(const Profile& profile, std::unique_ptr<BusDevice> device,
-                                 EmergencyStop& stop) {
-  const SerialOptions& options = profile.backend.serial;
-  return on_bus(profile, std::move(device), stop, options.readback, options.relax_at_end);
 }
 
 /// The servos that a frame has: one a joint, and the gripper's.
@@ -55,35 +49,35 @@ std::size_t servos_of(const Profile& profile) { return profile.arm.dof + 1; }
 
 std::unique_ptr<Backend> make_ssc32(const Profile& profile, EmergencyStop& stop) {
   const SerialOptions& options = profile.backend.serial;
-  return on_line(
+  return on_bus(
       profile,
-      std::make_unique<Ssc32>(Ssc32Settings{options.port, options.baud, options.readback, servos_of(profile),
-                                            options.stop_input, options.stop_at_high}),
+      std::make_unique<Ssc32>(Ssc32Settings{options.port, options.baud, profile.backend.common.readback,
+                                            servos_of(profile), options.stop_input, options.stop_at_high}),
       stop);
 }
 
 std::unique_ptr<Backend> make_maestro(const Profile& profile, EmergencyStop& stop) {
   const SerialOptions& options = profile.backend.serial;
-  return on_line(profile,
-                 std::make_unique<Maestro>(MaestroSettings{options.port, options.baud, options.device_number,
-                                                           options.crc, options.readback, servos_of(profile),
-                                                           options.multi_target}),
-                 stop);
+  return on_bus(profile,
+                std::make_unique<Maestro>(MaestroSettings{options.port, options.baud, options.device_number,
+                                                          options.crc, profile.backend.common.readback,
+                                                          servos_of(profile), options.multi_target}),
+                stop);
 }
 
 std::unique_ptr<Backend> make_mini_ssc(const Profile& profile, EmergencyStop& stop) {
   const SerialOptions& options = profile.backend.serial;
-  return on_line(profile,
-                 std::make_unique<MiniSsc>(MiniSscSettings{options.port, options.baud, options.first_us,
-                                                           options.last_us, servos_of(profile)}),
-                 stop);
+  return on_bus(profile,
+                std::make_unique<MiniSsc>(MiniSscSettings{options.port, options.baud, options.first_us,
+                                                          options.last_us, servos_of(profile)}),
+                stop);
 }
 
 std::unique_ptr<Backend> make_pca9685(const Profile& profile, EmergencyStop& stop) {
   const Pca9685Options& options = profile.backend.pca9685;
   auto chip = std::make_unique<Pca9685>(std::make_unique<I2cDev>(options.bus, options.address),
                                         Pca9685Settings{options.oscillator_hz, options.frame_hz});
-  return on_bus(profile, std::move(chip), stop, options.readback, options.relax_at_end);
+  return on_bus(profile, std::move(chip), stop);
 }
 
 std::unique_ptr<Backend> make_pwm_sysfs(const Profile& profile, EmergencyStop& stop) {
@@ -95,7 +89,7 @@ std::unique_ptr<Backend> make_pwm_sysfs(const Profile& profile, EmergencyStop& s
     settings.channels.push_back(profile.arm.servos[i].channel);
   }
   settings.channels.push_back(profile.arm.gripper.channel);
-  return on_bus(profile, std::make_unique<PwmSysfs>(std::move(settings)), stop, false, options.relax_at_end);
+  return on_bus(profile, std::make_unique<PwmSysfs>(std::move(settings)), stop);
 }
 
 std::unique_ptr<Backend> make_gpiod(const Profile& profile, EmergencyStop& stop) {
@@ -108,7 +102,7 @@ std::unique_ptr<Backend> make_gpiod(const Profile& profile, EmergencyStop& stop)
   settings.priority = options.priority > 0 ? options.priority : profile.priority + 1;
   settings.cpu = options.cpu;
   settings.awake_ns = std::llround(options.awake_us * 1000.0);
-  return on_bus(profile, std::make_unique<Gpiod>(std::move(settings), kernel_gpio()), stop, false, false);
+  return on_bus(profile, std::make_unique<Gpiod>(std::move(settings), kernel_gpio()), stop);
 }
 
 std::unique_ptr<Backend> make_socketcan(const Profile& profile, EmergencyStop& stop) {
@@ -128,8 +122,7 @@ std::unique_ptr<Backend> make_socketcan(const Profile& profile, EmergencyStop& s
     settings.gripper = GripperDrive{static_cast<std::uint8_t>(options.gripper_node),
                                     options.gripper_closed_count, options.gripper_open_count};
   }
-  return on_bus(profile, std::make_unique<Cia402Drives>(std::move(settings)), stop, options.readback,
-                options.relax_at_end);
+  return on_bus(profile, std::make_unique<Cia402Drives>(std::move(settings)), stop);
 }
 
 /// One line a backend; its name is what `kind` in [backend] says.

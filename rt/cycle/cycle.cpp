@@ -56,7 +56,7 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
   }
   if (std::isfinite(start.opening)) set_point_.opening = std::clamp(start.opening, 0.0, 1.0);
   uncertain_ = start.uncertain;
-  limp_at_stop_ = start.limp_at_stop;
+  power_cut_at_stop_ = start.power_cut_at_stop;
   snapshot_.position_fingerprint = start.position_fingerprint;
   Snapshot last{};
   if (last_snapshot(segment_, last)) {
@@ -120,7 +120,7 @@ void Cycle::take_flags() noexcept {
     emergency_latched_ = emergency_latched_ && snapshot_.stop_sources != 0;
     faulted_ = has_failed(health_) || emergency_latched_;
     if (!emergency_latched_) segment_.header.stop_seen.store(0, std::memory_order_release);
-    uncertain_ = uncertain_ || (limp_at_stop_ && was_latched && !emergency_latched_);
+    uncertain_ = uncertain_ || (power_cut_at_stop_ && was_latched && !emergency_latched_);
     published_ = true;
   }
   take_override();

@@ -26,9 +26,9 @@ inline constexpr double kFirstMotionOverride = 0.1;
 struct CycleStart {
   Joints position_rad{};  ///< brought into the joints' ranges
   double opening{0.0};
-  bool uncertain{false};         ///< believed, not known: the first motion is slow
-  bool outranks_segment{false};  ///< the segment's last snapshot does not say where the servos are
-  bool limp_at_stop{false};      ///< an emergency stop takes their power: uncertain again once it is cleared
+  bool uncertain{false};          ///< believed, not known: the first motion is slow
+  bool outranks_segment{false};   ///< the segment's last snapshot does not say where the servos are
+  bool power_cut_at_stop{false};  ///< an emergency stop takes their power: uncertain again once it is cleared
   std::uint64_t position_fingerprint{0};  ///< for the snapshots
 };
 
@@ -116,7 +116,7 @@ class Cycle {
   bool emergency_latched_{false};  ///< until a clear after the release
   bool error_inherited_{false};    ///< of the task before, not yet reported
   bool uncertain_{false};          ///< no motion has been done yet since the arm's power-up
-  bool limp_at_stop_{false};
+  bool power_cut_at_stop_{false};
   bool published_{false};
   BackendHealth health_{BackendHealth::kOpen};
   ServoFrame frame_{};

@@ -11,7 +11,7 @@
 namespace corbot {
 namespace {
 
-void read_loopback(Section section, LoopbackOptions& options) {
+void read_loopback(Section section, LoopbackOptions& options, CommonBackendOptions& common) {
   const LoopbackOptions defaults;
   options.frame_hz = section.number_or("frame_hz", defaults.frame_hz, {1, 1000, false, "Hz"}).value_or(0);
   options.rate_us_per_s =
@@ -19,7 +19,7 @@ void read_loopback(Section section, LoopbackOptions& options) {
   options.dead_band_us =
       section.number_or("dead_band_us", defaults.dead_band_us, {0, 100, false, "us"}).value_or(0);
   options.lag_s = section.number_or("lag_s", defaults.lag_s, {0, 10, false, "s"}).value_or(0);
-  options.readback = section.flag_or("readback", defaults.readback).value_or(false);
+  common.readback = section.flag_or("readback", false).value_or(false);
   section.finish();
 }
 
@@ -31,7 +31,8 @@ struct SerialKind {
   bool has_replies;
 };
 
-void read_serial(Section& section, const SerialKind& kind, SerialOptions& options) {
+void read_serial(Section& section, const SerialKind& kind, SerialOptions& options,
+                 CommonBackendOptions& common) {
   options.port = section.text("port").value_or("");
   if (section.has("port") && !options.port.starts_with("/")) {
     section.refuse("port", "must be the path of a serial line, such as /dev/ttyUSB0");
@@ -44,14 +45,11 @@ void read_serial(Section& section, const SerialKind& kind, SerialOptions& option
     section.refuse("baud", "must be one of " + known);
   }
   if (!kind.has_replies) return;
-  options.readback = section.flag_or("readback", false).value_or(false);
-  const std::string at_end = section.text_or("at_end", "hold").value_or("hold");
-  if (at_end != "hold" && at_end != "relax") section.refuse("at_end", "must be \"hold\" or \"relax\"");
-  options.relax_at_end = at_end == "relax";
+  common = read_common(section, false);
 }
 
-void read_ssc32(Section section, SerialOptions& options) {
-  read_serial(section, {"ssc32", {2400, 9600, 38400, 115200}, 115200, true}, options);
+void read_ssc32(Section section, SerialOptions& options, CommonBackendOptions& common) {
+  read_serial(section, {"ssc32", {2400, 9600, 38400, 115200}, 115200, true}, options, common);
   const std::string input = section.text_or("stop_input", "").value_or("");
   if (section.has("stop_input") && (input.size() != 1 || input[0] < 'A' || input[0] > 'F')) {
     section.refuse("stop_input", "must be an input, \"A\" to \"D\"; on an SSC-32U to \"F\"");
@@ -61,8 +59,8 @@ void read_ssc32(Section section, SerialOptions& options) {
   section.finish();
 }
 
-void read_maestro(Section section, SerialOptions& options) {
-  read_serial(section, {"maestro", {9600, 19200, 38400, 57600, 115200}, 115200, true}, options);
+void read_maestro(Section section, SerialOptions& options, CommonBackendOptions& common) {
+  read_serial(section, {"maestro", {9600, 19200, 38400, 57600, 115200}, 115200, true}, options, common);
   options.device_number = static_cast<int>(
       section.integer_or("device_number", -1, {-1, 127, false, "(-1: compact protocol)"}).value_or(-1));
   options.crc = section.flag_or("crc", false).value_or(false);
@@ -70,8 +68,8 @@ void read_maestro(Section section, SerialOptions& options) {
   section.finish();
 }
 
-void read_mini_ssc(Section section, SerialOptions& options) {
-  read_serial(section, {"minissc", {2400, 9600}, 9600, false}, options);
+void read_mini_ssc(Section section, SerialOptions& options, CommonBackendOptions& common) {
+  read_serial(section, {"minissc", {2400, 9600}, 9600, false}, options, common);
   if (const auto range = section.has("pulse_range_us")
                              ? section.range("pulse_range_us", {500, 2500, false, "us"})
                              : std::array<double, 2>{500.0, 2500.0}) {
@@ -84,26 +82,29 @@ void read_mini_ssc(Section section, SerialOptions& options) {
 }  // namespace
 
 void read_backend(Section section, std::size_t joints, BackendOptions& backend) {
-  using Reader = void (*)(Section, SerialOptions&);
+  using Reader = void (*)(Section, SerialOptions&, CommonBackendOptions&);
   static constexpr std::pair<std::string_view, Reader> kSerialKinds[] = {
       {"ssc32", read_ssc32}, {"maestro", read_maestro}, {"minissc", read_mini_ssc}};
   backend.kind = section.text("kind").value_or("loopback");
   bool known = backend.kind == "loopback";
   backend.position_known_at_start = section.flag_or("position_known_at_start", known).value_or(false);
-  read_loopback(section.table_or_empty("loopback"), backend.loopback);
+  CommonBackendOptions unused;  // of tables of other kinds, which are checked all the same
+  read_loopback(section.table_or_empty("loopback"), backend.loopback, known ? backend.common : unused);
   for (const auto& [name, read] : kSerialKinds) {
     if (backend.kind == name) {
       known = true;
-      read(section.table(name), backend.serial);
+      read(section.table(name), backend.serial, backend.common);
     } else if (section.has(name)) {
-      SerialOptions unused;
-      read(section.table(name), unused);  // checked, so that its faults are found before `kind` is changed
+      SerialOptions unused_serial;
+      read(section.table(name), unused_serial, unused);
     }
   }
   known |= read_outputs(section, backend);
   if (backend.kind == "socketcan" || section.has("socketcan")) {
-    known |= backend.kind == "socketcan";
-    read_socketcan(section.table("socketcan"), joints, backend.socketcan);
+    const bool is_chosen = backend.kind == "socketcan";
+    known |= is_chosen;
+    read_socketcan(section.table("socketcan"), joints, backend.socketcan,
+                   is_chosen ? backend.common : unused);
   }
   if (!known) {
     section.refuse("kind",

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/can_schema.h"
 
+#include "config/output_schema.h"
+
 #include <algorithm>
 #include <map>
 #include <string>
@@ -71,7 +73,8 @@ void read_gripper(Section section, NodeUse& in_use, SocketCanOptions& options) {
 
 }  // namespace
 
-void read_socketcan(Section section, std::size_t joints, SocketCanOptions& options) {
+void read_socketcan(Section section, std::size_t joints, SocketCanOptions& options,
+                    CommonBackendOptions& common) {
   options.interface = section.text("interface").value_or("");
   if (section.has("interface") && !is_interface(options.interface)) {
     section.refuse("interface",
@@ -86,10 +89,7 @@ void read_socketcan(Section section, std::size_t joints, SocketCanOptions& optio
     section.refuse("watch_ms", fmt::format("must be 0 (off), or {} to 5000 ms", kShortestWatch_ms));
   }
   options.watch_ms = static_cast<int>(watch_ms.value_or(0));
-  options.readback = section.flag_or("readback", true).value_or(true);
-  const std::string at_end = section.text_or("at_end", "hold").value_or("hold");
-  if (at_end != "hold" && at_end != "relax") section.refuse("at_end", "must be \"hold\" or \"relax\"");
-  options.relax_at_end = at_end == "relax";
+  common = read_common(section, true);
   NodeUse in_use;
   options.drives.clear();
   auto drives = section.tables("drive");

@@ -8,6 +8,7 @@
 namespace corbot {
 
 /// `[backend.socketcan]`; `joints`: how many drives there must be, 0 where that is not known.
-void read_socketcan(Section section, std::size_t joints, SocketCanOptions& options);
+void read_socketcan(Section section, std::size_t joints, SocketCanOptions& options,
+                    CommonBackendOptions& common);
 
 }  // namespace corbot

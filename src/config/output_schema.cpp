@@ -17,12 +17,6 @@ constexpr std::uint32_t kMaestroChannels = 24;  // of the largest
 constexpr double kLongestAwake_us = 200.0;      // seven servos in a frame of 20 ms: 7 % of a processor
 constexpr double kSlot_us = 2700.0;             // of a staggered pulse: the longest, and room to be late
 
-bool read_at_end(Section& section) {
-  const std::string at_end = section.text_or("at_end", "hold").value_or("hold");
-  if (at_end != "hold" && at_end != "relax") section.refuse("at_end", "must be \"hold\" or \"relax\"");
-  return at_end == "relax";
-}
-
 std::string read_path(Section& section, std::string_view key, std::string_view example) {
   std::string path = section.text(key).value_or("");
   if (section.has(key) && !path.starts_with("/")) {
@@ -31,26 +25,25 @@ std::string read_path(Section& section, std::string_view key, std::string_view e
   return path;
 }
 
-void read_pca9685(Section section, Pca9685Options& options) {
+void read_pca9685(Section section, Pca9685Options& options, CommonBackendOptions& common) {
   options.bus = read_path(section, "bus", "/dev/i2c-1");
   options.address =
       static_cast<int>(section.integer_or("address", options.address, {0x08, 0x77, false, ""}).value_or(0));
   options.frame_hz = section.number_or("frame_hz", options.frame_hz, kFrameRate).value_or(0);
   options.oscillator_hz =
       section.number_or("oscillator_hz", options.oscillator_hz, {20e6, 50e6, false, "Hz"}).value_or(0);
-  options.readback = section.flag_or("readback", false).value_or(false);
-  options.relax_at_end = read_at_end(section);
+  common = read_common(section, false);
   section.finish();
 }
 
-void read_pwm_sysfs(Section section, PwmSysfsOptions& options) {
+void read_pwm_sysfs(Section section, PwmSysfsOptions& options, CommonBackendOptions& common) {
   options.chip = read_path(section, "chip", "/sys/class/pwm/pwmchip0");
   options.frame_hz = section.number_or("frame_hz", options.frame_hz, kFrameRate).value_or(0);
-  options.relax_at_end = read_at_end(section);
+  common.relax_at_end = read_at_end(section);
   section.finish();
 }
 
-void read_gpiod(Section section, GpiodOptions& options) {
+void read_gpiod(Section section, GpiodOptions& options, CommonBackendOptions&) {
   options.chip = read_path(section, "chip", "/dev/gpiochip0");
   options.lines = section.texts("lines", kMaxServos).value_or(std::vector<std::string>{});
   for (auto line = options.lines.begin(); line != options.lines.end(); ++line) {
@@ -81,10 +74,12 @@ void read_gpiod(Section section, GpiodOptions& options) {
 
 /// Reads a table that is needed when `kind` names it, and checked when it is there.
 template <class Options>
-bool read_one(Section& section, std::string_view name, std::string_view kind, void (*read)(Section, Options&),
-              Options& options) {
-  if (kind == name || section.has(name)) read(section.table(name), options);
-  return kind == name;
+bool read_one(Section& section, std::string_view name, BackendOptions& backend,
+              void (*read)(Section, Options&, CommonBackendOptions&), Options& options) {
+  CommonBackendOptions unused;
+  const bool is_chosen = backend.kind == name;
+  if (is_chosen || section.has(name)) read(section.table(name), options, is_chosen ? backend.common : unused);
+  return is_chosen;
 }
 
 /// A chip and a line of it.
@@ -96,6 +91,19 @@ void read_line(Section& section, std::string& chip, std::string& line) {
 
 }  // namespace
 
+bool read_at_end(Section& section) {
+  const std::string at_end = section.text_or("at_end", "hold").value_or("hold");
+  if (at_end != "hold" && at_end != "relax") section.refuse("at_end", "must be \"hold\" or \"relax\"");
+  return at_end == "relax";
+}
+
+CommonBackendOptions read_common(Section& section, bool default_readback) {
+  CommonBackendOptions common;
+  common.readback = section.flag_or("readback", default_readback).value_or(default_readback);
+  common.relax_at_end = read_at_end(section);
+  return common;
+}
+
 bool read_active_low(Section& section, std::string_view key, bool fallback) {
   const std::string usual = fallback ? "low" : "high";
   const std::string active = section.text_or(key, usual).value_or(usual);
@@ -104,9 +112,9 @@ bool read_active_low(Section& section, std::string_view key, bool fallback) {
 }
 
 bool read_outputs(Section& section, BackendOptions& backend) {
-  bool known = read_one(section, "pca9685", backend.kind, read_pca9685, backend.pca9685);
-  known |= read_one(section, "pwm_sysfs", backend.kind, read_pwm_sysfs, backend.pwm_sysfs);
-  known |= read_one(section, "gpiod", backend.kind, read_gpiod, backend.gpiod);
+  bool known = read_one(section, "pca9685", backend, read_pca9685, backend.pca9685);
+  known |= read_one(section, "pwm_sysfs", backend, read_pwm_sysfs, backend.pwm_sysfs);
+  known |= read_one(section, "gpiod", backend, read_gpiod, backend.gpiod);
   return known;
 }
 

@@ -22,6 +22,12 @@ void check_channels(Section section, const BackendOptions& backend,
 void read_emergency_stop(Section section, EmergencyStopOptions& options);
 void read_power_enable(Section section, PowerEnableOptions& options);
 
+/// `at_end`, the same for every kind that has it: whether it is "relax", not "hold".
+[[nodiscard]] bool read_at_end(Section& section);
+
+/// `readback` and `at_end`.
+[[nodiscard]] CommonBackendOptions read_common(Section& section, bool default_readback);
+
 /// A key that is "high" or "low".
 [[nodiscard]] bool read_active_low(Section& section, std::string_view key, bool fallback);
 

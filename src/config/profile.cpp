@@ -29,10 +29,7 @@ ConfigError::ConfigError(std::vector<ConfigFault> faults)
 bool unpowered_after_exit(const Profile& profile) {
   const BackendOptions& backend = profile.backend;
   if (backend.kind == "gpiod" || !profile.power_enable.chip.empty()) return true;
-  if (backend.kind == "pca9685") return backend.pca9685.relax_at_end;
-  if (backend.kind == "pwm_sysfs") return backend.pwm_sysfs.relax_at_end;
-  if (backend.kind == "socketcan") return backend.socketcan.relax_at_end;
-  return backend.serial.relax_at_end;
+  return backend.common.relax_at_end;
 }
 
 }  // namespace corbot

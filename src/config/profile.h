@@ -19,15 +19,12 @@ struct LoopbackOptions {
   double rate_us_per_s{2400.0};  ///< slew of a servo, in pulse width
   double dead_band_us{0.0};      ///< a servo ignores smaller differences
   double lag_s{0.0};             ///< time constant of a servo, 0 = none
-  bool readback{false};          ///< report the simulated position as a measured one
 };
 
 /// `[backend.ssc32]`, `[backend.maestro]`, `[backend.minissc]`: a servo controller on a serial line.
 struct SerialOptions {
   std::string port;  ///< /dev/...
   int baud{115200};
-  bool readback{false};      ///< ask for the servos' positions
-  bool relax_at_end{false};  ///< pulses off at the end; else the servos hold
   int device_number{-1};     ///< Maestro: of the Pololu protocol; -1: compact protocol
   bool crc{false};           ///< Maestro
   bool multi_target{false};  ///< Maestro: sets several targets in one command, as only a Mini Maestro can
@@ -43,15 +40,12 @@ struct Pca9685Options {
   int address{0x40};           ///< of the chip, seven bits
   double frame_hz{50.0};       ///< wanted; the chip has 253 rates
   double oscillator_hz{25e6};  ///< of this chip, as measured
-  bool readback{false};        ///< report the pulses that it sends as measured
-  bool relax_at_end{false};    ///< pulses off at the end; else the chip goes on
 };
 
 /// `[backend.pwm_sysfs]`: PWM outputs of the kernel.
 struct PwmSysfsOptions {
   std::string chip;  ///< directory, /sys/class/pwm/pwmchipN
   double frame_hz{50.0};
-  bool relax_at_end{false};
 };
 
 /// `[backend.gpiod]`: servo pulses on GPIO lines.
@@ -95,13 +89,17 @@ struct SocketCanOptions {
   std::string interface;  ///< "can0", or "unix:/path" for a virtual bus
   int bit_rate{0};        ///< bits a second; 0: as the interface is set
   int heartbeat_ms{200};
-  int watch_ms{0};  ///< drives react when corbot is silent for so long; 0: off
-  bool readback{true};
-  bool relax_at_end{false};
+  int watch_ms{0};               ///< drives react when corbot is silent for so long; 0: off
   std::vector<CanDrive> drives;  ///< one a joint, in their order
   int gripper_node{0};           ///< 0: no drive
   double gripper_closed_count{};
   double gripper_open_count{};
+};
+
+/// What several kinds have, each in its own table.
+struct CommonBackendOptions {
+  bool readback{false};      ///< report the servos' positions, as the device has them, as measured
+  bool relax_at_end{false};  ///< pulses or voltage off at the end; else the servos hold
 };
 
 /// `[backend]`: which backend drives the servos, and the options of that kind.
@@ -110,6 +108,7 @@ struct BackendOptions {
   /// At power-up the arm is where corbot left it, or at angle 0. False: position unverified, the first motion
   /// is slow. Default: true for the simulator only.
   bool position_known_at_start{true};
+  CommonBackendOptions common{};  ///< of the kind that was chosen
   LoopbackOptions loopback{};
   SerialOptions serial{};  ///< of the kind that was chosen
   Pca9685Options pca9685{};

@@ -23,8 +23,8 @@ TEST(CanProfile, IsReadToTheLastValue) {
   EXPECT_EQ(options.bit_rate, 0);
   EXPECT_EQ(options.heartbeat_ms, 200);
   EXPECT_EQ(options.watch_ms, 0);
-  EXPECT_TRUE(options.readback);
-  EXPECT_FALSE(options.relax_at_end);
+  EXPECT_TRUE(profile.backend.common.readback);
+  EXPECT_FALSE(profile.backend.common.relax_at_end);
   ASSERT_EQ(options.drives.size(), 4u);
   EXPECT_EQ(options.drives[3].node, 4);
   EXPECT_DOUBLE_EQ(options.drives[3].counts_per_rad, 1000.0 * 180.0 / std::numbers::pi);

@@ -50,7 +50,7 @@ TEST(ShippedProfile, Lynx5IsReadToTheLastValue) {
   EXPECT_EQ(profile.backend.loopback.rate_us_per_s, 3500.0);
   EXPECT_EQ(profile.backend.loopback.dead_band_us, 4.0);
   EXPECT_EQ(profile.backend.loopback.lag_s, 0.02);
-  EXPECT_FALSE(profile.backend.loopback.readback);
+  EXPECT_FALSE(profile.backend.common.readback);
 }
 
 TEST(ShippedProfile, Lynx5JointsAreConvertedExactly) {

@@ -125,7 +125,7 @@ TEST_F(FirstMotion, AStartMayOutrankTheSegment) {
 
 TEST_F(FirstMotion, ComesAgainWhenAStopHasTakenThePower) {
   for (const bool is_limp : {false, true}) {
-    power_up({.position_rad = kKept, .limp_at_stop = is_limp});
+    power_up({.position_rad = kKept, .power_cut_at_stop = is_limp});
     rig.emergency_stop->set(StopSource::kGpio, true);
     rig.step();
     rig.clear();

@@ -181,9 +181,9 @@ TEST_F(StartPositionTest, ServosThatWereLetGoAreNotWhereTheyWere) {
   profile.backend.position_known_at_start = false;
   profile.backend.kind = "ssc32";
   EXPECT_FALSE(find().uncertain);
-  profile.backend.serial.relax_at_end = true;
+  profile.backend.common.relax_at_end = true;
   expect_believed();
-  profile.backend.serial.relax_at_end = false;
+  profile.backend.common.relax_at_end = false;
   profile.power_enable.chip = "/dev/gpiochip0";
   expect_believed();
   EXPECT_FALSE(find(device(DevicePosition::Kind::kMeasured, {})).uncertain) << "encoders";
@@ -196,9 +196,9 @@ TEST_F(StartPositionTest, PulsesToServosWithoutPowerProveNothing) {
   EXPECT_TRUE(start.uncertain);
   EXPECT_NEAR(start.position_rad[0], 0.1, 1e-12) << "but that is where they will go";
   EXPECT_THAT(text, HasSubstr("10 %"));
-  EXPECT_TRUE(start.limp_at_stop);
+  EXPECT_TRUE(start.power_cut_at_stop);
   profile.power_enable.off_at_stop = false;
-  EXPECT_FALSE(find().limp_at_stop);
+  EXPECT_FALSE(find().power_cut_at_stop);
 }
 
 TEST_F(StartPositionTest, ADirectoryThatCannotBeWrittenIsNoReasonToFail) {

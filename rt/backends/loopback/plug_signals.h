@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace corbot::rt {
+
+/// What has a plug that can be pulled from a signal handler.
+class Pluggable {
+ public:
+  virtual void set_plugged(bool plugged) noexcept = 0;
+
+ protected:
+  ~Pluggable() = default;
+};
+
+/// While it exists, SIGUSR1 to the process pulls the plug of a simulated device and SIGUSR2 puts it back;
+/// afterwards both signals are ignored. One at a time in a process.
+class PlugSignals {
+ public:
+  explicit PlugSignals(Pluggable& device) noexcept;
+  PlugSignals(const PlugSignals&) = delete;
+  PlugSignals& operator=(const PlugSignals&) = delete;
+  ~PlugSignals();
+};
+
+}  // namespace corbot::rt
