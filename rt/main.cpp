@@ -13,7 +13,6 @@
 
 #include "config/load_profile.h"
 #include "corbot/channel/fingerprint.h"
-#include "rt/backends/loopback/loopback_backend.h"
 #include "rt/backends/registry.h"
 #include "rt/cycle/cycle.h"
 #include "rt/housekeeping.h"
@@ -36,15 +35,6 @@ void request_stop(int) {
   if (corbot::Backend* backend = opening.load()) backend->cancel();
 }
 
-/// The simulated device, for the two signals that pull its plug and put it back.
-std::atomic<corbot::sim::LoopbackBackend*> simulated{nullptr};
-
-void pull_plug(int signal_number) {
-  if (corbot::sim::LoopbackBackend* device = simulated.load()) {
-    device->set_plugged(signal_number == SIGUSR2);
-  }
-}
-
 struct Options {
   std::string profile;
   std::string name;
@@ -62,10 +52,8 @@ void catch_signals() {
   sigaction(SIGHUP, nullptr, &of_parent);
   if (of_parent.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // nohup may have its way
   signal(SIGPIPE, SIG_IGN);                                                  // whoever reads the log may go
-  action.sa_handler = pull_plug;
-  action.sa_flags = SA_RESTART;
-  sigaction(SIGUSR1, &action, nullptr);
-  sigaction(SIGUSR2, &action, nullptr);
+  signal(SIGUSR1, SIG_IGN);  // unless the backend has a use for them
+  signal(SIGUSR2, SIG_IGN);
 }
 
 /// Adopts the segment, or with --fresh begins with an empty one: the arm is then taken to be at angle 0.
@@ -152,7 +140,7 @@ void run(const Options& options) {
   const auto cycle = std::make_unique<rt::Cycle>(profile.arm, segment.layout(), *backend, stop, start);
   if (!open_backend(*backend, cycle->frame())) return;
   safety.allow_power();
-  simulated.store(dynamic_cast<sim::LoopbackBackend*>(backend.get()));
+  backend->install_fault_controls();
 
   // The housekeeping thread is born before this one becomes real-time, so it inherits none of it.
   std::atomic<bool> ended{false};
@@ -176,7 +164,6 @@ void run(const Options& options) {
     join();
     throw;
   }
-  simulated.store(nullptr);
   safety.stop();  // before whatever writes to a terminal
   backend->close();
   position.keep(segment.layout());
@@ -200,9 +187,7 @@ int main(int argc, char** argv) {
   app.add_option("--state-dir", options.state_directory,
                  "where the last position is kept, instead of $CORBOT_STATE_DIR or ~/.local/state/corbot");
   app.add_flag("--fresh", options.fresh, "forget where the arm was: it must be at angle 0");
-  app.footer(
-      "The loopback backend's device can be lost and found on purpose: SIGUSR1 pulls its plug, SIGUSR2 puts "
-      "it back.");
+  app.footer(corbot::rt::fault_controls_help());
   CLI11_PARSE(app, argc, argv);
   options.enforce = realtime == "enforce";
 

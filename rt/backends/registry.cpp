@@ -25,13 +25,13 @@ using Maker = std::unique_ptr<Backend> (*)(const Profile&, EmergencyStop&);
 
 std::unique_ptr<Backend> make_loopback(const Profile& profile, EmergencyStop&) {
   const LoopbackOptions& options = profile.backend.loopback;
-  sim::LoopbackSettings settings;
+  LoopbackSettings settings;
   settings.frame_hz = options.frame_hz;
   settings.readback = profile.backend.common.readback;
   settings.servo.rate_us_per_s = options.rate_us_per_s;
   settings.servo.dead_band_us = options.dead_band_us;
   settings.servo.lag_s = options.lag_s;
-  return std::make_unique<sim::LoopbackBackend>(profile.arm, settings);
+  return std::make_unique<LoopbackBackend>(profile.arm, settings);
 }
 
 std::unique_ptr<Backend> on_bus(const Profile& profile, std::unique_ptr<BusDevice> device,
@@ -145,6 +145,12 @@ std::unique_ptr<Backend> make_backend(const Profile& profile, EmergencyStop& sto
   }
   throw std::runtime_error(fmt::format("{}: there is no backend \"{}\"; this build knows {}", profile.file,
                                        profile.backend.kind, known));
+}
+
+const char* fault_controls_help() noexcept {
+  return "The loopback backend's device can be lost and found on purpose: SIGUSR1 pulls its plug, SIGUSR2 "
+         "puts "
+         "it back.";
 }
 
 }  // namespace corbot::rt

@@ -13,4 +13,7 @@ namespace corbot::rt {
 /// known. `stop` gets the state of the device's emergency stop input, where it has one, and outlives the backend.
 [[nodiscard]] std::unique_ptr<Backend> make_backend(const Profile& profile, EmergencyStop& stop);
 
+/// For --help: what Backend::install_fault_controls() offers, of whichever backend.
+[[nodiscard]] const char* fault_controls_help() noexcept;
+
 }  // namespace corbot::rt

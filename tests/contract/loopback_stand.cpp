@@ -29,7 +29,7 @@ class LoopbackStand final : public Stand {
     facts.goes_off_unplugged = false;
     return facts;
   }
-  void attach(Backend& backend) override { backend_ = dynamic_cast<sim::LoopbackBackend*>(&backend); }
+  void attach(Backend& backend) override { backend_ = dynamic_cast<rt::LoopbackBackend*>(&backend); }
   void unplug() override { backend_->set_plugged(false); }
   void plug() override { backend_->set_plugged(true); }
 
@@ -59,9 +59,9 @@ class LoopbackStand final : public Stand {
 
  private:
   const std::size_t servos_;
-  std::vector<sim::RecordedFrame> frames_;
+  std::vector<rt::RecordedFrame> frames_;
   std::atomic<std::size_t> taken_{0};
-  sim::LoopbackBackend* backend_{nullptr};
+  rt::LoopbackBackend* backend_{nullptr};
 };
 
 }  // namespace

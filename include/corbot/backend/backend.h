@@ -83,6 +83,9 @@ class Backend {
   [[nodiscard]] virtual BackendTimes times() const noexcept { return {}; }
   /// Not real-time safe. What has happened since the last call, in words for the log; empty: nothing.
   [[nodiscard]] virtual std::string take_news() { return {}; }
+  /// Not real-time safe, once the device is open. Lets an operator provoke faults by signals to the process;
+  /// only a simulated device has such controls.
+  virtual void install_fault_controls() {}
   /// Static text, ASCII: what `backend` in a profile says.
   [[nodiscard]] virtual const char* name() const noexcept = 0;
 };

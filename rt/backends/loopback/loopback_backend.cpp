@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
-namespace corbot::sim {
+namespace corbot::rt {
 namespace {
 
-constexpr double kLead_us_per_s = 400.0;
+constexpr double kRamp_us_per_s = 400.0;
 
 }  // namespace
 
@@ -17,7 +17,8 @@ LoopbackBackend::LoopbackBackend(const ArmModel& arm, const LoopbackSettings& se
       recorded_(kRecordedFrames) {}
 
 void LoopbackBackend::open(const ServoFrame& first) {
-  for (std::size_t i = 0; i < kMaxServos; ++i) servos_[i] = ServoModel(settings_.servo, first.pulse_us[i]);
+  for (std::size_t i = 0; i < kMaxServos; ++i)
+    servos_[i] = sim::ServoModel(settings_.servo, first.pulse_us[i]);
   frame_count_ = 0;
   next_frame_ns_ = 0;
   last_us_ = first.pulse_us;
@@ -25,15 +26,18 @@ void LoopbackBackend::open(const ServoFrame& first) {
   health_.store(BackendHealth::kOpen);
 }
 
-void LoopbackBackend::close() noexcept { health_.store(BackendHealth::kClosed); }
+void LoopbackBackend::close() noexcept {
+  signals_.reset();
+  health_.store(BackendHealth::kClosed);
+}
 
 void LoopbackBackend::set_plugged(bool plugged) noexcept {
   is_back_.store(plugged && health() == BackendHealth::kLost);
   if (!plugged) health_.store(BackendHealth::kLost);
 }
 
-bool LoopbackBackend::lead(ServoFrame& frame, double dt_s) const noexcept {
-  const double most_us = frame.emergency_stop ? 0.0 : kLead_us_per_s * dt_s;
+bool LoopbackBackend::ramp_to(ServoFrame& frame, double dt_s) const noexcept {
+  const double most_us = frame.emergency_stop ? 0.0 : kRamp_us_per_s * dt_s;
   bool is_there = true;
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.servo_count, kMaxServos); ++i) {
     const double step_us = std::clamp(frame.pulse_us[i] - last_us_[i], -most_us, most_us);
@@ -50,7 +54,7 @@ void LoopbackBackend::write(const ServoFrame& frame) noexcept {
   if (frame_count_ > 0 && frame.time_ns < next_frame_ns_) return;
   const double dt_s = frame_count_ > 0 ? static_cast<double>(frame.time_ns - last_frame_ns_) * 1e-9 : 0.0;
   ServoFrame given = frame;
-  if (is_back && lead(given, static_cast<double>(frame_period_ns_) * 1e-9)) {
+  if (is_back && ramp_to(given, static_cast<double>(frame_period_ns_) * 1e-9)) {
     is_back_.store(false, std::memory_order_relaxed);
     health_.store(BackendHealth::kOpen, std::memory_order_release);
   }
@@ -90,4 +94,4 @@ ServoFeedback LoopbackBackend::read() noexcept {
   return feedback;
 }
 
-}  // namespace corbot::sim
+}  // namespace corbot::rt

@@ -5,17 +5,19 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/backend/backend.h"
+#include "rt/backends/loopback/plug_signals.h"
 #include "sim/servo_model.h"
 
-namespace corbot::sim {
+namespace corbot::rt {
 
 struct LoopbackSettings {
   double frame_hz{50.0};  ///< pulses reach the servos this often
-  ServoModelOptions servo{};
+  sim::ServoModelOptions servo{};
   bool readback{false};  ///< report the servos' positions as measured ones
 };
 
@@ -30,7 +32,7 @@ struct RecordedFrame {
 /// Simulated servos, and the default backend. The frames have a rate of their own, decoupled from the loop's:
 /// at the first write() of each frame period, by the time stamps, the servos take the newest pulses and the
 /// time since the last frame passes. No thread, no clock; write(), read() and health() are real-time safe.
-class LoopbackBackend final : public Backend {
+class LoopbackBackend final : public Backend, private Pluggable {
  public:
   static constexpr std::size_t kRecordedFrames = 512;
 
@@ -45,10 +47,12 @@ class LoopbackBackend final : public Backend {
   }
   [[nodiscard]] BackendTimes times() const noexcept override { return {frame_count_, 0, 0}; }
   [[nodiscard]] const char* name() const noexcept override { return "loopback"; }
+  /// SIGUSR1 pulls the simulated plug, SIGUSR2 puts it back; until close().
+  void install_fault_controls() override { signals_.emplace(static_cast<Pluggable&>(*this)); }
 
   /// From any thread, also from a signal handler: pulls the simulated plug, or puts it back. As with a real
-  /// device, the servos are then led slowly to where the cycle holds the arm, and it is open only after that.
-  void set_plugged(bool plugged) noexcept;
+  /// device, the servos then ramp slowly to where the cycle holds the arm, and it is open only after that.
+  void set_plugged(bool plugged) noexcept override;
   /// For tests: a device that complains.
   void set_degraded() noexcept { health_.store(BackendHealth::kDegraded, std::memory_order_relaxed); }
   /// For tests, in the cycle's thread: frames taken so far, of which the last kRecordedFrames are kept.
@@ -60,19 +64,20 @@ class LoopbackBackend final : public Backend {
  private:
   void take_frame(const ServoFrame& frame, double dt_s) noexcept;
   /// A step from the last pulses towards those of `frame`; true when they are reached.
-  bool lead(ServoFrame& frame, double dt_s) const noexcept;
+  bool ramp_to(ServoFrame& frame, double dt_s) const noexcept;
 
   const ArmModel arm_;
   const LoopbackSettings settings_;
   const std::int64_t frame_period_ns_;
-  std::array<ServoModel, kMaxServos> servos_{};
+  std::array<sim::ServoModel, kMaxServos> servos_{};
   std::vector<RecordedFrame> recorded_;
   std::uint64_t frame_count_{0};
   std::int64_t next_frame_ns_{0};
   std::int64_t last_frame_ns_{0};
   std::array<double, kMaxServos> last_us_{};  ///< that the servos were given
-  std::atomic<bool> is_back_{false};          ///< plugged in again, not yet led to the newest frame
+  std::atomic<bool> is_back_{false};          ///< plugged in again, not yet at the newest frame
   std::atomic<BackendHealth> health_{BackendHealth::kClosed};
+  std::optional<PlugSignals> signals_;
 };
 
-}  // namespace corbot::sim
+}  // namespace corbot::rt

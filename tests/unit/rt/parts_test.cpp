@@ -132,7 +132,7 @@ TEST(ServoModel, TakesPulsesInItsResolutionAndNoNan) {
 }
 
 TEST(LoopbackBackend, TakesTheNewestPulsesFiftyTimesASecond) {
-  sim::LoopbackBackend backend(lynx5(), {});
+  rt::LoopbackBackend backend(lynx5(), {});
   ServoFrame frame;
   rt::map_to_pulses(lynx5(), {}, 0.0, frame);
   backend.open(frame);
@@ -150,7 +150,7 @@ TEST(LoopbackBackend, TakesTheNewestPulsesFiftyTimesASecond) {
 }
 
 TEST(LoopbackBackend, AfterAGapThereIsNoBurst) {
-  sim::LoopbackBackend backend(lynx5(), {});
+  rt::LoopbackBackend backend(lynx5(), {});
   ServoFrame frame;
   rt::map_to_pulses(lynx5(), {}, 0.0, frame);
   backend.open(frame);
@@ -162,9 +162,9 @@ TEST(LoopbackBackend, AfterAGapThereIsNoBurst) {
 }
 
 TEST(LoopbackBackend, ReadsBackTheServosAndTellsItsHealth) {
-  sim::LoopbackSettings settings;
+  rt::LoopbackSettings settings;
   settings.readback = true;
-  sim::LoopbackBackend backend(lynx5(), settings);
+  rt::LoopbackBackend backend(lynx5(), settings);
   EXPECT_EQ(backend.health(), BackendHealth::kClosed);
   ServoFrame frame;
   const Joints there{0.2, 0.3, 0.4, 0.5};

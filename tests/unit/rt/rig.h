@@ -88,7 +88,7 @@ class Rig {
 
   ArmModel arm;
   Planner planner;
-  sim::LoopbackBackend backend;
+  rt::LoopbackBackend backend;
   std::unique_ptr<SegmentLayout> segment = std::make_unique<SegmentLayout>();
   std::unique_ptr<EmergencyStop> emergency_stop;
   std::unique_ptr<rt::Cycle> cycle;
