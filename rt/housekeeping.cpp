@@ -3,9 +3,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <chrono>
-#include <string>
 #include <thread>
 
 #include "alarms/alarm_text.h"
@@ -24,37 +22,31 @@ void print_alarms(Cycle& cycle) {
   }
 }
 
-template <class Print>
-void for_each_line(const std::string& news, Print&& print) {
-  for (std::size_t begin = 0; begin < news.size();) {
-    const std::size_t end = std::min(news.find('\n', begin), news.size());
-    print(news.substr(begin, end - begin));
-    begin = end + 1;
-  }
+spdlog::level::level_enum level_of(const LogLine& line) {
+  return is_warning(line.kind) ? spdlog::level::warn : spdlog::level::info;
 }
 
 }  // namespace
 
-void print_news(Backend& backend) {
-  for_each_line(backend.take_news(), [&](const std::string& line) {
-    spdlog::log(line.starts_with("lost") ? spdlog::level::warn : spdlog::level::info, "{}: {}",
-                backend.name(), line);
-  });
+void print_log(Backend& backend) {
+  for (const LogLine& line : backend.drain_log()) {
+    spdlog::log(level_of(line), "{}: {}", backend.name(), to_string(line));
+  }
 }
 
-void print_news(SafetyLines& safety) {
-  for_each_line(safety.take_news(), [](const std::string& line) { spdlog::warn("{}", line); });
+void print_log(SafetyLines& safety) {
+  for (const LogLine& line : safety.drain_log()) spdlog::log(level_of(line), "{}", to_string(line));
 }
 
-void keep_house(const Segment& segment, Cycle& cycle, Backend& backend, SafetyLines& safety,
-                const std::atomic<bool>& ended) {
+void run_housekeeping(const Segment& segment, Cycle& cycle, Backend& backend, SafetyLines& safety,
+                      const std::atomic<bool>& ended) {
   bool had_servant = false;
   while (!ended.load(std::memory_order_acquire)) {
     print_alarms(cycle);
-    print_news(backend);
-    print_news(safety);
+    print_log(backend);
+    print_log(safety);
     const bool has_servant = segment.peer_alive();
-    if (has_servant && !had_servant) spdlog::info("servant is here");
+    if (has_servant && !had_servant) spdlog::info("servant connected");
     if (!has_servant && had_servant) {
       spdlog::warn("servant gone, finishing what was accepted, then holding");
     }

@@ -9,14 +9,14 @@
 
 namespace corbot::rt {
 
-/// Not real-time. Until `ended`: prints the cycle's alarms, and tells when the servant comes and goes. The
-/// watchdog needs to do no more: every command ends at rest, so an arm without a servant finishes what was
-/// accepted and holds.
-void keep_house(const Segment& segment, Cycle& cycle, Backend& backend, SafetyLines& safety,
-                const std::atomic<bool>& ended);
+/// Not real-time. Until `ended`: logs the cycle's alarms, what backend and safety lines have to log, and when
+/// the servant comes and goes. The watchdog needs to do no more: every command ends at rest, so an arm without
+/// a servant finishes what was accepted and holds.
+void run_housekeeping(const Segment& segment, Cycle& cycle, Backend& backend, SafetyLines& safety,
+                      const std::atomic<bool>& ended);
 
-/// Not real-time. Print what they have to tell since the last time.
-void print_news(Backend& backend);
-void print_news(SafetyLines& safety);
+/// Not real-time. Logs what they have had to log since the last time.
+void print_log(Backend& backend);
+void print_log(SafetyLines& safety);
 
 }  // namespace corbot::rt

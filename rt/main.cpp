@@ -142,12 +142,12 @@ void run(const Options& options) {
   safety.allow_power();
   backend->install_fault_controls();
 
-  // The housekeeping thread is born before this one becomes real-time, so it inherits none of it.
+  // The housekeeping thread starts before this one becomes real-time, so it inherits none of it.
   std::atomic<bool> ended{false};
-  std::thread housekeeper([&] { rt::keep_house(segment, *cycle, *backend, safety, ended); });
+  std::thread housekeeping([&] { rt::run_housekeeping(segment, *cycle, *backend, safety, ended); });
   const auto join = [&] {
     ended.store(true, std::memory_order_release);
-    housekeeper.join();
+    housekeeping.join();
   };
   try {
     int latency_fd = -1;  // open, and so in force, until the process ends
@@ -168,8 +168,8 @@ void run(const Options& options) {
   backend->close();
   position.keep(segment.layout());
   join();
-  rt::print_news(*backend);
-  rt::print_news(safety);
+  rt::print_log(*backend);
+  rt::print_log(safety);
   spdlog::info("{} at rest, ended", name);
 }
 

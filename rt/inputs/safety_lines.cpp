@@ -13,7 +13,7 @@ namespace corbot::rt {
 namespace {
 
 constexpr std::int64_t kReopenAfter_ns = 200'000'000;
-constexpr std::size_t kMostNews = 4096;  // bytes that nobody has taken
+constexpr std::size_t kMaxLogLines = 64;  // that are not drained
 constexpr int kTriesAtEnd = 10;
 
 std::int64_t now_ns() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
@@ -47,14 +47,14 @@ void SafetyLines::stop() noexcept {
   input_.reset();
 }
 
-std::string SafetyLines::take_news() {
+std::vector<LogLine> SafetyLines::drain_log() {
   const std::lock_guard lock(mutex_);
-  return std::exchange(news_, {});
+  return std::exchange(log_, {});
 }
 
-void SafetyLines::tell(const std::string& news) {
+void SafetyLines::log(std::string text) {
   const std::lock_guard lock(mutex_);
-  if (news_.size() < kMostNews) news_ += (news_.empty() ? "" : "\n") + news;
+  if (log_.size() < kMaxLogLines) log_.push_back({LogLine::Kind::kWarning, std::move(text)});
 }
 
 void SafetyLines::run() noexcept {
@@ -70,7 +70,7 @@ void SafetyLines::run() noexcept {
       lost = error.what();
     }
     step(is_bad);
-    if (!lost.empty()) tell("emergency stop taken for pressed: " + lost + "; trying again");
+    if (!lost.empty()) log("emergency stop assumed pressed: " + lost + "; trying again");
   }
 }
 
@@ -93,18 +93,18 @@ void SafetyLines::reopen() noexcept {
   if (now_ns() < reopen_at_ns_) return;
   try {
     input_ = chips_->input(*settings_.stop);
-    tell("emergency stop: its line is back");
+    log("emergency stop: its line is back");
   } catch (const DeviceError&) {
     reopen_at_ns_ = now_ns() + kReopenAfter_ns;
   }
 }
 
-/// First what stops the arm, then the words.
+/// First what stops the arm, then the log.
 void SafetyLines::step(bool is_bad) noexcept {
   const bool pressed = settings_.stop && stop_logic_.step(is_bad, now_ns());
   if (settings_.stop) emergency_stop_.set(StopSource::kGpio, pressed);
   if (settings_.power) switch_power();
-  if (pressed != was_pressed_) tell(pressed ? "emergency stop pressed" : "emergency stop released");
+  if (pressed != was_pressed_) log(pressed ? "emergency stop pressed" : "emergency stop released");
   was_pressed_ = pressed;
 }
 
@@ -117,26 +117,26 @@ void SafetyLines::switch_power() noexcept {
   if (error == 0) {
     is_powered_ = may;
     power_error_ = 0;
-    tell(may ? "servo power on" : "servo power off");
+    log(may ? "servo power on" : "servo power off");
     return;
   }
   if (power_error_ == 0) {
-    ask_again_at_ns_ = now_ns() + kReopenAfter_ns;
-    tell(std::string("servo power cannot be switched ") + (may ? "on: " : "OFF: ") + std::strerror(error) +
-         "; trying again");
+    retry_at_ns_ = now_ns() + kReopenAfter_ns;
+    log(std::string("servo power cannot be switched ") + (may ? "on: " : "OFF: ") + std::strerror(error) +
+        "; trying again");
   }
   power_error_ = error;
-  ask_for_output_again();
+  request_output_again();
 }
 
-/// A chip that was gone knows nothing of the old request.
-void SafetyLines::ask_for_output_again() noexcept {
-  if (now_ns() < ask_again_at_ns_) return;
-  ask_again_at_ns_ = now_ns() + kReopenAfter_ns;
-  output_.reset();  // who has a line cannot ask for it
+/// A chip that was gone has forgotten the old request.
+void SafetyLines::request_output_again() noexcept {
+  if (now_ns() < retry_at_ns_) return;
+  retry_at_ns_ = now_ns() + kReopenAfter_ns;
+  output_.reset();  // a line that is held cannot be requested
   try {
     output_ = chips_->outputs(*settings_.power);
-    if (is_powered_) tell("servo power off: its line is back");
+    if (is_powered_) log("servo power off: its line is back");
     is_powered_ = false;
     power_error_ = 0;
   } catch (const DeviceError&) {
@@ -147,11 +147,11 @@ void SafetyLines::switch_off_at_end() noexcept {
   int error = output_ ? output_->set(0) : is_powered_ ? ENODEV : 0;
   for (int i = 1; error != 0 && i < kTriesAtEnd; ++i) {
     std::this_thread::sleep_for(std::chrono::nanoseconds(kLook_ns));
-    ask_again_at_ns_ = 0;
-    if (i == kTriesAtEnd / 2) ask_for_output_again();
+    retry_at_ns_ = 0;
+    if (i == kTriesAtEnd / 2) request_output_again();
     error = output_ ? output_->set(0) : ENODEV;
   }
-  if (error != 0) tell(std::string("SERVO POWER COULD NOT BE SWITCHED OFF: ") + std::strerror(error));
+  if (error != 0) log(std::string("SERVO POWER COULD NOT BE SWITCHED OFF: ") + std::strerror(error));
   is_powered_ = false;
 }
 

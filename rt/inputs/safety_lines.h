@@ -8,8 +8,10 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "corbot/backend/emergency_stop.h"
+#include "corbot/backend/log_line.h"
 #include "rt/backends/gpio/gpio_lines.h"
 #include "rt/inputs/stop_logic.h"
 
@@ -50,9 +52,9 @@ class SafetyLines {
   void stop() noexcept;
   /// The device is open, and sends pulses.
   void allow_power() noexcept { is_open_.store(true, std::memory_order_release); }
-  /// What the operator should read, a line each, for another thread to print: a terminal may hold up whoever
-  /// writes to it. What nobody takes is dropped at some length.
-  [[nodiscard]] std::string take_news();
+  /// What has happened since the last call, for another thread to print: a terminal may block the one that
+  /// writes to it. When it is not drained, later lines are dropped.
+  [[nodiscard]] std::vector<LogLine> drain_log();
 
  private:
   void run() noexcept;
@@ -61,9 +63,9 @@ class SafetyLines {
   void reopen() noexcept;
   void step(bool is_bad) noexcept;
   void switch_power() noexcept;
-  void ask_for_output_again() noexcept;
+  void request_output_again() noexcept;
   void switch_off_at_end() noexcept;
-  void tell(const std::string& news);
+  void log(std::string text);
 
   const SafetySettings settings_;
   const std::unique_ptr<GpioChips> chips_;
@@ -75,14 +77,14 @@ class SafetyLines {
   std::unique_ptr<GpioInput> input_;
   std::unique_ptr<GpioOutputs> output_;
   std::int64_t reopen_at_ns_{0};
-  bool is_powered_{false};  ///< that the line was told to be; a failure leaves it as it was
+  bool is_powered_{false};  ///< as the line was last set; a failure leaves it as it was
   int power_error_{0};      ///< of the last try
-  std::int64_t ask_again_at_ns_{0};
+  std::int64_t retry_at_ns_{0};
   bool was_pressed_{false};
   std::atomic<bool> is_open_{false};
   std::atomic<bool> end_{false};
   std::mutex mutex_;
-  std::string news_;
+  std::vector<LogLine> log_;
   std::thread thread_;
 };
 

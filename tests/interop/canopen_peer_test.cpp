@@ -72,7 +72,7 @@ TEST_F(CanopenPeer, IsDrivenByTheBackend) {
                            peer.send("positions");
                            return peer.wait_line("positions", within(10)) == "positions 1=1000 2=-2000";
                          }))
-      << backend.take_news() << peer.errors();
+      << to_string(backend.drain_log()) << peer.errors();
   EXPECT_TRUE(wait_until(within(30), [&] {
     const ServoFeedback feedback = backend.read();
     return feedback.measured && std::abs(feedback.position_rad[1] - 0.2) < 1e-9;

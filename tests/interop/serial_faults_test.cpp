@@ -101,7 +101,7 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
   }
   /// The whole log so far.
   const std::string& news() {
-    for (std::string more; !(more = backend_->take_news()).empty();) news_ += more + "\n";
+    for (std::string more; !(more = to_string(backend_->drain_log())).empty();) news_ += more + "\n";
     return news_;
   }
   [[nodiscard]] bool was_logged(const std::string& text) {

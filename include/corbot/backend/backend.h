@@ -3,10 +3,11 @@
 
 #include <array>
 #include <cstdint>
-#include <string>
+#include <vector>
 
 #include "corbot/arm/joints.h"
 #include "corbot/backend/device_cause.h"
+#include "corbot/backend/log_line.h"
 
 namespace corbot {
 
@@ -81,8 +82,8 @@ class Backend {
   [[nodiscard]] virtual DeviceCause cause() const noexcept { return DeviceCause::kNone; }
   /// Real-time safe.
   [[nodiscard]] virtual BackendTimes times() const noexcept { return {}; }
-  /// Not real-time safe. What has happened since the last call, in words for the log; empty: nothing.
-  [[nodiscard]] virtual std::string take_news() { return {}; }
+  /// Not real-time safe. What has happened since the last call.
+  [[nodiscard]] virtual std::vector<LogLine> drain_log() { return {}; }
   /// Not real-time safe, once the device is open. Lets an operator provoke faults by signals to the process;
   /// only a simulated device has such controls.
   virtual void install_fault_controls() {}

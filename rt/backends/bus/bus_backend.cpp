@@ -13,9 +13,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kSlowestReopen = 10.0;  // times the first pause
 constexpr int kToleratedMisses = 2;
-constexpr int kGoodAgain = 25;
+constexpr int kRecoveryCount = 25;
 /// A device that was open for so long is tried again soon; one that fails sooner, more and more rarely.
-constexpr auto kWell = std::chrono::seconds(5);
+constexpr auto kStableAfter = std::chrono::seconds(5);
 
 /// Between them, a pulse width is one that the controller sends.
 constexpr double kNoPulse_us = 500.0;
@@ -38,7 +38,7 @@ BusBackend::BusBackend(const ArmModel& arm, std::unique_ptr<BusDevice> device, B
 
 DevicePosition BusBackend::connect() {
   if (device_->energises_at_open() && stop_.sources() != 0) throw DeviceError(DeviceCause::kNone, kPressed);
-  tell(device_->open());  // the operator hears of a missing device at once, not by an alarm
+  log(device_->open());  // the operator hears of a missing device at once, not by an alarm
   is_connected_ = true;
   ServoFrame frame;
   frame.servo_count = arm_.dof + 1;
@@ -48,7 +48,7 @@ DevicePosition BusBackend::connect() {
   try {
     reading = device_->measure(frame);
   } catch (const DeviceError& error) {
-    tell(std::string("does not say where the servos are: ") + error.what());
+    log(std::string("does not say where the servos are: ") + error.what());
   }
   DevicePosition position;
   position.opening = -1.0;
@@ -61,7 +61,7 @@ DevicePosition BusBackend::connect() {
   // Servos that were let go may have been moved since.
   if (settings_.relax_at_end) return position;
   for (std::size_t i = 0; i <= arm_.dof; ++i) {
-    // At its power-up a controller tells 0, or the least, of a servo that it has given no pulse yet.
+    // At its power-up a controller reports 0, or the least, of a servo that it has given no pulse yet.
     if (!(reading.value[i] > kNoPulse_us && reading.value[i] < kMostPulse_us)) return position;
   }
   position.kind = DevicePosition::Kind::kTold;
@@ -95,15 +95,15 @@ void BusBackend::open(const ServoFrame& first) {
   thread_ = std::thread([this] { run(); });
 }
 
-/// The last thing that an open device is told.
+/// The last commands to an open device.
 void BusBackend::leave() noexcept {
   try {
     if (settings_.relax_at_end) device_->relax();
   } catch (const DeviceError& error) {
-    tell(std::string("could not be relaxed: ") + error.what());
+    log(std::string("could not be relaxed: ") + error.what());
   }
   device_->close();
-  tell(device_->take_news());
+  log(device_->drain_log());
 }
 
 void BusBackend::close() noexcept {
@@ -134,15 +134,15 @@ BackendTimes BusBackend::times() const noexcept {
   return times_.load(times) ? times : BackendTimes{};
 }
 
-std::string BusBackend::take_news() {
+std::vector<LogLine> BusBackend::drain_log() {
   const std::lock_guard lock(mutex_);
-  return std::exchange(news_, {});
+  return std::exchange(log_, {});
 }
 
-void BusBackend::tell(const std::string& news) {
-  if (news.empty()) return;
+void BusBackend::log(std::string text, LogLine::Kind kind) {
+  if (text.empty()) return;
   const std::lock_guard lock(mutex_);
-  news_ += (news_.empty() ? "" : "\n") + news;
+  log_.push_back({kind, std::move(text)});
 }
 
 bool BusBackend::pause_until(Clock::time_point due) {
@@ -163,7 +163,7 @@ void BusBackend::run() noexcept {
     try {
       if (!open) {
         if (!await_release()) return;
-        tell(device_->open());
+        log(device_->open());
         open = true;
         // The servos come to where the cycle holds the arm; it stays in Error, and holds, until they are
         // there.
@@ -178,12 +178,12 @@ void BusBackend::run() noexcept {
       leave();
       return;
     } catch (const DeviceError& error) {
-      // The first cause is told, not that the device is not there while it is being tried again.
+      // The first cause is reported, not that the device is not there while it is being tried again.
       if (health_.load(std::memory_order_relaxed) != BackendHealth::kLost) {
         cause_.store(error.cause(), std::memory_order_relaxed);
-        tell(std::string("lost: ") + error.what() + "; trying again");
-        health_.store(BackendHealth::kLost, std::memory_order_release);  // whoever sees it sees its cause
-        if (Clock::now() - open_since_ > kWell) reopen_s = settings_.reopen_after_s;
+        log(error.what(), LogLine::Kind::kLost);
+        health_.store(BackendHealth::kLost, std::memory_order_release);  // after its cause
+        if (Clock::now() - open_since_ > kStableAfter) reopen_s = settings_.reopen_after_s;
       }
       device_->close();
       open = false;
@@ -201,13 +201,13 @@ void BusBackend::serve() {
   for (;;) {
     try {
       exchange();
-      tell(device_->take_news());
+      log(device_->drain_log());
       const bool has_answered = device_->has_answered();
       if (has_answered) misses_ = 0;
       if (const auto warning = device_->warning()) degrade(*warning);
-      if (has_answered && ++good_ == kGoodAgain && health() == BackendHealth::kDegraded) {
+      if (has_answered && ++good_ == kRecoveryCount && health() == BackendHealth::kDegraded) {
         cause_.store(DeviceCause::kNone, std::memory_order_relaxed);
-        tell("answers again");
+        log("answers again");
         health_.store(BackendHealth::kOpen, std::memory_order_release);
       }
     } catch (const DeviceError& error) {
@@ -242,7 +242,7 @@ void BusBackend::degrade(const DeviceError& error) {
   good_ = 0;
   if (health() == BackendHealth::kDegraded) return;
   cause_.store(error.cause(), std::memory_order_relaxed);
-  tell(std::string("degraded: ") + error.what());
+  log(error.what(), LogLine::Kind::kDegraded);
   health_.store(BackendHealth::kDegraded, std::memory_order_release);
 }
 

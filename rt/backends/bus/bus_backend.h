@@ -8,6 +8,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/backend/backend.h"
@@ -53,7 +54,7 @@ class BusBackend final : public Backend {
   }
   [[nodiscard]] DeviceCause cause() const noexcept override { return cause_.load(std::memory_order_relaxed); }
   [[nodiscard]] BackendTimes times() const noexcept override;
-  [[nodiscard]] std::string take_news() override;
+  [[nodiscard]] std::vector<LogLine> drain_log() override;
   [[nodiscard]] const char* name() const noexcept override { return settings_.name.c_str(); }
 
  private:
@@ -84,7 +85,7 @@ class BusBackend final : public Backend {
       std::chrono::steady_clock::time_point last) const;
   /// Sleeps; false when the end was asked for meanwhile.
   bool pause_until(std::chrono::steady_clock::time_point due);
-  void tell(const std::string& news);
+  void log(std::string text, LogLine::Kind kind = LogLine::Kind::kInfo);
 
   const ArmModel arm_;
   const std::unique_ptr<BusDevice> device_;
@@ -109,7 +110,7 @@ class BusBackend final : public Backend {
   std::mutex mutex_;  // of what follows; never taken by the cycle
   std::condition_variable wake_;
   bool end_{false};
-  std::string news_;
+  std::vector<LogLine> log_;
   std::thread thread_;
 };
 

@@ -28,8 +28,7 @@ class BusDevice {
   BusDevice& operator=(const BusDevice&) = delete;
   virtual ~BusDevice() = default;
 
-  /// Opens and finds out what it is. Returns what to tell the operator: the model, the rate that the bus
-  /// allows.
+  /// Opens and finds out what it is. Returns a line for the log: the model, the rate that the bus allows.
   virtual std::string open() = 0;
   virtual void close() noexcept = 0;
   /// Shortest time between two frames that the bus can carry, known after open().
@@ -59,8 +58,8 @@ class BusDevice {
   [[nodiscard]] virtual std::optional<DeviceError> warning() { return std::nullopt; }
   /// The last thing sent: servos without pulses, where the profile wants that.
   virtual void relax() = 0;
-  /// What has happened that the operator should read; asked after every frame and after close().
-  [[nodiscard]] virtual std::string take_news() { return {}; }
+  /// A line for the operator's log, or empty; drained after every frame and after close().
+  [[nodiscard]] virtual std::string drain_log() { return {}; }
 };
 
 }  // namespace corbot::rt

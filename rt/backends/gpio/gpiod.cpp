@@ -77,7 +77,7 @@ void Gpiod::close() noexcept {
   end_.store(true, std::memory_order_relaxed);
   if (thread_.joinable()) {
     thread_.join();
-    if (lateness_.total() > 0) news_ = lateness_.text();
+    if (lateness_.total() > 0) log_ = lateness_.text();
   }
   outputs_.reset();
 }
@@ -94,12 +94,12 @@ void Gpiod::send(const ServoFrame& frame, bool) {
   widths_.store(widths);
   if (Clock::now() < next_report_) return;
   next_report_ += kReportEvery;
-  news_ = lateness_.text();
+  log_ = lateness_.text();
 }
 
 BusReading Gpiod::measure(const ServoFrame&) { return {}; }  // lines that were given back tell nothing
 
-std::string Gpiod::take_news() { return std::exchange(news_, {}); }
+std::string Gpiod::drain_log() { return std::exchange(log_, {}); }
 
 bool Gpiod::take_priority() noexcept {
   if (settings_.cpu >= 0) (void)bind_to_cpu(settings_.cpu);

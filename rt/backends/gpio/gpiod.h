@@ -33,7 +33,7 @@ struct GpiodSettings {
 /// Servo pulses on GPIO lines, made by a thread of its own: raise, sleep to shortly before an absolute
 /// deadline, wait for it, lower. A pulse's length counts from when its line really rose, and the fall is
 /// begun as much earlier as setting lines takes at its quickest, so only the fall's lateness is its error,
-/// and that never shortens it. Nominal resolution 1 ns; what a pulse is really worth is told by lateness().
+/// and that never shortens it. Nominal resolution 1 ns; what a pulse is really worth is given by lateness().
 /// The pulses end with the thread.
 class Gpiod final : public BusDevice {
  public:
@@ -46,7 +46,7 @@ class Gpiod final : public BusDevice {
   void send(const ServoFrame& frame, bool approach) override;
   BusReading measure(const ServoFrame& frame) override;
   void relax() override { widths_.store(PulseWidths{}); }
-  [[nodiscard]] std::string take_news() override;
+  [[nodiscard]] std::string drain_log() override;
 
   [[nodiscard]] const EdgeLateness& lateness() const noexcept { return lateness_; }
 
@@ -68,7 +68,7 @@ class Gpiod final : public BusDevice {
   std::atomic<int> error_{0};       ///< errno of an edge that could not be made; the thread has ended then
   std::atomic<bool> end_{false};
   std::atomic<int> is_realtime_{-1};  ///< −1: not known yet
-  std::string news_;                  ///< of the thread that calls, not of the one that times
+  std::string log_;                   ///< of the thread that calls, not of the one that times
   std::chrono::steady_clock::time_point next_report_{};
   std::thread thread_;
 };

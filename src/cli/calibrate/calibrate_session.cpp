@@ -316,9 +316,9 @@ void CalibrateSession::fail_lost_device() {
 }
 
 void CalibrateSession::print_log() {
-  std::istringstream log(servos_.drain_log());
-  for (std::string line; std::getline(log, line);)
-    fmt::print("{}: {}\n", setting_.profile.backend.kind, printable(line));
+  for (const LogLine& line : servos_.drain_log()) {
+    fmt::print("{}: {}\n", setting_.profile.backend.kind, printable(to_string(line)));
+  }
 }
 
 }  // namespace corbot::cli

@@ -37,9 +37,10 @@ ServoPositioner::~ServoPositioner() {
   backend_->close();
 }
 
-std::string ServoPositioner::drain_log() {
-  const std::string lines = safety_.take_news();
-  return lines + (lines.empty() ? "" : "\n") + backend_->take_news();
+std::vector<LogLine> ServoPositioner::drain_log() {
+  std::vector<LogLine> lines = safety_.drain_log();
+  for (LogLine& line : backend_->drain_log()) lines.push_back(std::move(line));
+  return lines;
 }
 
 void ServoPositioner::connect(const Joints* kept_rad, double kept_opening) {

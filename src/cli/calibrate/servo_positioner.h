@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "config/profile.h"
 #include "corbot/backend/backend.h"
@@ -45,8 +46,8 @@ class ServoPositioner {
   /// asked for, at an emergency stop, or when the device is lost: the servo stays where it had come to.
   [[nodiscard]] bool go(std::size_t servo, double pulse_us);
 
-  /// The log of device and safety lines since the last call, one event a line.
-  [[nodiscard]] std::string drain_log();
+  /// The log of device and safety lines since the last call.
+  [[nodiscard]] std::vector<LogLine> drain_log();
   [[nodiscard]] bool is_lost() const;
   [[nodiscard]] DeviceCause lost_cause() const noexcept { return backend_->cause(); }
   /// An emergency stop was seen since the servos were switched on.

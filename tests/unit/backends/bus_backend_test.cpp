@@ -12,8 +12,8 @@ TEST_F(BusBackendTest, ApproachesFirstAndThenSendsTheNewest) {
   EXPECT_EQ(backend->health(), BackendHealth::kClosed);
   backend->open(frame(1));
   EXPECT_EQ(backend->health(), BackendHealth::kOpen);
-  EXPECT_EQ(backend->take_news(), "a fake device");
-  EXPECT_EQ(backend->take_news(), "");
+  EXPECT_EQ(to_string(backend->drain_log()), "a fake device");
+  EXPECT_EQ(to_string(backend->drain_log()), "");
   for (std::uint64_t cycle = 2; cycle <= 1000; ++cycle) backend->write(frame(cycle));
   EXPECT_TRUE(wait_until([&] { return newest_sent() == 1000; }));
   const auto sent = bus_.copy();
@@ -78,7 +78,7 @@ TEST_F(BusBackendTest, IsLostTriesAgainAndApproachesBeforeItIsOpen) {
   bus_.fails = true;
   ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kLost; }));
   EXPECT_EQ(backend->cause(), DeviceCause::kHungUp);
-  EXPECT_THAT(backend->take_news(), ::testing::HasSubstr("lost: /dev/fake: cut"));
+  EXPECT_THAT(to_string(backend->drain_log()), ::testing::HasSubstr("lost: /dev/fake: cut"));
   backend->write(frame(77));
   bus_.fails = false;
   const std::size_t before = bus_.copy().size();
@@ -114,14 +114,14 @@ TEST_F(BusBackendTest, ReportsMeasuredJoints) {
 TEST_F(BusBackendTest, AMissingAnswerDegradesAndThreeInARowAreALoss) {
   const auto backend = make(true);
   backend->open(frame(1));
-  (void)backend->take_news();
+  (void)to_string(backend->drain_log());
   bus_.misses = 2;
   ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kDegraded; }));
   EXPECT_EQ(backend->cause(), DeviceCause::kNoAnswer);
   ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }))
       << "after many good ones";
   EXPECT_EQ(backend->cause(), DeviceCause::kNone);
-  EXPECT_TRUE(wait_until([&] { return backend->take_news().ends_with("answers again"); }));
+  EXPECT_TRUE(wait_until([&] { return to_string(backend->drain_log()).ends_with("answers again"); }));
   EXPECT_EQ(bus_.opened, 1);
   bus_.misses = 3;
   ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kLost; }));

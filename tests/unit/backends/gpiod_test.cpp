@@ -185,8 +185,8 @@ TEST_F(GpiodTest, MakesPulsesThatAreNeverTooShort) {
     EXPECT_GE(device->lateness().total(), 15u);
     device->close();
     EXPECT_EQ(gpio_.outputs(), 0u);
-    EXPECT_THAT(device->take_news(), HasSubstr("pulses ended late by"));
-    EXPECT_EQ(device->take_news(), "");
+    EXPECT_THAT(device->drain_log(), HasSubstr("pulses ended late by"));
+    EXPECT_EQ(device->drain_log(), "");
   }
 }
 

@@ -100,7 +100,7 @@ class SafetyLinesTest : public ::testing::Test {
   }
   /// Everything since the start.
   std::string told(SafetyLines& lines) {
-    const std::string news = lines.take_news();
+    const std::string news = to_string(lines.drain_log());
     if (!news.empty()) told_ += news + "\n";
     return told_;
   }

@@ -54,11 +54,11 @@ class Drives : public ::testing::Test {
     backend_ = std::make_unique<BusBackend>(arm_, std::make_unique<Cia402Drives>(settings_),
                                             BusSettings{"socketcan", readback, relax, 0.02}, stop_);
     backend_->open(frame());
-    news_ = backend_->take_news();
+    news_ = to_string(backend_->drain_log());
   }
   bool becomes(BackendHealth health) {
     return wait_until(within(30), [&] {
-      news_ += backend_->take_news();
+      news_ += to_string(backend_->drain_log());
       return backend_->health() == health;
     });
   }
@@ -72,7 +72,7 @@ class Drives : public ::testing::Test {
     ASSERT_TRUE(becomes(BackendHealth::kLost)) << news_;
     EXPECT_EQ(backend_->cause(), cause) << news_;
     EXPECT_TRUE(wait_until(within(10), [&] {
-      news_ += backend_->take_news();
+      news_ += to_string(backend_->drain_log());
       return news_.find(text) != std::string::npos;
     })) << news_;
   }

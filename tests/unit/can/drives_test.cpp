@@ -123,7 +123,7 @@ TEST_F(Drives, AreDegradedByAWarningAsLongAsItStands) {
   emulator_.order("emcy 8120 3");
   ASSERT_TRUE(becomes(BackendHealth::kDegraded)) << news_;
   EXPECT_TRUE(wait_until(within(10), [&] {
-    news_ += backend_->take_news();
+    news_ += to_string(backend_->drain_log());
     return news_.find("node 3: EMCY 0x8120") != std::string::npos;
   })) << news_;
   EXPECT_TRUE(arrives()) << "it goes on";

@@ -94,7 +94,7 @@ TEST_F(RigGpio, MakesPulses) {
       EXPECT_LE(median_us, longest_us);
     }
     servos.close();
-    std::cout << servos.take_news() << std::endl;
+    std::cout << to_string(servos.drain_log()) << std::endl;
     for (int line = 0; line < 5; ++line) EXPECT_FALSE(is_high(line));
   }
 }
@@ -237,10 +237,10 @@ TEST_F(RigGpio, ComesBackWithItsChip) {
     ASSERT_TRUE(becomes(BackendHealth::kLost));
     EXPECT_EQ(backend.cause(), DeviceCause::kHungUp);
     chip = plug.in();
-    ASSERT_TRUE(becomes(BackendHealth::kOpen)) << backend.take_news();
+    ASSERT_TRUE(becomes(BackendHealth::kOpen)) << to_string(backend.drain_log());
     EXPECT_TRUE(has_pulses()) << chip;
   }
-  std::cout << "at the end " << chip << ": " << backend.take_news() << std::endl;
+  std::cout << "at the end " << chip << ": " << to_string(backend.drain_log()) << std::endl;
 }
 
 }  // namespace

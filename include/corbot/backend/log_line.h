@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace corbot {
+
+/// A line for the operator's log. What a program needs to know of it is its kind: nobody parses the text.
+/// Nothing here is real-time safe.
+struct LogLine {
+  enum class Kind {
+    kInfo,
+    kWarning,
+    kDegraded,  ///< a device; the text says why
+    kLost,      ///< a device, which is tried again; the text says why
+  };
+  Kind kind{Kind::kInfo};
+  std::string text;
+};
+
+[[nodiscard]] inline bool is_warning(LogLine::Kind kind) noexcept {
+  return kind == LogLine::Kind::kWarning || kind == LogLine::Kind::kLost;
+}
+
+/// As it stands in the log.
+[[nodiscard]] inline std::string to_string(const LogLine& line) {
+  if (line.kind == LogLine::Kind::kDegraded) return "degraded: " + line.text;
+  if (line.kind == LogLine::Kind::kLost) return "lost: " + line.text + "; trying again";
+  return line.text;
+}
+
+/// All of them, without a newline at the end.
+[[nodiscard]] inline std::string to_string(const std::vector<LogLine>& lines) {
+  std::string text;
+  for (const LogLine& line : lines) text += (text.empty() ? "" : "\n") + to_string(line);
+  return text;
+}
+
+}  // namespace corbot
