@@ -13,7 +13,6 @@ namespace corbot::rt {
 namespace {
 
 constexpr std::int64_t kReopenAfter_ns = 200'000'000;
-constexpr std::size_t kMaxLogLines = 64;  // that are not drained
 constexpr int kTriesAtEnd = 10;
 
 std::int64_t now_ns() { return std::chrono::steady_clock::now().time_since_epoch().count(); }

@@ -38,6 +38,7 @@ struct CycleView {
 class SafetyLines {
  public:
   static constexpr std::int64_t kLook_ns = 2'000'000;
+  static constexpr std::size_t kMaxLogLines = 256;  ///< that wait to be drained
 
   /// `view` is called by the thread.
   SafetyLines(SafetySettings settings, std::unique_ptr<GpioChips> chips, EmergencyStop& emergency_stop,

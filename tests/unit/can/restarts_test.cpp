@@ -76,7 +76,9 @@ TEST_F(RestartedDrives, AreNotStartedWhenOneRestartsAfterEverySetUp) {
   port.open(emulator_.bus(), {kSdoRequest + 2});
   std::jthread restarts([&](const std::stop_token& end) {
     while (!end.stop_requested()) {
-      if (port.read(CanPort::Clock::now() + std::chrono::milliseconds(10))) emulator_.order("reset 1");
+      // The first of the requests that set node 2 up, so that the restart falls well before the last.
+      const auto request = port.read(CanPort::Clock::now() + std::chrono::milliseconds(10));
+      if (request && request->data[1] == 0x00 && request->data[2] == 0x10) emulator_.order("reset 1");
     }
   });
   EXPECT_THAT(refused().what(), HasSubstr("node 1 has restarted while it was set up"));
