@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "rt/backends/bus/step_limit.h"
 #include "rt/threads/thread_priority.h"
 
 namespace corbot::rt {
@@ -34,11 +35,16 @@ std::int64_t now_ns() { return Clock::now().time_since_epoch().count(); }
 
 BusBackend::BusBackend(const ArmModel& arm, std::unique_ptr<BusDevice> device, BusSettings settings,
                        EmergencyStop& stop)
-    : arm_(arm), device_(std::move(device)), settings_(std::move(settings)), stop_(stop) {}
+    : arm_(arm),
+      device_(std::move(device)),
+      settings_(std::move(settings)),
+      stop_(stop),
+      sender_(*device_),
+      approach_(arm_, *device_, sender_, newest_, stop_, [this](auto due) { return pause_until(due); }) {}
 
 DevicePosition BusBackend::connect() {
   if (device_->energises_at_open() && stop_.sources() != 0) throw DeviceError(DeviceCause::kNone, kPressed);
-  log(device_->open());  // the operator hears of a missing device at once, not by an alarm
+  log(device_->open());  // a missing device is reported at once, not by an alarm
   is_connected_ = true;
   ServoFrame frame;
   frame.servo_count = arm_.dof + 1;
@@ -48,7 +54,7 @@ DevicePosition BusBackend::connect() {
   try {
     reading = device_->measure(frame);
   } catch (const DeviceError& error) {
-    log(std::string("does not say where the servos are: ") + error.what());
+    log(std::string("reports no position: ") + error.what());
   }
   DevicePosition position;
   position.opening = -1.0;
@@ -58,7 +64,7 @@ DevicePosition BusBackend::connect() {
     position.kind = DevicePosition::Kind::kMeasured;
     return position;
   }
-  // Servos that were let go may have been moved since.
+  // Servos without pulses may have been moved since.
   if (settings_.relax_at_end) return position;
   for (std::size_t i = 0; i <= arm_.dof; ++i) {
     // At its power-up a controller reports 0, or the least, of a servo that it has given no pulse yet.
@@ -82,7 +88,7 @@ void BusBackend::open(const ServoFrame& first) {
   if (!is_connected_) (void)connect();
   is_starting_ = true;
   try {
-    if (is_stopped(first)) throw DeviceError(DeviceCause::kNone, kPressed);
+    if (approach_.is_stopped(first)) throw DeviceError(DeviceCause::kNone, kPressed);
     (void)approach();
   } catch (const DeviceError&) {
     leave();
@@ -93,6 +99,12 @@ void BusBackend::open(const ServoFrame& first) {
   open_since_ = Clock::now();
   health_.store(BackendHealth::kOpen, std::memory_order_relaxed);
   thread_ = std::thread([this] { run(); });
+}
+
+bool BusBackend::approach() {
+  feedback_.store(ServoFeedback{});  // what was measured before is old
+  sender_.reset_longest_age();
+  return approach_.run(is_starting_);
 }
 
 /// The last commands to an open device.
@@ -129,11 +141,6 @@ ServoFeedback BusBackend::read() noexcept {
   return feedback;
 }
 
-BackendTimes BusBackend::times() const noexcept {
-  BackendTimes times;
-  return times_.load(times) ? times : BackendTimes{};
-}
-
 std::vector<LogLine> BusBackend::drain_log() {
   const std::lock_guard lock(mutex_);
   return std::exchange(log_, {});
@@ -162,7 +169,7 @@ void BusBackend::run() noexcept {
   for (;;) {
     try {
       if (!open) {
-        if (!await_release()) return;
+        if (!approach_.await_release()) return;
         log(device_->open());
         open = true;
         // The servos come to where the cycle holds the arm; it stays in Error, and holds, until they are
@@ -221,10 +228,10 @@ void BusBackend::serve() {
 Clock::time_point BusBackend::next_due(Clock::time_point last) const {
   const auto due = last + std::chrono::nanoseconds(device_->period_ns());
   const auto phase_ns = device_->phase_ns();
-  if (!phase_ns || last_sent_.time_ns == 0 || arm_.period_ns <= 0) return due;
+  if (!phase_ns || sender_.last().time_ns == 0 || arm_.period_ns <= 0) return due;
   // The nearest instant at that phase of the loop's cycle.
   const std::int64_t late_ns =
-      (due.time_since_epoch().count() - last_sent_.time_ns - *phase_ns) % arm_.period_ns;
+      (due.time_since_epoch().count() - sender_.last().time_ns - *phase_ns) % arm_.period_ns;
   const std::int64_t half_ns = arm_.period_ns / 2;
   const std::int64_t wrapped_ns = late_ns > half_ns    ? late_ns - arm_.period_ns
                                   : late_ns < -half_ns ? late_ns + arm_.period_ns
@@ -246,22 +253,13 @@ void BusBackend::degrade(const DeviceError& error) {
   health_.store(BackendHealth::kDegraded, std::memory_order_release);
 }
 
-void BusBackend::send(const ServoFrame& frame, bool approach) {
-  device_->send(frame, approach);
-  last_sent_ = frame;
-  ++counted_.frames;
-  if (!approach && frame.time_ns != 0) {
-    counted_.age_ns = now_ns() - frame.time_ns;
-    counted_.age_max_ns = std::max(counted_.age_max_ns, counted_.age_ns);
-  }
-  times_.store(counted_);
-}
-
 void BusBackend::exchange() {
   ServoFrame frame;
   if (!newest_.load(frame)) return;  // torn by a writer that never rests: the next one
-  limit_step(frame);
-  send(frame, false);
+  const double period_s = static_cast<double>(device_->period_ns()) * 1e-9;
+  const double gap_s = static_cast<double>(device_->longest_gap_ns()) * 1e-9;
+  limit_step(arm_, sender_.last(), period_s, period_s + gap_s, frame);
+  sender_.send(frame, false);
   stop_.set(StopSource::kDevice, device_->emergency_stop());
   if (!settings_.readback) return;
   const BusReading reading = device_->measure(frame);

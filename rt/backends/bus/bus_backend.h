@@ -14,7 +14,9 @@
 #include "corbot/backend/backend.h"
 #include "corbot/backend/emergency_stop.h"
 #include "corbot/channel/snapshot_cell.h"
+#include "rt/backends/bus/approach.h"
 #include "rt/backends/bus/bus_device.h"
+#include "rt/backends/bus/frame_sender.h"
 
 namespace corbot::rt {
 
@@ -38,7 +40,7 @@ struct BusSettings {
 /// because the bus has stalled, is reached at no more than twice the speed that the profile allows.
 class BusBackend final : public Backend {
  public:
-  /// `stop` is told of the device's emergency stop input; must outlive this.
+  /// `stop` gets the state of the device's emergency stop input; must outlive this.
   BusBackend(const ArmModel& arm, std::unique_ptr<BusDevice> device, BusSettings settings,
              EmergencyStop& stop);
   ~BusBackend() override { close(); }
@@ -53,7 +55,7 @@ class BusBackend final : public Backend {
     return health_.load(std::memory_order_acquire);
   }
   [[nodiscard]] DeviceCause cause() const noexcept override { return cause_.load(std::memory_order_relaxed); }
-  [[nodiscard]] BackendTimes times() const noexcept override;
+  [[nodiscard]] BackendTimes times() const noexcept override { return sender_.times(); }
   [[nodiscard]] std::vector<LogLine> drain_log() override;
   [[nodiscard]] const char* name() const noexcept override { return settings_.name.c_str(); }
 
@@ -65,19 +67,7 @@ class BusBackend final : public Backend {
   /// To the newest frame; false when the end was asked for meanwhile.
   bool approach();
   [[nodiscard]] double angle_rad(std::size_t joint, const BusReading& reading) const;
-  /// In small steps. `is_holding`: the device has its servos where `from` says.
-  bool lead(ServoFrame from, bool is_holding);
-  /// Until the device has interpolated its way.
-  bool await_approach(const ServoFrame& frame);
-  /// Before drives are enabled, while a stop is latched; false when the end was asked for meanwhile.
-  bool await_release();
-  /// Looks at the device's input, too.
-  [[nodiscard]] bool is_stopped(const ServoFrame& newest);
-  [[nodiscard]] bool is_held(const ServoFrame& newest);
-  /// Brings a frame as near to the last one as the device may be asked to go since.
-  void limit_step(ServoFrame& next) const;
   void leave() noexcept;
-  void send(const ServoFrame& frame, bool approach);
   void tolerate(const DeviceError& error);
   void degrade(const DeviceError& error);
   /// When the frame after the one at `last` is due.
@@ -91,18 +81,16 @@ class BusBackend final : public Backend {
   const std::unique_ptr<BusDevice> device_;
   const BusSettings settings_;
   EmergencyStop& stop_;
-  bool is_connected_{false};   ///< by connect(), not yet served
-  bool is_starting_{false};    ///< open() is under way
-  bool may_be_moving_{false};  ///< by itself, on an approach
-  std::chrono::steady_clock::time_point open_since_{};
-  int misses_{0};           ///< in a row
-  int good_{0};             ///< in a row
-  ServoFrame last_sent_{};  ///< servo_count 0: none
-  BackendTimes counted_{};
-
   SnapshotCell<ServoFrame> newest_;
+  FrameSender sender_;
+  Approach approach_;
+  bool is_connected_{false};  ///< by connect(), not yet served
+  bool is_starting_{false};   ///< open() is under way
+  std::chrono::steady_clock::time_point open_since_{};
+  int misses_{0};  ///< in a row
+  int good_{0};    ///< in a row
+
   SnapshotCell<ServoFeedback> feedback_;
-  SnapshotCell<BackendTimes> times_;
   std::atomic<BackendHealth> health_{BackendHealth::kClosed};
   std::atomic<DeviceCause> cause_{DeviceCause::kNone};
   std::atomic<bool> is_cancelled_{false};

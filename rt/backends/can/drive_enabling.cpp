@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way to 'operation enabled', and back where it fails.
+#include "rt/backends/can/drive_enabling.h"
+
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "rt/backends/can/cia402_setup.h"
-#include "rt/backends/can/socketcan.h"
 
 namespace corbot::rt {
 namespace {
@@ -15,90 +16,104 @@ constexpr auto kPositionsWithin = 2s;
 constexpr auto kEnableWithin = 5s;
 /// A controlword stands this long before the next step: a statusword answers the one before it.
 constexpr auto kStep = 20ms;
-/// So far the shaft of a drive that restarts may sag; more, and its count has begun anew.
-constexpr double kSag_rad = 0.05;
-constexpr double kSagOfGripper = 0.05;
 
 }  // namespace
 
-void Cia402Drives::note_restarts() {
-  const auto& drives = watch_.drives();
+DriveEnabling::DriveEnabling(DriveBus& bus, std::vector<double> most_sag)
+    : bus_(bus),
+      most_sag_(std::move(most_sag)),
+      positions_(most_sag_.size()),
+      has_restarted_(most_sag_.size(), false) {}
+
+void DriveEnabling::note_restarts() {
+  const auto& drives = bus_.drives();
   for (std::size_t i = 0; i < drives.size(); ++i) {
     has_restarted_[i] = has_restarted_[i] || drives[i].has_restarted;
   }
 }
 
-void Cia402Drives::check_answered(const DriveReport& drive) const {
+void DriveEnabling::note_positions() {
+  const auto& drives = bus_.drives();
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    if (drives[i].has_process) positions_[i] = drives[i].process.position;
+  }
+}
+
+void DriveEnabling::check_answered(const DriveReport& drive) const {
   if (drive.has_process && !drive.has_restarted) return;
   throw DeviceError(DeviceCause::kNoAnswer,
-                    settings_.interface + ": " + name_of(drive) +
+                    bus_.interface() + ": " + name_of(drive) +
                         (drive.has_restarted ? " has restarted" : " does not answer to SYNC"));
 }
 
-void Cia402Drives::check_counts() const {
-  const auto& drives = watch_.drives();
+void DriveEnabling::check_counts() const {
+  const auto& drives = bus_.drives();
   for (std::size_t i = 0; i < drives.size(); ++i) {
-    if (!has_restarted_[i] || !served_at_[i]) continue;
-    const double most =
-        i < settings_.joints.size()
-            ? kSag_rad * settings_.joints[i].counts_per_rad
-            : kSagOfGripper * std::abs(settings_.gripper->open_count - settings_.gripper->closed_count);
+    if (!has_restarted_[i] || !positions_[i]) continue;
     const std::int32_t now = drives[i].process.position;
-    if (std::abs(static_cast<double>(now) - *served_at_[i]) <= most) continue;
+    if (std::abs(static_cast<double>(now) - *positions_[i]) <= most_sag_[i]) continue;
     throw DeviceError(DeviceCause::kDeviceFault,
-                      settings_.interface + ": " + name_of(drives[i]) + " counts " + std::to_string(now) +
-                          " after its restart, it stood at " + std::to_string(*served_at_[i]) +
+                      bus_.interface() + ": " + name_of(drives[i]) + " counts " + std::to_string(now) +
+                          " after its restart, it stood at " + std::to_string(*positions_[i]) +
                           ": reference it, then restart corbot");
   }
 }
 
-void Cia402Drives::enable() {
-  const auto& drives = watch_.drives();
-  // A first SYNC without a word to the drives tells where they are: one may be enabled, and holds.
-  watch_.expect_answers(Clock::now());
-  port_.write(sync_frame(), Clock::now() + kSendWithin);
-  listen(Clock::now() + kPositionsWithin, [&] { return watch_.has_all_answers(); });
+std::vector<std::int32_t> DriveEnabling::enable() {
+  const auto& drives = bus_.drives();
+  // A first SYNC without a controlword asks where they are: one may be enabled, and holds.
+  bus_.request_answers(Clock::now() + DriveBus::kSendWithin);
+  bus_.await_answers(Clock::now() + kPositionsWithin);
   for (const DriveReport& drive : drives) check_answered(drive);
   check_counts();
   std::vector<bool> was_enabled;
   for (const DriveReport& drive : drives) {
     was_enabled.push_back(state_of(drive.process.statusword) == DriveState::kOperationEnabled);
   }
+  std::vector<std::int32_t> targets;
   try {
-    enable_all();
+    targets = enable_all();
   } catch (const DeviceError&) {
     disable(was_enabled);
     throw;
   }
   has_restarted_.assign(drives.size(), false);
-  watch_.settle_faults();
+  bus_.watch().settle_faults();
+  return targets;
 }
 
-void Cia402Drives::disable(const std::vector<bool>& was_enabled) noexcept {
+void DriveEnabling::disable(const std::vector<bool>& was_enabled) noexcept {
   try {
-    const auto deadline = Clock::now() + std::max<Clock::duration>(kSendWithin, cycle());
-    const auto& drives = watch_.drives();
+    const auto deadline = Clock::now() + std::max<Clock::duration>(DriveBus::kSendWithin, bus_.period());
+    const auto& drives = bus_.drives();
     for (std::size_t i = 0; i < drives.size(); ++i) {
       if (was_enabled[i]) continue;
-      port_.write(rpdo_frame(drives[i].node, kDisableVoltage, drives[i].process.position), deadline);
+      bus_.port().write(rpdo_frame(drives[i].node, kDisableVoltage, drives[i].process.position), deadline);
     }
-    watch_.expect_answers(Clock::now());
-    port_.write(sync_frame(), deadline);
-    listen(deadline, [this] { return watch_.has_all_answers(); });
+    bus_.request_answers(deadline);
+    bus_.await_answers(deadline);
   } catch (const DeviceError&) {
-    return;  // the bus is cut: what brought us here is told
+    return;  // the bus is cut: what led here is reported
   }
 }
 
-void Cia402Drives::enable_all() {
-  const auto& drives = watch_.drives();
+void DriveEnabling::fail_not_enabled(const DriveReport& drive) {
+  const std::uint16_t code = read_error_code(bus_.port(), bus_.watch(), drive.node);
+  const DriveState state = state_of(drive.process.statusword);  // as it is by now
+  throw DeviceError(DeviceCause::kDeviceFault, bus_.interface() + ": " + name_of(drive) +
+                                                   " cannot be enabled, it is in '" + in_words(state) + "'" +
+                                                   (code != 0 ? ": " + emergency_in_words(code) : ""));
+}
+
+std::vector<std::int32_t> DriveEnabling::enable_all() {
+  const auto& drives = bus_.drives();
   std::vector<std::uint16_t> words(drives.size(), kDisableVoltage);
   std::vector<std::int32_t> targets(drives.size(), 0);
   std::vector<Clock::time_point> stepped(drives.size());
   std::vector<bool> is_asked(drives.size(), false);
   std::vector<bool> is_holding(drives.size(), false);
   const auto deadline = Clock::now() + kEnableWithin;
-  for (auto due = Clock::now();; due += cycle()) {
+  for (auto due = Clock::now();; due += bus_.period()) {
     bool is_ready = true;
     for (std::size_t i = 0; i < drives.size(); ++i) {
       const DriveReport& drive = drives[i];
@@ -117,19 +132,16 @@ void Cia402Drives::enable_all() {
     if (is_ready) break;
     if (Clock::now() > deadline) {
       for (std::size_t i = 0; i < drives.size(); ++i) {
-        if (state_of(drives[i].process.statusword) == DriveState::kOperationEnabled) continue;
-        const std::uint16_t code = read_error_code(port_, watch_, drives[i].node);
-        throw DeviceError(DeviceCause::kDeviceFault,
-                          settings_.interface + ": " + name_of(drives[i]) + " cannot be enabled, it is in '" +
-                              in_words(state_of(drives[i].process.statusword)) + "'" +
-                              (code != 0 ? ": " + emergency_in_words(code) : ""));
+        if (state_of(drives[i].process.statusword) != DriveState::kOperationEnabled) {
+          fail_not_enabled(drives[i]);
+        }
       }
     }
-    synchronise(words, targets);
-    listen(due + cycle(), [] { return false; });
-    watch_.check_bus();
+    bus_.synchronise(words, targets);
+    bus_.listen(due + bus_.period(), [] { return false; });
+    bus_.watch().check_bus();
   }
-  last_targets_ = targets;
+  return targets;
 }
 
 }  // namespace corbot::rt

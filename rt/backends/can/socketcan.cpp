@@ -14,16 +14,16 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kHeartbeatsMissed = 3;
-constexpr int kLatePeriods = 3;
 constexpr int kSetUps = 3;
-/// So many periods' frames may wait for a bus that nobody acknowledges; later they would all go out at once.
-constexpr std::size_t kQueuedPeriods = 2;
-constexpr CanPort::Clock::duration kStartWithin = 2s;
+constexpr DriveBus::Clock::duration kStartWithin = 2s;
 /// A drive that sends no process data so long has them reported as missing.
 constexpr auto kStale = 50ms;
 constexpr int kStalePeriods = 5;
 /// So many times as long, and it is lost, though its heartbeat goes on: its statusword is old as well.
 constexpr int kLostAfterStale = 20;
+/// So far the shaft of a drive that restarts may sag; more, and its count has begun anew.
+constexpr double kSag_rad = 0.05;
+constexpr double kSagOfGripper = 0.05;
 
 std::vector<std::uint8_t> nodes_of(const Cia402Settings& settings) {
   std::vector<std::uint8_t> nodes;
@@ -32,14 +32,13 @@ std::vector<std::uint8_t> nodes_of(const Cia402Settings& settings) {
   return nodes;
 }
 
-std::vector<canid_t> identifiers_of(const std::vector<DriveReport>& drives) {
-  std::vector<canid_t> identifiers;
-  for (const DriveReport& drive : drives) {
-    for (const canid_t base : {kEmergency, kTpdo1, kSdoAnswer, kHeartbeat}) {
-      identifiers.push_back(base + drive.node);
-    }
+std::vector<double> most_sag(const Cia402Settings& settings) {
+  std::vector<double> counts;
+  for (const JointDrive& joint : settings.joints) counts.push_back(kSag_rad * joint.counts_per_rad);
+  if (settings.gripper) {
+    counts.push_back(kSagOfGripper * std::abs(settings.gripper->open_count - settings.gripper->closed_count));
   }
-  return identifiers;
+  return counts;
 }
 
 std::string rate_in_words(std::int64_t bits_per_s) {
@@ -50,56 +49,38 @@ std::string rate_in_words(std::int64_t bits_per_s) {
 
 Cia402Drives::Cia402Drives(Cia402Settings settings)
     : settings_(std::move(settings)),
-      watch_(nodes_of(settings_)),
-      period_ns_(settings_.loop_ns),
-      served_at_(watch_.drives().size()),
-      has_restarted_(watch_.drives().size(), false) {}
+      bus_(settings_.interface, nodes_of(settings_), settings_.heartbeat_ms, settings_.loop_ns),
+      enabling_(bus_, most_sag(settings_)) {}
 
-CanPort::Clock::duration Cia402Drives::heartbeat_limit() const {
+DriveBus::Clock::duration Cia402Drives::heartbeat_limit() const {
   return kHeartbeatsMissed * std::chrono::milliseconds(settings_.heartbeat_ms);
 }
 
-CanPort::Clock::duration Cia402Drives::stale_limit() const {
-  return std::max<Clock::duration>(kStale, kStalePeriods * cycle());
-}
-
-void Cia402Drives::listen(Clock::time_point deadline, const std::function<bool()>& is_enough) {
-  // Who has not listened for long, as in every cycle, has heard no heartbeat, whoever sent some.
-  const auto begin = Clock::now();
-  const Clock::duration heartbeat = std::chrono::milliseconds(settings_.heartbeat_ms);
-  if (begin - last_listened_ > std::max(heartbeat, kLatePeriods * cycle())) watch_.forgive(begin);
-  while (!is_enough()) {
-    const auto frame = port_.read(deadline);
-    if (!frame) break;
-    watch_.take(*frame, Clock::now());
-  }
-  last_listened_ = Clock::now();
+DriveBus::Clock::duration Cia402Drives::stale_limit() const {
+  return std::max<Clock::duration>(kStale, kStalePeriods * bus_.period());
 }
 
 void Cia402Drives::examine() {
   try {
-    for (const DriveReport& drive : watch_.drives()) {
+    for (const DriveReport& drive : bus_.drives()) {
       if (drive.emergency != 0 || state_of(drive.process.statusword) != DriveState::kFault) continue;
-      CanFrame told{};  // as an emergency would have
-      const std::uint16_t code = read_error_code(port_, watch_, drive.node);
-      told.can_id = kEmergency + drive.node;
-      told.can_dlc = CAN_MAX_DLEN;
-      told.data[0] = static_cast<std::uint8_t>(code);
-      told.data[1] = static_cast<std::uint8_t>(code >> 8);
-      watch_.take(told, Clock::now());
+      CanFrame emergency{};  // as the drive would have sent it
+      const std::uint16_t code = read_error_code(bus_.port(), bus_.watch(), drive.node);
+      emergency.can_id = kEmergency + drive.node;
+      emergency.can_dlc = CAN_MAX_DLEN;
+      emergency.data[0] = static_cast<std::uint8_t>(code);
+      emergency.data[1] = static_cast<std::uint8_t>(code >> 8);
+      bus_.watch().take(emergency, Clock::now());
     }
-    watch_.check(Clock::now(), heartbeat_limit(), kLostAfterStale * stale_limit());
+    bus_.watch().check(Clock::now(), heartbeat_limit(), kLostAfterStale * stale_limit());
   } catch (const DeviceError& error) {
     throw DeviceError(error.cause(), settings_.interface + ": " + error.what());
   }
-  const auto& drives = watch_.drives();
-  for (std::size_t i = 0; i < drives.size(); ++i) {
-    if (drives[i].has_process) served_at_[i] = drives[i].process.position;
-  }
+  enabling_.note_positions();
 }
 
 std::string Cia402Drives::choose_period() {
-  const std::size_t drives = watch_.drives().size();
+  const std::size_t drives = bus_.drives().size();
   const std::uint32_t bit_rate =
       settings_.bit_rate != 0 ? settings_.bit_rate : bit_rate_of(settings_.interface).value_or(0);
   const auto period_ns = sync_period_ns(drives, settings_.loop_ns, bit_rate);
@@ -109,18 +90,19 @@ std::string Cia402Drives::choose_period() {
                           std::to_string(drives) + " drives even at 10 frames a second, which need " +
                           rate_in_words(needed_bit_rate(drives, kLongestSyncPeriod_ns)));
   }
-  period_ns_ = *period_ns;
-  if (settings_.watch_ms > 0 && beat_period() < cycle()) {
+  bus_.set_period_ns(*period_ns);
+  if (settings_.watch_ms > 0 && beat_period() < bus_.period()) {
     throw DeviceError(DeviceCause::kNotThere, settings_.interface +
                                                   ": watch_ms = " + std::to_string(settings_.watch_ms) +
                                                   " is too short for a bus that carries a frame every " +
-                                                  std::to_string(period_ns_ / 1'000'000) + " ms");
+                                                  std::to_string(bus_.period_ns() / 1'000'000) + " ms");
   }
-  const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
+  const std::int64_t tenths_hz = 10'000'000'000 / bus_.period_ns();
   std::string text = std::to_string(tenths_hz / 10) + "." + std::to_string(tenths_hz % 10) +
-                     " frames a second, which need " + rate_in_words(needed_bit_rate(drives, period_ns_)) +
+                     " frames a second, which need " +
+                     rate_in_words(needed_bit_rate(drives, bus_.period_ns())) +
                      (bit_rate == 0 ? "; the bit rate is not known" : " of " + rate_in_words(bit_rate));
-  if (period_ns_ > settings_.loop_ns) {
+  if (bus_.period_ns() > settings_.loop_ns) {
     text += "; the loop's " + std::to_string(1'000'000'000 / settings_.loop_ns) + " would need " +
             rate_in_words(needed_bit_rate(drives, settings_.loop_ns));
   }
@@ -128,17 +110,14 @@ std::string Cia402Drives::choose_period() {
 }
 
 std::string Cia402Drives::open() {
-  port_.open(settings_.interface, identifiers_of(watch_.drives()));
-  port_.limit_queue(kQueuedPeriods * (watch_.drives().size() + 1));
-  last_listened_ = Clock::now();
-  note_restarts();
-  watch_.clear(last_listened_);
+  bus_.open();
+  enabling_.note_restarts();
+  bus_.watch().clear(Clock::now());
   last_targets_.clear();
-  is_synchronised_ = false;
   is_well_ = false;
   const std::string rate = choose_period();
   std::string nodes = set_up();
-  // Who restarts meanwhile, as when all of them have just been switched on, has forgotten it.
+  // A drive that restarts meanwhile, as after all have just been switched on, has forgotten its set-up.
   for (int left = kSetUps - 1; const DriveReport* drive = restarted(); --left) {
     if (left == 0) {
       throw DeviceError(DeviceCause::kDeviceFault,
@@ -147,30 +126,30 @@ std::string Cia402Drives::open() {
     nodes = set_up();
   }
   start();
-  enable();
+  last_targets_ = enabling_.enable();
   is_well_ = true;
   return "CiA 402 drives on " + settings_.interface + ": nodes " + nodes + "; " + rate;
 }
 
 const DriveReport* Cia402Drives::restarted() const {
-  const auto& drives = watch_.drives();
+  const auto& drives = bus_.drives();
   const auto found = std::find_if(drives.begin(), drives.end(),
                                   [](const DriveReport& drive) { return drive.has_restarted; });
   return found == drives.end() ? nullptr : &*found;
 }
 
 std::string Cia402Drives::set_up() {
-  command(NmtCommand::kPreOperational);  // their PDOs are quiet while they are set up
-  watch_masters(0);                      // and no heartbeat is sent
+  bus_.command(NmtCommand::kPreOperational);  // their PDOs are quiet while they are set up
+  watch_masters(0);                           // and no heartbeat is sent
   std::string nodes;
   std::string last_name;
-  for (std::size_t i = 0; i < has_restarted_.size(); ++i) {
-    const DriveReport& drive = watch_.drives()[i];
-    note_restarts();
-    watch_.settle_restart(i);
+  for (std::size_t i = 0; i < bus_.drives().size(); ++i) {
+    const DriveReport& drive = bus_.drives()[i];
+    enabling_.note_restarts();
+    bus_.watch().settle_restart(i);
     const auto [name, was_set_up] =
-        set_up_drive(port_, watch_, {drive.node, period_ns_, settings_.heartbeat_ms});
-    if (!was_set_up) has_restarted_[i] = true;
+        set_up_drive(bus_.port(), bus_.watch(), {drive.node, bus_.period_ns(), settings_.heartbeat_ms});
+    if (!was_set_up) enabling_.note_restart(i);
     // A row of the same drives is named once, at its end.
     if (!nodes.empty()) nodes += (name == last_name || last_name.empty() ? ", " : " (" + last_name + "), ");
     nodes += std::to_string(drive.node);
@@ -183,20 +162,20 @@ std::string Cia402Drives::set_up() {
 
 void Cia402Drives::watch_masters(int watch_ms) {
   if (settings_.watch_ms == 0) return;
-  for (const DriveReport& drive : watch_.drives()) watch_master(port_, watch_, drive.node, watch_ms);
+  for (const DriveReport& drive : bus_.drives())
+    watch_master(bus_.port(), bus_.watch(), drive.node, watch_ms);
 }
 
 void Cia402Drives::beat() {
   const auto now = Clock::now();
-  if (settings_.watch_ms == 0 || now - last_beat_ + cycle() / 2 < beat_period()) return;
-  port_.write(master_heartbeat_frame(), now + kSendWithin);
+  if (settings_.watch_ms == 0 || now - last_beat_ + bus_.period() / 2 < beat_period()) return;
+  bus_.port().write(master_heartbeat_frame(), now + DriveBus::kSendWithin);
   last_beat_ = now;
 }
 
 void Cia402Drives::close() noexcept {
-  // At a proper end they go on as they are; when something is the matter they react, unless it is mended
-  // soon.
-  if (is_well_ && port_.is_open()) {
+  // At a proper end they go on as they are; after a fault they react, unless it is fixed soon.
+  if (is_well_ && bus_.is_open()) {
     is_well_ = false;
     try {
       watch_masters(0);
@@ -204,40 +183,22 @@ void Cia402Drives::close() noexcept {
       // Then they react.
     }
   }
-  port_.close();
-}
-
-void Cia402Drives::command(NmtCommand command) {
-  for (const DriveReport& drive : watch_.drives()) {
-    port_.write(nmt_frame(command, drive.node), Clock::now() + kSendWithin);
-  }
+  bus_.close();
 }
 
 void Cia402Drives::start() {
-  command(NmtCommand::kStart);
+  bus_.command(NmtCommand::kStart);
   const auto is_operational = [](const DriveReport& drive) { return drive.nmt == NmtState::kOperational; };
-  const auto& drives = watch_.drives();
-  // Its heartbeat tells that it has become operational.
+  const auto& drives = bus_.drives();
+  // Its heartbeat shows that it has become operational.
   const Clock::duration two_heartbeats = 2 * std::chrono::milliseconds(settings_.heartbeat_ms);
-  listen(Clock::now() + std::max(kStartWithin, two_heartbeats),
-         [&] { return std::all_of(drives.begin(), drives.end(), is_operational); });
-  watch_.check_bus();
+  bus_.listen(Clock::now() + std::max(kStartWithin, two_heartbeats),
+              [&] { return std::all_of(drives.begin(), drives.end(), is_operational); });
+  bus_.watch().check_bus();
   const auto late = std::find_if_not(drives.begin(), drives.end(), is_operational);
   if (late == drives.end()) return;
   throw DeviceError(DeviceCause::kNoAnswer, settings_.interface + ": " + name_of(*late) +
                                                 " does not become operational, it is " + in_words(late->nmt));
-}
-
-void Cia402Drives::synchronise(const std::vector<std::uint16_t>& controlwords,
-                               const std::vector<std::int32_t>& targets) {
-  const auto deadline = Clock::now() + std::max<Clock::duration>(kSendWithin, cycle());
-  const auto& drives = watch_.drives();
-  for (std::size_t i = 0; i < drives.size(); ++i) {
-    port_.write(rpdo_frame(drives[i].node, controlwords[i], targets[i]), deadline);
-  }
-  watch_.expect_answers(Clock::now());
-  port_.write(sync_frame(), deadline);
-  is_synchronised_ = true;
 }
 
 std::vector<std::int32_t> Cia402Drives::targets(const ServoFrame& frame) const {
@@ -275,27 +236,25 @@ BusReading Cia402Drives::reading_of(const std::vector<std::int32_t>& positions) 
 
 void Cia402Drives::send(const ServoFrame& frame, bool) {
   is_well_ = false;
-  listen(Clock::now(), [] { return false; });
+  bus_.listen(Clock::now(), [] { return false; });
   examine();
   last_targets_ = targets(frame);
   beat();
-  synchronise(std::vector<std::uint16_t>(last_targets_.size(), kEnableOperation), last_targets_);
+  bus_.synchronise(std::vector<std::uint16_t>(last_targets_.size(), kEnableOperation), last_targets_);
   is_well_ = true;
 }
 
 BusReading Cia402Drives::measure(const ServoFrame&) {
   is_well_ = false;
-  if (!is_synchronised_) {  // who is asked between two cycles answers as well
-    watch_.expect_answers(Clock::now());
-    port_.write(sync_frame(), Clock::now() + kSendWithin);
-  }
-  listen(Clock::now() + cycle() / 2, [this] { return watch_.has_all_answers(); });
-  is_synchronised_ = false;
+  // Drives that get a SYNC between two cycles answer as well.
+  if (!bus_.is_synchronised()) bus_.request_answers(Clock::now() + DriveBus::kSendWithin);
+  bus_.await_answers(Clock::now() + bus_.period() / 2);
+  bus_.settle_synchronisation();
   examine();
   is_well_ = true;
   const auto now = Clock::now();
   std::vector<std::int32_t> positions;
-  for (const DriveReport& drive : watch_.drives()) {
+  for (const DriveReport& drive : bus_.drives()) {
     if (now - drive.process_time > stale_limit()) return {};
     positions.push_back(drive.process.position);
   }
@@ -303,18 +262,17 @@ BusReading Cia402Drives::measure(const ServoFrame&) {
 }
 
 std::optional<DeviceError> Cia402Drives::warning() {
-  auto warning = watch_.warning(Clock::now(), stale_limit());
+  auto warning = bus_.watch().warning(Clock::now(), stale_limit());
   if (!warning) return warning;
   return DeviceError(warning->cause(), settings_.interface + ": " + warning->what());
 }
 
 void Cia402Drives::relax() {
-  const std::size_t count = watch_.drives().size();
+  const std::size_t count = bus_.drives().size();
   if (last_targets_.size() != count) return;
-  synchronise(std::vector<std::uint16_t>(count, kDisableVoltage), last_targets_);
-  listen(Clock::now() + std::max<Clock::duration>(kSendWithin, cycle()),
-         [this] { return watch_.has_all_answers(); });
-  command(NmtCommand::kPreOperational);
+  bus_.synchronise(std::vector<std::uint16_t>(count, kDisableVoltage), last_targets_);
+  bus_.await_answers(Clock::now() + std::max<Clock::duration>(DriveBus::kSendWithin, bus_.period()));
+  bus_.command(NmtCommand::kPreOperational);
 }
 
 }  // namespace corbot::rt

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "corbot/arm/arm_model.h"
 #include "rt/backends/bus/bus_device.h"
-#include "rt/backends/can/can_port.h"
-#include "rt/backends/can/drive_watch.h"
+#include "rt/backends/can/drive_bus.h"
+#include "rt/backends/can/drive_enabling.h"
 
 namespace corbot::rt {
 
@@ -49,7 +48,7 @@ class Cia402Drives final : public BusDevice {
   /// Drives that it has enabled are disabled again when it throws; those that held before go on holding.
   std::string open() override;
   void close() noexcept override;
-  [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
+  [[nodiscard]] std::int64_t period_ns() const noexcept override { return bus_.period_ns(); }
   /// Half a loop's period after the cycle: its frame is there, and the next one is far.
   [[nodiscard]] std::optional<std::int64_t> phase_ns() const noexcept override {
     return settings_.loop_ns / 2;
@@ -69,31 +68,16 @@ class Cia402Drives final : public BusDevice {
   [[nodiscard]] BusReading reading_of(const std::vector<std::int32_t>& positions) const;
 
  private:
-  using Clock = CanPort::Clock;
-
-  static constexpr auto kSendWithin = std::chrono::milliseconds(100);
+  using Clock = DriveBus::Clock;
 
   [[nodiscard]] std::string choose_period();
-  /// Returns the nodes in words.
+  /// Returns the nodes, for the log.
   std::string set_up();
   /// One that has restarted since its set-up began, or nullptr.
   [[nodiscard]] const DriveReport* restarted() const;
-  void command(NmtCommand command);
   void start();
-  void enable();
-  void enable_all();
-  /// Takes the voltage from those that were not enabled before.
-  void disable(const std::vector<bool>& was_enabled) noexcept;
   void watch_masters(int watch_ms);
   void beat();
-  void note_restarts();
-  void check_answered(const DriveReport& drive) const;
-  /// Throws when a drive that has restarted counts otherwise than before.
-  void check_counts() const;
-  /// RPDOs to all, then SYNC.
-  void synchronise(const std::vector<std::uint16_t>& controlwords, const std::vector<std::int32_t>& targets);
-  /// Takes what has come in, and what comes until the deadline; ends early when `is_enough`.
-  void listen(Clock::time_point deadline, const std::function<bool()>& is_enough);
   /// Throws for what the drives or the bus report.
   void examine();
   [[nodiscard]] Clock::duration heartbeat_limit() const;
@@ -102,19 +86,13 @@ class Cia402Drives final : public BusDevice {
   [[nodiscard]] Clock::duration beat_period() const {
     return std::chrono::milliseconds(settings_.watch_ms) / 3;
   }
-  [[nodiscard]] Clock::duration cycle() const { return std::chrono::nanoseconds(period_ns_); }
 
   const Cia402Settings settings_;
-  CanPort port_;
-  DriveWatch watch_;
-  std::int64_t period_ns_;
-  Clock::time_point last_listened_{};
+  DriveBus bus_;
+  DriveEnabling enabling_;
   Clock::time_point last_beat_{};
   bool is_well_{false};  ///< the last exchange was
   std::vector<std::int32_t> last_targets_;
-  std::vector<std::optional<std::int32_t>> served_at_;  ///< where a drive stood when it was last served
-  std::vector<bool> has_restarted_;                     ///< since then
-  bool is_synchronised_{false};                         ///< answers to the last SYNC may still come
 };
 
 }  // namespace corbot::rt

@@ -129,12 +129,12 @@ TEST_F(BusApproachTest, GivesNoFirstPulseWhileStopped) {
   EXPECT_GT(bus_.copy().size(), before);
 }
 
-TEST_F(BusApproachTest, WhatHoldsItsLoadIsNotLedFromAnywhere) {
+TEST_F(BusApproachTest, ADriveThatHoldsItsLoadDoesNotRampFromAGuess) {
   bus_.approach_ns = 0;
   bus_.is_energising = true;
   bus_.is_silent = true;
   const auto backend = make();
-  EXPECT_THAT(opening(*backend).get(), HasSubstr("does not tell where it stands"));
+  EXPECT_THAT(opening(*backend).get(), HasSubstr("reports no position"));
   EXPECT_TRUE(bus_.copy().empty());
 }
 

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/backends/bus/step_limit.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace corbot::rt {
+namespace {
+
+/// After a stall, the device catches up at so many times the speed that the profile allows.
+constexpr double kCatchUp = 2.0;
+
+/// The share of a way that may be gone.
+double share_of(double way, double most) {
+  return most > 0.0 && std::abs(way) > most ? most / std::abs(way) : 1.0;
+}
+
+}  // namespace
+
+void limit_step(const ArmModel& arm, const ServoFrame& last, double period_s, double longest_s,
+                ServoFrame& next) {
+  if (last.servo_count != next.servo_count || next.servo_count <= arm.dof) return;
+  const double time_s =
+      std::clamp(static_cast<double>(next.time_ns - last.time_ns) * 1e-9, period_s, longest_s);
+  // All joints the same share of their ways: the arm stays on its path, but for the chord.
+  double share = 1.0;
+  for (std::size_t i = 0; i < arm.dof; ++i) {
+    const double way = next.position_rad[i] - last.position_rad[i];
+    share = std::min(share, share_of(way, kCatchUp * arm.joints[i].speed_rad_s * time_s));
+  }
+  if (share < 1.0) {
+    for (std::size_t i = 0; i < arm.dof; ++i) {
+      next.position_rad[i] = std::lerp(last.position_rad[i], next.position_rad[i], share);
+      next.pulse_us[i] = std::lerp(last.pulse_us[i], next.pulse_us[i], share);
+    }
+  }
+  const GripperModel& gripper = arm.gripper;
+  const double travel_us = std::abs(gripper.open_us - gripper.closed_us);
+  const double most_us = gripper.travel_s > 0.0 ? kCatchUp * travel_us / gripper.travel_s * time_s : 0.0;
+  const double way_us = next.pulse_us[arm.dof] - last.pulse_us[arm.dof];
+  next.pulse_us[arm.dof] = last.pulse_us[arm.dof] + share_of(way_us, most_us) * way_us;
+}
+
+}  // namespace corbot::rt
