@@ -20,13 +20,15 @@ constexpr std::size_t kLongestSource = 400;
 
 /// The files of rt/ that set up, log and end: they may use the configuration and streams. All others are the
 /// cyclic part.
-constexpr std::array<const char*, 12> kSetUp{"rt/main.cpp",
+constexpr std::array<const char*, 14> kSetUp{"rt/main.cpp",
                                              "rt/loop.h",
                                              "rt/loop.cpp",
                                              "rt/realtime_setup.h",
                                              "rt/realtime_setup.cpp",
                                              "rt/housekeeping.h",
                                              "rt/housekeeping.cpp",
+                                             "rt/safety_settings.h",
+                                             "rt/safety_settings.cpp",
                                              "rt/start_position.h",
                                              "rt/start_position.cpp",
                                              "rt/backends/registry.h",
