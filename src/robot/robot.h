@@ -15,7 +15,7 @@
 #include "robot/alarm_log.h"
 #include "robot/call_error.h"
 #include "robot/link.h"
-#include "robot/position_keeper.h"
+#include "robot/position_saver.h"
 #include "robot/robot_view.h"
 #include "robot/ticket_table.h"
 

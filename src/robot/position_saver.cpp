@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "robot/position_keeper.h"
+#include "robot/position_saver.h"
 
 #include <exception>
 #include <utility>

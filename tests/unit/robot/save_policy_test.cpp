@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "robot/position_keeper.h"
+#include "robot/position_saver.h"
 
 namespace corbot {
 namespace {
