@@ -50,8 +50,8 @@ void catch_signals() {
   sigaction(SIGINT, &action, nullptr);
   struct sigaction of_parent {};
   sigaction(SIGHUP, nullptr, &of_parent);
-  if (of_parent.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // nohup may have its way
-  signal(SIGPIPE, SIG_IGN);                                                  // whoever reads the log may go
+  if (of_parent.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // started by nohup
+  signal(SIGPIPE, SIG_IGN);                                                  // the reader of the log may end
   signal(SIGUSR1, SIG_IGN);  // unless the backend has a use for them
   signal(SIGUSR2, SIG_IGN);
 }
@@ -164,9 +164,9 @@ void run(const Options& options) {
     join();
     throw;
   }
-  safety.stop();  // before whatever writes to a terminal
+  safety.stop();  // before what writes to a terminal
   backend->close();
-  position.keep(segment.layout());
+  position.save(segment.layout());
   join();
   rt::print_log(*backend);
   rt::print_log(safety);
@@ -185,7 +185,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"enforce", "best-effort"}))
       ->capture_default_str();
   app.add_option("--state-dir", options.state_directory,
-                 "where the last position is kept, instead of $CORBOT_STATE_DIR or ~/.local/state/corbot");
+                 "where the last position is saved, instead of $CORBOT_STATE_DIR or ~/.local/state/corbot");
   app.add_flag("--fresh", options.fresh, "forget where the arm was: it must be at angle 0");
   app.footer(corbot::rt::fault_controls_help());
   CLI11_PARSE(app, argc, argv);

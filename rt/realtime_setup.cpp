@@ -36,7 +36,7 @@ void prefault_stack() {
   (void)stack[0];
 }
 
-bool hold_latency(int& latency_fd) {
+bool limit_latency(int& latency_fd) {
   latency_fd = ::open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
   if (latency_fd < 0) return false;
   const std::int32_t microseconds = 0;
@@ -54,7 +54,7 @@ void take_cpu(int cpu, RealtimeResult& result) {
                                         cpu, std::strerror(error)));
 }
 
-bool take_fifo(int priority, RealtimeResult& result) {
+bool set_fifo(int priority, RealtimeResult& result) {
   const int error = set_fifo_priority(priority);
   if (error == 0) return true;
   result.failures.push_back(fmt::format(
@@ -69,9 +69,9 @@ RealtimeResult make_realtime(const RealtimeSettings& settings, int& latency_fd) 
   RealtimeResult result;
   result.locked = lock_memory(result);
   prefault_stack();
-  result.latency_held = hold_latency(latency_fd);
+  result.latency_held = limit_latency(latency_fd);
   take_cpu(settings.cpu, result);
-  result.scheduled = take_fifo(settings.priority, result);
+  result.scheduled = set_fifo(settings.priority, result);
   return result;
 }
 

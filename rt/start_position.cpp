@@ -14,7 +14,7 @@
 namespace corbot::rt {
 namespace {
 
-/// A controller tells its pulses in steps of up to 10 us, 1 degree of a usual servo.
+/// A controller reports its pulses in steps of up to 10 us, 1 degree of a usual servo.
 constexpr double kSamePulse_rad = to_radians(2.0);
 /// A joint may hang that far beyond its end; it is brought back, slowly.
 constexpr double kNearRange_rad = to_radians(3.0);
@@ -27,8 +27,8 @@ std::string degrees(const ArmModel& arm, const Joints& position_rad) {
   return text + " degrees";
 }
 
-const char* slow_note(bool uncertain) {
-  return uncertain ? "; believed, not known: the first motion runs at 10 % of its speed" : "";
+const char* slow_note(bool unverified) {
+  return unverified ? "; position unverified: the first motion runs at 10 % of its speed" : "";
 }
 
 }  // namespace
@@ -37,7 +37,7 @@ StartPosition::StartPosition(const Profile& profile, const std::string& robot,
                              const std::string& state_directory)
     : profile_(profile),
       fingerprint_(position_fingerprint(profile.arm)),
-      is_let_go_(unpowered_after_exit(profile) && !profile.backend.position_known_at_start),
+      was_unpowered_(unpowered_after_exit(profile) && !profile.backend.position_known_at_start),
       robot_(robot) {
   const std::filesystem::path directory =
       state_directory.empty() ? default_state_directory() : std::filesystem::path(state_directory);
@@ -50,7 +50,7 @@ CycleStart StartPosition::find(const SegmentLayout& segment, const DevicePositio
   start.power_cut_at_stop = !profile_.power_enable.chip.empty() && profile_.power_enable.off_at_stop &&
                             !profile_.backend.position_known_at_start;
   start.position_fingerprint = fingerprint_;
-  spdlog::log(start.uncertain ? spdlog::level::warn : spdlog::level::info, "position: {}", text_);
+  spdlog::log(start.unverified ? spdlog::level::warn : spdlog::level::info, "position: {}", text_);
   return start;
 }
 
@@ -62,10 +62,8 @@ void StartPosition::refuse_impossible(const DevicePosition& device) const {
     if (at_rad >= limits.lower_rad - kNearRange_rad && at_rad <= limits.upper_rad + kNearRange_rad) continue;
     throw std::runtime_error(fmt::format(
         "joint {} is measured at {:.1f} degrees, outside its range of {:.1f} to {:.1f}: not started. Home "
-        "its "
-        "encoder, correct its drive's zero_count, counts_per_degree or direction, or turn it by hand into "
-        "its "
-        "range",
+        "its encoder, correct its drive's zero_count, counts_per_degree or direction, or turn it by hand "
+        "into its range",
         profile_.joint_names[i], to_degrees(at_rad), to_degrees(limits.lower_rad),
         to_degrees(limits.upper_rad)));
   }
@@ -75,14 +73,14 @@ CycleStart StartPosition::decide(const SegmentLayout& segment, const DevicePosit
   Snapshot last{};
   const bool has_last =
       last_snapshot(segment, last) && is_in_range(profile_.arm, last.position_rad, kGateTolerance_rad);
-  if (has_last && last.position_fingerprint == fingerprint_ && !is_let_go_) {
+  if (has_last && last.position_fingerprint == fingerprint_ && !was_unpowered_) {
     text_ = fmt::format("where the last real-time task left it{}",
-                        slow_note((last.flags & kSnapshotUncertain) != 0));
-    return {last.position_rad, last.gripper, (last.flags & kSnapshotUncertain) != 0};
+                        slow_note((last.flags & kSnapshotUnverified) != 0));
+    return {last.position_rad, last.gripper, (last.flags & kSnapshotUnverified) != 0};
   }
-  const std::optional<LastPosition> kept = has_last ? by_pulses(last) : forget ? std::nullopt : read();
-  const std::optional<CycleStart> told = from_device(device, kept);
-  CycleStart start = told ? *told : has_last ? left_by(last, *kept) : believed(kept);
+  const std::optional<LastPosition> saved = has_last ? by_pulses(last) : forget ? std::nullopt : read();
+  const std::optional<CycleStart> reported = from_device(device, saved);
+  CycleStart start = reported ? *reported : has_last ? left_by(last, *saved) : assumed(saved);
   start.outranks_segment = true;
   return start;
 }
@@ -108,8 +106,8 @@ CycleStart StartPosition::left_by(const Snapshot& last, const LastPosition& at) 
   const bool is_same_map = last.position_fingerprint == fingerprint_;
   text_ =
       fmt::format("{}, where the last real-time task left it{}{}{}", degrees(profile_.arm, at.position_rad),
-                  is_same_map ? "" : ", by its last pulses: THE SERVO MAP IS ANOTHER NOW",
-                  is_let_go_ ? ", and let the servos go" : "", slow_note(true));
+                  is_same_map ? "" : ", by its last pulses: THE SERVO MAP HAS CHANGED",
+                  was_unpowered_ ? ", with the servos unpowered since" : "", slow_note(true));
   return {at.position_rad, at.opening, true};
 }
 
@@ -121,62 +119,61 @@ std::optional<LastPosition> StartPosition::read() const {
   try {
     return store_->load(profile_.arm);
   } catch (const PositionError& error) {
-    spdlog::warn("the last position is not believed: {}", error.what());
+    spdlog::warn("the last position is rejected: {}", error.what());
     return std::nullopt;
   }
 }
 
 std::optional<CycleStart> StartPosition::from_device(const DevicePosition& device,
-                                                     const std::optional<LastPosition>& kept) {
+                                                     const std::optional<LastPosition>& saved) {
   if (device.kind == DevicePosition::Kind::kUnknown) return std::nullopt;
   // A controller may go on sending to servos that have no power.
-  const bool is_limp = device.kind == DevicePosition::Kind::kTold && is_let_go_;
-  CycleStart start{device.position_rad, device.opening, is_limp};
-  if (device.opening < 0.0) start.opening = kept ? kept->opening : 0.0;
+  const bool is_unpowered = device.kind == DevicePosition::Kind::kTold && was_unpowered_;
+  CycleStart start{device.position_rad, device.opening, is_unpowered};
+  if (device.opening < 0.0) start.opening = saved ? saved->opening : 0.0;
   if (!is_in_range(profile_.arm, start.position_rad, kNearRange_rad)) {
-    spdlog::warn("the device says that the arm is at {}, outside its range: not believed",
+    spdlog::warn("the device reports the arm at {}, outside its range: rejected",
                  degrees(profile_.arm, start.position_rad));
     return std::nullopt;
   }
-  bool is_same = kept.has_value() && device.kind == DevicePosition::Kind::kTold;
+  bool is_same = saved.has_value() && device.kind == DevicePosition::Kind::kTold;
   for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
     const JointLimits& limits = profile_.arm.joints[i];
     start.position_rad[i] = std::clamp(start.position_rad[i], limits.lower_rad, limits.upper_rad);
-    is_same = is_same && std::abs(kept->position_rad[i] - start.position_rad[i]) <= kSamePulse_rad;
+    is_same = is_same && std::abs(saved->position_rad[i] - start.position_rad[i]) <= kSamePulse_rad;
   }
-  if (is_same) start = {kept->position_rad, kept->opening, is_limp};  // the same, and not rounded
+  if (is_same) start = {saved->position_rad, saved->opening, is_unpowered};  // the same, unrounded
   text_ = fmt::format("{}, {}{}", degrees(profile_.arm, start.position_rad),
                       device.kind == DevicePosition::Kind::kMeasured ? "measured by the device"
                                                                      : "by the pulses that the device sends",
-                      slow_note(is_limp));
+                      slow_note(is_unpowered));
   return start;
 }
 
-CycleStart StartPosition::believed(const std::optional<LastPosition>& kept) {
+CycleStart StartPosition::assumed(const std::optional<LastPosition>& saved) {
   CycleStart start;
-  start.uncertain = !profile_.backend.position_known_at_start;
-  if (kept) {
-    start.position_rad = kept->position_rad;
-    start.opening = kept->opening;
+  start.unverified = !profile_.backend.position_known_at_start;
+  if (saved) {
+    start.position_rad = saved->position_rad;
+    start.opening = saved->opening;
     text_ = fmt::format("{}, where corbot left it at {}{}{}{}", degrees(profile_.arm, start.position_rad),
-                        utc_text(kept->saved_s),
-                        kept->boot_id == boot_id() ? "" : ", before this machine was started",
-                        kept->at_rest ? "" : ", IN THE MIDDLE OF A MOTION", slow_note(start.uncertain));
+                        utc_text(saved->saved_s),
+                        saved->boot_id == boot_id() ? "" : ", before this machine was started",
+                        saved->at_rest ? "" : ", IN THE MIDDLE OF A MOTION", slow_note(start.unverified));
     return start;
   }
-  text_ = fmt::format("{}0 degrees{}",
-                      start.uncertain ? "NOBODY KNOWS WHERE THE ARM IS; it is taken to be at " : "",
-                      slow_note(start.uncertain));
+  text_ = fmt::format("{}0 degrees{}", start.unverified ? "UNKNOWN; the arm is taken to be at " : "",
+                      slow_note(start.unverified));
   return start;
 }
 
-void StartPosition::keep(const SegmentLayout& segment) const {
+void StartPosition::save(const SegmentLayout& segment) const {
   Snapshot last{};
   if (!store_ || !last_snapshot(segment, last)) return;
   try {
     store_->save(position_of(last, robot_), profile_.arm.dof);
   } catch (const std::exception& error) {
-    spdlog::warn("the last position is not kept: {}", error.what());
+    spdlog::warn("the last position is not saved: {}", error.what());
   }
 }
 

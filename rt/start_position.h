@@ -13,22 +13,22 @@
 namespace corbot::rt {
 
 /// Where the arm is at the start of the task, and where it was at its end. Set-up and tear-down only. By
-/// rank: what the segment says, if its servo map is this one and the servos have not been let go since; what
-/// the device measures or has been told; the pulses in the segment; what is on disk; and angle 0 where there
-/// is nothing.
+/// rank: the segment's position, if its servo map is this one and the servos have had power since; what the
+/// device measures or was commanded; the pulses in the segment; the file on disk; and angle 0 where there is
+/// nothing.
 class StartPosition {
  public:
   /// `state_directory` empty: the default one. Throws std::invalid_argument for a bad name.
   StartPosition(const Profile& profile, const std::string& robot, const std::string& state_directory);
 
-  /// Decides, and logs what it decided and everything that was not to be believed. `forget`: the file too.
+  /// Decides, and logs the decision and everything that was rejected. `forget`: the file too.
   /// Throws std::runtime_error when a joint is measured where it cannot be: from there, nothing may move.
   [[nodiscard]] CycleStart find(const SegmentLayout& segment, const DevicePosition& device, bool forget);
   /// The decision in one line of ASCII, for the operator.
   [[nodiscard]] const std::string& text() const noexcept { return text_; }
 
   /// Writes the last set-point to disk; what goes wrong is logged.
-  void keep(const SegmentLayout& segment) const;
+  void save(const SegmentLayout& segment) const;
 
  private:
   void refuse_impossible(const DevicePosition& device) const;
@@ -37,12 +37,12 @@ class StartPosition {
   [[nodiscard]] CycleStart left_by(const Snapshot& last, const LastPosition& at);
   [[nodiscard]] std::optional<LastPosition> read() const;
   [[nodiscard]] std::optional<CycleStart> from_device(const DevicePosition& device,
-                                                      const std::optional<LastPosition>& kept);
-  [[nodiscard]] CycleStart believed(const std::optional<LastPosition>& kept);
+                                                      const std::optional<LastPosition>& saved);
+  [[nodiscard]] CycleStart assumed(const std::optional<LastPosition>& saved);
 
   const Profile& profile_;
   const std::uint64_t fingerprint_;  ///< of the servo map and all else that gives a position its meaning
-  const bool is_let_go_;             ///< the servos have been since the last task
+  const bool was_unpowered_;         ///< the servos have been since the last task
   std::string robot_;
   std::optional<PositionStore> store_;  // nothing: no directory is known
   std::string text_;

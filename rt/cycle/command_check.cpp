@@ -73,7 +73,7 @@ CommandVerdict check_joint_motion(const ArmModel& arm, const Command& command) n
   return kGood;
 }
 
-/// What lines and arcs have in common. `turn_rad` is the change of the hand's pitch.
+/// What lines and arcs have in common. `rotation_rad` is the change of the tool pitch.
 template <class Path>
 CommandVerdict check_path(const ArmModel& arm, const Command& command, const Path& path) noexcept {
   if (static_cast<std::uint32_t>(path.branch) >= kBranchCount)
@@ -88,14 +88,14 @@ CommandVerdict check_path(const ArmModel& arm, const Command& command, const Pat
 
   const LawPeaks peak = peaks(path.law);
   const double length = length_m(path);
-  const double turn_rad = std::abs(path.to_pitch_rad - path.from_pitch_rad);
+  const double rotation_rad = std::abs(path.to_pitch_rad - path.from_pitch_rad);
   for (const auto& [value, bound] :
        {std::pair{peak.velocity * length, arm.path.speed_m_s},
         std::pair{peak.acceleration * length, arm.path.acceleration_m_s2},
         std::pair{peak.jerk * length, arm.path.jerk_m_s3},
-        std::pair{peak.velocity * turn_rad, arm.path.turn_speed_rad_s},
-        std::pair{peak.acceleration * turn_rad, arm.path.turn_acceleration_rad_s2},
-        std::pair{peak.jerk * turn_rad, arm.path.turn_jerk_rad_s3}}) {
+        std::pair{peak.velocity * rotation_rad, arm.path.rotation_speed_rad_s},
+        std::pair{peak.acceleration * rotation_rad, arm.path.rotation_acceleration_rad_s2},
+        std::pair{peak.jerk * rotation_rad, arm.path.rotation_jerk_rad_s3}}) {
     if (!within(value, bound)) return limit(value);
   }
 

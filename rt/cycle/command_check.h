@@ -8,7 +8,7 @@
 
 namespace corbot::rt {
 
-/// Numbers of commands rise by one; a jump beyond this is no number but garbage.
+/// Numbers of commands rise by one; a greater jump is corrupt data.
 inline constexpr std::uint64_t kLargestIdStep = 1'000'000;
 
 /// Where the arm is at rest when a command comes.
@@ -29,7 +29,7 @@ struct CommandVerdict {
 /// Checks every field of a command that came out of shared memory, where a network-facing process writes: a
 /// command that passes can be evaluated at any virtual time, begins where the arm rests, ends in range and
 /// keeps the limits of the arm by its laws. What lies between the ends of a line or an arc is left to the
-/// check of each set-point. The epoch is the caller's business. Real-time safe.
+/// check of each set-point. The caller checks the epoch. Real-time safe.
 [[nodiscard]] CommandVerdict check_command(const ArmModel& arm, const Command& command,
                                            const RestState& rest) noexcept;
 

@@ -15,7 +15,7 @@ namespace {
 
 /// Slower than this is a pause, not an override.
 constexpr double kLowestOverride = 1e-3;
-/// A joint that turned less has not shown where it is.
+/// A smaller rotation does not verify a joint's position.
 constexpr double kLeastFirstMotion_rad = 0.01;
 
 double valid_override(double ratio) noexcept {
@@ -55,7 +55,7 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
     set_point_.position_rad[i] = std::clamp(wanted_rad, arm_.joints[i].lower_rad, arm_.joints[i].upper_rad);
   }
   if (std::isfinite(start.opening)) set_point_.opening = std::clamp(start.opening, 0.0, 1.0);
-  uncertain_ = start.uncertain;
+  unverified_ = start.unverified;
   power_cut_at_stop_ = start.power_cut_at_stop;
   snapshot_.position_fingerprint = start.position_fingerprint;
   Snapshot last{};
@@ -64,7 +64,7 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
     snapshot_.last_done_id = std::max(last.last_done_id, last.command_id);
     if (!start.outranks_segment && is_in_range(arm_, last.position_rad, kGateTolerance_rad)) {
       set_point_.position_rad = last.position_rad;
-      uncertain_ = (last.flags & kSnapshotUncertain) != 0;
+      unverified_ = (last.flags & kSnapshotUnverified) != 0;
     }
     if (!start.outranks_segment && std::isfinite(last.gripper))
       set_point_.opening = std::clamp(last.gripper, 0.0, 1.0);
@@ -74,7 +74,7 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
   last_ = set_point_;
 }
 
-/// Of whatever kind it was, it counts as a stop: nobody has cleared it.
+/// Of any kind: it counts as a stop, since it has not been cleared.
 void Cycle::inherit_error(bool was_in_error) noexcept {
   if (!was_in_error) return;
   faulted_ = true;
@@ -98,9 +98,9 @@ StepReport Cycle::step(std::int64_t now_ns, std::int64_t wall_ns) noexcept {
   ++snapshot_.cycle;
   published_ = false;
 
-  take_flags();
-  take_emergency_stop();
-  take_command();
+  read_flags();
+  latch_emergency_stop();
+  handle_command();
   advance_virtual_time();
   accept_or_hold(evaluate_path());
   exchange_with_backend();
@@ -108,9 +108,9 @@ StepReport Cycle::step(std::int64_t now_ns, std::int64_t wall_ns) noexcept {
   return {published_ || snapshot_.state != state_before, !is_running_, snapshot_.state};
 }
 
-void Cycle::take_flags() noexcept {
+void Cycle::read_flags() noexcept {
   const ControlFlags& control = segment_.control;
-  // Counters only rise; a lower one is somebody's mistake and no request.
+  // Counters only rise; a lower value is an error of its writer, not a request.
   stops_requested_ = std::max(stops_requested_, control.stop_count.load(std::memory_order_acquire));
   paused_ = control.pause.load(std::memory_order_relaxed) != 0;
   const std::uint64_t clears = control.clear_count.load(std::memory_order_acquire);
@@ -120,19 +120,19 @@ void Cycle::take_flags() noexcept {
     emergency_latched_ = emergency_latched_ && snapshot_.stop_sources != 0;
     faulted_ = has_failed(health_) || emergency_latched_;
     if (!emergency_latched_) segment_.header.stop_seen.store(0, std::memory_order_release);
-    uncertain_ = uncertain_ || (power_cut_at_stop_ && was_latched && !emergency_latched_);
+    unverified_ = unverified_ || (power_cut_at_stop_ && was_latched && !emergency_latched_);
     published_ = true;
   }
-  take_override();
+  read_override();
 }
 
-void Cycle::take_override() noexcept {
+void Cycle::read_override() noexcept {
   snapshot_.override_ratio = valid_override(segment_.control.override_ratio.load(std::memory_order_relaxed));
-  if (uncertain_) snapshot_.override_ratio = std::min(snapshot_.override_ratio, kFirstMotionOverride);
+  if (unverified_) snapshot_.override_ratio = std::min(snapshot_.override_ratio, kFirstMotionOverride);
 }
 
 /// Before any command of this cycle: the set-point of the last cycle is the last.
-void Cycle::take_emergency_stop() noexcept {
+void Cycle::latch_emergency_stop() noexcept {
   if (error_inherited_) raise(alarm::error_inherited());
   error_inherited_ = false;
   snapshot_.stop_sources = emergency_stop_.sources();
@@ -145,7 +145,7 @@ void Cycle::take_emergency_stop() noexcept {
 
 bool Cycle::is_stopping() const noexcept { return stops_requested_ > snapshot_.stops_done || shutdown_; }
 
-void Cycle::take_command() noexcept {
+void Cycle::handle_command() noexcept {
   if (faulted_) {
     refuse_queue(Verdict::kFault, false);
     end_stop();
@@ -225,7 +225,7 @@ void Cycle::begin_pending() noexcept {
   governor_.begin(governed_motion(arm_, running_));
 }
 
-/// The ring's indices made no sense and what it held is gone: whoever waits for it must not wait forever.
+/// The ring's indices were corrupt and what it held is lost: no call may wait for it forever.
 void Cycle::report_lost_commands() noexcept {
   raise(alarm::ring_corrupt());
   const std::uint64_t last = is_running_ ? running_.id : snapshot_.last_done_id;
@@ -266,12 +266,12 @@ void Cycle::accept_or_hold(const SetPoint& next) noexcept {
   complete(running_.id, Verdict::kDone);
 }
 
-/// A motion that has brought the arm somewhere and that nobody stopped: it is where it is believed to be.
+/// A motion that has gone somewhere and was not stopped verifies the position.
 void Cycle::end_first_motion() noexcept {
-  for (std::size_t i = 0; uncertain_ && i < kMaxJoints; ++i) {
-    uncertain_ = std::abs(set_point_.position_rad[i] - base_.position_rad[i]) < kLeastFirstMotion_rad;
+  for (std::size_t i = 0; unverified_ && i < kMaxJoints; ++i) {
+    unverified_ = std::abs(set_point_.position_rad[i] - base_.position_rad[i]) < kLeastFirstMotion_rad;
   }
-  take_override();  // who waits for this motion shall not read the old one
+  read_override();  // a client that waits for this motion must not read the old one
 }
 
 void Cycle::exchange_with_backend() noexcept {
@@ -281,7 +281,7 @@ void Cycle::exchange_with_backend() noexcept {
   map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
   backend_.write(frame_);
   const ServoFeedback feedback = backend_.read();
-  snapshot_.flags = (feedback.measured ? kSnapshotMeasured : 0u) | (uncertain_ ? kSnapshotUncertain : 0u);
+  snapshot_.flags = (feedback.measured ? kSnapshotMeasured : 0u) | (unverified_ ? kSnapshotUnverified : 0u);
   snapshot_.measured_rad = feedback.measured ? feedback.position_rad : Joints{};
   snapshot_.measured_time_ns = feedback.measured ? feedback.time_ns : 0;
   const BackendTimes times = backend_.times();
@@ -322,7 +322,7 @@ void Cycle::raise(AlarmEvent alarm) noexcept {
 }
 
 /// Verdicts in the order of the commands. A full ring drops the completion (its reader is dead or stuck, and
-/// the cycle waits for nobody); Snapshot::last_done_id still says that the command is over.
+/// the cycle never waits); Snapshot::last_done_id still says that the command is over.
 void Cycle::complete(std::uint64_t id, Verdict verdict) noexcept {
   (void)completions_.push({id, verdict, 0, snapshot_.cycle});
   if (id > snapshot_.last_done_id && id - snapshot_.last_done_id <= kLargestIdStep)

@@ -14,7 +14,7 @@ namespace corbot::rt {
 
 /// What the loop around the cycle must know of a step.
 struct StepReport {
-  bool published{false};  ///< a verdict, an alarm or a change of state is out: wake whoever waits
+  bool published{false};  ///< a verdict, an alarm or a change of state is out: wake the waiting threads
   bool at_rest{true};     ///< no command is running
   RtState state{RtState::kStandby};
 };
@@ -26,15 +26,15 @@ inline constexpr double kFirstMotionOverride = 0.1;
 struct CycleStart {
   Joints position_rad{};  ///< brought into the joints' ranges
   double opening{0.0};
-  bool uncertain{false};          ///< believed, not known: the first motion is slow
-  bool outranks_segment{false};   ///< the segment's last snapshot does not say where the servos are
-  bool power_cut_at_stop{false};  ///< an emergency stop takes their power: uncertain again once it is cleared
+  bool unverified{false};                 ///< position unverified: the first motion is slow
+  bool outranks_segment{false};           ///< the segment's last snapshot does not say where the servos are
+  bool power_cut_at_stop{false};          ///< by an emergency stop: unverified again once it is cleared
   std::uint64_t position_fingerprint{0};  ///< for the snapshots
 };
 
-/// One robot's real-time cycle. The constructor takes up where the segment's last snapshot left the arm (or
-/// at `start`), and the Error that it left it in, and drops what the ring holds; step() is then called once a
-/// period, forever.
+/// One robot's real-time cycle. The constructor adopts the position and the Error of the segment's last
+/// snapshot (or the position in `start`), and drops what the ring holds; step() is then called once a period,
+/// forever.
 ///
 /// step() is given the time and touches nothing but the segment, the backend and its own members: no clock,
 /// no allocation, no lock, no system call, nothing thrown, a bounded number of operations. Each call advances
@@ -65,10 +65,10 @@ class Cycle {
   void inherit_error(bool was_in_error) noexcept;
   void drop_ring() noexcept;
 
-  void take_flags() noexcept;
-  void take_override() noexcept;
-  void take_emergency_stop() noexcept;
-  void take_command() noexcept;
+  void read_flags() noexcept;
+  void read_override() noexcept;
+  void latch_emergency_stop() noexcept;
+  void handle_command() noexcept;
   void advance_virtual_time() noexcept;
   [[nodiscard]] SetPoint evaluate_path() noexcept;
   void accept_or_hold(const SetPoint& next) noexcept;
@@ -115,7 +115,7 @@ class Cycle {
   std::uint32_t presses_seen_{0};
   bool emergency_latched_{false};  ///< until a clear after the release
   bool error_inherited_{false};    ///< of the task before, not yet reported
-  bool uncertain_{false};          ///< no motion has been done yet since the arm's power-up
+  bool unverified_{false};         ///< position: no motion has been done since the arm's power-up
   bool power_cut_at_stop_{false};
   bool published_{false};
   BackendHealth health_{BackendHealth::kOpen};

@@ -21,19 +21,20 @@ void evaluate_path(const ArmModel& arm, const Path& path, double time_s, SetPoin
   if (set_point.reachable) set_point.position_rad = ik.position_rad;
 }
 
-/// Limits of the path parameter: those of the way and those of the hand's turn, whichever is narrower. A path
-/// that goes nowhere is bounded by nothing.
-double parameter_limit(double along, double length, double turning, double turn_rad) noexcept {
+/// Limits of the path parameter: those of the travel and those of the tool's rotation, whichever is narrower.
+/// A path that goes nowhere is bounded by nothing.
+double parameter_limit(double along, double length, double rotating, double rotation_rad) noexcept {
   const double by_length = length > 0.0 ? along / length : std::numeric_limits<double>::infinity();
-  const double by_turn = turn_rad > 0.0 ? turning / turn_rad : std::numeric_limits<double>::infinity();
-  return std::min(by_length, by_turn);
+  const double by_rotation =
+      rotation_rad > 0.0 ? rotating / rotation_rad : std::numeric_limits<double>::infinity();
+  return std::min(by_length, by_rotation);
 }
 
-GovernedLaw governed_path(const PathLimits& limits, const TimeLaw& law, double length, double turn_rad,
+GovernedLaw governed_path(const PathLimits& limits, const TimeLaw& law, double length, double rotation_rad,
                           double acceleration_m_s2, double jerk_m_s3) noexcept {
   return {LawSegments(law),
-          parameter_limit(acceleration_m_s2, length, limits.turn_acceleration_rad_s2, turn_rad),
-          parameter_limit(jerk_m_s3, length, limits.turn_jerk_rad_s3, turn_rad)};
+          parameter_limit(acceleration_m_s2, length, limits.rotation_acceleration_rad_s2, rotation_rad),
+          parameter_limit(jerk_m_s3, length, limits.rotation_jerk_rad_s3, rotation_rad)};
 }
 
 GovernedLaw governed_line(const PathLimits& limits, const LineMotion& line) noexcept {
@@ -51,14 +52,15 @@ GovernedLaw governed_arc(const PathLimits& limits, const ArcMotion& arc) noexcep
   const double length = length_m(arc);
   const LawPeaks peak = peaks(arc.law);
   const double v = peak.velocity * length;
-  const double turn_rate = v / arc.radius_m;
-  const double centripetal_jerk = v * turn_rate * turn_rate;
+  const double angular_rate = v / arc.radius_m;
+  const double centripetal_jerk = v * angular_rate * angular_rate;
   const double half_jerk = std::max(peak.jerk * length, 0.5 * limits.jerk_m_s3);
   const double across = leg(limits.jerk_m_s3, std::min(limits.jerk_m_s3, centripetal_jerk + half_jerk));
-  const double a = std::max(peak.acceleration * length, std::min(leg(limits.acceleration_m_s2, v * turn_rate),
-                                                                 across / (3.0 * turn_rate)));
+  const double a =
+      std::max(peak.acceleration * length,
+               std::min(leg(limits.acceleration_m_s2, v * angular_rate), across / (3.0 * angular_rate)));
   const double j =
-      std::max(peak.jerk * length, leg(limits.jerk_m_s3, 3.0 * a * turn_rate) - centripetal_jerk);
+      std::max(peak.jerk * length, leg(limits.jerk_m_s3, 3.0 * a * angular_rate) - centripetal_jerk);
   return governed_path(limits, arc.law, length, std::abs(arc.to_pitch_rad - arc.from_pitch_rad), a, j);
 }
 

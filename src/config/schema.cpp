@@ -160,11 +160,11 @@ void read_path(Section section, PathLimits& path) {
   path.speed_m_s = section.number("speed_m_s", limit("m/s")).value_or(0);
   path.acceleration_m_s2 = section.number("acceleration_m_s2", limit("m/s^2")).value_or(0);
   path.jerk_m_s3 = section.number("jerk_m_s3", limit("m/s^3")).value_or(0);
-  path.turn_speed_rad_s =
+  path.rotation_speed_rad_s =
       section.number("turn_speed_deg_s", limit("degrees/s")).value_or(0) * kRadiansPerDegree;
-  path.turn_acceleration_rad_s2 =
+  path.rotation_acceleration_rad_s2 =
       section.number("turn_acceleration_deg_s2", limit("degrees/s^2")).value_or(0) * kRadiansPerDegree;
-  path.turn_jerk_rad_s3 =
+  path.rotation_jerk_rad_s3 =
       section.number("turn_jerk_deg_s3", limit("degrees/s^3")).value_or(0) * kRadiansPerDegree;
   section.finish();
 }

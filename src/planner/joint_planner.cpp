@@ -46,8 +46,8 @@ PlanResult joint_command(const ArmModel& model, const Joints& speed_rad_s, const
   return std::vector<Command>{command};
 }
 
-/// Puts each angle into its range by whole rotations, nearest to where the joint is. Returns the joint that no
-/// rotation brings into its range, −1 where all are.
+/// Puts each angle into its range by whole rotations, nearest to where the joint is. Returns the joint that
+/// no rotation brings into its range, −1 where there is none.
 int fit_ranges(const ArmModel& model, const Joints& present, Joints* target) {
   for (std::size_t i = 0; i < 4; ++i) {
     double best = std::numeric_limits<double>::quiet_NaN();

@@ -39,10 +39,10 @@ TimeLaw path_law(const PathLimits& limits, double speed_ratio, const PathScale& 
     a = std::sqrt((a - k * v * v) * (a + k * v * v));
   }
   const LawLimits law_limits{
-      std::min(
-          {per(v, scale.length_m), per(limits.turn_speed_rad_s * speed_ratio, scale.rotation_rad), rate_cap}),
-      std::min(per(a, scale.length_m), per(limits.turn_acceleration_rad_s2, scale.rotation_rad)),
-      std::min(per(limits.jerk_m_s3, scale.length_m), per(limits.turn_jerk_rad_s3, scale.rotation_rad))};
+      std::min({per(v, scale.length_m), per(limits.rotation_speed_rad_s * speed_ratio, scale.rotation_rad),
+                rate_cap}),
+      std::min(per(a, scale.length_m), per(limits.rotation_acceleration_rad_s2, scale.rotation_rad)),
+      std::min(per(limits.jerk_m_s3, scale.length_m), per(limits.rotation_jerk_rad_s3, scale.rotation_rad))};
   TimeLaw law = plan_law(1.0, law_limits);
   if (k > 0.0) {
     const LawPeaks peak = peaks(law);

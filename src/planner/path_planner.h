@@ -15,7 +15,7 @@ namespace corbot {
 
 using PathPlan = std::variant<Command, PlanRefusal>;
 
-/// What the law of a path must keep to, per unit of the path parameter; and the arc's curvature, 0 for a line.
+/// What the law of a path must keep to, per unit of the path parameter; and the curvature, 0 for a line.
 struct PathScale {
   double length_m{};
   double rotation_rad{};

@@ -17,10 +17,10 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSmallestCell = 1e-9;       // of the path parameter
-constexpr double kSmallestTravel_m = 1e-12;  // of TCP and hand together
+constexpr double kSmallestTravel_m = 1e-12;  // of TCP and tool together
 constexpr std::size_t kMostCells = 20'000;   // a path that needs more runs along a border; it is refused
 constexpr double kUnbroken_rad = 1e-3;       // θ0 may not change by more in a smallest cell
-constexpr double kTurn_rad = 0.5;            // the others: next to a border, far more than √kSmallestCell
+constexpr double kWrap_rad = 0.5;            // the others: next to a border, far more than √kSmallestCell
 constexpr double kWrapMargin_rad = 1e-6;     // kept from ±180 degrees, where θ0, θ1 and θ3 wrap
 
 struct Interval {
@@ -33,16 +33,16 @@ double dot(double ax, double ay, double bx, double by) { return ax * bx + ay * b
 
 PathProof::PathProof(const ArmModel& model, const LineMotion& line, Branch branch, double hint_rad)
     : model_(&model), path_(line), branch_(branch), hint_rad_(hint_rad) {
-  constants_.turn = line.to_pitch_rad - line.from_pitch_rad;
+  constants_.rotation = line.to_pitch_rad - line.from_pitch_rad;
   constants_.bend_m = 0.0;
-  constants_.travel_m = length_m(line) + model.geometry.l3_m * std::abs(constants_.turn);
+  constants_.travel_m = length_m(line) + model.geometry.l3_m * std::abs(constants_.rotation);
 }
 
 PathProof::PathProof(const ArmModel& model, const ArcMotion& arc, Branch branch, double hint_rad)
     : model_(&model), path_(arc), branch_(branch), hint_rad_(hint_rad) {
-  constants_.turn = arc.to_pitch_rad - arc.from_pitch_rad;
+  constants_.rotation = arc.to_pitch_rad - arc.from_pitch_rad;
   constants_.bend_m = arc.radius_m * arc.angle_rad * arc.angle_rad;
-  constants_.travel_m = length_m(arc) + model.geometry.l3_m * std::abs(constants_.turn);
+  constants_.travel_m = length_m(arc) + model.geometry.l3_m * std::abs(constants_.rotation);
 }
 
 PathPoint PathProof::point(double s) const noexcept {
@@ -89,7 +89,7 @@ PathProof::Cell PathProof::bound(double s_a, double s_b) const noexcept {
   const double w = 0.5 * (s_b - s_a);
   const PathPoint p = point(s);
   const std::array<double, 3> v = derivative(s);
-  const double turn = constants_.turn;
+  const double rotation = constants_.rotation;
   const double facing = is_backward(branch_) ? -1.0 : 1.0;
   Cell cell;
   cell.middle = inverse(arm, p.position_m, p.pitch_rad, branch_, hint_rad_);
@@ -118,9 +118,9 @@ PathProof::Cell PathProof::bound(double s_a, double s_b) const noexcept {
   const double u = facing * rho - arm.l3_m * cos_pitch;
   const double h = z - arm.l0_m - arm.l3_m * sin_pitch;
   const double rho_rate = rho > 0.0 ? dot(x, y, v[0], v[1]) / rho : 0.0;
-  const double v_u = facing * rho_rate + arm.l3_m * sin_pitch * turn;
-  const double v_h = v[2] - arm.l3_m * cos_pitch * turn;
-  const double bend = (constants_.bend_m + arm.l3_m * turn * turn) * w;
+  const double v_u = facing * rho_rate + arm.l3_m * sin_pitch * rotation;
+  const double v_h = v[2] - arm.l3_m * cos_pitch * rotation;
+  const double bend = (constants_.bend_m + arm.l3_m * rotation * rotation) * w;
   // |ρ″| ≤ v_xy²/ρ + bend; nearer to the axis, ρ′ is known only to lie within ±v_xy.
   const double swing =
       rho_low > 0.0 ? std::min(v_xy_top * v_xy_top / rho_low * w, 2.0 * v_xy_top) : 2.0 * v_xy_top;
@@ -145,8 +145,8 @@ PathProof::Cell PathProof::bound(double s_a, double s_b) const noexcept {
   if (!(far > 0.0 && near > 0.0)) return cell;
   const double sine = std::sqrt(far * near) / twice;
 
-  // From the wrist's velocity: A′ = −(u′ cos B + h′ sin B)/(L1 sin θ2), B′ = (u′ cos A + h′ sin A)/(L2 sin
-  // θ2).
+  // From the wrist's velocity: A′ = −(u′ cos B + h′ sin B)/(L1 sin θ2),
+  //                            B′ = (u′ cos A + h′ sin A)/(L2 sin θ2).
   const auto [a, b, c] = detail::inclinations(arm, cell.middle.position_rad);
   const double top_a = dot(v_u, v_h, std::cos(b), std::sin(b));
   const double top_b = dot(v_u, v_h, std::cos(a), std::sin(a));
@@ -156,7 +156,7 @@ PathProof::Cell PathProof::bound(double s_a, double s_b) const noexcept {
   const double elbow_rate = -sign * along / (arm.l1_m * arm.l2_m * sine);
   cell.rate_middle[1] = std::abs(a_rate);
   cell.rate_middle[2] = std::abs(elbow_rate);
-  cell.rate_middle[3] = std::abs(turn - b_rate);
+  cell.rate_middle[3] = std::abs(rotation - b_rate);
   if (!(far_low > 0.0 && near_low > 0.0)) return cell;
 
   const double sine_low = std::sqrt(far_low * near_low) / twice;
@@ -181,10 +181,10 @@ std::optional<PlanRefusal> PathProof::check_ends(double s_a, double s_b) const {
       return unreachable(point(end == &a ? s_a : s_b).position_m, *end, "the path's point");
     }
   }
-  // Where a joint is fast, a smallest cell can step over the whole margin at ±180 degrees: a turn, not a
+  // Where a joint is fast, a smallest cell can step over the whole margin at ±180 degrees: a wrap, not a
   // travel.
   for (std::size_t i = 1; i < 4; ++i) {
-    if (std::abs(a.position_rad[i] - b.position_rad[i]) <= kTurn_rad) continue;
+    if (std::abs(a.position_rad[i] - b.position_rad[i]) <= kWrap_rad) continue;
     PlanRefusal refusal = joint_range(static_cast<int>(i), std::copysign(std::numbers::pi, a.position_rad[i]),
                                       cut_limits(i), fmt::format("{:.3g} % along the path", 100.0 * s_a));
     refusal.target_m = point(s_a).position_m;

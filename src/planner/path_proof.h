@@ -28,7 +28,7 @@ namespace corbot {
 /// and bend boundedly.
 class PathProof {
  public:
-  /// `hint_rad` is θ0 at the start, `joint_speed_rad_s` the limits in force. Turns of 2π are not followed:
+  /// `hint_rad` is θ0 at the start, `joint_speed_rad_s` the limits in force. Rotations by 2π are not followed:
   /// ranges count as cut to ±180 degrees.
   PathProof(const ArmModel& model, const LineMotion& line, Branch branch, double hint_rad);
   PathProof(const ArmModel& model, const ArcMotion& arc, Branch branch, double hint_rad);
@@ -50,9 +50,9 @@ class PathProof {
  private:
   /// The whole path's constants.
   struct Constants {
-    double turn{};      ///< dφ/ds
+    double rotation{};  ///< dφ/ds
     double bend_m{};    ///< bound of |d²(position)/ds²|
-    double travel_m{};  ///< bound of |d(position)/ds| + L3·|turn|
+    double travel_m{};  ///< bound of |d(position)/ds| + L3·|rotation|
   };
   /// Bounds on one cell. Index: joint 0 … 3.
   struct Cell {

@@ -15,7 +15,7 @@ namespace corbot {
 /// has both.
 inline constexpr std::int32_t kAlarmTaskGone = 150;
 inline constexpr std::int32_t kAlarmTaskRestarted = 151;
-inline constexpr std::int32_t kAlarmPositionNotKept = 152;
+inline constexpr std::int32_t kAlarmPositionNotSaved = 152;
 
 struct AlarmEntry {
   double time_s{};  ///< since the Unix epoch
@@ -24,7 +24,7 @@ struct AlarmEntry {
   std::string text;
 };
 
-/// The last 64 alarms in words. Thread-safe.
+/// The last 64 alarms, as text. Thread-safe.
 class AlarmLog {
  public:
   static constexpr std::size_t kKept = 64;

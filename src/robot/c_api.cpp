@@ -93,10 +93,10 @@ corbot_robot* corbot_robot_open(const char* profile_path, const char* name, corb
 
 void corbot_robot_close(corbot_robot* robot) { delete robot; }
 
-void corbot_robot_keep_position(corbot_robot* robot, const char* directory, void (*warn)(const char* text)) {
+void corbot_robot_save_position(corbot_robot* robot, const char* directory, void (*warn)(const char* text)) {
   corbot_error error{};
   guarded(&error, [&] {
-    robot->robot.keep_position(directory != nullptr ? directory : "", [warn](const std::string& text) {
+    robot->robot.save_position(directory != nullptr ? directory : "", [warn](const std::string& text) {
       if (warn != nullptr) warn(text.c_str());
     });
   });

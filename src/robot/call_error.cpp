@@ -55,7 +55,7 @@ CallError internal(const std::string& text) { return call_error(CORBOT_INTERNAL,
 
 CallError queue_full(int capacity) {
   CallError result =
-      call_error(CORBOT_QUEUE_FULL, fmt::format("{} motions are under way or queued already", capacity));
+      call_error(CORBOT_QUEUE_FULL, fmt::format("{} motions are running or queued already", capacity));
   result.error.capacity = capacity;
   return result;
 }
@@ -65,12 +65,12 @@ CallError refused(const PlanRefusal& refusal) {
                                               CORBOT_LIMIT_EXCEEDED};
   CallError result = call_error(kStatus[static_cast<std::size_t>(refusal.kind)], refusal.text);
   const bool angular = is_angular(refusal.parameter);
-  const auto told = [&](double value) { return angular ? tidy_degrees(value) : value; };
+  const auto shown = [&](double value) { return angular ? tidy_degrees(value) : value; };
   copy_text(refusal.parameter, result.error.parameter, sizeof(result.error.parameter));
   result.error.joint = refusal.joint;
-  result.error.value = told(refusal.value);
-  result.error.lower = told(refusal.lower);
-  result.error.upper = told(refusal.upper);
+  result.error.value = shown(refusal.value);
+  result.error.lower = shown(refusal.lower);
+  result.error.upper = shown(refusal.upper);
   std::copy(refusal.target_m.begin(), refusal.target_m.end(), result.error.target_m);
   return result;
 }

@@ -19,11 +19,11 @@ struct CallError {
 [[nodiscard]] CallError queue_full(int capacity);
 [[nodiscard]] CallError no_data(const std::string& text);
 [[nodiscard]] CallError internal(const std::string& text);
-/// The planner's refusal at the CORBA face: radians become degrees.
+/// The planner's refusal at the CORBA interface: radians become degrees.
 [[nodiscard]] CallError refused(const PlanRefusal& refusal);
 
-/// Radians as the CORBA face's degrees, without the last bits that the way there and back leaves: -30, not
-/// -29.999999999999996. For what is told back, never for joint positions.
+/// Radians as degrees of the CORBA interface, without the last bits that the way there and back leaves: -30,
+/// not -29.999999999999996. For limits and refusals, never for joint positions.
 [[nodiscard]] double tidy_degrees(double angle_rad);
 
 /// Copies as much as fits, as printable ASCII (the ORBs' native code set), terminated.

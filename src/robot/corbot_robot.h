@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * The robot without an ORB, in C: what every adapter (omniORB, ORBit2) calls. Units are the CORBA face's:
- * metres, degrees, seconds, percent. Every function is thread-safe; none is real-time safe. No exception
- * crosses this header.
+ * The robot without an ORB, in C: what every adapter (omniORB, ORBit2) calls. Units are the CORBA
+ * interface's: metres, degrees, seconds, percent. Every function is thread-safe; none is real-time safe. No
+ * exception crosses this header.
  *
  * Functions that can fail return CORBOT_OK or the kind of failure and fill *error. Nothing has moved then. */
 #ifndef CORBOT_ROBOT_H
@@ -114,21 +114,21 @@ typedef struct corbot_device_info {
   char cause_text[CORBOT_TEXT];
   uint64_t frames;         /* that it has taken */
   double age_s, age_max_s; /* of the newest frame when it had taken it; the longest since it was opened */
-  int32_t measured;        /* it tells positions */
+  int32_t measured;        /* it measures positions */
   double measured_age_s;   /* of the last of them, now */
-  int32_t uncertain;       /* the arm's position is believed, not known: the first motion is slow */
+  int32_t uncertain;       /* position unverified: the first motion is slow */
   int32_t emergency_stop;  /* seen now */
 } corbot_device_info;
 
-/* Reads the profile, takes the servant's place at the segment of `name` (NULL: the profile's own name) and
+/* Reads the profile, attaches as the servant to the segment of `name` (NULL: the profile's own name) and
  * goes on trying in the background while no real-time task is there. NULL and *error on a bad profile or when
- * another servant holds the place. */
+ * another servant is attached. */
 corbot_robot* corbot_robot_open(const char* profile_path, const char* name, corbot_error* error);
-/* From now on the last position is kept on disk for the next power-up, in `directory` (NULL:
- * CORBOT_STATE_DIR, or below XDG_STATE_HOME or HOME). `warn` (may be NULL) is told, from another thread, when
- * that fails. */
-void corbot_robot_keep_position(corbot_robot* robot, const char* directory, void (*warn)(const char* text));
-/* Wakes every waiting call (CORBOT_NOT_READY) and gives the place up. What was accepted is carried out. */
+/* From now on the last position is saved on disk for the next power-up, in `directory` (NULL:
+ * CORBOT_STATE_DIR, or below XDG_STATE_HOME or HOME). `warn` (may be NULL) is called, from another thread,
+ * when that fails. */
+void corbot_robot_save_position(corbot_robot* robot, const char* directory, void (*warn)(const char* text));
+/* Wakes every waiting call (CORBOT_NOT_READY) and detaches. What was accepted is carried out. */
 void corbot_robot_close(corbot_robot* robot);
 /* Every call that waits for a motion, now or later, returns CORBOT_NOT_READY: the process is about to end. */
 void corbot_robot_interrupt(corbot_robot* robot);
@@ -164,7 +164,7 @@ corbot_status corbot_robot_delay(corbot_robot* robot, double t_s, corbot_ticket*
 corbot_status corbot_robot_open_gripper(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_close_gripper(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error);
 
-/* Waits until the motion has ended (or for timeout_s; negative: for ever) and tells how it stands. CORBOT_OK
+/* Waits until the motion has ended (or for timeout_s; negative: for ever) and returns its state. CORBOT_OK
  * also when the time ran out or the motion failed: read info->state. CORBOT_BAD_PARAMETER: no such ticket. */
 corbot_status corbot_robot_wait(corbot_robot* robot, corbot_ticket ticket, double timeout_s,
                                 corbot_motion_info* info, corbot_error* error);

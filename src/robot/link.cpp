@@ -13,9 +13,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kRetry = 50ms;                           // between attempts to find a segment or a task
-constexpr std::int64_t kLookAfterPeer_ns = 20'000'000;  // a dead task is noticed within this time
-constexpr auto kSnapshotOfVerdict = 5ms;                // a verdict's snapshot follows it within a cycle
+constexpr auto kRetry = 50ms;                      // between attempts to find a segment or a task
+constexpr std::int64_t kPeerPoll_ns = 20'000'000;  // a dead task is noticed within this time
+constexpr auto kSnapshotOfVerdict = 5ms;           // a verdict's snapshot follows it within a cycle
 
 std::string task_is_gone(const std::string& name) {
   return fmt::format(
@@ -119,15 +119,14 @@ void Link::serve_until_gone(Segment& segment) {
     }
     const std::uint32_t seen = layout.wake.load(std::memory_order_acquire);
     // Asked before the rings are drained: verdicts that a dying task still gave are not lost.
-    const bool there = segment.peer_alive();
+    const bool connected = segment.peer_alive();
     const bool same = layout.header.incarnation.load(std::memory_order_acquire) == incarnation_;
     drain(segment);
-    if (!there) {
+    if (!connected) {
       return lose(task_is_gone(name_));
     }
-    if (!same)
-      return lose("the real-time task was restarted; the motion under way was lost with the old one");
-    wait_change(layout.wake, seen, kLookAfterPeer_ns);
+    if (!same) return lose("the real-time task was restarted; the running motion was lost with the old one");
+    wait_change(layout.wake, seen, kPeerPoll_ns);
   }
 }
 
@@ -142,8 +141,8 @@ void Link::drain(Segment& segment) {
   Completion completion{};
   for (std::size_t i = 0; i < layout.completions.capacity(); ++i) {
     if (completions.pop(completion) != PopResult::kOk) return;
-    // A cycle publishes its verdicts before its snapshot: who is woken by the verdict shall find the arm at
-    // rest.
+    // A cycle publishes its verdicts before its snapshot: a call that ends with the verdict must find the arm
+    // at rest.
     const auto deadline = std::chrono::steady_clock::now() + kSnapshotOfVerdict;
     for (Snapshot now{}; (!layout.snapshot.load(now) || now.cycle < completion.cycle) &&
                          std::chrono::steady_clock::now() < deadline;) {

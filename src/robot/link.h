@@ -13,15 +13,16 @@
 
 namespace corbot {
 
-/// What the link tells the robot; called from the link's own thread, one at a time.
+/// What the link reports to the robot; called from the link's own thread, one at a time.
 class LinkListener {
  public:
   virtual ~LinkListener() = default;
   virtual void on_completion(const Completion& completion) = 0;
   virtual void on_alarm(const AlarmEvent& alarm) = 0;
-  /// The real-time task died, ended, or was restarted: no command that was under way will get its verdict.
+  /// The real-time task died, ended, or was restarted: no command that was running or queued will get its
+  /// verdict.
   virtual void on_lost(const std::string& reason) = 0;
-  /// A real-time task is there. `again`: not the first time.
+  /// A real-time task is connected. `again`: not the first time.
   virtual void on_attached(bool again) = 0;
 };
 
@@ -34,13 +35,13 @@ class Link {
   Link& operator=(const Link&) = delete;
   ~Link() { close(); }
 
-  /// First attempt, then starts the thread. Throws SegmentError when another servant holds the place; any
-  /// other fault of the segment is kept as the cause and tried again.
+  /// First attempt, then starts the thread. Throws SegmentError when another servant is attached; any other
+  /// fault of the segment is kept as the cause and tried again.
   void start();
-  /// Ends the thread and gives the place up.
+  /// Ends the thread and detaches.
   void close();
 
-  /// A real-time task is there and alive.
+  /// A real-time task is connected and alive.
   [[nodiscard]] bool alive() const noexcept { return alive_.load(std::memory_order_acquire); }
   /// The segment, dead or alive; null when there has been none. Stays mapped while the caller holds it.
   [[nodiscard]] std::shared_ptr<Segment> segment() const;

@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kLookEvery = 100ms;
+constexpr auto kPollPeriod = 100ms;
 constexpr auto kWhileMoving = 1s;
 constexpr auto kAfterFailure = 10s;
 
@@ -21,23 +21,23 @@ bool is_same(const Snapshot& a, const Snapshot& b) {
 
 }  // namespace
 
-bool KeepRule::is_due(const Snapshot& now, Instant at) const {
+bool SavePolicy::is_due(const Snapshot& now, Instant at) const {
   if (at < not_before_) return false;
   if (!last_) return true;
   return !is_same(*last_, now) && (is_at_rest(now) || at >= saved_at_ + kWhileMoving);
 }
 
-void KeepRule::saved(const Snapshot& now, Instant at) {
+void SavePolicy::saved(const Snapshot& now, Instant at) {
   last_ = now;
   saved_at_ = at;
 }
 
-void KeepRule::failed(Instant at) { not_before_ = at + kAfterFailure; }
+void SavePolicy::failed(Instant at) { not_before_ = at + kAfterFailure; }
 
-PositionKeeper::PositionKeeper(const Link& link, const ArmModel& arm, PositionStore store, Warn warn)
+PositionSaver::PositionSaver(const Link& link, const ArmModel& arm, PositionStore store, Warn warn)
     : link_(link), arm_(arm), store_(std::move(store)), warn_(std::move(warn)), thread_([this] { run(); }) {}
 
-PositionKeeper::~PositionKeeper() {
+PositionSaver::~PositionSaver() {
   {
     const std::lock_guard lock(mutex_);
     end_ = true;
@@ -46,17 +46,17 @@ PositionKeeper::~PositionKeeper() {
   thread_.join();
 }
 
-void PositionKeeper::run() {
+void PositionSaver::run() {
   for (bool end = false; !end;) {
     {
       std::unique_lock lock(mutex_);
-      end = end_requested_.wait_for(lock, kLookEvery, [&] { return end_; });
+      end = end_requested_.wait_for(lock, kPollPeriod, [&] { return end_; });
     }
-    look();
+    poll();
   }
 }
 
-void PositionKeeper::look() {
+void PositionSaver::poll() {
   Snapshot now{};
   const auto at = std::chrono::steady_clock::now();
   if (!link_.alive() || !link_.snapshot(now) || !rule_.is_due(now, at)) return;
@@ -67,7 +67,7 @@ void PositionKeeper::look() {
   } catch (const std::exception& error) {
     rule_.failed(at);
     if (!std::exchange(has_warned_, true)) {
-      warn_(std::string("the last position is not kept for the next power-up: ") + error.what());
+      warn_(std::string("the last position is not saved for the next power-up: ") + error.what());
     }
   }
 }

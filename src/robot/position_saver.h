@@ -14,9 +14,9 @@
 
 namespace corbot {
 
-/// When the arm's position is worth a write: at once when it has come to rest somewhere else, and about every
+/// When the arm's position is to be written: at once when it has come to rest somewhere else, and about every
 /// second while it moves. Pure.
-class KeepRule {
+class SavePolicy {
  public:
   using Instant = std::chrono::steady_clock::time_point;
 
@@ -31,28 +31,28 @@ class KeepRule {
   Instant not_before_{};
 };
 
-/// Keeps the last set-point on disk, in a thread of its own that looks ten times a second; no call waits for
-/// it. Trouble with the disk is told once, until it has passed.
-class PositionKeeper {
+/// Saves the last set-point on disk, in a thread of its own that polls ten times a second; no call waits for
+/// it. A fault of the disk is reported once, until it has passed.
+class PositionSaver {
  public:
   using Warn = std::function<void(const std::string&)>;
 
   /// `link` outlives this. `warn` is called from the thread.
-  PositionKeeper(const Link& link, const ArmModel& arm, PositionStore store, Warn warn);
-  PositionKeeper(const PositionKeeper&) = delete;
-  PositionKeeper& operator=(const PositionKeeper&) = delete;
-  /// After a last look.
-  ~PositionKeeper();
+  PositionSaver(const Link& link, const ArmModel& arm, PositionStore store, Warn warn);
+  PositionSaver(const PositionSaver&) = delete;
+  PositionSaver& operator=(const PositionSaver&) = delete;
+  /// After a last poll.
+  ~PositionSaver();
 
  private:
   void run();
-  void look();
+  void poll();
 
   const Link& link_;
   const ArmModel arm_;
   const PositionStore store_;
   const Warn warn_;
-  KeepRule rule_;
+  SavePolicy rule_;
   bool has_warned_{false};
   std::mutex mutex_;
   std::condition_variable end_requested_;

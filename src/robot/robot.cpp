@@ -14,8 +14,8 @@ namespace corbot {
 namespace {
 
 constexpr double kSettle_s = 10.0;  // for what the task does at once, or as fast as the arm's limits allow
-constexpr std::chrono::seconds kVerdictsAreRead{1};
-constexpr std::int64_t kLook_ns = 10'000'000;
+constexpr std::chrono::seconds kVerdictsRead{1};
+constexpr std::int64_t kPoll_ns = 10'000'000;
 
 double checked_percent(const std::string& parameter, double percent) {
   if (percent > 0.0 && percent <= 100.0) return percent / 100.0;
@@ -35,23 +35,23 @@ Robot::Robot(Profile profile, const std::string& name)
 
 Robot::~Robot() {
   interrupt();
-  keeper_.reset();
+  saver_.reset();
   link_.close();
 }
 
-void Robot::keep_position(const std::string& directory, PositionKeeper::Warn warn) {
-  const auto report = [this, told = std::move(warn)](const std::string& text) {
-    alarms_.add(kAlarmPositionNotKept, false, text);
-    if (told) told(text);
+void Robot::save_position(const std::string& directory, PositionSaver::Warn warn) {
+  const auto report = [this, warn = std::move(warn)](const std::string& text) {
+    alarms_.add(kAlarmPositionNotSaved, false, text);
+    if (warn) warn(text);
   };
   const std::filesystem::path where =
       directory.empty() ? default_state_directory() : std::filesystem::path(directory);
   if (where.empty()) {
-    report("the last position is not kept: set CORBOT_STATE_DIR or HOME, or give --state-dir");
+    report("the last position is not saved: set CORBOT_STATE_DIR or HOME, or give --state-dir");
     return;
   }
-  keeper_ =
-      std::make_unique<PositionKeeper>(link_, profile_.arm, PositionStore(where, name_, "servant"), report);
+  saver_ =
+      std::make_unique<PositionSaver>(link_, profile_.arm, PositionStore(where, name_, "servant"), report);
 }
 
 void Robot::interrupt() {
@@ -74,7 +74,7 @@ void Robot::on_attached(bool again) {
   if (!again) return;
   alarms_.deactivate(kAlarmTaskGone);
   alarms_.add(kAlarmTaskRestarted, false,
-              "a new real-time task has taken the arm over where the last one left it");
+              "a new real-time task has adopted the arm where the last one left it");
 }
 
 std::shared_ptr<Segment> Robot::living_segment() const {
@@ -96,7 +96,7 @@ void Robot::await(Segment& segment, double seconds, const std::string& what,
     if (std::chrono::steady_clock::now() > deadline)
       throw not_ready(fmt::format("{} did not end in {} s", what, seconds));
     // A wake-up comes with verdicts; the snapshot that follows it may be a moment later.
-    wait_change(wake, seen, kLook_ns);
+    wait_change(wake, seen, kPoll_ns);
   }
 }
 
@@ -111,7 +111,7 @@ void Robot::await_seen(Segment& segment, const std::string& what) const {
 }
 
 corbot_ticket Robot::accept(const MotionRequest& request) {
-  // Before the planning lock: a bad argument is refused at once, however long the plan that is being made takes.
+  // Before the planning lock: a bad argument is refused at once, however long the present plan takes.
   if (const auto refusal = planner_.check(settings(), request)) throw refused(*refusal);
   const std::lock_guard lock(planning_mutex_);
   const auto segment = living_segment();
@@ -147,7 +147,7 @@ PlanStart Robot::plan_start(Segment& segment, std::uint64_t epoch) {
     const auto last = tickets_.find(last_accepted_);
     if (last && last->state == TicketState::kPending) return planned_end_;
   }
-  // Nothing of this servant's is under way; an earlier one's may be, and the verdict may be ahead of the
+  // No motion of this servant is running; an earlier servant's may be, and the verdict may be ahead of the
   // snapshot.
   const std::uint64_t next = segment.layout().header.next_command_id.load(std::memory_order_relaxed);
   await(segment, kSettle_s, "the motions accepted before this servant's start",
@@ -232,9 +232,9 @@ void Robot::stop() {
   await(*segment, kSettle_s, "a Stop", [&](const Snapshot& now) { return now.stops_done >= count; });
   // Not before: a paused motion must not go on for a cycle first.
   control.pause.store(0, std::memory_order_relaxed);
-  // The verdicts are out, but the link's thread may not have read them yet: who asks for the state or for a
-  // ticket after Stop has returned shall find what Stop did.
-  tickets_.wait_ended_up_to(last, std::chrono::steady_clock::now() + kVerdictsAreRead);
+  // The verdicts are out, but the link's thread may not have read them yet: a client that reads the state or
+  // a ticket after Stop has returned must find what Stop did.
+  tickets_.wait_ended_up_to(last, std::chrono::steady_clock::now() + kVerdictsRead);
 }
 
 void Robot::pause(bool on) {

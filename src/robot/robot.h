@@ -22,7 +22,7 @@
 namespace corbot {
 
 /// The robot without an ORB. Plans whole motions one after another, hands them to the real-time task and
-/// keeps account of them. Thread-safe. Units as in corbot_robot.h; refused calls throw CallError.
+/// keeps a ticket of each. Thread-safe. Units as in corbot_robot.h; refused calls throw CallError.
 class Robot final : private LinkListener {
  public:
   /// Throws SegmentError when another servant serves this robot.
@@ -33,9 +33,9 @@ class Robot final : private LinkListener {
 
   [[nodiscard]] const Profile& profile() const noexcept { return profile_; }
 
-  /// From now on the last position is kept on disk; empty: in the default directory. `warn` is called when that
-  /// fails, from a thread of its own.
-  void keep_position(const std::string& directory, PositionKeeper::Warn warn);
+  /// From now on the last position is saved on disk; empty: in the default directory. `warn` is called when
+  /// that fails, from a thread of its own.
+  void save_position(const std::string& directory, PositionSaver::Warn warn);
 
   /// Every call that waits for a motion returns: the servant is shutting down.
   void interrupt();
@@ -43,9 +43,8 @@ class Robot final : private LinkListener {
   /// What can be read; never waits for a motion, nor for one being planned.
   [[nodiscard]] const RobotView& view() const noexcept { return view_; }
 
-  /// Checks the arguments, plans from where the arm will rest when the motion begins, with the present settings,
-  /// and hands over. A bad argument is refused before anything else is looked at, whether the robot is ready or
-  /// not.
+  /// Checks the arguments, plans from where the arm will rest when the motion begins, with the present
+  /// settings, and hands over. A bad argument is refused first, whether the robot is ready or not.
   corbot_ticket accept(const MotionRequest& request);
 
   [[nodiscard]] corbot_motion_info wait(corbot_ticket ticket, double timeout_s) const;
@@ -100,7 +99,7 @@ class Robot final : private LinkListener {
 
   Link link_;  // its thread uses all of the above
   const RobotView view_;
-  std::unique_ptr<PositionKeeper> keeper_;  // reads from the link
+  std::unique_ptr<PositionSaver> saver_;  // reads from the link
 };
 
 }  // namespace corbot

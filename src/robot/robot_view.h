@@ -12,8 +12,8 @@
 
 namespace corbot {
 
-/// What can be read of a robot: from the newest snapshot, the tickets and the alarms, never behind a plan or a
-/// motion. Thread-safe. Units as in corbot_robot.h.
+/// What can be read of a robot: from the newest snapshot, the tickets and the alarms, never behind a plan or
+/// a motion. Thread-safe. Units as in corbot_robot.h.
 class RobotView {
  public:
   /// All of them must outlive this.

@@ -15,7 +15,7 @@ const char* reason_of(Verdict verdict) {
     case Verdict::kFault:
       return "the robot went into Error; see its alarms";
     case Verdict::kMalformed:
-      return "the real-time task refused the command: a field makes no sense";
+      return "the real-time task refused the command: a field is invalid";
     case Verdict::kDiscontinuous:
       return "the motion planned before this one did not arrive where this one begins";
     case Verdict::kLimit:

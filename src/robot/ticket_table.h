@@ -25,8 +25,7 @@ struct Ticket {
   std::string reason;  ///< empty unless stopped or failed
 };
 
-/// What was accepted and how it stands. Thread-safe. Keeps every pending ticket and the last kKept ended
-/// ones.
+/// The accepted motions and their states. Thread-safe. Keeps every pending ticket and the last kKept ended.
 class TicketTable {
  public:
   static constexpr std::size_t kKept = 1024;
@@ -39,12 +38,12 @@ class TicketTable {
   void complete(std::uint64_t command, Verdict verdict);
   /// Every pending ticket fails.
   void fail_pending(const std::string& reason);
-  /// Wakes everyone who waits, for good: the robot is being closed.
+  /// Wakes every waiting thread, for good: the robot is being closed.
   void close();
 
   [[nodiscard]] std::optional<Ticket> find(std::uint64_t id) const;
   /// Waits until the ticket has ended, the time has passed (no value: for ever) or the table is closed, and
-  /// returns it as it then stands. Nothing when there is no such ticket.
+  /// returns it as it then is. Nothing when there is no such ticket.
   [[nodiscard]] std::optional<Ticket> wait(std::uint64_t id,
                                            std::optional<std::chrono::steady_clock::time_point> until) const;
   /// Waits until no ticket up to this number is pending, the time has passed or the table is closed. True in

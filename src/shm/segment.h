@@ -13,9 +13,9 @@ namespace corbot {
 /// One robot's shared memory: /dev/shm/corbot.NAME, mode 0600, owned by the effective user. Set-up and
 /// tear-down only: nothing here but layout() and adopted() is real-time safe.
 ///
-/// Locks on the file say which processes are there; the kernel releases them when their holder dies, however it
-/// dies. They belong to the open file, which a forked child shares: do not fork while holding a Segment (exec
-/// closes it).
+/// Locks on the file say which processes are connected; the kernel releases them when their holder dies,
+/// however it dies. They belong to the open file, which a forked child shares: do not fork while holding a
+/// Segment (exec closes it).
 ///
 /// Entering and leaving are serialised by a third lock. A file whose magic is not there yet, or whose creator
 /// died before that, is taken for absent by everyone but a real-time task, which (holding its lock)

@@ -39,8 +39,8 @@ class Mapping {
 /// that the refusal says what it is rather than how long it is.
 void check_size(const File& file, std::string_view name);
 
-/// After mapping. The acquire load of the magic pairs with the creator's release store: all else in the header
-/// is initialised.
+/// After mapping. The acquire load of the magic pairs with the creator's release store: all else in the
+/// header is initialised.
 void check_header(const SegmentLayout& layout, std::string_view name,
                   std::optional<std::uint64_t> fingerprint);
 

@@ -14,13 +14,14 @@
 
 namespace corbot::segment_detail {
 
-/// Bytes of the file that are locked; a lock says which process is there, its holder's death releases it.
+/// Bytes of the file that are locked; a lock says which process is connected, its holder's death releases it.
 /// Open-file-description locks rather than POSIX locks: the latter vanish when any descriptor of the process
 /// is closed.
 enum class LockByte : off_t {
   kRealTimeTask = 0,
   kServant = 1,
-  kGate = 2,  ///< held for the moment of entering or leaving, so that nobody enters what is being unlinked
+  kGate =
+      2,  ///< held for the moment of entering or leaving, so that no process enters what is being unlinked
 };
 
 [[nodiscard]] std::string shm_name(std::string_view name);
@@ -71,7 +72,7 @@ class Gate {
   int fd_;  // not a File&: the File moves into the Segment while the gate is held
 };
 
-/// Refuses what another user made or may touch: a network-facing process and a machine that moves are behind
+/// Refuses what another user made or may write: a network-facing process and a machine that moves depend on
 /// it.
 void check_permissions(const File& file, std::string_view name);
 

@@ -11,8 +11,8 @@
 
 namespace corbot {
 
-/// Where an arm was last told to be. Hobby servos have no encoders: after a power-down this is all that
-/// anybody knows. Nothing here is real-time safe.
+/// The last position commanded to an arm. Hobby servos have no encoders: after a power-down this is all that
+/// is known. Nothing here is real-time safe.
 struct LastPosition {
   std::string robot;            ///< its name
   std::uint64_t fingerprint{};  ///< of what gives it its meaning, position_fingerprint()
@@ -23,7 +23,7 @@ struct LastPosition {
   double opening{};  ///< of the gripper, 0 closed … 1 open
 };
 
-/// What is wrong with a kept position, in words.
+/// What is wrong with a saved position.
 class PositionError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -120,7 +120,7 @@ std::optional<LastPosition> PositionStore::load(const ArmModel& arm) const {
 void PositionStore::save(const LastPosition& position, std::size_t dof) const {
   const fs::path directory = file_.parent_path();
   std::error_code error;
-  fs::create_directories(directory.parent_path(), error);  // what is wrong is told by the next call
+  fs::create_directories(directory.parent_path(), error);  // the next call reports what is wrong
   if (::mkdir(directory.c_str(), 0700) != 0 && errno != EEXIST) throw_system(directory, errno);
   const Descriptor parent(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (parent.get() < 0) throw_system(directory, errno);

@@ -10,14 +10,14 @@
 
 namespace corbot {
 
-/// Where corbot keeps what outlives a power-down: $CORBOT_STATE_DIR, $XDG_STATE_HOME/corbot or
+/// Where corbot saves what outlives a power-down: $CORBOT_STATE_DIR, $XDG_STATE_HOME/corbot or
 /// ~/.local/state/corbot; empty where none of them is set.
 [[nodiscard]] std::filesystem::path default_state_directory();
 
-/// Id of this run of the machine, as the kernel tells it; empty where it does not.
+/// Id of this run of the machine, as the kernel reports it; empty where it does not.
 [[nodiscard]] std::string boot_id();
 
-/// The position that a snapshot holds, as it is kept; written now. The map that gives it its meaning is the
+/// The position that a snapshot holds, as it is saved; written now. The map that gives it its meaning is the
 /// one of the task that published it.
 [[nodiscard]] LastPosition position_of(const Snapshot& snapshot, const std::string& robot);
 
@@ -31,8 +31,8 @@ class PositionStore {
   [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_; }
   [[nodiscard]] const std::string& robot() const noexcept { return robot_; }
 
-  /// Nothing when there is no such file. Throws PositionError for every file that is not to be believed, also
-  /// one that others may write to.
+  /// Nothing when there is no such file. Throws PositionError for every file that is to be rejected, also one
+  /// that other users may write to.
   [[nodiscard]] std::optional<LastPosition> load(const ArmModel& arm) const;
 
   /// Replaces the file: whatever happens meanwhile, a reader finds the old or the new one, whole. Makes the

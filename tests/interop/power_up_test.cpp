@@ -97,7 +97,7 @@ TEST_F(PowerUp, TheLastPositionIsTakenUpAndTheFirstMotionIsSlow) {
   write_profile("[backend]\nkind = \"loopback\"\nposition_known_at_start = false\n");
   power_up();
   if (HasFatalFailure()) return;
-  EXPECT_THAT(rt_->output(), HasSubstr("position NOBODY KNOWS WHERE THE ARM IS"));
+  EXPECT_THAT(rt_->output(), HasSubstr("position UNKNOWN"));
   EXPECT_TRUE(uncertain());
   EXPECT_NEAR(arm_->OverridePercent(), 10.0, 1e-9);
   arm_->Drive(0, 5.0, 90.0);
@@ -157,7 +157,7 @@ TEST_F(PowerUp, InvalidFilesAreLoggedAndIgnored) {
   std::ofstream(fmt::format("{}/{}.position", directory_, name_)) << "format = 1\njoints_deg = [1e300]\n";
   power_up();
   if (HasFatalFailure()) return;
-  EXPECT_THAT(rt_->errors(), HasSubstr("the last position is not believed"));
+  EXPECT_THAT(rt_->errors(), HasSubstr("the last position is rejected"));
   EXPECT_THAT(rt_->errors(), HasSubstr(name_ + ".position"));
   const Corbot::JointCoord now = joints();
   for (CORBA::ULong i = 0; i < now.length(); ++i) EXPECT_EQ(now[i], 0.0);
@@ -172,7 +172,7 @@ TEST_F(PowerUp, ADirectoryThatCannotBeWrittenIsLoggedOnce) {
   ASSERT_TRUE(wait_for(Corbot::Standby));
   arm_->Drive(0, 5.0, 90.0);
   ASSERT_TRUE(wait_until(
-      within(20), [&] { return servant_->errors().find("position is not kept") != std::string::npos; }));
+      within(20), [&] { return servant_->errors().find("position is not saved") != std::string::npos; }));
   Corbot::AlarmList_var alarms = arm_->Alarms();
   ASSERT_EQ(alarms->length(), 1u);
   EXPECT_EQ(alarms[0].code, 152);
@@ -202,7 +202,7 @@ TEST_F(PowerUp, AnotherServoMapMovesNothing) {
   start_rt({"--state-dir", directory_});
   if (HasFatalFailure()) return;
   EXPECT_THAT(rt_->output(), HasSubstr("-60.0 0.0 0.0 0.0 degrees"));
-  EXPECT_THAT(rt_->output(), HasSubstr("THE SERVO MAP IS ANOTHER NOW"));
+  EXPECT_THAT(rt_->output(), HasSubstr("THE SERVO MAP HAS CHANGED"));
   ASSERT_TRUE(wait_until(within(20), [&] { return raised_by([&] { arm_->Drive(1, 0.0, 90.0); }).empty(); }));
   EXPECT_NEAR(pulse_us(), before_us, 1e-6);
   EXPECT_TRUE(uncertain());

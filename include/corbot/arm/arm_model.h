@@ -27,9 +27,9 @@ struct PathLimits {
   double speed_m_s{};
   double acceleration_m_s2{};
   double jerk_m_s3{};
-  double turn_speed_rad_s{};  ///< of the hand's pitch
-  double turn_acceleration_rad_s2{};
-  double turn_jerk_rad_s3{};
+  double rotation_speed_rad_s{};  ///< of the tool pitch
+  double rotation_acceleration_rad_s2{};
+  double rotation_jerk_rad_s3{};
 };
 
 /// How one servo follows one joint: pulse = zero + direction · us_per_rad · angle, then bounded.
@@ -50,8 +50,8 @@ struct GripperModel {
   double travel_s{};  ///< time from closed to open at full speed, greater than 0
 };
 
-/// Everything that the real-time cycle and the planner must know about an arm. Plain data, validated by
-/// whoever fills it (src/config), immutable afterwards; both processes hold their own copy.
+/// Everything that the real-time cycle and the planner must know about an arm. Plain data, validated
+/// where it is filled (src/config), immutable afterwards; both processes hold their own copy.
 struct ArmModel {
   ArmKind kind{ArmKind::kAnthropomorphic};
   std::uint32_t dof{};  ///< 1 … kMaxJoints; 4 for the Lynx 5

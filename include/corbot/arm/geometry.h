@@ -5,7 +5,7 @@
 
 namespace corbot {
 
-/// Link lengths and D-H offsets of a four-axis arm of the Lynx family: base turning about z, then three
+/// Link lengths and D-H offsets of a four-axis arm of the Lynx family: base rotating about z, then three
 /// parallel axes (shoulder, elbow, wrist). Source: the paper, Table I ('Start' column) and Table II.
 struct ArmGeometry {
   double l0_m{};  ///< table to shoulder axis

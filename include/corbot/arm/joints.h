@@ -6,7 +6,7 @@
 
 namespace corbot {
 
-/// The interface's bound: an arm has at most six articulations (robot.idl: sequence<double, 6>).
+/// The interface's bound: an arm has at most six joints (robot.idl: sequence<double, 6>).
 inline constexpr std::size_t kMaxJoints = 6;
 
 /// Servos of one arm: one a joint, one for the gripper, one spare.

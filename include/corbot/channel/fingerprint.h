@@ -41,8 +41,9 @@ class Fnv1a {
     }
   }
   const PathLimits& path = model.path;
-  for (const double value : {path.speed_m_s, path.acceleration_m_s2, path.jerk_m_s3, path.turn_speed_rad_s,
-                             path.turn_acceleration_rad_s2, path.turn_jerk_rad_s3}) {
+  for (const double value :
+       {path.speed_m_s, path.acceleration_m_s2, path.jerk_m_s3, path.rotation_speed_rad_s,
+        path.rotation_acceleration_rad_s2, path.rotation_jerk_rad_s3}) {
     hash.add(value);
   }
   hash.add(model.gripper.travel_s);

@@ -24,8 +24,8 @@ inline constexpr std::uint32_t kSegmentAbi = 3;
 inline constexpr std::size_t kMaxSegmentName = 48;
 
 struct SegmentHeader {
-  /// Stored last, with release, by the task that creates the segment: whoever loads it with acquire sees all
-  /// the rest initialised. 0 = being created, or its creator died.
+  /// Stored last, with release, by the task that creates the segment: a process that loads it with acquire
+  /// sees all the rest initialised. 0 = being created, or its creator died.
   std::atomic<std::uint64_t> magic{0};
   std::uint32_t abi{0};
   /// 1: a task saw an emergency stop and ended before its cycle could latch it; until a clear.
@@ -33,8 +33,8 @@ struct SegmentHeader {
   std::uint64_t total_size{0};       ///< sizeof(SegmentLayout) of the creator
   std::uint64_t fingerprint{0};      ///< of the ArmModel, see fingerprint.h
   char name[kMaxSegmentName + 8]{};  ///< of the robot, zero-terminated
-  std::atomic<std::uint64_t> incarnation{
-      0};                               ///< of the real-time task: 1 for the creator, +1 at each adoption
+  /// Of the real-time task: 1 for the creator, +1 at each adoption.
+  std::atomic<std::uint64_t> incarnation{0};
   std::atomic<std::int32_t> rt_pid{0};  ///< last holder; alive only if it holds its lock
   std::atomic<std::int32_t> servant_pid{0};
   std::atomic<std::uint64_t> next_command_id{1};  ///< the servant's; outlives it

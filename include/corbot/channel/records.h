@@ -62,7 +62,7 @@ struct Snapshot {
   std::int64_t wall_ns;       ///< CLOCK_REALTIME of the same instant
   std::uint64_t incarnation;  ///< of the real-time task
   RtState state;
-  std::uint32_t flags;          ///< bits kSnapshot..., below
+  std::uint32_t flags;          ///< bits kSnapshot…, below
   std::uint64_t stops_done;     ///< last value of ControlFlags::stop_count that has been carried out
   std::uint64_t clears_done;    ///< the same for clear_count
   std::uint64_t command_id;     ///< running command, 0 = none
@@ -92,9 +92,9 @@ struct Snapshot {
 static_assert(std::is_trivially_copyable_v<Snapshot> && sizeof(Snapshot) % 8 == 0);
 
 inline constexpr std::uint32_t kSnapshotMeasured = 1u;
-/// Where the arm is is believed, not known: its servos have no encoders and it has been without power, or
-/// they were calibrated anew. Until the first motion is done, which runs slowly.
-inline constexpr std::uint32_t kSnapshotUncertain = 2u;
+/// Position unverified: the servos have no encoders and have been without power, or they were calibrated
+/// anew. Until the first motion is done, which runs slowly.
+inline constexpr std::uint32_t kSnapshotUnverified = 2u;
 
 /// Histogram of the wake-up latency (actual wake-up − due instant). Bucket i counts latencies below
 /// latency_edge_ns(i); the last bucket counts the rest.

@@ -18,19 +18,19 @@ enum class PopResult { kEmpty, kOk, kCorrupt };
 /// RingConsumer, one of each at a time; both are real-time safe: wait-free, no allocation, no system call.
 ///
 /// Memory orders. `head_` counts records published, `tail_` records taken.
-/// - The producer stores head_ with release after the records; the consumer loads head_ with acquire before it
-///   reads them. A consumer that sees the new head therefore sees the records whole. With a relaxed store (or
-///   load) it may see the head first and read a slot half written.
+/// - The producer stores head_ with release after the records; the consumer loads head_ with acquire before
+///   it reads them. A consumer that sees the new head therefore sees the records whole. With a relaxed store
+///   (or load) it may see the head first and read a slot half written.
 /// - The consumer stores tail_ with release after it has copied the record out; the producer loads tail_ with
 ///   acquire before it writes the slot again. With either relaxed, the producer's write may overtake the
 ///   consumer's read, which then copies a mixture of two records.
-/// - Each end loads its own index relaxed, once: nobody else writes it. A new process that succeeds a dead one
-///   continues after the lock hand-over in the kernel, which orders them.
+/// - Each end loads its own index relaxed, once: it is the only writer. A new process that succeeds a dead
+///   one continues after the lock hand-over in the kernel, which orders them.
 /// - A remembered tail is one that was once loaded with acquire: the slots before it are free for good, since
-///   only the producer fills them. A remembered head was loaded with acquire and checked: the records before it
-///   are whole.
-/// - push_all writes all its records before its one store of head_: the consumer sees all of them or none, and a
-///   producer that dies in between has published nothing.
+///   only the producer fills them. A remembered head was loaded with acquire and checked: the records before
+///   it are whole.
+/// - push_all writes all its records before its one store of head_: the consumer sees all of them or none,
+///   and a producer that dies in between has published nothing.
 template <class Record, std::size_t kCapacity, class Atomics = StdAtomics>
 class Ring {
   static_assert(std::is_trivially_copyable_v<Record>);
@@ -75,7 +75,8 @@ class RingProducer<Ring<Record, kCapacity, Atomics>> {
         head_(ring.head_.load(std::memory_order_relaxed)),
         tail_(ring.tail_.load(Atomics::kRingReuse)) {}
 
-  /// False, and nothing changed, when the ring is full (or its indices are corrupt, which the consumer repairs).
+  /// False, and nothing changed, when the ring is full (or its indices are corrupt; the consumer repairs
+  /// that).
   [[nodiscard]] bool push(const Record& record) noexcept {
     if (head_ - tail_ >= kCapacity && !has_room(1)) return false;
     ring_->slots_[head_ & RingType::kMask].write(record);
@@ -108,8 +109,8 @@ class RingProducer<Ring<Record, kCapacity, Atomics>> {
   std::uint64_t tail_;  ///< last seen
 };
 
-/// The end that empties. Its own index is never read back from shared memory, where the other side might change
-/// it. Memory orders as argued at Ring.
+/// The end that empties. Its own index is never read back from shared memory, where the other side might
+/// change it. Memory orders as argued at Ring.
 template <class RingType>
 class RingConsumer;
 
@@ -122,8 +123,9 @@ class RingConsumer<Ring<Record, kCapacity, Atomics>> {
   explicit RingConsumer(RingType& ring) noexcept
       : ring_(&ring), tail_(ring.tail_.load(std::memory_order_relaxed)), head_(tail_) {}
 
-  /// The record is copied out before anyone looks at it: what the producer does to the slot afterwards cannot
-  /// change what was checked. kCorrupt: the indices cannot come from pushes and pops; the ring has been emptied.
+  /// The record is copied out before it is checked: what the producer does to the slot afterwards cannot
+  /// change what was checked. kCorrupt: the indices cannot come from pushes and pops; the ring has been
+  /// emptied.
   [[nodiscard]] PopResult pop(Record& record) noexcept {
     if (tail_ == head_) {
       head_ = ring_->head_.load(Atomics::kRingTake);

@@ -19,18 +19,16 @@ namespace corbot {
 /// sequence again (relaxed), and keeps the copy if both sequences are the same even number s. Then every word
 /// is of the store that ended with s:
 /// - not older: the first load of s synchronises with its release store, so that store's words happen before
-/// the
-///   reader's loads, which may by coherence return nothing older. (Sequence relaxed: stale words under a new
-///   number.)
+///   the reader's loads, which may by coherence return nothing older. (Sequence relaxed: stale words under a
+///   new number.)
 /// - not newer: a word of a later store was stored with release after that store had made the sequence odd;
-/// the acquire
-///   load that returns it synchronises with it, so the reader's second load of the sequence returns that odd
-///   value or a later one, not s. (Words relaxed on either side: the second load may still return s, and the
-///   copy is torn. The usual remedy is a pair of fences; they are not used, because ThreadSanitizer does not
-///   model them.)
-/// - Were the sequence not odd during the store, a reader that comes in the middle would see s before and
+///   the acquire load that returns it synchronises with it, so the reader's second load of the sequence
+///   returns that odd value or a later one, not s. (Words relaxed on either side: the second load may still
+///   return s, and the copy is torn. The usual remedy is a pair of fences; they are not used, because
+///   ThreadSanitizer does not model them.)
+/// Were the sequence not odd during the store, a reader that comes in the middle would see s before and
 /// after. A writer that dies in the middle leaves the sequence odd: load() fails until the next store(),
-/// which goes on from there.
+/// which continues from there.
 template <class Record, class Atomics = StdAtomics>
 class SnapshotCell {
   static_assert(std::is_trivially_copyable_v<Record> && sizeof(Record) % sizeof(std::uint64_t) == 0);

@@ -5,8 +5,8 @@
 
 namespace corbot {
 
-/// The four closed-form solutions for a position and a hand inclination. Bit 0: sign of θ2. Bit 1: where the
-/// base turns. The names say the sign of θ2, not 'elbow up': θ2 > 0 is the upper elbow only while the wrist
+/// The four closed-form solutions for a position and a tool pitch. Bit 0: sign of θ2. Bit 1: which way
+/// the base faces. The names say the sign of θ2, not 'elbow up': θ2 > 0 is the upper elbow only while the wrist
 /// is in front of the shoulder (u > 0), and with the wrist behind it the same sign is the lower elbow.
 enum class Branch : std::uint32_t {
   kForwardPositive = 0,   ///< base faces the point, θ2 ≥ 0

@@ -17,11 +17,11 @@
 
 namespace corbot {
 
-/// Where the tool centre point is and how the hand points, base frame. Roll is always 0 for this arm.
+/// Where the tool centre point is and how the tool points, base frame. Roll is always 0 for this arm.
 struct ToolPose {
   std::array<double, 3> position_m{};
   double yaw_rad{};    ///< θ0 with its offset: heading of the arm's plane
-  double pitch_rad{};  ///< C: inclination of the hand above the horizontal, positive upward
+  double pitch_rad{};  ///< C: tool pitch above the horizontal, positive upward
 };
 
 enum class IkStatus : std::uint32_t {
@@ -69,8 +69,9 @@ inline constexpr double kRangeTolerance_rad = 1e-7;
 
 namespace detail {
 
-/// Inclinations of upper arm (A), fore arm (B) and hand (C) above the horizontal. The elbow turns the other
-/// way from the rest: link 2 of Table II has α = 180°, which turns the sense of θ2, and link 3 turns it back.
+/// Inclinations of upper arm (A), forearm (B) and tool (C) above the horizontal. The elbow rotates the other
+/// way from the rest: link 2 of Table II has α = 180°, which reverses the sense of θ2, and link 3 restores
+/// it.
 struct Inclinations {
   double a_rad, b_rad, c_rad;
 };
@@ -103,17 +104,17 @@ struct Inclinations {
   return static_cast<Branch>(backward | negative);
 }
 
-/// Inverse kinematics for a hand inclination `pitch_rad`, on one branch. Angles come back in (−π, π]; ranges
-/// are the caller's business. Corrected equations:
+/// Inverse kinematics for a tool pitch `pitch_rad`, on one branch. Angles are returned in (−π, π]; checking
+/// ranges is left to the caller. Corrected equations:
 /// - (6) prints arctan(Py/Px), which loses the quadrant: atan2.
 /// - (7) yields A, not θ1 (the −10° offset is missing), and its arcsin((Pz − L0)/P) loses a wrist behind the
-/// shoulder:
-///   atan2(h, u).
+///   shoulder: atan2(h, u).
 /// - (8) prints a minus sign in the arccos: that is the interior angle at the elbow, while (3)–(5) use the
-/// exterior one. The elbow comes from its half angle, tan(θ2/2) = √((L1+L2)² − P²) / √(P² − (L1−L2)²),
-/// because acos loses half of the digits at the borders; differences of squares are factored for the same
-/// reason. On the base axis (ρ ≤ kAxisTolerance_m) θ0 is the hint. With P = 0, possible only where L1 = L2,
-/// the arm is folded and its direction is free: the upper arm is put upright (A = 90°).
+///   exterior one.
+/// The elbow comes from its half angle, tan(θ2/2) = √((L1+L2)² − P²) / √(P² − (L1−L2)²), because acos loses
+/// half of the digits at the borders; differences of squares are factored for the same reason. On the base
+/// axis (ρ ≤ kAxisTolerance_m) θ0 is the hint. With P = 0, possible only where L1 = L2, the arm is folded and
+/// its direction is free: the upper arm is put upright (A = 90°).
 [[nodiscard]] inline IkResult inverse(const ArmGeometry& arm, const std::array<double, 3>& position_m,
                                       double pitch_rad, Branch branch, double theta0_hint_rad) noexcept {
   IkResult result;
@@ -147,8 +148,8 @@ struct Inclinations {
   const double x = std::sqrt(to_folded);
   const double elbow = sign * 2.0 * std::atan2(y, x);
   // atan2(L2 sin θ2, L1 + L2 cos θ2), both times 2 L1, without the cancellation near the folded arm.
-  const double lead = std::atan2(sign * x * y, 2.0 * arm.l1_m * (arm.l1_m - arm.l2_m) + to_folded);
-  const double a = p > 0.0 ? std::atan2(h, u) + lead : std::numbers::pi / 2.0;
+  const double offset = std::atan2(sign * x * y, 2.0 * arm.l1_m * (arm.l1_m - arm.l2_m) + to_folded);
+  const double a = p > 0.0 ? std::atan2(h, u) + offset : std::numbers::pi / 2.0;
 
   result.status = IkStatus::kOk;
   result.position_rad[0] =

@@ -8,8 +8,8 @@ namespace corbot {
 
 /// The planner plans no motion, and no dwell, that lasts longer.
 inline constexpr double kLongestPlan_s = 3600.0;
-/// The task takes no command that claims to last longer: far beyond any plan, it keeps what is computed from a
-/// duration finite.
+/// The task refuses a command that claims to last longer: far beyond any plan, it keeps what is computed from
+/// a duration finite.
 inline constexpr double kLongestCommand_s = 1e6;
 static_assert(kLongestCommand_s >= kLongestPlan_s);
 

@@ -23,7 +23,7 @@ struct JointMotion {
 struct LineMotion {
   std::array<double, 3> from_m;
   std::array<double, 3> to_m;
-  double from_pitch_rad;  ///< hand inclination C; interpolated linearly with the path parameter
+  double from_pitch_rad;  ///< tool pitch C; interpolated linearly with the path parameter
   double to_pitch_rad;
   Branch branch;
   std::uint32_t reserved;

@@ -11,7 +11,7 @@
 
 namespace corbot {
 
-/// TCP in the base frame and inclination of the hand.
+/// TCP in the base frame, and tool pitch.
 struct PathPoint {
   std::array<double, 3> position_m{};
   double pitch_rad{};

@@ -15,10 +15,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Longer than a forward can be on its way to a client on this machine or in this building.
-constexpr auto kForwardArrives = 1s;
+/// Longer than a forward takes to a client on this machine or on its local network.
+constexpr auto kForwardDelivery = 1s;
 /// Longer than a reply takes from the end of its call to the socket.
-constexpr auto kReplyIsWritten = 5ms;
+constexpr auto kReplyWritten = 5ms;
 
 /// The peer of the request that this thread carries out.
 thread_local std::string peer;
@@ -26,7 +26,7 @@ thread_local std::string peer;
 CORBA::Boolean note_peer(::omni::omniInterceptors::serverReceiveRequest_T::info_T& info) {
   const char* address = info.peeraddress();
   peer.assign(address != nullptr ? address : "");
-  // All peers on Unix sockets have the same address. They are omniORB's, one call a connection, one thread
+  // All peers on Unix sockets have the same address. They are omniORB's: one call a connection, one thread
   // here.
   if (peer.starts_with("giop:unix:")) peer += fmt::format("{}", ::gettid());
   return true;
@@ -66,9 +66,9 @@ Lanes::Call Lanes::wait(std::size_t lane) {
   forget_old(lanes_.at(lane));
   const auto full = [&] { return lanes_[lane].held() >= kConnectionsPerLane; };
   // A reply that overtook another one's would find that other call unanswered.
-  if (full() && Clock::now() - lanes_[lane].connections[peer].last_end < kReplyIsWritten) {
+  if (full() && Clock::now() - lanes_[lane].connections[peer].last_end < kReplyWritten) {
     lock.unlock();
-    std::this_thread::sleep_for(kReplyIsWritten);
+    std::this_thread::sleep_for(kReplyWritten);
     lock.lock();
   }
   Connection& connection = lanes_[lane].connections[peer];
@@ -93,7 +93,7 @@ void Lanes::leave(std::size_t lane, const std::string& of, bool waits) {
 
 void Lanes::check_forwarded(const Connection& connection) const {
   if (connection.forwarded == Clock::time_point{}) return;
-  if (Clock::now() - connection.forwarded > kForwardArrives) return;
+  if (Clock::now() - connection.forwarded > kForwardDelivery) return;
   throw omniORB::LOCATION_FORWARD(CORBA::Object::_duplicate(lanes_[connection.forwarded_to].reference));
 }
 
@@ -112,13 +112,13 @@ void Lanes::refuse() const {
   throw Corbot::QueueFull(static_cast<CORBA::Long>(lanes_.size()) * kConnectionsPerLane);
 }
 
-/// Connections come and go; what is remembered of one is of no use after a second.
+/// Connections come and go; what is remembered of one expires after a second.
 void Lanes::forget_old(Lane& lane) {
   const auto now = Clock::now();
   std::erase_if(lane.connections, [&](const auto& entry) {
     const Connection& connection = entry.second;
-    return connection.calls == 0 && now - connection.last_end > kForwardArrives &&
-           now - connection.forwarded > kForwardArrives;
+    return connection.calls == 0 && now - connection.last_end > kForwardDelivery &&
+           now - connection.forwarded > kForwardDelivery;
   });
 }
 

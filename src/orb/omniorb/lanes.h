@@ -13,7 +13,7 @@
 
 namespace corbot::omni {
 
-/// Keeps the way of a Stop free for clients that set no option.
+/// Keeps a connection free for Stop, for clients that set no option.
 ///
 /// An omniORB client process opens at most five connections to an address and carries one call on each, so
 /// five calls that wait for motions hold up every other call of that process, Stop included. The servant
@@ -24,15 +24,15 @@ namespace corbot::omni {
 /// When every lane is full the call is refused (QueueFull).
 ///
 /// Other clients (JacORB, ORBit2) put all their calls on one connection. They need no lanes, and must not be
-/// forwarded with calls under way: JacORB then sends every unanswered request of the reference once more,
-/// also those that have been accepted, and the arm would move twice. So a connection that has a call under
-/// way is never forwarded, and one that has been forwarded starts nothing for a while: requests that crossed
-/// the forward on their way are forwarded, too.
+/// forwarded while calls are running: JacORB then sends every unanswered request of the reference once more,
+/// also those that have been accepted, and the arm would move twice. So a connection that has a running
+/// call is never forwarded, and one that has been forwarded starts nothing for a while: requests that crossed
+/// the forward are forwarded, too.
 class Lanes {
  public:
   static constexpr int kConnectionsPerLane = 3;
 
-  /// A call under way; its end is told by the destructor.
+  /// A running call; the destructor reports its end.
   class Call {
    public:
     Call(Lanes& lanes, std::size_t lane, std::string peer, bool waits)
@@ -56,7 +56,7 @@ class Lanes {
     bool waits_;
   };
 
-  /// Learns from the ORB on which connection each request comes; one object a process.
+  /// Reads from the ORB on which connection each request comes; one object a process.
   explicit Lanes(std::size_t count);
 
   /// A reference to the robot through lane `lane` alone.
@@ -73,7 +73,7 @@ class Lanes {
  private:
   using Clock = std::chrono::steady_clock;
   struct Connection {
-    int calls{0};    ///< under way, waiting ones included
+    int calls{0};    ///< running, waiting ones included
     int waiting{0};  ///< of them
     Clock::time_point last_end{};
     Clock::time_point forwarded{};

@@ -37,7 +37,7 @@ RobotHandle open_robot(const Options& options) {
   RobotHandle robot(corbot_robot_open(options.profile.c_str(),
                                       options.name.empty() ? nullptr : options.name.c_str(), &error));
   if (!robot) throw std::runtime_error(error.text);
-  corbot_robot_keep_position(robot.get(),
+  corbot_robot_save_position(robot.get(),
                              options.state_directory.empty() ? nullptr : options.state_directory.c_str(),
                              [](const char* text) { spdlog::warn("{}", text); });
   return robot;
@@ -71,8 +71,7 @@ CORBA::ORB_ptr start_orb(const Options& options, const std::vector<int>& ports) 
   return CORBA::ORB_init(argc, argv.data());
 }
 
-/// Another process may take a lane's port between the search and the ORB's own bind: then other ports are
-/// tried.
+/// Another process may take a lane's port between the search and the ORB's bind: then others are tried.
 CORBA::ORB_ptr start_orb_on_free_ports(const Options& options, std::vector<int>& ports) {
   constexpr int kAttempts = 5;
   for (int attempt = 1;; ++attempt) {
@@ -85,14 +84,14 @@ CORBA::ORB_ptr start_orb_on_free_ports(const Options& options, std::vector<int>&
   }
 }
 
-/// Waits until the interrupted calls have left their lanes, and a moment more: the ORB tells nobody when a
-/// reply has been written, which follows within microseconds on an idle machine.
-void let_replies_leave(const Lanes& lanes) {
+/// Waits until the interrupted calls have left their lanes, and a moment more: the ORB does not report when
+/// a reply has been written, which follows within microseconds on an idle machine.
+void flush_replies(const Lanes& lanes) {
   using namespace std::chrono_literals;
-  constexpr auto kReplyIsWritten = 50ms;
+  constexpr auto kReplyWritten = 50ms;
   const auto deadline = std::chrono::steady_clock::now() + 1s;
   while (!lanes.idle() && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(1ms);
-  std::this_thread::sleep_for(kReplyIsWritten);
+  std::this_thread::sleep_for(kReplyWritten);
 }
 
 /// Serves until a signal asks for the end.
@@ -125,19 +124,19 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
   PortableServer::POAManager_var manager = poa->the_POAManager();
   manager->activate();
 
-  std::optional<NameKeeper> keeper;
+  std::optional<NameBinder> binder;
   if (!options.naming.empty()) {
     CORBA::Object_var reference = servants.front()->_this();
-    keeper.emplace(orb, options.naming, name, reference);
+    binder.emplace(orb, options.naming, name, reference);
   }
   fmt::print("ready corbaloc::{}:{}/{}\n", options.host, options.port, name);
   std::fflush(stdout);
   int signal_number = 0;
   sigwait(&end_signals, &signal_number);
   spdlog::info("signal {}: ending", signal_number);
-  keeper.reset();
+  binder.reset();
   corbot_robot_interrupt(&robot);  // calls that wait for motions return, or the ORB would wait for them
-  let_replies_leave(lanes);        // the ORB does not wait for a reply that is still being written
+  flush_replies(lanes);            // the ORB does not wait for a reply that is still being written
   orb->shutdown(true);
   orb->destroy();
 }
@@ -153,9 +152,9 @@ int main(int argc, char** argv) {
   sigaddset(&end_signals, SIGTERM);
   struct sigaction of_parent {};
   sigaction(SIGHUP, nullptr, &of_parent);
-  if (of_parent.sa_handler != SIG_IGN) sigaddset(&end_signals, SIGHUP);  // nohup may have its way
-  signal(SIGPIPE, SIG_IGN);                                              // whoever reads the log may go
-  pthread_sigmask(SIG_BLOCK, &end_signals, nullptr);  // before any thread is born: all of them inherit it
+  if (of_parent.sa_handler != SIG_IGN) sigaddset(&end_signals, SIGHUP);  // started by nohup
+  signal(SIGPIPE, SIG_IGN);                                              // the reader of the log may end
+  pthread_sigmask(SIG_BLOCK, &end_signals, nullptr);  // before any thread is started: all of them inherit it
   try {
     const RobotHandle robot = open_robot(options);
     serve(options, *robot, end_signals);

@@ -9,12 +9,12 @@
 namespace corbot::omni {
 namespace {
 
-constexpr auto kBetweenLooks = std::chrono::seconds(1);
-constexpr CORBA::ULong kCallTimeout_ms = 2000;  // a service that hangs must not hold the servant's end up
+constexpr auto kPollPeriod = std::chrono::seconds(1);
+constexpr CORBA::ULong kCallTimeout_ms = 2000;  // a service that hangs must not delay the servant's end
 
 }  // namespace
 
-NameKeeper::NameKeeper(CORBA::ORB_ptr orb, std::string service, std::string robot,
+NameBinder::NameBinder(CORBA::ORB_ptr orb, std::string service, std::string robot,
                        CORBA::Object_ptr reference)
     : orb_(CORBA::ORB::_duplicate(orb)),
       service_(std::move(service)),
@@ -28,7 +28,7 @@ NameKeeper::NameKeeper(CORBA::ORB_ptr orb, std::string service, std::string robo
   thread_ = std::thread([this] { run(); });
 }
 
-NameKeeper::~NameKeeper() {
+NameBinder::~NameBinder() {
   {
     const std::lock_guard lock(mutex_);
     end_ = true;
@@ -37,19 +37,19 @@ NameKeeper::~NameKeeper() {
   thread_.join();
 }
 
-void NameKeeper::run() {
+void NameBinder::run() {
   std::unique_lock lock(mutex_);
   while (!end_) {
     lock.unlock();
     keep_bound();
     lock.lock();
-    if (!end_) end_requested_.wait_for(lock, kBetweenLooks);
+    if (!end_) end_requested_.wait_for(lock, kPollPeriod);
   }
   lock.unlock();
   unbind();
 }
 
-CosNaming::NamingContext_ptr NameKeeper::root() const {
+CosNaming::NamingContext_ptr NameBinder::root() const {
   // Made anew each time: a reference that once failed may have been forwarded to a service that is no more.
   CORBA::Object_var object = orb_->string_to_object(service_.c_str());
   omniORB::setClientCallTimeout(object, kCallTimeout_ms);
@@ -59,7 +59,7 @@ CosNaming::NamingContext_ptr NameKeeper::root() const {
   return context._retn();
 }
 
-bool NameKeeper::is_ours(CosNaming::NamingContext_ptr context) const {
+bool NameBinder::is_ours(CosNaming::NamingContext_ptr context) const {
   try {
     CORBA::Object_var found = context->resolve(name_);
     return !CORBA::is_nil(found) && found->_is_equivalent(reference_);
@@ -68,11 +68,11 @@ bool NameKeeper::is_ours(CosNaming::NamingContext_ptr context) const {
   }
 }
 
-void NameKeeper::keep_bound() {
+void NameBinder::keep_bound() {
   try {
     CosNaming::NamingContext_var context = root();
     if (is_ours(context)) {
-      bound_ = true;  // by an earlier life of this servant, perhaps, that was killed
+      bound_ = true;  // perhaps by an earlier process of this servant, which was killed
       return;
     }
     CosNaming::Name robots;
@@ -81,20 +81,20 @@ void NameKeeper::keep_bound() {
     try {
       CosNaming::NamingContext_var created = context->bind_new_context(robots);
     } catch (const CosNaming::NamingContext::AlreadyBound&) {
-      // The usual case: another robot, or an earlier life of this one, made it.
+      // The usual case: another robot, or an earlier process of this one, made it.
     }
     context->rebind(name_, reference_);
     spdlog::info("{} as Robots/{}.Robot in {}", bound_ ? "named again" : "named", robot_, service_);
     bound_ = true;
-    complained_ = false;
+    has_warned_ = false;
   } catch (const CORBA::Exception& error) {
-    if (!std::exchange(complained_, true)) {
+    if (!std::exchange(has_warned_, true)) {
       spdlog::warn("naming service {}: {}; going on without it and trying again", service_, error._name());
     }
   }
 }
 
-void NameKeeper::unbind() {
+void NameBinder::unbind() {
   if (!bound_) return;
   try {
     CosNaming::NamingContext_var context = root();

@@ -13,14 +13,14 @@ namespace corbot::omni {
 
 /// Keeps `Robots/<name>.Robot` bound in a naming service, in a thread of its own: binds when the service
 /// comes up, binds anew when it has been restarted or the name points elsewhere, goes on without it while it
-/// is down, and un-binds at the end. Says each change once in the log.
-class NameKeeper {
+/// is down, and un-binds at the end. Logs each change once.
+class NameBinder {
  public:
   /// `service`: corbaloc of the naming context.
-  NameKeeper(CORBA::ORB_ptr orb, std::string service, std::string robot, CORBA::Object_ptr reference);
-  NameKeeper(const NameKeeper&) = delete;
-  NameKeeper& operator=(const NameKeeper&) = delete;
-  ~NameKeeper();
+  NameBinder(CORBA::ORB_ptr orb, std::string service, std::string robot, CORBA::Object_ptr reference);
+  NameBinder(const NameBinder&) = delete;
+  NameBinder& operator=(const NameBinder&) = delete;
+  ~NameBinder();
 
  private:
   void run();
@@ -36,7 +36,7 @@ class NameKeeper {
   CORBA::Object_var reference_;
   CosNaming::Name name_;
   bool bound_{false};
-  bool complained_{false};
+  bool has_warned_{false};
 
   std::mutex mutex_;
   std::condition_variable end_requested_;

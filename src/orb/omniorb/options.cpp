@@ -49,7 +49,7 @@ Options parse_options(int argc, char** argv) {
   app.add_option("--naming", options.naming,
                  "naming service, for example corbaloc::127.0.0.1:2809/NameService");
   app.add_option("--state-dir", options.state_directory,
-                 "where the last position is kept, instead of $CORBOT_STATE_DIR or ~/.local/state/corbot");
+                 "where the last position is saved, instead of $CORBOT_STATE_DIR or ~/.local/state/corbot");
   app.footer("Options that begin with -ORB go to omniORB.");
   try {
     std::vector<std::string> reversed(own.rbegin(), own.rend());  // as CLI11 takes them

@@ -13,7 +13,7 @@
 #include "orb/orbit2/orb.h"
 #include "robot/corbot_robot.h"
 
-static const gulong kReplyIsWritten_us = 50000;
+static const gulong kReplyWritten_us = 50000;
 static const int kMostWaits = 1000;
 
 typedef struct EndRequest {
@@ -42,11 +42,11 @@ static gboolean end_by_hangup(gpointer data) {
   return G_SOURCE_CONTINUE;
 }
 
-/* Waits until the interrupted calls are over, and a moment more: the ORB tells nobody when a reply has been
- * written, which follows within microseconds on an idle machine. */
-static void let_replies_leave(ArmServant* servant) {
+/* Waits until the interrupted calls are over, and a moment more: the ORB does not report when a reply has
+ * been written, which follows within microseconds on an idle machine. */
+static void flush_replies(ArmServant* servant) {
   for (int i = 0; i < kMostWaits && !waiting_calls_idle(&servant->waiting); ++i) g_usleep(1000);
-  g_usleep(kReplyIsWritten_us);
+  g_usleep(kReplyWritten_us);
 }
 
 /* Serves until a signal asks for the end. A main loop of our own: CORBA_ORB_run would leave GLib's sources,
@@ -59,10 +59,10 @@ static void run(ArmServant* servant, const Orb* orb, const Options* options, con
   const guint sources[] = {g_unix_signal_add(SIGINT, end_by_interrupt, &request),
                            g_unix_signal_add(SIGTERM, end_by_termination, &request),
                            may_hang_up ? g_unix_signal_add(SIGHUP, end_by_hangup, &request) : 0};
-  (void)signal(SIGPIPE, SIG_IGN); /* whoever reads the log may go */
+  (void)signal(SIGPIPE, SIG_IGN); /* the reader of the log may end */
   char* reference = orb_reference(options, name);
-  NameKeeper* keeper = NULL;
-  if (options->naming != NULL) keeper = name_keeper_start(orb->orb, options, name);
+  NameBinder* binder = NULL;
+  if (options->naming != NULL) binder = name_binder_start(orb->orb, options, name);
   if (options->unix_path == NULL) {
     char* ior = ior_make("", options->endpoint.host, options->endpoint.port, name, (unsigned)strlen(name));
     log_info("for clients on ORBit2, which read a corbaloc only with 16 GiB of memory: %s", ior);
@@ -72,9 +72,9 @@ static void run(ArmServant* servant, const Orb* orb, const Options* options, con
   (void)fflush(stdout);
   g_main_loop_run(request.loop);
   log_info("signal %d: ending", request.signal);
-  name_keeper_end(keeper);
+  name_binder_end(binder);
   corbot_robot_interrupt(robot); /* calls that wait for motions return */
-  let_replies_leave(servant);
+  flush_replies(servant);
   for (size_t i = 0; i < G_N_ELEMENTS(sources); ++i) {
     if (sources[i] != 0) g_source_remove(sources[i]);
   }
@@ -90,7 +90,7 @@ static bool serve(const Options* options, corbot_robot* robot, const char* name)
   CORBA_exception_init(&ev);
   arm_servant_init(&servant, robot, options->waiting_calls, &ev);
   Orb orb;
-  const bool served = orb_went_well(&ev, "no servant") && orb_start(&orb, options) &&
+  const bool served = orb_succeeded(&ev, "no servant") && orb_start(&orb, options) &&
                       orb_serve(&orb, options, &servant, name);
   if (served) run(&servant, &orb, options, name, robot);
   orb_end(&orb);
@@ -109,7 +109,7 @@ int main(int argc, char** argv) {
   if (robot == NULL) {
     log_error("%s", error.text);
   } else {
-    corbot_robot_keep_position(robot, options.state_directory, warn);
+    corbot_robot_save_position(robot, options.state_directory, warn);
     corbot_description description;
     corbot_robot_describe(robot, &description);
     good = options_settle_endpoint(&options, description.endpoint_host, description.endpoint_port) &&

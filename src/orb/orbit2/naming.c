@@ -9,11 +9,11 @@
 #include "orb/orbit2/ior.h"
 #include "orb/orbit2/log.h"
 
-static const gint64 kBetweenLooks_us = 1000000;
-/* A service that hangs must not hold the servant up when it ends; a supervisor waits five seconds. */
-static const gint64 kPatienceAtTheEnd_us = 2000000;
+static const gint64 kPollPeriod_us = 1000000;
+/* A service that hangs must not delay the servant's end; a supervisor waits five seconds. */
+static const gint64 kEndTimeout_us = 2000000;
 
-struct NameKeeper {
+struct NameBinder {
   CORBA_ORB orb;
   const char* service; /* as it was given, for the log */
   char* robot;
@@ -23,7 +23,7 @@ struct NameKeeper {
   CORBA_Object root; /* of the service; nil before the first use and after a failure */
   CORBA_Object ours;
   bool bound;
-  bool complained;
+  bool has_warned;
 
   GMutex mutex;
   GCond changed;
@@ -32,8 +32,8 @@ struct NameKeeper {
   GThread* thread;
 };
 
-static CosNaming_Name name_of(NameKeeper* keeper, CORBA_unsigned_long length) {
-  const CosNaming_Name name = {length, length, keeper->components, CORBA_FALSE};
+static CosNaming_Name name_of(NameBinder* binder, CORBA_unsigned_long length) {
+  const CosNaming_Name name = {length, length, binder->components, CORBA_FALSE};
   return name;
 }
 
@@ -43,151 +43,151 @@ static bool raised_user(CORBA_Environment* ev, const char* id) {
   return ev->_major == CORBA_USER_EXCEPTION && g_strcmp0(CORBA_exception_id(ev), id) == 0;
 }
 
-/* References are made anew after a failure, for the old ones may lead to a service that is no more, and only
+/* References are made anew after a failure, for the old ones may lead to a service that has ended, and only
  * then: ORBit2 leaks some fifty bytes of every corbaloc that it reads. */
-static bool has_references(NameKeeper* keeper, CORBA_Environment* ev) {
-  if (keeper->root == CORBA_OBJECT_NIL) {
-    keeper->root = CORBA_ORB_string_to_object(keeper->orb, keeper->service_ior, ev);
+static bool has_references(NameBinder* binder, CORBA_Environment* ev) {
+  if (binder->root == CORBA_OBJECT_NIL) {
+    binder->root = CORBA_ORB_string_to_object(binder->orb, binder->service_ior, ev);
   }
-  if (!raised(ev) && keeper->ours == CORBA_OBJECT_NIL) {
-    keeper->ours = CORBA_ORB_string_to_object(keeper->orb, keeper->robot_ior, ev);
+  if (!raised(ev) && binder->ours == CORBA_OBJECT_NIL) {
+    binder->ours = CORBA_ORB_string_to_object(binder->orb, binder->robot_ior, ev);
   }
   if (raised(ev)) return false;
-  if (keeper->root != CORBA_OBJECT_NIL && keeper->ours != CORBA_OBJECT_NIL) return true;
+  if (binder->root != CORBA_OBJECT_NIL && binder->ours != CORBA_OBJECT_NIL) return true;
   CORBA_exception_set_system(ev, ex_CORBA_INV_OBJREF, CORBA_COMPLETED_NO);
   return false;
 }
 
-static void drop_references(NameKeeper* keeper) {
+static void drop_references(NameBinder* binder) {
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
-  CORBA_Object_release(keeper->ours, &ev);
-  CORBA_Object_release(keeper->root, &ev);
+  CORBA_Object_release(binder->ours, &ev);
+  CORBA_Object_release(binder->root, &ev);
   CORBA_exception_free(&ev);
-  keeper->ours = CORBA_OBJECT_NIL;
-  keeper->root = CORBA_OBJECT_NIL;
+  binder->ours = CORBA_OBJECT_NIL;
+  binder->root = CORBA_OBJECT_NIL;
 }
 
-static bool is_ours(NameKeeper* keeper, CORBA_Environment* ev) {
-  const CosNaming_Name name = name_of(keeper, 2);
-  CORBA_Object found = CosNaming_NamingContext_resolve(keeper->root, &name, ev);
+static bool is_ours(NameBinder* binder, CORBA_Environment* ev) {
+  const CosNaming_Name name = name_of(binder, 2);
+  CORBA_Object found = CosNaming_NamingContext_resolve(binder->root, &name, ev);
   if (raised_user(ev, ex_CosNaming_NamingContext_NotFound)) {
     CORBA_exception_free(ev);
     return false;
   }
   if (raised(ev)) return false;
-  const bool ours_it_is = CORBA_Object_is_equivalent(found, keeper->ours, ev) != CORBA_FALSE;
+  const bool equivalent = CORBA_Object_is_equivalent(found, binder->ours, ev) != CORBA_FALSE;
   CORBA_Object_release(found, ev);
-  return ours_it_is;
+  return equivalent;
 }
 
-static void bind(NameKeeper* keeper, CORBA_Environment* ev) {
-  const CosNaming_Name context = name_of(keeper, 1);
-  const CosNaming_Name name = name_of(keeper, 2);
-  CosNaming_NamingContext created = CosNaming_NamingContext_bind_new_context(keeper->root, &context, ev);
+static void bind(NameBinder* binder, CORBA_Environment* ev) {
+  const CosNaming_Name context = name_of(binder, 1);
+  const CosNaming_Name name = name_of(binder, 2);
+  CosNaming_NamingContext created = CosNaming_NamingContext_bind_new_context(binder->root, &context, ev);
   if (raised_user(ev, ex_CosNaming_NamingContext_AlreadyBound)) {
-    CORBA_exception_free(ev); /* the usual case: another robot, or an earlier life of this one, made it */
+    CORBA_exception_free(ev); /* the usual case: another robot, or an earlier process of this one, made it */
   } else if (raised(ev)) {
     return;
   } else {
     CORBA_Object_release(created, ev);
   }
-  CosNaming_NamingContext_rebind(keeper->root, &name, keeper->ours, ev);
+  CosNaming_NamingContext_rebind(binder->root, &name, binder->ours, ev);
   if (raised(ev)) return;
-  log_info("%s as Robots/%s.Robot in %s", keeper->bound ? "named again" : "named", keeper->robot,
-           keeper->service);
-  keeper->complained = false;
+  log_info("%s as Robots/%s.Robot in %s", binder->bound ? "named again" : "named", binder->robot,
+           binder->service);
+  binder->has_warned = false;
 }
 
-static void keep_bound(NameKeeper* keeper) {
+static void keep_bound(NameBinder* binder) {
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
-  if (has_references(keeper, &ev) && !is_ours(keeper, &ev) && !raised(&ev)) bind(keeper, &ev);
+  if (has_references(binder, &ev) && !is_ours(binder, &ev) && !raised(&ev)) bind(binder, &ev);
   if (!raised(&ev)) {
-    keeper->bound = true;
+    binder->bound = true;
     return;
   }
-  if (!keeper->complained) {
-    log_warning("naming service %s: %s; going on without it and trying again", keeper->service,
+  if (!binder->has_warned) {
+    log_warning("naming service %s: %s; going on without it and trying again", binder->service,
                 CORBA_exception_id(&ev));
   }
-  keeper->complained = true;
+  binder->has_warned = true;
   CORBA_exception_free(&ev);
-  drop_references(keeper);
+  drop_references(binder);
 }
 
-static void unbind(NameKeeper* keeper) {
-  if (!keeper->bound) return;
+static void unbind(NameBinder* binder) {
+  if (!binder->bound) return;
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
-  if (has_references(keeper, &ev) && is_ours(keeper, &ev)) {
-    const CosNaming_Name name = name_of(keeper, 2);
-    CosNaming_NamingContext_unbind(keeper->root, &name, &ev);
+  if (has_references(binder, &ev) && is_ours(binder, &ev)) {
+    const CosNaming_Name name = name_of(binder, 2);
+    CosNaming_NamingContext_unbind(binder->root, &name, &ev);
   }
   if (!raised(&ev)) return;
-  log_warning("naming service %s: %s; Robots/%s.Robot stays bound", keeper->service, CORBA_exception_id(&ev),
-              keeper->robot);
+  log_warning("naming service %s: %s; Robots/%s.Robot stays bound", binder->service, CORBA_exception_id(&ev),
+              binder->robot);
   CORBA_exception_free(&ev);
 }
 
 static gpointer run(gpointer data) {
-  NameKeeper* keeper = data;
-  g_mutex_lock(&keeper->mutex);
-  while (!keeper->end) {
-    g_mutex_unlock(&keeper->mutex);
-    keep_bound(keeper);
-    g_mutex_lock(&keeper->mutex);
-    const gint64 until = g_get_monotonic_time() + kBetweenLooks_us;
-    while (!keeper->end && g_cond_wait_until(&keeper->changed, &keeper->mutex, until)) continue;
+  NameBinder* binder = data;
+  g_mutex_lock(&binder->mutex);
+  while (!binder->end) {
+    g_mutex_unlock(&binder->mutex);
+    keep_bound(binder);
+    g_mutex_lock(&binder->mutex);
+    const gint64 until = g_get_monotonic_time() + kPollPeriod_us;
+    while (!binder->end && g_cond_wait_until(&binder->changed, &binder->mutex, until)) continue;
   }
-  g_mutex_unlock(&keeper->mutex);
-  unbind(keeper);
-  drop_references(keeper);
-  g_mutex_lock(&keeper->mutex);
-  keeper->ended = true;
-  g_cond_signal(&keeper->changed);
-  g_mutex_unlock(&keeper->mutex);
+  g_mutex_unlock(&binder->mutex);
+  unbind(binder);
+  drop_references(binder);
+  g_mutex_lock(&binder->mutex);
+  binder->ended = true;
+  g_cond_signal(&binder->changed);
+  g_mutex_unlock(&binder->mutex);
   return NULL;
 }
 
-NameKeeper* name_keeper_start(CORBA_ORB orb, const Options* options, const char* robot) {
-  NameKeeper* keeper = g_new0(NameKeeper, 1);
-  keeper->orb = orb;
-  keeper->service = options->naming;
-  keeper->robot = g_strdup(robot);
-  keeper->service_ior = ior_from_reference("IDL:omg.org/CosNaming/NamingContext:1.0", options->naming);
+NameBinder* name_binder_start(CORBA_ORB orb, const Options* options, const char* robot) {
+  NameBinder* binder = g_new0(NameBinder, 1);
+  binder->orb = orb;
+  binder->service = options->naming;
+  binder->robot = g_strdup(robot);
+  binder->service_ior = ior_from_reference("IDL:omg.org/CosNaming/NamingContext:1.0", options->naming);
   /* Without a type, so that clients ask for it first: omniORB follows the forward of that call only. */
-  keeper->robot_ior =
+  binder->robot_ior =
       ior_make("", options->endpoint.host, options->endpoint.port, robot, (unsigned)strlen(robot));
-  keeper->components[0].id = (char*)"Robots";
-  keeper->components[0].kind = (char*)"";
-  keeper->components[1].id = keeper->robot;
-  keeper->components[1].kind = (char*)"Robot";
-  g_mutex_init(&keeper->mutex);
-  g_cond_init(&keeper->changed);
-  keeper->thread = g_thread_new("naming", run, keeper);
-  return keeper;
+  binder->components[0].id = (char*)"Robots";
+  binder->components[0].kind = (char*)"";
+  binder->components[1].id = binder->robot;
+  binder->components[1].kind = (char*)"Robot";
+  g_mutex_init(&binder->mutex);
+  g_cond_init(&binder->changed);
+  binder->thread = g_thread_new("naming", run, binder);
+  return binder;
 }
 
-void name_keeper_end(NameKeeper* keeper) {
-  if (keeper == NULL) return;
-  g_mutex_lock(&keeper->mutex);
-  keeper->end = true;
-  g_cond_signal(&keeper->changed);
-  const gint64 until = g_get_monotonic_time() + kPatienceAtTheEnd_us;
-  while (!keeper->ended && g_cond_wait_until(&keeper->changed, &keeper->mutex, until)) continue;
-  const bool ended = keeper->ended;
-  g_mutex_unlock(&keeper->mutex);
-  if (!ended) { /* the thread waits for an answer, with what is below, until the process ends */
-    log_warning("naming service %s does not answer; Robots/%s.Robot stays bound", keeper->service,
-                keeper->robot);
+void name_binder_end(NameBinder* binder) {
+  if (binder == NULL) return;
+  g_mutex_lock(&binder->mutex);
+  binder->end = true;
+  g_cond_signal(&binder->changed);
+  const gint64 until = g_get_monotonic_time() + kEndTimeout_us;
+  while (!binder->ended && g_cond_wait_until(&binder->changed, &binder->mutex, until)) continue;
+  const bool ended = binder->ended;
+  g_mutex_unlock(&binder->mutex);
+  if (!ended) { /* the thread waits for a reply, with what is below, until the process ends */
+    log_warning("naming service %s does not reply; Robots/%s.Robot stays bound", binder->service,
+                binder->robot);
     return;
   }
-  g_thread_join(keeper->thread);
-  g_cond_clear(&keeper->changed);
-  g_mutex_clear(&keeper->mutex);
-  g_free(keeper->robot);
-  g_free(keeper->service_ior);
-  g_free(keeper->robot_ior);
-  g_free(keeper);
+  g_thread_join(binder->thread);
+  g_cond_clear(&binder->changed);
+  g_mutex_clear(&binder->mutex);
+  g_free(binder->robot);
+  g_free(binder->service_ior);
+  g_free(binder->robot_ior);
+  g_free(binder);
 }

@@ -81,11 +81,11 @@ void options_parse(int argc, char** argv, Options* out) {
       {"naming", 0, 0, G_OPTION_ARG_STRING, &out->naming,
        "naming service, for example corbaloc::127.0.0.1:2809/NameService", "REFERENCE"},
       {"state-dir", 0, 0, G_OPTION_ARG_FILENAME, &out->state_directory,
-       "where the last position is kept, instead of $CORBOT_STATE_DIR or ~/.local/state/corbot", "DIRECTORY"},
+       "where the last position is saved, instead of $CORBOT_STATE_DIR or ~/.local/state/corbot",
+       "DIRECTORY"},
       {"waiting-calls", 0, 0, G_OPTION_ARG_INT, &out->waiting_calls,
        "calls that may wait for motions at once (4); with more, an omniORB client of five waiting threads "
-       "holds "
-       "its own Stop up",
+       "blocks its own Stop",
        "N"},
       {kUnsafeOption + 2, 0, 0, G_OPTION_ARG_NONE, &unsafe,
        "allow an address outside the loopback interface, though anybody there can end this process", NULL},
@@ -122,8 +122,7 @@ bool options_settle_endpoint(Options* options, const char* profile_host, int pro
   }
   log_error(
       "will not listen on %s: ORBit2 has no protection against a malformed request, which ends the process, "
-      "and "
-      "no encryption. Listen on 127.0.0.1 and tunnel (ssh -L), use corbot-servant (omniORB), or give %s",
+      "and no encryption. Listen on 127.0.0.1 and tunnel (ssh -L), use corbot-servant (omniORB), or give %s",
       options->endpoint.host, kUnsafeOption);
   return false;
 }

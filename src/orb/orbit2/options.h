@@ -25,7 +25,7 @@ typedef struct Options {
 /* Parses. Prints help or what is wrong and leaves the process when the command line asks for that. */
 void options_parse(int argc, char** argv, Options* out);
 /* Fills in from the profile what the command line left open, and refuses (message, false) an address that is
- * not of the loopback interface, unless told that ORBit2's unsafety is known. */
+ * not of the loopback interface, unless the option says that ORBit2's unsafety is known. */
 bool options_settle_endpoint(Options* options, const char* profile_host, int profile_port);
 void options_free(Options* options);
 

@@ -19,14 +19,14 @@ extern void ORBit_ORB_forw_bind(CORBA_ORB orb, CORBA_sequence_CORBA_octet* key, 
  * lock, and crashes when a client comes in while the first call goes out. */
 extern GType giop_connection_get_type(void);
 
-bool orb_went_well(CORBA_Environment* ev, const char* what) {
+bool orb_succeeded(CORBA_Environment* ev, const char* what) {
   if (ev->_major == CORBA_NO_EXCEPTION) return true;
   log_error("%s: %s", what, CORBA_exception_id(ev));
   CORBA_exception_free(ev);
   return false;
 }
 
-static bool somebody_listens(const char* path) {
+static bool is_listening_at(const char* path) {
   const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   struct sockaddr_un address = {.sun_family = AF_UNIX};
   g_strlcpy(address.sun_path, path, sizeof(address.sun_path));
@@ -35,10 +35,10 @@ static bool somebody_listens(const char* path) {
   return listens;
 }
 
-/* ORBit2 fails silently where it cannot bind: see to it before. */
+/* ORBit2 fails silently where it cannot bind: checked before. */
 static bool address_is_free(const Options* options) {
   if (options->unix_path != NULL) {
-    if (somebody_listens(options->unix_path)) {
+    if (is_listening_at(options->unix_path)) {
       log_error("%s is in use by another program", options->unix_path);
       return false;
     }
@@ -58,10 +58,9 @@ static bool address_is_free(const Options* options) {
 }
 
 static bool listens(const Options* options) {
-  if (options->unix_path != NULL) return somebody_listens(options->unix_path);
+  if (options->unix_path != NULL) return is_listening_at(options->unix_path);
   const int fd = corbot_listening_socket(options->endpoint.host, options->endpoint.port);
-  /* ORBit2 lets ten connections wait to be accepted; the kernel makes the eleventh try again after a second.
-   */
+  /* ORBit2 lets ten connections wait to be accepted; the kernel delays the eleventh by a second. */
   return fd >= 0 && listen(fd, SOMAXCONN) == 0;
 }
 
@@ -74,9 +73,9 @@ static void init_orb(Orb* orb, const Options* options, CORBA_Environment* ev) {
   (void)snprintf(host, sizeof(host), "--ORBIIOPIPName=%s", tcp ? options->endpoint.host : "localhost");
   (void)snprintf(port, sizeof(port), "--ORBIIOPIPSock=%s", tcp ? socket_number : options->unix_path);
   /* The files ~/.orbitrc and /etc/orbitrc could open other addresses; the options that forbid them take
-   * effect only when a word follows that is no option. ORBit2's time-outs, 60 s unless told otherwise, are
-   * set on a server's connections, too, and use a thread that may have ended meanwhile, which is a crash:
-   * none, therefore. */
+   * effect only when a word follows that is no option. ORBit2's time-outs, 60 s by default, are set on a
+   * server's connections, too, and use a thread that may have ended meanwhile, which is a crash:
+   * they are off. */
   const char* own[] = {"corbot-servant-orbit2",
                        "--ORBNoUserRC",
                        "yes",
@@ -109,7 +108,7 @@ static bool init_orb_in_private(Orb* orb, const Options* options, CORBA_Environm
   (void)giop_connection_get_type();
   (void)rmdir(directory);
   g_free(directory);
-  return orb_went_well(ev, "ORBit2 does not start");
+  return orb_succeeded(ev, "ORBit2 does not start");
 }
 
 /* The root POA is served by one thread whatever is asked of it. */
@@ -138,20 +137,20 @@ bool orb_start(Orb* orb, const Options* options) {
   CORBA_exception_init(&ev);
   if (!init_orb_in_private(orb, options, &ev)) return false;
   create_poa(orb, &ev);
-  return orb_went_well(&ev, "no POA");
+  return orb_succeeded(&ev, "no POA");
 }
 
 bool orb_serve(Orb* orb, const Options* options, PortableServer_Servant servant, const char* name) {
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
   PortableServer_ObjectId* id = PortableServer_POA_activate_object(orb->poa, servant, &ev);
-  if (!orb_went_well(&ev, "the servant cannot be activated")) return false;
+  if (!orb_succeeded(&ev, "the servant cannot be activated")) return false;
   CORBA_free(id);
   orb->served = PortableServer_POA_servant_to_reference(orb->poa, servant, &ev);
-  if (!orb_went_well(&ev, "the servant has no reference")) return false;
+  if (!orb_succeeded(&ev, "the servant has no reference")) return false;
   CORBA_free(
       CORBA_ORB_object_to_string(orb->orb, orb->served, &ev)); /* ORBit2 first listens when asked for this */
-  if (!orb_went_well(&ev, "the servant has no address")) return false;
+  if (!orb_succeeded(&ev, "the servant has no address")) return false;
   char* key_text = g_strdup(name);
   CORBA_sequence_CORBA_octet key = {(CORBA_unsigned_long)strlen(name), (CORBA_unsigned_long)strlen(name),
                                     (CORBA_octet*)key_text, CORBA_FALSE};
@@ -159,7 +158,7 @@ bool orb_serve(Orb* orb, const Options* options, PortableServer_Servant servant,
   PortableServer_POAManager manager = PortableServer_POA__get_the_POAManager(orb->root, &ev);
   PortableServer_POAManager_activate(manager, &ev);
   CORBA_Object_release((CORBA_Object)manager, &ev);
-  if (!orb_went_well(&ev, "the POA cannot be activated")) return false;
+  if (!orb_succeeded(&ev, "the POA cannot be activated")) return false;
   if (listens(options)) return true;
   char* reference = orb_reference(options, name);
   log_error("ORBit2 does not listen at %s: has another program just taken the address?", reference);

@@ -17,13 +17,13 @@ typedef struct Orb {
 /* False, and the reason in the log, when that cannot be. */
 bool orb_start(Orb* orb, const Options* options);
 /* Activates the servant, makes it known under the object key `name`, and begins to serve. False, and the
- * reason in the log, when nobody could reach it. */
+ * reason in the log, when it could not be reached. */
 bool orb_serve(Orb* orb, const Options* options, PortableServer_Servant servant, const char* name);
 /* Where clients find the object: corbaloc, to be freed with g_free. */
 char* orb_reference(const Options* options, const char* name);
 void orb_end(Orb* orb);
 
-/* Whether a call went well; if not, says so in the log ("<what>: <exception>") and clears the environment. */
-bool orb_went_well(CORBA_Environment* ev, const char* what);
+/* Whether a call succeeded; if not, logs it ("<what>: <exception>") and clears the environment. */
+bool orb_succeeded(CORBA_Environment* ev, const char* what);
 
 #endif /* CORBOT_ORBIT2_ORB_H */

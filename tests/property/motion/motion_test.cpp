@@ -126,8 +126,8 @@ double Motions::ramp_scale_s(const Command& command) const {
   }
   const PathLimits& limits = rig_.arm.path;
   return std::max(limits.speed_m_s / limits.acceleration_m_s2 + limits.acceleration_m_s2 / limits.jerk_m_s3,
-                  limits.turn_speed_rad_s / limits.turn_acceleration_rad_s2 +
-                      limits.turn_acceleration_rad_s2 / limits.turn_jerk_rad_s3);
+                  limits.rotation_speed_rad_s / limits.rotation_acceleration_rad_s2 +
+                      limits.rotation_acceleration_rad_s2 / limits.rotation_jerk_rad_s3);
 }
 
 bool Motions::interrupt(Interruption interruption, int tick) {

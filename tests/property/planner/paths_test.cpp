@@ -90,9 +90,9 @@ void check_ticks(const ArmModel& arm, const PlanSettings& settings, const Comman
     }
     const LawPeaks peak = peaks(motion.law);
     const double turn = std::abs(motion.to_pitch_rad - motion.from_pitch_rad);
-    ASSERT_LE(peak.velocity * turn, arm.path.turn_speed_rad_s * settings.speed_ratio * kSlack);
-    ASSERT_LE(peak.acceleration * turn, arm.path.turn_acceleration_rad_s2 * kSlack);
-    ASSERT_LE(peak.jerk * turn, arm.path.turn_jerk_rad_s3 * kSlack);
+    ASSERT_LE(peak.velocity * turn, arm.path.rotation_speed_rad_s * settings.speed_ratio * kSlack);
+    ASSERT_LE(peak.acceleration * turn, arm.path.rotation_acceleration_rad_s2 * kSlack);
+    ASSERT_LE(peak.jerk * turn, arm.path.rotation_jerk_rad_s3 * kSlack);
     track = {tcp, track[0], track[1], track[2]};
     last = ik.position_rad;
   }

@@ -38,7 +38,7 @@ TEST(Fingerprint, ChangesWithEveryFieldThatBothSidesMustAgreeOn) {
       [](ArmModel& m) { m.joints[0].upper_rad = 0.1; },
       [](ArmModel& m) { m.joints[5].jerk_rad_s3 = 0.1; },
       [](ArmModel& m) { m.path.speed_m_s = 0.1; },
-      [](ArmModel& m) { m.path.turn_jerk_rad_s3 = 0.1; },
+      [](ArmModel& m) { m.path.rotation_jerk_rad_s3 = 0.1; },
       [](ArmModel& m) { m.gripper.travel_s = 0.1; },
       [](ArmModel& m) { m.period_ns = 2'000'000; },
   };

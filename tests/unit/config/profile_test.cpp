@@ -38,9 +38,9 @@ TEST(ShippedProfile, Lynx5IsReadToTheLastValue) {
   EXPECT_EQ(arm.path.speed_m_s, 0.25);
   EXPECT_EQ(arm.path.acceleration_m_s2, 1.0);
   EXPECT_EQ(arm.path.jerk_m_s3, 10.0);
-  EXPECT_EQ(arm.path.turn_speed_rad_s, 90 * kDegree);
-  EXPECT_EQ(arm.path.turn_acceleration_rad_s2, 400 * kDegree);
-  EXPECT_EQ(arm.path.turn_jerk_rad_s3, 4000 * kDegree);
+  EXPECT_EQ(arm.path.rotation_speed_rad_s, 90 * kDegree);
+  EXPECT_EQ(arm.path.rotation_acceleration_rad_s2, 400 * kDegree);
+  EXPECT_EQ(arm.path.rotation_jerk_rad_s3, 4000 * kDegree);
   EXPECT_EQ(arm.gripper.channel, 4u);
   EXPECT_EQ(arm.gripper.closed_us, 1900.0);
   EXPECT_EQ(arm.gripper.open_us, 1100.0);

@@ -15,9 +15,9 @@ Snapshot at(double base_rad, std::uint64_t command_id) {
   return snapshot;
 }
 
-TEST(KeepRule, KeepsRestAtOnceAndMotionEverySecond) {
-  KeepRule rule;
-  KeepRule::Instant now{};
+TEST(SavePolicy, KeepsRestAtOnceAndMotionEverySecond) {
+  SavePolicy rule;
+  SavePolicy::Instant now{};
   EXPECT_TRUE(rule.is_due(at(0.0, 0), now)) << "the first position";
   rule.saved(at(0.0, 0), now);
   EXPECT_FALSE(rule.is_due(at(0.0, 0), now + 1h)) << "nothing has changed";
@@ -31,9 +31,9 @@ TEST(KeepRule, KeepsRestAtOnceAndMotionEverySecond) {
   EXPECT_TRUE(rule.is_due(at(0.2, 0), now + 1ms)) << "where it was, but at rest now";
 }
 
-TEST(KeepRule, DoesNotHammerAFullDisk) {
-  KeepRule rule;
-  const KeepRule::Instant now{};
+TEST(SavePolicy, DoesNotHammerAFullDisk) {
+  SavePolicy rule;
+  const SavePolicy::Instant now{};
   rule.failed(now);
   EXPECT_FALSE(rule.is_due(at(0.1, 0), now + 9s));
   EXPECT_TRUE(rule.is_due(at(0.1, 0), now + 10s));

@@ -275,7 +275,7 @@ TEST_F(CycleTest, ALostBackendIsAFaultUntilItIsBackAndCleared) {
   EXPECT_EQ(rig.snapshot.clears_done, 1u);
   EXPECT_EQ(rig.snapshot.state, RtState::kError);
   rig.backend.set_plugged(true);
-  rig.step(250);  // the device is led to the set-point first
+  rig.step(250);  // the device is brought to the set-point first
   EXPECT_EQ(rig.snapshot.state, RtState::kError);
   rig.clear();
   rig.step();
@@ -291,7 +291,7 @@ TEST_F(CycleTest, ARestartedTaskTakesUpThePositionAndDropsTheQueue) {
   rig.submit(rig.planner.dwell({kThere, 0.0}, 1.0));
   rig.step(250);
   const Snapshot before = rig.snapshot;
-  rig.stop();  // asked for while nobody was there
+  rig.stop();  // requested while no task ran
   rig.restart();
   rig.step();
   EXPECT_EQ(rig.snapshot.position_rad, before.position_rad);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cycle where nobody knows for certain where the arm is.
+// The cycle while the arm's position is unverified.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,7 +11,7 @@ namespace corbot::test {
 namespace {
 
 const Joints kThere{0.8, 1.2, 1.5, 0.5};
-const Joints kKept{0.1, 0.2, 0.3, 0.4};
+const Joints kSaved{0.1, 0.2, 0.3, 0.4};
 
 class FirstMotion : public ::testing::Test {
  protected:
@@ -35,34 +35,34 @@ class FirstMotion : public ::testing::Test {
     ADD_FAILURE() << "no verdict";
     return 0;
   }
-  [[nodiscard]] bool uncertain() const { return (rig.snapshot.flags & kSnapshotUncertain) != 0; }
+  [[nodiscard]] bool unverified() const { return (rig.snapshot.flags & kSnapshotUnverified) != 0; }
 
   Rig rig;
   double rate{};
   Verdict verdict{};
 };
 
-TEST_F(FirstMotion, BeginsWhereItIsTold) {
-  power_up({kKept, 0.5, false});
-  EXPECT_EQ(rig.snapshot.position_rad, kKept);
+TEST_F(FirstMotion, BeginsAtTheGivenPosition) {
+  power_up({kSaved, 0.5, false});
+  EXPECT_EQ(rig.snapshot.position_rad, kSaved);
   EXPECT_EQ(rig.snapshot.gripper, 0.5);
-  EXPECT_FALSE(uncertain());
+  EXPECT_FALSE(unverified());
   go(kThere);
   run();
   EXPECT_EQ(rate, 1.0);
 }
 
 TEST_F(FirstMotion, IsSlowAndTheSecondIsNot) {
-  power_up({kKept, 0.0, true});
-  EXPECT_TRUE(uncertain());
+  power_up({kSaved, 0.0, true});
+  EXPECT_TRUE(unverified());
   EXPECT_NEAR(rig.snapshot.override_ratio, 0.1, 0.0);
   go(kThere);
   const int slow = run();
   EXPECT_EQ(verdict, Verdict::kDone);
   EXPECT_NEAR(rate, 0.1, 1e-12);
-  EXPECT_FALSE(uncertain());
+  EXPECT_FALSE(unverified());
   EXPECT_EQ(rig.snapshot.override_ratio, 1.0) << "in the very cycle of the verdict";
-  go(kKept);
+  go(kSaved);
   const int fast = run();
   EXPECT_EQ(rate, 1.0);
   EXPECT_EQ(rig.snapshot.override_ratio, 1.0);
@@ -71,7 +71,7 @@ TEST_F(FirstMotion, IsSlowAndTheSecondIsNot) {
 
 TEST_F(FirstMotion, KeepsAnOverrideThatIsLower) {
   rig.override_to(0.05);
-  power_up({kKept, 0.0, true});
+  power_up({kSaved, 0.0, true});
   rig.override_to(0.05);
   go(kThere);
   run();
@@ -79,68 +79,68 @@ TEST_F(FirstMotion, KeepsAnOverrideThatIsLower) {
 }
 
 TEST_F(FirstMotion, IsOneThatMovesTheArmToItsEnd) {
-  power_up({kKept, 0.0, true});
+  power_up({kSaved, 0.0, true});
   rig.submit(rig.planner.dwell(rig.start(), 0.01));
   run();
-  EXPECT_TRUE(uncertain()) << "a pause is no motion";
-  go(kKept);
+  EXPECT_TRUE(unverified()) << "a pause is no motion";
+  go(kSaved);
   run();
-  EXPECT_TRUE(uncertain()) << "nor is a motion to where it is";
+  EXPECT_TRUE(unverified()) << "nor is a motion to where it is";
   rig.submit(rig.planner.gripper(rig.start(), 1.0));
   run();
-  EXPECT_TRUE(uncertain()) << "nor is the gripper's";
+  EXPECT_TRUE(unverified()) << "nor is the gripper's";
   EXPECT_NEAR(rate, 0.1, 1e-12) << "but it is slow, too";
   go(kThere);
   rig.step(1000);
   rig.stop();
   run();
   EXPECT_EQ(verdict, Verdict::kStopped);
-  EXPECT_TRUE(uncertain()) << "whoever stops it has a reason";
+  EXPECT_TRUE(unverified()) << "a stop may have had a reason";
   go(kThere);
   run();
-  EXPECT_FALSE(uncertain());
+  EXPECT_FALSE(unverified());
 }
 
 TEST_F(FirstMotion, ARestartBeforeItForgetsNothing) {
-  power_up({kKept, 0.0, true});
+  power_up({kSaved, 0.0, true});
   rig.restart({{}, 0.0, false});
   rig.step();
-  EXPECT_TRUE(uncertain());
-  EXPECT_EQ(rig.snapshot.position_rad, kKept);
+  EXPECT_TRUE(unverified());
+  EXPECT_EQ(rig.snapshot.position_rad, kSaved);
   go(kThere);
   run();
   rig.restart({{}, 0.0, true});
   rig.step();
-  EXPECT_FALSE(uncertain()) << "the segment knows better";
+  EXPECT_FALSE(unverified()) << "the segment knows better";
 }
 
 TEST_F(FirstMotion, AStartMayOutrankTheSegment) {
   power_up({kThere, 1.0, false});
-  rig.restart({.position_rad = kKept, .opening = 0.5, .uncertain = true, .outranks_segment = true});
+  rig.restart({.position_rad = kSaved, .opening = 0.5, .unverified = true, .outranks_segment = true});
   rig.step();
-  EXPECT_TRUE(uncertain());
-  EXPECT_EQ(rig.snapshot.position_rad, kKept);
+  EXPECT_TRUE(unverified());
+  EXPECT_EQ(rig.snapshot.position_rad, kSaved);
   EXPECT_EQ(rig.snapshot.gripper, 0.5);
 }
 
-TEST_F(FirstMotion, ComesAgainWhenAStopHasTakenThePower) {
-  for (const bool is_limp : {false, true}) {
-    power_up({.position_rad = kKept, .power_cut_at_stop = is_limp});
+TEST_F(FirstMotion, ComesAgainWhenAStopHasCutThePower) {
+  for (const bool cuts_power : {false, true}) {
+    power_up({.position_rad = kSaved, .power_cut_at_stop = cuts_power});
     rig.emergency_stop->set(StopSource::kGpio, true);
     rig.step();
     rig.clear();
     rig.step();
-    EXPECT_FALSE(uncertain()) << "still without power";
+    EXPECT_FALSE(unverified()) << "still without power";
     rig.emergency_stop->set(StopSource::kGpio, false);
     rig.step();
     rig.clear();
     rig.step();
     ASSERT_EQ(rig.snapshot.state, RtState::kStandby);
-    EXPECT_EQ(uncertain(), is_limp);
+    EXPECT_EQ(unverified(), cuts_power);
     go(kThere);
     run();
-    EXPECT_NEAR(rate, is_limp ? 0.1 : 1.0, 1e-12);
-    EXPECT_FALSE(uncertain());
+    EXPECT_NEAR(rate, cuts_power ? 0.1 : 1.0, 1e-12);
+    EXPECT_FALSE(unverified());
   }
 }
 

@@ -29,7 +29,7 @@ class Rig {
     restart();
   }
 
-  /// What a new real-time task does with the same segment; whoever presses a stop goes on doing it.
+  /// What a new real-time task does with the same segment; a stop that is pressed stays pressed.
   void restart(const rt::CycleStart& start = {}) {
     const std::uint32_t pressed = emergency_stop ? emergency_stop->sources() : 0;
     emergency_stop = std::make_unique<EmergencyStop>();

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-const Joints kKept{0.1, 0.2, 0.3, 0.4};
+const Joints kSaved{0.1, 0.2, 0.3, 0.4};
 
 class StartPositionTest : public ::testing::Test {
  protected:
@@ -40,9 +40,9 @@ class StartPositionTest : public ::testing::Test {
     last.pulse_us = frame.pulse_us;
     segment->snapshot.store(last);
   }
-  void keep() {
-    publish(kKept, 0.5);
-    rt::StartPosition(profile, "arm", directory).keep(*segment);
+  void save() {
+    publish(kSaved, 0.5);
+    rt::StartPosition(profile, "arm", directory).save(*segment);
     segment = std::make_unique<SegmentLayout>();
   }
   rt::CycleStart find(const DevicePosition& device = {}, bool forget = false) {
@@ -61,43 +61,43 @@ class StartPositionTest : public ::testing::Test {
   std::unique_ptr<SegmentLayout> segment = std::make_unique<SegmentLayout>();
 };
 
-TEST_F(StartPositionTest, WithoutAnyWordIsAngleZeroAndLoudlySaidSo) {
+TEST_F(StartPositionTest, WithoutAnySourceIsAngleZeroAndIsReportedLoudly) {
   const rt::CycleStart start = find();
   EXPECT_EQ(start.position_rad, Joints{});
-  EXPECT_TRUE(start.uncertain);
-  EXPECT_THAT(text, HasSubstr("NOBODY KNOWS"));
+  EXPECT_TRUE(start.unverified);
+  EXPECT_THAT(text, HasSubstr("UNKNOWN; the arm is taken to be"));
   profile.backend.position_known_at_start = true;
-  EXPECT_FALSE(find().uncertain);
+  EXPECT_FALSE(find().unverified);
   EXPECT_EQ(text, "0 degrees");
 }
 
-TEST_F(StartPositionTest, TheFileIsBelieved) {
-  keep();
+TEST_F(StartPositionTest, TheFileIsUsed) {
+  save();
   const rt::CycleStart start = find();
   EXPECT_NEAR(start.position_rad[3], 0.4, 1e-12);
   EXPECT_EQ(start.opening, 0.5);
-  EXPECT_TRUE(start.uncertain);
+  EXPECT_TRUE(start.unverified);
   EXPECT_THAT(text, HasSubstr("5.7 11.5 17.2 22.9 degrees, where corbot left it at 20"));
   EXPECT_THAT(text, HasSubstr("10 %"));
   EXPECT_THAT(text, Not(HasSubstr("before this machine")));
   EXPECT_EQ(find({}, true).position_rad, Joints{}) << "unless it is to be forgotten";
   std::ofstream(directory + "/arm.position") << "nonsense";
   EXPECT_EQ(find().position_rad, Joints{});
-  EXPECT_THAT(text, HasSubstr("NOBODY KNOWS"));
+  EXPECT_THAT(text, HasSubstr("UNKNOWN; the arm is taken to be"));
 }
 
 TEST_F(StartPositionTest, ADeviceThatMeasuresKnowsBetter) {
-  keep();
+  save();
   const rt::CycleStart start = find(device(DevicePosition::Kind::kMeasured, {0.1, 0.2, 0.3, 0.39}));
   EXPECT_EQ(start.position_rad[3], 0.39);
   EXPECT_EQ(start.opening, 0.5) << "which it does not measure";
-  EXPECT_FALSE(start.uncertain);
+  EXPECT_FALSE(start.unverified);
   EXPECT_THAT(text, HasSubstr("measured"));
 }
 
-TEST_F(StartPositionTest, AJointMeasuredOutOfItsRangeIsNotLedBackUnasked) {
+TEST_F(StartPositionTest, AJointMeasuredOutOfItsRangePreventsTheStart) {
   for (const bool has_segment : {false, true}) {
-    if (has_segment) publish(kKept);
+    if (has_segment) publish(kSaved);
     try {
       (void)find(device(DevicePosition::Kind::kMeasured, {0.0, 9.0, 0.0, 0.0}));
       ADD_FAILURE() << "from there, every start is a motion";
@@ -113,32 +113,32 @@ TEST_F(StartPositionTest, AJointMeasuredOutOfItsRangeIsNotLedBackUnasked) {
   segment = std::make_unique<SegmentLayout>();
   const double just_beyond = profile.arm.joints[0].upper_rad + 0.01;
   const rt::CycleStart start = find(device(DevicePosition::Kind::kMeasured, {just_beyond, 0.0, 0.0, 0.0}));
-  EXPECT_FALSE(start.uncertain);
+  EXPECT_FALSE(start.unverified);
   EXPECT_EQ(start.position_rad[0], profile.arm.joints[0].upper_rad);
 }
 
-TEST_F(StartPositionTest, WhatAControllerHasBeenToldIsTheFileUnrounded) {
-  keep();
+TEST_F(StartPositionTest, WhatAControllerWasCommandedIsTheFileUnrounded) {
+  save();
   rt::CycleStart start = find(device(DevicePosition::Kind::kTold, {0.11, 0.19, 0.3, 0.4}, 0.52));
   EXPECT_NEAR(start.position_rad[0], 0.1, 1e-12);
   EXPECT_EQ(start.opening, 0.5);
-  EXPECT_FALSE(start.uncertain);
+  EXPECT_FALSE(start.unverified);
   start = find(device(DevicePosition::Kind::kTold, {0.2, 0.19, 0.3, 0.4}, 0.52));
-  EXPECT_EQ(start.position_rad[0], 0.2) << "somebody else has moved it";
+  EXPECT_EQ(start.position_rad[0], 0.2) << "another program has moved it";
   EXPECT_EQ(start.opening, 0.52);
 }
 
 TEST_F(StartPositionTest, TheSegmentKnowsBest) {
-  keep();
+  save();
   publish({0.5, 0.5, 0.5, 0.5});
   const rt::CycleStart start = find(device(DevicePosition::Kind::kMeasured, {}));
   EXPECT_EQ(start.position_rad[0], 0.5);
-  EXPECT_FALSE(start.uncertain);
+  EXPECT_FALSE(start.unverified);
   EXPECT_FALSE(start.outranks_segment);
   EXPECT_EQ(start.position_fingerprint, position_fingerprint(profile.arm));
 }
 
-TEST_F(StartPositionTest, ASegmentOfAnotherServoMapTellsPulsesOnly) {
+TEST_F(StartPositionTest, ASegmentOfAnotherServoMapGivesPulsesOnly) {
   publish({0.5, 0.25, 0.5, 0.5}, 0.25);
   Snapshot last{};
   ASSERT_TRUE(segment->snapshot.load(last));
@@ -146,54 +146,54 @@ TEST_F(StartPositionTest, ASegmentOfAnotherServoMapTellsPulsesOnly) {
   for (const bool known : {false, true}) {
     profile.backend.position_known_at_start = known;
     const rt::CycleStart start = find();
-    EXPECT_TRUE(start.uncertain);
+    EXPECT_TRUE(start.unverified);
     EXPECT_TRUE(start.outranks_segment);
     EXPECT_NEAR(start.position_rad[0], -0.5, 1e-9);
     EXPECT_NEAR(start.position_rad[1], 0.25, 1e-9);
-    EXPECT_THAT(text, HasSubstr("THE SERVO MAP IS ANOTHER NOW"));
+    EXPECT_THAT(text, HasSubstr("THE SERVO MAP HAS CHANGED"));
     ServoFrame frame;
     rt::map_to_pulses(profile.arm, start.position_rad, start.opening, frame);
     for (std::size_t i = 0; i <= profile.arm.dof; ++i) {
       EXPECT_NEAR(frame.pulse_us[i], last.pulse_us[i], 1e-6) << "nothing moves";
     }
   }
-  const rt::CycleStart told = find(device(DevicePosition::Kind::kTold, {0.1, 0.2, 0.3, 0.4}, 0.5));
-  EXPECT_EQ(told.position_rad[0], 0.1) << "the device knows better";
-  EXPECT_FALSE(told.uncertain);
-  EXPECT_TRUE(told.outranks_segment);
+  const rt::CycleStart commanded = find(device(DevicePosition::Kind::kTold, {0.1, 0.2, 0.3, 0.4}, 0.5));
+  EXPECT_EQ(commanded.position_rad[0], 0.1) << "the device knows better";
+  EXPECT_FALSE(commanded.unverified);
+  EXPECT_TRUE(commanded.outranks_segment);
   EXPECT_EQ(find(device(DevicePosition::Kind::kMeasured, {0.1, 0.2, 0.3, 0.4})).position_rad[0], 0.1);
 }
 
-TEST_F(StartPositionTest, ServosThatWereLetGoAreNotWhereTheyWere) {
-  publish(kKept, 0.5);
-  EXPECT_FALSE(find().uncertain);
-  const auto expect_believed = [&] {
+TEST_F(StartPositionTest, ServosWithoutPowerHaveNotKeptTheirPosition) {
+  publish(kSaved, 0.5);
+  EXPECT_FALSE(find().unverified);
+  const auto expect_unverified = [&] {
     const rt::CycleStart start = find();
-    EXPECT_TRUE(start.uncertain);
+    EXPECT_TRUE(start.unverified);
     EXPECT_TRUE(start.outranks_segment) << "which calls it known";
-    EXPECT_EQ(start.position_rad, kKept);
-    EXPECT_THAT(text, HasSubstr("let the servos go"));
+    EXPECT_EQ(start.position_rad, kSaved);
+    EXPECT_THAT(text, HasSubstr("with the servos unpowered"));
   };
   profile.backend.kind = "gpiod";  // its pulses end with the task
-  expect_believed();
+  expect_unverified();
   profile.backend.position_known_at_start = true;
-  EXPECT_FALSE(find().uncertain) << "the operator's word";
+  EXPECT_FALSE(find().unverified) << "as the operator declares";
   profile.backend.position_known_at_start = false;
   profile.backend.kind = "ssc32";
-  EXPECT_FALSE(find().uncertain);
+  EXPECT_FALSE(find().unverified);
   profile.backend.common.relax_at_end = true;
-  expect_believed();
+  expect_unverified();
   profile.backend.common.relax_at_end = false;
   profile.power_enable.chip = "/dev/gpiochip0";
-  expect_believed();
-  EXPECT_FALSE(find(device(DevicePosition::Kind::kMeasured, {})).uncertain) << "encoders";
+  expect_unverified();
+  EXPECT_FALSE(find(device(DevicePosition::Kind::kMeasured, {})).unverified) << "encoders";
 }
 
 TEST_F(StartPositionTest, PulsesToServosWithoutPowerProveNothing) {
-  keep();
+  save();
   profile.power_enable.chip = "/dev/gpiochip0";
   rt::CycleStart start = find(device(DevicePosition::Kind::kTold, {0.11, 0.19, 0.3, 0.4}, 0.52));
-  EXPECT_TRUE(start.uncertain);
+  EXPECT_TRUE(start.unverified);
   EXPECT_NEAR(start.position_rad[0], 0.1, 1e-12) << "but that is where they will go";
   EXPECT_THAT(text, HasSubstr("10 %"));
   EXPECT_TRUE(start.power_cut_at_stop);
@@ -204,8 +204,8 @@ TEST_F(StartPositionTest, PulsesToServosWithoutPowerProveNothing) {
 TEST_F(StartPositionTest, ADirectoryThatCannotBeWrittenIsNoReasonToFail) {
   fs::remove(directory);
   std::ofstream(directory) << "a file in its place";
-  EXPECT_NO_THROW(keep());
-  EXPECT_TRUE(find().uncertain);
+  EXPECT_NO_THROW(save());
+  EXPECT_TRUE(find().unverified);
 }
 
 }  // namespace
