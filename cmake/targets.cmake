@@ -32,14 +32,20 @@ if(CORBOT_SANITIZE)
   add_link_options(-fsanitize=${CORBOT_SANITIZE})
 endif()
 
+# What the thread sanitizer is run on: `ctest -L` with these labels. The ORB's own library is not instrumented, and what runs
+# through it would report races that it has not.
+set(CORBOT_TSAN_LABELS "unit|property|model")
+add_custom_target(corbot_tsan_tests)
+
 # corbot_test(NAME SOURCES… LIBS …): one GoogleTest program, its cases registered with ctest. BOTH_ORBS registers them a
-# second time, as orbit2.*, with the servant on ORBit2, where that is built. FAST: it computes for long, and is optimised like
-# the programs; the others are compiled for a short build.
+# second time, as orbit2.*, with the servant on ORBit2, where that is built. COMPUTES: it does so for long, so
+# it is optimised like the programs and takes two processors of ctest's; the others mostly wait, and are compiled for a short
+# build.
 function(corbot_test name)
-  cmake_parse_arguments(arg "BOTH_ORBS;FAST" "TIMEOUT" "SOURCES;LIBS;LABELS;DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "BOTH_ORBS;COMPUTES" "TIMEOUT" "SOURCES;LIBS;LABELS;DEPENDS" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   corbot_target(${name})
-  if(NOT arg_FAST AND NOT CORBOT_SANITIZE)
+  if(NOT arg_COMPUTES AND NOT CORBOT_SANITIZE)
     target_compile_options(${name} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O1> -g1)
   endif()
   target_link_libraries(${name} PRIVATE ${arg_LIBS} GTest::gtest GTest::gmock GTest::gtest_main)
@@ -50,11 +56,18 @@ function(corbot_test name)
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 120)
   endif()
+  set(processors 1)
+  if(arg_COMPUTES)
+    set(processors 2)
+  endif()
+  if(arg_LABELS MATCHES "${CORBOT_TSAN_LABELS}")
+    add_dependencies(corbot_tsan_tests ${name})
+  endif()
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
+    PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${processors} LABELS "${arg_LABELS}")
   if(arg_BOTH_ORBS AND TARGET corbot-servant-orbit2)
     add_dependencies(${name} corbot-servant-orbit2)
     gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_PREFIX orbit2. TEST_LIST ${name}_on_orbit2
-      PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}" ENVIRONMENT CORBOT_TEST_ORB=orbit2)
+      PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${processors} LABELS "${arg_LABELS}" ENVIRONMENT CORBOT_TEST_ORB=orbit2)
   endif()
 endfunction()

@@ -1,3 +1,3 @@
-corbot_test(test_kinematics_property FAST
+corbot_test(test_kinematics_property COMPUTES
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/round_trip_test.cpp
   LABELS property)

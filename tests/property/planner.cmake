@@ -1,4 +1,4 @@
-corbot_test(test_planner_property FAST
+corbot_test(test_planner_property COMPUTES
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/planner/laws_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/planner/joint_motions_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/planner/paths_test.cpp

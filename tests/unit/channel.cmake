@@ -1,4 +1,4 @@
-corbot_test(channel_test FAST
+corbot_test(channel_test COMPUTES
   SOURCES
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/ring_test.cpp
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/ring_handles_test.cpp
@@ -11,13 +11,14 @@ corbot_test(channel_test FAST
   LIBS corbot::shm
   LABELS unit)
 
-corbot_test(channel_stress_test FAST
+corbot_test(channel_stress_test COMPUTES
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/channel/stress_test.cpp
   LABELS unit TIMEOUT 300)
 
 # The stress test's broken variants: each must make ThreadSanitizer report a data race, or the sanitizer proves nothing.
 add_executable(channel_weak_order ${CMAKE_CURRENT_SOURCE_DIR}/channel/weak_order.cpp)
 corbot_target(channel_weak_order)
+add_dependencies(corbot_tsan_tests channel_weak_order)
 set_target_properties(channel_weak_order PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
 foreach(variant IN ITEMS right relaxed_publish relaxed_take relaxed_free relaxed_reuse relaxed_sequence)
   add_test(NAME channel_weak_order.${variant}
