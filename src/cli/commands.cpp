@@ -57,9 +57,9 @@ void run_stoppable(const ClientOptions& options, Work&& work) {
 /// The first motion after a power-up is slow; a higher override takes effect after it.
 void report_reduced_override(Client& client, double wanted_percent) {
   constexpr double kTolerance_percent = 1e-6;
-  const double now_percent = client.ask([](auto& arm) { return arm.OverridePercent(); });
+  const double now_percent = client.call([](auto& arm) { return arm.OverridePercent(); });
   if (now_percent >= wanted_percent - kTolerance_percent) return;
-  const Corbot::DeviceInfo_var device = client.ask([](auto& arm) { return arm.Device(); });
+  const Corbot::DeviceInfo_var device = client.call([](auto& arm) { return arm.Device(); });
   if (device->positionUncertain) {
     fmt::print("{:g} % until the first motion since power-up is done; {:g} % take effect after it\n",
                now_percent, wanted_percent);
@@ -94,13 +94,13 @@ void show(const ClientOptions& options, View view, bool as_json) {
       break;
     }
     case View::kAlarms: {
-      const Corbot::AlarmList_var alarms = client.ask([](auto& arm) { return arm.Alarms(); });
+      const Corbot::AlarmList_var alarms = client.call([](auto& arm) { return arm.Alarms(); });
       text = as_json ? alarms_json(alarms.in()) : alarms_text(alarms.in());
       break;
     }
     case View::kDiagnostics: {
-      const Corbot::LoopInfo_var info = client.ask([](auto& arm) { return arm.Diagnostics(); });
-      const Corbot::DeviceInfo_var device = client.ask([](auto& arm) { return arm.Device(); });
+      const Corbot::LoopInfo_var info = client.call([](auto& arm) { return arm.Diagnostics(); });
+      const Corbot::DeviceInfo_var device = client.call([](auto& arm) { return arm.Device(); });
       text = as_json ? diagnostics_json(info.in(), device.in()) : diagnostics_text(info.in(), device.in());
       break;
     }

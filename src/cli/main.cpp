@@ -193,7 +193,7 @@ void add_files(CLI::App& app, Settings& s) {
   record_command->callback([&s] { run_record(s.client, s.record); });
 }
 
-/// CLI11 only says that there is an argument too many.
+/// CLI11 only reports that there is an argument too many.
 void check_command(CLI::App& app, const std::string& word) {
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
@@ -228,7 +228,7 @@ int run(int argc, char** argv) {
   });
   std::vector<std::string> arguments = protect_negative_numbers(argc, argv);
   if (!arguments.empty() && !arguments[0].starts_with('-')) check_command(app, arguments[0]);
-  std::reverse(arguments.begin(), arguments.end());  // what CLI11 wants
+  std::reverse(arguments.begin(), arguments.end());  // the order that CLI11 expects
   try {
     app.parse(std::move(arguments));
   } catch (const CLI::ParseError& error) {

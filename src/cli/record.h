@@ -21,7 +21,8 @@ struct RecordOptions {
 [[nodiscard]] std::string csv_header(std::size_t joints);
 [[nodiscard]] std::string csv_row(const Snapshot& snapshot, std::size_t joints);
 
-/// Writes every cycle of the trace from now on, read-only, until the signal, the time or the robot's end. Throws Failure. Its summary goes to standard error.
+/// Writes every cycle of the trace from now on, read-only, until the signal, the time or the robot's end.
+/// Prints a summary to standard error. Throws Failure.
 void record(const RecordOptions& options, const client::OnSignal& on_signal);
 
 }  // namespace corbot::cli

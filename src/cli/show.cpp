@@ -108,7 +108,7 @@ StatusReport read_status(Client& client) {
   StatusReport report;
   report.name = client.address().name;
   report.address = client.address().uri;
-  client.ask([&](auto& arm) {
+  client.call([&](auto& arm) {
     report.state = arm.Status();
     report.kind = arm.RobotType();
     report.reach_m = arm.Reach();

@@ -56,7 +56,7 @@ Client::Client(const Address& address, double timeout_s) : address_(address) {
         fmt::format("the ORB cannot be initialised ({}): check /etc/omniORB.cfg and $OMNIORB_CONFIG",
                     e._name()));
   }
-  client::ask(address_, [&] {
+  client::call(address_, [&] {
     CORBA::Object_var object = orb_->string_to_object(with_giop_version(address_.uri).c_str());
     arm_ = Corbot::Arm::_narrow(object);
   });
@@ -76,7 +76,7 @@ Client::~Client() {
 }
 
 void Client::stop() {
-  ask([](auto& arm) { arm.Stop(); });
+  call([](auto& arm) { arm.Stop(); });
 }
 
 void Client::cancel() {
@@ -99,7 +99,7 @@ void Client::perform(const Request& request, const ProgressReport& report) {
 
 Corbot::Ticket Client::start(const Request& request) {
   const auto& n = request.numbers;
-  return ask([&](auto& arm) -> Corbot::Ticket {
+  return call([&](auto& arm) -> Corbot::Ticket {
     switch (request.verb) {
       case Verb::kMove:
         return arm.StartMove(n[0], n[1], n[2], request.above_m, request.time_s);
@@ -127,7 +127,7 @@ Corbot::Ticket Client::start(const Request& request) {
 
 void Client::set(const Request& request) {
   const auto& n = request.numbers;
-  ask([&](auto& arm) {
+  call([&](auto& arm) {
     switch (request.verb) {
       case Verb::kSpeed:
         if (request.joint >= 0) return arm.ArtSpeed(request.joint, n[0]);
@@ -154,7 +154,7 @@ void Client::wait(Corbot::Ticket ticket, const ProgressReport& report) {
   constexpr double kPollInterval_s =
       0.1;  // short enough for a progress bar, and well below any sensible --timeout
   for (;;) {
-    const Corbot::MotionInfo_var info = ask([&](auto& arm) {
+    const Corbot::MotionInfo_var info = call([&](auto& arm) {
       try {
         return arm.Wait(ticket, kPollInterval_s);
       } catch (const CORBA::TRANSIENT& gone) {

@@ -40,8 +40,8 @@ class Client {
   void cancel();
 
   template <class F>
-  auto ask(F&& f) {
-    return client::ask(address_, [&] { return f(*arm_.in()); });
+  auto call(F&& f) {
+    return client::call(address_, [&] { return f(*arm_.in()); });
   }
 
  private:

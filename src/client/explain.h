@@ -37,7 +37,7 @@ struct Address {
 
 /// Calls `f` and turns every CORBA exception into a Failure.
 template <class F>
-auto ask(const Address& address, F&& f) -> decltype(f()) {
+auto call(const Address& address, F&& f) -> decltype(f()) {
   try {
     return f();
   } catch (const Corbot::BadParameter& e) {

@@ -68,7 +68,7 @@ struct EmergencyStopOptions {
   std::string bias{"pull-up"};  ///< "pull-up", "pull-down", "none" or "as-is"
 };
 
-/// `[power_enable]`: an output that lets the servos have power.
+/// `[power_enable]`: an output that switches the power of the servos.
 struct PowerEnableOptions {
   std::string chip;  ///< /dev/gpiochipN; empty: there is none
   std::string line;

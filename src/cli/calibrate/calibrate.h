@@ -16,7 +16,7 @@ struct CalibrateOptions {
 /// found into its profile. Throws Failure.
 void calibrate(const CalibrateOptions& options);
 
-/// What `help` says.
+/// The text of `help`.
 [[nodiscard]] const char* calibrate_help();
 
 }  // namespace corbot::cli

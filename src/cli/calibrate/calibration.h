@@ -11,7 +11,7 @@
 
 namespace corbot::cli {
 
-/// A pulse at which a joint was seen to stand at an angle.
+/// A pulse and the angle of the joint that was measured at it.
 struct Mark {
   double angle_deg{};
   double pulse_us{};

@@ -43,7 +43,7 @@ class ServoPositioner {
   [[nodiscard]] double lowest_us(std::size_t servo) const;
   [[nodiscard]] double highest_us(std::size_t servo) const;
   /// To a pulse within these bounds, at kSpeed_us_per_s; returns when it is there. False when the end was
-  /// asked for, at an emergency stop, or when the device is lost: the servo stays where it had come to.
+  /// requested, at an emergency stop, or when the device is lost: the servo stays where it is then.
   [[nodiscard]] bool go(std::size_t servo, double pulse_us);
 
   /// The log of device and safety lines since the last call.

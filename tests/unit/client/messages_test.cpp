@@ -20,7 +20,7 @@ const Address kAddress{"corbaloc::127.0.0.1:12810/lynx1", "lynx1", "127.0.0.1:12
 template <class Exception>
 Failure failure_of(const Exception& e) {
   try {
-    ask(kAddress, [&] { throw e; });
+    call(kAddress, [&] { throw e; });
   } catch (const Failure& failure) {
     return failure;
   }
