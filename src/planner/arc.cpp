@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "corbot/motion/bounds.h"
 #include "planner/refusal.h"
 
 namespace corbot {

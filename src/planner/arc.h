@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "corbot/motion/command.h"
-#include "planner/planner.h"
+#include "planner/plan.h"
 
 namespace corbot {
 

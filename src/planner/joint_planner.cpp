@@ -9,6 +9,7 @@
 #include <numbers>
 #include <optional>
 
+#include "corbot/motion/bounds.h"
 #include "corbot/units.h"
 #include "planner/refusal.h"
 #include "planner/time_law_planner.h"

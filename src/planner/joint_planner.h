@@ -4,7 +4,8 @@
 #include <array>
 
 #include "corbot/arm/arm_model.h"
-#include "planner/planner.h"
+#include "planner/plan.h"
+#include "planner/request.h"
 
 namespace corbot {
 

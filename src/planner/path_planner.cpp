@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "corbot/kinematics/kinematics.h"
+#include "corbot/motion/bounds.h"
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/units.h"
 #include "planner/refusal.h"

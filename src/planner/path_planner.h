@@ -9,7 +9,7 @@
 #include "corbot/arm/arm_model.h"
 #include "corbot/kinematics/kinematics.h"
 #include "planner/path_proof.h"
-#include "planner/planner.h"
+#include "planner/plan.h"
 
 namespace corbot {
 

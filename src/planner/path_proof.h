@@ -9,7 +9,7 @@
 #include "corbot/kinematics/kinematics.h"
 #include "corbot/motion/command.h"
 #include "corbot/motion/path.h"
-#include "planner/planner.h"
+#include "planner/plan.h"
 
 namespace corbot {
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "corbot/motion/bounds.h"
 #include "corbot/units.h"
 
 namespace corbot {

@@ -5,8 +5,9 @@
 #include <optional>
 #include <string>
 
+#include "corbot/arm/arm_model.h"
 #include "corbot/kinematics/kinematics.h"
-#include "planner/planner.h"
+#include "planner/plan.h"
 
 namespace corbot {
 

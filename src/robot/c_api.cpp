@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "config/load_profile.h"
+#include "corbot/motion/bounds.h"
 #include "corbot/units.h"
 #include "robot/corbot_robot.h"
 #include "robot/robot.h"

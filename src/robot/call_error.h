@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "planner/planner.h"
+#include "planner/plan.h"
 #include "robot/corbot_robot.h"
 
 namespace corbot {

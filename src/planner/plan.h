@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "corbot/arm/joints.h"
+#include "corbot/motion/command.h"
+
+namespace corbot {
+
+// What goes into a plan besides the request, and what comes out.
+
+/// Why a motion was not planned. Numbers in SI units (metres, radians, seconds); `text` speaks degrees and
+/// metres.
+struct PlanRefusal {
+  enum class Kind { kBadParameter, kUnreachable, kLimitExceeded };
+  Kind kind{Kind::kBadParameter};
+  std::string parameter;  ///< argument or quantity at fault, e.g. "t", "joint range"
+  int joint{-1};          ///< −1 where no joint is concerned
+  double value{};         ///< offending value
+  double lower{};         ///< what is allowed
+  double upper{};
+  std::array<double, 3> target_m{};  ///< the point that cannot be reached, base frame
+  std::string text;                  ///< one sentence, ASCII
+};
+
+/// One or two commands in the order of execution; `id` and `epoch` are 0 and the caller's to fill. All or
+/// nothing.
+using PlanResult = std::variant<std::vector<Command>, PlanRefusal>;
+
+/// What Speed, AllSpeed, ArtSpeed and the tool pitch have set. Ratios in (0, 1].
+struct PlanSettings {
+  double speed_ratio{1.0};
+  std::array<double, kMaxJoints> joint_speed_ratio{1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
+  double tool_pitch_rad{0.0};
+};
+
+/// Where the arm will rest when the motion begins.
+struct PlanStart {
+  Joints position_rad{};
+  double gripper{};  ///< 0 closed … 1 open
+};
+
+}  // namespace corbot
