@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
   CORBA_exception_init(&ev);
   POA_Corbot_Robot__init(&servant, &ev);
   Orb orb;
-  bool serves = orb_went_well(&ev, "no servant") && orb_start(&orb, &options);
+  bool serves = orb_succeeded(&ev, "no servant") && orb_start(&orb, &options);
   if (serves && strcmp(argv[2], "connection") == 0) {
     ORBit_ObjectAdaptor_set_thread_hint((ORBit_ObjectAdaptor)orb.poa, ORBIT_THREAD_HINT_PER_CONNECTION);
   }
