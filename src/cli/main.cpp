@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "cli/calibrate/calibrate.h"
+#include "cli/calibrate/calibrate_help.h"
 #include "cli/commands.h"
 #include "cli/doctor/doctor.h"
 #include "cli/supervise/up.h"

@@ -5,7 +5,7 @@
 #include <array>
 #include <utility>
 
-#include "rt/backends/can/cia402.h"
+#include "rt/backends/can/canopen.h"
 
 namespace corbot::rt {
 namespace {

@@ -29,14 +29,6 @@ void put(CanFrame& frame, std::size_t offset, std::size_t bytes, std::uint32_t v
 
 }  // namespace
 
-std::uint32_t little_endian(const CanFrame& frame, std::size_t offset, std::size_t bytes) noexcept {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < bytes && offset + i < CAN_MAX_DLEN; ++i) {
-    value |= static_cast<std::uint32_t>(frame.data[offset + i]) << (8 * i);
-  }
-  return value;
-}
-
 CanFrame nmt_frame(NmtCommand command, std::uint8_t node) noexcept {
   CanFrame frame = frame_of(kNmt, 2);
   frame.data[0] = static_cast<std::uint8_t>(command);

@@ -9,18 +9,9 @@
 #include <string>
 
 #include "rt/backends/can/can_port.h"
+#include "rt/backends/can/canopen.h"
 
 namespace corbot::rt {
-
-// The predefined identifiers; those of a node have its number (1 to 127) added.
-inline constexpr canid_t kNmt = 0x000;
-inline constexpr canid_t kSync = 0x080;
-inline constexpr canid_t kEmergency = 0x080;
-inline constexpr canid_t kTpdo1 = 0x180;
-inline constexpr canid_t kRpdo1 = 0x200;
-inline constexpr canid_t kSdoAnswer = 0x580;
-inline constexpr canid_t kSdoRequest = 0x600;
-inline constexpr canid_t kHeartbeat = 0x700;
 
 enum class NmtCommand : std::uint8_t { kStart = 0x01, kStop = 0x02, kPreOperational = 0x80 };
 
@@ -62,10 +53,6 @@ struct Emergency {
   std::uint16_t code;
   std::uint8_t error_register;
 };
-
-/// `bytes` (1 to 4) of the frame's data from `offset`; beyond the eighth: 0.
-[[nodiscard]] std::uint32_t little_endian(const CanFrame& frame, std::size_t offset,
-                                          std::size_t bytes) noexcept;
 
 [[nodiscard]] CanFrame nmt_frame(NmtCommand command, std::uint8_t node) noexcept;
 [[nodiscard]] CanFrame sync_frame() noexcept;

@@ -16,7 +16,4 @@ struct CalibrateOptions {
 /// found into its profile. Throws Failure.
 void calibrate(const CalibrateOptions& options);
 
-/// The text of `help`.
-[[nodiscard]] const char* calibrate_help();
-
 }  // namespace corbot::cli

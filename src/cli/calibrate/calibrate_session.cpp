@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "alarms/alarm_text.h"
-#include "cli/calibrate/calibrate.h"
+#include "cli/calibrate/calibrate_help.h"
 #include "cli/supervise/abandoned_segment.h"
 #include "client/explain.h"
 #include "client/failure.h"
@@ -68,21 +68,6 @@ void check(const Profile& before, const std::string& text, const Calibration& ca
 }
 
 }  // namespace
-
-const char* calibrate_help() {
-  return "  on              give the servos their pulses: THE ARM MAY JUMP; keep clear\n"
-         "  joint NAME|N    choose a servo; 'joint gripper' the gripper's\n"
-         "  + US, - US      turn it by so many microseconds, at 200 us a second\n"
-         "  goto US         turn it to a pulse width\n"
-         "  mark DEGREES    the joint stands at this angle now; two marks far apart give\n"
-         "                  zero_us, us_per_degree and direction, one moves zero_us only\n"
-         "  mark open, mark closed    the same for the gripper\n"
-         "  limit low, limit high     the joint's range ends here\n"
-         "  undo            take the last mark or limit back\n"
-         "  show            what has been found so far\n"
-         "  write           change the numbers in the profile; the old one becomes FILE.bak\n"
-         "  quit            end; what is not written is lost\n";
-}
 
 CalibrateSession::CalibrateSession(const Setting& setting, ServoPositioner& servos)
     : setting_(setting), servos_(servos), calibration_(setting.profile) {}

@@ -94,7 +94,7 @@ TEST_F(RigGpio, MakesPulses) {
       EXPECT_LE(median_us, longest_us);
     }
     servos.close();
-    std::cout << to_string(servos.drain_log()) << std::endl;
+    std::cout << servos.drain_log() << std::endl;
     for (int line = 0; line < 5; ++line) EXPECT_FALSE(is_high(line));
   }
 }
