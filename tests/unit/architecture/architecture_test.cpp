@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
 
-#include "architecture/source_rules.h"
+#include "architecture/linked_libraries.h"
+#include "support/process.h"
 
 namespace corbot::test {
 namespace {
@@ -15,7 +17,30 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
+/// What scripts/house finds wrong with a tree, a line each.
+std::vector<std::string> breaches(const fs::path& root) {
+  const RunResult result =
+      run({"python3", CORBOT_SOURCE_DIR "/scripts/house", "--check", "--root", root.string()});
+  EXPECT_EQ(result.errors, "");
+  std::vector<std::string> lines;
+  std::istringstream stream(result.output);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  EXPECT_EQ(result.code, lines.empty() ? 0 : 1);
+  return lines;
+}
+
 TEST(Architecture, TheTreeKeepsItsRules) { EXPECT_THAT(breaches(CORBOT_SOURCE_DIR), IsEmpty()); }
+
+TEST(Architecture, TheGraphHasEveryRoomAndNoArrowBack) {
+  const RunResult result = run({"python3", CORBOT_SOURCE_DIR "/scripts/house"});
+  EXPECT_EQ(result.code, 0) << result.errors;
+  for (const auto& entry : fs::recursive_directory_iterator(CORBOT_SOURCE_DIR "/rt")) {
+    if (entry.path().extension() != ".cpp") continue;
+    const fs::path room = entry.path().parent_path().lexically_relative(CORBOT_SOURCE_DIR);
+    EXPECT_THAT(result.output, HasSubstr("\n" + room.string() + " "));
+  }
+  EXPECT_THAT(result.output, HasSubstr(" arrows, 0 of them back\n"));
+}
 
 TEST(Architecture, TheRealTimeTaskLinksNoOrb) {
   const auto libraries = linked_libraries(CORBOT_RT_PROGRAM);
@@ -41,9 +66,9 @@ class PlantedBreach : public ::testing::Test {
     fs::create_directories((root_ / name).parent_path());
     std::ofstream(root_ / name) << text;
   }
-  void expect_breach(const std::string& name, const std::string& text) {
+  void expect_breach(const std::string& name, const std::string& text, const std::string& why = "") {
     plant(name, text);
-    EXPECT_THAT(breaches(root_), ElementsAre(HasSubstr(name))) << text;
+    EXPECT_THAT(breaches(root_), ElementsAre(::testing::AllOf(HasSubstr(name), HasSubstr(why)))) << text;
     fs::remove(root_ / name);
   }
   void expect_good(const std::string& name, const std::string& text) {
@@ -51,34 +76,76 @@ class PlantedBreach : public ::testing::Test {
     EXPECT_THAT(breaches(root_), IsEmpty()) << text;
     fs::remove(root_ / name);
   }
+  [[nodiscard]] const fs::path& root() const { return root_; }
 
  private:
   fs::path root_;
 };
 
-TEST_F(PlantedBreach, InTheCyclicPartIsFound) {
+TEST_F(PlantedBreach, InWhatRunsWhileTheArmMovesIsFound) {
   expect_breach("rt/cycle/cycle.cpp", "#include \"config/profile.h\"\n");
-  expect_breach("rt/cycle/cycle.cpp", "#include \"../src/planner/planner.h\"\n");
+  expect_breach("rt/cycle/cycle.cpp", "#include \"../../src/planner/planner.h\"\n");
+  expect_breach("rt/cycle/cycle.cpp", "#include \"rt/backends/bus/bus_backend.h\"\n");
+  expect_breach("rt/cycle/cycle.cpp", "#include \"sim/servo_model.h\"\n");
   expect_breach("rt/cycle/governor.h", "// x\n  #  include <iostream>\n");
   expect_breach("rt/cycle/servo_map.cpp", "#include <spdlog/spdlog.h>\n");
-  expect_breach("rt/a_new_file.cpp", "#include <fstream>\n");
+  expect_breach("rt/cycle/a_new_file.cpp", "#include <fstream>\n");
+  expect_breach("rt/inputs/safety_lines.cpp", "#include \"config/profile.h\"\n");
   expect_breach("rt/backends/serial/ssc32.cpp", "#include \"robot/link.h\"\n");
+  expect_breach("rt/backends/serial/ssc32.cpp", "#include <fstream>\n");
   expect_breach("rt/cycle/cycle.cpp", "#include <omniORB4/CORBA.h>\n");
   expect_good("rt/cycle/cycle.cpp",
-              "#include \"rt/cycle.h\"\n#include \"corbot/channel/ring.h\"\n#include <cmath>\n");
+              "#include \"rt/cycle/cycle.h\"\n#include \"corbot/channel/ring.h\"\n#include <cmath>\n");
   expect_good("rt/main.cpp", "#include \"config/profile.h\"\n#include <spdlog/spdlog.h>\n");
+  expect_good("rt/backends/registry.cpp", "#include \"config/profile.h\"\n");
+  expect_good("rt/backends/can/can_port.cpp", "#include <net/if.h>\n");
 }
 
 TEST_F(PlantedBreach, ElsewhereIsFound) {
   expect_breach("rt/main.cpp", "#include <omniORB4/CORBA.h>\n");
   expect_breach("include/corbot/motion/x.h", "#include \"planner/planner.h\"\n");
-  expect_breach("include/corbot/motion/x.h", "#include \"rt/cycle.h\"\n");
+  expect_breach("include/corbot/motion/x.h", "#include \"rt/cycle/cycle.h\"\n");
   expect_breach("include/corbot/motion/x.h", "#include \"../../../sim/servo_model.h\"\n");
   expect_breach("src/robot/link.cpp", "#include <omniORB4/CORBA.h>\n");
   expect_breach("src/robot/link.c", "#include <orbit/orbit.h>\n");
-  expect_breach("sim/scene.cpp", "#include \"config/profile.h\"\n");
+  expect_breach("sim/devices/scene.cpp", "#include \"config/profile.h\"\n");
+  expect_breach("sim/devices/scene.cpp", "#include \"rt/backends/serial/ssc32.h\"\n");
   expect_good("src/orb/omniorb/servant.cpp", "#include <omniORB4/CORBA.h>\n");
   expect_good("src/robot/link.cpp", "#include \"corbot/channel/ring.h\"\n#include \"planner/planner.h\"\n");
+}
+
+TEST_F(PlantedBreach, ByAnArrowBackIsFound) {
+  expect_breach("src/client/find_robot.cpp", "#include \"cli/show.h\"\n", "an arrow back");
+  expect_breach("src/cli/doctor/doctor.cpp", "#include \"cli/commands.h\"\n", "an arrow back");
+  expect_breach("src/planner/arc.cpp", "#include \"robot/link.h\"\n", "an arrow back");
+  expect_breach("src/config/schema.cpp", "#include \"rt/backends/registry.h\"\n", "an arrow back");
+  expect_breach("rt/housekeeping.cpp", "#include \"robot/link.h\"\n", "an arrow back");
+  expect_breach("rt/backends/bus/x.h", "#include \"rt/backends/serial/serial_port.h\"\n", "an arrow back");
+  expect_breach("rt/backends/registry.h", "#include \"rt/inputs/safety_lines.h\"\n", "an arrow back");
+  expect_breach("include/corbot/arm/x.h", "#include \"corbot/kinematics/kinematics.h\"\n", "an arrow back");
+  expect_good("src/cli/commands.cpp",
+              "#include \"cli/doctor/doctor.h\"\n#include \"rt/backends/registry.h\"\n");
+}
+
+TEST_F(PlantedBreach, OfTwoRoomsThatIncludeEachOtherIsFound) {
+  plant("sim/devices/a.h", "#include \"sim/b.h\"\n");
+  expect_breach("sim/b.h", "#include \"sim/devices/c.h\"\n", "an arrow back");
+}
+
+TEST_F(PlantedBreach, ByANewRoomThatNobodyPlacedIsFound) {
+  expect_breach("src/kitchen/sink.cpp", "#include <cmath>\n", "no room");
+}
+
+TEST_F(PlantedBreach, ByACircleOfFilesIsFound) {
+  plant("src/robot/link.h", "#include \"robot/robot.h\"\n");
+  plant("src/robot/robot.h", "#include \"robot/tickets.h\"\n");
+  plant("src/robot/tickets.h", "\n");
+  EXPECT_THAT(breaches(root()), IsEmpty());
+  // By way of a source: it belongs to its header.
+  plant("src/robot/tickets.cpp", "#include \"robot/tickets.h\"\n#include \"robot/link.h\"\n");
+  EXPECT_THAT(breaches(root()),
+              ElementsAre(HasSubstr("a circle of files: src/robot/link -> src/robot/robot -> "
+                                    "src/robot/tickets -> src/robot/link")));
 }
 
 TEST_F(PlantedBreach, ByLengthIsFound) {

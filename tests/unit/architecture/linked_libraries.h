@@ -7,10 +7,6 @@
 
 namespace corbot::test {
 
-/// Every breach of the project's rules on includes and on the length of files, one sentence each, in the tree
-/// below `root`. Directories that are not there break no rule.
-[[nodiscard]] std::vector<std::string> breaches(const std::filesystem::path& root);
-
 /// Names of the shared libraries that a program needs, by its dynamic section, theirs included (as the loader
 /// finds them). Throws std::runtime_error if that cannot be told.
 [[nodiscard]] std::vector<std::string> linked_libraries(const std::filesystem::path& program);
