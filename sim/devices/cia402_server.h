@@ -10,7 +10,7 @@
 
 #include "sim/devices/can_bus.h"
 #include "sim/devices/cia402_node.h"
-#include "sim/devices/orders.h"
+#include "sim/devices/control_input.h"
 
 namespace corbot::sim {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "sim/devices/byte_line.h"
-#include "sim/devices/orders.h"
+#include "sim/devices/control_input.h"
 #include "sim/devices/pty_port.h"
 #include "sim/devices/serial_device.h"
 

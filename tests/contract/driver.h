@@ -4,7 +4,7 @@
 #include <atomic>
 #include <thread>
 
-#include "contract/stand.h"
+#include "contract/device_fixture.h"
 #include "corbot/channel/snapshot_cell.h"
 
 namespace corbot::test {

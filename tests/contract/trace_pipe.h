@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "contract/stand.h"
+#include "contract/device_fixture.h"
 
 namespace corbot::test {
 

@@ -14,7 +14,7 @@
 #include <fmt/core.h>
 
 #include "config/load_profile.h"
-#include "contract/stand.h"
+#include "contract/device_fixture.h"
 #include "support/device_jobs.h"
 #include "support/path_log.h"
 #include "support/robot_rig.h"

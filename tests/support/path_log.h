@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "contract/stand.h"
+#include "contract/device_fixture.h"
 #include "corbot/channel/records.h"
 
 namespace corbot::test {

@@ -12,7 +12,7 @@
 
 #include "config/load_profile.h"
 #include "contract/driver.h"
-#include "contract/stand.h"
+#include "contract/device_fixture.h"
 #include "support/process.h"
 
 namespace corbot::test {

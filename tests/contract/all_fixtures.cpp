@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <ostream>
 
-#include "contract/stand.h"
+#include "contract/device_fixture.h"
 #include "rt/backends/registry.h"
 
 namespace corbot::test {

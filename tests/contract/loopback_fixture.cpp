@@ -3,7 +3,7 @@
 #include <atomic>
 #include <limits>
 
-#include "contract/stand.h"
+#include "contract/device_fixture.h"
 #include "rt/backends/loopback/loopback_backend.h"
 
 namespace corbot::test {

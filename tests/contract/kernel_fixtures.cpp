@@ -16,8 +16,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "contract/device_fixture.h"
 #include "contract/output_log.h"
-#include "contract/stand.h"
 #include "contract/trace_pipe.h"
 
 namespace corbot::test {

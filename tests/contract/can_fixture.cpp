@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "contract/stand.h"
+#include "contract/device_fixture.h"
 #include "support/emulated_drives.h"
 
 namespace corbot::test {

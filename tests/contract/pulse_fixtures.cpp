@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Devices on this machine's own buses, emulated behind the interface that the backend has to the kernel; for
-// those of a real kernel see kernel_stands.cpp.
+// those of a real kernel see kernel_fixtures.cpp.
 #include <fmt/format.h>
 
 #include <limits>
 
+#include "contract/device_fixture.h"
 #include "contract/output_log.h"
-#include "contract/stand.h"
 #include "rt/backends/bus/bus_backend.h"
 #include "rt/backends/gpio/gpiod.h"
 #include "rt/backends/pwm/pca9685.h"

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "contract/stand.h"
+#include "contract/device_fixture.h"
 #include "support/process.h"
 
 namespace corbot::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/devices/orders.h"
+#include "sim/devices/control_input.h"
 
 #include <fmt/format.h>
 #include <signal.h>
