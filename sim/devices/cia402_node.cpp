@@ -42,7 +42,8 @@ bool is_warning(std::uint16_t code) {
 
 }  // namespace
 
-Cia402Node::Cia402Node(std::uint8_t node, const Cia402DriveOptions& options) : node_(node), drive_(options) {
+Cia402Node::Cia402Node(std::uint8_t node, const Cia402DriveOptions& options)
+    : node_(node), drive_(options), sdo_server_(node) {
   add_objects();
 }
 
@@ -60,7 +61,7 @@ void Cia402Node::add_communication_objects() {
   objects_.add(0x101700, writable(2, 0, 0, 0xFFFF));
   objects_.add(0x101800, constant(1, 4));
   for (ObjectKey sub = 1; sub <= 4; ++sub) objects_.add(0x101800 + sub, constant(4, sub == 4 ? node_ : 0));
-  for (std::size_t number = 0; number < kPdos; ++number) add_pdo(number);
+  for (std::size_t number = 0; number < ProcessData::kPdos; ++number) add_pdo(number);
 }
 
 void Cia402Node::add_objects() {
@@ -99,8 +100,8 @@ void Cia402Node::add_pdo(std::size_t number) {
     objects_.add(parameters << 8, constant(1, 2));
     objects_.add(parameters << 8 | 1, writable(4, off | id, 0, 0xFFFF'FFFF));
     objects_.add(parameters << 8 | 2, writable(1, 255, 0, 255));
-    objects_.add(mapping << 8, writable(1, number == 0 ? 1 : 0, 0, kMostEntries));
-    for (ObjectKey sub = 1; sub <= kMostEntries; ++sub) {
+    objects_.add(mapping << 8, writable(1, number == 0 ? 1 : 0, 0, ProcessData::kMostEntries));
+    for (ObjectKey sub = 1; sub <= ProcessData::kMostEntries; ++sub) {
       const bool is_first = number == 0 && sub == 1;
       objects_.add(mapping << 8 | sub, writable(4,
                                                 !is_first     ? 0
@@ -124,10 +125,8 @@ void Cia402Node::begin_communication() {
   heartbeat_ns_ = 0;
   master_ns_.reset();
   has_missed_master_ = false;
-  is_uploading_ = false;
-  received_ = {};
-  last_sent_ = {};
-  syncs_ = {};
+  sdo_server_.reset();
+  process_data_ = {};
   send(kHeartbeatId + node_, {0});
 }
 
@@ -228,13 +227,18 @@ void Cia402Node::receive(const can_frame& frame, std::int64_t now_ns) {
   advance(now_ns);
   hear_master(frame);
   if (frame.can_id == 0) return command(frame);
-  if (frame.can_id == 0x600u + node_ && nmt_ != Nmt::kStopped) return serve_sdo(frame);
-  if (nmt_ != Nmt::kOperational) return;
-  if (frame.can_id == static_cast<canid_t>(objects_.value(0x100500))) return synchronise();
-  for (std::size_t number = 0; number < kPdos; ++number) {
-    const std::int64_t id = objects_.value((0x1400u + static_cast<ObjectKey>(number)) << 8 | 1);
-    if (id == static_cast<std::int64_t>(frame.can_id)) take_rpdo(number, frame);
+  if (frame.can_id == 0x600u + node_ && nmt_ != Nmt::kStopped) {
+    return sdo_server_.handle(frame, objects_, *this);
   }
+  if (nmt_ != Nmt::kOperational) return;
+  if (frame.can_id == static_cast<canid_t>(objects_.value(0x100500))) {
+    return process_data_.synchronise(objects_, *this);
+  }
+  process_data_.receive(frame, objects_, *this);
+}
+
+void Cia402Node::send_changed_tpdos() {
+  if (nmt_ == Nmt::kOperational) process_data_.send_changed(objects_, *this);
 }
 
 void Cia402Node::command(const can_frame& frame) {
@@ -242,8 +246,7 @@ void Cia402Node::command(const can_frame& frame) {
   switch (frame.data[0]) {
     case 0x01:
       nmt_ = Nmt::kOperational;
-      last_sent_ = {};
-      syncs_ = {};
+      process_data_.start();
       send_changed_tpdos();
       break;
     case 0x02:
@@ -262,7 +265,7 @@ void Cia402Node::command(const can_frame& frame) {
     default:
       break;
   }
-  received_ = {};
+  process_data_.drop_received();
 }
 
 void Cia402Node::apply(ObjectKey key, std::int64_t value) {
