@@ -128,7 +128,7 @@ std::optional<CycleStart> StartPosition::from_device(const DevicePosition& devic
                                                      const std::optional<LastPosition>& saved) {
   if (device.kind == DevicePosition::Kind::kUnknown) return std::nullopt;
   // A controller may go on sending to servos that have no power.
-  const bool is_unpowered = device.kind == DevicePosition::Kind::kTold && was_unpowered_;
+  const bool is_unpowered = device.kind == DevicePosition::Kind::kCommanded && was_unpowered_;
   CycleStart start{device.position_rad, device.opening, is_unpowered};
   if (device.opening < 0.0) start.opening = saved ? saved->opening : 0.0;
   if (!is_in_range(profile_.arm, start.position_rad, kNearRange_rad)) {
@@ -136,7 +136,7 @@ std::optional<CycleStart> StartPosition::from_device(const DevicePosition& devic
                  degrees(profile_.arm, start.position_rad));
     return std::nullopt;
   }
-  bool is_same = saved.has_value() && device.kind == DevicePosition::Kind::kTold;
+  bool is_same = saved.has_value() && device.kind == DevicePosition::Kind::kCommanded;
   for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
     const JointLimits& limits = profile_.arm.joints[i];
     start.position_rad[i] = std::clamp(start.position_rad[i], limits.lower_rad, limits.upper_rad);

@@ -38,7 +38,7 @@ void Cia402Server::run() {
   for (;;) {
     (void)std::fflush(stdout);
     advance();
-    std::vector<pollfd> fds{{ending_.fd(), POLLIN, 0}, {orders_.fd(), POLLIN, 0}};
+    std::vector<pollfd> fds{{ending_.fd(), POLLIN, 0}, {control_.fd(), POLLIN, 0}};
     bus_->add_to(fds);
     timespec left{};
     const auto event_ns = next_event_ns();
@@ -49,7 +49,7 @@ void Cia402Server::run() {
     if (::ppoll(fds.data(), fds.size(), event_ns ? &left : nullptr, nullptr) <= 0) continue;
     if (fds[0].revents != 0) break;
     read_bus();
-    if (fds[1].revents != 0) orders_.read([this](std::string_view order) { return obey(order); });
+    if (fds[1].revents != 0) control_.read([this](std::string_view command) { return handle(command); });
   }
 }
 
@@ -110,8 +110,8 @@ void Cia402Server::record_sync() {
   }
 }
 
-std::string Cia402Server::obey(std::string_view order) {
-  const std::vector<std::string_view> words = words_of(order);
+std::string Cia402Server::handle(std::string_view command) {
+  const std::vector<std::string_view> words = words_of(command);
   if (words.size() == 1 && (words[0] == "positions" || words[0] == "targets")) {
     advance();
     std::string text(words[0]);
@@ -146,9 +146,7 @@ std::string Cia402Server::execute(const std::vector<std::string_view>& words) {
   } else if (!execute_on_nodes(words)) {
     return fmt::format(
         "'{}' is none of: emcy CODE [NODE], silent on|off [NODE], mute on|off [NODE], sto on|off [NODE], "
-        "reset [NODE] [lost], abort CODE [NODE], "
-        "drop N, "
-        "garble N, unplug, plug, positions, targets",
+        "reset [NODE] [lost], abort CODE [NODE], drop N, garble N, unplug, plug, positions, targets",
         fmt::join(words, " "));
   }
   return {};
@@ -195,7 +193,7 @@ bool Cia402Server::execute_on_nodes(std::vector<std::string_view> words) {
 
 void Cia402Server::plug() {
   bus_->open();
-  say("ready " + name_);
+  print_line("ready " + name_);
 }
 
 }  // namespace corbot::sim

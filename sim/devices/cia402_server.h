@@ -21,8 +21,8 @@ struct Cia402ServerOptions {
   std::string record;  ///< file, empty: none
 };
 
-/// Runs emulated drives on a bus in real time, with the faults that the orders on standard input ask for.
-/// Answers to orders go to standard output, one line each.
+/// Runs emulated drives on a bus in real time, with the faults that commands on standard input ask for.
+/// Replies to them go to standard output, one line each.
 class Cia402Server {
  public:
   /// Failures throw std::runtime_error. From here on SIGTERM, SIGINT and SIGHUP only end run().
@@ -45,10 +45,10 @@ class Cia402Server {
   void record_sync();
   [[nodiscard]] std::optional<std::int64_t> next_event_ns() const;
 
-  [[nodiscard]] std::string obey(std::string_view order);
-  /// What is wrong with an order, empty: nothing, and it is done.
+  [[nodiscard]] std::string handle(std::string_view command);
+  /// Carries a command out; what is wrong with it, empty: nothing.
   [[nodiscard]] std::string execute(const std::vector<std::string_view>& words);
-  /// An order to nodes; false when it is none.
+  /// A command to nodes; false when it is none.
   bool execute_on_nodes(std::vector<std::string_view> words);
   void plug();
 
@@ -57,7 +57,7 @@ class Cia402Server {
   std::unique_ptr<CanBus> bus_;
   Record record_;
   std::vector<Slot> slots_;
-  Orders orders_;
+  ControlInput control_;
   std::uint64_t to_drop_{0};
   std::uint64_t to_garble_{0};
 };

@@ -17,7 +17,7 @@
 namespace corbot::sim {
 namespace {
 
-constexpr std::size_t kLongestOrder = 256;
+constexpr std::size_t kLongestCommand = 256;
 
 }  // namespace
 
@@ -25,7 +25,7 @@ std::int64_t clock_ns() {
   return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-void say(const std::string& line) { (void)std::fputs((line + "\n").c_str(), stdout); }
+void print_line(const std::string& line) { (void)std::fputs((line + "\n").c_str(), stdout); }
 
 std::optional<std::uint64_t> count_of(std::string_view text) {
   std::uint64_t value = 0;
@@ -44,23 +44,23 @@ std::vector<std::string_view> words_of(std::string_view text) {
   return words;
 }
 
-int Orders::fd() const { return is_open_ ? STDIN_FILENO : -1; }
+int ControlInput::fd() const { return is_open_ ? STDIN_FILENO : -1; }
 
-void Orders::read(const std::function<std::string(std::string_view)>& obey) {
+void ControlInput::read(const std::function<std::string(std::string_view)>& handle) {
   std::array<char, 512> text{};
   const ssize_t n = ::read(STDIN_FILENO, text.data(), text.size());
   if (n < 0 && (errno == EINTR || errno == EAGAIN)) return;
   if (n <= 0) {
-    is_open_ = false;  // nobody gives orders any more; the device goes on
+    is_open_ = false;  // closed; the device goes on
     return;
   }
   text_.append(text.data(), static_cast<std::size_t>(n));
   for (std::size_t end = 0; (end = text_.find('\n')) != std::string::npos;) {
-    const std::string order = text_.substr(0, end);
+    const std::string command = text_.substr(0, end);
     text_.erase(0, end + 1);
-    if (!words_of(order).empty()) say(obey(order));
+    if (!words_of(command).empty()) print_line(handle(command));
   }
-  if (text_.size() > kLongestOrder) text_.clear();
+  if (text_.size() > kLongestCommand) text_.clear();
 }
 
 EndingSignals::EndingSignals() {
@@ -68,7 +68,7 @@ EndingSignals::EndingSignals() {
   sigemptyset(&ending);
   for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&ending, number);
   ::sigprocmask(SIG_BLOCK, &ending, nullptr);
-  ::signal(SIGPIPE, SIG_IGN);  // whoever read the answers to orders may go
+  ::signal(SIGPIPE, SIG_IGN);  // the reader of the replies may go
   fd_ = ::signalfd(-1, &ending, SFD_CLOEXEC);
   if (fd_ < 0) throw std::runtime_error(fmt::format("signalfd: {}", std::strerror(errno)));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the programs around emulated devices have in common: orders on standard input, an orderly end, a
+// What the programs around emulated devices have in common: commands on standard input, an orderly end, a
 // record.
 #pragma once
 
@@ -16,19 +16,19 @@ namespace corbot::sim {
 
 /// Of the monotonic clock.
 [[nodiscard]] std::int64_t clock_ns();
-/// A line to whoever gives the orders; if he has gone, to nobody.
-void say(const std::string& line);
+/// A line on standard output, which may be closed at the other end.
+void print_line(const std::string& line);
 /// A decimal number and nothing else.
 [[nodiscard]] std::optional<std::uint64_t> count_of(std::string_view text);
 [[nodiscard]] std::vector<std::string_view> words_of(std::string_view text);
 
 /// Standard input, line by line.
-class Orders {
+class ControlInput {
  public:
-  /// To be polled; −1 when nobody gives orders any more.
+  /// To be polled; −1 when it has been closed.
   [[nodiscard]] int fd() const;
-  /// Reads what is there; every line that is not empty is answered by what `obey` returns.
-  void read(const std::function<std::string(std::string_view)>& obey);
+  /// Reads what is there; every line that is not empty gets the reply that `handle` returns.
+  void read(const std::function<std::string(std::string_view)>& handle);
 
  private:
   bool is_open_{true};

@@ -40,7 +40,7 @@ void SimServer::run() {
     advance(now_ns);
     // What the line cannot take yet stays in the terminal.
     std::array<pollfd, 4> fds{{{ending_.fd(), POLLIN, 0},
-                               {orders_.fd(), POLLIN, 0},
+                               {control_.fd(), POLLIN, 0},
                                {line_in_.room() > 0 ? port_.fd() : -1, POLLIN, 0},
                                {port_.closed_fd(), POLLIN, 0}}};
     timespec left{};
@@ -55,7 +55,7 @@ void SimServer::run() {
     if (fds[2].revents != 0) read_line(clock_ns());
     if (fds[3].revents != 0) port_.after_closed();
     // May close the port, so it comes last.
-    if (fds[1].revents != 0) orders_.read([this](std::string_view order) { return obey(order); });
+    if (fds[1].revents != 0) control_.read([this](std::string_view command) { return handle(command); });
   }
 }
 
@@ -115,8 +115,8 @@ void SimServer::read_line(std::int64_t now_ns) {
   for (std::size_t i = 0; i < count; ++i) (void)line_in_.push(bytes[i], now_ns);
 }
 
-std::string SimServer::obey(std::string_view order) {
-  const std::vector<std::string_view> words = words_of(order);
+std::string SimServer::handle(std::string_view command) {
+  const std::vector<std::string_view> words = words_of(command);
   if (words.size() == 1 && words[0] == "pulses") return pulses();
   const std::string error = execute(words);
   return error.empty() ? fmt::format("ok {}", fmt::join(words, " ")) : "error: " + error;
@@ -169,7 +169,7 @@ std::string SimServer::pulses() {
 
 void SimServer::plug() {
   port_.open();
-  say("ready " + port_.link());
+  print_line("ready " + port_.link());
 }
 
 }  // namespace corbot::sim

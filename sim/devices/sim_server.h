@@ -22,8 +22,8 @@ struct ServerOptions {
   std::string record;  ///< file, empty: none
 };
 
-/// Runs a device on a pseudo-terminal in real time, with the faults that the orders on standard input ask
-/// for. Answers to orders go to standard output, one line each.
+/// Runs a device on a pseudo-terminal in real time, with the faults that commands on standard input ask
+/// for. Replies to them go to standard output, one line each.
 class SimServer {
  public:
   /// Failures throw std::runtime_error. From here on SIGTERM, SIGINT and SIGHUP only end run().
@@ -42,9 +42,9 @@ class SimServer {
   void read_line(std::int64_t now_ns);
   [[nodiscard]] std::optional<std::int64_t> next_event_ns(std::int64_t now_ns) const;
 
-  /// What is answered to an order.
-  [[nodiscard]] std::string obey(std::string_view order);
-  /// What is wrong with an order, empty: nothing, and it is done.
+  /// The reply to a command.
+  [[nodiscard]] std::string handle(std::string_view command);
+  /// Carries a command out; what is wrong with it, empty: nothing.
   [[nodiscard]] std::string execute(const std::vector<std::string_view>& words);
   [[nodiscard]] std::string pulses();
   void plug();
@@ -56,7 +56,7 @@ class SimServer {
   Record record_;
   std::vector<Recorded> recorded_;
   std::int64_t next_frame_ns_{0};
-  Orders orders_;
+  ControlInput control_;
   std::uint64_t to_drop_{0};
   std::uint64_t to_garble_{0};
   bool is_silent_{false};

@@ -6,21 +6,23 @@
 
 namespace corbot::test {
 
-std::unique_ptr<Backend> Stand::make(const Profile& profile, EmergencyStop& stop) {
+std::unique_ptr<Backend> DeviceFixture::make(const Profile& profile, EmergencyStop& stop) {
   return rt::make_backend(profile, stop);
 }
 
-void PrintTo(const StandKind& kind, std::ostream* out) { *out << kind.name; }
+void PrintTo(const DeviceFixtureKind& kind, std::ostream* out) { *out << kind.name; }
 
-std::vector<StandKind> outside_stands() {
-  std::vector<StandKind> all = serial_stands();
-  for (const auto& more : {can_stands(), kernel_stands()}) all.insert(all.end(), more.begin(), more.end());
+std::vector<DeviceFixtureKind> outside_fixtures() {
+  std::vector<DeviceFixtureKind> all = serial_fixtures();
+  for (const auto& more : {can_fixtures(), kernel_fixtures()})
+    all.insert(all.end(), more.begin(), more.end());
   return all;
 }
 
-std::vector<StandKind> all_stands() {
-  std::vector<StandKind> all = loopback_stands();
-  for (const auto& more : {pulse_stands(), outside_stands()}) all.insert(all.end(), more.begin(), more.end());
+std::vector<DeviceFixtureKind> all_fixtures() {
+  std::vector<DeviceFixtureKind> all = loopback_fixtures();
+  for (const auto& more : {pulse_fixtures(), outside_fixtures()})
+    all.insert(all.end(), more.begin(), more.end());
   return all;
 }
 

@@ -17,12 +17,12 @@ constexpr double kRadPerCount = M_PI / 180.0 / kCountsPerDegree;
 
 /// CiA 402 drives that corbot-sim emulates, one a joint and one for the gripper. Their output is the target
 /// that a drive was given. On an interface of the kernel the plug is the interface, which goes down.
-class CanStand final : public Stand {
+class CanFixture final : public DeviceFixture {
  public:
-  CanStand(const ArmModel& arm, const std::string& directory)
+  CanFixture(const ArmModel& arm, const std::string& directory)
       : arm_(arm),
         drives_(std::string(CORBOT_BIN_DIR) + "/corbot-sim", directory, static_cast<int>(arm.dof) + 1) {}
-  ~CanStand() override {
+  ~CanFixture() override {
     if (!is_plugged_) set_plugged(true);
     (void)drives_.stop();
   }
@@ -100,10 +100,11 @@ class CanStand final : public Stand {
 
 }  // namespace
 
-std::vector<StandKind> can_stands() {
-  return {{"socketcan", [](const ArmModel& arm, const std::string& directory) -> std::unique_ptr<Stand> {
-             return std::make_unique<CanStand>(arm, directory);
-           }}};
+std::vector<DeviceFixtureKind> can_fixtures() {
+  return {
+      {"socketcan", [](const ArmModel& arm, const std::string& directory) -> std::unique_ptr<DeviceFixture> {
+         return std::make_unique<CanFixture>(arm, directory);
+       }}};
 }
 
 }  // namespace corbot::test

@@ -42,26 +42,26 @@ std::string files_in_words() {
   return all;
 }
 
-class Contract : public ::testing::TestWithParam<StandKind> {
+class Contract : public ::testing::TestWithParam<DeviceFixtureKind> {
  protected:
   void SetUp() override {
     directory_ = CORBOT_SCRATCH_DIR + ("/" + unique_name("contract"));
     fs::create_directory(directory_);
     profile_ = parse_profile(text_with("[backend]\nkind = \"loopback\"\n"), "lynx5");
-    stand_ = GetParam().make(profile_.arm, directory_);
-    if (const std::string missing = stand_->missing(); !missing.empty()) GTEST_SKIP() << missing;
-    stand_->set_up();
-    profile_ = parse_profile(text_with(stand_->backend_section()), "contract");
-    facts_ = stand_->facts();
+    fixture_ = GetParam().make(profile_.arm, directory_);
+    if (const std::string missing = fixture_->missing(); !missing.empty()) GTEST_SKIP() << missing;
+    fixture_->set_up();
+    profile_ = parse_profile(text_with(fixture_->backend_section()), "contract");
+    facts_ = fixture_->facts();
     home_ = pose(1500.0);
-    backend_ = stand_->make(profile_, stop_);
-    stand_->attach(*backend_);
+    backend_ = fixture_->make(profile_, stop_);
+    fixture_->attach(*backend_);
   }
   void TearDown() override {
     if (driver_) driver_->end();
     if (backend_) backend_->close();
     backend_.reset();
-    stand_.reset();
+    fixture_.reset();
     fs::remove_all(directory_);
     EXPECT_EQ(first_system_call(), -1) << "number of a system call that the cycle's thread made";
   }
@@ -89,7 +89,7 @@ class Contract : public ::testing::TestWithParam<StandKind> {
   }
   void open() {
     backend_->open(Driver::frame(profile_.arm, home_));
-    driver_ = std::make_unique<Driver>(profile_.arm, *backend_, *stand_, home_);
+    driver_ = std::make_unique<Driver>(profile_.arm, *backend_, *fixture_, home_);
     driver_->start();
   }
   [[nodiscard]] bool reaches(BackendHealth health) {
@@ -98,7 +98,7 @@ class Contract : public ::testing::TestWithParam<StandKind> {
   /// How far the device's outputs are from what was written.
   [[nodiscard]] double off() {
     const std::vector<double> wanted = driver_->wanted(facts_.takes_joints);
-    const std::vector<double> found = stand_->now();
+    const std::vector<double> found = fixture_->now();
     double worst = 0.0;
     for (std::size_t i = 0; i < wanted.size(); ++i) {
       if (i >= found.size() || std::isnan(found[i])) return HUGE_VAL;
@@ -139,7 +139,7 @@ class Contract : public ::testing::TestWithParam<StandKind> {
   DeviceFacts facts_;
   Pose home_;
   EmergencyStop stop_;
-  std::unique_ptr<Stand> stand_;
+  std::unique_ptr<DeviceFixture> fixture_;
   std::unique_ptr<Backend> backend_;
   std::unique_ptr<Driver> driver_;
 };
@@ -162,7 +162,7 @@ TEST_P(Contract, HandsOverInOrderAndEndsOnTheNewest) {
   home_ = pose(1300.0);
   open();
   ASSERT_TRUE(arrives()) << off();
-  const std::size_t begin = stand_->outputs().size();
+  const std::size_t begin = fixture_->outputs().size();
   driver_->move(pose(1700.0), 1.5);
   ASSERT_TRUE(wait_until(within(30), [&] { return !driver_->moving(); }));
   ASSERT_TRUE(arrives()) << off();
@@ -170,7 +170,7 @@ TEST_P(Contract, HandsOverInOrderAndEndsOnTheNewest) {
   const std::uint64_t frames = backend_->times().frames;
   ASSERT_TRUE(wait_until(within(30), [&] { return backend_->times().frames > frames + 10; }));
   EXPECT_LE(off(), half_a_unit()) << "nothing old came after the newest";
-  const std::vector<Output> seen = stand_->outputs();
+  const std::vector<Output> seen = fixture_->outputs();
   std::vector<double> last(kMaxServos, -HUGE_VAL);
   std::vector<double> sign(kMaxServos, 1.0);
   for (std::size_t i = 0; facts_.takes_joints && i < profile_.arm.dof; ++i) {
@@ -197,11 +197,11 @@ TEST_P(Contract, FollowsAtItsRate) {
   std::ptrdiff_t found = 0;
   EXPECT_TRUE(wait_until(within(60),
                          [&] {
-                           const std::size_t begin = stand_->outputs().size();
+                           const std::size_t begin = fixture_->outputs().size();
                            driver_->move(pose(std::exchange(to_us, 3000.0 - to_us)), kSeconds);
                            if (!wait_until(within(30), [&] { return !driver_->moving(); }) || !arrives())
                              return false;
-                           const std::vector<Output> seen = stand_->outputs();
+                           const std::vector<Output> seen = fixture_->outputs();
                            found =
                                std::count_if(seen.begin() + static_cast<std::ptrdiff_t>(begin), seen.end(),
                                              [](const Output& output) { return output.servo == 0; });
@@ -275,7 +275,7 @@ TEST_P(Contract, SurvivesPulledPlugs) {
     driver_->move(pose(i % 2 == 0 ? 1800.0 : 1200.0), 1.0);
     const timespec pause{0, std::uniform_int_distribution<long>(0, 900'000'000)(random)};
     ::nanosleep(&pause, nullptr);
-    stand_->unplug();
+    fixture_->unplug();
     ASSERT_TRUE(reaches(BackendHealth::kLost)) << i;
     EXPECT_FALSE(backend_->drain_log().empty() && GetParam().name != "loopback")
         << "the operator reads of it";
@@ -285,12 +285,12 @@ TEST_P(Contract, SurvivesPulledPlugs) {
     Pose further = driver_->pose();
     further.position_rad[0] += 0.4;
     driver_->move(further, 0.0);
-    const std::size_t from = stand_->outputs().size();
+    const std::size_t from = fixture_->outputs().size();
     const std::int64_t plugged_ns = std::chrono::steady_clock::now().time_since_epoch().count();
-    stand_->plug();
+    fixture_->plug();
     ASSERT_TRUE(reaches(BackendHealth::kOpen)) << i;
     ASSERT_TRUE(arrives()) << i << ": " << off();
-    EXPECT_LE(worst_jump(stand_->outputs(), from, plugged_ns), 0.0) << i;
+    EXPECT_LE(worst_jump(fixture_->outputs(), from, plugged_ns), 0.0) << i;
   }
   // None is left of any round; on a busy machine the device may just be lost, and have one less.
   EXPECT_TRUE(wait_until(within(10), [&] { return entries("/proc/self/fd") <= files; }))
@@ -302,25 +302,25 @@ TEST_P(Contract, IsHaltedOnItsWayBackByAnEmergencyStop) {
   if (!facts_.pluggable) GTEST_SKIP() << "skipped: nobody can pull this plug";
   open();
   ASSERT_TRUE(arrives());
-  stand_->unplug();
+  fixture_->unplug();
   ASSERT_TRUE(reaches(BackendHealth::kLost));
   Pose far = driver_->pose();
   far.position_rad[0] += 0.5;
   driver_->move(far, 0.0);
-  const std::size_t before = stand_->outputs().size();
-  stand_->plug();
+  const std::size_t before = fixture_->outputs().size();
+  fixture_->plug();
   const auto base_moves = [&] {
-    const std::vector<Output> seen = stand_->outputs();
+    const std::vector<Output> seen = fixture_->outputs();
     return std::any_of(seen.begin() + static_cast<std::ptrdiff_t>(before), seen.end(),
                        [](const Output& output) { return output.servo == 0; });
   };
   ASSERT_TRUE(wait_until(within(60), base_moves));
   driver_->set_emergency_stop(true);
-  const double at = stand_->now().at(0);
+  const double at = fixture_->now().at(0);
   const std::uint64_t cycle = driver_->cycles();
   ASSERT_TRUE(wait_until(within(60), [&] { return driver_->cycles() > cycle + 500; }));
   const double allowed = facts_.approach_speed * 0.1 + 10.0 * facts_.unit;
-  EXPECT_LE(std::abs(stand_->now().at(0) - at), allowed) << "in 0.5 s";
+  EXPECT_LE(std::abs(fixture_->now().at(0) - at), allowed) << "in 0.5 s";
   EXPECT_EQ(backend_->health(), BackendHealth::kLost);
   driver_->set_emergency_stop(false);
   ASSERT_TRUE(reaches(BackendHealth::kOpen));
@@ -330,7 +330,7 @@ TEST_P(Contract, IsHaltedOnItsWayBackByAnEmergencyStop) {
 TEST_P(Contract, EndsWhileTheDeviceIsAway) {
   if (!facts_.pluggable) GTEST_SKIP() << "skipped: nobody can pull this plug";
   open();
-  stand_->unplug();
+  fixture_->unplug();
   ASSERT_TRUE(reaches(BackendHealth::kLost));
   driver_->end();
   const auto begin = std::chrono::steady_clock::now();
@@ -346,7 +346,7 @@ TEST_P(Contract, HoldsOrRelaxesAtTheEnd) {
   driver_->end();
   backend_->close();
   const auto are_off = [&] {
-    const std::vector<double> found = stand_->now();
+    const std::vector<double> found = fixture_->now();
     return std::all_of(found.begin(), found.end(), [](double value) { return std::isnan(value); });
   };
   if (facts_.at_end == "relax") {
@@ -356,7 +356,7 @@ TEST_P(Contract, HoldsOrRelaxesAtTheEnd) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Backends, Contract, ::testing::ValuesIn(all_stands()),
+INSTANTIATE_TEST_SUITE_P(Backends, Contract, ::testing::ValuesIn(all_fixtures()),
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace

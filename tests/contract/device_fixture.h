@@ -40,12 +40,12 @@ struct DeviceFacts {
 
 /// A place for one device, real or emulated: the backend is found in `backend_section`, and what the device
 /// does can be seen from outside the backend.
-class Stand {
+class DeviceFixture {
  public:
-  Stand() = default;
-  Stand(const Stand&) = delete;
-  Stand& operator=(const Stand&) = delete;
-  virtual ~Stand() = default;
+  DeviceFixture() = default;
+  DeviceFixture(const DeviceFixture&) = delete;
+  DeviceFixture& operator=(const DeviceFixture&) = delete;
+  virtual ~DeviceFixture() = default;
 
   /// Empty, or why this device cannot be had here.
   [[nodiscard]] virtual std::string missing() const { return {}; }
@@ -53,7 +53,7 @@ class Stand {
   /// [backend] of a profile, as TOML.
   [[nodiscard]] virtual std::string backend_section() const = 0;
   [[nodiscard]] virtual DeviceFacts facts() const = 0;
-  /// The backend of a profile; a stand may put an emulated device under it.
+  /// The backend of a profile; a fixture may put an emulated device under it.
   [[nodiscard]] virtual std::unique_ptr<Backend> make(const Profile& profile, EmergencyStop& stop);
 
   virtual void unplug() = 0;
@@ -69,20 +69,20 @@ class Stand {
   virtual void after_write() noexcept {}
 };
 
-/// A stand by name; the name is that of the test.
-struct StandKind {
+/// A fixture by name; the name is that of the test.
+struct DeviceFixtureKind {
   std::string name;
-  std::function<std::unique_ptr<Stand>(const ArmModel& arm, const std::string& directory)> make;
+  std::function<std::unique_ptr<DeviceFixture>(const ArmModel& arm, const std::string& directory)> make;
 };
-void PrintTo(const StandKind& kind, std::ostream* out);
+void PrintTo(const DeviceFixtureKind& kind, std::ostream* out);
 
-std::vector<StandKind> loopback_stands();
-std::vector<StandKind> serial_stands();
-std::vector<StandKind> pulse_stands();
-std::vector<StandKind> can_stands();
-std::vector<StandKind> kernel_stands();
+std::vector<DeviceFixtureKind> loopback_fixtures();
+std::vector<DeviceFixtureKind> serial_fixtures();
+std::vector<DeviceFixtureKind> pulse_fixtures();
+std::vector<DeviceFixtureKind> can_fixtures();
+std::vector<DeviceFixtureKind> kernel_fixtures();
 /// All whose devices are outside the process that drives them.
-std::vector<StandKind> outside_stands();
-std::vector<StandKind> all_stands();
+std::vector<DeviceFixtureKind> outside_fixtures();
+std::vector<DeviceFixtureKind> all_fixtures();
 
 }  // namespace corbot::test

@@ -29,8 +29,8 @@ Record newest(const SnapshotCell<Record>& cell) {
 
 }  // namespace
 
-Driver::Driver(const ArmModel& arm, Backend& backend, Stand& stand, const Pose& at)
-    : arm_(arm), backend_(backend), stand_(stand) {
+Driver::Driver(const ArmModel& arm, Backend& backend, DeviceFixture& fixture, const Pose& at)
+    : arm_(arm), backend_(backend), fixture_(fixture) {
   pose_.store(at);
   feedback_.store(ServoFeedback{});
 }
@@ -110,7 +110,7 @@ void Driver::run() noexcept {
     feedback_.store(backend_.read());
     (void)backend_.times();
     (void)backend_.cause();
-    stand_.after_write();
+    fixture_.after_write();
     cycles_.store(frame.cycle, std::memory_order_release);
   }
 }

@@ -19,7 +19,7 @@ struct Pose {
 /// while the device is lost. Its thread is watched for system calls.
 class Driver {
  public:
-  Driver(const ArmModel& arm, Backend& backend, Stand& stand, const Pose& at);
+  Driver(const ArmModel& arm, Backend& backend, DeviceFixture& fixture, const Pose& at);
   ~Driver() { end(); }
   Driver(const Driver&) = delete;
   Driver& operator=(const Driver&) = delete;
@@ -53,7 +53,7 @@ class Driver {
 
   const ArmModel arm_;
   Backend& backend_;
-  Stand& stand_;
+  DeviceFixture& fixture_;
   SnapshotCell<Motion> motion_;
   SnapshotCell<Pose> pose_;
   SnapshotCell<ServoFeedback> feedback_;

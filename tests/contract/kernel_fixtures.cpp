@@ -74,9 +74,9 @@ class Registers {
   int fd_{-1};
 };
 
-class RegisterStand : public Stand {
+class RegisterFixture : public DeviceFixture {
  public:
-  explicit RegisterStand(const ArmModel& arm)
+  explicit RegisterFixture(const ArmModel& arm)
       : servos_(arm.dof + 1), log_(servos_, [this] { return now(); }) {}
   std::vector<Output> outputs() override { return log_.seen(); }
   std::vector<double> now() override { return registers_.pulses_us(servos_); }
@@ -101,9 +101,9 @@ class RegisterStand : public Stand {
 };
 
 /// The backend's own handle by i2c-dev, and the registers behind it. Nobody can pull i2c-stub out.
-class KernelPca9685Stand final : public RegisterStand {
+class KernelPca9685Fixture final : public RegisterFixture {
  public:
-  using RegisterStand::RegisterStand;
+  using RegisterFixture::RegisterFixture;
   [[nodiscard]] std::string missing() const override { return missing_variable("CORBOT_RIG_I2C"); }
   void set_up() override { watch(variable("CORBOT_RIG_I2C_ADDRESS")); }
   [[nodiscard]] std::string backend_section() const override {
@@ -122,10 +122,10 @@ class KernelPca9685Stand final : public RegisterStand {
 
 /// The kernel's PWM with its driver for the PCA9685, which cuts off what is no whole count. Its plug is the
 /// driver.
-class KernelPwmStand final : public RegisterStand {
+class KernelPwmFixture final : public RegisterFixture {
  public:
-  using RegisterStand::RegisterStand;
-  ~KernelPwmStand() override {
+  using RegisterFixture::RegisterFixture;
+  ~KernelPwmFixture() override {
     if (is_unplugged_) plug();
   }
   [[nodiscard]] std::string missing() const override { return missing_variable("CORBOT_RIG_PWMCHIP"); }
@@ -159,9 +159,9 @@ class KernelPwmStand final : public RegisterStand {
 };
 
 /// Lines of a GPIO chip: the kernel notes the time of every edge.
-class KernelGpioStand final : public Stand {
+class KernelGpioFixture final : public DeviceFixture {
  public:
-  explicit KernelGpioStand(const ArmModel& arm) : servos_(arm.dof + 1) {}
+  explicit KernelGpioFixture(const ArmModel& arm) : servos_(arm.dof + 1) {}
   [[nodiscard]] std::string missing() const override {
     if (variable("CORBOT_RIG_BOOT") != "counted") {
       return "skipped: the length of a pulse means nothing here; needs the rig with counted time";
@@ -199,17 +199,17 @@ class KernelGpioStand final : public Stand {
 };
 
 template <class Kind>
-StandKind kind(const std::string& name) {
-  return {name, [](const ArmModel& arm, const std::string&) -> std::unique_ptr<Stand> {
+DeviceFixtureKind kind(const std::string& name) {
+  return {name, [](const ArmModel& arm, const std::string&) -> std::unique_ptr<DeviceFixture> {
             return std::make_unique<Kind>(arm);
           }};
 }
 
 }  // namespace
 
-std::vector<StandKind> kernel_stands() {
-  return {kind<KernelPca9685Stand>("kernel_pca9685"), kind<KernelPwmStand>("kernel_pwm_sysfs"),
-          kind<KernelGpioStand>("kernel_gpiod")};
+std::vector<DeviceFixtureKind> kernel_fixtures() {
+  return {kind<KernelPca9685Fixture>("kernel_pca9685"), kind<KernelPwmFixture>("kernel_pwm_sysfs"),
+          kind<KernelGpioFixture>("kernel_gpiod")};
 }
 
 }  // namespace corbot::test

@@ -12,9 +12,9 @@ namespace {
 constexpr std::size_t kMostFrames = 60'000;
 
 /// The simulator inside the backend; what its servos were given is copied in the writing thread.
-class LoopbackStand final : public Stand {
+class LoopbackFixture final : public DeviceFixture {
  public:
-  explicit LoopbackStand(const ArmModel& arm) : servos_(arm.dof + 1), frames_(kMostFrames) {}
+  explicit LoopbackFixture(const ArmModel& arm) : servos_(arm.dof + 1), frames_(kMostFrames) {}
 
   void set_up() override {}
   [[nodiscard]] std::string backend_section() const override {
@@ -66,9 +66,9 @@ class LoopbackStand final : public Stand {
 
 }  // namespace
 
-std::vector<StandKind> loopback_stands() {
-  return {{"loopback", [](const ArmModel& arm, const std::string&) -> std::unique_ptr<Stand> {
-             return std::make_unique<LoopbackStand>(arm);
+std::vector<DeviceFixtureKind> loopback_fixtures() {
+  return {{"loopback", [](const ArmModel& arm, const std::string&) -> std::unique_ptr<DeviceFixture> {
+             return std::make_unique<LoopbackFixture>(arm);
            }}};
 }
 

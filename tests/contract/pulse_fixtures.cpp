@@ -28,9 +28,9 @@ DeviceFacts pulse_facts(double unit_us, double read_unit_us, std::string at_end)
 }
 
 /// The channels of the Lynx 5 are those of the frame: joints, then the gripper.
-class Pca9685Stand final : public Stand {
+class Pca9685Fixture final : public DeviceFixture {
  public:
-  explicit Pca9685Stand(const ArmModel& arm)
+  explicit Pca9685Fixture(const ArmModel& arm)
       : servos_(arm.dof + 1), log_(servos_, [this] { return look(); }) {}
   void set_up() override { log_.start(); }
   [[nodiscard]] std::string backend_section() const override {
@@ -73,9 +73,9 @@ class Pca9685Stand final : public Stand {
   OutputLog log_;
 };
 
-class PwmSysfsStand final : public Stand {
+class PwmSysfsFixture final : public DeviceFixture {
  public:
-  PwmSysfsStand(const ArmModel& arm, const std::string& directory)
+  PwmSysfsFixture(const ArmModel& arm, const std::string& directory)
       : servos_(arm.dof + 1), chip_(directory), log_(servos_, [this] { return look(); }) {}
   void set_up() override { log_.start(); }
   [[nodiscard]] std::string backend_section() const override {
@@ -108,14 +108,15 @@ class PwmSysfsStand final : public Stand {
 
 }  // namespace
 
-std::vector<StandKind> pulse_stands() {
-  return {{"pca9685",
-           [](const ArmModel& arm, const std::string&) -> std::unique_ptr<Stand> {
-             return std::make_unique<Pca9685Stand>(arm);
-           }},
-          {"pwm_sysfs", [](const ArmModel& arm, const std::string& directory) -> std::unique_ptr<Stand> {
-             return std::make_unique<PwmSysfsStand>(arm, directory);
-           }}};
+std::vector<DeviceFixtureKind> pulse_fixtures() {
+  return {
+      {"pca9685",
+       [](const ArmModel& arm, const std::string&) -> std::unique_ptr<DeviceFixture> {
+         return std::make_unique<Pca9685Fixture>(arm);
+       }},
+      {"pwm_sysfs", [](const ArmModel& arm, const std::string& directory) -> std::unique_ptr<DeviceFixture> {
+         return std::make_unique<PwmSysfsFixture>(arm, directory);
+       }}};
 }
 
 }  // namespace corbot::test

@@ -21,9 +21,9 @@ struct SerialDeviceKind {
 };
 
 /// A controller that corbot-sim emulates on a pseudo-terminal.
-class SerialStand final : public Stand {
+class SerialFixture final : public DeviceFixture {
  public:
-  SerialStand(SerialDeviceKind kind, const ArmModel& arm, std::string directory)
+  SerialFixture(SerialDeviceKind kind, const ArmModel& arm, std::string directory)
       : kind_(std::move(kind)), arm_(arm), directory_(std::move(directory)) {}
 
   void set_up() override {
@@ -33,7 +33,7 @@ class SerialStand final : public Stand {
     emulator_ = std::make_unique<Process>(command);
     if (!emulator_->wait_line("ready", within(30))) throw std::runtime_error(emulator_->errors());
   }
-  ~SerialStand() override {
+  ~SerialFixture() override {
     if (emulator_) (void)emulator_->terminate();
   }
   [[nodiscard]] std::string backend_section() const override {
@@ -114,7 +114,7 @@ DeviceFacts serial_facts(double unit_us, double period_s, double read_unit_us, s
 
 }  // namespace
 
-std::vector<StandKind> serial_stands() {
+std::vector<DeviceFixtureKind> serial_fixtures() {
   // QP tells tens of microseconds, cut off, so it is off by up to a whole unit. The Mini SSC is an SSC-32
   // here, and rounds once more, to 1 us.
   // A plug that is pulled in the middle of a command is an error of the line to a Maestro.
@@ -150,13 +150,13 @@ std::vector<StandKind> serial_stands() {
        "minissc",
        "baud = 9600\n",
        serial_facts(2000.0 / 254.0 + 1.0, 0.020, 0.0, "", kServoFrame_s)}};
-  std::vector<StandKind> stands;
+  std::vector<DeviceFixtureKind> fixtures;
   for (const SerialDeviceKind& kind : kinds) {
-    stands.push_back({kind.name, [kind](const ArmModel& arm, const std::string& directory) {
-                        return std::make_unique<SerialStand>(kind, arm, directory);
-                      }});
+    fixtures.push_back({kind.name, [kind](const ArmModel& arm, const std::string& directory) {
+                          return std::make_unique<SerialFixture>(kind, arm, directory);
+                        }});
   }
-  return stands;
+  return fixtures;
 }
 
 }  // namespace corbot::test

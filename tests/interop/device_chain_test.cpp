@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class DeviceChain : public RobotRig, public ::testing::WithParamInterface<StandKind> {
+class DeviceChain : public RobotRig, public ::testing::WithParamInterface<DeviceFixtureKind> {
  protected:
   void SetUp() override {
     name_ = unique_name("device");
@@ -33,10 +33,10 @@ class DeviceChain : public RobotRig, public ::testing::WithParamInterface<StandK
     directory_ = fmt::format("{}/{}", CORBOT_SCRATCH_DIR, name_);
     fs::create_directory(directory_);
     model_ = load_profile(CORBOT_PROFILE).arm;
-    stand_ = GetParam().make(model_, directory_);
-    if (const std::string missing = stand_->missing(); !missing.empty()) GTEST_SKIP() << missing;
-    stand_->set_up();
-    facts_ = stand_->facts();
+    fixture_ = GetParam().make(model_, directory_);
+    if (const std::string missing = fixture_->missing(); !missing.empty()) GTEST_SKIP() << missing;
+    fixture_->set_up();
+    facts_ = fixture_->facts();
     write_profile();
     start_rt();
     if (!HasFatalFailure()) start_servant();
@@ -46,7 +46,7 @@ class DeviceChain : public RobotRig, public ::testing::WithParamInterface<StandK
   }
   void TearDown() override {
     if (rt_) RobotRig::TearDown();
-    stand_.reset();
+    fixture_.reset();
     fs::remove_all(directory_);
   }
   /// The Lynx 5, its backend replaced.
@@ -56,14 +56,14 @@ class DeviceChain : public RobotRig, public ::testing::WithParamInterface<StandK
     text << from.rdbuf();
     const std::string all = text.str();
     profile_ = directory_ + "/arm.toml";
-    std::string backend = stand_->backend_section();
+    std::string backend = fixture_->backend_section();
     backend.insert(backend.find('\n') + 1, "position_known_at_start = true\n");  // no slow first motion
     std::ofstream(profile_) << all.substr(0, all.find("[backend]")) << backend;
   }
   /// The largest difference between what the device puts out and the joints that the arm reports.
   double off() {
     Corbot::JointCoord_var joints = arm_->ArtiCoord();
-    const std::vector<double> now = stand_->now();
+    const std::vector<double> now = fixture_->now();
     double worst = 0.0;
     for (std::uint32_t i = 0; i < model_.dof; ++i) {
       const ServoMap& map = model_.servos[i];
@@ -89,7 +89,7 @@ class DeviceChain : public RobotRig, public ::testing::WithParamInterface<StandK
   std::string directory_;
   ArmModel model_;
   DeviceFacts facts_;
-  std::unique_ptr<Stand> stand_;
+  std::unique_ptr<DeviceFixture> fixture_;
 };
 
 TEST_P(DeviceChain, CarriesOutThePapersPickAndPlace) {
@@ -99,10 +99,10 @@ TEST_P(DeviceChain, CarriesOutThePapersPickAndPlace) {
       arm_, [this] { EXPECT_TRUE(arrives()) << off() << " off"; },
       [this] {
         if (facts_.takes_joints) return;
-        EXPECT_NEAR(stand_->now().at(model_.dof), model_.gripper.closed_us, 0.5 * facts_.unit + 0.006);
+        EXPECT_NEAR(fixture_->now().at(model_.dof), model_.gripper.closed_us, 0.5 * facts_.unit + 0.006);
       });
 
-  const Following path = following(model_, log.finish(), stand_->outputs(), facts_, 1.0);
+  const Following path = following(model_, log.finish(), fixture_->outputs(), facts_, 1.0);
   fmt::print("{} outputs, TCP at most {:.3f} mm off the planned path; half a unit at each joint: {:.3f} mm\n",
              path.outputs, path.deviation_m * 1e3, path.quantisation_m * 1e3);
   EXPECT_GT(path.outputs, 50u);
@@ -124,7 +124,7 @@ TEST_P(DeviceChain, SurvivesAPulledPlugAtRandomInstants) {
     EXPECT_TRUE(wait_for(Corbot::Waiting));
     const timespec pause{0, std::uniform_int_distribution<long>(0, 400'000'000)(random)};
     ::nanosleep(&pause, nullptr);
-    stand_->unplug();
+    fixture_->unplug();
     EXPECT_TRUE(wait_for(Corbot::Error)) << rt_->errors();
     caller.join();
     EXPECT_EQ(raised, "NotReady");
@@ -132,7 +132,7 @@ TEST_P(DeviceChain, SurvivesAPulledPlugAtRandomInstants) {
     Corbot::JointCoord_var held = arm_->ArtiCoord();
     Corbot::AlarmList_var alarms = arm_->Alarms();
     EXPECT_THAT(std::string(alarms[alarms->length() - 1].text), ::testing::HasSubstr("lost: "));
-    stand_->plug();
+    fixture_->plug();
     ASSERT_TRUE(wait_until(within(60), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }))
         << rt_->errors();
     const auto moved_deg = [&] {
@@ -148,7 +148,7 @@ TEST_P(DeviceChain, SurvivesAPulledPlugAtRandomInstants) {
   EXPECT_TRUE(arrives());
 }
 
-INSTANTIATE_TEST_SUITE_P(Devices, DeviceChain, ::testing::ValuesIn(outside_stands()),
+INSTANTIATE_TEST_SUITE_P(Devices, DeviceChain, ::testing::ValuesIn(outside_fixtures()),
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace

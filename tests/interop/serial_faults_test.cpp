@@ -34,7 +34,7 @@ struct Kind {
 void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
 
 /// The driver of the contract's suite wants one.
-class NoStand final : public Stand {
+class NoFixture final : public DeviceFixture {
  public:
   void set_up() override {}
   [[nodiscard]] std::string backend_section() const override { return {}; }
@@ -66,7 +66,7 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
                       "faults");
     backend_ = rt::make_backend(profile_, stop_);
     backend_->open(Driver::frame(profile_.arm, pose(1200.0)));
-    driver_ = std::make_unique<Driver>(profile_.arm, *backend_, no_stand_, pose(1200.0));
+    driver_ = std::make_unique<Driver>(profile_.arm, *backend_, no_fixture_, pose(1200.0));
     driver_->start();
     ASSERT_TRUE(reaches(BackendHealth::kOpen));
     driver_->move(pose(1800.0), 600.0 / kSpeed_us_per_s);  // under way at every fault
@@ -158,7 +158,7 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
   std::string directory_;
   Profile profile_;
   EmergencyStop stop_;
-  NoStand no_stand_;
+  NoFixture no_fixture_;
   std::unique_ptr<Process> emulator_;
   std::unique_ptr<Backend> backend_;
   std::unique_ptr<Driver> driver_;

@@ -33,9 +33,9 @@ struct ServoFeedback {
 /// Where a device says that the servos are before anything has been sent to it.
 struct DevicePosition {
   enum class Kind {
-    kUnknown,   ///< it cannot tell, or has been without power
-    kTold,      ///< the pulses that it is sending, rounded
-    kMeasured,  ///< by encoders
+    kUnknown,    ///< it cannot tell, or has been without power
+    kCommanded,  ///< the pulses that it is sending, rounded
+    kMeasured,   ///< by encoders
   };
   Kind kind{Kind::kUnknown};
   Joints position_rad{};

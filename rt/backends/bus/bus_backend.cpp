@@ -70,7 +70,7 @@ DevicePosition BusBackend::connect() {
     // At its power-up a controller reports 0, or the least, of a servo that it has given no pulse yet.
     if (!(reading.value[i] > kNoPulse_us && reading.value[i] < kMostPulse_us)) return position;
   }
-  position.kind = DevicePosition::Kind::kTold;
+  position.kind = DevicePosition::Kind::kCommanded;
   position.opening = std::clamp(
       (reading.value[arm_.dof] - arm_.gripper.closed_us) / (arm_.gripper.open_us - arm_.gripper.closed_us),
       0.0, 1.0);

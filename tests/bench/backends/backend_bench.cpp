@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "config/load_profile.h"
-#include "contract/driver.h"
 #include "contract/device_fixture.h"
+#include "contract/driver.h"
 #include "support/process.h"
 
 namespace corbot::test {
@@ -73,19 +73,19 @@ Profile profile_with(const std::string& backend) {
   return parse_profile(all.substr(0, all.find("[backend]")) + backend, "bench");
 }
 
-void measure(const StandKind& kind) {
+void measure(const DeviceFixtureKind& kind) {
   const std::string directory = CORBOT_SCRATCH_DIR + ("/" + unique_name("backend_bench"));
   fs::create_directories(directory);
   const ArmModel arm = profile_with("[backend]\nkind = \"loopback\"\n").arm;
-  auto stand = kind.make(arm, directory);
-  if (const std::string missing = stand->missing(); !missing.empty()) {
+  auto fixture = kind.make(arm, directory);
+  if (const std::string missing = fixture->missing(); !missing.empty()) {
     fmt::print("{:<18} skipped: {}\n", kind.name, missing);
     fs::remove_all(directory);
     return;
   }
-  stand->set_up();
+  fixture->set_up();
   EmergencyStop stop;
-  const auto backend = stand->make(profile_with(stand->backend_section()), stop);
+  const auto backend = fixture->make(profile_with(fixture->backend_section()), stop);
   NoBackend none;
   ServoFrame frame = Driver::frame(arm, {});
   backend->open(frame);
@@ -102,7 +102,7 @@ void measure(const StandKind& kind) {
   print(kind.name, with_ns);
   print("  none beside it", without_ns);
   if (!good) fmt::print("{}: the device was lost meanwhile\n", kind.name);
-  stand.reset();
+  fixture.reset();
   fs::remove_all(directory);
 }
 
@@ -110,6 +110,7 @@ void measure(const StandKind& kind) {
 }  // namespace corbot::test
 
 int main() {
-  for (const corbot::test::StandKind& kind : corbot::test::all_stands()) corbot::test::measure(kind);
+  for (const corbot::test::DeviceFixtureKind& kind : corbot::test::all_fixtures())
+    corbot::test::measure(kind);
   return 0;
 }

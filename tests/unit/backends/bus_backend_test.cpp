@@ -36,7 +36,7 @@ TEST_F(BusBackendTest, AsksWhereTheServosAreBeforeItMovesAnything) {
   bus_.told_us = {1200.0, 1700.0};
   const auto backend = make();
   const DevicePosition position = backend->connect();
-  EXPECT_EQ(position.kind, DevicePosition::Kind::kTold);
+  EXPECT_EQ(position.kind, DevicePosition::Kind::kCommanded);
   EXPECT_NEAR(position.position_rad[0], 0.5, 1e-12);
   EXPECT_NEAR(position.opening, 0.25, 1e-12);
   EXPECT_TRUE(bus_.copy().empty());

@@ -119,11 +119,11 @@ TEST_F(StartPositionTest, AJointMeasuredOutOfItsRangePreventsTheStart) {
 
 TEST_F(StartPositionTest, WhatAControllerWasCommandedIsTheFileUnrounded) {
   save();
-  rt::CycleStart start = find(device(DevicePosition::Kind::kTold, {0.11, 0.19, 0.3, 0.4}, 0.52));
+  rt::CycleStart start = find(device(DevicePosition::Kind::kCommanded, {0.11, 0.19, 0.3, 0.4}, 0.52));
   EXPECT_NEAR(start.position_rad[0], 0.1, 1e-12);
   EXPECT_EQ(start.opening, 0.5);
   EXPECT_FALSE(start.unverified);
-  start = find(device(DevicePosition::Kind::kTold, {0.2, 0.19, 0.3, 0.4}, 0.52));
+  start = find(device(DevicePosition::Kind::kCommanded, {0.2, 0.19, 0.3, 0.4}, 0.52));
   EXPECT_EQ(start.position_rad[0], 0.2) << "another program has moved it";
   EXPECT_EQ(start.opening, 0.52);
 }
@@ -157,7 +157,7 @@ TEST_F(StartPositionTest, ASegmentOfAnotherServoMapGivesPulsesOnly) {
       EXPECT_NEAR(frame.pulse_us[i], last.pulse_us[i], 1e-6) << "nothing moves";
     }
   }
-  const rt::CycleStart commanded = find(device(DevicePosition::Kind::kTold, {0.1, 0.2, 0.3, 0.4}, 0.5));
+  const rt::CycleStart commanded = find(device(DevicePosition::Kind::kCommanded, {0.1, 0.2, 0.3, 0.4}, 0.5));
   EXPECT_EQ(commanded.position_rad[0], 0.1) << "the device knows better";
   EXPECT_FALSE(commanded.unverified);
   EXPECT_TRUE(commanded.outranks_segment);
@@ -192,7 +192,7 @@ TEST_F(StartPositionTest, ServosWithoutPowerHaveNotKeptTheirPosition) {
 TEST_F(StartPositionTest, PulsesToServosWithoutPowerProveNothing) {
   save();
   profile.power_enable.chip = "/dev/gpiochip0";
-  rt::CycleStart start = find(device(DevicePosition::Kind::kTold, {0.11, 0.19, 0.3, 0.4}, 0.52));
+  rt::CycleStart start = find(device(DevicePosition::Kind::kCommanded, {0.11, 0.19, 0.3, 0.4}, 0.52));
   EXPECT_TRUE(start.unverified);
   EXPECT_NEAR(start.position_rad[0], 0.1, 1e-12) << "but that is where they will go";
   EXPECT_THAT(text, HasSubstr("10 %"));
