@@ -10,8 +10,8 @@ struct ServoModelOptions {
   double resolution_us{1.0};     ///< pulses come in steps of this, 0 = any width
 };
 
-/// A hobby servo, its shaft told in pulse width: it takes the pulse in steps of its resolution, ignores what
-/// lies within its dead band, lags, and slews no faster than its rate. Real-time safe.
+/// A hobby servo, its shaft position given as a pulse width: it takes the pulse in steps of its resolution,
+/// ignores what lies within its dead band, lags, and slews no faster than its rate. Real-time safe.
 class ServoModel {
  public:
   ServoModel() = default;

@@ -125,7 +125,7 @@ std::unique_ptr<Backend> make_socketcan(const Profile& profile, EmergencyStop& s
   return on_bus(profile, std::make_unique<Cia402Drives>(std::move(settings)), stop);
 }
 
-/// One line a backend; its name is what `kind` in [backend] says.
+/// One line a backend; its name is `kind` in [backend].
 constexpr std::array<std::pair<std::string_view, Maker>, 8> kBackends{{{"gpiod", make_gpiod},
                                                                        {"loopback", make_loopback},
                                                                        {"maestro", make_maestro},
@@ -143,14 +143,13 @@ std::unique_ptr<Backend> make_backend(const Profile& profile, EmergencyStop& sto
     if (name == profile.backend.kind) return make(profile, stop);
     known += fmt::format("{}\"{}\"", known.empty() ? "" : ", ", name);
   }
-  throw std::runtime_error(fmt::format("{}: there is no backend \"{}\"; this build knows {}", profile.file,
+  throw std::runtime_error(fmt::format("{}: there is no backend \"{}\"; this build has {}", profile.file,
                                        profile.backend.kind, known));
 }
 
 const char* fault_controls_help() noexcept {
-  return "The loopback backend's device can be lost and found on purpose: SIGUSR1 pulls its plug, SIGUSR2 "
-         "puts "
-         "it back.";
+  return "The loopback backend's device can be lost and found on purpose: SIGUSR1 pulls its plug, "
+         "SIGUSR2 puts it back.";
 }
 
 }  // namespace corbot::rt

@@ -57,7 +57,7 @@ class VirtualBus final : public CanBus {
     for (const int peer : peers_) ::close(peer);
     peers_.clear();
     ::close(std::exchange(fd_, -1));
-    struct stat there {};  // somebody else's by now, perhaps
+    struct stat there {};  // perhaps another program's by now
     if (::stat(path_.c_str(), &there) == 0 && there.st_ino == inode_) (void)::unlink(path_.c_str());
   }
 
@@ -86,7 +86,7 @@ class VirtualBus final : public CanBus {
   void send(const can_frame& frame) override { send_to_others(frame, -1); }
 
  private:
-  /// What a program that was killed has left; nobody listens at it.
+  /// What a program that was killed has left; without a listener.
   void remove_dead_socket(const sockaddr_un& address) const {
     struct stat there {};
     if (::lstat(path_.c_str(), &there) != 0) return;

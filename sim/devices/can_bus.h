@@ -25,7 +25,7 @@ class CanBus {
   virtual void add_to(std::vector<pollfd>& fds) const = 0;
   /// What others have sent, without waiting.
   [[nodiscard]] virtual std::vector<can_frame> read() = 0;
-  /// To all others; what somebody is too slow to take is lost to him.
+  /// To all others; what a program is too slow to read is lost to it.
   virtual void send(const can_frame& frame) = 0;
 };
 

@@ -56,7 +56,7 @@ class CanObjects {
 
   /// Why it cannot be read, 0: it can.
   [[nodiscard]] std::uint32_t check_read(ObjectKey key) const;
-  /// Why these bytes cannot be written, 0: they can. `bytes` 0: length not told.
+  /// Why these bytes cannot be written, 0: they can. `bytes` 0: length not given.
   [[nodiscard]] std::uint32_t check_write(ObjectKey key, std::uint32_t raw, unsigned bytes) const;
   /// The number that this object makes of raw bytes.
   [[nodiscard]] std::int64_t number(ObjectKey key, std::uint32_t raw) const;

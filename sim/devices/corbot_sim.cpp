@@ -41,7 +41,7 @@ constexpr const char* kCanFooter = R"(Example:
   The robot's profile then names unix:/tmp/can as its CAN interface, and nodes 1 to 5.
 
 unix:/PATH is a virtual bus: a socket (SOCK_SEQPACKET, a struct can_frame a packet) that any number of programs
-may join; each hears all others. Anything else is a CAN interface of this machine, such as vcan0.
+may join; each receives from all others. Anything else is a CAN interface of this machine, such as vcan0.
 
 Prints 'ready BUS' when the bus can be joined, and serves until SIGTERM or Ctrl-C; the socket is then removed.
 Lines on standard input ask for faults; each is answered by a line 'ok ...' or 'error: ...'. Without NODE: all.
@@ -150,7 +150,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& e) {
     return app.exit(e);
   } catch (const CLI::Error& e) {
-    fmt::print(stderr, "corbot-sim: {} ('corbot-sim --help' tells more)\n", e.what());
+    fmt::print(stderr, "corbot-sim: {} (see 'corbot-sim --help')\n", e.what());
     return kExitUsage;
   }
 

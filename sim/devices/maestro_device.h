@@ -17,7 +17,7 @@ struct MaestroOptions {
   std::size_t channels{24};
   int device_number{12};
   bool crc{false};          ///< every command but the Mini SSC's ends with a CRC-7
-  bool multi_target{true};  ///< knows Set Multiple Targets, as all but the Micro Maestro do
+  bool multi_target{true};  ///< supports Set Multiple Targets, as all but the Micro Maestro do
   int mini_ssc_offset{0};
   double mini_ssc_neutral_us{1500.0};
   double mini_ssc_range_us{476.25};  ///< to both sides of neutral

@@ -19,7 +19,7 @@ class PtyPort {
 
   /// Makes the pseudo-terminal and the link; an old symbolic link is replaced, nothing else.
   void open();
-  /// Who has the other end open sees it hung up. Removes the link, unless it has become somebody else's.
+  /// The other end sees a hang-up. Removes the link, unless another program has replaced it.
   void close() noexcept;
   [[nodiscard]] bool is_open() const { return device_fd_ >= 0; }
   [[nodiscard]] const std::string& link() const { return link_; }
@@ -28,10 +28,10 @@ class PtyPort {
   [[nodiscard]] int fd() const { return device_fd_; }
   /// What is there, without waiting.
   [[nodiscard]] std::size_t read(std::span<std::uint8_t> into) const;
-  /// What does not fit is lost, as on a line that nobody reads.
+  /// What does not fit is lost, as on a line without a reader.
   void write(std::span<const std::uint8_t> bytes) const;
 
-  /// To be polled, −1 if there is none: readable when somebody has closed the other end.
+  /// To be polled, −1 if there is none: readable when the other end has been closed.
   [[nodiscard]] int closed_fd() const { return watch_fd_; }
   /// Lets the next program open the other end, though the last may have died with exclusive use of it.
   void after_closed() const;

@@ -25,7 +25,7 @@ class SerialDevice {
   [[nodiscard]] virtual std::size_t channel_count() const = 0;
   /// Width of the pulses that leave in the servo frame of this instant; 0: none.
   [[nodiscard]] virtual double pulse_us(std::size_t channel, std::int64_t now_ns) = 0;
-  /// Where the shaft of the servo at this channel stands, told in pulse width.
+  /// Shaft position of the servo at this channel, as a pulse width.
   [[nodiscard]] virtual double shaft_us(std::size_t channel, std::int64_t now_ns) = 0;
 
   /// Power off and on: what was set and what was half received or half answered is gone; the shafts stay.

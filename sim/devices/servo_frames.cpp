@@ -40,7 +40,7 @@ void ServoFrames::send_frame(const PulseAt& pulse_at) {
     if (output.pulse_us > 0.0) {
       output.servo.set_pulse(output.pulse_us);
     } else if (before_us > 0.0) {
-      // A servo forgets the pulse that it followed; else its dead band could bring that one back.
+      // A servo drops the pulse that it followed; else its dead band could bring that one back.
       output.servo = ServoModel(servo_, output.servo.position_us());
     }
   }

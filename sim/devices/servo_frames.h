@@ -17,7 +17,7 @@ inline constexpr std::int64_t kServoFrame_ns = 20'000'000;
 /// 50 Hz, and a servo without pulses is limp and stays where it is.
 class ServoFrames {
  public:
-  /// The width that the controller wants at an instant; 0: no pulse. Asked in the order of time.
+  /// The width that the controller commands at an instant; 0: no pulse. Called in the order of time.
   using PulseAt = std::function<double(std::size_t channel, std::int64_t time_ns)>;
 
   ServoFrames(std::size_t channels, const ServoModelOptions& servo, double shaft_us);

@@ -110,7 +110,7 @@ std::optional<Command> banks(Cursor text) {
   return all;
 }
 
-/// What follows the first channel tells the kind; each kind then accepts nothing of another.
+/// What follows the first channel decides the kind; each kind then accepts nothing of another.
 std::optional<Command> for_channels(Cursor text) {
   Cursor ahead = text;
   ahead.take("#");

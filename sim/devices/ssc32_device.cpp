@@ -15,8 +15,8 @@ constexpr double kMiniSscLast = 254.0;
 constexpr std::size_t kLongestLine = 512;
 constexpr std::size_t kMostAnswered = 1024;
 constexpr int kUnitOfQp_us = 10;
-/// Where an SSC-32 believes a servo that it has not moved yet.
-constexpr int kBelieved_us = 500;
+/// The position that an SSC-32 assumes of a servo that it has not moved yet.
+constexpr int kAssumed_us = 500;
 constexpr double kHighVolts = 2.5;
 
 std::string version_of(const Ssc32Options& options) {
@@ -171,12 +171,12 @@ void Ssc32Device::execute(const ssc32::GroupMove& group) {
   const bool has_speed =
       std::any_of(group.moves.begin(), group.moves.end(), [](const auto& m) { return m.speed_us_per_s > 0; });
   const bool is_timed = has_speed || group.time_ms > 0;
-  // The first move of a servo: an SSC-32 goes there from where it believes the servo, an SSC-32U at once.
+  // The first move of a servo: an SSC-32 goes there from the position that it assumes, an SSC-32U at once.
   const auto jumps = [&](const Channel& channel) {
     return !is_timed || (!channel.has_position && options_.model == Ssc32Model::kSsc32U);
   };
   const auto start_us = [&](const Channel& channel) {
-    return channel.has_position ? channel.position_us(now_ns_) : kBelieved_us;
+    return channel.has_position ? channel.position_us(now_ns_) : kAssumed_us;
   };
   std::int64_t duration_ns = std::int64_t{1'000'000} * group.time_ms;
   for (const ssc32::ServoMove& move : group.moves) {
@@ -214,10 +214,10 @@ void Ssc32Device::execute(const ssc32::QueryMoving&) {
 }
 
 void Ssc32Device::execute(const ssc32::QueryPulses& query) {
-  const int believed_us = options_.model == Ssc32Model::kSsc32 ? kBelieved_us : 0;
+  const int assumed_us = options_.model == Ssc32Model::kSsc32 ? kAssumed_us : 0;
   for (const int which : query.channels) {
     const Channel& channel = channels_[static_cast<std::size_t>(which)];
-    const int position_us = channel.has_position ? channel.position_us(now_ns_) : believed_us;
+    const int position_us = channel.has_position ? channel.position_us(now_ns_) : assumed_us;
     answer(static_cast<std::uint8_t>(position_us / kUnitOfQp_us));
   }
 }

@@ -88,7 +88,7 @@ class CanFixture final : public DeviceFixture {
   }
   void set_plugged(bool plugged) {
     is_plugged_ = plugged;
-    if (drives_.bus().starts_with("unix:")) return drives_.order(plugged ? "plug" : "unplug");
+    if (drives_.bus().starts_with("unix:")) return drives_.command(plugged ? "plug" : "unplug");
     const RunResult done = run({"ip", "link", "set", drives_.bus(), plugged ? "up" : "down"});
     if (done.code != 0) throw std::runtime_error(done.errors);
   }

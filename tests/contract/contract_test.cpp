@@ -262,7 +262,7 @@ TEST_P(Contract, ReadsBackWhereTheServosAre) {
 }
 
 TEST_P(Contract, SurvivesPulledPlugs) {
-  if (!facts_.pluggable) GTEST_SKIP() << "skipped: nobody can pull this plug";
+  if (!facts_.pluggable) GTEST_SKIP() << "skipped: this plug cannot be pulled";
   open();
   ASSERT_TRUE(arrives());
   std::mt19937_64 random(seed());
@@ -299,7 +299,7 @@ TEST_P(Contract, SurvivesPulledPlugs) {
 }
 
 TEST_P(Contract, IsHaltedOnItsWayBackByAnEmergencyStop) {
-  if (!facts_.pluggable) GTEST_SKIP() << "skipped: nobody can pull this plug";
+  if (!facts_.pluggable) GTEST_SKIP() << "skipped: this plug cannot be pulled";
   open();
   ASSERT_TRUE(arrives());
   fixture_->unplug();
@@ -328,7 +328,7 @@ TEST_P(Contract, IsHaltedOnItsWayBackByAnEmergencyStop) {
 }
 
 TEST_P(Contract, EndsWhileTheDeviceIsAway) {
-  if (!facts_.pluggable) GTEST_SKIP() << "skipped: nobody can pull this plug";
+  if (!facts_.pluggable) GTEST_SKIP() << "skipped: this plug cannot be pulled";
   open();
   fixture_->unplug();
   ASSERT_TRUE(reaches(BackendHealth::kLost));

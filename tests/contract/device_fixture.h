@@ -35,7 +35,7 @@ struct DeviceFacts {
   double skew_s{0.0};       ///< from the first servo of a frame to the last, where they do not start together
   bool goes_off_unplugged{true};  ///< an unplugged one is switched on again, its outputs off
   bool pluggable{true};           ///< whether its plug can be pulled here
-  std::string at_end{};           ///< "hold", "relax", or empty: the device cannot be told
+  std::string at_end{};           ///< "hold", "relax", or empty: the device has no such choice
 };
 
 /// A place for one device, real or emulated: the backend is found in `backend_section`, and what the device

@@ -14,7 +14,7 @@ namespace {
 
 struct SerialDeviceKind {
   std::string name;
-  std::vector<std::string> emulator;  ///< words of corbot-sim
+  std::vector<std::string> emulator;  ///< arguments of corbot-sim
   std::string backend;                ///< kind in the profile
   std::string options;                ///< more keys of its table
   DeviceFacts facts;
@@ -41,8 +41,8 @@ class SerialFixture final : public DeviceFixture {
                        kind_.options);
   }
   [[nodiscard]] DeviceFacts facts() const override { return kind_.facts; }
-  void unplug() override { order("unplug"); }
-  void plug() override { order("plug"); }
+  void unplug() override { command("unplug"); }
+  void plug() override { command("plug"); }
 
   std::vector<Output> outputs() override {
     std::vector<Output> seen;
@@ -78,7 +78,7 @@ class SerialFixture final : public DeviceFixture {
  private:
   [[nodiscard]] std::string line() const { return directory_ + "/tty"; }
   [[nodiscard]] std::string record() const { return directory_ + "/pulses.csv"; }
-  void order(const std::string& text) {
+  void command(const std::string& text) {
     emulator_->send(text);
     if (!emulator_->wait_line("ok", within(10))) throw std::runtime_error(text + ": " + emulator_->errors());
   }
@@ -115,7 +115,7 @@ DeviceFacts serial_facts(double unit_us, double period_s, double read_unit_us, s
 }  // namespace
 
 std::vector<DeviceFixtureKind> serial_fixtures() {
-  // QP tells tens of microseconds, cut off, so it is off by up to a whole unit. The Mini SSC is an SSC-32
+  // QP reports tens of microseconds, cut off, so it is off by up to a whole unit. The Mini SSC is an SSC-32
   // here, and rounds once more, to 1 us.
   // A plug that is pulled in the middle of a command is an error of the line to a Maestro.
   std::vector<SerialDeviceKind> kinds{

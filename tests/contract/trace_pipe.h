@@ -12,7 +12,7 @@
 namespace corbot::test {
 
 /// The pulses at the first lines of a GPIO chip, out of the kernel's trace event gpio:gpio_value, which has
-/// the time of each edge. Needs root, tracefs, and that nobody else traces.
+/// the time of each edge. Needs root, tracefs, and no other tracer.
 class TracePipe {
  public:
   TracePipe() = default;

@@ -118,7 +118,7 @@ TEST_F(CanDrives, TurnInTheDirectionOfTheProfile) {
 }
 
 TEST_F(CanDrives, ReportAnEmergencyInTheAlarms) {
-  drives_->order("emcy 4310 3");
+  drives_->command("emcy 4310 3");
   EXPECT_TRUE(wait_for(Corbot::Error));
   Corbot::AlarmList_var alarms = arm_->Alarms();
   EXPECT_THAT(std::string(alarms[alarms->length() - 1].text), HasSubstr("lost"));

@@ -26,7 +26,7 @@ constexpr double kSpeed_us_per_s = 100.0;  // of the motion
 
 struct Kind {
   std::string name;
-  std::vector<std::string> emulator;  ///< words of corbot-sim
+  std::vector<std::string> emulator;  ///< arguments of corbot-sim
   std::string backend;                ///< kind in the profile
   std::string options;                ///< more keys of its table
   double period_s;                    ///< between two frames
@@ -92,7 +92,7 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
     return result;
   }
   [[nodiscard]] std::string record() const { return directory_ + "/pulses.csv"; }
-  void order(const std::string& text) {
+  void command(const std::string& text) {
     emulator_->send(text);
     ASSERT_TRUE(emulator_->wait_line("ok", within(10))) << text << ": " << emulator_->errors();
   }
@@ -100,12 +100,12 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
     return wait_until(within(60), [&] { return backend_->health() == health; });
   }
   /// The whole log so far.
-  const std::string& news() {
-    for (std::string more; !(more = to_string(backend_->drain_log())).empty();) news_ += more + "\n";
-    return news_;
+  const std::string& log() {
+    for (std::string more; !(more = to_string(backend_->drain_log())).empty();) log_ += more + "\n";
+    return log_;
   }
   [[nodiscard]] bool was_logged(const std::string& text) {
-    return wait_until(within(60), [&] { return news().find(text) != std::string::npos; });
+    return wait_until(within(60), [&] { return log().find(text) != std::string::npos; });
   }
   [[nodiscard]] std::vector<double> pulses() {
     std::vector<double> values;
@@ -162,47 +162,47 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
   std::unique_ptr<Process> emulator_;
   std::unique_ptr<Backend> backend_;
   std::unique_ptr<Driver> driver_;
-  std::string news_;
+  std::string log_;
 };
 
 TEST_P(SerialFaults, ASilentControllerIsDegradedThenLostAndComesBack) {
-  order("silent on");
+  command("silent on");
   ASSERT_TRUE(reaches(BackendHealth::kLost));
   EXPECT_TRUE(was_logged("lost:"));
-  EXPECT_LT(news().find("degraded:"), news().find("lost:")) << news();
+  EXPECT_LT(log().find("degraded:"), log().find("lost:")) << log();
   ASSERT_TRUE(wait_until(within(20), [&] { return !driver_->moving(); }));
   driver_->move(pose(1700.0), 0.0);  // as after a bus that had stalled: the arm was to be further on
-  order("silent off");
+  command("silent off");
   ASSERT_TRUE(reaches(BackendHealth::kOpen));
-  EXPECT_TRUE(arrives()) << news();
+  EXPECT_TRUE(arrives()) << log();
   EXPECT_LE(worst_jump(), 0.0);
 }
 
 TEST_P(SerialFaults, ARestartIsNoticedAndTheWayBackIsSlow) {
   const std::uint64_t frames = backend_->times().frames;
-  order("reset");
+  command("reset");
   ASSERT_TRUE(reaches(BackendHealth::kLost));
   EXPECT_LE(backend_->times().frames, frames + 15) << "soon";
   EXPECT_TRUE(was_logged("has restarted"));
   ASSERT_TRUE(wait_until(within(20), [&] { return !driver_->moving(); }));
   driver_->move(pose(1700.0), 0.0);
   ASSERT_TRUE(reaches(BackendHealth::kOpen));
-  EXPECT_TRUE(arrives()) << news();
+  EXPECT_TRUE(arrives()) << log();
   EXPECT_LE(worst_jump(), 0.0);
 }
 
 TEST_P(SerialFaults, AFewBytesThatAreLostOrGarbledMakeNoJump) {
   for (const char* fault : {"drop 1", "garble 1", "drop 7", "garble 3", "drop 2"}) {
     const std::uint64_t frames = backend_->times().frames;
-    order(fault);
+    command(fault);
     ASSERT_TRUE(wait_until(within(60), [&] { return backend_->times().frames > frames + 10; })) << fault;
-    ASSERT_TRUE(reaches(BackendHealth::kOpen)) << fault << "\n" << news();
+    ASSERT_TRUE(reaches(BackendHealth::kOpen)) << fault << "\n" << log();
   }
   ASSERT_TRUE(wait_until(within(30), [&] { return !driver_->moving(); }));
   driver_->move(pose(1500.0), std::abs(driver_->wanted(false)[0] - 1500.0) / kSpeed_us_per_s);
-  EXPECT_TRUE(arrives()) << news();
+  EXPECT_TRUE(arrives()) << log();
   EXPECT_EQ(backend_->health(), BackendHealth::kOpen);
-  EXPECT_LE(worst_jump(), 0.0) << news();
+  EXPECT_LE(worst_jump(), 0.0) << log();
 }
 
 INSTANTIATE_TEST_SUITE_P(

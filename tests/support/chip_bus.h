@@ -41,7 +41,7 @@ class ChipBus final : public rt::I2cBus {
 
  private:
   void check(bool is_acknowledged) const {
-    if (!state_.is_there) throw rt::DeviceError(DeviceCause::kNotThere, name_ + ": nobody there");
+    if (!state_.is_there) throw rt::DeviceError(DeviceCause::kNotThere, name_ + ": no device");
     if (!is_acknowledged) throw rt::DeviceError(DeviceCause::kNoAnswer, name_ + ": not acknowledged");
   }
   State& state_;

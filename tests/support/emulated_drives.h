@@ -48,8 +48,8 @@ class EmulatedDrives {
     process_.reset();
     return code;
   }
-  /// Gives an order and waits until it is done.
-  void order(const std::string& text) {
+  /// Sends a command and waits until it is done.
+  void command(const std::string& text) {
     process_->send(text);
     EXPECT_EQ(process_->wait_line("ok", within(30)).value_or("no answer"), "ok " + text);
   }

@@ -23,23 +23,23 @@ struct ServoFrame {
   Joints position_rad{};
 };
 
-/// What a device tells about itself; `measured` says whether position_rad holds anything.
+/// What a device measures; position_rad is valid where `measured`.
 struct ServoFeedback {
   bool measured{false};
   std::int64_t time_ns{};  ///< CLOCK_MONOTONIC, when it was measured
   Joints position_rad{};
 };
 
-/// Where a device says that the servos are before anything has been sent to it.
+/// The servo positions that a device reports before anything has been sent to it.
 struct DevicePosition {
   enum class Kind {
-    kUnknown,    ///< it cannot tell, or has been without power
+    kUnknown,    ///< none reported, or it has been without power
     kCommanded,  ///< the pulses that it is sending, rounded
     kMeasured,   ///< by encoders
   };
   Kind kind{Kind::kUnknown};
   Joints position_rad{};
-  double opening{};  ///< of the gripper, 0 … 1; negative: it does not say
+  double opening{};  ///< of the gripper, 0 … 1; negative: not reported
 };
 
 /// How far a device is behind the cycle.
@@ -64,7 +64,7 @@ class Backend {
   /// Not real-time safe. Opens the device, moves nothing, and asks where the servos are. Throws as open()
   /// does, which does it where it has not been done.
   virtual DevicePosition connect() { return {}; }
-  /// Not real-time safe. Opens the device, and brings the servos to `first`, where the arm is believed to be;
+  /// Not real-time safe. Opens the device, and brings the servos to `first`, the assumed position of the arm;
   /// throws std::runtime_error naming the device and the cause. An emergency stop meanwhile ends it.
   virtual void open(const ServoFrame& first) = 0;
   /// For a signal handler. An open() that is under way ends soon, with an exception and the servos held.
@@ -87,7 +87,7 @@ class Backend {
   /// Not real-time safe, once the device is open. Lets an operator provoke faults by signals to the process;
   /// only a simulated device has such controls.
   virtual void install_fault_controls() {}
-  /// Static text, ASCII: what `backend` in a profile says.
+  /// Static text, ASCII: `kind` of [backend] in a profile.
   [[nodiscard]] virtual const char* name() const noexcept = 0;
 };
 

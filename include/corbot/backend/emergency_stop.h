@@ -6,10 +6,10 @@
 
 namespace corbot {
 
-/// Who can see an emergency stop; one bit each.
+/// The inputs of an emergency stop; one bit each.
 enum class StopSource : std::uint32_t { kGpio = 1, kDevice = 2 };
 
-/// Whether an emergency stop is seen now, by any of its sources, and how often one has been. Written by the
+/// Whether an emergency stop is active now, by any of its sources, and how often one has been. Written by the
 /// threads that watch inputs, read by the cycle, which latches it: by the count, so that a press that is over
 /// before its next look is not missed. Every member function is real-time safe.
 class EmergencyStop {

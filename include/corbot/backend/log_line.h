@@ -6,7 +6,7 @@
 
 namespace corbot {
 
-/// A line for the operator's log. What a program needs to know of it is its kind: nobody parses the text.
+/// A line for the operator's log. A program decides by its kind; the text is never parsed.
 /// Nothing here is real-time safe.
 struct LogLine {
   enum class Kind {

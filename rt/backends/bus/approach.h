@@ -35,7 +35,7 @@ class Approach {
 
  private:
   [[nodiscard]] bool is_held(const ServoFrame& newest);
-  /// In small steps. `is_holding`: the device has its servos where `at` says.
+  /// In small steps. `is_holding`: the device holds its servos at `at`.
   bool ramp_to_newest(ServoFrame at, bool is_holding);
   /// Until the device has interpolated its way.
   bool await_interpolation(const ServoFrame& frame);

@@ -21,7 +21,7 @@
 namespace corbot::rt {
 
 struct BusSettings {
-  std::string name;            ///< what `kind` in the profile says
+  std::string name;            ///< `kind` in the profile
   bool readback{false};        ///< ask for positions and report them as measured
   bool relax_at_end{false};    ///< else the servos hold
   double reopen_after_s{0.2};  ///< the first time; doubled up to ten times as much
@@ -35,7 +35,7 @@ struct BusSettings {
 /// A question without an answer, or with a wrong one, makes the device degraded, as does what it warns of;
 /// too many in a row, or any other failure, and it is lost: the thread closes it and tries again, more and
 /// more rarely. When it is back, its first frame is approached slowly: by the device itself, or in small
-/// steps from where it says that its servos are, or else from the last pulses that it was given. It is open
+/// steps from the position that it reports, or else from the last pulses that it was given. It is open
 /// again only after that approach, so nothing is commanded meanwhile. A frame that is far from the last one,
 /// because the bus has stalled, is reached at no more than twice the speed that the profile allows.
 class BusBackend final : public Backend {

@@ -10,7 +10,7 @@
 
 namespace corbot::rt {
 
-/// Where a device says that the servos are, in the order of the frame: as pulses, or, from a drive with an
+/// Servo positions as a device reports them, in the order of the frame: as pulses, or, from a drive with an
 /// encoder, as joint angles.
 struct BusReading {
   enum class Unit { kNothing, kPulses, kJoints };
@@ -41,20 +41,20 @@ class BusDevice {
   /// Hands a frame over. `approach` asks for a slow motion to it, from wherever the servos are; only a device
   /// that interpolates is asked.
   virtual void send(const ServoFrame& frame, bool approach) = 0;
-  /// How long a slow approach takes; 0: the device does not interpolate, and is led there in small steps.
+  /// How long a slow approach takes; 0: the device does not interpolate, and ramps there in small steps.
   [[nodiscard]] virtual std::int64_t approach_ns() const noexcept { return 0; }
   /// Ends the approach that is under way, where the servos are now. For a device that interpolates.
   virtual void halt() {}
-  /// Asks for the servos' positions; nothing where the device cannot tell. Also proves that it is alive.
+  /// Reads the servos' positions; kNothing where the device has none. Also shows that it is alive.
   virtual BusReading measure(const ServoFrame& frame) = 0;
-  /// Whether the device has been heard since the last call; asked after every frame. Only who was heard is
-  /// well: a device that is asked now and then only says so.
+  /// Whether the device has replied since the last call; read after every frame. Only a device that replies
+  /// is healthy; one that is queried less often than every frame reports false in between.
   [[nodiscard]] virtual bool has_answered() noexcept { return true; }
   /// Whether open() lets drives hold their loads; then it waits while an emergency stop is latched.
   [[nodiscard]] virtual bool energises_at_open() const noexcept { return false; }
-  /// Whether the device's emergency stop input is active; asked after every frame.
+  /// Whether the device's emergency stop input is active; read after every frame.
   virtual bool emergency_stop() { return false; }
-  /// What is wrong with it, though it goes on; asked after every frame.
+  /// What is wrong with it, though it goes on; read after every frame.
   [[nodiscard]] virtual std::optional<DeviceError> warning() { return std::nullopt; }
   /// The last thing sent: servos without pulses, where the profile wants that.
   virtual void relax() = 0;

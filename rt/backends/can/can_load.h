@@ -10,7 +10,7 @@ namespace corbot::rt {
 
 /// Of the bus's time, at most this is used; the rest is for heartbeats, SDO, EMCY and repetitions.
 inline constexpr double kBusShare = 0.8;
-/// Slower than this no arm should be led.
+/// No arm should be run slower than this.
 inline constexpr std::int64_t kLongestSyncPeriod_ns = 100'000'000;
 
 /// Bits of a data frame with an 11-bit identifier and `bytes` of data, with as many stuff bits as there can
@@ -27,12 +27,12 @@ inline constexpr std::int64_t kLongestSyncPeriod_ns = 100'000'000;
 /// The bit rate that cycles of this period need, in bits a second.
 [[nodiscard]] std::int64_t needed_bit_rate(std::size_t drives, std::int64_t period_ns) noexcept;
 
-/// The shortest whole number of loop periods that the bus can carry and a drive can be told (60C2h); nothing
+/// The shortest whole number of loop periods that the bus can carry and 60C2h can express; nothing
 /// when that is longer than kLongestSyncPeriod_ns. `bit_rate` 0: unknown, taken as enough.
 [[nodiscard]] std::optional<std::int64_t> sync_period_ns(std::size_t drives, std::int64_t loop_ns,
                                                          std::uint32_t bit_rate) noexcept;
 
-/// What the kernel says of an interface (netlink); nothing for one that has none (vcan), or is not there.
+/// Bit rate of an interface, from the kernel (netlink); nothing where it has none (vcan), or is not there.
 [[nodiscard]] std::optional<std::uint32_t> bit_rate_of(const std::string& interface) noexcept;
 
 }  // namespace corbot::rt

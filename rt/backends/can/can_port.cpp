@@ -23,7 +23,7 @@ namespace {
 constexpr std::string_view kUnix = "unix:";
 /// What the kernel counts for one that waits to be sent.
 constexpr std::size_t kFrameMemory = 768;
-/// The kernel tells nobody when a transmit queue has room again: poll() says always.
+/// The kernel does not signal when a transmit queue has room again: poll() always reports it writable.
 constexpr timespec kRetryFull{0, 100'000};
 
 int milliseconds_until(CanPort::Clock::time_point deadline) {
@@ -155,7 +155,7 @@ std::optional<CanFrame> CanPort::read(Clock::time_point deadline) {
     const ssize_t n = ::recv(fd_, &frame, sizeof(frame), 0);
     if (n == static_cast<ssize_t>(sizeof(frame)) && is_wanted(frame)) return frame;
     if (n == 0) fail(EPIPE);
-    if (n > 0) continue;  // not a frame, or nobody's here
+    if (n > 0) continue;  // not a frame, or of no node here
     if (errno == EINTR) continue;
     if (errno != EAGAIN) fail(errno);
     const int left_ms = milliseconds_until(deadline);

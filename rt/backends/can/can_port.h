@@ -46,7 +46,7 @@ class CanPort {
   void open_socket(const std::vector<canid_t>& identifiers);
   void open_unix(const std::string& path);
   [[nodiscard]] bool is_wanted(const CanFrame& frame) const;
-  /// What errno says of a read or a write.
+  /// Throws for the errno of a read or a write.
   [[noreturn]] void fail(int error) const;
   [[noreturn]] void fail(DeviceCause cause, const std::string& what) const;
 

@@ -42,7 +42,7 @@ class SdoTransfer {
   /// To be sent now.
   [[nodiscard]] const CanFrame& request() const noexcept { return request_; }
   Step take(const CanFrame& answer);
-  /// Gives the transfer up; request() tells the server so.
+  /// Aborts the transfer; request() is then the abort for the server.
   void abort(std::uint32_t code);
 
   [[nodiscard]] ObjectAddress object() const noexcept { return object_; }

@@ -127,7 +127,7 @@ const char* in_words(DriveState state) noexcept {
     case DriveState::kFault:
       return "fault";
     default:
-      return "in no state that CiA 402 knows";
+      return "in no state of CiA 402";
   }
 }
 
@@ -210,7 +210,7 @@ std::string emergency_in_words(std::uint16_t code) {
 
 std::optional<InterpolationTime> interpolation_time(std::int64_t period_ns) noexcept {
   if (period_ns <= 0) return std::nullopt;
-  std::int64_t unit_ns = 1'000'000;  // milliseconds where they do: some drives know nothing else
+  std::int64_t unit_ns = 1'000'000;  // milliseconds where they do: some drives accept nothing else
   for (int exponent = -3; exponent >= -9; --exponent, unit_ns /= 10) {
     if (period_ns % unit_ns != 0) continue;
     const std::int64_t value = period_ns / unit_ns;

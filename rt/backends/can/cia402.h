@@ -18,7 +18,7 @@ enum class NmtCommand : std::uint8_t { kStart = 0x01, kStop = 0x02, kPreOperatio
 /// corbot's own node number, where drives await its heartbeat.
 inline constexpr std::uint8_t kMasterNode = 127;
 
-/// As a heartbeat tells it.
+/// As in a heartbeat.
 enum class NmtState : std::uint8_t { kBootUp = 0, kStopped = 4, kOperational = 5, kPreOperational = 127 };
 
 /// CiA 402, 8.4: the drive's state, from its statusword (6041h).

@@ -92,7 +92,7 @@ void set_mode(SdoClient& sdo) {
   }
 }
 
-/// Mode and heartbeat are rarely stored: a restart, whose boot-up message may have been missed, forgets them.
+/// Mode and heartbeat are rarely stored: a restart, whose boot-up message may have been missed, resets them.
 bool is_set_up(SdoClient& sdo, const DriveSetup& setup) {
   return (sdo.read(kModeDisplay) & 0xFF) == kCyclicSynchronousPosition &&
          sdo.read(kProducerHeartbeat) == static_cast<std::uint32_t>(setup.heartbeat_ms);
@@ -110,7 +110,7 @@ DriveFound set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& setu
   const auto modes = sdo.read_if_there(kSupportedModes);
   if (modes && (*modes & kCyclicPositionBit) == 0) {
     sdo.fail(DeviceCause::kBadAnswer,
-             "knows no cyclic synchronous position mode (6502h is " + hex(*modes, 8) + ")");
+             "does not support cyclic synchronous position mode (6502h is " + hex(*modes, 8) + ")");
   }
   DriveFound found{sdo.read_text(kDeviceName), is_set_up(sdo, setup)};
   switch_off_other_pdos(sdo);
@@ -141,7 +141,7 @@ std::uint16_t read_error_code(CanPort& port, DriveWatch& watch, std::uint8_t nod
   try {
     return static_cast<std::uint16_t>(SdoClient(port, watch, node).read_if_there(kErrorCode).value_or(0));
   } catch (const DeviceError&) {
-    return 0;  // a drive that says nothing more
+    return 0;  // no error code
   }
 }
 

@@ -9,7 +9,7 @@ namespace corbot::rt {
 
 struct DriveSetup {
   std::uint8_t node;
-  std::int64_t period_ns;  ///< of SYNC; one that interpolation_time() knows
+  std::int64_t period_ns;  ///< of SYNC; one that interpolation_time() accepts
   int heartbeat_ms;
 };
 
@@ -26,7 +26,7 @@ DriveFound set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& setu
 /// more. Throws DeviceError.
 void watch_master(CanPort& port, DriveWatch& watch, std::uint8_t node, int watch_ms);
 
-/// 603Fh, what a drive that is in fault says of it; 0 when it does not tell.
+/// 603Fh, error code of a drive in fault; 0: none.
 [[nodiscard]] std::uint16_t read_error_code(CanPort& port, DriveWatch& watch, std::uint8_t node) noexcept;
 
 }  // namespace corbot::rt

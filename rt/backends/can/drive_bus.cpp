@@ -8,7 +8,7 @@ namespace corbot::rt {
 namespace {
 
 constexpr int kLatePeriods = 3;
-/// So many periods' frames may wait for a bus that nobody acknowledges; later they would all go out at once.
+/// So many periods' frames may wait while no node acknowledges; later they would all go out at once.
 constexpr std::size_t kQueuedPeriods = 2;
 
 std::vector<canid_t> identifiers_of(const std::vector<DriveReport>& drives) {

@@ -21,7 +21,7 @@ class DriveBus {
   DriveBus(std::string interface, const std::vector<std::uint8_t>& nodes, int heartbeat_ms,
            std::int64_t period_ns);
 
-  /// What the watch has heard before stays until it is cleared.
+  /// Earlier reports in the watch stay until it is cleared.
   void open();
   void close() noexcept { port_.close(); }
   [[nodiscard]] bool is_open() const noexcept { return port_.is_open(); }

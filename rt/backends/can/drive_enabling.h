@@ -17,7 +17,7 @@ class DriveEnabling {
   /// this.
   DriveEnabling(DriveBus& bus, std::vector<double> most_sag);
 
-  /// The restarts that the watch knows of; before it forgets them.
+  /// Remembers the restarts in the watch, before it is cleared.
   void note_restarts();
   void note_restart(std::size_t drive) { has_restarted_.at(drive) = true; }
   /// Where the drives are in operation.

@@ -10,7 +10,7 @@ namespace corbot::rt {
 namespace {
 
 constexpr std::uint8_t kNoNode = 0x7F;
-/// The interface tells when it could not send, not when it can again.
+/// The interface reports when it could not send, not when it can again.
 constexpr auto kTxTimeoutStands = std::chrono::seconds(1);
 constexpr unsigned kPassive = CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE;
 
@@ -33,14 +33,14 @@ void DriveWatch::clear(Time now) {
   }
   is_bus_off_ = is_error_passive_ = false;
   tx_timeout_.reset();
-  nonsense_.clear();
+  invalid_frame_.clear();
 }
 
 void DriveWatch::settle_faults() {
   for (DriveReport& drive : drives_) {
     if (is_fault(drive.emergency)) drive.emergency = 0;
   }
-  nonsense_.clear();
+  invalid_frame_.clear();
 }
 
 void DriveWatch::forgive(Time now) {
@@ -72,7 +72,7 @@ void DriveWatch::take(const CanFrame& frame, Time now) {
   } else if (function == kHeartbeat) {
     const auto state = heartbeat_of(frame);
     if (!state) {
-      nonsense_ = name_of(drive) + " sends a heartbeat that makes no sense";
+      invalid_frame_ = name_of(drive) + " sends an invalid heartbeat";
       return;
     }
     drive.has_restarted |= *state == NmtState::kBootUp;
@@ -83,7 +83,7 @@ void DriveWatch::take(const CanFrame& frame, Time now) {
     if (const auto emergency = emergency_of(frame)) {
       drive.emergency = emergency->code;
     } else {
-      nonsense_ = name_of(drive) + " sends an emergency of a wrong length";
+      invalid_frame_ = name_of(drive) + " sends an emergency of a wrong length";
     }
   }
 }
@@ -91,7 +91,7 @@ void DriveWatch::take(const CanFrame& frame, Time now) {
 void DriveWatch::take_process(DriveReport& drive, const CanFrame& frame, Time now) {
   const auto process = process_data_of(frame);
   if (!process || state_of(process->statusword) == DriveState::kUnknown) {
-    nonsense_ = name_of(drive) + " sends process data that make no sense";
+    invalid_frame_ = name_of(drive) + " sends invalid process data";
     return;
   }
   drive.process = *process;
@@ -127,7 +127,7 @@ void DriveWatch::check(Time now, Duration heartbeat, Duration process) {
           DeviceCause::kDeviceFault,
           name_of(drive) + " has restarted: did its power fail? It is used again if it counts as before");
     }
-    // What the drive says of itself comes first: one with a fault may fall silent after it.
+    // The drive's own report comes first: one with a fault may fall silent after it.
     const DriveState state = state_of(drive.process.statusword);
     if ((drive.has_process && state != DriveState::kOperationEnabled) || is_fault(drive.emergency)) {
       throw DeviceError(DeviceCause::kDeviceFault, name_of(drive) + ", now '" + in_words(state) +
@@ -144,8 +144,8 @@ void DriveWatch::check(Time now, Duration heartbeat, Duration process) {
       throw DeviceError(DeviceCause::kHeartbeatLost, name_of(drive) + " sends no process data any more");
     }
   }
-  if (nonsense_.empty()) return;
-  throw DeviceError(DeviceCause::kBadAnswer, std::exchange(nonsense_, {}));
+  if (invalid_frame_.empty()) return;
+  throw DeviceError(DeviceCause::kBadAnswer, std::exchange(invalid_frame_, {}));
 }
 
 std::optional<DeviceError> DriveWatch::warning(Time now, Duration stale) const {

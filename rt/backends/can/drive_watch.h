@@ -11,13 +11,13 @@
 
 namespace corbot::rt {
 
-/// What one drive has told last.
+/// What one drive has reported last.
 struct DriveReport {
   using Time = std::chrono::steady_clock::time_point;
 
   std::uint8_t node{};
   NmtState nmt{NmtState::kBootUp};
-  Time heartbeat{};            ///< when it was heard last, or when it was last expected
+  Time heartbeat{};            ///< when it came last, or was last expected
   bool has_heartbeat{false};   ///< since clear()
   bool has_restarted{false};   ///< booted since clear()
   DriveProcessData process{};  ///< valid when has_process
@@ -28,7 +28,7 @@ struct DriveReport {
   std::uint16_t emergency{0};  ///< the last; 0: none, or taken back
 };
 
-/// Listens to a bus of drives and judges what it hears. Knows no clock and no bus; trusts no byte.
+/// Monitors the frames of a bus of drives. Has no clock and no bus of its own; trusts no byte.
 class DriveWatch {
  public:
   using Time = DriveReport::Time;
@@ -36,7 +36,7 @@ class DriveWatch {
 
   explicit DriveWatch(const std::vector<std::uint8_t>& nodes);
 
-  /// Forgets all that was heard; from `now` on heartbeats are awaited.
+  /// Drops all reports; from `now` on heartbeats are awaited.
   void clear(Time now);
   /// Heartbeats, process data and emergencies of these drives, error frames of the interface; all else is
   /// ignored.
@@ -48,7 +48,7 @@ class DriveWatch {
   void settle_restart(std::size_t drive) { drives_.at(drive).has_restarted = false; }
   /// All drives are enabled: the faults that were reported up to here are dealt with. Warnings stand.
   void settle_faults();
-  /// Heartbeats that could not be heard are not missed.
+  /// Restarts the heartbeat timeouts, after a time without receiving.
   void forgive(Time now);
 
   [[nodiscard]] const std::vector<DriveReport>& drives() const { return drives_; }
@@ -56,10 +56,10 @@ class DriveWatch {
   /// Throws DeviceError for what is the matter on the bus.
   void check_bus() const;
   /// The same for drives that are operational and enabled: heartbeats at least every `heartbeat`, no fault,
-  /// no restart, process data not owed for longer than `process`, no frame that makes no sense since the last
+  /// no restart, process data not overdue for longer than `process`, no invalid frame since the last
   /// call.
   void check(Time now, Duration heartbeat, Duration process);
-  /// What is wrong, but can be lived with: nothing, or the first. `stale`: process data may be owed so long.
+  /// The first problem that does not end operation, or nothing. `stale`: process data may be overdue so long.
   [[nodiscard]] std::optional<DeviceError> warning(Time now, Duration stale) const;
 
  private:
@@ -70,7 +70,7 @@ class DriveWatch {
   bool is_bus_off_{false};
   bool is_error_passive_{false};
   std::optional<Time> tx_timeout_{};  ///< the last
-  std::string nonsense_;              ///< about a frame that could not be understood
+  std::string invalid_frame_;         ///< the text about the last one
 };
 
 /// "node 3"

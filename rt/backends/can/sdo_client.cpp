@@ -52,8 +52,8 @@ bool SdoClient::run(SdoTransfer& transfer) {
       port_.write(transfer.request(), Clock::now() + kSendWithin);
       deadline = std::min(Clock::now() + kAnswerWithin, end);
       if (step == Step::kProtocol) {
-        fail(DeviceCause::kBadAnswer, "its answer about " + in_words(transfer.object()) +
-                                          " makes no sense: " + abort_in_words(transfer.abort_code()));
+        fail(DeviceCause::kBadAnswer, "invalid reply about " + in_words(transfer.object()) + ": " +
+                                          abort_in_words(transfer.abort_code()));
       }
     }
     watch_.check_bus();

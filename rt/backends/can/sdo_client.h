@@ -12,7 +12,7 @@
 namespace corbot::rt {
 
 /// Reads and writes the object dictionary of one node. What else comes in meanwhile goes to the watch. Every
-/// failure throws DeviceError, naming interface, node, object and what the node said.
+/// failure throws DeviceError, naming interface, node, object and abort code.
 class SdoClient {
  public:
   SdoClient(CanPort& port, DriveWatch& watch, std::uint8_t node) : port_(port), watch_(watch), node_(node) {}

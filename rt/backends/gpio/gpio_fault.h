@@ -23,8 +23,8 @@ inline std::optional<unsigned> gpio_offset(const std::string& line) {
 }
 
 inline DeviceError gpio_chip_error(const std::string& chip, int error) {
-  const std::string mend = error == EACCES ? " (join the group gpio, or install the udev rule)" : "";
-  return {DeviceCause::kNotThere, chip + ": " + std::strerror(error) + mend};
+  const std::string hint = error == EACCES ? " (join the group gpio, or install the udev rule)" : "";
+  return {DeviceCause::kNotThere, chip + ": " + std::strerror(error) + hint};
 }
 
 inline DeviceError gpio_no_line(const std::string& chip, const std::string& line) {

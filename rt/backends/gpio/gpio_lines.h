@@ -10,7 +10,7 @@
 namespace corbot::rt {
 
 /// GPIO lines that this program has asked the kernel for; given back when the object ends, also by a crash.
-/// Failures of asking throw DeviceError, which names chip, line and, where a line is taken, by whom.
+/// A failed request throws DeviceError, which names chip, line and, where a line is taken, its consumer.
 
 /// One output or several, set together.
 class GpioOutputs {
@@ -65,7 +65,7 @@ class GpioChips {
 /// Those of the kernel, by libgpiod.
 [[nodiscard]] std::unique_ptr<GpioChips> kernel_gpio();
 
-/// What stands against using a line, in words; empty: nothing. Asks for nothing and changes nothing.
+/// Why a line cannot be used; empty: it can. Requests nothing and changes nothing.
 [[nodiscard]] std::string gpio_line_fault(const std::string& chip, const std::string& line);
 
 }  // namespace corbot::rt

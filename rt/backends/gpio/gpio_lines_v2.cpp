@@ -44,7 +44,7 @@ unsigned find_line(gpiod_chip* chip, const std::string& path, const std::string&
   return static_cast<unsigned>(offset);
 }
 
-/// Who has a line: nothing when nobody.
+/// The consumer of a line; nothing when it is free.
 std::optional<std::string> user_of(gpiod_chip* chip, unsigned offset) {
   const LineInfo info(gpiod_chip_get_line_info(chip, offset));
   if (!info || !gpiod_line_info_is_used(info.get())) return std::nullopt;

@@ -97,7 +97,7 @@ void Gpiod::send(const ServoFrame& frame, bool) {
   log_ = lateness_.text();
 }
 
-BusReading Gpiod::measure(const ServoFrame&) { return {}; }  // lines that were given back tell nothing
+BusReading Gpiod::measure(const ServoFrame&) { return {}; }  // released lines hold no state
 
 std::string Gpiod::drain_log() { return std::exchange(log_, {}); }
 

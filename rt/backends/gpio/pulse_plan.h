@@ -60,7 +60,7 @@ class EdgeLateness {
   [[nodiscard]] std::int64_t longest_ns() const noexcept {
     return longest_ns_.load(std::memory_order_relaxed);
   }
-  /// "3000 pulses: 0.1 % longer than 5 us, ...", all that there is to say in one line.
+  /// "3000 pulses: 0.1 % longer than 5 us, ...", the whole histogram in one line.
   [[nodiscard]] std::string text() const;
 
  private:

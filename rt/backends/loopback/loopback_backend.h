@@ -53,7 +53,7 @@ class LoopbackBackend final : public Backend, private Pluggable {
   /// From any thread, also from a signal handler: pulls the simulated plug, or puts it back. As with a real
   /// device, the servos then ramp slowly to where the cycle holds the arm, and it is open only after that.
   void set_plugged(bool plugged) noexcept override;
-  /// For tests: a device that complains.
+  /// For tests: a device that reports a problem.
   void set_degraded() noexcept { health_.store(BackendHealth::kDegraded, std::memory_order_relaxed); }
   /// For tests, in the cycle's thread: frames taken so far, of which the last kRecordedFrames are kept.
   [[nodiscard]] std::uint64_t frame_count() const noexcept { return frame_count_; }

@@ -22,7 +22,7 @@ std::string hexadecimal(int address) {
   return {'0', 'x', kDigits[(address >> 4) & 0xF], kDigits[address & 0xF]};
 }
 
-/// The kernel's fault codes: a transfer that failed may be noise, an address that nobody acknowledges or an
+/// The kernel's fault codes: a transfer that failed may be noise, an address without acknowledge or an
 /// adapter that went away is not.
 DeviceCause cause_of(int error) {
   switch (error) {
@@ -60,8 +60,8 @@ void I2cDev::open() {
   close();
   fd_ = ::open(path_.c_str(), O_RDWR | O_CLOEXEC);
   if (fd_ < 0) {
-    const std::string mend = errno == EACCES ? " (join the group i2c, or install the udev rule)" : "";
-    throw DeviceError(DeviceCause::kNotThere, path_ + ": " + std::strerror(errno) + mend);
+    const std::string hint = errno == EACCES ? " (join the group i2c, or install the udev rule)" : "";
+    throw DeviceError(DeviceCause::kNotThere, path_ + ": " + std::strerror(errno) + hint);
   }
   constexpr unsigned long kNeeded = I2C_FUNC_SMBUS_BYTE_DATA | I2C_FUNC_SMBUS_I2C_BLOCK;
   unsigned long functions = 0;

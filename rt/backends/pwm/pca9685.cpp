@@ -27,7 +27,7 @@ constexpr int kRelaxAttempts = 3;
 constexpr int kPrescaleMin = 3;
 constexpr int kPrescaleMax = 255;
 
-std::uint8_t led(std::uint32_t channel) {
+std::uint8_t first_register_of(std::uint32_t channel) {
   return static_cast<std::uint8_t>(kFirstLed + kBytesPerLed * channel);
 }
 
@@ -121,7 +121,7 @@ void Pca9685::wake(std::uint8_t mode) {
 }
 
 void Pca9685::send(const ServoFrame& frame, bool) {
-  // A chip whose power failed has forgotten everything, and sleeps.
+  // A chip whose power failed has lost its registers, and sleeps.
   if ((read(kMode1) & (kSleep | kAutoIncrement)) != kAutoIncrement) {
     throw DeviceError(DeviceCause::kDeviceFault,
                       bus_->name() + ": was reset: did its supply fail, or does another program use it?");
@@ -139,13 +139,13 @@ void Pca9685::send(const ServoFrame& frame, bool) {
                 block.begin() + static_cast<std::ptrdiff_t>((i - first) * kBytesPerLed));
       ++i;
     } while (i < count && frame.channel[i] == frame.channel[i - 1] + 1);
-    bus_->write(led(frame.channel[first]), std::span(block).first((i - first) * kBytesPerLed));
+    bus_->write(first_register_of(frame.channel[first]), std::span(block).first((i - first) * kBytesPerLed));
   }
 }
 
 std::optional<int> Pca9685::counts_at(std::uint32_t channel) {
   std::array<std::uint8_t, kBytesPerLed> registers{};
-  bus_->read(led(channel), registers);
+  bus_->read(first_register_of(channel), registers);
   if (((registers[1] | registers[3]) & kFull) != 0) return std::nullopt;
   const int on = registers[0] | (registers[1] & 0x0F) << 8;
   const int off = registers[2] | (registers[3] & 0x0F) << 8;
@@ -155,7 +155,7 @@ std::optional<int> Pca9685::counts_at(std::uint32_t channel) {
 
 void Pca9685::write_counts(std::uint32_t channel, int counts) {
   const auto registers = registers_of(counts);
-  bus_->write(led(channel), registers);
+  bus_->write(first_register_of(channel), registers);
 }
 
 BusReading Pca9685::measure(const ServoFrame& frame) {
@@ -168,7 +168,7 @@ BusReading Pca9685::measure(const ServoFrame& frame) {
   return reading;
 }
 
-/// A servo that does not hear it must not keep the others energised.
+/// A failed write to one servo must not keep the others energised.
 void Pca9685::relax() {
   std::optional<DeviceError> failure;
   for (std::size_t i = 0; i < std::min<std::size_t>(last_.servo_count, kMaxServos); ++i) {

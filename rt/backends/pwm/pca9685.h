@@ -16,7 +16,7 @@ struct Pca9685Settings {
 };
 
 /// PCA9685: sixteen 12-bit PWM outputs on I2C. Facts: the maker's data sheet. Pulses go on without the
-/// program, so a chip that comes back is asked what it sends, and led from there.
+/// program, so a chip that comes back is read first, and ramps from the pulses that it sends.
 class Pca9685 final : public BusDevice {
  public:
   static constexpr std::uint32_t kChannels = 16;

@@ -24,14 +24,14 @@ constexpr int kRelaxAttempts = 3;
 
 [[noreturn]] void fail(const std::string& path, int error) {
   const bool is_gone = error == ENODEV || error == ENOENT || error == ENXIO;
-  const std::string mend = error == EACCES  ? " (install the udev rule, and join the group gpio)"
+  const std::string hint = error == EACCES  ? " (install the udev rule, and join the group gpio)"
                            : is_gone        ? " (is the PWM controller there, and its driver loaded?)"
                            : error == EBUSY ? " (another driver uses this output, or needs another period)"
                                             : "";
   throw DeviceError(is_gone          ? DeviceCause::kHungUp
                     : error == EBUSY ? DeviceCause::kInUse
                                      : DeviceCause::kNotThere,
-                    path + ": " + std::strerror(error) + mend);
+                    path + ": " + std::strerror(error) + hint);
 }
 
 /// A file descriptor that is closed at the end of its scope.

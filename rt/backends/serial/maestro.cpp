@@ -102,12 +102,12 @@ std::string Maestro::errors_in_words(unsigned errors) {
 
 std::string Maestro::open() {
   dialog_.open(settings_.port, settings_.baud);
-  is_owed_ = is_served_ = is_slow_ = false;
+  reply_pending_ = is_served_ = is_slow_ = false;
   frames_since_check_ = 0;
   constexpr std::uint8_t kDetectBaud = 0xAA;
   dialog_.write(Bytes{kDetectBaud});
   try {
-    (void)ask_errors();  // clears what an earlier program left, and shows that somebody answers
+    (void)ask_errors();  // clears what an earlier program left, and shows that a device answers
   } catch (const DeviceError& error) {
     if (!is_noise(error.cause())) throw;
     (void)ask_errors();
@@ -132,34 +132,34 @@ void Maestro::send(const ServoFrame& frame, bool approach) {
   Bytes bytes;
   if (is_slow_) bytes = speeds(frame, 0);  // 0: no limit
   is_slow_ = false;
-  // Asked before the frame: afterwards there is no telling whether it was the first. Nobody moves channel 0
-  // of a frame to 0.
+  // Asked before the frame: afterwards it cannot be seen whether it was the first. Channel 0 of a frame is
+  // never commanded to 0.
   dialog_.discard_input();
   append(bytes, command(kGetPosition, {low7(frame.channel[0])}));
   append(bytes, targets(frame));
   dialog_.write(bytes);
   last_ = given_ = frame;
-  is_served_ = is_owed_ = true;
+  is_served_ = reply_pending_ = true;
   if (++frames_since_check_ >= kFramesPerCheck) {
     check_errors();
   } else if (!settings_.readback) {  // else the answer comes with that to the next question
     try {
-      hear_one();
+      take_reply();
     } catch (const DeviceError& error) {
-      dialog_.missed(error);
+      dialog_.note_miss(error);
     }
   }
 }
 
 void Maestro::approach_to(const ServoFrame& frame) {
-  is_owed_ = is_served_ = false;
+  reply_pending_ = is_served_ = false;
   last_ = frame;
-  const SerialDialog::Pulses told_us = agreed(frame);
+  const SerialDialog::Pulses reported_us = stable_pulses(frame);
   double travel_us = 0.0;
   ServoFrame off = frame;
   off.servo_count = 0;
   for (std::size_t i = 0; i < frame.servo_count; ++i) {
-    double from_us = told_us[i];
+    double from_us = reported_us[i];
     if (from_us <= 0.0 && i < given_.servo_count) {
       // Without pulses, no limit holds for it; it is still about where it was sent last.
       from_us = given_.pulse_us[i];
@@ -181,18 +181,18 @@ void Maestro::approach_to(const ServoFrame& frame) {
 
 void Maestro::halt() {
   ServoFrame here = last_;
-  here.pulse_us = agreed(last_);  // 0 where it has no pulses, and then gets none
+  here.pulse_us = stable_pulses(last_);  // 0 where it has no pulses, and then gets none
   dialog_.write(targets(here));
 }
 
 BusReading Maestro::measure(const ServoFrame& frame) {
-  if (!is_served_) return {BusReading::Unit::kPulses, agreed(frame)};
+  if (!is_served_) return {BusReading::Unit::kPulses, stable_pulses(frame)};
   try {
     const BusReading reading{BusReading::Unit::kPulses, query(frame)};
-    dialog_.heard();
+    dialog_.note_reply();
     return reading;
   } catch (const DeviceError& error) {
-    dialog_.missed(error);
+    dialog_.note_miss(error);
   }
   return {};
 }
@@ -203,8 +203,8 @@ void Maestro::relax() {
   dialog_.write(targets(off));
 }
 
-SerialDialog::Pulses Maestro::agreed(const ServoFrame& frame) {
-  return dialog_.told_twice(frame.servo_count, [&] { return query(frame); });
+SerialDialog::Pulses Maestro::stable_pulses(const ServoFrame& frame) {
+  return dialog_.read_until_stable(frame.servo_count, [&] { return query(frame); });
 }
 
 SerialDialog::Pulses Maestro::query(const ServoFrame& frame) {
@@ -226,17 +226,17 @@ void Maestro::check_errors() {
   frames_since_check_ = 0;
   try {
     const unsigned errors = ask_errors();
-    dialog_.heard();
+    dialog_.note_reply();
     if (errors != 0) refuse(errors);
   } catch (const DeviceError& error) {
-    dialog_.missed(error);
+    dialog_.note_miss(error);
   }
 }
 
 void Maestro::check_restart(std::uint32_t channel, unsigned position) {
   if (position != 0) return;
   // An error of the line sends the servos home, too.
-  is_owed_ = false;
+  reply_pending_ = false;
   unsigned errors = 0;
   try {
     errors = ask_errors();
@@ -255,15 +255,15 @@ void Maestro::refuse(unsigned errors) const {
 }
 
 void Maestro::ask(const Bytes& question) {
-  if (!is_owed_) dialog_.discard_input();
+  if (!reply_pending_) dialog_.discard_input();
   dialog_.write(question);
-  if (is_owed_) hear_one();
+  if (reply_pending_) take_reply();
 }
 
-void Maestro::hear_one() {
-  is_owed_ = false;
+void Maestro::take_reply() {
+  reply_pending_ = false;
   check_restart(last_.channel[0], read_position());
-  dialog_.heard();
+  dialog_.note_reply();
 }
 
 unsigned Maestro::ask_errors() {
@@ -278,7 +278,7 @@ unsigned Maestro::read_position() {
   const unsigned position = read_word();
   if (position <= kMostPosition) return position;
   throw DeviceError(DeviceCause::kBadAnswer,
-                    settings_.port + ": tells a position that does not exist: is the line disturbed?");
+                    settings_.port + ": reports a position that does not exist: is the line disturbed?");
 }
 
 unsigned Maestro::read_word() {

@@ -17,7 +17,7 @@ struct MaestroSettings {
   bool crc{false};        ///< every command ends with a CRC-7, as the board must be set to
   bool readback{false};
   std::size_t servos{kMaxServos};
-  /// Channels that follow each other in one command. The Mini Maestros know it, the Micro Maestro does not.
+  /// Channels that follow each other in one command. Mini Maestros support it, the Micro Maestro does not.
   bool multi_target{false};
 };
 
@@ -36,7 +36,7 @@ class Maestro final : public BusDevice {
   [[nodiscard]] std::int64_t approach_ns() const noexcept override { return approach_ns_; }
   void halt() override;
   BusReading measure(const ServoFrame& frame) override;
-  [[nodiscard]] bool has_answered() noexcept override { return dialog_.take_heard(); }
+  [[nodiscard]] bool has_answered() noexcept override { return dialog_.take_replied(); }
   void relax() override;
 
   using Bytes = std::vector<std::uint8_t>;
@@ -46,7 +46,7 @@ class Maestro final : public BusDevice {
   [[nodiscard]] Bytes targets(const ServoFrame& frame) const;
   /// The maker's CRC-7: polynomial 0x91, least significant bit first.
   [[nodiscard]] static std::uint8_t crc7(const Bytes& message) noexcept;
-  /// The bits of the error register in words.
+  /// The names of the bits of the error register.
   [[nodiscard]] static std::string errors_in_words(unsigned errors);
 
  private:
@@ -57,10 +57,10 @@ class Maestro final : public BusDevice {
   [[nodiscard]] unsigned read_word();
   [[nodiscard]] unsigned read_position();
   [[nodiscard]] SerialDialog::Pulses query(const ServoFrame& frame);
-  /// As it was told twice: a garbled byte must not say how long an approach takes, or where it is halted.
-  [[nodiscard]] SerialDialog::Pulses agreed(const ServoFrame& frame);
+  /// Read until stable: a garbled byte must not decide how long an approach takes, or where it is halted.
+  [[nodiscard]] SerialDialog::Pulses stable_pulses(const ServoFrame& frame);
   /// The position that was asked for with the frame.
-  void hear_one();
+  void take_reply();
   /// Throws when the error register is not empty.
   void check_errors();
   /// Throws when a servo that was given a target has no pulses.
@@ -72,10 +72,10 @@ class Maestro final : public BusDevice {
   std::int64_t period_ns_{20'000'000};
   std::int64_t approach_ns_{2'500'000'000};
   ServoFrame last_{};
-  ServoFrame given_{};     ///< the last that was no approach
-  bool is_served_{false};  ///< since the last approach
-  bool is_owed_{false};    ///< a position that was asked for with a frame
-  bool is_slow_{false};    ///< the speed limits of an approach are set
+  ServoFrame given_{};         ///< the last that was no approach
+  bool is_served_{false};      ///< since the last approach
+  bool reply_pending_{false};  ///< a position that was asked for with a frame
+  bool is_slow_{false};        ///< the speed limits of an approach are set
   int frames_since_check_{0};
 };
 

@@ -28,7 +28,7 @@ std::string MiniSsc::open() {
   const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
   return "Mini SSC on " + settings_.port + " at " + std::to_string(settings_.baud) +
          " baud: " + std::to_string(tenths_hz / 10) + "." + std::to_string(tenths_hz % 10) +
-         " frames a second; it never answers, so nobody knows whether it is there";
+         " frames a second; it never answers, so its presence is not checked";
 }
 
 void MiniSsc::send(const ServoFrame& frame, bool) {

@@ -11,7 +11,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::int64_t kBitsPerByte = 10;  // 8N1
-constexpr auto kAnswerWithin = 300ms;      // while nobody waits
+constexpr auto kAnswerWithin = 300ms;      // outside service
 constexpr auto kWriteWithin = 300ms;       // beyond what is under way
 /// An adapter hands over what it has got every 16 ms; and the controller takes its time.
 constexpr auto kAnswerInService = 30ms;
@@ -27,8 +27,8 @@ void SerialDialog::open(const std::string& path, int baud) {
   path_ = path;
   baud_ = baud;
   is_in_service_ = false;
-  was_heard_ = false;
-  free_at_ = heard_at_ = Clock::now();
+  has_replied_ = false;
+  free_at_ = replied_at_ = Clock::now();
 }
 
 std::chrono::nanoseconds SerialDialog::duration(std::size_t bytes) const noexcept {
@@ -51,22 +51,23 @@ void SerialDialog::read(std::span<std::uint8_t> into) {
   line_->read_exactly(into, asked_at + duration(into.size()) + within);
 }
 
-void SerialDialog::heard() noexcept {
-  was_heard_ = true;
-  heard_at_ = Clock::now();
+void SerialDialog::note_reply() noexcept {
+  has_replied_ = true;
+  replied_at_ = Clock::now();
 }
 
-void SerialDialog::missed(const DeviceError& error) {
+void SerialDialog::note_miss(const DeviceError& error) {
   const auto now = Clock::now();
-  if (is_noise(error.cause()) && now - heard_at_ < kSilence) return;
-  heard_at_ = now;
+  if (is_noise(error.cause()) && now - replied_at_ < kSilence) return;
+  replied_at_ = now;
   throw DeviceError(error);
 }
 
-SerialDialog::Pulses SerialDialog::told_twice(std::size_t count, const std::function<Pulses()>& ask) const {
+SerialDialog::Pulses SerialDialog::read_until_stable(std::size_t count,
+                                                     const std::function<Pulses()>& ask) const {
   std::optional<Pulses> before;
   DeviceError why(DeviceCause::kBadAnswer,
-                  path_ + ": tells no position twice: is the line disturbed, does an arm move?");
+                  path_ + ": reports no stable position: is the line disturbed, does an arm move?");
   for (int i = 0; i < kTries; ++i) {
     try {
       const Pulses now = ask();

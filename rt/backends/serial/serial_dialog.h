@@ -13,7 +13,7 @@
 
 namespace corbot::rt {
 
-/// Questions to a servo controller on a serial line, and how long an answer may take. Failures throw
+/// Queries to a servo controller on a serial line, and how long a reply may take. Failures throw
 /// DeviceError.
 class SerialDialog {
  public:
@@ -29,19 +29,19 @@ class SerialDialog {
 
   void write(std::span<const std::uint8_t> bytes);
   void write(std::string_view text);
-  /// Reads all of it; what was written last is thought to be the question.
+  /// Reads all of it; the deadline counts from what was written last, as the query.
   void read(std::span<std::uint8_t> into);
   void discard_input() { line_->discard_input(); }
 
-  /// An answer made sense.
-  void heard() noexcept;
-  /// Whether one did since the last call.
-  [[nodiscard]] bool take_heard() noexcept { return std::exchange(was_heard_, false); }
-  /// An answer is missing, or makes no sense. Throws it after every 150 ms without a good one, so that a
-  /// line may be disturbed for as long as the backend tolerates so many; any other error at once.
-  void missed(const DeviceError& error);
-  /// Positions that were told twice in a row, moving slowly meanwhile; asks for them a few times.
-  [[nodiscard]] Pulses told_twice(std::size_t count, const std::function<Pulses()>& ask) const;
+  /// A valid reply has come.
+  void note_reply() noexcept;
+  /// Whether one has since the last call.
+  [[nodiscard]] bool take_replied() noexcept { return std::exchange(has_replied_, false); }
+  /// A reply is missing or invalid. Throws it after every 150 ms without a good one, so that a line may be
+  /// disturbed for as long as the backend tolerates so many; any other error at once.
+  void note_miss(const DeviceError& error);
+  /// Positions that were alike twice in a row, but for a slow motion meanwhile; a few tries.
+  [[nodiscard]] Pulses read_until_stable(std::size_t count, const std::function<Pulses()>& ask) const;
 
  private:
   [[nodiscard]] std::chrono::nanoseconds duration(std::size_t bytes) const noexcept;
@@ -50,12 +50,12 @@ class SerialDialog {
   std::string path_;
   int baud_{115200};
   bool is_in_service_{false};
-  bool was_heard_{false};
-  Clock::time_point free_at_{};   ///< the line has sent what was written
-  Clock::time_point heard_at_{};  ///< or a miss was told
+  bool has_replied_{false};
+  Clock::time_point free_at_{};     ///< the line has sent what was written
+  Clock::time_point replied_at_{};  ///< or a miss was reported
 };
 
-/// One that is missing or wrong may be noise on the line.
+/// A reply that is missing or wrong may be noise on the line.
 [[nodiscard]] inline bool is_noise(DeviceCause cause) noexcept {
   return cause == DeviceCause::kNoAnswer || cause == DeviceCause::kBadAnswer;
 }

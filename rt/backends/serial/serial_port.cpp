@@ -48,14 +48,14 @@ void SerialPort::open(const std::string& path, int baud) {
   fd_ = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (fd_ < 0) {
     const DeviceCause cause = errno == EBUSY ? DeviceCause::kInUse : DeviceCause::kNotThere;
-    const std::string mend = errno == EACCES ? " (join the group dialout, or install the udev rule)" : "";
-    fail(cause, std::strerror(errno) + mend);
+    const std::string hint = errno == EACCES ? " (join the group dialout, or install the udev rule)" : "";
+    fail(cause, std::strerror(errno) + hint);
   }
   if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
     close();
     fail(DeviceCause::kInUse, "another program has it open");
   }
-  // Against programs that do not lock; a pseudo-terminal may not know it.
+  // Against programs that do not lock; a pseudo-terminal may not support it.
   is_exclusive_ = ::ioctl(fd_, TIOCEXCL) == 0;
   termios line{};
   if (::tcgetattr(fd_, &line) != 0) {
@@ -101,7 +101,7 @@ void SerialPort::await(short events, Clock::time_point deadline, DeviceCause lat
     if (left <= 0) {
       is_stuck_ |= late == DeviceCause::kWriteTimeout;
       fail(late, late == DeviceCause::kNoAnswer ? "no answer: is the controller powered, is the baud right?"
-                                                : "takes no more bytes");
+                                                : "write timed out");
     }
   }
 }
@@ -125,7 +125,7 @@ std::size_t SerialPort::read(std::span<std::uint8_t> into, Clock::time_point dea
     const ssize_t n = ::read(fd_, into.data(), into.size());
     if (n > 0) return static_cast<std::size_t>(n);
     if (n < 0 && errno != EAGAIN && errno != EINTR) fail(DeviceCause::kHungUp, std::strerror(errno));
-    // Nothing there: with VMIN = 0 that reads as 0, which on a line that was cut it does as well; poll knows.
+    // Nothing there: with VMIN = 0 that reads as 0, as does a line that was cut; poll tells them apart.
     await(POLLIN, deadline, DeviceCause::kNoAnswer);
   }
 }

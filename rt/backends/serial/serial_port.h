@@ -10,7 +10,7 @@
 
 namespace corbot::rt {
 
-/// What a serial controller hangs on. Never blocks longer than the deadline that it is given. Not real-time
+/// The line of a serial controller. Never blocks longer than the deadline that it is given. Not real-time
 /// safe; every failure throws DeviceError and leaves the line to be closed.
 class SerialLine {
  public:
@@ -21,13 +21,13 @@ class SerialLine {
   SerialLine& operator=(const SerialLine&) = delete;
   virtual ~SerialLine() = default;
 
-  /// `baud`: one of those that termios knows.
+  /// `baud`: one of those that termios supports.
   virtual void open(const std::string& path, int baud) = 0;
   virtual void close() noexcept = 0;
   virtual void write(std::span<const std::uint8_t> bytes, Clock::time_point deadline) = 0;
   /// Reads all of it.
   virtual void read_exactly(std::span<std::uint8_t> into, Clock::time_point deadline) = 0;
-  /// Forgets what has come in and nobody asked for.
+  /// Drops unsolicited input.
   virtual void discard_input() = 0;
 };
 
@@ -46,7 +46,7 @@ class SerialPort final : public SerialLine {
   void read_exactly(std::span<std::uint8_t> into, Clock::time_point deadline) override;
   void discard_input() override;
 
-  /// Whether termios knows this speed.
+  /// Whether termios supports this speed.
   [[nodiscard]] static bool is_baud(int baud) noexcept;
 
  private:

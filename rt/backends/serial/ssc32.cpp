@@ -15,10 +15,10 @@ constexpr std::int64_t kServoFrame_ns = 20'000'000;
 constexpr const char* kModelU = "SSC-32U";
 constexpr std::size_t kLongestVersion = 64;
 constexpr std::size_t kBitsPerByte = 10;  // 8N1
-/// A short press is told for this many frames, longer than any period of the cycle.
+/// A short press is reported for this many frames, longer than any period of the cycle.
 constexpr int kPressLasts_frames = 5;
-/// What QP tells of a channel that has had no pulse since power-up: the 500 us at which the controller
-/// believes every servo, or nothing.
+/// QP of a channel that has had no pulse since power-up: the 500 us that the controller assumes for every
+/// servo, or nothing.
 constexpr double kNeverCommanded_us = 500.0;
 /// One whose last pulse was at least this long does not pass there.
 constexpr double kSurelyCommanded_us = 600.0;
@@ -71,8 +71,8 @@ std::int64_t Ssc32::shortest_period_ns(std::size_t servos, int baud, bool readba
 
 std::string Ssc32::open() {
   dialog_.open(settings_.port, settings_.baud);
-  is_owed_ = is_served_ = false;
-  // Drops what was half said when a plug was pulled; a CR would execute it.
+  reply_pending_ = is_served_ = false;
+  // Drops a command that was cut off when a plug was pulled; a CR would execute it.
   dialog_.write("\x1b");
   dialog_.discard_input();
   const std::string model = ask_version();
@@ -111,28 +111,28 @@ void Ssc32::send(const ServoFrame& frame, bool approach) {
   } else if (period_ns_ > kServoFrame_ns) {
     // Between frames that are far apart the controller interpolates. One that has restarted must not get a
     // time, see below; so it is asked first, and one that does not answer gets none either.
-    ask_one();
-    const std::optional<DeviceError> missing = hear_one();
+    query_one();
+    const std::optional<DeviceError> missing = take_reply();
     dialog_.write(group(frame, missing ? 0 : static_cast<int>(period_ns_ / 1'000'000)));
     last_ = given_ = frame;
-    if (missing) dialog_.missed(*missing);
+    if (missing) dialog_.note_miss(*missing);
   } else {
-    // Asked before the frame, as afterwards there is no telling whether it was the first.
-    ask_one(group(frame, 0));
+    // Asked before the frame, as afterwards it cannot be seen whether it was the first.
+    query_one(group(frame, 0));
     last_ = given_ = frame;
     // The answer comes with that to the next question, where there is one.
     if (!settings_.readback && settings_.stop_input == 0) {
-      if (const auto missing = hear_one()) dialog_.missed(*missing);
+      if (const auto missing = take_reply()) dialog_.note_miss(*missing);
     }
   }
 }
 
 void Ssc32::approach_to(const ServoFrame& frame) {
-  is_owed_ = is_served_ = false;
+  reply_pending_ = is_served_ = false;
   last_ = frame;
-  // A servo that has had no pulse since power-up must get a plain one: with a time, an SSC-32 believes that
+  // A servo that has had no pulse since power-up must get a plain one: with a time, an SSC-32 assumes that
   // it begins at 500 us, and throws the arm there first.
-  const SerialDialog::Pulses pulse_us = agreed(frame);
+  const SerialDialog::Pulses pulse_us = stable_pulses(frame);
   ServoFrame plain = frame;
   ServoFrame slow = frame;
   plain.servo_count = 0;
@@ -166,8 +166,8 @@ void Ssc32::halt() {
     dialog_.write(text);
     return;
   }
-  // An SSC-32 knows no STOP: a plain move to where it is, to 10 us; but none to 500 us, where nothing is.
-  const SerialDialog::Pulses pulse_us = agreed(last_);
+  // An SSC-32 has no STOP: a plain move to where it is, to 10 us; but none to 500 us, where nothing is.
+  const SerialDialog::Pulses pulse_us = stable_pulses(last_);
   ServoFrame here = last_;
   here.servo_count = 0;
   for (std::size_t i = 0; i < last_.servo_count; ++i) {
@@ -179,13 +179,13 @@ void Ssc32::halt() {
 }
 
 BusReading Ssc32::measure(const ServoFrame& frame) {
-  if (!is_served_) return {BusReading::Unit::kPulses, agreed(frame)};
+  if (!is_served_) return {BusReading::Unit::kPulses, stable_pulses(frame)};
   try {
     const BusReading reading{BusReading::Unit::kPulses, query(frame)};
-    dialog_.heard();
+    dialog_.note_reply();
     return reading;
   } catch (const DeviceError& error) {
-    dialog_.missed(error);
+    dialog_.note_miss(error);
   }
   return {};
 }
@@ -194,9 +194,9 @@ bool Ssc32::emergency_stop() {
   if (settings_.stop_input == 0) return false;
   try {
     if (ask_stop_input()) frames_pressed_ = kPressLasts_frames;
-    dialog_.heard();
+    dialog_.note_reply();
   } catch (const DeviceError& error) {
-    dialog_.missed(error);
+    dialog_.note_miss(error);
   }
   return frames_pressed_ > 0 && frames_pressed_-- > 0;
 }
@@ -212,8 +212,8 @@ bool Ssc32::ask_stop_input() {
   return (level == '1') == settings_.stop_at_high;
 }
 
-SerialDialog::Pulses Ssc32::agreed(const ServoFrame& frame) {
-  return dialog_.told_twice(frame.servo_count, [&] { return query(frame); });
+SerialDialog::Pulses Ssc32::stable_pulses(const ServoFrame& frame) {
+  return dialog_.read_until_stable(frame.servo_count, [&] { return query(frame); });
 }
 
 SerialDialog::Pulses Ssc32::query(const ServoFrame& frame) {
@@ -230,26 +230,26 @@ SerialDialog::Pulses Ssc32::query(const ServoFrame& frame) {
 }
 
 void Ssc32::ask(std::string_view text, std::span<std::uint8_t> answer) {
-  if (!is_owed_) dialog_.discard_input();
+  if (!reply_pending_) dialog_.discard_input();
   dialog_.write(text);
-  if (is_owed_) {
-    if (const auto missing = hear_one()) throw DeviceError(*missing);
+  if (reply_pending_) {
+    if (const auto missing = take_reply()) throw DeviceError(*missing);
   }
   dialog_.read(answer);
 }
 
-void Ssc32::ask_one(std::string_view more) {
+void Ssc32::query_one(std::string_view more) {
   dialog_.discard_input();
   asked_ = 0;
   for (std::size_t i = 1; i < last_.servo_count; ++i) {
     if (last_.pulse_us[i] > last_.pulse_us[asked_]) asked_ = i;
   }
-  is_served_ = is_owed_ = true;
+  is_served_ = reply_pending_ = true;
   dialog_.write("QP" + std::to_string(last_.channel[asked_]) + "\r" + std::string(more));
 }
 
-std::optional<DeviceError> Ssc32::hear_one() {
-  is_owed_ = false;
+std::optional<DeviceError> Ssc32::take_reply() {
+  reply_pending_ = false;
   std::uint8_t answer = 0;
   try {
     dialog_.read({&answer, 1});
@@ -258,7 +258,7 @@ std::optional<DeviceError> Ssc32::hear_one() {
     return error;
   }
   check_restart(asked_, answer);
-  dialog_.heard();
+  dialog_.note_reply();
   return std::nullopt;
 }
 
@@ -267,7 +267,7 @@ void Ssc32::check_restart(std::size_t servo, std::uint8_t answer) const {
     return;
   throw DeviceError(DeviceCause::kDeviceFault, settings_.port + ": has restarted: it has given channel " +
                                                    std::to_string(last_.channel[servo]) +
-                                                   " no pulse, though it was told to");
+                                                   " no pulse, though it was commanded to");
 }
 
 void Ssc32::relax() {

@@ -33,13 +33,13 @@ class Ssc32 final : public BusDevice {
   [[nodiscard]] std::int64_t approach_ns() const noexcept override;
   void halt() override;
   BusReading measure(const ServoFrame& frame) override;
-  [[nodiscard]] bool has_answered() noexcept override { return dialog_.take_heard(); }
+  [[nodiscard]] bool has_answered() noexcept override { return dialog_.take_replied(); }
   bool emergency_stop() override;
   void relax() override;
 
   /// The bytes of one group move; `time_ms` 0: none. Pulses are rounded to 1 us and bounded to 500 .. 2500.
   [[nodiscard]] static std::string group(const ServoFrame& frame, int time_ms);
-  /// What VER answers: the model in words; empty when it is no SSC-32. Trusts nothing.
+  /// The model by the reply to VER; empty when it is no SSC-32. Trusts nothing.
   [[nodiscard]] static std::string model_of(std::string_view version);
   /// Time between frames that a line of this speed can carry, at least a servo frame (20 ms).
   [[nodiscard]] static std::int64_t shortest_period_ns(std::size_t servos, int baud, bool readback,
@@ -52,14 +52,14 @@ class Ssc32 final : public BusDevice {
   void ask(std::string_view text, std::span<std::uint8_t> answer);
   /// One query for each channel of the frame; each answers a byte, in 10 us.
   [[nodiscard]] SerialDialog::Pulses query(const ServoFrame& frame);
-  /// As it was told twice: a garbled byte must not say how a servo starts, or where it is halted.
-  [[nodiscard]] SerialDialog::Pulses agreed(const ServoFrame& frame);
-  /// Asks for the pulse of one servo that was commanded, and says `more` after it: whether the controller is
+  /// Read until stable: a garbled byte must not decide how a servo starts, or where it is halted.
+  [[nodiscard]] SerialDialog::Pulses stable_pulses(const ServoFrame& frame);
+  /// Queries the pulse of one servo that was commanded, and sends `more` after it: whether the controller is
   /// there, and still the one that was.
-  void ask_one(std::string_view more = {});
+  void query_one(std::string_view more = {});
   /// What is wrong when it does not answer.
-  [[nodiscard]] std::optional<DeviceError> hear_one();
-  /// Throws where a servo that was commanded is told never to have been.
+  [[nodiscard]] std::optional<DeviceError> take_reply();
+  /// Throws where a servo that was commanded has had no pulse by the reply.
   void check_restart(std::size_t servo, std::uint8_t answer) const;
   /// Whether the stop input is active now, or (active at low only) has been since it was last asked.
   [[nodiscard]] bool ask_stop_input();
@@ -69,12 +69,12 @@ class Ssc32 final : public BusDevice {
   std::int64_t period_ns_{20'000'000};
   int approach_ms_{2000};
   ServoFrame last_{};
-  ServoFrame given_{};     ///< the last that was no approach
-  bool is_served_{false};  ///< since the last approach
-  bool is_owed_{false};    ///< the answer to ask_one()
-  std::size_t asked_{0};   ///< by it
-  bool is_u_{false};       ///< an SSC-32U
-  int frames_pressed_{0};  ///< for which a short press is still told
+  ServoFrame given_{};         ///< the last that was no approach
+  bool is_served_{false};      ///< since the last approach
+  bool reply_pending_{false};  ///< the answer to query_one()
+  std::size_t asked_{0};       ///< by it
+  bool is_u_{false};           ///< an SSC-32U
+  int frames_pressed_{0};      ///< for which a short press is still reported
 };
 
 }  // namespace corbot::rt

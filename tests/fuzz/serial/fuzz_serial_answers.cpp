@@ -41,9 +41,9 @@ void use(BusDevice& device, double highest_us) {
     frame.pulse_us[i] = 1500.0;
   }
   try {
-    const std::string news = device.open();
-    if (news.empty() || news.size() > 400) std::abort();
-    for (const char c : news) {
+    const std::string log = device.open();
+    if (log.empty() || log.size() > 400) std::abort();
+    for (const char c : log) {
       if (c < 0x20 || c > 0x7e) std::abort();  // it goes into a log
     }
     if (device.period_ns() < 1'000'000) std::abort();

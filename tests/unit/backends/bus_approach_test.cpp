@@ -39,10 +39,10 @@ class BusApproachTest : public BusBackendTest {
 TEST_F(BusApproachTest, AStopDuringTheStartEndsIt) {
   bus_.approach_ns = kLong_ns;
   const auto backend = make(false, true);
-  auto told = opening(*backend);
+  auto error = opening(*backend);
   ASSERT_TRUE(wait_until([&] { return approaches() == 1; }));
   bus_.pressed = true;
-  EXPECT_THAT(told.get(), HasSubstr("the emergency stop was pressed"));
+  EXPECT_THAT(error.get(), HasSubstr("the emergency stop was pressed"));
   EXPECT_EQ(bus_.halted, 1);
   EXPECT_EQ(bus_.relaxed, 1) << "as the profile says of every end";
   EXPECT_EQ(bus_.closed, 1);
@@ -54,14 +54,14 @@ TEST_F(BusApproachTest, AStopDuringTheStartEndsIt) {
 TEST_F(BusApproachTest, AnEndDuringTheStartEndsIt) {
   for (const std::int64_t approach_ns : {kLong_ns, std::int64_t{0}}) {
     bus_.approach_ns = approach_ns;
-    bus_.told_us = {600.0};  // a device that is led has a long way, too
+    bus_.reported_us = {600.0};  // an approach in small steps has a long way, too
     bus_.halted = 0;
     const std::size_t before = bus_.copy().size();
     const auto backend = make();
-    auto told = opening(*backend);
+    auto error = opening(*backend);
     ASSERT_TRUE(wait_until([&] { return bus_.copy().size() > before; }));
     backend->cancel();
-    EXPECT_THAT(told.get(), HasSubstr("the end was asked for"));
+    EXPECT_THAT(error.get(), HasSubstr("the end was asked for"));
     EXPECT_EQ(bus_.halted, approach_ns > 0 ? 1 : 0);
     bus_.pulses_us.clear();
   }
@@ -157,7 +157,7 @@ TEST_F(BusApproachTest, LeadsNoJointFasterThanItMay) {
   arm_.joints[0].speed_rad_s = 0.05;
   bus_.approach_ns = 0;
   bus_.has_encoders = true;
-  bus_.told_us = {0.0};
+  bus_.reported_us = {0.0};
   const auto backend = make();
   ServoFrame first = frame(1);
   first.position_rad[0] = 0.001;

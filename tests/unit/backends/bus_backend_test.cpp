@@ -33,7 +33,7 @@ TEST_F(BusBackendTest, ApproachesFirstAndThenSendsTheNewest) {
 }
 
 TEST_F(BusBackendTest, AsksWhereTheServosAreBeforeItMovesAnything) {
-  bus_.told_us = {1200.0, 1700.0};
+  bus_.reported_us = {1200.0, 1700.0};
   const auto backend = make();
   const DevicePosition position = backend->connect();
   EXPECT_EQ(position.kind, DevicePosition::Kind::kCommanded);
@@ -48,17 +48,17 @@ TEST_F(BusBackendTest, AsksWhereTheServosAreBeforeItMovesAnything) {
 
 TEST_F(BusBackendTest, AControllerThatHasSentNoPulseTellsNothing) {
   for (const double never_us : {0.0, 500.0, 2550.0}) {
-    bus_.told_us = {1200.0, never_us};
+    bus_.reported_us = {1200.0, never_us};
     EXPECT_EQ(make()->connect().kind, DevicePosition::Kind::kUnknown) << never_us;
   }
-  bus_.told_us = {1200.0, 1700.0};
-  EXPECT_EQ(make(false, true)->connect().kind, DevicePosition::Kind::kUnknown) << "servos that were let go";
+  bus_.reported_us = {1200.0, 1700.0};
+  EXPECT_EQ(make(false, true)->connect().kind, DevicePosition::Kind::kUnknown) << "servos without pulses";
   EXPECT_EQ(bus_.closed, bus_.opened) << "one that was never served is closed, too";
 }
 
 TEST_F(BusBackendTest, EncodersMeasure) {
   bus_.has_encoders = true;
-  bus_.told_us = {0.7};
+  bus_.reported_us = {0.7};
   const DevicePosition position = make(false, true)->connect();
   EXPECT_EQ(position.kind, DevicePosition::Kind::kMeasured);
   EXPECT_EQ(position.position_rad[0], 0.7);

@@ -32,7 +32,7 @@ struct FakeBus {
   std::atomic<bool> fails{false};
   std::atomic<bool> halt_fails{false};
   std::atomic<bool> is_energising{false};  ///< at open()
-  std::atomic<bool> is_silent{false};      ///< tells no positions
+  std::atomic<bool> is_silent{false};      ///< reports no positions
   std::atomic<int> misses{0};              ///< so many questions get no answer
   std::atomic<bool> pressed{false};        ///< the emergency stop
   std::atomic<int> opened{0};
@@ -41,7 +41,7 @@ struct FakeBus {
   std::atomic<int> halted{0};
   std::atomic<int> asked{0};                         ///< for the emergency stop
   std::atomic<std::int64_t> approach_ns{2'000'000};  ///< 0: does not interpolate
-  std::vector<double> told_us;  ///< what the device says at the start; empty: what it is sent
+  std::vector<double> reported_us;  ///< what the device says at the start; empty: what it is sent
   bool has_encoders{false};
   std::mutex mutex;
   std::vector<std::chrono::steady_clock::time_point> opened_at;
@@ -85,7 +85,7 @@ class FakeDevice final : public BusDevice {
     if (bus_.is_silent) return {};
     BusReading reading{bus_.has_encoders ? BusReading::Unit::kJoints : BusReading::Unit::kPulses,
                        frame.pulse_us};
-    for (std::size_t i = 0; i < bus_.told_us.size(); ++i) reading.value[i] = bus_.told_us[i];
+    for (std::size_t i = 0; i < bus_.reported_us.size(); ++i) reading.value[i] = bus_.reported_us[i];
     const std::lock_guard lock(bus_.mutex);
     if (!bus_.pulses_us.empty()) reading.value[0] = bus_.pulses_us.back();  // the servo is where it was sent
     return reading;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The emergency stop's input and the servos' power: what counts as pressed, and who may switch on.
+// The emergency stop's input and the servos' power: what counts as pressed, and when power may be on.
 #include "rt/inputs/safety_lines.h"
 
 #include <gmock/gmock.h>
@@ -99,17 +99,17 @@ class SafetyLinesTest : public ::testing::Test {
     });
   }
   /// Everything since the start.
-  std::string told(SafetyLines& lines) {
-    const std::string news = to_string(lines.drain_log());
-    if (!news.empty()) told_ += news + "\n";
-    return told_;
+  std::string logged(SafetyLines& lines) {
+    const std::string log = to_string(lines.drain_log());
+    if (!log.empty()) logged_ += log + "\n";
+    return logged_;
   }
   FakeGpio gpio_;
   EmergencyStop stop_;
   std::atomic<std::uint64_t> cycle_{0};
   std::atomic<bool> in_error_{false};
   std::atomic<std::uint32_t> presses_seen_{0};
-  std::string told_;
+  std::string logged_;
 };
 
 TEST_F(SafetyLinesTest, StopsAndSwitchesOff) {
@@ -131,8 +131,8 @@ TEST_F(SafetyLinesTest, StopsAndSwitchesOff) {
   EXPECT_TRUE(wait_until([&] { return gpio_.outputs() == 1; }));
   lines->stop();
   EXPECT_EQ(gpio_.changes().back().values, 0u);
-  EXPECT_THAT(told(*lines), HasSubstr("emergency stop pressed\n"));
-  EXPECT_THAT(told(*lines), HasSubstr("servo power off\n"));
+  EXPECT_THAT(logged(*lines), HasSubstr("emergency stop pressed\n"));
+  EXPECT_THAT(logged(*lines), HasSubstr("servo power off\n"));
 }
 
 TEST_F(SafetyLinesTest, DoesNotWaitUntilItsLogIsDrained) {
@@ -159,8 +159,8 @@ TEST_F(SafetyLinesTest, TriesAgainToSwitchOff) {
   EXPECT_TRUE(wait_until([&] { return gpio_.outputs() == 0; }));
   EXPECT_EQ(gpio_.requests(), 1);
   lines->stop();
-  EXPECT_THAT(told(*lines), HasSubstr("servo power cannot be switched OFF: Input/output error"));
-  EXPECT_THAT(told(*lines), HasSubstr("servo power off\n"));
+  EXPECT_THAT(logged(*lines), HasSubstr("servo power cannot be switched OFF: Input/output error"));
+  EXPECT_THAT(logged(*lines), HasSubstr("servo power off\n"));
 }
 
 TEST_F(SafetyLinesTest, AsksAnOutputsChipAgainThatWasGone) {
@@ -170,9 +170,9 @@ TEST_F(SafetyLinesTest, AsksAnOutputsChipAgainThatWasGone) {
   ASSERT_TRUE(wait_until([&] { return gpio_.outputs() == 1; }));
   gpio_.unplug();
   stop_.set(StopSource::kDevice, true);
-  ASSERT_TRUE(wait_until([&] { return told(*lines).find("OFF: No such device") != std::string::npos; }));
+  ASSERT_TRUE(wait_until([&] { return logged(*lines).find("OFF: No such device") != std::string::npos; }));
   EXPECT_EQ(gpio_.outputs(), 1u);
-  EXPECT_EQ(told(*lines).find("servo power off"), std::string::npos) << "it is not";
+  EXPECT_EQ(logged(*lines).find("servo power off"), std::string::npos) << "it is not";
   gpio_.plug();
   EXPECT_TRUE(wait_until([&] { return gpio_.outputs() == 0; }));
   stop_.set(StopSource::kDevice, false);
@@ -228,7 +228,7 @@ TEST_F(SafetyLinesTest, TakesAChipThatIsGoneForPressed) {
   ASSERT_EQ(stop_.sources(), 0u);
   gpio_.unplug();
   ASSERT_TRUE(wait_until([&] { return stop_.sources() == kGpio; }));
-  ASSERT_TRUE(wait_until([&] { return told(*lines).find("gone") != std::string::npos; }));
+  ASSERT_TRUE(wait_until([&] { return logged(*lines).find("gone") != std::string::npos; }));
   gpio_.plug();
   EXPECT_TRUE(wait_until([&] { return stop_.sources() == 0; })) << "the cycle still waits for Clear";
   EXPECT_EQ(gpio_.requests(), 2);

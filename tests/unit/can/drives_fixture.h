@@ -54,11 +54,11 @@ class Drives : public ::testing::Test {
     backend_ = std::make_unique<BusBackend>(arm_, std::make_unique<Cia402Drives>(settings_),
                                             BusSettings{"socketcan", readback, relax, 0.02}, stop_);
     backend_->open(frame());
-    news_ = to_string(backend_->drain_log());
+    log_ = to_string(backend_->drain_log());
   }
   bool becomes(BackendHealth health) {
     return wait_until(within(30), [&] {
-      news_ += to_string(backend_->drain_log());
+      log_ += to_string(backend_->drain_log());
       return backend_->health() == health;
     });
   }
@@ -69,12 +69,12 @@ class Drives : public ::testing::Test {
     });
   }
   void expect_lost(DeviceCause cause, const std::string& text) {
-    ASSERT_TRUE(becomes(BackendHealth::kLost)) << news_;
-    EXPECT_EQ(backend_->cause(), cause) << news_;
+    ASSERT_TRUE(becomes(BackendHealth::kLost)) << log_;
+    EXPECT_EQ(backend_->cause(), cause) << log_;
     EXPECT_TRUE(wait_until(within(10), [&] {
-      news_ += to_string(backend_->drain_log());
-      return news_.find(text) != std::string::npos;
-    })) << news_;
+      log_ += to_string(backend_->drain_log());
+      return log_.find(text) != std::string::npos;
+    })) << log_;
   }
   DriveState state_of_node(std::uint8_t node) {
     CanPort port;
@@ -98,7 +98,7 @@ class Drives : public ::testing::Test {
   EmergencyStop stop_;
   Cia402Settings settings_;
   std::unique_ptr<BusBackend> backend_;
-  std::string news_;
+  std::string log_;
 };
 
 }  // namespace corbot::rt

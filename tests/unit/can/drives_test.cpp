@@ -14,7 +14,7 @@ constexpr std::int64_t kLargestStep = 2 * 25 + 2;
 
 TEST_F(Drives, AreEnabledWhereTheyStandAndFollow) {
   open();
-  EXPECT_THAT(news_, HasSubstr("nodes 1, 2, 3 (corbot emulated drive); 1000.0 frames a second"));
+  EXPECT_THAT(log_, HasSubstr("nodes 1, 2, 3 (corbot emulated drive); 1000.0 frames a second"));
   EXPECT_TRUE(arrives());
   EXPECT_TRUE(wait_until(within(10), [&] {
     const ServoFeedback feedback = backend_->read();
@@ -40,19 +40,19 @@ TEST_F(Drives, CatchUpNoFasterThanTheyMay) {
 TEST_F(Drives, AreLostByAFaultAndComeBack) {
   open();
   ASSERT_TRUE(arrives());
-  emulator_.order("emcy 3210 2");
+  emulator_.command("emcy 3210 2");
   expect_lost(DeviceCause::kDeviceFault, "EMCY 0x3210 (DC link over-voltage)");
-  ASSERT_TRUE(becomes(BackendHealth::kOpen)) << news_;
+  ASSERT_TRUE(becomes(BackendHealth::kOpen)) << log_;
   EXPECT_TRUE(arrives());
 }
 
 TEST_F(Drives, AreLostWhenOneFallsSilent) {
   open();
-  emulator_.order("silent on 2");
+  emulator_.command("silent on 2");
   expect_lost(DeviceCause::kHeartbeatLost, "node 2: no heartbeat");
   EXPECT_FALSE(backend_->read().measured);
-  emulator_.order("silent off 2");
-  ASSERT_TRUE(becomes(BackendHealth::kOpen)) << news_;
+  emulator_.command("silent off 2");
+  ASSERT_TRUE(becomes(BackendHealth::kOpen)) << log_;
   EXPECT_TRUE(arrives());
 }
 
@@ -60,7 +60,7 @@ TEST_F(Drives, AreLostWhenOneFallsSilentThoughNobodyListensForLong) {
   settings_.heartbeat_ms = 10;
   settings_.loop_ns = arm_.period_ns = 20'000'000;
   open(false, false);
-  emulator_.order("silent on 2");
+  emulator_.command("silent on 2");
   expect_lost(DeviceCause::kHeartbeatLost, "node 2: no heartbeat");
 }
 
@@ -75,7 +75,7 @@ TEST_F(Drives, KeepAWarningThatStandsAtTheirStart) {
   port.open(emulator_.bus(), {kRpdo1 + 1});
   Cia402Drives drives(settings_);
   std::jthread warns([&] {
-    if (port.read(CanPort::Clock::now() + std::chrono::seconds(10))) emulator_.order("emcy 8120 3");
+    if (port.read(CanPort::Clock::now() + std::chrono::seconds(10))) emulator_.command("emcy 8120 3");
   });
   drives.open();
   warns.join();
@@ -89,10 +89,10 @@ TEST_F(Drives, KeepAWarningThatStandsAtTheirStart) {
 
 TEST_F(Drives, AreLostWhenOneSendsHeartbeatsOnly) {
   open();
-  emulator_.order("mute on 2");
+  emulator_.command("mute on 2");
   expect_lost(DeviceCause::kHeartbeatLost, "node 2 sends no process data");
-  emulator_.order("mute off 2");
-  ASSERT_TRUE(becomes(BackendHealth::kOpen)) << news_;
+  emulator_.command("mute off 2");
+  ASSERT_TRUE(becomes(BackendHealth::kOpen)) << log_;
   EXPECT_TRUE(arrives());
 }
 
@@ -104,41 +104,41 @@ TEST_F(Drives, ReportNoOldPositions) {
     return drives.measure(frame()).unit != BusReading::Unit::kNothing;
   };
   ASSERT_TRUE(wait_until(within(10), measures));
-  emulator_.order("mute on 2");
+  emulator_.command("mute on 2");
   EXPECT_TRUE(wait_until(within(10), [&] { return !measures(); }));
-  emulator_.order("mute off 2");
+  emulator_.command("mute off 2");
   EXPECT_TRUE(wait_until(within(10), measures));
 }
 
 TEST_F(Drives, AreLostWhenOneRestarts) {
   open();
-  emulator_.order("reset 1");
+  emulator_.command("reset 1");
   expect_lost(DeviceCause::kDeviceFault, "node 1 has restarted");
-  ASSERT_TRUE(becomes(BackendHealth::kOpen)) << news_;
+  ASSERT_TRUE(becomes(BackendHealth::kOpen)) << log_;
   EXPECT_TRUE(arrives());
 }
 
 TEST_F(Drives, AreDegradedByAWarningAsLongAsItStands) {
   open();
-  emulator_.order("emcy 8120 3");
-  ASSERT_TRUE(becomes(BackendHealth::kDegraded)) << news_;
+  emulator_.command("emcy 8120 3");
+  ASSERT_TRUE(becomes(BackendHealth::kDegraded)) << log_;
   EXPECT_TRUE(wait_until(within(10), [&] {
-    news_ += to_string(backend_->drain_log());
-    return news_.find("node 3: EMCY 0x8120") != std::string::npos;
-  })) << news_;
+    log_ += to_string(backend_->drain_log());
+    return log_.find("node 3: EMCY 0x8120") != std::string::npos;
+  })) << log_;
   EXPECT_TRUE(arrives()) << "it goes on";
   EXPECT_EQ(backend_->health(), BackendHealth::kDegraded);
-  emulator_.order("emcy 0 3");
-  EXPECT_TRUE(becomes(BackendHealth::kOpen)) << news_;
+  emulator_.command("emcy 0 3");
+  EXPECT_TRUE(becomes(BackendHealth::kOpen)) << log_;
 }
 
 TEST_F(Drives, LiveThroughAGarbledFrame) {
   open();
   ASSERT_TRUE(arrives());
-  emulator_.order("garble 1");
-  ASSERT_TRUE(becomes(BackendHealth::kDegraded)) << news_;
-  ASSERT_TRUE(becomes(BackendHealth::kOpen)) << news_;
-  EXPECT_EQ(news_.find("lost"), std::string::npos) << news_;
+  emulator_.command("garble 1");
+  ASSERT_TRUE(becomes(BackendHealth::kDegraded)) << log_;
+  ASSERT_TRUE(becomes(BackendHealth::kOpen)) << log_;
+  EXPECT_EQ(log_.find("lost"), std::string::npos) << log_;
 }
 
 TEST_F(Drives, ComeBackWithoutAJumpWhenTheBusIsCut) {
@@ -149,12 +149,12 @@ TEST_F(Drives, ComeBackWithoutAJumpWhenTheBusIsCut) {
   const char* times = std::getenv("CORBOT_PLUGS");
   const int rounds = times != nullptr ? std::atoi(times) : 3;
   for (int i = 0; i < rounds; ++i) {
-    emulator_.order("unplug");
+    emulator_.command("unplug");
     expect_lost(DeviceCause::kBusDown, "the bus was cut");
-    news_.clear();
+    log_.clear();
     backend_->write(frame(0.25 + 0.002 * (i % 2)));  // the arm's place is another when it is back
-    emulator_.order("plug");
-    ASSERT_TRUE(becomes(BackendHealth::kOpen)) << news_;
+    emulator_.command("plug");
+    ASSERT_TRUE(becomes(BackendHealth::kOpen)) << log_;
     ASSERT_TRUE(arrives(12'500 + 100 * (i % 2)));
   }
   // Since the last return: of frames as they are written, not of the one that had waited for the bus.
@@ -165,7 +165,7 @@ TEST_F(Drives, ComeBackWithoutAJumpWhenTheBusIsCut) {
 }
 
 TEST_F(Drives, AreNotOpenedWhenOneRefuses) {
-  emulator_.order("abort 08000022 2");
+  emulator_.command("abort 08000022 2");
   const DeviceError error = refused();
   EXPECT_EQ(error.cause(), DeviceCause::kBadAnswer);
   EXPECT_EQ(std::string(error.what()), emulator_.bus() +
@@ -184,14 +184,14 @@ TEST_F(Drives, AreNotOpenedWhenOneIsMissing) {
 }
 
 TEST_F(Drives, AreDisabledAgainWhenOneCannotBeEnabled) {
-  emulator_.order("sto on 2");
+  emulator_.command("sto on 2");
   EXPECT_THAT(refused().what(), HasSubstr("node 2 cannot be enabled, it is in 'switch on disabled'"));
   EXPECT_EQ(state_of_node(1), DriveState::kSwitchOnDisabled);
   EXPECT_EQ(state_of_node(3), DriveState::kSwitchOnDisabled);
-  emulator_.order("sto off 2");
+  emulator_.command("sto off 2");
   open();
   backend_->close();
-  emulator_.order("sto on 2");
+  emulator_.command("sto on 2");
   EXPECT_EQ(refused().cause(), DeviceCause::kDeviceFault);
   EXPECT_EQ(state_of_node(1), DriveState::kOperationEnabled) << "it has held its load before";
 }
@@ -200,7 +200,7 @@ TEST_F(Drives, AreServedAsFastAsTheBusAllows) {
   settings_.bit_rate = 500'000;
   open();
   EXPECT_THAT(
-      news_,
+      log_,
       HasSubstr(
           "500.0 frames a second, which need 466 kbit/s of 500 kbit/s; the loop's 1000 would need 932"));
   EXPECT_TRUE(arrives());

@@ -127,7 +127,7 @@ TEST(Load, IsComputedAndKeptBelowTheBitRate) {
   EXPECT_EQ(sync_period_ns(1, 1'000'000, 1'000'000), 1'000'000);
   EXPECT_EQ(sync_period_ns(5, 1'000'000, 125'000), 13'000'000);
   EXPECT_EQ(sync_period_ns(8, 250'000, 1'000'000), 2'500'000)
-      << "2.75 ms no drive can be told, 2.5 are enough";
+      << "60C2h cannot express 2.75 ms, 2.5 are enough";
   EXPECT_FALSE(sync_period_ns(30, 1'000'000, 10'000));
   EXPECT_FALSE(bit_rate_of("lo")) << "no CAN interface";
   EXPECT_FALSE(bit_rate_of("no-such-thing"));
@@ -300,7 +300,7 @@ TEST_F(Watching, WarnsOfWhatCanBeLivedWith) {
   EXPECT_THAT(watch_.warning(now_, 50ms)->what(), HasSubstr("limit"));
   hear(0x181, {0x37, 0x02, 0, 0, 0, 0});
   now_ += 10s;
-  EXPECT_FALSE(watch_.warning(now_, 50ms)) << "nobody has asked";
+  EXPECT_FALSE(watch_.warning(now_, 50ms)) << "not requested yet";
   watch_.expect_answers(now_);
   now_ += 51ms;
   EXPECT_EQ(watch_.warning(now_, 50ms)->cause(), DeviceCause::kNoAnswer);

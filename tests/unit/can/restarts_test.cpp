@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Drives whose power fails: what they count afterwards is not believed.
+// Drives whose power fails: their counts afterwards are not trusted.
 #include <thread>
 
 #include "unit/can/drives_fixture.h"
@@ -41,7 +41,7 @@ class RestartedDrives : public Drives {
 TEST_F(RestartedDrives, AreNotMovedWhenTheyCountAnew) {
   open();
   ASSERT_TRUE(arrives());
-  emulator_.order("reset 1 lost");
+  emulator_.command("reset 1 lost");
   expect_lost(DeviceCause::kDeviceFault, "node 1 has restarted");
   expect_refused();
 }
@@ -49,22 +49,22 @@ TEST_F(RestartedDrives, AreNotMovedWhenTheyCountAnew) {
 TEST_F(RestartedDrives, AreKnownThoughTheirBootUpWasMissed) {
   open();
   ASSERT_TRUE(arrives());
-  emulator_.order("silent on 1");
+  emulator_.command("silent on 1");
   expect_lost(DeviceCause::kHeartbeatLost, "node 1: no heartbeat");
-  emulator_.order("reset 1 lost");
-  emulator_.order("silent off 1");
+  emulator_.command("reset 1 lost");
+  emulator_.command("silent off 1");
   expect_refused();
 }
 
 TEST_F(RestartedDrives, AreSetUpAgainWhenOneRestartsAfterItsSetUp) {
   CanPort port;
   port.open(emulator_.bus(), {kSdoRequest + 2});
-  emulator_.order("silent on 2");
+  emulator_.command("silent on 2");
   std::jthread restarts([&] {
     // When node 2 has its turn, node 1 has had it; the second request is answered.
     if (!port.read(CanPort::Clock::now() + std::chrono::seconds(10))) return;
-    emulator_.order("reset 1");
-    emulator_.order("silent off 2");
+    emulator_.command("reset 1");
+    emulator_.command("silent off 2");
   });
   open();
   restarts.join();
@@ -78,7 +78,7 @@ TEST_F(RestartedDrives, AreNotStartedWhenOneRestartsAfterEverySetUp) {
     while (!end.stop_requested()) {
       // The first of the requests that set node 2 up, so that the restart falls well before the last.
       const auto request = port.read(CanPort::Clock::now() + std::chrono::milliseconds(10));
-      if (request && request->data[1] == 0x00 && request->data[2] == 0x10) emulator_.order("reset 1");
+      if (request && request->data[1] == 0x00 && request->data[2] == 0x10) emulator_.command("reset 1");
     }
   });
   EXPECT_THAT(refused().what(), HasSubstr("node 1 has restarted while it was set up"));
@@ -95,17 +95,17 @@ TEST_F(RestartedDrives, MaySagALittle) {
   const auto leads_to = [&](std::int32_t first) {
     return wait_until(within(10), [&] {
       drives.send(frame(first / kCountsPerRad), false);
-      // It must have told: what it counts by now is not yet known here.
+      // It must have reported: its count by now is not yet known here.
       return drives.measure(frame()).value[0] == first / kCountsPerRad;
     });
   };
   ASSERT_TRUE(leads_to(2'000));
   drives.close();
-  emulator_.order("reset 1 lost");
+  emulator_.command("reset 1 lost");
   drives.open();
   ASSERT_TRUE(leads_to(3'000));
   drives.close();
-  emulator_.order("reset 1 lost");
+  emulator_.command("reset 1 lost");
   for (int i = 0; i < 2; ++i) {
     try {
       drives.open();

@@ -33,10 +33,10 @@ TEST_F(WatchingDrives, ReactWhenNobodyLeadsThem) {
     while (const auto beat = port.read(CanPort::Clock::time_point{})) beats += beat->data[0] == 5 ? 1 : 0;
     return beats >= 10;  // three times as long as they would wait
   }));
-  const auto told = emergencies.read(CanPort::Clock::now() + std::chrono::seconds(10));
-  ASSERT_TRUE(told);
-  EXPECT_EQ(little_endian(*told, 0, 2), 0x8130u);
-  EXPECT_TRUE(wait_until(within(10), [&] {  // who is told second may hear of it a little later
+  const auto emergency = emergencies.read(CanPort::Clock::now() + std::chrono::seconds(10));
+  ASSERT_TRUE(emergency);
+  EXPECT_EQ(little_endian(*emergency, 0, 2), 0x8130u);
+  EXPECT_TRUE(wait_until(within(10), [&] {  // the second one may receive it a little later
     try {
       drives.send(frame(), false);
       return false;
@@ -61,7 +61,7 @@ TEST_F(WatchingDrives, GoOnHoldingAtTheEnd) {
 }
 
 TEST_F(WatchingDrives, AreRefusedWhereTheyCannotWatch) {
-  emulator_.order("abort 06020000 1");
+  emulator_.command("abort 06020000 1");
   EXPECT_THAT(refused().what(), HasSubstr("node 1: cannot await a heartbeat (no 1016h:1): set watch_ms = 0"));
   settings_.watch_ms = 20;
   settings_.loop_ns = 20'000'000;

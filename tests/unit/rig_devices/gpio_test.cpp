@@ -170,10 +170,10 @@ class Plug {
     fs::remove(link_);
   }
   [[nodiscard]] const std::string& link() const { return link_; }
-  void out() { order("unbind", true); }
+  void out() { command("unbind", true); }
   /// Returns the chip's directory in sysfs.
   fs::path in() {
-    order("bind", false);
+    command("bind", false);
     for (const fs::directory_entry& entry : fs::directory_iterator(device_)) {
       const std::string name = entry.path().filename().string();
       if (!name.starts_with("gpiochip")) continue;
@@ -184,7 +184,7 @@ class Plug {
   }
 
  private:
-  void order(const std::string& what, bool is_out) {
+  void command(const std::string& what, bool is_out) {
     std::ofstream(driver_ / what) << device_.filename().string() << std::endl;
     is_out_ = is_out;
   }

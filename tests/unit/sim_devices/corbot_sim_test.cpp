@@ -88,17 +88,18 @@ class CorbotSim : public testing::Test {
     sim_.emplace(std::move(words));
     ASSERT_EQ(sim_->wait_line("ready", within(kPatience_s)), "ready " + link_) << sim_->errors();
   }
-  /// The answer to an order.
-  std::string order(const std::string& text, const std::string& begins_with) {
+  /// The reply to a command.
+  std::string command(const std::string& text, const std::string& begins_with) {
     sim_->send(text);
     return sim_->wait_line(begins_with, within(kPatience_s)).value_or("no answer to " + text);
   }
-  void obeyed(const std::string& text) { ASSERT_EQ(order(text, "ok"), "ok " + text); }
+  void accepted(const std::string& text) { ASSERT_EQ(command(text, "ok"), "ok " + text); }
   /// Waits until the pulses are these.
   void expect_pulses(const std::string& pulses) {
     std::string last;
-    EXPECT_TRUE(wait_until(within(kPatience_s), [&] { return (last = order("pulses", "pulses")) == pulses; }))
-        << last;
+    EXPECT_TRUE(wait_until(within(kPatience_s), [&] {
+      return (last = command("pulses", "pulses")) == pulses;
+    })) << last;
   }
   [[nodiscard]] std::string record() const { return link_ + ".csv"; }
 
@@ -135,7 +136,7 @@ TEST_F(CorbotSim, IsAMaestro) {
   host.send({'\xAA'});
   EXPECT_EQ(host.ask("\x84\x02\x71\x2E\x90\x02", 2), "\x71\x17");
   expect_pulses("pulses 2=1500.25");
-  EXPECT_EQ(order("input A 1", "error"), "error: the device has no input A");
+  EXPECT_EQ(command("input A 1", "error"), "error: the device has no input A");
 }
 
 TEST_F(CorbotSim, IsAMaestroThatWantsACrc) {
@@ -166,16 +167,16 @@ TEST_F(CorbotSim, TakesMoreThanTheLineHoldsAtOnce) {
 TEST_F(CorbotSim, DropsAndGarblesAndIsSilent) {
   start({"ssc32"});
   const Host host(link_);
-  obeyed("drop 2");
+  accepted("drop 2");
   EXPECT_EQ(host.ask("xyVER\r", kVersionLength), "SSC32-V2.50USB\r");
-  obeyed("garble 2");
+  accepted("garble 2");
   EXPECT_EQ(host.ask("VER\r", kVersionLength),
             "\xAC\xAC"
             "C32-V2.50USB\r");
-  obeyed("silent on");
+  accepted("silent on");
   host.send("Q\r#1P1500\r");
   expect_pulses("pulses 1=1500");
-  obeyed("silent off");
+  accepted("silent off");
   EXPECT_EQ(host.ask("VER\r", kVersionLength), "SSC32-V2.50USB\r");
 }
 
@@ -184,12 +185,12 @@ TEST_F(CorbotSim, ResetsAndTakesInputs) {
   const Host host(link_);
   host.send("#1P1500\r");
   expect_pulses("pulses 1=1500");
-  obeyed("reset");
-  EXPECT_EQ(order("pulses", "pulses"), "pulses");
+  accepted("reset");
+  EXPECT_EQ(command("pulses", "pulses"), "pulses");
   EXPECT_EQ(host.ask("A\r", 1), "1");
-  obeyed("input A 0");
+  accepted("input A 0");
   EXPECT_EQ(host.ask("A\r", 1), "0");
-  obeyed("input A 1");
+  accepted("input A 1");
   EXPECT_EQ(host.ask("A\r", 1), "1");
 }
 
@@ -197,16 +198,16 @@ TEST_F(CorbotSim, UnplugsAndPlugsIn) {
   start({"ssc32"});
   const Host host(link_);
   EXPECT_EQ(host.ask("#1P1500\rQP1\r", 1), "\x96");
-  obeyed("unplug");
+  accepted("unplug");
   EXPECT_TRUE(host.is_hung_up());
   char byte = 0;
   EXPECT_LE(::read(host.fd(), &byte, 1), 0);
   EXPECT_EQ(::write(host.fd(), "Q", 1), -1);
   EXPECT_EQ(errno, EIO);
   EXPECT_FALSE(fs::exists(fs::symlink_status(link_)));
-  obeyed("unplug");
-  EXPECT_EQ(order("plug", "ready"), "ready " + link_);
-  EXPECT_EQ(order("plug", "error"), "error: it is plugged in");
+  accepted("unplug");
+  EXPECT_EQ(command("plug", "ready"), "ready " + link_);
+  EXPECT_EQ(command("plug", "error"), "error: it is plugged in");
   const Host next(link_);
   EXPECT_EQ(next.ask("QP1\r", 1), "\x96");  // it had its power all the time
 }
@@ -224,16 +225,16 @@ TEST_F(CorbotSim, ServesOneHostAfterAnother) {
   }
 }
 
-TEST_F(CorbotSim, RefusesOrdersThatItDoesNotKnow) {
+TEST_F(CorbotSim, RefusesUnknownCommands) {
   start({"ssc32"});
-  EXPECT_EQ(order("dance", "error").substr(0, 28), "error: 'dance' is none of: d");
-  EXPECT_THAT(order("drop x", "error"), StartsWith("error: 'drop x'"));
-  EXPECT_THAT(order("input A 2", "error"), StartsWith("error: 'input A 2'"));
-  EXPECT_THAT(order("silent", "error"), StartsWith("error: 'silent'"));
-  EXPECT_EQ(order("input Z 1", "error"), "error: the device has no input Z");
+  EXPECT_EQ(command("dance", "error").substr(0, 28), "error: 'dance' is none of: d");
+  EXPECT_THAT(command("drop x", "error"), StartsWith("error: 'drop x'"));
+  EXPECT_THAT(command("input A 2", "error"), StartsWith("error: 'input A 2'"));
+  EXPECT_THAT(command("silent", "error"), StartsWith("error: 'silent'"));
+  EXPECT_EQ(command("input Z 1", "error"), "error: the device has no input Z");
 }
 
-TEST_F(CorbotSim, ServesWithoutAnyoneWhoGivesOrders) {
+TEST_F(CorbotSim, ServesWithClosedInput) {
   sim_.emplace(std::vector<std::string>{
       "/bin/sh", "-c", "exec '" CORBOT_SIM_PROGRAM "' ssc32 --pty '" + link_ + "' < /dev/null"});
   ASSERT_EQ(sim_->wait_line("ready", within(kPatience_s)), "ready " + link_);
