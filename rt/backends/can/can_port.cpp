@@ -137,7 +137,7 @@ void CanPort::write(const CanFrame& frame, Clock::time_point deadline) {
     if (error != ENOBUFS && error != EAGAIN && error != EINTR) fail(error);
     if (Clock::now() >= deadline) {
       fail(DeviceCause::kWriteTimeout,
-           "takes no more frames: is a drive connected and powered, is the bus terminated?");
+           "write timed out: is a drive connected and powered, is the bus terminated?");
     }
     ::nanosleep(&kRetryFull, nullptr);
   }

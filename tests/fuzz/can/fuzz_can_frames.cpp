@@ -60,7 +60,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (!works || is_fault(drive.emergency)) std::abort();
       }
     } catch (const DeviceError& error) {
-      if (error.cause() == DeviceCause::kNone || *error.what() == '\0') std::abort();
+      if (error.cause() == corbot::DeviceCause::kNone || *error.what() == '\0') std::abort();
     }
     if (const auto warning = watch.warning(now, std::chrono::milliseconds(50));
         warning && *warning->what() == '\0') {
