@@ -73,12 +73,25 @@ TEST_F(RestartedDrives, AreSetUpAgainWhenOneRestartsAfterItsSetUp) {
 
 TEST_F(RestartedDrives, AreNotStartedWhenOneRestartsAfterEverySetUp) {
   CanPort port;
-  port.open(emulator_.bus(), {kSdoRequest + 2});
+  port.open(emulator_.bus(), {kSdoRequest + 2, kSdoRequest + 3});
+  emulator_.command("silent on 2");
   std::jthread restarts([&](const std::stop_token& end) {
+    // Nodes 2 and 3 are gates: while a set-up waits for one of them, the other is closed. So each set-up finds node 1
+    // restarted before it can end, however late this thread is.
+    canid_t closed = kSdoRequest + 2;
     while (!end.stop_requested()) {
-      // The first of the requests that set node 2 up, so that the restart falls well before the last.
       const auto request = port.read(CanPort::Clock::now() + std::chrono::milliseconds(10));
-      if (request && request->data[1] == 0x00 && request->data[2] == 0x10) emulator_.command("reset 1");
+      if (!request || request->can_id != closed) continue;
+      if (closed == kSdoRequest + 2) {
+        emulator_.command("silent on 3");
+        emulator_.command("reset 1");
+        emulator_.command("silent off 2");
+        closed = kSdoRequest + 3;
+      } else {
+        emulator_.command("silent on 2");
+        emulator_.command("silent off 3");
+        closed = kSdoRequest + 2;
+      }
     }
   });
   EXPECT_THAT(refused().what(), HasSubstr("node 1 has restarted while it was set up"));
