@@ -13,15 +13,13 @@ namespace corbot::sim {
 /// What the parts of an emulated CANopen node need of it.
 class NodeServices {
  public:
+  virtual ~NodeServices() = default;
   /// Brings the objects that the device itself writes up to date.
   virtual void refresh() = 0;
   /// Writes an object, and does what that asks for.
   virtual void apply(ObjectKey key, std::int64_t value) = 0;
   virtual void send(canid_t id, std::vector<std::uint8_t> data) = 0;
   virtual void send_emergency(std::uint16_t code) = 0;
-
- protected:
-  ~NodeServices() = default;
 };
 
 }  // namespace corbot::sim

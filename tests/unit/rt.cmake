@@ -31,7 +31,15 @@ if(NOT CORBOT_SANITIZE)
   corbot_test(binding_test
     SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/rt/binding_test.cpp
     LIBS corbot_process
-    DEPENDS binding_probe binding_probe_lazy corbot-rt corbot-sim)
-  target_compile_definitions(binding_test PRIVATE CORBOT_BIN_DIR="${CMAKE_BINARY_DIR}/bin"
+    DEPENDS binding_probe binding_probe_lazy)
+  set(programs)
+  foreach(program IN ITEMS corbot corbot-rt corbot-servant corbot-servant-orbit2 corbot-sim)
+    if(TARGET ${program})
+      add_dependencies(binding_test ${program})
+      list(APPEND programs ${CMAKE_BINARY_DIR}/bin/${program})
+    endif()
+  endforeach()
+  list(JOIN programs "," programs)
+  target_compile_definitions(binding_test PRIVATE CORBOT_PROGRAMS="${programs}"
     CORBOT_BINDING_PROBE="$<TARGET_FILE:binding_probe>" CORBOT_BINDING_PROBE_LAZY="$<TARGET_FILE:binding_probe_lazy>")
 endif()

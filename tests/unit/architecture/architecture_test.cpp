@@ -87,18 +87,23 @@ TEST_F(PlantedBreach, InWhatRunsWhileTheArmMovesIsFound) {
   expect_breach("rt/cycle/cycle.cpp", "#include \"../../src/planner/planner.h\"\n");
   expect_breach("rt/cycle/cycle.cpp", "#include \"rt/backends/bus/bus_backend.h\"\n");
   expect_breach("rt/cycle/cycle.cpp", "#include \"sim/servo_model.h\"\n");
+  expect_breach("rt/cycle/cycle.cpp", "#include \"tests/unit/rt/rig.h\"\n");
   expect_breach("rt/cycle/governor.h", "// x\n  #  include <iostream>\n");
   expect_breach("rt/cycle/servo_map.cpp", "#include <spdlog/spdlog.h>\n");
   expect_breach("rt/cycle/a_new_file.cpp", "#include <fstream>\n");
+  expect_breach("rt/cycle/a_new_file.cc", "#include <syslog.h>\n");
+  expect_breach("rt/cycle/a_new_file.cpp", "#include <mutex>\n", "nothing waits");
   expect_breach("rt/inputs/safety_lines.cpp", "#include \"config/profile.h\"\n");
   expect_breach("rt/backends/serial/ssc32.cpp", "#include \"robot/link.h\"\n");
+  expect_breach("rt/backends/serial/ssc32.cpp", "#include \"sim/devices/ssc32_device.h\"\n");
+  expect_breach("rt/backends/serial/ssc32.cpp", "#include \"rt/backends/can/can_port.h\"\n");
   expect_breach("rt/backends/serial/ssc32.cpp", "#include <fstream>\n");
   expect_breach("rt/cycle/cycle.cpp", "#include <omniORB4/CORBA.h>\n");
   expect_good("rt/cycle/cycle.cpp",
               "#include \"rt/cycle/cycle.h\"\n#include \"corbot/channel/ring.h\"\n#include <cmath>\n");
   expect_good("rt/main.cpp", "#include \"config/profile.h\"\n#include <spdlog/spdlog.h>\n");
   expect_good("rt/backends/registry.cpp", "#include \"config/profile.h\"\n");
-  expect_good("rt/backends/can/can_port.cpp", "#include <net/if.h>\n");
+  expect_good("rt/backends/can/can_port.cpp", "#include <net/if.h>\n#include <mutex>\n");
 }
 
 TEST_F(PlantedBreach, ElsewhereIsFound) {
@@ -106,12 +111,32 @@ TEST_F(PlantedBreach, ElsewhereIsFound) {
   expect_breach("include/corbot/motion/x.h", "#include \"planner/planner.h\"\n");
   expect_breach("include/corbot/motion/x.h", "#include \"rt/cycle/cycle.h\"\n");
   expect_breach("include/corbot/motion/x.h", "#include \"../../../sim/servo_model.h\"\n");
+  expect_breach("include/corbot/motion/x.h", "#include <iostream>\n");
+  expect_breach("include/corbot/motion/x.h", "#include <mutex>\n");
   expect_breach("src/robot/link.cpp", "#include <omniORB4/CORBA.h>\n");
   expect_breach("src/robot/link.c", "#include <orbit/orbit.h>\n");
+  expect_breach("src/alarms/alarm_text.cpp", "#include \"arm.hh\"\n");
+  expect_breach("src/planner/arc.cpp", "#include \"shm/segment.h\"\n", "does not include");
   expect_breach("sim/devices/scene.cpp", "#include \"config/profile.h\"\n");
   expect_breach("sim/devices/scene.cpp", "#include \"rt/backends/serial/ssc32.h\"\n");
-  expect_good("src/orb/omniorb/servant.cpp", "#include <omniORB4/CORBA.h>\n");
+  expect_good("src/orb/omniorb/servant.cpp", "#include <omniORB4/CORBA.h>\n#include \"arm.hh\"\n");
   expect_good("src/robot/link.cpp", "#include \"corbot/channel/ring.h\"\n#include \"planner/planner.h\"\n");
+}
+
+TEST_F(PlantedBreach, BetweenServantAndTaskIsFound) {
+  expect_breach("src/robot/robot.cpp", "#include \"rt/backends/registry.h\"\n");
+  expect_breach("src/orb/omniorb/servant.cpp", "#include \"rt/cycle/cycle.h\"\n");
+  expect_breach("rt/housekeeping.cpp", "#include \"robot/link.h\"\n");
+  expect_breach("src/client/client.cpp", "#include \"rt/loop.h\"\n");
+}
+
+TEST_F(PlantedBreach, ByAnIncludeThatLeadsNowhereIsFound) {
+  expect_breach("rt/cycle/cycle.cpp", "#include \"governor.h\"\n", "no such file");
+  expect_breach("src/robot/link.cpp", "#include \"../robot/robot.h\"\n", "no such file");
+}
+
+TEST_F(PlantedBreach, ByASourceThatIsIncludedIsFound) {
+  expect_breach("src/robot/link.cpp", "#include \"robot/robot.cpp\"\n", "not included");
 }
 
 TEST_F(PlantedBreach, ByAnArrowBackIsFound) {
@@ -119,12 +144,10 @@ TEST_F(PlantedBreach, ByAnArrowBackIsFound) {
   expect_breach("src/cli/doctor/doctor.cpp", "#include \"cli/commands.h\"\n", "an arrow back");
   expect_breach("src/planner/arc.cpp", "#include \"robot/link.h\"\n", "an arrow back");
   expect_breach("src/config/schema.cpp", "#include \"rt/backends/registry.h\"\n", "an arrow back");
-  expect_breach("rt/housekeeping.cpp", "#include \"robot/link.h\"\n", "an arrow back");
   expect_breach("rt/backends/bus/x.h", "#include \"rt/backends/serial/serial_port.h\"\n", "an arrow back");
   expect_breach("rt/backends/registry.h", "#include \"rt/inputs/safety_lines.h\"\n", "an arrow back");
   expect_breach("include/corbot/arm/x.h", "#include \"corbot/kinematics/kinematics.h\"\n", "an arrow back");
-  expect_good("src/cli/commands.cpp",
-              "#include \"cli/doctor/doctor.h\"\n#include \"rt/backends/registry.h\"\n");
+  expect_good("src/cli/commands.cpp", "#include \"cli/doctor/doctor.h\"\n#include \"client/client.h\"\n");
 }
 
 TEST_F(PlantedBreach, OfTwoRoomsThatIncludeEachOtherIsFound) {
@@ -132,8 +155,8 @@ TEST_F(PlantedBreach, OfTwoRoomsThatIncludeEachOtherIsFound) {
   expect_breach("sim/b.h", "#include \"sim/devices/c.h\"\n", "an arrow back");
 }
 
-TEST_F(PlantedBreach, ByANewRoomThatNobodyPlacedIsFound) {
-  expect_breach("src/kitchen/sink.cpp", "#include <cmath>\n", "no room");
+TEST_F(PlantedBreach, ByARoomThatIsNotInTheListIsFound) {
+  expect_breach("src/new_room/file.cpp", "#include <cmath>\n", "no room");
 }
 
 TEST_F(PlantedBreach, ByACircleOfFilesIsFound) {

@@ -8,9 +8,10 @@
 #include "corbot/kinematics/kinematics.h"
 #include "rt/rig.h"
 
-// Runs the cycle through one motion of each kind between two lines on standard error, among which the loader writes what it
-// binds (LD_DEBUG=bindings). The motions are planned in a child, so that here, as in corbot-rt, the cycle is the first to call
-// what it needs from the mathematical library.
+// Runs the cycle through every kind of motion, a pause, an override, an emergency stop and a lost device between
+// two lines on standard error, among which the loader writes what it binds (LD_DEBUG=bindings). The motions are
+// planned in a child, so that here, as in corbot-rt, the cycle is the first to call what it needs from the
+// mathematical library.
 
 namespace {
 
@@ -25,13 +26,16 @@ std::vector<Command> plan(Rig& rig) {
   PlanSettings settings;
   settings.tool_pitch_rad = pose.pitch_rad;
   const auto p = pose.position_m;
-  for (const PlanResult& more :
-       {rig.planner.move_c({there, 0.0}, settings, p, {p[0] + 0.01, p[1] + 0.01, p[2]},
-                           {p[0], p[1] + 0.02, p[2] + 0.005}),
-        rig.planner.gripper({there, 0.0}, 0.5), rig.planner.dwell({there, 0.5}, 0.1)}) {
+  const auto add = [&](const PlanResult& more) {
     const auto& planned = std::get<std::vector<Command>>(more);
     commands.insert(commands.end(), planned.begin(), planned.end());
-  }
+  };
+  add(rig.planner.move_c({there, 0.0}, settings, p, {p[0] + 0.01, p[1] + 0.01, p[2]},
+                         {p[0], p[1] + 0.02, p[2] + 0.005}));
+  add(rig.planner.move_s({commands.back().end_rad, 0.0}, settings, p, 0.0));
+  const Joints end = commands.back().end_rad;
+  add(rig.planner.gripper({end, 0.0}, 0.5));
+  add(rig.planner.dwell({end, 0.5}, 0.1));
   return commands;
 }
 
@@ -68,7 +72,20 @@ int main() {
   Rig rig;
   const std::uint64_t last = rig.submit(commands);
   mark("cycle begins\n");
-  rig.step(12000);
+  rig.step(50);
+  rig.pause(true);
+  rig.step(400);
+  rig.pause(false);
+  rig.override_to(0.5);
+  rig.step(200);
+  rig.override_to(1.0);
+  rig.step(14000);
+  const bool is_done = rig.snapshot.last_done_id == last;
+  rig.emergency_stop->set(StopSource::kGpio, true);
+  rig.step(3);
+  rig.backend.set_plugged(false);
+  rig.step(3);
+  const bool is_stopped = rig.snapshot.state == RtState::kError;
   mark("cycle ends\n");
-  return !commands.empty() && rig.snapshot.last_done_id == last ? 0 : 1;
+  return !commands.empty() && is_done && is_stopped ? 0 : 1;
 }
