@@ -1,7 +1,7 @@
 corbot_test(channel_test COMPUTES
   SOURCES
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/ring_test.cpp
-    ${CMAKE_CURRENT_SOURCE_DIR}/channel/ring_handles_test.cpp
+    ${CMAKE_CURRENT_SOURCE_DIR}/channel/ring_ends_test.cpp
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/snapshot_cell_test.cpp
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/trace_test.cpp
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/fingerprint_test.cpp
