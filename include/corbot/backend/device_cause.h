@@ -25,10 +25,24 @@ enum class DeviceCause : std::uint32_t {
   return static_cast<std::uint32_t>(cause);
 }
 
-/// Real-time safe. The cause that such a number stands for; kNone for a number that stands for none.
+/// Real-time safe. The cause that such a number stands for; kNone for a number that stands for none. A switch
+/// without default: the compiler finds a cause that is missing here.
 [[nodiscard]] constexpr DeviceCause to_device_cause(std::uint32_t number) noexcept {
-  return number <= to_number(DeviceCause::kHeartbeatLost) ? static_cast<DeviceCause>(number)
-                                                          : DeviceCause::kNone;
+  const auto cause = static_cast<DeviceCause>(number);
+  switch (cause) {
+    case DeviceCause::kNone:
+    case DeviceCause::kNotThere:
+    case DeviceCause::kInUse:
+    case DeviceCause::kHungUp:
+    case DeviceCause::kWriteTimeout:
+    case DeviceCause::kNoAnswer:
+    case DeviceCause::kBadAnswer:
+    case DeviceCause::kDeviceFault:
+    case DeviceCause::kBusDown:
+    case DeviceCause::kHeartbeatLost:
+      return cause;
+  }
+  return DeviceCause::kNone;
 }
 
 }  // namespace corbot

@@ -24,9 +24,25 @@ namespace detail {
   return value >= 0.0 && value < 1e6 ? static_cast<std::uint32_t>(value) : 0;
 }
 
+/// The verdict that such a number stands for; kMalformed for a number that stands for none, since then the
+/// record is. A switch without default: the compiler finds a verdict that is missing here.
+[[nodiscard]] constexpr Verdict to_verdict(std::uint32_t number) noexcept {
+  const auto verdict = static_cast<Verdict>(number);
+  switch (verdict) {
+    case Verdict::kDone:
+    case Verdict::kStopped:
+    case Verdict::kFault:
+    case Verdict::kMalformed:
+    case Verdict::kDiscontinuous:
+    case Verdict::kLimit:
+      return verdict;
+  }
+  return Verdict::kMalformed;
+}
+
 }  // namespace detail
 
-/// `joint` −1: the gripper's opening.
+/// `joint` −1: the gripper's opening. Carries neither value nor bounds; they read 0.
 [[nodiscard]] constexpr AlarmEvent set_point_not_finite(std::int32_t joint) noexcept {
   return detail::event(AlarmCode::kSetPointNotFinite, joint);
 }
@@ -84,7 +100,7 @@ struct RefusedCommand {
   constexpr double kLargestId = 9007199254740992.0;  // 2^53: beyond it a double has no units
   const bool is_id = event.value >= 0.0 && event.value <= kLargestId;
   return {is_id ? static_cast<std::uint64_t>(event.value) : 0,
-          static_cast<Verdict>(detail::small_number(event.lower)), event.joint, event.upper};
+          detail::to_verdict(detail::small_number(event.lower)), event.joint, event.upper};
 }
 
 [[nodiscard]] constexpr AlarmEvent ring_corrupt() noexcept { return detail::event(AlarmCode::kRingCorrupt); }
@@ -110,13 +126,6 @@ struct RefusedCommand {
 
 [[nodiscard]] constexpr AlarmEvent error_inherited() noexcept {
   return detail::event(AlarmCode::kErrorInherited);
-}
-
-[[nodiscard]] constexpr AlarmEvent overrun(std::uint32_t cycles) noexcept {
-  return detail::event(AlarmCode::kOverrun, -1, static_cast<double>(cycles));
-}
-[[nodiscard]] constexpr std::uint32_t overrun_cycles(const AlarmEvent& event) noexcept {
-  return detail::small_number(event.value);
 }
 
 }  // namespace corbot::alarm

@@ -40,7 +40,7 @@ enum class AlarmCode : std::uint32_t {
   kBackendLost = 121,
   kEmergencyStop = 130,
   kErrorInherited = 131,
-  kOverrun = 140,
+  kOverrun = 140,  ///< reserved: not raised, the snapshot counts overruns
 };
 
 /// Made and read by the functions of alarms.h, which say what the numbers mean for each code.
