@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kInterval{50};
 
-void print_alarms(Cycle& cycle) {
-  RingConsumer log(cycle.alarm_log());
+template <class Log>
+void print_alarms(RingConsumer<Log>& log) {
   AlarmEvent alarm{};
   while (log.pop(alarm) == PopResult::kOk) {
     spdlog::log(causes_error(alarm.code) ? spdlog::level::err : spdlog::level::warn, "alarm {}: {}",
@@ -40,9 +40,10 @@ void print_log(SafetyLines& safety) {
 
 void run_housekeeping(const Segment& segment, Cycle& cycle, Backend& backend, SafetyLines& safety,
                       const std::atomic<bool>& ended) {
+  RingConsumer alarms(cycle.alarm_log());
   bool had_servant = false;
   while (!ended.load(std::memory_order_acquire)) {
-    print_alarms(cycle);
+    print_alarms(alarms);
     print_log(backend);
     print_log(safety);
     const bool has_servant = segment.peer_alive();
@@ -53,7 +54,7 @@ void run_housekeeping(const Segment& segment, Cycle& cycle, Backend& backend, Sa
     had_servant = has_servant;
     std::this_thread::sleep_for(kInterval);
   }
-  print_alarms(cycle);
+  print_alarms(alarms);
 }
 
 }  // namespace corbot::rt

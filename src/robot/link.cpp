@@ -26,6 +26,12 @@ std::string task_is_gone(const std::string& name) {
 
 }  // namespace
 
+struct Link::ReportRings {
+  explicit ReportRings(SegmentLayout& layout) : alarms(layout.alarms), completions(layout.completions) {}
+  RingConsumer<decltype(SegmentLayout::alarms)> alarms;
+  RingConsumer<decltype(SegmentLayout::completions)> completions;
+};
+
 Link::Link(std::string name, std::uint64_t fingerprint, LinkListener& listener)
     : name_(std::move(name)), fingerprint_(fingerprint), listener_(listener) {}
 
@@ -94,11 +100,12 @@ void Link::run() {
     if (!segment && try_attach(false)) segment = this->segment();
     if (segment && segment->peer_alive()) {
       const std::uint64_t now = segment->layout().header.incarnation.load(std::memory_order_acquire);
-      drain(*segment);  // what an earlier servant or task left
+      ReportRings rings(segment->layout());
+      drain(*segment, rings);  // what an earlier servant or task left
       incarnation_ = now;
       alive_.store(true, std::memory_order_release);
       listener_.on_attached(std::exchange(has_been_attached_, true));
-      serve_until_gone(*segment);
+      serve_until_gone(*segment, rings);
     } else if (segment && !segment->linked()) {
       const std::lock_guard again(mutex_);
       segment_.reset();  // the name may belong to a new file by now
@@ -110,7 +117,7 @@ void Link::run() {
   }
 }
 
-void Link::serve_until_gone(Segment& segment) {
+void Link::serve_until_gone(Segment& segment, ReportRings& rings) {
   SegmentLayout& layout = segment.layout();
   for (;;) {
     {
@@ -121,7 +128,7 @@ void Link::serve_until_gone(Segment& segment) {
     // Asked before the rings are drained: verdicts that a dying task still gave are not lost.
     const bool connected = segment.peer_alive();
     const bool same = layout.header.incarnation.load(std::memory_order_acquire) == incarnation_;
-    drain(segment);
+    drain(segment, rings);
     if (!connected) {
       return lose(task_is_gone(name_));
     }
@@ -130,17 +137,15 @@ void Link::serve_until_gone(Segment& segment) {
   }
 }
 
-void Link::drain(Segment& segment) {
+void Link::drain(Segment& segment, ReportRings& rings) {
   SegmentLayout& layout = segment.layout();
-  RingConsumer alarms(layout.alarms);
   AlarmEvent alarm{};
-  for (std::size_t i = 0; i < layout.alarms.capacity() && alarms.pop(alarm) == PopResult::kOk; ++i) {
+  for (std::size_t i = 0; i < layout.alarms.capacity() && rings.alarms.pop(alarm) == PopResult::kOk; ++i) {
     listener_.on_alarm(alarm);
   }
-  RingConsumer completions(layout.completions);
   Completion completion{};
   for (std::size_t i = 0; i < layout.completions.capacity(); ++i) {
-    if (completions.pop(completion) != PopResult::kOk) return;
+    if (rings.completions.pop(completion) != PopResult::kOk) return;
     // A cycle publishes its verdicts before its snapshot: a call that ends with the verdict must find the arm
     // at rest.
     const auto deadline = std::chrono::steady_clock::now() + kSnapshotOfVerdict;

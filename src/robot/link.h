@@ -19,8 +19,8 @@ class LinkListener {
   virtual ~LinkListener() = default;
   virtual void on_completion(const Completion& completion) = 0;
   virtual void on_alarm(const AlarmEvent& alarm) = 0;
-  /// The real-time task died, ended, or was restarted: no command that was running or queued will get its
-  /// verdict.
+  /// The real-time task died, ended, or was restarted:
+  /// no command that was running or queued will get its verdict.
   virtual void on_lost(const std::string& reason) = 0;
   /// A real-time task is connected. `again`: not the first time.
   virtual void on_attached(bool again) = 0;
@@ -51,12 +51,15 @@ class Link {
   [[nodiscard]] std::string cause() const;
 
  private:
+  /// The servant's ends of a segment's rings; the thread makes them anew for each connection.
+  struct ReportRings;
+
   void run();
   /// One attempt; the cause is kept on failure.
   bool try_attach(bool first);
   void set_cause(const std::string& cause);
-  void serve_until_gone(Segment& segment);
-  void drain(Segment& segment);
+  void serve_until_gone(Segment& segment, ReportRings& rings);
+  void drain(Segment& segment, ReportRings& rings);
   void lose(const std::string& reason);
 
   const std::string name_;

@@ -103,8 +103,8 @@ void Robot::await(Segment& segment, double seconds, const std::string& what,
 void Robot::await_seen(Segment& segment, const std::string& what) const {
   Snapshot before{};
   if (!segment.layout().snapshot.load(before)) return;
-  // The cycle after `before` may have read the flags already when they were written; the one after that has
-  // not.
+  // The cycle after `before` may have read the flags already when they were written;
+  // the one after that has not.
   await(segment, kSettle_s, what, [&](const Snapshot& now) {
     return now.incarnation != before.incarnation || now.cycle >= before.cycle + 2;
   });
@@ -147,8 +147,8 @@ PlanStart Robot::plan_start(Segment& segment, std::uint64_t epoch) {
     const auto last = tickets_.find(last_accepted_);
     if (last && last->state == TicketState::kPending) return planned_end_;
   }
-  // No motion of this servant is running; an earlier servant's may be, and the verdict may be ahead of the
-  // snapshot.
+  // No motion of this servant is running; an earlier servant's may be,
+  // and the verdict may be ahead of the snapshot.
   const std::uint64_t next = segment.layout().header.next_command_id.load(std::memory_order_relaxed);
   await(segment, kSettle_s, "the motions accepted before this servant's start",
         [&](const Snapshot& snapshot) {
@@ -177,6 +177,7 @@ corbot_ticket Robot::hand_over(Segment& segment, std::uint64_t epoch, std::vecto
   // used once.
   tickets_.add(ticket);
   next.store(ticket.last + 1, std::memory_order_release);
+  // A producer for each motion: one that is kept would lose a command after a corrupt index, see ring.h.
   if (!RingProducer(segment.layout().commands).push_all(commands.data(), commands.size())) {
     next.store(first, std::memory_order_release);
     tickets_.remove(ticket.last);

@@ -24,8 +24,8 @@ enum class PopResult { kEmpty, kOk, kCorrupt };
 /// - The consumer stores tail_ with release after it has copied the record out; the producer loads tail_ with
 ///   acquire before it writes the slot again. With either relaxed, the producer's write may overtake the
 ///   consumer's read, which then copies a mixture of two records.
-/// - Each end loads its own index relaxed, once: it is the only writer. A new process that succeeds a dead
-///   one continues after the lock hand-over in the kernel, which orders them.
+/// - An end loads its own index relaxed, once, when it is made: it is the only writer. A new process that
+///   succeeds a dead one continues after the lock hand-over in the kernel, which orders them.
 /// - A remembered tail is one that was once loaded with acquire: the slots before it are free for good, since
 ///   only the producer fills them. A remembered head was loaded with acquire and checked: the records before
 ///   it are whole.
@@ -60,7 +60,10 @@ class Ring {
 };
 
 /// The end that fills. Keeps its own index, and the last value seen of the consumer's, in its own memory: the
-/// consumer's cache line is fetched once a filling instead of once a record. Memory orders as argued at Ring.
+/// consumer's cache line is fetched once a filling instead of once a record. After the consumer has repaired a
+/// corrupt head, a producer made before goes on from its own index, and the consumer repairs once more: the
+/// record in between is lost. One made anew goes on from the repaired index; so the servant, whose commands
+/// must not be lost, makes one for each motion. Memory orders as argued at Ring.
 template <class RingType>
 class RingProducer;
 
@@ -75,8 +78,8 @@ class RingProducer<Ring<Record, kCapacity, Atomics>> {
         head_(ring.head_.load(std::memory_order_relaxed)),
         tail_(ring.tail_.load(Atomics::kRingReuse)) {}
 
-  /// False, and nothing changed, when the ring is full (or its indices are corrupt; the consumer repairs
-  /// that).
+  /// False, and nothing changed, when the ring is full (or its indices are corrupt;
+  /// the consumer repairs that).
   [[nodiscard]] bool push(const Record& record) noexcept {
     if (head_ - tail_ >= kCapacity && !has_room(1)) return false;
     ring_->slots_[head_ & RingType::kMask].write(record);
@@ -109,8 +112,8 @@ class RingProducer<Ring<Record, kCapacity, Atomics>> {
   std::uint64_t tail_;  ///< last seen
 };
 
-/// The end that empties. Its own index is never read back from shared memory, where the other side might
-/// change it. Memory orders as argued at Ring.
+/// The end that empties. Reads its own index from shared memory when it is made and never again, since the
+/// other side might change it there. Memory orders as argued at Ring.
 template <class RingType>
 class RingConsumer;
 
@@ -124,8 +127,8 @@ class RingConsumer<Ring<Record, kCapacity, Atomics>> {
       : ring_(&ring), tail_(ring.tail_.load(std::memory_order_relaxed)), head_(tail_) {}
 
   /// The record is copied out before it is checked: what the producer does to the slot afterwards cannot
-  /// change what was checked. kCorrupt: the indices cannot come from pushes and pops; the ring has been
-  /// emptied.
+  /// change what was checked. kCorrupt: the indices cannot come from pushes and pops;
+  /// the ring has been emptied.
   [[nodiscard]] PopResult pop(Record& record) noexcept {
     if (tail_ == head_) {
       head_ = ring_->head_.load(Atomics::kRingTake);
