@@ -12,6 +12,7 @@
 #include "rt/backends/can/socketcan.h"
 #include "rt/backends/gpio/gpiod.h"
 #include "rt/backends/loopback/loopback_backend.h"
+#include "rt/backends/loopback/plug_signals.h"
 #include "rt/backends/pwm/pca9685.h"
 #include "rt/backends/pwm/pwm_sysfs.h"
 #include "rt/backends/serial/maestro.h"
@@ -147,9 +148,6 @@ std::unique_ptr<Backend> make_backend(const Profile& profile, EmergencyStop& sto
                                        profile.backend.kind, known));
 }
 
-const char* fault_controls_help() noexcept {
-  return "The loopback backend's device can be lost and found on purpose: SIGUSR1 pulls its plug, "
-         "SIGUSR2 puts it back.";
-}
+const char* fault_controls_help() noexcept { return PlugSignals::kHelp; }
 
 }  // namespace corbot::rt

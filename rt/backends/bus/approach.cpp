@@ -4,16 +4,17 @@
 #include <algorithm>
 #include <utility>
 
+#include "rt/backends/bus/approach_speed.h"
+
 namespace corbot::rt {
 namespace {
 
-/// Of an approach in small steps: a fifth of what a servo can; no joint faster than its profile allows.
-constexpr double kRamp_us_per_s = 400.0;
-constexpr double kRamp_rad_per_s = 0.5;
+/// Of an approach in joint angles; no joint faster than its profile allows.
+constexpr double kApproach_rad_per_s = 0.5;
 constexpr auto kLook = std::chrono::milliseconds(20);
 
 double ramp_rad_per_s(const JointLimits& joint) {
-  return joint.speed_rad_s > 0.0 ? std::min(kRamp_rad_per_s, joint.speed_rad_s) : kRamp_rad_per_s;
+  return joint.speed_rad_s > 0.0 ? std::min(kApproach_rad_per_s, joint.speed_rad_s) : kApproach_rad_per_s;
 }
 
 /// One step towards `target`; true when it is reached.
@@ -117,7 +118,7 @@ bool Approach::ramp_to_newest(ServoFrame at, bool is_holding) {
       is_holding |= step_s > 0.0;
       bool is_there = true;
       for (std::size_t i = 0; i < std::min<std::size_t>(target.servo_count, kMaxServos); ++i) {
-        is_there &= step(at.pulse_us[i], target.pulse_us[i], kRamp_us_per_s * step_s);
+        is_there &= step(at.pulse_us[i], target.pulse_us[i], kApproach_us_per_s * step_s);
       }
       for (std::size_t i = 0; i < arm_.dof; ++i) {
         is_there &= step(at.position_rad[i], target.position_rad[i], ramp_rad_per_s(arm_.joints[i]) * step_s);

@@ -3,12 +3,9 @@
 
 #include <algorithm>
 
+#include "rt/backends/bus/approach_speed.h"
+
 namespace corbot::rt {
-namespace {
-
-constexpr double kRamp_us_per_s = 400.0;
-
-}  // namespace
 
 LoopbackBackend::LoopbackBackend(const ArmModel& arm, const LoopbackSettings& settings)
     : arm_(arm),
@@ -37,7 +34,7 @@ void LoopbackBackend::set_plugged(bool plugged) noexcept {
 }
 
 bool LoopbackBackend::ramp_to(ServoFrame& frame, double dt_s) const noexcept {
-  const double most_us = frame.emergency_stop ? 0.0 : kRamp_us_per_s * dt_s;
+  const double most_us = frame.emergency_stop ? 0.0 : kApproach_us_per_s * dt_s;
   bool is_there = true;
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.servo_count, kMaxServos); ++i) {
     const double step_us = std::clamp(frame.pulse_us[i] - last_us_[i], -most_us, most_us);

@@ -16,6 +16,10 @@ class Pluggable {
 /// afterwards both signals are ignored. One at a time in a process.
 class PlugSignals {
  public:
+  static constexpr const char* kHelp =
+      "The loopback backend's device can be lost and found on purpose: SIGUSR1 pulls its plug, "
+      "SIGUSR2 puts it back.";
+
   explicit PlugSignals(Pluggable& device) noexcept;
   PlugSignals(const PlugSignals&) = delete;
   PlugSignals& operator=(const PlugSignals&) = delete;

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "rt/backends/bus/approach_speed.h"
+
 namespace corbot::rt {
 namespace {
 
@@ -15,11 +17,10 @@ constexpr std::uint8_t kSetTargets = 0x9F;
 constexpr std::uint8_t kGetErrors = 0xA1;
 constexpr std::uint8_t kPololu = 0xAA;
 constexpr unsigned kQuartersPerMicrosecond = 4;
-/// In 0.25 us a 10 ms: 400 us/s.
-constexpr unsigned kApproachSpeed = 16;
+/// In 0.25 us a 10 ms.
+constexpr auto kApproachSpeed = static_cast<unsigned>(kApproach_us_per_s * kQuartersPerMicrosecond / 100.0);
 constexpr std::int64_t kServoFrame_ns = 20'000'000;
 constexpr int kFramesPerCheck = 50;
-constexpr double kApproach_us_per_s = 400.0;
 constexpr double kShortestApproach_s = 2.5;
 constexpr double kMostTravel_us = 2000.0;
 constexpr unsigned kMostPosition = 0x3FFF;  // as a target
@@ -88,7 +89,7 @@ Maestro::Bytes Maestro::targets(const ServoFrame& frame) const {
   return in_a_row ? command(kSetTargets, data) : all;
 }
 
-std::string Maestro::errors_in_words(unsigned errors) {
+std::string Maestro::describe_errors(unsigned errors) {
   static constexpr std::array<const char*, 9> kNames{
       "serial signal", "serial overrun",    "serial buffer full",
       "serial CRC",    "serial protocol",   "serial timeout",
@@ -107,14 +108,14 @@ std::string Maestro::open() {
   constexpr std::uint8_t kDetectBaud = 0xAA;
   dialog_.write(Bytes{kDetectBaud});
   try {
-    (void)ask_errors();  // clears what an earlier program left, and shows that a device answers
+    (void)query_errors();  // clears what an earlier program left, and shows that a device replies
   } catch (const DeviceError& error) {
     if (!is_noise(error.cause())) throw;
-    (void)ask_errors();
+    (void)query_errors();
   }
   dialog_.begin_service();
-  constexpr std::int64_t kBytesPerServo = 8;  // AA dev cmd ch lo hi crc, or the question for its position
-  constexpr std::int64_t kBytesPerQuery = 7;  // AA dev cmd ch crc, and the answer
+  constexpr std::int64_t kBytesPerServo = 8;  // AA dev cmd ch lo hi crc, or the query for its position
+  constexpr std::int64_t kBytesPerQuery = 7;  // AA dev cmd ch crc, and the reply
   const auto bytes =
       static_cast<std::int64_t>(settings_.servos) * kBytesPerServo * (settings_.readback ? 2 : 1) +
       kBytesPerQuery;
@@ -132,7 +133,7 @@ void Maestro::send(const ServoFrame& frame, bool approach) {
   Bytes bytes;
   if (is_slow_) bytes = speeds(frame, 0);  // 0: no limit
   is_slow_ = false;
-  // Asked before the frame: afterwards it cannot be seen whether it was the first. Channel 0 of a frame is
+  // Queried before the frame: afterwards it cannot be seen whether it was the first. Channel 0 of a frame is
   // never commanded to 0.
   dialog_.discard_input();
   append(bytes, command(kGetPosition, {low7(frame.channel[0])}));
@@ -142,7 +143,7 @@ void Maestro::send(const ServoFrame& frame, bool approach) {
   is_served_ = reply_pending_ = true;
   if (++frames_since_check_ >= kFramesPerCheck) {
     check_errors();
-  } else if (!settings_.readback) {  // else the answer comes with that to the next question
+  } else if (!settings_.readback) {  // else the reply comes with that to the next query
     try {
       take_reply();
     } catch (const DeviceError& error) {
@@ -208,11 +209,11 @@ SerialDialog::Pulses Maestro::stable_pulses(const ServoFrame& frame) {
 }
 
 SerialDialog::Pulses Maestro::query(const ServoFrame& frame) {
-  Bytes questions;
+  Bytes queries;
   for (std::size_t i = 0; i < frame.servo_count; ++i) {
-    append(questions, command(kGetPosition, {low7(frame.channel[i])}));
+    append(queries, command(kGetPosition, {low7(frame.channel[i])}));
   }
-  ask(questions);
+  send_query(queries);
   SerialDialog::Pulses pulse_us{};
   for (std::size_t i = 0; i < frame.servo_count; ++i) {
     const unsigned position = read_position();
@@ -225,7 +226,7 @@ SerialDialog::Pulses Maestro::query(const ServoFrame& frame) {
 void Maestro::check_errors() {
   frames_since_check_ = 0;
   try {
-    const unsigned errors = ask_errors();
+    const unsigned errors = query_errors();
     dialog_.note_reply();
     if (errors != 0) refuse(errors);
   } catch (const DeviceError& error) {
@@ -239,7 +240,7 @@ void Maestro::check_restart(std::uint32_t channel, unsigned position) {
   reply_pending_ = false;
   unsigned errors = 0;
   try {
-    errors = ask_errors();
+    errors = query_errors();
   } catch (const DeviceError& error) {
     if (!is_noise(error.cause())) throw;
   }
@@ -251,12 +252,12 @@ void Maestro::check_restart(std::uint32_t channel, unsigned position) {
 
 void Maestro::refuse(unsigned errors) const {
   throw DeviceError(DeviceCause::kDeviceFault,
-                    settings_.port + ": the Maestro reports " + errors_in_words(errors));
+                    settings_.port + ": the Maestro reports " + describe_errors(errors));
 }
 
-void Maestro::ask(const Bytes& question) {
+void Maestro::send_query(const Bytes& bytes) {
   if (!reply_pending_) dialog_.discard_input();
-  dialog_.write(question);
+  dialog_.write(bytes);
   if (reply_pending_) take_reply();
 }
 
@@ -266,8 +267,8 @@ void Maestro::take_reply() {
   dialog_.note_reply();
 }
 
-unsigned Maestro::ask_errors() {
-  ask(command(kGetErrors, {}));
+unsigned Maestro::query_errors() {
+  send_query(command(kGetErrors, {}));
   const unsigned errors = read_word();
   if (errors <= kAllErrors) return errors;
   throw DeviceError(DeviceCause::kBadAnswer,
@@ -282,9 +283,9 @@ unsigned Maestro::read_position() {
 }
 
 unsigned Maestro::read_word() {
-  std::array<std::uint8_t, 2> answer{};
-  dialog_.read(answer);
-  return answer[0] | static_cast<unsigned>(answer[1]) << 8;
+  std::array<std::uint8_t, 2> reply{};
+  dialog_.read(reply);
+  return reply[0] | static_cast<unsigned>(reply[1]) << 8;
 }
 
 }  // namespace corbot::rt

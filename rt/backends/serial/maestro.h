@@ -21,8 +21,8 @@ struct MaestroSettings {
   bool multi_target{false};
 };
 
-/// Pololu Maestro: binary over USB or a serial line, a quarter of a microsecond, 50 Hz. Facts: the maker's
-/// manual.
+/// Pololu Maestro: binary over USB or a serial line, a quarter of a microsecond, 50 Hz.
+/// Facts: the maker's manual.
 class Maestro final : public BusDevice {
  public:
   explicit Maestro(MaestroSettings settings,
@@ -47,19 +47,19 @@ class Maestro final : public BusDevice {
   /// The maker's CRC-7: polynomial 0x91, least significant bit first.
   [[nodiscard]] static std::uint8_t crc7(const Bytes& message) noexcept;
   /// The names of the bits of the error register.
-  [[nodiscard]] static std::string errors_in_words(unsigned errors);
+  [[nodiscard]] static std::string describe_errors(unsigned errors);
 
  private:
   void approach_to(const ServoFrame& frame);
   [[nodiscard]] Bytes speeds(const ServoFrame& frame, unsigned speed) const;
-  void ask(const Bytes& question);
-  [[nodiscard]] unsigned ask_errors();
+  void send_query(const Bytes& bytes);
+  [[nodiscard]] unsigned query_errors();
   [[nodiscard]] unsigned read_word();
   [[nodiscard]] unsigned read_position();
   [[nodiscard]] SerialDialog::Pulses query(const ServoFrame& frame);
   /// Read until stable: a garbled byte must not decide how long an approach takes, or where it is halted.
   [[nodiscard]] SerialDialog::Pulses stable_pulses(const ServoFrame& frame);
-  /// The position that was asked for with the frame.
+  /// The position that was queried with the frame.
   void take_reply();
   /// Throws when the error register is not empty.
   void check_errors();
@@ -74,7 +74,7 @@ class Maestro final : public BusDevice {
   ServoFrame last_{};
   ServoFrame given_{};         ///< the last that was no approach
   bool is_served_{false};      ///< since the last approach
-  bool reply_pending_{false};  ///< a position that was asked for with a frame
+  bool reply_pending_{false};  ///< a position that was queried with a frame
   bool is_slow_{false};        ///< the speed limits of an approach are set
   int frames_since_check_{0};
 };

@@ -17,7 +17,7 @@ struct MiniSscSettings {
   std::size_t servos{kMaxServos};
 };
 
-/// Mini SSC II, and compatible controllers: three bytes a servo, 255 positions, no answers. So nothing shows
+/// Mini SSC II, and compatible controllers: three bytes a servo, 255 positions, no replies. So nothing shows
 /// whether it is there.
 class MiniSsc final : public BusDevice {
  public:

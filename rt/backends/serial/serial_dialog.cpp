@@ -11,13 +11,13 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::int64_t kBitsPerByte = 10;  // 8N1
-constexpr auto kAnswerWithin = 300ms;      // outside service
+constexpr auto kReplyWithin = 300ms;       // outside service
 constexpr auto kWriteWithin = 300ms;       // beyond what is under way
 /// An adapter hands over what it has got every 16 ms; and the controller takes its time.
-constexpr auto kAnswerInService = 30ms;
+constexpr auto kReplyInService = 30ms;
 constexpr auto kSilence = 150ms;
 constexpr int kTries = 5;
-/// At the speed of an approach, between two answers on a slow line.
+/// At the speed of an approach, between two replies on a slow line.
 constexpr double kAlike_us = 50.0;
 
 }  // namespace
@@ -46,9 +46,9 @@ void SerialDialog::write(std::string_view text) {
 }
 
 void SerialDialog::read(std::span<std::uint8_t> into) {
-  const auto asked_at = is_in_service_ ? std::max(free_at_, Clock::now()) : free_at_;
-  const auto within = is_in_service_ ? kAnswerInService : kAnswerWithin;
-  line_->read_exactly(into, asked_at + duration(into.size()) + within);
+  const auto queried_at = is_in_service_ ? std::max(free_at_, Clock::now()) : free_at_;
+  const auto within = is_in_service_ ? kReplyInService : kReplyWithin;
+  line_->read_exactly(into, queried_at + duration(into.size()) + within);
 }
 
 void SerialDialog::note_reply() noexcept {
@@ -64,13 +64,13 @@ void SerialDialog::note_miss(const DeviceError& error) {
 }
 
 SerialDialog::Pulses SerialDialog::read_until_stable(std::size_t count,
-                                                     const std::function<Pulses()>& ask) const {
+                                                     const std::function<Pulses()>& query) const {
   std::optional<Pulses> before;
   DeviceError why(DeviceCause::kBadAnswer,
                   path_ + ": reports no stable position: is the line disturbed, does an arm move?");
   for (int i = 0; i < kTries; ++i) {
     try {
-      const Pulses now = ask();
+      const Pulses now = query();
       const auto is_alike = [](double a, double b) { return std::abs(a - b) <= kAlike_us; };
       if (before && std::equal(now.begin(), now.begin() + static_cast<std::ptrdiff_t>(count), before->begin(),
                                is_alike)) {

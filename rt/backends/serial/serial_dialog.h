@@ -13,8 +13,8 @@
 
 namespace corbot::rt {
 
-/// Queries to a servo controller on a serial line, and how long a reply may take. Failures throw
-/// DeviceError.
+/// Queries to a servo controller on a serial line, and how long a reply may take.
+/// Failures throw DeviceError.
 class SerialDialog {
  public:
   using Clock = SerialLine::Clock;
@@ -24,7 +24,7 @@ class SerialDialog {
 
   void open(const std::string& path, int baud);
   void close() noexcept { line_->close(); }
-  /// From now on frames wait for the answers: they get the time that the line takes, and a little.
+  /// From now on frames wait for the replies: they get the time that the line takes, and a little.
   void begin_service() noexcept { is_in_service_ = true; }
 
   void write(std::span<const std::uint8_t> bytes);
@@ -41,7 +41,7 @@ class SerialDialog {
   /// disturbed for as long as the backend tolerates so many; any other error at once.
   void note_miss(const DeviceError& error);
   /// Positions that were alike twice in a row, but for a slow motion meanwhile; a few tries.
-  [[nodiscard]] Pulses read_until_stable(std::size_t count, const std::function<Pulses()>& ask) const;
+  [[nodiscard]] Pulses read_until_stable(std::size_t count, const std::function<Pulses()>& query) const;
 
  private:
   [[nodiscard]] std::chrono::nanoseconds duration(std::size_t bytes) const noexcept;

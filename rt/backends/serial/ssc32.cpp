@@ -4,13 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/backends/bus/approach_speed.h"
+
 namespace corbot::rt {
 namespace {
 
 constexpr int kPulseMin_us = 500;
 constexpr int kPulseMax_us = 2500;
 constexpr int kApproach_ms = 2000;  // at least
-constexpr double kApproach_us_per_ms = 0.4;
+constexpr double kApproach_us_per_ms = kApproach_us_per_s / 1000.0;
 constexpr std::int64_t kServoFrame_ns = 20'000'000;
 constexpr const char* kModelU = "SSC-32U";
 constexpr std::size_t kLongestVersion = 64;
@@ -24,8 +26,8 @@ constexpr double kNeverCommanded_us = 500.0;
 constexpr double kSurelyCommanded_us = 600.0;
 constexpr double kUnitOfQp_us = 10.0;
 
-bool is_never_commanded(std::uint8_t answer) {
-  return answer == 0 || answer * kUnitOfQp_us == kNeverCommanded_us;
+bool is_never_commanded(std::uint8_t reply) {
+  return reply == 0 || reply * kUnitOfQp_us == kNeverCommanded_us;
 }
 
 int rounded(double pulse_us) {
@@ -55,18 +57,18 @@ std::int64_t Ssc32::shortest_period_ns(std::size_t servos, int baud, bool readba
                                        bool stop_input) noexcept {
   constexpr std::size_t kBytesPerServo = 8;  // #31P2500
   constexpr std::size_t kBytesPerGroup = 7;  // T65535 and CR
-  constexpr std::size_t kBytesPerQuery = 5;  // QP31 and the answer; one of them, and CR, in every frame
-  constexpr std::size_t kBytesPerInput = 4;  // AL, CR and the answer
-  constexpr std::int64_t kAnswer_ns = 5'000'000;
+  constexpr std::size_t kBytesPerQuery = 5;  // QP31 and the reply; one of them, and CR, in every frame
+  constexpr std::size_t kBytesPerInput = 4;  // AL, CR and the reply
+  constexpr std::int64_t kReply_ns = 5'000'000;
   const std::size_t bytes = servos * kBytesPerServo + kBytesPerGroup + kBytesPerQuery + 1 +
                             (readback ? servos * kBytesPerQuery + 1 : 0) + (stop_input ? kBytesPerInput : 0);
-  const std::int64_t answers_ns = (readback ? kAnswer_ns : 0) + (stop_input ? kAnswer_ns : 0);
+  const std::int64_t replies_ns = (readback ? kReply_ns : 0) + (stop_input ? kReply_ns : 0);
   const auto line_ns =
       static_cast<std::int64_t>(bytes * kBitsPerByte * 1'000'000'000ull / static_cast<unsigned>(baud));
   // A tenth more, so that a controller that is a little slow does not fall behind for ever.
-  const std::int64_t period_ns = line_ns + line_ns / 10 + answers_ns;
-  // Where frames have a time, the answer to the first question is waited for.
-  return period_ns <= kServoFrame_ns ? kServoFrame_ns : period_ns + kAnswer_ns;
+  const std::int64_t period_ns = line_ns + line_ns / 10 + replies_ns;
+  // Where frames have a time, the reply to the first query is waited for.
+  return period_ns <= kServoFrame_ns ? kServoFrame_ns : period_ns + kReply_ns;
 }
 
 std::string Ssc32::open() {
@@ -75,12 +77,12 @@ std::string Ssc32::open() {
   // Drops a command that was cut off when a plug was pulled; a CR would execute it.
   dialog_.write("\x1b");
   dialog_.discard_input();
-  const std::string model = ask_version();
+  const std::string model = query_version();
   is_u_ = model.starts_with(kModelU);
   period_ns_ =
       shortest_period_ns(settings_.servos, settings_.baud, settings_.readback, settings_.stop_input != 0);
   frames_pressed_ = 0;
-  if (settings_.stop_input != 0) (void)ask_stop_input();  // what it has latched before does not count
+  if (settings_.stop_input != 0) (void)query_stop_input();  // what it has latched before does not count
   dialog_.begin_service();
   const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
   return model + " on " + settings_.port + " at " + std::to_string(settings_.baud) +
@@ -89,13 +91,13 @@ std::string Ssc32::open() {
          (period_ns_ > kServoFrame_ns ? ", all that the line carries; the servos could take 50" : "");
 }
 
-std::string Ssc32::ask_version() {
+std::string Ssc32::query_version() {
   for (int attempt = 1;; ++attempt) {
     try {
       dialog_.write("VER\r");
       std::string model = model_of(read_line());
       if (!model.empty()) return model;
-      throw DeviceError(DeviceCause::kBadAnswer, settings_.port + ": answers, but is no SSC-32");
+      throw DeviceError(DeviceCause::kBadAnswer, settings_.port + ": the device is not an SSC-32");
     } catch (const DeviceError& error) {
       if (attempt == 2 || !is_noise(error.cause())) throw;
       dialog_.discard_input();
@@ -110,17 +112,17 @@ void Ssc32::send(const ServoFrame& frame, bool approach) {
     approach_to(frame);
   } else if (period_ns_ > kServoFrame_ns) {
     // Between frames that are far apart the controller interpolates. One that has restarted must not get a
-    // time, see below; so it is asked first, and one that does not answer gets none either.
+    // time, see below; so it is queried first, and one that does not reply gets none either.
     query_one();
     const std::optional<DeviceError> missing = take_reply();
     dialog_.write(group(frame, missing ? 0 : static_cast<int>(period_ns_ / 1'000'000)));
     last_ = given_ = frame;
     if (missing) dialog_.note_miss(*missing);
   } else {
-    // Asked before the frame, as afterwards it cannot be seen whether it was the first.
+    // Queried before the frame, as afterwards it cannot be seen whether it was the first.
     query_one(group(frame, 0));
     last_ = given_ = frame;
-    // The answer comes with that to the next question, where there is one.
+    // The reply comes with that to the next query, where there is one.
     if (!settings_.readback && settings_.stop_input == 0) {
       if (const auto missing = take_reply()) dialog_.note_miss(*missing);
     }
@@ -193,7 +195,7 @@ BusReading Ssc32::measure(const ServoFrame& frame) {
 bool Ssc32::emergency_stop() {
   if (settings_.stop_input == 0) return false;
   try {
-    if (ask_stop_input()) frames_pressed_ = kPressLasts_frames;
+    if (query_stop_input()) frames_pressed_ = kPressLasts_frames;
     dialog_.note_reply();
   } catch (const DeviceError& error) {
     dialog_.note_miss(error);
@@ -201,10 +203,10 @@ bool Ssc32::emergency_stop() {
   return frames_pressed_ > 0 && frames_pressed_-- > 0;
 }
 
-bool Ssc32::ask_stop_input() {
+bool Ssc32::query_stop_input() {
   std::uint8_t level = 0;
   // The controller latches a low level, not a high one.
-  ask(std::string(1, settings_.stop_input) + (settings_.stop_at_high ? "\r" : "L\r"), {&level, 1});
+  query(std::string(1, settings_.stop_input) + (settings_.stop_at_high ? "\r" : "L\r"), {&level, 1});
   if (level != '0' && level != '1') {
     throw DeviceError(DeviceCause::kBadAnswer, settings_.port + ": input " + settings_.stop_input +
                                                    " is neither 0 nor 1: is the line disturbed?");
@@ -219,51 +221,51 @@ SerialDialog::Pulses Ssc32::stable_pulses(const ServoFrame& frame) {
 SerialDialog::Pulses Ssc32::query(const ServoFrame& frame) {
   std::string text;
   for (std::size_t i = 0; i < frame.servo_count; ++i) text += "QP" + std::to_string(frame.channel[i]);
-  std::array<std::uint8_t, kMaxServos> answer{};
-  ask(text + "\r", std::span(answer).first(frame.servo_count));
+  std::array<std::uint8_t, kMaxServos> reply{};
+  query(text + "\r", std::span(reply).first(frame.servo_count));
   SerialDialog::Pulses pulse_us{};
   for (std::size_t i = 0; i < frame.servo_count; ++i) {
-    if (is_served_) check_restart(i, answer[i]);
-    pulse_us[i] = kUnitOfQp_us * answer[i];
+    if (is_served_) check_restart(i, reply[i]);
+    pulse_us[i] = kUnitOfQp_us * reply[i];
   }
   return pulse_us;
 }
 
-void Ssc32::ask(std::string_view text, std::span<std::uint8_t> answer) {
+void Ssc32::query(std::string_view text, std::span<std::uint8_t> reply) {
   if (!reply_pending_) dialog_.discard_input();
   dialog_.write(text);
   if (reply_pending_) {
     if (const auto missing = take_reply()) throw DeviceError(*missing);
   }
-  dialog_.read(answer);
+  dialog_.read(reply);
 }
 
 void Ssc32::query_one(std::string_view more) {
   dialog_.discard_input();
-  asked_ = 0;
+  queried_ = 0;
   for (std::size_t i = 1; i < last_.servo_count; ++i) {
-    if (last_.pulse_us[i] > last_.pulse_us[asked_]) asked_ = i;
+    if (last_.pulse_us[i] > last_.pulse_us[queried_]) queried_ = i;
   }
   is_served_ = reply_pending_ = true;
-  dialog_.write("QP" + std::to_string(last_.channel[asked_]) + "\r" + std::string(more));
+  dialog_.write("QP" + std::to_string(last_.channel[queried_]) + "\r" + std::string(more));
 }
 
 std::optional<DeviceError> Ssc32::take_reply() {
   reply_pending_ = false;
-  std::uint8_t answer = 0;
+  std::uint8_t reply = 0;
   try {
-    dialog_.read({&answer, 1});
+    dialog_.read({&reply, 1});
   } catch (const DeviceError& error) {
     if (!is_noise(error.cause())) throw;
     return error;
   }
-  check_restart(asked_, answer);
+  check_restart(queried_, reply);
   dialog_.note_reply();
   return std::nullopt;
 }
 
-void Ssc32::check_restart(std::size_t servo, std::uint8_t answer) const {
-  if (last_.servo_count == 0 || last_.pulse_us[servo] < kSurelyCommanded_us || !is_never_commanded(answer))
+void Ssc32::check_restart(std::size_t servo, std::uint8_t reply) const {
+  if (last_.servo_count == 0 || last_.pulse_us[servo] < kSurelyCommanded_us || !is_never_commanded(reply))
     return;
   throw DeviceError(DeviceCause::kDeviceFault, settings_.port + ": has restarted: it has given channel " +
                                                    std::to_string(last_.channel[servo]) +

@@ -46,23 +46,23 @@ class Ssc32 final : public BusDevice {
                                                        bool stop_input = false) noexcept;
 
  private:
-  [[nodiscard]] std::string ask_version();
+  [[nodiscard]] std::string query_version();
   [[nodiscard]] std::string read_line();
   void approach_to(const ServoFrame& frame);
-  void ask(std::string_view text, std::span<std::uint8_t> answer);
-  /// One query for each channel of the frame; each answers a byte, in 10 us.
+  void query(std::string_view text, std::span<std::uint8_t> reply);
+  /// One query for each channel of the frame; each has a reply of one byte, in 10 us.
   [[nodiscard]] SerialDialog::Pulses query(const ServoFrame& frame);
   /// Read until stable: a garbled byte must not decide how a servo starts, or where it is halted.
   [[nodiscard]] SerialDialog::Pulses stable_pulses(const ServoFrame& frame);
   /// Queries the pulse of one servo that was commanded, and sends `more` after it: whether the controller is
   /// there, and still the one that was.
   void query_one(std::string_view more = {});
-  /// What is wrong when it does not answer.
+  /// What is wrong when there is no reply.
   [[nodiscard]] std::optional<DeviceError> take_reply();
   /// Throws where a servo that was commanded has had no pulse by the reply.
-  void check_restart(std::size_t servo, std::uint8_t answer) const;
-  /// Whether the stop input is active now, or (active at low only) has been since it was last asked.
-  [[nodiscard]] bool ask_stop_input();
+  void check_restart(std::size_t servo, std::uint8_t reply) const;
+  /// Whether the stop input is active now, or (active at low only) has been since it was last queried.
+  [[nodiscard]] bool query_stop_input();
 
   Ssc32Settings settings_;
   SerialDialog dialog_;
@@ -71,8 +71,8 @@ class Ssc32 final : public BusDevice {
   ServoFrame last_{};
   ServoFrame given_{};         ///< the last that was no approach
   bool is_served_{false};      ///< since the last approach
-  bool reply_pending_{false};  ///< the answer to query_one()
-  std::size_t asked_{0};       ///< by it
+  bool reply_pending_{false};  ///< the reply to query_one()
+  std::size_t queried_{0};     ///< by it
   bool is_u_{false};           ///< an SSC-32U
   int frames_pressed_{0};      ///< for which a short press is still reported
 };

@@ -88,8 +88,8 @@ TEST(MaestroEncoding, AddressesABoardAndAddsTheCheck) {
 }
 
 TEST(MaestroEncoding, NamesErrors) {
-  EXPECT_EQ(Maestro::errors_in_words(0), "");
-  EXPECT_EQ(Maestro::errors_in_words(0x08 | 0x20), "serial CRC, serial timeout");
+  EXPECT_EQ(Maestro::describe_errors(0), "");
+  EXPECT_EQ(Maestro::describe_errors(0x08 | 0x20), "serial CRC, serial timeout");
 }
 
 TEST(MiniSscEncoding, TakesTheNearestOf255Positions) {
