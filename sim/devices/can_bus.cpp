@@ -28,7 +28,7 @@ constexpr int kBurst = 64;
   throw std::runtime_error(name + ": " + why);
 }
 
-/// A bus at a Unix socket: every packet is a frame, and goes to everybody else.
+/// A bus at a Unix socket: every packet is a frame, and goes to every other node.
 class VirtualBus final : public CanBus {
  public:
   explicit VirtualBus(std::string path) : path_(std::move(path)) {}

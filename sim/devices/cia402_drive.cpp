@@ -155,7 +155,7 @@ void Cia402Drive::power_cycle(bool counts_from_0) {
 
 void Cia402Drive::advance(std::int64_t now_ns) {
   if (now_ns_ == 0 || !has_power()) now_ns_ = std::max(now_ns_, now_ns);
-  // What is at rest stays so, however long nobody has looked.
+  // What is at rest stays so, however long ago its last update.
   if (now_ns - now_ns_ > 1'000'000'000 && speed_ == 0.0 && left_s_ <= 0.0) {
     position_ = demand_;
     now_ns_ = now_ns - kStep_ns;

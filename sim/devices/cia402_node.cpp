@@ -202,7 +202,7 @@ std::optional<std::int64_t> Cia402Node::master_due_ns() const {
   return *master_ns_ + (objects_.value(0x101601) & 0xFFFF) * 1'000'000;
 }
 
-void Cia402Node::hear_master(const can_frame& frame) {
+void Cia402Node::receive_master_heartbeat(const can_frame& frame) {
   const std::int64_t wanted = objects_.value(0x101601);
   if ((wanted & 0xFFFF) == 0 || frame.can_id != kHeartbeatId + (wanted >> 16 & 0x7F)) return;
   master_ns_ = now_ns_;
@@ -225,7 +225,7 @@ void Cia402Node::receive(const can_frame& frame, std::int64_t now_ns) {
   if (frame.can_dlc > CAN_MAX_DLEN || (frame.can_id & (CAN_EFF_FLAG | CAN_RTR_FLAG | CAN_ERR_FLAG)) != 0)
     return;
   advance(now_ns);
-  hear_master(frame);
+  receive_master_heartbeat(frame);
   if (frame.can_id == 0) return command(frame);
   if (frame.can_id == 0x600u + node_ && nmt_ != Nmt::kStopped) {
     return sdo_server_.handle(frame, objects_, *this);

@@ -54,7 +54,7 @@ class Cia402Node final : private NodeServices {
   void send(canid_t id, std::vector<std::uint8_t> data) override;
   void send_emergency(std::uint16_t code) override;
   /// 1016h and 6007h.
-  void hear_master(const can_frame& frame);
+  void receive_master_heartbeat(const can_frame& frame);
   void watch_master();
   [[nodiscard]] std::optional<std::int64_t> master_due_ns() const;
   void report_new_fault();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the programs around emulated devices have in common: commands on standard input, an orderly end, a
-// record.
+// What the programs around emulated devices have in common: commands on standard input,
+// an orderly end, a record.
 #pragma once
 
 #include <cstdint>

@@ -14,7 +14,7 @@ namespace corbot::sim {
 inline constexpr std::int64_t kServoFrame_ns = 20'000'000;
 
 /// The outputs of a controller and the servos at them: a new pulse width leaves only with the next frame,
-/// 50 Hz, and a servo without pulses is limp and stays where it is.
+/// 50 Hz, and a servo without pulses has no torque and stays where it is.
 class ServoFrames {
  public:
   /// The width that the controller commands at an instant; 0: no pulse. Called in the order of time.

@@ -33,7 +33,7 @@ std::size_t entries(const std::string& directory) {
   const auto begin = fs::directory_iterator(directory);
   return static_cast<std::size_t>(std::distance(begin, fs::directory_iterator()));
 }
-std::string files_in_words() {
+std::string describe_files() {
   std::string all;
   for (const auto& entry : fs::directory_iterator("/proc/self/fd")) {
     std::error_code gone;
@@ -269,7 +269,7 @@ TEST_P(Contract, SurvivesPulledPlugs) {
   const char* times = std::getenv("CORBOT_PLUGS");
   const int rounds = times != nullptr ? std::atoi(times) : 3;
   const std::size_t files = entries("/proc/self/fd");
-  const std::string files_before = files_in_words();
+  const std::string files_before = describe_files();
   const std::size_t threads = entries("/proc/self/task");
   for (int i = 0; i < rounds; ++i) {
     driver_->move(pose(i % 2 == 0 ? 1800.0 : 1200.0), 1.0);
@@ -294,7 +294,7 @@ TEST_P(Contract, SurvivesPulledPlugs) {
   }
   // None is left of any round; on a busy machine the device may just be lost, and have one less.
   EXPECT_TRUE(wait_until(within(10), [&] { return entries("/proc/self/fd") <= files; }))
-      << files_before << "\nnow " << files_in_words();
+      << files_before << "\nnow " << describe_files();
   EXPECT_TRUE(wait_until(within(10), [&] { return entries("/proc/self/task") <= threads; }));
 }
 

@@ -113,7 +113,7 @@ void SdoTransfer::ask_segment() {
   request_.data[0] = static_cast<std::uint8_t>(kUploadSegment | (toggle_ ? kToggle : 0));
 }
 
-std::string abort_in_words(std::uint32_t code) {
+std::string describe_abort(std::uint32_t code) {
   static constexpr std::array<std::pair<std::uint32_t, const char*>, 30> kWords{{
       {0x0503'0000, "toggle bit not alternated"},
       {0x0504'0000, "SDO protocol timed out"},
@@ -158,7 +158,7 @@ std::string hex(std::uint32_t value, int digits) {
   return text;
 }
 
-std::string in_words(ObjectAddress object) {
+std::string to_string(ObjectAddress object) {
   std::string text = hex(object.index, 4).substr(2) + "h";
   if (object.sub != 0) text += ":" + std::to_string(object.sub);
   return text;

@@ -67,9 +67,9 @@ class SdoTransfer {
 };
 
 /// CiA 301, table 22.
-[[nodiscard]] std::string abort_in_words(std::uint32_t code);
+[[nodiscard]] std::string describe_abort(std::uint32_t code);
 /// "6060h" or "1018h:1".
-[[nodiscard]] std::string in_words(ObjectAddress object);
+[[nodiscard]] std::string to_string(ObjectAddress object);
 /// "0x" and as many digits.
 [[nodiscard]] std::string hex(std::uint32_t value, int digits);
 

@@ -108,7 +108,7 @@ std::uint16_t controlword_towards_operation(DriveState state, std::uint16_t last
   }
 }
 
-const char* in_words(DriveState state) noexcept {
+const char* to_string(DriveState state) noexcept {
   switch (state) {
     case DriveState::kNotReadyToSwitchOn:
       return "not ready to switch on";
@@ -131,7 +131,7 @@ const char* in_words(DriveState state) noexcept {
   }
 }
 
-const char* in_words(NmtState state) noexcept {
+const char* to_string(NmtState state) noexcept {
   switch (state) {
     case NmtState::kBootUp:
       return "booting";
@@ -151,7 +151,7 @@ bool is_fault(std::uint16_t code) noexcept {
   return group != 0x81 && group != 0x82 && group != 0xFF;
 }
 
-std::string emergency_in_words(std::uint16_t code) {
+std::string describe_emergency(std::uint16_t code) {
   struct Words {
     std::uint16_t code;
     std::uint16_t mask;

@@ -70,14 +70,14 @@ struct Emergency {
 [[nodiscard]] DriveState state_of(std::uint16_t statusword) noexcept;
 /// The next word on the way to 'operation enabled'. `last`: the one before; a fault is reset by an edge.
 [[nodiscard]] std::uint16_t controlword_towards_operation(DriveState state, std::uint16_t last) noexcept;
-[[nodiscard]] const char* in_words(DriveState state) noexcept;
-[[nodiscard]] const char* in_words(NmtState state) noexcept;
+[[nodiscard]] const char* to_string(DriveState state) noexcept;
+[[nodiscard]] const char* to_string(NmtState state) noexcept;
 
 /// Whether an emergency means that the drive cannot go on. Those of the communication, but a lost heartbeat,
 /// and those that the maker defines without a fault are warnings, as long as the statusword agrees.
 [[nodiscard]] bool is_fault(std::uint16_t emergency_code) noexcept;
 /// "EMCY 0x3210 (DC link over-voltage)": CiA 301, table 26, and CiA 402, table 'error codes'.
-[[nodiscard]] std::string emergency_in_words(std::uint16_t code);
+[[nodiscard]] std::string describe_emergency(std::uint16_t code);
 
 /// 60C2h: the interpolation time as value * 10^exponent seconds; nothing where no such pair is exact.
 struct InterpolationTime {

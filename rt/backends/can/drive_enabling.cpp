@@ -101,8 +101,8 @@ void DriveEnabling::fail_not_enabled(const DriveReport& drive) {
   const std::uint16_t code = read_error_code(bus_.port(), bus_.watch(), drive.node);
   const DriveState state = state_of(drive.process.statusword);  // as it is by now
   throw DeviceError(DeviceCause::kDeviceFault, bus_.interface() + ": " + name_of(drive) +
-                                                   " cannot be enabled, it is in '" + in_words(state) + "'" +
-                                                   (code != 0 ? ": " + emergency_in_words(code) : ""));
+                                                   " cannot be enabled, it is in '" + to_string(state) + "'" +
+                                                   (code != 0 ? ": " + describe_emergency(code) : ""));
 }
 
 std::vector<std::int32_t> DriveEnabling::enable_all() {

@@ -13,8 +13,8 @@ namespace corbot::rt {
 /// last in operation must still count as before.
 class DriveEnabling {
  public:
-  /// `most_sag`: by drive, the counts by which its position may differ after a restart. `bus` must outlive
-  /// this.
+  /// `most_sag`: by drive, the counts by which its position may differ after a restart.
+  /// `bus` must outlive this.
   DriveEnabling(DriveBus& bus, std::vector<double> most_sag);
 
   /// Remembers the restarts in the watch, before it is cleared.

@@ -15,7 +15,7 @@ constexpr auto kTxTimeoutStands = std::chrono::seconds(1);
 constexpr unsigned kPassive = CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE;
 
 std::string with_emergency(const DriveReport& drive) {
-  return drive.emergency == 0 ? "" : ": " + emergency_in_words(drive.emergency);
+  return drive.emergency == 0 ? "" : ": " + describe_emergency(drive.emergency);
 }
 
 }  // namespace
@@ -130,11 +130,11 @@ void DriveWatch::check(Time now, Duration heartbeat, Duration process) {
     // The drive's own report comes first: one with a fault may fall silent after it.
     const DriveState state = state_of(drive.process.statusword);
     if ((drive.has_process && state != DriveState::kOperationEnabled) || is_fault(drive.emergency)) {
-      throw DeviceError(DeviceCause::kDeviceFault, name_of(drive) + ", now '" + in_words(state) +
+      throw DeviceError(DeviceCause::kDeviceFault, name_of(drive) + ", now '" + to_string(state) +
                                                        "', has a fault" + with_emergency(drive));
     }
     if (drive.has_heartbeat && drive.nmt != NmtState::kOperational) {
-      throw DeviceError(DeviceCause::kDeviceFault, name_of(drive) + " has become " + in_words(drive.nmt));
+      throw DeviceError(DeviceCause::kDeviceFault, name_of(drive) + " has become " + to_string(drive.nmt));
     }
     if (now - drive.heartbeat > heartbeat) {
       throw DeviceError(DeviceCause::kHeartbeatLost,

@@ -38,8 +38,8 @@ class DriveWatch {
 
   /// Drops all reports; from `now` on heartbeats are awaited.
   void clear(Time now);
-  /// Heartbeats, process data and emergencies of these drives, error frames of the interface; all else is
-  /// ignored.
+  /// Heartbeats, process data and emergencies of these drives, error frames of the interface;
+  /// all else is ignored.
   void take(const CanFrame& frame, Time now);
   /// From now on a drive's process data count as new, and are awaited.
   void expect_answers(Time now);
@@ -56,8 +56,8 @@ class DriveWatch {
   /// Throws DeviceError for what is the matter on the bus.
   void check_bus() const;
   /// The same for drives that are operational and enabled: heartbeats at least every `heartbeat`, no fault,
-  /// no restart, process data not overdue for longer than `process`, no invalid frame since the last
-  /// call.
+  /// no restart, process data not overdue for longer than `process`,
+  /// no invalid frame since the last call.
   void check(Time now, Duration heartbeat, Duration process);
   /// The first problem that does not end operation, or nothing. `stale`: process data may be overdue so long.
   [[nodiscard]] std::optional<DeviceError> warning(Time now, Duration stale) const;

@@ -28,7 +28,7 @@ void SdoClient::fail(DeviceCause cause, const std::string& what) const {
 
 void SdoClient::fail_aborted(const SdoTransfer& transfer, const char* doing) const {
   fail(DeviceCause::kBadAnswer,
-       doing + (" " + in_words(transfer.object())) + ": " + abort_in_words(transfer.abort_code()));
+       doing + (" " + to_string(transfer.object())) + ": " + describe_abort(transfer.abort_code()));
 }
 
 bool SdoClient::run(SdoTransfer& transfer) {
@@ -52,15 +52,15 @@ bool SdoClient::run(SdoTransfer& transfer) {
       port_.write(transfer.request(), Clock::now() + kSendWithin);
       deadline = std::min(Clock::now() + kAnswerWithin, end);
       if (step == Step::kProtocol) {
-        fail(DeviceCause::kBadAnswer, "invalid reply about " + in_words(transfer.object()) + ": " +
-                                          abort_in_words(transfer.abort_code()));
+        fail(DeviceCause::kBadAnswer, "invalid reply for " + to_string(transfer.object()) + ": " +
+                                          describe_abort(transfer.abort_code()));
       }
     }
     watch_.check_bus();
     transfer.abort(SdoTransfer::kTimedOut);
     port_.write(transfer.request(), Clock::now() + kSendWithin);
     if (Clock::now() >= end) {
-      fail(DeviceCause::kNoAnswer, "takes too long about " + in_words(transfer.object()));
+      fail(DeviceCause::kNoAnswer, "SDO transfer of " + to_string(transfer.object()) + " timed out");
     }
     if (tried == kTries) {
       fail(DeviceCause::kNoAnswer, "does not answer: is it powered, are its number and the bit rate right?");
@@ -73,7 +73,7 @@ std::uint32_t SdoClient::number_of(const SdoTransfer& transfer) const {
   const auto& data = transfer.data();
   if (data.empty() || data.size() > 4) {
     fail(DeviceCause::kBadAnswer,
-         in_words(transfer.object()) + " has " + std::to_string(data.size()) + " bytes");
+         to_string(transfer.object()) + " has " + std::to_string(data.size()) + " bytes");
   }
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < data.size(); ++i) value |= static_cast<std::uint32_t>(data[i]) << (8 * i);
@@ -119,7 +119,7 @@ void SdoClient::write_checked(ObjectAddress object, std::uint32_t value, std::si
   const auto kept = static_cast<std::uint32_t>(bytes >= 4 ? mask : mask & ((1u << (8 * bytes)) - 1));
   const std::uint32_t found = read(object);
   if ((found & kept) == (value & kept)) return;
-  fail(DeviceCause::kBadAnswer, in_words(object) + " was set to " + hex(value, static_cast<int>(2 * bytes)) +
+  fail(DeviceCause::kBadAnswer, to_string(object) + " was set to " + hex(value, static_cast<int>(2 * bytes)) +
                                     " but is " + hex(found, static_cast<int>(2 * bytes)));
 }
 

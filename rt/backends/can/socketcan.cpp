@@ -41,7 +41,7 @@ std::vector<double> most_sag(const Cia402Settings& settings) {
   return counts;
 }
 
-std::string rate_in_words(std::int64_t bits_per_s) {
+std::string describe_rate(std::int64_t bits_per_s) {
   return std::to_string((bits_per_s + 999) / 1000) + " kbit/s";
 }
 
@@ -86,9 +86,9 @@ std::string Cia402Drives::choose_period() {
   const auto period_ns = sync_period_ns(drives, settings_.loop_ns, bit_rate);
   if (!period_ns) {
     throw DeviceError(DeviceCause::kNotThere,
-                      settings_.interface + ": " + rate_in_words(bit_rate) + " cannot carry " +
+                      settings_.interface + ": " + describe_rate(bit_rate) + " cannot carry " +
                           std::to_string(drives) + " drives even at 10 frames a second, which need " +
-                          rate_in_words(needed_bit_rate(drives, kLongestSyncPeriod_ns)));
+                          describe_rate(needed_bit_rate(drives, kLongestSyncPeriod_ns)));
   }
   bus_.set_period_ns(*period_ns);
   if (settings_.watch_ms > 0 && beat_period() < bus_.period()) {
@@ -100,11 +100,11 @@ std::string Cia402Drives::choose_period() {
   const std::int64_t tenths_hz = 10'000'000'000 / bus_.period_ns();
   std::string text = std::to_string(tenths_hz / 10) + "." + std::to_string(tenths_hz % 10) +
                      " frames a second, which need " +
-                     rate_in_words(needed_bit_rate(drives, bus_.period_ns())) +
-                     (bit_rate == 0 ? "; the bit rate is not known" : " of " + rate_in_words(bit_rate));
+                     describe_rate(needed_bit_rate(drives, bus_.period_ns())) +
+                     (bit_rate == 0 ? "; the bit rate is not known" : " of " + describe_rate(bit_rate));
   if (bus_.period_ns() > settings_.loop_ns) {
     text += "; the loop's " + std::to_string(1'000'000'000 / settings_.loop_ns) + " would need " +
-            rate_in_words(needed_bit_rate(drives, settings_.loop_ns));
+            describe_rate(needed_bit_rate(drives, settings_.loop_ns));
   }
   return text;
 }
@@ -114,7 +114,7 @@ std::string Cia402Drives::open() {
   enabling_.note_restarts();
   bus_.watch().clear(Clock::now());
   last_targets_.clear();
-  is_well_ = false;
+  exchange_succeeded_ = false;
   const std::string rate = choose_period();
   std::string nodes = set_up();
   // A drive that restarts meanwhile, as after all have just been switched on, has forgotten its set-up.
@@ -127,7 +127,7 @@ std::string Cia402Drives::open() {
   }
   start();
   last_targets_ = enabling_.enable();
-  is_well_ = true;
+  exchange_succeeded_ = true;
   return "CiA 402 drives on " + settings_.interface + ": nodes " + nodes + "; " + rate;
 }
 
@@ -175,8 +175,8 @@ void Cia402Drives::beat() {
 
 void Cia402Drives::close() noexcept {
   // At a proper end they go on as they are; after a fault they react, unless it is fixed soon.
-  if (is_well_ && bus_.is_open()) {
-    is_well_ = false;
+  if (exchange_succeeded_ && bus_.is_open()) {
+    exchange_succeeded_ = false;
     try {
       watch_masters(0);
     } catch (const DeviceError&) {
@@ -198,7 +198,8 @@ void Cia402Drives::start() {
   const auto late = std::find_if_not(drives.begin(), drives.end(), is_operational);
   if (late == drives.end()) return;
   throw DeviceError(DeviceCause::kNoAnswer, settings_.interface + ": " + name_of(*late) +
-                                                " does not become operational, it is " + in_words(late->nmt));
+                                                " does not become operational, it is " +
+                                                to_string(late->nmt));
 }
 
 std::vector<std::int32_t> Cia402Drives::targets(const ServoFrame& frame) const {
@@ -235,23 +236,23 @@ BusReading Cia402Drives::reading_of(const std::vector<std::int32_t>& positions) 
 }
 
 void Cia402Drives::send(const ServoFrame& frame, bool) {
-  is_well_ = false;
+  exchange_succeeded_ = false;
   bus_.listen(Clock::now(), [] { return false; });
   examine();
   last_targets_ = targets(frame);
   beat();
   bus_.synchronise(std::vector<std::uint16_t>(last_targets_.size(), kEnableOperation), last_targets_);
-  is_well_ = true;
+  exchange_succeeded_ = true;
 }
 
 BusReading Cia402Drives::measure(const ServoFrame&) {
-  is_well_ = false;
+  exchange_succeeded_ = false;
   // Drives that get a SYNC between two cycles answer as well.
   if (!bus_.is_synchronised()) bus_.request_answers(Clock::now() + DriveBus::kSendWithin);
   bus_.await_answers(Clock::now() + bus_.period() / 2);
   bus_.settle_synchronisation();
   examine();
-  is_well_ = true;
+  exchange_succeeded_ = true;
   const auto now = Clock::now();
   std::vector<std::int32_t> positions;
   for (const DriveReport& drive : bus_.drives()) {

@@ -91,7 +91,7 @@ class Cia402Drives final : public BusDevice {
   DriveBus bus_;
   DriveEnabling enabling_;
   Clock::time_point last_beat_{};
-  bool is_well_{false};  ///< the last exchange was
+  bool exchange_succeeded_{false};  ///< the last one
   std::vector<std::int32_t> last_targets_;
 };
 

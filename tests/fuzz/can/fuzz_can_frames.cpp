@@ -32,7 +32,7 @@ CanFrame frame_of(const std::uint8_t* bytes) {
 bool has_ended(SdoTransfer& transfer, const CanFrame& frame) {
   const Step step = transfer.take(frame);
   if (transfer.data().size() > SdoTransfer::kMostBytes) std::abort();
-  if (step == Step::kAborted && abort_in_words(transfer.abort_code()).empty()) std::abort();
+  if (step == Step::kAborted && describe_abort(transfer.abort_code()).empty()) std::abort();
   if (step != Step::kIgnored &&
       (transfer.request().can_id != kSdoRequest + kNode || transfer.request().can_dlc != 8)) {
     std::abort();

@@ -56,7 +56,7 @@ TEST_F(Drives, AreLostWhenOneFallsSilent) {
   EXPECT_TRUE(arrives());
 }
 
-TEST_F(Drives, AreLostWhenOneFallsSilentThoughNobodyListensForLong) {
+TEST_F(Drives, AreLostWhenOneFallsSilentHoweverRarelyFramesAreRead) {
   settings_.heartbeat_ms = 10;
   settings_.loop_ns = arm_.period_ns = 20'000'000;
   open(false, false);

@@ -90,9 +90,9 @@ TEST(Emergencies, AreFaultsOrWarnings) {
   for (const int code : {0x0000, 0x8120, 0x8140, 0x8210, 0xFF01}) {
     EXPECT_FALSE(is_fault(static_cast<std::uint16_t>(code)));
   }
-  EXPECT_EQ(emergency_in_words(0x3210), "EMCY 0x3210 (DC link over-voltage)");
-  EXPECT_EQ(emergency_in_words(0x3199), "EMCY 0x3199 (voltage)");
-  EXPECT_EQ(emergency_in_words(0x9000), "EMCY 0x9000 (unknown)");
+  EXPECT_EQ(describe_emergency(0x3210), "EMCY 0x3210 (DC link over-voltage)");
+  EXPECT_EQ(describe_emergency(0x3199), "EMCY 0x3199 (voltage)");
+  EXPECT_EQ(describe_emergency(0x9000), "EMCY 0x9000 (unknown)");
 }
 
 TEST(InterpolationTimes, AreExactOrNone) {
@@ -149,9 +149,9 @@ TEST(Sdo, IsAborted) {
   SdoTransfer write = SdoTransfer::download(3, {0x6060}, 8, 1);
   EXPECT_EQ(write.take(frame_of(0x583, {0x80, 0x60, 0x60, 0, 0x30, 0, 9, 6})), Step::kAborted);
   EXPECT_EQ(write.abort_code(), 0x06090030u);
-  EXPECT_EQ(abort_in_words(write.abort_code()), "value out of range (0x06090030)");
-  EXPECT_EQ(abort_in_words(0x12345678), "unknown reason (0x12345678)");
-  EXPECT_EQ(in_words(ObjectAddress{0x60C2, 1}), "60C2h:1");
+  EXPECT_EQ(describe_abort(write.abort_code()), "value out of range (0x06090030)");
+  EXPECT_EQ(describe_abort(0x12345678), "unknown reason (0x12345678)");
+  EXPECT_EQ(to_string(ObjectAddress{0x60C2, 1}), "60C2h:1");
 }
 
 TEST(Sdo, ReadsAtOnceOrInSegments) {

@@ -18,7 +18,7 @@ class WatchingDrives : public Drives {
   }
 };
 
-TEST_F(WatchingDrives, ReactWhenNobodyLeadsThem) {
+TEST_F(WatchingDrives, ReactWhenTheMasterFallsSilent) {
   CanPort port;
   port.open(emulator_.bus(), {kHeartbeat + kMasterNode});
   CanPort emergencies;
