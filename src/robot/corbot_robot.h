@@ -74,7 +74,7 @@ typedef struct corbot_description {
   double lower_deg[CORBOT_MAX_JOINTS];
   double upper_deg[CORBOT_MAX_JOINTS];
   double reach_m;
-  char endpoint_host[256]; /* where the profile wants the robot to be served */
+  char endpoint_host[256]; /* where the profile says that the robot is served */
   int32_t endpoint_port;
 } corbot_description;
 
@@ -112,12 +112,12 @@ typedef struct corbot_device_info {
   corbot_device_health health;
   uint32_t cause; /* why it is degraded or lost, 0: it is not */
   char cause_text[CORBOT_TEXT];
-  uint64_t frames;         /* that it has taken */
-  double age_s, age_max_s; /* of the newest frame when it had taken it; the longest since it was opened */
-  int32_t measured;        /* it measures positions */
-  double measured_age_s;   /* of the last of them, now */
-  int32_t uncertain;       /* position unverified: the first motion is slow */
-  int32_t emergency_stop;  /* seen now */
+  uint64_t frames;             /* that it has taken */
+  double age_s, age_max_s;     /* of the newest frame when it had taken it; the longest since it was opened */
+  int32_t measured;            /* it measures positions */
+  double measured_age_s;       /* of the last of them, now */
+  int32_t position_unverified; /* the first motion is slow */
+  int32_t emergency_stop;      /* seen now */
 } corbot_device_info;
 
 /* Reads the profile, attaches as the servant to the segment of `name` (NULL: the profile's own name) and

@@ -66,7 +66,7 @@ corbot_device_info RobotView::device() const {
   const Snapshot now = snapshot();
   corbot_device_info info{};
   copy_text(profile_.backend.kind, info.backend, sizeof(info.backend));
-  info.uncertain = (now.flags & kSnapshotUnverified) != 0 ? 1 : 0;
+  info.position_unverified = (now.flags & kSnapshotUnverified) != 0 ? 1 : 0;
   info.frames = now.device_frames;
   info.age_s = seconds(now.device_age_ns);
   info.age_max_s = seconds(now.device_age_max_ns);

@@ -49,7 +49,7 @@ ArmServant::ArmServant(corbot_robot& robot, Lanes& lanes, std::size_t lane)
 }
 
 template <class Start>
-void ArmServant::carry_out(Start&& start) {
+void ArmServant::start_and_finish(Start&& start) {
   const Lanes::Call waiting = lanes_.wait(lane_);
   call(corbot_robot_finish, &robot_, start());
 }
@@ -109,32 +109,32 @@ Corbot::JointRanges* ArmServant::MovRange() {
 
 void ArmServant::Move(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
                       CORBA::Double t) {
-  carry_out([&] { return StartMove(px, py, pz, d, t); });
+  start_and_finish([&] { return StartMove(px, py, pz, d, t); });
 }
 void ArmServant::MoveS(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
                        CORBA::Double t) {
-  carry_out([&] { return StartMoveS(px, py, pz, d, t); });
+  start_and_finish([&] { return StartMoveS(px, py, pz, d, t); });
 }
 void ArmServant::MoveC(const Corbot::Point& p1, const Corbot::Point& p2, const Corbot::Point& p3) {
-  carry_out([&] { return StartMoveC(p1, p2, p3); });
+  start_and_finish([&] { return StartMoveC(p1, p2, p3); });
 }
 void ArmServant::Drive(CORBA::Long articulation, CORBA::Double increment, CORBA::Double speed) {
-  carry_out([&] { return StartDrive(articulation, increment, speed); });
+  start_and_finish([&] { return StartDrive(articulation, increment, speed); });
 }
 void ArmServant::Ready() {
-  carry_out([&] { return StartReady(); });
+  start_and_finish([&] { return StartReady(); });
 }
 void ArmServant::Delay(CORBA::Double t) {
-  carry_out([&] { return StartDelay(t); });
+  start_and_finish([&] { return StartDelay(t); });
 }
 void ArmServant::Open() {
-  carry_out([&] { return StartOpen(); });
+  start_and_finish([&] { return StartOpen(); });
 }
 void ArmServant::Close() {
-  carry_out([&] { return StartClose(); });
+  start_and_finish([&] { return StartClose(); });
 }
 void ArmServant::MoveJoints(const Corbot::JointCoord& target, CORBA::Double t) {
-  carry_out([&] { return StartMoveJoints(target, t); });
+  start_and_finish([&] { return StartMoveJoints(target, t); });
 }
 
 void ArmServant::Speed(CORBA::Double percent) { call(corbot_robot_speed, &robot_, percent); }
@@ -251,7 +251,7 @@ Corbot::DeviceInfo* ArmServant::Device() {
   result->ageMax = device.age_max_s;
   result->measured = device.measured != 0;
   result->measuredAge = device.measured_age_s;
-  result->positionUncertain = device.uncertain != 0;
+  result->positionUncertain = device.position_unverified != 0;
   result->emergencyStop = device.emergency_stop != 0;
   return result._retn();
 }

@@ -68,7 +68,7 @@ class ArmServant final : public POA_Corbot::Arm {
  private:
   /// Enters the lane, starts the motion, waits for its end.
   template <class Start>
-  void carry_out(Start&& start);
+  void start_and_finish(Start&& start);
   /// Calls a function of corbot_robot.h that starts a motion.
   template <class Function, class... Arguments>
   Corbot::Ticket begin(Function function, Arguments&&... arguments);

@@ -26,8 +26,8 @@ thread_local std::string peer;
 CORBA::Boolean note_peer(::omni::omniInterceptors::serverReceiveRequest_T::info_T& info) {
   const char* address = info.peeraddress();
   peer.assign(address != nullptr ? address : "");
-  // All peers on Unix sockets have the same address. They are omniORB's: one call a connection, one thread
-  // here.
+  // All peers on Unix sockets have the same address. They are omniORB's: one call a connection,
+  // one thread here.
   if (peer.starts_with("giop:unix:")) peer += fmt::format("{}", ::gettid());
   return true;
 }

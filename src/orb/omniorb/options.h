@@ -23,8 +23,8 @@ struct Options {
 Options parse_options(int argc, char** argv);
 
 /// Free TCP ports for the servant: the wanted one first, then `more` that the kernel chooses, all different.
-/// They were free a moment ago. Throws std::runtime_error naming address and cause when the wanted one is
-/// not.
+/// They were free a moment ago.
+/// Throws std::runtime_error naming address and cause when the wanted one is not.
 std::vector<int> find_ports(const std::string& host, int port, std::size_t more);
 
 }  // namespace corbot::omni

@@ -155,7 +155,7 @@ static Corbot_DeviceInfo* get_device(PortableServer_Servant servant, CORBA_Envir
   result->ageMax = device.age_max_s;
   result->measured = device.measured ? CORBA_TRUE : CORBA_FALSE;
   result->measuredAge = device.measured_age_s;
-  result->positionUncertain = device.uncertain ? CORBA_TRUE : CORBA_FALSE;
+  result->positionUncertain = device.position_unverified ? CORBA_TRUE : CORBA_FALSE;
   result->emergencyStop = device.emergency_stop ? CORBA_TRUE : CORBA_FALSE;
   return result;
 }

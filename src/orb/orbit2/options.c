@@ -58,7 +58,8 @@ static void check(const Options* options, int rest) {
   if (options->unix_path == NULL) return;
   if (options->endpoint.port != 0)
     usage_error("--unix", "excludes --endpoint: ORBit2 listens on one address");
-  if (options->naming != NULL) usage_error("--unix", "excludes --naming: only ORBit2 knows such an address");
+  if (options->naming != NULL)
+    usage_error("--unix", "excludes --naming: no other ORB can connect to such an address");
   if (*options->unix_path != '/') usage_error("--unix", "needs an absolute path");
   if (strlen(options->unix_path) >= sizeof(((struct sockaddr_un*)NULL)->sun_path)) {
     usage_error("--unix", "the path is too long for a Unix socket");
@@ -88,7 +89,8 @@ void options_parse(int argc, char** argv, Options* out) {
        "blocks its own Stop",
        "N"},
       {kUnsafeOption + 2, 0, 0, G_OPTION_ARG_NONE, &unsafe,
-       "allow an address outside the loopback interface, though anybody there can end this process", NULL},
+       "allow an address outside the loopback interface, though every client there can end this process",
+       NULL},
       G_OPTION_ENTRY_NULL};
   GOptionContext* context = g_option_context_new("PROFILE");
   g_option_context_set_summary(context, "corbot's servant on ORBit2: serves a robot to CORBA clients");
