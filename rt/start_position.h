@@ -14,8 +14,8 @@ namespace corbot::rt {
 
 /// Where the arm is at the start of the task, and where it was at its end. Set-up and tear-down only. By
 /// rank: the segment's position, if its servo map is this one and the servos have had power since; what the
-/// device measures or was commanded; the pulses in the segment; the file on disk; and angle 0 where there is
-/// nothing.
+/// device measures or was commanded; the pulses in the segment; the file on disk;
+/// and angle 0 where there is nothing.
 class StartPosition {
  public:
   /// `state_directory` empty: the default one. Throws std::invalid_argument for a bad name.

@@ -13,8 +13,8 @@ void ServoModel::set_pulse(double pulse_us) noexcept {
   if (!std::isfinite(pulse_us)) return;
   const double step_us = options_.resolution_us;
   const double quantised_us = step_us > 0.0 ? std::round(pulse_us / step_us) * step_us : pulse_us;
-  // The dead band is about where the shaft stands, not about the last pulse: small steps add up and are
-  // followed.
+  // The dead band is about where the shaft stands, not about the last pulse:
+  // small steps add up and are followed.
   if (std::abs(quantised_us - position_us_) <= options_.dead_band_us) return;
   target_us_ = quantised_us;
 }

@@ -46,8 +46,8 @@ class Cycle {
   Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, const EmergencyStop& stop,
         const CycleStart& start = {}) noexcept;
 
-  /// Real-time safe. `now_ns`: CLOCK_MONOTONIC, when the cycle was due; `wall_ns`: CLOCK_REALTIME of the same
-  /// instant.
+  /// Real-time safe. `now_ns`: CLOCK_MONOTONIC, when the cycle was due;
+  /// `wall_ns`: CLOCK_REALTIME of the same instant.
   StepReport step(std::int64_t now_ns, std::int64_t wall_ns) noexcept;
 
   /// Real-time safe. Brings the running motion to rest and refuses all others; for good.

@@ -9,8 +9,8 @@ namespace {
 
 /// A plan may touch its limits exactly, and then differs by rounding.
 constexpr double kLimitTolerance = 2e-6;
-/// Terms that the ramp adds are taken a little greater than they are, since they are looked at in samples
-/// only.
+/// Terms that the ramp adds are taken a little greater than they are,
+/// since they are looked at in samples only.
 constexpr double kRampMargin = 1.03;
 /// No ramp is shorter: it would end within a cycle or so.
 constexpr double kShortestRamp_s = 1e-3;

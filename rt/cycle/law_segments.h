@@ -20,8 +20,8 @@ class LawSegments {
   explicit LawSegments(const TimeLaw& law) noexcept;
 
   [[nodiscard]] double duration_s() const noexcept { return begin_s_[kCount]; }
-  /// Segment at a virtual time, sought onwards from `hint`. Times at and beyond the end belong to the last
-  /// one.
+  /// Segment at a virtual time, sought onwards from `hint`.
+  /// Times at and beyond the end belong to the last one.
   [[nodiscard]] std::size_t segment_at(double time_s, std::size_t hint) const noexcept {
     while (hint + 1 < kCount && time_s >= begin_s_[hint + 1]) ++hint;
     return hint;

@@ -7,8 +7,8 @@
 namespace corbot::rt {
 
 /// Pulse width in microseconds for a joint angle, bounded to the servo's range. What is not a number leaves
-/// the servo where it is: the result is `last_us` then, and never NaN as long as `last_us` is not. Real-time
-/// safe.
+/// the servo where it is: the result is `last_us` then,
+/// and never NaN as long as `last_us` is not. Real-time safe.
 [[nodiscard]] double joint_pulse_us(const ServoMap& servo, double angle_rad, double last_us) noexcept;
 
 /// Pulse width in microseconds for a gripper opening, 0 closed … 1 open; bounded likewise. Real-time safe.

@@ -181,8 +181,8 @@ std::optional<PlanRefusal> PathProof::check_ends(double s_a, double s_b) const {
       return unreachable(point(end == &a ? s_a : s_b).position_m, *end, "the path's point");
     }
   }
-  // Where a joint is fast, a smallest cell can step over the whole margin at ±180 degrees: a wrap, not a
-  // travel.
+  // Where a joint is fast, a smallest cell can step over the whole margin at ±180 degrees:
+  // a wrap, not a travel.
   for (std::size_t i = 1; i < 4; ++i) {
     if (std::abs(a.position_rad[i] - b.position_rad[i]) <= kWrap_rad) continue;
     PlanRefusal refusal = joint_range(static_cast<int>(i), std::copysign(std::numbers::pi, a.position_rad[i]),

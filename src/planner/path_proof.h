@@ -43,8 +43,8 @@ class PathProof {
   /// speed_i over the path as `law` runs it. Infinite when none can be proved.
   [[nodiscard]] double load(const TimeLaw& law, const Joints& joint_speed_rad_s, double floor) const;
 
-  /// The same for ṡ = 1. Infinite as soon as the value is known to exceed `give_up`, or next to a
-  /// singularity.
+  /// The same for ṡ = 1. Infinite as soon as the value is known to exceed `give_up`,
+  /// or next to a singularity.
   [[nodiscard]] double unit_load(const Joints& joint_speed_rad_s, double give_up) const;
 
  private:

@@ -13,8 +13,8 @@ namespace corbot {
 
 // What goes into a plan besides the request, and what comes out.
 
-/// Why a motion was not planned. Numbers in SI units (metres, radians, seconds); `text` speaks degrees and
-/// metres.
+/// Why a motion was not planned. Numbers in SI units (metres, radians, seconds);
+/// `text` speaks degrees and metres.
 struct PlanRefusal {
   enum class Kind { kBadParameter, kUnreachable, kLimitExceeded };
   Kind kind{Kind::kBadParameter};
@@ -27,8 +27,8 @@ struct PlanRefusal {
   std::string text;                  ///< one sentence, ASCII
 };
 
-/// One or two commands in the order of execution; `id` and `epoch` are 0 and the caller's to fill. All or
-/// nothing.
+/// One or two commands in the order of execution; `id` and `epoch` are 0 and the caller's to fill.
+/// All or nothing.
 using PlanResult = std::variant<std::vector<Command>, PlanRefusal>;
 
 /// What Speed, AllSpeed, ArtSpeed and the tool pitch have set. Ratios in (0, 1].

@@ -11,8 +11,8 @@
 namespace corbot {
 
 /// Plans whole motions from rest to rest and proves them before anything moves. Stateless and thread-safe.
-/// `t_s` = 0 asks for the shortest time the limits allow; a t_s the limits forbid stretches to what they
-/// allow.
+/// `t_s` = 0 asks for the shortest time the limits allow;
+/// a t_s the limits forbid stretches to what they allow.
 class Planner {
  public:
   explicit Planner(const ArmModel& model) : model_(model) {}

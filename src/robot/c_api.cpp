@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// corbot_robot.h over Robot: conversion of units and of exceptions, nothing else. Nothing thrown leaves this
-// file.
+// corbot_robot.h over Robot: conversion of units and of exceptions, nothing else.
+// Nothing thrown leaves this file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -50,7 +50,7 @@ corbot_status guarded(corbot_error* error, Body&& body) noexcept {
 
 std::array<double, 3> point(const double* p_m) { return {p_m[0], p_m[1], p_m[2]}; }
 
-/// `make` checks what only this face knows, and returns the request.
+/// `make` checks what only the C interface can, and returns the request.
 template <class Make>
 corbot_status start(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error, Make&& make) noexcept {
   return guarded(error, [&] { *ticket = robot->robot.accept(make()); });

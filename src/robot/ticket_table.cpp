@@ -55,8 +55,8 @@ void TicketTable::complete(std::uint64_t command, Verdict verdict) {
   if (verdict != Verdict::kDone && ticket.reason.empty()) {
     ticket.reason = reason_of(verdict);
     if (command != ticket.last) {
-      // Later commands of the ticket will be refused for following this one: remember the cause, not the
-      // effect.
+      // Later commands of the ticket will be refused for following this one:
+      // remember the cause, not the effect.
       ticket.state = state_of(verdict);
       --pending_;
       ended_.notify_all();

@@ -9,8 +9,8 @@
 #include "corbot/channel/layout.h"
 #include "shm/segment_file.h"
 
-// What lies in a segment's file, before anything of it is trusted. Set-up only, not real-time safe. Used by
-// segment.h.
+// What lies in a segment's file, before anything of it is trusted. Set-up only, not real-time safe.
+// Used by segment.h.
 
 namespace corbot::segment_detail {
 

@@ -20,8 +20,8 @@ namespace corbot::segment_detail {
 enum class LockByte : off_t {
   kRealTimeTask = 0,
   kServant = 1,
-  kGate =
-      2,  ///< held for the moment of entering or leaving, so that no process enters what is being unlinked
+  /// Held for the moment of entering or leaving, so that no process enters what is being unlinked.
+  kGate = 2,
 };
 
 [[nodiscard]] std::string shm_name(std::string_view name);
@@ -60,7 +60,7 @@ class File {
   int fd_{-1};
 };
 
-/// Holds the gate. Whoever is inside does a few system calls; two seconds mean that something is stuck.
+/// Holds the gate, for a few system calls; a wait of two seconds means that its holder is stuck.
 class Gate {
  public:
   Gate(const File& file, std::string_view name);
@@ -72,8 +72,8 @@ class Gate {
   int fd_;  // not a File&: the File moves into the Segment while the gate is held
 };
 
-/// Refuses what another user made or may write: a network-facing process and a machine that moves depend on
-/// it.
+/// Refuses what another user made or may write:
+/// a network-facing process and a machine that moves depend on it.
 void check_permissions(const File& file, std::string_view name);
 
 /// Opens an existing file; kAbsent, kPermission or kSystem otherwise.

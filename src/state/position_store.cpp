@@ -131,7 +131,7 @@ void PositionStore::save(const LastPosition& position, std::size_t dof) const {
     write_all(fresh.get(), position_text(position, dof), fresh_);
     if (::rename(fresh_.c_str(), file_.c_str()) != 0) throw_system(file_, errno);
   } catch (const std::system_error&) {
-    ::unlink(fresh_.c_str());  // a full disk wants its bytes back
+    ::unlink(fresh_.c_str());  // frees its bytes on a full disk
     throw;
   }
   if (::fsync(parent.get()) != 0) throw_system(directory, errno);

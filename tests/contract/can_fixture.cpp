@@ -7,13 +7,14 @@
 #include <stdexcept>
 
 #include "contract/device_fixture.h"
+#include "corbot/units.h"
 #include "support/emulated_drives.h"
 
 namespace corbot::test {
 namespace {
 
 constexpr double kCountsPerDegree = 1000.0;
-constexpr double kRadPerCount = M_PI / 180.0 / kCountsPerDegree;
+constexpr double kRadPerCount = kRadiansPerDegree / kCountsPerDegree;
 
 /// CiA 402 drives that corbot-sim emulates, one a joint and one for the gripper. Their output is the target
 /// that a drive was given. On an interface of the kernel the plug is the interface, which goes down.

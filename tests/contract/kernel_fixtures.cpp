@@ -38,7 +38,7 @@ void put(const std::string& file, const std::string& text) {
   if (!stream) throw std::runtime_error(file + ": cannot be written");
 }
 
-/// The outputs of a PCA9685, or of i2c-stub in its place, whoever else has the address.
+/// The outputs of a PCA9685, or of i2c-stub in its place, also while a driver has the address.
 class Registers {
  public:
   static constexpr double kCount_us = 4.88;  // 25 MHz, prescaler 121
@@ -100,7 +100,7 @@ class RegisterFixture : public DeviceFixture {
   OutputLog log_;
 };
 
-/// The backend's own handle by i2c-dev, and the registers behind it. Nobody can pull i2c-stub out.
+/// The backend's own handle by i2c-dev, and the registers behind it. i2c-stub cannot be pulled out.
 class KernelPca9685Fixture final : public RegisterFixture {
  public:
   using RegisterFixture::RegisterFixture;
@@ -120,8 +120,8 @@ class KernelPca9685Fixture final : public RegisterFixture {
   void plug() override {}
 };
 
-/// The kernel's PWM with its driver for the PCA9685, which cuts off what is no whole count. Its plug is the
-/// driver.
+/// The kernel's PWM with its driver for the PCA9685, which cuts off what is no whole count.
+/// Its plug is the driver.
 class KernelPwmFixture final : public RegisterFixture {
  public:
   using RegisterFixture::RegisterFixture;
@@ -191,8 +191,8 @@ class KernelGpioFixture final : public DeviceFixture {
   std::vector<double> now() override { return edges_.latest(); }
 
  private:
-  static constexpr double kUnit_us =
-      8.0;  // edges are traced in whole microseconds, and an interrupt may come between
+  // Edges are traced in whole microseconds, and an interrupt may come between.
+  static constexpr double kUnit_us = 8.0;
 
   const std::size_t servos_;
   TracePipe edges_;

@@ -80,7 +80,7 @@ TEST_F(HostileClients, OneClientCannotUseUpThreadsWithCallsThatWait) {
   arm_->Ready();
 }
 
-TEST_F(HostileClients, HalfAMessageHoldsNobodyUp) {
+TEST_F(HostileClients, HalfAMessageBlocksNoOtherClient) {
   std::vector<RawConnection> half;
   for (int i = 0; i < 20; ++i) {
     half.emplace_back(port_);

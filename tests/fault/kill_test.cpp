@@ -24,8 +24,8 @@ namespace {
 
 const std::string kBin = CORBOT_BIN_DIR;
 
-/// Follows the trace in a thread of its own and counts steps of the set-point that no joint may make in a
-/// cycle.
+/// Follows the trace in a thread of its own and counts steps of the set-point
+/// that no joint may make in a cycle.
 class JumpWatch {
  public:
   JumpWatch(const std::string& robot, const ArmModel& arm)

@@ -63,8 +63,8 @@ TEST_F(Leaks, NoneInAHundredThousandCalls) {
   fmt::print("{} calls: {} kB after a quarter of them, {} kB more at the end\n", rounds * kKinds, warm_kb,
              grown_kb);
   // 75,000 calls that leak as little as 16 bytes each leave 1.2 MB.
-  const bool watched =
-      CORBOT_SANITIZED || std::getenv("CORBOT_TEST_WRAPPER") != nullptr;  // keeps what is freed
+  // A sanitizer or a wrapper keeps what is freed.
+  const bool watched = CORBOT_SANITIZED || std::getenv("CORBOT_TEST_WRAPPER") != nullptr;
   if (!watched) {
     EXPECT_LT(grown_kb, 1000);
   }

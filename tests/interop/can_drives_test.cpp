@@ -3,11 +3,13 @@
 // and a bus that is cut is survived.
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include <fmt/core.h>
 
 #include "config/load_profile.h"
+#include "corbot/units.h"
 #include "support/device_jobs.h"
 #include "support/emulated_drives.h"
 #include "support/robot_rig.h"
@@ -84,7 +86,7 @@ class CanDrives : public RobotRig {
     for (const JointLimits& limits : load_profile(profile_).arm.joints) {
       fastest_rad_s = std::max(fastest_rad_s, limits.speed_rad_s);
     }
-    const double joints = fastest_rad_s * 180.0 / M_PI * kCountsPerDegree;
+    const double joints = to_degrees(fastest_rad_s) * kCountsPerDegree;
     const double gripper = (kGripperOpen - kGripperClosed) / 0.5;
     return std::lround(2.0 * std::max(joints, gripper) * 1e-3) + 1;
   }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole chain down to a device on every stand: what a client commands arrives at the servos, along the
+// The whole chain down to every emulated device: what a client commands arrives at the servos, along the
 // planned path, and a plug that is pulled is survived.
 #include <gmock/gmock.h>
 #include <signal.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +16,7 @@
 
 #include "config/load_profile.h"
 #include "contract/device_fixture.h"
+#include "corbot/units.h"
 #include "support/device_jobs.h"
 #include "support/path_log.h"
 #include "support/robot_rig.h"
@@ -67,7 +69,7 @@ class DeviceChain : public RobotRig, public ::testing::WithParamInterface<Device
     double worst = 0.0;
     for (std::uint32_t i = 0; i < model_.dof; ++i) {
       const ServoMap& map = model_.servos[i];
-      const double joint_rad = joints[i] * M_PI / 180.0;
+      const double joint_rad = to_radians(joints[i]);
       const double wanted =
           facts_.takes_joints ? joint_rad : map.zero_us + map.direction * map.us_per_rad * joint_rad;
       if (std::isnan(now[i])) return HUGE_VAL;
@@ -78,7 +80,7 @@ class DeviceChain : public RobotRig, public ::testing::WithParamInterface<Device
   /// Allowed difference between a joint as commanded and as measured.
   [[nodiscard]] double still_deg() const {
     const double units = 2.0 * (facts_.unit + facts_.read_unit);
-    return (facts_.takes_joints ? units : units / model_.servos[0].us_per_rad) * 180.0 / M_PI;
+    return to_degrees(facts_.takes_joints ? units : units / model_.servos[0].us_per_rad);
   }
   bool arrives() {
     // What the arm reports is what the device reads back, where it does.

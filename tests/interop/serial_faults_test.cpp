@@ -33,7 +33,7 @@ struct Kind {
 };
 void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
 
-/// The driver of the contract's suite wants one.
+/// Required by the driver of the contract's suite.
 class NoFixture final : public DeviceFixture {
  public:
   void set_up() override {}

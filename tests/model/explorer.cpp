@@ -157,7 +157,7 @@ void Explorer::store(std::size_t location, std::uint64_t value, std::memory_orde
   if (order != std::memory_order_relaxed && !releases(order))
     fail("memory order that the model does not know");
   Location& target = locations_[location];
-  if (running_ == kMaxThreads) {  // by whoever makes the program: ordered before all threads
+  if (running_ == kMaxThreads) {  // by the thread that makes the program: ordered before all threads
     target.history.assign(1, {value, {}, {}});
     return;
   }

@@ -49,8 +49,8 @@ struct Outcome {
 class Explorer {
  public:
   /// `begin` makes a fresh program (its atomics register themselves) and returns the threads' bodies; `end`
-  /// is called after each complete execution. Both and the bodies may call fail(). Stops at the first
-  /// failure.
+  /// is called after each complete execution. Both and the bodies may call fail().
+  /// Stops at the first failure.
   using Bodies = std::vector<std::function<void()>>;
   Outcome explore(const std::function<Bodies()>& begin, const std::function<void()>& end);
 

@@ -62,7 +62,7 @@ struct OneByOne {
   }
 };
 
-/// Batches of two through push_all: whoever has seen the first gets the second at the next attempt.
+/// Batches of two through push_all: a consumer that has seen the first gets the second at the next attempt.
 template <class Atomics>
 struct Batches {
   static constexpr std::size_t kThreads = 2;

@@ -24,14 +24,15 @@ Words<kWords> filled(std::uint64_t value) {
   return words;
 }
 
-/// One writer, kReaders readers; record n has n in every word. A reader never sees a mixture, and never goes
-/// back.
+/// One writer, kReaders readers; record n has n in every word. A reader never sees a mixture,
+/// and never goes back.
 template <class Atomics, std::size_t kWords, int kStores, std::size_t kReaders, int kLoads>
 struct Seqlock {
   static constexpr std::size_t kThreads = 1 + kReaders;
   SnapshotCell<Words<kWords>, Atomics> cell;
   std::array<int, kReaders> loaded{};
-  inline static int most_loaded = 0;  ///< over all executions: the test is void if nobody ever loads anything
+  inline static int most_loaded =
+      0;  ///< over all executions: the test is void if no reader ever loads anything
 
   Seqlock() = default;
   Seqlock(Seqlock&&) noexcept { std::abort(); }
@@ -46,7 +47,7 @@ struct Seqlock {
       Words<kWords> words{};
       if (!cell.try_load(words)) continue;
       for (const std::uint64_t word : words) require(word == words[0], "torn record");
-      require(words[0] >= 1, "a record that nobody stored");
+      require(words[0] >= 1, "a record that was never stored");
       require(words[0] >= last, "went back");
       last = words[0];
       ++loaded[thread - 1];

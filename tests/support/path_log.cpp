@@ -199,7 +199,7 @@ Following following(const ArmModel& arm, const std::vector<Snapshot>& path,
     const double allowed_m = quantisation_m(arm, facts, at) + corner_m + skew_m;
     result.deviation_m = std::max(result.deviation_m, nearest_m);
     result.quantisation_m = std::max(result.quantisation_m, allowed_m);
-    // Who is late goes straight to where he should be.
+    // A late loop goes straight to where the arm should be.
     const double late_s = lateness.longest_s(now_ns, passed_ns);
     const double late_m = late_s > kLatePeriods * facts.period_s ? chord_m(late_s) : 0.0;
     result.beyond_m = std::max(result.beyond_m, nearest_m - allowed_m - late_m);

@@ -11,8 +11,8 @@
 
 namespace corbot {
 
-/// What a backend is handed every cycle. It takes the pulses, or the joint set-points, whichever its device
-/// speaks.
+/// What a backend is handed every cycle. It takes the pulses, or the joint set-points,
+/// whichever its device speaks.
 struct ServoFrame {
   std::uint64_t cycle{};
   std::int64_t time_ns{};  ///< CLOCK_MONOTONIC, the instant the cycle was due

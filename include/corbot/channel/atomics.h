@@ -42,8 +42,8 @@ struct StdAtomics {
   static constexpr std::memory_order kTraceObserve = std::memory_order_acquire;
 };
 
-/// Distance between what two cores write, against false sharing. Fixed, because it is part of the segment's
-/// layout.
+/// Distance between what two cores write, against false sharing.
+/// Fixed, because it is part of the segment's layout.
 inline constexpr std::size_t kCacheLine = 64;
 
 }  // namespace corbot

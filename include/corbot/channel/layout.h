@@ -56,8 +56,8 @@ struct SegmentLayout {
 static_assert(std::is_standard_layout_v<SegmentLayout>);
 
 /// The newest snapshot that is whole. A task that is killed inside SnapshotCell::store leaves that cell torn
-/// until the next store; then the flight recorder still has the cycle before. False when there has never been
-/// one.
+/// until the next store; then the flight recorder still has the cycle before.
+/// False when there has never been one.
 [[nodiscard]] inline bool last_snapshot(const SegmentLayout& layout, Snapshot& snapshot) noexcept {
   if (layout.snapshot.load(snapshot)) return true;
   const std::uint64_t next = layout.trace.next();

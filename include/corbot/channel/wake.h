@@ -24,8 +24,8 @@ inline void wake_all(std::atomic<std::uint32_t>& word) noexcept {
 
 /// Not real-time safe. Waits until the word differs from `seen`, at most `timeout_ns`; a signal or a spurious
 /// wake-up may end the wait early. True when it differs. Read the word first, then look at the rings, then
-/// wait with what was read: a wake-up in between is not lost, since the kernel compares again before it
-/// sleeps.
+/// wait with what was read: a wake-up in between is not lost,
+/// since the kernel compares again before it sleeps.
 inline bool wait_change(const std::atomic<std::uint32_t>& word, std::uint32_t seen,
                         std::int64_t timeout_ns) noexcept {
   if (word.load(std::memory_order_acquire) != seen) return true;

@@ -12,8 +12,8 @@
 
 // Closed-form kinematics of the Lynx family, after section IV of 'A CORBA Wrapper for Applications with
 // Multiple Robots'. Base frame: origin on the base axis at table height, z up. Metres and radians. Everything
-// here is real-time safe: no allocation, no lock, no system call, no loop without a constant bound. See
-// docs/kinematics.md.
+// here is real-time safe: no allocation, no lock, no system call,
+// no loop without a constant bound. See docs/kinematics.md.
 
 namespace corbot {
 
@@ -70,8 +70,8 @@ inline constexpr double kRangeTolerance_rad = 1e-7;
 namespace detail {
 
 /// Inclinations of upper arm (A), forearm (B) and tool (C) above the horizontal. The elbow rotates the other
-/// way from the rest: link 2 of Table II has α = 180°, which reverses the sense of θ2, and link 3 restores
-/// it.
+/// way from the rest: link 2 of Table II has α = 180°, which reverses the sense of θ2,
+/// and link 3 restores it.
 struct Inclinations {
   double a_rad, b_rad, c_rad;
 };

@@ -60,8 +60,8 @@ inline constexpr double kVanishedShape = 1e-200;
 
 /// Position and derivatives at `t_s`, clamped into [0, T]. The second half mirrors the first from the end, so
 /// the law is exact at both ends: at T the position is `distance`, bit for bit, and everything else is 0. A
-/// zero distance stays 0. A law that is not well formed moves evenly rather than give NaN; callers refuse it
-/// before.
+/// zero distance stays 0. A law that is not well formed moves evenly rather than give NaN;
+/// callers refuse it before.
 [[nodiscard]] inline LawState evaluate(const TimeLaw& law, double t_s) noexcept {
   const double duration_s = law.duration_s();
   if (t_s >= duration_s || !(duration_s > 0.0)) return {law.distance, 0.0, 0.0, 0.0};
@@ -98,8 +98,8 @@ struct LawPeaks {
   return {v_scale * unit.velocity, a_scale * unit.jerk * unit.jerk_part, a_scale / duration_s * unit.jerk};
 }
 
-/// Finite, no negative duration, and either nothing to travel or a shape to travel it with. Says nothing on
-/// limits.
+/// Finite, no negative duration, and either nothing to travel or a shape to travel it with.
+/// Says nothing on limits.
 [[nodiscard]] inline bool is_well_formed(const TimeLaw& law) noexcept {
   const double duration_s = law.duration_s();
   if (!std::isfinite(law.distance) || !std::isfinite(duration_s)) return false;

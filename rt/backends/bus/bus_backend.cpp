@@ -172,8 +172,8 @@ void BusBackend::run() noexcept {
         if (!approach_.await_release()) return;
         log(device_->open());
         open = true;
-        // The servos come to where the cycle holds the arm; it stays in Error, and holds, until they are
-        // there.
+        // The servos come to where the cycle holds the arm; it stays in Error, and holds,
+        // until they are there.
         is_there = approach();
         if (is_there) {
           open_since_ = Clock::now();

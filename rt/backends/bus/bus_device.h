@@ -56,7 +56,7 @@ class BusDevice {
   virtual bool emergency_stop() { return false; }
   /// What is wrong with it, though it goes on; read after every frame.
   [[nodiscard]] virtual std::optional<DeviceError> warning() { return std::nullopt; }
-  /// The last thing sent: servos without pulses, where the profile wants that.
+  /// The last thing sent: servos without pulses, where the profile says so.
   virtual void relax() = 0;
   /// A line for the operator's log, or empty; drained after every frame and after close().
   [[nodiscard]] virtual std::string drain_log() { return {}; }

@@ -68,7 +68,8 @@ gpiod_line_bias bias_of(GpioBias bias) {
 
 enum class Use { kOutput, kInput, kInputWithEdges };
 
-LineRequest ask(gpiod_chip* chip, const GpioRequest& request, const std::vector<unsigned>& offsets, Use use) {
+LineRequest request_lines(gpiod_chip* chip, const GpioRequest& request, const std::vector<unsigned>& offsets,
+                          Use use) {
   const Settings settings(gpiod_line_settings_new());
   const LineConfig lines(gpiod_line_config_new());
   const RequestConfig config(gpiod_request_config_new());
@@ -102,7 +103,7 @@ class Outputs final : public GpioOutputs {
       }
     }
     values_.resize(offsets.size(), GPIOD_LINE_VALUE_INACTIVE);
-    request_ = ask(chip.get(), request, offsets, Use::kOutput);
+    request_ = request_lines(chip.get(), request, offsets, Use::kOutput);
     if (!request_) throw gpio_line_error(request.chip, request.lines.front() + " ...", errno);
   }
   [[nodiscard]] int set(std::uint32_t values) noexcept override {
@@ -124,13 +125,13 @@ class Input final : public GpioInput {
     const std::string& name = request.lines.at(0);
     offset_ = find_line(chip.get(), request.chip, name);
     if (const auto user = user_of(chip.get(), offset_)) throw gpio_line_taken(request.chip, name, *user);
-    request_ = ask(chip.get(), request, {offset_}, Use::kInputWithEdges);
+    request_ = request_lines(chip.get(), request, {offset_}, Use::kInputWithEdges);
     if (request_) {
       events_.reset(gpiod_edge_event_buffer_new(kMostEvents));
       if (!events_) throw gpio_chip_error(request.chip, ENOMEM);
       return;
     }
-    request_ = ask(chip.get(), request, {offset_}, Use::kInput);  // no interrupt: looked at often
+    request_ = request_lines(chip.get(), request, {offset_}, Use::kInput);  // no interrupt: looked at often
     if (!request_) throw gpio_line_error(request.chip, name, errno);
   }
   bool wait_edge(std::chrono::nanoseconds longest) override {

@@ -45,8 +45,8 @@ inline constexpr std::int64_t kSameEdge_ns = 500;
 [[nodiscard]] PulsePlan plan_pulses(const PulseWidths& widths, std::int64_t frame_ns,
                                     PulseOrder order) noexcept;
 
-/// How late edges came, counted by one thread and read by any. Every member function but text() is real-time
-/// safe.
+/// How late edges came, counted by one thread and read by any.
+/// Every member function but text() is real-time safe.
 class EdgeLateness {
  public:
   static constexpr std::array<std::int64_t, 11> kEdges_us{1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 5000};

@@ -74,7 +74,7 @@ std::string Pca9685::open() {
   const int found = read(kPreScale);
   if (found < kPrescaleMin) {
     throw DeviceError(DeviceCause::kBadAnswer,
-                      bus_->name() + ": answers, but is no PCA9685 (its prescaler cannot be below 3)");
+                      bus_->name() + ": the device is not a PCA9685 (whose prescaler is never below 3)");
   }
   const int wanted = prescale_for(settings_.oscillator_hz, settings_.frame_hz);
   const bool is_new = (mode & kSleep) != 0;  // after power-up it sleeps

@@ -42,8 +42,8 @@ PlanResult arc_motion(const Rig& rig, bool out) {
                             {p[0], p[1] + 2 * y, p[2] + 0.001 * (out ? -1 : 1)});
 }
 
-/// Percentiles of `kCycles` cycles. `next` plans a motion whenever the arm rests; only cycles in motion
-/// count.
+/// Percentiles of `kCycles` cycles. `next` plans a motion whenever the arm rests;
+/// only cycles in motion count.
 bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>& next, bool with_stops) {
   Rig rig;
   rig.step();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Forward and inverse kinematics against Orocos KDL on the same arm, the same poses, alternating in one run.
-// KDL's inverse starts 0.2 rad a joint away from the answer, a fair seed for a controller that follows a
-// path.
+// KDL's inverse starts 0.2 rad a joint away from the answer,
+// a fair seed for a controller that follows a path.
 #include <cmath>
 #include <kdl/chain.hpp>
 #include <kdl/chainfksolverpos_recursive.hpp>

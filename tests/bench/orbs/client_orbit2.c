@@ -71,7 +71,7 @@ static bool measure(Client* client, void (*call)(Client*, CORBA_Environment*), i
   return fflush(stdout) == 0;
 }
 
-static bool obey(Client* client, CORBA_Environment* ev) {
+static bool handle_command(Client* client, CORBA_Environment* ev) {
   char line[64];
   while (fgets(line, sizeof(line), stdin) != NULL) {
     char what[8];
@@ -95,7 +95,7 @@ int main(int argc, char** argv) {
   if (good) {
     (void)puts("ready");
     (void)fflush(stdout);
-    good = obey(&client, &ev);
+    good = handle_command(&client, &ev);
   }
   CORBA_Object_release(client.robot, &ev);
   if (client.orb != CORBA_OBJECT_NIL) CORBA_ORB_destroy(client.orb, &ev);

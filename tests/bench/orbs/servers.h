@@ -50,8 +50,8 @@ class Servers {
   ~Servers();
   /// Starts `command`, waits until it is ready, and returns what follows that word in its ready line.
   std::string start(std::vector<std::string> command);
-  /// The same for servant `program` of the robot `name`, with a real-time task of its own. `address`:
-  /// options.
+  /// The same for servant `program` of the robot `name`, with a real-time task of its own.
+  /// `address`: options.
   std::string start_robot(const std::string& program, const std::string& name,
                           const std::vector<std::string>& address);
 

@@ -148,7 +148,7 @@ TEST_F(SegmentFault, OfTasksThatStartAtOnceExactlyOneGetsTheSegment) {
   }
 }
 
-TEST_F(SegmentFault, WhoeverAttachesWhileItIsMadeSeesNothingOrAllOfIt) {
+TEST_F(SegmentFault, AProcessThatAttachesWhileItIsMadeSeesNothingOrAllOfIt) {
   for (int round = 0; round < 50; ++round) {
     constexpr int kOthers = 4;
     const std::vector<int> codes = race(1 + kOthers, [&](int index) {
@@ -196,7 +196,7 @@ TEST_F(SegmentFault, EnteringAndLeavingAtOnceLeavesNothingBehind) {
   }
 }
 
-TEST_F(SegmentFault, NobodyEntersOrLeavesWhileSomebodyElseDoes) {
+TEST_F(SegmentFault, NoProcessEntersOrLeavesWhileAnotherDoes) {
   Segment rt = task();
   const segment_detail::File file = segment_detail::open_existing(name(), O_RDWR);
   ASSERT_TRUE(file.lock(segment_detail::LockByte::kGate));
@@ -252,7 +252,7 @@ TEST_F(SegmentFault, TheTwoSidesLeavingAtOnceLeaveNothingBehind) {
   EXPECT_EQ(codes, std::vector<int>(2, 0)) << "2: the file was still there when both had left";
 }
 
-TEST_F(SegmentFault, ACreatorKilledAnywhereBlocksNobody) {
+TEST_F(SegmentFault, ACreatorKilledAnywhereBlocksNoOther) {
   const unsigned seed = std::random_device{}();
   RecordProperty("seed", std::to_string(seed));
   SCOPED_TRACE("seed " + std::to_string(seed));

@@ -20,7 +20,7 @@ const corbot::ArmModel& arm() {
   return model;
 }
 
-/// What every position that is believed must keep, whatever its text was.
+/// What every position that is accepted must keep, whatever its text was.
 bool is_sound(const corbot::LastPosition& position) {
   for (std::size_t i = 0; i < corbot::kMaxJoints; ++i) {
     const double angle = position.position_rad[i];
@@ -40,7 +40,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const corbot::LastPosition position = corbot::parse_position(text, "lynx5", arm());
     if (!is_sound(position)) std::abort();
-    // What is believed is written such that it is believed again.
+    // What is accepted is written such that it is accepted again.
     if (!is_sound(corbot::parse_position(corbot::position_text(position, arm().dof), "lynx5", arm())))
       std::abort();
   } catch (const corbot::PositionError& error) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random point-to-point motions, run at 1 kHz: range, speed, acceleration and jerk of every joint, and the
-// end.
+// Random point-to-point motions, run at 1 kHz: range, speed, acceleration and jerk of every joint,
+// and the end.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -63,8 +63,8 @@ TEST(Laws, AHundredThousandKeepTheirLimitsAndAreShort) {
     ASSERT_NO_FATAL_FAILURE(check_law(law, limits)) << "case " << i << " distance " << distance;
     ++met[(law.t_cruise_s > 0.0 ? 1u : 0u) + (law.t_acc_s > 0.0 ? 2u : 0u)];
 
-    // Optimal: where a segment is left out, the limit it stands for cannot be used; else that limit is
-    // reached.
+    // Optimal: where a segment is left out, the limit it stands for cannot be used;
+    // else that limit is reached.
     const LawPeaks peak = peaks(law);
     const double tightest = std::max(
         {peak.velocity / limits.velocity, peak.acceleration / limits.acceleration, peak.jerk / limits.jerk});

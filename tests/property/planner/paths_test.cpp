@@ -75,8 +75,8 @@ void check_ticks(const ArmModel& arm, const PlanSettings& settings, const Comman
           << "joint " << i << " tick " << k << " of " << ticks;
       tightest->joint_speed = std::max(tightest->joint_speed, std::abs(q - last[i]) / (limit * tick_s));
     }
-    // The TCP's own limits, from difference quotients; third differences carry a rounding of 1e-15 m / (1
-    // ms)³.
+    // The TCP's own limits, from difference quotients;
+    // third differences carry a rounding of 1e-15 m / (1 ms)³.
     std::array<double, 3> v{}, a{}, j{};
     for (std::size_t i = 0; i < 3; ++i) {
       v[i] = (tcp[i] - track[0][i]) / tick_s;

@@ -31,7 +31,8 @@ std::vector<std::string> linked_libraries(const fs::path& program) {
   std::vector<std::string> libraries;
   for (std::sregex_iterator i(text.begin(), text.end(), kLibrary), end; i != end; ++i)
     libraries.push_back((*i)[1]);
-  if (libraries.empty()) throw std::runtime_error("ldd told nothing of " + program.string() + ": " + text);
+  if (libraries.empty())
+    throw std::runtime_error("ldd printed nothing for " + program.string() + ": " + text);
   return libraries;
 }
 

@@ -216,8 +216,8 @@ TEST_F(GpiodTest, KeepsAnAbsoluteGrid) {
   ASSERT_TRUE(wait_until([&] { return pulses(0).size() >= 25; }));
   const auto first = pulses(0);
   const auto second = pulses(1);
-  // Most rises are on the grid, some are late, and nothing drifts. Which instant the grid has, the median
-  // tells.
+  // Most rises are on the grid, some are late, and nothing drifts.
+  // The median shows which instant the grid has.
   std::vector<std::int64_t> phases_ns;
   for (const Pulse& pulse : first) {
     const std::int64_t since_ns = pulse.rose_ns - first[0].rose_ns + kFrame_ns / 2;

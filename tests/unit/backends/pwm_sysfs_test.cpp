@@ -160,7 +160,7 @@ TEST_F(PwmSysfsTest, RelaxesAndGivesBackWhatItExported) {
   EXPECT_EQ(device->measure(frame(0, 0)).unit, BusReading::Unit::kPulses);
   device->relax();
   EXPECT_TRUE(wait_until([&] { return !fs::exists(chip_ / "pwm0"); }));
-  EXPECT_EQ(of(3, "enable"), "0") << "was exported by somebody else";
+  EXPECT_EQ(of(3, "enable"), "0") << "was exported by another program";
 }
 
 TEST_F(PwmSysfsTest, RelaxesAllThatCanBeSwitchedOff) {

@@ -12,8 +12,8 @@ namespace corbot {
 namespace {
 
 TEST(Fingerprint, IsFnv1a) {
-  // Reference value of the draft for the eight bytes "chongo w": computed byte by byte here, independently of
-  // add().
+  // Reference value of the draft for the eight bytes "chongo w": computed byte by byte here,
+  // independently of add().
   std::uint64_t expected = 14695981039346656037u;
   std::uint64_t word = 0;
   std::memcpy(&word, "chongo w", 8);

@@ -128,8 +128,8 @@ INSTANTIATE_TEST_SUITE_P(Indices, CorruptRing,
                                          Indices{5, kMax - 8}, Indices{kMax / 2, 1}));
 
 TEST(Ring, SurvivesIndicesThatAreWrongButPossible) {
-  // Seven records that nobody pushed: undetectable here, harmless to memory, and every record is checked
-  // afterwards.
+  // Seven records that were never pushed: undetectable here, harmless to memory,
+  // and every record is checked afterwards.
   SmallRing ring;
   RingIndices::set_indices(ring, kMax - 1, kMax - 8);
   EXPECT_EQ(drain(ring).size(), 7u);

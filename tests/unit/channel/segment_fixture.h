@@ -19,8 +19,8 @@ namespace corbot {
 
 inline constexpr std::uint64_t kTestFingerprint = 0x1234;
 
-/// A segment name of the test's own, so that tests run in parallel, and nothing left in /dev/shm, whatever
-/// happened.
+/// A segment name of the test's own, so that tests run in parallel,
+/// and nothing left in /dev/shm, whatever happened.
 class SegmentTest : public testing::Test {
  protected:
   SegmentTest() : name_("t" + std::to_string(::getpid()) + "-" + std::to_string(counter_++)) {}

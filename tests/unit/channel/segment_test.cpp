@@ -64,7 +64,7 @@ TEST_F(SegmentTest, CarriesRecordsBothWays) {
   EXPECT_EQ(completion.cycle, 77u);
 }
 
-TEST_F(SegmentTest, ObserverReadsWhileBothAreThereAndKeepsNobodyOut) {
+TEST_F(SegmentTest, ObserverReadsWhileBothAreThereAndKeepsNoProcessOut) {
   Segment rt = task();
   Snapshot snapshot{};
   snapshot.cycle = 9;
@@ -86,8 +86,8 @@ TEST_F(SegmentTest, ObserverReadsWhileBothAreThereAndKeepsNobodyOut) {
 TEST_F(SegmentTest, ObserverCannotWrite) {
   Segment rt = task();
   Segment observer = Segment::observe(name());
-  // The kernel is asked to write there: it answers EFAULT where a store of our own would be a segmentation
-  // fault.
+  // The kernel is asked to write there: it answers EFAULT where a store of our own would be
+  // a segmentation fault.
   const int zero = ::open("/dev/zero", O_RDONLY | O_CLOEXEC);
   ASSERT_GE(zero, 0);
   EXPECT_EQ(::read(zero, &rt.layout().control, 1), 1);

@@ -86,7 +86,7 @@ TEST_F(RigGpio, MakesPulses) {
       const double median_us = static_cast<double>(widths[widths.size() / 2]) / 1000.0;
       std::cout << "line " << line << ": " << widths.size() << " pulses in 1 s, median " << median_us
                 << " us of " << frame.pulse_us[static_cast<std::size_t>(line)] << " us" << std::endl;
-      // Whoever looks by sysfs is late himself, and a machine that shares its processors later still: then a
+      // A reading by sysfs is late itself, and a machine that shares its processors later still: then a
       // pulse is long. Where time is counted by instructions, only the looking blurs it.
       const double wanted_us = frame.pulse_us[static_cast<std::size_t>(line)];
       EXPECT_GE(median_us, wanted_us - kLooking_us);

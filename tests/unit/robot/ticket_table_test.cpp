@@ -53,7 +53,7 @@ TEST(TicketTable, VerdictsOfOtherNumbersChangeNothing) {
   table.complete(6, Verdict::kDone);
   EXPECT_EQ(table.find(5)->state, TicketState::kPending);
   table.complete(5, Verdict::kDone);
-  table.complete(5, Verdict::kFault);  // a second verdict is nobody's
+  table.complete(5, Verdict::kFault);  // a second verdict has no ticket
   EXPECT_EQ(table.find(5)->state, TicketState::kDone);
   EXPECT_EQ(table.pending(), 0u);
 }
@@ -80,7 +80,7 @@ TEST(TicketTable, PendingOnesAreNeverForgotten) {
   EXPECT_EQ(table.pending(), 1u);
 }
 
-TEST(TicketTable, WakesWhoeverWaits) {
+TEST(TicketTable, WakesEveryWaitingThread) {
   TicketTable table;
   table.add(ticket(1, 1));
   table.add(ticket(2, 2));

@@ -254,7 +254,7 @@ TEST(CommandCheck, WhatIsRefusedDoesNotMoveTheArm) {
       EXPECT_EQ(alarm->code, AlarmCode::kCommandRefused);
     }
   }
-  // And the arm still obeys.
+  // And the arm still takes commands.
   rig.submit(rig.planner.move_joints(rig.start(), {}, {}, 0.0));
   rig.step(5000);
   EXPECT_EQ(rig.completion()->verdict, Verdict::kDone);

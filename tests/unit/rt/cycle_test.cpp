@@ -60,7 +60,7 @@ TEST_F(CycleTest, RunsACommandToItsEnd) {
   expect_holds();
 }
 
-TEST_F(CycleTest, SaysWhenSomebodyMustBeWoken) {
+TEST_F(CycleTest, SaysWhenTheServantMustBeWoken) {
   EXPECT_FALSE(rig.step().published);
   go(kThere);
   EXPECT_TRUE(rig.step().published);  // Standby → Moving

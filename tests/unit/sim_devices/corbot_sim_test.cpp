@@ -262,7 +262,7 @@ TEST_F(CorbotSim, ReplacesALinkButNothingElse) {
   fs::create_symlink("/nowhere/at/all", link_);
   start({"ssc32"});
   EXPECT_TRUE(Host(link_).is_open());
-  // What has become somebody else's stays.
+  // What another program has made its own stays.
   fs::remove(link_);
   fs::create_symlink("/nowhere/at/all", link_);
   EXPECT_EQ(sim_->terminate(), 0);

@@ -10,7 +10,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 std::string bytes(std::initializer_list<int> values) { return {values.begin(), values.end()}; }
 
-/// The maker's CRC-7 as he does it on paper: bits from the lowest of the first byte on, seven zeros after
+/// The maker's CRC-7 as computed on paper: bits from the lowest of the first byte on, seven zeros after
 /// them, divided by 10001001; the remainder is read with its first bit lowest.
 std::uint8_t crc7(const Bytes& message) {
   std::vector<int> bits;

@@ -195,7 +195,7 @@ TEST(Ssc32Moves, ShaftFollowsThePulsesAtItsOwnSpeed) {
   EXPECT_NEAR(bench.shaft_us(1, 400), 1500.0, 1e-6);
   EXPECT_EQ(bench.shaft_us(2, 400), 1200.0);
   bench.send("#1P2000\r", 400);
-  bench.send("#1L\r", 520);  // limp
+  bench.send("#1L\r", 520);  // no torque
   EXPECT_NEAR(bench.shaft_us(1, 600), 1620.0, 1e-6);
   EXPECT_NEAR(bench.shaft_us(1, 9000), 1620.0, 1e-6);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last position on disk: read back as written, believed only if every byte is right, replaced at once.
+// The last position on disk: read back as written, accepted only if every byte is right, replaced at once.
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/stat.h>
