@@ -132,7 +132,7 @@ PathPlan PathPlanner::plan_on_branch(const PlanStart& start, Motion motion, cons
                                      double t_s, Member member) const {
   const PathProof proof(model_, motion, motion.branch, start.position_rad[0]);
   const PathPoint target = point_at(motion, 1.0);
-  // The target first: of all points that may be out of reach it is the one the caller knows.
+  // The target first: of all points that may be out of reach it is the one that the caller has given.
   const IkResult end = proof.joints_at(1.0);
   if (end.status != IkStatus::kOk) return unreachable(target.position_m, end, "the target");
   if (auto refusal = check_start(start, proof.joints_at(0.0))) return *refusal;

@@ -192,7 +192,7 @@ TEST_F(Kill, RealTimeTask) {
     start_rt();
     if (HasFatalFailure()) return;
   }
-  fmt::print("blocked caller told of the task's death: worst {:.0f} ms\n", 1e3 * worst_s);
+  fmt::print("blocked call ended after the task's death: worst {:.0f} ms\n", 1e3 * worst_s);
   EXPECT_LE(worst_s, 0.2 + 0.3) << "0.2 s, and 0.3 s for a busy machine";
   ASSERT_TRUE(client_->wait_line("ok", within(30)));
   EXPECT_GT(watch_->moving_cycles(), 0u);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A hundred thousand calls, a third of them refused, leave the servant as large as it was. Under the address
-// sanitizer, or with CORBOT_TEST_WRAPPER="valgrind ...", the servant's end tells every leak.
+// sanitizer, or with CORBOT_TEST_WRAPPER="valgrind ...", the servant's end reports every leak.
 #include <cmath>
 #include <cstdlib>
 #include <fstream>

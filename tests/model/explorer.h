@@ -19,8 +19,8 @@
 // Such an execution is determined by which store each load reads, so that is what is chosen, rather than an
 // order of steps: a load may return any store that has been executed and that coherence and happens-before do
 // not hide from its thread, or it waits until another thread has executed a further store to that variable
-// and chooses again. There is no bound on pre-emptions or staleness; the programs are bounded (records,
-// attempts) by whoever writes them.
+// and chooses again. There is no bound on pre-emptions or staleness; the programs are written with
+// bounds (records, attempts).
 //
 // What is left out: executions in which a load reads a store that depends on that same load (cycles of
 // program order and reads-from; no compiler or machine is known to show them for dependent stores), and

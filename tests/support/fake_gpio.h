@@ -44,7 +44,7 @@ class FakeGpio {
     pressed_ = pressed;
     wake_.notify_all();
   }
-  /// Pressed and released before anybody could look.
+  /// Pressed and released before any read of the level.
   void tap() {
     const std::lock_guard lock(mutex_);
     has_edge_ = true;

@@ -52,7 +52,7 @@ void check_ticks(const ArmModel& arm, const PlanSettings& settings, const Comman
   ASSERT_TRUE(is_well_formed(motion.law));
   const double length = length_m(motion);
   const double duration_s = command.duration_s;
-  // Motions that creep past a singularity last up to an hour; 60,000 ticks tell enough.
+  // Motions that creep past a singularity last up to an hour; 60,000 ticks are enough.
   const double tick_s = std::max(1e-3, duration_s / 60'000.0);
   const int ticks = static_cast<int>(std::ceil(duration_s / tick_s));
   Joints last = command.start_rad;

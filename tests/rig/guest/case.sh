@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What cases share; sourced. The caller is in the project's top directory, and the environment tells the devices.
+# What cases share; sourced. The caller is in the project's top directory, and the environment names the devices.
 set -euo pipefail
 guest=tests/rig/guest
 export XDG_RUNTIME_DIR=/run/corbot

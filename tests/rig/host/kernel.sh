@@ -5,7 +5,7 @@ kernel_dir=$rig_cache/kernel
 kernel_root=$kernel_dir/root  # the packages, unpacked
 vmlinux=$kernel_dir/vmlinux
 
-# The package that linux-image-rt-amd64 stands for today, or nothing when apt knows of none.
+# The package that linux-image-rt-amd64 stands for today, or nothing when apt has none.
 resolve_kernel() {
   apt-cache depends linux-image-rt-amd64 2> /dev/null |
     sed -n 's/^ *Depends: \(linux-image-[0-9].*-rt-amd64\)$/\1/p' | head -n 1

@@ -8,7 +8,7 @@
 namespace corbot::test {
 
 /// Names of the shared libraries that a program needs, by its dynamic section, theirs included (as the loader
-/// finds them). Throws std::runtime_error if that cannot be told.
+/// finds them). Throws std::runtime_error if that cannot be found out.
 [[nodiscard]] std::vector<std::string> linked_libraries(const std::filesystem::path& program);
 
 /// Those among them that belong to an ORB.

@@ -69,7 +69,7 @@ TEST(MaestroEncoding, SetsTargetsInQuartersOfAMicrosecond) {
               ElementsAre(0x84, 2, 0x70, 0x2E, 0x84, 4, 0x70, 0x2E));
   EXPECT_THAT(maestro.targets(frame_of({{3, 1500.0}, {4, 1500.25}})),
               ElementsAre(0x84, 3, 0x70, 0x2E, 0x84, 4, 0x71, 0x2E))
-      << "as a Micro Maestro knows it";
+      << "as a Micro Maestro supports it";
   const Maestro mini({"/dev/null", 115200, -1, false, false, 2, true});
   EXPECT_THAT(mini.targets(frame_of({{2, 1500.0}, {4, 1500.0}})),
               ElementsAre(0x84, 2, 0x70, 0x2E, 0x84, 4, 0x70, 0x2E));

@@ -100,7 +100,7 @@ TEST_F(State, StaleFilesAreNotARobot) {
   std::ofstream(runtime_ / "corbot/a1.lock");
   EXPECT_FALSE(is_up("a1"));
   EXPECT_TRUE(robots_up().empty());
-  EXPECT_NO_THROW(down("a1"));  // cleans up, and signals nobody
+  EXPECT_NO_THROW(down("a1"));  // cleans up, and signals no process
   EXPECT_TRUE(fs::is_empty(runtime_ / "corbot"));
   EXPECT_THROW(down("a1"), Failure) << "now there is nothing to end";
 }

@@ -147,7 +147,7 @@ TEST_F(RigGpio, StopsByALineThatIsPulled) {
     EXPECT_FALSE(is_high(kPowerLine)) << "not before it is cleared";
     in_error = false;
     EXPECT_TRUE(wait_until([&] { return is_high(kPowerLine); }));
-    // Short, between two looks at the level: the edge tells.
+    // Short, between two looks at the level: the edge shows it.
     pull(kStopLine, pressed);
     pull(kStopLine, good);
     EXPECT_TRUE(wait_until([&] { return in_error.load(); }));

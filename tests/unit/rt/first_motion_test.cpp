@@ -111,7 +111,7 @@ TEST_F(FirstMotion, ARestartBeforeItForgetsNothing) {
   run();
   rig.restart({{}, 0.0, true});
   rig.step();
-  EXPECT_FALSE(unverified()) << "the segment knows better";
+  EXPECT_FALSE(unverified()) << "the segment ranks higher";
 }
 
 TEST_F(FirstMotion, AStartMayOutrankTheSegment) {

@@ -158,7 +158,7 @@ TEST_F(StartPositionTest, ASegmentOfAnotherServoMapGivesPulsesOnly) {
     }
   }
   const rt::CycleStart commanded = find(device(DevicePosition::Kind::kCommanded, {0.1, 0.2, 0.3, 0.4}, 0.5));
-  EXPECT_EQ(commanded.position_rad[0], 0.1) << "the device knows better";
+  EXPECT_EQ(commanded.position_rad[0], 0.1) << "the device ranks higher";
   EXPECT_FALSE(commanded.unverified);
   EXPECT_TRUE(commanded.outranks_segment);
   EXPECT_EQ(find(device(DevicePosition::Kind::kMeasured, {0.1, 0.2, 0.3, 0.4})).position_rad[0], 0.1);

@@ -218,7 +218,7 @@ TEST_F(CorbotSim, ServesOneHostAfterAnother) {
     Host host(link_);
     ASSERT_TRUE(host.is_open());
     EXPECT_EQ(host.ask("VER\r", kVersionLength), "SSC32-V2.50USB\r");
-    // Dies without giving up its exclusive use, which keeps out everybody but root.
+    // Dies without giving up its exclusive use, which keeps out all users but root.
     ASSERT_EQ(::ioctl(host.fd(), TIOCEXCL), 0);
     host.close();
     ASSERT_TRUE(wait_until(within(kPatience_s), [&] { return Host(link_).is_open(); }));
