@@ -30,7 +30,8 @@ spdlog::level::level_enum level_of(const LogLine& line) {
 
 void print_log(Backend& backend) {
   for (const LogLine& line : backend.drain_log()) {
-    spdlog::log(level_of(line), "{}: {}", backend.name(), to_string(line));
+    spdlog::log(level_of(line), "{}: {}{}", backend.name(), to_string(line),
+                line.kind == LogLine::Kind::kLost ? "; trying again" : "");
   }
 }
 

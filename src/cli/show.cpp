@@ -11,6 +11,8 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "alarms/alarm_text.h"
+#include "corbot/channel/alarms.h"
 #include "corbot/channel/records.h"
 
 namespace corbot::cli {
@@ -64,6 +66,22 @@ const char* to_string(Corbot::DeviceHealth health) {
 bool is_device_back(const ActiveAlarm& alarm, const Corbot::DeviceInfo& device) {
   return alarm.code == static_cast<long>(AlarmCode::kBackendLost) &&
          (device.health == Corbot::DeviceOpen || device.health == Corbot::DeviceDegraded);
+}
+
+/// Why the device was lost; DeviceInfo has no cause any more once the device is back. "" if the servant words
+/// its alarm otherwise.
+std::string lost_cause_text(const ActiveAlarm& alarm) {
+  for (std::uint32_t i = 0; i <= to_number(DeviceCause::kHeartbeatLost); ++i) {
+    const DeviceCause cause = to_device_cause(i);
+    if (alarm.text == alarm_text(alarm::backend_lost(cause))) return device_cause_text(cause);
+  }
+  return "";
+}
+
+std::string device_back_text(const ActiveAlarm& alarm) {
+  const std::string cause = lost_cause_text(alarm);
+  return fmt::format("the servo device was lost{}, is back: 'corbot clear'",
+                     cause.empty() ? "" : fmt::format(" ({})", cause));
 }
 
 json device_data(const Corbot::DeviceInfo& device) {
@@ -139,8 +157,7 @@ std::string status_text(const StatusReport& r) {
   for (const auto& alarm : r.active_alarms) {
     const bool back = is_device_back(alarm, r.device);
     cause_gone = cause_gone && back;
-    alarms += fmt::format("  alarm     {} {}{}\n", alarm.code, alarm.text,
-                          back ? "; the device is back: 'corbot clear'" : "");
+    alarms += fmt::format("  alarm     {} {}\n", alarm.code, back ? device_back_text(alarm) : alarm.text);
   }
   text += fmt::format("  state     {:<9} {}\n{}", to_string(r.state), meaning(r.state, cause_gone), alarms);
   text += fmt::format("  device    {}\n", describe(r.device));
@@ -238,9 +255,9 @@ std::string diagnostics_text(const Corbot::LoopInfo& info, const Corbot::DeviceI
                   microseconds(latency_quantile(info, 0.5)), microseconds(latency_quantile(info, 0.99)),
                   microseconds(latency_quantile(info, 0.999)), microseconds(info.latencyMax));
   text += fmt::format("work      max {} a cycle\n", microseconds(info.workMax));
-  text +=
-      fmt::format("device    {}; {} frames sent, the last {:.1f} ms after its set-point, at most {:.1f} ms\n",
-                  describe(device), device.frames, device.age * 1e3, device.ageMax * 1e3);
+  text += fmt::format(
+      "device    {}; {} frames accepted, the last {:.1f} ms after its set-point, at most {:.1f} ms\n",
+      describe(device), device.frames, device.age * 1e3, device.ageMax * 1e3);
   text += device.measured
               ? fmt::format("measured  by the device, {:.1f} ms ago\n", device.measuredAge * 1e3)
               : fmt::format("measured  no{}\n", device.positionUncertain ? "; position unverified" : "");

@@ -160,7 +160,7 @@ std::optional<std::string> read_argument(const VerbSpec& spec, const std::string
 std::string_view similar_verb(std::string_view word) {
   std::vector<std::string_view> words;
   for (const auto& spec : table()) words.push_back(spec.word);
-  return most_similar(word, words);
+  return most_similar(word, words, kSimilarCommand);
 }
 
 }  // namespace

@@ -225,7 +225,7 @@ void Section::finish() {
   if (table_ == nullptr) return;
   for (const auto& [key, node] : *table_) {
     if (std::find(read_keys_.begin(), read_keys_.end(), key.str()) != read_keys_.end()) continue;
-    const std::string_view similar = most_similar(key.str(), read_keys_);
+    const std::string_view similar = most_similar(key.str(), read_keys_, kSimilarKey);
     faults_->add(static_cast<std::uint32_t>(key.source().begin.line), full_key(key.str()), shown(node),
                  similar.empty() ? fmt::format("is unknown; allowed here: {}", fmt::join(read_keys_, ", "))
                                  : fmt::format("is unknown; did you mean {}?", similar));

@@ -13,7 +13,7 @@ struct LogLine {
     kInfo,
     kWarning,
     kDegraded,  ///< a device; the text says why
-    kLost,      ///< a device, which is tried again; the text says why
+    kLost,      ///< a device; the text says why
   };
   Kind kind{Kind::kInfo};
   std::string text;
@@ -26,7 +26,7 @@ struct LogLine {
 /// As it stands in the log.
 [[nodiscard]] inline std::string to_string(const LogLine& line) {
   if (line.kind == LogLine::Kind::kDegraded) return "degraded: " + line.text;
-  if (line.kind == LogLine::Kind::kLost) return "lost: " + line.text + "; trying again";
+  if (line.kind == LogLine::Kind::kLost) return "lost: " + line.text;
   return line.text;
 }
 

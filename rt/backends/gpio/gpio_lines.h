@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -65,7 +66,12 @@ class GpioChips {
 /// Those of the kernel, by libgpiod.
 [[nodiscard]] std::unique_ptr<GpioChips> kernel_gpio();
 
-/// Why a line cannot be used; empty: it can. Requests nothing and changes nothing.
-[[nodiscard]] std::string gpio_line_fault(const std::string& chip, const std::string& line);
+struct GpioLineFault {
+  std::string text;
+  std::string consumer;  ///< of a line that is in use, as its user named it; else empty
+};
+
+/// Why a line cannot be used; nothing: it can. Requests nothing and changes nothing.
+[[nodiscard]] std::optional<GpioLineFault> gpio_line_fault(const std::string& chip, const std::string& line);
 
 }  // namespace corbot::rt

@@ -147,15 +147,16 @@ class KernelGpio final : public GpioChips {
 
 std::unique_ptr<GpioChips> kernel_gpio() { return std::make_unique<KernelGpio>(); }
 
-std::string gpio_line_fault(const std::string& path, const std::string& name) {
+std::optional<GpioLineFault> gpio_line_fault(const std::string& path, const std::string& name) {
   try {
     const Chip chip = open_chip(path);
     gpiod_line* line = find_line(chip.get(), path, name);
-    if (!gpiod_line_is_used(line)) return {};
-    const char* consumer = gpiod_line_consumer(line);
-    return gpio_line_taken(path, name, consumer != nullptr ? consumer : "").what();
+    if (!gpiod_line_is_used(line)) return std::nullopt;
+    const char* name_of_user = gpiod_line_consumer(line);
+    const std::string consumer = name_of_user != nullptr ? name_of_user : "";
+    return GpioLineFault{gpio_line_taken(path, name, consumer).what(), consumer};
   } catch (const DeviceError& error) {
-    return error.what();
+    return GpioLineFault{error.what(), ""};
   }
 }
 

@@ -175,13 +175,14 @@ class KernelGpio final : public GpioChips {
 
 std::unique_ptr<GpioChips> kernel_gpio() { return std::make_unique<KernelGpio>(); }
 
-std::string gpio_line_fault(const std::string& path, const std::string& name) {
+std::optional<GpioLineFault> gpio_line_fault(const std::string& path, const std::string& name) {
   try {
     const Chip chip = open_chip(path);
     const auto user = user_of(chip.get(), find_line(chip.get(), path, name));
-    return user ? gpio_line_taken(path, name, *user).what() : std::string();
+    if (!user) return std::nullopt;
+    return GpioLineFault{gpio_line_taken(path, name, *user).what(), *user};
   } catch (const DeviceError& error) {
-    return error.what();
+    return GpioLineFault{error.what(), ""};
   }
 }
 

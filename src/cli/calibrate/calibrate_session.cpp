@@ -12,7 +12,6 @@
 #include <system_error>
 #include <utility>
 
-#include "alarms/alarm_text.h"
 #include "cli/calibrate/calibrate_help.h"
 #include "cli/supervise/abandoned_segment.h"
 #include "client/explain.h"
@@ -295,13 +294,13 @@ void CalibrateSession::report_unwritten() const {
 
 void CalibrateSession::fail_lost_device() {
   print_log();
-  const std::string cause = device_cause_text(servos_.lost_cause());
-  throw Failure(ExitCode::kInternal,
-                fmt::format("the device is lost{}{}{}", cause.empty() ? "" : ": ", cause, unwritten_note()));
+  throw Failure(ExitCode::kInternal, fmt::format("the device is lost{}{}{}", lost_text_.empty() ? "" : ": ",
+                                                 lost_text_, unwritten_note()));
 }
 
 void CalibrateSession::print_log() {
   for (const LogLine& line : servos_.drain_log()) {
+    if (line.kind == LogLine::Kind::kLost) lost_text_ = printable(line.text);
     fmt::print("{}: {}\n", setting_.profile.backend.kind, printable(to_string(line)));
   }
 }

@@ -64,6 +64,7 @@ class CalibrateSession {
   std::optional<std::size_t> servo_;
   std::map<std::string, double> written_edits_;  ///< by their paths
   std::size_t line_{0};
+  std::string lost_text_;  ///< the device's last report that it is lost, printable
   bool quit_once_{false};  ///< `quit` has warned of what is not written
   bool done_{false};
   bool written_{false};

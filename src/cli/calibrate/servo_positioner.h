@@ -49,7 +49,6 @@ class ServoPositioner {
   /// The log of device and safety lines since the last call.
   [[nodiscard]] std::vector<LogLine> drain_log();
   [[nodiscard]] bool is_lost() const;
-  [[nodiscard]] DeviceCause lost_cause() const noexcept { return backend_->cause(); }
   /// An emergency stop was seen since the servos were switched on.
   [[nodiscard]] bool is_stopped() const noexcept { return stop_.presses() != presses_seen_; }
 

@@ -111,11 +111,11 @@ void gpio(const std::string& what, const std::string& chip, const std::vector<st
   findings.push_back(file(what, chip, "gpio", fmt::format("correct {}.chip; 'gpiodetect' lists them", key)));
   if (findings.back().level != Level::kOk) return;
   for (const std::string& line : lines) {
-    const std::string fault = rt::gpio_line_fault(chip, line);
-    if (fault.empty()) continue;
-    const bool is_ours = fault.find("\"corbot") != std::string::npos;
+    const auto fault = rt::gpio_line_fault(chip, line);
+    if (!fault) continue;
+    const bool is_ours = fault->consumer.starts_with("corbot");
     findings.push_back(
-        {is_ours ? Level::kWarn : Level::kFail, kSubject, fmt::format("{}: {}", what, fault),
+        {is_ours ? Level::kWarn : Level::kFail, kSubject, fmt::format("{}: {}", what, fault->text),
          is_ours ? "nothing, if this robot is up"
                  : fmt::format("correct {}, or end the program that holds it; 'gpioinfo' shows it", key)});
   }

@@ -102,10 +102,17 @@ TEST_F(RigGpio, MakesPulses) {
 TEST_F(RigGpio, NamesWhoHasALine) {
   const auto chips = kernel_gpio();
   const auto mine = chips->outputs({.chip = chip_, .lines = {"5"}, .consumer = "somebody else"});
-  EXPECT_THAT(gpio_line_fault(chip_, "5"), HasSubstr("is taken by \"somebody else\""));
-  EXPECT_EQ(gpio_line_fault(chip_, "4"), "");
-  EXPECT_THAT(gpio_line_fault(chip_, "NO_SUCH_LINE"), HasSubstr("has no line NO_SUCH_LINE"));
-  EXPECT_THAT(gpio_line_fault(chip_, "4000"), HasSubstr("has no line 4000"));
+  const auto taken = gpio_line_fault(chip_, "5");
+  ASSERT_TRUE(taken);
+  EXPECT_THAT(taken->text, HasSubstr("is taken by \"somebody else\""));
+  EXPECT_EQ(taken->consumer, "somebody else");
+  EXPECT_FALSE(gpio_line_fault(chip_, "4"));
+  for (const std::string line : {"NO_SUCH_LINE", "4000"}) {
+    const auto missing = gpio_line_fault(chip_, line);
+    ASSERT_TRUE(missing) << line;
+    EXPECT_THAT(missing->text, HasSubstr("has no line " + line));
+    EXPECT_EQ(missing->consumer, "");
+  }
   try {
     (void)chips->outputs({.chip = chip_, .lines = {"4", "5"}});
     FAIL();
