@@ -7,6 +7,7 @@
 #include "client/client.h"
 #include "client/local_robots.h"
 #include "client/number.h"
+#include "config/profile.h"
 
 namespace corbot::client {
 
@@ -72,7 +73,7 @@ Address find_robot(const std::string& robot) {
     return {text, "", text.starts_with("IOR:") ? "the address in the IOR" : text};
   }
   if (is_host_port_name(text)) return from_corbaloc("corbaloc::" + text);
-  if (is_robot_name(text)) return from_state(text);
+  if (is_name(text)) return from_state(text);
   throw Failure(ExitCode::kUsage,
                 fmt::format("--robot '{}': write corbaloc::HOST:PORT/NAME, HOST:PORT/NAME, an IOR, "
                             "or the name of a robot that is up here",

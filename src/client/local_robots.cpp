@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/failure.h"
+#include "config/profile.h"
 
 namespace corbot::client {
 
@@ -28,8 +29,7 @@ std::vector<std::string> robots_of_files(bool up) {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(state_directory(false), error)) {
     const std::string name = entry.path().stem().string();
-    if (entry.path().extension() == ".json" && is_robot_name(name) && is_up(name) == up)
-      names.push_back(name);
+    if (entry.path().extension() == ".json" && is_name(name) && is_up(name) == up) names.push_back(name);
   }
   std::sort(names.begin(), names.end());
   return names;
@@ -62,14 +62,8 @@ int open_lock(const fs::path& directory, const std::string& name, int flags) {
   return ::open((directory / (name + ".lock")).c_str(), flags | O_CLOEXEC | O_NOFOLLOW, 0600);
 }
 
-bool is_robot_name(const std::string& name) {
-  return !name.empty() && name.size() <= 32 && std::all_of(name.begin(), name.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-  });
-}
-
 std::optional<RobotState> read_state(const std::string& name) {
-  if (!is_robot_name(name)) return std::nullopt;
+  if (!is_name(name)) return std::nullopt;
   std::ifstream stream(state_directory(false) / (name + ".json"));
   if (!stream) return std::nullopt;
   const json data = json::parse(stream, nullptr, false);
@@ -92,7 +86,7 @@ std::optional<RobotState> read_state(const std::string& name) {
 }
 
 bool is_up(const std::string& name) {
-  if (!is_robot_name(name)) return false;
+  if (!is_name(name)) return false;
   const int fd = open_lock(state_directory(false), name, O_RDONLY);
   if (fd < 0) return false;
   const bool free = ::flock(fd, LOCK_SH | LOCK_NB) == 0;

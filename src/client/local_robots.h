@@ -39,9 +39,6 @@ struct RobotState {
 /// Names of the robots that are up, sorted.
 [[nodiscard]] std::vector<std::string> robots_up();
 
-/// Letters, digits, '_' and '-', 1 to 32: what may be the name of a robot.
-[[nodiscard]] bool is_robot_name(const std::string& name);
-
 /// The open lock file of a robot, or −1 with errno. `flags`: those of open(2).
 [[nodiscard]] int open_lock(const std::filesystem::path& directory, const std::string& name, int flags);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/profile.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
@@ -15,6 +16,14 @@ std::string joined(const std::vector<ConfigFault>& faults) {
 }
 
 }  // namespace
+
+bool is_name(std::string_view text) {
+  return !text.empty() && text.size() <= kMaxNameLength && std::all_of(text.begin(), text.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  });
+}
+
+std::string name_rule() { return fmt::format("1 to {} ASCII letters, digits, '_' or '-'", kMaxNameLength); }
 
 std::string ConfigFault::text() const {
   std::string where = line == 0 ? file : fmt::format("{}:{}", file, line);

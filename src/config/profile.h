@@ -138,6 +138,10 @@ struct Profile {
 [[nodiscard]] bool unpowered_after_exit(const Profile& profile);
 
 inline constexpr std::size_t kMaxNameLength = 32;
+/// Whether a robot or a joint may have this name.
+[[nodiscard]] bool is_name(std::string_view text);
+/// What it allows: "1 to 32 ASCII letters, digits, '_' or '-'".
+[[nodiscard]] std::string name_rule();
 
 /// One thing that is wrong with a profile. `text()` is "file:line: key = value: what is allowed".
 struct ConfigFault {

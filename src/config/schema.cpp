@@ -27,17 +27,11 @@ constexpr Bounds kLength{0, 5, true, "m"};
 /// Limits: positive, and small enough that no product of theirs overflows.
 constexpr Bounds limit(std::string_view unit) { return {0, 1e6, true, unit}; }
 
-bool is_name(const std::string& text) {
-  return !text.empty() && text.size() <= kMaxNameLength && std::all_of(text.begin(), text.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-  });
-}
-
 /// A name at `key`, empty after a fault.
 std::string read_name(Section& section, std::string_view key) {
   auto name = section.text(key);
   if (!name || is_name(*name)) return name.value_or("");
-  section.refuse(key, fmt::format("must be 1 to {} ASCII letters, digits, '_' or '-'", kMaxNameLength));
+  section.refuse(key, "must be " + name_rule());
   return "";
 }
 

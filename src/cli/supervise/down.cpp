@@ -12,20 +12,20 @@
 #include "cli/supervise/state_lock.h"
 #include "cli/supervise/up.h"
 #include "client/failure.h"
+#include "config/profile.h"
 
 namespace corbot::cli {
 
 using client::ExitCode;
 using client::Failure;
-using client::is_robot_name;
 using client::is_up;
 using client::read_state;
 using client::robots_up;
 
 namespace {
 
-constexpr int kShutdownTimeout_ms =
-    20'000;  // three children, five seconds each before they are killed, and some
+/// Three children, five seconds each before they are killed, and some.
+constexpr int kShutdownTimeout_ms = 20'000;
 
 std::string only_robot() {
   const auto names = robots_up();
@@ -72,8 +72,8 @@ void end_supervisor(const std::string& name, pid_t pid) {
 
 void down(const std::string& wanted) {
   const std::string name = wanted.empty() ? only_robot() : wanted;
-  if (!is_robot_name(name)) {
-    throw Failure(ExitCode::kUsage, fmt::format("--name '{}': 1 to 32 letters, digits, '_' or '-'", name));
+  if (!is_name(name)) {
+    throw Failure(ExitCode::kUsage, fmt::format("--name '{}': {}", name, name_rule()));
   }
   if (!is_up(name)) {
     if (!remove_stale(name)) {

@@ -13,10 +13,10 @@
 
 #include "cli/supervise/abandoned_segment.h"
 #include "client/failure.h"
+#include "config/profile.h"
 
 namespace corbot::cli {
 
-using client::is_robot_name;
 using client::is_up;
 using client::open_lock;
 using client::read_state;
@@ -96,7 +96,7 @@ void StateLock::write(const RobotState& state) const {
 std::vector<std::string> stale_robots() {
   std::vector<std::string> names = robots_with_stale_state();
   for (const std::string& name : abandoned_segments()) {
-    if (is_robot_name(name) && !is_up(name)) names.push_back(name);
+    if (is_name(name) && !is_up(name)) names.push_back(name);
   }
   std::sort(names.begin(), names.end());
   names.erase(std::unique(names.begin(), names.end()), names.end());

@@ -20,7 +20,6 @@ namespace corbot::cli {
 
 using client::ExitCode;
 using client::Failure;
-using client::is_robot_name;
 using client::printable;
 using client::read_state;
 using client::RobotState;
@@ -126,9 +125,8 @@ void up(const UpOptions& options) {
   const Profile profile = read_profile(options.profile);
   RobotState state;
   state.name = options.name.empty() ? profile.name : options.name;
-  if (!is_robot_name(state.name)) {
-    throw Failure(ExitCode::kUsage,
-                  fmt::format("--name '{}': 1 to 32 letters, digits, '_' or '-'", state.name));
+  if (!is_name(state.name)) {
+    throw Failure(ExitCode::kUsage, fmt::format("--name '{}': {}", state.name, name_rule()));
   }
   state.pid = ::getpid();
   state.profile = fs::absolute(options.profile).string();

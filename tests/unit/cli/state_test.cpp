@@ -15,13 +15,13 @@
 #include "cli/supervise/up.h"
 #include "client/client.h"
 #include "client/failure.h"
+#include "config/profile.h"
 
 namespace corbot::cli {
 
 using client::ExitCode;
 using client::Failure;
 using client::find_robot;
-using client::is_robot_name;
 using client::is_up;
 using client::read_state;
 using client::robots_up;
@@ -130,12 +130,12 @@ TEST_F(State, SeveralRobotsNeedAName) {
 
 TEST_F(State, NamesCannotLeaveTheDirectory) {
   for (const char* name : {"", "..", "a/b", "../a", "a b", "a.b"}) {
-    EXPECT_FALSE(is_robot_name(name)) << name;
+    EXPECT_FALSE(is_name(name)) << name;
     EXPECT_FALSE(is_up(name)) << name;
     EXPECT_FALSE(read_state(name)) << name;
   }
-  EXPECT_FALSE(is_robot_name(std::string(33, 'a')));
-  EXPECT_TRUE(is_robot_name("lynx-5_b"));
+  EXPECT_FALSE(is_name(std::string(33, 'a')));
+  EXPECT_TRUE(is_name("lynx-5_b"));
 }
 
 TEST(ChildProcess, ReportsLinesAndHowItEnded) {
