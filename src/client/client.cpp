@@ -151,8 +151,8 @@ void Client::set(const Request& request) {
 }
 
 void Client::wait(Corbot::Ticket ticket, const ProgressReport& report) {
-  constexpr double kPollInterval_s =
-      0.1;  // short enough for a progress bar, and well below any sensible --timeout
+  // Short enough for a progress bar, and well below any sensible --timeout.
+  constexpr double kPollInterval_s = 0.1;
   for (;;) {
     const Corbot::MotionInfo_var info = call([&](auto& arm) {
       try {

@@ -120,9 +120,8 @@ std::string position_text(const LastPosition& position, std::size_t dof) {
     joints += fmt::format("{}{}", joints.empty() ? "" : ", ", position.position_rad[i] / kRadiansPerDegree);
   }
   return fmt::format(
-      "# The last position that corbot commanded to this arm. Read when the arm is powered up, and only if "
-      "its\n"
-      "# profile has not changed since. Delete it if the arm has been moved by hand.\n"
+      "# The last position that corbot commanded to this arm. Read when the arm is powered up, and only\n"
+      "# if its profile has not changed since. Delete it if the arm has been moved by hand.\n"
       "format = {}\nrobot = \"{}\"\nprofile = \"{:016x}\"  # fingerprint\nboot = \"{}\"\n"
       "saved = {:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z\nat_rest = {}\njoints_deg = [{}]\n"
       "gripper = {}  # 0 closed, 1 open\n",

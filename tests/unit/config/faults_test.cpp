@@ -228,17 +228,16 @@ const std::vector<Case> kCases{
     {"LinesNotText", "kind = \"loopback\"", "kind = \"gpiod\"\ngpiod = { chip = \"/x\", lines = [1, 2] }",
      "lines = [", "backend.gpiod.lines", "[1, 2]", "strings in brackets"},
     {"LinesTooManyToStagger", "kind = \"loopback\"",
-     "kind = \"gpiod\"\ngpiod = { chip = \"/x\", lines = [\"1\", \"2\", \"3\", \"4\", \"5\"], frame_hz = 100 "
-     "}",
+     "kind = \"gpiod\"\n"
+     "gpiod = { chip = \"/x\", lines = [\"1\", \"2\", \"3\", \"4\", \"5\"], frame_hz = 100 }",
      "lines = [", "backend.gpiod.lines", "[\"1\", \"2\", \"3\", \"4\", \"5\"]", "pulses = \"together\""},
     {"PulseOrder", "kind = \"loopback\"",
-     "kind = \"gpiod\"\ngpiod = { chip = \"/x\", lines = [\"1\", \"2\", \"3\", \"4\", \"5\"], pulses = \"x\" "
-     "}",
+     "kind = \"gpiod\"\n"
+     "gpiod = { chip = \"/x\", lines = [\"1\", \"2\", \"3\", \"4\", \"5\"], pulses = \"x\" }",
      "pulses", "backend.gpiod.pulses", "\"x\"", "\"staggered\" or \"together\""},
     {"AwakeTooLong", "kind = \"loopback\"",
-     "kind = \"gpiod\"\ngpiod = { chip = \"/x\", lines = [\"1\", \"2\", \"3\", \"4\", \"5\"], awake_us = "
-     "1000 "
-     "}",
+     "kind = \"gpiod\"\n"
+     "gpiod = { chip = \"/x\", lines = [\"1\", \"2\", \"3\", \"4\", \"5\"], awake_us = 1000 }",
      "awake_us", "backend.gpiod.awake_us", "1000", "from 0 to 200"},
     {"StopChip", "[backend]", "[emergency_stop]\nchip = \"gpiochip0\"\nline = \"ESTOP\"\n[backend]",
      "chip = ", "emergency_stop.chip", "\"gpiochip0\"", "such as /dev/gpiochip0"},
