@@ -8,6 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "corbot/motion/bounds.h"
 #include "corbot/units.h"
 #include "rt/cycle/set_point_check.h"
 
@@ -27,8 +28,10 @@ std::string degrees(const ArmModel& arm, const Joints& position_rad) {
   return text + " degrees";
 }
 
-const char* slow_note(bool unverified) {
-  return unverified ? "; position unverified: the first motion runs at 10 % of its speed" : "";
+std::string slow_note(bool unverified) {
+  if (!unverified) return "";
+  return fmt::format("; position unverified: the first motion runs at {:g} % of its speed",
+                     100.0 * kFirstMotionOverride);
 }
 
 }  // namespace

@@ -19,9 +19,6 @@ struct StepReport {
   RtState state{RtState::kStandby};
 };
 
-/// Until the first motion after a power-up is done, motions run at this rate at the most.
-inline constexpr double kFirstMotionOverride = 0.1;
-
 /// Where the arm is when the segment does not say, or is not to be asked.
 struct CycleStart {
   Joints position_rad{};  ///< brought into the joints' ranges

@@ -14,6 +14,7 @@
 #include "alarms/alarm_text.h"
 #include "corbot/channel/alarms.h"
 #include "corbot/channel/records.h"
+#include "corbot/motion/bounds.h"
 
 namespace corbot::cli {
 
@@ -162,7 +163,9 @@ std::string status_text(const StatusReport& r) {
   text += fmt::format("  state     {:<9} {}\n{}", to_string(r.state), meaning(r.state, cause_gone), alarms);
   text += fmt::format("  device    {}\n", describe(r.device));
   if (r.device.positionUncertain) {
-    text += "  position  UNVERIFIED since power-up: the first motion runs at 10 % of its speed\n";
+    text +=
+        fmt::format("  position  UNVERIFIED since power-up: the first motion runs at {:g} % of its speed\n",
+                    100.0 * kFirstMotionOverride);
   }
   text += fmt::format("  tool      x {:.4f}  y {:.4f}  z {:.4f} m   a {:.2f}  b {:.2f}  c {:.2f} deg\n",
                       rounded(r.pose.x, 1e4), rounded(r.pose.y, 1e4), rounded(r.pose.z, 1e4),

@@ -21,4 +21,7 @@ inline constexpr double kStartTolerance = 1e-6;
 /// The planner refuses a line or an arc whose first point misses the arm's joints by more.
 inline constexpr double kPlannedStartTolerance_rad = kStartTolerance / 2.0;
 
+/// Until the first motion from an unverified position is done, motions run at this rate at the most.
+inline constexpr double kFirstMotionOverride = 0.1;
+
 }  // namespace corbot

@@ -38,7 +38,7 @@ TEST(Status, ShowsStateAlarmsAndNoMinusZero) {
   const std::string text = status_text(sample());
   EXPECT_THAT(text, HasSubstr("Error"));
   EXPECT_THAT(text, HasSubstr("corbot clear"));
-  EXPECT_THAT(text, HasSubstr("121 backend lost"));
+  EXPECT_THAT(text, HasSubstr("121 the servo device was lost, is back"));
   EXPECT_THAT(text, HasSubstr("(-90 to 90)"));
   EXPECT_THAT(text, HasSubstr("closed"));
   EXPECT_THAT(text, HasSubstr("ssc32, open\n"));
