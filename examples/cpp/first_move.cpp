@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
         arm->Move(p.x, p.y, p.z, 0, 0);  // metres; as fast as the limits allow; returns at rest
         std::printf("moved to (%g, %g, %g) m\n", p.x, p.y, p.z);
       } catch (const Corbot::Unreachable& refusal) {
-        std::printf("nothing moved: %s\n", refusal.reason.in());
+        std::fprintf(stderr, "nothing moved: %s\n", refusal.reason.in());
       }
       Corbot::JointCoord_var joints = arm->ArtiCoord();
       std::printf("joints");
@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
       std::printf(" degrees\n");
     }
   } catch (const CORBA::Exception& error) {
-    std::printf("%s: is the robot up?\n", error._name());
+    std::fprintf(stderr, "%s: is the robot up?\n", error._name());
     return 1;
   }
 }

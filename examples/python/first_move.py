@@ -18,5 +18,5 @@ for x, y, z in (0.20, 0.05, 0.08), (0.90, 0.00, 0.10):
         arm.Move(x, y, z, 0.0, 0.0)  # metres; as fast as the limits allow; returns at rest
         print(f'moved to ({x}, {y}, {z}) m')
     except Corbot.Unreachable as refusal:
-        print('nothing moved:', refusal.reason)
+        print('nothing moved:', refusal.reason, file=sys.stderr)
     print('joints', *(f'{angle:.1f}' for angle in arm._get_ArtiCoord()), 'degrees')
