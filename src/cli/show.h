@@ -14,7 +14,7 @@ struct ActiveAlarm {
   std::string text;
 };
 
-/// What `status` and `watch` show, read once. Units of the CORBA face.
+/// What `status` and `watch` show, read once. Units of the CORBA interface.
 struct StatusReport {
   std::string name;
   std::string address;

@@ -30,7 +30,7 @@ enum class Verb {
   kClear,  // at once; not in programs
 };
 
-/// A checked command. Units of the CORBA face: metres, degrees, seconds, percent.
+/// A checked command. Units of the CORBA interface: metres, degrees, seconds, percent.
 struct Request {
   Verb verb{};
   std::vector<double> numbers;  ///< the positional arguments in order

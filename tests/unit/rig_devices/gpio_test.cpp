@@ -99,7 +99,7 @@ TEST_F(RigGpio, MakesPulses) {
   }
 }
 
-TEST_F(RigGpio, NamesWhoHasALine) {
+TEST_F(RigGpio, NamesTheConsumerOfALine) {
   const auto chips = kernel_gpio();
   const auto mine = chips->outputs({.chip = chip_, .lines = {"5"}, .consumer = "somebody else"});
   const auto taken = gpio_line_fault(chip_, "5");

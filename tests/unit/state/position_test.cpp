@@ -75,7 +75,7 @@ TEST_F(Position, IsReadAsWritten) {
   EXPECT_EQ(std::distance(fs::directory_iterator(directory_), fs::directory_iterator()), 1);
 }
 
-TEST_F(Position, AtTheVeryEndsOfTheRangesIsBelieved) {
+TEST_F(Position, AtTheVeryEndsOfTheRangesIsAccepted) {
   LastPosition position = sample();
   for (std::size_t i = 0; i < arm_.dof; ++i) position.position_rad[i] = arm_.joints[i].upper_rad;
   const LastPosition read = parse_position(position_text(position, arm_.dof), "lynx5", arm_);
