@@ -6,6 +6,7 @@
 
 #include "corbot/channel/alarms.h"
 #include "corbot/kinematics/kinematics.h"
+#include "corbot/motion/bounds.h"
 #include "rt/cycle/command_check.h"
 #include "rt/cycle/servo_map.h"
 #include "rt/cycle/set_point_check.h"
