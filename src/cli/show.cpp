@@ -11,7 +11,6 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
-#include "alarms/alarm_text.h"
 #include "corbot/channel/alarms.h"
 #include "corbot/channel/records.h"
 #include "corbot/motion/bounds.h"
@@ -69,20 +68,9 @@ bool is_device_back(const ActiveAlarm& alarm, const Corbot::DeviceInfo& device) 
          (device.health == Corbot::DeviceOpen || device.health == Corbot::DeviceDegraded);
 }
 
-/// Why the device was lost; DeviceInfo has no cause any more once the device is back. "" if the servant words
-/// its alarm otherwise.
-std::string lost_cause_text(const ActiveAlarm& alarm) {
-  for (std::uint32_t i = 0; i <= to_number(DeviceCause::kHeartbeatLost); ++i) {
-    const DeviceCause cause = to_device_cause(i);
-    if (alarm.text == alarm_text(alarm::backend_lost(cause))) return device_cause_text(cause);
-  }
-  return "";
-}
-
+/// The alarm's own text is quoted for the cause: DeviceInfo has none any more once the device is back.
 std::string device_back_text(const ActiveAlarm& alarm) {
-  const std::string cause = lost_cause_text(alarm);
-  return fmt::format("the servo device was lost{}, is back: 'corbot clear'",
-                     cause.empty() ? "" : fmt::format(" ({})", cause));
+  return fmt::format("the servo device was lost, is back: 'corbot clear' (alarm: {})", alarm.text);
 }
 
 json device_data(const Corbot::DeviceInfo& device) {

@@ -36,9 +36,9 @@ TEST_F(Device, ALostDeviceIsReportedUntilAClear) {
     text = corbot({"status"}).output;
     return text.find("is back: 'corbot clear'") != std::string::npos;
   })) << text;
-  EXPECT_THAT(text,
-              AllOf(HasSubstr("121 the servo device was lost (it does not answer), is back: 'corbot clear'"),
-                    HasSubstr("ssc32, open"), Not(HasSubstr("fix the cause"))));
+  EXPECT_THAT(text, AllOf(HasSubstr("121 the servo device was lost, is back: 'corbot clear' "
+                                    "(alarm: the servo device is lost: it does not answer"),
+                          HasSubstr("ssc32, open"), Not(HasSubstr("fix the cause"))));
   EXPECT_TRUE(wait_until(within(30), [&] { return corbot({"clear"}).code == 0; }));
   EXPECT_THAT(corbot({"status"}).output, Not(HasSubstr("121")));
   EXPECT_EQ(supervisor_->terminate(), 0) << supervisor_->errors();

@@ -51,9 +51,9 @@ TEST(Status, ShowsStateAlarmsAndNoMinusZero) {
 TEST(Status, ADeviceThatIsBackNeedsAClearOnly) {
   StatusReport report = sample();
   report.active_alarms = {{121, "the servo device is lost: the line was cut; the arm holds"}};
-  EXPECT_THAT(
-      status_text(report),
-      HasSubstr("alarm     121 the servo device was lost (the line was cut), is back: 'corbot clear'\n"));
+  EXPECT_THAT(status_text(report),
+              HasSubstr("alarm     121 the servo device was lost, is back: 'corbot clear' "
+                        "(alarm: the servo device is lost: the line was cut; the arm holds)\n"));
   EXPECT_THAT(status_text(report), Not(HasSubstr("fix the cause")));
   report.active_alarms.push_back({130, "emergency stop"});
   EXPECT_THAT(status_text(report), HasSubstr("fix the cause"));
