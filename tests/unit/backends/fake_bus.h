@@ -39,6 +39,7 @@ struct FakeBus {
   std::atomic<int> closed{0};
   std::atomic<int> relaxed{0};
   std::atomic<int> halted{0};
+  std::atomic<int> halts_done{0};                    ///< of them, those that did not fail
   std::atomic<int> asked{0};                         ///< for the emergency stop
   std::atomic<std::int64_t> approach_ns{2'000'000};  ///< 0: does not interpolate
   std::vector<double> reported_us;  ///< what the device says at the start; empty: what it is sent
@@ -69,6 +70,7 @@ class FakeDevice final : public BusDevice {
   void halt() override {
     ++bus_.halted;
     if (bus_.halt_fails) throw DeviceError(DeviceCause::kNoAnswer, "/dev/fake: no answer to a stop");
+    ++bus_.halts_done;
   }
   [[nodiscard]] bool energises_at_open() const noexcept override { return bus_.is_energising; }
   void send(const ServoFrame& frame, bool approach) override {
