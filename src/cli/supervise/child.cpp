@@ -58,7 +58,7 @@ std::optional<std::string> find_program(const std::string& program) {
   const char* path = std::getenv("PATH");
   std::istringstream directories(path != nullptr ? path : "");
   for (std::string directory; std::getline(directories, directory, ':');) {
-    const std::string file = directory + "/" + program;
+    const std::string file = fmt::format("{}/{}", directory, program);
     if (::access(file.c_str(), X_OK) == 0) return file;
   }
   return std::nullopt;
