@@ -8,6 +8,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "support/ports.h"
+
 namespace corbot::test {
 
 namespace fs = std::filesystem;

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "cli_rig.h"
+#include "support/ports.h"
 
 namespace corbot::test {
 namespace {

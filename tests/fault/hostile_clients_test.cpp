@@ -8,6 +8,7 @@
 #include <fmt/core.h>
 
 #include "support/giop.h"
+#include "support/ports.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

@@ -17,6 +17,7 @@
 #include "config/load_profile.h"
 #include "corbot/channel/fingerprint.h"
 #include "shm/segment.h"
+#include "support/ports.h"
 #include "support/process.h"
 
 namespace corbot::test {

@@ -19,6 +19,7 @@
 #include "corbot/units.h"
 #include "support/device_jobs.h"
 #include "support/path_log.h"
+#include "support/ports.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

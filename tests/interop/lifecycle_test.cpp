@@ -7,6 +7,7 @@
 
 #include <fmt/core.h>
 
+#include "support/ports.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

@@ -11,6 +11,7 @@
 
 #include "interop/answers.h"
 #include "support/naming_service.h"
+#include "support/ports.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

@@ -12,6 +12,7 @@
 
 #include "config/profile.h"
 #include "shm/segment.h"
+#include "support/ports.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

@@ -5,6 +5,7 @@
 #include <omniORB4/Naming.hh>
 #include <string>
 
+#include "support/ports.h"
 #include "support/process.h"
 
 namespace corbot::test {

@@ -86,9 +86,6 @@ struct RunResult {
 RunResult run(std::vector<std::string> command, double seconds = 60.0,
               const std::vector<std::string>& environment = {});
 
-/// A TCP port of the loopback interface that was free a moment ago.
-int free_port();
-
 /// Whether the servant of these tests is the one on ORBit2 (CORBOT_TEST_ORB=orbit2),
 /// and its program in `directory`.
 bool on_orbit2();

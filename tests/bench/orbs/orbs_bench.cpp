@@ -17,6 +17,7 @@
 
 #include "orbs/probe.h"
 #include "orbs/servers.h"
+#include "support/ports.h"
 #include "support/process.h"
 
 namespace {

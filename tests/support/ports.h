@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace corbot::test {
+
+/// A free TCP port, this program's own until it ends: no other test program is given it, and no connection takes it
+/// by chance, because it lies below those that the kernel hands out. Throws std::runtime_error when there is none.
+int free_port();
+
+}  // namespace corbot::test
