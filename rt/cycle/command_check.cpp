@@ -10,6 +10,7 @@
 #include "corbot/kinematics/kinematics.h"
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path.h"
+#include "corbot/motion/tool_peaks.h"
 #include "rt/cycle/set_point_check.h"
 
 namespace corbot::rt {
@@ -73,6 +74,9 @@ CommandVerdict check_joint_motion(const ArmModel& arm, const Command& command) n
   return kGood;
 }
 
+double curvature(const LineMotion&) noexcept { return 0.0; }
+double curvature(const ArcMotion& arc) noexcept { return 1.0 / arc.radius_m; }
+
 /// What lines and arcs have in common. `rotation_rad` is the change of the tool pitch.
 template <class Path>
 CommandVerdict check_path(const ArmModel& arm, const Command& command, const Path& path) noexcept {
@@ -87,12 +91,12 @@ CommandVerdict check_path(const ArmModel& arm, const Command& command, const Pat
   }
 
   const LawPeaks peak = peaks(path.law);
-  const double length = length_m(path);
+  const ToolPeaks tool = tool_peaks(peak, length_m(path), curvature(path));
   const double rotation_rad = std::abs(path.to_pitch_rad - path.from_pitch_rad);
   for (const auto& [value, bound] :
-       {std::pair{peak.velocity * length, arm.path.speed_m_s},
-        std::pair{peak.acceleration * length, arm.path.acceleration_m_s2},
-        std::pair{peak.jerk * length, arm.path.jerk_m_s3},
+       {std::pair{tool.speed_m_s, arm.path.speed_m_s},
+        std::pair{tool.acceleration_m_s2, arm.path.acceleration_m_s2},
+        std::pair{tool.jerk_m_s3, arm.path.jerk_m_s3},
         std::pair{peak.velocity * rotation_rad, arm.path.rotation_speed_rad_s},
         std::pair{peak.acceleration * rotation_rad, arm.path.rotation_acceleration_rad_s2},
         std::pair{peak.jerk * rotation_rad, arm.path.rotation_jerk_rad_s3}}) {

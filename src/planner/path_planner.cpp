@@ -10,6 +10,7 @@
 #include "corbot/kinematics/kinematics.h"
 #include "corbot/motion/bounds.h"
 #include "corbot/motion/law_evaluation.h"
+#include "corbot/motion/tool_peaks.h"
 #include "corbot/units.h"
 #include "planner/refusal.h"
 #include "planner/time_law_planner.h"
@@ -28,9 +29,8 @@ double per(double limit, double amount) {
 }
 
 /// The time-optimal law under the path's own limits and a cap on ṡ. On an arc the acceleration that counts is
-/// the vector's: v²/R towards the centre besides the tangential one; likewise the jerk, (j + v³/R²) along and
-/// 3 v a/R across. The cap on the speed leaves room for the tangential parts; what is still too much is
-/// stretched away.
+/// the vector's, and likewise the jerk (tool_peaks). The cap on the speed leaves room for the tangential parts;
+/// what is still too much is stretched away.
 TimeLaw path_law(const PathLimits& limits, double speed_ratio, const PathScale& scale, double rate_cap) {
   double v = limits.speed_m_s * speed_ratio;
   double a = limits.acceleration_m_s2;
@@ -46,14 +46,9 @@ TimeLaw path_law(const PathLimits& limits, double speed_ratio, const PathScale& 
       std::min(per(limits.jerk_m_s3, scale.length_m), per(limits.rotation_jerk_rad_s3, scale.rotation_rad))};
   TimeLaw law = plan_law(1.0, law_limits);
   if (k > 0.0) {
-    const LawPeaks peak = peaks(law);
-    const double speed = peak.velocity * scale.length_m;
-    const double along = peak.acceleration * scale.length_m;
-    const double acceleration = std::hypot(along, speed * speed * k);
-    const double jerk =
-        std::hypot(peak.jerk * scale.length_m + speed * speed * speed * k * k, 3.0 * speed * along * k);
-    const double factor = std::max(
-        {1.0, std::sqrt(acceleration / limits.acceleration_m_s2), std::cbrt(jerk / limits.jerk_m_s3)});
+    const ToolPeaks tool = tool_peaks(peaks(law), scale.length_m, k);
+    const double factor = std::max({1.0, std::sqrt(tool.acceleration_m_s2 / limits.acceleration_m_s2),
+                                    std::cbrt(tool.jerk_m_s3 / limits.jerk_m_s3)});
     if (factor > 1.0) law = stretch(law, law.duration_s() * factor * kRoundUp);
   }
   return law;

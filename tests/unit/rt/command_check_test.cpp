@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "corbot/kinematics/kinematics.h"
+#include "corbot/motion/path.h"
+#include "planner/time_law_planner.h"
 #include "rt/rig.h"
 
 namespace corbot::test {
@@ -193,6 +195,17 @@ TEST(CommandCheck, NamesWhatIsWrong) {
        [](Command& c) {
          c.line.law = {1, .01, .01, .01};
          c.duration_s = c.line.law.duration_s();
+       },
+       Verdict::kLimit},
+      // Within the limits on speed, acceleration and jerk along; 3.3 m/s2 towards the centre, where 1 is allowed.
+      {"arc too fast for its radius", 2,
+       [](Command& c) {
+         const PathLimits limits = lynx5().path;
+         const double length = length_m(c.arc);
+         ASSERT_GT(limits.speed_m_s * limits.speed_m_s / c.arc.radius_m, 3.3 * limits.acceleration_m_s2);
+         c.arc.law = plan_law(
+             1.0, {limits.speed_m_s / length, limits.acceleration_m_s2 / length, limits.jerk_m_s3 / length});
+         c.duration_s = c.arc.law.duration_s();
        },
        Verdict::kLimit},
       {"frame not of unit length", 2,
