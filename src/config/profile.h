@@ -117,6 +117,12 @@ struct BackendOptions {
   SocketCanOptions socketcan{};
 };
 
+/// `[supervisor]`: what `corbot up` does with a process that does not respond.
+struct SupervisorOptions {
+  double respond_s{3.0};  ///< it is killed and started again when it does not respond for so long
+  int attempts{10};       ///< starts in a row that do not get ready before it is given up; 0: endless
+};
+
 /// One robot as its profile describes it: validated, in SI units and radians, immutable.
 struct Profile {
   std::string name;  ///< ASCII letters, digits, '_' and '-'; at most kMaxNameLength
@@ -128,6 +134,7 @@ struct Profile {
   BackendOptions backend;
   EmergencyStopOptions emergency_stop;
   PowerEnableOptions power_enable;
+  SupervisorOptions supervisor;
   int queue_capacity{16};                  ///< motions outstanding at once
   std::string endpoint_host{"127.0.0.1"};  ///< the servant listens here
   int port{12810};                         ///< and here

@@ -189,6 +189,13 @@ void read_servant(Section section, Profile& profile) {
   section.finish();
 }
 
+void read_supervisor(Section section, SupervisorOptions& options) {
+  options.respond_s = section.number_or("respond_s", options.respond_s, {0.5, 60, false, "s"}).value_or(0);
+  options.attempts = static_cast<int>(
+      section.integer_or("attempts", options.attempts, {0, 1000, false, "(0: endless)"}).value_or(0));
+  section.finish();
+}
+
 }  // namespace
 
 void read_schema(const toml::table& table, Profile& profile, FaultList& faults) {
@@ -201,6 +208,7 @@ void read_schema(const toml::table& table, Profile& profile, FaultList& faults) 
   read_path(root.table("path"), profile.arm.path);
   read_loop(root.table_or_empty("loop"), profile);
   read_servant(root.table_or_empty("servant"), profile);
+  read_supervisor(root.table_or_empty("supervisor"), profile.supervisor);
   const Section backend = root.table("backend");
   read_backend(backend, profile.arm.dof, profile.backend);
   check_channels(backend, profile.backend, channels);

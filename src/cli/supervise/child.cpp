@@ -8,12 +8,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <sstream>
+#include <string_view>
 #include <utility>
 
 #include "client/failure.h"
@@ -27,20 +30,103 @@ namespace {
 
 constexpr std::size_t kMaxLine = 4096;
 
+/// The environment of a child. What an outer supervisor put there for this process is left out.
+class ChildEnvironment {
+ public:
+  explicit ChildEnvironment(const Service& service) {
+    constexpr std::array<std::string_view, 6> kOwn{
+        "NOTIFY_SOCKET=", "WATCHDOG_USEC=", "WATCHDOG_PID=", "LISTEN_FDS=", "LISTEN_PID=", "LISTEN_FDNAMES="};
+    for (char** entry = environ; *entry != nullptr; ++entry) {
+      const std::string_view text(*entry);
+      if (std::none_of(kOwn.begin(), kOwn.end(), [&](auto own) { return text.starts_with(own); }))
+        entries_.emplace_back(text);
+    }
+    if (!service.notify_socket.empty()) entries_.push_back("NOTIFY_SOCKET=" + service.notify_socket);
+    if (service.watchdog_s > 0) {
+      entries_.push_back(fmt::format("WATCHDOG_USEC={}", std::llround(service.watchdog_s * 1e6)));
+      watchdog_pid_ = add_pid("WATCHDOG_PID=");
+    }
+    if (service.stored != nullptr && !service.stored->items().empty()) {
+      for (const auto& item : service.stored->items()) passed_.push_back(item.fd.get());
+      entries_.push_back(fmt::format("LISTEN_FDS={}", passed_.size()));
+      entries_.push_back("LISTEN_FDNAMES=" + service.stored->names());
+      listen_pid_ = add_pid("LISTEN_PID=");
+    }
+    for (std::string& entry : entries_) pointers_.push_back(entry.data());
+    pointers_.push_back(nullptr);
+    if (watchdog_pid_ != kNone) watchdog_digits_ = digits(watchdog_pid_);
+    if (listen_pid_ != kNone) listen_digits_ = digits(listen_pid_);
+  }
+  ChildEnvironment(const ChildEnvironment&) = delete;
+  ChildEnvironment& operator=(const ChildEnvironment&) = delete;
+
+  /// In the child, between fork and exec: writes its pid, and places the descriptors from 3 on.
+  char* const* enter() noexcept {
+    write_pid(watchdog_digits_);
+    write_pid(listen_digits_);
+    int at = DescriptorStore::kFirstPassed;
+    for (const int fd : passed_) ::dup2(fd, at++);  // also clears close-on-exec
+    return pointers_.data();
+  }
+
+ private:
+  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  static constexpr std::size_t kDigits = 10;
+
+  std::size_t add_pid(const char* key) {
+    entries_.push_back(key + std::string(kDigits, ' '));
+    return entries_.size() - 1;
+  }
+  char* digits(std::size_t entry) {
+    std::string& text = entries_[entry];
+    return text.data() + text.size() - kDigits;
+  }
+  static void write_pid(char* at) noexcept {
+    if (at == nullptr) return;
+    std::array<char, kDigits> reversed{};
+    std::size_t count = 0;
+    for (auto rest = static_cast<unsigned>(::getpid()); rest != 0; rest /= 10)
+      reversed[count++] = static_cast<char>('0' + rest % 10);
+    for (std::size_t i = 0; i < count; ++i) at[i] = reversed[count - 1 - i];
+    at[count] = '\0';  // where there are kDigits of them, the string's own end
+  }
+
+  std::vector<std::string> entries_;
+  std::vector<char*> pointers_;
+  std::vector<int> passed_;
+  std::size_t watchdog_pid_{kNone};
+  std::size_t listen_pid_{kNone};
+  char* watchdog_digits_{nullptr};
+  char* listen_digits_{nullptr};
+};
+
 /// Between fork and exec: only async-signal-safe calls. Writes errno to `report` when exec fails.
-[[noreturn]] void exec_child(char* const* argv, int output, int report, pid_t supervisor) {
+[[noreturn]] void exec_child(char* const* argv, ChildEnvironment& environment, int output, int report,
+                             pid_t supervisor) {
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (::getppid() != supervisor) ::_exit(127);  // it died before the line above
   ::dup2(output, STDOUT_FILENO);
+  char* const* const entries = environment.enter();
   sigset_t none;
   sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
   ::signal(SIGPIPE, SIG_DFL);
-  ::execvp(argv[0], argv);
+  ::execvpe(argv[0], argv, entries);
   const int error = errno;
   (void)!::write(report, &error, sizeof(error));
   ::_exit(127);
+}
+
+/// The two ends of a pipe, above what a child receives.
+std::array<OwnedFd, 2> open_pipe() {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0)
+    throw Failure(ExitCode::kInternal, fmt::format("pipe: {}", std::strerror(errno)));
+  std::array<OwnedFd, 2> out{above_passed(OwnedFd(ends[0])), above_passed(OwnedFd(ends[1]))};
+  if (out[0].get() < 0 || out[1].get() < 0)
+    throw Failure(ExitCode::kInternal, fmt::format("pipe: {}", std::strerror(errno)));
+  return out;
 }
 
 }  // namespace
@@ -95,35 +181,33 @@ void Child::close_output() {
   output_fd_ = -1;
 }
 
-void Child::start() {
-  std::array<int, 2> output{};
-  std::array<int, 2> report{};
-  if (::pipe2(output.data(), O_CLOEXEC) != 0 || ::pipe2(report.data(), O_CLOEXEC) != 0) {
-    throw Failure(ExitCode::kInternal, fmt::format("pipe: {}", std::strerror(errno)));
-  }
+void Child::start(const Service& service, const std::vector<std::string>& more) {
+  auto [output, child_output] = open_pipe();
+  auto [report, child_report] = open_pipe();
+  std::vector<std::string> command = command_;
+  command.insert(command.end(), more.begin(), more.end());
   std::vector<char*> argv;
-  for (auto& word : command_) argv.push_back(word.data());
+  for (auto& word : command) argv.push_back(word.data());
   argv.push_back(nullptr);
+  ChildEnvironment environment(service);
   const pid_t self = ::getpid();
   const pid_t pid = ::fork();
-  if (pid == 0) exec_child(argv.data(), output[1], report[1], self);
+  if (pid == 0) exec_child(argv.data(), environment, child_output.get(), child_report.get(), self);
   const int fork_error = errno;
-  ::close(output[1]);
-  ::close(report[1]);
+  child_output.reset();
+  child_report.reset();
   int error = pid < 0 ? fork_error : 0;
-  if (pid > 0) (void)!::read(report[0], &error, sizeof(error));  // end of file once exec has succeeded
-  ::close(report[0]);
+  if (pid > 0) (void)!::read(report.get(), &error, sizeof(error));  // end of file once exec has succeeded
   if (error != 0) {
-    ::close(output[0]);
     if (pid > 0) ::waitpid(pid, nullptr, 0);
     throw Failure(ExitCode::kInternal,
                   fmt::format("cannot start {}: {}: {}; is the installation of corbot complete?", title_,
                               command_[0], std::strerror(error)));
   }
   close_output();
-  ::fcntl(output[0], F_SETFL, O_NONBLOCK);
+  ::fcntl(output.get(), F_SETFL, O_NONBLOCK);
   pid_ = pid;
-  output_fd_ = output[0];
+  output_fd_ = output.release();
   partial_.clear();
   started_ = Clock::now();
 }
@@ -147,6 +231,12 @@ std::vector<std::string> Child::read_lines() {
     if (partial_.size() > kMaxLine) partial_.clear();
   }
   return lines;
+}
+
+bool Child::has_ended() const {
+  siginfo_t info{};
+  return pid_ > 0 && ::waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+         info.si_pid == pid_;
 }
 
 std::optional<int> Child::reap() {

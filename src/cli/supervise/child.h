@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/supervise/descriptor_store.h"
+
 namespace corbot::cli {
 
 /// Path of a program of this project: beside the running executable, else the bare name for PATH.
@@ -18,6 +20,13 @@ namespace corbot::cli {
 
 /// "signal 9 (Killed)" or "exit code 1", of a wait status.
 [[nodiscard]] std::string describe_end(int wait_status);
+
+/// What a child finds in its environment, as systemd would put it there.
+struct Service {
+  std::string notify_socket;               ///< NOTIFY_SOCKET; empty: none
+  double watchdog_s{0};                    ///< WATCHDOG_USEC; 0: none
+  const DescriptorStore* stored{nullptr};  ///< LISTEN_FDS, LISTEN_FDNAMES; null: none
+};
 
 /// One process under the supervisor. It has a process group of its own, so that Ctrl-C on the terminal
 /// reaches the supervisor only, which ends the children in order; the kernel sends it SIGTERM when the
@@ -33,10 +42,12 @@ class Child {
   ~Child();  ///< kills what still runs
 
   /// Must be called from the supervisor's main thread: the kernel ties the death signal
-  /// to the thread. Throws Failure.
-  void start();
+  /// to the thread. `more` is added to the command. Throws Failure.
+  void start(const Service& service = {}, const std::vector<std::string>& more = {});
   /// Reads what it printed; empties and returns the whole lines. Its end of file closes output_fd().
   [[nodiscard]] std::vector<std::string> read_lines();
+  /// Whether it has ended. Until reap() its pid is no other process's.
+  [[nodiscard]] bool has_ended() const;
   /// Its wait status once it has ended; reaps it.
   [[nodiscard]] std::optional<int> reap();
   void send(int signal) const;

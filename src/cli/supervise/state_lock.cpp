@@ -38,7 +38,7 @@ bool is_linked(int fd) {
 
 void remove_files(const fs::path& directory, const std::string& name) {
   std::error_code ignored;
-  fs::remove(directory / (name + ".json"), ignored);
+  for (const char* suffix : {".json", ".notify"}) fs::remove(directory / (name + suffix), ignored);
   fs::remove(directory / (name + ".lock"), ignored);
 }
 

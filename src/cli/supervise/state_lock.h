@@ -22,6 +22,9 @@ class StateLock {
   /// Replaces the file at once: readers see the old or the new one.
   void write(const client::RobotState& state) const;
 
+  /// Where the supervisor's socket for its children belongs.
+  [[nodiscard]] std::string notify_path() const { return (directory_ / (name_ + ".notify")).string(); }
+
  private:
   StateLock(std::filesystem::path directory, std::string name, int fd);
   std::filesystem::path directory_;

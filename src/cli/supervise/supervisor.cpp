@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "client/explain.h"
 #include "client/failure.h"
 
 namespace corbot::cli {
@@ -25,6 +26,7 @@ constexpr double kFirstBackOff_s = 0.1;  // a robot should not be without its se
 constexpr double kLongestBackOff_s = 5.0;
 constexpr double kHealthyAfter_s = 10.0;  // of running: then the next back-off is the first one again
 constexpr double kKillAfter_s = 5.0;
+constexpr double kOwnGap_s = 0.5;  // between two steps: this process was stopped, or had no processor
 
 double seconds_since(Child::Clock::time_point instant) {
   return std::chrono::duration<double>(Child::Clock::now() - instant).count();
@@ -42,13 +44,17 @@ void log(const std::string& text) {
 
 }  // namespace
 
-Supervisor::Supervisor(std::function<void()> on_change) : on_change_(std::move(on_change)) {
+Supervisor::Supervisor(Options options) : options_(std::move(options)), notify_(options_.notify_path) {
   sigset_t set;
   sigemptyset(&set);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGCHLD}) sigaddset(&set, signal);
+  for (const int signal : {SIGINT, SIGTERM, SIGCHLD}) sigaddset(&set, signal);
+  struct sigaction hang_up {};
+  ::sigaction(SIGHUP, nullptr, &hang_up);
+  if (hang_up.sa_handler != SIG_IGN) sigaddset(&set, SIGHUP);  // ignored: under nohup
   sigprocmask(SIG_BLOCK, &set, nullptr);
   signal_fd_ = ::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
   if (signal_fd_ < 0) throw Failure(ExitCode::kInternal, "signalfd: no file descriptor left");
+  last_step_ = Clock::now();
 }
 
 Supervisor::~Supervisor() {
@@ -59,18 +65,19 @@ Supervisor::~Supervisor() {
 bool Supervisor::start(Spec spec) {
   if (end_requests_ > 0) return false;
   Child child(spec.title, spec.command);
-  entries_.push_back({std::move(spec), std::move(child), false, 0, {}});
+  entries_.push_back({std::move(spec), std::move(child)});
   Entry& entry = entries_.back();
-  entry.child.start();
+  start_child(entry);
   while (!entry.ready) {
     poll(kPollInterval_s);
     if (end_requests_ > 0) return false;
     read_output(entry);
-    if (const auto status = entry.child.reap(); status && !entry.ready) {
+    if (entry.ready) break;
+    if (const auto status = entry.child.reap()) {
       throw Failure(ExitCode::kInternal, fmt::format("{} ended at its start ({}); see its own message above",
                                                      entry.spec.title, describe_end(*status)));
     }
-    if (!entry.ready && seconds_since(entry.child.started()) > entry.spec.ready_within_s) {
+    if (seconds_since(entry.child.started()) > entry.spec.ready_within_s) {
       throw Failure(ExitCode::kInternal, fmt::format("{} was not ready within {:g} s", entry.spec.title,
                                                      entry.spec.ready_within_s));
     }
@@ -78,65 +85,148 @@ bool Supervisor::start(Spec spec) {
       if (&other != &entry) supervise(other);
     }
   }
-  on_change_();
+  options_.on_change();
   return true;
 }
 
-void Supervisor::run() {
-  while (end_requests_ == 0) {
-    poll(kPollInterval_s);
-    for (Entry& entry : entries_) supervise(entry);
-  }
+bool Supervisor::step() {
+  if (end_requests_ > 0) return false;
+  poll(kPollInterval_s);
+  for (Entry& entry : entries_) supervise(entry);
+  return end_requests_ == 0;
 }
 
 void Supervisor::supervise(Entry& entry) {
   read_output(entry);
-  if (const auto status = entry.child.reap()) schedule_restart(entry, *status);
+  if (entry.child.has_ended()) {
+    read_notifications();  // what it sent before its end; its pid is no other's until it is reaped
+    read_output(entry);
+    const std::string how = describe_end(entry.child.reap().value_or(0));
+    schedule_restart(entry, entry.was_killed ? fmt::format("{} killed", entry.spec.title)
+                                             : fmt::format("{} died ({})", entry.spec.title, how));
+  } else if (entry.child.pid() != 0) {
+    kill_unresponsive(entry);
+  }
   if (entry.child.pid() != 0 || end_requests_ > 0 || Clock::now() < entry.restart_at) return;
   try {
-    entry.child.start();
-    on_change_();
+    start_child(entry);
+    options_.on_change();
   } catch (const Failure& failure) {
-    log(failure.what());
-    entry.restart_at = in_seconds(kLongestBackOff_s);
+    schedule_restart(entry, failure.what());
   }
 }
 
-void Supervisor::schedule_restart(Entry& entry, int status) {
-  const bool healthy = seconds_since(entry.child.started()) > kHealthyAfter_s;
+void Supervisor::start_child(Entry& entry) {
+  const Service service{notify_.path(), entry.spec.respond_s, &entry.stored};
+  const bool unresponsive = std::exchange(entry.was_killed, false);
+  entry.child.start(service, unresponsive ? entry.spec.after_unresponsive : std::vector<std::string>{});
+}
+
+/// SIGKILL and no SIGTERM: what a process does that was frozen and is thawed cannot be foreseen, and a
+/// restarted task takes the arm over from what the killed one wrote.
+void Supervisor::kill_unresponsive(Entry& entry) {
+  if (entry.was_killed) return;
+  const std::string status =
+      entry.status.empty() ? "" : fmt::format(" (its last status: {})", client::printable(entry.status));
+  if (entry.ready) {
+    if (entry.spec.respond_s <= 0 || seconds_since(entry.responded) <= entry.spec.respond_s) return;
+    log(fmt::format("{} (pid {}) has not responded for {:g} s{}; killing it", entry.spec.title,
+                    entry.child.pid(), entry.spec.respond_s, status));
+  } else {
+    if (seconds_since(entry.child.started()) <= entry.spec.ready_within_s) return;
+    log(fmt::format("{} (pid {}) was not ready within {:g} s{}; killing it", entry.spec.title,
+                    entry.child.pid(), entry.spec.ready_within_s, status));
+  }
+  entry.was_killed = true;
+  entry.child.send(SIGKILL);
+}
+
+void Supervisor::schedule_restart(Entry& entry, const std::string& why) {
+  const bool healthy = entry.ready && seconds_since(entry.child.started()) > kHealthyAfter_s;
+  entry.failed_attempts = entry.ready ? 0 : entry.failed_attempts + 1;
   entry.back_off_s =
       healthy || entry.back_off_s == 0 ? kFirstBackOff_s : std::min(2 * entry.back_off_s, kLongestBackOff_s);
   entry.restart_at = in_seconds(entry.back_off_s);
   entry.ready = false;
-  log(fmt::format("{} died ({}), starting it again in {:g} s", entry.spec.title, describe_end(status),
-                  entry.back_off_s));
+  entry.restarted = true;
+  entry.status.clear();
+  if (options_.attempts > 0 && entry.failed_attempts >= options_.attempts) {
+    throw Failure(ExitCode::kInternal, fmt::format("{}; {} starts in a row did not get ready: giving up", why,
+                                                   entry.failed_attempts));
+  }
+  log(fmt::format("{}, starting it again in {:g} s", why, entry.back_off_s));
 }
 
 void Supervisor::read_output(Entry& entry) {
-  const bool was_ready = entry.ready;
   for (const auto& line : entry.child.read_lines()) {
-    if (entry.spec.is_ready(line)) entry.ready = true;
+    if (entry.spec.is_ready && entry.spec.is_ready(line)) set_ready(entry);
   }
-  if (!entry.ready && entry.child.pid() != 0 && entry.spec.is_ready("")) entry.ready = true;
-  if (entry.ready && !was_ready && entry.back_off_s > 0) {
-    log(fmt::format("{} restarted (pid {})", entry.spec.title, entry.child.pid()));
-    on_change_();
+  if (!entry.ready && entry.child.pid() != 0 && entry.spec.is_ready && entry.spec.is_ready(""))
+    set_ready(entry);
+}
+
+void Supervisor::set_ready(Entry& entry) {
+  if (entry.ready) return;
+  entry.ready = true;
+  entry.responded = Clock::now();
+  if (!entry.restarted) return;
+  log(fmt::format("{} restarted (pid {})", entry.spec.title, entry.child.pid()));
+  options_.on_change();
+}
+
+void Supervisor::read_notifications() {
+  while (auto notification = notify_.receive()) {
+    for (Entry& entry : entries_) {
+      if (entry.child.pid() == notification->sender) apply(entry, *notification);
+    }
   }
 }
 
+void Supervisor::apply(Entry& entry, Notification& notification) {
+  if (notification.status) entry.status = *notification.status;
+  if (notification.watchdog) entry.responded = Clock::now();
+  if (notification.remove) entry.stored.remove(notification.fd_name);
+  if (notification.store) {
+    for (OwnedFd& fd : notification.descriptors) {
+      const auto added = entry.stored.add(notification.fd_name, std::move(fd));
+      if (added == DescriptorStore::Added::kFull || added == DescriptorStore::Added::kFailed) {
+        log(fmt::format("{}: descriptor '{}' is not stored: {}", entry.spec.title,
+                        client::printable(notification.fd_name),
+                        added == DescriptorStore::Added::kFull
+                            ? fmt::format("there are {} already", DescriptorStore::kCapacity)
+                            : std::string("no file descriptor left")));
+      }
+    }
+  }
+  if (notification.ready && !entry.spec.is_ready) set_ready(entry);
+}
+
+/// Messages lie in the queue while this process does not run, and what finds no room there is late: that is
+/// no fault of the children.
+void Supervisor::allow_for_own_gap() {
+  const auto now = Clock::now();
+  const auto gap = now - std::exchange(last_step_, now);
+  if (std::chrono::duration<double>(gap).count() < kOwnGap_s) return;
+  for (Entry& entry : entries_) entry.responded += gap;
+}
+
 void Supervisor::poll(double seconds) {
-  std::vector<pollfd> fds{{signal_fd_, POLLIN, 0}};
+  std::vector<pollfd> fds{{signal_fd_, POLLIN, 0}, {notify_.fd(), POLLIN, 0}};
   for (const Entry& entry : entries_) {
     if (entry.child.output_fd() >= 0) fds.push_back({entry.child.output_fd(), POLLIN, 0});
   }
   (void)::poll(fds.data(), fds.size(), static_cast<int>(seconds * 1000));
   read_signals();
+  allow_for_own_gap();
+  read_notifications();
 }
 
 void Supervisor::read_signals() {
   signalfd_siginfo info{};
   while (::read(signal_fd_, &info, sizeof(info)) == sizeof(info)) {
-    if (info.ssi_signo != static_cast<std::uint32_t>(SIGCHLD)) ++end_requests_;
+    if (info.ssi_signo == static_cast<std::uint32_t>(SIGCHLD)) continue;
+    ++end_requests_;
+    if (end_signal_ == 0) end_signal_ = static_cast<int>(info.ssi_signo);
   }
 }
 
@@ -165,6 +255,11 @@ pid_t Supervisor::pid_of(const std::string& title) const {
     if (entry.spec.title == title) return entry.child.pid();
   }
   return 0;
+}
+
+bool Supervisor::all_ready() const {
+  return std::all_of(entries_.begin(), entries_.end(),
+                     [](const Entry& entry) { return entry.ready && !entry.was_killed; });
 }
 
 }  // namespace corbot::cli

@@ -7,24 +7,36 @@
 #include <vector>
 
 #include "cli/supervise/child.h"
+#include "cli/supervise/notify_socket.h"
 
 namespace corbot::cli {
 
-/// Starts processes one after the other, each when the one before is ready, restarts what dies, and ends all
-/// of them in the opposite order. One thread; the signals SIGINT, SIGTERM, SIGHUP and SIGCHLD belong to it.
+/// Starts processes one after the other, each when the one before is ready, restarts what dies or no longer
+/// responds, and ends all of them in the opposite order. To each it is what systemd is to a service of
+/// Type=notify: READY=1, WATCHDOG=1, STATUS=, FDSTORE=1 and FDSTOREREMOVE=1 of sd_notify(3), and the stored
+/// descriptors at the next start as of sd_listen_fds(3). One thread; the signals SIGINT, SIGTERM, SIGCHLD
+/// and, unless it is ignored, SIGHUP belong to it.
 class Supervisor {
  public:
   struct Spec {
     std::string title;
     std::vector<std::string> command;
     /// True once the process can be used. Called for each line that it prints, and with an empty line about
-    /// ten times a second; a line is passed once.
-    std::function<bool(const std::string& line)> is_ready;
+    /// ten times a second; a line is passed once. None: the process reports READY=1.
+    std::function<bool(const std::string& line)> is_ready{};
     double ready_within_s{10};
+    /// Once ready, WATCHDOG=1 comes at least this often, or the process is killed and replaced. 0: unwatched.
+    double respond_s{0};
+    /// Added to the command when the process before did not respond and was killed.
+    std::vector<std::string> after_unresponsive{};
+  };
+  struct Options {
+    std::string notify_path;  ///< of the socket
+    int attempts{10};         ///< starts in a row that do not get ready before it gives up; 0: endless
+    std::function<void()> on_change;  ///< called after every start and restart
   };
 
-  /// `on_change` is called after every start and restart.
-  explicit Supervisor(std::function<void()> on_change);
+  explicit Supervisor(Options options);
   Supervisor(const Supervisor&) = delete;
   Supervisor& operator=(const Supervisor&) = delete;
   ~Supervisor();
@@ -32,12 +44,17 @@ class Supervisor {
   /// Starts the next process and waits until it is ready. False when a signal requested the end meanwhile.
   /// Throws Failure when it does not become ready.
   [[nodiscard]] bool start(Spec spec);
-  /// Restarts what dies, until a signal requests the end.
-  void run();
+  /// Waits a moment at most, then handles what has happened. False once a signal has requested the end. Throws
+  /// Failure when it gives a process up.
+  [[nodiscard]] bool step();
   /// Ends all, last started first: SIGTERM, SIGKILL after five seconds or at a second signal.
   void stop_all();
 
   [[nodiscard]] pid_t pid_of(const std::string& title) const;
+  /// Whether every process is ready and responds.
+  [[nodiscard]] bool all_ready() const;
+  /// The signal that requested the end; 0: none yet.
+  [[nodiscard]] int end_signal() const noexcept { return end_signal_; }
 
  private:
   using Clock = Child::Clock;
@@ -45,21 +62,36 @@ class Supervisor {
     Spec spec;
     Child child;
     bool ready{false};
+    bool was_killed{false};  ///< by this supervisor, because it did not respond
+    bool restarted{false};   ///< at least once
+    int failed_attempts{0};  ///< starts in a row that did not get ready
     double back_off_s{0};
     Clock::time_point restart_at{};
+    Clock::time_point responded{};  ///< last WATCHDOG=1, or when it got ready
+    std::string status{};           ///< last STATUS=
+    DescriptorStore stored{};
   };
 
-  /// Waits for signals and output, at most that long. Counts end_requests_.
+  /// Waits for signals, output and messages, at most that long. Counts end_requests_.
   void poll(double seconds);
   void read_signals();
+  void read_notifications();
+  void apply(Entry& entry, Notification& notification);
   void read_output(Entry& entry);
+  void set_ready(Entry& entry);
   void supervise(Entry& entry);
-  void schedule_restart(Entry& entry, int status);
+  void kill_unresponsive(Entry& entry);
+  void start_child(Entry& entry);
+  void schedule_restart(Entry& entry, const std::string& why);
+  void allow_for_own_gap();
 
-  std::function<void()> on_change_;
+  Options options_;
+  NotifySocket notify_;
   std::list<Entry> entries_;
   int signal_fd_{-1};
   int end_requests_{0};  ///< signals received
+  int end_signal_{0};
+  Clock::time_point last_step_{};
 };
 
 }  // namespace corbot::cli

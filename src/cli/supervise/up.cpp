@@ -166,11 +166,11 @@ void up(const UpOptions& options) {
   {
     std::string position;
     Supervisor* running = nullptr;
-    Supervisor supervisor([&] {
-      state.rt_pid = running->pid_of(kRealTimeTask);
-      state.servant_pid = running->pid_of(kServant);
-      lock->write(state);
-    });
+    Supervisor supervisor({lock->notify_path(), profile.supervisor.attempts, [&] {
+                             state.rt_pid = running->pid_of(kRealTimeTask);
+                             state.servant_pid = running->pid_of(kServant);
+                             lock->write(state);
+                           }});
     running = &supervisor;
     lock->write(state);
     bool going = true;
@@ -182,7 +182,8 @@ void up(const UpOptions& options) {
             supervisor.start(servant(options, state));
     if (going) {
       announce(state, position);
-      supervisor.run();
+      while (supervisor.step()) {
+      }
     }
     fmt::print("ending {}\n", state.name);
     std::fflush(stdout);

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// The supervisor's side of sd_notify(3), with a child that has libsystemd's.
+#include <gmock/gmock.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+
+#include "cli/supervise/supervisor.h"
+#include "client/failure.h"
+#include "support/process.h"
+
+namespace corbot::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using client::Failure;
+using test::wait_until;
+using test::within;
+using testing::AllOf;
+using testing::HasSubstr;
+
+class Notify : public testing::Test {
+ protected:
+  Notify() {
+    std::string path = testing::TempDir() + "corbot-notify-XXXXXX";
+    directory_ = ::mkdtemp(path.data());
+    supervisor_ =
+        std::make_unique<Supervisor>(Supervisor::Options{file("notify"), 3, [this] { ++changes_; }});
+  }
+  ~Notify() override {
+    supervisor_.reset();
+    EXPECT_FALSE(fs::exists(file("notify")));
+    fs::remove_all(directory_);
+  }
+
+  [[nodiscard]] std::string file(const std::string& name) const { return (directory_ / name).string(); }
+  [[nodiscard]] std::string text_of(const std::string& name) const {
+    std::ifstream stream(file(name));
+    return {std::istreambuf_iterator<char>{stream}, {}};
+  }
+  /// A child that performs `first` at its first start and `then` at each later one, where it is not the same.
+  [[nodiscard]] Supervisor::Spec child(const std::string& first, const std::string& then = "") const {
+    const std::string mark = file("started");
+    const std::string program = NOTIFYING_CHILD " ";
+    return {"child",
+            {"/bin/sh", "-c",
+             "if [ -e " + mark + " ]; then exec " + program + (then.empty() ? first : then) +
+                 " \"$@\"; fi; : >" + mark + "; exec " + program + first,
+             "sh"}};
+  }
+  bool step_until(const std::function<bool()>& condition) const {
+    return wait_until(within(30), [&] { return condition() || !supervisor_->step() || condition(); }) &&
+           condition();
+  }
+
+  fs::path directory_;
+  int changes_{0};
+  std::unique_ptr<Supervisor> supervisor_;
+};
+
+TEST_F(Notify, AChildReportsThatItIsReady) {
+  ASSERT_TRUE(supervisor_->start(child("ready hang")));
+  EXPECT_TRUE(supervisor_->all_ready());
+  EXPECT_EQ(changes_, 1);
+}
+
+TEST_F(Notify, TheReportOfAnotherProcessDoesNotCount) {
+  Supervisor::Spec spec = child("another-process-is-ready hang");
+  spec.ready_within_s = 1;
+  EXPECT_THROW((void)supervisor_->start(spec), Failure);
+}
+
+TEST_F(Notify, StoredDescriptorsComeBackUnderTheirNames) {
+  const std::string stores = "store=one:" + file("a") + " store=two:" + file("b") +
+                             " store=three:" + file("c") + " store='not\ta name':" + file("d") +
+                             " remove=two ready exit=1";
+  ASSERT_TRUE(supervisor_->start(child(stores, "report=" + file("got") + " ready hang")));
+  ASSERT_TRUE(step_until([&] { return fs::exists(file("got")); }));
+  EXPECT_EQ(text_of("got"), "one a\nthree c\nstored d\n");
+}
+
+TEST_F(Notify, NoMoreThanSixteenDescriptorsAreStored) {
+  std::string stores;
+  for (int i = 0; i < 20; ++i) stores += "store=x:" + file("f" + std::to_string(i)) + " ";
+  ASSERT_TRUE(supervisor_->start(child(stores + "ready exit=0", "report=" + file("got") + " ready hang")));
+  ASSERT_TRUE(step_until([&] { return fs::exists(file("got")); }));
+  const std::string got = text_of("got");
+  EXPECT_EQ(std::count(got.begin(), got.end(), '\n'), 16);
+  EXPECT_THAT(got, AllOf(HasSubstr("x f0\n"), HasSubstr("x f15\n")));
+}
+
+TEST_F(Notify, AChildThatDoesNotRespondIsReplaced) {
+  Supervisor::Spec spec =
+      child("store=kept:" + file("a") + " ready hang", "report=" + file("got") + " ready");
+  spec.respond_s = 1;
+  spec.after_unresponsive = {"feed"};  // without it, the second one ends at once
+  ASSERT_TRUE(supervisor_->start(spec));
+  const pid_t first = supervisor_->pid_of("child");
+  ASSERT_TRUE(step_until([&] { return fs::exists(file("got")) && supervisor_->all_ready(); }));
+  const pid_t second = supervisor_->pid_of("child");
+  EXPECT_NE(second, first);
+  EXPECT_EQ(text_of("got"), "kept a\n");
+  EXPECT_EQ(changes_, 3) << "started, restarted, ready again";
+}
+
+TEST_F(Notify, AChildThatRespondsIsLeftAlone) {
+  Supervisor::Spec spec = child("ready feed");
+  spec.respond_s = 2;
+  ASSERT_TRUE(supervisor_->start(spec));
+  const pid_t first = supervisor_->pid_of("child");
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_TRUE(step_until([&] { return std::chrono::steady_clock::now() - begin > std::chrono::seconds(3); }));
+  EXPECT_EQ(supervisor_->pid_of("child"), first);
+}
+
+TEST_F(Notify, AChildThatDoesNotGetReadyAgainIsGivenUp) {
+  ASSERT_TRUE(supervisor_->start(child("ready exit=3", "exit=4")));
+  try {
+    (void)step_until([] { return false; });
+    FAIL() << "it goes on for ever";
+  } catch (const Failure& failure) {
+    EXPECT_THAT(failure.what(), AllOf(HasSubstr("child died (exit code 4)"), HasSubstr("3 starts in a row"),
+                                      HasSubstr("giving up")));
+  }
+}
+
+TEST_F(Notify, ARestartedChildThatHangsBeforeItIsReadyIsReplaced) {
+  Supervisor::Spec spec = child("ready exit=3", "hang");
+  spec.ready_within_s = 1;
+  ASSERT_TRUE(supervisor_->start(spec));
+  pid_t second = 0;
+  ASSERT_TRUE(step_until([&] { return (second = supervisor_->pid_of("child")) != 0 && changes_ == 2; }));
+  EXPECT_TRUE(step_until([&] { return changes_ == 3 && supervisor_->pid_of("child") != second; }));
+}
+
+TEST(NotifyMessage, FieldsThatAreUnknownOrMalformedAreLeftOut) {
+  const Notification message =
+      parse_notification("READY=2\nFOO\n\nWATCHDOG=1\nSTATUS=a=b\nMAINPID=1\nFDNAME=n\nFDSTORE=1");
+  EXPECT_FALSE(message.ready);
+  EXPECT_TRUE(message.watchdog);
+  EXPECT_TRUE(message.store);
+  EXPECT_FALSE(message.remove);
+  EXPECT_EQ(message.status, "a=b");
+  EXPECT_EQ(message.fd_name, "n");
+}
+
+}  // namespace
+}  // namespace corbot::cli
