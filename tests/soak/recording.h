@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "config/profile.h"
+
+namespace corbot::soak {
+
+/// One executed motion, as recorded: all set-points of one command number.
+struct Motion {
+  std::uint64_t id{};
+  std::int64_t life_ns{};  ///< when the recording began anew before it: numbers begin anew with a robot
+  std::int64_t first_ns{};
+  std::int64_t last_ns{};
+  std::array<double, 4> start_deg{};
+  std::array<double, 4> end_deg{};  ///< at rest afterwards
+  double end_y_m{};
+  double worst_tool_m_s{};
+  bool whole{};  ///< neither its begin nor its end fell into cycles that were not recorded
+};
+
+/// Reads what `corbot record` prints, checks every set-point against the limits of the arm, and cuts the recording into
+/// motions.
+class Recording {
+ public:
+  explicit Recording(const Profile& profile) : arm_(profile.arm) {}
+
+  /// One line of the recording. A header begins anew: another recorder, after cycles that nobody saw.
+  void read(const std::string& line);
+
+  [[nodiscard]] const std::vector<Motion>& motions() const noexcept { return motions_; }
+  [[nodiscard]] const std::vector<std::string>& faults() const noexcept { return faults_; }
+  [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_; }
+  [[nodiscard]] std::uint64_t gaps() const noexcept { return gaps_; }
+
+ private:
+  struct Row {
+    std::uint64_t cycle{};
+    std::int64_t time_ns{};
+    std::string state;
+    std::uint64_t command{};
+    std::array<double, 4> theta_deg{};
+    std::array<double, 3> tcp_m{};
+  };
+
+  static bool parse(const std::string& line, Row& row);
+  void check(const Row& row);
+  void follow(const Row& row, bool continuous);
+  void fault(const Row& row, const std::string& text);
+
+  const ArmModel arm_;
+  std::vector<Motion> motions_;
+  std::vector<std::string> faults_;
+  Row last_;
+  bool have_last_{false};
+  bool is_new_life_{true};
+  std::int64_t life_ns_{0};
+  std::uint64_t cycles_{0};
+  std::uint64_t gaps_{0};
+};
+
+}  // namespace corbot::soak

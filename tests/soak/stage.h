@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <list>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "soak/ledger.h"
+#include "soak/proxy.h"
+#include "soak/recording.h"
+#include "support/process.h"
+
+namespace corbot::soak {
+
+struct StageOptions {
+  std::string binaries;  ///< directory of corbot
+  std::string client;    ///< soak_client
+  std::string profile;
+  std::string scratch;  ///< an empty directory, for what is written
+  std::string orb;      ///< omniorb, orbit2
+  int clients{3};
+};
+
+/// One robot under `corbot up`, its recorder and its clients: what the soak breaks and mends.
+class Stage {
+ public:
+  Stage(StageOptions options, const Profile& profile, std::uint64_t seed);
+  ~Stage();
+
+  /// Starts what is not running: supervisor, recorder, clients. Throws std::runtime_error when that takes too long.
+  void mend();
+  /// Reads what recorder and clients have printed.
+  void observe();
+  /// Waits, observing, until the robot serves; clears an Error, which is counted with its cause. False after a minute.
+  bool recover();
+  /// Ends the clients' calls: none begins anew; waits until each has its answer. False after a minute.
+  bool quiesce();
+  /// Ends the robot in order. What is left behind, empty when nothing.
+  std::string take_down();
+
+  /// 0 where there is none.
+  [[nodiscard]] pid_t servant() const { return pid_of("servant_pid"); }
+  [[nodiscard]] pid_t task() const { return pid_of("rt_pid"); }
+  [[nodiscard]] pid_t supervisor() const { return up_ ? up_->pid() : 0; }
+  [[nodiscard]] std::size_t clients() const noexcept { return clients_.size(); }
+  [[nodiscard]] pid_t client(std::size_t index) const;
+  [[nodiscard]] Proxy& proxy() noexcept { return proxy_; }
+  [[nodiscard]] int port() const noexcept { return port_; }
+  void add_client();
+  void drop_last_client();
+  /// The supervisor was killed, or is to be taken for dead: its robot, the recorder and the clients end with it.
+  void abandon();
+
+  [[nodiscard]] const Ledger& ledger() const noexcept { return ledger_; }
+  [[nodiscard]] const Recording& recording() const noexcept { return recording_; }
+  /// Why a person's Clear was needed.
+  [[nodiscard]] const std::vector<std::string>& clears() const noexcept { return clears_; }
+
+ private:
+  struct Client {
+    int number;
+    test::Process process;
+    std::size_t read;
+  };
+  [[nodiscard]] test::RunResult corbot(const std::vector<std::string>& arguments,
+                                       double seconds = 20.0) const;
+  [[nodiscard]] std::vector<std::string> environment() const;
+  [[nodiscard]] pid_t pid_of(const char* key) const;
+  void start_supervisor();
+  void start_recorder();
+  void read_lines(test::Process& process, std::size_t& read, int client);
+
+  const StageOptions options_;
+  const std::string name_;
+  const int port_;
+  const int proxy_port_;
+  Proxy proxy_;
+  std::uint64_t seed_;
+  int next_client_{1};
+  Ledger ledger_;
+  Recording recording_;
+  std::vector<std::string> clears_;
+  std::unique_ptr<test::Process> up_;
+  std::unique_ptr<test::Process> recorder_;
+  std::size_t recorded_{0};
+  std::list<Client> clients_;
+};
+
+}  // namespace corbot::soak

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "soak/verdict.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "soak/signature.h"
+
+namespace corbot::soak {
+namespace {
+
+constexpr double kAnswer_s = 5.0;      // of a call that does not wait for a motion, on a busy machine
+constexpr double kMotion_s = 30.0;     // of one that does: a full queue before it
+constexpr double kDisturbed_s = 60.0;  // whatever was broken meanwhile
+constexpr double kStandsStill_deg = 1e-7;
+
+double seconds(std::int64_t from_ns, std::int64_t to_ns) {
+  return static_cast<double>(to_ns - from_ns) * 1e-9;
+}
+
+bool is_disturbed(const Call& call, const std::vector<Disturbance>& disturbances) {
+  return std::any_of(disturbances.begin(), disturbances.end(), [&](const Disturbance& d) {
+    return call.begin_ns <= d.end_ns && call.end_ns >= d.begin_ns;
+  });
+}
+
+/// Does the motion end where this call wanted it to?
+bool is_of(const Motion& motion, const Call& call) {
+  if (call.operation == "StartMoveS") return signature_of_metres(motion.end_y_m) == call.signature;
+  if (call.operation == "StartMoveJoints") {
+    return signature_of_degrees(motion.end_deg[0]) == call.signature &&
+           std::abs(motion.end_deg[0] - motion.start_deg[0]) > kStandsStill_deg;
+  }
+  int moved = 0;
+  double by_deg = 0.0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double change = motion.end_deg[i] - motion.start_deg[i];
+    if (std::abs(change) < kStandsStill_deg) continue;
+    ++moved;
+    by_deg = std::abs(change);
+  }
+  return moved == 1 && signature_of_degrees(by_deg) == call.signature;
+}
+
+/// The call that this motion carried out to its end; none for one that was stopped on the way.
+const Call* call_of(const Motion& motion, const Ledger& ledger) {
+  std::vector<std::int64_t> marks{signature_of_metres(motion.end_y_m),
+                                  signature_of_degrees(motion.end_deg[0])};
+  for (std::size_t i = 0; i < 4; ++i)
+    marks.push_back(signature_of_degrees(std::abs(motion.end_deg[i] - motion.start_deg[i])));
+  for (const std::int64_t mark : marks) {
+    const Call* call = mark > 0 ? ledger.with_signature(mark) : nullptr;
+    if (call != nullptr && call->begin_ns <= motion.first_ns && is_of(motion, *call)) return call;
+  }
+  return nullptr;
+}
+
+void check_answers(const Ledger& ledger, const std::vector<Disturbance>& disturbances, Verdict& verdict) {
+  for (const Call& call : ledger.calls()) {
+    ++verdict.calls;
+    if (!call.answered()) {
+      ++verdict.unanswered;
+      continue;
+    }
+    const double took_s = seconds(call.begin_ns, call.end_ns);
+    const bool disturbed = is_disturbed(call, disturbances);
+    const bool waits = call.operation == "Drive" || call.operation == "Wait";
+    const double bound_s = disturbed ? kDisturbed_s : waits ? kMotion_s : kAnswer_s;
+    verdict.slowest_s = std::max(verdict.slowest_s, took_s);
+    if (!disturbed && !waits) verdict.slowest_undisturbed_s = std::max(verdict.slowest_undisturbed_s, took_s);
+    if (took_s > bound_s)
+      verdict.faults.push_back(fmt::format("client {} call {} {}: answered '{}' after {:.1f} s, bound {} s",
+                                           call.client, call.number, call.operation, call.outcome, took_s,
+                                           bound_s));
+  }
+}
+
+/// Accepted calls by their ticket, which is the number of their command.
+class Tickets {
+ public:
+  explicit Tickets(const Ledger& ledger) {
+    for (const Call& call : ledger.calls()) {
+      if (call.accepted() && call.ticket != 0 && call.moves()) calls_.emplace(call.ticket, &call);
+    }
+  }
+  /// Null when no caller was given this number in this life of the robot.
+  [[nodiscard]] const Call* of(const Motion& motion) const {
+    const auto [first, last] = calls_.equal_range(motion.id);
+    for (auto found = first; found != last; ++found) {
+      if (found->second->begin_ns >= motion.life_ns && found->second->begin_ns <= motion.first_ns)
+        return found->second;
+    }
+    return nullptr;
+  }
+
+ private:
+  std::multimap<std::uint64_t, const Call*> calls_;
+};
+
+void check_callers(const Profile& profile, const Ledger& ledger, const Recording& recording,
+                   Verdict& verdict) {
+  std::map<std::int64_t, std::uint64_t> carried_out;  // signature -> command
+  const Tickets tickets(ledger);
+  for (const Motion& motion : recording.motions()) {
+    ++verdict.motions;
+    const Call* call = motion.whole ? call_of(motion, ledger) : nullptr;
+    if (call != nullptr) {
+      ++verdict.whole_motions;
+      const auto [first, is_first] = carried_out.emplace(call->signature, motion.id);
+      if (!is_first && first->second != motion.id)
+        verdict.faults.push_back(
+            fmt::format("client {} call {} {} was carried out twice, as commands {} and {}", call->client,
+                        call->number, call->operation, first->second, motion.id));
+      if (call->answered() && call->outcome != "ok" && call->outcome != "Stopped" &&
+          !call->outcome.ends_with("/2") && call->operation != "Drive")
+        verdict.faults.push_back(
+            fmt::format("client {} call {} {} was answered '{}', and command {} carried it out", call->client,
+                        call->number, call->operation, call->outcome, motion.id));
+      if (call->operation == "StartMoveS" &&
+          motion.worst_tool_m_s > profile.arm.path.speed_m_s * (1.0 + 1e-5) + 1e-6)
+        verdict.faults.push_back(
+            fmt::format("command {}: the tool at {} m/s on a line", motion.id, motion.worst_tool_m_s));
+    }
+    const Call* ticket = tickets.of(motion);
+    if (ticket != nullptr && call != nullptr && call != ticket)
+      verdict.faults.push_back(
+          fmt::format("command {} is the ticket of client {} call {}, and carried out client {} call {}",
+                      motion.id, ticket->client, ticket->number, call->client, call->number));
+    if (ticket == nullptr && call == nullptr && motion.whole) {
+      // Stopped on the way, or a caller who was not told its ticket: there must be one.
+      const bool possible = std::any_of(ledger.calls().begin(), ledger.calls().end(), [&](const Call& c) {
+        return c.moves() && c.begin_ns <= motion.first_ns && (c.operation == "Drive" || !c.accepted());
+      });
+      if (!possible)
+        verdict.faults.push_back(fmt::format("command {} moves, and nobody called for it", motion.id));
+    }
+  }
+}
+
+void check_stops(const Ledger& ledger, const Recording& recording, Verdict& verdict) {
+  const Tickets tickets(ledger);
+  for (const Call& stop : ledger.calls()) {
+    if (stop.operation != "Stop" || !stop.accepted()) continue;
+    for (const Motion& motion : recording.motions()) {
+      const Call* call = tickets.of(motion);
+      if (call == nullptr || call->end_ns >= stop.begin_ns || motion.last_ns <= stop.end_ns) continue;
+      verdict.faults.push_back(
+          fmt::format("command {} was accepted before client {}'s Stop and moves {:.3f} s after it",
+                      motion.id, stop.client, seconds(stop.end_ns, motion.last_ns)));
+    }
+  }
+}
+
+}  // namespace
+
+Verdict judge(const Profile& profile, const Ledger& ledger, const Recording& recording,
+              const std::vector<Disturbance>& disturbances) {
+  Verdict verdict;
+  verdict.faults = recording.faults();
+  check_answers(ledger, disturbances, verdict);
+  check_callers(profile, ledger, recording, verdict);
+  check_stops(ledger, recording, verdict);
+  return verdict;
+}
+
+}  // namespace corbot::soak

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/profile.h"
+#include "soak/ledger.h"
+#include "soak/recording.h"
+
+namespace corbot::soak {
+
+/// An interval during which something was broken on purpose, until the robot served again; CLOCK_MONOTONIC.
+struct Disturbance {
+  std::int64_t begin_ns{};
+  std::int64_t end_ns{};
+  std::string what;
+};
+
+struct Verdict {
+  std::vector<std::string> faults;
+  int calls{};
+  int unanswered{};  ///< by clients that were killed
+  int motions{};
+  int whole_motions{};  ///< that reached their end, and so name their call
+  double slowest_undisturbed_s{};
+  double slowest_s{};
+};
+
+/// What the recording says against what the clients were told: no motion without a caller, none twice, none after a stop,
+/// every caller answered within its bound, the tool within its limits on lines.
+Verdict judge(const Profile& profile, const Ledger& ledger, const Recording& recording,
+              const std::vector<Disturbance>& disturbances);
+
+}  // namespace corbot::soak
