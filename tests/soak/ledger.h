@@ -22,9 +22,7 @@ struct Call {
 
   [[nodiscard]] bool answered() const noexcept { return end_ns != 0; }
   [[nodiscard]] bool accepted() const noexcept { return answered() && outcome == "ok"; }
-  [[nodiscard]] bool moves() const noexcept {
-    return operation == "Drive" || (operation.starts_with("Start") && operation != "Status");
-  }
+  [[nodiscard]] bool moves() const noexcept { return operation == "Drive" || operation.starts_with("Start"); }
 };
 
 /// What all clients called and were answered.

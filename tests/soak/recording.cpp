@@ -52,6 +52,9 @@ void Recording::read(const std::string& line) {
   // A task that is killed while it writes leaves one slot of the flight recorder unreadable.
   const bool continuous = have_last_ && row.cycle > last_.cycle && row.cycle - last_.cycle <= 2;
   if (have_last_ && !continuous) ++gaps_;
+  constexpr std::int64_t kSilence_ns = 500'000'000;
+  if (last_ns_ != 0 && row.time_ns - last_ns_ > kSilence_ns) silences_.push_back({last_ns_, row.time_ns});
+  last_ns_ = row.time_ns;
   check(row);
   follow(row, continuous);
   last_ = row;

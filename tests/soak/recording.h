@@ -23,6 +23,12 @@ struct Motion {
   bool whole{};  ///< neither its begin nor its end fell into cycles that were not recorded
 };
 
+/// A time without a cycle: the task was frozen, or there was none.
+struct Silence {
+  std::int64_t begin_ns{};
+  std::int64_t end_ns{};
+};
+
 /// Reads what `corbot record` prints, checks every set-point against the limits of the arm, and cuts the recording into
 /// motions.
 class Recording {
@@ -33,6 +39,8 @@ class Recording {
   void read(const std::string& line);
 
   [[nodiscard]] const std::vector<Motion>& motions() const noexcept { return motions_; }
+  /// Those of half a second and more.
+  [[nodiscard]] const std::vector<Silence>& silences() const noexcept { return silences_; }
   [[nodiscard]] const std::vector<std::string>& faults() const noexcept { return faults_; }
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_; }
   [[nodiscard]] std::uint64_t gaps() const noexcept { return gaps_; }
@@ -54,8 +62,10 @@ class Recording {
 
   const ArmModel arm_;
   std::vector<Motion> motions_;
+  std::vector<Silence> silences_;
   std::vector<std::string> faults_;
   Row last_;
+  std::int64_t last_ns_{0};  ///< of the last row, also of an earlier recorder
   bool have_last_{false};
   bool is_new_life_{true};
   std::int64_t life_ns_{0};

@@ -127,7 +127,7 @@ class Soak {
     for (int i = 0; i < 12; ++i) stage_.add_client();
     return {"flood of clients",
             [this] {
-              while (stage_.clients() > 3) {
+              while (stage_.clients() > 4) {
                 ::kill(stage_.client(stage_.clients() - 1), SIGKILL);
                 stage_.observe();
                 stage_.drop_last_client();
@@ -196,6 +196,10 @@ int run(int faults, std::uint64_t seed, bool verbose, const StageOptions& option
     fmt::print("a caller has no answer\n");
     good = false;
   }
+  for (const std::string& ticket : good ? stage.open_tickets() : std::vector<std::string>{}) {
+    fmt::print("{}: not ended\n", ticket);
+    good = false;
+  }
   const std::string left = stage.take_down();
   const Verdict verdict = judge(profile, stage.ledger(), stage.recording(), soak.disturbances());
   for (const auto& [what, count] : soak.counts()) fmt::print("{:6} {}\n", count, what);
@@ -210,7 +214,10 @@ int run(int faults, std::uint64_t seed, bool verbose, const StageOptions& option
   fmt::print("slowest answer {:.3f} s, undisturbed and not waiting for a motion {:.3f} s\n",
              verdict.slowest_s, verdict.slowest_undisturbed_s);
   if (!left.empty()) fmt::print("left behind:\n{}", left);
-  for (const std::string& fault : verdict.faults) fmt::print("FAULT {}\n", fault);
+  constexpr std::size_t kShown = 40;
+  for (std::size_t i = 0; i < std::min(kShown, verdict.faults.size()); ++i)
+    fmt::print("FAULT {}\n", verdict.faults[i]);
+  if (verdict.faults.size() > kShown) fmt::print("and {} more faults\n", verdict.faults.size() - kShown);
   const bool passed = good && left.empty() && verdict.faults.empty() && verdict.whole_motions > 0;
   fmt::print("{}\n", passed ? "passed" : "FAILED");
   return passed ? 0 : 1;

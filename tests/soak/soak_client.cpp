@@ -4,7 +4,10 @@
 //   begin CALL TIME_NS OPERATION SIGNATURE
 //   end CALL TIME_NS OUTCOME TICKET
 // TIME_NS is CLOCK_MONOTONIC. SIGNATURE is unique to the call and is part of where the motion goes (see signature.h); 0
-// where nothing moves. OUTCOME is 'ok', 'done', or the name of an exception; TICKET 0 where there is none.
+// where nothing moves. OUTCOME is 'ok', the state that Status returned, or the name of an exception; TICKET 0 where
+// there is none.
+// soak_client REFERENCE NUMBER watch: reads Status only.
+// soak_client REFERENCE tickets N...: prints 'ticket N STATE' for each, and ends.
 #include <time.h>
 
 #include <algorithm>
@@ -44,6 +47,15 @@ class Caller {
   Caller(Corbot::Arm_ptr arm, int client, std::uint64_t seed)
       : arm_(Corbot::Arm::_duplicate(arm)), client_(client), random_(seed) {}
 
+  /// Reads the state ten times a second.
+  [[noreturn]] void watch() {
+    for (;;) {
+      status();
+      const timespec time{0, 100'000'000};
+      ::nanosleep(&time, nullptr);
+    }
+  }
+
   [[noreturn]] void run() {
     for (;;) {
       const int choice = between(0, 99);
@@ -60,7 +72,7 @@ class Caller {
       } else if (choice < 93) {
         call("Stop", 0, [&](std::uint64_t&) { arm_->Stop(); });
       } else {
-        call("Status", 0, [&](std::uint64_t&) { (void)arm_->Status(); });
+        status();
       }
       pause();
     }
@@ -75,13 +87,14 @@ class Caller {
   }
 
   template <class Call>
-  void call(const char* operation, std::int64_t signature, Call&& body) {
+  void call(const char* operation, std::int64_t signature, Call&& body, const std::string* answer = nullptr) {
     const int number = ++calls_;
     say(fmt::format("begin {} {} {} {}", number, now_ns(), operation, signature));
     std::uint64_t ticket = 0;
     std::string outcome = "ok";
     try {
       body(ticket);
+      if (answer != nullptr) outcome = *answer;
     } catch (const CORBA::SystemException& error) {
       outcome = fmt::format("{}/{}", error._name(), static_cast<int>(error.completed()));
     } catch (const CORBA::Exception& error) {
@@ -143,6 +156,17 @@ class Caller {
     call("StartMoveS", mark, [&](std::uint64_t& ticket) { ticket = arm_->StartMoveS(x, y, z, 0.0, 0.0); });
   }
 
+  void status() {
+    std::string state;
+    call(
+        "Status", 0,
+        [&](std::uint64_t&) {
+          static constexpr const char* kNames[] = {"Error", "Waiting", "Standby"};
+          state = kNames[arm_->Status()];
+        },
+        &state);
+  }
+
   void wait() {
     if (tickets_.empty()) return;
     const std::uint64_t ticket =
@@ -159,16 +183,35 @@ class Caller {
   std::deque<std::uint64_t> tickets_;
 };
 
+void print_ticket(Corbot::Arm_ptr arm, std::uint64_t ticket) {
+  static constexpr const char* kNames[] = {"queued", "running", "done", "stopped", "failed"};
+  std::string state;
+  try {
+    Corbot::MotionInfo_var info = arm->Progress(ticket);
+    state = kNames[info->state];
+  } catch (const CORBA::Exception& error) {
+    state = error._name();
+  }
+  say(fmt::format("ticket {} {}", ticket, state));
+}
+
 }  // namespace
 }  // namespace corbot::soak
 
 int main(int argc, char** argv) try {
-  if (argc < 4) return 2;
+  if (argc < 3) return 2;
   int orb_argc = 1;
   CORBA::ORB_var orb = CORBA::ORB_init(orb_argc, argv);
   CORBA::Object_var object = orb->string_to_object(argv[1]);
   Corbot::Arm_var arm = Corbot::Arm::_unchecked_narrow(object);
-  corbot::soak::Caller(arm, std::atoi(argv[2]), std::strtoull(argv[3], nullptr, 10)).run();
+  if (std::string(argv[2]) == "tickets") {
+    for (int i = 3; i < argc; ++i) corbot::soak::print_ticket(arm, std::strtoull(argv[i], nullptr, 10));
+    return 0;
+  }
+  if (argc < 4) return 2;
+  corbot::soak::Caller caller(arm, std::atoi(argv[2]), std::strtoull(argv[3], nullptr, 10));
+  if (std::string(argv[3]) == "watch") caller.watch();
+  caller.run();
 } catch (const CORBA::Exception& error) {
   corbot::soak::say(fmt::format("failed {}", error._name()));
   return 1;

@@ -7,6 +7,7 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
 
 #include "support/ports.h"
@@ -86,11 +87,13 @@ void Stage::start_recorder() {
 
 void Stage::add_client() {
   const int number = next_client_++;
+  const bool watches = clients_.empty();
   const int port = number % 2 == 0 ? port_ : proxy_port_;
   clients_.push_back(
       {number,
        test::Process({options_.client, fmt::format("corbaloc::1.2@127.0.0.1:{}/{}", port, name_),
-                      std::to_string(number), std::to_string(seed_ + static_cast<std::uint64_t>(number))}),
+                      std::to_string(number),
+                      watches ? "watch" : std::to_string(seed_ + static_cast<std::uint64_t>(number))}),
        0});
 }
 
@@ -182,6 +185,25 @@ bool Stage::quiesce() {
     pause();
   }
   return !waiting;
+}
+
+std::vector<std::string> Stage::open_tickets() {
+  const auto ask = [&] {
+    std::vector<std::string> words{options_.client,
+                                   fmt::format("corbaloc::1.2@127.0.0.1:{}/{}", port_, name_), "tickets"};
+    for (const Call& call : ledger_.calls()) {
+      if (call.accepted() && call.ticket != 0) words.push_back(std::to_string(call.ticket));
+    }
+    std::istringstream lines(test::run(words, kMinute_s, environment()).output);
+    std::vector<std::string> open;
+    for (std::string line; std::getline(lines, line);) {
+      if (line.ends_with("queued") || line.ends_with("running")) open.push_back(line);
+    }
+    return open;
+  };
+  std::vector<std::string> open;
+  (void)test::wait_until(within(kMinute_s), [&] { return (open = ask()).empty(); });
+  return open;
 }
 
 std::string Stage::take_down() {

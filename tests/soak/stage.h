@@ -22,7 +22,7 @@ struct StageOptions {
   std::string profile;
   std::string scratch;  ///< an empty directory, for what is written
   std::string orb;      ///< omniorb, orbit2
-  int clients{3};
+  int clients{4};       ///< the first of them only reads
 };
 
 /// One robot under `corbot up`, its recorder and its clients: what the soak breaks and mends.
@@ -39,6 +39,8 @@ class Stage {
   bool recover();
   /// Ends the clients' calls: none begins anew; waits until each has its answer. False after a minute.
   bool quiesce();
+  /// Tickets of accepted motions that have not ended, although the robot is at rest; empty when all have.
+  std::vector<std::string> open_tickets();
   /// Ends the robot in order. What is left behind, empty when nothing.
   std::string take_down();
 

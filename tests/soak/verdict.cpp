@@ -16,6 +16,7 @@ namespace {
 constexpr double kAnswer_s = 5.0;      // of a call that does not wait for a motion, on a busy machine
 constexpr double kMotion_s = 30.0;     // of one that does: a full queue before it
 constexpr double kDisturbed_s = 60.0;  // whatever was broken meanwhile
+constexpr std::int64_t kNoticed_ns = 500'000'000;  // of a task that stands still
 constexpr double kStandsStill_deg = 1e-7;
 
 double seconds(std::int64_t from_ns, std::int64_t to_ns) {
@@ -155,6 +156,19 @@ void check_stops(const Ledger& ledger, const Recording& recording, Verdict& verd
   }
 }
 
+/// While no cycle runs, nobody is told that the arm is well.
+void check_states(const Ledger& ledger, const Recording& recording, Verdict& verdict) {
+  for (const Call& call : ledger.calls()) {
+    if (call.operation != "Status" || (call.outcome != "Waiting" && call.outcome != "Standby")) continue;
+    for (const Silence& silence : recording.silences()) {
+      if (call.begin_ns < silence.begin_ns + kNoticed_ns || call.end_ns > silence.end_ns) continue;
+      verdict.faults.push_back(
+          fmt::format("client {} was told '{}' when the task had been silent for {:.3f} s", call.client,
+                      call.outcome, seconds(silence.begin_ns, call.begin_ns)));
+    }
+  }
+}
+
 }  // namespace
 
 Verdict judge(const Profile& profile, const Ledger& ledger, const Recording& recording,
@@ -164,6 +178,7 @@ Verdict judge(const Profile& profile, const Ledger& ledger, const Recording& rec
   check_answers(ledger, disturbances, verdict);
   check_callers(profile, ledger, recording, verdict);
   check_stops(ledger, recording, verdict);
+  check_states(ledger, recording, verdict);
   return verdict;
 }
 
