@@ -50,7 +50,8 @@ void run_stoppable(const ClientOptions& options, Work&& work) {
   } catch (const Failure& failure) {
     if (!on_signal.seen() || failure.code() != ExitCode::kStopped) throw;
     on_signal.join();
-    throw Failure(ExitCode::kStopped, std::string("the arm was stopped by Ctrl-C: ") + failure.what());
+    throw Failure(ExitCode::kStopped,
+                  fmt::format("the arm was stopped by {}: {}", on_signal.describe(), failure.what()));
   }
 }
 
@@ -123,9 +124,9 @@ void run_record(const ClientOptions& options, RecordOptions record_options) {
   record_options.robot = find_robot(options.robot).name;
   if (const auto state = read_state(record_options.robot)) {
     try {
-      record_options.joints = load_profile(state->profile).arm.dof;
+      record_options.joints = load_profile(state->profile_in_use).arm.dof;
     } catch (const ConfigError&) {
-      // edited since the robot was started: write all columns
+      // the copy has just been removed: write all columns
     }
   }
   record(record_options, on_signal);

@@ -73,6 +73,7 @@ std::optional<RobotState> read_state(const std::string& name) {
     state.name = data.at("name").get<std::string>();
     state.pid = data.at("pid").get<pid_t>();
     state.profile = data.value("profile", "");
+    state.profile_in_use = (state_directory(false) / (name + ".toml")).string();
     state.endpoint = data.value("endpoint", "");
     state.address = data.value("address", "");
     state.orb = data.value("orb", "");

@@ -16,10 +16,11 @@ namespace corbot::client {
 
 struct RobotState {
   std::string name;
-  pid_t pid{};           ///< of the supervisor
-  std::string profile;   ///< absolute path
-  std::string endpoint;  ///< HOST:PORT
-  std::string address;   ///< corbaloc URI as the servant printed it
+  pid_t pid{};                   ///< of the supervisor
+  std::string profile;           ///< absolute path
+  std::string profile_in_use{};  ///< a copy of it from the start, which the processes read
+  std::string endpoint;          ///< HOST:PORT
+  std::string address;           ///< corbaloc URI as the servant printed it
   std::string orb;
   pid_t rt_pid{};
   pid_t servant_pid{};

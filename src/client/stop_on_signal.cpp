@@ -20,7 +20,10 @@ namespace {
 sigset_t ending_signals() {
   sigset_t set;
   sigemptyset(&set);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set, signal);
+  for (const int signal : {SIGINT, SIGTERM}) sigaddset(&set, signal);
+  struct sigaction hang_up {};
+  ::sigaction(SIGHUP, nullptr, &hang_up);
+  if (hang_up.sa_handler != SIG_IGN) sigaddset(&set, SIGHUP);  // ignored: under nohup
   return set;
 }
 
@@ -57,6 +60,8 @@ void OnSignal::run() {
     if ((fds[1].revents & POLLIN) != 0) break;
     signalfd_siginfo info{};
     if ((fds[0].revents & POLLIN) == 0 || ::read(signals, &info, sizeof(info)) != sizeof(info)) continue;
+    int none = 0;
+    signal_.compare_exchange_strong(none, static_cast<int>(info.ssi_signo));
     if (seen_.exchange(true)) ::_exit(static_cast<int>(ExitCode::kStopped));
     raise_event(seen_fd_);
     worker = std::thread([this] {
@@ -67,6 +72,17 @@ void OnSignal::run() {
   }
   if (worker.joinable()) worker.join();
   ::close(signals);
+}
+
+std::string OnSignal::describe() const {
+  switch (signal_.load()) {
+    case SIGINT:
+      return "Ctrl-C";
+    case SIGHUP:
+      return "the end of the terminal (SIGHUP)";
+    default:
+      return "SIGTERM";
+  }
 }
 
 void OnSignal::join() const { acted_.wait(false); }

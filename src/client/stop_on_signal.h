@@ -3,13 +3,14 @@
 
 #include <atomic>
 #include <functional>
+#include <string>
 #include <thread>
 
 namespace corbot::client {
 
-/// During its lifetime, the first SIGINT, SIGTERM or SIGHUP calls `action` in a thread of its own instead of
-/// ending the program; the second one ends it at once with exit code 4. To be constructed before any other
-/// thread, so that all of them inherit the blocked signals.
+/// During its lifetime, the first SIGINT, SIGTERM or, unless it is ignored as under nohup, SIGHUP calls
+/// `action` in a thread of its own instead of ending the program; the second one ends it at once with exit
+/// code 4. To be constructed before any other thread, so that all of them inherit the blocked signals.
 class OnSignal {
  public:
   explicit OnSignal(std::function<void()> action);
@@ -18,6 +19,9 @@ class OnSignal {
   ~OnSignal();
 
   [[nodiscard]] bool seen() const noexcept { return seen_.load(); }
+
+  /// Names the signal that was seen: "Ctrl-C" for SIGINT.
+  [[nodiscard]] std::string describe() const;
 
   /// Waits until the action has returned. Only where a signal was seen.
   void join() const;
@@ -30,8 +34,9 @@ class OnSignal {
   std::function<void()> action_;
   std::atomic<bool> seen_{false};
   std::atomic<bool> acted_{false};
-  int end_fd_{-1};   ///< eventfd: ends the thread
-  int seen_fd_{-1};  ///< eventfd: readable once a signal was seen
+  std::atomic<int> signal_{0};  ///< the first one
+  int end_fd_{-1};              ///< eventfd: ends the thread
+  int seen_fd_{-1};             ///< eventfd: readable once a signal was seen
   std::thread thread_;
 };
 

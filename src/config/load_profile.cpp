@@ -18,7 +18,9 @@ namespace {
   throw ConfigError{{ConfigFault{file, 0, "", "", std::move(why)}}};
 }
 
-std::string read_text(const std::filesystem::path& path) {
+}  // namespace
+
+std::string read_profile_text(const std::filesystem::path& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (status.type() == std::filesystem::file_type::not_found) refuse_file(path.string(), "no such file");
@@ -34,10 +36,8 @@ std::string read_text(const std::filesystem::path& path) {
   return text;
 }
 
-}  // namespace
-
 Profile load_profile(const std::filesystem::path& path) {
-  return parse_profile(read_text(path), path.string());
+  return parse_profile(read_profile_text(path), path.string());
 }
 
 Profile parse_profile(std::string_view text, std::string file) {

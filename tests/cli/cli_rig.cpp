@@ -58,9 +58,15 @@ RunResult CliRig::corbot(const std::vector<std::string>& arguments, double secon
 
 std::unique_ptr<Process> CliRig::begin(const std::vector<std::string>& arguments,
                                        const std::string& terminal) {
-  std::vector<std::string> words = command(arguments);
-  if (!terminal.empty()) words.insert(words.begin(), {"/bin/sh", "-c", "exec \"$@\" <\"$0\"", terminal});
-  return std::make_unique<Process>(words, environment());
+  if (terminal.empty()) return begin_in({}, arguments);
+  return begin_in({"/bin/sh", "-c", "exec \"$@\" <\"$0\"", terminal}, arguments);
+}
+
+std::unique_ptr<Process> CliRig::begin_in(std::vector<std::string> wrapper,
+                                          const std::vector<std::string>& arguments) {
+  const std::vector<std::string> words = command(arguments);
+  wrapper.insert(wrapper.end(), words.begin(), words.end());
+  return std::make_unique<Process>(wrapper, environment());
 }
 
 std::string CliRig::put(const std::string& file, const std::string& text) const {

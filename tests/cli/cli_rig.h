@@ -26,6 +26,9 @@ class CliRig : public ::testing::Test {
   RunResult corbot(const std::vector<std::string>& arguments, double seconds = 60);
   /// The same in the background; its standard input is `terminal` where one is given.
   std::unique_ptr<Process> begin(const std::vector<std::string>& arguments, const std::string& terminal = "");
+  /// The same under another program, which is given the command as its last arguments.
+  std::unique_ptr<Process> begin_in(std::vector<std::string> wrapper,
+                                    const std::vector<std::string>& arguments);
   /// Writes a file into the test's directory and returns its path.
   std::string put(const std::string& file, const std::string& text) const;
 
@@ -44,7 +47,7 @@ class CliRig : public ::testing::Test {
   int port_;
   std::unique_ptr<Process> supervisor_;
 
- private:
+  /// In which the commands find this robot and no other.
   [[nodiscard]] std::vector<std::string> environment() const;
 };
 

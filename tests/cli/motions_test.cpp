@@ -85,6 +85,24 @@ TEST_F(Motions, StopFromAnotherProcess) {
   EXPECT_LT(joint(0), 79);
 }
 
+TEST_F(Motions, SigtermStopsTheArmAndIsNotReportedAsCtrlC) {
+  const auto motion = begin({"joints", "80", "20", "30", "40", "--time", "30"});
+  ASSERT_TRUE(wait_state("Waiting"));
+  motion->signal(SIGTERM);
+  const auto end = motion->wait(within(20));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 4);
+  EXPECT_THAT(motion->errors(), AllOf(HasSubstr("stopped by SIGTERM"), Not(HasSubstr("Ctrl-C"))));
+}
+
+TEST_F(Motions, AHangUpUnderNohupStopsNothing) {
+  const auto motion = begin_in({"/bin/sh", "-c", "trap '' HUP; exec \"$@\"", "sh"},
+                               {"joints", "10", "0", "0", "0", "--time", "2"});
+  ASSERT_TRUE(wait_state("Waiting"));
+  motion->signal(SIGHUP);
+  EXPECT_EQ(motion->wait(within(20)), 0) << motion->errors();
+}
+
 TEST_F(Motions, CtrlCStopsTheArm) {
   const auto motion = begin({"joints", "80", "20", "30", "40", "--time", "30"});
   ASSERT_TRUE(wait_state("Waiting"));

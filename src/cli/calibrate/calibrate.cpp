@@ -139,7 +139,7 @@ void calibrate(const CalibrateOptions& options) {
       if (!line) break;
       session.run(*line);
     }
-    if (end) throw Failure(ExitCode::kStopped, "ended by Ctrl-C" + session.unwritten_note());
+    if (end) throw Failure(ExitCode::kStopped, "ended by " + on_signal.describe() + session.unwritten_note());
     session.report_unwritten();
   } catch (const Failure&) {
     throw;

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/supervise/descriptor_store.h"
@@ -51,6 +52,8 @@ class Child {
   /// Its wait status once it has ended; reaps it.
   [[nodiscard]] std::optional<int> reap();
   void send(int signal) const;
+  /// For the next start.
+  void set_command(std::vector<std::string> command) { command_ = std::move(command); }
 
   [[nodiscard]] const std::string& title() const noexcept { return title_; }
   [[nodiscard]] pid_t pid() const noexcept { return pid_; }  ///< 0 = not running

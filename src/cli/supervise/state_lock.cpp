@@ -2,6 +2,7 @@
 #include "cli/supervise/state_lock.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -9,14 +10,18 @@
 #include <algorithm>
 #include <cerrno>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 
 #include "cli/supervise/abandoned_segment.h"
+#include "cli/supervise/owned_fd.h"
 #include "client/failure.h"
 #include "config/profile.h"
 
 namespace corbot::cli {
 
+using client::ExitCode;
+using client::Failure;
 using client::is_up;
 using client::open_lock;
 using client::read_state;
@@ -36,9 +41,30 @@ bool is_linked(int fd) {
   return ::fstat(fd, &status) == 0 && status.st_nlink > 0;
 }
 
+bool is_same_file(int fd, const fs::path& path) {
+  struct stat opened {};
+  struct stat named {};
+  return ::fstat(fd, &opened) == 0 && ::lstat(path.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
+         opened.st_ino == named.st_ino;
+}
+
+void replace_file(const fs::path& file, const std::string& text) {
+  const fs::path fresh = file.string() + ".new";
+  const OwnedFd fd(::open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600));
+  if (fd.get() < 0) throw system_failure(fresh, errno);
+  std::size_t done = 0;
+  while (done < text.size()) {
+    const ssize_t n = ::write(fd.get(), text.data() + done, text.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) throw system_failure(fresh, errno);
+    done += static_cast<std::size_t>(n);
+  }
+  if (::rename(fresh.c_str(), file.c_str()) != 0) throw system_failure(file, errno);
+}
+
 void remove_files(const fs::path& directory, const std::string& name) {
   std::error_code ignored;
-  for (const char* suffix : {".json", ".notify"}) fs::remove(directory / (name + suffix), ignored);
+  for (const char* suffix : {".json", ".notify", ".toml"}) fs::remove(directory / (name + suffix), ignored);
   fs::remove(directory / (name + ".lock"), ignored);
 }
 
@@ -50,7 +76,9 @@ StateLock::StateLock(fs::path directory, std::string name, int fd)
 StateLock::StateLock(StateLock&& other) noexcept
     : directory_(std::move(other.directory_)),
       name_(std::move(other.name_)),
-      fd_(std::exchange(other.fd_, -1)) {}
+      fd_(std::exchange(other.fd_, -1)),
+      state_(std::move(other.state_)),
+      profile_(std::move(other.profile_)) {}
 
 StateLock::~StateLock() {
   if (fd_ < 0) return;
@@ -75,22 +103,36 @@ std::optional<StateLock> StateLock::acquire(const std::string& name) {
   return std::nullopt;
 }
 
-void StateLock::write(const RobotState& state) const {
+void StateLock::write(const RobotState& state) {
   const json data{{"name", state.name},       {"pid", state.pid},
                   {"profile", state.profile}, {"endpoint", state.endpoint},
                   {"address", state.address}, {"orb", state.orb},
                   {"rt_pid", state.rt_pid},   {"servant_pid", state.servant_pid},
                   {"naming", state.naming}};
-  const std::string text = data.dump(2) + "\n";
-  const fs::path file = directory_ / (name_ + ".json");
-  const fs::path fresh = directory_ / (name_ + ".json.new");
-  const int fd = ::open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600);
-  if (fd < 0) throw system_failure(fresh, errno);
-  const bool whole = ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-  const int error = errno;
-  ::close(fd);
-  if (!whole) throw system_failure(fresh, error);
-  if (::rename(fresh.c_str(), file.c_str()) != 0) throw system_failure(file, errno);
+  state_ = data.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+  replace_file(directory_ / (name_ + ".json"), state_);
+}
+
+void StateLock::write_profile(std::string text) {
+  profile_ = std::move(text);
+  replace_file(profile_path(), profile_);
+}
+
+void StateLock::restore() {
+  std::error_code ignored;
+  if (!is_same_file(fd_, directory_ / (name_ + ".lock"))) {
+    (void)state_directory(true);
+    const int fd = open_lock(directory_, name_, O_RDWR | O_CREAT);
+    if (fd < 0) throw system_failure(directory_ / (name_ + ".lock"), errno);
+    if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+      ::close(fd);
+      throw Failure(ExitCode::kInternal, fmt::format("another 'corbot up' holds '{}' there", name_));
+    }
+    ::close(std::exchange(fd_, fd));
+  }
+  if (!profile_.empty() && !fs::exists(profile_path(), ignored)) replace_file(profile_path(), profile_);
+  const fs::path state = directory_ / (name_ + ".json");
+  if (!state_.empty() && !fs::exists(state, ignored)) replace_file(state, state_);
 }
 
 std::vector<std::string> stale_robots() {

@@ -10,7 +10,8 @@
 
 namespace corbot::cli {
 
-/// The supervisor's side. Removes both files when it goes out of scope.
+/// The supervisor's side: what commands find of a robot that is up, and what its processes read. All of it
+/// goes away with this object.
 class StateLock {
  public:
   /// Nothing when another supervisor has the name.
@@ -20,7 +21,13 @@ class StateLock {
   ~StateLock();
 
   /// Replaces the file at once: readers see the old or the new one.
-  void write(const client::RobotState& state) const;
+  void write(const client::RobotState& state);
+  /// The profile as it was at the start, for the processes: an edit takes effect at the next 'corbot up'.
+  void write_profile(std::string text);
+  [[nodiscard]] std::string profile_path() const { return (directory_ / (name_ + ".toml")).string(); }
+
+  /// Puts back what has been removed, the directory included. Throws Failure.
+  void restore();
 
   /// Where the supervisor's socket for its children belongs.
   [[nodiscard]] std::string notify_path() const { return (directory_ / (name_ + ".notify")).string(); }
@@ -30,6 +37,8 @@ class StateLock {
   std::filesystem::path directory_;
   std::string name_;
   int fd_;
+  std::string state_{};  ///< text of the files
+  std::string profile_{};
 };
 
 /// Names of the robots that are not up but have files or a segment, sorted.

@@ -119,6 +119,9 @@ void Supervisor::supervise(Entry& entry) {
 void Supervisor::start_child(Entry& entry) {
   const Service service{notify_.path(), entry.spec.respond_s, &entry.stored};
   const bool unresponsive = std::exchange(entry.was_killed, false);
+  if (entry.restarted && !entry.spec.restart_command.empty())
+    entry.child.set_command(entry.spec.restart_command);
+  entry.fed = false;
   entry.child.start(service, unresponsive ? entry.spec.after_unresponsive : std::vector<std::string>{});
 }
 
@@ -129,7 +132,8 @@ void Supervisor::kill_unresponsive(Entry& entry) {
   const std::string status =
       entry.status.empty() ? "" : fmt::format(" (its last status: {})", client::printable(entry.status));
   if (entry.ready) {
-    if (entry.spec.respond_s <= 0 || seconds_since(entry.responded) <= entry.spec.respond_s) return;
+    if (entry.spec.respond_s <= 0 || !entry.fed || seconds_since(entry.responded) <= entry.spec.respond_s)
+      return;
     log(fmt::format("{} (pid {}) has not responded for {:g} s{}; killing it", entry.spec.title,
                     entry.child.pid(), entry.spec.respond_s, status));
   } else {
@@ -184,7 +188,10 @@ void Supervisor::read_notifications() {
 
 void Supervisor::apply(Entry& entry, Notification& notification) {
   if (notification.status) entry.status = *notification.status;
-  if (notification.watchdog) entry.responded = Clock::now();
+  if (notification.watchdog) {
+    entry.responded = Clock::now();
+    entry.fed = true;
+  }
   if (notification.remove) entry.stored.remove(notification.fd_name);
   if (notification.store) {
     for (OwnedFd& fd : notification.descriptors) {
@@ -206,11 +213,23 @@ void Supervisor::apply(Entry& entry, Notification& notification) {
 void Supervisor::allow_for_own_gap() {
   const auto now = Clock::now();
   const auto gap = now - std::exchange(last_step_, now);
-  if (std::chrono::duration<double>(gap).count() < kOwnGap_s) return;
+  if (std::chrono::duration<double>(gap).count() < kOwnGap_s && !socket_lost_) return;
   for (Entry& entry : entries_) entry.responded += gap;
 }
 
+void Supervisor::restore_socket() {
+  try {
+    notify_.restore();
+    if (std::exchange(socket_lost_, false)) log("the processes are heard again");
+  } catch (const Failure& failure) {
+    if (!std::exchange(socket_lost_, true))
+      log(fmt::format("the processes cannot be heard: {}", failure.what()));
+  }
+}
+
 void Supervisor::poll(double seconds) {
+  if (options_.on_step) options_.on_step();
+  restore_socket();
   std::vector<pollfd> fds{{signal_fd_, POLLIN, 0}, {notify_.fd(), POLLIN, 0}};
   for (const Entry& entry : entries_) {
     if (entry.child.output_fd() >= 0) fds.push_back({entry.child.output_fd(), POLLIN, 0});

@@ -21,11 +21,12 @@ class Supervisor {
   struct Spec {
     std::string title;
     std::vector<std::string> command;
+    std::vector<std::string> restart_command{};  ///< where it differs
     /// True once the process can be used. Called for each line that it prints, and with an empty line about
     /// ten times a second; a line is passed once. None: the process reports READY=1.
     std::function<bool(const std::string& line)> is_ready{};
     double ready_within_s{10};
-    /// Once ready, WATCHDOG=1 comes at least this often, or the process is killed and replaced. 0: unwatched.
+    /// Once ready and after its first WATCHDOG=1, the next ones come at least this often, or the process is killed and replaced. 0: unwatched.
     double respond_s{0};
     /// Added to the command when the process before did not respond and was killed.
     std::vector<std::string> after_unresponsive{};
@@ -33,7 +34,8 @@ class Supervisor {
   struct Options {
     std::string notify_path;  ///< of the socket
     int attempts{10};         ///< starts in a row that do not get ready before it gives up; 0: endless
-    std::function<void()> on_change;  ///< called after every start and restart
+    std::function<void()> on_change;  ///< called after every start and restart; throws nothing
+    std::function<void()> on_step{};  ///< called about ten times a second; throws nothing
   };
 
   explicit Supervisor(Options options);
@@ -62,6 +64,7 @@ class Supervisor {
     Spec spec;
     Child child;
     bool ready{false};
+    bool fed{false};         ///< it has sent WATCHDOG=1 since it was started
     bool was_killed{false};  ///< by this supervisor, because it did not respond
     bool restarted{false};   ///< at least once
     int failed_attempts{0};  ///< starts in a row that did not get ready
@@ -84,6 +87,7 @@ class Supervisor {
   void start_child(Entry& entry);
   void schedule_restart(Entry& entry, const std::string& why);
   void allow_for_own_gap();
+  void restore_socket();
 
   Options options_;
   NotifySocket notify_;
@@ -92,6 +96,7 @@ class Supervisor {
   int end_requests_{0};  ///< signals received
   int end_signal_{0};
   Clock::time_point last_step_{};
+  bool socket_lost_{false};  ///< nothing can be heard
 };
 
 }  // namespace corbot::cli

@@ -7,8 +7,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
 
 #include "cli/supervise/abandoned_segment.h"
+#include "cli/supervise/robot_children.h"
+#include "cli/supervise/robot_processes.h"
 #include "cli/supervise/state_lock.h"
 #include "cli/supervise/supervisor.h"
 #include "client/explain.h"
@@ -21,19 +24,15 @@ namespace corbot::cli {
 using client::ExitCode;
 using client::Failure;
 using client::printable;
-using client::read_state;
 using client::RobotState;
 using net::listen_error;
-using net::listens_on_loopback;
 using net::split_endpoint;
 
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kNaming = "naming service";
-constexpr const char* kRealTimeTask = "real-time task";
-constexpr const char* kServant = "servant";
+constexpr int kEndingWithin_ms = 2000;
 
 /// The naming service's log; removed with this object.
 class LogDirectory {
@@ -55,9 +54,17 @@ class LogDirectory {
   fs::path path_;
 };
 
-Profile read_profile(const std::string& file) {
+/// A profile and the text that it was made from, which the processes get, too.
+struct ProfileText {
+  std::string text;
+  Profile profile;
+};
+
+ProfileText read_profile(const std::string& file) {
   try {
-    return load_profile(file);
+    std::string text = read_profile_text(file);
+    Profile profile = parse_profile(text, file);
+    return {std::move(text), std::move(profile)};
   } catch (const ConfigError& error) {
     throw Failure(ExitCode::kUsage, error.what());
   }
@@ -69,64 +76,12 @@ void check_free(const std::string& host, int port, const std::string& fix) {
   }
 }
 
-Supervisor::Spec naming_service(int port, const std::string& log_directory) {
-  const std::string text = fmt::format("{}", port);
-  return {kNaming,
-          {"omniNames", "-start", text, "-logdir", log_directory, "-errlog", log_directory + "/errors",
-           "-ORBendPoint", "giop:tcp:127.0.0.1:" + text},
-          [port](const std::string&) { return listens_on_loopback(port); }};
-}
-
-/// Adds the directory of the last position.
-std::vector<std::string> with_state(std::vector<std::string> command, const UpOptions& options) {
-  if (!options.state_directory.empty())
-    command.insert(command.end(), {"--state-dir", fs::absolute(options.state_directory).string()});
-  return command;
-}
-
-/// `position` receives what the task reports of the arm's position.
-Supervisor::Spec real_time_task(const UpOptions& options, const RobotState& state, std::string& position) {
-  return {kRealTimeTask,
-          with_state({beside_executable("corbot-rt"), state.profile, "--name", state.name, "--realtime",
-                      options.realtime},
-                     options),
-          [&position](const std::string& line) {
-            constexpr std::string_view kPosition = "position ";
-            if (line.starts_with(kPosition)) position = line.substr(kPosition.size());
-            return line.starts_with("ready");
-          }};
-}
-
-constexpr const char* kOrbit2Servant = "corbot-servant-orbit2";
-
-Supervisor::Spec servant(const UpOptions& options, RobotState& state) {
-  const std::string program = state.orb == "orbit2" ? kOrbit2Servant : "corbot-servant";
-  std::vector<std::string> command{
-      beside_executable(program), state.profile, "--name", state.name, "--endpoint", state.endpoint};
-  if (!state.naming.empty()) command.insert(command.end(), {"--naming", state.naming});
-  return {kServant, with_state(command, options), [&state](const std::string& line) {
-            constexpr std::string_view kReady = "ready ";
-            if (!line.starts_with(kReady)) return false;
-            state.address = line.substr(kReady.size());
-            return true;
-          }};
-}
-
-void announce(const RobotState& state, const std::string& position) {
-  fmt::print("position: {}\n{} is up at {}\n", printable(position), state.name, state.address);
-  if (!state.naming.empty()) fmt::print("named Robots/{}.Robot in {}\n", state.name, state.naming);
-  fmt::print("try: corbot status, corbot ready, corbot run PROGRAM; Ctrl-C here or 'corbot down' ends it\n");
-  std::fflush(stdout);
-}
-
-}  // namespace
-
-void up(const UpOptions& options) {
-  const Profile profile = read_profile(options.profile);
+/// What is to be started, from the command line and the profile.
+RobotState plan(const UpOptions& options, const Profile& profile) {
   RobotState state;
   state.name = options.name.empty() ? profile.name : options.name;
   if (!is_name(state.name)) {
-    throw Failure(ExitCode::kUsage, fmt::format("--name '{}': {}", state.name, name_rule()));
+    throw Failure(ExitCode::kUsage, fmt::format("--name '{}': {}", printable(state.name), name_rule()));
   }
   state.pid = ::getpid();
   state.profile = fs::absolute(options.profile).string();
@@ -140,56 +95,136 @@ void up(const UpOptions& options) {
                     "it runs on omniORB",
                     kOrbit2Servant));
   }
+  return state;
+}
+
+/// The name is this supervisor's from now on. What holds it, wherever its files are, is left alone, or ended
+/// with --replace.
+StateLock take_name(const std::string& name, bool replace) {
+  if (replace) {
+    if (client::is_up(name)) down(name);
+    end_robot(name);
+  }
+  // The processes of a supervisor that was killed end by themselves: a moment for that.
+  auto processes = find_robot_processes(name);
+  for (int waited_ms = 0; waited_ms < kEndingWithin_ms && !processes.empty() && !client::is_up(name);
+       waited_ms += 100) {
+    ::usleep(100'000);
+    processes = find_robot_processes(name);
+  }
+  auto lock = StateLock::acquire(name);
+  if (lock && processes.empty()) return std::move(*lock);
+  const auto other = lock ? std::nullopt : client::read_state(name);
+  const std::string holder =
+      other ? fmt::format("corbot up (pid {}), {}", other->pid, other->endpoint) : describe(processes);
+  const std::string fix = lock ? "end that first" : fmt::format("end it with 'corbot down --name {}'", name);
+  throw Failure(
+      ExitCode::kInternal,
+      fmt::format("'{}' is already running{}: {}, start this one with --replace to do so, or give it "
+                  "another name with --name",
+                  name, holder.empty() ? "" : fmt::format(": {}", holder), fix));
+}
+
+void announce(const RobotState& state, const std::string& position) {
+  fmt::print("position: {}\n{} is up at {}\n", printable(position), state.name, state.address);
+  if (!state.naming.empty()) fmt::print("named Robots/{}.Robot in {}\n", state.name, state.naming);
+  fmt::print("try: corbot status, corbot ready, corbot run PROGRAM; Ctrl-C here or 'corbot down' ends it\n");
+  std::fflush(stdout);
+}
+
+/// The files by which commands find the robot. They may be removed while it runs; that ends nothing.
+class StateFiles {
+ public:
+  explicit StateFiles(StateLock& lock) : lock_(lock) {}
+  void write(const RobotState& state) {
+    guard([&] { lock_.write(state); });
+  }
+  void restore() {
+    guard([&] { lock_.restore(); });
+  }
+
+ private:
+  template <class Action>
+  void guard(Action&& action) {
+    try {
+      action();
+      if (std::exchange(lost_, false)) report("the robot can be found by its name again");
+    } catch (const Failure& failure) {
+      if (!std::exchange(lost_, true))
+        report(fmt::format("the robot cannot be found by its name: {}", failure.what()));
+    }
+  }
+  static void report(const std::string& text) {
+    fmt::print(stderr, "corbot up: {}\n", text);
+    std::fflush(stderr);
+  }
+  StateLock& lock_;
+  bool lost_{false};
+};
+
+/// Until a signal requests the end. Throws Failure.
+void supervise(const UpOptions& options, const SupervisorOptions& times, RobotState& state, StateLock& lock,
+               const LogDirectory* log_directory) {
+  std::string position;
+  StateFiles files(lock);
+  Supervisor* running = nullptr;
+  Supervisor supervisor({.notify_path = lock.notify_path(),
+                         .attempts = times.attempts,
+                         .on_change =
+                             [&] {
+                               state.rt_pid = running->pid_of(kRealTimeTask);
+                               state.servant_pid = running->pid_of(kServant);
+                               files.write(state);
+                             },
+                         .on_step = [&] { files.restore(); }});
+  running = &supervisor;
+  bool going = true;
+  if (log_directory != nullptr) {
+    going = supervisor.start(naming_service(options.naming_port, log_directory->path()));
+    state.naming = fmt::format("corbaloc::127.0.0.1:{}/NameService", options.naming_port);
+  }
+  going = going && supervisor.start(real_time_task(options, state, times, position)) &&
+          supervisor.start(servant(options, state, times));
+  if (going) {
+    announce(state, position);
+    while (supervisor.step()) {
+    }
+  }
+  fmt::print("ending {}\n", state.name);
+  std::fflush(stdout);
+  supervisor.stop_all();
+}
+
+/// Removes, at the end of its scope, the shared memory that a process left which had to be killed.
+struct SegmentRemover {
+  const std::string& name;
+  ~SegmentRemover() { remove_abandoned_segment(name); }
+};
+
+}  // namespace
+
+void up(const UpOptions& options) {
+  ProfileText read = read_profile(options.profile);
+  RobotState state = plan(options, read.profile);
   const auto endpoint = split_endpoint(state.endpoint);
   if (!endpoint) {
     throw Failure(ExitCode::kUsage,
                   fmt::format("--endpoint '{}': write HOST:PORT, port 1 to 65535", state.endpoint));
   }
-
-  const auto lock = StateLock::acquire(state.name);
-  if (!lock) {
-    const auto other = read_state(state.name);
-    throw Failure(
-        ExitCode::kInternal,
-        fmt::format("'{}' is already running{}: end it with 'corbot down --name {}', or give this one "
-                    "another name with --name",
-                    state.name, other ? fmt::format(" (pid {}, {})", other->pid, other->endpoint) : "",
-                    state.name));
-  }
+  StateLock lock = take_name(state.name, options.replace);
   check_free(endpoint->first, endpoint->second, "choose another with --endpoint HOST:PORT");
   std::unique_ptr<LogDirectory> log_directory;
   if (options.naming_port > 0) {
     check_free("127.0.0.1", options.naming_port, "choose another with --naming PORT");
     log_directory = std::make_unique<LogDirectory>();
   }
-
+  lock.write_profile(std::move(read.text));
+  state.profile_in_use = lock.profile_path();
+  lock.write(state);
   {
-    std::string position;
-    Supervisor* running = nullptr;
-    Supervisor supervisor({lock->notify_path(), profile.supervisor.attempts, [&] {
-                             state.rt_pid = running->pid_of(kRealTimeTask);
-                             state.servant_pid = running->pid_of(kServant);
-                             lock->write(state);
-                           }});
-    running = &supervisor;
-    lock->write(state);
-    bool going = true;
-    if (log_directory) {
-      going = supervisor.start(naming_service(options.naming_port, log_directory->path()));
-      state.naming = fmt::format("corbaloc::127.0.0.1:{}/NameService", options.naming_port);
-    }
-    going = going && supervisor.start(real_time_task(options, state, position)) &&
-            supervisor.start(servant(options, state));
-    if (going) {
-      announce(state, position);
-      while (supervisor.step()) {
-      }
-    }
-    fmt::print("ending {}\n", state.name);
-    std::fflush(stdout);
-    supervisor.stop_all();
+    const SegmentRemover remover{state.name};
+    supervise(options, read.profile.supervisor, state, lock, log_directory.get());
   }
-  remove_abandoned_segment(state.name);  // left by a process that had to be killed
   fmt::print("{} is down\n", state.name);
 }
 

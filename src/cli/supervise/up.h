@@ -3,17 +3,9 @@
 
 #include <string>
 
-namespace corbot::cli {
+#include "cli/supervise/up_options.h"
 
-struct UpOptions {
-  std::string profile;
-  std::string name;      ///< empty: the profile's
-  std::string endpoint;  ///< HOST:PORT, empty: the profile's
-  int naming_port{0};    ///< 0: no naming service is started
-  std::string orb{"omniorb"};
-  std::string realtime{"best-effort"};
-  std::string state_directory;  ///< of the last position; empty: the default one
-};
+namespace corbot::cli {
 
 /// In the foreground until a signal; see corbot(1). Throws Failure.
 void up(const UpOptions& options);

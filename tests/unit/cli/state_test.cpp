@@ -58,7 +58,7 @@ class State : public testing::Test {
 
 TEST_F(State, IsFoundWhileItsSupervisorLives) {
   {
-    const auto lock = StateLock::acquire("a1");
+    auto lock = StateLock::acquire("a1");
     ASSERT_TRUE(lock);
     lock->write(sample("a1"));
     EXPECT_TRUE(is_up("a1"));
@@ -73,7 +73,7 @@ TEST_F(State, IsFoundWhileItsSupervisorLives) {
 }
 
 TEST_F(State, IsPrivate) {
-  const auto lock = StateLock::acquire("a1");
+  auto lock = StateLock::acquire("a1");
   lock->write(sample("a1"));
   EXPECT_EQ(fs::status(runtime_ / "corbot").permissions(), fs::perms::owner_all);
   EXPECT_EQ(fs::status(runtime_ / "corbot/a1.json").permissions(),
@@ -106,7 +106,7 @@ TEST_F(State, StaleFilesAreNotARobot) {
 }
 
 TEST_F(State, ABrokenFileIsNoState) {
-  const auto lock = StateLock::acquire("a1");
+  auto lock = StateLock::acquire("a1");
   for (const char* text : {"", "{", "[]", R"({"name":1,"pid":"x"})", R"({"pid":1})"}) {
     std::ofstream(runtime_ / "corbot/a1.json") << text;
     EXPECT_FALSE(read_state("a1")) << text;
@@ -114,8 +114,8 @@ TEST_F(State, ABrokenFileIsNoState) {
 }
 
 TEST_F(State, SeveralRobotsNeedAName) {
-  const auto first = StateLock::acquire("a1");
-  const auto second = StateLock::acquire("b2");
+  auto first = StateLock::acquire("a1");
+  auto second = StateLock::acquire("b2");
   first->write(sample("a1"));
   second->write(sample("b2"));
   try {

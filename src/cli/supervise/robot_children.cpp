@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/supervise/robot_children.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <string_view>
+#include <vector>
+
+#include "net/ports.h"
+
+namespace corbot::cli {
+
+using client::RobotState;
+using net::listens_on_loopback;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Adds the directory of the last position.
+std::vector<std::string> with_state(std::vector<std::string> command, const UpOptions& options) {
+  if (!options.state_directory.empty())
+    command.insert(command.end(), {"--state-dir", fs::absolute(options.state_directory).string()});
+  return command;
+}
+
+}  // namespace
+
+Supervisor::Spec naming_service(int port, const std::string& log_directory) {
+  const std::string text = fmt::format("{}", port);
+  // It refuses -start over a log that exists, which holds the port and all names.
+  std::vector<std::string> restart{"omniNames",
+                                   "-logdir",
+                                   log_directory,
+                                   "-errlog",
+                                   log_directory + "/errors",
+                                   "-ORBendPoint",
+                                   "giop:tcp:127.0.0.1:" + text};
+  std::vector<std::string> first = restart;
+  first.insert(first.begin() + 1, {"-start", text});
+  return {
+      .title = kNaming, .command = first, .restart_command = restart, .is_ready = [port](const std::string&) {
+        return listens_on_loopback(port);
+      }};
+}
+
+Supervisor::Spec real_time_task(const UpOptions& options, const RobotState& state,
+                                const SupervisorOptions& times, std::string& position) {
+  return {.title = kRealTimeTask,
+          .command = with_state({beside_executable("corbot-rt"), state.profile_in_use, "--name", state.name,
+                                 "--realtime", options.realtime},
+                                options),
+          .is_ready =
+              [&position](const std::string& line) {
+                constexpr std::string_view kPosition = "position ";
+                if (line.starts_with(kPosition)) position = line.substr(kPosition.size());
+                return line.starts_with("ready");
+              },
+          .respond_s = times.respond_s};
+}
+
+Supervisor::Spec servant(const UpOptions& options, RobotState& state, const SupervisorOptions& times) {
+  const std::string program = state.orb == "orbit2" ? kOrbit2Servant : "corbot-servant";
+  std::vector<std::string> command{
+      beside_executable(program), state.profile_in_use, "--name", state.name, "--endpoint", state.endpoint};
+  if (!state.naming.empty()) command.insert(command.end(), {"--naming", state.naming});
+  return {.title = kServant,
+          .command = with_state(command, options),
+          .is_ready =
+              [&state](const std::string& line) {
+                constexpr std::string_view kReady = "ready ";
+                if (!line.starts_with(kReady)) return false;
+                state.address = line.substr(kReady.size());
+                return true;
+              },
+          .respond_s = times.respond_s};
+}
+
+}  // namespace corbot::cli

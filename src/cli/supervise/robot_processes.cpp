@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/supervise/robot_processes.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "cli/supervise/owned_fd.h"
+#include "client/failure.h"
+
+namespace corbot::cli {
+
+using client::ExitCode;
+using client::Failure;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kEndWithin_ms = 20'000;  // a supervisor ends three children, five seconds each at most
+constexpr int kDieWithin_ms = 5'000;
+
+/// The file name of a process's program; empty where it is not this user's.
+std::string program_of(pid_t pid) {
+  std::error_code error;
+  std::string file = fs::read_symlink(fmt::format("/proc/{}/exe", pid), error).filename().string();
+  constexpr std::string_view kReplaced = " (deleted)";  // by another version
+  if (file.ends_with(kReplaced)) file.resize(file.size() - kReplaced.size());
+  return error ? "" : file;
+}
+
+pid_t parent_of(pid_t pid) {
+  std::ifstream stream(fmt::format("/proc/{}/stat", pid));
+  const std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  const std::size_t name_end = text.rfind(')');  // the name before may contain anything
+  if (name_end == std::string::npos) return 0;
+  std::istringstream rest(text.substr(name_end + 1));
+  std::string state;
+  pid_t parent = 0;
+  rest >> state >> parent;
+  return parent;
+}
+
+/// Does it hold a descriptor of that robot's shared memory, a file or a memfd?
+bool holds_memory_of(pid_t pid, const std::string& name) {
+  const std::string file = "/dev/shm/corbot." + name;
+  const std::string memfd = fmt::format("/memfd:corbot.{} (deleted)", name);
+  std::error_code error;
+  for (fs::directory_iterator entry(fmt::format("/proc/{}/fd", pid), error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code gone;
+    const std::string target = fs::read_symlink(entry->path(), gone).string();
+    if (!gone && (target == file || target == memfd)) return true;
+  }
+  return false;
+}
+
+/// Sends the signal and waits for the end. Through a pidfd, so no other process of that pid is hit.
+bool end_process(pid_t pid, const std::string& program, int signal, int within_ms) {
+  const OwnedFd fd(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0)));
+  if (fd.get() < 0 || program_of(pid) != program) return true;
+  if (::syscall(SYS_pidfd_send_signal, fd.get(), signal, nullptr, 0) != 0) {
+    if (errno == ESRCH) return true;
+    throw Failure(ExitCode::kInternal, fmt::format("{} (pid {}): {}", program, pid, std::strerror(errno)));
+  }
+  pollfd end{fd.get(), POLLIN, 0};
+  return ::poll(&end, 1, within_ms) == 1;
+}
+
+}  // namespace
+
+std::vector<RobotProcess> find_robot_processes(const std::string& name) {
+  std::vector<RobotProcess> found;
+  std::error_code error;
+  for (fs::directory_iterator entry("/proc", error), end; !error && entry != end; entry.increment(error)) {
+    const std::string text = entry->path().filename().string();
+    pid_t pid = 0;
+    if (std::from_chars(text.data(), text.data() + text.size(), pid).ptr != text.data() + text.size())
+      continue;
+    const std::string program = program_of(pid);
+    const bool is_servant = program.starts_with("corbot-servant");
+    if ((!is_servant && program != "corbot-rt") || !holds_memory_of(pid, name)) continue;
+    const pid_t parent = parent_of(pid);
+    found.insert(is_servant ? found.begin() : found.end(),
+                 {pid, program, program_of(parent) == "corbot" ? parent : 0});
+  }
+  return found;
+}
+
+std::string describe(const std::vector<RobotProcess>& processes) {
+  std::vector<std::string> texts;
+  for (const RobotProcess& process : processes) {
+    const std::string text = process.supervisor > 0
+                                 ? fmt::format("corbot up (pid {})", process.supervisor)
+                                 : fmt::format("{} (pid {})", process.program, process.pid);
+    if (std::find(texts.begin(), texts.end(), text) == texts.end()) texts.push_back(text);
+  }
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+void end_robot(const std::string& name) {
+  std::set<pid_t> ended;
+  for (const RobotProcess& process : find_robot_processes(name)) {
+    const pid_t pid = process.supervisor > 0 ? process.supervisor : process.pid;
+    const std::string program = process.supervisor > 0 ? "corbot" : process.program;
+    if (!ended.insert(pid).second) continue;
+    if (!end_process(pid, program, SIGTERM, kEndWithin_ms))
+      (void)end_process(pid, program, SIGKILL, kDieWithin_ms);
+  }
+  for (const RobotProcess& process : find_robot_processes(name)) {  // whose supervisor had to be killed
+    if (!end_process(process.pid, process.program, SIGKILL, kDieWithin_ms)) {
+      throw Failure(ExitCode::kInternal,
+                    fmt::format("{} does not end, even by SIGKILL: it waits in the kernel for a device",
+                                describe({process})));
+    }
+  }
+}
+
+}  // namespace corbot::cli

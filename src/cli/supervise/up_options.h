@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+namespace corbot::cli {
+
+struct UpOptions {
+  std::string profile;
+  std::string name;      ///< empty: the profile's
+  std::string endpoint;  ///< HOST:PORT, empty: the profile's
+  int naming_port{0};    ///< 0: no naming service is started
+  std::string orb{"omniorb"};
+  std::string realtime{"best-effort"};
+  bool replace{false};          ///< end what runs under that name
+  std::string state_directory;  ///< of the last position; empty: the default one
+};
+
+}  // namespace corbot::cli

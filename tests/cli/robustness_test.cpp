@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+// What may happen around `corbot up` without ending the robot, and what it does not do to another robot.
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "cli_rig.h"
+#include "support/ports.h"
+
+namespace corbot::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class Robustness : public CliRig {
+ protected:
+  pid_t pid_of(const char* key) { return state().at(key).get<pid_t>(); }
+  bool works() {
+    return wait_until(within(30), [&] { return corbot({"drive", "0", "1", "50"}).code == 0; });
+  }
+  /// Kills a process of the robot and waits until there is another.
+  bool is_restarted(const char* key) {
+    const pid_t first = pid_of(key);
+    if (::kill(first, SIGKILL) != 0) return false;
+    return wait_until(within(30), [&] {
+      const pid_t now = pid_of(key);
+      return now != 0 && now != first;
+    });
+  }
+  [[nodiscard]] std::vector<std::string> up_command(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> words{"up",  CORBOT_PROFILE, "--name",
+                                   name_, "--endpoint",   "127.0.0.1:" + std::to_string(port_)};
+    if (on_orbit2()) words.insert(words.end(), {"--orb", "orbit2"});
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+  /// At once: what is removed file by file would be put back meanwhile.
+  void move_state_away() const {
+    const fs::path away = directory_ / "away";
+    fs::rename(directory_ / "corbot", away);
+    fs::remove_all(away);
+  }
+  /// In another runtime directory, where no state file of the first robot is.
+  std::unique_ptr<Process> begin_elsewhere(const std::vector<std::string>& arguments) {
+    const fs::path other = directory_ / "elsewhere";
+    fs::create_directory(other);
+    return begin_in({"/usr/bin/env", "XDG_RUNTIME_DIR=" + other.string()}, arguments);
+  }
+};
+
+TEST_F(Robustness, TheLossOfTheStateDirectoryEndsNothing) {
+  up();
+  const pid_t rt = pid_of("rt_pid");
+  move_state_away();
+  ASSERT_TRUE(wait_until(within(20), [&] { return fs::exists(directory_ / "corbot" / (name_ + ".json")); }))
+      << supervisor_->errors();
+  EXPECT_EQ(corbot({"status"}).code, 0) << "found by its name";
+  EXPECT_TRUE(is_restarted("servant_pid")) << supervisor_->errors();
+  EXPECT_TRUE(works());
+  EXPECT_EQ(pid_of("rt_pid"), rt);
+  EXPECT_EQ(corbot({"down"}).code, 0);
+  EXPECT_EQ(supervisor_->wait(within(20)), 0);
+  supervisor_.reset();
+}
+
+TEST_F(Robustness, AStateDirectoryThatCannotBeMadeAgainEndsNothing) {
+  up();
+  ASSERT_TRUE(wait_until(within(20), [&] {
+    move_state_away();
+    std::ofstream(directory_ / "corbot") << "in its place\n";
+    return fs::is_regular_file(directory_ / "corbot");
+  }));
+  ASSERT_TRUE(wait_until(within(20), [&] {
+    return supervisor_->errors().find("cannot be found by its name") != std::string::npos;
+  }));
+  const std::string robot = "127.0.0.1:" + std::to_string(port_) + "/" + name_;
+  EXPECT_EQ(corbot({"drive", "0", "1", "50", "--robot", robot}).code, 0);
+  fs::remove(directory_ / "corbot");
+  EXPECT_TRUE(wait_until(within(20), [&] { return corbot({"status"}).code == 0; }));
+}
+
+TEST_F(Robustness, AHangUpUnderNohupEndsNothing) {
+  supervisor_ = begin_in({"/bin/sh", "-c", "trap '' HUP; exec \"$@\"", "sh"}, up_command());
+  ASSERT_TRUE(supervisor_->wait_line(name_ + " is up", within(30))) << supervisor_->errors();
+  supervisor_->signal(SIGHUP);
+  EXPECT_TRUE(is_restarted("servant_pid")) << "it goes on supervising";
+  EXPECT_TRUE(works());
+}
+
+TEST_F(Robustness, NamesOutliveTheNamingService) {
+  const int naming = free_port();
+  up({"--naming", std::to_string(naming)});
+  const std::string service = "corbaname::127.0.0.1:" + std::to_string(naming);
+  const std::string robot = service + "#Robots/" + name_ + ".Robot";
+  ASSERT_TRUE(wait_until(within(20), [&] { return corbot({"status", "--robot", robot}).code == 0; }));
+  // Nobody binds the robot's name anew while its servant does not run.
+  const pid_t servant = pid_of("servant_pid");
+  ASSERT_EQ(::kill(servant, SIGSTOP), 0);
+  pid_t service_pid = 0;
+  for (const auto& entry : fs::directory_iterator("/proc")) {
+    std::ifstream stream(entry.path() / "cmdline");
+    const std::string text{std::istreambuf_iterator<char>{stream}, {}};
+    if (text.starts_with("omniNames") && text.find(":" + std::to_string(naming)) != std::string::npos)
+      service_pid = std::stoi(entry.path().filename().string());
+  }
+  ASSERT_GT(service_pid, 0);
+  ASSERT_EQ(::kill(service_pid, SIGKILL), 0);
+  ASSERT_TRUE(wait_until(within(30), [&] {
+    return supervisor_->errors().find("naming service restarted") != std::string::npos;
+  })) << supervisor_->errors();
+  // The service resolves the name, and the servant behind it does not answer: not found would be another text.
+  const RunResult result = corbot({"status", "--robot", robot, "--timeout", "0.5"});
+  EXPECT_THAT(result.errors, HasSubstr("no answer")) << result.output;
+  ASSERT_EQ(::kill(servant, SIGCONT), 0);
+  EXPECT_TRUE(wait_until(within(20), [&] { return corbot({"status", "--robot", robot}).code == 0; }));
+}
+
+TEST_F(Robustness, AnEditOfTheProfileTakesEffectAtTheNextUp) {
+  std::ifstream stream(CORBOT_PROFILE);
+  const std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  const std::string profile = put("mine.toml", text);
+  up({}, profile);
+  put("mine.toml", "no profile any more\n");
+  EXPECT_TRUE(is_restarted("rt_pid")) << supervisor_->errors();
+  EXPECT_TRUE(is_restarted("servant_pid")) << supervisor_->errors();
+  EXPECT_TRUE(works()) << supervisor_->errors();
+  EXPECT_EQ(state().at("profile"), profile);
+}
+
+TEST_F(Robustness, ANameInUseElsewhereIsRefusedAndTakenOnPurpose) {
+  up();
+  const std::string pid = std::to_string(supervisor_->pid());
+  const auto second = begin_elsewhere(up_command());
+  const auto end = second->wait(within(30));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 5);
+  EXPECT_THAT(second->errors(), AllOf(HasSubstr("'" + name_ + "' is already running"),
+                                      HasSubstr("corbot up (pid " + pid + ")"), HasSubstr("--replace")));
+  EXPECT_TRUE(works()) << "the first one is untouched";
+
+  auto third = begin_elsewhere(up_command({"--replace"}));
+  ASSERT_TRUE(third->wait_line(name_ + " is up", within(40))) << third->errors();
+  EXPECT_EQ(supervisor_->wait(within(10)), 0) << "ended in order";
+  supervisor_ = std::move(third);
+}
+
+TEST_F(Robustness, ATaskStartedByHandIsRefusedAndTakenOnPurpose) {
+  Process task({CORBOT_BIN_DIR "/corbot-rt", CORBOT_PROFILE, "--name", name_});
+  ASSERT_TRUE(task.wait_line("ready", within(30))) << task.errors();
+  const RunResult refused = corbot(up_command());
+  EXPECT_EQ(refused.code, 5);
+  EXPECT_THAT(refused.errors, HasSubstr("corbot-rt (pid " + std::to_string(task.pid()) + ")"));
+  EXPECT_TRUE(task.running());
+  up({"--replace"});
+  EXPECT_EQ(task.wait(within(10)), 0) << "it ended at rest";
+  EXPECT_TRUE(works());
+}
+
+TEST_F(Robustness, PathsThatAreNoUtf8AreHandled) {
+  std::ifstream stream(CORBOT_PROFILE);
+  const std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  const std::string profile = put("caf\xe9.toml", text);
+  up({}, profile);
+  EXPECT_THAT(state().at("profile").get<std::string>(), HasSubstr("caf"));
+  EXPECT_EQ(corbot({"status"}).code, 0);
+  const std::string csv = (directory_ / "\xff.csv").string();
+  EXPECT_EQ(corbot({"record", csv, "--for", "0.1"}).code, 0);
+  EXPECT_TRUE(fs::exists(csv));
+  const RunResult missing = corbot({"up", "/nonexistent/\xe9.toml"});
+  EXPECT_EQ(missing.code, 2);
+  EXPECT_THAT(missing.errors, AllOf(HasSubstr("/nonexistent/\xe9.toml"), HasSubstr("no such file")));
+  const std::string program = put("p\xe9.corbot", "dance\n");
+  EXPECT_EQ(corbot({"run", program}).code, 2);
+}
+
+}  // namespace
+}  // namespace corbot::test
