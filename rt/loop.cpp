@@ -49,8 +49,9 @@ void Loop::run(const std::atomic<bool>& stop) noexcept {
   for (;;) {
     sleep_until(due_ns_);
     const std::int64_t woken_ns = read_clock_ns(CLOCK_MONOTONIC);
-    const std::int64_t wall_ns = read_clock_ns(CLOCK_REALTIME) - (woken_ns - due_ns_);
     count_latency(woken_ns - due_ns_);
+    skip_overslept(woken_ns);
+    const std::int64_t wall_ns = read_clock_ns(CLOCK_REALTIME) - (woken_ns - due_ns_);
 
     const bool ending = stop.load(std::memory_order_relaxed);
     if (ending) cycle_.begin_shutdown();
@@ -73,11 +74,27 @@ void Loop::count_latency(std::int64_t latency_ns) noexcept {
   diagnostics_.latency_max_ns = std::max(diagnostics_.latency_max_ns, latency_ns);
 }
 
+/// Woken a period late or more: the step is given the newest instant of the grid, so that the cycle sees the gap in the
+/// step that comes after it.
+void Loop::skip_overslept(std::int64_t woken_ns) noexcept {
+  const std::int64_t missed = (woken_ns - due_ns_) / settings_.period_ns;
+  if (missed > 0) {
+    due_ns_ += missed * settings_.period_ns;
+    if (!is_overrun_counted_) count_overrun();
+  }
+  is_overrun_counted_ = false;
+}
+
+void Loop::count_overrun() noexcept {
+  ++diagnostics_.overruns;
+  cycle_.count_overrun();
+}
+
 void Loop::count_missed(std::int64_t now_ns) noexcept {
   if (now_ns <= due_ns_) return;
   // One overrun, however many periods it cost; the next step is on the grid again.
-  ++diagnostics_.overruns;
-  cycle_.count_overrun();
+  count_overrun();
+  is_overrun_counted_ = true;
   const std::int64_t missed = (now_ns - due_ns_) / settings_.period_ns + 1;
   due_ns_ += missed * settings_.period_ns;
 }

@@ -28,12 +28,15 @@ class Loop {
 
  private:
   void count_latency(std::int64_t latency_ns) noexcept;
+  void skip_overslept(std::int64_t woken_ns) noexcept;
+  void count_overrun() noexcept;
   void count_missed(std::int64_t now_ns) noexcept;
 
   Cycle& cycle_;
   SegmentLayout& segment_;
   const LoopSettings settings_;
   std::int64_t due_ns_{0};
+  bool is_overrun_counted_{false};  ///< the one before the next step
   LoopDiagnostics diagnostics_{};
 };
 

@@ -41,6 +41,7 @@ struct Options {
   std::string state_directory;
   bool enforce{false};
   bool fresh{false};
+  bool after_gap{false};
 };
 
 void catch_signals() {
@@ -126,18 +127,23 @@ void run(const Options& options) {
   EmergencyStop stop;
   SegmentLease lease(segment, stop);
   const std::unique_ptr<Backend> backend = rt::make_backend(profile, stop);
-  const auto view = [&segment] {
+  const std::uint64_t incarnation = segment.layout().header.incarnation.load(std::memory_order_acquire);
+  const auto view = [&segment, &options, incarnation] {
     Snapshot snapshot{};
     if (!segment.layout().snapshot.load(snapshot)) return rt::CycleView{0, true};
     const bool stop_seen = segment.layout().header.stop_seen.load(std::memory_order_acquire) != 0;
-    return rt::CycleView{snapshot.cycle, stop_seen || snapshot.state == RtState::kError};
+    const bool begins_in_error = options.after_gap && snapshot.incarnation != incarnation;
+    return rt::CycleView{snapshot.cycle, stop_seen || begins_in_error || snapshot.state == RtState::kError};
   };
   // Watched before anything moves: what is pressed at the start stops the first cycle.
   rt::SafetyLines safety(rt::safety_settings(profile), rt::kernel_gpio(), stop, view);
   safety.start();
   rt::StartPosition position(profile, name, options.state_directory);
-  const rt::CycleStart start = position.find(segment.layout(), backend->connect(), options.fresh);
-  const auto cycle = std::make_unique<rt::Cycle>(profile.arm, segment.layout(), *backend, stop, start);
+  rt::CycleStart start = position.find(segment.layout(), backend->connect(), options.fresh);
+  start.after_gap = options.after_gap;
+  const rt::LivenessLimits limits{profile.gap_fault_ns, profile.orphan_ns};
+  const auto cycle =
+      std::make_unique<rt::Cycle>(profile.arm, segment.layout(), *backend, stop, start, limits);
   if (!open_backend(*backend, cycle->frame())) return;
   safety.allow_power();
   backend->install_fault_controls();
@@ -187,6 +193,8 @@ int main(int argc, char** argv) {
   app.add_option("--state-dir", options.state_directory,
                  "where the last position is saved, instead of $CORBOT_STATE_DIR or ~/.local/state/corbot");
   app.add_flag("--fresh", options.fresh, "forget where the arm was: it must be at angle 0");
+  app.add_flag("--after-gap", options.after_gap,
+               "begin in Error: the task before did not respond, and was replaced");
   app.footer(corbot::rt::fault_controls_help());
   CLI11_PARSE(app, argc, argv);
   options.enforce = realtime == "enforce";

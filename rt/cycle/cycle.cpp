@@ -30,7 +30,7 @@ bool has_failed(BackendHealth health) noexcept {
 }  // namespace
 
 Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, const EmergencyStop& stop,
-             const CycleStart& start) noexcept
+             const CycleStart& start, const LivenessLimits& limits) noexcept
     : arm_(arm),
       segment_(segment),
       backend_(backend),
@@ -39,7 +39,9 @@ Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, cons
       commands_(segment.commands),
       completions_(segment.completions),
       alarms_(segment.alarms),
-      log_(alarm_log_) {
+      log_(alarm_log_),
+      gap_(arm.period_ns, limits.gap_fault_ns),
+      servant_(limits.orphan_ns) {
   adopt_last_position(start);
   drop_ring();
   stops_requested_ = segment_.control.stop_count.load(std::memory_order_acquire);
@@ -72,6 +74,8 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
     inherit_error(last.state == RtState::kError);
   }
   inherit_error(segment_.header.stop_seen.load(std::memory_order_acquire) != 0);
+  gap_inherited_ = start.after_gap;
+  faulted_ = faulted_ || start.after_gap;
   last_ = set_point_;
 }
 
@@ -100,6 +104,9 @@ StepReport Cycle::step(std::int64_t now_ns, std::int64_t wall_ns) noexcept {
   published_ = false;
 
   read_flags();
+  report_start();
+  watch_time();
+  watch_servant();
   latch_emergency_stop();
   handle_command();
   advance_virtual_time();
@@ -132,10 +139,34 @@ void Cycle::read_override() noexcept {
   if (unverified_) snapshot_.override_ratio = std::min(snapshot_.override_ratio, kFirstMotionOverride);
 }
 
+void Cycle::report_start() noexcept {
+  if (error_inherited_) raise(alarm::error_inherited());
+  if (gap_inherited_) raise(alarm::task_replaced());
+  error_inherited_ = false;
+  gap_inherited_ = false;
+}
+
+/// After the flags: a clear that was asked for before the gap does not take it back. At rest as well as in motion:
+/// nothing was watched meanwhile, and who stood by has seen an arm that is off.
+void Cycle::watch_time() noexcept {
+  const Gap gap = gap_.see(snapshot_.time_ns);
+  if (gap != Gap::kNone) governor_.restart();
+  if (gap == Gap::kFault) fault(alarm::loop_gap(gap_.gap_ns()));
+  snapshot_.overruns = overruns_.total();
+  const std::uint64_t overruns = overruns_.take_report(snapshot_.time_ns);
+  if (overruns > 0) raise(alarm::overrun({.count = overruns, .total = overruns_.total()}));
+}
+
+void Cycle::watch_servant() noexcept {
+  // Relaxed: the beat says that the servant responds and orders nothing else.
+  const std::uint32_t beat = segment_.control.servant_beat.load(std::memory_order_relaxed);
+  if (!servant_.is_silent(beat, gap_.seen_ns(), is_running_ || is_pending_) || orphaned_) return;
+  orphaned_ = true;
+  raise(alarm::servant_silent());
+}
+
 /// Before any command of this cycle: the set-point of the last cycle is the last.
 void Cycle::latch_emergency_stop() noexcept {
-  if (error_inherited_) raise(alarm::error_inherited());
-  error_inherited_ = false;
   snapshot_.stop_sources = emergency_stop_.sources();
   const std::uint32_t presses = emergency_stop_.presses();
   if (presses == presses_seen_) return;
@@ -144,10 +175,13 @@ void Cycle::latch_emergency_stop() noexcept {
   fault(alarm::emergency_stop(snapshot_.stop_sources));
 }
 
-bool Cycle::is_stopping() const noexcept { return stops_requested_ > snapshot_.stops_done || shutdown_; }
+bool Cycle::is_stop_requested() const noexcept {
+  return stops_requested_ > snapshot_.stops_done || shutdown_;
+}
 
 void Cycle::handle_command() noexcept {
   if (faulted_) {
+    orphaned_ = false;
     refuse_queue(Verdict::kFault, false);
     end_stop();
     return;
@@ -157,9 +191,11 @@ void Cycle::handle_command() noexcept {
       if (!governor_.holding()) return;
       is_running_ = false;
       governor_.rest();
-      complete(running_.id, Verdict::kStopped);
+      complete(running_.id, is_stop_requested() ? Verdict::kStopped : Verdict::kOrphaned);
     }
-    refuse_queue(Verdict::kStopped, !shutdown_);
+    if (is_stop_requested()) refuse_queue(Verdict::kStopped, !shutdown_);
+    if (orphaned_) refuse_queue(Verdict::kOrphaned, false);
+    orphaned_ = false;
     end_stop();
     return;
   }

@@ -8,6 +8,7 @@
 #include "corbot/backend/emergency_stop.h"
 #include "corbot/channel/layout.h"
 #include "rt/cycle/governor.h"
+#include "rt/cycle/liveness.h"
 #include "rt/cycle/path_evaluation.h"
 
 namespace corbot::rt {
@@ -23,9 +24,10 @@ struct StepReport {
 struct CycleStart {
   Joints position_rad{};  ///< brought into the joints' ranges
   double opening{0.0};
-  bool unverified{false};                 ///< position unverified: the first motion is slow
-  bool outranks_segment{false};           ///< the segment's last snapshot does not say where the servos are
-  bool power_cut_at_stop{false};          ///< by an emergency stop: unverified again once it is cleared
+  bool unverified{false};         ///< position unverified: the first motion is slow
+  bool outranks_segment{false};   ///< the segment's last snapshot does not say where the servos are
+  bool after_gap{false};          ///< the task before was replaced because it was frozen: begin in Error
+  bool power_cut_at_stop{false};  ///< by an emergency stop: unverified again once it is cleared
   std::uint64_t position_fingerprint{0};  ///< for the snapshots
 };
 
@@ -36,12 +38,12 @@ struct CycleStart {
 /// step() is given the time and touches nothing but the segment, the backend and its own members: no clock,
 /// no allocation, no lock, no system call, nothing thrown, a bounded number of operations. Each call advances
 /// the motion by one nominal period; a period that the loop missed delays the motion, it does not make the
-/// arm catch up.
+/// arm catch up. After a gap (GapWatch) the motion begins again from rest, or is a fault.
 class Cycle {
  public:
   /// `stop`: whether an emergency stop is seen, or has been in this process; it and the others outlive this.
   Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, const EmergencyStop& stop,
-        const CycleStart& start = {}) noexcept;
+        const CycleStart& start = {}, const LivenessLimits& limits = {}) noexcept;
 
   /// Real-time safe. `now_ns`: CLOCK_MONOTONIC, when the cycle was due;
   /// `wall_ns`: CLOCK_REALTIME of the same instant.
@@ -50,7 +52,7 @@ class Cycle {
   /// Real-time safe. Brings the running motion to rest and refuses all others; for good.
   void begin_shutdown() noexcept { shutdown_ = true; }
   /// Real-time safe. A period was missed.
-  void count_overrun() noexcept { ++snapshot_.overruns; }
+  void count_overrun() noexcept { overruns_.add(); }
 
   /// The frame that describes the present set-point, for Backend::open().
   [[nodiscard]] const ServoFrame& frame() const noexcept { return frame_; }
@@ -64,6 +66,9 @@ class Cycle {
 
   void read_flags() noexcept;
   void read_override() noexcept;
+  void report_start() noexcept;
+  void watch_time() noexcept;
+  void watch_servant() noexcept;
   void latch_emergency_stop() noexcept;
   void handle_command() noexcept;
   void advance_virtual_time() noexcept;
@@ -81,7 +86,8 @@ class Cycle {
   void complete(std::uint64_t id, Verdict verdict) noexcept;
   void fault(const AlarmEvent& cause) noexcept;
   void raise(AlarmEvent alarm) noexcept;
-  [[nodiscard]] bool is_stopping() const noexcept;
+  [[nodiscard]] bool is_stop_requested() const noexcept;
+  [[nodiscard]] bool is_stopping() const noexcept { return is_stop_requested() || orphaned_; }
   [[nodiscard]] RtState state() const noexcept;
 
   const ArmModel arm_;
@@ -96,6 +102,9 @@ class Cycle {
   Ring<AlarmEvent, 64> alarm_log_;
   RingProducer<decltype(alarm_log_)> log_;
 
+  GapWatch gap_;
+  ServantWatch servant_;
+  OverrunCount overruns_;
   Governor governor_;
   Command running_{};  ///< valid while is_running_
   bool is_running_{false};
@@ -107,11 +116,13 @@ class Cycle {
 
   std::uint64_t stops_requested_{0};
   bool shutdown_{false};
+  bool orphaned_{false};  ///< no servant responds: what runs is being stopped
   bool paused_{false};
   bool faulted_{false};
   std::uint32_t presses_seen_{0};
   bool emergency_latched_{false};  ///< until a clear after the release
   bool error_inherited_{false};    ///< of the task before, not yet reported
+  bool gap_inherited_{false};      ///< likewise
   bool unverified_{false};         ///< position: no motion has been done since the arm's power-up
   bool power_cut_at_stop_{false};
   bool published_{false};

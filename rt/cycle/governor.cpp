@@ -123,6 +123,13 @@ void Governor::begin(const GovernedMotion& motion) noexcept {
   moving_ = true;
 }
 
+void Governor::restart() noexcept {
+  if (!moving_) return;
+  ramping_ = false;
+  rate_ = 0.0;
+  rate_change_ = 0.0;
+}
+
 void Governor::advance(double dt_s) noexcept {
   if (!moving_) return;
   seek_ramp();

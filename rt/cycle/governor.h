@@ -57,6 +57,8 @@ class Governor {
   void rest() noexcept;
   /// A motion begins at virtual time 0, at the target rate.
   void begin(const GovernedMotion& motion) noexcept;
+  /// The arm has come to rest on its path: the rate is 0, and ramps up to its target from there.
+  void restart() noexcept;
   /// What the rate shall become, in [0, 1]. Takes effect with the next advance().
   void set_target(double rate) noexcept { target_ = rate; }
   /// One cycle of real time. Virtual time never exceeds the motion's duration.

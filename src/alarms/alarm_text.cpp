@@ -38,6 +38,7 @@ bool causes_error(AlarmCode code) {
     case AlarmCode::kRingCorrupt:
     case AlarmCode::kBackendDegraded:
     case AlarmCode::kOverrun:
+    case AlarmCode::kServantSilent:
       return false;
     default:
       return true;
@@ -76,8 +77,18 @@ std::string alarm_text(const AlarmEvent& event) {
       return "emergency stop";
     case AlarmCode::kErrorInherited:
       return "the arm was in Error, or stopped, when the real-time task was restarted; it holds";
-    case AlarmCode::kOverrun:
-      return "cycles of the real-time loop overran";
+    case AlarmCode::kOverrun: {
+      const alarm::Overruns what = alarm::overruns(event);
+      return fmt::format("the real-time loop missed periods {} times, {} since its start", what.count,
+                         what.total);
+    }
+    case AlarmCode::kLoopGap:
+      return fmt::format("the real-time loop made no cycle for {:.3g} s; the arm holds", alarm::gap_s(event));
+    case AlarmCode::kTaskReplaced:
+      return "the real-time task did not respond and was replaced; the arm holds";
+    case AlarmCode::kServantSilent:
+      return "no servant responded while a motion ran or was queued; it was stopped on its path and has "
+             "failed";
   }
   return fmt::format("alarm {}", static_cast<std::uint32_t>(event.code));
 }

@@ -128,9 +128,11 @@ struct Profile {
   std::string name;  ///< ASCII letters, digits, '_' and '-'; at most kMaxNameLength
   std::string file;  ///< as the caller gave it
   ArmModel arm;
-  std::vector<std::string> joint_names;  ///< one a joint, in their order
-  int priority{80};                      ///< SCHED_FIFO, 1 … 98
-  int cpu{-1};                           ///< that the real-time task is bound to; −1: any
+  std::vector<std::string> joint_names;    ///< one a joint, in their order
+  int priority{80};                        ///< SCHED_FIFO, 1 … 98
+  int cpu{-1};                             ///< that the real-time task is bound to; −1: any
+  std::int64_t gap_fault_ns{100'000'000};  ///< a longer gap between two cycles is a fault
+  std::int64_t orphan_ns{2'000'000'000};   ///< a motion without a servant that responds is stopped after this
   BackendOptions backend;
   EmergencyStopOptions emergency_stop;
   PowerEnableOptions power_enable;

@@ -4,6 +4,7 @@
 #include "config/output_schema.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 #include <utility>
@@ -163,10 +164,23 @@ void read_path(Section section, PathLimits& path) {
   section.finish();
 }
 
+/// A few missed periods are no fault.
+constexpr std::int64_t kGapFaultPeriods = 5;
+
+std::int64_t to_ns(double seconds) { return std::llround(seconds * 1e9); }
+
 void read_loop(Section section, Profile& profile) {
   profile.arm.period_ns = section.integer_or("period_us", 1000, {250, 20000, false, "us"}).value_or(0) * 1000;
   profile.priority = static_cast<int>(section.integer_or("priority", 80, {1, 98, false, ""}).value_or(0));
   profile.cpu = static_cast<int>(section.integer_or("cpu", -1, {-1, 1023, false, "(-1: any)"}).value_or(0));
+  const auto gap_ms = section.integer_or("gap_fault_ms", 100, {10, 10000, false, "ms"});
+  profile.gap_fault_ns = gap_ms.value_or(0) * 1'000'000;
+  const std::int64_t shortest_ns = kGapFaultPeriods * profile.arm.period_ns;
+  if (gap_ms && profile.gap_fault_ns < shortest_ns) {
+    section.refuse("gap_fault_ms", fmt::format("must be at least {} periods, {} ms", kGapFaultPeriods,
+                                               (shortest_ns + 999'999) / 1'000'000));
+  }
+  profile.orphan_ns = to_ns(section.number_or("orphan_s", 2.0, {0.5, 60, false, "s"}).value_or(0));
   section.finish();
 }
 

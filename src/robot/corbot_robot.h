@@ -128,7 +128,8 @@ corbot_robot* corbot_robot_open(const char* profile_path, const char* name, corb
  * CORBOT_STATE_DIR, or below XDG_STATE_HOME or HOME). `warn` (may be NULL) is called, from another thread,
  * when that fails. */
 void corbot_robot_save_position(corbot_robot* robot, const char* directory, void (*warn)(const char* text));
-/* Wakes every waiting call (CORBOT_NOT_READY) and detaches. What was accepted is carried out. */
+/* Wakes every waiting call (CORBOT_NOT_READY) and detaches. What was accepted is carried out for as long as the
+ * profile's orphan_s, unless another servant is attached by then. */
 void corbot_robot_close(corbot_robot* robot);
 /* Every call that waits for a motion, now or later, returns CORBOT_NOT_READY: the process is about to end. */
 void corbot_robot_interrupt(corbot_robot* robot);

@@ -29,13 +29,17 @@ Robot::Robot(Profile profile, const std::string& name)
       name_(name),
       planner_(profile_.arm),
       link_(name, fingerprint(profile_.arm), *this),
-      view_(profile_, link_, tickets_, alarms_) {
+      watch_(link_, alarms_,
+             {[this] { return responds(); }, [this](bool frozen) { tickets_.suspend_waits(frozen); }}),
+      view_(profile_, link_, watch_, tickets_, alarms_) {
   link_.start();
+  watch_.start();
 }
 
 Robot::~Robot() {
   interrupt();
   saver_.reset();
+  watch_.close();
   link_.close();
 }
 
@@ -77,10 +81,23 @@ void Robot::on_attached(bool again) {
               "a new real-time task has adopted the arm where the last one left it");
 }
 
-std::shared_ptr<Segment> Robot::living_segment() const {
+std::shared_ptr<Segment> Robot::connected_segment() const {
   auto segment = link_.segment();
   if (!segment || !link_.alive()) throw not_ready(link_.cause());
   return segment;
+}
+
+std::shared_ptr<Segment> Robot::living_segment() const {
+  auto segment = connected_segment();
+  if (watch_.is_frozen()) throw not_ready(watch_.cause());
+  return segment;
+}
+
+bool Robot::responds() const {
+  (void)tickets_.pending();
+  (void)alarms_.cause();
+  (void)settings();
+  return !closing_;
 }
 
 void Robot::await(Segment& segment, double seconds, const std::string& what,
@@ -92,6 +109,7 @@ void Robot::await(Segment& segment, double seconds, const std::string& what,
     Snapshot now{};
     if (segment.layout().snapshot.load(now) && done(now)) return;
     if (!link_.alive()) throw not_ready(link_.cause());
+    if (watch_.is_frozen()) throw not_ready(watch_.cause());
     if (closing_) throw not_ready("the servant is shutting down");
     if (std::chrono::steady_clock::now() > deadline)
       throw not_ready(fmt::format("{} did not end in {} s", what, seconds));
@@ -220,12 +238,14 @@ void Robot::finish(corbot_ticket id) const {
       throw not_ready(view_.state() == CORBOT_STATE_ERROR && !cause.empty() ? cause : ticket->reason);
     }
     case TicketState::kPending:
+      if (watch_.is_frozen()) throw not_ready(watch_.cause() + "; what becomes of the motion is open");
       throw not_ready("the servant is shutting down; the motion is carried out");
   }
 }
 
 void Robot::stop() {
-  const auto segment = living_segment();
+  // A frozen task finds the request when it goes on; the caller hears below that it is not carried out yet.
+  const auto segment = connected_segment();
   ControlFlags& control = segment->layout().control;
   // Every number up to here was planned before this Stop.
   const std::uint64_t last = segment->layout().header.next_command_id.load(std::memory_order_acquire) - 1;

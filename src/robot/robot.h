@@ -17,6 +17,7 @@
 #include "robot/link.h"
 #include "robot/position_saver.h"
 #include "robot/robot_view.h"
+#include "robot/task_watch.h"
 #include "robot/ticket_table.h"
 
 namespace corbot {
@@ -69,8 +70,12 @@ class Robot final : private LinkListener {
   void on_lost(const std::string& reason) override;
   void on_attached(bool again) override;
 
-  /// The segment of a living task; throws CallError (not ready).
+  /// The segment of a task that is there; throws CallError (not ready).
+  [[nodiscard]] std::shared_ptr<Segment> connected_segment() const;
+  /// And whose cycle advances.
   [[nodiscard]] std::shared_ptr<Segment> living_segment() const;
+  /// Whatever a call may have to wait for can be had.
+  [[nodiscard]] bool responds() const;
   /// Waits until `done` holds for the newest snapshot; throws CallError (not ready) when the task dies, the
   /// robot is closed, or after `seconds`.
   void await(Segment& segment, double seconds, const std::string& what,
@@ -97,7 +102,8 @@ class Robot final : private LinkListener {
   std::uint64_t last_epoch_{0};
   PlanStart planned_end_;
 
-  Link link_;  // its thread uses all of the above
+  Link link_;        // its thread uses all of the above
+  TaskWatch watch_;  // likewise, and the link
   const RobotView view_;
   std::unique_ptr<PositionSaver> saver_;  // reads from the link
 };

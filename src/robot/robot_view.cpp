@@ -48,7 +48,8 @@ corbot_gripper RobotView::gripper() const {
 
 corbot_state RobotView::state() const {
   Snapshot now{};
-  if (!link_.alive() || !link_.snapshot(now) || now.state == RtState::kError) return CORBOT_STATE_ERROR;
+  if (!link_.alive() || watch_.is_frozen() || !link_.snapshot(now) || now.state == RtState::kError)
+    return CORBOT_STATE_ERROR;
   return now.state == RtState::kStandby && tickets_.pending() == 0 ? CORBOT_STATE_STANDBY
                                                                    : CORBOT_STATE_WAITING;
 }
@@ -86,6 +87,15 @@ double RobotView::override_percent() const {
   return link_.snapshot(now) ? 100.0 * now.override_ratio : 100.0;
 }
 
+std::vector<AlarmEntry> RobotView::alarms() const {
+  std::vector<AlarmEntry> list = alarms_.list();
+  if (!watch_.is_frozen()) return list;
+  for (AlarmEntry& entry : list) {
+    if (entry.active && entry.code == kAlarmTaskFrozen) entry.text = watch_.cause();  // how long by now
+  }
+  return list;
+}
+
 corbot_motion_info RobotView::describe(const Ticket& ticket) const {
   corbot_motion_info info{};
   info.id = ticket.last;
@@ -105,6 +115,7 @@ corbot_motion_info RobotView::describe(const Ticket& ticket) const {
     case TicketState::kPending:
       break;
   }
+  if (watch_.is_frozen()) copy_text(watch_.cause(), info.reason, sizeof(info.reason));
   info.state = CORBOT_MOTION_QUEUED;
   Snapshot now{};
   if (!link_.snapshot(now) || std::max(now.command_id, now.last_done_id) < ticket.first) return info;
@@ -117,6 +128,7 @@ corbot_motion_info RobotView::describe(const Ticket& ticket) const {
 
 std::string RobotView::error_cause() const {
   if (!link_.alive()) return link_.cause();
+  if (watch_.is_frozen()) return watch_.cause();
   const std::string cause = alarms_.cause();
   return cause.empty() ? "the robot is in Error; clear it" : cause + "; fix the cause, then clear";
 }

@@ -8,6 +8,7 @@
 #include "robot/alarm_log.h"
 #include "robot/call_error.h"
 #include "robot/link.h"
+#include "robot/task_watch.h"
 #include "robot/ticket_table.h"
 
 namespace corbot {
@@ -17,8 +18,9 @@ namespace corbot {
 class RobotView {
  public:
   /// All of them must outlive this.
-  RobotView(const Profile& profile, const Link& link, const TicketTable& tickets, const AlarmLog& alarms)
-      : profile_(profile), link_(link), tickets_(tickets), alarms_(alarms) {}
+  RobotView(const Profile& profile, const Link& link, const TaskWatch& watch, const TicketTable& tickets,
+            const AlarmLog& alarms)
+      : profile_(profile), link_(link), watch_(watch), tickets_(tickets), alarms_(alarms) {}
 
   [[nodiscard]] Snapshot snapshot() const;  ///< throws CallError (no data) when there has never been one
   [[nodiscard]] Joints joints_deg() const;
@@ -28,7 +30,7 @@ class RobotView {
   [[nodiscard]] LoopDiagnostics diagnostics() const;
   [[nodiscard]] corbot_device_info device() const;
   [[nodiscard]] double override_percent() const;
-  [[nodiscard]] std::vector<AlarmEntry> alarms() const { return alarms_.list(); }
+  [[nodiscard]] std::vector<AlarmEntry> alarms() const;
   [[nodiscard]] corbot_motion_info describe(const Ticket& ticket) const;
   /// Why the robot is in Error, and what to do about it.
   [[nodiscard]] std::string error_cause() const;
@@ -36,6 +38,7 @@ class RobotView {
  private:
   const Profile& profile_;
   const Link& link_;
+  const TaskWatch& watch_;
   const TicketTable& tickets_;
   const AlarmLog& alarms_;
 };

@@ -20,6 +20,8 @@ const char* reason_of(Verdict verdict) {
       return "the motion planned before this one did not arrive where this one begins";
     case Verdict::kLimit:
       return "the real-time task refused the command: beyond a limit of the arm";
+    case Verdict::kOrphaned:
+      return "no servant responded: the motion was stopped on its path";
   }
   return "the real-time task gave an unknown verdict";
 }
@@ -86,6 +88,12 @@ void TicketTable::close() {
   ended_.notify_all();
 }
 
+void TicketTable::suspend_waits(bool suspended) {
+  const std::lock_guard lock(mutex_);
+  suspended_ = suspended;
+  ended_.notify_all();
+}
+
 std::optional<Ticket> TicketTable::find(std::uint64_t id) const {
   const std::lock_guard lock(mutex_);
   const auto found = tickets_.find(id);
@@ -99,7 +107,7 @@ std::optional<Ticket> TicketTable::wait(std::uint64_t id,
     // Looked up anew after every wait: a ticket that ended long ago may have been forgotten meanwhile.
     const auto found = tickets_.find(id);
     if (found == tickets_.end()) return std::nullopt;
-    if (found->second.state != TicketState::kPending || closed_) return found->second;
+    if (found->second.state != TicketState::kPending || closed_ || suspended_) return found->second;
     if (!until) {
       ended_.wait(lock);
     } else if (ended_.wait_until(lock, *until) == std::cv_status::timeout) {
@@ -115,7 +123,7 @@ bool TicketTable::wait_ended_up_to(std::uint64_t id, std::chrono::steady_clock::
                         [](const auto& entry) { return entry.second.state == TicketState::kPending; });
   };
   std::unique_lock lock(mutex_);
-  ended_.wait_until(lock, until, [&] { return closed_ || all_ended(); });
+  ended_.wait_until(lock, until, [&] { return closed_ || suspended_ || all_ended(); });
   return all_ended();
 }
 

@@ -40,10 +40,12 @@ class TicketTable {
   void fail_pending(const std::string& reason);
   /// Wakes every waiting thread, for good: the robot is being closed.
   void close();
+  /// While true no wait waits: there is none who could end a motion, and none has ended.
+  void suspend_waits(bool suspended);
 
   [[nodiscard]] std::optional<Ticket> find(std::uint64_t id) const;
-  /// Waits until the ticket has ended, the time has passed (no value: for ever) or the table is closed, and
-  /// returns it as it then is. Nothing when there is no such ticket.
+  /// Waits until the ticket has ended, the time has passed (no value: for ever), the table is closed or waits are
+  /// suspended, and returns it as it then is. Nothing when there is no such ticket.
   [[nodiscard]] std::optional<Ticket> wait(std::uint64_t id,
                                            std::optional<std::chrono::steady_clock::time_point> until) const;
   /// Waits until no ticket up to this number is pending, the time has passed or the table is closed. True in
@@ -59,6 +61,7 @@ class TicketTable {
   std::map<std::uint64_t, Ticket> tickets_;  // by number
   std::size_t pending_{0};
   bool closed_{false};
+  bool suspended_{false};
 };
 
 }  // namespace corbot

@@ -35,6 +35,7 @@ namespace detail {
     case Verdict::kMalformed:
     case Verdict::kDiscontinuous:
     case Verdict::kLimit:
+    case Verdict::kOrphaned:
       return verdict;
   }
   return Verdict::kMalformed;
@@ -126,6 +127,34 @@ struct RefusedCommand {
 
 [[nodiscard]] constexpr AlarmEvent error_inherited() noexcept {
   return detail::event(AlarmCode::kErrorInherited);
+}
+
+struct Overruns {
+  std::uint64_t count;  ///< since the last such alarm
+  std::uint64_t total;  ///< since the task's start
+};
+[[nodiscard]] constexpr AlarmEvent overrun(const Overruns& what) noexcept {
+  return detail::event(AlarmCode::kOverrun, -1, static_cast<double>(what.count), 0.0,
+                       static_cast<double>(what.total));
+}
+[[nodiscard]] constexpr Overruns overruns(const AlarmEvent& event) noexcept {
+  return {detail::small_number(event.value), detail::small_number(event.upper)};
+}
+
+/// The loop made no step for so long.
+[[nodiscard]] constexpr AlarmEvent loop_gap(std::int64_t gap_ns) noexcept {
+  return detail::event(AlarmCode::kLoopGap, -1, static_cast<double>(gap_ns) * 1e-9);
+}
+[[nodiscard]] constexpr double gap_s(const AlarmEvent& event) noexcept { return event.value; }
+
+/// This task was started in the place of one that was frozen.
+[[nodiscard]] constexpr AlarmEvent task_replaced() noexcept {
+  return detail::event(AlarmCode::kTaskReplaced);
+}
+
+/// The servant's beat stood still while a motion ran or was queued.
+[[nodiscard]] constexpr AlarmEvent servant_silent() noexcept {
+  return detail::event(AlarmCode::kServantSilent);
 }
 
 }  // namespace corbot::alarm

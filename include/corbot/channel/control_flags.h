@@ -13,7 +13,9 @@ struct ControlFlags {
   alignas(64) std::atomic<std::uint64_t> stop_count{0};  ///< Stop requests so far
   std::atomic<std::uint64_t> clear_count{0};             ///< Clear requests so far
   std::atomic<std::uint32_t> pause{0};                   ///< 1 = hold virtual time
-  std::atomic<std::uint32_t> reserved{0};
+  /// Rises several times in the profile's orphan_s, by the thread of the servant that has seen that it responds;
+  /// wraps around. Where it stands still, the task stops what runs.
+  std::atomic<std::uint32_t> servant_beat{0};
   std::atomic<double> override_ratio{1.0};  ///< (0, 1]
 };
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free && std::atomic<double>::is_always_lock_free);

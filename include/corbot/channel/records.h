@@ -20,6 +20,7 @@ enum class Verdict : std::uint32_t {
   kMalformed = 4,      ///< a field was not finite, out of range, or of unknown kind
   kDiscontinuous = 5,  ///< start_rad is not where the arm rests
   kLimit = 6,          ///< a law or a target breaks a limit of the arm
+  kOrphaned = 8,       ///< no servant responded: stopped on the path, or not begun
 };
 
 struct Completion {
@@ -40,7 +41,10 @@ enum class AlarmCode : std::uint32_t {
   kBackendLost = 121,
   kEmergencyStop = 130,
   kErrorInherited = 131,
-  kOverrun = 140,  ///< reserved: not raised, the snapshot counts overruns
+  kOverrun = 140,
+  kLoopGap = 141,
+  kTaskReplaced = 142,
+  kServantSilent = 143,
 };
 
 /// Made and read by the functions of alarms.h, which say what the numbers mean for each code.

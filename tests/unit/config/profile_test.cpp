@@ -109,6 +109,8 @@ TEST(ParseProfile, WhatMayBeLeftOutHasItsDefault) {
   EXPECT_EQ(profile.arm.period_ns, 1'000'000);
   EXPECT_EQ(profile.priority, 80);
   EXPECT_EQ(profile.cpu, -1);
+  EXPECT_EQ(profile.gap_fault_ns, 100'000'000);
+  EXPECT_EQ(profile.orphan_ns, 2'000'000'000);
   EXPECT_EQ(profile.port, 12810);
   EXPECT_EQ(profile.endpoint_host, "127.0.0.1");
   EXPECT_EQ(profile.queue_capacity, 16);

@@ -36,12 +36,13 @@ class Rig {
     for (const StopSource source : {StopSource::kGpio, StopSource::kDevice}) {
       emergency_stop->set(source, (pressed & static_cast<std::uint32_t>(source)) != 0);
     }
-    cycle = std::make_unique<rt::Cycle>(arm, *segment, backend, *emergency_stop, start);
+    cycle = std::make_unique<rt::Cycle>(arm, *segment, backend, *emergency_stop, start, limits);
     backend.open(cycle->frame());
   }
 
   rt::StepReport step() {
     now_ns += arm.period_ns;
+    if (servant_responds) segment->control.servant_beat.fetch_add(1);
     const rt::StepReport report = cycle->step(now_ns, now_ns + 1'000'000'000'000);
     (void)segment->snapshot.load(snapshot);
     return report;
@@ -92,6 +93,8 @@ class Rig {
   std::unique_ptr<SegmentLayout> segment = std::make_unique<SegmentLayout>();
   std::unique_ptr<EmergencyStop> emergency_stop;
   std::unique_ptr<rt::Cycle> cycle;
+  rt::LivenessLimits limits;
+  bool servant_responds{true};
   Snapshot snapshot{};
   std::int64_t now_ns{1'000'000'000};
 };

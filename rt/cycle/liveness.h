@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+namespace corbot::rt {
+
+/// `[loop]` of the profile: what counts as frozen, here and on the servant's side.
+struct LivenessLimits {
+  std::int64_t gap_fault_ns{100'000'000};  ///< a longer gap between two steps is a fault
+  std::int64_t orphan_ns{2'000'000'000};   ///< a motion without a servant that responds is stopped after this
+};
+
+enum class Gap {
+  kNone,     ///< the next period, or a few missed
+  kRestart,  ///< the arm has come to rest meanwhile: what runs begins again from rate 0
+  kFault,    ///< longer than is to be bridged without a person
+};
+
+/// Time between the steps, by the time that they are given. Real-time safe.
+class GapWatch {
+ public:
+  /// A gap of more periods than these is one in which the servos have come to rest: they hold the last set-point.
+  static constexpr std::int64_t kRestartPeriods = 5;
+
+  GapWatch(std::int64_t period_ns, std::int64_t fault_ns) noexcept
+      : restart_ns_(kRestartPeriods * period_ns), fault_ns_(fault_ns) {}
+
+  /// Of this step to the last; none at the first.
+  [[nodiscard]] Gap see(std::int64_t now_ns) noexcept {
+    gap_ns_ = has_last_ ? now_ns - last_ns_ : 0;
+    last_ns_ = now_ns;
+    has_last_ = true;
+    if (gap_ns_ > fault_ns_) return Gap::kFault;
+    return gap_ns_ > restart_ns_ ? Gap::kRestart : Gap::kNone;
+  }
+  [[nodiscard]] std::int64_t gap_ns() const noexcept { return gap_ns_; }
+  /// As much of the last gap as this process has seen pass: no more than a few periods of it.
+  [[nodiscard]] std::int64_t seen_ns() const noexcept {
+    return gap_ns_ < restart_ns_ ? gap_ns_ : restart_ns_;
+  }
+
+ private:
+  std::int64_t restart_ns_;
+  std::int64_t fault_ns_;
+  std::int64_t last_ns_{0};
+  std::int64_t gap_ns_{0};
+  bool has_last_{false};
+};
+
+/// Whether the servant responds, by its beat (ControlFlags::servant_beat). Real-time safe.
+class ServantWatch {
+ public:
+  explicit ServantWatch(std::int64_t orphan_ns) noexcept : orphan_ns_(orphan_ns) {}
+
+  /// Once a step. `seen_ns`: time that has passed, without gaps of this process's own. `is_busy`: a motion runs or is
+  /// queued. True when the beat has stood still for too long meanwhile; the counting then begins anew.
+  [[nodiscard]] bool is_silent(std::uint32_t beat, std::int64_t seen_ns, bool is_busy) noexcept {
+    silent_ns_ = beat == beat_ && is_busy ? silent_ns_ + seen_ns : 0;
+    beat_ = beat;
+    if (silent_ns_ <= orphan_ns_) return false;
+    silent_ns_ = 0;
+    return true;
+  }
+
+ private:
+  std::int64_t orphan_ns_;
+  std::int64_t silent_ns_{0};
+  std::uint32_t beat_{0};
+};
+
+/// Overruns, and when they are to be reported: the first at once, then all that came meanwhile once in a while.
+/// Real-time safe.
+class OverrunCount {
+ public:
+  static constexpr std::int64_t kReportInterval_ns = 60'000'000'000;
+
+  void add() noexcept { ++total_; }
+  [[nodiscard]] std::uint64_t total() const noexcept { return total_; }
+  /// Overruns since the last report; 0: there is none to be made.
+  [[nodiscard]] std::uint64_t take_report(std::int64_t now_ns) noexcept {
+    if (total_ == reported_ || (reported_ != 0 && now_ns - reported_at_ns_ < kReportInterval_ns)) return 0;
+    const std::uint64_t count = total_ - reported_;
+    reported_ = total_;
+    reported_at_ns_ = now_ns;
+    return count;
+  }
+
+ private:
+  std::uint64_t total_{0};
+  std::uint64_t reported_{0};
+  std::int64_t reported_at_ns_{0};
+};
+
+}  // namespace corbot::rt

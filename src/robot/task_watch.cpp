@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/task_watch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace corbot {
+
+bool Progress::see(std::uint64_t counter, Clock::time_point now) {
+  if (!has_counter_ || counter != counter_) {
+    has_counter_ = true;
+    counter_ = counter;
+    still_ = {};
+    changed_at_ = now;
+  } else {
+    still_ += std::min<Clock::duration>(now - looked_at_, kLongestLook);
+  }
+  looked_at_ = now;
+  return is_frozen();
+}
+
+TaskWatch::TaskWatch(const Link& link, AlarmLog& alarms, Hooks hooks)
+    : link_(link), alarms_(alarms), hooks_(std::move(hooks)) {}
+
+void TaskWatch::start() {
+  thread_ = std::thread([this] { run(); });
+}
+
+void TaskWatch::close() {
+  {
+    const std::lock_guard lock(mutex_);
+    end_ = true;
+  }
+  end_requested_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+std::string TaskWatch::cause() const {
+  const Progress::Clock::time_point changed{
+      Progress::Clock::duration(changed_at_.load(std::memory_order_acquire))};
+  const std::chrono::duration<double> age = Progress::Clock::now() - changed;
+  return fmt::format("the real-time task does not respond: its last cycle was {:.1f} s ago", age.count());
+}
+
+void TaskWatch::run() {
+  std::unique_lock lock(mutex_);
+  while (!end_) {
+    lock.unlock();
+    look();
+    if (hooks_.responds()) beat();
+    lock.lock();
+    end_requested_.wait_for(lock, Progress::kLook, [this] { return end_; });
+  }
+}
+
+void TaskWatch::look() {
+  const auto segment = link_.segment();
+  Snapshot now{};
+  // A task that has not made its first cycle yet is approaching its device.
+  if (!link_.alive() || !segment || !segment->layout().snapshot.load(now) ||
+      now.incarnation != segment->layout().header.incarnation.load(std::memory_order_acquire)) {
+    progress_.reset();
+  } else {
+    (void)progress_.see(now.cycle, Progress::Clock::now());
+  }
+  set_frozen(progress_.is_frozen());
+}
+
+void TaskWatch::set_frozen(bool frozen) {
+  changed_at_.store(progress_.changed_at().time_since_epoch().count(), std::memory_order_release);
+  if (frozen == frozen_.exchange(frozen, std::memory_order_acq_rel)) return;
+  if (frozen) {
+    alarms_.add(kAlarmTaskFrozen, true, "the real-time task does not respond: its cycle number stands still");
+  } else {
+    alarms_.deactivate(kAlarmTaskFrozen);
+  }
+  hooks_.on_change(frozen);
+}
+
+void TaskWatch::beat() const {
+  // Relaxed: it says that this thread runs, and orders nothing else.
+  if (const auto segment = link_.segment())
+    segment->layout().control.servant_beat.fetch_add(1, std::memory_order_relaxed);
+}
+
+}  // namespace corbot

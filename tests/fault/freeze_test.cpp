@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+// Processes frozen by SIGSTOP: what the other side reports, what it does, and what becomes of a motion.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include <fmt/core.h>
+
+#include "corbot/channel/layout.h"
+#include "shm/segment.h"
+#include "support/robot_rig.h"
+
+namespace corbot::test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+class Freeze : public RobotRig {
+ protected:
+  void SetUp() override {
+    profile_ = write_profile(gap_fault_ms());
+    RobotRig::SetUp();
+    if (HasFatalFailure()) return;
+    segment_ = std::make_unique<Segment>(Segment::observe(name_));
+  }
+  void TearDown() override {
+    if (rt_) rt_->signal(SIGCONT);
+    if (servant_) servant_->signal(SIGCONT);
+    segment_.reset();
+    RobotRig::TearDown();
+    std::filesystem::remove(profile_);
+  }
+  /// Not the shipped 100 ms: a busy machine makes such gaps by itself.
+  [[nodiscard]] virtual int gap_fault_ms() const { return 1000; }
+
+  static std::string write_profile(int gap_fault_ms) {
+    std::ifstream stream(CORBOT_PROFILE);
+    std::string text{std::istreambuf_iterator<char>{stream}, {}};
+    const std::string wide = "gap_fault_ms = 10000 ";
+    text.replace(text.find(wide), wide.size(), fmt::format("gap_fault_ms = {} ", gap_fault_ms));
+    const std::string path = fmt::format("{}/{}.toml", CORBOT_SCRATCH_DIR, unique_name("freeze"));
+    std::ofstream(path) << text;
+    return path;
+  }
+  [[nodiscard]] Snapshot newest() const {
+    Snapshot snapshot{};
+    (void)last_snapshot(segment_->layout(), snapshot);
+    return snapshot;
+  }
+  [[nodiscard]] bool is_active(int code) const {
+    Corbot::AlarmList_var alarms = arm_->Alarms();
+    for (CORBA::ULong i = 0; i < alarms->length(); ++i)
+      if (alarms[i].code == code && alarms[i].active) return true;
+    return false;
+  }
+  [[nodiscard]] bool has_alarm(int code) const {
+    Corbot::AlarmList_var alarms = arm_->Alarms();
+    for (CORBA::ULong i = 0; i < alarms->length(); ++i)
+      if (alarms[i].code == code) return true;
+    return false;
+  }
+  /// A motion of some seconds, from where the arm is at rest.
+  Corbot::Ticket start_long_motion() {
+    Corbot::JointCoord target;
+    target.length(4);
+    for (CORBA::ULong i = 0; i < 4; ++i) target[i] = 20.0;
+    const Corbot::Ticket ticket = arm_->StartMoveJoints(target, 8.0);
+    EXPECT_TRUE(wait_until(within(10), [&] { return newest().state == RtState::kMoving; }));
+    return ticket;
+  }
+
+  std::unique_ptr<Segment> segment_;
+};
+
+TEST_F(Freeze, AFrozenTaskIsReportedAndItsGapNeedsAClear) {
+  const Corbot::Ticket ticket = start_long_motion();
+  std::string waiter;
+  std::thread waiting([&] {
+    Corbot::Arm_var mine = connect();
+    waiter = raised_by([&] { mine->Delay(0.1); });  // behind the long motion
+  });
+  ASSERT_TRUE(wait_until(within(10), [&] { return segment_->layout().commands.size() > 0; }));
+  const Clock::time_point frozen = Clock::now();
+  rt_->signal(SIGSTOP);
+  EXPECT_TRUE(wait_until(within(5), [&] { return arm_->Status() == Corbot::Error; }));
+  const double noticed_s = seconds_since(frozen);
+  EXPECT_TRUE(wait_until(within(5), [&] { return is_active(153); }));
+  waiting.join();
+  EXPECT_EQ(waiter, "NotReady");
+  expect_no_motion_accepted();
+  std::string reason;
+  const Clock::time_point asked = Clock::now();
+  try {
+    arm_->Stop();
+  } catch (const Corbot::NotReady& error) {
+    reason = error.reason;
+  }
+  const double stop_s = seconds_since(asked);
+  EXPECT_NE(reason.find("does not respond: its last cycle was"), std::string::npos) << reason;
+  fmt::print("noticed after {:.0f} ms, a Stop answered after {:.0f} ms\n", 1e3 * noticed_s, 1e3 * stop_s);
+  EXPECT_LT(noticed_s, 0.5 + 0.5) << "half a second, and another for a busy machine";
+  EXPECT_LT(stop_s, 0.5);
+
+  const Joints here = newest().position_rad;
+  ASSERT_TRUE(wait_until(within(10), [&] { return seconds_since(frozen) > 1.2; })) << "a gap that is a fault";
+  rt_->signal(SIGCONT);
+  EXPECT_TRUE(wait_until(within(10), [&] { return !is_active(153); }));
+  EXPECT_TRUE(wait_until(within(10), [&] { return has_alarm(141); }));
+  EXPECT_EQ(arm_->Status(), Corbot::Error);
+  EXPECT_EQ(newest().position_rad, here) << "as last commanded";
+  Corbot::MotionInfo_var info = arm_->Wait(ticket, 5.0);
+  EXPECT_EQ(info->state, Corbot::MotionFailed);
+  arm_->Clear();
+  EXPECT_TRUE(wait_for(Corbot::Standby));
+  EXPECT_EQ(newest().position_rad, here);
+}
+
+/// Gaps that are no fault.
+class ShortFreeze : public Freeze {
+ protected:
+  [[nodiscard]] int gap_fault_ms() const override { return 10000; }
+};
+
+TEST_F(ShortFreeze, TheMotionBeginsAgainFromRest) {
+  const Corbot::Ticket ticket = start_long_motion();
+  ASSERT_TRUE(wait_until(within(10), [&] { return newest().virtual_time_s > 2.0; }));
+  rt_->signal(SIGSTOP);
+  ASSERT_TRUE(wait_until(within(5), [&] { return arm_->Status() == Corbot::Error; }));
+  const std::uint64_t end = segment_->layout().trace.next();
+  rt_->signal(SIGCONT);
+  ASSERT_TRUE(wait_until(within(10), [&] { return segment_->layout().trace.next() > end + 20; }));
+  // The first step after the gap is already one of rate 0 that ramps up, not one at full speed.
+  for (std::uint64_t i = end; i < end + 10; ++i) {
+    Snapshot now{};
+    ASSERT_TRUE(segment_->layout().trace.read(i, now));
+    EXPECT_LT(now.virtual_rate, 0.5) << "cycle " << i - end << " after the gap";
+  }
+  Corbot::MotionInfo_var info = arm_->Wait(ticket, 30.0);
+  while (info->state == Corbot::MotionRunning) info = arm_->Wait(ticket, 30.0);
+  EXPECT_EQ(info->state, Corbot::MotionDone) << info->reason.in();
+  EXPECT_EQ(arm_->Status(), Corbot::Standby);
+}
+
+TEST_F(ShortFreeze, AStopDuringItIsCarriedOutAtItsEnd) {
+  const Corbot::Ticket ticket = start_long_motion();
+  rt_->signal(SIGSTOP);
+  ASSERT_TRUE(wait_until(within(5), [&] { return arm_->Status() == Corbot::Error; }));
+  const Joints here = newest().position_rad;
+  EXPECT_EQ(raised_by([&] { arm_->Stop(); }), "NotReady") << "not carried out yet";
+  rt_->signal(SIGCONT);
+  ASSERT_TRUE(wait_until(within(10), [&] { return newest().stops_done == 1; }));
+  EXPECT_EQ(newest().position_rad, here);
+  Corbot::MotionInfo_var info = arm_->Wait(ticket, 5.0);
+  EXPECT_EQ(info->state, Corbot::MotionStopped);
+}
+
+TEST_F(ShortFreeze, AMotionWithoutAServantIsStopped) {
+  const Corbot::Ticket ticket = start_long_motion();
+  servant_->signal(SIGSTOP);
+  const Clock::time_point frozen = Clock::now();
+  ASSERT_TRUE(wait_until(within(20), [&] { return newest().state == RtState::kStandby; }));
+  const double stopped_s = seconds_since(frozen);
+  fmt::print("stopped {:.2f} s after the servant froze\n", stopped_s);
+  EXPECT_GT(stopped_s, 1.9) << "orphan_s is 2";
+  EXPECT_LT(newest().position_rad[0], 20.0 * 3.14 / 180.0 * 0.9) << "on its path";
+  servant_->signal(SIGCONT);
+  Corbot::MotionInfo_var info = arm_->Wait(ticket, 10.0);
+  EXPECT_EQ(info->state, Corbot::MotionFailed);
+  EXPECT_NE(std::string(info->reason.in()).find("no servant responded"), std::string::npos)
+      << info->reason.in();
+  EXPECT_TRUE(wait_until(within(10), [&] { return has_alarm(143); }));
+  EXPECT_EQ(arm_->Status(), Corbot::Standby) << "no Clear is needed";
+  EXPECT_EQ(raised_by([&] { arm_->Delay(0.01); }), "");
+}
+
+TEST_F(ShortFreeze, AServantThatIsBackLetsTheMotionRunOn) {
+  const Corbot::Ticket ticket = start_long_motion();
+  for (int i = 0; i < 3; ++i) {
+    servant_->signal(SIGSTOP);
+    const double until_s = newest().virtual_time_s + 1.2;
+    ASSERT_TRUE(wait_until(within(20), [&] {
+      return newest().virtual_time_s > until_s || newest().state == RtState::kStandby;
+    }));
+    ASSERT_EQ(newest().state, RtState::kMoving);
+    servant_->signal(SIGCONT);
+    const std::uint32_t beat = segment_->layout().control.servant_beat.load();
+    ASSERT_TRUE(
+        wait_until(within(10), [&] { return segment_->layout().control.servant_beat.load() != beat; }));
+  }
+  Corbot::MotionInfo_var info = arm_->Wait(ticket, 30.0);
+  EXPECT_EQ(info->state, Corbot::MotionDone) << info->reason.in();
+  EXPECT_FALSE(has_alarm(143));
+}
+
+TEST_F(ShortFreeze, ATaskInPlaceOfAFrozenOneBeginsInError) {
+  rt_->signal(SIGKILL);
+  ASSERT_TRUE(rt_->wait(within(10)));
+  start_rt({"--after-gap"});
+  ASSERT_TRUE(wait_until(within(30), [&] { return has_alarm(142) && has_alarm(151); })) << "connected, too";
+  EXPECT_EQ(arm_->Status(), Corbot::Error);
+  expect_no_motion_accepted();
+  arm_->Clear();
+  EXPECT_TRUE(wait_for(Corbot::Standby));
+  rt_->signal(SIGKILL);
+  ASSERT_TRUE(rt_->wait(within(10)));
+  start_rt();
+  EXPECT_TRUE(wait_for(Corbot::Standby)) << "a task that only died needs no Clear";
+}
+
+}  // namespace
+}  // namespace corbot::test

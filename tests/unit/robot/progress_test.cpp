@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "robot/task_watch.h"
+
+namespace corbot {
+namespace {
+
+using namespace std::chrono_literals;
+
+const Progress::Clock::time_point kStart{1000s};
+
+TEST(Progress, ACounterThatStandsStillIsFrozenAfterATenthOfASecond) {
+  Progress progress;
+  EXPECT_FALSE(progress.see(5, kStart));
+  EXPECT_FALSE(progress.see(5, kStart + 40ms));
+  EXPECT_FALSE(progress.see(5, kStart + 80ms));
+  EXPECT_TRUE(progress.see(5, kStart + 100ms));
+  EXPECT_EQ(progress.changed_at(), kStart);
+  EXPECT_FALSE(progress.see(6, kStart + 120ms));
+  EXPECT_EQ(progress.changed_at(), kStart + 120ms);
+}
+
+TEST(Progress, OneThatAdvancesIsNotHoweverRarelyItIsLookedAt) {
+  Progress progress;
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(progress.see(static_cast<std::uint64_t>(i), kStart + i * 10s));
+}
+
+TEST(Progress, TimeInWhichNobodyLookedIsNotHeldAgainstIt) {
+  // Both processes were frozen for a minute; this one looks before the other has made a step.
+  Progress progress;
+  EXPECT_FALSE(progress.see(5, kStart));
+  EXPECT_FALSE(progress.see(5, kStart + 60s));
+  EXPECT_FALSE(progress.see(5, kStart + 60s + 20ms));
+  EXPECT_FALSE(progress.see(6, kStart + 60s + 40ms));
+  EXPECT_FALSE(progress.see(6, kStart + 60s + 80ms));
+}
+
+TEST(Progress, BeginsAnewAfterAReset) {
+  Progress progress;
+  for (int i = 0; i < 10; ++i) (void)progress.see(5, kStart + i * 40ms);
+  ASSERT_TRUE(progress.is_frozen());
+  progress.reset();
+  EXPECT_FALSE(progress.is_frozen());
+  EXPECT_FALSE(progress.see(5, kStart + 10s));
+}
+
+}  // namespace
+}  // namespace corbot
