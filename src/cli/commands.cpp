@@ -9,6 +9,7 @@
 
 #include "cli/run_program.h"
 #include "cli/show.h"
+#include "cli/stop_all.h"
 #include "client/client.h"
 #include "client/local_robots.h"
 #include "client/stop_on_signal.h"
@@ -67,9 +68,22 @@ void report_reduced_override(Client& client, double wanted_percent) {
   }
 }
 
+/// The name of a robot on this machine. An address must be that of a robot that is up here: of one elsewhere
+/// the shared memory is not here, whatever else here has its name.
+std::string local_robot(const std::string& robot) {
+  const client::Address address = find_robot(robot);
+  if (!address.local.empty()) return address.local;
+  throw Failure(
+      ExitCode::kUsage,
+      fmt::format("{} is not the address of a robot that 'corbot up' supervises here, and record reads "
+                  "shared memory: run it on the robot's machine, with --robot NAME where several are up",
+                  client::printable(address.where)));
+}
+
 }  // namespace
 
 void run_request(const ClientOptions& options, const Request& request) {
+  if (request.verb == Verb::kStop && request.all) return stop_all(options.robot, options.timeout_s);
   if (!spec_of(request.verb).motion) {
     Client client(find_robot(options.robot), options.timeout_s);
     client.perform(request);
@@ -121,7 +135,7 @@ void run_watch(const ClientOptions& options, double interval_s, int count) {
 
 void run_record(const ClientOptions& options, RecordOptions record_options) {
   const OnSignal on_signal({});
-  record_options.robot = find_robot(options.robot).name;
+  record_options.robot = local_robot(options.robot);
   if (const auto state = read_state(record_options.robot)) {
     try {
       record_options.joints = load_profile(state->profile_in_use).arm.dof;

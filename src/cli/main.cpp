@@ -62,13 +62,34 @@ class VerbFormatter : public CLI::Formatter {
   const VerbSpec& spec_;
 };
 
+/// "; did you mean '--time'?" for the first option of `words` that is none, or nothing.
+std::string similar_option(const CLI::App& command, const std::vector<std::string>& words) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  const std::vector<std::string_view> known(names.begin(), names.end());
+  for (const std::string& word : words) {
+    if (!word.starts_with("--")) continue;
+    const std::string_view typed = std::string_view(word).substr(0, word.find('='));
+    const std::string_view near = corbot::most_similar(typed, known, corbot::kSimilarCommand);
+    if (!near.empty()) return fmt::format("; did you mean '{}'?", near);
+  }
+  return "";
+}
+
 /// The message for a wrong command line.
 std::string explain_usage(const CLI::App* app, const CLI::Error& error) {
   std::string command = "corbot";
-  for (const CLI::App* chosen : app->get_subcommands()) command += " " + chosen->get_name();
+  const CLI::App* deepest = app;
+  for (const CLI::App* chosen : app->get_subcommands()) {
+    command += " " + chosen->get_name();
+    deepest = chosen;
+  }
   std::string what = error.what();
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
-    what = fmt::format("unexpected: {}", fmt::join(app->remaining(true), " "));
+    const std::vector<std::string> words = app->remaining(true);
+    what = fmt::format("unexpected: {}{}", fmt::join(words, " "), similar_option(*deepest, words));
   }
   return fmt::format("{}: {} (see '{} --help')\n", command, printable(what), command);
 }

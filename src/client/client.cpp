@@ -56,10 +56,15 @@ Client::Client(const Address& address, double timeout_s) : address_(address) {
         fmt::format("the ORB cannot be initialised ({}): check /etc/omniORB.cfg and $OMNIORB_CONFIG",
                     e._name()));
   }
-  client::call(address_, [&] {
-    CORBA::Object_var object = orb_->string_to_object(with_giop_version(address_.uri).c_str());
-    arm_ = Corbot::Arm::_narrow(object);
-  });
+  CORBA::Object_var object;
+  try {
+    object = orb_->string_to_object(with_giop_version(address_.uri).c_str());
+  } catch (const CORBA::MARSHAL&) {
+    throw explain(CORBA::INV_OBJREF(), address_);  // it was not even sent to anything
+  } catch (const CORBA::SystemException& e) {
+    throw explain(e, address_);
+  }
+  client::call(address_, [&] { arm_ = Corbot::Arm::_narrow(object); });
   if (CORBA::is_nil(arm_)) {
     throw Failure(ExitCode::kUnreachable,
                   fmt::format("the object '{}' at {} is not a corbot arm", address_.name, address_.where));

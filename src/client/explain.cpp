@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "client/local_robots.h"
+
 namespace corbot::client {
 
 namespace {
@@ -80,6 +82,12 @@ Failure explain(const CORBA::SystemException& e, const Address& address) {
         fmt::format("no answer from {} in time: is the machine overloaded or the network down? "
                     "(--timeout SECONDS waits longer)",
                     address.where));
+  }
+  if (CORBA::TRANSIENT::_downcast(&e) != nullptr && !address.local.empty() && is_up(address.local)) {
+    return fail(
+        fmt::format("the servant of '{}' is being restarted by 'corbot up': try again in a moment; "
+                    "'corbot up' reports why it ended",
+                    address.local));
   }
   if (CORBA::TRANSIENT::_downcast(&e) != nullptr) {
     return fail(

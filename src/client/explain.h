@@ -13,9 +13,10 @@ namespace corbot::client {
 
 /// Where to find a robot.
 struct Address {
-  std::string uri;    ///< what string_to_object takes
-  std::string name;   ///< of the robot, as far as known
-  std::string where;  ///< for messages: "127.0.0.1:12810", or the URI of another form
+  std::string uri;      ///< what string_to_object takes
+  std::string name;     ///< of the robot, as far as known
+  std::string where;    ///< for messages: "127.0.0.1:12810", or the URI of another form
+  std::string local{};  ///< name of the robot that is up here, where it is that one; empty: elsewhere
 };
 
 /// Whether a call ended because it took longer than this client waits.

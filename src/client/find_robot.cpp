@@ -41,6 +41,20 @@ Address from_state(const std::string& name) {
   }
   Address address = from_corbaloc(state->address);
   address.name = name;
+  address.local = name;
+  return address;
+}
+
+/// Of an address that was given: a robot of that name that is up here is another one, unless it listens at
+/// this very address.
+Address with_local(Address address) {
+  try {
+    const auto state = is_name(address.name) ? read_state(address.name) : std::nullopt;
+    if (!state || !is_up(address.name)) return address;
+    if (from_corbaloc(state->address).where == address.where) address.local = address.name;
+  } catch (const Failure&) {
+    // the state directory cannot be used: an address needs none
+  }
   return address;
 }
 
@@ -68,11 +82,11 @@ Address find_robot(const std::string& robot) {
     throw Failure(ExitCode::kUsage, fmt::format("{} robots are up: say which with --robot {}", names.size(),
                                                 fmt::join(names, " | ")));
   }
-  if (text.starts_with("corbaloc:")) return from_corbaloc(text);
+  if (text.starts_with("corbaloc:")) return with_local(from_corbaloc(text));
   if (text.starts_with("corbaname:") || text.starts_with("IOR:")) {
     return {text, "", text.starts_with("IOR:") ? "the address in the IOR" : text};
   }
-  if (is_host_port_name(text)) return from_corbaloc("corbaloc::" + text);
+  if (is_host_port_name(text)) return with_local(from_corbaloc("corbaloc::" + text));
   if (is_name(text)) return from_state(text);
   throw Failure(ExitCode::kUsage,
                 fmt::format("--robot '{}': write corbaloc::HOST:PORT/NAME, HOST:PORT/NAME, an IOR, "

@@ -88,7 +88,14 @@ const std::vector<VerbSpec>& table() {
        "Set the rate of all motion, including the one under way",
        false,
        true},
-      {Verb::kStop, "stop", {}, 0, {}, "Stop the arm now and discard what is queued", false, false},
+      {Verb::kStop,
+       "stop",
+       {},
+       0,
+       {{"--all", "", "every robot that is up here"}},
+       "Stop the arm now and discard what is queued",
+       false,
+       false},
       {Verb::kPause, "pause", {}, 0, {}, "Slow down on the path and hold", false, false},
       {Verb::kResume, "resume", {}, 0, {}, "Continue after a pause", false, false},
       {Verb::kClear, "clear", {}, 0, {}, "Leave the Error state once its cause is gone", false, false},
@@ -207,7 +214,11 @@ std::variant<Request, std::string> parse_request(std::span<const std::string> wo
       const auto option = std::find_if(spec->options.begin(), spec->options.end(),
                                        [&](const auto& o) { return o.name == words[i]; });
       if (option == spec->options.end()) {
-        return fmt::format("'{}' has no option '{}'; usage: {}", spec->word, words[i], usage_of(*spec));
+        std::vector<std::string_view> names;
+        for (const OptionSpec& known : spec->options) names.push_back(known.name);
+        const std::string_view near = most_similar(words[i], names, kSimilarCommand);
+        return fmt::format("'{}' has no option '{}'{}; usage: {}", spec->word, words[i],
+                           near.empty() ? "" : fmt::format(": did you mean '{}'?", near), usage_of(*spec));
       }
       fault = read_option(*option, words, i, request);
     } else {

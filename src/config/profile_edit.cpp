@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <filesystem>
 #include <stdexcept>
 #include <system_error>
 #include <vector>
@@ -74,7 +75,8 @@ std::vector<std::string_view> lines_of(std::string_view text) {
 /// Writes a new file beside `file` and puts it there at once.
 void put(const std::string& file, const std::string& text, mode_t mode) {
   const std::string fresh = file + ".new";
-  const int fd = ::open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, mode);
+  ::unlink(fresh.c_str());  // of a write that was interrupted
+  const int fd = ::open(fresh.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, mode);
   if (fd < 0) throw_system(fresh);
   const bool whole = ::fchmod(fd, mode) == 0 &&
                      ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
@@ -116,6 +118,10 @@ std::string changed_lines(std::string_view before, std::string_view after) {
     text += fmt::format("@@ line {}\n-{}\n+{}\n", i + 1, old_line, new_line);
   }
   return text;
+}
+
+std::string link_target(const std::string& file) {
+  return std::filesystem::is_symlink(file) ? std::filesystem::canonical(file).string() : file;
 }
 
 void replace_file(const std::string& file, const std::string& before, const std::string& after) {

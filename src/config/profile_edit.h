@@ -20,6 +20,10 @@ struct NumberEdit {
 /// What has changed, line by line, as "-old" and "+new" under the number of the line; empty: nothing.
 [[nodiscard]] std::string changed_lines(std::string_view before, std::string_view after);
 
+/// The file to replace: where `file` is a symbolic link, what it leads to, so that the link stays one.
+/// Throws std::system_error.
+[[nodiscard]] std::string link_target(const std::string& file);
+
 /// Replaces the file at once by one of the same permissions, the old one as FILE.bak.
 /// Throws std::system_error.
 void replace_file(const std::string& file, const std::string& before, const std::string& after);

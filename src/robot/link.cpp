@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <utility>
 
 #include "corbot/channel/wake.h"
@@ -17,11 +18,11 @@ constexpr auto kRetry = 50ms;                      // between attempts to find a
 constexpr std::int64_t kPeerPoll_ns = 20'000'000;  // a dead task is noticed within this time
 constexpr auto kSnapshotOfVerdict = 5ms;           // a verdict's snapshot follows it within a cycle
 
+/// What to do depends on whether this servant is supervised, by `corbot up` or systemd: then the task is, too.
 std::string task_is_gone(const std::string& name) {
-  return fmt::format(
-      "the real-time task of {} is gone; start it again with 'corbot up' or corbot-rt "
-      "('corbot up', where it runs, does so by itself)",
-      name);
+  return fmt::format("the real-time task of {} is gone; {}", name,
+                     std::getenv("NOTIFY_SOCKET") != nullptr ? "its supervisor is starting it again"
+                                                             : "start corbot-rt again");
 }
 
 }  // namespace

@@ -160,6 +160,26 @@ TEST_F(Calibrate, FindsTheServoMap) {
   EXPECT_EQ(supervisor_->terminate(), 0);
 }
 
+TEST_F(Calibrate, WhatASymbolicLinkLeadsToIsWrittenAndTheLinkStays) {
+  const std::string target = profile_;
+  profile_ = (directory_ / "link.toml").string();
+  fs::create_symlink(target, profile_);
+  start();
+  if (HasFatalFailure()) return;
+  ask("on", "the servos");
+  ask("joint base", "base");
+  ask("- 13", "base 1487");
+  ask("mark 0", "base");
+  EXPECT_EQ(ask("write", "written"), "written: " + target + ", to which " + profile_ +
+                                         " is a link; the old one is " + target + ".bak");
+  send("quit");
+  EXPECT_EQ(end(), 0) << session_->errors();
+  EXPECT_TRUE(fs::is_symlink(profile_));
+  EXPECT_THAT(text_of(target), HasSubstr("zero_us = 1487"));
+  EXPECT_EQ(text_of(target + ".bak"), before_);
+  EXPECT_FALSE(fs::exists(profile_ + ".bak"));
+}
+
 TEST_F(Calibrate, ADryRunChangesNothing) {
   start({"--dry-run"});
   if (HasFatalFailure()) return;

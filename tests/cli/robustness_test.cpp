@@ -163,6 +163,105 @@ TEST_F(Robustness, ATaskStartedByHandIsRefusedAndTakenOnPurpose) {
   EXPECT_TRUE(works());
 }
 
+TEST_F(Robustness, AServantThatIsBeingRestartedIsReportedAsSuch) {
+  up();
+  const pid_t servant = pid_of("servant_pid");
+  supervisor_->signal(SIGSTOP);  // so that the moment lasts
+  ASSERT_EQ(::kill(servant, SIGKILL), 0);
+  ASSERT_TRUE(wait_until(within(20), [&] { return has_ended(servant); }));
+  const RunResult result = corbot({"status"});
+  supervisor_->signal(SIGCONT);
+  EXPECT_EQ(result.code, 3);
+  EXPECT_THAT(result.errors, HasSubstr("the servant of '" + name_ + "' is being restarted by 'corbot up'"));
+  EXPECT_TRUE(works());
+}
+
+TEST_F(Robustness, StopAllStopsEveryRobotAndSaysWhichDidNot) {
+  EXPECT_EQ(corbot({"stop", "--all"}).code, 3) << "none is up";
+  up();
+  const std::string other = name_ + "-b";
+  const int other_port = free_port();
+  std::vector<std::string> words = up_command();
+  words[3] = other;
+  words[5] = "127.0.0.1:" + std::to_string(other_port);
+  const auto second = begin(words);
+  ASSERT_TRUE(second->wait_line(other + " is up", within(30))) << second->errors();
+  std::vector<std::unique_ptr<Process>> motions;
+  for (const std::string& robot : {name_, other})
+    motions.push_back(begin({"joints", "80", "20", "30", "40", "--time", "60", "--robot", robot}));
+  for (const std::string& robot : {name_, other}) {
+    ASSERT_TRUE(wait_until(within(20), [&] {
+      return corbot({"status", "--robot", robot}).output.find("Waiting") != std::string::npos;
+    }));
+  }
+  const RunResult all = corbot({"stop", "--all"});
+  EXPECT_EQ(all.code, 0) << all.errors;
+  EXPECT_EQ(all.output, name_ + ": stopped\n" + other + ": stopped\n");
+  for (const auto& motion : motions) {
+    const auto end = motion->wait(within(20));
+    ASSERT_TRUE(end);
+    EXPECT_EQ(WEXITSTATUS(*end), 4) << motion->errors();
+  }
+  EXPECT_EQ(corbot({"stop", "--all", "--robot", name_}).code, 2);
+  EXPECT_EQ(second->terminate(), 0);
+}
+
+TEST_F(Robustness, StopAllSaysWhichRobotDidNotStop) {
+  up();
+  supervisor_->signal(SIGSTOP);
+  const pid_t servant = pid_of("servant_pid");
+  ASSERT_EQ(::kill(servant, SIGKILL), 0);
+  ASSERT_TRUE(wait_until(within(20), [&] { return has_ended(servant); }));
+  const RunResult result = corbot({"stop", "--all", "--timeout", "1"});
+  supervisor_->signal(SIGCONT);
+  EXPECT_EQ(result.code, 3);
+  EXPECT_THAT(result.output,
+              HasSubstr(name_ + ": NOT STOPPED: the servant of '" + name_ + "' is being restarted"));
+  EXPECT_THAT(result.errors, HasSubstr("1 of 1 robots did not confirm the stop: " + name_));
+}
+
+TEST_F(Robustness, RecordTakesNoLocalRobotForOneElsewhere) {
+  up();
+  const std::string file = (directory_ / "r.csv").string();
+  const std::string port = std::to_string(port_);
+  for (const std::string& robot : {"127.0.0.2:" + port + "/" + name_,
+                                   "corbaloc::192.0.2.1:" + port + "/" + name_, std::string("IOR:00")}) {
+    const RunResult result = corbot({"record", file, "--for", "0.1", "--robot", robot});
+    EXPECT_EQ(result.code, 2) << result.errors;
+    EXPECT_THAT(result.errors, HasSubstr("supervises here"));
+    EXPECT_FALSE(fs::exists(file));
+  }
+  EXPECT_EQ(corbot({"record", file, "--for", "0.1", "--robot", "127.0.0.1:" + port + "/" + name_}).code, 0);
+  EXPECT_TRUE(fs::exists(file));
+}
+
+TEST_F(Robustness, WhatIsWrongWithAnAddressIsNotAVersion) {
+  for (const char* robot : {"IOR:", "IOR:0", "IOR:zz", "IOR:0102", "IOR:ffffffffffffffffffffffff",
+                            "IOR:000000000000002049444c3a", "IOR:010000000100000000000000ffffffff"}) {
+    const RunResult result = corbot({"status", "--robot", robot});
+    EXPECT_THAT(result.errors, AllOf(Not(HasSubstr("version")), HasSubstr("is not the address of a robot")))
+        << robot;
+    EXPECT_EQ(result.code, 2) << robot;
+  }
+}
+
+TEST_F(Robustness, MisspeltOptionsGetASuggestion) {
+  const std::vector<std::pair<std::vector<std::string>, const char*>> cases{
+      {{"up", CORBOT_PROFILE, "--nmae", "x"}, "did you mean '--name'?"},
+      {{"move", "1", "2", "3", "--tme", "3"}, "did you mean '--time'?"},
+      {{"status", "--jsn"}, "did you mean '--json'?"},
+      {{"stop", "--al"}, "did you mean '--all'?"},
+      {{"status", "--robt=a"}, "did you mean '--robot'?"}};
+  for (const auto& [arguments, phrase] : cases) {
+    const RunResult result = corbot(arguments);
+    EXPECT_EQ(result.code, 2) << phrase;
+    EXPECT_THAT(result.errors, HasSubstr(phrase));
+  }
+  EXPECT_THAT(corbot({"status", "--frobnicate"}).errors, Not(HasSubstr("did you mean")));
+  const RunResult program = corbot({"run", put("p.corbot", "move 1 2 3 --tiem 4\n")});
+  EXPECT_THAT(program.errors, HasSubstr("did you mean '--time'?"));
+}
+
 TEST_F(Robustness, PathsThatAreNoUtf8AreHandled) {
   std::ifstream stream(CORBOT_PROFILE);
   const std::string text{std::istreambuf_iterator<char>{stream}, {}};

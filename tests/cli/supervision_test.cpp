@@ -102,7 +102,7 @@ TEST_F(Supervision, AKilledRealTimeTaskIsRestartedWhereTheArmWas) {
   ASSERT_EQ(::kill(first, SIGKILL), 0);
   ASSERT_TRUE(wait_until(within(20), [&] {
     const RunResult alarms = corbot({"alarms"});
-    return alarms.output.find("('corbot up', where it runs, does so by itself)") != std::string::npos;
+    return alarms.output.find("is gone; its supervisor is starting it again") != std::string::npos;
   }));
   ASSERT_TRUE(wait_until(within(20), [&] {
     const pid_t now = pid_of("rt_pid");

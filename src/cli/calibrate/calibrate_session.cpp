@@ -242,13 +242,16 @@ void CalibrateSession::write() {
       fmt::print("nothing is written (--dry-run)\n");
       return;
     }
-    replace_file(setting_.profile.file, setting_.text, text);
+    const std::string file = link_target(setting_.profile.file);
+    replace_file(file, setting_.text, text);
     written_ = true;
     remember_written(edits);
     // The snapshot of a dead task has pulses of the old servo map.
     remove_abandoned_segment(setting_.name);
     (void)load_profile(setting_.profile.file);
-    fmt::print("written: {0}; the old one is {0}.bak\n", setting_.profile.file);
+    fmt::print(
+        "written: {0}{1}; the old one is {0}.bak\n", file,
+        file == setting_.profile.file ? "" : fmt::format(", to which {} is a link", setting_.profile.file));
   } catch (const std::runtime_error& error) {
     throw std::invalid_argument(error.what() + unwritten_note());
   }

@@ -33,7 +33,7 @@ constexpr std::size_t kMaxLine = 4096;
 /// The environment of a child. What an outer supervisor put there for this process is left out.
 class ChildEnvironment {
  public:
-  explicit ChildEnvironment(const Service& service) {
+  explicit ChildEnvironment(const Service& service) : errors_too_(service.errors_too) {
     constexpr std::array<std::string_view, 6> kOwn{
         "NOTIFY_SOCKET=", "WATCHDOG_USEC=", "WATCHDOG_PID=", "LISTEN_FDS=", "LISTEN_PID=", "LISTEN_FDNAMES="};
     for (char** entry = environ; *entry != nullptr; ++entry) {
@@ -59,6 +59,8 @@ class ChildEnvironment {
   }
   ChildEnvironment(const ChildEnvironment&) = delete;
   ChildEnvironment& operator=(const ChildEnvironment&) = delete;
+
+  [[nodiscard]] bool errors_too() const noexcept { return errors_too_; }
 
   /// In the child, between fork and exec: writes its pid, and places the descriptors from 3 on.
   char* const* enter() noexcept {
@@ -91,6 +93,7 @@ class ChildEnvironment {
     at[count] = '\0';  // where there are kDigits of them, the string's own end
   }
 
+  bool errors_too_;
   std::vector<std::string> entries_;
   std::vector<char*> pointers_;
   std::vector<int> passed_;
@@ -107,6 +110,7 @@ class ChildEnvironment {
   ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (::getppid() != supervisor) ::_exit(127);  // it died before the line above
   ::dup2(output, STDOUT_FILENO);
+  if (environment.errors_too()) ::dup2(output, STDERR_FILENO);
   char* const* const entries = environment.enter();
   sigset_t none;
   sigemptyset(&none);
@@ -242,6 +246,14 @@ bool Child::has_ended() const {
 std::optional<int> Child::reap() {
   int status = 0;
   if (pid_ <= 0 || ::waitpid(pid_, &status, WNOHANG) != pid_) return std::nullopt;
+  pid_ = 0;
+  return status;
+}
+
+int Child::wait() {
+  int status = 0;
+  while (pid_ > 0 && ::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+  }
   pid_ = 0;
   return status;
 }

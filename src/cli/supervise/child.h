@@ -24,9 +24,10 @@ namespace corbot::cli {
 
 /// What a child finds in its environment, as systemd would put it there.
 struct Service {
-  std::string notify_socket;               ///< NOTIFY_SOCKET; empty: none
+  std::string notify_socket{};             ///< NOTIFY_SOCKET; empty: none
   double watchdog_s{0};                    ///< WATCHDOG_USEC; 0: none
   const DescriptorStore* stored{nullptr};  ///< LISTEN_FDS, LISTEN_FDNAMES; null: none
+  bool errors_too{false};                  ///< its standard error is read like its output
 };
 
 /// One process under the supervisor. It has a process group of its own, so that Ctrl-C on the terminal
@@ -51,6 +52,8 @@ class Child {
   [[nodiscard]] bool has_ended() const;
   /// Its wait status once it has ended; reaps it.
   [[nodiscard]] std::optional<int> reap();
+  /// Waits for its end; its wait status.
+  [[nodiscard]] int wait();
   void send(int signal) const;
   /// For the next start.
   void set_command(std::vector<std::string> command) { command_ = std::move(command); }

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/stop_all.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <poll.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <list>
+#include <vector>
+
+#include "cli/supervise/child.h"
+#include "client/explain.h"
+#include "client/failure.h"
+#include "client/local_robots.h"
+
+namespace corbot::cli {
+
+using client::ExitCode;
+using client::Failure;
+using client::robots_up;
+
+namespace {
+
+struct Stopping {
+  std::string robot;
+  Child child;
+  std::string last_line{};
+};
+
+/// What it printed until it ended.
+void read_to_end(Stopping& stopping) {
+  while (stopping.child.output_fd() >= 0) {
+    pollfd output{stopping.child.output_fd(), POLLIN, 0};
+    (void)::poll(&output, 1, -1);
+    for (std::string& line : stopping.child.read_lines()) stopping.last_line = std::move(line);
+  }
+}
+
+/// True when its robot has stopped.
+bool report(Stopping& stopping) {
+  read_to_end(stopping);
+  const int status = stopping.child.wait();
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) {
+    fmt::print("{}: stopped\n", stopping.robot);
+    return true;
+  }
+  constexpr std::string_view kPrefix = "corbot: ";
+  std::string why = stopping.last_line.empty() ? describe_end(status) : stopping.last_line;
+  if (why.starts_with(kPrefix)) why.erase(0, kPrefix.size());
+  fmt::print("{}: NOT STOPPED: {}\n", stopping.robot, client::printable(why));
+  return false;
+}
+
+}  // namespace
+
+void stop_all(const std::string& robot, double timeout_s) {
+  if (!robot.empty()) throw Failure(ExitCode::kUsage, "stop: --all and --robot exclude each other");
+  const auto names = robots_up();
+  if (names.empty()) throw Failure(ExitCode::kUnreachable, "no robot is up on this machine: nothing to stop");
+  std::list<Stopping> all;
+  for (const std::string& name : names) {
+    const std::vector<std::string> command{
+        "/proc/self/exe", "stop", "--robot", name, "--timeout", fmt::format("{}", timeout_s)};
+    all.push_back({name, Child("corbot stop", command)});
+    all.back().child.start({.errors_too = true});
+  }
+  std::vector<std::string> failed;
+  for (Stopping& stopping : all) {
+    if (!report(stopping)) failed.push_back(stopping.robot);
+  }
+  std::fflush(stdout);
+  if (!failed.empty()) {
+    throw Failure(ExitCode::kUnreachable, fmt::format("{} of {} robots did not confirm the stop: {}",
+                                                      failed.size(), names.size(), fmt::join(failed, ", ")));
+  }
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+namespace corbot::cli {
+
+/// Stops every robot that is up here, all at once, each by a `corbot stop` of its own, and prints what became
+/// of each. `robot` was given besides, which is a fault. Throws Failure, also when one did not confirm its stop.
+void stop_all(const std::string& robot, double timeout_s);
+
+}  // namespace corbot::cli
