@@ -45,8 +45,12 @@ Supervisor::Spec naming_service(int port, const std::string& log_directory) {
       }};
 }
 
-Supervisor::Spec real_time_task(const UpOptions& options, const RobotState& state,
-                                const SupervisorOptions& times, std::string& position) {
+Supervisor::Spec real_time_task(const UpOptions& options, const RobotState& state, const Profile& profile,
+                                std::string& position) {
+  // Its loop stood still for longer than is allowed without a person's Clear.
+  const bool is_fault = profile.supervisor.respond_s * 1e9 >= static_cast<double>(profile.gap_fault_ns);
+  const std::vector<std::string> after_gap =
+      is_fault ? std::vector<std::string>{"--after-gap"} : std::vector<std::string>{};
   return {.title = kRealTimeTask,
           .command = with_state({beside_executable("corbot-rt"), state.profile_in_use, "--name", state.name,
                                  "--realtime", options.realtime},
@@ -57,7 +61,8 @@ Supervisor::Spec real_time_task(const UpOptions& options, const RobotState& stat
                 if (line.starts_with(kPosition)) position = line.substr(kPosition.size());
                 return line.starts_with("ready");
               },
-          .respond_s = times.respond_s};
+          .respond_s = profile.supervisor.respond_s,
+          .after_unresponsive = after_gap};
 }
 
 Supervisor::Spec servant(const UpOptions& options, RobotState& state, const SupervisorOptions& times) {

@@ -21,7 +21,7 @@ inline constexpr const char* kOrbit2Servant = "corbot-servant-orbit2";
 [[nodiscard]] Supervisor::Spec naming_service(int port, const std::string& log_directory);
 /// `position` receives what the task reports of the arm's position.
 [[nodiscard]] Supervisor::Spec real_time_task(const UpOptions& options, const client::RobotState& state,
-                                              const SupervisorOptions& times, std::string& position);
+                                              const Profile& profile, std::string& position);
 /// `state` receives the servant's address.
 [[nodiscard]] Supervisor::Spec servant(const UpOptions& options, client::RobotState& state,
                                        const SupervisorOptions& times);

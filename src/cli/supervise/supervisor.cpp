@@ -118,11 +118,12 @@ void Supervisor::supervise(Entry& entry) {
 
 void Supervisor::start_child(Entry& entry) {
   const Service service{notify_.path(), entry.spec.respond_s, &entry.stored};
-  const bool unresponsive = std::exchange(entry.was_killed, false);
+  entry.was_killed = false;
+  const bool was_frozen = std::exchange(entry.was_frozen, false);
   if (entry.restarted && !entry.spec.restart_command.empty())
     entry.child.set_command(entry.spec.restart_command);
   entry.fed = false;
-  entry.child.start(service, unresponsive ? entry.spec.after_unresponsive : std::vector<std::string>{});
+  entry.child.start(service, was_frozen ? entry.spec.after_unresponsive : std::vector<std::string>{});
 }
 
 /// SIGKILL and no SIGTERM: what a process does that was frozen and is thawed cannot be foreseen, and a
@@ -142,6 +143,7 @@ void Supervisor::kill_unresponsive(Entry& entry) {
                     entry.child.pid(), entry.spec.ready_within_s, status));
   }
   entry.was_killed = true;
+  entry.was_frozen = entry.ready;
   entry.child.send(SIGKILL);
 }
 

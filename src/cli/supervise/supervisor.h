@@ -28,7 +28,7 @@ class Supervisor {
     double ready_within_s{10};
     /// Once ready and after its first WATCHDOG=1, the next ones come at least this often, or the process is killed and replaced. 0: unwatched.
     double respond_s{0};
-    /// Added to the command when the process before did not respond and was killed.
+    /// Added to the command when the process before had been ready, did not respond and was killed.
     std::vector<std::string> after_unresponsive{};
   };
   struct Options {
@@ -66,6 +66,7 @@ class Supervisor {
     bool ready{false};
     bool fed{false};         ///< it has sent WATCHDOG=1 since it was started
     bool was_killed{false};  ///< by this supervisor, because it did not respond
+    bool was_frozen{false};  ///< the same, after it had been ready
     bool restarted{false};   ///< at least once
     int failed_attempts{0};  ///< starts in a row that did not get ready
     double back_off_s{0};

@@ -163,13 +163,13 @@ class StateFiles {
 };
 
 /// Until a signal requests the end. Throws Failure.
-void supervise(const UpOptions& options, const SupervisorOptions& times, RobotState& state, StateLock& lock,
+void supervise(const UpOptions& options, const Profile& profile, RobotState& state, StateLock& lock,
                const LogDirectory* log_directory) {
   std::string position;
   StateFiles files(lock);
   Supervisor* running = nullptr;
   Supervisor supervisor({.notify_path = lock.notify_path(),
-                         .attempts = times.attempts,
+                         .attempts = profile.supervisor.attempts,
                          .on_change =
                              [&] {
                                state.rt_pid = running->pid_of(kRealTimeTask);
@@ -183,8 +183,8 @@ void supervise(const UpOptions& options, const SupervisorOptions& times, RobotSt
     going = supervisor.start(naming_service(options.naming_port, log_directory->path()));
     state.naming = fmt::format("corbaloc::127.0.0.1:{}/NameService", options.naming_port);
   }
-  going = going && supervisor.start(real_time_task(options, state, times, position)) &&
-          supervisor.start(servant(options, state, times));
+  going = going && supervisor.start(real_time_task(options, state, profile, position)) &&
+          supervisor.start(servant(options, state, profile.supervisor));
   if (going) {
     announce(state, position);
     while (supervisor.step()) {
@@ -223,7 +223,7 @@ void up(const UpOptions& options) {
   lock.write(state);
   {
     const SegmentRemover remover{state.name};
-    supervise(options, read.profile.supervisor, state, lock, log_directory.get());
+    supervise(options, read.profile, state, lock, log_directory.get());
   }
   fmt::print("{} is down\n", state.name);
 }
