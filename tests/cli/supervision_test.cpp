@@ -5,6 +5,7 @@
 
 #include "cli_rig.h"
 #include "support/ports.h"
+#include "terminal.h"
 
 namespace corbot::test {
 namespace {
@@ -111,6 +112,29 @@ TEST_F(Supervision, AKilledRealTimeTaskIsRestartedWhereTheArmWas) {
   ASSERT_TRUE(works());
   EXPECT_GT(status().at("joints_deg").at(0).get<double>(), 30.0) << "it goes on from 30 degrees";
   EXPECT_THAT(supervisor_->errors(), HasSubstr("real-time task died (signal 9"));
+}
+
+TEST_F(Supervision, AKeyInTheConsoleStopsTheArm) {
+  const Terminal terminal;
+  std::vector<std::string> words{"up",  CORBOT_PROFILE, "--name",
+                                 name_, "--endpoint",   "127.0.0.1:" + std::to_string(port_)};
+  if (on_orbit2()) words.insert(words.end(), {"--orb", "orbit2"});
+  supervisor_ = begin(words, terminal.path());
+  ASSERT_TRUE(supervisor_->wait_line("try: ", within(30))) << supervisor_->errors();
+  EXPECT_THAT(supervisor_->output(), HasSubstr("Enter stops the arm"));
+  for (const char* key : {" ", "s", ""}) {
+    const auto motion = begin({"joints", "80", "20", "30", "40", "--time", "60"});
+    ASSERT_TRUE(wait_state("Waiting"));
+    terminal.type(key);
+    const auto end = motion->wait(within(20));
+    ASSERT_TRUE(end);
+    EXPECT_EQ(WEXITSTATUS(*end), 4) << motion->errors();
+    EXPECT_TRUE(supervisor_->wait_line("the arm is stopped", within(20)));
+    ASSERT_TRUE(wait_state("Standby"));
+  }
+  terminal.type("help");
+  EXPECT_TRUE(supervisor_->wait_line("Enter, or s and Enter, stops the arm", within(20)));
+  EXPECT_TRUE(works());
 }
 
 TEST_F(Supervision, NoChildOutlivesAKilledSupervisor) {

@@ -236,6 +236,8 @@ void Supervisor::poll(double seconds) {
   for (const Entry& entry : entries_) {
     if (entry.child.output_fd() >= 0) fds.push_back({entry.child.output_fd(), POLLIN, 0});
   }
+  if (const int input = options_.input_fd ? options_.input_fd() : -1; input >= 0)
+    fds.push_back({input, POLLIN, 0});
   (void)::poll(fds.data(), fds.size(), static_cast<int>(seconds * 1000));
   read_signals();
   allow_for_own_gap();

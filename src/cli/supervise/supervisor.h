@@ -35,6 +35,7 @@ class Supervisor {
     std::string notify_path;  ///< of the socket
     int attempts{10};         ///< starts in a row that do not get ready before it gives up; 0: endless
     std::function<void()> on_change;  ///< called after every start and restart; throws nothing
+    std::function<int()> input_fd{};  ///< with input there, on_step is called at once; −1: none
     std::function<void()> on_step{};  ///< called about ten times a second; throws nothing
   };
 

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "cli/supervise/abandoned_segment.h"
+#include "cli/supervise/console.h"
 #include "cli/supervise/robot_children.h"
 #include "cli/supervise/robot_processes.h"
 #include "cli/supervise/state_lock.h"
@@ -125,10 +126,11 @@ StateLock take_name(const std::string& name, bool replace) {
                   name, holder.empty() ? "" : fmt::format(": {}", holder), fix));
 }
 
-void announce(const RobotState& state, const std::string& position) {
+void announce(const RobotState& state, const std::string& position, const Console& console) {
   fmt::print("position: {}\n{} is up at {}\n", printable(position), state.name, state.address);
   if (!state.naming.empty()) fmt::print("named Robots/{}.Robot in {}\n", state.name, state.naming);
-  fmt::print("try: corbot status, corbot ready, corbot run PROGRAM; Ctrl-C here or 'corbot down' ends it\n");
+  fmt::print("try: corbot status, corbot ready, corbot run PROGRAM; {}Ctrl-C here or 'corbot down' ends it\n",
+             console.hint());
   std::fflush(stdout);
 }
 
@@ -167,6 +169,7 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
                const LogDirectory* log_directory) {
   std::string position;
   StateFiles files(lock);
+  Console console(state.name);
   Supervisor* running = nullptr;
   Supervisor supervisor({.notify_path = lock.notify_path(),
                          .attempts = profile.supervisor.attempts,
@@ -176,7 +179,12 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
                                state.servant_pid = running->pid_of(kServant);
                                files.write(state);
                              },
-                         .on_step = [&] { files.restore(); }});
+                         .input_fd = [&] { return console.fd(); },
+                         .on_step =
+                             [&] {
+                               files.restore();
+                               console.step();
+                             }});
   running = &supervisor;
   bool going = true;
   if (log_directory != nullptr) {
@@ -186,7 +194,7 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
   going = going && supervisor.start(real_time_task(options, state, profile, position)) &&
           supervisor.start(servant(options, state, profile.supervisor));
   if (going) {
-    announce(state, position);
+    announce(state, position, console);
     while (supervisor.step()) {
     }
   }
