@@ -18,6 +18,8 @@ constexpr double kMotion_s = 30.0;     // of one that does: a full queue before 
 constexpr double kDisturbed_s = 60.0;  // whatever was broken meanwhile
 constexpr std::int64_t kNoticed_ns = 500'000'000;  // of a task that stands still
 constexpr double kStandsStill_deg = 1e-7;
+// Of what clients call: a motion that was stopped in its first cycles ends near its begin, where signatures lie, too.
+constexpr double kShortestDrive_deg = 4.9;
 
 double seconds(std::int64_t from_ns, std::int64_t to_ns) {
   return static_cast<double>(to_ns - from_ns) * 1e-9;
@@ -44,7 +46,20 @@ bool is_of(const Motion& motion, const Call& call) {
     ++moved;
     by_deg = std::abs(change);
   }
-  return moved == 1 && signature_of_degrees(by_deg) == call.signature;
+  return moved == 1 && by_deg > kShortestDrive_deg && signature_of_degrees(by_deg) == call.signature;
+}
+
+/// A motion for a reader: how far each joint went, and how surely it ended.
+std::string describe(const Motion& motion) {
+  std::string text = fmt::format("command {}{}, by", motion.id, motion.whole ? "" : " (not recorded whole)");
+  for (std::size_t i = 0; i < 4; ++i) text += fmt::format(" {:.6f}", motion.end_deg[i] - motion.start_deg[i]);
+  return text + fmt::format(" degrees in {:.3f} s", seconds(motion.first_ns, motion.last_ns));
+}
+
+std::string describe(const Call& call) {
+  return fmt::format("client {} call {} {} (signature {}, answered '{}' after {:.3f} s)", call.client,
+                     call.number, call.operation, call.signature, call.outcome,
+                     seconds(call.begin_ns, call.end_ns));
 }
 
 /// The call that this motion carried out to its end; none for one that was stopped on the way.
@@ -113,14 +128,12 @@ void check_callers(const Profile& profile, const Ledger& ledger, const Recording
       ++verdict.whole_motions;
       const auto [first, is_first] = carried_out.emplace(call->signature, motion.id);
       if (!is_first && first->second != motion.id)
-        verdict.faults.push_back(
-            fmt::format("client {} call {} {} was carried out twice, as commands {} and {}", call->client,
-                        call->number, call->operation, first->second, motion.id));
+        verdict.faults.push_back(fmt::format("{} was carried out twice, as command {} and as {}",
+                                             describe(*call), first->second, describe(motion)));
       if (call->answered() && call->outcome != "ok" && call->outcome != "Stopped" &&
           !call->outcome.ends_with("/2") && call->operation != "Drive")
         verdict.faults.push_back(
-            fmt::format("client {} call {} {} was answered '{}', and command {} carried it out", call->client,
-                        call->number, call->operation, call->outcome, motion.id));
+            fmt::format("{} was refused, and carried out by {}", describe(*call), describe(motion)));
       if (call->operation == "StartMoveS" &&
           motion.worst_tool_m_s > profile.arm.path.speed_m_s * (1.0 + 1e-5) + 1e-6)
         verdict.faults.push_back(
@@ -128,9 +141,8 @@ void check_callers(const Profile& profile, const Ledger& ledger, const Recording
     }
     const Call* ticket = tickets.of(motion);
     if (ticket != nullptr && call != nullptr && call != ticket)
-      verdict.faults.push_back(
-          fmt::format("command {} is the ticket of client {} call {}, and carried out client {} call {}",
-                      motion.id, ticket->client, ticket->number, call->client, call->number));
+      verdict.faults.push_back(fmt::format("{} was accepted as {}, which carried out {}", describe(*ticket),
+                                           describe(motion), describe(*call)));
     if (ticket == nullptr && call == nullptr && motion.whole) {
       // Stopped on the way, or a caller who was not told its ticket: there must be one.
       const bool possible = std::any_of(ledger.calls().begin(), ledger.calls().end(), [&](const Call& c) {

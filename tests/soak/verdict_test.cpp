@@ -98,14 +98,14 @@ TEST_F(Judge, SeesAMotionThatNobodyCalled) {
 TEST_F(Judge, SeesAMotionThatWasRefused) {
   call("StartDrive", 401, "QueueFull");
   move(1, sign_degrees(10, 401));
-  EXPECT_THAT(faults(), Contains(HasSubstr("was answered 'QueueFull'")));
+  EXPECT_THAT(faults(), Contains(HasSubstr("was refused, and carried out")));
 }
 
 TEST_F(Judge, SeesATicketOfAnothersMotion) {
   call("StartDrive", 401, "ok", 2);
   call("StartDrive", 402, "ok", 1);
   move(1, sign_degrees(10, 401));
-  EXPECT_THAT(faults(), Contains(HasSubstr("is the ticket of")));
+  EXPECT_THAT(faults(), Contains(HasSubstr("which carried out")));
 }
 
 TEST_F(Judge, SeesAMotionAfterAStop) {
