@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <netdb.h>
 #include <netinet/in.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,62 +16,108 @@
 
 enum { kHighestPort = 65535 };
 
+/* The host, without brackets, in *out; where the port begins, NULL when it is not of that form. */
+static const char* split(const char* text, corbot_endpoint* out) {
+  const bool bracketed = text[0] == '[';
+  const char* host = bracketed ? text + 1 : text;
+  const char* end = bracketed ? strchr(host, ']') : strrchr(text, ':');
+  if (end == NULL || (bracketed && end[1] != ':')) return NULL;
+  const size_t length = (size_t)(end - host);
+  if (length == 0 || length >= CORBOT_HOST) return NULL;
+  memcpy(out->host, host, length);
+  out->host[length] = '\0';
+  /* With more colons than one it is an IPv6 address that lacks its brackets. */
+  if (bracketed != (strchr(out->host, ':') != NULL)) return NULL;
+  if (bracketed && !corbot_is_ipv6(out->host)) return NULL;
+  return bracketed ? end + 2 : end + 1;
+}
+
 bool corbot_endpoint_parse(const char* text, corbot_endpoint* out, char why[CORBOT_WHY]) {
-  const char* colon = strrchr(text, ':');
-  const size_t host_length = colon == NULL ? 0 : (size_t)(colon - text);
+  const char* digits = split(text, out);
   long port = 0;
-  if (host_length > 0 && host_length < CORBOT_HOST && colon[1] >= '0' && colon[1] <= '9') {
+  if (digits != NULL && digits[0] >= '0' && digits[0] <= '9') {
     char* end = NULL;
-    port = strtol(colon + 1, &end, 10);
+    port = strtol(digits, &end, 10);
     if (*end != '\0') port = 0;
   }
   if (port < 1 || port > kHighestPort) {
-    (void)snprintf(why, CORBOT_WHY, "'%.100s' is not HOST:PORT with a port from 1 to 65535", text);
+    (void)snprintf(why, CORBOT_WHY, "'%.100s' is not HOST:PORT, or [IPV6]:PORT, with a port from 1 to 65535",
+                   text);
     return false;
   }
-  memcpy(out->host, text, host_length);
-  out->host[host_length] = '\0';
   out->port = (int)port;
-  if (strcmp(out->host, "0.0.0.0") == 0 || strcmp(out->host, "*") == 0) {
+  if (corbot_is_wildcard(out->host)) {
     (void)snprintf(why, CORBOT_WHY,
-                   "name one host or address by which clients reach this machine, not all of them");
+                   "'%.100s' means all addresses of this machine: name the one by which clients reach it",
+                   out->host);
     return false;
   }
   return true;
 }
 
-bool corbot_is_loopback(const char* host) {
-  struct in_addr address;
-  if (strcmp(host, "localhost") == 0) return true;
-  return inet_pton(AF_INET, host, &address) == 1 && (ntohl(address.s_addr) >> 24) == IN_LOOPBACKNET;
+void corbot_endpoint_text(const char* host, int port, char* out, size_t size) {
+  (void)snprintf(out, size, strchr(host, ':') != NULL ? "[%s]:%d" : "%s:%d", host, port);
 }
 
-static bool resolve(const char* host, int port, struct sockaddr_in* out, char why[CORBOT_WHY]) {
+bool corbot_is_wildcard(const char* host) {
+  struct in_addr ipv4;
+  struct in6_addr ipv6;
+  if (host[0] == '\0' || strcmp(host, "*") == 0) return true;
+  if (inet_aton(host, &ipv4) != 0) return ipv4.s_addr == htonl(INADDR_ANY);
+  if (inet_pton(AF_INET6, host, &ipv6) != 1) return false;
+  if (IN6_IS_ADDR_UNSPECIFIED(&ipv6)) return true;
+  const uint32_t zero = 0;
+  return IN6_IS_ADDR_V4MAPPED(&ipv6) && memcmp(&ipv6.s6_addr[12], &zero, sizeof(zero)) == 0;
+}
+
+bool corbot_is_ipv6(const char* host) {
+  struct in6_addr address;
+  return inet_pton(AF_INET6, host, &address) == 1;
+}
+
+bool corbot_is_loopback(const char* host) {
+  struct in_addr ipv4;
+  struct in6_addr ipv6;
+  if (strcmp(host, "localhost") == 0) return true;
+  if (inet_aton(host, &ipv4) != 0) return (ntohl(ipv4.s_addr) >> 24) == IN_LOOPBACKNET;
+  return inet_pton(AF_INET6, host, &ipv6) == 1 && IN6_IS_ADDR_LOOPBACK(&ipv6);
+}
+
+static bool resolve(const char* host, int port, struct sockaddr_storage* out, socklen_t* size,
+                    char why[CORBOT_WHY]) {
   char service[8];
   (void)snprintf(service, sizeof(service), "%d", port);
-  struct addrinfo hints = {.ai_family = AF_INET, .ai_socktype = SOCK_STREAM};
+  struct addrinfo hints = {.ai_family = corbot_is_ipv6(host) ? AF_INET6 : AF_INET,
+                           .ai_socktype = SOCK_STREAM};
   struct addrinfo* found = NULL;
   const int error = getaddrinfo(host, service, &hints, &found);
   if (error != 0) {
     (void)snprintf(why, CORBOT_WHY, "'%s' is not a host of this machine: %s", host, gai_strerror(error));
     return false;
   }
-  memcpy(out, found->ai_addr, sizeof(*out));
+  memset(out, 0, sizeof(*out));
+  memcpy(out, found->ai_addr, found->ai_addrlen);
+  *size = found->ai_addrlen;
   freeaddrinfo(found);
   return true;
 }
 
+static int port_of(const struct sockaddr_storage* address) {
+  return ntohs(address->ss_family == AF_INET6 ? ((const struct sockaddr_in6*)address)->sin6_port
+                                              : ((const struct sockaddr_in*)address)->sin_port);
+}
+
 int corbot_listen(const char* host, int port, int* bound_port, char why[CORBOT_WHY]) {
-  struct sockaddr_in address;
-  if (!resolve(host, port, &address, why)) return -1;
-  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  struct sockaddr_storage address;
+  socklen_t size = 0;
+  if (!resolve(host, port, &address, &size, why)) return -1;
+  const int fd = socket(address.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const int on = 1;
-  socklen_t size = sizeof(address);
   /* SO_REUSEADDR as the ORBs do: not held up by TIME_WAIT. */
   if (fd >= 0 && setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on)) == 0 &&
       bind(fd, (struct sockaddr*)&address, size) == 0 && listen(fd, 1) == 0 &&
       getsockname(fd, (struct sockaddr*)&address, &size) == 0) {
-    *bound_port = ntohs(address.sin_port);
+    *bound_port = port_of(&address);
     return fd;
   }
   const int error = errno;
@@ -80,26 +127,48 @@ int corbot_listen(const char* host, int port, int* bound_port, char why[CORBOT_W
   } else if (error == EADDRNOTAVAIL) {
     (void)snprintf(why, CORBOT_WHY, "'%s' is not an address of this machine", host);
   } else {
-    (void)snprintf(why, CORBOT_WHY, "cannot listen on %s:%d: %s", host, port, strerror(error));
+    char text[CORBOT_HOST + 16];
+    corbot_endpoint_text(host, port, text, sizeof(text));
+    (void)snprintf(why, CORBOT_WHY, "cannot listen on %.280s: %s", text, strerror(error));
   }
   return -1;
 }
 
-static bool listens_on(int fd, const struct sockaddr_in* wanted) {
+int corbot_connect(const char* host, int port) {
+  struct sockaddr_storage address;
+  socklen_t size = 0;
+  char why[CORBOT_WHY];
+  if (!resolve(host, port, &address, &size, why)) return -1;
+  const int fd = socket(address.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (fd < 0 || connect(fd, (const struct sockaddr*)&address, size) == 0) return fd;
+  close(fd);
+  return -1;
+}
+
+static bool listens_on(int fd, const struct sockaddr_storage* wanted) {
   int listening = 0;
   socklen_t size = sizeof(listening);
   if (getsockopt(fd, SOL_SOCKET, SO_ACCEPTCONN, &listening, &size) != 0 || listening == 0) return false;
-  struct sockaddr_in address = {0};
+  struct sockaddr_storage address = {0};
   size = sizeof(address);
-  return getsockname(fd, (struct sockaddr*)&address, &size) == 0 && address.sin_family == AF_INET &&
-         address.sin_port == wanted->sin_port &&
-         (address.sin_addr.s_addr == wanted->sin_addr.s_addr || address.sin_addr.s_addr == INADDR_ANY);
+  if (getsockname(fd, (struct sockaddr*)&address, &size) != 0 || address.ss_family != wanted->ss_family ||
+      port_of(&address) != port_of(wanted)) {
+    return false;
+  }
+  if (address.ss_family == AF_INET6) {
+    const struct in6_addr* here = &((const struct sockaddr_in6*)&address)->sin6_addr;
+    return IN6_IS_ADDR_UNSPECIFIED(here) ||
+           IN6_ARE_ADDR_EQUAL(here, &((const struct sockaddr_in6*)wanted)->sin6_addr);
+  }
+  const in_addr_t here = ((const struct sockaddr_in*)&address)->sin_addr.s_addr;
+  return here == INADDR_ANY || here == ((const struct sockaddr_in*)wanted)->sin_addr.s_addr;
 }
 
 int corbot_listening_socket(const char* host, int port) {
-  struct sockaddr_in wanted;
+  struct sockaddr_storage wanted;
+  socklen_t size = 0;
   char why[CORBOT_WHY];
-  if (!resolve(host, port, &wanted, why)) return -1;
+  if (!resolve(host, port, &wanted, &size, why)) return -1;
   DIR* directory = opendir("/proc/self/fd");
   if (directory == NULL) return -1;
   int found = -1;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -78,6 +79,29 @@ std::array<double, 3> point_above(const double* p_m, double d_m) {
   check_coordinates(p_m);
   check_above(d_m);
   return {p_m[0], p_m[1], p_m[2] + d_m};
+}
+
+/// How soon the place of a caller who is gone is free again: well within a second.
+constexpr double kSlice_s = 0.2;
+
+bool is_pending(const corbot_motion_info& info) {
+  return info.state == CORBOT_MOTION_QUEUED || info.state == CORBOT_MOTION_RUNNING;
+}
+
+/// Waits for the end, for `timeout_s` (negative: for ever), or until the caller is gone, which throws.
+corbot_motion_info wait_in_slices(const Robot& robot, corbot_ticket ticket, double timeout_s,
+                                  const corbot_caller& caller) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begin = Clock::now();
+  for (;;) {
+    const std::chrono::duration<double> waited = Clock::now() - begin;
+    const double left_s = timeout_s < 0.0 ? kSlice_s : std::max(0.0, timeout_s - waited.count());
+    const corbot_motion_info info = robot.wait(ticket, std::min(left_s, kSlice_s));
+    const bool is_last = timeout_s >= 0.0 && left_s <= kSlice_s;
+    if (!is_pending(info) || is_last || robot.is_closing()) return info;
+    if (caller.present(caller.context) == 0)
+      throw not_ready("the connection of the caller is lost; the motion goes on");
+  }
 }
 
 }  // namespace
@@ -233,15 +257,20 @@ corbot_status corbot_robot_close_gripper(corbot_robot* robot, corbot_ticket* tic
 }
 
 corbot_status corbot_robot_wait(corbot_robot* robot, corbot_ticket ticket, double timeout_s,
-                                corbot_motion_info* info, corbot_error* error) {
+                                const corbot_caller* caller, corbot_motion_info* info, corbot_error* error) {
   return guarded(error, [&] {
     if (std::isnan(timeout_s)) throw bad_argument("timeout", timeout_s, "the time-out is not a number");
-    *info = robot->robot.wait(ticket, timeout_s);
+    *info = caller != nullptr ? wait_in_slices(robot->robot, ticket, timeout_s, *caller)
+                              : robot->robot.wait(ticket, timeout_s);
   });
 }
 
-corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, corbot_error* error) {
-  return guarded(error, [&] { robot->robot.finish(ticket); });
+corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, const corbot_caller* caller,
+                                  corbot_error* error) {
+  return guarded(error, [&] {
+    if (caller != nullptr) wait_in_slices(robot->robot, ticket, -1.0, *caller);
+    robot->robot.finish(ticket);
+  });
 }
 
 corbot_status corbot_robot_stop(corbot_robot* robot, corbot_error* error) {

@@ -165,13 +165,21 @@ corbot_status corbot_robot_delay(corbot_robot* robot, double t_s, corbot_ticket*
 corbot_status corbot_robot_open_gripper(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_close_gripper(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error);
 
+/* Who waits. `present` is asked a few times a second whether the caller is still there; 0 ends the wait with
+ * CORBOT_NOT_READY, and the motion goes on. NULL for a caller who is always there. */
+typedef struct corbot_caller {
+  int (*present)(void* context);
+  void* context;
+} corbot_caller;
+
 /* Waits until the motion has ended (or for timeout_s; negative: for ever) and returns its state. CORBOT_OK
  * also when the time ran out or the motion failed: read info->state. CORBOT_BAD_PARAMETER: no such ticket. */
 corbot_status corbot_robot_wait(corbot_robot* robot, corbot_ticket ticket, double timeout_s,
-                                corbot_motion_info* info, corbot_error* error);
+                                const corbot_caller* caller, corbot_motion_info* info, corbot_error* error);
 /* Waits for ever and turns the end of the motion into a status: CORBOT_OK, _STOPPED, or _NOT_READY with the
  * reason. */
-corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, corbot_error* error);
+corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, const corbot_caller* caller,
+                                  corbot_error* error);
 
 /* Pre-empt; never queued, never behind a plan that is being made. Stop returns at rest. */
 corbot_status corbot_robot_stop(corbot_robot* robot, corbot_error* error);

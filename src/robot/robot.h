@@ -40,6 +40,7 @@ class Robot final : private LinkListener {
 
   /// Every call that waits for a motion returns: the servant is shutting down.
   void interrupt();
+  [[nodiscard]] bool is_closing() const noexcept { return closing_; }
 
   /// What can be read; never waits for a motion, nor for one being planned.
   [[nodiscard]] const RobotView& view() const noexcept { return view_; }

@@ -2,7 +2,6 @@
 // Independent clients against the servant, all by one scenario (scenario.txt).
 #include <signal.h>
 
-#include <filesystem>
 #include <fstream>
 #include <map>
 #include <regex>
@@ -10,6 +9,7 @@
 #include <fmt/core.h>
 
 #include "interop/answers.h"
+#include "interop/matrix_client.h"
 #include "support/naming_service.h"
 #include "support/ports.h"
 #include "support/robot_rig.h"
@@ -17,19 +17,10 @@
 namespace corbot::test {
 namespace {
 
-struct ClientKind {
-  std::string name;
-  std::string program;  ///< built with the project; empty: made by clients/NAME/prepare
-  /// How an answer begins that says what this client's ORB cannot do, whatever the servant. Empty: can all.
-  std::string cannot;
-};
-
-void PrintTo(const ClientKind& kind, std::ostream* out) { *out << kind.name; }
-
 class Matrix : public RobotRig, public ::testing::WithParamInterface<ClientKind> {
  protected:
   void SetUp() override {
-    if (const std::string why = prepare(); !why.empty()) GTEST_SKIP() << "skipped: " << why;
+    if (const std::string why = client_.prepare(GetParam()); !why.empty()) GTEST_SKIP() << "skipped: " << why;
     service_ = std::make_unique<NamingService>();
     name_ = unique_name("matrix");
     port_ = free_port();
@@ -38,40 +29,15 @@ class Matrix : public RobotRig, public ::testing::WithParamInterface<ClientKind>
     if (!HasFatalFailure()) start_servant({"--naming", service_->reference()});
     if (HasFatalFailure()) return;
     arm_ = connect();
-    sockets_ = fmt::format("{}/{}", CORBOT_SCRATCH_DIR, name_);  // ORBit2 would make one under /tmp
-    std::filesystem::create_directory(sockets_);
-    std::filesystem::permissions(sockets_, std::filesystem::perms::owner_all);
-    client_ = std::make_unique<Process>(std::vector<std::string>{program_},
-                                        std::vector<std::string>{"ORBIT_SOCKETDIR=" + sockets_});
+    client_.start(fmt::format("{}/{}", CORBOT_SCRATCH_DIR, name_));
     values_ = {{"corbaloc", reference_}, {"naming", service_->reference()}, {"name", name_}};
     ASSERT_TRUE(wait_until(within(30), [&] { return service_->knows(name_); })) << servant_->errors();
   }
   void TearDown() override {
-    client_.reset();
-    std::filesystem::remove_all(sockets_);
+    client_.stop();
     if (servant_) RobotRig::TearDown();
   }
 
-  /// Makes the client ready; the reason when that cannot be.
-  std::string prepare() {
-    const ClientKind& kind = GetParam();
-    if (!kind.program.empty()) {
-      program_ = kind.program;
-      return std::filesystem::exists(program_) ? "" : "ORBit2 not found";
-    }
-    const std::string out = fmt::format("{}/{}", CORBOT_CLIENTS_OUT, kind.name);
-    const RunResult made = run({fmt::format("{}/{}/prepare", CORBOT_CLIENTS_DIR, kind.name), out}, 500.0);
-    program_ = out + "/client";
-    if (made.code == 0) return "";
-    if (made.code != 77) ADD_FAILURE() << "prepare: " << made.errors;
-    return made.errors;
-  }
-
-  std::string ask(const std::string& command) {
-    client_->send(command);
-    const auto answer = client_->wait_line("", within(60));
-    return answer ? *answer : "no answer: " + client_->errors();
-  }
   /// $NAME by its value.
   std::string filled_in(std::string line) const {
     for (const auto& [name, value] : values_) {
@@ -93,16 +59,16 @@ class Matrix : public RobotRig, public ::testing::WithParamInterface<ClientKind>
     } else if (std::regex_match(line, match, std::regex("until (.*): (\\w.*)"))) {
       std::string answer;
       const bool came = wait_until(within(60), [&] {
-        answer = ask(match[2]);
+        answer = client_.ask(match[2]);
         return matches(match[1], answer);
       });
       EXPECT_TRUE(came) << line << "\n  last answer " << answer;
     } else if (std::regex_match(line, match, std::regex("let (\\w+) = (.*)"))) {
-      const std::string answer = ask(match[2]);
+      const std::string answer = client_.ask(match[2]);
       ASSERT_TRUE(answer.starts_with("ok ")) << line << "\n  " << answer;
       values_[match[1]] = answer.substr(3);
     } else {
-      const std::string answer = ask(line);
+      const std::string answer = client_.ask(line);
       const bool good = expected ? matches(*expected, answer) : answer.starts_with("ok");
       EXPECT_TRUE(good || cannot(answer))
           << line << "\n  answered " << answer << "\n  expected " << expected.value_or("ok");
@@ -110,10 +76,8 @@ class Matrix : public RobotRig, public ::testing::WithParamInterface<ClientKind>
     ++steps_;
   }
 
-  std::string program_;
-  std::string sockets_;
   std::unique_ptr<NamingService> service_;
-  std::unique_ptr<Process> client_;
+  MatrixClient client_;
   std::map<std::string, std::string> values_;
   int steps_ = 0;
 };
@@ -133,11 +97,7 @@ TEST_P(Matrix, SeesWhatTheScenarioSays) {
   EXPECT_GT(steps_, 100) << "the scenario was not found, or is cut";
 }
 
-INSTANTIATE_TEST_SUITE_P(Clients, Matrix,
-                         ::testing::Values(ClientKind{"omniorb", CORBOT_CLIENT_OMNIORB, ""},
-                                           ClientKind{"orbit2", CORBOT_CLIENT_ORBIT2, ""},
-                                           ClientKind{"python", "", ""}, ClientKind{"java", "", ""},
-                                           ClientKind{"tcl", "", "error Combat cannot send"}),
+INSTANTIATE_TEST_SUITE_P(Clients, Matrix, ::testing::ValuesIn(client_kinds()),
                          [](const auto& test) { return test.param.name; });
 
 TEST(Answers, AreComparedByValue) {

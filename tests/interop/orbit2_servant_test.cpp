@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What only the servant on ORBit2 has: its refusals, its Unix socket, its bound on waiting calls.
+// What only the servant on ORBit2 has: its refusals, its Unix socket.
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <ifaddrs.h>
 #include <netinet/in.h>
 #include <signal.h>
 
-#include <atomic>
 #include <filesystem>
 #include <fstream>
-#include <thread>
 
 #include <fmt/core.h>
 
@@ -118,8 +116,6 @@ TEST_F(Orbit2Servant, TakesNoOptionThatOpensAnotherAddress) {
   EXPECT_EQ(refused({"--unix", directory_ + "/s", "--naming", "corbaloc::127.0.0.1:1/NameService"}).code, 2);
   EXPECT_EQ(refused({"--unix", "relative"}).code, 2);
   EXPECT_EQ(refused({"--unix", "/" + std::string(200, 'x')}).code, 2);
-  EXPECT_EQ(refused({"--waiting-calls", "0"}).code, 2);
-  EXPECT_EQ(refused({"--waiting-calls", "65"}).code, 2);
 }
 
 TEST_F(Orbit2Servant, ServesOnAUnixSocket) {
@@ -140,33 +136,6 @@ TEST_F(Orbit2Servant, ServesOnAUnixSocket) {
   EXPECT_EQ(ask_in_c(ready_, "get DoF"), "ok 4");
   EXPECT_EQ(servant_->terminate(), 0);
   EXPECT_FALSE(fs::exists(path));
-}
-
-TEST_F(Orbit2Servant, ACallTooManyIsRefusedAndStartsNothing) {
-  serve({"--endpoint", endpoint(), "--waiting-calls", "2"});
-  if (HasFatalFailure()) return;
-  arm_ = connect();
-  std::atomic<int> stopped{0};
-  std::vector<std::thread> callers;
-  for (int i = 0; i < 2; ++i) {
-    callers.emplace_back([&] {
-      if (raised_by([&] { arm_->Delay(600.0); }) == "Stopped") ++stopped;
-    });
-  }
-  EXPECT_TRUE(wait_until(within(30), [&] {
-    return raised_by([&] { Corbot::MotionInfo_var info = arm_->Progress(2); }).empty();
-  }));
-  try {
-    arm_->Ready();
-    ADD_FAILURE() << "a third call waits";
-  } catch (const Corbot::QueueFull& full) {
-    EXPECT_EQ(full.capacity, 2);
-  }
-  EXPECT_EQ(raised_by([&] { Corbot::MotionInfo_var info = arm_->Progress(3); }), "BadParameter");
-  EXPECT_EQ(arm_->StartReady(), 3u) << "what does not wait is not bounded";
-  arm_->Stop();
-  for (auto& caller : callers) caller.join();
-  EXPECT_EQ(stopped, 2);
 }
 
 TEST_F(Orbit2Servant, LogsAReferenceThatNeedsNoCorbaloc) {

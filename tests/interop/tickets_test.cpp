@@ -83,7 +83,7 @@ TEST_F(Tickets, TheLastThousandAreKept) {
 }
 
 TEST_F(Tickets, MoreWaitsThanOneLaneHoldsDoNotHoldUpAStop) {
-  const int kWaiters = on_orbit2() ? 4 : 20;  // on ORBit2 there are no lanes
+  constexpr int kWaiters = 4;  // of one host
   const Corbot::Ticket ticket = arm_->StartDelay(600.0);
   std::vector<std::thread> waiters;
   std::atomic<int> stopped{0};

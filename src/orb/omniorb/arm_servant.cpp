@@ -41,22 +41,31 @@ void call(Function function, Arguments&&... arguments) {
 
 std::array<double, 3> array_of(const Corbot::Point& p) { return {p.x, p.y, p.z}; }
 
-}  // namespace
-
-ArmServant::ArmServant(corbot_robot& robot, Lanes& lanes, std::size_t lane)
-    : robot_(robot), lanes_(lanes), lane_(lane) {
-  corbot_robot_describe(&robot, &description_);
+/// The client of a call that waits.
+corbot_caller caller_of(const Place& place) {
+  return {[](void* context) { return static_cast<const Place*>(context)->is_wanted() ? 1 : 0; },
+          const_cast<Place*>(&place)};
 }
 
-template <class Start>
-void ArmServant::start_and_finish(Start&& start) {
-  const Lanes::Call waiting = lanes_.wait(lane_);
-  call(corbot_robot_finish, &robot_, start());
+}  // namespace
+
+ArmServant::ArmServant(corbot_robot& robot) : robot_(robot) { corbot_robot_describe(&robot, &description_); }
+
+template <class Function, class... Arguments>
+void ArmServant::start_and_finish(Function function, Arguments&&... arguments) {
+  const Place place(CORBOT_PLACE_TO_WAIT);
+  const corbot_caller caller = caller_of(place);
+  call(corbot_robot_finish, &robot_, begin(function, std::forward<Arguments>(arguments)...), &caller);
+}
+
+template <class Function, class... Arguments>
+Corbot::Ticket ArmServant::start(Function function, Arguments&&... arguments) {
+  const Place place(CORBOT_PLACE_TO_START);
+  return begin(function, std::forward<Arguments>(arguments)...);
 }
 
 template <class Function, class... Arguments>
 Corbot::Ticket ArmServant::begin(Function function, Arguments&&... arguments) {
-  const Lanes::Call starting = lanes_.start(lane_);
   corbot_ticket ticket = 0;
   call(function, &robot_, std::forward<Arguments>(arguments)..., &ticket);
   return ticket;
@@ -109,32 +118,24 @@ Corbot::JointRanges* ArmServant::MovRange() {
 
 void ArmServant::Move(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
                       CORBA::Double t) {
-  start_and_finish([&] { return StartMove(px, py, pz, d, t); });
+  start_and_finish(corbot_robot_move, std::array{px, py, pz}.data(), d, t);
 }
 void ArmServant::MoveS(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
                        CORBA::Double t) {
-  start_and_finish([&] { return StartMoveS(px, py, pz, d, t); });
+  start_and_finish(corbot_robot_move_s, std::array{px, py, pz}.data(), d, t);
 }
 void ArmServant::MoveC(const Corbot::Point& p1, const Corbot::Point& p2, const Corbot::Point& p3) {
-  start_and_finish([&] { return StartMoveC(p1, p2, p3); });
+  start_and_finish(corbot_robot_move_c, array_of(p1).data(), array_of(p2).data(), array_of(p3).data());
 }
 void ArmServant::Drive(CORBA::Long articulation, CORBA::Double increment, CORBA::Double speed) {
-  start_and_finish([&] { return StartDrive(articulation, increment, speed); });
+  start_and_finish(corbot_robot_drive, articulation, increment, speed);
 }
-void ArmServant::Ready() {
-  start_and_finish([&] { return StartReady(); });
-}
-void ArmServant::Delay(CORBA::Double t) {
-  start_and_finish([&] { return StartDelay(t); });
-}
-void ArmServant::Open() {
-  start_and_finish([&] { return StartOpen(); });
-}
-void ArmServant::Close() {
-  start_and_finish([&] { return StartClose(); });
-}
+void ArmServant::Ready() { start_and_finish(corbot_robot_ready); }
+void ArmServant::Delay(CORBA::Double t) { start_and_finish(corbot_robot_delay, t); }
+void ArmServant::Open() { start_and_finish(corbot_robot_open_gripper); }
+void ArmServant::Close() { start_and_finish(corbot_robot_close_gripper); }
 void ArmServant::MoveJoints(const Corbot::JointCoord& target, CORBA::Double t) {
-  start_and_finish([&] { return StartMoveJoints(target, t); });
+  start_and_finish(corbot_robot_move_joints, target.get_buffer(), std::size_t{target.length()}, t);
 }
 
 void ArmServant::Speed(CORBA::Double percent) { call(corbot_robot_speed, &robot_, percent); }
@@ -152,36 +153,34 @@ void ArmServant::Clear() { call(corbot_robot_clear, &robot_); }
 
 Corbot::Ticket ArmServant::StartMove(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
                                      CORBA::Double t) {
-  const double p[] = {px, py, pz};
-  return begin(corbot_robot_move, p, d, t);
+  return start(corbot_robot_move, std::array{px, py, pz}.data(), d, t);
 }
 Corbot::Ticket ArmServant::StartMoveS(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
                                       CORBA::Double t) {
-  const double p[] = {px, py, pz};
-  return begin(corbot_robot_move_s, p, d, t);
+  return start(corbot_robot_move_s, std::array{px, py, pz}.data(), d, t);
 }
 Corbot::Ticket ArmServant::StartMoveC(const Corbot::Point& p1, const Corbot::Point& p2,
                                       const Corbot::Point& p3) {
-  return begin(corbot_robot_move_c, array_of(p1).data(), array_of(p2).data(), array_of(p3).data());
+  return start(corbot_robot_move_c, array_of(p1).data(), array_of(p2).data(), array_of(p3).data());
 }
 Corbot::Ticket ArmServant::StartDrive(CORBA::Long articulation, CORBA::Double increment,
                                       CORBA::Double speed) {
-  return begin(corbot_robot_drive, articulation, increment, speed);
+  return start(corbot_robot_drive, articulation, increment, speed);
 }
 Corbot::Ticket ArmServant::StartMoveJoints(const Corbot::JointCoord& target, CORBA::Double t) {
-  return begin(corbot_robot_move_joints, target.get_buffer(), std::size_t{target.length()}, t);
+  return start(corbot_robot_move_joints, target.get_buffer(), std::size_t{target.length()}, t);
 }
-Corbot::Ticket ArmServant::StartReady() { return begin(corbot_robot_ready); }
-Corbot::Ticket ArmServant::StartDelay(CORBA::Double t) { return begin(corbot_robot_delay, t); }
-Corbot::Ticket ArmServant::StartOpen() { return begin(corbot_robot_open_gripper); }
-Corbot::Ticket ArmServant::StartClose() { return begin(corbot_robot_close_gripper); }
+Corbot::Ticket ArmServant::StartReady() { return start(corbot_robot_ready); }
+Corbot::Ticket ArmServant::StartDelay(CORBA::Double t) { return start(corbot_robot_delay, t); }
+Corbot::Ticket ArmServant::StartOpen() { return start(corbot_robot_open_gripper); }
+Corbot::Ticket ArmServant::StartClose() { return start(corbot_robot_close_gripper); }
 
-Corbot::MotionInfo* ArmServant::info(Corbot::Ticket id, double timeout_s) {
+Corbot::MotionInfo* ArmServant::info(Corbot::Ticket id, double timeout_s, const corbot_caller* caller) {
   static constexpr Corbot::MotionState kStates[] = {Corbot::MotionQueued, Corbot::MotionRunning,
                                                     Corbot::MotionDone, Corbot::MotionStopped,
                                                     Corbot::MotionFailed};
   corbot_motion_info info{};
-  call(corbot_robot_wait, &robot_, id, timeout_s, &info);
+  call(corbot_robot_wait, &robot_, id, timeout_s, caller, &info);
   Corbot::MotionInfo_var result = new Corbot::MotionInfo;
   result->id = info.id;
   result->state = kStates[info.state];
@@ -193,10 +192,11 @@ Corbot::MotionInfo* ArmServant::info(Corbot::Ticket id, double timeout_s) {
 
 Corbot::MotionInfo* ArmServant::Wait(Corbot::Ticket id, CORBA::Double timeout) {
   if (!(timeout >= 0.0)) throw Corbot::BadParameter("timeout", timeout, "the time-out must not be negative");
-  const Lanes::Call waiting = lanes_.wait(lane_);
-  return info(id, timeout);
+  const Place place(CORBOT_PLACE_TO_WAIT);
+  const corbot_caller caller = caller_of(place);
+  return info(id, timeout, &caller);
 }
-Corbot::MotionInfo* ArmServant::Progress(Corbot::Ticket id) { return info(id, 0.0); }
+Corbot::MotionInfo* ArmServant::Progress(Corbot::Ticket id) { return info(id, 0.0, nullptr); }
 
 void ArmServant::SetToolPitch(CORBA::Double degrees) { call(corbot_robot_set_tool_pitch, &robot_, degrees); }
 CORBA::Double ArmServant::ToolPitch() { return corbot_robot_tool_pitch(&robot_); }

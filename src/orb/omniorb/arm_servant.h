@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-
 #include <arm.hh>
 
-#include "orb/omniorb/lanes.h"
+#include "orb/omniorb/place.h"
 #include "robot/corbot_robot.h"
 
 namespace corbot::omni {
 
-/// Corbot::Arm by the C++ mapping: converts and calls corbot_robot.h, nothing else. One object a lane, all
-/// for the same robot.
+/// Corbot::Arm by the C++ mapping: converts and calls corbot_robot.h, nothing else.
 class ArmServant final : public POA_Corbot::Arm {
  public:
-  ArmServant(corbot_robot& robot, Lanes& lanes, std::size_t lane);
+  explicit ArmServant(corbot_robot& robot);
 
   // Robot
   Corbot::JointCoord* ArtiCoord() override;
@@ -66,17 +63,18 @@ class ArmServant final : public POA_Corbot::Arm {
   Corbot::DeviceInfo* Device() override;
 
  private:
-  /// Enters the lane, starts the motion, waits for its end.
-  template <class Start>
-  void start_and_finish(Start&& start);
+  /// Takes a place, starts the motion, waits for its end.
+  template <class Function, class... Arguments>
+  void start_and_finish(Function function, Arguments&&... arguments);
+  /// Takes a place, starts the motion.
+  template <class Function, class... Arguments>
+  Corbot::Ticket start(Function function, Arguments&&... arguments);
   /// Calls a function of corbot_robot.h that starts a motion.
   template <class Function, class... Arguments>
   Corbot::Ticket begin(Function function, Arguments&&... arguments);
-  Corbot::MotionInfo* info(Corbot::Ticket id, double timeout_s);
+  Corbot::MotionInfo* info(Corbot::Ticket id, double timeout_s, const corbot_caller* caller);
 
   corbot_robot& robot_;
-  Lanes& lanes_;
-  const std::size_t lane_;
   corbot_description description_{};
 };
 

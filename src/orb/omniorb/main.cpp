@@ -18,14 +18,12 @@
 #include "orb/omniorb/arm_servant.h"
 #include "orb/omniorb/naming.h"
 #include "orb/omniorb/options.h"
+#include "orb/omniorb/place.h"
 
 namespace {
 
 using namespace corbot;
 using namespace corbot::omni;
-
-/// Room for the longest queue that a profile allows, and for calls that wait for tickets.
-constexpr std::size_t kLanes = 12;
 
 struct RobotCloser {
   void operator()(corbot_robot* robot) const noexcept { corbot_robot_close(robot); }
@@ -43,8 +41,9 @@ RobotHandle open_robot(const Options& options) {
   return robot;
 }
 
-/// The ORB, listening on the published address (`ports[0]`) and on one unpublished one a lane.
-CORBA::ORB_ptr start_orb(const Options& options, const std::vector<int>& ports) {
+/// The ORB, listening.
+CORBA::ORB_ptr start_orb(const Options& options) {
+  check_port(options.host, options.port);
   std::vector<std::string> words{"corbot-servant"};
   const auto add = [&](const std::string& option, const std::string& value) {
     words.push_back("-ORB" + option);
@@ -52,10 +51,9 @@ CORBA::ORB_ptr start_orb(const Options& options, const std::vector<int>& ports) 
   };
   words.insert(words.end(), options.orb.begin(), options.orb.end());
   add("endPoint", fmt::format("giop:tcp:{}:{}", options.host, options.port));
-  if (!options.unix_path.empty()) add("endPoint", "giop:unix:" + options.unix_path);
-  for (std::size_t lane = 1; lane < ports.size(); ++lane) {
-    add("endPointNoPublish", fmt::format("giop:tcp:{}:{}", options.host, ports[lane]));
-  }
+  // Not published: a client with a reference of two addresses sends a call again at the second when the connection to
+  // the first is lost.
+  if (!options.unix_path.empty()) add("endPointNoPublish", "giop:unix:" + options.unix_path);
   add("threadPerConnectionPolicy", "1");       // a pool can be starved by half-sent requests
   add("maxServerThreadPerConnection", "100");  // for clients that put all their calls on one connection
   // How soon such a client's next call is seen while one of its calls waits, microseconds. The default of 50
@@ -71,26 +69,14 @@ CORBA::ORB_ptr start_orb(const Options& options, const std::vector<int>& ports) 
   return CORBA::ORB_init(argc, argv.data());
 }
 
-/// Another process may take a lane's port between the search and the ORB's bind: then others are tried.
-CORBA::ORB_ptr start_orb_on_free_ports(const Options& options, std::vector<int>& ports) {
-  constexpr int kAttempts = 5;
-  for (int attempt = 1;; ++attempt) {
-    ports = find_ports(options.host, options.port, kLanes - 1);  // throws when the published one is not free
-    try {
-      return start_orb(options, ports);
-    } catch (const CORBA::INITIALIZE&) {
-      if (attempt == kAttempts) throw;
-    }
-  }
-}
-
-/// Waits until the interrupted calls have left their lanes, and a moment more: the ORB does not report when
+/// Waits until the interrupted calls are over, and a moment more: the ORB does not report when
 /// a reply has been written, which follows within microseconds on an idle machine.
-void flush_replies(const Lanes& lanes) {
+void flush_replies() {
   using namespace std::chrono_literals;
   constexpr auto kReplyWritten = 50ms;
   const auto deadline = std::chrono::steady_clock::now() + 1s;
-  while (!lanes.idle() && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(1ms);
+  while (!corbot_places_idle() && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::sleep_for(1ms);
   std::this_thread::sleep_for(kReplyWritten);
 }
 
@@ -106,27 +92,20 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
   if (!corbot_is_loopback(options.host.c_str())) {
     spdlog::warn("listening on {}: anyone who reaches it can move the robot", options.host);
   }
-  std::vector<int> lane_ports;
-  CORBA::ORB_var orb = start_orb_on_free_ports(options, lane_ports);
+  corbot_connections_start();
+  CORBA::ORB_var orb = start_orb(options);
+  note_connections();
   CORBA::Object_var object = orb->resolve_initial_references("omniINSPOA");
   PortableServer::POA_var poa = PortableServer::POA::_narrow(object);
-  Lanes lanes(kLanes);
-  std::vector<std::unique_ptr<ArmServant>> servants;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    const std::string key = lane == 0 ? name : fmt::format("{}.lane{}", name, lane);
-    servants.push_back(std::make_unique<ArmServant>(robot, lanes, lane));
-    PortableServer::ObjectId_var id = PortableServer::string_to_ObjectId(key.c_str());
-    poa->activate_object_with_id(id, servants.back().get());
-    CORBA::Object_var reference =
-        orb->string_to_object(fmt::format("corbaloc::{}:{}/{}", options.host, lane_ports[lane], key).c_str());
-    lanes.set_reference(lane, reference);
-  }
+  ArmServant servant(robot);
+  PortableServer::ObjectId_var id = PortableServer::string_to_ObjectId(name.c_str());
+  poa->activate_object_with_id(id, &servant);
   PortableServer::POAManager_var manager = poa->the_POAManager();
   manager->activate();
 
   std::optional<NameBinder> binder;
   if (!options.naming.empty()) {
-    CORBA::Object_var reference = servants.front()->_this();
+    CORBA::Object_var reference = servant._this();
     binder.emplace(orb, options.naming, name, reference);
   }
   fmt::print("ready corbaloc::{}:{}/{}\n", options.host, options.port, name);
@@ -136,7 +115,7 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
   spdlog::info("signal {}: ending", signal_number);
   binder.reset();
   corbot_robot_interrupt(&robot);  // calls that wait for motions return, or the ORB would wait for them
-  flush_replies(lanes);            // the ORB does not wait for a reply that is still being written
+  flush_replies();                 // the ORB does not wait for a reply that is still being written
   orb->shutdown(true);
   orb->destroy();
 }

@@ -12,20 +12,12 @@
 
 namespace corbot::omni {
 
-std::vector<int> find_ports(const std::string& host, int port, std::size_t more) {
-  std::vector<int> sockets;  // all open at once, so that no port is found twice
-  std::vector<int> ports;
+void check_port(const std::string& host, int port) {
+  int bound = 0;
   char why[CORBOT_WHY] = "";
-  for (std::size_t i = 0; i <= more; ++i) {
-    int bound = 0;
-    const int fd = corbot_listen(host.c_str(), i == 0 ? port : 0, &bound, why);
-    if (fd < 0) break;
-    sockets.push_back(fd);
-    ports.push_back(bound);
-  }
-  for (const int fd : sockets) ::close(fd);
-  if (ports.size() <= more) throw std::runtime_error(fmt::format("{}; --endpoint HOST:PORT chooses", why));
-  return ports;
+  const int fd = corbot_listen(host.c_str(), port, &bound, why);
+  if (fd < 0) throw std::runtime_error(fmt::format("{}; --endpoint HOST:PORT chooses", why));
+  ::close(fd);
 }
 
 Options parse_options(int argc, char** argv) {

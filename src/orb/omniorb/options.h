@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -22,9 +21,7 @@ struct Options {
 /// Parses. Prints help or what is wrong and leaves the process when the command line asks for that.
 Options parse_options(int argc, char** argv);
 
-/// Free TCP ports for the servant: the wanted one first, then `more` that the kernel chooses, all different.
-/// They were free a moment ago.
-/// Throws std::runtime_error naming address and cause when the wanted one is not.
-std::vector<int> find_ports(const std::string& host, int port, std::size_t more);
+/// Throws std::runtime_error naming address and cause when nothing can listen there now.
+void check_port(const std::string& host, int port);
 
 }  // namespace corbot::omni

@@ -4,17 +4,16 @@
 
 #include <arm.h>
 
-#include "orb/orbit2/waiting_calls.h"
 #include "robot/corbot_robot.h"
 
-/* One servant of Corbot::Arm, on which the operations are called. ORBit2 calls them from several threads at
- * once: what is below does not change after arm_servant_init, but for the count of waiting calls, which is
- * atomic; the robot is thread-safe. */
+/* One servant of Corbot::Arm, on which the operations are called: one object of several for the same robot, see
+ * requests.h. ORBit2 calls them from several threads at once: what is below does not change after arm_servant_init;
+ * the robot is thread-safe. */
 typedef struct ArmServant {
   POA_Corbot_Arm base; /* first, as the mapping requires */
   corbot_robot* robot;
   corbot_description description;
-  WaitingCalls waiting;
+  int target; /* which of the objects of requests.h */
 } ArmServant;
 
 /* What an operation is called on. */

@@ -60,6 +60,32 @@ char* ior_make(const char* type, const char* host, int port, const char* key, un
   return g_string_free(text, FALSE);
 }
 
+/* The sequence of octets in `all` at `at` that ends with these bytes; its length stands before it. */
+static bool is_key(const GByteArray* all, guint at, const void* end, guint end_length, guint* length) {
+  if (at + sizeof(*length) > all->len) return false;
+  memcpy(length, all->data + at, sizeof(*length)); /* our own reference, in our own byte order */
+  const guint begin = at + (guint)sizeof(*length);
+  return *length > end_length && *length <= all->len - begin &&
+         memcmp(all->data + begin + *length - end_length, end, end_length) == 0;
+}
+
+GByteArray* ior_key(const char* ior, const void* end, unsigned end_length) {
+  if (!g_str_has_prefix(ior, "IOR:")) return NULL;
+  GByteArray* all = g_byte_array_new();
+  for (const char* hex = ior + strlen("IOR:"); g_ascii_isxdigit(hex[0]) && g_ascii_isxdigit(hex[1]);
+       hex += 2) {
+    put_octet(all, (guint8)(g_ascii_xdigit_value(hex[0]) * 16 + g_ascii_xdigit_value(hex[1])));
+  }
+  GByteArray* key = NULL;
+  guint length = 0;
+  for (guint at = 0; key == NULL && at < all->len; ++at) {
+    if (!is_key(all, at, end, end_length, &length)) continue;
+    key = g_byte_array_append(g_byte_array_new(), all->data + at + sizeof(length), length);
+  }
+  g_byte_array_unref(all);
+  return key;
+}
+
 /* "HOST[:PORT]" */
 static bool parse_address(const char* text, corbot_endpoint* out) {
   char why[CORBOT_WHY];

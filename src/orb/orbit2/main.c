@@ -11,6 +11,7 @@
 #include "orb/orbit2/naming.h"
 #include "orb/orbit2/options.h"
 #include "orb/orbit2/orb.h"
+#include "orb/orbit2/requests.h"
 #include "robot/corbot_robot.h"
 
 static const gulong kReplyWritten_us = 50000;
@@ -44,15 +45,14 @@ static gboolean end_by_hangup(gpointer data) {
 
 /* Waits until the interrupted calls are over, and a moment more: the ORB does not report when a reply has
  * been written, which follows within microseconds on an idle machine. */
-static void flush_replies(ArmServant* servant) {
-  for (int i = 0; i < kMostWaits && !waiting_calls_idle(&servant->waiting); ++i) g_usleep(1000);
+static void flush_replies(void) {
+  for (int i = 0; i < kMostWaits && !corbot_places_idle(); ++i) g_usleep(1000);
   g_usleep(kReplyWritten_us);
 }
 
 /* Serves until a signal asks for the end. A main loop of our own: CORBA_ORB_run would leave GLib's sources,
  * the signals among them, unserved. */
-static void run(ArmServant* servant, const Orb* orb, const Options* options, const char* name,
-                corbot_robot* robot) {
+static void run(const Orb* orb, const Options* options, const char* name, corbot_robot* robot) {
   EndRequest request = {g_main_loop_new(NULL, FALSE), 0};
   struct sigaction of_parent;
   const gboolean may_hang_up = sigaction(SIGHUP, NULL, &of_parent) == 0 && of_parent.sa_handler != SIG_IGN;
@@ -74,7 +74,7 @@ static void run(ArmServant* servant, const Orb* orb, const Options* options, con
   log_info("signal %d: ending", request.signal);
   name_binder_end(binder);
   corbot_robot_interrupt(robot); /* calls that wait for motions return */
-  flush_replies(servant);
+  flush_replies();
   for (size_t i = 0; i < G_N_ELEMENTS(sources); ++i) {
     if (sources[i] != 0) g_source_remove(sources[i]);
   }
@@ -85,16 +85,16 @@ static void run(ArmServant* servant, const Orb* orb, const Options* options, con
 static void warn(const char* text) { log_warning("%s", text); }
 
 static bool serve(const Options* options, corbot_robot* robot, const char* name) {
-  static ArmServant servant; /* outlives the ORB's threads */
+  static ArmServant servants[kTargets]; /* outlive the ORB's threads */
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
-  arm_servant_init(&servant, robot, options->waiting_calls, &ev);
+  for (int i = 0; i < kTargets; ++i) arm_servant_init(&servants[i], robot, i, &ev);
   Orb orb;
   const bool served = orb_succeeded(&ev, "no servant") && orb_start(&orb, options) &&
-                      orb_serve(&orb, options, &servant, name);
-  if (served) run(&servant, &orb, options, name, robot);
+                      orb_serve(&orb, options, servants, name);
+  if (served) run(&orb, options, name, robot);
   orb_end(&orb);
-  arm_servant_fini(&servant, &ev);
+  for (int i = 0; i < kTargets; ++i) arm_servant_fini(&servants[i], &ev);
   CORBA_exception_free(&ev);
   return served;
 }
@@ -103,6 +103,7 @@ int main(int argc, char** argv) {
   Options options;
   options_parse(argc, argv, &options);
   log_start();
+  corbot_connections_start();
   bool good = false;
   corbot_error error;
   corbot_robot* robot = corbot_robot_open(options.profile, options.name, &error);

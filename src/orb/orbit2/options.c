@@ -9,7 +9,6 @@
 
 #include "orb/orbit2/ior.h"
 #include "orb/orbit2/log.h"
-#include "orb/orbit2/waiting_calls.h"
 
 enum { kUsageError = 2 };
 
@@ -47,9 +46,6 @@ static int take_orb_options(int argc, char** argv, Options* out) {
 static void check(const Options* options, int rest) {
   if (options->profile == NULL) usage_error("PROFILE", "is required");
   if (rest > 1) usage_error("PROFILE", "one only");
-  if (options->waiting_calls < 1 || options->waiting_calls > kWaitingCallsAtMost) {
-    usage_error("--waiting-calls", "1 to 64");
-  }
   if (options->naming != NULL) {
     char* ior = ior_from_reference("", options->naming);
     if (ior == NULL) usage_error("--naming", "write corbaloc::HOST:PORT/NameService, or an IOR");
@@ -68,7 +64,6 @@ static void check(const Options* options, int rest) {
 
 void options_parse(int argc, char** argv, Options* out) {
   memset(out, 0, sizeof(*out));
-  out->waiting_calls = kWaitingCallsByDefault;
   argc = take_orb_options(argc, argv, out);
   char* endpoint = NULL;
   gboolean unsafe = FALSE;
@@ -84,10 +79,6 @@ void options_parse(int argc, char** argv, Options* out) {
       {"state-dir", 0, 0, G_OPTION_ARG_FILENAME, &out->state_directory,
        "where the last position is saved, instead of $CORBOT_STATE_DIR or ~/.local/state/corbot",
        "DIRECTORY"},
-      {"waiting-calls", 0, 0, G_OPTION_ARG_INT, &out->waiting_calls,
-       "calls that may wait for motions at once (4); with more, an omniORB client of five waiting threads "
-       "blocks its own Stop",
-       "N"},
       {kUnsafeOption + 2, 0, 0, G_OPTION_ARG_NONE, &unsafe,
        "allow an address outside the loopback interface, though every client there can end this process",
        NULL},

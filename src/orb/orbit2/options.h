@@ -8,7 +8,7 @@
 
 enum { kMostOrbOptions = 16 };
 
-/* The servant's command line; the same as the omniORB servant's, and two options more. */
+/* The servant's command line; the same as the omniORB servant's, and one option more. */
 typedef struct Options {
   char* profile;
   char* name;               /* NULL: the profile's */
@@ -17,7 +17,6 @@ typedef struct Options {
   char* naming;             /* corbaloc of a naming service; NULL: none */
   char* state_directory;    /* of the last position; NULL: the default one */
   bool unsafe;              /* may listen elsewhere than on the loopback interface */
-  int waiting_calls;
   const char* orb[kMostOrbOptions]; /* --ORB... options, handed through */
   int orb_count;
 } Options;

@@ -5,17 +5,14 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "orb/orbit2/ior.h"
 #include "orb/orbit2/log.h"
 
-/* Exported by ORBit2, declared in none of its public headers: makes `object` known under a key of our choice.
- * The table keeps the key's buffer and frees it with g_free; it does not keep the object. */
-extern void ORBit_ORB_forw_bind(CORBA_ORB orb, CORBA_sequence_CORBA_octet* key, CORBA_Object object,
-                                CORBA_Environment* ev);
-
-/* Exported, too, and private: registers the type of connections. ORBit2 does that at the first one, without a
+/* Exported by ORBit2, declared in none of its public headers: registers the type of connections. ORBit2 does that at the first one, without a
  * lock, and crashes when a client comes in while the first call goes out. */
 extern GType giop_connection_get_type(void);
 
@@ -26,13 +23,19 @@ bool orb_succeeded(CORBA_Environment* ev, const char* what) {
   return false;
 }
 
-static bool is_listening_at(const char* path) {
+static int connect_to(const char* path) {
   const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   struct sockaddr_un address = {.sun_family = AF_UNIX};
   g_strlcpy(address.sun_path, path, sizeof(address.sun_path));
-  const bool listens = fd >= 0 && connect(fd, (const struct sockaddr*)&address, sizeof(address)) == 0;
+  if (fd < 0 || connect(fd, (const struct sockaddr*)&address, sizeof(address)) == 0) return fd;
+  close(fd);
+  return -1;
+}
+
+static bool is_listening_at(const char* path) {
+  const int fd = connect_to(path);
   if (fd >= 0) close(fd);
-  return listens;
+  return fd >= 0;
 }
 
 /* ORBit2 fails silently where it cannot bind: checked before. */
@@ -111,23 +114,30 @@ static bool init_orb_in_private(Orb* orb, const Options* options, CORBA_Environm
   return orb_succeeded(ev, "ORBit2 does not start");
 }
 
-/* The root POA is served by one thread whatever is asked of it. */
-static void create_poa(Orb* orb, CORBA_Environment* ev) {
-  orb->root = (PortableServer_POA)CORBA_ORB_resolve_initial_references(orb->orb, (char*)"RootPOA", ev);
-  if (ev->_major != CORBA_NO_EXCEPTION) return;
+/* A POA beside the root, which is served by one thread whatever is asked of it. */
+static PortableServer_POA new_poa(Orb* orb, const char* name, ORBitThreadHint threads,
+                                  CORBA_Environment* ev) {
   PortableServer_POAManager manager = PortableServer_POA__get_the_POAManager(orb->root, ev);
   CORBA_Policy policy =
       (CORBA_Policy)PortableServer_POA_create_thread_policy(orb->root, PortableServer_ORB_CTRL_MODEL, ev);
   CORBA_PolicyList policies = {1, 1, &policy, CORBA_FALSE};
-  orb->poa = PortableServer_POA_create_POA(orb->root, (char*)"robots", manager, &policies, ev);
-  if (ev->_major == CORBA_NO_EXCEPTION) {
-    /* Not a thread a connection: JacORB and ORBit2 clients put all their calls on one connection, and a Stop
-     * would wait for the Move that it is to end (docs/orbs.md has the measurement). */
-    ORBit_ObjectAdaptor_set_thread_hint((ORBit_ObjectAdaptor)orb->poa, ORBIT_THREAD_HINT_PER_REQUEST);
-  }
+  PortableServer_POA poa = PortableServer_POA_create_POA(orb->root, (char*)name, manager, &policies, ev);
+  if (ev->_major == CORBA_NO_EXCEPTION)
+    ORBit_ObjectAdaptor_set_thread_hint((ORBit_ObjectAdaptor)poa, threads);
   CORBA_Policy_destroy(policy, ev);
   CORBA_Object_release((CORBA_Object)policy, ev);
   CORBA_Object_release((CORBA_Object)manager, ev);
+  return poa;
+}
+
+static void create_poas(Orb* orb, CORBA_Environment* ev) {
+  orb->root = (PortableServer_POA)CORBA_ORB_resolve_initial_references(orb->orb, (char*)"RootPOA", ev);
+  if (ev->_major != CORBA_NO_EXCEPTION) return;
+  /* Not a thread a connection: JacORB and ORBit2 clients put all their calls on one connection, and a Stop would wait
+   * for the Move that it is to end (docs/orbs.md has the measurement). */
+  orb->poa = new_poa(orb, "robots", ORBIT_THREAD_HINT_PER_REQUEST, ev);
+  if (ev->_major != CORBA_NO_EXCEPTION) return;
+  orb->refusing = new_poa(orb, "refusing", ORBIT_THREAD_HINT_PER_POA, ev);
 }
 
 bool orb_start(Orb* orb, const Options* options) {
@@ -136,30 +146,79 @@ bool orb_start(Orb* orb, const Options* options) {
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
   if (!init_orb_in_private(orb, options, &ev)) return false;
-  create_poa(orb, &ev);
+  create_poas(orb, &ev);
   return orb_succeeded(&ev, "no POA");
 }
 
-bool orb_serve(Orb* orb, const Options* options, PortableServer_Servant servant, const char* name) {
+/* Asks as a client does whether the robot is here (GIOP 1.0, LocateRequest). An ORBit2 that was linked in another way may
+ * not come to requests.c, and would serve nothing. */
+static bool is_served(const Options* options, const char* name) {
+  enum { kHeader = 12, kLocateRequest = 3, kLocateReply = 4, kHere = 1, kLongest = 512 };
+  const struct timeval patience = {10, 0};
+  const guint32 key_length = (guint32)strlen(name);
+  const guint32 size = (guint32)(2 * sizeof(guint32)) + key_length;
+  guint8 message[kLongest] = {'G', 'I', 'O', 'P', 1, 0, G_BYTE_ORDER == G_LITTLE_ENDIAN, kLocateRequest};
+  struct {
+    guint8 header[kHeader];
+    guint32 id;
+    guint32 status;
+  } reply = {{0}, 0, 0};
+  if (size + kHeader > sizeof(message)) return false;
+  memcpy(message + 8, &size, sizeof(size)); /* then request id 0, key */
+  memcpy(message + kHeader + 4, &key_length, sizeof(key_length));
+  memcpy(message + kHeader + 8, name, key_length);
+  const int fd = options->unix_path != NULL ? connect_to(options->unix_path)
+                                            : corbot_connect(options->endpoint.host, options->endpoint.port);
+  const bool good = fd >= 0 && setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience)) == 0 &&
+                    send(fd, message, size + kHeader, MSG_NOSIGNAL) == (ssize_t)(size + kHeader) &&
+                    recv(fd, &reply, sizeof(reply), MSG_WAITALL) == (ssize_t)sizeof(reply) &&
+                    reply.header[7] == kLocateReply && reply.status == kHere;
+  if (fd >= 0) close(fd);
+  if (!good) log_error("ORBit2 does not serve the key '%s': is it linked with -Bsymbolic?", name);
+  return good;
+}
+
+/* Activates one servant; the key of its object, NULL when that fails. */
+static GByteArray* activate(Orb* orb, ArmServant* servant, CORBA_Environment* ev) {
+  const bool refuses = servant->target >= CORBOT_PLACES && servant->target != kTargetAtOnce;
+  PortableServer_POA poa = refuses ? orb->refusing : orb->poa;
+  PortableServer_ObjectId* id = PortableServer_POA_activate_object(poa, servant, ev);
+  if (!orb_succeeded(ev, "the servant cannot be activated")) return NULL;
+  CORBA_Object object = PortableServer_POA_servant_to_reference(poa, servant, ev);
+  if (!orb_succeeded(ev, "the servant has no reference")) return NULL;
+  char* ior = CORBA_ORB_object_to_string(orb->orb, object, ev); /* ORBit2 first listens when asked for this */
+  if (!orb_succeeded(ev, "the servant has no address")) return NULL;
+  GByteArray* key = ior_key(ior, id->_buffer, id->_length);
+  if (key == NULL) log_error("no object key in %s", ior);
+  CORBA_free(ior);
+  CORBA_free(id);
+  CORBA_Object_release(object, ev);
+  return key;
+}
+
+static bool activate_all(Orb* orb, ArmServant servants[kTargets], const char* name, CORBA_Environment* ev) {
+  GByteArray* keys[kTargets] = {NULL};
+  bool good = true;
+  for (int i = 0; i < kTargets && good; ++i) {
+    keys[i] = activate(orb, &servants[i], ev);
+    good = keys[i] != NULL;
+  }
+  if (good) requests_serve(name, keys);
+  for (int i = 0; i < kTargets; ++i) {
+    if (keys[i] != NULL) g_byte_array_unref(keys[i]);
+  }
+  return good;
+}
+
+bool orb_serve(Orb* orb, const Options* options, ArmServant servants[kTargets], const char* name) {
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
-  PortableServer_ObjectId* id = PortableServer_POA_activate_object(orb->poa, servant, &ev);
-  if (!orb_succeeded(&ev, "the servant cannot be activated")) return false;
-  CORBA_free(id);
-  orb->served = PortableServer_POA_servant_to_reference(orb->poa, servant, &ev);
-  if (!orb_succeeded(&ev, "the servant has no reference")) return false;
-  CORBA_free(
-      CORBA_ORB_object_to_string(orb->orb, orb->served, &ev)); /* ORBit2 first listens when asked for this */
-  if (!orb_succeeded(&ev, "the servant has no address")) return false;
-  char* key_text = g_strdup(name);
-  CORBA_sequence_CORBA_octet key = {(CORBA_unsigned_long)strlen(name), (CORBA_unsigned_long)strlen(name),
-                                    (CORBA_octet*)key_text, CORBA_FALSE};
-  ORBit_ORB_forw_bind(orb->orb, &key, orb->served, &ev);
+  if (!activate_all(orb, servants, name, &ev)) return false;
   PortableServer_POAManager manager = PortableServer_POA__get_the_POAManager(orb->root, &ev);
   PortableServer_POAManager_activate(manager, &ev);
   CORBA_Object_release((CORBA_Object)manager, &ev);
   if (!orb_succeeded(&ev, "the POA cannot be activated")) return false;
-  if (listens(options)) return true;
+  if (listens(options)) return is_served(options, name);
   char* reference = orb_reference(options, name);
   log_error("ORBit2 does not listen at %s: has another program just taken the address?", reference);
   g_free(reference);
@@ -175,7 +234,7 @@ void orb_end(Orb* orb) {
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
   if (orb->orb != NULL) {
-    CORBA_Object_release(orb->served, &ev);
+    CORBA_Object_release((CORBA_Object)orb->refusing, &ev);
     CORBA_Object_release((CORBA_Object)orb->poa, &ev);
     CORBA_Object_release((CORBA_Object)orb->root, &ev);
     CORBA_ORB_destroy(orb->orb, &ev);

@@ -1,0 +1,245 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#define _GNU_SOURCE
+#include "net/connections.h"
+
+#include <errno.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <pthread.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <time.h>
+#include <unistd.h>
+
+/* Descriptors beyond are refused: a table of fixed size needs no memory when a client floods. */
+enum { kDescriptors = 2048, kBytesInWord = 8 };
+
+/* A peer that is silent: probed after 3 s, and given up when nothing has been acknowledged for 6 s. */
+enum { kKeepIdle_s = 3, kKeepInterval_s = 2, kUnacknowledged_ms = 6000 };
+
+typedef struct Entry {
+  uint64_t number; /* 0: no accepted connection */
+  int64_t used_ns;
+  corbot_peer peer;
+  int calls;
+  bool ending; /* closed for its idleness; the ORB has yet to notice */
+} Entry;
+
+static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
+static Entry entries[kDescriptors]; /* by descriptor */
+static uint64_t last_number;
+static int most; /* 0: not started */
+static int open_count;
+static int ending_count;
+
+static int64_t now_ns(void) {
+  struct timespec now;
+  (void)clock_gettime(CLOCK_MONOTONIC, &now);
+  return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+}
+
+static Entry* find(corbot_connection connection) {
+  if (connection.fd < 0 || connection.fd >= kDescriptors || connection.number == 0) return NULL;
+  Entry* entry = &entries[connection.fd];
+  return entry->number == connection.number ? entry : NULL;
+}
+
+void corbot_connections_start(void) {
+  struct rlimit limit = {kDescriptors, kDescriptors};
+  if (getrlimit(RLIMIT_NOFILE, &limit) == 0) {
+    limit.rlim_cur = limit.rlim_max < kDescriptors ? limit.rlim_max : kDescriptors;
+    (void)setrlimit(RLIMIT_NOFILE, &limit);
+    (void)getrlimit(RLIMIT_NOFILE, &limit);
+  }
+  const int descriptors = limit.rlim_cur < kDescriptors ? (int)limit.rlim_cur : kDescriptors;
+  /* As many again may be on their way out. */
+  const int room = (descriptors - CORBOT_RESERVED_DESCRIPTORS) / 2;
+  pthread_mutex_lock(&mutex);
+  most = room < CORBOT_MOST_CONNECTIONS ? room : CORBOT_MOST_CONNECTIONS;
+  if (most < 1) most = 1;
+  pthread_mutex_unlock(&mutex);
+}
+
+static corbot_peer peer_of(int fd) {
+  corbot_peer peer = {AF_UNSPEC, 0};
+  struct sockaddr_storage address;
+  socklen_t size = sizeof(address);
+  if (getpeername(fd, (struct sockaddr*)&address, &size) != 0) return peer;
+  peer.family = address.ss_family;
+  if (address.ss_family == AF_INET) {
+    peer.id = ((const struct sockaddr_in*)&address)->sin_addr.s_addr;
+  } else if (address.ss_family == AF_INET6) {
+    const struct in6_addr* ip = &((const struct sockaddr_in6*)&address)->sin6_addr;
+    if (IN6_IS_ADDR_V4MAPPED(ip)) {
+      uint32_t ipv4 = 0;
+      memcpy(&ipv4, &ip->s6_addr[12], sizeof(ipv4));
+      peer.family = AF_INET;
+      peer.id = ipv4;
+    } else {
+      memcpy(&peer.id, ip->s6_addr,
+             kBytesInWord); /* whoever has a network of 64 bits has all its addresses */
+    }
+  } else if (address.ss_family == AF_UNIX) {
+    struct ucred credentials = {0};
+    size = sizeof(credentials);
+    if (getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &credentials, &size) == 0)
+      peer.id = (uint64_t)credentials.pid;
+  }
+  return peer;
+}
+
+static void set_up(int fd, int family) {
+  if (family != AF_INET && family != AF_INET6) return;
+  const int on = 1;
+  const int idle_s = kKeepIdle_s;
+  const int interval_s = kKeepInterval_s;
+  const unsigned unacknowledged_ms = kUnacknowledged_ms;
+  (void)setsockopt(fd, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof(on));
+  (void)setsockopt(fd, IPPROTO_TCP, TCP_KEEPIDLE, &idle_s, sizeof(idle_s));
+  (void)setsockopt(fd, IPPROTO_TCP, TCP_KEEPINTVL, &interval_s, sizeof(interval_s));
+  (void)setsockopt(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, &unacknowledged_ms, sizeof(unacknowledged_ms));
+}
+
+static int connections_of(corbot_peer peer) {
+  int count = 0;
+  for (int i = 0; i < kDescriptors; ++i) {
+    count += entries[i].number != 0 && !entries[i].ending && corbot_peer_equal(entries[i].peer, peer);
+  }
+  return count;
+}
+
+/* Closes one connection without a call: of the host that has most of them, the one that was used longest ago. The
+ * ORB reads its end and frees the descriptor. */
+static void make_room(void) {
+  Entry* chosen = NULL;
+  int chosen_count = 0;
+  corbot_peer counted = {AF_UNSPEC, 0};
+  int count = 0;
+  for (int i = 0; i < kDescriptors; ++i) {
+    Entry* entry = &entries[i];
+    if (entry->number == 0 || entry->ending || entry->calls > 0) continue;
+    if (count == 0 || !corbot_peer_equal(entry->peer, counted)) {
+      counted = entry->peer;
+      count = connections_of(counted);
+    }
+    if (chosen == NULL || count > chosen_count ||
+        (count == chosen_count && entry->used_ns < chosen->used_ns)) {
+      chosen = entry;
+      chosen_count = count;
+    }
+  }
+  if (chosen == NULL) return;
+  const int fd = (int)(chosen - entries);
+  chosen->ending = true;
+  ++ending_count;
+  /* With this a client opens another connection for its next call, and hears no error. */
+  static const unsigned char close_connection[] = {'G', 'I', 'O', 'P', 1, 2, 0, 5, 0, 0, 0, 0};
+  (void)send(fd, close_connection, sizeof(close_connection), MSG_DONTWAIT | MSG_NOSIGNAL);
+  (void)shutdown(fd, SHUT_RDWR);
+}
+
+/* False when there is no room for it. */
+static bool add(int fd) {
+  if (fd >= kDescriptors) return false;
+  if (open_count - ending_count >= most) make_room();
+  if (open_count - ending_count >= most || open_count >= 2 * most) return false;
+  Entry* entry = &entries[fd];
+  entry->number = ++last_number;
+  entry->used_ns = now_ns();
+  entry->peer = peer_of(fd);
+  entry->calls = 0;
+  entry->ending = false;
+  ++open_count;
+  set_up(fd, entry->peer.family);
+  return true;
+}
+
+static void forget(int fd) {
+  if (fd < 0 || fd >= kDescriptors || entries[fd].number == 0) return;
+  if (entries[fd].ending) --ending_count;
+  entries[fd].number = 0;
+  --open_count;
+}
+
+/* Instead of the C library's, for the ORB; declared as there. */
+int accept(int fd, __SOCKADDR_ARG address, socklen_t* restrict size) {
+  const int accepted = accept4(fd, address, size, 0);
+  if (accepted < 0) return accepted;
+  pthread_mutex_lock(&mutex);
+  const bool kept = most == 0 || add(accepted);
+  pthread_mutex_unlock(&mutex);
+  if (kept) return accepted;
+  (void)close(accepted);
+  errno = ECONNABORTED;
+  return -1;
+}
+
+/* Instead of the C library's. Forgotten and closed in one step: nobody is given the descriptor in between. */
+int close(int fd) {
+  pthread_mutex_lock(&mutex);
+  forget(fd);
+  const int result = (int)syscall(SYS_close, fd);
+  const int error = errno;
+  pthread_mutex_unlock(&mutex);
+  errno = error;
+  return result;
+}
+
+corbot_connection corbot_connection_used(int fd) {
+  corbot_connection connection = {fd, 0};
+  if (fd < 0 || fd >= kDescriptors) return connection;
+  pthread_mutex_lock(&mutex);
+  if (entries[fd].number != 0) entries[fd].used_ns = now_ns();
+  connection.number = entries[fd].number;
+  pthread_mutex_unlock(&mutex);
+  return connection;
+}
+
+bool corbot_connection_begin_call(corbot_connection connection) {
+  if (connection.number == 0) return true; /* nothing is known of it */
+  pthread_mutex_lock(&mutex);
+  Entry* entry = find(connection);
+  const bool stays = entry != NULL && !entry->ending;
+  if (stays) {
+    ++entry->calls;
+    entry->used_ns = now_ns();
+  }
+  pthread_mutex_unlock(&mutex);
+  return stays;
+}
+
+void corbot_connection_end_call(corbot_connection connection) {
+  pthread_mutex_lock(&mutex);
+  Entry* entry = find(connection);
+  if (entry != NULL) {
+    --entry->calls;
+    entry->used_ns = now_ns();
+  }
+  pthread_mutex_unlock(&mutex);
+}
+
+bool corbot_connection_lives(corbot_connection connection) {
+  if (connection.number == 0) return true; /* nothing is known of it */
+  pthread_mutex_lock(&mutex);
+  bool lives = find(connection) != NULL;
+  if (lives) {
+    struct pollfd polled = {connection.fd, POLLRDHUP, 0};
+    lives = poll(&polled, 1, 0) == 0 || (polled.revents & (POLLRDHUP | POLLHUP | POLLERR | POLLNVAL)) == 0;
+  }
+  pthread_mutex_unlock(&mutex);
+  return lives;
+}
+
+corbot_peer corbot_connection_peer(corbot_connection connection) {
+  pthread_mutex_lock(&mutex);
+  const Entry* entry = find(connection);
+  const corbot_peer unknown = {AF_UNSPEC, 0};
+  const corbot_peer peer = entry != NULL ? entry->peer : unknown;
+  pthread_mutex_unlock(&mutex);
+  return peer;
+}
+
+bool corbot_peer_equal(corbot_peer a, corbot_peer b) { return a.family == b.family && a.id == b.id; }

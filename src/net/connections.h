@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * The connections that this process has accepted, for servants on any ORB. Neither ORB bounds them, tells when the peer
+ * of a call has gone, or lets its sockets be set up. So a program that is linked with this file takes the place of
+ * accept() and close() in the C library: the ORB's calls come here. Plain C, thread-safe, not real-time safe. */
+#ifndef CORBOT_NET_CONNECTIONS_H
+#define CORBOT_NET_CONNECTIONS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+  /* At once; with one more the connection that has been idle for longest, of the host that has most, is closed. */
+  CORBOT_MOST_CONNECTIONS = 256,
+  /* Descriptors that are left for everything else. */
+  CORBOT_RESERVED_DESCRIPTORS = 64
+};
+
+/* One accepted connection. Its number is given once, its descriptor again and again; number 0: none. */
+typedef struct corbot_connection {
+  int fd;
+  uint64_t number;
+} corbot_connection;
+
+/* Who is at the other end: a host (IPv4 address, IPv6 network of 64 bits), or a process on a Unix socket. */
+typedef struct corbot_peer {
+  int family;
+  uint64_t id;
+} corbot_peer;
+
+/* Raises the limit of descriptors to the hard one and begins to count what is accepted. Before the ORB's start. */
+void corbot_connections_start(void);
+
+/* The connection whose descriptor that is, noted as used now. */
+corbot_connection corbot_connection_used(int fd);
+/* It carries a call from now on and is not idle. False when it has been closed for its idleness: its client has been told
+ * that nothing it sent meanwhile is carried out, and may send the call again. */
+bool corbot_connection_begin_call(corbot_connection connection);
+void corbot_connection_end_call(corbot_connection connection);
+/* Whether the peer is still there: not once it has closed, or reset, or has acknowledged nothing for ten seconds. */
+bool corbot_connection_lives(corbot_connection connection);
+corbot_peer corbot_connection_peer(corbot_connection connection);
+bool corbot_peer_equal(corbot_peer a, corbot_peer b);
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* CORBOT_NET_CONNECTIONS_H */

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "orb/omniorb/place.h"
+
+#include <omniORB4/CORBA.h>
+#include <omniORB4/omniInterceptors.h>
+
+// These need each other in this order.
+#include <omniORB4/internal/giopStream.h>
+
+#include <omniORB4/internal/giopStrand.h>
+
+#include <omniORB4/internal/GIOP_S.h>
+#include <omniORB4/tcpConnection.h>
+#include <omniORB4/unixConnection.h>
+
+#include <arm.hh>
+
+namespace corbot::omni {
+namespace {
+
+/// Of the request that this thread carries out.
+thread_local corbot_connection connection{-1, 0};
+
+int descriptor_of(::omni::giopConnection* of) {
+  if (const auto* tcp = dynamic_cast<const ::omni::tcpConnection*>(of)) return tcp->handle();
+  if (const auto* local = dynamic_cast<const ::omni::unixConnection*>(of)) return local->handle();
+  return -1;
+}
+
+CORBA::Boolean note(::omni::omniInterceptors::serverReceiveRequest_T::info_T& info) {
+  connection = corbot_connection_used(descriptor_of(info.giop_s.strand().connection));
+  return true;
+}
+
+int take(corbot_place_kind kind) {
+  int capacity = 0;
+  const int place = corbot_place_take(kind, connection, &capacity);
+  if (place < 0) throw Corbot::QueueFull(capacity);
+  return place;
+}
+
+}  // namespace
+
+Place::Place(corbot_place_kind kind) : place_(take(kind)) {}
+
+void note_connections() { ::omniORB::getInterceptors()->serverReceiveRequest.add(note); }
+
+}  // namespace corbot::omni

@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#define _GNU_SOURCE
+#include "orb/orbit2/requests.h"
+
+#include <dlfcn.h>
+#include <glib-object.h>
+#include <orbit/orbit.h>
+#include <stdatomic.h>
+#include <string.h>
+
+/* Exported by ORBit2, declared in none of its public headers. */
+extern CORBA_sequence_CORBA_octet* giop_recv_buffer_get_objkey(void* request);
+extern char* giop_recv_buffer_get_opname(void* request);
+
+/* Defined here instead of there. */
+void link_connection_from_fd(void* connection, int fd, const void* protocol, char* host, char* service,
+                             gboolean initiated, int status, int options);
+gboolean giop_connection_handle_input(void* connection);
+void ORBit_handle_request(CORBA_ORB orb, void* request);
+void ORBit_handle_locate_request(CORBA_ORB orb, void* request);
+void giop_recv_buffer_unuse(void* request);
+
+static char* served_name;
+static GByteArray* keys[kTargets];
+/* The connection whose input this thread, ORBit2's I/O thread, is reading. */
+static _Thread_local int reading_fd = -1;
+/* The request whose call has the place; NULL: none, or it is over. */
+static void* _Atomic holders[CORBOT_PLACES];
+
+static const char kDescriptor[] = "corbot-descriptor";
+
+/* The library's own function of that name. */
+static void* own(const char* function) {
+  void* found = dlsym(RTLD_NEXT, function);
+  if (found == NULL) g_error("this ORBit2 has no %s", function);
+  return found;
+}
+
+void requests_serve(const char* name, GByteArray* const targets[kTargets]) {
+  served_name = g_strdup(name);
+  for (int i = 0; i < kTargets; ++i) keys[i] = g_byte_array_ref(targets[i]);
+}
+
+void requests_leave(int place) {
+  if (atomic_exchange(&holders[place], NULL) != NULL) corbot_place_free(place);
+}
+
+void link_connection_from_fd(void* connection, int fd, const void* protocol, char* host, char* service,
+                             gboolean initiated, int status, int options) {
+  static void (*real)(void*, int, const void*, char*, char*, gboolean, int, int);
+  if (real == NULL) *(void**)&real = own("link_connection_from_fd");
+  g_object_set_data(G_OBJECT(connection), kDescriptor, GINT_TO_POINTER(fd + 1));
+  real(connection, fd, protocol, host, service, initiated, status, options);
+}
+
+gboolean giop_connection_handle_input(void* connection) {
+  static gboolean (*real)(void*);
+  if (real == NULL) *(void**)&real = own("giop_connection_handle_input");
+  const int before = reading_fd;
+  reading_fd = GPOINTER_TO_INT(g_object_get_data(G_OBJECT(connection), kDescriptor)) - 1;
+  const gboolean result = real(connection);
+  reading_fd = before;
+  return result;
+}
+
+static gboolean is_served(const CORBA_sequence_CORBA_octet* key) {
+  return key != NULL && served_name != NULL && key->_length == strlen(served_name) &&
+         memcmp(key->_buffer, served_name, key->_length) == 0;
+}
+
+/* Which object the request goes to. */
+static int target_of(void* request) {
+  const corbot_connection connection = corbot_connection_used(reading_fd);
+  corbot_place_kind kind;
+  const char* operation = giop_recv_buffer_get_opname(request);
+  if (operation == NULL || !corbot_place_needed(operation, &kind)) return kTargetAtOnce;
+  int capacity = 0;
+  const int place = corbot_place_take(kind, connection, &capacity);
+  if (place >= 0) {
+    atomic_store(&holders[place], request);
+    return place;
+  }
+  if (kind == CORBOT_PLACE_TO_START) return kTargetRefuseStart;
+  return capacity == CORBOT_WAITING_A_HOST ? kTargetRefuseHost : kTargetRefuseWait;
+}
+
+/* The key is not the request's to free: it lies in the message. */
+static void set_key(CORBA_sequence_CORBA_octet* key, int target) {
+  key->_buffer = keys[target]->data;
+  key->_length = key->_maximum = keys[target]->len;
+}
+
+void ORBit_handle_request(CORBA_ORB orb, void* request) {
+  static void (*real)(CORBA_ORB, void*);
+  if (real == NULL) *(void**)&real = own("ORBit_handle_request");
+  CORBA_sequence_CORBA_octet* key = giop_recv_buffer_get_objkey(request);
+  if (is_served(key)) set_key(key, target_of(request));
+  real(orb, request);
+}
+
+void ORBit_handle_locate_request(CORBA_ORB orb, void* request) {
+  static void (*real)(CORBA_ORB, void*);
+  if (real == NULL) *(void**)&real = own("ORBit_handle_locate_request");
+  CORBA_sequence_CORBA_octet* key = giop_recv_buffer_get_objkey(request);
+  if (is_served(key)) set_key(key, kTargetAtOnce);
+  real(orb, request);
+}
+
+/* The end of every message. A request that never reached its operation, because its arguments could not be read, gives
+ * its place back here. */
+void giop_recv_buffer_unuse(void* request) {
+  static void (*real)(void*);
+  if (real == NULL) *(void**)&real = own("giop_recv_buffer_unuse");
+  for (int place = 0; request != NULL && place < CORBOT_PLACES; ++place) {
+    void* held = request;
+    if (atomic_compare_exchange_strong(&holders[place], &held, NULL)) corbot_place_free(place);
+  }
+  real(request);
+}

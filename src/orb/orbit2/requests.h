@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef CORBOT_ORBIT2_REQUESTS_H
+#define CORBOT_ORBIT2_REQUESTS_H
+
+#include <glib.h>
+
+#include "net/places.h"
+
+/* Between ORBit2's I/O thread and its object adaptors. ORBit2 gives its objects keys that end with the process, and
+ * would serve a key of our choice only by forwarding the client (LOCATION_FORWARD); a client's ORB may send a
+ * forwarded call again when its connection is lost. And it makes a thread for every request, before the servant can
+ * refuse. So this file takes the place of three of the library's own functions: a request for the robot's name is
+ * given the key of one of the objects below and goes on as if it had come with that. */
+
+/* The objects, all for the same robot. A call that waits for a motion, or starts one, has a place, and an object for
+ * that place; one that finds no place goes to an object that refuses it, all of those served by one thread. */
+enum {
+  kTargetRefuseHost = CORBOT_PLACES, /* this host's places are taken */
+  kTargetRefuseWait,                 /* all are */
+  kTargetRefuseStart,
+  kTargetAtOnce, /* whatever needs no place */
+  kTargets
+};
+
+/* Requests for `name` go to the objects with these keys, which are kept. Before the ORB listens. */
+void requests_serve(const char* name, GByteArray* const keys[kTargets]);
+/* The call of this place is over; without effect when that is known. */
+void requests_leave(int place);
+
+#endif /* CORBOT_ORBIT2_REQUESTS_H */

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/cut_proxy.h"
+
+#include <arpa/inet.h>
+#include <linux/filter.h>
+#include <linux/sockios.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace corbot::test {
+namespace {
+
+sockaddr_in loopback(int port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  return address;
+}
+
+bool send_all(int to, const char* bytes, std::size_t count) {
+  while (count > 0) {
+    const ssize_t sent = ::send(to, bytes, count, MSG_NOSIGNAL);
+    if (sent <= 0) return false;
+    bytes += sent;
+    count -= static_cast<std::size_t>(sent);
+  }
+  return true;
+}
+
+}  // namespace
+
+CutProxy::CutProxy(int server_port) : server_port_(server_port) {
+  listening_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  wake_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  sockaddr_in address = loopback(0);
+  socklen_t size = sizeof(address);
+  if (::bind(listening_, reinterpret_cast<sockaddr*>(&address), size) != 0 || ::listen(listening_, 64) != 0 ||
+      ::getsockname(listening_, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
+    throw std::runtime_error("no port for the relay");
+  }
+  port_ = ntohs(address.sin_port);
+  thread_ = std::thread([this] { run(); });
+}
+
+CutProxy::~CutProxy() {
+  end_ = true;
+  const std::uint64_t one = 1;
+  (void)!::write(wake_, &one, sizeof(one));
+  thread_.join();
+  for (Line& line : lines_) end(line);
+  ::close(listening_);
+  ::close(wake_);
+}
+
+void CutProxy::cut() {
+  const std::lock_guard lock(mutex_);
+  for (Line& line : lines_) end(line);
+  lines_.clear();
+  holds_ = false;
+}
+
+void CutProxy::fall_silent() {
+  const std::lock_guard lock(mutex_);
+  sock_filter nothing[] = {{BPF_RET | BPF_K, 0, 0, 0}};
+  const sock_fprog program{1, nothing};
+  for (const Line& line : lines_) {
+    // What is sent has arrived: a machine that is gone repeats nothing.
+    int unacknowledged = 1;
+    while (::ioctl(line.server, SIOCOUTQ, &unacknowledged) == 0 && unacknowledged > 0)
+      std::this_thread::yield();
+    // What the kernel receives for the socket is dropped before it is acknowledged.
+    if (::setsockopt(line.server, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof(program)) != 0)
+      throw std::runtime_error("no filter for the relay");
+  }
+}
+
+void CutProxy::run() {
+  while (!end_) {
+    std::vector<pollfd> polled{{listening_, POLLIN, 0}, {wake_, POLLIN, 0}};
+    {
+      const std::lock_guard lock(mutex_);
+      for (const Line& line : lines_) {
+        polled.push_back({line.client, POLLIN, 0});
+        polled.push_back({line.server, POLLIN, 0});
+      }
+    }
+    ::poll(polled.data(), polled.size(), 5);
+    const std::lock_guard lock(mutex_);
+    std::erase_if(lines_, [&](Line& line) {
+      const bool lives = relay(line, line.client) && relay(line, line.server);
+      if (!lives) end(line);
+      return !lives;
+    });
+    if ((polled[0].revents & POLLIN) != 0) take();
+  }
+}
+
+void CutProxy::take() {
+  const int client = ::accept4(listening_, nullptr, nullptr, SOCK_CLOEXEC);
+  if (client < 0) return;
+  Line line{client, ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+  const sockaddr_in address = loopback(server_port_);
+  if (::connect(line.server, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0) {
+    lines_.push_back(line);
+  } else {
+    end(line);
+  }
+}
+
+bool CutProxy::relay(const Line& line, int from) {
+  char bytes[4096];
+  const ssize_t count = ::recv(from, bytes, sizeof(bytes), MSG_DONTWAIT);
+  if (count < 0) return errno == EAGAIN || errno == EWOULDBLOCK;
+  if (count == 0) return false;
+  if (from == line.server) return holds_ || send_all(line.client, bytes, static_cast<std::size_t>(count));
+  return send_all(line.server, bytes, static_cast<std::size_t>(count));
+}
+
+void CutProxy::end(Line& line) {
+  ::close(line.client);
+  ::close(line.server);
+}
+
+}  // namespace corbot::test

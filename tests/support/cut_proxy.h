@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace corbot::test {
+
+/// A network of its own between clients and a server on the loopback interface: a relay that can keep replies back,
+/// cut every connection, or let the line fall silent.
+class CutProxy {
+ public:
+  /// Relays connections to its own port to `server_port`. Throws std::runtime_error when it cannot listen.
+  explicit CutProxy(int server_port);
+  CutProxy(const CutProxy&) = delete;
+  CutProxy& operator=(const CutProxy&) = delete;
+  ~CutProxy();
+
+  [[nodiscard]] int port() const { return port_; }
+  /// From now on nothing that the server sends reaches a client.
+  void hold_replies() { holds_ = true; }
+  /// Ends every connection at both sides, and relays anew what is opened from now on.
+  void cut();
+  /// Every present connection falls silent towards the server: no byte and no acknowledgement of the
+  /// transport's, as if the client's machine had lost its network.
+  void fall_silent();
+
+ private:
+  struct Line {
+    int client;
+    int server;
+  };
+  void run();
+  void take();
+  /// False when either side has ended.
+  bool relay(const Line& line, int from);
+  void end(Line& line);
+
+  int server_port_;
+  int listening_ = -1;
+  int wake_ = -1;
+  int port_ = 0;
+  std::atomic<bool> end_{false};
+  std::atomic<bool> holds_{false};
+  std::mutex mutex_;  ///< of the lines, held while they are relayed
+  std::vector<Line> lines_;
+  std::thread thread_;
+};
+
+}  // namespace corbot::test
