@@ -66,10 +66,8 @@ TEST_F(Lifecycle, ARestartedServantReadsWhereTheArmIs) {
   ASSERT_TRUE(wait_for(Corbot::Standby));
 }
 
-TEST_F(Lifecycle, ForwardedClientsFindARestartedServant) {
-  // More blocked calls than one lane holds: the reference is forwarded to another lane, whose port ends with
-  // the servant. On ORBit2 every reference is forwarded, to a key that ends with the servant.
-  const int kCalls = on_orbit2() ? 4 : 6;
+TEST_F(Lifecycle, ClientsOfManyConnectionsFindARestartedServant) {
+  constexpr int kCalls = 4;
   std::vector<std::thread> callers;
   std::atomic<int> stopped{0};
   for (int i = 0; i < kCalls; ++i) {

@@ -82,7 +82,7 @@ TEST_F(Tickets, TheLastThousandAreKept) {
   }
 }
 
-TEST_F(Tickets, MoreWaitsThanOneLaneHoldsDoNotHoldUpAStop) {
+TEST_F(Tickets, FourWaitsDoNotHoldUpAStop) {
   constexpr int kWaiters = 4;  // of one host
   const Corbot::Ticket ticket = arm_->StartDelay(600.0);
   std::vector<std::thread> waiters;

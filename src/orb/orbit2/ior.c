@@ -78,8 +78,10 @@ GByteArray* ior_key(const char* ior, const void* end, unsigned end_length) {
   }
   GByteArray* key = NULL;
   guint length = 0;
-  for (guint at = 0; key == NULL && at < all->len; ++at) {
+  for (guint at = 0; at < all->len; ++at) {
     if (!is_key(all, at, end, end_length, &length)) continue;
+    /* A profile may end with its key: the innermost sequence is the key. */
+    if (key != NULL) g_byte_array_unref(key);
     key = g_byte_array_append(g_byte_array_new(), all->data + at + sizeof(length), length);
   }
   g_byte_array_unref(all);
