@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "cli/supervise/supervisor.h"
 #include "cli_rig.h"
 #include "support/ports.h"
 
@@ -260,6 +261,26 @@ TEST_F(Robustness, MisspeltOptionsGetASuggestion) {
   EXPECT_THAT(corbot({"status", "--frobnicate"}).errors, Not(HasSubstr("did you mean")));
   const RunResult program = corbot({"run", put("p.corbot", "move 1 2 3 --tiem 4\n")});
   EXPECT_THAT(program.errors, HasSubstr("did you mean '--time'?"));
+}
+
+// `corbot up` under a supervisor that keeps to systemd's protocol: another one of its own kind.
+TEST_F(Robustness, UnderAServiceManagerItReportsThatItIsUpAndWell) {
+  std::vector<std::string> words = up_command();
+  words.insert(words.begin(),
+               {"/usr/bin/env", "XDG_RUNTIME_DIR=" + directory_.string(), CORBOT_BIN_DIR "/corbot"});
+  int changes = 0;
+  cli::Supervisor manager(
+      {.notify_path = (directory_ / "manager").string(), .on_change = [&] { ++changes; }});
+  ASSERT_TRUE(manager.start({.title = "corbot up", .command = words, .ready_within_s = 30, .respond_s = 2}));
+  EXPECT_EQ(corbot({"status"}).code, 0) << "READY=1 comes when it can be used";
+  const pid_t first = manager.pid_of("corbot up");
+  const auto begin = std::chrono::steady_clock::now();
+  while (std::chrono::steady_clock::now() - begin < std::chrono::seconds(4)) ASSERT_TRUE(manager.step());
+  EXPECT_EQ(manager.pid_of("corbot up"), first) << "WATCHDOG=1 comes";
+  ASSERT_EQ(::kill(first, SIGSTOP), 0);
+  ASSERT_TRUE(wait_until(within(60), [&] { return !manager.step() || changes == 3; }));
+  EXPECT_NE(manager.pid_of("corbot up"), first);
+  EXPECT_TRUE(works());
 }
 
 TEST_F(Robustness, PathsThatAreNoUtf8AreHandled) {

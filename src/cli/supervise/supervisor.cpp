@@ -67,6 +67,10 @@ bool Supervisor::start(Spec spec) {
   Child child(spec.title, spec.command);
   entries_.push_back({std::move(spec), std::move(child)});
   Entry& entry = entries_.back();
+  if (options_.manager != nullptr) {
+    for (DescriptorStore::Item& item : options_.manager->take(entry.spec.title))
+      entry.stored.add(item.name, std::move(item.fd));
+  }
   start_child(entry);
   while (!entry.ready) {
     poll(kPollInterval_s);
@@ -188,24 +192,33 @@ void Supervisor::read_notifications() {
   }
 }
 
+void Supervisor::store(Entry& entry, const std::string& name, OwnedFd fd) {
+  using Added = DescriptorStore::Added;
+  const Added added = entry.stored.add(name, std::move(fd));
+  if (added == Added::kFull || added == Added::kFailed) {
+    const std::string why = added == Added::kFull
+                                ? fmt::format("there are {} already", DescriptorStore::kCapacity)
+                                : "no file descriptor left";
+    log(fmt::format("{}: descriptor '{}' is not stored: {}", entry.spec.title, client::printable(name), why));
+  }
+  if (added == Added::kNew && options_.manager != nullptr) {
+    const DescriptorStore::Item& item = entry.stored.items().back();
+    options_.manager->store(entry.spec.title, item.name, item.fd.get());
+  }
+}
+
 void Supervisor::apply(Entry& entry, Notification& notification) {
   if (notification.status) entry.status = *notification.status;
   if (notification.watchdog) {
     entry.responded = Clock::now();
     entry.fed = true;
   }
-  if (notification.remove) entry.stored.remove(notification.fd_name);
+  if (notification.remove) {
+    entry.stored.remove(notification.fd_name);
+    if (options_.manager != nullptr) options_.manager->remove(entry.spec.title, notification.fd_name);
+  }
   if (notification.store) {
-    for (OwnedFd& fd : notification.descriptors) {
-      const auto added = entry.stored.add(notification.fd_name, std::move(fd));
-      if (added == DescriptorStore::Added::kFull || added == DescriptorStore::Added::kFailed) {
-        log(fmt::format("{}: descriptor '{}' is not stored: {}", entry.spec.title,
-                        client::printable(notification.fd_name),
-                        added == DescriptorStore::Added::kFull
-                            ? fmt::format("there are {} already", DescriptorStore::kCapacity)
-                            : std::string("no file descriptor left")));
-      }
-    }
+    for (OwnedFd& fd : notification.descriptors) store(entry, notification.fd_name, std::move(fd));
   }
   if (notification.ready && !entry.spec.is_ready) set_ready(entry);
 }

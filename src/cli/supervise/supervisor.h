@@ -8,6 +8,7 @@
 
 #include "cli/supervise/child.h"
 #include "cli/supervise/notify_socket.h"
+#include "cli/supervise/service_manager.h"
 
 namespace corbot::cli {
 
@@ -32,8 +33,9 @@ class Supervisor {
     std::vector<std::string> after_unresponsive{};
   };
   struct Options {
-    std::string notify_path;  ///< of the socket
-    int attempts{10};         ///< starts in a row that do not get ready before it gives up; 0: endless
+    std::string notify_path;           ///< of the socket
+    ServiceManager* manager{nullptr};  ///< of this process: keeps the stored descriptors, too; null: none
+    int attempts{10};  ///< starts in a row that do not get ready before it gives up; 0: endless
     std::function<void()> on_change;  ///< called after every start and restart; throws nothing
     std::function<int()> input_fd{};  ///< with input there, on_step is called at once; −1: none
     std::function<void()> on_step{};  ///< called about ten times a second; throws nothing
@@ -81,6 +83,7 @@ class Supervisor {
   void poll(double seconds);
   void read_signals();
   void read_notifications();
+  void store(Entry& entry, const std::string& name, OwnedFd fd);
   void apply(Entry& entry, Notification& notification);
   void read_output(Entry& entry);
   void set_ready(Entry& entry);

@@ -166,12 +166,14 @@ class StateFiles {
 
 /// Until a signal requests the end. Throws Failure.
 void supervise(const UpOptions& options, const Profile& profile, RobotState& state, StateLock& lock,
-               const LogDirectory* log_directory) {
+               ServiceManager& manager, const LogDirectory* log_directory) {
   std::string position;
   StateFiles files(lock);
   Console console(state.name);
+  bool announced = false;
   Supervisor* running = nullptr;
   Supervisor supervisor({.notify_path = lock.notify_path(),
+                         .manager = &manager,
                          .attempts = profile.supervisor.attempts,
                          .on_change =
                              [&] {
@@ -184,6 +186,7 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
                              [&] {
                                files.restore();
                                console.step();
+                               if (announced && running->all_ready()) manager.feed();
                              }});
   running = &supervisor;
   bool going = true;
@@ -195,9 +198,12 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
           supervisor.start(servant(options, state, profile.supervisor));
   if (going) {
     announce(state, position, console);
+    announced = true;
+    manager.ready(fmt::format("{} is up at {}", state.name, state.address));
     while (supervisor.step()) {
     }
   }
+  manager.ending();
   fmt::print("ending {}\n", state.name);
   std::fflush(stdout);
   supervisor.stop_all();
@@ -212,6 +218,7 @@ struct SegmentRemover {
 }  // namespace
 
 void up(const UpOptions& options) {
+  ServiceManager manager;
   ProfileText read = read_profile(options.profile);
   RobotState state = plan(options, read.profile);
   const auto endpoint = split_endpoint(state.endpoint);
@@ -231,7 +238,7 @@ void up(const UpOptions& options) {
   lock.write(state);
   {
     const SegmentRemover remover{state.name};
-    supervise(options, read.profile, state, lock, log_directory.get());
+    supervise(options, read.profile, state, lock, manager, log_directory.get());
   }
   fmt::print("{} is down\n", state.name);
 }

@@ -2,6 +2,7 @@
 // The supervisor's side of sd_notify(3), with a child that has libsystemd's.
 #include <gmock/gmock.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -28,8 +29,8 @@ class Notify : public testing::Test {
   Notify() {
     std::string path = testing::TempDir() + "corbot-notify-XXXXXX";
     directory_ = ::mkdtemp(path.data());
-    supervisor_ =
-        std::make_unique<Supervisor>(Supervisor::Options{file("notify"), 3, [this] { ++changes_; }});
+    supervisor_ = std::make_unique<Supervisor>(Supervisor::Options{
+        .notify_path = file("notify"), .attempts = 3, .on_change = [this] { ++changes_; }});
   }
   ~Notify() override {
     supervisor_.reset();
@@ -91,6 +92,26 @@ TEST_F(Notify, NoMoreThanSixteenDescriptorsAreStored) {
   const std::string got = text_of("got");
   EXPECT_EQ(std::count(got.begin(), got.end(), '\n'), 16);
   EXPECT_THAT(got, AllOf(HasSubstr("x f0\n"), HasSubstr("x f15\n")));
+}
+
+TEST_F(Notify, StoredDescriptorsAreHandedUpToTheServiceManager) {
+  NotifySocket systemd(file("systemd"));
+  ASSERT_EQ(::setenv("NOTIFY_SOCKET", systemd.path().c_str(), 1), 0);
+  ServiceManager manager;
+  supervisor_ = std::make_unique<Supervisor>(Supervisor::Options{
+      .notify_path = file("notify2"), .manager = &manager, .on_change = [this] { ++changes_; }});
+  ASSERT_TRUE(supervisor_->start(child("store=one:" + file("a") + " remove=one ready hang")));
+  const auto stored = systemd.receive();
+  const auto removed = systemd.receive();
+  ::unsetenv("NOTIFY_SOCKET");
+  ASSERT_TRUE(stored && removed);
+  EXPECT_TRUE(stored->store);
+  EXPECT_EQ(stored->fd_name, "child/one");
+  EXPECT_EQ(stored->sender, ::getpid());
+  ASSERT_EQ(stored->descriptors.size(), 1u);
+  EXPECT_EQ(fs::read_symlink("/proc/self/fd/" + std::to_string(stored->descriptors[0].get())), file("a"));
+  EXPECT_TRUE(removed->remove);
+  EXPECT_EQ(removed->fd_name, "child/one");
 }
 
 TEST_F(Notify, AChildThatDoesNotRespondIsReplaced) {
