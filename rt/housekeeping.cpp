@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "alarms/alarm_text.h"
+#include "notify/service_notifier.h"
 
 namespace corbot::rt {
 namespace {
@@ -42,11 +43,18 @@ void print_log(SafetyLines& safety) {
 void run_housekeeping(const Segment& segment, Cycle& cycle, Backend& backend, SafetyLines& safety,
                       const std::atomic<bool>& ended) {
   RingConsumer alarms(cycle.alarm_log());
+  ServiceNotifier supervisor;
+  std::uint64_t reported_cycle = 0;
   bool had_servant = false;
   while (!ended.load(std::memory_order_acquire)) {
     print_alarms(alarms);
     print_log(backend);
     print_log(safety);
+    if (Snapshot now{}; cycle.newest(now) && now.cycle != reported_cycle) {
+      reported_cycle = now.cycle;
+      supervisor.ready();
+      supervisor.alive();
+    }
     const bool has_servant = segment.peer_alive();
     if (has_servant && !had_servant) spdlog::info("servant connected");
     if (!has_servant && had_servant) {

@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 #include <malloc.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
@@ -17,6 +19,7 @@ namespace corbot::rt {
 namespace {
 
 constexpr std::size_t kStackBytes = 256 * 1024;
+constexpr rlim_t kLongestComputing_us = 500'000;
 
 bool lock_memory(RealtimeResult& result) {
   // Pages that malloc has freed stay with the process, so no later use faults them in again.
@@ -54,6 +57,19 @@ void take_cpu(int cpu, RealtimeResult& result) {
                                         cpu, std::strerror(error)));
 }
 
+/// The kernel ends the process, by SIGXCPU, when a real-time thread of it has computed for so long without sleeping: one that
+/// spins would otherwise hold its processor for good. Far beyond what a cycle takes, and below the second after which the kernel
+/// throttles real-time threads all together. What the process may do already is not widened.
+bool limit_computing(RealtimeResult& result) {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_RTTIME, &limit) != 0) return false;
+  limit.rlim_cur = std::min<rlim_t>(limit.rlim_cur, kLongestComputing_us);
+  if (setrlimit(RLIMIT_RTTIME, &limit) == 0) return true;
+  result.failures.push_back(
+      fmt::format("the computing time of real-time threads cannot be limited ({})", std::strerror(errno)));
+  return false;
+}
+
 bool set_fifo(int priority, RealtimeResult& result) {
   const int error = set_fifo_priority(priority);
   if (error == 0) return true;
@@ -71,6 +87,7 @@ RealtimeResult make_realtime(const RealtimeSettings& settings, int& latency_fd) 
   prefault_stack();
   result.latency_held = limit_latency(latency_fd);
   take_cpu(settings.cpu, result);
+  result.bounded = limit_computing(result);
   result.scheduled = set_fifo(settings.priority, result);
   return result;
 }

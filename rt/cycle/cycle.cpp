@@ -47,7 +47,8 @@ Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, cons
   stops_requested_ = segment_.control.stop_count.load(std::memory_order_acquire);
   snapshot_.stops_done = stops_requested_;
   snapshot_.clears_done = segment_.control.clear_count.load(std::memory_order_acquire);
-  snapshot_.incarnation = segment_.header.incarnation.load(std::memory_order_acquire);
+  incarnation_ = segment_.header.incarnation.load(std::memory_order_acquire);
+  snapshot_.incarnation = incarnation_;
   snapshot_.command_id = 0;
   map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
 }

@@ -56,6 +56,10 @@ class Cycle {
 
   /// The frame that describes the present set-point, for Backend::open().
   [[nodiscard]] const ServoFrame& frame() const noexcept { return frame_; }
+  /// Any thread. What step() has published last; false before the first.
+  [[nodiscard]] bool newest(Snapshot& out) const noexcept {
+    return segment_.snapshot.load(out) && out.incarnation == incarnation_;
+  }
   /// A copy of each alarm, for this process to print; consumed by one other thread.
   [[nodiscard]] Ring<AlarmEvent, 64>& alarm_log() noexcept { return alarm_log_; }
 
@@ -95,6 +99,7 @@ class Cycle {
   Backend& backend_;
   const EmergencyStop& emergency_stop_;
   const double period_s_;
+  std::uint64_t incarnation_{0};
 
   RingConsumer<decltype(SegmentLayout::commands)> commands_;
   RingProducer<decltype(SegmentLayout::completions)> completions_;

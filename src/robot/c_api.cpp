@@ -128,6 +128,10 @@ void corbot_robot_save_position(corbot_robot* robot, const char* directory, void
   if (error.status != CORBOT_OK && warn != nullptr) warn(error.text);
 }
 
+void corbot_robot_serve(corbot_robot* robot, int (*answers)(void* context), void* context) {
+  robot->robot.serve([answers, context] { return answers(context) != 0; });
+}
+
 void corbot_robot_interrupt(corbot_robot* robot) { robot->robot.interrupt(); }
 
 void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {

@@ -131,6 +131,11 @@ void corbot_robot_save_position(corbot_robot* robot, const char* directory, void
 /* Wakes every waiting call (CORBOT_NOT_READY) and detaches. What was accepted is carried out for as long as the
  * profile's orphan_s, unless another servant is attached by then. */
 void corbot_robot_close(corbot_robot* robot);
+/* Calls are served from now on. `answers` is called again and again until corbot_robot_interrupt, from a thread of its own: 1 when a
+ * call from outside has got through, which proves that the servant responds, 0 when not. It must come back within a second or so.
+ * Where it fails for longer, the real-time task stops what moves after the profile's orphan_s. The supervisor of this process is
+ * told by sd_notify(3): ready now, and well as long as this succeeds. Once in a robot's life. */
+void corbot_robot_serve(corbot_robot* robot, int (*answers)(void* context), void* context);
 /* Every call that waits for a motion, now or later, returns CORBOT_NOT_READY: the process is about to end. */
 void corbot_robot_interrupt(corbot_robot* robot);
 

@@ -30,7 +30,8 @@ Robot::Robot(Profile profile, const std::string& name)
       planner_(profile_.arm),
       link_(name, fingerprint(profile_.arm), *this),
       watch_(link_, alarms_,
-             {[this] { return responds(); }, [this](bool frozen) { tickets_.suspend_waits(frozen); }}),
+             {[this] { return self_check_.is_started(); }, [this] { return responds(); },
+              [this](bool frozen) { tickets_.suspend_waits(frozen); }}),
       view_(profile_, link_, watch_, tickets_, alarms_) {
   link_.start();
   watch_.start();
@@ -60,6 +61,7 @@ void Robot::save_position(const std::string& directory, PositionSaver::Warn warn
 
 void Robot::interrupt() {
   closing_ = true;
+  self_check_.close();
   tickets_.close();
 }
 
@@ -97,7 +99,7 @@ bool Robot::responds() const {
   (void)tickets_.pending();
   (void)alarms_.cause();
   (void)settings();
-  return !closing_;
+  return !closing_ && self_check_.passes();
 }
 
 void Robot::await(Segment& segment, double seconds, const std::string& what,

@@ -17,6 +17,7 @@
 #include "robot/link.h"
 #include "robot/position_saver.h"
 #include "robot/robot_view.h"
+#include "robot/self_check.h"
 #include "robot/task_watch.h"
 #include "robot/ticket_table.h"
 
@@ -37,6 +38,10 @@ class Robot final : private LinkListener {
   /// From now on the last position is saved on disk; empty: in the default directory. `warn` is called when
   /// that fails, from a thread of its own.
   void save_position(const std::string& directory, PositionSaver::Warn warn);
+
+  /// Calls are served from now on. `answers` is called again and again, from a thread of its own, until interrupt(): whether one
+  /// gets through. What depends on that: the beat for the real-time task, and what the supervisor of this process hears.
+  void serve(std::function<bool()> answers) { self_check_.start(std::move(answers)); }
 
   /// Every call that waits for a motion returns: the servant is shutting down.
   void interrupt();
@@ -103,6 +108,7 @@ class Robot final : private LinkListener {
   std::uint64_t last_epoch_{0};
   PlanStart planned_end_;
 
+  SelfCheck self_check_;
   Link link_;        // its thread uses all of the above
   TaskWatch watch_;  // likewise, and the link
   const RobotView view_;

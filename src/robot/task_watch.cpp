@@ -49,7 +49,7 @@ void TaskWatch::run() {
   while (!end_) {
     lock.unlock();
     look();
-    if (hooks_.responds()) beat();
+    if (hooks_.responds()) report();
     lock.lock();
     end_requested_.wait_for(lock, Progress::kLook, [this] { return end_; });
   }
@@ -79,7 +79,11 @@ void TaskWatch::set_frozen(bool frozen) {
   hooks_.on_change(frozen);
 }
 
-void TaskWatch::beat() const {
+void TaskWatch::report() {
+  if (hooks_.is_ready()) {
+    supervisor_.ready();
+    supervisor_.alive();
+  }
   // Relaxed: it says that this thread runs, and orders nothing else.
   if (const auto segment = link_.segment())
     segment->layout().control.servant_beat.fetch_add(1, std::memory_order_relaxed);

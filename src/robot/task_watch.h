@@ -10,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "notify/service_notifier.h"
 #include "robot/alarm_log.h"
 #include "robot/link.h"
 
@@ -44,10 +45,11 @@ class Progress {
 
 /// Liveness between servant and real-time task, a thread of its own. Looks whether the task's cycle number advances; where
 /// it stands still there is an alarm, active until it advances again. And raises the servant's beat, by which the task
-/// knows that the servant responds, as long as `responds` returns true.
+/// knows that the servant responds, and reports to the supervisor of this process, as long as `responds` returns true.
 class TaskWatch {
  public:
   struct Hooks {
+    std::function<bool()> is_ready;  ///< calls are served: to the supervisor
     std::function<bool()> responds;  ///< proves that calls are served; where it blocks, the beat stands still
     std::function<void(bool frozen)> on_change;  ///< from the thread
   };
@@ -70,12 +72,13 @@ class TaskWatch {
   void run();
   void look();
   void set_frozen(bool frozen);
-  void beat() const;
+  void report();
 
   const Link& link_;
   AlarmLog& alarms_;
   const Hooks hooks_;
-  Progress progress_;  // the thread's own
+  Progress progress_;           // the thread's own
+  ServiceNotifier supervisor_;  // likewise
   std::atomic<bool> frozen_{false};
   std::atomic<Progress::Clock::rep> changed_at_{0};
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -57,16 +58,12 @@ class Freeze : public RobotRig {
     return snapshot;
   }
   [[nodiscard]] bool is_active(int code) const {
-    Corbot::AlarmList_var alarms = arm_->Alarms();
-    for (CORBA::ULong i = 0; i < alarms->length(); ++i)
-      if (alarms[i].code == code && alarms[i].active) return true;
-    return false;
+    const auto list = alarms();
+    return std::any_of(list.begin(), list.end(), [&](const auto& a) { return a.code == code && a.active; });
   }
   [[nodiscard]] bool has_alarm(int code) const {
-    Corbot::AlarmList_var alarms = arm_->Alarms();
-    for (CORBA::ULong i = 0; i < alarms->length(); ++i)
-      if (alarms[i].code == code) return true;
-    return false;
+    const auto list = alarms();
+    return std::any_of(list.begin(), list.end(), [&](const auto& a) { return a.code == code; });
   }
   /// A motion of some seconds, from where the arm is at rest.
   Corbot::Ticket start_long_motion() {

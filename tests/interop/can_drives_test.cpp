@@ -123,8 +123,8 @@ TEST_F(CanDrives, TurnInTheDirectionOfTheProfile) {
 TEST_F(CanDrives, ReportAnEmergencyInTheAlarms) {
   drives_->command("emcy 4310 3");
   EXPECT_TRUE(wait_for(Corbot::Error));
-  Corbot::AlarmList_var alarms = arm_->Alarms();
-  EXPECT_THAT(std::string(alarms[alarms->length() - 1].text), HasSubstr("lost"));
+  ASSERT_FALSE(alarms().empty());
+  EXPECT_THAT(std::string(alarms().back().text), HasSubstr("lost"));
   EXPECT_TRUE(wait_until(within(10), [&] {
     return rt_->errors().find("EMCY 0x4310 (drive too hot)") != std::string::npos;
   })) << rt_->errors();

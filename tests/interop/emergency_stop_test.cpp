@@ -69,8 +69,8 @@ class EmergencyStopInput : public RobotRig, public ::testing::WithParamInterface
     if (!HasFatalFailure()) arm_ = connect();
   }
   std::string last_alarm() {
-    Corbot::AlarmList_var alarms = arm_->Alarms();
-    return alarms->length() == 0 ? "" : std::string(alarms[alarms->length() - 1].text);
+    const std::vector<Corbot::AlarmInfo> list = alarms();
+    return list.empty() ? "" : std::string(list.back().text);
   }
 
   /// The servant keeps running.

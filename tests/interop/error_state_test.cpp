@@ -33,20 +33,19 @@ TEST_F(ErrorState, ALostDeviceFaultsTheMotionAndIsClearedOnceItIsBack) {
   } catch (const Corbot::NotReady& error) {
     EXPECT_NE(std::string(error.reason).find("device"), std::string::npos) << error.reason;
   }
-  Corbot::AlarmList_var alarms = arm_->Alarms();
-  ASSERT_GE(alarms->length(), 1u);
-  EXPECT_EQ(alarms[0].code, 121);
-  EXPECT_TRUE(alarms[0].active);
-  EXPECT_GT(alarms[0].time, 1.6e9);
-  EXPECT_STRNE(alarms[0].text, "");
+  ASSERT_GE(alarms().size(), 1u);
+  const Corbot::AlarmInfo first = alarms().front();
+  EXPECT_EQ(first.code, 121);
+  EXPECT_TRUE(first.active);
+  EXPECT_GT(first.time, 1.6e9);
+  EXPECT_STRNE(first.text, "");
 
   find_device();
   ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }));
   EXPECT_EQ(arm_->Status(), Corbot::Standby);
   Corbot::JointCoord_var still = arm_->ArtiCoord();
   EXPECT_EQ(distance_deg(where, still), 0.0) << "no jump, before or after";
-  alarms = arm_->Alarms();
-  EXPECT_FALSE(alarms[0].active);
+  EXPECT_FALSE(alarms().at(0).active);
   arm_->Move(0.20, 0.05, 0.10, 0.0, 0.0);
 }
 

@@ -34,15 +34,13 @@ TEST_F(Lifecycle, WithoutATaskEverythingThatMovesRaisesNotReady) {
   EXPECT_EQ(raised_by([&] { arm_->Clear(); }), "NotReady");
   Corbot::JointCoord_var joints = arm_->ArtiCoord();  // where it was
   EXPECT_EQ(joints->length(), 4u);
-  Corbot::AlarmList_var alarms = arm_->Alarms();
-  ASSERT_GE(alarms->length(), 1u);
-  EXPECT_EQ(alarms[alarms->length() - 1].code, 150);
-  EXPECT_TRUE(alarms[alarms->length() - 1].active);
+  ASSERT_GE(alarms().size(), 1u);
+  EXPECT_EQ(alarms().back().code, 150);
+  EXPECT_TRUE(alarms().back().active);
   start_rt();
   ASSERT_TRUE(wait_for(Corbot::Standby));
   arm_->Move(0.2, 0, 0.1, 0, 0);
-  alarms = arm_->Alarms();
-  for (CORBA::ULong i = 0; i < alarms->length(); ++i) EXPECT_FALSE(alarms[i].active);
+  for (const Corbot::AlarmInfo& alarm : alarms()) EXPECT_FALSE(alarm.active) << alarm.text;
 }
 
 TEST_F(Lifecycle, ARestartedTaskContinuesWhereTheArmIs) {

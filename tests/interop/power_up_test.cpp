@@ -174,10 +174,9 @@ TEST_F(PowerUp, ADirectoryThatCannotBeWrittenIsLoggedOnce) {
   arm_->Drive(0, 5.0, 90.0);
   ASSERT_TRUE(wait_until(
       within(20), [&] { return servant_->errors().find("position is not saved") != std::string::npos; }));
-  Corbot::AlarmList_var alarms = arm_->Alarms();
-  ASSERT_EQ(alarms->length(), 1u);
-  EXPECT_EQ(alarms[0].code, 152);
-  EXPECT_FALSE(alarms[0].active);
+  ASSERT_EQ(alarms().size(), 1u);
+  EXPECT_EQ(alarms()[0].code, 152);
+  EXPECT_FALSE(alarms()[0].active);
 }
 
 TEST_F(PowerUp, AnotherServoMapMovesNothing) {

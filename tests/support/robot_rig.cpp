@@ -86,6 +86,15 @@ bool RobotRig::wait_for(Corbot::RobotState state, double seconds) {
   });
 }
 
+std::vector<Corbot::AlarmInfo> RobotRig::alarms() const {
+  constexpr CORBA::Long kOverrun = 140;
+  Corbot::AlarmList_var list = arm_->Alarms();
+  std::vector<Corbot::AlarmInfo> kept;
+  for (CORBA::ULong i = 0; i < list->length(); ++i)
+    if (list[i].code != kOverrun) kept.push_back(list[i]);
+  return kept;
+}
+
 void RobotRig::expect_no_motion_accepted() {
   Corbot::JointCoord target;
   target.length(4);

@@ -34,6 +34,9 @@ class RobotRig : public ::testing::Test {
   /// Waits until the robot reports this state.
   [[nodiscard]] bool wait_for(Corbot::RobotState state, double seconds = 30.0);
 
+  /// The alarms, without those of overruns (140), which a busy machine adds by itself.
+  [[nodiscard]] std::vector<Corbot::AlarmInfo> alarms() const;
+
   /// Every operation that moves something raises NotReady.
   void expect_no_motion_accepted();
 

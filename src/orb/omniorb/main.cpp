@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "net/endpoint.h"
+#include "net/giop_probe.h"
 #include "orb/omniorb/arm_servant.h"
 #include "orb/omniorb/naming.h"
 #include "orb/omniorb/options.h"
@@ -80,6 +81,28 @@ void flush_replies() {
   std::this_thread::sleep_for(kReplyWritten);
 }
 
+/// The servant's own client: whether a request gets through to the ORB.
+class Probe {
+ public:
+  Probe(corbot_robot& robot, const Options& options, const std::string& key) : robot_(robot) {
+    corbot_giop_probe_init(&probe_, options.host.c_str(), options.port, nullptr, key.c_str());
+  }
+  Probe(const Probe&) = delete;
+  Probe& operator=(const Probe&) = delete;
+  ~Probe() {
+    corbot_robot_interrupt(&robot_);  // ends what uses the probe, whichever way this was left
+    corbot_giop_probe_close(&probe_);
+  }
+  static int answers(void* self) {
+    constexpr int kTimeout_ms = 1000;
+    return corbot_giop_probe_answers(&static_cast<Probe*>(self)->probe_, kTimeout_ms);
+  }
+
+ private:
+  corbot_robot& robot_;
+  corbot_giop_probe probe_{};
+};
+
 /// Serves until a signal asks for the end.
 void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
   corbot_description description{};
@@ -110,6 +133,8 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
   }
   fmt::print("ready corbaloc::{}:{}/{}\n", options.host, options.port, name);
   std::fflush(stdout);
+  Probe probe(robot, options, name);
+  corbot_robot_serve(&robot, &Probe::answers, &probe);
   int signal_number = 0;
   sigwait(&end_signals, &signal_number);
   spdlog::info("signal {}: ending", signal_number);

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "net/giop_probe.h"
 #include "orb/orbit2/arm_servant.h"
 #include "orb/orbit2/ior.h"
 #include "orb/orbit2/log.h"
@@ -50,6 +51,12 @@ static void flush_replies(void) {
   g_usleep(kReplyWritten_us);
 }
 
+/* The servant's own client: whether a request gets through to the ORB. */
+static int answers(void* probe) {
+  enum { kTimeout_ms = 1000 };
+  return corbot_giop_probe_answers(probe, kTimeout_ms);
+}
+
 /* Serves until a signal asks for the end. A main loop of our own: CORBA_ORB_run would leave GLib's sources,
  * the signals among them, unserved. */
 static void run(const Orb* orb, const Options* options, const char* name, corbot_robot* robot) {
@@ -70,10 +77,14 @@ static void run(const Orb* orb, const Options* options, const char* name, corbot
   }
   (void)printf("ready %s\n", reference);
   (void)fflush(stdout);
+  corbot_giop_probe probe;
+  corbot_giop_probe_init(&probe, options->endpoint.host, options->endpoint.port, options->unix_path, name);
+  corbot_robot_serve(robot, answers, &probe);
   g_main_loop_run(request.loop);
   log_info("signal %d: ending", request.signal);
   name_binder_end(binder);
   corbot_robot_interrupt(robot); /* calls that wait for motions return */
+  corbot_giop_probe_close(&probe);
   flush_replies();
   for (size_t i = 0; i < G_N_ELEMENTS(sources); ++i) {
     if (sources[i] != 0) g_source_remove(sources[i]);

@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#define _GNU_SOURCE
+#include "net/giop_probe.h"
+
+#include <errno.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { kHeader = 12, kLocateRequest = 3, kLocateReply = 4, kLargestReply = 4096 };
+
+static int64_t now_ms(void) {
+  struct timespec time;
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return (int64_t)time.tv_sec * 1000 + time.tv_nsec / 1000000;
+}
+
+/* 1 once `events` are there, 0 at the deadline. */
+static int wait_for(int fd, short events, int64_t deadline_ms) {
+  for (;;) {
+    const int64_t left_ms = deadline_ms - now_ms();
+    if (left_ms <= 0) return 0;
+    struct pollfd entry = {fd, events, 0};
+    const int ready = poll(&entry, 1, (int)left_ms);
+    if (ready > 0) return 1;
+    if (ready < 0 && errno != EINTR) return 0;
+  }
+}
+
+static int finish_connect(int fd, const struct sockaddr* address, socklen_t size, int64_t deadline_ms) {
+  if (connect(fd, address, size) == 0) return 1;
+  if (errno != EINPROGRESS || !wait_for(fd, POLLOUT, deadline_ms)) return 0;
+  int error = 0;
+  socklen_t length = sizeof(error);
+  return getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &length) == 0 && error == 0;
+}
+
+static int connect_to(int family, const struct sockaddr* address, socklen_t size, int64_t deadline_ms) {
+  const int fd = socket(family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (fd < 0) return -1;
+  if (finish_connect(fd, address, size, deadline_ms)) return fd;
+  close(fd);
+  return -1;
+}
+
+static int connect_tcp(const corbot_giop_probe* probe, int64_t deadline_ms) {
+  struct addrinfo hints;
+  memset(&hints, 0, sizeof(hints));
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_NUMERICSERV;
+  struct addrinfo* found = NULL;
+  if (getaddrinfo(probe->host, probe->port, &hints, &found) != 0) return -1;
+  int fd = -1;
+  for (const struct addrinfo* entry = found; entry != NULL && fd < 0; entry = entry->ai_next)
+    fd = connect_to(entry->ai_family, entry->ai_addr, entry->ai_addrlen, deadline_ms);
+  freeaddrinfo(found);
+  const int on = 1;
+  if (fd >= 0) (void)setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
+  return fd;
+}
+
+static int connect_unix(const corbot_giop_probe* probe, int64_t deadline_ms) {
+  struct sockaddr_un address;
+  memset(&address, 0, sizeof(address));
+  address.sun_family = AF_UNIX;
+  memcpy(address.sun_path, probe->unix_path, sizeof(address.sun_path));
+  return connect_to(AF_UNIX, (const struct sockaddr*)&address, sizeof(address), deadline_ms);
+}
+
+static int send_all(int fd, const unsigned char* bytes, size_t size, int64_t deadline_ms) {
+  while (size > 0) {
+    const ssize_t sent = send(fd, bytes, size, MSG_NOSIGNAL);
+    if (sent > 0) {
+      bytes += sent;
+      size -= (size_t)sent;
+    } else if (sent < 0 && errno != EINTR && (errno != EAGAIN || !wait_for(fd, POLLOUT, deadline_ms))) {
+      return 0;
+    }
+  }
+  return 1;
+}
+
+static int receive_all(int fd, unsigned char* bytes, size_t size, int64_t deadline_ms) {
+  while (size > 0) {
+    if (!wait_for(fd, POLLIN, deadline_ms)) return 0;
+    const ssize_t got = recv(fd, bytes, size, 0);
+    if (got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN)) return 0;
+    if (got < 0) continue;
+    bytes += got;
+    size -= (size_t)got;
+  }
+  return 1;
+}
+
+static void put_big_endian(unsigned char* at, uint32_t value) {
+  for (int i = 0; i < 4; ++i) at[i] = (unsigned char)(value >> (24 - 8 * i));
+}
+
+/* In the byte order that the sender has chosen. */
+static uint32_t get(const unsigned char* at, int little_endian) {
+  uint32_t value = 0;
+  for (int i = 0; i < 4; ++i) value |= (uint32_t)at[i] << (little_endian ? 8 * i : 24 - 8 * i);
+  return value;
+}
+
+static int locate(corbot_giop_probe* probe, int64_t deadline_ms) {
+  unsigned char request[kHeader + 8 + sizeof(probe->key)] = {'G', 'I', 'O', 'P', 1, 0, 0, kLocateRequest};
+  const uint32_t key_size = (uint32_t)strlen(probe->key);
+  const uint32_t number = ++probe->request;
+  put_big_endian(request + 8, 8 + key_size);
+  put_big_endian(request + kHeader, number);
+  put_big_endian(request + kHeader + 4, key_size);
+  memcpy(request + kHeader + 8, probe->key, key_size);
+  if (!send_all(probe->fd, request, kHeader + 8 + key_size, deadline_ms)) return 0;
+  unsigned char header[kHeader];
+  unsigned char body[kLargestReply];
+  if (!receive_all(probe->fd, header, sizeof(header), deadline_ms)) return 0;
+  const int little_endian = header[6] & 1;
+  const uint32_t size = get(header + 8, little_endian);
+  if (memcmp(header, "GIOP", 4) != 0 || header[7] != kLocateReply || size < 8 || size > sizeof(body))
+    return 0;
+  if (!receive_all(probe->fd, body, size, deadline_ms)) return 0;
+  return get(body, little_endian) == number;
+}
+
+void corbot_giop_probe_init(corbot_giop_probe* probe, const char* host, int port, const char* unix_path,
+                            const char* key) {
+  memset(probe, 0, sizeof(*probe));
+  probe->fd = -1;
+  (void)snprintf(probe->host, sizeof(probe->host), "%s", host != NULL ? host : "");
+  (void)snprintf(probe->port, sizeof(probe->port), "%d", port);
+  (void)snprintf(probe->unix_path, sizeof(probe->unix_path), "%s", unix_path != NULL ? unix_path : "");
+  (void)snprintf(probe->key, sizeof(probe->key), "%s", key);
+}
+
+int corbot_giop_probe_answers(corbot_giop_probe* probe, int timeout_ms) {
+  const int64_t deadline_ms = now_ms() + timeout_ms;
+  /* Once more on a new connection: the ORB closes those that it has no use for. */
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    const int is_new = probe->fd < 0;
+    if (is_new)
+      probe->fd =
+          probe->unix_path[0] != '\0' ? connect_unix(probe, deadline_ms) : connect_tcp(probe, deadline_ms);
+    if (probe->fd < 0) return 0;
+    if (locate(probe, deadline_ms)) return 1;
+    corbot_giop_probe_close(probe);
+    if (is_new) return 0;
+  }
+  return 0;
+}
+
+void corbot_giop_probe_close(corbot_giop_probe* probe) {
+  if (probe->fd >= 0) close(probe->fd);
+  probe->fd = -1;
+}

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// What task and servant report to their supervisor: READY=1 once, WATCHDOG=1 only while they advance.
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <string>
+
+#include "net/endpoint.h"
+#include "net/giop_probe.h"
+#include "support/robot_rig.h"
+
+namespace corbot::test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// A supervisor's socket, in the kernel's own name space; each message with the process that sent it.
+class NotifySocket {
+ public:
+  NotifySocket() : name_("@" + unique_name("notify")) {
+    fd_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    name_.copy(address.sun_path, sizeof(address.sun_path));
+    address.sun_path[0] = '\0';
+    const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name_.size());
+    const int on = 1;
+    if (::setsockopt(fd_, SOL_SOCKET, SO_PASSCRED, &on, sizeof(on)) != 0 ||
+        ::bind(fd_, reinterpret_cast<const sockaddr*>(&address), size) != 0)
+      throw std::runtime_error("no socket for notifications");
+  }
+  NotifySocket(const NotifySocket&) = delete;
+  NotifySocket& operator=(const NotifySocket&) = delete;
+  ~NotifySocket() { ::close(fd_); }
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  /// How often this process has sent this so far.
+  int count(pid_t pid, const std::string& text) {
+    read();
+    return counts_[{pid, text}];
+  }
+
+ private:
+  void read() {
+    for (;;) {
+      std::array<char, 256> text{};
+      alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(ucred))> control{};
+      iovec part{text.data(), text.size()};
+      msghdr message{};
+      message.msg_iov = &part;
+      message.msg_iovlen = 1;
+      message.msg_control = control.data();
+      message.msg_controllen = control.size();
+      const ssize_t size = ::recvmsg(fd_, &message, 0);
+      if (size <= 0) return;
+      ucred sender{};
+      const cmsghdr* header = CMSG_FIRSTHDR(&message);
+      if (header == nullptr || header->cmsg_type != SCM_CREDENTIALS) continue;
+      std::memcpy(&sender, CMSG_DATA(header), sizeof(sender));
+      ++counts_[{sender.pid, std::string(text.data(), static_cast<std::size_t>(size))}];
+    }
+  }
+
+  std::string name_;
+  int fd_;
+  std::map<std::pair<pid_t, std::string>, int> counts_;
+};
+
+class Notify : public RobotRig {
+ protected:
+  void SetUp() override {
+    ::setenv("NOTIFY_SOCKET", socket_.name().c_str(), 1);
+    ::setenv("WATCHDOG_USEC", "400000", 1);
+    RobotRig::SetUp();
+  }
+  void TearDown() override {
+    if (rt_) rt_->signal(SIGCONT);
+    if (servant_) servant_->signal(SIGCONT);
+    RobotRig::TearDown();
+    ::unsetenv("NOTIFY_SOCKET");
+    ::unsetenv("WATCHDOG_USEC");
+  }
+  /// Both do; for longer than a self-check's answer holds, and as often as the interval asks for.
+  void expect_well(const Process& process) {
+    const int before = socket_.count(process.pid(), "WATCHDOG=1");
+    const Clock::time_point begin = Clock::now();
+    EXPECT_TRUE(wait_until(within(30), [&] {
+      return socket_.count(process.pid(), "WATCHDOG=1") >= before + 8 &&
+             Clock::now() - begin > std::chrono::seconds(2);
+    }));
+  }
+  /// One is frozen: it reports nothing while the other does many times.
+  void expect_silence(const Process& frozen, const Process& other) {
+    const int others = socket_.count(other.pid(), "WATCHDOG=1");
+    const int own = socket_.count(frozen.pid(), "WATCHDOG=1");
+    ASSERT_TRUE(
+        wait_until(within(30), [&] { return socket_.count(other.pid(), "WATCHDOG=1") >= others + 8; }));
+    EXPECT_LE(socket_.count(frozen.pid(), "WATCHDOG=1"), own + 1) << "but one that was on its way";
+  }
+
+  NotifySocket socket_;
+};
+
+TEST_F(Notify, BothReportThatTheyAreReadyAndWell) {
+  EXPECT_TRUE(wait_until(within(20), [&] {
+    return socket_.count(rt_->pid(), "READY=1") == 1 && socket_.count(servant_->pid(), "READY=1") == 1;
+  }));
+  expect_well(*rt_);
+  expect_well(*servant_);
+  EXPECT_EQ(socket_.count(rt_->pid(), "READY=1"), 1);
+  EXPECT_EQ(socket_.count(servant_->pid(), "READY=1"), 1);
+}
+
+TEST_F(Notify, AFrozenProcessDoesNot) {
+  expect_well(*rt_);
+  expect_well(*servant_);
+  rt_->signal(SIGSTOP);
+  expect_silence(*rt_, *servant_);
+  rt_->signal(SIGCONT);
+  expect_well(*rt_);
+  servant_->signal(SIGSTOP);
+  expect_silence(*servant_, *rt_);
+  servant_->signal(SIGCONT);
+  expect_well(*servant_);
+}
+
+TEST_F(Notify, TheProbeIsAnsweredByAnOrbAndByNothingElse) {
+  corbot_giop_probe probe;
+  corbot_giop_probe_init(&probe, "127.0.0.1", port_, nullptr, name_.c_str());
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(corbot_giop_probe_answers(&probe, 10'000), 1);
+  // On the same connection, and on a new one once the ORB has closed it.
+  const int kept = probe.fd;
+  EXPECT_EQ(corbot_giop_probe_answers(&probe, 10'000), 1);
+  EXPECT_EQ(probe.fd, kept);
+  ::shutdown(probe.fd, SHUT_RDWR);
+  EXPECT_EQ(corbot_giop_probe_answers(&probe, 10'000), 1);
+  servant_->signal(SIGSTOP);
+  siginfo_t info{};
+  ASSERT_EQ(::waitid(P_PID, static_cast<id_t>(servant_->pid()), &info, WSTOPPED | WNOWAIT), 0);
+  const Clock::time_point begin = Clock::now();
+  EXPECT_EQ(corbot_giop_probe_answers(&probe, 300), 0) << "connected, and no answer";
+  EXPECT_LT(Clock::now() - begin, std::chrono::seconds(5));
+  servant_->signal(SIGCONT);
+  EXPECT_EQ(corbot_giop_probe_answers(&probe, 10'000), 1);
+  corbot_giop_probe_close(&probe);
+
+  int port = 0;
+  std::array<char, CORBOT_WHY> why{};
+  const int deaf = corbot_listen("127.0.0.1", 0, &port, why.data());
+  ASSERT_GE(deaf, 0) << why.data();
+  corbot_giop_probe_init(&probe, "127.0.0.1", port, nullptr, name_.c_str());
+  EXPECT_EQ(corbot_giop_probe_answers(&probe, 200), 0) << "accepts, and says nothing";
+  ::close(deaf);
+  EXPECT_EQ(corbot_giop_probe_answers(&probe, 200), 0) << "nobody listens";
+  corbot_giop_probe_close(&probe);
+}
+
+}  // namespace
+}  // namespace corbot::test

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/self_check.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+namespace corbot {
+namespace {
+
+using namespace std::chrono_literals;
+
+bool becomes(const SelfCheck& check, bool passes) {
+  const auto deadline = std::chrono::steady_clock::now() + 20s;
+  while (check.passes() != passes) {
+    if (std::chrono::steady_clock::now() > deadline) return false;
+    std::this_thread::yield();
+  }
+  return true;
+}
+
+TEST(SelfCheck, PassesWhereThereIsNone) {
+  SelfCheck check;
+  EXPECT_TRUE(check.passes());
+  EXPECT_FALSE(check.is_started());
+}
+
+TEST(SelfCheck, FailsAfterAWhileWithoutAnAnswerAndRecovers) {
+  std::atomic<bool> answers{true};
+  SelfCheck check;
+  check.start([&] { return answers.load(); });
+  EXPECT_TRUE(check.is_started());
+  answers = false;
+  EXPECT_TRUE(becomes(check, false));
+  answers = true;
+  EXPECT_TRUE(becomes(check, true));
+  check.close();
+  EXPECT_TRUE(becomes(check, false)) << "asked no more";
+}
+
+TEST(SelfCheck, ACallThatIsStuckIsNoAnswer) {
+  std::atomic<bool> go_on{false};
+  SelfCheck check;
+  check.start([&] {
+    go_on.wait(false);
+    return true;
+  });
+  EXPECT_TRUE(becomes(check, false));
+  go_on = true;
+  go_on.notify_all();
+  EXPECT_TRUE(becomes(check, true));
+}
+
+}  // namespace
+}  // namespace corbot
