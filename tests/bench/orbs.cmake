@@ -8,7 +8,7 @@ add_executable(bench_orbs_omniorb_server ${orbs}/echo_omniorb.cpp)
 target_include_directories(bench_orbs PRIVATE ${CMAKE_CURRENT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/tests)
 target_compile_definitions(bench_orbs PRIVATE
   CORBOT_BIN_DIR="${CMAKE_BINARY_DIR}/bin" CORBOT_BENCH_DIR="${CMAKE_BINARY_DIR}/bench"
-  CORBOT_PROFILE="${CMAKE_SOURCE_DIR}/profiles/lynx5.toml")
+  CORBOT_PROFILE="${CORBOT_TEST_PROFILE}")
 target_link_libraries(bench_orbs PRIVATE corbot_process corbot::idl fmt::fmt)
 target_link_libraries(bench_orbs_omniorb_server PRIVATE corbot::idl)
 set(orbs_programs bench_orbs bench_orbs_omniorb_server)

@@ -20,5 +20,5 @@ foreach(program IN ITEMS bench_echo_server bench_servant)
 endforeach()
 target_compile_definitions(bench_servant PRIVATE
   CORBOT_BIN_DIR="${CMAKE_BINARY_DIR}/bin" CORBOT_BENCH_DIR="${CMAKE_BINARY_DIR}/bench"
-  CORBOT_PROFILE="${CMAKE_SOURCE_DIR}/profiles/lynx5.toml")
+  CORBOT_PROFILE="${CORBOT_TEST_PROFILE}")
 add_dependencies(bench_servant bench_echo_server)
