@@ -97,7 +97,13 @@ TEST_F(Robustness, AHangUpUnderNohupEndsNothing) {
 
 TEST_F(Robustness, NamesOutliveTheNamingService) {
   const int naming = free_port();
-  up({"--naming", std::to_string(naming)});
+  // So that the servant, which this test freezes, is not replaced meanwhile.
+  std::ifstream stream(CORBOT_PROFILE);
+  std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  const std::string key = "respond_s = 3.0";
+  ASSERT_NE(text.find(key), std::string::npos);
+  up({"--naming", std::to_string(naming)},
+     put("patient.toml", text.replace(text.find(key), key.size(), "respond_s = 60")));
   const std::string service = "corbaname::127.0.0.1:" + std::to_string(naming);
   const std::string robot = service + "#Robots/" + name_ + ".Robot";
   ASSERT_TRUE(wait_until(within(20), [&] { return corbot({"status", "--robot", robot}).code == 0; }));
@@ -106,9 +112,9 @@ TEST_F(Robustness, NamesOutliveTheNamingService) {
   ASSERT_EQ(::kill(servant, SIGSTOP), 0);
   pid_t service_pid = 0;
   for (const auto& entry : fs::directory_iterator("/proc")) {
-    std::ifstream stream(entry.path() / "cmdline");
-    const std::string text{std::istreambuf_iterator<char>{stream}, {}};
-    if (text.starts_with("omniNames") && text.find(":" + std::to_string(naming)) != std::string::npos)
+    std::ifstream file(entry.path() / "cmdline");
+    const std::string command{std::istreambuf_iterator<char>{file}, {}};
+    if (command.starts_with("omniNames") && command.find(":" + std::to_string(naming)) != std::string::npos)
       service_pid = std::stoi(entry.path().filename().string());
   }
   ASSERT_GT(service_pid, 0);

@@ -3,6 +3,11 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
 #include "cli_rig.h"
 #include "support/ports.h"
 #include "terminal.h"
@@ -16,6 +21,17 @@ using testing::HasSubstr;
 class Supervision : public CliRig {
  protected:
   pid_t pid_of(const char* key) { return state().at(key).get<pid_t>(); }
+  /// The tests' profile with that `respond_s`, which is a fault of the loop, too.
+  std::string responding_within(int seconds) const {
+    std::ifstream stream(CORBOT_PROFILE);
+    std::string text{std::istreambuf_iterator<char>{stream}, {}};
+    for (const auto& [key, value] :
+         {std::pair{"respond_s = ", seconds}, std::pair{"gap_fault_ms = ", 1000 * seconds}}) {
+      const std::size_t at = text.find(key) + std::strlen(key);
+      text.replace(at, text.find_first_of(" \n", at) - at, std::to_string(value));
+    }
+    return put("respond.toml", text);
+  }
   /// The robot replies and executes a motion.
   bool works() {
     return wait_until(within(30), [&] { return corbot({"drive", "0", "1", "50"}).code == 0; });
@@ -112,6 +128,41 @@ TEST_F(Supervision, AKilledRealTimeTaskIsRestartedWhereTheArmWas) {
   ASSERT_TRUE(works());
   EXPECT_GT(status().at("joints_deg").at(0).get<double>(), 30.0) << "it goes on from 30 degrees";
   EXPECT_THAT(supervisor_->errors(), HasSubstr("real-time task died (signal 9"));
+}
+
+TEST_F(Supervision, AFrozenServantIsReplaced) {
+  up({}, responding_within(1));
+  const pid_t first = pid_of("servant_pid");
+  const pid_t rt = pid_of("rt_pid");
+  ASSERT_EQ(::kill(first, SIGSTOP), 0);
+  ASSERT_TRUE(wait_until(within(30), [&] {
+    const pid_t now = pid_of("servant_pid");
+    return now != 0 && now != first;
+  })) << supervisor_->errors();
+  EXPECT_TRUE(has_ended(first));
+  EXPECT_TRUE(works()) << "without a person's Clear";
+  EXPECT_EQ(pid_of("rt_pid"), rt);
+  EXPECT_THAT(supervisor_->errors(),
+              AllOf(HasSubstr("servant (pid " + std::to_string(first) + ") has not responded for 1 s"),
+                    HasSubstr("servant restarted")));
+}
+
+TEST_F(Supervision, AFrozenTaskIsReplacedInErrorUntilClear) {
+  up({}, responding_within(1));
+  ASSERT_EQ(corbot({"joints", "30", "0", "0", "0"}).code, 0);
+  const pid_t first = pid_of("rt_pid");
+  ASSERT_EQ(::kill(first, SIGSTOP), 0);
+  ASSERT_TRUE(wait_until(within(30), [&] {
+    const pid_t now = pid_of("rt_pid");
+    return now != 0 && now != first && corbot({"alarms"}).output.find(" 142 ") != std::string::npos;
+  })) << supervisor_->errors();
+  EXPECT_EQ(status().at("state"), "Error");
+  EXPECT_EQ(corbot({"drive", "0", "1", "50"}).code, 1);
+  ASSERT_EQ(corbot({"clear"}).code, 0);
+  EXPECT_TRUE(works());
+  EXPECT_GT(status().at("joints_deg").at(0).get<double>(), 30.0) << "it goes on from 30 degrees";
+  EXPECT_THAT(supervisor_->errors(),
+              HasSubstr("real-time task (pid " + std::to_string(first) + ") has not responded"));
 }
 
 TEST_F(Supervision, AKeyInTheConsoleStopsTheArm) {

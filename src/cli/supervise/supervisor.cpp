@@ -126,7 +126,6 @@ void Supervisor::start_child(Entry& entry) {
   const bool was_frozen = std::exchange(entry.was_frozen, false);
   if (entry.restarted && !entry.spec.restart_command.empty())
     entry.child.set_command(entry.spec.restart_command);
-  entry.fed = false;
   entry.child.start(service, was_frozen ? entry.spec.after_unresponsive : std::vector<std::string>{});
 }
 
@@ -137,8 +136,7 @@ void Supervisor::kill_unresponsive(Entry& entry) {
   const std::string status =
       entry.status.empty() ? "" : fmt::format(" (its last status: {})", client::printable(entry.status));
   if (entry.ready) {
-    if (entry.spec.respond_s <= 0 || !entry.fed || seconds_since(entry.responded) <= entry.spec.respond_s)
-      return;
+    if (entry.spec.respond_s <= 0 || seconds_since(entry.responded) <= entry.spec.respond_s) return;
     log(fmt::format("{} (pid {}) has not responded for {:g} s{}; killing it", entry.spec.title,
                     entry.child.pid(), entry.spec.respond_s, status));
   } else {
@@ -209,10 +207,7 @@ void Supervisor::store(Entry& entry, const std::string& name, OwnedFd fd) {
 
 void Supervisor::apply(Entry& entry, Notification& notification) {
   if (notification.status) entry.status = *notification.status;
-  if (notification.watchdog) {
-    entry.responded = Clock::now();
-    entry.fed = true;
-  }
+  if (notification.watchdog) entry.responded = Clock::now();
   if (notification.remove) {
     entry.stored.remove(notification.fd_name);
     if (options_.manager != nullptr) options_.manager->remove(entry.spec.title, notification.fd_name);

@@ -27,7 +27,7 @@ class Supervisor {
     /// ten times a second; a line is passed once. None: the process reports READY=1.
     std::function<bool(const std::string& line)> is_ready{};
     double ready_within_s{10};
-    /// Once ready and after its first WATCHDOG=1, the next ones come at least this often, or the process is killed and replaced. 0: unwatched.
+    /// Once ready, WATCHDOG=1 comes at least this often, or the process is killed and replaced. 0: unwatched.
     double respond_s{0};
     /// Added to the command when the process before had been ready, did not respond and was killed.
     std::vector<std::string> after_unresponsive{};
@@ -67,7 +67,6 @@ class Supervisor {
     Spec spec;
     Child child;
     bool ready{false};
-    bool fed{false};         ///< it has sent WATCHDOG=1 since it was started
     bool was_killed{false};  ///< by this supervisor, because it did not respond
     bool was_frozen{false};  ///< the same, after it had been ready
     bool restarted{false};   ///< at least once

@@ -116,7 +116,7 @@ TEST_F(Notify, StoredDescriptorsAreHandedUpToTheServiceManager) {
 
 TEST_F(Notify, AChildThatDoesNotRespondIsReplaced) {
   Supervisor::Spec spec =
-      child("store=kept:" + file("a") + " ready respond hang", "report=" + file("got") + " ready");
+      child("store=kept:" + file("a") + " ready hang", "report=" + file("got") + " ready");
   spec.respond_s = 1;
   spec.after_unresponsive = {"feed"};  // without it, the second one ends at once
   ASSERT_TRUE(supervisor_->start(spec));

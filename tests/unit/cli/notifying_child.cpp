@@ -48,7 +48,6 @@ void perform(const std::string& action, const std::string& value) {
   if (action == "remove") ::sd_notify(0, ("FDSTOREREMOVE=1\nFDNAME=" + value).c_str());
   if (action == "store") store(value.substr(0, value.find(':')), value.substr(value.find(':') + 1));
   if (action == "report") report_descriptors(value);
-  if (action == "respond") ::sd_notify(0, "WATCHDOG=1");
   if (action == "feed") feed();
   if (action == "exit") ::_exit(std::atoi(value.c_str()));
   if (action == "another-process-is-ready" && ::fork() == 0) {
