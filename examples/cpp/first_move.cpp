@@ -7,8 +7,7 @@
 int main(int argc, char** argv) {
   try {
     CORBA::ORB_var orb = CORBA::ORB_init(argc, argv);
-    const char* reference = argc > 1 ? argv[1] : "corbaloc::127.0.0.1:12810/lynx5";
-    CORBA::Object_var object = orb->string_to_object(reference);
+    CORBA::Object_var object = orb->string_to_object(argc > 1 ? argv[1] : "corbaloc::127.0.0.1:12810/lynx5");
     Corbot::Arm_var arm = Corbot::Arm::_narrow(object);
     const Corbot::Point points[] = {{0.20, 0.05, 0.08}, {0.90, 0.00, 0.10}};
     for (const Corbot::Point& p : points) {
@@ -24,7 +23,8 @@ int main(int argc, char** argv) {
       std::printf(" degrees\n");
     }
   } catch (const CORBA::Exception& error) {
-    std::fprintf(stderr, "%s: is the robot up?\n", error._name());
+    const bool nobody = CORBA::TRANSIENT::_downcast(&error) != nullptr;
+    std::fprintf(stderr, "%s%s\n", error._name(), nobody ? ": is the robot up?" : "");
     return 1;
   }
 }

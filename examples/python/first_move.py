@@ -5,18 +5,22 @@ import sys
 
 import omniORB
 
-idl = pathlib.Path(__file__).resolve().parents[2] / 'idl' / 'arm.idl'
-omniORB.importIDL(str(idl))  # has omniidl make the stubs, module Corbot
+omniORB.importIDL(str(pathlib.Path(__file__).resolve().parents[2] / 'idl/arm.idl'))  # has omniidl make the stubs, module Corbot
 import Corbot
 
 reference = sys.argv[1] if len(sys.argv) > 1 else 'corbaloc::127.0.0.1:12810/lynx5'
 orb = omniORB.CORBA.ORB_init()
-arm = orb.string_to_object(reference)._narrow(Corbot.Arm)
 
-for x, y, z in (0.20, 0.05, 0.08), (0.90, 0.00, 0.10):
-    try:
-        arm.Move(x, y, z, 0.0, 0.0)  # metres; as fast as the limits allow; returns at rest
-        print(f'moved to ({x}, {y}, {z}) m')
-    except Corbot.Unreachable as refusal:
-        print('nothing moved:', refusal.reason, file=sys.stderr)
-    print('joints', *(f'{angle:.1f}' for angle in arm._get_ArtiCoord()), 'degrees')
+try:
+    arm = orb.string_to_object(reference)._narrow(Corbot.Arm)
+    for x, y, z in (0.20, 0.05, 0.08), (0.90, 0.00, 0.10):
+        try:
+            arm.Move(x, y, z, 0.0, 0.0)  # metres; as fast as the limits allow; returns at rest
+            print(f'moved to ({x}, {y}, {z}) m')
+        except Corbot.Unreachable as refusal:
+            print('nothing moved:', refusal.reason, file=sys.stderr)
+        print('joints', *(f'{angle:.1f}' for angle in arm._get_ArtiCoord()), 'degrees')
+except omniORB.CORBA.TRANSIENT:
+    sys.exit(f'nobody answers at {reference}: is the robot up?')
+except omniORB.CORBA.Exception as error:
+    sys.exit(f'{type(error).__name__}: {getattr(error, "reason", "the connection or the reference is bad")}')

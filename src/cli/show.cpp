@@ -124,6 +124,12 @@ StatusReport read_status(Client& client) {
     report.gripper = arm.GripperStatus();
     const Corbot::DeviceInfo_var device = arm.Device();
     report.device = device.in();
+    try {
+      const Corbot::ServantInfo_var servant = arm.Servant();
+      report.servant = servant.in();
+    } catch (const CORBA::BAD_OPERATION&) {
+      report.servant = {};
+    }
     const Corbot::JointRanges_var ranges = arm.MovRange();
     for (CORBA::ULong i = 0; i < ranges->length(); ++i) report.ranges.push_back(ranges.in()[i]);
     const Corbot::AlarmList_var alarms = arm.Alarms();
@@ -165,6 +171,10 @@ std::string status_text(const StatusReport& r) {
   }
   text += fmt::format("  gripper   {}\n  override  {:g} %\n  pitch     {:g} deg\n  reach     {:.3f} m\n",
                       to_string(r.gripper), r.override_percent, rounded(r.tool_pitch_deg, 1e6), r.reach_m);
+  if (r.servant.started > 0.0) {
+    text += fmt::format("  servant   corbot {}, profile {}, up since {}\n", printable(r.servant.version.in()),
+                        printable(r.servant.profile.in()), local_time(r.servant.started));
+  }
   return text;
 }
 
@@ -198,6 +208,10 @@ std::string status_json(const StatusReport& r) {
                   {"override_percent", r.override_percent},
                   {"tool_pitch_deg", r.tool_pitch_deg},
                   {"active_alarms", alarms},
+                  {"servant",
+                   {{"version", printable(r.servant.version.in())},
+                    {"profile", printable(r.servant.profile.in())},
+                    {"started_s", r.servant.started}}},
                   {"device", device_data(r.device)}};
   return data.dump(2) + "\n";
 }

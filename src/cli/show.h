@@ -29,6 +29,7 @@ struct StatusReport {
   double tool_pitch_deg{};
   std::vector<ActiveAlarm> active_alarms;
   Corbot::DeviceInfo device;
+  Corbot::ServantInfo servant;  ///< empty: one of an earlier version, which does not say
 };
 
 [[nodiscard]] StatusReport read_status(client::Client& client);

@@ -32,6 +32,14 @@ static const char* split(const char* text, corbot_endpoint* out) {
   return bracketed ? end + 2 : end + 1;
 }
 
+static bool is_one_address(const char* host, char why[CORBOT_WHY]) {
+  if (!corbot_is_wildcard(host)) return true;
+  (void)snprintf(why, CORBOT_WHY,
+                 "'%.100s' means all addresses of this machine: name the one by which clients reach it",
+                 host);
+  return false;
+}
+
 bool corbot_endpoint_parse(const char* text, corbot_endpoint* out, char why[CORBOT_WHY]) {
   const char* digits = split(text, out);
   long port = 0;
@@ -46,13 +54,7 @@ bool corbot_endpoint_parse(const char* text, corbot_endpoint* out, char why[CORB
     return false;
   }
   out->port = (int)port;
-  if (corbot_is_wildcard(out->host)) {
-    (void)snprintf(why, CORBOT_WHY,
-                   "'%.100s' means all addresses of this machine: name the one by which clients reach it",
-                   out->host);
-    return false;
-  }
-  return true;
+  return is_one_address(out->host, why);
 }
 
 void corbot_endpoint_text(const char* host, int port, char* out, size_t size) {
@@ -110,7 +112,7 @@ static int port_of(const struct sockaddr_storage* address) {
 int corbot_listen(const char* host, int port, int* bound_port, char why[CORBOT_WHY]) {
   struct sockaddr_storage address;
   socklen_t size = 0;
-  if (!resolve(host, port, &address, &size, why)) return -1;
+  if (!is_one_address(host, why) || !resolve(host, port, &address, &size, why)) return -1;
   const int fd = socket(address.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const int on = 1;
   /* SO_REUSEADDR as the ORBs do: not held up by TIME_WAIT. */

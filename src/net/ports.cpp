@@ -10,11 +10,19 @@
 
 namespace corbot::net {
 
-std::optional<std::pair<std::string, int>> split_endpoint(const std::string& text) {
+std::optional<std::pair<std::string, int>> split_endpoint(const std::string& text, std::string* why) {
   corbot_endpoint endpoint{};
-  char why[CORBOT_WHY];
-  if (!corbot_endpoint_parse(text.c_str(), &endpoint, why)) return std::nullopt;
+  char reason[CORBOT_WHY] = "";
+  const bool good = corbot_endpoint_parse(text.c_str(), &endpoint, reason);
+  if (why != nullptr) *why = reason;
+  if (!good) return std::nullopt;
   return std::pair{std::string(endpoint.host), endpoint.port};
+}
+
+std::string endpoint_text(const std::string& host, int port) {
+  char text[CORBOT_HOST + 16];
+  corbot_endpoint_text(host.c_str(), port, text, sizeof(text));
+  return text;
 }
 
 std::string listen_error(const std::string& host, int port) {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "config/load_profile.h"
+#include "corbot/channel/fingerprint.h"
 #include "corbot/motion/bounds.h"
 #include "corbot/units.h"
 #include "robot/corbot_robot.h"
@@ -21,6 +22,7 @@ struct corbot_robot {
   corbot_robot(corbot::Profile profile, std::string robot_name)
       : name(std::move(robot_name)), robot(std::move(profile), name) {}
   std::string name;
+  const std::chrono::duration<double> started{std::chrono::system_clock::now().time_since_epoch()};
   corbot::Robot robot;
 };
 
@@ -146,6 +148,9 @@ void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {
   }
   copy_text(robot->robot.profile().endpoint_host, out->endpoint_host, sizeof(out->endpoint_host));
   out->endpoint_port = robot->robot.profile().port;
+  copy_text(CORBOT_VERSION, out->version, sizeof(out->version));
+  copy_text(fmt::format("{:016x}", fingerprint(arm)), out->fingerprint, sizeof(out->fingerprint));
+  out->started_s = robot->started.count();
   out->reach_m = arm.geometry.l1_m + arm.geometry.l2_m + arm.geometry.l3_m;
 }
 

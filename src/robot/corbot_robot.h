@@ -76,6 +76,9 @@ typedef struct corbot_description {
   double reach_m;
   char endpoint_host[256]; /* where the profile says that the robot is served */
   int32_t endpoint_port;
+  char version[32];     /* of corbot */
+  char fingerprint[20]; /* of the arm's model, 16 hexadecimal digits */
+  double started_s;     /* when the robot was opened, since the Unix epoch */
 } corbot_description;
 
 typedef struct corbot_pose {

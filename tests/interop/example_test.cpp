@@ -18,6 +18,7 @@ namespace corbot::test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 std::string read_source(const std::string& file) {
@@ -80,6 +81,36 @@ TEST_F(FirstMove, InPython) {
 }
 
 TEST_F(FirstMove, InCppBuiltByCMake) { expect_moved(run({CORBOT_FIRST_MOVE, reference_})); }
+
+TEST_F(FirstMove, SaysWhatWentWrong) {
+  const std::string nowhere = fmt::format("corbaloc::127.0.0.1:{}/{}", free_port(), name_);
+  const std::string out = CORBOT_CLIENTS_OUT "/python";
+  const bool python = run({CORBOT_CLIENTS_DIR "/python/prepare", out}, 500.0).code == 0;
+  const auto in_python = [&](const std::string& reference) {
+    return run({"python3", CORBOT_SOURCE_DIR "/examples/python/first_move.py", reference}, 60.0,
+               {fmt::format("PYTHONPATH={}/lib", out), "PYTHONDONTWRITEBYTECODE=1",
+                fmt::format("PATH={}/lib/bin:{}", out, std::getenv("PATH"))});
+  };
+  rt_->terminate();
+  ASSERT_TRUE(wait_for(Corbot::Error));
+  std::vector<RunResult> down{run({CORBOT_FIRST_MOVE, nowhere})};
+  std::vector<RunResult> not_ready{run({CORBOT_FIRST_MOVE, reference_})};
+  if (python) {
+    down.push_back(in_python(nowhere));
+    not_ready.push_back(in_python(reference_));
+  }
+  for (const RunResult& result : down) {
+    EXPECT_EQ(result.code, 1);
+    EXPECT_THAT(result.errors, HasSubstr("is the robot up?"));
+    EXPECT_THAT(result.errors, Not(HasSubstr("Traceback")));
+  }
+  for (const RunResult& result : not_ready) {
+    EXPECT_EQ(result.code, 1);
+    EXPECT_THAT(result.errors, HasSubstr("NotReady"));
+    EXPECT_THAT(result.errors, Not(HasSubstr("is the robot up?")));
+    EXPECT_THAT(result.errors, Not(HasSubstr("Traceback")));
+  }
+}
 
 TEST_F(FirstMove, InCppBuiltAsReadmeSays) {
   const std::string in_source_dir = "cd " CORBOT_SOURCE_DIR " && ";

@@ -42,7 +42,7 @@ std::optional<Profile> read_profile(const std::string& file, std::vector<Finding
 }
 
 Finding port(const Profile& profile) {
-  const std::string endpoint = fmt::format("{}:{}", profile.endpoint_host, profile.port);
+  const std::string endpoint = net::endpoint_text(profile.endpoint_host, profile.port);
   const std::string why = listen_error(profile.endpoint_host, profile.port);
   if (why.empty()) return {Level::kOk, "port", endpoint + " is free", ""};
   if (is_up(profile.name))

@@ -87,7 +87,7 @@ RobotState plan(const UpOptions& options, const Profile& profile) {
   state.pid = ::getpid();
   state.profile = fs::absolute(options.profile).string();
   state.endpoint =
-      options.endpoint.empty() ? fmt::format("{}:{}", profile.endpoint_host, profile.port) : options.endpoint;
+      options.endpoint.empty() ? net::endpoint_text(profile.endpoint_host, profile.port) : options.endpoint;
   state.orb = options.orb;
   if (state.orb == "orbit2" && !find_program(kOrbit2Servant)) {
     throw Failure(
@@ -221,11 +221,9 @@ void up(const UpOptions& options) {
   ServiceManager manager;
   ProfileText read = read_profile(options.profile);
   RobotState state = plan(options, read.profile);
-  const auto endpoint = split_endpoint(state.endpoint);
-  if (!endpoint) {
-    throw Failure(ExitCode::kUsage,
-                  fmt::format("--endpoint '{}': write HOST:PORT, port 1 to 65535", state.endpoint));
-  }
+  std::string why;
+  const auto endpoint = split_endpoint(state.endpoint, &why);
+  if (!endpoint) throw Failure(ExitCode::kUsage, fmt::format("--endpoint: {}", printable(why)));
   StateLock lock = take_name(state.name, options.replace);
   check_free(endpoint->first, endpoint->second, "choose another with --endpoint HOST:PORT");
   std::unique_ptr<LogDirectory> log_directory;

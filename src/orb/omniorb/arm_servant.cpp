@@ -256,4 +256,12 @@ Corbot::DeviceInfo* ArmServant::Device() {
   return result._retn();
 }
 
+Corbot::ServantInfo* ArmServant::Servant() {
+  Corbot::ServantInfo_var result = new Corbot::ServantInfo;
+  result->version = CORBA::string_dup(description_.version);
+  result->profile = CORBA::string_dup(description_.fingerprint);
+  result->started = description_.started_s;
+  return result._retn();
+}
+
 }  // namespace corbot::omni

@@ -61,6 +61,7 @@ class ArmServant final : public POA_Corbot::Arm {
   Corbot::AlarmList* Alarms() override;
   Corbot::LoopInfo* Diagnostics() override;
   Corbot::DeviceInfo* Device() override;
+  Corbot::ServantInfo* Servant() override;
 
  private:
   /// Takes a place, starts the motion, waits for its end.

@@ -42,6 +42,12 @@ RobotHandle open_robot(const Options& options) {
   return robot;
 }
 
+std::string endpoint_text(const Options& options) {
+  char text[CORBOT_HOST + 16];
+  corbot_endpoint_text(options.host.c_str(), options.port, text, sizeof(text));
+  return text;
+}
+
 /// The ORB, listening.
 CORBA::ORB_ptr start_orb(const Options& options) {
   check_port(options.host, options.port);
@@ -51,10 +57,11 @@ CORBA::ORB_ptr start_orb(const Options& options) {
     words.push_back(value);
   };
   words.insert(words.end(), options.orb.begin(), options.orb.end());
-  add("endPoint", fmt::format("giop:tcp:{}:{}", options.host, options.port));
+  add("endPoint", "giop:tcp:" + endpoint_text(options));
   // Not published: a client with a reference of two addresses sends a call again at the second when the connection to
   // the first is lost.
   if (!options.unix_path.empty()) add("endPointNoPublish", "giop:unix:" + options.unix_path);
+  add("unixTransportPermission", "0600");
   add("threadPerConnectionPolicy", "1");       // a pool can be starved by half-sent requests
   add("maxServerThreadPerConnection", "100");  // for clients that put all their calls on one connection
   // How soon such a client's next call is seen while one of its calls waits, microseconds. The default of 50
@@ -131,7 +138,7 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
     CORBA::Object_var reference = servant._this();
     binder.emplace(orb, options.naming, name, reference);
   }
-  fmt::print("ready corbaloc::{}:{}/{}\n", options.host, options.port, name);
+  fmt::print("ready corbaloc::{}/{}\n", endpoint_text(options), name);
   std::fflush(stdout);
   Probe probe(robot, options, name);
   corbot_robot_serve(&robot, &Probe::answers, &probe);

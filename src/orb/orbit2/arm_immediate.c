@@ -160,6 +160,16 @@ static Corbot_DeviceInfo* get_device(PortableServer_Servant servant, CORBA_Envir
   return result;
 }
 
+static Corbot_ServantInfo* get_servant(PortableServer_Servant servant, CORBA_Environment* ev) {
+  (void)ev;
+  const corbot_description* description = &self_of(servant)->description;
+  Corbot_ServantInfo* result = Corbot_ServantInfo__alloc();
+  result->version = CORBA_string_dup(description->version);
+  result->profile = CORBA_string_dup(description->fingerprint);
+  result->started = description->started_s;
+  return result;
+}
+
 static void speed(PortableServer_Servant servant, CORBA_double percent, CORBA_Environment* ev) {
   corbot_error error;
   check(corbot_robot_speed(self_of(servant)->robot, percent, &error), &error, ev);
@@ -229,4 +239,5 @@ void arm_set_immediate(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm) {
   arm->_get_Alarms = get_alarms;
   arm->_get_Diagnostics = get_diagnostics;
   arm->_get_Device = get_device;
+  arm->_get_Servant = get_servant;
 }

@@ -71,7 +71,8 @@ static void run(const Orb* orb, const Options* options, const char* name, corbot
   NameBinder* binder = NULL;
   if (options->naming != NULL) binder = name_binder_start(orb->orb, options, name);
   if (options->unix_path == NULL) {
-    char* ior = ior_make("", options->endpoint.host, options->endpoint.port, name, (unsigned)strlen(name));
+    char* ior = ior_make("IDL:Corbot/Arm:1.0", options->endpoint.host, options->endpoint.port, name,
+                         (unsigned)strlen(name));
     log_info("for clients on ORBit2, which read a corbaloc only with 16 GiB of memory: %s", ior);
     g_free(ior);
   }

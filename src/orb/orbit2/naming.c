@@ -156,9 +156,8 @@ NameBinder* name_binder_start(CORBA_ORB orb, const Options* options, const char*
   binder->service = options->naming;
   binder->robot = g_strdup(robot);
   binder->service_ior = ior_from_reference("IDL:omg.org/CosNaming/NamingContext:1.0", options->naming);
-  /* Without a type, so that clients ask for it first: omniORB follows the forward of that call only. */
-  binder->robot_ior =
-      ior_make("", options->endpoint.host, options->endpoint.port, robot, (unsigned)strlen(robot));
+  binder->robot_ior = ior_make("IDL:Corbot/Arm:1.0", options->endpoint.host, options->endpoint.port, robot,
+                               (unsigned)strlen(robot));
   binder->components[0].id = (char*)"Robots";
   binder->components[0].kind = (char*)"";
   binder->components[1].id = binder->robot;

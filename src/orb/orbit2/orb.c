@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -71,6 +72,7 @@ static void init_orb(Orb* orb, const Options* options, CORBA_Environment* ev) {
   char host[CORBOT_HOST + 32];
   char port[sizeof(struct sockaddr_un) + 32];
   const bool tcp = options->unix_path == NULL;
+  const bool ipv6 = tcp && corbot_is_ipv6(options->endpoint.host);
   char socket_number[16];
   (void)snprintf(socket_number, sizeof(socket_number), "%d", options->endpoint.port);
   (void)snprintf(host, sizeof(host), "--ORBIIOPIPName=%s", tcp ? options->endpoint.host : "localhost");
@@ -84,7 +86,8 @@ static void init_orb(Orb* orb, const Options* options, CORBA_Environment* ev) {
                        "yes",
                        "--ORBNoSystemRC",
                        "yes",
-                       tcp ? "--ORBIIOPIPv4=1" : "--ORBIIOPIPv4=0",
+                       tcp && !ipv6 ? "--ORBIIOPIPv4=1" : "--ORBIIOPIPv4=0",
+                       ipv6 ? "--ORBIIOPIPv6=1" : "--ORBIIOPIPv6=0",
                        tcp ? "--ORBIIOPUSock=0" : "--ORBIIOPUSock=1",
                        host,
                        port,
@@ -213,7 +216,10 @@ static bool activate_all(Orb* orb, ArmServant servants[kTargets], const char* na
 bool orb_serve(Orb* orb, const Options* options, ArmServant servants[kTargets], const char* name) {
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
-  if (!activate_all(orb, servants, name, &ev)) return false;
+  const mode_t mask = umask(S_IXUSR | S_IRWXG | S_IRWXO); /* of the Unix socket: its owner only */
+  const bool active = activate_all(orb, servants, name, &ev);
+  (void)umask(mask);
+  if (!active) return false;
   PortableServer_POAManager manager = PortableServer_POA__get_the_POAManager(orb->root, &ev);
   PortableServer_POAManager_activate(manager, &ev);
   CORBA_Object_release((CORBA_Object)manager, &ev);
@@ -227,7 +233,9 @@ bool orb_serve(Orb* orb, const Options* options, ArmServant servants[kTargets], 
 
 char* orb_reference(const Options* options, const char* name) {
   if (options->unix_path != NULL) return g_strdup_printf("corbaloc:uiop:%s:/%s", options->unix_path, name);
-  return g_strdup_printf("corbaloc::%s:%d/%s", options->endpoint.host, options->endpoint.port, name);
+  char address[CORBOT_HOST + 16];
+  corbot_endpoint_text(options->endpoint.host, options->endpoint.port, address, sizeof(address));
+  return g_strdup_printf("corbaloc::%s/%s", address, name);
 }
 
 void orb_end(Orb* orb) {

@@ -31,6 +31,9 @@ StatusReport sample() {
   report.device.health = Corbot::DeviceOpen;
   report.device.positionUncertain = true;
   report.device.emergencyStop = false;
+  report.servant.version = "1.2";
+  report.servant.profile = "0123456789abcdef";
+  report.servant.started = 1.7e9;
   return report;
 }
 
@@ -43,6 +46,7 @@ TEST(Status, ShowsStateAlarmsAndNoMinusZero) {
   EXPECT_THAT(text, HasSubstr("closed"));
   EXPECT_THAT(text, HasSubstr("ssc32, open\n"));
   EXPECT_THAT(text, HasSubstr("UNVERIFIED"));
+  EXPECT_THAT(text, HasSubstr("corbot 1.2, profile 0123456789abcdef, up since "));
   EXPECT_THAT(text, Not(HasSubstr("-0.00 ")));
   const std::string line = status_line(sample());
   EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1);
@@ -64,7 +68,7 @@ TEST(Status, ADeviceThatIsBackNeedsAClearOnly) {
 TEST(Status, JsonHasUnitsInItsKeys) {
   const std::string text = status_json(sample());
   for (const char* key : {"\"joints_deg\"", "\"x_m\"", "\"state\": \"Error\"", "\"gripper\": \"closed\"",
-                          "\"reach_m\"", "\"override_percent\": 50"}) {
+                          "\"reach_m\"", "\"override_percent\": 50", "\"version\": \"1.2\""}) {
     EXPECT_THAT(text, HasSubstr(key));
   }
 }

@@ -142,6 +142,11 @@ std::string text(const Corbot::DeviceInfo& info) {
                  std::pair("emergencyStop", bool{info.emergencyStop}));
 }
 
+std::string text(const Corbot::ServantInfo& info) {
+  return members(std::pair("version", (const char*)info.version),
+                 std::pair("profile", (const char*)info.profile), std::pair("started", info.started));
+}
+
 // ---- The interface -------------------------------------------------------------------------------------
 using Stub = Corbot::_objref_Arm;
 using Call = std::function<std::string(Corbot::Arm_ptr, Words&)>;
@@ -185,7 +190,8 @@ const std::map<std::string, Call>& calls() {
                                                   CALL(StartReady), CALL(StartDelay),   CALL(StartOpen),
                                                   CALL(StartClose), CALL(Wait),         CALL(Progress),
                                                   CALL(MoveJoints), CALL(SetToolPitch), CALL(ToolPitch),
-                                                  CALL(Alarms),     CALL(Diagnostics),  CALL(Device)};
+                                                  CALL(Alarms),     CALL(Diagnostics),  CALL(Device),
+                                                  CALL(Servant)};
   return kCalls;
 }
 #undef CALL
