@@ -56,7 +56,7 @@ void Loop::run(const std::atomic<bool>& stop) noexcept {
     const bool ending = stop.load(std::memory_order_relaxed);
     if (ending) cycle_.begin_shutdown();
     const StepReport report = cycle_.step(due_ns_, wall_ns);
-    if (report.published) wake_all(segment_.wake);
+    if (report.published) wake_one(segment_.wake);
     if (ending && report.at_rest) break;
 
     const std::int64_t done_ns = read_clock_ns(CLOCK_MONOTONIC);

@@ -23,7 +23,7 @@ class Loop {
   Loop(Cycle& cycle, SegmentLayout& segment, const LoopSettings& settings) noexcept;
 
   /// Until `stop` is set and the arm has come to rest. No allocation, no lock; sleeps by clock_nanosleep and
-  /// wakes waiters by futex, its only system calls.
+  /// wakes the servant's thread by futex, its only system calls.
   void run(const std::atomic<bool>& stop) noexcept;
 
  private:

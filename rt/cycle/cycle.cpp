@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "corbot/channel/alarms.h"
-#include "corbot/kinematics/kinematics.h"
 #include "corbot/motion/bounds.h"
 #include "rt/cycle/command_check.h"
 #include "rt/cycle/servo_map.h"
@@ -14,14 +13,8 @@
 namespace corbot::rt {
 namespace {
 
-/// Slower than this is a pause, not an override.
-constexpr double kLowestOverride = 1e-3;
 /// A smaller rotation does not verify a joint's position.
 constexpr double kLeastFirstMotion_rad = 0.01;
-
-double valid_override(double ratio) noexcept {
-  return std::isfinite(ratio) ? std::clamp(ratio, kLowestOverride, 1.0) : 1.0;
-}
 
 bool has_failed(BackendHealth health) noexcept {
   return health == BackendHealth::kLost || health == BackendHealth::kClosed;
@@ -36,19 +29,17 @@ Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, cons
       backend_(backend),
       emergency_stop_(stop),
       period_s_(static_cast<double>(arm.period_ns) * 1e-9),
-      commands_(segment.commands),
-      completions_(segment.completions),
-      alarms_(segment.alarms),
-      log_(alarm_log_),
+      queue_(segment),
+      alarms_(segment),
       gap_(arm.period_ns, limits.gap_fault_ns),
       servant_(limits.orphan_ns) {
   adopt_last_position(start);
-  drop_ring();
   stops_requested_ = segment_.control.stop_count.load(std::memory_order_acquire);
   snapshot_.stops_done = stops_requested_;
   snapshot_.clears_done = segment_.control.clear_count.load(std::memory_order_acquire);
   incarnation_ = segment_.header.incarnation.load(std::memory_order_acquire);
   snapshot_.incarnation = incarnation_;
+  if (CancelRequest old{}; segment_.control.cancel.load(old)) snapshot_.cancels_done = old.count;
   snapshot_.command_id = 0;
   map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
 }
@@ -65,7 +56,7 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
   Snapshot last{};
   if (last_snapshot(segment_, last)) {
     snapshot_.cycle = last.cycle;
-    snapshot_.last_done_id = std::max(last.last_done_id, last.command_id);
+    queue_.adopt(std::max(last.last_done_id, last.command_id));
     if (!start.outranks_segment && is_in_range(arm_, last.position_rad, kGateTolerance_rad)) {
       set_point_.position_rad = last.position_rad;
       unverified_ = (last.flags & kSnapshotUnverified) != 0;
@@ -73,10 +64,12 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
     if (!start.outranks_segment && std::isfinite(last.gripper))
       set_point_.opening = std::clamp(last.gripper, 0.0, 1.0);
     inherit_error(last.state == RtState::kError);
+  } else {
+    queue_.adopt(0);
   }
   inherit_error(segment_.header.stop_seen.load(std::memory_order_acquire) != 0);
   gap_inherited_ = start.after_gap;
-  faulted_ = faulted_ || start.after_gap;
+  faulted_ |= start.after_gap;
   last_ = set_point_;
 }
 
@@ -86,15 +79,6 @@ void Cycle::inherit_error(bool was_in_error) noexcept {
   faulted_ = true;
   emergency_latched_ = true;
   error_inherited_ = true;
-}
-
-void Cycle::drop_ring() noexcept {
-  for (std::size_t i = 0; i < segment_.commands.capacity(); ++i) {
-    if (commands_.pop(pending_) != PopResult::kOk) return;
-    const std::uint64_t id = pending_.id;
-    if (id > snapshot_.last_done_id && id - snapshot_.last_done_id <= kLargestIdStep)
-      snapshot_.last_done_id = id;
-  }
 }
 
 StepReport Cycle::step(std::int64_t now_ns, std::int64_t wall_ns) noexcept {
@@ -128,15 +112,27 @@ void Cycle::read_flags() noexcept {
     const bool was_latched = emergency_latched_;
     emergency_latched_ = emergency_latched_ && snapshot_.stop_sources != 0;
     faulted_ = has_failed(health_) || emergency_latched_;
+    if (!faulted_) alarms_.clear(clears);
     if (!emergency_latched_) segment_.header.stop_seen.store(0, std::memory_order_release);
     unverified_ = unverified_ || (power_cut_at_stop_ && was_latched && !emergency_latched_);
     published_ = true;
   }
+  published_ = alarms_.report_clear(snapshot_.wall_ns) || published_;
   read_override();
+  read_cancel();
+}
+
+void Cycle::read_cancel() noexcept {
+  CancelRequest request{};
+  if (!segment_.control.cancel.try_load(request) || request.count == snapshot_.cancels_done) return;
+  snapshot_.cancels_done = request.count;
+  queue_.cancel(request);
+  published_ = true;
 }
 
 void Cycle::read_override() noexcept {
-  snapshot_.override_ratio = valid_override(segment_.control.override_ratio.load(std::memory_order_relaxed));
+  snapshot_.override_ratio =
+      Governor::valid_rate(segment_.control.override_ratio.load(std::memory_order_relaxed));
   if (unverified_) snapshot_.override_ratio = std::min(snapshot_.override_ratio, kFirstMotionOverride);
 }
 
@@ -161,7 +157,7 @@ void Cycle::watch_time() noexcept {
 void Cycle::watch_servant() noexcept {
   // Relaxed: the beat says that the servant responds and orders nothing else.
   const std::uint32_t beat = segment_.control.servant_beat.load(std::memory_order_relaxed);
-  if (!servant_.is_silent(beat, gap_.seen_ns(), is_running_ || is_pending_) || orphaned_) return;
+  if (!servant_.is_silent(beat, gap_.seen_ns(), is_running_ || queue_.is_waiting()) || orphaned_) return;
   orphaned_ = true;
   raise(alarm::servant_silent());
 }
@@ -180,6 +176,16 @@ bool Cycle::is_stop_requested() const noexcept {
   return stops_requested_ > snapshot_.stops_done || shutdown_;
 }
 
+/// A stop or a Cancel has come since the running command began. It is then stopped even where it can slow
+/// down no sooner than at its own end: what its client planned to do next must not follow.
+bool Cycle::is_taken_back() const noexcept {
+  return stops_requested_ > snapshot_.stops_done || queue_.is_cancelled(running_.id);
+}
+
+bool Cycle::is_slowing_down() const noexcept {
+  return is_stopping() || (is_running_ && queue_.is_cancelled(running_.id));
+}
+
 void Cycle::handle_command() noexcept {
   if (faulted_) {
     orphaned_ = false;
@@ -188,19 +194,25 @@ void Cycle::handle_command() noexcept {
     return;
   }
   if (is_stopping()) {
-    if (is_running_) {
-      if (!governor_.holding()) return;
-      is_running_ = false;
-      governor_.rest();
-      complete(running_.id, is_stop_requested() ? Verdict::kStopped : Verdict::kOrphaned);
-    }
+    end_slowed_down();
+    if (is_running_) return;
     if (is_stop_requested()) refuse_queue(Verdict::kStopped, !shutdown_);
     if (orphaned_) refuse_queue(Verdict::kOrphaned, false);
     orphaned_ = false;
     end_stop();
     return;
   }
-  if (!is_running_ && fetch_pending()) begin_pending();
+  if (is_slowing_down()) end_slowed_down();
+  if (is_running_) return;
+  refuse_cancelled();
+  if (fetch_command()) begin_command();
+}
+
+void Cycle::end_slowed_down() noexcept {
+  if (!is_running_ || !governor_.holding()) return;
+  is_running_ = false;
+  governor_.rest();
+  complete(running_.id, is_taken_back() || shutdown_ ? Verdict::kStopped : Verdict::kOrphaned);
 }
 
 void Cycle::end_stop() noexcept {
@@ -209,72 +221,71 @@ void Cycle::end_stop() noexcept {
   published_ = true;
 }
 
-/// At most one ring full of commands, each with its verdict. `older_only`: up to the first that the stop does
-/// not concern.
+/// At rest, as refuse_cancelled(). At most one ring full of commands, each with its verdict. `older_only`: up to the
+/// first that the stop does not concern.
 void Cycle::refuse_queue(Verdict verdict, bool older_only) noexcept {
-  for (std::size_t i = 0; i <= segment_.commands.capacity() && fetch_pending(); ++i) {
-    if (older_only && pending_.epoch >= stops_requested_) return;
-    is_pending_ = false;
-    complete(pending_.id, verdict);
+  for (std::size_t i = 0; i <= CommandQueue::capacity() && fetch_command(); ++i) {
+    if (older_only && queue_.waiting().epoch >= stops_requested_) return;
+    refuse(verdict);
   }
 }
 
-bool Cycle::fetch_pending() noexcept {
-  if (is_pending_) return true;
-  switch (commands_.pop(pending_)) {
-    case PopResult::kOk:
-      is_pending_ = true;
-      break;
-    case PopResult::kEmpty:
-      break;
-    case PopResult::kCorrupt:
-      report_lost_commands();
-      break;
+void Cycle::refuse_cancelled() noexcept {
+  for (std::size_t i = 0; i <= CommandQueue::capacity() && fetch_command(); ++i) {
+    if (!queue_.is_cancelled(queue_.waiting().id)) return;
+    refuse(Verdict::kStopped);
   }
-  return is_pending_;
 }
 
-void Cycle::begin_pending() noexcept {
+void Cycle::refuse(Verdict verdict) noexcept {
+  queue_.release();
+  complete(queue_.waiting().id, verdict);
+}
+
+bool Cycle::fetch_command() noexcept {
+  const CommandQueue::Fetch fetched = queue_.fetch();
+  if (fetched == CommandQueue::Fetch::kCorrupt) report_lost_commands();
+  return fetched == CommandQueue::Fetch::kOne;
+}
+
+void Cycle::begin_command() noexcept {
+  const Command& next = queue_.waiting();
   // The servant may have counted a stop between this cycle's look at the flags and its push.
   const std::uint64_t stops = segment_.control.stop_count.load(std::memory_order_acquire);
-  if (pending_.epoch > stops_requested_ && pending_.epoch <= stops) return;
-  if (pending_.epoch < stops_requested_) {
-    is_pending_ = false;
-    complete(pending_.id, Verdict::kStopped);
-    return;
-  }
+  if (next.epoch > stops_requested_ && next.epoch <= stops) return;
+  if (next.epoch < stops_requested_) return refuse(Verdict::kStopped);
+  // Planned from where the task before had the arm, for a caller whose motion was reported lost with it.
+  if (next.incarnation != static_cast<std::uint32_t>(snapshot_.incarnation)) return refuse(Verdict::kLost);
   if (paused_) return;
 
-  is_pending_ = false;
   CommandVerdict verdict =
-      check_command(arm_, pending_, {snapshot_.last_done_id, set_point_.position_rad, set_point_.opening});
-  if (pending_.epoch > stops_requested_)
-    verdict = {Verdict::kMalformed, -1, static_cast<double>(pending_.epoch)};
+      check_command(arm_, next, {queue_.last_done(), set_point_.position_rad, set_point_.opening});
+  if (next.epoch > stops_requested_) verdict = {Verdict::kMalformed, -1, static_cast<double>(next.epoch)};
   if (!verdict.ok()) {
     raise(alarm::command_refused(
-        {.id = pending_.id, .verdict = verdict.verdict, .joint = verdict.joint, .value = verdict.value}));
-    complete(pending_.id, verdict.verdict);
-    return;
+        {.id = next.id, .verdict = verdict.verdict, .joint = verdict.joint, .value = verdict.value}));
+    return refuse(verdict.verdict);
   }
-  running_ = pending_;
+  queue_.release();
+  running_ = next;
   is_running_ = true;
   base_ = set_point_;
   governor_.set_target(snapshot_.override_ratio);
   governor_.begin(governed_motion(arm_, running_));
 }
 
-/// The ring's indices were corrupt and what it held is lost: no call may wait for it forever.
+/// At rest. The ring's indices were corrupt and what it held is lost: no call may wait for it forever.
 void Cycle::report_lost_commands() noexcept {
   raise(alarm::ring_corrupt());
-  const std::uint64_t last = is_running_ ? running_.id : snapshot_.last_done_id;
-  const std::uint64_t next = segment_.header.next_command_id.load(std::memory_order_acquire);
-  for (std::uint64_t id = last + 1; id < next && id <= last + segment_.commands.capacity(); ++id) {
+  const std::uint64_t last = queue_.last_done();
+  const std::uint64_t next = queue_.next_number();
+  for (std::uint64_t id = last + 1; id < next && id <= last + CommandQueue::capacity(); ++id) {
     complete(id, Verdict::kFault);
   }
 }
 
 void Cycle::advance_virtual_time() noexcept {
-  governor_.set_target(paused_ || is_stopping() ? 0.0 : snapshot_.override_ratio);
+  governor_.set_target(paused_ || is_slowing_down() ? 0.0 : snapshot_.override_ratio);
   if (is_running_) governor_.advance(period_s_);
 }
 
@@ -300,6 +311,10 @@ void Cycle::accept_or_hold(const SetPoint& next) noexcept {
   if (!governor_.finished()) return;
   is_running_ = false;
   governor_.rest();
+  if (is_taken_back()) {
+    complete(running_.id, Verdict::kStopped);
+    return;
+  }
   end_first_motion();
   complete(running_.id, Verdict::kDone);
 }
@@ -351,26 +366,19 @@ void Cycle::fault(const AlarmEvent& cause) noexcept {
   refuse_queue(Verdict::kFault, false);
 }
 
-void Cycle::raise(AlarmEvent alarm) noexcept {
-  alarm.time_ns = snapshot_.wall_ns;
-  // A full ring drops the alarm: the 64 before it have not been read either, and the state shows a fault.
-  (void)alarms_.push(alarm);
-  (void)log_.push(alarm);
+void Cycle::raise(const AlarmEvent& alarm) noexcept {
+  alarms_.raise(alarm, snapshot_.wall_ns);
   published_ = true;
 }
 
-/// Verdicts in the order of the commands. A full ring drops the completion (its reader is dead or stuck, and
-/// the cycle never waits); Snapshot::last_done_id still says that the command is over.
 void Cycle::complete(std::uint64_t id, Verdict verdict) noexcept {
-  (void)completions_.push({id, verdict, 0, snapshot_.cycle});
-  if (id > snapshot_.last_done_id && id - snapshot_.last_done_id <= kLargestIdStep)
-    snapshot_.last_done_id = id;
+  queue_.complete(id, verdict, snapshot_.cycle);
   published_ = true;
 }
 
 RtState Cycle::state() const noexcept {
   if (faulted_) return RtState::kError;
-  if (is_stopping()) return RtState::kStopping;
+  if (is_slowing_down()) return RtState::kStopping;
   if (paused_ && (!is_running_ || governor_.holding())) return RtState::kPaused;
   return is_running_ ? RtState::kMoving : RtState::kStandby;
 }
@@ -378,17 +386,12 @@ RtState Cycle::state() const noexcept {
 void Cycle::publish() noexcept {
   snapshot_.state = state();
   snapshot_.command_id = is_running_ ? running_.id : 0;
+  snapshot_.command_duration_s = is_running_ ? running_.duration_s : 0.0;
+  snapshot_.last_done_id = queue_.last_done();
+  snapshot_.waiting_id = queue_.is_waiting() ? queue_.waiting().id : 0;
   snapshot_.virtual_time_s = is_running_ ? governor_.virtual_time_s() : 0.0;
   snapshot_.virtual_rate = is_running_ ? governor_.rate() : 0.0;
-  snapshot_.gripper = set_point_.opening;
-  snapshot_.position_rad = set_point_.position_rad;
-  for (std::size_t i = 0; i < kMaxJoints; ++i) {
-    snapshot_.velocity_rad_s[i] = (set_point_.position_rad[i] - last_.position_rad[i]) / period_s_;
-  }
-  const ToolPose pose = forward(arm_.geometry, set_point_.position_rad);
-  snapshot_.tcp_m = pose.position_m;
-  snapshot_.yaw_rad = pose.yaw_rad;
-  snapshot_.pitch_rad = pose.pitch_rad;
+  publish_set_point(arm_, set_point_, last_, snapshot_);
   snapshot_.pulse_us = frame_.pulse_us;
   segment_.snapshot.store(snapshot_);
   segment_.trace.append(snapshot_);

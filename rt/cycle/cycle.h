@@ -7,6 +7,8 @@
 #include "corbot/backend/backend.h"
 #include "corbot/backend/emergency_stop.h"
 #include "corbot/channel/layout.h"
+#include "rt/cycle/alarm_output.h"
+#include "rt/cycle/command_queue.h"
 #include "rt/cycle/governor.h"
 #include "rt/cycle/liveness.h"
 #include "rt/cycle/path_evaluation.h"
@@ -61,18 +63,18 @@ class Cycle {
     return segment_.snapshot.load(out) && out.incarnation == incarnation_;
   }
   /// A copy of each alarm, for this process to print; consumed by one other thread.
-  [[nodiscard]] Ring<AlarmEvent, 64>& alarm_log() noexcept { return alarm_log_; }
+  [[nodiscard]] Ring<AlarmEvent, 64>& alarm_log() noexcept { return alarms_.copies(); }
 
  private:
   void adopt_last_position(const CycleStart& start) noexcept;
   void inherit_error(bool was_in_error) noexcept;
-  void drop_ring() noexcept;
 
   void read_flags() noexcept;
   void read_override() noexcept;
   void report_start() noexcept;
   void watch_time() noexcept;
   void watch_servant() noexcept;
+  void read_cancel() noexcept;
   void latch_emergency_stop() noexcept;
   void handle_command() noexcept;
   void advance_virtual_time() noexcept;
@@ -81,17 +83,22 @@ class Cycle {
   void exchange_with_backend() noexcept;
   void publish() noexcept;
 
-  [[nodiscard]] bool fetch_pending() noexcept;
+  [[nodiscard]] bool fetch_command() noexcept;
   void end_stop() noexcept;
   void end_first_motion() noexcept;
   void refuse_queue(Verdict verdict, bool older_only) noexcept;
-  void begin_pending() noexcept;
+  void refuse_cancelled() noexcept;
+  void end_slowed_down() noexcept;
+  void begin_command() noexcept;
   void report_lost_commands() noexcept;
   void complete(std::uint64_t id, Verdict verdict) noexcept;
+  void refuse(Verdict verdict) noexcept;
   void fault(const AlarmEvent& cause) noexcept;
-  void raise(AlarmEvent alarm) noexcept;
+  void raise(const AlarmEvent& alarm) noexcept;
   [[nodiscard]] bool is_stop_requested() const noexcept;
   [[nodiscard]] bool is_stopping() const noexcept { return is_stop_requested() || orphaned_; }
+  [[nodiscard]] bool is_taken_back() const noexcept;
+  [[nodiscard]] bool is_slowing_down() const noexcept;
   [[nodiscard]] RtState state() const noexcept;
 
   const ArmModel arm_;
@@ -101,11 +108,8 @@ class Cycle {
   const double period_s_;
   std::uint64_t incarnation_{0};
 
-  RingConsumer<decltype(SegmentLayout::commands)> commands_;
-  RingProducer<decltype(SegmentLayout::completions)> completions_;
-  RingProducer<decltype(SegmentLayout::alarms)> alarms_;
-  Ring<AlarmEvent, 64> alarm_log_;
-  RingProducer<decltype(alarm_log_)> log_;
+  CommandQueue queue_;
+  AlarmOutput alarms_;
 
   GapWatch gap_;
   ServantWatch servant_;
@@ -113,9 +117,7 @@ class Cycle {
   Governor governor_;
   Command running_{};  ///< valid while is_running_
   bool is_running_{false};
-  SetPoint base_{};    ///< where the running command began
-  Command pending_{};  ///< popped, not begun; valid while is_pending_
-  bool is_pending_{false};
+  SetPoint base_{};  ///< where the running command began
   SetPoint set_point_{};
   SetPoint last_{};  ///< of the cycle before
 

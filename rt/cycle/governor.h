@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 #include "corbot/arm/joints.h"
@@ -63,6 +65,12 @@ class Governor {
   void set_target(double rate) noexcept { target_ = rate; }
   /// One cycle of real time. Virtual time never exceeds the motion's duration.
   void advance(double dt_s) noexcept;
+
+  /// An override as another process gives it: what is slower than a thousandth would be a pause, and what is not
+  /// a number counts as 1.
+  [[nodiscard]] static double valid_rate(double ratio) noexcept {
+    return std::isfinite(ratio) ? std::clamp(ratio, 1e-3, 1.0) : 1.0;
+  }
 
   [[nodiscard]] double virtual_time_s() const noexcept { return time_s_; }
   [[nodiscard]] double rate() const noexcept { return rate_; }

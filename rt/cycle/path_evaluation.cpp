@@ -122,4 +122,17 @@ GovernedMotion governed_motion(const ArmModel& arm, const Command& command) noex
   return motion;
 }
 
+void publish_set_point(const ArmModel& arm, const SetPoint& now, const SetPoint& before,
+                       Snapshot& snapshot) noexcept {
+  const double period_s = static_cast<double>(arm.period_ns) * 1e-9;
+  snapshot.gripper = now.opening;
+  snapshot.position_rad = now.position_rad;
+  for (std::size_t i = 0; i < kMaxJoints; ++i)
+    snapshot.velocity_rad_s[i] = (now.position_rad[i] - before.position_rad[i]) / period_s;
+  const ToolPose pose = forward(arm.geometry, now.position_rad);
+  snapshot.tcp_m = pose.position_m;
+  snapshot.yaw_rad = pose.yaw_rad;
+  snapshot.pitch_rad = pose.pitch_rad;
+}
+
 }  // namespace corbot::rt

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "corbot/arm/arm_model.h"
+#include "corbot/channel/records.h"
 #include "corbot/motion/command.h"
 #include "rt/cycle/governor.h"
 
@@ -24,5 +25,9 @@ struct SetPoint {
 /// arc that is the path parameter, with the path's own limits; of the gripper its law, whose own peaks are
 /// its limits. Real-time safe.
 [[nodiscard]] GovernedMotion governed_motion(const ArmModel& arm, const Command& command) noexcept;
+
+/// Fills in where the arm is and how fast it got there from the set-point of the cycle before. Real-time safe.
+void publish_set_point(const ArmModel& arm, const SetPoint& now, const SetPoint& before,
+                       Snapshot& snapshot) noexcept;
 
 }  // namespace corbot::rt

@@ -77,6 +77,8 @@ std::string alarm_text(const AlarmEvent& event) {
       return "emergency stop";
     case AlarmCode::kErrorInherited:
       return "the arm was in Error, or stopped, when the real-time task was restarted; it holds";
+    case AlarmCode::kCleared:
+      return "the Error was cleared";
     case AlarmCode::kOverrun: {
       const alarm::Overruns what = alarm::overruns(event);
       return fmt::format("the real-time loop missed periods {} times, {} since its start", what.count,

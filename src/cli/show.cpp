@@ -36,13 +36,13 @@ const char* to_string(Corbot::RobotState state) {
   }
 }
 
-const char* meaning(Corbot::RobotState state, bool cause_gone) {
+const char* meaning(Corbot::RobotState state, bool cause_gone, bool paused) {
   switch (state) {
     case Corbot::Error:
       return cause_gone ? "faulted: the cause is gone: 'corbot clear'"
                         : "faulted: fix the cause, then 'corbot clear'";
     case Corbot::Waiting:
-      return "busy: moving, delaying or paused";
+      return paused ? "paused, what is accepted waits: 'corbot resume'" : "busy: moving or delaying";
     default:
       return "at rest and ready";
   }
@@ -117,6 +117,7 @@ StatusReport read_status(Client& client) {
   report.address = client.address().uri;
   client.call([&](auto& arm) {
     report.state = arm.Status();
+    report.paused = arm.Paused();
     report.kind = arm.RobotType();
     report.reach_m = arm.Reach();
     report.override_percent = arm.OverridePercent();
@@ -154,7 +155,8 @@ std::string status_text(const StatusReport& r) {
     cause_gone = cause_gone && back;
     alarms += fmt::format("  alarm     {} {}\n", alarm.code, back ? device_back_text(alarm) : alarm.text);
   }
-  text += fmt::format("  state     {:<9} {}\n{}", to_string(r.state), meaning(r.state, cause_gone), alarms);
+  text += fmt::format("  state     {:<9} {}\n{}", to_string(r.state), meaning(r.state, cause_gone, r.paused),
+                      alarms);
   text += fmt::format("  device    {}\n", describe(r.device));
   if (r.device.positionUncertain) {
     text +=
@@ -182,7 +184,8 @@ std::string status_line(const StatusReport& r) {
   std::string text = fmt::format("{:<7}  x {:8.4f}  y {:8.4f}  z {:8.4f} m  joints", to_string(r.state),
                                  rounded(r.pose.x, 1e4), rounded(r.pose.y, 1e4), rounded(r.pose.z, 1e4));
   for (const double joint : r.joints) text += fmt::format(" {:8.2f}", rounded(joint, 100));
-  return text + fmt::format(" deg  gripper {}  override {:g} %\n", to_string(r.gripper), r.override_percent);
+  return text + fmt::format(" deg  gripper {}  override {:g} %{}\n", to_string(r.gripper), r.override_percent,
+                            r.paused ? "  paused" : "");
 }
 
 std::string status_json(const StatusReport& r) {
@@ -193,6 +196,7 @@ std::string status_json(const StatusReport& r) {
   const json data{{"name", r.name},
                   {"address", r.address},
                   {"state", to_string(r.state)},
+                  {"paused", r.paused},
                   {"kind", to_string(r.kind)},
                   {"joints_deg", r.joints},
                   {"ranges_deg", ranges},

@@ -20,6 +20,7 @@ struct StatusReport {
   std::string address;
   Corbot::RobotState state{};
   Corbot::RobotKind kind{};
+  bool paused{};               ///< until a resume
   std::vector<double> joints;  ///< degrees
   std::vector<Corbot::JointRange> ranges;
   Corbot::CartesianCoord pose{};

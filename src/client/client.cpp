@@ -4,11 +4,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <optional>
 #include <string>
+#include <thread>
 
 namespace corbot::client {
 
 namespace {
+
+/// Short enough for a progress bar, and well below any sensible --timeout.
+constexpr double kPollInterval_s = 0.1;
+/// A servant that was restarted, or a network that was cut for a moment, is back within this time or so.
+constexpr std::chrono::seconds kReconnect{2};
 
 Corbot::Point point(const Request& request, std::size_t first) {
   return {request.numbers[first], request.numbers[first + 1], request.numbers[first + 2]};
@@ -103,8 +111,18 @@ void Client::perform(const Request& request, const ProgressReport& report) {
 }
 
 Corbot::Ticket Client::start(const Request& request) {
+  try {
+    return begin(request);
+  } catch (const CORBA::SystemException& e) {
+    if (is_certainly_not_executed(e)) throw explain(e, address_);
+    throw unknown_start(explain(e, address_));
+  }
+}
+
+Corbot::Ticket Client::begin(const Request& request) {
   const auto& n = request.numbers;
-  return call([&](auto& arm) -> Corbot::Ticket {
+  auto& arm = *arm_.in();
+  return call_user([&]() -> Corbot::Ticket {
     switch (request.verb) {
       case Verb::kMove:
         return arm.StartMove(n[0], n[1], n[2], request.above_m, request.time_s);
@@ -143,6 +161,8 @@ void Client::set(const Request& request) {
         return arm.Override(n[0]);
       case Verb::kStop:
         return arm.Stop();
+      case Verb::kCancel:
+        return arm.Cancel(static_cast<Corbot::Ticket>(n[0]));
       case Verb::kPause:
         return arm.Pause();
       case Verb::kResume:
@@ -155,19 +175,37 @@ void Client::set(const Request& request) {
   });
 }
 
+Corbot::MotionInfo_var Client::follow(Corbot::Ticket ticket) {
+  try {
+    return arm_->Wait(ticket, kPollInterval_s);
+  } catch (const Corbot::QueueFull&) {
+    // Other calls have all the places for waiting: the motion is not concerned.
+    std::this_thread::sleep_for(std::chrono::duration<double>(kPollInterval_s));
+    return arm_->Progress(ticket);
+  }
+}
+
 void Client::wait(Corbot::Ticket ticket, const ProgressReport& report) {
-  // Short enough for a progress bar, and well below any sensible --timeout.
-  constexpr double kPollInterval_s = 0.1;
+  std::optional<std::chrono::steady_clock::time_point> lost;
   for (;;) {
-    const Corbot::MotionInfo_var info = call([&](auto& arm) {
-      try {
-        return arm.Wait(ticket, kPollInterval_s);
-      } catch (const CORBA::TRANSIENT& gone) {
-        // A servant issued the ticket: the connection was lost with a motion under way.
-        if (is_call_timeout(gone)) throw;
-        throw CORBA::COMM_FAILURE(gone.minor(), gone.completed());
-      }
-    });
+    Corbot::MotionInfo_var info;
+    try {
+      info = follow(ticket);
+      lost.reset();
+    } catch (const Corbot::BadParameter&) {
+      throw unknown_end(ticket, "the servant was restarted and does not know the motion");
+    } catch (const CORBA::SystemException& e) {
+      // A servant gave the ticket away: the motion is accepted, whatever has become of the connection.
+      const auto now = std::chrono::steady_clock::now();
+      if (!lost) lost = now;
+      if (is_call_timeout(e) || now - *lost > kReconnect)
+        throw unknown_end(ticket,
+                          is_call_timeout(e)
+                              ? fmt::format("no answer from {} in time", address_.where)
+                              : fmt::format("the servant at {} closed the connection", address_.where));
+      std::this_thread::sleep_for(std::chrono::duration<double>(kPollInterval_s));
+      continue;
+    }
     switch (info->state) {
       case Corbot::MotionDone:
         if (report) report(1.0);

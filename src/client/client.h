@@ -29,7 +29,8 @@ class Client {
   [[nodiscard]] const Address& address() const noexcept { return address_; }
   [[nodiscard]] Corbot::Arm_ptr arm() const noexcept { return arm_.in(); }
 
-  /// Executes a request and returns when it is done. Throws Failure, kStopped when a Stop ended the motion.
+  /// Executes a request and returns when it is done. Throws Failure: kStopped when a Stop or a Cancel ended the
+  /// motion, kUnreachable when what became of it is unknown.
   void perform(const Request& request, const ProgressReport& report = {});
 
   /// Pre-empts whatever moves; returns at rest.
@@ -45,9 +46,15 @@ class Client {
   }
 
  private:
+  /// A Failure says when it is unknown whether the motion was accepted.
   [[nodiscard]] Corbot::Ticket start(const Request& request);
+  [[nodiscard]] Corbot::Ticket begin(const Request& request);
   void set(const Request& request);
+  /// Until the motion has ended. A refused place among the waiting calls, or a lost connection, is no end: it
+  /// asks again, and reports an unknown end as one.
   void wait(Corbot::Ticket ticket, const ProgressReport& report);
+  /// Its state now, or a moment later.
+  [[nodiscard]] Corbot::MotionInfo_var follow(Corbot::Ticket ticket);
 
   Address address_;
   CORBA::ORB_var orb_;

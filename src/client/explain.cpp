@@ -37,6 +37,23 @@ bool is_call_timeout(const CORBA::SystemException& e) {
          (CORBA::TRANSIENT::_downcast(&e) != nullptr && e.minor() == omni::TRANSIENT_CallTimedout);
 }
 
+bool is_certainly_not_executed(const CORBA::SystemException& e) {
+  return e.completed() == CORBA::COMPLETED_NO && !is_call_timeout(e);
+}
+
+Failure unknown_start(const Failure& cause) {
+  return {cause.code(), std::string(cause.what()) +
+                            "; whether the motion was accepted is unknown, 'corbot stop' "
+                            "stops it if it was"};
+}
+
+Failure unknown_end(Corbot::Ticket ticket, const std::string& cause) {
+  return {ExitCode::kUnreachable,
+          fmt::format("{}; what became of motion {} is unknown, an accepted motion still ends at rest: check "
+                      "'corbot status' before you go on ('corbot cancel {}' takes it back)",
+                      cause, ticket, ticket)};
+}
+
 Failure explain(const Corbot::BadParameter& e) {
   return {ExitCode::kRefused, fmt::format("refused: {} = {}: {}; nothing moved", printable(e.parameter.in()),
                                           plain(e.value), without_full_stop(printable(e.reason.in())))};

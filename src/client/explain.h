@@ -36,9 +36,17 @@ struct Address {
 /// At most six significant digits: "0.42", "-12.5".
 [[nodiscard]] std::string plain(double value);
 
-/// Calls `f` and turns every CORBA exception into a Failure.
+/// The call was not carried out, and will not be.
+[[nodiscard]] bool is_certainly_not_executed(const CORBA::SystemException& e);
+
+/// A call that starts a motion ended with `cause`, and the robot may have accepted it.
+[[nodiscard]] Failure unknown_start(const Failure& cause);
+/// The motion was accepted, and its end cannot be asked for any more.
+[[nodiscard]] Failure unknown_end(Corbot::Ticket ticket, const std::string& cause);
+
+/// Calls `f` and turns every exception of the interface into a Failure; those of the ORB pass.
 template <class F>
-auto call(const Address& address, F&& f) -> decltype(f()) {
+auto call_user(F&& f) -> decltype(f()) {
   try {
     return f();
   } catch (const Corbot::BadParameter& e) {
@@ -53,11 +61,21 @@ auto call(const Address& address, F&& f) -> decltype(f()) {
     throw explain(e);
   } catch (const Corbot::QueueFull& e) {
     throw explain(e);
-  } catch (const CORBA::SystemException& e) {
-    throw explain(e, address);
+  } catch (const CORBA::SystemException&) {
+    throw;
   } catch (const CORBA::Exception& e) {
     throw Failure(ExitCode::kInternal,
                   std::string("the robot raised an exception that is not in the interface: ") + e._name());
+  }
+}
+
+/// The same, those of the ORB included.
+template <class F>
+auto call(const Address& address, F&& f) -> decltype(f()) {
+  try {
+    return call_user(f);
+  } catch (const CORBA::SystemException& e) {
+    throw explain(e, address);
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 
 #include "client/number.h"
@@ -13,6 +14,8 @@
 namespace corbot::client {
 
 namespace {
+
+constexpr double kLargestTicket = 9007199254740992.0;  // 2^53: beyond it a double has no units
 
 const OptionSpec kTime{"--time", "T",
                        "seconds the motion shall take; 0 or none: as fast as the limits allow"};
@@ -96,6 +99,14 @@ const std::vector<VerbSpec>& table() {
        "Stop the arm now and discard what is queued",
        false,
        false},
+      {Verb::kCancel,
+       "cancel",
+       {"TICKET"},
+       1,
+       {},
+       "Take back one motion by its number, and what is queued behind it",
+       false,
+       false},
       {Verb::kPause, "pause", {}, 0, {}, "Slow down on the path and hold", false, false},
       {Verb::kResume, "resume", {}, 0, {}, "Continue after a pause", false, false},
       {Verb::kClear, "clear", {}, 0, {}, "Leave the Error state once its cause is gone", false, false},
@@ -159,6 +170,9 @@ std::optional<std::string> read_argument(const VerbSpec& spec, const std::string
   }
   const auto value = parse_number(word);
   if (!value) return fmt::format("{}: {}", spec.arguments[at], number_fault(word));
+  if (spec.verb == Verb::kCancel &&
+      !(*value >= 1 && *value <= kLargestTicket && *value == std::floor(*value)))
+    return fmt::format("TICKET '{}': must be a positive integer", word);
   request.numbers.push_back(*value);
   return std::nullopt;
 }

@@ -25,6 +25,7 @@ enum class Verb {
   kPitch,
   kOverride,  // settings
   kStop,
+  kCancel,
   kPause,
   kResume,
   kClear,  // at once; not in programs

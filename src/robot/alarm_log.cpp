@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "robot/alarm_log.h"
 
+#include <algorithm>
 #include <chrono>
+#include <iterator>
 
 namespace corbot {
 void AlarmLog::add(const AlarmEvent& event) {
@@ -17,7 +19,16 @@ void AlarmLog::add(std::int32_t code, bool active, const std::string& text) {
 void AlarmLog::push(AlarmEntry entry) {
   const std::lock_guard lock(mutex_);
   entries_.push_back(std::move(entry));
-  if (entries_.size() > kKept) entries_.pop_front();
+  if (entries_.size() <= kKept) return;
+  // What has not been cleared outlives what has. Where all are active, which takes a device that comes and
+  // goes, a later one of the same code says the same.
+  auto victim = std::find_if(entries_.begin(), entries_.end(), [](const auto& old) { return !old.active; });
+  for (auto old = entries_.begin(); victim == entries_.end() && old != entries_.end(); ++old) {
+    const bool again = std::any_of(std::next(old), entries_.end(),
+                                   [&](const auto& later) { return later.code == old->code; });
+    if (again) victim = old;
+  }
+  entries_.erase(victim == entries_.end() ? entries_.begin() : victim);
 }
 
 void AlarmLog::deactivate() {

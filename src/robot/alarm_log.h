@@ -25,7 +25,7 @@ struct AlarmEntry {
   std::string text;
 };
 
-/// The last 64 alarms, as text. Thread-safe.
+/// The last 64 alarms, as text; an active one is never pushed out by others. Thread-safe.
 class AlarmLog {
  public:
   static constexpr std::size_t kKept = 64;

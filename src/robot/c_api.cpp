@@ -169,6 +169,7 @@ corbot_status corbot_robot_pose(const corbot_robot* robot, corbot_pose* out, cor
 corbot_gripper corbot_robot_gripper(const corbot_robot* robot) { return robot->robot.view().gripper(); }
 corbot_state corbot_robot_state(const corbot_robot* robot) { return robot->robot.view().state(); }
 double corbot_robot_override(const corbot_robot* robot) { return robot->robot.view().override_percent(); }
+int32_t corbot_robot_paused(const corbot_robot* robot) { return robot->robot.view().paused() ? 1 : 0; }
 double corbot_robot_tool_pitch(const corbot_robot* robot) { return robot->robot.tool_pitch_deg(); }
 
 size_t corbot_robot_alarms(const corbot_robot* robot, corbot_alarm out[CORBOT_MAX_ALARMS]) {
@@ -284,6 +285,9 @@ corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, con
 
 corbot_status corbot_robot_stop(corbot_robot* robot, corbot_error* error) {
   return guarded(error, [&] { robot->robot.stop(); });
+}
+corbot_status corbot_robot_cancel(corbot_robot* robot, corbot_ticket ticket, corbot_error* error) {
+  return guarded(error, [&] { robot->robot.cancel(ticket); });
 }
 corbot_status corbot_robot_pause(corbot_robot* robot, corbot_error* error) {
   return guarded(error, [&] { robot->robot.pause(true); });

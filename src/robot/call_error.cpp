@@ -48,6 +48,11 @@ CallError bad_argument(const std::string& parameter, double value, const std::st
   return result;
 }
 
+CallError no_such_motion(std::uint64_t id) {
+  return bad_argument("id", static_cast<double>(id),
+                      fmt::format("there is no motion {}, or it is forgotten", id));
+}
+
 CallError not_ready(const std::string& text) { return call_error(CORBOT_NOT_READY, text); }
 CallError stopped(const std::string& text) { return call_error(CORBOT_STOPPED, text); }
 CallError no_data(const std::string& text) { return call_error(CORBOT_NO_DATA, text); }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "planner/plan.h"
@@ -14,6 +15,8 @@ struct CallError {
 };
 
 [[nodiscard]] CallError bad_argument(const std::string& parameter, double value, const std::string& text);
+/// A ticket that was never given away, or is forgotten.
+[[nodiscard]] CallError no_such_motion(std::uint64_t id);
 [[nodiscard]] CallError not_ready(const std::string& text);
 [[nodiscard]] CallError stopped(const std::string& text);
 [[nodiscard]] CallError queue_full(int capacity);

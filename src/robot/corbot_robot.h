@@ -151,6 +151,7 @@ corbot_status corbot_robot_pose(const corbot_robot* robot, corbot_pose* out, cor
 corbot_gripper corbot_robot_gripper(const corbot_robot* robot);
 corbot_state corbot_robot_state(const corbot_robot* robot);
 double corbot_robot_override(const corbot_robot* robot);   /* percent */
+int32_t corbot_robot_paused(const corbot_robot* robot);    /* a Pause is in force */
 double corbot_robot_tool_pitch(const corbot_robot* robot); /* degrees */
 size_t corbot_robot_alarms(const corbot_robot* robot, corbot_alarm out[CORBOT_MAX_ALARMS]);
 corbot_status corbot_robot_loop_info(const corbot_robot* robot, corbot_loop_info* out, corbot_error* error);
@@ -191,6 +192,10 @@ corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, con
 
 /* Pre-empt; never queued, never behind a plan that is being made. Stop returns at rest. */
 corbot_status corbot_robot_stop(corbot_robot* robot, corbot_error* error);
+/* Takes back one motion and what is queued behind it; what is before it goes on. Returns when they have ended.
+ * CORBOT_OK and no effect when it has ended; CORBOT_BAD_PARAMETER: no such ticket. */
+corbot_status corbot_robot_cancel(corbot_robot* robot, corbot_ticket ticket, corbot_error* error);
+/* Until corbot_robot_resume; a Stop does not end it. */
 corbot_status corbot_robot_pause(corbot_robot* robot, corbot_error* error);
 corbot_status corbot_robot_resume(corbot_robot* robot, corbot_error* error);
 corbot_status corbot_robot_set_override(corbot_robot* robot, double percent, corbot_error* error);

@@ -25,6 +25,17 @@ std::string task_is_gone(const std::string& name) {
                                                              : "start corbot-rt again");
 }
 
+/// The newest snapshot of the segment's present task. None before its cycle runs: it may be approaching its
+/// device still, and has not said what became of what it found in the segment.
+bool running_snapshot(const SegmentLayout& layout, Snapshot& now) {
+  return layout.snapshot.load(now) &&
+         now.incarnation == layout.header.incarnation.load(std::memory_order_acquire);
+}
+
+std::string task_is_starting(const std::string& name) {
+  return fmt::format("the real-time task of {} is starting, its cycle does not run yet", name);
+}
+
 }  // namespace
 
 struct Link::ReportRings {
@@ -48,7 +59,7 @@ void Link::close() {
   }
   end_requested_.notify_all();
   if (thread_.joinable()) thread_.join();
-  alive_ = false;
+  incarnation_ = 0;
   const std::lock_guard lock(mutex_);
   if (segment_) segment_->leave();
   segment_.reset();
@@ -100,13 +111,15 @@ void Link::run() {
     lock.unlock();
     if (!segment && try_attach(false)) segment = this->segment();
     if (segment && segment->peer_alive()) {
-      const std::uint64_t now = segment->layout().header.incarnation.load(std::memory_order_acquire);
-      ReportRings rings(segment->layout());
-      drain(*segment, rings);  // what an earlier servant or task left
-      incarnation_ = now;
-      alive_.store(true, std::memory_order_release);
-      listener_.on_attached(std::exchange(has_been_attached_, true));
-      serve_until_gone(*segment, rings);
+      if (Snapshot now{}; running_snapshot(segment->layout(), now)) {
+        ReportRings rings(segment->layout());
+        drain(*segment, rings);  // what an earlier servant or task left
+        incarnation_.store(now.incarnation, std::memory_order_release);
+        listener_.on_attached(std::exchange(has_been_attached_, true));
+        serve_until_gone(*segment, rings);
+      } else {
+        set_cause(task_is_starting(name_));
+      }
     } else if (segment && !segment->linked()) {
       const std::lock_guard again(mutex_);
       segment_.reset();  // the name may belong to a new file by now
@@ -128,8 +141,11 @@ void Link::serve_until_gone(Segment& segment, ReportRings& rings) {
     const std::uint32_t seen = layout.wake.load(std::memory_order_acquire);
     // Asked before the rings are drained: verdicts that a dying task still gave are not lost.
     const bool connected = segment.peer_alive();
-    const bool same = layout.header.incarnation.load(std::memory_order_acquire) == incarnation_;
+    const bool same = layout.header.incarnation.load(std::memory_order_acquire) == incarnation();
+    Snapshot before{};
+    const bool has_snapshot = running_snapshot(layout, before);
     drain(segment, rings);
+    if (same && has_snapshot) listener_.on_drained(before);
     if (!connected) {
       return lose(task_is_gone(name_));
     }
@@ -159,8 +175,8 @@ void Link::drain(Segment& segment, ReportRings& rings) {
 }
 
 void Link::lose(const std::string& reason) {
-  alive_.store(false, std::memory_order_release);
   set_cause(reason);
+  incarnation_.store(0, std::memory_order_release);
   listener_.on_lost(reason);
 }
 

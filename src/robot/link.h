@@ -22,8 +22,10 @@ class LinkListener {
   /// The real-time task died, ended, or was restarted:
   /// no command that was running or queued will get its verdict.
   virtual void on_lost(const std::string& reason) = 0;
-  /// A real-time task is connected. `again`: not the first time.
+  /// A real-time task is connected and its cycle runs. `again`: not the first time.
   virtual void on_attached(bool again) = 0;
+  /// Every report that was out before this snapshot of the connected task has been read.
+  virtual void on_drained(const Snapshot& before) = 0;
 };
 
 /// The servant's end of the channel: attaches to the segment, goes on trying while there is none, notices the
@@ -41,8 +43,12 @@ class Link {
   /// Ends the thread and detaches.
   void close();
 
-  /// A real-time task is connected and alive.
-  [[nodiscard]] bool alive() const noexcept { return alive_.load(std::memory_order_acquire); }
+  /// A real-time task is connected and its cycle runs.
+  [[nodiscard]] bool alive() const noexcept { return incarnation() != 0; }
+  /// Of that task; 0 where there is none.
+  [[nodiscard]] std::uint64_t incarnation() const noexcept {
+    return incarnation_.load(std::memory_order_acquire);
+  }
   /// The segment, dead or alive; null when there has been none. Stays mapped while the caller holds it.
   [[nodiscard]] std::shared_ptr<Segment> segment() const;
   /// The newest snapshot; false when there has never been one.
@@ -72,8 +78,7 @@ class Link {
   std::string cause_;
   bool end_{false};
 
-  std::atomic<bool> alive_{false};
-  std::uint64_t incarnation_{0};  // of the task that was last alive; the thread's own
+  std::atomic<std::uint64_t> incarnation_{0};  // of the task that is alive; 0: none
   bool has_been_attached_{false};
   std::thread thread_;
 };

@@ -3,11 +3,8 @@
 
 #include <array>
 #include <atomic>
-#include <chrono>
-#include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 
 #include "config/profile.h"
@@ -15,9 +12,11 @@
 #include "robot/alarm_log.h"
 #include "robot/call_error.h"
 #include "robot/link.h"
+#include "robot/motion_queue.h"
 #include "robot/position_saver.h"
 #include "robot/robot_view.h"
 #include "robot/self_check.h"
+#include "robot/task_access.h"
 #include "robot/task_watch.h"
 #include "robot/ticket_table.h"
 
@@ -56,6 +55,10 @@ class Robot final : private LinkListener {
 
   [[nodiscard]] corbot_motion_info wait(corbot_ticket ticket, double timeout_s) const;
   void finish(corbot_ticket ticket) const;
+  /// Takes back a motion and what is queued behind it; what is before it goes on.
+  void cancel(corbot_ticket ticket);
+  /// Calls that are starting a motion.
+  [[nodiscard]] int starting() const noexcept { return queue_.starting(); }
 
   // Pre-emption: flags in the segment, no lock that a plan holds.
   void stop();
@@ -75,22 +78,11 @@ class Robot final : private LinkListener {
   void on_alarm(const AlarmEvent& alarm) override;
   void on_lost(const std::string& reason) override;
   void on_attached(bool again) override;
+  void on_drained(const Snapshot& before) override;
 
-  /// The segment of a task that is there; throws CallError (not ready).
-  [[nodiscard]] std::shared_ptr<Segment> connected_segment() const;
-  /// And whose cycle advances.
-  [[nodiscard]] std::shared_ptr<Segment> living_segment() const;
   /// Whatever a call may have to wait for can be had.
   [[nodiscard]] bool responds() const;
-  /// Waits until `done` holds for the newest snapshot; throws CallError (not ready) when the task dies, the
-  /// robot is closed, or after `seconds`.
-  void await(Segment& segment, double seconds, const std::string& what,
-             const std::function<bool(const Snapshot&)>& done) const;
-  /// Waits until the task has read the flags as they are now, so that what a client reads next agrees.
-  void await_seen(Segment& segment, const std::string& what) const;
-  [[nodiscard]] PlanStart plan_start(Segment& segment, std::uint64_t epoch);
-  corbot_ticket hand_over(Segment& segment, std::uint64_t epoch, std::vector<Command>& commands,
-                          double gripper);
+  void on_frozen(bool frozen);
   [[nodiscard]] PlanSettings settings() const;
 
   const Profile profile_;
@@ -98,20 +90,17 @@ class Robot final : private LinkListener {
   const Planner planner_;
   TicketTable tickets_;
   AlarmLog alarms_;
-  std::atomic<bool> closing_{false};
+  std::atomic<std::uint64_t> clears_reported_{0};  ///< number of the last Clear whose alarms are taken back
 
   mutable std::mutex settings_mutex_;  // of settings_, held for a moment only
   PlanSettings settings_;
-
-  std::mutex planning_mutex_;       // one plan at a time; of the members below
-  std::uint64_t last_accepted_{0};  // ticket whose end planned_end_ is; 0: none in this life
-  std::uint64_t last_epoch_{0};
-  PlanStart planned_end_;
 
   SelfCheck self_check_;
   Link link_;        // its thread uses all of the above
   TaskWatch watch_;  // likewise, and the link
   const RobotView view_;
+  TaskAccess task_;
+  MotionQueue queue_;
   std::unique_ptr<PositionSaver> saver_;  // reads from the link
 };
 

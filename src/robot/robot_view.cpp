@@ -96,6 +96,11 @@ std::vector<AlarmEntry> RobotView::alarms() const {
   return list;
 }
 
+bool RobotView::paused() const {
+  const auto segment = link_.segment();
+  return segment && segment->layout().control.pause.load(std::memory_order_relaxed) != 0;
+}
+
 corbot_motion_info RobotView::describe(const Ticket& ticket) const {
   corbot_motion_info info{};
   info.id = ticket.last;

@@ -30,6 +30,8 @@ class RobotView {
   [[nodiscard]] LoopDiagnostics diagnostics() const;
   [[nodiscard]] corbot_device_info device() const;
   [[nodiscard]] double override_percent() const;
+  /// A Pause is in force; only Resume ends it.
+  [[nodiscard]] bool paused() const;
   [[nodiscard]] std::vector<AlarmEntry> alarms() const;
   [[nodiscard]] corbot_motion_info describe(const Ticket& ticket) const;
   /// Why the robot is in Error, and what to do about it.

@@ -20,6 +20,8 @@ const char* reason_of(Verdict verdict) {
       return "the motion planned before this one did not arrive where this one begins";
     case Verdict::kLimit:
       return "the real-time task refused the command: beyond a limit of the arm";
+    case Verdict::kLost:
+      return "the real-time task was restarted; the motion was lost with the old one";
     case Verdict::kOrphaned:
       return "no servant responded: the motion was stopped on its path";
   }
@@ -30,6 +32,8 @@ TicketState state_of(Verdict verdict) {
   if (verdict == Verdict::kDone) return TicketState::kDone;
   return verdict == Verdict::kStopped ? TicketState::kStopped : TicketState::kFailed;
 }
+
+constexpr const char* kTakenBack = "taken back by Cancel";
 
 }  // namespace
 
@@ -54,19 +58,16 @@ void TicketTable::complete(std::uint64_t command, Verdict verdict) {
   if (found == tickets_.end()) return;
   Ticket& ticket = found->second;
   if (command < ticket.first || ticket.state != TicketState::kPending) return;
-  if (verdict != Verdict::kDone && ticket.reason.empty()) {
-    ticket.reason = reason_of(verdict);
-    if (command != ticket.last) {
-      // Later commands of the ticket will be refused for following this one:
-      // remember the cause, not the effect.
-      ticket.state = state_of(verdict);
-      --pending_;
-      ended_.notify_all();
-      return;
-    }
-  }
-  if (command != ticket.last) return;
-  ticket.state = state_of(verdict);
+  // After another verdict than done, later commands of the ticket are refused for following this one: it ends
+  // with the cause, not with the effect.
+  if (command != ticket.last && verdict == Verdict::kDone) return;
+  const bool taken_back = verdict == Verdict::kStopped && ticket.cancelled;
+  end(ticket, state_of(verdict), taken_back ? kTakenBack : reason_of(verdict));
+}
+
+void TicketTable::end(Ticket& ticket, TicketState state, const std::string& reason) {
+  ticket.state = state;
+  ticket.reason = reason;
   --pending_;
   ended_.notify_all();
 }
@@ -74,12 +75,49 @@ void TicketTable::complete(std::uint64_t command, Verdict verdict) {
 void TicketTable::fail_pending(const std::string& reason) {
   const std::lock_guard lock(mutex_);
   for (auto& [id, ticket] : tickets_) {
-    if (ticket.state != TicketState::kPending) continue;
-    ticket.state = TicketState::kFailed;
-    ticket.reason = reason;
+    if (ticket.state == TicketState::kPending) end(ticket, TicketState::kFailed, reason);
   }
-  pending_ = 0;
-  ended_.notify_all();
+}
+
+void TicketTable::fail(std::uint64_t id, const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  const auto found = tickets_.find(id);
+  if (found == tickets_.end() || found->second.state != TicketState::kPending) return;
+  end(found->second, TicketState::kFailed, reason);
+}
+
+void TicketTable::reconcile(std::uint64_t incarnation, std::uint64_t ended_through) {
+  const std::lock_guard lock(mutex_);
+  if (pending_ == 0) return;
+  for (auto& [id, ticket] : tickets_) {
+    if (ticket.state != TicketState::kPending) continue;
+    if (ticket.incarnation != incarnation) {
+      end(ticket, TicketState::kFailed, reason_of(Verdict::kLost));
+    } else if (ticket.last <= ended_through) {
+      end(ticket, TicketState::kFailed, "the motion has ended, but the record of how it ended was lost");
+    }
+  }
+}
+
+std::optional<TicketTable::Range> TicketTable::cancel_from(std::uint64_t id) {
+  const std::lock_guard lock(mutex_);
+  const auto found = tickets_.find(id);
+  if (found == tickets_.end() || found->second.state != TicketState::kPending) return std::nullopt;
+  Range range{found->second.first, found->second.last};
+  for (auto later = found; later != tickets_.end(); ++later) {
+    if (later->second.state != TicketState::kPending) continue;
+    later->second.cancelled = true;
+    range.last = later->second.last;
+  }
+  return range;
+}
+
+void TicketTable::end_cancelled(std::uint64_t begun) {
+  const std::lock_guard lock(mutex_);
+  for (auto& [id, ticket] : tickets_) {
+    if (ticket.state == TicketState::kPending && ticket.cancelled && ticket.first > begun)
+      end(ticket, TicketState::kStopped, kTakenBack);
+  }
 }
 
 void TicketTable::close() {
@@ -117,14 +155,23 @@ std::optional<Ticket> TicketTable::wait(std::uint64_t id,
   }
 }
 
-bool TicketTable::wait_ended_up_to(std::uint64_t id, std::chrono::steady_clock::time_point until) const {
+bool TicketTable::wait_ended(std::uint64_t from, std::uint64_t through,
+                             std::chrono::steady_clock::time_point until) const {
   const auto all_ended = [&] {
-    return std::none_of(tickets_.begin(), tickets_.upper_bound(id),
+    return std::none_of(tickets_.lower_bound(from), tickets_.upper_bound(through),
                         [](const auto& entry) { return entry.second.state == TicketState::kPending; });
   };
   std::unique_lock lock(mutex_);
   ended_.wait_until(lock, until, [&] { return closed_ || suspended_ || all_ended(); });
   return all_ended();
+}
+
+std::optional<Ticket> TicketTable::last_pending() const {
+  const std::lock_guard lock(mutex_);
+  for (auto entry = tickets_.rbegin(); pending_ > 0 && entry != tickets_.rend(); ++entry) {
+    if (entry->second.state == TicketState::kPending) return entry->second;
+  }
+  return std::nullopt;
 }
 
 std::size_t TicketTable::pending() const {

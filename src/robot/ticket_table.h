@@ -10,6 +10,7 @@
 #include <string>
 
 #include "corbot/channel/records.h"
+#include "planner/planner.h"
 
 namespace corbot {
 
@@ -19,8 +20,12 @@ enum class TicketState { kPending, kDone, kStopped, kFailed };
 struct Ticket {
   std::uint64_t first{};
   std::uint64_t last{};
-  double duration_s{};     ///< of all its commands, at override 100 %
-  double second_from_s{};  ///< when the second command begins, within duration_s
+  double duration_s{};          ///< of all its commands, at override 100 %
+  double second_from_s{};       ///< when the second command begins, within duration_s
+  std::uint64_t incarnation{};  ///< of the real-time task that it was handed to
+  std::uint64_t epoch{};        ///< number of stops when its call came
+  PlanStart end;                ///< where the arm rests when it is done
+  bool cancelled{false};        ///< a Cancel has taken it back
   TicketState state{TicketState::kPending};
   std::string reason;  ///< empty unless stopped or failed
 };
@@ -38,6 +43,21 @@ class TicketTable {
   void complete(std::uint64_t command, Verdict verdict);
   /// Every pending ticket fails.
   void fail_pending(const std::string& reason);
+  /// This one does, if it is pending.
+  void fail(std::uint64_t id, const std::string& reason);
+  /// The present task, and the highest command number that has ended there, every verdict up to it read: what
+  /// is pending of an earlier task, or up to that number, will get no verdict, and fails.
+  void reconcile(std::uint64_t incarnation, std::uint64_t ended_through);
+  /// Marks the pending tickets from this one on as taken back. The number of the first command of the first
+  /// of them and of the last command of the last; nothing when this one has ended.
+  struct Range {
+    std::uint64_t first;
+    std::uint64_t last;
+  };
+  [[nodiscard]] std::optional<Range> cancel_from(std::uint64_t id);
+  /// The task has taken back what was marked: ends it, but for the ticket that has commands up to `begun`,
+  /// which waits for its verdict.
+  void end_cancelled(std::uint64_t begun);
   /// Wakes every waiting thread, for good: the robot is being closed.
   void close();
   /// While true no wait waits: there is none who could end a motion, and none has ended.
@@ -48,13 +68,18 @@ class TicketTable {
   /// suspended, and returns it as it then is. Nothing when there is no such ticket.
   [[nodiscard]] std::optional<Ticket> wait(std::uint64_t id,
                                            std::optional<std::chrono::steady_clock::time_point> until) const;
-  /// Waits until no ticket up to this number is pending, the time has passed or the table is closed. True in
+  /// Waits until no ticket with these numbers is pending, the time has passed or the table is closed. True in
   /// the first case.
-  bool wait_ended_up_to(std::uint64_t id, std::chrono::steady_clock::time_point until) const;
+  bool wait_ended(std::uint64_t from, std::uint64_t through,
+                  std::chrono::steady_clock::time_point until) const;
+  /// The one that ends last.
+  [[nodiscard]] std::optional<Ticket> last_pending() const;
   [[nodiscard]] std::size_t pending() const;
 
  private:
-  void forget_old();  // with mutex_ held
+  // With mutex_ held.
+  void forget_old();
+  void end(Ticket& ticket, TicketState state, const std::string& reason);
 
   mutable std::mutex mutex_;
   mutable std::condition_variable ended_;

@@ -118,6 +118,37 @@ TEST_F(Motions, CtrlCStopsTheArm) {
   EXPECT_EQ(joint(0), rest);
 }
 
+/// More than there are places for waiting calls: each says what became of its own motion.
+TEST_F(Motions, OfManyAtOnceEachEndsAsItsMotionDoes) {
+  std::vector<std::unique_ptr<Process>> drives;
+  for (int i = 0; i < 6; ++i) drives.push_back(begin({"drive", "0", "5", "20"}));
+  for (const auto& drive : drives) {
+    const auto end = drive->wait(within(60));
+    ASSERT_TRUE(end);
+    EXPECT_EQ(WEXITSTATUS(*end), 0) << drive->errors();
+  }
+  EXPECT_NEAR(joint(0), 30, 1e-9);
+}
+
+TEST_F(Motions, CancelTakesBackOneMotionAndWhatIsBehindIt) {
+  EXPECT_EQ(corbot({"pause"}).code, 0);
+  const auto first = begin({"drive", "0", "5", "20"});
+  ASSERT_TRUE(wait_until(within(20), [&] { return corbot({"cancel", "1"}).code == 0; }));
+  const auto end = first->wait(within(20));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 4);
+  EXPECT_THAT(first->errors(), HasSubstr("taken back by Cancel"));
+  EXPECT_EQ(status().at("paused"), true);
+  EXPECT_THAT(corbot({"status"}).output, HasSubstr("paused"));
+  EXPECT_EQ(corbot({"stop"}).code, 0);
+  EXPECT_EQ(status().at("paused"), true) << "a Stop is no Resume";
+  EXPECT_EQ(corbot({"resume"}).code, 0);
+  EXPECT_EQ(joint(0), 0);
+  const RunResult none = corbot({"cancel", "99"});
+  EXPECT_EQ(none.code, 1);
+  EXPECT_THAT(none.errors, HasSubstr("there is no motion 99"));
+}
+
 TEST_F(Motions, PauseHoldsAndResumeGoesOn) {
   const auto motion = begin({"joints", "10", "0", "0", "0", "--time", "3"});
   ASSERT_TRUE(wait_state("Waiting"));

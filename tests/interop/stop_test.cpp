@@ -128,7 +128,36 @@ TEST_F(Stop, WorksWhilePaused) {
   arm_->Stop();
   Corbot::MotionInfo_var info = arm_->Progress(ticket);
   EXPECT_EQ(info->state, Corbot::MotionStopped);
-  arm_->Ready();  // the pause is over too
+  // Another client may have paused the arm: a Stop does not resume it.
+  EXPECT_TRUE(arm_->Paused());
+  const Corbot::Ticket next = arm_->StartReady();
+  EXPECT_EQ(arm_->Status(), Corbot::Waiting);
+  arm_->Resume();
+  info = arm_->Wait(next, 30.0);
+  EXPECT_EQ(info->state, Corbot::MotionDone);
+  EXPECT_FALSE(arm_->Paused());
+}
+
+TEST_F(Stop, CancelTakesBackOneMotionAndWhatIsBehindIt) {
+  const Corbot::Ticket first = arm_->StartMove(0.20, 0.10, 0.10, 0.0, 1.0);
+  await_motion();
+  arm_->Pause();
+  const Corbot::Ticket second = arm_->StartMove(0.20, -0.10, 0.10, 0.0, 1.0);
+  const Corbot::Ticket third = arm_->StartReady();
+  arm_->Cancel(second);
+  const Corbot::Ticket next = arm_->StartMove(0.20, 0.0, 0.10, 0.0, 0.0);
+  arm_->Resume();
+  const auto end_of = [&](Corbot::Ticket ticket) {
+    const Corbot::MotionInfo_var info = arm_->Wait(ticket, 30.0);
+    return info->state;
+  };
+  EXPECT_EQ(end_of(second), Corbot::MotionStopped);
+  EXPECT_EQ(end_of(third), Corbot::MotionStopped);
+  EXPECT_EQ(end_of(first), Corbot::MotionDone);
+  EXPECT_EQ(end_of(next), Corbot::MotionDone);
+  EXPECT_NEAR(arm_->CartCoord().y, 0.0, 1e-6);
+  arm_->Cancel(next);  // has ended
+  EXPECT_EQ(raised_by([&] { arm_->Cancel(next + 100); }), "BadParameter");
 }
 
 TEST_F(Stop, OverrideSlowsAMotionUnderWay) {

@@ -5,3 +5,13 @@ corbot_test(test_robot
   LIBS corbot::robot fmt::fmt
   LABELS unit)
 target_compile_definitions(test_robot PRIVATE CORBOT_PROFILE="${CMAKE_SOURCE_DIR}/profiles/lynx5.toml")
+
+# The robot over a segment whose other side is the test, or the real loop in a thread of the test.
+corbot_test(test_robot_task
+  SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/robot/cancel_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/restart_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/robot/stop_order_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/wake_up_test.cpp
+          ${PROJECT_SOURCE_DIR}/rt/loop.cpp
+  LIBS corbot::robot corbot::rt_core corbot::loopback corbot_process fmt::fmt
+  LABELS unit)
+target_include_directories(test_robot_task PRIVATE ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_SOURCE_DIR}/tests)
+target_compile_definitions(test_robot_task PRIVATE CORBOT_PROFILE="${CMAKE_SOURCE_DIR}/profiles/lynx5.toml")

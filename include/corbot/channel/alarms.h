@@ -35,6 +35,7 @@ namespace detail {
     case Verdict::kMalformed:
     case Verdict::kDiscontinuous:
     case Verdict::kLimit:
+    case Verdict::kLost:
     case Verdict::kOrphaned:
       return verdict;
   }
@@ -155,6 +156,15 @@ struct Overruns {
 /// The servant's beat stood still while a motion ran or was queued.
 [[nodiscard]] constexpr AlarmEvent servant_silent() noexcept {
   return detail::event(AlarmCode::kServantSilent);
+}
+
+/// The robot has left Error by the Clear of this number. In the ring its place says which alarms came before.
+[[nodiscard]] constexpr AlarmEvent cleared(std::uint64_t clears) noexcept {
+  return detail::event(AlarmCode::kCleared, -1, static_cast<double>(clears));
+}
+[[nodiscard]] constexpr std::uint64_t cleared_count(const AlarmEvent& event) noexcept {
+  constexpr double kLargest = 9007199254740992.0;  // 2^53: beyond it a double has no units
+  return event.value >= 0.0 && event.value <= kLargest ? static_cast<std::uint64_t>(event.value) : 0;
 }
 
 }  // namespace corbot::alarm

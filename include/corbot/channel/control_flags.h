@@ -3,8 +3,20 @@
 
 #include <atomic>
 #include <cstdint>
+#include <type_traits>
+
+#include "corbot/channel/snapshot_cell.h"
 
 namespace corbot {
+
+/// Takes back the commands with these numbers, both included: what runs of them slows down on its path, what
+/// waits is never begun. A request is new when its count differs from the last that was carried out.
+struct CancelRequest {
+  std::uint64_t count;
+  std::uint64_t first;
+  std::uint64_t last;
+};
+static_assert(std::is_trivially_copyable_v<CancelRequest> && sizeof(CancelRequest) % 8 == 0);
 
 /// What pre-empts: written by the servant, read by the real-time task every cycle, never queued. Counters
 /// count requests, so that none is lost and none is carried out twice; the task echoes them in the snapshot.
@@ -17,6 +29,9 @@ struct ControlFlags {
   /// wraps around. Where it stands still, the task stops what runs.
   std::atomic<std::uint32_t> servant_beat{0};
   std::atomic<double> override_ratio{1.0};  ///< (0, 1]
+  /// The newest request; the next is stored when the task has echoed this one. A cell, so that the range is
+  /// of one request: torn, it might name commands that nobody takes back.
+  SnapshotCell<CancelRequest> cancel;
 };
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free && std::atomic<double>::is_always_lock_free);
 

@@ -15,11 +15,12 @@ namespace corbot {
 /// What became of a command.
 enum class Verdict : std::uint32_t {
   kDone = 1,
-  kStopped = 2,        ///< a Stop ended it or removed it from the ring
+  kStopped = 2,        ///< a Stop or a Cancel came while it ran, or removed it from the ring
   kFault = 3,          ///< the robot went into Error while it ran or waited
   kMalformed = 4,      ///< a field was not finite, out of range, or of unknown kind
   kDiscontinuous = 5,  ///< start_rad is not where the arm rests
   kLimit = 6,          ///< a law or a target breaks a limit of the arm
+  kLost = 7,           ///< was handed to an earlier real-time task
   kOrphaned = 8,       ///< no servant responded: stopped on the path, or not begun
 };
 
@@ -41,6 +42,7 @@ enum class AlarmCode : std::uint32_t {
   kBackendLost = 121,
   kEmergencyStop = 130,
   kErrorInherited = 131,
+  kCleared = 132,  ///< no alarm: what came before it in the ring is no cause of Error any more
   kOverrun = 140,
   kLoopGap = 141,
   kTaskReplaced = 142,
@@ -66,11 +68,13 @@ struct Snapshot {
   std::int64_t wall_ns;       ///< CLOCK_REALTIME of the same instant
   std::uint64_t incarnation;  ///< of the real-time task
   RtState state;
-  std::uint32_t flags;          ///< bits kSnapshot…, below
-  std::uint64_t stops_done;     ///< last value of ControlFlags::stop_count that has been carried out
-  std::uint64_t clears_done;    ///< the same for clear_count
-  std::uint64_t command_id;     ///< running command, 0 = none
-  std::uint64_t last_done_id;   ///< highest command number that has its verdict
+  std::uint32_t flags;        ///< bits kSnapshot…, below
+  std::uint64_t stops_done;   ///< last value of ControlFlags::stop_count that has been carried out
+  std::uint64_t clears_done;  ///< the same for clear_count
+  std::uint64_t command_id;   ///< running command, 0 = none
+  /// Highest command number that has ended, with its verdict or dropped by a task that adopted the segment.
+  /// Commands end in the order of their numbers, so every one up to here has, and this never falls.
+  std::uint64_t last_done_id;
   double virtual_time_s;        ///< within the running command
   double virtual_rate;          ///< d(virtual time)/d(time), 0 … 1
   double override_ratio;        ///< target of the rate when neither paused nor stopping
@@ -92,6 +96,9 @@ struct Snapshot {
   std::int64_t device_age_max_ns;      ///< the longest since the device was opened
   std::int64_t measured_time_ns;       ///< CLOCK_MONOTONIC of measured_rad; 0: none
   std::uint64_t position_fingerprint;  ///< of what position_rad means to the servos, see src/state
+  std::uint64_t waiting_id;            ///< command that is taken from the ring and not begun, 0 = none
+  std::uint64_t cancels_done;          ///< count of the last CancelRequest that is in force
+  double command_duration_s;           ///< of the running command, in virtual time; 0 where none runs
 };
 static_assert(std::is_trivially_copyable_v<Snapshot> && sizeof(Snapshot) % 8 == 0);
 

@@ -7,19 +7,19 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <climits>
 #include <cstdint>
 
 namespace corbot {
 
-/// Increments the futex word and wakes every thread that waits for it, in any process. Never blocks, but is a
-/// system call: for the loop, not for the cycle's step function. Release: a reader of the new value sees what
-/// was published before.
-inline void wake_all(std::atomic<std::uint32_t>& word) noexcept {
+/// Increments the futex word and wakes one thread that waits for it, in any process. One waits: the servant's
+/// that drains the rings and wakes the others, so that the loop's work does not grow with them. Never blocks,
+/// but is a system call: for the loop, not for the cycle's step function. Release: a reader of the new value
+/// sees what was published before.
+inline void wake_one(std::atomic<std::uint32_t>& word) noexcept {
   static_assert(sizeof(word) == sizeof(std::uint32_t) && std::atomic<std::uint32_t>::is_always_lock_free);
   word.fetch_add(1, std::memory_order_release);
   // Not FUTEX_PRIVATE_FLAG: the word is shared between processes.
-  syscall(SYS_futex, &word, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
+  syscall(SYS_futex, &word, FUTEX_WAKE, 1, nullptr, nullptr, 0);
 }
 
 /// Not real-time safe. Waits until the word differs from `seen`, at most `timeout_ns`; a signal or a spurious

@@ -57,10 +57,11 @@ struct GripperMotion {
 
 /// One accepted motion as it lies in the command ring. Fixed size; the real-time task checks every field.
 struct Command {
-  std::uint64_t id;     ///< numbered from 1 without gaps within an incarnation of the segment
+  std::uint64_t id;     ///< numbered from 1, rising
   std::uint64_t epoch;  ///< value of ControlFlags::stop_count when it was planned; an older one is refused
   MotionKind kind;
-  std::uint32_t reserved;
+  /// Of the real-time task that it was planned for, the low 32 bits: no other task carries it out.
+  std::uint32_t incarnation;
   double duration_s;  ///< at override 100 %
   Joints start_rad;   ///< must equal the set-point at which the arm rests when the command begins
   Joints end_rad;     ///< where the arm rests afterwards

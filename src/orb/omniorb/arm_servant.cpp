@@ -145,8 +145,10 @@ void ArmServant::ArtSpeed(CORBA::Long articulation, CORBA::Double percent) {
 void ArmServant::AllSpeed(CORBA::Double percent) { call(corbot_robot_all_speed, &robot_, percent); }
 
 void ArmServant::Stop() { call(corbot_robot_stop, &robot_); }
+void ArmServant::Cancel(Corbot::Ticket id) { call(corbot_robot_cancel, &robot_, corbot_ticket{id}); }
 void ArmServant::Pause() { call(corbot_robot_pause, &robot_); }
 void ArmServant::Resume() { call(corbot_robot_resume, &robot_); }
+CORBA::Boolean ArmServant::Paused() { return corbot_robot_paused(&robot_) != 0; }
 void ArmServant::Override(CORBA::Double percent) { call(corbot_robot_set_override, &robot_, percent); }
 CORBA::Double ArmServant::OverridePercent() { return corbot_robot_override(&robot_); }
 void ArmServant::Clear() { call(corbot_robot_clear, &robot_); }

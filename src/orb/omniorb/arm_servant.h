@@ -36,8 +36,10 @@ class ArmServant final : public POA_Corbot::Arm {
 
   // Arm
   void Stop() override;
+  void Cancel(Corbot::Ticket id) override;
   void Pause() override;
   void Resume() override;
+  CORBA::Boolean Paused() override;
   void Override(CORBA::Double percent) override;
   CORBA::Double OverridePercent() override;
   void Clear() override;

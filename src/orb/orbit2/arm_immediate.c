@@ -196,6 +196,16 @@ static void stop(PortableServer_Servant servant, CORBA_Environment* ev) {
   check(corbot_robot_stop(self_of(servant)->robot, &error), &error, ev);
 }
 
+static void cancel(PortableServer_Servant servant, Corbot_Ticket id, CORBA_Environment* ev) {
+  corbot_error error;
+  check(corbot_robot_cancel(self_of(servant)->robot, id, &error), &error, ev);
+}
+
+static CORBA_boolean get_paused(PortableServer_Servant servant, CORBA_Environment* ev) {
+  (void)ev;
+  return corbot_robot_paused(self_of(servant)->robot) ? CORBA_TRUE : CORBA_FALSE;
+}
+
 static void pause_motion(PortableServer_Servant servant, CORBA_Environment* ev) {
   corbot_error error;
   check(corbot_robot_pause(self_of(servant)->robot, &error), &error, ev);
@@ -229,7 +239,9 @@ void arm_set_immediate(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm) {
   robot->ArtSpeed = art_speed;
   robot->AllSpeed = all_speed;
   arm->Stop = stop;
+  arm->Cancel = cancel;
   arm->Pause = pause_motion;
+  arm->_get_Paused = get_paused;
   arm->Resume = resume;
   arm->Override = set_override;
   arm->_get_OverridePercent = get_override_percent;

@@ -33,7 +33,17 @@ constexpr int kDefaultMotions = 20000;
 #endif
 
 enum class Kind { kJoint, kLine, kArc };
-enum class Interruption { kNone, kStop, kPauseResume, kOverride, kOverrideThenStop, kPauseThenStop, kCount };
+enum class Interruption {
+  kNone,
+  kStop,
+  kPauseResume,
+  kOverride,
+  kOverrideThenStop,
+  kPauseThenStop,
+  kCancel,
+  kPauseThenCancel,
+  kCount
+};
 
 constexpr int kShards = 4;
 constexpr int kKinds = 3;
@@ -109,6 +119,7 @@ class Motions : public ::testing::TestWithParam<std::tuple<Kind, int>> {
   std::uint64_t ticks_{0};
   std::string error_;
   int stop_tick_{-1};
+  std::uint64_t id_{0};
   std::array<int, 2> instants_{};
 };
 
@@ -137,6 +148,7 @@ bool Motions::interrupt(Interruption interruption, int tick) {
   bool stops = false;
   switch (interruption) {
     case Interruption::kStop:
+    case Interruption::kCancel:
       stops = first;
       break;
     case Interruption::kPauseResume:
@@ -150,6 +162,7 @@ bool Motions::interrupt(Interruption interruption, int tick) {
       stops = second;
       break;
     case Interruption::kPauseThenStop:
+    case Interruption::kPauseThenCancel:
       if (first) rig_.pause(true);
       stops = second;
       break;
@@ -158,7 +171,11 @@ bool Motions::interrupt(Interruption interruption, int tick) {
   }
   if (!stops) return false;
   stop_tick_ = tick;
-  rig_.stop();
+  if (interruption == Interruption::kCancel || interruption == Interruption::kPauseThenCancel) {
+    rig_.cancel(id_, id_);
+  } else {
+    rig_.stop();
+  }
   return true;
 }
 
@@ -197,7 +214,7 @@ bool Motions::check_end(const Command& command) {
 bool Motions::run(const Command& command, Interruption interruption) {
   Watcher watcher(rig_.arm, rig_.snapshot);
   watcher.begin(command);
-  const std::uint64_t id = rig_.submit(std::vector<Command>{command});
+  id_ = rig_.submit(std::vector<Command>{command});
   const int natural_ticks =
       static_cast<int>(command.duration_s * 1e9 / static_cast<double>(rig_.arm.period_ns)) + 2;
   instants_[0] = 1 + dice(natural_ticks);
@@ -220,14 +237,15 @@ bool Motions::run(const Command& command, Interruption interruption) {
       break;
     }
     if (const auto completion = rig_.completion()) {
-      if (completion->id != id) error_ = fmt::format("verdict for {} instead of {}", completion->id, id);
+      if (completion->id != id_) error_ = fmt::format("verdict for {} instead of {}", completion->id, id_);
       verdict = completion->verdict;
       break;
     }
   }
   if (error_.empty() && tick == patience) error_ = "never ended";
   if (error_.empty() && stop_tick_ >= 0 && !check_stop(command, tick - stop_tick_)) return false;
-  if (error_.empty() && stop_tick_ >= 0 && interruption == Interruption::kStop &&
+  if (error_.empty() && stop_tick_ >= 0 &&
+      (interruption == Interruption::kStop || interruption == Interruption::kCancel) &&
       (tick - stop_tick_) * 1e-3 > remaining_s + 3e-3) {
     error_ = fmt::format("stop took {} s, the motion would have ended in {} s", (tick - stop_tick_) * 1e-3,
                          remaining_s);

@@ -49,10 +49,10 @@ TEST(Wake, EndsAWaitThatWouldTakeAMinute) {
   });
   while (thread.load() == 0 || !asleep(thread.load())) std::this_thread::yield();
   published = 42;
-  wake_all(word);
+  wake_one(word);
   waiter.join();
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(50))
-      << "woken by the timeout, not by wake_all";
+      << "woken by the timeout, not by wake_one";
 }
 
 }  // namespace

@@ -65,6 +65,18 @@ TEST(Status, ADeviceThatIsBackNeedsAClearOnly) {
   EXPECT_THAT(status_text(report), AllOf(HasSubstr("the arm holds\n"), HasSubstr("fix the cause")));
 }
 
+TEST(Status, APausedArmIsNotABusyOne) {
+  StatusReport report = sample();
+  report.state = Corbot::Waiting;
+  EXPECT_THAT(status_text(report), AllOf(HasSubstr("busy: moving or delaying"), Not(HasSubstr("paused"))));
+  EXPECT_THAT(status_line(report), Not(HasSubstr("paused")));
+  report.paused = true;
+  EXPECT_THAT(status_text(report),
+              AllOf(HasSubstr("paused"), HasSubstr("corbot resume"), Not(HasSubstr("busy"))));
+  EXPECT_THAT(status_line(report), HasSubstr("paused"));
+  EXPECT_THAT(status_json(report), HasSubstr("\"paused\": true"));
+}
+
 TEST(Status, JsonHasUnitsInItsKeys) {
   const std::string text = status_json(sample());
   for (const char* key : {"\"joints_deg\"", "\"x_m\"", "\"state\": \"Error\"", "\"gripper\": \"closed\"",

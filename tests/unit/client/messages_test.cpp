@@ -33,6 +33,24 @@ TEST(Message, BadParameterNamesValueAndReason) {
   EXPECT_STREQ(f.what(), "refused: t = -1.5: must not be negative; nothing moved");
 }
 
+TEST(Message, AnUnknownEndNamesTheMotion) {
+  const Failure f = unknown_end(17, "the servant at h:1 closed the connection");
+  EXPECT_EQ(f.code(), ExitCode::kUnreachable);
+  EXPECT_THAT(f.what(), AllOf(HasSubstr("h:1 closed the connection"), HasSubstr("motion 17 is unknown"),
+                              HasSubstr("corbot cancel 17")));
+}
+
+TEST(Message, ACallThatIsNotAnsweredMayHaveBeenCarriedOut) {
+  EXPECT_TRUE(is_certainly_not_executed(CORBA::TRANSIENT(0, CORBA::COMPLETED_NO)));
+  EXPECT_FALSE(is_certainly_not_executed(CORBA::COMM_FAILURE(0, CORBA::COMPLETED_MAYBE)));
+  EXPECT_FALSE(is_certainly_not_executed(CORBA::TIMEOUT(0, CORBA::COMPLETED_NO)));
+  EXPECT_FALSE(
+      is_certainly_not_executed(CORBA::TRANSIENT(omni::TRANSIENT_CallTimedout, CORBA::COMPLETED_NO)));
+  const Failure f = unknown_start(Failure(ExitCode::kUnreachable, "no answer"));
+  EXPECT_EQ(f.code(), ExitCode::kUnreachable);
+  EXPECT_THAT(f.what(), AllOf(HasSubstr("no answer"), HasSubstr("accepted is unknown")));
+}
+
 TEST(Message, UnreachableNamesThePoint) {
   const Failure f = failure_of(Corbot::Unreachable({1, -2, 0.5}, "too far"));
   EXPECT_EQ(f.code(), ExitCode::kRefused);

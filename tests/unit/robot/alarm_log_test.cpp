@@ -88,6 +88,28 @@ TEST(AlarmLog, KeepsTheLast64) {
   EXPECT_EQ(list.back().text, "99");
 }
 
+TEST(AlarmLog, AnActiveOneIsNeverPushedOut) {
+  AlarmLog log;
+  log.add(event(AlarmCode::kBackendLost));
+  for (int i = 0; i < 200; ++i) log.add(i, false, std::to_string(i));
+  const auto list = log.list();
+  ASSERT_EQ(list.size(), 64u);
+  EXPECT_EQ(list.front().code, 121);
+  EXPECT_TRUE(list.front().active);
+  EXPECT_EQ(list.back().text, "199");
+  EXPECT_NE(log.cause(), "");
+}
+
+TEST(AlarmLog, OfManyActiveOnesEachCodeIsKept) {
+  AlarmLog log;
+  log.add(event(AlarmCode::kEmergencyStop));
+  for (int i = 0; i < 200; ++i) log.add(event(AlarmCode::kBackendLost));
+  const auto list = log.list();
+  ASSERT_EQ(list.size(), 64u);
+  EXPECT_EQ(list.front().code, 130);
+  EXPECT_EQ(list.back().code, 121);
+}
+
 TEST(AlarmText, ReadsWhatTheConstructorsWrite) {
   EXPECT_EQ(alarm_text(alarm::command_refused({17, Verdict::kLimit, 2, 0.5})),
             "the real-time task refused command 17 (verdict 6, value 0.5)");
@@ -104,7 +126,7 @@ TEST(AlarmText, GarbageInARecordIsNoFault) {
   event.value = -1e300;
   event.lower = 1e300;
   EXPECT_EQ(alarm::refused_command(event).id, 0u);
-  for (const double garbage : {1e300, -1.0, 0.0, 7.0, 999999.0}) {
+  for (const double garbage : {1e300, -1.0, 0.0, 9.0, 999999.0}) {
     event.lower = garbage;
     EXPECT_EQ(alarm::refused_command(event).verdict, Verdict::kMalformed) << garbage;
   }

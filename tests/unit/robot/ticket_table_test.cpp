@@ -114,7 +114,7 @@ TEST(TicketTable, ARemovedOneIsGone) {
   EXPECT_EQ(table.pending(), 0u);
 }
 
-TEST(TicketTable, WaitsForAllUpToANumberAndNoFurther) {
+TEST(TicketTable, WaitsForAllOfARangeAndNoFurther) {
   TicketTable table;
   for (const std::uint64_t id : {1u, 2u, 3u}) {
     Ticket ticket;
@@ -122,11 +122,11 @@ TEST(TicketTable, WaitsForAllUpToANumberAndNoFurther) {
     table.add(ticket);
   }
   table.complete(1, Verdict::kStopped);
-  EXPECT_FALSE(table.wait_ended_up_to(2, std::chrono::steady_clock::now()));
+  EXPECT_FALSE(table.wait_ended(1, 2, std::chrono::steady_clock::now()));
   std::thread pump([&] { table.complete(2, Verdict::kStopped); });
-  EXPECT_TRUE(table.wait_ended_up_to(2, std::chrono::steady_clock::now() + std::chrono::seconds(30)));
+  EXPECT_TRUE(table.wait_ended(1, 2, std::chrono::steady_clock::now() + std::chrono::seconds(30)));
   pump.join();
-  EXPECT_FALSE(table.wait_ended_up_to(3, std::chrono::steady_clock::now())) << "the third is still pending";
+  EXPECT_FALSE(table.wait_ended(1, 3, std::chrono::steady_clock::now())) << "the third is still pending";
 }
 
 }  // namespace

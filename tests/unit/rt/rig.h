@@ -56,6 +56,7 @@ class Rig {
     auto& next = segment->header.next_command_id;
     command.id = next.fetch_add(1);
     command.epoch = segment->control.stop_count.load();
+    command.incarnation = static_cast<std::uint32_t>(segment->header.incarnation.load());
     return command;
   }
   /// Number of the last command pushed.
@@ -72,6 +73,12 @@ class Rig {
 
   [[nodiscard]] PlanStart start() const { return {snapshot.position_rad, snapshot.gripper}; }
   void stop() { segment->control.stop_count.fetch_add(1); }
+  /// Takes back the commands with these numbers.
+  void cancel(std::uint64_t first, std::uint64_t last) {
+    CancelRequest request{};
+    (void)segment->control.cancel.load(request);
+    segment->control.cancel.store({request.count + 1, first, last});
+  }
   void pause(bool on) { segment->control.pause.store(on ? 1 : 0); }
   void override_to(double ratio) { segment->control.override_ratio.store(ratio); }
   void clear() { segment->control.clear_count.fetch_add(1); }

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/motion_queue.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "robot/call_error.h"
+
+namespace corbot {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kEcho_s = 2.0;            // for what the task does within two cycles
+constexpr std::chrono::seconds kRest{10};  // for what it does as fast as the arm's limits allow
+
+/// One of a bounded number of calls; the destructor makes room.
+class Place {
+ public:
+  Place(std::atomic<int>& taken, int capacity) : taken_(taken) {
+    if (taken_.fetch_add(1) < capacity) return;
+    taken_.fetch_sub(1);
+    throw queue_full(capacity);
+  }
+  Place(const Place&) = delete;
+  Place& operator=(const Place&) = delete;
+  ~Place() { taken_.fetch_sub(1); }
+
+ private:
+  std::atomic<int>& taken_;
+};
+
+std::string still_to_come(const Snapshot& now, std::size_t queued) {
+  std::string text = "of the servant before this one ";
+  if (now.command_id != 0) {
+    const double left_s = std::max(now.command_duration_s - now.virtual_time_s, 0.0);
+    text += fmt::format("motion {} is still under way, ", now.command_id);
+    text +=
+        now.state == RtState::kPaused ? "paused" : fmt::format("{:.1f} s to go", left_s / now.override_ratio);
+    if (queued > 0) text += fmt::format(", and {} more are queued", queued);
+  } else {
+    text += "motions are still queued";
+  }
+  return text + "; call again when the arm is at rest, or Stop it";
+}
+
+}  // namespace
+
+corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettings& settings) {
+  const LivingTask task = access_.living();
+  // Before anything that takes time: a Stop that is counted from here on ends this call, and the task refuses
+  // the motion if it is handed over after all.
+  const std::uint64_t epoch = task.stops();
+  const Place place(starting_, capacity_);
+  const auto deadline = Clock::now() + std::chrono::duration<double>(kRestKnown_s);
+  for (;;) {
+    const std::uint64_t seen = access_.changes();
+    {
+      const std::lock_guard lock(planning_mutex_);
+      access_.check(task);
+      if (task.stops() != epoch) throw stopped("a Stop came before the motion was planned");
+      if (tickets_.pending() >= static_cast<std::size_t>(capacity_)) throw queue_full(capacity_);
+      if (const auto start = plan_start(task, epoch)) {
+        PlanResult result = planner_.plan(*start, settings, request);
+        if (const auto* refusal = std::get_if<PlanRefusal>(&result)) throw refused(*refusal);
+        return hand_over(task, epoch, std::get<std::vector<Command>>(result), *start);
+      }
+    }
+    if (Clock::now() > deadline)
+      throw not_ready(fmt::format("the arm has not come to rest in {:g} s; call again", kRestKnown_s));
+    access_.wait_change(seen);
+  }
+}
+
+std::optional<PlanStart> MotionQueue::plan_start(const LivingTask& task, std::uint64_t epoch) {
+  Snapshot now{};
+  if (!task.layout().snapshot.load(now) || now.incarnation != task.incarnation) return std::nullopt;
+  if (now.state == RtState::kError) throw not_ready(view_.error_cause());
+  if (now.stops_done < epoch) return std::nullopt;
+  if (const auto last = tickets_.last_pending()) {
+    // One that a Stop or a Cancel ends, or that went with an earlier task: its end is on its way.
+    if (last->cancelled || last->epoch != epoch || last->incarnation != task.incarnation) return std::nullopt;
+    return last->end;
+  }
+  if (!earlier_servants_ended(task, now)) return std::nullopt;
+  // The verdict may be ahead of the snapshot; and what was taken back waits in the ring for its turn.
+  const bool own_ended = pushed_to_ != task.incarnation || now.last_done_id >= last_pushed_;
+  if (!own_ended || now.command_id != 0 || now.waiting_id != 0) return std::nullopt;
+  return PlanStart{now.position_rad, now.gripper};
+}
+
+/// Every number that an earlier servant has given away has ended, but for one that it gave away and was killed
+/// before it pushed the command: that one never does.
+bool MotionQueue::earlier_servants_ended(const LivingTask& task, const Snapshot& now) {
+  SegmentLayout& layout = task.layout();
+  if (segment_.lock() != task.segment) {
+    segment_ = task.segment;
+    earlier_through_ = layout.header.next_command_id.load(std::memory_order_acquire) - 1;
+    earlier_ended_ = false;
+    idle_since_.reset();
+  }
+  if (earlier_ended_ || now.last_done_id >= earlier_through_) return earlier_ended_ = true;
+  const std::size_t queued = layout.commands.size();
+  if (now.command_id != 0 || now.waiting_id != 0 || queued != 0) {
+    idle_since_.reset();
+    throw not_ready(still_to_come(now, queued));
+  }
+  if (idle_since_ && now.cycle > *idle_since_ + 1) return earlier_ended_ = true;
+  // The ring is empty, and nobody but this servant fills it. What was taken from it a moment ago shows in the
+  // snapshot of the cycle after the newest one.
+  Snapshot newest{};
+  if (!idle_since_ && layout.snapshot.load(newest)) idle_since_ = newest.cycle;
+  return false;
+}
+
+corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch,
+                                     std::vector<Command>& commands, const PlanStart& start) {
+  if (commands.empty() || commands.size() > 2) throw internal("the planner returned no motion");
+  SegmentLayout& layout = task.layout();
+  // Only this fills the ring: room that there is stays.
+  if (layout.commands.size() + commands.size() > layout.commands.capacity())
+    throw queue_full(static_cast<int>(layout.commands.capacity()));
+  std::atomic<std::uint64_t>& next = layout.header.next_command_id;
+  Ticket ticket;
+  // A new segment counts from 1 again; a ticket's number is used once in this servant's life.
+  ticket.first = std::max(next.load(std::memory_order_relaxed), last_number_ + 1);
+  ticket.last = ticket.first + commands.size() - 1;
+  ticket.incarnation = task.incarnation;
+  ticket.epoch = epoch;
+  ticket.end = {commands.back().end_rad, start.gripper};
+  for (std::size_t i = 0; i < commands.size(); ++i) {
+    Command& command = commands[i];
+    command.id = ticket.first + i;
+    command.epoch = epoch;
+    command.incarnation = static_cast<std::uint32_t>(task.incarnation);
+    if (i == 1) ticket.second_from_s = ticket.duration_s;
+    ticket.duration_s += command.duration_s;
+    if (command.kind == MotionKind::kGripper)
+      ticket.end.gripper = command.gripper.from + command.gripper.law.distance;
+  }
+  // Both before the task can answer, and before this process can die with the commands published: a number is
+  // used once.
+  tickets_.add(ticket);
+  last_number_ = ticket.last;
+  next.store(ticket.last + 1, std::memory_order_release);
+  // A producer for each motion: one that is kept would lose a command after a corrupt index, see ring.h.
+  if (!RingProducer(layout.commands).push_all(commands.data(), commands.size())) {
+    tickets_.remove(ticket.last);
+    throw queue_full(static_cast<int>(layout.commands.capacity()));
+  }
+  last_pushed_ = ticket.last;
+  pushed_to_ = task.incarnation;
+  // Died in between: the link may have failed what was pending before this was. No later task carries it out.
+  if (!access_.is_living(task)) tickets_.fail(ticket.last, access_.cause());
+  return ticket.last;
+}
+
+void MotionQueue::cancel(corbot_ticket id) {
+  const auto ticket = tickets_.find(id);
+  if (!ticket) throw no_such_motion(id);
+  if (ticket->state != TicketState::kPending) return;
+  const LivingTask task = access_.living();
+  std::optional<TicketTable::Range> range;
+  {
+    const std::lock_guard one(cancel_mutex_);
+    std::uint64_t count = 0;
+    {
+      const std::lock_guard lock(planning_mutex_);
+      access_.check(task);
+      range = tickets_.cancel_from(id);
+      if (!range) return;
+      count = request_cancel(task, *range);
+    }
+    Snapshot echo{};
+    access_.await(task, kEcho_s, "a Cancel", [&](const Snapshot& now) {
+      echo = now;
+      return now.cancels_done == count;
+    });
+    // Nothing of the range begins any more; what had begun slows down, and its verdict comes.
+    tickets_.end_cancelled(std::max(echo.command_id, echo.last_done_id));
+  }
+  if (!tickets_.wait_ended(range->first, range->last, Clock::now() + kRest)) {
+    access_.check(task);
+    throw not_ready(fmt::format("a Cancel did not end in {} s", kRest.count()));
+  }
+}
+
+std::uint64_t MotionQueue::request_cancel(const LivingTask& task, const TicketTable::Range& range) {
+  CancelRequest last{};
+  Snapshot now{};
+  // A servant that was killed while it stored leaves the cell torn; the task's echo says how far it had got.
+  if (!task.layout().control.cancel.load(last)) last.count = 0;
+  if (task.layout().snapshot.load(now)) last.count = std::max(last.count, now.cancels_done);
+  task.layout().control.cancel.store({last.count + 1, range.first, range.last});
+  return last.count + 1;
+}
+
+}  // namespace corbot

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planner/planner.h"
+#include "robot/robot_view.h"
+#include "robot/task_access.h"
+#include "robot/ticket_table.h"
+
+namespace corbot {
+
+/// Plans motions one after another, hands them to the real-time task and takes them back. Thread-safe. Nothing
+/// here waits for the task with the planning lock held, and the calls in here are bounded in number and time.
+class MotionQueue {
+ public:
+  /// How long a call waits until it is known where the arm will rest: behind a Stop or a Cancel that is being
+  /// carried out.
+  static constexpr double kRestKnown_s = 2.0;
+
+  /// `capacity`: motions that are pending, and calls that start one, at once. The others outlive this.
+  MotionQueue(const Planner& planner, int capacity, TicketTable& tickets, const TaskAccess& task,
+              const RobotView& view)
+      : planner_(planner), capacity_(capacity), tickets_(tickets), access_(task), view_(view) {}
+
+  /// Plans from where the arm will rest when the motion begins, and hands over. A Stop that is counted after
+  /// this was called ends it, wherever it has got to.
+  corbot_ticket accept(const MotionRequest& request, const PlanSettings& settings);
+  /// Takes back this motion and what is queued behind it; returns when they have ended. No effect on one that
+  /// has ended.
+  void cancel(corbot_ticket id);
+  /// Calls in accept() that have read the number of stops.
+  [[nodiscard]] int starting() const noexcept { return starting_.load(); }
+
+ private:
+  /// Where the arm will rest when what is accepted next begins; nothing while that is not known yet. Throws
+  /// when it is not ready.
+  [[nodiscard]] std::optional<PlanStart> plan_start(const LivingTask& task, std::uint64_t epoch);
+  [[nodiscard]] bool earlier_servants_ended(const LivingTask& task, const Snapshot& now);
+  corbot_ticket hand_over(const LivingTask& task, std::uint64_t epoch, std::vector<Command>& commands,
+                          const PlanStart& start);
+  std::uint64_t request_cancel(const LivingTask& task, const TicketTable::Range& range);
+
+  const Planner& planner_;
+  const int capacity_;
+  TicketTable& tickets_;
+  const TaskAccess& access_;
+  const RobotView& view_;
+  std::atomic<int> starting_{0};
+
+  std::mutex cancel_mutex_;    // one request until the task has echoed it; taken before the other
+  std::mutex planning_mutex_;  // one plan at a time; of the members below
+  std::weak_ptr<Segment> segment_;
+  std::uint64_t last_pushed_{0};      // to the task below
+  std::uint64_t pushed_to_{0};        // incarnation
+  std::uint64_t last_number_{0};      // given away, whatever the segment: tickets are known by it
+  std::uint64_t earlier_through_{0};  // numbers that earlier servants have given away
+  bool earlier_ended_{false};
+  std::optional<std::uint64_t> idle_since_;  // cycle after which the ring was seen empty
+};
+
+}  // namespace corbot

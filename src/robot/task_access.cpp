@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/task_access.h"
+
+#include <fmt/format.h>
+
+#include "robot/call_error.h"
+
+namespace corbot {
+namespace {
+
+constexpr std::chrono::milliseconds kPoll{10};
+
+}  // namespace
+
+LivingTask TaskAccess::connected() const {
+  LivingTask task{link_.segment(), link_.incarnation()};
+  if (!task.segment || task.incarnation == 0) throw not_ready(link_.cause());
+  return task;
+}
+
+LivingTask TaskAccess::living() const {
+  LivingTask task = connected();
+  if (watch_.is_frozen()) throw not_ready(watch_.cause());
+  return task;
+}
+
+bool TaskAccess::is_living(const LivingTask& task) const {
+  return link_.incarnation() == task.incarnation && link_.segment() == task.segment;
+}
+
+std::string TaskAccess::cause() const {
+  return link_.alive() ? "the real-time task was restarted meanwhile; call again" : link_.cause();
+}
+
+void TaskAccess::check(const LivingTask& task) const {
+  if (!is_living(task)) throw not_ready(cause());
+  if (watch_.is_frozen()) throw not_ready(watch_.cause());
+  if (closing_) throw not_ready("the servant is shutting down");
+}
+
+void TaskAccess::await(const LivingTask& task, double seconds, const std::string& what,
+                       const std::function<bool(const Snapshot&)>& done) const {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  for (;;) {
+    const std::uint64_t seen = changes();
+    Snapshot now{};
+    if (task.layout().snapshot.load(now) && done(now)) return;
+    if (!link_.alive()) throw not_ready(link_.cause());
+    if (watch_.is_frozen()) throw not_ready(watch_.cause());
+    if (closing_) throw not_ready("the servant is shutting down");
+    if (std::chrono::steady_clock::now() > deadline)
+      throw not_ready(fmt::format("{} did not end in {} s", what, seconds));
+    wait_change(seen);
+  }
+}
+
+void TaskAccess::await_seen(const LivingTask& task, double seconds, const std::string& what) const {
+  Snapshot before{};
+  if (!task.layout().snapshot.load(before)) return;
+  // The cycle after `before` may have read the flags already when they were written;
+  // the one after that has not.
+  await(task, seconds, what, [&](const Snapshot& now) {
+    return now.incarnation != before.incarnation || now.cycle >= before.cycle + 2;
+  });
+}
+
+std::uint64_t TaskAccess::changes() const {
+  const std::lock_guard lock(mutex_);
+  return changes_;
+}
+
+void TaskAccess::wait_change(std::uint64_t seen) const {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, kPoll, [&] { return changes_ != seen || closing_; });
+}
+
+void TaskAccess::notify() {
+  {
+    const std::lock_guard lock(mutex_);
+    ++changes_;
+  }
+  changed_.notify_all();
+}
+
+void TaskAccess::close() {
+  closing_ = true;
+  notify();
+}
+
+}  // namespace corbot

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "robot/link.h"
+#include "robot/task_watch.h"
+
+namespace corbot {
+
+/// The real-time task that a call works with. A command that it hands over is for this task and no later one.
+struct LivingTask {
+  std::shared_ptr<Segment> segment;  ///< never null
+  std::uint64_t incarnation{};
+
+  [[nodiscard]] SegmentLayout& layout() const noexcept { return segment->layout(); }
+  /// Stop requests so far.
+  [[nodiscard]] std::uint64_t stops() const noexcept {
+    return layout().control.stop_count.load(std::memory_order_acquire);
+  }
+};
+
+/// Waiting for the real-time task. Any number of threads wait on a condition of this process, which the link's
+/// one thread signals; only that thread is woken by the task. Thread-safe; what fails throws CallError.
+class TaskAccess {
+ public:
+  /// Both outlive this.
+  TaskAccess(const Link& link, const TaskWatch& watch) : link_(link), watch_(watch) {}
+
+  /// A task is connected, and its cycle has run; else not ready, with the cause.
+  [[nodiscard]] LivingTask connected() const;
+  /// And its cycle advances.
+  [[nodiscard]] LivingTask living() const;
+  /// Not ready when that task is gone or frozen by now, or the robot is being closed.
+  void check(const LivingTask& task) const;
+  [[nodiscard]] bool is_living(const LivingTask& task) const;
+  /// Why that task is not living.
+  [[nodiscard]] std::string cause() const;
+
+  /// Waits until `done` holds for the newest snapshot; not ready when the task dies or freezes, the robot is
+  /// closed, or after `seconds`.
+  void await(const LivingTask& task, double seconds, const std::string& what,
+             const std::function<bool(const Snapshot&)>& done) const;
+  /// Waits until the task has read the flags as they are now, so that what a client reads next agrees.
+  void await_seen(const LivingTask& task, double seconds, const std::string& what) const;
+
+  /// How often notify() was called. To be read before what is waited for is looked at.
+  [[nodiscard]] std::uint64_t changes() const;
+  /// Until it was called again, for a short while at most: what changes each cycle is not signalled.
+  void wait_change(std::uint64_t seen) const;
+  void notify();
+  /// Every wait ends, for good.
+  void close();
+  [[nodiscard]] bool is_closing() const noexcept { return closing_; }
+
+ private:
+  const Link& link_;
+  const TaskWatch& watch_;
+  mutable std::mutex mutex_;  // of the count
+  mutable std::condition_variable changed_;
+  std::uint64_t changes_{0};
+  std::atomic<bool> closing_{false};
+};
+
+}  // namespace corbot

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whatever happens to the real-time task, every accepted motion ends once, and its caller hears how.
+#include "robot/task_fixture.h"
+
+namespace corbot::test {
+namespace {
+
+class Restart : public TaskTest {
+ protected:
+  void SetUp() override {
+    task_.run();
+    open_robot();
+  }
+  void TearDown() override { robot_.reset(); }
+
+  corbot_ticket accept() {
+    const Outcome outcome = try_accept(DwellRequest{1.0});
+    EXPECT_EQ(outcome.status, CORBOT_OK) << outcome.text;
+    return outcome.ticket;
+  }
+  corbot_motion_info end_of(corbot_ticket ticket) { return robot_->wait(ticket, 30.0); }
+
+  FakeTask task_{name_, profile_.arm};
+};
+
+TEST_F(Restart, ATaskWhoseCycleDoesNotRunYetIsNotReady) {
+  const corbot_ticket lost = accept();
+  task_.die();
+  task_.adopt();
+  const corbot_motion_info info = end_of(lost);
+  EXPECT_EQ(info.state, CORBOT_MOTION_FAILED);
+  EXPECT_NE(std::string(info.reason).find("restarted"), std::string::npos) << info.reason;
+  // It has the lock and a new incarnation, and approaches its device.
+  const Deadline approached = within(0.3);
+  wait_until(approached, [&] {
+    EXPECT_EQ(try_accept(DwellRequest{1.0}).status, CORBOT_NOT_READY);
+    EXPECT_EQ(robot_->view().state(), CORBOT_STATE_ERROR);
+    return HasFailure();
+  });
+  task_.drop_ring();
+  task_.run();
+  ASSERT_TRUE(wait_until(within(30), [&] { return robot_->view().state() != CORBOT_STATE_ERROR; }));
+  const corbot_ticket next = accept();
+  task_.complete(Verdict::kDone);
+  EXPECT_EQ(end_of(next).state, CORBOT_MOTION_DONE);
+}
+
+TEST_F(Restart, ALostVerdictEndsItsMotionAsFailed) {
+  const corbot_ticket first = accept();
+  const corbot_ticket second = accept();
+  task_.lose_verdict();
+  const corbot_motion_info info = end_of(first);
+  EXPECT_EQ(info.state, CORBOT_MOTION_FAILED);
+  EXPECT_NE(std::string(info.reason).find("record"), std::string::npos) << info.reason;
+  EXPECT_EQ(robot_->wait(second, 0.0).state, CORBOT_MOTION_QUEUED) << "it has not ended";
+  task_.complete(Verdict::kDone);
+  EXPECT_EQ(end_of(second).state, CORBOT_MOTION_DONE);
+}
+
+TEST_F(Restart, AVerdictThatIsOutBeforeTheSnapshotIsNeverTakenForLost) {
+  for (int i = 0; i < 300; ++i) {
+    const corbot_ticket ticket = accept();
+    task_.complete(Verdict::kDone);
+    ASSERT_EQ(end_of(ticket).state, CORBOT_MOTION_DONE) << i;
+  }
+}
+
+TEST_F(Restart, SeveralRestartsAtOnceLeaveNothingPending) {
+  std::vector<corbot_ticket> tickets;
+  for (int i = 0; i < 5; ++i) tickets.push_back(accept());
+  for (int i = 0; i < 3; ++i) {
+    task_.die();
+    task_.adopt();
+  }
+  task_.drop_ring();
+  task_.run();
+  for (const corbot_ticket ticket : tickets) EXPECT_EQ(end_of(ticket).state, CORBOT_MOTION_FAILED);
+}
+
+/// A number that was given away and never pushed ends nothing, and nobody waits for it.
+TEST_F(Restart, AServantThatDiedBetweenTicketAndPushHoldsUpNobody) {
+  robot_.reset();
+  task_.layout().header.next_command_id.fetch_add(2);
+  open_robot();
+  EXPECT_EQ(accept(), 3u);
+}
+
+TEST_F(Restart, ASegmentThatCountsFromOneAgainGivesNoNumberTwice) {
+  const corbot_ticket first = accept();
+  task_.complete(Verdict::kDone);
+  ASSERT_EQ(end_of(first).state, CORBOT_MOTION_DONE);
+  task_.layout().header.next_command_id.store(1);
+  const corbot_ticket second = accept();
+  EXPECT_GT(second, first);
+  EXPECT_EQ(robot_->wait(second, 0.0).state, CORBOT_MOTION_QUEUED);
+}
+
+/// The real cycle, again and again: some of these motions are pushed while one task ends and the next adopts.
+TEST_F(TaskTest, EveryMotionEndsAcrossRestartsOfTheRealCycle) {
+  auto task = std::make_unique<LoopTask>(name_, profile_.arm);
+  open_robot();
+  std::atomic<bool> end{false};
+  std::atomic<int> accepted{0};
+  std::vector<std::thread> clients;
+  for (int i = 0; i < 4; ++i) {
+    clients.emplace_back([&, sign = i % 2 == 0 ? 1.0 : -1.0] {
+      while (!end) {
+        const Outcome outcome = try_accept(DriveRequest{0, 0.01 * sign, 0.2});
+        if (outcome.status != CORBOT_OK) continue;
+        ++accepted;
+        const auto state = robot_->wait(outcome.ticket, 30.0).state;
+        EXPECT_NE(state, CORBOT_MOTION_QUEUED) << outcome.ticket;
+        EXPECT_NE(state, CORBOT_MOTION_RUNNING) << outcome.ticket;
+      }
+    });
+  }
+  for (int restart = 0; restart < 25; ++restart) {
+    const int before = accepted;
+    EXPECT_TRUE(wait_until(within(30), [&] { return accepted >= before + 5; })) << "restart " << restart;
+    task.reset();
+    task = std::make_unique<LoopTask>(name_, profile_.arm);
+  }
+  end = true;
+  for (std::thread& client : clients) client.join();
+  robot_.reset();
+}
+
+}  // namespace
+}  // namespace corbot::test

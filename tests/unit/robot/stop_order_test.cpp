@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// What has entered the robot before a Stop is stopped, and what starts a motion is bounded.
+#include "robot/task_fixture.h"
+
+namespace corbot::test {
+namespace {
+
+class StopOrder : public TaskTest {
+ protected:
+  void SetUp() override {
+    task_.run();
+    open_robot();
+  }
+  void TearDown() override { robot_.reset(); }
+
+  /// A Stop of some other client: counted, and not carried out until the test says so.
+  void begin_stop() {
+    task_.layout().control.stop_count.fetch_add(1);
+    task_.change([](Snapshot& now) { now.state = RtState::kStopping; });
+  }
+  void end_stops() {
+    const std::uint64_t count = task_.layout().control.stop_count.load();
+    task_.change([&](Snapshot& now) {
+      now.stops_done = count;
+      now.state = RtState::kStandby;
+    });
+  }
+  /// As many calls as may start a motion, all in the robot and none planned.
+  void enter_all() {
+    begin_stop();
+    outcomes_.resize(static_cast<std::size_t>(profile_.queue_capacity));
+    for (Outcome& outcome : outcomes_)
+      calls_.emplace_back([this, &outcome] { outcome = try_accept(DwellRequest{1.0}); });
+    ASSERT_TRUE(wait_until(within(30), [&] { return robot_->starting() == profile_.queue_capacity; }));
+  }
+  void join_all() {
+    for (std::thread& call : calls_) call.join();
+  }
+
+  FakeTask task_{name_, profile_.arm};
+  std::vector<Outcome> outcomes_;
+  std::vector<std::thread> calls_;
+};
+
+TEST_F(StopOrder, WhatEnteredBeforeAStopIsStopped) {
+  enter_all();
+  std::thread stop([&] { EXPECT_EQ(status_of([&] { robot_->stop(); }), CORBOT_OK); });
+  ASSERT_TRUE(wait_until(within(30), [&] { return task_.layout().control.stop_count.load() == 2; }));
+  end_stops();
+  stop.join();
+  join_all();
+  for (const Outcome& outcome : outcomes_) EXPECT_EQ(outcome.status, CORBOT_STOPPED) << outcome.text;
+  EXPECT_EQ(task_.layout().commands.size(), 0u) << "handed over after the Stop";
+  const Outcome later = try_accept(DwellRequest{1.0});
+  EXPECT_EQ(later.status, CORBOT_OK) << later.text;
+}
+
+TEST_F(StopOrder, WhatCameAfterTheStopWaitsForItsEnd) {
+  enter_all();
+  end_stops();
+  join_all();
+  for (const Outcome& outcome : outcomes_) EXPECT_EQ(outcome.status, CORBOT_OK) << outcome.text;
+}
+
+TEST_F(StopOrder, CallsThatStartAMotionAreBoundedInNumber) {
+  enter_all();
+  EXPECT_EQ(try_accept(DwellRequest{1.0}).status, CORBOT_QUEUE_FULL);
+  end_stops();
+  join_all();
+}
+
+TEST_F(StopOrder, CallsThatStartAMotionAreBoundedInTimeAndStopIsNotBehindThem) {
+  enter_all();
+  std::thread stop([&] { EXPECT_EQ(status_of([&] { robot_->pause(true); }), CORBOT_OK); });
+  stop.join();  // with all of them in the robot
+  join_all();
+  for (const Outcome& outcome : outcomes_) {
+    EXPECT_EQ(outcome.status, CORBOT_NOT_READY);
+    EXPECT_NE(outcome.text.find("come to rest"), std::string::npos) << outcome.text;
+  }
+}
+
+TEST_F(StopOrder, StopLeavesAPauseInForce) {
+  ASSERT_EQ(status_of([&] { robot_->pause(true); }), CORBOT_OK);
+  std::thread stop([&] { EXPECT_EQ(status_of([&] { robot_->stop(); }), CORBOT_OK); });
+  ASSERT_TRUE(wait_until(within(30), [&] { return task_.layout().control.stop_count.load() == 1; }));
+  end_stops();
+  stop.join();
+  EXPECT_EQ(task_.layout().control.pause.load(), 1u) << "somebody else's Pause, perhaps";
+}
+
+/// An earlier servant's motion is named at once, with the time that it needs.
+TEST_F(StopOrder, AnEarlierServantsMotionIsNotWaitedFor) {
+  task_.layout().header.next_command_id.store(8);
+  task_.change([](Snapshot& now) {
+    now.state = RtState::kMoving;
+    now.command_id = 7;
+    now.last_done_id = 6;
+    now.command_duration_s = 9.0;
+    now.virtual_time_s = 3.0;
+    now.override_ratio = 0.5;
+  });
+  const Outcome refused = try_accept(DwellRequest{1.0});
+  EXPECT_EQ(refused.status, CORBOT_NOT_READY);
+  EXPECT_NE(refused.text.find("motion 7 is still under way, 12.0 s to go"), std::string::npos)
+      << refused.text;
+  task_.change([](Snapshot& now) {
+    now.state = RtState::kStandby;
+    now.command_id = 0;
+    now.last_done_id = 7;
+  });
+  const Outcome accepted = try_accept(DwellRequest{1.0});
+  EXPECT_EQ(accepted.status, CORBOT_OK) << accepted.text;
+  EXPECT_EQ(accepted.ticket, 8u);
+}
+
+}  // namespace
+}  // namespace corbot::test
