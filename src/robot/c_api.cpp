@@ -100,7 +100,7 @@ corbot_motion_info wait_in_slices(const Robot& robot, corbot_ticket ticket, doub
     const double left_s = timeout_s < 0.0 ? kSlice_s : std::max(0.0, timeout_s - waited.count());
     const corbot_motion_info info = robot.wait(ticket, std::min(left_s, kSlice_s));
     const bool is_last = timeout_s >= 0.0 && left_s <= kSlice_s;
-    if (!is_pending(info) || is_last || robot.is_closing()) return info;
+    if (!is_pending(info) || is_last || robot.ends_waits()) return info;
     if (caller.present(caller.context) == 0)
       throw not_ready("the connection of the caller is lost; the motion goes on");
   }

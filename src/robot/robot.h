@@ -44,7 +44,8 @@ class Robot final : private LinkListener {
 
   /// Every call that waits for a motion returns: the servant is shutting down.
   void interrupt();
-  [[nodiscard]] bool is_closing() const noexcept { return closing_; }
+  /// No wait waits: that is so, or the real-time task is frozen.
+  [[nodiscard]] bool ends_waits() const noexcept { return task_.is_closing() || watch_.is_frozen(); }
 
   /// What can be read; never waits for a motion, nor for one being planned.
   [[nodiscard]] const RobotView& view() const noexcept { return view_; }
