@@ -136,17 +136,6 @@ int corbot_listen(const char* host, int port, int* bound_port, char why[CORBOT_W
   return -1;
 }
 
-int corbot_connect(const char* host, int port) {
-  struct sockaddr_storage address;
-  socklen_t size = 0;
-  char why[CORBOT_WHY];
-  if (!resolve(host, port, &address, &size, why)) return -1;
-  const int fd = socket(address.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (fd < 0 || connect(fd, (const struct sockaddr*)&address, size) == 0) return fd;
-  close(fd);
-  return -1;
-}
-
 static bool listens_on(int fd, const struct sockaddr_storage* wanted) {
   int listening = 0;
   socklen_t size = sizeof(listening);

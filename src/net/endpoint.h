@@ -35,8 +35,6 @@ bool corbot_is_loopback(const char* host);
 /* A listening socket, as an ORB would open it; port 0: one that the kernel chooses. -1, and what is wrong in `why`, when
  * that is not possible, or the host is a wildcard. *bound_port is the port. The caller closes. */
 int corbot_listen(const char* host, int port, int* bound_port, char why[CORBOT_WHY]);
-/* A connection; -1 when nobody listens there. The caller closes. */
-int corbot_connect(const char* host, int port);
 
 /* The socket of this very process that listens on host:port; -1 when there is none. */
 int corbot_listening_socket(const char* host, int port);

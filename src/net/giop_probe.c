@@ -14,7 +14,7 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { kHeader = 12, kLocateRequest = 3, kLocateReply = 4, kLargestReply = 4096 };
+enum { kHeader = 12, kLocateRequest = 3, kLocateReply = 4, kObjectHere = 1, kLargestReply = 4096 };
 
 static int64_t now_ms(void) {
   struct timespec time;
@@ -127,6 +127,7 @@ static int locate(corbot_giop_probe* probe, int64_t deadline_ms) {
   if (memcmp(header, "GIOP", 4) != 0 || header[7] != kLocateReply || size < 8 || size > sizeof(body))
     return 0;
   if (!receive_all(probe->fd, body, size, deadline_ms)) return 0;
+  probe->is_here = get(body + 4, little_endian) == kObjectHere;
   return get(body, little_endian) == number;
 }
 

@@ -162,5 +162,26 @@ TEST_F(Interface, DiagnosticsCountCycles) {
   EXPECT_GT(now->since, 1.6e9);
 }
 
+TEST_F(Interface, TheObjectExists) {
+  EXPECT_FALSE(arm_->_non_existent());
+  EXPECT_TRUE(arm_->_is_a("IDL:Corbot/Arm:1.0"));
+}
+
+TEST_F(Interface, SaysWhatServesIt) {
+  const double now_s =
+      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+  Corbot::ServantInfo_var first = arm_->Servant();
+  EXPECT_STRNE(first->version, "");
+  EXPECT_EQ(std::string(first->profile).size(), 16u);
+  EXPECT_NEAR(first->started, now_s, 300.0);
+  EXPECT_EQ(servant_->terminate(), 0);
+  start_servant();
+  if (HasFatalFailure()) return;
+  ASSERT_TRUE(wait_for(Corbot::Standby));
+  Corbot::ServantInfo_var second = arm_->Servant();
+  EXPECT_GT(second->started, first->started);
+  EXPECT_STREQ(second->profile, first->profile) << "the same profile";
+}
+
 }  // namespace
 }  // namespace corbot::test

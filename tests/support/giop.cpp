@@ -154,21 +154,4 @@ bool RawConnection::closed(Deadline deadline) {
   return false;
 }
 
-std::string settled_key(RawConnection& connection, const std::string& key) {
-  constexpr std::uint32_t kForward = 3;
-  connection.send(giop_request(1, key, "_get_DoF"));
-  const auto reply = connection.reply(within(30));
-  if (!reply || reply->status != kForward) return key;
-  // An IOR: type, number of profiles, tag and contents of the first; in it byte
-  // order, version, host, port, key.
-  std::size_t at = 0;
-  (void)counted(reply->body, at);
-  at = (at + 3) / 4 * 4 + 8;
-  const std::string profile = counted(reply->body, at);
-  std::size_t inside = 4;
-  (void)counted(profile, inside);
-  inside += 2;
-  return counted(profile, inside);
-}
-
 }  // namespace corbot::test

@@ -48,7 +48,4 @@ class RawConnection {
   std::string received_;
 };
 
-/// The object key that the server itself uses: follows the forward that a key of corbaloc may lead to.
-std::string settled_key(RawConnection& connection, const std::string& key);
-
 }  // namespace corbot::test

@@ -6,10 +6,10 @@
 #include <string.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "net/giop_probe.h"
 #include "orb/orbit2/ior.h"
 #include "orb/orbit2/log.h"
 
@@ -24,19 +24,13 @@ bool orb_succeeded(CORBA_Environment* ev, const char* what) {
   return false;
 }
 
-static int connect_to(const char* path) {
+static bool is_listening_at(const char* path) {
   const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   struct sockaddr_un address = {.sun_family = AF_UNIX};
   g_strlcpy(address.sun_path, path, sizeof(address.sun_path));
-  if (fd < 0 || connect(fd, (const struct sockaddr*)&address, sizeof(address)) == 0) return fd;
-  close(fd);
-  return -1;
-}
-
-static bool is_listening_at(const char* path) {
-  const int fd = connect_to(path);
+  const bool listens = fd >= 0 && connect(fd, (const struct sockaddr*)&address, sizeof(address)) == 0;
   if (fd >= 0) close(fd);
-  return fd >= 0;
+  return listens;
 }
 
 /* ORBit2 fails silently where it cannot bind: checked before. */
@@ -153,30 +147,14 @@ bool orb_start(Orb* orb, const Options* options) {
   return orb_succeeded(&ev, "no POA");
 }
 
-/* Asks as a client does whether the robot is here (GIOP 1.0, LocateRequest). An ORBit2 that was linked in another way may
- * not come to requests.c, and would serve nothing. */
+/* Asks as a client does whether the robot is here. An ORBit2 that was linked in another way may not come to
+ * requests.c, and would serve nothing. */
 static bool is_served(const Options* options, const char* name) {
-  enum { kHeader = 12, kLocateRequest = 3, kLocateReply = 4, kHere = 1, kLongest = 512 };
-  const struct timeval patience = {10, 0};
-  const guint32 key_length = (guint32)strlen(name);
-  const guint32 size = (guint32)(2 * sizeof(guint32)) + key_length;
-  guint8 message[kLongest] = {'G', 'I', 'O', 'P', 1, 0, G_BYTE_ORDER == G_LITTLE_ENDIAN, kLocateRequest};
-  struct {
-    guint8 header[kHeader];
-    guint32 id;
-    guint32 status;
-  } reply = {{0}, 0, 0};
-  if (size + kHeader > sizeof(message)) return false;
-  memcpy(message + 8, &size, sizeof(size)); /* then request id 0, key */
-  memcpy(message + kHeader + 4, &key_length, sizeof(key_length));
-  memcpy(message + kHeader + 8, name, key_length);
-  const int fd = options->unix_path != NULL ? connect_to(options->unix_path)
-                                            : corbot_connect(options->endpoint.host, options->endpoint.port);
-  const bool good = fd >= 0 && setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience)) == 0 &&
-                    send(fd, message, size + kHeader, MSG_NOSIGNAL) == (ssize_t)(size + kHeader) &&
-                    recv(fd, &reply, sizeof(reply), MSG_WAITALL) == (ssize_t)sizeof(reply) &&
-                    reply.header[7] == kLocateReply && reply.status == kHere;
-  if (fd >= 0) close(fd);
+  static const int patience_ms = 10000;
+  corbot_giop_probe probe;
+  corbot_giop_probe_init(&probe, options->endpoint.host, options->endpoint.port, options->unix_path, name);
+  const bool good = corbot_giop_probe_answers(&probe, patience_ms) && probe.is_here;
+  corbot_giop_probe_close(&probe);
   if (!good) log_error("ORBit2 does not serve the key '%s': is it linked with -Bsymbolic?", name);
   return good;
 }

@@ -52,5 +52,24 @@ TEST(Endpoint, IsHostAndPort) {
   }
 }
 
+TEST(Endpoint, OfIPv6IsInBrackets) {
+  EXPECT_EQ(net::split_endpoint("[::1]:12810"), (std::pair<std::string, int>{"::1", 12810}));
+  EXPECT_EQ(net::endpoint_text("::1", 12810), "[::1]:12810");
+  EXPECT_EQ(net::endpoint_text("arm", 12810), "arm:12810");
+  for (const char* text :
+       {"::1:12810", "[::1]", "[::1]12810", "[::1:12810", "[127.0.0.1]:1", "[]:1", "[::1]:"}) {
+    EXPECT_FALSE(net::split_endpoint(text)) << text;
+  }
+}
+
+TEST(Endpoint, MeansOneAddress) {
+  for (const char* host : {"0", "0.0", "0.0.0.0", "0x0", "00", "*", "[::]", "[0:0::0]", "[::ffff:0.0.0.0]"}) {
+    std::string why;
+    EXPECT_FALSE(net::split_endpoint(std::string(host) + ":12810", &why)) << host;
+    EXPECT_THAT(why, testing::HasSubstr("means all addresses of this machine")) << host;
+  }
+  EXPECT_THAT(net::listen_error("0", 1), testing::HasSubstr("means all addresses"));
+}
+
 }  // namespace
 }  // namespace corbot::client
