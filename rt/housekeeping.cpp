@@ -58,7 +58,7 @@ void run_housekeeping(const Segment& segment, Cycle& cycle, Backend& backend, Sa
     const bool has_servant = segment.peer_alive();
     if (has_servant && !had_servant) spdlog::info("servant connected");
     if (!has_servant && had_servant) {
-      spdlog::warn("servant gone, finishing what was accepted, then holding");
+      spdlog::warn("servant gone; what moves is stopped on its path unless one responds in time");
     }
     had_servant = has_servant;
     std::this_thread::sleep_for(kInterval);

@@ -120,7 +120,6 @@ corbot_motion_info RobotView::describe(const Ticket& ticket) const {
     case TicketState::kPending:
       break;
   }
-  if (watch_.is_frozen()) copy_text(watch_.cause(), info.reason, sizeof(info.reason));
   info.state = CORBOT_MOTION_QUEUED;
   Snapshot now{};
   if (!link_.snapshot(now) || std::max(now.command_id, now.last_done_id) < ticket.first) return info;

@@ -140,17 +140,20 @@ std::optional<Ticket> TicketTable::find(std::uint64_t id) const {
 
 std::optional<Ticket> TicketTable::wait(std::uint64_t id,
                                         std::optional<std::chrono::steady_clock::time_point> until) const {
+  const auto suspended_until = std::chrono::steady_clock::now() + kSuspendedWait;
   std::unique_lock lock(mutex_);
   for (;;) {
     // Looked up anew after every wait: a ticket that ended long ago may have been forgotten meanwhile.
     const auto found = tickets_.find(id);
     if (found == tickets_.end()) return std::nullopt;
-    if (found->second.state != TicketState::kPending || closed_ || suspended_) return found->second;
-    if (!until) {
+    if (found->second.state != TicketState::kPending || closed_) return found->second;
+    const auto now = std::chrono::steady_clock::now();
+    if ((until && now >= *until) || (suspended_ && now >= suspended_until)) return found->second;
+    if (!until && !suspended_) {
       ended_.wait(lock);
-    } else if (ended_.wait_until(lock, *until) == std::cv_status::timeout) {
-      const auto late = tickets_.find(id);
-      return late == tickets_.end() ? std::nullopt : std::optional(late->second);
+    } else {
+      ended_.wait_until(lock,
+                        suspended_ ? std::min(suspended_until, until.value_or(suspended_until)) : *until);
     }
   }
 }

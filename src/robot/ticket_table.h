@@ -34,6 +34,8 @@ struct Ticket {
 class TicketTable {
  public:
   static constexpr std::size_t kKept = 1024;
+  /// Not at once: a client that waits again and again would do nothing else.
+  static constexpr std::chrono::milliseconds kSuspendedWait{400};
 
   void add(const Ticket& ticket);
   /// The motion was not handed over after all.
@@ -60,7 +62,7 @@ class TicketTable {
   void end_cancelled(std::uint64_t begun);
   /// Wakes every waiting thread, for good: the robot is being closed.
   void close();
-  /// While true no wait waits: there is none who could end a motion, and none has ended.
+  /// While true no wait lasts longer than kSuspendedWait: nothing can end a motion.
   void suspend_waits(bool suspended);
 
   [[nodiscard]] std::optional<Ticket> find(std::uint64_t id) const;

@@ -93,6 +93,11 @@ TEST_F(Freeze, AFrozenTaskIsReportedAndItsGapNeedsAClear) {
   EXPECT_TRUE(wait_until(within(5), [&] { return is_active(153); }));
   waiting.join();
   EXPECT_EQ(waiter, "NotReady");
+  const Clock::time_point polled = Clock::now();
+  Corbot::MotionInfo_var open = arm_->Wait(ticket, 30.0);
+  EXPECT_EQ(open->state, Corbot::MotionRunning) << "what becomes of it is open";
+  EXPECT_GT(seconds_since(polled), 0.1) << "or a client that polls would do nothing else";
+  EXPECT_LT(seconds_since(polled), 5.0);
   expect_no_motion_accepted();
   std::string reason;
   const Clock::time_point asked = Clock::now();
@@ -145,6 +150,11 @@ TEST_F(ShortFreeze, TheMotionBeginsAgainFromRest) {
   while (info->state == Corbot::MotionRunning) info = arm_->Wait(ticket, 30.0);
   EXPECT_EQ(info->state, Corbot::MotionDone) << info->reason.in();
   EXPECT_EQ(arm_->Status(), Corbot::Standby);
+  Corbot::AlarmList_var all = arm_->Alarms();
+  bool is_reported = false;
+  for (CORBA::ULong i = 0; i < all->length(); ++i)
+    is_reported = is_reported || (all[i].code == 140 && !all[i].active);
+  EXPECT_TRUE(is_reported) << "periods were missed";
 }
 
 TEST_F(ShortFreeze, AStopDuringItIsCarriedOutAtItsEnd) {

@@ -129,5 +129,28 @@ TEST(TicketTable, WaitsForAllOfARangeAndNoFurther) {
   EXPECT_FALSE(table.wait_ended(1, 3, std::chrono::steady_clock::now())) << "the third is still pending";
 }
 
+TEST(TicketTable, WhileWaitsAreSuspendedNoneIsLongAndNoneIsBusy) {
+  using Clock = std::chrono::steady_clock;
+  TicketTable table;
+  table.add(ticket(1, 1));
+  std::thread suspend([&] { table.suspend_waits(true); });
+  const Clock::time_point begin = Clock::now();
+  EXPECT_EQ(table.wait(1, std::nullopt)->state, TicketState::kPending);
+  EXPECT_EQ(table.wait(1, begin + std::chrono::hours(1))->state, TicketState::kPending);
+  EXPECT_GE(Clock::now() - begin, 2 * TicketTable::kSuspendedWait);
+  EXPECT_LT(Clock::now() - begin, std::chrono::seconds(20));
+  suspend.join();
+  const Clock::time_point soon = Clock::now() + std::chrono::milliseconds(1);
+  EXPECT_EQ(table.wait(1, soon)->state, TicketState::kPending) << "the caller's own time comes first";
+  std::thread end([&] {
+    table.suspend_waits(false);
+    table.complete(1, Verdict::kDone);
+  });
+  while (table.wait(1, std::nullopt)->state == TicketState::kPending) {
+  }
+  EXPECT_EQ(table.find(1)->state, TicketState::kDone);
+  end.join();
+}
+
 }  // namespace
 }  // namespace corbot
