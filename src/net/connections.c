@@ -18,7 +18,9 @@
 enum { kDescriptors = 2048, kBytesInWord = 8 };
 
 /* A peer that is silent: probed after 3 s, and given up when nothing has been acknowledged for 6 s. */
-enum { kKeepIdle_s = 3, kKeepInterval_s = 2, kUnacknowledged_ms = 6000 };
+static const int kKeepIdle_s = 3;
+static const int kKeepInterval_s = 2;
+static const unsigned kUnacknowledged_ms = 6000;
 
 typedef struct Entry {
   uint64_t number; /* 0: no accepted connection */
@@ -65,7 +67,7 @@ void corbot_connections_start(void) {
 
 static corbot_peer peer_of(int fd) {
   corbot_peer peer = {AF_UNSPEC, 0};
-  struct sockaddr_storage address;
+  struct sockaddr_storage address = {0};
   socklen_t size = sizeof(address);
   if (getpeername(fd, (struct sockaddr*)&address, &size) != 0) return peer;
   peer.family = address.ss_family;
@@ -94,13 +96,10 @@ static corbot_peer peer_of(int fd) {
 static void set_up(int fd, int family) {
   if (family != AF_INET && family != AF_INET6) return;
   const int on = 1;
-  const int idle_s = kKeepIdle_s;
-  const int interval_s = kKeepInterval_s;
-  const unsigned unacknowledged_ms = kUnacknowledged_ms;
   (void)setsockopt(fd, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof(on));
-  (void)setsockopt(fd, IPPROTO_TCP, TCP_KEEPIDLE, &idle_s, sizeof(idle_s));
-  (void)setsockopt(fd, IPPROTO_TCP, TCP_KEEPINTVL, &interval_s, sizeof(interval_s));
-  (void)setsockopt(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, &unacknowledged_ms, sizeof(unacknowledged_ms));
+  (void)setsockopt(fd, IPPROTO_TCP, TCP_KEEPIDLE, &kKeepIdle_s, sizeof(kKeepIdle_s));
+  (void)setsockopt(fd, IPPROTO_TCP, TCP_KEEPINTVL, &kKeepInterval_s, sizeof(kKeepInterval_s));
+  (void)setsockopt(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, &kUnacknowledged_ms, sizeof(kUnacknowledged_ms));
 }
 
 static int connections_of(corbot_peer peer) {
@@ -157,11 +156,13 @@ static bool add(int fd) {
   return true;
 }
 
-static void forget(int fd) {
-  if (fd < 0 || fd >= kDescriptors || entries[fd].number == 0) return;
+/* Whether it was an accepted connection. */
+static bool forget(int fd) {
+  if (fd < 0 || fd >= kDescriptors || entries[fd].number == 0) return false;
   if (entries[fd].ending) --ending_count;
   entries[fd].number = 0;
   --open_count;
+  return true;
 }
 
 /* Instead of the C library's, for the ORB; declared as there. */
@@ -177,13 +178,15 @@ int accept(int fd, __SOCKADDR_ARG address, socklen_t* restrict size) {
   return -1;
 }
 
-/* Instead of the C library's. Forgotten and closed in one step: nobody is given the descriptor in between. */
+/* Instead of the C library's. A connection is forgotten and closed in one step: nobody is given its descriptor in
+ * between. */
 int close(int fd) {
   pthread_mutex_lock(&mutex);
-  forget(fd);
+  const bool ours = forget(fd);
+  if (!ours) pthread_mutex_unlock(&mutex);
   const int result = (int)syscall(SYS_close, fd);
   const int error = errno;
-  pthread_mutex_unlock(&mutex);
+  if (ours) pthread_mutex_unlock(&mutex);
   errno = error;
   return result;
 }

@@ -104,13 +104,15 @@ static bool resolve(const char* host, int port, struct sockaddr_storage* out, so
   return true;
 }
 
+/* It stands at the same place in both families' addresses. */
 static int port_of(const struct sockaddr_storage* address) {
-  return ntohs(address->ss_family == AF_INET6 ? ((const struct sockaddr_in6*)address)->sin6_port
-                                              : ((const struct sockaddr_in*)address)->sin_port);
+  struct sockaddr_in ipv4 = {0};
+  memcpy(&ipv4, address, sizeof(ipv4));
+  return ntohs(ipv4.sin_port);
 }
 
 int corbot_listen(const char* host, int port, int* bound_port, char why[CORBOT_WHY]) {
-  struct sockaddr_storage address;
+  struct sockaddr_storage address = {0};
   socklen_t size = 0;
   if (!is_one_address(host, why) || !resolve(host, port, &address, &size, why)) return -1;
   const int fd = socket(address.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -156,7 +158,7 @@ static bool listens_on(int fd, const struct sockaddr_storage* wanted) {
 }
 
 int corbot_listening_socket(const char* host, int port) {
-  struct sockaddr_storage wanted;
+  struct sockaddr_storage wanted = {0};
   socklen_t size = 0;
   char why[CORBOT_WHY];
   if (!resolve(host, port, &wanted, &size, why)) return -1;

@@ -53,7 +53,7 @@ static void flush_replies(void) {
 
 /* The servant's own client: whether a request gets through to the ORB. */
 static int answers(void* probe) {
-  enum { kTimeout_ms = 1000 };
+  static const int kTimeout_ms = 1000;
   return corbot_giop_probe_answers(probe, kTimeout_ms);
 }
 

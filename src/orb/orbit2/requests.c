@@ -23,6 +23,7 @@ gboolean giop_connection_handle_input(void* connection);
 void ORBit_handle_request(CORBA_ORB orb, void* request);
 void ORBit_handle_locate_request(CORBA_ORB orb, void* request);
 void giop_recv_buffer_unuse(void* request);
+/* NOLINTNEXTLINE(readability-identifier-naming): ORBit2's name */
 Skeleton get_small_skel_CORBA_Object(PortableServer_Servant servant, const char* operation, gpointer* method,
                                      gpointer* implementation);
 
@@ -77,7 +78,7 @@ static gboolean is_served(const CORBA_sequence_CORBA_octet* key) {
 /* Which object the request goes to. */
 static int target_of(void* request) {
   const corbot_connection connection = corbot_connection_used(reading_fd);
-  corbot_place_kind kind;
+  corbot_place_kind kind = CORBOT_PLACE_TO_WAIT;
   const char* operation = giop_recv_buffer_get_opname(request);
   if (operation == NULL || !corbot_place_needed(operation, &kind)) return kTargetAtOnce;
   int capacity = 0;
@@ -123,6 +124,7 @@ static void non_existent(PortableServer_Servant servant, gpointer result, gpoint
 }
 
 /* The operations that every object has. ORBit2 knows _is_a only, and answers BAD_OPERATION to _non_existent. */
+/* NOLINTNEXTLINE(readability-identifier-naming): ORBit2's name */
 Skeleton get_small_skel_CORBA_Object(PortableServer_Servant servant, const char* operation, gpointer* method,
                                      gpointer* implementation) {
   static ORBit_IMethod non_existent_method = {
