@@ -11,6 +11,7 @@
 #include <random>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <fmt/core.h>
 
@@ -158,7 +159,7 @@ class Kill : public ::testing::Test {
   std::unique_ptr<JumpWatch> watch_;
 };
 
-/// Kills per test; three tests, so 102 in all. CORBOT_KILLS changes it.
+/// Kills per test, of four tests, one with a third of it: 114 in all. CORBOT_KILLS changes it.
 int kills() {
   const char* text = std::getenv("CORBOT_KILLS");
   return text != nullptr ? std::atoi(text) : 34;
@@ -197,6 +198,32 @@ TEST_F(Kill, RealTimeTask) {
   EXPECT_LE(worst_s, 0.2 + 0.3) << "0.2 s, and 0.3 s for a busy machine";
   ASSERT_TRUE(client_->wait_line("ok", within(30)));
   EXPECT_GT(watch_->moving_cycles(), 0u);
+  EXPECT_EQ(watch_->jumps(), 0) << watch_->first_jump();
+}
+
+/// Several clients, so that there is always a call between ticket and push, in the ring or just run when the task
+/// dies; the next one adopts at once. Each client hears of every call's end.
+TEST_F(Kill, RealTimeTaskAmongSeveralClients) {
+  auto random = seeded("real-time task among several clients");
+  std::vector<std::unique_ptr<Process>> clients;
+  for (int i = 0; i < 3; ++i) {
+    start_client();
+    clients.push_back(std::move(client_));
+  }
+  start_client();
+  for (int i = 0; i <= kills() / 3; ++i) {
+    ASSERT_TRUE(wait_until(within(30), [&] { return moving(); })) << "round " << i;
+    random_pause(random);
+    rt_->signal(SIGKILL);
+    ASSERT_TRUE(rt_->wait(within(10)));
+    start_rt();
+    if (HasFatalFailure()) return;
+    // What each waited for has ended, and a call that it made since, too.
+    for (const auto& client : clients) {
+      ASSERT_TRUE(client->wait_line("NotReady", within(30))) << "round " << i << "\n" << client->output();
+      ASSERT_TRUE(client->wait_line("ok", within(30))) << "round " << i << "\n" << client->output();
+    }
+  }
   EXPECT_EQ(watch_->jumps(), 0) << watch_->first_jump();
 }
 
