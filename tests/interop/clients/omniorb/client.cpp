@@ -177,21 +177,22 @@ Call call_of(Result (Class::*operation)(Arguments...)) {
 #define CALL(name) \
   { #name, call_of(&Stub::name) }
 const std::map<std::string, Call>& calls() {
-  static const std::map<std::string, Call> kCalls{CALL(ArtiCoord),  CALL(CartCoord),    CALL(GripperStatus),
-                                                  CALL(Status),     CALL(RobotType),    CALL(DoF),
-                                                  CALL(MovRange),   CALL(Reach),        CALL(Move),
-                                                  CALL(MoveS),      CALL(MoveC),        CALL(Drive),
-                                                  CALL(Ready),      CALL(Delay),        CALL(Open),
-                                                  CALL(Close),      CALL(Speed),        CALL(ArtSpeed),
-                                                  CALL(AllSpeed),   CALL(Stop),         CALL(Pause),
-                                                  CALL(Resume),     CALL(Override),     CALL(OverridePercent),
-                                                  CALL(Clear),      CALL(StartMove),    CALL(StartMoveS),
-                                                  CALL(StartMoveC), CALL(StartDrive),   CALL(StartMoveJoints),
-                                                  CALL(StartReady), CALL(StartDelay),   CALL(StartOpen),
-                                                  CALL(StartClose), CALL(Wait),         CALL(Progress),
-                                                  CALL(MoveJoints), CALL(SetToolPitch), CALL(ToolPitch),
-                                                  CALL(Alarms),     CALL(Diagnostics),  CALL(Device),
-                                                  CALL(Servant)};
+  static const std::map<std::string, Call> kCalls{
+      CALL(ArtiCoord),       CALL(CartCoord),  CALL(GripperStatus),
+      CALL(Status),          CALL(RobotType),  CALL(DoF),
+      CALL(MovRange),        CALL(Reach),      CALL(Move),
+      CALL(MoveS),           CALL(MoveC),      CALL(Drive),
+      CALL(Ready),           CALL(Delay),      CALL(Open),
+      CALL(Close),           CALL(Speed),      CALL(ArtSpeed),
+      CALL(AllSpeed),        CALL(Stop),       CALL(Cancel),
+      CALL(Pause),           CALL(Resume),     CALL(Override),
+      CALL(OverridePercent), CALL(Clear),      CALL(StartMove),
+      CALL(StartMoveS),      CALL(StartMoveC), CALL(StartDrive),
+      CALL(StartMoveJoints), CALL(StartReady), CALL(StartDelay),
+      CALL(StartOpen),       CALL(StartClose), CALL(Wait),
+      CALL(Progress),        CALL(MoveJoints), CALL(SetToolPitch),
+      CALL(ToolPitch),       CALL(Alarms),     CALL(Diagnostics),
+      CALL(Device),          CALL(Servant)};
   return kCalls;
 }
 #undef CALL
