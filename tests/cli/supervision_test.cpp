@@ -151,12 +151,14 @@ TEST_F(Supervision, AFrozenTaskIsReplacedInErrorUntilClear) {
   up({}, responding_within(1));
   ASSERT_EQ(corbot({"joints", "30", "0", "0", "0"}).code, 0);
   const pid_t first = pid_of("rt_pid");
+  const pid_t servant = pid_of("servant_pid");
   ASSERT_EQ(::kill(first, SIGSTOP), 0);
   ASSERT_TRUE(wait_until(within(30), [&] {
     const pid_t now = pid_of("rt_pid");
     return now != 0 && now != first && corbot({"alarms"}).output.find(" 142 ") != std::string::npos;
   })) << supervisor_->errors();
   EXPECT_EQ(status().at("state"), "Error");
+  EXPECT_EQ(pid_of("servant_pid"), servant) << "which responds while its task does not";
   EXPECT_EQ(corbot({"drive", "0", "1", "50"}).code, 1);
   ASSERT_EQ(corbot({"clear"}).code, 0);
   EXPECT_TRUE(works());
@@ -250,7 +252,7 @@ TEST_F(Supervision, WrongStartsAreUsageErrors) {
       {{"up", "/nonexistent.toml"}, "/nonexistent.toml"},
       {{"up", bad}, "bad.toml:2"},
       {{"up", CORBOT_PROFILE, "--name", "a b"}, "--name 'a b'"},
-      {{"up", CORBOT_PROFILE, "--endpoint", "here"}, "--endpoint 'here'"},
+      {{"up", CORBOT_PROFILE, "--endpoint", "here"}, "--endpoint: 'here' is not HOST:PORT"},
       {{"up", CORBOT_PROFILE, "--orb", "tao"}, "--orb"},
       {{"up", CORBOT_PROFILE, "--realtime", "never"}, "--realtime"}};
   for (const auto& [arguments, phrase] : cases) {
