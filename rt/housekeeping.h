@@ -9,8 +9,9 @@
 
 namespace corbot::rt {
 
-/// Not real-time. Until `ended`: logs the cycle's alarms, what backend and safety lines have to log, and when the servant
-/// comes and goes; and reports to the supervisor of this process for as long as the cycle number advances.
+/// Not real-time. Until `ended`: logs the cycle's alarms, what backend and safety lines have to log, and
+/// when the servant comes and goes; and reports to the supervisor of this process for as long as the cycle
+/// number advances.
 void run_housekeeping(const Segment& segment, Cycle& cycle, Backend& backend, SafetyLines& safety,
                       const std::atomic<bool>& ended);
 

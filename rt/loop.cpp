@@ -74,8 +74,8 @@ void Loop::count_latency(std::int64_t latency_ns) noexcept {
   diagnostics_.latency_max_ns = std::max(diagnostics_.latency_max_ns, latency_ns);
 }
 
-/// Woken a period late or more: the step is given the newest instant of the grid, so that the cycle sees the gap in the
-/// step that comes after it.
+/// Woken a period late or more: the step is given the newest instant of the grid, so that the cycle sees the
+/// gap in the step that comes after it.
 void Loop::skip_overslept(std::int64_t woken_ns) noexcept {
   const std::int64_t missed = (woken_ns - due_ns_) / settings_.period_ns;
   if (missed > 0) {

@@ -57,9 +57,10 @@ void take_cpu(int cpu, RealtimeResult& result) {
                                         cpu, std::strerror(error)));
 }
 
-/// The kernel ends the process, by SIGXCPU, when a real-time thread of it has computed for so long without sleeping: one that
-/// spins would otherwise hold its processor for good. Far beyond what a cycle takes, and below the second after which the kernel
-/// throttles real-time threads all together. What the process may do already is not widened.
+/// The kernel ends the process, by SIGXCPU, when a real-time thread of it has computed for so long without
+/// sleeping: one that spins would otherwise hold its processor for good. Far beyond what a cycle takes, and
+/// below the second after which the kernel throttles real-time threads all together. What the process may do
+/// already is not widened.
 bool limit_computing(RealtimeResult& result) {
   rlimit limit{};
   if (getrlimit(RLIMIT_RTTIME, &limit) != 0) return false;

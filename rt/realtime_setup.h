@@ -22,8 +22,9 @@ struct RealtimeResult {
 };
 
 /// Set-up only. Makes the calling thread a real-time one: locks memory, touches the stack that the cycle may
-/// use, keeps the CPU out of deep sleep while `latency_fd` is open (−1: not permitted), binds to a CPU, bounds
-/// what a real-time thread may compute at a stretch, takes SCHED_FIFO. Never throws for a lacking privilege.
+/// use, keeps the CPU out of deep sleep while `latency_fd` is open (−1: not permitted), binds to a CPU,
+/// bounds what a real-time thread may compute at a stretch, takes SCHED_FIFO. Never throws for a lacking
+/// privilege.
 [[nodiscard]] RealtimeResult make_realtime(const RealtimeSettings& settings, int& latency_fd);
 
 }  // namespace corbot::rt

@@ -20,7 +20,8 @@ enum class Gap {
 /// Time between the steps, by the time that they are given. Real-time safe.
 class GapWatch {
  public:
-  /// A gap of more periods than these is one in which the servos have come to rest: they hold the last set-point.
+  /// A gap of more periods than these is one in which the servos have come to rest: they hold the last
+  /// set-point.
   static constexpr std::int64_t kRestartPeriods = 5;
 
   GapWatch(std::int64_t period_ns, std::int64_t fault_ns) noexcept
@@ -53,8 +54,9 @@ class ServantWatch {
  public:
   explicit ServantWatch(std::int64_t orphan_ns) noexcept : orphan_ns_(orphan_ns) {}
 
-  /// Once a step. `seen_ns`: time that has passed, without gaps of this process's own. `is_busy`: a motion runs or is
-  /// queued. True when the beat has stood still for too long meanwhile; the counting then begins anew.
+  /// Once a step. `seen_ns`: time that has passed, without gaps of this process's own. `is_busy`: a motion
+  /// runs or is queued. True when the beat has stood still for too long meanwhile; the counting then begins
+  /// anew.
   [[nodiscard]] bool is_silent(std::uint32_t beat, std::int64_t seen_ns, bool is_busy) noexcept {
     silent_ns_ = beat == beat_ && is_busy ? silent_ns_ + seen_ns : 0;
     beat_ = beat;
@@ -69,8 +71,8 @@ class ServantWatch {
   std::uint32_t beat_{0};
 };
 
-/// Overruns, and when they are to be reported: the first at once, then all that came meanwhile once in a while.
-/// Real-time safe.
+/// Overruns, and when they are to be reported: the first at once, then all that came meanwhile once in a
+/// while. Real-time safe.
 class OverrunCount {
  public:
   static constexpr std::int64_t kReportInterval_ns = 60'000'000'000;

@@ -9,10 +9,10 @@
 
 namespace corbot {
 
-/// Reports to the supervisor of this process, systemd or `corbot up`, that it is ready and well: sd_notify(3), whose protocol
-/// is stable and a datagram. Not by libsystemd, which would bring five libraries for compression and cryptography into the
-/// locked memory of the real-time process. Where the environment names no supervisor nothing happens. Not
-/// thread-safe, not real-time safe; never blocks.
+/// Reports to the supervisor of this process, systemd or `corbot up`, that it is ready and well:
+/// sd_notify(3), whose protocol is stable and a datagram. Not by libsystemd, which would bring five
+/// libraries for compression and cryptography into the locked memory of the real-time process. Where the
+/// environment names no supervisor nothing happens. Not thread-safe, not real-time safe; never blocks.
 class ServiceNotifier {
  public:
   /// Reads NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID.
@@ -23,7 +23,8 @@ class ServiceNotifier {
 
   /// The service does its work from now on. Sent once.
   void ready();
-  /// This process has just been seen to advance. To be called as often as that is seen; sent a few times an interval.
+  /// This process has just been seen to advance. To be called as often as that is seen; sent a few times an
+  /// interval.
   void alive();
 
  private:

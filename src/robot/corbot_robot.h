@@ -131,13 +131,14 @@ corbot_robot* corbot_robot_open(const char* profile_path, const char* name, corb
  * CORBOT_STATE_DIR, or below XDG_STATE_HOME or HOME). `warn` (may be NULL) is called, from another thread,
  * when that fails. */
 void corbot_robot_save_position(corbot_robot* robot, const char* directory, void (*warn)(const char* text));
-/* Wakes every waiting call (CORBOT_NOT_READY) and detaches. What was accepted is carried out for as long as the
- * profile's orphan_s, unless another servant is attached by then. */
+/* Wakes every waiting call (CORBOT_NOT_READY) and detaches. What was accepted is carried out for as long as
+ * the profile's orphan_s, unless another servant is attached by then. */
 void corbot_robot_close(corbot_robot* robot);
-/* Calls are served from now on. `answers` is called again and again until corbot_robot_interrupt, from a thread of its own: 1 when a
- * call from outside has got through, which proves that the servant responds, 0 when not. It must come back within a second or so.
- * Where it fails for longer, the real-time task stops what moves after the profile's orphan_s. The supervisor of this process is
- * told by sd_notify(3): ready now, and well as long as this succeeds. Once in a robot's life. */
+/* Calls are served from now on. `answers` is called again and again until corbot_robot_interrupt, from a
+ * thread of its own: 1 when a call from outside has got through, which proves that the servant responds, 0
+ * when not. It must come back within a second or so. Where it fails for longer, the real-time task stops
+ * what moves after the profile's orphan_s. The supervisor of this process is told by sd_notify(3): ready
+ * now, and well as long as this succeeds. Once in a robot's life. */
 void corbot_robot_serve(corbot_robot* robot, int (*answers)(void* context), void* context);
 /* Every call that waits for a motion, now or later, returns CORBOT_NOT_READY: the process is about to end. */
 void corbot_robot_interrupt(corbot_robot* robot);
@@ -192,8 +193,8 @@ corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, con
 
 /* Pre-empt; never queued, never behind a plan that is being made. Stop returns at rest. */
 corbot_status corbot_robot_stop(corbot_robot* robot, corbot_error* error);
-/* Takes back one motion and what is queued behind it; what is before it goes on. Returns when they have ended.
- * CORBOT_OK and no effect when it has ended; CORBOT_BAD_PARAMETER: no such ticket. */
+/* Takes back one motion and what is queued behind it; what is before it goes on. Returns when they have
+ * ended. CORBOT_OK and no effect when it has ended; CORBOT_BAD_PARAMETER: no such ticket. */
 corbot_status corbot_robot_cancel(corbot_robot* robot, corbot_ticket ticket, corbot_error* error);
 /* Until corbot_robot_resume; a Stop does not end it. */
 corbot_status corbot_robot_pause(corbot_robot* robot, corbot_error* error);

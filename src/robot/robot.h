@@ -38,8 +38,9 @@ class Robot final : private LinkListener {
   /// that fails, from a thread of its own.
   void save_position(const std::string& directory, PositionSaver::Warn warn);
 
-  /// Calls are served from now on. `answers` is called again and again, from a thread of its own, until interrupt(): whether one
-  /// gets through. What depends on that: the beat for the real-time task, and what the supervisor of this process hears.
+  /// Calls are served from now on. `answers` is called again and again, from a thread of its own, until
+  /// interrupt(): whether one gets through. What depends on that: the beat for the real-time task, and what
+  /// the supervisor of this process hears.
   void serve(std::function<bool()> answers) { self_check_.start(std::move(answers)); }
 
   /// Every call that waits for a motion returns: the servant is shutting down.

@@ -16,9 +16,9 @@
 
 namespace corbot {
 
-/// Whether a counter that another process increments has stood still, judged by this process's own looks: of the time
-/// between two of them no more than a few intervals count, so that a process that was itself frozen or starved finds
-/// no fault with another.
+/// Whether a counter that another process increments has stood still, judged by this process's own looks: of
+/// the time between two of them no more than a few intervals count, so that a process that was itself frozen
+/// or starved finds no fault with another.
 class Progress {
  public:
   using Clock = std::chrono::steady_clock;
@@ -43,9 +43,10 @@ class Progress {
   Clock::time_point changed_at_{};
 };
 
-/// Liveness between servant and real-time task, a thread of its own. Looks whether the task's cycle number advances; where
-/// it stands still there is an alarm, active until it advances again. And raises the servant's beat, by which the task
-/// knows that the servant responds, and reports to the supervisor of this process, as long as `responds` returns true.
+/// Liveness between servant and real-time task, a thread of its own. Looks whether the task's cycle number
+/// advances; where it stands still there is an alarm, active until it advances again. And raises the
+/// servant's beat, by which the task knows that the servant responds, and reports to the supervisor of this
+/// process, as long as `responds` returns true.
 class TaskWatch {
  public:
   struct Hooks {

@@ -66,8 +66,8 @@ class TicketTable {
   void suspend_waits(bool suspended);
 
   [[nodiscard]] std::optional<Ticket> find(std::uint64_t id) const;
-  /// Waits until the ticket has ended, the time has passed (no value: for ever), the table is closed or waits are
-  /// suspended, and returns it as it then is. Nothing when there is no such ticket.
+  /// Waits until the ticket has ended, the time has passed (no value: for ever), the table is closed or
+  /// waits are suspended, and returns it as it then is. Nothing when there is no such ticket.
   [[nodiscard]] std::optional<Ticket> wait(std::uint64_t id,
                                            std::optional<std::chrono::steady_clock::time_point> until) const;
   /// Waits until no ticket with these numbers is pending, the time has passed or the table is closed. True in

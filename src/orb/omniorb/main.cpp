@@ -58,8 +58,8 @@ CORBA::ORB_ptr start_orb(const Options& options) {
   };
   words.insert(words.end(), options.orb.begin(), options.orb.end());
   add("endPoint", "giop:tcp:" + endpoint_text(options));
-  // Not published: a client with a reference of two addresses sends a call again at the second when the connection to
-  // the first is lost.
+  // Not published: a client with a reference of two addresses sends a call again at the second when the
+  // connection to the first is lost.
   if (!options.unix_path.empty()) add("endPointNoPublish", "giop:unix:" + options.unix_path);
   add("unixTransportPermission", "0600");
   add("threadPerConnectionPolicy", "1");       // a pool can be starved by half-sent requests

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Planner and real-time task agree on the tool's limits: every line and arc that is planned is accepted, and one
-// whose tool is beyond a limit at any instant, however its law came about, is refused.
+// Planner and real-time task agree on the tool's limits: every line and arc that is planned is accepted, and
+// one whose tool is beyond a limit at any instant, however its law came about, is refused.
 #include <gtest/gtest.h>
 
 #include <algorithm>

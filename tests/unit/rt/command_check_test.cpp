@@ -197,7 +197,8 @@ TEST(CommandCheck, NamesWhatIsWrong) {
          c.duration_s = c.line.law.duration_s();
        },
        Verdict::kLimit},
-      // Within the limits on speed, acceleration and jerk along; 3.3 m/s2 towards the centre, where 1 is allowed.
+      // Within the limits on speed, acceleration and jerk along; 3.3 m/s2 towards the centre, where 1 is
+      // allowed.
       {"arc too fast for its radius", 2,
        [](Command& c) {
          const PathLimits limits = lynx5().path;

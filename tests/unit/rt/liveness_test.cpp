@@ -52,7 +52,8 @@ class Liveness : public ::testing::Test {
 };
 
 TEST_F(Liveness, AfterAFewPeriodsWithoutAStepTheMotionBeginsAgainFromRest) {
-  // The servos have come to rest at the last set-point: no joint may be given more than its acceleration from there.
+  // The servos have come to rest at the last set-point: no joint may be given more than its acceleration
+  // from there.
   std::mt19937_64 random(7);
   for (int round = 0; round < 40; ++round) {
     begin_motion(50 + static_cast<int>(random() % 500));
