@@ -110,8 +110,8 @@ static int connections_of(corbot_peer peer) {
   return count;
 }
 
-/* Closes one connection without a call: of the host that has most of them, the one that was used longest ago. The
- * ORB reads its end and frees the descriptor. */
+/* Closes one connection without a call: of the host that has most of them, the one that was used longest ago.
+ * The ORB reads its end and frees the descriptor. */
 static void make_room(void) {
   Entry* chosen = NULL;
   int chosen_count = 0;
@@ -178,8 +178,8 @@ int accept(int fd, __SOCKADDR_ARG address, socklen_t* restrict size) {
   return -1;
 }
 
-/* Instead of the C library's. A connection is forgotten and closed in one step: nobody is given its descriptor in
- * between. */
+/* Instead of the C library's. A connection is forgotten and closed in one step: nobody is given its
+ * descriptor in between. */
 int close(int fd) {
   pthread_mutex_lock(&mutex);
   const bool ours = forget(fd);

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * The connections that this process has accepted, for servants on any ORB. Neither ORB bounds them, tells when the peer
- * of a call has gone, or lets its sockets be set up. So a program that is linked with this file takes the place of
- * accept() and close() in the C library: the ORB's calls come here. Plain C, thread-safe, not real-time safe. */
+ * The connections that this process has accepted, for servants on any ORB. Neither ORB bounds them, tells
+ * when the peer of a call has gone, or lets its sockets be set up. So a program that is linked with this file
+ * takes the place of accept() and close() in the C library: the ORB's calls come here. Plain C, thread-safe,
+ * not real-time safe. */
 #ifndef CORBOT_NET_CONNECTIONS_H
 #define CORBOT_NET_CONNECTIONS_H
 
@@ -14,7 +15,8 @@ extern "C" {
 #endif
 
 enum {
-  /* At once; with one more the connection that has been idle for longest, of the host that has most, is closed. */
+  /* At once; with one more the connection that has been idle for longest, of the host that has most, is
+   * closed. */
   CORBOT_MOST_CONNECTIONS = 256,
   /* Descriptors that are left for everything else. */
   CORBOT_RESERVED_DESCRIPTORS = 64
@@ -32,16 +34,18 @@ typedef struct corbot_peer {
   uint64_t id;
 } corbot_peer;
 
-/* Raises the limit of descriptors to the hard one and begins to count what is accepted. Before the ORB's start. */
+/* Raises the limit of descriptors to the hard one and begins to count what is accepted. Before the ORB's
+ * start. */
 void corbot_connections_start(void);
 
 /* The connection whose descriptor that is, noted as used now. */
 corbot_connection corbot_connection_used(int fd);
-/* It carries a call from now on and is not idle. False when it has been closed for its idleness: its client has been told
- * that nothing it sent meanwhile is carried out, and may send the call again. */
+/* It carries a call from now on and is not idle. False when it has been closed for its idleness: its client
+ * has been told that nothing it sent meanwhile is carried out, and may send the call again. */
 bool corbot_connection_begin_call(corbot_connection connection);
 void corbot_connection_end_call(corbot_connection connection);
-/* Whether the peer is still there: not once it has closed, or reset, or has acknowledged nothing for ten seconds. */
+/* Whether the peer is still there: not once it has closed, or reset, or has acknowledged nothing for seven
+ * seconds. */
 bool corbot_connection_lives(corbot_connection connection);
 corbot_peer corbot_connection_peer(corbot_connection connection);
 bool corbot_peer_equal(corbot_peer a, corbot_peer b);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Places for calls that wait for motions, and for calls that start them: what bounds the threads that such calls hold,
- * the same for both servants. Plain C, thread-safe, not real-time safe. */
+ * Places for calls that wait for motions, and for calls that start them: what bounds the threads that such
+ * calls hold, the same for both servants. Plain C, thread-safe, not real-time safe. */
 #ifndef CORBOT_NET_PLACES_H
 #define CORBOT_NET_PLACES_H
 

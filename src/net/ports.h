@@ -7,8 +7,8 @@
 
 namespace corbot::net {
 
-/// "HOST:PORT" or "[IPV6]:PORT", port 1 … 65535. Nothing, and the reason in `why`, when it is not of that form or means
-/// all addresses of this machine.
+/// "HOST:PORT" or "[IPV6]:PORT", port 1 … 65535. Nothing, and the reason in `why`, when it is not of that
+/// form or means all addresses of this machine.
 [[nodiscard]] std::optional<std::pair<std::string, int>> split_endpoint(const std::string& text,
                                                                         std::string* why = nullptr);
 /// The same the other way round.

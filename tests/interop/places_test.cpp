@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many calls may wait for motions, who holds their places, and that a Stop gets through whatever a client or a
-// thousand idle connections do.
+// How many calls may wait for motions, who holds their places, and that a Stop gets through whatever a client
+// or a thousand idle connections do.
 #include <sys/resource.h>
 
 #include <algorithm>

@@ -8,8 +8,8 @@
 
 namespace corbot::test {
 
-/// A network of its own between clients and a server on the loopback interface: a relay that can keep replies back,
-/// cut every connection, or let the line fall silent.
+/// A network of its own between clients and a server on the loopback interface: a relay that can keep replies
+/// back, cut every connection, or let the line fall silent.
 class CutProxy {
  public:
   /// Relays connections to its own port to `server_port`. Throws std::runtime_error when it cannot listen.

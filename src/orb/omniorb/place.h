@@ -21,8 +21,8 @@ class Place {
   int place_;
 };
 
-/// From now on each thread of the ORB knows on which connection the request came that it carries out. After the
-/// ORB's start, before it serves.
+/// From now on each thread of the ORB knows on which connection the request came that it carries out. After
+/// the ORB's start, before it serves.
 void note_connections();
 
 }  // namespace corbot::omni

@@ -6,9 +6,9 @@
 
 #include "robot/corbot_robot.h"
 
-/* One servant of Corbot::Arm, on which the operations are called: one object of several for the same robot, see
- * requests.h. ORBit2 calls them from several threads at once: what is below does not change after arm_servant_init;
- * the robot is thread-safe. */
+/* One servant of Corbot::Arm, on which the operations are called: one object of several for the same robot,
+ * see requests.h. ORBit2 calls them from several threads at once: what is below does not change after
+ * arm_servant_init; the robot is thread-safe. */
 typedef struct ArmServant {
   POA_Corbot_Arm base; /* first, as the mapping requires */
   corbot_robot* robot;

@@ -10,8 +10,8 @@
 /* The object `key` at host:port, over IIOP 1.2. `type`: repository id. To be freed with g_free. */
 char* ior_make(const char* type, const char* host, int port, const char* key, unsigned key_length);
 
-/* The object key in a reference, of whatever transport, that ends with these bytes; NULL when there is none. To be
- * released with g_byte_array_unref. */
+/* The object key in a reference, of whatever transport, that ends with these bytes; NULL when there is none.
+ * To be released with g_byte_array_unref. */
 GByteArray* ior_key(const char* ior, const void* end, unsigned end_length);
 
 /* The same for a corbaloc ("corbaloc:[iiop]:[VERSION@]HOST[:PORT]/KEY", of several addresses the first); an

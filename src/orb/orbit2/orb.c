@@ -13,8 +13,8 @@
 #include "orb/orbit2/ior.h"
 #include "orb/orbit2/log.h"
 
-/* Exported by ORBit2, declared in none of its public headers: registers the type of connections. ORBit2 does that at the first one, without a
- * lock, and crashes when a client comes in while the first call goes out. */
+/* Exported by ORBit2, declared in none of its public headers: registers the type of connections. ORBit2 does
+ * that at the first one, without a lock, and crashes when a client comes in while the first call goes out. */
 extern GType giop_connection_get_type(void);
 
 bool orb_succeeded(CORBA_Environment* ev, const char* what) {
@@ -130,8 +130,8 @@ static PortableServer_POA new_poa(Orb* orb, const char* name, ORBitThreadHint th
 static void create_poas(Orb* orb, CORBA_Environment* ev) {
   orb->root = (PortableServer_POA)CORBA_ORB_resolve_initial_references(orb->orb, (char*)"RootPOA", ev);
   if (ev->_major != CORBA_NO_EXCEPTION) return;
-  /* Not a thread a connection: JacORB and ORBit2 clients put all their calls on one connection, and a Stop would wait
-   * for the Move that it is to end (docs/orbs.md has the measurement). */
+  /* Not a thread a connection: JacORB and ORBit2 clients put all their calls on one connection, and a Stop
+   * would wait for the Move that it is to end (docs/orbs.md has the measurement). */
   orb->poa = new_poa(orb, "robots", ORBIT_THREAD_HINT_PER_REQUEST, ev);
   if (ev->_major != CORBA_NO_EXCEPTION) return;
   orb->refusing = new_poa(orb, "refusing", ORBIT_THREAD_HINT_PER_POA, ev);

@@ -8,8 +8,8 @@
 #include "orb/orbit2/options.h"
 #include "orb/orbit2/requests.h"
 
-/* An ORB that listens, a POA whose objects several threads serve at once, and one that has a single thread, for calls
- * that are refused. */
+/* An ORB that listens, a POA whose objects several threads serve at once, and one that has a single thread,
+ * for calls that are refused. */
 typedef struct Orb {
   CORBA_ORB orb;
   PortableServer_POA root;
@@ -19,8 +19,8 @@ typedef struct Orb {
 
 /* False, and the reason in the log, when that cannot be. */
 bool orb_start(Orb* orb, const Options* options);
-/* Activates the servants, one for each target, makes the robot known under the object key `name`, and begins to serve.
- * False, and the reason in the log, when it could not be reached. */
+/* Activates the servants, one for each target, makes the robot known under the object key `name`, and begins
+ * to serve. False, and the reason in the log, when it could not be reached. */
 bool orb_serve(Orb* orb, const Options* options, ArmServant servants[kTargets], const char* name);
 /* Where clients find the object: corbaloc, to be freed with g_free. */
 char* orb_reference(const Options* options, const char* name);

@@ -123,7 +123,7 @@ static void non_existent(PortableServer_Servant servant, gpointer result, gpoint
   *(CORBA_boolean*)result = CORBA_FALSE;
 }
 
-/* The operations that every object has. ORBit2 knows _is_a only, and answers BAD_OPERATION to _non_existent. */
+/* The operations of every object. ORBit2 knows _is_a only, and answers BAD_OPERATION to _non_existent. */
 /* NOLINTNEXTLINE(readability-identifier-naming): ORBit2's name */
 Skeleton get_small_skel_CORBA_Object(PortableServer_Servant servant, const char* operation, gpointer* method,
                                      gpointer* implementation) {
@@ -139,8 +139,8 @@ Skeleton get_small_skel_CORBA_Object(PortableServer_Servant servant, const char*
   return real(servant, operation, method, implementation);
 }
 
-/* The end of every message. A request that never reached its operation, because its arguments could not be read, gives
- * its place back here. */
+/* The end of every message. A request that never reached its operation, because its arguments could not be
+ * read, gives its place back here. */
 void giop_recv_buffer_unuse(void* request) {
   static void (*real)(void*);
   if (real == NULL) *(void**)&real = own("giop_recv_buffer_unuse");
