@@ -15,7 +15,7 @@ namespace {
 constexpr std::chrono::milliseconds kInterval{50};
 
 template <class Log>
-void print_alarms(RingConsumer<Log>& log) {
+void print_alarms(Log& log) {
   AlarmEvent alarm{};
   while (log.pop(alarm) == PopResult::kOk) {
     spdlog::log(causes_error(alarm.code) ? spdlog::level::err : spdlog::level::warn, "alarm {}: {}",
@@ -40,7 +40,7 @@ void print_log(SafetyLines& safety) {
   for (const LogLine& line : safety.drain_log()) spdlog::log(level_of(line), "{}", to_string(line));
 }
 
-void run_housekeeping(const Segment& segment, Cycle& cycle, Backend& backend, SafetyLines& safety,
+void run_housekeeping(const ChannelServer& server, Cycle& cycle, Backend& backend, SafetyLines& safety,
                       const std::atomic<bool>& ended) {
   RingConsumer alarms(cycle.alarm_log());
   ServiceNotifier supervisor;
@@ -55,7 +55,7 @@ void run_housekeeping(const Segment& segment, Cycle& cycle, Backend& backend, Sa
       supervisor.ready();
       supervisor.alive();
     }
-    const bool has_servant = segment.peer_alive();
+    const bool has_servant = server.servant_connected();
     if (has_servant && !had_servant) spdlog::info("servant connected");
     if (!has_servant && had_servant) {
       spdlog::warn("servant gone; what moves is stopped on its path unless one responds in time");

@@ -5,14 +5,14 @@
 
 #include "rt/cycle/cycle.h"
 #include "rt/inputs/safety_lines.h"
-#include "shm/segment.h"
+#include "shm/channel_server.h"
 
 namespace corbot::rt {
 
 /// Not real-time. Until `ended`: logs the cycle's alarms, what backend and safety lines have to log, and
 /// when the servant comes and goes; and reports to the supervisor of this process for as long as the cycle
 /// number advances.
-void run_housekeeping(const Segment& segment, Cycle& cycle, Backend& backend, SafetyLines& safety,
+void run_housekeeping(const ChannelServer& server, Cycle& cycle, Backend& backend, SafetyLines& safety,
                       const std::atomic<bool>& ended);
 
 /// Not real-time. Logs what they have had to log since the last time.

@@ -35,7 +35,7 @@ std::size_t latency_bucket(std::int64_t latency_ns) noexcept {
   return bucket;
 }
 
-Loop::Loop(Cycle& cycle, SegmentLayout& segment, const LoopSettings& settings) noexcept
+Loop::Loop(Cycle& cycle, TaskSegment& segment, const LoopSettings& settings) noexcept
     : cycle_(cycle), segment_(segment), settings_(settings) {
   diagnostics_.period_ns = settings.period_ns;
   diagnostics_.realtime = settings.realtime ? 1 : 0;

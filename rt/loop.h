@@ -20,7 +20,7 @@ struct LoopSettings {
 /// of wake-up latencies and publishes the diagnostics every hundred cycles.
 class Loop {
  public:
-  Loop(Cycle& cycle, SegmentLayout& segment, const LoopSettings& settings) noexcept;
+  Loop(Cycle& cycle, TaskSegment& segment, const LoopSettings& settings) noexcept;
 
   /// Until `stop` is set and the arm has come to rest. No allocation, no lock; sleeps by clock_nanosleep and
   /// wakes the servant's thread by futex, its only system calls.
@@ -33,7 +33,7 @@ class Loop {
   void count_missed(std::int64_t now_ns) noexcept;
 
   Cycle& cycle_;
-  SegmentLayout& segment_;
+  TaskSegment& segment_;
   const LoopSettings settings_;
   std::int64_t due_ns_{0};
   bool is_overrun_counted_{false};  ///< the one before the next step

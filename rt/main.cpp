@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <grp.h>
 #include <pthread.h>
+#include <pwd.h>
 #include <signal.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -21,7 +23,7 @@
 #include "rt/realtime_setup.h"
 #include "rt/safety_settings.h"
 #include "rt/start_position.h"
-#include "shm/segment.h"
+#include "rt/task_channel.h"
 
 namespace {
 
@@ -39,6 +41,8 @@ struct Options {
   std::string profile;
   std::string name;
   std::string state_directory;
+  std::string servant_user;
+  std::string stop_group;
   bool enforce{false};
   bool fresh{false};
   bool after_gap{false};
@@ -57,21 +61,6 @@ void catch_signals() {
   signal(SIGUSR2, SIG_IGN);
 }
 
-/// Adopts the segment, or with --fresh begins with an empty one: the arm is then taken to be at angle 0.
-corbot::Segment open_segment(const Options& options, const std::string& name, const corbot::ArmModel& arm) {
-  const std::uint64_t print = corbot::fingerprint(arm);
-  corbot::Segment segment = corbot::Segment::create_or_adopt(name, print);
-  if (options.fresh && segment.adopted()) {
-    if (segment.peer_alive())
-      throw std::runtime_error("--fresh: a servant is using the segment; end it first");
-    segment.leave();
-    segment = corbot::Segment::create_or_adopt(name, print);
-  }
-  spdlog::info("segment {} {}", name,
-               segment.adopted() ? "adopted from an earlier real-time task" : "created");
-  return segment;
-}
-
 void log_missing_privileges(const corbot::rt::RealtimeResult& result, bool enforce) {
   for (const std::string& failure : result.failures) spdlog::warn("{}", failure);
   if (result.realtime()) return;
@@ -79,29 +68,40 @@ void log_missing_privileges(const corbot::rt::RealtimeResult& result, bool enfor
   spdlog::warn("*** NOT REAL-TIME: running best effort. Good for a simulator, not for a machine. ***");
 }
 
-/// Leaves the segment however run() ends, so that a device that is not there leaves no segment behind. A stop
-/// that was seen before the cycle ran is left to the next task.
-class SegmentLease {
+/// A stop that was seen before the cycle ran is left to the next task, however run() ends.
+class StopLegacy {
  public:
-  SegmentLease(corbot::Segment& segment, const corbot::EmergencyStop& stop)
-      : segment_(segment), stop_(stop) {}
-  SegmentLease(const SegmentLease&) = delete;
-  SegmentLease& operator=(const SegmentLease&) = delete;
+  StopLegacy(corbot::TaskSegment& task, const corbot::EmergencyStop& stop) : task_(task), stop_(stop) {}
+  StopLegacy(const StopLegacy&) = delete;
+  StopLegacy& operator=(const StopLegacy&) = delete;
   void cycle_runs() noexcept { cycle_runs_ = true; }
-  ~SegmentLease() {
-    if (!cycle_runs_ && stop_.presses() > 0) segment_.layout().header.stop_seen.store(1);
-    try {
-      segment_.leave();
-    } catch (const std::exception& error) {
-      spdlog::error("{}", error.what());
-    }
+  ~StopLegacy() {
+    if (!cycle_runs_ && stop_.presses() > 0) task_.stop_seen.store(1, std::memory_order_release);
   }
 
  private:
-  corbot::Segment& segment_;
+  corbot::TaskSegment& task_;
   const corbot::EmergencyStop& stop_;
   bool cycle_runs_{false};
 };
+
+/// The ids of a user and a group that are named, or numbered, on the command line.
+corbot::ChannelPolicy policy_of(const Options& options) {
+  corbot::ChannelPolicy policy;
+  if (!options.servant_user.empty()) {
+    const passwd* const user = ::getpwnam(options.servant_user.c_str());
+    if (user == nullptr)
+      throw std::runtime_error(fmt::format("--servant-user {}: no such user", options.servant_user));
+    policy.servant_user = user->pw_uid;
+  }
+  if (!options.stop_group.empty()) {
+    const ::group* const group = ::getgrnam(options.stop_group.c_str());
+    if (group == nullptr)
+      throw std::runtime_error(fmt::format("--stop-group {}: no such group", options.stop_group));
+    policy.stop_group = group->gr_gid;
+  }
+  return policy;
+}
 
 /// False when the end was asked for meanwhile.
 bool open_backend(corbot::Backend& backend, const corbot::ServoFrame& first) {
@@ -123,15 +123,16 @@ void run(const Options& options) {
   using namespace corbot;
   const Profile profile = load_profile(options.profile);
   const std::string name = options.name.empty() ? profile.name : options.name;
-  Segment segment = open_segment(options, name, profile.arm);
   EmergencyStop stop;
-  SegmentLease lease(segment, stop);
+  rt::TaskChannel channel(name, fingerprint(profile.arm), policy_of(options), options.fresh, stop_requested);
+  TaskSegment& segment = channel.task();
+  StopLegacy legacy(segment, stop);
   const std::unique_ptr<Backend> backend = rt::make_backend(profile, stop);
-  const std::uint64_t incarnation = segment.layout().header.incarnation.load(std::memory_order_acquire);
+  const std::uint64_t incarnation = segment.incarnation;
   const auto view = [&segment, &options, incarnation] {
     Snapshot snapshot{};
-    if (!segment.layout().snapshot.load(snapshot)) return rt::CycleView{0, true};
-    const bool stop_seen = segment.layout().header.stop_seen.load(std::memory_order_acquire) != 0;
+    if (!segment.snapshot.load(snapshot)) return rt::CycleView{0, true};
+    const bool stop_seen = segment.stop_seen.load(std::memory_order_acquire) != 0;
     const bool begins_in_error = options.after_gap && snapshot.incarnation != incarnation;
     return rt::CycleView{snapshot.cycle, stop_seen || begins_in_error || snapshot.state == RtState::kError};
   };
@@ -139,18 +140,18 @@ void run(const Options& options) {
   rt::SafetyLines safety(rt::safety_settings(profile), rt::kernel_gpio(), stop, view);
   safety.start();
   rt::StartPosition position(profile, name, options.state_directory);
-  rt::CycleStart start = position.find(segment.layout(), backend->connect(), options.fresh);
+  rt::CycleStart start = position.find(segment, backend->connect(), options.fresh);
   start.after_gap = options.after_gap;
   const rt::LivenessLimits limits{profile.gap_fault_ns, profile.orphan_ns};
   const auto cycle =
-      std::make_unique<rt::Cycle>(profile.arm, segment.layout(), *backend, stop, start, limits);
+      std::make_unique<rt::Cycle>(profile.arm, channel.cycle_channel(), *backend, stop, start, limits);
   if (!open_backend(*backend, cycle->frame())) return;
   safety.allow_power();
   backend->install_fault_controls();
 
   // The housekeeping thread starts before this one becomes real-time, so it inherits none of it.
   std::atomic<bool> ended{false};
-  std::thread housekeeping([&] { rt::run_housekeeping(segment, *cycle, *backend, safety, ended); });
+  std::thread housekeeping([&] { rt::run_housekeeping(channel.server(), *cycle, *backend, safety, ended); });
   const auto join = [&] {
     ended.store(true, std::memory_order_release);
     housekeeping.join();
@@ -159,12 +160,12 @@ void run(const Options& options) {
     int latency_fd = -1;  // open, and so in force, until the process ends
     const rt::RealtimeResult result = rt::make_realtime({profile.priority, profile.cpu}, latency_fd);
     log_missing_privileges(result, options.enforce);
-    rt::Loop loop(*cycle, segment.layout(), {profile.arm.period_ns, result.realtime(), profile.priority});
+    rt::Loop loop(*cycle, segment, {profile.arm.period_ns, result.realtime(), profile.priority});
     fmt::print("position {}\n", position.text());
     fmt::print("ready {} period {} us {}\n", name, profile.arm.period_ns / 1000,
                result.realtime() ? "realtime" : "best-effort");
     std::fflush(stdout);
-    lease.cycle_runs();
+    legacy.cycle_runs();
     loop.run(stop_requested);
   } catch (...) {
     join();
@@ -172,7 +173,7 @@ void run(const Options& options) {
   }
   safety.stop();  // before what writes to a terminal
   backend->close();
-  position.save(segment.layout());
+  position.save(segment);
   join();
   rt::print_log(*backend);
   rt::print_log(safety);
@@ -192,6 +193,10 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--state-dir", options.state_directory,
                  "where the last position is saved, instead of $CORBOT_STATE_DIR or ~/.local/state/corbot");
+  app.add_option("--servant-user", options.servant_user,
+                 "user whose processes may serve this robot, besides this one's own");
+  app.add_option("--stop-group", options.stop_group,
+                 "group whose members may stop this robot on this machine without its servant");
   app.add_flag("--fresh", options.fresh, "forget where the arm was: it must be at angle 0");
   app.add_flag("--after-gap", options.after_gap,
                "begin in Error: the task before did not respond, and was replaced");

@@ -47,7 +47,7 @@ StartPosition::StartPosition(const Profile& profile, const std::string& robot,
   if (!directory.empty()) store_.emplace(directory, robot, "rt");
 }
 
-CycleStart StartPosition::find(const SegmentLayout& segment, const DevicePosition& device, bool forget) {
+CycleStart StartPosition::find(const TaskSegment& segment, const DevicePosition& device, bool forget) {
   refuse_impossible(device);
   CycleStart start = decide(segment, device, forget);
   start.power_cut_at_stop = !profile_.power_enable.chip.empty() && profile_.power_enable.off_at_stop &&
@@ -72,7 +72,7 @@ void StartPosition::refuse_impossible(const DevicePosition& device) const {
   }
 }
 
-CycleStart StartPosition::decide(const SegmentLayout& segment, const DevicePosition& device, bool forget) {
+CycleStart StartPosition::decide(const TaskSegment& segment, const DevicePosition& device, bool forget) {
   Snapshot last{};
   const bool has_last =
       last_snapshot(segment, last) && is_in_range(profile_.arm, last.position_rad, kGateTolerance_rad);
@@ -170,7 +170,7 @@ CycleStart StartPosition::assumed(const std::optional<LastPosition>& saved) {
   return start;
 }
 
-void StartPosition::save(const SegmentLayout& segment) const {
+void StartPosition::save(const TaskSegment& segment) const {
   Snapshot last{};
   if (!store_ || !last_snapshot(segment, last)) return;
   try {

@@ -23,16 +23,16 @@ class StartPosition {
 
   /// Decides, and logs the decision and everything that was rejected. `forget`: the file too.
   /// Throws std::runtime_error when a joint is measured where it cannot be: from there, nothing may move.
-  [[nodiscard]] CycleStart find(const SegmentLayout& segment, const DevicePosition& device, bool forget);
+  [[nodiscard]] CycleStart find(const TaskSegment& segment, const DevicePosition& device, bool forget);
   /// The decision in one line of ASCII, for the operator.
   [[nodiscard]] const std::string& text() const noexcept { return text_; }
 
   /// Writes the last set-point to disk; what goes wrong is logged.
-  void save(const SegmentLayout& segment) const;
+  void save(const TaskSegment& segment) const;
 
  private:
   void refuse_impossible(const DevicePosition& device) const;
-  [[nodiscard]] CycleStart decide(const SegmentLayout& segment, const DevicePosition& device, bool forget);
+  [[nodiscard]] CycleStart decide(const TaskSegment& segment, const DevicePosition& device, bool forget);
   [[nodiscard]] LastPosition by_pulses(const Snapshot& last) const;
   [[nodiscard]] CycleStart left_by(const Snapshot& last, const LastPosition& at);
   [[nodiscard]] std::optional<LastPosition> read() const;

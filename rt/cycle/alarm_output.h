@@ -5,13 +5,17 @@
 
 #include "corbot/channel/alarms.h"
 #include "corbot/channel/layout.h"
+#include "rt/cycle/connected_servant.h"
 
 namespace corbot::rt {
 
 /// The task's end of the ring of alarms, and a copy of each for this process to print. Real-time safe.
 class AlarmOutput {
  public:
-  explicit AlarmOutput(SegmentLayout& segment) noexcept : alarms_(segment.alarms), log_(copies_) {}
+  explicit AlarmOutput(TaskSegment& task) noexcept
+      : alarms_(task.alarms, kNoServant.alarms_tail), log_(copies_) {}
+  /// Another servant reads them from now on.
+  void follow(const RingTail<>& tail) noexcept { alarms_.follow(tail); }
 
   void raise(AlarmEvent alarm, std::int64_t wall_ns) noexcept {
     alarm.time_ns = wall_ns;
@@ -35,9 +39,9 @@ class AlarmOutput {
   [[nodiscard]] Ring<AlarmEvent, 64>& copies() noexcept { return copies_; }
 
  private:
-  RingProducer<decltype(SegmentLayout::alarms)> alarms_;
+  RingProducer<decltype(TaskSegment::alarms)> alarms_;
   Ring<AlarmEvent, 64> copies_;
-  RingProducer<Ring<AlarmEvent, 64>> log_;
+  RingProducer<Ring<AlarmEvent, 64>::Slots> log_;
   std::uint64_t cleared_{0};  ///< not reported yet; 0: none
 };
 

@@ -5,17 +5,22 @@
 
 namespace corbot::rt {
 
-void CommandQueue::adopt(std::uint64_t last_done) noexcept {
-  last_done_ = last_done;
-  for (std::size_t i = 0; i < capacity() && commands_.pop(waiting_) == PopResult::kOk; ++i)
-    end_through(waiting_.id);
-  const std::uint64_t next = next_number();
-  if (next > 0) end_through(next - 1);
+bool CommandQueue::connect(const ServantSegment& servant, std::uint64_t cycle, bool is_running) noexcept {
+  bool is_sound = true;
+  servant_.replace(
+      servant, [&](const Command& lost) { complete(lost.id, Verdict::kFault, cycle); },
+      [&] { is_sound = false; });
+  completions_.follow(servant.completions_tail);
+  if (!is_running && !is_waiting_ && backlog() == 0) {
+    last_done_ = servant_.last_used_id(last_done_);
+    cancelled_.reset();
+  }
+  return is_sound;
 }
 
 CommandQueue::Fetch CommandQueue::fetch() noexcept {
   if (is_waiting_) return Fetch::kOne;
-  switch (commands_.pop(waiting_)) {
+  switch (servant_.pop(waiting_)) {
     case PopResult::kOk:
       is_waiting_ = true;
       return Fetch::kOne;

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "corbot/channel/layout.h"
+#include "rt/cycle/connected_servant.h"
 
 namespace corbot::rt {
 
@@ -15,13 +16,20 @@ class CommandQueue {
  public:
   enum class Fetch { kNone, kOne, kCorrupt };
 
-  explicit CommandQueue(SegmentLayout& segment) noexcept
-      : segment_(segment), commands_(segment.commands), completions_(segment.completions) {}
+  /// Of its servant's ring, and of what former ones have left.
+  static constexpr std::size_t kMost = ConnectedServant::kMostCommands;
 
-  /// For a task that adopts the segment: what was handed to the task before ends here, without a verdict. So
-  /// does what that one had taken from the ring, what a corrupt ring has lost, and a number whose command is
-  /// not in the ring yet: it is refused when it comes. `last_done`: of the task before, with what it ran.
-  void adopt(std::uint64_t last_done) noexcept;
+  explicit CommandQueue(TaskSegment& task) noexcept
+      : servant_(task.commands_tail), completions_(task.completions, kNoServant.completions_tail) {}
+
+  /// For a task that takes over from another. `last_done`: of the task before, with what it ran.
+  void adopt(std::uint64_t last_done) noexcept { last_done_ = last_done; }
+  /// The servant that connects: what its ring holds ends here, without a verdict, and so does a number whose command
+  /// is not in the ring yet: it is refused when it comes. What a former servant was accepted for goes on. False when
+  /// that one's ring was corrupt, and what it held is lost.
+  [[nodiscard]] bool connect(const ServantSegment& servant, std::uint64_t cycle, bool is_running) noexcept;
+  /// Commands of former servants that are still to be fetched.
+  [[nodiscard]] std::size_t backlog() const noexcept { return servant_.backlog(); }
 
   /// Takes the next command from the ring, unless there is one taken and not begun. kCorrupt: the ring's
   /// indices were invalid, and what it held is lost.
@@ -38,16 +46,12 @@ class CommandQueue {
   /// Every number up to this has ended.
   [[nodiscard]] std::uint64_t last_done() const noexcept { return last_done_; }
   /// One more than the highest number that the servant has given away, as it says.
-  [[nodiscard]] std::uint64_t next_number() const noexcept {
-    return segment_.header.next_command_id.load(std::memory_order_acquire);
-  }
+  [[nodiscard]] std::uint64_t next_number() const noexcept { return servant_.next_command_id(); }
 
   void cancel(const CancelRequest& request) noexcept;
   [[nodiscard]] bool is_cancelled(std::uint64_t id) const noexcept;
 
-  [[nodiscard]] static constexpr std::size_t capacity() noexcept {
-    return decltype(SegmentLayout::commands)::capacity();
-  }
+  [[nodiscard]] static constexpr std::size_t capacity() noexcept { return ConnectedServant::kCapacity; }
 
  private:
   /// More than can be outstanding: a ring full, what runs and what waits.
@@ -55,9 +59,8 @@ class CommandQueue {
 
   void end_through(std::uint64_t id) noexcept;
 
-  SegmentLayout& segment_;
-  RingConsumer<decltype(SegmentLayout::commands)> commands_;
-  RingProducer<decltype(SegmentLayout::completions)> completions_;
+  ConnectedServant servant_;
+  RingProducer<decltype(TaskSegment::completions)> completions_;
   Command waiting_{};
   bool is_waiting_{false};
   std::uint64_t last_done_{0};

@@ -22,24 +22,23 @@ bool has_failed(BackendHealth health) noexcept {
 
 }  // namespace
 
-Cycle::Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, const EmergencyStop& stop,
+Cycle::Cycle(const ArmModel& arm, const CycleChannel& channel, Backend& backend, const EmergencyStop& stop,
              const CycleStart& start, const LivenessLimits& limits) noexcept
     : arm_(arm),
-      segment_(segment),
+      task_(channel.task),
+      stop_count_(channel.stop_count),
+      servants_(channel.servants),
       backend_(backend),
       emergency_stop_(stop),
       period_s_(static_cast<double>(arm.period_ns) * 1e-9),
-      queue_(segment),
-      alarms_(segment),
+      queue_(task_),
+      alarms_(task_),
       gap_(arm.period_ns, limits.gap_fault_ns),
-      servant_(limits.orphan_ns) {
+      servant_watch_(limits.orphan_ns) {
   adopt_last_position(start);
-  stops_requested_ = segment_.control.stop_count.load(std::memory_order_acquire);
+  stops_requested_ = stop_count_.load(std::memory_order_acquire);
   snapshot_.stops_done = stops_requested_;
-  snapshot_.clears_done = segment_.control.clear_count.load(std::memory_order_acquire);
-  incarnation_ = segment_.header.incarnation.load(std::memory_order_acquire);
-  snapshot_.incarnation = incarnation_;
-  if (CancelRequest old{}; segment_.control.cancel.load(old)) snapshot_.cancels_done = old.count;
+  snapshot_.incarnation = task_.incarnation;
   snapshot_.command_id = 0;
   map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
 }
@@ -54,7 +53,7 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
   power_cut_at_stop_ = start.power_cut_at_stop;
   snapshot_.position_fingerprint = start.position_fingerprint;
   Snapshot last{};
-  if (last_snapshot(segment_, last)) {
+  if (last_snapshot(task_, last)) {
     snapshot_.cycle = last.cycle;
     queue_.adopt(std::max(last.last_done_id, last.command_id));
     if (!start.outranks_segment && is_in_range(arm_, last.position_rad, kGateTolerance_rad)) {
@@ -67,7 +66,7 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
   } else {
     queue_.adopt(0);
   }
-  inherit_error(segment_.header.stop_seen.load(std::memory_order_acquire) != 0);
+  inherit_error(task_.stop_seen.load(std::memory_order_acquire) != 0);
   gap_inherited_ = start.after_gap;
   faulted_ |= start.after_gap;
   last_ = set_point_;
@@ -88,6 +87,7 @@ StepReport Cycle::step(std::int64_t now_ns, std::int64_t wall_ns) noexcept {
   ++snapshot_.cycle;
   published_ = false;
 
+  if (const ServantOffer* const offer = servants_.take(); offer != nullptr) connect(*offer);
   read_flags();
   report_start();
   watch_time();
@@ -102,18 +102,16 @@ StepReport Cycle::step(std::int64_t now_ns, std::int64_t wall_ns) noexcept {
 }
 
 void Cycle::read_flags() noexcept {
-  const ControlFlags& control = segment_.control;
-  // Counters only rise; a lower value is an error of its writer, not a request.
-  stops_requested_ = std::max(stops_requested_, control.stop_count.load(std::memory_order_acquire));
-  paused_ = control.pause.load(std::memory_order_relaxed) != 0;
-  const std::uint64_t clears = control.clear_count.load(std::memory_order_acquire);
+  stops_requested_ = stop_count_.load(std::memory_order_acquire);
+  paused_ = flags_->pause.load(std::memory_order_relaxed) != 0;
+  const std::uint64_t clears = flags_->clear_count.load(std::memory_order_acquire);
   if (clears > snapshot_.clears_done) {
     snapshot_.clears_done = clears;
     const bool was_latched = emergency_latched_;
     emergency_latched_ = emergency_latched_ && snapshot_.stop_sources != 0;
     faulted_ = has_failed(health_) || emergency_latched_;
     if (!faulted_) alarms_.clear(clears);
-    if (!emergency_latched_) segment_.header.stop_seen.store(0, std::memory_order_release);
+    if (!emergency_latched_) task_.stop_seen.store(0, std::memory_order_release);
     unverified_ = unverified_ || (power_cut_at_stop_ && was_latched && !emergency_latched_);
     published_ = true;
   }
@@ -124,15 +122,14 @@ void Cycle::read_flags() noexcept {
 
 void Cycle::read_cancel() noexcept {
   CancelRequest request{};
-  if (!segment_.control.cancel.try_load(request) || request.count == snapshot_.cancels_done) return;
+  if (!flags_->cancel.try_load(request) || request.count == snapshot_.cancels_done) return;
   snapshot_.cancels_done = request.count;
   queue_.cancel(request);
   published_ = true;
 }
 
 void Cycle::read_override() noexcept {
-  snapshot_.override_ratio =
-      Governor::valid_rate(segment_.control.override_ratio.load(std::memory_order_relaxed));
+  snapshot_.override_ratio = Governor::valid_rate(flags_->override_ratio.load(std::memory_order_relaxed));
   if (unverified_) snapshot_.override_ratio = std::min(snapshot_.override_ratio, kFirstMotionOverride);
 }
 
@@ -156,8 +153,9 @@ void Cycle::watch_time() noexcept {
 
 void Cycle::watch_servant() noexcept {
   // Relaxed: the beat says that the servant responds and orders nothing else.
-  const std::uint32_t beat = segment_.control.servant_beat.load(std::memory_order_relaxed);
-  if (!servant_.is_silent(beat, gap_.seen_ns(), is_running_ || queue_.is_waiting()) || orphaned_) return;
+  const std::uint32_t beat = flags_->servant_beat.load(std::memory_order_relaxed);
+  if (!servant_watch_.is_silent(beat, gap_.seen_ns(), is_running_ || queue_.is_waiting()) || orphaned_)
+    return;
   orphaned_ = true;
   raise(alarm::servant_silent());
 }
@@ -173,13 +171,13 @@ void Cycle::latch_emergency_stop() noexcept {
 }
 
 bool Cycle::is_stop_requested() const noexcept {
-  return stops_requested_ > snapshot_.stops_done || shutdown_;
+  return stops_requested_ != snapshot_.stops_done || shutdown_;
 }
 
 /// A stop or a Cancel has come since the running command began. It is then stopped even where it can slow
 /// down no sooner than at its own end: what its client planned to do next must not follow.
 bool Cycle::is_taken_back() const noexcept {
-  return stops_requested_ > snapshot_.stops_done || queue_.is_cancelled(running_.id);
+  return stops_requested_ != snapshot_.stops_done || queue_.is_cancelled(running_.id);
 }
 
 bool Cycle::is_slowing_down() const noexcept {
@@ -221,17 +219,17 @@ void Cycle::end_stop() noexcept {
   published_ = true;
 }
 
-/// At rest, as refuse_cancelled(). At most one ring full of commands, each with its verdict. `older_only`: up to the
+/// At rest, as refuse_cancelled(). At most two rings full of commands, each with its verdict. `older_only`: up to the
 /// first that the stop does not concern.
 void Cycle::refuse_queue(Verdict verdict, bool older_only) noexcept {
-  for (std::size_t i = 0; i <= CommandQueue::capacity() && fetch_command(); ++i) {
-    if (older_only && queue_.waiting().epoch >= stops_requested_) return;
+  for (std::size_t i = 0; i <= CommandQueue::kMost && fetch_command(); ++i) {
+    if (older_only && !is_earlier_stop(queue_.waiting().epoch, stops_requested_)) return;
     refuse(verdict);
   }
 }
 
 void Cycle::refuse_cancelled() noexcept {
-  for (std::size_t i = 0; i <= CommandQueue::capacity() && fetch_command(); ++i) {
+  for (std::size_t i = 0; i <= CommandQueue::kMost && fetch_command(); ++i) {
     if (!queue_.is_cancelled(queue_.waiting().id)) return;
     refuse(Verdict::kStopped);
   }
@@ -250,17 +248,17 @@ bool Cycle::fetch_command() noexcept {
 
 void Cycle::begin_command() noexcept {
   const Command& next = queue_.waiting();
-  // The servant may have counted a stop between this cycle's look at the flags and its push.
-  const std::uint64_t stops = segment_.control.stop_count.load(std::memory_order_acquire);
-  if (next.epoch > stops_requested_ && next.epoch <= stops) return;
-  if (next.epoch < stops_requested_) return refuse(Verdict::kStopped);
+  // A stop may have been counted between this cycle's look at the count and the push.
+  const bool is_current = next.epoch == stops_requested_;
+  if (!is_current && next.epoch == stop_count_.load(std::memory_order_acquire)) return;
+  if (is_earlier_stop(next.epoch, stops_requested_)) return refuse(Verdict::kStopped);
   // Planned from where the task before had the arm, for a caller whose motion was reported lost with it.
   if (next.incarnation != static_cast<std::uint32_t>(snapshot_.incarnation)) return refuse(Verdict::kLost);
   if (paused_) return;
 
   CommandVerdict verdict =
       check_command(arm_, next, {queue_.last_done(), set_point_.position_rad, set_point_.opening});
-  if (next.epoch > stops_requested_) verdict = {Verdict::kMalformed, -1, static_cast<double>(next.epoch)};
+  if (!is_current) verdict = {Verdict::kMalformed, -1, static_cast<double>(next.epoch)};
   if (!verdict.ok()) {
     raise(alarm::command_refused(
         {.id = next.id, .verdict = verdict.verdict, .joint = verdict.joint, .value = verdict.value}));
@@ -388,13 +386,14 @@ void Cycle::publish() noexcept {
   snapshot_.command_id = is_running_ ? running_.id : 0;
   snapshot_.command_duration_s = is_running_ ? running_.duration_s : 0.0;
   snapshot_.last_done_id = queue_.last_done();
+  snapshot_.backlog = static_cast<std::uint32_t>(queue_.backlog());
   snapshot_.waiting_id = queue_.is_waiting() ? queue_.waiting().id : 0;
   snapshot_.virtual_time_s = is_running_ ? governor_.virtual_time_s() : 0.0;
   snapshot_.virtual_rate = is_running_ ? governor_.rate() : 0.0;
   publish_set_point(arm_, set_point_, last_, snapshot_);
   snapshot_.pulse_us = frame_.pulse_us;
-  segment_.snapshot.store(snapshot_);
-  segment_.trace.append(snapshot_);
+  task_.snapshot.store(snapshot_);
+  task_.trace.append(snapshot_);
 }
 
 }  // namespace corbot::rt

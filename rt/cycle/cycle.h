@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/backend/backend.h"
 #include "corbot/backend/emergency_stop.h"
 #include "corbot/channel/layout.h"
+#include "corbot/channel/servant_mailbox.h"
 #include "rt/cycle/alarm_output.h"
 #include "rt/cycle/command_queue.h"
 #include "rt/cycle/governor.h"
@@ -22,6 +24,13 @@ struct StepReport {
   RtState state{RtState::kStandby};
 };
 
+/// What the cycle works on: its own segment, and what others write. All of it outlives the cycle.
+struct CycleChannel {
+  TaskSegment& task;
+  const std::atomic<std::uint64_t>& stop_count;  ///< every change is a request
+  ServantMailbox& servants;
+};
+
 /// Where the arm is when the segment does not say, or is not to be asked.
 struct CycleStart {
   Joints position_rad{};  ///< brought into the joints' ranges
@@ -33,9 +42,8 @@ struct CycleStart {
   std::uint64_t position_fingerprint{0};  ///< for the snapshots
 };
 
-/// One robot's real-time cycle. The constructor adopts the position and the Error of the segment's last
-/// snapshot (or the position in `start`), and drops what the ring holds; step() is then called once a period,
-/// forever.
+/// One robot's real-time cycle. The constructor adopts the position and the Error of the last snapshot in the
+/// task's segment (or the position in `start`); step() is then called once a period, forever.
 ///
 /// step() is given the time and touches nothing but the segment, the backend and its own members: no clock,
 /// no allocation, no lock, no system call, nothing thrown, a bounded number of operations. Each call advances
@@ -44,8 +52,21 @@ struct CycleStart {
 class Cycle {
  public:
   /// `stop`: whether an emergency stop is seen, or has been in this process; it and the others outlive this.
-  Cycle(const ArmModel& arm, SegmentLayout& segment, Backend& backend, const EmergencyStop& stop,
+  Cycle(const ArmModel& arm, const CycleChannel& channel, Backend& backend, const EmergencyStop& stop,
         const CycleStart& start = {}, const LivenessLimits& limits = {}) noexcept;
+
+  /// Real-time safe, bounded by the size of a ring; step() does it for a servant in the mailbox. What the
+  /// former servant was accepted for is carried out first; what the new one's ring holds already is not its
+  /// caller's any more, and is dropped. Its flags count from now on.
+  void connect(const ServantOffer& offer) noexcept {
+    if (!queue_.connect(*offer.segment, snapshot_.cycle, is_running_)) report_lost_commands();
+    alarms_.follow(offer.segment->alarms_tail);
+    flags_ = &offer.segment->control;
+    snapshot_.clears_done = flags_->clear_count.load(std::memory_order_acquire);
+    if (CancelRequest old{}; flags_->cancel.load(old)) snapshot_.cancels_done = old.count;
+    snapshot_.servant_session = offer.session;
+    servants_.confirm(offer.session);
+  }
 
   /// Real-time safe. `now_ns`: CLOCK_MONOTONIC, when the cycle was due;
   /// `wall_ns`: CLOCK_REALTIME of the same instant.
@@ -60,7 +81,7 @@ class Cycle {
   [[nodiscard]] const ServoFrame& frame() const noexcept { return frame_; }
   /// Any thread. What step() has published last; false before the first.
   [[nodiscard]] bool newest(Snapshot& out) const noexcept {
-    return segment_.snapshot.load(out) && out.incarnation == incarnation_;
+    return task_.snapshot.load(out) && out.incarnation == task_.incarnation;
   }
   /// A copy of each alarm, for this process to print; consumed by one other thread.
   [[nodiscard]] Ring<AlarmEvent, 64>& alarm_log() noexcept { return alarms_.copies(); }
@@ -102,17 +123,19 @@ class Cycle {
   [[nodiscard]] RtState state() const noexcept;
 
   const ArmModel arm_;
-  SegmentLayout& segment_;
+  TaskSegment& task_;
+  const std::atomic<std::uint64_t>& stop_count_;
+  ServantMailbox& servants_;
+  const ControlFlags* flags_{&kNoServant.control};  ///< of the servant that is connected
   Backend& backend_;
   const EmergencyStop& emergency_stop_;
   const double period_s_;
-  std::uint64_t incarnation_{0};
 
   CommandQueue queue_;
   AlarmOutput alarms_;
 
   GapWatch gap_;
-  ServantWatch servant_;
+  ServantWatch servant_watch_;
   OverrunCount overruns_;
   Governor governor_;
   Command running_{};  ///< valid while is_running_

@@ -9,12 +9,12 @@
 #include <chrono>
 #include <cstring>
 #include <iterator>
-#include <memory>
+#include <optional>
 #include <utility>
 
 #include "client/failure.h"
 #include "corbot/units.h"
-#include "shm/segment.h"
+#include "shm/channel_client.h"
 
 namespace corbot::cli {
 
@@ -78,18 +78,43 @@ class Output {
   int fd_;
 };
 
-/// Follows the flight recorder of one segment.
+/// Follows the flight recorder of a robot, from task to task.
 class Follower {
  public:
-  explicit Follower(Segment segment)
-      : segment_(std::make_unique<Segment>(std::move(segment))), next_(segment_->layout().trace.next()) {}
+  explicit Follower(const std::string& robot)
+      : robot_(robot), channel_(Observer::of(robot)), next_(channel_->task().trace.next()) {}
 
   /// Appends the rows since the last call.
   void read(std::string& rows, std::size_t joints) {
-    const Trace& trace = segment_->layout().trace;
+    // Asked first: what a task that ends wrote last is read, too.
+    const bool lives = channel_ && channel_->task_alive();
+    if (channel_) read_task(rows, joints);
+    if (lives) return;
+    channel_.reset();
+    try {
+      channel_.emplace(Observer::of(robot_));
+    } catch (const SegmentError&) {
+      return;  // not again, or not yet
+    }
+    next_ = 0;
+    ++restarts_;
+    read_task(rows, joints);
+  }
+  [[nodiscard]] bool gone() const { return !channel_ && Clock::now() - last_seen_ > kSilence; }
+  [[nodiscard]] std::string summary() const {
+    std::string text = fmt::format("{} cycles recorded, {} lost", cycles_, lost_);
+    if (restarts_ > 0) text += fmt::format("; the real-time task was restarted {} times", restarts_);
+    return text;
+  }
+
+ private:
+  void read_task(std::string& rows, std::size_t joints) {
+    const Trace& trace = channel_->task().trace;
     const std::uint64_t end = trace.next();
-    if (end < next_) next_ = end;  // begun anew
-    if (end - next_ > Trace::capacity()) skip_to(end - Trace::capacity());
+    if (end - next_ > Trace::capacity()) {
+      lost_ += end - Trace::capacity() - next_;
+      next_ = end - Trace::capacity();
+    }
     Snapshot snapshot{};
     for (; next_ < end; ++next_) {
       if (!trace.read(next_, snapshot)) {
@@ -98,37 +123,22 @@ class Follower {
       }
       rows += csv_row(snapshot, joints);
       ++cycles_;
-      if (incarnation_ != 0 && snapshot.incarnation != incarnation_) ++restarts_;
-      incarnation_ = snapshot.incarnation;
       last_seen_ = Clock::now();
     }
   }
-  [[nodiscard]] bool silent() const { return Clock::now() - last_seen_ > kSilence; }
-  [[nodiscard]] bool gone() const { return !segment_->linked(); }
-  [[nodiscard]] std::string summary() const {
-    std::string text = fmt::format("{} cycles recorded, {} lost", cycles_, lost_);
-    if (restarts_ > 0) text += fmt::format("; the real-time task was restarted {} times", restarts_);
-    return text;
-  }
 
- private:
-  void skip_to(std::uint64_t index) {
-    lost_ += index - next_;
-    next_ = index;
-  }
-
-  std::unique_ptr<Segment> segment_;
+  const std::string robot_;
+  std::optional<Observer> channel_;
   std::uint64_t next_;
   std::uint64_t cycles_{0};
   std::uint64_t lost_{0};
   std::uint64_t restarts_{0};
-  std::uint64_t incarnation_{0};
   Clock::time_point last_seen_{Clock::now()};
 };
 
 Follower follow(const std::string& name) {
   try {
-    return Follower(Segment::observe(name));
+    return Follower(name);
   } catch (const SegmentError& error) {
     const bool absent = error.kind() == SegmentError::Kind::kAbsent;
     throw Failure(absent ? ExitCode::kUnreachable : ExitCode::kInternal, error.what());
@@ -179,7 +189,7 @@ void record(const RecordOptions& options, const OnSignal& on_signal) {
     rows.clear();
     follower.read(rows, options.joints);
     if (!output.write(rows)) break;
-    if (more && follower.silent() && follower.gone()) {
+    if (more && follower.gone()) {
       end = "; the robot went down";
       more = false;
     }

@@ -4,10 +4,8 @@
 #include <unistd.h>
 
 #include <charconv>
-#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <cstring>
 #include <optional>
 
 namespace corbot {
@@ -29,15 +27,8 @@ std::optional<std::int64_t> number(std::string_view text) {
 
 }  // namespace
 
-ServiceNotifier::ServiceNotifier() {
-  const std::string_view path = environment("NOTIFY_SOCKET");
-  // A path, or a name in the kernel's own name space, which begins with '@'.
-  if (path.size() < 2 || (path[0] != '/' && path[0] != '@') || path.size() >= sizeof(address_.sun_path))
-    return;
-  address_.sun_family = AF_UNIX;
-  std::memcpy(address_.sun_path, path.data(), path.size());
-  if (path[0] == '@') address_.sun_path[0] = '\0';
-  address_size_ = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + path.size());
+ServiceNotifier::ServiceNotifier() : address_(notify_address()) {
+  if (address_.size == 0) return;
   fd_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
 
   const std::string_view pid = environment("WATCHDOG_PID");
@@ -52,8 +43,9 @@ ServiceNotifier::~ServiceNotifier() {
 
 bool ServiceNotifier::send(std::string_view text) const noexcept {
   if (fd_ < 0) return false;
-  return ::sendto(fd_, text.data(), text.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&address_),
-                  address_size_) == static_cast<ssize_t>(text.size());
+  return ::sendto(fd_, text.data(), text.size(), MSG_NOSIGNAL,
+                  reinterpret_cast<const sockaddr*>(&address_.address),
+                  address_.size) == static_cast<ssize_t>(text.size());
 }
 
 /// A supervisor whose queue is full, or whose socket is gone for a moment, gets it the next time.

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/socket.h>
-#include <sys/un.h>
-
 #include <chrono>
 #include <string_view>
+
+#include "notify/notify_address.h"
 
 namespace corbot {
 
@@ -33,8 +32,7 @@ class ServiceNotifier {
   bool send(std::string_view text) const noexcept;
 
   int fd_{-1};
-  sockaddr_un address_{};
-  socklen_t address_size_{0};
+  NotifyAddress address_;
   Clock::duration interval_{};  ///< between two reports; 0: no watchdog
   Clock::time_point sent_at_{};
   bool is_ready_sent_{false};

@@ -14,22 +14,17 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kRetry = 50ms;                      // between attempts to find a segment or a task
+constexpr auto kRetry = 50ms;  // between attempts to find a task
+constexpr auto kFirstService = 1s;
 constexpr std::int64_t kPeerPoll_ns = 20'000'000;  // a dead task is noticed within this time
-constexpr auto kSnapshotOfVerdict = 5ms;           // a verdict's snapshot follows it within a cycle
+constexpr std::int64_t kServicePoll_ns = 2'000'000;
+constexpr auto kSnapshotOfVerdict = 5ms;  // a verdict's snapshot follows it within a cycle
 
 /// What to do depends on whether this servant is supervised, by `corbot up` or systemd: then the task is, too.
 std::string task_is_gone(const std::string& name) {
   return fmt::format("the real-time task of {} is gone; {}", name,
                      std::getenv("NOTIFY_SOCKET") != nullptr ? "its supervisor is starting it again"
                                                              : "start corbot-rt again");
-}
-
-/// The newest snapshot of the segment's present task. None before its cycle runs: it may be approaching its
-/// device still, and has not said what became of what it found in the segment.
-bool running_snapshot(const SegmentLayout& layout, Snapshot& now) {
-  return layout.snapshot.load(now) &&
-         now.incarnation == layout.header.incarnation.load(std::memory_order_acquire);
 }
 
 std::string task_is_starting(const std::string& name) {
@@ -39,17 +34,28 @@ std::string task_is_starting(const std::string& name) {
 }  // namespace
 
 struct Link::ReportRings {
-  explicit ReportRings(SegmentLayout& layout) : alarms(layout.alarms), completions(layout.completions) {}
-  RingConsumer<decltype(SegmentLayout::alarms)> alarms;
-  RingConsumer<decltype(SegmentLayout::completions)> completions;
+  explicit ReportRings(const ServantChannel& channel)
+      : alarms(channel.task().alarms, channel.own().alarms_tail),
+        completions(channel.task().completions, channel.own().completions_tail) {}
+  RingConsumer<decltype(TaskSegment::alarms)> alarms;
+  RingConsumer<decltype(TaskSegment::completions)> completions;
 };
 
 Link::Link(std::string name, std::uint64_t fingerprint, LinkListener& listener)
-    : name_(std::move(name)), fingerprint_(fingerprint), listener_(listener) {}
+    : name_(std::move(name)),
+      listener_(listener),
+      port_(name_, fingerprint, [this](const ServantSegment* former, ServantSegment& own) {
+        listener_.on_inherit(former, own);
+      }) {}
 
 void Link::start() {
-  try_attach(true);
+  auto channel = try_connect(true);
+  std::unique_lock lock(mutex_);
+  channel_ = std::move(channel);
+  const bool is_connected = channel_ != nullptr;
   thread_ = std::thread([this] { run(); });
+  // A servant that says that it is ready is, unless its task still has to bring the arm to its place.
+  if (is_connected) connected_.wait_for(lock, kFirstService, [this] { return alive(); });
 }
 
 void Link::close() {
@@ -58,21 +64,29 @@ void Link::close() {
     end_ = true;
   }
   end_requested_.notify_all();
-  if (thread_.joinable()) thread_.join();
+  const bool was_running = thread_.joinable();
+  if (was_running) thread_.join();
   incarnation_ = 0;
   const std::lock_guard lock(mutex_);
-  if (segment_) segment_->leave();
-  segment_.reset();
+  if (!was_running) return;
+  if (channel_) channel_->disconnect();
+  channel_.reset();
+  remove_left_behind(name_);  // a task that ended before has left that to the servant
 }
 
-std::shared_ptr<Segment> Link::segment() const {
+bool Link::ending() const {
   const std::lock_guard lock(mutex_);
-  return segment_;
+  return end_;
+}
+
+std::shared_ptr<ServantChannel> Link::channel() const {
+  const std::lock_guard lock(mutex_);
+  return channel_;
 }
 
 bool Link::snapshot(Snapshot& out) const {
-  const auto segment = this->segment();
-  return segment && last_snapshot(segment->layout(), out);
+  const auto channel = this->channel();
+  return channel && last_snapshot(channel->task(), out);
 }
 
 std::string Link::cause() const {
@@ -85,12 +99,9 @@ void Link::set_cause(const std::string& cause) {
   cause_ = cause;
 }
 
-bool Link::try_attach(bool first) {
+std::shared_ptr<ServantChannel> Link::try_connect(bool first) {
   try {
-    auto segment = std::make_shared<Segment>(Segment::attach(name_, fingerprint_));
-    const std::lock_guard lock(mutex_);
-    segment_ = std::move(segment);
-    return true;
+    return port_.connect([this] { return ending(); });
   } catch (const SegmentError& error) {
     // Only at the start: later, another servant in this one's place is a fault like any other, and may end.
     if (first && (error.kind() == SegmentError::Kind::kInUse || error.kind() == SegmentError::Kind::kBadName))
@@ -100,73 +111,79 @@ bool Link::try_attach(bool first) {
             ? fmt::format("the real-time task of {} is not running; start it with 'corbot up' or corbot-rt",
                           name_)
             : error.what());
-    return false;
+    return nullptr;
   }
 }
 
 void Link::run() {
+  std::shared_ptr<ServantChannel> channel = this->channel();
   std::unique_lock lock(mutex_);
   while (!end_) {
-    auto segment = segment_;
     lock.unlock();
-    if (!segment && try_attach(false)) segment = this->segment();
-    if (segment && segment->peer_alive()) {
-      if (Snapshot now{}; running_snapshot(segment->layout(), now)) {
-        ReportRings rings(segment->layout());
-        drain(*segment, rings);  // what an earlier servant or task left
-        incarnation_.store(now.incarnation, std::memory_order_release);
-        listener_.on_attached(std::exchange(has_been_attached_, true));
-        serve_until_gone(*segment, rings);
-      } else {
-        set_cause(task_is_starting(name_));
+    if (!channel) channel = try_connect(false);
+    if (channel && await_service(*channel)) {
+      {
+        const std::lock_guard again(mutex_);
+        channel_ = channel;
       }
-    } else if (segment && !segment->linked()) {
-      const std::lock_guard again(mutex_);
-      segment_.reset();  // the name may belong to a new file by now
-    } else if (segment) {
-      set_cause(task_is_gone(name_));
+      serve_until_gone(*channel);
     }
+    channel.reset();  // channel_ stays readable until there is another
     lock.lock();
     if (!end_) end_requested_.wait_for(lock, kRetry);
   }
 }
 
-void Link::serve_until_gone(Segment& segment, ReportRings& rings) {
-  SegmentLayout& layout = segment.layout();
-  for (;;) {
-    {
-      const std::lock_guard lock(mutex_);
-      if (end_) return;
+bool Link::await_service(const ServantChannel& channel) {
+  set_cause(task_is_starting(name_));
+  while (!channel.is_served()) {
+    if (ending()) return false;
+    if (!channel.task_alive()) {
+      set_cause(task_is_gone(name_));
+      return false;
     }
-    const std::uint32_t seen = layout.wake.load(std::memory_order_acquire);
+    const std::uint32_t seen = channel.task().wake.load(std::memory_order_acquire);
+    wait_change(channel.task().wake, seen, kServicePoll_ns);
+  }
+  return true;
+}
+
+void Link::serve_until_gone(const ServantChannel& channel) {
+  ReportRings rings(channel);
+  drain(channel, rings);  // what an earlier servant has not read
+  {
+    const std::lock_guard lock(mutex_);
+    incarnation_.store(channel.task().incarnation, std::memory_order_release);
+  }
+  listener_.on_attached(std::exchange(has_been_attached_, true));
+  connected_.notify_all();
+  while (!ending()) {
+    const std::atomic<std::uint32_t>& wake = channel.task().wake;
+    const std::uint32_t seen = wake.load(std::memory_order_acquire);
     // Asked before the rings are drained: verdicts that a dying task still gave are not lost.
-    const bool connected = segment.peer_alive();
-    const bool same = layout.header.incarnation.load(std::memory_order_acquire) == incarnation();
+    const bool lives = channel.task_alive();
     Snapshot before{};
-    const bool has_snapshot = running_snapshot(layout, before);
-    drain(segment, rings);
-    if (same && has_snapshot) listener_.on_drained(before);
-    if (!connected) {
-      return lose(task_is_gone(name_));
-    }
-    if (!same) return lose("the real-time task was restarted; the running motion was lost with the old one");
-    wait_change(layout.wake, seen, kPeerPoll_ns);
+    const bool has_snapshot = channel.task().snapshot.load(before);
+    drain(channel, rings);
+    if (has_snapshot) listener_.on_drained(before);
+    if (!lives) return lose(task_is_gone(name_));
+    wait_change(wake, seen, kPeerPoll_ns);
   }
 }
 
-void Link::drain(Segment& segment, ReportRings& rings) {
-  SegmentLayout& layout = segment.layout();
+void Link::drain(const ServantChannel& channel, ReportRings& rings) {
+  const TaskSegment& task = channel.task();
   AlarmEvent alarm{};
-  for (std::size_t i = 0; i < layout.alarms.capacity() && rings.alarms.pop(alarm) == PopResult::kOk; ++i) {
+  for (std::size_t i = 0; i < task.alarms.capacity() && rings.alarms.pop(alarm) == PopResult::kOk; ++i) {
     listener_.on_alarm(alarm);
   }
   Completion completion{};
-  for (std::size_t i = 0; i < layout.completions.capacity(); ++i) {
+  for (std::size_t i = 0; i < task.completions.capacity(); ++i) {
     if (rings.completions.pop(completion) != PopResult::kOk) return;
     // A cycle publishes its verdicts before its snapshot: a call that ends with the verdict must find the arm
     // at rest.
     const auto deadline = std::chrono::steady_clock::now() + kSnapshotOfVerdict;
-    for (Snapshot now{}; (!layout.snapshot.load(now) || now.cycle < completion.cycle) &&
+    for (Snapshot now{}; (!task.snapshot.load(now) || now.cycle < completion.cycle) &&
                          std::chrono::steady_clock::now() < deadline;) {
       std::this_thread::yield();
     }

@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "shm/segment.h"
+#include "shm/channel_client.h"
 
 namespace corbot {
 
@@ -26,10 +26,13 @@ class LinkListener {
   virtual void on_attached(bool again) = 0;
   /// Every report that was out before this snapshot of the connected task has been read.
   virtual void on_drained(const Snapshot& before) = 0;
+  /// Once, before the first time: what a former servant of this robot has left, null where nothing is known of
+  /// it, and where this one's goes for its successor. Numbers, pause and override have been taken over.
+  virtual void on_inherit(const ServantSegment* /*former*/, ServantSegment& /*own*/) {}
 };
 
-/// The servant's end of the channel: attaches to the segment, goes on trying while there is none, notices the
-/// death and the restart of the real-time task, and drains completions and alarms in a thread of its own.
+/// The servant's end of the channel: connects to the real-time task, goes on trying while there is none, notices
+/// its death and its restart, and drains completions and alarms in a thread of its own.
 class Link {
  public:
   Link(std::string name, std::uint64_t fingerprint, LinkListener& listener);
@@ -37,10 +40,11 @@ class Link {
   Link& operator=(const Link&) = delete;
   ~Link() { close(); }
 
-  /// First attempt, then starts the thread. Throws SegmentError when another servant is attached; any other
-  /// fault of the segment is kept as the cause and tried again.
+  /// First attempt, then starts the thread; waits for a task that is there to work for this servant, a second at
+  /// most. Throws SegmentError when another servant is connected; any other
+  /// fault is kept as the cause and tried again.
   void start();
-  /// Ends the thread and detaches.
+  /// Ends the thread and the connection.
   void close();
 
   /// A real-time task is connected and its cycle runs.
@@ -49,32 +53,37 @@ class Link {
   [[nodiscard]] std::uint64_t incarnation() const noexcept {
     return incarnation_.load(std::memory_order_acquire);
   }
-  /// The segment, dead or alive; null when there has been none. Stays mapped while the caller holds it.
-  [[nodiscard]] std::shared_ptr<Segment> segment() const;
+  /// The channel, of a task that lives or the last; null when there has been none. Stays mapped while the caller
+  /// holds it.
+  [[nodiscard]] std::shared_ptr<ServantChannel> channel() const;
   /// The newest snapshot; false when there has never been one.
   [[nodiscard]] bool snapshot(Snapshot& out) const;
   /// Why alive() is false, and what to do about it.
   [[nodiscard]] std::string cause() const;
 
  private:
-  /// The servant's ends of a segment's rings; the thread makes them anew for each connection.
+  /// The servant's ends of a channel's rings; the thread makes them anew for each connection.
   struct ReportRings;
 
   void run();
+  [[nodiscard]] bool ending() const;
   /// One attempt; the cause is kept on failure.
-  bool try_attach(bool first);
+  [[nodiscard]] std::shared_ptr<ServantChannel> try_connect(bool first);
   void set_cause(const std::string& cause);
-  void serve_until_gone(Segment& segment, ReportRings& rings);
-  void drain(Segment& segment, ReportRings& rings);
+  /// Until the task's cycle works for this servant; false when the task is gone before.
+  [[nodiscard]] bool await_service(const ServantChannel& channel);
+  void serve_until_gone(const ServantChannel& channel);
+  void drain(const ServantChannel& channel, ReportRings& rings);
   void lose(const std::string& reason);
 
   const std::string name_;
-  const std::uint64_t fingerprint_;
   LinkListener& listener_;
+  ServantPort port_;
 
   mutable std::mutex mutex_;  // of the members below, held for a moment only
   std::condition_variable end_requested_;
-  std::shared_ptr<Segment> segment_;
+  std::condition_variable connected_;
+  std::shared_ptr<ServantChannel> channel_;
   std::string cause_;
   bool end_{false};
 

@@ -75,9 +75,9 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
 
 std::optional<PlanStart> MotionQueue::plan_start(const LivingTask& task, std::uint64_t epoch) {
   Snapshot now{};
-  if (!task.layout().snapshot.load(now) || now.incarnation != task.incarnation) return std::nullopt;
+  if (!task.segment().snapshot.load(now) || now.incarnation != task.incarnation) return std::nullopt;
   if (now.state == RtState::kError) throw not_ready(view_.error_cause());
-  if (now.stops_done < epoch) return std::nullopt;
+  if (is_earlier_stop(now.stops_done, epoch)) return std::nullopt;
   if (const auto last = tickets_.last_pending()) {
     // One that a Stop or a Cancel ends, or that went with an earlier task: its end is on its way.
     if (last->cancelled || last->epoch != epoch || last->incarnation != task.incarnation) return std::nullopt;
@@ -93,15 +93,14 @@ std::optional<PlanStart> MotionQueue::plan_start(const LivingTask& task, std::ui
 /// Every number that an earlier servant has given away has ended, but for one that it gave away and was killed
 /// before it pushed the command: that one never does.
 bool MotionQueue::earlier_servants_ended(const LivingTask& task, const Snapshot& now) {
-  SegmentLayout& layout = task.layout();
-  if (segment_.lock() != task.segment) {
-    segment_ = task.segment;
-    earlier_through_ = layout.header.next_command_id.load(std::memory_order_acquire) - 1;
+  if (channel_.lock() != task.channel) {
+    channel_ = task.channel;
+    earlier_through_ = task.own().next_command_id.load(std::memory_order_acquire) - 1;
     earlier_ended_ = false;
     idle_since_.reset();
   }
   if (earlier_ended_ || now.last_done_id >= earlier_through_) return earlier_ended_ = true;
-  const std::size_t queued = layout.commands.size();
+  const std::size_t queued = task.channel->queued() + now.backlog;
   if (now.command_id != 0 || now.waiting_id != 0 || queued != 0) {
     idle_since_.reset();
     throw not_ready(still_to_come(now, queued));
@@ -110,18 +109,18 @@ bool MotionQueue::earlier_servants_ended(const LivingTask& task, const Snapshot&
   // The ring is empty, and nobody but this servant fills it. What was taken from it a moment ago shows in the
   // snapshot of the cycle after the newest one.
   Snapshot newest{};
-  if (!idle_since_ && layout.snapshot.load(newest)) idle_since_ = newest.cycle;
+  if (!idle_since_ && task.segment().snapshot.load(newest)) idle_since_ = newest.cycle;
   return false;
 }
 
 corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch,
                                      std::vector<Command>& commands, const PlanStart& start) {
   if (commands.empty() || commands.size() > 2) throw internal("the planner returned no motion");
-  SegmentLayout& layout = task.layout();
+  ServantSegment& own = task.own();
   // Only this fills the ring: room that there is stays.
-  if (layout.commands.size() + commands.size() > layout.commands.capacity())
-    throw queue_full(static_cast<int>(layout.commands.capacity()));
-  std::atomic<std::uint64_t>& next = layout.header.next_command_id;
+  if (task.channel->queued() + commands.size() > own.commands.capacity())
+    throw queue_full(static_cast<int>(own.commands.capacity()));
+  std::atomic<std::uint64_t>& next = own.next_command_id;
   Ticket ticket;
   // A new segment counts from 1 again; a ticket's number is used once in this servant's life.
   ticket.first = std::max(next.load(std::memory_order_relaxed), last_number_ + 1);
@@ -145,9 +144,9 @@ corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch
   last_number_ = ticket.last;
   next.store(ticket.last + 1, std::memory_order_release);
   // A producer for each motion: one that is kept would lose a command after a corrupt index, see ring.h.
-  if (!RingProducer(layout.commands).push_all(commands.data(), commands.size())) {
+  if (!RingProducer(own.commands, task.segment().commands_tail).push_all(commands.data(), commands.size())) {
     tickets_.remove(ticket.last);
-    throw queue_full(static_cast<int>(layout.commands.capacity()));
+    throw queue_full(static_cast<int>(own.commands.capacity()));
   }
   last_pushed_ = ticket.last;
   pushed_to_ = task.incarnation;
@@ -190,9 +189,9 @@ std::uint64_t MotionQueue::request_cancel(const LivingTask& task, const TicketTa
   CancelRequest last{};
   Snapshot now{};
   // A servant that was killed while it stored leaves the cell torn; the task's echo says how far it had got.
-  if (!task.layout().control.cancel.load(last)) last.count = 0;
-  if (task.layout().snapshot.load(now)) last.count = std::max(last.count, now.cancels_done);
-  task.layout().control.cancel.store({last.count + 1, range.first, range.last});
+  if (!task.own().control.cancel.load(last)) last.count = 0;
+  if (task.segment().snapshot.load(now)) last.count = std::max(last.count, now.cancels_done);
+  task.own().control.cancel.store({last.count + 1, range.first, range.last});
   return last.count + 1;
 }
 

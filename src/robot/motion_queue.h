@@ -56,7 +56,7 @@ class MotionQueue {
 
   std::mutex cancel_mutex_;    // one request until the task has echoed it; taken before the other
   std::mutex planning_mutex_;  // one plan at a time; of the members below
-  std::weak_ptr<Segment> segment_;
+  std::weak_ptr<ServantChannel> channel_;
   std::uint64_t last_pushed_{0};      // to the task below
   std::uint64_t pushed_to_{0};        // incarnation
   std::uint64_t last_number_{0};      // given away, whatever the segment: tickets are known by it

@@ -155,9 +155,10 @@ void Robot::stop() {
   // A frozen task finds the request when it goes on; the caller hears below that it is not carried out yet.
   const LivingTask task = task_.connected();
   // Every number up to here was planned before this Stop.
-  const std::uint64_t last = task.layout().header.next_command_id.load(std::memory_order_acquire) - 1;
-  const std::uint64_t count = task.layout().control.stop_count.fetch_add(1, std::memory_order_acq_rel) + 1;
-  task_.await(task, kSettle_s, "a Stop", [&](const Snapshot& now) { return now.stops_done >= count; });
+  const std::uint64_t last = task.own().next_command_id.load(std::memory_order_acquire) - 1;
+  const std::uint64_t count = task.channel->stop_count().fetch_add(1, std::memory_order_acq_rel) + 1;
+  task_.await(task, kSettle_s, "a Stop",
+              [&](const Snapshot& now) { return !is_earlier_stop(now.stops_done, count); });
   // The verdicts are out, but the link's thread may not have read them yet: a client that reads the state or
   // a ticket after Stop has returned must find what Stop did.
   tickets_.wait_ended(0, last, std::chrono::steady_clock::now() + kReportsRead);
@@ -165,21 +166,21 @@ void Robot::stop() {
 
 void Robot::pause(bool on) {
   const LivingTask task = task_.living();
-  task.layout().control.pause.store(on ? 1 : 0, std::memory_order_relaxed);
+  task.own().control.pause.store(on ? 1 : 0, std::memory_order_relaxed);
   task_.await_seen(task, kSettle_s, "a Pause");
 }
 
 void Robot::set_override(double percent) {
   const double ratio = checked_percent("percent", percent);
   const LivingTask task = task_.living();
-  task.layout().control.override_ratio.store(ratio, std::memory_order_relaxed);
+  task.own().control.override_ratio.store(ratio, std::memory_order_relaxed);
   task_.await_seen(task, kSettle_s, "an Override");
 }
 
 void Robot::clear() {
   const LivingTask task = task_.living();
   if (view_.snapshot().state != RtState::kError) return;
-  const std::uint64_t count = task.layout().control.clear_count.fetch_add(1, std::memory_order_acq_rel) + 1;
+  const std::uint64_t count = task.own().control.clear_count.fetch_add(1, std::memory_order_acq_rel) + 1;
   Snapshot now{};
   task_.await(task, kSettle_s, "a Clear", [&](const Snapshot& snapshot) {
     now = snapshot;

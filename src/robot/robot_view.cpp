@@ -55,9 +55,9 @@ corbot_state RobotView::state() const {
 }
 
 LoopDiagnostics RobotView::diagnostics() const {
-  const auto segment = link_.segment();
+  const auto channel = link_.channel();
   LoopDiagnostics diagnostics{};
-  if (!segment || !segment->layout().diagnostics.load(diagnostics)) {
+  if (!channel || !channel->task().diagnostics.load(diagnostics)) {
     throw no_data("the real-time loop has not reported anything yet");
   }
   return diagnostics;
@@ -97,8 +97,8 @@ std::vector<AlarmEntry> RobotView::alarms() const {
 }
 
 bool RobotView::paused() const {
-  const auto segment = link_.segment();
-  return segment && segment->layout().control.pause.load(std::memory_order_relaxed) != 0;
+  const auto channel = link_.channel();
+  return channel && channel->own().control.pause.load(std::memory_order_relaxed) != 0;
 }
 
 corbot_motion_info RobotView::describe(const Ticket& ticket) const {

@@ -13,8 +13,8 @@ constexpr std::chrono::milliseconds kPoll{10};
 }  // namespace
 
 LivingTask TaskAccess::connected() const {
-  LivingTask task{link_.segment(), link_.incarnation()};
-  if (!task.segment || task.incarnation == 0) throw not_ready(link_.cause());
+  LivingTask task{link_.channel(), link_.incarnation()};
+  if (!task.channel || task.incarnation == 0) throw not_ready(link_.cause());
   return task;
 }
 
@@ -25,7 +25,7 @@ LivingTask TaskAccess::living() const {
 }
 
 bool TaskAccess::is_living(const LivingTask& task) const {
-  return link_.incarnation() == task.incarnation && link_.segment() == task.segment;
+  return link_.incarnation() == task.incarnation && link_.channel() == task.channel;
 }
 
 std::string TaskAccess::cause() const {
@@ -44,7 +44,7 @@ void TaskAccess::await(const LivingTask& task, double seconds, const std::string
   for (;;) {
     const std::uint64_t seen = changes();
     Snapshot now{};
-    if (task.layout().snapshot.load(now) && done(now)) return;
+    if (task.segment().snapshot.load(now) && done(now)) return;
     if (!link_.alive()) throw not_ready(link_.cause());
     if (watch_.is_frozen()) throw not_ready(watch_.cause());
     if (closing_) throw not_ready("the servant is shutting down");
@@ -56,7 +56,7 @@ void TaskAccess::await(const LivingTask& task, double seconds, const std::string
 
 void TaskAccess::await_seen(const LivingTask& task, double seconds, const std::string& what) const {
   Snapshot before{};
-  if (!task.layout().snapshot.load(before)) return;
+  if (!task.segment().snapshot.load(before)) return;
   // The cycle after `before` may have read the flags already when they were written;
   // the one after that has not.
   await(task, seconds, what, [&](const Snapshot& now) {

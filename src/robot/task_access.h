@@ -17,13 +17,14 @@ namespace corbot {
 
 /// The real-time task that a call works with. A command that it hands over is for this task and no later one.
 struct LivingTask {
-  std::shared_ptr<Segment> segment;  ///< never null
+  std::shared_ptr<ServantChannel> channel;  ///< never null
   std::uint64_t incarnation{};
 
-  [[nodiscard]] SegmentLayout& layout() const noexcept { return segment->layout(); }
+  [[nodiscard]] const TaskSegment& segment() const noexcept { return channel->task(); }
+  [[nodiscard]] ServantSegment& own() const noexcept { return channel->own(); }
   /// Stop requests so far.
   [[nodiscard]] std::uint64_t stops() const noexcept {
-    return layout().control.stop_count.load(std::memory_order_acquire);
+    return channel->stop_count().load(std::memory_order_acquire);
   }
 };
 

@@ -56,11 +56,11 @@ void TaskWatch::run() {
 }
 
 void TaskWatch::look() {
-  const auto segment = link_.segment();
+  const auto channel = link_.channel();
   Snapshot now{};
   // A task that has not made its first cycle yet is approaching its device.
-  if (!link_.alive() || !segment || !segment->layout().snapshot.load(now) ||
-      now.incarnation != segment->layout().header.incarnation.load(std::memory_order_acquire)) {
+  if (!link_.alive() || !channel || !channel->task().snapshot.load(now) ||
+      now.incarnation != channel->task().incarnation) {
     progress_.reset();
   } else {
     (void)progress_.see(now.cycle, Progress::Clock::now());
@@ -85,8 +85,8 @@ void TaskWatch::report() {
     supervisor_.alive();
   }
   // Relaxed: it says that this thread runs, and orders nothing else.
-  if (const auto segment = link_.segment())
-    segment->layout().control.servant_beat.fetch_add(1, std::memory_order_relaxed);
+  if (const auto channel = link_.channel())
+    channel->own().control.servant_beat.fetch_add(1, std::memory_order_relaxed);
 }
 
 }  // namespace corbot

@@ -1,74 +1,103 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/types.h>
+
+#include <cstddef>
 #include <cstdint>
+#include <new>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
-#include "shm/segment_check.h"
+#include "corbot/channel/layout.h"
+#include "shm/descriptor.h"
+#include "shm/segment_error.h"
+
+// Segments of shared memory: memfds, mapped. Set-up and tear-down only, not real-time safe.
 
 namespace corbot {
 
-/// One robot's shared memory: /dev/shm/corbot.NAME, mode 0600, owned by the effective user. Set-up and
-/// tear-down only: nothing here but layout() and adopted() is real-time safe.
-///
-/// Locks on the file say which processes are connected; the kernel releases them when their holder dies,
-/// however it dies. They belong to the open file, which a forked child shares: do not fork while holding a
-/// Segment (exec closes it).
-///
-/// Entering and leaving are serialised by a third lock. A file whose magic is not there yet, or whose creator
-/// died before that, is taken for absent by everyone but a real-time task, which (holding its lock)
-/// initialises it.
+/// What a segment that came from elsewhere must be.
+struct SegmentExpectation {
+  std::string_view robot;
+  uid_t owner;  ///< who made it
+  std::optional<std::uint64_t> fingerprint{};
+};
+
+namespace segment_detail {
+
+/// A memfd of that size, all of it allocated: no access can end in SIGBUS later.
+[[nodiscard]] Descriptor create(std::string_view robot, std::size_t size);
+/// Size fixed for good; `one_writer`: nobody can map it for writing any more, nor write it.
+void seal(const Descriptor& memory, std::string_view robot, bool one_writer);
+/// A second descriptor of the same memory, for reading.
+[[nodiscard]] Descriptor open_read_only(const Descriptor& memory, std::string_view robot);
+/// Throws SegmentError.
+void check(const Descriptor& memory, const SegmentExpectation& expected, SegmentKind kind, std::size_t size);
+void fill_header(SegmentHeader& header, std::string_view robot, std::uint64_t fingerprint, SegmentKind kind,
+                 std::size_t size);
+[[nodiscard]] void* map(const Descriptor& memory, std::size_t size, bool writable, std::string_view robot);
+void unmap(void* address, std::size_t size) noexcept;
+
+}  // namespace segment_detail
+
+/// Throws kBadName.
+void check_robot_name(std::string_view name);
+
+/// One mapped segment with a descriptor to hand on; that of a segment with one writer can only be read.
+/// `Layout` const: read-only; a write through it is a segmentation fault.
+template <class Layout>
 class Segment {
  public:
-  /// The real-time task: creates the segment, or adopts the one that a dead task left (incarnation + 1,
-  /// everything else as it was; the caller flushes the command ring). Of two that start at once exactly one
-  /// gets it, the other kInUse.
-  [[nodiscard]] static Segment create_or_adopt(std::string_view name, std::uint64_t fingerprint);
-  /// The servant. peer_alive() says whether the real-time task lives.
-  [[nodiscard]] static Segment attach(std::string_view name, std::uint64_t fingerprint);
-  /// Any number of readers; writing through layout() is a segmentation fault. No lock, no fingerprint.
-  [[nodiscard]] static Segment observe(std::string_view name);
+  using Plain = std::remove_const_t<Layout>;
+  static constexpr bool kOneWriter = Plain::kKind != SegmentKind::kStop;
 
-  Segment(Segment&&) noexcept = default;
-  Segment& operator=(Segment&&) noexcept = default;
-  /// Unmaps and gives the locks back, as death would; the file stays.
-  ~Segment() = default;
+  /// Makes a segment, which this process alone can ever write (but for the stop segment).
+  [[nodiscard]] static Segment create(std::string_view robot,
+                                      std::uint64_t fingerprint) requires(!std::is_const_v<Layout>) {
+    using namespace segment_detail;
+    Descriptor memory = segment_detail::create(robot, sizeof(Plain));
+    Segment segment;
+    segment.layout_ = ::new (map(memory, sizeof(Plain), true, robot)) Plain{};
+    fill_header(segment.layout_->header, robot, fingerprint, Plain::kKind, sizeof(Plain));
+    seal(memory, robot, kOneWriter);  // after the one mapping that may write
+    segment.memory_ = kOneWriter ? open_read_only(memory, robot) : std::move(memory);
+    return segment;
+  }
+  /// Maps what another process has made, once it has been checked.
+  [[nodiscard]] static Segment open(Descriptor memory,
+                                    const SegmentExpectation& expected) requires(std::is_const_v<Layout> ||
+                                                                                 !kOneWriter) {
+    segment_detail::check(memory, expected, Plain::kKind, sizeof(Plain));
+    Segment segment;
+    segment.layout_ = static_cast<Plain*>(
+        segment_detail::map(memory, sizeof(Plain), !std::is_const_v<Layout>, expected.robot));
+    segment.memory_ = std::move(memory);
+    return segment;
+  }
 
-  [[nodiscard]] SegmentLayout& layout() noexcept { return *mapping_.get(); }
-  [[nodiscard]] const SegmentLayout& layout() const noexcept { return *mapping_.get(); }
-  [[nodiscard]] bool adopted() const noexcept { return adopted_; }
-  [[nodiscard]] const std::string& name() const noexcept { return name_; }
+  Segment(Segment&& other) noexcept
+      : layout_(std::exchange(other.layout_, nullptr)), memory_(std::move(other.memory_)) {}
+  Segment& operator=(Segment&& other) noexcept {
+    std::swap(layout_, other.layout_);
+    std::swap(memory_, other.memory_);
+    return *this;
+  }
+  ~Segment() {
+    if (layout_ != nullptr) segment_detail::unmap(layout_, sizeof(Plain));
+  }
 
-  /// Does the other side (for an observer: the real-time task) hold its lock? One system call.
-  [[nodiscard]] bool peer_alive() const noexcept;
-  /// Is this still the file of that name? False when the last one out has removed it: attach anew. Not
-  /// real-time safe.
-  [[nodiscard]] bool linked() const { return file_.status(name_).st_nlink > 0; }
-
-  /// A clean exit: the last of the two sides removes the file. The segment must not be used afterwards.
-  /// Throws kInUse when another process has been entering or leaving for two seconds; the destructor still
-  /// gives the locks back.
-  void leave();
+  [[nodiscard]] Layout& operator*() const noexcept { return *layout_; }
+  [[nodiscard]] Layout* operator->() const noexcept { return layout_; }
+  [[nodiscard]] const Descriptor& memory() const noexcept { return memory_; }
 
  private:
-  using File = segment_detail::File;
-  using Kind = SegmentError::Kind;
-  using LockByte = segment_detail::LockByte;
-  enum class Role { kRealTimeTask, kServant, kObserver };
-
-  Segment(File file, segment_detail::Mapping mapping, std::string_view name, Role role, bool adopted)
-      : file_(std::move(file)), mapping_(std::move(mapping)), name_(name), role_(role), adopted_(adopted) {}
-
-  static File open_or_create(std::string_view name);
-  [[noreturn]] static void throw_in_use(const File& file, std::string_view name, Role role);
-
-  File file_;
-  segment_detail::Mapping mapping_;
-  std::string name_;
-  Role role_;
-  bool adopted_;
+  Segment() = default;
+  Plain* layout_{nullptr};
+  Descriptor memory_;
 };
 
 }  // namespace corbot

@@ -6,20 +6,21 @@
 
 namespace corbot {
 
-/// Why a shared-memory segment cannot be used. what() names the file and says what to do.
+/// Why the channel of a robot, or a segment of it, cannot be used. what() says what to do.
 class SegmentError : public std::runtime_error {
  public:
   enum class Kind {
-    kAbsent,            ///< there is none of that name (or its creator has not finished)
-    kForeign,           ///< not written by corbot, or for another robot
-    kTruncated,         ///< shorter than what its header promises
+    kAbsent,            ///< no real-time task of that robot runs
+    kForeign,           ///< not written by corbot, for another robot, or another kind of segment
     kWrongVersion,      ///< of another ABI version
     kWrongFingerprint,  ///< of an arm with other geometry or limits
     kInUse,             ///< another live process has that role; its pid is in the text
-    kPermission,        ///< not owned by the effective user, not mode 0600, or not accessible
+    kPermission,        ///< made by another user, open to others, or not accessible
     kSystem,            ///< a system call failed
     kWrongSize,         ///< of this ABI version, but another size: built with another layout
     kBadName,           ///< not [A-Za-z0-9_-]{1,48}
+    kUnsealed,          ///< its size can be changed, or others than its creator can write it
+    kSilent,            ///< the peer lives and does not answer
   };
 
   SegmentError(Kind kind, const std::string& text) : std::runtime_error(text), kind_(kind) {}

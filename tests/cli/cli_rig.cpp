@@ -33,7 +33,7 @@ CliRig::~CliRig() {
   if (supervisor_) {
     EXPECT_EQ(supervisor_->terminate(), 0) << supervisor_->errors();
   }
-  EXPECT_FALSE(segment_exists(name_));
+  EXPECT_FALSE(channel_exists(name_, directory_.string()));
   const fs::path states = directory_ / "corbot";
   EXPECT_TRUE(!fs::exists(states) || fs::is_empty(states)) << "state files are left in " << states;
   fs::remove_all(directory_);

@@ -51,7 +51,7 @@ TEST_F(Supervision, DownEndsEverythingAndLeavesNothing) {
   EXPECT_TRUE(has_ended(rt));
   EXPECT_TRUE(has_ended(servant));
   EXPECT_EQ(supervisor_->wait(within(10)), 0);
-  EXPECT_FALSE(segment_exists(name_));
+  EXPECT_FALSE(channel_exists(name_, directory_.string()));
   EXPECT_EQ(corbot({"down"}).code, 3) << "there is nothing left to end";
   supervisor_.reset();
 }
@@ -167,6 +167,32 @@ TEST_F(Supervision, AFrozenTaskIsReplacedInErrorUntilClear) {
               HasSubstr("real-time task (pid " + std::to_string(first) + ") has not responded"));
 }
 
+/// Nobody is left who has the shared memory but the supervisor.
+TEST_F(Supervision, WhenBothAreKilledTheNextTaskTakesOverFromTheLast) {
+  // Not what the simulator knows: with a position that is only assumed, the first motion would be slow again.
+  std::ifstream stream(CORBOT_PROFILE);
+  std::string profile{std::istreambuf_iterator<char>{stream}, {}};
+  const std::string backend = "[backend]\n";
+  ASSERT_NE(profile.find(backend), std::string::npos);
+  profile.insert(profile.find(backend) + backend.size(), "position_known_at_start = false\n");
+  up({}, put("unknown.toml", profile));
+  ASSERT_EQ(corbot({"drive", "0", "20", "50"}).code, 0);
+  EXPECT_EQ(status().at("device").at("position_uncertain"), false) << status();
+  const pid_t servant = pid_of("servant_pid");
+  const pid_t rt = pid_of("rt_pid");
+  for (const pid_t pid : {servant, rt})
+    ASSERT_EQ(::kill(pid, SIGSTOP), 0);  // so that neither sees the other go
+  for (const pid_t pid : {servant, rt}) ASSERT_EQ(::kill(pid, SIGKILL), 0);
+  ASSERT_TRUE(wait_until(within(30), [&] {
+    return pid_of("servant_pid") != servant && pid_of("rt_pid") != rt && corbot({"status"}).code == 0;
+  })) << supervisor_->errors();
+  ASSERT_TRUE(wait_until(within(30), [&] { return status().at("state") == "Standby"; }))
+      << supervisor_->errors();
+  EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 20.0, 1e-6);
+  EXPECT_EQ(status().at("device").at("position_uncertain"), false);
+  EXPECT_TRUE(works());
+}
+
 TEST_F(Supervision, AKeyInTheConsoleStopsTheArm) {
   const Terminal terminal;
   std::vector<std::string> words{"up",  CORBOT_PROFILE, "--name",
@@ -212,9 +238,10 @@ TEST_F(Supervision, StaleFilesOfATotalCrashAreListed) {
   for (const pid_t pid : all) ASSERT_EQ(::kill(pid, SIGKILL), 0);
   ASSERT_TRUE(supervisor_->wait(within(10)));
   ASSERT_TRUE(wait_until(within(20), [&] { return has_ended(all[0]) && has_ended(all[1]); }));
-  ASSERT_TRUE(segment_exists(name_));
-  // As after a reboot of the user's session, which empties this directory.
-  std::filesystem::remove_all(directory_ / "corbot");
+  ASSERT_TRUE(channel_exists(name_, directory_.string()));
+  // The task's socket alone.
+  for (const char* suffix : {".json", ".lock"})
+    std::filesystem::remove(directory_ / "corbot" / (name_ + suffix));
   const RunResult nothing = corbot({"down"});
   EXPECT_EQ(nothing.code, 3);
   EXPECT_THAT(nothing.errors,

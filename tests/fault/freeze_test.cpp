@@ -13,7 +13,7 @@
 #include <fmt/core.h>
 
 #include "corbot/channel/layout.h"
-#include "shm/segment.h"
+#include "shm/channel_client.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -31,12 +31,12 @@ class Freeze : public RobotRig {
     profile_ = write_profile(gap_fault_ms());
     RobotRig::SetUp();
     if (HasFatalFailure()) return;
-    segment_ = std::make_unique<Segment>(Segment::observe(name_));
+    channel_ = std::make_unique<Observer>(Observer::of(name_));
   }
   void TearDown() override {
     if (rt_) rt_->signal(SIGCONT);
     if (servant_) servant_->signal(SIGCONT);
-    segment_.reset();
+    channel_.reset();
     RobotRig::TearDown();
     std::filesystem::remove(profile_);
   }
@@ -54,7 +54,7 @@ class Freeze : public RobotRig {
   }
   [[nodiscard]] Snapshot newest() const {
     Snapshot snapshot{};
-    (void)last_snapshot(segment_->layout(), snapshot);
+    (void)last_snapshot(channel_->task(), snapshot);
     return snapshot;
   }
   [[nodiscard]] bool is_active(int code) const {
@@ -75,7 +75,7 @@ class Freeze : public RobotRig {
     return ticket;
   }
 
-  std::unique_ptr<Segment> segment_;
+  std::unique_ptr<Observer> channel_;
 };
 
 TEST_F(Freeze, AFrozenTaskIsReportedAndItsGapNeedsAClear) {
@@ -85,7 +85,9 @@ TEST_F(Freeze, AFrozenTaskIsReportedAndItsGapNeedsAClear) {
     Corbot::Arm_var mine = connect();
     waiter = raised_by([&] { mine->Delay(0.1); });  // behind the long motion
   });
-  ASSERT_TRUE(wait_until(within(10), [&] { return segment_->layout().commands.size() > 0; }));
+  ASSERT_TRUE(wait_until(within(10), [&] {
+    return ring_size(channel_->servant()->commands, channel_->task().commands_tail) > 0;
+  }));
   const Clock::time_point frozen = Clock::now();
   rt_->signal(SIGSTOP);
   EXPECT_TRUE(wait_until(within(5), [&] { return arm_->Status() == Corbot::Error; }));
@@ -137,13 +139,13 @@ TEST_F(ShortFreeze, TheMotionBeginsAgainFromRest) {
   ASSERT_TRUE(wait_until(within(10), [&] { return newest().virtual_time_s > 2.0; }));
   rt_->signal(SIGSTOP);
   ASSERT_TRUE(wait_until(within(5), [&] { return arm_->Status() == Corbot::Error; }));
-  const std::uint64_t end = segment_->layout().trace.next();
+  const std::uint64_t end = channel_->task().trace.next();
   rt_->signal(SIGCONT);
-  ASSERT_TRUE(wait_until(within(10), [&] { return segment_->layout().trace.next() > end + 20; }));
+  ASSERT_TRUE(wait_until(within(10), [&] { return channel_->task().trace.next() > end + 20; }));
   // The first step after the gap is already one of rate 0 that ramps up, not one at full speed.
   for (std::uint64_t i = end; i < end + 10; ++i) {
     Snapshot now{};
-    ASSERT_TRUE(segment_->layout().trace.read(i, now));
+    ASSERT_TRUE(channel_->task().trace.read(i, now));
     EXPECT_LT(now.virtual_rate, 0.5) << "cycle " << i - end << " after the gap";
   }
   Corbot::MotionInfo_var info = arm_->Wait(ticket, 30.0);
@@ -159,12 +161,13 @@ TEST_F(ShortFreeze, TheMotionBeginsAgainFromRest) {
 
 TEST_F(ShortFreeze, AStopDuringItIsCarriedOutAtItsEnd) {
   const Corbot::Ticket ticket = start_long_motion();
+  const std::uint64_t stops = newest().stops_done;
   rt_->signal(SIGSTOP);
   ASSERT_TRUE(wait_until(within(5), [&] { return arm_->Status() == Corbot::Error; }));
   const Joints here = newest().position_rad;
   EXPECT_EQ(raised_by([&] { arm_->Stop(); }), "NotReady") << "not carried out yet";
   rt_->signal(SIGCONT);
-  ASSERT_TRUE(wait_until(within(10), [&] { return newest().stops_done == 1; }));
+  ASSERT_TRUE(wait_until(within(10), [&] { return newest().stops_done == stops + 1; }));
   EXPECT_EQ(newest().position_rad, here);
   Corbot::MotionInfo_var info = arm_->Wait(ticket, 5.0);
   EXPECT_EQ(info->state, Corbot::MotionStopped);
@@ -199,9 +202,9 @@ TEST_F(ShortFreeze, AServantThatIsBackLetsTheMotionRunOn) {
     }));
     ASSERT_EQ(newest().state, RtState::kMoving);
     servant_->signal(SIGCONT);
-    const std::uint32_t beat = segment_->layout().control.servant_beat.load();
+    const std::uint32_t beat = channel_->servant()->control.servant_beat.load();
     ASSERT_TRUE(
-        wait_until(within(10), [&] { return segment_->layout().control.servant_beat.load() != beat; }));
+        wait_until(within(10), [&] { return channel_->servant()->control.servant_beat.load() != beat; }));
   }
   Corbot::MotionInfo_var info = arm_->Wait(ticket, 30.0);
   EXPECT_EQ(info->state, Corbot::MotionDone) << info->reason.in();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // kill -9 of servant, real-time task and client at random instants of a motion: nothing hangs, the set-point
-// never jumps (every cycle of the trace is looked at, across restarts too), nothing is left in /dev/shm.
+// never jumps (every cycle of the trace is looked at, across restarts too), nothing is left behind.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <memory>
+#include <mutex>
 #include <random>
 #include <string>
 #include <thread>
@@ -17,7 +18,7 @@
 
 #include "config/load_profile.h"
 #include "corbot/channel/fingerprint.h"
-#include "shm/segment.h"
+#include "shm/channel_client.h"
 #include "support/ports.h"
 #include "support/process.h"
 
@@ -31,7 +32,10 @@ const std::string kBin = CORBOT_BIN_DIR;
 class JumpWatch {
  public:
   JumpWatch(const std::string& robot, const ArmModel& arm)
-      : segment_(Segment::observe(robot)), arm_(arm), thread_([this] { follow(); }) {}
+      : robot_(robot),
+        channel_(std::make_shared<Observer>(Observer::of(robot))),
+        arm_(arm),
+        thread_([this] { follow(); }) {}
   JumpWatch(const JumpWatch&) = delete;
   JumpWatch& operator=(const JumpWatch&) = delete;
   ~JumpWatch() { finish(); }
@@ -46,18 +50,38 @@ class JumpWatch {
   std::string first_jump() const { return first_jump_; }
   Snapshot newest() const {
     Snapshot snapshot{};
-    (void)last_snapshot(segment_.layout(), snapshot);
+    (void)last_snapshot(channel()->task(), snapshot);
     return snapshot;
   }
-  bool peer_alive() const { return segment_.peer_alive(); }
 
  private:
+  std::shared_ptr<Observer> channel() const {
+    const std::lock_guard lock(mutex_);
+    return channel_;
+  }
+  /// Each task has a trace of its own; the comparison goes on from one to the next.
   void follow() {
-    const Trace& trace = segment_.layout().trace;
-    std::uint64_t next = 0;
-    Snapshot last{};
-    bool have_last = false;
     while (!end_) {
+      follow_task(*channel());
+      try {
+        auto next = std::make_shared<Observer>(Observer::of(robot_));
+        const std::lock_guard lock(mutex_);
+        channel_ = std::move(next);
+      } catch (const SegmentError&) {
+        const timespec pause{0, 2'000'000};
+        ::nanosleep(&pause, nullptr);
+      }
+    }
+  }
+  void follow_task(const Observer& channel) {
+    const Trace& trace = channel.task().trace;
+    if (task_ != channel.task().header.id) next_ = 0;
+    task_ = channel.task().header.id;
+    for (bool lives = true; lives && !end_;) {
+      lives = channel.task_alive();
+      std::uint64_t& next = next_;
+      Snapshot& last = last_;
+      bool& have_last = have_last_;
       const std::uint64_t end = trace.next();
       if (end - next > Trace::capacity()) {  // fell behind: the comparison begins anew
         next = end - Trace::capacity() / 2;
@@ -96,7 +120,13 @@ class JumpWatch {
     }
   }
 
-  Segment segment_;
+  const std::string robot_;
+  mutable std::mutex mutex_;  // of channel_
+  std::shared_ptr<Observer> channel_;
+  std::uint64_t task_{0};
+  std::uint64_t next_{0};
+  Snapshot last_{};
+  bool have_last_{false};
   ArmModel arm_;
   std::atomic<bool> end_{false};
   std::atomic<std::uint64_t> cycles_{0};
@@ -128,7 +158,7 @@ class Kill : public ::testing::Test {
     if (rt_) {
       EXPECT_EQ(rt_->terminate(), 0) << rt_->errors();
     }
-    EXPECT_FALSE(segment_exists(name_)) << "/dev/shm/corbot." << name_ << " was left behind";
+    EXPECT_FALSE(channel_exists(name_)) << channel_path(name_) << " was left behind";
   }
 
   void start_rt() {

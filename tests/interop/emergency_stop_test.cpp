@@ -133,7 +133,7 @@ TEST_P(EmergencyStopInput, IsRefusedWhenItIsPressedAtTheStart) {
   const RunResult refused = run({std::string(CORBOT_BIN_DIR) + "/corbot-rt", profile_, "--name", name_});
   EXPECT_EQ(refused.code, 1);
   EXPECT_THAT(refused.errors, HasSubstr("the emergency stop is pressed"));
-  EXPECT_FALSE(segment_exists(name_));
+  EXPECT_FALSE(channel_exists(name_));
   press(false);
   start();
   EXPECT_TRUE(wait_for(Corbot::Standby)) << rt_->errors();

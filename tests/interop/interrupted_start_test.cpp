@@ -42,7 +42,7 @@ class InterruptedStart : public ::testing::Test {
   void TearDown() override {
     task_.reset();
     emulator_.reset();
-    EXPECT_FALSE(segment_exists(name_));
+    EXPECT_FALSE(channel_exists(name_));
     fs::remove_all(directory_);
   }
   bool has_pulses() { return pulses().find_first_of("123456789") != std::string::npos; }

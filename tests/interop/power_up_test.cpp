@@ -11,7 +11,7 @@
 #include <fmt/core.h>
 
 #include "config/profile.h"
-#include "shm/segment.h"
+#include "shm/channel_client.h"
 #include "support/ports.h"
 #include "support/robot_rig.h"
 
@@ -32,7 +32,7 @@ class PowerUp : public RobotRig {
   }
   void TearDown() override {
     power_down();
-    EXPECT_FALSE(segment_exists(name_));
+    EXPECT_FALSE(channel_exists(name_));
     fs::remove_all(directory_);
   }
   /// The Lynx 5 with another backend.
@@ -74,8 +74,8 @@ class PowerUp : public RobotRig {
   }
   /// The highest rate of virtual time of any cycle in the flight recorder.
   double fastest_rate() const {
-    const Segment segment = Segment::observe(name_);
-    const Trace& trace = segment.layout().trace;
+    const Observer channel = Observer::of(name_);
+    const Trace& trace = channel.task().trace;
     double fastest = 0.0;
     const std::uint64_t end = trace.next();
     for (std::uint64_t i = end - std::min<std::uint64_t>(end, Trace::capacity()); i < end; ++i) {
@@ -107,7 +107,7 @@ TEST_F(PowerUp, TheLastPositionIsTakenUpAndTheFirstMotionIsSlow) {
   arm_->Open();
   const Corbot::JointCoord before = joints();
   power_down();
-  ASSERT_FALSE(segment_exists(name_));
+  ASSERT_FALSE(channel_exists(name_));
 
   power_up();
   if (HasFatalFailure()) return;
@@ -123,7 +123,7 @@ TEST_F(PowerUp, TheLastPositionIsTakenUpAndTheFirstMotionIsSlow) {
   EXPECT_NEAR(fastest_rate(), 1.0, 1e-9);
 }
 
-TEST_F(PowerUp, AKilledTaskAndAnEmptyMemoryLeaveWhatTheServantKept) {
+TEST_F(PowerUp, WhenBothAreKilledWhatTheServantKeptIsLeft) {
   write_profile("[backend]\nkind = \"loopback\"\n");
   power_up();
   if (HasFatalFailure()) return;
@@ -136,7 +136,6 @@ TEST_F(PowerUp, AKilledTaskAndAnEmptyMemoryLeaveWhatTheServantKept) {
   ASSERT_TRUE(rt_->wait(within(10)) && servant_->wait(within(10)));
   rt_.reset();
   servant_.reset();
-  fs::remove("/dev/shm/corbot." + name_);
   power_up();
   if (HasFatalFailure()) return;
   EXPECT_LT(distance_deg(before, joints()), 1e-9);
@@ -186,7 +185,7 @@ TEST_F(PowerUp, AnotherServoMapMovesNothing) {
   arm_->Drive(0, 60.0, 90.0);
   const auto pulse_us = [&] {
     Snapshot last{};
-    EXPECT_TRUE(last_snapshot(Segment::observe(name_).layout(), last));
+    EXPECT_TRUE(last_snapshot(Observer::of(name_).task(), last));
     return last.pulse_us[0];
   };
   const double before_us = pulse_us();
@@ -217,12 +216,12 @@ TEST_F(PowerUp, ATaskWhoseLogIsNotReadEndsInOrder) {
   rt_->close_errors();
   rt_->signal(SIGUSR1);  // an alarm
   Snapshot last{};
-  const Segment segment = Segment::observe(name_);
+  const Observer channel = Observer::of(name_);
   ASSERT_TRUE(wait_until(
-      within(20), [&] { return last_snapshot(segment.layout(), last) && last.state == RtState::kError; }));
+      within(20), [&] { return last_snapshot(channel.task(), last) && last.state == RtState::kError; }));
   EXPECT_EQ(rt_->terminate(), 0);
   EXPECT_THAT(kept(), HasSubstr("joints_deg"));
-  EXPECT_FALSE(segment_exists(name_));
+  EXPECT_FALSE(channel_exists(name_));
 }
 
 TEST_F(PowerUp, ATaskWhoseTerminalIsClosedEndsInOrder) {
@@ -234,7 +233,7 @@ TEST_F(PowerUp, ATaskWhoseTerminalIsClosedEndsInOrder) {
   rt_->signal(SIGHUP);
   EXPECT_EQ(rt_->wait(within(10)), 0) << rt_->errors();
   EXPECT_THAT(kept(), HasSubstr("joints_deg"));
-  EXPECT_FALSE(segment_exists(name_));
+  EXPECT_FALSE(channel_exists(name_));
 }
 
 class PowerUpOnADevice : public PowerUp {

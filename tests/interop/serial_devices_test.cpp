@@ -65,7 +65,7 @@ TEST_F(SerialDevices, ReportTheFaultAtTheStart) {
   const RunResult absent = run({rt, profile_, "--name", name_ + "b"});
   EXPECT_EQ(absent.code, 1);
   EXPECT_THAT(absent.errors, ::testing::HasSubstr(line_ + ": No such file or directory"));
-  EXPECT_FALSE(segment_exists(name_ + "b"));
+  EXPECT_FALSE(channel_exists(name_ + "b"));
   start_emulator();
   start_rt();
 }

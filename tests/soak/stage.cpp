@@ -216,7 +216,7 @@ std::string Stage::take_down() {
     recorder_->terminate();
     observe();
   }
-  if (test::segment_exists(name_)) left += fmt::format("shared memory of {}\n", name_);
+  if (test::channel_exists(name_, options_.scratch)) left += fmt::format("a socket of {}\n", name_);
   const fs::path states = fs::path(options_.scratch) / "corbot";
   if (fs::exists(states) && !fs::is_empty(states)) {
     for (const auto& entry : fs::directory_iterator(states)) left += entry.path().string() + "\n";

@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "corbot/kinematics/kinematics.h"
-#include "shm/segment.h"
+#include "shm/channel_client.h"
 
 namespace corbot::test {
 namespace {
@@ -138,8 +138,8 @@ PathLog::~PathLog() {
 }
 
 void PathLog::follow() {
-  const Segment segment = Segment::observe(robot_);
-  const Trace& trace = segment.layout().trace;
+  const Observer channel = Observer::of(robot_);
+  const Trace& trace = channel.task().trace;
   std::uint64_t next = trace.next();
   for (bool last = false; !last;) {
     last = end_;

@@ -11,7 +11,7 @@
 
 namespace corbot::test {
 
-/// Every set-point of a robot while this lives, out of the flight recorder of its segment.
+/// Every set-point of a robot while this lives, out of the flight recorder of its task.
 class PathLog {
  public:
   explicit PathLog(const std::string& robot);

@@ -234,6 +234,16 @@ std::string unique_name(const std::string& stem) {
   return stem + "-" + std::to_string(::getpid()) + "-" + std::to_string(++count);
 }
 
-bool segment_exists(const std::string& robot) { return std::filesystem::exists("/dev/shm/corbot." + robot); }
+std::string channel_path(const std::string& robot, const std::string& runtime) {
+  const char* own = std::getenv("XDG_RUNTIME_DIR");
+  const std::string base = !runtime.empty() ? runtime : own != nullptr ? own : "";
+  const std::string directory =
+      base.empty() ? "/tmp/corbot-" + std::to_string(::geteuid()) : base + "/corbot";
+  return directory + "/" + robot + ".sock";
+}
+
+bool channel_exists(const std::string& robot, const std::string& runtime) {
+  return std::filesystem::exists(channel_path(robot, runtime));
+}
 
 }  // namespace corbot::test

@@ -50,7 +50,7 @@ void RobotRig::TearDown() {
   if (rt_) {
     EXPECT_EQ(rt_->terminate(), 0) << rt_->errors();
   }
-  EXPECT_FALSE(segment_exists(name_)) << "/dev/shm/corbot." << name_ << " was left behind";
+  EXPECT_FALSE(channel_exists(name_)) << channel_path(name_) << " was left behind";
 }
 
 void RobotRig::start_rt(const std::vector<std::string>& more) {

@@ -7,7 +7,8 @@ corbot_test(channel_test COMPUTES
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/fingerprint_test.cpp
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/wake_test.cpp
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/segment_test.cpp
-    ${CMAKE_CURRENT_SOURCE_DIR}/channel/segment_error_test.cpp
+    ${CMAKE_CURRENT_SOURCE_DIR}/channel/meeting_test.cpp
+    ${CMAKE_CURRENT_SOURCE_DIR}/channel/hostile_test.cpp
   LIBS corbot::shm
   LABELS unit)
 

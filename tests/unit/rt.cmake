@@ -4,7 +4,7 @@ corbot_test(rt_test
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/cycle_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/emergency_stop_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/governor_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/loop_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/parts_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/first_motion_test.cpp
-          ${CMAKE_CURRENT_SOURCE_DIR}/rt/start_position_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/liveness_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/rt/start_position_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/servants_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/liveness_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/realtime_setup_test.cpp ${PROJECT_SOURCE_DIR}/rt/realtime_setup.cpp
           ${PROJECT_SOURCE_DIR}/rt/loop.cpp ${PROJECT_SOURCE_DIR}/rt/start_position.cpp
   LIBS corbot::rt_core corbot::loopback corbot::planner corbot::config corbot::state corbot::threads spdlog::spdlog fmt::fmt)

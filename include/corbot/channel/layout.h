@@ -14,55 +14,83 @@
 #include "corbot/channel/trace.h"
 #include "corbot/motion/command.h"
 
+// One robot's channel: three segments of shared memory, each with one writer. Whoever else maps one maps it
+// read-only, and treats what it reads there as input to be checked.
+
 namespace corbot {
 
 /// "corbot-1" in memory, read from left to right on a little-endian machine.
 inline constexpr std::uint64_t kSegmentMagic = 0x312d'746f'6272'6f63;
-/// To be raised with every change to SegmentLayout or to a record in it.
+/// To be raised with every change to a segment or to a record in it.
 inline constexpr std::uint32_t kSegmentAbi = 4;
 /// Longest name of a robot; letters, digits, '_' and '-'.
 inline constexpr std::size_t kMaxSegmentName = 48;
 
+enum class SegmentKind : std::uint32_t { kTask = 1, kServant = 2, kStop = 3 };
+
+/// Written by the creator before any other process has a descriptor of the segment, and never again.
 struct SegmentHeader {
-  /// Stored last, with release, by the task that creates the segment: a process that loads it with acquire
-  /// sees all the rest initialised. 0 = being created, or its creator died.
-  std::atomic<std::uint64_t> magic{0};
+  std::uint64_t magic{0};
   std::uint32_t abi{0};
-  /// 1: a task saw an emergency stop and ended before its cycle could latch it; until a clear.
-  std::atomic<std::uint32_t> stop_seen{0};
-  std::uint64_t total_size{0};       ///< sizeof(SegmentLayout) of the creator
-  std::uint64_t fingerprint{0};      ///< of the ArmModel, see fingerprint.h
+  SegmentKind kind{};
+  std::uint64_t total_size{0};   ///< of the creator's layout
+  std::uint64_t fingerprint{0};  ///< of the ArmModel, see fingerprint.h
+  std::uint64_t id{0};           ///< random: no two segments have the same
+  std::int32_t pid{0};           ///< of the creator
+  std::uint32_t reserved{0};
   char name[kMaxSegmentName + 8]{};  ///< of the robot, zero-terminated
-  /// Of the real-time task: 1 for the creator, +1 at each adoption.
-  std::atomic<std::uint64_t> incarnation{0};
-  std::atomic<std::int32_t> rt_pid{0};  ///< last holder; alive only if it holds its lock
-  std::atomic<std::int32_t> servant_pid{0};
-  std::atomic<std::uint64_t> next_command_id{1};  ///< the servant's; outlives it
 };
 
-/// The whole segment. Commands, control flags and next_command_id are written by the servant, everything else
-/// by the real-time task; each side treats what the other writes as input to be checked.
-struct SegmentLayout {
+/// Written by the real-time task; a new one for each task, so that no other process ever can.
+struct TaskSegment {
+  static constexpr SegmentKind kKind = SegmentKind::kTask;
   SegmentHeader header;
-  ControlFlags control;
-  Ring<Command, 64> commands;
-  Ring<Completion, 128> completions;
-  Ring<AlarmEvent, 64> alarms;
+  /// Of the real-time task: one more than that of the task whose segment was taken over; else new.
+  std::uint64_t incarnation{1};
+  /// 1: a task saw an emergency stop and ended before its cycle could latch it; until a clear.
+  std::atomic<std::uint32_t> stop_seen{0};
+  RingTail<> commands_tail;  ///< of the commands of the servant that is connected
+  RingSlots<Completion, 128> completions;
+  RingSlots<AlarmEvent, 64> alarms;
   SnapshotCell<Snapshot> snapshot;
   SnapshotCell<LoopDiagnostics> diagnostics;
   alignas(kCacheLine) std::atomic<std::uint32_t> wake{0};  ///< futex word, see wake.h
   Trace trace;
 };
-static_assert(std::is_standard_layout_v<SegmentLayout>);
+static_assert(std::is_standard_layout_v<TaskSegment>);
+
+/// Written by the servant; a new one for each servant. What outlives a servant is copied by its successor,
+/// which receives the former one's segment read-only from the task.
+struct ServantSegment {
+  static constexpr SegmentKind kKind = SegmentKind::kServant;
+  SegmentHeader header;
+  ControlFlags control;
+  std::atomic<std::uint64_t> next_command_id{1};
+  /// Header id of the task's segment that the tails below belong to.
+  std::atomic<std::uint64_t> task_id{0};
+  RingTail<> completions_tail;
+  RingTail<> alarms_tail;
+  RingSlots<Command, 64> commands;
+  // Here is the place for what outlives a servant besides: settings, tickets.
+};
+static_assert(std::is_standard_layout_v<ServantSegment>);
+
+/// Written by everyone who may stop the robot. The task takes every change of the count for a request.
+struct StopSegment {
+  static constexpr SegmentKind kKind = SegmentKind::kStop;
+  SegmentHeader header;
+  alignas(kCacheLine) std::atomic<std::uint64_t> count{0};
+};
+static_assert(std::is_standard_layout_v<StopSegment>);
 
 /// The newest snapshot that is whole. A task that is killed inside SnapshotCell::store leaves that cell torn
 /// until the next store; then the flight recorder still has the cycle before.
 /// False when there has never been one.
-[[nodiscard]] inline bool last_snapshot(const SegmentLayout& layout, Snapshot& snapshot) noexcept {
-  if (layout.snapshot.load(snapshot)) return true;
-  const std::uint64_t next = layout.trace.next();
+[[nodiscard]] inline bool last_snapshot(const TaskSegment& task, Snapshot& snapshot) noexcept {
+  if (task.snapshot.load(snapshot)) return true;
+  const std::uint64_t next = task.trace.next();
   for (std::uint64_t back = 1; back <= std::min<std::uint64_t>(next, 2); ++back) {
-    if (layout.trace.read(next - back, snapshot)) return true;
+    if (task.trace.read(next - back, snapshot)) return true;
   }
   return false;
 }

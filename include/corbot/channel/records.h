@@ -69,10 +69,10 @@ struct Snapshot {
   std::uint64_t incarnation;  ///< of the real-time task
   RtState state;
   std::uint32_t flags;        ///< bits kSnapshot…, below
-  std::uint64_t stops_done;   ///< last value of ControlFlags::stop_count that has been carried out
+  std::uint64_t stops_done;   ///< last value of StopSegment::count that has been carried out
   std::uint64_t clears_done;  ///< the same for clear_count
   std::uint64_t command_id;   ///< running command, 0 = none
-  /// Highest command number that has ended, with its verdict or dropped by a task that adopted the segment.
+  /// Highest command number that has ended, with its verdict or dropped when a servant connected.
   /// Commands end in the order of their numbers, so every one up to here has, and this never falls.
   std::uint64_t last_done_id;
   double virtual_time_s;        ///< within the running command
@@ -87,10 +87,10 @@ struct Snapshot {
   double pitch_rad;
   std::array<double, kMaxServos> pulse_us;  ///< joints first, then the gripper
   std::uint64_t overruns;
-  std::uint32_t stop_sources;   ///< bits of StopSource that see an emergency stop now
-  std::uint32_t device_health;  ///< BackendHealth
-  std::uint32_t device_cause;   ///< why it is degraded or lost, DeviceCause; 0: it is not
-  std::uint32_t reserved;
+  std::uint32_t stop_sources;          ///< bits of StopSource that see an emergency stop now
+  std::uint32_t device_health;         ///< BackendHealth
+  std::uint32_t device_cause;          ///< why it is degraded or lost, DeviceCause; 0: it is not
+  std::uint32_t backlog;               ///< commands that have left the ring and wait in the task
   std::uint64_t device_frames;         ///< that the device has taken
   std::int64_t device_age_ns;          ///< of the newest of them when the device had taken it
   std::int64_t device_age_max_ns;      ///< the longest since the device was opened
@@ -99,6 +99,7 @@ struct Snapshot {
   std::uint64_t waiting_id;            ///< command that is taken from the ring and not begun, 0 = none
   std::uint64_t cancels_done;          ///< count of the last CancelRequest that is in force
   double command_duration_s;           ///< of the running command, in virtual time; 0 where none runs
+  std::uint64_t servant_session;       ///< connection whose flags and commands are read; 0: none yet
 };
 static_assert(std::is_trivially_copyable_v<Snapshot> && sizeof(Snapshot) % 8 == 0);
 

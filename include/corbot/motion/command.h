@@ -58,7 +58,7 @@ struct GripperMotion {
 /// One accepted motion as it lies in the command ring. Fixed size; the real-time task checks every field.
 struct Command {
   std::uint64_t id;     ///< numbered from 1, rising
-  std::uint64_t epoch;  ///< value of ControlFlags::stop_count when it was planned; an older one is refused
+  std::uint64_t epoch;  ///< value of StopSegment::count when it was planned; an older one is refused
   MotionKind kind;
   /// Of the real-time task that it was planned for, the low 32 bits: no other task carries it out.
   std::uint32_t incarnation;

@@ -17,7 +17,7 @@
 #include "client/failure.h"
 #include "client/stop_on_signal.h"
 #include "config/load_profile.h"
-#include "shm/segment.h"
+#include "shm/channel_client.h"
 #include "state/position_store.h"
 
 namespace corbot::cli {
@@ -38,13 +38,7 @@ std::string read_text(const std::string& file) {
 
 /// Two programs must not drive the same servos.
 void refuse_if_running(const std::string& name) {
-  bool alive = false;
-  try {
-    alive = Segment::observe(name).peer_alive();
-  } catch (const SegmentError&) {
-    // no segment, or one of a dead task: nothing drives the servos
-  }
-  if (!alive) return;
+  if (!task_runs(name)) return;
   throw Failure(ExitCode::kInternal,
                 fmt::format("the real-time task of {} is running and holds the servos: end it first, with "
                             "'corbot down --name {}'",

@@ -24,7 +24,6 @@ struct Finding {
 struct MachineFiles {
   std::string proc{"/proc"};
   std::string sys{"/sys"};
-  std::string shm{"/dev/shm"};
 };
 
 /// The machine's fitness for a real-time loop. `cpu`: the profile's, −1: no

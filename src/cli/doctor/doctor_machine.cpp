@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <linux/capability.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
-#include <sys/statvfs.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -21,7 +24,6 @@ using client::parse_integer;
 
 namespace {
 
-constexpr std::uint64_t kSegmentRoom = 8u << 20;  // several robots' segments
 constexpr std::uint64_t kLockedMemory = 256u << 20;
 
 std::string first_line(const std::string& file) {
@@ -83,19 +85,15 @@ Finding isolation(const MachineFiles& files, std::optional<int> wanted) {
           fmt::format("add isolcpus={0} nohz_full={0} to the kernel's command line", cpu)};
 }
 
-Finding shared_memory(const MachineFiles& files) {
-  struct statvfs status {};
-  if (::access(files.shm.c_str(), W_OK) != 0 || ::statvfs(files.shm.c_str(), &status) != 0) {
-    return {Level::kFail, "shared memory", files.shm + " cannot be written to",
-            "mount -t tmpfs -o mode=1777 tmpfs " + files.shm};
-  }
-  const std::uint64_t room = static_cast<std::uint64_t>(status.f_bavail) * status.f_frsize;
-  const std::string text = fmt::format("{}, {} MiB free", files.shm, room >> 20);
-  if (room < kSegmentRoom) {
-    return {Level::kFail, "shared memory", text,
-            fmt::format("remove what fills it, or mount -o remount,size=64M {}", files.shm)};
-  }
-  return ok("shared memory", text);
+/// What servant and real-time task share is sealed against being written by others.
+Finding shared_memory() {
+  const int memory = ::memfd_create("corbot.doctor", MFD_CLOEXEC | MFD_ALLOW_SEALING);
+  const bool is_sealed = memory >= 0 && ::fcntl(memory, F_ADD_SEALS, F_SEAL_FUTURE_WRITE) == 0;
+  const int error = errno;
+  if (memory >= 0) ::close(memory);
+  if (is_sealed) return ok("shared memory", "can be sealed");
+  return {Level::kFail, "shared memory", fmt::format("cannot be sealed: {}", std::strerror(error)),
+          "needs Linux 5.1 or newer"};
 }
 
 /// Capability `bit` in this process's effective set.
@@ -127,7 +125,7 @@ bool cpu_list_contains(std::string_view list, int cpu) {
 
 std::vector<Finding> examine_machine(const MachineFiles& files, std::optional<int> cpu) {
   return {kernel(files), clock_source(files), governor(files, cpu.value_or(-1)), isolation(files, cpu),
-          shared_memory(files)};
+          shared_memory()};
 }
 
 std::vector<Finding> examine_privileges(int priority) {

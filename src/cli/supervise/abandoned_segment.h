@@ -6,11 +6,11 @@
 
 namespace corbot::cli {
 
-/// Removes the shared memory of a robot when neither a real-time task nor a servant holds it any more. True
-/// when it did; false when there is none, it is in use, or it belongs to another user.
+/// Removes the socket that a killed real-time task has left. True when it did; false when there is none, a task
+/// listens on it, or it belongs to another user. The shared memory goes with the processes.
 bool remove_abandoned_segment(const std::string& name) noexcept;
 
-/// The robots whose shared memory that would remove.
+/// The robots whose socket that would remove.
 [[nodiscard]] std::vector<std::string> abandoned_segments();
 
 }  // namespace corbot::cli

@@ -53,16 +53,15 @@ pid_t parent_of(pid_t pid) {
   return parent;
 }
 
-/// Does it hold a descriptor of that robot's shared memory, a file or a memfd?
+/// Does it hold a descriptor of that robot's shared memory?
 bool holds_memory_of(pid_t pid, const std::string& name) {
-  const std::string file = "/dev/shm/corbot." + name;
   const std::string memfd = fmt::format("/memfd:corbot.{} (deleted)", name);
   std::error_code error;
   for (fs::directory_iterator entry(fmt::format("/proc/{}/fd", pid), error), end; !error && entry != end;
        entry.increment(error)) {
     std::error_code gone;
     const std::string target = fs::read_symlink(entry->path(), gone).string();
-    if (!gone && (target == file || target == memfd)) return true;
+    if (!gone && target == memfd) return true;
   }
   return false;
 }

@@ -56,7 +56,7 @@ bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>
   times_us.reserve(kCycles);
   for (std::uint64_t i = 0; times_us.size() < kCycles; ++i) {
     const bool at_rest = rig.snapshot.command_id == 0;
-    if (next && at_rest && rig.segment->commands.size() == 0) {
+    if (next && at_rest && rig.queued() == 0) {
       rig.submit(next(rig, out));
       out = !out;
     }
@@ -66,7 +66,7 @@ bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>
     const auto begin = std::chrono::steady_clock::now();
     (void)rig.cycle->step(rig.now_ns, rig.now_ns);
     const auto end = std::chrono::steady_clock::now();
-    (void)rig.segment->snapshot.load(rig.snapshot);
+    (void)rig.task->snapshot.load(rig.snapshot);
     while (rig.completion()) {
     }
     if (!next || rig.snapshot.command_id != 0) {

@@ -38,8 +38,8 @@ using Clock = std::chrono::steady_clock;
 struct Own {
   static constexpr const char* kName = "corbot::Ring";
   std::unique_ptr<Ring<Command, kCapacity>> ring = std::make_unique<Ring<Command, kCapacity>>();
-  alignas(128) RingProducer<Ring<Command, kCapacity>> producer{*ring};
-  alignas(128) RingConsumer<Ring<Command, kCapacity>> consumer{*ring};
+  alignas(128) RingProducer<RingSlots<Command, kCapacity>> producer{*ring};
+  alignas(128) RingConsumer<RingSlots<Command, kCapacity>> consumer{*ring};
   bool push(const Command& command) { return producer.push(command); }
   bool pop(Command& command) { return consumer.pop(command) == PopResult::kOk; }
 };

@@ -11,16 +11,20 @@ namespace corbot {
 struct RingIndices {
   template <class Ring>
   static void set_indices(Ring& ring, std::uint64_t head, std::uint64_t tail) {
-    ring.head_.store(head);
-    ring.tail_.store(tail);
+    ring.slots.head_.store(head);
+    ring.tail.tail_.store(tail);
   }
   template <class Ring>
   static void set_head(Ring& ring, std::uint64_t head) {
-    ring.head_.store(head);
+    ring.slots.head_.store(head);
+  }
+  template <class Record, std::size_t kCapacity>
+  static void set_head(RingSlots<Record, kCapacity>& slots, std::uint64_t head) {
+    slots.head_.store(head);
   }
   template <class Ring>
   static void set_tail(Ring& ring, std::uint64_t tail) {
-    ring.tail_.store(tail);
+    ring.tail.tail_.store(tail);
   }
 };
 

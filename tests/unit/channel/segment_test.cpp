@@ -2,185 +2,202 @@
 #include "shm/segment.h"
 
 #include <fcntl.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
+
 #include "segment_fixture.h"
+
+// What a segment is, and what nobody but its creator can do to it.
 
 namespace corbot {
 namespace {
 
 using Kind = SegmentError::Kind;
+using testing::HasSubstr;
 
-TEST_F(SegmentTest, IsCreatedComplete) {
-  Segment rt = task();
-  EXPECT_FALSE(rt.adopted());
-  const SegmentHeader& header = rt.layout().header;
-  EXPECT_EQ(header.magic.load(), kSegmentMagic);
-  EXPECT_EQ(header.abi, kSegmentAbi);
-  EXPECT_EQ(header.total_size, sizeof(SegmentLayout));
-  EXPECT_EQ(header.fingerprint, kTestFingerprint);
-  EXPECT_EQ(header.name, name());
-  EXPECT_EQ(header.incarnation.load(), 1u);
-  EXPECT_EQ(header.rt_pid.load(), ::getpid());
-  EXPECT_EQ(header.next_command_id.load(), 1u);
-  EXPECT_EQ(rt.layout().control.override_ratio.load(), 1.0);
-  EXPECT_EQ(rt.layout().commands.size(), 0u);
+constexpr int kSizeSeals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL;
+
+Segment<TaskSegment> make_task() { return Segment<TaskSegment>::create("arm", kTestFingerprint); }
+
+Descriptor copy_of(const Descriptor& memory) { return Descriptor(::dup(memory.get())); }
+
+SegmentExpectation expected() { return {"arm", ::geteuid(), kTestFingerprint}; }
+
+/// But for the one against execution, which newer kernels have.
+int seals_of(const Descriptor& memory) {
+  return ::fcntl(memory.get(), F_GET_SEALS) & (kSizeSeals | F_SEAL_WRITE | F_SEAL_FUTURE_WRITE);
+}
+
+/// The errno of a mapping, or 0.
+int mapping_error(int fd, std::size_t size, int protection) {
+  void* const address = ::mmap(nullptr, size, protection, MAP_SHARED, fd, 0);
+  if (address == MAP_FAILED) return errno;
+  ::munmap(address, size);
+  return 0;
+}
+
+TEST(SegmentMemory, IsCreatedComplete) {
+  const auto task = make_task();
+  EXPECT_EQ(task->header.magic, kSegmentMagic);
+  EXPECT_EQ(task->header.abi, kSegmentAbi);
+  EXPECT_EQ(task->header.kind, SegmentKind::kTask);
+  EXPECT_EQ(task->header.total_size, sizeof(TaskSegment));
+  EXPECT_EQ(task->header.fingerprint, kTestFingerprint);
+  EXPECT_STREQ(task->header.name, "arm");
+  EXPECT_EQ(task->header.pid, ::getpid());
+  EXPECT_EQ(task->incarnation, 1u);
+  EXPECT_NE(task->header.id, make_task()->header.id);
+  const auto servant = Segment<ServantSegment>::create("arm", kTestFingerprint);
+  EXPECT_EQ(servant->next_command_id.load(), 1u);
+  EXPECT_EQ(servant->control.override_ratio.load(), 1.0);
+  EXPECT_EQ(ring_size(servant->commands, task->commands_tail), 0u);
+}
+
+TEST(SegmentMemory, IsOpenToNoOtherUserAndAllocatedWhateverTheUmask) {
+  const mode_t before = ::umask(0);
+  const auto task = make_task();
+  ::umask(before);
   struct stat status {};
-  ASSERT_EQ(::stat(path().c_str(), &status), 0);
+  ASSERT_EQ(::fstat(task.memory().get(), &status), 0);
   EXPECT_EQ(status.st_mode & 07777, 0600u);
   EXPECT_EQ(status.st_uid, ::geteuid());
+  EXPECT_GE(static_cast<std::size_t>(status.st_blocks) * 512, sizeof(TaskSegment));
 }
 
-TEST_F(SegmentTest, IsCreatedWithMode0600WhateverTheUmask) {
-  const mode_t before = ::umask(0777);
-  std::optional<SegmentError> error;
-  struct stat status {};
-  {
-    std::optional<Segment> rt;
-    error = error_of([&] { rt.emplace(task()); });
-    (void)::stat(path().c_str(), &status);
+TEST(SegmentMemory, OnlyItsCreatorCanEverWriteIt) {
+  const auto task = make_task();
+  // All that another process can do with what it receives: use it, or open it again.
+  const std::string path = "/proc/self/fd/" + std::to_string(task.memory().get());
+  const Descriptor again(::open(path.c_str(), O_RDWR | O_CLOEXEC));
+  ASSERT_TRUE(again) << "its own user may open it";
+  constexpr std::size_t kSize = sizeof(TaskSegment);
+  EXPECT_EQ(mapping_error(task.memory().get(), kSize, PROT_READ), 0);
+  for (const int fd : {task.memory().get(), again.get()}) {
+    EXPECT_NE(mapping_error(fd, kSize, PROT_READ | PROT_WRITE), 0);
+    EXPECT_NE(mapping_error(fd, kSize, PROT_WRITE), 0);
+    EXPECT_EQ(::pwrite(fd, "x", 1, 0), -1);
+    EXPECT_EQ(::ftruncate(fd, 0), -1);
+    EXPECT_EQ(::ftruncate(fd, 2 * kSize), -1);
+    EXPECT_EQ(::fallocate(fd, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, 0, 4096), -1);
   }
-  ::umask(before);
-  EXPECT_FALSE(error) << error->what();
-  EXPECT_EQ(status.st_mode & 07777, 0600u);
+  EXPECT_EQ(mapping_error(again.get(), kSize, PROT_READ | PROT_WRITE), EPERM);
+  EXPECT_EQ(seals_of(task.memory()), kSizeSeals | F_SEAL_FUTURE_WRITE);
+  auto seen = Segment<const TaskSegment>::open(copy_of(again), expected());
+  void* const address = const_cast<TaskSegment*>(&*seen);
+  EXPECT_EQ(::mprotect(address, kSize, PROT_READ | PROT_WRITE), -1);
+  EXPECT_EQ(errno, EACCES);
+  task->wake.store(7);
+  EXPECT_EQ(seen->wake.load(), 7u) << "its creator does write it";
 }
 
-TEST_F(SegmentTest, CarriesRecordsBothWays) {
-  Segment rt = task();
-  Segment user = servant();
-  EXPECT_EQ(rt.layout().header.servant_pid.load(), ::getpid());
-  Command command{};
-  command.id = 5;
-  ASSERT_TRUE(RingProducer(user.layout().commands).push(command));
-  Command taken{};
-  ASSERT_EQ(RingConsumer(rt.layout().commands).pop(taken), PopResult::kOk);
-  EXPECT_EQ(taken.id, 5u);
-  ASSERT_TRUE(RingProducer(rt.layout().completions).push(Completion{5, Verdict::kDone, 0, 77}));
-  Completion completion{};
-  ASSERT_EQ(RingConsumer(user.layout().completions).pop(completion), PopResult::kOk);
-  EXPECT_EQ(completion.cycle, 77u);
+TEST(SegmentMemory, TheStopCountIsWrittenByWhoeverHasIt) {
+  const auto stop = Segment<StopSegment>::create("arm", kTestFingerprint);
+  const auto seen = Segment<StopSegment>::open(copy_of(stop.memory()), expected());
+  seen->count.fetch_add(1);
+  EXPECT_EQ(stop->count.load(), 1u);
+  EXPECT_EQ(::ftruncate(stop.memory().get(), 0), -1);
+  EXPECT_EQ(seals_of(stop.memory()), kSizeSeals);
 }
 
-TEST_F(SegmentTest, ObserverReadsWhileBothAreThereAndKeepsNoProcessOut) {
-  Segment rt = task();
-  Snapshot snapshot{};
-  snapshot.cycle = 9;
-  rt.layout().snapshot.store(snapshot);
-  const Segment first = Segment::observe(name());
-  const Segment second = Segment::observe(name());
-  Segment user = servant();
-  Snapshot seen{};
-  ASSERT_TRUE(second.layout().snapshot.load(seen));
-  EXPECT_EQ(seen.cycle, 9u);
-  EXPECT_TRUE(first.peer_alive());
-  user.leave();
-  rt.leave();
-  EXPECT_FALSE(first.peer_alive());
-  EXPECT_FALSE(first.linked());
-  EXPECT_FALSE(exists()) << "an observer does not keep the segment";
+/// A memory as another process might offer it.
+class Forged {
+ public:
+  explicit Forged(std::size_t size = sizeof(TaskSegment))
+      : memory_(::memfd_create("forged", MFD_CLOEXEC | MFD_ALLOW_SEALING)) {
+    if (::ftruncate(memory_.get(), static_cast<off_t>(size)) != 0) ::abort();
+    ::fchmod(memory_.get(), 0600);
+    segment_detail::fill_header(header, "arm", kTestFingerprint, SegmentKind::kTask, sizeof(TaskSegment));
+  }
+  std::optional<SegmentError> opened(int seals = kSizeSeals | F_SEAL_FUTURE_WRITE,
+                                     SegmentExpectation expectation = expected()) {
+    if (::pwrite(memory_.get(), &header, sizeof(header), 0) != sizeof(header)) ::abort();
+    ::fcntl(memory_.get(), F_ADD_SEALS, seals);
+    return error_of([&] { (void)Segment<const TaskSegment>::open(copy_of(memory_), expectation); });
+  }
+  void set_mode(mode_t mode) { ::fchmod(memory_.get(), mode); }
+  SegmentHeader header{};
+
+ private:
+  Descriptor memory_;
+};
+
+void expect_refused(const std::optional<SegmentError>& error, Kind kind, const char* text) {
+  ASSERT_TRUE(error) << text;
+  EXPECT_EQ(static_cast<int>(error->kind()), static_cast<int>(kind)) << error->what();
+  EXPECT_THAT(error->what(), HasSubstr(text));
 }
 
-TEST_F(SegmentTest, ObserverCannotWrite) {
-  Segment rt = task();
-  Segment observer = Segment::observe(name());
-  // The kernel is asked to write there: it answers EFAULT where a store of our own would be
-  // a segmentation fault.
-  const int zero = ::open("/dev/zero", O_RDONLY | O_CLOEXEC);
-  ASSERT_GE(zero, 0);
-  EXPECT_EQ(::read(zero, &rt.layout().control, 1), 1);
-  EXPECT_EQ(::read(zero, &observer.layout().control, 1), -1);
-  EXPECT_EQ(errno, EFAULT);
-  ::close(zero);
+TEST(SegmentCheck, WhatIsRightIsOpened) {
+  EXPECT_FALSE(Forged().opened()) << "or the cases below prove nothing";
 }
 
-TEST_F(SegmentTest, AdoptionKeepsEverythingButTheIncarnation) {
-  {
-    Segment rt = task();
-    Snapshot snapshot{};
-    snapshot.cycle = 123;
-    snapshot.position_rad[2] = 0.25;
-    rt.layout().snapshot.store(snapshot);
-    rt.layout().header.next_command_id.store(17);
-    rt.layout().control.stop_count.store(3);
-  }  // as at death: no leave()
-  Segment rt = task();
-  EXPECT_TRUE(rt.adopted());
-  EXPECT_EQ(rt.layout().header.incarnation.load(), 2u);
-  EXPECT_EQ(rt.layout().header.next_command_id.load(), 17u);
-  EXPECT_EQ(rt.layout().control.stop_count.load(), 3u);
-  Snapshot snapshot{};
-  ASSERT_TRUE(last_snapshot(rt.layout(), snapshot));
-  EXPECT_EQ(snapshot.cycle, 123u);
-  EXPECT_EQ(snapshot.position_rad[2], 0.25);
-}
-
-TEST_F(SegmentTest, AdoptionIsSeenByTheServantThatStayed) {
-  auto rt = std::make_unique<Segment>(task());
-  Segment user = servant();
-  EXPECT_TRUE(user.peer_alive());
-  rt.reset();
-  EXPECT_FALSE(user.peer_alive());
-  const Segment again = task();
-  EXPECT_TRUE(user.peer_alive());
-  EXPECT_TRUE(user.linked());
-  EXPECT_EQ(user.layout().header.incarnation.load(), 2u);
-}
-
-TEST_F(SegmentTest, TheLastOneOutUnlinks) {
-  for (const bool task_first : {true, false}) {
-    Segment rt = task();
-    Segment user = servant();
-    Segment& first = task_first ? rt : user;
-    Segment& last = task_first ? user : rt;
-    first.leave();
-    EXPECT_TRUE(exists());
-    EXPECT_FALSE(last.peer_alive());
-    first.leave();  // twice does no harm
-    last.leave();
-    EXPECT_FALSE(exists());
+TEST(SegmentCheck, WhatIsNotSealedIsRefused) {
+  for (const int seals : {0, F_SEAL_FUTURE_WRITE, kSizeSeals, F_SEAL_SHRINK | F_SEAL_FUTURE_WRITE,
+                          F_SEAL_GROW | F_SEAL_SEAL | F_SEAL_FUTURE_WRITE}) {
+    expect_refused(Forged().opened(seals), Kind::kUnsealed, "not sealed");
   }
 }
 
-TEST_F(SegmentTest, LeavingAnUnlinkedSegmentLeavesItsSuccessorAlone) {
-  Segment old = task();
-  std::filesystem::remove(path());  // what an impatient person does
-  EXPECT_FALSE(old.linked());
-  const Segment fresh = task();
-  EXPECT_FALSE(fresh.adopted());
-  old.leave();
-  EXPECT_TRUE(exists());
-  EXPECT_TRUE(fresh.linked());
-}
-
-TEST_F(SegmentTest, UnfinishedCreationIsAbsentToOthersAndTakenOverByATask) {
-  for (const std::uintmax_t size : {std::uintmax_t{0}, std::uintmax_t{sizeof(SegmentLayout)}}) {
-    const int fd = ::shm_open(("/corbot." + name()).c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-    ASSERT_GE(fd, 0);
-    ASSERT_EQ(::ftruncate(fd, static_cast<off_t>(size)), 0);
-    ::close(fd);
-    auto error = error_of([&] { (void)servant(); });
-    ASSERT_TRUE(error);
-    EXPECT_EQ(error->kind(), Kind::kAbsent);
-    error = error_of([&] { (void)Segment::observe(name()); });
-    ASSERT_TRUE(error);
-    EXPECT_EQ(error->kind(), Kind::kAbsent);
-    Segment rt = task();
-    EXPECT_FALSE(rt.adopted());
-    EXPECT_EQ(rt.layout().header.incarnation.load(), 1u);
-    rt.leave();
-    EXPECT_FALSE(exists());
+TEST(SegmentCheck, WhatAnotherUserMadeOrMayOpenIsRefused) {
+  expect_refused(Forged().opened(kSizeSeals | F_SEAL_FUTURE_WRITE, {"arm", ::geteuid() + 1, {}}),
+                 Kind::kPermission, "made by uid");
+  for (const mode_t mode : {0640u, 0604u, 0666u, 0777u}) {
+    Forged open;
+    open.set_mode(mode);
+    expect_refused(open.opened(), Kind::kPermission, "open to no other");
   }
 }
 
-TEST_F(SegmentTest, MovesItsOwnership) {
-  Segment first = task();
-  Segment second = std::move(first);
-  EXPECT_EQ(second.layout().header.incarnation.load(), 1u);
-  const Segment user = servant();
-  EXPECT_TRUE(user.peer_alive());
+TEST(SegmentCheck, EveryFieldOfTheHeaderCounts) {
+  const auto spoiled = [](const std::function<void(SegmentHeader&)>& spoil) {
+    Forged forged;
+    spoil(forged.header);
+    return forged.opened();
+  };
+  expect_refused(spoiled([](SegmentHeader& h) { h.magic ^= 1; }), Kind::kForeign, "not a corbot segment");
+  expect_refused(spoiled([](SegmentHeader& h) { ++h.abi; }), Kind::kWrongVersion,
+                 "this program speaks version");
+  expect_refused(spoiled([](SegmentHeader& h) { h.kind = SegmentKind::kServant; }), Kind::kForeign,
+                 "another kind");
+  expect_refused(spoiled([](SegmentHeader& h) { h.total_size += 8; }), Kind::kWrongSize,
+                 "not built from the same source");
+  expect_refused(spoiled([](SegmentHeader& h) { h.fingerprint ^= 1; }), Kind::kWrongFingerprint,
+                 "same profile");
+  expect_refused(spoiled([](SegmentHeader& h) { h.name[0] = '#'; }), Kind::kForeign, "another name");
+  expect_refused(spoiled([](SegmentHeader& h) { std::memset(h.name, 'a', sizeof(h.name)); }), Kind::kForeign,
+                 "another name");
+}
+
+TEST(SegmentCheck, AnotherSizeIsRefusedBeforeItIsMapped) {
+  for (const std::size_t size : {sizeof(SegmentHeader), sizeof(TaskSegment) - 1, sizeof(TaskSegment) + 1}) {
+    expect_refused(Forged(size).opened(), Kind::kWrongSize, "made for a layout of");
+  }
+  const Descriptor pipe_end = [] {
+    int ends[2];
+    if (::pipe(ends) != 0) ::abort();
+    ::close(ends[1]);
+    return Descriptor(ends[0]);
+  }();
+  EXPECT_TRUE(error_of([&] { (void)Segment<const TaskSegment>::open(copy_of(pipe_end), expected()); }));
+  EXPECT_TRUE(error_of([&] { (void)Segment<const TaskSegment>::open(Descriptor(), expected()); }));
+}
+
+TEST(SegmentCheck, NamesAreChecked) {
+  const std::string kBad[] = {
+      "", "..", "a/b", "a b", "a.b", "é", std::string(49, 'a'), std::string("a\0b", 3), "a\n"};
+  for (const std::string& bad : kBad) {
+    expect_refused(error_of([&] { (void)Segment<TaskSegment>::create(bad, 1); }), Kind::kBadName,
+                   "letters, digits");
+    expect_refused(error_of([&] { (void)Observer::of(bad); }), Kind::kBadName, "letters, digits");
+    expect_refused(error_of([&] { ChannelServer(bad, 1, {}); }), Kind::kBadName, "letters, digits");
+  }
+  const std::string longest(kMaxSegmentName, 'Z');
+  EXPECT_EQ(Segment<TaskSegment>::create(longest, 1)->header.name, longest);
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ TEST(SnapshotCell, RefusesATornRecordUntilTheNextStoreWhereverTheWriterDied) {
 }
 
 TEST(LastSnapshot, FallsBackOnTheFlightRecorder) {
-  const auto layout = std::make_unique<SegmentLayout>();
+  const auto layout = std::make_unique<TaskSegment>();
   Snapshot out{};
   EXPECT_FALSE(last_snapshot(*layout, out));
   Snapshot in{};

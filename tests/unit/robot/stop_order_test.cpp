@@ -15,11 +15,11 @@ class StopOrder : public TaskTest {
 
   /// A Stop of some other client: counted, and not carried out until the test says so.
   void begin_stop() {
-    task_.layout().control.stop_count.fetch_add(1);
+    task_.stop_count().fetch_add(1);
     task_.change([](Snapshot& now) { now.state = RtState::kStopping; });
   }
   void end_stops() {
-    const std::uint64_t count = task_.layout().control.stop_count.load();
+    const std::uint64_t count = task_.stop_count().load();
     task_.change([&](Snapshot& now) {
       now.stops_done = count;
       now.state = RtState::kStandby;
@@ -45,12 +45,12 @@ class StopOrder : public TaskTest {
 TEST_F(StopOrder, WhatEnteredBeforeAStopIsStopped) {
   enter_all();
   std::thread stop([&] { EXPECT_EQ(status_of([&] { robot_->stop(); }), CORBOT_OK); });
-  ASSERT_TRUE(wait_until(within(30), [&] { return task_.layout().control.stop_count.load() == 2; }));
+  ASSERT_TRUE(wait_until(within(30), [&] { return task_.stop_count().load() == 2; }));
   end_stops();
   stop.join();
   join_all();
   for (const Outcome& outcome : outcomes_) EXPECT_EQ(outcome.status, CORBOT_STOPPED) << outcome.text;
-  EXPECT_EQ(task_.layout().commands.size(), 0u) << "handed over after the Stop";
+  EXPECT_EQ(task_.queued(), 0u) << "handed over after the Stop";
   const Outcome later = try_accept(DwellRequest{1.0});
   EXPECT_EQ(later.status, CORBOT_OK) << later.text;
 }
@@ -83,15 +83,15 @@ TEST_F(StopOrder, CallsThatStartAMotionAreBoundedInTimeAndStopIsNotBehindThem) {
 TEST_F(StopOrder, StopLeavesAPauseInForce) {
   ASSERT_EQ(status_of([&] { robot_->pause(true); }), CORBOT_OK);
   std::thread stop([&] { EXPECT_EQ(status_of([&] { robot_->stop(); }), CORBOT_OK); });
-  ASSERT_TRUE(wait_until(within(30), [&] { return task_.layout().control.stop_count.load() == 1; }));
+  ASSERT_TRUE(wait_until(within(30), [&] { return task_.stop_count().load() == 1; }));
   end_stops();
   stop.join();
-  EXPECT_EQ(task_.layout().control.pause.load(), 1u) << "somebody else's Pause, perhaps";
+  EXPECT_EQ(task_.servant().control.pause.load(), 1u) << "somebody else's Pause, perhaps";
 }
 
 /// An earlier servant's motion is named at once, with the time that it needs.
 TEST_F(StopOrder, AnEarlierServantsMotionIsNotWaitedFor) {
-  task_.layout().header.next_command_id.store(8);
+  robot_.reset();
   task_.change([](Snapshot& now) {
     now.state = RtState::kMoving;
     now.command_id = 7;
@@ -100,6 +100,7 @@ TEST_F(StopOrder, AnEarlierServantsMotionIsNotWaitedFor) {
     now.virtual_time_s = 3.0;
     now.override_ratio = 0.5;
   });
+  open_robot();
   const Outcome refused = try_accept(DwellRequest{1.0});
   EXPECT_EQ(refused.status, CORBOT_NOT_READY);
   EXPECT_NE(refused.text.find("motion 7 is still under way, 12.0 s to go"), std::string::npos)

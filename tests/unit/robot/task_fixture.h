@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -20,12 +19,30 @@
 #include "rt/backends/loopback/loopback_backend.h"
 #include "rt/cycle/cycle.h"
 #include "rt/loop.h"
-#include "shm/segment.h"
+#include "shm/channel_client.h"
+#include "shm/channel_server.h"
 #include "support/process.h"
 
 namespace corbot::test {
 
-/// A real-time task whose every answer the test gives. While it runs, its cycle number rises.
+/// What a task in this process has of the channel. Each has an incarnation of its own.
+struct TaskEnd {
+  TaskEnd(const std::string& name, const ArmModel& arm)
+      : task(Segment<TaskSegment>::create(name, fingerprint(arm))),
+        stop(Segment<StopSegment>::create(name, fingerprint(arm))),
+        server(name, fingerprint(arm), {}) {
+    static std::atomic<std::uint64_t> incarnation{0};
+    task->incarnation = ++incarnation;
+    server.serve(task, stop, servants, nullptr);
+  }
+  Segment<TaskSegment> task;
+  Segment<StopSegment> stop;
+  ServantMailbox servants;
+  ChannelServer server;  // its thread uses all of the above
+};
+
+/// A real-time task whose every answer the test gives. While it runs, its cycle number rises, and it works for the
+/// servant that connects.
 class FakeTask {
  public:
   FakeTask(const std::string& name, const ArmModel& arm) : name_(name), arm_(arm) { adopt(); }
@@ -33,29 +50,25 @@ class FakeTask {
   FakeTask& operator=(const FakeTask&) = delete;
   ~FakeTask() { die(); }
 
-  /// Gives the locks back, as death does.
+  /// Closes the connections, as death does.
   void die() {
-    end_ = true;
-    if (thread_.joinable()) thread_.join();
-    segment_.reset();
+    stop_running();
+    servant_ = nullptr;
+    end_.reset();
   }
-  /// Holds the lock, with an incarnation of its own; the cycle does not run yet.
-  void adopt() { segment_.emplace(Segment::create_or_adopt(name_, fingerprint(arm_))); }
+  /// Listens, with an incarnation of its own; the cycle does not run yet.
+  void adopt() { end_.emplace(name_, arm_); }
   void run() {
-    snapshot_.incarnation = layout().header.incarnation.load();
-    end_ = false;
+    snapshot_.incarnation = end_->task->incarnation;
+    snapshot_.servant_session = 0;
+    ending_ = false;
     thread_ = std::thread([this] {
-      while (!end_) {
+      while (!ending_) {
         change([](Snapshot&) {});
         const timespec period{0, 1'000'000};
         ::nanosleep(&period, nullptr);
       }
     });
-  }
-  /// As a task that adopts a segment does.
-  void drop_ring() {
-    RingConsumer(layout().commands).clear();
-    snapshot_.last_done_id = layout().header.next_command_id.load() - 1;
   }
 
   /// Changes the snapshot and publishes it.
@@ -63,34 +76,60 @@ class FakeTask {
   void change(Change&& how) {
     const std::lock_guard lock(mutex_);
     ++snapshot_.cycle;
+    connect();
     how(snapshot_);
-    layout().snapshot.store(snapshot_);
-    wake_one(layout().wake);
+    end_->task->snapshot.store(snapshot_);
+    wake_one(end_->task->wake);
   }
   /// The command that is next in the ring has its verdict; the snapshot follows.
   void complete(Verdict verdict) {
-    Command command{};
-    ASSERT_EQ(RingConsumer(layout().commands).pop(command), PopResult::kOk);
+    const Command command = take();
     change([&](Snapshot& now) {
-      ASSERT_TRUE(RingProducer(layout().completions).push({command.id, verdict, 0, now.cycle}));
+      ASSERT_TRUE(RingProducer(end_->task->completions, servant_->completions_tail)
+                      .push({command.id, verdict, 0, now.cycle}));
       now.last_done_id = command.id;
     });
   }
   /// It has ended, and the record of how is lost.
   void lose_verdict() {
-    Command command{};
-    ASSERT_EQ(RingConsumer(layout().commands).pop(command), PopResult::kOk);
+    const Command command = take();
     change([&](Snapshot& now) { now.last_done_id = command.id; });
   }
-  [[nodiscard]] SegmentLayout& layout() { return segment_->layout(); }
+  [[nodiscard]] TaskSegment& task() { return *end_->task; }
+  [[nodiscard]] std::atomic<std::uint64_t>& stop_count() { return end_->stop->count; }
+  [[nodiscard]] const ServantSegment& servant() const { return *servant_; }
+  [[nodiscard]] std::size_t queued() const {
+    return ring_size(servant_->commands, end_->task->commands_tail);
+  }
 
  private:
+  void stop_running() {
+    ending_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+  /// As a cycle does with a servant that has just come.
+  void connect() {
+    const ServantOffer* const offer = end_->servants.take();
+    if (offer == nullptr) return;
+    servant_ = offer->segment;
+    RingConsumer(servant_->commands, end_->task->commands_tail).clear();
+    if (snapshot_.command_id == 0) snapshot_.last_done_id = servant_->next_command_id.load() - 1;
+    snapshot_.servant_session = offer->session;
+    end_->servants.confirm(offer->session);
+  }
+  Command take() {
+    Command command{};
+    EXPECT_EQ(RingConsumer(servant_->commands, end_->task->commands_tail).pop(command), PopResult::kOk);
+    return command;
+  }
+
   const std::string name_;
   const ArmModel arm_;
-  std::optional<Segment> segment_;
+  std::optional<TaskEnd> end_;
+  const ServantSegment* servant_{nullptr};
   std::mutex mutex_;
   Snapshot snapshot_{};
-  std::atomic<bool> end_{false};
+  std::atomic<bool> ending_{false};
   std::thread thread_;
 };
 
@@ -98,29 +137,30 @@ class FakeTask {
 class LoopTask {
  public:
   LoopTask(const std::string& name, const ArmModel& arm)
-      : segment_(Segment::create_or_adopt(name, fingerprint(arm))),
+      : channel_(name, arm),
         backend_(arm, {}),
-        cycle_(std::make_unique<rt::Cycle>(arm, segment_.layout(), backend_, stop_, rt::CycleStart{},
-                                           rt::LivenessLimits{kNever_ns, kNever_ns})),
-        loop_(*cycle_, segment_.layout(), {arm.period_ns, false, 0}) {
+        cycle_(std::make_unique<rt::Cycle>(
+            arm, rt::CycleChannel{*channel_.task, channel_.stop->count, channel_.servants}, backend_, stop_,
+            rt::CycleStart{}, rt::LivenessLimits{kNever_ns, kNever_ns})),
+        loop_(*cycle_, *channel_.task, {arm.period_ns, false, 0}) {
     backend_.open(cycle_->frame());
     thread_ = std::thread([this] { loop_.run(end_); });
   }
   LoopTask(const LoopTask&) = delete;
   LoopTask& operator=(const LoopTask&) = delete;
-  /// Slows down on the path first; the segment stays, as after a death.
+  /// Slows down on the path first.
   ~LoopTask() {
     end_ = true;
     thread_.join();
   }
-  [[nodiscard]] SegmentLayout& layout() { return segment_.layout(); }
+  [[nodiscard]] TaskSegment& task() { return *channel_.task; }
   [[nodiscard]] rt::LoopbackBackend& backend() { return backend_; }
 
  private:
   /// A gap of a loaded machine is none of these tests' business.
   static constexpr std::int64_t kNever_ns = 3'600'000'000'000;
 
-  Segment segment_;
+  TaskEnd channel_;
   EmergencyStop stop_;
   rt::LoopbackBackend backend_;
   std::unique_ptr<rt::Cycle> cycle_;
@@ -133,7 +173,7 @@ class LoopTask {
 class TaskTest : public ::testing::Test {
  protected:
   TaskTest() : profile_(load_profile(CORBOT_PROFILE)), name_(unique_name("task")) {}
-  ~TaskTest() override { std::filesystem::remove("/dev/shm/corbot." + name_); }
+  ~TaskTest() override { remove_left_behind(name_); }
 
   void open_robot() {
     robot_ = std::make_unique<Robot>(profile_, name_);

@@ -13,7 +13,7 @@ namespace {
 constexpr int kWaiting = 200;
 
 /// Threads that the kernel has asleep on the segment's futex word.
-long wake_everyone(SegmentLayout& layout) {
+long wake_everyone(TaskSegment& layout) {
   return ::syscall(SYS_futex, &layout.wake, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
 }
 
@@ -23,9 +23,9 @@ TEST_F(TaskTest, OneThreadIsAsleepOnTheFutexWhateverWaits) {
   open_robot();
   std::vector<std::thread> callers;
   for (int i = 0; i < kWaiting; ++i) callers.emplace_back([&] { robot_->stop(); });
-  ASSERT_TRUE(wait_until(within(60), [&] { return task.layout().control.stop_count.load() == kWaiting; }));
+  ASSERT_TRUE(wait_until(within(60), [&] { return task.stop_count().load() == kWaiting; }));
   for (int i = 0; i < 100; ++i) {
-    EXPECT_LE(wake_everyone(task.layout()), 1);
+    EXPECT_LE(wake_everyone(task.task()), 1);
     const timespec pause{0, 1'000'000};
     ::nanosleep(&pause, nullptr);
   }
@@ -39,7 +39,7 @@ TEST_F(TaskTest, TheLoopWakesAsOftenForTwoHundredAsForOne) {
   LoopTask task(name_, profile_.arm);
   open_robot();
   const auto wakes_of_a_motion = [&](int waiting) {
-    const std::uint32_t before = task.layout().wake.load();
+    const std::uint32_t before = task.task().wake.load();
     const Outcome outcome = try_accept(DriveRequest{0, 0.2, 0.5});
     EXPECT_EQ(outcome.status, CORBOT_OK) << outcome.text;
     std::vector<std::thread> callers;
@@ -47,7 +47,7 @@ TEST_F(TaskTest, TheLoopWakesAsOftenForTwoHundredAsForOne) {
       callers.emplace_back([&] { EXPECT_EQ(robot_->wait(outcome.ticket, 60.0).state, CORBOT_MOTION_DONE); });
     }
     for (std::thread& caller : callers) caller.join();
-    return task.layout().wake.load() - before;
+    return task.task().wake.load() - before;
   };
   const std::uint32_t one = wakes_of_a_motion(1);
   EXPECT_GT(one, 0u);

@@ -128,9 +128,9 @@ TEST_F(CancelInCycle, NumbersThatMeanNothingTakeNothingBack) {
 TEST_F(CancelInCycle, ACommandForAnEarlierTaskIsNotCarriedOut) {
   auto plan = std::get<std::vector<Command>>(rig.planner.move_joints(rig.start(), {}, {0.5}, 0.0));
   const Command stale = rig.stamp(plan.front());
-  rig.segment->header.incarnation.fetch_add(1);
+  ++rig.task->incarnation;
   rig.restart();
-  ASSERT_TRUE(RingProducer(rig.segment->commands).push(stale));
+  ASSERT_TRUE(rig.push(stale));
   until_verdicts(1);
   EXPECT_EQ(verdicts[stale.id], Verdict::kLost);
   EXPECT_EQ(rig.snapshot.position_rad[0], 0.0);
@@ -144,13 +144,13 @@ TEST_F(CancelInCycle, ATaskThatAdoptsSaysWhatItDropped) {
   go(0.3);
   rig.step(2);
   go(0.5);
-  const std::uint64_t last = rig.segment->header.next_command_id.fetch_add(1);
+  const std::uint64_t last = rig.servant->next_command_id.fetch_add(1);
   rig.restart();
   rig.step();
   EXPECT_EQ(rig.snapshot.last_done_id, last);
   EXPECT_EQ(rig.snapshot.waiting_id, 0u);
   // A number that cannot be one is none.
-  rig.segment->header.next_command_id.store(std::numeric_limits<std::uint64_t>::max());
+  rig.servant->next_command_id.store(std::numeric_limits<std::uint64_t>::max());
   rig.restart();
   rig.step();
   EXPECT_EQ(rig.snapshot.last_done_id, last);

@@ -255,7 +255,7 @@ TEST(CommandCheck, WhatIsRefusedDoesNotMoveTheArm) {
       Command command = rig.stamp(good.command);
       command.start_rad = rig.snapshot.position_rad;
       field.at(command) = kNan;
-      ASSERT_TRUE(RingProducer(rig.segment->commands).push(command));
+      ASSERT_TRUE(rig.push(command));
       rig.step(3);
       const auto verdict = rig.completion();
       ASSERT_TRUE(verdict.has_value());

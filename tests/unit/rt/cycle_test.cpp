@@ -116,12 +116,12 @@ TEST_F(CycleTest, RefusesWhatWasPlannedBeforeAStop) {
   Command stale = rig.stamp(std::get<std::vector<Command>>(plan).front());
   rig.stop();
   rig.step();
-  ASSERT_TRUE(RingProducer(rig.segment->commands).push(stale));
+  ASSERT_TRUE(rig.push(stale));
   until_verdict(3);
   EXPECT_EQ(verdict.verdict, Verdict::kStopped);
   stale = rig.stamp(stale);
   stale.epoch = 1000;
-  ASSERT_TRUE(RingProducer(rig.segment->commands).push(stale));
+  ASSERT_TRUE(rig.push(stale));
   until_verdict(3);
   EXPECT_EQ(verdict.verdict, Verdict::kMalformed);
   expect_holds();
@@ -311,7 +311,7 @@ TEST_F(CycleTest, ARestartedTaskDoesNotBelieveAnImpossiblePosition) {
   Snapshot hostile = rig.snapshot;
   hostile.position_rad[2] = std::numeric_limits<double>::quiet_NaN();
   hostile.gripper = std::numeric_limits<double>::infinity();
-  rig.segment->snapshot.store(hostile);
+  rig.task->snapshot.store(hostile);
   rig.restart();
   rig.step();
   EXPECT_EQ(rig.snapshot.position_rad, Joints{});
@@ -320,7 +320,7 @@ TEST_F(CycleTest, ARestartedTaskDoesNotBelieveAnImpossiblePosition) {
 
 TEST_F(CycleTest, ACorruptRingIsEmptiedAndSaidSo) {
   const std::uint64_t lost = go(kThere);
-  RingIndices::set_head(rig.segment->commands, 1'000'000);
+  RingIndices::set_head(rig.servant->commands, 1'000'000);
   until_verdict(2);
   EXPECT_EQ(verdict.id, lost);
   EXPECT_EQ(verdict.verdict, Verdict::kFault);
@@ -337,7 +337,7 @@ TEST_F(CycleTest, AFullCompletionRingHoldsNothingUp) {
     rig.step(3);
   }
   EXPECT_EQ(rig.snapshot.last_done_id, 300u);
-  EXPECT_EQ(rig.segment->completions.size(), 128u);
+  EXPECT_EQ(ring_size(rig.task->completions, rig.servant->completions_tail), 128u);
 }
 
 TEST_F(CycleTest, ShutdownBringsTheMotionToRest) {

@@ -131,7 +131,7 @@ TEST_P(EmergencyStopInCycle, OutlivesItsTask) {
 }
 
 TEST_P(EmergencyStopInCycle, OutlivesATaskThatNeverRan) {
-  rig.segment->header.stop_seen = 1;
+  rig.task->stop_seen = 1;
   rig.restart();
   rig.restart();
   rig.step();
@@ -141,13 +141,13 @@ TEST_P(EmergencyStopInCycle, OutlivesATaskThatNeverRan) {
   rig.step();
   rig.clear();
   rig.step();
-  EXPECT_EQ(rig.segment->header.stop_seen, 1u) << "still pressed";
+  EXPECT_EQ(rig.task->stop_seen, 1u) << "still pressed";
   press(false);
   rig.step();
   rig.clear();
   rig.step();
   EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
-  EXPECT_EQ(rig.segment->header.stop_seen, 0u);
+  EXPECT_EQ(rig.task->stop_seen, 0u);
 }
 
 TEST(ErrorInCycle, OfAnyKindOutlivesItsTask) {

@@ -16,7 +16,8 @@ const Joints kSaved{0.1, 0.2, 0.3, 0.4};
 class FirstMotion : public ::testing::Test {
  protected:
   void power_up(const rt::CycleStart& start) {
-    rig.segment = std::make_unique<SegmentLayout>();
+    rig.task = std::make_unique<TaskSegment>();
+    rig.servant = std::make_unique<ServantSegment>();
     rig.restart(start);
     rig.step();
   }

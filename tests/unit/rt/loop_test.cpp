@@ -36,18 +36,18 @@ TEST(Loop, BringsTheMotionToRestBeforeItEnds) {
   rig.step(250);
   ASSERT_EQ(rig.snapshot.command_id, id);
   const std::uint64_t first_cycle = rig.snapshot.cycle;
-  const std::uint32_t wake = rig.segment->wake.load();
+  const std::uint32_t wake = rig.task->wake.load();
 
-  rt::Loop loop(*rig.cycle, *rig.segment, {rig.arm.period_ns, false, 0});
+  rt::Loop loop(*rig.cycle, *rig.task, {rig.arm.period_ns, false, 0});
   const std::atomic<bool> stop{true};
   loop.run(stop);
 
-  ASSERT_TRUE(rig.segment->snapshot.load(rig.snapshot));
+  ASSERT_TRUE(rig.task->snapshot.load(rig.snapshot));
   EXPECT_EQ(rig.snapshot.command_id, 0u);
   EXPECT_EQ(rig.completion()->verdict, Verdict::kStopped);
-  EXPECT_NE(rig.segment->wake.load(), wake);
+  EXPECT_NE(rig.task->wake.load(), wake);
   LoopDiagnostics diagnostics{};
-  ASSERT_TRUE(rig.segment->diagnostics.load(diagnostics));
+  ASSERT_TRUE(rig.task->diagnostics.load(diagnostics));
   const std::uint64_t steps = rig.snapshot.cycle - first_cycle;
   EXPECT_EQ(diagnostics.cycles + 1, steps);  // the last one is not waited out
   EXPECT_EQ(std::accumulate(diagnostics.latency.begin(), diagnostics.latency.end(), std::uint64_t{0}), steps);
@@ -61,16 +61,16 @@ TEST(Loop, KeepsToItsGridAndSkipsWhatItMissed) {
   const std::int64_t before_ns = rig.snapshot.time_ns;
   rig.submit(rig.planner.move_joints(rig.start(), {}, {0.8, 1.2, 1.5, 0.5}, 0.0));
   rig.step(250);
-  const std::uint64_t first = rig.segment->trace.next();
-  rt::Loop loop(*rig.cycle, *rig.segment, {rig.arm.period_ns, false, 0});
+  const std::uint64_t first = rig.task->trace.next();
+  rt::Loop loop(*rig.cycle, *rig.task, {rig.arm.period_ns, false, 0});
   const std::atomic<bool> stop{true};
   loop.run(stop);
   Snapshot last{};
   Snapshot next{};
-  ASSERT_TRUE(rig.segment->trace.read(first, last));
+  ASSERT_TRUE(rig.task->trace.read(first, last));
   EXPECT_GT(last.time_ns, before_ns);
-  for (std::uint64_t i = first + 1; i < rig.segment->trace.next(); ++i) {
-    ASSERT_TRUE(rig.segment->trace.read(i, next));
+  for (std::uint64_t i = first + 1; i < rig.task->trace.next(); ++i) {
+    ASSERT_TRUE(rig.task->trace.read(i, next));
     const std::int64_t step_ns = next.time_ns - last.time_ns;
     EXPECT_EQ(step_ns % rig.arm.period_ns, 0);
     EXPECT_EQ(step_ns > rig.arm.period_ns, next.overruns > last.overruns);

@@ -165,7 +165,7 @@ class CycleSystemCalls : public ::testing::Test {
   bool whole_life() {
     rig.step(8000);
     const bool arrived = rig.snapshot.last_done_id >= 4;
-    (void)RingProducer(rig.segment->commands).push(line);
+    (void)rig.push(line);
     rig.step(40);
     rig.pause(true);
     rig.step(400);
@@ -178,7 +178,7 @@ class CycleSystemCalls : public ::testing::Test {
     const bool stopped = rig.snapshot.stops_done == 1 && rig.snapshot.last_done_id == line.id;
     line.id += 1;
     line.epoch = 1;
-    (void)RingProducer(rig.segment->commands).push(line);  // not from here
+    (void)rig.push(line);  // not from here
     rig.step(3);
     rig.backend.set_plugged(false);
     rig.step(3);

@@ -22,29 +22,31 @@ inline ArmModel lynx5() {
 }
 
 /// The chain below the servant, without clock, process or shared memory: planner → ring → cycle → loopback
-/// backend. The test plays the servant.
+/// backend. The test plays the servant, and hands the segments over.
 class Rig {
  public:
   explicit Rig(const ArmModel& model = lynx5()) : arm(model), planner(model), backend(model, {}) {
     restart();
   }
 
-  /// What a new real-time task does with the same segment; a stop that is pressed stays pressed.
+  /// What a new real-time task does with what the last one wrote; a stop that is pressed stays pressed.
   void restart(const rt::CycleStart& start = {}) {
     const std::uint32_t pressed = emergency_stop ? emergency_stop->sources() : 0;
     emergency_stop = std::make_unique<EmergencyStop>();
     for (const StopSource source : {StopSource::kGpio, StopSource::kDevice}) {
       emergency_stop->set(source, (pressed & static_cast<std::uint32_t>(source)) != 0);
     }
-    cycle = std::make_unique<rt::Cycle>(arm, *segment, backend, *emergency_stop, start, limits);
+    cycle = std::make_unique<rt::Cycle>(arm, rt::CycleChannel{*task, stops->count, servants}, backend,
+                                        *emergency_stop, start, limits);
+    cycle->connect({servant.get(), ++session});
     backend.open(cycle->frame());
   }
 
   rt::StepReport step() {
     now_ns += arm.period_ns;
-    if (servant_responds) segment->control.servant_beat.fetch_add(1);
+    if (servant_responds) servant->control.servant_beat.fetch_add(1);
     const rt::StepReport report = cycle->step(now_ns, now_ns + 1'000'000'000'000);
-    (void)segment->snapshot.load(snapshot);
+    (void)task->snapshot.load(snapshot);
     return report;
   }
   void step(int count) {
@@ -53,51 +55,59 @@ class Rig {
 
   /// Fills in number and epoch as the servant does.
   Command stamp(Command command) {
-    auto& next = segment->header.next_command_id;
-    command.id = next.fetch_add(1);
-    command.epoch = segment->control.stop_count.load();
-    command.incarnation = static_cast<std::uint32_t>(segment->header.incarnation.load());
+    command.id = servant->next_command_id.fetch_add(1);
+    command.epoch = stops->count.load();
+    command.incarnation = static_cast<std::uint32_t>(task->incarnation);
     return command;
   }
+  bool push(const Command& command) {
+    return RingProducer(servant->commands, task->commands_tail).push(command);
+  }
+  [[nodiscard]] std::size_t queued() const { return ring_size(servant->commands, task->commands_tail); }
   /// Number of the last command pushed.
   std::uint64_t submit(const std::vector<Command>& commands) {
     std::uint64_t id = 0;
     for (const Command& command : commands) {
       const Command stamped = stamp(command);
       id = stamped.id;
-      if (!RingProducer(segment->commands).push(stamped)) return 0;
+      if (!push(stamped)) return 0;
     }
     return id;
   }
   std::uint64_t submit(const PlanResult& plan) { return submit(std::get<std::vector<Command>>(plan)); }
 
   [[nodiscard]] PlanStart start() const { return {snapshot.position_rad, snapshot.gripper}; }
-  void stop() { segment->control.stop_count.fetch_add(1); }
+  void stop() { stops->count.fetch_add(1); }
   /// Takes back the commands with these numbers.
   void cancel(std::uint64_t first, std::uint64_t last) {
     CancelRequest request{};
-    (void)segment->control.cancel.load(request);
-    segment->control.cancel.store({request.count + 1, first, last});
+    (void)servant->control.cancel.load(request);
+    servant->control.cancel.store({request.count + 1, first, last});
   }
-  void pause(bool on) { segment->control.pause.store(on ? 1 : 0); }
-  void override_to(double ratio) { segment->control.override_ratio.store(ratio); }
-  void clear() { segment->control.clear_count.fetch_add(1); }
+  void pause(bool on) { servant->control.pause.store(on ? 1 : 0); }
+  void override_to(double ratio) { servant->control.override_ratio.store(ratio); }
+  void clear() { servant->control.clear_count.fetch_add(1); }
 
   std::optional<Completion> completion() {
     Completion taken{};
-    if (RingConsumer(segment->completions).pop(taken) != PopResult::kOk) return std::nullopt;
+    if (RingConsumer(task->completions, servant->completions_tail).pop(taken) != PopResult::kOk)
+      return std::nullopt;
     return taken;
   }
   std::optional<AlarmEvent> alarm() {
     AlarmEvent taken{};
-    if (RingConsumer(segment->alarms).pop(taken) != PopResult::kOk) return std::nullopt;
+    if (RingConsumer(task->alarms, servant->alarms_tail).pop(taken) != PopResult::kOk) return std::nullopt;
     return taken;
   }
 
   ArmModel arm;
   Planner planner;
   rt::LoopbackBackend backend;
-  std::unique_ptr<SegmentLayout> segment = std::make_unique<SegmentLayout>();
+  std::unique_ptr<TaskSegment> task = std::make_unique<TaskSegment>();
+  std::unique_ptr<ServantSegment> servant = std::make_unique<ServantSegment>();
+  std::unique_ptr<StopSegment> stops = std::make_unique<StopSegment>();
+  ServantMailbox servants;
+  std::uint64_t session{0};
   std::unique_ptr<EmergencyStop> emergency_stop;
   std::unique_ptr<rt::Cycle> cycle;
   rt::LivenessLimits limits;

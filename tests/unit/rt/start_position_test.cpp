@@ -43,7 +43,7 @@ class StartPositionTest : public ::testing::Test {
   void save() {
     publish(kSaved, 0.5);
     rt::StartPosition(profile, "arm", directory).save(*segment);
-    segment = std::make_unique<SegmentLayout>();
+    segment = std::make_unique<TaskSegment>();
   }
   rt::CycleStart find(const DevicePosition& device = {}, bool forget = false) {
     rt::StartPosition position(profile, "arm", directory);
@@ -58,7 +58,7 @@ class StartPositionTest : public ::testing::Test {
   Profile profile;
   std::string directory;
   std::string text;
-  std::unique_ptr<SegmentLayout> segment = std::make_unique<SegmentLayout>();
+  std::unique_ptr<TaskSegment> segment = std::make_unique<TaskSegment>();
 };
 
 TEST_F(StartPositionTest, WithoutAnySourceIsAngleZeroAndIsReportedLoudly) {
@@ -110,7 +110,7 @@ TEST_F(StartPositionTest, AJointMeasuredOutOfItsRangePreventsTheStart) {
     EXPECT_THROW((void)find(device(DevicePosition::Kind::kMeasured, {NAN, 0.0, 0.0, 0.0})),
                  std::runtime_error);
   }
-  segment = std::make_unique<SegmentLayout>();
+  segment = std::make_unique<TaskSegment>();
   const double just_beyond = profile.arm.joints[0].upper_rad + 0.01;
   const rt::CycleStart start = find(device(DevicePosition::Kind::kMeasured, {just_beyond, 0.0, 0.0, 0.0}));
   EXPECT_FALSE(start.unverified);

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/task_channel.h"
+
+#include <spdlog/spdlog.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "notify/descriptor_store.h"
+
+namespace corbot::rt {
+namespace {
+
+/// For a servant that lives: it tries again every 50 ms.
+constexpr std::chrono::milliseconds kWindow{1000};
+
+/// The segments of successive tasks are kept under two names in turn: the new one is there before the old one
+/// goes, whenever this process is killed.
+constexpr const char* kTaskNames[] = {"corbot-task", "corbot-task-2"};
+constexpr const char* kServantName = "corbot-servant";
+
+struct Predecessor {
+  std::optional<Segment<const TaskSegment>> task;
+  Descriptor servant;
+};
+
+/// Of several task segments the newest.
+Predecessor take_kept(const std::string& robot, std::uint64_t fingerprint) {
+  Predecessor kept;
+  for (const KeptDescriptor& each : take_kept_descriptors()) {
+    Descriptor descriptor(each.fd);
+    if (each.name == kServantName) {
+      kept.servant = std::move(descriptor);
+    } else if (each.name == kTaskNames[0] || each.name == kTaskNames[1]) {
+      try {
+        auto task =
+            Segment<const TaskSegment>::open(std::move(descriptor), {robot, ::geteuid(), fingerprint});
+        if (!kept.task || (*kept.task)->incarnation < task->incarnation) kept.task = std::move(task);
+      } catch (const SegmentError& error) {
+        spdlog::warn("what was kept of the task before is not taken over: {}", error.what());
+      }
+    }
+  }
+  return kept;
+}
+
+/// No two tasks since the machine was started begin with the same: a command planned before this one's start is
+/// older than every stop that it knows.
+std::uint64_t time_since_boot_ns() noexcept {
+  timespec now{};
+  ::clock_gettime(CLOCK_BOOTTIME, &now);
+  return static_cast<std::uint64_t>(now.tv_sec) * 1'000'000'000 + static_cast<std::uint64_t>(now.tv_nsec);
+}
+
+}  // namespace
+
+TaskChannel::TaskChannel(const std::string& robot, std::uint64_t fingerprint, ChannelPolicy policy,
+                         bool fresh, const std::atomic<bool>& cancelled)
+    : task_(Segment<TaskSegment>::create(robot, fingerprint)),
+      stop_(Segment<StopSegment>::create(robot, fingerprint)),
+      server_(robot, fingerprint, policy) {
+  Predecessor before = take_kept(robot, fingerprint);
+  if (!before.task && server_.left_behind()) before.task = server_.await_predecessor(kWindow, cancelled);
+  if (fresh) {
+    if (server_.servant_waits()) throw std::runtime_error("--fresh: a servant uses the robot; end it first");
+    before = {};
+  }
+  const std::uint64_t since_boot_ns = time_since_boot_ns();
+  // Not the number of a task whose segment is lost: a servant may still hold motions of that one.
+  task_->incarnation = since_boot_ns / 1'000'000 + 1;
+  if (before.task) take_over(**before.task);
+  stop_->count.store(since_boot_ns, std::memory_order_relaxed);
+
+  const std::size_t turn = task_->incarnation % 2;
+  keep_descriptor(kTaskNames[turn], task_.memory().get());
+  drop_descriptor(kTaskNames[1 - turn]);
+  server_.inherit_servant(std::move(before.servant));
+  server_.serve(task_, stop_, mailbox_, [](const Descriptor& servant) {
+    drop_descriptor(kServantName);
+    keep_descriptor(kServantName, servant.get());
+  });
+  spdlog::info("channel of {} at {}: {}", robot, server_.path(),
+               before.task ? "takes over from an earlier real-time task" : "begins anew");
+}
+
+/// Before anyone else sees the segment. What is taken over is checked where it is used.
+void TaskChannel::take_over(const TaskSegment& before) noexcept {
+  constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max() / 2;
+  task_->incarnation = before.incarnation < kMost ? before.incarnation + 1 : 2;
+  task_->stop_seen.store(before.stop_seen.load(std::memory_order_acquire) != 0 ? 1 : 0);
+  Snapshot last{};
+  if (!last_snapshot(before, last)) return;
+  last.servant_session = 0;  // of this task, none yet
+  last.backlog = 0;
+  task_->snapshot.store(last);
+}
+
+}  // namespace corbot::rt

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <optional>
+#include <string>
+
+#include "corbot/channel/servant_mailbox.h"
+#include "rt/cycle/cycle.h"
+#include "shm/channel_server.h"
+#include "shm/segment.h"
+
+namespace corbot::rt {
+
+/// The real-time task's side of the channel: its own segment, which begins with what the task before it wrote,
+/// the stop segment, and the socket at which others receive them. That earlier segment comes from whoever
+/// supervises this task, else from a servant that still lives. Set-up and tear-down only.
+class TaskChannel {
+ public:
+  /// Throws SegmentError when another task of that robot runs. `fresh`: nothing is taken over; throws
+  /// std::runtime_error when a servant waits for this robot.
+  TaskChannel(const std::string& robot, std::uint64_t fingerprint, ChannelPolicy policy, bool fresh,
+              const std::atomic<bool>& cancelled);
+  TaskChannel(const TaskChannel&) = delete;
+  TaskChannel& operator=(const TaskChannel&) = delete;
+  ~TaskChannel() = default;
+
+  [[nodiscard]] TaskSegment& task() noexcept { return *task_; }
+  [[nodiscard]] CycleChannel cycle_channel() noexcept { return {*task_, stop_->count, mailbox_}; }
+  [[nodiscard]] const ChannelServer& server() const noexcept { return server_; }
+
+ private:
+  void take_over(const TaskSegment& before) noexcept;
+
+  Segment<TaskSegment> task_;
+  Segment<StopSegment> stop_;
+  ServantMailbox mailbox_;
+  ChannelServer server_;  // its thread uses all of the above
+};
+
+}  // namespace corbot::rt

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+// Descriptors that the supervisor of this process keeps for the next one, over the protocol of sd_notify(3) and
+// sd_listen_fds(3). Without a supervisor nothing is kept. Not real-time safe; never blocks.
+
+namespace corbot {
+
+struct KeptDescriptor {
+  std::string name;
+  int fd;  ///< the caller's to close
+};
+
+/// What was kept for this process. Once.
+[[nodiscard]] std::vector<KeptDescriptor> take_kept_descriptors();
+
+/// The descriptor remains the caller's.
+void keep_descriptor(const std::string& name, int fd) noexcept;
+void drop_descriptor(const std::string& name) noexcept;
+
+}  // namespace corbot

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shm/run_directory.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include "shm/segment.h"
+
+namespace corbot {
+namespace {
+
+using Kind = SegmentError::Kind;
+
+constexpr std::string_view kSuffix = ".sock";
+constexpr int kBacklog = 64;
+
+[[noreturn]] void throw_system(const std::string& path, const char* what, int error) {
+  const bool forbidden = error == EACCES || error == EPERM;
+  throw SegmentError(forbidden ? Kind::kPermission : Kind::kSystem,
+                     path + ": " + what + ": " + std::strerror(error) +
+                         (forbidden ? ": run as the user who started the robot" : ""));
+}
+
+Descriptor make_socket(const std::string& path) {
+  Descriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!socket) throw_system(path, "socket", errno);
+  return socket;
+}
+
+/// By way of the directory's descriptor: short, however long the path is, and of that directory for certain.
+sockaddr_un address_in(const Descriptor& directory, std::string_view robot) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::string path = "/proc/self/fd/" + std::to_string(directory.get()) + "/" + std::string(robot);
+  path += kSuffix;
+  std::memcpy(address.sun_path, path.c_str(), std::min(path.size(), sizeof(address.sun_path) - 1));
+  return address;
+}
+
+pid_t peer_pid(const Descriptor& connection) {
+  ucred peer{};
+  socklen_t size = sizeof(peer);
+  ::getsockopt(connection.get(), SOL_SOCKET, SO_PEERCRED, &peer, &size);
+  return peer.pid;
+}
+
+}  // namespace
+
+std::optional<RunDirectory> RunDirectory::open(bool create) {
+  const char* const chosen = std::getenv("CORBOT_RUN_DIR");
+  const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
+  const bool is_chosen = chosen != nullptr && *chosen == '/';
+  const std::string path = is_chosen ? std::string(chosen)
+                           : runtime != nullptr && *runtime == '/'
+                               ? std::string(runtime) + "/corbot"
+                               : "/tmp/corbot-" + std::to_string(::geteuid());
+  if (create && ::mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) throw_system(path, "mkdir", errno);
+  Descriptor fd(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+  if (!fd && errno == ENOENT && !create) return std::nullopt;
+  if (!fd) throw_system(path, "open", errno);
+  struct stat status {};
+  if (::fstat(fd.get(), &status) != 0) throw_system(path, "fstat", errno);
+  const bool is_safe =
+      is_chosen ? (status.st_mode & 0022) == 0 : status.st_uid == ::geteuid() && (status.st_mode & 0077) == 0;
+  if (!is_safe) {
+    throw SegmentError(Kind::kPermission,
+                       path +
+                           " is not a directory of yours with mode 0700: another user may have created it; "
+                           "remove it, or set XDG_RUNTIME_DIR");
+  }
+  return RunDirectory(path, std::move(fd), status.st_uid);
+}
+
+std::string RunDirectory::socket_path(std::string_view robot) const {
+  return path_ + "/" + std::string(robot) + std::string(kSuffix);
+}
+
+bool RunDirectory::is_trusted(uid_t peer) const noexcept { return peer == owner_ || peer == ::geteuid(); }
+
+RunDirectory::Gate::Gate(const RunDirectory& directory)
+    : lock_(::openat(directory.fd_.get(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (!lock_) throw_system(directory.path_, "open", errno);
+  constexpr timespec kPause{0, 1'000'000};
+  for (int attempt = 0; ::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0; ++attempt) {
+    if (attempt >= 2000) {
+      throw SegmentError(Kind::kInUse,
+                         directory.path_ +
+                             ": another process has been starting or ending a task there for two "
+                             "seconds; see which with 'lsof " +
+                             directory.path_ + "'");
+    }
+    ::nanosleep(&kPause, nullptr);
+  }
+}
+
+RunDirectory::State RunDirectory::probe(std::string_view robot, Descriptor& connection) const {
+  const std::string path = socket_path(robot);
+  const std::string file = std::string(robot) + std::string(kSuffix);
+  struct stat status {};
+  if (::fstatat(fd_.get(), file.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0) {
+    if (errno == ENOENT) return State::kNone;
+    throw_system(path, "stat", errno);
+  }
+  if (!S_ISSOCK(status.st_mode))
+    throw SegmentError(Kind::kForeign, path + ": is no socket of corbot's; remove it");
+  connection = make_socket(path);
+  const sockaddr_un address = address_in(fd_, robot);
+  if (::connect(connection.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0)
+    return State::kListening;
+  if (errno == EAGAIN) throw SegmentError(Kind::kSilent, path + ": the real-time task does not answer");
+  if (errno == ENOENT) return State::kNone;
+  if (errno == ECONNREFUSED) return State::kLeftBehind;
+  throw_system(path, "connect", errno);
+}
+
+RunDirectory::Listening RunDirectory::listen(std::string_view robot, std::optional<gid_t> group) const {
+  check_robot_name(robot);
+  const std::string path = socket_path(robot);
+  const std::string file = std::string(robot) + std::string(kSuffix);
+  const Gate gate(*this);
+  Descriptor other;
+  const State before = probe(robot, other);
+  if (before == State::kListening) {
+    throw SegmentError(Kind::kInUse, path + ": in use by another real-time task, pid " +
+                                         std::to_string(peer_pid(other)) +
+                                         "; stop it with 'corbot down', or give this robot another name");
+  }
+  if (before == State::kLeftBehind) remove(robot);
+  Listening result{make_socket(path), before == State::kLeftBehind, 0, 0};
+  const int fd = result.socket.get();
+  const sockaddr_un address = address_in(fd_, robot);
+  if (::fchmod(fd, 0600) != 0 ||
+      ::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0)
+    throw_system(path, "bind", errno);
+  const auto give_to_group = [&] {
+    return !group ||
+           (::fchownat(fd_.get(), file.c_str(), static_cast<uid_t>(-1), *group, AT_SYMLINK_NOFOLLOW) == 0 &&
+            ::fchmodat(fd_.get(), file.c_str(), 0660, 0) == 0);
+  };
+  if (!give_to_group() || ::listen(fd, kBacklog) != 0) {
+    const int error = errno;
+    remove(robot);
+    throw_system(path, "listen", error);
+  }
+  struct stat status {};
+  if (::fstatat(fd_.get(), file.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0)
+    throw_system(path, "stat", errno);
+  result.device = status.st_dev;
+  result.inode = status.st_ino;
+  return result;
+}
+
+bool RunDirectory::is_found(std::string_view robot, const Listening& listening) const noexcept {
+  struct stat status {};
+  return ::lstat(socket_path(robot).c_str(), &status) == 0 && status.st_dev == listening.device &&
+         status.st_ino == listening.inode;
+}
+
+Descriptor RunDirectory::connect(std::string_view robot) const {
+  check_robot_name(robot);
+  Descriptor connection;
+  switch (probe(robot, connection)) {
+    case State::kListening:
+      return connection;
+    case State::kNone:
+      throw SegmentError(Kind::kAbsent, socket_path(robot) +
+                                            ": absent: no real-time task runs for this robot; start it with "
+                                            "'corbot up'");
+    case State::kLeftBehind:
+      break;
+  }
+  throw SegmentError(Kind::kAbsent, socket_path(robot) +
+                                        ": the real-time task of this robot is gone; start it again with "
+                                        "'corbot up'");
+}
+
+void RunDirectory::remove(std::string_view robot) const noexcept {
+  ::unlinkat(fd_.get(), (std::string(robot) + std::string(kSuffix)).c_str(), 0);
+}
+
+bool RunDirectory::remove_left_behind(std::string_view robot) const {
+  const Gate gate(*this);
+  Descriptor connection;
+  if (probe(robot, connection) != State::kLeftBehind) return false;
+  remove(robot);
+  return true;
+}
+
+std::vector<std::string> RunDirectory::left_behind() const {
+  std::vector<std::string> robots;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(path_, error)) {
+    if (entry.path().extension() != kSuffix) continue;
+    const std::string robot = entry.path().stem().string();
+    try {
+      Descriptor connection;
+      if (probe(robot, connection) == State::kLeftBehind) robots.push_back(robot);
+    } catch (const SegmentError&) {
+      // not ours to remove
+    }
+  }
+  std::sort(robots.begin(), robots.end());
+  return robots;
+}
+
+bool remove_left_behind(const std::string& robot) noexcept {
+  try {
+    const auto directory = RunDirectory::open(false);
+    return directory && directory->remove_left_behind(robot);
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+}  // namespace corbot

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "shm/descriptor.h"
+#include "shm/segment_error.h"
+
+namespace corbot {
+
+/// Where the real-time tasks of this machine listen, one Unix socket a robot: $CORBOT_RUN_DIR, or
+/// $XDG_RUNTIME_DIR/corbot, or /tmp/corbot-UID. That a task lives is seen by its listening: there is no lock.
+/// A socket that nobody listens on was left by a task that was killed. Set-up and tear-down only.
+class RunDirectory {
+ public:
+  /// Nothing when there is none, unless `create`. Throws kPermission when others than its owner may write
+  /// it, or, unless it was chosen by CORBOT_RUN_DIR, when it is another user's.
+  [[nodiscard]] static std::optional<RunDirectory> open(bool create);
+
+  [[nodiscard]] const std::string& path() const noexcept { return path_; }
+  [[nodiscard]] std::string socket_path(std::string_view robot) const;
+  /// Whom a client takes for a real-time task: the directory's owner, or its own user.
+  [[nodiscard]] bool is_trusted(uid_t peer) const noexcept;
+
+  struct Listening {
+    Descriptor socket;
+    bool left_behind;  ///< an earlier task's socket was there
+    dev_t device;      ///< and inode: of the file
+    ino_t inode;
+  };
+  /// Throws kInUse when a task of that robot listens already. `group`: may connect, too.
+  [[nodiscard]] Listening listen(std::string_view robot, std::optional<gid_t> group) const;
+  /// Can others still find it? False when somebody has removed the file, or the directory.
+  [[nodiscard]] bool is_found(std::string_view robot, const Listening& listening) const noexcept;
+  /// A connection to the task. Throws kAbsent when none listens.
+  [[nodiscard]] Descriptor connect(std::string_view robot) const;
+
+  /// Ends listening; `keep` is asked, while no other process connects or listens anew, whether the socket is
+  /// to be left in the directory.
+  template <class Keep>
+  void end(std::string_view robot, Listening& listening, Keep&& keep) const {
+    const Gate gate(*this);
+    if (!keep() && is_found(robot, listening)) remove(robot);
+    const Descriptor closed(std::move(listening.socket));
+  }
+  /// Removes a socket that nobody listens on; true when there was one. Never throws but for a stuck gate.
+  bool remove_left_behind(std::string_view robot) const;
+  /// The robots for which that would remove something, sorted.
+  [[nodiscard]] std::vector<std::string> left_behind() const;
+
+ private:
+  enum class State { kNone, kLeftBehind, kListening };
+  /// Held for a few system calls, so that nobody listens on what is being removed.
+  class Gate {
+   public:
+    explicit Gate(const RunDirectory& directory);
+
+   private:
+    Descriptor lock_;
+  };
+
+  RunDirectory(std::string path, Descriptor fd, uid_t owner)
+      : path_(std::move(path)), fd_(std::move(fd)), owner_(owner) {}
+  [[nodiscard]] State probe(std::string_view robot, Descriptor& connection) const;
+  void remove(std::string_view robot) const noexcept;
+
+  std::string path_;
+  Descriptor fd_;
+  uid_t owner_;
+};
+
+/// What a killed task left of that robot; true when there was something. Does not throw.
+bool remove_left_behind(const std::string& robot) noexcept;
+
+}  // namespace corbot
