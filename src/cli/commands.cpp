@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstdio>
 
+#include "cli/local_stop.h"
 #include "cli/run_program.h"
 #include "cli/show.h"
 #include "cli/stop_all.h"
@@ -14,6 +15,7 @@
 #include "client/local_robots.h"
 #include "client/stop_on_signal.h"
 #include "config/load_profile.h"
+#include "config/profile.h"
 
 namespace corbot::cli {
 
@@ -29,6 +31,16 @@ using client::Verb;
 
 namespace {
 
+/// Stops a robot on this machine even where its servant does not answer; `robot` empty: it is elsewhere.
+bool is_stopped_here(const std::string& robot, double timeout_s) {
+  try {
+    return !robot.empty() && stop_on_this_machine(robot, timeout_s);
+  } catch (const Failure& failure) {
+    fmt::print(stderr, "corbot: {}\n", failure.what());
+    return false;
+  }
+}
+
 /// Runs `work` with a client whose arm a signal stops. Ends with kStopped when there was one.
 template <class Work>
 void run_stoppable(const ClientOptions& options, Work&& work) {
@@ -38,10 +50,11 @@ void run_stoppable(const ClientOptions& options, Work&& work) {
     Client* client = connected.load();
     if (client == nullptr) ::_exit(static_cast<int>(ExitCode::kStopped));  // nothing moves yet
     fmt::print(stderr, "\ncorbot: stopping the arm\n");
+    const bool stopped = is_stopped_here(client->address().local, options.timeout_s);
     try {
       client->cancel();
     } catch (const Failure& failure) {
-      fmt::print(stderr, "corbot: THE STOP FAILED: {}\n", failure.what());
+      if (!stopped) fmt::print(stderr, "corbot: THE STOP FAILED: {}\n", failure.what());
     }
   });
   Client client(find_robot(options.robot), options.timeout_s);
@@ -54,6 +67,23 @@ void run_stoppable(const ClientOptions& options, Work&& work) {
     throw Failure(ExitCode::kStopped,
                   fmt::format("the arm was stopped by {}: {}", on_signal.describe(), failure.what()));
   }
+}
+
+/// The robot on this machine that is meant; empty: one elsewhere. Its servant need not answer.
+std::string robot_here(const std::string& robot) {
+  try {
+    return find_robot(robot).local;
+  } catch (const Failure&) {
+    if (is_name(robot)) return robot;  // started by hand, or its servant is still starting
+    throw;
+  }
+}
+
+/// By the stop segment of a robot on this machine, which needs no servant; else by the servant.
+void stop(const ClientOptions& options) {
+  const std::string here = robot_here(options.robot);
+  if (!here.empty() && stop_on_this_machine(here, options.timeout_s)) return;
+  Client(find_robot(options.robot), options.timeout_s).stop();
 }
 
 /// The first motion after a power-up is slow; a higher override takes effect after it.
@@ -84,6 +114,7 @@ std::string local_robot(const std::string& robot) {
 
 void run_request(const ClientOptions& options, const Request& request) {
   if (request.verb == Verb::kStop && request.all) return stop_all(options.robot, options.timeout_s);
+  if (request.verb == Verb::kStop) return stop(options);
   if (!spec_of(request.verb).motion) {
     Client client(find_robot(options.robot), options.timeout_s);
     client.perform(request);

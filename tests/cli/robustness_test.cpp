@@ -213,12 +213,35 @@ TEST_F(Robustness, StopAllStopsEveryRobotAndSaysWhichDidNot) {
   EXPECT_EQ(second->terminate(), 0);
 }
 
+TEST_F(Robustness, AStopOnTheSameMachineNeedsNoServant) {
+  up();
+  for (const bool by_all : {false, true}) {
+    const auto motion = begin({"joints", by_all ? "-80" : "80", "20", "30", "40", "--time", "60"});
+    ASSERT_TRUE(wait_state("Waiting"));
+    supervisor_->signal(SIGSTOP);  // it would replace the servant
+    const pid_t servant = pid_of("servant_pid");
+    ASSERT_EQ(::kill(servant, SIGSTOP), 0);
+    const RunResult stop =
+        corbot(by_all ? std::vector<std::string>{"stop", "--all"} : std::vector<std::string>{"stop"});
+    EXPECT_EQ(stop.code, 0) << stop.errors;
+    ASSERT_EQ(::kill(servant, SIGCONT), 0);
+    supervisor_->signal(SIGCONT);
+    const auto end = motion->wait(within(20));
+    ASSERT_TRUE(end);
+    EXPECT_EQ(WEXITSTATUS(*end), 4) << motion->errors();
+    EXPECT_TRUE(wait_state("Standby"));
+    EXPECT_LT(std::abs(status().at("joints_deg").at(0).get<double>()), 79);
+  }
+}
+
 TEST_F(Robustness, StopAllSaysWhichRobotDidNotStop) {
   up();
   supervisor_->signal(SIGSTOP);
-  const pid_t servant = pid_of("servant_pid");
-  ASSERT_EQ(::kill(servant, SIGKILL), 0);
-  ASSERT_TRUE(wait_until(within(20), [&] { return has_ended(servant); }));
+  for (const char* key : {"rt_pid", "servant_pid"}) {
+    const pid_t pid = pid_of(key);
+    ASSERT_EQ(::kill(pid, SIGKILL), 0);
+    ASSERT_TRUE(wait_until(within(20), [&] { return has_ended(pid); }));
+  }
   const RunResult result = corbot({"stop", "--all", "--timeout", "1"});
   supervisor_->signal(SIGCONT);
   EXPECT_EQ(result.code, 3);

@@ -211,6 +211,16 @@ TEST_F(Supervision, AKeyInTheConsoleStopsTheArm) {
     EXPECT_TRUE(supervisor_->wait_line("the arm is stopped", within(20)));
     ASSERT_TRUE(wait_state("Standby"));
   }
+  const auto motion = begin({"joints", "-80", "20", "30", "40", "--time", "60"});
+  ASSERT_TRUE(wait_state("Waiting"));
+  const pid_t servant = pid_of("servant_pid");
+  ASSERT_EQ(::kill(servant, SIGSTOP), 0);
+  terminal.type("");
+  EXPECT_TRUE(supervisor_->wait_line("the arm is stopped", within(20))) << "without a servant that responds";
+  ASSERT_EQ(::kill(servant, SIGCONT), 0);
+  ASSERT_TRUE(motion->wait(within(20)));
+  ASSERT_TRUE(wait_state("Standby"));
+  EXPECT_GT(status().at("joints_deg").at(0).get<double>(), -79);
   terminal.type("help");
   EXPECT_TRUE(supervisor_->wait_line("Enter, or s and Enter, stops the arm", within(20)));
   EXPECT_TRUE(works());

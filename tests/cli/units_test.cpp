@@ -52,7 +52,8 @@ TEST_P(Units, AreWatchedAndKeepDescriptors) {
                     HasSubstr("\nRestart=on-failure\n"), HasSubstr("\nNoNewPrivileges=yes\n")));
 }
 
-INSTANTIATE_TEST_SUITE_P(Installed, Units, testing::Values("corbot@.service"),
+INSTANTIATE_TEST_SUITE_P(Installed, Units,
+                         testing::Values("corbot@.service", "corbot-rt@.service", "corbot-servant@.service"),
                          [](const auto& unit) { return "unit" + std::to_string(unit.index); });
 
 }  // namespace

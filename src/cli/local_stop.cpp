@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/local_stop.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <thread>
+
+#include "client/failure.h"
+#include "shm/channel_client.h"
+
+namespace corbot::cli {
+
+using client::ExitCode;
+using client::Failure;
+
+bool stop_on_this_machine(const std::string& robot, double timeout_s) {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
+  try {
+    StopPort port = StopPort::of(robot);
+    const Observer observer = Observer::of(robot);
+    std::uint64_t count = 0;
+    if (!port.request(count)) return false;
+    while (observer.task_alive()) {
+      Snapshot now{};
+      if (observer.task().snapshot.load(now) &&
+          (!is_earlier_stop(now.stops_done, count) || now.state == RtState::kError)) {
+        return true;  // at rest, or held by an Error
+      }
+      if (Clock::now() > deadline) {
+        throw Failure(
+            ExitCode::kUnreachable,
+            fmt::format("the real-time task of '{}' has not confirmed the stop within {:g} s: it may be "
+                        "frozen; 'corbot up' replaces it, an emergency stop cuts the power",
+                        robot, timeout_s));
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  } catch (const SegmentError& error) {
+    if (error.kind() == SegmentError::Kind::kAbsent) return false;
+    throw Failure(ExitCode::kUnreachable, error.what());
+  }
+}
+
+}  // namespace corbot::cli
