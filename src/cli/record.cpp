@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <filesystem>
 #include <iterator>
 #include <optional>
 #include <utility>
@@ -100,7 +101,12 @@ class Follower {
     ++restarts_;
     read_task(rows, joints);
   }
-  [[nodiscard]] bool gone() const { return !channel_ && Clock::now() - last_seen_ > kSilence; }
+  /// A task that was killed leaves its socket, and another may come; one that ended has removed it.
+  [[nodiscard]] bool gone() const {
+    if (channel_ || Clock::now() - last_seen_ <= kSilence) return false;
+    const auto directory = RunDirectory::open(false);
+    return !directory || !std::filesystem::exists(directory->socket_path(robot_));
+  }
   [[nodiscard]] std::string summary() const {
     std::string text = fmt::format("{} cycles recorded, {} lost", cycles_, lost_);
     if (restarts_ > 0) text += fmt::format("; the real-time task was restarted {} times", restarts_);

@@ -74,13 +74,14 @@ void Stage::start_supervisor() {
 }
 
 void Stage::start_recorder() {
-  recorder_ = std::make_unique<test::Process>(
-      std::vector<std::string>{options_.binaries + "/corbot", "record", "-", "--robot", name_},
-      environment());
   recorded_ = 0;
   const auto deadline = within(kMinute_s);
-  while (!recorder_->wait_line("cycle,", within(1.0))) {
-    if (test::Deadline::clock::now() > deadline || !recorder_->running())
+  for (;;) {  // a task that has just been killed is not there yet
+    recorder_ = std::make_unique<test::Process>(
+        std::vector<std::string>{options_.binaries + "/corbot", "record", "-", "--robot", name_},
+        environment());
+    if (recorder_->wait_line("cycle,", within(5.0))) return;
+    if (test::Deadline::clock::now() > deadline)
       throw std::runtime_error(fmt::format("corbot record does not start: {}", recorder_->errors()));
   }
 }
