@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "cli/calibrate/calibrate_session.h"
+#include "cli/supervise/robot_processes.h"
 #include "cli/supervise/state_lock.h"
 #include "client/failure.h"
 #include "client/stop_on_signal.h"
@@ -38,7 +39,8 @@ std::string read_text(const std::string& file) {
 
 /// Two programs must not drive the same servos.
 void refuse_if_running(const std::string& name) {
-  if (!task_runs(name)) return;
+  // It may listen in another run directory: then it is found by what it has open.
+  if (!task_runs(name) && find_robot_processes(name).empty()) return;
   throw Failure(ExitCode::kInternal,
                 fmt::format("the real-time task of {} is running and holds the servos: end it first, with "
                             "'corbot down --name {}'",
