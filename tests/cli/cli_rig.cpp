@@ -6,6 +6,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 
 #include "support/ports.h"
@@ -100,7 +101,13 @@ bool CliRig::wait_state(const std::string& word, double seconds) {
 
 bool has_ended(pid_t pid) {
   if (::kill(pid, 0) != 0) return true;
-  std::ifstream stream("/proc/" + std::to_string(pid) + "/stat");
+  const std::string process = "/proc/" + std::to_string(pid);
+  // The first thread may be a zombie while another still ends, and with it the process's descriptors.
+  std::error_code gone;
+  const auto threads =
+      std::distance(fs::directory_iterator(process + "/task", gone), fs::directory_iterator());
+  if (gone || threads > 1) return static_cast<bool>(gone);
+  std::ifstream stream(process + "/stat");
   std::string line;
   std::getline(stream, line);
   const std::size_t name_end = line.rfind(") ");
