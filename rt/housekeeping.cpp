@@ -43,18 +43,11 @@ void print_log(SafetyLines& safety) {
 void run_housekeeping(const ChannelServer& server, Cycle& cycle, Backend& backend, SafetyLines& safety,
                       const std::atomic<bool>& ended) {
   RingConsumer alarms(cycle.alarm_log());
-  ServiceNotifier supervisor;
-  std::uint64_t reported_cycle = 0;
   bool had_servant = false;
   while (!ended.load(std::memory_order_acquire)) {
     print_alarms(alarms);
     print_log(backend);
     print_log(safety);
-    if (Snapshot now{}; cycle.newest(now) && now.cycle != reported_cycle) {
-      reported_cycle = now.cycle;
-      supervisor.ready();
-      supervisor.alive();
-    }
     const bool has_servant = server.servant_connected();
     if (has_servant && !had_servant) spdlog::info("servant connected");
     if (!has_servant && had_servant) {
@@ -64,6 +57,19 @@ void run_housekeeping(const ChannelServer& server, Cycle& cycle, Backend& backen
     std::this_thread::sleep_for(kInterval);
   }
   print_alarms(alarms);
+}
+
+void report_progress(const Cycle& cycle, const std::atomic<bool>& ended) {
+  ServiceNotifier supervisor;
+  std::uint64_t reported_cycle = 0;
+  while (!ended.load(std::memory_order_acquire)) {
+    if (Snapshot now{}; cycle.newest(now) && now.cycle != reported_cycle) {
+      reported_cycle = now.cycle;
+      supervisor.ready();
+      supervisor.alive();
+    }
+    std::this_thread::sleep_for(kInterval);
+  }
 }
 
 }  // namespace corbot::rt

@@ -10,10 +10,13 @@
 namespace corbot::rt {
 
 /// Not real-time. Until `ended`: logs the cycle's alarms, what backend and safety lines have to log, and
-/// when the servant comes and goes; and reports to the supervisor of this process for as long as the cycle
-/// number advances.
+/// when the servant comes and goes.
 void run_housekeeping(const ChannelServer& server, Cycle& cycle, Backend& backend, SafetyLines& safety,
                       const std::atomic<bool>& ended);
+
+/// Not real-time. Until `ended`: reports to the supervisor of this process for as long as the cycle number advances. A
+/// thread of its own, since the log may be held up by whoever reads it.
+void report_progress(const Cycle& cycle, const std::atomic<bool>& ended);
 
 /// Not real-time. Logs what they have had to log since the last time.
 void print_log(Backend& backend);

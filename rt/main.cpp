@@ -149,11 +149,13 @@ void run(const Options& options) {
   safety.allow_power();
   backend->install_fault_controls();
 
-  // The housekeeping thread starts before this one becomes real-time, so it inherits none of it.
+  // These threads start before this one becomes real-time, so they inherit none of it.
   std::atomic<bool> ended{false};
   std::thread housekeeping([&] { rt::run_housekeeping(channel.server(), *cycle, *backend, safety, ended); });
+  std::thread reporting([&] { rt::report_progress(*cycle, ended); });
   const auto join = [&] {
     ended.store(true, std::memory_order_release);
+    reporting.join();
     housekeeping.join();
   };
   try {

@@ -5,7 +5,9 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
+#include <cstddef>
 #include <limits>
 #include <stdexcept>
 #include <vector>
@@ -25,6 +27,8 @@ constexpr const char* kServantName = "corbot-servant";
 
 struct Predecessor {
   std::optional<Segment<const TaskSegment>> task;
+  std::size_t task_name{0};             ///< of kTaskNames, under which it was kept
+  std::array<bool, 2> is_name_taken{};  ///< also by what is not taken over
   Descriptor servant;
 };
 
@@ -36,16 +40,30 @@ Predecessor take_kept(const std::string& robot, std::uint64_t fingerprint) {
     if (each.name == kServantName) {
       kept.servant = std::move(descriptor);
     } else if (each.name == kTaskNames[0] || each.name == kTaskNames[1]) {
+      const std::size_t name = each.name == kTaskNames[0] ? 0 : 1;
+      kept.is_name_taken[name] = true;
       try {
         auto task =
             Segment<const TaskSegment>::open(std::move(descriptor), {robot, ::geteuid(), fingerprint});
-        if (!kept.task || (*kept.task)->incarnation < task->incarnation) kept.task = std::move(task);
+        if (kept.task && (*kept.task)->incarnation >= task->incarnation) continue;
+        kept.task = std::move(task);
+        kept.task_name = name;
       } catch (const SegmentError& error) {
         spdlog::warn("what was kept of the task before is not taken over: {}", error.what());
       }
     }
   }
   return kept;
+}
+
+/// Under a name of its own, and then alone: what was kept under that name, refused or older, goes first.
+void keep_task(const Predecessor& before, int fd) noexcept {
+  const std::size_t name = before.task && before.is_name_taken[before.task_name] ? 1 - before.task_name
+                           : before.is_name_taken[0]                             ? 1
+                                                                                 : 0;
+  if (before.is_name_taken[name]) drop_descriptor(kTaskNames[name]);
+  keep_descriptor(kTaskNames[name], fd);
+  drop_descriptor(kTaskNames[1 - name]);
 }
 
 /// No two tasks since the machine was started begin with the same: a command planned before this one's start is
@@ -67,7 +85,8 @@ TaskChannel::TaskChannel(const std::string& robot, std::uint64_t fingerprint, Ch
   if (!before.task && server_.left_behind()) before.task = server_.await_predecessor(kWindow, cancelled);
   if (fresh) {
     if (server_.servant_waits()) throw std::runtime_error("--fresh: a servant uses the robot; end it first");
-    before = {};
+    before.task.reset();
+    before.servant = {};
   }
   const std::uint64_t since_boot_ns = time_since_boot_ns();
   // Not the number of a task whose segment is lost: a servant may still hold motions of that one.
@@ -75,9 +94,7 @@ TaskChannel::TaskChannel(const std::string& robot, std::uint64_t fingerprint, Ch
   if (before.task) take_over(**before.task);
   stop_->count.store(since_boot_ns, std::memory_order_relaxed);
 
-  const std::size_t turn = task_->incarnation % 2;
-  keep_descriptor(kTaskNames[turn], task_.memory().get());
-  drop_descriptor(kTaskNames[1 - turn]);
+  keep_task(before, task_.memory().get());
   server_.inherit_servant(std::move(before.servant));
   server_.serve(task_, stop_, mailbox_, [](const Descriptor& servant) {
     drop_descriptor(kServantName);

@@ -82,8 +82,18 @@ std::string robot_here(const std::string& robot) {
 /// By the stop segment of a robot on this machine, which needs no servant; else by the servant.
 void stop(const ClientOptions& options) {
   const std::string here = robot_here(options.robot);
-  if (!here.empty() && stop_on_this_machine(here, options.timeout_s)) return;
-  Client(find_robot(options.robot), options.timeout_s).stop();
+  std::string failed;
+  try {
+    if (!here.empty() && stop_on_this_machine(here, options.timeout_s)) return;
+  } catch (const Failure& failure) {
+    failed = failure.what();
+  }
+  try {
+    Client(find_robot(options.robot), options.timeout_s).stop();
+  } catch (const Failure& failure) {
+    if (failed.empty()) throw;
+    throw Failure(failure.code(), fmt::format("{}; by its servant: {}", failed, failure.what()));
+  }
 }
 
 /// The first motion after a power-up is slow; a higher override takes effect after it.

@@ -19,10 +19,11 @@ bool stop_on_this_machine(const std::string& robot, double timeout_s) {
   const auto deadline =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
   try {
+    // Counted before anything else that may fail: who may stop the robot may not always read it.
     StopPort port = StopPort::of(robot);
-    const Observer observer = Observer::of(robot);
     std::uint64_t count = 0;
     if (!port.request(count)) return false;
+    const Observer observer = Observer::of(robot);
     while (observer.task_alive()) {
       Snapshot now{};
       if (observer.task().snapshot.load(now) &&

@@ -132,7 +132,8 @@ struct Profile {
   int priority{80};                        ///< SCHED_FIFO, 1 … 98
   int cpu{-1};                             ///< that the real-time task is bound to; −1: any
   std::int64_t gap_fault_ns{100'000'000};  ///< a longer gap between two cycles is a fault
-  std::int64_t orphan_ns{2'000'000'000};   ///< a motion without a servant that responds is stopped after this
+  std::int64_t frozen_ns{100'000'000};  ///< a task whose cycle number stands still this long does not respond
+  std::int64_t orphan_ns{2'000'000'000};  ///< a motion without a servant that responds is stopped after this
   BackendOptions backend;
   EmergencyStopOptions emergency_stop;
   PowerEnableOptions power_enable;

@@ -180,6 +180,7 @@ void read_loop(Section section, Profile& profile) {
     section.refuse("gap_fault_ms", fmt::format("must be at least {} periods, {} ms", kGapFaultPeriods,
                                                (shortest_ns + 999'999) / 1'000'000));
   }
+  profile.frozen_ns = section.integer_or("frozen_ms", 100, {60, 10000, false, "ms"}).value_or(0) * 1'000'000;
   profile.orphan_ns = to_ns(section.number_or("orphan_s", 2.0, {0.5, 60, false, "s"}).value_or(0));
   section.finish();
 }

@@ -278,8 +278,11 @@ corbot_status corbot_robot_wait(corbot_robot* robot, corbot_ticket ticket, doubl
 corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, const corbot_caller* caller,
                                   corbot_error* error) {
   return guarded(error, [&] {
-    if (caller != nullptr) wait_in_slices(robot->robot, ticket, -1.0, *caller);
-    robot->robot.finish(ticket);
+    if (caller == nullptr) return robot->robot.finish(ticket);
+    // A frozen task ends the slices; where it goes on before the ticket is looked at, so do they.
+    do {
+      (void)wait_in_slices(robot->robot, ticket, -1.0, *caller);
+    } while (!robot->robot.is_finished(ticket));
   });
 }
 

@@ -28,7 +28,7 @@ Robot::Robot(Profile profile, const std::string& name)
       name_(name),
       planner_(profile_.arm),
       link_(name, fingerprint(profile_.arm), *this),
-      watch_(link_, alarms_,
+      watch_(link_, alarms_, profile_.frozen_ns,
              {[this] { return self_check_.is_started(); }, [this] { return responds(); },
               [this](bool frozen) { on_frozen(frozen); }}),
       view_(profile_, link_, watch_, tickets_, alarms_),
@@ -131,8 +131,16 @@ corbot_motion_info Robot::wait(corbot_ticket id, double timeout_s) const {
   return view_.describe(*ticket);
 }
 
-void Robot::finish(corbot_ticket id) const {
-  const auto ticket = tickets_.wait(id, std::nullopt);
+void Robot::finish(corbot_ticket id) const { report_end(tickets_.wait(id, std::nullopt)); }
+
+bool Robot::is_finished(corbot_ticket id) const {
+  const auto ticket = tickets_.find(id);
+  if (ticket && ticket->state == TicketState::kPending && !ends_waits()) return false;
+  report_end(ticket);
+  return true;
+}
+
+void Robot::report_end(const std::optional<Ticket>& ticket) const {
   if (!ticket) throw internal("a motion that was waited for is forgotten");
   switch (ticket->state) {
     case TicketState::kDone:

@@ -57,6 +57,8 @@ class Robot final : private LinkListener {
 
   [[nodiscard]] corbot_motion_info wait(corbot_ticket ticket, double timeout_s) const;
   void finish(corbot_ticket ticket) const;
+  /// Without waiting. False: still under way; otherwise as finish().
+  [[nodiscard]] bool is_finished(corbot_ticket ticket) const;
   /// Takes back a motion and what is queued behind it; what is before it goes on.
   void cancel(corbot_ticket ticket);
   /// Calls that are starting a motion.
@@ -76,6 +78,8 @@ class Robot final : private LinkListener {
   [[nodiscard]] double tool_pitch_deg() const;
 
  private:
+  /// Returns where the motion is done, throws CallError otherwise.
+  void report_end(const std::optional<Ticket>& ticket) const;
   void on_completion(const Completion& completion) override;
   void on_alarm(const AlarmEvent& alarm) override;
   void on_lost(const std::string& reason) override;

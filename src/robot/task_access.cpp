@@ -45,7 +45,7 @@ void TaskAccess::await(const LivingTask& task, double seconds, const std::string
     const std::uint64_t seen = changes();
     Snapshot now{};
     if (task.segment().snapshot.load(now) && done(now)) return;
-    if (!link_.alive()) throw not_ready(link_.cause());
+    if (!is_living(task)) throw not_ready(cause());
     if (watch_.is_frozen()) throw not_ready(watch_.cause());
     if (closing_) throw not_ready("the servant is shutting down");
     if (std::chrono::steady_clock::now() > deadline)

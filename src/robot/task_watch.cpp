@@ -21,8 +21,11 @@ bool Progress::see(std::uint64_t counter, Clock::time_point now) {
   return is_frozen();
 }
 
-TaskWatch::TaskWatch(const Link& link, AlarmLog& alarms, Hooks hooks)
-    : link_(link), alarms_(alarms), hooks_(std::move(hooks)) {}
+TaskWatch::TaskWatch(const Link& link, AlarmLog& alarms, std::int64_t frozen_after_ns, Hooks hooks)
+    : link_(link),
+      alarms_(alarms),
+      hooks_(std::move(hooks)),
+      progress_(std::chrono::nanoseconds(frozen_after_ns)) {}
 
 void TaskWatch::start() {
   thread_ = std::thread([this] { run(); });

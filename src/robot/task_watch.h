@@ -24,18 +24,21 @@ class Progress {
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kLook{20};
   static constexpr std::chrono::milliseconds kLongestLook{40};
-  static constexpr std::chrono::milliseconds kFrozenAfter{100};
+
+  /// Frozen: the counter has stood still for as long as this.
+  explicit Progress(Clock::duration frozen_after) : frozen_after_(frozen_after) {}
 
   /// The counter as it is at `now`. Returns is_frozen().
   bool see(std::uint64_t counter, Clock::time_point now);
   /// Nothing is to be watched; the next look begins anew.
   void reset() { has_counter_ = false; }
 
-  [[nodiscard]] bool is_frozen() const { return has_counter_ && still_ >= kFrozenAfter; }
+  [[nodiscard]] bool is_frozen() const { return has_counter_ && still_ >= frozen_after_; }
   /// Of the last look at which the counter had changed.
   [[nodiscard]] Clock::time_point changed_at() const { return changed_at_; }
 
  private:
+  Clock::duration frozen_after_;
   bool has_counter_{false};
   std::uint64_t counter_{};
   Clock::duration still_{};
@@ -55,8 +58,8 @@ class TaskWatch {
     std::function<void(bool frozen)> on_change;  ///< from the thread
   };
 
-  /// Both outlive this.
-  TaskWatch(const Link& link, AlarmLog& alarms, Hooks hooks);
+  /// Link and log outlive this. `frozen_after_ns`: see Profile.
+  TaskWatch(const Link& link, AlarmLog& alarms, std::int64_t frozen_after_ns, Hooks hooks);
   TaskWatch(const TaskWatch&) = delete;
   TaskWatch& operator=(const TaskWatch&) = delete;
   ~TaskWatch() { close(); }

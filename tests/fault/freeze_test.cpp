@@ -48,6 +48,8 @@ class Freeze : public RobotRig {
     std::string text{std::istreambuf_iterator<char>{stream}, {}};
     const std::string wide = "gap_fault_ms = 10000 ";
     text.replace(text.find(wide), wide.size(), fmt::format("gap_fault_ms = {} ", gap_fault_ms));
+    const std::string patient = "frozen_ms = 2000 ";
+    text.replace(text.find(patient), patient.size(), "frozen_ms = 100 ");
     const std::string path = fmt::format("{}/{}.toml", CORBOT_SCRATCH_DIR, unique_name("freeze"));
     std::ofstream(path) << text;
     return path;

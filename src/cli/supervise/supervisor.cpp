@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <sys/signalfd.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -105,7 +106,10 @@ void Supervisor::supervise(Entry& entry) {
   if (entry.child.has_ended()) {
     read_notifications();  // what it sent before its end; its pid is no other's until it is reaped
     read_output(entry);
-    const std::string how = describe_end(entry.child.reap().value_or(0));
+    const int status = entry.child.reap().value_or(0);
+    const std::string how = describe_end(status);
+    // RLIMIT_RTTIME: it computed without end, and made no cycle meanwhile.
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) entry.was_frozen = true;
     schedule_restart(entry, entry.was_killed ? fmt::format("{} killed", entry.spec.title)
                                              : fmt::format("{} died ({})", entry.spec.title, how));
   } else if (entry.child.pid() != 0) {

@@ -176,6 +176,8 @@ const std::vector<Case> kCases{
      "cpu = -1          # -1: any\ngap_fault_ms = 100",
      "period_us = 20000\ngap_fault_ms = 99", "gap_fault_ms", "loop.gap_fault_ms", "99",
      "at least 5 periods, 100 ms"},
+    {"FrozenShort", "frozen_ms = 100", "frozen_ms = 59", "frozen_ms", "loop.frozen_ms", "59",
+     "60 to 10000 ms"},
     {"OrphanShort", "orphan_s = 2.0", "orphan_s = 0.4", "orphan_s", "loop.orphan_s", "0.4", "0.5 to 60 s"},
     {"Port", "port = 12810", "port = 65536", "port", "servant.port", "65536", "1 to 65535"},
     {"Host", "\"127.0.0.1\"", "\"local host\"", "local host", "servant.host", "\"local host\"", "host name"},

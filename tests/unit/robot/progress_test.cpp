@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 const Progress::Clock::time_point kStart{1000s};
 
 TEST(Progress, ACounterThatStandsStillIsFrozenAfterATenthOfASecond) {
-  Progress progress;
+  Progress progress(100ms);
   EXPECT_FALSE(progress.see(5, kStart));
   EXPECT_FALSE(progress.see(5, kStart + 40ms));
   EXPECT_FALSE(progress.see(5, kStart + 80ms));
@@ -22,13 +22,13 @@ TEST(Progress, ACounterThatStandsStillIsFrozenAfterATenthOfASecond) {
 }
 
 TEST(Progress, OneThatAdvancesIsNotHoweverRarelyItIsLookedAt) {
-  Progress progress;
+  Progress progress(100ms);
   for (int i = 0; i < 100; ++i) EXPECT_FALSE(progress.see(static_cast<std::uint64_t>(i), kStart + i * 10s));
 }
 
 TEST(Progress, TimeInWhichNobodyLookedIsNotHeldAgainstIt) {
   // Both processes were frozen for a minute; this one looks before the other has made a step.
-  Progress progress;
+  Progress progress(100ms);
   EXPECT_FALSE(progress.see(5, kStart));
   EXPECT_FALSE(progress.see(5, kStart + 60s));
   EXPECT_FALSE(progress.see(5, kStart + 60s + 20ms));
@@ -37,7 +37,7 @@ TEST(Progress, TimeInWhichNobodyLookedIsNotHeldAgainstIt) {
 }
 
 TEST(Progress, BeginsAnewAfterAReset) {
-  Progress progress;
+  Progress progress(100ms);
   for (int i = 0; i < 10; ++i) (void)progress.see(5, kStart + i * 40ms);
   ASSERT_TRUE(progress.is_frozen());
   progress.reset();
