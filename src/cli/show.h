@@ -29,8 +29,8 @@ struct StatusReport {
   double override_percent{};
   double tool_pitch_deg{};
   std::vector<ActiveAlarm> active_alarms;
-  Corbot::DeviceInfo device;
-  Corbot::ServantInfo servant;  ///< empty: one of an earlier version, which does not say
+  Corbot::DeviceInfo device{};
+  Corbot::ServantInfo servant{};  ///< empty: one of an earlier version, which does not say
 };
 
 [[nodiscard]] StatusReport read_status(client::Client& client);
