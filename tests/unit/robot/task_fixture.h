@@ -85,7 +85,7 @@ class FakeTask {
   void complete(Verdict verdict) {
     const Command command = take();
     change([&](Snapshot& now) {
-      ASSERT_TRUE(RingProducer(end_->task->completions, servant_->completions_tail)
+      ASSERT_TRUE(RingProducer(end_->task->completions, servant_.load()->completions_tail)
                       .push({command.id, verdict, 0, now.cycle}));
       now.last_done_id = command.id;
     });
@@ -97,9 +97,9 @@ class FakeTask {
   }
   [[nodiscard]] TaskSegment& task() { return *end_->task; }
   [[nodiscard]] std::atomic<std::uint64_t>& stop_count() { return end_->stop->count; }
-  [[nodiscard]] const ServantSegment& servant() const { return *servant_; }
+  [[nodiscard]] const ServantSegment& servant() const { return *servant_.load(); }
   [[nodiscard]] std::size_t queued() const {
-    return ring_size(servant_->commands, end_->task->commands_tail);
+    return ring_size(servant_.load()->commands, end_->task->commands_tail);
   }
 
  private:
@@ -112,21 +112,22 @@ class FakeTask {
     const ServantOffer* const offer = end_->servants.take();
     if (offer == nullptr) return;
     servant_ = offer->segment;
-    RingConsumer(servant_->commands, end_->task->commands_tail).clear();
-    if (snapshot_.command_id == 0) snapshot_.last_done_id = servant_->next_command_id.load() - 1;
+    RingConsumer(servant_.load()->commands, end_->task->commands_tail).clear();
+    if (snapshot_.command_id == 0) snapshot_.last_done_id = servant_.load()->next_command_id.load() - 1;
     snapshot_.servant_session = offer->session;
     end_->servants.confirm(offer->session);
   }
   Command take() {
     Command command{};
-    EXPECT_EQ(RingConsumer(servant_->commands, end_->task->commands_tail).pop(command), PopResult::kOk);
+    EXPECT_EQ(RingConsumer(servant_.load()->commands, end_->task->commands_tail).pop(command),
+              PopResult::kOk);
     return command;
   }
 
   const std::string name_;
   const ArmModel arm_;
   std::optional<TaskEnd> end_;
-  const ServantSegment* servant_{nullptr};
+  std::atomic<const ServantSegment*> servant_{nullptr};  ///< set by the thread, read by the test
   std::mutex mutex_;
   Snapshot snapshot_{};
   std::atomic<bool> ending_{false};
