@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "soak/signature.h"
 
@@ -75,6 +76,15 @@ const Call* call_of(const Motion& motion, const Ledger& ledger) {
   return nullptr;
 }
 
+/// Could a motion that was stopped on the way be of this call, to which no number was given? By time alone.
+bool may_be_of(const Motion& motion, const Call& call) {
+  if (!call.moves() || call.begin_ns > motion.first_ns || call.begin_ns < motion.life_ns) return false;
+  const bool is_open = !call.answered() || call.outcome.ends_with("/2");
+  if (call.operation != "Drive") return is_open;
+  // Its caller waited; what went wrong with the wait says nothing of the motion.
+  return is_open || call.outcome == "NotReady" || call.end_ns >= motion.first_ns;
+}
+
 void check_answers(const Ledger& ledger, const std::vector<Disturbance>& disturbances, Verdict& verdict) {
   for (const Call& call : ledger.calls()) {
     ++verdict.calls;
@@ -120,6 +130,7 @@ class Tickets {
 void check_callers(const Profile& profile, const Ledger& ledger, const Recording& recording,
                    Verdict& verdict) {
   std::map<std::int64_t, std::uint64_t> carried_out;  // signature -> command
+  std::set<const Call*> used;
   const Tickets tickets(ledger);
   for (const Motion& motion : recording.motions()) {
     ++verdict.motions;
@@ -143,13 +154,17 @@ void check_callers(const Profile& profile, const Ledger& ledger, const Recording
     if (ticket != nullptr && call != nullptr && call != ticket)
       verdict.faults.push_back(fmt::format("{} was accepted as {}, which carried out {}", describe(*ticket),
                                            describe(motion), describe(*call)));
+    if (call != nullptr) used.insert(call);
+    if (ticket != nullptr) used.insert(ticket);
     if (ticket == nullptr && call == nullptr && motion.whole) {
-      // Stopped on the way, or a caller who was not told its ticket: there must be one.
-      const bool possible = std::any_of(ledger.calls().begin(), ledger.calls().end(), [&](const Call& c) {
-        return c.moves() && c.begin_ns <= motion.first_ns && (c.operation == "Drive" || !c.accepted());
+      // Stopped on the way: of a caller that was not given its number. Each call has one motion.
+      const auto caller = std::find_if(ledger.calls().begin(), ledger.calls().end(), [&](const Call& c) {
+        return may_be_of(motion, c) && used.count(&c) == 0;
       });
-      if (!possible)
-        verdict.faults.push_back(fmt::format("command {} moves, and nobody called for it", motion.id));
+      if (caller == ledger.calls().end())
+        verdict.faults.push_back(fmt::format("{}: nobody called for it", describe(motion)));
+      else
+        used.insert(&*caller);
     }
   }
 }
@@ -159,11 +174,13 @@ void check_stops(const Ledger& ledger, const Recording& recording, Verdict& verd
   for (const Call& stop : ledger.calls()) {
     if (stop.operation != "Stop" || !stop.accepted()) continue;
     for (const Motion& motion : recording.motions()) {
+      if (motion.last_ns <= stop.end_ns) continue;
       const Call* call = tickets.of(motion);
-      if (call == nullptr || call->end_ns >= stop.begin_ns || motion.last_ns <= stop.end_ns) continue;
-      verdict.faults.push_back(
-          fmt::format("command {} was accepted before client {}'s Stop and moves {:.3f} s after it",
-                      motion.id, stop.client, seconds(stop.end_ns, motion.last_ns)));
+      const bool was_accepted = call != nullptr && call->end_ns < stop.begin_ns;
+      if (!was_accepted && motion.first_ns >= stop.begin_ns) continue;
+      verdict.faults.push_back(fmt::format(
+          "command {} was accepted, or moved, before client {}'s Stop and moves {:.3f} s after it", motion.id,
+          stop.client, seconds(stop.end_ns, motion.last_ns)));
     }
   }
 }

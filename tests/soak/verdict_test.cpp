@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <functional>
+
 #include "config/load_profile.h"
 #include "soak/signature.h"
 
@@ -33,12 +35,14 @@ class Judge : public ::testing::Test {
     for (int i = 0; i < cycles; ++i) row(0, "standby");
   }
   /// Command `id` turns the base by `degrees` at a speed that is allowed, then rests.
-  void move(std::uint64_t id, double degrees) {
+  void move(
+      std::uint64_t id, double degrees, const std::function<void(int cycle)>& meanwhile = [](int) {}) {
     constexpr int kCycles = 100;
     const double from_deg = base_deg_;
     for (int i = 1; i <= kCycles; ++i) {
       base_deg_ = from_deg + degrees * i / (kCycles + 1);
       row(id, "moving");
+      meanwhile(i);
     }
     base_deg_ = from_deg + degrees;
     rest(2);
@@ -115,6 +119,22 @@ TEST_F(Judge, SeesAMotionAfterAStop) {
   rest(5);
   move(1, sign_degrees(10, 401));
   EXPECT_THAT(faults(), Contains(HasSubstr("'s Stop")));
+}
+
+TEST_F(Judge, SeesAMotionThatAStopDoesNotEnd) {
+  begin("Drive", 401);
+  move(1, sign_degrees(10, 401), [this](int cycle) {
+    if (cycle == 50) call("Stop", 0);
+  });
+  EXPECT_THAT(faults(), Contains(HasSubstr("'s Stop")));
+}
+
+TEST_F(Judge, GivesEachCallOneMotion) {
+  begin("Drive", 401);
+  move(1, 1.234);  // stopped on the way
+  EXPECT_THAT(faults(), IsEmpty());
+  move(2, 1.345);
+  EXPECT_THAT(faults(), Contains(HasSubstr("nobody called")));
 }
 
 TEST_F(Judge, SeesASetPointBeyondTheJointsSpeed) {
