@@ -21,7 +21,9 @@ class Descriptor {
     if (fd_ >= 0) ::close(fd_);
   }
 
-  [[nodiscard]] int get() const noexcept { return fd_; }
+  [[nodiscard]] int get() const noexcept { return fd_; }  ///< −1: none
+  /// Another owner closes it.
+  [[nodiscard]] int release() noexcept { return std::exchange(fd_, -1); }
   explicit operator bool() const noexcept { return fd_ >= 0; }
 
  private:

@@ -136,13 +136,8 @@ class Soak {
             real(0.5, 1.5)};
   }
   Fault half_open() {
-    stage_.proxy().swallow(true);
-    return {"half-open connections",
-            [this] {
-              stage_.proxy().cut();
-              stage_.proxy().swallow(false);
-            },
-            real(0.1, 3.0)};
+    stage_.proxy().fall_silent();
+    return {"half-open connections", [this] { stage_.proxy().cut(); }, real(0.1, 3.0)};
   }
   Fault cut() {
     stage_.proxy().cut();

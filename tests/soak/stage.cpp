@@ -31,8 +31,7 @@ Stage::Stage(StageOptions options, const Profile& profile, std::uint64_t seed)
     : options_(std::move(options)),
       name_(test::unique_name("soak")),
       port_(test::free_port()),
-      proxy_port_(test::free_port()),
-      proxy_(proxy_port_, port_),
+      proxy_(port_),
       seed_(seed),
       recording_(profile) {}
 
@@ -89,7 +88,7 @@ void Stage::start_recorder() {
 void Stage::add_client() {
   const int number = next_client_++;
   const bool watches = clients_.empty();
-  const int port = number % 2 == 0 ? port_ : proxy_port_;
+  const int port = number % 2 == 0 ? port_ : proxy_.port();
   clients_.push_back(
       {number,
        test::Process({options_.client, fmt::format("corbaloc::1.2@127.0.0.1:{}/{}", port, name_),

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "soak/ledger.h"
-#include "soak/proxy.h"
 #include "soak/recording.h"
+#include "support/cut_proxy.h"
 #include "support/process.h"
 
 namespace corbot::soak {
@@ -50,7 +50,7 @@ class Stage {
   [[nodiscard]] pid_t supervisor() const { return up_ ? up_->pid() : 0; }
   [[nodiscard]] std::size_t clients() const noexcept { return clients_.size(); }
   [[nodiscard]] pid_t client(std::size_t index) const;
-  [[nodiscard]] Proxy& proxy() noexcept { return proxy_; }
+  [[nodiscard]] test::CutProxy& proxy() noexcept { return proxy_; }
   [[nodiscard]] int port() const noexcept { return port_; }
   void add_client();
   void drop_last_client();
@@ -79,8 +79,7 @@ class Stage {
   const StageOptions options_;
   const std::string name_;
   const int port_;
-  const int proxy_port_;
-  Proxy proxy_;
+  test::CutProxy proxy_;
   std::uint64_t seed_;
   int next_client_{1};
   Ledger ledger_;

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 namespace corbot::test {
 namespace {
@@ -71,7 +72,8 @@ void CutProxy::fall_silent() {
   const std::lock_guard lock(mutex_);
   sock_filter nothing[] = {{BPF_RET | BPF_K, 0, 0, 0}};
   const sock_fprog program{1, nothing};
-  for (const Line& line : lines_) {
+  for (Line& line : lines_) {
+    if (std::exchange(line.is_silent, true)) continue;  // nothing would be acknowledged
     // What is sent has arrived: a machine that is gone repeats nothing.
     int unacknowledged = 1;
     while (::ioctl(line.server, SIOCOUTQ, &unacknowledged) == 0 && unacknowledged > 0)
@@ -106,7 +108,7 @@ void CutProxy::run() {
 void CutProxy::take() {
   const int client = ::accept4(listening_, nullptr, nullptr, SOCK_CLOEXEC);
   if (client < 0) return;
-  Line line{client, ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+  Line line{client, ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0), false};
   const sockaddr_in address = loopback(server_port_);
   if (::connect(line.server, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0) {
     lines_.push_back(line);

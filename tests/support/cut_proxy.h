@@ -31,6 +31,7 @@ class CutProxy {
   struct Line {
     int client;
     int server;
+    bool is_silent{false};
   };
   void run();
   void take();

@@ -123,11 +123,11 @@ class ChildEnvironment {
 }
 
 /// The two ends of a pipe, above what a child receives.
-std::array<OwnedFd, 2> open_pipe() {
+std::array<Descriptor, 2> open_pipe() {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0)
     throw Failure(ExitCode::kInternal, fmt::format("pipe: {}", std::strerror(errno)));
-  std::array<OwnedFd, 2> out{above_passed(OwnedFd(ends[0])), above_passed(OwnedFd(ends[1]))};
+  std::array<Descriptor, 2> out{above_passed(Descriptor(ends[0])), above_passed(Descriptor(ends[1]))};
   if (out[0].get() < 0 || out[1].get() < 0)
     throw Failure(ExitCode::kInternal, fmt::format("pipe: {}", std::strerror(errno)));
   return out;
@@ -198,8 +198,8 @@ void Child::start(const Service& service, const std::vector<std::string>& more) 
   const pid_t pid = ::fork();
   if (pid == 0) exec_child(argv.data(), environment, child_output.get(), child_report.get(), self);
   const int fork_error = errno;
-  child_output.reset();
-  child_report.reset();
+  child_output = {};
+  child_report = {};
   int error = pid < 0 ? fork_error : 0;
   if (pid > 0) (void)!::read(report.get(), &error, sizeof(error));  // end of file once exec has succeeded
   if (error != 0) {

@@ -26,18 +26,18 @@ bool is_same_open_file(int a, int b) {
 
 }  // namespace
 
-OwnedFd above_passed(OwnedFd fd) noexcept {
+Descriptor above_passed(Descriptor fd) noexcept {
   if (fd.get() >= DescriptorStore::kFirstFree) return fd;
-  return OwnedFd(::fcntl(fd.get(), F_DUPFD_CLOEXEC, DescriptorStore::kFirstFree));
+  return Descriptor(::fcntl(fd.get(), F_DUPFD_CLOEXEC, DescriptorStore::kFirstFree));
 }
 
-DescriptorStore::Added DescriptorStore::add(const std::string& name, OwnedFd fd) {
+DescriptorStore::Added DescriptorStore::add(const std::string& name, Descriptor fd) {
   const bool known = std::any_of(items_.begin(), items_.end(), [&](const Item& item) {
     return is_same_open_file(item.fd.get(), fd.get());
   });
   if (known) return Added::kAlreadyThere;
   if (items_.size() >= kCapacity) return Added::kFull;
-  OwnedFd kept = above_passed(std::move(fd));
+  Descriptor kept = above_passed(std::move(fd));
   if (kept.get() < 0) return Added::kFailed;
   items_.push_back({is_fd_name(name) ? name : "stored", std::move(kept)});
   return Added::kNew;

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "cli/supervise/owned_fd.h"
+#include "shm/descriptor.h"
 
 namespace corbot::cli {
 
@@ -20,13 +20,13 @@ class DescriptorStore {
 
   struct Item {
     std::string name;
-    OwnedFd fd;
+    Descriptor fd;
   };
 
   enum class Added { kNew, kAlreadyThere, kFull, kFailed };
   /// `name` as of FDNAME=; one that systemd would not take becomes "stored", as there. The same open file is
   /// kept once.
-  Added add(const std::string& name, OwnedFd fd);
+  Added add(const std::string& name, Descriptor fd);
   /// All of that name; how many they were.
   std::size_t remove(std::string_view name);
 
@@ -39,6 +39,6 @@ class DescriptorStore {
 };
 
 /// Moves a descriptor above those that a child receives; −1 with errno when there is none left.
-[[nodiscard]] OwnedFd above_passed(OwnedFd fd) noexcept;
+[[nodiscard]] Descriptor above_passed(Descriptor fd) noexcept;
 
 }  // namespace corbot::cli

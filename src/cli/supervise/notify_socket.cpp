@@ -86,7 +86,7 @@ void NotifySocket::open() {
                     path_, sizeof(address.sun_path) - 1));
   }
   std::memcpy(address.sun_path, path_.data(), path_.size());
-  OwnedFd fd(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  Descriptor fd(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   const int on = 1;
   if (fd.get() < 0 || ::setsockopt(fd.get(), SOL_SOCKET, SO_PASSCRED, &on, sizeof(on)) != 0)
     throw system_failure(path_, errno);

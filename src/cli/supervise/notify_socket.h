@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/supervise/owned_fd.h"
+#include "shm/descriptor.h"
 
 namespace corbot::cli {
 
@@ -20,7 +20,7 @@ struct Notification {
   bool remove{false};                 ///< FDSTOREREMOVE=1
   std::string fd_name;                ///< FDNAME=
   std::optional<std::string> status;  ///< STATUS=
-  std::vector<OwnedFd> descriptors;
+  std::vector<Descriptor> descriptors;
 };
 
 /// The fields of a message that corbot knows; others are left out, as systemd does.
@@ -47,7 +47,7 @@ class NotifySocket {
  private:
   void open();
   std::string path_;
-  OwnedFd fd_;
+  Descriptor fd_;
   dev_t device_{};
   ino_t inode_{};
 };

@@ -17,8 +17,8 @@
 #include <set>
 #include <sstream>
 
-#include "cli/supervise/owned_fd.h"
 #include "client/failure.h"
+#include "shm/descriptor.h"
 
 namespace corbot::cli {
 
@@ -68,7 +68,7 @@ bool holds_memory_of(pid_t pid, const std::string& name) {
 
 /// Sends the signal and waits for the end. Through a pidfd, so no other process of that pid is hit.
 bool end_process(pid_t pid, const std::string& program, int signal, int within_ms) {
-  const OwnedFd fd(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0)));
+  const Descriptor fd(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0)));
   if (fd.get() < 0 || program_of(pid) != program) return true;
   if (::syscall(SYS_pidfd_send_signal, fd.get(), signal, nullptr, 0) != 0) {
     if (errno == ESRCH) return true;

@@ -21,7 +21,7 @@ ServiceManager::ServiceManager() {
   char** names = nullptr;
   const int count = ::sd_listen_fds_with_names(1, &names);
   for (int i = 0; i < count; ++i) {
-    kept_.push_back({names[i], OwnedFd(SD_LISTEN_FDS_START + i)});
+    kept_.push_back({names[i], Descriptor(SD_LISTEN_FDS_START + i)});
     std::free(names[i]);
   }
   std::free(names);

@@ -14,9 +14,9 @@
 #include <utility>
 
 #include "cli/supervise/abandoned_segment.h"
-#include "cli/supervise/owned_fd.h"
 #include "client/failure.h"
 #include "config/profile.h"
+#include "shm/descriptor.h"
 
 namespace corbot::cli {
 
@@ -50,7 +50,7 @@ bool is_same_file(int fd, const fs::path& path) {
 
 void replace_file(const fs::path& file, const std::string& text) {
   const fs::path fresh = file.string() + ".new";
-  const OwnedFd fd(::open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600));
+  const Descriptor fd(::open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600));
   if (fd.get() < 0) throw system_failure(fresh, errno);
   std::size_t done = 0;
   while (done < text.size()) {

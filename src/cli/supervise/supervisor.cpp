@@ -194,7 +194,7 @@ void Supervisor::read_notifications() {
   }
 }
 
-void Supervisor::store(Entry& entry, const std::string& name, OwnedFd fd) {
+void Supervisor::store(Entry& entry, const std::string& name, Descriptor fd) {
   using Added = DescriptorStore::Added;
   const Added added = entry.stored.add(name, std::move(fd));
   if (added == Added::kFull || added == Added::kFailed) {
@@ -217,7 +217,7 @@ void Supervisor::apply(Entry& entry, Notification& notification) {
     if (options_.manager != nullptr) options_.manager->remove(entry.spec.title, notification.fd_name);
   }
   if (notification.store) {
-    for (OwnedFd& fd : notification.descriptors) store(entry, notification.fd_name, std::move(fd));
+    for (Descriptor& fd : notification.descriptors) store(entry, notification.fd_name, std::move(fd));
   }
   if (notification.ready && !entry.spec.is_ready) set_ready(entry);
 }

@@ -82,7 +82,7 @@ class Supervisor {
   void poll(double seconds);
   void read_signals();
   void read_notifications();
-  void store(Entry& entry, const std::string& name, OwnedFd fd);
+  void store(Entry& entry, const std::string& name, Descriptor fd);
   void apply(Entry& entry, Notification& notification);
   void read_output(Entry& entry);
   void set_ready(Entry& entry);
