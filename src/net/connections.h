@@ -44,7 +44,7 @@ corbot_connection corbot_connection_used(int fd);
  * has been told that nothing it sent meanwhile is carried out, and may send the call again. */
 bool corbot_connection_begin_call(corbot_connection connection);
 void corbot_connection_end_call(corbot_connection connection);
-/* Whether the peer is still there: not once it has closed, or reset, or has acknowledged nothing for seven
+/* Whether the peer is still there: not once it has closed, or reset, or has acknowledged nothing for six
  * seconds. */
 bool corbot_connection_lives(corbot_connection connection);
 corbot_peer corbot_connection_peer(corbot_connection connection);

@@ -175,8 +175,8 @@ corbot_status corbot_robot_delay(corbot_robot* robot, double t_s, corbot_ticket*
 corbot_status corbot_robot_open_gripper(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_close_gripper(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error);
 
-/* Who waits. `present` is asked a few times a second whether the caller is still there; 0 ends the wait with
- * CORBOT_NOT_READY, and the motion goes on. NULL for a caller who is always there. */
+/* The client that waits. `present` is asked a few times a second whether the caller is still there; 0 ends the wait with
+ * CORBOT_NOT_READY, and the motion goes on. NULL: it is always there. */
 typedef struct corbot_caller {
   int (*present)(void* context);
   void* context;

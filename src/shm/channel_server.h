@@ -18,7 +18,7 @@
 
 namespace corbot {
 
-/// Who may connect besides the task's own user (and root, but not as the servant).
+/// The users that may connect besides the task's own user (and root, but not as the servant).
 struct ChannelPolicy {
   std::optional<uid_t> servant_user{};  ///< as the servant, or to read
   std::optional<gid_t> stop_group{};    ///< to stop

@@ -24,7 +24,7 @@ class RunDirectory {
 
   [[nodiscard]] const std::string& path() const noexcept { return path_; }
   [[nodiscard]] std::string socket_path(std::string_view robot) const;
-  /// Whom a client takes for a real-time task: the directory's owner, or its own user.
+  /// The users whose process a client takes for a real-time task: the directory's owner, or its own user.
   [[nodiscard]] bool is_trusted(uid_t peer) const noexcept;
 
   struct Listening {

@@ -23,7 +23,7 @@ namespace corbot {
 /// What a segment that came from elsewhere must be.
 struct SegmentExpectation {
   std::string_view robot;
-  uid_t owner;  ///< who made it
+  uid_t owner;  ///< the user whose process made it
   std::optional<std::uint64_t> fingerprint{};
 };
 
