@@ -10,8 +10,6 @@
 namespace corbot {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr double kEcho_s = 2.0;            // for what the task does within two cycles
 constexpr std::chrono::seconds kRest{10};  // for what it does as fast as the arm's limits allow
 
@@ -53,8 +51,9 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
   // the motion if it is handed over after all.
   const std::uint64_t epoch = task.stops();
   const Place place(starting_, capacity_);
-  const auto deadline = Clock::now() + std::chrono::duration<double>(kRestKnown_s);
+  Patience patience{std::chrono::duration<double>(kRestKnown_s)};
   for (;;) {
+    const bool is_last = patience.is_over();
     const std::uint64_t seen = access_.changes();
     {
       const std::lock_guard lock(planning_mutex_);
@@ -67,7 +66,7 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
         return hand_over(task, epoch, std::get<std::vector<Command>>(result), *start);
       }
     }
-    if (Clock::now() > deadline)
+    if (is_last)
       throw not_ready(fmt::format("the arm has not come to rest in {:g} s; call again", kRestKnown_s));
     access_.wait_change(seen);
   }
@@ -179,7 +178,7 @@ void MotionQueue::cancel(corbot_ticket id) {
     // Nothing of the range begins any more; what had begun slows down, and its verdict comes.
     tickets_.end_cancelled(std::max(echo.command_id, echo.last_done_id));
   }
-  if (!tickets_.wait_ended(range->first, range->last, Clock::now() + kRest)) {
+  if (!tickets_.wait_ended(range->first, range->last, kRest)) {
     access_.check(task);
     throw not_ready(fmt::format("a Cancel did not end in {} s", kRest.count()));
   }

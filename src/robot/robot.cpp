@@ -169,7 +169,7 @@ void Robot::stop() {
               [&](const Snapshot& now) { return !is_earlier_stop(now.stops_done, count); });
   // The verdicts are out, but the link's thread may not have read them yet: a client that reads the state or
   // a ticket after Stop has returned must find what Stop did.
-  tickets_.wait_ended(0, last, std::chrono::steady_clock::now() + kReportsRead);
+  tickets_.wait_ended(0, last, kReportsRead);
 }
 
 void Robot::pause(bool on) {
@@ -196,10 +196,10 @@ void Robot::clear() {
   });
   if (now.state == RtState::kError) throw not_ready(view_.error_cause());
   // What the client reads next has no alarm that this Clear has taken back, and every one that came since.
-  const auto deadline = std::chrono::steady_clock::now() + kReportsRead;
-  for (;;) {
+  for (Patience patience(kReportsRead);;) {
+    const bool is_last = patience.is_over();
     const std::uint64_t seen = task_.changes();
-    if (clears_reported_ >= count || std::chrono::steady_clock::now() > deadline) return;
+    if (clears_reported_ >= count || is_last) return;
     task_.check(task);
     task_.wait_change(seen);
   }

@@ -40,16 +40,16 @@ void TaskAccess::check(const LivingTask& task) const {
 
 void TaskAccess::await(const LivingTask& task, double seconds, const std::string& what,
                        const std::function<bool(const Snapshot&)>& done) const {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  Patience patience{std::chrono::duration<double>(seconds)};
   for (;;) {
+    const bool is_last = patience.is_over();
     const std::uint64_t seen = changes();
     Snapshot now{};
     if (task.segment().snapshot.load(now) && done(now)) return;
     if (!is_living(task)) throw not_ready(cause());
     if (watch_.is_frozen()) throw not_ready(watch_.cause());
     if (closing_) throw not_ready("the servant is shutting down");
-    if (std::chrono::steady_clock::now() > deadline)
-      throw not_ready(fmt::format("{} did not end in {} s", what, seconds));
+    if (is_last) throw not_ready(fmt::format("{} did not end in {} s", what, seconds));
     wait_change(seen);
   }
 }

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
 
 namespace corbot {
@@ -12,12 +11,11 @@ bool Progress::see(std::uint64_t counter, Clock::time_point now) {
   if (!has_counter_ || counter != counter_) {
     has_counter_ = true;
     counter_ = counter;
-    still_ = {};
+    still_.restart(now);
     changed_at_ = now;
   } else {
-    still_ += std::min<Clock::duration>(now - looked_at_, kLongestLook);
+    still_.look(now);
   }
-  looked_at_ = now;
   return is_frozen();
 }
 

@@ -13,15 +13,14 @@
 #include "notify/service_notifier.h"
 #include "robot/alarm_log.h"
 #include "robot/link.h"
+#include "robot/running_time.h"
 
 namespace corbot {
 
-/// Whether a counter that another process increments has stood still, judged by this process's own looks: of
-/// the time between two of them no more than a few intervals count, so that a process that was itself frozen
-/// or starved finds no fault with another.
+/// Whether a counter that another process increments has stood still, in this process's running time.
 class Progress {
  public:
-  using Clock = std::chrono::steady_clock;
+  using Clock = RunningTime::Clock;
   static constexpr std::chrono::milliseconds kLook{20};
   static constexpr std::chrono::milliseconds kLongestLook{40};
 
@@ -33,7 +32,7 @@ class Progress {
   /// Nothing is to be watched; the next look begins anew.
   void reset() { has_counter_ = false; }
 
-  [[nodiscard]] bool is_frozen() const { return has_counter_ && still_ >= frozen_after_; }
+  [[nodiscard]] bool is_frozen() const { return has_counter_ && still_.passed() >= frozen_after_; }
   /// Of the last look at which the counter had changed.
   [[nodiscard]] Clock::time_point changed_at() const { return changed_at_; }
 
@@ -41,8 +40,7 @@ class Progress {
   Clock::duration frozen_after_;
   bool has_counter_{false};
   std::uint64_t counter_{};
-  Clock::duration still_{};
-  Clock::time_point looked_at_{};
+  RunningTime still_{kLongestLook, {}};
   Clock::time_point changed_at_{};
 };
 

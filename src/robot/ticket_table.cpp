@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "robot/running_time.h"
+
 namespace corbot {
 namespace {
 
@@ -32,6 +34,8 @@ TicketState state_of(Verdict verdict) {
   if (verdict == Verdict::kDone) return TicketState::kDone;
   return verdict == Verdict::kStopped ? TicketState::kStopped : TicketState::kFailed;
 }
+
+constexpr std::chrono::milliseconds kLook{20};
 
 constexpr const char* kTakenBack = "taken back by Cancel";
 
@@ -159,14 +163,18 @@ std::optional<Ticket> TicketTable::wait(std::uint64_t id,
 }
 
 bool TicketTable::wait_ended(std::uint64_t from, std::uint64_t through,
-                             std::chrono::steady_clock::time_point until) const {
+                             std::chrono::duration<double> bound) const {
   const auto all_ended = [&] {
     return std::none_of(tickets_.lower_bound(from), tickets_.upper_bound(through),
                         [](const auto& entry) { return entry.second.state == TicketState::kPending; });
   };
   std::unique_lock lock(mutex_);
-  ended_.wait_until(lock, until, [&] { return closed_ || suspended_ || all_ended(); });
-  return all_ended();
+  for (Patience patience(bound);;) {
+    const bool is_last = patience.is_over();
+    if (all_ended()) return true;
+    if (closed_ || suspended_ || is_last) return false;
+    ended_.wait_for(lock, kLook);
+  }
 }
 
 std::optional<Ticket> TicketTable::last_pending() const {

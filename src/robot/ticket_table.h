@@ -70,10 +70,9 @@ class TicketTable {
   /// waits are suspended, and returns it as it then is. Nothing when there is no such ticket.
   [[nodiscard]] std::optional<Ticket> wait(std::uint64_t id,
                                            std::optional<std::chrono::steady_clock::time_point> until) const;
-  /// Waits until no ticket with these numbers is pending, the time has passed or the table is closed. True in
-  /// the first case.
-  bool wait_ended(std::uint64_t from, std::uint64_t through,
-                  std::chrono::steady_clock::time_point until) const;
+  /// Waits until no ticket with these numbers is pending, this process has run for `bound`, or the table is closed or
+  /// waits are suspended. True in the first case.
+  bool wait_ended(std::uint64_t from, std::uint64_t through, std::chrono::duration<double> bound) const;
   /// The one that ends last.
   [[nodiscard]] std::optional<Ticket> last_pending() const;
   [[nodiscard]] std::size_t pending() const;

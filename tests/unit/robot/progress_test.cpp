@@ -45,5 +45,20 @@ TEST(Progress, BeginsAnewAfterAReset) {
   EXPECT_FALSE(progress.see(5, kStart + 10s));
 }
 
+TEST(Patience, IsOverWhenThisProcessHasRunForItsBound) {
+  Patience patience(2s, kStart);
+  for (auto t = 0ms; t <= 2000ms; t += 10ms) ASSERT_FALSE(patience.is_over(kStart + t));
+  EXPECT_TRUE(patience.is_over(kStart + 2010ms));
+}
+
+TEST(Patience, OutlastsAMachineThatStandsStill) {
+  Patience patience(2s, kStart);
+  EXPECT_FALSE(patience.is_over(kStart + 10ms));
+  EXPECT_FALSE(patience.is_over(kStart + 60s)) << "what it waits for has had no time either";
+  EXPECT_FALSE(patience.is_over(kStart + 61s));
+  for (auto t = 0ms; t <= 1600ms; t += 10ms) ASSERT_FALSE(patience.is_over(kStart + 61s + t));
+  EXPECT_TRUE(patience.is_over(kStart + 61s + 1700ms));
+}
+
 }  // namespace
 }  // namespace corbot
