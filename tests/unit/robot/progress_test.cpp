@@ -56,7 +56,7 @@ TEST(Patience, OutlastsAMachineThatStandsStill) {
   EXPECT_FALSE(patience.is_over(kStart + 10ms));
   EXPECT_FALSE(patience.is_over(kStart + 60s)) << "what it waits for has had no time either";
   EXPECT_FALSE(patience.is_over(kStart + 61s));
-  for (auto t = 0ms; t <= 1600ms; t += 10ms) ASSERT_FALSE(patience.is_over(kStart + 61s + t));
+  for (auto t = 0ms; t <= 1500ms; t += 10ms) ASSERT_FALSE(patience.is_over(kStart + 61s + t));
   EXPECT_TRUE(patience.is_over(kStart + 61s + 1700ms));
 }
 
