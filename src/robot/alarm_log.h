@@ -17,6 +17,7 @@ inline constexpr std::int32_t kAlarmTaskGone = 150;
 inline constexpr std::int32_t kAlarmTaskRestarted = 151;
 inline constexpr std::int32_t kAlarmPositionNotSaved = 152;
 inline constexpr std::int32_t kAlarmTaskFrozen = 153;
+inline constexpr std::int32_t kAlarmFormerServantInvalid = 154;
 
 struct AlarmEntry {
   double time_s{};  ///< since the Unix epoch

@@ -44,9 +44,8 @@ struct Link::ReportRings {
 Link::Link(std::string name, std::uint64_t fingerprint, LinkListener& listener)
     : name_(std::move(name)),
       listener_(listener),
-      port_(name_, fingerprint, [this](const ServantSegment* former, ServantSegment& own) {
-        listener_.on_inherit(former, own);
-      }) {}
+      port_(name_, fingerprint,
+            [this](const Inheritance& inheritance) { listener_.on_inherit(inheritance); }) {}
 
 void Link::start() {
   auto channel = try_connect(true);

@@ -26,9 +26,9 @@ class LinkListener {
   virtual void on_attached(bool again) = 0;
   /// Every report that was out before this snapshot of the connected task has been read.
   virtual void on_drained(const Snapshot& before) = 0;
-  /// Once, before the first time: what a former servant of this robot has left, null where nothing is known of
-  /// it, and where this one's goes for its successor. Numbers, pause and override have been taken over.
-  virtual void on_inherit(const ServantSegment* /*former*/, ServantSegment& /*own*/) {}
+  /// Once, before the task works for this servant for the first time. Numbers, pause and override have been
+  /// taken over.
+  virtual void on_inherit(const Inheritance& inheritance) = 0;
 };
 
 /// The servant's end of the channel: connects to the real-time task, goes on trying while there is none, notices
@@ -60,6 +60,8 @@ class Link {
   [[nodiscard]] bool snapshot(Snapshot& out) const;
   /// Why alive() is false, and what to do about it.
   [[nodiscard]] std::string cause() const;
+  /// This servant's segment, which is there before any task is, and as long as this.
+  [[nodiscard]] ServantSegment& own() const noexcept { return port_.own(); }
 
  private:
   /// The servant's ends of a channel's rings; the thread makes them anew for each connection.

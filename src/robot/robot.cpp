@@ -9,6 +9,7 @@
 #include "corbot/channel/alarms.h"
 #include "corbot/channel/fingerprint.h"
 #include "corbot/units.h"
+#include "robot/inherited_state.h"
 
 namespace corbot {
 namespace {
@@ -28,6 +29,7 @@ Robot::Robot(Profile profile, const std::string& name)
       name_(name),
       planner_(profile_.arm),
       link_(name, fingerprint(profile_.arm), *this),
+      settings_(link_.own().state.settings),
       watch_(link_, alarms_, profile_.frozen_ns,
              {[this] { return self_check_.is_started(); }, [this] { return responds(); },
               [this](bool frozen) { on_frozen(frozen); }}),
@@ -94,10 +96,22 @@ void Robot::on_attached(bool again) {
               "a new real-time task has adopted the arm where the last one left it");
 }
 
+void Robot::on_inherit(const Inheritance& inheritance) {
+  if (inheritance.former == nullptr) return;
+  const InheritedState inherited = read_inherited(inheritance.former->state);
+  if (inherited.settings) settings_.inherit(*inherited.settings);
+  if (inherited.invalid == 0) return;
+  alarms_.add(
+      kAlarmFormerServantInvalid, false,
+      fmt::format("{} records of the servant before this one are invalid and were left out: check speeds "
+                  "and tool pitch",
+                  inherited.invalid));
+}
+
 bool Robot::responds() const {
   (void)tickets_.pending();
   (void)alarms_.cause();
-  (void)settings();
+  (void)settings_.get();
   return !task_.is_closing() && self_check_.passes();
 }
 
@@ -108,14 +122,9 @@ void Robot::on_frozen(bool frozen) {
 
 corbot_ticket Robot::accept(const MotionRequest& request) {
   // Before all else: a bad argument is refused at once, however long the present plan takes.
-  const PlanSettings now = settings();
+  const PlanSettings now = settings_.get();
   if (const auto refusal = planner_.check(now, request)) throw refused(*refusal);
   return queue_.accept(request, now);
-}
-
-PlanSettings Robot::settings() const {
-  const std::lock_guard lock(settings_mutex_);
-  return settings_;
 }
 
 corbot_motion_info Robot::wait(corbot_ticket id, double timeout_s) const {
@@ -207,8 +216,7 @@ void Robot::clear() {
 
 void Robot::set_speed(double percent) {
   const double ratio = checked_percent("percent", percent);
-  const std::lock_guard lock(settings_mutex_);
-  settings_.speed_ratio = ratio;
+  settings_.change([ratio](PlanSettings& now) { now.speed_ratio = ratio; });
 }
 
 void Robot::set_joint_speed(int joint, double percent) {
@@ -218,24 +226,22 @@ void Robot::set_joint_speed(int joint, double percent) {
                        fmt::format("joint {}, allowed 0 to {}", joint, profile_.arm.dof - 1));
   }
   const double ratio = checked_percent("percent", percent);
-  const std::lock_guard lock(settings_mutex_);
-  settings_.joint_speed_ratio[static_cast<std::size_t>(joint)] = ratio;
+  settings_.change(
+      [&](PlanSettings& now) { now.joint_speed_ratio[static_cast<std::size_t>(joint)] = ratio; });
 }
 
 void Robot::set_all_speeds(double percent) {
   const double ratio = checked_percent("percent", percent);
-  const std::lock_guard lock(settings_mutex_);
-  settings_.joint_speed_ratio.fill(ratio);
+  settings_.change([ratio](PlanSettings& now) { now.joint_speed_ratio.fill(ratio); });
 }
 
 void Robot::set_tool_pitch(double degrees) {
   if (!(degrees >= -180.0 && degrees <= 180.0)) {
     throw bad_argument("degrees", degrees, fmt::format("{:.6g} degrees, allowed -180 to 180", degrees));
   }
-  const std::lock_guard lock(settings_mutex_);
-  settings_.tool_pitch_rad = to_radians(degrees);
+  settings_.change([degrees](PlanSettings& now) { now.tool_pitch_rad = to_radians(degrees); });
 }
 
-double Robot::tool_pitch_deg() const { return tidy_degrees(settings().tool_pitch_rad); }
+double Robot::tool_pitch_deg() const { return tidy_degrees(settings_.get().tool_pitch_rad); }
 
 }  // namespace corbot

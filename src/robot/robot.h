@@ -16,6 +16,7 @@
 #include "robot/position_saver.h"
 #include "robot/robot_view.h"
 #include "robot/self_check.h"
+#include "robot/settings.h"
 #include "robot/task_access.h"
 #include "robot/task_watch.h"
 #include "robot/ticket_table.h"
@@ -85,11 +86,11 @@ class Robot final : private LinkListener {
   void on_lost(const std::string& reason) override;
   void on_attached(bool again) override;
   void on_drained(const Snapshot& before) override;
+  void on_inherit(const Inheritance& inheritance) override;
 
   /// Whatever a call may have to wait for can be had.
   [[nodiscard]] bool responds() const;
   void on_frozen(bool frozen);
-  [[nodiscard]] PlanSettings settings() const;
 
   const Profile profile_;
   const std::string name_;
@@ -98,12 +99,10 @@ class Robot final : private LinkListener {
   AlarmLog alarms_;
   std::atomic<std::uint64_t> clears_reported_{0};  ///< number of the last Clear whose alarms are taken back
 
-  mutable std::mutex settings_mutex_;  // of settings_, held for a moment only
-  PlanSettings settings_;
-
   SelfCheck self_check_;
-  Link link_;        // its thread uses all of the above
-  TaskWatch watch_;  // likewise, and the link
+  Link link_;          // its thread uses all of the above, and the settings
+  Settings settings_;  // kept in the link's segment
+  TaskWatch watch_;    // likewise, and the link
   const RobotView view_;
   TaskAccess task_;
   MotionQueue queue_;

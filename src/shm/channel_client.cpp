@@ -158,7 +158,8 @@ void ServantPort::inherit(const Message& welcome, const TaskSegment& task, uid_t
   }
   if (former && (*former)->header.id == own.header.id) former.reset();
   Snapshot now{};
-  const std::uint64_t done = last_snapshot(task, now) ? std::max(now.last_done_id, now.command_id) : 0;
+  const bool has_snapshot = last_snapshot(task, now);
+  const std::uint64_t done = has_snapshot ? std::max(now.last_done_id, now.command_id) : 0;
   std::uint64_t next = std::max(own.next_command_id.load(std::memory_order_relaxed), done + 1);
   const ServantSegment* const before = former ? &**former : nullptr;
   if (before != nullptr) {
@@ -182,7 +183,7 @@ void ServantPort::inherit(const Message& welcome, const TaskSegment& task, uid_t
           task.alarms.capacity());
     own.task_id.store(task.header.id, std::memory_order_release);
   }
-  if (!has_inherited_ && inherit_) inherit_(before, own);
+  if (!has_inherited_ && inherit_) inherit_({before, has_snapshot ? &now : nullptr});
   has_inherited_ = true;
 }
 

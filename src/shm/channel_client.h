@@ -92,12 +92,18 @@ class ServantChannel {
   std::shared_ptr<Segment<ServantSegment>> own_;
 };
 
+/// What a servant finds when it connects to a task for the first time.
+struct Inheritance {
+  const ServantSegment* former;  ///< what the servant before it has left, unchecked; null: there was none
+  const Snapshot* last;          ///< of the task, or of the one before it; null: there is none
+};
+
 /// What a servant has of the channel for as long as it lives: its own segment, and a descriptor of the last
 /// task's, which a new task gets back.
 class ServantPort {
  public:
-  /// Reads what a former servant left, before the task works for this one; null when there was none.
-  using Inherit = std::function<void(const ServantSegment* former, ServantSegment& own)>;
+  /// Reads what a former servant left, before the task works for this one. Once.
+  using Inherit = std::function<void(const Inheritance&)>;
 
   ServantPort(std::string robot, std::uint64_t fingerprint, Inherit inherit);
   ServantPort(const ServantPort&) = delete;

@@ -9,6 +9,7 @@ target_compile_definitions(test_robot PRIVATE CORBOT_PROFILE="${CMAKE_SOURCE_DIR
 # The robot over a segment whose other side is the test, or the real loop in a thread of the test.
 corbot_test(test_robot_task
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/robot/cancel_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/restart_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/robot/inherit_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/robot/stop_order_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/wake_up_test.cpp
           ${PROJECT_SOURCE_DIR}/rt/loop.cpp
   LIBS corbot::robot corbot::rt_core corbot::loopback corbot_process fmt::fmt

@@ -10,6 +10,7 @@
 #include "corbot/channel/control_flags.h"
 #include "corbot/channel/records.h"
 #include "corbot/channel/ring.h"
+#include "corbot/channel/servant_state.h"
 #include "corbot/channel/snapshot_cell.h"
 #include "corbot/channel/trace.h"
 #include "corbot/motion/command.h"
@@ -22,7 +23,7 @@ namespace corbot {
 /// "corbot-1" in memory, read from left to right on a little-endian machine.
 inline constexpr std::uint64_t kSegmentMagic = 0x312d'746f'6272'6f63;
 /// To be raised with every change to a segment or to a record in it.
-inline constexpr std::uint32_t kSegmentAbi = 4;
+inline constexpr std::uint32_t kSegmentAbi = 5;
 /// Longest name of a robot; letters, digits, '_' and '-'.
 inline constexpr std::size_t kMaxSegmentName = 48;
 
@@ -71,7 +72,7 @@ struct ServantSegment {
   RingTail<> completions_tail;
   RingTail<> alarms_tail;
   RingSlots<Command, 64> commands;
-  // Here is the place for what outlives a servant besides: settings, tickets.
+  ServantState state;
 };
 static_assert(std::is_standard_layout_v<ServantSegment>);
 

@@ -234,8 +234,9 @@ TEST_F(MeetingTest, AServantGoesOnWhereTheFormerOneEnded) {
     channel->disconnect();
   }
   bool inherited = false;
-  ServantPort port(name(), kTestFingerprint, [&](const ServantSegment* former, ServantSegment& own) {
-    inherited = former != nullptr && former->next_command_id == 17 && own.next_command_id == 17;
+  ServantPort port(name(), kTestFingerprint, [&](const Inheritance& inheritance) {
+    const ServantSegment* const former = inheritance.former;
+    inherited = former != nullptr && former->next_command_id == 17 && port.own().next_command_id == 17;
   });
   const auto channel = connect(port);
   EXPECT_TRUE(inherited);

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <mutex>
+#include <utility>
+
+#include "corbot/channel/servant_state.h"
+#include "planner/plan.h"
+
+namespace corbot {
+
+/// The settings for the motions planned from now on, and their copy for the servant after this one. Thread-safe;
+/// every lock is held for a moment only.
+class Settings {
+ public:
+  /// `kept` outlives this.
+  explicit Settings(DurableCell<SettingsRecord>& kept) : kept_(kept) {}
+
+  [[nodiscard]] PlanSettings get() const;
+  /// `how` changes a PlanSettings, to values that were checked.
+  template <class Change>
+  void change(Change&& how) {
+    const std::lock_guard lock(mutex_);
+    std::forward<Change>(how)(settings_);
+    keep();
+  }
+  /// Of the servant before; what a client has set of this one already stays.
+  void inherit(const PlanSettings& former);
+
+ private:
+  void keep();  ///< with mutex_ held
+
+  mutable std::mutex mutex_;
+  DurableCell<SettingsRecord>& kept_;
+  PlanSettings settings_;
+};
+
+}  // namespace corbot
