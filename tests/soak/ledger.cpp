@@ -14,9 +14,10 @@ void Ledger::read(int client, const std::string& line) {
   if (!(words >> what >> call.number >> time_ns)) return;
   if (what == "begin" && words >> call.operation >> call.signature) {
     call.begin_ns = time_ns;
+    for (double& value : call.where) words >> value;
     index_[{client, call.number}] = calls_.size();
     newest_[client] = calls_.size();
-    if (call.moves()) by_signature_[call.signature] = calls_.size();
+    if (call.moves()) by_signature_.emplace(call.signature, calls_.size());
     calls_.push_back(std::move(call));
   } else if (what == "end" && words >> call.outcome >> call.ticket) {
     const auto found = index_.find({client, call.number});
@@ -28,9 +29,14 @@ void Ledger::read(int client, const std::string& line) {
   }
 }
 
-const Call* Ledger::with_signature(std::int64_t signature) const {
-  const auto found = by_signature_.find(signature);
-  return found == by_signature_.end() ? nullptr : &calls_[found->second];
+const Call* Ledger::with_signature(std::int64_t signature, std::int64_t by_ns) const {
+  const Call* newest = nullptr;
+  const auto [first, last] = by_signature_.equal_range(signature);
+  for (auto found = first; found != last; ++found) {
+    const Call& call = calls_[found->second];
+    if (call.begin_ns <= by_ns && (newest == nullptr || call.begin_ns > newest->begin_ns)) newest = &call;
+  }
+  return newest;
 }
 
 std::optional<std::int64_t> Ledger::waiting_since(int client) const {

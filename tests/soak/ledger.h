@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -15,6 +16,7 @@ struct Call {
   int number{};
   std::string operation;
   std::int64_t signature{};
+  std::array<double, 4> where{};  ///< as the client printed it, of a call that moves something
   std::int64_t begin_ns{};
   std::int64_t end_ns{};  ///< 0: no answer, or none that the client lived to print
   std::string outcome;
@@ -32,15 +34,16 @@ class Ledger {
   void read(int client, const std::string& line);
 
   [[nodiscard]] const std::vector<Call>& calls() const noexcept { return calls_; }
-  /// The call with this signature that moves something; null when nobody made it.
-  [[nodiscard]] const Call* with_signature(std::int64_t signature) const;
+  /// The newest call with this signature that moves something and had begun by then; null when nobody made one. In a
+  /// long run signatures come round again.
+  [[nodiscard]] const Call* with_signature(std::int64_t signature, std::int64_t by_ns) const;
   /// Has this client a call without an answer? Since when, CLOCK_MONOTONIC.
   [[nodiscard]] std::optional<std::int64_t> waiting_since(int client) const;
 
  private:
   std::vector<Call> calls_;
   std::map<std::pair<int, int>, std::size_t> index_;
-  std::map<std::int64_t, std::size_t> by_signature_;
+  std::multimap<std::int64_t, std::size_t> by_signature_;
   std::map<int, std::size_t> newest_;
 };
 

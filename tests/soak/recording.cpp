@@ -54,6 +54,8 @@ void Recording::read(const std::string& line) {
   if (have_last_ && !continuous) ++gaps_;
   constexpr std::int64_t kSilence_ns = 500'000'000;
   if (last_ns_ != 0 && row.time_ns - last_ns_ > kSilence_ns) silences_.push_back({last_ns_, row.time_ns});
+  constexpr std::int64_t kPause_ns = 90'000'000;
+  if (continuous && row.time_ns - last_.time_ns > kPause_ns) pauses_.push_back({last_.time_ns, row.time_ns});
   last_ns_ = row.time_ns;
   check(row);
   follow(row, continuous);
@@ -92,7 +94,7 @@ void Recording::follow(const Row& row, bool continuous) {
   Motion* running = !motions_.empty() && have_last_ && last_.command != 0 ? &motions_.back() : nullptr;
   if (running != nullptr && running->id != row.command) {
     running->end_deg = row.theta_deg;
-    running->end_y_m = row.tcp_m[1];
+    running->end_tcp_m = row.tcp_m;
     running->whole = running->whole && continuous && row.command == 0;
   }
   if (row.command == 0) {

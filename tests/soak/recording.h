@@ -18,7 +18,7 @@ struct Motion {
   std::int64_t last_ns{};
   std::array<double, 4> start_deg{};
   std::array<double, 4> end_deg{};  ///< at rest afterwards
-  double end_y_m{};
+  std::array<double, 3> end_tcp_m{};
   double worst_tool_m_s{};
   bool whole{};  ///< neither its begin nor its end fell into cycles that were not recorded
 };
@@ -41,6 +41,8 @@ class Recording {
   [[nodiscard]] const std::vector<Motion>& motions() const noexcept { return motions_; }
   /// Those of half a second and more.
   [[nodiscard]] const std::vector<Silence>& silences() const noexcept { return silences_; }
+  /// Those that may be faults of the loop (`gap_fault_ms`), between one cycle and the next of the same task.
+  [[nodiscard]] const std::vector<Silence>& pauses() const noexcept { return pauses_; }
   [[nodiscard]] const std::vector<std::string>& faults() const noexcept { return faults_; }
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_; }
   [[nodiscard]] std::uint64_t gaps() const noexcept { return gaps_; }
@@ -63,6 +65,7 @@ class Recording {
   const ArmModel arm_;
   std::vector<Motion> motions_;
   std::vector<Silence> silences_;
+  std::vector<Silence> pauses_;
   std::vector<std::string> faults_;
   Row last_;
   std::int64_t last_ns_{0};  ///< of the last row, also of an earlier recorder

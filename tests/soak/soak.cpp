@@ -54,6 +54,7 @@ class Soak {
         ++i;
       }
       if (verbose_) fmt::print("{} {}\n", i, disturbance.what);
+      std::fflush(stdout);
       double lasts_s = 0.0;
       for (const Fault& fault : broken) lasts_s = std::max(lasts_s, fault.lasts_s);
       idle(lasts_s);
@@ -196,11 +197,10 @@ int run(int faults, std::uint64_t seed, bool verbose, const StageOptions& option
     good = false;
   }
   const std::string left = stage.take_down();
-  const Verdict verdict = judge(profile, stage.ledger(), stage.recording(), soak.disturbances());
+  const Verdict verdict =
+      judge(profile, stage.ledger(), stage.recording(), soak.disturbances(), stage.clears());
   for (const auto& [what, count] : soak.counts()) fmt::print("{:6} {}\n", count, what);
-  std::map<std::string, int> clears;
-  for (const std::string& cause : stage.clears()) ++clears[cause];
-  for (const auto& [cause, count] : clears) fmt::print("{:6} cleared: {}\n", count, cause);
+  for (const auto& [cause, count] : verdict.clears) fmt::print("{:6} cleared: {}\n", count, cause);
   fmt::print(
       "{} calls, {} of them by clients that were killed before the answer; {} motions, {} to their end\n",
       verdict.calls, verdict.unanswered, verdict.motions, verdict.whole_motions);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // soak_client REFERENCE NUMBER SEED: calls the robot at random for ever and prints two lines a call, so that a client
 // that is killed leaves what it had begun:
-//   begin CALL TIME_NS OPERATION SIGNATURE
+//   begin CALL TIME_NS OPERATION SIGNATURE [WHERE...]
 //   end CALL TIME_NS OUTCOME TICKET
 // TIME_NS is CLOCK_MONOTONIC. SIGNATURE is unique to the call and is part of where the motion goes (see signature.h); 0
-// where nothing moves. OUTCOME is 'ok', the state that Status returned, or the name of an exception; TICKET 0 where
+// where nothing moves. WHERE is the motion's end: joint and degrees of a Drive, all angles, or x, y and z. OUTCOME is 'ok', the state that Status returned, or the name of an exception; TICKET 0 where
 // there is none.
 // soak_client REFERENCE NUMBER watch: reads Status only.
 // soak_client REFERENCE tickets N...: prints 'ticket N STATE' for each, and ends.
@@ -87,9 +87,10 @@ class Caller {
   }
 
   template <class Call>
-  void call(const char* operation, std::int64_t signature, Call&& body, const std::string* answer = nullptr) {
+  void call(const char* operation, std::int64_t signature, Call&& body, const std::string* answer = nullptr,
+            const std::string& where = "") {
     const int number = ++calls_;
-    say(fmt::format("begin {} {} {} {}", number, now_ns(), operation, signature));
+    say(fmt::format("begin {} {} {} {}{}", number, now_ns(), operation, signature, where));
     std::uint64_t ticket = 0;
     std::string outcome = "ok";
     try {
@@ -125,27 +126,34 @@ class Caller {
   void start_drive() {
     const std::int64_t mark = next_signature();
     const auto [joint, by] = increment(mark);
-    call("StartDrive", mark,
-         [&, joint = joint, by = by](std::uint64_t& ticket) { ticket = arm_->StartDrive(joint, by, 90.0); });
+    call(
+        "StartDrive", mark,
+        [&, joint = joint, by = by](std::uint64_t& ticket) { ticket = arm_->StartDrive(joint, by, 90.0); },
+        nullptr, fmt::format(" {} {:.12f}", joint, by));
   }
 
   void drive() {
     const std::int64_t mark = next_signature();
     const auto [joint, by] = increment(mark);
-    call("Drive", mark, [&, joint = joint, by = by](std::uint64_t&) { arm_->Drive(joint, by, 120.0); });
+    call(
+        "Drive", mark, [&, joint = joint, by = by](std::uint64_t&) { arm_->Drive(joint, by, 120.0); },
+        nullptr, fmt::format(" {} {:.12f}", joint, by));
   }
 
   void move_joints() {
     const std::int64_t mark = next_signature();
     Corbot::JointCoord target;
     target.length(kJoints);
+    std::string where;
     for (int i = 0; i < kJoints; ++i) {
       const int low = static_cast<int>(kLower_deg[i] / kGrid_deg);
       const int high = static_cast<int>(kUpper_deg[i] / kGrid_deg);
       target[static_cast<CORBA::ULong>(i)] = sign_degrees(between(low + 1, high - 1), i == 0 ? mark : 0);
+      where += fmt::format(" {:.12f}", target[static_cast<CORBA::ULong>(i)]);
     }
-    call("StartMoveJoints", mark,
-         [&](std::uint64_t& ticket) { ticket = arm_->StartMoveJoints(target, 0.0); });
+    call(
+        "StartMoveJoints", mark, [&](std::uint64_t& ticket) { ticket = arm_->StartMoveJoints(target, 0.0); },
+        nullptr, where);
   }
 
   void move_straight() {
@@ -153,7 +161,9 @@ class Caller {
     const double x = 0.001 * between(190, 220);
     const double y = sign_metres(between(-300, 300), mark);
     const double z = 0.001 * between(80, 110);
-    call("StartMoveS", mark, [&](std::uint64_t& ticket) { ticket = arm_->StartMoveS(x, y, z, 0.0, 0.0); });
+    call(
+        "StartMoveS", mark, [&](std::uint64_t& ticket) { ticket = arm_->StartMoveS(x, y, z, 0.0, 0.0); },
+        nullptr, fmt::format(" {:.15f} {:.15f} {:.15f}", x, y, z));
   }
 
   void status() {

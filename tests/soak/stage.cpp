@@ -25,6 +25,17 @@ void pause() {
   ::nanosleep(&time, nullptr);
 }
 
+/// The active alarms that wait for a Clear. That the task is gone, or does not respond, passes by itself.
+std::string lasting_cause(const nlohmann::json& status) {
+  std::string cause;
+  for (const auto& alarm : status.value("active_alarms", nlohmann::json::array())) {
+    const std::string text = alarm.is_string() ? alarm.get<std::string>() : "";
+    if (text.empty() || text.starts_with("150 ") || text.starts_with("153 ")) continue;
+    cause += (cause.empty() ? "" : "; ") + text;
+  }
+  return cause;
+}
+
 }  // namespace
 
 Stage::Stage(StageOptions options, const Profile& profile, std::uint64_t seed)
@@ -157,11 +168,11 @@ bool Stage::recover() {
     const std::string state = status.is_object() ? status.value("state", "") : "";
     if (state == "Standby" || state == "Waiting") return true;
     if (state == "Error") {
-      std::string cause = "no active alarm";
-      for (const auto& alarm : status.value("active_alarms", nlohmann::json::array())) {
-        if (alarm.is_string()) cause = alarm.get<std::string>();
-      }
-      if (corbot({"clear", "--robot", name_}).code == 0) clears_.push_back(cause);
+      const std::string cause = lasting_cause(status);
+      timespec now{};
+      clock_gettime(CLOCK_MONOTONIC, &now);
+      if (!cause.empty() && corbot({"clear", "--robot", name_}).code == 0)
+        clears_.push_back({std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec, cause});
     }
     pause();
   }

@@ -11,6 +11,7 @@
 
 #include "soak/ledger.h"
 #include "soak/recording.h"
+#include "soak/verdict.h"
 #include "support/cut_proxy.h"
 #include "support/process.h"
 
@@ -35,7 +36,8 @@ class Stage {
   void mend();
   /// Reads what recorder and clients have printed.
   void observe();
-  /// Waits, observing, until the robot serves; clears an Error, which is counted with its cause. False after a minute.
+  /// Waits, observing, until the robot serves; clears an Error that does not pass by itself, which is counted with its
+  /// cause. False after a minute.
   bool recover();
   /// Ends the clients' calls: none begins anew; waits until each has its answer. False after a minute.
   bool quiesce();
@@ -60,7 +62,7 @@ class Stage {
   [[nodiscard]] const Ledger& ledger() const noexcept { return ledger_; }
   [[nodiscard]] const Recording& recording() const noexcept { return recording_; }
   /// Why a person's Clear was needed.
-  [[nodiscard]] const std::vector<std::string>& clears() const noexcept { return clears_; }
+  [[nodiscard]] const std::vector<Clear>& clears() const noexcept { return clears_; }
 
  private:
   struct Client {
@@ -84,7 +86,7 @@ class Stage {
   int next_client_{1};
   Ledger ledger_;
   Recording recording_;
-  std::vector<std::string> clears_;
+  std::vector<Clear> clears_;
   std::unique_ptr<test::Process> up_;
   std::unique_ptr<test::Process> recorder_;
   std::size_t recorded_{0};

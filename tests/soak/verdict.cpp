@@ -18,9 +18,6 @@ constexpr double kAnswer_s = 5.0;      // of a call that does not wait for a mot
 constexpr double kMotion_s = 30.0;     // of one that does: a full queue before it
 constexpr double kDisturbed_s = 60.0;  // whatever was broken meanwhile
 constexpr std::int64_t kNoticed_ns = 500'000'000;  // of a task that stands still
-constexpr double kStandsStill_deg = 1e-7;
-// Of what clients call: a motion that was stopped in its first cycles ends near its begin, where signatures lie, too.
-constexpr double kShortestDrive_deg = 4.9;
 
 double seconds(std::int64_t from_ns, std::int64_t to_ns) {
   return static_cast<double>(to_ns - from_ns) * 1e-9;
@@ -32,22 +29,23 @@ bool is_disturbed(const Call& call, const std::vector<Disturbance>& disturbances
   });
 }
 
-/// Does the motion end where this call wanted it to?
+/// Does the motion end where this call wanted it to? Signatures alone would not do: a sum of some is another one's.
 bool is_of(const Motion& motion, const Call& call) {
-  if (call.operation == "StartMoveS") return signature_of_metres(motion.end_y_m) == call.signature;
-  if (call.operation == "StartMoveJoints") {
-    return signature_of_degrees(motion.end_deg[0]) == call.signature &&
-           std::abs(motion.end_deg[0] - motion.start_deg[0]) > kStandsStill_deg;
+  constexpr double kNear_deg = 0.2 * kStep_deg;
+  constexpr double kNear_m = 0.2 * kStep_m;
+  if (call.operation == "StartMoveS") {
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (std::abs(motion.end_tcp_m[i] - call.where[i]) > kNear_m) return false;
+    }
+    return true;
   }
-  int moved = 0;
-  double by_deg = 0.0;
   for (std::size_t i = 0; i < 4; ++i) {
-    const double change = motion.end_deg[i] - motion.start_deg[i];
-    if (std::abs(change) < kStandsStill_deg) continue;
-    ++moved;
-    by_deg = std::abs(change);
+    const bool drives = call.operation != "StartMoveJoints";
+    const double by_deg = static_cast<double>(i) == call.where[0] ? call.where[1] : 0.0;
+    const double end_deg = drives ? motion.start_deg[i] + by_deg : call.where[i];
+    if (std::abs(motion.end_deg[i] - end_deg) > kNear_deg) return false;
   }
-  return moved == 1 && by_deg > kShortestDrive_deg && signature_of_degrees(by_deg) == call.signature;
+  return true;
 }
 
 /// A motion for a reader: how far each joint went, and how surely it ended.
@@ -65,13 +63,13 @@ std::string describe(const Call& call) {
 
 /// The call that this motion carried out to its end; none for one that was stopped on the way.
 const Call* call_of(const Motion& motion, const Ledger& ledger) {
-  std::vector<std::int64_t> marks{signature_of_metres(motion.end_y_m),
+  std::vector<std::int64_t> marks{signature_of_metres(motion.end_tcp_m[1]),
                                   signature_of_degrees(motion.end_deg[0])};
   for (std::size_t i = 0; i < 4; ++i)
     marks.push_back(signature_of_degrees(std::abs(motion.end_deg[i] - motion.start_deg[i])));
   for (const std::int64_t mark : marks) {
-    const Call* call = mark > 0 ? ledger.with_signature(mark) : nullptr;
-    if (call != nullptr && call->begin_ns <= motion.first_ns && is_of(motion, *call)) return call;
+    const Call* call = mark > 0 ? ledger.with_signature(mark, motion.first_ns) : nullptr;
+    if (call != nullptr && is_of(motion, *call)) return call;
   }
   return nullptr;
 }
@@ -129,7 +127,7 @@ class Tickets {
 
 void check_callers(const Profile& profile, const Ledger& ledger, const Recording& recording,
                    Verdict& verdict) {
-  std::map<std::int64_t, std::uint64_t> carried_out;  // signature -> command
+  std::map<const Call*, const Motion*> carried_out;
   std::set<const Call*> used;
   const Tickets tickets(ledger);
   for (const Motion& motion : recording.motions()) {
@@ -137,10 +135,10 @@ void check_callers(const Profile& profile, const Ledger& ledger, const Recording
     const Call* call = motion.whole ? call_of(motion, ledger) : nullptr;
     if (call != nullptr) {
       ++verdict.whole_motions;
-      const auto [first, is_first] = carried_out.emplace(call->signature, motion.id);
-      if (!is_first && first->second != motion.id)
+      const auto [first, is_first] = carried_out.emplace(call, &motion);
+      if (!is_first && first->second->id != motion.id)
         verdict.faults.push_back(fmt::format("{} was carried out twice, as command {} and as {}",
-                                             describe(*call), first->second, describe(motion)));
+                                             describe(*call), first->second->id, describe(motion)));
       if (call->answered() && call->outcome != "ok" && call->outcome != "Stopped" &&
           !call->outcome.ends_with("/2") && call->operation != "Drive")
         verdict.faults.push_back(
@@ -198,16 +196,41 @@ void check_states(const Ledger& ledger, const Recording& recording, Verdict& ver
   }
 }
 
+/// A person is needed only after a time in which nobody watched the arm: its task was frozen, or the machine stood still.
+void check_clears(const Recording& recording, const std::vector<Disturbance>& disturbances,
+                  const std::vector<Clear>& clears, Verdict& verdict) {
+  constexpr std::int64_t kBefore_ns = 10'000'000'000;
+  for (const Clear& clear : clears) {
+    const auto is_recent = [&](std::int64_t begin_ns, std::int64_t end_ns) {
+      return begin_ns <= clear.time_ns && end_ns >= clear.time_ns - kBefore_ns;
+    };
+    std::string after = "nothing";
+    for (const Disturbance& d : disturbances) {
+      if (d.begin_ns <= clear.time_ns) after = d.what;
+    }
+    const bool was_frozen = std::any_of(disturbances.begin(), disturbances.end(), [&](const Disturbance& d) {
+      return d.what.find("freeze task") != std::string::npos && is_recent(d.begin_ns, d.end_ns);
+    });
+    const bool stood_still =
+        std::any_of(recording.pauses().begin(), recording.pauses().end(),
+                    [&](const Silence& pause) { return is_recent(pause.begin_ns, pause.end_ns); });
+    ++verdict.clears[fmt::format("{}, after {}", clear.cause, after)];
+    if (!was_frozen && !stood_still)
+      verdict.faults.push_back(fmt::format("cleared '{}' after {}: no cycle was late", clear.cause, after));
+  }
+}
+
 }  // namespace
 
 Verdict judge(const Profile& profile, const Ledger& ledger, const Recording& recording,
-              const std::vector<Disturbance>& disturbances) {
+              const std::vector<Disturbance>& disturbances, const std::vector<Clear>& clears) {
   Verdict verdict;
   verdict.faults = recording.faults();
   check_answers(ledger, disturbances, verdict);
   check_callers(profile, ledger, recording, verdict);
   check_stops(ledger, recording, verdict);
   check_states(ledger, recording, verdict);
+  check_clears(recording, disturbances, clears, verdict);
   return verdict;
 }
 

@@ -47,7 +47,9 @@ class Judge : public ::testing::Test {
     base_deg_ = from_deg + degrees;
     rest(2);
   }
-  [[nodiscard]] std::int64_t now_ns() const { return static_cast<std::int64_t>(cycle_) * kCycle_ns; }
+  [[nodiscard]] std::int64_t now_ns() const {
+    return static_cast<std::int64_t>(cycle_) * kCycle_ns + time_ns_;
+  }
 
   /// A call that begins now and is answered at once.
   void call(const std::string& operation, std::int64_t mark, const std::string& outcome = "ok",
@@ -57,17 +59,26 @@ class Judge : public ::testing::Test {
                                 outcome, ticket));
   }
   void begin(const std::string& operation, std::int64_t mark) {
-    ledger_.read(1, fmt::format("begin {} {} {} {}", ++calls_, now_ns(), operation, mark));
+    begin(operation, mark, sign_degrees(10, mark));
+  }
+  /// A drive of the base by so much; a line ends at sign_metres(305, mark).
+  void begin(const std::string& operation, std::int64_t mark, double by_deg) {
+    const std::string where = operation == "StartMoveS"
+                                  ? fmt::format("0.3 {:.15f} 0.1", sign_metres(305, mark))
+                                  : fmt::format("0 {:.12f}", by_deg);
+    ledger_.read(1, fmt::format("begin {} {} {} {} {}", ++calls_, now_ns(), operation, mark, where));
   }
 
-  [[nodiscard]] std::vector<std::string> faults(const std::vector<Disturbance>& disturbances = {}) const {
-    return judge(profile_, ledger_, recording_, disturbances).faults;
+  [[nodiscard]] std::vector<std::string> faults(const std::vector<Disturbance>& disturbances = {},
+                                                const std::vector<Clear>& clears = {}) const {
+    return judge(profile_, ledger_, recording_, disturbances, clears).faults;
   }
 
   Profile profile_;
   Recording recording_;
   Ledger ledger_;
   std::uint64_t cycle_{100};
+  std::int64_t time_ns_{0};  // in which no cycle ran
   int calls_{0};
   double base_deg_{0.0};
   double shoulder_deg_{0.0};
@@ -77,7 +88,7 @@ class Judge : public ::testing::Test {
 TEST_F(Judge, FindsNothingInAGoodRun) {
   call("StartDrive", 401, "ok", 1);
   move(1, sign_degrees(10, 401));
-  call("Drive", 402);
+  begin("Drive", 402, -sign_degrees(12, 402));
   move(2, -sign_degrees(12, 402));
   call("Stop", 0);
   const Verdict verdict = judge(profile_, ledger_, recording_, {});
@@ -90,6 +101,25 @@ TEST_F(Judge, SeesAMotionThatIsCarriedOutTwice) {
   move(1, sign_degrees(10, 401));
   move(2, sign_degrees(10, 401));
   EXPECT_THAT(faults(), Contains(HasSubstr("carried out twice")));
+}
+
+TEST_F(Judge, TellsCallsApartWhoseSignaturesComeRoundAgain) {
+  call("StartDrive", 401, "ok", 1);
+  move(1, sign_degrees(10, 401));
+  call("StartDrive", 401, "ok", 2);
+  move(2, sign_degrees(10, 401));
+  EXPECT_THAT(faults(), IsEmpty());
+  move(3, sign_degrees(10, 401));
+  EXPECT_THAT(faults(), Contains(HasSubstr("carried out twice")));
+}
+
+TEST_F(Judge, TakesNoSumOfSignaturesForAnothers) {
+  begin("StartMoveJoints", 1232, 0.0);
+  call("StartDrive", 401, "ok", 1);
+  move(1, sign_degrees(10, 401));
+  call("StartDrive", 831, "ok", 2);
+  move(2, sign_degrees(10, 831));  // and stands where signature 1232 would
+  EXPECT_THAT(faults(), IsEmpty());
 }
 
 TEST_F(Judge, SeesAMotionThatNobodyCalled) {
@@ -193,6 +223,21 @@ TEST_F(Judge, SeesAStateThatHidesAFrozenTask) {
   rest(1);
   EXPECT_THAT(faults(), Contains(HasSubstr("was told 'Standby'")));
   EXPECT_GT(now_ns(), frozen_ns + 800 * kCycle_ns);
+}
+
+TEST_F(Judge, SeesAClearThatNobodyShouldHaveNeeded) {
+  const Disturbance killed{now_ns(), now_ns() + 10 * kCycle_ns, "kill servant"};
+  const Disturbance frozen{now_ns(), now_ns() + 10 * kCycle_ns, "cut connections + freeze task"};
+  const Clear clear{now_ns() + kCycle_ns, "131 Error inherited"};
+  EXPECT_THAT(faults({killed}, {clear}),
+              Contains(HasSubstr("cleared '131 Error inherited' after kill servant")));
+  EXPECT_THAT(faults({frozen}, {clear}), IsEmpty());
+}
+
+TEST_F(Judge, AcceptsAClearAfterAPauseOfTheMachine) {
+  time_ns_ += 150 * kCycle_ns;  // from one cycle to the next
+  rest(1);
+  EXPECT_THAT(faults({}, {{now_ns(), "141 gap"}}), IsEmpty());
 }
 
 TEST_F(Judge, SeesAnAnswerThatComesTooLate) {
