@@ -101,7 +101,7 @@ corbot_motion_info wait_in_slices(const Robot& robot, corbot_ticket ticket, doub
     const corbot_motion_info info = robot.wait(ticket, std::min(left_s, kSlice_s));
     const bool is_last = timeout_s >= 0.0 && left_s <= kSlice_s;
     if (!is_pending(info) || is_last || robot.ends_waits()) return info;
-    if (caller.present(caller.context) == 0)
+    if (caller.present != nullptr && caller.present(caller.context) == 0)
       throw not_ready("the connection of the caller is lost; the motion goes on");
   }
 }
@@ -213,23 +213,25 @@ corbot_status corbot_robot_device_info(const corbot_robot* robot, corbot_device_
   return guarded(error, [&] { *out = robot->robot.view().device(); });
 }
 
-corbot_status corbot_robot_move(corbot_robot* robot, const double p_m[3], double d_m, double t_s,
-                                corbot_ticket* ticket, corbot_error* error) {
+corbot_status corbot_robot_move(corbot_robot* robot, const corbot_caller* /*caller*/, const double p_m[3],
+                                double d_m, double t_s, corbot_ticket* ticket, corbot_error* error) {
   return start(robot, ticket, error, [&] { return MoveRequest{point_above(p_m, d_m), t_s}; });
 }
 
-corbot_status corbot_robot_move_s(corbot_robot* robot, const double p_m[3], double d_m, double t_s,
-                                  corbot_ticket* ticket, corbot_error* error) {
+corbot_status corbot_robot_move_s(corbot_robot* robot, const corbot_caller* /*caller*/, const double p_m[3],
+                                  double d_m, double t_s, corbot_ticket* ticket, corbot_error* error) {
   return start(robot, ticket, error, [&] { return MoveSRequest{point_above(p_m, d_m), t_s}; });
 }
 
-corbot_status corbot_robot_move_c(corbot_robot* robot, const double p1_m[3], const double p2_m[3],
-                                  const double p3_m[3], corbot_ticket* ticket, corbot_error* error) {
+corbot_status corbot_robot_move_c(corbot_robot* robot, const corbot_caller* /*caller*/, const double p1_m[3],
+                                  const double p2_m[3], const double p3_m[3], corbot_ticket* ticket,
+                                  corbot_error* error) {
   return start(robot, ticket, error, [&] { return MoveCRequest{point(p1_m), point(p2_m), point(p3_m)}; });
 }
 
-corbot_status corbot_robot_move_joints(corbot_robot* robot, const double* target_deg, size_t count,
-                                       double t_s, corbot_ticket* ticket, corbot_error* error) {
+corbot_status corbot_robot_move_joints(corbot_robot* robot, const corbot_caller* /*caller*/,
+                                       const double* target_deg, size_t count, double t_s,
+                                       corbot_ticket* ticket, corbot_error* error) {
   return start(robot, ticket, error, [&] {
     const std::size_t dof = robot->robot.profile().arm.dof;
     if (count != dof) {
@@ -242,27 +244,31 @@ corbot_status corbot_robot_move_joints(corbot_robot* robot, const double* target
   });
 }
 
-corbot_status corbot_robot_drive(corbot_robot* robot, int32_t joint, double increment_deg, double speed_deg_s,
-                                 corbot_ticket* ticket, corbot_error* error) {
+corbot_status corbot_robot_drive(corbot_robot* robot, const corbot_caller* /*caller*/, int32_t joint,
+                                 double increment_deg, double speed_deg_s, corbot_ticket* ticket,
+                                 corbot_error* error) {
   return start(robot, ticket, error, [&] {
     return DriveRequest{joint, to_radians(increment_deg), to_radians(speed_deg_s)};
   });
 }
 
-corbot_status corbot_robot_ready(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error) {
+corbot_status corbot_robot_ready(corbot_robot* robot, const corbot_caller* /*caller*/, corbot_ticket* ticket,
+                                 corbot_error* error) {
   return start(robot, ticket, error, [] { return ReadyRequest{}; });
 }
 
-corbot_status corbot_robot_delay(corbot_robot* robot, double t_s, corbot_ticket* ticket,
-                                 corbot_error* error) {
+corbot_status corbot_robot_delay(corbot_robot* robot, const corbot_caller* /*caller*/, double t_s,
+                                 corbot_ticket* ticket, corbot_error* error) {
   return start(robot, ticket, error, [&] { return DwellRequest{t_s}; });
 }
 
-corbot_status corbot_robot_open_gripper(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error) {
+corbot_status corbot_robot_open_gripper(corbot_robot* robot, const corbot_caller* /*caller*/,
+                                        corbot_ticket* ticket, corbot_error* error) {
   return start(robot, ticket, error, [] { return GripperRequest{1.0}; });
 }
 
-corbot_status corbot_robot_close_gripper(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error) {
+corbot_status corbot_robot_close_gripper(corbot_robot* robot, const corbot_caller* /*caller*/,
+                                         corbot_ticket* ticket, corbot_error* error) {
   return start(robot, ticket, error, [] { return GripperRequest{0.0}; });
 }
 
@@ -286,35 +292,40 @@ corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, con
   });
 }
 
-corbot_status corbot_robot_stop(corbot_robot* robot, corbot_error* error) {
+corbot_status corbot_robot_stop(corbot_robot* robot, const corbot_caller* /*caller*/, corbot_error* error) {
   return guarded(error, [&] { robot->robot.stop(); });
 }
-corbot_status corbot_robot_cancel(corbot_robot* robot, corbot_ticket ticket, corbot_error* error) {
+corbot_status corbot_robot_cancel(corbot_robot* robot, const corbot_caller* /*caller*/, corbot_ticket ticket,
+                                  corbot_error* error) {
   return guarded(error, [&] { robot->robot.cancel(ticket); });
 }
-corbot_status corbot_robot_pause(corbot_robot* robot, corbot_error* error) {
+corbot_status corbot_robot_pause(corbot_robot* robot, const corbot_caller* /*caller*/, corbot_error* error) {
   return guarded(error, [&] { robot->robot.pause(true); });
 }
-corbot_status corbot_robot_resume(corbot_robot* robot, corbot_error* error) {
+corbot_status corbot_robot_resume(corbot_robot* robot, const corbot_caller* /*caller*/, corbot_error* error) {
   return guarded(error, [&] { robot->robot.pause(false); });
 }
-corbot_status corbot_robot_set_override(corbot_robot* robot, double percent, corbot_error* error) {
+corbot_status corbot_robot_set_override(corbot_robot* robot, const corbot_caller* /*caller*/, double percent,
+                                        corbot_error* error) {
   return guarded(error, [&] { robot->robot.set_override(percent); });
 }
-corbot_status corbot_robot_clear(corbot_robot* robot, corbot_error* error) {
+corbot_status corbot_robot_clear(corbot_robot* robot, const corbot_caller* /*caller*/, corbot_error* error) {
   return guarded(error, [&] { robot->robot.clear(); });
 }
 
-corbot_status corbot_robot_speed(corbot_robot* robot, double percent, corbot_error* error) {
+corbot_status corbot_robot_speed(corbot_robot* robot, const corbot_caller* /*caller*/, double percent,
+                                 corbot_error* error) {
   return guarded(error, [&] { robot->robot.set_speed(percent); });
 }
-corbot_status corbot_robot_art_speed(corbot_robot* robot, int32_t joint, double percent,
-                                     corbot_error* error) {
+corbot_status corbot_robot_art_speed(corbot_robot* robot, const corbot_caller* /*caller*/, int32_t joint,
+                                     double percent, corbot_error* error) {
   return guarded(error, [&] { robot->robot.set_joint_speed(joint, percent); });
 }
-corbot_status corbot_robot_all_speed(corbot_robot* robot, double percent, corbot_error* error) {
+corbot_status corbot_robot_all_speed(corbot_robot* robot, const corbot_caller* /*caller*/, double percent,
+                                     corbot_error* error) {
   return guarded(error, [&] { robot->robot.set_all_speeds(percent); });
 }
-corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, double degrees, corbot_error* error) {
+corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, const corbot_caller* /*caller*/,
+                                          double degrees, corbot_error* error) {
   return guarded(error, [&] { robot->robot.set_tool_pitch(degrees); });
 }

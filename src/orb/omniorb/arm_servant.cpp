@@ -41,10 +41,12 @@ void call(Function function, Arguments&&... arguments) {
 
 std::array<double, 3> array_of(const Corbot::Point& p) { return {p.x, p.y, p.z}; }
 
+constexpr const corbot_caller* kUnknown = nullptr;
+
 /// The client of a call that waits.
 corbot_caller caller_of(const Place& place) {
   return {[](void* context) { return static_cast<const Place*>(context)->is_wanted() ? 1 : 0; },
-          const_cast<Place*>(&place)};
+          const_cast<Place*>(&place), nullptr, nullptr};
 }
 
 }  // namespace
@@ -67,7 +69,7 @@ Corbot::Ticket ArmServant::start(Function function, Arguments&&... arguments) {
 template <class Function, class... Arguments>
 Corbot::Ticket ArmServant::begin(Function function, Arguments&&... arguments) {
   corbot_ticket ticket = 0;
-  call(function, &robot_, std::forward<Arguments>(arguments)..., &ticket);
+  call(function, &robot_, kUnknown, std::forward<Arguments>(arguments)..., &ticket);
   return ticket;
 }
 
@@ -138,20 +140,24 @@ void ArmServant::MoveJoints(const Corbot::JointCoord& target, CORBA::Double t) {
   start_and_finish(corbot_robot_move_joints, target.get_buffer(), std::size_t{target.length()}, t);
 }
 
-void ArmServant::Speed(CORBA::Double percent) { call(corbot_robot_speed, &robot_, percent); }
+void ArmServant::Speed(CORBA::Double percent) { call(corbot_robot_speed, &robot_, kUnknown, percent); }
 void ArmServant::ArtSpeed(CORBA::Long articulation, CORBA::Double percent) {
-  call(corbot_robot_art_speed, &robot_, articulation, percent);
+  call(corbot_robot_art_speed, &robot_, kUnknown, articulation, percent);
 }
-void ArmServant::AllSpeed(CORBA::Double percent) { call(corbot_robot_all_speed, &robot_, percent); }
+void ArmServant::AllSpeed(CORBA::Double percent) { call(corbot_robot_all_speed, &robot_, kUnknown, percent); }
 
-void ArmServant::Stop() { call(corbot_robot_stop, &robot_); }
-void ArmServant::Cancel(Corbot::Ticket id) { call(corbot_robot_cancel, &robot_, corbot_ticket{id}); }
-void ArmServant::Pause() { call(corbot_robot_pause, &robot_); }
-void ArmServant::Resume() { call(corbot_robot_resume, &robot_); }
+void ArmServant::Stop() { call(corbot_robot_stop, &robot_, kUnknown); }
+void ArmServant::Cancel(Corbot::Ticket id) {
+  call(corbot_robot_cancel, &robot_, kUnknown, corbot_ticket{id});
+}
+void ArmServant::Pause() { call(corbot_robot_pause, &robot_, kUnknown); }
+void ArmServant::Resume() { call(corbot_robot_resume, &robot_, kUnknown); }
 CORBA::Boolean ArmServant::Paused() { return corbot_robot_paused(&robot_) != 0; }
-void ArmServant::Override(CORBA::Double percent) { call(corbot_robot_set_override, &robot_, percent); }
+void ArmServant::Override(CORBA::Double percent) {
+  call(corbot_robot_set_override, &robot_, kUnknown, percent);
+}
 CORBA::Double ArmServant::OverridePercent() { return corbot_robot_override(&robot_); }
-void ArmServant::Clear() { call(corbot_robot_clear, &robot_); }
+void ArmServant::Clear() { call(corbot_robot_clear, &robot_, kUnknown); }
 
 Corbot::Ticket ArmServant::StartMove(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
                                      CORBA::Double t) {
@@ -200,7 +206,9 @@ Corbot::MotionInfo* ArmServant::Wait(Corbot::Ticket id, CORBA::Double timeout) {
 }
 Corbot::MotionInfo* ArmServant::Progress(Corbot::Ticket id) { return info(id, 0.0, nullptr); }
 
-void ArmServant::SetToolPitch(CORBA::Double degrees) { call(corbot_robot_set_tool_pitch, &robot_, degrees); }
+void ArmServant::SetToolPitch(CORBA::Double degrees) {
+  call(corbot_robot_set_tool_pitch, &robot_, kUnknown, degrees);
+}
 CORBA::Double ArmServant::ToolPitch() { return corbot_robot_tool_pitch(&robot_); }
 
 Corbot::AlarmList* ArmServant::Alarms() {

@@ -172,33 +172,33 @@ static Corbot_ServantInfo* get_servant(PortableServer_Servant servant, CORBA_Env
 
 static void speed(PortableServer_Servant servant, CORBA_double percent, CORBA_Environment* ev) {
   corbot_error error;
-  check(corbot_robot_speed(self_of(servant)->robot, percent, &error), &error, ev);
+  check(corbot_robot_speed(self_of(servant)->robot, NULL, percent, &error), &error, ev);
 }
 
 static void art_speed(PortableServer_Servant servant, CORBA_long articulation, CORBA_double percent,
                       CORBA_Environment* ev) {
   corbot_error error;
-  check(corbot_robot_art_speed(self_of(servant)->robot, articulation, percent, &error), &error, ev);
+  check(corbot_robot_art_speed(self_of(servant)->robot, NULL, articulation, percent, &error), &error, ev);
 }
 
 static void all_speed(PortableServer_Servant servant, CORBA_double percent, CORBA_Environment* ev) {
   corbot_error error;
-  check(corbot_robot_all_speed(self_of(servant)->robot, percent, &error), &error, ev);
+  check(corbot_robot_all_speed(self_of(servant)->robot, NULL, percent, &error), &error, ev);
 }
 
 static void set_tool_pitch(PortableServer_Servant servant, CORBA_double degrees, CORBA_Environment* ev) {
   corbot_error error;
-  check(corbot_robot_set_tool_pitch(self_of(servant)->robot, degrees, &error), &error, ev);
+  check(corbot_robot_set_tool_pitch(self_of(servant)->robot, NULL, degrees, &error), &error, ev);
 }
 
 static void stop(PortableServer_Servant servant, CORBA_Environment* ev) {
   corbot_error error;
-  check(corbot_robot_stop(self_of(servant)->robot, &error), &error, ev);
+  check(corbot_robot_stop(self_of(servant)->robot, NULL, &error), &error, ev);
 }
 
 static void cancel(PortableServer_Servant servant, Corbot_Ticket id, CORBA_Environment* ev) {
   corbot_error error;
-  check(corbot_robot_cancel(self_of(servant)->robot, id, &error), &error, ev);
+  check(corbot_robot_cancel(self_of(servant)->robot, NULL, id, &error), &error, ev);
 }
 
 static CORBA_boolean get_paused(PortableServer_Servant servant, CORBA_Environment* ev) {
@@ -208,22 +208,22 @@ static CORBA_boolean get_paused(PortableServer_Servant servant, CORBA_Environmen
 
 static void pause_motion(PortableServer_Servant servant, CORBA_Environment* ev) {
   corbot_error error;
-  check(corbot_robot_pause(self_of(servant)->robot, &error), &error, ev);
+  check(corbot_robot_pause(self_of(servant)->robot, NULL, &error), &error, ev);
 }
 
 static void resume(PortableServer_Servant servant, CORBA_Environment* ev) {
   corbot_error error;
-  check(corbot_robot_resume(self_of(servant)->robot, &error), &error, ev);
+  check(corbot_robot_resume(self_of(servant)->robot, NULL, &error), &error, ev);
 }
 
 static void set_override(PortableServer_Servant servant, CORBA_double percent, CORBA_Environment* ev) {
   corbot_error error;
-  check(corbot_robot_set_override(self_of(servant)->robot, percent, &error), &error, ev);
+  check(corbot_robot_set_override(self_of(servant)->robot, NULL, percent, &error), &error, ev);
 }
 
 static void clear(PortableServer_Servant servant, CORBA_Environment* ev) {
   corbot_error error;
-  check(corbot_robot_clear(self_of(servant)->robot, &error), &error, ev);
+  check(corbot_robot_clear(self_of(servant)->robot, NULL, &error), &error, ev);
 }
 
 void arm_set_immediate(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm) {

@@ -43,34 +43,36 @@ TEST_F(CApi, WithoutATaskReadsHaveNoDataAndMotionsAreNotReady) {
   EXPECT_NE(std::string(error_.text).find("corbot"), std::string::npos) << error_.text;
   EXPECT_EQ(corbot_robot_state(robot_.get()), CORBOT_STATE_ERROR);
   corbot_ticket ticket = 0;
-  EXPECT_EQ(corbot_robot_ready(robot_.get(), &ticket, &error_), CORBOT_NOT_READY);
+  EXPECT_EQ(corbot_robot_ready(robot_.get(), nullptr, &ticket, &error_), CORBOT_NOT_READY);
   EXPECT_NE(std::string(error_.text).find("not running"), std::string::npos) << error_.text;
-  EXPECT_EQ(corbot_robot_stop(robot_.get(), &error_), CORBOT_NOT_READY);
-  EXPECT_EQ(corbot_robot_stop(robot_.get(), nullptr), CORBOT_NOT_READY) << "the error may be left out";
+  EXPECT_EQ(corbot_robot_stop(robot_.get(), nullptr, &error_), CORBOT_NOT_READY);
+  EXPECT_EQ(corbot_robot_stop(robot_.get(), nullptr, nullptr), CORBOT_NOT_READY)
+      << "the error may be left out";
 }
 
 TEST_F(CApi, ArgumentsAreCheckedFirst) {
   const double nowhere_m[3] = {0.2, 0.0, 1e9};
   const double folded_deg[4] = {0.0, 0.0, 500.0, 0.0};
   corbot_ticket ticket = 0;
-  EXPECT_EQ(corbot_robot_move(robot_.get(), nowhere_m, 0.0, 0.0, &ticket, &error_), CORBOT_BAD_PARAMETER);
+  EXPECT_EQ(corbot_robot_move(robot_.get(), nullptr, nowhere_m, 0.0, 0.0, &ticket, &error_),
+            CORBOT_BAD_PARAMETER);
   EXPECT_STREQ(error_.parameter, "Pz");
-  EXPECT_EQ(corbot_robot_delay(robot_.get(), -1.0, &ticket, &error_), CORBOT_BAD_PARAMETER);
+  EXPECT_EQ(corbot_robot_delay(robot_.get(), nullptr, -1.0, &ticket, &error_), CORBOT_BAD_PARAMETER);
   EXPECT_STREQ(error_.parameter, "t");
-  EXPECT_EQ(corbot_robot_drive(robot_.get(), 7, 1.0, 1.0, &ticket, &error_), CORBOT_BAD_PARAMETER);
+  EXPECT_EQ(corbot_robot_drive(robot_.get(), nullptr, 7, 1.0, 1.0, &ticket, &error_), CORBOT_BAD_PARAMETER);
   EXPECT_STREQ(error_.parameter, "articulation");
-  EXPECT_EQ(corbot_robot_move_joints(robot_.get(), folded_deg, 4, 0.0, &ticket, &error_),
+  EXPECT_EQ(corbot_robot_move_joints(robot_.get(), nullptr, folded_deg, 4, 0.0, &ticket, &error_),
             CORBOT_LIMIT_EXCEEDED);
   EXPECT_EQ(error_.joint, 2);
 }
 
 TEST_F(CApi, SettingsNeedNoTask) {
-  EXPECT_EQ(corbot_robot_speed(robot_.get(), 50.0, &error_), CORBOT_OK);
-  EXPECT_EQ(corbot_robot_speed(robot_.get(), 0.0, &error_), CORBOT_BAD_PARAMETER);
+  EXPECT_EQ(corbot_robot_speed(robot_.get(), nullptr, 50.0, &error_), CORBOT_OK);
+  EXPECT_EQ(corbot_robot_speed(robot_.get(), nullptr, 0.0, &error_), CORBOT_BAD_PARAMETER);
   EXPECT_STREQ(error_.parameter, "percent");
-  EXPECT_EQ(corbot_robot_art_speed(robot_.get(), 4, 50.0, &error_), CORBOT_BAD_PARAMETER);
+  EXPECT_EQ(corbot_robot_art_speed(robot_.get(), nullptr, 4, 50.0, &error_), CORBOT_BAD_PARAMETER);
   EXPECT_STREQ(error_.parameter, "articulation");
-  EXPECT_EQ(corbot_robot_set_tool_pitch(robot_.get(), 12.5, &error_), CORBOT_OK);
+  EXPECT_EQ(corbot_robot_set_tool_pitch(robot_.get(), nullptr, 12.5, &error_), CORBOT_OK);
   EXPECT_NEAR(corbot_robot_tool_pitch(robot_.get()), 12.5, 1e-12);
 }
 

@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * What the functions of corbot_robot.h take and return. */
+#ifndef CORBOT_ROBOT_TYPES_H
+#define CORBOT_ROBOT_TYPES_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { CORBOT_MAX_JOINTS = 6, CORBOT_TEXT = 192, CORBOT_MAX_ALARMS = 64, CORBOT_LATENCY_BUCKETS = 64 };
+
+/* Kinds of failure; each but the last two is an exception of robot.idl. */
+typedef enum corbot_status {
+  CORBOT_OK = 0,
+  CORBOT_BAD_PARAMETER,  /* parameter, value, text */
+  CORBOT_UNREACHABLE,    /* target_m, text */
+  CORBOT_LIMIT_EXCEEDED, /* parameter = quantity, joint (-1: none), value, lower, upper, text */
+  CORBOT_NOT_READY,      /* text */
+  CORBOT_STOPPED,        /* text */
+  CORBOT_QUEUE_FULL,     /* capacity, text */
+  CORBOT_NO_DATA,        /* no real-time task has ever been seen; text */
+  CORBOT_INTERNAL        /* text */
+} corbot_status;
+
+/* Strings are ASCII and terminated, never NULL. */
+typedef struct corbot_error {
+  corbot_status status;
+  char parameter[48];
+  int32_t joint;
+  double value;
+  double lower;
+  double upper;
+  double target_m[3];
+  int32_t capacity;
+  char text[CORBOT_TEXT];
+} corbot_error;
+
+typedef struct corbot_robot corbot_robot;
+typedef uint64_t corbot_ticket;
+
+typedef enum corbot_motion_state {
+  CORBOT_MOTION_QUEUED,
+  CORBOT_MOTION_RUNNING,
+  CORBOT_MOTION_DONE,
+  CORBOT_MOTION_STOPPED,
+  CORBOT_MOTION_FAILED
+} corbot_motion_state;
+
+typedef struct corbot_motion_info {
+  corbot_ticket id;
+  corbot_motion_state state;
+  double progress;   /* 0 .. 1 */
+  double duration_s; /* planned, at override 100 % */
+  char reason[CORBOT_TEXT];
+} corbot_motion_info;
+
+/* Order of robot.idl's enumerations. */
+typedef enum corbot_gripper { CORBOT_GRIPPER_OPEN, CORBOT_GRIPPER_CLOSE } corbot_gripper;
+typedef enum corbot_state { CORBOT_STATE_ERROR, CORBOT_STATE_WAITING, CORBOT_STATE_STANDBY } corbot_state;
+
+/* What does not change while the servant runs. */
+typedef struct corbot_description {
+  char name[64];
+  int32_t kind; /* order of RobotKind */
+  int32_t dof;
+  double lower_deg[CORBOT_MAX_JOINTS];
+  double upper_deg[CORBOT_MAX_JOINTS];
+  double reach_m;
+  char endpoint_host[256]; /* where the profile says that the robot is served */
+  int32_t endpoint_port;
+  char version[32];     /* of corbot */
+  char fingerprint[20]; /* of the arm's model, 16 hexadecimal digits */
+  double started_s;     /* when the robot was opened, since the Unix epoch */
+} corbot_description;
+
+typedef struct corbot_pose {
+  double x_m, y_m, z_m;
+  double a_deg, b_deg, c_deg; /* Z-Y-X of the gripper's frame, b positive upward */
+} corbot_pose;
+
+typedef struct corbot_alarm {
+  double time_s; /* since the Unix epoch */
+  int32_t code;
+  int32_t active;
+  char text[CORBOT_TEXT];
+} corbot_alarm;
+
+typedef struct corbot_loop_info {
+  double period_s, since_s;
+  uint64_t cycles, overruns;
+  double latency_mean_s, latency_max_s, work_max_s;
+  int32_t realtime;
+  uint64_t counts[CORBOT_LATENCY_BUCKETS];
+  double edges_s[CORBOT_LATENCY_BUCKETS];
+} corbot_loop_info;
+
+typedef enum corbot_device_health {
+  CORBOT_DEVICE_CLOSED,
+  CORBOT_DEVICE_OPEN,
+  CORBOT_DEVICE_DEGRADED,
+  CORBOT_DEVICE_LOST
+} corbot_device_health;
+
+/* The servos' controller. Ages in seconds, 0 where there is nothing. */
+typedef struct corbot_device_info {
+  char backend[32]; /* `kind` of the profile */
+  corbot_device_health health;
+  uint32_t cause; /* why it is degraded or lost, 0: it is not */
+  char cause_text[CORBOT_TEXT];
+  uint64_t frames;             /* that it has taken */
+  double age_s, age_max_s;     /* of the newest frame when it had taken it; the longest since it was opened */
+  int32_t measured;            /* it measures positions */
+  double measured_age_s;       /* of the last of them, now */
+  int32_t position_unverified; /* the first motion is slow */
+  int32_t emergency_stop;      /* seen now */
+} corbot_device_info;
+
+/* The client of a call; a pointer to it may be NULL where it is not known. */
+typedef struct corbot_caller {
+  /* Asked a few times a second, while the call waits for a motion, whether the caller is still there; 0 ends the wait
+   * with CORBOT_NOT_READY, and the motion goes on. NULL: it is always there. */
+  int (*present)(void* context);
+  void* context;
+  const char*
+      key; /* of the reference that was called, see corbot_robot_acquire; NULL or "": the public one */
+  const char*
+      from; /* address of the caller's connection, "127.0.0.1:51234", "local uid 1000"; NULL: not known */
+} corbot_caller;
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* CORBOT_ROBOT_TYPES_H */
