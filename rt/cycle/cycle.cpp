@@ -26,18 +26,17 @@ Cycle::Cycle(const ArmModel& arm, const CycleChannel& channel, Backend& backend,
              const CycleStart& start, const LivenessLimits& limits) noexcept
     : arm_(arm),
       task_(channel.task),
-      stop_count_(channel.stop_count),
       servants_(channel.servants),
       backend_(backend),
       emergency_stop_(stop),
       period_s_(static_cast<double>(arm.period_ns) * 1e-9),
+      stops_(channel.stop_count),
       queue_(task_),
       alarms_(task_),
       gap_(arm.period_ns, limits.gap_fault_ns),
       servant_watch_(limits.orphan_ns) {
   adopt_last_position(start);
-  stops_requested_ = stop_count_.load(std::memory_order_acquire);
-  snapshot_.stops_done = stops_requested_;
+  snapshot_.stops_done = stops_.newest();
   snapshot_.incarnation = task_.incarnation;
   snapshot_.command_id = 0;
   map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
@@ -102,7 +101,7 @@ StepReport Cycle::step(std::int64_t now_ns, std::int64_t wall_ns) noexcept {
 }
 
 void Cycle::read_flags() noexcept {
-  stops_requested_ = stop_count_.load(std::memory_order_acquire);
+  stops_.read(*flags_);
   paused_ = flags_->pause.load(std::memory_order_relaxed) != 0;
   const std::uint64_t clears = flags_->clear_count.load(std::memory_order_acquire);
   if (clears > snapshot_.clears_done) {
@@ -171,13 +170,13 @@ void Cycle::latch_emergency_stop() noexcept {
 }
 
 bool Cycle::is_stop_requested() const noexcept {
-  return stops_requested_ != snapshot_.stops_done || shutdown_;
+  return stops_.newest() != snapshot_.stops_done || shutdown_;
 }
 
 /// A stop or a Cancel has come since the running command began. It is then stopped even where it can slow
 /// down no sooner than at its own end: what its client planned to do next must not follow.
 bool Cycle::is_taken_back() const noexcept {
-  return stops_requested_ != snapshot_.stops_done || queue_.is_cancelled(running_.id);
+  return stops_.newest() != snapshot_.stops_done || queue_.is_cancelled(running_.id);
 }
 
 bool Cycle::is_slowing_down() const noexcept {
@@ -214,8 +213,8 @@ void Cycle::end_slowed_down() noexcept {
 }
 
 void Cycle::end_stop() noexcept {
-  if (snapshot_.stops_done == stops_requested_) return;
-  snapshot_.stops_done = stops_requested_;
+  if (snapshot_.stops_done == stops_.newest()) return;
+  snapshot_.stops_done = stops_.newest();
   published_ = true;
 }
 
@@ -223,7 +222,7 @@ void Cycle::end_stop() noexcept {
 /// first that the stop does not concern.
 void Cycle::refuse_queue(Verdict verdict, bool older_only) noexcept {
   for (std::size_t i = 0; i <= CommandQueue::kMost && fetch_command(); ++i) {
-    if (older_only && !is_earlier_stop(queue_.waiting().epoch, stops_requested_)) return;
+    if (older_only && !is_earlier_stop(queue_.waiting().epoch, stops_.newest())) return;
     refuse(verdict);
   }
 }
@@ -248,17 +247,16 @@ bool Cycle::fetch_command() noexcept {
 
 void Cycle::begin_command() noexcept {
   const Command& next = queue_.waiting();
-  // A stop may have been counted between this cycle's look at the count and the push.
-  const bool is_current = next.epoch == stops_requested_;
-  if (!is_current && next.epoch == stop_count_.load(std::memory_order_acquire)) return;
-  if (is_earlier_stop(next.epoch, stops_requested_)) return refuse(Verdict::kStopped);
+  // A Stop may have been counted between this cycle's look at the count and the push.
+  if (stops_.is_to_be_read(*flags_, next.epoch)) return;
+  if (is_earlier_stop(next.epoch, stops_.newest())) return refuse(Verdict::kStopped);
   // Planned from where the task before had the arm, for a caller whose motion was reported lost with it.
   if (next.incarnation != static_cast<std::uint32_t>(snapshot_.incarnation)) return refuse(Verdict::kLost);
   if (paused_) return;
 
   CommandVerdict verdict =
       check_command(arm_, next, {queue_.last_done(), set_point_.position_rad, set_point_.opening});
-  if (!is_current) verdict = {Verdict::kMalformed, -1, static_cast<double>(next.epoch)};
+  if (next.epoch != stops_.newest()) verdict = {Verdict::kMalformed, -1, static_cast<double>(next.epoch)};
   if (!verdict.ok()) {
     raise(alarm::command_refused(
         {.id = next.id, .verdict = verdict.verdict, .joint = verdict.joint, .value = verdict.value}));

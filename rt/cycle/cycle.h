@@ -14,6 +14,7 @@
 #include "rt/cycle/governor.h"
 #include "rt/cycle/liveness.h"
 #include "rt/cycle/path_evaluation.h"
+#include "rt/cycle/stop_requests.h"
 
 namespace corbot::rt {
 
@@ -27,7 +28,7 @@ struct StepReport {
 /// What the cycle works on: its own segment, and what others write. All of it outlives the cycle.
 struct CycleChannel {
   TaskSegment& task;
-  const std::atomic<std::uint64_t>& stop_count;  ///< every change is a request
+  const std::atomic<std::uint64_t>& stop_count;  ///< of StopSegment
   ServantMailbox& servants;
 };
 
@@ -59,6 +60,7 @@ class Cycle {
   /// former servant was accepted for is carried out first; what the new one's ring holds already is not its
   /// caller's any more, and is dropped. Its flags count from now on.
   void connect(const ServantOffer& offer) noexcept {
+    stops_.read(*flags_);  // the former one's last
     if (!queue_.connect(*offer.segment, snapshot_.cycle, is_running_)) report_lost_commands();
     alarms_.follow(offer.segment->alarms_tail);
     flags_ = &offer.segment->control;
@@ -124,13 +126,13 @@ class Cycle {
 
   const ArmModel arm_;
   TaskSegment& task_;
-  const std::atomic<std::uint64_t>& stop_count_;
   ServantMailbox& servants_;
   const ControlFlags* flags_{&kNoServant.control};  ///< of the servant that is connected
   Backend& backend_;
   const EmergencyStop& emergency_stop_;
   const double period_s_;
 
+  StopRequests stops_;
   CommandQueue queue_;
   AlarmOutput alarms_;
 
@@ -144,7 +146,6 @@ class Cycle {
   SetPoint set_point_{};
   SetPoint last_{};  ///< of the cycle before
 
-  std::uint64_t stops_requested_{0};
   bool shutdown_{false};
   bool orphaned_{false};  ///< no servant responds: what runs is being stopped
   bool paused_{false};

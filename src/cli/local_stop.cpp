@@ -19,17 +19,11 @@ bool stop_on_this_machine(const std::string& robot, double timeout_s) {
   const auto deadline =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
   try {
-    // Counted before anything else that may fail: who may stop the robot may not always read it.
     StopPort port = StopPort::of(robot);
-    std::uint64_t count = 0;
-    if (!port.request(count)) return false;
-    const Observer observer = Observer::of(robot);
-    while (observer.task_alive()) {
-      Snapshot now{};
-      if (observer.task().snapshot.load(now) &&
-          (!is_earlier_stop(now.stops_done, count) || now.state == RtState::kError)) {
-        return true;  // at rest, or held by an Error
-      }
+    port.request();
+    for (;;) {
+      const StopPort::Outcome outcome = port.outcome();
+      if (outcome != StopPort::Outcome::kPending) return outcome == StopPort::Outcome::kAtRest;
       if (Clock::now() > deadline) {
         throw Failure(
             ExitCode::kUnreachable,
@@ -39,7 +33,6 @@ bool stop_on_this_machine(const std::string& robot, double timeout_s) {
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    return false;
   } catch (const SegmentError& error) {
     if (error.kind() == SegmentError::Kind::kAbsent) return false;
     throw Failure(ExitCode::kUnreachable, error.what());

@@ -173,7 +173,7 @@ void Robot::stop() {
   const LivingTask task = task_.connected();
   // Every number up to here was planned before this Stop.
   const std::uint64_t last = task.own().next_command_id.load(std::memory_order_acquire) - 1;
-  const std::uint64_t count = task.channel->stop_count().fetch_add(1, std::memory_order_acq_rel) + 1;
+  const std::uint64_t count = task.channel->request_stop();
   task_.await(task, kSettle_s, "a Stop",
               [&](const Snapshot& now) { return !is_earlier_stop(now.stops_done, count); });
   // The verdicts are out, but the link's thread may not have read them yet: a client that reads the state or

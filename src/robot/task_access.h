@@ -22,10 +22,8 @@ struct LivingTask {
 
   [[nodiscard]] const TaskSegment& segment() const noexcept { return channel->task(); }
   [[nodiscard]] ServantSegment& own() const noexcept { return channel->own(); }
-  /// Stop requests so far.
-  [[nodiscard]] std::uint64_t stops() const noexcept {
-    return channel->stop_count().load(std::memory_order_acquire);
-  }
+  /// Number of the last stop that is known.
+  [[nodiscard]] std::uint64_t stops() const noexcept { return channel->stops(); }
 };
 
 /// Waiting for the real-time task. Any number of threads wait on a condition of this process, which the link's

@@ -110,12 +110,39 @@ StopPort StopPort::of(const std::string& robot) {
   if (!send_message(task.connection, Message::make(MessageType::kStopHello, robot))) throw_gone(robot);
   Message welcome = await_answer(task.connection, robot, never);
   return {std::move(task.connection),
+          Segment<const TaskSegment>::open(std::move(welcome.task), {robot, task.peer}),
           Segment<StopSegment>::open(std::move(welcome.stop), {robot, task.peer})};
 }
 
-bool StopPort::request(std::uint64_t& count) noexcept {
-  count = stop_->count.fetch_add(1, std::memory_order_acq_rel) + 1;
-  return !is_closed(connection_);  // after the count: a task that lived then reads it
+bool StopPort::newest(Snapshot& out) const noexcept {
+  return task_->snapshot.load(out) && out.incarnation == task_->incarnation;
+}
+
+void StopPort::request() noexcept {
+  // The cycle after the newest one may have read the count already when it changes; the one after that has not.
+  constexpr std::uint64_t kReadAfter = 2;
+  Snapshot before{};
+  Snapshot after{};
+  const bool has_before = newest(before);
+  stop_->count.fetch_add(1, std::memory_order_acq_rel);
+  read_by_cycle_.reset();
+  if (has_before && newest(after)) read_by_cycle_ = after.cycle + kReadAfter;
+  stops_before_ = before.stops_done;
+}
+
+StopPort::Outcome StopPort::outcome() noexcept {
+  const bool lives =
+      !is_closed(connection_);  // before the snapshot: what a task that is gone had done counts
+  Snapshot now{};
+  const bool has_now = newest(now);
+  if (has_now && read_by_cycle_ && now.cycle >= *read_by_cycle_ && now.state != RtState::kStopping) {
+    if (now.state == RtState::kError || is_earlier_stop(stops_before_, now.stops_done))
+      return Outcome::kAtRest;
+    request();
+  } else if (has_now && !read_by_cycle_) {
+    request();  // its first cycle has begun with the count as it was
+  }
+  return lives ? Outcome::kPending : Outcome::kTaskGone;
 }
 
 ServantPort::ServantPort(std::string robot, std::uint64_t fingerprint, Inherit inherit)
@@ -133,12 +160,11 @@ std::shared_ptr<ServantChannel> ServantPort::connect(const std::function<bool()>
     throw_gone(robot_);
   Message welcome = await_answer(peer.connection, robot_, cancelled);
   auto task = Segment<const TaskSegment>::open(std::move(welcome.task), {robot_, peer.peer, fingerprint_});
-  auto stop = Segment<StopSegment>::open(std::move(welcome.stop), {robot_, peer.peer, fingerprint_});
   inherit(welcome, *task, peer.peer);
   last_task_ = Descriptor(::fcntl(task.memory().get(), F_DUPFD_CLOEXEC, 0));
   if (!send_message(peer.connection, Message::make(MessageType::kReady, robot_))) throw_gone(robot_);
   return std::make_shared<ServantChannel>(std::move(peer.connection), welcome.record.session, std::move(task),
-                                          std::move(stop), own_);
+                                          own_);
 }
 
 /// Before the task works for this servant: numbers, flags and tails go on where the former servant's ended.
@@ -168,6 +194,8 @@ void ServantPort::inherit(const Message& welcome, const TaskSegment& task, uid_t
     const double ratio = before->control.override_ratio.load(std::memory_order_relaxed);
     if (std::isfinite(ratio) && ratio > 0.0 && ratio <= 1.0) own.control.override_ratio.store(ratio);
     own.control.pause.store(before->control.pause.load(std::memory_order_relaxed) != 0 ? 1 : 0);
+    (void)raise_stop_count(own.control.stop_count,
+                           before->control.stop_count.load(std::memory_order_acquire));
   }
   own.next_command_id.store(next, std::memory_order_release);
   if (own.task_id.load(std::memory_order_relaxed) != task.header.id) {

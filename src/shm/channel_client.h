@@ -44,31 +44,50 @@ class StopPort {
  public:
   /// Throws SegmentError: kAbsent where no task runs.
   [[nodiscard]] static StopPort of(const std::string& robot);
-  /// Counts a stop request; the number that the task's snapshot shows in stops_done when the arm is at rest.
-  /// False when the task is gone: nothing moves then, and another task needs another StopPort.
-  [[nodiscard]] bool request(std::uint64_t& count) noexcept;
+  /// Counts a stop request.
+  void request() noexcept;
+
+  enum class Outcome {
+    kPending,   ///< ask again
+    kAtRest,    ///< carried out; or an Error holds the arm
+    kTaskGone,  ///< nothing moves but by another task, which needs another StopPort
+  };
+  /// What has become of request(). Counts it again where it was taken back before the task had read it: others of the
+  /// stop group may write the count, too.
+  [[nodiscard]] Outcome outcome() noexcept;
 
  private:
-  StopPort(Descriptor connection, Segment<StopSegment> stop)
-      : connection_(std::move(connection)), stop_(std::move(stop)) {}
+  StopPort(Descriptor connection, Segment<const TaskSegment> task, Segment<StopSegment> stop)
+      : connection_(std::move(connection)), task_(std::move(task)), stop_(std::move(stop)) {}
+  /// Of the task's own cycle; false before the first.
+  [[nodiscard]] bool newest(Snapshot& out) const noexcept;
   Descriptor connection_;
+  Segment<const TaskSegment> task_;
   Segment<StopSegment> stop_;
+  std::optional<std::uint64_t> read_by_cycle_{};  ///< the cycle that has read the request for certain
+  std::uint64_t stops_before_{0};                 ///< carried out before it
 };
 
 /// A servant's connection to one real-time task. Stays mapped when that task is gone.
 class ServantChannel {
  public:
   ServantChannel(Descriptor connection, std::uint64_t session, Segment<const TaskSegment> task,
-                 Segment<StopSegment> stop, std::shared_ptr<Segment<ServantSegment>> own)
-      : connection_(std::move(connection)),
-        session_(session),
-        task_(std::move(task)),
-        stop_(std::move(stop)),
-        own_(std::move(own)) {}
+                 std::shared_ptr<Segment<ServantSegment>> own)
+      : connection_(std::move(connection)), session_(session), task_(std::move(task)), own_(std::move(own)) {}
 
   [[nodiscard]] const TaskSegment& task() const noexcept { return *task_; }
   [[nodiscard]] ServantSegment& own() const noexcept { return **own_; }
-  [[nodiscard]] std::atomic<std::uint64_t>& stop_count() const noexcept { return stop_->count; }
+  /// Number of the last stop that this servant knows of: what is planned from now on comes after it.
+  [[nodiscard]] std::uint64_t stops() const noexcept {
+    Snapshot now{};
+    std::atomic<std::uint64_t>& count = own().control.stop_count;
+    return raise_stop_count(count, last_snapshot(task(), now) ? now.stops_done : count.load());
+  }
+  /// Counts a Stop; its number. No other process can take it back: it is in the servant's own segment.
+  [[nodiscard]] std::uint64_t request_stop() const noexcept {
+    (void)stops();
+    return own().control.stop_count.fetch_add(1, std::memory_order_acq_rel) + 1;
+  }
   [[nodiscard]] std::size_t queued() const noexcept {
     return ring_size(own().commands, task().commands_tail);
   }
@@ -88,7 +107,6 @@ class ServantChannel {
   Descriptor connection_;
   std::uint64_t session_;
   Segment<const TaskSegment> task_;
-  Segment<StopSegment> stop_;
   std::shared_ptr<Segment<ServantSegment>> own_;
 };
 

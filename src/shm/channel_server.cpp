@@ -207,7 +207,7 @@ bool ChannelServer::admit(Peer& peer, const Message& hello) {
       if (!is_servant_user(peer)) throw not_allowed(robot_, peer.user, "serve");
       admit_servant(peer, hello);
       welcome.record.session = peer.attached->offer.session;
-      return send_message(peer.connection, std::move(welcome), {task, servant, stop});
+      return send_message(peer.connection, std::move(welcome), {task, servant});
     case MessageType::kObserverHello:
       if (!is_own(peer) && !is_servant_user(peer)) throw not_allowed(robot_, peer.user, "watch");
       peer.role = Role::kReader;
@@ -215,7 +215,7 @@ bool ChannelServer::admit(Peer& peer, const Message& hello) {
     case MessageType::kStopHello:
       if (!may_stop(peer)) throw not_allowed(robot_, peer.user, "stop");
       peer.role = Role::kReader;
-      return send_message(peer.connection, std::move(welcome), {stop});
+      return send_message(peer.connection, std::move(welcome), {task, stop});  // to see that it has stopped
     case MessageType::kWelcome:
     case MessageType::kRefused:
     case MessageType::kReady:

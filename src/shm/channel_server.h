@@ -21,7 +21,7 @@ namespace corbot {
 /// The users that may connect besides the task's own user (and root, but not as the servant).
 struct ChannelPolicy {
   std::optional<uid_t> servant_user{};  ///< as the servant, or to read
-  std::optional<gid_t> stop_group{};    ///< to stop
+  std::optional<gid_t> stop_group{};    ///< to stop, and to see that it has stopped
 };
 
 /// The real-time task's end of its socket: hands each process that connects the segments that its role may

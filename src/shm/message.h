@@ -20,7 +20,7 @@ namespace corbot {
 enum class MessageType : std::uint32_t {
   kServantHello = 1,   ///< with the servant's segment, and the last task's where it has one
   kObserverHello = 2,  ///< wants to read
-  kStopHello = 3,      ///< wants to stop
+  kStopHello = 3,      ///< wants to stop, and to see it
   kWelcome = 4,        ///< with the segments that the role may have
   kRefused = 5,        ///< with kind and text of the SegmentError
   kReady = 6,          ///< the servant has set its tails: its segment may be used

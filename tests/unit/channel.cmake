@@ -3,6 +3,7 @@ corbot_test(channel_test COMPUTES
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/ring_test.cpp
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/ring_ends_test.cpp
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/snapshot_cell_test.cpp
+    ${CMAKE_CURRENT_SOURCE_DIR}/channel/stop_test.cpp
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/trace_test.cpp
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/fingerprint_test.cpp
     ${CMAKE_CURRENT_SOURCE_DIR}/channel/wake_test.cpp

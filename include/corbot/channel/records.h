@@ -69,7 +69,7 @@ struct Snapshot {
   std::uint64_t incarnation;  ///< of the real-time task
   RtState state;
   std::uint32_t flags;        ///< bits kSnapshot…, below
-  std::uint64_t stops_done;   ///< last value of StopSegment::count that has been carried out
+  std::uint64_t stops_done;   ///< number of the last stop that has been carried out
   std::uint64_t clears_done;  ///< the same for clear_count
   std::uint64_t command_id;   ///< running command, 0 = none
   /// Highest command number that has ended, with its verdict or dropped when a servant connected.

@@ -54,8 +54,8 @@ TEST_F(MeetingTest, CarriesRecordsBothWays) {
   ASSERT_EQ(RingConsumer(channel->task().completions, channel->own().completions_tail).pop(completion),
             PopResult::kOk);
   EXPECT_EQ(completion.cycle, 77u);
-  channel->stop_count().fetch_add(1);
-  EXPECT_EQ(rt->stop->count.load(), 1u);
+  EXPECT_EQ(channel->request_stop(), 1u);
+  EXPECT_EQ(offer->segment->control.stop_count.load(), 1u);
 }
 
 TEST_F(MeetingTest, EachRoleCanWriteWhatItMayAndNoMore) {
@@ -72,9 +72,8 @@ TEST_F(MeetingTest, EachRoleCanWriteWhatItMayAndNoMore) {
   ASSERT_NE(observer.servant(), nullptr);
   EXPECT_EQ(observer.servant()->header.id, port->own().header.id);
   EXPECT_FALSE(is_writable(&observer.servant()->control));
-  std::uint64_t count = 0;
-  EXPECT_TRUE(stop.request(count));
-  EXPECT_EQ(rt->stop->count.load(), count);
+  stop.request();
+  EXPECT_EQ(rt->stop->count.load(), 1u);
 }
 
 TEST_F(MeetingTest, ThereIsOneServantAtATime) {
@@ -123,8 +122,8 @@ TEST_F(MeetingTest, AnEndIsSeenByEveryone) {
   rt.reset();
   EXPECT_FALSE(channel->task_alive());
   EXPECT_FALSE(observer.task_alive());
-  std::uint64_t count = 0;
-  EXPECT_FALSE(stop.request(count));
+  stop.request();
+  EXPECT_EQ(stop.outcome(), StopPort::Outcome::kTaskGone);
   EXPECT_FALSE(task_runs(name()));
   EXPECT_EQ(observer.task().header.magic, kSegmentMagic) << "what it wrote stays readable";
 }

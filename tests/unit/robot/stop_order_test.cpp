@@ -11,15 +11,19 @@ class StopOrder : public TaskTest {
     task_.run();
     open_robot();
   }
-  void TearDown() override { robot_.reset(); }
+  void TearDown() override {
+    if (other_.joinable()) other_.join();
+    robot_.reset();
+  }
 
   /// A Stop of some other client: counted, and not carried out until the test says so.
   void begin_stop() {
-    task_.stop_count().fetch_add(1);
+    other_ = std::thread([this] { EXPECT_EQ(status_of([&] { robot_->stop(); }), CORBOT_OK); });
+    ASSERT_TRUE(wait_until(within(30), [&] { return task_.stop_count() == 1; }));
     task_.change([](Snapshot& now) { now.state = RtState::kStopping; });
   }
   void end_stops() {
-    const std::uint64_t count = task_.stop_count().load();
+    const std::uint64_t count = task_.stop_count();
     task_.change([&](Snapshot& now) {
       now.stops_done = count;
       now.state = RtState::kStandby;
@@ -40,12 +44,13 @@ class StopOrder : public TaskTest {
   FakeTask task_{name_, profile_.arm};
   std::vector<Outcome> outcomes_;
   std::vector<std::thread> calls_;
+  std::thread other_;
 };
 
 TEST_F(StopOrder, WhatEnteredBeforeAStopIsStopped) {
   enter_all();
   std::thread stop([&] { EXPECT_EQ(status_of([&] { robot_->stop(); }), CORBOT_OK); });
-  ASSERT_TRUE(wait_until(within(30), [&] { return task_.stop_count().load() == 2; }));
+  ASSERT_TRUE(wait_until(within(30), [&] { return task_.stop_count() == 2; }));
   end_stops();
   stop.join();
   join_all();
@@ -78,12 +83,24 @@ TEST_F(StopOrder, CallsThatStartAMotionAreBoundedInTimeAndStopIsNotBehindThem) {
     EXPECT_EQ(outcome.status, CORBOT_NOT_READY);
     EXPECT_NE(outcome.text.find("come to rest"), std::string::npos) << outcome.text;
   }
+  end_stops();
+}
+
+/// One by the stop segment, of another process.
+TEST_F(StopOrder, WhatIsPlannedAfterAStopOfAnotherProcessHasItsNumber) {
+  const Outcome before = try_accept(DwellRequest{1.0});
+  ASSERT_EQ(before.status, CORBOT_OK) << before.text;
+  task_.change([](Snapshot& now) { now.stops_done = 1; });
+  task_.complete(Verdict::kStopped);
+  const Outcome later = try_accept(DwellRequest{1.0});
+  EXPECT_EQ(later.status, CORBOT_OK) << later.text;
+  EXPECT_EQ(task_.epoch_of_next(), 1u);
 }
 
 TEST_F(StopOrder, StopLeavesAPauseInForce) {
   ASSERT_EQ(status_of([&] { robot_->pause(true); }), CORBOT_OK);
   std::thread stop([&] { EXPECT_EQ(status_of([&] { robot_->stop(); }), CORBOT_OK); });
-  ASSERT_TRUE(wait_until(within(30), [&] { return task_.stop_count().load() == 1; }));
+  ASSERT_TRUE(wait_until(within(30), [&] { return task_.stop_count() == 1; }));
   end_stops();
   stop.join();
   EXPECT_EQ(task_.servant().control.pause.load(), 1u) << "somebody else's Pause, perhaps";

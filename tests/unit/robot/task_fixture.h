@@ -95,8 +95,14 @@ class FakeTask {
     const Command command = take();
     change([&](Snapshot& now) { now.last_done_id = command.id; });
   }
+  /// Of the command that is next in the ring, which is taken.
+  [[nodiscard]] std::uint64_t epoch_of_next() { return take().epoch; }
   [[nodiscard]] TaskSegment& task() { return *end_->task; }
-  [[nodiscard]] std::atomic<std::uint64_t>& stop_count() { return end_->stop->count; }
+  /// Of the Stops that the servant has requested.
+  [[nodiscard]] std::uint64_t stop_count() const {
+    const ServantSegment* const servant = servant_.load();
+    return servant == nullptr ? 0 : servant->control.stop_count.load();
+  }
   [[nodiscard]] const ServantSegment& servant() const { return *servant_.load(); }
   [[nodiscard]] std::size_t queued() const {
     return ring_size(servant_.load()->commands, end_->task->commands_tail);

@@ -23,7 +23,7 @@ TEST_F(TaskTest, OneThreadIsAsleepOnTheFutexWhateverWaits) {
   open_robot();
   std::vector<std::thread> callers;
   for (int i = 0; i < kWaiting; ++i) callers.emplace_back([&] { robot_->stop(); });
-  ASSERT_TRUE(wait_until(within(60), [&] { return task.stop_count().load() == kWaiting; }));
+  ASSERT_TRUE(wait_until(within(60), [&] { return task.stop_count() == kWaiting; }));
   for (int i = 0; i < 100; ++i) {
     EXPECT_LE(wake_everyone(task.task()), 1);
     const timespec pause{0, 1'000'000};

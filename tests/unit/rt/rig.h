@@ -56,7 +56,7 @@ class Rig {
   /// Fills in number and epoch as the servant does.
   Command stamp(Command command) {
     command.id = servant->next_command_id.fetch_add(1);
-    command.epoch = stops->count.load();
+    command.epoch = raise_stop_count(servant->control.stop_count, snapshot.stops_done);
     command.incarnation = static_cast<std::uint32_t>(task->incarnation);
     return command;
   }
@@ -77,7 +77,10 @@ class Rig {
   std::uint64_t submit(const PlanResult& plan) { return submit(std::get<std::vector<Command>>(plan)); }
 
   [[nodiscard]] PlanStart start() const { return {snapshot.position_rad, snapshot.gripper}; }
-  void stop() { stops->count.fetch_add(1); }
+  void stop() {
+    (void)raise_stop_count(servant->control.stop_count, snapshot.stops_done);
+    servant->control.stop_count.fetch_add(1);
+  }
   /// Takes back the commands with these numbers.
   void cancel(std::uint64_t first, std::uint64_t last) {
     CancelRequest request{};

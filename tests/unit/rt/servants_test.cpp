@@ -138,7 +138,8 @@ TEST_F(Servants, ABrokenTailLosesVerdictsAndNothingElse) {
   EXPECT_EQ(rig.snapshot.position_rad, kThere);
 }
 
-TEST_F(Servants, EveryChangeOfTheStopCountIsAStop) {
+TEST_F(Servants, EveryChangeOfTheStopCountIsAStopAndTheNumberOfStopsRises) {
+  std::uint64_t stops = rig.snapshot.stops_done;
   for (const std::uint64_t count : {std::uint64_t{5}, std::numeric_limits<std::uint64_t>::max(),
                                     std::uint64_t{0}, std::uint64_t{1} << 63, std::uint64_t{3}}) {
     go(rig.snapshot.position_rad, rig.snapshot.position_rad == kThere ? Joints{} : kThere);
@@ -148,8 +149,55 @@ TEST_F(Servants, EveryChangeOfTheStopCountIsAStop) {
     rig.step(2000);
     EXPECT_EQ(rig.snapshot.state, RtState::kStandby) << count;
     EXPECT_EQ(rig.snapshot.command_id, 0u);
-    EXPECT_EQ(rig.snapshot.stops_done, count);
+    EXPECT_EQ(rig.snapshot.stops_done, ++stops);
   }
+}
+
+/// A member of the stop group writes what was there before.
+TEST_F(Servants, AStopOfTheServantIsNotUndoneByAnOldCount) {
+  rig.stops->count.store(7);
+  rig.step();
+  go({}, kThere);
+  go(kThere, {});
+  rig.step(50);
+  ASSERT_EQ(rig.snapshot.state, RtState::kMoving);
+  rig.stop();
+  rig.stops->count.store(8);
+  rig.stops->count.store(7);
+  EXPECT_EQ(verdict_of(1), Verdict::kStopped);
+  EXPECT_EQ(verdict_of(2), Verdict::kStopped);
+  const std::uint64_t stops = rig.snapshot.stops_done;
+  const Command old = [&] {
+    Command command = rig.stamp(std::get<std::vector<Command>>(
+        rig.planner.move_joints({rig.snapshot.position_rad, 0.0}, {}, kThere, 0.0))[0]);
+    --command.epoch;  // planned before the stop
+    return command;
+  }();
+  rig.stops->count.store(6);  // an older one yet
+  ASSERT_TRUE(rig.push(old));
+  EXPECT_EQ(verdict_of(old.id), Verdict::kStopped);
+  EXPECT_EQ(rig.snapshot.stops_done, stops + 1);
+}
+
+TEST_F(Servants, AStopIsNotLostWithItsServant) {
+  go({}, kThere);
+  go(kThere, {});
+  rig.step(50);
+  ASSERT_EQ(rig.snapshot.state, RtState::kMoving);
+  rig.stop();
+  replace_servant();  // before the cycle has looked
+  EXPECT_EQ(verdict_of(1), Verdict::kStopped);
+  EXPECT_EQ(verdict_of(2), Verdict::kStopped);
+}
+
+TEST_F(Servants, AStopOfAnotherProcessIsNotTheNumberOfTheServantsNext) {
+  rig.stops->count.fetch_add(1);
+  rig.step();
+  go({}, kThere);  // planned after that stop
+  rig.step(50);
+  ASSERT_EQ(rig.snapshot.state, RtState::kMoving);
+  rig.stop();
+  EXPECT_EQ(verdict_of(1), Verdict::kStopped);
 }
 
 /// The mailbox between two threads: an offer that is confirmed is no longer read.
