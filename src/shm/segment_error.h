@@ -20,6 +20,7 @@ class SegmentError : public std::runtime_error {
     kWrongSize,         ///< of this ABI version, but another size: built with another layout
     kBadName,           ///< not [A-Za-z0-9_-]{1,48}
     kUnsealed,          ///< its size can be changed, or others than its creator can write it
+    kSparse,            ///< not all of it has memory
     kSilent,            ///< the peer lives and does not answer
   };
 

@@ -109,7 +109,7 @@ class Forged {
  public:
   explicit Forged(std::size_t size = sizeof(TaskSegment))
       : memory_(::memfd_create("forged", MFD_CLOEXEC | MFD_ALLOW_SEALING)) {
-    if (::ftruncate(memory_.get(), static_cast<off_t>(size)) != 0) ::abort();
+    if (::posix_fallocate(memory_.get(), 0, static_cast<off_t>(size)) != 0) ::abort();
     ::fchmod(memory_.get(), 0600);
     segment_detail::fill_header(header, "arm", kTestFingerprint, SegmentKind::kTask, sizeof(TaskSegment));
   }
@@ -120,6 +120,10 @@ class Forged {
     return error_of([&] { (void)Segment<const TaskSegment>::open(copy_of(memory_), expectation); });
   }
   void set_mode(mode_t mode) { ::fchmod(memory_.get(), mode); }
+  /// Of one page there is no memory.
+  void punch_hole(off_t at) {
+    if (::fallocate(memory_.get(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, at, 4096) != 0) ::abort();
+  }
   SegmentHeader header{};
 
  private:
@@ -140,6 +144,14 @@ TEST(SegmentCheck, WhatIsNotSealedIsRefused) {
   for (const int seals : {0, F_SEAL_FUTURE_WRITE, kSizeSeals, F_SEAL_SHRINK | F_SEAL_FUTURE_WRITE,
                           F_SEAL_GROW | F_SEAL_SEAL | F_SEAL_FUTURE_WRITE}) {
     expect_refused(Forged().opened(seals), Kind::kUnsealed, "not sealed");
+  }
+}
+
+TEST(SegmentCheck, WhatHasNoMemoryIsRefused) {
+  for (const off_t at : {off_t{4096}, static_cast<off_t>(sizeof(TaskSegment) / 4096) * 4096}) {
+    Forged sparse;
+    sparse.punch_hole(at);
+    expect_refused(sparse.opened(), Kind::kSparse, "reading the rest could fail");
   }
 }
 
