@@ -82,7 +82,9 @@ StateLock::StateLock(StateLock&& other) noexcept
 
 StateLock::~StateLock() {
   if (fd_ < 0) return;
-  remove_files(directory_, name_);  // before the lock is released, so that a successor's files are not hit
+  // Before the lock is released, so that a successor's files are not hit. Where the lock's own file is gone, or
+  // another's, so may be all others.
+  if (is_same_file(fd_, directory_ / (name_ + ".lock"))) remove_files(directory_, name_);
   ::close(fd_);
 }
 

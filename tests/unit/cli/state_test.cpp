@@ -72,6 +72,22 @@ TEST_F(State, IsFoundWhileItsSupervisorLives) {
   EXPECT_TRUE(fs::is_empty(runtime_ / "corbot")) << "both files are gone";
 }
 
+/// Somebody has removed the directory, and another supervisor has begun in the new one.
+TEST_F(State, WhatIsAnothersIsNotRemoved) {
+  auto first = StateLock::acquire("a1");
+  ASSERT_TRUE(first);
+  first->write(sample("a1"));
+  fs::remove_all(runtime_ / "corbot");
+  auto second = StateLock::acquire("a1");
+  ASSERT_TRUE(second);
+  second->write(sample("a1"));
+  first.reset();
+  EXPECT_TRUE(is_up("a1"));
+  EXPECT_TRUE(read_state("a1"));
+  second.reset();
+  EXPECT_TRUE(fs::is_empty(runtime_ / "corbot"));
+}
+
 TEST_F(State, IsPrivate) {
   auto lock = StateLock::acquire("a1");
   lock->write(sample("a1"));
