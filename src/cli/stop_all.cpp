@@ -15,6 +15,7 @@
 #include "client/explain.h"
 #include "client/failure.h"
 #include "client/local_robots.h"
+#include "shm/run_directory.h"
 
 namespace corbot::cli {
 
@@ -23,6 +24,22 @@ using client::Failure;
 using client::robots_up;
 
 namespace {
+
+/// Those that are supervised, and those whose task was started by hand.
+std::vector<std::string> robots_here() {
+  std::vector<std::string> names = robots_up();
+  try {
+    if (const auto directory = RunDirectory::open(false)) {
+      const std::vector<std::string> listening = directory->listening();
+      names.insert(names.end(), listening.begin(), listening.end());
+    }
+  } catch (const SegmentError& error) {
+    fmt::print(stderr, "corbot: {}\n", error.what());
+  }
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return names;
+}
 
 struct Stopping {
   std::string robot;
@@ -58,7 +75,7 @@ bool report(Stopping& stopping) {
 
 void stop_all(const std::string& robot, double timeout_s) {
   if (!robot.empty()) throw Failure(ExitCode::kUsage, "stop: --all and --robot exclude each other");
-  const auto names = robots_up();
+  const auto names = robots_here();
   if (names.empty()) throw Failure(ExitCode::kUnreachable, "no robot is up on this machine: nothing to stop");
   std::list<Stopping> all;
   for (const std::string& name : names) {

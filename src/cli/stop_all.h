@@ -5,7 +5,7 @@
 
 namespace corbot::cli {
 
-/// Stops every robot that is up here, all at once, each by a `corbot stop` of its own, and prints what became
+/// Stops every robot that is up here, or whose real-time task was started by hand, all at once, each by a `corbot stop` of its own, and prints what became
 /// of each. `robot` was given besides, which is a fault. Throws Failure, also when one did not confirm its stop.
 void stop_all(const std::string& robot, double timeout_s);
 

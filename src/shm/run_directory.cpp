@@ -23,6 +23,7 @@ namespace {
 using Kind = SegmentError::Kind;
 
 constexpr std::string_view kSuffix = ".sock";
+constexpr const char* kLock = ".lock";  // no robot's name is empty
 constexpr int kBacklog = 64;
 
 [[noreturn]] void throw_system(const std::string& path, const char* what, int error) {
@@ -88,21 +89,36 @@ std::string RunDirectory::socket_path(std::string_view robot) const {
 
 bool RunDirectory::is_trusted(uid_t peer) const noexcept { return peer == owner_ || peer == ::geteuid(); }
 
-RunDirectory::Gate::Gate(const RunDirectory& directory)
-    : lock_(::openat(directory.fd_.get(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-  if (!lock_) throw_system(directory.path_, "open", errno);
+RunDirectory::Gate::Gate(const RunDirectory& directory) : directory_(directory) {
   constexpr timespec kPause{0, 1'000'000};
-  for (int attempt = 0; ::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0; ++attempt) {
+  for (int attempt = 0; !try_lock(); ++attempt) {
     if (attempt >= 2000) {
+      const std::string path = directory.path_ + "/" + kLock;
       throw SegmentError(Kind::kInUse,
-                         directory.path_ +
+                         path +
                              ": another process has been starting or ending a task there for two "
                              "seconds; see which with 'lsof " +
-                             directory.path_ + "'");
+                             path + "'");
     }
     ::nanosleep(&kPause, nullptr);
   }
 }
+
+/// False also where it was removed meanwhile, by the one that held it: then it is no lock any more.
+bool RunDirectory::Gate::try_lock() {
+  lock_ = Descriptor(
+      ::openat(directory_.fd_.get(), kLock, O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK, 0600));
+  if (!lock_) throw_system(directory_.path_ + "/" + kLock, "open", errno);
+  // Made by root for another user's directory, it would keep that user out.
+  if (::geteuid() == 0) (void)!::fchown(lock_.get(), directory_.owner_, static_cast<gid_t>(-1));
+  struct stat locked {};
+  struct stat named {};
+  return ::flock(lock_.get(), LOCK_EX | LOCK_NB) == 0 && ::fstat(lock_.get(), &locked) == 0 &&
+         ::fstatat(directory_.fd_.get(), kLock, &named, AT_SYMLINK_NOFOLLOW) == 0 &&
+         locked.st_dev == named.st_dev && locked.st_ino == named.st_ino;
+}
+
+RunDirectory::Gate::~Gate() { ::unlinkat(directory_.fd_.get(), kLock, 0); }
 
 RunDirectory::State RunDirectory::probe(std::string_view robot, Descriptor& connection) const {
   const std::string path = socket_path(robot);
@@ -197,18 +213,24 @@ bool RunDirectory::remove_left_behind(std::string_view robot) const {
   return true;
 }
 
-std::vector<std::string> RunDirectory::left_behind() const {
+std::vector<std::string> RunDirectory::robots(bool living) const {
   std::vector<std::string> robots;
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(path_, error)) {
     if (entry.path().extension() != kSuffix) continue;
     const std::string robot = entry.path().stem().string();
+    bool lives = true;
     try {
+      check_robot_name(robot);
       Descriptor connection;
-      if (probe(robot, connection) == State::kLeftBehind) robots.push_back(robot);
-    } catch (const SegmentError&) {
-      // not ours to remove
+      const State state = probe(robot, connection);
+      if (state == State::kNone) continue;
+      lives = state == State::kListening;
+    } catch (const SegmentError& refused) {
+      // It does not answer, or not to this user.
+      if (refused.kind() != Kind::kSilent && refused.kind() != Kind::kPermission) continue;
     }
+    if (lives == living) robots.push_back(robot);
   }
   std::sort(robots.begin(), robots.end());
   return robots;

@@ -51,16 +51,24 @@ class RunDirectory {
   /// Removes a socket that nobody listens on; true when there was one. Never throws but for a stuck gate.
   bool remove_left_behind(std::string_view robot) const;
   /// The robots for which that would remove something, sorted.
-  [[nodiscard]] std::vector<std::string> left_behind() const;
+  [[nodiscard]] std::vector<std::string> left_behind() const { return robots(false); }
+  /// The robots whose task lives, whether it responds or not, sorted.
+  [[nodiscard]] std::vector<std::string> listening() const { return robots(true); }
 
  private:
   enum class State { kNone, kLeftBehind, kListening };
-  /// Held for a few system calls, so that nobody listens on what is being removed.
+  /// Held for a few system calls, so that nobody listens on what is being removed. The lock is on a file that only
+  /// the directory's owner can open: others who may enter the directory cannot hold it. Removed when it is released.
   class Gate {
    public:
     explicit Gate(const RunDirectory& directory);
+    Gate(const Gate&) = delete;
+    Gate& operator=(const Gate&) = delete;
+    ~Gate();
 
    private:
+    [[nodiscard]] bool try_lock();
+    const RunDirectory& directory_;
     Descriptor lock_;
   };
 
@@ -68,6 +76,7 @@ class RunDirectory {
       : path_(std::move(path)), fd_(std::move(fd)), owner_(owner) {}
   [[nodiscard]] State probe(std::string_view robot, Descriptor& connection) const;
   void remove(std::string_view robot) const noexcept;
+  [[nodiscard]] std::vector<std::string> robots(bool living) const;
 
   std::string path_;
   Descriptor fd_;

@@ -234,6 +234,23 @@ TEST_F(Robustness, AStopOnTheSameMachineNeedsNoServant) {
   }
 }
 
+TEST_F(Robustness, StopAllStopsWhatWasStartedByHand) {
+  up();
+  const std::string by_hand = name_ + "-h";
+  Process task({CORBOT_BIN_DIR "/corbot-rt", CORBOT_PROFILE, "--name", by_hand}, environment());
+  ASSERT_TRUE(task.wait_line("ready", within(30))) << task.errors();
+  const RunResult all = corbot({"stop", "--all"});
+  EXPECT_EQ(all.code, 0) << all.errors;
+  EXPECT_EQ(all.output, name_ + ": stopped\n" + by_hand + ": stopped\n");
+  task.signal(SIGSTOP);
+  const RunResult frozen = corbot({"stop", "--all", "--timeout", "1"});
+  task.signal(SIGCONT);
+  EXPECT_EQ(frozen.code, 3);
+  EXPECT_THAT(frozen.output, HasSubstr(name_ + ": stopped\n" + by_hand + ": NOT STOPPED: "));
+  EXPECT_EQ(task.terminate(), 0);
+  EXPECT_EQ(corbot({"stop", "--all"}).output, name_ + ": stopped\n");
+}
+
 TEST_F(Robustness, StopAllSaysWhichRobotDidNotStop) {
   up();
   supervisor_->signal(SIGSTOP);

@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -205,6 +206,28 @@ TEST_F(MeetingTest, ADirectoryThatOthersMayWriteIsRefused) {
   EXPECT_EQ(error->kind(), Kind::kForeign) << "no socket";
 }
 
+/// Whoever may enter the directory can lock it, and read what is open to him.
+TEST_F(MeetingTest, ALockOnTheDirectoryKeepsNobodyOut) {
+  const Descriptor directory(::open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  ASSERT_EQ(::flock(directory.get(), LOCK_EX | LOCK_NB), 0);
+  auto rt = task();
+  rt.reset();
+  EXPECT_TRUE(std::filesystem::is_empty(directory_));
+}
+
+TEST_F(MeetingTest, TheLockIsItsOwnersAndIsRemoved) {
+  const Descriptor left(
+      ::open((directory_ / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));  // by one that was killed
+  const auto rt = task();
+  EXPECT_FALSE(std::filesystem::exists(directory_ / ".lock"));
+  const Descriptor held(::open((directory_ / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+  ASSERT_EQ(::flock(held.get(), LOCK_EX | LOCK_NB), 0);
+  const auto error = error_of([&] { (void)task(); });
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->kind(), Kind::kInUse);
+  EXPECT_THAT(error->what(), HasSubstr(".lock"));
+}
+
 TEST_F(MeetingTest, TheDirectoryOfTheEnvironmentIsUsed) {
   ::unsetenv("CORBOT_RUN_DIR");
   ::setenv("XDG_RUNTIME_DIR", directory_.c_str(), 1);
@@ -324,7 +347,7 @@ TEST_F(Predecessor, WhatAServantForgesIsNotTakenOver) {
   const auto forged = [&](int seals, std::uint64_t fingerprint, SegmentKind kind) {
     Descriptor memory(::memfd_create("forged", MFD_CLOEXEC | MFD_ALLOW_SEALING));
     ::fchmod(memory.get(), 0600);
-    if (::ftruncate(memory.get(), sizeof(TaskSegment)) != 0) ::abort();
+    if (::posix_fallocate(memory.get(), 0, sizeof(TaskSegment)) != 0) ::abort();
     auto* const layout = static_cast<TaskSegment*>(
         ::mmap(nullptr, sizeof(TaskSegment), PROT_READ | PROT_WRITE, MAP_SHARED, memory.get(), 0));
     segment_detail::fill_header(layout->header, name(), fingerprint, kind, sizeof(TaskSegment));
