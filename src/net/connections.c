@@ -14,8 +14,9 @@
 #include <time.h>
 #include <unistd.h>
 
-/* Descriptors beyond are refused: a table of fixed size needs no memory when a client floods. */
-enum { kDescriptors = 2048, kBytesInWord = 8 };
+#include "net/arrivals.h"
+
+enum { kDescriptors = CORBOT_DESCRIPTORS, kBytesInWord = 8 };
 
 /* A peer that is silent: probed after 3 s, and given up when nothing has been acknowledged for 6 s. */
 static const int kKeepIdle_s = 3;
@@ -153,6 +154,7 @@ static bool add(int fd) {
   entry->ending = false;
   ++open_count;
   set_up(fd, entry->peer.family);
+  corbot_arrivals_opened(fd);
   return true;
 }
 
@@ -162,6 +164,7 @@ static bool forget(int fd) {
   if (entries[fd].ending) --ending_count;
   entries[fd].number = 0;
   --open_count;
+  corbot_arrivals_closed(fd);
   return true;
 }
 

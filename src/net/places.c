@@ -12,27 +12,52 @@ typedef struct Place {
 } Place;
 
 static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
-static Place places[CORBOT_PLACES]; /* first those to wait, then those to start */
+static Place places[CORBOT_PLACES]; /* kind after kind */
+
+/* Of each kind: how many there are, and how many calls of a host may have one. */
+static const struct {
+  int count;
+  int of_host;
+} kBounds[] = {{CORBOT_WAITING, CORBOT_WAITING_A_HOST},
+               {CORBOT_STARTING, CORBOT_STARTING},
+               {CORBOT_CHANGING, CORBOT_CHANGING_A_HOST},
+               {CORBOT_STOPPING, CORBOT_STOPPING}};
+
+const char kChangesRefused[] =
+    "too many calls at once that wait for the real-time task, 4 of a host and 8 of all are allowed; call "
+    "again";
 
 bool corbot_place_needed(const char* operation, corbot_place_kind* kind) {
-  static const char* const waits[] = {"Move",  "MoveS", "MoveC", "MoveJoints", "Drive",
-                                      "Ready", "Delay", "Open",  "Close",      "Wait"};
+  static const struct {
+    const char* operation;
+    corbot_place_kind kind;
+  } needed[] = {
+      {"Move", CORBOT_PLACE_TO_WAIT},     {"MoveS", CORBOT_PLACE_TO_WAIT},
+      {"MoveC", CORBOT_PLACE_TO_WAIT},    {"MoveJoints", CORBOT_PLACE_TO_WAIT},
+      {"Drive", CORBOT_PLACE_TO_WAIT},    {"Ready", CORBOT_PLACE_TO_WAIT},
+      {"Delay", CORBOT_PLACE_TO_WAIT},    {"Open", CORBOT_PLACE_TO_WAIT},
+      {"Close", CORBOT_PLACE_TO_WAIT},    {"Wait", CORBOT_PLACE_TO_WAIT},
+      {"Stop", CORBOT_PLACE_TO_STOP},     {"Cancel", CORBOT_PLACE_TO_CHANGE},
+      {"Clear", CORBOT_PLACE_TO_CHANGE},  {"Pause", CORBOT_PLACE_TO_CHANGE},
+      {"Resume", CORBOT_PLACE_TO_CHANGE}, {"Override", CORBOT_PLACE_TO_CHANGE},
+  };
   static const char starts[] = "Start";
   if (strncmp(operation, starts, sizeof(starts) - 1) == 0) {
     *kind = CORBOT_PLACE_TO_START;
     return true;
   }
-  for (size_t i = 0; i < sizeof(waits) / sizeof(waits[0]); ++i) {
-    if (strcmp(operation, waits[i]) != 0) continue;
-    *kind = CORBOT_PLACE_TO_WAIT;
+  for (size_t i = 0; i < sizeof(needed) / sizeof(needed[0]); ++i) {
+    if (strcmp(operation, needed[i].operation) != 0) continue;
+    *kind = needed[i].kind;
     return true;
   }
   return false;
 }
 
 static int take(corbot_place_kind kind, corbot_connection connection, corbot_peer peer, int* capacity) {
-  const int first = kind == CORBOT_PLACE_TO_WAIT ? 0 : CORBOT_WAITING;
-  const int end = kind == CORBOT_PLACE_TO_WAIT ? CORBOT_WAITING : CORBOT_PLACES;
+  int first = 0;
+  for (int before = 0; before < (int)kind; ++before) first += kBounds[before].count;
+  const int end = first + kBounds[kind].count;
   int of_peer = 0;
   int found = -1;
   for (int i = first; i < end; ++i) {
@@ -42,12 +67,8 @@ static int take(corbot_place_kind kind, corbot_connection connection, corbot_pee
       of_peer += corbot_peer_equal(places[i].peer, peer);
     }
   }
-  *capacity = end - first;
-  if (kind == CORBOT_PLACE_TO_WAIT && of_peer >= CORBOT_WAITING_A_HOST) {
-    *capacity = CORBOT_WAITING_A_HOST;
-    return -1;
-  }
-  if (found < 0) return -1;
+  *capacity = of_peer >= kBounds[kind].of_host ? kBounds[kind].of_host : kBounds[kind].count;
+  if (of_peer >= kBounds[kind].of_host || found < 0) return -1;
   places[found].taken = true;
   places[found].connection = connection;
   places[found].peer = peer;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Places for calls that wait for motions, and for calls that start them: what bounds the threads that such
- * calls hold, the same for both servants. Plain C, thread-safe, not real-time safe. */
+ * Places for the calls that do not return at once: what bounds the threads that they hold, the same for
+ * both servants. Each kind has its own, so none shuts out another. Plain C, thread-safe, not real-time
+ * safe. */
 #ifndef CORBOT_NET_PLACES_H
 #define CORBOT_NET_PLACES_H
 
@@ -20,16 +21,29 @@ enum {
   CORBOT_WAITING = 32,
   /* Plans are made one after the other; these wait for their turn. */
   CORBOT_STARTING = 16,
-  CORBOT_PLACES = CORBOT_WAITING + CORBOT_STARTING
+  /* Cancel, Clear, Pause, Resume, Override: they wait until the real-time task has seen them. */
+  CORBOT_CHANGING = 8,
+  CORBOT_CHANGING_A_HOST = 4,
+  /* A Stop without a place is carried out all the same: it waits with those that have one. */
+  CORBOT_STOPPING = 8,
+  CORBOT_PLACES = CORBOT_WAITING + CORBOT_STARTING + CORBOT_CHANGING + CORBOT_STOPPING
 };
 
-typedef enum corbot_place_kind { CORBOT_PLACE_TO_WAIT, CORBOT_PLACE_TO_START } corbot_place_kind;
+typedef enum corbot_place_kind {
+  CORBOT_PLACE_TO_WAIT,
+  CORBOT_PLACE_TO_START,
+  CORBOT_PLACE_TO_CHANGE,
+  CORBOT_PLACE_TO_STOP
+} corbot_place_kind;
+
+/* Why a call of CORBOT_PLACE_TO_CHANGE is refused, to its client. */
+extern const char kChangesRefused[];
 
 /* What an operation of Corbot::Arm needs; false: none, it returns at once. */
 bool corbot_place_needed(const char* operation, corbot_place_kind* kind);
 
 /* A place for a call that came on that connection, 0 to CORBOT_PLACES - 1; -1 when there is none, and in
- * *capacity how many there are. */
+ * *capacity how many there are. A connection with a call that has a place is not idle. */
 int corbot_place_take(corbot_place_kind kind, corbot_connection connection, int* capacity);
 void corbot_place_free(int place);
 /* Whether the client whose call has this place is still there. */

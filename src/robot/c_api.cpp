@@ -55,8 +55,10 @@ std::array<double, 3> point(const double* p_m) { return {p_m[0], p_m[1], p_m[2]}
 
 /// `make` checks what only the C interface can, and returns the request.
 template <class Make>
-corbot_status start(corbot_robot* robot, corbot_ticket* ticket, corbot_error* error, Make&& make) noexcept {
-  return guarded(error, [&] { *ticket = robot->robot.accept(make()); });
+corbot_status start(corbot_robot* robot, const corbot_caller* caller, corbot_ticket* ticket,
+                    corbot_error* error, Make&& make) noexcept {
+  return guarded(error,
+                 [&] { *ticket = robot->robot.accept(make(), caller != nullptr ? caller->stops : 0); });
 }
 
 /// P and d are checked apart: their sum would hide which of them is at fault.
@@ -213,26 +215,34 @@ corbot_status corbot_robot_device_info(const corbot_robot* robot, corbot_device_
   return guarded(error, [&] { *out = robot->robot.view().device(); });
 }
 
-corbot_status corbot_robot_move(corbot_robot* robot, const corbot_caller* /*caller*/, const double p_m[3],
+void corbot_robot_stops(const corbot_robot* robot, uint64_t* all, uint64_t* by_others) {
+  const StopCounts stops = robot->robot.stops();
+  *all = stops.all;
+  *by_others = stops.by_others;
+}
+
+corbot_status corbot_robot_move(corbot_robot* robot, const corbot_caller* caller, const double p_m[3],
                                 double d_m, double t_s, corbot_ticket* ticket, corbot_error* error) {
-  return start(robot, ticket, error, [&] { return MoveRequest{point_above(p_m, d_m), t_s}; });
+  return start(robot, caller, ticket, error, [&] { return MoveRequest{point_above(p_m, d_m), t_s}; });
 }
 
-corbot_status corbot_robot_move_s(corbot_robot* robot, const corbot_caller* /*caller*/, const double p_m[3],
+corbot_status corbot_robot_move_s(corbot_robot* robot, const corbot_caller* caller, const double p_m[3],
                                   double d_m, double t_s, corbot_ticket* ticket, corbot_error* error) {
-  return start(robot, ticket, error, [&] { return MoveSRequest{point_above(p_m, d_m), t_s}; });
+  return start(robot, caller, ticket, error, [&] { return MoveSRequest{point_above(p_m, d_m), t_s}; });
 }
 
-corbot_status corbot_robot_move_c(corbot_robot* robot, const corbot_caller* /*caller*/, const double p1_m[3],
+corbot_status corbot_robot_move_c(corbot_robot* robot, const corbot_caller* caller, const double p1_m[3],
                                   const double p2_m[3], const double p3_m[3], corbot_ticket* ticket,
                                   corbot_error* error) {
-  return start(robot, ticket, error, [&] { return MoveCRequest{point(p1_m), point(p2_m), point(p3_m)}; });
+  return start(robot, caller, ticket, error, [&] {
+    return MoveCRequest{point(p1_m), point(p2_m), point(p3_m)};
+  });
 }
 
-corbot_status corbot_robot_move_joints(corbot_robot* robot, const corbot_caller* /*caller*/,
+corbot_status corbot_robot_move_joints(corbot_robot* robot, const corbot_caller* caller,
                                        const double* target_deg, size_t count, double t_s,
                                        corbot_ticket* ticket, corbot_error* error) {
-  return start(robot, ticket, error, [&] {
+  return start(robot, caller, ticket, error, [&] {
     const std::size_t dof = robot->robot.profile().arm.dof;
     if (count != dof) {
       throw bad_argument("target", static_cast<double>(count),
@@ -244,32 +254,32 @@ corbot_status corbot_robot_move_joints(corbot_robot* robot, const corbot_caller*
   });
 }
 
-corbot_status corbot_robot_drive(corbot_robot* robot, const corbot_caller* /*caller*/, int32_t joint,
+corbot_status corbot_robot_drive(corbot_robot* robot, const corbot_caller* caller, int32_t joint,
                                  double increment_deg, double speed_deg_s, corbot_ticket* ticket,
                                  corbot_error* error) {
-  return start(robot, ticket, error, [&] {
+  return start(robot, caller, ticket, error, [&] {
     return DriveRequest{joint, to_radians(increment_deg), to_radians(speed_deg_s)};
   });
 }
 
-corbot_status corbot_robot_ready(corbot_robot* robot, const corbot_caller* /*caller*/, corbot_ticket* ticket,
+corbot_status corbot_robot_ready(corbot_robot* robot, const corbot_caller* caller, corbot_ticket* ticket,
                                  corbot_error* error) {
-  return start(robot, ticket, error, [] { return ReadyRequest{}; });
+  return start(robot, caller, ticket, error, [] { return ReadyRequest{}; });
 }
 
-corbot_status corbot_robot_delay(corbot_robot* robot, const corbot_caller* /*caller*/, double t_s,
+corbot_status corbot_robot_delay(corbot_robot* robot, const corbot_caller* caller, double t_s,
                                  corbot_ticket* ticket, corbot_error* error) {
-  return start(robot, ticket, error, [&] { return DwellRequest{t_s}; });
+  return start(robot, caller, ticket, error, [&] { return DwellRequest{t_s}; });
 }
 
-corbot_status corbot_robot_open_gripper(corbot_robot* robot, const corbot_caller* /*caller*/,
+corbot_status corbot_robot_open_gripper(corbot_robot* robot, const corbot_caller* caller,
                                         corbot_ticket* ticket, corbot_error* error) {
-  return start(robot, ticket, error, [] { return GripperRequest{1.0}; });
+  return start(robot, caller, ticket, error, [] { return GripperRequest{1.0}; });
 }
 
-corbot_status corbot_robot_close_gripper(corbot_robot* robot, const corbot_caller* /*caller*/,
+corbot_status corbot_robot_close_gripper(corbot_robot* robot, const corbot_caller* caller,
                                          corbot_ticket* ticket, corbot_error* error) {
-  return start(robot, ticket, error, [] { return GripperRequest{0.0}; });
+  return start(robot, caller, ticket, error, [] { return GripperRequest{0.0}; });
 }
 
 corbot_status corbot_robot_wait(corbot_robot* robot, corbot_ticket ticket, double timeout_s,
@@ -294,6 +304,12 @@ corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, con
 
 corbot_status corbot_robot_stop(corbot_robot* robot, const corbot_caller* /*caller*/, corbot_error* error) {
   return guarded(error, [&] { robot->robot.stop(); });
+}
+void corbot_robot_request_stop(corbot_robot* robot) {
+  guarded(nullptr, [&] { robot->robot.request_stop(); });
+}
+corbot_status corbot_robot_await_stops(corbot_robot* robot, corbot_error* error) {
+  return guarded(error, [&] { robot->robot.await_requested_stops(); });
 }
 corbot_status corbot_robot_cancel(corbot_robot* robot, const corbot_caller* /*caller*/, corbot_ticket ticket,
                                   corbot_error* error) {

@@ -53,7 +53,12 @@ corbot_status corbot_robot_loop_info(const corbot_robot* robot, corbot_loop_info
 corbot_status corbot_robot_device_info(const corbot_robot* robot, corbot_device_info* out,
                                        corbot_error* error);
 
-/* Start a motion: plan all of it, hand it over, return its ticket. */
+/* How many stops have been counted so far, and how many of them by other processes; 0 where no real-time
+ * task has been seen. A request has this number from its arrival on, see corbot_caller. */
+void corbot_robot_stops(const corbot_robot* robot, uint64_t* all, uint64_t* by_others);
+
+/* Start a motion: plan all of it, hand it over, return its ticket. CORBOT_STOPPED where a Stop was counted
+ * since the request arrived. */
 corbot_status corbot_robot_move(corbot_robot* robot, const corbot_caller* caller, const double p_m[3],
                                 double d_m, double t_s, corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_move_s(corbot_robot* robot, const corbot_caller* caller, const double p_m[3],
@@ -87,6 +92,10 @@ corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, con
 
 /* Pre-empt; never queued, never behind a plan that is being made. Stop returns at rest. */
 corbot_status corbot_robot_stop(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
+/* For many Stops at once, in two halves: the first counts one and does not wait; the second returns at
+ * rest, when all that were requested by the first are carried out. */
+void corbot_robot_request_stop(corbot_robot* robot);
+corbot_status corbot_robot_await_stops(corbot_robot* robot, corbot_error* error);
 /* Takes back one motion and what is queued behind it; what is before it goes on. Returns when they have
  * ended. CORBOT_OK and no effect when it has ended; CORBOT_BAD_PARAMETER: no such ticket. */
 corbot_status corbot_robot_cancel(corbot_robot* robot, const corbot_caller* caller, corbot_ticket ticket,

@@ -121,14 +121,16 @@ typedef struct corbot_device_info {
 
 /* The client of a call; a pointer to it may be NULL where it is not known. */
 typedef struct corbot_caller {
-  /* Asked a few times a second, while the call waits for a motion, whether the caller is still there; 0 ends the wait
-   * with CORBOT_NOT_READY, and the motion goes on. NULL: it is always there. */
+  /* Asked a few times a second, while the call waits for a motion, whether the caller is still there; 0
+   * ends the wait with CORBOT_NOT_READY, and the motion goes on. NULL: it is always there. */
   int (*present)(void* context);
   void* context;
   const char*
       key; /* of the reference that was called, see corbot_robot_acquire; NULL or "": the public one */
   const char*
       from; /* address of the caller's connection, "127.0.0.1:51234", "local uid 1000"; NULL: not known */
+  /* As corbot_robot_stops gave it before the request was read; 0: it is counted when the function is called. */
+  uint64_t stops;
 } corbot_caller;
 
 #ifdef __cplusplus

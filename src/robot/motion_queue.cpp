@@ -45,11 +45,12 @@ std::string still_to_come(const Snapshot& now, std::size_t queued) {
 
 }  // namespace
 
-corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettings& settings) {
+corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettings& settings,
+                                  std::uint64_t arrival) {
   const LivingTask task = access_.living();
-  // Before anything that takes time: a Stop that is counted from here on ends this call, and the task refuses
-  // the motion if it is handed over after all.
-  const std::uint64_t epoch = task.stops();
+  // Before anything that takes time: a Stop that is counted from here on, or was since the request arrived,
+  // ends this call, and the task refuses the motion if it is handed over after all.
+  const std::uint64_t epoch = arrival != 0 ? arrival : task.stops();
   const Place place(starting_, capacity_);
   Patience patience{std::chrono::duration<double>(kRestKnown_s)};
   for (;;) {
@@ -89,8 +90,8 @@ std::optional<PlanStart> MotionQueue::plan_start(const LivingTask& task, std::ui
   return PlanStart{now.position_rad, now.gripper};
 }
 
-/// Every number that an earlier servant has given away has ended, but for one that it gave away and was killed
-/// before it pushed the command: that one never does.
+/// Every number that an earlier servant has given away has ended, but for one that it gave away and was
+/// killed before it pushed the command: that one never does.
 bool MotionQueue::earlier_servants_ended(const LivingTask& task, const Snapshot& now) {
   if (channel_.lock() != task.channel) {
     channel_ = task.channel;

@@ -16,8 +16,9 @@
 
 namespace corbot {
 
-/// Plans motions one after another, hands them to the real-time task and takes them back. Thread-safe. Nothing
-/// here waits for the task with the planning lock held, and the calls in here are bounded in number and time.
+/// Plans motions one after another, hands them to the real-time task and takes them back. Thread-safe.
+/// Nothing here waits for the task with the planning lock held, and the calls in here are bounded in number
+/// and time.
 class MotionQueue {
  public:
   /// How long a call waits until it is known where the arm will rest: behind a Stop or a Cancel that is being
@@ -29,9 +30,10 @@ class MotionQueue {
               const RobotView& view)
       : planner_(planner), capacity_(capacity), tickets_(tickets), access_(task), view_(view) {}
 
-  /// Plans from where the arm will rest when the motion begins, and hands over. A Stop that is counted after
-  /// this was called ends it, wherever it has got to.
-  corbot_ticket accept(const MotionRequest& request, const PlanSettings& settings);
+  /// Plans from where the arm will rest when the motion begins, and hands over. A Stop ends it, wherever it
+  /// has got to, when it is counted after the request arrived: `arrival`, the number of stops then, or 0,
+  /// now.
+  corbot_ticket accept(const MotionRequest& request, const PlanSettings& settings, std::uint64_t arrival);
   /// Takes back this motion and what is queued behind it; returns when they have ended. No effect on one that
   /// has ended.
   void cancel(corbot_ticket id);

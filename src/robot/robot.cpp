@@ -120,11 +120,19 @@ void Robot::on_frozen(bool frozen) {
   task_.notify();
 }
 
-corbot_ticket Robot::accept(const MotionRequest& request) {
+corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival) {
   // Before all else: a bad argument is refused at once, however long the present plan takes.
   const PlanSettings now = settings_.get();
   if (const auto refusal = planner_.check(now, request)) throw refused(*refusal);
-  return queue_.accept(request, now);
+  return queue_.accept(request, now, arrival);
+}
+
+StopCounts Robot::stops() const {
+  const std::uint64_t own = own_stops_.load(std::memory_order_acquire);
+  const auto channel = link_.channel();
+  if (!channel) return {};
+  const std::uint64_t all = channel->stops();
+  return {all, all - own};
 }
 
 corbot_motion_info Robot::wait(corbot_ticket id, double timeout_s) const {
@@ -168,17 +176,43 @@ void Robot::report_end(const std::optional<Ticket>& ticket) const {
 
 void Robot::cancel(corbot_ticket id) { queue_.cancel(id); }
 
-void Robot::stop() {
-  // A frozen task finds the request when it goes on; the caller hears below that it is not carried out yet.
-  const LivingTask task = task_.connected();
+Robot::CountedStop Robot::count_stop(const LivingTask& task) {
   // Every number up to here was planned before this Stop.
   const std::uint64_t last = task.own().next_command_id.load(std::memory_order_acquire) - 1;
   const std::uint64_t count = task.channel->request_stop();
+  own_stops_.fetch_add(1, std::memory_order_acq_rel);
+  return {count, last};
+}
+
+void Robot::await_stop(const LivingTask& task, const CountedStop& stop) {
   task_.await(task, kSettle_s, "a Stop",
-              [&](const Snapshot& now) { return !is_earlier_stop(now.stops_done, count); });
+              [&](const Snapshot& now) { return !is_earlier_stop(now.stops_done, stop.count); });
   // The verdicts are out, but the link's thread may not have read them yet: a client that reads the state or
   // a ticket after Stop has returned must find what Stop did.
-  tickets_.wait_ended(0, last, kReportsRead);
+  tickets_.wait_ended(0, stop.last, kReportsRead);
+}
+
+void Robot::stop() {
+  // A frozen task finds the request when it goes on; the caller hears below that it is not carried out yet.
+  const LivingTask task = task_.connected();
+  await_stop(task, count_stop(task));
+}
+
+void Robot::request_stop() {
+  const LivingTask task = task_.connected();
+  const CountedStop stop = count_stop(task);
+  const std::lock_guard lock(requested_mutex_);
+  requested_ = stop;
+}
+
+void Robot::await_requested_stops() {
+  const LivingTask task = task_.connected();
+  CountedStop newest{};
+  {
+    const std::lock_guard lock(requested_mutex_);
+    newest = requested_;
+  }
+  await_stop(task, newest);
 }
 
 void Robot::pause(bool on) {

@@ -23,6 +23,11 @@
 
 namespace corbot {
 
+struct StopCounts {
+  std::uint64_t all{};
+  std::uint64_t by_others{};  ///< counted by other processes
+};
+
 /// The robot without an ORB. Plans whole motions one after another, hands them to the real-time task and
 /// keeps a ticket of each. Thread-safe. Units as in corbot_robot.h; refused calls throw CallError.
 class Robot final : private LinkListener {
@@ -54,7 +59,10 @@ class Robot final : private LinkListener {
 
   /// Checks the arguments, plans from where the arm will rest when the motion begins, with the present
   /// settings, and hands over. A bad argument is refused first, whether the robot is ready or not.
-  corbot_ticket accept(const MotionRequest& request);
+  /// `arrival`: the number of stops when the request arrived; 0: it arrives now.
+  corbot_ticket accept(const MotionRequest& request, std::uint64_t arrival = 0);
+  /// So far; takes no lock that is held for longer than a moment.
+  [[nodiscard]] StopCounts stops() const;
 
   [[nodiscard]] corbot_motion_info wait(corbot_ticket ticket, double timeout_s) const;
   void finish(corbot_ticket ticket) const;
@@ -67,6 +75,10 @@ class Robot final : private LinkListener {
 
   // Pre-emption: flags in the segment, no lock that a plan holds.
   void stop();
+  /// stop() in two halves, for many at once: the first does not wait; the second returns at rest, when all
+  /// that were requested before it are carried out.
+  void request_stop();
+  void await_requested_stops();
   void pause(bool on);
   void set_override(double percent);
   void clear();
@@ -79,6 +91,12 @@ class Robot final : private LinkListener {
   [[nodiscard]] double tool_pitch_deg() const;
 
  private:
+  struct CountedStop {
+    std::uint64_t count{};
+    std::uint64_t last{};  ///< number of the last command that was planned before it
+  };
+  CountedStop count_stop(const LivingTask& task);
+  void await_stop(const LivingTask& task, const CountedStop& stop);
   /// Returns where the motion is done, throws CallError otherwise.
   void report_end(const std::optional<Ticket>& ticket) const;
   void on_completion(const Completion& completion) override;
@@ -97,7 +115,11 @@ class Robot final : private LinkListener {
   const Planner planner_;
   TicketTable tickets_;
   AlarmLog alarms_;
+  std::atomic<std::uint64_t> own_stops_{0};        ///< that this has counted
   std::atomic<std::uint64_t> clears_reported_{0};  ///< number of the last Clear whose alarms are taken back
+
+  std::mutex requested_mutex_;  // of requested_
+  CountedStop requested_;
 
   SelfCheck self_check_;
   Link link_;          // its thread uses all of the above, and the settings

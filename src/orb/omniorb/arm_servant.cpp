@@ -43,10 +43,10 @@ std::array<double, 3> array_of(const Corbot::Point& p) { return {p.x, p.y, p.z};
 
 constexpr const corbot_caller* kUnknown = nullptr;
 
-/// The client of a call that waits.
+/// The client of a call that has a place.
 corbot_caller caller_of(const Place& place) {
   return {[](void* context) { return static_cast<const Place*>(context)->is_wanted() ? 1 : 0; },
-          const_cast<Place*>(&place), nullptr, nullptr};
+          const_cast<Place*>(&place), nullptr, nullptr, place.stops()};
 }
 
 }  // namespace
@@ -57,19 +57,19 @@ template <class Function, class... Arguments>
 void ArmServant::start_and_finish(Function function, Arguments&&... arguments) {
   const Place place(CORBOT_PLACE_TO_WAIT);
   const corbot_caller caller = caller_of(place);
-  call(corbot_robot_finish, &robot_, begin(function, std::forward<Arguments>(arguments)...), &caller);
+  call(corbot_robot_finish, &robot_, begin(function, caller, std::forward<Arguments>(arguments)...), &caller);
 }
 
 template <class Function, class... Arguments>
 Corbot::Ticket ArmServant::start(Function function, Arguments&&... arguments) {
   const Place place(CORBOT_PLACE_TO_START);
-  return begin(function, std::forward<Arguments>(arguments)...);
+  return begin(function, caller_of(place), std::forward<Arguments>(arguments)...);
 }
 
 template <class Function, class... Arguments>
-Corbot::Ticket ArmServant::begin(Function function, Arguments&&... arguments) {
+Corbot::Ticket ArmServant::begin(Function function, const corbot_caller& caller, Arguments&&... arguments) {
   corbot_ticket ticket = 0;
-  call(function, &robot_, kUnknown, std::forward<Arguments>(arguments)..., &ticket);
+  call(function, &robot_, &caller, std::forward<Arguments>(arguments)..., &ticket);
   return ticket;
 }
 
@@ -146,18 +146,25 @@ void ArmServant::ArtSpeed(CORBA::Long articulation, CORBA::Double percent) {
 }
 void ArmServant::AllSpeed(CORBA::Double percent) { call(corbot_robot_all_speed, &robot_, kUnknown, percent); }
 
-void ArmServant::Stop() { call(corbot_robot_stop, &robot_, kUnknown); }
-void ArmServant::Cancel(Corbot::Ticket id) {
-  call(corbot_robot_cancel, &robot_, kUnknown, corbot_ticket{id});
+template <class Function, class... Arguments>
+void ArmServant::change(corbot_place_kind kind, Function function, Arguments&&... arguments) {
+  const Place place(kind);
+  const corbot_caller caller = caller_of(place);
+  call(function, &robot_, &caller, std::forward<Arguments>(arguments)...);
 }
-void ArmServant::Pause() { call(corbot_robot_pause, &robot_, kUnknown); }
-void ArmServant::Resume() { call(corbot_robot_resume, &robot_, kUnknown); }
+
+void ArmServant::Stop() { change(CORBOT_PLACE_TO_STOP, corbot_robot_stop); }
+void ArmServant::Cancel(Corbot::Ticket id) {
+  change(CORBOT_PLACE_TO_CHANGE, corbot_robot_cancel, corbot_ticket{id});
+}
+void ArmServant::Pause() { change(CORBOT_PLACE_TO_CHANGE, corbot_robot_pause); }
+void ArmServant::Resume() { change(CORBOT_PLACE_TO_CHANGE, corbot_robot_resume); }
 CORBA::Boolean ArmServant::Paused() { return corbot_robot_paused(&robot_) != 0; }
 void ArmServant::Override(CORBA::Double percent) {
-  call(corbot_robot_set_override, &robot_, kUnknown, percent);
+  change(CORBOT_PLACE_TO_CHANGE, corbot_robot_set_override, percent);
 }
 CORBA::Double ArmServant::OverridePercent() { return corbot_robot_override(&robot_); }
-void ArmServant::Clear() { call(corbot_robot_clear, &robot_, kUnknown); }
+void ArmServant::Clear() { change(CORBOT_PLACE_TO_CHANGE, corbot_robot_clear); }
 
 Corbot::Ticket ArmServant::StartMove(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
                                      CORBA::Double t) {

@@ -74,7 +74,10 @@ class ArmServant final : public POA_Corbot::Arm {
   Corbot::Ticket start(Function function, Arguments&&... arguments);
   /// Calls a function of corbot_robot.h that starts a motion.
   template <class Function, class... Arguments>
-  Corbot::Ticket begin(Function function, Arguments&&... arguments);
+  Corbot::Ticket begin(Function function, const corbot_caller& caller, Arguments&&... arguments);
+  /// Takes a place and calls a function of corbot_robot.h that changes how the arm moves.
+  template <class Function, class... Arguments>
+  void change(corbot_place_kind kind, Function function, Arguments&&... arguments);
   Corbot::MotionInfo* info(Corbot::Ticket id, double timeout_s, const corbot_caller* caller);
 
   corbot_robot& robot_;

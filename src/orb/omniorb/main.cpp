@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "net/arrivals.h"
 #include "net/endpoint.h"
 #include "net/giop_probe.h"
 #include "orb/omniorb/arm_servant.h"
@@ -62,8 +63,8 @@ CORBA::ORB_ptr start_orb(const Options& options) {
   // connection to the first is lost.
   if (!options.unix_path.empty()) add("endPointNoPublish", "giop:unix:" + options.unix_path);
   add("unixTransportPermission", "0600");
-  add("threadPerConnectionPolicy", "1");       // a pool can be starved by half-sent requests
-  add("maxServerThreadPerConnection", "100");  // for clients that put all their calls on one connection
+  add("threadPerConnectionPolicy", "1");      // a pool can be starved by half-sent requests
+  add("maxServerThreadPerConnection", "32");  // for clients that put all their calls on one connection
   // How soon such a client's next call is seen while one of its calls waits, microseconds. The default of 50
   // ms held a Stop up by as much; connectionWatchImmediate costs every read 10 us.
   add("connectionWatchPeriod", "5000");
@@ -87,6 +88,21 @@ void flush_replies() {
     std::this_thread::sleep_for(1ms);
   std::this_thread::sleep_for(kReplyWritten);
 }
+
+/// Requests are numbered by the stops that came before them, as long as the object lives.
+class Arrivals {
+ public:
+  explicit Arrivals(corbot_robot& robot) {
+    corbot_arrivals_start(
+        [](void* of, std::uint64_t* all, std::uint64_t* by_others) {
+          corbot_robot_stops(static_cast<const corbot_robot*>(of), all, by_others);
+        },
+        &robot);
+  }
+  Arrivals(const Arrivals&) = delete;
+  Arrivals& operator=(const Arrivals&) = delete;
+  ~Arrivals() { corbot_arrivals_end(); }
+};
 
 /// The servant's own client: whether a request gets through to the ORB.
 class Probe {
@@ -123,8 +139,9 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
     spdlog::warn("listening on {}: anyone who reaches it can move the robot", options.host);
   }
   corbot_connections_start();
+  const Arrivals arrivals(robot);
   CORBA::ORB_var orb = start_orb(options);
-  note_connections();
+  note_requests();
   CORBA::Object_var object = orb->resolve_initial_references("omniINSPOA");
   PortableServer::POA_var poa = PortableServer::POA::_narrow(object);
   ArmServant servant(robot);

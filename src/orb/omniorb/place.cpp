@@ -15,11 +15,14 @@
 
 #include <arm.hh>
 
+#include "net/arrivals.h"
+
 namespace corbot::omni {
 namespace {
 
 /// Of the request that this thread carries out.
 thread_local corbot_connection connection{-1, 0};
+thread_local std::uint64_t arrived_at = 0;
 
 int descriptor_of(::omni::giopConnection* of) {
   if (const auto* tcp = dynamic_cast<const ::omni::tcpConnection*>(of)) return tcp->handle();
@@ -29,20 +32,29 @@ int descriptor_of(::omni::giopConnection* of) {
 
 CORBA::Boolean note(::omni::omniInterceptors::serverReceiveRequest_T::info_T& info) {
   connection = corbot_connection_used(descriptor_of(info.giop_s.strand().connection));
+  arrived_at = corbot_arrival();  // this thread has read the request, from its own connection
   return true;
 }
 
 int take(corbot_place_kind kind) {
   int capacity = 0;
   const int place = corbot_place_take(kind, connection, &capacity);
-  if (place < 0) throw Corbot::QueueFull(capacity);
-  return place;
+  if (place >= 0 || kind == CORBOT_PLACE_TO_STOP) return place;
+  if (kind == CORBOT_PLACE_TO_CHANGE) throw Corbot::NotReady(kChangesRefused);
+  throw Corbot::QueueFull(capacity);
 }
 
 }  // namespace
 
-Place::Place(corbot_place_kind kind) : place_(take(kind)) {}
+Place::Place(corbot_place_kind kind) : place_(take(kind)), connection_(connection), stops_(arrived_at) {
+  if (place_ < 0) is_counted_ = corbot_connection_begin_call(connection_);
+}
 
-void note_connections() { ::omniORB::getInterceptors()->serverReceiveRequest.add(note); }
+Place::~Place() {
+  if (place_ >= 0) corbot_place_free(place_);
+  if (is_counted_) corbot_connection_end_call(connection_);
+}
+
+void note_requests() { ::omniORB::getInterceptors()->serverReceiveRequest.add(note); }
 
 }  // namespace corbot::omni

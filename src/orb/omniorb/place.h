@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+
 #include "net/places.h"
 
 namespace corbot::omni {
@@ -8,21 +10,27 @@ namespace corbot::omni {
 /// The place of a call of the present thread, as long as the object lives.
 class Place {
  public:
-  /// Throws Corbot::QueueFull when there is none.
+  /// Throws the exception that the interface names when there is none: Corbot::QueueFull, or Corbot::NotReady
+  /// for what changes how the arm moves. A Stop goes on without one.
   explicit Place(corbot_place_kind kind);
   Place(const Place&) = delete;
   Place& operator=(const Place&) = delete;
-  ~Place() { corbot_place_free(place_); }
+  ~Place();
 
   /// Whether the client is still there.
-  [[nodiscard]] bool is_wanted() const { return corbot_place_wanted(place_); }
+  [[nodiscard]] bool is_wanted() const { return place_ < 0 || corbot_place_wanted(place_); }
+  /// The number of stops when the call's request arrived.
+  [[nodiscard]] std::uint64_t stops() const { return stops_; }
 
  private:
   int place_;
+  corbot_connection connection_;
+  bool is_counted_{false};  // as a call of that connection, without a place
+  std::uint64_t stops_;
 };
 
-/// From now on each thread of the ORB knows on which connection the request came that it carries out. After
-/// the ORB's start, before it serves.
-void note_connections();
+/// From now on each thread of the ORB knows on which connection the request came that it carries out, and
+/// how many stops there were then. After the ORB's start, before it serves.
+void note_requests();
 
 }  // namespace corbot::omni

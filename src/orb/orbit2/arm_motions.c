@@ -22,7 +22,9 @@ static bool has_place(PortableServer_Servant servant, CORBA_Environment* ev) {
     case kTargetRefuseStart:
       raise_queue_full(CORBOT_STARTING, ev);
       return false;
-    case kTargetAtOnce: /* no such call is sent there */
+    case kTargetRefuseChange: /* no such call is sent there */
+    case kTargetJoinStop:
+    case kTargetAtOnce:
       CORBA_exception_set_system(ev, ex_CORBA_INTERNAL, CORBA_COMPLETED_NO);
       return false;
     default:
@@ -34,14 +36,16 @@ static bool has_place(PortableServer_Servant servant, CORBA_Environment* ev) {
 static int caller_present(void* servant) { return corbot_place_wanted(self_of(servant)->target) ? 1 : 0; }
 
 static corbot_caller caller_of(PortableServer_Servant servant) {
-  const corbot_caller caller = {caller_present, servant, NULL, NULL};
+  const corbot_caller caller = {caller_present, servant, NULL, NULL,
+                                requests_arrival(self_of(servant)->target)};
   return caller;
 }
 
 /* The end of every operation that starts a motion. */
 static Corbot_Ticket started(PortableServer_Servant servant, corbot_status status,
                              const corbot_ticket* ticket, const corbot_error* error, CORBA_Environment* ev) {
-  if (self_of(servant)->target >= CORBOT_WAITING) requests_leave(self_of(servant)->target);
+  if (self_of(servant)->target >= CORBOT_WAITING && self_of(servant)->target < CORBOT_PLACES)
+    requests_leave(self_of(servant)->target);
   if (status == CORBOT_OK) return *ticket;
   raise_failure(error, ev);
   return 0;

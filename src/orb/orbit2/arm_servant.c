@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "orb/orbit2/arm_bounded.h"
 #include "orb/orbit2/arm_immediate.h"
 #include "orb/orbit2/arm_motions.h"
 
@@ -14,6 +15,7 @@ static POA_Corbot_Arm__vepv vepv = {&base_epv, &robot_epv, &arm_epv};
 void arm_servant_init(ArmServant* servant, corbot_robot* robot, int target, CORBA_Environment* ev) {
   arm_set_motions(&robot_epv, &arm_epv);
   arm_set_immediate(&robot_epv, &arm_epv);
+  arm_bound(&arm_epv);
   memset(servant, 0, sizeof(*servant));
   servant->base.vepv = &vepv;
   servant->robot = robot;

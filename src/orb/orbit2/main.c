@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "net/arrivals.h"
 #include "net/giop_probe.h"
 #include "orb/orbit2/arm_servant.h"
 #include "orb/orbit2/ior.h"
@@ -94,6 +95,10 @@ static void run(const Orb* orb, const Options* options, const char* name, corbot
   g_free(reference);
 }
 
+static void count_stops(void* robot, uint64_t* all, uint64_t* by_others) {
+  corbot_robot_stops(robot, all, by_others);
+}
+
 static void warn(const char* text) { log_warning("%s", text); }
 
 static bool serve(const Options* options, corbot_robot* robot, const char* name) {
@@ -102,10 +107,12 @@ static bool serve(const Options* options, corbot_robot* robot, const char* name)
   CORBA_exception_init(&ev);
   for (int i = 0; i < kTargets; ++i) arm_servant_init(&servants[i], robot, i, &ev);
   Orb orb;
+  corbot_arrivals_start(count_stops, robot);
   const bool served = orb_succeeded(&ev, "no servant") && orb_start(&orb, options) &&
                       orb_serve(&orb, options, servants, name);
   if (served) run(&orb, options, name, robot);
   orb_end(&orb);
+  corbot_arrivals_end();
   for (int i = 0; i < kTargets; ++i) arm_servant_fini(&servants[i], &ev);
   CORBA_exception_free(&ev);
   return served;

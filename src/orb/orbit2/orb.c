@@ -135,6 +135,8 @@ static void create_poas(Orb* orb, CORBA_Environment* ev) {
   orb->poa = new_poa(orb, "robots", ORBIT_THREAD_HINT_PER_REQUEST, ev);
   if (ev->_major != CORBA_NO_EXCEPTION) return;
   orb->refusing = new_poa(orb, "refusing", ORBIT_THREAD_HINT_PER_POA, ev);
+  if (ev->_major != CORBA_NO_EXCEPTION) return;
+  orb->joining = new_poa(orb, "joining", ORBIT_THREAD_HINT_PER_POA, ev);
 }
 
 bool orb_start(Orb* orb, const Options* options) {
@@ -159,10 +161,14 @@ static bool is_served(const Options* options, const char* name) {
   return good;
 }
 
+static PortableServer_POA poa_for(const Orb* orb, int target) {
+  if (target < CORBOT_PLACES || target == kTargetAtOnce) return orb->poa;
+  return target == kTargetJoinStop ? orb->joining : orb->refusing;
+}
+
 /* Activates one servant; the key of its object, NULL when that fails. */
 static GByteArray* activate(Orb* orb, ArmServant* servant, CORBA_Environment* ev) {
-  const bool refuses = servant->target >= CORBOT_PLACES && servant->target != kTargetAtOnce;
-  PortableServer_POA poa = refuses ? orb->refusing : orb->poa;
+  PortableServer_POA poa = poa_for(orb, servant->target);
   PortableServer_ObjectId* id = PortableServer_POA_activate_object(poa, servant, ev);
   if (!orb_succeeded(ev, "the servant cannot be activated")) return NULL;
   CORBA_Object object = PortableServer_POA_servant_to_reference(poa, servant, ev);
@@ -184,7 +190,7 @@ static bool activate_all(Orb* orb, ArmServant servants[kTargets], const char* na
     keys[i] = activate(orb, &servants[i], ev);
     good = keys[i] != NULL;
   }
-  if (good) requests_serve(name, keys);
+  if (good) requests_serve(name, keys, servants[0].robot);
   for (int i = 0; i < kTargets; ++i) {
     if (keys[i] != NULL) g_byte_array_unref(keys[i]);
   }
@@ -220,6 +226,7 @@ void orb_end(Orb* orb) {
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
   if (orb->orb != NULL) {
+    CORBA_Object_release((CORBA_Object)orb->joining, &ev);
     CORBA_Object_release((CORBA_Object)orb->refusing, &ev);
     CORBA_Object_release((CORBA_Object)orb->poa, &ev);
     CORBA_Object_release((CORBA_Object)orb->root, &ev);

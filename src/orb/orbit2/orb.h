@@ -8,13 +8,14 @@
 #include "orb/orbit2/options.h"
 #include "orb/orbit2/requests.h"
 
-/* An ORB that listens, a POA whose objects several threads serve at once, and one that has a single thread,
- * for calls that are refused. */
+/* An ORB that listens, a POA whose objects several threads serve at once, and two that have a single thread
+ * each, for calls that are refused and for Stops that wait with another's. */
 typedef struct Orb {
   CORBA_ORB orb;
   PortableServer_POA root;
   PortableServer_POA poa;
   PortableServer_POA refusing;
+  PortableServer_POA joining;
 } Orb;
 
 /* False, and the reason in the log, when that cannot be. */

@@ -8,6 +8,8 @@
 #include <stdatomic.h>
 #include <string.h>
 
+#include "net/arrivals.h"
+
 /* Exported by ORBit2, declared in none of its public headers. */
 extern CORBA_sequence_CORBA_octet* giop_recv_buffer_get_objkey(void* request);
 extern char* giop_recv_buffer_get_opname(void* request);
@@ -33,6 +35,8 @@ static GByteArray* keys[kTargets];
 static _Thread_local int reading_fd = -1;
 /* The request whose call has the place; NULL: none, or it is over. */
 static void* _Atomic holders[CORBOT_PLACES];
+static uint64_t _Atomic arrivals[CORBOT_PLACES];
+static corbot_robot* served_robot;
 
 static const char kDescriptor[] = "corbot-descriptor";
 
@@ -43,10 +47,13 @@ static void* own(const char* function) {
   return found;
 }
 
-void requests_serve(const char* name, GByteArray* const targets[kTargets]) {
+void requests_serve(const char* name, GByteArray* const targets[kTargets], corbot_robot* robot) {
   served_name = g_strdup(name);
+  served_robot = robot;
   for (int i = 0; i < kTargets; ++i) keys[i] = g_byte_array_ref(targets[i]);
 }
+
+uint64_t requests_arrival(int place) { return atomic_load(&arrivals[place]); }
 
 void requests_leave(int place) {
   if (atomic_exchange(&holders[place], NULL) != NULL) corbot_place_free(place);
@@ -84,10 +91,21 @@ static int target_of(void* request) {
   int capacity = 0;
   const int place = corbot_place_take(kind, connection, &capacity);
   if (place >= 0) {
+    atomic_store(&arrivals[place], corbot_arrival()); /* this thread has just read it */
     atomic_store(&holders[place], request);
     return place;
   }
-  if (kind == CORBOT_PLACE_TO_START) return kTargetRefuseStart;
+  switch (kind) {
+    case CORBOT_PLACE_TO_START:
+      return kTargetRefuseStart;
+    case CORBOT_PLACE_TO_CHANGE:
+      return kTargetRefuseChange;
+    case CORBOT_PLACE_TO_STOP:
+      corbot_robot_request_stop(served_robot);
+      return kTargetJoinStop;
+    case CORBOT_PLACE_TO_WAIT:
+      break;
+  }
   return capacity == CORBOT_WAITING_A_HOST ? kTargetRefuseHost : kTargetRefuseWait;
 }
 

@@ -5,6 +5,7 @@
 #include <glib.h>
 
 #include "net/places.h"
+#include "robot/corbot_robot.h"
 
 /* Between ORBit2's I/O thread and its object adaptors. ORBit2 gives its objects keys that end with the
  * process, and would serve a key of our choice only by forwarding the client (LOCATION_FORWARD); a client's
@@ -13,19 +14,24 @@
  * request for the robot's name is given the key of one of the objects below and goes on as if it had come
  * with that. */
 
-/* The objects, all for the same robot. A call that waits for a motion, or starts one, has a place, and an
- * object for that place; one that finds no place goes to an object that refuses it, all of those served by
- * one thread. */
+/* The objects, all for the same robot. A call that does not return at once has a place, and an object for
+ * that place; one that finds no place goes to an object that refuses it, all of those served by one thread.
+ * A Stop without a place is counted when it arrives, and goes to an object that waits for its end, with a
+ * thread of its own. */
 enum {
   kTargetRefuseHost = CORBOT_PLACES, /* this host's places are taken */
   kTargetRefuseWait,                 /* all are */
   kTargetRefuseStart,
+  kTargetRefuseChange,
+  kTargetJoinStop,
   kTargetAtOnce, /* whatever needs no place */
   kTargets
 };
 
 /* Requests for `name` go to the objects with these keys, which are kept. Before the ORB listens. */
-void requests_serve(const char* name, GByteArray* const keys[kTargets]);
+void requests_serve(const char* name, GByteArray* const keys[kTargets], corbot_robot* robot);
+/* The number of stops when the request arrived whose call has this place. */
+uint64_t requests_arrival(int place);
 /* The call of this place is over; without effect when that is known. */
 void requests_leave(int place);
 

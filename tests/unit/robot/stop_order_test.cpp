@@ -60,6 +60,30 @@ TEST_F(StopOrder, WhatEnteredBeforeAStopIsStopped) {
   EXPECT_EQ(later.status, CORBOT_OK) << later.text;
 }
 
+TEST_F(StopOrder, WhatArrivedBeforeAStopIsStoppedHoweverLateItsThreadBegins) {
+  task_.change([](Snapshot& now) { now.stops_done = 1; });  // another process's
+  const StopCounts arrival = robot_->stops();
+  EXPECT_EQ(arrival.all, 1u);
+  EXPECT_EQ(arrival.by_others, 1u);
+  other_ = std::thread([this] { EXPECT_EQ(status_of([&] { robot_->stop(); }), CORBOT_OK); });
+  ASSERT_TRUE(wait_until(within(30), [&] { return task_.stop_count() == 2; }));
+  end_stops();
+  other_.join();
+  EXPECT_EQ(try_accept(DwellRequest{1.0}, arrival.all).status, CORBOT_STOPPED);
+  EXPECT_EQ(task_.queued(), 0u);
+  EXPECT_EQ(robot_->stops().by_others, 1u) << "its own";
+  const Outcome later = try_accept(DwellRequest{1.0}, robot_->stops().all);
+  EXPECT_EQ(later.status, CORBOT_OK) << later.text;
+}
+
+TEST_F(StopOrder, ManyStopsAreAwaitedTogether) {
+  for (int i = 0; i < 3; ++i) robot_->request_stop();
+  EXPECT_EQ(task_.stop_count(), 3u) << "counted at once";
+  other_ = std::thread([this] { EXPECT_EQ(status_of([&] { robot_->await_requested_stops(); }), CORBOT_OK); });
+  end_stops();
+  other_.join();
+}
+
 TEST_F(StopOrder, WhatCameAfterTheStopWaitsForItsEnd) {
   enter_all();
   end_stops();

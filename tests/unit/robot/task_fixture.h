@@ -41,8 +41,8 @@ struct TaskEnd {
   ChannelServer server;  // its thread uses all of the above
 };
 
-/// A real-time task whose every answer the test gives. While it runs, its cycle number rises, and it works for the
-/// servant that connects.
+/// A real-time task whose every answer the test gives. While it runs, its cycle number rises, and it works
+/// for the servant that connects.
 class FakeTask {
  public:
   FakeTask(const std::string& name, const ArmModel& arm) : name_(name), arm_(arm) { adopt(); }
@@ -192,9 +192,9 @@ class TaskTest : public ::testing::Test {
     std::string text;
     corbot_ticket ticket;
   };
-  Outcome try_accept(const MotionRequest& request) {
+  Outcome try_accept(const MotionRequest& request, std::uint64_t arrival = 0) {
     try {
-      return {CORBOT_OK, "", robot_->accept(request)};
+      return {CORBOT_OK, "", robot_->accept(request, arrival)};
     } catch (const CallError& refused) {
       return {refused.error.status, refused.error.text, 0};
     }

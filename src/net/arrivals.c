@@ -1,0 +1,226 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#define _GNU_SOURCE
+#undef _FORTIFY_SOURCE /* would define read() and recv() in the headers */
+#include "net/arrivals.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { kHeader = 12, kFlags = 6, kSize = 8 };
+
+static const int64_t kTick_ns = 100000000;
+static const int64_t kGap_ns = 1000000000;
+/* What is accepted so soon after a gap was waiting to be. */
+static const int kTicksAfterGap = 10;
+
+/* Where in its messages a connection is. The ORB has one thread read at a time. */
+typedef struct Stream {
+  _Atomic bool open;
+  bool unframed; /* no GIOP: the ORB will close it */
+  int header_count;
+  unsigned char header[kHeader];
+  uint32_t body_left;
+  /* What could be read after a gap, and the number that it has. */
+  _Atomic int old_bytes;
+  _Atomic uint64_t old_stops;
+} Stream;
+
+static Stream streams[CORBOT_DESCRIPTORS];
+static _Thread_local uint64_t arrival;
+
+static corbot_count_stops _Atomic count_stops;
+static void* count_context;
+
+static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER; /* of what follows */
+static pthread_cond_t end_requested = PTHREAD_COND_INITIALIZER;
+static pthread_t ticker;
+static bool is_ticking;
+static bool end;
+static _Atomic int64_t ran_ns;  /* when this process was last seen to run; 0: not started */
+static uint64_t by_others_then; /* stops at that time */
+static int ticks_after_gap;
+static uint64_t by_others_before_gap;
+
+static int64_t now_ns(void) {
+  struct timespec now;
+  (void)clock_gettime(CLOCK_MONOTONIC, &now);
+  return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+}
+
+static void count(uint64_t* all, uint64_t* by_others) {
+  *all = *by_others = 0;
+  corbot_count_stops function = atomic_load(&count_stops);
+  if (function != NULL) function(count_context, all, by_others);
+}
+
+/* What can be read there has the number from before the gap; the stops that this process counts it counts while
+ * it runs. With the mutex held. */
+static void mark_old(int fd) {
+  int bytes = 0;
+  if (ioctl(fd, FIONREAD, &bytes) != 0 || bytes <= 0) return;
+  uint64_t all = 0;
+  uint64_t by_others = 0;
+  count(&all, &by_others);
+  atomic_store(&streams[fd].old_stops, all - by_others + by_others_before_gap);
+  atomic_store(&streams[fd].old_bytes, bytes);
+}
+
+/* Whether this process has run lately, and the stops now. Whoever runs first after a gap comes here before
+ * anything is read. The stops are counted before the clock is read: a freeze in between is a gap, and one after
+ * it is a gap for the next look. With the mutex held. */
+static void look(void) {
+  uint64_t all = 0;
+  uint64_t by_others = 0;
+  count(&all, &by_others);
+  const int64_t now = now_ns();
+  const int64_t ran = atomic_load(&ran_ns);
+  if (ran != 0 && now - ran >= kGap_ns) {
+    by_others_before_gap = by_others_then;
+    ticks_after_gap = kTicksAfterGap;
+    for (int fd = 0; fd < CORBOT_DESCRIPTORS; ++fd) {
+      if (atomic_load(&streams[fd].open)) mark_old(fd);
+    }
+  }
+  by_others_then = by_others;
+  atomic_store(&ran_ns, now);
+}
+
+static void* tick(void* unused) {
+  (void)unused;
+  pthread_mutex_lock(&mutex);
+  while (!end) {
+    look();
+    if (ticks_after_gap > 0) --ticks_after_gap;
+    struct timespec until;
+    (void)clock_gettime(CLOCK_MONOTONIC, &until);
+    const int64_t at_ns = (int64_t)until.tv_sec * 1000000000 + until.tv_nsec + kTick_ns;
+    until.tv_sec = (time_t)(at_ns / 1000000000);
+    until.tv_nsec = (long)(at_ns % 1000000000);
+    if (!end) (void)pthread_cond_clockwait(&end_requested, &mutex, CLOCK_MONOTONIC, &until);
+  }
+  pthread_mutex_unlock(&mutex);
+  return NULL;
+}
+
+void corbot_arrivals_start(corbot_count_stops function, void* context) {
+  count_context = context;
+  atomic_store(&count_stops, function);
+  pthread_mutex_lock(&mutex);
+  end = false;
+  is_ticking = pthread_create(&ticker, NULL, tick, NULL) == 0;
+  pthread_mutex_unlock(&mutex);
+}
+
+void corbot_arrivals_end(void) {
+  pthread_mutex_lock(&mutex);
+  const bool joins = is_ticking;
+  is_ticking = false;
+  end = true;
+  pthread_cond_signal(&end_requested);
+  pthread_mutex_unlock(&mutex);
+  if (joins) pthread_join(ticker, NULL);
+  atomic_store(&ran_ns, 0);
+  atomic_store(&count_stops, NULL);
+}
+
+uint64_t corbot_arrival(void) { return arrival; }
+
+void corbot_arrivals_opened(int fd) {
+  Stream* stream = &streams[fd];
+  stream->unframed = false;
+  stream->header_count = 0;
+  stream->body_left = 0;
+  atomic_store(&stream->old_bytes, 0);
+  pthread_mutex_lock(&mutex);
+  if (is_ticking) look();
+  if (ticks_after_gap > 0) mark_old(fd);
+  atomic_store(&stream->open, true);
+  pthread_mutex_unlock(&mutex);
+}
+
+void corbot_arrivals_closed(int fd) { atomic_store(&streams[fd].open, false); }
+
+/* No more than belongs to one message, so that whoever reads is whoever carries it out. */
+static size_t within_message(const Stream* stream, size_t size) {
+  if (stream->unframed) return size;
+  const size_t left = stream->body_left > 0 ? stream->body_left : (size_t)(kHeader - stream->header_count);
+  return size < left ? size : left;
+}
+
+static void follow(Stream* stream, const unsigned char* bytes, size_t size) {
+  if (stream->unframed) return;
+  if (stream->body_left > 0) {
+    stream->body_left -= (uint32_t)size;
+    return;
+  }
+  memcpy(stream->header + stream->header_count, bytes, size);
+  stream->header_count += (int)size;
+  if (stream->header_count < kHeader) return;
+  stream->header_count = 0;
+  const bool little_endian = (stream->header[kFlags] & 1) != 0;
+  for (int i = 0; i < 4; ++i)
+    stream->body_left |= (uint32_t)stream->header[kSize + i] << (little_endian ? 8 * i : 24 - 8 * i);
+  stream->unframed = memcmp(stream->header, "GIOP", 4) != 0;
+}
+
+static uint64_t number_of(Stream* stream, ssize_t size, uint64_t stops) {
+  const int old = atomic_load(&stream->old_bytes);
+  if (old <= 0) return stops;
+  atomic_fetch_sub(&stream->old_bytes, (int)(size < old ? size : old));
+  return atomic_load(&stream->old_stops);
+}
+
+static ssize_t receive(int fd, void* bytes, size_t size, int flags) {
+  Stream* stream = &streams[fd];
+  size = within_message(stream, size);
+  for (;;) {
+    /* In this order: a freeze or a Stop between any two of these makes the number too old, never too new. */
+    uint64_t stops = 0;
+    uint64_t by_others = 0;
+    count(&stops, &by_others);
+    const int64_t ran = atomic_load(&ran_ns);
+    if (ran != 0 && now_ns() - ran >= kGap_ns) {
+      pthread_mutex_lock(&mutex);
+      look();
+      pthread_mutex_unlock(&mutex);
+    }
+    const ssize_t received = recvfrom(fd, bytes, size, flags | MSG_DONTWAIT, NULL, NULL);
+    if (received > 0) {
+      follow(stream, bytes, (size_t)received);
+      arrival = number_of(stream, received, stops);
+    }
+    if (received >= 0 || (errno != EAGAIN && errno != EWOULDBLOCK) || (flags & MSG_DONTWAIT) != 0)
+      return received;
+    if ((fcntl(fd, F_GETFL) & O_NONBLOCK) != 0) {
+      errno = EAGAIN;
+      return -1;
+    }
+    struct pollfd polled = {fd, POLLIN, 0};
+    if (poll(&polled, 1, -1) < 0) return -1;
+  }
+}
+
+static bool is_ours(int fd) {
+  return fd >= 0 && fd < CORBOT_DESCRIPTORS && atomic_load_explicit(&streams[fd].open, memory_order_acquire);
+}
+
+/* Instead of the C library's, for the ORB; declared as there. */
+ssize_t recv(int fd, void* bytes, size_t size, int flags) {
+  if (is_ours(fd) && (flags & ~MSG_DONTWAIT) == 0) return receive(fd, bytes, size, flags);
+  return recvfrom(fd, bytes, size, flags, NULL, NULL);
+}
+
+ssize_t read(int fd, void* bytes, size_t size) {
+  if (is_ours(fd)) return receive(fd, bytes, size, 0);
+  return syscall(SYS_read, fd, bytes, size);
+}

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "orb/orbit2/arm_bounded.h"
+
+#include <string.h>
+
+#include "orb/orbit2/arm_instance.h"
+#include "orb/orbit2/raise.h"
+#include "orb/orbit2/requests.h"
+
+static POA_Corbot_Arm__epv inner;
+
+static bool is_refused(PortableServer_Servant servant, CORBA_Environment* ev) {
+  if (self_of(servant)->target < CORBOT_PLACES) return false;
+  corbot_error error = {.status = CORBOT_NOT_READY, .joint = -1};
+  strncpy(error.text, kChangesRefused, sizeof(error.text) - 1);
+  raise_failure(&error, ev);
+  return true;
+}
+
+static void stop(PortableServer_Servant servant, CORBA_Environment* ev) {
+  if (self_of(servant)->target == kTargetJoinStop) {
+    corbot_error error;
+    if (corbot_robot_await_stops(self_of(servant)->robot, &error) != CORBOT_OK) raise_failure(&error, ev);
+    return;
+  }
+  inner.Stop(servant, ev);
+  requests_leave(self_of(servant)->target);
+}
+
+static void cancel(PortableServer_Servant servant, Corbot_Ticket id, CORBA_Environment* ev) {
+  if (is_refused(servant, ev)) return;
+  inner.Cancel(servant, id, ev);
+  requests_leave(self_of(servant)->target);
+}
+
+static void pause_motion(PortableServer_Servant servant, CORBA_Environment* ev) {
+  if (is_refused(servant, ev)) return;
+  inner.Pause(servant, ev);
+  requests_leave(self_of(servant)->target);
+}
+
+static void resume(PortableServer_Servant servant, CORBA_Environment* ev) {
+  if (is_refused(servant, ev)) return;
+  inner.Resume(servant, ev);
+  requests_leave(self_of(servant)->target);
+}
+
+static void set_override(PortableServer_Servant servant, CORBA_double percent, CORBA_Environment* ev) {
+  if (is_refused(servant, ev)) return;
+  inner.Override(servant, percent, ev);
+  requests_leave(self_of(servant)->target);
+}
+
+static void clear(PortableServer_Servant servant, CORBA_Environment* ev) {
+  if (is_refused(servant, ev)) return;
+  inner.Clear(servant, ev);
+  requests_leave(self_of(servant)->target);
+}
+
+void arm_bound(POA_Corbot_Arm__epv* arm) {
+  inner = *arm;
+  arm->Stop = stop;
+  arm->Cancel = cancel;
+  arm->Pause = pause_motion;
+  arm->Resume = resume;
+  arm->Override = set_override;
+  arm->Clear = clear;
+}

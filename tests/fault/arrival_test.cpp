@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0 What had arrived before a Stop is not carried out after it, also where
+// nobody knows when it arrived: the servant was frozen.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <fstream>
+#include <string>
+
+#include <fmt/core.h>
+
+#include "shm/channel_client.h"
+#include "support/giop.h"
+#include "support/robot_rig.h"
+
+namespace corbot::test {
+namespace {
+
+constexpr std::uint32_t kResult = 0;
+constexpr std::uint32_t kUserException = 1;
+
+class Arrival : public RobotRig {
+ protected:
+  void TearDown() override {
+    if (servant_) servant_->signal(SIGCONT);
+    RobotRig::TearDown();
+  }
+  /// Until every thread of it has stopped.
+  void freeze() {
+    servant_->signal(SIGSTOP);
+    ASSERT_TRUE(wait_until(within(30), [&] {
+      std::ifstream stream(fmt::format("/proc/{}/stat", servant_->pid()));
+      const std::string text{std::istreambuf_iterator<char>{stream}, {}};
+      const std::size_t state = text.rfind(") ");
+      return state != std::string::npos && text[state + 2] == 'T';
+    }));
+    frozen_at_ = std::chrono::steady_clock::now();
+  }
+  /// After more than a second.
+  void thaw() {
+    const auto until = frozen_at_ + std::chrono::milliseconds(1500);
+    ASSERT_TRUE(wait_until(within(30), [&] { return std::chrono::steady_clock::now() > until; }));
+    servant_->signal(SIGCONT);
+  }
+  /// As `corbot stop` does on the robot's machine.
+  void stop_without_servant() {
+    StopPort port = StopPort::of(name_);
+    port.request();
+    ASSERT_TRUE(wait_until(within(30), [&] { return port.outcome() == StopPort::Outcome::kAtRest; }));
+  }
+  static std::string request(std::uint32_t id, const std::string& name) {
+    return giop_request(id, name, "StartDelay", {600.0});
+  }
+  static void expect_stopped(RawConnection& connection, const std::string& which) {
+    const auto reply = connection.reply(within(30));
+    ASSERT_TRUE(reply) << which;
+    EXPECT_EQ(reply->status, kUserException) << which;
+    EXPECT_NE(reply->body.find("Corbot/Stopped"), std::string::npos) << which;
+  }
+
+  std::chrono::steady_clock::time_point frozen_at_;
+};
+
+TEST_F(Arrival, WhatLayInTheSocketsOfAFrozenServantIsStopped) {
+  RawConnection known(port_);
+  ASSERT_TRUE(known.send(giop_request(1, name_, "OverridePercent")));  // no such operation, but an answer
+  ASSERT_TRUE(known.reply(within(30)));
+  freeze();
+  if (HasFatalFailure()) return;
+  ASSERT_TRUE(known.send(request(2, name_)));
+  RawConnection waiting(port_);  // to be accepted
+  ASSERT_TRUE(waiting.send(request(3, name_)));
+  stop_without_servant();
+  thaw();
+  if (HasFatalFailure()) return;
+  expect_stopped(known, "an open connection");
+  expect_stopped(waiting, "one that had not been accepted");
+  ASSERT_TRUE(known.send(request(4, name_)));
+  const auto later = known.reply(within(30));
+  ASSERT_TRUE(later);
+  EXPECT_EQ(later->status, kResult) << "what is sent after the thaw";
+  arm_->Stop();
+}
+
+TEST_F(Arrival, WithoutAStopMeanwhileAFreezeCostsNothing) {
+  arm_->Stop();  // counted by the servant itself
+  RawConnection known(port_);
+  ASSERT_TRUE(known.send(giop_request(1, name_, "OverridePercent")));
+  ASSERT_TRUE(known.reply(within(30)));
+  freeze();
+  if (HasFatalFailure()) return;
+  ASSERT_TRUE(known.send(request(2, name_)));
+  thaw();
+  if (HasFatalFailure()) return;
+  const auto reply = known.reply(within(30));
+  ASSERT_TRUE(reply);
+  EXPECT_EQ(reply->status, kResult);
+  arm_->Stop();
+}
+
+}  // namespace
+}  // namespace corbot::test
