@@ -10,10 +10,10 @@
 #include <string>
 #include <thread>
 
+#include "corbot/running_time.h"
 #include "notify/service_notifier.h"
 #include "robot/alarm_log.h"
 #include "robot/link.h"
-#include "robot/running_time.h"
 
 namespace corbot {
 

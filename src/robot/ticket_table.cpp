@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "robot/running_time.h"
+#include "corbot/running_time.h"
 
 namespace corbot {
 namespace {

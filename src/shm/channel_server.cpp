@@ -12,6 +12,8 @@
 #include <cstring>
 #include <vector>
 
+#include "corbot/running_time.h"
+
 namespace corbot {
 namespace {
 
@@ -63,7 +65,8 @@ std::optional<Segment<const TaskSegment>> ChannelServer::await_predecessor(
     std::chrono::milliseconds window, const std::atomic<bool>& cancelled) {
   using Clock = std::chrono::steady_clock;
   constexpr std::chrono::milliseconds kStep{20};
-  for (const auto deadline = Clock::now() + window; Clock::now() < deadline && !cancelled.load();) {
+  RunningTime waited(2 * kStep, Clock::now());
+  while (waited.look(Clock::now()) < window && !cancelled.load()) {
     std::vector<pollfd> waiting{{listening_->socket.get(), POLLIN, 0}};
     for (const Peer& peer : peers_) {
       if (!peer.hello) waiting.push_back({peer.connection.get(), POLLIN, 0});

@@ -40,7 +40,7 @@ TEST_F(Device, ALostDeviceIsReportedUntilAClear) {
                                     "(alarm: the servo device is lost: it does not answer"),
                           HasSubstr("ssc32, open"), Not(HasSubstr("fix the cause"))));
   EXPECT_TRUE(wait_until(within(30), [&] { return corbot({"clear"}).code == 0; }));
-  EXPECT_THAT(corbot({"status"}).output, Not(HasSubstr("121")));
+  EXPECT_THAT(corbot({"status"}).output, Not(HasSubstr("121 the servo device")));
   EXPECT_EQ(supervisor_->terminate(), 0) << supervisor_->errors();
   supervisor_.reset();
   EXPECT_EQ(emulator.terminate(), 0);

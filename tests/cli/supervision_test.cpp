@@ -131,7 +131,7 @@ TEST_F(Supervision, AKilledRealTimeTaskIsRestartedWhereTheArmWas) {
 }
 
 TEST_F(Supervision, AFrozenServantIsReplaced) {
-  up({}, responding_within(1));
+  up({}, responding_within(4));
   const pid_t first = pid_of("servant_pid");
   const pid_t rt = pid_of("rt_pid");
   ASSERT_EQ(::kill(first, SIGSTOP), 0);
@@ -143,12 +143,12 @@ TEST_F(Supervision, AFrozenServantIsReplaced) {
   EXPECT_TRUE(works()) << "without a person's Clear";
   EXPECT_EQ(pid_of("rt_pid"), rt);
   EXPECT_THAT(supervisor_->errors(),
-              AllOf(HasSubstr("servant (pid " + std::to_string(first) + ") has not responded for 1 s"),
+              AllOf(HasSubstr("servant (pid " + std::to_string(first) + ") has not responded for 4 s"),
                     HasSubstr("servant restarted")));
 }
 
 TEST_F(Supervision, AFrozenTaskIsReplacedInErrorUntilClear) {
-  up({}, responding_within(1));
+  up({}, responding_within(4));
   ASSERT_EQ(corbot({"joints", "30", "0", "0", "0"}).code, 0);
   const pid_t first = pid_of("rt_pid");
   const pid_t servant = pid_of("servant_pid");

@@ -13,6 +13,7 @@ namespace corbot::test {
 namespace {
 
 constexpr std::int64_t kPeriod_ns = 1'000'000;
+constexpr std::int64_t kLatest_ns = 5 * kPeriod_ns;
 
 std::int64_t now_ns() noexcept {
   timespec time{};
@@ -71,25 +72,28 @@ void Driver::run() noexcept {
   (void)pose_.load(at);
   Pose from = at;
   Motion motion{};
-  std::int64_t begun_ns = 0;
+  std::int64_t moved_ns = 0;
   ServoFrame frame{};
   std::int64_t due_ns = now_ns();
   while (!end_.load(std::memory_order_relaxed)) {
     due_ns += kPeriod_ns;
     const timespec due{due_ns / 1'000'000'000, due_ns % 1'000'000'000};
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr);
+    // As in the cycle, periods that are missed delay a motion.
+    if (const std::int64_t late_ns = now_ns() - due_ns; late_ns > kLatest_ns) due_ns += late_ns;
     Motion asked{};
     if (motion_.load(asked) && asked.number > begun_.load(std::memory_order_relaxed)) {
       motion = asked;
       from = at;
-      begun_ns = due_ns;
+      moved_ns = 0;
       moving_.store(true);
       begun_.store(asked.number);
     }
     if (backend_.health() == BackendHealth::kLost && motion.duration_ns > 0) moving_.store(false);
     if (moving_.load(std::memory_order_relaxed)) {
+      moved_ns += kPeriod_ns;
       const double share =
-          std::min(1.0, static_cast<double>(due_ns - begun_ns) /
+          std::min(1.0, static_cast<double>(moved_ns) /
                             static_cast<double>(std::max<std::int64_t>(motion.duration_ns, 1)));
       for (std::size_t i = 0; i < arm_.dof; ++i) {
         at.position_rad[i] =

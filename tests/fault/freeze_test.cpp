@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -13,6 +14,7 @@
 #include <fmt/core.h>
 
 #include "corbot/channel/layout.h"
+#include "corbot/running_time.h"
 #include "shm/channel_client.h"
 #include "support/robot_rig.h"
 
@@ -41,7 +43,7 @@ class Freeze : public RobotRig {
     std::filesystem::remove(profile_);
   }
   /// Not the shipped 100 ms: a busy machine makes such gaps by itself.
-  [[nodiscard]] virtual int gap_fault_ms() const { return 1000; }
+  [[nodiscard]] virtual int gap_fault_ms() const { return 5000; }  // longer than a machine stands still
 
   static std::string write_profile(int gap_fault_ms) {
     std::ifstream stream(CORBOT_PROFILE);
@@ -92,8 +94,13 @@ TEST_F(Freeze, AFrozenTaskIsReportedAndItsGapNeedsAClear) {
   }));
   const Clock::time_point frozen = Clock::now();
   rt_->signal(SIGSTOP);
-  EXPECT_TRUE(wait_until(within(5), [&] { return arm_->Status() == Corbot::Error; }));
-  const double noticed_s = seconds_since(frozen);
+  // Without what this process itself stands still for, as the machine may.
+  RunningTime noticed(std::chrono::milliseconds(20), frozen);
+  EXPECT_TRUE(wait_until(within(30), [&] {
+    (void)noticed.look(Clock::now());
+    return arm_->Status() == Corbot::Error;
+  }));
+  const double noticed_s = std::chrono::duration<double>(noticed.passed()).count();
   EXPECT_TRUE(wait_until(within(5), [&] { return is_active(153); }));
   waiting.join();
   EXPECT_EQ(waiter, "NotReady");
@@ -101,23 +108,26 @@ TEST_F(Freeze, AFrozenTaskIsReportedAndItsGapNeedsAClear) {
   Corbot::MotionInfo_var open = arm_->Wait(ticket, 30.0);
   EXPECT_EQ(open->state, Corbot::MotionRunning) << "what becomes of it is open";
   EXPECT_GT(seconds_since(polled), 0.1) << "or a client that polls would do nothing else";
-  EXPECT_LT(seconds_since(polled), 5.0);
+  EXPECT_LT(seconds_since(polled), 25.0) << "not for as long as was asked for";
   expect_no_motion_accepted();
   std::string reason;
-  const Clock::time_point asked = Clock::now();
-  try {
-    arm_->Stop();
-  } catch (const Corbot::NotReady& error) {
-    reason = error.reason;
+  double stop_s = HUGE_VAL;  // of several, for the machine may stand still during one
+  for (int i = 0; i < 5; ++i) {
+    const Clock::time_point asked = Clock::now();
+    try {
+      arm_->Stop();
+    } catch (const Corbot::NotReady& error) {
+      reason = error.reason;
+    }
+    stop_s = std::min(stop_s, seconds_since(asked));
   }
-  const double stop_s = seconds_since(asked);
   EXPECT_NE(reason.find("does not respond: its last cycle was"), std::string::npos) << reason;
   fmt::print("noticed after {:.0f} ms, a Stop answered after {:.0f} ms\n", 1e3 * noticed_s, 1e3 * stop_s);
   EXPECT_LT(noticed_s, 0.5 + 0.5) << "half a second, and another for a busy machine";
   EXPECT_LT(stop_s, 0.5);
 
   const Joints here = newest().position_rad;
-  ASSERT_TRUE(wait_until(within(10), [&] { return seconds_since(frozen) > 1.2; })) << "a gap that is a fault";
+  ASSERT_TRUE(wait_until(within(30), [&] { return seconds_since(frozen) > 5.5; })) << "a gap that is a fault";
   rt_->signal(SIGCONT);
   EXPECT_TRUE(wait_until(within(10), [&] { return !is_active(153); }));
   EXPECT_TRUE(wait_until(within(10), [&] { return has_alarm(141); }));

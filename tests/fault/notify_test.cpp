@@ -149,7 +149,7 @@ TEST_F(Notify, TheProbeIsAnsweredByAnOrbAndByNothingElse) {
   ASSERT_EQ(::waitid(P_PID, static_cast<id_t>(servant_->pid()), &info, WSTOPPED | WNOWAIT), 0);
   const Clock::time_point begin = Clock::now();
   EXPECT_EQ(corbot_giop_probe_answers(&probe, 300), 0) << "connected, and no answer";
-  EXPECT_LT(Clock::now() - begin, std::chrono::seconds(5));
+  EXPECT_LT(Clock::now() - begin, std::chrono::seconds(30));
   servant_->signal(SIGCONT);
   EXPECT_EQ(corbot_giop_probe_answers(&probe, 10'000), 1);
   corbot_giop_probe_close(&probe);

@@ -89,7 +89,7 @@ TEST_F(Stop, GetsThroughWhileEveryOtherCallOfTheClientBlocks) {
   const double stop_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   for (auto& caller : callers) caller.join();
   fmt::print("Stop among {} blocked calls: {:.1f} ms\n", kCalls, 1e3 * stop_s);
-  EXPECT_LT(stop_s, 5.0) << "a Stop that waited for a call would have taken minutes";
+  EXPECT_LT(stop_s, 30.0) << "a Stop that waited for a call would have taken minutes";
   EXPECT_EQ(stopped, kWaiting);
 }
 

@@ -17,6 +17,8 @@
 #include <string_view>
 #include <utility>
 
+#include "corbot/running_time.h"
+
 namespace corbot::rt {
 namespace {
 
@@ -25,11 +27,7 @@ constexpr std::string_view kUnix = "unix:";
 constexpr std::size_t kFrameMemory = 768;
 /// The kernel does not signal when a transmit queue has room again: poll() always reports it writable.
 constexpr timespec kRetryFull{0, 100'000};
-
-int milliseconds_until(CanPort::Clock::time_point deadline) {
-  const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - CanPort::Clock::now()).count();
-  return static_cast<int>(std::clamp<decltype(left)>(left, 0, 10'000));
-}
+constexpr std::chrono::milliseconds kLook{20};
 
 }  // namespace
 
@@ -130,12 +128,14 @@ void CanPort::close() noexcept {
 }
 
 void CanPort::write(const CanFrame& frame, Clock::time_point deadline) {
+  const auto begin = Clock::now();
+  RunningTime waited(2 * kLook, begin);
   for (;;) {
     const ssize_t n = ::send(fd_, &frame, sizeof(frame), MSG_NOSIGNAL);
     if (n == static_cast<ssize_t>(sizeof(frame))) return;
     const int error = n < 0 ? errno : EIO;
     if (error != ENOBUFS && error != EAGAIN && error != EINTR) fail(error);
-    if (Clock::now() >= deadline) {
+    if (waited.look(Clock::now()) >= deadline - begin) {
       fail(DeviceCause::kWriteTimeout,
            "write timed out: is a drive connected and powered, is the bus terminated?");
     }
@@ -149,8 +149,13 @@ bool CanPort::is_wanted(const CanFrame& frame) const {
   return std::find(wanted_.begin(), wanted_.end(), frame.can_id) != wanted_.end();
 }
 
+/// What this thread, or the machine, stands still does not count.
 std::optional<CanFrame> CanPort::read(Clock::time_point deadline) {
+  const auto begin = Clock::now();
+  const Clock::duration bound = deadline - begin;
+  RunningTime waited(2 * kLook, begin);
   for (;;) {
+    const Clock::duration left = std::min<Clock::duration>(bound - waited.look(Clock::now()), kLook);
     CanFrame frame{};
     const ssize_t n = ::recv(fd_, &frame, sizeof(frame), 0);
     if (n == static_cast<ssize_t>(sizeof(frame)) && is_wanted(frame)) return frame;
@@ -158,9 +163,9 @@ std::optional<CanFrame> CanPort::read(Clock::time_point deadline) {
     if (n > 0) continue;  // not a frame, or of no node here
     if (errno == EINTR) continue;
     if (errno != EAGAIN) fail(errno);
-    const int left_ms = milliseconds_until(deadline);
+    if (left <= Clock::duration::zero()) return std::nullopt;
     pollfd ready{fd_, POLLIN, 0};
-    if (::poll(&ready, 1, left_ms) == 0 && Clock::now() >= deadline) return std::nullopt;
+    (void)::poll(&ready, 1, static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(left).count()));
   }
 }
 

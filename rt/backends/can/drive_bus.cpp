@@ -68,6 +68,9 @@ void DriveBus::listen(Clock::time_point deadline, const std::function<bool()>& i
     watch_.take(*frame, Clock::now());
   }
   last_listened_ = Clock::now();
+  // This thread, or the machine, has stood still: the drives may have, too, or what they sent is not here yet.
+  constexpr std::chrono::milliseconds kLate{50};
+  if (last_listened_ - std::max(begin, deadline) > kLate) watch_.forgive(last_listened_);
 }
 
 void DriveBus::await_answers(Clock::time_point deadline) {

@@ -44,7 +44,10 @@ void DriveWatch::settle_faults() {
 }
 
 void DriveWatch::forgive(Time now) {
-  for (DriveReport& drive : drives_) drive.heartbeat = now;
+  for (DriveReport& drive : drives_) {
+    drive.heartbeat = now;
+    if (!drive.is_fresh) drive.awaited_since = now;
+  }
 }
 
 void DriveWatch::expect_answers(Time now) {

@@ -28,7 +28,8 @@ void SerialDialog::open(const std::string& path, int baud) {
   baud_ = baud;
   is_in_service_ = false;
   has_replied_ = false;
-  free_at_ = replied_at_ = Clock::now();
+  free_at_ = Clock::now();
+  silence_.restart(free_at_);
 }
 
 std::chrono::nanoseconds SerialDialog::duration(std::size_t bytes) const noexcept {
@@ -53,13 +54,13 @@ void SerialDialog::read(std::span<std::uint8_t> into) {
 
 void SerialDialog::note_reply() noexcept {
   has_replied_ = true;
-  replied_at_ = Clock::now();
+  silence_.restart(Clock::now());
 }
 
 void SerialDialog::note_miss(const DeviceError& error) {
   const auto now = Clock::now();
-  if (is_noise(error.cause()) && now - replied_at_ < kSilence) return;
-  replied_at_ = now;
+  if (is_noise(error.cause()) && silence_.look(now) < kSilence) return;
+  silence_.restart(now);
   throw DeviceError(error);
 }
 

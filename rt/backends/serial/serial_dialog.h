@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "corbot/backend/backend.h"
+#include "corbot/running_time.h"
 #include "rt/backends/serial/serial_port.h"
 
 namespace corbot::rt {
@@ -51,8 +52,9 @@ class SerialDialog {
   int baud_{115200};
   bool is_in_service_{false};
   bool has_replied_{false};
-  Clock::time_point free_at_{};     ///< the line has sent what was written
-  Clock::time_point replied_at_{};  ///< or a miss was reported
+  Clock::time_point free_at_{};  ///< the line has sent what was written
+  /// Since a reply, or since a miss was reported. Several misses, however long this thread stands still between two.
+  RunningTime silence_{std::chrono::milliseconds(60), {}};
 };
 
 /// A reply that is missing or wrong may be noise on the line.

@@ -14,6 +14,8 @@
 #include <cstring>
 #include <utility>
 
+#include "corbot/running_time.h"
+
 namespace corbot::rt {
 namespace {
 
@@ -86,11 +88,17 @@ void SerialPort::close() noexcept {
   ::close(std::exchange(fd_, -1));
 }
 
+/// A deadline can pass while this thread, or the machine, stands still: then too it looks for a while before it gives up.
 void SerialPort::await(short events, Clock::time_point deadline, DeviceCause late) {
+  constexpr std::chrono::milliseconds kLook{20};
+  const auto begin = Clock::now();
+  const auto bound = std::max<Clock::duration>(deadline - begin, kLook);
+  RunningTime waited(2 * kLook, begin);
   for (;;) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()).count();
+    const Clock::duration left = std::min<Clock::duration>(bound - waited.look(Clock::now()), kLook);
     pollfd ready{fd_, events, 0};
-    const int count = ::poll(&ready, 1, static_cast<int>(std::clamp<decltype(left)>(left, 0, 10'000)));
+    const auto left_ms = std::chrono::ceil<std::chrono::milliseconds>(left).count();
+    const int count = ::poll(&ready, 1, static_cast<int>(std::max<decltype(left_ms)>(left_ms, 0)));
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) fail(DeviceCause::kHungUp, std::strerror(errno));
     // A line that was cut is readable, too, and for ever.
@@ -98,7 +106,7 @@ void SerialPort::await(short events, Clock::time_point deadline, DeviceCause lat
       fail(DeviceCause::kHungUp, "the line was cut: is the plug out?");
     }
     if (count > 0) return;
-    if (left <= 0) {
+    if (left <= Clock::duration::zero()) {
       is_stuck_ |= late == DeviceCause::kWriteTimeout;
       fail(late, late == DeviceCause::kNoAnswer ? "no answer: is the controller powered, is the baud right?"
                                                 : "write timed out");

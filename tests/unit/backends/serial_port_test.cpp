@@ -92,6 +92,15 @@ TEST_F(SerialPortTest, WhatAStuckLineDidNotTakeIsDropped) {
   EXPECT_LE(count, kTaken);
 }
 
+TEST_F(SerialPortTest, ADeadlineThatPassedUnseenIsNoSilenceOfTheDevice) {
+  SerialPort port;
+  port.open(path_, 115200);
+  std::uint8_t answer = 0;
+  const auto begin = SerialPort::Clock::now();
+  EXPECT_THROW(port.read_exactly({&answer, 1}, begin - 1s), DeviceError);
+  EXPECT_GE(SerialPort::Clock::now() - begin, 20ms) << "it looks for a while all the same";
+}
+
 TEST_F(SerialPortTest, WhatIsUnderWayAtAnOrderlyEndArrives) {
   SerialPort port;
   port.open(path_, 115200);

@@ -269,6 +269,15 @@ TEST_F(Watching, MissesHeartbeats) {
   EXPECT_EQ(check(), DeviceCause::kNone);
 }
 
+TEST_F(Watching, ForgivesWhatWasMissedWhileNobodyListened) {
+  watch_.expect_answers(now_);
+  now_ += 3s;
+  watch_.forgive(now_);
+  EXPECT_EQ(check(), DeviceCause::kNone) << "process data, too";
+  now_ += 501ms;
+  EXPECT_EQ(check(), DeviceCause::kHeartbeatLost);
+}
+
 TEST_F(Watching, SeesFaultsRestartsAndStates) {
   hear(0x82, {0x10, 0x32, 1, 0, 0, 0, 0, 0});
   EXPECT_EQ(check(), DeviceCause::kDeviceFault);
