@@ -4,6 +4,8 @@
 #include <array>
 #include <span>
 
+#include "corbot/running_time.h"
+
 namespace corbot::rt {
 namespace {
 
@@ -81,11 +83,11 @@ void set_up_sync(SdoClient& sdo, const DriveSetup& setup) {
 
 void set_mode(SdoClient& sdo) {
   sdo.write(kMode, kCyclicSynchronousPosition, 1);
-  const auto deadline = Clock::now() + kModeWithin;
+  RunningTime waited(kModeWithin / 5, Clock::now());
   for (;;) {
     const std::uint32_t mode = sdo.read(kModeDisplay) & 0xFF;
     if (mode == kCyclicSynchronousPosition) return;
-    if (Clock::now() >= deadline) {
+    if (waited.look(Clock::now()) >= kModeWithin) {
       sdo.fail(DeviceCause::kBadAnswer,
                "stays in mode " + std::to_string(mode) + " (6061h), not 8, cyclic synchronous position");
     }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "corbot/running_time.h"
 #include "rt/backends/can/cia402_setup.h"
 
 namespace corbot::rt {
@@ -112,7 +113,7 @@ std::vector<std::int32_t> DriveEnabling::enable_all() {
   std::vector<Clock::time_point> stepped(drives.size());
   std::vector<bool> is_asked(drives.size(), false);
   std::vector<bool> is_holding(drives.size(), false);
-  const auto deadline = Clock::now() + kEnableWithin;
+  RunningTime waited(2 * bus_.period(), Clock::now());
   for (auto due = Clock::now();; due += bus_.period()) {
     bool is_ready = true;
     for (std::size_t i = 0; i < drives.size(); ++i) {
@@ -130,7 +131,7 @@ std::vector<std::int32_t> DriveEnabling::enable_all() {
       is_asked[i] = true;
     }
     if (is_ready) break;
-    if (Clock::now() > deadline) {
+    if (waited.look(Clock::now()) > kEnableWithin) {
       for (std::size_t i = 0; i < drives.size(); ++i) {
         if (state_of(drives[i].process.statusword) != DriveState::kOperationEnabled) {
           fail_not_enabled(drives[i]);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "corbot/running_time.h"
+
 namespace corbot::rt {
 namespace {
 
@@ -33,7 +35,7 @@ void SdoClient::fail_aborted(const SdoTransfer& transfer, const char* doing) con
 
 bool SdoClient::run(SdoTransfer& transfer) {
   const SdoTransfer unbegun = transfer;
-  const auto end = Clock::now() + kTransferWithin;
+  RunningTime spent(kAnswerWithin, Clock::now());
   for (int tried = 1;; ++tried) {
     // What is there before the request does not answer it: a late answer to an earlier one.
     for (int i = 0; i < kMostWaiting; ++i) {
@@ -50,7 +52,8 @@ bool SdoClient::run(SdoTransfer& transfer) {
       if (step == Step::kAborted) return false;
       if (step == Step::kIgnored) continue;
       port_.write(transfer.request(), Clock::now() + kSendWithin);
-      deadline = std::min(Clock::now() + kAnswerWithin, end);
+      const auto now = Clock::now();
+      deadline = now + std::min<Clock::duration>(kAnswerWithin, kTransferWithin - spent.look(now));
       if (step == Step::kProtocol) {
         fail(DeviceCause::kBadAnswer, "invalid reply for " + to_string(transfer.object()) + ": " +
                                           describe_abort(transfer.abort_code()));
@@ -59,7 +62,7 @@ bool SdoClient::run(SdoTransfer& transfer) {
     watch_.check_bus();
     transfer.abort(SdoTransfer::kTimedOut);
     port_.write(transfer.request(), Clock::now() + kSendWithin);
-    if (Clock::now() >= end) {
+    if (spent.look(Clock::now()) >= kTransferWithin) {
       fail(DeviceCause::kNoAnswer, "SDO transfer of " + to_string(transfer.object()) + " timed out");
     }
     if (tried == kTries) {
