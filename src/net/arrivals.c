@@ -63,8 +63,8 @@ static void count(uint64_t* all, uint64_t* by_others) {
   if (function != NULL) function(count_context, all, by_others);
 }
 
-/* What can be read there has the number from before the gap; the stops that this process counts it counts while
- * it runs. With the mutex held. */
+/* What can be read there has the number from before the gap; the stops that this process counts it counts
+ * while it runs. With the mutex held. */
 static void mark_old(int fd) {
   int bytes = 0;
   if (ioctl(fd, FIONREAD, &bytes) != 0 || bytes <= 0) return;
@@ -76,8 +76,8 @@ static void mark_old(int fd) {
 }
 
 /* Whether this process has run lately, and the stops now. Whoever runs first after a gap comes here before
- * anything is read. The stops are counted before the clock is read: a freeze in between is a gap, and one after
- * it is a gap for the next look. With the mutex held. */
+ * anything is read. The stops are counted before the clock is read: a freeze in between is a gap, and one
+ * after it is a gap for the next look. With the mutex held. */
 static void look(void) {
   uint64_t all = 0;
   uint64_t by_others = 0;

@@ -7,8 +7,9 @@
  *
  * A request has the number that was read before its last bytes were taken from the socket: a Stop that is
  * counted meanwhile ends it. What still lies in the socket comes later, with one exception: when this
- * process has not run for a second (frozen, or the machine stood still), what can be read by then arrived at
- * a time that nobody knows, and counts as from before the stops that other processes have counted meanwhile. */
+ * process has not run for a second (frozen, or the machine stood still), what can be read by then arrived
+ * at a time that nobody knows, and counts as from before the stops that other processes have counted
+ * meanwhile. */
 #ifndef CORBOT_NET_ARRIVALS_H
 #define CORBOT_NET_ARRIVALS_H
 

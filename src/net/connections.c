@@ -28,6 +28,7 @@ typedef struct Entry {
   int64_t used_ns;
   corbot_peer peer;
   int calls;
+  bool own;    /* from this process */
   bool ending; /* closed for its idleness; the ORB has yet to notice */
 } Entry;
 
@@ -37,6 +38,7 @@ static uint64_t last_number;
 static int most; /* 0: not started */
 static int open_count;
 static int ending_count;
+static int own_port; /* 0: none is expected */
 
 static int64_t now_ns(void) {
   struct timespec now;
@@ -94,6 +96,33 @@ static corbot_peer peer_of(int fd) {
   return peer;
 }
 
+static int port_of(const struct sockaddr_storage* address) {
+  if (address->ss_family == AF_INET) return ntohs(((const struct sockaddr_in*)address)->sin_port);
+  return ntohs(((const struct sockaddr_in6*)address)->sin6_port);
+}
+
+/* Whether this process has connected to itself. Nobody else on this machine has the port. */
+static bool is_own(int fd, corbot_peer peer) {
+  if (peer.family == AF_UNIX) return peer.id == (uint64_t)getpid();
+  if ((peer.family != AF_INET && peer.family != AF_INET6) || own_port == 0) return false;
+  struct sockaddr_storage remote = {0};
+  struct sockaddr_storage local = {0};
+  socklen_t size = sizeof(remote);
+  if (getpeername(fd, (struct sockaddr*)&remote, &size) != 0 || port_of(&remote) != own_port) return false;
+  size = sizeof(local);
+  if (getsockname(fd, (struct sockaddr*)&local, &size) != 0) return false;
+  if (remote.ss_family == AF_INET)
+    return ((struct sockaddr_in*)&remote)->sin_addr.s_addr == ((struct sockaddr_in*)&local)->sin_addr.s_addr;
+  return memcmp(&((struct sockaddr_in6*)&remote)->sin6_addr, &((struct sockaddr_in6*)&local)->sin6_addr,
+                sizeof(struct in6_addr)) == 0;
+}
+
+void corbot_connections_expect_own(int port) {
+  pthread_mutex_lock(&mutex);
+  own_port = port;
+  pthread_mutex_unlock(&mutex);
+}
+
 static void set_up(int fd, int family) {
   if (family != AF_INET && family != AF_INET6) return;
   const int on = 1;
@@ -106,7 +135,8 @@ static void set_up(int fd, int family) {
 static int connections_of(corbot_peer peer) {
   int count = 0;
   for (int i = 0; i < kDescriptors; ++i) {
-    count += entries[i].number != 0 && !entries[i].ending && corbot_peer_equal(entries[i].peer, peer);
+    count += entries[i].number != 0 && !entries[i].own && !entries[i].ending &&
+             corbot_peer_equal(entries[i].peer, peer);
   }
   return count;
 }
@@ -120,7 +150,7 @@ static void make_room(void) {
   int count = 0;
   for (int i = 0; i < kDescriptors; ++i) {
     Entry* entry = &entries[i];
-    if (entry->number == 0 || entry->ending || entry->calls > 0) continue;
+    if (entry->number == 0 || entry->own || entry->ending || entry->calls > 0) continue;
     if (count == 0 || !corbot_peer_equal(entry->peer, counted)) {
       counted = entry->peer;
       count = connections_of(counted);
@@ -144,15 +174,18 @@ static void make_room(void) {
 /* False when there is no room for it. */
 static bool add(int fd) {
   if (fd >= kDescriptors) return false;
-  if (open_count - ending_count >= most) make_room();
-  if (open_count - ending_count >= most || open_count >= 2 * most) return false;
+  const corbot_peer peer = peer_of(fd);
+  const bool own = is_own(fd, peer);
+  if (!own && open_count - ending_count >= most) make_room();
+  if (!own && (open_count - ending_count >= most || open_count >= 2 * most)) return false;
   Entry* entry = &entries[fd];
   entry->number = ++last_number;
   entry->used_ns = now_ns();
-  entry->peer = peer_of(fd);
+  entry->peer = peer;
+  entry->own = own;
   entry->calls = 0;
   entry->ending = false;
-  ++open_count;
+  if (!own) ++open_count;
   set_up(fd, entry->peer.family);
   corbot_arrivals_opened(fd);
   return true;
@@ -163,7 +196,7 @@ static bool forget(int fd) {
   if (fd < 0 || fd >= kDescriptors || entries[fd].number == 0) return false;
   if (entries[fd].ending) --ending_count;
   entries[fd].number = 0;
-  --open_count;
+  if (!entries[fd].own) --open_count;
   corbot_arrivals_closed(fd);
   return true;
 }

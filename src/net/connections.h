@@ -38,6 +38,11 @@ typedef struct corbot_peer {
  * start. */
 void corbot_connections_start(void);
 
+/* This process is about to connect to its own address from that local TCP port. The connection counts for
+ * no bound and is never closed for its idleness, like every one over a Unix socket from this process: by it
+ * the servant finds out that it responds, whatever others do. One port at a time. */
+void corbot_connections_expect_own(int port);
+
 /* The connection whose descriptor that is, noted as used now. */
 corbot_connection corbot_connection_used(int fd);
 /* It carries a call from now on and is not idle. False when it has been closed for its idleness: its client

@@ -24,8 +24,9 @@ typedef struct corbot_giop_probe {
 /* `unix_path` may be NULL; where it is set it is used, and host and port are not. */
 void corbot_giop_probe_init(corbot_giop_probe* probe, const char* host, int port, const char* unix_path,
                             const char* key);
-/* 1: the ORB has answered, in `timeout_ms` at the most. What it says about the object is in is_here. 0: it
- * has not; the next call tries anew, on a new connection. */
+/* 1: the ORB has answered, in `timeout_ms` at the most, not counting time in which this process did not
+ * run. What it says about the object is in is_here. 0: it has not; the next call tries anew, on a new
+ * connection. */
 int corbot_giop_probe_answers(corbot_giop_probe* probe, int timeout_ms);
 void corbot_giop_probe_close(corbot_giop_probe* probe);
 

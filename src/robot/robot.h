@@ -107,7 +107,7 @@ class Robot final : private LinkListener {
   void on_inherit(const Inheritance& inheritance) override;
 
   /// Whatever a call may have to wait for can be had.
-  [[nodiscard]] bool responds() const;
+  [[nodiscard]] bool responds();
   void on_frozen(bool frozen);
 
   const Profile profile_;

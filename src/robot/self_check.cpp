@@ -7,7 +7,7 @@ namespace corbot {
 
 void SelfCheck::start(std::function<bool()> answers) {
   answers_ = std::move(answers);
-  passed_at_.store(Clock::now().time_since_epoch().count(), std::memory_order_release);
+  answers_count_.fetch_add(1, std::memory_order_release);  // until the first
   started_.store(true, std::memory_order_release);
   thread_ = std::thread([this] { run(); });
 }
@@ -21,17 +21,23 @@ void SelfCheck::close() {
   if (thread_.joinable()) thread_.join();
 }
 
-bool SelfCheck::passes() const noexcept {
+bool SelfCheck::passes() {
   if (!is_started()) return true;
-  const Clock::time_point passed{Clock::duration(passed_at_.load(std::memory_order_acquire))};
-  return Clock::now() - passed < kHolds;
+  const std::lock_guard lock(look_mutex_);
+  const RunningTime::Clock::time_point now = RunningTime::Clock::now();
+  const std::uint64_t answers = answers_count_.load(std::memory_order_acquire);
+  if (answers != seen_) {
+    seen_ = answers;
+    since_answer_.restart(now);
+  }
+  return since_answer_.look(now) < kHolds;
 }
 
 void SelfCheck::run() {
   std::unique_lock lock(mutex_);
   while (!end_) {
     lock.unlock();
-    if (answers_()) passed_at_.store(Clock::now().time_since_epoch().count(), std::memory_order_release);
+    if (answers_()) answers_count_.fetch_add(1, std::memory_order_release);
     lock.lock();
     end_requested_.wait_for(lock, kInterval, [this] { return end_; });
   }

@@ -4,9 +4,12 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <mutex>
 #include <thread>
+
+#include "robot/running_time.h"
 
 namespace corbot {
 
@@ -14,8 +17,10 @@ namespace corbot {
 class SelfCheck {
  public:
   static constexpr std::chrono::milliseconds kInterval{200};
-  /// An answer holds for so long: as many as five checks may be slow.
+  /// An answer holds for so long: as many as five checks may be slow. Counted in looks, so that the time in
+  /// which this process did not run does not count.
   static constexpr std::chrono::milliseconds kHolds{1000};
+  static constexpr std::chrono::milliseconds kLongestLook{40};
 
   SelfCheck() = default;
   SelfCheck(const SelfCheck&) = delete;
@@ -25,18 +30,19 @@ class SelfCheck {
   /// `answers` may take its time, but must come back.
   void start(std::function<bool()> answers);
   void close();
-  /// Not started, or passed lately.
-  [[nodiscard]] bool passes() const noexcept;
+  /// A look, to be taken every few milliseconds: not started, or passed lately.
+  [[nodiscard]] bool passes();
   [[nodiscard]] bool is_started() const noexcept { return started_.load(std::memory_order_acquire); }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   void run();
 
   std::function<bool()> answers_;
   std::atomic<bool> started_{false};
-  std::atomic<Clock::rep> passed_at_{0};
+  std::atomic<std::uint64_t> answers_count_{0};
+  std::mutex look_mutex_;  // of the two below
+  std::uint64_t seen_{0};  // answers
+  RunningTime since_answer_{kLongestLook, RunningTime::Clock::now()};
   std::mutex mutex_;  // of end_
   std::condition_variable end_requested_;
   bool end_{false};

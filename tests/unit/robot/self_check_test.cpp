@@ -10,7 +10,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-bool becomes(const SelfCheck& check, bool passes) {
+bool becomes(SelfCheck& check, bool passes) {
   const auto deadline = std::chrono::steady_clock::now() + 20s;
   while (check.passes() != passes) {
     if (std::chrono::steady_clock::now() > deadline) return false;
@@ -49,6 +49,19 @@ TEST(SelfCheck, ACallThatIsStuckIsNoAnswer) {
   go_on = true;
   go_on.notify_all();
   EXPECT_TRUE(becomes(check, true));
+}
+
+/// A machine that stands still: nobody looks meanwhile.
+TEST(SelfCheck, TimeInWhichNobodyLookedDoesNotCount) {
+  std::atomic<bool> answers{true};
+  SelfCheck check;
+  check.start([&] { return answers.load(); });
+  EXPECT_TRUE(check.passes());
+  answers = false;
+  const auto until = std::chrono::steady_clock::now() + 2 * SelfCheck::kHolds;
+  while (std::chrono::steady_clock::now() < until) std::this_thread::yield();
+  EXPECT_TRUE(check.passes());
+  EXPECT_TRUE(becomes(check, false));
 }
 
 }  // namespace
