@@ -9,7 +9,7 @@
 #include <mutex>
 #include <thread>
 
-#include "robot/running_time.h"
+#include "corbot/running_time.h"
 
 namespace corbot {
 
