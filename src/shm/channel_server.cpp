@@ -228,6 +228,9 @@ bool ChannelServer::admit(Peer& peer, const Message& hello) {
 }
 
 void ChannelServer::admit_servant(Peer& peer, const Message& hello) {
+  // It may have died since drop_closed() looked, when this thread has waited for a processor.
+  if (const Peer* const dead = servant(); dead != nullptr && is_closed(dead->connection))
+    peers_.remove_if([&](const Peer& each) { return &each == dead; });
   if (const Peer* const other = servant(); other != nullptr) {
     throw SegmentError(Kind::kInUse, robot_ + ": in use by another servant, pid " +
                                          std::to_string(other->user.pid) +

@@ -196,7 +196,7 @@ TEST_F(SegmentFault, ComingAndGoingAtOnceLeavesNothingBehind) {
 
 TEST_F(SegmentFault, NobodyStartsOrEndsATaskWhileAnotherDoes) {
   const auto directory = RunDirectory::open(true);
-  const Descriptor gate(::open(directory->path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const Descriptor gate(::open((directory->path() + "/.lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
   ASSERT_EQ(::flock(gate.get(), LOCK_EX), 0);
   const std::vector<int> codes = race(2, [&](int index) {  // at once: each gives up after two seconds
     try {
