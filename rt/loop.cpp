@@ -51,6 +51,7 @@ void Loop::run(const std::atomic<bool>& stop) noexcept {
     const std::int64_t woken_ns = read_clock_ns(CLOCK_MONOTONIC);
     count_latency(woken_ns - due_ns_);
     skip_overslept(woken_ns);
+    watch_suspension(woken_ns);
     const std::int64_t wall_ns = read_clock_ns(CLOCK_REALTIME) - (woken_ns - due_ns_);
 
     const bool ending = stop.load(std::memory_order_relaxed);
@@ -83,6 +84,12 @@ void Loop::skip_overslept(std::int64_t woken_ns) noexcept {
     if (!is_overrun_counted_) count_overrun();
   }
   is_overrun_counted_ = false;
+}
+
+/// While the machine is suspended neither stops nor devices are watched, and servos may be without power.
+void Loop::watch_suspension(std::int64_t woken_ns) noexcept {
+  const std::int64_t boot_ns = read_clock_ns(CLOCK_BOOTTIME);
+  cycle_.count_suspension(suspension_.see(woken_ns, boot_ns, read_clock_ns(CLOCK_MONOTONIC)));
 }
 
 void Loop::count_overrun() noexcept {

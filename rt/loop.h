@@ -6,6 +6,7 @@
 
 #include "corbot/channel/layout.h"
 #include "rt/cycle/cycle.h"
+#include "rt/cycle/liveness.h"
 
 namespace corbot::rt {
 
@@ -29,6 +30,7 @@ class Loop {
  private:
   void count_latency(std::int64_t latency_ns) noexcept;
   void skip_overslept(std::int64_t woken_ns) noexcept;
+  void watch_suspension(std::int64_t woken_ns) noexcept;
   void count_overrun() noexcept;
   void count_missed(std::int64_t now_ns) noexcept;
 
@@ -36,6 +38,7 @@ class Loop {
   TaskSegment& segment_;
   const LoopSettings settings_;
   std::int64_t due_ns_{0};
+  SuspensionWatch suspension_;
   bool is_overrun_counted_{false};  ///< the one before the next step
   LoopDiagnostics diagnostics_{};
 };

@@ -76,6 +76,8 @@ class Cycle {
 
   /// Real-time safe. Brings the running motion to rest and refuses all others; for good.
   void begin_shutdown() noexcept { shutdown_ = true; }
+  /// Real-time safe. Time that the machine was suspended, which the time given to step() does not have.
+  void count_suspension(std::int64_t ns) noexcept { gap_.add(ns); }
   /// Real-time safe. A period was missed.
   void count_overrun() noexcept { overruns_.add(); }
 

@@ -27,9 +27,12 @@ class GapWatch {
   GapWatch(std::int64_t period_ns, std::int64_t fault_ns) noexcept
       : restart_ns_(kRestartPeriods * period_ns), fault_ns_(fault_ns) {}
 
+  /// Time that has passed besides, while the clock of see() stood still.
+  void add(std::int64_t ns) noexcept { besides_ns_ += ns; }
   /// Of this step to the last; none at the first.
   [[nodiscard]] Gap see(std::int64_t now_ns) noexcept {
-    gap_ns_ = has_last_ ? now_ns - last_ns_ : 0;
+    gap_ns_ = has_last_ ? now_ns - last_ns_ + besides_ns_ : 0;
+    besides_ns_ = 0;
     last_ns_ = now_ns;
     has_last_ = true;
     if (gap_ns_ > fault_ns_) return Gap::kFault;
@@ -46,7 +49,32 @@ class GapWatch {
   std::int64_t fault_ns_;
   std::int64_t last_ns_{0};
   std::int64_t gap_ns_{0};
+  std::int64_t besides_ns_{0};
   bool has_last_{false};
+};
+
+/// For how long the machine was suspended: CLOCK_BOOTTIME counts that, CLOCK_MONOTONIC, by which the loop
+/// sleeps, does not. The clocks cannot be read in one instant, so their difference is known between two
+/// bounds; only what lies beyond the bounds of before is a suspension, however long this thread was preempted
+/// between two readings. Real-time safe.
+class SuspensionWatch {
+ public:
+  /// `boot_ns` was read between the other two, which are of CLOCK_MONOTONIC. Suspended since the last call,
+  /// to within the time that the readings took; 0 at the first.
+  [[nodiscard]] std::int64_t see(std::int64_t before_ns, std::int64_t boot_ns,
+                                 std::int64_t after_ns) noexcept {
+    const std::int64_t least_ns = boot_ns - after_ns;
+    const std::int64_t most_ns = boot_ns - before_ns;
+    const bool is_longer = has_difference_ && least_ns > most_ns_;
+    const std::int64_t suspended_ns = is_longer ? least_ns - most_ns_ : 0;
+    if (!has_difference_ || is_longer || most_ns < most_ns_) most_ns_ = most_ns;
+    has_difference_ = true;
+    return suspended_ns;
+  }
+
+ private:
+  std::int64_t most_ns_{0};  ///< the difference is not above this
+  bool has_difference_{false};
 };
 
 /// Whether the servant responds, by its beat (ControlFlags::servant_beat). Real-time safe.

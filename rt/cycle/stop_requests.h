@@ -8,16 +8,16 @@
 
 namespace corbot::rt {
 
-/// The number of the newest stop request, which only rises. Of the stop segment every change is one request, also back
-/// to an earlier value; but what is taken back there between two cycles is not seen, so the servant's requests are in
-/// its own segment, which nobody else can write. Real-time safe.
+/// The number of the newest stop request, which only rises. Of the stop segment every change is one request,
+/// also back to an earlier value; but what is taken back there between two cycles is not seen, so the
+/// servant's requests are in its own segment, which nobody else can write. Real-time safe.
 class StopRequests {
  public:
   explicit StopRequests(const std::atomic<std::uint64_t>& shared) noexcept
       : shared_(shared), seen_(shared.load(std::memory_order_acquire)), newest_(seen_) {}
 
-  /// Once a step, and before another servant's flags are read. Acquire: what was pushed before a Stop is in the ring
-  /// when the Stop is seen.
+  /// Once a step, and before another servant's flags are read. Acquire: what was pushed before a Stop is in
+  /// the ring when the Stop is seen.
   void read(const ControlFlags& servant) noexcept {
     const std::uint64_t count = shared_.load(std::memory_order_acquire);
     if (count != seen_) ++newest_;

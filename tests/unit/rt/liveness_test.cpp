@@ -137,6 +137,74 @@ TEST_F(Liveness, ALongGapIsAFaultUntilItIsCleared) {
   EXPECT_EQ(until_verdict(), Verdict::kDone);
 }
 
+TEST_F(Liveness, WhatTheMachineWasSuspendedIsAGap) {
+  begin_motion();
+  const Joints here = rig.snapshot.position_rad;
+  rig.cycle->count_suspension(3'600'000'000'000);
+  rig.step();
+  EXPECT_EQ(rig.snapshot.state, RtState::kError);
+  EXPECT_EQ(rig.snapshot.position_rad, here);
+  ASSERT_EQ(count_alarms(AlarmCode::kLoopGap), 1);
+  EXPECT_NEAR(alarm::gap_s(last_alarm), 3600.001, 1e-6);
+  rig.clear();
+  rig.step();
+  EXPECT_EQ(rig.snapshot.state, RtState::kStandby) << "counted once";
+}
+
+/// The loop's readings of the clocks; between any two of them it may be preempted.
+class Suspensions {
+ public:
+  explicit Suspensions(bool preempted) : preempted_(preempted) {}
+  struct Look {
+    std::int64_t slept_ns;
+    std::int64_t seen_ns;
+  };
+  Look next() {
+    std::int64_t slept_ns = 0;
+    if (random_() % 50 == 0) slept_ns = 1'000'000'000 + static_cast<std::int64_t>(random_() % 1'000'000'000);
+    suspended_ns_ += slept_ns;
+    now_ns_ += 1'000'000;
+    const std::int64_t before_ns = read();
+    const std::int64_t boot_ns = read() + suspended_ns_;
+    return {slept_ns, watch_.see(before_ns, boot_ns, read())};
+  }
+
+ private:
+  std::int64_t read() {
+    now_ns_ += 20;
+    if (preempted_ && random_() % 100 == 0) now_ns_ += static_cast<std::int64_t>(random_() % 3'000'000'000);
+    return now_ns_;
+  }
+  bool preempted_;
+  std::mt19937_64 random_{11};
+  std::int64_t now_ns_{1'000'000'000};
+  std::int64_t suspended_ns_{5'000'000'000};  // before this process
+  rt::SuspensionWatch watch_;
+};
+
+TEST(SuspensionWatch, SeesHowLongTheMachineWasSuspended) {
+  Suspensions machine(false);
+  (void)machine.next();
+  for (int i = 0; i < 20'000; ++i) {
+    const auto [slept_ns, seen_ns] = machine.next();
+    ASSERT_NEAR(static_cast<double>(seen_ns), static_cast<double>(slept_ns), 100.0) << i;
+  }
+}
+
+TEST(SuspensionWatch, TakesNoPreemptionForOne) {
+  Suspensions machine(true);
+  (void)machine.next();
+  std::int64_t slept_total_ns = 0;
+  std::int64_t seen_total_ns = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    const auto [slept_ns, seen_ns] = machine.next();
+    slept_total_ns += slept_ns;
+    seen_total_ns += seen_ns;
+    ASSERT_LE(seen_total_ns, slept_total_ns) << i;
+  }
+  EXPECT_GT(seen_total_ns, slept_total_ns / 2);
+}
+
 TEST_F(Liveness, ALongGapAtRestIsAFaultToo) {
   skip_ms(100);
   rig.clear();  // asked for before anyone could know of the gap

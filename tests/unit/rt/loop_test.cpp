@@ -3,10 +3,27 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/syscall.h>
+#include <time.h>
+#include <unistd.h>
+
 #include <chrono>
 #include <numeric>
+#include <thread>
 
+#include "corbot/channel/alarms.h"
 #include "rt/rig.h"
+
+namespace {
+std::atomic<std::int64_t> suspended_s{0};
+}
+
+/// In place of the C library's, for this program: a machine cannot be suspended for a test.
+extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
+  const long result = ::syscall(SYS_clock_gettime, clock, time);
+  if (clock == CLOCK_BOOTTIME) time->tv_sec += suspended_s.load();
+  return static_cast<int>(result);
+}
 
 namespace corbot::test {
 namespace {
@@ -52,6 +69,30 @@ TEST(Loop, BringsTheMotionToRestBeforeItEnds) {
   EXPECT_EQ(diagnostics.cycles + 1, steps);  // the last one is not waited out
   EXPECT_EQ(std::accumulate(diagnostics.latency.begin(), diagnostics.latency.end(), std::uint64_t{0}), steps);
   EXPECT_EQ(diagnostics.overruns, rig.snapshot.overruns);
+}
+
+TEST(Loop, ASuspensionOfTheMachineIsAGap) {
+  Rig rig;
+  follow_clock(rig);
+  rt::Loop loop(*rig.cycle, *rig.task, {rig.arm.period_ns, false, 0});
+  std::atomic<bool> stop{false};
+  std::thread running([&] { loop.run(stop); });
+  Snapshot now{};
+  const auto steps = [&](std::uint64_t count) {
+    const std::uint64_t until = now.cycle + count;
+    while (!rig.task->snapshot.load(now) || now.cycle < until) std::this_thread::yield();
+  };
+  steps(20);
+  EXPECT_EQ(now.state, RtState::kStandby);
+  suspended_s = 100;
+  while (now.state != RtState::kError) steps(1);
+  stop = true;
+  running.join();
+  suspended_s = 0;
+  std::optional<AlarmEvent> alarm = rig.alarm();
+  while (alarm && alarm->code != AlarmCode::kLoopGap) alarm = rig.alarm();
+  ASSERT_TRUE(alarm);
+  EXPECT_NEAR(alarm::gap_s(*alarm), 100.0, 50.0) << "and what the machine did besides";
 }
 
 TEST(Loop, KeepsToItsGridAndSkipsWhatItMissed) {
