@@ -45,14 +45,17 @@ bool is_stopped_here(const std::string& robot, double timeout_s) {
 template <class Work>
 void run_stoppable(const ClientOptions& options, Work&& work) {
   std::atomic<Client*> connected{nullptr};
+  std::atomic<bool> stopped{false};
   // Before the client, whose ORB makes threads: they inherit the blocked signals.
   OnSignal on_signal([&] {
     Client* client = connected.load();
     if (client == nullptr) ::_exit(static_cast<int>(ExitCode::kStopped));  // nothing moves yet
     fmt::print(stderr, "\ncorbot: stopping the arm\n");
-    const bool stopped = is_stopped_here(client->address().local, options.timeout_s);
+    client->begin_cancel();  // first, or the next motion of a program would begin after the stop
+    stopped = is_stopped_here(client->address().local, options.timeout_s);
     try {
       client->cancel();
+      stopped = true;
     } catch (const Failure& failure) {
       if (!stopped) fmt::print(stderr, "corbot: THE STOP FAILED: {}\n", failure.what());
     }
@@ -62,8 +65,10 @@ void run_stoppable(const ClientOptions& options, Work&& work) {
   try {
     work(client);
   } catch (const Failure& failure) {
-    if (!on_signal.seen() || failure.code() != ExitCode::kStopped) throw;
+    if (!on_signal.seen()) throw;
     on_signal.join();
+    // Also where the servant could not report it: what the task has stopped is stopped.
+    if (!stopped && failure.code() != ExitCode::kStopped) throw;
     throw Failure(ExitCode::kStopped,
                   fmt::format("the arm was stopped by {}: {}", on_signal.describe(), failure.what()));
   }

@@ -93,7 +93,7 @@ void Client::stop() {
 }
 
 void Client::cancel() {
-  cancelled_ = true;
+  begin_cancel();
   stop();
 }
 
@@ -101,7 +101,7 @@ void Client::perform(const Request& request, const ProgressReport& report) {
   if (cancelled_) throw explain(Corbot::Stopped("interrupted"));
   if (spec_of(request.verb).motion) {
     const Corbot::Ticket ticket = start(request);
-    // cancel() sets the flag before it stops: either its Stop came after this motion
+    // The flag is set before the arm is stopped: either the Stop came after this motion
     // was accepted, or this sees it.
     if (cancelled_) stop();
     wait(ticket, report);

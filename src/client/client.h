@@ -36,8 +36,10 @@ class Client {
   /// Pre-empts whatever moves; returns at rest.
   void stop();
 
-  /// Stops, and makes perform() start nothing from now on, not even what it is about to start. Called from
-  /// another thread than perform().
+  /// Makes perform() start nothing from now on, not even what it is about to start, unless that is stopped. To be
+  /// called before the arm is stopped, from another thread than perform().
+  void begin_cancel() noexcept { cancelled_ = true; }
+  /// The same, and stops.
   void cancel();
 
   template <class F>

@@ -234,6 +234,24 @@ TEST_F(Robustness, AStopOnTheSameMachineNeedsNoServant) {
   }
 }
 
+TEST_F(Robustness, CtrlCStopsTheArmAlsoWhereItsServantDoesNotRespond) {
+  up();
+  const auto motion = begin({"joints", "80", "20", "30", "40", "--time", "60", "--timeout", "2"});
+  ASSERT_TRUE(wait_state("Waiting"));
+  supervisor_->signal(SIGSTOP);
+  const pid_t servant = pid_of("servant_pid");
+  ASSERT_EQ(::kill(servant, SIGSTOP), 0);
+  motion->signal(SIGINT);
+  const auto end = motion->wait(within(60));
+  ASSERT_EQ(::kill(servant, SIGCONT), 0);
+  supervisor_->signal(SIGCONT);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 4) << motion->errors();
+  EXPECT_THAT(motion->errors(), HasSubstr("the arm was stopped by Ctrl-C"));
+  EXPECT_TRUE(wait_state("Standby"));
+  EXPECT_LT(status().at("joints_deg").at(0).get<double>(), 79);
+}
+
 TEST_F(Robustness, StopAllStopsWhatWasStartedByHand) {
   up();
   const std::string by_hand = name_ + "-h";
