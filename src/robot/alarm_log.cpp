@@ -4,52 +4,99 @@
 #include <algorithm>
 #include <chrono>
 #include <iterator>
+#include <utility>
+
+#include "robot/call_error.h"
 
 namespace corbot {
+
 void AlarmLog::add(const AlarmEvent& event) {
-  push({static_cast<double>(event.time_ns) * 1e-9, static_cast<std::int32_t>(event.code),
-        causes_error(event.code), alarm_text(event)});
+  AlarmEntry entry{static_cast<double>(event.time_ns) * 1e-9, static_cast<std::int32_t>(event.code),
+                   causes_error(event.code), alarm_text(event)};
+  const std::lock_guard lock(mutex_);
+  const bool is_repeated =
+      may_repeat_ && std::any_of(entries_.begin(), entries_.end(), [&](const Kept& kept) {
+        return kept.entry.time_s == entry.time_s && kept.entry.code == entry.code &&
+               kept.entry.text == entry.text;
+      });
+  may_repeat_ = false;
+  if (!is_repeated) push(std::move(entry));
 }
 
 void AlarmLog::add(std::int32_t code, bool active, const std::string& text) {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const std::lock_guard lock(mutex_);
   push({std::chrono::duration<double>(now).count(), code, active, text});
 }
 
-void AlarmLog::push(AlarmEntry entry) {
+void AlarmLog::inherit(const std::vector<AlarmEntry>& former) {
   const std::lock_guard lock(mutex_);
-  entries_.push_back(std::move(entry));
-  if (entries_.size() <= kKept) return;
-  // What has not been cleared outlives what has. Where all are active, which takes a device that comes and
-  // goes, a later one of the same code says the same.
-  auto victim = std::find_if(entries_.begin(), entries_.end(), [](const auto& old) { return !old.active; });
+  const std::deque<Kept> own = std::exchange(entries_, {});
+  for (const AlarmEntry& entry : former) push(entry);
+  for (const Kept& kept : own) push(kept.entry);
+  may_repeat_ = true;
+}
+
+void AlarmLog::push(AlarmEntry entry) {
+  entries_.push_back({std::move(entry), entries_.size(), ++last_order_});
+  if (entries_.size() <= kKept) return keep(entries_.back());
+  const auto victim = find_victim();
+  const bool is_kept = victim != std::prev(entries_.end());
+  entries_.back().place = victim->place;
+  if (is_kept) keep(entries_.back());
+  entries_.erase(victim);
+}
+
+/// What has not been cleared outlives what has. Where all are active, which takes a device that comes and goes, a
+/// later one of the same code says the same.
+std::deque<AlarmLog::Kept>::iterator AlarmLog::find_victim() {
+  auto victim =
+      std::find_if(entries_.begin(), entries_.end(), [](const Kept& old) { return !old.entry.active; });
   for (auto old = entries_.begin(); victim == entries_.end() && old != entries_.end(); ++old) {
     const bool again = std::any_of(std::next(old), entries_.end(),
-                                   [&](const auto& later) { return later.code == old->code; });
+                                   [&](const Kept& later) { return later.entry.code == old->entry.code; });
     if (again) victim = old;
   }
-  entries_.erase(victim == entries_.end() ? entries_.begin() : victim);
+  return victim == entries_.end() ? entries_.begin() : victim;
+}
+
+void AlarmLog::keep(const Kept& kept) {
+  if (records_ == nullptr) return;
+  AlarmRecord record{kept.order, kept.entry.time_s, kept.entry.code, kept.entry.active ? 1u : 0u, {}};
+  copy_text(kept.entry.text, record.text, sizeof(record.text));
+  (*records_)[kept.place].store(record);
 }
 
 void AlarmLog::deactivate() {
   const std::lock_guard lock(mutex_);
-  for (AlarmEntry& entry : entries_) entry.active = entry.code == kAlarmTaskGone && entry.active;
+  for (Kept& kept : entries_) {
+    if (!kept.entry.active || kept.entry.code == kAlarmTaskGone) continue;
+    kept.entry.active = false;
+    keep(kept);
+  }
 }
 
 void AlarmLog::deactivate(std::int32_t code) {
   const std::lock_guard lock(mutex_);
-  for (AlarmEntry& entry : entries_) entry.active = entry.active && entry.code != code;
+  for (Kept& kept : entries_) {
+    if (!kept.entry.active || kept.entry.code != code) continue;
+    kept.entry.active = false;
+    keep(kept);
+  }
 }
 
 std::vector<AlarmEntry> AlarmLog::list() const {
   const std::lock_guard lock(mutex_);
-  return {entries_.begin(), entries_.end()};
+  std::vector<AlarmEntry> list;
+  list.reserve(entries_.size());
+  for (const Kept& kept : entries_) list.push_back(kept.entry);
+  return list;
 }
 
 std::string AlarmLog::cause() const {
   const std::lock_guard lock(mutex_);
-  for (auto entry = entries_.rbegin(); entry != entries_.rend(); ++entry) {
-    if (entry->active) return entry->text;
+  for (auto kept = entries_.rbegin(); kept != entries_.rend(); ++kept) {
+    if (kept->entry.active) return kept->entry.text;
   }
   return {};
 }

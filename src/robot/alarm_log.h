@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "alarms/alarm_text.h"
+#include "corbot/channel/servant_state.h"
 
 namespace corbot {
 
@@ -24,12 +25,22 @@ struct AlarmEntry {
   std::int32_t code{};
   bool active{};  ///< still the cause of Error
   std::string text;
+
+  friend bool operator==(const AlarmEntry&, const AlarmEntry&) = default;
 };
 
-/// The last 64 alarms, as text; an active one is never pushed out by others. Thread-safe.
+/// The last 64 alarms, as text; an active one is never pushed out by others. And their copy for the servant after
+/// this one. Thread-safe.
 class AlarmLog {
  public:
-  static constexpr std::size_t kKept = 64;
+  static constexpr std::size_t kKept = kKeptAlarms;
+  using Records = decltype(ServantState::alarms);
+
+  /// Before all else. From now on every alarm is there, too.
+  void keep_in(Records& records) { records_ = &records; }
+  /// What the servant before this one has left, oldest first; older than all that is here. The next
+  /// event may be one of them once more.
+  void inherit(const std::vector<AlarmEntry>& former);
 
   void add(const AlarmEvent& event);
   void add(std::int32_t code, bool active, const std::string& text);
@@ -41,10 +52,23 @@ class AlarmLog {
   [[nodiscard]] std::string cause() const;
 
  private:
+  /// An entry and its place in the records.
+  struct Kept {
+    AlarmEntry entry;
+    std::size_t place{};
+    std::uint64_t order{};
+  };
+
+  // With mutex_ held.
   void push(AlarmEntry entry);
+  void keep(const Kept& kept);
+  [[nodiscard]] std::deque<Kept>::iterator find_victim();
 
   mutable std::mutex mutex_;
-  std::deque<AlarmEntry> entries_;
+  std::deque<Kept> entries_;
+  std::uint64_t last_order_{0};
+  bool may_repeat_{false};  ///< the next event may be one that the servant before this one has taken, too
+  Records* records_{nullptr};
 };
 
 }  // namespace corbot

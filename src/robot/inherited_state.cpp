@@ -4,9 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
+
+#include "corbot/motion/bounds.h"
 
 namespace corbot {
 namespace {
+
+constexpr double kLatest_s = 1e12;  // since the Unix epoch
+constexpr double kRounding = 1e-6;  // of an end that was computed from what was planned
+constexpr std::int32_t kCodes = 1000;
 
 /// False for whatever is not finite, too.
 bool is_within(double value, double lower, double upper) { return value >= lower && value <= upper; }
@@ -18,28 +25,105 @@ bool is_valid(const SettingsRecord& record) {
          is_within(record.tool_pitch_rad, -std::numbers::pi, std::numbers::pi);
 }
 
-/// Whether the cell has a valid record; counts one that is invalid.
+bool is_valid(const AlarmRecord& record) {
+  const char* const end = std::find(std::begin(record.text), std::end(record.text), '\0');
+  return record.order != 0 && is_within(record.time_s, 0.0, kLatest_s) && record.code > 0 &&
+         record.code < kCodes && record.active <= 1 && end != std::end(record.text) &&
+         std::all_of(std::begin(record.text), end, [](char c) { return c >= 0x20 && c < 0x7f; });
+}
+
+bool is_end(const TicketRecord& record, const ArmModel& arm) {
+  for (std::size_t i = 0; i < kMaxJoints; ++i) {
+    const bool is_joint = i < arm.dof;
+    const double lower_rad = is_joint ? arm.joints[i].lower_rad : 0.0;
+    const double upper_rad = is_joint ? arm.joints[i].upper_rad : 0.0;
+    if (!is_within(record.end_rad[i], lower_rad - kRounding, upper_rad + kRounding)) return false;
+  }
+  return is_within(record.end_gripper, -kRounding, 1.0 + kRounding);
+}
+
+bool is_valid(const TicketRecord& record, const ArmModel& arm, std::uint64_t next_command_id) {
+  return record.first != 0 && record.last >= record.first && record.last - record.first <= 1 &&
+         record.last < next_command_id && is_within(record.duration_s, 0.0, 2.0 * kLongestCommand_s) &&
+         is_within(record.second_from_s, 0.0, record.duration_s) && record.cancelled <= 1 &&
+         is_consistent(record.state, record.reason) && is_end(record, arm);
+}
+
+/// Whether there is a record; counts a cell that no servant has written.
 template <class Record>
 bool read(const DurableCell<Record>& cell, Record& record, int& invalid) {
-  switch (cell.load(record)) {
-    case DurableCell<Record>::Content::kNone:
-      return false;
-    case DurableCell<Record>::Content::kRecord:
-      if (is_valid(record)) return true;
-      break;
-    case DurableCell<Record>::Content::kInvalid:
-      break;
+  const auto content = cell.load(record);
+  if (content == DurableCell<Record>::Content::kInvalid) ++invalid;
+  return content == DurableCell<Record>::Content::kRecord;
+}
+
+void read_alarms(const ServantState& former, InheritedState& state) {
+  std::vector<AlarmRecord> records;
+  for (const auto& cell : former.alarms) {
+    AlarmRecord record{};
+    if (!read(cell, record, state.invalid)) continue;
+    if (is_valid(record)) {
+      records.push_back(record);
+    } else {
+      ++state.invalid;
+    }
   }
-  ++invalid;
-  return false;
+  std::sort(records.begin(), records.end(), [](const auto& a, const auto& b) { return a.order < b.order; });
+  std::uint64_t last = 0;
+  for (const AlarmRecord& record : records) {
+    if (std::exchange(last, record.order) == record.order) {
+      ++state.invalid;
+    } else {
+      state.alarms.push_back({record.time_s, record.code, record.active == 1, record.text});
+    }
+  }
+}
+
+/// The servant was killed before it handed the motion over: its number was never given to a client.
+bool was_never_handed_over(const TicketRecord& record, const ServantSegment& former) {
+  return record.handed_until != 0 &&
+         static_cast<std::int64_t>(former.commands.published() - record.handed_until) < 0;
+}
+
+void read_tickets(const ServantSegment& former, const ArmModel& arm, std::uint64_t next_command_id,
+                  InheritedState& state) {
+  std::vector<TicketRecord> records;
+  for (const auto& cell : former.state.tickets) {
+    TicketRecord record{};
+    if (!read(cell, record, state.invalid) || record.first == 0) continue;
+    if (record.state == TicketState::kPending && was_never_handed_over(record, former)) continue;
+    if (is_valid(record, arm, next_command_id)) {
+      records.push_back(record);
+    } else {
+      ++state.invalid;
+    }
+  }
+  std::sort(records.begin(), records.end(), [](const auto& a, const auto& b) { return a.last < b.last; });
+  std::uint64_t last = 0;
+  for (const TicketRecord& record : records) {
+    if (record.first <= last) {
+      ++state.invalid;
+      continue;
+    }
+    last = record.last;
+    state.tickets.push_back(to_ticket(record));
+  }
 }
 
 }  // namespace
 
-InheritedState read_inherited(const ServantState& former) {
+InheritedState read_inherited(const ServantSegment& former, const ArmModel& arm,
+                              std::uint64_t next_command_id) {
   InheritedState state;
-  if (SettingsRecord record{}; read(former.settings, record, state.invalid))
-    state.settings = {record.speed_ratio, record.joint_speed_ratio, record.tool_pitch_rad};
+  if (SettingsRecord record{}; read(former.state.settings, record, state.invalid)) {
+    if (is_valid(record)) {
+      state.settings = {record.speed_ratio, record.joint_speed_ratio, record.tool_pitch_rad};
+    } else {
+      ++state.invalid;
+    }
+  }
+  read_alarms(former.state, state);
+  read_tickets(former, arm, next_command_id, state);
   return state;
 }
 

@@ -1,21 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <vector>
 
-#include "corbot/channel/servant_state.h"
+#include "corbot/arm/arm_model.h"
+#include "corbot/channel/layout.h"
 #include "planner/plan.h"
+#include "robot/alarm_log.h"
+#include "robot/ticket.h"
 
 namespace corbot {
 
 /// What the servant before this one has left, as far as it is valid.
 struct InheritedState {
   std::optional<PlanSettings> settings;
-  int invalid{0};  ///< records that no servant of this robot writes: each was left out
+  std::vector<AlarmEntry> alarms;  ///< oldest first
+  std::vector<Ticket> tickets;     ///< in the order of their numbers
+  int invalid{0};                  ///< records that no servant of this robot writes: each was left out
 };
 
 /// Reads what another process wrote. Every record is copied once and each of its fields checked; one that is torn
-/// or invalid costs none of the others. Never fails.
-[[nodiscard]] InheritedState read_inherited(const ServantState& former);
+/// or invalid costs none of the others. `next_command_id`: of the new servant, beyond all numbers that can be right.
+[[nodiscard]] InheritedState read_inherited(const ServantSegment& former, const ArmModel& arm,
+                                            std::uint64_t next_command_id);
 
 }  // namespace corbot

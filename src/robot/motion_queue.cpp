@@ -29,14 +29,14 @@ class Place {
   std::atomic<int>& taken_;
 };
 
-std::string still_to_come(const Snapshot& now, std::size_t queued) {
+std::string still_to_come(const Snapshot& now) {
   std::string text = "of the servant before this one ";
   if (now.command_id != 0) {
     const double left_s = std::max(now.command_duration_s - now.virtual_time_s, 0.0);
     text += fmt::format("motion {} is still under way, ", now.command_id);
     text +=
         now.state == RtState::kPaused ? "paused" : fmt::format("{:.1f} s to go", left_s / now.override_ratio);
-    if (queued > 0) text += fmt::format(", and {} more are queued", queued);
+    if (now.backlog > 0) text += fmt::format(", and {} more are queued", now.backlog);
   } else {
     text += "motions are still queued";
   }
@@ -83,34 +83,22 @@ std::optional<PlanStart> MotionQueue::plan_start(const LivingTask& task, std::ui
     if (last->cancelled || last->epoch != epoch || last->incarnation != task.incarnation) return std::nullopt;
     return last->end;
   }
-  if (!earlier_servants_ended(task, now)) return std::nullopt;
-  // The verdict may be ahead of the snapshot; and what was taken back waits in the ring for its turn.
-  const bool own_ended = pushed_to_ != task.incarnation || now.last_done_id >= last_pushed_;
-  if (!own_ended || now.command_id != 0 || now.waiting_id != 0) return std::nullopt;
+  // The verdict may be ahead of the snapshot; and what was taken back waits in the ring for its turn. What a servant
+  // before this one had handed over, the task has had from the first snapshot on, or never.
+  const bool is_idle = now.command_id == 0 && now.waiting_id == 0 && now.backlog == 0;
+  const bool has_ended = pushed_to_ != task.incarnation || now.last_done_id >= last_pushed_ ||
+                         (is_idle && last_pushed_ <= inherited_through_);
+  if (!has_ended) return std::nullopt;
+  // A servant whose records could not be read has left motions that nobody has a ticket of.
+  if (!is_idle) throw not_ready(still_to_come(now));
   return PlanStart{now.position_rad, now.gripper};
 }
 
-/// Every number that an earlier servant has given away has ended, but for one that it gave away and was
-/// killed before it pushed the command: that one never does.
-bool MotionQueue::earlier_servants_ended(const LivingTask& task, const Snapshot& now) {
-  if (channel_.lock() != task.channel) {
-    channel_ = task.channel;
-    earlier_through_ = task.own().next_command_id.load(std::memory_order_acquire) - 1;
-    earlier_ended_ = false;
-    idle_since_.reset();
-  }
-  if (earlier_ended_ || now.last_done_id >= earlier_through_) return earlier_ended_ = true;
-  const std::size_t queued = task.channel->queued() + now.backlog;
-  if (now.command_id != 0 || now.waiting_id != 0 || queued != 0) {
-    idle_since_.reset();
-    throw not_ready(still_to_come(now, queued));
-  }
-  if (idle_since_ && now.cycle > *idle_since_ + 1) return earlier_ended_ = true;
-  // The ring is empty, and nobody but this servant fills it. What was taken from it a moment ago shows in the
-  // snapshot of the cycle after the newest one.
-  Snapshot newest{};
-  if (!idle_since_ && task.segment().snapshot.load(newest)) idle_since_ = newest.cycle;
-  return false;
+void MotionQueue::inherit(const std::vector<Ticket>& former) {
+  if (former.empty()) return;
+  const std::lock_guard lock(planning_mutex_);
+  last_pushed_ = inherited_through_ = former.back().last;
+  pushed_to_ = former.back().incarnation;
 }
 
 corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch,
@@ -128,6 +116,7 @@ corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch
   ticket.incarnation = task.incarnation;
   ticket.epoch = epoch;
   ticket.end = {commands.back().end_rad, start.gripper};
+  ticket.handed_until = own.commands.published() + commands.size();
   for (std::size_t i = 0; i < commands.size(); ++i) {
     Command& command = commands[i];
     command.id = ticket.first + i;
@@ -183,6 +172,13 @@ void MotionQueue::cancel(corbot_ticket id) {
     access_.check(task);
     throw not_ready(fmt::format("a Cancel did not end in {} s", kRest.count()));
   }
+}
+
+void MotionQueue::repeat_cancel() {
+  const std::lock_guard one(cancel_mutex_);
+  const std::lock_guard lock(planning_mutex_);
+  const auto range = tickets_.cancelled();
+  if (range) (void)request_cancel(access_.connected(), *range);
 }
 
 std::uint64_t MotionQueue::request_cancel(const LivingTask& task, const TicketTable::Range& range) {

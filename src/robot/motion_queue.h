@@ -37,6 +37,10 @@ class MotionQueue {
   /// Takes back this motion and what is queued behind it; returns when they have ended. No effect on one that
   /// has ended.
   void cancel(corbot_ticket id);
+  /// Before the first call: what the servants before this one have handed over.
+  void inherit(const std::vector<Ticket>& former);
+  /// The servant before this one may have been killed before the task knew what it was to take back.
+  void repeat_cancel();
   /// Calls in accept() that have read the number of stops.
   [[nodiscard]] int starting() const noexcept { return starting_.load(); }
 
@@ -44,7 +48,6 @@ class MotionQueue {
   /// Where the arm will rest when what is accepted next begins; nothing while that is not known yet. Throws
   /// when it is not ready.
   [[nodiscard]] std::optional<PlanStart> plan_start(const LivingTask& task, std::uint64_t epoch);
-  [[nodiscard]] bool earlier_servants_ended(const LivingTask& task, const Snapshot& now);
   corbot_ticket hand_over(const LivingTask& task, std::uint64_t epoch, std::vector<Command>& commands,
                           const PlanStart& start);
   std::uint64_t request_cancel(const LivingTask& task, const TicketTable::Range& range);
@@ -56,15 +59,12 @@ class MotionQueue {
   const RobotView& view_;
   std::atomic<int> starting_{0};
 
-  std::mutex cancel_mutex_;    // one request until the task has echoed it; taken before the other
-  std::mutex planning_mutex_;  // one plan at a time; of the members below
-  std::weak_ptr<ServantChannel> channel_;
-  std::uint64_t last_pushed_{0};      // to the task below
-  std::uint64_t pushed_to_{0};        // incarnation
-  std::uint64_t last_number_{0};      // given away, whatever the segment: tickets are known by it
-  std::uint64_t earlier_through_{0};  // numbers that earlier servants have given away
-  bool earlier_ended_{false};
-  std::optional<std::uint64_t> idle_since_;  // cycle after which the ring was seen empty
+  std::mutex cancel_mutex_;       // one request until the task has echoed it; taken before the other
+  std::mutex planning_mutex_;     // one plan at a time; of the members below
+  std::uint64_t last_pushed_{0};  // to the task below, by this servant or one before it
+  std::uint64_t pushed_to_{0};    // incarnation
+  std::uint64_t inherited_through_{0};  // numbers of the servants before this one
+  std::uint64_t last_number_{0};  // given away, whatever the segment: tickets are known by it
 };
 
 }  // namespace corbot

@@ -36,6 +36,8 @@ Robot::Robot(Profile profile, const std::string& name)
       view_(profile_, link_, watch_, tickets_, alarms_),
       task_(link_, watch_),
       queue_(planner_, profile_.queue_capacity, tickets_, task_, view_) {
+  alarms_.keep_in(link_.own().state.alarms);
+  tickets_.keep_in(link_.own().state.tickets);
   link_.start();
   watch_.start();
 }
@@ -85,12 +87,12 @@ void Robot::on_lost(const std::string& reason) {
 }
 
 void Robot::on_drained(const Snapshot& before) {
-  tickets_.reconcile(before.incarnation, before.last_done_id);
+  tickets_.reconcile(before);
   task_.notify();
 }
 
 void Robot::on_attached(bool again) {
-  if (!again) return;
+  if (!again) return queue_.repeat_cancel();
   alarms_.deactivate(kAlarmTaskGone);
   alarms_.add(kAlarmTaskRestarted, false,
               "a new real-time task has adopted the arm where the last one left it");
@@ -98,8 +100,18 @@ void Robot::on_attached(bool again) {
 
 void Robot::on_inherit(const Inheritance& inheritance) {
   if (inheritance.former == nullptr) return;
-  const InheritedState inherited = read_inherited(inheritance.former->state);
+  const ServantSegment& own = link_.own();
+  InheritedState inherited = read_inherited(*inheritance.former, profile_.arm, own.next_command_id.load());
   if (inherited.settings) settings_.inherit(*inherited.settings);
+  // What the former one has raised itself, this one finds out anew. And where the task is in no Error, nothing is
+  // the cause of one; what it has raised since comes after this.
+  const bool is_in_error = inheritance.last == nullptr || inheritance.last->state == RtState::kError;
+  for (AlarmEntry& alarm : inherited.alarms)
+    alarm.active =
+        alarm.active && is_in_error && alarm.code != kAlarmTaskGone && alarm.code != kAlarmTaskFrozen;
+  alarms_.inherit(inherited.alarms);
+  tickets_.inherit(inherited.tickets);
+  queue_.inherit(inherited.tickets);
   if (inherited.invalid == 0) return;
   alarms_.add(
       kAlarmFormerServantInvalid, false,

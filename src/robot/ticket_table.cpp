@@ -8,43 +8,36 @@
 namespace corbot {
 namespace {
 
-const char* reason_of(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kDone:
-      return "";
-    case Verdict::kStopped:
-      return "stopped by Stop";
-    case Verdict::kFault:
-      return "the robot went into Error; see its alarms";
-    case Verdict::kMalformed:
-      return "the real-time task refused the command: a field is invalid";
-    case Verdict::kDiscontinuous:
-      return "the motion planned before this one did not arrive where this one begins";
-    case Verdict::kLimit:
-      return "the real-time task refused the command: beyond a limit of the arm";
-    case Verdict::kLost:
-      return "the real-time task was restarted; the motion was lost with the old one";
-    case Verdict::kOrphaned:
-      return "no servant responded: the motion was stopped on its path";
-  }
-  return "the real-time task gave an unknown verdict";
-}
-
-TicketState state_of(Verdict verdict) {
-  if (verdict == Verdict::kDone) return TicketState::kDone;
-  return verdict == Verdict::kStopped ? TicketState::kStopped : TicketState::kFailed;
-}
-
 constexpr std::chrono::milliseconds kLook{20};
-
-constexpr const char* kTakenBack = "taken back by Cancel";
 
 }  // namespace
 
+void TicketTable::inherit(const std::vector<Ticket>& former) {
+  const std::lock_guard lock(mutex_);
+  for (const Ticket& ticket : former) {
+    insert(ticket);
+    inherited_through_ = std::max(inherited_through_, ticket.last);
+  }
+}
+
 void TicketTable::add(const Ticket& ticket) {
   const std::lock_guard lock(mutex_);
-  if (tickets_.emplace(ticket.last, ticket).second) ++pending_;
+  insert(ticket);
   forget_old();
+}
+
+void TicketTable::insert(const Ticket& ticket) {
+  const auto [entry, is_new] = tickets_.emplace(ticket.last, ticket);
+  if (!is_new) return;
+  entry->second.place = added_++ % kKeptTickets;
+  if (ticket.state == TicketState::kPending) ++pending_;
+  keep(entry->second);
+}
+
+/// Motions end in the order of their numbers, and fewer can be pending than there are places: the oldest is the one
+/// whose place is taken.
+void TicketTable::keep(const Ticket& ticket) {
+  if (records_ != nullptr) (*records_)[ticket.place].store(to_record(ticket));
 }
 
 void TicketTable::remove(std::uint64_t id) {
@@ -52,6 +45,7 @@ void TicketTable::remove(std::uint64_t id) {
   const auto found = tickets_.find(id);
   if (found == tickets_.end()) return;
   if (found->second.state == TicketState::kPending) --pending_;
+  if (records_ != nullptr) (*records_)[found->second.place].store({});
   tickets_.erase(found);
   ended_.notify_all();
 }
@@ -66,12 +60,14 @@ void TicketTable::complete(std::uint64_t command, Verdict verdict) {
   // with the cause, not with the effect.
   if (command != ticket.last && verdict == Verdict::kDone) return;
   const bool taken_back = verdict == Verdict::kStopped && ticket.cancelled;
-  end(ticket, state_of(verdict), taken_back ? kTakenBack : reason_of(verdict));
+  end(ticket, state_of(verdict), taken_back ? TicketReason::kTakenBack : reason_of(verdict));
 }
 
-void TicketTable::end(Ticket& ticket, TicketState state, const std::string& reason) {
+void TicketTable::end(Ticket& ticket, TicketState state, TicketReason why, const std::string& reason) {
   ticket.state = state;
+  ticket.why = why;
   ticket.reason = reason;
+  keep(ticket);
   --pending_;
   ended_.notify_all();
 }
@@ -79,7 +75,8 @@ void TicketTable::end(Ticket& ticket, TicketState state, const std::string& reas
 void TicketTable::fail_pending(const std::string& reason) {
   const std::lock_guard lock(mutex_);
   for (auto& [id, ticket] : tickets_) {
-    if (ticket.state == TicketState::kPending) end(ticket, TicketState::kFailed, reason);
+    if (ticket.state == TicketState::kPending)
+      end(ticket, TicketState::kFailed, TicketReason::kTaskGone, reason);
   }
 }
 
@@ -87,18 +84,24 @@ void TicketTable::fail(std::uint64_t id, const std::string& reason) {
   const std::lock_guard lock(mutex_);
   const auto found = tickets_.find(id);
   if (found == tickets_.end() || found->second.state != TicketState::kPending) return;
-  end(found->second, TicketState::kFailed, reason);
+  end(found->second, TicketState::kFailed, TicketReason::kTaskGone, reason);
 }
 
-void TicketTable::reconcile(std::uint64_t incarnation, std::uint64_t ended_through) {
+void TicketTable::reconcile(const Snapshot& before) {
   const std::lock_guard lock(mutex_);
   if (pending_ == 0) return;
+  // Commands of earlier servants come first: where none runs or waits, none is left.
+  const auto is_inherited = [&](std::uint64_t id) { return id != 0 && id <= inherited_through_; };
+  const bool has_inherited =
+      before.backlog != 0 || is_inherited(before.command_id) || is_inherited(before.waiting_id);
+  const std::uint64_t ended_through =
+      has_inherited ? before.last_done_id : std::max(before.last_done_id, inherited_through_);
   for (auto& [id, ticket] : tickets_) {
     if (ticket.state != TicketState::kPending) continue;
-    if (ticket.incarnation != incarnation) {
-      end(ticket, TicketState::kFailed, reason_of(Verdict::kLost));
+    if (ticket.incarnation != before.incarnation) {
+      end(ticket, TicketState::kFailed, TicketReason::kLost);
     } else if (ticket.last <= ended_through) {
-      end(ticket, TicketState::kFailed, "the motion has ended, but the record of how it ended was lost");
+      end(ticket, TicketState::kFailed, TicketReason::kRecordLost);
     }
   }
 }
@@ -111,6 +114,7 @@ std::optional<TicketTable::Range> TicketTable::cancel_from(std::uint64_t id) {
   for (auto later = found; later != tickets_.end(); ++later) {
     if (later->second.state != TicketState::kPending) continue;
     later->second.cancelled = true;
+    keep(later->second);
     range.last = later->second.last;
   }
   return range;
@@ -120,8 +124,18 @@ void TicketTable::end_cancelled(std::uint64_t begun) {
   const std::lock_guard lock(mutex_);
   for (auto& [id, ticket] : tickets_) {
     if (ticket.state == TicketState::kPending && ticket.cancelled && ticket.first > begun)
-      end(ticket, TicketState::kStopped, kTakenBack);
+      end(ticket, TicketState::kStopped, TicketReason::kTakenBack);
   }
+}
+
+std::optional<TicketTable::Range> TicketTable::cancelled() const {
+  const std::lock_guard lock(mutex_);
+  std::optional<Range> range;
+  for (const auto& [id, ticket] : tickets_) {
+    if (ticket.state != TicketState::kPending || !ticket.cancelled) continue;
+    range = Range{range ? range->first : ticket.first, ticket.last};
+  }
+  return range;
 }
 
 void TicketTable::close() {

@@ -8,48 +8,40 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
-#include "corbot/channel/records.h"
-#include "planner/planner.h"
+#include "robot/ticket.h"
 
 namespace corbot {
 
-enum class TicketState { kPending, kDone, kStopped, kFailed };
-
-/// One accepted motion: one or two consecutive commands. Its number is that of the last of them.
-struct Ticket {
-  std::uint64_t first{};
-  std::uint64_t last{};
-  double duration_s{};          ///< of all its commands, at override 100 %
-  double second_from_s{};       ///< when the second command begins, within duration_s
-  std::uint64_t incarnation{};  ///< of the real-time task that it was handed to
-  std::uint64_t epoch{};        ///< number of stops when its call came
-  PlanStart end;                ///< where the arm rests when it is done
-  bool cancelled{false};        ///< a Cancel has taken it back
-  TicketState state{TicketState::kPending};
-  std::string reason;  ///< empty unless stopped or failed
-};
-
-/// The accepted motions and their states. Thread-safe. Keeps every pending ticket and the last kKept ended.
+/// The accepted motions and their states, and their copy for the servant after this one. Thread-safe. Keeps every
+/// pending ticket and the last kKept ended.
 class TicketTable {
  public:
   static constexpr std::size_t kKept = 1024;
   /// Not at once: a client that waits again and again would do nothing else.
   static constexpr std::chrono::milliseconds kSuspendedWait{400};
 
+  using Records = decltype(ServantState::tickets);
+
+  /// Before all else. From now on every change is there, too: a record for each of the last tickets.
+  void keep_in(Records& records) { records_ = &records; }
+  /// Before the first add(): those of the servant before this one, in the order of their numbers.
+  void inherit(const std::vector<Ticket>& former);
+
   void add(const Ticket& ticket);
   /// The motion was not handed over after all.
   void remove(std::uint64_t id);
-  /// A command has its verdict. Unknown numbers (of an earlier servant) are ignored. A ticket ends with its
+  /// A command has its verdict. Unknown numbers, and a verdict that is read twice, are ignored. A ticket ends with its
   /// last command; the first verdict other than done decides what it says.
   void complete(std::uint64_t command, Verdict verdict);
   /// Every pending ticket fails.
   void fail_pending(const std::string& reason);
   /// This one does, if it is pending.
   void fail(std::uint64_t id, const std::string& reason);
-  /// The present task, and the highest command number that has ended there, every verdict up to it read: what
-  /// is pending of an earlier task, or up to that number, will get no verdict, and fails.
-  void reconcile(std::uint64_t incarnation, std::uint64_t ended_through);
+  /// A snapshot of the present task, every verdict that was out before it read: what is pending of an earlier task, or
+  /// has ended there, will get no verdict, and fails. So does what is pending of an earlier servant and not there.
+  void reconcile(const Snapshot& before);
   /// Marks the pending tickets from this one on as taken back. The number of the first command of the first
   /// of them and of the last command of the last; nothing when this one has ended.
   struct Range {
@@ -60,6 +52,8 @@ class TicketTable {
   /// The task has taken back what was marked: ends it, but for the ticket that has commands up to `begun`,
   /// which waits for its verdict.
   void end_cancelled(std::uint64_t begun);
+  /// What is pending and marked as taken back.
+  [[nodiscard]] std::optional<Range> cancelled() const;
   /// Wakes every waiting thread, for good: the robot is being closed.
   void close();
   /// While true no wait lasts longer than kSuspendedWait: nothing can end a motion.
@@ -80,11 +74,17 @@ class TicketTable {
  private:
   // With mutex_ held.
   void forget_old();
-  void end(Ticket& ticket, TicketState state, const std::string& reason);
+  void insert(const Ticket& ticket);
+  void end(Ticket& ticket, TicketState state, TicketReason why, const std::string& reason);
+  void end(Ticket& ticket, TicketState state, TicketReason why) { end(ticket, state, why, to_string(why)); }
+  void keep(const Ticket& ticket);
 
   mutable std::mutex mutex_;
   mutable std::condition_variable ended_;
   std::map<std::uint64_t, Ticket> tickets_;  // by number
+  std::uint64_t inherited_through_{0};       // numbers that earlier servants have given away
+  std::uint64_t added_{0};
+  Records* records_{nullptr};
   std::size_t pending_{0};
   bool closed_{false};
   bool suspended_{false};

@@ -19,6 +19,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kAnswer{3};
 /// A servant's numbers go on from its predecessor's, unless they cannot be right.
 constexpr std::uint64_t kLargestStep = 1'000'000;
+constexpr std::uint64_t kMostClears = std::uint64_t{1} << 52;
 
 struct Connected {
   Descriptor connection;
@@ -196,13 +197,19 @@ void ServantPort::inherit(const Message& welcome, const TaskSegment& task, uid_t
     own.control.pause.store(before->control.pause.load(std::memory_order_relaxed) != 0 ? 1 : 0);
     (void)raise_stop_count(own.control.stop_count,
                            before->control.stop_count.load(std::memory_order_acquire));
+    // Reports of a Clear name its number, and are read in place of the former one.
+    const std::uint64_t clears = before->control.clear_count.load(std::memory_order_acquire);
+    if (clears < kMostClears) own.control.clear_count.store(clears);
   }
   own.next_command_id.store(next, std::memory_order_release);
   if (own.task_id.load(std::memory_order_relaxed) != task.header.id) {
     const bool same = before != nullptr && before->task_id.load(std::memory_order_acquire) == task.header.id;
     const auto begin = [](RingTail<>& tail, const RingTail<>* theirs, std::uint64_t published,
                           std::size_t capacity) {
-      const std::uint64_t taken = theirs != nullptr ? theirs->taken() : 0;
+      std::uint64_t taken = theirs != nullptr ? theirs->taken() : 0;
+      // The last one once more: it may have been killed before it had recorded it. But not where the task, which
+      // still goes by the former one's tail, may be writing that slot.
+      if (taken > 0 && published - taken < capacity / 2) --taken;
       tail.begin_at(published - taken <= capacity ? taken : published);
     };
     begin(own.completions_tail, same ? &before->completions_tail : nullptr, task.completions.published(),

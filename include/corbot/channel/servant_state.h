@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <type_traits>
 
 #include "corbot/arm/joints.h"
@@ -21,9 +24,62 @@ struct SettingsRecord {
 };
 static_assert(std::is_trivially_copyable_v<SettingsRecord> && sizeof(SettingsRecord) % 8 == 0);
 
+/// An alarm as clients read it.
+struct AlarmRecord {
+  std::uint64_t order;   ///< rises from one alarm to the next; 0: none
+  double time_s;         ///< since the Unix epoch
+  std::int32_t code;     ///< AlarmCode, or one of the servant's own
+  std::uint32_t active;  ///< 1: still the cause of Error
+  char text[192];        ///< printable ASCII, terminated
+};
+static_assert(std::is_trivially_copyable_v<AlarmRecord> && sizeof(AlarmRecord) % 8 == 0);
+
+enum class TicketState : std::uint32_t { kPending = 1, kDone = 2, kStopped = 3, kFailed = 4 };
+
+/// Why a motion was stopped or has failed. The first ones are numbered as their Verdict.
+enum class TicketReason : std::uint32_t {
+  kNone = 0,
+  kStopped = 2,
+  kFault = 3,
+  kMalformed = 4,
+  kDiscontinuous = 5,
+  kLimit = 6,
+  kLost = 7,
+  kOrphaned = 8,
+  kTakenBack = 100,   ///< by a Cancel
+  kRecordLost = 101,  ///< it has ended, and nobody knows how
+  kTaskGone = 102,    ///< the real-time task ended, or was restarted, while it was pending
+  kUnknown = 103,     ///< the task gave a verdict that is none
+};
+
+/// An accepted motion and what became of it.
+struct TicketRecord {
+  std::uint64_t first;  ///< number of its first command; 0: no motion
+  std::uint64_t last;   ///< of its last, by which clients know it
+  double duration_s;
+  double second_from_s;       ///< when the second command begins, within duration_s
+  std::uint64_t incarnation;  ///< of the real-time task that it was handed to
+  std::uint64_t epoch;        ///< number of stops when its call came
+  Joints end_rad;             ///< where the arm rests when it is done
+  double end_gripper;         ///< 0 ... 1
+  std::uint64_t
+      handed_until;  ///< RingSlots::published() once it is handed over; 0: it was, by a former servant
+  TicketState state;
+  TicketReason reason;
+  std::uint32_t cancelled;  ///< 1: a Cancel has taken it back
+  std::uint32_t reserved;
+};
+static_assert(std::is_trivially_copyable_v<TicketRecord> && sizeof(TicketRecord) % 8 == 0);
+
+inline constexpr std::size_t kKeptAlarms = 64;
+/// Every pending motion, and the last that have ended.
+inline constexpr std::size_t kKeptTickets = 512;
+
 /// In the servant's segment. A record that belongs to it is added here, with its reader.
 struct ServantState {
   DurableCell<SettingsRecord> settings;
+  std::array<DurableCell<AlarmRecord>, kKeptAlarms> alarms;
+  std::array<DurableCell<TicketRecord>, kKeptTickets> tickets;
 };
 static_assert(std::is_standard_layout_v<ServantState>);
 

@@ -249,6 +249,7 @@ TEST_F(MeetingTest, AServantGoesOnWhereTheFormerOneEnded) {
     (void)rt->await_servant();
     channel->own().next_command_id.store(17);
     channel->own().control.pause.store(1);
+    channel->own().control.clear_count.store(3);
     channel->own().control.override_ratio.store(0.25);
     RingConsumer completions(channel->task().completions, channel->own().completions_tail);
     Completion taken{};
@@ -264,6 +265,7 @@ TEST_F(MeetingTest, AServantGoesOnWhereTheFormerOneEnded) {
   EXPECT_TRUE(inherited);
   EXPECT_EQ(channel->own().next_command_id.load(), 17u);
   EXPECT_EQ(channel->own().control.pause.load(), 1u);
+  EXPECT_EQ(channel->own().control.clear_count.load(), 3u);
   EXPECT_EQ(channel->own().control.override_ratio.load(), 0.25);
   RingConsumer completions(channel->task().completions, channel->own().completions_tail);
   Completion taken{};

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "corbot/channel/alarms.h"
 #include "robot/inherited_state.h"
 #include "robot/task_fixture.h"
 
@@ -36,6 +37,16 @@ namespace {
 
 const SettingsRecord kSettings{0.5, {0.25, 0.5, 0.75, 1.0, 1.0, 1.0}, -0.5};
 
+TicketRecord pending_ticket(std::uint64_t id, std::uint64_t incarnation) {
+  TicketRecord record{};
+  record.first = id;
+  record.last = id;
+  record.duration_s = 1.0;
+  record.incarnation = incarnation;
+  record.state = TicketState::kPending;
+  return record;
+}
+
 class Inherit : public TaskTest {
  protected:
   void SetUp() override { task_.run(); }
@@ -49,6 +60,18 @@ class Inherit : public TaskTest {
     ASSERT_TRUE(wait_until(within(30), [&] { return channel->is_served(); }));
     forge(channel->own());
     channel->disconnect();
+  }
+  [[nodiscard]] TicketRecord pending(std::uint64_t id) {
+    return pending_ticket(id, task_.task().incarnation);
+  }
+  void restart() {
+    robot_.reset();
+    open_robot();
+  }
+  corbot_ticket accept(double t_s) {
+    const Outcome outcome = try_accept(DwellRequest{t_s});
+    EXPECT_EQ(outcome.status, CORBOT_OK) << outcome.text;
+    return outcome.ticket;
   }
   double planned_s() {
     const Outcome outcome = try_accept(MoveJointsRequest{{0.5, 0.5, 0.5, 0.5}, 0.0});
@@ -140,6 +163,200 @@ TEST_F(Inherit, SettingsThatNoServantStoresAreLeftOutAndReported) {
     EXPECT_TRUE(has_alarm(kAlarmFormerServantInvalid)) << i;
     robot_.reset();
   }
+}
+
+TEST_F(Inherit, MotionsThatRunOrWaitKeepTheirTickets) {
+  open_robot();
+  const corbot_ticket running = accept(2.0);
+  const corbot_ticket queued = accept(3.0);
+  const corbot_ticket last = accept(4.0);
+  task_.begin();
+  restart();
+  EXPECT_EQ(robot_->view().state(), CORBOT_STATE_WAITING);
+  EXPECT_EQ(robot_->wait(running, 0.0).state, CORBOT_MOTION_RUNNING);
+  EXPECT_EQ(robot_->wait(queued, 0.0).state, CORBOT_MOTION_QUEUED);
+  EXPECT_EQ(robot_->wait(queued, 0.0).duration_s, 3.0);
+  const corbot_ticket own = accept(5.0);
+  EXPECT_EQ(own, last + 1);
+  restart();
+  task_.complete(Verdict::kDone);
+  EXPECT_EQ(robot_->wait(running, 30.0).state, CORBOT_MOTION_DONE);
+  EXPECT_EQ(robot_->wait(queued, 0.0).state, CORBOT_MOTION_QUEUED);
+  task_.complete(Verdict::kDone);
+  restart();
+  EXPECT_EQ(robot_->wait(queued, 30.0).state, CORBOT_MOTION_DONE);
+  task_.complete(Verdict::kLimit);
+  EXPECT_EQ(robot_->wait(last, 30.0).state, CORBOT_MOTION_FAILED);
+  EXPECT_NE(std::string(robot_->wait(last, 0.0).reason).find("limit"), std::string::npos);
+  task_.complete(Verdict::kDone);
+  EXPECT_EQ(robot_->wait(own, 30.0).state, CORBOT_MOTION_DONE);
+  restart();
+  EXPECT_EQ(robot_->wait(running, 0.0).state, CORBOT_MOTION_DONE);
+  EXPECT_NE(std::string(robot_->wait(last, 0.0).reason).find("limit"), std::string::npos);
+  EXPECT_EQ(robot_->view().state(), CORBOT_STATE_STANDBY);
+  EXPECT_FALSE(has_alarm(kAlarmFormerServantInvalid));
+}
+
+TEST_F(Inherit, VerdictsThatCameWhileNoServantWasThereAreRead) {
+  open_robot();
+  const corbot_ticket done = accept(1.0);
+  const corbot_ticket stopped = accept(1.0);
+  robot_.reset();
+  task_.complete(Verdict::kDone);
+  task_.complete(Verdict::kStopped);
+  open_robot();
+  EXPECT_EQ(robot_->wait(done, 30.0).state, CORBOT_MOTION_DONE);
+  EXPECT_EQ(robot_->wait(stopped, 30.0).state, CORBOT_MOTION_STOPPED);
+}
+
+/// Killed after it had taken the verdict and the alarm from their rings, before it had recorded them.
+TEST_F(Inherit, WhatTheFormerServantHadTakenAndNotRecordedIsReadAgain) {
+  leave([&](ServantSegment& own) {
+    own.next_command_id = 2;
+    own.state.tickets[0].store(pending(1));
+    task_.change([&](Snapshot& now) {
+      ASSERT_TRUE(RingProducer(task_.task().completions, own.completions_tail)
+                      .push({1, Verdict::kOrphaned, 0, now.cycle}));
+      now.last_done_id = 1;
+    });
+    task_.fail(alarm::backend_lost(DeviceCause::kHungUp));
+    Completion completion{};
+    EXPECT_EQ(RingConsumer(task_.task().completions, own.completions_tail).pop(completion), PopResult::kOk);
+    AlarmEvent event{};
+    EXPECT_EQ(RingConsumer(task_.task().alarms, own.alarms_tail).pop(event), PopResult::kOk);
+  });
+  robot_ = std::make_unique<Robot>(profile_, name_);
+  EXPECT_EQ(robot_->wait(1, 30.0).state, CORBOT_MOTION_FAILED);
+  EXPECT_NE(std::string(robot_->wait(1, 0.0).reason).find("no servant"), std::string::npos);
+  EXPECT_NE(robot_->view().error_cause().find("the line was cut"), std::string::npos);
+}
+
+TEST_F(Inherit, AMotionThatWasNeverHandedOverIsNoMotion) {
+  leave([&](ServantSegment& own) {
+    TicketRecord record = pending(1);
+    record.handed_until = 1;
+    own.state.tickets[0].store(record);
+    own.next_command_id = 2;
+  });
+  task_.begin();  // of yet another servant
+  open_robot();
+  EXPECT_EQ(status_of([&] { (void)robot_->wait(1, 0.0); }), CORBOT_BAD_PARAMETER);
+  EXPECT_FALSE(has_alarm(kAlarmFormerServantInvalid));
+}
+
+/// Nothing of it runs, waits, or has left a verdict: nobody waits for it for ever.
+TEST_F(Inherit, AMotionThatTheTaskDoesNotKnowEndsAsFailed) {
+  leave([&](ServantSegment& own) {
+    own.state.tickets[0].store(pending(100));
+    own.next_command_id = 101;
+  });
+  open_robot();
+  EXPECT_EQ(robot_->wait(100, 30.0).state, CORBOT_MOTION_FAILED);
+  EXPECT_EQ(try_accept(DwellRequest{1.0}).status, CORBOT_OK);
+}
+
+TEST_F(Inherit, TheCauseOfAnErrorIsToldAsBefore) {
+  open_robot();
+  task_.fail(alarm::emergency_stop(1));
+  task_.fail(alarm::backend_lost(DeviceCause::kHungUp));
+  ASSERT_TRUE(wait_until(within(30), [&] { return robot_->view().alarms().size() == 2; }));
+  const std::string cause = robot_->view().error_cause();
+  const auto before = robot_->view().alarms();
+  for (int i = 0; i < 3; ++i) {
+    robot_.reset();
+    robot_ = std::make_unique<Robot>(profile_, name_);
+    EXPECT_EQ(robot_->view().error_cause(), cause);
+    EXPECT_EQ(robot_->view().alarms(), before) << "restart " << i;
+  }
+  robot_.reset();
+  task_.fail(alarm::loop_gap(2'000'000'000));
+  robot_ = std::make_unique<Robot>(profile_, name_);
+  EXPECT_EQ(robot_->view().alarms().size(), 3u);
+  EXPECT_NE(robot_->view().error_cause(), cause);
+}
+
+/// The Clear was carried out, and its servant was killed before it had read that.
+TEST_F(Inherit, NothingIsTheCauseOfAnErrorThatIsOver) {
+  open_robot();
+  task_.fail(alarm::emergency_stop(1));
+  ASSERT_TRUE(wait_until(within(30), [&] { return robot_->view().alarms().size() == 1; }));
+  robot_.reset();
+  task_.change([](Snapshot& now) { now.state = RtState::kStandby; });
+  open_robot();
+  ASSERT_EQ(robot_->view().alarms().size(), 1u);
+  EXPECT_FALSE(robot_->view().alarms()[0].active);
+}
+
+TEST_F(Inherit, ADeadTasksMotionsEndAsLost) {
+  open_robot();
+  const corbot_ticket lost = accept(1.0);
+  robot_.reset();
+  Descriptor kept = task_.kept_servant();
+  ASSERT_TRUE(kept);
+  task_.die();
+  task_.adopt(std::move(kept));
+  task_.run();
+  open_robot();
+  EXPECT_EQ(robot_->wait(lost, 30.0).state, CORBOT_MOTION_FAILED);
+  EXPECT_EQ(try_accept(DwellRequest{1.0}).status, CORBOT_OK);
+}
+
+/// The real cycle. Cancel takes back what an earlier servant has queued, and only that.
+TEST_F(TaskTest, AnEarlierServantsMotionCanBeTakenBack) {
+  LoopTask task(name_, profile_.arm);
+  open_robot();
+  const corbot_ticket first = try_accept(DriveRequest{0, 0.4, 0.4}).ticket;
+  const corbot_ticket second = try_accept(DriveRequest{0, -0.2, 0.2}).ticket;
+  robot_.reset();
+  open_robot();
+  EXPECT_EQ(status_of([&] { robot_->cancel(second); }), CORBOT_OK);
+  EXPECT_EQ(robot_->wait(second, 0.0).state, CORBOT_MOTION_STOPPED);
+  EXPECT_EQ(robot_->wait(first, 0.0).state, CORBOT_MOTION_RUNNING);
+  const Outcome third = try_accept(DriveRequest{0, 0.1, 0.4});
+  ASSERT_EQ(third.status, CORBOT_OK) << third.text;
+  robot_.reset();
+  open_robot();
+  EXPECT_EQ(robot_->wait(third.ticket, 30.0).state, CORBOT_MOTION_DONE);
+  EXPECT_EQ(robot_->wait(first, 0.0).state, CORBOT_MOTION_DONE);
+  EXPECT_EQ(robot_->wait(second, 0.0).state, CORBOT_MOTION_STOPPED);
+  EXPECT_NE(std::string(robot_->wait(second, 0.0).reason).find("Cancel"), std::string::npos);
+  Snapshot now{};
+  ASSERT_TRUE(task.task().snapshot.load(now));
+  EXPECT_NEAR(now.position_rad[0], 0.5, 1e-6);
+  robot_.reset();
+}
+
+/// Killed between its ticket's record and the task's look at the request.
+TEST_F(TaskTest, ACancelOfAKilledServantIsRepeated) {
+  LoopTask task(name_, profile_.arm);
+  {
+    ServantPort former(name_, fingerprint(profile_.arm), nullptr);
+    const auto channel = former.connect([] { return false; });
+    ASSERT_TRUE(wait_until(within(30), [&] { return channel->is_served(); }));
+    ServantSegment& own = channel->own();
+    const Planner planner(profile_.arm);
+    const auto plan = [&](double from_rad) {
+      return std::get<std::vector<Command>>(planner.drive({{from_rad}, 0.0}, {}, 0, 0.3, 0.3))[0];
+    };
+    Command commands[] = {plan(0.0), plan(0.3)};
+    for (std::uint64_t i = 0; i < 2; ++i) {
+      commands[i].id = i + 1;
+      commands[i].epoch = channel->stop_count().load();
+      commands[i].incarnation = static_cast<std::uint32_t>(task.task().incarnation);
+      TicketRecord record = pending_ticket(i + 1, task.task().incarnation);
+      record.end_rad = commands[i].end_rad;
+      record.cancelled = i == 1 ? 1 : 0;
+      own.state.tickets[i].store(record);
+    }
+    own.next_command_id = 3;
+    ASSERT_TRUE(RingProducer(own.commands, task.task().commands_tail).push_all(commands, 2));
+    channel->disconnect();
+  }
+  open_robot();
+  EXPECT_EQ(robot_->wait(2, 30.0).state, CORBOT_MOTION_STOPPED);
+  EXPECT_NE(std::string(robot_->wait(2, 0.0).reason).find("Cancel"), std::string::npos);
+  EXPECT_EQ(robot_->wait(1, 30.0).state, CORBOT_MOTION_DONE);
+  robot_.reset();
 }
 
 }  // namespace

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -27,14 +29,21 @@ namespace corbot::test {
 
 /// What a task in this process has of the channel. Each has an incarnation of its own.
 struct TaskEnd {
-  TaskEnd(const std::string& name, const ArmModel& arm)
+  /// `former`: the segment of the servant that worked with the task before; may be empty.
+  TaskEnd(const std::string& name, const ArmModel& arm, Descriptor former = Descriptor())
       : task(Segment<TaskSegment>::create(name, fingerprint(arm))),
         stop(Segment<StopSegment>::create(name, fingerprint(arm))),
         server(name, fingerprint(arm), {}) {
     static std::atomic<std::uint64_t> incarnation{0};
     task->incarnation = ++incarnation;
-    server.serve(task, stop, servants, nullptr);
+    server.inherit_servant(std::move(former));
+    server.serve(task, stop, servants, [this](const Descriptor& servant) {
+      const std::lock_guard lock(mutex);
+      kept = Descriptor(::fcntl(servant.get(), F_DUPFD_CLOEXEC, 0));
+    });
   }
+  std::mutex mutex;  // of kept
+  Descriptor kept;   ///< the segment of the last servant
   Segment<TaskSegment> task;
   Segment<StopSegment> stop;
   ServantMailbox servants;
@@ -54,10 +63,16 @@ class FakeTask {
   void die() {
     stop_running();
     servant_ = nullptr;
+    backlog_.clear();
     end_.reset();
   }
   /// Listens, with an incarnation of its own; the cycle does not run yet.
-  void adopt() { end_.emplace(name_, arm_); }
+  void adopt(Descriptor former = Descriptor()) { end_.emplace(name_, arm_, std::move(former)); }
+  /// What a supervisor keeps for the next task: the segment of the servant that is connected, or was.
+  Descriptor kept_servant() {
+    const std::lock_guard lock(end_->mutex);
+    return std::move(end_->kept);
+  }
   void run() {
     snapshot_.incarnation = end_->task->incarnation;
     snapshot_.servant_session = 0;
@@ -87,13 +102,28 @@ class FakeTask {
     change([&](Snapshot& now) {
       ASSERT_TRUE(RingProducer(end_->task->completions, servant_.load()->completions_tail)
                       .push({command.id, verdict, 0, now.cycle}));
-      now.last_done_id = command.id;
+      end(now, command);
     });
   }
   /// It has ended, and the record of how is lost.
   void lose_verdict() {
     const Command command = take();
-    change([&](Snapshot& now) { now.last_done_id = command.id; });
+    change([&](Snapshot& now) { end(now, command); });
+  }
+  /// The command that is next runs from now on.
+  void begin() {
+    change([](Snapshot& now) {
+      now.command_id = now.last_done_id + 1;
+      now.state = RtState::kMoving;
+    });
+  }
+  /// Goes into Error, with this cause.
+  void fail(AlarmEvent cause) {
+    change([&](Snapshot& now) {
+      cause.time_ns = 1'700'000'000'000'000'000 + static_cast<std::int64_t>(now.cycle);
+      ASSERT_TRUE(RingProducer(end_->task->alarms, servant_.load()->alarms_tail).push(cause));
+      now.state = RtState::kError;
+    });
   }
   /// Of the command that is next in the ring, which is taken.
   [[nodiscard]] std::uint64_t epoch_of_next() { return take().epoch; }
@@ -109,6 +139,13 @@ class FakeTask {
   }
 
  private:
+  void end(Snapshot& now, const Command& command) {
+    now.last_done_id = command.id;
+    now.backlog = static_cast<std::uint32_t>(backlog_.size());
+    if (now.command_id != command.id) return;
+    now.command_id = 0;
+    now.state = RtState::kStandby;
+  }
   void stop_running() {
     ending_ = true;
     if (thread_.joinable()) thread_.join();
@@ -117,14 +154,29 @@ class FakeTask {
   void connect() {
     const ServantOffer* const offer = end_->servants.take();
     if (offer == nullptr) return;
+    if (servant_.load() != nullptr) {
+      for (RingConsumer former(servant_.load()->commands, end_->task->commands_tail);;) {
+        Command command{};
+        if (former.pop(command) != PopResult::kOk) break;
+        backlog_.push_back(command);
+      }
+    }
+    snapshot_.backlog = static_cast<std::uint32_t>(backlog_.size());
     servant_ = offer->segment;
     RingConsumer(servant_.load()->commands, end_->task->commands_tail).clear();
-    if (snapshot_.command_id == 0) snapshot_.last_done_id = servant_.load()->next_command_id.load() - 1;
+    if (snapshot_.command_id == 0 && backlog_.empty())
+      snapshot_.last_done_id = servant_.load()->next_command_id.load() - 1;
     snapshot_.servant_session = offer->session;
     end_->servants.confirm(offer->session);
   }
   Command take() {
+    const std::lock_guard lock(mutex_);
     Command command{};
+    if (!backlog_.empty()) {
+      command = backlog_.front();
+      backlog_.pop_front();
+      return command;
+    }
     EXPECT_EQ(RingConsumer(servant_.load()->commands, end_->task->commands_tail).pop(command),
               PopResult::kOk);
     return command;
@@ -134,7 +186,8 @@ class FakeTask {
   const ArmModel arm_;
   std::optional<TaskEnd> end_;
   std::atomic<const ServantSegment*> servant_{nullptr};  ///< set by the thread, read by the test
-  std::mutex mutex_;
+  std::mutex mutex_;                                     // of the two below
+  std::deque<Command> backlog_;
   Snapshot snapshot_{};
   std::atomic<bool> ending_{false};
   std::thread thread_;

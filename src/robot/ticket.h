@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "corbot/channel/records.h"
+#include "corbot/channel/servant_state.h"
+#include "planner/plan.h"
+
+namespace corbot {
+
+/// One accepted motion: one or two consecutive commands. Its number is that of the last of them.
+struct Ticket {
+  std::uint64_t first{};
+  std::uint64_t last{};
+  double duration_s{};           ///< of all its commands, at override 100 %
+  double second_from_s{};        ///< when the second command begins, within duration_s
+  std::uint64_t incarnation{};   ///< of the real-time task that it was handed to
+  std::uint64_t epoch{};         ///< number of stops when its call came
+  PlanStart end;                 ///< where the arm rests when it is done
+  std::uint64_t handed_until{};  ///< see TicketRecord
+  bool cancelled{false};         ///< a Cancel has taken it back
+  TicketState state{TicketState::kPending};
+  TicketReason why{};
+  std::size_t place{};  ///< of its record
+  std::string reason;   ///< empty unless stopped or failed
+};
+
+/// For a verdict that ends a motion.
+[[nodiscard]] TicketState state_of(Verdict verdict);
+[[nodiscard]] TicketReason reason_of(Verdict verdict);
+/// "" for none.
+[[nodiscard]] const char* to_string(TicketReason reason);
+/// Whether such a state can have such a reason; false for what is neither.
+[[nodiscard]] bool is_consistent(TicketState state, TicketReason reason);
+
+[[nodiscard]] TicketRecord to_record(const Ticket& ticket);
+/// Of a record that was checked.
+[[nodiscard]] Ticket to_ticket(const TicketRecord& record);
+
+}  // namespace corbot
