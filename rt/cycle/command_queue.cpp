@@ -5,31 +5,41 @@
 
 namespace corbot::rt {
 
-bool CommandQueue::connect(const ServantSegment& servant, std::uint64_t cycle, bool is_running) noexcept {
-  bool is_sound = true;
-  servant_.replace(
-      servant, [&](const Command& lost) { complete(lost.id, Verdict::kFault, cycle); },
-      [&] { is_sound = false; });
+bool CommandQueue::connect(const ServantSegment& servant, bool is_running) noexcept {
+  const ConnectedServant::Former former = servant_.replace(servant);
   completions_.follow(servant.completions_tail);
-  if (!is_running && !is_waiting_ && backlog() == 0) {
+  // The numbers of the new servant's own commands begin at its next one.
+  if (former != ConnectedServant::Former::kTaken) lost_through_ = servant_.last_used_id(last_done_);
+  if (!is_running && !is_waiting_ && backlog() == 0 && !is_lost_next()) {
     last_done_ = servant_.last_used_id(last_done_);
     cancelled_.reset();
   }
-  return is_sound;
+  return former != ConnectedServant::Former::kCorrupt;
 }
 
 CommandQueue::Fetch CommandQueue::fetch() noexcept {
-  if (is_waiting_) return Fetch::kOne;
-  switch (servant_.pop(waiting_)) {
-    case PopResult::kOk:
-      is_waiting_ = true;
-      return Fetch::kOne;
-    case PopResult::kEmpty:
-      break;
-    case PopResult::kCorrupt:
-      return Fetch::kCorrupt;
+  if (!is_waiting_) {
+    switch (servant_.pop(waiting_)) {
+      case PopResult::kOk:
+        is_waiting_ = true;
+        break;
+      case PopResult::kEmpty:
+        break;
+      case PopResult::kCorrupt:
+        lost_through_ = servant_.last_used_id(last_done_);
+        return Fetch::kCorrupt;
+    }
   }
-  return Fetch::kNone;
+  if (is_lost_next()) return Fetch::kLost;
+  return is_waiting_ ? Fetch::kOne : Fetch::kNone;
+}
+
+void CommandQueue::end_lost(std::uint64_t cycle) noexcept {
+  const std::uint64_t last = last_done_;
+  for (std::uint64_t id = last + 1; id <= lost_through_ && id - last <= kOutstanding; ++id) {
+    complete(id, Verdict::kDropped, cycle);
+  }
+  lost_through_ = 0;
 }
 
 void CommandQueue::complete(std::uint64_t id, Verdict verdict, std::uint64_t cycle) noexcept {

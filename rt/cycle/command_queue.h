@@ -14,7 +14,7 @@ namespace corbot::rt {
 /// one that is too far away is none. Real-time safe, bounded.
 class CommandQueue {
  public:
-  enum class Fetch { kNone, kOne, kCorrupt };
+  enum class Fetch { kNone, kOne, kLost, kCorrupt };
 
   /// Of its servant's ring, and of what former ones have left.
   static constexpr std::size_t kMost = ConnectedServant::kMostCommands;
@@ -26,14 +26,17 @@ class CommandQueue {
   void adopt(std::uint64_t last_done) noexcept { last_done_ = last_done; }
   /// The servant that connects: what its ring holds ends here, without a verdict, and so does a number whose command
   /// is not in the ring yet: it is refused when it comes. What a former servant was accepted for goes on. False when
-  /// that one's ring was corrupt, and what it held is lost.
-  [[nodiscard]] bool connect(const ServantSegment& servant, std::uint64_t cycle, bool is_running) noexcept;
+  /// that one's ring was corrupt, and what it held is lost: see end_lost().
+  [[nodiscard]] bool connect(const ServantSegment& servant, bool is_running) noexcept;
   /// Commands of former servants that are still to be fetched.
   [[nodiscard]] std::size_t backlog() const noexcept { return servant_.backlog(); }
 
-  /// Takes the next command from the ring, unless there is one taken and not begun. kCorrupt: the ring's
-  /// indices were invalid, and what it held is lost.
+  /// At rest. Takes the next command from the ring, unless there is one taken and not begun. kLost: the numbers that
+  /// are next have no command any more, and end_lost() is to be called. kCorrupt: likewise, and the ring's indices were
+  /// invalid.
   [[nodiscard]] Fetch fetch() noexcept;
+  /// Their verdicts, in their turn: what came before them has ended. Bounded.
+  void end_lost(std::uint64_t cycle) noexcept;
   /// Valid while is_waiting().
   [[nodiscard]] const Command& waiting() const noexcept { return waiting_; }
   [[nodiscard]] bool is_waiting() const noexcept { return is_waiting_; }
@@ -58,12 +61,17 @@ class CommandQueue {
   static constexpr std::uint64_t kOutstanding = 128;
 
   void end_through(std::uint64_t id) noexcept;
+  /// Numbers without a command, from last_done_ on, are next.
+  [[nodiscard]] bool is_lost_next() const noexcept {
+    return lost_through_ > last_done_ && (!is_waiting_ || waiting_.id > lost_through_);
+  }
 
   ConnectedServant servant_;
   RingProducer<decltype(TaskSegment::completions)> completions_;
   Command waiting_{};
   bool is_waiting_{false};
   std::uint64_t last_done_{0};
+  std::uint64_t lost_through_{0};          ///< numbers up to this that are not taken by now never will be
   std::bitset<kOutstanding> cancelled_{};  ///< of the kOutstanding numbers after last_done_
 };
 

@@ -21,6 +21,9 @@ class ConnectedServant {
   /// Of its ring, and of what former ones have left.
   static constexpr std::size_t kMostCommands = 2 * kCapacity;
 
+  /// What became of a former servant's commands. Where not all were taken, the last ones are missing.
+  enum class Former { kTaken, kTooMuch, kCorrupt };
+
   explicit ConnectedServant(RingTail<>& tail) noexcept
       : tail_(tail), ring_(kNoServant.commands, tail), backlog_in_(backlog_), backlog_out_(backlog_) {
     ring_.clear();
@@ -46,20 +49,20 @@ class ConnectedServant {
   /// Commands of former servants that are still to be popped.
   [[nodiscard]] std::size_t backlog() const noexcept { return backlog_.size(); }
 
-  /// From now on another servant, and its commands behind what lies in its ring. `on_lost` is called with each command
-  /// of the former one that finds no place, `on_corrupt` when its indices make no sense. One ring full of steps at most.
-  template <class OnLost, class OnCorrupt>
-  void replace(const ServantSegment& servant, OnLost&& on_lost, OnCorrupt&& on_corrupt) noexcept {
+  /// From now on another servant, and its commands behind what lies in its ring. One ring full of steps at most.
+  Former replace(const ServantSegment& servant) noexcept {
+    Former former = Former::kTaken;
     Command waiting{};
     for (std::size_t i = 0; i < kCapacity; ++i) {
       const PopResult result = ring_.pop(waiting);
-      if (result == PopResult::kCorrupt) on_corrupt();
+      if (result == PopResult::kCorrupt) former = Former::kCorrupt;
       if (result != PopResult::kOk) break;
-      if (!backlog_in_.push(waiting)) on_lost(waiting);
+      if (!backlog_in_.push(waiting)) former = Former::kTooMuch;
     }
     segment_ = &servant;
     ring_ = RingConsumer(servant.commands, tail_);
     ring_.clear();
+    return former;
   }
 
  private:

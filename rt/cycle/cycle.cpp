@@ -239,9 +239,15 @@ void Cycle::refuse(Verdict verdict) noexcept {
   complete(queue_.waiting().id, verdict);
 }
 
+/// At rest. Numbers whose commands are lost end in their turn: no call may wait for them forever.
 bool Cycle::fetch_command() noexcept {
-  const CommandQueue::Fetch fetched = queue_.fetch();
-  if (fetched == CommandQueue::Fetch::kCorrupt) report_lost_commands();
+  CommandQueue::Fetch fetched = queue_.fetch();
+  if (fetched == CommandQueue::Fetch::kCorrupt) raise(alarm::ring_corrupt());
+  if (fetched == CommandQueue::Fetch::kCorrupt || fetched == CommandQueue::Fetch::kLost) {
+    queue_.end_lost(snapshot_.cycle);
+    published_ = true;
+    fetched = queue_.fetch();
+  }
   return fetched == CommandQueue::Fetch::kOne;
 }
 
@@ -268,16 +274,6 @@ void Cycle::begin_command() noexcept {
   base_ = set_point_;
   governor_.set_target(snapshot_.override_ratio);
   governor_.begin(governed_motion(arm_, running_));
-}
-
-/// At rest. The ring's indices were corrupt and what it held is lost: no call may wait for it forever.
-void Cycle::report_lost_commands() noexcept {
-  raise(alarm::ring_corrupt());
-  const std::uint64_t last = queue_.last_done();
-  const std::uint64_t next = queue_.next_number();
-  for (std::uint64_t id = last + 1; id < next && id <= last + CommandQueue::capacity(); ++id) {
-    complete(id, Verdict::kFault);
-  }
 }
 
 void Cycle::advance_virtual_time() noexcept {

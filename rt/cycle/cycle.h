@@ -7,6 +7,7 @@
 #include "corbot/arm/arm_model.h"
 #include "corbot/backend/backend.h"
 #include "corbot/backend/emergency_stop.h"
+#include "corbot/channel/alarms.h"
 #include "corbot/channel/layout.h"
 #include "corbot/channel/servant_mailbox.h"
 #include "rt/cycle/alarm_output.h"
@@ -61,7 +62,7 @@ class Cycle {
   /// caller's any more, and is dropped. Its flags count from now on.
   void connect(const ServantOffer& offer) noexcept {
     stops_.read(*flags_);  // the former one's last
-    if (!queue_.connect(*offer.segment, snapshot_.cycle, is_running_)) report_lost_commands();
+    if (!queue_.connect(*offer.segment, is_running_)) raise(alarm::ring_corrupt());
     alarms_.follow(offer.segment->alarms_tail);
     flags_ = &offer.segment->control;
     snapshot_.clears_done = flags_->clear_count.load(std::memory_order_acquire);
@@ -115,7 +116,6 @@ class Cycle {
   void refuse_cancelled() noexcept;
   void end_slowed_down() noexcept;
   void begin_command() noexcept;
-  void report_lost_commands() noexcept;
   void complete(std::uint64_t id, Verdict verdict) noexcept;
   void refuse(Verdict verdict) noexcept;
   void fault(const AlarmEvent& cause) noexcept;

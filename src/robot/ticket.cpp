@@ -19,6 +19,7 @@ TicketReason reason_of(Verdict verdict) {
     case Verdict::kLimit:
     case Verdict::kLost:
     case Verdict::kOrphaned:
+    case Verdict::kDropped:
       return static_cast<TicketReason>(verdict);
   }
   return TicketReason::kUnknown;
@@ -42,6 +43,8 @@ const char* to_string(TicketReason reason) {
       return "the real-time task was restarted; the motion was lost with the old one";
     case TicketReason::kOrphaned:
       return "no servant responded: the motion was stopped on its path";
+    case TicketReason::kDropped:
+      return "the motion was not begun: what its servant had handed over was damaged";
     case TicketReason::kTakenBack:
       return "taken back by Cancel";
     case TicketReason::kRecordLost:
@@ -73,6 +76,7 @@ bool is_consistent(TicketState state, TicketReason reason) {
     case TicketReason::kLimit:
     case TicketReason::kLost:
     case TicketReason::kOrphaned:
+    case TicketReason::kDropped:
     case TicketReason::kRecordLost:
     case TicketReason::kTaskGone:
     case TicketReason::kUnknown:

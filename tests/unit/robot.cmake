@@ -1,6 +1,6 @@
 corbot_test(test_robot
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/robot/ticket_table_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/alarm_log_test.cpp
-          ${CMAKE_CURRENT_SOURCE_DIR}/robot/c_api_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/save_policy_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/robot/c_api_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/save_policy_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/forged_state_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/robot/progress_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/self_check_test.cpp
   LIBS corbot::robot fmt::fmt
   LABELS unit)

@@ -37,6 +37,7 @@ namespace detail {
     case Verdict::kLimit:
     case Verdict::kLost:
     case Verdict::kOrphaned:
+    case Verdict::kDropped:
       return verdict;
   }
   return Verdict::kMalformed;

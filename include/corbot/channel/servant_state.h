@@ -46,6 +46,7 @@ enum class TicketReason : std::uint32_t {
   kLimit = 6,
   kLost = 7,
   kOrphaned = 8,
+  kDropped = 9,
   kTakenBack = 100,   ///< by a Cancel
   kRecordLost = 101,  ///< it has ended, and nobody knows how
   kTaskGone = 102,    ///< the real-time task ended, or was restarted, while it was pending
@@ -72,8 +73,8 @@ struct TicketRecord {
 static_assert(std::is_trivially_copyable_v<TicketRecord> && sizeof(TicketRecord) % 8 == 0);
 
 inline constexpr std::size_t kKeptAlarms = 64;
-/// Every pending motion, and the last that have ended.
-inline constexpr std::size_t kKeptTickets = 512;
+/// Every pending motion, and the last 1024 that have ended.
+inline constexpr std::size_t kKeptTickets = 1024 + 64;
 
 /// In the servant's segment. A record that belongs to it is added here, with its reader.
 struct ServantState {

@@ -323,7 +323,7 @@ TEST_F(CycleTest, ACorruptRingIsEmptiedAndSaidSo) {
   RingIndices::set_head(rig.servant->commands, 1'000'000);
   until_verdict(2);
   EXPECT_EQ(verdict.id, lost);
-  EXPECT_EQ(verdict.verdict, Verdict::kFault);
+  EXPECT_EQ(verdict.verdict, Verdict::kDropped);
   EXPECT_EQ(rig.alarm()->code, AlarmCode::kRingCorrupt);
   expect_holds();
   go(kThere);

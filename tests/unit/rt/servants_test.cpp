@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "channel/ring_access.h"
 #include "rt/rig.h"
 
 namespace corbot::test {
@@ -39,7 +40,21 @@ class Servants : public ::testing::Test {
     return Verdict::kMalformed;
   }
 
+  /// Of the numbers up to `last` that have none yet, each once and in their order.
+  std::vector<Verdict> verdicts(std::uint64_t last) {
+    std::vector<Verdict> all;
+    for (int i = 0; i < 100'000 && last_verdict < last; ++i) {
+      rig.step();
+      while (const auto taken = rig.completion()) {
+        EXPECT_EQ(taken->id, ++last_verdict);
+        all.push_back(taken->verdict);
+      }
+    }
+    return all;
+  }
+
   Rig rig;
+  std::uint64_t last_verdict{0};
   std::vector<std::unique_ptr<ServantSegment>> former;
   std::list<ServantOffer> offers;
 };
@@ -113,6 +128,79 @@ TEST_F(Servants, SeveralInARowLoseNothing) {
   rig.step();
   EXPECT_EQ(rig.snapshot.servant_session, rig.session);
   EXPECT_EQ(verdict_of(2), Verdict::kDone);
+}
+
+TEST_F(Servants, ACorruptRingOfTheFormerOneEndsWhatItHeldAndNothingElse) {
+  go({}, kThere);
+  rig.step(10);
+  go(kThere, {});
+  go({}, kThere);
+  RingIndices::set_head(rig.servant->commands, 1'000'000);
+  replace_servant();
+  rig.step();
+  EXPECT_EQ(rig.alarm()->code, AlarmCode::kRingCorrupt);
+  EXPECT_EQ(rig.snapshot.command_id, 1u);
+  EXPECT_EQ(rig.snapshot.last_done_id, 0u) << "it runs";
+  go(kThere, {});
+  EXPECT_EQ(verdicts(4), (std::vector{Verdict::kDone, Verdict::kDropped, Verdict::kDropped, Verdict::kDone}));
+  EXPECT_EQ(rig.snapshot.position_rad, Joints{});
+  EXPECT_FALSE(rig.alarm());
+}
+
+TEST_F(Servants, ACorruptRingLeavesTheBacklogOfOthersAlone) {
+  go({}, kThere);
+  go(kThere, {});
+  rig.step(10);
+  replace_servant();
+  rig.step();
+  go({}, kThere);
+  RingIndices::set_head(rig.servant->commands, 1'000'000);
+  replace_servant();
+  rig.step();
+  go({}, kThere);
+  replace_servant();
+  rig.step();
+  EXPECT_EQ(verdicts(4), (std::vector{Verdict::kDone, Verdict::kDone, Verdict::kDropped, Verdict::kDone}));
+  EXPECT_EQ(rig.snapshot.position_rad, kThere);
+}
+
+TEST_F(Servants, ACorruptRingAtRestEndsWhatItHeld) {
+  go({}, kThere);
+  RingIndices::set_head(rig.servant->commands, 1'000'000);
+  replace_servant();
+  EXPECT_EQ(verdicts(1), (std::vector{Verdict::kDropped}));
+  go({}, kThere);
+  EXPECT_EQ(verdicts(2), (std::vector{Verdict::kDone}));
+}
+
+TEST_F(Servants, WhatFindsNoPlaceInTheBacklogEndsAfterIt) {
+  go({}, kThere);
+  rig.step(10);
+  constexpr std::uint64_t kRoom = rt::ConnectedServant::kCapacity;
+  for (std::uint64_t i = 0; i < kRoom; ++i) rig.submit(rig.planner.dwell({kThere, 0.0}, 0.01));
+  replace_servant();
+  rig.step();
+  EXPECT_EQ(rig.snapshot.backlog, kRoom);
+  for (int i = 0; i < 3; ++i) rig.submit(rig.planner.dwell({kThere, 0.0}, 0.01));
+  replace_servant();
+  rig.step();
+  EXPECT_EQ(rig.snapshot.last_done_id, 0u);
+  std::vector<Verdict> expected(1 + kRoom, Verdict::kDone);
+  expected.insert(expected.end(), 3, Verdict::kDropped);
+  EXPECT_EQ(verdicts(expected.size()), expected);
+}
+
+TEST_F(Servants, AStopDoesNotChangeWhatIsLost) {
+  go({}, kThere);
+  rig.step(10);
+  go(kThere, {});
+  RingIndices::set_head(rig.servant->commands, 1'000'000);
+  replace_servant();
+  rig.step();
+  rig.stop();
+  EXPECT_EQ(verdicts(2), (std::vector{Verdict::kStopped, Verdict::kDropped}));
+  rig.step(2);
+  EXPECT_EQ(rig.snapshot.stops_done, rig.stops->count.load());
 }
 
 TEST_F(Servants, WhatLayInAServantsRingBeforeItConnectedIsNotCarriedOut) {
