@@ -59,12 +59,12 @@ class MotionQueue {
   const RobotView& view_;
   std::atomic<int> starting_{0};
 
-  std::mutex cancel_mutex_;       // one request until the task has echoed it; taken before the other
-  std::mutex planning_mutex_;     // one plan at a time; of the members below
-  std::uint64_t last_pushed_{0};  // to the task below, by this servant or one before it
-  std::uint64_t pushed_to_{0};    // incarnation
+  std::mutex cancel_mutex_;             // one request until the task has echoed it; taken before the other
+  std::mutex planning_mutex_;           // one plan at a time; of the members below
+  std::uint64_t last_pushed_{0};        // to the task below, by this servant or one before it
+  std::uint64_t pushed_to_{0};          // incarnation
   std::uint64_t inherited_through_{0};  // numbers of the servants before this one
-  std::uint64_t last_number_{0};  // given away, whatever the segment: tickets are known by it
+  std::uint64_t last_number_{0};        // given away, whatever the segment: tickets are known by it
 };
 
 }  // namespace corbot

@@ -29,6 +29,7 @@ void TicketTable::add(const Ticket& ticket) {
 void TicketTable::insert(const Ticket& ticket) {
   const auto [entry, is_new] = tickets_.emplace(ticket.last, ticket);
   if (!is_new) return;
+  static_assert(kKeptTickets > kKept);
   entry->second.place = added_++ % kKeptTickets;
   if (ticket.state == TicketState::kPending) ++pending_;
   keep(entry->second);

@@ -255,6 +255,26 @@ TEST_F(Inherit, AMotionThatTheTaskDoesNotKnowEndsAsFailed) {
   EXPECT_EQ(try_accept(DwellRequest{1.0}).status, CORBOT_OK);
 }
 
+/// Not even one with such a number that is said to have ended: it holds up nobody.
+TEST_F(Inherit, ANumberThatTheTaskNeverHadHoldsUpNobody) {
+  leave([&](ServantSegment& own) {
+    TicketRecord record = pending(100);
+    record.state = TicketState::kDone;
+    own.state.tickets[0].store(record);
+    own.next_command_id = 101;
+  });
+  task_.begin();  // what nobody has a ticket of
+  open_robot();
+  EXPECT_EQ(try_accept(DwellRequest{1.0}).status, CORBOT_NOT_READY);
+  task_.change([](Snapshot& now) {
+    now.command_id = 0;
+    now.state = RtState::kStandby;
+    now.last_done_id = 1;
+  });
+  const Outcome accepted = try_accept(DwellRequest{1.0});
+  EXPECT_EQ(accepted.status, CORBOT_OK) << accepted.text;
+}
+
 TEST_F(Inherit, TheCauseOfAnErrorIsToldAsBefore) {
   open_robot();
   task_.fail(alarm::emergency_stop(1));
@@ -341,7 +361,7 @@ TEST_F(TaskTest, ACancelOfAKilledServantIsRepeated) {
     Command commands[] = {plan(0.0), plan(0.3)};
     for (std::uint64_t i = 0; i < 2; ++i) {
       commands[i].id = i + 1;
-      commands[i].epoch = channel->stop_count().load();
+      commands[i].epoch = channel->stops();
       commands[i].incarnation = static_cast<std::uint32_t>(task.task().incarnation);
       TicketRecord record = pending_ticket(i + 1, task.task().incarnation);
       record.end_rad = commands[i].end_rad;

@@ -200,7 +200,7 @@ TEST_F(Servants, AStopDoesNotChangeWhatIsLost) {
   rig.stop();
   EXPECT_EQ(verdicts(2), (std::vector{Verdict::kStopped, Verdict::kDropped}));
   rig.step(2);
-  EXPECT_EQ(rig.snapshot.stops_done, rig.stops->count.load());
+  EXPECT_EQ(rig.snapshot.stops_done, rig.servant->control.stop_count.load());
 }
 
 TEST_F(Servants, WhatLayInAServantsRingBeforeItConnectedIsNotCarriedOut) {

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+// kill -9 of the servant, and what the next one knows: settings, alarms, and every motion that was accepted.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fmt/core.h>
+
+#include "corbot/channel/layout.h"
+#include "shm/channel_client.h"
+#include "support/robot_rig.h"
+
+namespace corbot::test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+class ServantRestart : public RobotRig {
+ protected:
+  void SetUp() override {
+    // A busy machine takes its time to start a servant; what is under way meanwhile goes on.
+    std::ifstream stream(CORBOT_PROFILE);
+    std::string text{std::istreambuf_iterator<char>{stream}, {}};
+    const std::string shipped = "orphan_s = 2.0 ";
+    ASSERT_NE(text.find(shipped), std::string::npos);
+    text.replace(text.find(shipped), shipped.size(), "orphan_s = 60 ");
+    profile_ = fmt::format("{}/{}.toml", CORBOT_SCRATCH_DIR, unique_name("restart"));
+    std::ofstream(profile_) << text;
+    RobotRig::SetUp();
+  }
+  void TearDown() override {
+    RobotRig::TearDown();
+    std::filesystem::remove(profile_);
+  }
+  void kill_servant() {
+    servant_->signal(SIGKILL);
+    ASSERT_TRUE(servant_->wait(within(30)));
+  }
+  /// Another servant in its place, and a client that has found it.
+  void restart_servant() {
+    kill_servant();
+    start_servant();
+    if (HasFatalFailure()) return;
+    reconnect();
+  }
+  void reconnect() {
+    ASSERT_TRUE(wait_until(within(30), [&] {
+      try {
+        arm_ = connect();
+        (void)arm_->Status();
+        return true;
+      } catch (const CORBA::SystemException&) {
+        return false;  // the connection to the servant that died; the next call makes a new one
+      }
+    }));
+  }
+  [[nodiscard]] Corbot::MotionState state_of(Corbot::Ticket ticket) const {
+    Corbot::MotionInfo_var info = arm_->Progress(ticket);
+    return info->state;
+  }
+  [[nodiscard]] Corbot::MotionState end_of(Corbot::Ticket ticket) const {
+    Corbot::MotionInfo_var info = arm_->Wait(ticket, 60.0);
+    return info->state;
+  }
+  [[nodiscard]] double joint_deg(CORBA::ULong joint) const {
+    Corbot::JointCoord_var joints = arm_->ArtiCoord();
+    return joints[joint];
+  }
+};
+
+TEST_F(ServantRestart, SettingsAreKept) {
+  arm_->Speed(50.0);
+  arm_->AllSpeed(40.0);
+  arm_->ArtSpeed(2, 10.0);
+  arm_->SetToolPitch(-30.0);
+  arm_->Override(75.0);
+  const auto planned_s = [&] {
+    Corbot::JointCoord target;
+    target.length(4);
+    for (CORBA::ULong i = 0; i < 4; ++i) target[i] = joint_deg(i) < 5.0 ? 10.0 : 0.0;
+    const Corbot::Ticket ticket = arm_->StartMoveJoints(target, 0.0);
+    Corbot::MotionInfo_var info = arm_->Wait(ticket, 60.0);
+    EXPECT_EQ(info->state, Corbot::MotionDone) << info->reason;
+    return info->duration;
+  };
+  const double before_s = planned_s();
+  restart_servant();
+  if (HasFatalFailure()) return;
+  EXPECT_DOUBLE_EQ(arm_->ToolPitch(), -30.0);
+  EXPECT_DOUBLE_EQ(arm_->OverridePercent(), 75.0);
+  EXPECT_NEAR(planned_s(), before_s, 1e-9);
+}
+
+TEST_F(ServantRestart, TheCauseOfAnErrorIsToldAsBefore) {
+  rt_->signal(SIGUSR1);
+  ASSERT_TRUE(wait_for(Corbot::Error));
+  const auto cause = [&] {
+    try {
+      arm_->Ready();
+    } catch (const Corbot::NotReady& refused) {
+      return std::string(refused.reason);
+    }
+    return std::string();
+  };
+  ASSERT_TRUE(wait_until(within(30), [&] { return !alarms().empty(); }));
+  const std::string before = cause();
+  const auto listed = alarms();
+  for (int i = 0; i < 2; ++i) {
+    restart_servant();
+    if (HasFatalFailure()) return;
+    EXPECT_EQ(cause(), before);
+    const auto now = alarms();
+    ASSERT_EQ(now.size(), listed.size());
+    for (std::size_t k = 0; k < now.size(); ++k) {
+      EXPECT_EQ(now[k].code, listed[k].code);
+      EXPECT_EQ(now[k].time, listed[k].time);
+      EXPECT_EQ(now[k].active, listed[k].active);
+      EXPECT_STREQ(now[k].text, listed[k].text);
+    }
+  }
+  rt_->signal(SIGUSR2);
+  ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }));
+  EXPECT_EQ(arm_->Status(), Corbot::Standby);
+  for (const auto& alarm : alarms()) EXPECT_FALSE(alarm.active);
+}
+
+/// A call after the restart is queued behind the motions of the servant before, and planned from their end.
+TEST_F(ServantRestart, WhatIsUnderWayGoesOnAndWhatComesIsQueuedBehindIt) {
+  const Corbot::Ticket running = arm_->StartDrive(0, 30.0, 10.0);
+  const Corbot::Ticket queued = arm_->StartDrive(1, 10.0, 10.0);
+  restart_servant();
+  if (HasFatalFailure()) return;
+  const Clock::time_point called = Clock::now();
+  const Corbot::Ticket added = arm_->StartDrive(0, -10.0, 20.0);
+  EXPECT_LT(seconds_since(called), 2.0) << "it waits for nothing";
+  EXPECT_GT(added, queued);
+  EXPECT_EQ(state_of(queued), Corbot::MotionQueued);
+  EXPECT_EQ(end_of(running), Corbot::MotionDone);
+  EXPECT_EQ(end_of(queued), Corbot::MotionDone);
+  EXPECT_EQ(end_of(added), Corbot::MotionDone);
+  EXPECT_NEAR(joint_deg(0), 20.0, 1e-4);
+  EXPECT_NEAR(joint_deg(1), 10.0, 1e-4);
+}
+
+TEST_F(ServantRestart, AnEarlierServantsMotionsCanBeWaitedForAndTakenBack) {
+  const Corbot::Ticket running = arm_->StartDrive(0, 40.0, 10.0);
+  const Corbot::Ticket queued = arm_->StartDrive(0, -40.0, 10.0);
+  restart_servant();
+  if (HasFatalFailure()) return;
+  arm_->Cancel(queued);
+  EXPECT_EQ(state_of(queued), Corbot::MotionStopped);
+  EXPECT_EQ(state_of(running), Corbot::MotionRunning);
+  EXPECT_EQ(end_of(running), Corbot::MotionDone);
+  EXPECT_NEAR(joint_deg(0), 40.0, 1e-4);
+  restart_servant();
+  if (HasFatalFailure()) return;
+  EXPECT_EQ(state_of(queued), Corbot::MotionStopped);
+  EXPECT_EQ(state_of(running), Corbot::MotionDone);
+}
+
+TEST_F(ServantRestart, AMotionThatEndedWhileNoServantWasThereIsDone) {
+  const Corbot::Ticket ticket = arm_->StartDelay(0.3);
+  const Corbot::Ticket other = arm_->StartDrive(0, 1.0, 10.0);
+  kill_servant();
+  const Observer channel = Observer::of(name_);
+  ASSERT_TRUE(wait_until(within(30), [&] {
+    Snapshot now{};
+    return last_snapshot(channel.task(), now) && now.last_done_id >= other;
+  }));
+  start_servant();
+  if (HasFatalFailure()) return;
+  reconnect();
+  EXPECT_EQ(end_of(ticket), Corbot::MotionDone);
+  EXPECT_EQ(end_of(other), Corbot::MotionDone);
+}
+
+/// Stop right after a restart in mid-motion: how long until the arm is at rest, and what it says of the motions.
+TEST_F(ServantRestart, StopRightAfterARestartInMidMotion) {
+  double worst_s = 0.0;
+  for (int i = 0; i < 5; ++i) {
+    const Corbot::Ticket running = arm_->StartDrive(0, i % 2 == 0 ? 60.0 : -60.0, 10.0);
+    const Corbot::Ticket queued = arm_->StartDelay(600.0);
+    ASSERT_TRUE(wait_until(within(30), [&] { return state_of(running) == Corbot::MotionRunning; }));
+    restart_servant();
+    if (HasFatalFailure()) return;
+    const Corbot::Ticket added = arm_->StartDelay(600.0);
+    const Clock::time_point called = Clock::now();
+    arm_->Stop();
+    worst_s = std::max(worst_s, seconds_since(called));
+    for (const Corbot::Ticket ticket : {running, queued, added})
+      EXPECT_EQ(state_of(ticket), Corbot::MotionStopped) << ticket;
+    EXPECT_EQ(arm_->Status(), Corbot::Standby);
+  }
+  fmt::print("Stop after a servant's restart in mid-motion: at rest after {:.1f} ms at most\n",
+             1e3 * worst_s);
+}
+
+/// Kills at random instants among clients that start motions: each number that a client was given has one end, in the
+/// order of the numbers, and the arm stands where the motions that are done have brought it.
+TEST_F(ServantRestart, EveryMotionHasItsEndAcrossKillsAtRandomInstants) {
+  const char* const text = std::getenv("CORBOT_SEED");
+  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
+  fmt::print("CORBOT_SEED={}\n", seed);
+  std::mt19937_64 random(seed);
+  const char* const count = std::getenv("CORBOT_KILLS");
+  const int kills = count != nullptr ? std::atoi(count) : 10;
+  std::map<Corbot::Ticket, double> accepted;  // increments, by number
+  double unknown_deg = 0.0;                   // of calls that a kill left without an answer
+  int unknown = 0;
+  for (int round = 0; round < kills; ++round) {
+    std::thread killer([&, pause_ns = std::uniform_int_distribution<long>(0, 120'000'000)(random)] {
+      const timespec pause{0, pause_ns};
+      ::nanosleep(&pause, nullptr);
+      servant_->signal(SIGKILL);
+    });
+    double increment_deg = 0.0;
+    try {
+      for (;;) {
+        increment_deg = 0.1 * std::uniform_int_distribution<int>(-5, 5)(random) + 0.05;
+        try {
+          const Corbot::Ticket ticket = arm_->StartDrive(0, increment_deg, 20.0);
+          EXPECT_TRUE(accepted.emplace(ticket, increment_deg).second) << ticket << " twice";
+        } catch (const Corbot::QueueFull&) {
+          (void)arm_->Wait(accepted.rbegin()->first, 0.02);
+        }
+      }
+    } catch (const CORBA::SystemException&) {
+      unknown_deg = increment_deg;
+      ++unknown;
+    }
+    killer.join();
+    ASSERT_TRUE(servant_->wait(within(30)));
+    start_servant();
+    if (HasFatalFailure()) return;
+    reconnect();
+    if (HasFatalFailure()) return;
+    // The one without an answer was handed over, or not; it has the number after the last, if any.
+    double expected_deg = 0.0;
+    for (const auto& [ticket, by_deg] : accepted) {
+      EXPECT_EQ(end_of(ticket), Corbot::MotionDone) << "round " << round << ", motion " << ticket;
+      expected_deg += by_deg;
+    }
+    const Corbot::Ticket next = (accepted.empty() ? 0 : accepted.rbegin()->first) + 1;
+    try {
+      if (end_of(next) == Corbot::MotionDone) {
+        accepted.emplace(next, unknown_deg);
+        expected_deg += unknown_deg;
+      }
+    } catch (const Corbot::BadParameter&) {
+      // it was not
+    }
+    ASSERT_TRUE(wait_for(Corbot::Standby));
+    EXPECT_NEAR(joint_deg(0), expected_deg, 1e-3) << "round " << round;
+  }
+  EXPECT_GT(accepted.size(), static_cast<std::size_t>(kills));
+  fmt::print("{} motions, {} calls without an answer\n", accepted.size(), unknown);
+}
+
+}  // namespace
+}  // namespace corbot::test
