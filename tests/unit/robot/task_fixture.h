@@ -64,7 +64,7 @@ class LoopTask {
 /// A robot name of the test's own, nothing of which is left behind.
 class TaskTest : public ::testing::Test {
  protected:
-  TaskTest() : profile_(load_profile(CORBOT_PROFILE)), name_(unique_name("task")) {}
+  TaskTest() : profile_(patient_profile()), name_(unique_name("task")) {}
   ~TaskTest() override { remove_left_behind(name_); }
 
   void open_robot() {
@@ -92,6 +92,13 @@ class TaskTest : public ::testing::Test {
     } catch (const CallError& refused) {
       return refused.error.status;
     }
+  }
+
+  /// A task that a busy machine lets stand still for a while is not frozen.
+  static Profile patient_profile() {
+    Profile profile = load_profile(CORBOT_PROFILE);
+    profile.frozen_ns = 30'000'000'000;
+    return profile;
   }
 
   const Profile profile_;
