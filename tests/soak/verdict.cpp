@@ -214,7 +214,8 @@ void check_clears(const Recording& recording, const std::vector<Disturbance>& di
     const bool stood_still =
         std::any_of(recording.pauses().begin(), recording.pauses().end(),
                     [&](const Silence& pause) { return is_recent(pause.begin_ns, pause.end_ns); });
-    ++verdict.clears[fmt::format("{}, after {}", clear.cause, after)];
+    ++verdict.clears[fmt::format("{}, after {}", clear.cause.substr(0, clear.cause.find(" for ")),
+                                 was_frozen ? "freeze task" : after)];
     if (!was_frozen && !stood_still)
       verdict.faults.push_back(fmt::format("cleared '{}' after {}: no cycle was late", clear.cause, after));
   }

@@ -128,14 +128,16 @@ void CanPort::close() noexcept {
 }
 
 void CanPort::write(const CanFrame& frame, Clock::time_point deadline) {
+  constexpr std::chrono::milliseconds kLongest{2};  // of some looks
   const auto begin = Clock::now();
-  RunningTime waited(2 * kLook, begin);
+  const auto bound = std::max<Clock::duration>(deadline - begin, kLook);
+  RunningTime waited(kLongest, begin);
   for (;;) {
     const ssize_t n = ::send(fd_, &frame, sizeof(frame), MSG_NOSIGNAL);
     if (n == static_cast<ssize_t>(sizeof(frame))) return;
     const int error = n < 0 ? errno : EIO;
     if (error != ENOBUFS && error != EAGAIN && error != EINTR) fail(error);
-    if (waited.look(Clock::now()) >= deadline - begin) {
+    if (waited.look(Clock::now()) >= bound) {
       fail(DeviceCause::kWriteTimeout,
            "write timed out: is a drive connected and powered, is the bus terminated?");
     }
