@@ -13,9 +13,6 @@
 namespace corbot::rt {
 namespace {
 
-/// A smaller rotation does not verify a joint's position.
-constexpr double kLeastFirstMotion_rad = 0.01;
-
 bool has_failed(BackendHealth health) noexcept {
   return health == BackendHealth::kLost || health == BackendHealth::kClosed;
 }
@@ -48,8 +45,7 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
     set_point_.position_rad[i] = std::clamp(wanted_rad, arm_.joints[i].lower_rad, arm_.joints[i].upper_rad);
   }
   if (std::isfinite(start.opening)) set_point_.opening = std::clamp(start.opening, 0.0, 1.0);
-  unverified_ = start.unverified;
-  power_cut_at_stop_ = start.power_cut_at_stop;
+  position_.begin(start.unverified, start.power_cut_at_stop);
   snapshot_.position_fingerprint = start.position_fingerprint;
   Snapshot last{};
   if (last_snapshot(task_, last)) {
@@ -57,11 +53,12 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
     queue_.adopt(std::max(last.last_done_id, last.command_id));
     if (!start.outranks_segment && is_in_range(arm_, last.position_rad, kGateTolerance_rad)) {
       set_point_.position_rad = last.position_rad;
-      unverified_ = (last.flags & kSnapshotUnverified) != 0;
+      position_.set_unverified((last.flags & kSnapshotUnverified) != 0);
     }
     if (!start.outranks_segment && std::isfinite(last.gripper))
       set_point_.opening = std::clamp(last.gripper, 0.0, 1.0);
     inherit_error(last.state == RtState::kError);
+    hold_.adopt((last.flags & kSnapshotHeld) != 0);
   } else {
     queue_.adopt(0);
   }
@@ -109,11 +106,15 @@ void Cycle::read_flags() noexcept {
     const bool was_latched = emergency_latched_;
     emergency_latched_ = emergency_latched_ && snapshot_.stop_sources != 0;
     faulted_ = has_failed(health_) || emergency_latched_;
-    if (!faulted_) alarms_.clear(clears);
+    if (!faulted_) {
+      alarms_.clear(clears);
+      hold_.clear();
+    }
     if (!emergency_latched_) task_.stop_seen.store(0, std::memory_order_release);
-    unverified_ = unverified_ || (power_cut_at_stop_ && was_latched && !emergency_latched_);
+    if (was_latched && !emergency_latched_) position_.emergency_stop_cleared();
     published_ = true;
   }
+  hold_.see(*flags_);
   published_ = alarms_.report_clear(snapshot_.wall_ns) || published_;
   read_override();
   read_cancel();
@@ -128,8 +129,8 @@ void Cycle::read_cancel() noexcept {
 }
 
 void Cycle::read_override() noexcept {
-  snapshot_.override_ratio = Governor::valid_rate(flags_->override_ratio.load(std::memory_order_relaxed));
-  if (unverified_) snapshot_.override_ratio = std::min(snapshot_.override_ratio, kFirstMotionOverride);
+  const double wanted = Governor::valid_rate(flags_->override_ratio.load(std::memory_order_relaxed));
+  snapshot_.override_ratio = position_.limit_override(wanted);
 }
 
 void Cycle::report_start() noexcept {
@@ -176,7 +177,7 @@ bool Cycle::is_stop_requested() const noexcept {
 /// A stop or a Cancel has come since the running command began. It is then stopped even where it can slow
 /// down no sooner than at its own end: what its client planned to do next must not follow.
 bool Cycle::is_taken_back() const noexcept {
-  return stops_.newest() != snapshot_.stops_done || queue_.is_cancelled(running_.id);
+  return stops_.newest() != snapshot_.stops_done || hold_.is_active() || queue_.is_cancelled(running_.id);
 }
 
 bool Cycle::is_slowing_down() const noexcept {
@@ -193,6 +194,7 @@ void Cycle::handle_command() noexcept {
   if (is_stopping()) {
     end_slowed_down();
     if (is_running_) return;
+    if (hold_.is_active()) refuse_queue(Verdict::kStopped, false);
     if (is_stop_requested()) refuse_queue(Verdict::kStopped, !shutdown_);
     if (orphaned_) refuse_queue(Verdict::kOrphaned, false);
     orphaned_ = false;
@@ -212,7 +214,9 @@ void Cycle::end_slowed_down() noexcept {
   complete(running_.id, is_taken_back() || shutdown_ ? Verdict::kStopped : Verdict::kOrphaned);
 }
 
+/// At rest. A hold is an Error from now on.
 void Cycle::end_stop() noexcept {
+  if (hold_.latch()) fault(alarm::held());
   if (snapshot_.stops_done == stops_.newest()) return;
   snapshot_.stops_done = stops_.newest();
   published_ = true;
@@ -307,16 +311,9 @@ void Cycle::accept_or_hold(const SetPoint& next) noexcept {
     complete(running_.id, Verdict::kStopped);
     return;
   }
-  end_first_motion();
-  complete(running_.id, Verdict::kDone);
-}
-
-/// A motion that has gone somewhere and was not stopped verifies the position.
-void Cycle::end_first_motion() noexcept {
-  for (std::size_t i = 0; unverified_ && i < kMaxJoints; ++i) {
-    unverified_ = std::abs(set_point_.position_rad[i] - base_.position_rad[i]) < kLeastFirstMotion_rad;
-  }
+  position_.motion_done(base_.position_rad, set_point_.position_rad);
   read_override();  // a client that waits for this motion must not read the old one
+  complete(running_.id, Verdict::kDone);
 }
 
 void Cycle::exchange_with_backend() noexcept {
@@ -326,7 +323,9 @@ void Cycle::exchange_with_backend() noexcept {
   map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
   backend_.write(frame_);
   const ServoFeedback feedback = backend_.read();
-  snapshot_.flags = (feedback.measured ? kSnapshotMeasured : 0u) | (unverified_ ? kSnapshotUnverified : 0u);
+  snapshot_.flags = (feedback.measured ? kSnapshotMeasured : 0u) |
+                    (position_.is_unverified() ? kSnapshotUnverified : 0u) |
+                    (hold_.is_active() ? kSnapshotHeld : 0u);
   snapshot_.measured_rad = feedback.measured ? feedback.position_rad : Joints{};
   snapshot_.measured_time_ns = feedback.measured ? feedback.time_ns : 0;
   const BackendTimes times = backend_.times();
@@ -380,6 +379,7 @@ void Cycle::publish() noexcept {
   snapshot_.command_id = is_running_ ? running_.id : 0;
   snapshot_.command_duration_s = is_running_ ? running_.duration_s : 0.0;
   snapshot_.last_done_id = queue_.last_done();
+  snapshot_.holds_done = hold_.done();
   snapshot_.backlog = static_cast<std::uint32_t>(queue_.backlog());
   snapshot_.waiting_id = queue_.is_waiting() ? queue_.waiting().id : 0;
   snapshot_.virtual_time_s = is_running_ ? governor_.virtual_time_s() : 0.0;

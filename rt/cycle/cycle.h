@@ -13,8 +13,10 @@
 #include "rt/cycle/alarm_output.h"
 #include "rt/cycle/command_queue.h"
 #include "rt/cycle/governor.h"
+#include "rt/cycle/hold_latch.h"
 #include "rt/cycle/liveness.h"
 #include "rt/cycle/path_evaluation.h"
+#include "rt/cycle/position_check.h"
 #include "rt/cycle/stop_requests.h"
 
 namespace corbot::rt {
@@ -61,10 +63,12 @@ class Cycle {
   /// former servant was accepted for is carried out first; what the new one's ring holds already is not its
   /// caller's any more, and is dropped. Its flags count from now on.
   void connect(const ServantOffer& offer) noexcept {
-    stops_.read(*flags_);  // the former one's last
+    stops_.read(*flags_);  // the former one's last, and its last hold
+    hold_.see(*flags_);
     if (!queue_.connect(*offer.segment, is_running_)) raise(alarm::ring_corrupt());
     alarms_.follow(offer.segment->alarms_tail);
     flags_ = &offer.segment->control;
+    hold_.follow(*flags_);
     snapshot_.clears_done = flags_->clear_count.load(std::memory_order_acquire);
     if (CancelRequest old{}; flags_->cancel.load(old)) snapshot_.cancels_done = old.count;
     snapshot_.servant_session = offer.session;
@@ -111,7 +115,6 @@ class Cycle {
 
   [[nodiscard]] bool fetch_command() noexcept;
   void end_stop() noexcept;
-  void end_first_motion() noexcept;
   void refuse_queue(Verdict verdict, bool older_only) noexcept;
   void refuse_cancelled() noexcept;
   void end_slowed_down() noexcept;
@@ -121,7 +124,9 @@ class Cycle {
   void fault(const AlarmEvent& cause) noexcept;
   void raise(const AlarmEvent& alarm) noexcept;
   [[nodiscard]] bool is_stop_requested() const noexcept;
-  [[nodiscard]] bool is_stopping() const noexcept { return is_stop_requested() || orphaned_; }
+  [[nodiscard]] bool is_stopping() const noexcept {
+    return is_stop_requested() || orphaned_ || hold_.is_slowing_down();
+  }
   [[nodiscard]] bool is_taken_back() const noexcept;
   [[nodiscard]] bool is_slowing_down() const noexcept;
   [[nodiscard]] RtState state() const noexcept;
@@ -141,6 +146,8 @@ class Cycle {
   GapWatch gap_;
   ServantWatch servant_watch_;
   OverrunCount overruns_;
+  HoldLatch hold_;
+  PositionCheck position_;
   Governor governor_;
   Command running_{};  ///< valid while is_running_
   bool is_running_{false};
@@ -156,8 +163,6 @@ class Cycle {
   bool emergency_latched_{false};  ///< until a clear after the release
   bool error_inherited_{false};    ///< of the task before, not yet reported
   bool gap_inherited_{false};      ///< likewise
-  bool unverified_{false};         ///< position: no motion has been done since the arm's power-up
-  bool power_cut_at_stop_{false};
   bool published_{false};
   BackendHealth health_{BackendHealth::kOpen};
   ServoFrame frame_{};

@@ -77,6 +77,8 @@ std::string alarm_text(const AlarmEvent& event) {
       return "emergency stop";
     case AlarmCode::kErrorInherited:
       return "the arm was in Error, or stopped, when the real-time task was restarted; it holds";
+    case AlarmCode::kHeld:
+      return "the arm was stopped and is held (StopAndHold)";
     case AlarmCode::kCleared:
       return "the Error was cleared";
     case AlarmCode::kOverrun: {

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 corbot_test(rt_test
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/rt/cancel_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/command_check_test.cpp
-          ${CMAKE_CURRENT_SOURCE_DIR}/rt/cycle_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/rt/cycle_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/hold_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/emergency_stop_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/governor_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/loop_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/parts_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/first_motion_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/start_position_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/servants_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/liveness_test.cpp

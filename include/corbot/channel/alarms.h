@@ -131,6 +131,9 @@ struct RefusedCommand {
   return detail::event(AlarmCode::kErrorInherited);
 }
 
+/// The arm has come to rest for a StopAndHold.
+[[nodiscard]] constexpr AlarmEvent held() noexcept { return detail::event(AlarmCode::kHeld); }
+
 struct Overruns {
   std::uint64_t count;  ///< since the last such alarm
   std::uint64_t total;  ///< since the task's start

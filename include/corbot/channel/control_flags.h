@@ -25,6 +25,10 @@ struct ControlFlags {
   alignas(64) std::atomic<std::uint64_t> clear_count{0};  ///< Clear requests so far
   /// Number of the servant's newest Stop, or of a later stop that the task has carried out; see raise_stop_count().
   std::atomic<std::uint64_t> stop_count{0};
+  /// StopAndHold requests so far, and how many of them a Clear has taken back. A task that has lost what it knew
+  /// finds in these two that the arm is held; where they differ it is.
+  std::atomic<std::uint64_t> hold_count{0};
+  std::atomic<std::uint64_t> holds_cleared{0};
   std::atomic<std::uint32_t> pause{0};  ///< 1 = hold virtual time
   /// Rises several times in the profile's orphan_s, by the thread of the servant that has seen that it responds;
   /// wraps around. Where it stands still, the task stops what runs.

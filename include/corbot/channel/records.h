@@ -44,6 +44,7 @@ enum class AlarmCode : std::uint32_t {
   kEmergencyStop = 130,
   kErrorInherited = 131,
   kCleared = 132,  ///< no alarm: what came before it in the ring is no cause of Error any more
+  kHeld = 133,     ///< stopped by StopAndHold, until a Clear
   kOverrun = 140,
   kLoopGap = 141,
   kTaskReplaced = 142,
@@ -100,6 +101,7 @@ struct Snapshot {
   std::uint64_t waiting_id;            ///< command that is taken from the ring and not begun, 0 = none
   std::uint64_t cancels_done;          ///< count of the last CancelRequest that is in force
   double command_duration_s;           ///< of the running command, in virtual time; 0 where none runs
+  std::uint64_t holds_done;            ///< last value of hold_count that has been carried out
   std::uint64_t servant_session;       ///< connection whose flags and commands are read; 0: none yet
 };
 static_assert(std::is_trivially_copyable_v<Snapshot> && sizeof(Snapshot) % 8 == 0);
@@ -108,6 +110,8 @@ inline constexpr std::uint32_t kSnapshotMeasured = 1u;
 /// Position unverified: the servos have no encoders and have been without power, or they were calibrated
 /// anew. Until the first motion is done, which runs slowly.
 inline constexpr std::uint32_t kSnapshotUnverified = 2u;
+/// A StopAndHold is in force, or is being carried out.
+inline constexpr std::uint32_t kSnapshotHeld = 4u;
 
 /// Histogram of the wake-up latency (actual wake-up − due instant). Bucket i counts latencies below
 /// latency_edge_ns(i); the last bucket counts the rest.

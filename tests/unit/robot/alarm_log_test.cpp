@@ -27,8 +27,8 @@ TEST(AlarmLog, EveryCodeHasAText) {
        {AlarmCode::kSetPointNotFinite, AlarmCode::kSetPointOutOfRange, AlarmCode::kSetPointDiscontinuous,
         AlarmCode::kKinematicsFailed, AlarmCode::kCommandRefused, AlarmCode::kRingCorrupt,
         AlarmCode::kBackendDegraded, AlarmCode::kBackendLost, AlarmCode::kEmergencyStop,
-        AlarmCode::kErrorInherited, AlarmCode::kOverrun, AlarmCode::kLoopGap, AlarmCode::kTaskReplaced,
-        AlarmCode::kServantSilent}) {
+        AlarmCode::kErrorInherited, AlarmCode::kHeld, AlarmCode::kOverrun, AlarmCode::kLoopGap,
+        AlarmCode::kTaskReplaced, AlarmCode::kServantSilent}) {
     AlarmLog log;
     log.add(event(code));
     EXPECT_EQ(log.list()[0].text.find("alarm "), std::string::npos) << log.list()[0].text;
