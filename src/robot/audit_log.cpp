@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/audit_log.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <spdlog/async.h>
+#include <spdlog/sinks/rotating_file_sink.h>
+#include <sys/stat.h>
+
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace corbot {
+namespace {
+
+std::string utc_now() {
+  const auto now = std::chrono::system_clock::now();
+  const auto whole = std::chrono::time_point_cast<std::chrono::seconds>(now);
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(now - whole).count();
+  return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z", fmt::gmtime(whole), ms);
+}
+
+}  // namespace
+
+AuditLog::AuditLog(const std::filesystem::path& directory, const std::string& robot, std::size_t largest)
+    : file_(directory / (robot + ".audit")) {
+  try {
+    if (std::filesystem::create_directories(directory))
+      std::filesystem::permissions(directory, std::filesystem::perms::owner_all);
+    spdlog::file_event_handlers handlers;
+    handlers.after_open = [](const spdlog::filename_t&, std::FILE* file) {
+      (void)::fchmod(::fileno(file), 0600);
+    };
+    auto sink = std::make_shared<spdlog::sinks::rotating_file_sink_mt>(file_.string(), largest, kFiles - 1,
+                                                                       false, handlers);
+    writer_ = std::make_shared<spdlog::details::thread_pool>(kQueued, 1);
+    log_ = std::make_shared<spdlog::async_logger>("audit", std::move(sink), writer_,
+                                                  spdlog::async_overflow_policy::overrun_oldest);
+  } catch (const std::exception& error) {  // of spdlog or of std::filesystem
+    throw std::runtime_error(
+        fmt::format("the audit log {} cannot be written: {}", file_.string(), error.what()));
+  }
+  log_->set_pattern("%v");
+  log_->flush_on(spdlog::level::info);
+}
+
+AuditLog::~AuditLog() = default;
+
+void AuditLog::record(const AuditEntry& entry) noexcept {
+  try {
+    nlohmann::ordered_json line{
+        {"time", utc_now()}, {"who", entry.who}, {"from", entry.from}, {"call", entry.call}};
+    if (entry.ticket != 0) line["ticket"] = entry.ticket;
+    line["outcome"] = entry.outcome;
+    log_->info("{}", line.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace));
+  } catch (const std::exception&) {
+    // Memory is short: the call is worth more than its entry.
+  }
+}
+
+}  // namespace corbot

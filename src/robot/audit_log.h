@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+namespace spdlog {
+class logger;
+namespace details {
+class thread_pool;
+}
+}  // namespace spdlog
+
+namespace corbot {
+
+/// One call that moved the arm, changed how it moves, stopped it or took control of it.
+struct AuditEntry {
+  std::string who;         ///< name given with Acquire; empty: the public reference
+  std::string from;        ///< address of the caller's connection
+  std::string call;        ///< operation and arguments, as in IDL: "Drive(0, 20, 90)"
+  std::uint64_t ticket{};  ///< 0: none
+  std::string outcome;     ///< "ok", or the exception and its reason
+};
+
+/// The audit log of one robot: DIRECTORY/NAME.audit, mode 0600, one JSON object a line, the newest last. At kLargest bytes
+/// it becomes NAME.1.audit, and so on up to kFiles of them; older ones are deleted. Thread-safe; a call is never held up by
+/// the disk: a thread of its own writes, and where it falls behind by kQueued entries the oldest of them are dropped and
+/// counted. Not real-time safe.
+class AuditLog {
+ public:
+  static constexpr std::size_t kLargest = 1 << 20;
+  static constexpr std::size_t kFiles = 8;
+  static constexpr std::size_t kQueued = 8192;
+
+  /// Makes the directory, mode 0700. Throws std::runtime_error with the reason when the file cannot be opened.
+  AuditLog(const std::filesystem::path& directory, const std::string& robot, std::size_t largest = kLargest);
+  AuditLog(const AuditLog&) = delete;
+  AuditLog& operator=(const AuditLog&) = delete;
+  /// Writes what is queued.
+  ~AuditLog();
+
+  void record(const AuditEntry& entry) noexcept;
+  [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_; }
+
+ private:
+  std::filesystem::path file_;
+  std::shared_ptr<spdlog::details::thread_pool> writer_;
+  std::shared_ptr<spdlog::logger> log_;
+};
+
+}  // namespace corbot

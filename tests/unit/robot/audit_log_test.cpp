@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot/audit_log.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace corbot {
+namespace {
+
+namespace fs = std::filesystem;
+
+class AuditLogTest : public ::testing::Test {
+ protected:
+  AuditLogTest() {
+    std::string path = CORBOT_SCRATCH_DIR "/audit-XXXXXX";
+    directory_ = ::mkdtemp(path.data());
+  }
+  ~AuditLogTest() override { fs::remove_all(directory_); }
+
+  static std::vector<nlohmann::json> lines(const fs::path& file) {
+    std::ifstream stream(file);
+    std::vector<nlohmann::json> result;
+    for (std::string line; std::getline(stream, line);) result.push_back(nlohmann::json::parse(line));
+    return result;
+  }
+
+  fs::path directory_;
+};
+
+TEST_F(AuditLogTest, KeepsWhoFromWhereWhatTicketAndOutcome) {
+  fs::path file;
+  {
+    AuditLog log(directory_ / "state", "lynx5");
+    file = log.file();
+    log.record({"cell", "giop:tcp:127.0.0.1:40000", "Drive(0, 20, 90)", 7, "ok"});
+    log.record({"", "giop:tcp:10.0.0.7:40001", "Move(9, 0, 0, 0, 0)", 0, "Unreachable: \"far\"\n out"});
+  }
+  const auto entries = lines(file);
+  ASSERT_EQ(entries.size(), 2u);
+  EXPECT_EQ(entries[0]["who"], "cell");
+  EXPECT_EQ(entries[0]["from"], "giop:tcp:127.0.0.1:40000");
+  EXPECT_EQ(entries[0]["call"], "Drive(0, 20, 90)");
+  EXPECT_EQ(entries[0]["ticket"], 7);
+  EXPECT_EQ(entries[0]["outcome"], "ok");
+  EXPECT_EQ(entries[0]["time"].get<std::string>().size(), std::string("2026-01-01T00:00:00.000Z").size());
+  EXPECT_FALSE(entries[1].contains("ticket"));
+  EXPECT_EQ(entries[1]["outcome"], "Unreachable: \"far\"\n out") << "one line, whatever the text";
+}
+
+TEST_F(AuditLogTest, IsClosedToOthers) {
+  const AuditLog log(directory_ / "state", "lynx5");
+  struct stat status {};
+  ASSERT_EQ(::stat(log.file().c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777u, 0600u);
+  ASSERT_EQ(::stat(log.file().parent_path().c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777u, 0700u);
+}
+
+TEST_F(AuditLogTest, ContinuesAfterARestart) {
+  for (int i = 0; i < 3; ++i) AuditLog(directory_, "lynx5").record({"", "", "Stop()", 0, "ok"});
+  EXPECT_EQ(lines(directory_ / "lynx5.audit").size(), 3u);
+}
+
+TEST_F(AuditLogTest, Rotates) {
+  constexpr std::size_t kLargest = 2000;
+  {
+    AuditLog log(directory_, "lynx5", kLargest);
+    for (int i = 0; i < 1000; ++i) log.record({"", "", "Stop()", static_cast<std::uint64_t>(i + 1), "ok"});
+  }
+  std::size_t files = 0;
+  for (const auto& entry : fs::directory_iterator(directory_)) {
+    ++files;
+    EXPECT_LE(entry.file_size(), kLargest);
+    struct stat status {};
+    ASSERT_EQ(::stat(entry.path().c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 0777u, 0600u);
+  }
+  EXPECT_EQ(files, AuditLog::kFiles);
+  EXPECT_EQ(lines(directory_ / "lynx5.audit").back()["ticket"], 1000);
+}
+
+TEST_F(AuditLogTest, SaysWhyItCannotBeWritten) {
+  std::ofstream(directory_ / "taken") << "a file";
+  try {
+    const AuditLog log(directory_ / "taken", "lynx5");
+    FAIL() << "a file is no directory";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("taken/lynx5.audit cannot be written"), std::string::npos)
+        << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace corbot
