@@ -14,6 +14,7 @@
 #include "corbot/channel/fingerprint.h"
 #include "corbot/motion/bounds.h"
 #include "corbot/units.h"
+#include "robot/control.h"
 #include "robot/corbot_robot.h"
 #include "robot/robot.h"
 #include "shm/segment_error.h"
@@ -24,6 +25,7 @@ struct corbot_robot {
   std::string name;
   const std::chrono::duration<double> started{std::chrono::system_clock::now().time_since_epoch()};
   corbot::Robot robot;
+  corbot::Control control{[] {}};
 };
 
 namespace {
@@ -345,3 +347,28 @@ corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, const corbot_call
                                           double degrees, corbot_error* error) {
   return guarded(error, [&] { robot->robot.set_tool_pitch(degrees); });
 }
+
+corbot_status corbot_robot_acquire(corbot_robot* robot, const corbot_caller* /*caller*/, const char* who,
+                                   double lease_s, char key[CORBOT_KEY], corbot_error* error) {
+  return guarded(error, [&] { copy_text(robot->control.acquire(who, lease_s), key, CORBOT_KEY); });
+}
+corbot_status corbot_robot_renew(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
+  return guarded(error, [&] { robot->control.renew(caller->key); });
+}
+corbot_status corbot_robot_release(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
+  return guarded(error, [&] { robot->control.release(caller->key); });
+}
+void corbot_robot_holder(const corbot_robot* robot, corbot_holder* out) {
+  *out = corbot_holder{};
+  guarded(nullptr, [&] {
+    const auto holder = robot->control.holder();
+    if (!holder) return;
+    copy_text(holder->who, out->who, sizeof(out->who));
+    out->left_s = holder->left_s;
+  });
+}
+corbot_status corbot_robot_stop_and_hold(corbot_robot* robot, const corbot_caller* caller,
+                                         corbot_error* error) {
+  return corbot_robot_stop(robot, caller, error);
+}
+int32_t corbot_robot_held(const corbot_robot* /*robot*/) { return 0; }

@@ -57,6 +57,23 @@ corbot_status corbot_robot_device_info(const corbot_robot* robot, corbot_device_
  * task has been seen. A request has this number from its arrival on, see corbot_caller. */
 void corbot_robot_stops(const corbot_robot* robot, uint64_t* all, uint64_t* by_others);
 
+/* Exclusive control: whoever holds it works through a reference with a key that nobody can guess. While it is held,
+ * motions, settings, Cancel, Pause, Resume and Override without that key are refused: CORBOT_NOT_READY, the text names
+ * the holder and the time left. A key that was never given is refused as one whose control has ended. Reads, waits,
+ * Stop, StopAndHold and Clear are free for everyone, through every key. */
+
+/* Takes control for `lease_s`, and gives the key, 32 hexadecimal digits. The lease begins anew with each call under the
+ * key and with corbot_robot_renew, and does not run out while such a call is under way. When it has run out, and with
+ * corbot_robot_release, the arm is stopped on its path. CORBOT_BAD_PARAMETER: a name or a lease that is not allowed;
+ * CORBOT_NOT_READY: another has control. */
+corbot_status corbot_robot_acquire(corbot_robot* robot, const corbot_caller* caller, const char* who,
+                                   double lease_s, char key[CORBOT_KEY], corbot_error* error);
+/* CORBOT_NOT_READY: the caller's key has no control, or not any more. */
+corbot_status corbot_robot_renew(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
+/* Returns at rest. CORBOT_NOT_READY as above. */
+corbot_status corbot_robot_release(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
+void corbot_robot_holder(const corbot_robot* robot, corbot_holder* out);
+
 /* Start a motion: plan all of it, hand it over, return its ticket. CORBOT_STOPPED where a Stop was counted
  * since the request arrived. */
 corbot_status corbot_robot_move(corbot_robot* robot, const corbot_caller* caller, const double p_m[3],
@@ -100,6 +117,11 @@ corbot_status corbot_robot_await_stops(corbot_robot* robot, corbot_error* error)
  * ended. CORBOT_OK and no effect when it has ended; CORBOT_BAD_PARAMETER: no such ticket. */
 corbot_status corbot_robot_cancel(corbot_robot* robot, const corbot_caller* caller, corbot_ticket ticket,
                                   corbot_error* error);
+/* As Stop, and from then on nothing moves, whoever calls, until corbot_robot_clear: CORBOT_STATE_ERROR, with an alarm
+ * of its own. Holds across restarts of this process and of the real-time task. */
+corbot_status corbot_robot_stop_and_hold(corbot_robot* robot, const corbot_caller* caller,
+                                         corbot_error* error);
+int32_t corbot_robot_held(const corbot_robot* robot); /* a StopAndHold is in force */
 /* Until corbot_robot_resume; a Stop does not end it. */
 corbot_status corbot_robot_pause(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
 corbot_status corbot_robot_resume(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
@@ -107,7 +129,7 @@ corbot_status corbot_robot_set_override(corbot_robot* robot, const corbot_caller
                                         corbot_error* error);
 corbot_status corbot_robot_clear(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
 
-/* Settings for the motions planned from now on. */
+/* Settings for the motions planned from now on. CORBOT_NOT_READY: another has control. */
 corbot_status corbot_robot_speed(corbot_robot* robot, const corbot_caller* caller, double percent,
                                  corbot_error* error);
 corbot_status corbot_robot_art_speed(corbot_robot* robot, const corbot_caller* caller, int32_t joint,

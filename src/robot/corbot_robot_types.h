@@ -133,6 +133,13 @@ typedef struct corbot_caller {
   uint64_t stops;
 } corbot_caller;
 
+/* See corbot_robot_acquire. */
+enum { CORBOT_KEY = 33 };
+typedef struct corbot_holder {
+  char who[65];  /* "": nobody has control */
+  double left_s; /* of the lease */
+} corbot_holder;
+
 #ifdef __cplusplus
 }
 #endif
