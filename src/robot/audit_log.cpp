@@ -12,6 +12,7 @@
 #include <exception>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
 
 namespace corbot {
 namespace {
@@ -23,9 +24,15 @@ std::string utc_now() {
   return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z", fmt::gmtime(whole), ms);
 }
 
+/// In ASCII, whatever the texts are.
+std::string to_line(const nlohmann::ordered_json& entry) {
+  return entry.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
 }  // namespace
 
-AuditLog::AuditLog(const std::filesystem::path& directory, const std::string& robot, std::size_t largest)
+AuditLog::AuditLog(const std::filesystem::path& directory, const std::string& robot, Warn warn,
+                   std::size_t largest)
     : file_(directory / (robot + ".audit")) {
   try {
     if (std::filesystem::create_directories(directory))
@@ -43,22 +50,38 @@ AuditLog::AuditLog(const std::filesystem::path& directory, const std::string& ro
     throw std::runtime_error(
         fmt::format("the audit log {} cannot be written: {}", file_.string(), error.what()));
   }
+  log_->set_error_handler(
+      [warn = std::move(warn), file = file_, has_warned = false](const std::string& reason) mutable {
+        if (!has_warned && warn)
+          warn(fmt::format("the audit log {} is incomplete: {}", file.string(), reason));
+        has_warned = true;
+      });
   log_->set_pattern("%v");
   log_->flush_on(spdlog::level::info);
 }
 
 AuditLog::~AuditLog() = default;
 
-void AuditLog::record(const AuditEntry& entry) noexcept {
+void AuditLog::write(const std::function<std::string()>& line) noexcept {
   try {
+    log_->info("{}", line());
+  } catch (const std::exception&) {
+    // Memory is short: the call is worth more than its entry.
+  }
+}
+
+void AuditLog::record(const AuditEntry& entry) noexcept {
+  write([&] {
     nlohmann::ordered_json line{
         {"time", utc_now()}, {"who", entry.who}, {"from", entry.from}, {"call", entry.call}};
     if (entry.ticket != 0) line["ticket"] = entry.ticket;
     line["outcome"] = entry.outcome;
-    log_->info("{}", line.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace));
-  } catch (const std::exception&) {
-    // Memory is short: the call is worth more than its entry.
-  }
+    return to_line(line);
+  });
+}
+
+void AuditLog::record_end(std::uint64_t ticket, const std::string& end) noexcept {
+  write([&] { return to_line({{"time", utc_now()}, {"ticket", ticket}, {"end", end}}); });
 }
 
 }  // namespace corbot

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -27,25 +28,33 @@ struct AuditEntry {
 
 /// The audit log of one robot: DIRECTORY/NAME.audit, mode 0600, one JSON object a line, the newest last. At kLargest bytes
 /// it becomes NAME.1.audit, and so on up to kFiles of them; older ones are deleted. Thread-safe; a call is never held up by
-/// the disk: a thread of its own writes, and where it falls behind by kQueued entries the oldest of them are dropped and
-/// counted. Not real-time safe.
+/// the disk: a thread of its own writes, and where it falls behind by kQueued entries the oldest of them are dropped.
+/// Not real-time safe.
 class AuditLog {
  public:
   static constexpr std::size_t kLargest = 1 << 20;
   static constexpr std::size_t kFiles = 8;
   static constexpr std::size_t kQueued = 8192;
 
-  /// Makes the directory, mode 0700. Throws std::runtime_error with the reason when the file cannot be opened.
-  AuditLog(const std::filesystem::path& directory, const std::string& robot, std::size_t largest = kLargest);
+  using Warn = std::function<void(const std::string&)>;
+
+  /// Makes the directory, mode 0700. Throws std::runtime_error with the reason when the file cannot be opened. `warn` is
+  /// called from the thread, once, when an entry could not be written.
+  AuditLog(const std::filesystem::path& directory, const std::string& robot, Warn warn,
+           std::size_t largest = kLargest);
   AuditLog(const AuditLog&) = delete;
   AuditLog& operator=(const AuditLog&) = delete;
   /// Writes what is queued.
   ~AuditLog();
 
   void record(const AuditEntry& entry) noexcept;
+  /// How an accepted motion has ended: "done", "stopped", "failed: ..."
+  void record_end(std::uint64_t ticket, const std::string& end) noexcept;
   [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_; }
 
  private:
+  void write(const std::function<std::string()>& line) noexcept;
+
   std::filesystem::path file_;
   std::shared_ptr<spdlog::details::thread_pool> writer_;
   std::shared_ptr<spdlog::logger> log_;

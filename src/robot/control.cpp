@@ -2,6 +2,8 @@
 #include "robot/control.h"
 
 #include <fmt/format.h>
+#include <openssl/crypto.h>
+#include <openssl/sha.h>
 #include <sys/random.h>
 
 #include <algorithm>
@@ -24,27 +26,83 @@ std::string random_key() {
   return key;
 }
 
-/// Compares in a time that does not depend on where the two differ.
-bool is_same(const std::string& a, const std::string& b) {
-  if (a.size() != b.size()) return false;
-  unsigned difference = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) difference |= static_cast<unsigned char>(a[i] ^ b[i]);
-  return difference == 0;
+/// The key has 128 random bits: nobody finds it by its digest, and no salt is needed.
+decltype(ControlRecord::key_digest) digest_of(const std::string& key) {
+  decltype(ControlRecord::key_digest) digest{};
+  static_assert(sizeof(digest) == SHA256_DIGEST_LENGTH);
+  ::SHA256(reinterpret_cast<const unsigned char*>(key.data()), key.size(), digest.data());
+  return digest;
 }
 
 bool is_printable(char c) { return c >= ' ' && c <= '~'; }
 
+bool is_name(const std::string& who) {
+  return !who.empty() && who.size() <= Control::kLongestName &&
+         std::all_of(who.begin(), who.end(), is_printable);
+}
+
+/// Empty where it has no end.
+std::string name_in(const ControlRecord& record) {
+  const auto end = std::find(record.who.begin(), record.who.end(), '\0');
+  return end == record.who.end() ? std::string() : std::string(record.who.begin(), end);
+}
+
+std::chrono::nanoseconds nanoseconds(double seconds) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
+}
+
 }  // namespace
 
-Control::Control(std::function<void()> on_end) : on_end_(std::move(on_end)), thread_([this] { run(); }) {}
+Control::Control(DurableCell<ControlRecord>& kept, OnEnd on_end)
+    : on_end_(std::move(on_end)), kept_(kept), thread_([this] { run(); }) {}
 
-Control::~Control() {
+void Control::close() {
   {
     const std::lock_guard lock(mutex_);
     closing_ = true;
   }
   changed_.notify_all();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
+}
+
+bool Control::is_valid(const ControlRecord& record) {
+  const std::chrono::nanoseconds lease(record.lease_ns);
+  // Nobody has control: a record that was stored when it ended.
+  if (record.who[0] == '\0') return true;
+  return is_name(name_in(record)) && lease >= nanoseconds(kShortestLease_s) &&
+         lease <= nanoseconds(kLongestLease_s);
+}
+
+void Control::inherit(const ControlRecord& record) {
+  if (record.who[0] == '\0') return;
+  const std::lock_guard lock(mutex_);
+  if (state_) return;
+  const Clock::duration lease = std::chrono::nanoseconds(record.lease_ns);
+  const Clock::time_point now = Clock::now();
+  const Clock::time_point until{std::chrono::nanoseconds(record.until_ns)};  // any number
+  state_ = State{++acquisitions_, name_in(record), record.key_digest, lease,
+                 record.in_use != 0 ? now + lease : std::clamp(until, now, now + lease)};
+  state_->may_expire = false;
+  keep();
+}
+
+void Control::allow_expiry() {
+  const std::lock_guard lock(mutex_);
+  if (!state_) return;
+  state_->may_expire = true;
+  changed_.notify_all();
+}
+
+void Control::keep() {
+  ControlRecord record{};
+  if (state_) {
+    std::copy(state_->who.begin(), state_->who.end(), record.who.begin());
+    record.key_digest = state_->key_digest;
+    record.lease_ns = std::chrono::nanoseconds(state_->lease).count();
+    record.until_ns = std::chrono::nanoseconds(state_->until.time_since_epoch()).count();
+    record.in_use = state_->uses > 0 ? 1 : 0;
+  }
+  kept_.store(record);
 }
 
 Control::Use::~Use() {
@@ -56,21 +114,39 @@ std::string Control::acquire(const std::string& who, double lease_s) {
     throw bad_argument(
         "lease", lease_s,
         fmt::format("{:.6g} s, allowed {:g} to {:g} s", lease_s, kShortestLease_s, kLongestLease_s));
-  if (who.empty() || who.size() > kLongestName || !std::all_of(who.begin(), who.end(), is_printable))
+  if (!is_name(who))
     throw bad_argument(
         "who", static_cast<double>(who.size()),
         fmt::format("a name of 1 to {} printable ASCII characters, this has {}", kLongestName, who.size()));
   std::string key = random_key();
-  const std::lock_guard lock(mutex_);
+  const Clock::duration lease = nanoseconds(lease_s);
+  std::unique_lock lock(mutex_);
   if (state_) throw not_ready(describe());
-  const auto lease = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(lease_s));
-  state_ = State{++acquisitions_, who, key, lease, Clock::now() + lease};
+  // Refuses everyone from now on; the key is not known to anybody yet, and the lease does not run.
+  State& state = state_.emplace(State{++acquisitions_, who, digest_of(key), lease, Clock::now() + lease});
+  state.uses = 1;
+  const bool alone =
+      changed_.wait_for(lock, kCallsEnd, [this] { return public_uses_ == 0 || closing_; }) && !closing_;
+  if (!alone) {
+    state_.reset();
+    throw not_ready(closing_ ? "the servant is shutting down"
+                             : "calls of others are still being carried out");
+  }
+  state.uses = 0;
+  state.until = Clock::now() + lease;
+  keep();
   changed_.notify_all();
   return key;
 }
 
+bool Control::has_key(const std::string& key) const {
+  if (!state_ || state_->ending) return false;
+  // In a time that does not depend on where the two differ.
+  return ::CRYPTO_memcmp(state_->key_digest.data(), digest_of(key).data(), state_->key_digest.size()) == 0;
+}
+
 Control::State& Control::held_by(const std::string& key) {
-  if (!state_ || state_->ending || !is_same(state_->key, key))
+  if (!has_key(key))
     throw not_ready("control has ended: the lease ran out or was released; Acquire gives it again");
   return *state_;
 }
@@ -79,20 +155,23 @@ void Control::renew(const std::string& key) {
   const std::lock_guard lock(mutex_);
   State& state = held_by(key);
   state.until = Clock::now() + state.lease;
+  keep();
 }
 
 void Control::release(const std::string& key) {
   std::unique_lock lock(mutex_);
   (void)held_by(key);
-  end(lock);
+  end(lock, true);
 }
 
-void Control::end(std::unique_lock<std::mutex>& lock) {
+void Control::end(std::unique_lock<std::mutex>& lock, bool is_released) {
   state_->ending = true;
+  const Ending ending{state_->who, is_released};
   lock.unlock();
-  on_end_();
+  on_end_(ending);
   lock.lock();
   state_.reset();
+  keep();  // not before the arm was stopped: a servant that is killed meanwhile leaves that to the next
   changed_.notify_all();
 }
 
@@ -100,6 +179,11 @@ std::optional<Control::Holder> Control::holder() const {
   const std::lock_guard lock(mutex_);
   if (!state_) return std::nullopt;
   return Holder{state_->who, left_s()};
+}
+
+std::string Control::name_of(const std::string& key) const {
+  const std::lock_guard lock(mutex_);
+  return !key.empty() && has_key(key) ? state_->who : std::string();
 }
 
 double Control::left_s() const {
@@ -118,31 +202,47 @@ Control::Use Control::use(const std::string& key) {
   const std::lock_guard lock(mutex_);
   if (key.empty()) {
     if (state_) throw not_ready(describe());
-    return Use(nullptr, 0);
+    ++public_uses_;
+    return {this, kPublic};
   }
   State& state = held_by(key);
   ++state.uses;
-  return Use(this, state.number);
+  keep();
+  return {this, state.number};
+}
+
+std::optional<Control::Use> Control::try_use(const std::string& key) {
+  const std::lock_guard lock(mutex_);
+  if (key.empty() || !has_key(key)) return std::nullopt;
+  ++state_->uses;
+  keep();
+  return Use(this, state_->number);
 }
 
 void Control::end_use(std::uint64_t number) {
   const std::lock_guard lock(mutex_);
+  if (number == kPublic) {
+    if (--public_uses_ == 0) changed_.notify_all();
+    return;
+  }
   // Control may have been released meanwhile, and acquired by another.
   if (!state_ || state_->number != number) return;
   --state_->uses;
   state_->until = Clock::now() + state_->lease;
+  keep();
   changed_.notify_all();
 }
 
 void Control::run() {
   std::unique_lock lock(mutex_);
   while (!closing_) {
-    if (!state_ || state_->ending || state_->uses > 0) {
+    if (!state_ || state_->ending || !state_->may_expire || state_->uses > 0) {
       changed_.wait(lock);
     } else if (Clock::now() >= state_->until) {
-      end(lock);
+      end(lock, false);
     } else {
-      changed_.wait_until(lock, state_->until);
+      const Clock::time_point until = state_->until;
+      changed_.wait_until(lock, until);
     }
   }
 }

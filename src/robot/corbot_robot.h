@@ -21,10 +21,10 @@ extern "C" {
  * goes on trying in the background while no real-time task is there. NULL and *error on a bad profile or when
  * another servant is attached. */
 corbot_robot* corbot_robot_open(const char* profile_path, const char* name, corbot_error* error);
-/* From now on the last position is saved on disk for the next power-up, in `directory` (NULL:
- * CORBOT_STATE_DIR, or below XDG_STATE_HOME or HOME). `warn` (may be NULL) is called, from another thread,
- * when that fails. */
-void corbot_robot_save_position(corbot_robot* robot, const char* directory, void (*warn)(const char* text));
+/* From now on the last position is saved on disk for the next power-up, and every call with a caller but the waits is
+ * recorded in the audit log, both in `directory` (NULL: CORBOT_STATE_DIR, or below XDG_STATE_HOME or HOME). `warn`
+ * (may be NULL) is called, from another thread, when that fails; no call does for it. */
+void corbot_robot_keep_state(corbot_robot* robot, const char* directory, void (*warn)(const char* text));
 /* Wakes every waiting call (CORBOT_NOT_READY) and detaches. What was accepted is carried out for as long as
  * the profile's orphan_s, unless another servant is attached by then. */
 void corbot_robot_close(corbot_robot* robot);

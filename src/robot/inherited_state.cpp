@@ -8,6 +8,8 @@
 
 #include "corbot/motion/bounds.h"
 
+#include "robot/control.h"
+
 namespace corbot {
 namespace {
 
@@ -47,6 +49,10 @@ bool is_valid(const TicketRecord& record, const ArmModel& arm, std::uint64_t nex
          record.last < next_command_id && is_within(record.duration_s, 0.0, 2.0 * kLongestCommand_s) &&
          is_within(record.second_from_s, 0.0, record.duration_s) && record.cancelled <= 1 &&
          is_consistent(record.state, record.reason) && is_end(record, arm);
+}
+
+bool is_valid(const HoldRecord& record) {
+  return std::find(record.by.begin(), record.by.end(), '\0') != record.by.end();
 }
 
 /// Whether there is a record; counts a cell that no servant has written.
@@ -124,6 +130,20 @@ InheritedState read_inherited(const ServantSegment& former, const ArmModel& arm,
   }
   read_alarms(former.state, state);
   read_tickets(former, arm, next_command_id, state);
+  if (ControlRecord record{}; read(former.state.control, record, state.invalid)) {
+    if (Control::is_valid(record)) {
+      state.control = record;
+    } else {
+      ++state.invalid;
+    }
+  }
+  if (HoldRecord record{}; read(former.state.hold, record, state.invalid)) {
+    if (is_valid(record)) {
+      state.held_by = record.by.data();
+    } else {
+      ++state.invalid;
+    }
+  }
   return state;
 }
 

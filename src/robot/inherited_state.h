@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "corbot/arm/arm_model.h"
@@ -18,7 +19,9 @@ struct InheritedState {
   std::optional<PlanSettings> settings;
   std::vector<AlarmEntry> alarms;  ///< oldest first
   std::vector<Ticket> tickets;     ///< in the order of their numbers
-  int invalid{0};                  ///< records that no servant of this robot writes: each was left out
+  std::optional<ControlRecord> control;
+  std::string held_by;  ///< who asked for the last StopAndHold; empty: not known
+  int invalid{0};       ///< records that no servant of this robot writes: each was left out
 };
 
 /// Reads what another process wrote. Every record is copied once and each of its fields checked; one that is torn

@@ -46,11 +46,13 @@ std::string still_to_come(const Snapshot& now) {
 }  // namespace
 
 corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettings& settings,
-                                  std::uint64_t arrival) {
+                                  std::uint64_t arrival, const std::function<Control::Use()>& admit) {
   const LivingTask task = access_.living();
   // Before anything that takes time: a Stop that is counted from here on, or was since the request arrived,
   // ends this call, and the task refuses the motion if it is handed over after all.
   const std::uint64_t epoch = arrival != 0 ? arrival : task.stops();
+  // After that: control that ends from here on counts a stop.
+  const Control::Use use = admit();
   const Place place(starting_, capacity_);
   Patience patience{std::chrono::duration<double>(kRestKnown_s)};
   for (;;) {

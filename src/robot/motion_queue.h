@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "planner/planner.h"
+#include "robot/control.h"
 #include "robot/robot_view.h"
 #include "robot/task_access.h"
 #include "robot/ticket_table.h"
@@ -33,7 +35,9 @@ class MotionQueue {
   /// Plans from where the arm will rest when the motion begins, and hands over. A Stop ends it, wherever it
   /// has got to, when it is counted after the request arrived: `arrival`, the number of stops then, or 0,
   /// now.
-  corbot_ticket accept(const MotionRequest& request, const PlanSettings& settings, std::uint64_t arrival);
+  /// `admit` is called with that known, and what it returns is kept until the motion is handed over.
+  corbot_ticket accept(const MotionRequest& request, const PlanSettings& settings, std::uint64_t arrival,
+                       const std::function<Control::Use()>& admit);
   /// Takes back this motion and what is queued behind it; returns when they have ended. No effect on one that
   /// has ended.
   void cancel(corbot_ticket id);

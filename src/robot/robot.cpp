@@ -35,33 +35,60 @@ Robot::Robot(Profile profile, const std::string& name)
               [this](bool frozen) { on_frozen(frozen); }}),
       view_(profile_, link_, watch_, tickets_, alarms_),
       task_(link_, watch_),
-      queue_(planner_, profile_.queue_capacity, tickets_, task_, view_) {
+      queue_(planner_, profile_.queue_capacity, tickets_, task_, view_),
+      control_(link_.own().state.control, [this](const Control::Ending& ending) { end_control(ending); }) {
   alarms_.keep_in(link_.own().state.alarms);
   tickets_.keep_in(link_.own().state.tickets);
+  tickets_.on_end([this](const Ticket& ticket) { record_end(ticket); });
   link_.start();
   watch_.start();
 }
 
 Robot::~Robot() {
   interrupt();
+  control_.close();
   saver_.reset();
   watch_.close();
   link_.close();
 }
 
-void Robot::save_position(const std::string& directory, PositionSaver::Warn warn) {
-  const auto report = [this, warn = std::move(warn)](const std::string& text) {
-    alarms_.add(kAlarmPositionNotSaved, false, text);
-    if (warn) warn(text);
+void Robot::keep_state(const std::string& directory, PositionSaver::Warn warn) {
+  const auto reporter = [this, warn = std::move(warn)](std::int32_t code) {
+    return [this, warn, code](const std::string& text) {
+      alarms_.add(code, false, text);
+      if (warn) warn(text);
+    };
   };
   const std::filesystem::path where =
       directory.empty() ? default_state_directory() : std::filesystem::path(directory);
   if (where.empty()) {
-    report("the last position is not saved: set CORBOT_STATE_DIR or HOME, or give --state-dir");
+    const char* const remedy = "set CORBOT_STATE_DIR or HOME, or give --state-dir";
+    reporter(kAlarmPositionNotSaved)(fmt::format("the last position is not saved: {}", remedy));
+    reporter(kAlarmAuditLogIncomplete)(fmt::format("there is no audit log: {}", remedy));
     return;
   }
-  saver_ =
-      std::make_unique<PositionSaver>(link_, profile_.arm, PositionStore(where, name_, "servant"), report);
+  saver_ = std::make_unique<PositionSaver>(link_, profile_.arm, PositionStore(where, name_, "servant"),
+                                           reporter(kAlarmPositionNotSaved));
+  try {
+    audit_log_ = std::make_unique<AuditLog>(where, name_, reporter(kAlarmAuditLogIncomplete));
+  } catch (const std::runtime_error& failed) {
+    return reporter(kAlarmAuditLogIncomplete)(failed.what());
+  }
+  audit_.store(audit_log_.get(), std::memory_order_release);
+}
+
+void Robot::record(const AuditEntry& call) const noexcept {
+  if (AuditLog* const log = audit_.load(std::memory_order_acquire)) log->record(call);
+}
+
+void Robot::record_end(const Ticket& ticket) const {
+  AuditLog* const log = audit_.load(std::memory_order_acquire);
+  if (log == nullptr) return;
+  const std::string reason = ticket.reason.empty() ? "" : ": " + ticket.reason;
+  const char* const end = ticket.state == TicketState::kDone      ? "done"
+                          : ticket.state == TicketState::kStopped ? "stopped"
+                                                                  : "failed";
+  log->record_end(ticket.last, end + reason);
 }
 
 void Robot::interrupt() {
@@ -75,6 +102,8 @@ void Robot::on_completion(const Completion& completion) {
 }
 
 void Robot::on_alarm(const AlarmEvent& alarm) {
+  if (alarm.code == AlarmCode::kHeld)
+    return alarms_.add(static_cast<std::int32_t>(alarm.code), true, held_alarm_text(alarm));
   if (alarm.code != AlarmCode::kCleared) return alarms_.add(alarm);
   alarms_.deactivate();
   clears_reported_ = alarm::cleared_count(alarm);
@@ -87,11 +116,14 @@ void Robot::on_lost(const std::string& reason) {
 }
 
 void Robot::on_drained(const Snapshot& before) {
+  // Also where nobody has waited for the end of that Clear.
+  if ((before.flags & kSnapshotHeld) == 0) set_holds_cleared(before.holds_done);
   tickets_.reconcile(before);
   task_.notify();
 }
 
 void Robot::on_attached(bool again) {
+  control_.allow_expiry();
   if (!again) return queue_.repeat_cancel();
   alarms_.deactivate(kAlarmTaskGone);
   alarms_.add(kAlarmTaskRestarted, false,
@@ -112,6 +144,8 @@ void Robot::on_inherit(const Inheritance& inheritance) {
   alarms_.inherit(inherited.alarms);
   tickets_.inherit(inherited.tickets);
   queue_.inherit(inherited.tickets);
+  if (inherited.control) control_.inherit(*inherited.control);
+  if (!inherited.held_by.empty()) set_held_by(inherited.held_by);
   if (inherited.invalid == 0) return;
   alarms_.add(
       kAlarmFormerServantInvalid, false,
@@ -132,11 +166,11 @@ void Robot::on_frozen(bool frozen) {
   task_.notify();
 }
 
-corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival) {
+corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival, const std::string& key) {
   // Before all else: a bad argument is refused at once, however long the present plan takes.
   const PlanSettings now = settings_.get();
   if (const auto refusal = planner_.check(now, request)) throw refused(*refusal);
-  return queue_.accept(request, now, arrival);
+  return queue_.accept(request, now, arrival, [&] { return control_.use(key); });
 }
 
 StopCounts Robot::stops() const {
@@ -227,6 +261,54 @@ void Robot::await_requested_stops() {
   await_stop(task, newest);
 }
 
+void Robot::stop_and_hold(const std::string& by) {
+  set_held_by(by);
+  // Before the stop: what is planned after that stop is not begun before the task has seen this, see HoldLatch.
+  const std::uint64_t count = link_.own().control.hold_count.fetch_add(1, std::memory_order_acq_rel) + 1;
+  stop();
+  task_.await(task_.connected(), kSettle_s, "a StopAndHold",
+              [&](const Snapshot& now) { return now.holds_done >= count; });
+}
+
+/// A Clear has taken back what the task had carried out by then; another may have got further.
+void Robot::set_holds_cleared(std::uint64_t count) {
+  std::atomic<std::uint64_t>& holds = link_.own().control.holds_cleared;
+  std::uint64_t cleared = holds.load(std::memory_order_relaxed);
+  while (cleared < count && !holds.compare_exchange_weak(cleared, count)) {
+  }
+}
+
+void Robot::set_held_by(const std::string& by) {
+  const std::lock_guard lock(held_by_mutex_);
+  held_by_ = by;
+  HoldRecord record{};
+  copy_text(by, record.by.data(), record.by.size());
+  link_.own().state.hold.store(record);
+}
+
+std::string Robot::held_alarm_text(const AlarmEvent& alarm) const {
+  const std::lock_guard lock(held_by_mutex_);
+  return held_by_.empty() ? alarm_text(alarm) : alarm_text(alarm) + ", asked for by " + held_by_;
+}
+
+std::string Robot::acquire(const std::string& who, double lease_s) {
+  (void)task_.living();
+  return control_.acquire(who, lease_s);
+}
+
+void Robot::end_control(const Control::Ending& ending) noexcept {
+  AuditEntry entry{ending.who, "", "the lease has run out", 0, "the arm was stopped"};
+  try {
+    stop();
+  } catch (const CallError& failed) {
+    entry.outcome =
+        failed.error.text;  // the task is gone, and nothing moves, or it finds the stop when it goes on
+  } catch (const std::exception& failed) {
+    entry.outcome = failed.what();
+  }
+  if (!ending.is_released) record(entry);
+}
+
 void Robot::pause(bool on) {
   const LivingTask task = task_.living();
   task.own().control.pause.store(on ? 1 : 0, std::memory_order_relaxed);
@@ -242,6 +324,10 @@ void Robot::set_override(double percent) {
 
 void Robot::clear() {
   const LivingTask task = task_.living();
+  if (view_.held()) {
+    task_.await(task, kSettle_s, "a StopAndHold",
+                [this](const Snapshot& now) { return now.state == RtState::kError || !view_.held(); });
+  }
   if (view_.snapshot().state != RtState::kError) return;
   const std::uint64_t count = task.own().control.clear_count.fetch_add(1, std::memory_order_acq_rel) + 1;
   Snapshot now{};
@@ -250,6 +336,7 @@ void Robot::clear() {
     return snapshot.clears_done >= count;
   });
   if (now.state == RtState::kError) throw not_ready(view_.error_cause());
+  set_holds_cleared(now.holds_done);
   // What the client reads next has no alarm that this Clear has taken back, and every one that came since.
   for (Patience patience(kReportsRead);;) {
     const bool is_last = patience.is_over();

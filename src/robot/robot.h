@@ -10,7 +10,9 @@
 #include "config/profile.h"
 #include "planner/planner.h"
 #include "robot/alarm_log.h"
+#include "robot/audit_log.h"
 #include "robot/call_error.h"
+#include "robot/control.h"
 #include "robot/link.h"
 #include "robot/motion_queue.h"
 #include "robot/position_saver.h"
@@ -40,9 +42,11 @@ class Robot final : private LinkListener {
 
   [[nodiscard]] const Profile& profile() const noexcept { return profile_; }
 
-  /// From now on the last position is saved on disk; empty: in the default directory. `warn` is called when
-  /// that fails, from a thread of its own.
-  void save_position(const std::string& directory, PositionSaver::Warn warn);
+  /// From now on the last position is saved on disk, and calls are recorded in the audit log; empty: in the default
+  /// directory. `warn` is called when that fails, from threads of its own.
+  void keep_state(const std::string& directory, PositionSaver::Warn warn);
+  /// Without effect before keep_state().
+  void record(const AuditEntry& call) const noexcept;
 
   /// Calls are served from now on. `answers` is called again and again, from a thread of its own, until
   /// interrupt(): whether one gets through. What depends on that: the beat for the real-time task, and what
@@ -60,7 +64,8 @@ class Robot final : private LinkListener {
   /// Checks the arguments, plans from where the arm will rest when the motion begins, with the present
   /// settings, and hands over. A bad argument is refused first, whether the robot is ready or not.
   /// `arrival`: the number of stops when the request arrived; 0: it arrives now.
-  corbot_ticket accept(const MotionRequest& request, std::uint64_t arrival = 0);
+  /// `key`: of the caller's reference, see Control.
+  corbot_ticket accept(const MotionRequest& request, std::uint64_t arrival = 0, const std::string& key = {});
   /// So far; takes no lock that is held for longer than a moment.
   [[nodiscard]] StopCounts stops() const;
 
@@ -73,12 +78,20 @@ class Robot final : private LinkListener {
   /// Calls that are starting a motion.
   [[nodiscard]] int starting() const noexcept { return queue_.starting(); }
 
+  /// Exclusive control. Everything below but stop(), stop_and_hold() and clear() needs a Control::Use while it lasts.
+  [[nodiscard]] Control& control() noexcept { return control_; }
+  [[nodiscard]] const Control& control() const noexcept { return control_; }
+  /// Not ready where no real-time task is connected.
+  [[nodiscard]] std::string acquire(const std::string& who, double lease_s);
+
   // Pre-emption: flags in the segment, no lock that a plan holds.
   void stop();
   /// stop() in two halves, for many at once: the first does not wait; the second returns at rest, when all
   /// that were requested before it are carried out.
   void request_stop();
   void await_requested_stops();
+  /// And holds until clear(), across restarts; where no task is connected, the next one is held. `by`: for the alarm.
+  void stop_and_hold(const std::string& by);
   void pause(bool on);
   void set_override(double percent);
   void clear();
@@ -109,6 +122,11 @@ class Robot final : private LinkListener {
   /// Whatever a call may have to wait for can be had.
   [[nodiscard]] bool responds();
   void on_frozen(bool frozen);
+  void set_holds_cleared(std::uint64_t count);
+  void set_held_by(const std::string& by);
+  [[nodiscard]] std::string held_alarm_text(const AlarmEvent& alarm) const;
+  void record_end(const Ticket& ticket) const;
+  void end_control(const Control::Ending& ending) noexcept;
 
   const Profile profile_;
   const std::string name_;
@@ -129,6 +147,11 @@ class Robot final : private LinkListener {
   TaskAccess task_;
   MotionQueue queue_;
   std::unique_ptr<PositionSaver> saver_;  // reads from the link
+  mutable std::mutex held_by_mutex_;      // of held_by_ and its copy for the next servant
+  std::string held_by_;
+  Control control_;  // its thread stops the arm
+  std::unique_ptr<AuditLog> audit_log_;
+  std::atomic<AuditLog*> audit_{nullptr};  // the same, once it is there
 };
 
 }  // namespace corbot

@@ -101,6 +101,17 @@ bool RobotView::paused() const {
   return channel && channel->own().control.pause.load(std::memory_order_relaxed) != 0;
 }
 
+bool RobotView::held() const {
+  const ControlFlags& flags = link_.own().control;
+  const std::uint64_t count = flags.hold_count.load(std::memory_order_acquire);
+  Snapshot now{};
+  const bool has_snapshot = link_.snapshot(now);
+  if (has_snapshot && (now.flags & kSnapshotHeld) != 0) return true;
+  // A task that is connected knows better than the counts, once it has seen the last request.
+  if (link_.alive() && has_snapshot) return now.holds_done < count;
+  return count != flags.holds_cleared.load(std::memory_order_acquire);
+}
+
 corbot_motion_info RobotView::describe(const Ticket& ticket) const {
   corbot_motion_info info{};
   info.id = ticket.last;

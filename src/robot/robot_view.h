@@ -32,6 +32,8 @@ class RobotView {
   [[nodiscard]] double override_percent() const;
   /// A Pause is in force; only Resume ends it.
   [[nodiscard]] bool paused() const;
+  /// A StopAndHold is in force, or asked for; only Clear ends it.
+  [[nodiscard]] bool held() const;
   [[nodiscard]] std::vector<AlarmEntry> alarms() const;
   [[nodiscard]] corbot_motion_info describe(const Ticket& ticket) const;
   /// Why the robot is in Error, and what to do about it.

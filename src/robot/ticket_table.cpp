@@ -70,6 +70,7 @@ void TicketTable::end(Ticket& ticket, TicketState state, TicketReason why, const
   ticket.reason = reason;
   keep(ticket);
   --pending_;
+  if (report_end_) report_end_(ticket);
   ended_.notify_all();
 }
 

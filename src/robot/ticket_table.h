@@ -4,10 +4,12 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "robot/ticket.h"
@@ -28,6 +30,8 @@ class TicketTable {
   void keep_in(Records& records) { records_ = &records; }
   /// Before the first add(): those of the servant before this one, in the order of their numbers.
   void inherit(const std::vector<Ticket>& former);
+  /// Called with each ticket that ends, with the lock: returns at once and throws nothing. Before any other call.
+  void on_end(std::function<void(const Ticket&)> report) { report_end_ = std::move(report); }
 
   void add(const Ticket& ticket);
   /// The motion was not handed over after all.
@@ -79,6 +83,7 @@ class TicketTable {
   void end(Ticket& ticket, TicketState state, TicketReason why) { end(ticket, state, why, to_string(why)); }
   void keep(const Ticket& ticket);
 
+  std::function<void(const Ticket&)> report_end_;
   mutable std::mutex mutex_;
   mutable std::condition_variable ended_;
   std::map<std::uint64_t, Ticket> tickets_;  // by number

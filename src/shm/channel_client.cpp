@@ -200,6 +200,10 @@ void ServantPort::inherit(const Message& welcome, const TaskSegment& task, uid_t
     // Reports of a Clear name its number, and are read in place of the former one.
     const std::uint64_t clears = before->control.clear_count.load(std::memory_order_acquire);
     if (clears < kMostClears) own.control.clear_count.store(clears);
+    // A StopAndHold that no Clear has taken back. Added, since this servant may have been asked for one already.
+    if (before->control.hold_count.load(std::memory_order_acquire) !=
+        before->control.holds_cleared.load(std::memory_order_acquire))
+      own.control.hold_count.fetch_add(1, std::memory_order_release);
   }
   own.next_command_id.store(next, std::memory_order_release);
   if (own.task_id.load(std::memory_order_relaxed) != task.header.id) {

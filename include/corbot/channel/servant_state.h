@@ -76,11 +76,30 @@ inline constexpr std::size_t kKeptAlarms = 64;
 /// Every pending motion, and the last 1024 that have ended.
 inline constexpr std::size_t kKeptTickets = 1024 + 64;
 
+/// Exclusive control of the arm, see src/robot/control.h. Every observer can read it: it has what proves a key, and not
+/// the key.
+struct ControlRecord {
+  std::array<char, 72> who;                 ///< zero-terminated; empty: nobody has control
+  std::array<std::uint8_t, 32> key_digest;  ///< SHA-256
+  std::int64_t lease_ns;
+  std::int64_t until_ns;  ///< CLOCK_MONOTONIC, of this run of the machine as the segment itself
+  std::uint64_t in_use;   ///< 1: a call of the holder is under way, and the lease does not run
+};
+static_assert(std::is_trivially_copyable_v<ControlRecord> && sizeof(ControlRecord) % 8 == 0);
+
+/// Who has asked for the last StopAndHold.
+struct HoldRecord {
+  std::array<char, 128> by;  ///< zero-terminated; empty: not known
+};
+static_assert(std::is_trivially_copyable_v<HoldRecord> && sizeof(HoldRecord) % 8 == 0);
+
 /// In the servant's segment. A record that belongs to it is added here, with its reader.
 struct ServantState {
   DurableCell<SettingsRecord> settings;
   std::array<DurableCell<AlarmRecord>, kKeptAlarms> alarms;
   std::array<DurableCell<TicketRecord>, kKeptTickets> tickets;
+  DurableCell<ControlRecord> control;
+  DurableCell<HoldRecord> hold;
 };
 static_assert(std::is_standard_layout_v<ServantState>);
 

@@ -37,9 +37,9 @@ RobotHandle open_robot(const Options& options) {
   RobotHandle robot(corbot_robot_open(options.profile.c_str(),
                                       options.name.empty() ? nullptr : options.name.c_str(), &error));
   if (!robot) throw std::runtime_error(error.text);
-  corbot_robot_save_position(robot.get(),
-                             options.state_directory.empty() ? nullptr : options.state_directory.c_str(),
-                             [](const char* text) { spdlog::warn("{}", text); });
+  corbot_robot_keep_state(robot.get(),
+                          options.state_directory.empty() ? nullptr : options.state_directory.c_str(),
+                          [](const char* text) { spdlog::warn("{}", text); });
   return robot;
 }
 

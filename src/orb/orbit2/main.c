@@ -129,7 +129,7 @@ int main(int argc, char** argv) {
   if (robot == NULL) {
     log_error("%s", error.text);
   } else {
-    corbot_robot_save_position(robot, options.state_directory, warn);
+    corbot_robot_keep_state(robot, options.state_directory, warn);
     corbot_description description;
     corbot_robot_describe(robot, &description);
     good = options_settle_endpoint(&options, description.endpoint_host, description.endpoint_port) &&

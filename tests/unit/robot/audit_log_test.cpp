@@ -36,7 +36,7 @@ class AuditLogTest : public ::testing::Test {
 TEST_F(AuditLogTest, KeepsWhoFromWhereWhatTicketAndOutcome) {
   fs::path file;
   {
-    AuditLog log(directory_ / "state", "lynx5");
+    AuditLog log(directory_ / "state", "lynx5", {});
     file = log.file();
     log.record({"cell", "giop:tcp:127.0.0.1:40000", "Drive(0, 20, 90)", 7, "ok"});
     log.record({"", "giop:tcp:10.0.0.7:40001", "Move(9, 0, 0, 0, 0)", 0, "Unreachable: \"far\"\n out"});
@@ -53,8 +53,28 @@ TEST_F(AuditLogTest, KeepsWhoFromWhereWhatTicketAndOutcome) {
   EXPECT_EQ(entries[1]["outcome"], "Unreachable: \"far\"\n out") << "one line, whatever the text";
 }
 
+TEST_F(AuditLogTest, KeepsHowAMotionEnded) {
+  { AuditLog(directory_, "lynx5", {}).record_end(7, "failed: the robot went into Error"); }
+  const auto entries = lines(directory_ / "lynx5.audit");
+  ASSERT_EQ(entries.size(), 1u);
+  EXPECT_EQ(entries[0]["ticket"], 7);
+  EXPECT_EQ(entries[0]["end"], "failed: the robot went into Error");
+}
+
+/// A disk that is full: each call returns all the same, and there is one warning.
+TEST_F(AuditLogTest, WarnsOnceWhenEntriesCannotBeWritten) {
+  fs::create_symlink("/dev/full", directory_ / "lynx5.audit");
+  std::vector<std::string> warnings;
+  {
+    AuditLog log(directory_, "lynx5", [&](const std::string& text) { warnings.push_back(text); });
+    for (int i = 0; i < 100; ++i) log.record({"", "", "Stop()", 0, "ok"});
+  }
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("lynx5.audit is incomplete"), std::string::npos) << warnings[0];
+}
+
 TEST_F(AuditLogTest, IsClosedToOthers) {
-  const AuditLog log(directory_ / "state", "lynx5");
+  const AuditLog log(directory_ / "state", "lynx5", {});
   struct stat status {};
   ASSERT_EQ(::stat(log.file().c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 0777u, 0600u);
@@ -63,14 +83,14 @@ TEST_F(AuditLogTest, IsClosedToOthers) {
 }
 
 TEST_F(AuditLogTest, ContinuesAfterARestart) {
-  for (int i = 0; i < 3; ++i) AuditLog(directory_, "lynx5").record({"", "", "Stop()", 0, "ok"});
+  for (int i = 0; i < 3; ++i) AuditLog(directory_, "lynx5", {}).record({"", "", "Stop()", 0, "ok"});
   EXPECT_EQ(lines(directory_ / "lynx5.audit").size(), 3u);
 }
 
 TEST_F(AuditLogTest, Rotates) {
   constexpr std::size_t kLargest = 2000;
   {
-    AuditLog log(directory_, "lynx5", kLargest);
+    AuditLog log(directory_, "lynx5", {}, kLargest);
     for (int i = 0; i < 1000; ++i) log.record({"", "", "Stop()", static_cast<std::uint64_t>(i + 1), "ok"});
   }
   std::size_t files = 0;
@@ -88,7 +108,7 @@ TEST_F(AuditLogTest, Rotates) {
 TEST_F(AuditLogTest, SaysWhyItCannotBeWritten) {
   std::ofstream(directory_ / "taken") << "a file";
   try {
-    const AuditLog log(directory_ / "taken", "lynx5");
+    const AuditLog log(directory_ / "taken", "lynx5", {});
     FAIL() << "a file is no directory";
   } catch (const std::runtime_error& error) {
     EXPECT_NE(std::string(error.what()).find("taken/lynx5.audit cannot be written"), std::string::npos)

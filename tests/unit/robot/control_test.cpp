@@ -6,6 +6,7 @@
 #include <atomic>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -35,8 +36,20 @@ class ControlTest : public ::testing::Test {
     while (ends_ < times && Control::Clock::now() < deadline) std::this_thread::yield();
     return ends_ == times;
   }
+  /// As the servant after this one does with what this one kept.
+  std::unique_ptr<Control> next_servant() {
+    ControlRecord record{};
+    EXPECT_EQ(kept_.load(record), DurableCell<ControlRecord>::Content::kRecord);
+    EXPECT_TRUE(Control::is_valid(record));
+    control_.close();
+    auto next = std::make_unique<Control>(kept_after_, [this](const Control::Ending&) { ++ends_; });
+    next->inherit(record);
+    return next;
+  }
   std::atomic<int> ends_{0};
-  Control control_{[this] { ++ends_; }};
+  DurableCell<ControlRecord> kept_;
+  DurableCell<ControlRecord> kept_after_;
+  Control control_{kept_, [this](const Control::Ending&) { ++ends_; }};
 };
 
 TEST_F(ControlTest, WithoutAHolderEveryoneMay) {
@@ -126,6 +139,128 @@ TEST_F(ControlTest, BadLeasesAndNamesAreRefused) {
     EXPECT_STREQ(error.parameter, "who");
   }
   EXPECT_FALSE(control_.holder());
+}
+
+TEST_F(ControlTest, AcquireWaitsForCallsThatWereAdmittedBefore) {
+  std::optional<Control::Use> earlier(control_.use(""));
+  std::atomic<bool> has_control{false};
+  std::thread holder([&] {
+    (void)control_.acquire("cell", kLong_s);
+    has_control = true;
+  });
+  const auto deadline = Control::Clock::now() + std::chrono::seconds(10);
+  while (!control_.holder() && Control::Clock::now() < deadline) std::this_thread::yield();
+  EXPECT_EQ(refusal([&] { (void)control_.use(""); }).status, CORBOT_NOT_READY) << "others are refused by now";
+  EXPECT_FALSE(has_control);
+  earlier.reset();
+  holder.join();
+  EXPECT_TRUE(has_control);
+}
+
+TEST_F(ControlTest, OnlyTheHoldersKeyHasItsName) {
+  const std::string key = control_.acquire("cell", kLong_s);
+  EXPECT_EQ(control_.name_of(key), "cell");
+  EXPECT_EQ(control_.name_of(""), "");
+  EXPECT_EQ(control_.name_of(std::string(32, '0')), "");
+  EXPECT_TRUE(control_.try_use(key));
+  EXPECT_FALSE(control_.try_use("")) << "but refuses nobody";
+  control_.release(key);
+  EXPECT_EQ(control_.name_of(key), "");
+  EXPECT_FALSE(control_.try_use(key));
+}
+
+TEST_F(ControlTest, TheNextServantGoesOnWithTheHolderAndItsLease) {
+  const std::string key = control_.acquire("cell", kLong_s);
+  const double left_s = control_.holder()->left_s;
+  const auto next = next_servant();
+  ASSERT_TRUE(next->holder());
+  EXPECT_EQ(next->holder()->who, "cell");
+  EXPECT_LE(next->holder()->left_s, left_s);
+  EXPECT_GT(next->holder()->left_s, 0.0);
+  EXPECT_EQ(refusal([&] { (void)next->use(""); }).status, CORBOT_NOT_READY);
+  EXPECT_NO_THROW((void)next->use(key));
+  next->release(key);
+  EXPECT_FALSE(next->holder());
+  EXPECT_EQ(ends_, 1);
+}
+
+TEST_F(ControlTest, WhatIsKeptDoesNotHoldTheKey) {
+  const std::string key = control_.acquire("cell", kLong_s);
+  ControlRecord record{};
+  ASSERT_EQ(kept_.load(record), DurableCell<ControlRecord>::Content::kRecord);
+  const std::string bytes(reinterpret_cast<const char*>(&record), sizeof(record));
+  EXPECT_EQ(bytes.find(key), std::string::npos);
+  std::string raw;
+  for (std::size_t i = 0; i < key.size(); i += 2)
+    raw += static_cast<char>(std::stoi(key.substr(i, 2), nullptr, 16));
+  EXPECT_EQ(bytes.find(raw), std::string::npos);
+}
+
+/// Or the stop would find no task to stop.
+TEST_F(ControlTest, ALeaseThatRanOutMeanwhileEndsWhenTheArmCanBeStopped) {
+  const std::string key = control_.acquire("cell", Control::kShortestLease_s);
+  ControlRecord record{};
+  ASSERT_EQ(kept_.load(record), DurableCell<ControlRecord>::Content::kRecord);
+  ASSERT_TRUE(ended(1));
+  Control next(kept_after_, [this](const Control::Ending& ending) {
+    EXPECT_FALSE(ending.is_released);
+    EXPECT_EQ(ending.who, "cell");
+    ++ends_;
+  });
+  next.inherit(record);
+  const auto begin = Control::Clock::now();
+  while (Control::Clock::now() - begin < std::chrono::milliseconds(50)) std::this_thread::yield();
+  EXPECT_EQ(ends_, 1);
+  EXPECT_EQ(refusal([&] { (void)next.use(""); }).status, CORBOT_NOT_READY);
+  next.allow_expiry();
+  EXPECT_TRUE(ended(2));
+}
+
+/// The call's connection went with its servant; the lease begins anew with that.
+TEST_F(ControlTest, ALeaseThatACallKeptFromRunningOutBeginsAnew) {
+  const std::string key = control_.acquire("cell", Control::kShortestLease_s);
+  ControlRecord record{};
+  {
+    const Control::Use use = control_.use(key);
+    const auto begin = Control::Clock::now();
+    while (Control::Clock::now() - begin < std::chrono::milliseconds(600)) std::this_thread::yield();
+    ASSERT_EQ(kept_.load(record), DurableCell<ControlRecord>::Content::kRecord);
+  }
+  Control next(kept_after_, [](const Control::Ending&) {});
+  next.inherit(record);
+  EXPECT_GT(next.holder()->left_s, 0.0);
+}
+
+TEST_F(ControlTest, NobodyInheritsAnEndedControl) {
+  control_.release(control_.acquire("cell", kLong_s));
+  EXPECT_FALSE(next_servant()->holder());
+}
+
+TEST_F(ControlTest, WhatNoServantWroteIsInvalid) {
+  (void)control_.acquire("cell", kLong_s);
+  ControlRecord good{};
+  ASSERT_EQ(kept_.load(good), DurableCell<ControlRecord>::Content::kRecord);
+  ControlRecord bad = good;
+  bad.who.fill('x');
+  EXPECT_FALSE(Control::is_valid(bad)) << "no end";
+  bad = good;
+  bad.who[1] = '\n';
+  EXPECT_FALSE(Control::is_valid(bad));
+  for (const std::int64_t lease_ns :
+       {std::int64_t{0}, std::int64_t{-1}, std::numeric_limits<std::int64_t>::max(),
+        std::numeric_limits<std::int64_t>::min()}) {
+    bad = good;
+    bad.lease_ns = lease_ns;
+    EXPECT_FALSE(Control::is_valid(bad)) << lease_ns;
+  }
+  for (const std::int64_t until_ns :
+       {std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min()}) {
+    bad = good;
+    bad.until_ns = until_ns;
+    Control next(kept_after_, [](const Control::Ending&) {});
+    next.inherit(bad);
+    EXPECT_LE(next.holder()->left_s, kLong_s) << "no lease is longer than it was asked for";
+  }
 }
 
 TEST_F(ControlTest, OfManyAtOnceOneHasControl) {

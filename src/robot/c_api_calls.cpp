@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: Apache-2.0
+// corbot_robot.h over Robot, the calls that have a caller: conversion of units and of exceptions, control, and the audit
+// log. Nothing thrown leaves this file.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <type_traits>
+
+#include "corbot/motion/bounds.h"
+#include "corbot/units.h"
+#include "robot/robot_handle.h"
+
+namespace {
+
+using namespace corbot;
+
+std::string key_of(const corbot_caller* caller) {
+  return caller != nullptr && caller->key != nullptr ? caller->key : "";
+}
+
+std::string from_of(const corbot_caller* caller) {
+  return caller != nullptr && caller->from != nullptr ? caller->from : "";
+}
+
+/// As the interface names its exceptions.
+std::string outcome_of(const corbot_error& error) {
+  switch (error.status) {
+    case CORBOT_OK:
+      return "ok";
+    case CORBOT_BAD_PARAMETER:
+      return fmt::format("BadParameter: {}: {}", error.parameter, error.text);
+    case CORBOT_UNREACHABLE:
+      return fmt::format("Unreachable: {}", error.text);
+    case CORBOT_LIMIT_EXCEEDED:
+      return fmt::format("LimitExceeded: {}", error.text);
+    case CORBOT_NOT_READY:
+      return fmt::format("NotReady: {}", error.text);
+    case CORBOT_STOPPED:
+      return fmt::format("Stopped: {}", error.text);
+    case CORBOT_QUEUE_FULL:
+      return fmt::format("QueueFull: {}", error.text);
+    case CORBOT_NO_DATA:
+    case CORBOT_INTERNAL:
+      break;
+  }
+  return error.text;
+}
+
+/// Runs `body`, which is given the caller's key and may return a ticket, and records the call, `text` with the arguments,
+/// and how it ended.
+template <class Body, class... Arguments>
+corbot_status recorded(corbot_robot* robot, const corbot_caller* caller, corbot_error* error, Body&& body,
+                       fmt::format_string<const Arguments&...> text, const Arguments&... arguments) noexcept {
+  corbot_error ignored{};
+  corbot_error& out = error != nullptr ? *error : ignored;
+  AuditEntry entry;
+  const corbot_status status = guarded(&out, [&] {
+    const std::string key = key_of(caller);
+    entry = {robot->robot.control().name_of(key), from_of(caller), fmt::format(text, arguments...), 0, {}};
+    if constexpr (std::is_void_v<decltype(body(key))>) {
+      body(key);
+    } else {
+      entry.ticket = body(key);
+    }
+  });
+  guarded(nullptr, [&] {
+    entry.outcome = outcome_of(out);
+    robot->robot.record(entry);
+  });
+  return status;
+}
+
+/// Starts a motion. `make` checks what only the C interface can, and returns the request.
+template <class Make, class... Arguments>
+corbot_status start(corbot_robot* robot, const corbot_caller* caller, corbot_ticket* ticket,
+                    corbot_error* error, Make&& make, fmt::format_string<const Arguments&...> text,
+                    const Arguments&... arguments) noexcept {
+  return recorded(
+      robot, caller, error,
+      [&](const std::string& key) {
+        return *ticket = robot->robot.accept(make(), caller != nullptr ? caller->stops : 0, key);
+      },
+      text, arguments...);
+}
+
+/// Changes how the arm moves: only for whoever has control.
+template <class Change, class... Arguments>
+corbot_status change(corbot_robot* robot, const corbot_caller* caller, corbot_error* error, Change&& how,
+                     fmt::format_string<const Arguments&...> text, const Arguments&... arguments) noexcept {
+  return recorded(
+      robot, caller, error,
+      [&](const std::string& key) {
+        const Control::Use use = robot->robot.control().use(key);
+        how(robot->robot);
+      },
+      text, arguments...);
+}
+
+std::array<double, 3> point(const double* p_m) { return {p_m[0], p_m[1], p_m[2]}; }
+
+/// P and d are checked apart: their sum would hide which of them is at fault.
+void check_above(double d_m) {
+  if (std::abs(d_m) <= kFarthestCoordinate_m) return;
+  throw bad_argument("d", d_m,
+                     fmt::format("d = {:.6g} m, allowed -{:.6g} to {:.6g} m", d_m, kFarthestCoordinate_m,
+                                 kFarthestCoordinate_m));
+}
+
+void check_coordinates(const double* p_m) {
+  static constexpr const char* kNames[] = {"Px", "Py", "Pz"};
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(p_m[i]) <= kFarthestCoordinate_m) continue;
+    throw bad_argument(kNames[i], p_m[i],
+                       fmt::format("{} = {:.6g} m, allowed -{:.6g} to {:.6g} m", kNames[i], p_m[i],
+                                   kFarthestCoordinate_m, kFarthestCoordinate_m));
+  }
+}
+
+std::array<double, 3> point_above(const double* p_m, double d_m) {
+  check_coordinates(p_m);
+  check_above(d_m);
+  return {p_m[0], p_m[1], p_m[2] + d_m};
+}
+
+/// How soon the place of a caller who is gone is free again: well within a second.
+constexpr double kSlice_s = 0.2;
+
+bool is_pending(const corbot_motion_info& info) {
+  return info.state == CORBOT_MOTION_QUEUED || info.state == CORBOT_MOTION_RUNNING;
+}
+
+/// Waits for the end, for `timeout_s` (negative: for ever), or until the caller is gone, which throws.
+corbot_motion_info wait_in_slices(const Robot& robot, corbot_ticket ticket, double timeout_s,
+                                  const corbot_caller& caller) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begin = Clock::now();
+  for (;;) {
+    const std::chrono::duration<double> waited = Clock::now() - begin;
+    const double left_s = timeout_s < 0.0 ? kSlice_s : std::max(0.0, timeout_s - waited.count());
+    const corbot_motion_info info = robot.wait(ticket, std::min(left_s, kSlice_s));
+    const bool is_last = timeout_s >= 0.0 && left_s <= kSlice_s;
+    if (!is_pending(info) || is_last || robot.ends_waits()) return info;
+    if (caller.present != nullptr && caller.present(caller.context) == 0)
+      throw not_ready("the connection of the caller is lost; the motion goes on");
+  }
+}
+
+}  // namespace
+
+corbot_status corbot_robot_acquire(corbot_robot* robot, const corbot_caller* caller, const char* who,
+                                   double lease_s, char key[CORBOT_KEY], corbot_error* error) {
+  return recorded(
+      robot, caller, error,
+      [&](const std::string&) { copy_text(robot->robot.acquire(who, lease_s), key, CORBOT_KEY); },
+      "Acquire(\"{:.80}\", {})", who, lease_s);
+}
+
+corbot_status corbot_robot_renew(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
+  return recorded(
+      robot, caller, error, [&](const std::string& key) { robot->robot.control().renew(key); }, "Renew()");
+}
+
+corbot_status corbot_robot_release(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
+  return recorded(
+      robot, caller, error, [&](const std::string& key) { robot->robot.control().release(key); },
+      "Release()");
+}
+
+corbot_status corbot_robot_move(corbot_robot* robot, const corbot_caller* caller, const double p_m[3],
+                                double d_m, double t_s, corbot_ticket* ticket, corbot_error* error) {
+  return start(
+      robot, caller, ticket, error,
+      [&] {
+        return MoveRequest{point_above(p_m, d_m), t_s};
+      },
+      "Move({}, {}, {}, {}, {})", p_m[0], p_m[1], p_m[2], d_m, t_s);
+}
+
+corbot_status corbot_robot_move_s(corbot_robot* robot, const corbot_caller* caller, const double p_m[3],
+                                  double d_m, double t_s, corbot_ticket* ticket, corbot_error* error) {
+  return start(
+      robot, caller, ticket, error,
+      [&] {
+        return MoveSRequest{point_above(p_m, d_m), t_s};
+      },
+      "MoveS({}, {}, {}, {}, {})", p_m[0], p_m[1], p_m[2], d_m, t_s);
+}
+
+corbot_status corbot_robot_move_c(corbot_robot* robot, const corbot_caller* caller, const double p1_m[3],
+                                  const double p2_m[3], const double p3_m[3], corbot_ticket* ticket,
+                                  corbot_error* error) {
+  return start(
+      robot, caller, ticket, error,
+      [&] {
+        return MoveCRequest{point(p1_m), point(p2_m), point(p3_m)};
+      },
+      "MoveC({}, {}, {}, {}, {}, {}, {}, {}, {})", p1_m[0], p1_m[1], p1_m[2], p2_m[0], p2_m[1], p2_m[2],
+      p3_m[0], p3_m[1], p3_m[2]);
+}
+
+corbot_status corbot_robot_move_joints(corbot_robot* robot, const corbot_caller* caller,
+                                       const double* target_deg, size_t count, double t_s,
+                                       corbot_ticket* ticket, corbot_error* error) {
+  std::string targets;
+  guarded(nullptr, [&] {
+    targets = fmt::format(
+        "{}", fmt::join(target_deg, target_deg + std::min<std::size_t>(count, CORBOT_MAX_JOINTS), ", "));
+  });
+  return start(
+      robot, caller, ticket, error,
+      [&] {
+        const std::size_t dof = robot->robot.profile().arm.dof;
+        if (count != dof) {
+          throw bad_argument("target", static_cast<double>(count),
+                             fmt::format("{} values, but the arm has {} joints", count, dof));
+        }
+        MoveJointsRequest request{{}, t_s};
+        for (std::size_t i = 0; i < count; ++i) request.target_rad[i] = to_radians(target_deg[i]);
+        return request;
+      },
+      "MoveJoints([{}], {})", targets, t_s);
+}
+
+corbot_status corbot_robot_drive(corbot_robot* robot, const corbot_caller* caller, int32_t joint,
+                                 double increment_deg, double speed_deg_s, corbot_ticket* ticket,
+                                 corbot_error* error) {
+  return start(
+      robot, caller, ticket, error,
+      [&] {
+        return DriveRequest{joint, to_radians(increment_deg), to_radians(speed_deg_s)};
+      },
+      "Drive({}, {}, {})", joint, increment_deg, speed_deg_s);
+}
+
+corbot_status corbot_robot_ready(corbot_robot* robot, const corbot_caller* caller, corbot_ticket* ticket,
+                                 corbot_error* error) {
+  return start(
+      robot, caller, ticket, error, [] { return ReadyRequest{}; }, "Ready()");
+}
+
+corbot_status corbot_robot_delay(corbot_robot* robot, const corbot_caller* caller, double t_s,
+                                 corbot_ticket* ticket, corbot_error* error) {
+  return start(
+      robot, caller, ticket, error, [&] { return DwellRequest{t_s}; }, "Delay({})", t_s);
+}
+
+corbot_status corbot_robot_open_gripper(corbot_robot* robot, const corbot_caller* caller,
+                                        corbot_ticket* ticket, corbot_error* error) {
+  return start(
+      robot, caller, ticket, error, [] { return GripperRequest{1.0}; }, "Open()");
+}
+
+corbot_status corbot_robot_close_gripper(corbot_robot* robot, const corbot_caller* caller,
+                                         corbot_ticket* ticket, corbot_error* error) {
+  return start(
+      robot, caller, ticket, error, [] { return GripperRequest{0.0}; }, "Close()");
+}
+
+corbot_status corbot_robot_wait(corbot_robot* robot, corbot_ticket ticket, double timeout_s,
+                                const corbot_caller* caller, corbot_motion_info* info, corbot_error* error) {
+  return guarded(error, [&] {
+    if (std::isnan(timeout_s)) throw bad_argument("timeout", timeout_s, "the time-out is not a number");
+    const auto use = robot->robot.control().try_use(key_of(caller));
+    *info = caller != nullptr ? wait_in_slices(robot->robot, ticket, timeout_s, *caller)
+                              : robot->robot.wait(ticket, timeout_s);
+  });
+}
+
+corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, const corbot_caller* caller,
+                                  corbot_error* error) {
+  return guarded(error, [&] {
+    if (caller == nullptr) return robot->robot.finish(ticket);
+    const auto use = robot->robot.control().try_use(key_of(caller));
+    // A frozen task ends the slices; where it goes on before the ticket is looked at, so do they.
+    do {
+      (void)wait_in_slices(robot->robot, ticket, -1.0, *caller);
+    } while (!robot->robot.is_finished(ticket));
+  });
+}
+
+corbot_status corbot_robot_stop(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
+  return recorded(
+      robot, caller, error, [&](const std::string&) { robot->robot.stop(); }, "Stop()");
+}
+
+void corbot_robot_request_stop(corbot_robot* robot) {
+  recorded(
+      robot, nullptr, nullptr, [&](const std::string&) { robot->robot.request_stop(); }, "Stop()");
+}
+
+corbot_status corbot_robot_await_stops(corbot_robot* robot, corbot_error* error) {
+  return guarded(error, [&] { robot->robot.await_requested_stops(); });
+}
+
+corbot_status corbot_robot_stop_and_hold(corbot_robot* robot, const corbot_caller* caller,
+                                         corbot_error* error) {
+  return recorded(
+      robot, caller, error,
+      [&](const std::string& key) {
+        const std::string who = robot->robot.control().name_of(key);
+        const std::string from = from_of(caller);
+        robot->robot.stop_and_hold(who.empty() ? from : fmt::format("'{}' {}", who, from));
+      },
+      "StopAndHold()");
+}
+
+corbot_status corbot_robot_clear(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
+  return recorded(
+      robot, caller, error, [&](const std::string&) { robot->robot.clear(); }, "Clear()");
+}
+
+corbot_status corbot_robot_cancel(corbot_robot* robot, const corbot_caller* caller, corbot_ticket ticket,
+                                  corbot_error* error) {
+  return change(
+      robot, caller, error, [&](Robot& of) { of.cancel(ticket); }, "Cancel({})", ticket);
+}
+
+corbot_status corbot_robot_pause(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
+  return change(
+      robot, caller, error, [](Robot& of) { of.pause(true); }, "Pause()");
+}
+
+corbot_status corbot_robot_resume(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
+  return change(
+      robot, caller, error, [](Robot& of) { of.pause(false); }, "Resume()");
+}
+
+corbot_status corbot_robot_set_override(corbot_robot* robot, const corbot_caller* caller, double percent,
+                                        corbot_error* error) {
+  return change(
+      robot, caller, error, [&](Robot& of) { of.set_override(percent); }, "Override({})", percent);
+}
+
+corbot_status corbot_robot_speed(corbot_robot* robot, const corbot_caller* caller, double percent,
+                                 corbot_error* error) {
+  return change(
+      robot, caller, error, [&](Robot& of) { of.set_speed(percent); }, "Speed({})", percent);
+}
+
+corbot_status corbot_robot_art_speed(corbot_robot* robot, const corbot_caller* caller, int32_t joint,
+                                     double percent, corbot_error* error) {
+  return change(
+      robot, caller, error, [&](Robot& of) { of.set_joint_speed(joint, percent); }, "ArtSpeed({}, {})", joint,
+      percent);
+}
+
+corbot_status corbot_robot_all_speed(corbot_robot* robot, const corbot_caller* caller, double percent,
+                                     corbot_error* error) {
+  return change(
+      robot, caller, error, [&](Robot& of) { of.set_all_speeds(percent); }, "AllSpeed({})", percent);
+}
+
+corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, const corbot_caller* caller, double degrees,
+                                          corbot_error* error) {
+  return change(
+      robot, caller, error, [&](Robot& of) { of.set_tool_pitch(degrees); }, "SetToolPitch({})", degrees);
+}
