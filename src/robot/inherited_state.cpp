@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "corbot/motion/bounds.h"
-
 #include "robot/control.h"
 
 namespace corbot {
