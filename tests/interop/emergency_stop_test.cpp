@@ -73,6 +73,15 @@ class EmergencyStopInput : public RobotRig, public ::testing::WithParamInterface
     return list.empty() ? "" : std::string(list.back().text);
   }
 
+  /// A task that is to be refused; again when a pseudo-terminal's bytes have stood still, as they can on a busy machine.
+  RunResult begin_in_vain() {
+    RunResult result{};
+    for (int tries = 0; tries < 5; ++tries) {
+      result = run({std::string(CORBOT_BIN_DIR) + "/corbot-rt", profile_, "--name", name_});
+      if (result.errors.find("no answer: is the controller powered") == std::string::npos) break;
+    }
+    return result;
+  }
   /// The servant keeps running.
   void kill_rt() {
     rt_->signal(SIGKILL);
@@ -130,7 +139,7 @@ TEST_P(EmergencyStopInput, StopsAMotionAndWaitsForReleaseAndClear) {
 
 TEST_P(EmergencyStopInput, IsRefusedWhenItIsPressedAtTheStart) {
   press(true);
-  const RunResult refused = run({std::string(CORBOT_BIN_DIR) + "/corbot-rt", profile_, "--name", name_});
+  const RunResult refused = begin_in_vain();
   EXPECT_EQ(refused.code, 1);
   EXPECT_THAT(refused.errors, HasSubstr("the emergency stop is pressed"));
   EXPECT_FALSE(channel_exists(name_));
@@ -159,7 +168,7 @@ TEST_P(EmergencyStopInput, OutlivesATaskThatItKeptFromStarting) {
   kill_rt();
   press(true);
   for (int i = 0; i < 2; ++i) {
-    const RunResult refused = run({std::string(CORBOT_BIN_DIR) + "/corbot-rt", profile_, "--name", name_});
+    const RunResult refused = begin_in_vain();
     EXPECT_EQ(refused.code, 1);
     EXPECT_THAT(refused.errors, HasSubstr("the emergency stop is pressed"));
   }

@@ -222,7 +222,8 @@ std::string Stage::take_down() {
   observe();
   clients_.clear();
   std::string left;
-  if (up_ && up_->terminate() != 0) left += fmt::format("corbot up ended badly: {}\n", up_->errors());
+  if (const int code = up_ ? up_->terminate() : 0; code != 0)
+    left += fmt::format("corbot up ended with code {}: {}\n", code, up_->errors());
   if (recorder_) {
     recorder_->terminate();
     observe();
