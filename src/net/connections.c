@@ -2,11 +2,13 @@
 #define _GNU_SOURCE
 #include "net/connections.h"
 
+#include <arpa/inet.h>
 #include <errno.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <pthread.h>
+#include <stdio.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -121,6 +123,27 @@ void corbot_connections_expect_own(int port) {
   pthread_mutex_lock(&mutex);
   own_port = port;
   pthread_mutex_unlock(&mutex);
+}
+
+static void peer_text_of(int fd, char out[CORBOT_PEER_TEXT]) {
+  struct sockaddr_storage address = {0};
+  socklen_t size = sizeof(address);
+  char host[INET6_ADDRSTRLEN] = "";
+  if (getpeername(fd, (struct sockaddr*)&address, &size) != 0) return;
+  if (address.ss_family == AF_INET) {
+    const struct sockaddr_in* ipv4 = (const struct sockaddr_in*)&address;
+    (void)inet_ntop(AF_INET, &ipv4->sin_addr, host, sizeof(host));
+    (void)snprintf(out, CORBOT_PEER_TEXT, "%s:%u", host, ntohs(ipv4->sin_port));
+  } else if (address.ss_family == AF_INET6) {
+    const struct sockaddr_in6* ipv6 = (const struct sockaddr_in6*)&address;
+    (void)inet_ntop(AF_INET6, &ipv6->sin6_addr, host, sizeof(host));
+    (void)snprintf(out, CORBOT_PEER_TEXT, "[%s]:%u", host, ntohs(ipv6->sin6_port));
+  } else if (address.ss_family == AF_UNIX) {
+    struct ucred credentials = {0};
+    size = sizeof(credentials);
+    if (getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &credentials, &size) == 0)
+      (void)snprintf(out, CORBOT_PEER_TEXT, "local uid %u", (unsigned)credentials.uid);
+  }
 }
 
 static void set_up(int fd, int family) {
@@ -279,6 +302,13 @@ corbot_peer corbot_connection_peer(corbot_connection connection) {
   const corbot_peer peer = entry != NULL ? entry->peer : unknown;
   pthread_mutex_unlock(&mutex);
   return peer;
+}
+
+void corbot_connection_peer_text(corbot_connection connection, char out[CORBOT_PEER_TEXT]) {
+  out[0] = '\0';
+  pthread_mutex_lock(&mutex);
+  if (find(connection) != NULL) peer_text_of(connection.fd, out);
+  pthread_mutex_unlock(&mutex);
 }
 
 bool corbot_peer_equal(corbot_peer a, corbot_peer b) { return a.family == b.family && a.id == b.id; }

@@ -19,7 +19,8 @@ enum {
    * closed. */
   CORBOT_MOST_CONNECTIONS = 256,
   /* Descriptors that are left for everything else. */
-  CORBOT_RESERVED_DESCRIPTORS = 64
+  CORBOT_RESERVED_DESCRIPTORS = 64,
+  CORBOT_PEER_TEXT = 64
 };
 
 /* One accepted connection. Its number is given once, its descriptor again and again; number 0: none. */
@@ -53,6 +54,8 @@ void corbot_connection_end_call(corbot_connection connection);
  * seconds. */
 bool corbot_connection_lives(corbot_connection connection);
 corbot_peer corbot_connection_peer(corbot_connection connection);
+/* The same for a person, with the port: "127.0.0.1:51234", "[::1]:51234", "local uid 1000"; empty: not known, or gone. */
+void corbot_connection_peer_text(corbot_connection connection, char out[CORBOT_PEER_TEXT]);
 bool corbot_peer_equal(corbot_peer a, corbot_peer b);
 
 #ifdef __cplusplus

@@ -41,35 +41,55 @@ void call(Function function, Arguments&&... arguments) {
 
 std::array<double, 3> array_of(const Corbot::Point& p) { return {p.x, p.y, p.z}; }
 
-constexpr const corbot_caller* kUnknown = nullptr;
-
-/// The client of a call that has a place.
-corbot_caller caller_of(const Place& place) {
-  return {[](void* context) { return static_cast<const Place*>(context)->is_wanted() ? 1 : 0; },
-          const_cast<Place*>(&place), nullptr, nullptr, place.stops()};
-}
-
 }  // namespace
 
-ArmServant::ArmServant(corbot_robot& robot) : robot_(robot) { corbot_robot_describe(&robot, &description_); }
+ArmServant::ArmServant(corbot_robot& robot, const ControlReferences& references, Object object)
+    : references_(references), object_(object), robot_(robot) {
+  corbot_robot_describe(&robot, &description_);
+}
+
+std::string ArmServant::key_of_call() const {
+  return object_ == Object::kControl ? references_.key_of_call() : std::string();
+}
+
+template <class Function, class... Arguments>
+void ArmServant::command(Function function, Arguments&&... arguments) {
+  const Caller caller(key_of_call());
+  call(function, &robot_, caller.get(), std::forward<Arguments>(arguments)...);
+}
+
+template <class Function, class... Arguments>
+void ArmServant::set(Function function, Arguments&&... arguments) {
+  const Caller caller(key_of_call());
+  corbot_error error{};
+  const corbot_status status = function(&robot_, caller.get(), std::forward<Arguments>(arguments)..., &error);
+  if (status == CORBOT_NOT_READY) {
+    throw CORBA::NO_PERMISSION(
+        caller.is_public() ? Corbot::NoPermissionNoControl : Corbot::NoPermissionControlEnded,
+        CORBA::COMPLETED_NO);
+  }
+  if (status != CORBOT_OK) raise(error);
+}
 
 template <class Function, class... Arguments>
 void ArmServant::start_and_finish(Function function, Arguments&&... arguments) {
   const Place place(CORBOT_PLACE_TO_WAIT);
-  const corbot_caller caller = caller_of(place);
-  call(corbot_robot_finish, &robot_, begin(function, caller, std::forward<Arguments>(arguments)...), &caller);
+  const Caller caller(key_of_call(), &place);
+  const Corbot::Ticket ticket = begin(caller, function, std::forward<Arguments>(arguments)...);
+  call(corbot_robot_finish, &robot_, ticket, caller.get());
 }
 
 template <class Function, class... Arguments>
 Corbot::Ticket ArmServant::start(Function function, Arguments&&... arguments) {
   const Place place(CORBOT_PLACE_TO_START);
-  return begin(function, caller_of(place), std::forward<Arguments>(arguments)...);
+  const Caller caller(key_of_call(), &place);
+  return begin(caller, function, std::forward<Arguments>(arguments)...);
 }
 
 template <class Function, class... Arguments>
-Corbot::Ticket ArmServant::begin(Function function, const corbot_caller& caller, Arguments&&... arguments) {
+Corbot::Ticket ArmServant::begin(const Caller& caller, Function function, Arguments&&... arguments) {
   corbot_ticket ticket = 0;
-  call(function, &robot_, &caller, std::forward<Arguments>(arguments)..., &ticket);
+  call(function, &robot_, caller.get(), std::forward<Arguments>(arguments)..., &ticket);
   return ticket;
 }
 
@@ -140,20 +160,21 @@ void ArmServant::MoveJoints(const Corbot::JointCoord& target, CORBA::Double t) {
   start_and_finish(corbot_robot_move_joints, target.get_buffer(), std::size_t{target.length()}, t);
 }
 
-void ArmServant::Speed(CORBA::Double percent) { call(corbot_robot_speed, &robot_, kUnknown, percent); }
+void ArmServant::Speed(CORBA::Double percent) { set(corbot_robot_speed, percent); }
 void ArmServant::ArtSpeed(CORBA::Long articulation, CORBA::Double percent) {
-  call(corbot_robot_art_speed, &robot_, kUnknown, articulation, percent);
+  set(corbot_robot_art_speed, articulation, percent);
 }
-void ArmServant::AllSpeed(CORBA::Double percent) { call(corbot_robot_all_speed, &robot_, kUnknown, percent); }
+void ArmServant::AllSpeed(CORBA::Double percent) { set(corbot_robot_all_speed, percent); }
 
 template <class Function, class... Arguments>
 void ArmServant::change(corbot_place_kind kind, Function function, Arguments&&... arguments) {
   const Place place(kind);
-  const corbot_caller caller = caller_of(place);
-  call(function, &robot_, &caller, std::forward<Arguments>(arguments)...);
+  const Caller caller(key_of_call(), &place);
+  call(function, &robot_, caller.get(), std::forward<Arguments>(arguments)...);
 }
 
 void ArmServant::Stop() { change(CORBOT_PLACE_TO_STOP, corbot_robot_stop); }
+void ArmServant::StopAndHold() { change(CORBOT_PLACE_TO_STOP, corbot_robot_stop_and_hold); }
 void ArmServant::Cancel(Corbot::Ticket id) {
   change(CORBOT_PLACE_TO_CHANGE, corbot_robot_cancel, corbot_ticket{id});
 }
@@ -190,12 +211,12 @@ Corbot::Ticket ArmServant::StartDelay(CORBA::Double t) { return start(corbot_rob
 Corbot::Ticket ArmServant::StartOpen() { return start(corbot_robot_open_gripper); }
 Corbot::Ticket ArmServant::StartClose() { return start(corbot_robot_close_gripper); }
 
-Corbot::MotionInfo* ArmServant::info(Corbot::Ticket id, double timeout_s, const corbot_caller* caller) {
+Corbot::MotionInfo* ArmServant::info(Corbot::Ticket id, double timeout_s, const Caller& caller) {
   static constexpr Corbot::MotionState kStates[] = {Corbot::MotionQueued, Corbot::MotionRunning,
                                                     Corbot::MotionDone, Corbot::MotionStopped,
                                                     Corbot::MotionFailed};
   corbot_motion_info info{};
-  call(corbot_robot_wait, &robot_, id, timeout_s, caller, &info);
+  call(corbot_robot_wait, &robot_, id, timeout_s, caller.get(), &info);
   Corbot::MotionInfo_var result = new Corbot::MotionInfo;
   result->id = info.id;
   result->state = kStates[info.state];
@@ -208,14 +229,11 @@ Corbot::MotionInfo* ArmServant::info(Corbot::Ticket id, double timeout_s, const 
 Corbot::MotionInfo* ArmServant::Wait(Corbot::Ticket id, CORBA::Double timeout) {
   if (!(timeout >= 0.0)) throw Corbot::BadParameter("timeout", timeout, "the time-out must not be negative");
   const Place place(CORBOT_PLACE_TO_WAIT);
-  const corbot_caller caller = caller_of(place);
-  return info(id, timeout, &caller);
+  return info(id, timeout, Caller(key_of_call(), &place));
 }
-Corbot::MotionInfo* ArmServant::Progress(Corbot::Ticket id) { return info(id, 0.0, nullptr); }
+Corbot::MotionInfo* ArmServant::Progress(Corbot::Ticket id) { return info(id, 0.0, Caller(key_of_call())); }
 
-void ArmServant::SetToolPitch(CORBA::Double degrees) {
-  call(corbot_robot_set_tool_pitch, &robot_, kUnknown, degrees);
-}
+void ArmServant::SetToolPitch(CORBA::Double degrees) { set(corbot_robot_set_tool_pitch, degrees); }
 CORBA::Double ArmServant::ToolPitch() { return corbot_robot_tool_pitch(&robot_); }
 
 Corbot::AlarmList* ArmServant::Alarms() {
@@ -278,6 +296,26 @@ Corbot::ServantInfo* ArmServant::Servant() {
   result->version = CORBA::string_dup(description_.version);
   result->profile = CORBA::string_dup(description_.fingerprint);
   result->started = description_.started_s;
+  return result._retn();
+}
+
+Corbot::Arm_ptr ArmServant::Acquire(const char* who, CORBA::Double lease) {
+  const Caller caller(key_of_call());
+  char key[CORBOT_KEY];
+  call(corbot_robot_acquire, &robot_, caller.get(), who, lease, key);
+  return references_.make(key);
+}
+
+void ArmServant::Renew() { command(corbot_robot_renew); }
+void ArmServant::Release() { change(CORBOT_PLACE_TO_CHANGE, corbot_robot_release); }
+
+Corbot::ControlInfo* ArmServant::Control() {
+  corbot_holder holder{};
+  corbot_robot_holder(&robot_, &holder);
+  Corbot::ControlInfo_var result = new Corbot::ControlInfo;
+  result->holder = CORBA::string_dup(holder.who);
+  result->left = holder.left_s;
+  result->held = corbot_robot_held(&robot_) != 0;
   return result._retn();
 }
 

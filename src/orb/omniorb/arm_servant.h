@@ -3,6 +3,8 @@
 
 #include <arm.hh>
 
+#include "orb/omniorb/caller.h"
+#include "orb/omniorb/control_references.h"
 #include "orb/omniorb/place.h"
 #include "robot/corbot_robot.h"
 
@@ -11,7 +13,11 @@ namespace corbot::omni {
 /// Corbot::Arm by the C++ mapping: converts and calls corbot_robot.h, nothing else.
 class ArmServant final : public POA_Corbot::Arm {
  public:
-  explicit ArmServant(corbot_robot& robot);
+  enum class Object {
+    kPublic,  ///< the robot's, for everyone
+    kControl  ///< those that Acquire returns
+  };
+  ArmServant(corbot_robot& robot, const ControlReferences& references, Object object);
 
   // Robot
   Corbot::JointCoord* ArtiCoord() override;
@@ -42,6 +48,7 @@ class ArmServant final : public POA_Corbot::Arm {
   CORBA::Boolean Paused() override;
   void Override(CORBA::Double percent) override;
   CORBA::Double OverridePercent() override;
+  void StopAndHold() override;
   void Clear() override;
   Corbot::Ticket StartMove(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
                            CORBA::Double t) override;
@@ -64,8 +71,19 @@ class ArmServant final : public POA_Corbot::Arm {
   Corbot::LoopInfo* Diagnostics() override;
   Corbot::DeviceInfo* Device() override;
   Corbot::ServantInfo* Servant() override;
+  Corbot::Arm_ptr Acquire(const char* who, CORBA::Double lease) override;
+  void Renew() override;
+  void Release() override;
+  Corbot::ControlInfo* Control() override;
 
  private:
+  [[nodiscard]] std::string key_of_call() const;
+  /// Calls a function of corbot_robot.h as the client of this call.
+  template <class Function, class... Arguments>
+  void command(Function function, Arguments&&... arguments);
+  /// The same for operations that have no NotReady.
+  template <class Function, class... Arguments>
+  void set(Function function, Arguments&&... arguments);
   /// Takes a place, starts the motion, waits for its end.
   template <class Function, class... Arguments>
   void start_and_finish(Function function, Arguments&&... arguments);
@@ -74,12 +92,14 @@ class ArmServant final : public POA_Corbot::Arm {
   Corbot::Ticket start(Function function, Arguments&&... arguments);
   /// Calls a function of corbot_robot.h that starts a motion.
   template <class Function, class... Arguments>
-  Corbot::Ticket begin(Function function, const corbot_caller& caller, Arguments&&... arguments);
+  Corbot::Ticket begin(const Caller& caller, Function function, Arguments&&... arguments);
   /// Takes a place and calls a function of corbot_robot.h that changes how the arm moves.
   template <class Function, class... Arguments>
   void change(corbot_place_kind kind, Function function, Arguments&&... arguments);
-  Corbot::MotionInfo* info(Corbot::Ticket id, double timeout_s, const corbot_caller* caller);
+  Corbot::MotionInfo* info(Corbot::Ticket id, double timeout_s, const Caller& caller);
 
+  const ControlReferences& references_;
+  const Object object_;
   corbot_robot& robot_;
   corbot_description description_{};
 };

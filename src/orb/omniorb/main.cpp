@@ -144,11 +144,14 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
   note_requests();
   CORBA::Object_var object = orb->resolve_initial_references("omniINSPOA");
   PortableServer::POA_var poa = PortableServer::POA::_narrow(object);
-  ArmServant servant(robot);
+  ControlReferences control(orb, name);
+  ArmServant servant(robot, control, ArmServant::Object::kPublic);
+  ArmServant control_servant(robot, control, ArmServant::Object::kControl);
   PortableServer::ObjectId_var id = PortableServer::string_to_ObjectId(name.c_str());
   poa->activate_object_with_id(id, &servant);
   PortableServer::POAManager_var manager = poa->the_POAManager();
   manager->activate();
+  control.serve(&control_servant);
 
   std::optional<NameBinder> binder;
   if (!options.naming.empty()) {

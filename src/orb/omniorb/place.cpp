@@ -55,6 +55,8 @@ Place::~Place() {
   if (is_counted_) corbot_connection_end_call(connection_);
 }
 
+corbot_connection connection_of_call() noexcept { return connection; }
+
 void note_requests() { ::omniORB::getInterceptors()->serverReceiveRequest.add(note); }
 
 }  // namespace corbot::omni

@@ -29,6 +29,9 @@ class Place {
   std::uint64_t stops_;
 };
 
+/// On which the request came that this thread carries out.
+[[nodiscard]] corbot_connection connection_of_call() noexcept;
+
 /// From now on each thread of the ORB knows on which connection the request came that it carries out, and
 /// how many stops there were then. After the ORB's start, before it serves.
 void note_requests();

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "orb/omniorb/caller.h"
+
+#include <utility>
+
+namespace corbot::omni {
+namespace {
+
+int is_wanted(void* place) { return static_cast<const Place*>(place)->is_wanted() ? 1 : 0; }
+
+}  // namespace
+
+Caller::Caller(std::string key, const Place* place) : key_(std::move(key)) {
+  corbot_connection_peer_text(connection_of_call(), from_);
+  caller_.present = place != nullptr ? is_wanted : nullptr;
+  caller_.context = const_cast<Place*>(place);
+  caller_.key = key_.c_str();
+  caller_.from = from_;
+  caller_.stops = place != nullptr ? place->stops() : 0;
+}
+
+}  // namespace corbot::omni

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "orb/omniorb/control_references.h"
+
+#include <algorithm>
+
+#include "robot/corbot_robot.h"
+
+namespace corbot::omni {
+namespace {
+
+/// In place of what cannot be a key: too long, too short, or with a zero in it, where a C string would end.
+constexpr const char* kNoKey = "-";
+constexpr std::size_t kKeyLength = CORBOT_KEY - 1;
+
+}  // namespace
+
+ControlReferences::ControlReferences(CORBA::ORB_ptr orb, const std::string& robot) {
+  CORBA::Object_var object = orb->resolve_initial_references("RootPOA");
+  PortableServer::POA_var root = PortableServer::POA::_narrow(object);
+  CORBA::PolicyList policies;
+  policies.length(5);
+  policies[0] = root->create_lifespan_policy(PortableServer::PERSISTENT);
+  policies[1] = root->create_id_assignment_policy(PortableServer::USER_ID);
+  policies[2] = root->create_id_uniqueness_policy(PortableServer::MULTIPLE_ID);
+  policies[3] = root->create_servant_retention_policy(PortableServer::NON_RETAIN);
+  policies[4] = root->create_request_processing_policy(PortableServer::USE_DEFAULT_SERVANT);
+  poa_ = root->create_POA(robot.c_str(), PortableServer::POAManager::_nil(), policies);
+  object = orb->resolve_initial_references("POACurrent");
+  current_ = PortableServer::Current::_narrow(object);
+}
+
+void ControlReferences::serve(PortableServer::Servant servant) {
+  poa_->set_servant(servant);
+  PortableServer::POAManager_var manager = poa_->the_POAManager();
+  manager->activate();
+}
+
+Corbot::Arm_ptr ControlReferences::make(const char* key) const {
+  PortableServer::ObjectId_var id = PortableServer::string_to_ObjectId(key);
+  CORBA::Object_var object = poa_->create_reference_with_id(id, Corbot::Arm::_PD_repoId);
+  return Corbot::Arm::_unchecked_narrow(object);
+}
+
+std::string ControlReferences::key_of_call() const {
+  PortableServer::ObjectId_var id = current_->get_object_id();
+  const CORBA::Octet* const bytes = id->get_buffer();
+  if (id->length() != kKeyLength || std::find(bytes, bytes + kKeyLength, 0) != bytes + kKeyLength)
+    return kNoKey;
+  return {reinterpret_cast<const char*>(bytes), kKeyLength};
+}
+
+}  // namespace corbot::omni
