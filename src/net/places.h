@@ -21,10 +21,10 @@ enum {
   CORBOT_WAITING = 32,
   /* Plans are made one after the other; these wait for their turn. */
   CORBOT_STARTING = 16,
-  /* Cancel, Clear, Pause, Resume, Override: they wait until the real-time task has seen them. */
+  /* Cancel, Clear, Pause, Resume, Override, Release: they wait until the real-time task has seen them. */
   CORBOT_CHANGING = 8,
   CORBOT_CHANGING_A_HOST = 4,
-  /* A Stop without a place is carried out all the same: it waits with those that have one. */
+  /* A Stop or StopAndHold without a place is carried out all the same: it waits with those that have one. */
   CORBOT_STOPPING = 8,
   CORBOT_PLACES = CORBOT_WAITING + CORBOT_STARTING + CORBOT_CHANGING + CORBOT_STOPPING
 };

@@ -27,6 +27,17 @@ static void stop(PortableServer_Servant servant, CORBA_Environment* ev) {
   requests_leave(self_of(servant)->target);
 }
 
+static void stop_and_hold(PortableServer_Servant servant, CORBA_Environment* ev) {
+  inner.StopAndHold(servant, ev);
+  if (self_of(servant)->target < CORBOT_PLACES) requests_leave(self_of(servant)->target);
+}
+
+static void release(PortableServer_Servant servant, CORBA_Environment* ev) {
+  if (is_refused(servant, ev)) return;
+  inner.Release(servant, ev);
+  requests_leave(self_of(servant)->target);
+}
+
 static void cancel(PortableServer_Servant servant, Corbot_Ticket id, CORBA_Environment* ev) {
   if (is_refused(servant, ev)) return;
   inner.Cancel(servant, id, ev);
@@ -60,6 +71,8 @@ static void clear(PortableServer_Servant servant, CORBA_Environment* ev) {
 void arm_bound(POA_Corbot_Arm__epv* arm) {
   inner = *arm;
   arm->Stop = stop;
+  arm->StopAndHold = stop_and_hold;
+  arm->Release = release;
   arm->Cancel = cancel;
   arm->Pause = pause_motion;
   arm->Resume = resume;

@@ -4,14 +4,16 @@
 
 #include <arm.h>
 
+#include "orb/orbit2/control_references.h"
 #include "robot/corbot_robot.h"
 
 /* One servant of Corbot::Arm, on which the operations are called: one object of several for the same robot,
  * see requests.h. ORBit2 calls them from several threads at once: what is below does not change after
- * arm_servant_init; the robot is thread-safe. */
+ * arm_servant_init and the ORB's start; the robot is thread-safe. */
 typedef struct ArmServant {
   POA_Corbot_Arm base; /* first, as the mapping requires */
   corbot_robot* robot;
+  const ControlReferences* references;
   corbot_description description;
   int target; /* which of the objects of requests.h */
 } ArmServant;

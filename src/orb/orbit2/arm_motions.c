@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "orb/orbit2/arm_instance.h"
+#include "orb/orbit2/calls.h"
 #include "orb/orbit2/raise.h"
 #include "orb/orbit2/requests.h"
 
@@ -32,15 +33,6 @@ static bool has_place(PortableServer_Servant servant, CORBA_Environment* ev) {
   }
 }
 
-/* Whether the client of a call that waits is still there. */
-static int caller_present(void* servant) { return corbot_place_wanted(self_of(servant)->target) ? 1 : 0; }
-
-static corbot_caller caller_of(PortableServer_Servant servant) {
-  const corbot_caller caller = {caller_present, servant, NULL, NULL,
-                                requests_arrival(self_of(servant)->target)};
-  return caller;
-}
-
 /* The end of every operation that starts a motion. */
 static Corbot_Ticket started(PortableServer_Servant servant, corbot_status status,
                              const corbot_ticket* ticket, const corbot_error* error, CORBA_Environment* ev) {
@@ -55,10 +47,11 @@ static Corbot_Ticket start_move(PortableServer_Servant servant, CORBA_double px,
                                 CORBA_double pz, CORBA_double d, CORBA_double t, CORBA_Environment* ev) {
   if (!has_place(servant, ev)) return 0;
   const double p_m[3] = {px, py, pz};
-  const corbot_caller caller = caller_of(servant);
+  Caller room;
+  const corbot_caller* caller = caller_of(servant, &room);
   corbot_ticket ticket = 0;
   corbot_error error;
-  return started(servant, corbot_robot_move(self_of(servant)->robot, &caller, p_m, d, t, &ticket, &error),
+  return started(servant, corbot_robot_move(self_of(servant)->robot, caller, p_m, d, t, &ticket, &error),
                  &ticket, &error, ev);
 }
 
@@ -66,10 +59,11 @@ static Corbot_Ticket start_move_s(PortableServer_Servant servant, CORBA_double p
                                   CORBA_double pz, CORBA_double d, CORBA_double t, CORBA_Environment* ev) {
   if (!has_place(servant, ev)) return 0;
   const double p_m[3] = {px, py, pz};
-  const corbot_caller caller = caller_of(servant);
+  Caller room;
+  const corbot_caller* caller = caller_of(servant, &room);
   corbot_ticket ticket = 0;
   corbot_error error;
-  return started(servant, corbot_robot_move_s(self_of(servant)->robot, &caller, p_m, d, t, &ticket, &error),
+  return started(servant, corbot_robot_move_s(self_of(servant)->robot, caller, p_m, d, t, &ticket, &error),
                  &ticket, &error, ev);
 }
 
@@ -79,23 +73,25 @@ static Corbot_Ticket start_move_c(PortableServer_Servant servant, const Corbot_P
   const double p1_m[3] = {p1->x, p1->y, p1->z};
   const double p2_m[3] = {p2->x, p2->y, p2->z};
   const double p3_m[3] = {p3->x, p3->y, p3->z};
-  const corbot_caller caller = caller_of(servant);
+  Caller room;
+  const corbot_caller* caller = caller_of(servant, &room);
   corbot_ticket ticket = 0;
   corbot_error error;
   return started(servant,
-                 corbot_robot_move_c(self_of(servant)->robot, &caller, p1_m, p2_m, p3_m, &ticket, &error),
+                 corbot_robot_move_c(self_of(servant)->robot, caller, p1_m, p2_m, p3_m, &ticket, &error),
                  &ticket, &error, ev);
 }
 
 static Corbot_Ticket start_drive(PortableServer_Servant servant, CORBA_long articulation,
                                  CORBA_double increment, CORBA_double speed, CORBA_Environment* ev) {
   if (!has_place(servant, ev)) return 0;
-  const corbot_caller caller = caller_of(servant);
+  Caller room;
+  const corbot_caller* caller = caller_of(servant, &room);
   corbot_ticket ticket = 0;
   corbot_error error;
   return started(
       servant,
-      corbot_robot_drive(self_of(servant)->robot, &caller, articulation, increment, speed, &ticket, &error),
+      corbot_robot_drive(self_of(servant)->robot, caller, articulation, increment, speed, &ticket, &error),
       &ticket, &error, ev);
 }
 
@@ -108,58 +104,64 @@ static Corbot_Ticket start_move_joints(PortableServer_Servant servant, const Cor
     CORBA_exception_set_system(ev, ex_CORBA_MARSHAL, CORBA_COMPLETED_NO);
     return 0;
   }
-  const corbot_caller caller = caller_of(servant);
+  Caller room;
+  const corbot_caller* caller = caller_of(servant, &room);
   corbot_ticket ticket = 0;
   corbot_error error;
   const double none = 0.0;
   return started(servant,
-                 corbot_robot_move_joints(self_of(servant)->robot, &caller,
+                 corbot_robot_move_joints(self_of(servant)->robot, caller,
                                           count > 0 ? target->_buffer : &none, count, t, &ticket, &error),
                  &ticket, &error, ev);
 }
 
 static Corbot_Ticket start_ready(PortableServer_Servant servant, CORBA_Environment* ev) {
   if (!has_place(servant, ev)) return 0;
-  const corbot_caller caller = caller_of(servant);
+  Caller room;
+  const corbot_caller* caller = caller_of(servant, &room);
   corbot_ticket ticket = 0;
   corbot_error error;
-  return started(servant, corbot_robot_ready(self_of(servant)->robot, &caller, &ticket, &error), &ticket,
+  return started(servant, corbot_robot_ready(self_of(servant)->robot, caller, &ticket, &error), &ticket,
                  &error, ev);
 }
 
 static Corbot_Ticket start_delay(PortableServer_Servant servant, CORBA_double t, CORBA_Environment* ev) {
   if (!has_place(servant, ev)) return 0;
-  const corbot_caller caller = caller_of(servant);
+  Caller room;
+  const corbot_caller* caller = caller_of(servant, &room);
   corbot_ticket ticket = 0;
   corbot_error error;
-  return started(servant, corbot_robot_delay(self_of(servant)->robot, &caller, t, &ticket, &error), &ticket,
+  return started(servant, corbot_robot_delay(self_of(servant)->robot, caller, t, &ticket, &error), &ticket,
                  &error, ev);
 }
 
 static Corbot_Ticket start_open(PortableServer_Servant servant, CORBA_Environment* ev) {
   if (!has_place(servant, ev)) return 0;
-  const corbot_caller caller = caller_of(servant);
+  Caller room;
+  const corbot_caller* caller = caller_of(servant, &room);
   corbot_ticket ticket = 0;
   corbot_error error;
-  return started(servant, corbot_robot_open_gripper(self_of(servant)->robot, &caller, &ticket, &error),
+  return started(servant, corbot_robot_open_gripper(self_of(servant)->robot, caller, &ticket, &error),
                  &ticket, &error, ev);
 }
 
 static Corbot_Ticket start_close(PortableServer_Servant servant, CORBA_Environment* ev) {
   if (!has_place(servant, ev)) return 0;
-  const corbot_caller caller = caller_of(servant);
+  Caller room;
+  const corbot_caller* caller = caller_of(servant, &room);
   corbot_ticket ticket = 0;
   corbot_error error;
-  return started(servant, corbot_robot_close_gripper(self_of(servant)->robot, &caller, &ticket, &error),
+  return started(servant, corbot_robot_close_gripper(self_of(servant)->robot, caller, &ticket, &error),
                  &ticket, &error, ev);
 }
 
 /* The end of the calls that return when their motion has ended. */
 static void finish(PortableServer_Servant servant, Corbot_Ticket ticket, CORBA_Environment* ev) {
   if (ev->_major == CORBA_NO_EXCEPTION) {
-    const corbot_caller caller = caller_of(servant);
+    Caller room;
+    const corbot_caller* caller = caller_of(servant, &room);
     corbot_error error;
-    if (corbot_robot_finish(self_of(servant)->robot, ticket, &caller, &error) != CORBOT_OK) {
+    if (corbot_robot_finish(self_of(servant)->robot, ticket, caller, &error) != CORBOT_OK) {
       raise_failure(&error, ev);
     }
   }
@@ -233,8 +235,9 @@ static Corbot_MotionInfo* wait_for(PortableServer_Servant servant, Corbot_Ticket
     raise_bad_parameter("timeout", timeout, "the time-out must not be negative", ev);
     return NULL;
   }
-  const corbot_caller caller = caller_of(servant);
-  Corbot_MotionInfo* result = info_of(servant, id, timeout, &caller, ev);
+  Caller room;
+  const corbot_caller* caller = caller_of(servant, &room);
+  Corbot_MotionInfo* result = info_of(servant, id, timeout, caller, ev);
   requests_leave(self_of(servant)->target);
   return result;
 }

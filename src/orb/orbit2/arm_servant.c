@@ -6,19 +6,23 @@
 #include "orb/orbit2/arm_bounded.h"
 #include "orb/orbit2/arm_immediate.h"
 #include "orb/orbit2/arm_motions.h"
+#include "orb/orbit2/arm_reads.h"
 
 static PortableServer_ServantBase__epv base_epv;
 static POA_Corbot_Robot__epv robot_epv;
 static POA_Corbot_Arm__epv arm_epv;
 static POA_Corbot_Arm__vepv vepv = {&base_epv, &robot_epv, &arm_epv};
 
-void arm_servant_init(ArmServant* servant, corbot_robot* robot, int target, CORBA_Environment* ev) {
+void arm_servant_init(ArmServant* servant, corbot_robot* robot, const ControlReferences* references,
+                      int target, CORBA_Environment* ev) {
   arm_set_motions(&robot_epv, &arm_epv);
   arm_set_immediate(&robot_epv, &arm_epv);
+  arm_set_reads(&robot_epv, &arm_epv);
   arm_bound(&arm_epv);
   memset(servant, 0, sizeof(*servant));
   servant->base.vepv = &vepv;
   servant->robot = robot;
+  servant->references = references;
   corbot_robot_describe(robot, &servant->description);
   servant->target = target;
   POA_Corbot_Arm__init(&servant->base, ev);

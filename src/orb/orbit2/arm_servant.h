@@ -6,8 +6,9 @@
 
 /* Corbot::Arm by the C mapping: converts and calls corbot_robot.h, nothing else. */
 
-/* The servant borrows the robot. `target`: which of the objects of requests.h it is. */
-void arm_servant_init(ArmServant* servant, corbot_robot* robot, int target, CORBA_Environment* ev);
+/* The servant borrows the robot and the references. `target`: which of the objects of requests.h it is. */
+void arm_servant_init(ArmServant* servant, corbot_robot* robot, const ControlReferences* references,
+                      int target, CORBA_Environment* ev);
 void arm_servant_fini(ArmServant* servant, CORBA_Environment* ev);
 
 #endif /* CORBOT_ORBIT2_ARM_SERVANT_H */

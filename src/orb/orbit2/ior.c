@@ -8,6 +8,8 @@
 #include "net/endpoint.h"
 
 enum { kIiopPort = 2809, kIiopMinor = 2, kInternetIop = 0 };
+/* ORBit2's own kind of profile, for Unix sockets. */
+static const guint32 kOrbitSpecific = 0xbadfaeca;
 
 /* CDR in an encapsulation: alignment counts from its start, where the byte order stands. */
 static GByteArray* encapsulation(void) {
@@ -40,6 +42,19 @@ static void put_octets(GByteArray* out, const void* bytes, guint length) {
 
 static void put_text(GByteArray* out, const char* text) { put_octets(out, text, (guint)strlen(text) + 1); }
 
+/* With one profile. */
+static char* ior_text(const char* type, guint32 tag, const GByteArray* profile) {
+  GByteArray* all = encapsulation();
+  put_text(all, type);
+  put_u32(all, 1);
+  put_u32(all, tag);
+  put_octets(all, profile->data, profile->len);
+  GString* text = g_string_new("IOR:");
+  for (guint i = 0; i < all->len; ++i) g_string_append_printf(text, "%02x", all->data[i]);
+  g_byte_array_unref(all);
+  return g_string_free(text, FALSE);
+}
+
 char* ior_make(const char* type, const char* host, int port, const char* key, unsigned key_length) {
   GByteArray* profile = encapsulation();
   put_octet(profile, 1);
@@ -48,16 +63,21 @@ char* ior_make(const char* type, const char* host, int port, const char* key, un
   put_u16(profile, (guint16)port);
   put_octets(profile, key, key_length);
   put_u32(profile, 0); /* components */
-  GByteArray* all = encapsulation();
-  put_text(all, type);
-  put_u32(all, 1); /* profiles */
-  put_u32(all, kInternetIop);
-  put_octets(all, profile->data, profile->len);
-  GString* text = g_string_new("IOR:");
-  for (guint i = 0; i < all->len; ++i) g_string_append_printf(text, "%02x", all->data[i]);
+  char* text = ior_text(type, kInternetIop, profile);
   g_byte_array_unref(profile);
-  g_byte_array_unref(all);
-  return g_string_free(text, FALSE);
+  return text;
+}
+
+char* ior_make_unix(const char* type, const char* path, const char* key, unsigned key_length) {
+  GByteArray* profile = encapsulation();
+  put_octet(profile, 1);
+  put_octet(profile, kIiopMinor);
+  put_text(profile, path);
+  put_u16(profile, 0); /* no port of IPv6 */
+  put_octets(profile, key, key_length);
+  char* text = ior_text(type, kOrbitSpecific, profile);
+  g_byte_array_unref(profile);
+  return text;
 }
 
 /* The sequence of octets in `all` at `at` that ends with these bytes; its length stands before it. */

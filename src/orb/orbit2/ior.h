@@ -10,6 +10,9 @@
 /* The object `key` at host:port, over IIOP 1.2. `type`: repository id. To be freed with g_free. */
 char* ior_make(const char* type, const char* host, int port, const char* key, unsigned key_length);
 
+/* The same on a Unix socket, which clients on ORBit2 on this machine can reach. */
+char* ior_make_unix(const char* type, const char* path, const char* key, unsigned key_length);
+
 /* The object key in a reference, of whatever transport, that ends with these bytes; NULL when there is none.
  * To be released with g_byte_array_unref. */
 GByteArray* ior_key(const char* ior, const void* end, unsigned end_length);

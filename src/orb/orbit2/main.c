@@ -103,13 +103,17 @@ static void warn(const char* text) { log_warning("%s", text); }
 
 static bool serve(const Options* options, corbot_robot* robot, const char* name) {
   static ArmServant servants[kTargets]; /* outlive the ORB's threads */
+  static ControlReferences references;
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
-  for (int i = 0; i < kTargets; ++i) arm_servant_init(&servants[i], robot, i, &ev);
+  for (int i = 0; i < kTargets; ++i) arm_servant_init(&servants[i], robot, &references, i, &ev);
   Orb orb;
   corbot_arrivals_start(count_stops, robot);
-  const bool served = orb_succeeded(&ev, "no servant") && orb_start(&orb, options) &&
-                      orb_serve(&orb, options, servants, name);
+  bool served = orb_succeeded(&ev, "no servant") && orb_start(&orb, options);
+  if (served) {
+    references = (ControlReferences){orb.orb, options, name};
+    served = orb_serve(&orb, options, servants, name);
+  }
   if (served) run(&orb, options, name, robot);
   orb_end(&orb);
   corbot_arrivals_end();

@@ -75,3 +75,13 @@ void raise_failure(const corbot_error* error, CORBA_Environment* ev) {
   }
   CORBA_exception_set_system(ev, ex_CORBA_INTERNAL, CORBA_COMPLETED_MAYBE);
 }
+
+void raise_failure_of_setting(const corbot_error* error, const char* key, CORBA_Environment* ev) {
+  if (error->status != CORBOT_NOT_READY) {
+    raise_failure(error, ev);
+    return;
+  }
+  CORBA_exception_set_system(ev, ex_CORBA_NO_PERMISSION, CORBA_COMPLETED_NO);
+  CORBA_SystemException* raised = CORBA_exception_value(ev);
+  raised->minor = *key == '\0' ? Corbot_NoPermissionNoControl : Corbot_NoPermissionControlEnded;
+}

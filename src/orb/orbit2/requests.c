@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "net/arrivals.h"
+#include "orb/orbit2/calls.h"
 
 /* Exported by ORBit2, declared in none of its public headers. */
 extern CORBA_sequence_CORBA_octet* giop_recv_buffer_get_objkey(void* request);
@@ -77,14 +78,23 @@ gboolean giop_connection_handle_input(void* connection) {
   return result;
 }
 
-static gboolean is_served(const CORBA_sequence_CORBA_octet* key) {
-  return key != NULL && served_name != NULL && key->_length == strlen(served_name) &&
-         memcmp(key->_buffer, served_name, key->_length) == 0;
+/* Whether an object key is ours: the robot's name, or NAME/KEY, a reference that Acquire returned, or that says so;
+ * *pass and *pass_length are the KEY then, else NULL and 0. */
+static gboolean is_served(const CORBA_sequence_CORBA_octet* key, const void** pass, size_t* pass_length) {
+  *pass = NULL;
+  *pass_length = 0;
+  if (key == NULL || served_name == NULL) return FALSE;
+  const size_t length = strlen(served_name);
+  if (key->_length < length || memcmp(key->_buffer, served_name, length) != 0) return FALSE;
+  if (key->_length == length) return TRUE;
+  if (key->_buffer[length] != '/') return FALSE;
+  *pass = key->_buffer + length + 1;
+  *pass_length = key->_length - length - 1;
+  return TRUE;
 }
 
 /* Which object the request goes to. */
-static int target_of(void* request) {
-  const corbot_connection connection = corbot_connection_used(reading_fd);
+static int target_of(void* request, corbot_connection connection) {
   corbot_place_kind kind = CORBOT_PLACE_TO_WAIT;
   const char* operation = giop_recv_buffer_get_opname(request);
   if (operation == NULL || !corbot_place_needed(operation, &kind)) return kTargetAtOnce;
@@ -119,7 +129,13 @@ void ORBit_handle_request(CORBA_ORB orb, void* request) {
   static void (*real)(CORBA_ORB, void*);
   if (real == NULL) *(void**)&real = own("ORBit_handle_request");
   CORBA_sequence_CORBA_octet* key = giop_recv_buffer_get_objkey(request);
-  if (is_served(key)) set_key(key, target_of(request));
+  const void* pass = NULL;
+  size_t pass_length = 0;
+  if (is_served(key, &pass, &pass_length)) {
+    const corbot_connection connection = corbot_connection_used(reading_fd);
+    calls_begin(request, connection, pass, pass_length);
+    set_key(key, target_of(request, connection));
+  }
   real(orb, request);
 }
 
@@ -127,7 +143,9 @@ void ORBit_handle_locate_request(CORBA_ORB orb, void* request) {
   static void (*real)(CORBA_ORB, void*);
   if (real == NULL) *(void**)&real = own("ORBit_handle_locate_request");
   CORBA_sequence_CORBA_octet* key = giop_recv_buffer_get_objkey(request);
-  if (is_served(key)) set_key(key, kTargetAtOnce);
+  const void* pass = NULL;
+  size_t pass_length = 0;
+  if (is_served(key, &pass, &pass_length)) set_key(key, kTargetAtOnce);
   real(orb, request);
 }
 
@@ -166,5 +184,6 @@ void giop_recv_buffer_unuse(void* request) {
     void* held = request;
     if (atomic_compare_exchange_strong(&holders[place], &held, NULL)) corbot_place_free(place);
   }
+  if (request != NULL) calls_end(request);
   real(request);
 }

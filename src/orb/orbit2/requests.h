@@ -11,13 +11,13 @@
  * process, and would serve a key of our choice only by forwarding the client (LOCATION_FORWARD); a client's
  * ORB may send a forwarded call again when its connection is lost. And it makes a thread for every request,
  * before the servant can refuse. So this file takes the place of some of the library's own functions: a
- * request for the robot's name is given the key of one of the objects below and goes on as if it had come
- * with that. */
+ * request for the robot's name, or for a reference of exclusive control (NAME/KEY), is given the key of one of
+ * the objects below and goes on as if it had come with that; calls.h keeps the KEY. */
 
 /* The objects, all for the same robot. A call that does not return at once has a place, and an object for
  * that place; one that finds no place goes to an object that refuses it, all of those served by one thread.
- * A Stop without a place is counted when it arrives, and goes to an object that waits for its end, with a
- * thread of its own. */
+ * A Stop or StopAndHold without a place is counted as a stop when it arrives, and goes to an object with a
+ * thread of its own, which waits for the end or holds. */
 enum {
   kTargetRefuseHost = CORBOT_PLACES, /* this host's places are taken */
   kTargetRefuseWait,                 /* all are */
@@ -28,7 +28,7 @@ enum {
   kTargets
 };
 
-/* Requests for `name` go to the objects with these keys, which are kept. Before the ORB listens. */
+/* Requests for `name` and for NAME/... go to the objects with these keys, which are kept. Before the ORB listens. */
 void requests_serve(const char* name, GByteArray* const keys[kTargets], corbot_robot* robot);
 /* The number of stops when the request arrived whose call has this place. */
 uint64_t requests_arrival(int place);

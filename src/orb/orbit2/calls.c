@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#define _GNU_SOURCE
+#include "orb/orbit2/calls.h"
+
+#include <dlfcn.h>
+#include <glib.h>
+#include <string.h>
+
+#include "orb/orbit2/requests.h"
+
+/* Defined here instead of in ORBit2. */
+void ORBit_small_invoke_adaptor(void* object, void* request, void* method, void* data, CORBA_Environment* ev);
+
+static GMutex mutex;
+static GHashTable* calls; /* Call by request */
+static _Thread_local Call current;
+
+/* In a time that does not depend on what the key is. */
+static void copy_key(const void* key, size_t length, char out[CORBOT_KEY]) {
+  static const size_t good_length = CORBOT_KEY - 1;
+  if (length == good_length && memchr(key, '\0', length) == NULL) {
+    memcpy(out, key, length);
+    out[length] = '\0';
+  } else {
+    g_strlcpy(out, "-", CORBOT_KEY);
+  }
+}
+
+void calls_begin(void* request, corbot_connection connection, const void* key, size_t length) {
+  Call* call = g_new0(Call, 1);
+  call->connection = connection;
+  if (key != NULL) copy_key(key, length, call->key);
+  g_mutex_lock(&mutex);
+  if (calls == NULL) calls = g_hash_table_new_full(NULL, NULL, NULL, g_free);
+  g_hash_table_replace(calls, request, call);
+  g_mutex_unlock(&mutex);
+}
+
+void calls_end(void* request) {
+  g_mutex_lock(&mutex);
+  if (calls != NULL) g_hash_table_remove(calls, request);
+  g_mutex_unlock(&mutex);
+}
+
+/* In the thread that serves the request. */
+void ORBit_small_invoke_adaptor(void* object, void* request, void* method, void* data,
+                                CORBA_Environment* ev) {
+  static void (*real)(void*, void*, void*, void*, CORBA_Environment*);
+  if (real == NULL) *(void**)&real = dlsym(RTLD_NEXT, "ORBit_small_invoke_adaptor");
+  if (real == NULL) g_error("this ORBit2 has no ORBit_small_invoke_adaptor");
+  g_mutex_lock(&mutex);
+  const Call* call = calls != NULL ? g_hash_table_lookup(calls, request) : NULL;
+  if (call != NULL) current = *call;
+  g_mutex_unlock(&mutex);
+  real(object, request, method, data, ev);
+  memset(&current, 0, sizeof(current));
+}
+
+/* Whether the client of a call that has a place is still there. */
+static int caller_present(void* servant) { return corbot_place_wanted(self_of(servant)->target) ? 1 : 0; }
+
+const corbot_caller* caller_of(PortableServer_Servant servant, Caller* room) {
+  room->call = current;
+  corbot_connection_peer_text(room->call.connection, room->from);
+  room->caller.present = self_of(servant)->target < CORBOT_PLACES ? caller_present : NULL;
+  room->caller.context = servant;
+  room->caller.key = room->call.key;
+  room->caller.from = room->from;
+  room->caller.stops =
+      self_of(servant)->target < CORBOT_PLACES ? requests_arrival(self_of(servant)->target) : 0;
+  return &room->caller;
+}

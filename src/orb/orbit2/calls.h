@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef CORBOT_ORBIT2_CALLS_H
+#define CORBOT_ORBIT2_CALLS_H
+
+#include <stddef.h>
+
+#include "net/connections.h"
+#include "orb/orbit2/arm_instance.h"
+#include "robot/corbot_robot.h"
+
+/* What is known of a request when its operation is carried out. ORBit2 reads requests in one thread, serves them in
+ * others, and passes an operation nothing of where its request came from. */
+typedef struct Call {
+  corbot_connection connection;
+  /* Of the reference that was called, see corbot_robot_acquire; "": the public one. What cannot be a key (too long, too
+   * short, or with a zero in it) is "-", which is none either. */
+  char key[CORBOT_KEY];
+} Call;
+
+/* In the I/O thread: the request goes to an object of ours. `key`: NULL for the public reference. */
+void calls_begin(void* request, corbot_connection connection, const void* key, size_t length);
+/* Without effect for other requests. */
+void calls_end(void* request);
+
+/* The client of the call that this thread carries out, for corbot_robot.h, in *room: `Caller` lives as long as it is
+ * used. */
+typedef struct Caller {
+  corbot_caller caller;
+  Call call;
+  char from[CORBOT_PEER_TEXT];
+} Caller;
+const corbot_caller* caller_of(PortableServer_Servant servant, Caller* room);
+
+#endif /* CORBOT_ORBIT2_CALLS_H */
