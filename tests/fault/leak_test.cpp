@@ -3,7 +3,6 @@
 // sanitizer, or with CORBOT_TEST_WRAPPER="valgrind ...", the servant's end reports every leak.
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 
 #include <fmt/core.h>
 
@@ -18,14 +17,6 @@ class Leaks : public RobotRig {
     RobotRig::TearDown();
     if (servant_ && std::getenv("CORBOT_TEST_WRAPPER") != nullptr) fmt::print("{}\n", servant_->errors());
   }
-  long resident_kb() const {
-    std::ifstream file(fmt::format("/proc/{}/status", servant_->pid()));
-    for (std::string line; std::getline(file, line);) {
-      if (line.starts_with("VmRSS:")) return std::stol(line.substr(6));
-    }
-    return -1;
-  }
-
   /// One call of each kind that returns at once; what has to be refused is.
   void call_everything() {
     Corbot::JointCoord_var joints = arm_->ArtiCoord();
@@ -57,9 +48,9 @@ TEST_F(Leaks, NoneInAHundredThousandCalls) {
   for (int i = 0; i < rounds && !HasFailure(); ++i) {
     call_everything();
     if (i % 10 == 0) arm_->Delay(0.0);  // waits for a cycle
-    if (i == rounds / 4) warm_kb = resident_kb();
+    if (i == rounds / 4) warm_kb = servant_->resident_kb();
   }
-  const long grown_kb = resident_kb() - warm_kb;
+  const long grown_kb = servant_->resident_kb() - warm_kb;
   fmt::print("{} calls: {} kB after a quarter of them, {} kB more at the end\n", rounds * kKinds, warm_kb,
              grown_kb);
   // 75,000 calls that leak as little as 16 bytes each leave 1.2 MB.

@@ -14,6 +14,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 #include <utility>
 
@@ -158,6 +159,14 @@ std::optional<std::string> Process::wait_line(const std::string& prefix, Deadlin
     pollfd both[2] = {{out_, POLLIN, 0}, {err_, POLLIN, 0}};
     ::poll(both, 2, 20);
   }
+}
+
+long Process::resident_kb() const {
+  std::ifstream file("/proc/" + std::to_string(pid_) + "/status");
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("VmRSS:")) return std::stol(line.substr(6));
+  }
+  return -1;
 }
 
 void Process::send(const std::string& line) {

@@ -45,6 +45,8 @@ class Process {
 
   [[nodiscard]] pid_t pid() const { return pid_; }
   [[nodiscard]] bool running();
+  /// Of its memory, what is in use now, kilobytes; −1 when it has ended.
+  [[nodiscard]] long resident_kb() const;
 
   /// The first line from now on that begins with `prefix`; nothing when the output
   /// ends or the deadline passes first.
