@@ -2,9 +2,11 @@
 #include "cli/commands.h"
 
 #include <fmt/format.h>
+#include <pwd.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <climits>
 #include <cstdio>
 
 #include "cli/local_stop.h"
@@ -101,6 +103,33 @@ void stop(const ClientOptions& options) {
   }
 }
 
+/// Stops a robot on this machine at once, also where its servant does not answer, which is needed for the rest.
+void hold(const ClientOptions& options, const Request& request) {
+  const bool stopped = is_stopped_here(robot_here(options.robot), options.timeout_s);
+  try {
+    Client(find_robot(options.robot), options.timeout_s).perform(request);
+  } catch (const Failure& failure) {
+    if (!stopped) throw;
+    throw Failure(failure.code(), fmt::format("the arm was stopped, but is NOT HELD: {}", failure.what()));
+  }
+}
+
+/// USER@MACHINE
+std::string default_holder() {
+  const passwd* user = ::getpwuid(::geteuid());
+  char machine[HOST_NAME_MAX + 1] = "";
+  ::gethostname(machine, sizeof(machine) - 1);
+  constexpr std::size_t kLongest = 64;
+  return client::printable(user != nullptr ? fmt::format("{}@{}", user->pw_name, machine)
+                                           : fmt::format("uid {}@{}", ::geteuid(), machine))
+      .substr(0, kLongest);
+}
+
+void acquire(const ClientOptions& options, const Request& request) {
+  Client client(find_robot(options.robot), options.timeout_s);
+  fmt::print("{}\n", client.acquire(request.who.empty() ? default_holder() : request.who, request.lease_s));
+}
+
 /// The first motion after a power-up is slow; a higher override takes effect after it.
 void report_reduced_override(Client& client, double wanted_percent) {
   constexpr double kTolerance_percent = 1e-6;
@@ -130,6 +159,8 @@ std::string local_robot(const std::string& robot) {
 void run_request(const ClientOptions& options, const Request& request) {
   if (request.verb == Verb::kStop && request.all) return stop_all(options.robot, options.timeout_s);
   if (request.verb == Verb::kStop) return stop(options);
+  if (request.verb == Verb::kHold) return hold(options, request);
+  if (request.verb == Verb::kAcquire) return acquire(options, request);
   if (!spec_of(request.verb).motion) {
     Client client(find_robot(options.robot), options.timeout_s);
     client.perform(request);

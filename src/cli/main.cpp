@@ -44,7 +44,8 @@ struct Settings {
 
 void add_client_options(CLI::App& command, Settings& settings) {
   command.add_option("--robot", settings.client.robot,
-                     "Name of a robot that is up here, HOST:PORT/NAME, corbaloc or IOR ($CORBOT_ROBOT)");
+                     "Name of a robot that is up here, HOST:PORT/NAME or [IPV6]:PORT/NAME, corbaloc or IOR\n"
+                     "($CORBOT_ROBOT)");
   command.add_option("--timeout", settings.client.timeout_s, "Seconds that a call may take, not a motion")
       ->check(CLI::Range(0.1, 3600.0));
 }
@@ -142,7 +143,8 @@ void add_supervision(CLI::App& app, Settings& s) {
   CLI::App* up_command = app.add_subcommand("up", "Start a robot and supervise it, in the foreground");
   up_command->add_option("PROFILE", s.up.profile, "The robot's profile, a TOML file")->required();
   up_command->add_option("--name", s.up.name, "Name of the robot instead of the profile's");
-  up_command->add_option("--endpoint", s.up.endpoint, "HOST:PORT to listen at instead of the profile's");
+  up_command->add_option("--endpoint", s.up.endpoint,
+                         "HOST:PORT or [IPV6]:PORT to listen at instead of the profile's");
   auto* naming = up_command->add_option("--naming", s.up.naming_port,
                                         "Start a naming service on the loopback, too, at this port (2809)");
   naming->expected(0, 1)->check(CLI::Range(1, 65535))->type_name("PORT");

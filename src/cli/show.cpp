@@ -103,6 +103,12 @@ std::string local_time(double epoch_s) {
 
 std::string microseconds(double seconds) { return fmt::format("{:.1f} us", seconds * 1e6); }
 
+/// "cell 7, 11.8 s left unless renewed"; empty: nobody.
+std::string holder_text(const Corbot::ControlInfo& control) {
+  const std::string holder = printable(control.holder.in());
+  return holder.empty() ? "" : fmt::format("{}, {:.1f} s left unless renewed", holder, control.left);
+}
+
 }  // namespace
 
 std::string describe(const Corbot::DeviceInfo& device) {
@@ -128,8 +134,10 @@ StatusReport read_status(Client& client) {
     try {
       const Corbot::ServantInfo_var servant = arm.Servant();
       report.servant = servant.in();
+      const Corbot::ControlInfo_var control = arm.Control();
+      report.control = control.in();
     } catch (const CORBA::BAD_OPERATION&) {
-      report.servant = {};
+      // of an earlier version: what it does not say stays empty
     }
     const Corbot::JointRanges_var ranges = arm.MovRange();
     for (CORBA::ULong i = 0; i < ranges->length(); ++i) report.ranges.push_back(ranges.in()[i]);
@@ -157,6 +165,9 @@ std::string status_text(const StatusReport& r) {
   }
   text += fmt::format("  state     {:<9} {}\n{}", to_string(r.state), meaning(r.state, cause_gone, r.paused),
                       alarms);
+  if (r.control.held) text += "  held      by a StopAndHold: nothing moves until 'corbot clear'\n";
+  if (const std::string holder = holder_text(r.control); !holder.empty())
+    text += fmt::format("  control   {}\n", holder);
   text += fmt::format("  device    {}\n", describe(r.device));
   if (r.device.positionUncertain) {
     text +=
@@ -184,8 +195,10 @@ std::string status_line(const StatusReport& r) {
   std::string text = fmt::format("{:<7}  x {:8.4f}  y {:8.4f}  z {:8.4f} m  joints", to_string(r.state),
                                  rounded(r.pose.x, 1e4), rounded(r.pose.y, 1e4), rounded(r.pose.z, 1e4));
   for (const double joint : r.joints) text += fmt::format(" {:8.2f}", rounded(joint, 100));
-  return text + fmt::format(" deg  gripper {}  override {:g} %{}\n", to_string(r.gripper), r.override_percent,
-                            r.paused ? "  paused" : "");
+  const std::string holder = printable(r.control.holder.in());
+  return text + fmt::format(" deg  gripper {}  override {:g} %{}{}{}{}\n", to_string(r.gripper),
+                            r.override_percent, r.paused ? "  paused" : "", r.control.held ? "  held" : "",
+                            holder.empty() ? "" : "  control ", holder);
 }
 
 std::string status_json(const StatusReport& r) {
@@ -216,6 +229,10 @@ std::string status_json(const StatusReport& r) {
                    {{"version", printable(r.servant.version.in())},
                     {"profile", printable(r.servant.profile.in())},
                     {"started_s", r.servant.started}}},
+                  {"control",
+                   {{"holder", printable(r.control.holder.in())},
+                    {"left_s", r.control.left},
+                    {"held", static_cast<bool>(r.control.held)}}},
                   {"device", device_data(r.device)}};
   return data.dump(2) + "\n";
 }

@@ -31,6 +31,7 @@ struct StatusReport {
   std::vector<ActiveAlarm> active_alarms;
   Corbot::DeviceInfo device{};
   Corbot::ServantInfo servant{};  ///< empty: one of an earlier version, which does not say
+  Corbot::ControlInfo control{};  ///< the same
 };
 
 [[nodiscard]] StatusReport read_status(client::Client& client);

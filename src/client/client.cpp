@@ -92,6 +92,14 @@ void Client::stop() {
   call([](auto& arm) { arm.Stop(); });
 }
 
+std::string Client::acquire(const std::string& who, double lease_s) {
+  return call([&](auto& arm) {
+    const Corbot::Arm_var control = arm.Acquire(who.c_str(), lease_s);
+    const CORBA::String_var text = orb_->object_to_string(control);
+    return std::string(text.in());
+  });
+}
+
 void Client::cancel() {
   begin_cancel();
   stop();
@@ -167,8 +175,14 @@ void Client::set(const Request& request) {
         return arm.Pause();
       case Verb::kResume:
         return arm.Resume();
+      case Verb::kHold:
+        return arm.StopAndHold();
       case Verb::kClear:
         return arm.Clear();
+      case Verb::kRenew:
+        return arm.Renew();
+      case Verb::kRelease:
+        return arm.Release();
       default:
         throw Failure(ExitCode::kInternal, "not a setting: " + to_string(request));
     }

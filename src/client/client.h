@@ -36,6 +36,9 @@ class Client {
   /// Pre-empts whatever moves; returns at rest.
   void stop();
 
+  /// Takes exclusive control; the reference through which its holder works, as text.
+  [[nodiscard]] std::string acquire(const std::string& who, double lease_s);
+
   /// Makes perform() start nothing from now on, not even what it is about to start, unless that is stopped. To be
   /// called before the arm is stopped, from another thread than perform().
   void begin_cancel() noexcept { cancelled_ = true; }

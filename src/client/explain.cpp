@@ -128,6 +128,15 @@ Failure explain(const CORBA::SystemException& e, const Address& address) {
                         "HOST:PORT/NAME, an IOR, or the name of a robot that is up here",
                         printable(address.uri))};
   }
+  if (CORBA::NO_PERMISSION::_downcast(&e) != nullptr && e.minor() == Corbot::NoPermissionNoControl) {
+    return {ExitCode::kRefused,
+            "refused: somebody has exclusive control of the arm; 'corbot status' names the holder and the "
+            "time left"};
+  }
+  if (CORBA::NO_PERMISSION::_downcast(&e) != nullptr && e.minor() == Corbot::NoPermissionControlEnded) {
+    return {ExitCode::kRefused,
+            "refused: control has ended: the lease ran out or was released; 'corbot acquire' gives it again"};
+  }
   if (CORBA::NO_PERMISSION::_downcast(&e) != nullptr) {
     return {ExitCode::kRefused, fmt::format("{} does not allow this client to do that", address.where)};
   }

@@ -88,10 +88,11 @@ Address find_robot(const std::string& robot) {
   }
   if (is_host_port_name(text)) return with_local(from_corbaloc("corbaloc::" + text));
   if (is_name(text)) return from_state(text);
-  throw Failure(ExitCode::kUsage,
-                fmt::format("--robot '{}': write corbaloc::HOST:PORT/NAME, HOST:PORT/NAME, an IOR, "
-                            "or the name of a robot that is up here",
-                            printable(text)));
+  throw Failure(
+      ExitCode::kUsage,
+      fmt::format("--robot '{}': write corbaloc::HOST:PORT/NAME, HOST:PORT/NAME ([IPV6]:PORT/NAME), an IOR, "
+                  "or the name of a robot that is up here",
+                  printable(text)));
 }
 
 }  // namespace corbot::client

@@ -109,7 +109,26 @@ const std::vector<VerbSpec>& table() {
        false},
       {Verb::kPause, "pause", {}, 0, {}, "Slow down on the path and hold", false, false},
       {Verb::kResume, "resume", {}, 0, {}, "Continue after a pause", false, false},
+      {Verb::kHold, "hold", {}, 0, {}, "Stop the arm now, and let nothing move until 'clear'", false, false},
       {Verb::kClear, "clear", {}, 0, {}, "Leave the Error state once its cause is gone", false, false},
+      {Verb::kAcquire,
+       "acquire",
+       {},
+       0,
+       {{"--lease", "S", "seconds until it ends unless it is used, 0.5 to 3600 (60)"},
+        {"--who", "NAME", "who has it, for others to read (USER@MACHINE)"}},
+       "Take exclusive control; prints the reference for --robot or $CORBOT_ROBOT",
+       false,
+       false},
+      {Verb::kRenew, "renew", {}, 0, {}, "Begin the lease anew; --robot is the reference", false, false},
+      {Verb::kRelease,
+       "release",
+       {},
+       0,
+       {},
+       "Give control back and stop the arm; --robot is the reference",
+       false,
+       false},
   };
   return specs;
 }
@@ -149,8 +168,16 @@ std::optional<std::string> read_option(const OptionSpec& option, std::span<const
     request.joint = *joint;
     return std::nullopt;
   }
+  if (option.name == "--who") {
+    request.who = word;
+    return std::nullopt;
+  }
   const auto value = parse_number(word);
   if (!value) return fmt::format("{}: {}", option.name, number_fault(word));
+  if (option.name == "--lease") {
+    request.lease_s = *value;
+    return std::nullopt;
+  }
   (option.name == "--time" ? request.time_s : request.above_m) = *value;
   return std::nullopt;
 }
@@ -254,6 +281,8 @@ std::string to_string(const Request& request) {
   if (request.time_s != 0) text += fmt::format(" --time {}", request.time_s);
   if (request.joint >= 0) text += fmt::format(" --joint {}", request.joint);
   if (request.all) text += " --all";
+  if (request.verb == Verb::kAcquire) text += fmt::format(" --lease {}", request.lease_s);
+  if (!request.who.empty()) text += fmt::format(" --who '{}'", request.who);
   return text;
 }
 

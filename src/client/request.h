@@ -28,7 +28,11 @@ enum class Verb {
   kCancel,
   kPause,
   kResume,
-  kClear,  // at once; not in programs
+  kHold,
+  kClear,
+  kAcquire,
+  kRenew,
+  kRelease,  // at once; not in programs
 };
 
 /// A checked command. Units of the CORBA interface: metres, degrees, seconds, percent.
@@ -39,9 +43,11 @@ struct Request {
   double time_s{0};             ///< --time; 0 = as fast as the limits allow
   int joint{-1};                ///< --joint; −1 = none
   bool all{false};              ///< --all
+  double lease_s{60};           ///< --lease
+  std::string who{};            ///< --who; empty = user and machine
 };
 
-/// An option of a verb; all but --all take a number.
+/// An option of a verb; all but --all and --who take a number.
 struct OptionSpec {
   std::string_view name;   ///< with its dashes
   std::string_view value;  ///< what help calls the value; empty for a switch

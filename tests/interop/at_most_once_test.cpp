@@ -7,6 +7,7 @@
 
 #include "interop/matrix_client.h"
 #include "support/cut_proxy.h"
+#include "support/ior.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -85,6 +86,16 @@ TEST_P(AtMostOnce, AMotionBesideThreeCallsThatWait) {
   ASSERT_TRUE(wait_until(within(30), [&] { return has_ticket(3); }));
   fmt::print("heard: {}\n", cut_off("Drive 0 20 60"));
   for (int i = 0; i < 3; ++i) (void)client_.ask(fmt::format("end wait{}", i));
+  EXPECT_NEAR(joint_0(), 20.0, 1e-6);
+}
+
+TEST_P(AtMostOnce, AMotionUnderExclusiveControl) {
+  Corbot::Arm_var control = arm_->Acquire("matrix", 600.0);
+  CORBA::String_var text = client_orb()->object_to_string(control);
+  Ior through_proxy = parse_ior(text.in());
+  through_proxy.port = proxy_->port();
+  ASSERT_EQ(client_.ask("connect " + to_string(through_proxy)), "ok");
+  fmt::print("heard: {}\n", cut_off("Drive 0 20 60"));
   EXPECT_NEAR(joint_0(), 20.0, 1e-6);
 }
 

@@ -36,7 +36,7 @@ Options parse_options(int argc, char** argv) {
   std::string endpoint;
   app.add_option("PROFILE", options.profile, "profile of the robot, a TOML file")->required();
   app.add_option("--name", options.name, "name of the robot and object key, instead of the profile's");
-  app.add_option("--endpoint", endpoint, "HOST:PORT to listen on, instead of the profile's");
+  app.add_option("--endpoint", endpoint, "HOST:PORT or [IPV6]:PORT to listen on, instead of the profile's");
   app.add_option("--unix", options.unix_path, "Unix socket to listen on as well");
   app.add_option("--naming", options.naming,
                  "naming service, for example corbaloc::127.0.0.1:2809/NameService");

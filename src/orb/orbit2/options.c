@@ -71,7 +71,7 @@ void options_parse(int argc, char** argv, Options* out) {
       {"name", 0, 0, G_OPTION_ARG_STRING, &out->name,
        "name of the robot and object key, instead of the profile's", "NAME"},
       {"endpoint", 0, 0, G_OPTION_ARG_STRING, &endpoint, "address to listen on, instead of the profile's",
-       "HOST:PORT"},
+       "HOST:PORT or [IPV6]:PORT"},
       {"unix", 0, 0, G_OPTION_ARG_FILENAME, &out->unix_path, "Unix socket to listen on, instead of TCP",
        "PATH"},
       {"naming", 0, 0, G_OPTION_ARG_STRING, &out->naming,

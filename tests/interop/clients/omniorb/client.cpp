@@ -32,9 +32,17 @@ void expect(Words& words, const std::string& bracket) {
   if (!(words >> word) || word != bracket) throw std::invalid_argument("expected " + bracket);
 }
 
+/// As what an argument is kept during the call.
+template <class Argument>
+using Kept = std::conditional_t<std::is_same_v<Argument, const char*>, std::string, std::decay_t<Argument>>;
+
 template <class Type>
 Type argument(Words& words) {
-  if constexpr (std::is_same_v<Type, Corbot::Point>) {
+  if constexpr (std::is_same_v<Type, std::string>) {
+    std::string word;
+    if (!(words >> word)) throw std::invalid_argument("too few arguments");
+    return word;
+  } else if constexpr (std::is_same_v<Type, Corbot::Point>) {
     expect(words, "{");
     const double x = number(words);
     const double y = number(words);
@@ -147,27 +155,50 @@ std::string text(const Corbot::ServantInfo& info) {
                  std::pair("profile", (const char*)info.profile), std::pair("started", info.started));
 }
 
+std::string text(const Corbot::ControlInfo& info) {
+  return members(std::pair("holder", (const char*)info.holder), std::pair("left", info.left),
+                 std::pair("held", bool{info.held}));
+}
+
 // ---- The interface -------------------------------------------------------------------------------------
 using Stub = Corbot::_objref_Arm;
 using Call = std::function<std::string(Corbot::Arm_ptr, Words&)>;
+
+CORBA::ORB_ptr orb() {
+  static const CORBA::ORB_var instance = [] {
+    int argc = 0;
+    return CORBA::ORB_init(argc, nullptr);
+  }();
+  return instance;
+}
+
+/// As the operations take it.
+const char* passed(const std::string& text) { return text.c_str(); }
+template <class Type>
+const Type& passed(const Type& value) {
+  return value;
+}
 
 template <class Class, class Result, class... Arguments>
 Call call_of(Result (Class::*operation)(Arguments...)) {
   return [operation](Corbot::Arm_ptr arm, Words& words) -> std::string {
     // A braced list is evaluated from left to right.
-    std::tuple<std::decay_t<Arguments>...> arguments{argument<std::decay_t<Arguments>>(words)...};
+    std::tuple<Kept<Arguments>...> arguments{argument<Kept<Arguments>>(words)...};
     std::string rest;
     if (words >> rest) throw std::invalid_argument("too many arguments");
     return std::apply(
         [&](const auto&... values) -> std::string {
           if constexpr (std::is_void_v<Result>) {
-            (arm->*operation)(values...);
+            (arm->*operation)(passed(values)...);
             return "ok";
+          } else if constexpr (std::is_same_v<Result, Corbot::Arm_ptr>) {
+            const Corbot::Arm_var result((arm->*operation)(passed(values)...));
+            return "ok " + std::string(CORBA::String_var(orb()->object_to_string(result)).in());
           } else if constexpr (std::is_pointer_v<Result>) {
-            const std::unique_ptr<std::remove_pointer_t<Result>> result((arm->*operation)(values...));
+            const std::unique_ptr<std::remove_pointer_t<Result>> result((arm->*operation)(passed(values)...));
             return "ok " + text(*result);
           } else {
-            return "ok " + text((arm->*operation)(values...));
+            return "ok " + text((arm->*operation)(passed(values)...));
           }
         },
         arguments);
@@ -192,7 +223,9 @@ const std::map<std::string, Call>& calls() {
       CALL(StartOpen),       CALL(StartClose), CALL(Wait),
       CALL(Progress),        CALL(MoveJoints), CALL(SetToolPitch),
       CALL(ToolPitch),       CALL(Alarms),     CALL(Diagnostics),
-      CALL(Device),          CALL(Servant)};
+      CALL(Device),          CALL(Servant),    CALL(StopAndHold),
+      CALL(Acquire),         CALL(Renew),      CALL(Release),
+      CALL(Control)};
   return kCalls;
 }
 #undef CALL
@@ -240,13 +273,13 @@ class Client {
     std::string first;
     words >> command >> first;
     if (command == "connect") {
-      narrow(CORBA::Object_var(orb_->string_to_object(first.c_str())));
+      narrow(CORBA::Object_var(orb()->string_to_object(first.c_str())));
       return "ok";
     }
     if (command == "resolve") {
       std::string name;
       words >> name;
-      CORBA::Object_var object = orb_->string_to_object(first.c_str());
+      CORBA::Object_var object = orb()->string_to_object(first.c_str());
       CosNaming::NamingContextExt_var context = CosNaming::NamingContextExt::_narrow(object);
       narrow(CORBA::Object_var(context->resolve_str(name.c_str())));
       return "ok";
@@ -285,11 +318,6 @@ class Client {
     return result;
   }
 
-  static CORBA::ORB_ptr start_orb() {
-    int argc = 0;
-    return CORBA::ORB_init(argc, nullptr);
-  }
-  CORBA::ORB_var orb_{start_orb()};
   Corbot::Arm_var arm_;
   std::map<std::string, std::future<std::string>> begun_;
 };

@@ -84,6 +84,15 @@ static void write_value(GString* out, CORBA_TypeCode tc, const char* at) {
     case CORBA_tk_string:
       g_string_append_printf(out, "\"%s\"", *(const char* const*)at);
       return;
+    case CORBA_tk_objref: {
+      CORBA_Environment ev;
+      CORBA_exception_init(&ev);
+      CORBA_char* reference = CORBA_ORB_object_to_string(orb, *(const CORBA_Object*)at, &ev);
+      g_string_append(out, reference != NULL ? reference : "");
+      CORBA_free(reference);
+      CORBA_exception_free(&ev);
+      return;
+    }
     case CORBA_tk_sequence: {
       const CORBA_sequence_CORBA_double* sequence = (const void*)at;
       const char* element = (const char*)sequence->_buffer;
@@ -140,6 +149,7 @@ typedef union Argument {
   double number;
   gint32 whole;
   guint64 ticket;
+  const char* text;
   Corbot_Point point;
   Corbot_JointCoord joints;
 } Argument;
@@ -181,6 +191,9 @@ static void read_argument(Call* call, CORBA_unsigned_long i, char*** words) {
       return;
     case CORBA_tk_ulonglong:
       argument->ticket = g_ascii_strtoull(word, NULL, 10);
+      return;
+    case CORBA_tk_string:
+      argument->text = word;
       return;
     case CORBA_tk_struct:
       argument->point.x = g_ascii_strtod(next_word(words), NULL);
@@ -229,6 +242,7 @@ static char* invoke(Call* call) {
     g_string_append_c(out, ' ');
     write_value(out, tc, by_pointer ? result.pointer : result.bytes);
     if (by_pointer) CORBA_free(result.pointer);
+    if (tc->kind == CORBA_tk_objref) CORBA_Object_release(result.pointer, &ev);
   }
   return g_string_free(out, FALSE);
 }

@@ -41,6 +41,8 @@ def text(value):
         return value._n
     if isinstance(value, (list, tuple)):
         return '[' + ' '.join(map(text, value)) + ']'
+    if isinstance(value, CORBA.Object):
+        return orb.object_to_string(value)
     return members(value)
 
 
@@ -51,8 +53,16 @@ def number(word):
         return float(word)
 
 
+def scalar(word):
+    """A number, or else a string."""
+    try:
+        return number(word)
+    except ValueError:
+        return word
+
+
 def arguments(words):
-    """The numbers, Points {x y z} and sequences [...] that the words spell."""
+    """The numbers, strings, Points {x y z} and sequences [...] that the words spell."""
     found = []
     words = iter(words)
     for word in words:
@@ -60,7 +70,7 @@ def arguments(words):
             values = [number(w) for w in iter(lambda: next(words), '}' if word == '{' else ']')]
             found.append(Corbot.Point(*map(float, values)) if word == '{' else [float(v) for v in values])
         else:
-            found.append(number(word))
+            found.append(scalar(word))
     return found
 
 

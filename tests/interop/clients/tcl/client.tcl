@@ -74,6 +74,7 @@ proc value {type words_variable} {
     double {return [number [next words]]}
     long {return [whole [next words] -2147483648 2147483647]}
     unsigned {return [whole [next words] 0 18446744073709551615]}
+    string {return [next words]}
     sequence {
       set elements {}
       expect \[ words
@@ -116,6 +117,7 @@ proc text {type value} {
     boolean {return [expr {$value ? "true" : "false"}]}
     unsigned {return [expr {$value & 0xffffffffffffffff}]}
     string {return \"[string map {\\ \\\\ \" \\\"} $value]\"}
+    Object - interface {return [corba::object_to_string $value]}
     sequence {return \[[join [lmap element $value {text [lindex $type 1] $element}]]\]}
     struct - exception {
       return \{[join [lmap {name member} [lindex $type 2] {string cat $name= [text $member [dict get $value $name]]}]]\}

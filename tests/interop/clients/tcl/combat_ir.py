@@ -60,6 +60,8 @@ def items(node):
     if isinstance(node, idlast.Operation):
         return [item('operation', type_name(node.returnType()), tcl_list(map(parameter, node.parameters())),
                      tcl_list(e.repoId() for e in node.raises()))]
+    if isinstance(node, idlast.Const):
+        return []  # Combat has no use for it
     if isinstance(node, idlast.Struct):
         return [item('struct', members(node), '{}')]
     if isinstance(node, idlast.Exception):

@@ -31,6 +31,7 @@ import java.util.stream.IntStream;
 import org.omg.CORBA.ORB;
 import org.omg.CORBA.SystemException;
 import org.omg.CORBA.UserException;
+import org.omg.CORBA.portable.ObjectImpl;
 import org.omg.CosNaming.NamingContextExtHelper;
 
 public final class Client {
@@ -141,6 +142,9 @@ public final class Client {
     if (type == int.class) {
       return Integer.valueOf(words.removeFirst());
     }
+    if (type == String.class) {
+      return words.removeFirst();
+    }
     if (type == long.class) {
       return Long.parseUnsignedLong(words.removeFirst());
     }
@@ -189,6 +193,9 @@ public final class Client {
     }
     if (value instanceof String) {
       return '"' + ((String) value).replace("\\", "\\\\").replace("\"", "\\\"") + '"';
+    }
+    if (value instanceof ObjectImpl) {
+      return ((ObjectImpl) value)._orb().object_to_string((ObjectImpl) value);
     }
     if (value.getClass().isArray()) {
       return IntStream.range(0, Array.getLength(value)).mapToObj(i -> text(Array.get(value, i)))

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// Exclusive control from the command line: what its holder and everyone else gets to see.
+#include <gmock/gmock.h>
+#include <pwd.h>
+#include <unistd.h>
+
+#include "cli_rig.h"
+
+namespace corbot::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+class ControlCommands : public CliRig {
+ protected:
+  void SetUp() override { up(); }
+  /// The reference that `acquire` prints, alone on its line.
+  std::string acquire(const std::vector<std::string>& options) {
+    std::vector<std::string> command{"acquire"};
+    command.insert(command.end(), options.begin(), options.end());
+    const RunResult result = corbot(command);
+    EXPECT_EQ(result.code, 0) << result.errors;
+    EXPECT_THAT(result.output, StartsWith("IOR:"));
+    return result.output.substr(0, result.output.find('\n'));
+  }
+  RunResult by(const std::string& reference, std::vector<std::string> command) {
+    command.insert(command.end(), {"--robot", reference});
+    return corbot(command);
+  }
+  std::string holder() { return status().at("control").at("holder").get<std::string>(); }
+};
+
+TEST_F(ControlCommands, EveryCommandWorksThroughTheReference) {
+  const std::string mine = acquire({"--lease", "600", "--who", "cell 7"});
+  const std::vector<std::vector<std::string>> commands{{"move", "0.22", "-0.08", "0.02", "--above", "0.06"},
+                                                       {"moves", "0.22", "-.08", "0.05"},
+                                                       {"joints", "-10", "5", "10", "20"},
+                                                       {"drive", "0", "-5", "20"},
+                                                       {"ready"},
+                                                       {"delay", "0.05"},
+                                                       {"open"},
+                                                       {"close"},
+                                                       {"speed", "80", "--all"},
+                                                       {"pitch", "-20"},
+                                                       {"override", "50"},
+                                                       {"cancel", "1"},
+                                                       {"pause"},
+                                                       {"resume"},
+                                                       {"renew"}};
+  for (const auto& command : commands) {
+    const RunResult refused = corbot(command);
+    EXPECT_EQ(refused.code, 1) << command[0];
+    if (command[0] == "speed" || command[0] == "pitch") {
+      EXPECT_THAT(refused.errors,
+                  HasSubstr("somebody has exclusive control of the arm; 'corbot status' names"));
+    } else if (command[0] != "renew") {
+      EXPECT_THAT(refused.errors, HasSubstr("'cell 7' has control of the arm, for another ")) << command[0];
+    }
+    const RunResult done = by(mine, command);
+    EXPECT_EQ(done.code, 0) << command[0] << ": " << done.errors;
+  }
+  EXPECT_EQ(by(mine, {"status"}).code, 0);
+  for (const char* command : {"alarms", "diagnostics", "stop", "clear"}) {
+    EXPECT_EQ(by(mine, {command}).code, 0) << command;
+    EXPECT_EQ(corbot({command}).code, 0) << command << " is everyone's";
+  }
+  EXPECT_EQ(holder(), "cell 7");
+  EXPECT_EQ(by(mine, {"release"}).code, 0);
+  EXPECT_EQ(holder(), "");
+  const RunResult ended = by(mine, {"drive", "0", "1", "20"});
+  EXPECT_EQ(ended.code, 1);
+  EXPECT_THAT(ended.errors, HasSubstr("control has ended"));
+  EXPECT_THAT(by(mine, {"speed", "80"}).errors, HasSubstr("control has ended"));
+  EXPECT_EQ(by(mine, {"stop"}).code, 0);
+  EXPECT_EQ(corbot({"drive", "0", "1", "20"}).code, 0);
+}
+
+TEST_F(ControlCommands, StatusNamesTheHolder) {
+  EXPECT_THAT(corbot({"status"}).output, Not(HasSubstr("control")));
+  const std::string mine = acquire({});
+  char machine[256] = "";
+  ::gethostname(machine, sizeof(machine) - 1);
+  const std::string me = std::string(::getpwuid(::geteuid())->pw_name) + "@" + machine;
+  EXPECT_EQ(holder(), me.substr(0, 64));
+  const auto left_s = status().at("control").at("left_s").get<double>();
+  EXPECT_GT(left_s, 0.0);
+  EXPECT_LE(left_s, 60.0);
+  EXPECT_THAT(corbot({"status"}).output,
+              testing::ContainsRegex("\n  control   [^\n]+, [0-9.]+ s left unless renewed\n"));
+  EXPECT_THAT(by(mine, {"watch", "--count", "1"}).output, HasSubstr("  control " + me.substr(0, 64)));
+  const RunResult second = corbot({"acquire"});
+  EXPECT_EQ(second.code, 1);
+  EXPECT_THAT(second.errors, HasSubstr("has control of the arm"));
+  EXPECT_EQ(second.output, "");
+}
+
+TEST_F(ControlCommands, HoldLastsUntilClear) {
+  const auto motion = begin({"joints", "80", "20", "30", "40", "--time", "30"});
+  ASSERT_TRUE(wait_state("Waiting"));
+  EXPECT_EQ(corbot({"hold"}).code, 0);
+  const auto end = motion->wait(within(30));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 4);
+  EXPECT_EQ(status().at("state"), "Error");
+  EXPECT_TRUE(status().at("control").at("held").get<bool>());
+  EXPECT_THAT(corbot({"status"}).output,
+              HasSubstr("  held      by a StopAndHold: nothing moves until 'corbot clear'"));
+  EXPECT_EQ(corbot({"ready"}).code, 1);
+  EXPECT_EQ(corbot({"clear"}).code, 0);
+  EXPECT_EQ(status().at("state"), "Standby");
+  EXPECT_FALSE(status().at("control").at("held").get<bool>());
+  EXPECT_EQ(corbot({"ready"}).code, 0);
+}
+
+TEST_F(ControlCommands, RefusesWhatIsNoLease) {
+  const RunResult refused = corbot({"acquire", "--lease", "4000"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.errors, AllOf(HasSubstr("lease"), HasSubstr("4000"), HasSubstr("0.5 to 3600 s")));
+  EXPECT_EQ(corbot({"acquire", "--who", std::string(65, 'x')}).code, 1);
+  EXPECT_EQ(corbot({"acquire", "--lease", "soon"}).code, 2);
+  EXPECT_EQ(corbot({"renew", "x"}).code, 2);
+  for (const char* command : {"renew", "release"}) {
+    const RunResult without = corbot({command});
+    EXPECT_EQ(without.code, 1) << command;
+    EXPECT_THAT(without.errors, HasSubstr("control")) << command;
+  }
+}
+
+}  // namespace
+}  // namespace corbot::test
