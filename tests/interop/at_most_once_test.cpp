@@ -95,6 +95,7 @@ TEST_P(AtMostOnce, AMotionUnderExclusiveControl) {
   Ior through_proxy = parse_ior(text.in());
   through_proxy.port = proxy_->port();
   ASSERT_EQ(client_.ask("connect " + to_string(through_proxy)), "ok");
+  EXPECT_EQ(client_.ask("get DoF"), "ok 4");
   fmt::print("heard: {}\n", cut_off("Drive 0 20 60"));
   EXPECT_NEAR(joint_0(), 20.0, 1e-6);
 }

@@ -19,6 +19,7 @@ namespace corbot::test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 namespace fs = std::filesystem;
 
 const std::string kServant = CORBOT_BIN_DIR "/corbot-servant-orbit2";
@@ -125,6 +126,11 @@ TEST_F(Orbit2Servant, ServesOnAUnixSocket) {
   EXPECT_EQ(ready_, fmt::format("corbaloc:uiop:{}:/{}", path, name_));
   EXPECT_EQ(ask_in_c(ready_, "get DoF"), "ok 4");
   EXPECT_EQ(ask_in_c(ready_, "call Ready"), "ok");
+  const std::string control = ask_in_c(ready_, "call Acquire here 600");
+  ASSERT_THAT(control, StartsWith("ok IOR:"));
+  EXPECT_EQ(ask_in_c(control.substr(3), "call Ready"), "ok");
+  EXPECT_THAT(ask_in_c(ready_, "call Ready"), StartsWith("exception NotReady"));
+  EXPECT_EQ(ask_in_c(control.substr(3), "call Release"), "ok");
   const RunResult second = run({kServant, profile_, "--name", name_ + "b", "--unix", path});
   EXPECT_EQ(second.code, 1);
   EXPECT_THAT(second.errors, HasSubstr("in use by another program"));
