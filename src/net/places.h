@@ -21,7 +21,8 @@ enum {
   CORBOT_WAITING = 32,
   /* Plans are made one after the other; these wait for their turn. */
   CORBOT_STARTING = 16,
-  /* Cancel, Clear, Pause, Resume, Override, Release: they wait until the real-time task has seen them. */
+  /* Cancel, Clear, Pause, Resume, Override, Release: they wait until the real-time task has seen them; Acquire,
+   * until no call of others is being planned. */
   CORBOT_CHANGING = 8,
   CORBOT_CHANGING_A_HOST = 4,
   /* A Stop or StopAndHold without a place is carried out all the same: it waits with those that have one. */

@@ -300,7 +300,8 @@ Corbot::ServantInfo* ArmServant::Servant() {
 }
 
 Corbot::Arm_ptr ArmServant::Acquire(const char* who, CORBA::Double lease) {
-  const Caller caller(key_of_call());
+  const Place place(CORBOT_PLACE_TO_CHANGE);
+  const Caller caller(key_of_call(), &place);
   char key[CORBOT_KEY];
   call(corbot_robot_acquire, &robot_, caller.get(), who, lease, key);
   return references_.make(key);

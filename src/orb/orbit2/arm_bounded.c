@@ -32,6 +32,14 @@ static void stop_and_hold(PortableServer_Servant servant, CORBA_Environment* ev)
   if (self_of(servant)->target < CORBOT_PLACES) requests_leave(self_of(servant)->target);
 }
 
+static Corbot_Arm acquire(PortableServer_Servant servant, const CORBA_char* who, CORBA_double lease,
+                          CORBA_Environment* ev) {
+  if (is_refused(servant, ev)) return CORBA_OBJECT_NIL;
+  Corbot_Arm reference = inner.Acquire(servant, who, lease, ev);
+  requests_leave(self_of(servant)->target);
+  return reference;
+}
+
 static void release(PortableServer_Servant servant, CORBA_Environment* ev) {
   if (is_refused(servant, ev)) return;
   inner.Release(servant, ev);
@@ -72,6 +80,7 @@ void arm_bound(POA_Corbot_Arm__epv* arm) {
   inner = *arm;
   arm->Stop = stop;
   arm->StopAndHold = stop_and_hold;
+  arm->Acquire = acquire;
   arm->Release = release;
   arm->Cancel = cancel;
   arm->Pause = pause_motion;
