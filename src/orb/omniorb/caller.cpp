@@ -16,7 +16,7 @@ Caller::Caller(std::string key, const Place* place) : key_(std::move(key)) {
   caller_.context = const_cast<Place*>(place);
   caller_.key = key_.c_str();
   caller_.from = from_;
-  caller_.stops = place != nullptr ? place->stops() : 0;
+  caller_.stops = arrival_of_call();
 }
 
 }  // namespace corbot::omni

@@ -46,7 +46,7 @@ int take(corbot_place_kind kind) {
 
 }  // namespace
 
-Place::Place(corbot_place_kind kind) : place_(take(kind)), connection_(connection), stops_(arrived_at) {
+Place::Place(corbot_place_kind kind) : place_(take(kind)), connection_(connection) {
   if (place_ < 0) is_counted_ = corbot_connection_begin_call(connection_);
 }
 
@@ -56,6 +56,8 @@ Place::~Place() {
 }
 
 corbot_connection connection_of_call() noexcept { return connection; }
+
+std::uint64_t arrival_of_call() noexcept { return arrived_at; }
 
 void note_requests() { ::omniORB::getInterceptors()->serverReceiveRequest.add(note); }
 

@@ -19,18 +19,17 @@ class Place {
 
   /// Whether the client is still there.
   [[nodiscard]] bool is_wanted() const { return place_ < 0 || corbot_place_wanted(place_); }
-  /// The number of stops when the call's request arrived.
-  [[nodiscard]] std::uint64_t stops() const { return stops_; }
 
  private:
   int place_;
   corbot_connection connection_;
   bool is_counted_{false};  // as a call of that connection, without a place
-  std::uint64_t stops_;
 };
 
 /// On which the request came that this thread carries out.
 [[nodiscard]] corbot_connection connection_of_call() noexcept;
+/// The number of stops when that arrived.
+[[nodiscard]] std::uint64_t arrival_of_call() noexcept;
 
 /// From now on each thread of the ORB knows on which connection the request came that it carries out, and
 /// how many stops there were then. After the ORB's start, before it serves.

@@ -6,7 +6,8 @@
 #include <glib.h>
 #include <string.h>
 
-#include "orb/orbit2/requests.h"
+#include "net/arrivals.h"
+#include "net/places.h"
 
 /* Defined here instead of in ORBit2. */
 void ORBit_small_invoke_adaptor(void* object, void* request, void* method, void* data, CORBA_Environment* ev);
@@ -29,6 +30,7 @@ static void copy_key(const void* key, size_t length, char out[CORBOT_KEY]) {
 void calls_begin(void* request, corbot_connection connection, const void* key, size_t length) {
   Call* call = g_new0(Call, 1);
   call->connection = connection;
+  call->stops = corbot_arrival();
   if (key != NULL) copy_key(key, length, call->key);
   g_mutex_lock(&mutex);
   if (calls == NULL) calls = g_hash_table_new_full(NULL, NULL, NULL, g_free);
@@ -66,7 +68,6 @@ const corbot_caller* caller_of(PortableServer_Servant servant, Caller* room) {
   room->caller.context = servant;
   room->caller.key = room->call.key;
   room->caller.from = room->from;
-  room->caller.stops =
-      self_of(servant)->target < CORBOT_PLACES ? requests_arrival(self_of(servant)->target) : 0;
+  room->caller.stops = room->call.stops;
   return &room->caller;
 }

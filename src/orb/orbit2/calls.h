@@ -12,12 +12,13 @@
  * others, and passes an operation nothing of where its request came from. */
 typedef struct Call {
   corbot_connection connection;
+  uint64_t stops; /* when it arrived, see corbot_caller */
   /* Of the reference that was called, see corbot_robot_acquire; "": the public one. What cannot be a key (too long, too
    * short, or with a zero in it) is "-", which is none either. */
   char key[CORBOT_KEY];
 } Call;
 
-/* In the I/O thread: the request goes to an object of ours. `key`: NULL for the public reference. */
+/* In the I/O thread, which has just read it: the request goes to an object of ours. `key`: NULL for the public reference. */
 void calls_begin(void* request, corbot_connection connection, const void* key, size_t length);
 /* Without effect for other requests. */
 void calls_end(void* request);

@@ -8,7 +8,6 @@
 #include <stdatomic.h>
 #include <string.h>
 
-#include "net/arrivals.h"
 #include "orb/orbit2/calls.h"
 
 /* Exported by ORBit2, declared in none of its public headers. */
@@ -36,7 +35,6 @@ static GByteArray* keys[kTargets];
 static _Thread_local int reading_fd = -1;
 /* The request whose call has the place; NULL: none, or it is over. */
 static void* _Atomic holders[CORBOT_PLACES];
-static uint64_t _Atomic arrivals[CORBOT_PLACES];
 static corbot_robot* served_robot;
 
 static const char kDescriptor[] = "corbot-descriptor";
@@ -53,8 +51,6 @@ void requests_serve(const char* name, GByteArray* const targets[kTargets], corbo
   served_robot = robot;
   for (int i = 0; i < kTargets; ++i) keys[i] = g_byte_array_ref(targets[i]);
 }
-
-uint64_t requests_arrival(int place) { return atomic_load(&arrivals[place]); }
 
 void requests_leave(int place) {
   if (atomic_exchange(&holders[place], NULL) != NULL) corbot_place_free(place);
@@ -101,7 +97,6 @@ static int target_of(void* request, corbot_connection connection) {
   int capacity = 0;
   const int place = corbot_place_take(kind, connection, &capacity);
   if (place >= 0) {
-    atomic_store(&arrivals[place], corbot_arrival()); /* this thread has just read it */
     atomic_store(&holders[place], request);
     return place;
   }

@@ -30,8 +30,6 @@ enum {
 
 /* Requests for `name` and for NAME/... go to the objects with these keys, which are kept. Before the ORB listens. */
 void requests_serve(const char* name, GByteArray* const keys[kTargets], corbot_robot* robot);
-/* The number of stops when the request arrived whose call has this place. */
-uint64_t requests_arrival(int place);
 /* The call of this place is over; without effect when that is known. */
 void requests_leave(int place);
 
