@@ -199,7 +199,9 @@ int main(int argc, char** argv) {
                  "user whose processes may serve this robot, besides this one's own");
   app.add_option("--stop-group", options.stop_group,
                  "group whose members may stop this robot on this machine without its servant");
-  app.add_flag("--fresh", options.fresh, "forget where the arm was: it must be at angle 0");
+  app.add_flag(
+      "--fresh", options.fresh,
+      "forget where the last task left the arm, and its file: it is where the device says, else at angle 0");
   app.add_flag("--after-gap", options.after_gap,
                "begin in Error: the task before did not respond, and was replaced");
   app.footer(corbot::rt::fault_controls_help());

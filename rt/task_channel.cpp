@@ -10,9 +10,11 @@
 #include <cstddef>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "notify/descriptor_store.h"
+#include "notify/notify_address.h"
 
 namespace corbot::rt {
 namespace {
@@ -25,6 +27,13 @@ constexpr std::chrono::milliseconds kWindow{1000};
 constexpr const char* kTaskNames[] = {"corbot-task", "corbot-task-2"};
 constexpr const char* kServantName = "corbot-servant";
 
+bool is_supervised() noexcept { return notify_address().size != 0; }
+
+ChannelPolicy supervised(ChannelPolicy policy) {
+  policy.is_supervised = is_supervised();
+  return policy;
+}
+
 struct Predecessor {
   std::optional<Segment<const TaskSegment>> task;
   std::size_t task_name{0};             ///< of kTaskNames, under which it was kept
@@ -32,8 +41,13 @@ struct Predecessor {
   Descriptor servant;
 };
 
-/// Of several task segments the newest.
-Predecessor take_kept(const std::string& robot, std::uint64_t fingerprint) {
+bool is(const Segment<const TaskSegment>& task, std::optional<std::uint64_t> id) {
+  return id && task->header.id == *id;
+}
+
+/// Of several task segments that of the last task, else the newest.
+Predecessor take_kept(const std::string& robot, std::uint64_t fingerprint,
+                      std::optional<std::uint64_t> last) {
   Predecessor kept;
   for (const KeptDescriptor& each : take_kept_descriptors()) {
     Descriptor descriptor(each.fd);
@@ -45,7 +59,9 @@ Predecessor take_kept(const std::string& robot, std::uint64_t fingerprint) {
       try {
         auto task =
             Segment<const TaskSegment>::open(std::move(descriptor), {robot, ::geteuid(), fingerprint});
-        if (kept.task && (*kept.task)->incarnation >= task->incarnation) continue;
+        if (kept.task && !is(task, last) &&
+            ((*kept.task)->incarnation >= task->incarnation || is(*kept.task, last)))
+          continue;
         kept.task = std::move(task);
         kept.task_name = name;
       } catch (const SegmentError& error) {
@@ -56,18 +72,26 @@ Predecessor take_kept(const std::string& robot, std::uint64_t fingerprint) {
   return kept;
 }
 
-/// Under a name of its own, and then alone: what was kept under that name, refused or older, goes first.
-void keep_task(const Predecessor& before, int fd) noexcept {
-  const std::size_t name = before.task && before.is_name_taken[before.task_name] ? 1 - before.task_name
-                           : before.is_name_taken[0]                             ? 1
-                                                                                 : 0;
-  if (before.is_name_taken[name]) drop_descriptor(kTaskNames[name]);
-  keep_descriptor(kTaskNames[name], fd);
-  drop_descriptor(kTaskNames[1 - name]);
+/// Not that under which the segment is kept that was taken over.
+std::size_t free_name(const Predecessor& before) {
+  if (before.task && before.is_name_taken[before.task_name]) return 1 - before.task_name;
+  return before.is_name_taken[0] ? 1 : 0;
 }
 
-/// No two tasks since the machine was started begin with the same: a command planned before this one's start is
-/// older than every stop that it knows.
+/// Until the supervisor's queue has room; a process that sends several messages at its start may find it
+/// full.
+bool keep_patiently(const char* name, int fd) noexcept {
+  constexpr int kAttempts = 100;
+  constexpr timespec kPause{0, 10'000'000};
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    if (keep_descriptor(name, fd)) return true;
+    ::nanosleep(&kPause, nullptr);
+  }
+  return false;
+}
+
+/// No two tasks since the machine was started begin with the same: a command planned before this one's start
+/// is older than every stop that it knows.
 std::uint64_t time_since_boot_ns() noexcept {
   timespec now{};
   ::clock_gettime(CLOCK_BOOTTIME, &now);
@@ -80,13 +104,21 @@ TaskChannel::TaskChannel(const std::string& robot, std::uint64_t fingerprint, Ch
                          bool fresh, const std::atomic<bool>& cancelled)
     : task_(Segment<TaskSegment>::create(robot, fingerprint)),
       stop_(Segment<StopSegment>::create(robot, fingerprint)),
-      server_(robot, fingerprint, policy) {
-  Predecessor before = take_kept(robot, fingerprint);
+      server_(robot, fingerprint, supervised(policy)) {
+  const std::optional<std::uint64_t> last = server_.last_task();
+  Predecessor before = take_kept(robot, fingerprint, last);
   if (!before.task && server_.left_behind()) before.task = server_.await_predecessor(kWindow, cancelled);
   if (fresh) {
     if (server_.servant_waits()) throw std::runtime_error("--fresh: a servant uses the robot; end it first");
     before.task.reset();
     before.servant = {};
+  }
+  if (before.task && !is(*before.task, last)) {
+    spdlog::warn(
+        "an earlier real-time task's segment was found, and it is not known that it was the last: not taken "
+        "over");
+    refuse(**before.task);
+    before.task.reset();
   }
   const std::uint64_t since_boot_ns = time_since_boot_ns();
   // Not the number of a task whose segment is lost: a servant may still hold motions of that one.
@@ -94,14 +126,41 @@ TaskChannel::TaskChannel(const std::string& robot, std::uint64_t fingerprint, Ch
   if (before.task) take_over(**before.task);
   stop_->count.store(since_boot_ns, std::memory_order_relaxed);
 
-  keep_task(before, task_.memory().get());
+  const std::size_t name = free_name(before);
+  is_last_ = is_supervised() && keep(name, before.is_name_taken[name]);
   server_.inherit_servant(std::move(before.servant));
-  server_.serve(task_, stop_, mailbox_, [](const Descriptor& servant) {
-    drop_descriptor(kServantName);
-    keep_descriptor(kServantName, servant.get());
+  server_.serve(task_, stop_, mailbox_, [this](const Descriptor& servant) {
+    // Nothing moves the arm before. Without a supervisor it is now that another process has this task's
+    // segment.
+    if (!std::exchange(is_last_, true)) (void)server_.set_last_task(task_->header.id);
+    (void)drop_descriptor(kServantName);
+    (void)keep_descriptor(kServantName, servant.get());
   });
   spdlog::info("channel of {} at {}: {}", robot, server_.path(),
                before.task ? "takes over from an earlier real-time task" : "begins anew");
+}
+
+/// Under a name of its own, and then alone: what was kept under that name, refused or older, goes first, and
+/// what the position was taken over from goes when this one is known to be the last. False when the
+/// supervisor does not keep it.
+bool TaskChannel::keep(std::size_t name, bool is_name_taken) {
+  if (is_name_taken) (void)drop_descriptor(kTaskNames[name]);
+  if (!keep_patiently(kTaskNames[name], task_.memory().get())) {
+    spdlog::warn(
+        "the supervisor does not take this task's segment: after this task the position is unverified");
+    return false;
+  }
+  if (!server_.set_last_task(task_->header.id))
+    spdlog::warn("{}: cannot be written: after this task the position is unverified", server_.path());
+  (void)drop_descriptor(kTaskNames[1 - name]);
+  return true;
+}
+
+/// It may be older than where the arm is now. An Error that was not cleared then counts all the same.
+void TaskChannel::refuse(const TaskSegment& before) noexcept {
+  Snapshot then{};
+  const bool was_in_error = last_snapshot(before, then) && then.state == RtState::kError;
+  if (was_in_error || before.stop_seen.load(std::memory_order_acquire) != 0) task_->stop_seen.store(1);
 }
 
 /// Before anyone else sees the segment. What is taken over is checked where it is used.

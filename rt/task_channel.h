@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -12,9 +13,11 @@
 
 namespace corbot::rt {
 
-/// The real-time task's side of the channel: its own segment, which begins with what the task before it wrote,
-/// the stop segment, and the socket at which others receive them. That earlier segment comes from whoever
-/// supervises this task, else from a servant that still lives. Set-up and tear-down only.
+/// The real-time task's side of the channel: its own segment, which begins with what the task before it
+/// wrote, the stop segment, and the socket at which others receive them. That earlier segment comes from
+/// whoever supervises this task, else from a servant that still lives; it counts only if it is the one that
+/// the run directory names as the last: one that was frozen, or lies, may offer an older. Set-up and
+/// tear-down only.
 class TaskChannel {
  public:
   /// Throws SegmentError when another task of that robot runs. `fresh`: nothing is taken over; throws
@@ -31,10 +34,13 @@ class TaskChannel {
 
  private:
   void take_over(const TaskSegment& before) noexcept;
+  void refuse(const TaskSegment& before) noexcept;
+  [[nodiscard]] bool keep(std::size_t name, bool is_name_taken);
 
   Segment<TaskSegment> task_;
   Segment<StopSegment> stop_;
   ServantMailbox mailbox_;
+  bool is_last_{false};   ///< the run directory says so
   ChannelServer server_;  // its thread uses all of the above
 };
 

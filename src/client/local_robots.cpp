@@ -4,17 +4,16 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "client/failure.h"
 #include "config/profile.h"
+#include "shm/run_directory.h"
 
 namespace corbot::client {
 
@@ -38,24 +37,12 @@ std::vector<std::string> robots_of_files(bool up) {
 }  // namespace
 
 fs::path state_directory(bool create) {
-  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
-  fs::path path = runtime != nullptr && *runtime == '/'
-                      ? fs::path(runtime) / "corbot"
-                      : fs::path(fmt::format("/tmp/corbot-{}", ::geteuid()));
-  if (create && ::mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) throw system_failure(path, errno);
-  struct stat status {};
-  if (::lstat(path.c_str(), &status) != 0) {
-    if (errno == ENOENT && !create) return path;
-    throw system_failure(path, errno);
+  try {
+    (void)open_user_run_directory(create);
+  } catch (const SegmentError& error) {
+    throw Failure(ExitCode::kInternal, error.what());
   }
-  if (!S_ISDIR(status.st_mode) || status.st_uid != ::geteuid() || (status.st_mode & 0077) != 0) {
-    throw Failure(
-        ExitCode::kInternal,
-        fmt::format("{} is not a directory of yours with mode 0700: another user may have created it; "
-                    "remove it, or set XDG_RUNTIME_DIR",
-                    path.string()));
-  }
-  return path;
+  return user_run_directory();
 }
 
 int open_lock(const fs::path& directory, const std::string& name, int flags) {

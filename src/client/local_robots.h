@@ -27,8 +27,7 @@ struct RobotState {
   std::string naming;  ///< corbaloc of the naming service that was started, or empty
 };
 
-/// $XDG_RUNTIME_DIR/corbot or /tmp/corbot-UID. Created with mode 0700 if `create`; throws Failure when it
-/// belongs to another user or is open to others.
+/// user_run_directory(). Created if `create`; throws Failure when it belongs to another user or is open to others.
 [[nodiscard]] std::filesystem::path state_directory(bool create);
 
 /// The state as the supervisor last wrote it, whether it lives or not; nothing when there is no such file.

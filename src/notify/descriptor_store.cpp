@@ -27,11 +27,11 @@ int number_of(const char* name) {
   return value;
 }
 
-void send(const std::string& text, int fd) noexcept {
+bool send(const std::string& text, int fd) noexcept {
   NotifyAddress to = notify_address();
-  if (to.size == 0) return;
+  if (to.size == 0) return false;
   const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (socket < 0) return;
+  if (socket < 0) return false;
   iovec bytes{const_cast<char*>(text.data()), text.size()};
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
   msghdr message{};
@@ -48,8 +48,9 @@ void send(const std::string& text, int fd) noexcept {
     part->cmsg_len = CMSG_LEN(sizeof(int));
     std::memcpy(CMSG_DATA(part), &fd, sizeof(fd));
   }
-  (void)::sendmsg(socket, &message, MSG_NOSIGNAL);
+  const bool is_sent = ::sendmsg(socket, &message, MSG_NOSIGNAL) == static_cast<ssize_t>(text.size());
   ::close(socket);
+  return is_sent;
 }
 
 }  // namespace
@@ -68,10 +69,10 @@ std::vector<KeptDescriptor> take_kept_descriptors() {
   return kept;
 }
 
-void keep_descriptor(const std::string& name, int fd) noexcept {
-  send("FDSTORE=1\nFDPOLL=0\nFDNAME=" + name, fd);
+bool keep_descriptor(const std::string& name, int fd) noexcept {
+  return send("FDSTORE=1\nFDPOLL=0\nFDNAME=" + name, fd);
 }
 
-void drop_descriptor(const std::string& name) noexcept { send("FDSTOREREMOVE=1\nFDNAME=" + name, -1); }
+bool drop_descriptor(const std::string& name) noexcept { return send("FDSTOREREMOVE=1\nFDNAME=" + name, -1); }
 
 }  // namespace corbot

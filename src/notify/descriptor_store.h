@@ -17,8 +17,9 @@ struct KeptDescriptor {
 /// What was kept for this process. Once.
 [[nodiscard]] std::vector<KeptDescriptor> take_kept_descriptors();
 
-/// The descriptor remains the caller's.
-void keep_descriptor(const std::string& name, int fd) noexcept;
-void drop_descriptor(const std::string& name) noexcept;
+/// The descriptor remains the caller's. False when there is no supervisor, or it could not be sent: its queue is full.
+[[nodiscard]] bool keep_descriptor(const std::string& name, int fd) noexcept;
+/// False likewise.
+bool drop_descriptor(const std::string& name) noexcept;
 
 }  // namespace corbot

@@ -134,7 +134,7 @@ class Robot final : private LinkListener {
   TicketTable tickets_;
   AlarmLog alarms_;
   std::atomic<std::uint64_t> own_stops_{0};        ///< that this has counted
-  std::atomic<std::uint64_t> clears_reported_{0};  ///< number of the last Clear whose alarms are taken back
+  std::atomic<std::uint64_t> clears_reported_{0};  ///< number of the last Clear that was reported
 
   std::mutex requested_mutex_;  // of requested_
   CountedStop requested_;

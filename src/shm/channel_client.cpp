@@ -120,7 +120,8 @@ bool StopPort::newest(Snapshot& out) const noexcept {
 }
 
 void StopPort::request() noexcept {
-  // The cycle after the newest one may have read the count already when it changes; the one after that has not.
+  // The cycle after the newest one may have read the count already when it changes; the one after that has
+  // not.
   constexpr std::uint64_t kReadAfter = 2;
   Snapshot before{};
   Snapshot after{};

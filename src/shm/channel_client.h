@@ -52,8 +52,8 @@ class StopPort {
     kAtRest,    ///< carried out; or an Error holds the arm
     kTaskGone,  ///< nothing moves but by another task, which needs another StopPort
   };
-  /// What has become of request(). Counts it again where it was taken back before the task had read it: others of the
-  /// stop group may write the count, too.
+  /// What has become of request(). Counts it again where it was taken back before the task had read it:
+  /// others of the stop group may write the count, too.
   [[nodiscard]] Outcome outcome() noexcept;
 
  private:

@@ -132,6 +132,7 @@ void ChannelServer::listen_again() noexcept {
     auto listening = directory->listen(robot_, policy_.stop_group);
     directory_ = std::move(directory);
     listening_ = std::move(listening);
+    if (last_task_) (void)directory_->set_last_task(robot_, *last_task_);
   } catch (const SegmentError&) {
     // not possible now: at the next turn
   }
@@ -248,8 +249,8 @@ void ChannelServer::begin_service(Peer& peer) {
   peer.role = Role::kServant;
   attached_.push_back(std::move(peer.attached));
   inherited_ = Descriptor();
-  mailbox_->post(attached_.back()->offer);
   if (keep_) keep_(attached_.back()->segment.memory());
+  mailbox_->post(attached_.back()->offer);
 }
 
 /// The cycle reads the newest, or one before until it has taken it.
@@ -309,7 +310,8 @@ void ChannelServer::close() noexcept {
   if (!listening_) return;
   try {
     // A servant closes its connection before it looks whether the socket was left to it.
-    directory_->end(robot_, *listening_, [this] { return has_servant(); });
+    directory_->end(
+        robot_, *listening_, [this] { return has_servant(); }, policy_.is_supervised);
   } catch (const SegmentError&) {
     // no process has let go of the directory for two seconds: the socket is left behind
   }

@@ -22,6 +22,7 @@ namespace corbot {
 struct ChannelPolicy {
   std::optional<uid_t> servant_user{};  ///< as the servant, or to read
   std::optional<gid_t> stop_group{};    ///< to stop, and to see that it has stopped
+  bool is_supervised{false};  ///< whoever supervises this task keeps its segment, also when it ends in order
 };
 
 /// The real-time task's end of its socket: hands each process that connects the segments that its role may
@@ -29,7 +30,8 @@ struct ChannelPolicy {
 /// the kernel closes however it dies. In a thread of its own, never in the cycle's. Not real-time safe.
 class ChannelServer {
  public:
-  /// Called in the thread with the segment of a servant that has just connected, to be kept for a successor.
+  /// Called in the thread with the segment of a servant that has just connected, to be kept for a successor,
+  /// before the cycle works for it.
   using Keep = std::function<void(const Descriptor& servant)>;
 
   /// Listens. Throws SegmentError when another task of that robot does.
@@ -40,14 +42,25 @@ class ChannelServer {
 
   /// An earlier task was killed, or ended while a servant was connected, which may hold its segment.
   [[nodiscard]] bool left_behind() const noexcept { return left_behind_; }
-  /// Before serve(): waits until a servant connects, at most that long. Its segment of the earlier task, where
-  /// it has one that is sealed, of this user and this robot.
+  /// Before serve(): waits until a servant connects, at most that long. Its segment of the earlier task,
+  /// where it has one that is sealed, of this user and this robot.
   [[nodiscard]] std::optional<Segment<const TaskSegment>> await_predecessor(
       std::chrono::milliseconds window, const std::atomic<bool>& cancelled);
   /// Before serve(): a servant has connected during that wait.
   [[nodiscard]] bool servant_waits() const noexcept;
   /// What an earlier task kept of its servant, for the next one to read. Before serve().
   void inherit_servant(Descriptor servant);
+
+  /// The segment of the last task that may have moved the arm, as that task said; nothing where it is not
+  /// known.
+  [[nodiscard]] std::optional<std::uint64_t> last_task() const noexcept {
+    return directory_->last_task(robot_);
+  }
+  /// From now on it is that. Before serve(), or in the thread. False when it cannot be said.
+  bool set_last_task(std::uint64_t segment) noexcept {
+    last_task_ = segment;
+    return directory_->set_last_task(robot_, segment);
+  }
 
   /// Starts the thread. All of them outlive close().
   void serve(const Segment<TaskSegment>& task, const Segment<StopSegment>& stop, ServantMailbox& mailbox,
@@ -106,6 +119,7 @@ class ChannelServer {
   Keep keep_;
   std::list<std::unique_ptr<Attached>> attached_;  ///< newest last; it stays mapped when its servant is gone
   Descriptor inherited_;
+  std::optional<std::uint64_t> last_task_{};  ///< as it was set
   std::uint64_t last_session_{0};
 
   Descriptor end_event_;

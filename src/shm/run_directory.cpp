@@ -22,7 +22,6 @@ namespace {
 
 using Kind = SegmentError::Kind;
 
-constexpr std::string_view kSuffix = ".sock";
 constexpr const char* kLock = ".lock";  // no robot's name is empty
 constexpr int kBacklog = 64;
 
@@ -31,6 +30,13 @@ constexpr int kBacklog = 64;
   throw SegmentError(forbidden ? Kind::kPermission : Kind::kSystem,
                      path + ": " + what + ": " + std::strerror(error) +
                          (forbidden ? ": run as the user who started the robot" : ""));
+}
+
+[[noreturn]] void throw_shared(const std::string& path) {
+  throw SegmentError(Kind::kPermission,
+                     path +
+                         " is not a directory of yours with mode 0700: another user may have created it; "
+                         "remove it, or set XDG_RUNTIME_DIR");
 }
 
 Descriptor make_socket(const std::string& path) {
@@ -44,9 +50,30 @@ sockaddr_un address_in(const Descriptor& directory, std::string_view robot) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   std::string path = "/proc/self/fd/" + std::to_string(directory.get()) + "/" + std::string(robot);
-  path += kSuffix;
+  path += ".sock";
   std::memcpy(address.sun_path, path.c_str(), std::min(path.size(), sizeof(address.sun_path) - 1));
   return address;
+}
+
+/// None where there is none, unless `create`.
+Descriptor open_directory(const std::string& path, bool create) {
+  if (create && ::mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) throw_system(path, "mkdir", errno);
+  Descriptor fd(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+  if (!fd && (errno != ENOENT || create)) {
+    if (errno == ENOTDIR || errno == ELOOP) throw_shared(path);
+    throw_system(path, "open", errno);
+  }
+  return fd;
+}
+
+struct stat status_of(const Descriptor& fd, const std::string& path) {
+  struct stat status {};
+  if (::fstat(fd.get(), &status) != 0) throw_system(path, "fstat", errno);
+  return status;
+}
+
+bool is_private(const struct stat& status) {
+  return status.st_uid == ::geteuid() && (status.st_mode & 0077) == 0;
 }
 
 pid_t peer_pid(const Descriptor& connection) {
@@ -58,33 +85,33 @@ pid_t peer_pid(const Descriptor& connection) {
 
 }  // namespace
 
+std::string user_run_directory() {
+  const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
+  return runtime != nullptr && *runtime == '/' ? std::string(runtime) + "/corbot"
+                                               : "/tmp/corbot-" + std::to_string(::geteuid());
+}
+
+Descriptor open_user_run_directory(bool create) {
+  const std::string path = user_run_directory();
+  Descriptor fd = open_directory(path, create);
+  if (fd && !is_private(status_of(fd, path))) throw_shared(path);
+  return fd;
+}
+
 std::optional<RunDirectory> RunDirectory::open(bool create) {
   const char* const chosen = std::getenv("CORBOT_RUN_DIR");
-  const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
   const bool is_chosen = chosen != nullptr && *chosen == '/';
-  const std::string path = is_chosen ? std::string(chosen)
-                           : runtime != nullptr && *runtime == '/'
-                               ? std::string(runtime) + "/corbot"
-                               : "/tmp/corbot-" + std::to_string(::geteuid());
-  if (create && ::mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) throw_system(path, "mkdir", errno);
-  Descriptor fd(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
-  if (!fd && errno == ENOENT && !create) return std::nullopt;
-  if (!fd) throw_system(path, "open", errno);
-  struct stat status {};
-  if (::fstat(fd.get(), &status) != 0) throw_system(path, "fstat", errno);
-  const bool is_safe =
-      is_chosen ? (status.st_mode & 0022) == 0 : status.st_uid == ::geteuid() && (status.st_mode & 0077) == 0;
-  if (!is_safe) {
-    throw SegmentError(Kind::kPermission,
-                       path +
-                           " is not a directory of yours with mode 0700: another user may have created it; "
-                           "remove it, or set XDG_RUNTIME_DIR");
-  }
+  const std::string path = is_chosen ? std::string(chosen) : user_run_directory();
+  Descriptor fd = is_chosen ? open_directory(path, create) : open_user_run_directory(create);
+  if (!fd) return std::nullopt;
+  const struct stat status = status_of(fd, path);
+  // Chosen, it may be another user's, and open to a group.
+  if (is_chosen && (status.st_mode & 0022) != 0) throw_shared(path);
   return RunDirectory(path, std::move(fd), status.st_uid);
 }
 
 std::string RunDirectory::socket_path(std::string_view robot) const {
-  return path_ + "/" + std::string(robot) + std::string(kSuffix);
+  return path_ + "/" + std::string(robot) + kSocket;
 }
 
 bool RunDirectory::is_trusted(uid_t peer) const noexcept { return peer == owner_ || peer == ::geteuid(); }
@@ -122,7 +149,7 @@ RunDirectory::Gate::~Gate() { ::unlinkat(directory_.fd_.get(), kLock, 0); }
 
 RunDirectory::State RunDirectory::probe(std::string_view robot, Descriptor& connection) const {
   const std::string path = socket_path(robot);
-  const std::string file = std::string(robot) + std::string(kSuffix);
+  const std::string file = std::string(robot) + kSocket;
   struct stat status {};
   if (::fstatat(fd_.get(), file.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0) {
     if (errno == ENOENT) return State::kNone;
@@ -143,7 +170,7 @@ RunDirectory::State RunDirectory::probe(std::string_view robot, Descriptor& conn
 RunDirectory::Listening RunDirectory::listen(std::string_view robot, std::optional<gid_t> group) const {
   check_robot_name(robot);
   const std::string path = socket_path(robot);
-  const std::string file = std::string(robot) + std::string(kSuffix);
+  const std::string file = std::string(robot) + kSocket;
   const Gate gate(*this);
   Descriptor other;
   const State before = probe(robot, other);
@@ -152,7 +179,7 @@ RunDirectory::Listening RunDirectory::listen(std::string_view robot, std::option
                                          std::to_string(peer_pid(other)) +
                                          "; stop it with 'corbot down', or give this robot another name");
   }
-  if (before == State::kLeftBehind) remove(robot);
+  if (before == State::kLeftBehind) remove(robot, kSocket);
   Listening result{make_socket(path), before == State::kLeftBehind, 0, 0};
   const int fd = result.socket.get();
   const sockaddr_un address = address_in(fd_, robot);
@@ -166,7 +193,7 @@ RunDirectory::Listening RunDirectory::listen(std::string_view robot, std::option
   };
   if (!give_to_group() || ::listen(fd, kBacklog) != 0) {
     const int error = errno;
-    remove(robot);
+    remove(robot, kSocket);
     throw_system(path, "listen", error);
   }
   struct stat status {};
@@ -201,23 +228,50 @@ Descriptor RunDirectory::connect(std::string_view robot) const {
                                         "'corbot up'");
 }
 
-void RunDirectory::remove(std::string_view robot) const noexcept {
-  ::unlinkat(fd_.get(), (std::string(robot) + std::string(kSuffix)).c_str(), 0);
+void RunDirectory::remove(std::string_view robot, const char* file) const noexcept {
+  ::unlinkat(fd_.get(), (std::string(robot) + file).c_str(), 0);
+}
+
+std::optional<std::uint64_t> RunDirectory::last_task(std::string_view robot) const noexcept {
+  const std::string file = std::string(robot) + kLastTask;
+  const Descriptor fd(::openat(fd_.get(), file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+  struct stat status {};
+  if (!fd || ::fstat(fd.get(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_uid != ::geteuid() ||
+      (status.st_mode & 0077) != 0)
+    return std::nullopt;
+  std::uint64_t id = 0;
+  if (::read(fd.get(), &id, sizeof(id)) != sizeof(id)) return std::nullopt;
+  return id;
+}
+
+bool RunDirectory::set_last_task(std::string_view robot, std::uint64_t segment) const noexcept {
+  const std::string file = std::string(robot) + kLastTask;
+  const std::string next = file + ".new";
+  const Descriptor fd(
+      ::openat(fd_.get(), next.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0600));
+  if (fd && ::write(fd.get(), &segment, sizeof(segment)) == sizeof(segment) &&
+      ::renameat(fd_.get(), next.c_str(), fd_.get(), file.c_str()) == 0)
+    return true;
+  ::unlinkat(fd_.get(), next.c_str(), 0);
+  ::unlinkat(fd_.get(), file.c_str(), 0);
+  return false;
 }
 
 bool RunDirectory::remove_left_behind(std::string_view robot) const {
   const Gate gate(*this);
   Descriptor connection;
-  if (probe(robot, connection) != State::kLeftBehind) return false;
-  remove(robot);
-  return true;
+  const State state = probe(robot, connection);
+  if (state == State::kListening) return false;
+  remove(robot, kSocket);
+  remove(robot, kLastTask);
+  return state == State::kLeftBehind;
 }
 
 std::vector<std::string> RunDirectory::robots(bool living) const {
   std::vector<std::string> robots;
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(path_, error)) {
-    if (entry.path().extension() != kSuffix) continue;
+    if (entry.path().extension() != kSocket) continue;
     const std::string robot = entry.path().stem().string();
     bool lives = true;
     try {
@@ -242,6 +296,15 @@ bool remove_left_behind(const std::string& robot) noexcept {
     return directory && directory->remove_left_behind(robot);
   } catch (const std::exception&) {
     return false;
+  }
+}
+
+std::vector<std::string> sockets_left_behind() {
+  try {
+    const auto directory = RunDirectory::open(false);
+    return directory ? directory->left_behind() : std::vector<std::string>{};
+  } catch (const SegmentError&) {
+    return {};  // another user's: none of ours
   }
 }
 

@@ -50,7 +50,8 @@ void check_file(const Descriptor& memory, const SegmentExpectation& expected, co
   if (!is_fixed || (one_writer && (seals & (F_SEAL_FUTURE_WRITE | F_SEAL_WRITE)) == 0)) {
     throw SegmentError(Kind::kUnsealed, what + ": is not sealed: others could shrink it or write it");
   }
-  // After the seals, which also forbid to give memory back. The stop segment can be written, so also given back.
+  // After the seals, which also forbid to give memory back. The stop segment can be written, so also given
+  // back.
   constexpr blkcnt_t kBlock = 512;
   if (::fstat(memory.get(), &status) != 0) throw_system(expected.robot, "fstat", errno);
   if (status.st_blocks < (status.st_size + kBlock - 1) / kBlock) {

@@ -17,6 +17,7 @@
 
 #include "net/endpoint.h"
 #include "net/giop_probe.h"
+#include "shm/run_directory.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -87,6 +88,7 @@ class Notify : public RobotRig {
     if (rt_) rt_->signal(SIGCONT);
     if (servant_) servant_->signal(SIGCONT);
     RobotRig::TearDown();
+    remove_left_behind(name_);  // what a supervisor's next task would need
     ::unsetenv("NOTIFY_SOCKET");
     ::unsetenv("WATCHDOG_USEC");
   }
