@@ -3,7 +3,7 @@ if(TARGET corbot_cli)
   set(here ${CMAKE_CURRENT_SOURCE_DIR}/cli)
   corbot_test(test_cli
     SOURCES ${here}/program_test.cpp ${here}/state_test.cpp ${here}/doctor_test.cpp ${here}/views_test.cpp
-            ${here}/calibration_test.cpp ${here}/notify_test.cpp
+            ${here}/calibration_test.cpp ${here}/notify_test.cpp ${here}/report_test.cpp
     LIBS corbot::cli corbot_process fmt::fmt
     DEPENDS notifying_child)
   add_executable(notifying_child ${here}/notifying_child.cpp)

@@ -13,12 +13,12 @@
 #include <utility>
 
 #include "cli/calibrate/calibrate_help.h"
-#include "cli/supervise/abandoned_segment.h"
 #include "client/explain.h"
 #include "client/failure.h"
 #include "client/number.h"
 #include "config/load_profile.h"
 #include "corbot/units.h"
+#include "shm/run_directory.h"
 
 namespace corbot::cli {
 
@@ -246,8 +246,8 @@ void CalibrateSession::write() {
     replace_file(file, setting_.text, text);
     written_ = true;
     remember_written(edits);
-    // The snapshot of a dead task has pulses of the old servo map.
-    remove_abandoned_segment(setting_.name);
+    // A task that was killed has left pulses of the old servo map: no servant is to be waited for that has them.
+    remove_left_behind(setting_.name);
     (void)load_profile(setting_.profile.file);
     fmt::print(
         "written: {0}{1}; the old one is {0}.bak\n", file,

@@ -7,9 +7,9 @@
 #include <unistd.h>
 
 #include <array>
-#include <cstdio>
 #include <utility>
 
+#include "cli/supervise/report.h"
 #include "client/explain.h"
 #include "client/failure.h"
 
@@ -19,11 +19,6 @@ namespace {
 
 constexpr std::size_t kMostStops = 8;
 constexpr std::size_t kLongestLine = 256;
-
-void report(const std::string& text) {
-  fmt::print("{}\n", text);
-  std::fflush(stdout);
-}
 
 }  // namespace
 

@@ -13,10 +13,10 @@
 #include <system_error>
 #include <utility>
 
-#include "cli/supervise/abandoned_segment.h"
 #include "client/failure.h"
 #include "config/profile.h"
 #include "shm/descriptor.h"
+#include "shm/run_directory.h"
 
 namespace corbot::cli {
 
@@ -82,8 +82,8 @@ StateLock::StateLock(StateLock&& other) noexcept
 
 StateLock::~StateLock() {
   if (fd_ < 0) return;
-  // Before the lock is released, so that a successor's files are not hit. Where the lock's own file is gone, or
-  // another's, so may be all others.
+  // Before the lock is released, so that a successor's files are not hit. Where the lock's own file is gone,
+  // or another's, so may be all others.
   if (is_same_file(fd_, directory_ / (name_ + ".lock"))) remove_files(directory_, name_);
   ::close(fd_);
 }
@@ -139,7 +139,7 @@ void StateLock::restore() {
 
 std::vector<std::string> stale_robots() {
   std::vector<std::string> names = robots_with_stale_state();
-  for (const std::string& name : abandoned_segments()) {
+  for (const std::string& name : sockets_left_behind()) {
     if (is_name(name) && !is_up(name)) names.push_back(name);
   }
   std::sort(names.begin(), names.end());
@@ -151,8 +151,8 @@ bool remove_stale(const std::string& name) {
   const auto lock = StateLock::acquire(name);  // its end removes the files
   if (!lock) return false;
   const bool had_state = read_state(name).has_value();
-  const bool had_segment = remove_abandoned_segment(name);
-  return had_state || had_segment;
+  const bool had_socket = remove_left_behind(name);
+  return had_state || had_socket;
 }
 
 }  // namespace corbot::cli

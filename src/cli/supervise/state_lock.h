@@ -41,10 +41,10 @@ class StateLock {
   std::string profile_{};
 };
 
-/// Names of the robots that are not up but have files or a segment, sorted.
+/// Names of the robots that are not up but have files or a socket, sorted.
 [[nodiscard]] std::vector<std::string> stale_robots();
 
-/// Removes the files of a supervisor that died, and the segment when no process holds it. True when there was
+/// Removes the files of a supervisor that died, and the socket of a task that was killed. True when there was
 /// something. Does nothing while the robot is up.
 bool remove_stale(const std::string& name);
 

@@ -9,9 +9,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
+#include "cli/supervise/report.h"
 #include "client/explain.h"
 #include "client/failure.h"
 
@@ -36,11 +36,6 @@ double seconds_since(Child::Clock::time_point instant) {
 Child::Clock::time_point in_seconds(double seconds) {
   return Child::Clock::now() +
          std::chrono::duration_cast<Child::Clock::duration>(std::chrono::duration<double>(seconds));
-}
-
-void log(const std::string& text) {
-  fmt::print(stderr, "corbot up: {}\n", text);
-  std::fflush(stderr);
 }
 
 }  // namespace

@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <memory>
 
-#include "cli/supervise/abandoned_segment.h"
 #include "cli/supervise/console.h"
+#include "cli/supervise/report.h"
 #include "cli/supervise/robot_children.h"
 #include "cli/supervise/robot_processes.h"
 #include "cli/supervise/state_lock.h"
@@ -19,6 +19,7 @@
 #include "client/failure.h"
 #include "config/load_profile.h"
 #include "net/ports.h"
+#include "shm/run_directory.h"
 
 namespace corbot::cli {
 
@@ -104,6 +105,7 @@ RobotState plan(const UpOptions& options, const Profile& profile) {
 StateLock take_name(const std::string& name, bool replace) {
   if (replace) {
     if (client::is_up(name)) down(name);
+    std::fflush(stdout);
     end_robot(name);
   }
   // The processes of a supervisor that was killed end by themselves: a moment for that.
@@ -127,11 +129,12 @@ StateLock take_name(const std::string& name, bool replace) {
 }
 
 void announce(const RobotState& state, const std::string& position, const Console& console) {
-  fmt::print("position: {}\n{} is up at {}\n", printable(position), state.name, state.address);
-  if (!state.naming.empty()) fmt::print("named Robots/{}.Robot in {}\n", state.name, state.naming);
-  fmt::print("try: corbot status, corbot ready, corbot run PROGRAM; {}Ctrl-C here or 'corbot down' ends it\n",
-             console.hint());
-  std::fflush(stdout);
+  report(fmt::format("position: {}", printable(position)));
+  report(fmt::format("{} is up at {}", state.name, state.address));
+  if (!state.naming.empty()) report(fmt::format("named Robots/{}.Robot in {}", state.name, state.naming));
+  report(fmt::format(
+      "try: corbot status, corbot ready, corbot run PROGRAM; {}Ctrl-C here or 'corbot down' ends it",
+      console.hint()));
 }
 
 /// The files by which commands find the robot. They may be removed while it runs; that ends nothing.
@@ -150,15 +153,11 @@ class StateFiles {
   void guard(Action&& action) {
     try {
       action();
-      if (std::exchange(lost_, false)) report("the robot can be found by its name again");
+      if (std::exchange(lost_, false)) log("the robot can be found by its name again");
     } catch (const Failure& failure) {
       if (!std::exchange(lost_, true))
-        report(fmt::format("the robot cannot be found by its name: {}", failure.what()));
+        log(fmt::format("the robot cannot be found by its name: {}", failure.what()));
     }
-  }
-  static void report(const std::string& text) {
-    fmt::print(stderr, "corbot up: {}\n", text);
-    std::fflush(stderr);
   }
   StateLock& lock_;
   bool lost_{false};
@@ -204,15 +203,14 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
     }
   }
   manager.ending();
-  fmt::print("ending {}\n", state.name);
-  std::fflush(stdout);
+  report(fmt::format("ending {}", state.name));
   supervisor.stop_all();
 }
 
-/// Removes, at the end of its scope, the shared memory that a process left which had to be killed.
-struct SegmentRemover {
+/// Removes, at the end of its scope, the socket that a real-time task left which had to be killed.
+struct SocketRemover {
   const std::string& name;
-  ~SegmentRemover() { remove_abandoned_segment(name); }
+  ~SocketRemover() { remove_left_behind(name); }
 };
 
 }  // namespace
@@ -235,10 +233,10 @@ void up(const UpOptions& options) {
   state.profile_in_use = lock.profile_path();
   lock.write(state);
   {
-    const SegmentRemover remover{state.name};
+    const SocketRemover remover{state.name};
     supervise(options, read.profile, state, lock, manager, log_directory.get());
   }
-  fmt::print("{} is down\n", state.name);
+  report(fmt::format("{} is down", state.name));
 }
 
 }  // namespace corbot::cli

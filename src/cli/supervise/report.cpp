@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/supervise/report.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <string>
+
+namespace corbot::cli {
+
+LineOutput::LineOutput(int fd) : fd_(fd) {
+  struct stat status {};
+  if (::fstat(fd, &status) != 0) return;
+  if (S_ISSOCK(status.st_mode)) kind_ = Kind::kSocket;
+  if (!S_ISFIFO(status.st_mode) && !S_ISCHR(status.st_mode)) return;
+  const std::string path = "/proc/self/fd/" + std::to_string(fd);
+  own_ = Descriptor(::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+  if (!own_) return;
+  fd_ = own_.get();
+  kind_ = Kind::kWaitsNever;
+}
+
+std::size_t LineOutput::put(std::string_view text) const noexcept {
+  ssize_t written = -1;
+  switch (kind_) {
+    case Kind::kWaitsNever:
+      written = ::write(fd_, text.data(), text.size());
+      break;
+    case Kind::kSocket:
+      written = ::send(fd_, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+      break;
+    case Kind::
+        kOther: {  // a file; or a terminal of another user's, which may be stopped in the moment between
+      pollfd room{fd_, POLLOUT, 0};
+      if (::poll(&room, 1, 0) == 1 && (room.revents & POLLOUT) != 0)
+        written = ::write(fd_, text.data(), text.size());
+      break;
+    }
+  }
+  return written > 0 ? static_cast<std::size_t>(written) : 0;
+}
+
+void LineOutput::write(std::string_view line) noexcept {
+  try {
+    std::string text = is_torn_ ? "\n" : "";
+    if (left_out_ > 0) text += "(" + std::to_string(left_out_) + " lines were left out: nobody read them)\n";
+    const std::size_t before = text.size();
+    text += line;
+    text += '\n';
+    const std::size_t done = put(text);
+    if (done > 0) is_torn_ = text[done - 1] != '\n';
+    if (done >= before && done > 0) left_out_ = 0;
+    if (done < text.size()) ++left_out_;
+  } catch (...) {  // no memory for the line
+    ++left_out_;
+  }
+}
+
+void report(std::string_view line) noexcept {
+  static LineOutput output(STDOUT_FILENO);
+  output.write(line);
+}
+
+void log(std::string_view line) noexcept {
+  static LineOutput output(STDERR_FILENO);
+  try {
+    output.write("corbot up: " + std::string(line));
+  } catch (...) {
+    output.write(line);
+  }
+}
+
+}  // namespace corbot::cli
