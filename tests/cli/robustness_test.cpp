@@ -252,6 +252,26 @@ TEST_F(Robustness, CtrlCStopsTheArmAlsoWhereItsServantDoesNotRespond) {
   EXPECT_LT(status().at("joints_deg").at(0).get<double>(), 79);
 }
 
+TEST_F(Robustness, AStopThatTheTaskDoesNotConfirmIsAskedOfItsServantAsWell) {
+  up();
+  const auto motion = begin({"joints", "80", "20", "30", "40", "--time", "60"});
+  ASSERT_TRUE(wait_state("Waiting"));
+  supervisor_->signal(SIGSTOP);
+  const pid_t task = pid_of("rt_pid");
+  ASSERT_EQ(::kill(task, SIGSTOP), 0);
+  const RunResult stop = corbot({"stop", "--timeout", "1"});
+  EXPECT_EQ(stop.code, 1) << "the servant's answer";
+  EXPECT_THAT(stop.errors, AllOf(HasSubstr("the real-time task of " + name_ + " does not answer"),
+                                 HasSubstr("by its servant: "), HasSubstr("does not respond")));
+  ASSERT_EQ(::kill(task, SIGCONT), 0);
+  supervisor_->signal(SIGCONT);
+  const auto end = motion->wait(within(30));
+  ASSERT_TRUE(end);
+  EXPECT_NE(WEXITSTATUS(*end), 0) << motion->errors();
+  EXPECT_TRUE(wait_state("Standby"));
+  EXPECT_LT(status().at("joints_deg").at(0).get<double>(), 79);
+}
+
 TEST_F(Robustness, StopAllStopsWhatWasStartedByHand) {
   up();
   const std::string by_hand = name_ + "-h";
@@ -329,7 +349,13 @@ TEST_F(Robustness, MisspeltOptionsGetASuggestion) {
 
 // `corbot up` under a supervisor that keeps to systemd's protocol: another one of its own kind.
 TEST_F(Robustness, UnderAServiceManagerItReportsThatItIsUpAndWell) {
+  std::ifstream stream(CORBOT_PROFILE);
+  std::string profile{std::istreambuf_iterator<char>{stream}, {}};
+  const std::string backend = "[backend]\n";
+  ASSERT_NE(profile.find(backend), std::string::npos);
+  profile.insert(profile.find(backend) + backend.size(), "position_known_at_start = false\n");
   std::vector<std::string> words = up_command();
+  words[1] = put("unknown.toml", profile);
   words.insert(words.begin(),
                {"/usr/bin/env", "XDG_RUNTIME_DIR=" + directory_.string(), CORBOT_BIN_DIR "/corbot"});
   int changes = 0;
@@ -337,6 +363,7 @@ TEST_F(Robustness, UnderAServiceManagerItReportsThatItIsUpAndWell) {
       {.notify_path = (directory_ / "manager").string(), .on_change = [&] { ++changes; }});
   ASSERT_TRUE(manager.start({.title = "corbot up", .command = words, .ready_within_s = 30, .respond_s = 2}));
   EXPECT_EQ(corbot({"status"}).code, 0) << "READY=1 comes when it can be used";
+  ASSERT_EQ(corbot({"drive", "0", "5", "50"}).code, 0);
   const pid_t first = manager.pid_of("corbot up");
   const auto begin = std::chrono::steady_clock::now();
   while (std::chrono::steady_clock::now() - begin < std::chrono::seconds(4)) ASSERT_TRUE(manager.step());
@@ -344,6 +371,9 @@ TEST_F(Robustness, UnderAServiceManagerItReportsThatItIsUpAndWell) {
   ASSERT_EQ(::kill(first, SIGSTOP), 0);
   ASSERT_TRUE(wait_until(within(60), [&] { return !manager.step() || changes == 3; }));
   EXPECT_NE(manager.pid_of("corbot up"), first);
+  EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 5.0, 1e-6);
+  EXPECT_EQ(status().at("device").at("position_uncertain"), false)
+      << "what was stored came back, and is the last";
   EXPECT_TRUE(works());
 }
 
