@@ -52,6 +52,38 @@ TEST_P(Units, AreWatchedAndKeepDescriptors) {
                     HasSubstr("\nRestart=on-failure\n"), HasSubstr("\nNoNewPrivileges=yes\n")));
 }
 
+/// The shell's part of the task's unit, as systemd calls it when the task has ended.
+TEST_F(CliRig, ATaskThatDidNotRespondIsFollowedByOneThatBeginsInError) {
+  std::ifstream stream(CORBOT_UNITS "/corbot-rt@.service");
+  const std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  const std::string begin = "ExecStopPost=/bin/sh -c '";
+  const std::size_t at = text.find(begin);
+  ASSERT_NE(at, std::string::npos);
+  std::string script = text.substr(at + begin.size(), text.find("'\n", at) - at - begin.size());
+  const std::string directory = "%t/corbot-rt-%i";
+  ASSERT_NE(script.find(directory), std::string::npos);
+  script.replace(script.find(directory), directory.size(), directory_.string());
+  const fs::path file = directory_ / "after-gap";
+  struct Case {
+    const char* result;
+    const char* status;
+    bool begins_in_error;
+  };
+  for (const Case& each : {Case{"watchdog", "KILL", true}, Case{"signal", "XCPU", true},
+                           Case{"signal", "SEGV", false}, Case{"success", "0", false}}) {
+    fs::remove(file);
+    const RunResult ended =
+        run({"/bin/sh", "-c", script}, 30,
+            {std::string("SERVICE_RESULT=") + each.result, std::string("EXIT_STATUS=") + each.status});
+    EXPECT_EQ(ended.code, 0) << ended.errors;
+    EXPECT_EQ(fs::exists(file), each.begins_in_error) << each.result << " " << each.status;
+    std::ifstream written(file);
+    std::string line;
+    std::getline(written, line);
+    EXPECT_EQ(line, each.begins_in_error ? "AFTER_GAP=--after-gap" : "");
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Installed, Units,
                          testing::Values("corbot@.service", "corbot-rt@.service", "corbot-servant@.service"),
                          [](const auto& unit) { return "unit" + std::to_string(unit.index); });

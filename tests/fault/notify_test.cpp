@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // What task and servant report to their supervisor: READY=1 once, WATCHDOG=1 only while they advance.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
 #include <map>
 #include <string>
+#include <thread>
 
 #include "net/endpoint.h"
 #include "net/giop_probe.h"
@@ -134,6 +138,58 @@ TEST_F(Notify, AFrozenProcessDoesNot) {
   expect_silence(*servant_, *rt_);
   servant_->signal(SIGCONT);
   expect_well(*servant_);
+}
+
+/// Housekeeping, which logs, waits for whoever reads the log; what is reported comes from a thread of its own.
+TEST_F(Notify, ATaskWhoseLogIsNotReadReportsAllTheSame) {
+  EXPECT_EQ(servant_->terminate(), 0);
+  EXPECT_EQ(rt_->terminate(), 0);
+  const std::string log = std::string(CORBOT_SCRATCH_DIR) + "/" + name_ + ".log";
+  ASSERT_EQ(::mkfifo(log.c_str(), 0600), 0);
+  const int fifo = ::open(log.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  ASSERT_GE(fifo, 0);
+  rt_ = std::make_unique<Process>(std::vector<std::string>{"/bin/sh", "-c", "exec \"$@\" 2>\"$0\"", log,
+                                                           std::string(CORBOT_BIN_DIR) + "/corbot-rt",
+                                                           profile_, "--name", name_});
+  ASSERT_TRUE(rt_->wait_line("ready", within(30)));
+  const std::array<char, 4096> line{};
+  const auto fill = [&] {
+    while (::write(fifo, line.data(), line.size()) > 0 || ::write(fifo, line.data(), 1) > 0) {
+    }
+  };
+  fill();
+  start_servant();  // "servant connected" is not written
+  expect_well(*rt_);
+  servant_->signal(SIGKILL);
+  ASSERT_TRUE(servant_->wait(within(10)));
+  expect_well(*rt_);
+  start_servant();
+  arm_ = connect();
+  EXPECT_TRUE(wait_for(Corbot::Standby));
+  std::array<char, 4096> read{};
+  std::string text;
+  const auto drain = [&] {
+    for (ssize_t n = 0; (n = ::read(fifo, read.data(), read.size())) > 0;)
+      text.append(read.data(), static_cast<std::size_t>(n));
+    return text.find("servant connected") != std::string::npos;
+  };
+  EXPECT_TRUE(wait_until(within(30), drain)) << "or it was not held up";
+  std::atomic<bool> ended{false};
+  std::thread reader([&] {
+    while (!ended) {
+      drain();
+      std::this_thread::yield();
+    }
+  });
+  arm_ = Corbot::Arm::_nil();
+  EXPECT_EQ(servant_->terminate(), 0);
+  servant_.reset();
+  rt_->signal(SIGTERM);
+  EXPECT_EQ(rt_->wait(within(30)), 0);
+  ended = true;
+  reader.join();
+  ::close(fifo);
+  ::unlink(log.c_str());
 }
 
 TEST_F(Notify, TheProbeIsAnsweredByAnOrbAndByNothingElse) {

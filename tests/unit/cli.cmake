@@ -5,12 +5,14 @@ if(TARGET corbot_cli)
     SOURCES ${here}/program_test.cpp ${here}/state_test.cpp ${here}/doctor_test.cpp ${here}/views_test.cpp
             ${here}/calibration_test.cpp ${here}/notify_test.cpp ${here}/report_test.cpp
     LIBS corbot::cli corbot_process fmt::fmt
-    DEPENDS notifying_child)
+    DEPENDS notifying_child corbot-rt)
   add_executable(notifying_child ${here}/notifying_child.cpp)
   corbot_target(notifying_child)
   target_link_libraries(notifying_child PRIVATE PkgConfig::SYSTEMD)
   set_target_properties(notifying_child PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   target_compile_definitions(test_cli PRIVATE NOTIFYING_CHILD="${CMAKE_BINARY_DIR}/tests/notifying_child")
   target_compile_definitions(test_cli PRIVATE CORBOT_EXAMPLES="${PROJECT_SOURCE_DIR}/examples"
-                                              CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles")
+                                              CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles"
+                                              CORBOT_BIN_DIR="${CMAKE_BINARY_DIR}/bin"
+                                              CORBOT_PROFILE="${CORBOT_TEST_PROFILE}")
 endif()

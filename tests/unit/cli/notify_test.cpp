@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The supervisor's side of sd_notify(3), with a child that has libsystemd's.
 #include <gmock/gmock.h>
+#include <signal.h>
 #include <stdlib.h>
 #include <unistd.h>
 
@@ -126,6 +127,63 @@ TEST_F(Notify, AChildThatDoesNotRespondIsReplaced) {
   EXPECT_NE(second, first);
   EXPECT_EQ(text_of("got"), "kept a\n");
   EXPECT_EQ(changes_, 3) << "started, restarted, ready again";
+}
+
+/// The kernel ends a real-time task that computes without end by SIGXCPU: it made no cycle meanwhile.
+TEST_F(Notify, AChildThatSpunIsReplacedLikeOneThatDidNotRespond) {
+  for (const int signal : {SIGXCPU, SIGSEGV}) {
+    const std::string mark = std::to_string(signal);
+    fs::remove(file("started"));
+    Supervisor::Spec spec = child("ready signal=" + mark, "report=" + file("again" + mark) + " ready");
+    spec.title = mark;
+    spec.after_unresponsive = {"report=" + file("got" + mark), "hang"};
+    ASSERT_TRUE(supervisor_->start(spec));
+    ASSERT_TRUE(step_until([&] { return fs::exists(file("again" + mark)) && supervisor_->all_ready(); }));
+    if (signal == SIGXCPU) {
+      EXPECT_TRUE(step_until([&] { return fs::exists(file("got" + mark)); }));
+    } else {
+      EXPECT_FALSE(fs::exists(file("got" + mark)));
+    }
+  }
+}
+
+/// As a real-time task's segments are stored: the next one's is there, under the other name, before the old one goes.
+TEST_F(Notify, ATasksSegmentsAreStoredUnderTwoNamesInTurn) {
+  NotifySocket systemd(file("systemd"));
+  ASSERT_EQ(::setenv("NOTIFY_SOCKET", systemd.path().c_str(), 1), 0);
+  ASSERT_EQ(::setenv("CORBOT_RUN_DIR", directory_.c_str(), 1), 0);
+  ServiceManager manager;
+  supervisor_ = std::make_unique<Supervisor>(
+      Supervisor::Options{.notify_path = file("notify2"), .manager = &manager, .on_change = [] {}});
+  Supervisor::Spec task{.title = "task",
+                        .command = {CORBOT_BIN_DIR "/corbot-rt", CORBOT_PROFILE, "--name", "stored",
+                                    "--state-dir", directory_.string()}};
+  ASSERT_TRUE(supervisor_->start(task));
+  const auto stored = [&] {
+    std::string names;
+    while (auto message = systemd.receive()) {
+      if (message->store || message->remove) names += (message->store ? " +" : " -") + message->fd_name;
+    }
+    return names;
+  };
+  std::string names;
+  const std::vector<std::string> turns{" +task/corbot-task -task/corbot-task-2",
+                                       " +task/corbot-task-2 -task/corbot-task",
+                                       " +task/corbot-task -task/corbot-task-2"};
+  for (const std::string& expected : turns) {
+    ASSERT_TRUE(step_until([&] {
+      names += stored();
+      return names.size() >= expected.size() && supervisor_->all_ready();
+    }));
+    EXPECT_EQ(names, expected);
+    names.clear();
+    const pid_t now = supervisor_->pid_of("task");
+    ASSERT_EQ(::kill(now, SIGKILL), 0);
+    ASSERT_TRUE(step_until([&] { return !supervisor_->all_ready(); }));
+  }
+  supervisor_.reset();
+  ::unsetenv("NOTIFY_SOCKET");
+  ::unsetenv("CORBOT_RUN_DIR");
 }
 
 TEST_F(Notify, AChildThatRespondsIsLeftAlone) {

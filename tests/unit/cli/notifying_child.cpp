@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A child of the supervisor's tests: carries out its arguments in their order, with libsystemd's side of the protocol.
 #include <fcntl.h>
+#include <signal.h>
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
 
@@ -49,6 +50,7 @@ void perform(const std::string& action, const std::string& value) {
   if (action == "store") store(value.substr(0, value.find(':')), value.substr(value.find(':') + 1));
   if (action == "report") report_descriptors(value);
   if (action == "feed") feed();
+  if (action == "signal") (void)::raise(std::atoi(value.c_str()));
   if (action == "exit") ::_exit(std::atoi(value.c_str()));
   if (action == "another-process-is-ready" && ::fork() == 0) {
     ::sd_notify(0, "READY=1");

@@ -23,6 +23,33 @@ class Restart : public TaskTest {
   FakeTask task_{name_, profile_.arm};
 };
 
+/// What a task had done before it died counts, although nobody can ask it any more.
+TEST_F(Restart, AStopThatADeadTaskHadCarriedOutIsDone) {
+  for (const bool is_done : {true, false}) {
+    corbot_status status = CORBOT_INTERNAL;
+    std::string text;
+    const std::uint64_t count = task_.stop_count();
+    std::thread stop([&] {
+      try {
+        robot_->stop();
+        status = CORBOT_OK;
+      } catch (const CallError& refused) {
+        status = refused.error.status;
+        text = refused.error.text;
+      }
+    });
+    ASSERT_TRUE(wait_until(within(30), [&] { return task_.stop_count() > count; }));
+    if (is_done) task_.change([&](Snapshot& now) { now.stops_done = task_.stop_count(); });
+    task_.die();
+    stop.join();
+    EXPECT_EQ(status, is_done ? CORBOT_OK : CORBOT_NOT_READY);
+    EXPECT_EQ(text.find("is gone") != std::string::npos, !is_done) << text;
+    task_.adopt();
+    task_.run();
+    ASSERT_TRUE(wait_until(within(30), [&] { return robot_->view().state() != CORBOT_STATE_ERROR; }));
+  }
+}
+
 TEST_F(Restart, ATaskWhoseCycleDoesNotRunYetIsNotReady) {
   const corbot_ticket lost = accept();
   task_.die();
