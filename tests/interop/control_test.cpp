@@ -135,10 +135,10 @@ class Control : public RobotRig {
     arm->Clear();
   }
   void expect_refused(Corbot::Arm_ptr arm, const std::string& reason, CORBA::ULong minor) {
-    for (const auto& [name, operation] : guarded_operations())
-      EXPECT_THAT(reason_of([&] { operation(arm); }), HasSubstr(reason)) << name;
-    for (const auto& [name, operation] : settings())
-      EXPECT_EQ(no_permission([&] { operation(arm); }), minor) << name;
+    for (const Operation& each : guarded_operations())
+      EXPECT_THAT(reason_of([&] { each.second(arm); }), HasSubstr(reason)) << each.first;
+    for (const Operation& each : settings())
+      EXPECT_EQ(no_permission([&] { each.second(arm); }), minor) << each.first;
   }
 };
 
@@ -146,10 +146,10 @@ TEST_F(Control, IsItsHoldersOnly) {
   EXPECT_EQ(holder(), "");
   Corbot::Arm_var mine = arm_->Acquire("cell 7", kLongLease_s);
   ASSERT_FALSE(CORBA::is_nil(mine));
-  for (const auto& [name, operation] : guarded_operations())
-    EXPECT_EQ(reason_of([&] { operation(mine); }), "") << name;
+  for (const Operation& each : guarded_operations())
+    EXPECT_EQ(reason_of([&] { each.second(mine); }), "") << each.first;
   mine->Override(100);
-  for (const auto& [name, operation] : settings()) EXPECT_EQ(raised_by([&] { operation(mine); }), "") << name;
+  for (const Operation& each : settings()) EXPECT_EQ(raised_by([&] { each.second(mine); }), "") << each.first;
 
   Corbot::ControlInfo_var info = arm_->Control();
   EXPECT_STREQ(info->holder, "cell 7");
@@ -168,8 +168,8 @@ TEST_F(Control, IsItsHoldersOnly) {
 }
 
 TEST_F(Control, WithoutOneTheArmIsEveryones) {
-  for (const auto& [name, operation] : guarded_operations())
-    EXPECT_EQ(reason_of([&] { operation(arm_); }), "") << name;
+  for (const Operation& each : guarded_operations())
+    EXPECT_EQ(reason_of([&] { each.second(arm_); }), "") << each.first;
 }
 
 TEST_F(Control, ChecksNameAndLease) {
