@@ -22,7 +22,7 @@ enum class Verdict : std::uint32_t {
   kLimit = 6,          ///< a law or a target breaks a limit of the arm
   kLost = 7,           ///< was handed to an earlier real-time task
   kOrphaned = 8,       ///< no servant responded: stopped on the path, or not begun
-  kDropped = 9,        ///< never taken from the ring: its indices were corrupt, or former servants left too much
+  kDropped = 9,  ///< never taken from the ring: its indices were corrupt, or former servants left too much
 };
 
 struct Completion {
