@@ -69,7 +69,8 @@ class Soak {
         return false;
       }
     }
-    return true;
+    idle(1.0);  // what the last fault killed is dead by now, and is begun again
+    return stage_.recover();
   }
 
   [[nodiscard]] const std::vector<Disturbance>& disturbances() const { return disturbances_; }
