@@ -13,7 +13,9 @@
 #include "corbot/units.h"
 #include "robot/robot_handle.h"
 
+namespace {
 using namespace corbot;
+}
 
 corbot_robot* corbot_robot_open(const char* profile_path, const char* name, corbot_error* error) {
   std::unique_ptr<corbot_robot> robot;

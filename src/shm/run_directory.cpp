@@ -121,11 +121,10 @@ RunDirectory::Gate::Gate(const RunDirectory& directory) : directory_(directory) 
   for (int attempt = 0; !try_lock(); ++attempt) {
     if (attempt >= 2000) {
       const std::string path = directory.path_ + "/" + kLock;
-      throw SegmentError(Kind::kInUse,
-                         path +
-                             ": another process has been starting or ending a task there for two "
-                             "seconds; see which with 'lsof " +
-                             path + "'");
+      std::string text =
+          path + ": another process has been starting or ending a task there for two seconds; see ";
+      text += "which with 'lsof " + path + "'";
+      throw SegmentError(Kind::kInUse, text);
     }
     ::nanosleep(&kPause, nullptr);
   }
