@@ -64,10 +64,15 @@ static void count(uint64_t* all, uint64_t* by_others) {
 }
 
 /* What can be read there has the number from before the gap; the stops that this process counts it counts
- * while it runs. With the mutex held. */
+ * while it runs. What had lain there at an earlier gap keeps its number, and what has come since is taken for as old:
+ * they cannot be told apart. With the mutex held. */
 static void mark_old(int fd) {
   int bytes = 0;
   if (ioctl(fd, FIONREAD, &bytes) != 0 || bytes <= 0) return;
+  if (atomic_load(&streams[fd].old_bytes) > 0) {
+    atomic_store(&streams[fd].old_bytes, bytes);
+    return;
+  }
   uint64_t all = 0;
   uint64_t by_others = 0;
   count(&all, &by_others);
@@ -85,7 +90,8 @@ static void look(void) {
   const int64_t now = now_ns();
   const int64_t ran = atomic_load(&ran_ns);
   if (ran != 0 && now - ran >= kGap_ns) {
-    by_others_before_gap = by_others_then;
+    /* Soon after another gap, what waits to be accepted may be from before that one. */
+    if (ticks_after_gap == 0) by_others_before_gap = by_others_then;
     ticks_after_gap = kTicksAfterGap;
     for (int fd = 0; fd < CORBOT_DESCRIPTORS; ++fd) {
       if (atomic_load(&streams[fd].open)) mark_old(fd);

@@ -8,6 +8,7 @@
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/resource.h>
@@ -26,7 +27,7 @@ static const int kKeepInterval_s = 2;
 static const unsigned kUnacknowledged_ms = 6000;
 
 typedef struct Entry {
-  uint64_t number; /* 0: no accepted connection */
+  _Atomic uint64_t number; /* 0: no accepted connection; of a descriptor that is in use it does not change */
   int64_t used_ns;
   corbot_peer peer;
   int calls;
@@ -214,14 +215,12 @@ static bool add(int fd) {
   return true;
 }
 
-/* Whether it was an accepted connection. */
-static bool forget(int fd) {
-  if (fd < 0 || fd >= kDescriptors || entries[fd].number == 0) return false;
+static void forget(int fd) {
+  if (entries[fd].number == 0) return; /* closed twice, by two threads */
   if (entries[fd].ending) --ending_count;
   entries[fd].number = 0;
   if (!entries[fd].own) --open_count;
   corbot_arrivals_closed(fd);
-  return true;
 }
 
 /* Instead of the C library's, for the ORB; declared as there. */
@@ -238,16 +237,22 @@ int accept(int fd, __SOCKADDR_ARG address, socklen_t* restrict size) {
 }
 
 /* Instead of the C library's. A connection is forgotten and closed in one step: nobody is given its
- * descriptor in between. */
+ * descriptor in between. Whatever else is closed, under whatever lock, takes none here: the stops are counted, which
+ * may close the descriptors of a channel, while a connection is being accepted. */
 int close(int fd) {
+  if (fd < 0 || fd >= kDescriptors || entries[fd].number == 0) return (int)syscall(SYS_close, fd);
   pthread_mutex_lock(&mutex);
-  const bool ours = forget(fd);
-  if (!ours) pthread_mutex_unlock(&mutex);
+  forget(fd);
   const int result = (int)syscall(SYS_close, fd);
   const int error = errno;
-  if (ours) pthread_mutex_unlock(&mutex);
+  pthread_mutex_unlock(&mutex);
   errno = error;
   return result;
+}
+
+void corbot_connections_pass(void) {
+  pthread_mutex_lock(&mutex);
+  pthread_mutex_unlock(&mutex);
 }
 
 corbot_connection corbot_connection_used(int fd) {

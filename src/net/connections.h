@@ -43,6 +43,9 @@ void corbot_connections_start(void);
  * no bound and is never closed for its idleness, like every one over a Unix socket from this process: by it
  * the servant finds out that it responds, whatever others do. One port at a time. */
 void corbot_connections_expect_own(int port);
+/* Takes and leaves the lock that every accepted connection and every call takes: whoever finds out whether this process
+ * responds is to find out, too, where nobody leaves it any more. */
+void corbot_connections_pass(void);
 
 /* The connection whose descriptor that is, noted as used now. */
 corbot_connection corbot_connection_used(int fd);

@@ -66,10 +66,14 @@ void Link::close() {
   const bool was_running = thread_.joinable();
   if (was_running) thread_.join();
   incarnation_ = 0;
-  const std::lock_guard lock(mutex_);
   if (!was_running) return;
-  if (channel_) channel_->disconnect();
-  channel_.reset();
+  std::shared_ptr<ServantChannel> last;
+  {
+    const std::lock_guard lock(mutex_);
+    channel_.swap(last);
+  }
+  if (last) last->disconnect();
+  last.reset();
   // A task that ended before has left that to the servant; unless whoever supervises both starts the next one, which is
   // to know whose segment was the last.
   if (std::getenv("NOTIFY_SOCKET") == nullptr) remove_left_behind(name_);
@@ -123,10 +127,13 @@ void Link::run() {
     lock.unlock();
     if (!channel) channel = try_connect(false);
     if (channel && await_service(*channel)) {
+      // The former one ends outside the lock, which every call takes.
+      std::shared_ptr<ServantChannel> former = channel;
       {
         const std::lock_guard again(mutex_);
-        channel_ = channel;
+        channel_.swap(former);
       }
+      former.reset();
       serve_until_gone(*channel);
     }
     channel.reset();  // channel_ stays readable until there is another

@@ -158,6 +158,7 @@ bool Robot::responds() {
   (void)tickets_.pending();
   (void)alarms_.cause();
   (void)settings_.get();
+  (void)control_.holder();
   return !task_.is_closing() && self_check_.passes();
 }
 
@@ -174,11 +175,12 @@ corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival,
 }
 
 StopCounts Robot::stops() const {
-  const std::uint64_t own = own_stops_.load(std::memory_order_acquire);
   const auto channel = link_.channel();
   if (!channel) return {};
   const std::uint64_t all = channel->stops();
-  return {all, all - own};
+  // After the other, as it is raised before: at worst one of this servant's is left out of those by others, and what
+  // arrived meanwhile is taken for older than it is.
+  return {all, all - own_stops_.load(std::memory_order_acquire)};
 }
 
 corbot_motion_info Robot::wait(corbot_ticket id, double timeout_s) const {
@@ -225,9 +227,8 @@ void Robot::cancel(corbot_ticket id) { queue_.cancel(id); }
 Robot::CountedStop Robot::count_stop(const LivingTask& task) {
   // Every number up to here was planned before this Stop.
   const std::uint64_t last = task.own().next_command_id.load(std::memory_order_acquire) - 1;
-  const std::uint64_t count = task.channel->request_stop();
   own_stops_.fetch_add(1, std::memory_order_acq_rel);
-  return {count, last};
+  return {task.channel->request_stop(), last};
 }
 
 void Robot::await_stop(const LivingTask& task, const CountedStop& stop) {

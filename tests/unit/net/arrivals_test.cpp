@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "net/arrivals.h"
 
+#include <sys/mman.h>
+#include <sys/wait.h>
+
 #include <atomic>
+#include <cerrno>
+#include <csignal>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -25,8 +30,10 @@ class Arrivals : public ::testing::Test {
   void SetUp() override {
     corbot_arrivals_start(
         [](void* of, std::uint64_t* all, std::uint64_t* by_others) {
-          *all = static_cast<Arrivals*>(of)->stops_;
-          *by_others = 0;
+          auto* self = static_cast<Arrivals*>(of);
+          *all = self->stops_;
+          *by_others = self->stops_by_others_;
+          if (self->closes_) ::close(::dup(STDIN_FILENO));
         },
         this);
   }
@@ -42,6 +49,8 @@ class Arrivals : public ::testing::Test {
   }
 
   std::atomic<std::uint64_t> stops_{1};
+  std::atomic<std::uint64_t> stops_by_others_{0};
+  std::atomic<bool> closes_{false};
   const Listener listener_;
   const AcceptedPair pair_{listener_};
 };
@@ -98,6 +107,58 @@ TEST_F(Arrivals, AMessageInPiecesIsFollowed) {
   EXPECT_EQ(receive(), 12);
   EXPECT_EQ(receive(), 5);
   EXPECT_EQ(receive(), 12);
+}
+
+/// Counting may let go of the last descriptor of a channel, while a connection is being accepted.
+TEST_F(Arrivals, CountingTheStopsMayCloseADescriptor) {
+  closes_ = true;
+  const AcceptedPair another{listener_};
+  EXPECT_GE(another.server, 0);
+}
+
+/// Frozen twice, and what arrived in the first freeze is read after the second: it is from before the stop of the first.
+TEST_F(Arrivals, WhatLayThereAtTwoFreezesKeepsTheOlderNumber) {
+  const pid_t self = ::getpid();
+  const int client = pair_.client;
+  std::atomic<std::uint64_t>* const shared = static_cast<std::atomic<std::uint64_t>*>(
+      ::mmap(nullptr, sizeof(std::uint64_t), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+  ASSERT_NE(static_cast<void*>(shared), MAP_FAILED);
+  corbot_arrivals_end();
+  corbot_arrivals_start(
+      [](void* of, std::uint64_t* all, std::uint64_t* by_others) {
+        *by_others = *static_cast<std::atomic<std::uint64_t>*>(of);
+        *all = *by_others + 100;
+      },
+      shared);
+  corbot_arrivals_opened(pair_.server);
+  const std::string request = message(20);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const auto pause_ms = [](long ms) {
+      const timespec time{ms / 1000, ms % 1000 * 1'000'000};
+      ::nanosleep(&time, nullptr);
+    };
+    pause_ms(400);
+    ::kill(self, SIGSTOP);
+    pause_ms(100);
+    if (::send(client, request.data(), request.size(), MSG_NOSIGNAL) < 0) ::_exit(1);
+    shared->fetch_add(1);  // another process stops the arm
+    pause_ms(1300);
+    ::kill(self, SIGCONT);
+    pause_ms(400);
+    ::kill(self, SIGSTOP);
+    pause_ms(1300);
+    ::kill(self, SIGCONT);
+    ::_exit(0);
+  }
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0) ASSERT_EQ(errno, EINTR);
+  ASSERT_EQ(status, 0);
+  EXPECT_EQ(receive(), 12);
+  EXPECT_EQ(receive(), 20);
+  EXPECT_EQ(corbot_arrival(), 100u);
+  corbot_arrivals_end();
+  ::munmap(shared, sizeof(std::uint64_t));
 }
 
 }  // namespace
