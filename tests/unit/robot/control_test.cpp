@@ -19,6 +19,14 @@ namespace corbot {
 namespace {
 
 constexpr double kLong_s = 60.0;
+constexpr std::chrono::milliseconds kShortest(500);
+static_assert(Control::kShortestLease_s == 0.5);
+
+/// For what must not happen meanwhile.
+void wait_for(std::chrono::milliseconds time) {
+  const auto begin = Control::Clock::now();
+  while (Control::Clock::now() - begin < time) std::this_thread::yield();
+}
 
 corbot_error refusal(const std::function<void()>& call) {
   try {
@@ -32,9 +40,18 @@ corbot_error refusal(const std::function<void()>& call) {
 class ControlTest : public ::testing::Test {
  protected:
   bool ended(int times) {
-    const auto deadline = Control::Clock::now() + std::chrono::seconds(20);
+    const auto deadline = Control::Clock::now() + std::chrono::seconds(30);
     while (ends_ < times && Control::Clock::now() < deadline) std::this_thread::yield();
     return ends_ == times;
+  }
+  /// Of the present holder, as if it had asked for the shortest lease, and that had run out long ago.
+  ControlRecord record_of_a_lease_that_ran_out() {
+    ControlRecord record{};
+    EXPECT_EQ(kept_.load(record), DurableCell<ControlRecord>::Content::kRecord);
+    record.lease_ns = std::chrono::nanoseconds(kShortest).count();
+    record.until_ns = 0;
+    EXPECT_TRUE(Control::is_valid(record));
+    return record;
   }
   /// As the servant after this one does with what this one kept.
   std::unique_ptr<Control> next_servant() {
@@ -95,35 +112,34 @@ TEST_F(ControlTest, AnExpiredLeaseStopsTheArmAndFreesIt) {
   const auto begin = Control::Clock::now();
   const std::string key = control_.acquire("cell", Control::kShortestLease_s);
   ASSERT_TRUE(ended(1));
-  EXPECT_GE(Control::Clock::now() - begin, std::chrono::milliseconds(500));
+  EXPECT_GE(Control::Clock::now() - begin, kShortest);
   EXPECT_EQ(refusal([&] { control_.renew(key); }).status, CORBOT_NOT_READY);
 }
 
 TEST_F(ControlTest, ALeaseDoesNotRunWhileACallOfTheHolderIsUnderWay) {
-  const std::string key = control_.acquire("cell", Control::kShortestLease_s);
+  const std::string key = control_.acquire("cell", kLong_s);
+  Control next(kept_after_, [this](const Control::Ending&) { ++ends_; });
+  next.inherit(record_of_a_lease_that_ran_out());
+  std::optional<Control::Use> call(next.use(key));
+  next.allow_expiry();
+  EXPECT_EQ(next.holder()->left_s, Control::kShortestLease_s);
+  wait_for(std::chrono::milliseconds(200));
+  EXPECT_EQ(ends_, 0);
   const auto begin = Control::Clock::now();
-  {
-    const Control::Use use = control_.use(key);
-    while (Control::Clock::now() - begin < std::chrono::milliseconds(900)) std::this_thread::yield();
-    EXPECT_EQ(ends_, 0);
-  }
-  EXPECT_TRUE(control_.holder()) << "the lease begins anew with the end of the call";
-  EXPECT_TRUE(ended(1));
+  call.reset();
+  ASSERT_TRUE(ended(1));
+  EXPECT_GE(Control::Clock::now() - begin, kShortest) << "the lease begins anew with the end of the call";
 }
 
 TEST_F(ControlTest, ACallThatOutlivesItsControlLeavesTheNextHolderAlone) {
   const std::string first = control_.acquire("first", kLong_s);
-  {
-    std::optional<Control::Use> late(control_.use(first));
-    control_.release(first);
-    const std::string second = control_.acquire("second", Control::kShortestLease_s);
-    const Control::Use use = control_.use(second);
-    late.reset();
-    EXPECT_GT(control_.holder()->left_s, 0.0);
-    const auto begin = Control::Clock::now();
-    while (Control::Clock::now() - begin < std::chrono::milliseconds(700)) std::this_thread::yield();
-    EXPECT_EQ(ends_, 1) << "the second holder's call is still under way";
-  }
+  std::optional<Control::Use> late(control_.use(first));
+  control_.release(first);
+  const std::string second = control_.acquire("second", kLong_s);
+  const Control::Use use = control_.use(second);
+  late.reset();
+  EXPECT_EQ(control_.holder()->left_s, kLong_s) << "the second holder's call is still under way";
+  EXPECT_EQ(ends_, 1);
 }
 
 TEST_F(ControlTest, BadLeasesAndNamesAreRefused) {
@@ -148,7 +164,7 @@ TEST_F(ControlTest, AcquireWaitsForCallsThatWereAdmittedBefore) {
     (void)control_.acquire("cell", kLong_s);
     has_control = true;
   });
-  const auto deadline = Control::Clock::now() + std::chrono::seconds(10);
+  const auto deadline = Control::Clock::now() + std::chrono::seconds(30);
   while (!control_.holder() && Control::Clock::now() < deadline) std::this_thread::yield();
   EXPECT_EQ(refusal([&] { (void)control_.use(""); }).status, CORBOT_NOT_READY) << "others are refused by now";
   EXPECT_FALSE(has_control);
@@ -198,37 +214,31 @@ TEST_F(ControlTest, WhatIsKeptDoesNotHoldTheKey) {
 
 /// Or the stop would find no task to stop.
 TEST_F(ControlTest, ALeaseThatRanOutMeanwhileEndsWhenTheArmCanBeStopped) {
-  const std::string key = control_.acquire("cell", Control::kShortestLease_s);
-  ControlRecord record{};
-  ASSERT_EQ(kept_.load(record), DurableCell<ControlRecord>::Content::kRecord);
-  ASSERT_TRUE(ended(1));
+  (void)control_.acquire("cell", kLong_s);
   Control next(kept_after_, [this](const Control::Ending& ending) {
     EXPECT_FALSE(ending.is_released);
     EXPECT_EQ(ending.who, "cell");
     ++ends_;
   });
-  next.inherit(record);
-  const auto begin = Control::Clock::now();
-  while (Control::Clock::now() - begin < std::chrono::milliseconds(50)) std::this_thread::yield();
-  EXPECT_EQ(ends_, 1);
+  next.inherit(record_of_a_lease_that_ran_out());
+  wait_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(ends_, 0);
   EXPECT_EQ(refusal([&] { (void)next.use(""); }).status, CORBOT_NOT_READY);
   next.allow_expiry();
-  EXPECT_TRUE(ended(2));
+  EXPECT_TRUE(ended(1));
 }
 
 /// The call's connection went with its servant; the lease begins anew with that.
 TEST_F(ControlTest, ALeaseThatACallKeptFromRunningOutBeginsAnew) {
-  const std::string key = control_.acquire("cell", Control::kShortestLease_s);
-  ControlRecord record{};
-  {
-    const Control::Use use = control_.use(key);
-    const auto begin = Control::Clock::now();
-    while (Control::Clock::now() - begin < std::chrono::milliseconds(600)) std::this_thread::yield();
-    ASSERT_EQ(kept_.load(record), DurableCell<ControlRecord>::Content::kRecord);
-  }
-  Control next(kept_after_, [](const Control::Ending&) {});
+  const std::string key = control_.acquire("cell", kLong_s);
+  const Control::Use use = control_.use(key);
+  const ControlRecord record = record_of_a_lease_that_ran_out();
+  Control next(kept_after_, [this](const Control::Ending&) { ++ends_; });
+  const auto begin = Control::Clock::now();
   next.inherit(record);
-  EXPECT_GT(next.holder()->left_s, 0.0);
+  next.allow_expiry();
+  ASSERT_TRUE(ended(1));
+  EXPECT_GE(Control::Clock::now() - begin, kShortest);
 }
 
 TEST_F(ControlTest, NobodyInheritsAnEndedControl) {
