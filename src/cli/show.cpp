@@ -120,7 +120,8 @@ std::string describe(const Corbot::DeviceInfo& device) {
 StatusReport read_status(Client& client) {
   StatusReport report;
   report.name = client.address().name;
-  report.address = client.address().uri;
+  // An IOR may have the key of exclusive control in it: like a password, it is not shown.
+  report.address = client.address().uri.starts_with("IOR:") ? "the address in the IOR" : client.address().uri;
   client.call([&](auto& arm) {
     report.state = arm.Status();
     report.paused = arm.Paused();

@@ -33,6 +33,16 @@ class ControlCommands : public CliRig {
   std::string holder() { return status().at("control").at("holder").get<std::string>(); }
 };
 
+/// With the key in it, it is shown as little as a password.
+TEST_F(ControlCommands, StatusDoesNotShowTheReference) {
+  const std::string mine = acquire({"--lease", "600"});
+  for (const std::vector<std::string>& command : {std::vector<std::string>{"status"}, {"status", "--json"}}) {
+    const RunResult shown = by(mine, command);
+    EXPECT_EQ(shown.code, 0) << shown.errors;
+    EXPECT_EQ(shown.output.find("IOR:"), std::string::npos) << shown.output;
+  }
+}
+
 TEST_F(ControlCommands, EveryCommandWorksThroughTheReference) {
   const std::string mine = acquire({"--lease", "600", "--who", "cell 7"});
   const std::vector<std::vector<std::string>> commands{{"move", "0.22", "-0.08", "0.02", "--above", "0.06"},
