@@ -150,6 +150,7 @@ TEST_F(Control, IsItsHoldersOnly) {
     EXPECT_EQ(reason_of([&] { each.second(mine); }), "") << each.first;
   mine->Override(100);
   for (const Operation& each : settings()) EXPECT_EQ(raised_by([&] { each.second(mine); }), "") << each.first;
+  EXPECT_EQ(reason_of([&] { mine->Renew(); }), "");
 
   Corbot::ControlInfo_var info = arm_->Control();
   EXPECT_STREQ(info->holder, "cell 7");
@@ -180,7 +181,9 @@ TEST_F(Control, ChecksNameAndLease) {
   for (const double lease : {0.0, 0.49, 3601.0, -1.0, HUGE_VAL, std::nan("")})
     EXPECT_EQ(raised_by([&] { Corbot::Arm_var none = arm_->Acquire("x", lease); }), "BadParameter") << lease;
   EXPECT_EQ(holder(), "");
-  Corbot::Arm_var mine = arm_->Acquire(longest.c_str(), 0.5);
+  EXPECT_EQ(raised_by([&] { Corbot::Arm_var shortest = arm_->Acquire("x", 0.5); }), "");
+  ASSERT_TRUE(wait_until(within(30), [&] { return holder().empty(); }));
+  Corbot::Arm_var mine = arm_->Acquire(longest.c_str(), kLongLease_s);
   EXPECT_EQ(holder(), longest);
 }
 
@@ -203,8 +206,15 @@ TEST_F(Control, ReleaseStopsTheArmAndEndsTheReference) {
 }
 
 TEST_F(Control, ALeaseThatRunsOutStopsTheArm) {
-  Corbot::Arm_var mine = arm_->Acquire("first", 1.0);
-  const Corbot::Ticket ticket = long_motion(mine);
+  Corbot::Arm_var mine;
+  Corbot::Ticket ticket = 0;
+  // The machine may stand still for the lease: until a motion is begun within it.
+  ASSERT_TRUE(wait_until(within(60), [&] {
+    return reason_of([&] {
+             mine = arm_->Acquire("first", 1.0);
+             ticket = mine->StartDrive(0, 80, 2);
+           }) == "";
+  }));
   // Reads through the reference are no use of it.
   EXPECT_TRUE(wait_until(within(30), [&] {
     (void)mine->Status();
@@ -217,9 +227,15 @@ TEST_F(Control, ALeaseThatRunsOutStopsTheArm) {
 }
 
 TEST_F(Control, ALeaseDoesNotRunOutDuringAMotionThatIsWaitedFor) {
-  Corbot::Arm_var mine = arm_->Acquire("first", 0.5);
-  mine->Drive(0, 30, 10);  // three seconds
-  EXPECT_EQ(reason_of([&] { mine->Renew(); }), "");
+  // The machine may stand still for the lease before the motion is begun: until one is done.
+  double by_deg = 20.0;
+  EXPECT_TRUE(wait_until(within(60), [&] {
+    by_deg = -by_deg;
+    return reason_of([&] {
+             Corbot::Arm_var mine = arm_->Acquire("first", 0.5);
+             mine->Drive(0, by_deg, 10);  // two seconds
+           }) == "";
+  }));
 }
 
 TEST_F(Control, OutlivesTheServant) {
@@ -326,7 +342,7 @@ TEST_F(Control, NoOtherKeyIsOfAnyUse) {
 TEST_F(Control, AFloodOfWrongKeysChangesNothing) {
   constexpr int kConnections = 8;
   constexpr int kRequests = 1000;
-  Corbot::Arm_var mine = arm_->Acquire("holder", 5.0);
+  Corbot::Arm_var mine = arm_->Acquire("holder", kLongLease_s);
   const std::string good = ior_of(mine).key;
   const std::string prefix = good.substr(0, good.size() - kKeyLength);
   std::atomic<int> refused{0};
