@@ -154,7 +154,7 @@ TEST_F(Robustness, ANameInUseElsewhereIsRefusedAndTakenOnPurpose) {
 
   auto third = begin_elsewhere(up_command({"--replace"}));
   ASSERT_TRUE(third->wait_line(name_ + " is up", within(40))) << third->errors();
-  EXPECT_EQ(supervisor_->wait(within(10)), 0) << "ended in order";
+  EXPECT_EQ(supervisor_->wait(within(30)), 0) << "ended in order";
   supervisor_ = std::move(third);
 }
 
@@ -166,7 +166,7 @@ TEST_F(Robustness, ATaskStartedByHandIsRefusedAndTakenOnPurpose) {
   EXPECT_THAT(refused.errors, HasSubstr("corbot-rt (pid " + std::to_string(task.pid()) + ")"));
   EXPECT_TRUE(task.running());
   up({"--replace"});
-  EXPECT_EQ(task.wait(within(10)), 0) << "it ended at rest";
+  EXPECT_EQ(task.wait(within(30)), 0) << "it ended at rest";
   EXPECT_TRUE(works());
 }
 

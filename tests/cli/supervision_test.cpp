@@ -50,7 +50,7 @@ TEST_F(Supervision, DownEndsEverythingAndLeavesNothing) {
   EXPECT_EQ(result.output, name_ + " is down\n");
   EXPECT_TRUE(has_ended(rt));
   EXPECT_TRUE(has_ended(servant));
-  EXPECT_EQ(supervisor_->wait(within(10)), 0);
+  EXPECT_EQ(supervisor_->wait(within(30)), 0);
   EXPECT_FALSE(channel_exists(name_, directory_.string()));
   EXPECT_EQ(corbot({"down"}).code, 3) << "there is nothing left to end";
   supervisor_.reset();
@@ -65,7 +65,7 @@ TEST_F(Supervision, DownWaitsForTheKillOfAProcessThatDoesNotEnd) {
   EXPECT_EQ(result.code, 0) << result.errors;
   EXPECT_TRUE(has_ended(servant));
   EXPECT_TRUE(has_ended(rt));
-  EXPECT_EQ(supervisor_->wait(within(10)), 0);
+  EXPECT_EQ(supervisor_->wait(within(30)), 0);
   const std::string log = supervisor_->errors();
   const std::size_t killing = log.find("servant does not end; killing it");
   ASSERT_NE(killing, std::string::npos) << log;
@@ -233,7 +233,7 @@ TEST_F(Supervision, NoChildOutlivesAKilledSupervisor) {
   const pid_t rt = pid_of("rt_pid");
   const pid_t servant = pid_of("servant_pid");
   supervisor_->signal(SIGKILL);
-  ASSERT_TRUE(supervisor_->wait(within(10)));
+  ASSERT_TRUE(supervisor_->wait(within(30)));
   EXPECT_TRUE(wait_until(within(20), [&] { return has_ended(rt) && has_ended(servant); }));
   EXPECT_EQ(corbot({"status"}).code, 3) << "a stale state file is not a robot";
   const RunResult result = corbot({"down", "--name", name_});
@@ -248,7 +248,7 @@ TEST_F(Supervision, StaleFilesOfATotalCrashAreListed) {
   // Or the children would still end in order when the supervisor dies.
   for (const pid_t pid : all) ASSERT_EQ(::kill(pid, SIGSTOP), 0);
   for (const pid_t pid : all) ASSERT_EQ(::kill(pid, SIGKILL), 0);
-  ASSERT_TRUE(supervisor_->wait(within(10)));
+  ASSERT_TRUE(supervisor_->wait(within(30)));
   ASSERT_TRUE(wait_until(within(20), [&] { return has_ended(all[0]) && has_ended(all[1]); }));
   ASSERT_TRUE(channel_exists(name_, directory_.string()));
   // The task's socket alone.

@@ -217,8 +217,8 @@ TEST_F(Kill, RealTimeTask) {
     random_pause(random);
     rt_->signal(SIGKILL);
     const auto killed = std::chrono::steady_clock::now();
-    ASSERT_TRUE(rt_->wait(within(10)));
-    ASSERT_TRUE(client_->wait_line("NotReady", within(10))) << client_->output();
+    ASSERT_TRUE(rt_->wait(within(30)));
+    ASSERT_TRUE(client_->wait_line("NotReady", within(30))) << client_->output();
     took_s.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - killed).count());
     ASSERT_TRUE(servant_->running()) << servant_->errors();
     start_rt();
@@ -248,7 +248,7 @@ TEST_F(Kill, RealTimeTaskAmongSeveralClients) {
     ASSERT_TRUE(wait_until(within(30), [&] { return moving(); })) << "round " << i;
     random_pause(random);
     rt_->signal(SIGKILL);
-    ASSERT_TRUE(rt_->wait(within(10)));
+    ASSERT_TRUE(rt_->wait(within(30)));
     start_rt();
     if (HasFatalFailure()) return;
     // What each waited for has ended, and a call that it made since, too.
@@ -267,7 +267,7 @@ TEST_F(Kill, Servant) {
     ASSERT_TRUE(wait_until(within(30), [&] { return moving(); }));
     random_pause(random);
     servant_->signal(SIGKILL);
-    ASSERT_TRUE(servant_->wait(within(10)));
+    ASSERT_TRUE(servant_->wait(within(30)));
     const std::uint64_t cycle = watch_->newest().cycle;
     // The task goes on, finishes what was accepted, and holds.
     ASSERT_TRUE(wait_until(within(30), [&] {
@@ -290,7 +290,7 @@ TEST_F(Kill, Client) {
     ASSERT_TRUE(wait_until(within(30), [&] { return moving(); }));
     random_pause(random);
     client_->signal(SIGKILL);
-    ASSERT_TRUE(client_->wait(within(10)));
+    ASSERT_TRUE(client_->wait(within(30)));
     // Its motion is carried out; the servant serves the next client.
     ASSERT_TRUE(wait_until(within(30), [&] { return watch_->newest().state == RtState::kStandby; }));
     ASSERT_TRUE(servant_->running());

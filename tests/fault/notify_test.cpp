@@ -161,7 +161,7 @@ TEST_F(Notify, ATaskWhoseLogIsNotReadReportsAllTheSame) {
   start_servant();  // "servant connected" is not written
   expect_well(*rt_);
   servant_->signal(SIGKILL);
-  ASSERT_TRUE(servant_->wait(within(10)));
+  ASSERT_TRUE(servant_->wait(within(30)));
   expect_well(*rt_);
   start_servant();
   arm_ = connect();

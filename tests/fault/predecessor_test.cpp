@@ -49,7 +49,7 @@ class PredecessorOffer : public ::testing::Test {
   void await_ready() { ASSERT_TRUE(task_->wait_line("ready", within(30))) << task_->errors(); }
   void kill() {
     task_->signal(SIGKILL);
-    ASSERT_TRUE(task_->wait(within(10)));
+    ASSERT_TRUE(task_->wait(within(30)));
   }
   /// A servant that offers that as the last task's segment; the segment that it receives. It stays connected.
   Descriptor serve(const Descriptor& offer) {

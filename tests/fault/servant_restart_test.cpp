@@ -25,10 +25,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 class ServantRestart : public RobotRig {
  protected:
   void SetUp() override {
@@ -140,15 +136,14 @@ TEST_F(ServantRestart, TheCauseOfAnErrorIsToldAsBefore) {
 
 /// A call after the restart is queued behind the motions of the servant before, and planned from their end.
 TEST_F(ServantRestart, WhatIsUnderWayGoesOnAndWhatComesIsQueuedBehindIt) {
-  const Corbot::Ticket running = arm_->StartDrive(0, 30.0, 10.0);
+  // Longer than any machine takes to start a servant.
+  const Corbot::Ticket running = arm_->StartDrive(0, 30.0, 2.5);
   const Corbot::Ticket queued = arm_->StartDrive(1, 10.0, 10.0);
   restart_servant();
   if (HasFatalFailure()) return;
-  const Clock::time_point called = Clock::now();
   const Corbot::Ticket added = arm_->StartDrive(0, -10.0, 20.0);
-  EXPECT_LT(seconds_since(called), 2.0) << "it waits for nothing";
   EXPECT_GT(added, queued);
-  EXPECT_EQ(state_of(queued), Corbot::MotionQueued);
+  EXPECT_EQ(state_of(queued), Corbot::MotionQueued) << "the call waited for nothing";
   EXPECT_EQ(end_of(running), Corbot::MotionDone);
   EXPECT_EQ(end_of(queued), Corbot::MotionDone);
   EXPECT_EQ(end_of(added), Corbot::MotionDone);
@@ -157,7 +152,7 @@ TEST_F(ServantRestart, WhatIsUnderWayGoesOnAndWhatComesIsQueuedBehindIt) {
 }
 
 TEST_F(ServantRestart, AnEarlierServantsMotionsCanBeWaitedForAndTakenBack) {
-  const Corbot::Ticket running = arm_->StartDrive(0, 40.0, 10.0);
+  const Corbot::Ticket running = arm_->StartDrive(0, 40.0, 4.0);
   const Corbot::Ticket queued = arm_->StartDrive(0, -40.0, 10.0);
   restart_servant();
   if (HasFatalFailure()) return;
@@ -196,7 +191,7 @@ TEST_F(ServantRestart, StopRightAfterARestartInMidMotion) {
     double last_s = 0.0;
     for (int i = 0; i < 5; ++i) {
       const Corbot::Ticket running =
-          is_moving ? arm_->StartDrive(0, i % 2 == 0 ? 60.0 : -60.0, 10.0) : arm_->StartDelay(600.0);
+          is_moving ? arm_->StartDrive(0, i % 2 == 0 ? 80.0 : -80.0, 10.0) : arm_->StartDelay(600.0);
       const Corbot::Ticket queued = arm_->StartDelay(600.0);
       ASSERT_TRUE(wait_until(within(30), [&] { return state_of(running) == Corbot::MotionRunning; }));
       restart_servant();

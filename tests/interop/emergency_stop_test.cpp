@@ -61,7 +61,7 @@ class EmergencyStopInput : public RobotRig, public ::testing::WithParamInterface
   void press(bool pressed) {
     const int level = pressed ? GetParam().pressed : 1 - GetParam().pressed;
     emulator_->send(fmt::format("input B {}", level));
-    ASSERT_TRUE(emulator_->wait_line("ok", within(10))) << emulator_->errors();
+    ASSERT_TRUE(emulator_->wait_line("ok", within(30))) << emulator_->errors();
   }
   void start() {
     start_rt();
@@ -85,7 +85,7 @@ class EmergencyStopInput : public RobotRig, public ::testing::WithParamInterface
   /// The servant keeps running.
   void kill_rt() {
     rt_->signal(SIGKILL);
-    ASSERT_TRUE(rt_->wait(within(10)));
+    ASSERT_TRUE(rt_->wait(within(30)));
     rt_.reset();
   }
   /// Whether the servant has received an alarm of a task that found the arm in Error.

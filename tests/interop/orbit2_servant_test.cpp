@@ -135,7 +135,7 @@ TEST_F(Orbit2Servant, ServesOnAUnixSocket) {
   EXPECT_EQ(second.code, 1);
   EXPECT_THAT(second.errors, HasSubstr("in use by another program"));
   servant_->signal(SIGKILL);
-  ASSERT_TRUE(servant_->wait(within(10)));
+  ASSERT_TRUE(servant_->wait(within(30)));
   EXPECT_TRUE(fs::exists(path)) << "what a killed one leaves";
   serve({"--unix", path});
   if (HasFatalFailure()) return;

@@ -49,7 +49,7 @@ class PowerUp : public RobotRig {
     if (!HasFatalFailure()) start_servant({"--state-dir", directory_});
     if (HasFatalFailure()) return;
     // Over a connection to a servant that was killed the first call fails.
-    ASSERT_TRUE(wait_until(within(10), [&] { return raised_by([&] { arm_ = connect(); }).empty(); }));
+    ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_ = connect(); }).empty(); }));
     ASSERT_TRUE(wait_for(Corbot::Standby)) << servant_->errors() << rt_->errors();
   }
   /// Both end, and the segment with them.
@@ -133,7 +133,7 @@ TEST_F(PowerUp, WhenBothAreKilledWhatTheServantKeptIsLeft) {
   ASSERT_TRUE(wait_until(within(20), [&] { return kept().find(expected) != std::string::npos; })) << kept();
   rt_->signal(SIGKILL);  // as a power cut would end both
   servant_->signal(SIGKILL);
-  ASSERT_TRUE(rt_->wait(within(10)) && servant_->wait(within(10)));
+  ASSERT_TRUE(rt_->wait(within(30)) && servant_->wait(within(30)));
   rt_.reset();
   servant_.reset();
   power_up();
@@ -191,7 +191,7 @@ TEST_F(PowerUp, AnotherServoMapMovesNothing) {
   };
   const double before_us = pulse_us();
   rt_->signal(SIGKILL);
-  ASSERT_TRUE(rt_->wait(within(10)));
+  ASSERT_TRUE(rt_->wait(within(30)));
   std::ifstream from(profile_);
   std::stringstream text;
   text << from.rdbuf();
@@ -232,7 +232,7 @@ TEST_F(PowerUp, ATaskWhoseTerminalIsClosedEndsInOrder) {
   ::signal(SIGHUP, of_caller);
   if (HasFatalFailure()) return;
   rt_->signal(SIGHUP);
-  EXPECT_EQ(rt_->wait(within(10)), 0) << rt_->errors();
+  EXPECT_EQ(rt_->wait(within(30)), 0) << rt_->errors();
   EXPECT_THAT(kept(), HasSubstr("joints_deg"));
   EXPECT_FALSE(channel_exists(name_));
 }
@@ -256,7 +256,7 @@ class PowerUpOnADevice : public PowerUp {
   }
   std::string pulses() {
     emulator_->send("pulses");
-    return emulator_->wait_line("pulses", within(10)).value_or("");
+    return emulator_->wait_line("pulses", within(30)).value_or("");
   }
   std::string line_;
   std::unique_ptr<Process> emulator_;
@@ -269,7 +269,7 @@ TEST_F(PowerUpOnADevice, AControllerThatKeptItsPowerReportsTheServos) {
   Corbot::DeviceInfo_var device = arm_->Device();
   EXPECT_STREQ(device->backend, "ssc32");
   EXPECT_EQ(device->health, Corbot::DeviceOpen);
-  EXPECT_TRUE(wait_until(within(10), [&] {
+  EXPECT_TRUE(wait_until(within(30), [&] {
     Corbot::DeviceInfo_var now = arm_->Device();
     return now->frames > 1 && now->age > 0.0 && now->ageMax >= now->age;
   }));
@@ -277,7 +277,7 @@ TEST_F(PowerUpOnADevice, AControllerThatKeptItsPowerReportsTheServos) {
   arm_->Drive(2, 31.4, 90.0);
   const Corbot::JointCoord before = joints();
   std::string there;
-  ASSERT_TRUE(wait_until(within(10), [&] {
+  ASSERT_TRUE(wait_until(within(30), [&] {
     there = pulses();
     return there.find("0=1555") != std::string::npos && there.find("2=1786") != std::string::npos;
   })) << there;

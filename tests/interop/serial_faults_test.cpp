@@ -94,7 +94,7 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
   [[nodiscard]] std::string record() const { return directory_ + "/pulses.csv"; }
   void command(const std::string& text) {
     emulator_->send(text);
-    ASSERT_TRUE(emulator_->wait_line("ok", within(10))) << text << ": " << emulator_->errors();
+    ASSERT_TRUE(emulator_->wait_line("ok", within(30))) << text << ": " << emulator_->errors();
   }
   [[nodiscard]] bool reaches(BackendHealth health) {
     return wait_until(within(60), [&] { return backend_->health() == health; });
@@ -110,7 +110,7 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
   [[nodiscard]] std::vector<double> pulses() {
     std::vector<double> values;
     emulator_->send("pulses");
-    const auto line = emulator_->wait_line("pulses", within(10));
+    const auto line = emulator_->wait_line("pulses", within(30));
     if (!line) return values;
     std::istringstream words(line->substr(6));
     for (std::string word; words >> word;) values.push_back(std::stod(word.substr(word.find('=') + 1)));

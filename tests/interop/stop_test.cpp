@@ -24,7 +24,7 @@ class Stop : public RobotRig {
   bool at_rest() {
     Corbot::JointCoord_var first = arm_->ArtiCoord();
     const std::uint64_t cycles = cycle_count();
-    wait_until(within(10), [&] { return cycle_count() >= cycles + 100; });
+    wait_until(within(30), [&] { return cycle_count() >= cycles + 100; });
     Corbot::JointCoord_var now = arm_->ArtiCoord();
     return distance_deg(first, now) == 0.0;
   }

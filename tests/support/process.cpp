@@ -206,7 +206,7 @@ std::optional<int> Process::wait(Deadline deadline) {
 
 int Process::terminate() {
   signal(SIGTERM);
-  const auto status = wait(within(10));
+  const auto status = wait(within(30));
   if (!status) return -1;
   return WIFEXITED(*status) ? WEXITSTATUS(*status) : 128 + WTERMSIG(*status);
 }
