@@ -84,6 +84,7 @@ CycleStart StartPosition::decide(const TaskSegment& segment, const DevicePositio
   const std::optional<LastPosition> saved = has_last ? by_pulses(last) : forget ? std::nullopt : read();
   const std::optional<CycleStart> reported = from_device(device, saved);
   CycleStart start = reported ? *reported : has_last ? left_by(last, *saved) : assumed(saved);
+  start.held = saved && saved->held;
   start.outranks_segment = true;
   return start;
 }

@@ -61,6 +61,7 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
     hold_.adopt((last.flags & kSnapshotHeld) != 0);
   } else {
     queue_.adopt(0);
+    hold_.adopt(start.held);
   }
   inherit_error(task_.stop_seen.load(std::memory_order_acquire) != 0);
   gap_inherited_ = start.after_gap;

@@ -42,6 +42,7 @@ struct CycleStart {
   bool unverified{false};         ///< position unverified: the first motion is slow
   bool outranks_segment{false};   ///< the segment's last snapshot does not say where the servos are
   bool after_gap{false};          ///< the task before was replaced because it was frozen: begin in Error
+  bool held{false};               ///< by StopAndHold, as the file on disk says; the segment outranks it
   bool power_cut_at_stop{false};  ///< by an emergency stop: unverified again once it is cleared
   std::uint64_t position_fingerprint{0};  ///< for the snapshots
 };

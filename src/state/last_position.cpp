@@ -123,10 +123,12 @@ std::string position_text(const LastPosition& position, std::size_t dof) {
       "# The last position that corbot commanded to this arm. Read when the arm is powered up, and only\n"
       "# if its profile has not changed since. Delete it if the arm has been moved by hand.\n"
       "format = {}\nrobot = \"{}\"\nprofile = \"{:016x}\"  # fingerprint\nboot = \"{}\"\n"
-      "saved = {:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z\nat_rest = {}\njoints_deg = [{}]\n"
+      "saved = {:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z\nat_rest = {}\nheld = {}  # by StopAndHold: nothing "
+      "moves until Clear\njoints_deg = [{}]\n"
       "gripper = {}  # 0 closed, 1 open\n",
       kFormat, position.robot, position.fingerprint, position.boot_id, when.tm_year + 1900, when.tm_mon + 1,
-      when.tm_mday, when.tm_hour, when.tm_min, when.tm_sec, position.at_rest, joints, position.opening);
+      when.tm_mday, when.tm_hour, when.tm_min, when.tm_sec, position.at_rest, position.held, joints,
+      position.opening);
 }
 
 LastPosition parse_position(std::string_view text, std::string_view robot, const ArmModel& arm) {
@@ -143,6 +145,8 @@ LastPosition parse_position(std::string_view text, std::string_view robot, const
   if (position.boot_id.size() > kMaxBootId) throw PositionError("boot: too long");
   position.saved_s = epoch_of(required<toml::date_time>(table, "saved"));
   position.at_rest = required<bool>(table, "at_rest");
+  if (table.contains("held"))
+    position.held = required<bool>(table, "held");  // not in earlier versions' files
   position.position_rad = read_joints(table, arm);
   const toml::node* gripper = table.get("gripper");
   if (gripper == nullptr) throw PositionError("gripper is missing");

@@ -19,6 +19,7 @@ struct LastPosition {
   std::string boot_id;          ///< of the machine's run in which it was written
   std::int64_t saved_s{};       ///< since the Unix epoch
   bool at_rest{};               ///< false: written in the middle of a motion
+  bool held{};                  ///< by StopAndHold, and not cleared
   Joints position_rad{};
   double opening{};  ///< of the gripper, 0 closed … 1 open
 };

@@ -83,6 +83,7 @@ LastPosition position_of(const Snapshot& snapshot, const std::string& robot) {
   position.boot_id = boot_id();
   position.saved_s = static_cast<std::int64_t>(std::time(nullptr));
   position.at_rest = snapshot.command_id == 0;
+  position.held = (snapshot.flags & kSnapshotHeld) != 0;
   position.position_rad = snapshot.position_rad;
   position.opening = snapshot.gripper;
   return position;

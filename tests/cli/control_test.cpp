@@ -125,6 +125,21 @@ TEST_F(ControlCommands, HoldLastsUntilClear) {
   EXPECT_EQ(corbot({"ready"}).code, 0);
 }
 
+/// Down and up: whoever asked for it may still stand at the arm.
+TEST_F(ControlCommands, AHoldOutlivesTheRobot) {
+  EXPECT_EQ(corbot({"hold"}).code, 0);
+  EXPECT_EQ(corbot({"down"}).code, 0);
+  supervisor_.reset();
+  up();
+  EXPECT_TRUE(status().at("control").at("held").get<bool>());
+  EXPECT_EQ(corbot({"ready"}).code, 1);
+  EXPECT_EQ(corbot({"clear"}).code, 0);
+  EXPECT_EQ(corbot({"down"}).code, 0);
+  supervisor_.reset();
+  up();
+  EXPECT_FALSE(status().at("control").at("held").get<bool>());
+}
+
 TEST_F(ControlCommands, RefusesWhatIsNoLease) {
   const RunResult refused = corbot({"acquire", "--lease", "4000"});
   EXPECT_EQ(refused.code, 1);

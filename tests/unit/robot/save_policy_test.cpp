@@ -31,6 +31,18 @@ TEST(SavePolicy, KeepsRestAtOnceAndMotionEverySecond) {
   EXPECT_TRUE(rule.is_due(at(0.2, 0), now + 1ms)) << "where it was, but at rest now";
 }
 
+TEST(SavePolicy, KeepsAHoldAtOnce) {
+  SavePolicy rule;
+  const SavePolicy::Instant now{};
+  rule.saved(at(0.0, 7), now);
+  Snapshot held = at(0.0, 7);
+  held.flags = kSnapshotHeld;
+  EXPECT_TRUE(rule.is_due(held, now + 10ms)) << "while it slows down";
+  rule.saved(held, now + 10ms);
+  EXPECT_FALSE(rule.is_due(held, now + 20ms));
+  EXPECT_TRUE(rule.is_due(at(0.0, 7), now + 20ms)) << "cleared";
+}
+
 TEST(SavePolicy, DoesNotHammerAFullDisk) {
   SavePolicy rule;
   const SavePolicy::Instant now{};

@@ -216,11 +216,28 @@ TEST_F(Hold, ATaskThatHasLostItFindsItInTheServantsCounts) {
   }
 }
 
+TEST_F(Hold, OutlivesEveryProcessByTheFileOnDisk) {
+  rig.task = std::make_unique<TaskSegment>();
+  rig.servant = std::make_unique<ServantSegment>();
+  rig.restart({.held = true});
+  rig.step();
+  EXPECT_EQ(rig.snapshot.state, RtState::kError);
+  EXPECT_TRUE(is_held());
+  EXPECT_EQ(alarms(), std::vector{AlarmCode::kHeld});
+  rig.clear();
+  rig.step();
+  EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
+  rig.restart({.held = true});
+  rig.step();
+  EXPECT_FALSE(is_held()) << "the segment is newer";
+}
+
 TEST_F(Hold, OutlivesItsServant) {
   hold();
   until_error();
-  rig.servant = std::make_unique<ServantSegment>();  // of one that has inherited nothing
-  rig.cycle->connect({rig.servant.get(), ++rig.session});
+  auto next = std::make_unique<ServantSegment>();  // of one that has inherited nothing
+  rig.cycle->connect({next.get(), ++rig.session});
+  rig.servant = std::move(next);
   rig.step();
   EXPECT_TRUE(is_held());
   rig.clear();

@@ -86,6 +86,21 @@ TEST_F(StartPositionTest, TheFileIsUsed) {
   EXPECT_THAT(text, HasSubstr("UNKNOWN; the arm is taken to be"));
 }
 
+TEST_F(StartPositionTest, AHoldIsInTheFile) {
+  save();
+  EXPECT_FALSE(find().held);
+  publish(kSaved, 0.5);
+  Snapshot last{};
+  ASSERT_TRUE(last_snapshot(*segment, last));
+  last.flags |= kSnapshotHeld;
+  segment->snapshot.store(last);
+  rt::StartPosition(profile, "arm", directory).save(*segment);
+  segment = std::make_unique<TaskSegment>();
+  EXPECT_TRUE(find().held);
+  EXPECT_TRUE(find(device(DevicePosition::Kind::kMeasured, kSaved)).held) << "wherever the device is";
+  EXPECT_FALSE(find({}, true).held) << "unless it is to be forgotten";
+}
+
 TEST_F(StartPositionTest, ADeviceThatMeasuresKnowsBetter) {
   save();
   const rt::CycleStart start = find(device(DevicePosition::Kind::kMeasured, {0.1, 0.2, 0.3, 0.39}));

@@ -75,6 +75,17 @@ TEST_F(Position, IsReadAsWritten) {
   EXPECT_EQ(std::distance(fs::directory_iterator(directory_), fs::directory_iterator()), 1);
 }
 
+TEST_F(Position, SaysWhetherTheArmIsHeld) {
+  EXPECT_FALSE(parse_position(position_text(sample(), arm_.dof), "lynx5", arm_).held);
+  Snapshot snapshot{};
+  snapshot.flags = kSnapshotHeld;
+  snapshot.position_fingerprint = position_fingerprint(arm_);
+  const std::string text = position_text(position_of(snapshot, "lynx5"), arm_.dof);
+  EXPECT_TRUE(parse_position(text, "lynx5", arm_).held);
+  EXPECT_THAT(refusal(changed("held = false", "held = 0")), HasSubstr("held"));
+  EXPECT_EQ(refusal(changed("held = false", "")), "") << "written by an earlier version";
+}
+
 TEST_F(Position, AtTheVeryEndsOfTheRangesIsAccepted) {
   LastPosition position = sample();
   for (std::size_t i = 0; i < arm_.dof; ++i) position.position_rad[i] = arm_.joints[i].upper_rad;
