@@ -118,7 +118,7 @@ TEST_F(Notify, StoredDescriptorsAreHandedUpToTheServiceManager) {
 TEST_F(Notify, AChildThatDoesNotRespondIsReplaced) {
   Supervisor::Spec spec =
       child("store=kept:" + file("a") + " ready hang", "report=" + file("got") + " ready");
-  spec.respond_s = 1;
+  spec.respond_s = 4;
   spec.after_unresponsive = {"feed"};  // without it, the second one ends at once
   ASSERT_TRUE(supervisor_->start(spec));
   const pid_t first = supervisor_->pid_of("child");
@@ -209,7 +209,7 @@ TEST_F(Notify, AChildThatDoesNotGetReadyAgainIsGivenUp) {
 
 TEST_F(Notify, ARestartedChildThatHangsBeforeItIsReadyIsReplaced) {
   Supervisor::Spec spec = child("ready exit=3", "hang");
-  spec.ready_within_s = 1;
+  spec.ready_within_s = 4;
   ASSERT_TRUE(supervisor_->start(spec));
   pid_t second = 0;
   ASSERT_TRUE(step_until([&] { return (second = supervisor_->pid_of("child")) != 0 && changes_ == 2; }));

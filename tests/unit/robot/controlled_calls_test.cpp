@@ -104,7 +104,7 @@ TEST_F(ControlledCalls, ReadsWaitsStopHoldAndClearAreFree) {
   corbot_robot_holder(called_.get(), &holder);
   EXPECT_STREQ(holder.who, "cell");
   EXPECT_GT(holder.left_s, kLong_s - 60.0);
-  ASSERT_EQ(drive(key, 60.0), CORBOT_OK);
+  ASSERT_EQ(drive(key, 60.0, 5.0), CORBOT_OK);
   corbot_caller anyone = caller(public_);
   corbot_motion_info info{};
   EXPECT_EQ(corbot_robot_wait(called_.get(), ticket_, 0.0, nullptr, &info, &error_), CORBOT_OK);
@@ -119,7 +119,7 @@ TEST_F(ControlledCalls, ReadsWaitsStopHoldAndClearAreFree) {
 TEST_F(ControlledCalls, ReleaseStopsTheArmOnItsPathAndFreesIt) {
   open_at_rest();
   const std::string key = acquire("cell", kLong_s);
-  ASSERT_EQ(drive(key, 60.0), CORBOT_OK);
+  ASSERT_EQ(drive(key, 60.0, 5.0), CORBOT_OK);
   ASSERT_TRUE(wait_until(within(30), [&] { return joint_0_deg() > 2.0; }));
   const corbot_caller holder = caller(key);
   ASSERT_EQ(corbot_robot_release(called_.get(), &holder, &error_), CORBOT_OK) << error_.text;
@@ -227,7 +227,7 @@ TEST_F(ControlledCalls, TheLogHasCallsTheirOutcomesAndTheEndOfMotions) {
   ASSERT_EQ(drive(key, 2.5), CORBOT_OK);
   const corbot_ticket done = ticket_;
   EXPECT_EQ(end_of(done).state, CORBOT_MOTION_DONE);
-  ASSERT_EQ(drive(key, 60.0), CORBOT_OK);
+  ASSERT_EQ(drive(key, 60.0, 5.0), CORBOT_OK);
   const corbot_ticket stopped = ticket_;
   const corbot_caller anyone = caller(public_);
   ASSERT_EQ(corbot_robot_stop(called_.get(), &anyone, &error_), CORBOT_OK);

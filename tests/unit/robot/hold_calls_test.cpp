@@ -40,7 +40,7 @@ class HoldCalls : public CalledRobot {
 TEST_F(HoldCalls, ReturnsAtRestInErrorAndSaysWhoAsked) {
   open_at_rest();
   EXPECT_FALSE(is_held());
-  ASSERT_EQ(drive(public_, 60.0), CORBOT_OK) << error_.text;
+  ASSERT_EQ(drive(public_, 60.0, 5.0), CORBOT_OK) << error_.text;
   ASSERT_TRUE(wait_until(within(30), [&] { return joint_0_deg() > 2.0; }));
   ASSERT_EQ(hold(), CORBOT_OK) << error_.text;
   const double rest_deg = joint_0_deg();
