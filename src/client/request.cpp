@@ -117,7 +117,7 @@ const std::vector<VerbSpec>& table() {
        0,
        {{"--lease", "S", "seconds until it ends unless it is used, 0.5 to 3600 (60)"},
         {"--who", "NAME", "who has it, for others to read (USER@MACHINE)"}},
-       "Take exclusive control; prints the reference for --robot or $CORBOT_ROBOT",
+       "Take exclusive control of an arm at rest; prints the reference for --robot or $CORBOT_ROBOT",
        false,
        false},
       {Verb::kRenew, "renew", {}, 0, {}, "Begin the lease anew; --robot is the reference", false, false},

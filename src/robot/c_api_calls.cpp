@@ -129,6 +129,10 @@ std::array<double, 3> point_above(const double* p_m, double d_m) {
 /// How soon the place of a caller who is gone is free again: well within a second.
 constexpr double kSlice_s = 0.2;
 
+bool is_present(const corbot_caller* caller) {
+  return caller == nullptr || caller->present == nullptr || caller->present(caller->context) != 0;
+}
+
 bool is_pending(const corbot_motion_info& info) {
   return info.state == CORBOT_MOTION_QUEUED || info.state == CORBOT_MOTION_RUNNING;
 }
@@ -144,8 +148,7 @@ corbot_motion_info wait_in_slices(const Robot& robot, corbot_ticket ticket, doub
     const corbot_motion_info info = robot.wait(ticket, std::min(left_s, kSlice_s));
     const bool is_last = timeout_s >= 0.0 && left_s <= kSlice_s;
     if (!is_pending(info) || is_last || robot.ends_waits()) return info;
-    if (caller.present != nullptr && caller.present(caller.context) == 0)
-      throw not_ready("the connection of the caller is lost; the motion goes on");
+    if (!is_present(&caller)) throw not_ready("the connection of the caller is lost; the motion goes on");
   }
 }
 
@@ -155,7 +158,12 @@ corbot_status corbot_robot_acquire(corbot_robot* robot, const corbot_caller* cal
                                    double lease_s, char key[CORBOT_KEY], corbot_error* error) {
   return recorded(
       robot, caller, error,
-      [&](const std::string&) { copy_text(robot->robot.acquire(who, lease_s), key, CORBOT_KEY); },
+      [&](const std::string&) {
+        const auto wanted = [caller] {
+          if (!is_present(caller)) throw not_ready("the connection of the caller is lost");
+        };
+        copy_text(robot->robot.acquire(who, lease_s, wanted), key, CORBOT_KEY);
+      },
       "Acquire(\"{:.80}\", {})", who, lease_s);
 }
 

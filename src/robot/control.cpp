@@ -109,7 +109,14 @@ Control::Use::~Use() {
   if (control_ != nullptr) control_->end_use(number_);
 }
 
-std::string Control::acquire(const std::string& who, double lease_s) {
+/// Whoever was admitted before control was taken has returned.
+void Control::await_alone(std::unique_lock<std::mutex>& lock) {
+  const bool alone = changed_.wait_for(lock, kCallsEnd, [this] { return public_uses_ == 0 || closing_; });
+  if (closing_) throw not_ready("the servant is shutting down");
+  if (!alone) throw not_ready("calls of others are still being carried out");
+}
+
+std::string Control::acquire(const std::string& who, double lease_s, const Admit& admit) {
   if (!(lease_s >= kShortestLease_s && lease_s <= kLongestLease_s))
     throw bad_argument(
         "lease", lease_s,
@@ -122,15 +129,23 @@ std::string Control::acquire(const std::string& who, double lease_s) {
   const Clock::duration lease = nanoseconds(lease_s);
   std::unique_lock lock(mutex_);
   if (state_) throw not_ready(describe());
+  lock.unlock();
+  admit();
+  lock.lock();
+  if (state_) throw not_ready(describe());
   // Refuses everyone from now on; the key is not known to anybody yet, and the lease does not run.
   State& state = state_.emplace(State{++acquisitions_, who, digest_of(key), lease, Clock::now() + lease});
   state.uses = 1;
-  const bool alone =
-      changed_.wait_for(lock, kCallsEnd, [this] { return public_uses_ == 0 || closing_; }) && !closing_;
-  if (!alone) {
+  try {
+    await_alone(lock);
+    lock.unlock();
+    admit();
+    lock.lock();
+  } catch (...) {
+    if (!lock.owns_lock()) lock.lock();
     state_.reset();
-    throw not_ready(closing_ ? "the servant is shutting down"
-                             : "calls of others are still being carried out");
+    changed_.notify_all();
+    throw;
   }
   state.uses = 0;
   state.until = Clock::now() + lease;
@@ -139,8 +154,13 @@ std::string Control::acquire(const std::string& who, double lease_s) {
   return key;
 }
 
+/// The thread that ends it may be late.
+bool Control::has_run_out() const {
+  return state_->uses == 0 && state_->may_expire && Clock::now() >= state_->until;
+}
+
 bool Control::has_key(const std::string& key) const {
-  if (!state_ || state_->ending) return false;
+  if (!state_ || state_->ending || has_run_out()) return false;
   // In a time that does not depend on where the two differ.
   return ::CRYPTO_memcmp(state_->key_digest.data(), digest_of(key).data(), state_->key_digest.size()) == 0;
 }
@@ -161,18 +181,21 @@ void Control::renew(const std::string& key) {
 void Control::release(const std::string& key) {
   std::unique_lock lock(mutex_);
   (void)held_by(key);
-  end(lock, true);
+  const std::string failure = end(lock, true);
+  if (!failure.empty())
+    throw not_ready("control has ended, but it is not known that the arm has stopped: " + failure);
 }
 
-void Control::end(std::unique_lock<std::mutex>& lock, bool is_released) {
+std::string Control::end(std::unique_lock<std::mutex>& lock, bool is_released) {
   state_->ending = true;
   const Ending ending{state_->who, is_released};
   lock.unlock();
-  on_end_(ending);
+  std::string failure = on_end_(ending);
   lock.lock();
   state_.reset();
   keep();  // not before the arm was stopped: a servant that is killed meanwhile leaves that to the next
   changed_.notify_all();
+  return failure;
 }
 
 std::optional<Control::Holder> Control::holder() const {
@@ -238,8 +261,8 @@ void Control::run() {
   while (!closing_) {
     if (!state_ || state_->ending || !state_->may_expire || state_->uses > 0) {
       changed_.wait(lock);
-    } else if (Clock::now() >= state_->until) {
-      end(lock, false);
+    } else if (has_run_out()) {
+      (void)end(lock, false);  // on_end has reported a failure
     } else {
       const Clock::time_point until = state_->until;
       changed_.wait_until(lock, until);

@@ -40,9 +40,12 @@ class Control {
     std::string who;
     bool is_released{};  ///< by its holder; else the lease has run out
   };
-  /// Throws nothing. Called without any lock of this class, by a thread of this class when a lease has run out, and by
-  /// release(). No new holder is admitted before it has returned.
-  using OnEnd = std::function<void(const Ending&)>;
+  /// Throws nothing; returns why it is not known that the arm has stopped, "": it has. Called without any lock of this
+  /// class, by a thread of this class when a lease has run out, and by release(). No new holder is admitted before it has
+  /// returned.
+  using OnEnd = std::function<std::string(const Ending&)>;
+  /// Throws CallError where nobody may take control now. Called without any lock of this class.
+  using Admit = std::function<void()>;
 
   /// `kept`, for the next servant, outlives this.
   Control(DurableCell<ControlRecord>& kept, OnEnd on_end);
@@ -61,12 +64,13 @@ class Control {
   void allow_expiry();
 
   /// Takes control and returns the key, 32 hexadecimal digits of 128 random bits. Throws CallError: bad_argument for a
-  /// lease or a name beyond the bounds above, not_ready when another has control. Whoever was admitted before has
-  /// returned by then.
-  [[nodiscard]] std::string acquire(const std::string& who, double lease_s);
+  /// lease or a name beyond the bounds above, not_ready when another has control; and what `admit` throws, which leaves
+  /// no control behind. `admit` is called before all others are refused, so that a hopeless attempt disturbs nobody, and
+  /// again when whoever was admitted before has returned.
+  [[nodiscard]] std::string acquire(const std::string& who, double lease_s, const Admit& admit);
   /// The lease begins anew. Throws CallError (not ready) when this key has not, or no longer, control.
   void renew(const std::string& key);
-  /// Gives control back. Throws as renew().
+  /// Gives control back. Throws as renew(); and not_ready, control having ended, with what on_end returned.
   void release(const std::string& key);
 
   [[nodiscard]] std::optional<Holder> holder() const;
@@ -110,8 +114,10 @@ class Control {
 
   void run();
   void end_use(std::uint64_t number);
-  void end(std::unique_lock<std::mutex>& lock, bool is_released);
+  [[nodiscard]] std::string end(std::unique_lock<std::mutex>& lock, bool is_released);
+  void await_alone(std::unique_lock<std::mutex>& lock);
   void keep();  ///< with the lock
+  [[nodiscard]] bool has_run_out() const;
   [[nodiscard]] bool has_key(const std::string& key) const;
   [[nodiscard]] State& held_by(const std::string& key);
   [[nodiscard]] std::string describe() const;

@@ -65,12 +65,13 @@ void corbot_robot_stops(const corbot_robot* robot, uint64_t* all, uint64_t* by_o
 /* Takes control for `lease_s`, and gives the key, 32 hexadecimal digits. The lease begins anew with each call under the
  * key and with corbot_robot_renew, and does not run out while such a call is under way. When it has run out, and with
  * corbot_robot_release, the arm is stopped on its path. CORBOT_BAD_PARAMETER: a name or a lease that is not allowed;
- * CORBOT_NOT_READY: another has control. */
+ * CORBOT_NOT_READY: another has control, motions of others are pending, or the caller is no longer there. */
 corbot_status corbot_robot_acquire(corbot_robot* robot, const corbot_caller* caller, const char* who,
                                    double lease_s, char key[CORBOT_KEY], corbot_error* error);
 /* CORBOT_NOT_READY: the caller's key has no control, or not any more. */
 corbot_status corbot_robot_renew(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
-/* Returns at rest. CORBOT_NOT_READY as above. */
+/* Returns at rest. CORBOT_NOT_READY as above; and where it is not known that the arm has stopped: control has ended then,
+ * too. */
 corbot_status corbot_robot_release(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
 void corbot_robot_holder(const corbot_robot* robot, corbot_holder* out);
 

@@ -122,7 +122,8 @@ typedef struct corbot_device_info {
 /* The client of a call; a pointer to it may be NULL where it is not known. */
 typedef struct corbot_caller {
   /* Asked a few times a second, while the call waits for a motion, whether the caller is still there; 0
-   * ends the wait with CORBOT_NOT_READY, and the motion goes on. NULL: it is always there. */
+   * ends the wait with CORBOT_NOT_READY, and the motion goes on. Asked before control is given, which is refused
+   * then. NULL: it is always there. */
   int (*present)(void* context);
   void* context;
   const char*

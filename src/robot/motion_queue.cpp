@@ -29,6 +29,14 @@ class Place {
   std::atomic<int>& taken_;
 };
 
+bool is_idle(const Snapshot& now) { return now.command_id == 0 && now.waiting_id == 0 && now.backlog == 0; }
+
+CallError under_way(std::size_t motions) {
+  return not_ready((motions == 1 ? std::string("a motion of others is")
+                                 : fmt::format("{} motions of others are", motions)) +
+                   " still under way: call again when the arm is at rest, or Stop it");
+}
+
 std::string still_to_come(const Snapshot& now) {
   std::string text = "of the servant before this one ";
   if (now.command_id != 0) {
@@ -87,13 +95,32 @@ std::optional<PlanStart> MotionQueue::plan_start(const LivingTask& task, std::ui
   }
   // The verdict may be ahead of the snapshot; and what was taken back waits in the ring for its turn. What a servant
   // before this one had handed over, the task has had from the first snapshot on, or never.
-  const bool is_idle = now.command_id == 0 && now.waiting_id == 0 && now.backlog == 0;
   const bool has_ended = pushed_to_ != task.incarnation || now.last_done_id >= last_pushed_ ||
-                         (is_idle && last_pushed_ <= inherited_through_);
+                         (is_idle(now) && last_pushed_ <= inherited_through_);
   if (!has_ended) return std::nullopt;
   // A servant whose records could not be read has left motions that nobody has a ticket of.
-  if (!is_idle) throw not_ready(still_to_come(now));
+  if (!is_idle(now)) throw not_ready(still_to_come(now));
   return PlanStart{now.position_rad, now.gripper};
+}
+
+void MotionQueue::check_empty(const LivingTask& task) {
+  for (Patience patience{std::chrono::duration<double>(kRestKnown_s)};;) {
+    const bool is_last = patience.is_over();
+    const std::uint64_t seen = access_.changes();
+    Snapshot now{};
+    {
+      const std::lock_guard lock(planning_mutex_);
+      access_.check(task);
+      if (const std::size_t pending = tickets_.pending(); pending > 0) throw under_way(pending);
+      // What this servant has handed over comes after all of the ones before it, and all of it has its verdict: that
+      // may be ahead of the snapshot.
+      if (pushed_to_ == task.incarnation && last_pushed_ > inherited_through_) return;
+      // A servant whose records could not be read has left motions that nobody has a ticket of.
+      if (task.segment().snapshot.load(now) && now.incarnation == task.incarnation && is_idle(now)) return;
+    }
+    if (is_last) throw not_ready(still_to_come(now));
+    access_.wait_change(seen);
+  }
 }
 
 void MotionQueue::inherit(const std::vector<Ticket>& former) {

@@ -45,6 +45,8 @@ class MotionQueue {
   void inherit(const std::vector<Ticket>& former);
   /// The servant before this one may have been killed before the task knew what it was to take back.
   void repeat_cancel();
+  /// Throws CallError (not ready) while a motion is pending, of this servant or one before it.
+  void check_empty(const LivingTask& task);
   /// Calls in accept() that have read the number of stops.
   [[nodiscard]] int starting() const noexcept { return starting_.load(); }
 

@@ -36,7 +36,8 @@ Robot::Robot(Profile profile, const std::string& name)
       view_(profile_, link_, watch_, tickets_, alarms_),
       task_(link_, watch_),
       queue_(planner_, profile_.queue_capacity, tickets_, task_, view_),
-      control_(link_.own().state.control, [this](const Control::Ending& ending) { end_control(ending); }) {
+      control_(link_.own().state.control,
+               [this](const Control::Ending& ending) { return end_control(ending); }) {
   alarms_.keep_in(link_.own().state.alarms);
   tickets_.keep_in(link_.own().state.tickets);
   tickets_.on_end([this](const Ticket& ticket) { record_end(ticket); });
@@ -292,22 +293,29 @@ std::string Robot::held_alarm_text(const AlarmEvent& alarm) const {
   return held_by_.empty() ? alarm_text(alarm) : alarm_text(alarm) + ", asked for by " + held_by_;
 }
 
-std::string Robot::acquire(const std::string& who, double lease_s) {
-  (void)task_.living();
-  return control_.acquire(who, lease_s);
+std::string Robot::acquire(const std::string& who, double lease_s, const Control::Admit& wanted) {
+  return control_.acquire(who, lease_s, [&] {
+    queue_.check_empty(task_.living());
+    wanted();
+  });
 }
 
-void Robot::end_control(const Control::Ending& ending) noexcept {
-  AuditEntry entry{ending.who, "", "the lease has run out", 0, "the arm was stopped"};
+/// A task that is gone moves nothing; a frozen one finds the stop when it goes on.
+std::string Robot::end_control(const Control::Ending& ending) {
+  std::string failure;
   try {
     stop();
   } catch (const CallError& failed) {
-    entry.outcome =
-        failed.error.text;  // the task is gone, and nothing moves, or it finds the stop when it goes on
+    failure = failed.error.text;
   } catch (const std::exception& failed) {
-    entry.outcome = failed.what();
+    failure = failed.what();
   }
-  if (!ending.is_released) record(entry);
+  if (!ending.is_released) {
+    record(
+        {ending.who, "", "the lease has run out", 0,
+         failure.empty() ? "the arm was stopped" : "it is not known that the arm has stopped: " + failure});
+  }
+  return failure;
 }
 
 void Robot::pause(bool on) {

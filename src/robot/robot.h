@@ -81,8 +81,9 @@ class Robot final : private LinkListener {
   /// Exclusive control. Everything below but stop(), stop_and_hold() and clear() needs a Control::Use while it lasts.
   [[nodiscard]] Control& control() noexcept { return control_; }
   [[nodiscard]] const Control& control() const noexcept { return control_; }
-  /// Not ready where no real-time task is connected.
-  [[nodiscard]] std::string acquire(const std::string& who, double lease_s);
+  /// Not ready where no real-time task is connected, and while motions are pending: they are another's. `wanted` throws
+  /// where the caller is gone meanwhile.
+  [[nodiscard]] std::string acquire(const std::string& who, double lease_s, const Control::Admit& wanted);
 
   // Pre-emption: flags in the segment, no lock that a plan holds.
   void stop();
@@ -126,7 +127,7 @@ class Robot final : private LinkListener {
   void set_held_by(const std::string& by);
   [[nodiscard]] std::string held_alarm_text(const AlarmEvent& alarm) const;
   void record_end(const Ticket& ticket) const;
-  void end_control(const Control::Ending& ending) noexcept;
+  std::string end_control(const Control::Ending& ending);
 
   const Profile profile_;
   const std::string name_;

@@ -107,6 +107,21 @@ TEST_F(ControlCommands, StatusNamesTheHolder) {
   EXPECT_EQ(second.output, "");
 }
 
+TEST_F(ControlCommands, AcquireLeavesMotionsOfOthersAlone) {
+  const auto motion = begin({"joints", "80", "20", "30", "40", "--time", "30"});
+  ASSERT_TRUE(wait_state("Waiting"));
+  const RunResult refused = corbot({"acquire"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_EQ(refused.output, "");
+  EXPECT_THAT(refused.errors, HasSubstr("a motion of others is still under way: call again when the arm is "
+                                        "at rest, or Stop it"));
+  EXPECT_EQ(status().at("state"), "Waiting");
+  EXPECT_EQ(holder(), "");
+  EXPECT_EQ(corbot({"stop"}).code, 0);
+  EXPECT_TRUE(motion->wait(within(30)));
+  EXPECT_EQ(by(acquire({}), {"drive", "0", "1", "20"}).code, 0);
+}
+
 TEST_F(ControlCommands, HoldLastsUntilClear) {
   const auto motion = begin({"joints", "80", "20", "30", "40", "--time", "30"});
   ASSERT_TRUE(wait_state("Waiting"));

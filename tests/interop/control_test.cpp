@@ -5,11 +5,11 @@
 
 #include <atomic>
 #include <filesystem>
-#include <functional>
 #include <thread>
 
 #include <fmt/core.h>
 
+#include "controlled_operations.h"
 #include "support/giop.h"
 #include "support/ior.h"
 #include "support/robot_rig.h"
@@ -48,55 +48,6 @@ CORBA::ULong no_permission(Call&& call) {
     ADD_FAILURE() << e._name();
   }
   return 0;
-}
-
-using Operation = std::pair<const char*, std::function<void(Corbot::Arm_ptr)>>;
-
-Corbot::JointCoord some_joints() {
-  Corbot::JointCoord target;
-  target.length(4);
-  for (CORBA::ULong i = 0; i < 4; ++i) target[i] = 1.0;
-  return target;
-}
-
-/// All that needs control and can say NotReady.
-std::vector<Operation> guarded_operations() {
-  return {{"Move", [](auto arm) { arm->Move(0.2, 0, 0.1, 0, 0); }},
-          {"MoveS", [](auto arm) { arm->MoveS(0.2, 0, 0.11, 0, 0); }},
-          {"MoveC",
-           [](auto arm) {
-             arm->MoveC({0.2, -0.03, 0.1}, {0.22, 0, 0.1}, {0.2, 0.03, 0.1});
-           }},
-          {"Drive", [](auto arm) { arm->Drive(0, 1, 20); }},
-          {"Ready", [](auto arm) { arm->Ready(); }},
-          {"Delay", [](auto arm) { arm->Delay(0); }},
-          {"Open", [](auto arm) { arm->Open(); }},
-          {"Close", [](auto arm) { arm->Close(); }},
-          {"MoveJoints", [](auto arm) { arm->MoveJoints(some_joints(), 0); }},
-          {"StartMove", [](auto arm) { arm->StartMove(0.2, 0, 0.1, 0, 0); }},
-          {"StartMoveS", [](auto arm) { arm->StartMoveS(0.2, 0, 0.11, 0, 0); }},
-          {"StartMoveC",
-           [](auto arm) {
-             arm->StartMoveC({0.2, -0.03, 0.1}, {0.22, 0, 0.1}, {0.2, 0.03, 0.1});
-           }},
-          {"StartDrive", [](auto arm) { arm->StartDrive(0, 1, 20); }},
-          {"StartMoveJoints", [](auto arm) { arm->StartMoveJoints(some_joints(), 0); }},
-          {"StartReady", [](auto arm) { arm->StartReady(); }},
-          {"StartDelay", [](auto arm) { arm->StartDelay(0); }},
-          {"StartOpen", [](auto arm) { arm->StartOpen(); }},
-          {"StartClose", [](auto arm) { arm->StartClose(); }},
-          {"Cancel", [](auto arm) { arm->Cancel(1); }},
-          {"Pause", [](auto arm) { arm->Pause(); }},
-          {"Resume", [](auto arm) { arm->Resume(); }},
-          {"Override", [](auto arm) { arm->Override(90); }}};
-}
-
-/// The same that cannot.
-std::vector<Operation> settings() {
-  return {{"Speed", [](auto arm) { arm->Speed(50); }},
-          {"ArtSpeed", [](auto arm) { arm->ArtSpeed(0, 50); }},
-          {"AllSpeed", [](auto arm) { arm->AllSpeed(50); }},
-          {"SetToolPitch", [](auto arm) { arm->SetToolPitch(-1); }}};
 }
 
 class Control : public RobotRig {
@@ -151,7 +102,6 @@ TEST_F(Control, IsItsHoldersOnly) {
   mine->Override(100);
   for (const Operation& each : settings()) EXPECT_EQ(raised_by([&] { each.second(mine); }), "") << each.first;
   EXPECT_EQ(reason_of([&] { mine->Renew(); }), "");
-
   Corbot::ControlInfo_var info = arm_->Control();
   EXPECT_STREQ(info->holder, "cell 7");
   EXPECT_GT(info->left, 0.0);
@@ -203,6 +153,27 @@ TEST_F(Control, ReleaseStopsTheArmAndEndsTheReference) {
   Corbot::Arm_var next = arm_->Acquire("second", kLongLease_s);
   expect_refused(mine, "control has ended", Corbot::NoPermissionControlEnded);
   next->Drive(0, 1, 20);
+}
+
+TEST_F(Control, IsNotGivenWhileMotionsOfOthersAreUnderWay) {
+  const Corbot::Ticket ticket = long_motion(arm_);
+  EXPECT_EQ(reason_of([&] { Corbot::Arm_var none = arm_->Acquire("cell 7", kLongLease_s); }),
+            "a motion of others is still under way: call again when the arm is at rest, or Stop it");
+  EXPECT_EQ(holder(), "");
+  EXPECT_EQ(state_of(ticket), Corbot::MotionRunning) << "it stops nothing";
+  arm_->Stop();
+  Corbot::Arm_var mine = arm_->Acquire("cell 7", kLongLease_s);
+}
+
+TEST_F(Control, AReleaseThatCouldNotStopTheArmSaysSo) {
+  Corbot::Arm_var mine = arm_->Acquire("first", kLongLease_s);
+  const Corbot::Ticket ticket = long_motion(mine);
+  rt_->signal(SIGSTOP);
+  EXPECT_THAT(reason_of([&] { mine->Release(); }),
+              HasSubstr("control has ended, but it is not known that the arm has stopped: "));
+  EXPECT_EQ(holder(), "") << "it has ended all the same";
+  rt_->signal(SIGCONT);
+  EXPECT_TRUE(wait_until(within(30), [&] { return state_of(ticket) != Corbot::MotionRunning; }));
 }
 
 TEST_F(Control, ALeaseThatRunsOutStopsTheArm) {
@@ -284,21 +255,20 @@ std::vector<std::pair<std::string, std::string>> bad_keys(const std::string& goo
   std::string upper = good;
   for (char& c : upper) c = static_cast<char>(std::toupper(c));
   if (upper == good) upper[0] = 'A';
-  std::vector<std::pair<std::string, std::string>> keys{{"never given", std::string(kKeyLength, '0')},
-                                                        {"one digit changed", swapped},
-                                                        {"empty", ""},
-                                                        {"truncated", good.substr(0, kKeyLength - 1)},
-                                                        {"one character", good.substr(0, 1)},
-                                                        {"one too many", good + "0"},
-                                                        {"with a zero behind", good + '\0'},
-                                                        {"zero and more behind", good + '\0' + "x"},
-                                                        {"zero within", with_zero},
-                                                        {"zeros", std::string(kKeyLength, '\0')},
-                                                        {"binary", std::string(kKeyLength, '\xff')},
-                                                        {"upper case", upper},
-                                                        {"slash before", "/" + good},
-                                                        {"long", std::string(4000, 'a')}};
-  return keys;
+  return {{"never given", std::string(kKeyLength, '0')},
+          {"one digit changed", swapped},
+          {"empty", ""},
+          {"truncated", good.substr(0, kKeyLength - 1)},
+          {"one character", good.substr(0, 1)},
+          {"one too many", good + "0"},
+          {"with a zero behind", good + '\0'},
+          {"zero and more behind", good + '\0' + "x"},
+          {"zero within", with_zero},
+          {"zeros", std::string(kKeyLength, '\0')},
+          {"binary", std::string(kKeyLength, '\xff')},
+          {"upper case", upper},
+          {"slash before", "/" + good},
+          {"long", std::string(4000, 'a')}};
 }
 
 /// A reply but its request's number.

@@ -28,6 +28,8 @@ void wait_for(std::chrono::milliseconds time) {
   while (Control::Clock::now() - begin < time) std::this_thread::yield();
 }
 
+void any_time() {}
+
 corbot_error refusal(const std::function<void()>& call) {
   try {
     call();
@@ -59,14 +61,19 @@ class ControlTest : public ::testing::Test {
     EXPECT_EQ(kept_.load(record), DurableCell<ControlRecord>::Content::kRecord);
     EXPECT_TRUE(Control::is_valid(record));
     control_.close();
-    auto next = std::make_unique<Control>(kept_after_, [this](const Control::Ending&) { ++ends_; });
+    auto next = std::make_unique<Control>(kept_after_, [this](const Control::Ending&) { return count(); });
     next->inherit(record);
     return next;
   }
+  std::string count() {
+    ++ends_;
+    return failure_;
+  }
   std::atomic<int> ends_{0};
+  std::string failure_;  ///< of the stops
   DurableCell<ControlRecord> kept_;
   DurableCell<ControlRecord> kept_after_;
-  Control control_{kept_, [this](const Control::Ending&) { ++ends_; }};
+  Control control_{kept_, [this](const Control::Ending&) { return count(); }};
 };
 
 TEST_F(ControlTest, WithoutAHolderEveryoneMay) {
@@ -75,21 +82,21 @@ TEST_F(ControlTest, WithoutAHolderEveryoneMay) {
 }
 
 TEST_F(ControlTest, OnlyTheHolderMay) {
-  const std::string key = control_.acquire("cell", kLong_s);
+  const std::string key = control_.acquire("cell", kLong_s, any_time);
   EXPECT_NO_THROW((void)control_.use(key));
   const corbot_error refused = refusal([&] { (void)control_.use(""); });
   EXPECT_EQ(refused.status, CORBOT_NOT_READY);
   EXPECT_NE(std::string(refused.text).find("'cell' has control of the arm, for another"), std::string::npos)
       << refused.text;
   EXPECT_EQ(refusal([&] { (void)control_.use(std::string(32, '0')); }).status, CORBOT_NOT_READY);
-  EXPECT_EQ(refusal([&] { (void)control_.acquire("other", 1.0); }).status, CORBOT_NOT_READY);
+  EXPECT_EQ(refusal([&] { (void)control_.acquire("other", 1.0, any_time); }).status, CORBOT_NOT_READY);
   EXPECT_EQ(control_.holder()->who, "cell");
 }
 
 TEST_F(ControlTest, KeysDiffer) {
   std::set<std::string> keys;
   for (int i = 0; i < 100; ++i) {
-    const std::string key = control_.acquire("cell", kLong_s);
+    const std::string key = control_.acquire("cell", kLong_s, any_time);
     EXPECT_EQ(key.size(), 32u);
     keys.insert(key);
     control_.release(key);
@@ -99,7 +106,7 @@ TEST_F(ControlTest, KeysDiffer) {
 }
 
 TEST_F(ControlTest, ReleaseStopsTheArmAndFreesIt) {
-  const std::string key = control_.acquire("cell", kLong_s);
+  const std::string key = control_.acquire("cell", kLong_s, any_time);
   control_.release(key);
   EXPECT_EQ(ends_, 1);
   EXPECT_NO_THROW((void)control_.use(""));
@@ -110,15 +117,15 @@ TEST_F(ControlTest, ReleaseStopsTheArmAndFreesIt) {
 
 TEST_F(ControlTest, AnExpiredLeaseStopsTheArmAndFreesIt) {
   const auto begin = Control::Clock::now();
-  const std::string key = control_.acquire("cell", Control::kShortestLease_s);
+  const std::string key = control_.acquire("cell", Control::kShortestLease_s, any_time);
   ASSERT_TRUE(ended(1));
   EXPECT_GE(Control::Clock::now() - begin, kShortest);
   EXPECT_EQ(refusal([&] { control_.renew(key); }).status, CORBOT_NOT_READY);
 }
 
 TEST_F(ControlTest, ALeaseDoesNotRunWhileACallOfTheHolderIsUnderWay) {
-  const std::string key = control_.acquire("cell", kLong_s);
-  Control next(kept_after_, [this](const Control::Ending&) { ++ends_; });
+  const std::string key = control_.acquire("cell", kLong_s, any_time);
+  Control next(kept_after_, [this](const Control::Ending&) { return count(); });
   next.inherit(record_of_a_lease_that_ran_out());
   std::optional<Control::Use> call(next.use(key));
   next.allow_expiry();
@@ -132,10 +139,10 @@ TEST_F(ControlTest, ALeaseDoesNotRunWhileACallOfTheHolderIsUnderWay) {
 }
 
 TEST_F(ControlTest, ACallThatOutlivesItsControlLeavesTheNextHolderAlone) {
-  const std::string first = control_.acquire("first", kLong_s);
+  const std::string first = control_.acquire("first", kLong_s, any_time);
   std::optional<Control::Use> late(control_.use(first));
   control_.release(first);
-  const std::string second = control_.acquire("second", kLong_s);
+  const std::string second = control_.acquire("second", kLong_s, any_time);
   const Control::Use use = control_.use(second);
   late.reset();
   EXPECT_EQ(control_.holder()->left_s, kLong_s) << "the second holder's call is still under way";
@@ -144,13 +151,13 @@ TEST_F(ControlTest, ACallThatOutlivesItsControlLeavesTheNextHolderAlone) {
 
 TEST_F(ControlTest, BadLeasesAndNamesAreRefused) {
   for (const double lease_s : {0.0, -1.0, 0.4, 3601.0, std::numeric_limits<double>::quiet_NaN()}) {
-    const corbot_error error = refusal([&] { (void)control_.acquire("cell", lease_s); });
+    const corbot_error error = refusal([&] { (void)control_.acquire("cell", lease_s, any_time); });
     EXPECT_EQ(error.status, CORBOT_BAD_PARAMETER) << lease_s;
     EXPECT_STREQ(error.parameter, "lease");
   }
   for (const std::string& who :
        {std::string(), std::string(65, 'x'), std::string("a\nb"), std::string("\xc3\xa4")}) {
-    const corbot_error error = refusal([&] { (void)control_.acquire(who, 1.0); });
+    const corbot_error error = refusal([&] { (void)control_.acquire(who, 1.0, any_time); });
     EXPECT_EQ(error.status, CORBOT_BAD_PARAMETER) << who;
     EXPECT_STREQ(error.parameter, "who");
   }
@@ -161,7 +168,7 @@ TEST_F(ControlTest, AcquireWaitsForCallsThatWereAdmittedBefore) {
   std::optional<Control::Use> earlier(control_.use(""));
   std::atomic<bool> has_control{false};
   std::thread holder([&] {
-    (void)control_.acquire("cell", kLong_s);
+    (void)control_.acquire("cell", kLong_s, any_time);
     has_control = true;
   });
   const auto deadline = Control::Clock::now() + std::chrono::seconds(30);
@@ -173,8 +180,69 @@ TEST_F(ControlTest, AcquireWaitsForCallsThatWereAdmittedBefore) {
   EXPECT_TRUE(has_control);
 }
 
+TEST_F(ControlTest, WhatIsNotAdmittedLeavesNoControlBehind) {
+  std::optional<Control::Use> earlier(control_.use(""));
+  std::atomic<int> asked{0};
+  corbot_error error{};
+  std::thread attempt([&] {
+    error = refusal([&] {
+      (void)control_.acquire("cell", kLong_s, [&] {
+        if (++asked > 1) throw not_ready("motions are pending");
+      });
+    });
+  });
+  const auto deadline = Control::Clock::now() + std::chrono::seconds(30);
+  while (!control_.holder() && Control::Clock::now() < deadline) std::this_thread::yield();
+  EXPECT_EQ(asked, 1) << "again only when the calls of others are over";
+  earlier.reset();
+  attempt.join();
+  EXPECT_EQ(asked, 2);
+  EXPECT_EQ(error.status, CORBOT_NOT_READY);
+  EXPECT_STREQ(error.text, "motions are pending");
+  EXPECT_FALSE(control_.holder());
+  EXPECT_NO_THROW((void)control_.use(""));
+  ControlRecord record{};
+  EXPECT_FALSE(kept_.load(record) == DurableCell<ControlRecord>::Content::kRecord && record.who[0] != '\0');
+  EXPECT_EQ(ends_, 0) << "and stops nothing";
+  EXPECT_NO_THROW((void)control_.acquire("next", kLong_s, any_time));
+}
+
+TEST_F(ControlTest, AHopelessAttemptDisturbsNobody) {
+  EXPECT_EQ(refusal([&] {
+              (void)control_.acquire("cell", kLong_s, [&] {
+                EXPECT_NO_THROW((void)control_.use(""));
+                throw not_ready("motions are pending");
+              });
+            }).status,
+            CORBOT_NOT_READY);
+}
+
+TEST_F(ControlTest, AReleaseWhoseStopFailedSaysSoAndHasEnded) {
+  const std::string key = control_.acquire("cell", kLong_s, any_time);
+  failure_ = "the task is frozen";
+  const corbot_error error = refusal([&] { control_.release(key); });
+  EXPECT_EQ(error.status, CORBOT_NOT_READY);
+  EXPECT_STREQ(error.text,
+               "control has ended, but it is not known that the arm has stopped: the task is frozen");
+  EXPECT_FALSE(control_.holder());
+  EXPECT_NO_THROW((void)control_.use(""));
+}
+
+/// The thread that ends it has to wake up first, on a machine that stood still long after the key is used again.
+TEST_F(ControlTest, ALeaseThatHasRunOutIsNotRenewed) {
+  const std::string key = control_.acquire("cell", kLong_s, any_time);
+  for (int round = 1; round <= 20; ++round) {
+    Control next(kept_after_, [this](const Control::Ending&) { return count(); });
+    next.inherit(record_of_a_lease_that_ran_out());
+    next.allow_expiry();
+    EXPECT_EQ(refusal([&] { next.renew(key); }).status, CORBOT_NOT_READY);
+    EXPECT_FALSE(next.try_use(key));
+    ASSERT_TRUE(ended(round));
+  }
+}
+
 TEST_F(ControlTest, OnlyTheHoldersKeyHasItsName) {
-  const std::string key = control_.acquire("cell", kLong_s);
+  const std::string key = control_.acquire("cell", kLong_s, any_time);
   EXPECT_EQ(control_.name_of(key), "cell");
   EXPECT_EQ(control_.name_of(""), "");
   EXPECT_EQ(control_.name_of(std::string(32, '0')), "");
@@ -186,7 +254,7 @@ TEST_F(ControlTest, OnlyTheHoldersKeyHasItsName) {
 }
 
 TEST_F(ControlTest, TheNextServantGoesOnWithTheHolderAndItsLease) {
-  const std::string key = control_.acquire("cell", kLong_s);
+  const std::string key = control_.acquire("cell", kLong_s, any_time);
   const double left_s = control_.holder()->left_s;
   const auto next = next_servant();
   ASSERT_TRUE(next->holder());
@@ -201,7 +269,7 @@ TEST_F(ControlTest, TheNextServantGoesOnWithTheHolderAndItsLease) {
 }
 
 TEST_F(ControlTest, WhatIsKeptDoesNotHoldTheKey) {
-  const std::string key = control_.acquire("cell", kLong_s);
+  const std::string key = control_.acquire("cell", kLong_s, any_time);
   ControlRecord record{};
   ASSERT_EQ(kept_.load(record), DurableCell<ControlRecord>::Content::kRecord);
   const std::string bytes(reinterpret_cast<const char*>(&record), sizeof(record));
@@ -214,11 +282,11 @@ TEST_F(ControlTest, WhatIsKeptDoesNotHoldTheKey) {
 
 /// Or the stop would find no task to stop.
 TEST_F(ControlTest, ALeaseThatRanOutMeanwhileEndsWhenTheArmCanBeStopped) {
-  (void)control_.acquire("cell", kLong_s);
+  (void)control_.acquire("cell", kLong_s, any_time);
   Control next(kept_after_, [this](const Control::Ending& ending) {
     EXPECT_FALSE(ending.is_released);
     EXPECT_EQ(ending.who, "cell");
-    ++ends_;
+    return count();
   });
   next.inherit(record_of_a_lease_that_ran_out());
   wait_for(std::chrono::milliseconds(50));
@@ -230,10 +298,10 @@ TEST_F(ControlTest, ALeaseThatRanOutMeanwhileEndsWhenTheArmCanBeStopped) {
 
 /// The call's connection went with its servant; the lease begins anew with that.
 TEST_F(ControlTest, ALeaseThatACallKeptFromRunningOutBeginsAnew) {
-  const std::string key = control_.acquire("cell", kLong_s);
+  const std::string key = control_.acquire("cell", kLong_s, any_time);
   const Control::Use use = control_.use(key);
   const ControlRecord record = record_of_a_lease_that_ran_out();
-  Control next(kept_after_, [this](const Control::Ending&) { ++ends_; });
+  Control next(kept_after_, [this](const Control::Ending&) { return count(); });
   const auto begin = Control::Clock::now();
   next.inherit(record);
   next.allow_expiry();
@@ -242,12 +310,12 @@ TEST_F(ControlTest, ALeaseThatACallKeptFromRunningOutBeginsAnew) {
 }
 
 TEST_F(ControlTest, NobodyInheritsAnEndedControl) {
-  control_.release(control_.acquire("cell", kLong_s));
+  control_.release(control_.acquire("cell", kLong_s, any_time));
   EXPECT_FALSE(next_servant()->holder());
 }
 
 TEST_F(ControlTest, WhatNoServantWroteIsInvalid) {
-  (void)control_.acquire("cell", kLong_s);
+  (void)control_.acquire("cell", kLong_s, any_time);
   ControlRecord good{};
   ASSERT_EQ(kept_.load(good), DurableCell<ControlRecord>::Content::kRecord);
   ControlRecord bad = good;
@@ -267,7 +335,7 @@ TEST_F(ControlTest, WhatNoServantWroteIsInvalid) {
        {std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min()}) {
     bad = good;
     bad.until_ns = until_ns;
-    Control next(kept_after_, [](const Control::Ending&) {});
+    Control next(kept_after_, [](const Control::Ending&) { return std::string(); });
     next.inherit(bad);
     EXPECT_LE(next.holder()->left_s, kLong_s) << "no lease is longer than it was asked for";
   }
@@ -279,7 +347,7 @@ TEST_F(ControlTest, OfManyAtOnceOneHasControl) {
   for (int i = 0; i < 16; ++i) {
     threads.emplace_back([&] {
       try {
-        (void)control_.acquire("one of many", kLong_s);
+        (void)control_.acquire("one of many", kLong_s, any_time);
         ++winners;
       } catch (const CallError&) {
       }

@@ -211,6 +211,72 @@ TEST_F(ControlledCalls, ALeaseThatRanOutWithoutAServantStopsTheArmWhenThereIsOne
   ASSERT_TRUE(wait_until(within(30), [&] { return drive(public_, 1.0) == CORBOT_OK; })) << error_.text;
 }
 
+TEST_F(ControlledCalls, MotionsOfOthersAreLeftAloneAndNobodyTakesControlMeanwhile) {
+  open_at_rest();
+  for (int i = 0; i < 3; ++i) ASSERT_EQ(drive(public_, 10.0, 2.0), CORBOT_OK) << error_.text;
+  const auto refused = [&] {
+    char key[CORBOT_KEY];
+    EXPECT_EQ(corbot_robot_acquire(called_.get(), nullptr, "cell", kLong_s, key, &error_), CORBOT_NOT_READY);
+    corbot_holder holder{};
+    corbot_robot_holder(called_.get(), &holder);
+    EXPECT_STREQ(holder.who, "");
+    return text_of(error_);
+  };
+  EXPECT_EQ(refused(),
+            "3 motions of others are still under way: call again when the arm is at rest, or Stop it");
+  restart_servant();
+  EXPECT_EQ(refused(),
+            "3 motions of others are still under way: call again when the arm is at rest, or Stop it");
+  corbot_motion_info info{};
+  ASSERT_EQ(corbot_robot_wait(called_.get(), ticket_, 0.0, nullptr, &info, &error_), CORBOT_OK);
+  EXPECT_EQ(info.state, CORBOT_MOTION_QUEUED) << "nothing was stopped";
+  const corbot_caller anyone = caller(public_);
+  ASSERT_EQ(corbot_robot_stop(called_.get(), &anyone, &error_), CORBOT_OK) << error_.text;
+  const std::string key = acquire("cell", kLong_s);
+  EXPECT_EQ(drive(key, 1.0), CORBOT_OK) << error_.text;
+}
+
+/// Others call at the same moment: what was admitted before is waited for, and then it is pending.
+TEST_F(ControlledCalls, NothingOfOthersBeginsAfterAnAcquire) {
+  open_at_rest();
+  for (int round = 0; round < 15; ++round) {
+    std::vector<std::thread> others;
+    for (int i = 0; i < 3; ++i) {
+      others.emplace_back([&, sign = (round + i) % 2 == 0 ? 1.0 : -1.0] {
+        const corbot_caller anyone = caller(public_);
+        corbot_ticket ticket = 0;
+        corbot_error error{};
+        (void)corbot_robot_drive(called_.get(), &anyone, 0, 0.5 * sign, 40.0, &ticket, &error);
+      });
+    }
+    char given[CORBOT_KEY];
+    ASSERT_TRUE(wait_until(within(30), [&] {
+      return corbot_robot_acquire(called_.get(), nullptr, "cell", kLong_s, given, &error_) == CORBOT_OK;
+    })) << error_.text;
+    const double rest_deg = joint_0_deg();
+    const std::string key = given;
+    const corbot_caller holder = caller(key);
+    EXPECT_EQ(corbot_robot_delay(called_.get(), &holder, 0.05, &ticket_, &error_), CORBOT_OK) << error_.text;
+    EXPECT_EQ(corbot_robot_finish(called_.get(), ticket_, &holder, &error_), CORBOT_OK) << error_.text;
+    EXPECT_EQ(joint_0_deg(), rest_deg);
+    EXPECT_EQ(corbot_robot_release(called_.get(), &holder, &error_), CORBOT_OK) << error_.text;
+    for (std::thread& other : others) other.join();
+  }
+}
+
+TEST_F(ControlledCalls, NobodyWhoIsGoneIsGivenControl) {
+  open_at_rest();
+  corbot_caller gone = caller(public_);
+  gone.present = [](void*) { return 0; };
+  char key[CORBOT_KEY];
+  EXPECT_EQ(corbot_robot_acquire(called_.get(), &gone, "cell", kLong_s, key, &error_), CORBOT_NOT_READY);
+  EXPECT_EQ(text_of(error_), "the connection of the caller is lost");
+  corbot_holder holder{};
+  corbot_robot_holder(called_.get(), &holder);
+  EXPECT_STREQ(holder.who, "");
+  EXPECT_EQ(drive(public_, 1.0), CORBOT_OK) << error_.text;
+}
+
 TEST_F(ControlledCalls, WithoutATaskThereIsNoControl) {
   task_.reset();
   open();
