@@ -29,11 +29,51 @@ std::string to_line(const nlohmann::ordered_json& entry) {
   return entry.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
+/// Says once, from the writing thread, that the log is incomplete.
+class Incomplete {
+ public:
+  Incomplete(AuditLog::Warn warn, std::string file) : warn_(std::move(warn)), file_(std::move(file)) {}
+  void report(const std::string& reason) {
+    if (!std::exchange(has_warned_, true) && warn_)
+      warn_(fmt::format("the audit log {} is incomplete: {}", file_, reason));
+  }
+
+ private:
+  const AuditLog::Warn warn_;
+  const std::string file_;
+  bool has_warned_{false};
+};
+
+/// The files, and a look at what was dropped before this entry could be written.
+class WatchedFiles final : public spdlog::sinks::sink {
+ public:
+  WatchedFiles(std::unique_ptr<spdlog::sinks::sink> files, std::weak_ptr<spdlog::details::thread_pool> writer,
+               std::shared_ptr<Incomplete> incomplete)
+      : files_(std::move(files)), writer_(std::move(writer)), incomplete_(std::move(incomplete)) {}
+  void log(const spdlog::details::log_msg& entry) override {
+    files_->log(entry);
+    const auto writer = writer_.lock();
+    if (writer && writer->overrun_counter() > 0)
+      incomplete_->report("entries were dropped, they came faster than they could be written");
+  }
+  void flush() override { files_->flush(); }
+  void set_pattern(const std::string& pattern) override { files_->set_pattern(pattern); }
+  void set_formatter(std::unique_ptr<spdlog::formatter> formatter) override {
+    files_->set_formatter(std::move(formatter));
+  }
+
+ private:
+  const std::unique_ptr<spdlog::sinks::sink> files_;
+  const std::weak_ptr<spdlog::details::thread_pool> writer_;
+  const std::shared_ptr<Incomplete> incomplete_;
+};
+
 }  // namespace
 
 AuditLog::AuditLog(const std::filesystem::path& directory, const std::string& robot, Warn warn,
                    std::size_t largest)
     : file_(directory / (robot + ".audit")) {
+  const auto incomplete = std::make_shared<Incomplete>(std::move(warn), file_.string());
   try {
     if (std::filesystem::create_directories(directory))
       std::filesystem::permissions(directory, std::filesystem::perms::owner_all);
@@ -41,21 +81,17 @@ AuditLog::AuditLog(const std::filesystem::path& directory, const std::string& ro
     handlers.after_open = [](const spdlog::filename_t&, std::FILE* file) {
       (void)::fchmod(::fileno(file), 0600);
     };
-    auto sink = std::make_shared<spdlog::sinks::rotating_file_sink_mt>(file_.string(), largest, kFiles - 1,
-                                                                       false, handlers);
+    auto files = std::make_unique<spdlog::sinks::rotating_file_sink_mt>(file_.string(), largest, kFiles - 1,
+                                                                        false, handlers);
     writer_ = std::make_shared<spdlog::details::thread_pool>(kQueued, 1);
+    auto sink = std::make_shared<WatchedFiles>(std::move(files), writer_, incomplete);
     log_ = std::make_shared<spdlog::async_logger>("audit", std::move(sink), writer_,
                                                   spdlog::async_overflow_policy::overrun_oldest);
   } catch (const std::exception& error) {  // of spdlog or of std::filesystem
     throw std::runtime_error(
         fmt::format("the audit log {} cannot be written: {}", file_.string(), error.what()));
   }
-  log_->set_error_handler(
-      [warn = std::move(warn), file = file_, has_warned = false](const std::string& reason) mutable {
-        if (!has_warned && warn)
-          warn(fmt::format("the audit log {} is incomplete: {}", file.string(), reason));
-        has_warned = true;
-      });
+  log_->set_error_handler([incomplete](const std::string& reason) { incomplete->report(reason); });
   log_->set_pattern("%v");
   log_->flush_on(spdlog::level::info);
 }

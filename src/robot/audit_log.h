@@ -39,7 +39,7 @@ class AuditLog {
   using Warn = std::function<void(const std::string&)>;
 
   /// Makes the directory, mode 0700. Throws std::runtime_error with the reason when the file cannot be opened. `warn` is
-  /// called from the thread, once, when an entry could not be written.
+  /// called from the thread, once, when an entry could not be written or was dropped.
   AuditLog(const std::filesystem::path& directory, const std::string& robot, Warn warn,
            std::size_t largest = kLargest);
   AuditLog(const AuditLog&) = delete;

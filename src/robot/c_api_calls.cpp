@@ -9,6 +9,7 @@
 #include <cmath>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 #include "corbot/motion/bounds.h"
 #include "corbot/units.h"
@@ -50,26 +51,33 @@ std::string outcome_of(const corbot_error& error) {
   return error.text;
 }
 
-/// Runs `body`, which is given the caller's key and may return a ticket, and records the call, `text` with the arguments,
-/// and how it ended.
+/// Runs `body`, which may take the caller's key and return a ticket, and then records the call, `text` with the arguments,
+/// and how it ended. Where memory is short the call is worth more than its entry: nothing that only the entry needs can
+/// fail the call.
 template <class Body, class... Arguments>
 corbot_status recorded(corbot_robot* robot, const corbot_caller* caller, corbot_error* error, Body&& body,
                        fmt::format_string<const Arguments&...> text, const Arguments&... arguments) noexcept {
   corbot_error ignored{};
   corbot_error& out = error != nullptr ? *error : ignored;
-  AuditEntry entry;
-  const corbot_status status = guarded(&out, [&] {
-    const std::string key = key_of(caller);
-    entry = {robot->robot.control().name_of(key), from_of(caller), fmt::format(text, arguments...), 0, {}};
-    if constexpr (std::is_void_v<decltype(body(key))>) {
-      body(key);
+  const auto carry_out = [&] {
+    if constexpr (std::is_invocable_v<Body&>) {
+      return body();
     } else {
-      entry.ticket = body(key);
+      return body(key_of(caller));
+    }
+  };
+  std::string who;  // before the call, which may end control
+  std::uint64_t ticket = 0;
+  guarded(nullptr, [&] { who = robot->robot.control().name_of(key_of(caller)); });
+  const corbot_status status = guarded(&out, [&] {
+    if constexpr (std::is_void_v<decltype(carry_out())>) {
+      carry_out();
+    } else {
+      ticket = carry_out();
     }
   });
   guarded(nullptr, [&] {
-    entry.outcome = outcome_of(out);
-    robot->robot.record(entry);
+    robot->robot.record({who, from_of(caller), fmt::format(text, arguments...), ticket, outcome_of(out)});
   });
   return status;
 }
@@ -292,12 +300,12 @@ corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, con
 
 corbot_status corbot_robot_stop(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
   return recorded(
-      robot, caller, error, [&](const std::string&) { robot->robot.stop(); }, "Stop()");
+      robot, caller, error, [&] { robot->robot.stop(); }, "Stop()");
 }
 
 void corbot_robot_request_stop(corbot_robot* robot) {
   recorded(
-      robot, nullptr, nullptr, [&](const std::string&) { robot->robot.request_stop(); }, "Stop()");
+      robot, nullptr, nullptr, [&] { robot->robot.request_stop(); }, "Stop()");
 }
 
 corbot_status corbot_robot_await_stops(corbot_robot* robot, corbot_error* error) {
@@ -308,17 +316,21 @@ corbot_status corbot_robot_stop_and_hold(corbot_robot* robot, const corbot_calle
                                          corbot_error* error) {
   return recorded(
       robot, caller, error,
-      [&](const std::string& key) {
-        const std::string who = robot->robot.control().name_of(key);
-        const std::string from = from_of(caller);
-        robot->robot.stop_and_hold(who.empty() ? from : fmt::format("'{}' {}", who, from));
+      [&] {
+        std::string by;
+        guarded(nullptr, [&] {
+          const std::string who = robot->robot.control().name_of(key_of(caller));
+          const std::string from = from_of(caller);
+          by = who.empty() ? from : fmt::format("'{}' {}", who, from);
+        });
+        robot->robot.stop_and_hold(std::move(by));
       },
       "StopAndHold()");
 }
 
 corbot_status corbot_robot_clear(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
   return recorded(
-      robot, caller, error, [&](const std::string&) { robot->robot.clear(); }, "Clear()");
+      robot, caller, error, [&] { robot->robot.clear(); }, "Clear()");
 }
 
 corbot_status corbot_robot_cancel(corbot_robot* robot, const corbot_caller* caller, corbot_ticket ticket,

@@ -26,11 +26,17 @@ bool is_valid(const SettingsRecord& record) {
          is_within(record.tool_pitch_rad, -std::numbers::pi, std::numbers::pi);
 }
 
+/// Printable ASCII, with an end.
+template <class Text>
+bool is_text(const Text& text) {
+  const auto end = std::find(std::begin(text), std::end(text), '\0');
+  return end != std::end(text) &&
+         std::all_of(std::begin(text), end, [](char c) { return c >= 0x20 && c < 0x7f; });
+}
+
 bool is_valid(const AlarmRecord& record) {
-  const char* const end = std::find(std::begin(record.text), std::end(record.text), '\0');
   return record.order != 0 && is_within(record.time_s, 0.0, kLatest_s) && record.code > 0 &&
-         record.code < kCodes && record.active <= 1 && end != std::end(record.text) &&
-         std::all_of(std::begin(record.text), end, [](char c) { return c >= 0x20 && c < 0x7f; });
+         record.code < kCodes && record.active <= 1 && is_text(record.text);
 }
 
 bool is_end(const TicketRecord& record, const ArmModel& arm) {
@@ -50,9 +56,7 @@ bool is_valid(const TicketRecord& record, const ArmModel& arm, std::uint64_t nex
          is_consistent(record.state, record.reason) && is_end(record, arm);
 }
 
-bool is_valid(const HoldRecord& record) {
-  return std::find(record.by.begin(), record.by.end(), '\0') != record.by.end();
-}
+bool is_valid(const HoldRecord& record) { return is_text(record.by); }
 
 /// Whether there is a record; counts a cell that no servant has written.
 template <class Record>

@@ -263,8 +263,8 @@ void Robot::await_requested_stops() {
   await_stop(task, newest);
 }
 
-void Robot::stop_and_hold(const std::string& by) {
-  set_held_by(by);
+void Robot::stop_and_hold(std::string by) {
+  set_held_by(std::move(by));
   // Before the stop: what is planned after that stop is not begun before the task has seen this, see HoldLatch.
   const std::uint64_t count = link_.own().control.hold_count.fetch_add(1, std::memory_order_acq_rel) + 1;
   stop();
@@ -280,11 +280,11 @@ void Robot::set_holds_cleared(std::uint64_t count) {
   }
 }
 
-void Robot::set_held_by(const std::string& by) {
+void Robot::set_held_by(std::string by) {
   const std::lock_guard lock(held_by_mutex_);
-  held_by_ = by;
+  held_by_ = std::move(by);
   HoldRecord record{};
-  copy_text(by, record.by.data(), record.by.size());
+  copy_text(held_by_, record.by.data(), record.by.size());
   link_.own().state.hold.store(record);
 }
 
@@ -301,19 +301,24 @@ std::string Robot::acquire(const std::string& who, double lease_s, const Control
 }
 
 /// A task that is gone moves nothing; a frozen one finds the stop when it goes on.
-std::string Robot::end_control(const Control::Ending& ending) {
-  std::string failure;
+std::string Robot::end_control(const Control::Ending& ending) noexcept {
+  std::string failure = "no memory";  // short enough to need none
   try {
-    stop();
-  } catch (const CallError& failed) {
-    failure = failed.error.text;
-  } catch (const std::exception& failed) {
-    failure = failed.what();
-  }
-  if (!ending.is_released) {
-    record(
-        {ending.who, "", "the lease has run out", 0,
-         failure.empty() ? "the arm was stopped" : "it is not known that the arm has stopped: " + failure});
+    try {
+      stop();
+      failure.clear();
+    } catch (const CallError& failed) {
+      failure = failed.error.text;
+    } catch (const std::exception& failed) {
+      failure = failed.what();
+    }
+    if (!ending.is_released) {
+      record(
+          {ending.who, "", "the lease has run out", 0,
+           failure.empty() ? "the arm was stopped" : "it is not known that the arm has stopped: " + failure});
+    }
+  } catch (const std::exception&) {
+    // The entry is worth less than the stop.
   }
   return failure;
 }

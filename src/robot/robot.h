@@ -92,7 +92,7 @@ class Robot final : private LinkListener {
   void request_stop();
   void await_requested_stops();
   /// And holds until clear(), across restarts; where no task is connected, the next one is held. `by`: for the alarm.
-  void stop_and_hold(const std::string& by);
+  void stop_and_hold(std::string by);
   void pause(bool on);
   void set_override(double percent);
   void clear();
@@ -124,10 +124,10 @@ class Robot final : private LinkListener {
   [[nodiscard]] bool responds();
   void on_frozen(bool frozen);
   void set_holds_cleared(std::uint64_t count);
-  void set_held_by(const std::string& by);
+  void set_held_by(std::string by);
   [[nodiscard]] std::string held_alarm_text(const AlarmEvent& alarm) const;
   void record_end(const Ticket& ticket) const;
-  std::string end_control(const Control::Ending& ending);
+  std::string end_control(const Control::Ending& ending) noexcept;
 
   const Profile profile_;
   const std::string name_;

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "robot/audit_log.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <cstdint>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace corbot {
@@ -71,6 +75,32 @@ TEST_F(AuditLogTest, WarnsOnceWhenEntriesCannotBeWritten) {
   }
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("lynx5.audit is incomplete"), std::string::npos) << warnings[0];
+}
+
+/// A disk that stands still, and more calls meanwhile than are kept: a pipe that nobody reads for so long.
+TEST_F(AuditLogTest, WarnsOnceWhenEntriesWereDropped) {
+  ASSERT_EQ(::mkfifo((directory_ / "lynx5.audit").c_str(), 0600), 0);
+  const int pipe = ::open((directory_ / "lynx5.audit").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  ASSERT_GE(pipe, 0);
+  ASSERT_EQ(::fcntl(pipe, F_SETFL, 0), 0);
+  constexpr std::size_t kInAPipe = 16'384;  // more lines than fit
+  std::vector<std::string> warnings;
+  std::thread reader;
+  {
+    AuditLog log(
+        directory_, "lynx5", [&](const std::string& text) { warnings.push_back(text); }, SIZE_MAX / 2);
+    for (std::size_t i = 0; i < AuditLog::kQueued + kInAPipe; ++i) log.record({"", "", "Stop()", 0, "ok"});
+    reader = std::thread([pipe] {
+      std::vector<char> buffer(65'536);
+      while (::read(pipe, buffer.data(), buffer.size()) > 0) {
+      }
+    });
+  }
+  reader.join();
+  ::close(pipe);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("lynx5.audit is incomplete: entries were dropped"), std::string::npos)
+      << warnings[0];
 }
 
 TEST_F(AuditLogTest, IsClosedToOthers) {
