@@ -47,13 +47,12 @@ class Incomplete {
 /// The files, and a look at what was dropped before this entry could be written.
 class WatchedFiles final : public spdlog::sinks::sink {
  public:
-  WatchedFiles(std::unique_ptr<spdlog::sinks::sink> files, std::weak_ptr<spdlog::details::thread_pool> writer,
+  WatchedFiles(std::unique_ptr<spdlog::sinks::sink> files, spdlog::details::thread_pool& writer,
                std::shared_ptr<Incomplete> incomplete)
-      : files_(std::move(files)), writer_(std::move(writer)), incomplete_(std::move(incomplete)) {}
+      : files_(std::move(files)), writer_(writer), incomplete_(std::move(incomplete)) {}
   void log(const spdlog::details::log_msg& entry) override {
     files_->log(entry);
-    const auto writer = writer_.lock();
-    if (writer && writer->overrun_counter() > 0)
+    if (writer_.overrun_counter() > 0)
       incomplete_->report("entries were dropped, they came faster than they could be written");
   }
   void flush() override { files_->flush(); }
@@ -64,7 +63,7 @@ class WatchedFiles final : public spdlog::sinks::sink {
 
  private:
   const std::unique_ptr<spdlog::sinks::sink> files_;
-  const std::weak_ptr<spdlog::details::thread_pool> writer_;
+  spdlog::details::thread_pool& writer_;  // whose thread calls this
   const std::shared_ptr<Incomplete> incomplete_;
 };
 
@@ -84,7 +83,7 @@ AuditLog::AuditLog(const std::filesystem::path& directory, const std::string& ro
     auto files = std::make_unique<spdlog::sinks::rotating_file_sink_mt>(file_.string(), largest, kFiles - 1,
                                                                         false, handlers);
     writer_ = std::make_shared<spdlog::details::thread_pool>(kQueued, 1);
-    auto sink = std::make_shared<WatchedFiles>(std::move(files), writer_, incomplete);
+    auto sink = std::make_shared<WatchedFiles>(std::move(files), *writer_, incomplete);
     log_ = std::make_shared<spdlog::async_logger>("audit", std::move(sink), writer_,
                                                   spdlog::async_overflow_policy::overrun_oldest);
   } catch (const std::exception& error) {  // of spdlog or of std::filesystem
