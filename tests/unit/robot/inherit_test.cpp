@@ -165,6 +165,17 @@ TEST_F(Inherit, SettingsThatNoServantStoresAreLeftOutAndReported) {
   }
 }
 
+/// Its text is shown on terminals.
+TEST_F(Inherit, ANameOfWhoHeldTheArmThatIsNotPrintableIsInvalid) {
+  leave([&](ServantSegment& own) {
+    HoldRecord record{};
+    record.by = {'\x1b', '[', '2', 'J'};
+    own.state.hold.store(record);
+  });
+  open_robot();
+  EXPECT_TRUE(has_alarm(kAlarmFormerServantInvalid));
+}
+
 TEST_F(Inherit, MotionsThatRunOrWaitKeepTheirTickets) {
   open_robot();
   const corbot_ticket running = accept(2.0);
