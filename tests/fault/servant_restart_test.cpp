@@ -255,7 +255,7 @@ TEST_F(ServantRestart, EveryMotionHasItsEndAcrossKillsAtRandomInstants) {
           const Corbot::Ticket ticket = arm_->StartDrive(0, increment_deg, 20.0);
           EXPECT_TRUE(accepted.emplace(ticket, increment_deg).second) << ticket << " twice";
         } catch (const Corbot::QueueFull&) {
-          (void)arm_->Wait(accepted.rbegin()->first, 0.02);
+          const Corbot::MotionInfo_var waited = arm_->Wait(accepted.rbegin()->first, 0.02);
         }
       }
     } catch (const CORBA::SystemException&) {
