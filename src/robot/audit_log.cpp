@@ -95,7 +95,9 @@ AuditLog::AuditLog(const std::filesystem::path& directory, const std::string& ro
   log_->flush_on(spdlog::level::info);
 }
 
-AuditLog::~AuditLog() = default;
+AuditLog::~AuditLog() {
+  writer_.reset();  // its thread writes what is queued, and has ended before the log goes
+}
 
 void AuditLog::write(const std::function<std::string()>& line) noexcept {
   try {
