@@ -16,12 +16,21 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { kHeader = 12, kFlags = 6, kSize = 8 };
+enum { kHeader = 12, kMinor = 5, kFlags = 6, kType = 7, kSize = 8, kId = 4 };
+enum { kRequest = 0, kFragment = 7 };
+/* Of one connection, read and not begun: more than an ORB has threads for it. */
+enum { kNumbered = 64 };
 
 static const int64_t kTick_ns = 100000000;
 static const int64_t kGap_ns = 1000000000;
 /* What is accepted so soon after a gap was waiting to be. */
 static const int kTicksAfterGap = 10;
+
+/* The number of a request. Written by the thread that reads the connection, one at a time; read by all. */
+typedef struct Numbered {
+  _Atomic uint64_t key; /* of the request, and 1; 0: none, or being written */
+  _Atomic uint64_t stops;
+} Numbered;
 
 /* Where in its messages a connection is. The ORB has one thread read at a time. */
 typedef struct Stream {
@@ -30,6 +39,10 @@ typedef struct Stream {
   int header_count;
   unsigned char header[kHeader];
   uint32_t body_left;
+  int id_count;
+  unsigned char id[kId]; /* the first bytes of the body: in GIOP 1.2 the number of the request */
+  unsigned next_numbered;
+  Numbered numbered[kNumbered];
   /* What could be read after a gap, and the number that it has. */
   _Atomic int old_bytes;
   _Atomic uint64_t old_stops;
@@ -141,11 +154,25 @@ void corbot_arrivals_end(void) {
 
 uint64_t corbot_arrival(void) { return arrival; }
 
+uint64_t corbot_arrival_of(int fd, uint32_t request) {
+  if (fd < 0 || fd >= CORBOT_DESCRIPTORS) return 0;
+  const uint64_t key = (uint64_t)request + 1;
+  for (int i = 0; i < kNumbered; ++i) {
+    Numbered* numbered = &streams[fd].numbered[i];
+    if (atomic_load(&numbered->key) != key) continue;
+    const uint64_t stops = atomic_load(&numbered->stops);
+    if (atomic_load(&numbered->key) == key) return stops;
+  }
+  return 0;
+}
+
 void corbot_arrivals_opened(int fd) {
   Stream* stream = &streams[fd];
   stream->unframed = false;
   stream->header_count = 0;
   stream->body_left = 0;
+  stream->id_count = 0;
+  for (int i = 0; i < kNumbered; ++i) atomic_store(&stream->numbered[i].key, 0);
   atomic_store(&stream->old_bytes, 0);
   pthread_mutex_lock(&mutex);
   if (is_ticking) look();
@@ -163,9 +190,18 @@ static size_t within_message(const Stream* stream, size_t size) {
   return size < left ? size : left;
 }
 
+/* In the byte order of the message. */
+static uint32_t integer(const Stream* stream, const unsigned char bytes[4]) {
+  const bool little_endian = (stream->header[kFlags] & 1) != 0;
+  uint32_t value = 0;
+  for (int i = 0; i < 4; ++i) value |= (uint32_t)bytes[i] << (little_endian ? 8 * i : 24 - 8 * i);
+  return value;
+}
+
 static void follow(Stream* stream, const unsigned char* bytes, size_t size) {
   if (stream->unframed) return;
   if (stream->body_left > 0) {
+    for (size_t i = 0; i < size && stream->id_count < kId; ++i) stream->id[stream->id_count++] = bytes[i];
     stream->body_left -= (uint32_t)size;
     return;
   }
@@ -173,10 +209,25 @@ static void follow(Stream* stream, const unsigned char* bytes, size_t size) {
   stream->header_count += (int)size;
   if (stream->header_count < kHeader) return;
   stream->header_count = 0;
-  const bool little_endian = (stream->header[kFlags] & 1) != 0;
-  for (int i = 0; i < 4; ++i)
-    stream->body_left |= (uint32_t)stream->header[kSize + i] << (little_endian ? 8 * i : 24 - 8 * i);
+  stream->id_count = 0;
+  stream->body_left = integer(stream, stream->header + kSize);
   stream->unframed = memcmp(stream->header, "GIOP", 4) != 0;
+}
+
+/* A message has been read to its end. Where it says to which request it belongs, that has this number from now on. */
+static void note_end(Stream* stream, uint64_t stops) {
+  const int type = stream->header[kType];
+  if (stream->unframed || stream->header_count > 0 || stream->body_left > 0 || stream->id_count < kId) return;
+  if (stream->header[kMinor] < 2 || (type != kRequest && type != kFragment)) return;
+  const uint64_t key = (uint64_t)integer(stream, stream->id) + 1;
+  Numbered* chosen = NULL;
+  for (int i = 0; i < kNumbered && chosen == NULL; ++i) {
+    if (atomic_load(&stream->numbered[i].key) == key) chosen = &stream->numbered[i];
+  }
+  if (chosen == NULL) chosen = &stream->numbered[stream->next_numbered++ % kNumbered];
+  atomic_store(&chosen->key, 0);
+  atomic_store(&chosen->stops, stops);
+  atomic_store(&chosen->key, key);
 }
 
 static uint64_t number_of(Stream* stream, ssize_t size, uint64_t stops) {
@@ -204,6 +255,7 @@ static ssize_t receive(int fd, void* bytes, size_t size, int flags) {
     if (received > 0) {
       follow(stream, bytes, (size_t)received);
       arrival = number_of(stream, received, stops);
+      note_end(stream, arrival);
     }
     if (received >= 0 || (errno != EAGAIN && errno != EWOULDBLOCK) || (flags & MSG_DONTWAIT) != 0)
       return received;

@@ -32,6 +32,9 @@ void corbot_arrivals_end(void);
 
 /* Of the request whose last bytes this thread has read. */
 uint64_t corbot_arrival(void);
+/* Of that request of GIOP 1.2 on that connection, whichever thread has read its last bytes: requests in fragments may be
+ * interleaved there. 0: not known, it is of an earlier version, or one of long ago. */
+uint64_t corbot_arrival_of(int fd, uint32_t request);
 
 /* A connection is accepted, and closed: from connections.c, one at a time. */
 void corbot_arrivals_opened(int fd);

@@ -108,11 +108,19 @@ void AuditLog::write(const std::function<std::string()>& line) noexcept {
 }
 
 void AuditLog::record(const AuditEntry& entry) noexcept {
+  std::uint64_t left_out = 0;
+  if (entry.outcome != "ok") {
+    const std::lock_guard lock(mutex_);
+    const auto taken = refusals_.take(RefusalBudget::Clock::now());
+    if (!taken) return;
+    left_out = *taken;
+  }
   write([&] {
     nlohmann::ordered_json line{
         {"time", utc_now()}, {"who", entry.who}, {"from", entry.from}, {"call", entry.call}};
     if (entry.ticket != 0) line["ticket"] = entry.ticket;
     line["outcome"] = entry.outcome;
+    if (left_out != 0) line["left_out"] = left_out;  // refused calls before this one
     return to_line(line);
   });
 }

@@ -6,7 +6,10 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
+
+#include "robot/refusal_budget.h"
 
 namespace spdlog {
 class logger;
@@ -29,6 +32,7 @@ struct AuditEntry {
 /// The audit log of one robot: DIRECTORY/NAME.audit, mode 0600, one JSON object a line, the newest last. At kLargest bytes
 /// it becomes NAME.1.audit, and so on up to kFiles of them; older ones are deleted. Thread-safe; a call is never held up by
 /// the disk: a thread of its own writes, and where it falls behind by kQueued entries the oldest of them are dropped.
+/// Of calls that are refused over and over most are left out, see RefusalBudget; `left_out` in the next says how many.
 /// Not real-time safe.
 class AuditLog {
  public:
@@ -56,6 +60,8 @@ class AuditLog {
   void write(const std::function<std::string()>& line) noexcept;
 
   std::filesystem::path file_;
+  std::mutex mutex_;  // of the budget
+  RefusalBudget refusals_;
   std::shared_ptr<spdlog::details::thread_pool> writer_;
   std::shared_ptr<spdlog::logger> log_;
 };

@@ -22,7 +22,7 @@ namespace {
 
 /// Of the request that this thread carries out.
 thread_local corbot_connection connection{-1, 0};
-thread_local std::uint64_t arrived_at = 0;
+thread_local std::uint32_t request = 0;
 
 int descriptor_of(::omni::giopConnection* of) {
   if (const auto* tcp = dynamic_cast<const ::omni::tcpConnection*>(of)) return tcp->handle();
@@ -32,7 +32,7 @@ int descriptor_of(::omni::giopConnection* of) {
 
 CORBA::Boolean note(::omni::omniInterceptors::serverReceiveRequest_T::info_T& info) {
   connection = corbot_connection_used(descriptor_of(info.giop_s.strand().connection));
-  arrived_at = corbot_arrival();  // this thread has read the request, from its own connection
+  request = info.giop_s.requestId();
   return true;
 }
 
@@ -57,7 +57,11 @@ Place::~Place() {
 
 corbot_connection connection_of_call() noexcept { return connection; }
 
-std::uint64_t arrival_of_call() noexcept { return arrived_at; }
+std::uint64_t arrival_of_call() noexcept {
+  // Of GIOP before 1.2, whose messages are not interleaved, this thread has read the last bytes.
+  const std::uint64_t stops = corbot_arrival_of(connection.fd, request);
+  return stops != 0 ? stops : corbot_arrival();
+}
 
 void note_requests() { ::omniORB::getInterceptors()->serverReceiveRequest.add(note); }
 

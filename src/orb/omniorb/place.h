@@ -28,11 +28,11 @@ class Place {
 
 /// On which the request came that this thread carries out.
 [[nodiscard]] corbot_connection connection_of_call() noexcept;
-/// The number of stops when that arrived.
+/// The number of stops when the last bytes of that had arrived. From the first line of an operation on: its arguments are
+/// read by then.
 [[nodiscard]] std::uint64_t arrival_of_call() noexcept;
 
-/// From now on each thread of the ORB knows on which connection the request came that it carries out, and
-/// how many stops there were then. After the ORB's start, before it serves.
+/// From now on each thread of the ORB knows which request, of which connection, it carries out. After the ORB's start, before it serves.
 void note_requests();
 
 }  // namespace corbot::omni

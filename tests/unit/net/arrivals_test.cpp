@@ -109,6 +109,36 @@ TEST_F(Arrivals, AMessageInPiecesIsFollowed) {
   EXPECT_EQ(receive(), 12);
 }
 
+/// A request whose fragments come around another one: each has the number of its own last bytes.
+TEST_F(Arrivals, InterleavedRequestsKeepTheirOwnNumbers) {
+  const auto part = [](char type, std::uint32_t id) {
+    std::string text = message(8);
+    text[7] = type;
+    for (int i = 0; i < 4; ++i) text[12 + static_cast<std::size_t>(i)] = static_cast<char>(id >> (8 * i));
+    return text;
+  };
+  const auto pass = [&](const std::string& bytes) {
+    send(bytes);
+    EXPECT_EQ(receive(), 12);
+    EXPECT_EQ(receive(), 8);
+  };
+  constexpr char kRequest = 0;
+  constexpr char kFragment = 7;
+  pass(part(kRequest, 300));
+  pass(part(kRequest, 301));
+  stops_ = 2;
+  EXPECT_EQ(corbot_arrival_of(pair_.server, 300), 1u);
+  pass(part(kFragment, 300));
+  std::thread([&] {
+    EXPECT_EQ(corbot_arrival_of(pair_.server, 300), 2u);
+    EXPECT_EQ(corbot_arrival_of(pair_.server, 301), 1u);
+    EXPECT_EQ(corbot_arrival_of(pair_.server, 302), 0u);
+  }).join();
+  for (std::uint32_t id = 400; id < 464; ++id) pass(part(kRequest, id));
+  EXPECT_EQ(corbot_arrival_of(pair_.server, 301), 0u) << "of long ago";
+  EXPECT_EQ(corbot_arrival_of(pair_.server, 463), 2u);
+}
+
 /// Counting may let go of the last descriptor of a channel, while a connection is being accepted.
 TEST_F(Arrivals, CountingTheStopsMayCloseADescriptor) {
   closes_ = true;

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdint>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -55,6 +56,37 @@ TEST_F(AuditLogTest, KeepsWhoFromWhereWhatTicketAndOutcome) {
   EXPECT_EQ(entries[0]["time"].get<std::string>().size(), std::string("2026-01-01T00:00:00.000Z").size());
   EXPECT_FALSE(entries[1].contains("ticket"));
   EXPECT_EQ(entries[1]["outcome"], "Unreachable: \"far\"\n out") << "one line, whatever the text";
+}
+
+TEST_F(AuditLogTest, AFloodOfRefusedCallsDoesNotRotateAwayWhatMovedTheArm) {
+  fs::path file;
+  {
+    AuditLog log(directory_, "lynx5", {});
+    file = log.file();
+    log.record({"cell", "127.0.0.1:40000", "Drive(0, 20, 90)", 7, "ok"});
+    for (int i = 0; i < 100'000; ++i) log.record({"", "10.0.0.7:40001", "Pause()", 0, "NotReady: held"});
+    log.record({"cell", "127.0.0.1:40000", "Stop()", 0, "ok"});
+  }
+  const auto entries = lines(file);
+  EXPECT_EQ(entries.front()["ticket"], 7);
+  EXPECT_EQ(entries.back()["call"], "Stop()");
+  EXPECT_GT(entries.size(), 100u);
+  EXPECT_LT(entries.size(), 1'000u);
+}
+
+TEST(RefusalBudget, IsABurstAndThenOneASecond) {
+  using namespace std::chrono_literals;
+  RefusalBudget budget;
+  RefusalBudget::Clock::time_point now{1000s};
+  for (int i = 0; i < RefusalBudget::kBurst; ++i) ASSERT_EQ(budget.take(now), 0u) << i;
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(budget.take(now), std::nullopt);
+  now += 1s;
+  EXPECT_EQ(budget.take(now), 5u) << "left out before it";
+  EXPECT_EQ(budget.take(now), std::nullopt);
+  now += 1h;
+  EXPECT_EQ(budget.take(now), 1u);
+  for (int i = 1; i < RefusalBudget::kBurst; ++i) ASSERT_EQ(budget.take(now), 0u) << i;
+  EXPECT_EQ(budget.take(now), std::nullopt) << "no more than the burst, however long it was quiet";
 }
 
 TEST_F(AuditLogTest, KeepsHowAMotionEnded) {
