@@ -30,9 +30,17 @@ int descriptor_of(::omni::giopConnection* of) {
   return -1;
 }
 
+/// The number of the request in its message, which the ORB keeps from others than its own streams.
+struct RequestNumber : ::omni::giopStream {
+  static CORBA::ULong of(const ::omni::giopStream& stream) {
+    constexpr CORBA::ULong (::omni::giopStream::*number)() const = &RequestNumber::requestId;
+    return (stream.*number)();
+  }
+};
+
 CORBA::Boolean note(::omni::omniInterceptors::serverReceiveRequest_T::info_T& info) {
   connection = corbot_connection_used(descriptor_of(info.giop_s.strand().connection));
-  request = info.giop_s.requestId();
+  request = RequestNumber::of(info.giop_s);
   return true;
 }
 
