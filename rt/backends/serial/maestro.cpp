@@ -236,7 +236,6 @@ void Maestro::check_errors() {
 
 void Maestro::check_restart(std::uint32_t channel, unsigned position) {
   if (position != 0) return;
-  // An error of the line sends the servos home, too.
   reply_pending_ = false;
   unsigned errors = 0;
   try {
@@ -244,10 +243,15 @@ void Maestro::check_restart(std::uint32_t channel, unsigned position) {
   } catch (const DeviceError& error) {
     if (!is_noise(error.cause())) throw;
   }
-  if (errors != 0) refuse(errors);
-  throw DeviceError(DeviceCause::kDeviceFault, settings_.port + ": has restarted: channel " +
-                                                   std::to_string(channel) +
-                                                   " has no pulses, though it was given a target");
+  const std::string what =
+      ": channel " + std::to_string(channel) + " has no pulses, though it was given a target";
+  // One that restarts in the middle of a command takes the rest of it for an error.
+  if (errors != 0) {
+    throw DeviceError(DeviceCause::kDeviceFault, settings_.port +
+                                                     ": has restarted, or an error has sent its servos home" +
+                                                     what + "; it reports " + describe_errors(errors));
+  }
+  throw DeviceError(DeviceCause::kDeviceFault, settings_.port + ": has restarted" + what);
 }
 
 void Maestro::refuse(unsigned errors) const {

@@ -214,6 +214,18 @@ TEST(SerialControllers, AMaestroThatHasRestartedIsNoticedAtTheNextFrame) {
   }
 }
 
+TEST(SerialControllers, AMaestroThatHasRestartedInTheMiddleOfACommandIsNoticed) {
+  MaestroBench bench;
+  bench.begin();
+  const std::array<std::uint8_t, 4> target{0x84, 0x05, 0x70, 0x2E};
+  bench.emulated.receive(std::span(target).first(2), bench.wire.now_ns);
+  bench.emulated.power_cycle(bench.wire.now_ns);
+  bench.emulated.receive(std::span(target).last(2), bench.wire.now_ns);
+  std::string why;
+  EXPECT_EQ(bench.cause_of(1500.0, &why), DeviceCause::kDeviceFault);
+  EXPECT_THAT(why, AllOf(HasSubstr("has restarted"), HasSubstr("serial protocol")));
+}
+
 TEST(SerialControllers, AMaestroThatWentHomeSaysWhy) {
   MaestroBench bench;
   bench.begin();
