@@ -48,13 +48,9 @@ class CommandQueue {
   void complete(std::uint64_t id, Verdict verdict, std::uint64_t cycle) noexcept;
   /// Every number up to this has ended.
   [[nodiscard]] std::uint64_t last_done() const noexcept { return last_done_; }
-  /// One more than the highest number that the servant has given away, as it says.
-  [[nodiscard]] std::uint64_t next_number() const noexcept { return servant_.next_command_id(); }
 
   void cancel(const CancelRequest& request) noexcept;
   [[nodiscard]] bool is_cancelled(std::uint64_t id) const noexcept;
-
-  [[nodiscard]] static constexpr std::size_t capacity() noexcept { return ConnectedServant::kCapacity; }
 
  private:
   /// More than can be outstanding: a ring full, what runs and what waits.
