@@ -27,8 +27,6 @@ constexpr std::chrono::milliseconds kWindow{1000};
 constexpr const char* kTaskNames[] = {"corbot-task", "corbot-task-2"};
 constexpr const char* kServantName = "corbot-servant";
 
-bool is_supervised() noexcept { return notify_address().size != 0; }
-
 ChannelPolicy supervised(ChannelPolicy policy) {
   policy.is_supervised = is_supervised();
   return policy;

@@ -13,5 +13,7 @@ struct NotifyAddress {
 };
 
 [[nodiscard]] NotifyAddress notify_address() noexcept;
+/// Whether this process has a supervisor: it keeps descriptors for the next one, and starts it.
+[[nodiscard]] inline bool is_supervised() noexcept { return notify_address().size != 0; }
 
 }  // namespace corbot

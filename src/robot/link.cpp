@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <utility>
 
 #include "corbot/channel/wake.h"
+#include "notify/notify_address.h"
 
 namespace corbot {
 namespace {
@@ -23,8 +23,7 @@ constexpr auto kSnapshotOfVerdict = 5ms;  // a verdict's snapshot follows it wit
 /// What to do depends on whether this servant is supervised, by `corbot up` or systemd: then the task is, too.
 std::string task_is_gone(const std::string& name) {
   return fmt::format("the real-time task of {} is gone; {}", name,
-                     std::getenv("NOTIFY_SOCKET") != nullptr ? "its supervisor is starting it again"
-                                                             : "start corbot-rt again");
+                     is_supervised() ? "its supervisor is starting it again" : "start corbot-rt again");
 }
 
 std::string task_is_starting(const std::string& name) {
@@ -76,7 +75,7 @@ void Link::close() {
   last.reset();
   // A task that ended before has left that to the servant; unless whoever supervises both starts the next one, which is
   // to know whose segment was the last.
-  if (std::getenv("NOTIFY_SOCKET") == nullptr) remove_left_behind(name_);
+  if (!is_supervised()) remove_left_behind(name_);
 }
 
 bool Link::ending() const {
