@@ -53,12 +53,6 @@ std::string ArmServant::key_of_call() const {
 }
 
 template <class Function, class... Arguments>
-void ArmServant::command(Function function, Arguments&&... arguments) {
-  const Caller caller(key_of_call());
-  call(function, &robot_, caller.get(), std::forward<Arguments>(arguments)...);
-}
-
-template <class Function, class... Arguments>
 void ArmServant::set(Function function, Arguments&&... arguments) {
   const Caller caller(key_of_call());
   corbot_error error{};
@@ -307,7 +301,10 @@ Corbot::Arm_ptr ArmServant::Acquire(const char* who, CORBA::Double lease) {
   return references_.make(key);
 }
 
-void ArmServant::Renew() { command(corbot_robot_renew); }
+void ArmServant::Renew() {
+  const Caller caller(key_of_call());
+  call(corbot_robot_renew, &robot_, caller.get());
+}
 void ArmServant::Release() { change(CORBOT_PLACE_TO_CHANGE, corbot_robot_release); }
 
 Corbot::ControlInfo* ArmServant::Control() {

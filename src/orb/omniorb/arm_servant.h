@@ -78,10 +78,7 @@ class ArmServant final : public POA_Corbot::Arm {
 
  private:
   [[nodiscard]] std::string key_of_call() const;
-  /// Calls a function of corbot_robot.h as the client of this call.
-  template <class Function, class... Arguments>
-  void command(Function function, Arguments&&... arguments);
-  /// The same for operations that have no NotReady.
+  /// Calls a function of corbot_robot.h for an operation that has no NotReady.
   template <class Function, class... Arguments>
   void set(Function function, Arguments&&... arguments);
   /// Takes a place, starts the motion, waits for its end.
