@@ -120,11 +120,8 @@ static void* tick(void* unused) {
   while (!end) {
     look();
     if (ticks_after_gap > 0) --ticks_after_gap;
-    struct timespec until;
-    (void)clock_gettime(CLOCK_MONOTONIC, &until);
-    const int64_t at_ns = (int64_t)until.tv_sec * 1000000000 + until.tv_nsec + kTick_ns;
-    until.tv_sec = (time_t)(at_ns / 1000000000);
-    until.tv_nsec = (long)(at_ns % 1000000000);
+    const int64_t until_ns = now_ns() + kTick_ns;
+    const struct timespec until = {(time_t)(until_ns / 1000000000), (long)(until_ns % 1000000000)};
     if (!end) (void)pthread_cond_clockwait(&end_requested, &mutex, CLOCK_MONOTONIC, &until);
   }
   pthread_mutex_unlock(&mutex);

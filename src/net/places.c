@@ -23,6 +23,7 @@ static const struct {
                {CORBOT_CHANGING, CORBOT_CHANGING_A_HOST},
                {CORBOT_STOPPING, CORBOT_STOPPING}};
 
+_Static_assert(CORBOT_CHANGING_A_HOST == 4 && CORBOT_CHANGING == 8, "the text below names both");
 const char kChangesRefused[] =
     "too many calls at once that wait for the real-time task, 4 of a host and 8 of all are allowed; call "
     "again";
