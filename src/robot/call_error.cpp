@@ -37,7 +37,7 @@ double tidy_degrees(double angle_rad) {
 void copy_text(const std::string& from, char* to, std::size_t size) {
   const std::size_t length = std::min(from.size(), size - 1);
   std::transform(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(length), to,
-                 [](char c) { return c >= 0x20 && c < 0x7f ? c : '?'; });
+                 [](char c) { return is_printable(c) ? c : '?'; });
   to[length] = '\0';
 }
 

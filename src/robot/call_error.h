@@ -29,7 +29,9 @@ struct CallError {
 /// not -29.999999999999996. For limits and refusals, never for joint positions.
 [[nodiscard]] double tidy_degrees(double angle_rad);
 
-/// Copies as much as fits, as printable ASCII (the ORBs' native code set), terminated.
+/// In ASCII, the ORBs' native code set.
+[[nodiscard]] constexpr bool is_printable(char c) noexcept { return c >= ' ' && c <= '~'; }
+/// Copies as much as fits, as printable ASCII, terminated.
 void copy_text(const std::string& from, char* to, std::size_t size);
 
 }  // namespace corbot

@@ -34,8 +34,6 @@ decltype(ControlRecord::key_digest) digest_of(const std::string& key) {
   return digest;
 }
 
-bool is_printable(char c) { return c >= ' ' && c <= '~'; }
-
 bool is_name(const std::string& who) {
   return !who.empty() && who.size() <= Control::kLongestName &&
          std::all_of(who.begin(), who.end(), is_printable);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "corbot/motion/bounds.h"
+#include "robot/call_error.h"
 #include "robot/control.h"
 
 namespace corbot {
@@ -30,8 +31,7 @@ bool is_valid(const SettingsRecord& record) {
 template <class Text>
 bool is_text(const Text& text) {
   const auto end = std::find(std::begin(text), std::end(text), '\0');
-  return end != std::end(text) &&
-         std::all_of(std::begin(text), end, [](char c) { return c >= 0x20 && c < 0x7f; });
+  return end != std::end(text) && std::all_of(std::begin(text), end, is_printable);
 }
 
 bool is_valid(const AlarmRecord& record) {
@@ -56,6 +56,8 @@ bool is_valid(const TicketRecord& record, const ArmModel& arm, std::uint64_t nex
          is_consistent(record.state, record.reason) && is_end(record, arm);
 }
 
+bool is_valid(const ControlRecord& record) { return Control::is_valid(record); }
+
 bool is_valid(const HoldRecord& record) { return is_text(record.by); }
 
 /// Whether there is a record; counts a cell that no servant has written.
@@ -66,16 +68,20 @@ bool read(const DurableCell<Record>& cell, Record& record, int& invalid) {
   return content == DurableCell<Record>::Content::kRecord;
 }
 
+/// Whether there is a valid record; counts one that is not, too.
+template <class Record>
+bool read_valid(const DurableCell<Record>& cell, Record& record, int& invalid) {
+  if (!read(cell, record, invalid)) return false;
+  if (is_valid(record)) return true;
+  ++invalid;
+  return false;
+}
+
 void read_alarms(const ServantState& former, InheritedState& state) {
   std::vector<AlarmRecord> records;
   for (const auto& cell : former.alarms) {
     AlarmRecord record{};
-    if (!read(cell, record, state.invalid)) continue;
-    if (is_valid(record)) {
-      records.push_back(record);
-    } else {
-      ++state.invalid;
-    }
+    if (read_valid(cell, record, state.invalid)) records.push_back(record);
   }
   std::sort(records.begin(), records.end(), [](const auto& a, const auto& b) { return a.order < b.order; });
   std::uint64_t last = 0;
@@ -124,29 +130,13 @@ void read_tickets(const ServantSegment& former, const ArmModel& arm, std::uint64
 InheritedState read_inherited(const ServantSegment& former, const ArmModel& arm,
                               std::uint64_t next_command_id) {
   InheritedState state;
-  if (SettingsRecord record{}; read(former.state.settings, record, state.invalid)) {
-    if (is_valid(record)) {
-      state.settings = {record.speed_ratio, record.joint_speed_ratio, record.tool_pitch_rad};
-    } else {
-      ++state.invalid;
-    }
-  }
+  if (SettingsRecord record{}; read_valid(former.state.settings, record, state.invalid))
+    state.settings = {record.speed_ratio, record.joint_speed_ratio, record.tool_pitch_rad};
   read_alarms(former.state, state);
   read_tickets(former, arm, next_command_id, state);
-  if (ControlRecord record{}; read(former.state.control, record, state.invalid)) {
-    if (Control::is_valid(record)) {
-      state.control = record;
-    } else {
-      ++state.invalid;
-    }
-  }
-  if (HoldRecord record{}; read(former.state.hold, record, state.invalid)) {
-    if (is_valid(record)) {
-      state.held_by = record.by.data();
-    } else {
-      ++state.invalid;
-    }
-  }
+  if (ControlRecord record{}; read_valid(former.state.control, record, state.invalid)) state.control = record;
+  if (HoldRecord record{}; read_valid(former.state.hold, record, state.invalid))
+    state.held_by = record.by.data();
   return state;
 }
 
