@@ -93,6 +93,7 @@ void Control::allow_expiry() {
 
 void Control::keep() {
   ControlRecord record{};
+  static_assert(kLongestName < sizeof(record.who) && kLongestName < sizeof(corbot_holder::who));
   if (state_) {
     std::copy(state_->who.begin(), state_->who.end(), record.who.begin());
     record.key_digest = state_->key_digest;
