@@ -155,7 +155,7 @@ void corbot_giop_probe_init(corbot_giop_probe* probe, const char* host, int port
 
 int corbot_giop_probe_answers(corbot_giop_probe* probe, int timeout_ms) {
   int left_ms = timeout_ms;
-  corbot_connections_pass(); /* the connection of the probe is kept: without this, it would not be needed */
+  corbot_connections_pass(); /* the probe keeps its connection, so no accept() of its own takes that lock */
   /* Once more on a new connection: the ORB closes those that it has no use for. */
   for (int attempt = 0; attempt < 2; ++attempt) {
     const int is_new = probe->fd < 0;

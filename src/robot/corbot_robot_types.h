@@ -126,10 +126,10 @@ typedef struct corbot_caller {
    * then. NULL: it is always there. */
   int (*present)(void* context);
   void* context;
-  const char*
-      key; /* of the reference that was called, see corbot_robot_acquire; NULL or "": the public one */
-  const char*
-      from; /* address of the caller's connection, "127.0.0.1:51234", "local uid 1000"; NULL: not known */
+  /* Of the reference that was called, see corbot_robot_acquire; NULL or "": the public one. */
+  const char* key;
+  /* Address of the caller's connection, "127.0.0.1:51234", "local uid 1000"; NULL: not known. */
+  const char* from;
   /* As corbot_robot_stops gave it before the request was read; 0: it is counted when the function is called. */
   uint64_t stops;
 } corbot_caller;

@@ -77,7 +77,7 @@ struct ServantSegment {
 static_assert(std::is_standard_layout_v<ServantSegment>);
 
 /// Written by those who may stop the robot without its servant. Every change of the count is a request,
-/// whatever its value: one of them may write what he likes. The servant's own requests are in its segment,
+/// whatever its value: any of them may write anything. The servant's own requests are in its segment,
 /// see ControlFlags.
 struct StopSegment {
   static constexpr SegmentKind kKind = SegmentKind::kStop;

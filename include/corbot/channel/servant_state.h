@@ -63,8 +63,8 @@ struct TicketRecord {
   std::uint64_t epoch;        ///< number of stops when its call came
   Joints end_rad;             ///< where the arm rests when it is done
   double end_gripper;         ///< 0 ... 1
-  std::uint64_t
-      handed_until;  ///< RingSlots::published() once it is handed over; 0: it was, by a former servant
+  /// RingSlots::published() once it is handed over; 0: it was, by a former servant.
+  std::uint64_t handed_until;
   TicketState state;
   TicketReason reason;
   std::uint32_t cancelled;  ///< 1: a Cancel has taken it back

@@ -33,8 +33,8 @@ std::size_t LineOutput::put(std::string_view text) const noexcept {
     case Kind::kSocket:
       written = ::send(fd_, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
       break;
-    case Kind::
-        kOther: {  // a file; or a terminal of another user's, which may be stopped in the moment between
+    case Kind::kOther: {
+      // A file; or a terminal of another user's, which may be stopped in the moment between.
       pollfd room{fd_, POLLOUT, 0};
       if (::poll(&room, 1, 0) == 1 && (room.revents & POLLOUT) != 0)
         written = ::write(fd_, text.data(), text.size());

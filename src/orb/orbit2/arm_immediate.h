@@ -4,7 +4,7 @@
 
 #include <arm.h>
 
-/* Fills what returns at once (settings, Stop and its like, control) into the tables that all servants share. */
+/* Fills settings, Stop and its like, and exclusive control into the tables that all servants share. */
 void arm_set_immediate(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm);
 
 #endif /* CORBOT_ORBIT2_ARM_IMMEDIATE_H */
