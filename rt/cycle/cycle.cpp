@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "corbot/channel/alarms.h"
-#include "corbot/motion/bounds.h"
 #include "rt/cycle/command_check.h"
 #include "rt/cycle/servo_map.h"
 #include "rt/cycle/set_point_check.h"

@@ -2,7 +2,6 @@
 #include "client/local_robots.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/file.h>
 #include <unistd.h>
 

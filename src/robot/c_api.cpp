@@ -10,7 +10,6 @@
 
 #include "config/load_profile.h"
 #include "corbot/channel/fingerprint.h"
-#include "corbot/units.h"
 #include "robot/robot_handle.h"
 
 namespace {
