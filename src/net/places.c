@@ -1,12 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#define _GNU_SOURCE
 #include "net/places.h"
 
 #include <pthread.h>
 #include <stddef.h>
 #include <string.h>
+#include <time.h>
 
 typedef struct Place {
   bool taken;
+  bool lasting;      /* one of CORBOT_HOST_PLACES */
+  int64_t asked_ns;  /* whether it may stay; first when it was taken */
+  int64_t lasted_ns; /* until then, as this process has run */
   corbot_connection connection;
   corbot_peer peer;
 } Place;
@@ -14,11 +19,15 @@ typedef struct Place {
 static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
 static Place places[CORBOT_PLACES]; /* kind after kind */
 
+static const int64_t kBrief_ns = CORBOT_BRIEF_MS * INT64_C(1000000);
+/* Of the time between two questions no more counts: a machine that stood still has held up everything. */
+static const int64_t kLongestLook_ns = CORBOT_BRIEF_MS * INT64_C(1000000) / 2;
+
 /* Of each kind: how many there are, and how many calls of a host may have one. */
 static const struct {
   int count;
   int of_host;
-} kBounds[] = {{CORBOT_WAITING, CORBOT_WAITING_A_HOST},
+} kBounds[] = {{CORBOT_WAITING, CORBOT_HOST_PLACES},
                {CORBOT_STARTING, CORBOT_STARTING},
                {CORBOT_CHANGING, CORBOT_CHANGING_A_HOST},
                {CORBOT_STOPPING, CORBOT_STOPPING}};
@@ -57,10 +66,25 @@ bool corbot_place_needed(const char* operation, corbot_place_kind* kind) {
   return false;
 }
 
+static int64_t now_ns(void) {
+  struct timespec now;
+  (void)clock_gettime(CLOCK_MONOTONIC, &now);
+  return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+}
+
+/* With the mutex held. */
+static bool may_last(corbot_peer peer) {
+  int lasting = 0;
+  for (int i = 0; i < CORBOT_PLACES; ++i)
+    lasting += places[i].taken && places[i].lasting && corbot_peer_equal(places[i].peer, peer);
+  return lasting < CORBOT_HOST_PLACES;
+}
+
 static int take(corbot_place_kind kind, corbot_connection connection, corbot_peer peer, int* capacity) {
   int first = 0;
   for (int before = 0; before < (int)kind; ++before) first += kBounds[before].count;
   const int end = first + kBounds[kind].count;
+  const bool lasts = kind == CORBOT_PLACE_TO_WAIT;
   int of_peer = 0;
   int found = -1;
   for (int i = first; i < end; ++i) {
@@ -70,11 +94,11 @@ static int take(corbot_place_kind kind, corbot_connection connection, corbot_pee
       of_peer += corbot_peer_equal(places[i].peer, peer);
     }
   }
-  *capacity = of_peer >= kBounds[kind].of_host ? kBounds[kind].of_host : kBounds[kind].count;
-  if (of_peer >= kBounds[kind].of_host || found < 0) return -1;
-  places[found].taken = true;
-  places[found].connection = connection;
-  places[found].peer = peer;
+  const bool host_is_full = of_peer >= kBounds[kind].of_host || (lasts && !may_last(peer));
+  *capacity = host_is_full ? kBounds[kind].of_host : kBounds[kind].count;
+  if (host_is_full || found < 0) return -1;
+  const Place taken = {true, lasts, now_ns(), 0, connection, peer};
+  places[found] = taken;
   return found;
 }
 
@@ -99,6 +123,22 @@ void corbot_place_free(int place) {
 
 /* The place is the caller's own. */
 bool corbot_place_wanted(int place) { return corbot_connection_lives(places[place].connection); }
+
+bool corbot_place_may_stay(int place) {
+  bool stays = true;
+  pthread_mutex_lock(&mutex);
+  Place* of_call = &places[place];
+  const bool is_stop = place >= CORBOT_PLACES - CORBOT_STOPPING;
+  if (!is_stop && !of_call->lasting) {
+    const int64_t now = now_ns();
+    const int64_t look = now - of_call->asked_ns;
+    of_call->asked_ns = now;
+    of_call->lasted_ns += look < kLongestLook_ns ? look : kLongestLook_ns;
+    if (of_call->lasted_ns >= kBrief_ns) stays = of_call->lasting = may_last(of_call->peer);
+  }
+  pthread_mutex_unlock(&mutex);
+  return stays;
+}
 
 bool corbot_places_idle(void) {
   bool idle = true;

@@ -13,19 +13,12 @@
 
 #include "corbot/motion/bounds.h"
 #include "corbot/units.h"
+#include "robot/caller.h"
 #include "robot/robot_handle.h"
 
 namespace {
 
 using namespace corbot;
-
-std::string key_of(const corbot_caller* caller) {
-  return caller != nullptr && caller->key != nullptr ? caller->key : "";
-}
-
-std::string from_of(const corbot_caller* caller) {
-  return caller != nullptr && caller->from != nullptr ? caller->from : "";
-}
 
 /// As the interface names its exceptions.
 std::string outcome_of(const corbot_error& error) {
@@ -82,6 +75,17 @@ corbot_status recorded(corbot_robot* robot, const corbot_caller* caller, corbot_
   return status;
 }
 
+/// For the alarm; where memory is short the stop is worth more.
+std::string asked_for_by(corbot_robot* robot, const corbot_caller* caller) noexcept {
+  std::string by;
+  guarded(nullptr, [&] {
+    const std::string who = robot->robot.control().name_of(key_of(caller));
+    const std::string from = from_of(caller);
+    by = who.empty() ? from : fmt::format("'{}' {}", who, from);
+  });
+  return by;
+}
+
 /// Starts a motion. `make` checks what only the C interface can, and returns the request.
 template <class Make, class... Arguments>
 corbot_status start(corbot_robot* robot, const corbot_caller* caller, corbot_ticket* ticket,
@@ -90,12 +94,13 @@ corbot_status start(corbot_robot* robot, const corbot_caller* caller, corbot_tic
   return recorded(
       robot, caller, error,
       [&](const std::string& key) {
-        return *ticket = robot->robot.accept(make(), caller != nullptr ? caller->stops : 0, key);
+        return *ticket = robot->robot.accept(make(), caller != nullptr ? caller->stops : 0, key,
+                                             wanted_to_start(caller));
       },
       text, arguments...);
 }
 
-/// Changes how the arm moves: only for whoever has control.
+/// Changes how the arm moves: only for whoever has control. `how` is told for how long it is wanted.
 template <class Change, class... Arguments>
 corbot_status change(corbot_robot* robot, const corbot_caller* caller, corbot_error* error, Change&& how,
                      fmt::format_string<const Arguments&...> text, const Arguments&... arguments) noexcept {
@@ -103,7 +108,7 @@ corbot_status change(corbot_robot* robot, const corbot_caller* caller, corbot_er
       robot, caller, error,
       [&](const std::string& key) {
         const Control::Use use = robot->robot.control().use(key);
-        how(robot->robot);
+        how(robot->robot, wanted_to_change(caller));
       },
       text, arguments...);
 }
@@ -137,10 +142,6 @@ std::array<double, 3> point_above(const double* p_m, double d_m) {
 /// How soon the place of a caller who is gone is free again: well within a second.
 constexpr double kSlice_s = 0.2;
 
-bool is_present(const corbot_caller* caller) {
-  return caller == nullptr || caller->present == nullptr || caller->present(caller->context) != 0;
-}
-
 bool is_pending(const corbot_motion_info& info) {
   return info.state == CORBOT_MOTION_QUEUED || info.state == CORBOT_MOTION_RUNNING;
 }
@@ -167,9 +168,7 @@ corbot_status corbot_robot_acquire(corbot_robot* robot, const corbot_caller* cal
   return recorded(
       robot, caller, error,
       [&](const std::string&) {
-        const auto wanted = [caller] {
-          if (!is_present(caller)) throw not_ready("the connection of the caller is lost");
-        };
+        const Wanted wanted = wanted_to_change(caller, "nobody has got control; call again");
         copy_text(robot->robot.acquire(who, lease_s, wanted), key, CORBOT_KEY);
       },
       "Acquire(\"{:.80}\", {})", who, lease_s);
@@ -182,7 +181,8 @@ corbot_status corbot_robot_renew(corbot_robot* robot, const corbot_caller* calle
 
 corbot_status corbot_robot_release(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
   return recorded(
-      robot, caller, error, [&](const std::string& key) { robot->robot.control().release(key); },
+      robot, caller, error,
+      [&](const std::string& key) { robot->robot.control().release(key, wanted_to_change(caller)); },
       "Release()");
 }
 
@@ -303,79 +303,80 @@ corbot_status corbot_robot_stop(corbot_robot* robot, const corbot_caller* caller
       robot, caller, error, [&] { robot->robot.stop(); }, "Stop()");
 }
 
-void corbot_robot_request_stop(corbot_robot* robot) {
-  recorded(
-      robot, nullptr, nullptr, [&] { robot->robot.request_stop(); }, "Stop()");
-}
-
-corbot_status corbot_robot_await_stops(corbot_robot* robot, corbot_error* error) {
-  return guarded(error, [&] { robot->robot.await_requested_stops(); });
-}
-
 corbot_status corbot_robot_stop_and_hold(corbot_robot* robot, const corbot_caller* caller,
                                          corbot_error* error) {
   return recorded(
-      robot, caller, error,
-      [&] {
-        std::string by;
-        guarded(nullptr, [&] {
-          const std::string who = robot->robot.control().name_of(key_of(caller));
-          const std::string from = from_of(caller);
-          by = who.empty() ? from : fmt::format("'{}' {}", who, from);
-        });
-        robot->robot.stop_and_hold(std::move(by));
-      },
+      robot, caller, error, [&] { robot->robot.stop_and_hold(asked_for_by(robot, caller)); },
       "StopAndHold()");
+}
+
+void corbot_robot_request_stop(corbot_robot* robot, const corbot_caller* caller, int32_t hold) {
+  if (hold == 0) {
+    recorded(
+        robot, caller, nullptr, [&] { robot->robot.request_stop(); }, "Stop()");
+  } else {
+    recorded(
+        robot, caller, nullptr, [&] { robot->robot.request_stop_and_hold(asked_for_by(robot, caller)); },
+        "StopAndHold()");
+  }
+}
+
+corbot_status corbot_robot_await_stops(corbot_robot* robot, int32_t hold, corbot_error* error) {
+  return guarded(error, [&] { robot->robot.await_requested_stops(hold != 0); });
 }
 
 corbot_status corbot_robot_clear(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
   return recorded(
-      robot, caller, error, [&] { robot->robot.clear(); }, "Clear()");
+      robot, caller, error, [&] { robot->robot.clear(wanted_to_change(caller)); }, "Clear()");
 }
 
 corbot_status corbot_robot_cancel(corbot_robot* robot, const corbot_caller* caller, corbot_ticket ticket,
                                   corbot_error* error) {
   return change(
-      robot, caller, error, [&](Robot& of) { of.cancel(ticket); }, "Cancel({})", ticket);
+      robot, caller, error, [&](Robot& of, const Wanted& wanted) { of.cancel(ticket, wanted); }, "Cancel({})",
+      ticket);
 }
 
 corbot_status corbot_robot_pause(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
   return change(
-      robot, caller, error, [](Robot& of) { of.pause(true); }, "Pause()");
+      robot, caller, error, [](Robot& of, const Wanted& wanted) { of.pause(true, wanted); }, "Pause()");
 }
 
 corbot_status corbot_robot_resume(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
   return change(
-      robot, caller, error, [](Robot& of) { of.pause(false); }, "Resume()");
+      robot, caller, error, [](Robot& of, const Wanted& wanted) { of.pause(false, wanted); }, "Resume()");
 }
 
 corbot_status corbot_robot_set_override(corbot_robot* robot, const corbot_caller* caller, double percent,
                                         corbot_error* error) {
   return change(
-      robot, caller, error, [&](Robot& of) { of.set_override(percent); }, "Override({})", percent);
+      robot, caller, error, [&](Robot& of, const Wanted& wanted) { of.set_override(percent, wanted); },
+      "Override({})", percent);
 }
 
 corbot_status corbot_robot_speed(corbot_robot* robot, const corbot_caller* caller, double percent,
                                  corbot_error* error) {
   return change(
-      robot, caller, error, [&](Robot& of) { of.set_speed(percent); }, "Speed({})", percent);
+      robot, caller, error, [&](Robot& of, const Wanted&) { of.set_speed(percent); }, "Speed({})", percent);
 }
 
 corbot_status corbot_robot_art_speed(corbot_robot* robot, const corbot_caller* caller, int32_t joint,
                                      double percent, corbot_error* error) {
   return change(
-      robot, caller, error, [&](Robot& of) { of.set_joint_speed(joint, percent); }, "ArtSpeed({}, {})", joint,
-      percent);
+      robot, caller, error, [&](Robot& of, const Wanted&) { of.set_joint_speed(joint, percent); },
+      "ArtSpeed({}, {})", joint, percent);
 }
 
 corbot_status corbot_robot_all_speed(corbot_robot* robot, const corbot_caller* caller, double percent,
                                      corbot_error* error) {
   return change(
-      robot, caller, error, [&](Robot& of) { of.set_all_speeds(percent); }, "AllSpeed({})", percent);
+      robot, caller, error, [&](Robot& of, const Wanted&) { of.set_all_speeds(percent); }, "AllSpeed({})",
+      percent);
 }
 
 corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, const corbot_caller* caller, double degrees,
                                           corbot_error* error) {
   return change(
-      robot, caller, error, [&](Robot& of) { of.set_tool_pitch(degrees); }, "SetToolPitch({})", degrees);
+      robot, caller, error, [&](Robot& of, const Wanted&) { of.set_tool_pitch(degrees); }, "SetToolPitch({})",
+      degrees);
 }

@@ -19,6 +19,12 @@ CallError call_error(corbot_status status, const std::string& text) {
   return result;
 }
 
+CallError full(int capacity, const std::string& text) {
+  CallError result = call_error(CORBOT_QUEUE_FULL, text);
+  result.error.capacity = capacity;
+  return result;
+}
+
 /// Whether the planner gives this parameter in radians (or radians a second).
 bool is_angular(const std::string& parameter) {
   return parameter == "joint range" || parameter == "speed" || parameter == "increment" ||
@@ -48,6 +54,11 @@ CallError bad_argument(const std::string& parameter, double value, const std::st
   return result;
 }
 
+double checked_percent(const std::string& parameter, double percent) {
+  if (percent > 0.0 && percent <= 100.0) return percent / 100.0;
+  throw bad_argument(parameter, percent, fmt::format("{:.6g} percent, allowed above 0 up to 100", percent));
+}
+
 CallError no_such_motion(std::uint64_t id) {
   return bad_argument("id", static_cast<double>(id),
                       fmt::format("there is no motion {}, or it is forgotten", id));
@@ -59,10 +70,11 @@ CallError no_data(const std::string& text) { return call_error(CORBOT_NO_DATA, t
 CallError internal(const std::string& text) { return call_error(CORBOT_INTERNAL, text); }
 
 CallError queue_full(int capacity) {
-  CallError result =
-      call_error(CORBOT_QUEUE_FULL, fmt::format("{} motions are running or queued already", capacity));
-  result.error.capacity = capacity;
-  return result;
+  return full(capacity, fmt::format("{} motions are running or queued already", capacity));
+}
+
+CallError calls_full(int capacity) {
+  return full(capacity, fmt::format("{0} other calls of this host are blocked, {0} are allowed", capacity));
 }
 
 CallError refused(const PlanRefusal& refusal) {

@@ -15,11 +15,15 @@ struct CallError {
 };
 
 [[nodiscard]] CallError bad_argument(const std::string& parameter, double value, const std::string& text);
+/// The ratio; throws bad_argument unless it is above 0 and at most 100.
+[[nodiscard]] double checked_percent(const std::string& parameter, double percent);
 /// A ticket that was never given away, or is forgotten.
 [[nodiscard]] CallError no_such_motion(std::uint64_t id);
 [[nodiscard]] CallError not_ready(const std::string& text);
 [[nodiscard]] CallError stopped(const std::string& text);
 [[nodiscard]] CallError queue_full(int capacity);
+/// The same, of calls of a host that are blocked.
+[[nodiscard]] CallError calls_full(int capacity);
 [[nodiscard]] CallError no_data(const std::string& text);
 [[nodiscard]] CallError internal(const std::string& text);
 /// The planner's refusal at the CORBA interface: radians become degrees.

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "corbot/running_time.h"
 #include "robot/call_error.h"
 
 namespace corbot {
@@ -109,13 +110,22 @@ Control::Use::~Use() {
 }
 
 /// Whoever was admitted before control was taken has returned.
-void Control::await_alone(std::unique_lock<std::mutex>& lock) {
-  const bool alone = changed_.wait_for(lock, kCallsEnd, [this] { return public_uses_ == 0 || closing_; });
-  if (closing_) throw not_ready("the servant is shutting down");
-  if (!alone) throw not_ready("calls of others are still being carried out");
+void Control::await_alone(std::unique_lock<std::mutex>& lock, const Wanted& wanted) {
+  constexpr std::chrono::milliseconds kLook{5};
+  for (Patience patience{kCallsEnd};;) {
+    const bool is_last = patience.is_over();
+    const bool alone = changed_.wait_for(lock, kLook, [this] { return public_uses_ == 0 || closing_; });
+    if (closing_) throw not_ready("the servant is shutting down");
+    if (alone) return;
+    if (is_last) throw not_ready("calls of others are still being carried out");
+    lock.unlock();
+    check(wanted);
+    lock.lock();
+  }
 }
 
-std::string Control::acquire(const std::string& who, double lease_s, const Admit& admit) {
+std::string Control::acquire(const std::string& who, double lease_s, const Admit& admit,
+                             const Wanted& wanted) {
   if (!(lease_s >= kShortestLease_s && lease_s <= kLongestLease_s))
     throw bad_argument(
         "lease", lease_s,
@@ -136,7 +146,7 @@ std::string Control::acquire(const std::string& who, double lease_s, const Admit
   State& state = state_.emplace(State{++acquisitions_, who, digest_of(key), lease, Clock::now() + lease});
   state.uses = 1;
   try {
-    await_alone(lock);
+    await_alone(lock, wanted);
     lock.unlock();
     admit();
     lock.lock();
@@ -177,17 +187,17 @@ void Control::renew(const std::string& key) {
   keep();
 }
 
-void Control::release(const std::string& key) {
+void Control::release(const std::string& key, const Wanted& wanted) {
   std::unique_lock lock(mutex_);
   (void)held_by(key);
-  const std::string failure = end(lock, true);
+  const std::string failure = end(lock, true, wanted);
   if (!failure.empty())
     throw not_ready("control has ended, but it is not known that the arm has stopped: " + failure);
 }
 
-std::string Control::end(std::unique_lock<std::mutex>& lock, bool is_released) {
+std::string Control::end(std::unique_lock<std::mutex>& lock, bool is_released, const Wanted& wanted) {
   state_->ending = true;
-  const Ending ending{state_->who, is_released};
+  const Ending ending{state_->who, is_released, wanted};
   lock.unlock();
   std::string failure = on_end_(ending);
   lock.lock();
@@ -261,7 +271,7 @@ void Control::run() {
     if (!state_ || state_->ending || !state_->may_expire || state_->uses > 0) {
       changed_.wait(lock);
     } else if (has_run_out()) {
-      (void)end(lock, false);  // on_end has reported a failure
+      (void)end(lock, false, {});  // on_end has reported a failure
     } else {
       const Clock::time_point until = state_->until;
       changed_.wait_until(lock, until);

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "corbot/channel/servant_state.h"
+#include "robot/wanted.h"
 
 namespace corbot {
 
@@ -39,6 +40,7 @@ class Control {
   struct Ending {
     std::string who;
     bool is_released{};  ///< by its holder; else the lease has run out
+    Wanted wanted{};     ///< how long its stop is waited for
   };
   /// Throws nothing; returns why it is not known that the arm has stopped, "": it has. Called without any lock of this
   /// class, by a thread of this class when a lease has run out, and by release(). No new holder is admitted before it has
@@ -66,12 +68,14 @@ class Control {
   /// Takes control and returns the key, 32 hexadecimal digits of 128 random bits. Throws CallError: bad_argument for a
   /// lease or a name beyond the bounds above, not_ready when another has control; and what `admit` throws, which leaves
   /// no control behind. `admit` is called before all others are refused, so that a hopeless attempt disturbs nobody, and
-  /// again when whoever was admitted before has returned.
-  [[nodiscard]] std::string acquire(const std::string& who, double lease_s, const Admit& admit);
+  /// again when whoever was admitted before has returned. `wanted`, without any lock of this class: while those are
+  /// waited for.
+  [[nodiscard]] std::string acquire(const std::string& who, double lease_s, const Admit& admit,
+                                    const Wanted& wanted = {});
   /// The lease begins anew. Throws CallError (not ready) when this key has not, or no longer, control.
   void renew(const std::string& key);
   /// Gives control back. Throws as renew(); and not_ready, control having ended, with what on_end returned.
-  void release(const std::string& key);
+  void release(const std::string& key, const Wanted& wanted = {});
 
   [[nodiscard]] std::optional<Holder> holder() const;
   /// The name under which this key has control; empty: it has none.
@@ -114,8 +118,8 @@ class Control {
 
   void run();
   void end_use(std::uint64_t number);
-  [[nodiscard]] std::string end(std::unique_lock<std::mutex>& lock, bool is_released);
-  void await_alone(std::unique_lock<std::mutex>& lock);
+  [[nodiscard]] std::string end(std::unique_lock<std::mutex>& lock, bool is_released, const Wanted& wanted);
+  void await_alone(std::unique_lock<std::mutex>& lock, const Wanted& wanted);
   void keep();  ///< with the lock
   [[nodiscard]] bool has_run_out() const;
   [[nodiscard]] bool has_key(const std::string& key) const;

@@ -110,10 +110,10 @@ corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, con
 
 /* Pre-empt; never queued, never behind a plan that is being made. Stop returns at rest. */
 corbot_status corbot_robot_stop(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
-/* For many Stops at once, in two halves: the first counts one and does not wait; the second returns at
- * rest, when all that were requested by the first are carried out. */
-void corbot_robot_request_stop(corbot_robot* robot);
-corbot_status corbot_robot_await_stops(corbot_robot* robot, corbot_error* error);
+/* For many at once, in two halves: the first counts a stop, with `hold` not 0 that of a StopAndHold, and does not wait;
+ * the second returns at rest, when all of them that were requested by the first are carried out. */
+void corbot_robot_request_stop(corbot_robot* robot, const corbot_caller* caller, int32_t hold);
+corbot_status corbot_robot_await_stops(corbot_robot* robot, int32_t hold, corbot_error* error);
 /* Takes back one motion and what is queued behind it; what is before it goes on. Returns when they have
  * ended. CORBOT_OK and no effect when it has ended; CORBOT_BAD_PARAMETER: no such ticket. */
 corbot_status corbot_robot_cancel(corbot_robot* robot, const corbot_caller* caller, corbot_ticket ticket,

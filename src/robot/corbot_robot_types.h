@@ -119,13 +119,22 @@ typedef struct corbot_device_info {
   int32_t emergency_stop;      /* seen now */
 } corbot_device_info;
 
+/* What becomes of a call that has not ended yet. */
+typedef enum corbot_presence {
+  CORBOT_CALLER_GONE,
+  CORBOT_CALLER_PRESENT,
+  CORBOT_CALLER_CROWDED /* there, but too many calls of its host take long: this one is to end */
+} corbot_presence;
+
 /* The client of a call; a pointer to it may be NULL where it is not known. */
 typedef struct corbot_caller {
-  /* Asked a few times a second, while the call waits for a motion, whether the caller is still there; 0
-   * ends the wait with CORBOT_NOT_READY, and the motion goes on. Asked before control is given, which is refused
-   * then. NULL: it is always there. */
+  /* A corbot_presence. Asked a few times a second while the call waits for a motion: a wait whose caller is gone ends
+   * with CORBOT_NOT_READY, and the motion goes on. Asked every few milliseconds while any other call but a stop waits:
+   * what it was to start is not started (CORBOT_QUEUE_FULL when crowded), control is not given, and what else it has
+   * asked for goes on (CORBOT_NOT_READY). NULL: it is always there. */
   int (*present)(void* context);
   void* context;
+  int32_t places; /* for calls of its host that take long */
   /* Of the reference that was called, see corbot_robot_acquire; NULL or "": the public one. */
   const char* key;
   /* Address of the caller's connection, "127.0.0.1:51234", "local uid 1000"; NULL: not known. */

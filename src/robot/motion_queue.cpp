@@ -10,7 +10,8 @@
 namespace corbot {
 namespace {
 
-constexpr double kEcho_s = 2.0;            // for what the task does within two cycles
+constexpr double kEcho_s = 2.0;  // for what the task does within two cycles
+constexpr std::chrono::milliseconds kLook{5};
 constexpr std::chrono::seconds kRest{10};  // for what it does as fast as the arm's limits allow
 
 /// One of a bounded number of calls; the destructor makes room.
@@ -54,7 +55,8 @@ std::string still_to_come(const Snapshot& now) {
 }  // namespace
 
 corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettings& settings,
-                                  std::uint64_t arrival, const std::function<Control::Use()>& admit) {
+                                  std::uint64_t arrival, const std::function<Control::Use()>& admit,
+                                  const Wanted& wanted) {
   const LivingTask task = access_.living();
   // Before anything that takes time: a Stop that is counted from here on, or was since the request arrived,
   // ends this call, and the task refuses the motion if it is handed over after all.
@@ -79,6 +81,7 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
     }
     if (is_last)
       throw not_ready(fmt::format("the arm has not come to rest in {:g} s; call again", kRestKnown_s));
+    check(wanted);
     access_.wait_change(seen);
   }
 }
@@ -103,7 +106,7 @@ std::optional<PlanStart> MotionQueue::plan_start(const LivingTask& task, std::ui
   return PlanStart{now.position_rad, now.gripper};
 }
 
-void MotionQueue::check_empty(const LivingTask& task) {
+void MotionQueue::check_empty(const LivingTask& task, const Wanted& wanted) {
   for (Patience patience{std::chrono::duration<double>(kRestKnown_s)};;) {
     const bool is_last = patience.is_over();
     const std::uint64_t seen = access_.changes();
@@ -119,6 +122,7 @@ void MotionQueue::check_empty(const LivingTask& task) {
       if (task.segment().snapshot.load(now) && now.incarnation == task.incarnation && is_idle(now)) return;
     }
     if (is_last) throw not_ready(still_to_come(now));
+    check(wanted);
     access_.wait_change(seen);
   }
 }
@@ -173,14 +177,19 @@ corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch
   return ticket.last;
 }
 
-void MotionQueue::cancel(corbot_ticket id) {
+void MotionQueue::cancel(corbot_ticket id, const Wanted& wanted) {
   const auto ticket = tickets_.find(id);
   if (!ticket) throw no_such_motion(id);
   if (ticket->state != TicketState::kPending) return;
   const LivingTask task = access_.living();
   std::optional<TicketTable::Range> range;
   {
-    const std::lock_guard one(cancel_mutex_);
+    std::unique_lock one(cancel_mutex_, std::try_to_lock);
+    while (!one.owns_lock()) {
+      check(wanted);
+      access_.wait_change(access_.changes());
+      (void)one.try_lock();
+    }
     std::uint64_t count = 0;
     {
       const std::lock_guard lock(planning_mutex_);
@@ -190,16 +199,20 @@ void MotionQueue::cancel(corbot_ticket id) {
       count = request_cancel(task, *range);
     }
     Snapshot echo{};
-    access_.await(task, kEcho_s, "a Cancel", [&](const Snapshot& now) {
+    const auto is_echoed = [&](const Snapshot& now) {
       echo = now;
       return now.cancels_done == count;
-    });
+    };
+    access_.await(task, kEcho_s, "a Cancel", is_echoed, wanted);
     // Nothing of the range begins any more; what had begun slows down, and its verdict comes.
     tickets_.end_cancelled(std::max(echo.command_id, echo.last_done_id));
   }
-  if (!tickets_.wait_ended(range->first, range->last, kRest)) {
+  for (Patience patience{kRest};;) {
+    const bool is_last = patience.is_over();
+    if (tickets_.wait_ended(range->first, range->last, kLook)) return;
     access_.check(task);
-    throw not_ready(fmt::format("a Cancel did not end in {} s", kRest.count()));
+    if (is_last) throw not_ready(fmt::format("a Cancel did not end in {} s", kRest.count()));
+    check(wanted);
   }
 }
 

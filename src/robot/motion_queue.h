@@ -35,17 +35,18 @@ class MotionQueue {
   /// has got to, when it is counted after the request arrived: `arrival`, the number of stops then, or 0,
   /// now.
   /// `admit` is called with that known, and what it returns is kept until the motion is handed over.
+  /// `wanted`: while the motion is not handed over.
   corbot_ticket accept(const MotionRequest& request, const PlanSettings& settings, std::uint64_t arrival,
-                       const std::function<Control::Use()>& admit);
+                       const std::function<Control::Use()>& admit, const Wanted& wanted);
   /// Takes back this motion and what is queued behind it; returns when they have ended. No effect on one that
   /// has ended.
-  void cancel(corbot_ticket id);
+  void cancel(corbot_ticket id, const Wanted& wanted);
   /// Before the first call: what the servants before this one have handed over.
   void inherit(const std::vector<Ticket>& former);
   /// The servant before this one may have been killed before the task knew what it was to take back.
   void repeat_cancel();
   /// Throws CallError (not ready) while a motion is pending, of this servant or one before it.
-  void check_empty(const LivingTask& task);
+  void check_empty(const LivingTask& task, const Wanted& wanted);
   /// Calls in accept() that have read the number of stops.
   [[nodiscard]] int starting() const noexcept { return starting_.load(); }
 

@@ -12,18 +12,6 @@
 #include "robot/inherited_state.h"
 
 namespace corbot {
-namespace {
-
-constexpr double kSettle_s = 10.0;  // for what the task does at once, or as fast as the arm's limits allow
-constexpr std::chrono::seconds kReportsRead{1};
-
-double checked_percent(const std::string& parameter, double percent) {
-  if (percent > 0.0 && percent <= 100.0) return percent / 100.0;
-  throw bad_argument(parameter, percent, fmt::format("{:.6g} percent, allowed above 0 up to 100", percent));
-}
-
-}  // namespace
-
 Robot::Robot(Profile profile, const std::string& name)
     : profile_(std::move(profile)),
       name_(name),
@@ -168,11 +156,13 @@ void Robot::on_frozen(bool frozen) {
   task_.notify();
 }
 
-corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival, const std::string& key) {
+corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival, const std::string& key,
+                            const Wanted& wanted) {
   // Before all else: a bad argument is refused at once, however long the present plan takes.
   const PlanSettings now = settings_.get();
   if (const auto refusal = planner_.check(now, request)) throw refused(*refusal);
-  return queue_.accept(request, now, arrival, [&] { return control_.use(key); });
+  const auto admit = [&] { return control_.use(key); };
+  return queue_.accept(request, now, arrival, admit, wanted);
 }
 
 StopCounts Robot::stops() const {
@@ -223,142 +213,14 @@ void Robot::report_end(const std::optional<Ticket>& ticket) const {
   }
 }
 
-void Robot::cancel(corbot_ticket id) { queue_.cancel(id); }
+void Robot::cancel(corbot_ticket id, const Wanted& wanted) { queue_.cancel(id, wanted); }
 
-Robot::CountedStop Robot::count_stop(const LivingTask& task) {
-  // Every number up to here was planned before this Stop.
-  const std::uint64_t last = task.own().next_command_id.load(std::memory_order_acquire) - 1;
-  own_stops_.fetch_add(1, std::memory_order_acq_rel);
-  return {task.channel->request_stop(), last};
-}
-
-void Robot::await_stop(const LivingTask& task, const CountedStop& stop) {
-  task_.await(task, kSettle_s, "a Stop",
-              [&](const Snapshot& now) { return !is_earlier_stop(now.stops_done, stop.count); });
-  // The verdicts are out, but the link's thread may not have read them yet: a client that reads the state or
-  // a ticket after Stop has returned must find what Stop did.
-  tickets_.wait_ended(0, stop.last, kReportsRead);
-}
-
-void Robot::stop() {
-  // A frozen task finds the request when it goes on; the caller hears below that it is not carried out yet.
-  const LivingTask task = task_.connected();
-  await_stop(task, count_stop(task));
-}
-
-void Robot::request_stop() {
-  const LivingTask task = task_.connected();
-  const CountedStop stop = count_stop(task);
-  const std::lock_guard lock(requested_mutex_);
-  requested_ = stop;
-}
-
-void Robot::await_requested_stops() {
-  const LivingTask task = task_.connected();
-  CountedStop newest{};
-  {
-    const std::lock_guard lock(requested_mutex_);
-    newest = requested_;
-  }
-  await_stop(task, newest);
-}
-
-void Robot::stop_and_hold(std::string by) {
-  set_held_by(std::move(by));
-  // Before the stop: what is planned after that stop is not begun before the task has seen this, see HoldLatch.
-  const std::uint64_t count = link_.own().control.hold_count.fetch_add(1, std::memory_order_acq_rel) + 1;
-  stop();
-  task_.await(task_.connected(), kSettle_s, "a StopAndHold",
-              [&](const Snapshot& now) { return now.holds_done >= count; });
-}
-
-/// A Clear has taken back what the task had carried out by then; another may have got further.
-void Robot::set_holds_cleared(std::uint64_t count) {
-  std::atomic<std::uint64_t>& holds = link_.own().control.holds_cleared;
-  std::uint64_t cleared = holds.load(std::memory_order_relaxed);
-  while (cleared < count && !holds.compare_exchange_weak(cleared, count)) {
-  }
-}
-
-void Robot::set_held_by(std::string by) {
-  const std::lock_guard lock(held_by_mutex_);
-  held_by_ = std::move(by);
-  HoldRecord record{};
-  copy_text(held_by_, record.by.data(), record.by.size());
-  link_.own().state.hold.store(record);
-}
-
-std::string Robot::held_alarm_text(const AlarmEvent& alarm) const {
-  const std::lock_guard lock(held_by_mutex_);
-  return held_by_.empty() ? alarm_text(alarm) : alarm_text(alarm) + ", asked for by " + held_by_;
-}
-
-std::string Robot::acquire(const std::string& who, double lease_s, const Control::Admit& wanted) {
-  return control_.acquire(who, lease_s, [&] {
-    queue_.check_empty(task_.living());
-    wanted();
-  });
-}
-
-/// A task that is gone moves nothing; a frozen one finds the stop when it goes on.
-std::string Robot::end_control(const Control::Ending& ending) noexcept {
-  std::string failure = "no memory";  // short enough to need none
-  try {
-    try {
-      stop();
-      failure.clear();
-    } catch (const CallError& failed) {
-      failure = failed.error.text;
-    } catch (const std::exception& failed) {
-      failure = failed.what();
-    }
-    if (!ending.is_released) {
-      record(
-          {ending.who, "", "the lease has run out", 0,
-           failure.empty() ? "the arm was stopped" : "it is not known that the arm has stopped: " + failure});
-    }
-  } catch (const std::exception&) {
-    // The entry is worth less than the stop.
-  }
-  return failure;
-}
-
-void Robot::pause(bool on) {
-  const LivingTask task = task_.living();
-  task.own().control.pause.store(on ? 1 : 0, std::memory_order_relaxed);
-  task_.await_seen(task, kSettle_s, "a Pause");
-}
-
-void Robot::set_override(double percent) {
-  const double ratio = checked_percent("percent", percent);
-  const LivingTask task = task_.living();
-  task.own().control.override_ratio.store(ratio, std::memory_order_relaxed);
-  task_.await_seen(task, kSettle_s, "an Override");
-}
-
-void Robot::clear() {
-  const LivingTask task = task_.living();
-  if (view_.held()) {
-    task_.await(task, kSettle_s, "a StopAndHold",
-                [this](const Snapshot& now) { return now.state == RtState::kError || !view_.held(); });
-  }
-  if (view_.snapshot().state != RtState::kError) return;
-  const std::uint64_t count = task.own().control.clear_count.fetch_add(1, std::memory_order_acq_rel) + 1;
-  Snapshot now{};
-  task_.await(task, kSettle_s, "a Clear", [&](const Snapshot& snapshot) {
-    now = snapshot;
-    return snapshot.clears_done >= count;
-  });
-  if (now.state == RtState::kError) throw not_ready(view_.error_cause());
-  set_holds_cleared(now.holds_done);
-  // What the client reads next has no alarm that this Clear has taken back, and every one that came since.
-  for (Patience patience(kReportsRead);;) {
-    const bool is_last = patience.is_over();
-    const std::uint64_t seen = task_.changes();
-    if (clears_reported_ >= count || is_last) return;
-    task_.check(task);
-    task_.wait_change(seen);
-  }
+std::string Robot::acquire(const std::string& who, double lease_s, const Wanted& wanted) {
+  const auto admit = [&] {
+    queue_.check_empty(task_.living(), wanted);
+    check(wanted);
+  };
+  return control_.acquire(who, lease_s, admit, wanted);
 }
 
 void Robot::set_speed(double percent) {

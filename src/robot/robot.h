@@ -64,8 +64,9 @@ class Robot final : private LinkListener {
   /// Checks the arguments, plans from where the arm will rest when the motion begins, with the present
   /// settings, and hands over. A bad argument is refused first, whether the robot is ready or not.
   /// `arrival`: the number of stops when the request arrived; 0: it arrives now.
-  /// `key`: of the caller's reference, see Control.
-  corbot_ticket accept(const MotionRequest& request, std::uint64_t arrival = 0, const std::string& key = {});
+  /// `key`: of the caller's reference, see Control. `wanted`, here and below: while the call waits.
+  corbot_ticket accept(const MotionRequest& request, std::uint64_t arrival = 0, const std::string& key = {},
+                       const Wanted& wanted = {});
   /// So far; takes no lock that is held for longer than a moment.
   [[nodiscard]] StopCounts stops() const;
 
@@ -74,28 +75,28 @@ class Robot final : private LinkListener {
   /// Without waiting. False: still under way; otherwise as finish().
   [[nodiscard]] bool is_finished(corbot_ticket ticket) const;
   /// Takes back a motion and what is queued behind it; what is before it goes on.
-  void cancel(corbot_ticket ticket);
+  void cancel(corbot_ticket ticket, const Wanted& wanted = {});
   /// Calls that are starting a motion.
   [[nodiscard]] int starting() const noexcept { return queue_.starting(); }
 
   /// Exclusive control. Everything below but stop(), stop_and_hold() and clear() needs a Control::Use while it lasts.
   [[nodiscard]] Control& control() noexcept { return control_; }
   [[nodiscard]] const Control& control() const noexcept { return control_; }
-  /// Not ready where no real-time task is connected, and while motions are pending: they are another's. `wanted` throws
-  /// where the caller is gone meanwhile.
-  [[nodiscard]] std::string acquire(const std::string& who, double lease_s, const Control::Admit& wanted);
+  /// Not ready where no real-time task is connected, and while motions are pending: they are another's.
+  [[nodiscard]] std::string acquire(const std::string& who, double lease_s, const Wanted& wanted);
 
   // Pre-emption: flags in the segment, no lock that a plan holds.
-  void stop();
-  /// stop() in two halves, for many at once: the first does not wait; the second returns at rest, when all
-  /// that were requested before it are carried out.
+  void stop(const Wanted& wanted = {});
+  /// stop() and stop_and_hold() in two halves, for many at once: the first does not wait; the second returns at rest,
+  /// when all that were requested before it are carried out.
   void request_stop();
-  void await_requested_stops();
+  void request_stop_and_hold(std::string by);
+  void await_requested_stops(bool hold = false);
   /// And holds until clear(), across restarts; where no task is connected, the next one is held. `by`: for the alarm.
   void stop_and_hold(std::string by);
-  void pause(bool on);
-  void set_override(double percent);
-  void clear();
+  void pause(bool on, const Wanted& wanted = {});
+  void set_override(double percent, const Wanted& wanted = {});
+  void clear(const Wanted& wanted = {});
 
   // Settings for the motions planned from now on.
   void set_speed(double percent);
@@ -110,7 +111,9 @@ class Robot final : private LinkListener {
     std::uint64_t last{};  ///< number of the last command that was planned before it
   };
   CountedStop count_stop(const LivingTask& task);
-  void await_stop(const LivingTask& task, const CountedStop& stop);
+  void await_stop(const LivingTask& task, const CountedStop& stop, const Wanted& wanted);
+  std::uint64_t count_hold(std::string by);
+  void await_hold(std::uint64_t count);
   /// Returns where the motion is done, throws CallError otherwise.
   void report_end(const std::optional<Ticket>& ticket) const;
   void on_completion(const Completion& completion) override;
@@ -137,8 +140,9 @@ class Robot final : private LinkListener {
   std::atomic<std::uint64_t> own_stops_{0};        ///< that this has counted
   std::atomic<std::uint64_t> clears_reported_{0};  ///< number of the last Clear that was reported
 
-  std::mutex requested_mutex_;  // of requested_
+  std::mutex requested_mutex_;  // of the two below
   CountedStop requested_;
+  std::uint64_t requested_hold_{0};
 
   SelfCheck self_check_;
   Link link_;          // its thread uses all of the above, and the settings

@@ -39,7 +39,7 @@ void TaskAccess::check(const LivingTask& task) const {
 }
 
 void TaskAccess::await(const LivingTask& task, double seconds, const std::string& what,
-                       const std::function<bool(const Snapshot&)>& done) const {
+                       const std::function<bool(const Snapshot&)>& done, const Wanted& wanted) const {
   Patience patience{std::chrono::duration<double>(seconds)};
   for (;;) {
     const bool is_last = patience.is_over();
@@ -50,18 +50,21 @@ void TaskAccess::await(const LivingTask& task, double seconds, const std::string
     if (watch_.is_frozen()) throw not_ready(watch_.cause());
     if (closing_) throw not_ready("the servant is shutting down");
     if (is_last) throw not_ready(fmt::format("{} did not end in {} s", what, seconds));
+    corbot::check(wanted);
     wait_change(seen);
   }
 }
 
-void TaskAccess::await_seen(const LivingTask& task, double seconds, const std::string& what) const {
+void TaskAccess::await_seen(const LivingTask& task, double seconds, const std::string& what,
+                            const Wanted& wanted) const {
   Snapshot before{};
   if (!task.segment().snapshot.load(before)) return;
   // The cycle after `before` may have read the flags already when they were written;
   // the one after that has not.
-  await(task, seconds, what, [&](const Snapshot& now) {
+  const auto is_later = [&](const Snapshot& now) {
     return now.incarnation != before.incarnation || now.cycle >= before.cycle + 2;
-  });
+  };
+  await(task, seconds, what, is_later, wanted);
 }
 
 std::uint64_t TaskAccess::changes() const {

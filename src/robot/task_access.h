@@ -12,6 +12,7 @@
 
 #include "robot/link.h"
 #include "robot/task_watch.h"
+#include "robot/wanted.h"
 
 namespace corbot {
 
@@ -44,11 +45,12 @@ class TaskAccess {
   [[nodiscard]] std::string cause() const;
 
   /// Waits until `done` holds for the newest snapshot; not ready when the task dies or freezes, the robot is
-  /// closed, or after `seconds`.
+  /// closed, or after `seconds`. While it is wanted.
   void await(const LivingTask& task, double seconds, const std::string& what,
-             const std::function<bool(const Snapshot&)>& done) const;
+             const std::function<bool(const Snapshot&)>& done, const Wanted& wanted = {}) const;
   /// Waits until the task has read the flags as they are now, so that what a client reads next agrees.
-  void await_seen(const LivingTask& task, double seconds, const std::string& what) const;
+  void await_seen(const LivingTask& task, double seconds, const std::string& what,
+                  const Wanted& wanted = {}) const;
 
   /// How often notify() was called. To be read before what is waited for is looked at.
   [[nodiscard]] std::uint64_t changes() const;

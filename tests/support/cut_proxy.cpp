@@ -2,18 +2,15 @@
 #include "support/cut_proxy.h"
 
 #include <arpa/inet.h>
-#include <linux/filter.h>
-#include <linux/sockios.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/eventfd.h>
-#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <stdexcept>
-#include <utility>
 
 namespace corbot::test {
 namespace {
@@ -61,27 +58,24 @@ CutProxy::~CutProxy() {
   ::close(wake_);
 }
 
+int CutProxy::requests(const std::string& operation) {
+  const std::string text = operation + '\0';  // as it is sent, behind its length
+  const auto count = [&](const std::string& bytes) {
+    int found = 0;
+    for (std::size_t at = bytes.find(text); at != std::string::npos; at = bytes.find(text, at + 1)) ++found;
+    return found;
+  };
+  const std::lock_guard lock(mutex_);
+  int all = count(sent_before_);
+  for (const Line& line : lines_) all += count(line.sent);
+  return all;
+}
+
 void CutProxy::cut() {
   const std::lock_guard lock(mutex_);
   for (Line& line : lines_) end(line);
   lines_.clear();
   holds_ = false;
-}
-
-void CutProxy::fall_silent() {
-  const std::lock_guard lock(mutex_);
-  sock_filter nothing[] = {{BPF_RET | BPF_K, 0, 0, 0}};
-  const sock_fprog program{1, nothing};
-  for (Line& line : lines_) {
-    if (std::exchange(line.is_silent, true)) continue;  // nothing would be acknowledged
-    // What is sent has arrived: a machine that is gone repeats nothing.
-    int unacknowledged = 1;
-    while (::ioctl(line.server, SIOCOUTQ, &unacknowledged) == 0 && unacknowledged > 0)
-      std::this_thread::yield();
-    // What the kernel receives for the socket is dropped before it is acknowledged.
-    if (::setsockopt(line.server, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof(program)) != 0)
-      throw std::runtime_error("no filter for the relay");
-  }
 }
 
 void CutProxy::run() {
@@ -108,8 +102,11 @@ void CutProxy::run() {
 void CutProxy::take() {
   const int client = ::accept4(listening_, nullptr, nullptr, SOCK_CLOEXEC);
   if (client < 0) return;
-  Line line{client, ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0), false};
+  Line line{client, ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
   const sockaddr_in address = loopback(server_port_);
+  const int on = 1;  // bytes go on as they come
+  for (const int end : {line.client, line.server})
+    (void)::setsockopt(end, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
   if (::connect(line.server, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0) {
     lines_.push_back(line);
   } else {
@@ -117,16 +114,18 @@ void CutProxy::take() {
   }
 }
 
-bool CutProxy::relay(const Line& line, int from) {
+bool CutProxy::relay(Line& line, int from) {
   char bytes[4096];
   const ssize_t count = ::recv(from, bytes, sizeof(bytes), MSG_DONTWAIT);
   if (count < 0) return errno == EAGAIN || errno == EWOULDBLOCK;
   if (count == 0) return false;
   if (from == line.server) return holds_ || send_all(line.client, bytes, static_cast<std::size_t>(count));
+  line.sent.append(bytes, static_cast<std::size_t>(count));
   return send_all(line.server, bytes, static_cast<std::size_t>(count));
 }
 
 void CutProxy::end(Line& line) {
+  sent_before_ += line.sent;
   ::close(line.client);
   ::close(line.server);
 }

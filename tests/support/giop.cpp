@@ -2,13 +2,18 @@
 #include "support/giop.h"
 
 #include <arpa/inet.h>
+#include <linux/filter.h>
+#include <linux/sockios.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <stdexcept>
+#include <thread>
 #include <utility>
 
 namespace corbot::test {
@@ -93,8 +98,27 @@ RawConnection::RawConnection(int port) {
 RawConnection::RawConnection(RawConnection&& other) noexcept
     : fd_(std::exchange(other.fd_, -1)), received_(std::move(other.received_)) {}
 
-RawConnection::~RawConnection() {
-  if (fd_ >= 0) ::close(fd_);
+RawConnection::~RawConnection() { close(); }
+
+void RawConnection::close() {
+  if (fd_ >= 0) ::close(std::exchange(fd_, -1));
+}
+
+void RawConnection::reset() {
+  const linger at_once{1, 0};
+  (void)::setsockopt(fd_, SOL_SOCKET, SO_LINGER, &at_once, sizeof(at_once));
+  close();
+}
+
+void RawConnection::fall_silent() {
+  // What is sent has arrived: a machine that is gone repeats nothing.
+  int unacknowledged = 1;
+  while (::ioctl(fd_, SIOCOUTQ, &unacknowledged) == 0 && unacknowledged > 0) std::this_thread::yield();
+  // What the kernel receives for the socket is dropped before it is acknowledged.
+  sock_filter nothing[] = {{BPF_RET | BPF_K, 0, 0, 0}};
+  const sock_fprog program{1, nothing};
+  if (::setsockopt(fd_, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof(program)) != 0)
+    throw std::runtime_error("no filter for the connection");
 }
 
 bool RawConnection::send(const std::string& bytes) {

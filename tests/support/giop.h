@@ -41,6 +41,14 @@ class RawConnection {
   /// Whether the peer has closed by then.
   bool closed(Deadline deadline);
 
+  /// Three ways for a client to go. By its process's end:
+  void close();
+  /// With what is under way cut off (RST):
+  void reset();
+  /// As if its machine had lost its network: nothing arrives there, and nothing is acknowledged. Throws
+  /// std::runtime_error where the kernel has no filters.
+  void fall_silent();
+
  private:
   bool read_more(Deadline deadline);
 

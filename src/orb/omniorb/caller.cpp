@@ -6,14 +6,15 @@
 namespace corbot::omni {
 namespace {
 
-int is_wanted(void* place) { return static_cast<const Place*>(place)->is_wanted() ? 1 : 0; }
+int presence(void* place) { return static_cast<const Place*>(place)->presence(); }
 
 }  // namespace
 
 Caller::Caller(std::string key, const Place* place) : key_(std::move(key)) {
   corbot_connection_peer_text(connection_of_call(), from_);
-  caller_.present = place != nullptr ? is_wanted : nullptr;
+  caller_.present = place != nullptr ? presence : nullptr;
   caller_.context = const_cast<Place*>(place);
+  caller_.places = CORBOT_HOST_PLACES;
   caller_.key = key_.c_str();
   caller_.from = from_;
   caller_.stops = arrival_of_call();

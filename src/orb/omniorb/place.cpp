@@ -33,8 +33,8 @@ int descriptor_of(::omni::giopConnection* of) {
 /// The number of the request in its message, which the ORB keeps from others than its own streams.
 struct RequestNumber : ::omni::giopStream {
   static CORBA::ULong of(const ::omni::giopStream& stream) {
-    constexpr CORBA::ULong (::omni::giopStream::*number)() const = &RequestNumber::requestId;
-    return (stream.*number)();
+    constexpr CORBA::ULong (::omni::giopStream::*kNumber)() const = &RequestNumber::requestId;
+    return (stream.*kNumber)();
   }
 };
 
@@ -54,13 +54,16 @@ int take(corbot_place_kind kind) {
 
 }  // namespace
 
-Place::Place(corbot_place_kind kind) : place_(take(kind)), connection_(connection) {
-  if (place_ < 0) is_counted_ = corbot_connection_begin_call(connection_);
-}
+Place::Place(corbot_place_kind kind) : place_(take(kind)) {}
 
 Place::~Place() {
   if (place_ >= 0) corbot_place_free(place_);
-  if (is_counted_) corbot_connection_end_call(connection_);
+}
+
+corbot_presence Place::presence() const {
+  if (place_ < 0) return CORBOT_CALLER_PRESENT;
+  if (!corbot_place_wanted(place_)) return CORBOT_CALLER_GONE;
+  return corbot_place_may_stay(place_) ? CORBOT_CALLER_PRESENT : CORBOT_CALLER_CROWDED;
 }
 
 corbot_connection connection_of_call() noexcept { return connection; }

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "net/places.h"
+#include "robot/corbot_robot_types.h"
 
 namespace corbot::omni {
 
@@ -17,13 +18,11 @@ class Place {
   Place& operator=(const Place&) = delete;
   ~Place();
 
-  /// Whether the client is still there.
-  [[nodiscard]] bool is_wanted() const { return place_ < 0 || corbot_place_wanted(place_); }
+  /// Of its call, as corbot_caller says it.
+  [[nodiscard]] corbot_presence presence() const;
 
  private:
   int place_;
-  corbot_connection connection_;
-  bool is_counted_{false};  // as a call of that connection, without a place
 };
 
 /// On which the request came that this thread carries out.

@@ -17,19 +17,24 @@ static bool is_refused(PortableServer_Servant servant, CORBA_Environment* ev) {
   return true;
 }
 
+/* Whether it was requested when it arrived; it is waited for then. */
+static bool is_joined(PortableServer_Servant servant, int32_t hold, CORBA_Environment* ev) {
+  if (self_of(servant)->target != kTargetJoinStop) return false;
+  corbot_error error;
+  if (corbot_robot_await_stops(self_of(servant)->robot, hold, &error) != CORBOT_OK) raise_failure(&error, ev);
+  return true;
+}
+
 static void stop(PortableServer_Servant servant, CORBA_Environment* ev) {
-  if (self_of(servant)->target == kTargetJoinStop) {
-    corbot_error error;
-    if (corbot_robot_await_stops(self_of(servant)->robot, &error) != CORBOT_OK) raise_failure(&error, ev);
-    return;
-  }
+  if (is_joined(servant, 0, ev)) return;
   inner.Stop(servant, ev);
   requests_leave(self_of(servant)->target);
 }
 
 static void stop_and_hold(PortableServer_Servant servant, CORBA_Environment* ev) {
+  if (is_joined(servant, 1, ev)) return;
   inner.StopAndHold(servant, ev);
-  if (self_of(servant)->target < CORBOT_PLACES) requests_leave(self_of(servant)->target);
+  requests_leave(self_of(servant)->target);
 }
 
 static Corbot_Arm acquire(PortableServer_Servant servant, const CORBA_char* who, CORBA_double lease,

@@ -15,7 +15,7 @@ enum { kLongestJointCoord = 6 };
 static bool has_place(PortableServer_Servant servant, CORBA_Environment* ev) {
   switch (self_of(servant)->target) {
     case kTargetRefuseHost:
-      raise_queue_full(CORBOT_WAITING_A_HOST, ev);
+      raise_queue_full(CORBOT_HOST_PLACES, ev);
       return false;
     case kTargetRefuseWait:
       raise_queue_full(CORBOT_WAITING, ev);

@@ -27,7 +27,7 @@ static void copy_key(const void* key, size_t length, char out[CORBOT_KEY]) {
   }
 }
 
-void calls_begin(void* request, corbot_connection connection, const void* key, size_t length) {
+Call calls_begin(void* request, corbot_connection connection, const void* key, size_t length) {
   Call* call = g_new0(Call, 1);
   call->connection = connection;
   call->stops = corbot_arrival();
@@ -35,7 +35,9 @@ void calls_begin(void* request, corbot_connection connection, const void* key, s
   g_mutex_lock(&mutex);
   if (calls == NULL) calls = g_hash_table_new_full(NULL, NULL, NULL, g_free);
   g_hash_table_replace(calls, request, call);
+  const Call copy = *call;
   g_mutex_unlock(&mutex);
+  return copy;
 }
 
 void calls_end(void* request) {
@@ -58,16 +60,29 @@ void ORBit_small_invoke_adaptor(void* object, void* request, void* method, void*
   memset(&current, 0, sizeof(current));
 }
 
-/* Whether the client of a call that has a place is still there. */
-static int caller_present(void* servant) { return corbot_place_wanted(self_of(servant)->target) ? 1 : 0; }
+/* Of the client of a call that has a place. */
+static int presence(void* servant) {
+  const int place = self_of(servant)->target;
+  if (!corbot_place_wanted(place)) return CORBOT_CALLER_GONE;
+  return corbot_place_may_stay(place) ? CORBOT_CALLER_PRESENT : CORBOT_CALLER_CROWDED;
+}
 
-const corbot_caller* caller_of(PortableServer_Servant servant, Caller* room) {
-  room->call = current;
+const corbot_caller* caller_of_call(const Call* call, Caller* room) {
+  memset(room, 0, sizeof(*room));
+  room->call = *call;
   corbot_connection_peer_text(room->call.connection, room->from);
-  room->caller.present = self_of(servant)->target < CORBOT_PLACES ? caller_present : NULL;
-  room->caller.context = servant;
+  room->caller.places = CORBOT_HOST_PLACES;
   room->caller.key = room->call.key;
   room->caller.from = room->from;
   room->caller.stops = room->call.stops;
+  return &room->caller;
+}
+
+const corbot_caller* caller_of(PortableServer_Servant servant, Caller* room) {
+  (void)caller_of_call(&current, room);
+  if (self_of(servant)->target < CORBOT_PLACES) {
+    room->caller.present = presence;
+    room->caller.context = servant;
+  }
   return &room->caller;
 }

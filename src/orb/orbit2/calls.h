@@ -19,7 +19,7 @@ typedef struct Call {
 } Call;
 
 /* In the I/O thread, which has just read it: the request goes to an object of ours. `key`: NULL for the public reference. */
-void calls_begin(void* request, corbot_connection connection, const void* key, size_t length);
+Call calls_begin(void* request, corbot_connection connection, const void* key, size_t length);
 /* Without effect for other requests. */
 void calls_end(void* request);
 
@@ -31,5 +31,7 @@ typedef struct Caller {
   char from[CORBOT_PEER_TEXT];
 } Caller;
 const corbot_caller* caller_of(PortableServer_Servant servant, Caller* room);
+/* The same of a call that is still in the I/O thread. */
+const corbot_caller* caller_of_call(const Call* call, Caller* room);
 
 #endif /* CORBOT_ORBIT2_CALLS_H */

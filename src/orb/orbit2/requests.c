@@ -90,12 +90,12 @@ static gboolean is_served(const CORBA_sequence_CORBA_octet* key, const void** pa
 }
 
 /* Which object the request goes to. */
-static int target_of(void* request, corbot_connection connection) {
+static int target_of(void* request, const Call* call) {
   corbot_place_kind kind = CORBOT_PLACE_TO_WAIT;
   const char* operation = giop_recv_buffer_get_opname(request);
   if (operation == NULL || !corbot_place_needed(operation, &kind)) return kTargetAtOnce;
   int capacity = 0;
-  const int place = corbot_place_take(kind, connection, &capacity);
+  const int place = corbot_place_take(kind, call->connection, &capacity);
   if (place >= 0) {
     atomic_store(&holders[place], request);
     return place;
@@ -105,13 +105,16 @@ static int target_of(void* request, corbot_connection connection) {
       return kTargetRefuseStart;
     case CORBOT_PLACE_TO_CHANGE:
       return kTargetRefuseChange;
-    case CORBOT_PLACE_TO_STOP:
-      corbot_robot_request_stop(served_robot);
+    case CORBOT_PLACE_TO_STOP: {
+      Caller room;
+      corbot_robot_request_stop(served_robot, caller_of_call(call, &room),
+                                strcmp(operation, "StopAndHold") == 0);
       return kTargetJoinStop;
+    }
     case CORBOT_PLACE_TO_WAIT:
       break;
   }
-  return capacity == CORBOT_WAITING_A_HOST ? kTargetRefuseHost : kTargetRefuseWait;
+  return capacity == CORBOT_HOST_PLACES ? kTargetRefuseHost : kTargetRefuseWait;
 }
 
 /* The key is not the request's to free: it lies in the message. */
@@ -127,9 +130,8 @@ void ORBit_handle_request(CORBA_ORB orb, void* request) {
   const void* pass = NULL;
   size_t pass_length = 0;
   if (is_served(key, &pass, &pass_length)) {
-    const corbot_connection connection = corbot_connection_used(reading_fd);
-    calls_begin(request, connection, pass, pass_length);
-    set_key(key, target_of(request, connection));
+    const Call call = calls_begin(request, corbot_connection_used(reading_fd), pass, pass_length);
+    set_key(key, target_of(request, &call));
   }
   real(orb, request);
 }

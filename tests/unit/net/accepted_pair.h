@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -48,6 +49,19 @@ struct AcceptedPair {
       EXPECT_EQ(::getsockname(client, reinterpret_cast<sockaddr*>(&from), &size), 0);
       corbot_connections_expect_own(ntohs(from.sin_port));
     }
+    EXPECT_EQ(::connect(client, reinterpret_cast<const sockaddr*>(&listener.address()), sizeof(sockaddr_in)),
+              0);
+    server = listener.accept();
+  }
+  /// From another host, by one of this machine's own addresses.
+  struct From {
+    const char* host;
+  };
+  AcceptedPair(const Listener& listener, From of) : client(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in from{};
+    from.sin_family = AF_INET;
+    EXPECT_EQ(::inet_pton(AF_INET, of.host, &from.sin_addr), 1);
+    EXPECT_EQ(::bind(client, reinterpret_cast<sockaddr*>(&from), sizeof(from)), 0);
     EXPECT_EQ(::connect(client, reinterpret_cast<const sockaddr*>(&listener.address()), sizeof(sockaddr_in)),
               0);
     server = listener.accept();
