@@ -187,7 +187,7 @@ TEST_P(SerialFaults, ARestartIsNoticedAndTheWayBackIsSlow) {
   ASSERT_TRUE(reaches(BackendHealth::kLost));
   EXPECT_LE(backend_->times().frames, frames + 15) << "soon";
   // In the middle of a command, of which the controller takes the rest for an error.
-  EXPECT_TRUE(was_logged("has restarted", "reports serial protocol")) << log();
+  ASSERT_TRUE(was_logged("has restarted", "reports serial protocol")) << log();
   command("silent on");  // lost for as long as this thread needs
   ASSERT_TRUE(reaches(BackendHealth::kLost));
   ASSERT_TRUE(wait_until(within(20), [&] { return !driver_->moving(); }));

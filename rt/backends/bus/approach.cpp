@@ -17,6 +17,10 @@ double ramp_rad_per_s(const JointLimits& joint) {
   return joint.speed_rad_s > 0.0 ? std::min(kApproach_rad_per_s, joint.speed_rad_s) : kApproach_rad_per_s;
 }
 
+bool is_same_place(const ServoFrame& a, const ServoFrame& b) {
+  return a.pulse_us == b.pulse_us && a.position_rad == b.position_rad;
+}
+
 /// One step towards `target`; true when it is reached.
 bool step(double& value, double target, double most) {
   value += std::clamp(target - value, -most, most);
@@ -90,7 +94,7 @@ bool Approach::await_interpolation(const ServoFrame& frame) {
     if (is_held(newest)) {
       if (may_be_moving_) device_.halt();
       may_be_moving_ = is_under_way = false;
-    } else if (!is_under_way) {
+    } else if (!is_under_way || (left_ns <= 0 && !is_same_place(newest, sender_.last()))) {
       may_be_moving_ = is_under_way = true;
       sender_.send(newest, true);
       left_ns = device_.approach_ns();

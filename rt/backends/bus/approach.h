@@ -37,7 +37,7 @@ class Approach {
   [[nodiscard]] bool is_held(const ServoFrame& newest);
   /// In small steps. `is_holding`: the device holds its servos at `at`.
   bool ramp_to_newest(ServoFrame at, bool is_holding);
-  /// Until the device has interpolated its way.
+  /// Until the device has interpolated its way to the newest frame, were that changed meanwhile.
   bool await_interpolation(const ServoFrame& frame);
 
   const ArmModel& arm_;

@@ -129,6 +129,19 @@ TEST_F(BusApproachTest, GivesNoFirstPulseWhileStopped) {
   EXPECT_GT(bus_.copy().size(), before);
 }
 
+TEST_F(BusApproachTest, WhereTheArmIsHeldElsewhereMeanwhileItIsApproachedAgain) {
+  const auto backend = make();
+  backend->open(frame(1));
+  lose(*backend);
+  bus_.approach_ns = 1'000'000'000;
+  bus_.fails = false;
+  ASSERT_TRUE(wait_until([&] { return approaches() == 2; }));
+  backend->write(frame(2, 1700.0));
+  bus_.approach_ns = 2'000'000;
+  ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
+  EXPECT_EQ(approaches(), 3) << "never in one step";
+}
+
 TEST_F(BusApproachTest, ADriveThatHoldsItsLoadDoesNotRampFromAGuess) {
   bus_.approach_ns = 0;
   bus_.is_energising = true;
