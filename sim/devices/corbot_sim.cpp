@@ -34,6 +34,8 @@ Lines on standard input ask for faults; each is answered by a line 'ok ...' or '
   plug            a new terminal under LINK ('ready LINK' once more)
   input X 0|1     puts digital input X (A, B, ...) to 0 V or 5 V
   pulses          answers 'pulses CH=US ...', all channels that have a pulse, in microseconds
+  late            answers 'late NS': by how much this program was late at most since this was asked last, with
+                  --record; it then took what had come meanwhile at once, which no controller does
 )";
 
 constexpr const char* kCanFooter = R"(Example:

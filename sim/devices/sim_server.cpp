@@ -70,6 +70,7 @@ std::optional<std::int64_t> SimServer::next_event_ns(std::int64_t now_ns) const 
 }
 
 void SimServer::advance(std::int64_t now_ns) {
+  if (record_ != nullptr) latest_ns_ = std::max(latest_ns_, now_ns - next_frame_ns_);
   for (;;) {
     const bool has_frame = record_ != nullptr && next_frame_ns_ <= now_ns;
     if (has_frame && (line_in_.is_empty() || next_frame_ns_ <= line_in_.next_ns())) {
@@ -118,6 +119,7 @@ void SimServer::read_line(std::int64_t now_ns) {
 std::string SimServer::handle(std::string_view command) {
   const std::vector<std::string_view> words = words_of(command);
   if (words.size() == 1 && words[0] == "pulses") return pulses();
+  if (words.size() == 1 && words[0] == "late") return fmt::format("late {}", std::exchange(latest_ns_, 0));
   const std::string error = execute(words);
   return error.empty() ? fmt::format("ok {}", fmt::join(words, " ")) : "error: " + error;
 }
@@ -151,7 +153,7 @@ std::string SimServer::execute(const std::vector<std::string_view>& words) {
     }
   } else {
     return fmt::format(
-        "'{}' is none of: drop N, garble N, silent on|off, reset, unplug, plug, input X 0|1, pulses",
+        "'{}' is none of: drop N, garble N, silent on|off, reset, unplug, plug, input X 0|1, pulses, late",
         fmt::join(words, " "));
   }
   return {};

@@ -60,6 +60,7 @@ class SimServer {
   std::uint64_t to_drop_{0};
   std::uint64_t to_garble_{0};
   bool is_silent_{false};
+  std::int64_t latest_ns_{0};  ///< by which a servo frame was late in the record; since it was last asked for
 };
 
 }  // namespace corbot::sim

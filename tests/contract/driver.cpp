@@ -112,7 +112,7 @@ void Driver::run() noexcept {
     backend_.write(frame);
     pose_.store(at);
     feedback_.store(backend_.read());
-    (void)backend_.times();
+    oldest_ns_ = std::max(oldest_ns_.load(), backend_.times().age_max_ns);
     (void)backend_.cause();
     fixture_.after_write();
     cycles_.store(frame.cycle, std::memory_order_release);

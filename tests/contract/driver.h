@@ -38,6 +38,8 @@ class Driver {
   /// Frames written so far.
   [[nodiscard]] std::uint64_t cycles() const { return cycles_.load(); }
   [[nodiscard]] bool moving() const { return moving_.load(); }
+  /// The longest that a frame was under way to the device, by what the backend says.
+  [[nodiscard]] double oldest_s() const { return static_cast<double>(oldest_ns_.load()) * 1e-9; }
   [[nodiscard]] ServoFeedback feedback() const;
   /// What the device should put out now.
   [[nodiscard]] std::vector<double> wanted(bool joints) const;
@@ -61,6 +63,7 @@ class Driver {
   std::atomic<bool> moving_{false};
   std::atomic<bool> emergency_stop_{false};
   std::atomic<std::uint64_t> cycles_{0};
+  std::atomic<std::int64_t> oldest_ns_{0};
   std::atomic<bool> end_{false};
   std::uint64_t asked_{0};
   std::thread thread_;

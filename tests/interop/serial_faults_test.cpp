@@ -119,6 +119,12 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
     for (std::string word; words >> word;) values.push_back(std::stod(word.substr(word.find('=') + 1)));
     return values;
   }
+  /// By which the emulator was late, at the most.
+  [[nodiscard]] double late_s() {
+    emulator_->send("late");
+    const auto line = emulator_->wait_line("late", within(30));
+    return line ? 1e-9 * std::stod(line->substr(5)) : 0.0;
+  }
   [[nodiscard]] bool arrives() {
     return wait_until(within(60), [&] {
       const std::vector<double> wanted = driver_->wanted(false);
@@ -131,13 +137,15 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
     });
   }
   /// By how much a pulse went further than in two frames at 400 us/s, or than a motion that a busy machine
-  /// has held up; rows of the record are one servo frame apart, or nothing changed between them. The first
+  /// has held up: between two rows, in the backend's thread, or in the emulator, which then takes several
+  /// frames at once. Rows are one servo frame apart, or nothing changed between them. The first
   /// pulse of a servo is no step: it may be anywhere, and no controller can know where.
-  [[nodiscard]] double worst_jump() const {
+  [[nodiscard]] double worst_jump() {
     std::ifstream file(record());
     std::string row;
     std::getline(file, row);  // the names of the columns
     std::map<int, std::pair<std::int64_t, double>> last;
+    const double held_up_s = driver_->oldest_s() + late_s();
     double worst = -HUGE_VAL;
     while (std::getline(file, row)) {
       if (file.eof()) break;  // not whole yet
@@ -150,8 +158,13 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
       const auto before = last.find(channel);
       if (before != last.end() && before->second.second > 0.0 && pulse_us > 0.0) {
         const double seconds = static_cast<double>(time_ns - before->second.first) * 1e-9;
-        const double allowed = 400.0 * 2.0 * GetParam().period_s + 1.1 * kSpeed_us_per_s * seconds + 1.0;
-        worst = std::max(worst, std::abs(pulse_us - before->second.second) - allowed);
+        const double allowed =
+            400.0 * 2.0 * GetParam().period_s + 1.1 * kSpeed_us_per_s * (seconds + held_up_s) + 1.0;
+        const double jump_us = std::abs(pulse_us - before->second.second) - allowed;
+        if (jump_us > std::max(worst, 0.0)) {
+          jump_ = fmt::format("from {} us at {} ns to: {}", before->second.second, before->second.first, row);
+        }
+        worst = std::max(worst, jump_us);
       }
       last[channel] = {time_ns, pulse_us};
     }
@@ -166,6 +179,7 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
   std::unique_ptr<Backend> backend_;
   std::unique_ptr<Driver> driver_;
   std::string log_;
+  std::string jump_;  ///< the worst, after the record
 };
 
 TEST_P(SerialFaults, ASilentControllerIsDegradedThenLostAndComesBack) {
@@ -178,7 +192,7 @@ TEST_P(SerialFaults, ASilentControllerIsDegradedThenLostAndComesBack) {
   command("silent off");
   ASSERT_TRUE(reaches(BackendHealth::kOpen));
   EXPECT_TRUE(arrives()) << log();
-  EXPECT_LE(worst_jump(), 0.0);
+  EXPECT_LE(worst_jump(), 0.0) << jump_ << "\n" << log();
 }
 
 TEST_P(SerialFaults, ARestartIsNoticedAndTheWayBackIsSlow) {
@@ -195,7 +209,7 @@ TEST_P(SerialFaults, ARestartIsNoticedAndTheWayBackIsSlow) {
   command("silent off");
   ASSERT_TRUE(reaches(BackendHealth::kOpen));
   EXPECT_TRUE(arrives()) << log();
-  EXPECT_LE(worst_jump(), 0.0);
+  EXPECT_LE(worst_jump(), 0.0) << jump_ << "\n" << log();
 }
 
 TEST_P(SerialFaults, AFewBytesThatAreLostOrGarbledMakeNoJump) {
@@ -209,7 +223,7 @@ TEST_P(SerialFaults, AFewBytesThatAreLostOrGarbledMakeNoJump) {
   driver_->move(pose(1500.0), std::abs(driver_->wanted(false)[0] - 1500.0) / kSpeed_us_per_s);
   EXPECT_TRUE(arrives()) << log();
   EXPECT_TRUE(reaches(BackendHealth::kOpen)) << log();
-  EXPECT_LE(worst_jump(), 0.0) << log();
+  EXPECT_LE(worst_jump(), 0.0) << jump_ << "\n" << log();
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -173,7 +173,11 @@ void Maestro::approach_to(const ServoFrame& frame) {
   }
   approach_ns_ =
       static_cast<std::int64_t>(1e9 * std::max(kShortestApproach_s, 0.1 + travel_us / kApproach_us_per_s));
-  if (off.servo_count > 0) dialog_.write(targets(off));
+  if (off.servo_count > 0) {
+    log_ = settings_.port + ": has restarted: channel " + std::to_string(off.channel[0]) +
+           " has no pulses; it begins where it was sent last";
+    dialog_.write(targets(off));
+  }
   dialog_.write(speeds(frame, kApproachSpeed));
   is_slow_ = true;
   check_errors();  // a limit that was garbled on its way is none

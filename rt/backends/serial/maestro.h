@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "rt/backends/bus/bus_device.h"
@@ -38,6 +39,7 @@ class Maestro final : public BusDevice {
   BusReading measure(const ServoFrame& frame) override;
   [[nodiscard]] bool has_answered() noexcept override { return dialog_.take_replied(); }
   void relax() override;
+  [[nodiscard]] std::string drain_log() override { return std::exchange(log_, {}); }
 
   using Bytes = std::vector<std::uint8_t>;
   /// One command: its number without the high bit's meaning lost, its data, address and CRC as set.
@@ -72,6 +74,7 @@ class Maestro final : public BusDevice {
   std::int64_t period_ns_{20'000'000};
   std::int64_t approach_ns_{2'500'000'000};
   ServoFrame last_{};
+  std::string log_;
   ServoFrame given_{};         ///< the last that was no approach
   bool is_served_{false};      ///< since the last approach
   bool reply_pending_{false};  ///< a position that was queried with a frame

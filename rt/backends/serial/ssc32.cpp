@@ -145,7 +145,12 @@ void Ssc32::approach_to(const ServoFrame& frame) {
     double from_us = pulse_us[i];
     if (is_first) {
       // After a restart it is still about where it was sent last; else it may be anywhere.
-      from_us = i < given_.servo_count ? given_.pulse_us[i] : frame.pulse_us[i];
+      const bool was_given = i < given_.servo_count;
+      from_us = was_given ? given_.pulse_us[i] : frame.pulse_us[i];
+      if (was_given && log_.empty()) {
+        log_ = settings_.port + ": has restarted: channel " + std::to_string(frame.channel[i]) +
+               " has no pulse; it begins where it was sent last";
+      }
       plain.channel[plain.servo_count] = frame.channel[i];
       plain.pulse_us[plain.servo_count++] = from_us;
       if (rounded(from_us) == rounded(frame.pulse_us[i])) continue;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "rt/backends/bus/bus_device.h"
 #include "rt/backends/serial/serial_dialog.h"
@@ -36,6 +37,7 @@ class Ssc32 final : public BusDevice {
   [[nodiscard]] bool has_answered() noexcept override { return dialog_.take_replied(); }
   bool emergency_stop() override;
   void relax() override;
+  [[nodiscard]] std::string drain_log() override { return std::exchange(log_, {}); }
 
   /// The bytes of one group move; `time_ms` 0: none. Pulses are rounded to 1 us and bounded to 500 .. 2500.
   [[nodiscard]] static std::string group(const ServoFrame& frame, int time_ms);
@@ -69,6 +71,7 @@ class Ssc32 final : public BusDevice {
   std::int64_t period_ns_{20'000'000};
   int approach_ms_{2000};
   ServoFrame last_{};
+  std::string log_;
   ServoFrame given_{};         ///< the last that was no approach
   bool is_served_{false};      ///< since the last approach
   bool reply_pending_{false};  ///< the reply to query_one()

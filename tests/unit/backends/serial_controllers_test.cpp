@@ -226,6 +226,25 @@ TEST(SerialControllers, AMaestroThatHasRestartedInTheMiddleOfACommandIsNoticed) 
   EXPECT_THAT(why, AllOf(HasSubstr("has restarted"), HasSubstr("serial protocol")));
 }
 
+TEST(SerialControllers, ARestartDuringASilenceIsLogged) {
+  const auto expect_logged = [](auto& bench) {
+    EXPECT_EQ(bench.device.drain_log(), "") << "power-up is no restart";
+    bench.begin();
+    bench.emulated.power_cycle(bench.wire.now_ns);
+    (void)bench.device.open();
+    bench.device.send(all_at(1500.0), true);
+    EXPECT_THAT(bench.device.drain_log(), HasSubstr("has restarted"));
+    bench.wait_for_approach();
+    (void)bench.device.open();
+    bench.device.send(all_at(1500.0), true);
+    EXPECT_EQ(bench.device.drain_log(), "") << "once";
+  };
+  Ssc32Bench ssc32(Ssc32Model::kSsc32U);
+  expect_logged(ssc32);
+  MaestroBench maestro;
+  expect_logged(maestro);
+}
+
 TEST(SerialControllers, AMaestroThatWentHomeSaysWhy) {
   MaestroBench bench;
   bench.begin();

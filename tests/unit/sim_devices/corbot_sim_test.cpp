@@ -7,6 +7,8 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -120,6 +122,18 @@ TEST_F(CorbotSim, IsAnSsc32UUntilItIsTerminated) {
   EXPECT_EQ(sim_->terminate(), 0);
   EXPECT_TRUE(host.is_hung_up());
   EXPECT_FALSE(fs::exists(fs::symlink_status(link_)));
+}
+
+TEST_F(CorbotSim, SaysByHowMuchItWasLate) {
+  start({"ssc32", "--record", record()});
+  (void)command("late", "late");
+  constexpr auto kStopped = std::chrono::milliseconds(200);
+  ASSERT_EQ(::kill(sim_->pid(), SIGSTOP), 0);
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_TRUE(
+      wait_until(within(kPatience_s), [&] { return std::chrono::steady_clock::now() - begin > kStopped; }));
+  ASSERT_EQ(::kill(sim_->pid(), SIGCONT), 0);
+  EXPECT_GT(std::stoll(command("late", "late").substr(5)), 150'000'000);
 }
 
 TEST_F(CorbotSim, IsAnOlderSsc32) {
