@@ -330,6 +330,15 @@ TEST_F(Robustness, WhatIsWrongWithAnAddressIsNotAVersion) {
   }
 }
 
+TEST_F(Robustness, HelpIsNotTakenForHold) {
+  const RunResult help = corbot({"help"});
+  EXPECT_EQ(help.code, 0);
+  EXPECT_THAT(help.output, HasSubstr("acquire"));
+  const RunResult of_move = corbot({"help", "move"});
+  EXPECT_EQ(of_move.code, 0);
+  EXPECT_THAT(of_move.output, HasSubstr("--above"));
+}
+
 TEST_F(Robustness, MisspeltOptionsGetASuggestion) {
   const std::vector<std::pair<std::vector<std::string>, const char*>> cases{
       {{"up", CORBOT_PROFILE, "--nmae", "x"}, "did you mean '--name'?"},
