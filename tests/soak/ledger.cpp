@@ -12,7 +12,7 @@ void Ledger::read(int client, const std::string& line) {
   call.client = client;
   std::int64_t time_ns = 0;
   if (!(words >> what >> call.number >> time_ns)) return;
-  if (what == "begin" && words >> call.operation >> call.signature) {
+  if (what == "begin" && words >> call.operation >> call.signature >> call.key) {
     call.begin_ns = time_ns;
     for (double& value : call.where) words >> value;
     index_[{client, call.number}] = calls_.size();

@@ -10,13 +10,21 @@
 
 namespace corbot::soak {
 
+/// Client number of the calls that the soak itself makes (`corbot stop` on the robot's machine).
+inline constexpr int kByCommand = 0;
+inline constexpr const char* kLocalStop = "corbot-stop";
+
+/// These clients come through the relay, whose connections are cut and fall silent.
+constexpr bool is_relayed(int client) noexcept { return client % 2 == 1; }
+
 /// One call of one client, as the client printed it.
 struct Call {
   int client{};
   int number{};
   std::string operation;
-  std::int64_t signature{};
-  std::array<double, 4> where{};  ///< as the client printed it, of a call that moves something
+  std::int64_t signature{};  ///< of a Wait or Cancel: the ticket
+  int key{};                 ///< number of the Acquire through whose reference it was made; 0: the public one
+  std::array<double, 9> where{};  ///< as the client printed it: a target, a lease, a time to wait
   std::int64_t begin_ns{};
   std::int64_t end_ns{};  ///< 0: no answer, or none that the client lived to print
   std::string outcome;
@@ -24,7 +32,23 @@ struct Call {
 
   [[nodiscard]] bool answered() const noexcept { return end_ns != 0; }
   [[nodiscard]] bool accepted() const noexcept { return answered() && outcome == "ok"; }
-  [[nodiscard]] bool moves() const noexcept { return operation == "Drive" || operation.starts_with("Start"); }
+  /// Returns when its motion has ended.
+  [[nodiscard]] bool waits_for_motion() const noexcept {
+    return operation == "Drive" || operation == "MoveS" || operation == "MoveC";
+  }
+  [[nodiscard]] bool moves() const noexcept { return waits_for_motion() || operation.starts_with("Start"); }
+  [[nodiscard]] bool is_line() const noexcept { return operation.ends_with("MoveS"); }
+  [[nodiscard]] bool is_arc() const noexcept { return operation.ends_with("MoveC"); }
+  /// Returns when the arm has stopped, and what had been accepted has ended.
+  [[nodiscard]] bool stops() const noexcept {
+    return operation == "Stop" || operation == "StopAndHold" || operation == "Release" ||
+           operation == kLocalStop;
+  }
+  /// Of the calls that only the holder of exclusive control may make.
+  [[nodiscard]] bool needs_control() const noexcept {
+    return moves() || operation == "Pause" || operation == "Resume" || operation == "Cancel" ||
+           operation == "Renew" || operation == "Release";
+  }
 };
 
 /// What all clients called and were answered.

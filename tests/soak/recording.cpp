@@ -14,12 +14,11 @@
 namespace corbot::soak {
 namespace {
 
-constexpr double kRounding_deg = 3e-9;  // of two recorded angles
-constexpr double kRounding_m = 3e-12;
-
-double distance_m(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-}
+constexpr double kRounding_deg = 3.0 * kAngleDigit_deg;  // of two recorded angles
+/// After a longer gap the servos have come to rest, see rt/cycle/liveness.h.
+constexpr std::int64_t kRestartPeriods = 5;
+/// Two movements with less rest between them are one.
+constexpr std::int64_t kOneMovement_ns = 20'000'000;
 
 }  // namespace
 
@@ -47,17 +46,18 @@ void Recording::read(const std::string& line) {
   }
   Row row;
   if (!parse(line, row)) return;
-  if (std::exchange(is_new_life_, false)) life_ns_ = row.time_ns;
+  const bool is_new_life = std::exchange(is_new_life_, false);
+  if (is_new_life) lives_.push_back(row.time_ns);
   ++cycles_;
   // A task that is killed while it writes leaves one slot of the flight recorder unreadable.
   const bool continuous = have_last_ && row.cycle > last_.cycle && row.cycle - last_.cycle <= 2;
   if (have_last_ && !continuous) ++gaps_;
-  constexpr std::int64_t kSilence_ns = 500'000'000;
-  if (last_ns_ != 0 && row.time_ns - last_ns_ > kSilence_ns) silences_.push_back({last_ns_, row.time_ns});
-  constexpr std::int64_t kPause_ns = 90'000'000;
-  if (continuous && row.time_ns - last_.time_ns > kPause_ns) pauses_.push_back({last_.time_ns, row.time_ns});
+  if (last_ns_ != 0 && row.time_ns - last_ns_ > arm_.period_ns)
+    silences_.push_back({{last_ns_, row.time_ns}, is_new_life});
   last_ns_ = row.time_ns;
   check(row);
+  note_movement(row);
+  note_pause(row);
   follow(row, continuous);
   last_ = row;
   have_last_ = true;
@@ -89,45 +89,85 @@ void Recording::check(const Row& row) {
   }
 }
 
+void Recording::note_movement(const Row& row) {
+  if (!have_last_) return;
+  bool moved = false;
+  for (std::size_t i = 0; i < arm_.dof; ++i)
+    moved = moved || std::abs(row.theta_deg[i] - last_.theta_deg[i]) > kRounding_deg;
+  if (!moved) return;
+  if (moving_.empty() || row.time_ns - moving_.back().end_ns > kOneMovement_ns)
+    moving_.push_back({row.time_ns, row.time_ns});
+  moving_.back().end_ns = row.time_ns;
+}
+
+void Recording::note_pause(const Row& row) {
+  if (row.state != "paused") return;
+  if (!have_last_ || last_.state != "paused") paused_.push_back({row.time_ns, row.time_ns});
+  paused_.back().end_ns = row.time_ns;
+}
+
+/// The new set-point against those before it, for the motion that it belongs to: with the first cycles after its end, in
+/// which the arm has to have come to rest.
+void Recording::measure(const Row& row) {
+  constexpr int kTicksOfRest = 3;
+  const bool is_adjacent = have_last_ && row.cycle == last_.cycle + 1;
+  const bool begins = row.command != 0 && (!have_last_ || row.command != last_.command);
+  const bool has_rested = have_last_ && row.time_ns - last_.time_ns > kRestartPeriods * arm_.period_ns;
+  if (!is_adjacent) {
+    ticks_.forget();
+    ticks_of_rest_ = 0;
+  } else if (begins || has_rested) {
+    for (; begins && ticks_of_rest_ > 0; --ticks_of_rest_) {
+      ticks_.add(last_.theta_deg, last_.tcp_m);
+      ticks_.measure(last_.cycle, motions_[motions_.size() - 2].peaks);
+    }
+    ticks_.rest(last_.theta_deg, last_.tcp_m);
+  }
+  if (is_adjacent && row.command == 0 && last_.command != 0) ticks_of_rest_ = kTicksOfRest;
+  ticks_.add(row.theta_deg, row.tcp_m);
+  if (row.command != 0 || ticks_of_rest_ > 0) ticks_.measure(row.cycle, motions_.back().peaks);
+  ticks_of_rest_ = row.command == 0 && ticks_of_rest_ > 0 ? ticks_of_rest_ - 1 : 0;
+}
+
+void Recording::begin_motion(const Row& row, bool continuous) {
+  const bool seen = std::any_of(motions_.begin(), motions_.end(), [&](const Motion& m) {
+    return m.id == row.command && m.life_ns == lives_.back();
+  });
+  if (seen && continuous) fault(row, "a command that had ended runs again");
+  Motion motion;
+  motion.id = row.command;
+  motion.life_ns = lives_.back();
+  motion.first_ns = row.time_ns;
+  motion.start_deg = have_last_ ? last_.theta_deg : row.theta_deg;
+  motion.start_tcp_m = have_last_ ? last_.tcp_m : row.tcp_m;
+  motion.knows_start = continuous;
+  motion.whole = continuous;
+  motions_.push_back(motion);
+}
+
 void Recording::follow(const Row& row, bool continuous) {
-  const double period_s = static_cast<double>(arm_.period_ns) * 1e-9;
   Motion* running = !motions_.empty() && have_last_ && last_.command != 0 ? &motions_.back() : nullptr;
   if (running != nullptr && running->id != row.command) {
     running->end_deg = row.theta_deg;
     running->end_tcp_m = row.tcp_m;
     running->whole = running->whole && continuous && row.command == 0;
+    if (continuous && row.command == 0) running->tcp_m.push_back(row.tcp_m);
   }
-  if (row.command == 0) {
-    if (continuous && last_.command == 0) {
-      for (std::size_t i = 0; i < arm_.dof; ++i) {
-        const double moved_deg = std::abs(row.theta_deg[i] - last_.theta_deg[i]);
-        if (moved_deg > kRounding_deg)
-          fault(row, fmt::format("joint {} moves by {} degrees without a command", i, moved_deg));
-      }
+  if (row.command == 0 && continuous && last_.command == 0) {
+    for (std::size_t i = 0; i < arm_.dof; ++i) {
+      const double moved_deg = std::abs(row.theta_deg[i] - last_.theta_deg[i]);
+      if (moved_deg > kRounding_deg)
+        fault(row, fmt::format("joint {} moves by {} degrees without a command", i, moved_deg));
     }
-    return;
   }
-  if (running == nullptr || running->id != row.command) {
-    const auto seen = std::find_if(motions_.begin(), motions_.end(), [&](const Motion& m) {
-      return m.id == row.command && m.life_ns == life_ns_;
-    });
-    if (seen != motions_.end() && continuous) fault(row, "a command that had ended runs again");
-    Motion motion;
-    motion.id = row.command;
-    motion.life_ns = life_ns_;
-    motion.first_ns = row.time_ns;
-    motion.start_deg = have_last_ ? last_.theta_deg : row.theta_deg;
-    motion.whole = continuous;
-    motions_.push_back(motion);
-    running = &motions_.back();
+  if (row.command != 0) {
+    if (running == nullptr || running->id != row.command) begin_motion(row, continuous);
+    Motion& motion = motions_.back();
+    motion.last_ns = row.time_ns;
+    motion.whole = motion.whole && continuous;
+    motion.tcp_m.push_back(row.tcp_m);
   }
-  running->last_ns = row.time_ns;
-  running->whole = running->whole && continuous;
-  if (continuous) {
-    const double cycles = static_cast<double>(row.cycle - last_.cycle);
-    const double speed_m_s = (distance_m(row.tcp_m, last_.tcp_m) - kRounding_m) / (period_s * cycles);
-    running->worst_tool_m_s = std::max(running->worst_tool_m_s, speed_m_s);
-  }
+  measure(row);
 }
 
 }  // namespace corbot::soak

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/profile.h"
+#include "soak/tick_limits.h"
 
 namespace corbot::soak {
 
@@ -18,34 +19,47 @@ struct Motion {
   std::int64_t last_ns{};
   std::array<double, 4> start_deg{};
   std::array<double, 4> end_deg{};  ///< at rest afterwards
+  std::array<double, 3> start_tcp_m{};
   std::array<double, 3> end_tcp_m{};
-  double worst_tool_m_s{};
+  Peaks peaks;
+  std::vector<std::array<double, 3>> tcp_m;  ///< at every recorded set-point
+  bool knows_start{};                        ///< the cycle before its first one was recorded
   bool whole{};  ///< neither its begin nor its end fell into cycles that were not recorded
 };
 
-/// A time without a cycle: the task was frozen, or there was none.
-struct Silence {
+struct Interval {
   std::int64_t begin_ns{};
   std::int64_t end_ns{};
+};
+
+/// A time without a cycle: the task was frozen, or there was none.
+struct Silence : Interval {
+  bool is_new_life{};  ///< another supervisor's robot came after it
 };
 
 /// Reads what `corbot record` prints, checks every set-point against the limits of the arm, and cuts the recording into
 /// motions.
 class Recording {
  public:
-  explicit Recording(const Profile& profile) : arm_(profile.arm) {}
+  explicit Recording(const Profile& profile) : arm_(profile.arm), ticks_(profile.arm) {}
 
   /// One line of the recording. A header begins anew: another recorder, after cycles that nobody saw.
   void read(const std::string& line);
 
   [[nodiscard]] const std::vector<Motion>& motions() const noexcept { return motions_; }
-  /// Those of half a second and more.
+  /// Times in which the set-point changed, whatever the command.
+  [[nodiscard]] const std::vector<Interval>& moving() const noexcept { return moving_; }
+  /// Times in which the arm was paused, moving or not.
+  [[nodiscard]] const std::vector<Interval>& paused() const noexcept { return paused_; }
+  /// Times of two periods and more without a cycle.
   [[nodiscard]] const std::vector<Silence>& silences() const noexcept { return silences_; }
-  /// Those that may be faults of the loop (`gap_fault_ms`), between one cycle and the next of the same task.
-  [[nodiscard]] const std::vector<Silence>& pauses() const noexcept { return pauses_; }
+  [[nodiscard]] const std::vector<std::int64_t>& lives() const noexcept { return lives_; }
   [[nodiscard]] const std::vector<std::string>& faults() const noexcept { return faults_; }
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_; }
   [[nodiscard]] std::uint64_t gaps() const noexcept { return gaps_; }
+  /// Of the newest cycle.
+  [[nodiscard]] bool is_in_error() const noexcept { return have_last_ && last_.state == "error"; }
+  [[nodiscard]] std::int64_t last_ns() const noexcept { return last_ns_; }
 
  private:
   struct Row {
@@ -60,18 +74,25 @@ class Recording {
   static bool parse(const std::string& line, Row& row);
   void check(const Row& row);
   void follow(const Row& row, bool continuous);
+  void measure(const Row& row);
+  void note_movement(const Row& row);
+  void note_pause(const Row& row);
+  void begin_motion(const Row& row, bool continuous);
   void fault(const Row& row, const std::string& text);
 
   const ArmModel arm_;
+  TickLimits ticks_;
+  int ticks_of_rest_{0};  ///< cycles without a command that still belong to the last motion's end
   std::vector<Motion> motions_;
+  std::vector<Interval> moving_;
+  std::vector<Interval> paused_;
   std::vector<Silence> silences_;
-  std::vector<Silence> pauses_;
+  std::vector<std::int64_t> lives_;
   std::vector<std::string> faults_;
   Row last_;
   std::int64_t last_ns_{0};  ///< of the last row, also of an earlier recorder
   bool have_last_{false};
   bool is_new_life_{true};
-  std::int64_t life_ns_{0};
   std::uint64_t cycles_{0};
   std::uint64_t gaps_{0};
 };

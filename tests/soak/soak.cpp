@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Breaks a robot under `corbot up` at random, again and again, while clients move it: kill, freeze and thaw of client,
 // servant, real-time task and supervisor, cut and half-open connections, floods, alone and in pairs. Every set-point is
-// recorded and judged afterwards (verdict.h). The seed repeats the sequence of faults, not the instants of the threads.
+// recorded and judged afterwards (verdict.h). The seed repeats all decisions of this program and of its clients, not the
+// instants of the threads.
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <signal.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -17,66 +17,101 @@
 
 #include "config/load_profile.h"
 #include "soak/stage.h"
+#include "soak/stall_watch.h"
 #include "soak/verdict.h"
 
 namespace corbot::soak {
 namespace {
-
-std::int64_t now_ns() {
-  timespec time{};
-  clock_gettime(CLOCK_MONOTONIC, &time);
-  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
-}
 
 /// One thing broken: done at once, undone after a while.
 struct Fault {
   std::string what;
   std::function<void()> undo;
   double lasts_s{0.0};
+  int client{0};
 };
 
 class Soak {
  public:
-  Soak(Stage& stage, std::uint64_t seed, bool verbose) : stage_(stage), random_(seed), verbose_(verbose) {}
+  Soak(Stage& stage, std::uint64_t seed, bool verbose) : stage_(stage), seed_(seed), verbose_(verbose) {}
 
-  /// False when the robot did not come back.
+  /// False when the robot did not come back, or what can be seen only while it lives is wrong.
   bool run(int faults) {
     stage_.mend();
-    if (!stage_.recover()) return false;
-    for (int i = 0; i < faults;) {
-      idle(real(0.05, 0.6));
-      Disturbance disturbance{now_ns(), 0, ""};
-      std::vector<Fault> broken;
-      for (int n = between(1, 10) <= 3 ? 2 : 1; n > 0; --n) {
-        broken.push_back(break_one());
-        disturbance.what += (disturbance.what.empty() ? "" : " + ") + broken.back().what;
-        ++counts_[broken.back().what];
-        ++i;
-      }
-      if (verbose_) fmt::print("{} {}\n", i, disturbance.what);
-      std::fflush(stdout);
-      double lasts_s = 0.0;
-      for (const Fault& fault : broken) lasts_s = std::max(lasts_s, fault.lasts_s);
-      idle(lasts_s);
-      for (const Fault& fault : broken) {
-        if (fault.undo) fault.undo();
-      }
-      const bool back = stage_.recover();
-      disturbance.end_ns = now_ns() + 1'000'000'000;  // what was under way comes to its end
-      disturbances_.push_back(disturbance);
-      if (!back) {
-        fmt::print("the robot did not come back within a minute after: {}\n", disturbance.what);
-        return false;
-      }
+    if (!stage_.recover() || !look(false)) return false;
+    for (int i = 0, looked = 0; i < faults;) {
+      i += step();
+      if (!back_) return false;
+      if (i - looked < kFaultsBetweenLooks || i >= faults) continue;
+      looked = i;
+      if (!look(false)) return false;
     }
     idle(1.0);  // what the last fault killed is dead by now, and is begun again
-    return stage_.recover();
+    return stage_.recover() && look(true);
   }
 
-  [[nodiscard]] const std::vector<Disturbance>& disturbances() const { return disturbances_; }
+  [[nodiscard]] const std::vector<Break>& breaks() const { return breaks_; }
   [[nodiscard]] const std::map<std::string, int>& counts() const { return counts_; }
 
  private:
+  static constexpr int kFaultsBetweenLooks = 100;
+
+  /// One thing broken, or two at once, and mended; how many. What it decides depends on the seed and on its number alone.
+  int step() {
+    std::seed_seq seeds{static_cast<std::uint32_t>(seed_), static_cast<std::uint32_t>(seed_ >> 32),
+                        static_cast<std::uint32_t>(++steps_)};
+    random_.seed(seeds);
+    const int stops = between(0, 9);
+    const int breaks = between(1, 10) <= 3 ? 2 : 1;
+    idle(real(0.05, 0.6));
+    if (stage_.recording().is_in_error()) (void)stage_.recover();  // a client has held the arm
+    if (stops < 2) stage_.stop_by_command();
+    std::string what;
+    std::vector<Fault> broken;
+    for (int n = breaks; n > 0; --n) {
+      const std::int64_t begin_ns = now_ns();
+      broken.push_back(break_one());
+      breaks_.push_back({{begin_ns, now_ns()}, broken.back().what, broken.back().client});
+      what += (what.empty() ? "" : " + ") + broken.back().what;
+      ++counts_[broken.back().what];
+    }
+    stage_.keep(fmt::format("{} step {}: {}", now_ns(), steps_, what));
+    if (verbose_) fmt::print("{:.1f} s, step {}: {}\n", seconds(start_ns_, now_ns()), steps_, what);
+    std::fflush(stdout);
+    if (stops == 2) stage_.stop_by_command();
+    double lasts_s = 0.0;
+    for (const Fault& fault : broken) lasts_s = std::max(lasts_s, fault.lasts_s);
+    idle(lasts_s);
+    for (std::size_t i = 0; i < broken.size(); ++i) {
+      if (!broken[i].undo) continue;
+      broken[i].undo();
+      breaks_[breaks_.size() - broken.size() + i].end_ns = now_ns();
+    }
+    back_ = stage_.recover();
+    if (!back_) fmt::print("the robot did not come back within a minute after: {}\n", what);
+    return breaks;
+  }
+
+  /// With every client between two calls.
+  bool look(bool ended) {
+    const std::int64_t begin_ns = now_ns();
+    if (!stage_.quiesce()) {
+      fmt::print("a caller has no answer\n");
+      return false;
+    }
+    bool good = true;
+    for (const std::string& ticket : stage_.wrong_tickets(ended)) {
+      fmt::print("{}\n", ticket);
+      good = false;
+    }
+    const std::string growth = stage_.check_rest();
+    fmt::print("{}", growth);
+    std::fflush(stdout);
+    stage_.go_on();
+    if (verbose_) fmt::print("looked at rest for {:.1f} s\n", seconds(begin_ns, now_ns()));
+    return good && growth.empty();
+  }
+
   int between(int low, int high) { return std::uniform_int_distribution<int>(low, high)(random_); }
   double real(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
 
@@ -84,8 +119,7 @@ class Soak {
     const std::int64_t end_ns = now_ns() + static_cast<std::int64_t>(seconds * 1e9);
     while (now_ns() < end_ns) {
       stage_.observe();
-      const timespec time{0, 10'000'000};
-      ::nanosleep(&time, nullptr);
+      sleep_ns(10'000'000);
     }
   }
 
@@ -101,10 +135,14 @@ class Soak {
             },
             real(0.02, 3.0)};
   }
-  pid_t some_client() {
-    return stage_.clients() == 0
-               ? 0
-               : stage_.client(static_cast<std::size_t>(between(0, static_cast<int>(stage_.clients()) - 1)));
+  /// Where a supervisor was killed there may be none.
+  Fault with_client(const std::function<Fault(pid_t)>& fault) {
+    const double which = real(0.0, 1.0);
+    if (stage_.clients() == 0) return fault(0);
+    const auto index = static_cast<std::size_t>(which * static_cast<double>(stage_.clients()));
+    Fault done = fault(stage_.client(index));
+    done.client = stage_.client_number(index);
+    return done;
   }
 
   Fault flood_with_connections() {
@@ -149,7 +187,7 @@ class Soak {
   Fault break_one() {
     switch (between(0, 11)) {
       case 0:
-        return kill_process("client", some_client());
+        return with_client([this](pid_t pid) { return kill_process("client", pid); });
       case 1:
         return kill_process("servant", stage_.servant());
       case 2:
@@ -157,7 +195,7 @@ class Soak {
       case 3:
         return kill_process("supervisor", stage_.supervisor());
       case 4:
-        return freeze("client", some_client());
+        return with_client([this](pid_t pid) { return freeze("client", pid); });
       case 5:
         return freeze("servant", stage_.servant());
       case 6:
@@ -176,39 +214,61 @@ class Soak {
   }
 
   Stage& stage_;
+  std::uint64_t seed_;
+  const std::int64_t start_ns_{now_ns()};
+  int steps_{0};
   std::mt19937_64 random_;
   bool verbose_;
-  std::vector<Disturbance> disturbances_;
+  bool back_{true};
+  std::vector<Break> breaks_;
   std::map<std::string, int> counts_;
 };
+
+std::string outcomes(const Verdict::Answers& answers) {
+  std::string text;
+  for (const auto& [outcome, count] : answers.outcomes)
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", outcome, count);
+  return text;
+}
+
+void print(const Evidence& evidence, const Verdict& verdict) {
+  fmt::print(
+      "calls, by kind: made, accepted, by clients killed before the answer; longest, and counted with its "
+      "bound\n");
+  for (const auto& [operation, a] : verdict.answers)
+    fmt::print("  {:15} {:7} {:5}  {:8.3f} s  {:7.3f} of {:.3f} s; {}\n", operation, a.calls, a.unanswered,
+               a.longest_s, a.longest_counted_s, a.bound_s, outcomes(a));
+  fmt::print("{} motions, {} to their end:", verdict.motions, verdict.whole_motions);
+  for (const auto& [kind, count] : verdict.motions_by_kind) fmt::print(" {} {};", count, kind);
+  fmt::print("\n{} lines and arcs followed set-point by set-point\nstops confirmed:", verdict.paths);
+  for (const auto& [kind, count] : verdict.stops) fmt::print(" {} {};", count, kind);
+  fmt::print(" {} leases ran out undisturbed\n", verdict.expired);
+  for (const auto& [cause, count] : verdict.clears) fmt::print("{:6} cleared: {}\n", count, cause);
+  double stalled_s = 0.0;
+  for (const Interval& stall : evidence.stalls) stalled_s += seconds(stall.begin_ns, stall.end_ns);
+  fmt::print("{} set-points, {} interruptions of the recording; {} restarts of the task announced\n",
+             evidence.recording.cycles(), evidence.recording.gaps(), evidence.restarts.size());
+  fmt::print(
+      "the machine stood still {} times, {:.1f} s; longest time without a cycle that nothing explains {:.3f} "
+      "s\n",
+      evidence.stalls.size(), stalled_s, verdict.longest_silence_s);
+}
 
 int run(int faults, std::uint64_t seed, bool verbose, const StageOptions& options) {
   const Profile profile = load_profile(options.profile);
   fmt::print("{} faults, --seed {}, --orb {}\n", faults, seed, options.orb);
   std::fflush(stdout);
+  const StallWatch watch;
   Stage stage(options, profile, seed);
   Soak soak(stage, seed, verbose);
-  bool good = soak.run(faults);
-  if (good && !stage.quiesce()) {
-    fmt::print("a caller has no answer\n");
-    good = false;
-  }
-  for (const std::string& ticket : good ? stage.open_tickets() : std::vector<std::string>{}) {
-    fmt::print("{}: not ended\n", ticket);
-    good = false;
-  }
+  const bool good = soak.run(faults);
   const std::string left = stage.take_down();
-  const Verdict verdict =
-      judge(profile, stage.ledger(), stage.recording(), soak.disturbances(), stage.clears());
+  const Evidence evidence{profile,        stage.ledger(), stage.recording(), soak.breaks(),
+                          watch.stalls(), stage.clears(), stage.restarts()};
+  const Verdict verdict = judge(evidence);
   for (const auto& [what, count] : soak.counts()) fmt::print("{:6} {}\n", count, what);
-  for (const auto& [cause, count] : verdict.clears) fmt::print("{:6} cleared: {}\n", count, cause);
-  fmt::print(
-      "{} calls, {} of them by clients that were killed before the answer; {} motions, {} to their end\n",
-      verdict.calls, verdict.unanswered, verdict.motions, verdict.whole_motions);
-  fmt::print("{} set-points, {} interruptions of the recording\n", stage.recording().cycles(),
-             stage.recording().gaps());
-  fmt::print("slowest answer {:.3f} s, undisturbed and not waiting for a motion {:.3f} s\n",
-             verdict.slowest_s, verdict.slowest_undisturbed_s);
+  print(evidence, verdict);
+  fmt::print("{}\n", stage.rest_summary());
   if (!left.empty()) fmt::print("left behind:\n{}", left);
   constexpr std::size_t kShown = 40;
   for (std::size_t i = 0; i < std::min(kShown, verdict.faults.size()); ++i)
@@ -229,9 +289,10 @@ int main(int argc, char** argv) {
   bool verbose = false;
   corbot::soak::StageOptions options{CORBOT_BIN_DIR, CORBOT_SOAK_CLIENT, CORBOT_PROFILE, "", "omniorb"};
   app.add_option("--faults", faults, "how many")->check(CLI::Range(1, 100'000))->capture_default_str();
-  app.add_option("--seed", seed, "repeats a sequence of faults");
+  app.add_option("--seed", seed, "repeats the decisions of a run");
   app.add_option("--orb", options.orb)->check(CLI::IsMember({"omniorb", "orbit2"}))->capture_default_str();
   app.add_option("--profile", options.profile, "of the robot")->capture_default_str();
+  app.add_option("--keep", options.kept, "keeps in this file what was broken, called and recorded");
   app.add_flag("--verbose", verbose, "say what is broken as it is");
   CLI11_PARSE(app, argc, argv);
   std::string scratch = CORBOT_SCRATCH_DIR "/soak-XXXXXX";

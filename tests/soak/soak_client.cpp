@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // soak_client REFERENCE NUMBER SEED: calls the robot at random for ever and prints two lines a call, so that a client
 // that is killed leaves what it had begun:
-//   begin CALL TIME_NS OPERATION SIGNATURE [WHERE...]
+//   begin CALL TIME_NS OPERATION SIGNATURE KEY [WHERE...]
 //   end CALL TIME_NS OUTCOME TICKET
-// TIME_NS is CLOCK_MONOTONIC. SIGNATURE is unique to the call and is part of where the motion goes (see signature.h); 0
-// where nothing moves. WHERE is the motion's end: joint and degrees of a Drive, all angles, or x, y and z. OUTCOME is 'ok', the state that Status returned, or the name of an exception; TICKET 0 where
-// there is none.
+// TIME_NS is CLOCK_MONOTONIC. SIGNATURE is unique to the call and is part of where the motion goes (see signature.h); of a
+// Wait or Cancel the ticket; 0 where nothing moves. KEY is the CALL of the Acquire whose reference was used, 0: the public
+// one. WHERE is joint and degrees of a Drive, all angles, the points of a line or an arc, the lease, or the time to wait.
+// OUTCOME is 'ok', the state that Status returned, or the name of an exception; TICKET 0 where there is none.
 // soak_client REFERENCE NUMBER watch: reads Status only.
 // soak_client REFERENCE tickets N...: prints 'ticket N STATE' for each, and ends.
 #include <time.h>
@@ -58,19 +59,23 @@ class Caller {
 
   [[noreturn]] void run() {
     for (;;) {
-      const int choice = between(0, 99);
-      if (choice < 30) {
-        start_drive();
-      } else if (choice < 45) {
-        drive();
-      } else if (choice < 60) {
-        move_joints();
-      } else if (choice < 75) {
-        move_straight();
-      } else if (choice < 88) {
+      const int choice = between(0, 999);
+      if (choice < 800) {
+        move();
+      } else if (choice < 880) {
         wait();
-      } else if (choice < 93) {
+      } else if (choice < 895) {
         call("Stop", 0, [&](std::uint64_t&) { arm_->Stop(); });
+      } else if (choice < 920) {
+        cancel();
+      } else if (choice < 935) {
+        hold_still();
+      } else if (choice < 945) {
+        call("Resume", 0, [&](std::uint64_t&) { arm_->Resume(); });
+      } else if (choice < 960) {
+        take_control();
+      } else if (choice < 962) {
+        call("StopAndHold", 0, [&](std::uint64_t&) { arm_->StopAndHold(); });
       } else {
         status();
       }
@@ -81,16 +86,36 @@ class Caller {
  private:
   int between(int low, int high) { return std::uniform_int_distribution<int>(low, high)(random_); }
 
-  void pause() {
-    const timespec time{0, std::int64_t{between(0, 120)} * 1'000'000};
+  static void sleep(double seconds) {
+    const auto whole = static_cast<time_t>(seconds);
+    const timespec time{whole, static_cast<long>((seconds - static_cast<double>(whole)) * 1e9)};
     ::nanosleep(&time, nullptr);
+  }
+  void pause() { sleep(0.001 * between(0, 120)); }
+
+  void move() {
+    switch (between(0, 9)) {
+      case 0:
+      case 1:
+        return start_drive();
+      case 2:
+        return drive();
+      case 3:
+        return move_joints();
+      case 4:
+      case 5:
+      case 6:
+        return move_straight();
+      default:
+        return move_round();
+    }
   }
 
   template <class Call>
   void call(const char* operation, std::int64_t signature, Call&& body, const std::string* answer = nullptr,
             const std::string& where = "") {
     const int number = ++calls_;
-    say(fmt::format("begin {} {} {} {}{}", number, now_ns(), operation, signature, where));
+    say(fmt::format("begin {} {} {} {} {}{}", number, now_ns(), operation, signature, key_, where));
     std::uint64_t ticket = 0;
     std::string outcome = "ok";
     try {
@@ -156,14 +181,95 @@ class Caller {
         nullptr, where);
   }
 
+  /// A point in a box that the arm reaches from everywhere around it.
+  Corbot::Point some_point(double y) { return {0.001 * between(185, 215), y, 0.001 * between(75, 115)}; }
+  static std::string words(const Corbot::Point& p) {
+    return fmt::format(" {:.15f} {:.15f} {:.15f}", p.x, p.y, p.z);
+  }
+
   void move_straight() {
     const std::int64_t mark = next_signature();
-    const double x = 0.001 * between(190, 220);
-    const double y = sign_metres(between(-300, 300), mark);
-    const double z = 0.001 * between(80, 110);
+    const Corbot::Point to = some_point(sign_metres(between(-500, 500), mark));
+    if (between(0, 1) == 0) {
+      call(
+          "MoveS", mark, [&](std::uint64_t&) { arm_->MoveS(to.x, to.y, to.z, 0.0, 0.0); }, nullptr,
+          words(to));
+    } else {
+      call(
+          "StartMoveS", mark,
+          [&](std::uint64_t& ticket) { ticket = arm_->StartMoveS(to.x, to.y, to.z, 0.0, 0.0); }, nullptr,
+          words(to));
+    }
+  }
+
+  /// From one side to the other over a point in between: radii from 15 mm on.
+  void move_round() {
+    const std::int64_t mark = next_signature();
+    const Corbot::Point from = some_point(sign_metres(between(-500, -200), mark));
+    const Corbot::Point to = some_point(sign_metres(between(200, 500), mark));
+    const Corbot::Point over{0.5 * (from.x + to.x) + 0.001 * between(3, 20), 0.0,
+                             0.5 * (from.z + to.z) + 0.001 * between(-15, 15)};
+    const std::string where = words(from) + words(over) + words(to);
+    if (between(0, 1) == 0) {
+      call(
+          "MoveC", mark, [&](std::uint64_t&) { arm_->MoveC(from, over, to); }, nullptr, where);
+    } else {
+      call(
+          "StartMoveC", mark, [&](std::uint64_t& ticket) { ticket = arm_->StartMoveC(from, over, to); },
+          nullptr, where);
+    }
+  }
+
+  /// Whoever pauses the arm resumes it, unless he is killed meanwhile.
+  void hold_still() {
+    call("Pause", 0, [&](std::uint64_t&) { arm_->Pause(); });
+    sleep(between(0, 3) == 0 ? 0.001 * between(2200, 3000) : 0.001 * between(50, 500));
+    call("Resume", 0, [&](std::uint64_t&) { arm_->Resume(); });
+  }
+
+  void cancel() {
+    if (tickets_.empty()) return;
+    const std::uint64_t ticket = between(0, 1) == 0 ? tickets_.back() : some_ticket();
+    call("Cancel", static_cast<std::int64_t>(ticket), [&](std::uint64_t&) { arm_->Cancel(ticket); });
+  }
+
+  /// Exclusive control: some motions, then given back, or kept until the lease has run out.
+  void take_control() {
+    const double lease_s = 0.001 * between(500, 1500);
+    call("Stop", 0, [&](std::uint64_t&) { arm_->Stop(); });  // nothing may be under way
+    Corbot::Arm_var held;
+    for (int attempt = 0; attempt < 3 && CORBA::is_nil(held); ++attempt) {
+      call(
+          "Acquire", 0, [&](std::uint64_t&) { held = arm_->Acquire("soak", lease_s); }, nullptr,
+          fmt::format(" {}", lease_s));
+    }
+    if (CORBA::is_nil(held)) return;
+    const Corbot::Arm_var everyones = arm_;
+    arm_ = held;
+    key_ = calls_;
+    for (int n = between(1, 5); n > 0; --n) {
+      between(0, 4) == 0 ? call("Renew", 0, [&](std::uint64_t&) { arm_->Renew(); }) : move();
+      pause();
+    }
+    if (between(0, 1) == 0) {
+      call("Release", 0, [&](std::uint64_t&) { arm_->Release(); });
+    } else {
+      start_slow_drive();
+      sleep(lease_s + 0.7);
+      between(0, 1) == 0 ? start_drive() : call("Renew", 0, [&](std::uint64_t&) { arm_->Renew(); });
+    }
+    arm_ = everyones;
+    key_ = 0;
+  }
+
+  /// Several seconds, so that the lease runs out on the way.
+  void start_slow_drive() {
+    const std::int64_t mark = next_signature();
+    const auto [joint, by] = increment(mark);
     call(
-        "StartMoveS", mark, [&](std::uint64_t& ticket) { ticket = arm_->StartMoveS(x, y, z, 0.0, 0.0); },
-        nullptr, fmt::format(" {:.15f} {:.15f} {:.15f}", x, y, z));
+        "StartDrive", mark,
+        [&, joint = joint, by = by](std::uint64_t& ticket) { ticket = arm_->StartDrive(joint, by, 5.0); },
+        nullptr, fmt::format(" {} {:.12f}", joint, by));
   }
 
   void status() {
@@ -179,13 +285,20 @@ class Caller {
 
   void wait() {
     if (tickets_.empty()) return;
-    const std::uint64_t ticket =
-        tickets_[static_cast<std::size_t>(between(0, static_cast<int>(tickets_.size()) - 1))];
-    call("Wait", static_cast<std::int64_t>(ticket),
-         [&](std::uint64_t&) { Corbot::MotionInfo_var info = arm_->Wait(ticket, 0.001 * between(0, 3000)); });
+    const std::uint64_t ticket = some_ticket();
+    const double timeout_s = 0.001 * between(0, 3000);
+    call(
+        "Wait", static_cast<std::int64_t>(ticket),
+        [&](std::uint64_t&) { Corbot::MotionInfo_var info = arm_->Wait(ticket, timeout_s); }, nullptr,
+        fmt::format(" {}", timeout_s));
   }
 
-  Corbot::Arm_var arm_;
+  std::uint64_t some_ticket() {
+    return tickets_[static_cast<std::size_t>(between(0, static_cast<int>(tickets_.size()) - 1))];
+  }
+
+  Corbot::Arm_var arm_;  ///< the public reference, or the holder's
+  int key_{0};           ///< of the holder's the call that returned it
   int client_;
   std::mt19937_64 random_;
   int calls_{0};

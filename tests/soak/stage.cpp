@@ -3,13 +3,15 @@
 
 #include <fmt/format.h>
 #include <signal.h>
-#include <time.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <stdexcept>
 
+#include "soak/stall_watch.h"
 #include "support/ports.h"
 
 namespace corbot::soak {
@@ -20,10 +22,7 @@ using test::within;
 
 constexpr double kMinute_s = 60.0;
 
-void pause() {
-  const timespec time{0, 20'000'000};
-  ::nanosleep(&time, nullptr);
-}
+void pause() { sleep_ns(20'000'000); }
 
 /// The active alarms that wait for a Clear. That the task is gone, or does not respond, passes by itself.
 std::string lasting_cause(const nlohmann::json& status) {
@@ -31,7 +30,7 @@ std::string lasting_cause(const nlohmann::json& status) {
   for (const auto& alarm : status.value("active_alarms", nlohmann::json::array())) {
     const std::string text = alarm.is_string() ? alarm.get<std::string>() : "";
     if (text.empty() || text.starts_with("150 ") || text.starts_with("153 ")) continue;
-    cause += (cause.empty() ? "" : "; ") + text;
+    cause += (cause.empty() ? "" : "\n") + text;
   }
   return cause;
 }
@@ -44,7 +43,9 @@ Stage::Stage(StageOptions options, const Profile& profile, std::uint64_t seed)
       port_(test::free_port()),
       proxy_(port_),
       seed_(seed),
-      recording_(profile) {}
+      recording_(profile) {
+  if (!options_.kept.empty()) kept_.open(options_.kept);
+}
 
 Stage::~Stage() = default;
 
@@ -69,13 +70,20 @@ pid_t Stage::client(std::size_t index) const {
   return std::next(clients_.begin(), static_cast<std::ptrdiff_t>(index))->process.pid();
 }
 
+int Stage::client_number(std::size_t index) const {
+  return std::next(clients_.begin(), static_cast<std::ptrdiff_t>(index))->number;
+}
+
 void Stage::start_supervisor() {
+  announced_ = 0;
+  life_begin_ns_ = now_ns();
   const auto deadline = within(kMinute_s);
   for (;;) {  // what the last one left may take a moment to end
     up_ = std::make_unique<test::Process>(
         std::vector<std::string>{options_.binaries + "/corbot", "up", options_.profile, "--name", name_,
                                  "--endpoint", fmt::format("127.0.0.1:{}", port_), "--orb", options_.orb},
         environment());
+    keep(fmt::format("{} corbot up", now_ns()));
     if (up_->wait_line(name_ + " is up", within(kMinute_s))) return;
     if (test::Deadline::clock::now() > deadline)
       throw std::runtime_error(fmt::format("corbot up does not come up: {}", up_->errors()));
@@ -99,7 +107,7 @@ void Stage::start_recorder() {
 void Stage::add_client() {
   const int number = next_client_++;
   const bool watches = clients_.empty();
-  const int port = number % 2 == 0 ? port_ : proxy_.port();
+  const int port = is_relayed(number) ? proxy_.port() : port_;
   clients_.push_back(
       {number,
        test::Process({options_.client, fmt::format("corbaloc::1.2@127.0.0.1:{}/{}", port, name_),
@@ -145,6 +153,7 @@ void Stage::read_lines(test::Process& process, std::size_t& read, int client) {
   for (std::size_t end = text.find('\n', read); end != std::string::npos; end = text.find('\n', read)) {
     const std::string line = text.substr(read, end - read);
     read = end + 1;
+    if (kept_.is_open()) kept_ << client << ' ' << line << '\n';
     if (client == 0) {
       recording_.read(line);
     } else {
@@ -156,6 +165,60 @@ void Stage::read_lines(test::Process& process, std::size_t& read, int client) {
 void Stage::observe() {
   if (recorder_) read_lines(*recorder_, recorded_, 0);
   for (Client& client : clients_) read_lines(client.process, client.read, client.number);
+  read_announcements();
+  read_stops();
+}
+
+/// "real-time task (pid 7) ended: signal 9 (Killed), starting it again in 0.2 s"
+void Stage::read_announcements() {
+  if (!up_) return;
+  const std::string& log = up_->errors();
+  for (std::size_t end = log.find('\n', announced_); end != std::string::npos;
+       end = log.find('\n', announced_)) {
+    const std::string line = log.substr(announced_, end - announced_);
+    announced_ = end + 1;
+    keep(fmt::format("{} {}", now_ns(), line));
+    constexpr std::string_view kAgain = "starting it again in ";
+    const std::size_t again = line.find(kAgain);
+    if (again != std::string::npos && line.find("real-time task") != std::string::npos)
+      restarts_.push_back({now_ns(), std::strtod(line.c_str() + again + kAgain.size(), nullptr)});
+  }
+}
+
+void Stage::keep(const std::string& line) {
+  if (kept_.is_open()) kept_ << "# " << line << std::endl;
+}
+
+void Stage::resume() {
+  const int number = ++commands_;
+  ledger_.read(kByCommand, fmt::format("begin {} {} Resume 0 0", number, now_ns()));
+  const bool done = corbot({"resume", "--robot", name_}).code == 0;
+  ledger_.read(kByCommand, fmt::format("end {} {} {} 0", number, now_ns(), done ? "ok" : "refused"));
+}
+
+void Stage::stop_by_command() {
+  const int number = ++commands_;
+  ledger_.read(kByCommand, fmt::format("begin {} {} {} 0 0", number, now_ns(), kLocalStop));
+  stops_.push_back(
+      {number, test::Process({options_.binaries + "/corbot", "stop", "--robot", name_}, environment())});
+}
+
+void Stage::read_stops() {
+  stops_.remove_if([&](StopCommand& stop) {
+    if (stop.process.running()) return false;
+    const bool confirmed = stop.process.wait(test::within(0)).value_or(-1) == 0;
+    ledger_.read(kByCommand,
+                 fmt::format("end {} {} {} 0", stop.number, now_ns(), confirmed ? "ok" : "unconfirmed"));
+    return true;
+  });
+}
+
+void Stage::clear(const std::string& cause) {
+  Clear clear{{now_ns(), 0}, cause};
+  clear.done = corbot({"clear", "--robot", name_}).code == 0;
+  clear.end_ns = now_ns();
+  clears_.push_back(clear);
+  keep(fmt::format("{} clear, {}: {}", clear.begin_ns, clear.done ? "done" : "refused", cause));
 }
 
 bool Stage::recover() {
@@ -169,10 +232,7 @@ bool Stage::recover() {
     if (state == "Standby" || state == "Waiting") return true;
     if (state == "Error") {
       const std::string cause = lasting_cause(status);
-      timespec now{};
-      clock_gettime(CLOCK_MONOTONIC, &now);
-      if (!cause.empty() && corbot({"clear", "--robot", name_}).code == 0)
-        clears_.push_back({std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec, cause});
+      if (!cause.empty()) clear(cause);
     }
     pause();
   }
@@ -181,10 +241,13 @@ bool Stage::recover() {
 
 bool Stage::quiesce() {
   // A client that is frozen between two calls begins no other; one whose call is under way is let go on until it ends.
+  constexpr std::int64_t kHelp_ns = 1'000'000'000;
   const auto deadline = within(kMinute_s);
-  bool waiting = true;
-  while (waiting && test::Deadline::clock::now() < deadline) {
-    waiting = false;
+  std::int64_t helped_ns = now_ns();
+  // Twice: a client is frozen a moment after the signal was sent.
+  for (int quiet = 0; quiet < 2;) {
+    if (test::Deadline::clock::now() > deadline) return false;
+    bool waiting = !stops_.empty();
     for (Client& client : clients_) {
       client.process.signal(SIGSTOP);
       read_lines(client.process, client.read, client.number);
@@ -193,34 +256,63 @@ bool Stage::quiesce() {
       waiting = true;
     }
     observe();
+    quiet = waiting ? 0 : quiet + 1;
+    if (waiting && now_ns() - helped_ns > kHelp_ns) {
+      // Held, or paused by a client that was killed since.
+      if (recording_.is_in_error()) (void)recover();
+      resume();
+      helped_ns = now_ns();
+    }
     pause();
   }
-  return !waiting;
+  return true;
 }
 
-std::vector<std::string> Stage::open_tickets() {
+void Stage::go_on() {
+  for (Client& client : clients_) client.process.signal(SIGCONT);
+}
+
+std::string Stage::check_rest() {
+  return rest_.look({{"servant", servant()}, {"task", task()}, {"supervisor", supervisor()}});
+}
+
+std::vector<std::string> Stage::wrong_tickets(bool ended) {
+  constexpr std::size_t kKept = 1000;
+  std::vector<std::uint64_t> tickets;
+  for (const Call& call : ledger_.calls()) {
+    if (call.accepted() && call.ticket != 0 && call.begin_ns >= life_begin_ns_)
+      tickets.push_back(call.ticket);
+  }
+  std::sort(tickets.begin(), tickets.end());
+  if (tickets.size() > kKept) tickets.erase(tickets.begin(), tickets.end() - kKept);
   const auto ask = [&] {
     std::vector<std::string> words{options_.client,
                                    fmt::format("corbaloc::1.2@127.0.0.1:{}/{}", port_, name_), "tickets"};
-    for (const Call& call : ledger_.calls()) {
-      if (call.accepted() && call.ticket != 0) words.push_back(std::to_string(call.ticket));
-    }
+    for (const std::uint64_t ticket : tickets) words.push_back(std::to_string(ticket));
     std::istringstream lines(test::run(words, kMinute_s, environment()).output);
-    std::vector<std::string> open;
-    for (std::string line; std::getline(lines, line);) {
-      if (line.ends_with("queued") || line.ends_with("running")) open.push_back(line);
+    std::vector<std::string> wrong;
+    std::size_t answers = 0;
+    for (std::string line; std::getline(lines, line); ++answers) {
+      const bool is_pending = line.ends_with("queued") || line.ends_with("running");
+      const bool has_ended = line.ends_with("done") || line.ends_with("stopped") || line.ends_with("failed");
+      if (is_pending ? ended : !has_ended) wrong.push_back(line);
     }
-    return open;
+    if (answers != tickets.size()) wrong.push_back(fmt::format("{} of {} answered", answers, tickets.size()));
+    return wrong;
   };
-  std::vector<std::string> open;
-  (void)test::wait_until(within(kMinute_s), [&] { return (open = ask()).empty(); });
-  return open;
+  std::vector<std::string> wrong;
+  (void)test::wait_until(within(kMinute_s), [&] {
+    observe();
+    return (wrong = ask()).empty() || !ended;
+  });
+  return wrong;
 }
 
 std::string Stage::take_down() {
   for (Client& client : clients_) client.process.signal(SIGKILL);
   observe();
   clients_.clear();
+  stops_.clear();
   std::string left;
   if (const int code = up_ ? up_->terminate() : 0; code != 0)
     left += fmt::format("corbot up ended with code {}: {}\n", code, up_->errors());
@@ -233,7 +325,7 @@ std::string Stage::take_down() {
   if (fs::exists(states) && !fs::is_empty(states)) {
     for (const auto& entry : fs::directory_iterator(states)) left += entry.path().string() + "\n";
   }
-  return left;
+  return left + leftovers(name_, options_.scratch, port_);
 }
 
 }  // namespace corbot::soak

@@ -4,14 +4,16 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <fstream>
 #include <list>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "soak/evidence.h"
 #include "soak/ledger.h"
+#include "soak/leftovers.h"
 #include "soak/recording.h"
-#include "soak/verdict.h"
 #include "support/cut_proxy.h"
 #include "support/process.h"
 
@@ -24,6 +26,7 @@ struct StageOptions {
   std::string scratch;  ///< an empty directory, for what is written
   std::string orb;      ///< omniorb, orbit2
   int clients{4};       ///< the first of them only reads
+  std::string kept{};   ///< a file for all that the judge reads; empty: none
 };
 
 /// One robot under `corbot up`, its recorder and its clients: what the soak breaks and mends.
@@ -39,10 +42,21 @@ class Stage {
   /// Waits, observing, until the robot serves; clears an Error that does not pass by itself, which is counted with its
   /// cause. False after a minute.
   bool recover();
-  /// Ends the clients' calls: none begins anew; waits until each has its answer. False after a minute.
+  /// Ends the clients' calls: none begins anew; waits until each has its answer, and resumes and clears where nothing else
+  /// would. False after a minute.
   bool quiesce();
-  /// Tickets of accepted motions that have not ended, although the robot is at rest; empty when all have.
-  std::vector<std::string> open_tickets();
+  /// Afterwards they go on.
+  void go_on();
+  /// While they rest: what a process holds that it did not hold in the beginning; "" when none does.
+  std::string check_rest();
+  [[nodiscard]] std::string rest_summary() const { return rest_.summary(); }
+  /// Tickets of accepted motions, of this supervisor's robot, that it does not know, though they are of the last thousand;
+  /// and, `ended`, those that have not ended although the robot is at rest. Empty when there are none.
+  std::vector<std::string> wrong_tickets(bool ended);
+  /// A line for the file that is kept.
+  void keep(const std::string& line);
+  /// `corbot stop`, not waited for.
+  void stop_by_command();
   /// Ends the robot in order. What is left behind, empty when nothing.
   std::string take_down();
 
@@ -52,6 +66,7 @@ class Stage {
   [[nodiscard]] pid_t supervisor() const { return up_ ? up_->pid() : 0; }
   [[nodiscard]] std::size_t clients() const noexcept { return clients_.size(); }
   [[nodiscard]] pid_t client(std::size_t index) const;
+  [[nodiscard]] int client_number(std::size_t index) const;
   [[nodiscard]] test::CutProxy& proxy() noexcept { return proxy_; }
   [[nodiscard]] int port() const noexcept { return port_; }
   void add_client();
@@ -63,12 +78,17 @@ class Stage {
   [[nodiscard]] const Recording& recording() const noexcept { return recording_; }
   /// Why a person's Clear was needed.
   [[nodiscard]] const std::vector<Clear>& clears() const noexcept { return clears_; }
+  [[nodiscard]] const std::vector<Restart>& restarts() const noexcept { return restarts_; }
 
  private:
   struct Client {
     int number;
     test::Process process;
     std::size_t read;
+  };
+  struct StopCommand {
+    int number;
+    test::Process process;
   };
   [[nodiscard]] test::RunResult corbot(const std::vector<std::string>& arguments,
                                        double seconds = 20.0) const;
@@ -77,6 +97,10 @@ class Stage {
   void start_supervisor();
   void start_recorder();
   void read_lines(test::Process& process, std::size_t& read, int client);
+  void resume();
+  void read_announcements();
+  void read_stops();
+  void clear(const std::string& cause);
 
   const StageOptions options_;
   const std::string name_;
@@ -91,6 +115,13 @@ class Stage {
   std::unique_ptr<test::Process> recorder_;
   std::size_t recorded_{0};
   std::list<Client> clients_;
+  std::list<StopCommand> stops_;  ///< under way
+  int commands_{0};               ///< of those that are in the ledger
+  std::ofstream kept_;
+  std::vector<Restart> restarts_;
+  std::size_t announced_{0};       ///< of what the supervisor has logged
+  std::int64_t life_begin_ns_{0};  ///< of this supervisor
+  RestCheck rest_;
 };
 
 }  // namespace corbot::soak

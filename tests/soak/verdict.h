@@ -5,39 +5,32 @@
 #include <string>
 #include <vector>
 
-#include "config/profile.h"
-#include "soak/ledger.h"
-#include "soak/recording.h"
+#include "soak/evidence.h"
 
 namespace corbot::soak {
 
-/// An interval during which something was broken on purpose, until the robot served again; CLOCK_MONOTONIC.
-struct Disturbance {
-  std::int64_t begin_ns{};
-  std::int64_t end_ns{};
-  std::string what;
-};
-
-/// A Clear that a person would have had to give.
-struct Clear {
-  std::int64_t time_ns{};
-  std::string cause;  ///< the active alarms that do not pass by themselves
-};
-
 struct Verdict {
+  /// Of one kind of call.
+  struct Answers {
+    int calls{};
+    std::map<std::string, int> outcomes;
+    int unanswered{};            ///< by clients that were killed
+    double longest_s{};          ///< whatever was broken meanwhile
+    double longest_counted_s{};  ///< less what was broken or stood still meanwhile
+    double bound_s{};            ///< for that
+  };
   std::vector<std::string> faults;
-  int calls{};
-  int unanswered{};  ///< by clients that were killed
+  std::map<std::string, Answers> answers;
+  std::map<std::string, int> motions_by_kind;
   int motions{};
-  int whole_motions{};                ///< that reached their end, and so name their call
+  int whole_motions{};  ///< that reached their end, and so name their call
+  int paths{};          ///< lines and arcs whose every set-point was compared with what was asked for
+  std::map<std::string, int> stops;   ///< by kind: confirmed to their caller
   std::map<std::string, int> clears;  ///< cause and what was broken before -> how many
-  double slowest_undisturbed_s{};
-  double slowest_s{};
+  int expired{};                      ///< leases that ran out
+  double longest_silence_s{};         ///< without a cycle, beyond what was broken and announced
 };
 
-/// What the recording says against what the clients were told: no motion without a caller, none twice, none after a stop,
-/// every caller answered within its bound, the tool within its limits on lines, no Clear but after a time without cycles.
-Verdict judge(const Profile& profile, const Ledger& ledger, const Recording& recording,
-              const std::vector<Disturbance>& disturbances, const std::vector<Clear>& clears = {});
+Verdict judge(const Evidence& evidence);
 
 }  // namespace corbot::soak

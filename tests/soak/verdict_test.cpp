@@ -1,14 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the soak must notice is planted here: made-up recordings and made-up reports of clients.
-#include "soak/verdict.h"
-
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include <functional>
-
-#include "config/load_profile.h"
-#include "soak/signature.h"
+#include "soak/judge_fixture.h"
 
 namespace corbot::soak {
 namespace {
@@ -17,83 +10,15 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr std::int64_t kCycle_ns = 1'000'000;
-
-class Judge : public ::testing::Test {
- protected:
-  Judge() : profile_(load_profile(CORBOT_PROFILE)), recording_(profile_) {
-    recording_.read("cycle,time_ns");
-    rest(3);
-  }
-
-  void row(std::uint64_t command, const char* state) {
-    ++cycle_;
-    recording_.read(fmt::format("{},{},0,{},{},1,{:.9f},{:.9f},0,0,0.3,{:.12f},0.1,0", cycle_, now_ns(),
-                                state, command, base_deg_, shoulder_deg_, y_m_));
-  }
-  void rest(int cycles) {
-    for (int i = 0; i < cycles; ++i) row(0, "standby");
-  }
-  /// Command `id` turns the base by `degrees` at a speed that is allowed, then rests.
-  void move(
-      std::uint64_t id, double degrees, const std::function<void(int cycle)>& meanwhile = [](int) {}) {
-    constexpr int kCycles = 100;
-    const double from_deg = base_deg_;
-    for (int i = 1; i <= kCycles; ++i) {
-      base_deg_ = from_deg + degrees * i / (kCycles + 1);
-      row(id, "moving");
-      meanwhile(i);
-    }
-    base_deg_ = from_deg + degrees;
-    rest(2);
-  }
-  [[nodiscard]] std::int64_t now_ns() const {
-    return static_cast<std::int64_t>(cycle_) * kCycle_ns + time_ns_;
-  }
-
-  /// A call that begins now and is answered at once.
-  void call(const std::string& operation, std::int64_t mark, const std::string& outcome = "ok",
-            std::uint64_t ticket = 0, double took_s = 0.0) {
-    begin(operation, mark);
-    ledger_.read(1, fmt::format("end {} {} {} {}", calls_, now_ns() + static_cast<std::int64_t>(took_s * 1e9),
-                                outcome, ticket));
-  }
-  void begin(const std::string& operation, std::int64_t mark) {
-    begin(operation, mark, sign_degrees(10, mark));
-  }
-  /// A drive of the base by so much; a line ends at sign_metres(305, mark).
-  void begin(const std::string& operation, std::int64_t mark, double by_deg) {
-    const std::string where = operation == "StartMoveS"
-                                  ? fmt::format("0.3 {:.15f} 0.1", sign_metres(305, mark))
-                                  : fmt::format("0 {:.12f}", by_deg);
-    ledger_.read(1, fmt::format("begin {} {} {} {} {}", ++calls_, now_ns(), operation, mark, where));
-  }
-
-  [[nodiscard]] std::vector<std::string> faults(const std::vector<Disturbance>& disturbances = {},
-                                                const std::vector<Clear>& clears = {}) const {
-    return judge(profile_, ledger_, recording_, disturbances, clears).faults;
-  }
-
-  Profile profile_;
-  Recording recording_;
-  Ledger ledger_;
-  std::uint64_t cycle_{100};
-  std::int64_t time_ns_{0};  // in which no cycle ran
-  int calls_{0};
-  double base_deg_{0.0};
-  double shoulder_deg_{0.0};
-  double y_m_{0.0};
-};
-
 TEST_F(Judge, FindsNothingInAGoodRun) {
   call("StartDrive", 401, "ok", 1);
   move(1, sign_degrees(10, 401));
-  begin("Drive", 402, -sign_degrees(12, 402));
+  begin_drive("Drive", 402, -sign_degrees(12, 402));
   move(2, -sign_degrees(12, 402));
   call("Stop", 0);
-  const Verdict verdict = judge(profile_, ledger_, recording_, {});
-  EXPECT_THAT(verdict.faults, IsEmpty());
-  EXPECT_EQ(verdict.whole_motions, 2);
+  const Verdict found = verdict();
+  EXPECT_THAT(found.faults, IsEmpty());
+  EXPECT_EQ(found.whole_motions, 2);
 }
 
 TEST_F(Judge, SeesAMotionThatIsCarriedOutTwice) {
@@ -114,7 +39,7 @@ TEST_F(Judge, TellsCallsApartWhoseSignaturesComeRoundAgain) {
 }
 
 TEST_F(Judge, TakesNoSumOfSignaturesForAnothers) {
-  begin("StartMoveJoints", 1232, 0.0);
+  begin("StartMoveJoints", 1232, "0 0 0 0");
   call("StartDrive", 401, "ok", 1);
   move(1, sign_degrees(10, 401));
   call("StartDrive", 831, "ok", 2);
@@ -148,7 +73,7 @@ TEST_F(Judge, SeesAMotionAfterAStop) {
   call("Stop", 0);
   rest(5);
   move(1, sign_degrees(10, 401));
-  EXPECT_THAT(faults(), Contains(HasSubstr("'s Stop")));
+  EXPECT_THAT(faults(), Contains(HasSubstr("before client 1 call 2 Stop")));
 }
 
 TEST_F(Judge, SeesAMotionThatAStopDoesNotEnd) {
@@ -156,7 +81,7 @@ TEST_F(Judge, SeesAMotionThatAStopDoesNotEnd) {
   move(1, sign_degrees(10, 401), [this](int cycle) {
     if (cycle == 50) call("Stop", 0);
   });
-  EXPECT_THAT(faults(), Contains(HasSubstr("'s Stop")));
+  EXPECT_THAT(faults(), Contains(HasSubstr("before client 1 call 2 Stop")));
 }
 
 TEST_F(Judge, GivesEachCallOneMotion) {
@@ -202,48 +127,174 @@ TEST_F(Judge, SeesAJumpAcrossCyclesThatWereNotRecorded) {
   EXPECT_THAT(faults(), Contains(HasSubstr("in 101 cycles")));
 }
 
+TEST_F(Judge, SeesAJointsAcceleration) {
+  call("StartDrive", 401, "ok", 1);
+  run(1, 120, [&](double s) { base_deg_ = s * sign_degrees(10, 401); });  // 2000 degrees/s^2
+  EXPECT_THAT(faults(), Contains(HasSubstr("joint 0: acceleration in shares of its limit 2.")));
+}
+
+TEST_F(Judge, SeesAJointsJerk) {
+  call("StartDrive", 401, "ok", 1);
+  run(1, 200,
+      [&](double s) { base_deg_ = s * sign_degrees(10, 401); });  // 720 degrees/s^2, 37,500 degrees/s^3
+  EXPECT_THAT(faults(), Contains(HasSubstr("joint 0: jerk in shares of its limit 4.")));
+}
+
+TEST_F(Judge, SeesAnArmThatGoesOnAtFullSpeedAfterAGap) {
+  call("StartDrive", 401, "ok", 1);
+  std::uint64_t id = 0;
+  const auto with_gap = [&](double s) {
+    move(++id, sign_degrees(10, 401), [&](int cycle) {
+      if (cycle == 200) silence(s);
+    });
+  };
+  with_gap(0.004);
+  EXPECT_THAT(faults(), IsEmpty()) << "four periods are made up for by nothing, and no rest either";
+  call("StartDrive", 401, "ok", 2);
+  with_gap(0.010);
+  EXPECT_THAT(faults(), Contains(HasSubstr("joint 0: acceleration")));
+}
+
+TEST_F(Judge, SeesAMotionThatDoesNotEndAtRest) {
+  call("StartDrive", 401, "ok", 1);
+  const double speed_deg = sign_degrees(10, 401) / 200;
+  run(1, 400, [&](double s) { base_deg_ = s < 0.5 ? s * sign_degrees(10, 401) : base_deg_ + speed_deg; });
+  EXPECT_THAT(faults(), Contains(HasSubstr("joint 0: acceleration")));
+}
+
+TEST_F(Judge, SeesAnotherJointInADrive) {
+  call("StartDrive", 401, "ok", 1);
+  run(1, 400, [&](double s) {
+    base_deg_ = s * sign_degrees(10, 401);
+    shoulder_deg_ = 0.5 * s * (1.0 - s);
+  });
+  EXPECT_THAT(faults(), Contains(HasSubstr("joint 1 moves up")));
+}
+
+TEST_F(Judge, SeesAJointThatGoesBackOnItsWay) {
+  call("StartDrive", 401, "ok", 1);
+  run(1, 800, [&](double s) { base_deg_ = sign_degrees(10, 401) * (s + 0.4 * std::sin(2.0 * M_PI * s)); });
+  EXPECT_THAT(faults(), Contains(HasSubstr("joint 0 moves down")));
+}
+
+TEST_F(Judge, FollowsLinesAndArcs) {
+  call("StartMoveS", 401, "ok", 1);
+  line(1, 401);
+  go_to_arc(402);
+  call("StartMoveC", 402, "ok", 2);
+  arc(2, 402, 1500);
+  EXPECT_THAT(faults(), IsEmpty());
+  EXPECT_EQ(verdict().paths, 2);
+  EXPECT_EQ(verdict().motions_by_kind.at("arc"), 1);
+}
+
 TEST_F(Judge, SeesATooFastToolOnALine) {
   call("StartMoveS", 401, "ok", 1);
-  for (int i = 0; i < 100; ++i) {
-    y_m_ += 0.0003;
-    base_deg_ += 0.01;
-    row(1, "moving");
+  line(1, 401, 200);
+  EXPECT_THAT(faults(), Contains(HasSubstr("the tool at m/s 0.28")));
+}
+
+TEST_F(Judge, SeesATooFastToolOnALineThatWasStopped) {
+  call("StartMoveS", 401, "ok", 1);
+  run(1, 200, [&](double s) { y_m_ = s * 0.029; });
+  EXPECT_THAT(faults(), Contains(HasSubstr("the tool at m/s 0.27")));
+}
+
+TEST_F(Judge, SeesTheToolsAccelerationOnALine) {
+  call("StartMoveS", 401, "ok", 1);
+  line(1, 401, 300);
+  EXPECT_THAT(faults(), Contains(HasSubstr("the tool's acceleration in m/s^2 1.9")));
+}
+
+TEST_F(Judge, SeesTheAccelerationTowardsTheCentreOfAnArc) {
+  go_to_arc(401);
+  call("StartMoveC", 401, "ok", 1);
+  arc(1, 401, 800);  // 0.18 m/s: 1.3 m/s^2 towards the centre, 0.7 along
+  EXPECT_THAT(faults(), Contains(HasSubstr("the tool's acceleration in m/s^2 1.3")));
+}
+
+TEST_F(Judge, SeesTheToolsJerk) {
+  call("StartMoveS", 401, "ok", 1);
+  line(1, 401, 500);
+  EXPECT_THAT(faults(), Contains(HasSubstr("the tool's jerk in m/s^3 14.")));
+}
+
+TEST_F(Judge, SeesALineThatIsNotStraight) {
+  call("StartMoveS", 401, "ok", 1);
+  line(1, 401, 700, 1e-5);
+  EXPECT_THAT(faults(), Contains(HasSubstr("off its path")));
+}
+
+TEST_F(Judge, SeesAnArcThatIsNotRound) {
+  go_to_arc(401);
+  call("StartMoveC", 401, "ok", 1);
+  arc(1, 401, 1500, 1e-5);
+  EXPECT_THAT(faults(), Contains(HasSubstr("off its path")));
+}
+
+TEST_F(Judge, SeesALineThatGoesBack) {
+  call("StartMoveS", 401, "ok", 1);
+  const double to_m = sign_metres(305, 401);
+  run(1, 3000, [&](double s) { y_m_ = to_m * (s + 0.3 * std::sin(2.0 * M_PI * s)); });
+  EXPECT_THAT(faults(), Contains(HasSubstr("goes back")));
+}
+
+TEST_F(Judge, SeesAnArcCarriedOutTwice) {
+  for (const int id : {2, 4}) {
+    go_to_arc(401);
+    call("StartMoveC", 401, id == 2 ? "ok" : "COMM_FAILURE/2", id == 2 ? 2 : 0);
+    if (id == 4) break;
+    arc(2, 401, 1500);
+    EXPECT_THAT(faults(), IsEmpty());
   }
-  y_m_ = sign_metres(305, 401);
-  base_deg_ += 0.01;
-  rest(2);
-  EXPECT_THAT(faults(), Contains(HasSubstr("m/s on a line")));
+  arc(4, 401, 1500);
+  go_to_arc(401);
+  arc(6, 401, 1500);
+  EXPECT_THAT(faults(), Contains(HasSubstr("carried out twice")));
+}
+
+TEST_F(Judge, SeesAnAnswerThatIsUntrue) {
+  call("Drive", 401);
+  rest(10);
+  EXPECT_THAT(faults(), Contains(HasSubstr("was not carried out to its end")));
 }
 
 TEST_F(Judge, SeesAStateThatHidesAFrozenTask) {
-  const std::int64_t frozen_ns = now_ns();
-  cycle_ += 800;
+  silence(0.8);
   call("Status", 0, "Standby");
-  cycle_ += 10;
+  silence(0.01);
   rest(1);
   EXPECT_THAT(faults(), Contains(HasSubstr("was told 'Standby'")));
-  EXPECT_GT(now_ns(), frozen_ns + 800 * kCycle_ns);
+}
+
+TEST_F(Judge, SeesATaskThatDoesNotComeBack) {
+  const std::int64_t killed_ns = now_ns();
+  silence(3.0);
+  rest(1);
+  EXPECT_THAT(faults(), Contains(HasSubstr("nothing explains 3.0")));
+  restarts_ = {{killed_ns + 1'000'000, 1.6}};
+  EXPECT_THAT(faults(), Contains(HasSubstr("nothing explains 1.4")));
+  breaks_ = {{{killed_ns, killed_ns + 700'000'000}, "freeze supervisor"}};
+  EXPECT_THAT(faults(), IsEmpty());
 }
 
 TEST_F(Judge, SeesAClearThatNobodyShouldHaveNeeded) {
-  const Disturbance killed{now_ns(), now_ns() + 10 * kCycle_ns, "kill servant"};
-  const Disturbance frozen{now_ns(), now_ns() + 10 * kCycle_ns, "cut connections + freeze task"};
-  const Clear clear{now_ns() + kCycle_ns, "131 Error inherited"};
-  EXPECT_THAT(faults({killed}, {clear}),
-              Contains(HasSubstr("cleared '131 Error inherited' after kill servant")));
-  EXPECT_THAT(faults({frozen}, {clear}), IsEmpty());
+  const Interval now{now_ns(), now_ns() + 10 * kCycle_ns};
+  clears_ = {{now, "131 Error inherited"}};
+  breaks_ = {{now, "kill servant"}};
+  EXPECT_THAT(faults(), Contains(HasSubstr("cleared '131 Error inherited' after kill servant")));
+  breaks_ = {{now, "freeze task"}};
+  EXPECT_THAT(faults(), IsEmpty());
 }
 
-TEST_F(Judge, AcceptsAClearAfterAPauseOfTheMachine) {
-  time_ns_ += 150 * kCycle_ns;  // from one cycle to the next
+TEST_F(Judge, AcceptsAClearAfterAPauseOfTheMachineButNotAfterARestart) {
+  breaks_ = {{{now_ns(), now_ns()}, "kill task"}};
+  silence(0.15);  // from one cycle to the next
   rest(1);
-  EXPECT_THAT(faults({}, {{now_ns(), "141 gap"}}), IsEmpty());
-}
-
-TEST_F(Judge, SeesAnAnswerThatComesTooLate) {
-  call("Status", 0, "ok", 0, 8.0);
-  EXPECT_THAT(faults(), Contains(HasSubstr("bound 5 s")));
-  EXPECT_THAT(faults({{0, now_ns() + kCycle_ns, "kill servant"}}), IsEmpty()) << "disturbed";
+  clears_ = {{{now_ns(), now_ns()}, "141 gap"}};
+  EXPECT_THAT(faults(), Contains(HasSubstr("cleared '141 gap'")));
+  breaks_.clear();
+  EXPECT_THAT(faults(), IsEmpty());
 }
 
 }  // namespace
