@@ -83,10 +83,12 @@ Holdings holdings_of(pid_t pid) {
   return {entries_in(process / "fd"), entries_in(process / "task")};
 }
 
-std::string RestCheck::look(const std::map<std::string, pid_t>& processes) {
+std::string RestCheck::look(const std::map<std::string, pid_t>& processes,
+                            const std::function<void()>& meanwhile) {
   const bool is_first = looks_++ == 0;
   std::string faults;
   const auto compare = [&] {
+    meanwhile();
     faults.clear();
     for (const auto& [name, pid] : processes) {
       const Holdings now = holdings_of(pid);

@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <functional>
 #include <map>
 #include <string>
 
@@ -20,8 +21,10 @@ struct Holdings {
 /// more by what was broken around it.
 class RestCheck {
  public:
-  /// Waits until none holds more than at the first call, and says which does; "" when none. `processes`: by name.
-  [[nodiscard]] std::string look(const std::map<std::string, pid_t>& processes);
+  /// Waits until none holds more than at the first call, and says which does; "" when none. `processes`: by
+  /// name. `meanwhile` is called again and again.
+  [[nodiscard]] std::string look(const std::map<std::string, pid_t>& processes,
+                                 const std::function<void()>& meanwhile);
   /// The most that any of these names held beyond the first time, once it had been waited for.
   [[nodiscard]] std::string summary() const;
 

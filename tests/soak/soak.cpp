@@ -63,7 +63,7 @@ class Soak {
     random_.seed(seeds);
     const int stops = between(0, 9);
     const int breaks = between(1, 10) <= 3 ? 2 : 1;
-    idle(real(0.05, 0.6));
+    idle(real(0.05, 0.4));
     if (stage_.recording().is_in_error()) (void)stage_.recover();  // a client has held the arm
     if (stops < 2) stage_.stop_by_command();
     std::string what;

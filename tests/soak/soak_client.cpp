@@ -2,7 +2,7 @@
 // soak_client REFERENCE NUMBER SEED: calls the robot at random for ever and prints two lines a call, so that a client
 // that is killed leaves what it had begun:
 //   begin CALL TIME_NS OPERATION SIGNATURE KEY [WHERE...]
-//   end CALL TIME_NS OUTCOME TICKET
+//   end CALL TIME_NS OUTCOME TICKET [REASON]
 // TIME_NS is CLOCK_MONOTONIC. SIGNATURE is unique to the call and is part of where the motion goes (see signature.h); of a
 // Wait or Cancel the ticket; 0 where nothing moves. KEY is the CALL of the Acquire whose reference was used, 0: the public
 // one. WHERE is joint and degrees of a Drive, all angles, the points of a line or an arc, the lease, or the time to wait.
@@ -118,15 +118,19 @@ class Caller {
     say(fmt::format("begin {} {} {} {} {}{}", number, now_ns(), operation, signature, key_, where));
     std::uint64_t ticket = 0;
     std::string outcome = "ok";
+    std::string reason;
     try {
       body(ticket);
       if (answer != nullptr) outcome = *answer;
+    } catch (const Corbot::NotReady& error) {
+      outcome = "NotReady";
+      reason = fmt::format(" {}", error.reason.in());
     } catch (const CORBA::SystemException& error) {
       outcome = fmt::format("{}/{}", error._name(), static_cast<int>(error.completed()));
     } catch (const CORBA::Exception& error) {
       outcome = error._name();
     }
-    say(fmt::format("end {} {} {} {}", number, now_ns(), outcome, ticket));
+    say(fmt::format("end {} {} {} {}{}", number, now_ns(), outcome, ticket, reason));
     if (ticket != 0) tickets_.push_back(ticket);
     if (tickets_.size() > 8) tickets_.pop_front();
   }

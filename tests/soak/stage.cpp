@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <signal.h>
+#include <sys/wait.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -21,6 +22,7 @@ namespace fs = std::filesystem;
 using test::within;
 
 constexpr double kMinute_s = 60.0;
+constexpr double kCommand_s = 20.0;
 
 void pause() { sleep_ns(20'000'000); }
 
@@ -54,10 +56,22 @@ std::vector<std::string> Stage::environment() const {
           "CORBOT_ROBOT="};
 }
 
-test::RunResult Stage::corbot(const std::vector<std::string>& arguments, double seconds) const {
+/// Goes on reading meanwhile: a recorder that cannot write loses cycles after a few seconds.
+test::RunResult Stage::run(std::vector<std::string> words, double seconds) {
+  test::Process process(std::move(words), environment());
+  const auto deadline = within(seconds);
+  while (process.running() && test::Deadline::clock::now() < deadline) {
+    observe();
+    sleep_ns(2'000'000);
+  }
+  const int status = process.wait(within(0)).value_or(-1);
+  return {status >= 0 && WIFEXITED(status) ? WEXITSTATUS(status) : -1, process.output(), process.errors()};
+}
+
+test::RunResult Stage::corbot(const std::vector<std::string>& arguments) {
   std::vector<std::string> words{options_.binaries + "/corbot"};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  return test::run(words, seconds, environment());
+  return run(std::move(words), kCommand_s);
 }
 
 pid_t Stage::pid_of(const char* key) const {
@@ -273,7 +287,8 @@ void Stage::go_on() {
 }
 
 std::string Stage::check_rest() {
-  return rest_.look({{"servant", servant()}, {"task", task()}, {"supervisor", supervisor()}});
+  return rest_.look({{"servant", servant()}, {"task", task()}, {"supervisor", supervisor()}},
+                    [this] { observe(); });
 }
 
 std::vector<std::string> Stage::wrong_tickets(bool ended) {
@@ -289,7 +304,7 @@ std::vector<std::string> Stage::wrong_tickets(bool ended) {
     std::vector<std::string> words{options_.client,
                                    fmt::format("corbaloc::1.2@127.0.0.1:{}/{}", port_, name_), "tickets"};
     for (const std::uint64_t ticket : tickets) words.push_back(std::to_string(ticket));
-    std::istringstream lines(test::run(words, kMinute_s, environment()).output);
+    std::istringstream lines(run(words, kMinute_s).output);
     std::vector<std::string> wrong;
     std::size_t answers = 0;
     for (std::string line; std::getline(lines, line); ++answers) {
@@ -301,10 +316,7 @@ std::vector<std::string> Stage::wrong_tickets(bool ended) {
     return wrong;
   };
   std::vector<std::string> wrong;
-  (void)test::wait_until(within(kMinute_s), [&] {
-    observe();
-    return (wrong = ask()).empty() || !ended;
-  });
+  (void)test::wait_until(within(kMinute_s), [&] { return (wrong = ask()).empty() || !ended; });
   return wrong;
 }
 

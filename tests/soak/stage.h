@@ -90,8 +90,8 @@ class Stage {
     int number;
     test::Process process;
   };
-  [[nodiscard]] test::RunResult corbot(const std::vector<std::string>& arguments,
-                                       double seconds = 20.0) const;
+  [[nodiscard]] test::RunResult run(std::vector<std::string> words, double seconds);
+  [[nodiscard]] test::RunResult corbot(const std::vector<std::string>& arguments);
   [[nodiscard]] std::vector<std::string> environment() const;
   [[nodiscard]] pid_t pid_of(const char* key) const;
   void start_supervisor();
