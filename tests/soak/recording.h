@@ -58,6 +58,7 @@ class Recording {
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_; }
   [[nodiscard]] std::uint64_t gaps() const noexcept { return gaps_; }
   /// Of the newest cycle.
+  [[nodiscard]] bool is_paused() const noexcept { return have_last_ && last_.state == "paused"; }
   [[nodiscard]] bool is_in_error() const noexcept { return have_last_ && last_.state == "error"; }
   [[nodiscard]] std::int64_t last_ns() const noexcept { return last_ns_; }
 

@@ -287,7 +287,10 @@ int main(int argc, char** argv) {
   int faults = 100;
   std::uint64_t seed = std::random_device{}();
   bool verbose = false;
-  corbot::soak::StageOptions options{CORBOT_BIN_DIR, CORBOT_SOAK_CLIENT, CORBOT_PROFILE, "", "omniorb"};
+  // Beside this program, so that a copy of a build can run while the next is made.
+  const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  corbot::soak::StageOptions options{here.parent_path() / "bin", here / "soak_client", CORBOT_PROFILE, "",
+                                     "omniorb"};
   app.add_option("--faults", faults, "how many")->check(CLI::Range(1, 100'000))->capture_default_str();
   app.add_option("--seed", seed, "repeats the decisions of a run");
   app.add_option("--orb", options.orb)->check(CLI::IsMember({"omniorb", "orbit2"}))->capture_default_str();
@@ -295,7 +298,7 @@ int main(int argc, char** argv) {
   app.add_option("--keep", options.kept, "keeps in this file what was broken, called and recorded");
   app.add_flag("--verbose", verbose, "say what is broken as it is");
   CLI11_PARSE(app, argc, argv);
-  std::string scratch = CORBOT_SCRATCH_DIR "/soak-XXXXXX";
+  std::string scratch = here / "soak-XXXXXX";
   options.scratch = ::mkdtemp(scratch.data());
   ::signal(SIGPIPE, SIG_IGN);
   int status = 1;

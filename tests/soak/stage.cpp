@@ -203,11 +203,12 @@ void Stage::keep(const std::string& line) {
   if (kept_.is_open()) kept_ << "# " << line << std::endl;
 }
 
-void Stage::resume() {
+bool Stage::resume() {
   const int number = ++commands_;
   ledger_.read(kByCommand, fmt::format("begin {} {} Resume 0 0", number, now_ns()));
   const bool done = corbot({"resume", "--robot", name_}).code == 0;
   ledger_.read(kByCommand, fmt::format("end {} {} {} 0", number, now_ns(), done ? "ok" : "refused"));
+  return done;
 }
 
 void Stage::stop_by_command() {
@@ -255,13 +256,14 @@ bool Stage::recover() {
 
 bool Stage::quiesce() {
   // A client that is frozen between two calls begins no other; one whose call is under way is let go on until it ends.
+  // Held, or paused by a client that was killed since, nothing would.
   constexpr std::int64_t kHelp_ns = 1'000'000'000;
   const auto deadline = within(kMinute_s);
   std::int64_t helped_ns = now_ns();
   // Twice: a client is frozen a moment after the signal was sent.
   for (int quiet = 0; quiet < 2;) {
     if (test::Deadline::clock::now() > deadline) return false;
-    bool waiting = !stops_.empty();
+    bool waiting = !stops_.empty() || recording_.is_paused() || recording_.is_in_error();
     for (Client& client : clients_) {
       client.process.signal(SIGSTOP);
       read_lines(client.process, client.read, client.number);
@@ -272,9 +274,9 @@ bool Stage::quiesce() {
     observe();
     quiet = waiting ? 0 : quiet + 1;
     if (waiting && now_ns() - helped_ns > kHelp_ns) {
-      // Held, or paused by a client that was killed since.
       if (recording_.is_in_error()) (void)recover();
-      resume();
+      // Whoever has control of a paused arm and waits for a motion keeps others from resuming it, not from a stop.
+      if (!resume()) stop_by_command();
       helped_ns = now_ns();
     }
     pause();

@@ -97,7 +97,7 @@ class Stage {
   void start_supervisor();
   void start_recorder();
   void read_lines(test::Process& process, std::size_t& read, int client);
-  void resume();
+  bool resume();
   void read_announcements();
   void read_stops();
   void clear(const std::string& cause);
