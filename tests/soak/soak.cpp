@@ -127,13 +127,15 @@ class Soak {
     if (pid > 0) ::kill(pid, SIGKILL);
     return {"kill " + what, {}, 0.0};
   }
+  /// A quarter of them for less than counts as frozen.
   Fault freeze(const std::string& what, pid_t pid) {
+    const double lasts_s = between(0, 3) == 0 ? real(0.006, 0.09) : real(0.09, 3.0);
     if (pid > 0) ::kill(pid, SIGSTOP);
     return {"freeze " + what,
             [pid] {
               if (pid > 0) ::kill(pid, SIGCONT);
             },
-            real(0.02, 3.0)};
+            lasts_s};
   }
   /// Where a supervisor was killed there may be none.
   Fault with_client(const std::function<Fault(pid_t)>& fault) {

@@ -227,7 +227,7 @@ class Caller {
   /// Whoever pauses the arm resumes it, unless he is killed meanwhile.
   void hold_still() {
     call("Pause", 0, [&](std::uint64_t&) { arm_->Pause(); });
-    sleep(between(0, 3) == 0 ? 0.001 * between(2200, 3000) : 0.001 * between(50, 500));
+    sleep(between(0, 4) < 2 ? 0.001 * between(2200, 3000) : 0.001 * between(50, 500));
     call("Resume", 0, [&](std::uint64_t&) { arm_->Resume(); });
   }
 

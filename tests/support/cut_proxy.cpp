@@ -11,6 +11,9 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
+
+#include "support/silence.h"
 
 namespace corbot::test {
 namespace {
@@ -76,6 +79,13 @@ void CutProxy::cut() {
   for (Line& line : lines_) end(line);
   lines_.clear();
   holds_ = false;
+}
+
+void CutProxy::fall_silent() {
+  const std::lock_guard lock(mutex_);
+  for (Line& line : lines_) {
+    if (!std::exchange(line.is_silent, true)) test::fall_silent(line.server);
+  }
 }
 
 void CutProxy::run() {

@@ -10,7 +10,7 @@
 namespace corbot::test {
 
 /// A network of its own between clients and a server on the loopback interface: a relay that can keep replies
-/// back, or cut every connection.
+/// back, cut every connection, or let it fall silent.
 class CutProxy {
  public:
   /// Relays connections to its own port to `server_port`. Throws std::runtime_error when it cannot listen.
@@ -26,11 +26,14 @@ class CutProxy {
   void hold_replies() { holds_ = true; }
   /// Ends every connection at both sides, and relays anew what is opened from now on.
   void cut();
+  /// Every present connection falls silent towards the server, see silence.h.
+  void fall_silent();
 
  private:
   struct Line {
     int client;
     int server;
+    bool is_silent{false};
     std::string sent{};  ///< by the client
   };
   void run();

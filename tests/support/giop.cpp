@@ -2,19 +2,16 @@
 #include "support/giop.h"
 
 #include <arpa/inet.h>
-#include <linux/filter.h>
-#include <linux/sockios.h>
 #include <netinet/in.h>
 #include <poll.h>
-#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
-#include <stdexcept>
-#include <thread>
 #include <utility>
+
+#include "support/silence.h"
 
 namespace corbot::test {
 namespace {
@@ -110,16 +107,7 @@ void RawConnection::reset() {
   close();
 }
 
-void RawConnection::fall_silent() {
-  // What is sent has arrived: a machine that is gone repeats nothing.
-  int unacknowledged = 1;
-  while (::ioctl(fd_, SIOCOUTQ, &unacknowledged) == 0 && unacknowledged > 0) std::this_thread::yield();
-  // What the kernel receives for the socket is dropped before it is acknowledged.
-  sock_filter nothing[] = {{BPF_RET | BPF_K, 0, 0, 0}};
-  const sock_fprog program{1, nothing};
-  if (::setsockopt(fd_, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof(program)) != 0)
-    throw std::runtime_error("no filter for the connection");
-}
+void RawConnection::fall_silent() { test::fall_silent(fd_); }
 
 bool RawConnection::send(const std::string& bytes) {
   for (std::size_t done = 0; done < bytes.size();) {

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <linux/filter.h>
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+
+#include <stdexcept>
+#include <thread>
+
+namespace corbot::test {
+
+/// A connection falls silent as if the machine at this end had lost its network: nothing arrives here, and nothing is
+/// acknowledged. Once for each. Throws std::runtime_error where the kernel has no filters.
+inline void fall_silent(int socket) {
+  // What is sent has arrived: a machine that is gone repeats nothing.
+  int unacknowledged = 1;
+  while (::ioctl(socket, SIOCOUTQ, &unacknowledged) == 0 && unacknowledged > 0) std::this_thread::yield();
+  // What the kernel receives for the socket is dropped before it is acknowledged.
+  sock_filter nothing[] = {{BPF_RET | BPF_K, 0, 0, 0}};
+  const sock_fprog program{1, nothing};
+  if (::setsockopt(socket, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof(program)) != 0)
+    throw std::runtime_error("no filter for the connection");
+}
+
+}  // namespace corbot::test
