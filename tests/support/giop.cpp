@@ -81,6 +81,26 @@ std::string giop_request(std::uint32_t id, const std::string& key, const std::st
   return giop_header(0, writer.body().size()) + writer.body();
 }
 
+GiopFragments giop_fragments(std::uint32_t id, const std::string& key, const std::string& operation,
+                             const std::vector<double>& arguments, std::size_t first) {
+  constexpr std::uint8_t kFragment = 7;
+  constexpr std::uint8_t kMinor = 2;
+  Writer writer;
+  writer.u32(id);
+  writer.u32(3);  // response expected, and three octets that are reserved
+  writer.u32(0);  // what follows is an object key
+  writer.bytes(key);
+  writer.text(operation);
+  writer.u32(0);  // service contexts
+  for (const double argument : arguments) writer.f64(argument);
+  const std::string begin = writer.body().substr(0, first);
+  Writer number;
+  number.u32(id);
+  const std::string end = number.body() + writer.body().substr(first);
+  return {giop_header(0, begin.size(), true, kMinor) + begin,
+          giop_header(kFragment, end.size(), false, kMinor) + end};
+}
+
 RawConnection::RawConnection(int port) {
   fd_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
@@ -144,6 +164,9 @@ std::optional<GiopReply> RawConnection::reply(Deadline deadline) {
     const std::string message = received_.substr(0, size);
     received_.erase(0, size);
     if (message[7] != kReply) continue;
+    const bool is_1_2 = message[5] >= 2;
+    if (is_1_2)
+      return GiopReply{u32_at(message, kHeader), u32_at(message, kHeader + 4), message.substr(kHeader + 8)};
     // Service contexts: none is needed.
     std::size_t at = kHeader + 4;
     for (std::uint32_t left = u32_at(message, kHeader); left > 0; --left) {
