@@ -103,6 +103,9 @@ std::string local_time(double epoch_s) {
 
 std::string microseconds(double seconds) { return fmt::format("{:.1f} us", seconds * 1e6); }
 
+/// Old: more than five of the longest periods that a profile may have.
+bool is_old(const StatusReport& report) { return report.cycle_age_s.value_or(0) > 0.1; }
+
 /// "cell 7, 11.8 s left unless renewed"; empty: nobody.
 std::string holder_text(const Corbot::ControlInfo& control) {
   const std::string holder = printable(control.holder.in());
@@ -137,6 +140,7 @@ StatusReport read_status(Client& client) {
       report.servant = servant.in();
       const Corbot::ControlInfo_var control = arm.Control();
       report.control = control.in();
+      report.cycle_age_s = arm.CycleAge();
     } catch (const CORBA::BAD_OPERATION&) {
       // of an earlier version: what it does not say stays empty
     }
@@ -166,6 +170,10 @@ std::string status_text(const StatusReport& r) {
   }
   text += fmt::format("  state     {:<9} {}\n{}", to_string(r.state), meaning(r.state, cause_gone, r.paused),
                       alarms);
+  if (is_old(r)) {
+    text += fmt::format("  age       {:.1f} s since the last cycle: joints, tool and motion are that old\n",
+                        *r.cycle_age_s);
+  }
   if (r.control.held) text += "  held      by a StopAndHold: nothing moves until 'corbot clear'\n";
   if (const std::string holder = holder_text(r.control); !holder.empty())
     text += fmt::format("  control   {}\n", holder);
@@ -197,9 +205,10 @@ std::string status_line(const StatusReport& r) {
                                  rounded(r.pose.x, 1e4), rounded(r.pose.y, 1e4), rounded(r.pose.z, 1e4));
   for (const double joint : r.joints) text += fmt::format(" {:8.2f}", rounded(joint, 100));
   const std::string holder = printable(r.control.holder.in());
-  return text + fmt::format(" deg  gripper {}  override {:g} %{}{}{}{}\n", to_string(r.gripper),
-                            r.override_percent, r.paused ? "  paused" : "", r.control.held ? "  held" : "",
-                            holder.empty() ? "" : "  control ", holder);
+  const std::string age = is_old(r) ? fmt::format("  age {:.1f} s", *r.cycle_age_s) : "";
+  return text + fmt::format(" deg  gripper {}  override {:g} %{}{}{}{}{}\n", to_string(r.gripper),
+                            r.override_percent, age, r.paused ? "  paused" : "",
+                            r.control.held ? "  held" : "", holder.empty() ? "" : "  control ", holder);
 }
 
 std::string status_json(const StatusReport& r) {
@@ -211,6 +220,7 @@ std::string status_json(const StatusReport& r) {
                   {"address", r.address},
                   {"state", to_string(r.state)},
                   {"paused", r.paused},
+                  {"cycle_age_s", r.cycle_age_s ? json(*r.cycle_age_s) : json()},
                   {"kind", to_string(r.kind)},
                   {"joints_deg", r.joints},
                   {"ranges_deg", ranges},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,8 +31,9 @@ struct StatusReport {
   double tool_pitch_deg{};
   std::vector<ActiveAlarm> active_alarms;
   Corbot::DeviceInfo device{};
-  Corbot::ServantInfo servant{};  ///< empty: one of an earlier version, which does not say
-  Corbot::ControlInfo control{};  ///< the same
+  Corbot::ServantInfo servant{};      ///< empty: one of an earlier version, which does not say
+  Corbot::ControlInfo control{};      ///< the same
+  std::optional<double> cycle_age_s;  ///< of joints, tool and motion; none: the same
 };
 
 [[nodiscard]] StatusReport read_status(client::Client& client);

@@ -117,6 +117,10 @@ corbot_status corbot_robot_loop_info(const corbot_robot* robot, corbot_loop_info
   });
 }
 
+corbot_status corbot_robot_cycle_age(const corbot_robot* robot, double* out_s, corbot_error* error) {
+  return guarded(error, [&] { *out_s = robot->robot.view().cycle_age_s(); });
+}
+
 corbot_status corbot_robot_device_info(const corbot_robot* robot, corbot_device_info* out,
                                        corbot_error* error) {
   return guarded(error, [&] { *out = robot->robot.view().device(); });

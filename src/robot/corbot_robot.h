@@ -50,6 +50,8 @@ int32_t corbot_robot_paused(const corbot_robot* robot);    /* a Pause is in forc
 double corbot_robot_tool_pitch(const corbot_robot* robot); /* degrees */
 size_t corbot_robot_alarms(const corbot_robot* robot, corbot_alarm out[CORBOT_MAX_ALARMS]);
 corbot_status corbot_robot_loop_info(const corbot_robot* robot, corbot_loop_info* out, corbot_error* error);
+/* Since the newest cycle of the real-time task, of which all of these are. */
+corbot_status corbot_robot_cycle_age(const corbot_robot* robot, double* out_s, corbot_error* error);
 corbot_status corbot_robot_device_info(const corbot_robot* robot, corbot_device_info* out,
                                        corbot_error* error);
 

@@ -54,6 +54,8 @@ corbot_state RobotView::state() const {
                                                                    : CORBOT_STATE_WAITING;
 }
 
+double RobotView::cycle_age_s() const { return std::max(seconds(monotonic_ns() - snapshot().time_ns), 0.0); }
+
 LoopDiagnostics RobotView::diagnostics() const {
   const auto channel = link_.channel();
   LoopDiagnostics diagnostics{};

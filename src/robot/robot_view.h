@@ -27,6 +27,8 @@ class RobotView {
   [[nodiscard]] corbot_pose pose() const;
   [[nodiscard]] corbot_gripper gripper() const;
   [[nodiscard]] corbot_state state() const;
+  /// Of the newest snapshot, now; throws as snapshot().
+  [[nodiscard]] double cycle_age_s() const;
   [[nodiscard]] LoopDiagnostics diagnostics() const;
   [[nodiscard]] corbot_device_info device() const;
   [[nodiscard]] double override_percent() const;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every attribute and every motion, as an ordinary client sees them.
 #include <gmock/gmock.h>
+#include <signal.h>
 
 #include "support/robot_rig.h"
 
@@ -181,6 +182,21 @@ TEST_F(Interface, SaysWhatServesIt) {
   Corbot::ServantInfo_var second = arm_->Servant();
   EXPECT_GT(second->started, first->started);
   EXPECT_STREQ(second->profile, first->profile) << "the same profile";
+}
+
+TEST_F(Interface, CycleAgeIsThatOfWhatIsRead) {
+  EXPECT_TRUE(wait_until(within(30), [&] { return arm_->CycleAge() < 0.02; })) << "twenty periods";
+  rt_->signal(SIGSTOP);
+  ASSERT_TRUE(wait_until(within(30), [&] { return arm_->CycleAge() > 0.5; }));
+  const double first_s = arm_->CycleAge();
+  EXPECT_GE(arm_->CycleAge(), first_s);
+  rt_->signal(SIGCONT);
+  EXPECT_TRUE(wait_until(within(30), [&] { return arm_->CycleAge() < 0.02; }));
+  rt_->signal(SIGKILL);
+  ASSERT_TRUE(rt_->wait(within(30)));
+  EXPECT_TRUE(wait_until(within(30), [&] { return arm_->CycleAge() > 0.5; })) << "gone: the last one's";
+  start_rt();
+  EXPECT_TRUE(wait_until(within(30), [&] { return arm_->CycleAge() < 0.02; }));
 }
 
 }  // namespace

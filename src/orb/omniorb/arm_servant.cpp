@@ -293,6 +293,12 @@ Corbot::ServantInfo* ArmServant::Servant() {
   return result._retn();
 }
 
+CORBA::Double ArmServant::CycleAge() {
+  double age_s = 0;
+  call(corbot_robot_cycle_age, &robot_, &age_s);
+  return age_s;
+}
+
 Corbot::Arm_ptr ArmServant::Acquire(const char* who, CORBA::Double lease) {
   const Place place(CORBOT_PLACE_TO_CHANGE);
   const Caller caller(key_of_call(), &place);

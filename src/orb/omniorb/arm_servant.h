@@ -71,6 +71,7 @@ class ArmServant final : public POA_Corbot::Arm {
   Corbot::LoopInfo* Diagnostics() override;
   Corbot::DeviceInfo* Device() override;
   Corbot::ServantInfo* Servant() override;
+  CORBA::Double CycleAge() override;
   Corbot::Arm_ptr Acquire(const char* who, CORBA::Double lease) override;
   void Renew() override;
   void Release() override;

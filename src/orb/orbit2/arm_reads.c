@@ -166,6 +166,13 @@ static Corbot_ServantInfo* get_servant(PortableServer_Servant servant, CORBA_Env
   return result;
 }
 
+static CORBA_double get_cycle_age(PortableServer_Servant servant, CORBA_Environment* ev) {
+  double age_s = 0;
+  corbot_error error;
+  if (corbot_robot_cycle_age(self_of(servant)->robot, &age_s, &error) != CORBOT_OK) raise_failure(&error, ev);
+  return age_s;
+}
+
 static CORBA_boolean get_paused(PortableServer_Servant servant, CORBA_Environment* ev) {
   (void)ev;
   return corbot_robot_paused(self_of(servant)->robot) ? CORBA_TRUE : CORBA_FALSE;
@@ -198,5 +205,6 @@ void arm_set_reads(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm) {
   arm->_get_Diagnostics = get_diagnostics;
   arm->_get_Device = get_device;
   arm->_get_Servant = get_servant;
+  arm->_get_CycleAge = get_cycle_age;
   arm->_get_Control = get_control;
 }

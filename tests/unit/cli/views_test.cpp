@@ -77,6 +77,21 @@ TEST(Status, APausedArmIsNotABusyOne) {
   EXPECT_THAT(status_json(report), HasSubstr("\"paused\": true"));
 }
 
+TEST(Status, WhatIsOldIsShownWithItsAge) {
+  StatusReport report = sample();
+  for (const std::optional<double> fresh : {std::optional<double>{}, std::optional<double>{0.04}}) {
+    report.cycle_age_s = fresh;
+    EXPECT_THAT(status_text(report), Not(HasSubstr("since the last cycle")));
+    EXPECT_THAT(status_line(report), Not(HasSubstr("age")));
+  }
+  report.cycle_age_s.reset();
+  EXPECT_THAT(status_json(report), HasSubstr("\"cycle_age_s\": null")) << "a servant that does not say";
+  report.cycle_age_s = 3.25;
+  EXPECT_THAT(status_text(report), HasSubstr("  age       3.2 s since the last cycle"));
+  EXPECT_THAT(status_line(report), HasSubstr("  age 3.2 s"));
+  EXPECT_THAT(status_json(report), HasSubstr("\"cycle_age_s\": 3.25"));
+}
+
 TEST(Status, JsonHasUnitsInItsKeys) {
   const std::string text = status_json(sample());
   for (const char* key : {"\"joints_deg\"", "\"x_m\"", "\"state\": \"Error\"", "\"gripper\": \"closed\"",

@@ -225,7 +225,7 @@ const std::map<std::string, Call>& calls() {
       CALL(ToolPitch),       CALL(Alarms),     CALL(Diagnostics),
       CALL(Device),          CALL(Servant),    CALL(StopAndHold),
       CALL(Acquire),         CALL(Renew),      CALL(Release),
-      CALL(Control)};
+      CALL(Control),         CALL(CycleAge)};
   return kCalls;
 }
 #undef CALL
