@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <openssl/crypto.h>
 #include <openssl/sha.h>
+#include <pthread.h>
 #include <sys/random.h>
 
 #include <algorithm>
@@ -266,6 +267,7 @@ void Control::end_use(std::uint64_t number) {
 }
 
 void Control::run() {
+  ::pthread_setname_np(::pthread_self(), "robot.control");
   std::unique_lock lock(mutex_);
   while (!closing_) {
     if (!state_ || state_->ending || !state_->may_expire || state_->uses > 0) {

@@ -2,6 +2,7 @@
 #include "robot/link.h"
 
 #include <fmt/format.h>
+#include <pthread.h>
 
 #include <chrono>
 #include <utility>
@@ -120,6 +121,7 @@ std::shared_ptr<ServantChannel> Link::try_connect(bool first) {
 }
 
 void Link::run() {
+  ::pthread_setname_np(::pthread_self(), "robot.link");
   std::shared_ptr<ServantChannel> channel = this->channel();
   std::unique_lock lock(mutex_);
   while (!end_) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "robot/position_saver.h"
 
+#include <pthread.h>
+
 #include <exception>
 #include <utility>
 
@@ -49,6 +51,7 @@ PositionSaver::~PositionSaver() {
 }
 
 void PositionSaver::run() {
+  ::pthread_setname_np(::pthread_self(), "robot.position");
   for (bool end = false; !end;) {
     {
       std::unique_lock lock(mutex_);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "robot/self_check.h"
 
+#include <pthread.h>
+
 #include <utility>
 
 namespace corbot {
@@ -34,6 +36,7 @@ bool SelfCheck::passes() {
 }
 
 void SelfCheck::run() {
+  ::pthread_setname_np(::pthread_self(), "robot.check");
   std::unique_lock lock(mutex_);
   while (!end_) {
     lock.unlock();

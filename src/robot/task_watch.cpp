@@ -2,6 +2,7 @@
 #include "robot/task_watch.h"
 
 #include <fmt/format.h>
+#include <pthread.h>
 
 #include <utility>
 
@@ -46,6 +47,7 @@ std::string TaskWatch::cause() const {
 }
 
 void TaskWatch::run() {
+  ::pthread_setname_np(::pthread_self(), "robot.watch");
   std::unique_lock lock(mutex_);
   while (!end_) {
     lock.unlock();

@@ -18,11 +18,14 @@
 #include <map>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "net/endpoint.h"
 #include "net/giop_probe.h"
+#include "shm/channel_client.h"
 #include "shm/run_directory.h"
 #include "support/robot_rig.h"
+#include "support/traced_thread.h"
 
 namespace corbot::test {
 namespace {
@@ -114,6 +117,16 @@ class Notify : public RobotRig {
     EXPECT_LE(socket_.count(frozen.pid(), "WATCHDOG=1"), own + 1) << "but one that was on its way";
   }
 
+  /// The same where the other threads of the process run on, so that what it reported last may be a second old.
+  void expect_that_it_falls_silent(const Process& hanging, const Process& other) {
+    EXPECT_TRUE(wait_until(within(60), [&] {
+      const int own = socket_.count(hanging.pid(), "WATCHDOG=1");
+      const int others = socket_.count(other.pid(), "WATCHDOG=1");
+      return wait_until(within(30), [&] { return socket_.count(other.pid(), "WATCHDOG=1") >= others + 8; }) &&
+             socket_.count(hanging.pid(), "WATCHDOG=1") == own;
+    }));
+  }
+
   NotifySocket socket_;
 };
 
@@ -137,6 +150,38 @@ TEST_F(Notify, AFrozenProcessDoesNot) {
   servant_->signal(SIGSTOP);
   expect_silence(*servant_, *rt_);
   servant_->signal(SIGCONT);
+  expect_well(*servant_);
+}
+
+TEST_F(Notify, ACycleThatHangsEndsTheReportsOfItsTask) {
+  if (const std::string why = why_not_traceable(); !why.empty()) GTEST_SKIP() << why;
+  expect_well(*rt_);
+  {
+    const TracedThread loop(rt_->pid(), rt_->pid());  // the task's first thread
+    expect_that_it_falls_silent(*rt_, *servant_);
+    EXPECT_NO_THROW((void)Observer::of(name_)) << "its other threads run";
+  }
+  expect_well(*rt_);
+}
+
+TEST_F(Notify, AnOrbThatHangsEndsTheReportsOfItsServant) {
+  if (const std::string why = why_not_traceable(); !why.empty()) GTEST_SKIP() << why;
+  expect_well(*servant_);
+  {
+    std::vector<TracedThread> orb;
+    std::size_t others = 0;
+    for (const pid_t thread : threads_of(servant_->pid())) {
+      if (thread_name(servant_->pid(), thread).starts_with("robot.")) {
+        ++others;
+      } else {
+        orb.emplace_back(servant_->pid(), thread);
+      }
+    }
+    ASSERT_GE(orb.size(), 2u);
+    ASSERT_GE(others, 3u)
+        << "that to the task, the one that looks at the task, and the one that asks the ORB";
+    expect_that_it_falls_silent(*servant_, *rt_);
+  }
   expect_well(*servant_);
 }
 
