@@ -23,8 +23,6 @@ using client::Failure;
 namespace {
 
 constexpr double kPollInterval_s = 0.1;
-constexpr double kFirstBackOff_s = 0.1;  // a robot should not be without its servant for long
-constexpr double kLongestBackOff_s = 5.0;
 constexpr double kHealthyAfter_s = 10.0;  // of running: then the next back-off is the first one again
 constexpr double kKillAfter_s = 5.0;
 constexpr double kOwnGap_s = 0.5;  // between two steps: this process was stopped, or had no processor
@@ -151,9 +149,8 @@ void Supervisor::kill_unresponsive(Entry& entry) {
 void Supervisor::schedule_restart(Entry& entry, const std::string& why) {
   const bool healthy = entry.ready && seconds_since(entry.child.started()) > kHealthyAfter_s;
   entry.failed_attempts = entry.ready ? 0 : entry.failed_attempts + 1;
-  entry.back_off_s =
-      healthy || entry.back_off_s == 0 ? kFirstBackOff_s : std::min(2 * entry.back_off_s, kLongestBackOff_s);
-  entry.restart_at = in_seconds(entry.back_off_s);
+  const double back_off_s = entry.back_off.next_s(healthy);
+  entry.restart_at = in_seconds(back_off_s);
   entry.ready = false;
   entry.restarted = true;
   entry.status.clear();
@@ -161,7 +158,7 @@ void Supervisor::schedule_restart(Entry& entry, const std::string& why) {
     throw Failure(ExitCode::kInternal, fmt::format("{}; {} starts in a row did not get ready: giving up", why,
                                                    entry.failed_attempts));
   }
-  log(fmt::format("{}, starting it again in {:g} s", why, entry.back_off_s));
+  log(fmt::format("{}, starting it again in {:g} s", why, back_off_s));
 }
 
 void Supervisor::read_output(Entry& entry) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/supervise/back_off.h"
 #include "cli/supervise/child.h"
 #include "cli/supervise/notify_socket.h"
 #include "cli/supervise/service_manager.h"
@@ -71,7 +72,7 @@ class Supervisor {
     bool was_frozen{false};  ///< the same, after it had been ready
     bool restarted{false};   ///< at least once
     int failed_attempts{0};  ///< starts in a row that did not get ready
-    double back_off_s{0};
+    BackOff back_off{};
     Clock::time_point restart_at{};
     Clock::time_point responded{};  ///< last WATCHDOG=1, or when it got ready
     std::string status{};           ///< last STATUS=
