@@ -8,6 +8,7 @@
 #include <atomic>
 #include <climits>
 #include <cstdio>
+#include <future>
 
 #include "cli/local_stop.h"
 #include "cli/run_program.h"
@@ -103,13 +104,36 @@ void stop(const ClientOptions& options) {
   }
 }
 
-/// Stops a robot on this machine at once, also where its servant does not answer, which is needed for the rest.
-void hold(const ClientOptions& options, const Request& request) {
-  const bool stopped = is_stopped_here(robot_here(options.robot), options.timeout_s);
+/// A hold is in force, or counted until the task can carry it out.
+bool is_held(Client& client) {
   try {
-    Client(find_robot(options.robot), options.timeout_s).perform(request);
+    return client.call([](auto& arm) {
+      const Corbot::ControlInfo_var control = arm.Control();
+      return static_cast<bool>(control->held);
+    });
+  } catch (const Failure&) {
+    return false;
+  }
+}
+
+/// Stops a robot on this machine at once, also where its servant does not answer, which is needed for the rest; and at
+/// once asks that, also where the task does not confirm the stop.
+void hold(const ClientOptions& options, const Request& request) {
+  const std::string here = robot_here(options.robot);
+  std::future<bool> stopping =
+      std::async(std::launch::async, [&] { return is_stopped_here(here, options.timeout_s); });
+  bool is_counted = false;
+  try {
+    Client client(find_robot(options.robot), options.timeout_s);
+    try {
+      client.perform(request);
+    } catch (const Failure&) {
+      is_counted = is_held(client);
+      throw;
+    }
   } catch (const Failure& failure) {
-    if (!stopped) throw;
+    const bool stopped = stopping.get();
+    if (!stopped || is_counted) throw;
     throw Failure(failure.code(), fmt::format("the arm was stopped, but is NOT HELD: {}", failure.what()));
   }
 }

@@ -76,7 +76,10 @@ bool report(Stopping& stopping) {
 void stop_all(const std::string& robot, double timeout_s) {
   if (!robot.empty()) throw Failure(ExitCode::kUsage, "stop: --all and --robot exclude each other");
   const auto names = robots_here();
-  if (names.empty()) throw Failure(ExitCode::kUnreachable, "no robot is up on this machine: nothing to stop");
+  if (names.empty()) {
+    throw Failure(ExitCode::kUnreachable, fmt::format("no robot is up on this machine ({}): nothing to stop",
+                                                      client::where_looked()));
+  }
   std::list<Stopping> all;
   for (const std::string& name : names) {
     const std::vector<std::string> command{

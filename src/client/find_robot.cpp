@@ -33,8 +33,8 @@ Address from_corbaloc(const std::string& uri) {
 Address from_state(const std::string& name) {
   const auto state = read_state(name);
   if (!is_up(name) || !state) {
-    throw Failure(ExitCode::kUnreachable,
-                  fmt::format("no robot named '{}' is up on this machine: {}", name, kHowToStart));
+    throw Failure(ExitCode::kUnreachable, fmt::format("no robot named '{}' is up on this machine ({}): {}",
+                                                      name, where_looked(name), kHowToStart));
   }
   if (state->address.empty()) {
     throw Failure(ExitCode::kUnreachable, fmt::format("'{}' is still starting: try again in a moment", name));
@@ -77,7 +77,8 @@ Address find_robot(const std::string& robot) {
     const auto names = robots_up();
     if (names.size() == 1) return from_state(names[0]);
     if (names.empty()) {
-      throw Failure(ExitCode::kUnreachable, fmt::format("no robot is up on this machine: {}", kHowToStart));
+      throw Failure(ExitCode::kUnreachable,
+                    fmt::format("no robot is up on this machine ({}): {}", where_looked(), kHowToStart));
     }
     throw Failure(ExitCode::kUsage, fmt::format("{} robots are up: say which with --robot {}", names.size(),
                                                 fmt::join(names, " | ")));

@@ -2,6 +2,7 @@
 #include "client/local_robots.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -21,16 +22,50 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-/// Names of the robots that have a state file, sorted: those that are up, or those that are not.
-std::vector<std::string> robots_of_files(bool up) {
+bool is_up_in(const fs::path& directory, const std::string& name) {
+  if (!is_name(name)) return false;
+  const int fd = open_lock(directory, name, O_RDONLY);
+  if (fd < 0) return false;
+  const bool free = ::flock(fd, LOCK_SH | LOCK_NB) == 0;
+  ::close(fd);
+  return !free;
+}
+
+/// Names of the robots that have a state file there, sorted: those that are up, or those that are not.
+std::vector<std::string> robots_of_files(const fs::path& directory, bool up) {
   std::vector<std::string> names;
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(state_directory(false), error)) {
+  for (const auto& entry : fs::directory_iterator(directory, error)) {
     const std::string name = entry.path().stem().string();
-    if (entry.path().extension() == ".json" && is_name(name) && is_up(name) == up) names.push_back(name);
+    if (entry.path().extension() == ".json" && is_name(name) && is_up_in(directory, name) == up)
+      names.push_back(name);
   }
   std::sort(names.begin(), names.end());
   return names;
+}
+
+std::optional<RobotState> read_state_in(const fs::path& directory, const std::string& name) {
+  if (!is_name(name)) return std::nullopt;
+  std::ifstream stream(directory / (name + ".json"));
+  if (!stream) return std::nullopt;
+  const json data = json::parse(stream, nullptr, false);
+  if (!data.is_object()) return std::nullopt;
+  RobotState state;
+  try {
+    state.name = data.at("name").get<std::string>();
+    state.pid = data.at("pid").get<pid_t>();
+    state.profile = data.value("profile", "");
+    state.profile_in_use = (directory / (name + ".toml")).string();
+    state.endpoint = data.value("endpoint", "");
+    state.address = data.value("address", "");
+    state.orb = data.value("orb", "");
+    state.rt_pid = data.value("rt_pid", 0);
+    state.servant_pid = data.value("servant_pid", 0);
+    state.naming = data.value("naming", "");
+  } catch (const json::exception&) {
+    return std::nullopt;
+  }
+  return state;
 }
 
 }  // namespace
@@ -49,40 +84,28 @@ int open_lock(const fs::path& directory, const std::string& name, int flags) {
 }
 
 std::optional<RobotState> read_state(const std::string& name) {
-  if (!is_name(name)) return std::nullopt;
-  std::ifstream stream(state_directory(false) / (name + ".json"));
-  if (!stream) return std::nullopt;
-  const json data = json::parse(stream, nullptr, false);
-  if (!data.is_object()) return std::nullopt;
-  RobotState state;
-  try {
-    state.name = data.at("name").get<std::string>();
-    state.pid = data.at("pid").get<pid_t>();
-    state.profile = data.value("profile", "");
-    state.profile_in_use = (state_directory(false) / (name + ".toml")).string();
-    state.endpoint = data.value("endpoint", "");
-    state.address = data.value("address", "");
-    state.orb = data.value("orb", "");
-    state.rt_pid = data.value("rt_pid", 0);
-    state.servant_pid = data.value("servant_pid", 0);
-    state.naming = data.value("naming", "");
-  } catch (const json::exception&) {
-    return std::nullopt;
+  return read_state_in(state_directory(false), name);
+}
+
+std::string where_looked(const std::string& name) {
+  std::string text = fmt::format("looked in {}", user_run_directory());
+  for (const std::string& other : other_user_run_directories()) {
+    if (!is_user_run_directory(other)) continue;
+    for (const std::string& robot : robots_of_files(other, true)) {
+      const auto state = name.empty() || robot == name ? read_state_in(other, robot) : std::nullopt;
+      if (!state || state->address.empty()) continue;
+      text +=
+          fmt::format("; '{}' is up with its files in {}, that is, with another XDG_RUNTIME_DIR: --robot {}",
+                      robot, other, state->address);
+    }
   }
-  return state;
+  return text;
 }
 
-bool is_up(const std::string& name) {
-  if (!is_name(name)) return false;
-  const int fd = open_lock(state_directory(false), name, O_RDONLY);
-  if (fd < 0) return false;
-  const bool free = ::flock(fd, LOCK_SH | LOCK_NB) == 0;
-  ::close(fd);
-  return !free;
-}
+bool is_up(const std::string& name) { return is_up_in(state_directory(false), name); }
 
-std::vector<std::string> robots_up() { return robots_of_files(true); }
+std::vector<std::string> robots_up() { return robots_of_files(state_directory(false), true); }
 
-std::vector<std::string> robots_with_stale_state() { return robots_of_files(false); }
+std::vector<std::string> robots_with_stale_state() { return robots_of_files(state_directory(false), false); }
 
 }  // namespace corbot::client

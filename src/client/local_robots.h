@@ -33,6 +33,10 @@ struct RobotState {
 /// The state as the supervisor last wrote it, whether it lives or not; nothing when there is no such file.
 [[nodiscard]] std::optional<RobotState> read_state(const std::string& name);
 
+/// "looked in DIRECTORY", and which robots are up whose files are where this user has them under another
+/// XDG_RUNTIME_DIR; of that name, or of any. For messages.
+[[nodiscard]] std::string where_looked(const std::string& name = "");
+
 /// Does a supervisor of that robot live?
 [[nodiscard]] bool is_up(const std::string& name);
 

@@ -113,6 +113,7 @@ class Robot final : private LinkListener {
   CountedStop count_stop(const LivingTask& task);
   void await_stop(const LivingTask& task, const CountedStop& stop, const Wanted& wanted);
   std::uint64_t count_hold(std::string by);
+  void await_all_requested(bool hold);
   void await_hold(std::uint64_t count);
   /// Returns where the motion is done, throws CallError otherwise.
   void report_end(const std::optional<Ticket>& ticket) const;

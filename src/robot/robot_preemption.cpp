@@ -12,6 +12,18 @@ namespace {
 constexpr double kSettle_s = 10.0;  // for what the task does at once, or as fast as the arm's limits allow
 constexpr std::chrono::seconds kReportsRead{1};
 
+/// Waits for a hold that has been counted; who does not hear that it is carried out hears that.
+template <class Await>
+void confirm_hold(Await&& await) {
+  try {
+    await();
+  } catch (const CallError& refused) {
+    if (refused.error.status != CORBOT_NOT_READY) throw;
+    throw not_ready(
+        fmt::format("{}; the hold is counted, and takes effect when a task runs", refused.error.text));
+  }
+}
+
 }  // namespace
 
 Robot::CountedStop Robot::count_stop(const LivingTask& task) {
@@ -52,6 +64,11 @@ void Robot::request_stop_and_hold(std::string by) {
 }
 
 void Robot::await_requested_stops(bool hold) {
+  if (hold) return confirm_hold([this] { await_all_requested(true); });
+  await_all_requested(false);
+}
+
+void Robot::await_all_requested(bool hold) {
   const LivingTask task = task_.connected();
   CountedStop newest{};
   std::uint64_t newest_hold = 0;
@@ -77,8 +94,10 @@ void Robot::await_hold(std::uint64_t count) {
 
 void Robot::stop_and_hold(std::string by) {
   const std::uint64_t count = count_hold(std::move(by));
-  stop();
-  await_hold(count);
+  confirm_hold([&] {
+    stop();
+    await_hold(count);
+  });
 }
 
 /// A Clear has taken back what the task had carried out by then; another may have got further.

@@ -91,6 +91,18 @@ std::string user_run_directory() {
                                                : "/tmp/corbot-" + std::to_string(::geteuid());
 }
 
+std::vector<std::string> other_user_run_directories() {
+  const std::string user = std::to_string(::geteuid());
+  std::vector<std::string> others{"/run/user/" + user + "/corbot", "/tmp/corbot-" + user};
+  std::erase(others, user_run_directory());
+  return others;
+}
+
+bool is_user_run_directory(const std::string& path) noexcept {
+  struct stat status {};
+  return ::lstat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && is_private(status);
+}
+
 Descriptor open_user_run_directory(bool create) {
   const std::string path = user_run_directory();
   Descriptor fd = open_directory(path, create);

@@ -16,6 +16,10 @@ namespace corbot {
 
 /// $XDG_RUNTIME_DIR/corbot or /tmp/corbot-UID: where this user's robots have their files while they are up.
 [[nodiscard]] std::string user_run_directory();
+/// The same under another XDG_RUNTIME_DIR: that of a login session, and none.
+[[nodiscard]] std::vector<std::string> other_user_run_directories();
+/// Of this user's, and open to no other; false where there is none.
+[[nodiscard]] bool is_user_run_directory(const std::string& path) noexcept;
 /// Of this user's, and open to no other; created with mode 0700 if `create`. None when there is none. Throws
 /// SegmentError.
 [[nodiscard]] Descriptor open_user_run_directory(bool create);

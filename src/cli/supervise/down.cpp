@@ -31,7 +31,8 @@ std::string only_robot() {
   const auto names = robots_up();
   if (names.size() == 1) return names[0];
   if (names.empty()) {
-    std::string text = "no robot is up on this machine: nothing to end";
+    std::string text =
+        fmt::format("no robot is up on this machine ({}): nothing to end", client::where_looked());
     for (const std::string& name : stale_robots())
       text += fmt::format("; stale after a crash: {0}: 'corbot down --name {0}'", name);
     throw Failure(ExitCode::kUnreachable, text);
@@ -77,7 +78,8 @@ void down(const std::string& wanted) {
   }
   if (!is_up(name)) {
     if (!remove_stale(name)) {
-      throw Failure(ExitCode::kUnreachable, fmt::format("no robot named '{}' is up on this machine", name));
+      throw Failure(ExitCode::kUnreachable, fmt::format("no robot named '{}' is up on this machine ({})",
+                                                        name, client::where_looked(name)));
     }
     fmt::print("{} was not up; its stale files are removed\n", name);
     return;

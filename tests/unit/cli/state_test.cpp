@@ -56,6 +56,44 @@ class State : public testing::Test {
   fs::path runtime_;
 };
 
+/// As in two shells, of which one has XDG_RUNTIME_DIR.
+TEST_F(State, ARobotOfAnotherRuntimeDirectoryIsPointedTo) {
+  const std::string name = "two-shells-" + std::to_string(::getpid());
+  ::unsetenv("XDG_RUNTIME_DIR");
+  const fs::path there = client::state_directory(false);
+  auto lock = StateLock::acquire(name);
+  ASSERT_TRUE(lock);
+  lock->write(sample(name));
+  ::setenv("XDG_RUNTIME_DIR", runtime_.c_str(), 1);
+  for (const std::string& asked : {std::string(), name}) {
+    try {
+      (void)find_robot(asked);
+      ADD_FAILURE() << "found";
+    } catch (const Failure& failure) {
+      EXPECT_THAT(failure.what(), HasSubstr("looked in " + (runtime_ / "corbot").string()));
+      EXPECT_THAT(
+          failure.what(),
+          HasSubstr("'" + name + "' is up with its files in " + there.string() +
+                    ", that is, with another XDG_RUNTIME_DIR: --robot corbaloc::127.0.0.1:12810/" + name));
+    }
+  }
+  try {
+    (void)find_robot(name + "b");
+    ADD_FAILURE() << "found";
+  } catch (const Failure& failure) {
+    EXPECT_THAT(failure.what(), testing::Not(HasSubstr("is up with its files"))) << "another one's name";
+  }
+  ::unsetenv("XDG_RUNTIME_DIR");
+  lock.reset();
+  ::setenv("XDG_RUNTIME_DIR", runtime_.c_str(), 1);
+  try {
+    (void)find_robot(name);
+    ADD_FAILURE() << "found";
+  } catch (const Failure& failure) {
+    EXPECT_THAT(failure.what(), testing::Not(HasSubstr("is up with its files")));
+  }
+}
+
 TEST_F(State, IsFoundWhileItsSupervisorLives) {
   {
     auto lock = StateLock::acquire("a1");
