@@ -256,6 +256,21 @@ TEST_F(Namesake, ARobotElsewhereThatDoesNotAnswerIsNotTheOneHere) {
   }
 }
 
+TEST_F(Answers, RecordTakesNoLocalRobotForOneElsewhere) {
+  up();
+  const std::string file = (directory_ / "r.csv").string();
+  const std::string port = std::to_string(port_);
+  for (const std::string& robot : {"127.0.0.2:" + port + "/" + name_,
+                                   "corbaloc::192.0.2.1:" + port + "/" + name_, std::string("IOR:00")}) {
+    const RunResult result = corbot({"record", file, "--for", "0.1", "--robot", robot});
+    EXPECT_EQ(result.code, 2) << result.errors;
+    EXPECT_THAT(result.errors, HasSubstr("supervises here"));
+    EXPECT_FALSE(fs::exists(file));
+  }
+  EXPECT_EQ(corbot({"record", file, "--for", "0.1", "--robot", "127.0.0.1:" + port + "/" + name_}).code, 0);
+  EXPECT_TRUE(fs::exists(file));
+}
+
 TEST_F(Answers, WhereARobotWasLookedForIsSaid) {
   up();
   const fs::path other = directory_ / "other";

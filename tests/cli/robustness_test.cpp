@@ -305,21 +305,6 @@ TEST_F(Robustness, StopAllSaysWhichRobotDidNotStop) {
   EXPECT_THAT(result.errors, HasSubstr("1 of 1 robots did not confirm the stop: " + name_));
 }
 
-TEST_F(Robustness, RecordTakesNoLocalRobotForOneElsewhere) {
-  up();
-  const std::string file = (directory_ / "r.csv").string();
-  const std::string port = std::to_string(port_);
-  for (const std::string& robot : {"127.0.0.2:" + port + "/" + name_,
-                                   "corbaloc::192.0.2.1:" + port + "/" + name_, std::string("IOR:00")}) {
-    const RunResult result = corbot({"record", file, "--for", "0.1", "--robot", robot});
-    EXPECT_EQ(result.code, 2) << result.errors;
-    EXPECT_THAT(result.errors, HasSubstr("supervises here"));
-    EXPECT_FALSE(fs::exists(file));
-  }
-  EXPECT_EQ(corbot({"record", file, "--for", "0.1", "--robot", "127.0.0.1:" + port + "/" + name_}).code, 0);
-  EXPECT_TRUE(fs::exists(file));
-}
-
 TEST_F(Robustness, WhatIsWrongWithAnAddressIsNotAVersion) {
   for (const char* robot : {"IOR:", "IOR:0", "IOR:zz", "IOR:0102", "IOR:ffffffffffffffffffffffff",
                             "IOR:000000000000002049444c3a", "IOR:010000000100000000000000ffffffff"}) {
