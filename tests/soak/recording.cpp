@@ -17,8 +17,6 @@ namespace {
 constexpr double kRounding_deg = 3.0 * kAngleDigit_deg;  // of two recorded angles
 /// After a longer gap the servos have come to rest, see rt/cycle/liveness.h.
 constexpr std::int64_t kRestartPeriods = 5;
-/// Two movements with less rest between them are one.
-constexpr std::int64_t kOneMovement_ns = 20'000'000;
 
 }  // namespace
 
@@ -95,8 +93,7 @@ void Recording::note_movement(const Row& row) {
   for (std::size_t i = 0; i < arm_.dof; ++i)
     moved = moved || std::abs(row.theta_deg[i] - last_.theta_deg[i]) > kRounding_deg;
   if (!moved) return;
-  if (moving_.empty() || row.time_ns - moving_.back().end_ns > kOneMovement_ns)
-    moving_.push_back({row.time_ns, row.time_ns});
+  if (moving_.empty() || last_.time_ns > moving_.back().end_ns) moving_.push_back({row.time_ns, row.time_ns});
   moving_.back().end_ns = row.time_ns;
 }
 

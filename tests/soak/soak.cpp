@@ -11,11 +11,13 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <random>
 
 #include "config/load_profile.h"
+#include "soak/kept.h"
 #include "soak/stage.h"
 #include "soak/stall_watch.h"
 #include "soak/verdict.h"
@@ -44,10 +46,10 @@ class Soak {
       if (!back_) return false;
       if (i - looked < kFaultsBetweenLooks || i >= faults) continue;
       looked = i;
-      if (!look(false)) return false;
+      good_ = look(false) && good_;
     }
     idle(1.0);  // what the last fault killed is dead by now, and is begun again
-    return stage_.recover() && look(true);
+    return stage_.recover() && look(true) && good_;
   }
 
   [[nodiscard]] const std::vector<Break>& breaks() const { return breaks_; }
@@ -75,7 +77,7 @@ class Soak {
       what += (what.empty() ? "" : " + ") + broken.back().what;
       ++counts_[broken.back().what];
     }
-    stage_.keep(fmt::format("{} step {}: {}", now_ns(), steps_, what));
+    stage_.keep(fmt::format("# {} step {}: {}", now_ns(), steps_, what));
     if (verbose_) fmt::print("{:.1f} s, step {}: {}\n", seconds(start_ns_, now_ns()), steps_, what);
     std::fflush(stdout);
     if (stops == 2) stage_.stop_by_command();
@@ -222,6 +224,7 @@ class Soak {
   std::mt19937_64 random_;
   bool verbose_;
   bool back_{true};
+  bool good_{true};
   std::vector<Break> breaks_;
   std::map<std::string, int> counts_;
 };
@@ -256,6 +259,18 @@ void print(const Evidence& evidence, const Verdict& verdict) {
       evidence.stalls.size(), stalled_s, verdict.longest_silence_s);
 }
 
+int report(const Evidence& evidence, bool good) {
+  const Verdict verdict = judge(evidence);
+  print(evidence, verdict);
+  constexpr std::size_t kShown = 40;
+  for (std::size_t i = 0; i < std::min(kShown, verdict.faults.size()); ++i)
+    fmt::print("FAULT {}\n", verdict.faults[i]);
+  if (verdict.faults.size() > kShown) fmt::print("and {} more faults\n", verdict.faults.size() - kShown);
+  const bool passed = good && verdict.faults.empty() && verdict.whole_motions > 0;
+  fmt::print("{}\n", passed ? "passed" : "FAILED");
+  return passed ? 0 : 1;
+}
+
 int run(int faults, std::uint64_t seed, bool verbose, const StageOptions& options) {
   const Profile profile = load_profile(options.profile);
   fmt::print("{} faults, --seed {}, --orb {}\n", faults, seed, options.orb);
@@ -267,18 +282,21 @@ int run(int faults, std::uint64_t seed, bool verbose, const StageOptions& option
   const std::string left = stage.take_down();
   const Evidence evidence{profile,        stage.ledger(), stage.recording(), soak.breaks(),
                           watch.stalls(), stage.clears(), stage.restarts()};
-  const Verdict verdict = judge(evidence);
+  write_circumstances(evidence, [&](const std::string& line) { stage.keep(line); });
   for (const auto& [what, count] : soak.counts()) fmt::print("{:6} {}\n", count, what);
-  print(evidence, verdict);
   fmt::print("{}\n", stage.rest_summary());
   if (!left.empty()) fmt::print("left behind:\n{}", left);
-  constexpr std::size_t kShown = 40;
-  for (std::size_t i = 0; i < std::min(kShown, verdict.faults.size()); ++i)
-    fmt::print("FAULT {}\n", verdict.faults[i]);
-  if (verdict.faults.size() > kShown) fmt::print("and {} more faults\n", verdict.faults.size() - kShown);
-  const bool passed = good && left.empty() && verdict.faults.empty() && verdict.whole_motions > 0;
-  fmt::print("{}\n", passed ? "passed" : "FAILED");
-  return passed ? 0 : 1;
+  return report(evidence, good && left.empty());
+}
+
+int judge_again(const std::string& file, const StageOptions& options) {
+  const Profile profile = load_profile(options.profile);
+  std::ifstream stream(file);
+  if (!stream) throw std::runtime_error(file + " cannot be read");
+  Kept kept(profile);
+  kept.read(stream);
+  return report({profile, kept.ledger, kept.recording, kept.breaks, kept.stalls, kept.clears, kept.restarts},
+                true);
 }
 
 }  // namespace
@@ -298,17 +316,20 @@ int main(int argc, char** argv) {
   app.add_option("--orb", options.orb)->check(CLI::IsMember({"omniorb", "orbit2"}))->capture_default_str();
   app.add_option("--profile", options.profile, "of the robot")->capture_default_str();
   app.add_option("--keep", options.kept, "keeps in this file what was broken, called and recorded");
+  std::string judged;
+  app.add_option("--judge", judged, "runs nothing, and judges such a file");
   app.add_flag("--verbose", verbose, "say what is broken as it is");
   CLI11_PARSE(app, argc, argv);
   std::string scratch = here / "soak-XXXXXX";
-  options.scratch = ::mkdtemp(scratch.data());
+  if (judged.empty()) options.scratch = ::mkdtemp(scratch.data());
   ::signal(SIGPIPE, SIG_IGN);
   int status = 1;
   try {
-    status = corbot::soak::run(faults, seed, verbose, options);
+    status = judged.empty() ? corbot::soak::run(faults, seed, verbose, options)
+                            : corbot::soak::judge_again(judged, options);
   } catch (const std::exception& error) {
     fmt::print("FAILED: {}\n", error.what());
   }
-  std::filesystem::remove_all(options.scratch);
+  if (!options.scratch.empty()) std::filesystem::remove_all(options.scratch);
   return status;
 }

@@ -97,7 +97,7 @@ void Stage::start_supervisor() {
         std::vector<std::string>{options_.binaries + "/corbot", "up", options_.profile, "--name", name_,
                                  "--endpoint", fmt::format("127.0.0.1:{}", port_), "--orb", options_.orb},
         environment());
-    keep(fmt::format("{} corbot up", now_ns()));
+    keep(fmt::format("# {} corbot up", now_ns()));
     if (up_->wait_line(name_ + " is up", within(kMinute_s))) return;
     if (test::Deadline::clock::now() > deadline)
       throw std::runtime_error(fmt::format("corbot up does not come up: {}", up_->errors()));
@@ -191,7 +191,7 @@ void Stage::read_announcements() {
        end = log.find('\n', announced_)) {
     const std::string line = log.substr(announced_, end - announced_);
     announced_ = end + 1;
-    keep(fmt::format("{} {}", now_ns(), line));
+    keep(fmt::format("# {} {}", now_ns(), line));
     constexpr std::string_view kAgain = "starting it again in ";
     const std::size_t again = line.find(kAgain);
     if (again != std::string::npos && line.find("real-time task") != std::string::npos)
@@ -200,20 +200,25 @@ void Stage::read_announcements() {
 }
 
 void Stage::keep(const std::string& line) {
-  if (kept_.is_open()) kept_ << "# " << line << std::endl;
+  if (kept_.is_open()) kept_ << line << std::endl;
+}
+
+void Stage::report(const std::string& line) {
+  keep("c " + line);
+  ledger_.read(kByCommand, line);
 }
 
 bool Stage::resume() {
   const int number = ++commands_;
-  ledger_.read(kByCommand, fmt::format("begin {} {} Resume 0 0", number, now_ns()));
+  report(fmt::format("begin {} {} Resume 0 0", number, now_ns()));
   const bool done = corbot({"resume", "--robot", name_}).code == 0;
-  ledger_.read(kByCommand, fmt::format("end {} {} {} 0", number, now_ns(), done ? "ok" : "refused"));
+  report(fmt::format("end {} {} {} 0", number, now_ns(), done ? "ok" : "refused"));
   return done;
 }
 
 void Stage::stop_by_command() {
   const int number = ++commands_;
-  ledger_.read(kByCommand, fmt::format("begin {} {} {} 0 0", number, now_ns(), kLocalStop));
+  report(fmt::format("begin {} {} {} 0 0", number, now_ns(), kLocalStop));
   stops_.push_back(
       {number, test::Process({options_.binaries + "/corbot", "stop", "--robot", name_}, environment())});
 }
@@ -222,8 +227,7 @@ void Stage::read_stops() {
   stops_.remove_if([&](StopCommand& stop) {
     if (stop.process.running()) return false;
     const bool confirmed = stop.process.wait(test::within(0)).value_or(-1) == 0;
-    ledger_.read(kByCommand,
-                 fmt::format("end {} {} {} 0", stop.number, now_ns(), confirmed ? "ok" : "unconfirmed"));
+    report(fmt::format("end {} {} {} 0", stop.number, now_ns(), confirmed ? "ok" : "unconfirmed"));
     return true;
   });
 }
@@ -233,7 +237,6 @@ void Stage::clear(const std::string& cause) {
   clear.done = corbot({"clear", "--robot", name_}).code == 0;
   clear.end_ns = now_ns();
   clears_.push_back(clear);
-  keep(fmt::format("{} clear, {}: {}", clear.begin_ns, clear.done ? "done" : "refused", cause));
 }
 
 bool Stage::recover() {

@@ -53,7 +53,7 @@ class Stage {
   /// Tickets of accepted motions, of this supervisor's robot, that it does not know, though they are of the last thousand;
   /// and, `ended`, those that have not ended although the robot is at rest. Empty when there are none.
   std::vector<std::string> wrong_tickets(bool ended);
-  /// A line for the file that is kept.
+  /// A line for the file that is kept, see kept.h.
   void keep(const std::string& line);
   /// `corbot stop`, not waited for.
   void stop_by_command();
@@ -98,6 +98,7 @@ class Stage {
   void start_recorder();
   void read_lines(test::Process& process, std::size_t& read, int client);
   bool resume();
+  void report(const std::string& line);  ///< of a call that this makes itself
   void read_announcements();
   void read_stops();
   void clear(const std::string& cause);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include <sstream>
+
 #include "soak/judge_fixture.h"
+#include "soak/kept.h"
 
 namespace corbot::soak {
 namespace {
@@ -19,6 +22,29 @@ TEST_F(Judge, FindsNothingInAGoodRun) {
   const Verdict found = verdict();
   EXPECT_THAT(found.faults, IsEmpty());
   EXPECT_EQ(found.whole_motions, 2);
+}
+
+TEST_F(Judge, JudgesAgainWhatWasKept) {
+  const Break broken{{7, 9}, "freeze client", 3};
+  const Clear clear{{11, 12}, "141 gap\n133 held", false};
+  std::string text =
+      "0 cycle,time_ns\n# for a reader\n2 begin 1 5 Stop 0 0\nc begin 1 6 corbot-stop 0 0\nc end 1 8 ok 0\n";
+  write_circumstances({profile_, ledger_, recording_, {broken}, {{1, 2}}, {clear}, {{4, 0.8}}},
+                      [&](const std::string& line) { text += line + "\n"; });
+  std::istringstream stream(text);
+  Kept kept(profile_);
+  kept.read(stream);
+  ASSERT_EQ(kept.ledger.calls().size(), 2u);
+  EXPECT_EQ(kept.ledger.calls()[0].client, 2);
+  EXPECT_EQ(kept.ledger.calls()[1].operation, kLocalStop);
+  ASSERT_EQ(kept.breaks.size(), 1u);
+  EXPECT_EQ(kept.breaks[0].what, "freeze client");
+  EXPECT_EQ(kept.breaks[0].client, 3);
+  ASSERT_EQ(kept.clears.size(), 1u);
+  EXPECT_EQ(kept.clears[0].cause, clear.cause);
+  EXPECT_FALSE(kept.clears[0].done);
+  EXPECT_EQ(kept.stalls.at(0).end_ns, 2);
+  EXPECT_EQ(kept.restarts.at(0).back_off_s, 0.8);
 }
 
 TEST_F(Judge, SeesAMotionThatIsCarriedOutTwice) {
