@@ -26,6 +26,10 @@ class AtMostOnce : public RobotRig, public ::testing::WithParamInterface<ClientK
   }
   void TearDown() override {
     client_.stop();
+    if (proxy_) {
+      EXPECT_GT(proxy_->replies(), 0);
+      EXPECT_EQ(proxy_->forwards(), 0) << "whose connection is lost may send a call again";
+    }
     proxy_.reset();
     if (rt_) RobotRig::TearDown();
   }

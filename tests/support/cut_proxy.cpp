@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "support/giop_message.h"
 #include "support/silence.h"
 
 namespace corbot::test {
@@ -26,7 +27,9 @@ sockaddr_in loopback(int port) {
   return address;
 }
 
-bool send_all(int to, const char* bytes, std::size_t count) {
+bool send_all(int to, const std::string& text) {
+  const char* bytes = text.data();
+  std::size_t count = text.size();
   while (count > 0) {
     const ssize_t sent = ::send(to, bytes, count, MSG_NOSIGNAL);
     if (sent <= 0) return false;
@@ -88,6 +91,12 @@ void CutProxy::fall_silent() {
   }
 }
 
+void CutProxy::cut_at(CutPoint point) {
+  const std::lock_guard lock(mutex_);
+  is_cut_ = false;
+  point_ = std::move(point);
+}
+
 void CutProxy::run() {
   while (!end_) {
     std::vector<pollfd> polled{{listening_, POLLIN, 0}, {wake_, POLLIN, 0}};
@@ -129,15 +138,55 @@ bool CutProxy::relay(Line& line, int from) {
   const ssize_t count = ::recv(from, bytes, sizeof(bytes), MSG_DONTWAIT);
   if (count < 0) return errno == EAGAIN || errno == EWOULDBLOCK;
   if (count == 0) return false;
-  if (from == line.server) return holds_ || send_all(line.client, bytes, static_cast<std::size_t>(count));
+  if (from == line.server) {
+    line.replies.append(bytes, static_cast<std::size_t>(count));
+    return pass_replies(line);
+  }
   line.sent.append(bytes, static_cast<std::size_t>(count));
-  return send_all(line.server, bytes, static_cast<std::size_t>(count));
+  line.requests.append(bytes, static_cast<std::size_t>(count));
+  return pass_requests(line);
+}
+
+bool CutProxy::pass_requests(Line& line) {
+  if (!point_) return send_all(line.server, std::exchange(line.requests, {}));
+  while (const auto message = take_message(line.requests)) {
+    if (point_ && is_request_of(*message, point_->operation)) {
+      if (point_->part == CutPoint::Part::kRequest) return cut_in(line, line.server, *message);
+      line.is_reply_to_be_cut = true;
+    }
+    if (!send_all(line.server, *message)) return false;
+  }
+  return true;
+}
+
+bool CutProxy::pass_replies(Line& line) {
+  while (const auto message = take_message(line.replies)) {
+    if (is_forward(*message)) ++forwards_;
+    if (is_reply(*message)) {
+      ++replies_;
+      if (point_ && line.is_reply_to_be_cut) return cut_in(line, line.client, *message);
+    }
+    if (!holds_ && !send_all(line.client, *message)) return false;
+  }
+  return true;
+}
+
+bool CutProxy::cut_in(Line& line, int to, const std::string& message) {
+  const double passed = point_->share * static_cast<double>(message.size());
+  (void)send_all(to, message.substr(0, static_cast<std::size_t>(passed)));
+  line.resets = point_->resets;
+  point_.reset();
+  is_cut_ = true;
+  return false;
 }
 
 void CutProxy::end(Line& line) {
   sent_before_ += line.sent;
-  ::close(line.client);
-  ::close(line.server);
+  const linger reset{1, 0};
+  for (const int fd : {line.client, line.server}) {
+    if (line.resets) (void)::setsockopt(fd, SOL_SOCKET, SO_LINGER, &reset, sizeof(reset));
+    ::close(fd);
+  }
 }
 
 }  // namespace corbot::test

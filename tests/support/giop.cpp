@@ -129,6 +129,13 @@ void RawConnection::reset() {
 
 void RawConnection::fall_silent() { test::fall_silent(fd_); }
 
+int RawConnection::local_port() const {
+  sockaddr_in address{};
+  socklen_t size = sizeof(address);
+  if (::getsockname(fd_, reinterpret_cast<sockaddr*>(&address), &size) != 0) return 0;
+  return ntohs(address.sin_port);
+}
+
 bool RawConnection::send(const std::string& bytes) {
   for (std::size_t done = 0; done < bytes.size();) {
     const ssize_t n = ::send(fd_, bytes.data() + done, bytes.size() - done, MSG_NOSIGNAL);

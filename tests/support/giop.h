@@ -43,6 +43,8 @@ class RawConnection {
   ~RawConnection();
 
   [[nodiscard]] bool connected() const { return fd_ >= 0; }
+  /// By which the server knows it.
+  [[nodiscard]] int local_port() const;
   /// False when the peer has closed.
   bool send(const std::string& bytes);
   /// The next reply; nothing when the connection ends or the deadline passes first.

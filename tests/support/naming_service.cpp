@@ -34,10 +34,20 @@ std::string NamingService::reference() const {
   return fmt::format("corbaloc::127.0.0.1:{}/NameService", port_);
 }
 
-CORBA::Object_ptr NamingService::resolve(const std::string& robot) const {
+CosNaming::NamingContextExt_ptr NamingService::root() const {
   CORBA::Object_var object = client_orb()->string_to_object(reference().c_str());
-  CosNaming::NamingContextExt_var root = CosNaming::NamingContextExt::_narrow(object);
-  return root->resolve_str(("Robots/" + robot + ".Robot").c_str());
+  return CosNaming::NamingContextExt::_narrow(object);
+}
+
+CORBA::Object_ptr NamingService::resolve(const std::string& robot) const {
+  CosNaming::NamingContextExt_var context = root();
+  return context->resolve_str(("Robots/" + robot + ".Robot").c_str());
+}
+
+void NamingService::bind(const std::string& robot, CORBA::Object_ptr object) const {
+  CosNaming::NamingContextExt_var context = root();
+  CosNaming::Name_var name = context->to_name(("Robots/" + robot + ".Robot").c_str());
+  context->rebind(name, object);
 }
 
 bool NamingService::knows(const std::string& robot) const {

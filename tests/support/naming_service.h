@@ -24,9 +24,13 @@ class NamingService {
   [[nodiscard]] std::string reference() const;
   /// What Robots/<robot>.Robot is bound to; raises what the service raises.
   [[nodiscard]] CORBA::Object_ptr resolve(const std::string& robot) const;
+  /// Binds Robots/<robot>.Robot to it, beside what is bound there.
+  void bind(const std::string& robot, CORBA::Object_ptr object) const;
   [[nodiscard]] bool knows(const std::string& robot) const;
 
  private:
+  [[nodiscard]] CosNaming::NamingContextExt_ptr root() const;
+
   int port_;
   std::string logs_;
   std::unique_ptr<Process> process_;
