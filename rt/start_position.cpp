@@ -74,17 +74,20 @@ void StartPosition::refuse_impossible(const DevicePosition& device) const {
 
 CycleStart StartPosition::decide(const TaskSegment& segment, const DevicePosition& device, bool forget) {
   Snapshot last{};
-  const bool has_last =
-      last_snapshot(segment, last) && is_in_range(profile_.arm, last.position_rad, kGateTolerance_rad);
+  const bool has_snapshot = last_snapshot(segment, last);
+  const bool has_last = has_snapshot && is_in_range(profile_.arm, last.position_rad, kGateTolerance_rad);
   if (has_last && last.position_fingerprint == fingerprint_ && !was_unpowered_) {
     text_ = fmt::format("where the last real-time task left it{}",
                         slow_note((last.flags & kSnapshotUnverified) != 0));
     return {last.position_rad, last.gripper, (last.flags & kSnapshotUnverified) != 0};
   }
-  const std::optional<LastPosition> saved = has_last ? by_pulses(last) : forget ? std::nullopt : read();
+  const Saved file = has_last ? Saved{} : read();
+  const std::optional<LastPosition> saved = has_last ? by_pulses(last)
+                                            : forget ? std::nullopt
+                                                     : file.position;
   const std::optional<CycleStart> reported = from_device(device, saved);
   CycleStart start = reported ? *reported : has_last ? left_by(last, *saved) : assumed(saved);
-  start.held = saved && saved->held;
+  start.held = file.held || (has_snapshot && (last.flags & kSnapshotHeld) != 0);
   start.outranks_segment = true;
   return start;
 }
@@ -115,16 +118,18 @@ CycleStart StartPosition::left_by(const Snapshot& last, const LastPosition& at) 
   return {at.position_rad, at.opening, true};
 }
 
-std::optional<LastPosition> StartPosition::read() const {
+StartPosition::Saved StartPosition::read() const {
   if (!store_) {
     spdlog::warn("no directory for the last position: set CORBOT_STATE_DIR or HOME, or give --state-dir");
-    return std::nullopt;
+    return {};
   }
   try {
-    return store_->load(profile_.arm);
+    const std::optional<LastPosition> position = store_->load(profile_.arm);
+    return {position, position && position->held};
   } catch (const PositionError& error) {
-    spdlog::warn("the last position is rejected: {}", error.what());
-    return std::nullopt;
+    spdlog::warn("the last position is rejected: {}{}", error.what(),
+                 error.held() ? "; the arm is still held by a StopAndHold" : "");
+    return {std::nullopt, error.held()};
   }
 }
 

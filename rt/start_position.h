@@ -35,7 +35,12 @@ class StartPosition {
   [[nodiscard]] CycleStart decide(const TaskSegment& segment, const DevicePosition& device, bool forget);
   [[nodiscard]] LastPosition by_pulses(const Snapshot& last) const;
   [[nodiscard]] CycleStart left_by(const Snapshot& last, const LastPosition& at);
-  [[nodiscard]] std::optional<LastPosition> read() const;
+  /// Of the file.
+  struct Saved {
+    std::optional<LastPosition> position{};  ///< nothing: there is none, or it was rejected
+    bool held{};
+  };
+  [[nodiscard]] Saved read() const;
   [[nodiscard]] std::optional<CycleStart> from_device(const DevicePosition& device,
                                                       const std::optional<LastPosition>& saved);
   [[nodiscard]] CycleStart assumed(const std::optional<LastPosition>& saved);

@@ -29,6 +29,16 @@ void AlarmLog::add(std::int32_t code, bool active, const std::string& text) {
   push({std::chrono::duration<double>(now).count(), code, active, text});
 }
 
+void AlarmLog::add_once(const AlarmEvent& event, const std::string& text) {
+  const auto code = static_cast<std::int32_t>(event.code);
+  const std::lock_guard lock(mutex_);
+  may_repeat_ = false;
+  const bool is_listed = std::any_of(entries_.begin(), entries_.end(), [&](const Kept& kept) {
+    return kept.entry.active && kept.entry.code == code;
+  });
+  if (!is_listed) push({static_cast<double>(event.time_ns) * 1e-9, code, true, text});
+}
+
 void AlarmLog::inherit(const std::vector<AlarmEntry>& former) {
   const std::lock_guard lock(mutex_);
   const std::deque<Kept> own = std::exchange(entries_, {});

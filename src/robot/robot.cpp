@@ -91,8 +91,8 @@ void Robot::on_completion(const Completion& completion) {
 }
 
 void Robot::on_alarm(const AlarmEvent& alarm) {
-  if (alarm.code == AlarmCode::kHeld)
-    return alarms_.add(static_cast<std::int32_t>(alarm.code), true, held_alarm_text(alarm));
+  // A task that is held begins so again, and the last alarm is read once more by another servant.
+  if (alarm.code == AlarmCode::kHeld) return alarms_.add_once(alarm, held_alarm_text(alarm));
   if (alarm.code != AlarmCode::kCleared) return alarms_.add(alarm);
   alarms_.deactivate();
   clears_reported_ = alarm::cleared_count(alarm);

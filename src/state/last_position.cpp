@@ -80,6 +80,27 @@ Joints read_joints(const toml::table& table, const ArmModel& arm) {
   return joints;
 }
 
+/// All but whose it is.
+LastPosition read_position(const toml::table& table, const ArmModel& arm) {
+  LastPosition position;
+  position.robot = required<std::string>(table, "robot");
+  position.fingerprint = hexadecimal(required<std::string>(table, "profile"));
+  if (position.fingerprint != position_fingerprint(arm))
+    throw PositionError("the profile has changed since it was written");
+  position.boot_id = required<std::string>(table, "boot");
+  if (position.boot_id.size() > kMaxBootId) throw PositionError("boot: too long");
+  position.saved_s = epoch_of(required<toml::date_time>(table, "saved"));
+  position.at_rest = required<bool>(table, "at_rest");
+  if (table.contains("held"))
+    position.held = required<bool>(table, "held");  // not in earlier versions' files
+  position.position_rad = read_joints(table, arm);
+  const toml::node* gripper = table.get("gripper");
+  if (gripper == nullptr) throw PositionError("gripper is missing");
+  position.opening = finite(*gripper, "gripper");
+  if (position.opening < 0.0 || position.opening > 1.0) throw PositionError("gripper: allowed 0 to 1");
+  return position;
+}
+
 toml::table parse(std::string_view text) {
   if (text.size() > kMaxPositionBytes)
     throw PositionError(fmt::format("larger than {} bytes", kMaxPositionBytes));
@@ -135,24 +156,12 @@ LastPosition parse_position(std::string_view text, std::string_view robot, const
   const toml::table table = parse(text);
   if (required<std::int64_t>(table, "format") != kFormat)
     throw PositionError("its format is not known to this version");
-  LastPosition position;
-  position.robot = required<std::string>(table, "robot");
-  if (position.robot != robot) throw PositionError("it is another robot's");
-  position.fingerprint = hexadecimal(required<std::string>(table, "profile"));
-  if (position.fingerprint != position_fingerprint(arm))
-    throw PositionError("the profile has changed since it was written");
-  position.boot_id = required<std::string>(table, "boot");
-  if (position.boot_id.size() > kMaxBootId) throw PositionError("boot: too long");
-  position.saved_s = epoch_of(required<toml::date_time>(table, "saved"));
-  position.at_rest = required<bool>(table, "at_rest");
-  if (table.contains("held"))
-    position.held = required<bool>(table, "held");  // not in earlier versions' files
-  position.position_rad = read_joints(table, arm);
-  const toml::node* gripper = table.get("gripper");
-  if (gripper == nullptr) throw PositionError("gripper is missing");
-  position.opening = finite(*gripper, "gripper");
-  if (position.opening < 0.0 || position.opening > 1.0) throw PositionError("gripper: allowed 0 to 1");
-  return position;
+  if (required<std::string>(table, "robot") != robot) throw PositionError("it is another robot's");
+  try {
+    return read_position(table, arm);
+  } catch (const PositionError& error) {
+    throw PositionError(error.what(), table["held"].value_exact<bool>().value_or(false));
+  }
 }
 
 }  // namespace corbot

@@ -27,7 +27,13 @@ struct LastPosition {
 /// What is wrong with a saved position.
 class PositionError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit PositionError(const std::string& what, bool held = false)
+      : std::runtime_error(what), held_(held) {}
+  /// It is this robot's all the same, and says that a StopAndHold is in force.
+  [[nodiscard]] bool held() const noexcept { return held_; }
+
+ private:
+  bool held_;
 };
 
 inline constexpr std::size_t kMaxPositionBytes = 4096;

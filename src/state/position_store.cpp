@@ -114,7 +114,7 @@ std::optional<LastPosition> PositionStore::load(const ArmModel& arm) const {
   try {
     return parse_position(text, robot_, arm);
   } catch (const PositionError& error) {
-    throw PositionError(file_.string() + ": " + error.what());
+    throw PositionError(file_.string() + ": " + error.what(), error.held());
   }
 }
 

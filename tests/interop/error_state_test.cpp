@@ -64,5 +64,44 @@ TEST_F(ErrorState, ClearWithoutErrorDoesNothing) {
   EXPECT_EQ(arm_->Status(), Corbot::Standby);
 }
 
+/// One alarm, whoever asks for it again, and whichever process is another one meanwhile.
+TEST_F(ErrorState, AHoldIsListedOnceWhileItIsActive) {
+  const auto listed = [&](bool is_active) {
+    int count = 0;
+    for (const Corbot::AlarmInfo& alarm : alarms()) count += alarm.code == 133 && alarm.active == is_active;
+    return count;
+  };
+  const auto is_held = [&] {
+    try {
+      Corbot::ControlInfo_var info = arm_->Control();
+      return info->held && arm_->Status() == Corbot::Error;
+    } catch (const CORBA::SystemException&) {
+      return false;  // the connection to a servant that died; the next call makes a new one
+    }
+  };
+  for (int i = 0; i < 3; ++i) arm_->StopAndHold();
+  EXPECT_EQ(listed(true), 1);
+  servant_->signal(SIGKILL);
+  ASSERT_TRUE(servant_->wait(within(30)));
+  start_servant();
+  if (HasFatalFailure()) return;
+  ASSERT_TRUE(wait_until(within(30), is_held));
+  arm_->StopAndHold();
+  EXPECT_EQ(listed(true), 1);
+  rt_->signal(SIGKILL);
+  ASSERT_TRUE(rt_->wait(within(30)));
+  start_rt();
+  if (HasFatalFailure()) return;
+  ASSERT_TRUE(
+      wait_until(within(30), [&] { return is_held() && raised_by([&] { arm_->StopAndHold(); }).empty(); }));
+  EXPECT_EQ(listed(true), 1);
+  EXPECT_EQ(listed(false), 0);
+  ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }));
+  arm_->StopAndHold();
+  EXPECT_EQ(listed(true), 1) << "another";
+  EXPECT_EQ(listed(false), 1);
+  arm_->Clear();
+}
+
 }  // namespace
 }  // namespace corbot::test

@@ -123,6 +123,41 @@ TEST_F(PowerUp, TheLastPositionIsTakenUpAndTheFirstMotionIsSlow) {
   EXPECT_NEAR(fastest_rate(), 1.0, 1e-9);
 }
 
+/// Whoever asked for it may still stand at the arm.
+TEST_F(PowerUp, AHoldOutlivesAChangeOfTheProfile) {
+  const auto start = [&] {
+    start_rt({"--state-dir", directory_});
+    if (!HasFatalFailure()) start_servant({"--state-dir", directory_});
+    if (HasFatalFailure()) return;
+    ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_ = connect(); }).empty(); }));
+  };
+  write_profile("[backend]\nkind = \"loopback\"\n");
+  power_up();
+  if (HasFatalFailure()) return;
+  arm_->StopAndHold();
+  power_down();
+  std::ifstream stream(profile_);
+  std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  const std::size_t servo = text.find("zero_us = 1500");
+  ASSERT_NE(servo, std::string::npos);
+  std::ofstream(profile_) << text.replace(servo, 14, "zero_us = 1490");
+  for (int i = 0; i < 2; ++i) {
+    start();
+    if (HasFatalFailure()) return;
+    ASSERT_TRUE(wait_for(Corbot::Error));
+    Corbot::ControlInfo_var info = arm_->Control();
+    EXPECT_TRUE(info->held);
+    EXPECT_EQ(raised_by([&] { arm_->Ready(); }), "NotReady");
+    EXPECT_EQ(i == 0, rt_->errors().find("still held by a StopAndHold") != std::string::npos)
+        << rt_->errors();
+    power_down();
+  }
+  start();
+  if (HasFatalFailure()) return;
+  ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }));
+  EXPECT_TRUE(wait_for(Corbot::Standby));
+}
+
 TEST_F(PowerUp, WhenBothAreKilledWhatTheServantKeptIsLeft) {
   write_profile("[backend]\nkind = \"loopback\"\n");
   power_up();

@@ -86,6 +86,31 @@ TEST_F(Position, SaysWhetherTheArmIsHeld) {
   EXPECT_EQ(refusal(changed("held = false", "")), "") << "written by an earlier version";
 }
 
+/// Whoever asked for it may still stand at the arm, however its profile was changed meanwhile.
+TEST_F(Position, IsHeldWhereThePositionItselfIsRejected) {
+  const auto held_in = [&](const std::string& text, const ArmModel& arm) {
+    put(text);
+    try {
+      return store().load(arm)->held;
+    } catch (const PositionError& error) {
+      return error.held();
+    }
+  };
+  Snapshot snapshot{};
+  snapshot.flags = kSnapshotHeld;
+  snapshot.position_fingerprint = position_fingerprint(arm_);
+  const std::string held = position_text(position_of(snapshot, "lynx5"), arm_.dof);
+  const std::string free = position_text(sample(), arm_.dof);
+  ArmModel other = arm_;
+  other.servos[2].zero_us += 1.0;
+  EXPECT_TRUE(held_in(held, arm_));
+  EXPECT_TRUE(held_in(held, other));
+  EXPECT_FALSE(held_in(free, other));
+  std::string another = held;
+  another.replace(another.find("lynx5"), 5, "lynx6");
+  EXPECT_FALSE(held_in(another, other)) << "another robot's";
+}
+
 TEST_F(Position, AtTheVeryEndsOfTheRangesIsAccepted) {
   LastPosition position = sample();
   for (std::size_t i = 0; i < arm_.dof; ++i) position.position_rad[i] = arm_.joints[i].upper_rad;
