@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <future>
 
+#include "cli/force_release.h"
 #include "cli/local_stop.h"
 #include "cli/run_program.h"
 #include "cli/show.h"
@@ -151,7 +152,25 @@ std::string default_holder() {
 
 void acquire(const ClientOptions& options, const Request& request) {
   Client client(find_robot(options.robot), options.timeout_s);
-  fmt::print("{}\n", client.acquire(request.who.empty() ? default_holder() : request.who, request.lease_s));
+  fmt::print("{}\n", client.acquire(request.who.value_or(default_holder()), request.lease_s));
+}
+
+void force_release(const ClientOptions& options) {
+  const client::Address address = find_robot(options.robot);
+  if (address.local.empty()) {
+    throw Failure(
+        ExitCode::kUsage,
+        "--force needs the servant's process: run it on the robot's machine, with --robot NAME where several "
+        "are up");
+  }
+  Client client(address, options.timeout_s);
+  const std::string holder = client::printable(release_by_force(client, address.local, options.timeout_s));
+  if (client.call([](auto& arm) { return arm.Status(); }) == Corbot::Waiting) {
+    throw Failure(
+        ExitCode::kRefused,
+        fmt::format("the control of '{}' has ended, but the arm moves: see 'corbot status'", holder));
+  }
+  fmt::print("the control of '{}' has ended, the arm is at rest\n", holder);
 }
 
 /// The first motion after a power-up is slow; a higher override takes effect after it.
@@ -185,6 +204,7 @@ void run_request(const ClientOptions& options, const Request& request) {
   if (request.verb == Verb::kStop) return stop(options);
   if (request.verb == Verb::kHold) return hold(options, request);
   if (request.verb == Verb::kAcquire) return acquire(options, request);
+  if (request.verb == Verb::kRelease && request.force) return force_release(options);
   if (!spec_of(request.verb).motion) {
     Client client(find_robot(options.robot), options.timeout_s);
     client.perform(request);

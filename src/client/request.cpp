@@ -10,6 +10,7 @@
 
 #include "client/number.h"
 #include "config/similar.h"
+#include "corbot/channel/control_bounds.h"
 
 namespace corbot::client {
 
@@ -125,12 +126,22 @@ const std::vector<VerbSpec>& table() {
        "release",
        {},
        0,
-       {},
+       {{"--force", "", "end whoever's control, of a robot of yours on this machine"}},
        "Give control back and stop the arm; --robot is the reference",
        false,
        false},
   };
   return specs;
+}
+
+std::optional<std::string> check_control(const Request& request) {
+  if (!(request.lease_s >= kShortestLease_s && request.lease_s <= kLongestLease_s))
+    return fmt::format("--lease {}: must be {} to {} seconds", request.lease_s, kShortestLease_s,
+                       kLongestLease_s);
+  if (request.who && !is_holder_name(*request.who))
+    return fmt::format("--who '{}': must be 1 to {} printable ASCII characters", *request.who,
+                       kLongestHolderName);
+  return std::nullopt;
 }
 
 /// Rules that hold for every robot. A string describes the fault.
@@ -148,6 +159,8 @@ std::optional<std::string> check_values(const Request& request) {
       }
       if (request.all && request.joint >= 0) return "--joint and --all exclude each other";
       break;
+    case Verb::kAcquire:
+      return check_control(request);
     default:
       break;
   }
@@ -157,7 +170,7 @@ std::optional<std::string> check_values(const Request& request) {
 std::optional<std::string> read_option(const OptionSpec& option, std::span<const std::string> words,
                                        std::size_t& index, Request& request) {
   if (option.value.empty()) {
-    request.all = true;
+    (option.name == "--force" ? request.force : request.all) = true;
     return std::nullopt;
   }
   if (index + 1 >= words.size()) return fmt::format("{} needs a value", option.name);
@@ -281,8 +294,9 @@ std::string to_string(const Request& request) {
   if (request.time_s != 0) text += fmt::format(" --time {}", request.time_s);
   if (request.joint >= 0) text += fmt::format(" --joint {}", request.joint);
   if (request.all) text += " --all";
+  if (request.force) text += " --force";
   if (request.verb == Verb::kAcquire) text += fmt::format(" --lease {}", request.lease_s);
-  if (!request.who.empty()) text += fmt::format(" --who '{}'", request.who);
+  if (request.who) text += fmt::format(" --who '{}'", *request.who);
   return text;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -38,16 +39,17 @@ enum class Verb {
 /// A checked command. Units of the CORBA interface: metres, degrees, seconds, percent.
 struct Request {
   Verb verb{};
-  std::vector<double> numbers;  ///< the positional arguments in order
-  double above_m{0};            ///< --above
-  double time_s{0};             ///< --time; 0 = as fast as the limits allow
-  int joint{-1};                ///< --joint; −1 = none
-  bool all{false};              ///< --all
-  double lease_s{60};           ///< --lease
-  std::string who{};            ///< --who; empty = user and machine
+  std::vector<double> numbers;       ///< the positional arguments in order
+  double above_m{0};                 ///< --above
+  double time_s{0};                  ///< --time; 0 = as fast as the limits allow
+  int joint{-1};                     ///< --joint; −1 = none
+  bool all{false};                   ///< --all
+  bool force{false};                 ///< --force
+  double lease_s{60};                ///< --lease
+  std::optional<std::string> who{};  ///< --who; nothing = user and machine
 };
 
-/// An option of a verb; all but --all and --who take a number.
+/// An option of a verb; all but --who and the switches take a number.
 struct OptionSpec {
   std::string_view name;   ///< with its dashes
   std::string_view value;  ///< what help calls the value; empty for a switch

@@ -4,15 +4,16 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <spdlog/async.h>
-#include <spdlog/sinks/rotating_file_sink.h>
-#include <sys/stat.h>
+#include <spdlog/sinks/sink.h>
 
 #include <chrono>
-#include <cstdio>
 #include <exception>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
+
+#include "robot/audit_file.h"
 
 namespace corbot {
 namespace {
@@ -29,13 +30,13 @@ std::string to_line(const nlohmann::ordered_json& entry) {
   return entry.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
-/// Says once, from the writing thread, that the log is incomplete.
-class Incomplete {
+/// Says once, from the writing thread, that one thing is wrong with the log.
+class Warning {
  public:
-  Incomplete(AuditLog::Warn warn, std::string file) : warn_(std::move(warn)), file_(std::move(file)) {}
-  void report(const std::string& reason) {
-    if (!std::exchange(has_warned_, true) && warn_)
-      warn_(fmt::format("the audit log {} is incomplete: {}", file_, reason));
+  Warning(AuditLog::Warn warn, std::string file) : warn_(std::move(warn)), file_(std::move(file)) {}
+  /// `what` is wrong with it.
+  void report(const std::string& what) {
+    if (!std::exchange(has_warned_, true) && warn_) warn_(fmt::format("the audit log {} {}", file_, what));
   }
 
  private:
@@ -45,26 +46,36 @@ class Incomplete {
 };
 
 /// The files, and a look at what was dropped before this entry could be written.
-class WatchedFiles final : public spdlog::sinks::sink {
+class AuditSink final : public spdlog::sinks::sink {
  public:
-  WatchedFiles(std::unique_ptr<spdlog::sinks::sink> files, spdlog::details::thread_pool& writer,
-               std::shared_ptr<Incomplete> incomplete)
-      : files_(std::move(files)), writer_(writer), incomplete_(std::move(incomplete)) {}
+  AuditSink(AuditFile file, spdlog::details::thread_pool& writer, std::shared_ptr<Warning> incomplete)
+      : file_(std::move(file)), writer_(writer), incomplete_(std::move(incomplete)) {
+    try {
+      mark_torn_line();
+    } catch (const std::system_error&) {
+      // before the first entry, then
+    }
+  }
   void log(const spdlog::details::log_msg& entry) override {
-    files_->log(entry);
+    mark_torn_line();
+    file_.append({entry.payload.data(), entry.payload.size()});
     if (writer_.overrun_counter() > 0)
-      incomplete_->report("entries were dropped, they came faster than they could be written");
+      incomplete_->report("is incomplete: entries were dropped, they came faster than they could be written");
   }
-  void flush() override { files_->flush(); }
-  void set_pattern(const std::string& pattern) override { files_->set_pattern(pattern); }
-  void set_formatter(std::unique_ptr<spdlog::formatter> formatter) override {
-    files_->set_formatter(std::move(formatter));
-  }
+  void flush() override {}
+  void set_pattern(const std::string&) override {}
+  void set_formatter(std::unique_ptr<spdlog::formatter>) override {}
 
  private:
-  const std::unique_ptr<spdlog::sinks::sink> files_;
+  /// Left by a servant, or a machine, that ended while it wrote.
+  void mark_torn_line() {
+    if (file_.is_torn())
+      file_.append(to_line({{"time", utc_now()}, {"note", "the line before is incomplete"}}));
+  }
+
+  AuditFile file_;
   spdlog::details::thread_pool& writer_;  // whose thread calls this
-  const std::shared_ptr<Incomplete> incomplete_;
+  const std::shared_ptr<Warning> incomplete_;
 };
 
 }  // namespace
@@ -72,27 +83,22 @@ class WatchedFiles final : public spdlog::sinks::sink {
 AuditLog::AuditLog(const std::filesystem::path& directory, const std::string& robot, Warn warn,
                    std::size_t largest)
     : file_(directory / (robot + ".audit")) {
-  const auto incomplete = std::make_shared<Incomplete>(std::move(warn), file_.string());
+  const auto grows = std::make_shared<Warning>(warn, file_.string());
+  const auto incomplete = std::make_shared<Warning>(std::move(warn), file_.string());
   try {
     if (std::filesystem::create_directories(directory))
       std::filesystem::permissions(directory, std::filesystem::perms::owner_all);
-    spdlog::file_event_handlers handlers;
-    handlers.after_open = [](const spdlog::filename_t&, std::FILE* file) {
-      (void)::fchmod(::fileno(file), 0600);
-    };
-    auto files = std::make_unique<spdlog::sinks::rotating_file_sink_mt>(file_.string(), largest, kFiles - 1,
-                                                                        false, handlers);
+    AuditFile file(file_, largest, kFiles, [grows](const std::string& what) { grows->report(what); });
     writer_ = std::make_shared<spdlog::details::thread_pool>(kQueued, 1);
-    auto sink = std::make_shared<WatchedFiles>(std::move(files), *writer_, incomplete);
+    auto sink = std::make_shared<AuditSink>(std::move(file), *writer_, incomplete);
     log_ = std::make_shared<spdlog::async_logger>("audit", std::move(sink), writer_,
                                                   spdlog::async_overflow_policy::overrun_oldest);
   } catch (const std::exception& error) {  // of spdlog or of std::filesystem
     throw std::runtime_error(
         fmt::format("the audit log {} cannot be written: {}", file_.string(), error.what()));
   }
-  log_->set_error_handler([incomplete](const std::string& reason) { incomplete->report(reason); });
-  log_->set_pattern("%v");
-  log_->flush_on(spdlog::level::info);
+  log_->set_error_handler(
+      [incomplete](const std::string& reason) { incomplete->report("is incomplete: " + reason); });
 }
 
 AuditLog::~AuditLog() {

@@ -29,8 +29,9 @@ struct AuditEntry {
   std::string outcome;     ///< "ok", or the exception and its reason
 };
 
-/// The audit log of one robot: DIRECTORY/NAME.audit, mode 0600, one JSON object a line, the newest last. At kLargest bytes
-/// it becomes NAME.1.audit, and so on up to kFiles of them; older ones are deleted. Thread-safe; a call is never held up by
+/// The audit log of one robot: DIRECTORY/NAME.audit, mode 0600, one JSON object a line, the newest last; kFiles of
+/// kLargest bytes, see AuditFile. A line that is incomplete, since its writer ended meanwhile, is followed by a note.
+/// Thread-safe; a call is never held up by
 /// the disk: a thread of its own writes, and where it falls behind by kQueued entries the oldest of them are dropped.
 /// Of calls that are refused over and over most are left out, see RefusalBudget; `left_out` in the next says how many.
 /// Not real-time safe.

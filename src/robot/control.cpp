@@ -36,11 +36,6 @@ decltype(ControlRecord::key_digest) digest_of(const std::string& key) {
   return digest;
 }
 
-bool is_name(const std::string& who) {
-  return !who.empty() && who.size() <= Control::kLongestName &&
-         std::all_of(who.begin(), who.end(), is_printable);
-}
-
 /// Empty where it has no end.
 std::string name_in(const ControlRecord& record) {
   const auto end = std::find(record.who.begin(), record.who.end(), '\0');
@@ -69,7 +64,7 @@ bool Control::is_valid(const ControlRecord& record) {
   const std::chrono::nanoseconds lease(record.lease_ns);
   // Nobody has control: a record that was stored when it ended.
   if (record.who[0] == '\0') return true;
-  return is_name(name_in(record)) && lease >= nanoseconds(kShortestLease_s) &&
+  return is_holder_name(name_in(record)) && lease >= nanoseconds(kShortestLease_s) &&
          lease <= nanoseconds(kLongestLease_s);
 }
 
@@ -95,7 +90,7 @@ void Control::allow_expiry() {
 
 void Control::keep() {
   ControlRecord record{};
-  static_assert(kLongestName < sizeof(record.who) && kLongestName < sizeof(corbot_holder::who));
+  static_assert(kLongestHolderName < sizeof(record.who) && kLongestHolderName < sizeof(corbot_holder::who));
   if (state_) {
     std::copy(state_->who.begin(), state_->who.end(), record.who.begin());
     record.key_digest = state_->key_digest;
@@ -131,10 +126,10 @@ std::string Control::acquire(const std::string& who, double lease_s, const Admit
     throw bad_argument(
         "lease", lease_s,
         fmt::format("{:.6g} s, allowed {:g} to {:g} s", lease_s, kShortestLease_s, kLongestLease_s));
-  if (!is_name(who))
-    throw bad_argument(
-        "who", static_cast<double>(who.size()),
-        fmt::format("a name of 1 to {} printable ASCII characters, this has {}", kLongestName, who.size()));
+  if (!is_holder_name(who))
+    throw bad_argument("who", static_cast<double>(who.size()),
+                       fmt::format("a name of 1 to {} printable ASCII characters, this has {}",
+                                   kLongestHolderName, who.size()));
   std::string key = random_key();
   const Clock::duration lease = nanoseconds(lease_s);
   std::unique_lock lock(mutex_);
@@ -146,6 +141,7 @@ std::string Control::acquire(const std::string& who, double lease_s, const Admit
   // Refuses everyone from now on; the key is not known to anybody yet, and the lease does not run.
   State& state = state_.emplace(State{++acquisitions_, who, digest_of(key), lease, Clock::now() + lease});
   state.uses = 1;
+  state.beginning = true;
   try {
     await_alone(lock, wanted);
     lock.unlock();
@@ -158,6 +154,7 @@ std::string Control::acquire(const std::string& who, double lease_s, const Admit
     throw;
   }
   state.uses = 0;
+  state.beginning = false;
   state.until = Clock::now() + lease;
   keep();
   changed_.notify_all();
@@ -176,8 +173,13 @@ bool Control::has_key(const std::string& key) const {
 }
 
 Control::State& Control::held_by(const std::string& key) {
+  if (key.empty())
+    throw not_ready(
+        "this reference never had control of the arm: it is for the one that Acquire has returned");
   if (!has_key(key))
-    throw not_ready("control has ended: the lease ran out or was released; Acquire gives it again");
+    throw not_ready(
+        "control has ended, as the lease ran out or it was released, or this reference never had it: Acquire "
+        "gives it");
   return *state_;
 }
 
@@ -191,6 +193,17 @@ void Control::renew(const std::string& key) {
 void Control::release(const std::string& key, const Wanted& wanted) {
   std::unique_lock lock(mutex_);
   (void)held_by(key);
+  give_up(lock, wanted);
+}
+
+void Control::end_by_force() {
+  std::unique_lock lock(mutex_);
+  if (!state_) throw not_ready("nobody has control of the arm");
+  if (state_->beginning || state_->ending) throw not_ready(describe());
+  give_up(lock, {});
+}
+
+void Control::give_up(std::unique_lock<std::mutex>& lock, const Wanted& wanted) {
   const std::string failure = end(lock, true, wanted);
   if (!failure.empty())
     throw not_ready("control has ended, but it is not known that the arm has stopped: " + failure);
@@ -225,6 +238,7 @@ double Control::left_s() const {
 }
 
 std::string Control::describe() const {
+  if (state_->beginning) return fmt::format("'{}' is just getting control of the arm", state_->who);
   if (state_->ending)
     return fmt::format("'{}' is giving control back, the arm is being stopped", state_->who);
   return fmt::format("'{}' has control of the arm, for another {:.1f} s unless renewed", state_->who,

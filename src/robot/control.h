@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include "corbot/channel/control_bounds.h"
 #include "corbot/channel/servant_state.h"
 #include "robot/wanted.h"
 
@@ -25,9 +26,6 @@ class Control {
  public:
   using Clock = std::chrono::steady_clock;  // CLOCK_MONOTONIC, which a later process reads, too
 
-  static constexpr double kShortestLease_s = 0.5;
-  static constexpr double kLongestLease_s = 3600.0;
-  static constexpr std::size_t kLongestName = 64;
   /// For calls of others that were admitted before an Acquire: as long as a Cancel may take, and more.
   static constexpr std::chrono::seconds kCallsEnd{15};
 
@@ -39,7 +37,7 @@ class Control {
   /// Control has ended, and the arm is to be stopped.
   struct Ending {
     std::string who;
-    bool is_released{};  ///< by its holder; else the lease has run out
+    bool is_released{};  ///< by its holder, or by force; else the lease has run out
     Wanted wanted{};     ///< how long its stop is waited for
   };
   /// Throws nothing; returns why it is not known that the arm has stopped, "": it has. Called without any lock of this
@@ -66,7 +64,7 @@ class Control {
   void allow_expiry();
 
   /// Takes control and returns the key, 32 hexadecimal digits of 128 random bits. Throws CallError: bad_argument for a
-  /// lease or a name beyond the bounds above, not_ready when another has control; and what `admit` throws, which leaves
+  /// lease or a name beyond control_bounds.h, not_ready when another has control; and what `admit` throws, which leaves
   /// no control behind. `admit` is called before all others are refused, so that a hopeless attempt disturbs nobody, and
   /// again when whoever was admitted before has returned. `wanted`, without any lock of this class: while those are
   /// waited for.
@@ -76,6 +74,10 @@ class Control {
   void renew(const std::string& key);
   /// Gives control back. Throws as renew(); and not_ready, control having ended, with what on_end returned.
   void release(const std::string& key, const Wanted& wanted = {});
+
+  /// The same for whoever has it: for the robot's user, where the key is lost. Throws CallError (not ready) where nobody
+  /// has control, or just gets it; and as release().
+  void end_by_force();
 
   [[nodiscard]] std::optional<Holder> holder() const;
   /// The name under which this key has control; empty: it has none.
@@ -111,6 +113,7 @@ class Control {
     Clock::duration lease{};
     Clock::time_point until{};
     int uses{0};
+    bool beginning{false};  ///< acquire() has not returned
     bool ending{false};     ///< on_end is under way
     bool may_expire{true};  ///< false: no real-time task is connected that could stop the arm
   };
@@ -118,6 +121,7 @@ class Control {
 
   void run();
   void end_use(std::uint64_t number);
+  void give_up(std::unique_lock<std::mutex>& lock, const Wanted& wanted);
   [[nodiscard]] std::string end(std::unique_lock<std::mutex>& lock, bool is_released, const Wanted& wanted);
   void await_alone(std::unique_lock<std::mutex>& lock, const Wanted& wanted);
   void keep();  ///< with the lock

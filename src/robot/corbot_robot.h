@@ -75,6 +75,13 @@ corbot_status corbot_robot_renew(corbot_robot* robot, const corbot_caller* calle
 /* Returns at rest. CORBOT_NOT_READY as above; and where it is not known that the arm has stopped: control has ended then,
  * too. */
 corbot_status corbot_robot_release(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
+/* The same for whoever has control, for a caller with no key: the robot's own user, where the key is lost.
+ * CORBOT_NOT_READY: nobody has control, or just gets it, or gives it back; and as above. */
+corbot_status corbot_robot_end_control(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
+/* By SIGUSR1, which the kernel delivers from this process's user and from root only (`corbot release --force`). The first
+ * before the program starts a thread or opens a robot, the second once calls are served, until corbot_robot_close. */
+void corbot_block_release_signal(void);
+void corbot_robot_heed_release_signal(corbot_robot* robot);
 void corbot_robot_holder(const corbot_robot* robot, corbot_holder* out);
 
 /* Start a motion: plan all of it, hand it over, return its ticket. CORBOT_STOPPED where a Stop was counted

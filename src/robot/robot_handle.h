@@ -3,11 +3,13 @@
 
 #include <chrono>
 #include <exception>
+#include <memory>
 #include <string>
 #include <utility>
 
 #include "robot/call_error.h"
 #include "robot/corbot_robot.h"
+#include "robot/release_signal.h"
 #include "robot/robot.h"
 
 // What the functions of corbot_robot.h work on, for their sources only.
@@ -18,6 +20,7 @@ struct corbot_robot {
   std::string name;
   const std::chrono::duration<double> started{std::chrono::system_clock::now().time_since_epoch()};
   corbot::Robot robot;
+  std::unique_ptr<corbot::ReleaseSignal> release_signal{};  // its thread calls the robot
 };
 
 namespace corbot {

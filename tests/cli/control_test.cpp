@@ -155,18 +155,48 @@ TEST_F(ControlCommands, AHoldOutlivesTheRobot) {
   EXPECT_FALSE(status().at("control").at("held").get<bool>());
 }
 
+/// As every other bad value that is typed: before anything is asked of the robot.
 TEST_F(ControlCommands, RefusesWhatIsNoLease) {
-  const RunResult refused = corbot({"acquire", "--lease", "4000"});
-  EXPECT_EQ(refused.code, 1);
-  EXPECT_THAT(refused.errors, AllOf(HasSubstr("lease"), HasSubstr("4000"), HasSubstr("0.5 to 3600 s")));
-  EXPECT_EQ(corbot({"acquire", "--who", std::string(65, 'x')}).code, 1);
+  for (const char* lease : {"4000", "0.1", "-1", "0"}) {
+    const RunResult refused = corbot({"acquire", "--lease", lease});
+    EXPECT_EQ(refused.code, 2) << lease;
+    EXPECT_THAT(refused.errors, HasSubstr(std::string("--lease ") + lease + ": must be 0.5 to 3600 seconds"));
+  }
+  for (const std::string& who : {std::string(65, 'x'), std::string(), std::string("a\tb")}) {
+    const RunResult refused = corbot({"acquire", "--who", who});
+    EXPECT_EQ(refused.code, 2) << who;
+    EXPECT_THAT(refused.errors, HasSubstr("must be 1 to 64 printable ASCII characters"));
+  }
   EXPECT_EQ(corbot({"acquire", "--lease", "soon"}).code, 2);
   EXPECT_EQ(corbot({"renew", "x"}).code, 2);
   for (const char* command : {"renew", "release"}) {
     const RunResult without = corbot({command});
     EXPECT_EQ(without.code, 1) << command;
-    EXPECT_THAT(without.errors, HasSubstr("control")) << command;
+    EXPECT_THAT(without.errors, HasSubstr("this reference never had control of the arm"));
+    EXPECT_THAT(without.errors, Not(HasSubstr("has ended")));
   }
+}
+
+TEST_F(ControlCommands, ReleaseByForceNeedsNoReference) {
+  const RunResult nobody = corbot({"release", "--force"});
+  EXPECT_EQ(nobody.code, 1);
+  EXPECT_THAT(nobody.errors, HasSubstr("nobody has control of the arm"));
+  const std::string mine = acquire({"--lease", "600", "--who", "cell 7"});
+  const auto motion = begin({"joints", "80", "20", "30", "40", "--time", "30", "--robot", mine});
+  ASSERT_TRUE(wait_state("Waiting"));
+  const RunResult forced = corbot({"release", "--force"});
+  EXPECT_EQ(forced.code, 0) << forced.errors;
+  EXPECT_EQ(forced.output, "the control of 'cell 7' has ended, the arm is at rest\n");
+  EXPECT_EQ(holder(), "");
+  EXPECT_EQ(status().at("state"), "Standby");
+  const auto end = motion->wait(within(30));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 4);
+  EXPECT_EQ(by(mine, {"drive", "0", "1", "20"}).code, 1);
+  EXPECT_EQ(corbot({"drive", "0", "1", "20"}).code, 0);
+  const RunResult remote = corbot({"release", "--force", "--robot", "127.0.0.1:1/elsewhere"});
+  EXPECT_EQ(remote.code, 2);
+  EXPECT_THAT(remote.errors, HasSubstr("on the robot's machine"));
 }
 
 }  // namespace

@@ -66,16 +66,20 @@ bool holds_memory_of(pid_t pid, const std::string& name) {
   return false;
 }
 
-/// Sends the signal and waits for the end. Through a pidfd, so no other process of that pid is hit.
+/// Through a pidfd, so no other process of that pid is hit. Its pidfd; none: it has ended. Throws Failure.
+Descriptor signal_process(pid_t pid, const std::string& program, int signal) {
+  Descriptor fd(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0)));
+  if (fd.get() < 0 || program_of(pid) != program) return {};
+  if (::syscall(SYS_pidfd_send_signal, fd.get(), signal, nullptr, 0) == 0) return fd;
+  if (errno == ESRCH) return {};
+  throw Failure(ExitCode::kInternal, fmt::format("{} (pid {}): {}", program, pid, std::strerror(errno)));
+}
+
+/// Sends the signal and waits for the end.
 bool end_process(pid_t pid, const std::string& program, int signal, int within_ms) {
-  const Descriptor fd(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0)));
-  if (fd.get() < 0 || program_of(pid) != program) return true;
-  if (::syscall(SYS_pidfd_send_signal, fd.get(), signal, nullptr, 0) != 0) {
-    if (errno == ESRCH) return true;
-    throw Failure(ExitCode::kInternal, fmt::format("{} (pid {}): {}", program, pid, std::strerror(errno)));
-  }
+  const Descriptor fd = signal_process(pid, program, signal);
   pollfd end{fd.get(), POLLIN, 0};
-  return ::poll(&end, 1, within_ms) == 1;
+  return !fd || ::poll(&end, 1, within_ms) == 1;
 }
 
 }  // namespace
@@ -107,6 +111,13 @@ std::string describe(const std::vector<RobotProcess>& processes) {
     if (std::find(texts.begin(), texts.end(), text) == texts.end()) texts.push_back(text);
   }
   return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+bool signal_servant(const std::string& name, int signal) {
+  for (const RobotProcess& process : find_robot_processes(name)) {
+    if (process.program != "corbot-rt" && signal_process(process.pid, process.program, signal)) return true;
+  }
+  return false;
 }
 
 void end_robot(const std::string& name) {

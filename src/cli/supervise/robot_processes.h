@@ -21,6 +21,9 @@ struct RobotProcess {
 /// "corbot up (pid 12)" or "corbot-rt (pid 13), corbot-servant (pid 14)".
 [[nodiscard]] std::string describe(const std::vector<RobotProcess>& processes);
 
+/// Sends a signal to its servant. False where this user has none. Throws Failure when it cannot be sent.
+[[nodiscard]] bool signal_servant(const std::string& name, int signal);
+
 /// Ends them by SIGTERM, through their supervisor where they have one; by SIGKILL what has not ended after
 /// that. Throws Failure for one that does not end.
 void end_robot(const std::string& name);

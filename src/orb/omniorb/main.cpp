@@ -162,6 +162,7 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
   std::fflush(stdout);
   Probe probe(robot, options, name);
   corbot_robot_serve(&robot, &Probe::answers, &probe);
+  corbot_robot_heed_release_signal(&robot);
   int signal_number = 0;
   sigwait(&end_signals, &signal_number);
   spdlog::info("signal {}: ending", signal_number);
@@ -186,6 +187,7 @@ int main(int argc, char** argv) {
   if (of_parent.sa_handler != SIG_IGN) sigaddset(&end_signals, SIGHUP);  // started by nohup
   signal(SIGPIPE, SIG_IGN);                                              // the reader of the log may end
   pthread_sigmask(SIG_BLOCK, &end_signals, nullptr);  // before any thread is started: all of them inherit it
+  corbot_block_release_signal();
   try {
     const RobotHandle robot = open_robot(options);
     serve(options, *robot, end_signals);

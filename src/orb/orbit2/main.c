@@ -82,6 +82,7 @@ static void run(const Orb* orb, const Options* options, const char* name, corbot
   corbot_giop_probe probe;
   corbot_giop_probe_init(&probe, options->endpoint.host, options->endpoint.port, options->unix_path, name);
   corbot_robot_serve(robot, answers, &probe);
+  corbot_robot_heed_release_signal(robot);
   g_main_loop_run(request.loop);
   log_info("signal %d: ending", request.signal);
   name_binder_end(binder);
@@ -124,6 +125,7 @@ static bool serve(const Options* options, corbot_robot* robot, const char* name)
 
 int main(int argc, char** argv) {
   Options options;
+  corbot_block_release_signal(); /* before any thread is started: all of them inherit it */
   options_parse(argc, argv, &options);
   log_start();
   corbot_connections_start();

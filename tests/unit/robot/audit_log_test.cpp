@@ -3,10 +3,13 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <stdlib.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <fstream>
@@ -165,6 +168,73 @@ TEST_F(AuditLogTest, Rotates) {
   }
   EXPECT_EQ(files, AuditLog::kFiles);
   EXPECT_EQ(lines(directory_ / "lynx5.audit").back()["ticket"], 1000);
+}
+
+/// The oldest file cannot be replaced, so none can be renamed: the newest grows, and nothing is lost.
+TEST_F(AuditLogTest, KeepsEveryEntryWhereItCannotRotate) {
+  constexpr std::size_t kLargest = 2000;
+  constexpr std::uint64_t kEntries = 100;
+  for (std::size_t i = 1; i + 1 < AuditLog::kFiles; ++i)
+    std::ofstream(directory_ / ("lynx5." + std::to_string(i) + ".audit")) << "{}\n";
+  fs::create_directories(directory_ / ("lynx5." + std::to_string(AuditLog::kFiles - 1) + ".audit") / "full");
+  std::vector<std::string> warnings;
+  {
+    AuditLog log(
+        directory_, "lynx5", [&](const std::string& text) { warnings.push_back(text); }, kLargest);
+    for (std::uint64_t i = 1; i <= kEntries; ++i) log.record({"", "", "Stop()", i, "ok"});
+  }
+  const auto entries = lines(directory_ / "lynx5.audit");
+  ASSERT_EQ(entries.size(), kEntries);
+  for (std::uint64_t i = 1; i <= kEntries; ++i) EXPECT_EQ(entries[i - 1]["ticket"], i);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("lynx5.audit cannot be rotated and grows: "), std::string::npos) << warnings[0];
+}
+
+/// What was written when the machine lost its power, or by a servant that was killed.
+TEST_F(AuditLogTest, MarksALineThatIsTorn) {
+  { AuditLog(directory_, "lynx5", {}).record({"", "", "Stop()", 1, "ok"}); }
+  std::ofstream(directory_ / "lynx5.audit", std::ios::app) << R"({"time":"2026-11-22T09:00)";
+  { AuditLog(directory_, "lynx5", {}).record({"", "", "Stop()", 2, "ok"}); }
+  std::ifstream stream(directory_ / "lynx5.audit");
+  std::vector<std::string> read;
+  for (std::string line; std::getline(stream, line);) read.push_back(line);
+  ASSERT_EQ(read.size(), 4u);
+  EXPECT_EQ(nlohmann::json::parse(read[0])["ticket"], 1);
+  EXPECT_EQ(nlohmann::json::parse(read[2])["note"], "the line before is incomplete");
+  EXPECT_EQ(nlohmann::json::parse(read[3])["ticket"], 2);
+}
+
+/// What a full disk has taken of an entry is taken back, and the next is a line of its own.
+TEST_F(AuditLogTest, LeavesNoTornLineOnAFullDisk) {
+  struct sigaction ignored {};
+  struct sigaction before_signal {};
+  ignored.sa_handler = SIG_IGN;
+  ASSERT_EQ(::sigaction(SIGXFSZ, &ignored, &before_signal), 0);
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const fs::path file = directory_ / "lynx5.audit";
+  std::atomic<int> warnings{0};
+  {
+    AuditLog log(directory_, "lynx5", [&](const std::string&) { ++warnings; });
+    const auto wait_for = [](auto&& condition) {
+      for (int looks = 0; looks < 30'000 && !condition(); ++looks) ::usleep(1000);
+      return condition();
+    };
+    log.record({"", "", "Stop()", 1, "ok"});
+    ASSERT_TRUE(wait_for([&] { return fs::file_size(file) > 20; }));
+    rlimit full = before;
+    full.rlim_cur = fs::file_size(file) + 20;
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &full), 0);
+    log.record({"", "", "Stop()", 2, "ok"});
+    EXPECT_TRUE(wait_for([&] { return warnings > 0; }));
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+    log.record({"", "", "Stop()", 3, "ok"});
+  }
+  ::sigaction(SIGXFSZ, &before_signal, nullptr);
+  const auto entries = lines(file);
+  ASSERT_EQ(entries.size(), 2u);
+  EXPECT_EQ(entries[0]["ticket"], 1);
+  EXPECT_EQ(entries[1]["ticket"], 3);
 }
 
 TEST_F(AuditLogTest, SaysWhyItCannotBeWritten) {

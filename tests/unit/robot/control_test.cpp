@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kLong_s = 60.0;
 constexpr std::chrono::milliseconds kShortest(500);
-static_assert(Control::kShortestLease_s == 0.5);
+static_assert(kShortestLease_s == 0.5);
 
 /// For what must not happen meanwhile.
 void wait_for(std::chrono::milliseconds time) {
@@ -117,7 +117,7 @@ TEST_F(ControlTest, ReleaseStopsTheArmAndFreesIt) {
 
 TEST_F(ControlTest, AnExpiredLeaseStopsTheArmAndFreesIt) {
   const auto begin = Control::Clock::now();
-  const std::string key = control_.acquire("cell", Control::kShortestLease_s, any_time);
+  const std::string key = control_.acquire("cell", kShortestLease_s, any_time);
   ASSERT_TRUE(ended(1));
   EXPECT_GE(Control::Clock::now() - begin, kShortest);
   EXPECT_EQ(refusal([&] { control_.renew(key); }).status, CORBOT_NOT_READY);
@@ -129,7 +129,7 @@ TEST_F(ControlTest, ALeaseDoesNotRunWhileACallOfTheHolderIsUnderWay) {
   next.inherit(record_of_a_lease_that_ran_out());
   std::optional<Control::Use> call(next.use(key));
   next.allow_expiry();
-  EXPECT_EQ(next.holder()->left_s, Control::kShortestLease_s);
+  EXPECT_EQ(next.holder()->left_s, kShortestLease_s);
   wait_for(std::chrono::milliseconds(200));
   EXPECT_EQ(ends_, 0);
   const auto begin = Control::Clock::now();

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/force_release.h"
+
+#include <fmt/format.h>
+#include <signal.h>
+
+#include <chrono>
+#include <thread>
+
+#include "cli/supervise/robot_processes.h"
+#include "client/failure.h"
+
+namespace corbot::cli {
+
+using client::Client;
+using client::ExitCode;
+using client::Failure;
+
+namespace {
+
+std::string holder_of(Client& client) {
+  const Corbot::ControlInfo_var control = client.call([](auto& arm) { return arm.Control(); });
+  return control->holder.in();
+}
+
+}  // namespace
+
+std::string release_by_force(Client& client, const std::string& robot, double timeout_s) {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
+  const std::string holder = holder_of(client);
+  if (holder.empty()) throw Failure(ExitCode::kRefused, "nobody has control of the arm");
+  if (!signal_servant(robot, SIGUSR1)) {
+    throw Failure(
+        ExitCode::kRefused,
+        fmt::format(
+            "the servant of '{}' is another user's: only that user, and root, may end control by force",
+            robot));
+  }
+  while (holder_of(client) == holder) {
+    if (Clock::now() > deadline) {
+      throw Failure(ExitCode::kUnreachable,
+                    fmt::format("'{}' still has control after {:g} s: see 'corbot status'",
+                                client::printable(holder), timeout_s));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return holder;
+}
+
+}  // namespace corbot::cli
