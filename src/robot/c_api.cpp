@@ -44,6 +44,16 @@ void corbot_robot_serve(corbot_robot* robot, int (*answers)(void* context), void
 
 void corbot_robot_interrupt(corbot_robot* robot) { robot->robot.interrupt(); }
 
+void corbot_block_release_signal(void) { ReleaseSignal::block(); }
+
+void corbot_robot_heed_release_signal(corbot_robot* robot) {
+  robot->release_signal = std::make_unique<ReleaseSignal>([robot](const std::string& from) {
+    corbot_caller caller{};
+    caller.from = from.c_str();
+    (void)corbot_robot_end_control(robot, &caller, nullptr);  // the audit log has what became of it
+  });
+}
+
 void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {
   const ArmModel& arm = robot->robot.profile().arm;
   *out = corbot_description{};

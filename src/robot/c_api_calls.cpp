@@ -195,16 +195,6 @@ corbot_status corbot_robot_end_control(corbot_robot* robot, const corbot_caller*
       "release --force (control of '{}')", of.who);
 }
 
-void corbot_block_release_signal(void) { ReleaseSignal::block(); }
-
-void corbot_robot_heed_release_signal(corbot_robot* robot) {
-  robot->release_signal = std::make_unique<ReleaseSignal>([robot](const std::string& from) {
-    corbot_caller caller{};
-    caller.from = from.c_str();
-    (void)corbot_robot_end_control(robot, &caller, nullptr);  // the audit log has what became of it
-  });
-}
-
 corbot_status corbot_robot_move(corbot_robot* robot, const corbot_caller* caller, const double p_m[3],
                                 double d_m, double t_s, corbot_ticket* ticket, corbot_error* error) {
   return start(
