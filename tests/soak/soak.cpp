@@ -57,6 +57,7 @@ class Soak {
 
  private:
   static constexpr int kFaultsBetweenLooks = 100;
+  static constexpr int kStepsBetweenGlances = 4;
 
   /// One thing broken, or two at once, and mended; how many. What it decides depends on the seed and on its number alone.
   int step() {
@@ -91,7 +92,18 @@ class Soak {
     }
     back_ = stage_.recover();
     if (!back_) fmt::print("the robot did not come back within a minute after: {}\n", what);
+    if (back_ && steps_ % kStepsBetweenGlances == 0) glance();
     return breaks;
+  }
+
+  /// What holds while clients go on: tickets are known, and no connection of theirs is task's or supervisor's.
+  void glance() {
+    std::string found;
+    for (const std::string& ticket : stage_.wrong_tickets(false)) found += ticket + "\n";
+    found += stage_.check_rest({"task", "supervisor"});
+    if (found.empty()) return;
+    fmt::print("step {}: {}", steps_, found);
+    good_ = false;
   }
 
   /// With every client between two calls.
@@ -106,7 +118,7 @@ class Soak {
       fmt::print("{}\n", ticket);
       good = false;
     }
-    const std::string growth = stage_.check_rest();
+    const std::string growth = stage_.check_rest({"servant", "task", "supervisor"});
     fmt::print("{}", growth);
     std::fflush(stdout);
     stage_.go_on();

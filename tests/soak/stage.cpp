@@ -291,9 +291,11 @@ void Stage::go_on() {
   for (Client& client : clients_) client.process.signal(SIGCONT);
 }
 
-std::string Stage::check_rest() {
-  return rest_.look({{"servant", servant()}, {"task", task()}, {"supervisor", supervisor()}},
-                    [this] { observe(); });
+std::string Stage::check_rest(const std::vector<std::string>& names) {
+  std::map<std::string, pid_t> processes;
+  for (const std::string& name : names)
+    processes[name] = name == "servant" ? servant() : name == "task" ? task() : supervisor();
+  return rest_.look(processes, [this] { observe(); });
 }
 
 std::vector<std::string> Stage::wrong_tickets(bool ended) {

@@ -47,8 +47,9 @@ class Stage {
   bool quiesce();
   /// Afterwards they go on.
   void go_on();
-  /// While they rest: what a process holds that it did not hold in the beginning; "" when none does.
-  std::string check_rest();
+  /// What these processes hold that they did not hold in the beginning; "" when nothing. Of the servant it can be told while
+  /// the clients rest.
+  std::string check_rest(const std::vector<std::string>& names);
   [[nodiscard]] std::string rest_summary() const { return rest_.summary(); }
   /// Tickets of accepted motions, of this supervisor's robot, that it does not know, though they are of the last thousand;
   /// and, `ended`, those that have not ended although the robot is at rest. Empty when there are none.
