@@ -3,6 +3,7 @@
 
 #include <linux/filter.h>
 #include <linux/sockios.h>
+#include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
@@ -14,9 +15,14 @@ namespace corbot::test {
 /// A connection falls silent as if the machine at this end had lost its network: nothing arrives here, and nothing is
 /// acknowledged. Once for each. Throws std::runtime_error where the kernel has no filters.
 inline void fall_silent(int socket) {
-  // What is sent has arrived: a machine that is gone repeats nothing.
+  // What is sent has arrived: a machine that is gone repeats nothing. Of a connection that was reset it never will.
+  const auto has_ended = [socket] {
+    pollfd polled{socket, 0, 0};
+    return ::poll(&polled, 1, 0) > 0;
+  };
   int unacknowledged = 1;
-  while (::ioctl(socket, SIOCOUTQ, &unacknowledged) == 0 && unacknowledged > 0) std::this_thread::yield();
+  while (::ioctl(socket, SIOCOUTQ, &unacknowledged) == 0 && unacknowledged > 0 && !has_ended())
+    std::this_thread::yield();
   // What the kernel receives for the socket is dropped before it is acknowledged.
   sock_filter nothing[] = {{BPF_RET | BPF_K, 0, 0, 0}};
   const sock_fprog program{1, nothing};
