@@ -5,21 +5,16 @@
 #include <signal.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cmath>
 #include <cstdlib>
 #include <memory>
-#include <mutex>
 #include <random>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <fmt/core.h>
 
 #include "config/load_profile.h"
-#include "corbot/channel/fingerprint.h"
-#include "shm/channel_client.h"
+#include "fault/jump_watch.h"
 #include "support/ports.h"
 #include "support/process.h"
 
@@ -27,115 +22,6 @@ namespace corbot::test {
 namespace {
 
 const std::string kBin = CORBOT_BIN_DIR;
-
-/// Follows the trace in a thread of its own and counts steps of the set-point
-/// that no joint may make in a cycle.
-class JumpWatch {
- public:
-  JumpWatch(const std::string& robot, const ArmModel& arm)
-      : robot_(robot),
-        channel_(std::make_shared<Observer>(Observer::of(robot))),
-        arm_(arm),
-        thread_([this] { follow(); }) {}
-  JumpWatch(const JumpWatch&) = delete;
-  JumpWatch& operator=(const JumpWatch&) = delete;
-  ~JumpWatch() { finish(); }
-
-  void finish() {
-    end_ = true;
-    if (thread_.joinable()) thread_.join();
-  }
-  std::uint64_t cycles() const { return cycles_; }
-  std::uint64_t moving_cycles() const { return moving_; }
-  int jumps() const { return jumps_; }
-  std::string first_jump() const { return first_jump_; }
-  Snapshot newest() const {
-    Snapshot snapshot{};
-    (void)last_snapshot(channel()->task(), snapshot);
-    return snapshot;
-  }
-
- private:
-  std::shared_ptr<Observer> channel() const {
-    const std::lock_guard lock(mutex_);
-    return channel_;
-  }
-  /// Each task has a trace of its own; the comparison goes on from one to the next.
-  void follow() {
-    while (!end_) {
-      follow_task(*channel());
-      try {
-        auto next = std::make_shared<Observer>(Observer::of(robot_));
-        const std::lock_guard lock(mutex_);
-        channel_ = std::move(next);
-      } catch (const SegmentError&) {
-        const timespec pause{0, 2'000'000};
-        ::nanosleep(&pause, nullptr);
-      }
-    }
-  }
-  void follow_task(const Observer& channel) {
-    const Trace& trace = channel.task().trace;
-    if (task_ != channel.task().header.id) next_ = 0;
-    task_ = channel.task().header.id;
-    for (bool lives = true; lives && !end_;) {
-      lives = channel.task_alive();
-      std::uint64_t& next = next_;
-      Snapshot& last = last_;
-      bool& have_last = have_last_;
-      const std::uint64_t end = trace.next();
-      if (end - next > Trace::capacity()) {  // fell behind: the comparison begins anew
-        next = end - Trace::capacity() / 2;
-        have_last = false;
-      }
-      for (; next < end; ++next) {
-        Snapshot now{};
-        if (!trace.read(next, now)) {
-          // A task that was killed while it wrote leaves one slot unreadable; the comparison goes on across
-          // it. But not across what has been overwritten before it was read.
-          if (trace.next() - next >= Trace::capacity()) have_last = false;
-          continue;
-        }
-        if (have_last) compare(last, now);
-        last = now;
-        have_last = true;
-        ++cycles_;
-        if (now.state == RtState::kMoving) ++moving_;
-      }
-      const timespec pause{0, 2'000'000};
-      ::nanosleep(&pause, nullptr);
-    }
-  }
-  void compare(const Snapshot& last, const Snapshot& now) {
-    const double period_s = static_cast<double>(arm_.period_ns) * 1e-9;
-    for (std::size_t i = 0; i < arm_.dof; ++i) {
-      const double step = std::abs(now.position_rad[i] - last.position_rad[i]);
-      // Two cycles' travel: one slot of a killed task may be unreadable.
-      const double allowed = 2.0 * arm_.joints[i].speed_rad_s * period_s * (1.0 + 1e-6) + 1e-9;
-      if (step <= allowed) continue;
-      if (jumps_++ == 0) {
-        first_jump_ =
-            fmt::format("joint {} by {} rad, allowed {}, cycle {} incarnation {} to cycle {} incarnation {}",
-                        i, step, allowed, last.cycle, last.incarnation, now.cycle, now.incarnation);
-      }
-    }
-  }
-
-  const std::string robot_;
-  mutable std::mutex mutex_;  // of channel_
-  std::shared_ptr<Observer> channel_;
-  std::uint64_t task_{0};
-  std::uint64_t next_{0};
-  Snapshot last_{};
-  bool have_last_{false};
-  ArmModel arm_;
-  std::atomic<bool> end_{false};
-  std::atomic<std::uint64_t> cycles_{0};
-  std::atomic<std::uint64_t> moving_{0};
-  std::atomic<int> jumps_{0};
-  std::string first_jump_;
-  std::thread thread_;
-};
 
 class Kill : public ::testing::Test {
  protected:

@@ -4,20 +4,26 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <random>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include <fmt/core.h>
 
+#include "config/load_profile.h"
 #include "corbot/channel/layout.h"
+#include "corbot/units.h"
 #include "shm/channel_client.h"
+#include "support/giop.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -71,6 +77,13 @@ class ServantRestart : public RobotRig {
   [[nodiscard]] Corbot::MotionState end_of(Corbot::Ticket ticket) const {
     Corbot::MotionInfo_var info = arm_->Wait(ticket, 60.0);
     return info->state;
+  }
+  /// How long a stop of joint 0 at that speed may take on its path: the bound of rt/cycle/governor.h.
+  [[nodiscard]] double longest_ramp_s(double speed_deg_s) const {
+    constexpr double kStopBound = 4.0;
+    const JointLimits limits = load_profile(profile_).arm.joints[0];
+    return kStopBound * (to_radians(speed_deg_s) / limits.acceleration_rad_s2 +
+                         limits.acceleration_rad_s2 / limits.jerk_rad_s3);
   }
   [[nodiscard]] double joint_deg(CORBA::ULong joint) const {
     Corbot::JointCoord_var joints = arm_->ArtiCoord();
@@ -184,9 +197,11 @@ TEST_F(ServantRestart, AMotionThatEndedWhileNoServantWasThereIsDone) {
 }
 
 /// A Stop right after a restart in mid-motion among calls that wait for motions of either servant: what each answers,
-/// and after how long.
+/// and after how long. The best of several tries is judged: any may meet a busy machine.
 TEST_F(ServantRestart, StopRightAfterARestartInMidMotion) {
+  constexpr double kStop_s = 0.05;
   for (const bool is_moving : {false, true}) {
+    const double ramp_s = is_moving ? longest_ramp_s(10.0) : 0.0;
     std::vector<double> stop_s;
     double last_s = 0.0;
     for (int i = 0; i < 5; ++i) {
@@ -224,7 +239,61 @@ TEST_F(ServantRestart, StopRightAfterARestartInMidMotion) {
         "after it\n",
         is_moving ? "a joint at 10 degrees a second" : "a Delay", 1e3 * stop_s[2], 1e3 * stop_s.back(),
         1e3 * last_s);
+    EXPECT_LE(stop_s.front(), kStop_s + ramp_s);
   }
+}
+
+/// More calls than anybody may make, on one connection, right after a restart in mid-motion: each is answered, the servant
+/// has few threads, and a Stop gets through meanwhile. The best of several tries is judged, as above.
+TEST_F(ServantRestart, ManyCallsRightAfterARestartInMidMotion) {
+  constexpr std::uint32_t kCalls = 1500;
+  constexpr int kFewThreads = 150;
+  constexpr double kStop_s = 0.5;  // among so many
+  double best_s = HUGE_VAL;
+  for (int i = 0; i < 3; ++i) {
+    const Corbot::Ticket running = arm_->StartDrive(0, i % 2 == 0 ? 80.0 : -80.0, 10.0);
+    ASSERT_TRUE(wait_until(within(30), [&] { return state_of(running) == Corbot::MotionRunning; }));
+    restart_servant();
+    if (HasFatalFailure()) return;
+    RawConnection connection(port_);
+    std::string requests;
+    for (std::uint32_t id = 1; id <= kCalls; ++id) requests += giop_request(id, name_, "StartDelay", {0.01});
+    std::atomic<bool> end{false};
+    int most_threads = 0;
+    std::thread watch([&] {
+      while (!end) {
+        const std::filesystem::directory_iterator all(fmt::format("/proc/{}/task", servant_->pid()));
+        most_threads =
+            std::max(most_threads, static_cast<int>(std::distance(begin(all), std::filesystem::end(all))));
+      }
+    });
+    std::thread sender([&] { EXPECT_TRUE(connection.send(requests)); });
+    std::set<std::uint32_t> answered;
+    const auto read_one = [&] {
+      const auto reply = connection.reply(within(30));
+      if (!reply) return false;
+      EXPECT_TRUE(reply->status == 0 || reply->status == 1)
+          << reply->status << ": neither a ticket nor a refusal";
+      answered.insert(reply->id);
+      return true;
+    };
+    EXPECT_TRUE(read_one());
+    const Clock::time_point called = Clock::now();
+    arm_->Stop();
+    best_s = std::min(best_s, std::chrono::duration<double>(Clock::now() - called).count());
+    EXPECT_EQ(end_of(running), Corbot::MotionStopped);
+    while (answered.size() < kCalls && read_one()) {
+    }
+    sender.join();
+    end = true;
+    watch.join();
+    EXPECT_EQ(answered.size(), kCalls);
+    EXPECT_LE(most_threads, kFewThreads);
+    fmt::print("{} calls after a restart: {} threads at most\n", kCalls, most_threads);
+    EXPECT_TRUE(wait_for(Corbot::Standby));
+  }
+  fmt::print("Stop among them: {:.1f} ms at best\n", 1e3 * best_s);
+  EXPECT_LE(best_s, kStop_s + longest_ramp_s(10.0));
 }
 
 /// Kills at random instants among clients that start motions: each number that a client was given has one end, in the
