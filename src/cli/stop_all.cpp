@@ -92,6 +92,8 @@ void stop_all(const std::string& robot, double timeout_s) {
     if (!report(stopping)) failed.push_back(stopping.robot);
   }
   std::fflush(stdout);
+  if (const std::string elsewhere = client::robots_elsewhere(); !elsewhere.empty())
+    fmt::print(stderr, "corbot: not asked to stop: {}\n", elsewhere);
   if (!failed.empty()) {
     throw Failure(ExitCode::kUnreachable, fmt::format("{} of {} robots did not confirm the stop: {}",
                                                       failed.size(), names.size(), fmt::join(failed, ", ")));

@@ -33,8 +33,10 @@ struct RobotState {
 /// The state as the supervisor last wrote it, whether it lives or not; nothing when there is no such file.
 [[nodiscard]] std::optional<RobotState> read_state(const std::string& name);
 
-/// "looked in DIRECTORY", and which robots are up whose files are where this user has them under another
-/// XDG_RUNTIME_DIR; of that name, or of any. For messages.
+/// For messages, of one name or all: "'lynx5' is up with its files in DIRECTORY…" where this user has them under another
+/// XDG_RUNTIME_DIR; empty: none.
+[[nodiscard]] std::string robots_elsewhere(const std::string& name = "");
+/// "looked in DIRECTORY", and that.
 [[nodiscard]] std::string where_looked(const std::string& name = "");
 
 /// Does a supervisor of that robot live?

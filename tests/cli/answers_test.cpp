@@ -12,6 +12,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "cli/supervise/state_lock.h"
 #include "cli_rig.h"
 #include "support/ports.h"
 #include "support/robot_rig.h"
@@ -288,6 +289,26 @@ TEST_F(Answers, WhereARobotWasLookedForIsSaid) {
     EXPECT_EQ(result.code, 3) << command[0];
     EXPECT_THAT(result.errors, HasSubstr("looked in " + (other / "corbot").string())) << command[0];
   }
+}
+
+/// What is up here only has files: nothing is to be stopped, or to be heard, of it.
+TEST_F(Answers, StopAllSaysWhichRobotOfAnotherRuntimeDirectoryItDidNotAsk) {
+  up();
+  const std::string other = unique_name("two-shells");
+  ASSERT_EQ(::setenv("XDG_RUNTIME_DIR", "", 1), 0);  // of this process, whose children have one of their own
+  auto lock = cli::StateLock::acquire(other);
+  ASSERT_TRUE(lock);
+  client::RobotState state;
+  state.name = other;
+  state.pid = ::getpid();
+  state.address = "corbaloc::127.0.0.1:1/" + other;
+  lock->write(state);
+  const RunResult result = corbot({"stop", "--all"});
+  lock.reset();
+  EXPECT_EQ(result.code, 0);
+  EXPECT_EQ(result.output, name_ + ": stopped\n");
+  EXPECT_THAT(result.errors, AllOf(HasSubstr("not asked to stop: "), HasSubstr("'" + other + "' is up"),
+                                   HasSubstr("--robot " + state.address)));
 }
 
 }  // namespace
