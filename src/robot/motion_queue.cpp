@@ -196,7 +196,7 @@ void MotionQueue::cancel(corbot_ticket id, const Wanted& wanted) {
       access_.check(task);
       range = tickets_.cancel_from(id);
       if (!range) return;
-      count = request_cancel(task, *range);
+      count = unfinished_cancel_ = request_cancel(task, *range);
     }
     Snapshot echo{};
     const auto is_echoed = [&](const Snapshot& now) {
@@ -206,6 +206,7 @@ void MotionQueue::cancel(corbot_ticket id, const Wanted& wanted) {
     access_.await(task, kEcho_s, "a Cancel", is_echoed, wanted);
     // Nothing of the range begins any more; what had begun slows down, and its verdict comes.
     tickets_.end_cancelled(std::max(echo.command_id, echo.last_done_id));
+    unfinished_cancel_ = 0;
   }
   for (Patience patience{kRest};;) {
     const bool is_last = patience.is_over();
@@ -214,6 +215,14 @@ void MotionQueue::cancel(corbot_ticket id, const Wanted& wanted) {
     if (is_last) throw not_ready(fmt::format("a Cancel did not end in {} s", kRest.count()));
     check(wanted);
   }
+}
+
+void MotionQueue::finish_cancel(const Snapshot& before) {
+  // Where somebody has it, a Cancel is under way, or this is not the only thread here: the next snapshot will do.
+  const std::unique_lock one(cancel_mutex_, std::try_to_lock);
+  if (!one.owns_lock() || unfinished_cancel_ == 0 || before.cancels_done != unfinished_cancel_) return;
+  unfinished_cancel_ = 0;
+  tickets_.end_cancelled(std::max(before.command_id, before.last_done_id));
 }
 
 void MotionQueue::repeat_cancel() {

@@ -43,6 +43,9 @@ class MotionQueue {
   void cancel(corbot_ticket id, const Wanted& wanted);
   /// Before the first call: what the servants before this one have handed over.
   void inherit(const std::vector<Ticket>& former);
+  /// Ends what a Cancel has taken back that was not waited for until the task had echoed it: from a snapshot, as
+  /// TicketTable::reconcile.
+  void finish_cancel(const Snapshot& before);
   /// The servant before this one may have been killed before the task knew what it was to take back.
   void repeat_cancel();
   /// Throws CallError (not ready) while a motion is pending, of this servant or one before it.
@@ -66,6 +69,7 @@ class MotionQueue {
   std::atomic<int> starting_{0};
 
   std::mutex cancel_mutex_;             // one request until the task has echoed it; taken before the other
+  std::uint64_t unfinished_cancel_{0};  // its number, of that mutex; 0: none
   std::mutex planning_mutex_;           // one plan at a time; of the members below
   std::uint64_t last_pushed_{0};        // to the task below, by this servant or one before it
   std::uint64_t pushed_to_{0};          // incarnation

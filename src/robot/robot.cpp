@@ -108,6 +108,7 @@ void Robot::on_drained(const Snapshot& before) {
   // Also where nobody has waited for the end of that Clear.
   if ((before.flags & kSnapshotHeld) == 0) set_holds_cleared(before.holds_done);
   tickets_.reconcile(before);
+  queue_.finish_cancel(before);
   task_.notify();
 }
 

@@ -115,6 +115,10 @@ class FreeConnection : public RobotRig, public ::testing::WithParamInterface<Cli
         EXPECT_TRUE(heard.starts_with("exception Stopped")) << heard;
       }
       heard_ += fmt::format("  {}\n", heard);
+      if (i < mix.delays) continue;
+      const bool names_bound =
+          heard.find("4 other calls of this host are blocked, 4 are allowed") != heard.npos;
+      refused_ += names_bound || heard == "exception QueueFull {capacity=4}";
     }
     arm_->Resume();
     arm_->Stop();
@@ -126,6 +130,7 @@ class FreeConnection : public RobotRig, public ::testing::WithParamInterface<Cli
   std::unique_ptr<Observer> channel_;
   int begun_{0};
   std::string heard_;
+  int refused_{0};  // because four were blocked
 };
 
 /// The best of several tries: any of them may meet a busy machine.
@@ -134,6 +139,7 @@ TEST_P(FreeConnection, IsThereForAStopAmongBlockedCallsOfEveryKind) {
   constexpr double kBound_s = 0.05;
   for (const Mix& mix : kMixes) {
     std::vector<double> took_s;
+    refused_ = 0;
     for (std::size_t i = 0; i < kTries; ++i) {
       heard_.clear();
       took_s.push_back(stop_among(mix));
@@ -142,6 +148,11 @@ TEST_P(FreeConnection, IsThereForAStopAmongBlockedCallsOfEveryKind) {
     fmt::print("{}: a Stop is counted after {:.1f} ms in the median, {:.1f} ms at most; the last heard\n{}",
                text_of(mix), 1e3 * took_s[kTries / 2], 1e3 * took_s.back(), heard_);
     EXPECT_LT(took_s.front(), kBound_s) << text_of(mix);
+    // On one connection the Stop comes before a call has had its moment; Acquire has another reason.
+    const bool has_connection_a_call = GetParam().name == "omniorb" || GetParam().name == "python";
+    if (has_connection_a_call && operation_of(mix.then.front()) != "Acquire") {
+      EXPECT_GT(refused_, 0) << text_of(mix) << '\n' << heard_;
+    }
   }
 }
 

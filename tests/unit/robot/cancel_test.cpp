@@ -44,6 +44,24 @@ TEST_F(Cancel, AQueuedMotionAndThoseBehindItNeverBegin) {
   EXPECT_NEAR(joint_rad(), 0.2, 1e-6);
 }
 
+TEST_F(Cancel, ThatIsNotWaitedForIsCarriedOutAllTheSame) {
+  const corbot_ticket first = drive(0.3);
+  const corbot_ticket second = drive(0.3);
+  const corbot_ticket third = drive(0.3);
+  ASSERT_TRUE(wait_until(within(30), [&] { return robot_->wait(first, 0.0).progress > 0.0; }));
+  robot_->pause(true);
+  const auto at_once = [] { throw not_ready("enough"); };
+  EXPECT_EQ(status_of([&] { robot_->cancel(second, at_once); }), CORBOT_NOT_READY);
+  for (const corbot_ticket ticket : {second, third})
+    EXPECT_EQ(end_of(ticket).state, CORBOT_MOTION_STOPPED) << "before the first has ended";
+  EXPECT_TRUE(robot_->view().paused());
+  const corbot_ticket next = drive(-0.1);
+  robot_->pause(false);
+  EXPECT_EQ(end_of(first).state, CORBOT_MOTION_DONE);
+  EXPECT_EQ(end_of(next).state, CORBOT_MOTION_DONE);
+  EXPECT_NEAR(joint_rad(), 0.2, 1e-6);
+}
+
 TEST_F(Cancel, ARunningMotionSlowsDownOnItsPath) {
   const corbot_ticket first = drive(1.0);
   const corbot_ticket second = drive(0.1);
