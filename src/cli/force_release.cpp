@@ -29,7 +29,7 @@ std::string release_by_force(Client& client, const std::string& robot, double ti
   using Clock = std::chrono::steady_clock;
   const auto deadline =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
-  const std::string holder = holder_of(client);
+  std::string holder = holder_of(client);
   if (holder.empty()) throw Failure(ExitCode::kRefused, "nobody has control of the arm");
   if (!signal_servant(robot, SIGUSR1)) {
     throw Failure(
