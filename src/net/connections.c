@@ -4,6 +4,7 @@
 
 #include <arpa/inet.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
@@ -11,6 +12,7 @@
 #include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/eventfd.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
@@ -19,7 +21,7 @@
 
 #include "net/arrivals.h"
 
-enum { kDescriptors = CORBOT_DESCRIPTORS, kBytesInWord = 8 };
+enum { kDescriptors = CORBOT_DESCRIPTORS, kBytesInWord = 8, kMostListeners = 8 };
 
 /* A peer that is silent: probed after 3 s, and given up when nothing has been acknowledged for 6 s. */
 static const int kKeepIdle_s = 3;
@@ -35,7 +37,12 @@ typedef struct Entry {
   bool ending; /* closed for its idleness; the ORB has yet to notice */
 } Entry;
 
+typedef enum Phase { kStarting, kServing, kEnded } Phase;
+
 static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
+static _Atomic Phase phase = kStarting;
+static int listeners[kMostListeners]; /* that connections were accepted from */
+static int listener_count;
 static Entry entries[kDescriptors]; /* by descriptor */
 static uint64_t last_number;
 static int most; /* 0: not started */
@@ -165,8 +172,45 @@ static int connections_of(corbot_peer peer) {
   return count;
 }
 
-/* Closes one connection without a call: of the host that has most of them, the one that was used longest ago.
- * The ORB reads its end and frees the descriptor. */
+/* Of a connection without a call. The ORB reads its end and frees the descriptor. */
+static void end_connection(int fd) {
+  entries[fd].ending = true;
+  ++ending_count;
+  /* With this a client opens another connection for its next call, and hears no error. */
+  static const unsigned char close_connection[] = {'G', 'I', 'O', 'P', 1, 2, 0, 5, 0, 0, 0, 0};
+  (void)send(fd, close_connection, sizeof(close_connection), MSG_DONTWAIT | MSG_NOSIGNAL);
+  (void)shutdown(fd, SHUT_RDWR);
+}
+
+void corbot_connections_serve(void) { phase = kServing; }
+
+void corbot_connections_end(void) {
+  phase = kEnded; /* whoever is added has seen it otherwise, with the lock */
+  pthread_mutex_lock(&mutex);
+  for (int fd = 0; fd < kDescriptors; ++fd) {
+    if (entries[fd].number == 0 || entries[fd].ending) continue;
+    if (entries[fd].calls > 0) {
+      (void)shutdown(fd, SHUT_RD);
+    } else {
+      end_connection(fd);
+    }
+  }
+  pthread_mutex_unlock(&mutex);
+}
+
+/* In place of each an object that is never ready: the ORB may be waiting for its number, and closes it. */
+void corbot_connections_close_listeners(void) {
+  const int silent = eventfd(0, EFD_CLOEXEC);
+  if (silent < 0) return;
+  pthread_mutex_lock(&mutex);
+  for (int i = 0; i < listener_count; ++i) (void)dup3(silent, listeners[i], O_CLOEXEC);
+  pthread_mutex_unlock(&mutex);
+  (void)close(silent);
+}
+
+bool corbot_connections_ended(void) { return phase == kEnded; }
+
+/* Closes one connection without a call: of the host that has most of them, the one that was used longest ago. */
 static void make_room(void) {
   Entry* chosen = NULL;
   int chosen_count = 0;
@@ -186,13 +230,7 @@ static void make_room(void) {
     }
   }
   if (chosen == NULL) return;
-  const int fd = (int)(chosen - entries);
-  chosen->ending = true;
-  ++ending_count;
-  /* With this a client opens another connection for its next call, and hears no error. */
-  static const unsigned char close_connection[] = {'G', 'I', 'O', 'P', 1, 2, 0, 5, 0, 0, 0, 0};
-  (void)send(fd, close_connection, sizeof(close_connection), MSG_DONTWAIT | MSG_NOSIGNAL);
-  (void)shutdown(fd, SHUT_RDWR);
+  end_connection((int)(chosen - entries));
 }
 
 /* False when there is no room for it. */
@@ -223,12 +261,32 @@ static void forget(int fd) {
   corbot_arrivals_closed(fd);
 }
 
+/* Whether connections are to be taken, after a moment's wait: the thread may have other things to do. */
+static bool is_open(void) {
+  static const int wait_ms = 5;
+  if (most == 0 || phase != kStarting) return true;
+  (void)poll(NULL, 0, wait_ms);
+  return phase != kStarting;
+}
+
+static void note_listener(int fd) {
+  for (int i = 0; i < listener_count; ++i) {
+    if (listeners[i] == fd) return;
+  }
+  if (listener_count < kMostListeners) listeners[listener_count++] = fd;
+}
+
 /* Instead of the C library's, for the ORB; declared as there. */
 int accept(int fd, __SOCKADDR_ARG address, socklen_t* restrict size) {
+  if (!is_open()) {
+    errno = ECONNABORTED;
+    return -1;
+  }
   const int accepted = accept4(fd, address, size, 0);
   if (accepted < 0) return accepted;
   pthread_mutex_lock(&mutex);
-  const bool kept = most == 0 || add(accepted);
+  note_listener(fd);
+  const bool kept = most == 0 || (phase == kServing && add(accepted));
   pthread_mutex_unlock(&mutex);
   if (kept) return accepted;
   (void)close(accepted);

@@ -39,6 +39,18 @@ typedef struct corbot_peer {
  * start. */
 void corbot_connections_start(void);
 
+/* Who connects is accepted from now on, and waits before: an ORB listens before its objects are there, and would
+ * say that they do not exist. */
+void corbot_connections_serve(void);
+/* Nobody any more, and every connection without a call is closed as an idle one is, of the others the way in: an ORB
+ * that ends while requests arrive says that its objects do not exist, or crashes. When no call waits any more. */
+void corbot_connections_end(void);
+/* After that: nobody can connect any more, and the ORB hears nothing of those sockets. For ORBit2, which crashes where
+ * someone connects while it ends; omniORB connects to itself then. */
+void corbot_connections_close_listeners(void);
+/* Whether corbot_connections_end() was called: what is read now lay in a socket, and its client sends it again. */
+bool corbot_connections_ended(void);
+
 /* This process is about to connect to its own address from that local TCP port. The connection counts for
  * no bound and is never closed for its idleness, like every one over a Unix socket from this process: by it
  * the servant finds out that it responds, whatever others do. One port at a time. */

@@ -3,6 +3,8 @@
 #include <signal.h>
 
 #include <atomic>
+#include <set>
+#include <string>
 #include <thread>
 
 #include <fmt/core.h>
@@ -94,6 +96,24 @@ TEST_F(Lifecycle, BlockedCallsFailWhenTheServantEnds) {
   start_servant();
   // Over a connection to a servant that has ended the first call fails.
   EXPECT_TRUE(wait_until(within(10), [&] { return raised_by([&] { arm_->Stop(); }).empty(); }));
+}
+
+TEST_F(Lifecycle, AServantThatEndsOrStartsIsNotSaidNotToExist) {
+  std::atomic<bool> over{false};
+  std::set<std::string> raised;
+  std::thread caller([&] {
+    // Over connections of before the end, and over new ones.
+    while (!over) raised.insert(raised_by([&] { (void)arm_->Status(); }));
+  });
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(servant_->terminate(), 0) << servant_->errors();
+    start_servant();
+  }
+  over = true;
+  caller.join();
+  raised.erase("");
+  for (const std::string& exception : raised)
+    EXPECT_TRUE(exception == "COMM_FAILURE" || exception == "TRANSIENT") << exception;
 }
 
 TEST_F(Lifecycle, APortInUseIsNamed) {

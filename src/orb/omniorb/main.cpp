@@ -152,6 +152,7 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
   PortableServer::POAManager_var manager = poa->the_POAManager();
   manager->activate();
   control.serve(&control_servant);
+  corbot_connections_serve();
 
   std::optional<NameBinder> binder;
   if (!options.naming.empty()) {
@@ -169,6 +170,7 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
   binder.reset();
   corbot_robot_interrupt(&robot);  // calls that wait for motions return, or the ORB would wait for them
   flush_replies();                 // the ORB does not wait for a reply that is still being written
+  corbot_connections_end();
   orb->shutdown(true);
   orb->destroy();
 }

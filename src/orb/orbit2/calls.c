@@ -46,6 +46,13 @@ void calls_end(void* request) {
   g_mutex_unlock(&mutex);
 }
 
+bool calls_idle(void) {
+  g_mutex_lock(&mutex);
+  const bool idle = calls == NULL || g_hash_table_size(calls) == 0;
+  g_mutex_unlock(&mutex);
+  return idle;
+}
+
 /* In the thread that serves the request. */
 void ORBit_small_invoke_adaptor(void* object, void* request, void* method, void* data,
                                 CORBA_Environment* ev) {

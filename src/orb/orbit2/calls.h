@@ -2,6 +2,7 @@
 #ifndef CORBOT_ORBIT2_CALLS_H
 #define CORBOT_ORBIT2_CALLS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "net/connections.h"
@@ -22,6 +23,8 @@ typedef struct Call {
 Call calls_begin(void* request, corbot_connection connection, const void* key, size_t length);
 /* Without effect for other requests. */
 void calls_end(void* request);
+/* No request is being served. */
+bool calls_idle(void);
 
 /* The client of the call that this thread carries out, for corbot_robot.h, in *room: `Caller` lives as long as it is
  * used. */

@@ -6,8 +6,10 @@
 #include <string.h>
 
 #include "net/arrivals.h"
+#include "net/connections.h"
 #include "net/giop_probe.h"
 #include "orb/orbit2/arm_servant.h"
+#include "orb/orbit2/calls.h"
 #include "orb/orbit2/ior.h"
 #include "orb/orbit2/log.h"
 #include "orb/orbit2/naming.h"
@@ -89,6 +91,10 @@ static void run(const Orb* orb, const Options* options, const char* name, corbot
   corbot_robot_interrupt(robot); /* calls that wait for motions return */
   corbot_giop_probe_close(&probe);
   flush_replies();
+  corbot_connections_end();
+  corbot_connections_close_listeners();
+  for (int i = 0; i < kMostWaits && !calls_idle(); ++i) g_usleep(1000);
+  g_usleep(kReplyWritten_us); /* likewise: a thread is in the POA for a moment after its request is over */
   for (size_t i = 0; i < G_N_ELEMENTS(sources); ++i) {
     if (sources[i] != 0) g_source_remove(sources[i]);
   }

@@ -9,6 +9,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "net/connections.h"
 #include "net/giop_probe.h"
 #include "orb/orbit2/ior.h"
 #include "orb/orbit2/log.h"
@@ -208,6 +209,7 @@ bool orb_serve(Orb* orb, const Options* options, ArmServant servants[kTargets], 
   PortableServer_POAManager_activate(manager, &ev);
   CORBA_Object_release((CORBA_Object)manager, &ev);
   if (!orb_succeeded(&ev, "the POA cannot be activated")) return false;
+  corbot_connections_serve();
   if (listens(options)) return is_served(options, name);
   char* reference = orb_reference(options, name);
   log_error("ORBit2 does not listen at %s: has another program just taken the address?", reference);

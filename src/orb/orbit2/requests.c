@@ -126,6 +126,10 @@ static void set_key(CORBA_sequence_CORBA_octet* key, int target) {
 void ORBit_handle_request(CORBA_ORB orb, void* request) {
   static void (*real)(CORBA_ORB, void*);
   if (real == NULL) *(void**)&real = own("ORBit_handle_request");
+  if (corbot_connections_ended()) {
+    giop_recv_buffer_unuse(request);
+    return;
+  }
   CORBA_sequence_CORBA_octet* key = giop_recv_buffer_get_objkey(request);
   const void* pass = NULL;
   size_t pass_length = 0;

@@ -28,7 +28,7 @@ enum {
   kTargets
 };
 
-/* Requests for `name` and for NAME/... go to the objects with these keys, which are kept. Before the ORB listens. */
+/* Requests for `name` and for NAME/... go to the objects with these keys, which are kept. Before corbot_connections_serve(). */
 void requests_serve(const char* name, GByteArray* const keys[kTargets], corbot_robot* robot);
 /* The call of this place is over; without effect when that is known. */
 void requests_leave(int place);
