@@ -83,14 +83,12 @@ Holdings holdings_of(pid_t pid) {
   return {entries_in(process / "fd"), entries_in(process / "task")};
 }
 
-std::string RestCheck::look(const std::map<std::string, pid_t>& processes,
-                            const std::function<void()>& meanwhile) {
+std::string RestCheck::look(const std::function<std::map<std::string, pid_t>()>& processes) {
   const bool is_first = looks_++ == 0;
   std::string faults;
   const auto compare = [&] {
-    meanwhile();
     faults.clear();
-    for (const auto& [name, pid] : processes) {
+    for (const auto& [name, pid] : processes()) {
       const Holdings now = holdings_of(pid);
       if (now.descriptors == 0) faults += fmt::format("no {}\n", name);
       const auto first = first_.find(name);
@@ -104,7 +102,7 @@ std::string RestCheck::look(const std::map<std::string, pid_t>& processes,
     return faults.empty();
   };
   (void)test::wait_until(test::within(kSettled_s), compare);
-  for (const auto& [name, pid] : processes) {
+  for (const auto& [name, pid] : processes()) {
     const Holdings now = holdings_of(pid);
     if (is_first) first_[name] = now;
     Holdings& most = most_[name];

@@ -21,10 +21,9 @@ struct Holdings {
 /// more by what was broken around it.
 class RestCheck {
  public:
-  /// Waits until none holds more than at the first call, and says which does; "" when none. `processes`: by
-  /// name. `meanwhile` is called again and again.
-  [[nodiscard]] std::string look(const std::map<std::string, pid_t>& processes,
-                                 const std::function<void()>& meanwhile);
+  /// Waits until none holds more than at the first call, and says which does; "" when none. `processes`: by name, as they
+  /// are now: it is called again and again.
+  [[nodiscard]] std::string look(const std::function<std::map<std::string, pid_t>()>& processes);
   /// The most that any of these names held beyond the first time, once it had been waited for.
   [[nodiscard]] std::string summary() const;
 

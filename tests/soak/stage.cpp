@@ -292,10 +292,13 @@ void Stage::go_on() {
 }
 
 std::string Stage::check_rest(const std::vector<std::string>& names) {
-  std::map<std::string, pid_t> processes;
-  for (const std::string& name : names)
-    processes[name] = name == "servant" ? servant() : name == "task" ? task() : supervisor();
-  return rest_.look(processes, [this] { observe(); });
+  return rest_.look([&] {
+    observe();
+    std::map<std::string, pid_t> processes;  // one may be replaced meanwhile
+    for (const std::string& name : names)
+      processes[name] = name == "servant" ? servant() : name == "task" ? task() : supervisor();
+    return processes;
+  });
 }
 
 std::vector<std::string> Stage::wrong_tickets(bool ended) {
