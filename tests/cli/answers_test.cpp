@@ -51,7 +51,7 @@ TEST_F(Answers, AHoldOnAFrozenTaskIsCountedAndTakesEffectWhenItGoesOn) {
   const pid_t rt = pid_of("rt_pid");
   ASSERT_EQ(::kill(rt, SIGSTOP), 0);
   ASSERT_TRUE(wait_state("Error"));
-  const RunResult hold = corbot({"hold", "--timeout", "1"});
+  const RunResult hold = corbot({"hold", "--timeout", "5"});
   EXPECT_EQ(hold.code, 1);
   EXPECT_THAT(hold.errors, AllOf(HasSubstr("does not respond"), HasSubstr("the hold is counted"),
                                  HasSubstr("takes effect"), Not(HasSubstr("NOT HELD"))));
@@ -70,7 +70,7 @@ TEST_F(Answers, AHoldOnAFrozenTaskHoldsTheOneInItsPlace) {
   const pid_t rt = pid_of("rt_pid");
   ASSERT_EQ(::kill(rt, SIGSTOP), 0);
   ASSERT_TRUE(wait_state("Error"));
-  EXPECT_THAT(corbot({"hold", "--timeout", "1"}).errors, HasSubstr("the hold is counted"));
+  EXPECT_THAT(corbot({"hold", "--timeout", "5"}).errors, HasSubstr("the hold is counted"));
   EXPECT_TRUE(wait_until(within(30), [&] { return pid_of("rt_pid") != rt && has_alarm("133"); }));
   EXPECT_TRUE(is_held());
   EXPECT_TRUE(wait_until(within(30), [&] { return corbot({"clear"}).code == 0; }));
@@ -109,7 +109,7 @@ TEST_F(Answers, WhatBecameOfAMotionIsUnknownWhereTheServantIsGone) {
 
 TEST_F(Answers, WhatBecameOfAMotionIsUnknownWhereTheServantDoesNotAnswer) {
   up();
-  const auto motion = begin({"joints", "40", "20", "30", "40", "--time", "300", "--timeout", "2"});
+  const auto motion = begin({"joints", "40", "20", "30", "40", "--time", "300", "--timeout", "5"});
   ASSERT_TRUE(wait_state("Waiting"));
   const pid_t servant = pid_of("servant_pid");
   supervisor_->signal(SIGSTOP);

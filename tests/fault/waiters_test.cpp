@@ -30,7 +30,7 @@ namespace corbot::test {
 namespace {
 
 constexpr int kWaiting = 200;
-constexpr int kCycles = 30;
+constexpr int kCycles = 20;
 
 /// Of a number of cycles.
 struct Count {
