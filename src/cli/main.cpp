@@ -254,7 +254,7 @@ int run(int argc, char** argv) {
   std::vector<std::string> arguments = protect_negative_numbers(argc, argv);
   if (!arguments.empty() && arguments[0] == "help") {  // not far from 'hold'
     arguments.erase(arguments.begin());
-    arguments.push_back("--help");
+    arguments.emplace_back("--help");
   }
   if (!arguments.empty() && !arguments[0].starts_with('-')) check_command(app, arguments[0]);
   std::reverse(arguments.begin(), arguments.end());  // the order that CLI11 expects
