@@ -185,8 +185,9 @@ TEST_F(Waiters, TheCycleDoesTheSameForTwoHundredAsForNone) {
     }
   }
   EXPECT_LE(all.wakes_of_end, none.wakes_of_end);
-  // Not one for each that waits. The way through the loop depends a little on the clock: the histogram's bucket.
-  EXPECT_LT(all.instructions.front(), none.instructions.front() + kWaiting / 2);
+  // A look at each that waits would take three instructions at least. The way through the loop depends on the clock: to
+  // find the histogram's bucket takes up to two hundred.
+  EXPECT_LT(all.instructions.front(), none.instructions.front() + 3 * kWaiting);
 }
 
 }  // namespace
