@@ -185,8 +185,8 @@ TEST_F(Waiters, TheCycleDoesTheSameForTwoHundredAsForNone) {
     }
   }
   EXPECT_LE(all.wakes_of_end, none.wakes_of_end);
-  // A look at each that waits would take three instructions at least. The way through the loop depends on the clock: to
-  // find the histogram's bucket takes up to two hundred.
+  // A look at each that waits would take three instructions at least; the way through the loop depends on the clock, by
+  // two hundred or so.
   EXPECT_LT(all.instructions.front(), none.instructions.front() + 3 * kWaiting);
 }
 
