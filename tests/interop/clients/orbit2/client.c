@@ -330,11 +330,11 @@ static char* answer(char** words, GHashTable* threads, bool* keep_words) {
     text = run(from, strcmp(command, "get") == 0);
   } else if (strcmp(command, "begin") == 0) {
     Begun* begun = g_new0(Begun, 1);
-    const char* tag = next_word(&from);
+    char* tag = g_strdup(next_word(&from)); /* the thread frees the words */
     begun->words = words;
     begun->from = from;
     *keep_words = true;
-    g_hash_table_insert(threads, g_strdup(tag), g_thread_new("begun", run_begun, begun));
+    g_hash_table_insert(threads, tag, g_thread_new("begun", run_begun, begun));
     text = g_strdup("ok");
   } else if (strcmp(command, "end") == 0) {
     const char* tag = next_word(&from);
