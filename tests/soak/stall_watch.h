@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <pthread.h>
+#include <sched.h>
 #include <time.h>
 
 #include <atomic>
@@ -24,15 +26,23 @@ inline void sleep_ns(std::int64_t ns) {
   ::nanosleep(&time, nullptr);
 }
 
-/// Notices when the machine stands still, or gives nobody its processor: a thread that sleeps 10 ms at a time.
+/// Notices when the machine stands still, or gives one of its processors to nobody of us: a thread on each that sleeps 10
+/// ms at a time. A real-time thread that spins takes one from all others for as long.
 class StallWatch {
  public:
-  StallWatch() : thread_([this] { run(); }) {}
+  StallWatch() {
+    cpu_set_t all;
+    CPU_ZERO(&all);
+    if (::sched_getaffinity(0, sizeof(all), &all) != 0) return;
+    for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
+      if (CPU_ISSET(cpu, &all)) threads_.emplace_back([this, cpu] { run(cpu); });
+    }
+  }
   StallWatch(const StallWatch&) = delete;
   StallWatch& operator=(const StallWatch&) = delete;
   ~StallWatch() {
     end_ = true;
-    thread_.join();
+    for (std::thread& thread : threads_) thread.join();
   }
   [[nodiscard]] std::vector<Interval> stalls() const {
     const std::lock_guard lock(mutex_);
@@ -40,9 +50,13 @@ class StallWatch {
   }
 
  private:
-  void run() {
+  void run(int cpu) {
     constexpr std::int64_t kLook_ns = 10'000'000;
     constexpr std::int64_t kLate_ns = 50'000'000;
+    cpu_set_t own;
+    CPU_ZERO(&own);
+    CPU_SET(cpu, &own);
+    (void)::pthread_setaffinity_np(::pthread_self(), sizeof(own), &own);
     for (std::int64_t last_ns = now_ns(); !end_;) {
       sleep_ns(kLook_ns);
       const std::int64_t looked_ns = now_ns();
@@ -57,7 +71,7 @@ class StallWatch {
   mutable std::mutex mutex_;  // of the stalls
   std::vector<Interval> stalls_;
   std::atomic<bool> end_{false};
-  std::thread thread_;
+  std::vector<std::thread> threads_;
 };
 
 }  // namespace corbot::soak
