@@ -68,7 +68,7 @@ void Kept::read(std::istream& stream) {
     } else if (who == "c") {
       ledger.read(kByCommand, text);
     } else if (who != "#") {
-      ledger.read(std::atoi(who.c_str()), text);
+      ledger.read(static_cast<int>(std::strtol(who.c_str(), nullptr, 10)), text);
     }
   }
 }

@@ -336,7 +336,8 @@ int main(int argc, char** argv) try {
     return 0;
   }
   if (argc < 4) return 2;
-  corbot::soak::Caller caller(arm, std::atoi(argv[2]), std::strtoull(argv[3], nullptr, 10));
+  corbot::soak::Caller caller(arm, static_cast<int>(std::strtol(argv[2], nullptr, 10)),
+                              std::strtoull(argv[3], nullptr, 10));
   if (std::string(argv[3]) == "watch") caller.watch();
   caller.run();
 } catch (const CORBA::Exception& error) {
