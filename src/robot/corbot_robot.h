@@ -109,7 +109,8 @@ corbot_status corbot_robot_close_gripper(corbot_robot* robot, const corbot_calle
                                          corbot_ticket* ticket, corbot_error* error);
 
 /* Waits until the motion has ended (or for timeout_s; negative: for ever) and returns its state. CORBOT_OK
- * also when the time ran out or the motion failed: read info->state. CORBOT_BAD_PARAMETER: no such ticket. */
+ * also when the time ran out or the motion failed: read info->state. CORBOT_BAD_PARAMETER: no such ticket;
+ * CORBOT_NO_DATA: none yet, as no task has been connected that knows those of the servant before. */
 corbot_status corbot_robot_wait(corbot_robot* robot, corbot_ticket ticket, double timeout_s,
                                 const corbot_caller* caller, corbot_motion_info* info, corbot_error* error);
 /* Waits for ever and turns the end of the motion into a status: CORBOT_OK, _STOPPED, or _NOT_READY with the
@@ -124,7 +125,8 @@ corbot_status corbot_robot_stop(corbot_robot* robot, const corbot_caller* caller
 void corbot_robot_request_stop(corbot_robot* robot, const corbot_caller* caller, int32_t hold);
 corbot_status corbot_robot_await_stops(corbot_robot* robot, int32_t hold, corbot_error* error);
 /* Takes back one motion and what is queued behind it; what is before it goes on. Returns when they have
- * ended. CORBOT_OK and no effect when it has ended; CORBOT_BAD_PARAMETER: no such ticket. */
+ * ended. CORBOT_OK and no effect when it has ended; CORBOT_BAD_PARAMETER: no such ticket;
+ * CORBOT_NOT_READY: nor is there a task. */
 corbot_status corbot_robot_cancel(corbot_robot* robot, const corbot_caller* caller, corbot_ticket ticket,
                                   corbot_error* error);
 /* As Stop, and from then on nothing moves, whoever calls, until corbot_robot_clear: CORBOT_STATE_ERROR, with an alarm

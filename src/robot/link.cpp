@@ -164,7 +164,7 @@ void Link::serve_until_gone(const ServantChannel& channel) {
     const std::lock_guard lock(mutex_);
     incarnation_.store(channel.task().incarnation, std::memory_order_release);
   }
-  listener_.on_attached(std::exchange(has_been_attached_, true));
+  listener_.on_attached(has_been_attached_.exchange(true));
   connected_.notify_all();
   while (!ending()) {
     const std::atomic<std::uint32_t>& wake = channel.task().wake;

@@ -49,6 +49,8 @@ class Link {
 
   /// A real-time task is connected and its cycle runs.
   [[nodiscard]] bool alive() const noexcept { return incarnation() != 0; }
+  /// A task has been connected since the start: what the servant before this one has left is taken over.
+  [[nodiscard]] bool has_been_attached() const noexcept { return has_been_attached_; }
   /// Of that task; 0 where there is none.
   [[nodiscard]] std::uint64_t incarnation() const noexcept {
     return incarnation_.load(std::memory_order_acquire);
@@ -90,7 +92,7 @@ class Link {
   bool end_{false};
 
   std::atomic<std::uint64_t> incarnation_{0};  // of the task that is alive; 0: none
-  bool has_been_attached_{false};
+  std::atomic<bool> has_been_attached_{false};
   std::thread thread_;
 };
 

@@ -178,8 +178,9 @@ corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch
 }
 
 void MotionQueue::cancel(corbot_ticket id, const Wanted& wanted) {
+  const bool knows_all = access_.has_inherited();  // before it is looked for
   const auto ticket = tickets_.find(id);
-  if (!ticket) throw no_such_motion(id);
+  if (!ticket) throw knows_all ? no_such_motion(id) : not_ready(access_.cause());
   if (ticket->state != TicketState::kPending) return;
   const LivingTask task = access_.living();
   std::optional<TicketTable::Range> range;

@@ -183,8 +183,10 @@ corbot_motion_info Robot::wait(corbot_ticket id, double timeout_s) const {
     until = std::chrono::steady_clock::now() +
             std::chrono::duration_cast<std::chrono::steady_clock::duration>(bounded);
   }
+  const bool knows_all = link_.has_been_attached();  // before it is looked for
   const auto ticket = tickets_.wait(id, until);
-  if (!ticket) throw no_such_motion(id);
+  // Else it may be of the servant before this one, of which a task is needed to know.
+  if (!ticket) throw knows_all ? no_such_motion(id) : no_data(link_.cause());
   return view_.describe(*ticket);
 }
 

@@ -34,6 +34,8 @@ class TaskAccess {
   /// Both outlive this.
   TaskAccess(const Link& link, const TaskWatch& watch) : link_(link), watch_(watch) {}
 
+  /// What the servant before this one has left is taken over.
+  [[nodiscard]] bool has_inherited() const noexcept { return link_.has_been_attached(); }
   /// A task is connected, and its cycle has run; else not ready, with the cause.
   [[nodiscard]] LivingTask connected() const;
   /// And its cycle advances.
