@@ -81,10 +81,8 @@ CycleStart StartPosition::decide(const TaskSegment& segment, const DevicePositio
                         slow_note((last.flags & kSnapshotUnverified) != 0));
     return {last.position_rad, last.gripper, (last.flags & kSnapshotUnverified) != 0};
   }
-  const Saved file = has_last ? Saved{} : read();
-  const std::optional<LastPosition> saved = has_last ? by_pulses(last)
-                                            : forget ? std::nullopt
-                                                     : file.position;
+  const Saved file = has_last || forget ? Saved{} : read();
+  const std::optional<LastPosition> saved = has_last ? by_pulses(last) : file.position;
   const std::optional<CycleStart> reported = from_device(device, saved);
   CycleStart start = reported ? *reported : has_last ? left_by(last, *saved) : assumed(saved);
   start.held = file.held || (has_snapshot && (last.flags & kSnapshotHeld) != 0);

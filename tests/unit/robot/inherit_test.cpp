@@ -208,23 +208,6 @@ TEST_F(Inherit, MotionsThatRunOrWaitKeepTheirTickets) {
   EXPECT_FALSE(has_alarm(kAlarmFormerServantInvalid));
 }
 
-TEST_F(Inherit, WithoutATaskTheTicketsOfTheFormerServantAreNotSaidToBeUnknown) {
-  open_robot();
-  const corbot_ticket done = accept(2.0);
-  task_.complete(Verdict::kDone);
-  ASSERT_EQ(robot_->wait(done, 30.0).state, CORBOT_MOTION_DONE);
-  robot_.reset();
-  task_.die();
-  robot_ = std::make_unique<Robot>(profile_, name_);
-  EXPECT_EQ(status_of([&] { (void)robot_->wait(done, 0.0); }), CORBOT_NO_DATA);
-  EXPECT_EQ(status_of([&] { robot_->cancel(done); }), CORBOT_NOT_READY);
-  task_.adopt();
-  task_.run();
-  ASSERT_TRUE(wait_until(within(30), [&] { return robot_->view().state() != CORBOT_STATE_ERROR; }));
-  EXPECT_EQ(status_of([&] { (void)robot_->wait(done + 1, 0.0); }), CORBOT_BAD_PARAMETER)
-      << "once there is a task";
-}
-
 TEST_F(Inherit, VerdictsThatCameWhileNoServantWasThereAreRead) {
   open_robot();
   const corbot_ticket done = accept(1.0);

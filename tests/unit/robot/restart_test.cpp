@@ -145,5 +145,21 @@ TEST_F(TaskTest, EveryMotionEndsAcrossRestartsOfTheRealCycle) {
   robot_.reset();
 }
 
+TEST_F(Restart, WithoutATaskTheTicketsOfTheFormerServantAreNotSaidToBeUnknown) {
+  const corbot_ticket done = accept();
+  task_.complete(Verdict::kDone);
+  ASSERT_EQ(end_of(done).state, CORBOT_MOTION_DONE);
+  robot_.reset();
+  task_.die();
+  robot_ = std::make_unique<Robot>(profile_, name_);
+  EXPECT_EQ(status_of([&] { (void)robot_->wait(done, 0.0); }), CORBOT_NO_DATA);
+  EXPECT_EQ(status_of([&] { robot_->cancel(done); }), CORBOT_NOT_READY);
+  task_.adopt();
+  task_.run();
+  ASSERT_TRUE(wait_until(within(30), [&] { return robot_->view().state() != CORBOT_STATE_ERROR; }));
+  EXPECT_EQ(status_of([&] { (void)robot_->wait(done + 1, 0.0); }), CORBOT_BAD_PARAMETER)
+      << "once there is a task";
+}
+
 }  // namespace
 }  // namespace corbot::test
