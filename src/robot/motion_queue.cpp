@@ -197,7 +197,8 @@ void MotionQueue::cancel(corbot_ticket id, const Wanted& wanted) {
       access_.check(task);
       range = tickets_.cancel_from(id);
       if (!range) return;
-      count = unfinished_cancel_ = request_cancel(task, *range);
+      // With what an earlier one has taken back and the task has not read: it reads the newest request only.
+      count = unfinished_cancel_ = request_cancel(task, tickets_.cancelled().value_or(*range));
     }
     Snapshot echo{};
     const auto is_echoed = [&](const Snapshot& now) {

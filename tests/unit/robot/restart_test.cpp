@@ -145,6 +145,21 @@ TEST_F(TaskTest, EveryMotionEndsAcrossRestartsOfTheRealCycle) {
   robot_.reset();
 }
 
+/// The task reads the newest request only.
+TEST_F(Restart, ACancelThatIsNotWaitedForIsPartOfTheNextOne) {
+  std::array<corbot_ticket, 4> tickets{};
+  for (corbot_ticket& ticket : tickets) ticket = accept();
+  task_.begin();
+  const auto at_once = [] { throw not_ready("the caller is gone"); };
+  EXPECT_EQ(status_of([&] { robot_->cancel(tickets[1], at_once); }), CORBOT_NOT_READY);
+  EXPECT_EQ(status_of([&] { robot_->cancel(tickets[3], at_once); }), CORBOT_NOT_READY);
+  CancelRequest request{};
+  ASSERT_TRUE(task_.servant().control.cancel.load(request));
+  EXPECT_EQ(request.count, 2u);
+  EXPECT_LE(request.first, tickets[1]);
+  EXPECT_GE(request.last, tickets[3]);
+}
+
 TEST_F(Restart, WithoutATaskTheTicketsOfTheFormerServantAreNotSaidToBeUnknown) {
   const corbot_ticket done = accept();
   task_.complete(Verdict::kDone);
