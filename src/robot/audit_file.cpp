@@ -52,13 +52,15 @@ void AuditFile::open() {
 }
 
 void AuditFile::append(const std::string& line) {
-  const std::string text = (is_torn_ ? "\n" : "") + line + '\n';
-  if (is_regular_ && size_ > 0 && size_ + text.size() > largest_) rotate();
-  write(text);
+  if (is_regular_ && size_ > 0 && size_ + line.size() + 2 > largest_) rotate();
+  write((is_torn_ ? "\n" : "") + line + '\n');
 }
 
 void AuditFile::rotate() {
-  for (std::size_t age = files_ - 1; age > 0; --age) {
+  // No further than the first name that is free: what failed before has left one.
+  std::size_t last = 1;
+  while (last + 1 < files_ && ::access(name_of(last).c_str(), F_OK) == 0) ++last;
+  for (std::size_t age = last; age > 0; --age) {
     if (::rename(name_of(age - 1).c_str(), name_of(age).c_str()) == 0 || errno == ENOENT) continue;
     return report_(fmt::format("cannot be rotated and grows: {}: {}", name_of(age - 1).filename().string(),
                                std::strerror(errno)));

@@ -115,7 +115,7 @@ void AuditLog::write(const std::function<std::string()>& line) noexcept {
 
 void AuditLog::record(const AuditEntry& entry) noexcept {
   std::uint64_t left_out = 0;
-  if (entry.outcome != "ok") {
+  if (entry.is_refusal) {
     const std::lock_guard lock(mutex_);
     const auto taken = refusals_.take(RefusalBudget::Clock::now());
     if (!taken) return;

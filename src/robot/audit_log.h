@@ -27,6 +27,7 @@ struct AuditEntry {
   std::string call;        ///< operation and arguments, as in IDL: "Drive(0, 20, 90)"
   std::uint64_t ticket{};  ///< 0: none
   std::string outcome;     ///< "ok", or the exception and its reason
+  bool is_refusal{false};  ///< of a call that nobody with control made, and that did nothing
 };
 
 /// The audit log of one robot: DIRECTORY/NAME.audit, mode 0600, one JSON object a line, the newest last; kFiles of

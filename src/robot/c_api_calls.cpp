@@ -70,7 +70,10 @@ corbot_status recorded(corbot_robot* robot, const corbot_caller* caller, corbot_
     }
   });
   guarded(nullptr, [&] {
-    robot->robot.record({who, from_of(caller), fmt::format(text, arguments...), ticket, outcome_of(out)});
+    // Stops and Clear need no key; whoever has control does not flood.
+    const bool is_refusal = status != CORBOT_OK && who.empty() && !std::is_invocable_v<Body&>;
+    robot->robot.record(
+        {who, from_of(caller), fmt::format(text, arguments...), ticket, outcome_of(out), is_refusal});
   });
   return status;
 }

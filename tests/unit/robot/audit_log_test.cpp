@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "robot/audit_log.h"
+#include "robot/audit_file.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -67,12 +68,15 @@ TEST_F(AuditLogTest, AFloodOfRefusedCallsDoesNotRotateAwayWhatMovedTheArm) {
     AuditLog log(directory_, "lynx5", {});
     file = log.file();
     log.record({"cell", "127.0.0.1:40000", "Drive(0, 20, 90)", 7, "ok"});
-    for (int i = 0; i < 100'000; ++i) log.record({"", "10.0.0.7:40001", "Pause()", 0, "NotReady: held"});
+    for (int i = 0; i < 100'000; ++i)
+      log.record({"", "10.0.0.7:40001", "Pause()", 0, "NotReady: held", true});
+    for (int i = 0; i < 3; ++i) log.record({"cell", "", "the lease has run out", 0, "the arm was stopped"});
     log.record({"cell", "127.0.0.1:40000", "Stop()", 0, "ok"});
   }
   const auto entries = lines(file);
   EXPECT_EQ(entries.front()["ticket"], 7);
   EXPECT_EQ(entries.back()["call"], "Stop()");
+  EXPECT_EQ(entries[entries.size() - 4]["call"], "the lease has run out") << "no refusal, so each is there";
   EXPECT_GT(entries.size(), 100u);
   EXPECT_LT(entries.size(), 1'000u);
 }
@@ -235,6 +239,30 @@ TEST_F(AuditLogTest, LeavesNoTornLineOnAFullDisk) {
   ASSERT_EQ(entries.size(), 2u);
   EXPECT_EQ(entries[0]["ticket"], 1);
   EXPECT_EQ(entries[1]["ticket"], 3);
+}
+
+TEST_F(AuditLogTest, ARotationThatFailsAgainAndAgainCostsTheOldestFileOnly) {
+  const fs::path file = directory_ / "a.audit";
+  constexpr std::size_t kFiles = 4;
+  int reports = 0;
+  AuditFile log(file, 20, kFiles, [&](const std::string&) { ++reports; });
+  for (const char* line : {"the first one", "the second one", "the third one", "the fourth one"})
+    log.append(line);
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+  rlimit none = before;
+  none.rlim_cur = 3;
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &none), 0);
+  for (int i = 0; i < 10; ++i) log.append("one of those after");
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_EQ(reports, 10);
+  std::string all;
+  for (const char* name : {"a.audit", "a.1.audit", "a.2.audit", "a.3.audit"}) {
+    std::ifstream in(directory_ / name);
+    all.append(std::istreambuf_iterator<char>(in), {});
+  }
+  for (const char* line : {"the second one", "the third one", "the fourth one", "one of those after"})
+    EXPECT_NE(all.find(line), std::string::npos) << line;
 }
 
 TEST_F(AuditLogTest, SaysWhyItCannotBeWritten) {
