@@ -165,10 +165,11 @@ void force_release(const ClientOptions& options) {
   }
   Client client(address, options.timeout_s);
   const std::string holder = client::printable(release_by_force(client, address.local, options.timeout_s));
-  if (client.call([](auto& arm) { return arm.Status(); }) == Corbot::Waiting) {
-    throw Failure(
-        ExitCode::kRefused,
-        fmt::format("the control of '{}' has ended, but the arm moves: see 'corbot status'", holder));
+  if (client.call([](auto& arm) { return arm.Status(); }) != Corbot::Standby) {
+    throw Failure(ExitCode::kRefused,
+                  fmt::format("the control of '{}' has ended, but the arm moves or is in Error: see "
+                              "'corbot status'",
+                              holder));
   }
   fmt::print("the control of '{}' has ended, the arm is at rest\n", holder);
 }

@@ -11,9 +11,6 @@
 namespace corbot {
 namespace {
 
-/// Of this process's own making: the end.
-constexpr int kEnd = 1;
-
 sigset_t release_signals() noexcept {
   sigset_t signals;
   sigemptyset(&signals);
@@ -21,8 +18,10 @@ sigset_t release_signals() noexcept {
   return signals;
 }
 
-bool is_end(const siginfo_t& info) {
-  return info.si_code == SI_QUEUE && info.si_pid == ::getpid() && info.si_value.sival_int == kEnd;
+/// What another way of sending says of its sender is the sender's own word, or nothing where memory was short.
+std::string sender_of(const siginfo_t& info) {
+  if (info.si_code != SI_USER || info.si_pid == 0) return "local";
+  return fmt::format("local uid {}, process {}", info.si_uid, info.si_pid);
 }
 
 }  // namespace
@@ -36,7 +35,8 @@ ReleaseSignal::ReleaseSignal(OnSignal on_signal)
     : on_signal_(std::move(on_signal)), thread_([this] { run(); }) {}
 
 ReleaseSignal::~ReleaseSignal() {
-  (void)::pthread_sigqueue(thread_.native_handle(), SIGUSR1, {kEnd});
+  ending_ = true;
+  (void)::pthread_kill(thread_.native_handle(), SIGUSR1);
   thread_.join();
 }
 
@@ -45,8 +45,8 @@ void ReleaseSignal::run() {
   for (;;) {
     siginfo_t info{};
     if (::sigwaitinfo(&signals, &info) != SIGUSR1) continue;
-    if (is_end(info)) return;
-    on_signal_(fmt::format("local uid {}, process {}", info.si_uid, info.si_pid));
+    if (ending_) return;
+    on_signal_(sender_of(info));
   }
 }
 

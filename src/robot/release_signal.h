@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <string>
 #include <thread>
@@ -8,10 +9,10 @@
 namespace corbot {
 
 /// SIGUSR1 to this process, by which its own user and root, and nobody else, end whoever's exclusive control: the kernel
-/// checks who sends it, and says it. Not real-time safe.
+/// checks who sends it. Not real-time safe.
 class ReleaseSignal {
  public:
-  /// `from`: the sender, for a person. Called from a thread of this class; throws nothing.
+  /// `from`: the sender, for a person, where the kernel has said it. Called from a thread of this class; throws nothing.
   using OnSignal = std::function<void(const std::string& from)>;
 
   /// In every thread that this one starts from now on, as it has to be in all of the process.
@@ -25,6 +26,7 @@ class ReleaseSignal {
   void run();
 
   const OnSignal on_signal_;
+  std::atomic<bool> ending_{false};
   std::thread thread_;
 };
 
