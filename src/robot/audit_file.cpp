@@ -32,7 +32,7 @@ bool ends_in_mid_line(const fs::path& file, std::size_t size) {
 
 AuditFile::AuditFile(fs::path file, std::size_t largest, std::size_t files, Report report)
     : file_(std::move(file)), largest_(largest), files_(files), report_(std::move(report)) {
-  open();
+  if (const int error = open(); error != 0) throw_system(file_, error);
 }
 
 fs::path AuditFile::name_of(std::size_t age) const {
@@ -40,15 +40,16 @@ fs::path AuditFile::name_of(std::size_t age) const {
   return file_.parent_path() / fmt::format("{}.{}{}", file_.stem().string(), age, file_.extension().string());
 }
 
-void AuditFile::open() {
+int AuditFile::open() {
   Descriptor fd(::open(file_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0600));
   struct stat status {};
-  if (fd.get() < 0 || ::fstat(fd.get(), &status) != 0) throw_system(file_, errno);
+  if (fd.get() < 0 || ::fstat(fd.get(), &status) != 0) return errno;
   is_regular_ = S_ISREG(status.st_mode);
   size_ = is_regular_ ? static_cast<std::size_t>(status.st_size) : 0;
   if (is_regular_) (void)::fchmod(fd.get(), 0600);
   is_torn_ = is_regular_ && ends_in_mid_line(file_, size_);
   fd_ = std::move(fd);
+  return 0;
 }
 
 void AuditFile::append(const std::string& line) {
@@ -65,11 +66,10 @@ void AuditFile::rotate() {
     return report_(fmt::format("cannot be rotated and grows: {}: {}", name_of(age - 1).filename().string(),
                                std::strerror(errno)));
   }
-  try {
-    open();
-  } catch (const std::system_error& failed) {
+  if (const int error = open(); error != 0) {
     (void)::rename(name_of(1).c_str(), file_.c_str());  // which is still open
-    report_(fmt::format("cannot be rotated and grows: {}", failed.what()));
+    report_(
+        fmt::format("cannot be rotated and grows: {}: {}", file_.filename().string(), std::strerror(error)));
   }
 }
 

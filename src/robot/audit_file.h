@@ -27,7 +27,8 @@ class AuditFile {
 
  private:
   [[nodiscard]] std::filesystem::path name_of(std::size_t age) const;
-  void open();
+  /// 0, or errno.
+  [[nodiscard]] int open();
   void rotate();
   void write(const std::string& text);
 
