@@ -17,6 +17,7 @@
 #include "corbot/channel/fingerprint.h"
 #include "rt/backends/registry.h"
 #include "rt/cycle/cycle.h"
+#include "rt/cycle_settings.h"
 #include "rt/housekeeping.h"
 #include "rt/inputs/safety_lines.h"
 #include "rt/loop.h"
@@ -126,15 +127,23 @@ void run(const Options& options) {
   EmergencyStop stop;
   rt::TaskChannel channel(name, fingerprint(profile.arm), policy_of(options), options.fresh, stop_requested);
   TaskSegment& segment = channel.task();
+  // Where corbot switches the servos' power it went with the task before: only a person's Clear gives it back.
+  if (Snapshot last{}; switches_power(profile) && segment.snapshot.load(last)) segment.stop_seen.store(1);
   StopLegacy legacy(segment, stop);
   const std::unique_ptr<Backend> backend = rt::make_backend(profile, stop);
   const std::uint64_t incarnation = segment.incarnation;
-  const auto view = [&segment, &options, incarnation] {
+  const auto view = [&segment, &options, incarnation, &device = *backend] {
     Snapshot snapshot{};
-    if (!segment.snapshot.load(snapshot)) return rt::CycleView{0, true};
+    rt::CycleView seen{.in_error = true, .is_known = false, .bus_beats = device.beats()};
+    if (!segment.snapshot.load(snapshot)) return seen;
     const bool stop_seen = segment.stop_seen.load(std::memory_order_acquire) != 0;
     const bool begins_in_error = options.after_gap && snapshot.incarnation != incarnation;
-    return rt::CycleView{snapshot.cycle, stop_seen || begins_in_error || snapshot.state == RtState::kError};
+    seen.cycle = snapshot.cycle;
+    seen.in_error = stop_seen || begins_in_error || snapshot.state == RtState::kError;
+    seen.power_off = (snapshot.flags & kSnapshotPowerOff) != 0;
+    seen.fault_stop = (snapshot.flags & kSnapshotFaultStop) != 0;
+    seen.is_known = true;
+    return seen;
   };
   // Watched before anything moves: what is pressed at the start stops the first cycle.
   rt::SafetyLines safety(rt::safety_settings(profile), rt::kernel_gpio(), stop, view);
@@ -142,9 +151,8 @@ void run(const Options& options) {
   rt::StartPosition position(profile, name, options.state_directory);
   rt::CycleStart start = position.find(segment, backend->connect(), options.fresh);
   start.after_gap = options.after_gap;
-  const rt::LivenessLimits limits{profile.gap_fault_ns, profile.orphan_ns};
-  const auto cycle =
-      std::make_unique<rt::Cycle>(profile.arm, channel.cycle_channel(), *backend, stop, start, limits);
+  const auto cycle = std::make_unique<rt::Cycle>(profile.arm, channel.cycle_channel(), *backend, stop, start,
+                                                 rt::cycle_settings(profile));
   if (!open_backend(*backend, cycle->frame())) return;
   safety.allow_power();
   backend->install_fault_controls();

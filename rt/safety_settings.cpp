@@ -24,6 +24,14 @@ SafetySettings safety_settings(const Profile& profile) {
     settings.power = GpioRequest{power.chip, {power.line}, power.active_low, GpioBias::kAsIs, "corbot power"};
   }
   settings.off_at_stop = power.off_at_stop;
+  const WatchdogOptions& watchdog = profile.watchdog;
+  if (!watchdog.chip.empty()) {
+    settings.watchdog =
+        GpioRequest{watchdog.chip, {watchdog.line}, watchdog.active_low, GpioBias::kAsIs, "corbot watchdog"};
+    settings.watchdog_period_ns = watchdog.period_ns;
+  }
+  settings.category = profile.stop.category;
+  settings.ramp_ns = static_cast<std::int64_t>(profile.stop.ramp_s * 1e9);
   settings.priority = std::max(profile.priority - 1, 1);
   return settings;
 }

@@ -6,7 +6,7 @@
 
 namespace corbot::rt {
 
-/// The GPIO lines of `[emergency_stop]` and `[power_enable]`, where there are any. Set-up only.
+/// The GPIO lines of `[emergency_stop]`, `[power_enable]` and `[watchdog]`, where there are any. Set-up only.
 [[nodiscard]] SafetySettings safety_settings(const Profile& profile);
 
 }  // namespace corbot::rt

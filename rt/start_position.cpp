@@ -17,8 +17,11 @@ namespace {
 
 /// A controller reports its pulses in steps of up to 10 us, 1 degree of a usual servo.
 constexpr double kSamePulse_rad = to_radians(2.0);
-/// A joint may hang that far beyond its end; it is brought back, slowly.
-constexpr double kNearRange_rad = to_radians(3.0);
+
+/// How far a measured joint may be from the set-point that the last task left for that to go on. A drive stands behind
+/// it by its static lag, a degree or so under load: began every restart where that is measured, the arm would sink by it
+/// each time. Below what an approach brings back anyway (Approach::kMostTurned_rad), and what is further away was moved.
+constexpr double kMostLag_rad = to_radians(2.0);
 
 std::string degrees(const ArmModel& arm, const Joints& position_rad) {
   std::string text;
@@ -50,33 +53,61 @@ StartPosition::StartPosition(const Profile& profile, const std::string& robot,
 CycleStart StartPosition::find(const TaskSegment& segment, const DevicePosition& device, bool forget) {
   refuse_impossible(device);
   CycleStart start = decide(segment, device, forget);
-  start.power_cut_at_stop = !profile_.power_enable.chip.empty() && profile_.power_enable.off_at_stop &&
-                            !profile_.backend.position_known_at_start;
+  start.position_known = profile_.backend.position_known_at_start;
   start.position_fingerprint = fingerprint_;
   spdlog::log(start.unverified ? spdlog::level::warn : spdlog::level::info, "position: {}", text_);
   return start;
 }
 
 void StartPosition::refuse_impossible(const DevicePosition& device) const {
-  if (device.kind != DevicePosition::Kind::kMeasured) return;
-  for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
-    const JointLimits& limits = profile_.arm.joints[i];
-    const double at_rad = device.position_rad[i];
-    if (at_rad >= limits.lower_rad - kNearRange_rad && at_rad <= limits.upper_rad + kNearRange_rad) continue;
+  if (device.kind == DevicePosition::Kind::kUnknown) return;
+  const bool is_measured = device.kind == DevicePosition::Kind::kMeasured;
+  const auto beyond = beyond_range(profile_.arm, device.position_rad,
+                                   is_measured ? kNearRangeMeasured_rad : kNearRangeCommanded_rad);
+  if (!beyond) return;
+  const auto joint = static_cast<std::size_t>(beyond->joint);
+  const std::string& name = profile_.joint_names[joint];
+  const std::string range =
+      fmt::format("{:.1f} to {:.1f}", to_degrees(beyond->lower_rad), to_degrees(beyond->upper_rad));
+  if (is_measured) {
     throw std::runtime_error(fmt::format(
-        "joint {} is measured at {:.1f} degrees, outside its range of {:.1f} to {:.1f}: not started. Home "
+        "joint {} is measured at {:.1f} degrees, outside its range of {}: not started. Home "
         "its encoder, correct its drive's zero_count, counts_per_degree or direction, or turn it by hand "
         "into its range",
-        profile_.joint_names[i], to_degrees(at_rad), to_degrees(limits.lower_rad),
-        to_degrees(limits.upper_rad)));
+        name, to_degrees(beyond->position_rad), range));
   }
+  const ServoMap& servo = profile_.arm.servos[joint];
+  throw std::runtime_error(fmt::format(
+      "joint {} is at {:.1f} degrees, outside its range of {}, by what the controller sends to its servo, a "
+      "pulse of {:.0f} us: not started, since every start would move it. Correct zero_us, us_per_degree, "
+      "direction or range_deg in the profile where they are wrong; else move it into its range with "
+      "'corbot calibrate', or switch controller and servos off and on, with the arm held",
+      name, to_degrees(beyond->position_rad), range,
+      servo.zero_us + servo.direction * servo.us_per_rad * beyond->position_rad));
+}
+
+/// No device says otherwise, and the servos have had power since.
+void StartPosition::refuse_impossible(const Snapshot& last) const {
+  if (last.position_fingerprint == fingerprint_ || was_unpowered_) return;
+  const auto beyond = beyond_range(profile_.arm, angles_of(last), kNearRangeCommanded_rad);
+  if (!beyond) return;
+  const auto joint = static_cast<std::size_t>(beyond->joint);
+  throw std::runtime_error(fmt::format(
+      "joint {} is at {:.1f} degrees, outside its range of {:.1f} to {:.1f}, by the last pulse of the "
+      "task before, {:.0f} us, and the servo map that has changed since: not started, since every "
+      "start would move it. Correct zero_us, us_per_degree or direction in the profile; or start "
+      "with --fresh, with servos off or the arm held",
+      profile_.joint_names[joint], to_degrees(beyond->position_rad), to_degrees(beyond->lower_rad),
+      to_degrees(beyond->upper_rad), last.pulse_us[joint]));
 }
 
 CycleStart StartPosition::decide(const TaskSegment& segment, const DevicePosition& device, bool forget) {
   Snapshot last{};
   const bool has_snapshot = last_snapshot(segment, last);
   const bool has_last = has_snapshot && is_in_range(profile_.arm, last.position_rad, kGateTolerance_rad);
-  if (has_last && last.position_fingerprint == fingerprint_ && !was_unpowered_) {
+  const bool is_of_this_map = has_last && last.position_fingerprint == fingerprint_ && !was_unpowered_;
+  const std::string moved = is_of_this_map ? moved_since(last, device) : "";
+  if (is_of_this_map && moved.empty()) {
     text_ = fmt::format("where the last real-time task left it{}",
                         slow_note((last.flags & kSnapshotUnverified) != 0));
     return {last.position_rad, last.gripper, (last.flags & kSnapshotUnverified) != 0};
@@ -84,10 +115,41 @@ CycleStart StartPosition::decide(const TaskSegment& segment, const DevicePositio
   const Saved file = has_last || forget ? Saved{} : read();
   const std::optional<LastPosition> saved = has_last ? by_pulses(last) : file.position;
   const std::optional<CycleStart> reported = from_device(device, saved);
+  if (!reported && has_last) refuse_impossible(last);
   CycleStart start = reported ? *reported : has_last ? left_by(last, *saved) : assumed(saved);
+  start.in_error = file.in_error;
+  start.was_moved = !moved.empty();
+  if (!moved.empty()) text_ += moved + "; in Error until Clear";
+  if (!file.damage.empty()) text_ += "; in Error until Clear: " + file.damage;
   start.held = file.held || (has_snapshot && (last.flags & kSnapshotHeld) != 0);
   start.outranks_segment = true;
   return start;
+}
+
+/// Drives that lost their energy with their task let the arm sag, or be turned by hand: driven back it would move without
+/// a Clear, and energised anew it would be without one. Empty: no joint is further away than one may be that stands still.
+std::string StartPosition::moved_since(const Snapshot& last, const DevicePosition& device) const {
+  if (device.kind != DevicePosition::Kind::kMeasured) return "";
+  std::size_t furthest = 0;
+  const auto away_rad = [&](std::size_t joint) {
+    return std::abs(device.position_rad[joint] - last.position_rad[joint]);
+  };
+  for (std::size_t i = 1; i < profile_.arm.dof; ++i) {
+    if (away_rad(i) > away_rad(furthest)) furthest = i;
+  }
+  if (away_rad(furthest) <= kMostLag_rad) return "";
+  return fmt::format(", {:.1f} degrees from where the last real-time task left joint {}",
+                     to_degrees(away_rad(furthest)), profile_.joint_names[furthest]);
+}
+
+/// Of the last pulses, by the servo map as it is now.
+Joints StartPosition::angles_of(const Snapshot& last) const {
+  Joints position_rad{};
+  for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
+    const ServoMap& map = profile_.arm.servos[i];
+    position_rad[i] = (last.pulse_us[i] - map.zero_us) / (map.direction * map.us_per_rad);
+  }
+  return position_rad;
 }
 
 /// The servos are where their pulses have put them, whatever angle that is by now.
@@ -95,9 +157,9 @@ LastPosition StartPosition::by_pulses(const Snapshot& last) const {
   LastPosition position = position_of(last, robot_);
   if (last.position_fingerprint == fingerprint_) return position;
   const ArmModel& arm = profile_.arm;
+  const Joints angles_rad = angles_of(last);
   for (std::size_t i = 0; i < arm.dof; ++i) {
-    const ServoMap& map = arm.servos[i];
-    const double at_rad = (last.pulse_us[i] - map.zero_us) / (map.direction * map.us_per_rad);
+    const double at_rad = angles_rad[i];
     position.position_rad[i] =
         std::isfinite(at_rad) ? std::clamp(at_rad, arm.joints[i].lower_rad, arm.joints[i].upper_rad) : 0.0;
   }
@@ -123,11 +185,15 @@ StartPosition::Saved StartPosition::read() const {
   }
   try {
     const std::optional<LastPosition> position = store_->load(profile_.arm);
-    return {position, position && position->held};
+    if (position && position->in_error)
+      spdlog::warn("the arm was in Error, and was not cleared: nothing is energised until Clear");
+    return {position, position && position->held, position && position->in_error, {}};
   } catch (const PositionError& error) {
     spdlog::warn("the last position is rejected: {}{}", error.what(),
-                 error.held() ? "; the arm is still held by a StopAndHold" : "");
-    return {std::nullopt, error.held()};
+                 error.held()       ? "; the arm is still held by a StopAndHold"
+                 : error.in_error() ? "; the arm is in Error until Clear"
+                                    : "");
+    return {std::nullopt, error.held(), error.in_error(), error.in_error() ? error.what() : ""};
   }
 }
 
@@ -137,12 +203,7 @@ std::optional<CycleStart> StartPosition::from_device(const DevicePosition& devic
   // A controller may go on sending to servos that have no power.
   const bool is_unpowered = device.kind == DevicePosition::Kind::kCommanded && was_unpowered_;
   CycleStart start{device.position_rad, device.opening, is_unpowered};
-  if (device.opening < 0.0) start.opening = saved ? saved->opening : 0.0;
-  if (!is_in_range(profile_.arm, start.position_rad, kNearRange_rad)) {
-    spdlog::warn("the device reports the arm at {}, outside its range: rejected",
-                 degrees(profile_.arm, start.position_rad));
-    return std::nullopt;
-  }
+  if (!(device.opening >= 0.0)) start.opening = saved ? saved->opening : 0.0;
   bool is_same = saved.has_value() && device.kind == DevicePosition::Kind::kCommanded;
   for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
     const JointLimits& limits = profile_.arm.joints[i];

@@ -13,16 +13,17 @@
 namespace corbot::rt {
 
 /// Where the arm is at the start of the task, and where it was at its end. Set-up and tear-down only. By
-/// rank: the segment's position, if its servo map is this one and the servos have had power since; what the
-/// device measures or was commanded; the pulses in the segment; the file on disk;
-/// and angle 0 where there is nothing.
+/// rank: the segment's position, if its servo map is this one and the servos have had power since, and if no joint is
+/// measured away from it; what the device measures or was commanded; the pulses in the segment; the file on disk;
+/// and angle 0 where there is nothing. A file that cannot be read as what it shall be is an Error that was not cleared.
 class StartPosition {
  public:
   /// `state_directory` empty: the default one. Throws std::invalid_argument for a bad name.
   StartPosition(const Profile& profile, const std::string& robot, const std::string& state_directory);
 
   /// Decides, and logs the decision and everything that was rejected. `forget`: the file too.
-  /// Throws std::runtime_error when a joint is measured where it cannot be: from there, nothing may move.
+  /// Throws std::runtime_error when a joint is outside its range by what the device says, or by the
+  /// last pulses and a servo map that has changed since: every start would move it.
   [[nodiscard]] CycleStart find(const TaskSegment& segment, const DevicePosition& device, bool forget);
   /// The decision in one line of ASCII, for the operator.
   [[nodiscard]] const std::string& text() const noexcept { return text_; }
@@ -32,6 +33,9 @@ class StartPosition {
 
  private:
   void refuse_impossible(const DevicePosition& device) const;
+  void refuse_impossible(const Snapshot& last) const;
+  [[nodiscard]] std::string moved_since(const Snapshot& last, const DevicePosition& device) const;
+  [[nodiscard]] Joints angles_of(const Snapshot& last) const;
   [[nodiscard]] CycleStart decide(const TaskSegment& segment, const DevicePosition& device, bool forget);
   [[nodiscard]] LastPosition by_pulses(const Snapshot& last) const;
   [[nodiscard]] CycleStart left_by(const Snapshot& last, const LastPosition& at);
@@ -39,6 +43,8 @@ class StartPosition {
   struct Saved {
     std::optional<LastPosition> position{};  ///< nothing: there is none, or it was rejected
     bool held{};
+    bool in_error{};
+    std::string damage{};  ///< why the file proves nothing
   };
   [[nodiscard]] Saved read() const;
   [[nodiscard]] std::optional<CycleStart> from_device(const DevicePosition& device,

@@ -7,7 +7,7 @@ say() { printf '== %s\n' "$*"; }
 fail() { printf '%s: %s\n' "$(basename "$0")" "$*" >&2; exit 1; }
 
 # How many tests run at once: most of them wait, and those that compute say so to ctest.
-test_jobs() { echo $(($(nproc) * 2)); }
+test_jobs() { echo $(($(nproc) * 3)); }
 
 # build_preset PRESET [-D… for the configuration] [--target names]: configures and builds build/PRESET, with ccache where
 # it is.

@@ -3,13 +3,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string_view>
 
+#include "rt/backends/bus/approach_speed.h"
 #include "rt/backends/bus/bus_backend.h"
 #include "rt/backends/can/socketcan.h"
+#include "rt/backends/can_settings.h"
 #include "rt/backends/gpio/gpiod.h"
 #include "rt/backends/loopback/loopback_backend.h"
 #include "rt/backends/loopback/plug_signals.h"
@@ -42,6 +45,8 @@ std::unique_ptr<Backend> on_bus(const Profile& profile, std::unique_ptr<BusDevic
   settings.readback = profile.backend.common.readback;
   settings.priority = std::max(profile.priority - 1, 1);  // below the cycle, above all that is ordinary
   settings.relax_at_end = profile.backend.common.relax_at_end;
+  settings.stagger_ms = profile.backend.common.stagger_ms;
+  settings.ramp_s = profile.stop.category == 0 ? 0.0 : profile.stop.ramp_s;
   return std::make_unique<BusBackend>(profile.arm, std::move(device), settings, stop);
 }
 
@@ -57,13 +62,28 @@ std::unique_ptr<Backend> make_ssc32(const Profile& profile, EmergencyStop& stop)
       stop);
 }
 
+/// What the slowest of its servos may, of an approach that all share.
+double approach_us_per_s2(const Profile& profile) {
+  double least = pulse_limits(profile.arm, profile.arm.dof).acceleration;
+  for (std::size_t i = 0; i < profile.arm.dof; ++i) {
+    const double own = pulse_limits(profile.arm, i).acceleration;
+    if (own > 0.0) least = std::min(least, own);
+  }
+  return least;
+}
+
 std::unique_ptr<Backend> make_maestro(const Profile& profile, EmergencyStop& stop) {
   const SerialOptions& options = profile.backend.serial;
-  return on_bus(profile,
-                std::make_unique<Maestro>(MaestroSettings{options.port, options.baud, options.device_number,
-                                                          options.crc, profile.backend.common.readback,
-                                                          servos_of(profile), options.multi_target}),
-                stop);
+  MaestroSettings settings{options.port,
+                           options.baud,
+                           options.device_number,
+                           options.crc,
+                           profile.backend.common.readback,
+                           servos_of(profile),
+                           options.multi_target,
+                           options.detect_baud};
+  settings.approach_us_per_s2 = approach_us_per_s2(profile);
+  return on_bus(profile, std::make_unique<Maestro>(std::move(settings)), stop);
 }
 
 std::unique_ptr<Backend> make_mini_ssc(const Profile& profile, EmergencyStop& stop) {
@@ -107,23 +127,7 @@ std::unique_ptr<Backend> make_gpiod(const Profile& profile, EmergencyStop& stop)
 }
 
 std::unique_ptr<Backend> make_socketcan(const Profile& profile, EmergencyStop& stop) {
-  const SocketCanOptions& options = profile.backend.socketcan;
-  Cia402Settings settings;
-  settings.interface = options.interface;
-  settings.bit_rate = static_cast<std::uint32_t>(options.bit_rate);
-  settings.heartbeat_ms = options.heartbeat_ms;
-  settings.watch_ms = options.watch_ms;
-  settings.loop_ns = profile.arm.period_ns;
-  settings.gripper_model = profile.arm.gripper;
-  for (const CanDrive& drive : options.drives) {
-    settings.joints.push_back(
-        {static_cast<std::uint8_t>(drive.node), drive.counts_per_rad, drive.zero_count, drive.direction});
-  }
-  if (options.gripper_node > 0) {
-    settings.gripper = GripperDrive{static_cast<std::uint8_t>(options.gripper_node),
-                                    options.gripper_closed_count, options.gripper_open_count};
-  }
-  return on_bus(profile, std::make_unique<Cia402Drives>(std::move(settings)), stop);
+  return on_bus(profile, std::make_unique<Cia402Drives>(cia402_settings(profile)), stop);
 }
 
 /// One line a backend; its name is `kind` in [backend].

@@ -12,29 +12,39 @@
 namespace corbot::rt {
 namespace {
 
-bool has_failed(BackendHealth health) noexcept {
-  return health == BackendHealth::kLost || health == BackendHealth::kClosed;
+/// The rate at which the device keeps up. In steps, so that a ratio that varies does not begin a ramp in every cycle.
+double device_ratio(const BackendTimes& times) noexcept {
+  constexpr double kSteps = 32.0;
+  if (!(times.speed_ratio < 1.0)) return 1.0;
+  return std::max(std::floor(times.speed_ratio * kSteps), 1.0) / kSteps;
 }
 
 }  // namespace
 
-Cycle::Cycle(const ArmModel& arm, const CycleChannel& channel, Backend& backend, const EmergencyStop& stop,
-             const CycleStart& start, const LivenessLimits& limits) noexcept
+Cycle::Cycle(const ArmModel& arm, const CycleChannel& channel, Backend& backend, EmergencyStop& stop,
+             const CycleStart& start, const CycleSettings& settings) noexcept
     : arm_(arm),
       task_(channel.task),
       servants_(channel.servants),
       backend_(backend),
-      emergency_stop_(stop),
       period_s_(static_cast<double>(arm.period_ns) * 1e-9),
+      settle_ns_(settings.settle_ns),
+      ramp_ns_(settings.ramp_ns),
       stops_(channel.stop_count),
       queue_(task_),
       alarms_(task_),
-      gap_(arm.period_ns, limits.gap_fault_ns),
-      servant_watch_(limits.orphan_ns) {
+      gap_(arm.period_ns, settings.liveness.gap_fault_ns),
+      servant_watch_(settings.liveness.orphan_ns),
+      stop_input_(stop),
+      fault_stop_(settings.stop_category),
+      joint_ramp_(arm),
+      following_(settings.following) {
   adopt_last_position(start);
   snapshot_.stops_done = stops_.newest();
   snapshot_.incarnation = task_.incarnation;
   snapshot_.command_id = 0;
+  frame_.needs_clear = fault_stop_.is_latched();
+  frame_.power_off = fault_stop_.power_off();
   map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
 }
 
@@ -44,7 +54,7 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
     set_point_.position_rad[i] = std::clamp(wanted_rad, arm_.joints[i].lower_rad, arm_.joints[i].upper_rad);
   }
   if (std::isfinite(start.opening)) set_point_.opening = std::clamp(start.opening, 0.0, 1.0);
-  position_.begin(start.unverified, start.power_cut_at_stop);
+  position_.begin(start.unverified, start.position_known);
   snapshot_.position_fingerprint = start.position_fingerprint;
   Snapshot last{};
   if (last_snapshot(task_, last)) {
@@ -56,23 +66,24 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
     }
     if (!start.outranks_segment && std::isfinite(last.gripper))
       set_point_.opening = std::clamp(last.gripper, 0.0, 1.0);
-    inherit_error(last.state == RtState::kError);
+    inherit_error(start.was_moved || last.state == RtState::kError);
     hold_.adopt((last.flags & kSnapshotHeld) != 0);
   } else {
     queue_.adopt(0);
+    inherit_error(start.in_error);
     hold_.adopt(start.held);
   }
   inherit_error(task_.stop_seen.load(std::memory_order_acquire) != 0);
   gap_inherited_ = start.after_gap;
-  faulted_ |= start.after_gap;
+  if (start.after_gap) fault_stop_.begin(FaultStop::Way::kAtOnce, false);
   last_ = set_point_;
+  joint_ramp_.rest_at(set_point_.position_rad);
 }
 
 /// Of any kind: it counts as a stop, since it has not been cleared.
 void Cycle::inherit_error(bool was_in_error) noexcept {
   if (!was_in_error) return;
-  faulted_ = true;
-  emergency_latched_ = true;
+  fault_stop_.begin(FaultStop::Way::kAtOnce, false);
   error_inherited_ = true;
 }
 
@@ -88,36 +99,45 @@ StepReport Cycle::step(std::int64_t now_ns, std::int64_t wall_ns) noexcept {
   report_start();
   watch_time();
   watch_servant();
-  latch_emergency_stop();
+  watch_stop_input();
   handle_command();
   advance_virtual_time();
-  accept_or_hold(evaluate_path());
+  accept_or_ramp(evaluate_path());
   exchange_with_backend();
+  check_following();
+  end_settled();
   publish();
-  return {published_ || snapshot_.state != state_before, !is_running_, snapshot_.state};
+  return {published_ || snapshot_.state != state_before, !is_running_ && !fault_stop_.is_slowing_down(),
+          snapshot_.state};
 }
 
 void Cycle::read_flags() noexcept {
   stops_.read(*flags_);
   paused_ = flags_->pause.load(std::memory_order_relaxed) != 0;
-  const std::uint64_t clears = flags_->clear_count.load(std::memory_order_acquire);
-  if (clears > snapshot_.clears_done) {
-    snapshot_.clears_done = clears;
-    const bool was_latched = emergency_latched_;
-    emergency_latched_ = emergency_latched_ && snapshot_.stop_sources != 0;
-    faulted_ = has_failed(health_) || emergency_latched_;
-    if (!faulted_) {
-      alarms_.clear(clears);
-      hold_.clear();
-    }
-    if (!emergency_latched_) task_.stop_seen.store(0, std::memory_order_release);
-    if (was_latched && !emergency_latched_) position_.emergency_stop_cleared();
-    published_ = true;
-  }
+  read_clear();
   hold_.see(*flags_);
   published_ = alarms_.report_clear(snapshot_.wall_ns) || published_;
   read_override();
   read_cancel();
+}
+
+/// An arm that is still slowing down, or whose device is not there, is not cleared: by another Clear, later. Nor is one
+/// whose stop is still pressed. A refused Clear changes nothing.
+void Cycle::read_clear() noexcept {
+  const std::uint64_t clears = flags_->clear_count.load(std::memory_order_acquire);
+  if (clears <= snapshot_.clears_done) return;
+  snapshot_.clears_done = clears;
+  published_ = true;
+  if (fault_stop_.is_slowing_down() || stop_input_.forbids_clear() || has_failed(device_.health())) return;
+  const bool was_in_error = fault_stop_.is_latched();
+  follow_device();  // a Clear in the first cycle of standing by leaves no later one for it
+  if (fault_stop_.is_latched() && !was_in_error) return;  // it has raised the alarm
+  if (beyond_range_) return raise(alarm::joint_beyond_range(*beyond_range_));
+  if (fault_stop_.power_off()) position_.energy_returns(feedback_.measured);
+  task_.stop_seen.store(0, std::memory_order_release);
+  fault_stop_.release();
+  alarms_.clear(clears);
+  hold_.clear();
 }
 
 void Cycle::read_cancel() noexcept {
@@ -130,7 +150,7 @@ void Cycle::read_cancel() noexcept {
 
 void Cycle::read_override() noexcept {
   const double wanted = Governor::valid_rate(flags_->override_ratio.load(std::memory_order_relaxed));
-  snapshot_.override_ratio = position_.limit_override(wanted);
+  snapshot_.override_ratio = std::min(position_.limit_override(wanted), device_ratio(device_.times()));
 }
 
 void Cycle::report_start() noexcept {
@@ -144,8 +164,12 @@ void Cycle::report_start() noexcept {
 /// nothing was watched meanwhile, and who stood by has seen an arm that is off.
 void Cycle::watch_time() noexcept {
   const Gap gap = gap_.see(snapshot_.time_ns);
-  if (gap != Gap::kNone) governor_.restart();
-  if (gap == Gap::kFault) fault(alarm::loop_gap(gap_.gap_ns()));
+  if (gap != Gap::kNone) {
+    governor_.restart();
+    joint_ramp_.rest_at(set_point_.position_rad);
+    if (fault_stop_.is_by_joint()) fault_stop_.come_to_rest();
+  }
+  if (gap == Gap::kFault) fault(alarm::loop_gap(gap_.gap_ns()), FaultStop::Way::kAtOnce);
   snapshot_.overruns = overruns_.total();
   const std::uint64_t overruns = overruns_.take_report(snapshot_.time_ns);
   if (overruns > 0) raise(alarm::overrun({.count = overruns, .total = overruns_.total()}));
@@ -160,14 +184,11 @@ void Cycle::watch_servant() noexcept {
   raise(alarm::servant_silent());
 }
 
-/// Before any command of this cycle: the set-point of the last cycle is the last.
-void Cycle::latch_emergency_stop() noexcept {
-  snapshot_.stop_sources = emergency_stop_.sources();
-  const std::uint32_t presses = emergency_stop_.presses();
-  if (presses == presses_seen_) return;
-  presses_seen_ = presses;
-  emergency_latched_ = true;
-  fault(alarm::emergency_stop(snapshot_.stop_sources));
+/// Before any command of this cycle, and before it advances: the ramp begins in the cycle that sees the press.
+void Cycle::watch_stop_input() noexcept {
+  const bool is_pressed = stop_input_.see(gap_.seen_ns());
+  snapshot_.stop_sources = stop_input_.sources();
+  if (is_pressed) fault(alarm::emergency_stop(snapshot_.stop_sources), FaultStop::Way::kOnPath);
 }
 
 bool Cycle::is_stop_requested() const noexcept {
@@ -181,103 +202,7 @@ bool Cycle::is_taken_back() const noexcept {
 }
 
 bool Cycle::is_slowing_down() const noexcept {
-  return is_stopping() || (is_running_ && queue_.is_cancelled(running_.id));
-}
-
-void Cycle::handle_command() noexcept {
-  if (faulted_) {
-    orphaned_ = false;
-    refuse_queue(Verdict::kFault, false);
-    end_stop();
-    return;
-  }
-  if (is_stopping()) {
-    end_slowed_down();
-    if (is_running_) return;
-    if (hold_.is_active()) refuse_queue(Verdict::kStopped, false);
-    if (is_stop_requested()) refuse_queue(Verdict::kStopped, !shutdown_);
-    if (orphaned_) refuse_queue(Verdict::kOrphaned, false);
-    orphaned_ = false;
-    end_stop();
-    return;
-  }
-  if (is_slowing_down()) end_slowed_down();
-  if (is_running_) return;
-  refuse_cancelled();
-  if (fetch_command()) begin_command();
-}
-
-void Cycle::end_slowed_down() noexcept {
-  if (!is_running_ || !governor_.holding()) return;
-  is_running_ = false;
-  governor_.rest();
-  complete(running_.id, is_taken_back() || shutdown_ ? Verdict::kStopped : Verdict::kOrphaned);
-}
-
-/// At rest. A hold is an Error from now on.
-void Cycle::end_stop() noexcept {
-  if (hold_.latch()) fault(alarm::held());
-  if (snapshot_.stops_done == stops_.newest()) return;
-  snapshot_.stops_done = stops_.newest();
-  published_ = true;
-}
-
-/// At rest, as refuse_cancelled(). At most two rings full of commands, each with its verdict. `older_only`: up to the
-/// first that the stop does not concern.
-void Cycle::refuse_queue(Verdict verdict, bool older_only) noexcept {
-  for (std::size_t i = 0; i <= CommandQueue::kMost && fetch_command(); ++i) {
-    if (older_only && !is_earlier_stop(queue_.waiting().epoch, stops_.newest())) return;
-    refuse(verdict);
-  }
-}
-
-void Cycle::refuse_cancelled() noexcept {
-  for (std::size_t i = 0; i <= CommandQueue::kMost && fetch_command(); ++i) {
-    if (!queue_.is_cancelled(queue_.waiting().id)) return;
-    refuse(Verdict::kStopped);
-  }
-}
-
-void Cycle::refuse(Verdict verdict) noexcept {
-  queue_.release();
-  complete(queue_.waiting().id, verdict);
-}
-
-/// At rest. Numbers whose commands are lost end in their turn: no call may wait for them forever.
-bool Cycle::fetch_command() noexcept {
-  CommandQueue::Fetch fetched = queue_.fetch();
-  if (fetched == CommandQueue::Fetch::kCorrupt) raise(alarm::ring_corrupt());
-  if (fetched == CommandQueue::Fetch::kCorrupt || fetched == CommandQueue::Fetch::kLost) {
-    queue_.end_lost(snapshot_.cycle);
-    published_ = true;
-    fetched = queue_.fetch();
-  }
-  return fetched == CommandQueue::Fetch::kOne;
-}
-
-void Cycle::begin_command() noexcept {
-  const Command& next = queue_.waiting();
-  // A Stop may have been counted between this cycle's look at the count and the push.
-  if (stops_.is_to_be_read(*flags_, next.epoch)) return;
-  if (is_earlier_stop(next.epoch, stops_.newest())) return refuse(Verdict::kStopped);
-  // Planned from where the task before had the arm, for a caller whose motion was reported lost with it.
-  if (next.incarnation != static_cast<std::uint32_t>(snapshot_.incarnation)) return refuse(Verdict::kLost);
-  if (paused_) return;
-
-  CommandVerdict verdict =
-      check_command(arm_, next, {queue_.last_done(), set_point_.position_rad, set_point_.opening});
-  if (next.epoch != stops_.newest()) verdict = {Verdict::kMalformed, -1, static_cast<double>(next.epoch)};
-  if (!verdict.ok()) {
-    raise(alarm::command_refused(
-        {.id = next.id, .verdict = verdict.verdict, .joint = verdict.joint, .value = verdict.value}));
-    return refuse(verdict.verdict);
-  }
-  queue_.release();
-  running_ = next;
-  is_running_ = true;
-  base_ = set_point_;
-  governor_.set_target(snapshot_.override_ratio);
-  governor_.begin(governed_motion(arm_, running_));
+  return fault_stop_.is_slowing_down() || is_stopping() || (is_running_ && queue_.is_cancelled(running_.id));
 }
 
 void Cycle::advance_virtual_time() noexcept {
@@ -289,72 +214,147 @@ SetPoint Cycle::evaluate_path() noexcept {
   return is_running_ ? evaluate_command(arm_, running_, base_, governor_.virtual_time_s()) : set_point_;
 }
 
-void Cycle::accept_or_hold(const SetPoint& next) noexcept {
+void Cycle::accept_or_ramp(const SetPoint& next) noexcept {
   last_ = set_point_;
-  if (!is_running_) return;
+  if (fault_stop_.is_by_joint()) return step_by_joint();
+  if (!is_running_) return follow_device();
   if (!next.reachable) {
-    fault(
-        alarm::kinematics_failed({.time_s = governor_.virtual_time_s(), .duration_s = running_.duration_s}));
-    return;
+    fault(alarm::kinematics_failed({.time_s = governor_.virtual_time_s(), .duration_s = running_.duration_s}),
+          FaultStop::Way::kByJoint);
+    return step_by_joint();
   }
   const SetPointVerdict verdict =
       check_set_point(arm_, set_point_.position_rad, next.position_rad, next.opening, period_s_);
   if (!verdict.ok) {
-    fault(verdict.alarm);
-    return;
+    fault(verdict.alarm, FaultStop::Way::kByJoint);
+    return step_by_joint();
   }
   set_point_ = next;
-  if (!governor_.finished()) return;
-  is_running_ = false;
-  governor_.rest();
-  if (is_taken_back()) {
-    complete(running_.id, Verdict::kStopped);
-    return;
+  joint_ramp_.see(set_point_.position_rad);
+  if (!governor_.finished() || settling_.is_active() || fault_stop_.is_slowing_down()) return;
+  if (is_taken_back()) return end_motion(Verdict::kStopped);
+  settling_.begin(snapshot_.cycle);
+}
+
+/// The gripper stays where it is.
+void Cycle::step_by_joint() noexcept {
+  if (!fault_stop_.is_by_joint()) return;
+  set_point_.position_rad = joint_ramp_.next();
+  joint_ramp_.see(set_point_.position_rad);
+}
+
+/// The joints are where the device says, not where set-points have put them; measured ones also while they are being
+/// energised after a Clear.
+bool Cycle::is_led_by_device() const noexcept {
+  const bool is_standing_by = device_.health() == BackendHealth::kStandby;
+  const bool leads = fault_stop_.is_latched() ? is_standing_by || fault_stop_.power_off()
+                                              : stands_ || (is_standing_by && feedback_.measured);
+  return leads && (feedback_.measured || (is_standing_by && feedback_.commanded));
+}
+
+/// Servos without energy go where they are pushed. Where the device cannot tell whether they have any, a small
+/// difference is how far they are behind: to follow that would let the arm creep. What is found beyond its range after
+/// the Clear has no set-point where it stands.
+void Cycle::follow_device() noexcept {
+  constexpr double kBehind_rad = 0.02;
+  const bool is_standing_by = device_.health() == BackendHealth::kStandby;
+  const bool follows = is_led_by_device();
+  if (!fault_stop_.is_latched()) beyond_range_.reset();
+  if (follows) {  // else what was said last counts
+    beyond_range_ = beyond_range(arm_, feedback_.position_rad,
+                                 feedback_.measured ? kNearRangeMeasured_rad : kNearRangeCommanded_rad);
   }
-  position_.motion_done(base_.position_rad, set_point_.position_rad);
-  read_override();  // a client that waits for this motion must not read the old one
-  complete(running_.id, Verdict::kDone);
+  if (beyond_range_ && feedback_.measured && !fault_stop_.is_latched())
+    fault(alarm::joint_beyond_range(*beyond_range_), FaultStop::Way::kAtOnce);
+  for (std::size_t i = 0; follows && i < std::min<std::size_t>(arm_.dof, kMaxJoints); ++i) {
+    const double there_rad = feedback_.position_rad[i];
+    double& held_rad = set_point_.position_rad[i];
+    if (!std::isfinite(there_rad)) continue;
+    if (!is_standing_by && std::abs(there_rad - held_rad) <= kBehind_rad) continue;
+    held_rad = std::clamp(there_rad, arm_.joints[i].lower_rad, arm_.joints[i].upper_rad);
+    last_.position_rad[i] = held_rad;  // not by a set-point's speed
+  }
+  constexpr double kBehind = 0.02;
+  const double opening = follows ? feedback_.opening : -1.0;  // also where it is no number nothing follows
+  if (opening >= 0.0 && (is_standing_by || std::abs(opening - set_point_.opening) > kBehind))
+    set_point_.opening = std::min(opening, 1.0);
+  stands_ = false;
+  joint_ramp_.rest_at(set_point_.position_rad);
 }
 
 void Cycle::exchange_with_backend() noexcept {
   frame_.cycle = snapshot_.cycle;
   frame_.time_ns = snapshot_.time_ns;
-  frame_.emergency_stop = emergency_latched_;
+  frame_.needs_clear = fault_stop_.is_latched();
+  frame_.power_off = fault_stop_.power_off();
   map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
   backend_.write(frame_);
-  const ServoFeedback feedback = backend_.read();
-  snapshot_.flags = (feedback.measured ? kSnapshotMeasured : 0u) |
-                    (position_.is_unverified() ? kSnapshotUnverified : 0u) |
-                    (hold_.is_active() ? kSnapshotHeld : 0u);
-  snapshot_.measured_rad = feedback.measured ? feedback.position_rad : Joints{};
-  snapshot_.measured_time_ns = feedback.measured ? feedback.time_ns : 0;
-  const BackendTimes times = backend_.times();
+  // Before the feedback, which a device that stands by has given already.
+  device_.look(backend_, frame_, gap_.seen_ns());
+  feedback_ = has_failed(device_.health()) ? ServoFeedback{} : backend_.read();
+  rest_.see(feedback_, gap_.seen_ns());
+  snapshot_.measured_rad = feedback_.measured ? feedback_.position_rad : Joints{};
+  snapshot_.measured_time_ns = feedback_.measured ? feedback_.time_ns : 0;
+  const BackendTimes& times = device_.times();
   snapshot_.device_frames = times.frames;
   snapshot_.device_age_ns = times.age_ns;
   snapshot_.device_age_max_ns = times.age_max_ns;
+  snapshot_.device_health = static_cast<std::uint32_t>(device_.health());
+  snapshot_.device_cause = to_number(device_.cause());
+  if (device_.has_changed()) watch_device();
+}
 
-  const BackendHealth before = health_;
-  health_ = backend_.health();
-  snapshot_.device_health = static_cast<std::uint32_t>(health_);
-  snapshot_.device_cause = to_number(backend_.cause());
-  if (health_ == before) return;
-  if (has_failed(health_) && !has_failed(before)) {
-    fault(alarm::backend_lost(backend_.cause()));
-  } else if (health_ == BackendHealth::kDegraded) {
-    raise(alarm::backend_degraded(backend_.cause()));
+/// A motion that has begun does not go on without energy, whoever has taken it off.
+void Cycle::watch_device() noexcept {
+  const bool ends_motion = is_running_ && device_.health() == BackendHealth::kStandby && !frame_.needs_clear;
+  if (device_.has_fallen() || device_.is_newly_lost() || ends_motion) {
+    fault(alarm::backend_lost(device_.cause()), FaultStop::Way::kAtOnce);
+  } else if (device_.health() == BackendHealth::kDegraded) {
+    raise(alarm::backend_degraded(device_.cause()));
   }
 }
 
-/// The arm holds its last good set-point; what runs and what waits gets its verdict in this cycle.
-void Cycle::fault(const AlarmEvent& cause) noexcept {
-  raise(cause);
-  faulted_ = true;
-  if (is_running_) {
-    is_running_ = false;
-    governor_.rest();
-    complete(running_.id, Verdict::kFault);
+void Cycle::check_following() noexcept {
+  if (!is_device_open() || fault_stop_.takes_energy()) return following_.rest();
+  const auto deviation = following_.see(set_point_.position_rad, feedback_, gap_.seen_ns());
+  if (deviation) fault(alarm::following_error(*deviation), FaultStop::Way::kOnPath);
+}
+
+/// In the cycle in which the device has taken the last set-point, and, where it measures, the joints are there.
+void Cycle::end_settled() noexcept {
+  if (!settling_.is_active() || fault_stop_.is_latched()) return;
+  const bool moves_joints = running_.kind != MotionKind::kGripper && running_.kind != MotionKind::kDwell;
+  const bool is_taken = running_.kind == MotionKind::kDwell || settling_.is_taken(device_.times());
+  const auto off_goal = moves_joints ? following_.off_goal(set_point_.position_rad, feedback_) : std::nullopt;
+  // Encoders that say nothing do not say that the joints are there.
+  const bool is_said = feedback_.measured || !backend_.has_encoders() || !moves_joints;
+  if (is_taken && is_said && !off_goal) {
+    position_.motion_done(base_.position_rad, set_point_.position_rad);
+    read_override();  // a client that waits for this motion must not read the old one
+    return end_motion(Verdict::kDone);
   }
-  refuse_queue(Verdict::kFault, false);
+  if (!settling_.wait(gap_.seen_ns(), settle_ns_)) return;
+  fault(alarm::goal_not_reached(
+            off_goal.value_or(alarm::JointDeviation{.joint = -1, .error_rad = 0.0, .allowed_rad = 0.0})),
+        FaultStop::Way::kOnPath);
+}
+
+/// Set-points that are on their way, or joints behind those that rest, whatever has ended the motion: they are slowed
+/// down by those who hold them. Who has no energy any more gets none for it.
+bool Cycle::has_to_be_awaited() const noexcept {
+  if (is_running_ && !settling_.is_active()) return true;
+  if (!is_running_ && (!is_device_open() || fault_stop_.power_off())) return false;
+  return !have_joints_come_to_rest();
+}
+
+/// What has come to rest already gets its verdict in this cycle.
+void Cycle::fault(const AlarmEvent& cause, FaultStop::Way way) noexcept {
+  raise(cause);
+  const bool was_by_joint = fault_stop_.is_by_joint();
+  if (!fault_stop_.is_slowing_down()) fault_ran_ns_ = 0;
+  fault_stop_.begin(way, has_to_be_awaited());
+  if (fault_stop_.is_by_joint() && !was_by_joint) joint_ramp_.begin();
+  if (!fault_stop_.is_slowing_down()) end_fault();
 }
 
 void Cycle::raise(const AlarmEvent& alarm) noexcept {
@@ -362,20 +362,19 @@ void Cycle::raise(const AlarmEvent& alarm) noexcept {
   published_ = true;
 }
 
-void Cycle::complete(std::uint64_t id, Verdict verdict) noexcept {
-  queue_.complete(id, verdict, snapshot_.cycle);
-  published_ = true;
-}
-
 RtState Cycle::state() const noexcept {
-  if (faulted_) return RtState::kError;
+  if (fault_stop_.is_latched()) return RtState::kError;
   if (is_slowing_down()) return RtState::kStopping;
   if (paused_ && (!is_running_ || governor_.holding())) return RtState::kPaused;
-  return is_running_ ? RtState::kMoving : RtState::kStandby;
+  return is_running_ || is_device_starting() ? RtState::kMoving : RtState::kStandby;
 }
 
 void Cycle::publish() noexcept {
   snapshot_.state = state();
+  snapshot_.flags =
+      (feedback_.measured ? kSnapshotMeasured : 0u) | (position_.is_unverified() ? kSnapshotUnverified : 0u) |
+      (hold_.is_active() ? kSnapshotHeld : 0u) | (fault_stop_.power_off() ? kSnapshotPowerOff : 0u) |
+      (fault_stop_.is_slowing_down() ? kSnapshotFaultStop : 0u);
   snapshot_.command_id = is_running_ ? running_.id : 0;
   snapshot_.command_duration_s = is_running_ ? running_.duration_s : 0.0;
   snapshot_.last_done_id = queue_.last_done();

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/backend/backend.h"
@@ -12,11 +13,16 @@
 #include "corbot/channel/servant_mailbox.h"
 #include "rt/cycle/alarm_output.h"
 #include "rt/cycle/command_queue.h"
+#include "rt/cycle/device_watch.h"
+#include "rt/cycle/fault_stop.h"
+#include "rt/cycle/following_check.h"
 #include "rt/cycle/governor.h"
 #include "rt/cycle/hold_latch.h"
+#include "rt/cycle/joint_ramp.h"
 #include "rt/cycle/liveness.h"
 #include "rt/cycle/path_evaluation.h"
 #include "rt/cycle/position_check.h"
+#include "rt/cycle/stop_input.h"
 #include "rt/cycle/stop_requests.h"
 
 namespace corbot::rt {
@@ -24,7 +30,7 @@ namespace corbot::rt {
 /// What the loop around the cycle must know of a step.
 struct StepReport {
   bool published{false};  ///< a verdict, an alarm or a change of state is out: wake the waiting threads
-  bool at_rest{true};     ///< no command is running
+  bool at_rest{true};     ///< no command is running, and no fault awaits the joints
   RtState state{RtState::kStandby};
 };
 
@@ -39,12 +45,23 @@ struct CycleChannel {
 struct CycleStart {
   Joints position_rad{};  ///< brought into the joints' ranges
   double opening{0.0};
-  bool unverified{false};         ///< position unverified: the first motion is slow
-  bool outranks_segment{false};   ///< the segment's last snapshot does not say where the servos are
-  bool after_gap{false};          ///< the task before was replaced because it was frozen: begin in Error
-  bool held{false};               ///< by StopAndHold, as the file on disk says; the segment outranks it
-  bool power_cut_at_stop{false};  ///< by an emergency stop: unverified again once it is cleared
+  bool unverified{false};        ///< position unverified: the first motion is slow
+  bool outranks_segment{false};  ///< the segment's last snapshot does not say where the servos are
+  bool after_gap{false};         ///< the task before was replaced because it was frozen: begin in Error
+  bool held{false};              ///< by StopAndHold, as the file on disk says; the segment outranks it
+  bool in_error{false};          ///< likewise: not cleared
+  bool was_moved{false};         ///< while no task ran: begin in Error
+  bool position_known{false};    ///< also after the servos were without energy
   std::uint64_t position_fingerprint{0};  ///< for the snapshots
+};
+
+/// Of the profile.
+struct CycleSettings {
+  LivenessLimits liveness{};
+  int stop_category{1};                 ///< of IEC 60204-1: 0 or 1
+  std::int64_t ramp_ns{1'000'000'000};  ///< `[stop] ramp_s`: a fault awaits measured joints no longer
+  FollowingCheck::Limits following{};
+  std::int64_t settle_ns{1'000'000'000};  ///< a motion whose end is not reached by then is a fault
 };
 
 /// One robot's real-time cycle. The constructor adopts the position and the Error of the last snapshot in the
@@ -54,11 +71,16 @@ struct CycleStart {
 /// no allocation, no lock, no system call, nothing thrown, a bounded number of operations. Each call advances
 /// the motion by one nominal period; a period that the loop missed delays the motion, it does not make the
 /// arm catch up. After a gap (GapWatch) the motion begins again from rest, or is a fault.
+///
+/// A fault slows the arm down as FaultStop says, and then takes the servos' energy off; nothing gets any, and nothing
+/// moves, before a Clear. While they have none, the set-point follows what the device says of the joints, so that
+/// nothing moves by itself afterwards either.
 class Cycle {
  public:
-  /// `stop`: whether an emergency stop is seen, or has been in this process; it and the others outlive this.
-  Cycle(const ArmModel& arm, const CycleChannel& channel, Backend& backend, const EmergencyStop& stop,
-        const CycleStart& start = {}, const LivenessLimits& limits = {}) noexcept;
+  /// `stop`: whether an emergency stop is seen, or has been in this process; the cycle adds whether the thread that
+  /// watches its inputs still looks. It and the others outlive this.
+  Cycle(const ArmModel& arm, const CycleChannel& channel, Backend& backend, EmergencyStop& stop,
+        const CycleStart& start = {}, const CycleSettings& settings = {}) noexcept;
 
   /// Real-time safe, bounded by the size of a ring; step() does it for a servant in the mailbox. What the
   /// former servant was accepted for is carried out first; what the new one's ring holds already is not its
@@ -101,17 +123,24 @@ class Cycle {
   void inherit_error(bool was_in_error) noexcept;
 
   void read_flags() noexcept;
+  void read_clear() noexcept;
   void read_override() noexcept;
   void report_start() noexcept;
   void watch_time() noexcept;
   void watch_servant() noexcept;
   void read_cancel() noexcept;
-  void latch_emergency_stop() noexcept;
+  void watch_stop_input() noexcept;
   void handle_command() noexcept;
   void advance_virtual_time() noexcept;
   [[nodiscard]] SetPoint evaluate_path() noexcept;
-  void accept_or_hold(const SetPoint& next) noexcept;
+  void accept_or_ramp(const SetPoint& next) noexcept;
+  void step_by_joint() noexcept;
+  [[nodiscard]] bool is_led_by_device() const noexcept;
+  void follow_device() noexcept;
   void exchange_with_backend() noexcept;
+  void watch_device() noexcept;
+  void check_following() noexcept;
+  void end_settled() noexcept;
   void publish() noexcept;
 
   [[nodiscard]] bool fetch_command() noexcept;
@@ -119,16 +148,27 @@ class Cycle {
   void refuse_queue(Verdict verdict, bool older_only) noexcept;
   void refuse_cancelled() noexcept;
   void end_slowed_down() noexcept;
+  [[nodiscard]] bool has_slowed_down() const noexcept;
+  [[nodiscard]] bool has_to_be_awaited() const noexcept;
+  [[nodiscard]] bool have_joints_come_to_rest() const noexcept;
+  void end_fault() noexcept;
+  void end_motion(Verdict verdict) noexcept;
   void begin_command() noexcept;
   void complete(std::uint64_t id, Verdict verdict) noexcept;
   void refuse(Verdict verdict) noexcept;
-  void fault(const AlarmEvent& cause) noexcept;
+  void fault(const AlarmEvent& cause, FaultStop::Way way) noexcept;
   void raise(const AlarmEvent& alarm) noexcept;
   [[nodiscard]] bool is_stop_requested() const noexcept;
   [[nodiscard]] bool is_stopping() const noexcept {
     return is_stop_requested() || orphaned_ || hold_.is_slowing_down();
   }
   [[nodiscard]] bool is_taken_back() const noexcept;
+  /// The device gives energy and takes set-points.
+  [[nodiscard]] bool is_device_open() const noexcept { return is_open(device_.health()); }
+  /// After a Clear: the servos are energised, and brought to where the arm is held.
+  [[nodiscard]] bool is_device_starting() const noexcept {
+    return device_.health() == BackendHealth::kStandby && !fault_stop_.is_latched();
+  }
   [[nodiscard]] bool is_slowing_down() const noexcept;
   [[nodiscard]] RtState state() const noexcept;
 
@@ -137,8 +177,9 @@ class Cycle {
   ServantMailbox& servants_;
   const ControlFlags* flags_{&kNoServant.control};  ///< of the servant that is connected
   Backend& backend_;
-  const EmergencyStop& emergency_stop_;
   const double period_s_;
+  const std::int64_t settle_ns_;
+  const std::int64_t ramp_ns_;
 
   StopRequests stops_;
   CommandQueue queue_;
@@ -149,6 +190,13 @@ class Cycle {
   OverrunCount overruns_;
   HoldLatch hold_;
   PositionCheck position_;
+  StopInput stop_input_;
+  FaultStop fault_stop_;
+  JointRamp joint_ramp_;
+  FollowingCheck following_;
+  RestCheck rest_;
+  Settling settling_;
+  DeviceWatch device_;
   Governor governor_;
   Command running_{};  ///< valid while is_running_
   bool is_running_{false};
@@ -159,13 +207,15 @@ class Cycle {
   bool shutdown_{false};
   bool orphaned_{false};  ///< no servant responds: what runs is being stopped
   bool paused_{false};
-  bool faulted_{false};
-  std::uint32_t presses_seen_{0};
-  bool emergency_latched_{false};  ///< until a clear after the release
-  bool error_inherited_{false};    ///< of the task before, not yet reported
-  bool gap_inherited_{false};      ///< likewise
+  bool error_inherited_{false};  ///< of the task before, not yet reported
+  bool gap_inherited_{false};    ///< likewise
   bool published_{false};
-  BackendHealth health_{BackendHealth::kOpen};
+  bool stands_{
+      false};  ///< a stop has come while the device was starting: the arm stays where the device says it is
+  std::optional<alarm::OutOfRange>
+      beyond_range_{};  ///< without energy, or while it is given: that joint would be moved
+  ServoFeedback feedback_{};
+  std::int64_t fault_ran_ns_{0};  ///< since a fault has begun to slow the arm down
   ServoFrame frame_{};
   Snapshot snapshot_{};
 };

@@ -3,15 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace corbot::rt {
 namespace {
 
-/// A plan may touch its limits exactly, and then differs by rounding.
-constexpr double kLimitTolerance = 2e-6;
 /// Terms that the ramp adds are taken a little greater than they are,
 /// since they are looked at in samples only.
 constexpr double kRampMargin = 1.03;
+/// Of a leading law's limits.
+constexpr std::array<double, 10> kStopShares{1.0, 0.94, 0.88, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2};
+/// What a stop must save to be worth another one.
+constexpr double kWorthwhile = 0.98;
 /// No ramp is shorter: it would end within a cycle or so.
 constexpr double kShortestRamp_s = 1e-3;
 
@@ -110,7 +113,7 @@ bool Governor::Ramp::stays_within_unit() const noexcept {
 
 void Governor::rest() noexcept {
   moving_ = false;
-  ramping_ = false;
+  course_ = Course::kEven;
   rate_ = target_;
   rate_change_ = 0.0;
   time_s_ = 0.0;
@@ -124,8 +127,11 @@ void Governor::begin(const GovernedMotion& motion) noexcept {
 }
 
 void Governor::restart() noexcept {
-  if (!moving_) return;
-  ramping_ = false;
+  if (moving_) hold();
+}
+
+void Governor::hold() noexcept {
+  course_ = Course::kEven;
   rate_ = 0.0;
   rate_change_ = 0.0;
 }
@@ -133,37 +139,99 @@ void Governor::restart() noexcept {
 void Governor::advance(double dt_s) noexcept {
   if (!moving_) return;
   seek_ramp();
-  double constant_s = dt_s;
-  if (ramping_) {
-    ramp_elapsed_s_ += dt_s;
-    constant_s = ramp_elapsed_s_ - ramp_.duration_s;
-    if (constant_s < 0.0) {
-      const double x = ramp_elapsed_s_ / ramp_.duration_s;
-      rate_ = std::clamp(ramp_.rate(x), 0.0, 1.0);
-      rate_change_ = ramp_.change(x);
-      time_s_ = std::max(time_s_, ramp_.time_s(x));
-    } else {
-      rate_ = ramp_.to_rate;
-      rate_change_ = 0.0;
-      time_s_ = std::max(time_s_, ramp_.time_s(1.0));
-      ramping_ = false;
-    }
-  }
-  if (constant_s > 0.0) time_s_ += rate_ * constant_s;
+  elapsed_s_ += dt_s;
+  if (course_ == Course::kEven) time_s_ += rate_ * dt_s;
+  if (course_ == Course::kRamp) follow_ramp();
+  if (course_ == Course::kStop) follow_stop();
   time_s_ = std::min(time_s_, motion_.duration_s);
 }
 
+void Governor::follow_ramp() noexcept {
+  const double beyond_s = elapsed_s_ - ramp_.duration_s;
+  if (beyond_s < 0.0) {
+    const double x = elapsed_s_ / ramp_.duration_s;
+    rate_ = std::clamp(ramp_.rate(x), 0.0, 1.0);
+    rate_change_ = ramp_.change(x);
+    time_s_ = std::max(time_s_, ramp_.time_s(x));
+    return;
+  }
+  rate_ = ramp_.to_rate;
+  rate_change_ = 0.0;
+  time_s_ = std::max(time_s_, ramp_.time_s(1.0)) + rate_ * beyond_s;
+  course_ = Course::kEven;
+}
+
+void Governor::follow_stop() noexcept {
+  const RateState now = stop_.at(motion_, elapsed_s_);
+  time_s_ = std::max(time_s_, now.time_s);
+  rate_ = std::clamp(now.rate, 0.0, 1.0);
+  rate_change_ = now.change;
+  if (elapsed_s_ >= stop_.duration_s()) hold();
+}
+
+double Governor::heading_for() const noexcept {
+  if (course_ == Course::kStop) return 0.0;
+  return course_ == Course::kRamp ? ramp_.to_rate : rate_;
+}
+
 void Governor::seek_ramp() noexcept {
-  const double heading_for = ramping_ ? ramp_.to_rate : rate_;
-  if (heading_for == target_) return;
+  if (target_ == 0.0 && motion_.count != 0) return seek_stop();
+  const double present = heading_for();
+  if (present == target_) return;
   if (motion_.count == 0) {
-    ramping_ = false;
+    course_ = Course::kEven;
     rate_ = target_;
     rate_change_ = 0.0;
     return;
   }
   if (try_ramps_to(target_)) return;
-  if (target_ > heading_for && !ramping_) (void)try_ramps_to(rate_ + (target_ - rate_) / 2.0);
+  if (target_ > present && course_ == Course::kEven) (void)try_ramps_to(rate_ + (target_ - rate_) / 2.0);
+}
+
+/// In every cycle of a stop, since where the laws stand in each other's way now they may not do so a little later.
+void Governor::seek_stop() noexcept {
+  if (holding() || try_stops()) return;
+  if (heading_for() != 0.0) (void)try_ramps_to(0.0);
+}
+
+bool Governor::try_stops() noexcept {
+  const RateState now{time_s_, rate_, rate_change_};
+  const double shortest_s = shortest_stop_s(motion_, now);
+  if (shortest_s == 0.0) {
+    hold();
+    return true;
+  }
+  double best_s = until_rest_s();
+  if (heading_for() == 0.0) best_s *= kWorthwhile;
+  const double most_rate = rate_change_ > 0.0 ? 1.0 : rate_;
+  int samples = kStopSamples;
+  bool is_found = false;
+  for (const PathStop::Turn turn : {PathStop::Turn::kAtOnce, PathStop::Turn::kStepwise}) {
+    if (turn == PathStop::Turn::kStepwise && motion_.count == 1) break;
+    for (const double share : kStopShares) {
+      for (std::size_t i = 0; i < motion_.count && best_s > shortest_s && samples > 0; ++i) {
+        PathStop stop(motion_, now, i, share);
+        // The law that needs longer than this by itself would be stopped beyond its limits.
+        if (stop.duration_s() < shortest_s * (1.0 - kLimitTolerance)) continue;
+        if (!stop.plan(motion_, turn, {best_s, most_rate}, &samples)) continue;
+        stop_ = stop;
+        best_s = stop.duration_s();
+        is_found = true;
+      }
+    }
+  }
+  if (!is_found) return false;
+  elapsed_s_ = 0.0;
+  course_ = Course::kStop;
+  return true;
+}
+
+double Governor::until_rest_s() const noexcept {
+  if (course_ == Course::kStop) return stop_.duration_s() - elapsed_s_;
+  if (course_ == Course::kRamp && ramp_.to_rate == 0.0) return ramp_.duration_s - elapsed_s_;
+  // To the motion's own end, at most.
+  const double slowest = std::min(rate_, heading_for());
+  return slowest > 0.0 ? (motion_.duration_s - time_s_) / slowest : std::numeric_limits<double>::infinity();
 }
 
 bool Governor::try_ramps_to(double rate) noexcept {
@@ -173,8 +241,8 @@ bool Governor::try_ramps_to(double rate) noexcept {
   for (int i = 0; i < kCandidates && ramp.duration_s <= longest_s; ++i, ramp.duration_s *= kLadderRatio) {
     if (!ramp.stays_within_unit() || !is_feasible(ramp)) continue;
     ramp_ = ramp;
-    ramp_elapsed_s_ = 0.0;
-    ramping_ = true;
+    elapsed_s_ = 0.0;
+    course_ = Course::kRamp;
     return true;
   }
   return false;
@@ -197,7 +265,7 @@ double Governor::shortest_ramp_s(double rate) const noexcept {
 
 double Governor::longest_stop_s() const noexcept {
   // A ramp that takes longer than the motion's own end would be no stop.
-  const double rate = std::max(rate_, ramping_ ? ramp_.to_rate : 0.0);
+  const double rate = std::max(rate_, heading_for());
   return rate > 0.0 ? (motion_.duration_s - time_s_) / rate : motion_.duration_s;
 }
 

@@ -6,54 +6,44 @@
 #include <cmath>
 #include <cstddef>
 
-#include "corbot/arm/joints.h"
-#include "rt/cycle/law_segments.h"
+#include "rt/cycle/governed_motion.h"
+#include "rt/cycle/path_stop.h"
 
 namespace corbot::rt {
-
-/// One law that the governor keeps within bounds: q(s) runs by virtual time s, and its limits are those of q
-/// by real time.
-struct GovernedLaw {
-  LawSegments law;
-  double acceleration_limit{};
-  double jerk_limit{};
-};
-
-/// The laws of a running motion: one a joint, one for a path or the gripper, none for a dwell.
-struct GovernedMotion {
-  std::array<GovernedLaw, kMaxJoints> laws;
-  std::size_t count{0};
-  double duration_s{0.0};      ///< in virtual time
-  double longest_ramp_s{0.0};  ///< see longest_ramp_s()
-};
 
 /// Virtual time. It advances at a rate u in [0, 1]; stop, pause, resume and override change nothing but the
 /// rate's target. Since set-points are q(s), the arm stays exactly on its path whatever the rate does, and
 ///     q̇ = q' u,   q̈ = q'' u² + q' w,   q⃛ = q''' u³ + 3 q'' u w + q' w'     with w = du/dt.
 ///
-/// A change of target becomes a ramp: the cubic Hermite u(t) from (u, w) to (target, 0) over the shortest
+/// A target of 0 (Stop, Pause, Cancel, the ramp of a fault) becomes a PathStop: one of the laws stops as fast as its
+/// limits allow, from the speed and acceleration that it has, also while it accelerates, and the others follow by the
+/// path that they have in common. Of those that keep every law's limits the shortest is taken, and sought again in every
+/// cycle: where the laws stand in each other's way now they may not do so a little later. What is known to be good goes
+/// on until then.
+///
+/// A change to another target becomes a ramp: the cubic Hermite u(t) from (u, w) to (target, 0) over the shortest
 /// duration on a ladder for which the running motion's laws keep acceleration and jerk limits all along it.
-/// If there is none at this instant (for a slow-down typically because a law is already braking as hard as it
-/// may), the present law of u, which is known to be good, goes on, and the search is repeated in the next
-/// cycle. A speed-up that cannot reach its target yet goes half of the way first, which always finds room, so
-/// a paused motion always resumes.
+/// If there is none at this instant, the present law of u, which is known to be good, goes on, and the search is
+/// repeated in the next cycle: a motion that is accelerating may come to its speed first. A speed-up that cannot reach
+/// its target yet goes half of the way first, which always finds room, so a paused motion always resumes.
 ///
 /// Bound of a stop, in real time from the request, with v, a, j the limits of the laws that move:
 ///     T_stop ≤ min(time the motion would still take, kStopBound · max(v/a + a/j)).
-/// Why: a rest-to-rest motion that finds no ramp is either ending its acceleration (at most a/j long, then a
-/// ramp is found) or braking already (at most v/a + a/j to its natural end); a ramp needs at most 1.5 v/a for
-/// the acceleration and √(6 v/j) ≤ 1.23 (v/a + a/j) for the jerk, times the ladder's step. On an arc
-/// the bound is kArcStopBound, since the acceleration towards the centre takes its part of the path's limits.
-/// Measured by the property tests over 400,000 motions: at most 3.5 for joints and lines, 4.4 for arcs.
+/// Why: a law at the speed V and the acceleration A comes to rest within A/j + (V + A²/2j)/a + a/j, which for V + A²/2j ≤ v
+/// is at most v/a + 2 a/j, and 3 √(v/j) where a is not reached. That is all where one law moves: a joint, a line, an arc.
+/// Of several joints one that gives up its acceleration at its own jerk lets the others stop no sooner, however long they
+/// have, so there the bound is what the property tests found. On an arc the bound is kArcStopBound, since the
+/// acceleration towards the centre takes its part of the path's limits.
 ///
-/// Real-time safe, bounded: at most kCandidates · kSamples samples of each law, twice, in a cycle.
+/// Real-time safe, bounded: in a cycle at most kStopSamples samples of each law, and kCandidates · kSamples, twice.
 class Governor {
  public:
   static constexpr int kCandidates = 24;
   static constexpr int kSamples = 32;
   static constexpr double kLadderRatio = 1.35;
-  static constexpr double kStopBound = 4.0;
-  static constexpr double kArcStopBound = 6.0;
+  static constexpr int kStopSamples = 400;
+  static constexpr double kStopBound = 2.0;
+  static constexpr double kArcStopBound = 3.0;
 
   /// Nothing moves: the rate is at its target at once.
   void rest() noexcept;
@@ -99,6 +89,13 @@ class Governor {
   };
 
   void seek_ramp() noexcept;
+  void seek_stop() noexcept;
+  [[nodiscard]] bool try_stops() noexcept;
+  void follow_stop() noexcept;
+  void follow_ramp() noexcept;
+  void hold() noexcept;
+  [[nodiscard]] double heading_for() const noexcept;
+  [[nodiscard]] double until_rest_s() const noexcept;
   [[nodiscard]] bool try_ramps_to(double rate) noexcept;
   [[nodiscard]] bool is_feasible(const Ramp& ramp) const noexcept;
   [[nodiscard]] double shortest_ramp_s(double rate) const noexcept;
@@ -110,9 +107,11 @@ class Governor {
   double rate_{1.0};
   double rate_change_{0.0};
   double time_s_{0.0};
+  enum class Course : unsigned char { kEven, kRamp, kStop };
+  Course course_{Course::kEven};
   Ramp ramp_{};
-  double ramp_elapsed_s_{0.0};
-  bool ramping_{false};
+  PathStop stop_{};
+  double elapsed_s_{0.0};  ///< since the ramp's or the stop's beginning
 };
 
 /// The end of the ladder: no ramp of a motion need be longer. From the laws' own peaks and their limits.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 #include "corbot/motion/time_law.h"
@@ -38,6 +39,16 @@ class LawSegments {
     return acceleration_[segment];
   }
   [[nodiscard]] double jerk(std::size_t segment) const noexcept { return jerk_[segment]; }
+  /// Magnitude, like all positions here.
+  [[nodiscard]] double position(std::size_t segment, double time_s) const noexcept {
+    return position_in(segment, clamped(segment, time_s));
+  }
+  [[nodiscard]] double distance() const noexcept { return position_[kCount]; }
+  [[nodiscard]] double begin_s(std::size_t segment) const noexcept { return begin_s_[segment]; }
+  /// +1 or -1; of velocity, acceleration and jerk.
+  [[nodiscard]] double sign() const noexcept { return jerk_[0] < 0.0 ? -1.0 : 1.0; }
+  /// Virtual time at which the law is there, sought onwards from `segment`, which becomes the one that it is in. Bounded.
+  [[nodiscard]] double time_at(double position, std::size_t* segment) const noexcept;
 
  private:
   [[nodiscard]] double clamped(std::size_t segment, double time_s) const noexcept {
@@ -46,7 +57,14 @@ class LawSegments {
     return t_s < length_s ? t_s : length_s;
   }
 
+  [[nodiscard]] double position_in(std::size_t segment, double t_s) const noexcept {
+    const double travelled =
+        t_s * (velocity_[segment] + t_s * (acceleration_[segment] / 2.0 + t_s * jerk_[segment] / 6.0));
+    return position_[segment] + std::abs(travelled);
+  }
+
   std::array<double, kCount + 1> begin_s_{};
+  std::array<double, kCount + 1> position_{};
   std::array<double, kCount> velocity_{};
   std::array<double, kCount> acceleration_{};
   std::array<double, kCount> jerk_{};

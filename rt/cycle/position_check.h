@@ -10,20 +10,21 @@
 
 namespace corbot::rt {
 
-/// Whether the arm's position is verified. It is not after a power-up of servos without encoders; a motion that has
-/// gone somewhere and was not stopped verifies it, and is slow. Real-time safe.
+/// Whether the arm's position is verified. It is not once servos without encoders may have been without energy; a
+/// motion that has gone somewhere and was not stopped verifies it, and is slow. Real-time safe.
 class PositionCheck {
  public:
   /// A smaller rotation verifies nothing.
   static constexpr double kLeastMotion_rad = 0.01;
 
-  /// `power_cut_at_stop`: an emergency stop cuts the servos' power.
-  void begin(bool unverified, bool power_cut_at_stop) noexcept {
+  /// `is_known`: the device, or who wrote the profile, knows where the servos are after they were without energy.
+  void begin(bool unverified, bool is_known) noexcept {
     unverified_ = unverified;
-    power_cut_at_stop_ = power_cut_at_stop;
+    is_known_ = is_known;
   }
   void set_unverified(bool unverified) noexcept { unverified_ = unverified; }
-  void emergency_stop_cleared() noexcept { unverified_ = unverified_ || power_cut_at_stop_; }
+  /// A Clear gives the energy back.
+  void energy_returns(bool is_measured) noexcept { unverified_ = unverified_ || !(is_known_ || is_measured); }
   void motion_done(const Joints& from_rad, const Joints& to_rad) noexcept {
     for (std::size_t i = 0; unverified_ && i < kMaxJoints; ++i) {
       unverified_ = std::abs(to_rad[i] - from_rad[i]) < kLeastMotion_rad;
@@ -36,7 +37,7 @@ class PositionCheck {
 
  private:
   bool unverified_{false};
-  bool power_cut_at_stop_{false};
+  bool is_known_{false};
 };
 
 }  // namespace corbot::rt

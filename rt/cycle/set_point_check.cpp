@@ -54,6 +54,17 @@ SetPointVerdict check_set_point(const ArmModel& arm, const Joints& last_rad, con
   return {};
 }
 
+std::optional<alarm::OutOfRange> beyond_range(const ArmModel& arm, const Joints& position_rad,
+                                              double near_rad) noexcept {
+  for (std::size_t i = 0; i < arm.dof && i < kMaxJoints; ++i) {
+    const JointLimits& limits = arm.joints[i];
+    const double at_rad = position_rad[i];
+    if (at_rad >= limits.lower_rad - near_rad && at_rad <= limits.upper_rad + near_rad) continue;
+    return alarm::OutOfRange{static_cast<std::int32_t>(i), at_rad, limits.lower_rad, limits.upper_rad};
+  }
+  return std::nullopt;
+}
+
 bool is_in_range(const ArmModel& arm, const Joints& position_rad, double tolerance_rad) noexcept {
   for (std::size_t i = 0; i < kMaxJoints; ++i) {
     const double lower_rad = i < arm.dof ? arm.joints[i].lower_rad : 0.0;

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+
 #include "corbot/arm/arm_model.h"
+#include "corbot/arm/near_range.h"
+#include "corbot/channel/alarms.h"
 #include "corbot/channel/records.h"
 #include "corbot/kinematics/kinematics.h"
 
@@ -25,5 +29,10 @@ struct SetPointVerdict {
 /// Finite and in range; for a position that comes from outside and has no predecessor. Real-time safe.
 [[nodiscard]] bool is_in_range(const ArmModel& arm, const Joints& position_rad,
                                double tolerance_rad) noexcept;
+
+/// The first joint that a device has outside its range by more than `near_rad`, or nowhere; nothing: there is none.
+/// From there every set-point would be a motion that nobody asked for. Real-time safe.
+[[nodiscard]] std::optional<alarm::OutOfRange> beyond_range(const ArmModel& arm, const Joints& position_rad,
+                                                            double near_rad) noexcept;
 
 }  // namespace corbot::rt

@@ -14,18 +14,24 @@ bool StopLogic::step(bool is_bad, std::int64_t now_ns) noexcept {
   return is_pressed_;
 }
 
-bool PowerLogic::step(bool is_open, bool stop_seen, std::uint32_t presses, std::uint64_t cycle,
-                      bool in_error) noexcept {
-  // The cycle may have published its state before it saw the stop; two cycles later it has not.
+bool PowerLogic::step(std::int64_t now_ns, bool stop_seen, std::uint32_t presses,
+                      const CycleView& view) noexcept {
+  // The cycle that published this view, and the one that followed it, may have begun before the press; the next one
+  // began after this view was taken, and so after the press was counted.
   constexpr std::uint64_t kCyclesToSee = 2;
-  if (stop_seen || presses != presses_seen_) {
+  constexpr std::uint64_t kUnknown = ~std::uint64_t{0};
+  if (stop_seen || presses != presses_seen_ || view.power_off || view.fault_stop) {
     presses_seen_ = presses;
+    if (!is_latched_) begun_ns_ = now_ns;
     is_latched_ = true;
-    latched_in_cycle_ = cycle;
-  } else if (is_latched_ && !in_error && cycle >= latched_in_cycle_ + kCyclesToSee) {
-    is_latched_ = false;
+    latched_in_cycle_ = view.is_known ? view.cycle : kUnknown;
+  } else if (view.is_known && latched_in_cycle_ == kUnknown) {
+    latched_in_cycle_ = view.cycle;
+  } else if (view.is_known && !view.in_error && view.cycle >= latched_in_cycle_ + kCyclesToSee) {
+    is_latched_ = is_off_ = false;
   }
-  return is_open && !(off_at_stop_ && is_latched_);
+  is_off_ = is_off_ || (is_latched_ && (view.power_off || now_ns - begun_ns_ >= ramp_ns_));
+  return !is_off_;
 }
 
 }  // namespace corbot::rt

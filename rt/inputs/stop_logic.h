@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "rt/inputs/cycle_view.h"
+
 namespace corbot::rt {
 
 /// Turns what an emergency stop's input shows into pressed or not, in favour of pressed: an edge is a press
@@ -23,24 +25,28 @@ class StopLogic {
   std::int64_t bad_at_ns_{0};
 };
 
-/// Whether the servos may have power: after the device was opened, and, once a stop was seen, not before the
-/// operator has cleared it. Releasing a stop must not set anything in motion. Pure.
+/// When the servos have power, by the stop categories of IEC 60204-1: it is taken off once the cycle says so, which is
+/// when the arm has slowed down, and by this logic's own clock at the latest `ramp_ns` after a press or the begin of a
+/// fault stop, however long the cycle stands still; in category 0 at the press. It comes back only after the press
+/// is over and the cycle has left Error, which takes a person's Clear. Pure: it is given the time.
 class PowerLogic {
  public:
-  explicit PowerLogic(bool off_at_stop) : off_at_stop_(off_at_stop) {}
+  PowerLogic(int category, std::int64_t ramp_ns) : ramp_ns_(category == 0 ? 0 : ramp_ns) {}
 
   /// A stop that was seen before the first step.
-  void latch() noexcept { is_latched_ = true; }
+  void latch() noexcept { is_latched_ = is_off_ = true; }
 
-  /// Real-time safe. `stop_seen` and `presses`: of EmergencyStop; `cycle` and `in_error`: what the real-time
-  /// cycle has published last.
-  bool step(bool is_open, bool stop_seen, std::uint32_t presses, std::uint64_t cycle, bool in_error) noexcept;
+  /// Real-time safe. `stop_seen` and `presses`: of EmergencyStop, both read before `view` is taken. Whether there may
+  /// be power, as far as stops go.
+  bool step(std::int64_t now_ns, bool stop_seen, std::uint32_t presses, const CycleView& view) noexcept;
 
  private:
-  bool off_at_stop_;
-  bool is_latched_{false};
+  std::int64_t ramp_ns_;
+  bool is_latched_{false};  ///< a stop was seen, and has not been cleared
+  bool is_off_{false};      ///< and the power is off
   std::uint32_t presses_seen_{0};
-  std::uint64_t latched_in_cycle_{0};
+  std::uint64_t latched_in_cycle_{0};  ///< the newest cycle when a cause was last there
+  std::int64_t begun_ns_{0};
 };
 
 }  // namespace corbot::rt

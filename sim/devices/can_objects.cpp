@@ -5,12 +5,16 @@ namespace corbot::sim {
 
 const CanObject* CanObjects::find(ObjectKey key) const {
   const auto found = objects_.find(key);
-  return found == objects_.end() ? nullptr : &found->second;
+  return found == objects_.end() || found->second.is_hidden ? nullptr : &found->second;
+}
+
+void CanObjects::hide(const std::function<bool(ObjectKey)>& is_hidden) {
+  for (auto& [key, object] : objects_) object.is_hidden = is_hidden(key);
 }
 
 std::int64_t CanObjects::value(ObjectKey key) const {
-  const CanObject* object = find(key);
-  return object == nullptr ? 0 : object->value;
+  const auto found = objects_.find(key);
+  return found == objects_.end() ? 0 : found->second.value;
 }
 
 void CanObjects::set(ObjectKey key, std::int64_t value) {
@@ -19,8 +23,11 @@ void CanObjects::set(ObjectKey key, std::int64_t value) {
 }
 
 std::uint32_t CanObjects::missing(ObjectKey key) const {
-  const auto next = objects_.lower_bound(key & ~ObjectKey{0xFF});
-  const bool has_index = next != objects_.end() && next->first >> 8 == key >> 8;
+  bool has_index = false;
+  for (auto next = objects_.lower_bound(key & ~ObjectKey{0xFF});
+       next != objects_.end() && next->first >> 8 == key >> 8; ++next) {
+    has_index = has_index || !next->second.is_hidden;
+  }
   return has_index ? kAbortNoSubIndex : kAbortNoObject;
 }
 

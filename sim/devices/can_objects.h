@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
 #include <optional>
@@ -39,6 +40,7 @@ struct CanObject {
   bool goes_into_rpdo{false};
   bool goes_into_tpdo{false};
   std::string text{};
+  bool is_hidden{false};  ///< from all but the device itself
 };
 
 /// Index and sub-index in one number: 0x60C201 is 60C2h:1.
@@ -48,6 +50,8 @@ using ObjectKey = std::uint32_t;
 class CanObjects {
  public:
   void add(ObjectKey key, CanObject object) { objects_[key] = std::move(object); }
+  /// Those that are as if there were none.
+  void hide(const std::function<bool(ObjectKey)>& is_hidden);
   /// Null where there is none.
   [[nodiscard]] const CanObject* find(ObjectKey key) const;
   [[nodiscard]] std::int64_t value(ObjectKey key) const;

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "sim/devices/homing_sequence.h"
+
 namespace corbot::sim {
 
 /// Counts, seconds. Defaults are those of a joint drive of some 1000 counts a degree.
@@ -16,7 +18,7 @@ struct Cia402DriveOptions {
 };
 
 /// Power stage, motor and position loop of a drive after CiA 402 in cyclic synchronous position mode, without
-/// its bus. It is given the time, in nanoseconds of any clock that does not run backwards.
+/// its bus, and in homing mode. It is given the time, in nanoseconds of any clock that does not run backwards.
 class Cia402Drive {
  public:
   /// The values are those of the statusword's state bits.
@@ -31,6 +33,7 @@ class Cia402Drive {
     kFault = 0x08,
   };
   static constexpr std::uint16_t kFollowingError = 0x8611;
+  static constexpr int kModeHoming = 6;
   static constexpr int kModeCyclicPosition = 8;
 
   explicit Cia402Drive(const Cia402DriveOptions& options);
@@ -40,7 +43,8 @@ class Cia402Drive {
   void control(std::uint16_t controlword);
   /// 607Ah: reached after the interpolation time.
   void set_target(std::int32_t target);
-  void set_mode(int mode) { mode_ = mode; }
+  /// 6060h.
+  void set_mode(int mode);
   void set_interpolation_s(double interpolation_s) { interpolation_s_ = interpolation_s; }
   /// 607Dh.
   void set_limits(std::int32_t lowest, std::int32_t highest);
@@ -50,7 +54,21 @@ class Cia402Drive {
   void set_quick_stop_ramp(double counts_per_s2) { options_.quick_stop_counts_per_s2 = counts_per_s2; }
   /// Safe torque off: no voltage as long as it is on.
   void set_sto(bool is_on);
+  /// From operation enabled to switch on disabled, without a controlword.
+  void leave_operation();
+  /// By hand; false: the motor holds it.
+  bool turn(double counts);
+  /// 6098h, 6099h, 609Ah; taken when homing starts.
+  void set_homing(const HomingOptions& homing) { homing_options_ = homing; }
+  /// 607Ch: the count at the home position.
+  void set_home_offset(std::int32_t offset) { home_offset_ = offset; }
+  void set_switches(const AxisSwitches& switches) { switches_ = switches; }
+  [[nodiscard]] const AxisSwitches& switches() const { return switches_; }
   void set_warning(bool is_on) { has_warning_ = is_on; }
+  /// Something holds the shaft, whatever the torque.
+  void set_blocked(bool is_on) { is_blocked_ = is_on; }
+  /// Stays in operation enabled and does not follow its targets; says so by bit 12 of the statusword.
+  void set_ignoring(bool is_on);
   /// Ramps down, then is in fault until it is reset. The code is an EMCY's.
   void fail(std::uint16_t code);
   /// Power off and on; the shaft stays. What counts from 0 then has no absolute encoder.
@@ -63,14 +81,18 @@ class Cia402Drive {
   [[nodiscard]] std::int32_t position() const;
   [[nodiscard]] std::int32_t demand() const;
   [[nodiscard]] std::int32_t target() const { return target_; }
+  /// The motor has current.
+  [[nodiscard]] bool has_power() const;
 
  private:
   void step(double dt_s);
   void step_demand(double dt_s);
+  void step_homing(double dt_s);
   void step_ramp(double dt_s);
+  void control_homing(std::uint16_t before);
+  void hold_here();
   void watch_following(double dt_s);
   void enter(State state);
-  [[nodiscard]] bool has_power() const;
 
   Cia402DriveOptions options_;
   State state_{State::kSwitchOnDisabled};
@@ -87,10 +109,17 @@ class Cia402Drive {
   double left_s_{0.0};  ///< until the demand is at the target
   double position_;
   double following_s_{0.0};  ///< how long the error has been outside the window
+  HomingSequence homing_;
+  HomingOptions homing_options_{};
+  AxisSwitches switches_{};
+  double home_offset_{0.0};
+  double count_0_{0.0};  ///< where the shaft stands when the drive counts 0
   std::int64_t now_ns_{0};
   bool is_limited_{false};
   bool has_warning_{false};
   bool is_sto_{false};
+  bool is_blocked_{false};
+  bool is_ignoring_{false};
 };
 
 }  // namespace corbot::sim

@@ -6,34 +6,18 @@
 #include <limits>
 #include <utility>
 
+#include "sim/devices/cia402_objects.h"
+
 namespace corbot::sim {
 namespace {
 
-constexpr canid_t kSyncId = 0x080;
 constexpr canid_t kEmergencyId = 0x080;
 constexpr canid_t kHeartbeatId = 0x700;
 constexpr std::uint16_t kNoHeartbeat = 0x8130;
 
 constexpr std::int64_t kHighest32 = std::numeric_limits<std::int32_t>::max();
 constexpr std::int64_t kLowest32 = std::numeric_limits<std::int32_t>::min();
-
-CanObject constant(unsigned bytes, std::int64_t value) { return {.bytes = bytes, .value = value}; }
-CanObject text(std::string value) { return {.bytes = 0, .text = std::move(value)}; }
-CanObject writable(unsigned bytes, std::int64_t value, std::int64_t lowest, std::int64_t highest) {
-  return {.bytes = bytes,
-          .is_signed = lowest < 0,
-          .access = Access::kReadWrite,
-          .value = value,
-          .lowest = lowest,
-          .highest = highest};
-}
-CanObject input(CanObject object) {
-  object.goes_into_rpdo = true;
-  return object;
-}
-CanObject output(unsigned bytes, bool is_signed) {
-  return {.bytes = bytes, .is_signed = is_signed, .goes_into_tpdo = true};
-}
+constexpr std::int64_t kPdoOff = std::int64_t{1} << 31;
 
 bool is_warning(std::uint16_t code) {
   const auto group = static_cast<unsigned>(code >> 8);
@@ -44,78 +28,17 @@ bool is_warning(std::uint16_t code) {
 
 Cia402Node::Cia402Node(std::uint8_t node, const Cia402DriveOptions& options)
     : node_(node), drive_(options), sdo_server_(node) {
-  add_objects();
-}
-
-void Cia402Node::add_communication_objects() {
-  objects_.add(0x100000, constant(4, 0x0002'0192));  // a servo drive, profile 402
-  objects_.add(0x100100, output(1, false));
-  objects_.add(0x100500, writable(4, kSyncId, 0, 0x7FF));
-  objects_.add(0x100600, writable(4, 0, 0, 0xFFFF'FFFF));
-  objects_.add(0x100800, text("corbot emulated drive"));
-  objects_.add(0x100900, text("1"));
-  objects_.add(0x100A00, text("1.0"));
-  objects_.add(0x101400, constant(4, kEmergencyId + node_));
-  objects_.add(0x101600, constant(1, 1));
-  objects_.add(0x101601, writable(4, 0, 0, 0xFFFF'FFFF));
-  objects_.add(0x101700, writable(2, 0, 0, 0xFFFF));
-  objects_.add(0x101800, constant(1, 4));
-  for (ObjectKey sub = 1; sub <= 4; ++sub) objects_.add(0x101800 + sub, constant(4, sub == 4 ? node_ : 0));
-  for (std::size_t number = 0; number < ProcessData::kPdos; ++number) add_pdo(number);
-}
-
-void Cia402Node::add_objects() {
-  add_communication_objects();
-  objects_.add(0x600700, writable(2, 1, 0, 3));
-  objects_.add(0x603F00, output(2, false));
-  objects_.add(0x604000, input(writable(2, 0, 0, 0xFFFF)));
-  objects_.add(0x604100, output(2, false));
-  objects_.add(0x605A00, writable(2, 2, -1, 6));
-  objects_.add(0x606000, input(writable(1, 0, -1, 10)));
-  objects_.add(0x606100, output(1, true));
-  objects_.add(0x606200, output(4, true));
-  objects_.add(0x606400, output(4, true));
-  objects_.add(0x606500, writable(4, 20'000, 0, 0xFFFF'FFFF));
-  objects_.add(0x606600, writable(2, 50, 0, 0xFFFF));
-  objects_.add(0x607A00, input(writable(4, 0, kLowest32, kHighest32)));
-  objects_.add(0x607D00, constant(1, 2));
-  objects_.add(0x607D01, writable(4, kLowest32, kLowest32, kHighest32));
-  objects_.add(0x607D02, writable(4, kHighest32, kLowest32, kHighest32));
-  objects_.add(0x608500, writable(4, 5'000'000, 1, 0xFFFF'FFFF));
-  objects_.add(0x60C200, constant(1, 2));
-  objects_.add(0x60C201, writable(1, 1, 1, 255));
-  objects_.add(0x60C202, writable(1, -3, -6, 0));
-  objects_.add(0x60F400, output(4, true));
-  objects_.add(0x650200, constant(4, 1 << 7));
-}
-
-void Cia402Node::add_pdo(std::size_t number) {
-  const auto n = static_cast<ObjectKey>(number);
-  const std::int64_t off = number == 0 ? 0 : std::int64_t{1} << 31;
-  // From the factory the first carries the word alone, as CiA 402 has it; the others are off.
-  for (const bool is_received : {true, false}) {
-    const ObjectKey parameters = (is_received ? 0x1400u : 0x1800u) + n;
-    const ObjectKey mapping = (is_received ? 0x1600u : 0x1A00u) + n;
-    const std::int64_t id = (is_received ? 0x200 : 0x180) + 0x100 * static_cast<std::int64_t>(n) + node_;
-    objects_.add(parameters << 8, constant(1, 2));
-    objects_.add(parameters << 8 | 1, writable(4, off | id, 0, 0xFFFF'FFFF));
-    objects_.add(parameters << 8 | 2, writable(1, 255, 0, 255));
-    objects_.add(mapping << 8, writable(1, number == 0 ? 1 : 0, 0, ProcessData::kMostEntries));
-    for (ObjectKey sub = 1; sub <= ProcessData::kMostEntries; ++sub) {
-      const bool is_first = number == 0 && sub == 1;
-      objects_.add(mapping << 8 | sub, writable(4,
-                                                !is_first     ? 0
-                                                : is_received ? 0x6040'0010
-                                                              : 0x6041'0010,
-                                                0, 0xFFFF'FFFF));
-    }
-  }
+  add_drive_objects(objects_, node_);
 }
 
 void Cia402Node::boot(bool counts_from_0) {
   objects_ = CanObjects();
-  add_objects();
-  drive_.power_cycle(counts_from_0);
+  add_drive_objects(objects_, node_);
+  rules_.apply_to(objects_);
+  drive_.power_cycle(counts_from_0 || is_incremental_);
+  for (const ObjectKey index : {0x605Au, 0x6060u, 0x6065u, 0x607Cu, 0x607Du, 0x6085u, 0x6098u, 0x60C2u}) {
+    hand_over(index);
+  }
   reported_ = 0;
   begin_communication();
 }
@@ -174,6 +97,17 @@ void Cia402Node::power_cycle(std::int64_t now_ns, bool counts_from_0) {
 void Cia402Node::set_sto(bool is_on, std::int64_t now_ns) {
   advance(now_ns);
   drive_.set_sto(is_on);
+  send_changed_tpdos();
+}
+
+void Cia402Node::set_blocked(bool is_on, std::int64_t now_ns) {
+  advance(now_ns);
+  drive_.set_blocked(is_on);
+}
+
+void Cia402Node::set_ignoring(bool is_on, std::int64_t now_ns) {
+  advance(now_ns);
+  drive_.set_ignoring(is_on);
   send_changed_tpdos();
 }
 
@@ -259,7 +193,8 @@ void Cia402Node::command(const can_frame& frame) {
       boot();
       break;
     case 0x82:
-      add_communication_objects();
+      add_communication_objects(objects_, node_);
+      rules_.apply_to(objects_);
       begin_communication();
       break;
     default:
@@ -268,17 +203,70 @@ void Cia402Node::command(const can_frame& frame) {
   process_data_.drop_received();
 }
 
+void Cia402Node::leave_operation(std::int64_t now_ns) {
+  advance(now_ns);
+  drive_.leave_operation();
+  send_changed_tpdos();
+}
+
+bool Cia402Node::turn(double counts, std::int64_t now_ns) {
+  advance(now_ns);
+  if (!drive_.turn(counts)) return false;
+  send_changed_tpdos();
+  return true;
+}
+
+bool Cia402Node::store(ObjectKey key, std::uint32_t raw, std::int64_t now_ns) {
+  advance(now_ns);
+  const CanObject* object = objects_.find(key);
+  if (object == nullptr || object->bytes == 0) return false;
+  if (object->bytes < 4 && raw >> (8 * object->bytes) != 0) return false;
+  rules_.set_value(key, objects_.number(key, raw));
+  rules_.apply_to(objects_);
+  hand_over(key >> 8);
+  return true;
+}
+
+std::uint32_t Cia402Node::check_state(ObjectKey key) const {
+  switch (rules_.when(key)) {
+    case WriteWhen::kNever:
+      return kAbortReadOnly;
+    case WriteWhen::kPreOperational:
+      return nmt_ == Nmt::kPreOperational ? 0 : kAbortState;
+    case WriteWhen::kPdosOff:
+      for (ObjectKey number = 0; number < ProcessData::kPdos; ++number) {
+        for (const ObjectKey parameters : {0x1400u + number, 0x1800u + number}) {
+          if ((objects_.value(parameters << 8 | 1) & kPdoOff) == 0) return kAbortState;
+        }
+      }
+      return 0;
+    case WriteWhen::kModeInactive:
+      return drive_.mode() == 0 ? 0 : kAbortState;
+    case WriteWhen::kDisabled:
+      return drive_.state() == Cia402Drive::State::kOperationEnabled ? kAbortState : 0;
+    default:
+      return 0;
+  }
+}
+
 void Cia402Node::apply(ObjectKey key, std::int64_t value) {
   objects_.set(key, value);
-  switch (key >> 8) {
+  if (key == 0x604000) {
+    drive_.control(static_cast<std::uint16_t>(value));
+  } else {
+    hand_over(key >> 8);
+  }
+  report_new_fault();
+}
+
+void Cia402Node::hand_over(ObjectKey index) {
+  const std::int64_t value = objects_.value(index << 8);
+  switch (index) {
     case 0x1016:
       master_ns_.reset();
       break;
     case 0x1017:
       heartbeat_ns_ = now_ns_ + value * 1'000'000;
-      break;
-    case 0x6040:
-      drive_.control(static_cast<std::uint16_t>(value));
       break;
     case 0x605A:
       drive_.set_quick_stop_option(static_cast<int>(value));
@@ -294,12 +282,22 @@ void Cia402Node::apply(ObjectKey key, std::int64_t value) {
     case 0x607A:
       drive_.set_target(static_cast<std::int32_t>(value));
       break;
+    case 0x607C:
+      drive_.set_home_offset(static_cast<std::int32_t>(value));
+      break;
     case 0x607D:
       drive_.set_limits(static_cast<std::int32_t>(objects_.value(0x607D01)),
                         static_cast<std::int32_t>(objects_.value(0x607D02)));
       break;
     case 0x6085:
       drive_.set_quick_stop_ramp(static_cast<double>(value));
+      break;
+    case 0x6098:
+    case 0x6099:
+    case 0x609A:
+      drive_.set_homing(
+          {static_cast<int>(objects_.value(0x609800)), static_cast<double>(objects_.value(0x609901)),
+           static_cast<double>(objects_.value(0x609902)), static_cast<double>(objects_.value(0x609A00))});
       break;
     case 0x60C2:
       drive_.set_interpolation_s(static_cast<double>(objects_.value(0x60C201)) *
@@ -308,7 +306,6 @@ void Cia402Node::apply(ObjectKey key, std::int64_t value) {
     default:
       break;
   }
-  report_new_fault();
 }
 
 void Cia402Node::refresh() {

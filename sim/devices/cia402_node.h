@@ -9,6 +9,7 @@
 
 #include "sim/devices/can_objects.h"
 #include "sim/devices/cia402_drive.h"
+#include "sim/devices/object_rules.h"
 #include "sim/devices/process_data.h"
 #include "sim/devices/sdo_server.h"
 
@@ -34,8 +35,29 @@ class Cia402Node final : private NodeServices {
   /// Reports an error; one of a fault class (not 81xxh, 82xxh, FFxxh) also stops the drive. 0: it has gone.
   void emergency(std::uint16_t code, std::int64_t now_ns);
   void set_sto(bool is_on, std::int64_t now_ns);
-  /// The next SDO request is answered by this.
-  void abort_next(std::uint32_t code) { sdo_server_.abort_next(code); }
+  /// Something holds the shaft.
+  void set_blocked(bool is_on, std::int64_t now_ns);
+  /// It does not follow its targets, see Cia402Drive.
+  void set_ignoring(bool is_on, std::int64_t now_ns);
+  /// From operation enabled to switch on disabled, unasked.
+  void leave_operation(std::int64_t now_ns);
+  /// By hand; false: the motor holds the shaft.
+  bool turn(double counts, std::int64_t now_ns);
+  void set_switches(const AxisSwitches& switches) { drive_.set_switches(switches); }
+  /// Has no absolute encoder: after each power-up it counts from 0, and is not homed.
+  void set_incremental(bool is_on) { is_incremental_ = is_on; }
+  /// The next SDO request, or the next for this object, is answered by this.
+  void abort_next(std::uint32_t code, std::optional<ObjectPattern> where = {}) {
+    sdo_server_.abort_next(code, where);
+  }
+  /// What its objects make otherwise than usual; `change` is given the rules.
+  template <class Change>
+  void change_rules(const Change& change) {
+    change(rules_);
+    rules_.apply_to(objects_);
+  }
+  /// Of an object, as its maker's tool stores it; false: there is none, or it does not hold this number.
+  bool store(ObjectKey key, std::uint32_t raw, std::int64_t now_ns);
 
   [[nodiscard]] std::uint8_t node() const { return node_; }
   [[nodiscard]] const Cia402Drive& drive() const { return drive_; }
@@ -43,14 +65,14 @@ class Cia402Node final : private NodeServices {
  private:
   enum class Nmt : std::uint8_t { kBoot = 0, kStopped = 4, kOperational = 5, kPreOperational = 127 };
 
-  void add_objects();
-  /// 1000h to 1FFFh, as they are after power-up.
-  void add_communication_objects();
-  void add_pdo(std::size_t number);
   void boot(bool counts_from_0 = false);
   void begin_communication();
   void refresh() override;
+  [[nodiscard]] std::uint32_t check_state(ObjectKey key) const override;
+  [[nodiscard]] bool is_unanswered(ObjectKey key) const override { return rules_.is_unanswered(key); }
   void apply(ObjectKey key, std::int64_t value) override;
+  /// What the drive makes of its own objects.
+  void hand_over(ObjectKey index);
   void send(canid_t id, std::vector<std::uint8_t> data) override;
   void send_emergency(std::uint16_t code) override;
   /// 1016h and 6007h.
@@ -64,6 +86,8 @@ class Cia402Node final : private NodeServices {
 
   std::uint8_t node_;
   CanObjects objects_;
+  ObjectRules rules_;
+  bool is_incremental_{false};
   Cia402Drive drive_;
   Nmt nmt_{Nmt::kBoot};
   std::int64_t now_ns_{0};

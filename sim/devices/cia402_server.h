@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "sim/devices/can_bus.h"
-#include "sim/devices/cia402_node.h"
 #include "sim/devices/control_input.h"
+#include "sim/devices/node_commands.h"
 
 namespace corbot::sim {
 
@@ -31,32 +31,22 @@ class Cia402Server {
   void run();
 
  private:
-  struct Slot {
-    Cia402Node node;
-    bool is_silent{false};
-    bool is_mute{false};  ///< sends no process data
-    std::int32_t recorded_target{0};
-    std::int32_t recorded_position{0};
-  };
-
   void advance();
   void read_bus();
-  void flush(Slot& slot);
-  void record_sync();
+  void flush(ServedNode& slot);
+  void record_changes();
   [[nodiscard]] std::optional<std::int64_t> next_event_ns() const;
 
   [[nodiscard]] std::string handle(std::string_view command);
   /// Carries a command out; what is wrong with it, empty: nothing.
   [[nodiscard]] std::string execute(const std::vector<std::string_view>& words);
-  /// A command to nodes; false when it is none.
-  bool execute_on_nodes(std::vector<std::string_view> words);
   void plug();
 
   EndingSignals ending_;
   std::string name_;
   std::unique_ptr<CanBus> bus_;
   Record record_;
-  std::vector<Slot> slots_;
+  std::vector<ServedNode> slots_;
   ControlInput control_;
   std::uint64_t to_drop_{0};
   std::uint64_t to_garble_{0};

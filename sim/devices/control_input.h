@@ -12,14 +12,14 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/devices/words.h"
+
 namespace corbot::sim {
 
 /// Of the monotonic clock.
 [[nodiscard]] std::int64_t clock_ns();
 /// A line on standard output, which may be closed at the other end.
 void print_line(const std::string& line);
-/// A decimal number and nothing else.
-[[nodiscard]] std::optional<std::uint64_t> count_of(std::string_view text);
 [[nodiscard]] std::vector<std::string_view> words_of(std::string_view text);
 
 /// Standard input, line by line.

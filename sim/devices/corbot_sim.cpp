@@ -10,6 +10,7 @@
 
 #include "sim/devices/cia402_server.h"
 #include "sim/devices/maestro_device.h"
+#include "sim/devices/node_commands.h"
 #include "sim/devices/sim_server.h"
 #include "sim/devices/ssc32_device.h"
 
@@ -29,10 +30,20 @@ Lines on standard input ask for faults; each is answered by a line 'ok ...' or '
   drop N          the next N bytes that come in vanish
   garble N        in the next N bytes that are answered all bits are flipped
   silent on|off   answers nothing, though it goes on working
+  deaf QUERY on|off    one kind of query is not answered, the others are; an SSC-32 has position, moving, version,
+                       input and analog, a Maestro position, moving and errors
+  garble QUERY on|off  likewise; in its answers all bits are flipped
+  half QUERY on|off    likewise; only the first half of the bytes leaves, of one byte none
+  lose QUERY N         likewise; every N-th answer is lost; 0: none
+  delay QUERY MS       likewise; its answers, and what comes after them, leave so much later; 0: no later
+  batch MS        answers are handed over every MS milliseconds only, as an FTDI adapter does: 16 as it is
+                  delivered, 1 with its latency timer set so; 0: at once
+  power on|off    without power: no pulses, no answers, nothing is kept; the terminal stays, as an adapter's does
+  brownout MS     power off, and on again after so many milliseconds
   reset           power off and on: pulses off, the first move is a first move again
   unplug          the terminal is hung up and LINK removed
   plug            a new terminal under LINK ('ready LINK' once more)
-  input X 0|1     puts digital input X (A, B, ...) to 0 V or 5 V
+  input X 0|1     puts digital input X (A, B, ...) to 0 V or 5 V; they begin at 5 V
   pulses          answers 'pulses CH=US ...', all channels that have a pulse, in microseconds
   late            answers 'late NS': by how much this program was late at most since this was asked last, with
                   --record; it then took what had come meanwhile at once, which no controller does
@@ -46,20 +57,15 @@ unix:/PATH is a virtual bus: a socket (SOCK_SEQPACKET, a struct can_frame a pack
 may join; each receives from all others. Anything else is a CAN interface of this machine, such as vcan0.
 
 Prints 'ready BUS' when the bus can be joined, and serves until SIGTERM or Ctrl-C; the socket is then removed.
-Lines on standard input ask for faults; each is answered by a line 'ok ...' or 'error: ...'. Without NODE: all.
-  emcy CODE [NODE]       reports an error (hexadecimal); but for 81xx, 82xx and FFxx it stops the drive, too;
-                         0: it has gone
-  silent on|off [NODE]   sends nothing, though it goes on working
-  mute on|off [NODE]     sends no process data, but its heartbeat and all else
-  sto on|off [NODE]      safe torque off: it cannot be enabled
-  reset [NODE] [lost]    power off and on; the shaft stays, its count too, or begins at 0
-  abort CODE [NODE]      the next SDO request is aborted with this code (hexadecimal)
+Lines on standard input ask for faults; each is answered by a line 'ok ...' or 'error: ...'.
   drop N                 the next N frames that come in vanish
   garble N               in the next N frames that are sent all bits of the data are flipped
   unplug                 the bus is cut and the socket removed
   plug                   the bus is there again ('ready BUS' once more)
   positions              answers 'positions NODE=COUNTS ...', where the shafts stand
   targets                answers 'targets NODE=COUNTS ...', what was commanded last
+  help                   explains the commands to drives
+To a drive, or, without NODE, to all:
 )";
 
 struct Settings {
@@ -126,6 +132,16 @@ int main(int argc, char** argv) {
   maestro->add_flag("--crc", settings.maestro.crc, "Every command must end with a CRC-7");
   maestro->add_flag("!--ignore-errors", settings.maestro.errors_go_home,
                     "Set to 'Ignore' on error; else all servos go home, which is off");
+  maestro->add_flag(
+      "--detect-baud", settings.maestro.detects_baud,
+      "Set to 'UART, detect baud rate': takes nothing before the byte AA, and a line at another speed "
+      "carries garbage; else as over USB");
+  maestro
+      ->add_option("--timeout", settings.maestro.timeout_ms,
+                   "'Timeout': without a valid command for so long it reports an error; 0: never")
+      ->check(CLI::Range(0, 655'350))
+      ->type_name("MS")
+      ->capture_default_str();
   maestro->footer(kFooter);
 
   CLI::App* cia402 = app.add_subcommand("cia402", "Drives after CiA 402 on a CAN bus, node 1 and up");
@@ -139,11 +155,12 @@ int main(int argc, char** argv) {
       ->add_option("--position", settings.cia402.drive.position, "Where the shafts stand at first, in counts")
       ->capture_default_str();
   cia402
-      ->add_option("--record", settings.cia402.record,
-                   "Writes time_ns (of the monotonic clock), node, target and position in counts, a row for "
-                   "each SYNC at which one of a node's has changed")
+      ->add_option(
+          "--record", settings.cia402.record,
+          "Writes time_ns (of the monotonic clock), node, target and position in counts, and power (1: "
+          "the motor has current), a row when one of a node's has changed")
       ->type_name("FILE.csv");
-  cia402->footer(kCanFooter);
+  cia402->footer(kCanFooter + explain_node_commands());
 
   try {
     app.parse(argc, argv);
@@ -167,6 +184,7 @@ int main(int argc, char** argv) {
       device = std::make_unique<Ssc32Device>(settings.ssc32);
     } else {
       settings.maestro.baud = settings.server.baud;
+      settings.server.checks_baud = settings.maestro.detects_baud;
       if (settings.maestro_model == "micro") {
         settings.maestro.channels = 6;
         settings.maestro.multi_target = false;

@@ -17,7 +17,8 @@ constexpr std::uint8_t kGetMovingState = 0x93;
 constexpr std::uint8_t kSetMultipleTargets = 0x9F;
 constexpr std::uint8_t kGetErrors = 0xA1;
 constexpr std::uint8_t kGoHome = 0xA2;
-/// Before a device number: the Pololu protocol. Alone: the byte by which a board finds the baud.
+/// Before a device number: the Pololu protocol. Alone, to a board that is set to detect it: the byte that
+/// shows the baud.
 constexpr std::uint8_t kPololu = 0xAA;
 constexpr std::uint8_t kMiniSsc = 0xFF;
 constexpr std::uint8_t kCommandBit = 0x80;
@@ -93,10 +94,12 @@ void MaestroDevice::Channel::step(int lowest, int highest) {
 }
 
 MaestroDevice::MaestroDevice(const MaestroOptions& options)
-    : options_(options),
+    : SerialDevice({"position", "moving", "errors"}),
+      options_(options),
       frames_(options.channels, options.servo, options.shaft_us),
       line_out_(options.baud, kMostAnswered),
-      channels_(options.channels) {}
+      channels_(options.channels),
+      knows_baud_(!options.detects_baud) {}
 
 void MaestroDevice::let_move(std::int64_t time_ns) {
   const std::int64_t latest_ns = time_ns - time_ns % kStep_ns;
@@ -115,6 +118,17 @@ void MaestroDevice::let_move(std::int64_t time_ns) {
 }
 
 void MaestroDevice::advance(std::int64_t now_ns) {
+  if (command_ns_ == 0) command_ns_ = now_ns;  // its power-up
+  const std::int64_t timeout_ns = std::int64_t{1'000'000} * options_.timeout_ms;
+  if (timeout_ns > 0 && now_ns - command_ns_ > timeout_ns) {
+    advance_to(command_ns_ + timeout_ns);
+    fail(kSerialTimeout);
+    command_ns_ = now_ns;
+  }
+  advance_to(now_ns);
+}
+
+void MaestroDevice::advance_to(std::int64_t now_ns) {
   now_ns_ = std::max(now_ns_, now_ns);
   frames_.advance(now_ns_, [this](std::size_t i, std::int64_t time_ns) {
     let_move(time_ns);
@@ -158,10 +172,14 @@ void MaestroDevice::power_cycle(std::int64_t now_ns) {
   packet_.clear();
   is_skipping_ = false;
   errors_ = 0;
+  knows_baud_ = !options_.detects_baud;
+  command_ns_ = now_ns;
 }
 
 void MaestroDevice::take_byte(std::uint8_t byte) {
-  if (!packet_.empty() && packet_[0] == kMiniSsc) {
+  if (!knows_baud_) {
+    knows_baud_ = byte == kPololu;
+  } else if (!packet_.empty() && packet_[0] == kMiniSsc) {
     take_mini_ssc_byte(byte);
   } else if ((byte & kCommandBit) != 0) {
     take_command_byte(byte);
@@ -171,8 +189,8 @@ void MaestroDevice::take_byte(std::uint8_t byte) {
 }
 
 void MaestroDevice::take_command_byte(std::uint8_t byte) {
-  const bool is_only_baud_byte = packet_.size() == 1 && packet_[0] == kPololu;
-  if (!packet_.empty() && !is_only_baud_byte) fail(kSerialProtocolError);
+  const bool is_baud_byte = options_.detects_baud && packet_.size() == 1 && packet_[0] == kPololu;
+  if (!packet_.empty() && !is_baud_byte) fail(kSerialProtocolError);
   packet_ = {byte};
   is_skipping_ = false;
   if (byte != kPololu && byte != kMiniSsc) finish_packet(1);
@@ -206,6 +224,7 @@ void MaestroDevice::take_mini_ssc_byte(std::uint8_t byte) {
   const int channel = packet_[1] - options_.mini_ssc_offset;
   const double share = (packet_[2] - kMiniSscNeutral) / kMiniSscNeutral;
   packet_.clear();
+  command_ns_ = now_ns_;
   // Other numbers are those of other boards on the line.
   if (channel < 0 || static_cast<std::size_t>(channel) >= channels_.size()) return;
   set_target(static_cast<std::size_t>(channel),
@@ -233,6 +252,7 @@ void MaestroDevice::finish_packet(std::size_t data_begin) {
     fail(kSerialCrcError);
     return;
   }
+  command_ns_ = now_ns_;
   execute(command, message.subspan(data_begin));
 }
 
@@ -240,13 +260,14 @@ void MaestroDevice::execute(std::uint8_t command, std::span<const std::uint8_t> 
   switch (command) {
     case kGetMovingState:
       answer(
+          "moving",
           std::all_of(channels_.begin(), channels_.end(), [](const Channel& c) { return c.is_at_target(); })
               ? 0
               : 1,
           1);
       break;
     case kGetErrors:
-      answer(errors_, 2);
+      answer("errors", errors_, 2);
       errors_ = 0;
       break;
     case kGoHome:
@@ -270,7 +291,9 @@ void MaestroDevice::for_channel(std::uint8_t command, std::span<const std::uint8
   const std::size_t which = data[0];
   if (which >= channels_.size()) return fail(kSerialProtocolError);
   Channel& channel = channels_[which];
-  if (command == kGetPosition) return answer(static_cast<unsigned>(channel.position / kEighths), 2);
+  if (command == kGetPosition) {
+    return answer("position", static_cast<unsigned>(channel.position / kEighths), 2);
+  }
   const int value = seven_bit(data[1], data[2]);
   switch (command) {
     case kSetTarget:
@@ -308,8 +331,11 @@ void MaestroDevice::fail(unsigned error) {
   if (options_.errors_go_home) go_home();
 }
 
-void MaestroDevice::answer(unsigned value, int bytes) {
-  for (int i = 0; i < bytes; ++i) (void)line_out_.push(static_cast<std::uint8_t>(value >> (8 * i)), now_ns_);
+void MaestroDevice::answer(std::string_view query, unsigned value, int bytes) {
+  std::vector<std::uint8_t> all;
+  for (int i = 0; i < bytes; ++i) all.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+  const std::int64_t delay_ns = faults().apply(query, all);
+  for (const std::uint8_t byte : all) (void)line_out_.push(byte, now_ns_ + delay_ns);
 }
 
 }  // namespace corbot::sim

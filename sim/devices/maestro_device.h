@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "sim/devices/byte_line.h"
@@ -25,15 +26,18 @@ struct MaestroOptions {
   double max_us{4080.0};
   double home_us{0.0};        ///< 0: the pulses stop
   bool errors_go_home{true};  ///< as a board does at every error
+  bool detects_baud{false};   ///< set to detect it: takes nothing before the byte AA
+  int timeout_ms{0};          ///< without a valid command for so long: an error; 0: never
   ServoModelOptions servo{};
   double shaft_us{1500.0};  ///< where the shafts stand at first
 };
 
-/// Pololu Maestro: compact, Pololu and Mini SSC protocol. Without scripts, PWM, inputs and time-outs.
+/// Pololu Maestro: compact, Pololu and Mini SSC protocol. Without scripts, PWM and inputs.
 class MaestroDevice final : public SerialDevice {
  public:
   static constexpr unsigned kSerialCrcError = 1u << 3;
   static constexpr unsigned kSerialProtocolError = 1u << 4;
+  static constexpr unsigned kSerialTimeout = 1u << 5;
 
   explicit MaestroDevice(const MaestroOptions& options);
 
@@ -66,6 +70,7 @@ class MaestroDevice final : public SerialDevice {
   };
 
   void advance(std::int64_t now_ns);
+  void advance_to(std::int64_t now_ns);
   void let_move(std::int64_t time_ns);
   void take_byte(std::uint8_t byte);
   void take_command_byte(std::uint8_t byte);
@@ -77,7 +82,8 @@ class MaestroDevice final : public SerialDevice {
   void set_target(std::size_t channel, int quarters);
   void go_home();
   void fail(unsigned error);
-  void answer(unsigned value, int bytes);
+  /// To a query of this kind.
+  void answer(std::string_view query, unsigned value, int bytes);
 
   MaestroOptions options_;
   ServoFrames frames_;
@@ -88,6 +94,8 @@ class MaestroDevice final : public SerialDevice {
   std::vector<std::uint8_t> packet_;  ///< the command that is being received
   bool is_skipping_{false};           ///< data until the next command are of no concern
   unsigned errors_{0};
+  bool knows_baud_;
+  std::int64_t command_ns_{0};  ///< of the last valid command, or the last time-out
 };
 
 }  // namespace corbot::sim

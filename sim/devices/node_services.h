@@ -16,6 +16,10 @@ class NodeServices {
   virtual ~NodeServices() = default;
   /// Brings the objects that the device itself writes up to date.
   virtual void refresh() = 0;
+  /// Why it is not written in the present state of the node, 0: it is.
+  [[nodiscard]] virtual std::uint32_t check_state(ObjectKey key) const = 0;
+  /// Requests for it get no answer.
+  [[nodiscard]] virtual bool is_unanswered(ObjectKey key) const = 0;
   /// Writes an object, and does what that asks for.
   virtual void apply(ObjectKey key, std::int64_t value) = 0;
   virtual void send(canid_t id, std::vector<std::uint8_t> data) = 0;

@@ -12,12 +12,35 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
 namespace corbot::sim {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::array<std::pair<int, speed_t>, 10> kSpeeds{{{300, B300},
+                                                           {1200, B1200},
+                                                           {2400, B2400},
+                                                           {4800, B4800},
+                                                           {9600, B9600},
+                                                           {19200, B19200},
+                                                           {38400, B38400},
+                                                           {57600, B57600},
+                                                           {115200, B115200},
+                                                           {230400, B230400}}};
+
+std::optional<speed_t> speed_of(int baud) {
+  for (const auto& [known, speed] : kSpeeds) {
+    if (known == baud) return speed;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
 
 void PtyPort::fail(const std::string& what) {
   const std::string why = std::strerror(errno);
@@ -38,6 +61,7 @@ void PtyPort::open() {
   termios line{};
   if (host_fd_ < 0 || ::tcgetattr(host_fd_, &line) != 0) fail(name_);
   ::cfmakeraw(&line);  // no echo of the answers while no program has set the line
+  if (const auto speed = speed_of(baud_)) (void)::cfsetspeed(&line, *speed);
   if (::tcsetattr(host_fd_, TCSANOW, &line) != 0) fail(name_);
   watch_fd_ = ::inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
   if (watch_fd_ >= 0) (void)::inotify_add_watch(watch_fd_, name_.c_str(), IN_CLOSE);
@@ -80,6 +104,12 @@ std::size_t PtyPort::read(std::span<std::uint8_t> into) const {
 void PtyPort::write(std::span<const std::uint8_t> bytes) const {
   if (bytes.empty() || !is_open()) return;
   (void)!::write(device_fd_, bytes.data(), bytes.size());
+}
+
+bool PtyPort::is_wrong_baud() const {
+  const auto speed = speed_of(baud_);
+  termios line{};
+  return speed && ::tcgetattr(host_fd_, &line) == 0 && ::cfgetospeed(&line) != *speed;
 }
 
 void PtyPort::after_closed() const {

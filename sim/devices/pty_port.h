@@ -12,7 +12,8 @@ namespace corbot::sim {
 /// serial port. Failures of opening throw std::runtime_error.
 class PtyPort {
  public:
-  explicit PtyPort(std::string link) : link_(std::move(link)) {}
+  /// The speed of the device's line: the other end has it, too, until a program sets another.
+  PtyPort(std::string link, int baud) : link_(std::move(link)), baud_(baud) {}
   PtyPort(const PtyPort&) = delete;
   PtyPort& operator=(const PtyPort&) = delete;
   ~PtyPort() { close(); }
@@ -31,6 +32,9 @@ class PtyPort {
   /// What does not fit is lost, as on a line without a reader.
   void write(std::span<const std::uint8_t> bytes) const;
 
+  /// Whether a program has set the other end to another speed; false for speeds that termios does not have.
+  [[nodiscard]] bool is_wrong_baud() const;
+
   /// To be polled, −1 if there is none: readable when the other end has been closed.
   [[nodiscard]] int closed_fd() const { return watch_fd_; }
   /// Lets the next program open the other end, though the last may have died with exclusive use of it.
@@ -41,6 +45,7 @@ class PtyPort {
   [[noreturn]] void fail(const std::string& what);
 
   std::string link_;
+  int baud_;
   std::string name_;
   int device_fd_{-1};
   /// The other end is kept open here, too: else it would be hung up whenever no program has it open, and

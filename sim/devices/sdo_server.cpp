@@ -37,11 +37,12 @@ void SdoServer::handle(const can_frame& frame, const CanObjects& objects, NodeSe
   if (frame.can_dlc != CAN_MAX_DLEN) return;
   const unsigned command = frame.data[0];
   const auto key = static_cast<ObjectKey>(frame.data[2] << 16 | frame.data[1] << 8 | frame.data[3]);
-  if (abort_next_) {
-    abort(key, *abort_next_, services);
+  if (abort_next_ && (!abort_next_->where || abort_next_->where->fits(key))) {
+    abort(key, abort_next_->code, services);
     abort_next_.reset();
     return;
   }
+  if (services.is_unanswered(key)) return;
   switch (command >> 5) {
     case 1:
       is_uploading_ = false;
@@ -103,7 +104,12 @@ void SdoServer::download(const can_frame& frame, ObjectKey key, const CanObjects
   const std::int64_t value = objects.number(key, raw);
   if (const std::uint32_t why = ProcessData::check_write(objects, key, value); why != 0)
     return abort(key, why, services);
-  if (key == 0x606000 && value != 0 && value != Cia402Drive::kModeCyclicPosition) {
+  if (const std::uint32_t why = services.check_state(key); why != 0) return abort(key, why, services);
+  if (key == 0x606000 && value != 0 && value != Cia402Drive::kModeHoming &&
+      value != Cia402Drive::kModeCyclicPosition) {
+    return abort(key, kAbortRange, services);
+  }
+  if (key == 0x609800 && value != 0 && !HomingSequence::has_method(static_cast<int>(value))) {
     return abort(key, kAbortRange, services);
   }
   services.apply(key, value);

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "sim/devices/node_services.h"
+#include "sim/devices/object_rules.h"
 
 namespace corbot::sim {
 
@@ -18,8 +19,8 @@ class SdoServer {
 
   /// Forgets a transfer that is under way.
   void reset() { is_uploading_ = false; }
-  /// The next request is answered by this.
-  void abort_next(std::uint32_t code) { abort_next_ = code; }
+  /// The next request, or the next for this object, is answered by this.
+  void abort_next(std::uint32_t code, std::optional<ObjectPattern> where) { abort_next_ = {code, where}; }
   /// A request to this node; the answer goes out by `services`.
   void handle(const can_frame& frame, const CanObjects& objects, NodeServices& services);
 
@@ -31,7 +32,11 @@ class SdoServer {
   void abort(ObjectKey key, std::uint32_t code, NodeServices& services);
 
   std::uint8_t node_;
-  std::optional<std::uint32_t> abort_next_;
+  struct Abort {
+    std::uint32_t code;
+    std::optional<ObjectPattern> where;
+  };
+  std::optional<Abort> abort_next_;
   std::string upload_;  ///< a text that is read in segments
   std::size_t uploaded_{0};
   bool is_uploading_{false};

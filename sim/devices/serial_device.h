@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "sim/devices/answer_faults.h"
+
 namespace corbot::sim {
 
 /// A servo controller at the other end of a serial line, without the line: a state machine that is given the
@@ -33,10 +35,16 @@ class SerialDevice {
   /// Puts a digital input to 5 V or 0 V; false when there is none of this name.
   virtual bool set_input(char name, bool is_high) = 0;
 
+  /// Of its answers, query by query.
+  [[nodiscard]] AnswerFaults& faults() { return faults_; }
+
  protected:
-  SerialDevice() = default;
+  SerialDevice(std::initializer_list<const char*> queries) : faults_(queries) {}
   SerialDevice(const SerialDevice&) = default;
   SerialDevice& operator=(const SerialDevice&) = default;
+
+ private:
+  AnswerFaults faults_;
 };
 
 }  // namespace corbot::sim

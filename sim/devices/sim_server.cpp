@@ -20,15 +20,27 @@ namespace {
 constexpr std::size_t kMostUnderWay = 256;
 /// Bytes that come close upon each other are taken together; each still counts as of its own time.
 constexpr std::int64_t kBatch_ns = 1'000'000;
+/// Payload of one USB packet of an FTDI adapter: when it is full, it does not wait for the latency timer.
+constexpr std::size_t kAdapterPacket = 62;
+constexpr std::int64_t kMillisecond_ns = 1'000'000;
+constexpr std::uint64_t kLongest_ms = 60'000;
+
+constexpr const char* kCommands =
+    "drop N, garble N, silent on|off, deaf|garble|half QUERY on|off, lose QUERY N, delay QUERY MS, batch MS, "
+    "power on|off, brownout MS, reset, unplug, plug, input X 0|1, pulses, late";
+
+/// What a receiver makes of a byte that came at another speed: never CR or ESC, which by chance could be one.
+std::uint8_t misread(std::uint8_t byte) { return static_cast<std::uint8_t>(((byte ^ 0x5A) | 0x80) & 0xFE); }
 
 }  // namespace
 
 SimServer::SimServer(std::unique_ptr<SerialDevice> device, const ServerOptions& options)
     : device_(std::move(device)),
-      port_(options.link),
+      port_(options.link, options.baud),
       line_in_(options.baud, kMostUnderWay),
       record_(open_record(options.record, "time_ns,channel,pulse_us,shaft_us")),
-      recorded_(device_->channel_count()) {}
+      recorded_(device_->channel_count()),
+      checks_baud_(options.checks_baud) {}
 
 void SimServer::run() {
   plug();
@@ -66,11 +78,14 @@ std::optional<std::int64_t> SimServer::next_event_ns(std::int64_t now_ns) const 
     at(std::min(line_in_.last_ns(), std::max(line_in_.next_ns(), now_ns + kBatch_ns)));
   }
   if (record_ != nullptr) at(next_frame_ns_);
+  if (!batch_.empty()) at(now_ns - now_ns % batch_ns_ + batch_ns_);
+  if (power_on_ns_ > 0) at(power_on_ns_);
   return next;
 }
 
 void SimServer::advance(std::int64_t now_ns) {
   if (record_ != nullptr) latest_ns_ = std::max(latest_ns_, now_ns - next_frame_ns_);
+  if (power_on_ns_ > 0 && now_ns >= power_on_ns_) set_power(true, power_on_ns_);
   for (;;) {
     const bool has_frame = record_ != nullptr && next_frame_ns_ <= now_ns;
     if (has_frame && (line_in_.is_empty() || next_frame_ns_ <= line_in_.next_ns())) {
@@ -82,19 +97,41 @@ void SimServer::advance(std::int64_t now_ns) {
     if (!byte) break;
     if (to_drop_ > 0) {
       --to_drop_;
-    } else {
+    } else if (is_powered_) {
       device_->receive({&byte->value, 1}, byte->time_ns);
     }
   }
   if (record_ != nullptr) (void)std::fflush(record_.get());
+  send_answers(now_ns);
+}
+
+void SimServer::send_answers(std::int64_t now_ns) {
   std::vector<std::uint8_t> answers = device_->answers(now_ns);
-  if (is_silent_) return;
+  if (is_silent_ || !is_powered_) answers.clear();
+  const bool is_wrong_baud = checks_baud_ && !answers.empty() && port_.is_open() && port_.is_wrong_baud();
   for (std::uint8_t& byte : answers) {
     if (to_garble_ == 0) break;
     --to_garble_;
     byte = static_cast<std::uint8_t>(~byte);
   }
-  port_.write(answers);
+  if (is_wrong_baud) std::transform(answers.begin(), answers.end(), answers.begin(), misread);
+  // What has come before the adapter's last instant goes, what has come since waits for the next.
+  if (batch_ns_ == 0 || now_ns / batch_ns_ != batched_ns_ / batch_ns_) {
+    port_.write(batch_);
+    batch_.clear();
+  }
+  batched_ns_ = now_ns;
+  if (batch_ns_ == 0) return port_.write(answers);
+  batch_.insert(batch_.end(), answers.begin(), answers.end());
+  if (batch_.size() < kAdapterPacket) return;
+  port_.write(batch_);
+  batch_.clear();
+}
+
+void SimServer::set_power(bool is_on, std::int64_t now_ns) {
+  device_->power_cycle(now_ns);
+  is_powered_ = is_on;
+  power_on_ns_ = 0;
 }
 
 void SimServer::record_frame(std::int64_t time_ns) {
@@ -113,7 +150,10 @@ void SimServer::record_frame(std::int64_t time_ns) {
 void SimServer::read_line(std::int64_t now_ns) {
   std::array<std::uint8_t, kMostUnderWay> bytes{};
   const std::size_t count = port_.read(std::span(bytes).first(line_in_.room()));
-  for (std::size_t i = 0; i < count; ++i) (void)line_in_.push(bytes[i], now_ns);
+  const bool is_wrong_baud = checks_baud_ && port_.is_wrong_baud();
+  for (std::size_t i = 0; i < count; ++i) {
+    (void)line_in_.push(is_wrong_baud ? misread(bytes[i]) : bytes[i], now_ns);
+  }
 }
 
 std::string SimServer::handle(std::string_view command) {
@@ -124,20 +164,40 @@ std::string SimServer::handle(std::string_view command) {
   return error.empty() ? fmt::format("ok {}", fmt::join(words, " ")) : "error: " + error;
 }
 
-std::string SimServer::execute(const std::vector<std::string_view>& words) {
+std::optional<std::string> SimServer::execute_fault(const std::vector<std::string_view>& words) {
+  if (words.size() != 2) return std::nullopt;
   const std::string_view what = words[0];
-  const std::string_view how = words.size() > 1 ? words[1] : std::string_view();
-  const auto counted = words.size() == 2 ? count_of(how) : std::nullopt;
+  const auto counted = count_of(words[1]);
   const std::uint64_t count = counted.value_or(0);
-  const bool is_switch = words.size() == 2 && (how == "on" || how == "off");
-  const bool is_level = words.size() == 3 && how.size() == 1 && (words[2] == "0" || words[2] == "1");
+  const bool is_time = counted && count <= kLongest_ms;
+  const bool is_switch = words[1] == "on" || words[1] == "off";
+  const std::int64_t now_ns = clock_ns();
   if (what == "drop" && counted) {
     to_drop_ = count;
   } else if (what == "garble" && counted) {
     to_garble_ = count;
   } else if (what == "silent" && is_switch) {
-    is_silent_ = how == "on";
-  } else if (what == "input" && is_level) {
+    is_silent_ = words[1] == "on";
+  } else if (what == "batch" && is_time) {
+    batch_ns_ = static_cast<std::int64_t>(count) * kMillisecond_ns;
+  } else if (what == "power" && is_switch) {
+    set_power(words[1] == "on", now_ns);
+  } else if (what == "brownout" && is_time) {
+    set_power(false, now_ns);
+    power_on_ns_ = now_ns + static_cast<std::int64_t>(count) * kMillisecond_ns;
+  } else {
+    return std::nullopt;
+  }
+  return std::string();
+}
+
+std::string SimServer::execute(const std::vector<std::string_view>& words) {
+  if (const auto error = device_->faults().execute(words)) return *error;
+  if (const auto error = execute_fault(words)) return *error;
+  const std::string_view what = words[0];
+  const std::string_view how = words.size() > 1 ? words[1] : std::string_view();
+  const bool is_level = words.size() == 3 && how.size() == 1 && (words[2] == "0" || words[2] == "1");
+  if (what == "input" && is_level) {
     if (!device_->set_input(how[0], words[2] == "1")) return fmt::format("the device has no input {}", how);
   } else if (what == "reset" && words.size() == 1) {
     device_->power_cycle(clock_ns());
@@ -152,9 +212,7 @@ std::string SimServer::execute(const std::vector<std::string_view>& words) {
       return e.what();
     }
   } else {
-    return fmt::format(
-        "'{}' is none of: drop N, garble N, silent on|off, reset, unplug, plug, input X 0|1, pulses, late",
-        fmt::join(words, " "));
+    return fmt::format("'{}' is none of: {}", fmt::join(words, " "), kCommands);
   }
   return {};
 }

@@ -33,7 +33,8 @@ std::int64_t shortest_ns(int distance_us, int speed_us_per_s) {
 }  // namespace
 
 Ssc32Device::Ssc32Device(Ssc32Options options)
-    : options_(std::move(options)),
+    : SerialDevice({"position", "moving", "version", "input", "analog"}),
+      options_(std::move(options)),
       frames_(kSsc32Channels, options_.servo, options_.shaft_us),
       line_out_(options_.baud, kMostAnswered) {
   options_.version = version_of(options_);
@@ -158,8 +159,9 @@ void Ssc32Device::run_line() {
   std::visit([this](const auto& what) { execute(what); }, *command);
 }
 
-void Ssc32Device::answer(std::string_view text) {
-  for (const char c : text) answer(static_cast<std::uint8_t>(c));
+void Ssc32Device::answer(std::string_view query, std::vector<std::uint8_t> bytes) {
+  const std::int64_t delay_ns = faults().apply(query, bytes);
+  for (const std::uint8_t byte : bytes) (void)line_out_.push(byte, now_ns_ + delay_ns);
 }
 
 void Ssc32Device::jump(Channel& channel, int pulse_us) const {
@@ -210,19 +212,24 @@ void Ssc32Device::execute(const ssc32::Levels& levels) {
 void Ssc32Device::execute(const ssc32::QueryMoving&) {
   const bool is_busy = std::any_of(channels_.begin(), channels_.end(),
                                    [&](const Channel& channel) { return channel.busy_until_ns > now_ns_; });
-  answer(is_busy ? "+" : ".");
+  answer("moving", {static_cast<std::uint8_t>(is_busy ? '+' : '.')});
 }
 
 void Ssc32Device::execute(const ssc32::QueryPulses& query) {
   const int assumed_us = options_.model == Ssc32Model::kSsc32 ? kAssumed_us : 0;
+  std::vector<std::uint8_t> bytes;
   for (const int which : query.channels) {
     const Channel& channel = channels_[static_cast<std::size_t>(which)];
     const int position_us = channel.has_position ? channel.position_us(now_ns_) : assumed_us;
-    answer(static_cast<std::uint8_t>(position_us / kUnitOfQp_us));
+    bytes.push_back(static_cast<std::uint8_t>(position_us / kUnitOfQp_us));
   }
+  answer("position", std::move(bytes));
 }
 
-void Ssc32Device::execute(const ssc32::QueryVersion&) { answer(options_.version + '\r'); }
+void Ssc32Device::execute(const ssc32::QueryVersion&) {
+  const std::string text = options_.version + '\r';
+  answer("version", {text.begin(), text.end()});
+}
 
 void Ssc32Device::execute(const ssc32::Stop& stop) {
   Channel& channel = channels_[static_cast<std::size_t>(stop.channel)];
@@ -232,20 +239,24 @@ void Ssc32Device::execute(const ssc32::Stop& stop) {
 }
 
 void Ssc32Device::execute(const ssc32::DigitalReads& reads) {
+  std::vector<std::uint8_t> bytes;
   for (const auto& [which, is_latching] : reads) {
     Pin& pin = pins_[static_cast<std::size_t>(which)];
     const bool is_high = pin.volts >= kHighVolts;
     const bool has_been_low = is_latching && std::exchange(pin.was_low, !is_high);
-    answer(is_high && !has_been_low ? "1" : "0");
+    bytes.push_back(is_high && !has_been_low ? '1' : '0');
   }
+  answer("input", std::move(bytes));
 }
 
 void Ssc32Device::execute(const ssc32::AnalogReads& reads) {
+  std::vector<std::uint8_t> bytes;
   for (const int which : reads.pins) {
     Pin& pin = pins_[static_cast<std::size_t>(which)];
     const int value = std::min(static_cast<int>(pin.volts * 256.0 / 5.0), 255);
-    answer(static_cast<std::uint8_t>(std::exchange(pin.is_analog_valid, true) ? value : 0));
+    bytes.push_back(static_cast<std::uint8_t>(std::exchange(pin.is_analog_valid, true) ? value : 0));
   }
+  answer("analog", std::move(bytes));
 }
 
 }  // namespace corbot::sim

@@ -72,8 +72,8 @@ class Ssc32Device final : public SerialDevice {
   void take_byte(std::uint8_t byte);
   void take_mini_ssc(std::uint8_t byte);
   void run_line();
-  void answer(std::uint8_t byte) { (void)line_out_.push(byte, now_ns_); }
-  void answer(std::string_view text);
+  /// To a query of this kind.
+  void answer(std::string_view query, std::vector<std::uint8_t> bytes);
 
   void execute(const ssc32::GroupMove& group);
   void execute(const ssc32::Offsets& offsets);

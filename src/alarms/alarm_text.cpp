@@ -3,8 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cstdint>
+#include <string>
+#include <utility>
 
+#include "corbot/backend/emergency_stop.h"
 #include "corbot/channel/alarms.h"
 #include "corbot/units.h"
 
@@ -20,14 +24,32 @@ std::string axis(std::int32_t joint) {
   return joint < 0 ? std::string("the gripper") : fmt::format("joint {}", joint);
 }
 
+/// Inputs that are pressed need no word; what counts as a press does.
+std::string stop_sources_text(std::uint32_t sources) {
+  static constexpr std::array<std::pair<StopSource, const char*>, 4> kCauses{{
+      {StopSource::kGpioUnheard, "the line cannot be read"},
+      {StopSource::kDeviceUnheard, "the device does not say how its input is"},
+      {StopSource::kWatchdog, "the watchdog output has tripped"},
+      {StopSource::kWatcher, "nobody watches the input"},
+  }};
+  std::string text;
+  for (const auto& [source, cause] : kCauses) {
+    if ((sources & static_cast<std::uint32_t>(source)) == 0) continue;
+    text += text.empty() ? ": " : ", ";
+    text += cause;
+  }
+  return text;
+}
+
 std::string out_of_range_text(const alarm::OutOfRange& what) {
   if (what.joint < 0) {
-    return fmt::format("set-point of the gripper at {:.3f} is out of range {:.3f} to {:.3f}; the arm holds",
-                       what.position_rad, what.lower_rad, what.upper_rad);
+    return fmt::format(
+        "set-point of the gripper at {:.3f} is out of range {:.3f} to {:.3f}; the arm is brought to rest",
+        what.position_rad, what.lower_rad, what.upper_rad);
   }
   return fmt::format(
-      "set-point of joint {} at {:.3f} degrees is out of range {:.3f} to {:.3f}; the arm holds", what.joint,
-      to_degrees(what.position_rad), to_degrees(what.lower_rad), to_degrees(what.upper_rad));
+      "set-point of joint {} at {:.3f} degrees is out of range {:.3f} to {:.3f}; the arm is brought to rest",
+      what.joint, to_degrees(what.position_rad), to_degrees(what.lower_rad), to_degrees(what.upper_rad));
 }
 
 }  // namespace
@@ -48,19 +70,39 @@ bool causes_error(AlarmCode code) {
 std::string alarm_text(const AlarmEvent& event) {
   switch (event.code) {
     case AlarmCode::kSetPointNotFinite:
-      return fmt::format("set-point of {} is not a number; the arm holds", axis(event.joint));
+      return fmt::format("set-point of {} is not a number; the arm is brought to rest", axis(event.joint));
     case AlarmCode::kSetPointOutOfRange:
       return out_of_range_text(alarm::out_of_range(event));
     case AlarmCode::kSetPointDiscontinuous: {
       const alarm::Discontinuity what = alarm::discontinuity(event);
       return fmt::format(
-          "set-point of joint {} would step by {:.4f} degrees in a cycle, limit {:.4f}; the arm holds",
+          "set-point of joint {} would step by {:.4f} degrees in a cycle, limit {:.4f}; the arm is brought "
+          "to rest",
           what.joint, to_degrees(what.step_rad), to_degrees(what.allowed_rad));
     }
     case AlarmCode::kKinematicsFailed: {
       const alarm::KinematicsFailure what = alarm::kinematics_failure(event);
-      return fmt::format("a point of the path has no inverse at {:.3f} s of {:.3f} s; the arm holds",
-                         what.time_s, what.duration_s);
+      return fmt::format(
+          "a point of the path has no inverse at {:.3f} s of {:.3f} s; the arm is brought to rest",
+          what.time_s, what.duration_s);
+    }
+    case AlarmCode::kFollowingError: {
+      const alarm::JointDeviation what = alarm::joint_deviation(event);
+      return fmt::format("joint {} is {:.3f} degrees from its set-point, {:.3f} are allowed", what.joint,
+                         to_degrees(what.error_rad), to_degrees(what.allowed_rad));
+    }
+    case AlarmCode::kGoalNotReached: {
+      const alarm::JointDeviation what = alarm::joint_deviation(event);
+      if (what.joint < 0) return "the servo device has not taken a motion's last set-point";
+      return fmt::format("joint {} has not reached its goal: it is {:.3f} degrees away, {:.3f} are allowed",
+                         what.joint, to_degrees(what.error_rad), to_degrees(what.allowed_rad));
+    }
+    case AlarmCode::kJointBeyondRange: {
+      const alarm::OutOfRange what = alarm::out_of_range(event);
+      return fmt::format(
+          "joint {} is at {:.1f} degrees, outside its range of {:.1f} to {:.1f}: nothing moves by itself; "
+          "turn it back by hand",
+          what.joint, to_degrees(what.position_rad), to_degrees(what.lower_rad), to_degrees(what.upper_rad));
     }
     case AlarmCode::kCommandRefused: {
       const alarm::RefusedCommand what = alarm::refused_command(event);
@@ -72,11 +114,12 @@ std::string alarm_text(const AlarmEvent& event) {
     case AlarmCode::kBackendDegraded:
       return "the servo device replies late or with faults" + because(event);
     case AlarmCode::kBackendLost:
-      return fmt::format("the servo device is lost{}; the arm holds", because(event));
+      return fmt::format("the servo device is lost{}; set-points are held", because(event));
     case AlarmCode::kEmergencyStop:
-      return "emergency stop";
+      return "emergency stop" + stop_sources_text(alarm::emergency_stop_sources(event));
     case AlarmCode::kErrorInherited:
-      return "the arm was in Error, or stopped, when the real-time task was restarted; it holds";
+      return "the arm was in Error, or stopped, or its servos lost their power, when the last real-time task "
+             "ended; set-points are held";
     case AlarmCode::kHeld:
       return "the arm was stopped and is held (StopAndHold)";
     case AlarmCode::kCleared:
@@ -87,9 +130,10 @@ std::string alarm_text(const AlarmEvent& event) {
                          what.total);
     }
     case AlarmCode::kLoopGap:
-      return fmt::format("the real-time loop made no cycle for {:.3g} s; the arm holds", alarm::gap_s(event));
+      return fmt::format("the real-time loop made no cycle for {:.3g} s; set-points are held",
+                         alarm::gap_s(event));
     case AlarmCode::kTaskReplaced:
-      return "the real-time task did not respond and was replaced; the arm holds";
+      return "the real-time task did not respond and was replaced; set-points are held";
     case AlarmCode::kServantSilent:
       return "no servant responded while a motion ran or was queued; it was stopped on its path and has "
              "failed";
@@ -119,6 +163,20 @@ const char* device_cause_text(DeviceCause cause) {
       return "its bus is down";
     case DeviceCause::kHeartbeatLost:
       return "it went silent on its bus";
+    case DeviceCause::kTorqueOff:
+      return "safe torque off (STO), or its voltage is missing";
+    case DeviceCause::kDisabled:
+      return "a drive was disabled by itself";
+    case DeviceCause::kTargetIgnored:
+      return "a drive ignores its set-points";
+    case DeviceCause::kTooSlow:
+      return "it takes fewer set-points than it announced";
+    case DeviceCause::kCountChanged:
+      return "a drive counts otherwise than before its restart: reference it, then restart corbot";
+    case DeviceCause::kThreadStill:
+      return "a call to it does not return";
+    case DeviceCause::kNoSetpoint:
+      return "no set-point came for it: the cycle stood still";
   }
   return "";
 }

@@ -20,6 +20,7 @@
 #include "client/stop_on_signal.h"
 #include "config/load_profile.h"
 #include "config/profile.h"
+#include "corbot/channel/control_bounds.h"
 
 namespace corbot::cli {
 
@@ -139,15 +140,14 @@ void hold(const ClientOptions& options, const Request& request) {
   }
 }
 
-/// USER@MACHINE
+/// USER@MACHINE, no longer than Acquire takes.
 std::string default_holder() {
   const passwd* user = ::getpwuid(::geteuid());
   char machine[HOST_NAME_MAX + 1] = "";
   ::gethostname(machine, sizeof(machine) - 1);
-  constexpr std::size_t kLongest = 64;
   return client::printable(user != nullptr ? fmt::format("{}@{}", user->pw_name, machine)
                                            : fmt::format("uid {}@{}", ::geteuid(), machine))
-      .substr(0, kLongest);
+      .substr(0, kLongestHolderName);
 }
 
 void acquire(const ClientOptions& options, const Request& request) {
@@ -174,15 +174,17 @@ void force_release(const ClientOptions& options) {
   fmt::print("the control of '{}' has ended, the arm is at rest\n", holder);
 }
 
-/// The first motion after a power-up is slow; a higher override takes effect after it.
+/// The first motion with an unverified position is slow; a higher override takes effect after it.
 void report_reduced_override(Client& client, double wanted_percent) {
   constexpr double kTolerance_percent = 1e-6;
   const double now_percent = client.call([](auto& arm) { return arm.OverridePercent(); });
   if (now_percent >= wanted_percent - kTolerance_percent) return;
   const Corbot::DeviceInfo_var device = client.call([](auto& arm) { return arm.Device(); });
   if (device->positionUncertain) {
-    fmt::print("{:g} % until the first motion since power-up is done; {:g} % take effect after it\n",
-               now_percent, wanted_percent);
+    fmt::print(
+        "{:g} % until the first motion is done, since the position is unverified; {:g} % take effect after "
+        "it\n",
+        now_percent, wanted_percent);
   }
 }
 

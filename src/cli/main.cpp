@@ -15,6 +15,7 @@
 
 #include "cli/calibrate/calibrate.h"
 #include "cli/calibrate/calibrate_help.h"
+#include "cli/calibrate/home.h"
 #include "cli/commands.h"
 #include "cli/doctor/doctor.h"
 #include "cli/supervise/up.h"
@@ -40,14 +41,27 @@ struct Settings {
   RecordOptions record;
   std::string doctor_profile;
   CalibrateOptions calibrate;
+  HomeOptions home;
 };
+
+/// For an option with a number: the same words as everywhere else, where CLI11 takes "nan", "0x10" and " 1", too.
+CLI::Validator number_within(double low, double high) {
+  return CLI::Validator(
+      [low, high](std::string& word) {
+        const auto value = parse_number(word);
+        if (!value) return number_fault(word);
+        if (*value >= low && *value <= high) return std::string();
+        return fmt::format("{} is not within {} to {}", word, low, high);
+      },
+      fmt::format("NUMBER in [{} - {}]", low, high));
+}
 
 void add_client_options(CLI::App& command, Settings& settings) {
   command.add_option("--robot", settings.client.robot,
                      "Name of a robot that is up here, HOST:PORT/NAME or [IPV6]:PORT/NAME, corbaloc or IOR\n"
                      "($CORBOT_ROBOT)");
   command.add_option("--timeout", settings.client.timeout_s, "Seconds that a call may take, not a motion")
-      ->check(CLI::Range(0.1, 3600.0));
+      ->check(number_within(0.1, 3600.0));
 }
 
 /// Shows the grammar of a verb; CLI11 would show "[values(0x)]".
@@ -181,6 +195,16 @@ void add_calibration(CLI::App& app, Settings& s) {
   command->footer(std::string("The robot must not be up. Commands, from the terminal or a pipe:\n") +
                   calibrate_help());
   command->callback([&s] { calibrate(s.calibrate); });
+  CLI::App* home_command =
+      app.add_subcommand("home", "Home the drives of an arm that have no absolute encoders");
+  home_command->add_option("PROFILE", s.home.profile, "The robot's profile, a TOML file")->required();
+  home_command->add_option(
+      "JOINT", s.home.joints,
+      "Names or numbers, in the order in which they are homed; none: all with a homing_method");
+  home_command->add_option("--name", s.home.name, "Name of the robot instead of the profile's");
+  home_command->footer(
+      "The robot must not be up. Shows what will move, and moves when 'on' is typed. Ctrl-C halts.");
+  home_command->callback([&s] { home(s.home); });
 }
 
 void add_views(CLI::App& app, Settings& s) {
@@ -196,7 +220,7 @@ void add_views(CLI::App& app, Settings& s) {
   }
   CLI::App* watch_command = app.add_subcommand("watch", "Show the status repeatedly");
   watch_command->add_option("--interval", s.interval_s, "Seconds between two outputs")
-      ->check(CLI::Range(0.02, 3600.0));
+      ->check(number_within(0.02, 3600.0));
   watch_command->add_option("--count", s.count, "End after so many outputs")
       ->check(CLI::Range(1, 1'000'000'000));
   add_client_options(*watch_command, s);
@@ -212,7 +236,7 @@ void add_files(CLI::App& app, Settings& s) {
   CLI::App* record_command = app.add_subcommand("record", "Record every cycle of the loop into a CSV file");
   record_command->add_option("FILE", s.record.file, "File, - = standard output")->required();
   record_command->add_option("--for", s.record.for_s, "Seconds; otherwise until Ctrl-C")
-      ->check(CLI::Range(0.001, 1e6));
+      ->check(number_within(0.001, 1e6));
   record_command->add_flag("--force", s.record.force, "Overwrite");
   add_client_options(*record_command, s);
   record_command->callback([&s] { run_record(s.client, s.record); });

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "client/failure.h"
+#include "corbot/backend/backend.h"
 #include "corbot/units.h"
 #include "shm/channel_client.h"
 
@@ -43,6 +44,36 @@ const char* to_string(RtState state) {
       return "error";
   }
   return "unknown";
+}
+
+const char* device_state(std::uint32_t health) {
+  switch (static_cast<BackendHealth>(health)) {
+    case BackendHealth::kClosed:
+      return "closed";
+    case BackendHealth::kOpen:
+      return "open";
+    case BackendHealth::kDegraded:
+      return "degraded";
+    case BackendHealth::kLost:
+      return "lost";
+    case BackendHealth::kStandby:
+      return "standby";
+  }
+  return "unknown";
+}
+
+/// "unverified+power_off"; "-" where there are none.
+std::string flags_text(std::uint32_t flags) {
+  static constexpr std::pair<std::uint32_t, const char*> kNames[] = {{kSnapshotMeasured, "measured"},
+                                                                     {kSnapshotUnverified, "unverified"},
+                                                                     {kSnapshotHeld, "held"},
+                                                                     {kSnapshotPowerOff, "power_off"},
+                                                                     {kSnapshotFaultStop, "fault_stop"}};
+  std::string text;
+  for (const auto& [bit, name] : kNames) {
+    if ((flags & bit) != 0) text += (text.empty() ? "" : "+") + std::string(name);
+  }
+  return text.empty() ? "-" : text;
 }
 
 /// A file that is written in whole rows.
@@ -158,7 +189,7 @@ std::string csv_header(std::size_t joints) {
   for (std::size_t i = 0; i < joints; ++i) row += fmt::format(",theta{}_deg", i);
   row += ",x_m,y_m,z_m,gripper";
   for (std::size_t i = 0; i < joints; ++i) row += fmt::format(",pulse{}_us", i);
-  return row + ",gripper_us\n";
+  return row + ",gripper_us,device,flags\n";
 }
 
 std::string csv_row(const Snapshot& s, std::size_t joints) {
@@ -170,7 +201,7 @@ std::string csv_row(const Snapshot& s, std::size_t joints) {
   for (const double coordinate : s.tcp_m) fmt::format_to(out, ",{:.12f}", coordinate);
   fmt::format_to(out, ",{:.6g}", s.gripper);
   for (std::size_t i = 0; i <= joints; ++i) fmt::format_to(out, ",{:.3f}", s.pulse_us[i]);
-  row += '\n';
+  fmt::format_to(out, ",{},{}\n", device_state(s.device_health), flags_text(s.flags));
   return row;
 }
 

@@ -56,16 +56,11 @@ const char* to_string(Corbot::RobotKind kind) {
   return index < std::size(kNames) ? kNames[index] : "unknown";
 }
 
-const char* to_string(Corbot::DeviceHealth health) {
-  constexpr const char* kNames[] = {"closed", "open", "degraded", "lost"};
-  const auto index = static_cast<std::size_t>(health);
-  return index < std::size(kNames) ? kNames[index] : "unknown";
-}
-
-/// The alarm of a lost device stays until it is cleared, also once the device works again.
+/// The alarm of a lost device stays until it is cleared, also once the device works again, or stands by for that.
 bool is_device_back(const ActiveAlarm& alarm, const Corbot::DeviceInfo& device) {
   return alarm.code == static_cast<long>(AlarmCode::kBackendLost) &&
-         (device.health == Corbot::DeviceOpen || device.health == Corbot::DeviceDegraded);
+         (device.health == Corbot::DeviceOpen || device.health == Corbot::DeviceDegraded ||
+          client::stands_by(device));
 }
 
 /// The alarm's own text is quoted for the cause: DeviceInfo has none any more once the device is back.
@@ -75,7 +70,7 @@ std::string device_back_text(const ActiveAlarm& alarm) {
 
 json device_data(const Corbot::DeviceInfo& device) {
   return {{"backend", printable(device.backend.in())},
-          {"health", to_string(device.health)},
+          {"health", client::to_string(device.health)},
           {"cause", device.cause},
           {"cause_text", printable(device.causeText.in())},
           {"frames", device.frames},
@@ -113,12 +108,6 @@ std::string holder_text(const Corbot::ControlInfo& control) {
 }
 
 }  // namespace
-
-std::string describe(const Corbot::DeviceInfo& device) {
-  const std::string cause = printable(device.causeText.in());
-  return fmt::format("{}, {}{}{}{}", printable(device.backend.in()), to_string(device.health),
-                     cause.empty() ? "" : ": ", cause, device.emergencyStop ? ", EMERGENCY STOP" : "");
-}
 
 StatusReport read_status(Client& client) {
   StatusReport report;
@@ -177,11 +166,11 @@ std::string status_text(const StatusReport& r) {
   if (r.control.held) text += "  held      by a StopAndHold: nothing moves until 'corbot clear'\n";
   if (const std::string holder = holder_text(r.control); !holder.empty())
     text += fmt::format("  control   {}\n", holder);
-  text += fmt::format("  device    {}\n", describe(r.device));
+  text += fmt::format("  device    {}\n", client::describe(r.device));
   if (r.device.positionUncertain) {
-    text +=
-        fmt::format("  position  UNVERIFIED since power-up: the first motion runs at {:g} % of its speed\n",
-                    100.0 * kFirstMotionOverride);
+    text += fmt::format(
+        "  position  UNVERIFIED, the servos may have moved: the first motion runs at {:g} % of its speed\n",
+        100.0 * kFirstMotionOverride);
   }
   text += fmt::format("  tool      x {:.4f}  y {:.4f}  z {:.4f} m   a {:.2f}  b {:.2f}  c {:.2f} deg\n",
                       rounded(r.pose.x, 1e4), rounded(r.pose.y, 1e4), rounded(r.pose.z, 1e4),
@@ -294,7 +283,7 @@ std::string diagnostics_text(const Corbot::LoopInfo& info, const Corbot::DeviceI
   text += fmt::format("work      max {} a cycle\n", microseconds(info.workMax));
   text += fmt::format(
       "device    {}; {} frames accepted, the last {:.1f} ms after its set-point, at most {:.1f} ms\n",
-      describe(device), device.frames, device.age * 1e3, device.ageMax * 1e3);
+      client::describe(device), device.frames, device.age * 1e3, device.ageMax * 1e3);
   text += device.measured
               ? fmt::format("measured  by the device, {:.1f} ms ago\n", device.measuredAge * 1e3)
               : fmt::format("measured  no{}\n", device.positionUncertain ? "; position unverified" : "");

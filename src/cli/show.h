@@ -47,9 +47,6 @@ struct StatusReport {
 [[nodiscard]] std::string diagnostics_text(const Corbot::LoopInfo& info, const Corbot::DeviceInfo& device);
 [[nodiscard]] std::string diagnostics_json(const Corbot::LoopInfo& info, const Corbot::DeviceInfo& device);
 
-/// "ssc32, open"; with the cause where there is one.
-[[nodiscard]] std::string describe(const Corbot::DeviceInfo& device);
-
 /// Latency below which the share `ratio` of the wake-ups lies, by the histogram; seconds. The upper edge of
 /// the bucket, so never too good; the maximum where the last, open bucket is meant.
 [[nodiscard]] double latency_quantile(const Corbot::LoopInfo& info, double ratio);

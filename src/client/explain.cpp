@@ -151,4 +151,20 @@ Failure explain(const CORBA::SystemException& e, const Address& address) {
                                            address.where, e._name(), e.minor())};
 }
 
+const char* to_string(Corbot::DeviceHealth health) {
+  constexpr const char* kNames[] = {"closed", "open", "degraded", "lost"};
+  const auto index = static_cast<std::size_t>(health);
+  return index < std::size(kNames) ? kNames[index] : "unknown";
+}
+
+bool stands_by(const Corbot::DeviceInfo& device) {
+  return device.health == Corbot::DeviceClosed && *device.causeText.in() != '\0';
+}
+
+std::string describe(const Corbot::DeviceInfo& device) {
+  const std::string cause = printable(device.causeText.in());
+  return fmt::format("{}, {}{}{}{}", printable(device.backend.in()), to_string(device.health),
+                     cause.empty() ? "" : ": ", cause, device.emergencyStop ? ", EMERGENCY STOP" : "");
+}
+
 }  // namespace corbot::client

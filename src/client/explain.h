@@ -33,6 +33,12 @@ struct Address {
 /// Text from the network, safe for a terminal: printable ASCII, others as '?', at most 400 characters.
 [[nodiscard]] std::string printable(std::string_view text);
 
+[[nodiscard]] const char* to_string(Corbot::DeviceHealth health);
+/// It is there, and waits for a Clear without energy for the servos; else a closed device is one without a task.
+[[nodiscard]] bool stands_by(const Corbot::DeviceInfo& device);
+/// "ssc32, open"; with the cause where there is one.
+[[nodiscard]] std::string describe(const Corbot::DeviceInfo& device);
+
 /// At most six significant digits: "0.42", "-12.5".
 [[nodiscard]] std::string plain(double value);
 

@@ -109,6 +109,19 @@ std::string where_looked(const std::string& name) {
 
 bool is_up(const std::string& name) { return is_up_in(state_directory(false), name); }
 
+std::optional<pid_t> supervisor_of(const std::string& name) {
+  if (!is_name(name)) return std::nullopt;
+  const int fd = open_lock(state_directory(false), name, O_RDWR);
+  if (fd < 0) return std::nullopt;
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  lock.l_whence = SEEK_SET;
+  const bool known = ::fcntl(fd, F_GETLK, &lock) == 0 && lock.l_type != F_UNLCK && lock.l_pid > 0;
+  ::close(fd);
+  if (!known) return std::nullopt;
+  return lock.l_pid;
+}
+
 std::vector<std::string> robots_up() { return robots_of_files(state_directory(false), true); }
 
 std::vector<std::string> robots_with_stale_state() { return robots_of_files(state_directory(false), false); }

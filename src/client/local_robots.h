@@ -10,13 +10,14 @@
 
 // How the commands of one user find the robots that are up on this machine: one file a robot, written by its
 // supervisor. Beside NAME.json lies NAME.lock, whose lock the supervisor holds while it lives; the kernel
-// releases it however it dies, so a stale file is never taken for a live robot.
+// releases it however it dies, so a stale file is never taken for a live robot. The file has two locks: flock(2)'s
+// tells whether it lives, and a record lock of fcntl(2) who it is.
 
 namespace corbot::client {
 
 struct RobotState {
   std::string name;
-  pid_t pid{};                   ///< of the supervisor
+  pid_t pid{};                   ///< of the supervisor, for people; supervisor_of() is to be trusted
   std::string profile;           ///< absolute path
   std::string profile_in_use{};  ///< a copy of it from the start, which the processes read
   std::string endpoint;          ///< HOST:PORT
@@ -41,6 +42,10 @@ struct RobotState {
 
 /// Does a supervisor of that robot live?
 [[nodiscard]] bool is_up(const std::string& name);
+
+/// The supervisor of that robot, as the kernel names the process that holds the lock's record, whatever is written in
+/// the state file; nothing when none holds it or it is in another pid namespace.
+[[nodiscard]] std::optional<pid_t> supervisor_of(const std::string& name);
 
 /// Names of the robots that are up, sorted.
 [[nodiscard]] std::vector<std::string> robots_up();

@@ -22,6 +22,8 @@ const OptionSpec kTime{"--time", "T",
                        "seconds the motion shall take; 0 or none: as fast as the limits allow"};
 const OptionSpec kAbove{"--above", "D", "metres above the point, vertically"};
 
+static_assert(kShortestLease_s == 0.5 && kLongestLease_s == 3600.0, "the help of --lease names both");
+
 const std::vector<VerbSpec>& table() {
   static const std::vector<VerbSpec> specs{
       {Verb::kMove,
@@ -210,8 +212,9 @@ std::optional<std::string> read_argument(const VerbSpec& spec, const std::string
   }
   const auto value = parse_number(word);
   if (!value) return fmt::format("{}: {}", spec.arguments[at], number_fault(word));
-  if (spec.verb == Verb::kCancel &&
-      !(*value >= 1 && *value <= kLargestTicket && *value == std::floor(*value)))
+  if (spec.verb == Verb::kCancel && *value > kLargestTicket)
+    return fmt::format("TICKET '{}': the largest is {:.0f}", word, kLargestTicket);
+  if (spec.verb == Verb::kCancel && !(*value >= 1 && *value == std::floor(*value)))
     return fmt::format("TICKET '{}': must be a positive integer", word);
   request.numbers.push_back(*value);
   return std::nullopt;

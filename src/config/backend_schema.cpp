@@ -44,8 +44,11 @@ void read_serial(Section& section, const SerialKind& kind, SerialOptions& option
     for (const int baud : kind.bauds) known += (known.empty() ? "" : ", ") + std::to_string(baud);
     section.refuse("baud", "must be one of " + known);
   }
-  if (!kind.has_replies) return;
-  common = read_common(section, false);
+  if (kind.has_replies) {
+    common = read_common(section, false);
+  } else {
+    common.stagger_ms = read_stagger(section);
+  }
 }
 
 void read_ssc32(Section section, SerialOptions& options, CommonBackendOptions& common) {
@@ -65,6 +68,7 @@ void read_maestro(Section section, SerialOptions& options, CommonBackendOptions&
       section.integer_or("device_number", -1, {-1, 127, false, "(-1: compact protocol)"}).value_or(-1));
   options.crc = section.flag_or("crc", false).value_or(false);
   options.multi_target = section.flag_or("multi_target", false).value_or(false);
+  options.detect_baud = section.flag_or("detect_baud", false).value_or(false);
   section.finish();
 }
 

@@ -4,6 +4,7 @@
 #include "config/output_schema.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <string>
 
@@ -49,6 +50,48 @@ int read_node(Section& section, NodeUse& in_use) {
   return static_cast<int>(*node);
 }
 
+CanIdentity read_identity(Section& section) {
+  constexpr Bounds kNumber{0, 4294967295.0, false, ""};
+  constexpr std::array<std::string_view, 4> kKeys{"vendor", "product", "revision", "serial"};
+  CanIdentity identity;
+  for (std::size_t i = 0; i < kKeys.size(); ++i) {
+    if (!section.has(kKeys[i])) continue;
+    const auto number = section.integer(kKeys[i], kNumber);
+    if (number) identity[i] = static_cast<std::uint32_t>(*number);
+  }
+  return identity;
+}
+
+CanHoming read_homing(Section& section) {
+  constexpr Bounds kSpeed{0, 90, true, "degrees a second"};
+  constexpr double kUsualSpeed_deg_s = 5.0;
+  constexpr double kUsualCreep_deg_s = 1.0;
+  CanHoming homing;
+  if (!section.has("homing_method")) {
+    for (const std::string_view key :
+         {"homing_speed_deg_s", "homing_creep_deg_s", "homing_acceleration_deg_s2", "homing_offset"}) {
+      if (!section.has(key)) continue;
+      (void)section.number(key, {-1e9, 1e9, false, ""});
+      section.refuse(key, "needs homing_method");
+    }
+    return homing;
+  }
+  const auto method = section.integer("homing_method", {-128, 127, false, "(6098h)"});
+  if (method && *method == 0)
+    section.refuse("homing_method", "must not be 0: leave it out for a drive that keeps its count");
+  homing.method = static_cast<int>(method.value_or(0));
+  homing.speed_rad_s =
+      kRadiansPerDegree * section.number_or("homing_speed_deg_s", kUsualSpeed_deg_s, kSpeed).value_or(0);
+  homing.creep_rad_s =
+      kRadiansPerDegree * section.number_or("homing_creep_deg_s", kUsualCreep_deg_s, kSpeed).value_or(0);
+  homing.acceleration_rad_s2 =
+      kRadiansPerDegree *
+      section.number_or("homing_acceleration_deg_s2", 0, {0, 1e4, false, "(0: as the drive has it)"})
+          .value_or(0);
+  homing.offset = section.number_or("homing_offset", 0, kCount).value_or(0);
+  return homing;
+}
+
 CanDrive read_drive(Section& section, NodeUse& in_use) {
   CanDrive drive;
   drive.node = read_node(section, in_use);
@@ -57,6 +100,9 @@ CanDrive read_drive(Section& section, NodeUse& in_use) {
   const auto direction = section.integer_or("direction", 1, {-1, 1, false, "(1 or -1)"});
   if (direction && *direction == 0) section.refuse("direction", "must be 1 or -1");
   drive.direction = static_cast<double>(direction.value_or(1));
+  drive.identity = read_identity(section);
+  drive.reports_following = section.flag_or("reports_following", true).value_or(true);
+  drive.homing = read_homing(section);
   section.finish();
   return drive;
 }
@@ -68,6 +114,8 @@ void read_gripper(Section section, NodeUse& in_use, SocketCanOptions& options) {
   if (closed && open && *closed == *open) section.refuse("open_count", "must differ from closed_count");
   options.gripper_closed_count = closed.value_or(0);
   options.gripper_open_count = open.value_or(0);
+  options.gripper_identity = read_identity(section);
+  options.gripper_reports_following = section.flag_or("reports_following", true).value_or(true);
   section.finish();
 }
 

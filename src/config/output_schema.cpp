@@ -40,10 +40,11 @@ void read_pwm_sysfs(Section section, PwmSysfsOptions& options, CommonBackendOpti
   options.chip = read_path(section, "chip", "/sys/class/pwm/pwmchip0");
   options.frame_hz = section.number_or("frame_hz", options.frame_hz, kFrameRate).value_or(0);
   common.relax_at_end = read_at_end(section);
+  common.stagger_ms = read_stagger(section);
   section.finish();
 }
 
-void read_gpiod(Section section, GpiodOptions& options, CommonBackendOptions&) {
+void read_gpiod(Section section, GpiodOptions& options, CommonBackendOptions& common) {
   options.chip = read_path(section, "chip", "/dev/gpiochip0");
   options.lines = section.texts("lines", kMaxServos).value_or(std::vector<std::string>{});
   for (auto line = options.lines.begin(); line != options.lines.end(); ++line) {
@@ -69,6 +70,7 @@ void read_gpiod(Section section, GpiodOptions& options, CommonBackendOptions&) {
   options.cpu = static_cast<int>(section.integer_or("cpu", -1, {-1, 1023, false, "(-1: any)"}).value_or(-1));
   options.awake_us =
       section.number_or("awake_us", options.awake_us, {0, kLongestAwake_us, false, "us"}).value_or(0);
+  common.stagger_ms = read_stagger(section);
   section.finish();
 }
 
@@ -97,8 +99,16 @@ bool read_at_end(Section& section) {
   return at_end == "relax";
 }
 
+int read_stagger(Section& section) {
+  constexpr int kDefault_ms = CommonBackendOptions{}.stagger_ms;
+  return static_cast<int>(
+      section.integer_or("stagger_ms", kDefault_ms, {0, 2000, false, "ms (0: all at once)"})
+          .value_or(kDefault_ms));
+}
+
 CommonBackendOptions read_common(Section& section, bool default_readback) {
   CommonBackendOptions common;
+  common.stagger_ms = read_stagger(section);
   common.readback = section.flag_or("readback", default_readback).value_or(default_readback);
   common.relax_at_end = read_at_end(section);
   return common;
@@ -145,10 +155,34 @@ void read_emergency_stop(Section section, EmergencyStopOptions& options) {
   section.finish();
 }
 
-void read_power_enable(Section section, PowerEnableOptions& options) {
+void read_power_enable(Section section, Profile& profile) {
+  PowerEnableOptions& options = profile.power_enable;
   read_line(section, options.chip, options.line);
   options.active_low = read_active_low(section, "active", false);
   options.off_at_stop = section.flag_or("off_at_stop", true).value_or(true);
+  if (!options.off_at_stop && profile.stop.category == 0)
+    section.refuse("off_at_stop", "contradicts stop.category = 0, which takes the power at once");
+  section.finish();
+}
+
+void read_watchdog(Section section, Profile& profile) {
+  WatchdogOptions& options = profile.watchdog;
+  read_line(section, options.chip, options.line);
+  options.active_low = read_active_low(section, "active", false);
+  const double period_ms = section.number_or("period_ms", 10, {2, 1000, false, "ms"}).value_or(10);
+  options.period_ns = static_cast<std::int64_t>(period_ms * 1e6);
+  // A cycle takes one period of the loop, and comes late now and then.
+  if (options.period_ns < profile.arm.period_ns) {
+    section.refuse("period_ms", fmt::format("must be at least that of the loop, {} ms",
+                                            static_cast<double>(profile.arm.period_ns) * 1e-6));
+  }
+  const auto is_taken = [&](const std::string& chip, const std::string& line) {
+    return !chip.empty() && chip == options.chip && line == options.line;
+  };
+  if (is_taken(profile.power_enable.chip, profile.power_enable.line))
+    section.refuse("line", "is the line of power_enable");
+  if (is_taken(profile.emergency_stop.chip, profile.emergency_stop.line))
+    section.refuse("line", "is the line of emergency_stop");
   section.finish();
 }
 

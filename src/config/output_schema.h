@@ -18,14 +18,20 @@ bool read_outputs(Section& section, BackendOptions& backend);
 void check_channels(Section section, const BackendOptions& backend,
                     const std::map<std::uint32_t, std::string>& channels);
 
-/// `[emergency_stop]` and `[power_enable]`.
+/// `[emergency_stop]`, `[power_enable]` and `[watchdog]`.
 void read_emergency_stop(Section section, EmergencyStopOptions& options);
-void read_power_enable(Section section, PowerEnableOptions& options);
+/// After profile.stop.
+void read_power_enable(Section section, Profile& profile);
+/// After the other tables that name GPIO lines, and `[loop]`.
+void read_watchdog(Section section, Profile& profile);
 
 /// `at_end`, the same for every kind that has it: whether it is "relax", not "hold".
 [[nodiscard]] bool read_at_end(Section& section);
 
-/// `readback` and `at_end`.
+/// `stagger_ms`, likewise.
+[[nodiscard]] int read_stagger(Section& section);
+
+/// `readback`, `at_end` and `stagger_ms`.
 [[nodiscard]] CommonBackendOptions read_common(Section& section, bool default_readback);
 
 /// A key that is "high" or "low".

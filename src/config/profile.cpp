@@ -37,8 +37,11 @@ ConfigError::ConfigError(std::vector<ConfigFault> faults)
 
 bool unpowered_after_exit(const Profile& profile) {
   const BackendOptions& backend = profile.backend;
-  if (backend.kind == "gpiod" || !profile.power_enable.chip.empty()) return true;
-  return backend.common.relax_at_end;
+  return backend.kind == "gpiod" || switches_power(profile) || backend.common.relax_at_end;
+}
+
+bool switches_power(const Profile& profile) {
+  return !profile.power_enable.chip.empty() || !profile.watchdog.chip.empty();
 }
 
 }  // namespace corbot

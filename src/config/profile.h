@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -28,6 +30,7 @@ struct SerialOptions {
   int device_number{-1};     ///< Maestro: of the Pololu protocol; -1: compact protocol
   bool crc{false};           ///< Maestro
   bool multi_target{false};  ///< Maestro: sets several targets in one command, as only a Mini Maestro can
+  bool detect_baud{false};   ///< Maestro: it is set to detect the baud
   double first_us{500.0};    ///< Mini SSC: pulse of position 0
   double last_us{2500.0};    ///< Mini SSC: pulse of position 254
   char stop_input{0};        ///< SSC-32: input of an emergency stop, 'A' .. 'F'; 0: none
@@ -76,12 +79,35 @@ struct PowerEnableOptions {
   bool off_at_stop{true};  ///< without power from an emergency stop until it is cleared
 };
 
+/// `[watchdog]`: an output that toggles while corbot is well, for a charge pump that holds the servos' power.
+struct WatchdogOptions {
+  std::string chip;  ///< /dev/gpiochipN; empty: there is none
+  std::string line;
+  bool active_low{false};
+  std::int64_t period_ns{10'000'000};  ///< between two changes of its level
+};
+
+/// 1018h:1 to 4 of a drive: vendor, product, revision, serial; those that are checked.
+using CanIdentity = std::array<std::optional<std::uint32_t>, 4>;
+
+/// `homing_...` of a drive without an absolute encoder.
+struct CanHoming {
+  int method{};  ///< 6098h; 0: none, the drive keeps its count
+  double speed_rad_s{};
+  double creep_rad_s{};
+  double acceleration_rad_s2{};  ///< 0: as the drive has it
+  double offset{};               ///< 607Ch, counts
+};
+
 /// `[[backend.socketcan.drive]]`: count = zero_count + direction * counts_per_rad * angle.
 struct CanDrive {
   int node{};  ///< 1 to 127
   double counts_per_rad{};
   double zero_count{};
   double direction{1.0};
+  CanIdentity identity{};
+  bool reports_following{true};  ///< by bit 12 of the statusword
+  CanHoming homing{};
 };
 
 /// `[backend.socketcan]`: drives after CiA 402 on a CAN bus.
@@ -94,12 +120,15 @@ struct SocketCanOptions {
   int gripper_node{0};           ///< 0: no drive
   double gripper_closed_count{};
   double gripper_open_count{};
+  CanIdentity gripper_identity{};
+  bool gripper_reports_following{true};
 };
 
 /// What several kinds have, each in its own table.
 struct CommonBackendOptions {
-  bool readback{false};      ///< report the servos' positions, as the device has them, as measured
+  bool readback{false};      ///< ask for the servos' positions, as the device has them
   bool relax_at_end{false};  ///< pulses or voltage off at the end; else the servos hold
+  int stagger_ms{100};       ///< between the first pulses of two servos, or the enabling of two drives
 };
 
 /// `[backend]`: which backend drives the servos, and the options of that kind.
@@ -115,6 +144,19 @@ struct BackendOptions {
   PwmSysfsOptions pwm_sysfs{};
   GpiodOptions gpiod{};
   SocketCanOptions socketcan{};
+};
+
+/// `[stop]`: how faults and stop inputs end a motion. The categories are those of IEC 60204-1.
+struct StopOptions {
+  int category{1};     ///< 0: the servos' power is taken off at once; 1: when the arm has slowed down
+  double ramp_s{1.0};  ///< the power is taken off after this, whether or not the arm has come to rest
+};
+
+/// `following_error_...` and `goal_tolerance_deg` of a `[[joint]]`: where the device measures.
+struct FollowingLimits {
+  double error_rad{};  ///< between set-point and measured joint; a fault when it lasts for time_s
+  double time_s{};
+  double goal_rad{};  ///< a motion is done when the joint is this near to its end
 };
 
 /// `[supervisor]`: what `corbot up` does with a process that does not respond.
@@ -135,8 +177,12 @@ struct Profile {
   std::int64_t frozen_ns{100'000'000};  ///< a task whose cycle number stands still this long does not respond
   std::int64_t orphan_ns{2'000'000'000};  ///< a motion without a servant that responds is stopped after this
   BackendOptions backend;
+  std::vector<FollowingLimits> following;  ///< one a joint, in their order
+  double settle_s{1.0};                    ///< a motion whose end is not reached by then is a fault
+  StopOptions stop;
   EmergencyStopOptions emergency_stop;
   PowerEnableOptions power_enable;
+  WatchdogOptions watchdog;
   SupervisorOptions supervisor;
   int queue_capacity{16};                  ///< motions outstanding at once
   std::string endpoint_host{"127.0.0.1"};  ///< the servant listens here
@@ -146,6 +192,8 @@ struct Profile {
 /// Whether the servos are, or may be, without pulses or power after the real-time task has ended: their
 /// position is then unverified.
 [[nodiscard]] bool unpowered_after_exit(const Profile& profile);
+/// Whether corbot switches the servos' power, which is off then without a process of its own.
+[[nodiscard]] bool switches_power(const Profile& profile);
 
 inline constexpr std::size_t kMaxNameLength = 32;
 /// Whether a robot or a joint may have this name.

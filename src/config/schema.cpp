@@ -122,6 +122,12 @@ void read_joint(Section& section, std::size_t index, Profile& profile, ChannelUs
       section.number("acceleration_deg_s2", limit("degrees/s^2")).value_or(0) * kRadiansPerDegree;
   limits.jerk_rad_s3 = section.number("jerk_deg_s3", limit("degrees/s^3")).value_or(0) * kRadiansPerDegree;
   profile.arm.servos[index] = read_servo(section, range, in_use);
+  FollowingLimits& following = profile.following.emplace_back();
+  following.error_rad =
+      section.number_or("following_error_deg", 15, {0, 180, true, "degrees"}).value_or(0) * kRadiansPerDegree;
+  following.time_s = section.number_or("following_error_s", 0.25, {0.001, 10, false, "s"}).value_or(0);
+  following.goal_rad =
+      section.number_or("goal_tolerance_deg", 1, {0, 90, true, "degrees"}).value_or(0) * kRadiansPerDegree;
   section.finish();
 }
 
@@ -182,6 +188,7 @@ void read_loop(Section section, Profile& profile) {
   }
   profile.frozen_ns = section.integer_or("frozen_ms", 100, {60, 10000, false, "ms"}).value_or(0) * 1'000'000;
   profile.orphan_ns = to_ns(section.number_or("orphan_s", 2.0, {0.5, 60, false, "s"}).value_or(0));
+  profile.settle_s = section.number_or("settle_s", 1.0, {0.1, 60, false, "s"}).value_or(1.0);
   section.finish();
 }
 
@@ -211,6 +218,13 @@ void read_supervisor(Section section, SupervisorOptions& options) {
   section.finish();
 }
 
+void read_stop(Section section, StopOptions& stop) {
+  stop.category =
+      static_cast<int>(section.integer_or("category", 1, {0, 1, false, "(IEC 60204-1)"}).value_or(1));
+  stop.ramp_s = section.number_or("ramp_s", 1.0, {0.05, 10, false, "s"}).value_or(1.0);
+  section.finish();
+}
+
 }  // namespace
 
 void read_schema(const toml::table& table, Profile& profile, FaultList& faults) {
@@ -224,13 +238,16 @@ void read_schema(const toml::table& table, Profile& profile, FaultList& faults) 
   read_loop(root.table_or_empty("loop"), profile);
   read_servant(root.table_or_empty("servant"), profile);
   read_supervisor(root.table_or_empty("supervisor"), profile.supervisor);
+  read_stop(root.table_or_empty("stop"), profile.stop);
   const Section backend = root.table("backend");
   read_backend(backend, profile.arm.dof, profile.backend);
   check_channels(backend, profile.backend, channels);
   const Section stop = root.table_or_empty("emergency_stop");
   if (root.has("emergency_stop")) read_emergency_stop(stop, profile.emergency_stop);
   const Section power = root.table_or_empty("power_enable");
-  if (root.has("power_enable")) read_power_enable(power, profile.power_enable);
+  if (root.has("power_enable")) read_power_enable(power, profile);
+  const Section watchdog = root.table_or_empty("watchdog");
+  if (root.has("watchdog")) read_watchdog(watchdog, profile);
   root.finish();
 }
 

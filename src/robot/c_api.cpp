@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "config/load_profile.h"
@@ -52,6 +53,13 @@ void corbot_robot_heed_release_signal(corbot_robot* robot) {
     caller.from = from.c_str();
     (void)corbot_robot_end_control(robot, &caller, nullptr);  // the audit log has what became of it
   });
+}
+
+void corbot_read_key(const void* octets, size_t length, char key[CORBOT_KEY]) {
+  constexpr std::string_view kNoKey = "-";
+  std::string_view text(static_cast<const char*>(octets), length);
+  if (length != CORBOT_KEY - 1 || text.find('\0') != text.npos) text = kNoKey;
+  *std::copy(text.begin(), text.end(), key) = '\0';
 }
 
 void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {

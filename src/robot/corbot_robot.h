@@ -70,6 +70,9 @@ void corbot_robot_stops(const corbot_robot* robot, uint64_t* all, uint64_t* by_o
  * CORBOT_NOT_READY: another has control, motions of others are pending, or the caller is no longer there. */
 corbot_status corbot_robot_acquire(corbot_robot* robot, const corbot_caller* caller, const char* who,
                                    double lease_s, char key[CORBOT_KEY], corbot_error* error);
+/* For corbot_caller, from the octets in the reference that was called: what cannot be a key (too long, too short, or with
+ * a zero in it, where a C string would end) becomes "-", which is none either. */
+void corbot_read_key(const void* octets, size_t length, char key[CORBOT_KEY]);
 /* CORBOT_NOT_READY: the caller's key has no control, or not any more. */
 corbot_status corbot_robot_renew(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
 /* Returns at rest. CORBOT_NOT_READY as above; and where it is not known that the arm has stopped: control has ended then,

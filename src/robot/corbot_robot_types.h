@@ -135,7 +135,7 @@ typedef struct corbot_caller {
   int (*present)(void* context);
   void* context;
   int32_t places; /* for calls of its host that take long */
-  /* Of the reference that was called, see corbot_robot_acquire; NULL or "": the public one. */
+  /* Of the reference that was called, see corbot_read_key; NULL or "": the public one. */
   const char* key;
   /* Address of the caller's connection, "127.0.0.1:51234", "local uid 1000"; NULL: not known. */
   const char* from;
@@ -143,7 +143,7 @@ typedef struct corbot_caller {
   uint64_t stops;
 } corbot_caller;
 
-/* See corbot_robot_acquire. */
+/* A key and its final zero, see corbot_robot_acquire. */
 enum { CORBOT_KEY = 33 };
 typedef struct corbot_holder {
   char who[65];  /* "": nobody has control */

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "corbot/channel/wake.h"
+#include "corbot/running_time.h"
 #include "notify/notify_address.h"
 
 namespace corbot {
@@ -19,6 +20,7 @@ constexpr auto kRetry = 50ms;  // between attempts to find a task
 constexpr auto kFirstService = 1s;
 constexpr std::int64_t kPeerPoll_ns = 20'000'000;  // a dead task is noticed within this time
 constexpr std::int64_t kServicePoll_ns = 2'000'000;
+constexpr auto kAlarmsRead = 1s;
 constexpr auto kSnapshotOfVerdict = 5ms;  // a verdict's snapshot follows it within a cycle
 
 /// What to do depends on whether this servant is supervised, by `corbot up` or systemd: then the task is, too.
@@ -92,6 +94,17 @@ std::shared_ptr<ServantChannel> Link::channel() const {
 bool Link::snapshot(Snapshot& out) const {
   const auto channel = this->channel();
   return channel && last_snapshot(channel->task(), out);
+}
+
+void Link::await_alarms() const {
+  const auto channel = this->channel();
+  if (!channel) return;
+  const std::uint64_t given = channel->task().alarms.published();
+  const auto are_read = [&] { return alive() ? alarms_seen_ >= given : !is_losing_; };
+  std::unique_lock lock(alarms_mutex_);
+  for (Patience patience(kAlarmsRead); !patience.is_over();) {
+    if (alarms_reported_.wait_for(lock, Patience::kLongestLook, are_read)) return;
+  }
 }
 
 std::string Link::cause() const {
@@ -186,6 +199,11 @@ void Link::drain(const ServantChannel& channel, ReportRings& rings) {
   for (std::size_t i = 0; i < task.alarms.capacity() && rings.alarms.pop(alarm) == PopResult::kOk; ++i) {
     listener_.on_alarm(alarm);
   }
+  {
+    const std::lock_guard lock(alarms_mutex_);
+    alarms_seen_ = channel.own().alarms_tail.taken();
+  }
+  alarms_reported_.notify_all();
   Completion completion{};
   for (std::size_t i = 0; i < task.completions.capacity(); ++i) {
     if (rings.completions.pop(completion) != PopResult::kOk) return;
@@ -202,8 +220,15 @@ void Link::drain(const ServantChannel& channel, ReportRings& rings) {
 
 void Link::lose(const std::string& reason) {
   set_cause(reason);
+  const auto set_losing = [this](bool is_losing) {
+    const std::lock_guard lock(alarms_mutex_);
+    is_losing_ = is_losing;
+  };
+  set_losing(true);
   incarnation_.store(0, std::memory_order_release);
   listener_.on_lost(reason);
+  set_losing(false);
+  alarms_reported_.notify_all();
 }
 
 }  // namespace corbot

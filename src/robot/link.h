@@ -60,6 +60,9 @@ class Link {
   [[nodiscard]] std::shared_ptr<ServantChannel> channel() const;
   /// The newest snapshot; false when there has never been one.
   [[nodiscard]] bool snapshot(Snapshot& out) const;
+  /// Until the listener has had every alarm that the task gave out before, and that of its loss. A client that has
+  /// seen Error then finds its cause. As far as the link's thread reads them in time; never on that thread.
+  void await_alarms() const;
   /// Why alive() is false, and what to do about it.
   [[nodiscard]] std::string cause() const;
   /// This servant's segment, which is there before any task is, and as long as this.
@@ -90,6 +93,11 @@ class Link {
   std::shared_ptr<ServantChannel> channel_;
   std::string cause_;
   bool end_{false};
+
+  mutable std::mutex alarms_mutex_;  // of the two below
+  mutable std::condition_variable alarms_reported_;
+  std::uint64_t alarms_seen_{0};  // of the connected task's ring, those that the listener has had
+  bool is_losing_{false};         // the listener does not know yet that the task is gone
 
   std::atomic<std::uint64_t> incarnation_{0};  // of the task that is alive; 0: none
   std::atomic<bool> has_been_attached_{false};

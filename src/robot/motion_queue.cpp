@@ -79,6 +79,8 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
         return hand_over(task, epoch, std::get<std::vector<Command>>(result), *start);
       }
     }
+    // Without the lock, which the thread that reads the cause takes as well.
+    if (is_in_error(task)) throw not_ready(view_.error_cause());
     if (is_last)
       throw not_ready(fmt::format("the arm has not come to rest in {:g} s; call again", kRestKnown_s));
     check(wanted);
@@ -86,10 +88,16 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
   }
 }
 
+bool MotionQueue::is_in_error(const LivingTask& task) {
+  Snapshot now{};
+  return task.segment().snapshot.load(now) && now.incarnation == task.incarnation &&
+         now.state == RtState::kError;
+}
+
 std::optional<PlanStart> MotionQueue::plan_start(const LivingTask& task, std::uint64_t epoch) {
   Snapshot now{};
   if (!task.segment().snapshot.load(now) || now.incarnation != task.incarnation) return std::nullopt;
-  if (now.state == RtState::kError) throw not_ready(view_.error_cause());
+  if (now.state == RtState::kError) return std::nullopt;
   if (is_earlier_stop(now.stops_done, epoch)) return std::nullopt;
   if (const auto last = tickets_.last_pending()) {
     // One that a Stop or a Cancel ends, or that went with an earlier task: its end is on its way.

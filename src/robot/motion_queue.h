@@ -56,6 +56,7 @@ class MotionQueue {
  private:
   /// Where the arm will rest when what is accepted next begins; nothing while that is not known yet. Throws
   /// when it is not ready.
+  [[nodiscard]] static bool is_in_error(const LivingTask& task);
   [[nodiscard]] std::optional<PlanStart> plan_start(const LivingTask& task, std::uint64_t epoch);
   corbot_ticket hand_over(const LivingTask& task, std::uint64_t epoch, std::vector<Command>& commands,
                           const PlanStart& start);

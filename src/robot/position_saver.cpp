@@ -19,6 +19,8 @@ bool is_at_rest(const Snapshot& snapshot) { return snapshot.command_id == 0; }
 
 bool is_held(const Snapshot& snapshot) { return (snapshot.flags & kSnapshotHeld) != 0; }
 
+bool is_in_error(const Snapshot& snapshot) { return snapshot.state == RtState::kError; }
+
 bool is_same(const Snapshot& a, const Snapshot& b) {
   return a.position_rad == b.position_rad && a.gripper == b.gripper && is_at_rest(a) == is_at_rest(b);
 }
@@ -27,7 +29,7 @@ bool is_same(const Snapshot& a, const Snapshot& b) {
 
 bool SavePolicy::is_due(const Snapshot& now, Instant at) const {
   if (at < not_before_) return false;
-  if (!last_ || is_held(*last_) != is_held(now)) return true;
+  if (!last_ || is_held(*last_) != is_held(now) || is_in_error(*last_) != is_in_error(now)) return true;
   return !is_same(*last_, now) && (is_at_rest(now) || at >= saved_at_ + kWhileMoving);
 }
 

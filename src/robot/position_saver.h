@@ -14,8 +14,8 @@
 
 namespace corbot {
 
-/// When the arm's position is to be written: at once when it has come to rest somewhere else or a hold has begun or
-/// ended, and about every second while it moves. Pure.
+/// When the arm's position is to be written: at once when it has come to rest somewhere else or a hold or an Error has
+/// begun or ended, and about every second while it moves. Pure.
 class SavePolicy {
  public:
   using Instant = std::chrono::steady_clock::time_point;

@@ -93,6 +93,8 @@ void Robot::on_completion(const Completion& completion) {
 void Robot::on_alarm(const AlarmEvent& alarm) {
   // A task that is held begins so again, and the last alarm is read once more by another servant.
   if (alarm.code == AlarmCode::kHeld) return alarms_.add_once(alarm, held_alarm_text(alarm));
+  // Of several Clears that were refused the last one says where the joint is.
+  if (alarm.code == AlarmCode::kJointBeyondRange) alarms_.deactivate(static_cast<std::int32_t>(alarm.code));
   if (alarm.code != AlarmCode::kCleared) return alarms_.add(alarm);
   alarms_.deactivate();
   clears_reported_ = alarm::cleared_count(alarm);
@@ -107,6 +109,7 @@ void Robot::on_lost(const std::string& reason) {
 void Robot::on_drained(const Snapshot& before) {
   // Also where nobody has waited for the end of that Clear.
   if ((before.flags & kSnapshotHeld) == 0) set_holds_cleared(before.holds_done);
+  clears_drained_ = before.clears_done;
   tickets_.reconcile(before);
   queue_.finish_cancel(before);
   task_.notify();

@@ -128,6 +128,8 @@ class Robot final : private LinkListener {
   [[nodiscard]] bool responds();
   void on_frozen(bool frozen);
   void set_holds_cleared(std::uint64_t count);
+  void await_reports(const std::atomic<std::uint64_t>& clears, std::uint64_t count, const LivingTask& task,
+                     const Wanted& wanted);
   void set_held_by(std::string by);
   [[nodiscard]] std::string held_alarm_text(const AlarmEvent& alarm) const;
   void record_end(const Ticket& ticket) const;
@@ -140,6 +142,7 @@ class Robot final : private LinkListener {
   AlarmLog alarms_;
   std::atomic<std::uint64_t> own_stops_{0};        ///< that this has counted
   std::atomic<std::uint64_t> clears_reported_{0};  ///< number of the last Clear that was reported
+  std::atomic<std::uint64_t> clears_drained_{0};   ///< all alarms up to this one have been taken
 
   std::mutex requested_mutex_;  // of the two below
   CountedStop requested_;

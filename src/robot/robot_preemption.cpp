@@ -165,6 +165,9 @@ void Robot::clear(const Wanted& wanted) {
     };
     task_.await(task, kSettle_s, "a StopAndHold", is_over, wanted);
   }
+  // The task refuses to clear an arm that a fault is slowing down.
+  const auto is_at_rest = [](const Snapshot& now) { return (now.flags & kSnapshotFaultStop) == 0; };
+  task_.await(task, kSettle_s, "the end of a fault's ramp", is_at_rest, wanted);
   if (view_.snapshot().state != RtState::kError) return;
   const std::uint64_t count = task.own().control.clear_count.fetch_add(1, std::memory_order_acq_rel) + 1;
   Snapshot now{};
@@ -173,13 +176,22 @@ void Robot::clear(const Wanted& wanted) {
     return snapshot.clears_done >= count;
   };
   task_.await(task, kSettle_s, "a Clear", is_done, wanted);
-  if (now.state == RtState::kError) throw not_ready(view_.error_cause());
+  if (now.state == RtState::kError) {
+    await_reports(clears_drained_, count, task, wanted);  // among them may be why
+    throw not_ready(view_.error_cause());
+  }
   set_holds_cleared(now.holds_done);
   // What the client reads next has no alarm that this Clear has taken back, and every one that came since.
+  await_reports(clears_reported_, count, task, wanted);
+}
+
+/// Until `clears` has reached `count`, as far as the task's reports are read in time.
+void Robot::await_reports(const std::atomic<std::uint64_t>& clears, std::uint64_t count,
+                          const LivingTask& task, const Wanted& wanted) {
   for (Patience patience(kReportsRead);;) {
     const bool is_last = patience.is_over();
     const std::uint64_t seen = task_.changes();
-    if (clears_reported_ >= count || is_last) return;
+    if (clears >= count || is_last) return;
     task_.check(task);
     check(wanted);
     task_.wait_change(seen);

@@ -17,6 +17,15 @@ std::int64_t monotonic_ns() { return std::chrono::steady_clock::now().time_since
 
 bool is_measured(const Snapshot& snapshot) { return (snapshot.flags & kSnapshotMeasured) != 0; }
 
+/// Why the device does not take set-points as it should; of one that stands by, for which DeviceHealth has no word, what
+/// it waits for.
+const char* cause_text(const Snapshot& snapshot) {
+  const char* const cause = device_cause_text(to_device_cause(snapshot.device_cause));
+  if (*cause != '\0' || snapshot.device_health != static_cast<std::uint32_t>(BackendHealth::kStandby))
+    return cause;
+  return snapshot.state == RtState::kError ? "no energy until Clear" : "its servos are being energised";
+}
+
 }  // namespace
 
 Snapshot RobotView::snapshot() const {
@@ -77,7 +86,7 @@ corbot_device_info RobotView::device() const {
   if (now.device_health <= static_cast<std::uint32_t>(BackendHealth::kLost))
     info.health = static_cast<corbot_device_health>(now.device_health);
   info.cause = now.device_cause;
-  copy_text(device_cause_text(to_device_cause(now.device_cause)), info.cause_text, sizeof(info.cause_text));
+  copy_text(cause_text(now), info.cause_text, sizeof(info.cause_text));
   info.measured = is_measured(now) ? 1 : 0;
   if (is_measured(now)) info.measured_age_s = std::max(seconds(monotonic_ns() - now.measured_time_ns), 0.0);
   info.emergency_stop = now.stop_sources != 0 ? 1 : 0;
@@ -90,6 +99,7 @@ double RobotView::override_percent() const {
 }
 
 std::vector<AlarmEntry> RobotView::alarms() const {
+  link_.await_alarms();
   std::vector<AlarmEntry> list = alarms_.list();
   if (!watch_.is_frozen()) return list;
   for (AlarmEntry& entry : list) {
@@ -146,6 +156,7 @@ corbot_motion_info RobotView::describe(const Ticket& ticket) const {
 std::string RobotView::error_cause() const {
   if (!link_.alive()) return link_.cause();
   if (watch_.is_frozen()) return watch_.cause();
+  link_.await_alarms();
   const std::string cause = alarms_.cause();
   return cause.empty() ? "the robot is in Error; clear it" : cause + "; fix the cause, then clear";
 }

@@ -73,12 +73,12 @@ void TaskWatch::look() {
 
 void TaskWatch::set_frozen(bool frozen) {
   changed_at_.store(progress_.changed_at().time_since_epoch().count(), std::memory_order_release);
-  if (frozen == frozen_.exchange(frozen, std::memory_order_acq_rel)) return;
-  if (frozen) {
+  if (frozen == is_frozen()) return;
+  // A client that sees Error finds its cause among the alarms, however soon it asks.
+  if (frozen)
     alarms_.add(kAlarmTaskFrozen, true, "the real-time task does not respond: its cycle number stands still");
-  } else {
-    alarms_.deactivate(kAlarmTaskFrozen);
-  }
+  frozen_.store(frozen, std::memory_order_release);
+  if (!frozen) alarms_.deactivate(kAlarmTaskFrozen);
   hooks_.on_change(frozen);
 }
 

@@ -32,7 +32,7 @@ const char* to_string(TicketReason reason) {
     case TicketReason::kStopped:
       return "stopped by Stop";
     case TicketReason::kFault:
-      return "the robot went into Error; see its alarms";
+      return "the robot went into Error";
     case TicketReason::kMalformed:
       return "the real-time task refused the command: a field is invalid";
     case TicketReason::kDiscontinuous:

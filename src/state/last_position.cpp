@@ -80,20 +80,19 @@ Joints read_joints(const toml::table& table, const ArmModel& arm) {
   return joints;
 }
 
-/// All but whose it is.
-LastPosition read_position(const toml::table& table, const ArmModel& arm) {
+/// What does not depend on the profile.
+LastPosition read_common(const toml::table& table) {
   LastPosition position;
   position.robot = required<std::string>(table, "robot");
   position.fingerprint = hexadecimal(required<std::string>(table, "profile"));
-  if (position.fingerprint != position_fingerprint(arm))
-    throw PositionError("the profile has changed since it was written");
   position.boot_id = required<std::string>(table, "boot");
   if (position.boot_id.size() > kMaxBootId) throw PositionError("boot: too long");
   position.saved_s = epoch_of(required<toml::date_time>(table, "saved"));
   position.at_rest = required<bool>(table, "at_rest");
   if (table.contains("held"))
     position.held = required<bool>(table, "held");  // not in earlier versions' files
-  position.position_rad = read_joints(table, arm);
+  if (table.contains("in_error")) position.in_error = required<bool>(table, "in_error");  // likewise
+  if (!table["joints_deg"].is_array()) throw PositionError("joints_deg is missing or of the wrong kind");
   const toml::node* gripper = table.get("gripper");
   if (gripper == nullptr) throw PositionError("gripper is missing");
   position.opening = finite(*gripper, "gripper");
@@ -142,25 +141,30 @@ std::string position_text(const LastPosition& position, std::size_t dof) {
   }
   return fmt::format(
       "# The last position that corbot commanded to this arm. Read when the arm is powered up, and only\n"
-      "# if its profile has not changed since. Delete it if the arm has been moved by hand.\n"
+      "# if its profile has not changed since. Delete it if the arm has been moved by hand: that forgets an "
+      "Error, too.\n"
       "format = {}\nrobot = \"{}\"\nprofile = \"{:016x}\"  # fingerprint\nboot = \"{}\"\n"
       "saved = {:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z\nat_rest = {}\nheld = {}  # by StopAndHold: nothing "
-      "moves until Clear\njoints_deg = [{}]\n"
+      "moves until Clear\nin_error = {}  # nothing is energised until Clear\njoints_deg = [{}]\n"
       "gripper = {}  # 0 closed, 1 open\n",
       kFormat, position.robot, position.fingerprint, position.boot_id, when.tm_year + 1900, when.tm_mon + 1,
-      when.tm_mday, when.tm_hour, when.tm_min, when.tm_sec, position.at_rest, position.held, joints,
-      position.opening);
+      when.tm_mday, when.tm_hour, when.tm_min, when.tm_sec, position.at_rest, position.held,
+      position.in_error, joints, position.opening);
 }
 
 LastPosition parse_position(std::string_view text, std::string_view robot, const ArmModel& arm) {
-  const toml::table table = parse(text);
+  const toml::table table = parse(text);  // a file that was cut short lacks its gripper, at its end
   if (required<std::int64_t>(table, "format") != kFormat)
     throw PositionError("its format is not known to this version");
   if (required<std::string>(table, "robot") != robot) throw PositionError("it is another robot's");
   try {
-    return read_position(table, arm);
+    LastPosition position = read_common(table);
+    if (position.fingerprint != position_fingerprint(arm))
+      throw PositionError("the profile has changed since it was written", position.held, position.in_error);
+    position.position_rad = read_joints(table, arm);
+    return position;
   } catch (const PositionError& error) {
-    throw PositionError(error.what(), table["held"].value_exact<bool>().value_or(false));
+    throw PositionError(error.what(), table["held"].value_exact<bool>().value_or(false), error.in_error());
   }
 }
 

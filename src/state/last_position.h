@@ -20,20 +20,25 @@ struct LastPosition {
   std::int64_t saved_s{};       ///< since the Unix epoch
   bool at_rest{};               ///< false: written in the middle of a motion
   bool held{};                  ///< by StopAndHold, and not cleared
+  bool in_error{};              ///< for whatever reason, and not cleared
   Joints position_rad{};
   double opening{};  ///< of the gripper, 0 closed … 1 open
 };
 
-/// What is wrong with a saved position.
+/// What is wrong with a saved position. One that is there and cannot be read as what it shall be does not prove that the arm
+/// was not in Error; only one that is whole, and of this robot with another profile, is believed in what it says of that.
 class PositionError : public std::runtime_error {
  public:
-  explicit PositionError(const std::string& what, bool held = false)
-      : std::runtime_error(what), held_(held) {}
+  explicit PositionError(const std::string& what, bool held = false, bool in_error = true)
+      : std::runtime_error(what), held_(held), in_error_(in_error) {}
   /// It is this robot's all the same, and says that a StopAndHold is in force.
   [[nodiscard]] bool held() const noexcept { return held_; }
+  /// The arm is in Error, and that was not cleared, or nobody knows.
+  [[nodiscard]] bool in_error() const noexcept { return in_error_; }
 
  private:
   bool held_;
+  bool in_error_;
 };
 
 inline constexpr std::size_t kMaxPositionBytes = 4096;
@@ -46,7 +51,7 @@ inline constexpr std::size_t kMaxPositionBytes = 4096;
 [[nodiscard]] std::string position_text(const LastPosition& position, std::size_t dof);
 
 /// Reads what position_text() wrote. Trusts no byte: throws PositionError unless it is of this robot and of
-/// this model of its arm, finite and within the joints' ranges.
+/// this model of its arm, finite and within the joints' ranges. The flags may be missing: earlier versions had none.
 [[nodiscard]] LastPosition parse_position(std::string_view text, std::string_view robot, const ArmModel& arm);
 
 /// "2026-11-21 10:00:00 UTC"

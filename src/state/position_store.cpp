@@ -84,6 +84,7 @@ LastPosition position_of(const Snapshot& snapshot, const std::string& robot) {
   position.saved_s = static_cast<std::int64_t>(std::time(nullptr));
   position.at_rest = snapshot.command_id == 0;
   position.held = (snapshot.flags & kSnapshotHeld) != 0;
+  position.in_error = snapshot.state == RtState::kError;
   position.position_rad = snapshot.position_rad;
   position.opening = snapshot.gripper;
   return position;
@@ -100,7 +101,7 @@ std::optional<LastPosition> PositionStore::load(const ArmModel& arm) const {
   // O_NONBLOCK: a pipe in its place must not hold the start up.
   const Descriptor file(::open(file_.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
   if (file.get() < 0) {
-    if (errno == ENOENT) return std::nullopt;
+    if (errno == ENOENT || errno == ENOTDIR) return std::nullopt;
     throw PositionError(file_.string() + ": " + std::strerror(errno));
   }
   struct stat status {};
@@ -114,7 +115,7 @@ std::optional<LastPosition> PositionStore::load(const ArmModel& arm) const {
   try {
     return parse_position(text, robot_, arm);
   } catch (const PositionError& error) {
-    throw PositionError(file_.string() + ": " + error.what(), error.held());
+    throw PositionError(file_.string() + ": " + error.what(), error.held(), error.in_error());
   }
 }
 

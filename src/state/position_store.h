@@ -32,7 +32,7 @@ class PositionStore {
   [[nodiscard]] const std::string& robot() const noexcept { return robot_; }
 
   /// Nothing when there is no such file. Throws PositionError for every file that is to be rejected, also one
-  /// that other users may write to.
+  /// that other users may write to, or that cannot be read.
   [[nodiscard]] std::optional<LastPosition> load(const ArmModel& arm) const;
 
   /// Replaces the file: whatever happens meanwhile, a reader finds the old or the new one, whole. Makes the

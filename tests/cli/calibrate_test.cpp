@@ -186,6 +186,59 @@ TEST_F(Calibrate, CtrlCEndsAMotionAndWritesNothing) {
   EXPECT_EQ(text_of(profile_), before_);
 }
 
+/// Servos wait for their turn while the first ones have their pulses.
+class CalibrateInTheBegin : public Calibrate {
+ protected:
+  void begin_to_switch_on() {
+    std::string text = before_;
+    ASSERT_NE(text.find("[backend.ssc32]\n"), std::string::npos);
+    text.replace(text.find("[backend.ssc32]\n"), 16,
+                 "[backend.ssc32]\nstagger_ms = 2000\nstop_input = \"A\"\nstop_active = \"high\"\n");
+    std::ofstream(profile_) << text;
+    emulator_->send("input A 0");
+    start({}, false);
+    if (HasFatalFailure()) return;
+    send("on");
+    send("joint base");
+    send("goto 1600");
+    ASSERT_TRUE(pulse_arrives("0=1500"));
+  }
+  /// The last one would have had its pulse eight seconds after the first.
+  void expect_no_more() {
+    emulator_->send("pulses");
+    const std::string now = emulator_->wait_line("pulses", within(10)).value_or("") + " ";
+    EXPECT_EQ(now.find(" 4="), std::string::npos) << now;
+    EXPECT_THAT(now, HasSubstr(" 0=1500 "));
+  }
+};
+
+TEST_F(CalibrateInTheBegin, IsEndedByCtrlC) {
+  begin_to_switch_on();
+  if (HasFatalFailure()) return;
+  session_->signal(SIGINT);
+  EXPECT_EQ(end(), 4) << session_->errors();
+  EXPECT_THAT(session_->errors(), HasSubstr("ended by Ctrl-C; nothing is written"));
+  expect_no_more();
+}
+
+TEST_F(CalibrateInTheBegin, IsEndedBySigterm) {
+  begin_to_switch_on();
+  if (HasFatalFailure()) return;
+  session_->signal(SIGTERM);
+  EXPECT_EQ(end(), 4) << session_->errors();
+  EXPECT_THAT(session_->errors(), HasSubstr("ended by SIGTERM; nothing is written"));
+  expect_no_more();
+}
+
+TEST_F(CalibrateInTheBegin, IsEndedByAPress) {
+  begin_to_switch_on();
+  if (HasFatalFailure()) return;
+  emulator_->send("input A 1");
+  EXPECT_EQ(end(), 4) << session_->errors();
+  EXPECT_THAT(session_->errors(), HasSubstr("the emergency stop was pressed"));
+  expect_no_more();
+}
+
 TEST_F(Calibrate, ALostDeviceEndsIt) {
   start();
   if (HasFatalFailure()) return;

@@ -52,7 +52,7 @@ TEST_F(Programs, TheExampleRunsWhileItIsRecorded) {
   ASSERT_GT(rows.size(), 1000u);
   double lowest_m = 1;
   for (std::size_t i = 1; i < rows.size(); ++i) {
-    ASSERT_EQ(rows[i].size(), 19u);
+    ASSERT_EQ(rows[i].size(), 21u);
     ASSERT_EQ(rows[i][0], rows[i - 1][0] + 1) << "every cycle once";
     lowest_m = std::min(lowest_m, rows[i][12]);
   }

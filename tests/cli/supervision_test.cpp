@@ -56,6 +56,22 @@ TEST_F(Supervision, DownEndsEverythingAndLeavesNothing) {
   supervisor_.reset();
 }
 
+TEST_F(Supervision, DownEndsWhoHoldsTheNameWhateverPidItsFileSays) {
+  up();
+  Process bystander({"/bin/sleep", "300"});
+  const std::filesystem::path file = directory_ / "corbot" / (name_ + ".json");
+  auto forged = state();
+  forged["pid"] = bystander.pid();
+  std::ofstream(file) << forged.dump();
+
+  const RunResult result = corbot({"down", "--name", name_});
+  EXPECT_EQ(result.code, 0) << result.errors;
+  EXPECT_EQ(result.output, name_ + " is down\n");
+  EXPECT_EQ(supervisor_->wait(within(30)), 0);
+  EXPECT_FALSE(has_ended(bystander.pid())) << "it has nothing to do with the robot";
+  supervisor_.reset();
+}
+
 TEST_F(Supervision, DownWaitsForTheKillOfAProcessThatDoesNotEnd) {
   up();
   const pid_t servant = pid_of("servant_pid");
@@ -261,6 +277,16 @@ TEST_F(Supervision, StaleFilesOfATotalCrashAreListed) {
   EXPECT_EQ(corbot({"down", "--name", name_}).code, 0);
   EXPECT_THAT(corbot({"down"}).errors, testing::Not(HasSubstr(name_)));
   supervisor_.reset();
+}
+
+TEST_F(Supervision, ATimeoutIsANumberWithinItsRange) {
+  for (const char* word : {"nan", "inf", "-nan", "0x10", " 1", "1 ", "", "0.09", "3601", "-1", "1,5"}) {
+    const RunResult result = corbot({"status", "--timeout", word});
+    EXPECT_EQ(result.code, 2) << "'" << word << "': " << result.errors;
+    EXPECT_THAT(result.errors, HasSubstr("--timeout")) << word;
+  }
+  EXPECT_EQ(corbot({"status", "--timeout", "+1.5"}).code, 3) << "no robot is up";
+  EXPECT_EQ(corbot({"watch", "--count", "1", "--interval", "nan"}).code, 2);
 }
 
 TEST_F(Supervision, ASecondOneIsRefused) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <cmath>
-#include <cstdlib>
+#include <algorithm>
 #include <limits>
+#include <map>
 #include <stdexcept>
 
 #include "contract/device_fixture.h"
@@ -47,6 +47,8 @@ class CanFixture final : public DeviceFixture {
     facts.period_s = static_cast<double>(arm_.period_ns) * 1e-9;
     facts.approach_speed = 0.5;
     facts.read_unit = kRadPerCount;
+    facts.has_encoders = true;
+    facts.takes_power_off = true;
     facts.goes_off_unplugged = false;
     facts.at_end = "hold";
     return facts;
@@ -55,20 +57,9 @@ class CanFixture final : public DeviceFixture {
   void plug() override { set_plugged(true); }
   std::vector<Output> outputs() override {
     std::vector<Output> seen;
-    std::ifstream file(drives_.record());
-    std::string row;
-    std::getline(file, row);  // the names of the columns
-    while (std::getline(file, row) && !file.eof()) {
-      std::replace(row.begin(), row.end(), ',', ' ');
-      std::istringstream fields(row);
-      Output output{};
-      std::uint32_t node = 0;
-      std::int64_t target = 0;
-      fields >> output.time_ns >> node >> target;
-      if (node < 1 || node > arm_.dof) continue;
-      output.servo = node - 1;
-      output.value = joint_of(node - 1, target);
-      seen.push_back(output);
+    for (const DeviceRow& row : drives_.rows()) {
+      if (row.channel < 1 || row.channel > arm_.dof) continue;
+      seen.push_back({row.time_ns, row.channel - 1, joint_of(row.channel - 1, row.given)});
     }
     return seen;
   }
@@ -80,12 +71,17 @@ class CanFixture final : public DeviceFixture {
     }
     return values;
   }
+  bool is_energised() override {
+    std::map<std::uint32_t, bool> powers;
+    for (const DeviceRow& row : drives_.rows()) powers[row.channel] = row.has_power;
+    return std::any_of(powers.begin(), powers.end(), [](const auto& power) { return power.second; });
+  }
 
  private:
   static int zero_of(std::uint32_t joint) { return 500 * static_cast<int>(joint); }
   static int direction_of(std::uint32_t joint) { return joint == 2 ? -1 : 1; }
-  static double joint_of(std::uint32_t joint, std::int64_t count) {
-    return static_cast<double>(count - zero_of(joint)) * direction_of(joint) * kRadPerCount;
+  static double joint_of(std::uint32_t joint, double count) {
+    return (count - zero_of(joint)) * direction_of(joint) * kRadPerCount;
   }
   void set_plugged(bool plugged) {
     is_plugged_ = plugged;

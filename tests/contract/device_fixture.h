@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
@@ -29,13 +31,16 @@ struct DeviceFacts {
   double unit{};             ///< resolution of what it puts out, us or rad
   double noise{
       0.0};  ///< by which an output differs from one frame to the next though it is given the same, us
-  double period_s{};        ///< between two frames that it takes, as its manual and its line allow
-  double approach_speed{};  ///< at most, of an output on the way back from a loss, us/s or rad/s
-  double read_unit{0.0};    ///< resolution of what it reads back, us or rad; 0: it does not
-  double skew_s{0.0};       ///< from the first servo of a frame to the last, where they do not start together
-  bool goes_off_unplugged{true};  ///< an unplugged one is switched on again, its outputs off
-  bool pluggable{true};           ///< whether its plug can be pulled here
-  std::string at_end{};           ///< "hold", "relax", or empty: the device has no such choice
+  double period_s{};            ///< between two frames that it takes, as its manual and its line allow
+  double approach_speed{};      ///< at most, of an output on the way back from a loss, us/s or rad/s
+  double read_unit{0.0};        ///< resolution of what it reads back, us or rad; 0: it does not
+  bool has_encoders{false};     ///< what it reads back is measured
+  bool takes_power_off{false};  ///< it can take the energy off its servos
+  double skew_s{0.0};  ///< from the first servo of a frame to the last, where they do not start together
+  bool goes_off_unplugged{true};      ///< an unplugged one is switched on again, its outputs off
+  bool pluggable{true};               ///< whether its plug can be pulled here
+  bool ends_with_its_program{false};  ///< no pulses without the process that makes them
+  std::string at_end{};               ///< "hold", "relax", or empty: the device has no such choice
 };
 
 /// A place for one device, real or emulated: the backend is found in `backend_section`, and what the device
@@ -62,6 +67,12 @@ class DeviceFixture {
   virtual std::vector<Output> outputs() = 0;
   /// What it puts out now, a value a servo; NaN: nothing.
   virtual std::vector<double> now() = 0;
+
+  /// Whether the servos have energy from it; where the device cannot take that off, whether it sends anything.
+  virtual bool is_energised() {
+    const std::vector<double> found = now();
+    return std::any_of(found.begin(), found.end(), [](double value) { return !std::isnan(value); });
+  }
 
   /// For devices inside the backend.
   virtual void attach(Backend&) {}

@@ -56,6 +56,11 @@ void Driver::move(const Pose& to, double seconds) {
   wait_until(within(20), [&] { return begun_.load() == asked_; });
 }
 
+void Driver::freeze(bool frozen) {
+  frozen_.store(frozen);
+  wait_until(within(20), [&] { return is_frozen_.load() == frozen; });
+}
+
 Pose Driver::pose() const { return newest(pose_); }
 
 ServoFeedback Driver::feedback() const { return newest(feedback_); }
@@ -66,6 +71,17 @@ std::vector<double> Driver::wanted(bool joints) const {
   return {all.pulse_us.begin(), all.pulse_us.begin() + all.servo_count};
 }
 
+/// Where what is measured stands by, the arm is there, whatever it was asked for.
+void Driver::follow(Pose& at) noexcept {
+  ServoFeedback feedback{};
+  if (backend_.health() != BackendHealth::kStandby || !feedback_.load(feedback) || !feedback.measured) return;
+  for (std::size_t i = 0; i < arm_.dof; ++i) {
+    const JointLimits& joint = arm_.joints[i];
+    at.position_rad[i] = std::clamp(feedback.position_rad[i], joint.lower_rad, joint.upper_rad);
+  }
+  moving_.store(false);
+}
+
 void Driver::run() noexcept {
   (void)watch_system_calls();
   Pose at{};
@@ -73,6 +89,7 @@ void Driver::run() noexcept {
   Pose from = at;
   Motion motion{};
   std::int64_t moved_ns = 0;
+  bool in_error = false;
   ServoFrame frame{};
   std::int64_t due_ns = now_ns();
   while (!end_.load(std::memory_order_relaxed)) {
@@ -81,6 +98,8 @@ void Driver::run() noexcept {
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr);
     // As in the cycle, periods that are missed delay a motion.
     if (const std::int64_t late_ns = now_ns() - due_ns; late_ns > kLatest_ns) due_ns += late_ns;
+    is_frozen_.store(frozen_.load());
+    if (is_frozen_.load()) continue;
     Motion asked{};
     if (motion_.load(asked) && asked.number > begun_.load(std::memory_order_relaxed)) {
       motion = asked;
@@ -105,9 +124,14 @@ void Driver::run() noexcept {
         moving_.store(false);
       }
     }
+    follow(at);
     ++frame.cycle;
     frame.time_ns = due_ns;
-    frame.emergency_stop = emergency_stop_.load(std::memory_order_relaxed);
+    const BackendHealth health = backend_.health();
+    in_error = health == BackendHealth::kLost ||
+               (in_error && !(health == BackendHealth::kStandby && is_attended_.load()));
+    frame.needs_clear = emergency_stop_.load() || in_error;
+    frame.power_off = frame.needs_clear;
     rt::map_to_pulses(arm_, at.position_rad, at.opening, frame);
     backend_.write(frame);
     pose_.store(at);

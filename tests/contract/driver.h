@@ -16,7 +16,9 @@ struct Pose {
 };
 
 /// Stands in for the real-time cycle: writes a frame a millisecond, reads, asks for the health, and holds
-/// while the device is lost. Its thread is watched for system calls.
+/// while the device is lost; from then on it is in Error, where the energy is to be taken off, until it is cleared. While
+/// the device stands by it follows what is measured.
+/// Its thread is watched for system calls.
 class Driver {
  public:
   Driver(const ArmModel& arm, Backend& backend, DeviceFixture& fixture, const Pose& at);
@@ -35,6 +37,12 @@ class Driver {
   [[nodiscard]] Pose pose() const;
   /// What the cycle does while an emergency stop is latched.
   void set_emergency_stop(bool latched) { emergency_stop_.store(latched); }
+  /// A person stands beside the arm and clears what was lost as soon as it stands by, from here on. Until leave().
+  void clear() { is_attended_.store(true); }
+  /// Nobody clears.
+  void leave() { is_attended_.store(false); }
+  /// No frames from here on, as when the cycle is frozen.
+  void freeze(bool frozen);
   /// Frames written so far.
   [[nodiscard]] std::uint64_t cycles() const { return cycles_.load(); }
   [[nodiscard]] bool moving() const { return moving_.load(); }
@@ -52,6 +60,7 @@ class Driver {
   };
 
   void run() noexcept;
+  void follow(Pose& at) noexcept;
 
   const ArmModel arm_;
   Backend& backend_;
@@ -62,6 +71,9 @@ class Driver {
   std::atomic<std::uint64_t> begun_{0};
   std::atomic<bool> moving_{false};
   std::atomic<bool> emergency_stop_{false};
+  std::atomic<bool> is_attended_{true};  ///< a machine that stands still loses devices
+  std::atomic<bool> frozen_{false};
+  std::atomic<bool> is_frozen_{false};
   std::atomic<std::uint64_t> cycles_{0};
   std::atomic<std::int64_t> oldest_ns_{0};
   std::atomic<bool> end_{false};

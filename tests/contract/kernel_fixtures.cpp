@@ -181,7 +181,8 @@ class KernelGpioFixture final : public DeviceFixture {
     facts.noise = 0.5 * kUnit_us;
     facts.period_s = 0.020;
     facts.approach_speed = 400.0;
-    facts.at_end = "relax";  // the pulses end with the program
+    facts.ends_with_its_program = true;
+    facts.at_end = "relax";
     facts.pluggable = false;
     return facts;
   }

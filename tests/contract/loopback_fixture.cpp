@@ -26,6 +26,7 @@ class LoopbackFixture final : public DeviceFixture {
     facts.period_s = 0.020;
     facts.approach_speed = 400.0;  // that of the motion: what was left of it within a frame
     facts.read_unit = 1.0;
+    facts.has_encoders = true;
     facts.goes_off_unplugged = false;
     return facts;
   }

@@ -84,6 +84,10 @@ class PwmSysfsFixture final : public DeviceFixture {
         chip_.chip().string());
   }
   [[nodiscard]] DeviceFacts facts() const override { return pulse_facts(0.001, 0.0, "relax"); }
+  [[nodiscard]] std::unique_ptr<Backend> make(const Profile& profile, EmergencyStop& stop) override {
+    chip_.settle();  // what the backend before this one has unexported
+    return DeviceFixture::make(profile, stop);
+  }
   void unplug() override { chip_.unplug(); }
   void plug() override { chip_.plug_in(); }
   std::vector<Output> outputs() override { return log_.seen(); }

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <fstream>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
 
 #include "contract/device_fixture.h"
-#include "support/process.h"
+#include "support/emulated_controller.h"
 
 namespace corbot::test {
 namespace {
@@ -23,65 +21,35 @@ struct SerialDeviceKind {
 /// A controller that corbot-sim emulates on a pseudo-terminal.
 class SerialFixture final : public DeviceFixture {
  public:
-  SerialFixture(SerialDeviceKind kind, const ArmModel& arm, std::string directory)
-      : kind_(std::move(kind)), arm_(arm), directory_(std::move(directory)) {}
+  SerialFixture(const SerialDeviceKind& kind, const ArmModel& arm, const std::string& directory)
+      : kind_(kind),
+        arm_(arm),
+        controller_(std::string(CORBOT_BIN_DIR) + "/corbot-sim", kind.emulator, directory) {}
+  ~SerialFixture() override { (void)controller_.stop(); }
 
-  void set_up() override {
-    std::vector<std::string> command{std::string(CORBOT_BIN_DIR) + "/corbot-sim"};
-    command.insert(command.end(), kind_.emulator.begin(), kind_.emulator.end());
-    command.insert(command.end(), {"--pty", line(), "--record", record()});
-    emulator_ = std::make_unique<Process>(command);
-    if (!emulator_->wait_line("ready", within(30))) throw std::runtime_error(emulator_->errors());
-  }
-  ~SerialFixture() override {
-    if (emulator_) (void)emulator_->terminate();
-  }
+  void set_up() override { controller_.start(); }
   [[nodiscard]] std::string backend_section() const override {
-    return fmt::format("[backend]\nkind = \"{0}\"\n[backend.{0}]\nport = \"{1}\"\n{2}", kind_.backend, line(),
-                       kind_.options);
+    return fmt::format("[backend]\nkind = \"{0}\"\n[backend.{0}]\nport = \"{1}\"\n{2}", kind_.backend,
+                       controller_.line(), kind_.options);
   }
   [[nodiscard]] DeviceFacts facts() const override { return kind_.facts; }
-  void unplug() override { command("unplug"); }
-  void plug() override { command("plug"); }
+  void unplug() override { controller_.command("unplug"); }
+  void plug() override { controller_.command("plug"); }
 
   std::vector<Output> outputs() override {
     std::vector<Output> seen;
-    std::ifstream file(record());
-    std::string row;
-    std::getline(file, row);  // the names of the columns
-    while (std::getline(file, row)) {
-      if (file.eof()) break;  // not whole yet
-      std::istringstream fields(row);
-      Output output{};
-      std::uint32_t channel = 0;
-      char comma = 0;
-      fields >> output.time_ns >> comma >> channel >> comma >> output.value;
-      output.servo = servo_of(channel);
-      seen.push_back(output);
-    }
+    for (const DeviceRow& row : controller_.rows())
+      seen.push_back({row.time_ns, servo_of(row.channel), row.given});
     return seen;
   }
   std::vector<double> now() override {
     std::vector<double> values(arm_.dof + 1, std::numeric_limits<double>::quiet_NaN());
-    emulator_->send("pulses");
-    const auto line = emulator_->wait_line("pulses", within(10));
-    if (!line) return values;
-    std::istringstream words(line->substr(6));
-    for (std::string word; words >> word;) {
-      const std::size_t equal = word.find('=');
-      values[servo_of(static_cast<std::uint32_t>(std::stoul(word.substr(0, equal))))] =
-          std::stod(word.substr(equal + 1));
-    }
+    for (const auto& [channel, pulse_us] : controller_.values("pulses"))
+      values[servo_of(static_cast<std::uint32_t>(channel))] = pulse_us;
     return values;
   }
 
  private:
-  [[nodiscard]] std::string line() const { return directory_ + "/tty"; }
-  [[nodiscard]] std::string record() const { return directory_ + "/pulses.csv"; }
-  void command(const std::string& text) {
-    emulator_->send(text);
-    if (!emulator_->wait_line("ok", within(10))) throw std::runtime_error(text + ": " + emulator_->errors());
-  }
   [[nodiscard]] std::size_t servo_of(std::uint32_t channel) const {
     for (std::size_t i = 0; i < arm_.dof; ++i) {
       if (arm_.servos[i].channel == channel) return i;
@@ -93,8 +61,7 @@ class SerialFixture final : public DeviceFixture {
 
   const SerialDeviceKind kind_;
   const ArmModel arm_;
-  const std::string directory_;
-  std::unique_ptr<Process> emulator_;
+  EmulatedController controller_;
 };
 
 /// Who takes the servos one by one may begin the next frame to them when it has taken some.
@@ -106,7 +73,7 @@ DeviceFacts serial_facts(double unit_us, double period_s, double read_unit_us, s
   facts.skew_s = skew_s;
   facts.unit = unit_us;
   facts.period_s = period_s;
-  facts.approach_speed = 400.0;  // an SSC-32 takes 2 s for what are at most 800 us here
+  facts.approach_speed = 400.0;
   facts.read_unit = read_unit_us;
   facts.at_end = std::move(at_end);
   return facts;

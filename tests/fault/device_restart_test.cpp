@@ -6,13 +6,9 @@
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <random>
-#include <sstream>
 #include <thread>
 #include <vector>
 
@@ -20,42 +16,26 @@
 
 #include "config/load_profile.h"
 #include "fault/jump_watch.h"
-#include "support/robot_rig.h"
+#include "support/serial_robot.h"
 
 namespace corbot::test {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double kSpeed_deg_s = 10.0;
 
-class DeviceRestart : public RobotRig {
+class DeviceRestart : public SerialRobot {
  protected:
   void SetUp() override {
-    directory_ = fmt::format("{}/{}", CORBOT_SCRATCH_DIR, unique_name("restart"));
-    fs::create_directory(directory_);
-    emulator_ = std::make_unique<Process>(
-        std::vector<std::string>{std::string(CORBOT_BIN_DIR) + "/corbot-sim", "ssc32", "--pty",
-                                 directory_ + "/tty", "--record", directory_ + "/pulses.csv"});
-    ASSERT_TRUE(emulator_->wait_line("ready", within(30))) << emulator_->errors();
-    std::ifstream from(CORBOT_PROFILE);
-    const std::string all{std::istreambuf_iterator<char>{from}, {}};
-    profile_ = directory_ + "/arm.toml";
-    std::ofstream(profile_) << all.substr(0, all.find("[backend]"))
-                            << fmt::format(
-                                   "[backend]\nkind = \"ssc32\"\nposition_known_at_start = true\n"
-                                   "[backend.ssc32]\nport = \"{}/tty\"\n",
-                                   directory_);
-    RobotRig::SetUp();
-    if (!HasFatalFailure()) watch_ = std::make_unique<JumpWatch>(name_, load_profile(profile_).arm);
+    plug_in({"ssc32"}, "ssc32");
+    if (HasFatalFailure()) return;
+    start();
+    if (HasFatalFailure()) return;
+    ASSERT_TRUE(wait_for(Corbot::Standby)) << rt_->errors();
+    watch_ = std::make_unique<JumpWatch>(name_, load_profile(profile_).arm);
   }
   void TearDown() override {
     watch_.reset();
-    RobotRig::TearDown();
-    if (emulator_) {
-      EXPECT_EQ(emulator_->terminate(), 0) << emulator_->errors();
-    }
-    fs::remove_all(directory_);
+    SerialRobot::TearDown();
   }
   [[nodiscard]] double joint_deg(CORBA::ULong joint) const {
     Corbot::JointCoord_var joints = arm_->ArtiCoord();
@@ -75,32 +55,21 @@ class DeviceRestart : public RobotRig {
   [[nodiscard]] double worst_step_us() const {
     constexpr double kFrames_s = 0.04;
     constexpr double kMost_us_s = 10.0 * kSpeed_deg_s * 4.0;  // of 10 us a degree; an approach is no faster
-    std::ifstream file(directory_ + "/pulses.csv");
-    std::string row;
-    std::getline(file, row);  // the names of the columns
-    std::map<int, std::pair<double, double>> last;
+    std::map<std::uint32_t, DeviceRow> last;
     double worst = -HUGE_VAL;
-    while (std::getline(file, row) && !file.eof()) {
-      std::istringstream fields(row);
-      double time_ns = 0.0;
-      int channel = 0;
-      char comma = 0;
-      double pulse_us = 0.0;
-      fields >> time_ns >> comma >> channel >> comma >> pulse_us;
-      const auto before = last.find(channel);
+    for (const DeviceRow& row : controller_->rows()) {
+      const auto before = last.find(row.channel);
       // The first pulse of a servo is no step.
-      if (before != last.end() && before->second.second > 0.0 && pulse_us > 0.0) {
-        const double seconds = (time_ns - before->second.first) * 1e-9;
+      if (before != last.end() && before->second.has_power && row.has_power) {
+        const double seconds = static_cast<double>(row.time_ns - before->second.time_ns) * 1e-9;
         worst =
-            std::max(worst, std::abs(pulse_us - before->second.second) - kMost_us_s * (seconds + kFrames_s));
+            std::max(worst, std::abs(row.given - before->second.given) - kMost_us_s * (seconds + kFrames_s));
       }
-      last[channel] = {time_ns, pulse_us};
+      last[row.channel] = row;
     }
     return worst;
   }
 
-  std::string directory_;
-  std::unique_ptr<Process> emulator_;
   std::unique_ptr<JumpWatch> watch_;
 };
 

@@ -4,7 +4,6 @@
 #include <signal.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -81,7 +80,7 @@ class ServantRestart : public RobotRig {
   /// How long a stop of joint 0 at that speed may take on its path: the bound of rt/cycle/governor.h, for the acceleration
   /// that a motion to that speed reaches.
   [[nodiscard]] double longest_ramp_s(double speed_deg_s) const {
-    constexpr double kStopBound = 4.0;
+    constexpr double kStopBound = 2.0;
     const JointLimits limits = load_profile(profile_).arm.joints[0];
     const double speed_rad_s = to_radians(speed_deg_s);
     const double reached_rad_s2 =
@@ -260,16 +259,15 @@ TEST_F(ServantRestart, ManyCallsRightAfterARestartInMidMotion) {
     RawConnection connection(port_);
     std::string requests;
     for (std::uint32_t id = 1; id <= kCalls; ++id) requests += giop_request(id, name_, "StartDelay", {0.01});
-    std::atomic<bool> end{false};
     int most_threads = 0;
-    std::thread watch([&] {
-      while (!end) {
+    std::jthread watch([&](const std::stop_token& end) {
+      while (!end.stop_requested()) {
         const std::filesystem::directory_iterator all(fmt::format("/proc/{}/task", servant_->pid()));
         most_threads =
             std::max(most_threads, static_cast<int>(std::distance(begin(all), std::filesystem::end(all))));
       }
     });
-    std::thread sender([&] { EXPECT_TRUE(connection.send(requests)); });
+    std::jthread sender([&] { EXPECT_TRUE(connection.send(requests)); });
     std::set<std::uint32_t> answered;
     const auto read_one = [&] {
       const auto reply = connection.reply(within(30));
@@ -283,11 +281,12 @@ TEST_F(ServantRestart, ManyCallsRightAfterARestartInMidMotion) {
     const Clock::time_point called = Clock::now();
     arm_->Stop();
     best_s = std::min(best_s, std::chrono::duration<double>(Clock::now() - called).count());
-    EXPECT_EQ(end_of(running), Corbot::MotionStopped);
+    // Not by Wait: among so many blocked calls of one host it may be refused as one too many.
+    EXPECT_EQ(state_of(running), Corbot::MotionStopped);
     while (answered.size() < kCalls && read_one()) {
     }
     sender.join();
-    end = true;
+    watch.request_stop();
     watch.join();
     EXPECT_EQ(answered.size(), kCalls);
     EXPECT_LE(most_threads, kFewThreads);
@@ -313,7 +312,7 @@ TEST_F(ServantRestart, EveryMotionHasItsEndAcrossKillsAtRandomInstants) {
   for (int round = 0; round < kills; ++round) {
     // Among calls that are accepted, the first thing that happens; or among motions that end.
     const long longest_ns = round % 2 == 0 ? 1'000'000 : 120'000'000;
-    std::thread killer([&, pause_ns = std::uniform_int_distribution<long>(0, longest_ns)(random)] {
+    std::jthread killer([&, pause_ns = std::uniform_int_distribution<long>(0, longest_ns)(random)] {
       const timespec pause{0, pause_ns};
       ::nanosleep(&pause, nullptr);
       servant_->signal(SIGKILL);

@@ -19,7 +19,6 @@
 #include <fmt/core.h>
 
 #include "interop/controlled_operations.h"
-#include "support/ports.h"
 #include "support/robot_rig.h"
 #include "support/traced_thread.h"
 
@@ -41,15 +40,9 @@ class ShippedValues : public RobotRig {
  protected:
   void SetUp() override {
     profile_ = CORBOT_SHIPPED_PROFILE;
-    name_ = unique_name("shipped");
-    port_ = free_port();
-    reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
-    start_rt();
-    if (HasFatalFailure()) return;
-    start_servant();
-    if (HasFatalFailure()) return;
-    arm_ = connect();
-    settle();
+    take_name("shipped");
+    start();
+    if (!HasFatalFailure()) settle();
   }
   void TearDown() override {
     if (rt_) rt_->signal(SIGCONT);

@@ -14,7 +14,6 @@
 
 #include "support/cut_proxy.h"
 #include "support/giop.h"
-#include "support/ports.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -25,9 +24,7 @@ using ::testing::HasSubstr;
 class Audit : public RobotRig {
  protected:
   void SetUp() override {
-    name_ = unique_name("audit");
-    port_ = free_port();
-    reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
+    take_name("audit");
     directory_ = fmt::format("{}/{}", CORBOT_SCRATCH_DIR, name_);
     start_rt();
     if (HasFatalFailure()) return;

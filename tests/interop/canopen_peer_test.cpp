@@ -58,6 +58,8 @@ TEST_F(CanopenPeer, IsDrivenByTheBackend) {
   settings.loop_ns = arm.period_ns;
   settings.heartbeat_ms = 500;
   settings.joints = {{1, 10'000.0, 0.0, 1.0}, {2, 10'000.0, 0.0, -1.0}};
+  // The peer's statusword has no more than the states.
+  for (rt::JointDrive& joint : settings.joints) joint.reports_following = false;
   EmergencyStop stop;
   ServoFrame frame;
   frame.servo_count = 3;

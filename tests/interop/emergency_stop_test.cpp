@@ -4,20 +4,16 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
-#include <filesystem>
-#include <fstream>
-#include <sstream>
+#include <algorithm>
 #include <thread>
 
 #include <fmt/core.h>
 
-#include "support/ports.h"
-#include "support/robot_rig.h"
+#include "support/serial_robot.h"
 
 namespace corbot::test {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 struct Wiring {
@@ -27,46 +23,18 @@ struct Wiring {
 };
 void PrintTo(const Wiring& wiring, std::ostream* out) { *out << wiring.name; }
 
-class EmergencyStopInput : public RobotRig, public ::testing::WithParamInterface<Wiring> {
+class EmergencyStopInput : public SerialRobot, public ::testing::WithParamInterface<Wiring> {
  protected:
   void SetUp() override {
-    name_ = unique_name("estop");
-    port_ = free_port();
-    reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
-    directory_ = fmt::format("{}/{}", CORBOT_SCRATCH_DIR, name_);
-    fs::create_directory(directory_);
-    const std::string line = directory_ + "/tty";
-    emulator_ = std::make_unique<Process>(
-        std::vector<std::string>{std::string(CORBOT_BIN_DIR) + "/corbot-sim", "ssc32", "--pty", line});
-    ASSERT_TRUE(emulator_->wait_line("ready", within(30))) << emulator_->errors();
-    std::ifstream from(CORBOT_PROFILE);
-    std::stringstream text;
-    text << from.rdbuf();
-    const std::string all = text.str();
-    profile_ = directory_ + "/arm.toml";
-    std::ofstream(profile_)
-        << all.substr(0, all.find("[backend]"))
-        << fmt::format(
-               "[backend]\nkind = \"ssc32\"\nposition_known_at_start = true\n[backend.ssc32]\nport = \"{}\"\n"
-               "stop_input = \"B\"\nstop_active = \"{}\"\n",
-               line, GetParam().active);
-  }
-  void TearDown() override {
-    RobotRig::TearDown();
-    if (emulator_) {
-      EXPECT_EQ(emulator_->terminate(), 0) << emulator_->errors();
-    }
-    fs::remove_all(directory_);
+    plug_in({"ssc32"}, "ssc32", fmt::format("stop_input = \"B\"\nstop_active = \"{}\"\n", GetParam().active));
   }
   void press(bool pressed) {
     const int level = pressed ? GetParam().pressed : 1 - GetParam().pressed;
-    emulator_->send(fmt::format("input B {}", level));
-    ASSERT_TRUE(emulator_->wait_line("ok", within(30))) << emulator_->errors();
+    controller_->command(fmt::format("input B {}", level));
   }
-  void start() {
-    start_rt();
-    if (!HasFatalFailure()) start_servant();
-    if (!HasFatalFailure()) arm_ = connect();
+  bool has_alarm(int code) {
+    const std::vector<Corbot::AlarmInfo> list = alarms();
+    return std::any_of(list.begin(), list.end(), [&](const auto& alarm) { return alarm.code == code; });
   }
   std::string last_alarm() {
     const std::vector<Corbot::AlarmInfo> list = alarms();
@@ -102,13 +70,12 @@ class EmergencyStopInput : public RobotRig, public ::testing::WithParamInterface
     ASSERT_TRUE(has_taken_up_error()) << rt_->errors();
     EXPECT_EQ(arm_->Status(), Corbot::Error);
     expect_no_motion_accepted();
-    EXPECT_EQ(raised_by([&] { arm_->Clear(); }), "");
+    // Once the controller has said that its input is released.
+    EXPECT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }))
+        << rt_->errors();
     EXPECT_TRUE(wait_for(Corbot::Standby)) << rt_->errors();
     EXPECT_EQ(raised_by([&] { arm_->Move(0.20, 0.0, 0.10, 0.0, 1.0); }), "");
   }
-
-  std::string directory_;
-  std::unique_ptr<Process> emulator_;
 };
 
 TEST_P(EmergencyStopInput, StopsAMotionAndWaitsForReleaseAndClear) {
@@ -167,14 +134,14 @@ TEST_P(EmergencyStopInput, OutlivesATaskThatItKeptFromStarting) {
   ASSERT_TRUE(wait_for(Corbot::Standby)) << rt_->errors();
   kill_rt();
   press(true);
-  for (int i = 0; i < 2; ++i) {
-    const RunResult refused = begin_in_vain();
-    EXPECT_EQ(refused.code, 1);
-    EXPECT_THAT(refused.errors, HasSubstr("the emergency stop is pressed"));
-  }
+  const RunResult refused = begin_in_vain();
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.errors, HasSubstr("the emergency stop is pressed"));
+  start_rt();  // in Error: it moves nothing, so the next one may begin while it is pressed
+  if (HasFatalFailure()) return;
+  EXPECT_EQ(raised_by([&] { arm_->Clear(); }), "NotReady") << "still pressed";
   press(false);
-  start_rt();
-  if (!HasFatalFailure()) expect_error_until_cleared();
+  expect_error_until_cleared();
 }
 
 TEST_P(EmergencyStopInput, CatchesAPressBetweenTwoFrames) {
@@ -186,6 +153,43 @@ TEST_P(EmergencyStopInput, CatchesAPressBetweenTwoFrames) {
   press(false);
   EXPECT_TRUE(wait_for(Corbot::Error)) << rt_->errors();
   EXPECT_TRUE(wait_until(within(20), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }));
+}
+
+TEST_P(EmergencyStopInput, ThatIsNotHeardIsAPress) {
+  press(false);
+  start();
+  ASSERT_TRUE(wait_for(Corbot::Standby)) << rt_->errors();
+  for (const char* fault : {"deaf input", "garble input", "half input"}) {
+    std::string raised;
+    std::thread caller([&] { raised = raised_by([&] { arm_->Move(0.20, 0.10, 0.10, 0.0, 10.0); }); });
+    EXPECT_TRUE(wait_for(Corbot::Waiting));
+    controller_->command(fmt::format("{} on", fault));  // its positions are answered
+    EXPECT_TRUE(wait_for(Corbot::Error)) << fault << "\n" << rt_->errors();
+    caller.join();
+    EXPECT_EQ(raised, "NotReady");
+    EXPECT_EQ(alarms().back().code, 130) << fault;
+    EXPECT_EQ(raised_by([&] { arm_->Clear(); }), "NotReady") << "still not heard";
+    controller_->command(fmt::format("{} off", fault));
+    ASSERT_TRUE(wait_until(within(20), [&] {
+      EXPECT_EQ(arm_->Status(), Corbot::Error) << "until it is cleared";
+      return raised_by([&] { arm_->Clear(); }).empty();
+    })) << rt_->errors();
+    EXPECT_TRUE(wait_for(Corbot::Standby)) << rt_->errors();
+    EXPECT_EQ(raised_by([&] { arm_->Move(0.20, 0.0, 0.10, 0.0, 1.0); }), "");
+  }
+}
+
+TEST_P(EmergencyStopInput, ThatIsUnpluggedIsAPress) {
+  press(false);
+  start();
+  ASSERT_TRUE(wait_for(Corbot::Standby)) << rt_->errors();
+  controller_->command("unplug");
+  ASSERT_TRUE(wait_for(Corbot::Error)) << rt_->errors();
+  EXPECT_TRUE(wait_until(within(20), [&] { return has_alarm(130); })) << "beside that of the device";
+  EXPECT_TRUE(wait_until(within(20), [&] { return has_alarm(121); })) << rt_->errors();
+  controller_->command("plug");
+  ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }))
+      << rt_->errors();
 }
 
 INSTANTIATE_TEST_SUITE_P(Wirings, EmergencyStopInput,

@@ -11,7 +11,6 @@
 #include "interop/answers.h"
 #include "interop/matrix_client.h"
 #include "support/naming_service.h"
-#include "support/ports.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -22,9 +21,7 @@ class Matrix : public RobotRig, public ::testing::WithParamInterface<ClientKind>
   void SetUp() override {
     if (const std::string why = client_.prepare(GetParam()); !why.empty()) GTEST_SKIP() << "skipped: " << why;
     service_ = std::make_unique<NamingService>();
-    name_ = unique_name("matrix");
-    port_ = free_port();
-    reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
+    take_name("matrix");
     start_rt();
     if (!HasFatalFailure()) start_servant({"--naming", service_->reference()});
     if (HasFatalFailure()) return;

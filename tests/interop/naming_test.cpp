@@ -25,9 +25,7 @@ class Naming : public RobotRig {
   }
   /// Starts the robot with the naming service.
   void start_robot(const std::vector<std::string>& more = {}) {
-    name_ = unique_name("rig");
-    port_ = free_port();
-    reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
+    take_name("rig");
     start_rt();
     std::vector<std::string> options{"--naming", naming()};
     options.insert(options.end(), more.begin(), more.end());

@@ -12,7 +12,6 @@
 #include <fmt/core.h>
 
 #include "support/naming_service.h"
-#include "support/ports.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -28,9 +27,7 @@ class Orbit2Servant : public RobotRig {
  protected:
   void SetUp() override {
     if (!fs::exists(kServant)) GTEST_SKIP() << "skipped: ORBit2 not found";
-    name_ = unique_name("orbit2");
-    port_ = free_port();
-    reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
+    take_name("orbit2");
     directory_ = fmt::format("{}/{}", CORBOT_SCRATCH_DIR, name_);
     fs::create_directory(directory_);
     fs::permissions(directory_, fs::perms::owner_all);

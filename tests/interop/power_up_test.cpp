@@ -12,7 +12,6 @@
 
 #include "config/profile.h"
 #include "shm/channel_client.h"
-#include "support/ports.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -24,9 +23,7 @@ using ::testing::HasSubstr;
 class PowerUp : public RobotRig {
  protected:
   void SetUp() override {
-    name_ = unique_name("power");
-    port_ = free_port();
-    reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
+    take_name("power");
     directory_ = fmt::format("{}/{}", CORBOT_SCRATCH_DIR, name_);
     fs::create_directory(directory_);
   }
@@ -44,12 +41,16 @@ class PowerUp : public RobotRig {
     profile_ = directory_ + "/arm.toml";
     std::ofstream(profile_) << all.substr(0, all.find("[backend]")) << backend;
   }
-  void power_up() {
+  void start_both() {
     start_rt({"--state-dir", directory_});
     if (!HasFatalFailure()) start_servant({"--state-dir", directory_});
     if (HasFatalFailure()) return;
     // Over a connection to a servant that was killed the first call fails.
     ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_ = connect(); }).empty(); }));
+  }
+  void power_up() {
+    start_both();
+    if (HasFatalFailure()) return;
     ASSERT_TRUE(wait_for(Corbot::Standby)) << servant_->errors() << rt_->errors();
   }
   /// Both end, and the segment with them.
@@ -125,12 +126,6 @@ TEST_F(PowerUp, TheLastPositionIsTakenUpAndTheFirstMotionIsSlow) {
 
 /// Whoever asked for it may still stand at the arm.
 TEST_F(PowerUp, AHoldOutlivesAChangeOfTheProfile) {
-  const auto start = [&] {
-    start_rt({"--state-dir", directory_});
-    if (!HasFatalFailure()) start_servant({"--state-dir", directory_});
-    if (HasFatalFailure()) return;
-    ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_ = connect(); }).empty(); }));
-  };
   write_profile("[backend]\nkind = \"loopback\"\n");
   power_up();
   if (HasFatalFailure()) return;
@@ -142,7 +137,7 @@ TEST_F(PowerUp, AHoldOutlivesAChangeOfTheProfile) {
   ASSERT_NE(servo, std::string::npos);
   std::ofstream(profile_) << text.replace(servo, 14, "zero_us = 1490");
   for (int i = 0; i < 2; ++i) {
-    start();
+    start_both();
     if (HasFatalFailure()) return;
     ASSERT_TRUE(wait_for(Corbot::Error));
     Corbot::ControlInfo_var info = arm_->Control();
@@ -152,10 +147,42 @@ TEST_F(PowerUp, AHoldOutlivesAChangeOfTheProfile) {
         << rt_->errors();
     power_down();
   }
-  start();
+  start_both();
   if (HasFatalFailure()) return;
   ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }));
   EXPECT_TRUE(wait_for(Corbot::Standby));
+}
+
+/// Whatever ends, and however: only a person clears.
+TEST_F(PowerUp, AnErrorOutlivesEveryProcess) {
+  const auto start = [&] {
+    start_both();
+    if (HasFatalFailure()) return;
+    ASSERT_TRUE(wait_for(Corbot::Error)) << rt_->errors();
+    EXPECT_EQ(alarms().back().code, 131);
+    EXPECT_EQ(raised_by([&] { arm_->Ready(); }), "NotReady");
+  };
+  write_profile("[backend]\nkind = \"loopback\"\n");
+  power_up();
+  if (HasFatalFailure()) return;
+  rt_->signal(SIGUSR1);  // its device is lost
+  ASSERT_TRUE(wait_for(Corbot::Error));
+  ASSERT_TRUE(wait_until(within(20), [&] { return kept().find("in_error = true") != std::string::npos; }))
+      << kept();
+  rt_->signal(SIGKILL);
+  servant_->signal(SIGKILL);
+  ASSERT_TRUE(rt_->wait(within(30)) && servant_->wait(within(30)));
+  rt_.reset();
+  servant_.reset();
+  start();
+  if (HasFatalFailure()) return;
+  power_down();
+  start();  // ended in order, likewise
+  if (HasFatalFailure()) return;
+  ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }));
+  ASSERT_TRUE(wait_for(Corbot::Standby));
+  power_down();
+  power_up();  // cleared is cleared
 }
 
 TEST_F(PowerUp, WhenBothAreKilledWhatTheServantKeptIsLeft) {
@@ -187,15 +214,23 @@ TEST_F(PowerUp, IsWrittenWhileTheArmMoves) {
   EXPECT_TRUE(wait_until(within(20), [&] { return kept().find("at_rest = true") != std::string::npos; }));
 }
 
-TEST_F(PowerUp, InvalidFilesAreLoggedAndIgnored) {
+/// It does not prove that the arm was not in Error.
+TEST_F(PowerUp, AFileThatProvesNothingIsAnError) {
   write_profile("[backend]\nkind = \"loopback\"\n");
-  std::ofstream(fmt::format("{}/{}.position", directory_, name_)) << "format = 1\njoints_deg = [1e300]\n";
-  power_up();
+  const std::string file = fmt::format("{}/{}.position", directory_, name_);
+  std::ofstream(file) << "format = 1\njoints_deg = [1e300]\n";
+  start_both();
   if (HasFatalFailure()) return;
-  EXPECT_THAT(rt_->errors(), HasSubstr("the last position is rejected"));
-  EXPECT_THAT(rt_->errors(), HasSubstr(name_ + ".position"));
-  const Corbot::JointCoord now = joints();
-  for (CORBA::ULong i = 0; i < now.length(); ++i) EXPECT_EQ(now[i], 0.0);
+  ASSERT_TRUE(wait_for(Corbot::Error)) << rt_->errors();
+  EXPECT_EQ(alarms().back().code, 131);
+  EXPECT_THAT(rt_->errors(), HasSubstr("the last position is rejected: " + file));
+  EXPECT_THAT(rt_->output(), HasSubstr("in Error until Clear: " + file));
+  EXPECT_EQ(Corbot::DeviceInfo_var(arm_->Device())->health, Corbot::DeviceClosed) << "no energy";
+  EXPECT_EQ(raised_by([&] { arm_->Ready(); }), "NotReady");
+  EXPECT_EQ(joints()[0], 0.0);
+  ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }));
+  power_down();
+  power_up();  // cleared is cleared
 }
 
 TEST_F(PowerUp, ADirectoryThatCannotBeWrittenIsLoggedOnce) {
@@ -339,6 +374,26 @@ TEST_F(PowerUpOnADevice, AControllerThatKeptItsPowerReportsTheServos) {
   if (HasFatalFailure()) return;
   EXPECT_TRUE(uncertain()) << "the controller has been without power";
   EXPECT_LE(distance_deg(before, joints()), 1.0 + 1e-9) << "but where it was is on disk";
+}
+
+/// From a pulse that no angle of the profile stands for, every start would be a jump.
+TEST_F(PowerUpOnADevice, AControllerWhosePulsesAreOutOfRangeIsNotStarted) {
+  power_up();
+  if (HasFatalFailure()) return;
+  EXPECT_EQ(raised_by([&] { arm_->Drive(0, 60.0, 90.0); }), "");
+  power_down();
+  const std::string there = pulses();
+  std::ifstream stream(profile_);
+  std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  const std::string range = "range_deg = [-90, 90]";
+  std::ofstream(profile_) << text.replace(text.find(range), range.size(), "range_deg = [-90, 30]");
+  const RunResult start =
+      run({std::string(CORBOT_BIN_DIR) + "/corbot-rt", profile_, "--name", name_, "--state-dir", directory_},
+          60.0, {});
+  EXPECT_EQ(start.code, 1);
+  EXPECT_THAT(start.errors, HasSubstr("joint base is at 60.0 degrees, outside its range of -90.0 to 30.0"));
+  EXPECT_THAT(start.errors, HasSubstr("corbot calibrate"));
+  EXPECT_EQ(pulses(), there) << "nothing has moved";
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 #include "config/load_profile.h"
 #include "contract/driver.h"
 #include "rt/backends/registry.h"
-#include "support/process.h"
+#include "support/emulated_controller.h"
 
 namespace corbot::test {
 namespace {
@@ -50,20 +50,17 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
   void SetUp() override {
     directory_ = CORBOT_SCRATCH_DIR + ("/" + unique_name("faults"));
     fs::create_directory(directory_);
-    std::vector<std::string> command{std::string(CORBOT_BIN_DIR) + "/corbot-sim"};
-    command.insert(command.end(), GetParam().emulator.begin(), GetParam().emulator.end());
-    command.insert(command.end(), {"--pty", directory_ + "/tty", "--record", record()});
-    emulator_ = std::make_unique<Process>(command);
-    ASSERT_TRUE(emulator_->wait_line("ready", within(30))) << emulator_->errors();
+    controller_.emplace(std::string(CORBOT_BIN_DIR) + "/corbot-sim", GetParam().emulator, directory_);
+    controller_->start();
+    if (HasFatalFailure()) return;
     std::ifstream from(CORBOT_PROFILE);
     std::stringstream text;
     text << from.rdbuf();
     const std::string all = text.str();
-    profile_ =
-        parse_profile(all.substr(0, all.find("[backend]")) +
-                          fmt::format("[backend]\nkind = \"{0}\"\n[backend.{0}]\nport = \"{1}/tty\"\n{2}",
-                                      GetParam().backend, directory_, GetParam().options),
-                      "faults");
+    profile_ = parse_profile(all.substr(0, all.find("[backend]")) +
+                                 fmt::format("[backend]\nkind = \"{0}\"\n[backend.{0}]\nport = \"{1}\"\n{2}",
+                                             GetParam().backend, controller_->line(), GetParam().options),
+                             "faults");
     backend_ = rt::make_backend(profile_, stop_);
     backend_->open(Driver::frame(profile_.arm, pose(1200.0)));
     driver_ = std::make_unique<Driver>(profile_.arm, *backend_, no_fixture_, pose(1200.0));
@@ -75,8 +72,8 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
   void TearDown() override {
     if (driver_) driver_->end();
     if (backend_) backend_->close();
-    if (emulator_) {
-      EXPECT_EQ(emulator_->terminate(), 0);
+    if (controller_) {
+      EXPECT_EQ(controller_->stop(), 0);
     }
     fs::remove_all(directory_);
   }
@@ -91,11 +88,7 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
     result.opening = (pulse_us - gripper.closed_us) / (gripper.open_us - gripper.closed_us);
     return result;
   }
-  [[nodiscard]] std::string record() const { return directory_ + "/pulses.csv"; }
-  void command(const std::string& text) {
-    emulator_->send(text);
-    ASSERT_TRUE(emulator_->wait_line("ok", within(30))) << text << ": " << emulator_->errors();
-  }
+  void command(const std::string& text) { controller_->command(text); }
   [[nodiscard]] bool reaches(BackendHealth health) {
     return wait_until(within(60), [&] { return backend_->health() == health; });
   }
@@ -112,18 +105,13 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
   }
   [[nodiscard]] std::vector<double> pulses() {
     std::vector<double> values;
-    emulator_->send("pulses");
-    const auto line = emulator_->wait_line("pulses", within(30));
-    if (!line) return values;
-    std::istringstream words(line->substr(6));
-    for (std::string word; words >> word;) values.push_back(std::stod(word.substr(word.find('=') + 1)));
+    for (const auto& [channel, pulse_us] : controller_->values("pulses")) values.push_back(pulse_us);
     return values;
   }
   /// By which the emulator was late, at the most.
   [[nodiscard]] double late_s() {
-    emulator_->send("late");
-    const auto line = emulator_->wait_line("late", within(30));
-    return line ? 1e-9 * std::stod(line->substr(5)) : 0.0;
+    const std::string late_ns = controller_->answer("late");
+    return late_ns.empty() ? 0.0 : 1e-9 * std::stod(late_ns);
   }
   [[nodiscard]] bool arrives() {
     return wait_until(within(60), [&] {
@@ -141,32 +129,23 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
   /// frames at once. Rows are one servo frame apart, or nothing changed between them. The first
   /// pulse of a servo is no step: it may be anywhere, and no controller can know where.
   [[nodiscard]] double worst_jump() {
-    std::ifstream file(record());
-    std::string row;
-    std::getline(file, row);  // the names of the columns
-    std::map<int, std::pair<std::int64_t, double>> last;
+    std::map<std::uint32_t, DeviceRow> last;
     const double held_up_s = driver_->oldest_s() + late_s();
     double worst = -HUGE_VAL;
-    while (std::getline(file, row)) {
-      if (file.eof()) break;  // not whole yet
-      std::istringstream fields(row);
-      std::int64_t time_ns = 0;
-      int channel = 0;
-      char comma = 0;
-      double pulse_us = 0.0;
-      fields >> time_ns >> comma >> channel >> comma >> pulse_us;
-      const auto before = last.find(channel);
-      if (before != last.end() && before->second.second > 0.0 && pulse_us > 0.0) {
-        const double seconds = static_cast<double>(time_ns - before->second.first) * 1e-9;
+    for (const DeviceRow& row : controller_->rows()) {
+      const auto before = last.find(row.channel);
+      if (before != last.end() && before->second.has_power && row.has_power) {
+        const double seconds = static_cast<double>(row.time_ns - before->second.time_ns) * 1e-9;
         const double allowed =
             400.0 * 2.0 * GetParam().period_s + 1.1 * kSpeed_us_per_s * (seconds + held_up_s) + 1.0;
-        const double jump_us = std::abs(pulse_us - before->second.second) - allowed;
+        const double jump_us = std::abs(row.given - before->second.given) - allowed;
         if (jump_us > std::max(worst, 0.0)) {
-          jump_ = fmt::format("from {} us at {} ns to: {}", before->second.second, before->second.first, row);
+          jump_ = fmt::format("channel {} from {} us at {} ns to {} us at {} ns", row.channel,
+                              before->second.given, before->second.time_ns, row.given, row.time_ns);
         }
         worst = std::max(worst, jump_us);
       }
-      last[channel] = {time_ns, pulse_us};
+      last[row.channel] = row;
     }
     return worst;
   }
@@ -175,7 +154,7 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
   Profile profile_;
   EmergencyStop stop_;
   NoFixture no_fixture_;
-  std::unique_ptr<Process> emulator_;
+  std::optional<EmulatedController> controller_;
   std::unique_ptr<Backend> backend_;
   std::unique_ptr<Driver> driver_;
   std::string log_;

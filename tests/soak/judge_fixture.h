@@ -21,14 +21,17 @@ class Judge : public ::testing::Test {
   using Meanwhile = std::function<void(int cycle)>;
 
   Judge() : profile_(load_profile(CORBOT_PROFILE)), recording_(profile_) {
-    recording_.read("cycle,time_ns");
+    recording_.read(
+        "cycle,time_ns,wall_ns,state,command,rate,theta0_deg,theta1_deg,theta2_deg,theta3_deg,x_m,y_m,z_m,"
+        "gripper,device,flags");
     rest(3);
   }
 
   void row(std::uint64_t command, const char* state) {
     ++cycle_;
-    recording_.read(fmt::format("{},{},0,{},{},1,{:.9f},{:.9f},0,0,{:.12f},{:.12f},{:.12f},0", cycle_,
-                                now_ns(), state, command, base_deg_, shoulder_deg_, x_m_, y_m_, z_m_));
+    recording_.read(fmt::format("{},{},0,{},{},{},{:.9f},{:.9f},0,0,{:.12f},{:.12f},{:.12f},0,{},{}", cycle_,
+                                now_ns(), state, command, rate_, base_deg_, shoulder_deg_, x_m_, y_m_, z_m_,
+                                device_, flags_));
   }
   void rest(int cycles) {
     for (int i = 0; i < cycles; ++i) row(0, "standby");
@@ -120,6 +123,9 @@ class Judge : public ::testing::Test {
   int client_{1};
   int calls_{0};
   int key_{0};
+  double rate_{1.0};
+  const char* flags_{"-"};
+  std::string device_{"open"};  ///< its health
   double base_deg_{0.0};
   double shoulder_deg_{0.0};
   double x_m_{0.3};

@@ -20,7 +20,17 @@ constexpr std::int64_t kRestartPeriods = 5;
 
 }  // namespace
 
-bool Recording::parse(const std::string& line, Row& row) {
+void Recording::read_header(const std::string& line) {
+  std::istringstream stream(line);
+  std::string word;
+  device_column_ = flags_column_ = 0;
+  for (std::size_t i = 0; std::getline(stream, word, ','); ++i) {
+    if (word == "device") device_column_ = i;
+    if (word == "flags") flags_column_ = i;
+  }
+}
+
+bool Recording::parse(const std::string& line, Cycle& row) const {
   std::istringstream stream(line);
   std::string word;
   std::vector<std::string> words;
@@ -31,8 +41,14 @@ bool Recording::parse(const std::string& line, Row& row) {
   row.time_ns = std::strtoll(words[1].c_str(), nullptr, 10);
   row.state = words[3];
   row.command = std::strtoull(words[4].c_str(), nullptr, 10);
+  row.rate = std::strtod(words[5].c_str(), nullptr);
   for (std::size_t i = 0; i < 4; ++i) row.theta_deg[i] = std::strtod(words[6 + i].c_str(), nullptr);
   for (std::size_t i = 0; i < 3; ++i) row.tcp_m[i] = std::strtod(words[10 + i].c_str(), nullptr);
+  const auto column = [&](std::size_t i) { return i > 0 && i < words.size() ? words[i] : std::string(); };
+  row.device = column(device_column_);
+  row.is_unverified = column(flags_column_).find("unverified") != std::string::npos;
+  row.is_fault_stop = column(flags_column_).find("fault_stop") != std::string::npos;
+  row.is_power_off = column(flags_column_).find("power_off") != std::string::npos;
   return true;
 }
 
@@ -40,13 +56,15 @@ void Recording::read(const std::string& line) {
   if (line.starts_with("cycle,")) {
     have_last_ = false;
     is_new_life_ = true;
+    read_header(line);
     return;
   }
-  Row row;
+  Cycle row;
   if (!parse(line, row)) return;
   const bool is_new_life = std::exchange(is_new_life_, false);
   if (is_new_life) lives_.push_back(row.time_ns);
   ++cycles_;
+  if (observer_) observer_(row);
   // A task that is killed while it writes leaves one slot of the flight recorder unreadable.
   const bool continuous = have_last_ && row.cycle > last_.cycle && row.cycle - last_.cycle <= 2;
   if (have_last_ && !continuous) ++gaps_;
@@ -61,12 +79,12 @@ void Recording::read(const std::string& line) {
   have_last_ = true;
 }
 
-void Recording::fault(const Row& row, const std::string& text) {
+void Recording::fault(const Cycle& row, const std::string& text) {
   if (faults_.size() < 100)
     faults_.push_back(fmt::format("cycle {} ({}, command {}): {}", row.cycle, row.state, row.command, text));
 }
 
-void Recording::check(const Row& row) {
+void Recording::check(const Cycle& row) {
   const double period_s = static_cast<double>(arm_.period_ns) * 1e-9;
   for (std::size_t i = 0; i < arm_.dof; ++i) {
     const JointLimits& limits = arm_.joints[i];
@@ -76,7 +94,7 @@ void Recording::check(const Row& row) {
       fault(row, fmt::format("joint {} at {} degrees, allowed {} to {}", i, row.theta_deg[i], lower_deg,
                              upper_deg));
     // Also across cycles that were not recorded: a cycle is counted, or the arm stood still.
-    if (!have_last_ || row.cycle <= last_.cycle) continue;
+    if (!have_last_ || row.cycle <= last_.cycle || row.follows_device() || last_.follows_device()) continue;
     const double cycles = static_cast<double>(row.cycle - last_.cycle);
     const double step_deg = std::abs(row.theta_deg[i] - last_.theta_deg[i]);
     const double allowed_deg =
@@ -87,8 +105,8 @@ void Recording::check(const Row& row) {
   }
 }
 
-void Recording::note_movement(const Row& row) {
-  if (!have_last_) return;
+void Recording::note_movement(const Cycle& row) {
+  if (!have_last_ || row.follows_device() || last_.follows_device()) return;
   bool moved = false;
   for (std::size_t i = 0; i < arm_.dof; ++i)
     moved = moved || std::abs(row.theta_deg[i] - last_.theta_deg[i]) > kRounding_deg;
@@ -97,7 +115,7 @@ void Recording::note_movement(const Row& row) {
   moving_.back().end_ns = row.time_ns;
 }
 
-void Recording::note_pause(const Row& row) {
+void Recording::note_pause(const Cycle& row) {
   if (row.state != "paused") return;
   if (!have_last_ || last_.state != "paused") paused_.push_back({row.time_ns, row.time_ns});
   paused_.back().end_ns = row.time_ns;
@@ -105,7 +123,7 @@ void Recording::note_pause(const Row& row) {
 
 /// The new set-point against those before it, for the motion that it belongs to: with the first cycles after its end, in
 /// which the arm has to have come to rest.
-void Recording::measure(const Row& row) {
+void Recording::measure(const Cycle& row) {
   constexpr int kTicksOfRest = 3;
   const bool is_adjacent = have_last_ && row.cycle == last_.cycle + 1;
   const bool begins = row.command != 0 && (!have_last_ || row.command != last_.command);
@@ -121,12 +139,15 @@ void Recording::measure(const Row& row) {
     ticks_.rest(last_.theta_deg, last_.tcp_m);
   }
   if (is_adjacent && row.command == 0 && last_.command != 0) ticks_of_rest_ = kTicksOfRest;
-  ticks_.add(row.theta_deg, row.tcp_m);
+  // Where servos without energy are is no set-point of the motion that has ended: it rests where it was held last.
+  const bool is_led = row.follows_device() && ticks_of_rest_ > 0;
+  if (!is_led) held_ = row;
+  ticks_.add(held_.theta_deg, held_.tcp_m);
   if (row.command != 0 || ticks_of_rest_ > 0) ticks_.measure(row.cycle, motions_.back().peaks);
   ticks_of_rest_ = row.command == 0 && ticks_of_rest_ > 0 ? ticks_of_rest_ - 1 : 0;
 }
 
-void Recording::begin_motion(const Row& row, bool continuous) {
+void Recording::begin_motion(const Cycle& row, bool continuous) {
   const bool seen = std::any_of(motions_.begin(), motions_.end(), [&](const Motion& m) {
     return m.id == row.command && m.life_ns == lives_.back();
   });
@@ -142,7 +163,7 @@ void Recording::begin_motion(const Row& row, bool continuous) {
   motions_.push_back(motion);
 }
 
-void Recording::follow(const Row& row, bool continuous) {
+void Recording::follow(const Cycle& row, bool continuous) {
   Motion* running = !motions_.empty() && have_last_ && last_.command != 0 ? &motions_.back() : nullptr;
   if (running != nullptr && running->id != row.command) {
     running->end_deg = row.theta_deg;
@@ -150,7 +171,8 @@ void Recording::follow(const Row& row, bool continuous) {
     running->whole = running->whole && continuous && row.command == 0;
     if (continuous && row.command == 0) running->tcp_m.push_back(row.tcp_m);
   }
-  if (row.command == 0 && continuous && last_.command == 0) {
+  const bool is_explained = row.follows_device() || last_.follows_device() || row.is_fault_stop;
+  if (row.command == 0 && continuous && last_.command == 0 && !is_explained) {
     for (std::size_t i = 0; i < arm_.dof; ++i) {
       const double moved_deg = std::abs(row.theta_deg[i] - last_.theta_deg[i]);
       if (moved_deg > kRounding_deg)

@@ -3,7 +3,9 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/profile.h"
@@ -32,6 +34,24 @@ struct Interval {
   std::int64_t end_ns{};
 };
 
+/// One cycle of the task, as recorded.
+struct Cycle {
+  std::uint64_t cycle{};
+  std::int64_t time_ns{};
+  std::string state;
+  std::uint64_t command{};
+  double rate{};
+  std::array<double, 4> theta_deg{};
+  std::array<double, 3> tcp_m{};
+  std::string device;  ///< its health
+  bool is_unverified{};
+  bool is_power_off{};
+  bool is_fault_stop{};  ///< a fault slows the arm down, on its path or each joint by itself
+
+  /// The servos have no energy: the set-point is where the device says that they are.
+  [[nodiscard]] bool follows_device() const { return device == "standby" || is_power_off; }
+};
+
 /// A time without a cycle: the task was frozen, or there was none.
 struct Silence : Interval {
   bool is_new_life{};  ///< another supervisor's robot came after it
@@ -43,6 +63,8 @@ class Recording {
  public:
   explicit Recording(const Profile& profile) : arm_(profile.arm), ticks_(profile.arm) {}
 
+  /// Called with every cycle, in their order.
+  void tell(std::function<void(const Cycle&)> observer) { observer_ = std::move(observer); }
   /// One line of the recording. A header begins anew: another recorder, after cycles that nobody saw.
   void read(const std::string& line);
 
@@ -63,23 +85,15 @@ class Recording {
   [[nodiscard]] std::int64_t last_ns() const noexcept { return last_ns_; }
 
  private:
-  struct Row {
-    std::uint64_t cycle{};
-    std::int64_t time_ns{};
-    std::string state;
-    std::uint64_t command{};
-    std::array<double, 4> theta_deg{};
-    std::array<double, 3> tcp_m{};
-  };
-
-  static bool parse(const std::string& line, Row& row);
-  void check(const Row& row);
-  void follow(const Row& row, bool continuous);
-  void measure(const Row& row);
-  void note_movement(const Row& row);
-  void note_pause(const Row& row);
-  void begin_motion(const Row& row, bool continuous);
-  void fault(const Row& row, const std::string& text);
+  void read_header(const std::string& line);
+  bool parse(const std::string& line, Cycle& row) const;
+  void check(const Cycle& row);
+  void follow(const Cycle& row, bool continuous);
+  void measure(const Cycle& row);
+  void note_movement(const Cycle& row);
+  void note_pause(const Cycle& row);
+  void begin_motion(const Cycle& row, bool continuous);
+  void fault(const Cycle& row, const std::string& text);
 
   const ArmModel arm_;
   TickLimits ticks_;
@@ -90,10 +104,14 @@ class Recording {
   std::vector<Silence> silences_;
   std::vector<std::int64_t> lives_;
   std::vector<std::string> faults_;
-  Row last_;
+  Cycle last_;
+  Cycle held_;               ///< the newest one whose set-point is corbot's own
   std::int64_t last_ns_{0};  ///< of the last row, also of an earlier recorder
   bool have_last_{false};
   bool is_new_life_{true};
+  std::function<void(const Cycle&)> observer_;
+  std::size_t device_column_{0};  ///< 0: the recording has none
+  std::size_t flags_column_{0};
   std::uint64_t cycles_{0};
   std::uint64_t gaps_{0};
 };

@@ -17,6 +17,7 @@
 #include <random>
 
 #include "config/load_profile.h"
+#include "soak/device_soak.h"
 #include "soak/kept.h"
 #include "soak/stage.h"
 #include "soak/stall_watch.h"
@@ -328,17 +329,26 @@ int main(int argc, char** argv) {
   app.add_option("--orb", options.orb)->check(CLI::IsMember({"omniorb", "orbit2"}))->capture_default_str();
   app.add_option("--profile", options.profile, "of the robot")->capture_default_str();
   app.add_option("--keep", options.kept, "keeps in this file what was broken, called and recorded");
+  int devices = 0;
+  std::string device;
+  app.add_option("--devices", devices, "so many faults of emulated devices instead, see device_soak.h")
+      ->check(CLI::Range(1, 100'000));
+  app.add_option("--device", device, "with --devices: of this kind alone")
+      ->check(CLI::IsMember({"ssc32", "maestro", "cia402", "gpio"}));
   std::string judged;
   app.add_option("--judge", judged, "runs nothing, and judges such a file");
   app.add_flag("--verbose", verbose, "say what is broken as it is");
   CLI11_PARSE(app, argc, argv);
   std::string scratch = here / "soak-XXXXXX";
-  if (judged.empty()) options.scratch = ::mkdtemp(scratch.data());
+  if (judged.empty() && (devices == 0 || !device.empty())) options.scratch = ::mkdtemp(scratch.data());
   ::signal(SIGPIPE, SIG_IGN);
   int status = 1;
   try {
-    status = judged.empty() ? corbot::soak::run(faults, seed, verbose, options)
-                            : corbot::soak::judge_again(judged, options);
+    if (devices > 0 && device.empty())
+      return corbot::soak::run_all_devices(devices, seed, verbose, here / "run_soak", options.orb);
+    status = devices > 0      ? corbot::soak::run_devices(devices, seed, verbose, device, options)
+             : judged.empty() ? corbot::soak::run(faults, seed, verbose, options)
+                              : corbot::soak::judge_again(judged, options);
   } catch (const std::exception& error) {
     fmt::print("FAILED: {}\n", error.what());
   }

@@ -94,6 +94,7 @@ class Caller {
   void pause() { sleep(0.001 * between(0, 120)); }
 
   void move() {
+    if (between(0, 29) == 0) return grip();
     switch (between(0, 9)) {
       case 0:
       case 1:
@@ -150,6 +151,11 @@ class Caller {
     const double size = sign_degrees(between(10, 60), of);
     const bool down = at + size > kUpper_deg[joint] || (at - size > kLower_deg[joint] && between(0, 1) == 0);
     return {joint, down ? -size : size};
+  }
+
+  void grip() {
+    between(0, 1) == 0 ? call("StartOpen", 0, [&](std::uint64_t& ticket) { ticket = arm_->StartOpen(); })
+                       : call("StartClose", 0, [&](std::uint64_t& ticket) { ticket = arm_->StartClose(); });
   }
 
   void start_drive() {

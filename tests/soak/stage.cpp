@@ -12,6 +12,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "soak/signature.h"
 #include "soak/stall_watch.h"
 #include "support/ports.h"
 
@@ -47,6 +48,7 @@ Stage::Stage(StageOptions options, const Profile& profile, std::uint64_t seed)
       seed_(seed),
       recording_(profile) {
   if (!options_.kept.empty()) kept_.open(options_.kept);
+  recording_.tell(options_.on_cycle);
 }
 
 Stage::~Stage() = default;
@@ -216,6 +218,18 @@ bool Stage::resume() {
   return done;
 }
 
+bool Stage::drive_by_command(int joint, bool up) {
+  const int number = ++commands_;
+  const std::int64_t mark = signature(kByCommand, number % static_cast<int>(kCallsPerClient - 1) + 1);
+  const double by_deg = (up ? 1.0 : -1.0) * sign_degrees(2, mark);
+  report(fmt::format("begin {} {} Drive {} 0 {} {:.12f}", number, now_ns(), mark, joint, by_deg));
+  const test::RunResult result =
+      corbot({"drive", "--robot", name_, std::to_string(joint), fmt::format("{:.12f}", by_deg), "90"});
+  // Whatever else it may have been: it did not say that it is done.
+  report(fmt::format("end {} {} {} 0", number, now_ns(), result.code == 0 ? "ok" : "NotReady"));
+  return result.code == 0;
+}
+
 void Stage::stop_by_command() {
   const int number = ++commands_;
   report(fmt::format("begin {} {} {} 0 0", number, now_ns(), kLocalStop));
@@ -285,6 +299,10 @@ bool Stage::quiesce() {
     pause();
   }
   return true;
+}
+
+void Stage::hold_clients() {
+  for (Client& client : clients_) client.process.signal(SIGSTOP);
 }
 
 void Stage::go_on() {

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <list>
 #include <memory>
 #include <string>
@@ -27,6 +28,7 @@ struct StageOptions {
   std::string orb;      ///< omniorb, orbit2
   int clients{4};       ///< the first of them only reads
   std::string kept{};   ///< a file for all that the judge reads; empty: none
+  std::function<void(const Cycle&)> on_cycle{};
 };
 
 /// One robot under `corbot up`, its recorder and its clients: what the soak breaks and mends.
@@ -45,6 +47,8 @@ class Stage {
   /// Ends the clients' calls: none begins anew; waits until each has its answer, and resumes and clears where nothing else
   /// would. False after a minute.
   bool quiesce();
+  /// Nobody calls from now on.
+  void hold_clients();
   /// Afterwards they go on.
   void go_on();
   /// What these processes hold that they did not hold in the beginning; "" when nothing. Of the servant it can be told while
@@ -56,6 +60,10 @@ class Stage {
   std::vector<std::string> wrong_tickets(bool ended);
   /// A line for the file that is kept, see kept.h.
   void keep(const std::string& line);
+  /// `corbot drive`: a joint by about a degree, signed as a client's motions are. True when it is done.
+  bool drive_by_command(int joint, bool up);
+  /// `corbot resume`, as a person does where whoever has paused the arm was refused his Resume. True when it is done.
+  bool resume();
   /// `corbot stop`, not waited for.
   void stop_by_command();
   /// Ends the robot in order. What is left behind, empty when nothing.
@@ -98,7 +106,6 @@ class Stage {
   void start_supervisor();
   void start_recorder();
   void read_lines(test::Process& process, std::size_t& read, int client);
-  bool resume();
   void report(const std::string& line);  ///< of a call that this makes itself
   void read_announcements();
   void read_stops();

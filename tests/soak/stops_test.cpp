@@ -77,10 +77,10 @@ TEST_F(StopJudge, SeesAHoldThatARestartHasLost) {
 
 TEST_F(StopJudge, SeesMovementOfAnArmThatIsPaused) {
   call("Pause", 0);
-  rest(1500);
+  rest(500);
   accept_and_move(1);
   EXPECT_THAT(faults(), IsEmpty()) << "as long as a stop may take";
-  rest(200);
+  rest(700);
   accept_and_move(2);
   EXPECT_THAT(faults(), Contains(HasSubstr("which nobody has resumed")));
 }
@@ -135,7 +135,7 @@ TEST_F(StopJudge, SeesALeaseThatDoesNotStopTheArm) {
   key_ = calls_;
   call("StartDrive", 401, "ok", 1);
   const double by_deg = sign_degrees(10, 401);
-  run(1, 2000, [&](double s) { base_deg_ = s * by_deg; });
+  run(1, 1200, [&](double s) { base_deg_ = s * by_deg; });
   rest(2000);
   EXPECT_THAT(faults(), IsEmpty()) << "a stop may take as long";
   EXPECT_EQ(verdict().expired, 1);

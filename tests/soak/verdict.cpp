@@ -16,6 +16,8 @@ namespace {
 /// The call that this motion carried out to its end. Signatures alone would not do: a sum of some is another one's.
 const Call* find_by_end(const Motion& motion, const Ledger& ledger) {
   if (!motion.whole) return nullptr;
+  // The gripper's: it ends where the motion before it did.
+  if (motion.start_deg == motion.end_deg && motion.start_tcp_m == motion.end_tcp_m) return nullptr;
   std::vector<std::int64_t> marks{signature_of_metres(motion.end_tcp_m[1]),
                                   signature_of_degrees(motion.end_deg[0])};
   for (std::size_t i = 0; i < 4; ++i)

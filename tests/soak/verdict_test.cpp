@@ -159,6 +159,33 @@ TEST_F(Judge, SeesAJointsAcceleration) {
   EXPECT_THAT(faults(), Contains(HasSubstr("joint 0: acceleration in shares of its limit 2.")));
 }
 
+TEST_F(Judge, TakesWhereServosWithoutEnergyAreForNoEndOfAMotion) {
+  call("StartDrive", 401, "ok", 1);
+  const auto go = [&](double s) { base_deg_ = s * sign_degrees(10, 401); };
+  for (int i = 1; i <= 400; ++i) {
+    const double s = static_cast<double>(i) / 400;
+    go(s * s * s * (10.0 - 15.0 * s + 6.0 * s * s));
+    row(1, "moving");
+  }
+  flags_ = "power_off";
+  base_deg_ -= 8.0;
+  for (int i = 0; i < 5; ++i) row(0, "error");
+  EXPECT_THAT(faults(), Not(Contains(HasSubstr("acceleration"))));
+}
+
+TEST_F(Judge, SeesAMotionThatIsCutWhereTheEnergyGoes) {
+  call("StartDrive", 401, "ok", 1);
+  const auto go = [&](double s) { base_deg_ = s * sign_degrees(10, 401); };
+  for (int i = 1; i <= 200; ++i) {
+    const double s = static_cast<double>(i) / 400;
+    go(s * s * s * (10.0 - 15.0 * s + 6.0 * s * s));
+    row(1, "moving");
+  }
+  flags_ = "power_off";
+  for (int i = 0; i < 5; ++i) row(0, "error");
+  EXPECT_THAT(faults(), Contains(HasSubstr("joint 0: acceleration in shares of its limit")));
+}
+
 TEST_F(Judge, SeesAJointsJerk) {
   call("StartDrive", 401, "ok", 1);
   run(1, 200,

@@ -6,7 +6,9 @@
 #include <atomic>
 #include <condition_variable>
 #include <map>
+#include <memory>
 #include <mutex>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -58,6 +60,14 @@ class FakeGpio {
     ++unplugged_;
   }
   void plug() { error_ = 0; }
+  /// From now on, calls to the chip do not return until this is taken back.
+  void block(bool blocked) { blocked_ = blocked; }
+  /// Those that set a line.
+  void block_sets(bool blocked) { sets_blocked_ = blocked; }
+  void set_info(const std::string& line, const rt::GpioLineInfo& info) {
+    const std::lock_guard lock(mutex_);
+    infos_[line] = info;
+  }
   /// The next so many set() fail, and leave the lines as they are.
   void fail_sets(int count) { sets_to_fail_ = count; }
 
@@ -75,6 +85,8 @@ class FakeGpio {
       if (unplugged_ == gpio_.unplugged_) gpio_.outputs_ = 0;
     }
     [[nodiscard]] int set(std::uint32_t values) noexcept override {
+      wait_while(gpio_.blocked_);
+      wait_while(gpio_.sets_blocked_);
       const int error = gpio_.error_;
       if (error != 0) return error;
       if (unplugged_ != gpio_.unplugged_) return ENODEV;
@@ -125,12 +137,25 @@ class FakeGpio {
       gpio_.take(request);
       return std::make_unique<Input>(gpio_);
     }
+    [[nodiscard]] rt::GpioLineInfo info(const std::string&, const std::string& line) override {
+      gpio_.check();
+      const std::lock_guard lock(gpio_.mutex_);
+      const auto found = gpio_.infos_.find(line);
+      return found == gpio_.infos_.end() ? rt::GpioLineInfo{} : found->second;
+    }
 
    private:
     FakeGpio& gpio_;
   };
 
+  static void wait_while(const std::atomic<bool>& blocked) noexcept {
+    while (blocked) {
+      const timespec pause{0, 100'000};
+      ::nanosleep(&pause, nullptr);
+    }
+  }
   void take(const rt::GpioRequest& request) {
+    wait_while(blocked_);
     check();
     const std::lock_guard lock(mutex_);
     request_ = request;
@@ -144,15 +169,38 @@ class FakeGpio {
   std::condition_variable wake_;
   std::vector<Change> changes_;
   rt::GpioRequest request_;
+  std::map<std::string, rt::GpioLineInfo> infos_;  ///< by line; others are free inputs
   bool pressed_{false};
   bool has_edge_{false};
   std::atomic<bool> sees_edges_{true};
   std::atomic<std::uint32_t> outputs_{0};
   std::atomic<int> requests_{0};
+  std::atomic<bool> blocked_{false};
+  std::atomic<bool> sets_blocked_{false};
   std::atomic<int> error_{0};
   std::atomic<int> unplugged_{0};
   std::atomic<int> sets_to_fail_{0};
   std::atomic<std::int64_t> set_takes_ns_{0};
+};
+
+/// Several chips, by the name that a request has for them; they must outlive this.
+class FakeBoard final : public rt::GpioChips {
+ public:
+  explicit FakeBoard(std::map<std::string, FakeGpio*> chips) {
+    for (const auto& [name, gpio] : chips) chips_[name] = gpio->chips();
+  }
+  [[nodiscard]] std::unique_ptr<rt::GpioOutputs> outputs(const rt::GpioRequest& request) override {
+    return chips_.at(request.chip)->outputs(request);
+  }
+  [[nodiscard]] std::unique_ptr<rt::GpioInput> input(const rt::GpioRequest& request) override {
+    return chips_.at(request.chip)->input(request);
+  }
+  [[nodiscard]] rt::GpioLineInfo info(const std::string& chip, const std::string& line) override {
+    return chips_.at(chip)->info(chip, line);
+  }
+
+ private:
+  std::map<std::string, std::unique_ptr<rt::GpioChips>> chips_;
 };
 
 }  // namespace corbot::test

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -36,8 +38,14 @@ class FakePwmChip {
         put(chip_ / "unexport", "");
         std::filesystem::remove_all(chip_ / ("pwm" + wanted));
       }
+      ++rounds_;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
+  }
+  /// Until what was written before is carried out; the real kernel has done it when the write returns.
+  void settle() const {
+    const std::uint64_t before = rounds_;
+    while (rounds_ < before + 2) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   void make_output(const std::string& number) const {
     const std::filesystem::path hidden = root_ / ("new" + number);
@@ -75,6 +83,7 @@ class FakePwmChip {
   std::filesystem::path chip_;
 
  private:
+  std::atomic<std::uint64_t> rounds_{0};
   std::jthread kernel_;
 };
 

@@ -31,15 +31,10 @@ CORBA::ORB_ptr client_orb() {
 }
 
 void RobotRig::SetUp() {
-  name_ = unique_name("rig");
-  port_ = free_port();
-  reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
-  start_rt();
+  take_name("rig");
+  start();
   if (HasFatalFailure()) return;
-  start_servant();
-  if (HasFatalFailure()) return;
-  arm_ = connect();
-  ASSERT_TRUE(wait_for(Corbot::Standby)) << servant_->errors();
+  ASSERT_TRUE(wait_for(Corbot::Standby)) << servant_->errors() << rt_->errors();
 }
 
 void RobotRig::TearDown() {
@@ -53,6 +48,18 @@ void RobotRig::TearDown() {
   EXPECT_FALSE(channel_exists(name_)) << channel_path(name_) << " was left behind";
 }
 
+void RobotRig::take_name(const std::string& stem) {
+  name_ = unique_name(stem);
+  port_ = free_port();
+  reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
+}
+
+void RobotRig::start() {
+  start_rt();
+  if (!HasFatalFailure()) start_servant();
+  if (!HasFatalFailure()) arm_ = connect();
+}
+
 void RobotRig::start_rt(const std::vector<std::string>& more) {
   std::vector<std::string> command{std::string(CORBOT_BIN_DIR) + "/corbot-rt", profile_, "--name", name_};
   command.insert(command.end(), more.begin(), more.end());
@@ -60,7 +67,9 @@ void RobotRig::start_rt(const std::vector<std::string>& more) {
     rt_ = std::make_unique<Process>(command);
     if (rt_->wait_line("ready", within(30))) return;
     // On a busy machine the bytes of a pseudo-terminal can stand still for seconds: begun again, as by a supervisor.
-    const bool is_starved = rt_->errors().find("no answer: is the controller powered") != std::string::npos;
+    // A stop input that is not heard counts as pressed.
+    const bool is_starved = rt_->errors().find("no answer: is the controller powered") != std::string::npos ||
+                            rt_->errors().find("the emergency stop was pressed") != std::string::npos;
     ASSERT_TRUE(is_starved && tries < 5) << rt_->errors();
     (void)rt_->terminate();
   }

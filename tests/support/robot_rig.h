@@ -25,6 +25,10 @@ class RobotRig : public ::testing::Test {
   /// Ends servant and task and checks that nothing is left behind.
   void TearDown() override;
 
+  /// A unique name that begins with `stem`, and a free port for it.
+  void take_name(const std::string& stem);
+  /// Task, servant and client; what they find may be an Error.
+  void start();
   void start_rt(const std::vector<std::string>& more = {});
   void start_servant(const std::vector<std::string>& more = {});
   /// As a client: corbaloc, narrow.

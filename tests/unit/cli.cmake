@@ -6,6 +6,14 @@ if(TARGET corbot_cli)
             ${here}/calibration_test.cpp ${here}/notify_test.cpp ${here}/report_test.cpp
     LIBS corbot::cli corbot_process fmt::fmt
     DEPENDS notifying_child corbot-rt)
+  corbot_test(doctor_devices_test
+    SOURCES ${here}/doctor_devices_test.cpp ${here}/doctor_lines_test.cpp
+    LIBS corbot::cli corbot::backends corbot::sim_devices corbot_process fmt::fmt
+    LABELS unit
+    DEPENDS corbot-sim)
+  target_include_directories(doctor_devices_test PRIVATE ${PROJECT_SOURCE_DIR}/tests)
+  target_compile_definitions(doctor_devices_test PRIVATE CORBOT_SIM_PROGRAM="$<TARGET_FILE:corbot-sim>"
+                                                         CORBOT_SCRATCH_DIR="${CMAKE_BINARY_DIR}/tests")
   add_executable(notifying_child ${here}/notifying_child.cpp)
   corbot_target(notifying_child)
   target_link_libraries(notifying_child PRIVATE PkgConfig::SYSTEMD)

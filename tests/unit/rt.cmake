@@ -2,11 +2,14 @@
 corbot_test(rt_test
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/rt/cancel_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/command_check_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/cycle_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/hold_test.cpp
-          ${CMAKE_CURRENT_SOURCE_DIR}/rt/emergency_stop_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/governor_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/loop_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/rt/emergency_stop_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/device_watch_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/fault_stop_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/rt/joint_ramp_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/standby_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/following_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/needs_clear_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/rt/governor_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/path_stop_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/rt/loop_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/parts_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/first_motion_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/start_position_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/servants_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/liveness_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/realtime_setup_test.cpp ${PROJECT_SOURCE_DIR}/rt/realtime_setup.cpp
-          ${PROJECT_SOURCE_DIR}/rt/loop.cpp ${PROJECT_SOURCE_DIR}/rt/start_position.cpp
+          ${PROJECT_SOURCE_DIR}/rt/loop.cpp ${PROJECT_SOURCE_DIR}/rt/cycle_settings.cpp ${PROJECT_SOURCE_DIR}/rt/start_position.cpp
   LIBS corbot::rt_core corbot::loopback corbot::planner corbot::config corbot::state corbot::threads spdlog::spdlog fmt::fmt)
 target_include_directories(rt_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 target_compile_definitions(rt_test PRIVATE CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles"

@@ -4,6 +4,7 @@ corbot_test(sim_devices_test
           ${CMAKE_CURRENT_SOURCE_DIR}/sim_devices/ssc32_commands_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/sim_devices/maestro_protocol_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/sim_devices/maestro_motion_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/sim_devices/maestro_settings_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/sim_devices/random_input_test.cpp
   LIBS corbot::sim_devices
   LABELS unit)

@@ -18,6 +18,13 @@ enum class DeviceCause : std::uint32_t {
   kDeviceFault,    ///< the device itself reports a fault
   kBusDown,        ///< the network interface went down, or the controller is off the bus
   kHeartbeatLost,  ///< a drive on a bus went silent
+  kTorqueOff,      ///< safe torque off (STO) of a drive, or its voltage is not there
+  kDisabled,       ///< a drive left 'operation enabled' although nobody asked for it, or is not brought there
+  kTargetIgnored,  ///< a drive does not follow its set-points, and says so
+  kTooSlow,        ///< takes fewer frames than it announced, for long
+  kCountChanged,   ///< a drive counts otherwise than before its restart: its angles are not the joint's
+  kThreadStill,    ///< corbot's thread that serves it stands still: a call to it does not return
+  kNoSetpoint,     ///< corbot's cycle stands still: no set-point comes for it
 };
 
 /// Real-time safe. The number as it stands in a snapshot, a record or an alarm.
@@ -40,6 +47,13 @@ enum class DeviceCause : std::uint32_t {
     case DeviceCause::kDeviceFault:
     case DeviceCause::kBusDown:
     case DeviceCause::kHeartbeatLost:
+    case DeviceCause::kTorqueOff:
+    case DeviceCause::kDisabled:
+    case DeviceCause::kTargetIgnored:
+    case DeviceCause::kTooSlow:
+    case DeviceCause::kCountChanged:
+    case DeviceCause::kThreadStill:
+    case DeviceCause::kNoSetpoint:
       return cause;
   }
   return DeviceCause::kNone;

@@ -60,6 +60,7 @@ struct OutOfRange {
   return detail::event(AlarmCode::kSetPointOutOfRange, what.joint, what.position_rad, what.lower_rad,
                        what.upper_rad);
 }
+/// Of set_point_out_of_range() and joint_beyond_range().
 [[nodiscard]] constexpr OutOfRange out_of_range(const AlarmEvent& event) noexcept {
   return {event.joint, event.value, event.lower, event.upper};
 }
@@ -77,6 +78,12 @@ struct Discontinuity {
   return {event.joint, event.value, event.upper};
 }
 
+/// A Clear was refused: set-points begin in the range, and this joint is outside it.
+[[nodiscard]] constexpr AlarmEvent joint_beyond_range(const OutOfRange& what) noexcept {
+  return detail::event(AlarmCode::kJointBeyondRange, what.joint, what.position_rad, what.lower_rad,
+                       what.upper_rad);
+}
+
 /// Where on its path a motion has no inverse, in virtual time.
 struct KinematicsFailure {
   double time_s;
@@ -87,6 +94,24 @@ struct KinematicsFailure {
 }
 [[nodiscard]] constexpr KinematicsFailure kinematics_failure(const AlarmEvent& event) noexcept {
   return {event.value, event.upper};
+}
+
+struct JointDeviation {
+  std::int32_t joint;
+  double error_rad;    ///< set-point - measured
+  double allowed_rad;  ///< either way
+};
+[[nodiscard]] constexpr AlarmEvent following_error(const JointDeviation& what) noexcept {
+  return detail::event(AlarmCode::kFollowingError, what.joint, what.error_rad, -what.allowed_rad,
+                       what.allowed_rad);
+}
+[[nodiscard]] constexpr AlarmEvent goal_not_reached(const JointDeviation& what) noexcept {
+  return detail::event(AlarmCode::kGoalNotReached, what.joint, what.error_rad, -what.allowed_rad,
+                       what.allowed_rad);
+}
+/// Of following_error() and goal_not_reached().
+[[nodiscard]] constexpr JointDeviation joint_deviation(const AlarmEvent& event) noexcept {
+  return {event.joint, event.value, event.upper};
 }
 
 struct RefusedCommand {

@@ -37,6 +37,10 @@ enum class AlarmCode : std::uint32_t {
   kSetPointOutOfRange = 101,
   kSetPointDiscontinuous = 102,
   kKinematicsFailed = 103,
+  kFollowingError = 104,  ///< a joint is too far from its set-point for too long
+  kGoalNotReached = 105,  ///< a motion's set-points are at its end, a joint is not
+  kJointBeyondRange =
+      106,  ///< a Clear would move a joint that is outside its range: refused, or the energy is off
   kCommandRefused = 110,
   kRingCorrupt = 111,
   kBackendDegraded = 120,
@@ -112,6 +116,10 @@ inline constexpr std::uint32_t kSnapshotMeasured = 1u;
 inline constexpr std::uint32_t kSnapshotUnverified = 2u;
 /// A StopAndHold is in force, or is being carried out.
 inline constexpr std::uint32_t kSnapshotHeld = 4u;
+/// The servos have no energy until a Clear. position_rad follows what the device says of the joints, where it does.
+inline constexpr std::uint32_t kSnapshotPowerOff = 8u;
+/// A fault is slowing the arm down; the state is Error already.
+inline constexpr std::uint32_t kSnapshotFaultStop = 16u;
 
 /// Histogram of the wake-up latency (actual wake-up − due instant). Bucket i counts latencies below
 /// latency_edge_ns(i); the last bucket counts the rest.

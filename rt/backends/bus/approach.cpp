@@ -2,139 +2,265 @@
 #include "rt/backends/bus/approach.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
 #include <utility>
 
+#include "corbot/arm/near_range.h"
 #include "rt/backends/bus/approach_speed.h"
+#include "rt/backends/bus/bus_reading.h"
+#include "rt/backends/bus/tenths.h"
 
 namespace corbot::rt {
 namespace {
 
 /// Of an approach in joint angles; no joint faster than its profile allows.
 constexpr double kApproach_rad_per_s = 0.5;
-constexpr auto kLook = std::chrono::milliseconds(20);
+
+/// Angles that differ by less are the same.
+constexpr double kSame_rad = 1e-6;
+
+std::string degrees_text(double rad) { return tenths(to_degrees(rad)); }
 
 double ramp_rad_per_s(const JointLimits& joint) {
   return joint.speed_rad_s > 0.0 ? std::min(kApproach_rad_per_s, joint.speed_rad_s) : kApproach_rad_per_s;
 }
 
 bool is_same_place(const ServoFrame& a, const ServoFrame& b) {
-  return a.pulse_us == b.pulse_us && a.position_rad == b.position_rad;
+  return a.pulse_us == b.pulse_us && a.position_rad == b.position_rad && a.servo_count == b.servo_count;
 }
 
-/// One step towards `target`; true when it is reached.
-bool step(double& value, double target, double most) {
-  value += std::clamp(target - value, -most, most);
-  return value == target;
-}
+/// All coordinates of a way in small steps, each by itself.
+class Ramps {
+ public:
+  Ramps(const ArmModel& arm, double dt_s) : arm_(arm), dt_s_(dt_s) {}
+
+  /// True when all rest at `target`.
+  bool step(ServoFrame& at, const ServoFrame& target) {
+    return for_all(target.servo_count,
+                   [&](ApproachRamp& ramp, auto values, std::size_t i, const auto& limits) {
+                     return ramp.step((at.*values)[i], (target.*values)[i], limits, dt_s_);
+                   });
+  }
+  /// True when all rest.
+  bool halt(ServoFrame& at) {
+    return for_all(at.servo_count, [&](ApproachRamp& ramp, auto values, std::size_t i, const auto& limits) {
+      return ramp.halt((at.*values)[i], limits, dt_s_);
+    });
+  }
+  [[nodiscard]] bool rest() const {
+    const auto rests = [](const ApproachRamp& ramp) { return ramp.rests(); };
+    return std::all_of(pulses_.begin(), pulses_.end(), rests) &&
+           std::all_of(joints_.begin(), joints_.end(), rests);
+  }
+
+ private:
+  template <class Step>
+  bool for_all(std::size_t servos, Step&& step) {
+    bool all = true;
+    for (std::size_t i = 0; i < std::min(servos, kMaxServos); ++i)
+      all &= step(pulses_[i], &ServoFrame::pulse_us, i, pulse_limits(arm_, i));
+    for (std::size_t i = 0; i < arm_.dof; ++i) {
+      const ApproachLimits limits{ramp_rad_per_s(arm_.joints[i]), arm_.joints[i].acceleration_rad_s2};
+      all &= step(joints_[i], &ServoFrame::position_rad, i, limits);
+    }
+    return all;
+  }
+
+  const ArmModel& arm_;
+  const double dt_s_;
+  std::array<ApproachRamp, kMaxServos> pulses_{};
+  std::array<ApproachRamp, kMaxJoints> joints_{};
+};
 
 }  // namespace
 
-Approach::Approach(const ArmModel& arm, BusDevice& device, FrameSender& sender,
-                   const SnapshotCell<ServoFrame>& newest, EmergencyStop& stop, Pause pause)
+Approach::Approach(const ArmModel& arm, BusDevice& device, FrameSender& sender, NewestFrame& newest,
+                   std::chrono::milliseconds stagger, IsStopped is_stopped, Report report, Pause pause)
     : arm_(arm),
       device_(device),
       sender_(sender),
       newest_(newest),
-      stop_(stop),
+      stagger_(stagger),
+      is_stopped_(std::move(is_stopped)),
+      report_(std::move(report)),
       pause_until_(std::move(pause)) {}
 
-bool Approach::is_stopped(const ServoFrame& newest) {
-  stop_.set(StopSource::kDevice, device_.emergency_stop());
-  return newest.emergency_stop || stop_.sources() != 0;
+void Approach::halt_left_over() {
+  if (may_be_moving_) device_.halt();
+  may_be_moving_ = false;
 }
 
-/// The cycle, which latches a stop, does not run yet during the start: there a stop ends the approach.
-bool Approach::is_held(const ServoFrame& newest) {
-  if (!is_stopped(newest)) return false;
-  if (is_starting_) throw DeviceError(DeviceCause::kNone, "the emergency stop was pressed; start again");
-  return true;
-}
-
-bool Approach::await_release() {
-  ServoFrame newest;
-  while (device_.energises_at_open() && newest_.load(newest) && is_stopped(newest)) {
-    if (!pause_until_(Clock::now() + kLook)) return false;
-  }
-  return true;
-}
-
-bool Approach::run(bool is_starting) {
-  is_starting_ = is_starting;
-  ServoFrame frame;
-  if (!newest_.load(frame)) throw DeviceError(DeviceCause::kNoAnswer, "no frame to approach");
-  if (device_.approach_ns() > 0) {
-    try {
-      return await_interpolation(frame);
-    } catch (const DeviceError&) {
-      // A start that has failed is not tried again.
-      if (is_starting_ && may_be_moving_) device_.halt();
-      throw;
-    }
-  }
+Approach::Outcome Approach::run(const std::optional<BusReading>& found) {
+  const ServoFrame frame = newest_.read();
+  if (is_stopped_(frame)) return Outcome::kStopped;
   ServoFrame from = sender_.last().servo_count > 0 ? sender_.last() : frame;
+  from.servo_count = frame.servo_count;
   const BusReading reading = device_.measure(frame);
   // A drive that holds its load would jump if its position were guessed.
-  if (reading.unit == BusReading::Unit::kNothing && device_.energises_at_open()) {
+  if (reading.unit == BusReading::Unit::kNothing && device_.has_encoders()) {
     throw DeviceError(DeviceCause::kNoAnswer, "the device reports no position");
   }
-  if (reading.unit == BusReading::Unit::kPulses) from.pulse_us = reading.value;
+  const bool interpolates = device_.approach_ns() > 0;
+  // Under load a shaft is behind its target: with each Clear that began at the shaft the arm would sink by as much.
+  const BusReading held = device_.held().value_or(reading);
+  begin_at(held, from);
+  const Outcome outcome = give_first_pulses(interpolates ? frame : from, reading);
+  if (outcome != Outcome::kThere) return outcome;
+  if (interpolates) return await_interpolation(frame);
+  if (!device_.has_encoders()) return ramp_to_newest(from, std::nullopt);
+  if (found) {
+    check_not_turned(*found, reading);
+  } else {
+    const Outcome end = hold_until_followed(from, is_beyond_range(reading) ? reading : held);
+    if (end != Outcome::kThere) return end;
+  }
+  return ramp_to_newest(from, held);
+}
+
+void Approach::check_not_turned(const BusReading& found, const BusReading& now) const {
+  for (std::size_t i = 0; found.unit == BusReading::Unit::kJoints && i < arm_.dof; ++i) {
+    if (std::abs(now.value[i] - found.value[i]) <= kMostTurned_rad) continue;
+    throw DeviceError(
+        DeviceCause::kNone,
+        "joint " + std::to_string(i) + " was turned while the drives were being enabled, from " +
+            degrees_text(found.value[i]) + " to " + degrees_text(now.value[i]) + " degrees, more than " +
+            degrees_text(kMostTurned_rad) + ": hold the arm still, then start again");
+  }
+}
+
+Approach::Outcome Approach::hold_until_followed(const ServoFrame& from, const BusReading& reading) {
+  for (auto due = Clock::now();;) {
+    ServoFrame frame = newest_.read();
+    if (is_stopped_(frame)) return Outcome::kStopped;
+    // What is beyond its range is not begun at: the cycle answers that with an Error.
+    if (!is_beyond_range(reading) && begins_at(from, frame)) return Outcome::kThere;
+    report_(reading);
+    frame.pulse_us = from.pulse_us;
+    frame.position_rad = from.position_rad;
+    sender_.send_on_the_way(frame, false);
+    (void)device_.measure(frame);  // throws where a drive has failed
+    due = std::max(due + std::chrono::nanoseconds(device_.period_ns()), Clock::now());
+    if (!pause_until_(due)) return Outcome::kEnd;
+  }
+}
+
+/// Further than an encoder may be off.
+bool Approach::is_beyond_range(const BusReading& reading) const {
+  for (std::size_t i = 0; reading.unit == BusReading::Unit::kJoints && i < arm_.dof; ++i) {
+    const JointLimits& joint = arm_.joints[i];
+    const double there_rad = std::clamp(reading.value[i], joint.lower_rad, joint.upper_rad);
+    if (!(std::abs(reading.value[i] - there_rad) <= kNearRangeMeasured_rad + kSame_rad)) return true;
+  }
+  return false;
+}
+
+bool Approach::begins_at(const ServoFrame& from, const ServoFrame& newest) const {
+  for (std::size_t i = 0; i < arm_.dof; ++i) {
+    const JointLimits& joint = arm_.joints[i];
+    const double there_rad = std::clamp(from.position_rad[i], joint.lower_rad, joint.upper_rad);
+    if (!(std::abs(newest.position_rad[i] - there_rad) <= kSame_rad)) return false;
+  }
+  return true;
+}
+
+void Approach::begin_at(const BusReading& reading, ServoFrame& from) const {
+  for (std::size_t i = 0; reading.unit == BusReading::Unit::kPulses && i < kMaxServos; ++i) {
+    if (is_pulse(reading.value[i])) from.pulse_us[i] = reading.value[i];
+  }
   for (std::size_t i = 0; reading.unit == BusReading::Unit::kJoints && i < arm_.dof; ++i) {
     from.position_rad[i] = reading.value[i];
   }
   if (reading.gripper_us && arm_.dof < kMaxServos) from.pulse_us[arm_.dof] = *reading.gripper_us;
-  return ramp_to_newest(from, reading.unit != BusReading::Unit::kNothing);
 }
 
-bool Approach::await_interpolation(const ServoFrame& frame) {
+Approach::Outcome Approach::wait_until(Clock::time_point due) {
+  while (!is_stopped_(newest_.read())) {
+    const auto now = Clock::now();
+    if (now >= due) return Outcome::kThere;
+    if (!pause_until_(std::min(due, now + std::chrono::nanoseconds(device_.period_ns()))))
+      return Outcome::kEnd;
+  }
+  return Outcome::kStopped;
+}
+
+Approach::Outcome Approach::give_first_pulses(const ServoFrame& frame, const BusReading& reading) {
+  if (stagger_ <= std::chrono::milliseconds(0) || reading.unit == BusReading::Unit::kJoints)
+    return Outcome::kThere;
+  const bool interpolates = device_.approach_ns() > 0;
+  const std::size_t servos = std::min<std::size_t>(frame.servo_count, kMaxServos);
+  for (std::uint32_t count = 1; count < servos; ++count) {
+    if (reading.unit == BusReading::Unit::kPulses && is_pulse(reading.value[count - 1])) continue;
+    ServoFrame first = frame;
+    first.servo_count = count;  // the others are left as they are
+    may_be_moving_ = interpolates;
+    sender_.send_on_the_way(first, interpolates);
+    const Outcome outcome = wait_until(Clock::now() + stagger_);
+    if (outcome == Outcome::kThere) continue;
+    halt_left_over();
+    return outcome;
+  }
+  return Outcome::kThere;
+}
+
+Approach::Outcome Approach::await_interpolation(ServoFrame newest) {
   std::int64_t left_ns = 0;  // of a motion that has been asked for
   bool is_under_way = false;
-  ServoFrame newest = frame;
   for (;;) {
-    (void)newest_.load(newest);
-    if (is_held(newest)) {
-      if (may_be_moving_) device_.halt();
-      may_be_moving_ = is_under_way = false;
-    } else if (!is_under_way || (left_ns <= 0 && !is_same_place(newest, sender_.last()))) {
-      may_be_moving_ = is_under_way = true;
-      sender_.send(newest, true);
-      left_ns = device_.approach_ns();
-    } else if (left_ns <= 0) {
-      may_be_moving_ = false;
-      return true;
+    newest = newest_.read();
+    if (is_stopped_(newest)) {
+      halt_left_over();
+      return Outcome::kStopped;
     }
-    const std::int64_t period_ns = std::min(device_.period_ns(), std::max<std::int64_t>(left_ns, 1'000'000));
+    if (!is_under_way || (left_ns <= 0 && !is_same_place(newest, sender_.last()))) {
+      may_be_moving_ = is_under_way = true;
+      sender_.send_on_the_way(newest, true);
+      left_ns = device_.approach_ns();
+    } else if (device_.has_arrived().value_or(left_ns <= 0)) {
+      if (left_ns <= 0) {
+        may_be_moving_ = false;
+        return Outcome::kThere;
+      }
+    } else if (left_ns < -device_.approach_ns()) {
+      throw DeviceError(DeviceCause::kDeviceFault, "the approach has not ended in twice its time");
+    }
+    const std::int64_t period_ns =
+        left_ns > 0 ? std::min(device_.period_ns(), std::max<std::int64_t>(left_ns, 1'000'000))
+                    : device_.period_ns();
     left_ns -= period_ns;
     if (!pause_until_(Clock::now() + std::chrono::nanoseconds(period_ns))) {
-      if (is_under_way) device_.halt();
-      may_be_moving_ = false;
-      return false;
+      halt_left_over();
+      return Outcome::kEnd;
     }
   }
 }
 
-bool Approach::ramp_to_newest(ServoFrame at, bool is_holding) {
-  const double period_s = static_cast<double>(device_.period_ns()) * 1e-9;
+Approach::Outcome Approach::ramp_to_newest(ServoFrame at, const std::optional<BusReading>& held) {
+  Ramps ramps(arm_, static_cast<double>(device_.period_ns()) * 1e-9);
+  bool is_stopping = false;
   auto due = Clock::now();
   for (;;) {
-    ServoFrame target;
-    if (newest_.load(target)) {
-      const double step_s = is_held(target) ? 0.0 : period_s;
-      is_holding |= step_s > 0.0;
-      bool is_there = true;
-      for (std::size_t i = 0; i < std::min<std::size_t>(target.servo_count, kMaxServos); ++i) {
-        is_there &= step(at.pulse_us[i], target.pulse_us[i], kApproach_us_per_s * step_s);
-      }
-      for (std::size_t i = 0; i < arm_.dof; ++i) {
-        is_there &= step(at.position_rad[i], target.position_rad[i], ramp_rad_per_s(arm_.joints[i]) * step_s);
-      }
-      target.pulse_us = at.pulse_us;
-      target.position_rad = at.position_rad;
-      // Servos without pulses get none while the arm is stopped: they would run to the first one.
-      if (is_holding) sender_.send(target, false);
-      if (is_there && is_holding) return true;
+    ServoFrame target = newest_.read();
+    is_stopping = is_stopped_(target) || is_stopping;
+    // The pulses of joints that it measures mean nothing to it, and are no way.
+    if (held)
+      std::copy_n(target.pulse_us.begin(), std::min<std::size_t>(arm_.dof, kMaxServos), at.pulse_us.begin());
+    if (is_stopping && ramps.rest()) return Outcome::kStopped;
+    const bool rests = is_stopping ? ramps.halt(at) : ramps.step(at, target);
+    target.pulse_us = at.pulse_us;
+    target.position_rad = at.position_rad;
+    if (rests && !is_stopping) {
+      sender_.send(target);
+      return Outcome::kThere;
     }
+    sender_.send_on_the_way(target, false);
+    // Pulses are said as they go: a Stop on the way ends it where they are by then, and the cycle holds the arm there.
+    // What measures is said to be where it is held: the cycle follows that, and each other reading would let the arm creep.
+    if (held) (void)device_.measure(target);
+    report_(held.value_or(BusReading{BusReading::Unit::kPulses, at.pulse_us, {}}));
     due = std::max(due + std::chrono::nanoseconds(device_.period_ns()), Clock::now());  // never a burst
-    if (!pause_until_(due)) return false;
+    if (!pause_until_(due)) return Outcome::kEnd;
   }
 }
 

@@ -2,9 +2,13 @@
 #include "rt/backends/bus/bus_backend.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
+#include "rt/backends/bus/bus_reading.h"
 #include "rt/backends/bus/step_limit.h"
+#include "rt/backends/bus/stop_input.h"
+#include "rt/backends/bus/tenths.h"
 #include "rt/threads/thread_priority.h"
 
 namespace corbot::rt {
@@ -18,16 +22,11 @@ constexpr int kRecoveryCount = 25;
 /// A device that was open for so long is tried again soon; one that fails sooner, more and more rarely.
 constexpr auto kStableAfter = std::chrono::seconds(5);
 
-/// Between them, a pulse width is one that the controller sends.
-constexpr double kNoPulse_us = 500.0;
-constexpr double kMostPulse_us = 2550.0;
+constexpr auto kBeat = std::chrono::milliseconds(5);
 
-/// One answer that is missing or wrong may be noise on the line.
-bool may_pass(DeviceCause cause) {
-  return cause == DeviceCause::kNoAnswer || cause == DeviceCause::kBadAnswer;
+Clock::duration seconds(double value) {
+  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value));
 }
-
-constexpr const char* kPressed = "the emergency stop is pressed; release it, then start again";
 
 std::int64_t now_ns() { return Clock::now().time_since_epoch().count(); }
 
@@ -39,82 +38,64 @@ BusBackend::BusBackend(const ArmModel& arm, std::unique_ptr<BusDevice> device, B
       device_(std::move(device)),
       settings_(std::move(settings)),
       stop_(stop),
+      newest_(frames_),
       sender_(*device_),
-      approach_(arm_, *device_, sender_, newest_, stop_, [this](auto due) { return pause_until(due); }) {}
+      stop_state_(stop, seconds(settings_.ramp_s)),
+      approach_(
+          arm_, *device_, sender_, newest_, std::chrono::milliseconds(settings_.stagger_ms),
+          [this](const ServoFrame& newest) { return is_stopped(newest); },
+          [this](const BusReading& reading) { publish(reading); },
+          [this](auto due) { return pause_until(due); }) {}
 
-DevicePosition BusBackend::connect() {
-  if (device_->energises_at_open() && stop_.sources() != 0) throw DeviceError(DeviceCause::kNone, kPressed);
-  log(device_->open());  // a missing device is reported at once, not by an alarm
-  is_connected_ = true;
-  ServoFrame frame;
-  frame.servo_count = arm_.dof + 1;
-  for (std::size_t i = 0; i < arm_.dof; ++i) frame.channel[i] = arm_.servos[i].channel;
-  frame.channel[arm_.dof] = arm_.gripper.channel;
-  BusReading reading;
-  try {
-    reading = device_->measure(frame);
-  } catch (const DeviceError& error) {
-    log(std::string("reports no position: ") + error.what());
-  }
-  DevicePosition position;
-  position.opening = -1.0;
-  if (reading.unit == BusReading::Unit::kNothing) return position;
-  for (std::size_t i = 0; i < arm_.dof; ++i) position.position_rad[i] = angle_rad(i, reading);
-  if (reading.unit == BusReading::Unit::kJoints) {
-    position.kind = DevicePosition::Kind::kMeasured;
-    return position;
-  }
-  // Servos without pulses may have been moved since.
-  if (settings_.relax_at_end) return position;
-  for (std::size_t i = 0; i <= arm_.dof; ++i) {
-    // At its power-up a controller reports 0, or the least, of a servo that it has given no pulse yet.
-    if (!(reading.value[i] > kNoPulse_us && reading.value[i] < kMostPulse_us)) return position;
-  }
-  position.kind = DevicePosition::Kind::kCommanded;
-  position.opening = std::clamp(
-      (reading.value[arm_.dof] - arm_.gripper.closed_us) / (arm_.gripper.open_us - arm_.gripper.closed_us),
-      0.0, 1.0);
-  return position;
-}
-
-double BusBackend::angle_rad(std::size_t joint, const BusReading& reading) const {
-  if (reading.unit == BusReading::Unit::kJoints) return reading.value[joint];
-  const ServoMap& map = arm_.servos[joint];
-  return (reading.value[joint] - map.zero_us) / (map.direction * map.us_per_rad);
-}
-
-void BusBackend::open(const ServoFrame& first) {
-  newest_.store(first);
-  if (!is_connected_) (void)connect();
-  is_starting_ = true;
-  try {
-    if (approach_.is_stopped(first)) throw DeviceError(DeviceCause::kNone, kPressed);
-    (void)approach();
-  } catch (const DeviceError&) {
-    leave();
-    is_connected_ = false;
-    throw;
-  }
-  is_starting_ = false;
-  open_since_ = Clock::now();
-  health_.store(BackendHealth::kOpen, std::memory_order_relaxed);
-  thread_ = std::thread([this] { run(); });
-}
-
-bool BusBackend::approach() {
+BusBackend::Phase BusBackend::approach() {
   feedback_.store(ServoFeedback{});  // what was measured before is old
   sender_.reset_longest_age();
-  return approach_.run(is_starting_);
+  is_power_off_done_ = false;
+  const auto is_stopped_now = [this] {
+    end_cancelled_start();
+    return is_stopped(newest_.read());
+  };
+  if (!is_energised_ && !device_->energise(is_stopped_now)) return Phase::kStandby;
+  is_energised_ = true;
+  switch (approach_.run(is_starting_ ? std::optional(found_) : std::nullopt)) {
+    case Approach::Outcome::kThere:
+      break;
+    case Approach::Outcome::kStopped:
+      is_energised_ = !device_->de_energise();  // where no set-points go on, nothing is held by them
+      return Phase::kStandby;
+    case Approach::Outcome::kEnd:
+      return Phase::kEnd;
+  }
+  open_since_ = Clock::now();
+  standstill_.begin(open_since_, newest_.read().cycle);
+  cause_.store(DeviceCause::kNone, std::memory_order_relaxed);
+  health_.store(BackendHealth::kOpen, std::memory_order_release);
+  return Phase::kServe;
 }
 
+bool BusBackend::is_stopped(const ServoFrame& newest) {
+  beats_.fetch_add(1, std::memory_order_relaxed);  // orders nothing, as below
+  read_stop_input(*device_, stop_);
+  stop_state_.look(newest, Clock::now());
+  return stop_state_.is_stopped();
+}
+
+void BusBackend::publish(const BusReading& reading) { feedback_.store(feedback_of(arm_, reading, now_ns())); }
+
 /// The last commands to an open device.
-void BusBackend::leave() noexcept {
+void BusBackend::leave(bool is_proper_end) noexcept {
   try {
     if (settings_.relax_at_end) device_->relax();
   } catch (const DeviceError& error) {
     log(std::string("could not be relaxed: ") + error.what());
+    is_proper_end = false;
   }
-  device_->close();
+  if (is_proper_end) {
+    device_->close();
+  } else {
+    device_->close_after_fault();
+  }
+  is_energised_ = false;
   log(device_->drain_log());
 }
 
@@ -127,7 +108,7 @@ void BusBackend::close() noexcept {
   if (thread_.joinable()) {
     thread_.join();
   } else if (is_connected_) {
-    leave();
+    leave(true);
   }
   is_connected_ = false;
   health_.store(BackendHealth::kClosed, std::memory_order_relaxed);
@@ -136,8 +117,9 @@ void BusBackend::close() noexcept {
 ServoFeedback BusBackend::read() noexcept {
   ServoFeedback feedback;
   const BackendHealth now = health();
-  const bool is_there = now == BackendHealth::kOpen || now == BackendHealth::kDegraded;
-  if (!settings_.readback || !is_there || !feedback_.load(feedback)) return {};
+  const bool is_open = now == BackendHealth::kOpen || now == BackendHealth::kDegraded;
+  const bool is_asked = now == BackendHealth::kStandby || (is_open && is_read_back());
+  if (!is_asked || !feedback_.load(feedback)) return {};
   return feedback;
 }
 
@@ -154,60 +136,125 @@ void BusBackend::log(std::string text, LogLine::Kind kind) {
 
 bool BusBackend::pause_until(Clock::time_point due) {
   std::unique_lock lock(mutex_);
-  const bool goes_on = !wake_.wait_until(lock, due, [&] { return end_; });
-  if (is_starting_ && is_cancelled_.load(std::memory_order_relaxed)) {
-    throw DeviceError(DeviceCause::kNone, "the end was asked for before the arm was in its place");
-  }
+  do {
+    beats_.fetch_add(1, std::memory_order_relaxed);  // orders nothing: it says that this thread runs
+  } while (!wake_.wait_until(lock, std::min(due, Clock::now() + kBeat), [&] { return end_; }) &&
+           Clock::now() < due);
+  const bool goes_on = !end_;
+  end_cancelled_start();
   return goes_on;
 }
 
-void BusBackend::run() noexcept {
+void BusBackend::run_from(Phase phase) noexcept {
   if (settings_.priority > 0) (void)set_fifo_priority(settings_.priority);  // best effort
   double reopen_s = settings_.reopen_after_s;
-  bool open = true;
-  bool is_there = true;  // else the end was asked for on the way
   for (;;) {
     try {
-      if (!open) {
-        if (!approach_.await_release()) return;
-        log(device_->open());
-        open = true;
-        // The servos come to where the cycle holds the arm; it stays in Error, and holds,
-        // until they are there.
-        is_there = approach();
-        if (is_there) {
-          open_since_ = Clock::now();
-          cause_.store(DeviceCause::kNone, std::memory_order_relaxed);
-          health_.store(BackendHealth::kOpen, std::memory_order_release);
-        }
-      }
-      if (is_there) serve();
-      leave();
+      while (phase != Phase::kEnd) phase = run(phase);
+      leave(true);
       return;
     } catch (const DeviceError& error) {
-      // The first cause is reported, not that the device is not there while it is being tried again.
-      if (health_.load(std::memory_order_relaxed) != BackendHealth::kLost) {
-        cause_.store(error.cause(), std::memory_order_relaxed);
-        log(error.what(), LogLine::Kind::kLost);
-        health_.store(BackendHealth::kLost, std::memory_order_release);  // after its cause
-        if (Clock::now() - open_since_ > kStableAfter) reopen_s = settings_.reopen_after_s;
-      }
-      device_->close();
-      open = false;
+      if (lose(error)) reopen_s = settings_.reopen_after_s;
+      phase = Phase::kReopen;
     }
-    const auto retry = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(reopen_s));
-    if (!pause_until(Clock::now() + retry)) return;
+    if (!pause_until(Clock::now() + seconds(reopen_s))) return;
     reopen_s = std::min(2.0 * reopen_s, kSlowestReopen * settings_.reopen_after_s);
   }
 }
 
-void BusBackend::serve() {
+BusBackend::Phase BusBackend::run(Phase phase) {
+  switch (phase) {
+    case Phase::kReopen:
+      log(device_->open());
+      return Phase::kStandby;
+    case Phase::kStandby:
+      return stand_by();
+    case Phase::kApproach:
+      return approach();
+    case Phase::kServe:
+      return serve();
+    case Phase::kEnd:
+      break;
+  }
+  return Phase::kEnd;
+}
+
+bool BusBackend::lose(const DeviceError& error) {
+  lose_stop_input(*device_, stop_);
+  feedback_.store(ServoFeedback{});
+  // The first cause is reported, not that the device is not there while it is being tried again.
+  const bool is_new = health() != BackendHealth::kLost;
+  if (is_new) {
+    cause_.store(error.cause(), std::memory_order_relaxed);
+    log(error.what(), LogLine::Kind::kLost);
+    // After its cause, and the line that tells it.
+    health_.store(BackendHealth::kLost, std::memory_order_release);
+  }
+  // After that: drives have up to a second for their quick stop, and the cycle shall not wait for it.
+  device_->close_after_fault();
+  is_energised_ = is_power_off_done_ = false;
+  if (!is_new) return false;
+  stop_state_.device_lost();
+  return Clock::now() - std::exchange(open_since_, Clock::now()) > kStableAfter;
+}
+
+/// There, or back, and watched. Lost until the cycle has answered that: from then on it decides by its frames.
+BusBackend::Phase BusBackend::stand_by() {
+  misses_ = 0;
+  std::optional<BusReading> before;
+  for (auto due = Clock::now();;) {
+    try {
+      approach_.halt_left_over();
+      const ServoFrame& newest = newest_.read();
+      const BusReading reading = refined(device_->measure(newest), sender_.last());
+      const bool is_second = before.has_value();
+      const bool is_plausible = is_second && may_be_pulses_of(arm_, *before, reading);
+      const bool is_measured = reading.unit == BusReading::Unit::kJoints;
+      publish(is_measured || is_plausible ? reading : BusReading{});
+      before = reading;
+      const bool stopped = is_stopped(newest);
+      (void)switch_off_where_due();
+      if (is_second && stop_state_.is_answered())
+        health_.store(BackendHealth::kStandby, std::memory_order_release);
+      if (!stopped) return Phase::kApproach;
+      misses_ = 0;
+      log(device_->drain_log());
+    } catch (const DeviceError& error) {
+      feedback_.store(ServoFeedback{});
+      before.reset();
+      if (!is_noise(error.cause()) || ++misses_ > kToleratedMisses) throw DeviceError(error);
+    }
+    due = std::max(due + std::chrono::nanoseconds(device_->period_ns()), Clock::now());
+    if (!pause_until(due)) return Phase::kEnd;
+  }
+}
+
+bool BusBackend::switch_off_where_due() {
+  if (!stop_state_.is_power_off_due()) {
+    is_power_off_done_ = false;
+    return false;
+  }
+  if (is_power_off_done_) return !is_energised_;
+  const bool is_off = device_->de_energise();
+  is_power_off_done_ = true;
+  if (is_off) is_energised_ = false;
+  return is_off;
+}
+
+BusBackend::Phase BusBackend::serve() {
   misses_ = 0;
   good_ = 0;
+  rate_.begin(device_->period_ns());
+  sender_.set_speed_ratio(rate_.speed_ratio());
   auto due = Clock::now();
   for (;;) {
+    const auto begin = Clock::now();
     try {
       exchange();
+      if (switch_off_where_due()) {
+        health_.store(BackendHealth::kStandby, std::memory_order_release);
+        return Phase::kStandby;
+      }
       log(device_->drain_log());
       const bool has_answered = device_->has_answered();
       if (has_answered) misses_ = 0;
@@ -220,9 +267,23 @@ void BusBackend::serve() {
     } catch (const DeviceError& error) {
       tolerate(error);
     }
+    count_frame(Clock::now() - begin);
     due = std::max(next_due(due), Clock::now());
-    if (!pause_until(due)) return;
+    if (!pause_until(due)) return Phase::kEnd;
   }
+}
+
+void BusBackend::count_frame(Clock::duration busy) {
+  const bool was_slow = rate_.is_slow();
+  const bool is_known_anew = rate_.count(std::chrono::nanoseconds(busy).count());
+  if (rate_.is_slow()) good_ = 0;  // however well it answers
+  if (!is_known_anew) return;
+  sender_.set_speed_ratio(rate_.speed_ratio());
+  if (!rate_.is_slow() && !was_slow) return;
+  const std::string rates = settings_.name + ": takes " + tenths(rate_.reached_hz()) +
+                            " frames a second, announced were " + tenths(rate_.announced_hz());
+  if (!rate_.is_slow()) return log(rates + "; the arm is not slowed any more");
+  degrade(DeviceError(DeviceCause::kTooSlow, rates + "; the arm is slowed as much"));
 }
 
 Clock::time_point BusBackend::next_due(Clock::time_point last) const {
@@ -241,7 +302,7 @@ Clock::time_point BusBackend::next_due(Clock::time_point last) const {
 
 void BusBackend::tolerate(const DeviceError& error) {
   feedback_.store(ServoFeedback{});
-  if (!may_pass(error.cause()) || ++misses_ > kToleratedMisses) throw DeviceError(error);
+  if (!is_noise(error.cause()) || ++misses_ > kToleratedMisses) throw DeviceError(error);
   degrade(error);
 }
 
@@ -254,22 +315,20 @@ void BusBackend::degrade(const DeviceError& error) {
 }
 
 void BusBackend::exchange() {
-  ServoFrame frame;
-  if (!newest_.load(frame)) return;  // torn by a writer that never rests: the next one
+  ServoFrame frame = newest_.read();
+  if (const auto still_ns = standstill_.look(Clock::now(), frame.cycle, arm_.period_ns)) {
+    throw DeviceError(DeviceCause::kThreadStill, settings_.name + ": its thread stood still for " +
+                                                     tenths(static_cast<double>(*still_ns) * 1e-9) + " s");
+  }
   const double period_s = static_cast<double>(device_->period_ns()) * 1e-9;
   const double gap_s = static_cast<double>(device_->longest_gap_ns()) * 1e-9;
-  limit_step(arm_, sender_.last(), period_s, period_s + gap_s, frame);
-  sender_.send(frame, false);
-  stop_.set(StopSource::kDevice, device_->emergency_stop());
-  if (!settings_.readback) return;
-  const BusReading reading = device_->measure(frame);
-  ServoFeedback feedback;
-  feedback.measured = reading.unit != BusReading::Unit::kNothing;
-  feedback.time_ns = now_ns();
-  for (std::size_t i = 0; feedback.measured && i < arm_.dof; ++i) {
-    feedback.position_rad[i] = angle_rad(i, reading);
+  if (limit_step(arm_, sender_.last(), period_s, period_s + gap_s, frame)) {
+    sender_.send(frame);
+  } else {
+    sender_.send_on_the_way(frame, false);
   }
-  feedback_.store(feedback);
+  (void)is_stopped(frame);
+  if (is_read_back()) publish(device_->measure(frame));
 }
 
 }  // namespace corbot::rt

@@ -18,4 +18,15 @@ class DeviceError : public std::runtime_error {
   DeviceCause cause_;
 };
 
+/// A start that a person has ended: nothing is wrong with the device.
+class StartEnded : public DeviceError {
+ public:
+  explicit StartEnded(const std::string& text) : DeviceError(DeviceCause::kNone, text) {}
+};
+
+/// One answer that is missing or wrong may be noise on the line.
+[[nodiscard]] constexpr bool is_noise(DeviceCause cause) noexcept {
+  return cause == DeviceCause::kNoAnswer || cause == DeviceCause::kBadAnswer;
+}
+
 }  // namespace corbot::rt

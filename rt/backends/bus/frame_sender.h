@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "corbot/channel/snapshot_cell.h"
 #include "rt/backends/bus/bus_device.h"
+#include "rt/backends/bus/lasting_cell.h"
 
 namespace corbot::rt {
 
@@ -14,19 +14,25 @@ class FrameSender {
   explicit FrameSender(BusDevice& device) : device_(device) {}
 
   /// Throws DeviceError.
-  void send(const ServoFrame& frame, bool approach);
+  void send(const ServoFrame& frame);
+  /// On the way to `frame`: at other positions, or slowly by the device itself. Throws DeviceError.
+  void send_on_the_way(const ServoFrame& frame, bool approach);
   /// servo_count 0: none.
   [[nodiscard]] const ServoFrame& last() const noexcept { return last_; }
   /// From now on the longest age is counted anew.
   void reset_longest_age() noexcept { counted_.age_max_ns = 0; }
+  /// Reported from the next frame on.
+  void set_speed_ratio(double ratio) noexcept { counted_.speed_ratio = ratio; }
   /// Real-time safe, from any thread.
   [[nodiscard]] BackendTimes times() const noexcept;
 
  private:
+  void count(const ServoFrame& frame);
+
   BusDevice& device_;
   ServoFrame last_{};
   BackendTimes counted_{};
-  SnapshotCell<BackendTimes> times_;
+  LastingCell<BackendTimes> times_;
 };
 
 }  // namespace corbot::rt

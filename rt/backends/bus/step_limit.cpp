@@ -9,6 +9,8 @@ namespace {
 
 /// After a stall, the device catches up at so many times the speed that the profile allows.
 constexpr double kCatchUp = 2.0;
+/// In Error there is nothing to catch up with. Above 1: where nothing has stalled, rounding limits no step.
+constexpr double kCatchUpInError = 1.05;
 
 /// The share of a way that may be gone.
 double share_of(double way, double most) {
@@ -17,16 +19,17 @@ double share_of(double way, double most) {
 
 }  // namespace
 
-void limit_step(const ArmModel& arm, const ServoFrame& last, double period_s, double longest_s,
+bool limit_step(const ArmModel& arm, const ServoFrame& last, double period_s, double longest_s,
                 ServoFrame& next) {
-  if (last.servo_count != next.servo_count || next.servo_count <= arm.dof) return;
+  if (last.servo_count != next.servo_count || next.servo_count <= arm.dof) return true;
   const double time_s =
       std::clamp(static_cast<double>(next.time_ns - last.time_ns) * 1e-9, period_s, longest_s);
+  const double factor = next.needs_clear ? kCatchUpInError : kCatchUp;
   // All joints the same share of their ways: the arm stays on its path, but for the chord.
   double share = 1.0;
   for (std::size_t i = 0; i < arm.dof; ++i) {
     const double way = next.position_rad[i] - last.position_rad[i];
-    share = std::min(share, share_of(way, kCatchUp * arm.joints[i].speed_rad_s * time_s));
+    share = std::min(share, share_of(way, factor * arm.joints[i].speed_rad_s * time_s));
   }
   if (share < 1.0) {
     for (std::size_t i = 0; i < arm.dof; ++i) {
@@ -36,9 +39,11 @@ void limit_step(const ArmModel& arm, const ServoFrame& last, double period_s, do
   }
   const GripperModel& gripper = arm.gripper;
   const double travel_us = std::abs(gripper.open_us - gripper.closed_us);
-  const double most_us = gripper.travel_s > 0.0 ? kCatchUp * travel_us / gripper.travel_s * time_s : 0.0;
+  const double most_us = gripper.travel_s > 0.0 ? factor * travel_us / gripper.travel_s * time_s : 0.0;
   const double way_us = next.pulse_us[arm.dof] - last.pulse_us[arm.dof];
-  next.pulse_us[arm.dof] = last.pulse_us[arm.dof] + share_of(way_us, most_us) * way_us;
+  const double gripper_share = share_of(way_us, most_us);
+  if (gripper_share < 1.0) next.pulse_us[arm.dof] = last.pulse_us[arm.dof] + gripper_share * way_us;
+  return share >= 1.0 && gripper_share >= 1.0;
 }
 
 }  // namespace corbot::rt

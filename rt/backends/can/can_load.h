@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 
 namespace corbot::rt {
 
@@ -31,8 +30,5 @@ inline constexpr std::int64_t kLongestSyncPeriod_ns = 100'000'000;
 /// when that is longer than kLongestSyncPeriod_ns. `bit_rate` 0: unknown, taken as enough.
 [[nodiscard]] std::optional<std::int64_t> sync_period_ns(std::size_t drives, std::int64_t loop_ns,
                                                          std::uint32_t bit_rate) noexcept;
-
-/// Bit rate of an interface, from the kernel (netlink); nothing where it has none (vcan), or is not there.
-[[nodiscard]] std::optional<std::uint32_t> bit_rate_of(const std::string& interface) noexcept;
 
 }  // namespace corbot::rt

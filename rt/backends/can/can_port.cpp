@@ -8,6 +8,7 @@
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -75,7 +76,10 @@ void CanPort::open_unix(const std::string& path) {
   fd_ = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (fd_ < 0) fail(DeviceCause::kNotThere, std::strerror(errno));
   if (::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
-    fail(DeviceCause::kNotThere, std::strerror(errno));
+    const int error = errno;
+    struct stat status {};
+    const bool is_file = ::stat(path.c_str(), &status) == 0 && !S_ISSOCK(status.st_mode);
+    fail(DeviceCause::kNotThere, is_file ? "is a file, and no CAN bus" : std::strerror(error));
   }
 }
 

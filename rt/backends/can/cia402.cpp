@@ -92,6 +92,11 @@ DriveState state_of(std::uint16_t statusword) noexcept {
   return DriveState::kUnknown;
 }
 
+bool is_powered(DriveState state) noexcept {
+  return state == DriveState::kOperationEnabled || state == DriveState::kQuickStopActive ||
+         state == DriveState::kFaultReactionActive;
+}
+
 std::uint16_t controlword_towards_operation(DriveState state, std::uint16_t last) noexcept {
   switch (state) {
     case DriveState::kSwitchOnDisabled:

@@ -35,12 +35,29 @@ enum class DriveState {
 };
 
 inline constexpr std::uint16_t kDisableVoltage = 0x0000;
+inline constexpr std::uint16_t kQuickStop = 0x0002;
 inline constexpr std::uint16_t kShutDown = 0x0006;
 inline constexpr std::uint16_t kSwitchOn = 0x0007;
 inline constexpr std::uint16_t kEnableOperation = 0x000F;
+inline constexpr std::uint16_t kStartHoming = 0x001F;  ///< in homing mode, enabled
+inline constexpr std::uint16_t kHalt = 0x0100;         ///< in homing mode, a bit more
 inline constexpr std::uint16_t kFaultReset = 0x0080;
+inline constexpr std::uint16_t kStatusVoltage = 0x0010;
 inline constexpr std::uint16_t kStatusWarning = 0x0080;
 inline constexpr std::uint16_t kStatusInternalLimit = 0x0800;
+/// In cyclic synchronous position mode: the drive follows its target position.
+inline constexpr std::uint16_t kStatusFollows = 0x1000;
+/// In homing mode.
+inline constexpr std::uint16_t kStatusReached = 0x0400;
+inline constexpr std::uint16_t kStatusAttained = 0x1000;
+inline constexpr std::uint16_t kStatusHomingError = 0x2000;
+
+/// 6060h.
+inline constexpr std::uint8_t kHoming = 6;
+inline constexpr std::uint8_t kCyclicSynchronousPosition = 8;
+
+/// The code of an EMCY: safe torque off.
+inline constexpr std::uint16_t kTorqueOffCode = 0x5441;
 
 /// The process data that a drive sends at each SYNC.
 struct DriveProcessData {
@@ -68,6 +85,8 @@ struct Emergency {
 [[nodiscard]] std::optional<NmtState> heartbeat_of(const CanFrame& frame) noexcept;
 
 [[nodiscard]] DriveState state_of(std::uint16_t statusword) noexcept;
+/// Whether the motor has torque in this state.
+[[nodiscard]] bool is_powered(DriveState state) noexcept;
 /// The next word on the way to 'operation enabled'. `last`: the one before; a fault is reset by an edge.
 [[nodiscard]] std::uint16_t controlword_towards_operation(DriveState state, std::uint16_t last) noexcept;
 [[nodiscard]] const char* to_string(DriveState state) noexcept;

@@ -2,15 +2,11 @@
 #include "rt/backends/can/cia402_setup.h"
 
 #include <array>
-#include <span>
 
-#include "corbot/running_time.h"
+#include "rt/backends/can/drive_objects.h"
 
 namespace corbot::rt {
 namespace {
-
-using namespace std::chrono_literals;
-using Clock = CanPort::Clock;
 
 constexpr ObjectAddress kDeviceType{0x1000};
 constexpr ObjectAddress kSyncIdentifier{0x1005};
@@ -18,20 +14,16 @@ constexpr ObjectAddress kSyncPeriod{0x1006};
 constexpr ObjectAddress kDeviceName{0x1008};
 constexpr ObjectAddress kConsumerHeartbeat{0x1016, 1};
 constexpr ObjectAddress kProducerHeartbeat{0x1017};
+constexpr std::uint16_t kIdentity = 0x1018;
 constexpr ObjectAddress kErrorCode{0x603F};
-constexpr ObjectAddress kMode{0x6060};
-constexpr ObjectAddress kModeDisplay{0x6061};
+constexpr ObjectAddress kPosition{0x6064};
+constexpr ObjectAddress kTarget{0x607A};
 constexpr ObjectAddress kInterpolationValue{0x60C2, 1};
 constexpr ObjectAddress kInterpolationExponent{0x60C2, 2};
 constexpr ObjectAddress kSupportedModes{0x6502};
 
 constexpr std::uint32_t kProfile402 = 402;
-constexpr std::uint32_t kCyclicSynchronousPosition = 8;
 constexpr std::uint32_t kCyclicPositionBit = 1u << 7;
-constexpr std::uint32_t kPdoOff = 1u << 31;
-constexpr std::uint32_t kNoRemoteRequest = 1u << 30;
-constexpr std::uint32_t kEverySync = 1;
-constexpr auto kModeWithin = 1s;
 
 constexpr std::uint16_t kRpdoParameters = 0x1400;
 constexpr std::uint16_t kRpdoMapping = 0x1600;
@@ -44,89 +36,85 @@ constexpr std::uint32_t kTargetPosition = 0x607A'0020;
 constexpr std::uint32_t kStatusword = 0x6041'0010;
 constexpr std::uint32_t kActualPosition = 0x6064'0020;
 
-/// CiA 301, 7.5.2.36: off, no entries, the entries, their number, on.
-void set_up_pdo(SdoClient& sdo, std::uint16_t parameters, std::uint16_t mapping, canid_t identifier,
-                std::span<const std::uint32_t> entries) {
-  const bool sends = parameters == kTpdoParameters;
-  const std::uint32_t off = kPdoOff | (sends ? kNoRemoteRequest : 0u) | identifier;
-  const std::uint32_t mask = ~kNoRemoteRequest;  // which some devices keep, and some do not
-  sdo.write_checked({parameters, 1}, off, 4, mask);
-  sdo.write_checked({mapping, 0}, 0, 1);
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    sdo.write_checked({mapping, static_cast<std::uint8_t>(i + 1)}, entries[i], 4);
-  }
-  sdo.write_checked({parameters, 2}, kEverySync, 1);
-  sdo.write_checked({mapping, 0}, static_cast<std::uint32_t>(entries.size()), 1);
-  sdo.write_checked({parameters, 1}, off & ~kPdoOff, 4, mask);
-}
-
-/// What the drive would send of its own accord takes the bus from those that are waited for.
-void switch_off_other_pdos(SdoClient& sdo) {
-  for (std::uint16_t number = 1; number < 4; ++number) {
-    const ObjectAddress object{static_cast<std::uint16_t>(kTpdoParameters + number), 1};
-    const auto identifier = sdo.read_if_there(object);
-    if (identifier && (*identifier & kPdoOff) == 0) sdo.write_checked(object, *identifier | kPdoOff, 4);
-  }
-}
-
-void set_up_sync(SdoClient& sdo, const DriveSetup& setup) {
+void set_up_sync(DriveObjects& objects, const DriveSetup& setup) {
   constexpr std::uint32_t kProducesAndIdentifier = 0x4000'07FF;
-  const auto identifier = sdo.read_if_there(kSyncIdentifier);
-  if (identifier && (*identifier & kProducesAndIdentifier) != kSync) {
-    sdo.write_checked(kSyncIdentifier, kSync, 4, kProducesAndIdentifier);
+  if (objects.sdo().read_if_there(kSyncIdentifier)) {
+    objects.ensure(kSyncIdentifier, kSync, 4, kProducesAndIdentifier);
   }
   const auto period_us = static_cast<std::uint32_t>(setup.period_ns / 1000);
-  if (const auto period = sdo.read_if_there(kSyncPeriod); period && *period != period_us) {
-    sdo.write_checked(kSyncPeriod, period_us, 4);
-  }
-}
-
-void set_mode(SdoClient& sdo) {
-  sdo.write(kMode, kCyclicSynchronousPosition, 1);
-  RunningTime waited(kModeWithin / 5, Clock::now());
-  for (;;) {
-    const std::uint32_t mode = sdo.read(kModeDisplay) & 0xFF;
-    if (mode == kCyclicSynchronousPosition) return;
-    if (waited.look(Clock::now()) >= kModeWithin) {
-      sdo.fail(DeviceCause::kBadAnswer,
-               "stays in mode " + std::to_string(mode) + " (6061h), not 8, cyclic synchronous position");
-    }
+  // 0: it does not use the period, and need not let it be written.
+  if (const auto period = objects.sdo().read_if_there(kSyncPeriod); period && *period != period_us) {
+    const auto abort_code =
+        *period == 0 ? objects.sdo().try_to_write(kSyncPeriod, period_us, 4) : std::nullopt;
+    constexpr std::uint32_t kReadOnly = 0x0601'0002;
+    if (abort_code != kReadOnly) objects.ensure(kSyncPeriod, period_us, 4);
   }
 }
 
 /// Mode and heartbeat are rarely stored: a restart, whose boot-up message may have been missed, resets them.
-bool is_set_up(SdoClient& sdo, const DriveSetup& setup) {
-  return (sdo.read(kModeDisplay) & 0xFF) == kCyclicSynchronousPosition &&
-         sdo.read(kProducerHeartbeat) == static_cast<std::uint32_t>(setup.heartbeat_ms);
+bool is_set_up(DriveObjects& objects, const DriveSetup& setup) {
+  return objects.mode() == kCyclicSynchronousPosition &&
+         objects.sdo().read(kProducerHeartbeat) == static_cast<std::uint32_t>(setup.heartbeat_ms);
+}
+
+void check_identity(SdoClient& sdo, const DriveIdentity& identity) {
+  static constexpr std::array<const char*, 4> kNames{"vendor", "product", "revision", "serial"};
+  for (std::size_t i = 0; i < identity.size(); ++i) {
+    if (!identity[i]) continue;
+    const ObjectAddress object{kIdentity, static_cast<std::uint8_t>(i + 1)};
+    const auto has = sdo.read_if_there(object);
+    if (has == identity[i]) continue;
+    sdo.fail(DeviceCause::kBadAnswer, "is another drive: its " + std::string(kNames[i]) + " (" +
+                                          to_string(object) + ") is " + (has ? hex(*has, 8) : "not there") +
+                                          ", the profile has " + hex(*identity[i], 8));
+  }
 }
 
 }  // namespace
 
+bool is_homed(CanPort& port, DriveWatch& watch, std::uint8_t node) {
+  DriveObjects objects(port, watch, node);
+  objects.set_mode(kHoming);  // without its start bit nothing moves, and what holds goes on holding
+  return (objects.statusword() & kStatusAttained) != 0;
+}
+
 DriveFound set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& setup) {
-  SdoClient sdo(port, watch, setup.node);
+  DriveObjects objects(port, watch, setup.node);
+  SdoClient& sdo = objects.sdo();
   const std::uint32_t type = sdo.read(kDeviceType);
   if ((type & 0xFFFF) != kProfile402) {
     sdo.fail(DeviceCause::kBadAnswer,
              "is no drive after CiA 402: its device type (1000h) is " + hex(type, 8));
   }
+  check_identity(sdo, setup.identity);
   const auto modes = sdo.read_if_there(kSupportedModes);
   if (modes && (*modes & kCyclicPositionBit) == 0) {
     sdo.fail(DeviceCause::kBadAnswer,
              "does not support cyclic synchronous position mode (6502h is " + hex(*modes, 8) + ")");
   }
-  DriveFound found{sdo.read_text(kDeviceName), is_set_up(sdo, setup)};
-  switch_off_other_pdos(sdo);
-  set_up_sync(sdo, setup);
+  DriveFound found{sdo.read_text(kDeviceName), is_set_up(objects, setup)};
+  objects.switch_off_other_pdos();
+  set_up_sync(objects, setup);
+  if (const auto time = interpolation_time(setup.period_ns)) {
+    objects.ensure(kInterpolationValue, time->value, 1);
+    objects.ensure(kInterpolationExponent, static_cast<std::uint8_t>(time->exponent), 1);
+  }
+  objects.ensure(kProducerHeartbeat, static_cast<std::uint32_t>(setup.heartbeat_ms), 2);
   static constexpr std::array<std::uint32_t, 2> kReceived{kControlword, kTargetPosition};
   static constexpr std::array<std::uint32_t, 2> kSent{kStatusword, kActualPosition};
-  set_up_pdo(sdo, kRpdoParameters, kRpdoMapping, kRpdo1 + setup.node, kReceived);
-  set_up_pdo(sdo, kTpdoParameters, kTpdoMapping, kTpdo1 + setup.node, kSent);
-  if (const auto time = interpolation_time(setup.period_ns)) {
-    sdo.write_checked(kInterpolationValue, time->value, 1);
-    sdo.write_checked(kInterpolationExponent, static_cast<std::uint8_t>(time->exponent), 1);
+  objects.ensure_pdo({kRpdoParameters, kRpdoMapping, kRpdo1 + setup.node, kReceived});
+  objects.ensure_pdo({kTpdoParameters, kTpdoMapping, kTpdo1 + setup.node, kSent});
+  if (!setup.home_command.empty() && !is_homed(port, watch, setup.node)) {
+    sdo.fail(DeviceCause::kDeviceFault,
+             "is not homed since its power-up, so where its joint is is not known: type '" +
+                 setup.home_command + "'");
   }
-  set_mode(sdo);
-  sdo.write_checked(kProducerHeartbeat, static_cast<std::uint32_t>(setup.heartbeat_ms), 2);
+  // Where it holds is where it stays, whatever target it was given last.
+  if (objects.mode() != kCyclicSynchronousPosition &&
+      state_of(objects.statusword()) == DriveState::kOperationEnabled) {
+    sdo.write(kTarget, sdo.read(kPosition), 4);
+  }
+  objects.set_mode(kCyclicSynchronousPosition);
   return found;
 }
 
@@ -136,7 +124,8 @@ void watch_master(CanPort& port, DriveWatch& watch, std::uint8_t node, int watch
     sdo.fail(DeviceCause::kBadAnswer, "cannot await a heartbeat (no 1016h:1): set watch_ms = 0");
   }
   const auto time = static_cast<std::uint32_t>(watch_ms);
-  sdo.write_checked(kConsumerHeartbeat, watch_ms == 0 ? 0 : std::uint32_t{kMasterNode} << 16 | time, 4);
+  DriveObjects(port, watch, node)
+      .ensure(kConsumerHeartbeat, watch_ms == 0 ? 0 : std::uint32_t{kMasterNode} << 16 | time, 4);
 }
 
 std::uint16_t read_error_code(CanPort& port, DriveWatch& watch, std::uint8_t node) noexcept {

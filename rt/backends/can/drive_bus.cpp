@@ -35,6 +35,7 @@ void DriveBus::open() {
   port_.limit_queue(kQueuedPeriods * (drives().size() + 1));
   last_listened_ = Clock::now();
   is_synchronised_ = false;
+  targets_.clear();
 }
 
 void DriveBus::command(NmtCommand command) {
@@ -44,11 +45,12 @@ void DriveBus::command(NmtCommand command) {
 }
 
 void DriveBus::synchronise(const std::vector<std::uint16_t>& controlwords,
-                           const std::vector<std::int32_t>& targets) {
+                           std::vector<std::int32_t> targets) {
   const auto deadline = Clock::now() + std::max<Clock::duration>(kSendWithin, period());
   for (std::size_t i = 0; i < drives().size(); ++i) {
     port_.write(rpdo_frame(drives()[i].node, controlwords[i], targets[i]), deadline);
   }
+  targets_ = std::move(targets);
   request_answers(deadline);
   is_synchronised_ = true;
 }

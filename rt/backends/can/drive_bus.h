@@ -37,7 +37,9 @@ class DriveBus {
 
   void command(NmtCommand command);
   /// RPDOs to all, then SYNC.
-  void synchronise(const std::vector<std::uint16_t>& controlwords, const std::vector<std::int32_t>& targets);
+  void synchronise(const std::vector<std::uint16_t>& controlwords, std::vector<std::int32_t> targets);
+  /// Of the last synchronise(); empty: none since open().
+  [[nodiscard]] const std::vector<std::int32_t>& targets() const noexcept { return targets_; }
   /// SYNC alone, to which the drives answer as well.
   void request_answers(Clock::time_point deadline);
   /// Takes what has come in, and what comes until the deadline; ends early when `is_enough`.
@@ -56,6 +58,7 @@ class DriveBus {
   std::int64_t period_ns_;
   Clock::time_point last_listened_{};
   bool is_synchronised_{false};
+  std::vector<std::int32_t> targets_;
 };
 
 }  // namespace corbot::rt

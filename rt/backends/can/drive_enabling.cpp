@@ -14,15 +14,20 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kPositionsWithin = 2s;
+constexpr auto kAskWithin = 500ms;  ///< then the voltage goes off all the same
 constexpr auto kEnableWithin = 5s;
+constexpr auto kDisableWithin = 1s;
+/// A quick stop; some drives stay in it by their 605Ah.
+constexpr auto kStopWithin = 1s;
 /// A controlword stands this long before the next step: a statusword answers the one before it.
 constexpr auto kStep = 20ms;
 
 }  // namespace
 
-DriveEnabling::DriveEnabling(DriveBus& bus, std::vector<double> most_sag)
+DriveEnabling::DriveEnabling(DriveBus& bus, std::vector<double> most_sag, std::chrono::milliseconds stagger)
     : bus_(bus),
       most_sag_(std::move(most_sag)),
+      stagger_(stagger),
       positions_(most_sag_.size()),
       has_restarted_(most_sag_.size(), false) {}
 
@@ -53,14 +58,14 @@ void DriveEnabling::check_counts() const {
     if (!has_restarted_[i] || !positions_[i]) continue;
     const std::int32_t now = drives[i].process.position;
     if (std::abs(static_cast<double>(now) - *positions_[i]) <= most_sag_[i]) continue;
-    throw DeviceError(DeviceCause::kDeviceFault,
+    throw DeviceError(DeviceCause::kCountChanged,
                       bus_.interface() + ": " + name_of(drives[i]) + " counts " + std::to_string(now) +
                           " after its restart, it stood at " + std::to_string(*positions_[i]) +
                           ": reference it, then restart corbot");
   }
 }
 
-std::vector<std::int32_t> DriveEnabling::enable() {
+std::optional<std::vector<std::int32_t>> DriveEnabling::enable(const std::function<bool()>& is_stopped) {
   const auto& drives = bus_.drives();
   // A first SYNC without a controlword asks where they are: one may be enabled, and holds.
   bus_.request_answers(Clock::now() + DriveBus::kSendWithin);
@@ -71,12 +76,16 @@ std::vector<std::int32_t> DriveEnabling::enable() {
   for (const DriveReport& drive : drives) {
     was_enabled.push_back(state_of(drive.process.statusword) == DriveState::kOperationEnabled);
   }
-  std::vector<std::int32_t> targets;
+  std::optional<std::vector<std::int32_t>> targets;
   try {
-    targets = enable_all();
+    targets = enable_all(is_stopped);
   } catch (const DeviceError&) {
     disable(was_enabled);
     throw;
+  }
+  if (!targets) {
+    disable(was_enabled);
+    return std::nullopt;
   }
   has_restarted_.assign(drives.size(), false);
   bus_.watch().settle_faults();
@@ -98,44 +107,95 @@ void DriveEnabling::disable(const std::vector<bool>& was_enabled) noexcept {
   }
 }
 
-void DriveEnabling::fail_not_enabled(const DriveReport& drive) {
+void DriveEnabling::fail_not_enabled(std::size_t index) {
+  const DriveReport& drive = bus_.drives()[index];
   const std::uint16_t code = read_error_code(bus_.port(), bus_.watch(), drive.node);
-  const DriveState state = state_of(drive.process.statusword);  // as it is by now
-  throw DeviceError(DeviceCause::kDeviceFault, bus_.interface() + ": " + name_of(drive) +
-                                                   " cannot be enabled, it is in '" + to_string(state) + "'" +
-                                                   (code != 0 ? ": " + describe_emergency(code) : ""));
+  const std::uint16_t word = drive.process.statusword;  // as it is by now
+  const DriveState state = state_of(word);
+  const std::string who = bus_.interface() + ": " + name_of(drive);
+  const std::string why = code != 0 ? ": " + describe_emergency(code) : "";
+  if (state == DriveState::kOperationEnabled) {
+    throw DeviceError(DeviceCause::kTargetIgnored,
+                      who +
+                          " does not follow its target positions (statusword bit 12 is 0). Where a drive "
+                          "does not have this bit: reports_following = false");
+  }
+  const bool no_voltage = (word & kStatusVoltage) == 0 || code == kTorqueOffCode;
+  const bool has_fault =
+      code != 0 || state == DriveState::kFault || state == DriveState::kFaultReactionActive;
+  throw DeviceError(no_voltage  ? DeviceCause::kTorqueOff
+                    : has_fault ? DeviceCause::kDeviceFault
+                                : DeviceCause::kDisabled,
+                    who + " cannot be enabled, it is in '" + to_string(state) + "'" +
+                        (no_voltage ? ", with safe torque off or without voltage" : "") + why);
 }
 
-std::vector<std::int32_t> DriveEnabling::enable_all() {
+void DriveEnabling::check_steady(std::size_t index, Progress& progress) {
+  const std::uint16_t word = bus_.drives()[index].process.statusword;
+  const DriveState state = state_of(word);
+  const bool has_voltage = (word & kStatusVoltage) != 0;
+  const bool is_well = state != DriveState::kFault && state != DriveState::kFaultReactionActive;
+  if ((progress.had_voltage && !has_voltage) || (progress.was_well && !is_well)) fail_not_enabled(index);
+  progress.had_voltage |= has_voltage;
+  progress.was_well |= is_well;
+}
+
+/// A fault is reset once: one that comes back is for a person. And what was in operation and has left it is not brought
+/// there again.
+void DriveEnabling::lead(std::size_t index, Progress& progress) {
+  const DriveReport& drive = bus_.drives()[index];
+  const DriveState state = state_of(drive.process.statusword);
+  if (progress.was_operational && state != DriveState::kOperationEnabled) fail_not_enabled(index);
+  progress.was_operational |= state == DriveState::kOperationEnabled && progress.is_asked;
+  if (progress.is_asked && Clock::now() - progress.stepped < kStep) return;
+  const std::uint16_t word = controlword_towards_operation(state, progress.word);
+  if (word == kFaultReset && std::exchange(progress.has_been_reset, true)) fail_not_enabled(index);
+  if (word != progress.word || !progress.is_asked) progress.stepped = Clock::now();
+  progress.word = word;
+  progress.is_asked = true;
+}
+
+bool DriveEnabling::is_ready(std::size_t index, const Progress& progress) const {
+  const std::uint16_t word = bus_.drives()[index].process.statusword;
+  const bool follows = (word & kStatusFollows) != 0 || !bus_.watch().reports_following(index);
+  return state_of(word) == DriveState::kOperationEnabled && progress.word == kEnableOperation && follows;
+}
+
+std::optional<std::vector<std::int32_t>> DriveEnabling::enable_all(const std::function<bool()>& is_stopped) {
   const auto& drives = bus_.drives();
+  std::vector<Progress> progress(drives.size());
   std::vector<std::uint16_t> words(drives.size(), kDisableVoltage);
   std::vector<std::int32_t> targets(drives.size(), 0);
-  std::vector<Clock::time_point> stepped(drives.size());
-  std::vector<bool> is_asked(drives.size(), false);
   std::vector<bool> is_holding(drives.size(), false);
+  const Clock::duration within = kEnableWithin + static_cast<std::int64_t>(drives.size()) * stagger_;
   RunningTime waited(2 * bus_.period(), Clock::now());
+  auto next_turn = Clock::now();
   for (auto due = Clock::now();; due += bus_.period()) {
-    bool is_ready = true;
+    bool all_ready = true;
+    bool is_turn = Clock::now() >= next_turn;  // and all before are in operation
     for (std::size_t i = 0; i < drives.size(); ++i) {
-      const DriveReport& drive = drives[i];
-      check_answered(drive);
-      const DriveState state = state_of(drive.process.statusword);
+      check_answered(drives[i]);
+      check_steady(i, progress[i]);
       // Nothing jumps; and what holds its load keeps its target, or it would sink a little every time.
-      if (!is_holding[i]) targets[i] = drive.process.position;
-      is_holding[i] = state == DriveState::kOperationEnabled;
-      is_ready = is_ready && state == DriveState::kOperationEnabled && words[i] == kEnableOperation;
-      if (is_asked[i] && Clock::now() - stepped[i] < kStep) continue;
-      const std::uint16_t word = controlword_towards_operation(state, words[i]);
-      if (word != words[i] || !is_asked[i]) stepped[i] = Clock::now();
-      words[i] = word;
-      is_asked[i] = true;
+      if (!is_holding[i]) targets[i] = drives[i].process.position;
+      const bool was_holding = is_holding[i];
+      is_holding[i] = state_of(drives[i].process.statusword) == DriveState::kOperationEnabled;
+      if (is_holding[i] && !was_holding && progress[i].is_asked) {
+        next_turn = Clock::now() + stagger_;
+        is_turn = false;
+      }
+      // What holds its load already goes on doing so.
+      progress[i].has_begun |= is_holding[i] || is_turn || stagger_.count() == 0;
+      is_turn = is_turn && is_holding[i];
+      all_ready = all_ready && is_ready(i, progress[i]);
+      if (progress[i].has_begun) lead(i, progress[i]);
+      words[i] = progress[i].word;
     }
-    if (is_ready) break;
-    if (waited.look(Clock::now()) > kEnableWithin) {
+    if (all_ready) break;
+    if (is_stopped()) return std::nullopt;
+    if (waited.look(Clock::now()) > within) {
       for (std::size_t i = 0; i < drives.size(); ++i) {
-        if (state_of(drives[i].process.statusword) != DriveState::kOperationEnabled) {
-          fail_not_enabled(drives[i]);
-        }
+        if (!is_ready(i, progress[i])) fail_not_enabled(i);
       }
     }
     bus_.synchronise(words, targets);
@@ -143,6 +203,74 @@ std::vector<std::int32_t> DriveEnabling::enable_all() {
     bus_.watch().check_bus();
   }
   return targets;
+}
+
+/// Between two looks at the drives, as long as it takes without a fault.
+RunningTime DriveEnabling::begin_waiting() const {
+  return {std::max<Clock::duration>(kStep, 2 * bus_.period()), Clock::now()};
+}
+
+/// After the bus was opened no drive has said where it is, and one that is still enabled would be sent to zero. Those that
+/// have said it get `word` meanwhile, and wait for no other.
+void DriveEnabling::ask_positions(std::uint16_t word) {
+  const auto has_process = [](const DriveReport& drive) { return drive.has_process; };
+  RunningTime waited = begin_waiting();
+  while (!std::all_of(bus_.drives().begin(), bus_.drives().end(), has_process) &&
+         waited.look(Clock::now()) < kAskWithin) {
+    const auto deadline = Clock::now() + DriveBus::kSendWithin;
+    for (const DriveReport& drive : bus_.drives()) {
+      if (drive.has_process)
+        bus_.port().write(rpdo_frame(drive.node, word, drive.process.position), deadline);
+    }
+    bus_.request_answers(deadline);
+    bus_.await_answers(Clock::now() + std::max<Clock::duration>(kStep, bus_.period()));
+  }
+}
+
+void DriveEnabling::send_to_all(std::uint16_t word) {
+  // A drive may still follow its target: the position that it has reported last may be old, or behind it.
+  std::vector<std::int32_t> targets = bus_.targets();
+  if (targets.empty()) {
+    ask_positions(word);
+    for (const DriveReport& drive : bus_.drives()) targets.push_back(drive.process.position);
+  }
+  const std::vector<std::uint16_t> words(targets.size(), word);
+  bus_.synchronise(words, std::move(targets));
+  bus_.await_answers(Clock::now() + std::max<Clock::duration>(kStep, bus_.period()));
+  bus_.settle_synchronisation();
+}
+
+void DriveEnabling::disable_all() {
+  const auto& drives = bus_.drives();
+  RunningTime waited = begin_waiting();
+  for (;;) {
+    send_to_all(kDisableVoltage);
+    const auto powered = std::find_if(drives.begin(), drives.end(), [](const DriveReport& drive) {
+      return !drive.has_process || is_powered(state_of(drive.process.statusword));
+    });
+    if (powered == drives.end()) return;
+    bus_.watch().check_bus();
+    if (waited.look(Clock::now()) <= kDisableWithin) continue;
+    throw DeviceError(DeviceCause::kDeviceFault, bus_.interface() + ": " + name_of(*powered) +
+                                                     " keeps its voltage, it is in '" +
+                                                     to_string(state_of(powered->process.statusword)) + "'");
+  }
+}
+
+void DriveEnabling::quick_stop() noexcept {
+  const auto& drives = bus_.drives();
+  const auto stops = [](const DriveReport& drive) {
+    return drive.is_fresh && is_powered(state_of(drive.process.statusword));
+  };
+  try {
+    RunningTime waited = begin_waiting();
+    do {
+      send_to_all(kQuickStop);
+    } while (std::any_of(drives.begin(), drives.end(), stops) && waited.look(Clock::now()) < kStopWithin);
+    send_to_all(kDisableVoltage);
+  } catch (const DeviceError&) {
+    return;  // the bus is cut: the drives' own reaction is left
+  }
 }
 
 }  // namespace corbot::rt

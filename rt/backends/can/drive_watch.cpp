@@ -12,10 +12,17 @@ namespace {
 constexpr std::uint8_t kNoNode = 0x7F;
 /// The interface reports when it could not send, not when it can again.
 constexpr auto kTxTimeoutStands = std::chrono::seconds(1);
+/// A drive may drop a target now and then.
+constexpr int kMostIgnored = 10;
 constexpr unsigned kPassive = CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE;
 
 std::string with_emergency(const DriveReport& drive) {
   return drive.emergency == 0 ? "" : ": " + describe_emergency(drive.emergency);
+}
+
+bool is_off(std::uint16_t statusword) {
+  const DriveState state = state_of(statusword);
+  return state == DriveState::kSwitchOnDisabled || state == DriveState::kReadyToSwitchOn;
 }
 
 }  // namespace
@@ -24,6 +31,8 @@ std::string name_of(const DriveReport& drive) { return "node " + std::to_string(
 
 DriveWatch::DriveWatch(const std::vector<std::uint8_t>& nodes) {
   for (const std::uint8_t node : nodes) drives_.push_back({node});
+  reports_following_.assign(drives_.size(), true);
+  shows_voltage_.assign(drives_.size(), false);
 }
 
 void DriveWatch::clear(Time now) {
@@ -98,6 +107,14 @@ void DriveWatch::take_process(DriveReport& drive, const CanFrame& frame, Time no
     return;
   }
   drive.process = *process;
+  if (is_off(process->statusword) && (process->statusword & kStatusVoltage) != 0)
+    shows_voltage_[static_cast<std::size_t>(&drive - drives_.data())] = true;
+  if (state_of(process->statusword) == DriveState::kOperationEnabled) {
+    drive.had_voltage = (process->statusword & kStatusVoltage) != 0;
+    drive.ignored = (process->statusword & kStatusFollows) != 0 ? 0 : drive.ignored + 1;
+  } else {
+    drive.ignored = 0;
+  }
   drive.has_process = true;
   drive.is_fresh = true;
   drive.process_time = now;
@@ -122,7 +139,38 @@ void DriveWatch::check_bus() const {
                     "bus off: too many errors; look at wiring, termination and bit rate");
 }
 
-void DriveWatch::check(Time now, Duration heartbeat, Duration process) {
+void DriveWatch::check_enabled(const DriveReport& drive, bool reports_following) const {
+  const std::uint16_t word = drive.process.statusword;
+  const DriveState state = state_of(word);
+  const bool is_off = drive.has_process && state != DriveState::kOperationEnabled;
+  const auto now = [&] { return name_of(drive) + ", now '" + to_string(state) + "', "; };
+  if (drive.emergency == kTorqueOffCode || (is_off && drive.had_voltage && (word & kStatusVoltage) == 0)) {
+    throw DeviceError(DeviceCause::kTorqueOff,
+                      now() + "has safe torque off, or no voltage" + with_emergency(drive));
+  }
+  const bool is_faulty = state == DriveState::kFault || state == DriveState::kFaultReactionActive;
+  if (is_fault(drive.emergency) || (is_off && is_faulty)) {
+    throw DeviceError(DeviceCause::kDeviceFault, now() + "has a fault" + with_emergency(drive));
+  }
+  if (is_off) {
+    throw DeviceError(DeviceCause::kDisabled,
+                      now() + "has left 'operation enabled', which nobody asked for" + with_emergency(drive));
+  }
+  if (reports_following && drive.ignored > kMostIgnored) {
+    throw DeviceError(DeviceCause::kTargetIgnored,
+                      name_of(drive) + " does not follow its target positions (statusword bit 12 is 0)");
+  }
+}
+
+void DriveWatch::check_off(const DriveReport& drive, bool shows_voltage) {
+  if (!shows_voltage || !drive.has_process || !is_off(drive.process.statusword) ||
+      (drive.process.statusword & kStatusVoltage) != 0)
+    return;
+  throw DeviceError(DeviceCause::kTorqueOff,
+                    name_of(drive) + " has safe torque off, or no voltage" + with_emergency(drive));
+}
+
+void DriveWatch::check(Time now, Duration heartbeat, Duration process, bool enabled) {
   check_bus();
   for (const DriveReport& drive : drives_) {
     if (drive.has_restarted) {
@@ -131,11 +179,9 @@ void DriveWatch::check(Time now, Duration heartbeat, Duration process) {
           name_of(drive) + " has restarted: did its power fail? It is used again if it counts as before");
     }
     // The drive's own report comes first: one with a fault may fall silent after it.
-    const DriveState state = state_of(drive.process.statusword);
-    if ((drive.has_process && state != DriveState::kOperationEnabled) || is_fault(drive.emergency)) {
-      throw DeviceError(DeviceCause::kDeviceFault, name_of(drive) + ", now '" + to_string(state) +
-                                                       "', has a fault" + with_emergency(drive));
-    }
+    const auto index = static_cast<std::size_t>(&drive - drives_.data());
+    if (enabled) check_enabled(drive, reports_following_[index]);
+    if (!enabled) check_off(drive, shows_voltage_[index]);
     if (drive.has_heartbeat && drive.nmt != NmtState::kOperational) {
       throw DeviceError(DeviceCause::kDeviceFault, name_of(drive) + " has become " + to_string(drive.nmt));
     }

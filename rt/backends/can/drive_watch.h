@@ -26,6 +26,8 @@ struct DriveReport {
   Time process_time{};         ///< of `process`
   Time awaited_since{};        ///< unless is_fresh: the first SYNC without an answer
   std::uint16_t emergency{0};  ///< the last; 0: none, or taken back
+  bool had_voltage{false};     ///< by bit 4 of the statusword, when it was last in operation enabled
+  int ignored{0};              ///< statuswords in a row, in operation enabled, by which it follows no target
 };
 
 /// Monitors the frames of a bus of drives. Has no clock and no bus of its own; trusts no byte.
@@ -46,6 +48,9 @@ class DriveWatch {
   [[nodiscard]] bool has_all_answers() const;
   /// This drive's restart is dealt with.
   void settle_restart(std::size_t drive) { drives_.at(drive).has_restarted = false; }
+  /// Its statusword does not tell whether it follows its targets.
+  void expect_no_follow_bit(std::size_t drive) { reports_following_.at(drive) = false; }
+  [[nodiscard]] bool reports_following(std::size_t drive) const { return reports_following_.at(drive); }
   /// All drives are enabled: the faults that were reported up to here are dealt with. Warnings stand.
   void settle_faults();
   /// Restarts the heartbeat timeouts, after a time without receiving.
@@ -55,18 +60,23 @@ class DriveWatch {
 
   /// Throws DeviceError for what is the matter on the bus.
   void check_bus() const;
-  /// The same for drives that are operational and enabled: heartbeats at least every `heartbeat`, no fault,
-  /// no restart, process data not overdue for longer than `process`,
-  /// no invalid frame since the last call.
-  void check(Time now, Duration heartbeat, Duration process);
+  /// The same for drives that are operational: heartbeats at least every `heartbeat`, no restart, process data
+  /// not overdue for longer than `process`, no invalid frame since the last call; and, where they are to be
+  /// enabled, no other state, no fault, and no target that is not followed; where they are not, no torque that is off
+  /// by STO, as far as a drive shows that: some have no voltage (bit 4) whenever they are off.
+  void check(Time now, Duration heartbeat, Duration process, bool enabled = true);
   /// The first problem that does not end operation, or nothing. `stale`: process data may be overdue so long.
   [[nodiscard]] std::optional<DeviceError> warning(Time now, Duration stale) const;
 
  private:
   void take_error(const CanFrame& frame, Time now);
+  void check_enabled(const DriveReport& drive, bool reports_following) const;
+  static void check_off(const DriveReport& drive, bool shows_voltage);
   void take_process(DriveReport& drive, const CanFrame& frame, Time now);
 
   std::vector<DriveReport> drives_;
+  std::vector<bool> reports_following_;
+  std::vector<bool> shows_voltage_;  ///< it was off, with bit 4 of its statusword set
   bool is_bus_off_{false};
   bool is_error_passive_{false};
   std::optional<Time> tx_timeout_{};  ///< the last

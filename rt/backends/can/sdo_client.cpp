@@ -116,9 +116,13 @@ void SdoClient::write(ObjectAddress object, std::uint32_t value, std::size_t byt
   if (!run(transfer)) fail_aborted(transfer, "writing");
 }
 
-void SdoClient::write_checked(ObjectAddress object, std::uint32_t value, std::size_t bytes,
-                              std::uint32_t mask) {
-  write(object, value, bytes);
+std::optional<std::uint32_t> SdoClient::try_to_write(ObjectAddress object, std::uint32_t value,
+                                                     std::size_t bytes) {
+  SdoTransfer transfer = SdoTransfer::download(node_, object, value, bytes);
+  return run(transfer) ? std::nullopt : std::optional(transfer.abort_code());
+}
+
+void SdoClient::check(ObjectAddress object, std::uint32_t value, std::size_t bytes, std::uint32_t mask) {
   const auto kept = static_cast<std::uint32_t>(bytes >= 4 ? mask : mask & ((1u << (8 * bytes)) - 1));
   const std::uint32_t found = read(object);
   if ((found & kept) == (value & kept)) return;

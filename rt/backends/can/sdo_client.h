@@ -24,9 +24,11 @@ class SdoClient {
   [[nodiscard]] std::string read_text(ObjectAddress object);
 
   void write(ObjectAddress object, std::uint32_t value, std::size_t bytes);
-  /// Writes, reads it again and throws when it is not that; of it, only the bits in `mask` are compared.
-  void write_checked(ObjectAddress object, std::uint32_t value, std::size_t bytes,
-                     std::uint32_t mask = 0xFFFF'FFFF);
+  /// The code with which the node aborts it, nothing: it is written.
+  [[nodiscard]] std::optional<std::uint32_t> try_to_write(ObjectAddress object, std::uint32_t value,
+                                                          std::size_t bytes);
+  /// Reads it again and throws when it is not that; only the bits in `mask` are compared.
+  void check(ObjectAddress object, std::uint32_t value, std::size_t bytes, std::uint32_t mask = 0xFFFF'FFFF);
 
   [[noreturn]] void fail(DeviceCause cause, const std::string& what) const;
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "rt/backends/can/can_load.h"
 #include "rt/backends/can/cia402_setup.h"
 
 namespace corbot::rt {
@@ -14,8 +13,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kHeartbeatsMissed = 3;
-constexpr int kSetUps = 3;
-constexpr DriveBus::Clock::duration kStartWithin = 2s;
 /// A drive that sends no process data so long has them reported as missing.
 constexpr auto kStale = 50ms;
 constexpr int kStalePeriods = 5;
@@ -24,13 +21,6 @@ constexpr int kLostAfterStale = 20;
 /// So far the shaft of a drive that restarts may sag; more, and its count has begun anew.
 constexpr double kSag_rad = 0.05;
 constexpr double kSagOfGripper = 0.05;
-
-std::vector<std::uint8_t> nodes_of(const Cia402Settings& settings) {
-  std::vector<std::uint8_t> nodes;
-  for (const JointDrive& joint : settings.joints) nodes.push_back(joint.node);
-  if (settings.gripper) nodes.push_back(settings.gripper->node);
-  return nodes;
-}
 
 std::vector<double> most_sag(const Cia402Settings& settings) {
   std::vector<double> counts;
@@ -41,16 +31,21 @@ std::vector<double> most_sag(const Cia402Settings& settings) {
   return counts;
 }
 
-std::string describe_rate(std::int64_t bits_per_s) {
-  return std::to_string((bits_per_s + 999) / 1000) + " kbit/s";
-}
-
 }  // namespace
 
 Cia402Drives::Cia402Drives(Cia402Settings settings)
     : settings_(std::move(settings)),
       bus_(settings_.interface, nodes_of(settings_), settings_.heartbeat_ms, settings_.loop_ns),
-      enabling_(bus_, most_sag(settings_)) {}
+      enabling_(bus_, most_sag(settings_), std::chrono::milliseconds(settings_.stagger_ms)),
+      preparation_(settings_, bus_, enabling_),
+      frame_age_(std::chrono::nanoseconds(settings_.stale_ns)) {
+  for (std::size_t i = 0; i < settings_.joints.size(); ++i) {
+    if (!settings_.joints[i].reports_following) bus_.watch().expect_no_follow_bit(i);
+  }
+  if (settings_.gripper && !settings_.gripper->reports_following) {
+    bus_.watch().expect_no_follow_bit(settings_.joints.size());
+  }
+}
 
 DriveBus::Clock::duration Cia402Drives::heartbeat_limit() const {
   return kHeartbeatsMissed * std::chrono::milliseconds(settings_.heartbeat_ms);
@@ -63,7 +58,8 @@ DriveBus::Clock::duration Cia402Drives::stale_limit() const {
 void Cia402Drives::examine() {
   try {
     for (const DriveReport& drive : bus_.drives()) {
-      if (drive.emergency != 0 || state_of(drive.process.statusword) != DriveState::kFault) continue;
+      if (!is_energised_ || drive.emergency != 0 || state_of(drive.process.statusword) != DriveState::kFault)
+        continue;
       CanFrame emergency{};  // as the drive would have sent it
       const std::uint16_t code = read_error_code(bus_.port(), bus_.watch(), drive.node);
       emergency.can_id = kEmergency + drive.node;
@@ -72,41 +68,11 @@ void Cia402Drives::examine() {
       emergency.data[1] = static_cast<std::uint8_t>(code >> 8);
       bus_.watch().take(emergency, Clock::now());
     }
-    bus_.watch().check(Clock::now(), heartbeat_limit(), kLostAfterStale * stale_limit());
+    bus_.watch().check(Clock::now(), heartbeat_limit(), kLostAfterStale * stale_limit(), is_energised_);
   } catch (const DeviceError& error) {
     throw DeviceError(error.cause(), settings_.interface + ": " + error.what());
   }
-  enabling_.note_positions();
-}
-
-std::string Cia402Drives::choose_period() {
-  const std::size_t drives = bus_.drives().size();
-  const std::uint32_t bit_rate =
-      settings_.bit_rate != 0 ? settings_.bit_rate : bit_rate_of(settings_.interface).value_or(0);
-  const auto period_ns = sync_period_ns(drives, settings_.loop_ns, bit_rate);
-  if (!period_ns) {
-    throw DeviceError(DeviceCause::kNotThere,
-                      settings_.interface + ": " + describe_rate(bit_rate) + " cannot carry " +
-                          std::to_string(drives) + " drives even at 10 frames a second, which need " +
-                          describe_rate(needed_bit_rate(drives, kLongestSyncPeriod_ns)));
-  }
-  bus_.set_period_ns(*period_ns);
-  if (settings_.watch_ms > 0 && beat_period() < bus_.period()) {
-    throw DeviceError(DeviceCause::kNotThere, settings_.interface +
-                                                  ": watch_ms = " + std::to_string(settings_.watch_ms) +
-                                                  " is too short for a bus that carries a frame every " +
-                                                  std::to_string(bus_.period_ns() / 1'000'000) + " ms");
-  }
-  const std::int64_t tenths_hz = 10'000'000'000 / bus_.period_ns();
-  std::string text = std::to_string(tenths_hz / 10) + "." + std::to_string(tenths_hz % 10) +
-                     " frames a second, which need " +
-                     describe_rate(needed_bit_rate(drives, bus_.period_ns())) +
-                     (bit_rate == 0 ? "; the bit rate is not known" : " of " + describe_rate(bit_rate));
-  if (bus_.period_ns() > settings_.loop_ns) {
-    text += "; the loop's " + std::to_string(1'000'000'000 / settings_.loop_ns) + " would need " +
-            describe_rate(needed_bit_rate(drives, settings_.loop_ns));
-  }
-  return text;
+  if (is_energised_) enabling_.note_positions();
 }
 
 std::string Cia402Drives::open() {
@@ -114,92 +80,62 @@ std::string Cia402Drives::open() {
   enabling_.note_restarts();
   bus_.watch().clear(Clock::now());
   last_targets_.clear();
-  exchange_succeeded_ = false;
-  const std::string rate = choose_period();
-  std::string nodes = set_up();
-  // A drive that restarts meanwhile, as after all have just been switched on, has forgotten its set-up.
-  for (int left = kSetUps - 1; const DriveReport* drive = restarted(); --left) {
-    if (left == 0) {
-      throw DeviceError(DeviceCause::kDeviceFault,
-                        settings_.interface + ": " + name_of(*drive) + " has restarted while it was set up");
-    }
-    nodes = set_up();
-  }
-  start();
-  last_targets_ = enabling_.enable();
+  exchange_succeeded_ = is_energised_ = false;
+  const std::string rate = preparation_.choose_period();
+  const std::string nodes = preparation_.set_up(true);
+  preparation_.start();
   exchange_succeeded_ = true;
   return "CiA 402 drives on " + settings_.interface + ": nodes " + nodes + "; " + rate;
 }
 
-const DriveReport* Cia402Drives::restarted() const {
-  const auto& drives = bus_.drives();
-  const auto found = std::find_if(drives.begin(), drives.end(),
-                                  [](const DriveReport& drive) { return drive.has_restarted; });
-  return found == drives.end() ? nullptr : &*found;
+bool Cia402Drives::energise(const std::function<bool()>& is_stopped) {
+  exchange_succeeded_ = false;
+  if (frame_age_.is_stale()) fail_stale();
+  const auto targets = enabling_.enable([&] {
+    beat();  // one after another takes longer than drives wait for the master
+    return is_stopped();
+  });
+  exchange_succeeded_ = true;
+  if (!targets) return false;
+  last_targets_ = *targets;
+  is_energised_ = true;
+  return true;
 }
 
-std::string Cia402Drives::set_up() {
-  bus_.command(NmtCommand::kPreOperational);  // their PDOs are quiet while they are set up
-  watch_masters(0);                           // and no heartbeat is sent
-  std::string nodes;
-  std::string last_name;
-  for (std::size_t i = 0; i < bus_.drives().size(); ++i) {
-    const DriveReport& drive = bus_.drives()[i];
-    enabling_.note_restarts();
-    bus_.watch().settle_restart(i);
-    const auto [name, was_set_up] =
-        set_up_drive(bus_.port(), bus_.watch(), {drive.node, bus_.period_ns(), settings_.heartbeat_ms});
-    if (!was_set_up) enabling_.note_restart(i);
-    // A row of the same drives is named once, at its end.
-    if (!nodes.empty()) nodes += (name == last_name || last_name.empty() ? ", " : " (" + last_name + "), ");
-    nodes += std::to_string(drive.node);
-    last_name = name;
-  }
-  if (!last_name.empty()) nodes += " (" + last_name + ")";
-  watch_masters(settings_.watch_ms);  // which begins with the first heartbeat
-  return nodes;
-}
-
-void Cia402Drives::watch_masters(int watch_ms) {
-  if (settings_.watch_ms == 0) return;
-  for (const DriveReport& drive : bus_.drives())
-    watch_master(bus_.port(), bus_.watch(), drive.node, watch_ms);
+bool Cia402Drives::de_energise() {
+  exchange_succeeded_ = false;
+  enabling_.disable_all();
+  is_energised_ = false;
+  exchange_succeeded_ = true;
+  return true;
 }
 
 void Cia402Drives::beat() {
   const auto now = Clock::now();
-  if (settings_.watch_ms == 0 || now - last_beat_ + bus_.period() / 2 < beat_period()) return;
+  if (settings_.watch_ms == 0 || frame_age_.is_stale()) return;
+  if (now - last_beat_ + bus_.period() / 2 < preparation_.beat_period()) return;
   bus_.port().write(master_heartbeat_frame(), now + DriveBus::kSendWithin);
   last_beat_ = now;
 }
 
 void Cia402Drives::close() noexcept {
-  // At a proper end they go on as they are; after a fault they react, unless it is fixed soon.
-  if (exchange_succeeded_ && bus_.is_open()) {
-    exchange_succeeded_ = false;
-    try {
-      watch_masters(0);
-    } catch (const DeviceError&) {
-      // Then they react.
-    }
+  if (!exchange_succeeded_ || !bus_.is_open()) return close_after_fault();
+  exchange_succeeded_ = false;
+  try {
+    preparation_.watch_masters(0);
+  } catch (const DeviceError&) {
+    // Then they react.
   }
+  is_energised_ = false;
   bus_.close();
 }
 
-void Cia402Drives::start() {
-  bus_.command(NmtCommand::kStart);
-  const auto is_operational = [](const DriveReport& drive) { return drive.nmt == NmtState::kOperational; };
-  const auto& drives = bus_.drives();
-  // Its heartbeat shows that it has become operational.
-  const Clock::duration two_heartbeats = 2 * std::chrono::milliseconds(settings_.heartbeat_ms);
-  bus_.listen(Clock::now() + std::max(kStartWithin, two_heartbeats),
-              [&] { return std::all_of(drives.begin(), drives.end(), is_operational); });
-  bus_.watch().check_bus();
-  const auto late = std::find_if_not(drives.begin(), drives.end(), is_operational);
-  if (late == drives.end()) return;
-  throw DeviceError(DeviceCause::kNoAnswer, settings_.interface + ": " + name_of(*late) +
-                                                " does not become operational, it is " +
-                                                to_string(late->nmt));
+/// With what they have by then, drives that watch corbot's heartbeat react, unless it is back soon.
+void Cia402Drives::close_after_fault() noexcept {
+  exchange_succeeded_ = false;
+  if (is_energised_ && bus_.is_open()) enabling_.quick_stop();
+  is_energised_ = false;
+  bus_.close();
 }
 
 std::vector<std::int32_t> Cia402Drives::targets(const ServoFrame& frame) const {
@@ -235,8 +171,21 @@ BusReading Cia402Drives::reading_of(const std::vector<std::int32_t>& positions) 
   return reading;
 }
 
+void Cia402Drives::fail_stale() const {
+  const auto limit = std::chrono::duration_cast<std::chrono::milliseconds>(frame_age_.limit());
+  throw DeviceError(DeviceCause::kNoSetpoint, settings_.interface + ": no set-point for " +
+                                                  std::to_string(limit.count()) +
+                                                  " ms: the drives are stopped (quick stop)");
+}
+
+void Cia402Drives::check_age(const ServoFrame& frame) {
+  frame_age_.see(frame, Clock::now());
+  if (is_energised_ && frame_age_.is_stale()) fail_stale();
+}
+
 void Cia402Drives::send(const ServoFrame& frame, bool) {
   exchange_succeeded_ = false;
+  check_age(frame);
   bus_.listen(Clock::now(), [] { return false; });
   examine();
   last_targets_ = targets(frame);
@@ -245,8 +194,10 @@ void Cia402Drives::send(const ServoFrame& frame, bool) {
   exchange_succeeded_ = true;
 }
 
-BusReading Cia402Drives::measure(const ServoFrame&) {
+BusReading Cia402Drives::measure(const ServoFrame& frame) {
   exchange_succeeded_ = false;
+  check_age(frame);
+  beat();
   // Drives that get a SYNC between two cycles answer as well.
   if (!bus_.is_synchronised()) bus_.request_answers(Clock::now() + DriveBus::kSendWithin);
   bus_.await_answers(Clock::now() + bus_.period() / 2);
@@ -256,10 +207,15 @@ BusReading Cia402Drives::measure(const ServoFrame&) {
   const auto now = Clock::now();
   std::vector<std::int32_t> positions;
   for (const DriveReport& drive : bus_.drives()) {
-    if (now - drive.process_time > stale_limit()) return {};
+    if (!drive.has_process || now - drive.process_time > stale_limit()) return {};
     positions.push_back(drive.process.position);
   }
   return reading_of(positions);
+}
+
+std::optional<BusReading> Cia402Drives::held() const {
+  if (!is_energised_ || last_targets_.empty()) return std::nullopt;
+  return reading_of(last_targets_);
 }
 
 std::optional<DeviceError> Cia402Drives::warning() {
@@ -269,10 +225,8 @@ std::optional<DeviceError> Cia402Drives::warning() {
 }
 
 void Cia402Drives::relax() {
-  const std::size_t count = bus_.drives().size();
-  if (last_targets_.size() != count) return;
-  bus_.synchronise(std::vector<std::uint16_t>(count, kDisableVoltage), last_targets_);
-  bus_.await_answers(Clock::now() + std::max<Clock::duration>(DriveBus::kSendWithin, bus_.period()));
+  enabling_.disable_all();
+  is_energised_ = false;
   bus_.command(NmtCommand::kPreOperational);
 }
 

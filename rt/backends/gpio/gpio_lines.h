@@ -51,6 +51,12 @@ struct GpioRequest {
   std::string consumer{"corbot"};  ///< what other programs see
 };
 
+struct GpioLineInfo {
+  std::optional<std::string>
+      consumer;  ///< of a line that is in use, as its user named it; nothing: it is free
+  bool is_output{false};
+};
+
 /// Where lines come from; tests bring their own.
 class GpioChips {
  public:
@@ -61,17 +67,11 @@ class GpioChips {
   /// All lines inactive at first.
   [[nodiscard]] virtual std::unique_ptr<GpioOutputs> outputs(const GpioRequest& request) = 0;
   [[nodiscard]] virtual std::unique_ptr<GpioInput> input(const GpioRequest& request) = 0;
+  /// Requests nothing and changes nothing. Throws DeviceError where there is no such line.
+  [[nodiscard]] virtual GpioLineInfo info(const std::string& chip, const std::string& line) = 0;
 };
 
 /// Those of the kernel, by libgpiod.
 [[nodiscard]] std::unique_ptr<GpioChips> kernel_gpio();
-
-struct GpioLineFault {
-  std::string text;
-  std::string consumer;  ///< of a line that is in use, as its user named it; else empty
-};
-
-/// Why a line cannot be used; nothing: it can. Requests nothing and changes nothing.
-[[nodiscard]] std::optional<GpioLineFault> gpio_line_fault(const std::string& chip, const std::string& line);
 
 }  // namespace corbot::rt

@@ -141,23 +141,21 @@ class KernelGpio final : public GpioChips {
   [[nodiscard]] std::unique_ptr<GpioInput> input(const GpioRequest& request) override {
     return std::make_unique<Input>(request);
   }
+  [[nodiscard]] GpioLineInfo info(const std::string& path, const std::string& name) override {
+    const Chip chip = open_chip(path);
+    gpiod_line* line = find_line(chip.get(), path, name);
+    GpioLineInfo info;
+    if (gpiod_line_is_used(line)) {
+      const char* consumer = gpiod_line_consumer(line);
+      info.consumer = consumer != nullptr ? consumer : "";
+    }
+    info.is_output = gpiod_line_direction(line) == GPIOD_LINE_DIRECTION_OUTPUT;
+    return info;
+  }
 };
 
 }  // namespace
 
 std::unique_ptr<GpioChips> kernel_gpio() { return std::make_unique<KernelGpio>(); }
-
-std::optional<GpioLineFault> gpio_line_fault(const std::string& path, const std::string& name) {
-  try {
-    const Chip chip = open_chip(path);
-    gpiod_line* line = find_line(chip.get(), path, name);
-    if (!gpiod_line_is_used(line)) return std::nullopt;
-    const char* name_of_user = gpiod_line_consumer(line);
-    const std::string consumer = name_of_user != nullptr ? name_of_user : "";
-    return GpioLineFault{gpio_line_taken(path, name, consumer).what(), consumer};
-  } catch (const DeviceError& error) {
-    return GpioLineFault{error.what(), ""};
-  }
-}
 
 }  // namespace corbot::rt

@@ -169,21 +169,22 @@ class KernelGpio final : public GpioChips {
   [[nodiscard]] std::unique_ptr<GpioInput> input(const GpioRequest& request) override {
     return std::make_unique<Input>(request);
   }
+  [[nodiscard]] GpioLineInfo info(const std::string& path, const std::string& name) override {
+    const Chip chip = open_chip(path);
+    const LineInfo found(gpiod_chip_get_line_info(chip.get(), find_line(chip.get(), path, name)));
+    if (!found) throw gpio_no_line(path, name);
+    GpioLineInfo info;
+    if (gpiod_line_info_is_used(found.get())) {
+      const char* consumer = gpiod_line_info_get_consumer(found.get());
+      info.consumer = consumer != nullptr ? consumer : "";
+    }
+    info.is_output = gpiod_line_info_get_direction(found.get()) == GPIOD_LINE_DIRECTION_OUTPUT;
+    return info;
+  }
 };
 
 }  // namespace
 
 std::unique_ptr<GpioChips> kernel_gpio() { return std::make_unique<KernelGpio>(); }
-
-std::optional<GpioLineFault> gpio_line_fault(const std::string& path, const std::string& name) {
-  try {
-    const Chip chip = open_chip(path);
-    const auto user = user_of(chip.get(), find_line(chip.get(), path, name));
-    if (!user) return std::nullopt;
-    return GpioLineFault{gpio_line_taken(path, name, *user).what(), *user};
-  } catch (const DeviceError& error) {
-    return GpioLineFault{error.what(), ""};
-  }
-}
 
 }  // namespace corbot::rt

@@ -82,10 +82,14 @@ void Gpiod::close() noexcept {
   outputs_.reset();
 }
 
-void Gpiod::send(const ServoFrame& frame, bool) {
+void Gpiod::check_edges() const {
   if (const int error = error_.load(std::memory_order_acquire); error != 0) {
     throw DeviceError(DeviceCause::kHungUp, settings_.chip + ": " + std::strerror(error));
   }
+}
+
+void Gpiod::send(const ServoFrame& frame, bool) {
+  check_edges();
   PulseWidths widths;
   widths.count = static_cast<std::uint32_t>(std::min(settings_.lines.size(), kMaxServos));
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.servo_count, kMaxServos); ++i) {
@@ -97,7 +101,10 @@ void Gpiod::send(const ServoFrame& frame, bool) {
   log_ = lateness_.text();
 }
 
-BusReading Gpiod::measure(const ServoFrame&) { return {}; }  // released lines hold no state
+BusReading Gpiod::measure(const ServoFrame&) {
+  check_edges();
+  return {};  // released lines hold no state
+}
 
 std::string Gpiod::drain_log() { return std::exchange(log_, {}); }
 

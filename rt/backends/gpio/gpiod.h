@@ -51,6 +51,8 @@ class Gpiod final : public BusDevice {
   [[nodiscard]] const EdgeLateness& lateness() const noexcept { return lateness_; }
 
  private:
+  /// Throws for an edge that could not be made.
+  void check_edges() const;
   void run() noexcept;
   void make_frame(const PulsePlan& plan, std::int64_t begin_ns) noexcept;
   void time_setting() noexcept;

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "rt/backends/bus/approach_speed.h"
-
 namespace corbot::rt {
 
 LoopbackBackend::LoopbackBackend(const ArmModel& arm, const LoopbackSettings& settings)
@@ -17,10 +15,12 @@ void LoopbackBackend::open(const ServoFrame& first) {
   for (std::size_t i = 0; i < kMaxServos; ++i)
     servos_[i] = sim::ServoModel(settings_.servo, first.pulse_us[i]);
   frame_count_ = 0;
+  newest_cycle_ = 0;
   next_frame_ns_ = 0;
   last_us_ = first.pulse_us;
+  ramps_ = {};
   is_back_.store(false);
-  health_.store(BackendHealth::kOpen);
+  health_.store(first.needs_clear ? BackendHealth::kStandby : BackendHealth::kOpen);
 }
 
 void LoopbackBackend::close() noexcept {
@@ -33,28 +33,46 @@ void LoopbackBackend::set_plugged(bool plugged) noexcept {
   if (!plugged) health_.store(BackendHealth::kLost);
 }
 
-bool LoopbackBackend::ramp_to(ServoFrame& frame, double dt_s) const noexcept {
-  const double most_us = frame.emergency_stop ? 0.0 : kApproach_us_per_s * dt_s;
-  bool is_there = true;
-  for (std::size_t i = 0; i < std::min<std::size_t>(frame.servo_count, kMaxServos); ++i) {
-    const double step_us = std::clamp(frame.pulse_us[i] - last_us_[i], -most_us, most_us);
-    is_there = is_there && last_us_[i] + step_us == frame.pulse_us[i];
-    frame.pulse_us[i] = last_us_[i] + step_us;
+/// A loss has been answered when a frame needs a Clear. Where the servos are there already, nothing is approached.
+BackendHealth LoopbackBackend::follow(const ServoFrame& frame) noexcept {
+  if (frame.needs_clear) {
+    if (is_back_.exchange(false) && change(BackendHealth::kLost, BackendHealth::kStandby)) ramps_ = {};
+  } else if (health() == BackendHealth::kStandby && is_at(frame)) {
+    (void)change(BackendHealth::kStandby, BackendHealth::kOpen);
+  }
+  return health();
+}
+
+bool LoopbackBackend::is_at(const ServoFrame& frame) const noexcept {
+  const auto count = static_cast<std::ptrdiff_t>(std::min<std::size_t>(frame.servo_count, kMaxServos));
+  return std::equal(frame.pulse_us.begin(), frame.pulse_us.begin() + count, last_us_.begin()) &&
+         std::all_of(ramps_.begin(), ramps_.end(), [](const ApproachRamp& ramp) { return ramp.rests(); });
+}
+
+bool LoopbackBackend::approach(ServoFrame& frame) noexcept {
+  const double dt_s = static_cast<double>(frame_period_ns_) * 1e-9;
+  bool is_there = !frame.needs_clear;
+  for (std::size_t i = 0; i < kMaxServos; ++i) {
+    const double target_us = frame.pulse_us[i];
+    frame.pulse_us[i] = last_us_[i];
+    if (frame.needs_clear || i >= frame.servo_count) {
+      (void)ramps_[i].halt(frame.pulse_us[i], pulse_limits(arm_, i), dt_s);
+    } else {
+      is_there &= ramps_[i].step(frame.pulse_us[i], target_us, pulse_limits(arm_, i), dt_s);
+    }
   }
   return is_there;
 }
 
 void LoopbackBackend::write(const ServoFrame& frame) noexcept {
-  const BackendHealth now = health();
-  const bool is_back = is_back_.load(std::memory_order_relaxed);
-  if (now == BackendHealth::kClosed || (now == BackendHealth::kLost && !is_back)) return;
+  const BackendHealth now = follow(frame);
+  if (now == BackendHealth::kClosed || now == BackendHealth::kLost) return;
+  const bool is_standing_by = now == BackendHealth::kStandby;
+  if (!is_standing_by) newest_cycle_ = frame.cycle;
   if (frame_count_ > 0 && frame.time_ns < next_frame_ns_) return;
   const double dt_s = frame_count_ > 0 ? static_cast<double>(frame.time_ns - last_frame_ns_) * 1e-9 : 0.0;
   ServoFrame given = frame;
-  if (is_back && ramp_to(given, static_cast<double>(frame_period_ns_) * 1e-9)) {
-    is_back_.store(false, std::memory_order_relaxed);
-    health_.store(BackendHealth::kOpen, std::memory_order_release);
-  }
+  if (is_standing_by && approach(given)) (void)change(BackendHealth::kStandby, BackendHealth::kOpen);
   take_frame(given, std::max(dt_s, 0.0));
   // On the grid of the first frame; after a pause of the loop on from now, not a burst.
   const bool is_late = frame_count_ == 1 || frame.time_ns >= next_frame_ns_ + frame_period_ns_;
@@ -80,13 +98,15 @@ void LoopbackBackend::take_frame(const ServoFrame& frame, double dt_s) noexcept 
 ServoFeedback LoopbackBackend::read() noexcept {
   ServoFeedback feedback;
   const BackendHealth now = health();
-  const bool is_there = now == BackendHealth::kOpen || now == BackendHealth::kDegraded;
-  feedback.measured = settings_.readback && is_there && frame_count_ > 0;
-  if (!feedback.measured) return feedback;
+  if (now == BackendHealth::kClosed || now == BackendHealth::kLost) return feedback;
+  feedback.measured = settings_.readback && frame_count_ > 0;
+  feedback.commanded = !feedback.measured && now == BackendHealth::kStandby;
   feedback.time_ns = last_frame_ns_;
   for (std::size_t i = 0; i < std::min<std::size_t>(arm_.dof, kMaxJoints); ++i) {
     const ServoMap& map = arm_.servos[i];
-    feedback.position_rad[i] = (servos_[i].position_us() - map.zero_us) / (map.direction * map.us_per_rad);
+    const double at_us = feedback.measured ? servos_[i].position_us() : last_us_[i];
+    if (feedback.measured || feedback.commanded)
+      feedback.position_rad[i] = (at_us - map.zero_us) / (map.direction * map.us_per_rad);
   }
   return feedback;
 }

@@ -10,6 +10,7 @@
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/backend/backend.h"
+#include "rt/backends/bus/approach_speed.h"
 #include "rt/backends/loopback/plug_signals.h"
 #include "sim/servo_model.h"
 
@@ -18,7 +19,7 @@ namespace corbot::rt {
 struct LoopbackSettings {
   double frame_hz{50.0};  ///< pulses reach the servos this often
   sim::ServoModelOptions servo{};
-  bool readback{false};  ///< report the servos' positions as measured ones
+  bool readback{false};  ///< report the servos' positions, as encoders would
 };
 
 /// One frame as the servos got it.
@@ -32,6 +33,7 @@ struct RecordedFrame {
 /// Simulated servos, and the default backend. The frames have a rate of their own, decoupled from the loop's:
 /// at the first write() of each frame period, by the time stamps, the servos take the newest pulses and the
 /// time since the last frame passes. No thread, no clock; write(), read() and health() are real-time safe.
+/// As a controller that sends pulses it has no energy to take off: at power_off the servos hold.
 class LoopbackBackend final : public Backend, private Pluggable {
  public:
   static constexpr std::size_t kRecordedFrames = 512;
@@ -42,16 +44,20 @@ class LoopbackBackend final : public Backend, private Pluggable {
   void close() noexcept override;
   void write(const ServoFrame& frame) noexcept override;
   [[nodiscard]] ServoFeedback read() noexcept override;
+  [[nodiscard]] bool has_encoders() const noexcept override { return settings_.readback; }
   [[nodiscard]] BackendHealth health() const noexcept override {
     return health_.load(std::memory_order_relaxed);
   }
-  [[nodiscard]] BackendTimes times() const noexcept override { return {frame_count_, 0, 0}; }
+  [[nodiscard]] BackendTimes times() const noexcept override {
+    return {.frames = frame_count_, .cycle = newest_cycle_};
+  }
   [[nodiscard]] const char* name() const noexcept override { return "loopback"; }
   /// SIGUSR1 pulls the simulated plug, SIGUSR2 puts it back; until close().
   void install_fault_controls() override { signals_.emplace(static_cast<Pluggable&>(*this)); }
 
   /// From any thread, also from a signal handler: pulls the simulated plug, or puts it back. As with a real
-  /// device, the servos then ramp slowly to where the cycle holds the arm, and it is open only after that.
+  /// device, it then stands by until a frame without needs_clear; the servos ramp slowly to where the cycle holds
+  /// the arm, and it is open only after that.
   void set_plugged(bool plugged) noexcept override;
   /// For tests: a device that reports a problem.
   void set_degraded() noexcept { health_.store(BackendHealth::kDegraded, std::memory_order_relaxed); }
@@ -62,9 +68,17 @@ class LoopbackBackend final : public Backend, private Pluggable {
   }
 
  private:
+  /// Towards open, by what the frame says; the health from now on.
+  BackendHealth follow(const ServoFrame& frame) noexcept;
+  /// Unless the plug was pulled meanwhile.
+  bool change(BackendHealth from, BackendHealth to) noexcept {
+    return health_.compare_exchange_strong(from, to, std::memory_order_acq_rel);
+  }
   void take_frame(const ServoFrame& frame, double dt_s) noexcept;
-  /// A step from the last pulses towards those of `frame`; true when they are reached.
-  bool ramp_to(ServoFrame& frame, double dt_s) const noexcept;
+  /// Whether the servos rest at its pulses.
+  [[nodiscard]] bool is_at(const ServoFrame& frame) const noexcept;
+  /// Makes of `frame` the next one on the way to it, or to rest where it needs a Clear; true when it is reached.
+  bool approach(ServoFrame& frame) noexcept;
 
   const ArmModel arm_;
   const LoopbackSettings settings_;
@@ -74,8 +88,10 @@ class LoopbackBackend final : public Backend, private Pluggable {
   std::uint64_t frame_count_{0};
   std::int64_t next_frame_ns_{0};
   std::int64_t last_frame_ns_{0};
-  std::array<double, kMaxServos> last_us_{};  ///< that the servos were given
-  std::atomic<bool> is_back_{false};          ///< plugged in again, not yet at the newest frame
+  std::uint64_t newest_cycle_{0};                 ///< of write()
+  std::array<ApproachRamp, kMaxServos> ramps_{};  ///< of the approach
+  std::array<double, kMaxServos> last_us_{};      ///< that the servos were given
+  std::atomic<bool> is_back_{false};              ///< plugged in again, still lost
   std::atomic<BackendHealth> health_{BackendHealth::kClosed};
   std::optional<PlugSignals> signals_;
 };

@@ -60,15 +60,42 @@ int Pca9685::counts_of(double pulse_us, double count_us) noexcept {
   return static_cast<int>(std::clamp(std::round(pulse_us / count_us), 1.0, kCounts - 1.0));
 }
 
+DeviceError Pca9685::missed(const DeviceError& error) const {
+  const bool may_be_noise = is_open_ && error.cause() == DeviceCause::kNotThere;
+  return {may_be_noise ? DeviceCause::kNoAnswer : error.cause(), error.what()};
+}
+
+void Pca9685::read_block(std::uint8_t first, std::span<std::uint8_t> into) {
+  try {
+    bus_->read(first, into);
+  } catch (const DeviceError& error) {
+    throw missed(error);
+  }
+}
+
+void Pca9685::write_block(std::uint8_t first, std::span<const std::uint8_t> bytes) {
+  try {
+    bus_->write(first, bytes);
+  } catch (const DeviceError& error) {
+    throw missed(error);
+  }
+}
+
 std::uint8_t Pca9685::read(std::uint8_t number) {
   std::uint8_t value = 0;
-  bus_->read(number, {&value, 1});
+  read_block(number, {&value, 1});
   return value;
 }
 
-void Pca9685::write(std::uint8_t number, std::uint8_t value) { bus_->write(number, {&value, 1}); }
+void Pca9685::write(std::uint8_t number, std::uint8_t value) { write_block(number, {&value, 1}); }
+
+void Pca9685::close() noexcept {
+  is_open_ = false;
+  bus_->close();
+}
 
 std::string Pca9685::open() {
+  is_open_ = false;
   bus_->open();
   const std::uint8_t mode = read(kMode1);
   const int found = read(kPreScale);
@@ -90,6 +117,7 @@ std::string Pca9685::open() {
                       bus_->name() + ": does not keep what is written: a prescaler of " +
                           std::to_string(wanted) + " reads back as " + std::to_string(is_now));
   }
+  is_open_ = true;
   std::string text = "PCA9685 on " + bus_->name() + ": " + fixed(1e6 / (count_us_ * kCounts)) +
                      " frames a second, " + fixed(count_us_) + " us a count";
   if (!is_new && found != wanted) {
@@ -139,13 +167,13 @@ void Pca9685::send(const ServoFrame& frame, bool) {
                 block.begin() + static_cast<std::ptrdiff_t>((i - first) * kBytesPerLed));
       ++i;
     } while (i < count && frame.channel[i] == frame.channel[i - 1] + 1);
-    bus_->write(first_register_of(frame.channel[first]), std::span(block).first((i - first) * kBytesPerLed));
+    write_block(first_register_of(frame.channel[first]), std::span(block).first((i - first) * kBytesPerLed));
   }
 }
 
 std::optional<int> Pca9685::counts_at(std::uint32_t channel) {
   std::array<std::uint8_t, kBytesPerLed> registers{};
-  bus_->read(first_register_of(channel), registers);
+  read_block(first_register_of(channel), registers);
   if (((registers[1] | registers[3]) & kFull) != 0) return std::nullopt;
   const int on = registers[0] | (registers[1] & 0x0F) << 8;
   const int off = registers[2] | (registers[3] & 0x0F) << 8;
@@ -155,15 +183,13 @@ std::optional<int> Pca9685::counts_at(std::uint32_t channel) {
 
 void Pca9685::write_counts(std::uint32_t channel, int counts) {
   const auto registers = registers_of(counts);
-  bus_->write(first_register_of(channel), registers);
+  write_block(first_register_of(channel), registers);
 }
 
 BusReading Pca9685::measure(const ServoFrame& frame) {
   BusReading reading{BusReading::Unit::kPulses, {}};
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.servo_count, kMaxServos); ++i) {
-    const auto counts = counts_at(frame.channel[i]);
-    if (!counts) return {};
-    reading.value[i] = *counts * count_us_;
+    reading.value[i] = counts_at(frame.channel[i]).value_or(0) * count_us_;
   }
   return reading;
 }

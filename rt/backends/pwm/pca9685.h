@@ -26,10 +26,10 @@ class Pca9685 final : public BusDevice {
       : bus_(std::move(bus)), settings_(settings) {}
 
   std::string open() override;
-  void close() noexcept override { bus_->close(); }
+  void close() noexcept override;
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
   void send(const ServoFrame& frame, bool approach) override;
-  /// The pulses that the chip sends; nothing when one of them is off.
+  /// The pulses that the chip sends; 0 of an output that is off.
   BusReading measure(const ServoFrame& frame) override;
   void relax() override;
 
@@ -41,6 +41,10 @@ class Pca9685 final : public BusDevice {
   [[nodiscard]] static int counts_of(double pulse_us, double count_us) noexcept;
 
  private:
+  /// An address without acknowledge: nothing is there at the start, later it is one missed answer.
+  void read_block(std::uint8_t first, std::span<std::uint8_t> into);
+  void write_block(std::uint8_t first, std::span<const std::uint8_t> bytes);
+  [[nodiscard]] DeviceError missed(const DeviceError& error) const;
   [[nodiscard]] std::uint8_t read(std::uint8_t number);
   void write(std::uint8_t number, std::uint8_t value);
   /// Changes the prescaler, for which the chip must sleep; the pulses keep their length in microseconds.
@@ -55,6 +59,7 @@ class Pca9685 final : public BusDevice {
   double count_us_{4.88};
   std::int64_t period_ns_{20'000'000};
   ServoFrame last_{};
+  bool is_open_{false};  ///< open() has found it
 };
 
 }  // namespace corbot::rt

@@ -137,8 +137,7 @@ void PwmSysfs::prepare(Output& output) {
   const std::string polarity = output.directory + "/polarity";
   output.is_on = read_number(enable) != 0;
   if (::access(polarity.c_str(), F_OK) == 0 && read_text(polarity) != "normal") {
-    if (output.is_on) write_text(enable, "0");
-    output.is_on = false;
+    if (output.is_on) switch_off(output);
     write_text(polarity, "normal");
   }
   output.duty_ns = read_number(duty);
@@ -161,6 +160,15 @@ void PwmSysfs::switch_on(Output& output) {
   output.is_on = true;
 }
 
+/// Some drivers leave the line as it is when the output is disabled, in the middle of a pulse, or high: with a duty cycle
+/// of 0 it is low before.
+void PwmSysfs::switch_off(Output& output) {
+  write_text(output.directory + "/duty_cycle", "0");
+  output.duty_ns = 0;
+  write_text(output.directory + "/enable", "0");
+  output.is_on = false;
+}
+
 PwmSysfs::Output* PwmSysfs::find(std::uint32_t channel) {
   const auto found = std::find_if(outputs_.begin(), outputs_.end(),
                                   [&](const Output& output) { return output.channel == channel; });
@@ -170,7 +178,8 @@ PwmSysfs::Output* PwmSysfs::find(std::uint32_t channel) {
 void PwmSysfs::look_after_one() {
   if (outputs_.empty()) return;
   const Output& output = outputs_[looked_after_++ % outputs_.size()];
-  if (!output.is_on || read_number(output.directory + "/enable") != 0) return;
+  const bool is_on = read_number(output.directory + "/enable") != 0;
+  if (is_on || !output.is_on) return;
   throw DeviceError(DeviceCause::kDeviceFault, output.directory + ": another program has switched it off");
 }
 
@@ -186,10 +195,12 @@ void PwmSysfs::send(const ServoFrame& frame, bool) {
 }
 
 BusReading PwmSysfs::measure(const ServoFrame& frame) {
-  BusReading reading{BusReading::Unit::kPulses, {}};
+  look_after_one();
+  BusReading reading;
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.servo_count, kMaxServos); ++i) {
     const Output* output = find(frame.channel[i]);
-    if (output == nullptr || !output->is_on || output->duty_ns == 0) return {};
+    if (output == nullptr || !output->is_on || output->duty_ns == 0) continue;  // 0: it sends no pulse
+    reading.unit = BusReading::Unit::kPulses;
     reading.value[i] = static_cast<double>(output->duty_ns) / 1000.0;
   }
   return reading;
@@ -201,8 +212,7 @@ void PwmSysfs::relax() {
   for (Output& output : outputs_) {
     for (int attempt = 1; attempt <= kRelaxAttempts; ++attempt) {
       try {
-        write_text(output.directory + "/enable", "0");
-        output.is_on = false;
+        switch_off(output);
         if (output.is_ours) write_text(settings_.chip + "/unexport", std::to_string(output.channel));
         break;
       } catch (const DeviceError& error) {

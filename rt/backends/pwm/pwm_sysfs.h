@@ -49,6 +49,7 @@ class PwmSysfs final : public BusDevice {
   void prepare(Output& output);
   void set_duty(Output& output, std::int64_t duty_ns);
   void switch_on(Output& output);
+  void switch_off(Output& output);
   /// Is one output, another one each time, still there and on?
   void look_after_one();
   [[nodiscard]] Output* find(std::uint32_t channel);

@@ -6,31 +6,44 @@
 #include <cmath>
 
 #include "rt/backends/bus/approach_speed.h"
+#include "rt/backends/serial/adapter_latency.h"
 
 namespace corbot::rt {
 namespace {
 
 constexpr std::uint8_t kSetTarget = 0x84;
 constexpr std::uint8_t kSetSpeed = 0x87;
+constexpr std::uint8_t kSetAcceleration = 0x89;
 constexpr std::uint8_t kGetPosition = 0x90;
 constexpr std::uint8_t kSetTargets = 0x9F;
 constexpr std::uint8_t kGetErrors = 0xA1;
-constexpr std::uint8_t kPololu = 0xAA;
+constexpr std::uint8_t kPololu = 0xAA;  // alone: shows the baud to a board that is set to detect it
 constexpr unsigned kQuartersPerMicrosecond = 4;
+constexpr double kUnit_us = 1.0 / kQuartersPerMicrosecond;
 /// In 0.25 us a 10 ms.
 constexpr auto kApproachSpeed = static_cast<unsigned>(kApproach_us_per_s * kQuartersPerMicrosecond / 100.0);
+/// 1 in its unit: 0.25 us a 10 ms, a 80 ms.
+constexpr double kAcceleration_us_per_s2 = 312.5;
+constexpr double kMostAcceleration = 255.0;
 constexpr std::int64_t kServoFrame_ns = 20'000'000;
 constexpr int kFramesPerCheck = 50;
 constexpr double kShortestApproach_s = 2.5;
 constexpr double kMostTravel_us = 2000.0;
 constexpr unsigned kMostPosition = 0x3FFF;  // as a target
 constexpr unsigned kAllErrors = 0x1FF;
+constexpr unsigned kSerialTimeout = 1u << 5;
+/// A servo on an approach changes its position by 8 us from one look to the next.
+constexpr int kStuckAfter_looks = 3;
 
 std::uint8_t low7(unsigned value) { return static_cast<std::uint8_t>(value & 0x7F); }
 std::uint8_t high7(unsigned value) { return static_cast<std::uint8_t>((value >> 7) & 0x7F); }
 
 void append(Maestro::Bytes& all, const Maestro::Bytes& more) {
   all.insert(all.end(), more.begin(), more.end());
+}
+
+unsigned acceleration_of(double us_per_s2) {
+  return static_cast<unsigned>(std::clamp(us_per_s2 / kAcceleration_us_per_s2, 1.0, kMostAcceleration));
 }
 
 unsigned target_of(double pulse_us) {
@@ -64,10 +77,12 @@ Maestro::Bytes Maestro::command(std::uint8_t number, const Bytes& data) const {
   return bytes;
 }
 
-Maestro::Bytes Maestro::speeds(const ServoFrame& frame, unsigned speed) const {
+Maestro::Bytes Maestro::limits(const ServoFrame& frame, unsigned speed, unsigned acceleration) const {
   Bytes all;
   for (std::size_t i = 0; i < frame.servo_count; ++i) {
-    append(all, command(kSetSpeed, {low7(frame.channel[i]), low7(speed), high7(speed)}));
+    const std::uint8_t channel = low7(frame.channel[i]);
+    append(all, command(kSetSpeed, {channel, low7(speed), high7(speed)}));
+    append(all, command(kSetAcceleration, {channel, low7(acceleration), high7(acceleration)}));
   }
   return all;
 }
@@ -101,19 +116,25 @@ std::string Maestro::describe_errors(unsigned errors) {
   return words;
 }
 
-std::string Maestro::open() {
+unsigned Maestro::identify() {
   dialog_.open(settings_.port, settings_.baud);
   reply_pending_ = is_served_ = is_slow_ = false;
   frames_since_check_ = 0;
-  constexpr std::uint8_t kDetectBaud = 0xAA;
-  dialog_.write(Bytes{kDetectBaud});
+  found_errors_ = 0;
+  if (settings_.detect_baud) dialog_.write(Bytes{kPololu});
+  unsigned errors = 0;
   try {
-    (void)query_errors();  // clears what an earlier program left, and shows that a device replies
+    errors = query_errors();
   } catch (const DeviceError& error) {
     if (!is_noise(error.cause())) throw;
-    (void)query_errors();
+    errors = query_errors();
   }
   dialog_.begin_service();
+  return errors;
+}
+
+std::string Maestro::open() {
+  (void)identify();
   constexpr std::int64_t kBytesPerServo = 8;  // AA dev cmd ch lo hi crc, or the query for its position
   constexpr std::int64_t kBytesPerQuery = 7;  // AA dev cmd ch crc, and the reply
   const auto bytes =
@@ -122,7 +143,7 @@ std::string Maestro::open() {
   period_ns_ = std::max(kServoFrame_ns, bytes * 11'000'000'000 / settings_.baud);
   const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
   return "Maestro on " + settings_.port + ": " + std::to_string(tenths_hz / 10) + "." +
-         std::to_string(tenths_hz % 10) + " frames a second";
+         std::to_string(tenths_hz % 10) + " frames a second" + latency_warning(dialog_.latency_ms());
 }
 
 void Maestro::send(const ServoFrame& frame, bool approach) {
@@ -131,7 +152,7 @@ void Maestro::send(const ServoFrame& frame, bool approach) {
     return;
   }
   Bytes bytes;
-  if (is_slow_) bytes = speeds(frame, 0);  // 0: no limit
+  if (is_slow_) bytes = limits(frame, 0, 0);
   is_slow_ = false;
   // Queried before the frame: afterwards it cannot be seen whether it was the first. Channel 0 of a frame is
   // never commanded to 0.
@@ -155,6 +176,8 @@ void Maestro::send(const ServoFrame& frame, bool approach) {
 void Maestro::approach_to(const ServoFrame& frame) {
   reply_pending_ = is_served_ = false;
   last_ = frame;
+  looks_unchanged_ = 0;
+  clear_timeout();
   const SerialDialog::Pulses reported_us = stable_pulses(frame);
   double travel_us = 0.0;
   ServoFrame off = frame;
@@ -171,29 +194,76 @@ void Maestro::approach_to(const ServoFrame& frame) {
     const double way_us = from_us > 0.0 ? std::abs(frame.pulse_us[i] - from_us) : 0.0;
     travel_us = std::max(travel_us, std::min(way_us, kMostTravel_us));
   }
-  approach_ns_ =
-      static_cast<std::int64_t>(1e9 * std::max(kShortestApproach_s, 0.1 + travel_us / kApproach_us_per_s));
+  const unsigned acceleration = acceleration_of(settings_.approach_us_per_s2);
+  const double ramps_s = kApproach_us_per_s / (acceleration * kAcceleration_us_per_s2);
+  approach_ns_ = static_cast<std::int64_t>(
+      1e9 * std::max(kShortestApproach_s, 0.1 + travel_us / kApproach_us_per_s + ramps_s));
   if (off.servo_count > 0) {
     log_ = settings_.port + ": has restarted: channel " + std::to_string(off.channel[0]) +
            " has no pulses; it begins where it was sent last";
     dialog_.write(targets(off));
   }
-  dialog_.write(speeds(frame, kApproachSpeed));
+  dialog_.write(limits(frame, kApproachSpeed, acceleration));
   is_slow_ = true;
   check_errors();  // a limit that was garbled on its way is none
   dialog_.write(targets(frame));
 }
 
+void Maestro::clear_timeout() {
+  unsigned errors = 0;
+  try {
+    errors = query_errors();
+  } catch (const DeviceError& error) {
+    if (!is_noise(error.cause())) throw;
+    errors = query_errors();
+  }
+  found_errors_ = errors & ~kSerialTimeout;  // the next check refuses them
+  if ((errors & kSerialTimeout) != 0)
+    log_ = settings_.port + ": its own time-out has passed before it was driven";
+}
+
+std::optional<bool> Maestro::has_arrived() {
+  SerialDialog::Pulses now_us{};
+  try {
+    now_us = query(last_);
+  } catch (const DeviceError& error) {
+    // Whether it has fallen silent is seen as soon as it is served.
+    if (!is_noise(error.cause())) throw;
+    return std::nullopt;
+  }
+  const bool is_unchanged = std::exchange(polled_us_, now_us) == now_us;
+  looks_unchanged_ = is_unchanged ? looks_unchanged_ + 1 : 0;
+  for (std::size_t i = 0; i < last_.servo_count; ++i) {
+    check_restart(last_.channel[i], static_cast<unsigned>(std::lround(now_us[i] * kQuartersPerMicrosecond)));
+    if (std::abs(now_us[i] - last_.pulse_us[i]) <= kUnit_us) continue;
+    if (looks_unchanged_ < kStuckAfter_looks) return false;
+    if (looks_unchanged_ == kStuckAfter_looks && log_.empty()) {
+      log_ = settings_.port + ": channel " + std::to_string(last_.channel[i]) + " stops at " +
+             std::to_string(std::lround(now_us[i])) + " us, short of " +
+             std::to_string(std::lround(last_.pulse_us[i])) +
+             " us: are its Min and Max as wide as the profile's range?";
+    }
+  }
+  return true;
+}
+
 void Maestro::halt() {
   ServoFrame here = last_;
   here.pulse_us = stable_pulses(last_);  // 0 where it has no pulses, and then gets none
+  // It loses its speed by its limit: a target behind where that ends would turn it back.
+  const double braking_us = 0.5 * kApproach_us_per_s * kApproach_us_per_s /
+                            (acceleration_of(settings_.approach_us_per_s2) * kAcceleration_us_per_s2);
+  for (std::size_t i = 0; i < here.servo_count; ++i) {
+    if (here.pulse_us[i] > 0.0)
+      here.pulse_us[i] += std::clamp(last_.pulse_us[i] - here.pulse_us[i], -braking_us, braking_us);
+  }
   dialog_.write(targets(here));
 }
 
 BusReading Maestro::measure(const ServoFrame& frame) {
-  if (!is_served_) return {BusReading::Unit::kPulses, stable_pulses(frame)};
+  if (!is_served_) return {BusReading::Unit::kPulses, stable_pulses(frame), {}, kUnit_us};
   try {
-    const BusReading reading{BusReading::Unit::kPulses, query(frame)};
+    const BusReading reading{BusReading::Unit::kPulses, query(frame), {}, kUnit_us};
     dialog_.note_reply();
     return reading;
   } catch (const DeviceError& error) {
@@ -230,7 +300,7 @@ SerialDialog::Pulses Maestro::query(const ServoFrame& frame) {
 void Maestro::check_errors() {
   frames_since_check_ = 0;
   try {
-    const unsigned errors = query_errors();
+    const unsigned errors = query_errors() | std::exchange(found_errors_, 0);
     dialog_.note_reply();
     if (errors != 0) refuse(errors);
   } catch (const DeviceError& error) {
@@ -259,8 +329,10 @@ void Maestro::check_restart(std::uint32_t channel, unsigned position) {
 }
 
 void Maestro::refuse(unsigned errors) const {
-  throw DeviceError(DeviceCause::kDeviceFault,
-                    settings_.port + ": the Maestro reports " + describe_errors(errors));
+  throw DeviceError(
+      DeviceCause::kDeviceFault,
+      settings_.port + ": the Maestro reports " + describe_errors(errors) +
+          ((errors & kSerialTimeout) != 0 ? ": it got no command for longer than its Timeout setting" : ""));
 }
 
 void Maestro::send_query(const Bytes& bytes) {

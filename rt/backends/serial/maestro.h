@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +21,10 @@ struct MaestroSettings {
   std::size_t servos{kMaxServos};
   /// Channels that follow each other in one command. Mini Maestros support it, the Micro Maestro does not.
   bool multi_target{false};
+  /// The board is set to "UART, detect baud rate", and takes nothing before the byte that shows it. To any
+  /// other board that byte is an error, after which its servos go home.
+  bool detect_baud{false};
+  double approach_us_per_s2{2500.0};  ///< an approach gains and loses its speed no faster
 };
 
 /// Pololu Maestro: binary over USB or a serial line, a quarter of a microsecond, 50 Hz.
@@ -35,11 +40,15 @@ class Maestro final : public BusDevice {
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
   void send(const ServoFrame& frame, bool approach) override;
   [[nodiscard]] std::int64_t approach_ns() const noexcept override { return approach_ns_; }
+  [[nodiscard]] std::optional<bool> has_arrived() override;
   void halt() override;
   BusReading measure(const ServoFrame& frame) override;
   [[nodiscard]] bool has_answered() noexcept override { return dialog_.take_replied(); }
   void relax() override;
   [[nodiscard]] std::string drain_log() override { return std::exchange(log_, {}); }
+
+  /// Opens the line; a device that replies says which errors it has had, which clears them.
+  [[nodiscard]] unsigned identify();
 
   using Bytes = std::vector<std::uint8_t>;
   /// One command: its number without the high bit's meaning lost, its data, address and CRC as set.
@@ -53,7 +62,10 @@ class Maestro final : public BusDevice {
 
  private:
   void approach_to(const ServoFrame& frame);
-  [[nodiscard]] Bytes speeds(const ServoFrame& frame, unsigned speed) const;
+  /// Before an approach: the board's own time-out is no fault of it.
+  void clear_timeout();
+  /// Of a motion by itself; 0: no limit.
+  [[nodiscard]] Bytes limits(const ServoFrame& frame, unsigned speed, unsigned acceleration) const;
   void send_query(const Bytes& bytes);
   [[nodiscard]] unsigned query_errors();
   [[nodiscard]] unsigned read_word();
@@ -78,8 +90,11 @@ class Maestro final : public BusDevice {
   ServoFrame given_{};         ///< the last that was no approach
   bool is_served_{false};      ///< since the last approach
   bool reply_pending_{false};  ///< a position that was queried with a frame
-  bool is_slow_{false};        ///< the speed limits of an approach are set
+  bool is_slow_{false};        ///< the limits of an approach are set
   int frames_since_check_{0};
+  SerialDialog::Pulses polled_us_{};  ///< by has_arrived()
+  int looks_unchanged_{0};
+  unsigned found_errors_{0};
 };
 
 }  // namespace corbot::rt

@@ -27,7 +27,10 @@ class MiniSsc final : public BusDevice {
   void close() noexcept override { port_.close(); }
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
   void send(const ServoFrame& frame, bool approach) override;
-  BusReading measure(const ServoFrame&) override { return {}; }
+  BusReading measure(const ServoFrame&) override {
+    port_.check();
+    return {};
+  }
   void relax() override {}  // it has no such command
 
   /// The position nearest to a pulse, 0 .. 254.

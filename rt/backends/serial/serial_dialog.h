@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -33,6 +34,7 @@ class SerialDialog {
   /// Reads all of it; the deadline counts from what was written last, as the query.
   void read(std::span<std::uint8_t> into);
   void discard_input() { line_->discard_input(); }
+  [[nodiscard]] std::optional<int> latency_ms() const { return line_->latency_ms(); }
 
   /// A valid reply has come.
   void note_reply() noexcept;
@@ -53,13 +55,9 @@ class SerialDialog {
   bool is_in_service_{false};
   bool has_replied_{false};
   Clock::time_point free_at_{};  ///< the line has sent what was written
-  /// Since a reply, or since a miss was reported. Several misses, however long this thread stands still between two.
+  /// Since a reply, or since a miss was reported. Several misses, however long this thread stands still
+  /// between two.
   RunningTime silence_{std::chrono::milliseconds(60), {}};
 };
-
-/// A reply that is missing or wrong may be noise on the line.
-[[nodiscard]] inline bool is_noise(DeviceCause cause) noexcept {
-  return cause == DeviceCause::kNoAnswer || cause == DeviceCause::kBadAnswer;
-}
 
 }  // namespace corbot::rt

@@ -2,6 +2,7 @@
 #include "rt/backends/serial/serial_port.h"
 
 #include <fcntl.h>
+#include <linux/serial.h>
 #include <poll.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
@@ -15,6 +16,7 @@
 #include <utility>
 
 #include "corbot/running_time.h"
+#include "rt/backends/serial/adapter_latency.h"
 
 namespace corbot::rt {
 namespace {
@@ -76,8 +78,20 @@ void SerialPort::open(const std::string& path, int baud) {
     close();
     fail(DeviceCause::kNotThere, std::to_string(baud) + " baud: " + why);
   }
+  ask_for_low_latency();
   (void)::tcflush(fd_, TCIOFLUSH);
 }
+
+/// An FTDI adapter keeps what it has received for 16 ms, else. Of no consequence where the driver does not
+/// have it.
+void SerialPort::ask_for_low_latency() noexcept {
+  serial_struct line{};
+  if (::ioctl(fd_, TIOCGSERIAL, &line) != 0 || (line.flags & ASYNC_LOW_LATENCY) != 0) return;
+  line.flags |= ASYNC_LOW_LATENCY;
+  (void)::ioctl(fd_, TIOCSSERIAL, &line);
+}
+
+std::optional<int> SerialPort::latency_ms() const { return latency_timer_ms(path_); }
 
 void SerialPort::close() noexcept {
   if (fd_ < 0) return;
@@ -88,7 +102,8 @@ void SerialPort::close() noexcept {
   ::close(std::exchange(fd_, -1));
 }
 
-/// A deadline can pass while this thread, or the machine, stands still: then too it looks for a while before it gives up.
+/// A deadline can pass while this thread, or the machine, stands still: then too it looks for a while before
+/// it gives up.
 void SerialPort::await(short events, Clock::time_point deadline, DeviceCause late) {
   constexpr std::chrono::milliseconds kLook{20};
   const auto begin = Clock::now();
@@ -126,6 +141,11 @@ void SerialPort::write(std::span<const std::uint8_t> bytes, Clock::time_point de
       await(POLLOUT, deadline, DeviceCause::kWriteTimeout);
     }
   }
+}
+
+void SerialPort::check() {
+  pollfd line{fd_, 0, 0};
+  if (::poll(&line, 1, 0) > 0) fail(DeviceCause::kHungUp, "the line was cut: is the plug out?");
 }
 
 std::size_t SerialPort::read(std::span<std::uint8_t> into, Clock::time_point deadline) {

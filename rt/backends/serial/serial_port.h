@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -29,6 +30,8 @@ class SerialLine {
   virtual void read_exactly(std::span<std::uint8_t> into, Clock::time_point deadline) = 0;
   /// Drops unsolicited input.
   virtual void discard_input() = 0;
+  /// For how long its adapter keeps what it has received; nothing where that is not known.
+  [[nodiscard]] virtual std::optional<int> latency_ms() const { return std::nullopt; }
 };
 
 /// A serial line of the kernel, raw, 8N1, for this process alone.
@@ -44,12 +47,16 @@ class SerialPort final : public SerialLine {
   /// Reads at least one byte; fewer than asked for is no failure.
   std::size_t read(std::span<std::uint8_t> into, Clock::time_point deadline);
   void read_exactly(std::span<std::uint8_t> into, Clock::time_point deadline) override;
+  /// Throws where the line was cut, without sending anything.
+  void check();
   void discard_input() override;
+  [[nodiscard]] std::optional<int> latency_ms() const override;
 
   /// Whether termios supports this speed.
   [[nodiscard]] static bool is_baud(int baud) noexcept;
 
  private:
+  void ask_for_low_latency() noexcept;
   void await(short events, Clock::time_point deadline, DeviceCause late);
   [[noreturn]] void fail(DeviceCause cause, const std::string& what) const;
 

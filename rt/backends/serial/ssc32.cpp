@@ -4,27 +4,26 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/backends/bus/approach_speed.h"
+#include "rt/backends/serial/adapter_latency.h"
 
 namespace corbot::rt {
 namespace {
 
 constexpr int kPulseMin_us = 500;
 constexpr int kPulseMax_us = 2500;
-constexpr int kApproach_ms = 2000;  // at least
-constexpr double kApproach_us_per_ms = kApproach_us_per_s / 1000.0;
 constexpr std::int64_t kServoFrame_ns = 20'000'000;
 constexpr const char* kModelU = "SSC-32U";
 constexpr std::size_t kLongestVersion = 64;
 constexpr std::size_t kBitsPerByte = 10;  // 8N1
-/// A short press is reported for this many frames, longer than any period of the cycle.
-constexpr int kPressLasts_frames = 5;
 /// QP of a channel that has had no pulse since power-up: the 500 us that the controller assumes for every
 /// servo, or nothing.
 constexpr double kNeverCommanded_us = 500.0;
 /// One whose last pulse was at least this long does not pass there.
 constexpr double kSurelyCommanded_us = 600.0;
 constexpr double kUnitOfQp_us = 10.0;
+
+/// The reply to a query for an input. As one to QP it would be 480 or 490 us, which is no position.
+bool is_level(std::uint8_t reply) { return reply == '0' || reply == '1'; }
 
 bool is_never_commanded(std::uint8_t reply) {
   return reply == 0 || reply * kUnitOfQp_us == kNeverCommanded_us;
@@ -53,8 +52,8 @@ std::string Ssc32::model_of(std::string_view version) {
   return std::string(is_u ? kModelU : "SSC-32") + " (" + std::string(rest) + ")";
 }
 
-std::int64_t Ssc32::shortest_period_ns(std::size_t servos, int baud, bool readback,
-                                       bool stop_input) noexcept {
+std::int64_t Ssc32::shortest_period_ns(std::size_t servos, int baud, bool readback, bool stop_input,
+                                       std::optional<int> latency_ms) noexcept {
   constexpr std::size_t kBytesPerServo = 8;  // #31P2500
   constexpr std::size_t kBytesPerGroup = 7;  // T65535 and CR
   constexpr std::size_t kBytesPerQuery = 5;  // QP31 and the reply; one of them, and CR, in every frame
@@ -62,7 +61,12 @@ std::int64_t Ssc32::shortest_period_ns(std::size_t servos, int baud, bool readba
   constexpr std::int64_t kReply_ns = 5'000'000;
   const std::size_t bytes = servos * kBytesPerServo + kBytesPerGroup + kBytesPerQuery + 1 +
                             (readback ? servos * kBytesPerQuery + 1 : 0) + (stop_input ? kBytesPerInput : 0);
-  const std::int64_t replies_ns = (readback ? kReply_ns : 0) + (stop_input ? kReply_ns : 0);
+  // The reply to the query of every frame and that of the input come together; an adapter may keep each
+  // batch.
+  const std::int64_t kept_ns = latency_ms.value_or(0) > kGoodLatency_ms
+                                   ? (readback ? 2 : 1) * std::int64_t{*latency_ms} * 1'000'000
+                                   : 0;
+  const std::int64_t replies_ns = (readback ? kReply_ns : 0) + (stop_input ? kReply_ns : 0) + kept_ns;
   const auto line_ns =
       static_cast<std::int64_t>(bytes * kBitsPerByte * 1'000'000'000ull / static_cast<unsigned>(baud));
   // A tenth more, so that a controller that is a little slow does not fall behind for ever.
@@ -74,21 +78,33 @@ std::int64_t Ssc32::shortest_period_ns(std::size_t servos, int baud, bool readba
 std::string Ssc32::open() {
   dialog_.open(settings_.port, settings_.baud);
   reply_pending_ = is_served_ = false;
+  given_ = 0;
   // Drops a command that was cut off when a plug was pulled; a CR would execute it.
   dialog_.write("\x1b");
   dialog_.discard_input();
   const std::string model = query_version();
-  is_u_ = model.starts_with(kModelU);
-  period_ns_ =
-      shortest_period_ns(settings_.servos, settings_.baud, settings_.readback, settings_.stop_input != 0);
-  frames_pressed_ = 0;
-  if (settings_.stop_input != 0) (void)query_stop_input();  // what it has latched before does not count
+  period_ns_ = shortest_period_ns(settings_.servos, settings_.baud, settings_.readback,
+                                  settings_.stop_input != 0, dialog_.latency_ms());
+  missed_.reset();
+  if (settings_.stop_input != 0) clear_latched_stop();
   dialog_.begin_service();
   const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
   return model + " on " + settings_.port + " at " + std::to_string(settings_.baud) +
          " baud: " + std::to_string(tenths_hz / 10) + "." + std::to_string(tenths_hz % 10) +
          " frames a second" +
-         (period_ns_ > kServoFrame_ns ? ", all that the line carries; the servos could take 50" : "");
+         (period_ns_ > kServoFrame_ns ? ", all that the line carries; the servos could take 50" : "") +
+         latency_warning(dialog_.latency_ms());
+}
+
+/// What the input has latched before does not count.
+void Ssc32::clear_latched_stop() {
+  try {
+    (void)query_stop_input();
+  } catch (const DeviceError& error) {
+    if (!is_noise(error.cause())) throw;
+    (void)query_stop_input();
+  }
+  input_.begin(Clock::now());
 }
 
 std::string Ssc32::query_version() {
@@ -105,23 +121,23 @@ std::string Ssc32::query_version() {
   }
 }
 
-std::int64_t Ssc32::approach_ns() const noexcept { return (approach_ms_ + 100) * 1'000'000ll; }
-
-void Ssc32::send(const ServoFrame& frame, bool approach) {
-  if (approach) {
-    approach_to(frame);
-  } else if (period_ns_ > kServoFrame_ns) {
+/// It has no limit of acceleration: what is slow goes there in small steps. A servo that has had no pulse since power-up
+/// must get a plain one: with a time, an SSC-32 assumes that it begins at 500 us, and throws the arm there first.
+void Ssc32::send(const ServoFrame& frame, bool) {
+  const bool is_first = frame.servo_count > given_;
+  if (period_ns_ > kServoFrame_ns) {
     // Between frames that are far apart the controller interpolates. One that has restarted must not get a
-    // time, see below; so it is queried first, and one that does not reply gets none either.
+    // time; so it is queried first, and one that does not reply gets none either.
     query_one();
     const std::optional<DeviceError> missing = take_reply();
-    dialog_.write(group(frame, missing ? 0 : static_cast<int>(period_ns_ / 1'000'000)));
-    last_ = given_ = frame;
+    dialog_.write(group(frame, missing || is_first ? 0 : static_cast<int>(period_ns_ / 1'000'000)));
+    note_given(frame);
     if (missing) dialog_.note_miss(*missing);
   } else {
     // Queried before the frame, as afterwards it cannot be seen whether it was the first.
     query_one(group(frame, 0));
-    last_ = given_ = frame;
+    note_given(frame);
+    if (const auto missing = std::exchange(missed_, std::nullopt)) dialog_.note_miss(*missing);
     // The reply comes with that to the next query, where there is one.
     if (!settings_.readback && settings_.stop_input == 0) {
       if (const auto missing = take_reply()) dialog_.note_miss(*missing);
@@ -129,66 +145,15 @@ void Ssc32::send(const ServoFrame& frame, bool approach) {
   }
 }
 
-void Ssc32::approach_to(const ServoFrame& frame) {
-  reply_pending_ = is_served_ = false;
+void Ssc32::note_given(const ServoFrame& frame) {
   last_ = frame;
-  // A servo that has had no pulse since power-up must get a plain one: with a time, an SSC-32 assumes that
-  // it begins at 500 us, and throws the arm there first.
-  const SerialDialog::Pulses pulse_us = stable_pulses(frame);
-  ServoFrame plain = frame;
-  ServoFrame slow = frame;
-  plain.servo_count = 0;
-  slow.servo_count = 0;
-  double travel_us = 0.0;
-  for (std::size_t i = 0; i < frame.servo_count; ++i) {
-    const bool is_first = pulse_us[i] <= kNeverCommanded_us;
-    double from_us = pulse_us[i];
-    if (is_first) {
-      // After a restart it is still about where it was sent last; else it may be anywhere.
-      const bool was_given = i < given_.servo_count;
-      from_us = was_given ? given_.pulse_us[i] : frame.pulse_us[i];
-      if (was_given && log_.empty()) {
-        log_ = settings_.port + ": has restarted: channel " + std::to_string(frame.channel[i]) +
-               " has no pulse; it begins where it was sent last";
-      }
-      plain.channel[plain.servo_count] = frame.channel[i];
-      plain.pulse_us[plain.servo_count++] = from_us;
-      if (rounded(from_us) == rounded(frame.pulse_us[i])) continue;
-    }
-    slow.channel[slow.servo_count] = frame.channel[i];
-    slow.pulse_us[slow.servo_count++] = frame.pulse_us[i];
-    travel_us = std::max(travel_us, std::abs(rounded(frame.pulse_us[i]) - from_us));
-  }
-  approach_ms_ = std::max(kApproach_ms, static_cast<int>(std::ceil(travel_us / kApproach_us_per_ms)));
-  if (plain.servo_count > 0) dialog_.write(group(plain, 0));
-  if (slow.servo_count > 0) dialog_.write(group(slow, approach_ms_));
-}
-
-void Ssc32::halt() {
-  if (is_u_) {
-    std::string text;
-    for (std::size_t i = 0; i < last_.servo_count; ++i) {
-      text += "STOP" + std::to_string(last_.channel[i]) + "\r";
-    }
-    dialog_.write(text);
-    return;
-  }
-  // An SSC-32 has no STOP: a plain move to where it is, to 10 us; but none to 500 us, where nothing is.
-  const SerialDialog::Pulses pulse_us = stable_pulses(last_);
-  ServoFrame here = last_;
-  here.servo_count = 0;
-  for (std::size_t i = 0; i < last_.servo_count; ++i) {
-    if (pulse_us[i] <= kNeverCommanded_us) continue;
-    here.channel[here.servo_count] = last_.channel[i];
-    here.pulse_us[here.servo_count++] = pulse_us[i];
-  }
-  if (here.servo_count > 0) dialog_.write(group(here, 0));
+  given_ = frame.servo_count;
 }
 
 BusReading Ssc32::measure(const ServoFrame& frame) {
-  if (!is_served_) return {BusReading::Unit::kPulses, stable_pulses(frame)};
+  if (!is_served_) return {BusReading::Unit::kPulses, stable_pulses(frame), {}, kUnitOfQp_us};
   try {
-    const BusReading reading{BusReading::Unit::kPulses, query(frame)};
+    const BusReading reading{BusReading::Unit::kPulses, query(frame), {}, kUnitOfQp_us};
     dialog_.note_reply();
     return reading;
   } catch (const DeviceError& error) {
@@ -197,26 +162,62 @@ BusReading Ssc32::measure(const ServoFrame& frame) {
   return {};
 }
 
-bool Ssc32::emergency_stop() {
-  if (settings_.stop_input == 0) return false;
-  try {
-    if (query_stop_input()) frames_pressed_ = kPressLasts_frames;
-    dialog_.note_reply();
-  } catch (const DeviceError& error) {
-    dialog_.note_miss(error);
+StopInput Ssc32::emergency_stop() {
+  if (settings_.stop_input == 0) return StopInput::kReleased;
+  if (!input_.is_due(Clock::now())) {
+    if (reply_pending_ && !settings_.readback) missed_ = take_reply();
+    return input_.look();
   }
-  return frames_pressed_ > 0 && frames_pressed_-- > 0;
+  const bool was_heard = input_.is_heard();
+  try {
+    const bool is_pressed = query_stop_input();
+    input_.note(is_pressed, Clock::now());
+    if (!was_heard) log_ = settings_.port + ": input " + settings_.stop_input + " answers again";
+  } catch (const DeviceError& error) {
+    if (!is_noise(error.cause())) throw;
+    input_.note_miss(Clock::now());
+    if (!was_heard || input_.is_heard()) return input_.look();
+    log_ = settings_.port + ": the emergency stop at input " + settings_.stop_input +
+           " is not heard, and counts as pressed: " + error.what();
+  }
+  return input_.look();
 }
 
 bool Ssc32::query_stop_input() {
-  std::uint8_t level = 0;
+  if (!reply_pending_) dialog_.discard_input();
   // The controller latches a low level, not a high one.
-  query(std::string(1, settings_.stop_input) + (settings_.stop_at_high ? "\r" : "L\r"), {&level, 1});
-  if (level != '0' && level != '1') {
-    throw DeviceError(DeviceCause::kBadAnswer, settings_.port + ": input " + settings_.stop_input +
-                                                   " is neither 0 nor 1: is the line disturbed?");
-  }
+  dialog_.write(std::string(1, settings_.stop_input) + (settings_.stop_at_high ? "\r" : "L\r"));
+  const std::uint8_t level = read_level();
+  if (!is_level(level)) throw bad_level();
   return (level == '1') == settings_.stop_at_high;
+}
+
+std::uint8_t Ssc32::read_level() {
+  std::uint8_t reply = 0;
+  if (std::exchange(reply_pending_, false)) {
+    try {
+      dialog_.read({&reply, 1});
+    } catch (const DeviceError& error) {
+      if (is_noise(error.cause())) missed_ = error;
+      throw;
+    }
+    if (is_level(reply)) {
+      missed_ = DeviceError(DeviceCause::kNoAnswer, settings_.port + ": no answer to a query for a pulse");
+      // A pulse offset may make a reply to QP of what is at 500 us: then it cannot be told which of them is
+      // missing.
+      if (last_.pulse_us[queried_] < kSurelyCommanded_us) throw bad_level();
+      return reply;
+    }
+    if (was_given_) check_restart(queried_, reply);
+    dialog_.note_reply();
+  }
+  dialog_.read({&reply, 1});
+  return reply;
+}
+
+DeviceError Ssc32::bad_level() const {
+  return {DeviceCause::kBadAnswer,
+          settings_.port + ": input " + settings_.stop_input + " is neither 0 nor 1: is the line disturbed?"};
 }
 
 SerialDialog::Pulses Ssc32::stable_pulses(const ServoFrame& frame) {
@@ -248,10 +249,11 @@ void Ssc32::query(std::string_view text, std::span<std::uint8_t> reply) {
 void Ssc32::query_one(std::string_view more) {
   dialog_.discard_input();
   queried_ = 0;
-  for (std::size_t i = 1; i < last_.servo_count; ++i) {
+  for (std::size_t i = 1; i < given_; ++i) {
     if (last_.pulse_us[i] > last_.pulse_us[queried_]) queried_ = i;
   }
   is_served_ = reply_pending_ = true;
+  was_given_ = given_ > 0;
   dialog_.write("QP" + std::to_string(last_.channel[queried_]) + "\r" + std::string(more));
 }
 
@@ -264,14 +266,13 @@ std::optional<DeviceError> Ssc32::take_reply() {
     if (!is_noise(error.cause())) throw;
     return error;
   }
-  check_restart(queried_, reply);
+  if (was_given_) check_restart(queried_, reply);
   dialog_.note_reply();
   return std::nullopt;
 }
 
 void Ssc32::check_restart(std::size_t servo, std::uint8_t reply) const {
-  if (last_.servo_count == 0 || last_.pulse_us[servo] < kSurelyCommanded_us || !is_never_commanded(reply))
-    return;
+  if (servo >= given_ || last_.pulse_us[servo] < kSurelyCommanded_us || !is_never_commanded(reply)) return;
   throw DeviceError(DeviceCause::kDeviceFault, settings_.port + ": has restarted: it has given channel " +
                                                    std::to_string(last_.channel[servo]) +
                                                    " no pulse, though it was commanded to");

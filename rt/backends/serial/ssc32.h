@@ -9,6 +9,7 @@
 
 #include "rt/backends/bus/bus_device.h"
 #include "rt/backends/serial/serial_dialog.h"
+#include "rt/backends/serial/stop_input_watch.h"
 
 namespace corbot::rt {
 
@@ -31,11 +32,10 @@ class Ssc32 final : public BusDevice {
   void close() noexcept override { dialog_.close(); }
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
   void send(const ServoFrame& frame, bool approach) override;
-  [[nodiscard]] std::int64_t approach_ns() const noexcept override;
-  void halt() override;
   BusReading measure(const ServoFrame& frame) override;
   [[nodiscard]] bool has_answered() noexcept override { return dialog_.take_replied(); }
-  bool emergency_stop() override;
+  [[nodiscard]] bool has_stop_input() const noexcept override { return settings_.stop_input != 0; }
+  StopInput emergency_stop() override;
   void relax() override;
   [[nodiscard]] std::string drain_log() override { return std::exchange(log_, {}); }
 
@@ -45,16 +45,20 @@ class Ssc32 final : public BusDevice {
   [[nodiscard]] static std::string model_of(std::string_view version);
   /// Time between frames that a line of this speed can carry, at least a servo frame (20 ms).
   [[nodiscard]] static std::int64_t shortest_period_ns(std::size_t servos, int baud, bool readback,
-                                                       bool stop_input = false) noexcept;
+                                                       bool stop_input = false,
+                                                       std::optional<int> latency_ms = {}) noexcept;
 
  private:
+  using Clock = SerialLine::Clock;
+
   [[nodiscard]] std::string query_version();
+  void clear_latched_stop();
+  void note_given(const ServoFrame& frame);
   [[nodiscard]] std::string read_line();
-  void approach_to(const ServoFrame& frame);
   void query(std::string_view text, std::span<std::uint8_t> reply);
   /// One query for each channel of the frame; each has a reply of one byte, in 10 us.
   [[nodiscard]] SerialDialog::Pulses query(const ServoFrame& frame);
-  /// Read until stable: a garbled byte must not decide how a servo starts, or where it is halted.
+  /// Read until stable: a garbled byte must not decide where a servo starts.
   [[nodiscard]] SerialDialog::Pulses stable_pulses(const ServoFrame& frame);
   /// Queries the pulse of one servo that was commanded, and sends `more` after it: whether the controller is
   /// there, and still the one that was.
@@ -65,19 +69,24 @@ class Ssc32 final : public BusDevice {
   void check_restart(std::size_t servo, std::uint8_t reply) const;
   /// Whether the stop input is active now, or (active at low only) has been since it was last queried.
   [[nodiscard]] bool query_stop_input();
+  /// The reply to query_one(), or, where that is missing, to what was asked after it; nothing but noise is an
+  /// error of the stop input.
+  [[nodiscard]] std::uint8_t read_level();
+  [[nodiscard]] DeviceError bad_level() const;
 
   Ssc32Settings settings_;
   SerialDialog dialog_;
   std::int64_t period_ns_{20'000'000};
-  int approach_ms_{2000};
   ServoFrame last_{};
   std::string log_;
-  ServoFrame given_{};         ///< the last that was no approach
-  bool is_served_{false};      ///< since the last approach
+  std::size_t given_{0};       ///< so many servos of a frame have been given pulses since open()
+  bool is_served_{false};      ///< likewise any
   bool reply_pending_{false};  ///< the reply to query_one()
   std::size_t queried_{0};     ///< by it
-  bool is_u_{false};           ///< an SSC-32U
-  int frames_pressed_{0};      ///< for which a short press is still reported
+  bool was_given_{false};      ///< a pulse, before that
+  StopInputWatch input_;
+  std::optional<DeviceError>
+      missed_;  ///< the reply to query_one(), noticed while the stop input was asked for
 };
 
 }  // namespace corbot::rt

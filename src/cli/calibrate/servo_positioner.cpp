@@ -29,10 +29,14 @@ ServoPositioner::ServoPositioner(const Profile& profile, const std::atomic<bool>
       end_(end),
       backend_(rt::make_backend(profile, stop_)),
       safety_(rt::safety_settings(profile), rt::kernel_gpio(), stop_, [this] {
-        return rt::CycleView{steps_, is_stopped()};
+        // There is no cycle: with a stop the arm is at rest at once, and only the device's thread can stand still.
+        return rt::CycleView{.cycle = ++looks_,
+                             .in_error = is_stopped(),
+                             .power_off = is_stopped(),
+                             .bus_beats = backend_->beats()};
       }) {}
 
-ServoPositioner::~ServoPositioner() {
+void ServoPositioner::close() noexcept {
   safety_.stop();
   backend_->close();
 }
@@ -64,6 +68,9 @@ void ServoPositioner::connect(const Joints* kept_rad, double kept_opening) {
 void ServoPositioner::switch_on() {
   if (!is_on_) {
     safety_.start();
+    if (end_) throw std::runtime_error("ended before the servos had their pulses");
+    if (stop_.sources() != 0) throw std::runtime_error("the emergency stop is pressed: release it first");
+    presses_seen_ = stop_.presses();
     frame_.time_ns = Clock::now().time_since_epoch().count();
     backend_->open(frame_);
     safety_.allow_power();
@@ -71,7 +78,7 @@ void ServoPositioner::switch_on() {
   }
   if (stop_.sources() != 0) throw std::runtime_error("the emergency stop is pressed: release it first");
   presses_seen_ = stop_.presses();
-  send();  // a step, so that power comes back
+  send();
 }
 
 double ServoPositioner::lowest_us(std::size_t servo) const {
@@ -104,7 +111,7 @@ bool ServoPositioner::is_lost() const {
 }
 
 void ServoPositioner::send() {
-  frame_.cycle = ++steps_;
+  ++frame_.cycle;
   frame_.time_ns = Clock::now().time_since_epoch().count();
   for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
     const ServoMap& map = profile_.arm.servos[i];

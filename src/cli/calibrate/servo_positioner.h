@@ -15,17 +15,16 @@
 namespace corbot::cli {
 
 /// Positions single servos of a profile by their pulses, slowly, in place of corbot-rt. For `corbot
-/// calibrate`. Not thread-safe.
+/// calibrate`. Not thread-safe, but for cancel(); has no thread before switch_on().
 class ServoPositioner {
  public:
   static constexpr double kSpeed_us_per_s = 200.0;
 
-  /// `end` is read between steps.
+  /// `end` is read between steps, and before anything gets energy.
   ServoPositioner(const Profile& profile, const std::atomic<bool>& end);
   ServoPositioner(const ServoPositioner&) = delete;
   ServoPositioner& operator=(const ServoPositioner&) = delete;
-  /// Holds or relaxes, as the profile has it.
-  ~ServoPositioner();
+  ~ServoPositioner() { close(); }
 
   /// Opens the device; no servo gets a pulse yet. `kept_rad`: the stored position, for a
   /// device that cannot report where its servos are. Throws std::runtime_error.
@@ -35,6 +34,10 @@ class ServoPositioner {
   /// Gives every servo the pulse at which it is assumed to be, and power where that is switched; again after
   /// an emergency stop. Throws std::runtime_error, also while that is pressed.
   void switch_on();
+  /// Ends a switch_on() that is under way, also where servos wait for their turn: it throws. By any thread, after `end`.
+  void cancel() noexcept { backend_->cancel(); }
+  /// Holds or relaxes, as the profile has it.
+  void close() noexcept;
   [[nodiscard]] bool is_on() const noexcept { return is_on_; }
 
   /// Index of the frame: the joints, then the gripper.
@@ -63,7 +66,7 @@ class ServoPositioner {
   std::string origin_;
   bool is_on_{false};
   std::atomic<std::uint32_t> presses_seen_{0};  ///< that the operator has seen
-  std::atomic<std::uint64_t> steps_{0};
+  std::uint64_t looks_{0};                      ///< of the thread that watches the lines
   rt::SafetyLines safety_;
 };
 

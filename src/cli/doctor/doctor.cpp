@@ -5,9 +5,12 @@
 #include <omniORB4/CORBA.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 
+#include "cli/doctor/device_findings.h"
 #include "cli/supervise/child.h"
+#include "cli/supervise/robot_processes.h"
 #include "client/local_robots.h"
 #include "config/load_profile.h"
 #include "net/ports.h"
@@ -16,6 +19,7 @@ namespace corbot::cli {
 
 using client::is_up;
 using net::listen_error;
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -50,6 +54,16 @@ Finding port(const Profile& profile) {
   return {Level::kFail, "port", why, "end that program, or use corbot up --endpoint HOST:PORT"};
 }
 
+/// The robot that was started from this profile, under whatever name, or that has its name; empty: none is up.
+std::string running_robot(const std::string& profile_file, const std::string& name) {
+  for (const std::string& robot : client::robots_up()) {
+    const auto state = client::read_state(robot);
+    std::error_code error;
+    if (state && fs::equivalent(state->profile, profile_file, error)) return robot;
+  }
+  return is_up(name) || !find_robot_processes(name).empty() ? name : "";
+}
+
 const char* to_string(Level level) {
   switch (level) {
     case Level::kOk:
@@ -74,7 +88,12 @@ std::vector<Finding> examine_installation(const std::string& profile_file) {
   const auto profile = read_profile(profile_file, findings);
   if (!profile) return findings;
   findings.push_back(port(*profile));
-  for (auto& finding : examine_devices(*profile)) findings.push_back(std::move(finding));
+  // Its device is open already: a second program on the line would disturb the first.
+  const std::string running = running_robot(profile_file, profile->name);
+  for (auto& finding :
+       running.empty() ? examine_devices(*profile, {}) : examine_running(*profile, running, {})) {
+    findings.push_back(std::move(finding));
+  }
   return findings;
 }
 

@@ -21,6 +21,7 @@ using client::Failure;
 using client::is_up;
 using client::read_state;
 using client::robots_up;
+using client::supervisor_of;
 
 namespace {
 
@@ -42,14 +43,14 @@ std::string only_robot() {
 }
 
 /// Sends SIGTERM to the supervisor and waits for its end. Through a pidfd the signal cannot reach another
-/// process that has got the same pid meanwhile, provided that the lock is held after the pidfd was opened.
+/// process that has got the same pid meanwhile, provided that this pid holds the lock after the pidfd was opened.
 void end_supervisor(const std::string& name, pid_t pid) {
   const int fd = static_cast<int>(::syscall(SYS_pidfd_open, pid, 0));
   if (fd < 0) {
     if (errno == ESRCH) return;
     throw Failure(ExitCode::kInternal, fmt::format("process {}: {}", pid, std::strerror(errno)));
   }
-  if (!is_up(name)) {
+  if (supervisor_of(name) != pid) {
     ::close(fd);
     return;
   }
@@ -67,6 +68,15 @@ void end_supervisor(const std::string& name, pid_t pid) {
                               "its children end with it",
                               name, pid, pid));
   }
+}
+
+/// A command that removes stale files has the lock for an instant, too: it counts as up when it stays.
+bool is_up_still(const std::string& name) {
+  for (int look = 0; look < 20; ++look) {
+    if (!is_up(name)) return false;
+    ::usleep(10'000);
+  }
+  return true;
 }
 
 }  // namespace
@@ -87,7 +97,19 @@ void down(const std::string& wanted) {
   const auto state = read_state(name);
   if (!state)
     throw Failure(ExitCode::kInternal, fmt::format("'{}' is just starting: try again in a moment", name));
-  end_supervisor(name, state->pid);
+  const auto supervisor = supervisor_of(name);
+  if (!supervisor && is_up(name)) {
+    throw Failure(
+        ExitCode::kInternal,
+        fmt::format("'{}' is up, but which process holds its name cannot be told from here (another "
+                    "container?); nothing was ended",
+                    name));
+  }
+  if (supervisor) end_supervisor(name, *supervisor);
+  if (is_up_still(name)) {
+    throw Failure(ExitCode::kInternal,
+                  fmt::format("'{}' is up still, or again: another 'corbot up' has its name", name));
+  }
   remove_stale(name);
   fmt::print("{} is down\n", name);
 }

@@ -48,6 +48,16 @@ bool is_same_file(int fd, const fs::path& path) {
          opened.st_ino == named.st_ino;
 }
 
+/// Takes both locks of an open lock file. The record lock names this process to supervisor_of(); the kernel drops it
+/// when the process closes any descriptor of the file, so only descriptors of a lock that was refused are closed.
+bool take(int fd) {
+  if (::flock(fd, LOCK_EX | LOCK_NB) != 0) return false;
+  struct flock record {};
+  record.l_type = F_WRLCK;
+  record.l_whence = SEEK_SET;
+  return ::fcntl(fd, F_SETLK, &record) == 0;
+}
+
 void replace_file(const fs::path& file, const std::string& text) {
   const fs::path fresh = file.string() + ".new";
   const Descriptor fd(::open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600));
@@ -95,7 +105,7 @@ std::optional<StateLock> StateLock::acquire(const std::string& name) {
   for (int attempt = 0; attempt < 20; ++attempt) {
     const int fd = open_lock(directory, name, O_RDWR | O_CREAT);
     if (fd < 0) throw system_failure(directory / (name + ".lock"), errno);
-    if (::flock(fd, LOCK_EX | LOCK_NB) == 0) {
+    if (take(fd)) {
       if (is_linked(fd)) return StateLock(directory, name, fd);
     } else {
       ::usleep(5000);
@@ -126,7 +136,7 @@ void StateLock::restore() {
     (void)state_directory(true);
     const int fd = open_lock(directory_, name_, O_RDWR | O_CREAT);
     if (fd < 0) throw system_failure(directory_ / (name_ + ".lock"), errno);
-    if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    if (!take(fd)) {
       ::close(fd);
       throw Failure(ExitCode::kInternal, fmt::format("another 'corbot up' holds '{}' there", name_));
     }

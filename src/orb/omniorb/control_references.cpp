@@ -1,18 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "orb/omniorb/control_references.h"
 
-#include <algorithm>
-
 #include "robot/corbot_robot.h"
 
 namespace corbot::omni {
-namespace {
-
-/// In place of what cannot be a key: too long, too short, or with a zero in it, where a C string would end.
-constexpr const char* kNoKey = "-";
-constexpr std::size_t kKeyLength = CORBOT_KEY - 1;
-
-}  // namespace
 
 ControlReferences::ControlReferences(CORBA::ORB_ptr orb, const std::string& robot) {
   CORBA::Object_var object = orb->resolve_initial_references("RootPOA");
@@ -43,10 +34,9 @@ Corbot::Arm_ptr ControlReferences::make(const char* key) const {
 
 std::string ControlReferences::key_of_call() const {
   PortableServer::ObjectId_var id = current_->get_object_id();
-  const CORBA::Octet* const bytes = id->get_buffer();
-  if (id->length() != kKeyLength || std::find(bytes, bytes + kKeyLength, 0) != bytes + kKeyLength)
-    return kNoKey;
-  return {reinterpret_cast<const char*>(bytes), kKeyLength};
+  char key[CORBOT_KEY];
+  corbot_read_key(id->get_buffer(), id->length(), key);
+  return key;
 }
 
 }  // namespace corbot::omni

@@ -17,8 +17,7 @@ class ControlReferences {
   /// `servant` outlives the ORB's service.
   void serve(PortableServer::Servant servant);
   [[nodiscard]] Corbot::Arm_ptr make(const char* key) const;
-  /// The key of the reference on which the call came that this thread carries out. Never empty, at most as long as a
-  /// good one, and without a zero.
+  /// The key of the reference on which the call came that this thread carries out, see corbot_read_key; never empty.
   [[nodiscard]] std::string key_of_call() const;
 
  private:

@@ -16,22 +16,11 @@ static GMutex mutex;
 static GHashTable* calls; /* Call by request */
 static _Thread_local Call current;
 
-/* In a time that does not depend on what the key is. */
-static void copy_key(const void* key, size_t length, char out[CORBOT_KEY]) {
-  static const size_t good_length = CORBOT_KEY - 1;
-  if (length == good_length && memchr(key, '\0', length) == NULL) {
-    memcpy(out, key, length);
-    out[length] = '\0';
-  } else {
-    g_strlcpy(out, "-", CORBOT_KEY);
-  }
-}
-
 Call calls_begin(void* request, corbot_connection connection, const void* key, size_t length) {
   Call* call = g_new0(Call, 1);
   call->connection = connection;
   call->stops = corbot_arrival();
-  if (key != NULL) copy_key(key, length, call->key);
+  if (key != NULL) corbot_read_key(key, length, call->key);
   g_mutex_lock(&mutex);
   if (calls == NULL) calls = g_hash_table_new_full(NULL, NULL, NULL, g_free);
   g_hash_table_replace(calls, request, call);

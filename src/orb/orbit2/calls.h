@@ -14,8 +14,7 @@
 typedef struct Call {
   corbot_connection connection;
   uint64_t stops; /* when it arrived, see corbot_caller */
-  /* Of the reference that was called, see corbot_robot_acquire; "": the public one. What cannot be a key (too long, too
-   * short, or with a zero in it) is "-", which is none either. */
+  /* Of the reference that was called, see corbot_read_key; "": the public one. */
   char key[CORBOT_KEY];
 } Call;
 

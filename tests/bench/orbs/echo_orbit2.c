@@ -57,19 +57,24 @@ static bool options_of(int argc, char** argv, Options* out) {
 int main(int argc, char** argv) {
   static PortableServer_ServantBase__epv base_epv;
   static POA_Corbot_Robot__epv epv = {._get_CartCoord = get_cart_coord, .Move = move};
-  static POA_Corbot_Robot__vepv vepv = {&base_epv, &epv};
-  static POA_Corbot_Robot servant = {NULL, &vepv};
+  static POA_Corbot_Arm__epv arm_epv;
+  static POA_Corbot_Arm__vepv vepv = {&base_epv, &epv, &arm_epv};
+  static ArmServant servants[kTargets]; /* without a robot: nothing here stops one */
   Options options;
   if (!options_of(argc, argv, &options)) return 2;
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
-  POA_Corbot_Robot__init(&servant, &ev);
+  for (int target = 0; target < kTargets; ++target) {
+    servants[target].base.vepv = &vepv;
+    servants[target].target = target;
+    POA_Corbot_Arm__init(&servants[target].base, &ev);
+  }
   Orb orb;
   bool serves = orb_succeeded(&ev, "no servant") && orb_start(&orb, &options);
   if (serves && strcmp(argv[2], "connection") == 0) {
     ORBit_ObjectAdaptor_set_thread_hint((ORBit_ObjectAdaptor)orb.poa, ORBIT_THREAD_HINT_PER_CONNECTION);
   }
-  serves = serves && orb_serve(&orb, &options, &servant, "echo");
+  serves = serves && orb_serve(&orb, &options, servants, "echo");
   if (!serves) return 1;
   GMainLoop* loop = g_main_loop_new(NULL, FALSE);
   g_unix_fd_add(STDIN_FILENO, G_IO_IN | G_IO_HUP, end, loop);

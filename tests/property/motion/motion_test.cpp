@@ -11,6 +11,7 @@
 
 #include "corbot/kinematics/kinematics.h"
 #include "corbot/motion/path.h"
+#include "motion/stop_judge.h"
 #include "motion/watcher.h"
 #include "rt/rig.h"
 
@@ -42,6 +43,9 @@ enum class Interruption {
   kPauseThenStop,
   kCancel,
   kPauseThenCancel,
+  kPress,  ///< the emergency stop
+  kPauseThenPress,
+  kResumeThenStop,  ///< after a pause
   kCount
 };
 
@@ -51,6 +55,10 @@ constexpr int kKinds = 3;
 std::uint64_t environment(const char* name, std::uint64_t otherwise) {
   const char* text = std::getenv(name);
   return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
+}
+
+bool is_press(Interruption interruption) {
+  return interruption == Interruption::kPress || interruption == Interruption::kPauseThenPress;
 }
 
 class Motions : public ::testing::TestWithParam<std::tuple<Kind, int>> {
@@ -106,21 +114,26 @@ class Motions : public ::testing::TestWithParam<std::tuple<Kind, int>> {
   void one_motion(Kind kind);
   bool run(const Command& command, Interruption interruption);
   bool interrupt(Interruption interruption, int tick);
+  void pause(bool on);
   [[nodiscard]] double ramp_scale_s(const Command& command) const;
   bool check_stop(const Command& command, int ticks);
   bool check_end(const Command& command);
+  bool clear_after_press();
 
   std::mt19937_64 random_{};
   Rig rig_;
   Shares joint_{};
   Shares path_{};
+  StopJudge judge_{rig_.arm};
   double deviation_m_{0}, stop_share_{0};
-  int done_{0}, stopped_{0};
+  int done_{0}, stopped_{0}, pressed_{0};
   std::uint64_t ticks_{0};
   std::string error_;
   int stop_tick_{-1};
   std::uint64_t id_{0};
-  std::array<int, 2> instants_{};
+  std::array<int, 3> instants_{};
+  /// Interruptions come by turns, so that a run of few motions, too, sees each of them.
+  int turn_{0};
 };
 
 /// v/a + a/j of the slowest law of the command, by the limits of the arm.
@@ -141,21 +154,32 @@ double Motions::ramp_scale_s(const Command& command) const {
                       limits.rotation_acceleration_rad_s2 / limits.rotation_jerk_rad_s3);
 }
 
+void Motions::pause(bool on) {
+  rig_.pause(on);
+  on ? judge_.request() : judge_.withdraw();
+}
+
 bool Motions::interrupt(Interruption interruption, int tick) {
   const bool first = tick == instants_[0];
   const bool second = tick == instants_[1];
-  if (!first && !second) return false;
+  const bool third = tick == instants_[2];
+  if (!first && !second && !third) return false;
   bool stops = false;
   switch (interruption) {
     case Interruption::kStop:
     case Interruption::kCancel:
+    case Interruption::kPress:
       stops = first;
       break;
     case Interruption::kPauseResume:
-      rig_.pause(first);
+      if (!third) pause(first);
+      break;
+    case Interruption::kResumeThenStop:
+      if (!third) pause(first);
+      stops = third;
       break;
     case Interruption::kOverride:
-      rig_.override_to(first ? uniform(0.05, 1.0) : 1.0);
+      if (!third) rig_.override_to(first ? uniform(0.05, 1.0) : 1.0);
       break;
     case Interruption::kOverrideThenStop:
       if (first) rig_.override_to(uniform(0.05, 1.0));
@@ -163,16 +187,20 @@ bool Motions::interrupt(Interruption interruption, int tick) {
       break;
     case Interruption::kPauseThenStop:
     case Interruption::kPauseThenCancel:
-      if (first) rig_.pause(true);
+    case Interruption::kPauseThenPress:
+      if (first) pause(true);
       stops = second;
       break;
     default:
       break;
   }
   if (!stops) return false;
+  judge_.request();
   stop_tick_ = tick;
   if (interruption == Interruption::kCancel || interruption == Interruption::kPauseThenCancel) {
     rig_.cancel(id_, id_);
+  } else if (is_press(interruption)) {
+    rig_.emergency_stop->set(StopSource::kGpio, true);
   } else {
     rig_.stop();
   }
@@ -211,14 +239,30 @@ bool Motions::check_end(const Command& command) {
   return false;
 }
 
+/// The press was a moment: the energy goes when the arm is at rest, and comes back by a Clear, without a motion.
+bool Motions::clear_after_press() {
+  rig_.emergency_stop->set(StopSource::kGpio, false);
+  const Joints at_rest = rig_.snapshot.position_rad;
+  const std::uint32_t flags = rig_.snapshot.flags;
+  rig_.step();
+  rig_.clear();
+  rig_.step();
+  if (rig_.snapshot.state != RtState::kStandby) error_ = "not cleared";
+  if ((flags & kSnapshotPowerOff) == 0 || (flags & kSnapshotFaultStop) != 0) error_ = "not off at rest";
+  if (rig_.snapshot.position_rad != at_rest) error_ = "moved by a Clear";
+  return error_.empty();
+}
+
 bool Motions::run(const Command& command, Interruption interruption) {
   Watcher watcher(rig_.arm, rig_.snapshot);
   watcher.begin(command);
+  judge_.begin(command);
   id_ = rig_.submit(std::vector<Command>{command});
   const int natural_ticks =
       static_cast<int>(command.duration_s * 1e9 / static_cast<double>(rig_.arm.period_ns)) + 2;
   instants_[0] = 1 + dice(natural_ticks);
   instants_[1] = instants_[0] + 1 + dice(dice(2) == 0 ? 20 : natural_ticks);
+  instants_[2] = instants_[1] + 1 + dice(dice(2) == 0 ? 20 : natural_ticks);
   stop_tick_ = -1;
   double remaining_s = 0.0;
   Verdict verdict{};
@@ -227,15 +271,16 @@ bool Motions::run(const Command& command, Interruption interruption) {
   const int patience = 25 * natural_ticks + 20000;
   for (; tick < patience; ++tick) {
     if (interrupt(interruption, tick)) {
+      if (is_press(interruption)) watcher.expect_fault();
       const double rate = rig_.snapshot.virtual_rate;
       remaining_s = rate > 0.0 ? (command.duration_s - rig_.snapshot.virtual_time_s) / rate : 0.0;
     }
     rig_.step();
     ++ticks_;
-    if (!watcher.see(rig_.snapshot)) {
-      error_ = watcher.error;
-      break;
-    }
+    if (!watcher.see(rig_.snapshot)) error_ = watcher.error;
+    if (!judge_.see(rig_.snapshot)) error_ = judge_.error;
+    if (rig_.snapshot.virtual_rate == 0.0 && !judge_.rest()) error_ = judge_.error;
+    if (!error_.empty()) break;
     if (const auto completion = rig_.completion()) {
       if (completion->id != id_) error_ = fmt::format("verdict for {} instead of {}", completion->id, id_);
       verdict = completion->verdict;
@@ -243,6 +288,7 @@ bool Motions::run(const Command& command, Interruption interruption) {
     }
   }
   if (error_.empty() && tick == patience) error_ = "never ended";
+  if (error_.empty() && !judge_.rest()) error_ = judge_.error;
   if (error_.empty() && stop_tick_ >= 0 && !check_stop(command, tick - stop_tick_)) return false;
   if (error_.empty() && stop_tick_ >= 0 &&
       (interruption == Interruption::kStop || interruption == Interruption::kCancel) &&
@@ -256,6 +302,12 @@ bool Motions::run(const Command& command, Interruption interruption) {
   for (int i = 0; i < 3 && error_.empty(); ++i) {
     rig_.step();
     if (!watcher.see(rig_.snapshot)) error_ = watcher.error;
+  }
+  if (error_.empty() && stop_tick_ >= 0 && is_press(interruption)) {
+    // Pressed in the very cycle of the end, it may still be done, and is a fault at rest.
+    if (!clear_after_press()) return false;
+    ++pressed_;
+    if (verdict == Verdict::kFault) verdict = Verdict::kStopped;
   }
   joint_.speed = std::max(joint_.speed, watcher.joint.speed);
   joint_.acceleration = std::max(joint_.acceleration, watcher.joint.acceleration);
@@ -280,9 +332,9 @@ void Motions::one_motion(Kind kind) {
     if (commands == nullptr) continue;
     const bool interrupted = dice(2) == 0;
     for (const Command& command : *commands) {
-      const auto interruption = interrupted
-                                    ? static_cast<Interruption>(dice(static_cast<int>(Interruption::kCount)))
-                                    : Interruption::kNone;
+      const auto interruption =
+          interrupted ? static_cast<Interruption>(turn_++ % static_cast<int>(Interruption::kCount))
+                      : Interruption::kNone;
       if (!run(command, interruption)) {
         ADD_FAILURE() << error_ << "; interruption " << static_cast<int>(interruption) << " at tick "
                       << instants_[0] << ", " << instants_[1] << "; kind " << static_cast<int>(command.kind)
@@ -305,13 +357,18 @@ TEST_P(Motions, KeepEveryLimitAndStayOnThePath) {
   rig_.step();
   for (std::uint64_t i = 0; i < motions && !HasFailure(); ++i) one_motion(kind);
   fmt::print(
-      "{} done, {} stopped, {} ticks; greatest share of the limits: joint motions v {:.6f} a {:.6f} j "
+      "{} done, {} stopped, {} of them by a press, {} ticks; greatest share of the limits: joint motions v "
+      "{:.6f} a {:.6f} j "
       "{:.6f}, "
-      "path v {:.6f} a {:.6f} j {:.6f}; deviation {:.2e} m; stop {:.3f} (v/a + a/j)\n",
-      done_, stopped_, ticks_, joint_.speed, joint_.acceleration, joint_.jerk, path_.speed,
-      path_.acceleration, path_.jerk, deviation_m_, stop_share_);
+      "path v {:.6f} a {:.6f} j {:.6f}; deviation {:.2e} m; stop {:.3f} (v/a + a/j), {:.3f} of the shortest "
+      "one; faster after it by {:.3f} (a²/2j), {} of {} took over {} of the shortest\n",
+      done_, stopped_, pressed_, ticks_, joint_.speed, joint_.acceleration, joint_.jerk, path_.speed,
+      path_.acceleration, path_.jerk, deviation_m_, stop_share_, judge_.greatest_share, judge_.greatest_rise,
+      judge_.long_stops, judge_.stops, StopJudge::kNearlyAll);
   EXPECT_GT(done_, 0);
   EXPECT_GT(stopped_, 0);
+  EXPECT_GT(pressed_, 0);
+  EXPECT_LE(judge_.long_stops, 3 + judge_.stops / 20);
 }
 
 std::string case_name(const ::testing::TestParamInfo<Motions::ParamType>& info) {

@@ -30,6 +30,9 @@ class Watcher {
   /// One cycle. False, and `error` says what broke, when a limit is broken or the path is left.
   bool see(const Snapshot& snapshot);
 
+  /// The state may be Error from here on: a fault is slowing the arm down, within the same limits.
+  void expect_fault() { expects_fault_ = true; }
+
   std::string error;
   Shares joint;  ///< of joint motions
   Shares path;   ///< of lines and arcs
@@ -48,6 +51,7 @@ class Watcher {
   Command command_{};
   bool has_command_{false};
   bool ramped_{false};
+  bool expects_fault_{false};
   double last_rate_{-1.0};
   std::array<Joints, kHistory> q_{};                 ///< newest first
   std::array<std::array<double, 3>, kHistory> p_{};  ///< TCP, newest first

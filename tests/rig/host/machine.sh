@@ -12,6 +12,7 @@ in_guest() {
   esac
   {
     printf 'export CORBOT_RIG_BOOT=%q CORBOT_BIN=%q PATH=%q:$PATH\n' "$boot" "$binaries" "$binaries"
+    if [ -n "${CORBOT_PRESSES:-}" ]; then printf 'export CORBOT_PRESSES=%q\n' "$CORBOT_PRESSES"; fi
     printf 'cd %q\n' "$PWD"
     printf '%q ' "$@"
   } > "$exchange/command"

@@ -171,6 +171,16 @@ TEST_F(PlantedBreach, ByACircleOfFilesIsFound) {
                                     "src/robot/tickets -> src/robot/link")));
 }
 
+TEST_F(PlantedBreach, ByAPromiseWithoutATestIsFound) {
+  const std::string head = "| Promise | Test |\n|---|---|\n";
+  plant("tests/unit/a_test.cpp", "TEST(Stop, IsAStop) {}\nTEST_F(Stop,\n       IsLatched) {}\n");
+  expect_good("docs/safety.md", head + "| a | `Stop.IsAStop`, on `arm.Stop()` |\n| b | `Stop.IsLatched` |\n");
+  expect_breach("docs/safety.md", head + "| a | `Stop.IsAStop` |\n| b | by hand |\n",
+                ":4: no test of it is named");
+  expect_breach("docs/safety.md", head + "| a | `Stop.IsGone` |\n", ":3: there is no test Stop.IsGone");
+  expect_breach("docs/wiring/README.md", "See `Stop.IsGone`.\n", ":1: there is no test Stop.IsGone");
+}
+
 TEST_F(PlantedBreach, ByLengthIsFound) {
   const auto lines = [](int count) {
     std::string text;

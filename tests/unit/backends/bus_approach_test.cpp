@@ -14,6 +14,28 @@ class BusApproachTest : public BusBackendTest {
  protected:
   static constexpr std::int64_t kLong_ns = 20'000'000'000;
 
+  void be_at_rest_with(double acceleration_rad_s2) {
+    arm_.joints[0].speed_rad_s = 3.0;
+    arm_.joints[0].acceleration_rad_s2 = acceleration_rad_s2;
+    bus_.approach_ns = 0;
+    bus_.has_encoders = true;
+    bus_.reported_us = {0.0};
+  }
+  /// From rest at 0 to rest, with frames a millisecond apart.
+  void expect_within(double acceleration_rad_s2) {
+    std::vector<double> way = bus_.positions_rad;
+    way.insert(way.begin(), 2, 0.0);
+    way.push_back(way.back());
+    double fastest = 0.0;
+    for (std::size_t i = 2; i < way.size(); ++i) {
+      const double speed = (way[i] - way[i - 1]) / 1e-3;
+      const double before = (way[i - 1] - way[i - 2]) / 1e-3;
+      fastest = std::max(fastest, speed);
+      ASSERT_LE(std::abs(speed - before), acceleration_rad_s2 * 1e-3 + 1e-6) << i;
+    }
+    EXPECT_NEAR(fastest, 0.5, 1e-6);
+  }
+
   /// What open() says, begun in a thread of its own.
   static std::future<std::string> opening(BusBackend& backend) {
     return std::async(std::launch::async, [&backend]() -> std::string {
@@ -24,15 +46,6 @@ class BusApproachTest : public BusBackendTest {
       }
       return "open";
     });
-  }
-  void lose(BusBackend& backend) {
-    bus_.fails = true;
-    ASSERT_TRUE(wait_until([&] { return backend.health() == BackendHealth::kLost; }));
-  }
-  static ServoFrame stopped(std::uint64_t cycle, double pulse_us = 1500.0) {
-    ServoFrame result = frame(cycle, pulse_us);
-    result.emergency_stop = true;
-    return result;
   }
 };
 
@@ -73,6 +86,7 @@ TEST_F(BusApproachTest, AHaltThatFailsIsMadeUpFor) {
   bus_.approach_ns = kLong_ns;
   lose(*backend);
   bus_.fails = false;
+  (void)clear(*backend, frame(2));
   ASSERT_TRUE(wait_until([&] { return approaches() == 2; }));
   const int opened = bus_.opened;
   bus_.halt_fails = true;
@@ -86,27 +100,29 @@ TEST_F(BusApproachTest, AHaltThatFailsIsMadeUpFor) {
 }
 
 TEST_F(BusApproachTest, EnergisesNothingWhileStopped) {
-  bus_.is_energising = true;
   const auto backend = make();
   backend->open(frame(1));
+  EXPECT_EQ(bus_.energised, 1);
   backend->write(stopped(2));
-  lose(*backend);
   const int opened = bus_.opened;
+  lose(*backend);  // and opened again at any time from here on
   bus_.fails = false;
+  ASSERT_TRUE(wait_until([&] { return bus_.opened > opened; })) << "watched all the same";
   const int asked = bus_.asked;
   ASSERT_TRUE(wait_until([&] { return bus_.asked > asked + 3; })) << "it waits";
-  EXPECT_EQ(bus_.opened, opened);
-  backend->write(frame(3));
+  EXPECT_EQ(bus_.energised, 1);
+  backend->write(frame(5));
   EXPECT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
-  EXPECT_EQ(bus_.opened, opened + 1);
+  EXPECT_EQ(bus_.energised, 2);
 }
 
 TEST_F(BusApproachTest, EnergisesNothingWhenStoppedBeforeTheStart) {
-  bus_.is_energising = true;
   stop_.set(StopSource::kGpio, true);
   const auto backend = make();
-  EXPECT_THROW((void)backend->connect(), DeviceError);
-  EXPECT_EQ(bus_.opened, 0);
+  (void)backend->connect();
+  EXPECT_THROW(backend->open(frame(1)), DeviceError);
+  EXPECT_EQ(bus_.energised, 0);
+  EXPECT_TRUE(bus_.copy().empty());
 }
 
 TEST_F(BusApproachTest, GivesNoFirstPulseWhileStopped) {
@@ -123,8 +139,9 @@ TEST_F(BusApproachTest, GivesNoFirstPulseWhileStopped) {
   const int asked = bus_.asked;
   ASSERT_TRUE(wait_until([&] { return bus_.asked > asked + 10; }));
   EXPECT_EQ(bus_.copy().size(), before);
-  EXPECT_EQ(backend->health(), BackendHealth::kLost);
-  backend->write(frame(3));
+  backend->write(stopped(4));
+  ASSERT_TRUE(becomes(*backend, BackendHealth::kStandby));
+  backend->write(frame(5));
   EXPECT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
   EXPECT_GT(bus_.copy().size(), before);
 }
@@ -135,8 +152,9 @@ TEST_F(BusApproachTest, WhereTheArmIsHeldElsewhereMeanwhileItIsApproachedAgain) 
   lose(*backend);
   bus_.approach_ns = 1'000'000'000;
   bus_.fails = false;
+  const std::uint64_t cleared = clear(*backend, frame(2));
   ASSERT_TRUE(wait_until([&] { return approaches() == 2; }));
-  backend->write(frame(2, 1700.0));
+  backend->write(frame(cleared + 1, 1700.0));
   bus_.approach_ns = 2'000'000;
   ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
   EXPECT_EQ(approaches(), 3) << "never in one step";
@@ -144,7 +162,7 @@ TEST_F(BusApproachTest, WhereTheArmIsHeldElsewhereMeanwhileItIsApproachedAgain) 
 
 TEST_F(BusApproachTest, ADriveThatHoldsItsLoadDoesNotRampFromAGuess) {
   bus_.approach_ns = 0;
-  bus_.is_energising = true;
+  bus_.is_drive = true;
   bus_.is_silent = true;
   const auto backend = make();
   EXPECT_THAT(opening(*backend).get(), HasSubstr("reports no position"));
@@ -159,11 +177,37 @@ TEST_F(BusApproachTest, ADeviceThatFailsAgainAtOnceIsTriedMoreAndMoreRarely) {
     lose(*backend);
     bus_.fails = false;
     ASSERT_TRUE(wait_until([&] { return bus_.opened > opened; }));
+    (void)clear(*backend, frame(static_cast<std::uint64_t>(10 * i + 10)));
     ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
   }
   const std::lock_guard lock(bus_.mutex);
   const auto since = bus_.opened_at.at(7) - bus_.opened_at.at(4);
   EXPECT_GE(since, std::chrono::milliseconds(8 + 10 + 10)) << "1, 2, 4, 8, 10, 10 ms";
+}
+
+TEST_F(BusApproachTest, AServoThatIsOnIsApproachedFromItsPulseThoughAnotherIsOff) {
+  for (const int stagger_ms : {0, 5}) {
+    bus_.approach_ns = 0;
+    bus_.reported_us = {1480.0, 0.0};
+    bus_.pulses_us.clear();
+    settings_.stagger_ms = stagger_ms;
+    const auto backend = make();
+    ServoFrame first = frame(1, 1500.0);
+    first.servo_count = 2;
+    first.pulse_us[1] = 1900.0;
+    backend->open(first);
+    backend->close();
+    const std::lock_guard lock(bus_.mutex);
+    double at_us = 1480.0;
+    for (const double pulse_us : bus_.pulses_us) {
+      EXPECT_LE(std::abs(pulse_us - at_us), 0.4 + 1e-9) << stagger_ms;
+      at_us = pulse_us;
+    }
+    EXPECT_EQ(at_us, 1500.0);
+    EXPECT_EQ(bus_.second_us.back(), 1900.0) << "what is off begins where it was sent last";
+    EXPECT_TRUE(
+        std::all_of(bus_.second_us.begin(), bus_.second_us.end(), [](double us) { return us == 1900.0; }));
+  }
 }
 
 TEST_F(BusApproachTest, LeadsNoJointFasterThanItMay) {
@@ -176,6 +220,39 @@ TEST_F(BusApproachTest, LeadsNoJointFasterThanItMay) {
   first.position_rad[0] = 0.001;
   backend->open(first);
   EXPECT_GE(bus_.copy().size(), 20u) << "0.00005 rad a millisecond";
+}
+
+TEST_F(BusApproachTest, GainsAndLosesItsSpeedWithinTheAcceleration) {
+  be_at_rest_with(4.0);
+  const auto backend = make();
+  ServoFrame first = frame(1);
+  first.position_rad[0] = 0.2;
+  backend->open(first);
+  backend->close();
+  expect_within(4.0);
+  EXPECT_EQ(bus_.positions_rad.back(), 0.2);
+}
+
+TEST_F(BusApproachTest, AStopOnTheWaySlowsItDownWithinTheAcceleration) {
+  be_at_rest_with(4.0);
+  const auto backend = make();
+  ServoFrame held = stopped(1);
+  backend->open(held);
+  held.needs_clear = false;
+  held.cycle = 2;
+  held.position_rad[0] = 50.0;
+  backend->write(held);
+  ASSERT_TRUE(wait_until([&] { return bus_.copy().size() > 150; }));
+  held.needs_clear = true;
+  held.cycle = 3;
+  backend->write(held);
+  ASSERT_TRUE(wait_until([&] {
+    const std::lock_guard lock(bus_.mutex);
+    return bus_.positions_rad.back() == *(bus_.positions_rad.end() - 2);
+  })) << "it comes to rest";
+  backend->close();
+  expect_within(4.0);
+  EXPECT_LT(bus_.positions_rad.back(), 49.0);
 }
 
 TEST_F(BusApproachTest, CatchesUpAtTwiceTheSpeedAfterAStall) {

@@ -79,14 +79,14 @@ TEST_F(BusBackendTest, IsLostTriesAgainAndApproachesBeforeItIsOpen) {
   ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kLost; }));
   EXPECT_EQ(backend->cause(), DeviceCause::kHungUp);
   EXPECT_THAT(to_string(backend->drain_log()), ::testing::HasSubstr("lost: /dev/fake: cut"));
-  backend->write(frame(77));
   bus_.fails = false;
   const std::size_t before = bus_.copy().size();
   bus_.there = true;
+  const std::uint64_t cleared = clear(*backend, frame(76));
   ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
   EXPECT_EQ(backend->cause(), DeviceCause::kNone);
   EXPECT_EQ(bus_.opened, 2);
-  EXPECT_EQ(bus_.copy().at(before), std::make_pair(std::uint64_t{77}, true));
+  EXPECT_EQ(bus_.copy().at(before), std::make_pair(cleared, true));
 }
 
 TEST_F(BusBackendTest, FiftyLossesLeaveNothingHanging) {
@@ -95,20 +95,48 @@ TEST_F(BusBackendTest, FiftyLossesLeaveNothingHanging) {
   for (int i = 0; i < 50; ++i) {
     bus_.fails = true;
     ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kLost; })) << i;
-    EXPECT_FALSE(backend->read().measured) << "nothing stale";
+    EXPECT_FALSE(backend->read().commanded) << "nothing stale";
     bus_.fails = false;
+    (void)clear(*backend, frame(static_cast<std::uint64_t>(10 * i + 10)));
     ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; })) << i;
   }
   backend->close();
   EXPECT_EQ(bus_.closed, bus_.opened);
 }
 
-TEST_F(BusBackendTest, ReportsMeasuredJoints) {
+TEST_F(BusBackendTest, WhatAControllerSendsIsNotMeasured) {
   const auto backend = make(true);
   backend->open(frame(1, 1200.0));
   backend->write(frame(2, 1200.0));
-  ASSERT_TRUE(wait_until([&] { return backend->read().measured; }));
+  ASSERT_TRUE(wait_until([&] { return backend->read().commanded; }));
+  EXPECT_FALSE(backend->read().measured);
   EXPECT_NEAR(backend->read().position_rad[0], 0.5, 1e-12);
+}
+
+/// Also where nobody has asked for it: what a motion has reached, and how far it is behind, is known by them.
+TEST_F(BusBackendTest, EncodersMeasureTheJoints) {
+  bus_.is_drive = bus_.has_encoders = true;
+  bus_.approach_ns = 0;
+  bus_.reported_us = {0.25};
+  const auto backend = make(false);
+  ServoFrame first = frame(1, 0.25);
+  first.position_rad[0] = 0.25;
+  backend->open(first);
+  ASSERT_TRUE(wait_until([&] { return backend->read().measured; }));
+  EXPECT_FALSE(backend->read().commanded);
+  EXPECT_NEAR(backend->read().position_rad[0], 0.25, 1e-12);
+}
+
+TEST_F(BusBackendTest, ALossIsSaidBeforeTheDeviceIsClosed) {
+  const auto backend = make(true);
+  backend->open(frame(1));
+  bus_.blocks_close = true;
+  bus_.fails = true;
+  EXPECT_TRUE(becomes(*backend, BackendHealth::kLost));
+  EXPECT_THAT(to_string(backend->drain_log()), ::testing::HasSubstr("lost: ")) << "without its cause";
+  EXPECT_EQ(bus_.closed, 0);
+  bus_.blocks_close = false;
+  EXPECT_TRUE(wait_until([&] { return bus_.closed > 0; }));
 }
 
 TEST_F(BusBackendTest, AMissingAnswerDegradesAndThreeInARowAreALoss) {
@@ -130,6 +158,7 @@ TEST_F(BusBackendTest, AMissingAnswerDegradesAndThreeInARowAreALoss) {
   EXPECT_EQ(bus_.opened, 1);
   bus_.misses = 3;
   EXPECT_TRUE(is_logged("lost: /dev/fake: no answer")) << log;
+  (void)clear(*backend, frame(10));
   ASSERT_TRUE(wait_until([&] { return bus_.opened == 2 && backend->health() == BackendHealth::kOpen; }));
 }
 
@@ -140,8 +169,8 @@ TEST_F(BusBackendTest, LeadsADeviceThatDoesNotInterpolate) {
   bus_.fails = true;
   ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kLost; }));
   const std::size_t before = bus_.copy().size();
-  backend->write(frame(2, 1490.0));
   bus_.fails = false;
+  (void)clear(*backend, frame(2, 1490.0));
   ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
   const std::lock_guard lock(bus_.mutex);
   ASSERT_GT(bus_.pulses_us.size(), before + 20) << "25 ms at 400 us/s, a frame a millisecond";
@@ -165,25 +194,28 @@ TEST_F(BusBackendTest, AnEmergencyStopHaltsAnApproachUntilItIsCleared) {
   const auto backend = make();
   backend->open(frame(1));
   bus_.approach_ns = 20'000'000'000;
-  bus_.fails = true;
-  ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kLost; }));
+  lose(*backend);
   bus_.fails = false;
+  const std::uint64_t cleared = clear(*backend, frame(2));
   ASSERT_TRUE(wait_until([&] { return approaches() == 2; })) << "under way";
+  EXPECT_EQ(backend->health(), BackendHealth::kStandby);
   bus_.pressed = true;
   ASSERT_TRUE(wait_until([&] { return bus_.halted == 1; }));
-  ServoFrame latched = frame(5);
-  latched.emergency_stop = true;
-  backend->write(latched);
   const std::size_t before = bus_.copy().size();
   bus_.pressed = false;
   ASSERT_TRUE(wait_until([&] { return stop_.sources() == 0; }));
-  const int asked = bus_.asked;
+  int asked = bus_.asked;
+  ASSERT_TRUE(wait_until([&] { return bus_.asked > asked + 10; }));
+  EXPECT_EQ(bus_.copy().size(), before) << "released, and the cycle has said nothing of it yet";
+  backend->write(stopped(cleared + 3));
+  asked = bus_.asked;
   ASSERT_TRUE(wait_until([&] { return bus_.asked > asked + 10; }));
   EXPECT_EQ(bus_.copy().size(), before) << "released, not cleared";
+  EXPECT_EQ(backend->health(), BackendHealth::kStandby);
   bus_.approach_ns = 2'000'000;
-  backend->write(frame(6));
+  backend->write(frame(cleared + 4));
   ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kOpen; }));
-  EXPECT_EQ(bus_.copy().at(before), std::make_pair(std::uint64_t{6}, true));
+  EXPECT_EQ(bus_.copy().at(before), std::make_pair(cleared + 4, true));
   EXPECT_EQ(bus_.halted, 1);
 }
 
@@ -199,14 +231,40 @@ TEST_F(BusBackendTest, AnEndDuringAnApproachSendsNothingMore) {
   const auto backend = make();
   backend->open(frame(1));
   bus_.approach_ns = 20'000'000'000;
-  bus_.fails = true;
-  ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kLost; }));
+  lose(*backend);
   bus_.fails = false;
+  (void)clear(*backend, frame(2));
   ASSERT_TRUE(wait_until([&] { return approaches() == 2; })) << "under way";
   backend->close();
   EXPECT_EQ(bus_.halted, 1);
   EXPECT_TRUE(bus_.copy().back().second);
   EXPECT_EQ(approaches(), 2);
+}
+
+/// For a watchdog output.
+TEST_F(BusBackendTest, BeatsUnlessACallToTheDeviceDoesNotReturn) {
+  const auto backend = make();
+  EXPECT_EQ(backend->beats(), 0u) << "no thread yet";
+  const auto advances = [&] {
+    const std::uint32_t before = backend->beats();
+    return wait_until([&] { return backend->beats() > before + 5; });
+  };
+  backend->open(frame(1));
+  EXPECT_TRUE(advances());
+  {
+    const std::lock_guard lock(bus_.mutex);  // which the device's send() waits for
+    EXPECT_TRUE(wait_until([&] {
+      const std::uint32_t before = backend->beats();
+      const auto until = Clock::now() + std::chrono::milliseconds(50);
+      while (Clock::now() < until) std::this_thread::yield();
+      return backend->beats() == before;
+    }));
+  }
+  EXPECT_TRUE(advances());
+  bus_.there = false;
+  bus_.fails = true;
+  ASSERT_TRUE(wait_until([&] { return backend->health() == BackendHealth::kLost; }));
+  EXPECT_TRUE(advances()) << "while it tries again";
 }
 
 TEST_F(BusBackendTest, RelaxesAtTheEndWhereAskedTo) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "support/chip_bus.h"
+#include "unit/backends/fake_bus.h"
 
 namespace corbot::rt {
 namespace {
@@ -99,13 +100,18 @@ TEST_F(Pca9685Test, WakesAChipThatAnotherProgramPutToSleep) {
   EXPECT_EQ(bus_.chip.high_counts(0), 307) << "RESTART";
 }
 
-TEST_F(Pca9685Test, TellsNothingOfOutputsThatAreOff) {
+TEST_F(Pca9685Test, ReportsByServoWhatIsOff) {
   const auto device = make();
   (void)device->open();
-  EXPECT_EQ(device->measure(frame_of({{0, 0.0}})).unit, BusReading::Unit::kNothing);
-  device->send(frame_of({{0, 1500.0}}), false);
-  EXPECT_EQ(device->measure(frame_of({{0, 0.0}})).unit, BusReading::Unit::kPulses);
-  EXPECT_EQ(device->measure(frame_of({{0, 0.0}, {1, 0.0}})).unit, BusReading::Unit::kNothing);
+  const ServoFrame asked = frame_of({{0, 0.0}, {1, 0.0}});
+  BusReading reading = device->measure(asked);
+  EXPECT_EQ(reading.unit, BusReading::Unit::kPulses);
+  EXPECT_EQ(reading.value[0], 0.0);
+  EXPECT_EQ(reading.value[1], 0.0);
+  device->send(frame_of({{1, 1500.0}}), false);
+  reading = device->measure(asked);
+  EXPECT_EQ(reading.value[0], 0.0);
+  EXPECT_NEAR(reading.value[1], 1500.0, 2.5);
 }
 
 TEST_F(Pca9685Test, RelaxesItsOwnOutputsOnly) {
@@ -183,6 +189,46 @@ TEST_F(Pca9685Test, PassesOnWhatTheBusSays) {
   EXPECT_EQ(bus_.chip.high_counts(0), 307);
   bus_.is_there = false;
   EXPECT_THROW(device->send(frame_of({{0, 1500.0}}), false), DeviceError);
+}
+
+TEST_F(Pca9685Test, OneAddressWithoutAcknowledgeIsNoLossAndThreeInARowAre) {
+  ArmModel arm;
+  arm.dof = 1;
+  arm.servos[0] = {0, 1500.0, 600.0, 1.0, 500.0, 2500.0};
+  arm.gripper = {1, 1900.0, 1100.0, 0.5};
+  EmergencyStop stop;
+  BusBackend backend(arm, make(), {"pca9685"}, stop);
+  ServoFrame first = frame_of({{0, 1500.0}, {1, 1900.0}});
+  first.cycle = 1;
+  backend.open(first);
+  const auto let_miss = [&](int count) {
+    const std::lock_guard lock(bus_.mutex);
+    bus_.absent_next = count;
+  };
+  const auto led_writes = [&] {
+    const std::lock_guard lock(bus_.mutex);
+    return bus_.absent_next > 0 ? -1 : bus_.chip.led_writes();
+  };
+  for (const int count : {1, 2}) {
+    const int before = led_writes();
+    let_miss(count);
+    ASSERT_TRUE(wait_until([&] { return led_writes() > before; })) << count;
+    EXPECT_NE(backend.health(), BackendHealth::kLost) << count;
+  }
+  let_miss(3);
+  ASSERT_TRUE(wait_until([&] { return backend.health() == BackendHealth::kLost; }));
+  EXPECT_EQ(backend.cause(), DeviceCause::kNoAnswer);
+}
+
+TEST_F(Pca9685Test, IsNotThereAtTheStartWithoutAcknowledge) {
+  bus_.absent_next = 1;
+  const auto device = make();
+  try {
+    (void)device->open();
+    FAIL();
+  } catch (const DeviceError& error) {
+    EXPECT_EQ(error.cause(), DeviceCause::kNotThere);
+  }
 }
 
 }  // namespace

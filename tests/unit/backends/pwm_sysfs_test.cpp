@@ -132,7 +132,7 @@ TEST_F(PwmSysfsTest, TurnsAnInvertedOutputOnlyWhileItIsOff) {
   const Recorder record(chip_ / "pwm0");
   const auto device = make();
   (void)device->open();
-  EXPECT_THAT(record.take(), ElementsAre("enable", "polarity", "period"));
+  EXPECT_THAT(record.take(), ElementsAre("duty_cycle", "enable", "polarity", "period"));
   EXPECT_EQ(of(0, "polarity"), "normal");
 }
 
@@ -152,6 +152,20 @@ TEST_F(PwmSysfsTest, HoldsAtTheEndAndIsFoundAgain) {
   EXPECT_EQ(reading.value[1], 1600.0);
 }
 
+TEST_F(PwmSysfsTest, ReportsByServoWhatIsOff) {
+  make_output("0");
+  make_output("3");
+  put(chip_ / "pwm3" / "period", "20000000");
+  put(chip_ / "pwm3" / "duty_cycle", "1600000");
+  put(chip_ / "pwm3" / "enable", "1");
+  const auto device = make();
+  (void)device->open();
+  const BusReading reading = device->measure(frame(0, 0));
+  ASSERT_EQ(reading.unit, BusReading::Unit::kPulses) << "the other one is approached from its own pulse";
+  EXPECT_EQ(reading.value[0], 0.0);
+  EXPECT_EQ(reading.value[1], 1600.0);
+}
+
 TEST_F(PwmSysfsTest, RelaxesAndGivesBackWhatItExported) {
   make_output("3");
   const auto device = make();
@@ -161,6 +175,19 @@ TEST_F(PwmSysfsTest, RelaxesAndGivesBackWhatItExported) {
   device->relax();
   EXPECT_TRUE(wait_until([&] { return !fs::exists(chip_ / "pwm0"); }));
   EXPECT_EQ(of(3, "enable"), "0") << "was exported by another program";
+}
+
+TEST_F(PwmSysfsTest, EndsThePulsesBeforeAnOutputIsDisabled) {
+  make_output("0");
+  make_output("3");
+  const auto device = make();
+  (void)device->open();
+  device->send(frame(1500.0, 1500.0), false);
+  const Recorder record(chip_ / "pwm0");
+  device->relax();
+  EXPECT_THAT(record.take(), ElementsAre("duty_cycle", "enable"));
+  EXPECT_EQ(of(0, "duty_cycle"), "0");
+  EXPECT_EQ(of(0, "enable"), "0");
 }
 
 TEST_F(PwmSysfsTest, RelaxesAllThatCanBeSwitchedOff) {

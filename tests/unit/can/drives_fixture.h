@@ -26,8 +26,11 @@ class Drives : public ::testing::Test {
         emulator_(CORBOT_SIM_PROGRAM, directory_, 3, {"--position", std::to_string(kStandsAt)}) {
     std::filesystem::create_directory(directory_);
     arm_.dof = 2;
-    for (std::size_t i = 0; i < 2; ++i)
+    for (std::size_t i = 0; i < 2; ++i) {
+      arm_.joints[i].lower_rad = -2.0;
+      arm_.joints[i].upper_rad = 2.0;
       arm_.servos[i] = {static_cast<std::uint32_t>(i), 1500.0, 600.0, 1.0, 500.0, 2500.0};
+    }
     arm_.gripper = {2, 1900.0, 1100.0, 0.5};
     settings_.interface = emulator_.bus();
     settings_.joints = {{1, kCountsPerRad, 0.0, 1.0}, {2, kCountsPerRad, kStandsAt, -1.0}};
@@ -44,6 +47,7 @@ class Drives : public ::testing::Test {
   /// Joint 1 at 0.25 rad, joint 2 at 0, the gripper at half: 12500, 12000 and 10000 counts.
   static ServoFrame frame(double first_rad = 0.25) {
     ServoFrame frame;
+    frame.cycle = static_cast<std::uint64_t>(CanPort::Clock::now().time_since_epoch().count());
     frame.servo_count = 3;
     frame.time_ns = CanPort::Clock::now().time_since_epoch().count();
     frame.position_rad[0] = first_rad;
@@ -61,6 +65,24 @@ class Drives : public ::testing::Test {
       log_ += to_string(backend_->drain_log());
       return backend_->health() == health;
     });
+  }
+  /// As the cycle, which follows what stands by, and a person do after a loss.
+  bool clear() {
+    const auto write = [&](bool needs_clear) {
+      const ServoFeedback feedback = backend_->read();
+      ServoFrame now = frame();
+      if (feedback.measured) now.position_rad = feedback.position_rad;
+      now.needs_clear = now.power_off = needs_clear;
+      backend_->write(now);
+    };
+    if (!wait_until(within(30), [&] {
+          write(true);
+          log_ += to_string(backend_->drain_log());
+          return backend_->health() == BackendHealth::kStandby;
+        }))
+      return false;
+    write(false);
+    return becomes(BackendHealth::kOpen);
   }
   bool arrives(std::int32_t first = 12'500) {
     return wait_until(within(30), [&] {
@@ -82,10 +104,12 @@ class Drives : public ::testing::Test {
     DriveWatch watch({node});
     return state_of(static_cast<std::uint16_t>(SdoClient(port, watch, node).read({0x6041})));
   }
-  /// What opening says, when it fails.
+  /// What opening and enabling say, when they fail.
   DeviceError refused() {
     try {
-      Cia402Drives(settings_).open();
+      Cia402Drives drives(settings_);
+      drives.open();
+      (void)drives.energise([] { return false; });
     } catch (const DeviceError& error) {
       return error;
     }

@@ -50,7 +50,8 @@ TEST_F(SlowNode, MayAnswerBothTriesOfAWrite) {
     answer({0x60, 0x17, 0x10});
     answer({0x4B, 0x17, 0x10, 0, 200});
   });
-  EXPECT_NO_THROW(sdo_.write_checked({0x1017}, 200, 2));
+  EXPECT_NO_THROW(sdo_.write({0x1017}, 200, 2));
+  EXPECT_NO_THROW(sdo_.check({0x1017}, 200, 2));
 }
 
 TEST_F(SlowNode, IsGivenUpWhenItsTextHasNoEnd) {

@@ -25,6 +25,7 @@ TEST_F(WatchingDrives, ReactWhenTheMasterFallsSilent) {
   emergencies.open(emulator_.bus(), {kEmergency + 1});
   Cia402Drives drives(settings_);
   drives.open();
+  (void)drives.energise([] { return false; });
   EXPECT_EQ(awaited_by(3), 0x7F'012Cu);
   int beats = 0;
   ASSERT_TRUE(wait_until(within(30), [&] {
@@ -34,6 +35,7 @@ TEST_F(WatchingDrives, ReactWhenTheMasterFallsSilent) {
     } catch (const DeviceError&) {  // the machine stood still for longer than they wait
       drives.close();
       drives.open();
+      (void)drives.energise([] { return false; });
       beats = 0;
     }
     while (const auto beat = port.read(CanPort::Clock::time_point{})) beats += beat->data[0] == 5 ? 1 : 0;
@@ -54,7 +56,23 @@ TEST_F(WatchingDrives, ReactWhenTheMasterFallsSilent) {
   }));
   drives.close();
   drives.open();
+  (void)drives.energise([] { return false; });
   EXPECT_EQ(state_of_node(1), DriveState::kOperationEnabled) << "it is reset";
+}
+
+TEST_F(WatchingDrives, HearTheMasterWhileTheyAreEnabledOneAfterAnother) {
+  settings_.stagger_ms = 400;
+  Cia402Drives drives(settings_);
+  drives.open();
+  EXPECT_TRUE(wait_until(within(60), [&] {
+    try {
+      (void)drives.measure(frame());  // the first heartbeat
+      return drives.energise([] { return false; });
+    } catch (const DeviceError&) {  // the machine stood still for longer than they wait: not every time
+      return false;
+    }
+  }));
+  EXPECT_EQ(state_of_node(1), DriveState::kOperationEnabled);
 }
 
 TEST_F(WatchingDrives, GoOnHoldingAtTheEnd) {
@@ -65,6 +83,23 @@ TEST_F(WatchingDrives, GoOnHoldingAtTheEnd) {
   for (std::uint8_t node = 1; node <= 3; ++node) {
     EXPECT_EQ(awaited_by(node), 0u);
     EXPECT_EQ(state_of_node(node), DriveState::kOperationEnabled);
+  }
+}
+
+TEST_F(WatchingDrives, LoseTheirVoltageAndAreWatchedOnWhenAStartIsGivenUp) {
+  backend_ = std::make_unique<BusBackend>(arm_, std::make_unique<Cia402Drives>(settings_),
+                                          BusSettings{"socketcan", true, false, 0.02}, stop_);
+  (void)backend_->connect();
+  emulator_.command("turn 10000 2");
+  try {
+    backend_->open(frame());
+    FAIL() << "started";
+  } catch (const DeviceError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("was turned while the drives were being enabled"));
+  }
+  for (std::uint8_t node = 1; node <= 3; ++node) {
+    EXPECT_EQ(awaited_by(node), 0x7F'012Cu);
+    EXPECT_FALSE(is_powered(state_of_node(node)));
   }
 }
 

@@ -133,64 +133,6 @@ TEST(Installation, ASerialDeviceIsChecked) {
   std::filesystem::remove(path);
 }
 
-TEST(Devices, AreCheckedByKind) {
-  Profile profile;
-  const auto first = [&] { return examine_devices(profile).front(); };
-  profile.backend.kind = "pca9685";
-  profile.backend.pca9685.bus = "/nonexistent/i2c-1";
-  EXPECT_EQ(first().level, Level::kFail);
-  EXPECT_THAT(first().fix, HasSubstr("i2c-dev"));
-  profile.backend.kind = "pwm_sysfs";
-  profile.backend.pwm_sysfs.chip = "/nonexistent/pwmchip0";
-  EXPECT_THAT(first().text, HasSubstr("is not a PWM controller"));
-  const std::string chip = testing::TempDir() + "corbot-doctor-pwm-" + std::to_string(::getpid());
-  fs::create_directory(chip);
-  std::ofstream(chip + "/export") << "";
-  profile.backend.pwm_sysfs.chip = chip;
-  EXPECT_EQ(first().level, Level::kOk);
-  fs::remove_all(chip);
-  profile.backend.kind = "gpiod";
-  profile.backend.gpiod = {.chip = "/nonexistent/gpiochip0", .lines = {"1"}};
-  EXPECT_THAT(first().fix, HasSubstr("backend.gpiod.chip"));
-}
-
-TEST(Devices, OfTheEmergencyStopAndThePowerToo) {
-  Profile profile;
-  EXPECT_EQ(examine_devices(profile).size(), 1u);
-  profile.emergency_stop = {.chip = "/nonexistent/gpiochip0", .line = "ESTOP"};
-  profile.power_enable = {.chip = "/dev/null", .line = "POWER"};
-  const auto findings = examine_devices(profile);
-  ASSERT_EQ(findings.size(), 4u);  // a file that can be opened, and what is wrong with it
-  EXPECT_EQ(findings[1].level, Level::kFail);
-  EXPECT_THAT(findings[1].text, HasSubstr("emergency stop: /nonexistent/gpiochip0: No such file"));
-  EXPECT_EQ(findings[3].level, Level::kFail);
-  EXPECT_THAT(findings[3].text, HasSubstr("power enable: /dev/null"));
-}
-
-TEST(Devices, ACanInterfaceIsChecked) {
-  std::string path = testing::TempDir() + "corbot-doctor-can-XXXXXX";
-  const fs::path root = ::mkdtemp(path.data());
-  const auto finding = [&](const std::string& interface) {
-    const std::string file = (root / "arm.toml").string();
-    std::ifstream from(CORBOT_PROFILES "/lynx5-can.toml");
-    std::string text{std::istreambuf_iterator<char>(from), {}};
-    text.replace(text.find("unix:/tmp/can\""), 13, interface);
-    std::ofstream(file) << text;
-    const auto findings = examine_installation(file);
-    const auto found =
-        std::find_if(findings.begin(), findings.end(), [](const auto& f) { return f.subject == "devices"; });
-    return found == findings.end() ? Finding{} : *found;
-  };
-  EXPECT_THAT(finding("no-such-can").text, HasSubstr("no such interface"));
-  EXPECT_THAT(finding("lo").text, HasSubstr("not a CAN interface"));
-  const std::string bus = "unix:" + (root / "bus").string();
-  EXPECT_EQ(finding(bus).level, Level::kFail);
-  EXPECT_THAT(finding(bus).fix, HasSubstr("corbot-sim cia402"));
-  std::ofstream(root / "bus") << "x";
-  EXPECT_EQ(finding(bus).level, Level::kOk);
-  fs::remove_all(root);
-}
-
 TEST(Installation, AWrongProfileFails) {
   const auto findings = examine_installation("/nonexistent/robot.toml");
   EXPECT_TRUE(std::any_of(findings.begin(), findings.end(),

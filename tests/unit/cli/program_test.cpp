@@ -86,6 +86,8 @@ INSTANTIATE_TEST_SUITE_P(
         FaultCase{"move 1,5 2 3", "decimal point"}, FaultCase{"move 1 2 3 --time", "needs a value"},
         FaultCase{"move 1 2 3 --time -1", "must not be negative"},
         FaultCase{"move 1 2 3 --above x", "--above: 'x' is not a number"},
+        FaultCase{"cancel 9223372036854775807", "the largest is 9007199254740992"},
+        FaultCase{"cancel 0", "must be a positive integer"},
         FaultCase{"move 1 2 3 --speed 4", "no option '--speed'"},
         FaultCase{"movec 1 2 3 4 5 6 7 8", "Z3 missing"}, FaultCase{"joints", "A0 missing"},
         FaultCase{"joints 1 2 3 4 5 6 7", "unexpected '7'"}, FaultCase{"drive -1 10 10", "JOINT '-1'"},

@@ -8,6 +8,7 @@
 #include "cli/record.h"
 #include "cli/run_program.h"
 #include "cli/show.h"
+#include "corbot/backend/backend.h"
 
 namespace corbot::cli {
 
@@ -45,7 +46,7 @@ TEST(Status, ShowsStateAlarmsAndNoMinusZero) {
   EXPECT_THAT(text, HasSubstr("(-90 to 90)"));
   EXPECT_THAT(text, HasSubstr("closed"));
   EXPECT_THAT(text, HasSubstr("ssc32, open\n"));
-  EXPECT_THAT(text, HasSubstr("UNVERIFIED"));
+  EXPECT_THAT(text, HasSubstr("UNVERIFIED, the servos may have moved"));
   EXPECT_THAT(text, HasSubstr("corbot 1.2, profile 0123456789abcdef, up since "));
   EXPECT_THAT(text, Not(HasSubstr("-0.00 ")));
   const std::string line = status_line(sample());
@@ -54,15 +55,22 @@ TEST(Status, ShowsStateAlarmsAndNoMinusZero) {
 
 TEST(Status, ADeviceThatIsBackNeedsAClearOnly) {
   StatusReport report = sample();
-  report.active_alarms = {{121, "the servo device is lost: the line was cut; the arm holds"}};
+  report.active_alarms = {{121, "the servo device is lost: the line was cut; set-points are held"}};
   EXPECT_THAT(status_text(report),
               HasSubstr("alarm     121 the servo device was lost, is back: 'corbot clear' "
-                        "(alarm: the servo device is lost: the line was cut; the arm holds)\n"));
+                        "(alarm: the servo device is lost: the line was cut; set-points are held)\n"));
   EXPECT_THAT(status_text(report), Not(HasSubstr("fix the cause")));
+  report.device.health = Corbot::DeviceClosed;
+  EXPECT_THAT(status_text(report), Not(HasSubstr("is back"))) << "no task";
+  report.device.causeText = "no energy until Clear";
+  EXPECT_THAT(status_text(report),
+              AllOf(HasSubstr("is back: 'corbot clear'"), Not(HasSubstr("fix the cause")),
+                    HasSubstr("ssc32, closed: no energy until Clear")));
   report.active_alarms.push_back({130, "emergency stop"});
   EXPECT_THAT(status_text(report), HasSubstr("fix the cause"));
+  report.device.causeText = "";
   report.device.health = Corbot::DeviceLost;
-  EXPECT_THAT(status_text(report), AllOf(HasSubstr("the arm holds\n"), HasSubstr("fix the cause")));
+  EXPECT_THAT(status_text(report), AllOf(HasSubstr("set-points are held\n"), HasSubstr("fix the cause")));
 }
 
 TEST(Status, APausedArmIsNotABusyOne) {
@@ -161,7 +169,10 @@ TEST(Recording, RowsFitTheHeader) {
     EXPECT_EQ(row.back(), '\n');
   }
   EXPECT_THAT(csv_row(snapshot, 4), HasSubstr("7,0,0,moving,3,0,0.000000000,90.000000000,"));
-  EXPECT_THAT(csv_row(snapshot, 4), HasSubstr(",1100.000\n"));
+  EXPECT_THAT(csv_row(snapshot, 4), HasSubstr(",1100.000,closed,-\n"));
+  snapshot.device_health = static_cast<std::uint32_t>(BackendHealth::kStandby);
+  snapshot.flags = kSnapshotUnverified | kSnapshotPowerOff;
+  EXPECT_THAT(csv_row(snapshot, 4), HasSubstr(",standby,unverified+power_off\n"));
 }
 
 }  // namespace

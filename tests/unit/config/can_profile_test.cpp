@@ -33,6 +33,27 @@ TEST(CanProfile, IsReadToTheLastValue) {
   EXPECT_EQ(options.gripper_open_count, 40'000.0);
 }
 
+TEST(CanProfile, HasIdentitiesAndHoming) {
+  std::ifstream file(kFile);
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::string from = "node = 1\n";
+  text.replace(text.find(from), from.size(),
+               from +
+                   "vendor = 42\nserial = 4294967295\nreports_following = false\nhoming_method = 19\n"
+                   "homing_speed_deg_s = 10\nhoming_offset = -500\n");
+  const SocketCanOptions options = parse_profile(text, "can.toml").backend.socketcan;
+  const CanDrive& drive = options.drives[0];
+  EXPECT_EQ(drive.identity, (CanIdentity{42u, std::nullopt, std::nullopt, 4294967295u}));
+  EXPECT_FALSE(drive.reports_following);
+  EXPECT_EQ(drive.homing.method, 19);
+  EXPECT_DOUBLE_EQ(drive.homing.speed_rad_s, 10.0 * std::numbers::pi / 180.0);
+  EXPECT_DOUBLE_EQ(drive.homing.creep_rad_s, std::numbers::pi / 180.0);
+  EXPECT_EQ(drive.homing.acceleration_rad_s2, 0.0);
+  EXPECT_EQ(drive.homing.offset, -500.0);
+  EXPECT_TRUE(options.drives[1].reports_following);
+  EXPECT_EQ(options.drives[1].homing.method, 0);
+}
+
 struct Wrong {
   std::string name;
   std::string from;
@@ -70,6 +91,13 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"NodeOfTheGripper", "node = 5\n", "node = 4\n", ".gripper.node", "used by"},
         Wrong{"Scale", "counts_per_degree = 1000.0", "counts_per_degree = 0", ".drive[0].counts_per_degree",
               "above 0"},
+        Wrong{"Serial", "node = 1\n", "node = 1\nserial = -1\n", ".drive[0].serial", "0 to 4294967295"},
+        Wrong{"HomingMethod", "node = 1\n", "node = 1\nhoming_method = 0\n", ".drive[0].homing_method",
+              "must not be 0"},
+        Wrong{"HomingSpeed", "node = 1\n", "node = 1\nhoming_method = 37\nhoming_speed_deg_s = 91\n",
+              ".drive[0].homing_speed_deg_s", "90 degrees a second"},
+        Wrong{"HomingOfNoMethod", "node = 1\n", "node = 1\nhoming_offset = 3\n", ".drive[0].homing_offset",
+              "needs homing_method"},
         Wrong{"Zero", "zero_count = 0", "zero_count = 1e10", ".drive[0].zero_count", "counts"},
         Wrong{"Direction", "direction = 1\n", "direction = 0\n", ".drive[0].direction", "1 or -1"},
         Wrong{"Interface", "\"unix:/tmp/can\"", "\"can 0\"", ".interface", "can0"},

@@ -266,6 +266,20 @@ const std::vector<Case> kCases{
      "power_enable.active", "1", "must be a string"},
     {"PowerMisspelt", "[backend]", "[power_enabel]\nchip = \"/x\"\n[backend]", "[power_enabel]",
      "power_enabel", "a table", "did you mean power_enable?"},
+    {"WatchdogChip", "[backend]", "[watchdog]\nchip = \"gpiochip0\"\nline = \"W\"\n[backend]",
+     "chip = ", "watchdog.chip", "\"gpiochip0\"", "such as /dev/gpiochip0"},
+    {"WatchdogLineMissing", "[backend]", "[watchdog]\nchip = \"/dev/gpiochip0\"\n[backend]", "[watchdog]",
+     "watchdog.line", "", "is missing"},
+    {"WatchdogPeriod", "[backend]",
+     "[watchdog]\nchip = \"/dev/gpiochip0\"\nline = \"20\"\nperiod_ms = 1\n[backend]", "period_ms",
+     "watchdog.period_ms", "1", "from 2 to 1000 ms"},
+    {"WatchdogLevel", "[backend]",
+     "[watchdog]\nchip = \"/dev/gpiochip0\"\nline = \"20\"\nactive = true\n[backend]", "active",
+     "watchdog.active", "true", "must be a string"},
+    {"WatchdogOnThePowersLine", "[backend]",
+     "[power_enable]\nchip = \"/dev/gpiochip0\"\nline = \"20\"\n[watchdog]\nchip = \"/dev/gpiochip0\"\n"
+     "line =  \"20\"\n[backend]",
+     "line =  ", "watchdog.line", "\"20\"", "is the line of power_enable"},
     {"FrameRate", "frame_hz = 50", "frame_hz = 0", "frame_hz", "backend.loopback.frame_hz", "0",
      "1 to 1000 Hz"},
     {"Readback", "readback = false", "readback = 0", "readback", "backend.loopback.readback", "0",
@@ -274,6 +288,35 @@ const std::vector<Case> kCases{
 
 INSTANTIATE_TEST_SUITE_P(Profile, Refused, testing::ValuesIn(kCases),
                          [](const auto& parameter) { return parameter.param.name; });
+
+TEST(Refusal, APowerThatStaysIsNoCategory0) {
+  std::string text = lynx5();
+  for (const auto& [from, to] :
+       {std::pair{"category = 1", "category = 0"},
+        {"[backend]",
+         "[power_enable]\nchip = \"/dev/gpiochip0\"\nline = \"17\"\noff_at_stop = false\n[backend]"}}) {
+    ASSERT_NE(text.find(from), std::string::npos);
+    text.replace(text.find(from), std::string{from}.size(), to);
+  }
+  const auto faults = faults_of(text);
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].key, "power_enable.off_at_stop");
+  EXPECT_EQ(faults[0].value, "false");
+  EXPECT_EQ(faults[0].allowed, "contradicts stop.category = 0, which takes the power at once");
+}
+
+TEST(Refusal, AWatchdogIsNotFasterThanTheLoop) {
+  std::string text = lynx5();
+  for (const auto& [from, to] :
+       {std::pair{"period_us = 1000", "period_us = 20000"},
+        {"[backend]", "[watchdog]\nchip = \"/dev/gpiochip0\"\nline = \"20\"\nperiod_ms = 19\n[backend]"}}) {
+    text.replace(text.find(from), std::string{from}.size(), to);
+  }
+  const auto faults = faults_of(text);
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].key, "watchdog.period_ms");
+  EXPECT_THAT(faults[0].allowed, HasSubstr("at least that of the loop, 20 ms"));
+}
 
 TEST(Refusal, NamesAllFaultsAtOnceInTheOrderOfTheFile) {
   std::string text = lynx5();

@@ -115,6 +115,22 @@ TEST(ParseProfile, WhatMayBeLeftOutHasItsDefault) {
   EXPECT_EQ(profile.endpoint_host, "127.0.0.1");
   EXPECT_EQ(profile.queue_capacity, 16);
   EXPECT_EQ(profile.backend.loopback.frame_hz, LoopbackOptions{}.frame_hz);
+  EXPECT_TRUE(profile.watchdog.chip.empty());
+  EXPECT_FALSE(switches_power(profile));
+}
+
+TEST(ParseProfile, AWatchdogSwitchesTheServosPower) {
+  std::ifstream stream{kProfiles + "/lynx5.toml"};
+  const std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  const std::string watchdog = "[watchdog]\nchip = \"/dev/gpiochip3\"\nline = \"20\"\nactive = \"low\"\n";
+  const Profile slow = parse_profile(text + watchdog + "period_ms = 62.5\n", "arm.toml");
+  EXPECT_EQ(slow.watchdog.chip, "/dev/gpiochip3");
+  EXPECT_EQ(slow.watchdog.line, "20");
+  EXPECT_TRUE(slow.watchdog.active_low);
+  EXPECT_EQ(slow.watchdog.period_ns, 62'500'000);
+  EXPECT_TRUE(switches_power(slow));
+  EXPECT_TRUE(unpowered_after_exit(slow));
+  EXPECT_EQ(parse_profile(text + watchdog, "arm.toml").watchdog.period_ns, 10'000'000);
 }
 
 }  // namespace

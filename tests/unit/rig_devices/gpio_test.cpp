@@ -102,16 +102,17 @@ TEST_F(RigGpio, MakesPulses) {
 TEST_F(RigGpio, NamesTheConsumerOfALine) {
   const auto chips = kernel_gpio();
   const auto mine = chips->outputs({.chip = chip_, .lines = {"5"}, .consumer = "somebody else"});
-  const auto taken = gpio_line_fault(chip_, "5");
-  ASSERT_TRUE(taken);
-  EXPECT_THAT(taken->text, HasSubstr("is taken by \"somebody else\""));
-  EXPECT_EQ(taken->consumer, "somebody else");
-  EXPECT_FALSE(gpio_line_fault(chip_, "4"));
+  const GpioLineInfo taken = chips->info(chip_, "5");
+  EXPECT_EQ(taken.consumer, "somebody else");
+  EXPECT_TRUE(taken.is_output);
+  EXPECT_FALSE(chips->info(chip_, "4").consumer);
   for (const std::string line : {"NO_SUCH_LINE", "4000"}) {
-    const auto missing = gpio_line_fault(chip_, line);
-    ASSERT_TRUE(missing) << line;
-    EXPECT_THAT(missing->text, HasSubstr("has no line " + line));
-    EXPECT_EQ(missing->consumer, "");
+    try {
+      (void)chips->info(chip_, line);
+      FAIL() << line;
+    } catch (const DeviceError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("has no line " + line));
+    }
   }
   try {
     (void)chips->outputs({.chip = chip_, .lines = {"4", "5"}});
@@ -227,6 +228,8 @@ TEST_F(RigGpio, ComesBackWithItsChip) {
   const auto becomes = [&](BackendHealth health) {
     return wait_until([&] {
       frame.time_ns = now_ns();
+      ++frame.cycle;
+      frame.needs_clear = backend.health() == BackendHealth::kLost;  // and is cleared at once
       backend.write(frame);
       return backend.health() == health;
     });

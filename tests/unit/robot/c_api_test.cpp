@@ -50,6 +50,21 @@ TEST_F(CApi, WithoutATaskReadsHaveNoDataAndMotionsAreNotReady) {
       << "the error may be left out";
 }
 
+TEST(ReadKey, TakesWhatCanBeAKeyAndNothingElse) {
+  const std::string good = "0123456789abcdef0123456789abcdef";
+  const auto read = [](const std::string& octets) {
+    char key[CORBOT_KEY];
+    corbot_read_key(octets.data(), octets.size(), key);
+    return std::string(key);
+  };
+  EXPECT_EQ(read(good), good);
+  EXPECT_EQ(read(""), "-");
+  EXPECT_EQ(read(good.substr(1)), "-");
+  EXPECT_EQ(read(good + "0"), "-");
+  EXPECT_EQ(read(std::string(32, '\0')), "-");
+  EXPECT_EQ(read(good.substr(0, 31) + '\0'), "-");
+}
+
 TEST_F(CApi, ArgumentsAreCheckedFirst) {
   const double nowhere_m[3] = {0.2, 0.0, 1e9};
   const double folded_deg[4] = {0.0, 0.0, 500.0, 0.0};

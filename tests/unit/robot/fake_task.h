@@ -117,7 +117,8 @@ class FakeTask {
       now.state = RtState::kError;
     });
   }
-  /// Of the command that is next in the ring, which is taken.
+  /// The command that is next in the ring, which is taken.
+  [[nodiscard]] Command next() { return take(); }
   [[nodiscard]] std::uint64_t epoch_of_next() { return take().epoch; }
   [[nodiscard]] TaskSegment& task() { return *end_->task; }
   /// Of the Stops that the servant has requested.

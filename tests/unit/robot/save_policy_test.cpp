@@ -43,6 +43,18 @@ TEST(SavePolicy, KeepsAHoldAtOnce) {
   EXPECT_TRUE(rule.is_due(at(0.0, 7), now + 20ms)) << "cleared";
 }
 
+TEST(SavePolicy, KeepsAnErrorAtOnce) {
+  SavePolicy rule;
+  const SavePolicy::Instant now{};
+  rule.saved(at(0.0, 0), now);
+  Snapshot error = at(0.0, 0);
+  error.state = RtState::kError;
+  EXPECT_TRUE(rule.is_due(error, now + 10ms));
+  rule.saved(error, now + 10ms);
+  EXPECT_FALSE(rule.is_due(error, now + 20ms));
+  EXPECT_TRUE(rule.is_due(at(0.0, 0), now + 20ms)) << "cleared";
+}
+
 TEST(SavePolicy, DoesNotHammerAFullDisk) {
   SavePolicy rule;
   const SavePolicy::Instant now{};

@@ -33,7 +33,7 @@ class LoopTask {
         backend_(arm, {}),
         cycle_(std::make_unique<rt::Cycle>(
             arm, rt::CycleChannel{*channel_.task, channel_.stop->count, channel_.servants}, backend_, stop_,
-            rt::CycleStart{}, rt::LivenessLimits{kNever_ns, kNever_ns})),
+            rt::CycleStart{.position_known = true}, rt::CycleSettings{.liveness = {kNever_ns, kNever_ns}})),
         loop_(*cycle_, *channel_.task, {arm.period_ns, false, 0}) {
     backend_.open(cycle_->frame());
     thread_ = std::thread([this] { loop_.run(end_); });

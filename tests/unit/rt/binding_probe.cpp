@@ -83,6 +83,10 @@ int main() {
   const bool is_done = rig.snapshot.last_done_id == last;
   rig.emergency_stop->set(StopSource::kGpio, true);
   rig.step(3);
+  rig.emergency_stop->set(StopSource::kGpio, false);
+  rig.step();
+  rig.clear();
+  rig.step();
   rig.backend.set_plugged(false);
   rig.step(3);
   const bool is_stopped = rig.snapshot.state == RtState::kError;

@@ -124,9 +124,9 @@ TEST_F(FirstMotion, AStartMayOutrankTheSegment) {
   EXPECT_EQ(rig.snapshot.gripper, 0.5);
 }
 
-TEST_F(FirstMotion, ComesAgainWhenAStopHasCutThePower) {
-  for (const bool cuts_power : {false, true}) {
-    power_up({.position_rad = kSaved, .power_cut_at_stop = cuts_power});
+TEST_F(FirstMotion, ComesAgainWhenTheEnergyWasOffAndNobodyKnowsWhereTheServosAre) {
+  for (const bool is_known : {true, false}) {
+    power_up({.position_rad = kSaved, .position_known = is_known});
     rig.emergency_stop->set(StopSource::kGpio, true);
     rig.step();
     rig.clear();
@@ -137,10 +137,10 @@ TEST_F(FirstMotion, ComesAgainWhenAStopHasCutThePower) {
     rig.clear();
     rig.step();
     ASSERT_EQ(rig.snapshot.state, RtState::kStandby);
-    EXPECT_EQ(unverified(), cuts_power);
+    EXPECT_EQ(unverified(), !is_known);
     go(kThere);
     run();
-    EXPECT_NEAR(rate, cuts_power ? 0.1 : 1.0, 1e-12);
+    EXPECT_NEAR(rate, is_known ? 1.0 : 0.1, 1e-12);
     EXPECT_FALSE(unverified());
   }
 }

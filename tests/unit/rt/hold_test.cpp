@@ -167,7 +167,7 @@ TEST_F(Hold, OutlivesAFaultThatComesMeanwhile) {
   rig.step(20000);
   EXPECT_EQ(rig.snapshot.state, RtState::kError);
   rig.clear();
-  rig.step();
+  rig.step(250);  // the device comes slowly to where the arm is held
   EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
   EXPECT_FALSE(is_held());
 }
@@ -311,7 +311,9 @@ TEST_F(Hold, NothingBeginsWhileHeld) {
       ASSERT_TRUE(is_held());
       ASSERT_LE(rig.snapshot.command_id, last_begun) << "cycle " << i;
       if (at_rest) {
-        ASSERT_EQ(rig.snapshot.position_rad, rest) << "cycle " << i;
+        // What a device says in standby is followed, rounded as pulses are.
+        for (std::size_t joint = 0; joint < rest.size(); ++joint)
+          ASSERT_NEAR(rig.snapshot.position_rad[joint], rest[joint], 1e-9) << "cycle " << i;
       }
       at_rest = rig.snapshot.command_id == 0;
       rest = rig.snapshot.position_rad;

@@ -214,7 +214,7 @@ TEST_F(Liveness, ALongGapAtRestIsAFaultToo) {
 }
 
 TEST_F(Liveness, TheProfileDecidesHowLongAGapMayBe) {
-  rig.limits.gap_fault_ns = 5'000'000'000;
+  rig.settings.liveness.gap_fault_ns = 5'000'000'000;
   rig.restart();
   rig.step();
   skip_ms(4900);
@@ -261,7 +261,7 @@ TEST_F(Liveness, OverrunsAreReportedAtOnceAndThenOnceAMinute) {
 }
 
 TEST_F(Liveness, AMotionWithoutAServantIsStoppedOnItsPath) {
-  rig.limits.orphan_ns = 200'000'000;
+  rig.settings.liveness.orphan_ns = 200'000'000;
   rig.restart();
   const JointMotion motion = std::get<std::vector<Command>>(plan).front().joint;
   begin_motion(100);
@@ -291,7 +291,7 @@ TEST_F(Liveness, AMotionWithoutAServantIsStoppedOnItsPath) {
 }
 
 TEST_F(Liveness, AServantThatIsBackInTimeLetsTheMotionRunOn) {
-  rig.limits.orphan_ns = 200'000'000;
+  rig.settings.liveness.orphan_ns = 200'000'000;
   rig.restart();
   begin_motion(100);
   for (int i = 0; i < 3; ++i) {
@@ -305,7 +305,7 @@ TEST_F(Liveness, AServantThatIsBackInTimeLetsTheMotionRunOn) {
 }
 
 TEST_F(Liveness, WhatWaitsInAPauseNeedsAServantToo) {
-  rig.limits.orphan_ns = 200'000'000;
+  rig.settings.liveness.orphan_ns = 200'000'000;
   rig.restart();
   rig.pause(true);
   rig.step();
@@ -315,8 +315,8 @@ TEST_F(Liveness, WhatWaitsInAPauseNeedsAServantToo) {
 }
 
 TEST_F(Liveness, TheTasksOwnGapIsNotTheServantsSilence) {
-  rig.limits.orphan_ns = 200'000'000;
-  rig.limits.gap_fault_ns = 10'000'000'000;
+  rig.settings.liveness.orphan_ns = 200'000'000;
+  rig.settings.liveness.gap_fault_ns = 10'000'000'000;
   rig.restart();
   begin_motion(100);
   rig.servant_responds = false;

@@ -31,7 +31,7 @@ namespace {
 /// What the rig steps comes before what the loop steps; a busy machine makes no fault of a gap.
 void follow_clock(Rig& rig) {
   rig.now_ns = std::chrono::steady_clock::now().time_since_epoch().count();
-  rig.limits.gap_fault_ns = 60'000'000'000;
+  rig.settings.liveness.gap_fault_ns = 60'000'000'000;
   rig.restart();
 }
 

@@ -17,6 +17,7 @@
 #include <new>
 
 #include "corbot/kinematics/kinematics.h"
+#include "rt/bad_line.h"
 #include "rt/rig.h"
 
 // The cycle's promise, proved by interposition: this program brings its own malloc, operator new and mutex
@@ -197,6 +198,25 @@ int code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 
 
 TEST_F(CycleSystemCalls, NoAllocationNoLockNoSystemCall) {
   EXPECT_EQ(code_of(watched([this] { return whole_life(); })), 0);
+}
+
+TEST_F(CycleSystemCalls, NorOnTheRampsOfFaults) {
+  Rig on_line;
+  on_line.task = std::make_unique<TaskSegment>();
+  on_line.servant = std::make_unique<ServantSegment>();
+  on_line.restart({.position_rad = kBesideTheBase, .position_known = true});
+  on_line.step();
+  on_line.submit(std::vector<Command>{line_over_the_base(on_line)});
+  EXPECT_EQ(code_of(watched([&] {
+              rig.step(100);
+              rig.emergency_stop->set(StopSource::kGpio, true);
+              const bool is_slowed_down = !rig.step().at_rest;
+              rig.step(1000);
+              on_line.step(3000);  // off its path in the middle
+              return is_slowed_down && (rig.snapshot.flags & kSnapshotPowerOff) != 0 &&
+                     (on_line.snapshot.flags & kSnapshotPowerOff) != 0;
+            })),
+            0);
 }
 
 TEST_F(CycleSystemCalls, OneNewIsCaught) {

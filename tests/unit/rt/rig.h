@@ -28,18 +28,23 @@ class Rig {
   explicit Rig(const ArmModel& model = lynx5()) : arm(model), planner(model), backend(model, {}) {
     restart();
   }
+  /// A task over another device, which outlives this.
+  explicit Rig(Backend& other, const ArmModel& model = lynx5())
+      : arm(model), planner(model), backend(model, {}), device(other) {
+    restart();
+  }
 
   /// What a new real-time task does with what the last one wrote; a stop that is pressed stays pressed.
-  void restart(const rt::CycleStart& start = {}) {
+  void restart(const rt::CycleStart& start = {.position_known = true}) {
     const std::uint32_t pressed = emergency_stop ? emergency_stop->sources() : 0;
     emergency_stop = std::make_unique<EmergencyStop>();
     for (const StopSource source : {StopSource::kGpio, StopSource::kDevice}) {
       emergency_stop->set(source, (pressed & static_cast<std::uint32_t>(source)) != 0);
     }
-    cycle = std::make_unique<rt::Cycle>(arm, rt::CycleChannel{*task, stops->count, servants}, backend,
-                                        *emergency_stop, start, limits);
+    cycle = std::make_unique<rt::Cycle>(arm, rt::CycleChannel{*task, stops->count, servants}, device,
+                                        *emergency_stop, start, settings);
     cycle->connect({servant.get(), ++session});
-    backend.open(cycle->frame());
+    device.open(cycle->frame());
   }
 
   rt::StepReport step() {
@@ -106,6 +111,7 @@ class Rig {
   ArmModel arm;
   Planner planner;
   rt::LoopbackBackend backend;
+  Backend& device{backend};
   std::unique_ptr<TaskSegment> task = std::make_unique<TaskSegment>();
   std::unique_ptr<ServantSegment> servant = std::make_unique<ServantSegment>();
   std::unique_ptr<StopSegment> stops = std::make_unique<StopSegment>();
@@ -113,7 +119,7 @@ class Rig {
   std::uint64_t session{0};
   std::unique_ptr<EmergencyStop> emergency_stop;
   std::unique_ptr<rt::Cycle> cycle;
-  rt::LivenessLimits limits;
+  rt::CycleSettings settings;
   bool servant_responds{true};
   Snapshot snapshot{};
   std::int64_t now_ns{1'000'000'000};

@@ -3,11 +3,13 @@
 #include "rt/start_position.h"
 #include "config/load_profile.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cstdlib>
 #include <fstream>
 
+#include "corbot/units.h"
 #include "rt/cycle/servo_map.h"
 #include "rt/rig.h"
 
@@ -101,6 +103,40 @@ TEST_F(StartPositionTest, AHoldIsInTheFile) {
   EXPECT_FALSE(find({}, true).held) << "unless it is to be forgotten";
 }
 
+TEST_F(StartPositionTest, AnErrorIsInTheFile) {
+  save();
+  EXPECT_FALSE(find().in_error);
+  publish(kSaved, 0.5);
+  Snapshot last{};
+  ASSERT_TRUE(last_snapshot(*segment, last));
+  last.state = RtState::kError;
+  segment->snapshot.store(last);
+  rt::StartPosition(profile, "arm", directory).save(*segment);
+  segment = std::make_unique<TaskSegment>();
+  EXPECT_TRUE(find().in_error);
+  EXPECT_FALSE(find().held);
+  EXPECT_TRUE(find(device(DevicePosition::Kind::kMeasured, kSaved)).in_error) << "wherever the device is";
+  EXPECT_FALSE(find({}, true).in_error) << "unless it is to be forgotten";
+  profile.arm.servos[0].zero_us += 10.0;
+  EXPECT_TRUE(find().in_error) << "whatever the position means by now";
+}
+
+TEST_F(StartPositionTest, AFileThatProvesNothingIsAnError) {
+  save();
+  std::ofstream(directory + "/arm.position") << "nonsense";
+  for (const auto& at : {DevicePosition{}, device(DevicePosition::Kind::kMeasured, kSaved)}) {
+    EXPECT_TRUE(find(at).in_error);
+    EXPECT_THAT(text, HasSubstr("in Error until Clear: " + directory + "/arm.position: line 1: "));
+    EXPECT_FALSE(find(at, true).in_error) << "unless it is to be forgotten";
+    EXPECT_THAT(text, Not(HasSubstr("Error")));
+  }
+  publish(kSaved, 0.5);
+  EXPECT_FALSE(find().in_error) << "the segment ranks higher";
+  segment = std::make_unique<TaskSegment>();
+  fs::remove(directory + "/arm.position");
+  EXPECT_FALSE(find().in_error);
+}
+
 TEST_F(StartPositionTest, ADeviceThatMeasuresKnowsBetter) {
   save();
   const rt::CycleStart start = find(device(DevicePosition::Kind::kMeasured, {0.1, 0.2, 0.3, 0.39}));
@@ -108,6 +144,8 @@ TEST_F(StartPositionTest, ADeviceThatMeasuresKnowsBetter) {
   EXPECT_EQ(start.opening, 0.5) << "which it does not measure";
   EXPECT_FALSE(start.unverified);
   EXPECT_THAT(text, HasSubstr("measured"));
+  EXPECT_EQ(find(device(DevicePosition::Kind::kMeasured, kSaved, 0.8)).opening, 0.8) << "a gripper's drive";
+  EXPECT_EQ(find(device(DevicePosition::Kind::kMeasured, kSaved, 0.8), true).opening, 0.8);
 }
 
 TEST_F(StartPositionTest, AJointMeasuredOutOfItsRangePreventsTheStart) {
@@ -132,6 +170,30 @@ TEST_F(StartPositionTest, AJointMeasuredOutOfItsRangePreventsTheStart) {
   EXPECT_EQ(start.position_rad[0], profile.arm.joints[0].upper_rad);
 }
 
+TEST_F(StartPositionTest, APulseOutOfItsJointsRangePreventsTheStart) {
+  for (const bool has_segment : {false, true}) {
+    save();
+    if (has_segment) publish(kSaved);
+    for (const bool forget : {false, true}) {
+      try {
+        (void)find(device(DevicePosition::Kind::kCommanded, {0.0, to_radians(150.0), 0.0, 0.0}, 0.5), forget);
+        ADD_FAILURE() << "the servo is there, and every other start is a motion";
+      } catch (const std::runtime_error& error) {
+        const ServoMap& servo = profile.arm.servos[1];
+        const double pulse_us = servo.zero_us + servo.direction * servo.us_per_rad * to_radians(150.0);
+        EXPECT_THAT(error.what(), HasSubstr("joint " + profile.joint_names[1] + " is at 150.0 degrees"));
+        EXPECT_THAT(error.what(), HasSubstr(fmt::format("a pulse of {:.0f} us", pulse_us)));
+        EXPECT_THAT(error.what(), HasSubstr("-30.0 to 130.0"));
+        EXPECT_THAT(error.what(), HasSubstr("corbot calibrate"));
+      }
+    }
+  }
+  segment = std::make_unique<TaskSegment>();
+  const double rounded = profile.arm.joints[0].upper_rad + to_radians(1.0);
+  const rt::CycleStart start = find(device(DevicePosition::Kind::kCommanded, {rounded, 0.0, 0.0, 0.0}, 0.5));
+  EXPECT_EQ(start.position_rad[0], profile.arm.joints[0].upper_rad);
+}
+
 TEST_F(StartPositionTest, WhatAControllerWasCommandedIsTheFileUnrounded) {
   save();
   rt::CycleStart start = find(device(DevicePosition::Kind::kCommanded, {0.11, 0.19, 0.3, 0.4}, 0.52));
@@ -143,14 +205,98 @@ TEST_F(StartPositionTest, WhatAControllerWasCommandedIsTheFileUnrounded) {
   EXPECT_EQ(start.opening, 0.52);
 }
 
-TEST_F(StartPositionTest, TheSegmentKnowsBest) {
+/// A drive that carries a load stands a little behind its set-point: from there the arm would sink at every restart.
+TEST_F(StartPositionTest, TheSegmentKnowsBestWhileTheJointsAreWhereItSays) {
   save();
-  publish({0.5, 0.5, 0.5, 0.5});
-  const rt::CycleStart start = find(device(DevicePosition::Kind::kMeasured, {}));
-  EXPECT_EQ(start.position_rad[0], 0.5);
+  const Joints left{0.5, 0.5, 0.5, 0.5};
+  publish(left, 0.25);
+  const double lag_rad = to_radians(1.9);
+  for (const DevicePosition& at :
+       {DevicePosition{},
+        device(DevicePosition::Kind::kMeasured, {0.5, 0.5 - lag_rad, 0.5 + lag_rad, 0.5}, 0.6),
+        device(DevicePosition::Kind::kCommanded, {0.1, 0.1, 0.1, 0.1}, 0.6)}) {
+    const rt::CycleStart start = find(at);
+    EXPECT_EQ(start.position_rad, left);
+    EXPECT_EQ(start.opening, 0.25) << "what it grips, it goes on gripping";
+    EXPECT_FALSE(start.unverified);
+    EXPECT_FALSE(start.outranks_segment);
+    EXPECT_EQ(start.position_fingerprint, position_fingerprint(profile.arm));
+    EXPECT_EQ(text, "where the last real-time task left it");
+  }
+}
+
+/// Drives whose task was killed may have lost their energy, and the arm sagged or was turned: no start drives it back.
+TEST_F(StartPositionTest, JointsThatAreNotWhereTheLastTaskLeftThemStayWhereTheyAreMeasured) {
+  save();
+  publish({0.5, 0.5, 0.5, 0.5}, 0.25);
+  const Joints sagged{0.5, 0.5 - to_radians(30.0), 0.51, 0.5};
+  rt::CycleStart start = find(device(DevicePosition::Kind::kMeasured, sagged));
+  EXPECT_EQ(start.position_rad, sagged) << "nor is the joint that is near driven back";
+  EXPECT_EQ(start.opening, 0.25) << "which it does not measure";
+  EXPECT_TRUE(start.outranks_segment);
   EXPECT_FALSE(start.unverified);
-  EXPECT_FALSE(start.outranks_segment);
-  EXPECT_EQ(start.position_fingerprint, position_fingerprint(profile.arm));
+  EXPECT_TRUE(start.was_moved) << "somebody, or its own weight, has moved it";
+  EXPECT_THAT(text,
+              HasSubstr(fmt::format("measured by the device, 30.0 degrees from where the last real-time "
+                                    "task left joint {}; in Error until Clear",
+                                    profile.joint_names[1])));
+  start = find(device(DevicePosition::Kind::kMeasured, sagged, 0.6));
+  EXPECT_EQ(start.opening, 0.6) << "nor is the gripper";
+  EXPECT_EQ(find(device(DevicePosition::Kind::kMeasured, sagged, NAN)).opening, 0.25);
+  const double beyond_rad = to_radians(2.1);
+  start = find(device(DevicePosition::Kind::kMeasured, {0.5, 0.5, 0.5, 0.5 + beyond_rad}));
+  EXPECT_EQ(start.position_rad[3], 0.5 + beyond_rad);
+}
+
+/// Only a person clears, wherever the joints have gone meanwhile.
+TEST_F(StartPositionTest, AnErrorAndAHoldOutliveATaskWhoseJointsWereTurned) {
+  const DevicePosition turned = device(DevicePosition::Kind::kMeasured, {0.1, 0.1, 0.1, 0.1});
+  const auto restart = [&](Rig& rig) {
+    rt::StartPosition position(profile, "arm", directory);
+    const rt::CycleStart start = position.find(*rig.task, turned, false);
+    EXPECT_TRUE(start.outranks_segment);
+    rig.restart(start);
+    rig.step();
+    EXPECT_EQ(rig.snapshot.position_rad, turned.position_rad);
+  };
+  const auto left_by = [&](Rig& rig) {
+    rig.restart({.position_rad = {0.5, 0.5, 0.5, 0.5},
+                 .position_known = true,
+                 .position_fingerprint = position_fingerprint(profile.arm)});
+    rig.step();
+  };
+  Rig free;
+  left_by(free);
+  restart(free);
+  EXPECT_EQ(free.snapshot.state, RtState::kError) << "it was turned";
+
+  Rig in_error;
+  left_by(in_error);
+  in_error.emergency_stop->set(StopSource::kGpio, true);
+  in_error.step();
+  in_error.emergency_stop->set(StopSource::kGpio, false);
+  in_error.step();
+  ASSERT_EQ(in_error.snapshot.state, RtState::kError);
+  restart(in_error);
+  EXPECT_EQ(in_error.snapshot.state, RtState::kError);
+  EXPECT_TRUE(in_error.cycle->frame().needs_clear) << "no energy before it";
+
+  Rig stop_seen;
+  left_by(stop_seen);
+  stop_seen.task->stop_seen.store(1);  // by the task's thread, and it was killed before its cycle answered
+  restart(stop_seen);
+  EXPECT_EQ(stop_seen.snapshot.state, RtState::kError);
+
+  Rig held;
+  left_by(held);
+  held.servant->control.hold_count.fetch_add(1);
+  held.step(2);
+  ASSERT_NE(held.snapshot.flags & kSnapshotHeld, 0u);
+  held.servant = std::make_unique<ServantSegment>();  // nor does the servant know of it
+  restart(held);
+  held.step();
+  EXPECT_NE(held.snapshot.flags & kSnapshotHeld, 0u);
+  EXPECT_EQ(held.snapshot.state, RtState::kError);
 }
 
 TEST_F(StartPositionTest, ASegmentOfAnotherServoMapGivesPulsesOnly) {
@@ -177,6 +323,23 @@ TEST_F(StartPositionTest, ASegmentOfAnotherServoMapGivesPulsesOnly) {
   EXPECT_FALSE(commanded.unverified);
   EXPECT_TRUE(commanded.outranks_segment);
   EXPECT_EQ(find(device(DevicePosition::Kind::kMeasured, {0.1, 0.2, 0.3, 0.4})).position_rad[0], 0.1);
+}
+
+TEST_F(StartPositionTest, APulseThatAnotherServoMapHasOutOfRangePreventsTheStart) {
+  const double upper_rad = profile.arm.joints[0].upper_rad;
+  publish({upper_rad, 0.0, 0.0, 0.0});
+  profile.arm.servos[0].us_per_rad /= 2.0;  // so the servo is at twice that angle
+  try {
+    (void)find();
+    ADD_FAILURE() << "every start is a jump";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("joint " + profile.joint_names[0] + " is at 180.0 degrees"));
+    EXPECT_THAT(error.what(), HasSubstr("-90.0 to 90.0"));
+    EXPECT_THAT(error.what(), HasSubstr("--fresh"));
+  }
+  EXPECT_NO_THROW((void)find(device(DevicePosition::Kind::kMeasured, kSaved))) << "the device knows better";
+  profile.backend.common.relax_at_end = true;
+  EXPECT_NO_THROW((void)find()) << "without pulses since, it may be anywhere";
 }
 
 TEST_F(StartPositionTest, ServosWithoutPowerHaveNotKeptTheirPosition) {
@@ -211,9 +374,9 @@ TEST_F(StartPositionTest, PulsesToServosWithoutPowerProveNothing) {
   EXPECT_TRUE(start.unverified);
   EXPECT_NEAR(start.position_rad[0], 0.1, 1e-12) << "but that is where they will go";
   EXPECT_THAT(text, HasSubstr("10 %"));
-  EXPECT_TRUE(start.power_cut_at_stop);
-  profile.power_enable.off_at_stop = false;
-  EXPECT_FALSE(find().power_cut_at_stop);
+  EXPECT_FALSE(start.position_known);
+  profile.backend.position_known_at_start = true;
+  EXPECT_TRUE(find().position_known);
 }
 
 TEST_F(StartPositionTest, ADirectoryThatCannotBeWrittenIsNoReasonToFail) {

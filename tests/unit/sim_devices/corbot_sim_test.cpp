@@ -145,8 +145,9 @@ TEST_F(CorbotSim, IsAnOlderSsc32) {
 }
 
 TEST_F(CorbotSim, IsAMaestro) {
-  start({"maestro"});
+  start({"maestro", "--detect-baud"});
   const Host host(link_);
+  host.send("\x84\x03\x71\x2E\xA1");  // before its baud is known
   host.send({'\xAA'});
   EXPECT_EQ(host.ask("\x84\x02\x71\x2E\x90\x02", 2), "\x71\x17");
   expect_pulses("pulses 2=1500.25");
@@ -192,6 +193,89 @@ TEST_F(CorbotSim, DropsAndGarblesAndIsSilent) {
   expect_pulses("pulses 1=1500");
   accepted("silent off");
   EXPECT_EQ(host.ask("VER\r", kVersionLength), "SSC32-V2.50USB\r");
+}
+
+TEST_F(CorbotSim, AnswersSomeQueriesAndNotOthers) {
+  start({"ssc32"});
+  const Host host(link_);
+  EXPECT_EQ(host.ask("#1P1500\rQP1\r", 1), "\x96");
+  accepted("deaf position on");
+  EXPECT_EQ(host.ask("QP1\rA\r", 1), "1");
+  accepted("deaf position off");
+  accepted("garble input on");
+  EXPECT_EQ(host.ask("A\rQP1\r", 2), "\xCE\x96");
+  accepted("garble input off");
+  accepted("half version on");
+  EXPECT_EQ(host.ask("VER\rA\r", 8), "SSC32-V1");
+  accepted("lose input 2");
+  EXPECT_EQ(host.ask("A\rA\rQP1\r", 2), "1\x96");
+  accepted("lose input 0");
+  accepted("delay input 50");
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(host.ask("A\r", 1), "1");
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(50));
+  EXPECT_EQ(command("deaf errors on", "error"),
+            "error: the device has no query 'errors', but analog, input, moving, position, version");
+  EXPECT_THAT(command("deaf input", "error"), StartsWith("error: 'deaf input' is none of"));
+}
+
+TEST_F(CorbotSim, HandsAnswersOverInBatches) {
+  start({"ssc32"});
+  const Host host(link_);
+  accepted("batch 500");
+  ASSERT_EQ(host.ask("A\r", 1), "1");  // now, an instant of the adapter has just passed
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(host.ask("A\r", 1), "1");
+  EXPECT_EQ(host.ask("A\r", 1), "1");
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(500));
+  accepted("batch 60000");
+  host.send("VER\rVER\rVER\rVER\r");
+  constexpr std::size_t kPacket = 62;  // of answers; how many go with it, the reads of the emulator decide
+  std::string got = host.ask("VER\rA\r", kPacket);
+  EXPECT_EQ(got.size(), kPacket) << "a full packet goes at once";
+  accepted("batch 0");
+  got += host.ask("Q\r", 5 * kVersionLength + 2 - got.size());
+  EXPECT_EQ(got.size(), 5 * kVersionLength + 2);
+  EXPECT_THAT(got, ::testing::EndsWith("1.")) << "and what it still had";
+}
+
+TEST_F(CorbotSim, LosesItsPowerAndGetsItBack) {
+  start({"ssc32"});
+  const Host host(link_);
+  host.send("#1P1500\r");
+  expect_pulses("pulses 1=1500");
+  accepted("power off");
+  EXPECT_EQ(command("pulses", "pulses"), "pulses");
+  host.send("#1P1500\rVER\r");
+  expect_pulses("pulses");
+  accepted("power on");
+  host.send("#1P1600\rQP1\r");
+  // What was sent before may have been on its way still.
+  EXPECT_TRUE(wait_until(within(kPatience_s), [&] { return host.receive(1) == "\xA0"; }));
+  accepted("brownout 50");
+  expect_pulses("pulses");
+  EXPECT_TRUE(wait_until(within(kPatience_s), [&] {
+    host.send("#1P1700\r");
+    return command("pulses", "pulses") == "pulses 1=1700";
+  }));
+}
+
+TEST_F(CorbotSim, HearsGarbageAtAnotherSpeed) {
+  start({"ssc32", "--baud", "9600"});
+  const Host host(link_);
+  EXPECT_EQ(host.ask("VER\r", kVersionLength), "SSC32-V2.50USB\r");
+  termios line{};
+  ASSERT_EQ(::tcgetattr(host.fd(), &line), 0);
+  EXPECT_EQ(::cfgetospeed(&line), static_cast<speed_t>(B9600)) << "as the line is until a program sets it";
+  ::cfsetspeed(&line, B115200);
+  ASSERT_EQ(::tcsetattr(host.fd(), TCSANOW, &line), 0);
+  host.send("#1P1500\rVER\r");
+  // It has read them before it answers a command.
+  accepted("silent off");
+  ::cfsetspeed(&line, B9600);
+  ASSERT_EQ(::tcsetattr(host.fd(), TCSANOW, &line), 0);
+  EXPECT_EQ(host.ask("\x1BVER\r", kVersionLength), "SSC32-V2.50USB\r");
+  EXPECT_EQ(command("pulses", "pulses"), "pulses");
 }
 
 TEST_F(CorbotSim, ResetsAndTakesInputs) {

@@ -111,6 +111,98 @@ TEST_F(Position, IsHeldWhereThePositionItselfIsRejected) {
   EXPECT_FALSE(held_in(another, other)) << "another robot's";
 }
 
+TEST_F(Position, SaysWhetherTheArmIsInErrorAlsoWhereItIsRejected) {
+  EXPECT_FALSE(parse_position(position_text(sample(), arm_.dof), "lynx5", arm_).in_error);
+  Snapshot snapshot{};
+  snapshot.state = RtState::kError;
+  snapshot.position_fingerprint = position_fingerprint(arm_);
+  const std::string text = position_text(position_of(snapshot, "lynx5"), arm_.dof);
+  put(text);
+  EXPECT_TRUE(store().load(arm_)->in_error);
+  EXPECT_FALSE(store().load(arm_)->held);
+  ArmModel other = arm_;
+  other.servos[2].zero_us += 1.0;
+  try {
+    (void)store().load(other);
+    ADD_FAILURE() << "of another profile";
+  } catch (const PositionError& error) {
+    EXPECT_TRUE(error.in_error());
+    EXPECT_FALSE(error.held());
+  }
+  EXPECT_THAT(refusal(changed("in_error = false", "in_error = 0")), HasSubstr("in_error"));
+  EXPECT_EQ(refusal(changed("in_error = false", "")), "") << "written by an earlier version";
+}
+
+/// Nobody knows whether the arm was in Error.
+TEST_F(Position, ThatCannotBeReadAsWhatItShallBeProvesNothing) {
+  Snapshot snapshot{};
+  snapshot.flags = kSnapshotHeld;
+  snapshot.state = RtState::kError;
+  snapshot.position_fingerprint = position_fingerprint(arm_);
+  const std::string good = position_text(position_of(snapshot, "lynx5"), arm_.dof);
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string text = good;
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return text.replace(at, from.size(), to);
+  };
+  ArmModel other = arm_;
+  other.servos[2].zero_us += 1.0;
+  const auto expect_in_error = [&](const std::string& text) {
+    put(text);
+    for (const ArmModel* arm : {&arm_, &other}) {
+      try {
+        (void)store().load(*arm);
+        ADD_FAILURE() << text;
+      } catch (const PositionError& error) {
+        EXPECT_TRUE(error.in_error()) << error.what();
+        EXPECT_THAT(error.what(), HasSubstr("lynx5.position: "));
+      }
+    }
+  };
+  for (const std::size_t bytes :
+       {std::size_t{0}, std::size_t{100}, good.size() / 2, good.find("in_error"), good.find("joints_deg"),
+        good.find("joints_deg") + 16, good.find("gripper")})
+    expect_in_error(good.substr(0, bytes));
+  expect_in_error(std::string(300, '\0'));
+  expect_in_error(good + "\xff\xfe\n");
+  expect_in_error(with("robot = \"lynx5\"", "robot = \"other\""));
+  expect_in_error(with("format = 1", "format = 2"));
+  std::string ones = with("in_error = true", "in_error = 1");
+  expect_in_error(ones.replace(ones.find("held = true"), 11, "held = 1"));
+  expect_in_error(with("in_error = true", "in_error = \"true\""));
+  expect_in_error(with("gripper = ", "gripper = \"\" # "));
+  put(with("joints_deg = [", "joints_deg = [nan, 0, 0, 0] # "));
+  try {
+    (void)store().load(arm_);
+    ADD_FAILURE();
+  } catch (const PositionError& error) {
+    EXPECT_TRUE(error.held() && error.in_error());
+  }
+  fs::remove(store().file());
+  fs::create_directory(store().file());
+  try {
+    (void)store().load(arm_);
+    ADD_FAILURE();
+  } catch (const PositionError& error) {
+    EXPECT_TRUE(error.in_error()) << "it is there";
+  }
+  fs::remove(store().file());
+  EXPECT_FALSE(store().load(arm_)) << "a file that was deleted";
+  EXPECT_FALSE(PositionStore("/dev/null/nowhere", "lynx5", "test").load(arm_)) << "that was never there";
+}
+
+TEST_F(Position, OfAnEarlierVersionWithoutFlagsIsAccepted) {
+  const std::string text = position_text(sample(), arm_.dof);
+  const std::size_t held = text.find("held = ");
+  const std::size_t joints = text.find("joints_deg");
+  ASSERT_LT(held, joints);
+  put(text.substr(0, held) + text.substr(joints));
+  const auto read = store().load(arm_);
+  ASSERT_TRUE(read);
+  EXPECT_FALSE(read->held || read->in_error);
+}
+
 TEST_F(Position, AtTheVeryEndsOfTheRangesIsAccepted) {
   LastPosition position = sample();
   for (std::size_t i = 0; i < arm_.dof; ++i) position.position_rad[i] = arm_.joints[i].upper_rad;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "orb/orbit2/arm_immediate.h"
+#include "orb/orbit2/arm_changes.h"
 
 #include "orb/orbit2/arm_instance.h"
 #include "orb/orbit2/calls.h"
@@ -117,7 +117,7 @@ static void release(PortableServer_Servant servant, CORBA_Environment* ev) {
   check(corbot_robot_release(self_of(servant)->robot, caller_of(servant, &room), &error), &error, ev);
 }
 
-void arm_set_immediate(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm) {
+void arm_set_changes(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm) {
   robot->Speed = speed;
   robot->ArtSpeed = art_speed;
   robot->AllSpeed = all_speed;

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "corbot/backend/emergency_stop.h"
+#include "rt/backends/bus/bus_device.h"
+
+namespace corbot::rt {
+
+/// Of the thread that serves the device. An input that is not heard counts as pressed; what it said last
+/// stays, so that there is no instant between the two at which none is active. Throws DeviceError.
+inline void read_stop_input(BusDevice& device, EmergencyStop& stop) {
+  const StopInput input = device.emergency_stop();
+  if (input != StopInput::kUnheard) stop.set(StopSource::kDevice, input == StopInput::kPressed);
+  stop.set(StopSource::kDeviceUnheard, input == StopInput::kUnheard);
+}
+
+/// The device is lost: nothing is heard of its input, if it has one.
+inline void lose_stop_input(const BusDevice& device, EmergencyStop& stop) noexcept {
+  if (device.has_stop_input()) stop.set(StopSource::kDeviceUnheard, true);
+}
+
+}  // namespace corbot::rt

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <cstdlib>
+#include <string>
+
+namespace corbot::rt {
+
+/// "30.2", "-0.5"
+inline std::string tenths(double value) {
+  const long long tenths = std::llround(value * 10.0);
+  const long long size = std::llabs(tenths);
+  return (tenths < 0 ? "-" : "") + std::to_string(size / 10) + "." + std::to_string(size % 10);
+}
+
+}  // namespace corbot::rt

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "rt/backends/can/drive_bus.h"
+#include "rt/backends/can/drive_enabling.h"
+#include "rt/backends/can/drive_preparation.h"
+#include "rt/backends/can/drive_settings.h"
+
+namespace corbot::rt {
+
+/// Homes drives that lose their count with their power, one after the other (CiA 402-2, homing mode), while all others hold
+/// where they stand. In place of the backend, for a person who stands by. Every failure throws DeviceError; what has power
+/// then is stopped, and its voltage taken off, by stop().
+class DriveHoming {
+ public:
+  explicit DriveHoming(const Cia402Settings& settings);
+
+  /// Sets all drives up, and the homing of those that have one; energises nothing.
+  std::string open();
+  /// All hold where they stand. False: it was stopped meanwhile, and what it had enabled is disabled again.
+  [[nodiscard]] bool energise(const std::function<bool()>& is_stopped);
+  /// False: `goes_on`, which is asked every cycle, was false; the drive has been halted, or has not begun.
+  [[nodiscard]] bool home(std::size_t joint, const std::function<bool()>& goes_on);
+  /// The count at which it stands, and the angle of its joint by the profile.
+  [[nodiscard]] std::int32_t count(std::size_t joint) const {
+    return bus_.drives().at(joint).process.position;
+  }
+  [[nodiscard]] double angle_rad(std::size_t joint) const;
+
+  /// A proper end: they go on holding.
+  void leave() noexcept { bus_.close(); }
+  /// Voltage off.
+  void relax();
+  /// After a failure: quick stop, then voltage off, where energise() was called.
+  void stop() noexcept;
+
+ private:
+  using Clock = DriveBus::Clock;
+
+  /// SYNC with this word for one drive; all others hold. Throws for what the drives report.
+  void exchange(std::size_t joint, std::uint16_t word);
+  /// For so long.
+  void exchange_for(std::size_t joint, std::uint16_t word, Clock::duration time);
+  void halt(std::size_t joint);
+  void set_mode(std::size_t joint, std::uint8_t mode);
+  [[noreturn]] void fail(std::size_t joint, const std::string& what) const;
+
+  const Cia402Settings settings_;
+  DriveBus bus_;
+  DriveEnabling enabling_;
+  DrivePreparation preparation_;
+  std::vector<std::int32_t> targets_;
+  Clock::time_point due_{};
+  bool is_energised_{false};
+};
+
+}  // namespace corbot::rt

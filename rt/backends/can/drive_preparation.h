@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "rt/backends/can/cia402_setup.h"
+#include "rt/backends/can/drive_bus.h"
+#include "rt/backends/can/drive_enabling.h"
+#include "rt/backends/can/drive_settings.h"
+
+namespace corbot::rt {
+
+/// From a bus that is open to drives that are set up and operational, none of them energised by that. Every failure throws
+/// DeviceError.
+class DrivePreparation {
+ public:
+  /// All outlive this.
+  DrivePreparation(const Cia402Settings& settings, DriveBus& bus, DriveEnabling& enabling)
+      : settings_(settings), bus_(bus), enabling_(enabling) {}
+
+  /// Of SYNC, by what the bus carries; returns a text about it.
+  std::string choose_period();
+  /// Returns the nodes, for the log. `must_be_homed`: those that lose their count with their power are.
+  std::string set_up(bool must_be_homed);
+  void start();
+  /// 1016h of all drives, where the profile wants that; 0: they await no heartbeat.
+  void watch_masters(int watch_ms);
+  /// Between two of corbot's heartbeats.
+  [[nodiscard]] DriveBus::Clock::duration beat_period() const {
+    return std::chrono::milliseconds(settings_.watch_ms) / 3;
+  }
+
+ private:
+  using Clock = DriveBus::Clock;
+
+  [[nodiscard]] DriveSetup setup_of(std::size_t drive, bool must_be_homed) const;
+  std::string set_up_once(bool must_be_homed);
+  /// One that has restarted since its set-up began, or nullptr.
+  [[nodiscard]] const DriveReport* restarted() const;
+
+  const Cia402Settings& settings_;
+  DriveBus& bus_;
+  DriveEnabling& enabling_;
+};
+
+}  // namespace corbot::rt

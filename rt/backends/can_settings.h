@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "config/profile.h"
+#include "rt/backends/can/drive_settings.h"
+
+namespace corbot::rt {
+
+/// What `[backend.socketcan]` of a profile means for its drives.
+[[nodiscard]] Cia402Settings cia402_settings(const Profile& profile);
+
+}  // namespace corbot::rt

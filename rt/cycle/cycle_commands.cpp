@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands of a cycle: which one begins, how it ends, and what becomes of those that wait.
+#include <cmath>
+
+#include "corbot/channel/alarms.h"
+#include "rt/cycle/command_check.h"
+#include "rt/cycle/cycle.h"
+
+namespace corbot::rt {
+
+void Cycle::handle_command() noexcept {
+  if (fault_stop_.is_latched()) {
+    orphaned_ = false;
+    fault_ran_ns_ += gap_.seen_ns();
+    if (fault_stop_.is_slowing_down() && !has_slowed_down()) return;
+    end_fault();
+    end_stop();
+    return;
+  }
+  if (is_stopping()) {
+    end_slowed_down();
+    if (is_running_) return;
+    if (hold_.is_active()) refuse_queue(Verdict::kStopped, false);
+    if (is_stop_requested()) refuse_queue(Verdict::kStopped, !shutdown_);
+    if (orphaned_) refuse_queue(Verdict::kOrphaned, false);
+    orphaned_ = false;
+    stands_ = is_device_starting();
+    end_stop();
+    return;
+  }
+  if (is_slowing_down()) end_slowed_down();
+  if (is_running_) return;
+  refuse_cancelled();
+  if (!is_device_open() || device_.may_fall()) return;
+  if (fetch_command()) begin_command();
+}
+
+void Cycle::end_slowed_down() noexcept {
+  if (!is_running_ || !(governor_.holding() || settling_.is_active())) return;
+  end_motion(is_taken_back() || shutdown_ ? Verdict::kStopped : Verdict::kOrphaned);
+}
+
+/// Of a fault: at rest, or the servos do not follow any more.
+bool Cycle::has_slowed_down() const noexcept {
+  if (!is_device_open()) return true;
+  const bool set_point_rests = fault_stop_.is_by_joint()
+                                   ? joint_ramp_.at_rest()
+                                   : !is_running_ || governor_.holding() || governor_.finished();
+  return set_point_rests && have_joints_come_to_rest();
+}
+
+/// Joints lag behind their set-points: their energy is not taken off while they are seen to move. One that does not come
+/// to rest is awaited for the time of a ramp.
+bool Cycle::have_joints_come_to_rest() const noexcept {
+  return !backend_.has_encoders() || rest_.is_at_rest() || fault_ran_ns_ >= ramp_ns_;
+}
+
+/// At rest. What ran and what waits gets its verdict.
+void Cycle::end_fault() noexcept {
+  fault_stop_.come_to_rest();
+  if (is_running_) end_motion(Verdict::kFault);
+  refuse_queue(Verdict::kFault, false);
+}
+
+void Cycle::end_motion(Verdict verdict) noexcept {
+  is_running_ = false;
+  settling_.end();
+  governor_.rest();
+  complete(running_.id, verdict);
+}
+
+/// At rest. A hold is an Error from now on.
+void Cycle::end_stop() noexcept {
+  if (hold_.latch()) fault(alarm::held(), FaultStop::Way::kHeld);
+  if (snapshot_.stops_done == stops_.newest()) return;
+  snapshot_.stops_done = stops_.newest();
+  published_ = true;
+}
+
+/// At rest, as refuse_cancelled(). At most two rings full of commands, each with its verdict. `older_only`: up to the
+/// first that the stop does not concern.
+void Cycle::refuse_queue(Verdict verdict, bool older_only) noexcept {
+  for (std::size_t i = 0; i <= CommandQueue::kMost && fetch_command(); ++i) {
+    if (older_only && !is_earlier_stop(queue_.waiting().epoch, stops_.newest())) return;
+    refuse(verdict);
+  }
+}
+
+void Cycle::refuse_cancelled() noexcept {
+  for (std::size_t i = 0; i <= CommandQueue::kMost && fetch_command(); ++i) {
+    if (!queue_.is_cancelled(queue_.waiting().id)) return;
+    refuse(Verdict::kStopped);
+  }
+}
+
+void Cycle::refuse(Verdict verdict) noexcept {
+  queue_.release();
+  complete(queue_.waiting().id, verdict);
+}
+
+/// At rest. Numbers whose commands are lost end in their turn: no call may wait for them forever.
+bool Cycle::fetch_command() noexcept {
+  CommandQueue::Fetch fetched = queue_.fetch();
+  if (fetched == CommandQueue::Fetch::kCorrupt) raise(alarm::ring_corrupt());
+  if (fetched == CommandQueue::Fetch::kCorrupt || fetched == CommandQueue::Fetch::kLost) {
+    queue_.end_lost(snapshot_.cycle);
+    published_ = true;
+    fetched = queue_.fetch();
+  }
+  return fetched == CommandQueue::Fetch::kOne;
+}
+
+void Cycle::begin_command() noexcept {
+  const Command& next = queue_.waiting();
+  // A Stop may have been counted between this cycle's look at the count and the push.
+  if (stops_.is_to_be_read(*flags_, next.epoch)) return;
+  if (is_earlier_stop(next.epoch, stops_.newest())) return refuse(Verdict::kStopped);
+  // Planned from where the task before had the arm, for a caller whose motion was reported lost with it.
+  if (next.incarnation != static_cast<std::uint32_t>(snapshot_.incarnation)) return refuse(Verdict::kLost);
+  if (paused_) return;
+
+  CommandVerdict verdict =
+      check_command(arm_, next, {queue_.last_done(), set_point_.position_rad, set_point_.opening});
+  if (next.epoch != stops_.newest()) verdict = {Verdict::kMalformed, -1, static_cast<double>(next.epoch)};
+  if (!verdict.ok()) {
+    raise(alarm::command_refused(
+        {.id = next.id, .verdict = verdict.verdict, .joint = verdict.joint, .value = verdict.value}));
+    return refuse(verdict.verdict);
+  }
+  queue_.release();
+  running_ = next;
+  is_running_ = true;
+  base_ = set_point_;
+  governor_.set_target(snapshot_.override_ratio);
+  governor_.begin(governed_motion(arm_, running_));
+}
+
+void Cycle::complete(std::uint64_t id, Verdict verdict) noexcept {
+  queue_.complete(id, verdict, snapshot_.cycle);
+  published_ = true;
+}
+
+}  // namespace corbot::rt

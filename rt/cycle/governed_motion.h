@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "corbot/arm/joints.h"
+#include "rt/cycle/law_segments.h"
+
+namespace corbot::rt {
+
+/// One law that the governor keeps within bounds: q(s) runs by virtual time s, and its limits are those of q
+/// by real time.
+struct GovernedLaw {
+  LawSegments law;
+  double acceleration_limit{};
+  double jerk_limit{};
+};
+
+/// The laws of a running motion: one a joint, one for a path or the gripper, none for a dwell. What the governor promises
+/// holds for laws of equal duration, which check_law() (command_check.cpp) demands of all that move.
+struct GovernedMotion {
+  std::array<GovernedLaw, kMaxJoints> laws;
+  std::size_t count{0};
+  double duration_s{0.0};      ///< in virtual time
+  double longest_ramp_s{0.0};  ///< of a change to another rate than 0, see longest_ramp_s()
+};
+
+/// A plan may touch its limits exactly, and then differs by rounding.
+inline constexpr double kLimitTolerance = 2e-6;
+
+/// Where a motion is and how virtual time advances there, by real time.
+struct RateState {
+  double time_s{0.0};  ///< virtual
+  double rate{0.0};
+  double change{0.0};  ///< of the rate
+};
+
+}  // namespace corbot::rt
