@@ -137,8 +137,9 @@ TEST_F(FailingDrives, StopByThemselvesOnARampWhenNoSetPointComes) {
   EXPECT_EQ(failure->cause(), DeviceCause::kNoSetpoint);
   EXPECT_THAT(failure->what(), HasSubstr("no set-point for 50 ms: the drives are stopped (quick stop)"));
   CanPort port;
-  port.open(emulator_.bus(), {kRpdo1 + 1});
+  listen(port, {kRpdo1 + 1});
   drives.close();
+  await_bus();
   std::vector<std::uint16_t> words;
   while (const auto sent = port.read(CanPort::Clock::time_point{})) {
     words.push_back(static_cast<std::uint16_t>(little_endian(*sent, 0, 2)));
@@ -160,7 +161,7 @@ TEST_F(FailingDrives, AreStoppedWithTheirLastTargets) {
   drives.send(ahead, false);
   (void)drives.measure(ahead);
   CanPort port;
-  port.open(emulator_.bus(), {kRpdo1 + 1});
+  listen(port, {kRpdo1 + 1});
   drives.send(ahead, false);
   const auto sent = port.read(CanPort::Clock::now() + std::chrono::seconds(30));
   ASSERT_TRUE(sent);
@@ -177,6 +178,7 @@ TEST_F(FailingDrives, AreStoppedWithTheirLastTargets) {
     return failure.has_value();
   }));
   drives.close();
+  await_bus();
   int stops = 0;
   while (const auto next = port.read(CanPort::Clock::time_point{})) {
     EXPECT_EQ(little_endian(*next, 2, 4), target);
@@ -282,8 +284,9 @@ TEST_F(FailingDrives, WaitForNoSilentOneOnASlowBusWithTheirVoltage) {
   Cia402Drives drives(settings_);
   drives.open();
   CanPort port;
-  port.open(emulator_.bus(), {kRpdo1 + 1, kRpdo1 + 3, kSync});
+  listen(port, {kRpdo1 + 1, kRpdo1 + 3, kSync});
   EXPECT_THROW((void)drives.de_energise(), DeviceError) << "node 3 may have kept it";
+  await_bus();
   int syncs = 0;
   std::map<canid_t, int> asked_before;
   while (const auto sent = port.read(CanPort::Clock::time_point{})) {

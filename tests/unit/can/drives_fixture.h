@@ -104,6 +104,15 @@ class Drives : public ::testing::Test {
     DriveWatch watch({node});
     return state_of(static_cast<std::uint16_t>(SdoClient(port, watch, node).read({0x6041})));
   }
+  /// Whatever was sent so far has been carried to all who listen, and who has come to listen does.
+  void await_bus() { (void)emulator_.counts(); }
+  /// From here on it hears what is sent, and nothing from before.
+  void listen(CanPort& port, const std::vector<canid_t>& identifiers) {
+    port.open(emulator_.bus(), identifiers);
+    await_bus();
+    while (port.read(CanPort::Clock::time_point{})) {
+    }
+  }
   /// What opening and enabling say, when they fail.
   DeviceError refused() {
     try {

@@ -256,8 +256,9 @@ TEST_F(Drives, AreEnabledOneAfterAnother) {
   port.open(emulator_.bus(), {kRpdo1 + 1, kRpdo1 + 2, kRpdo1 + 3});
   std::vector<std::pair<int, int>> seen;  // node, the first of each of these controlwords
   std::jthread reads([&](const std::stop_token& end) {
-    while (!end.stop_requested()) {
+    for (;;) {
       const auto got = port.read(CanPort::Clock::now() + std::chrono::milliseconds(10));
+      if (!got && end.stop_requested()) return;
       if (!got) continue;
       const std::pair<int, int> step{static_cast<int>(got->can_id - kRpdo1), got->data[0]};
       if (step.second != kShutDown && step.second != kEnableOperation) continue;
@@ -271,6 +272,7 @@ TEST_F(Drives, AreEnabledOneAfterAnother) {
   EXPECT_GE(CanPort::Clock::now() - begin, std::chrono::milliseconds(600));
   for (std::uint8_t node = 1; node <= 3; ++node)
     EXPECT_EQ(state_of_node(node), DriveState::kOperationEnabled);
+  await_bus();
   reads.request_stop();
   reads.join();
   EXPECT_THAT(seen, ::testing::ElementsAre(std::pair(1, 0x06), std::pair(1, 0x0F), std::pair(2, 0x06),
