@@ -157,7 +157,7 @@ TEST_F(FailingDrives, AreStoppedWithTheirLastTargets) {
   serve(drives, 20);
   emulator_.command("block on 1");  // its position stays behind
   ServoFrame ahead = frame();
-  ahead.position_rad[0] += 0.01;
+  ahead.position_q[0] += 0.01;
   drives.send(ahead, false);
   (void)drives.measure(ahead);
   CanPort port;
@@ -223,12 +223,12 @@ TEST_F(FailingDrives, AreMeasuredWithoutEnergyAndStayWhereTheyWereTurned) {
   emulator_.command("sto on 1");
   emulator_.command("turn -500 1");
   emulator_.command("sto off 1");
-  const auto at_rad = [&] { return drives.measure(frame()).value[0]; };
+  const auto at_q = [&] { return drives.measure(frame()).value[0]; };
   const double before = emulator_.counts().at(1) / kCountsPerRad;
-  EXPECT_TRUE(wait_until(within(30), [&] { return std::abs(at_rad() - before) < 1e-9; }));
+  EXPECT_TRUE(wait_until(within(30), [&] { return std::abs(at_q() - before) < 1e-9; }));
   EXPECT_EQ(state_of_node(1), DriveState::kSwitchOnDisabled);
   (void)drives.energise([] { return false; });
-  for (int i = 0; i < 50; ++i) (void)at_rad();
+  for (int i = 0; i < 50; ++i) (void)at_q();
   EXPECT_EQ(state_of_node(1), DriveState::kOperationEnabled);
   EXPECT_DOUBLE_EQ(emulator_.counts().at(1) / kCountsPerRad, before) << "enabled where it stands";
 }
