@@ -191,6 +191,30 @@ TEST_P(SerialFaults, ARestartIsNoticedAndTheWayBackIsSlow) {
   EXPECT_LE(worst_jump(), 0.0) << jump_ << "\n" << log();
 }
 
+TEST_P(SerialFaults, AShortLossOfPowerIsFollowedByNoPulseUntilClear) {
+  // Power that is back within the time of one command on the line finds the rest of it there: no shorter ones.
+  const int shortest_ms = GetParam().period_s > 0.03 ? 100 : 20;
+  for (const int ms : {shortest_ms, 33, 150, 270, 330}) {
+    if (ms < shortest_ms) continue;
+    driver_->leave();
+    command(fmt::format("brownout {}", ms));
+    const std::size_t before = controller_->rows().size();
+    ASSERT_TRUE(reaches(BackendHealth::kStandby)) << ms << "\n" << log();
+    ASSERT_TRUE(was_logged("has restarted", "no answer")) << log();
+    std::map<std::uint32_t, double> last;
+    const std::vector<DeviceRow> rows = controller_->rows();
+    for (std::size_t i = before; i < rows.size(); ++i) {
+      const auto [channel, is_new] = last.try_emplace(rows[i].channel, rows[i].given);
+      EXPECT_FALSE(channel->second <= 0.0 && rows[i].given > 0.0) << ms << " ms, channel " << rows[i].channel;
+      channel->second = rows[i].given;
+    }
+    for (const double pulse_us : pulses()) EXPECT_EQ(pulse_us, 0.0) << ms << " ms";
+    driver_->clear();
+    ASSERT_TRUE(reaches(BackendHealth::kOpen)) << ms << "\n" << log();
+    ASSERT_TRUE(arrives()) << ms << "\n" << log();
+  }
+}
+
 TEST_P(SerialFaults, AFewBytesThatAreLostOrGarbledMakeNoJump) {
   for (const char* fault : {"drop 1", "garble 1", "drop 7", "garble 3", "drop 2"}) {
     const std::uint64_t frames = backend_->times().frames;

@@ -195,8 +195,13 @@ Approach::Outcome Approach::give_first_pulses(const ServoFrame& frame, const Bus
     ServoFrame first = frame;
     first.servo_count = count;  // the others are left as they are
     may_be_moving_ = interpolates;
-    sender_.send_on_the_way(first, interpolates);
-    const Outcome outcome = wait_until(Clock::now() + stagger_);
+    bool is_sent = false;
+    Outcome outcome = Outcome::kThere;
+    while (!is_sent && outcome == Outcome::kThere) {
+      is_sent = sender_.send_on_the_way(first, interpolates);
+      outcome = wait_until(Clock::now() + (is_sent ? Clock::duration(stagger_)
+                                                   : std::chrono::nanoseconds(device_.period_ns())));
+    }
     if (outcome == Outcome::kThere) continue;
     halt_left_over();
     return outcome;
@@ -251,10 +256,10 @@ Approach::Outcome Approach::ramp_to_newest(ServoFrame at, const std::optional<Bu
     target.pulse_us = at.pulse_us;
     target.position_q = at.position_q;
     if (rests && !is_stopping) {
-      sender_.send(target);
-      return Outcome::kThere;
+      if (sender_.send(target)) return Outcome::kThere;
+    } else {
+      sender_.send_on_the_way(target, false);
     }
-    sender_.send_on_the_way(target, false);
     // Pulses are said as they go: a Stop on the way ends it where they are by then, and the cycle holds the arm there.
     // What measures is said to be where it is held: the cycle follows that, and each other reading would let the arm creep.
     if (held) (void)device_.measure(target);

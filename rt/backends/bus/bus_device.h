@@ -63,8 +63,9 @@ class BusDevice {
   /// After a stall the device catches up in steps as long as one after its period and, at most, this.
   [[nodiscard]] virtual std::int64_t longest_gap_ns() const noexcept { return 20'000'000; }
   /// Hands a frame over. `approach` asks for a slow motion to it, from wherever the servos are; only a device
-  /// that interpolates is asked.
-  virtual void send(const ServoFrame& frame, bool approach) = 0;
+  /// that interpolates is asked. False: it was kept back, since nothing says yet that the device is still the one that had
+  /// the frames before it.
+  virtual bool send(const ServoFrame& frame, bool approach) = 0;
   /// How long a slow approach takes; 0: the device does not interpolate, and ramps there in small steps.
   [[nodiscard]] virtual std::int64_t approach_ns() const noexcept { return 0; }
   /// Whether the servos' pulses are those of the last approach; asked while one is under way, so that its limits are not

@@ -6,19 +6,21 @@
 
 namespace corbot::rt {
 
-void FrameSender::send(const ServoFrame& frame) {
-  device_.send(frame, false);
+bool FrameSender::send(const ServoFrame& frame) {
+  if (!device_.send(frame, false)) return false;
   counted_.cycle = frame.cycle;
   if (frame.time_ns != 0) {
     counted_.age_ns = std::chrono::steady_clock::now().time_since_epoch().count() - frame.time_ns;
     counted_.age_max_ns = std::max(counted_.age_max_ns, counted_.age_ns);
   }
   count(frame);
+  return true;
 }
 
-void FrameSender::send_on_the_way(const ServoFrame& frame, bool approach) {
-  device_.send(frame, approach);
+bool FrameSender::send_on_the_way(const ServoFrame& frame, bool approach) {
+  if (!device_.send(frame, approach)) return false;
   count(frame);
+  return true;
 }
 
 void FrameSender::count(const ServoFrame& frame) {

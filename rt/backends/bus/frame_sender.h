@@ -13,10 +13,10 @@ class FrameSender {
   /// `device` must outlive it.
   explicit FrameSender(BusDevice& device) : device_(device) {}
 
-  /// Throws DeviceError.
-  void send(const ServoFrame& frame);
-  /// On the way to `frame`: at other positions, or slowly by the device itself. Throws DeviceError.
-  void send_on_the_way(const ServoFrame& frame, bool approach);
+  /// False: the device has kept it back. Throws DeviceError.
+  bool send(const ServoFrame& frame);
+  /// On the way to `frame`: at other positions, or slowly by the device itself. As send().
+  bool send_on_the_way(const ServoFrame& frame, bool approach);
   /// servo_count 0: none.
   [[nodiscard]] const ServoFrame& last() const noexcept { return last_; }
   /// From now on the longest age is counted anew.

@@ -183,7 +183,7 @@ void Cia402Drives::check_age(const ServoFrame& frame) {
   if (is_energised_ && frame_age_.is_stale()) fail_stale();
 }
 
-void Cia402Drives::send(const ServoFrame& frame, bool) {
+bool Cia402Drives::send(const ServoFrame& frame, bool) {
   exchange_succeeded_ = false;
   check_age(frame);
   bus_.listen(Clock::now(), [] { return false; });
@@ -192,6 +192,7 @@ void Cia402Drives::send(const ServoFrame& frame, bool) {
   beat();
   bus_.synchronise(std::vector<std::uint16_t>(last_targets_.size(), kEnableOperation), last_targets_);
   exchange_succeeded_ = true;
+  return true;
 }
 
 BusReading Cia402Drives::measure(const ServoFrame& frame) {

@@ -39,7 +39,7 @@ class Cia402Drives final : public BusDevice {
   /// What is too far for one SYNC is a following error.
   [[nodiscard]] std::int64_t longest_gap_ns() const noexcept override { return 0; }
   [[nodiscard]] bool has_encoders() const noexcept override { return true; }
-  void send(const ServoFrame& frame, bool approach) override;
+  bool send(const ServoFrame& frame, bool approach) override;
   BusReading measure(const ServoFrame& frame) override;
   [[nodiscard]] std::optional<BusReading> held() const override;
   [[nodiscard]] std::optional<DeviceError> warning() override;

@@ -88,7 +88,7 @@ void Gpiod::check_edges() const {
   }
 }
 
-void Gpiod::send(const ServoFrame& frame, bool) {
+bool Gpiod::send(const ServoFrame& frame, bool) {
   check_edges();
   PulseWidths widths;
   widths.count = static_cast<std::uint32_t>(std::min(settings_.lines.size(), kMaxServos));
@@ -96,9 +96,10 @@ void Gpiod::send(const ServoFrame& frame, bool) {
     if (frame.channel[i] < widths.count) widths.width_ns[frame.channel[i]] = width_ns(frame.pulse_us[i]);
   }
   widths_.store(widths);
-  if (Clock::now() < next_report_) return;
+  if (Clock::now() < next_report_) return true;
   next_report_ += kReportEvery;
   log_ = lateness_.text();
+  return true;
 }
 
 BusReading Gpiod::measure(const ServoFrame&) {

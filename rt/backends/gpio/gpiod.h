@@ -43,7 +43,7 @@ class Gpiod final : public BusDevice {
   std::string open() override;
   void close() noexcept override;
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return frame_ns_; }
-  void send(const ServoFrame& frame, bool approach) override;
+  bool send(const ServoFrame& frame, bool approach) override;
   BusReading measure(const ServoFrame& frame) override;
   void relax() override { widths_.store(PulseWidths{}); }
   [[nodiscard]] std::string drain_log() override;

@@ -148,7 +148,7 @@ void Pca9685::wake(std::uint8_t mode) {
   if ((read(kMode1) & kRestart) != 0) write(kMode1, static_cast<std::uint8_t>(awake | kRestart));
 }
 
-void Pca9685::send(const ServoFrame& frame, bool) {
+bool Pca9685::send(const ServoFrame& frame, bool) {
   // A chip whose power failed has lost its registers, and sleeps.
   if ((read(kMode1) & (kSleep | kAutoIncrement)) != kAutoIncrement) {
     throw DeviceError(DeviceCause::kDeviceFault,
@@ -169,6 +169,7 @@ void Pca9685::send(const ServoFrame& frame, bool) {
     } while (i < count && frame.channel[i] == frame.channel[i - 1] + 1);
     write_block(first_register_of(frame.channel[first]), std::span(block).first((i - first) * kBytesPerLed));
   }
+  return true;
 }
 
 std::optional<int> Pca9685::counts_at(std::uint32_t channel) {

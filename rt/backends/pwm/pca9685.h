@@ -28,7 +28,7 @@ class Pca9685 final : public BusDevice {
   std::string open() override;
   void close() noexcept override;
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
-  void send(const ServoFrame& frame, bool approach) override;
+  bool send(const ServoFrame& frame, bool approach) override;
   /// The pulses that the chip sends; 0 of an output that is off.
   BusReading measure(const ServoFrame& frame) override;
   void relax() override;

@@ -183,7 +183,7 @@ void PwmSysfs::look_after_one() {
   throw DeviceError(DeviceCause::kDeviceFault, output.directory + ": another program has switched it off");
 }
 
-void PwmSysfs::send(const ServoFrame& frame, bool) {
+bool PwmSysfs::send(const ServoFrame& frame, bool) {
   // A controller that was unbound shows on the next write, but there may be none while the arm holds.
   look_after_one();
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.servo_count, kMaxServos); ++i) {
@@ -192,6 +192,7 @@ void PwmSysfs::send(const ServoFrame& frame, bool) {
     set_duty(*output, std::min(nanoseconds(frame.pulse_us[i]), period_ns_));
     switch_on(*output);
   }
+  return true;
 }
 
 BusReading PwmSysfs::measure(const ServoFrame& frame) {

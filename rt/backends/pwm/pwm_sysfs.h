@@ -26,7 +26,7 @@ class PwmSysfs final : public BusDevice {
   std::string open() override;
   void close() noexcept override;
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
-  void send(const ServoFrame& frame, bool approach) override;
+  bool send(const ServoFrame& frame, bool approach) override;
   /// The pulses that the outputs had when they were opened or have been given since; nothing when one is off.
   BusReading measure(const ServoFrame& frame) override;
   /// Switches the outputs off and gives back those that this program has exported.

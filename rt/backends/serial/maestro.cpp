@@ -118,7 +118,7 @@ std::string Maestro::describe_errors(unsigned errors) {
 
 unsigned Maestro::identify() {
   dialog_.open(settings_.port, settings_.baud);
-  reply_pending_ = is_served_ = is_slow_ = false;
+  is_served_ = is_slow_ = false;
   frames_since_check_ = 0;
   found_errors_ = 0;
   if (settings_.detect_baud) dialog_.write(Bytes{kPololu});
@@ -146,35 +146,40 @@ std::string Maestro::open() {
          std::to_string(tenths_hz % 10) + " frames a second" + latency_warning(dialog_.latency_ms());
 }
 
-void Maestro::send(const ServoFrame& frame, bool approach) {
+bool Maestro::send(const ServoFrame& frame, bool approach) {
   if (approach) {
     approach_to(frame);
-    return;
+    return true;
   }
+  if (!is_still_there(frame)) return false;
   Bytes bytes;
   if (is_slow_) bytes = limits(frame, 0, 0);
   is_slow_ = false;
-  // Queried before the frame: afterwards it cannot be seen whether it was the first. Channel 0 of a frame is
-  // never commanded to 0.
-  dialog_.discard_input();
-  append(bytes, command(kGetPosition, {low7(frame.channel[0])}));
   append(bytes, targets(frame));
   dialog_.write(bytes);
   last_ = given_ = frame;
-  is_served_ = reply_pending_ = true;
-  if (++frames_since_check_ >= kFramesPerCheck) {
-    check_errors();
-  } else if (!settings_.readback) {  // else the reply comes with that to the next query
-    try {
-      take_reply();
-    } catch (const DeviceError& error) {
-      dialog_.note_miss(error);
-    }
+  is_served_ = true;
+  if (++frames_since_check_ >= kFramesPerCheck) check_errors();
+  return true;
+}
+
+/// Channel 0 of a frame is never commanded to 0. One whose power failed gets no target: that would be a pulse at once, at
+/// full speed.
+bool Maestro::is_still_there(const ServoFrame& frame) {
+  try {
+    send_query(command(kGetPosition, {low7(frame.channel[0])}));
+    const unsigned position = read_position();
+    check_restart(frame.channel[0], position);
+    dialog_.note_reply();
+    return true;
+  } catch (const DeviceError& error) {
+    dialog_.note_miss(error);
   }
+  return false;
 }
 
 void Maestro::approach_to(const ServoFrame& frame) {
-  reply_pending_ = is_served_ = false;
+  is_served_ = false;
   last_ = frame;
   looks_unchanged_ = 0;
   clear_timeout();
@@ -310,7 +315,6 @@ void Maestro::check_errors() {
 
 void Maestro::check_restart(std::uint32_t channel, unsigned position) {
   if (position != 0) return;
-  reply_pending_ = false;
   unsigned errors = 0;
   try {
     errors = query_errors();
@@ -336,15 +340,8 @@ void Maestro::refuse(unsigned errors) const {
 }
 
 void Maestro::send_query(const Bytes& bytes) {
-  if (!reply_pending_) dialog_.discard_input();
+  dialog_.discard_input();
   dialog_.write(bytes);
-  if (reply_pending_) take_reply();
-}
-
-void Maestro::take_reply() {
-  reply_pending_ = false;
-  check_restart(last_.channel[0], read_position());
-  dialog_.note_reply();
 }
 
 unsigned Maestro::query_errors() {

@@ -38,7 +38,7 @@ class Maestro final : public BusDevice {
   std::string open() override;
   void close() noexcept override { dialog_.close(); }
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
-  void send(const ServoFrame& frame, bool approach) override;
+  bool send(const ServoFrame& frame, bool approach) override;
   [[nodiscard]] std::int64_t approach_ns() const noexcept override { return approach_ns_; }
   [[nodiscard]] std::optional<bool> has_arrived() override;
   void halt() override;
@@ -73,8 +73,9 @@ class Maestro final : public BusDevice {
   [[nodiscard]] SerialDialog::Pulses query(const ServoFrame& frame);
   /// Read until stable: a garbled byte must not decide how long an approach takes, or where it is halted.
   [[nodiscard]] SerialDialog::Pulses stable_pulses(const ServoFrame& frame);
-  /// The position that was queried with the frame.
-  void take_reply();
+  /// Whether it replies, by the position of the frame's first servo. Throws where it has restarted, and where there was no
+  /// reply for long.
+  [[nodiscard]] bool is_still_there(const ServoFrame& frame);
   /// Throws when the error register is not empty.
   void check_errors();
   /// Throws when a servo that was given a target has no pulses.
@@ -87,10 +88,9 @@ class Maestro final : public BusDevice {
   std::int64_t approach_ns_{2'500'000'000};
   ServoFrame last_{};
   std::string log_;
-  ServoFrame given_{};         ///< the last that was no approach
-  bool is_served_{false};      ///< since the last approach
-  bool reply_pending_{false};  ///< a position that was queried with a frame
-  bool is_slow_{false};        ///< the limits of an approach are set
+  ServoFrame given_{};     ///< the last that was no approach
+  bool is_served_{false};  ///< since the last approach
+  bool is_slow_{false};    ///< the limits of an approach are set
   int frames_since_check_{0};
   SerialDialog::Pulses polled_us_{};  ///< by has_arrived()
   int looks_unchanged_{0};

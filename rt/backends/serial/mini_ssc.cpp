@@ -31,7 +31,7 @@ std::string MiniSsc::open() {
          " frames a second; it never answers, so its presence is not checked";
 }
 
-void MiniSsc::send(const ServoFrame& frame, bool) {
+bool MiniSsc::send(const ServoFrame& frame, bool) {
   constexpr std::uint8_t kSync = 0xFF;
   std::vector<std::uint8_t> bytes;
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.servo_count, kMaxServos); ++i) {
@@ -39,6 +39,7 @@ void MiniSsc::send(const ServoFrame& frame, bool) {
                  {kSync, static_cast<std::uint8_t>(frame.channel[i]), position_of(frame.pulse_us[i])});
   }
   port_.write(bytes, SerialPort::Clock::now() + 300ms + std::chrono::nanoseconds(period_ns_));
+  return true;
 }
 
 }  // namespace corbot::rt

@@ -26,7 +26,7 @@ class MiniSsc final : public BusDevice {
   std::string open() override;
   void close() noexcept override { port_.close(); }
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
-  void send(const ServoFrame& frame, bool approach) override;
+  bool send(const ServoFrame& frame, bool approach) override;
   BusReading measure(const ServoFrame&) override {
     port_.check();
     return {};

@@ -61,11 +61,11 @@ std::int64_t Ssc32::shortest_period_ns(std::size_t servos, int baud, bool readba
   constexpr std::int64_t kReply_ns = 5'000'000;
   const std::size_t bytes = servos * kBytesPerServo + kBytesPerGroup + kBytesPerQuery + 1 +
                             (readback ? servos * kBytesPerQuery + 1 : 0) + (stop_input ? kBytesPerInput : 0);
-  // The reply to the query of every frame and that of the input come together; an adapter may keep each
-  // batch.
-  const std::int64_t kept_ns = latency_ms.value_or(0) > kGoodLatency_ms
-                                   ? (readback ? 2 : 1) * std::int64_t{*latency_ms} * 1'000'000
-                                   : 0;
+  // The replies to the query of every frame, that of the input and those of readback: an adapter may keep each batch.
+  const std::int64_t kept_ns =
+      latency_ms.value_or(0) > kGoodLatency_ms
+          ? (1 + (readback ? 1 : 0) + (stop_input ? 1 : 0)) * std::int64_t{*latency_ms} * 1'000'000
+          : 0;
   const std::int64_t replies_ns = (readback ? kReply_ns : 0) + (stop_input ? kReply_ns : 0) + kept_ns;
   const auto line_ns =
       static_cast<std::int64_t>(bytes * kBitsPerByte * 1'000'000'000ull / static_cast<unsigned>(baud));
@@ -77,7 +77,7 @@ std::int64_t Ssc32::shortest_period_ns(std::size_t servos, int baud, bool readba
 
 std::string Ssc32::open() {
   dialog_.open(settings_.port, settings_.baud);
-  reply_pending_ = is_served_ = false;
+  is_served_ = is_reply_missing_ = false;
   given_ = 0;
   // Drops a command that was cut off when a plug was pulled; a CR would execute it.
   dialog_.write("\x1b");
@@ -85,7 +85,6 @@ std::string Ssc32::open() {
   const std::string model = query_version();
   period_ns_ = shortest_period_ns(settings_.servos, settings_.baud, settings_.readback,
                                   settings_.stop_input != 0, dialog_.latency_ms());
-  missed_.reset();
   if (settings_.stop_input != 0) clear_latched_stop();
   dialog_.begin_service();
   const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
@@ -123,31 +122,35 @@ std::string Ssc32::query_version() {
 
 /// It has no limit of acceleration: what is slow goes there in small steps. A servo that has had no pulse since power-up
 /// must get a plain one: with a time, an SSC-32 assumes that it begins at 500 us, and throws the arm there first.
-void Ssc32::send(const ServoFrame& frame, bool) {
-  const bool is_first = frame.servo_count > given_;
-  if (period_ns_ > kServoFrame_ns) {
-    // Between frames that are far apart the controller interpolates. One that has restarted must not get a
-    // time; so it is queried first, and one that does not reply gets none either.
-    query_one();
-    const std::optional<DeviceError> missing = take_reply();
-    dialog_.write(group(frame, missing || is_first ? 0 : static_cast<int>(period_ns_ / 1'000'000)));
-    note_given(frame);
-    if (missing) dialog_.note_miss(*missing);
-  } else {
-    // Queried before the frame, as afterwards it cannot be seen whether it was the first.
-    query_one(group(frame, 0));
-    note_given(frame);
-    if (const auto missing = std::exchange(missed_, std::nullopt)) dialog_.note_miss(*missing);
-    // The reply comes with that to the next query, where there is one.
-    if (!settings_.readback && settings_.stop_input == 0) {
-      if (const auto missing = take_reply()) dialog_.note_miss(*missing);
-    }
-  }
-}
-
-void Ssc32::note_given(const ServoFrame& frame) {
+/// One whose power failed gets nothing: it says so before each frame, and without a reply there is none.
+bool Ssc32::send(const ServoFrame& frame, bool) {
+  is_served_ = true;
+  if (!is_still_there()) return false;
+  // Between frames that are far apart the controller interpolates.
+  const bool interpolates = period_ns_ > kServoFrame_ns && frame.servo_count <= given_;
+  dialog_.write(group(frame, interpolates ? static_cast<int>(period_ns_ / 1'000'000) : 0));
   last_ = frame;
   given_ = frame.servo_count;
+  return true;
+}
+
+bool Ssc32::is_still_there() {
+  queried_ = 0;
+  for (std::size_t i = 1; i < given_; ++i) {
+    if (last_.pulse_us[i] > last_.pulse_us[queried_]) queried_ = i;
+  }
+  std::uint8_t reply = 0;
+  try {
+    is_reply_missing_ = true;
+    query("QP" + std::to_string(last_.channel[queried_]) + "\r", {&reply, 1});
+    is_reply_missing_ = false;
+  } catch (const DeviceError& error) {
+    dialog_.note_miss(error);
+    return false;
+  }
+  check_restart(queried_, reply);
+  dialog_.note_reply();
+  return true;
 }
 
 BusReading Ssc32::measure(const ServoFrame& frame) {
@@ -164,10 +167,7 @@ BusReading Ssc32::measure(const ServoFrame& frame) {
 
 StopInput Ssc32::emergency_stop() {
   if (settings_.stop_input == 0) return StopInput::kReleased;
-  if (!input_.is_due(Clock::now())) {
-    if (reply_pending_ && !settings_.readback) missed_ = take_reply();
-    return input_.look();
-  }
+  if (!input_.is_due(Clock::now())) return input_.look();
   const bool was_heard = input_.is_heard();
   try {
     const bool is_pressed = query_stop_input();
@@ -184,40 +184,16 @@ StopInput Ssc32::emergency_stop() {
 }
 
 bool Ssc32::query_stop_input() {
-  if (!reply_pending_) dialog_.discard_input();
   // The controller latches a low level, not a high one.
-  dialog_.write(std::string(1, settings_.stop_input) + (settings_.stop_at_high ? "\r" : "L\r"));
-  const std::uint8_t level = read_level();
-  if (!is_level(level)) throw bad_level();
-  return (level == '1') == settings_.stop_at_high;
-}
-
-std::uint8_t Ssc32::read_level() {
-  std::uint8_t reply = 0;
-  if (std::exchange(reply_pending_, false)) {
-    try {
-      dialog_.read({&reply, 1});
-    } catch (const DeviceError& error) {
-      if (is_noise(error.cause())) missed_ = error;
-      throw;
-    }
-    if (is_level(reply)) {
-      missed_ = DeviceError(DeviceCause::kNoAnswer, settings_.port + ": no answer to a query for a pulse");
-      // A pulse offset may make a reply to QP of what is at 500 us: then it cannot be told which of them is
-      // missing.
-      if (last_.pulse_us[queried_] < kSurelyCommanded_us) throw bad_level();
-      return reply;
-    }
-    if (was_given_) check_restart(queried_, reply);
-    dialog_.note_reply();
+  std::uint8_t level = 0;
+  query(std::string(1, settings_.stop_input) + (settings_.stop_at_high ? "\r" : "L\r"), {&level, 1});
+  // With a pulse offset, what is at 500 us may be told as 480 or 490: a reply that is late would be taken for a level.
+  const bool may_be_pulse = is_reply_missing_ && last_.pulse_us[queried_] < kSurelyCommanded_us;
+  if (!is_level(level) || may_be_pulse) {
+    throw DeviceError(DeviceCause::kBadAnswer, settings_.port + ": input " + settings_.stop_input +
+                                                   " is neither 0 nor 1: is the line disturbed?");
   }
-  dialog_.read({&reply, 1});
-  return reply;
-}
-
-DeviceError Ssc32::bad_level() const {
-  return {DeviceCause::kBadAnswer,
-          settings_.port + ": input " + settings_.stop_input + " is neither 0 nor 1: is the line disturbed?"};
+  return (level == '1') == settings_.stop_at_high;
 }
 
 SerialDialog::Pulses Ssc32::stable_pulses(const ServoFrame& frame) {
@@ -238,37 +214,9 @@ SerialDialog::Pulses Ssc32::query(const ServoFrame& frame) {
 }
 
 void Ssc32::query(std::string_view text, std::span<std::uint8_t> reply) {
-  if (!reply_pending_) dialog_.discard_input();
-  dialog_.write(text);
-  if (reply_pending_) {
-    if (const auto missing = take_reply()) throw DeviceError(*missing);
-  }
-  dialog_.read(reply);
-}
-
-void Ssc32::query_one(std::string_view more) {
   dialog_.discard_input();
-  queried_ = 0;
-  for (std::size_t i = 1; i < given_; ++i) {
-    if (last_.pulse_us[i] > last_.pulse_us[queried_]) queried_ = i;
-  }
-  is_served_ = reply_pending_ = true;
-  was_given_ = given_ > 0;
-  dialog_.write("QP" + std::to_string(last_.channel[queried_]) + "\r" + std::string(more));
-}
-
-std::optional<DeviceError> Ssc32::take_reply() {
-  reply_pending_ = false;
-  std::uint8_t reply = 0;
-  try {
-    dialog_.read({&reply, 1});
-  } catch (const DeviceError& error) {
-    if (!is_noise(error.cause())) throw;
-    return error;
-  }
-  if (was_given_) check_restart(queried_, reply);
-  dialog_.note_reply();
-  return std::nullopt;
+  dialog_.write(text);
+  dialog_.read(reply);
 }
 
 void Ssc32::check_restart(std::size_t servo, std::uint8_t reply) const {

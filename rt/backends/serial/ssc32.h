@@ -31,7 +31,7 @@ class Ssc32 final : public BusDevice {
   std::string open() override;
   void close() noexcept override { dialog_.close(); }
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
-  void send(const ServoFrame& frame, bool approach) override;
+  bool send(const ServoFrame& frame, bool approach) override;
   BusReading measure(const ServoFrame& frame) override;
   [[nodiscard]] bool has_answered() noexcept override { return dialog_.take_replied(); }
   [[nodiscard]] bool has_stop_input() const noexcept override { return settings_.stop_input != 0; }
@@ -53,40 +53,30 @@ class Ssc32 final : public BusDevice {
 
   [[nodiscard]] std::string query_version();
   void clear_latched_stop();
-  void note_given(const ServoFrame& frame);
   [[nodiscard]] std::string read_line();
   void query(std::string_view text, std::span<std::uint8_t> reply);
   /// One query for each channel of the frame; each has a reply of one byte, in 10 us.
   [[nodiscard]] SerialDialog::Pulses query(const ServoFrame& frame);
   /// Read until stable: a garbled byte must not decide where a servo starts.
   [[nodiscard]] SerialDialog::Pulses stable_pulses(const ServoFrame& frame);
-  /// Queries the pulse of one servo that was commanded, and sends `more` after it: whether the controller is
-  /// there, and still the one that was.
-  void query_one(std::string_view more = {});
-  /// What is wrong when there is no reply.
-  [[nodiscard]] std::optional<DeviceError> take_reply();
+  /// Whether it replies, by the pulse of one servo that was commanded. Throws where it has restarted, and where there was no
+  /// reply for long.
+  [[nodiscard]] bool is_still_there();
   /// Throws where a servo that was commanded has had no pulse by the reply.
   void check_restart(std::size_t servo, std::uint8_t reply) const;
   /// Whether the stop input is active now, or (active at low only) has been since it was last queried.
   [[nodiscard]] bool query_stop_input();
-  /// The reply to query_one(), or, where that is missing, to what was asked after it; nothing but noise is an
-  /// error of the stop input.
-  [[nodiscard]] std::uint8_t read_level();
-  [[nodiscard]] DeviceError bad_level() const;
 
   Ssc32Settings settings_;
   SerialDialog dialog_;
   std::int64_t period_ns_{20'000'000};
   ServoFrame last_{};
   std::string log_;
-  std::size_t given_{0};       ///< so many servos of a frame have been given pulses since open()
-  bool is_served_{false};      ///< likewise any
-  bool reply_pending_{false};  ///< the reply to query_one()
-  std::size_t queried_{0};     ///< by it
-  bool was_given_{false};      ///< a pulse, before that
+  std::size_t given_{0};          ///< so many servos of a frame have been given pulses since open()
+  bool is_served_{false};         ///< likewise any
+  std::size_t queried_{0};        ///< the servo that is_still_there() asked for
+  bool is_reply_missing_{false};  ///< to that
   StopInputWatch input_;
-  std::optional<DeviceError>
-      missed_;  ///< the reply to query_one(), noticed while the stop input was asked for
 };
 
 }  // namespace corbot::rt

@@ -120,7 +120,7 @@ class FakeDevice final : public BusDevice {
     return true;
   }
   [[nodiscard]] bool has_encoders() const noexcept override { return bus_.is_drive; }
-  void send(const ServoFrame& frame, bool approach) override {
+  bool send(const ServoFrame& frame, bool approach) override {
     if (bus_.fails) throw DeviceError(DeviceCause::kHungUp, "/dev/fake: cut");
     if (bus_.busy_ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(bus_.busy_ns));
     const std::lock_guard lock(bus_.mutex);
@@ -130,6 +130,7 @@ class FakeDevice final : public BusDevice {
     bus_.pulses_us.push_back(frame.pulse_us[0]);
     bus_.second_us.push_back(frame.pulse_us[1]);
     bus_.positions_q.push_back(frame.position_q[0]);
+    return true;
   }
   BusReading measure(const ServoFrame& frame) override {
     if (bus_.misses > 0) {

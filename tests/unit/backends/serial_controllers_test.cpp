@@ -27,7 +27,7 @@ void expect_to_notice_silence(Any& bench) {
   EXPECT_EQ(misses, 3) << "enough for the backend to call it lost";
   EXPECT_GE(SerialPort::Clock::now() - begin, std::chrono::milliseconds(300))
       << "not for a short disturbance";
-  EXPECT_EQ(bench.wire.pulse_us(0), 1600.0) << "frames go on";
+  EXPECT_EQ(bench.wire.pulse_us(0), 1500.0) << "no frame to what does not answer";
   bench.wire.is_silent = false;
   EXPECT_EQ(bench.cause_of(1600.0), DeviceCause::kNone);
   EXPECT_TRUE(bench.device.has_answered());
@@ -81,6 +81,13 @@ TEST(SerialControllers, AnAnswerThatIsMissingDoesNotHoldUpTheFrames) {
   expect_short(maestro);
 }
 
+/// Until a person has cleared it.
+void expect_no_pulses(auto& bench) {
+  bench.wire.pass(0.1);
+  for (std::size_t i = 0; i < kServos; ++i)
+    EXPECT_EQ(bench.emulated.pulse_us(i, bench.wire.now_ns), 0.0) << i;
+}
+
 TEST(SerialControllers, ASsc32ThatHasRestartedIsNoticedAtTheNextFrame) {
   for (const bool readback : {false, true}) {
     for (const Ssc32Model model : {Ssc32Model::kSsc32, Ssc32Model::kSsc32U}) {
@@ -96,11 +103,12 @@ TEST(SerialControllers, ASsc32ThatHasRestartedIsNoticedAtTheNextFrame) {
         EXPECT_EQ(error.cause(), DeviceCause::kDeviceFault);
       }
       EXPECT_THAT(why, HasSubstr("has restarted"));
+      expect_no_pulses(bench);
     }
   }
 }
 
-TEST(SerialControllers, ASsc32ThatHasRestartedGetsNoFrameWithATime) {
+TEST(SerialControllers, ASsc32ThatHasRestartedGetsNoFrame) {
   Ssc32Bench bench(Ssc32Model::kSsc32, 9600);
   bench.begin();
   EXPECT_THAT(bench.wire.written, HasSubstr("P1500T")) << "a slow line";
@@ -109,7 +117,7 @@ TEST(SerialControllers, ASsc32ThatHasRestartedGetsNoFrameWithATime) {
     bench.emulated.power_cycle(bench.wire.now_ns);
     bench.wire.written.clear();
     EXPECT_EQ(bench.cause_of(1500.0), is_silent ? DeviceCause::kNone : DeviceCause::kDeviceFault);
-    EXPECT_EQ(bench.wire.written.find('T'), std::string::npos) << bench.wire.written;
+    EXPECT_EQ(bench.wire.written.find('#'), std::string::npos) << bench.wire.written;
     bench.wire.is_silent = false;
     (void)bench.device.open();
     bench.begin();
@@ -131,6 +139,20 @@ TEST(SerialControllers, AStopInputAndReadbackShareTheLineWithTheQuestionOfEveryF
   }
 }
 
+TEST(SerialControllers, AFrameIsKeptBackWhereNothingAnswers) {
+  const auto expect_kept_back = [](auto& bench) {
+    bench.begin();
+    bench.wire.is_silent = true;
+    EXPECT_FALSE(bench.device.send(all_at(1600.0), false));
+    bench.wire.is_silent = false;
+    EXPECT_TRUE(bench.device.send(all_at(1600.0), false));
+  };
+  Ssc32Bench ssc32(Ssc32Model::kSsc32U);
+  expect_kept_back(ssc32);
+  MaestroBench maestro;
+  expect_kept_back(maestro);
+}
+
 TEST(SerialControllers, AMaestroThatHasRestartedIsNoticedAtTheNextFrame) {
   for (const bool readback : {false, true}) {
     MaestroBench bench(readback);
@@ -145,6 +167,7 @@ TEST(SerialControllers, AMaestroThatHasRestartedIsNoticedAtTheNextFrame) {
       EXPECT_EQ(error.cause(), DeviceCause::kDeviceFault);
     }
     EXPECT_THAT(why, HasSubstr("has restarted"));
+    expect_no_pulses(bench);
   }
 }
 
