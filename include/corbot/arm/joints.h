@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 namespace corbot {
 
@@ -12,8 +13,11 @@ inline constexpr std::size_t kMaxJoints = 6;
 /// Servos of one arm: one a joint, one for the gripper, one spare.
 inline constexpr std::size_t kMaxServos = 8;
 
+/// A joint turns (radians) or slides (metres).
+enum class JointKind : std::uint32_t { kRotary, kPrismatic };
+
 /// One value a joint; entries at and beyond the arm's degrees of freedom are zero.
-/// Unit by name of the variable: `_rad`, `_rad_s`, … (metres for a prismatic joint).
+/// Unit by name of the variable: `_rad`, `_rad_s`, …; `_q` where a joint may be of either kind: rad or m.
 using Joints = std::array<double, kMaxJoints>;
 
 }  // namespace corbot

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+namespace corbot {
+
+/// The same angle in (−π, π]. Real-time safe.
+[[nodiscard]] inline double wrap_angle(double angle_rad) noexcept {
+  constexpr double kPi = std::numbers::pi;
+  if (angle_rad > -kPi && angle_rad <= kPi) return angle_rad;
+  const double wrapped = std::remainder(angle_rad, 2.0 * kPi);
+  return wrapped <= -kPi ? kPi : wrapped;
+}
+
+/// The same angle, by whole turns, next to `hint_rad`. An angle within half a turn of the hint keeps every
+/// bit. Real-time safe.
+[[nodiscard]] inline double nearest_turn(double angle_rad, double hint_rad) noexcept {
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  const double away = angle_rad - hint_rad;
+  if (std::abs(away) <= std::numbers::pi) return angle_rad;
+  return angle_rad - kTurn * std::nearbyint(away / kTurn);
+}
+
+}  // namespace corbot

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "corbot/kinematics/pose.h"
+
+// The three sub-problems that every closed form is composed of, with their degenerate cases. Angles by atan2 only,
+// differences of squares factored: nothing loses digits at a border. Real-time safe.
+// Sources: Paden, Kahan (sub-problems); Elias and Wen, IK-Geo, 2025; the half-angle form of KINEMATICS' eq. (8).
+
+namespace corbot {
+
+/// A length that misses its border by no more counts as on it: rounding must not turn a stretched arm into an error.
+inline constexpr double kBorder_m = 1e-12;
+/// Nearer to an axis than this, the angle about it is free.
+inline constexpr double kOnAxis_m = 1e-13;
+/// A wrist bent by no more (as sine of half the angle) has one axis twice: only the sum of its outer angles counts.
+inline constexpr double kOnAxis_rad = 1e-13;
+
+enum class Reach { kOk, kTooFar, kTooClose };
+
+/// Which angle about an axis, of an arm whose plane passes that axis at a lateral offset.
+struct Turn {
+  Reach reach{Reach::kOk};
+  bool free{};         ///< the point is on the axis: any angle does; angle_rad is 0
+  double angle_rad{};  ///< in (−2π, 2π)
+  double cosine{1.0}, sine{};
+  double radius_m{};    ///< s: how far the point is ahead of the axis within the plane; negative: behind it
+  double distance_m{};  ///< ρ; where kTooClose, it is smaller than |b|
+};
+
+/// θ such that (x, y) = Rz(θ)·(s, b): s = ±√((ρ − |b|)(ρ + |b|)), θ = atan2(y, x) − atan2(b, s). `behind` takes the
+/// negative root. ρ < |b|: too close. ρ = |b|: both roots are the same. ρ = b = 0: free.
+[[nodiscard]] inline Turn turn(double x, double y, double b, bool behind) noexcept {
+  Turn t;
+  const double rho = root_sum(x, y);
+  const double offset = std::abs(b);
+  t.distance_m = rho;
+  if (rho < offset - kBorder_m) {
+    t.reach = Reach::kTooClose;
+    return t;
+  }
+  if (rho <= kOnAxis_m) {
+    t.free = true;
+    return t;
+  }
+  const double facing = behind ? -1.0 : 1.0;
+  if (b == 0.0) {
+    t.radius_m = facing * rho;
+    t.angle_rad = std::atan2(facing * y, facing * x);
+    t.cosine = facing * x / rho;
+    t.sine = facing * y / rho;
+    return t;
+  }
+  t.radius_m = facing * std::sqrt(std::fmax(0.0, (rho - offset) * (rho + offset)));
+  t.angle_rad = std::atan2(y, x) - std::atan2(b, t.radius_m);
+  // The same angle by the sum's formula; where the border was clamped, ρ² and s² + b² differ by the clamp.
+  const double k = 1.0 / (rho * root_sum(t.radius_m, b));
+  t.cosine = k * (x * t.radius_m + y * b);
+  t.sine = k * (y * t.radius_m - x * b);
+  return t;
+}
+
+/// Two links in a plane.
+struct TwoLinks {
+  Reach reach{Reach::kOk};
+  bool free{};          ///< folded onto its own base (d = 0, equal links): first_rad is free, and 0
+  double first_rad{};   ///< A: of the first link, counter-clockwise from u
+  double second_rad{};  ///< γ in [−π, π]: of the second, relative to the first; 0 is stretched
+  double distance_m{};  ///< d: from the first link's base to the point
+};
+
+/// A and γ such that (u, v) = L1·(cos A, sin A) + L2·(cos(A + γ), sin(A + γ)); L1, L2 > 0. `clockwise` takes γ ≤ 0.
+/// tan(γ/2) = ±√((L1+L2−d)(L1+L2+d)) / √((d−|L1−L2|)(d+|L1−L2|)). Stretched and folded both roots are the same.
+[[nodiscard]] inline TwoLinks two_r(double u, double v, double l1, double l2, bool clockwise) noexcept {
+  TwoLinks t;
+  const double d = root_sum(u, v);
+  const double sum = l1 + l2;
+  const double difference = std::abs(l1 - l2);
+  t.distance_m = d;
+  if (d > sum + kBorder_m) {
+    t.reach = Reach::kTooFar;
+    return t;
+  }
+  if (d < difference - kBorder_m) {
+    t.reach = Reach::kTooClose;
+    return t;
+  }
+  const double near = std::fmax(0.0, (d - difference) * (d + difference));
+  const double y = std::sqrt(std::fmax(0.0, (sum - d) * (sum + d)));
+  const double x = std::sqrt(near);
+  const double sign = clockwise ? -1.0 : 1.0;
+  t.second_rad = sign * 2.0 * std::atan2(y, x);
+  if (d <= kOnAxis_m) {
+    t.free = true;
+    return t;
+  }
+  // atan2(L2 sin γ, L1 + L2 cos γ), both times 2 L1, without the cancellation near the folded arm.
+  t.first_rad = std::atan2(v, u) - std::atan2(sign * x * y, 2.0 * l1 * (l1 - l2) + near);
+  return t;
+}
+
+/// A rotation as Rz(first)·Ry(middle)·Rz(last).
+struct Zyz {
+  bool free{};  ///< the outer axes coincide: first_rad is the hint
+  double first_rad{}, middle_rad{}, last_rad{};
+};
+
+/// Of a unit quaternion: w, z = cos(β/2)·(cos, sin)((α+γ)/2) and y, −x = sin(β/2)·(cos, sin)((α−γ)/2). Sum and difference
+/// of the outer angles come from different parts, so what near sin β = 0 is uncertain about one of them is made up for by
+/// the other, and the rotation keeps all its digits. `flipped` takes β ≤ 0. At sin β = 0 (kOnAxis_rad) α is the hint.
+[[nodiscard]] inline Zyz zyz(const Quaternion& q, bool flipped, double first_hint_rad) noexcept {
+  Zyz t;
+  const double upright = root_sum(q.w, q.z);
+  const double tilted = root_sum(q.x, q.y);
+  const double sum = 2.0 * std::atan2(q.z, q.w);
+  const double difference = 2.0 * std::atan2(-q.x, q.y);
+  t.middle_rad = 2.0 * std::atan2(tilted, upright);
+  if (tilted <= kOnAxis_rad || upright <= kOnAxis_rad) {
+    t.free = true;
+    t.first_rad = first_hint_rad;
+    t.last_rad = tilted <= upright ? sum - first_hint_rad : first_hint_rad - difference;
+    return t;
+  }
+  t.first_rad = 0.5 * (sum + difference);
+  t.last_rad = 0.5 * (sum - difference);
+  if (flipped) {
+    t.middle_rad = -t.middle_rad;
+    t.first_rad += std::numbers::pi;
+    t.last_rad -= std::numbers::pi;
+  }
+  return t;
+}
+
+}  // namespace corbot
