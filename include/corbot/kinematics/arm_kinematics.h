@@ -11,14 +11,22 @@
 #include <variant>
 
 #include "corbot/kinematics/closed_form.h"
+#include "corbot/kinematics/cylindrical_arm.h"
+#include "corbot/kinematics/gantry_arm.h"
 #include "corbot/kinematics/other_arm.h"
 #include "corbot/kinematics/planar_arm.h"
+#include "corbot/kinematics/polar_arm.h"
+#include "corbot/kinematics/scara_arm.h"
 
 namespace corbot {
 
 /// The families, one line each, in the order in which they are tried; the last takes every arm.
 using Families = std::variant<  //
     PlanarArm,                  //
+    ScaraArm,                   //
+    GantryArm,                  //
+    CylindricalArm,             //
+    PolarArm,                   //
     OtherArm>;
 
 /// One of the solutions at a pose.

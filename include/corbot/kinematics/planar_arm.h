@@ -128,11 +128,16 @@ struct PlanarArm {
     if (t.reach != Reach::kOk) return refused(t, tool[1]);
     const Quaternion g = p.orientation * mount.unhand;
     double theta = t.angle_rad;
-    if (t.free) {  // on the axis: the heading is the orientation's
+    if (t.distance_m <= kNearAxis_m) {  // the heading is the orientation's
       const double nx = 2.0 * (g.x * g.y - g.w * g.z);
       const double ny = 1.0 - 2.0 * (g.x * g.x + g.z * g.z);
-      theta = root_sum(nx, ny) < kTied ? hint[0]
-                                       : std::atan2(-nx, ny) + (behind(number) ? std::numbers::pi : 0.0);
+      if (t.free) theta = hint[0];
+      if (root_sum(nx, ny) >= kTied) {
+        const double heading = std::atan2(-nx, ny);
+        if (t.free) theta = behind(number) ? heading + std::numbers::pi : heading;
+        if (agrees_with_heading(t, p.position_m[0], p.position_m[1], tool[1], behind(number), heading))
+          theta = heading;
+      }
     }
     const double ct = std::cos(0.5 * theta), st = std::sin(0.5 * theta);
     const Quaternion rel{ct * g.w + st * g.z, ct * g.x + st * g.y, ct * g.y - st * g.x, ct * g.z - st * g.w};
@@ -178,11 +183,18 @@ struct PlanarArm {
       const Turn t = turn(foot[0], foot[1], lateral_m, behind(number));
       if (t.reach != Reach::kOk) return refused(t, lateral_m);
       double theta = t.angle_rad;
-      if (t.free) {
+      if (t.distance_m <= kNearAxis_m) {
         const double ax = 1.0 - 2.0 * (g.y * g.y + g.z * g.z);
         const double ay = 2.0 * (g.x * g.y + g.w * g.z);
-        theta = root_sum(ax, ay) < kTied ? hint[0]
-                                         : std::atan2(ay, ax) + (behind(number) ? std::numbers::pi : 0.0);
+        if (t.free) theta = hint[0];
+        if (root_sum(ax, ay) >= kTied) {
+          const double heading = std::atan2(ay, ax);
+          const double opposite = heading + std::numbers::pi;
+          if (t.free) theta = behind(number) ? opposite : heading;
+          for (const double angle : {heading, opposite}) {
+            if (agrees_with_heading(t, foot[0], foot[1], lateral_m, behind(number), angle)) theta = angle;
+          }
+        }
       }
       const double ct = std::cos(0.5 * theta), st = std::sin(0.5 * theta);
       const Quaternion rel{ct * g.w + st * g.z, ct * g.x + st * g.y, ct * g.y - st * g.x,

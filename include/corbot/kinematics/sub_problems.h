@@ -16,6 +16,8 @@ namespace corbot {
 inline constexpr double kBorder_m = 1e-12;
 /// Nearer to an axis than this, the angle about it is free.
 inline constexpr double kOnAxis_m = 1e-13;
+/// Farther from an axis, the angle about it has twelve digits from the position alone.
+inline constexpr double kNearAxis_m = 1e-3;
 /// A wrist bent by no more (as sine of half the angle) has one axis twice: only the sum of its outer angles counts.
 inline constexpr double kOnAxis_rad = 1e-13;
 
@@ -61,6 +63,16 @@ struct Turn {
   t.cosine = k * (x * t.radius_m + y * b);
   t.sine = k * (y * t.radius_m - x * b);
   return t;
+}
+
+/// Next to the axis the position says little about the angle (1e-16 m at 1e-8 m is 1e-8 rad). Where an orientation says it, too,
+/// and brings the point within kOnAxis_m of its lateral offset, on the side that is asked for, that angle is better.
+[[nodiscard]] inline bool agrees_with_heading(const Turn& t, double x, double y, double b, bool behind,
+                                              double heading_rad) noexcept {
+  if (t.free || t.distance_m > kNearAxis_m) return false;
+  const double c = std::cos(heading_rad), s = std::sin(heading_rad);
+  const double ahead = c * x + s * y;
+  return std::abs(c * y - s * x - b) <= kOnAxis_m && (behind ? ahead <= 0.0 : ahead >= 0.0);
 }
 
 /// Two links in a plane.
