@@ -111,7 +111,7 @@ struct PlanarArm {
     if (t.reach != Reach::kOk) return refused(t, tool[1]);
     IkSolution solution;
     double forearm = 0.0;
-    if (!links.bend(t.radius_m - links.shoulder_m, p.position_m[2], root_sum(tool[0], tool[2]),
+    if (!links.bend(t.radius_m - links.shoulder_m, p.position_m[2], t.slack_m, root_sum(tool[0], tool[2]),
                     std::atan2(tool[2], tool[0]), number, hint, solution, forearm)) {
       return solution;
     }
@@ -124,20 +124,14 @@ struct PlanarArm {
   [[nodiscard]] IkSolution with_wrist(const Pose& p, std::uint32_t number,
                                       const Joints& hint) const noexcept {
     const Vector3& tool = mount.hand.position_m;
-    const Turn t = turn(p.position_m[0], p.position_m[1], tool[1], behind(number));
+    Turn t = turn(p.position_m[0], p.position_m[1], tool[1], behind(number));
     if (t.reach != Reach::kOk) return refused(t, tool[1]);
     const Quaternion g = p.orientation * mount.unhand;
     double theta = t.angle_rad;
-    if (t.distance_m <= kNearAxis_m) {  // the heading is the orientation's
+    if (std::abs(t.radius_m) <= kNearAxis_m) {  // the heading is the orientation's
       const double nx = 2.0 * (g.x * g.y - g.w * g.z);
       const double ny = 1.0 - 2.0 * (g.x * g.x + g.z * g.z);
-      if (t.free) theta = hint[0];
-      if (root_sum(nx, ny) >= kTied) {
-        const double heading = std::atan2(-nx, ny);
-        if (t.free) theta = behind(number) ? heading + std::numbers::pi : heading;
-        if (agrees_with_heading(t, p.position_m[0], p.position_m[1], tool[1], behind(number), heading))
-          theta = heading;
-      }
+      theta = beside_axis(t, p.position_m, tool[1], nx, ny, std::atan2(-nx, ny), behind(number), hint[0]);
     }
     const double ct = std::cos(0.5 * theta), st = std::sin(0.5 * theta);
     const Quaternion rel{ct * g.w + st * g.z, ct * g.x + st * g.y, ct * g.y - st * g.x, ct * g.z - st * g.w};
@@ -153,7 +147,8 @@ struct PlanarArm {
       hand = lateral ? hand_at(hint) : std::atan2(now[2], ahead) - std::atan2(own[2], own[0]);
       ch = std::cos(hand);
       sh = std::sin(hand);
-      solution.orientation_error_rad = std::numbers::pi;
+      const double same = std::cos(0.5 * hand) * rel.w - std::sin(0.5 * hand) * rel.y;
+      solution.orientation_error_rad = 2.0 * std::atan2(1.0, std::abs(same));
     } else {
       hand = -2.0 * std::atan2(rel.y, rel.w);
       ch = (rel.w - rel.y) * (rel.w + rel.y) / along;
@@ -162,8 +157,8 @@ struct PlanarArm {
     }
     double forearm = 0.0;
     if (!links.bend(t.radius_m - links.shoulder_m - tool[0] * ch + tool[2] * sh,
-                    p.position_m[2] - tool[0] * sh - tool[2] * ch, links.fore_m, links.fore_zero_rad, number,
-                    hint, solution, forearm)) {
+                    p.position_m[2] - tool[0] * sh - tool[2] * ch, t.slack_m, links.fore_m,
+                    links.fore_zero_rad, number, hint, solution, forearm)) {
       return solution;
     }
     solution.joints_q[0] = nearest_turn(theta, hint[0]);
@@ -180,21 +175,13 @@ struct PlanarArm {
     const Quaternion g = p.orientation * mount.unhand;
     Vector3 foot = p.position_m - rotate(g, {0.0, tool[1], tool[2]});  // of the tool on the roll axis
     for (int step = 0; step < kMostSteps; ++step) {
-      const Turn t = turn(foot[0], foot[1], lateral_m, behind(number));
+      Turn t = turn(foot[0], foot[1], lateral_m, behind(number));
       if (t.reach != Reach::kOk) return refused(t, lateral_m);
       double theta = t.angle_rad;
-      if (t.distance_m <= kNearAxis_m) {
+      if (std::abs(t.radius_m) <= kNearAxis_m) {
         const double ax = 1.0 - 2.0 * (g.y * g.y + g.z * g.z);
         const double ay = 2.0 * (g.x * g.y + g.w * g.z);
-        if (t.free) theta = hint[0];
-        if (root_sum(ax, ay) >= kTied) {
-          const double heading = std::atan2(ay, ax);
-          const double opposite = heading + std::numbers::pi;
-          if (t.free) theta = behind(number) ? opposite : heading;
-          for (const double angle : {heading, opposite}) {
-            if (agrees_with_heading(t, foot[0], foot[1], lateral_m, behind(number), angle)) theta = angle;
-          }
-        }
+        theta = beside_axis(t, foot, lateral_m, ax, ay, std::atan2(ay, ax), behind(number), hint[0]);
       }
       const double ct = std::cos(0.5 * theta), st = std::sin(0.5 * theta);
       const Quaternion rel{ct * g.w + st * g.z, ct * g.x + st * g.y, ct * g.y - st * g.x,
@@ -222,8 +209,8 @@ struct PlanarArm {
       if (moved_m > kConverged_m) continue;
       double forearm = 0.0;
       if (!links.bend(t.radius_m - links.shoulder_m - tool[0] * ch + raise_m * sh,
-                      foot[2] - tool[0] * sh - raise_m * ch, links.fore_m, links.fore_zero_rad, number, hint,
-                      solution, forearm)) {
+                      foot[2] - tool[0] * sh - raise_m * ch, t.slack_m, links.fore_m, links.fore_zero_rad,
+                      number, hint, solution, forearm)) {
         return solution;
       }
       solution.joints_q[0] = nearest_turn(theta, hint[0]);
@@ -235,9 +222,21 @@ struct PlanarArm {
     return {IkStatus::kTooClose, {}, 0.0, root_sum(foot[0], foot[1]), off_m};
   }
 
+  /// Base angle of a point next to axis 1: that of the orientation, whose direction (x, y) has this heading, if it fits, either way
+  /// round; on the axis itself the hint's if the direction is upright.
+  [[nodiscard]] static double beside_axis(Turn& t, const Vector3& point, double b, double x, double y,
+                                          double heading_rad, bool behind, double hint_rad) noexcept {
+    const bool upright = root_sum(x, y) < kTied;
+    if (t.free) return upright ? hint_rad : behind ? heading_rad + std::numbers::pi : heading_rad;
+    for (const double angle : {heading_rad, heading_rad + std::numbers::pi}) {
+      if (!upright && take_heading(t, point[0], point[1], b, behind, angle)) break;
+    }
+    return t.angle_rad;
+  }
+
   static constexpr double kTied = 1e-9;  ///< a direction that is shorter is none
   static constexpr double kConverged_m = 1e-15;
-  static constexpr int kMostSteps = 60;
+  static constexpr int kMostSteps = 40;
 };
 
 }  // namespace corbot

@@ -61,10 +61,11 @@ struct PlanarLinks {
 
   /// Joints 2 and 3 to reach (u, v) from the shoulder with a forearm of this length and inclination at zero. Bit 0 of the
   /// number: joint 3 bent to its negative side. False: `solution` says why.
-  [[nodiscard]] bool bend(double u, double v, double length_m, double length_zero_rad, std::uint32_t number,
-                          const Joints& hint, IkSolution& solution, double& forearm_rad) const noexcept {
+  [[nodiscard]] bool bend(double u, double v, double u_slack_m, double length_m, double length_zero_rad,
+                          std::uint32_t number, const Joints& hint, IkSolution& solution,
+                          double& forearm_rad) const noexcept {
     const bool clockwise = ((number & 1u) != 0) == (sign3 > 0.0);
-    const TwoLinks t = two_r(u, v, upper_m, length_m, clockwise);
+    const TwoLinks t = two_r(u, v, upper_m, length_m, clockwise, u_slack_m);
     if (t.reach != Reach::kOk) {
       solution = refused(t, upper_m, length_m);
       return false;

@@ -101,7 +101,7 @@ struct PolarArm {
 
     const Turn base = turn(end[0], end[1], place[1], (number & 2u) != 0);
     if (base.reach != Reach::kOk) return refused(base, place[1]);
-    const Turn tilt = turn(base.radius_m - shoulder_m, end[2], place[2], (number & 1u) != 0);
+    const Turn tilt = turn(base.radius_m - shoulder_m, end[2], place[2], (number & 1u) != 0, base.slack_m);
     if (tilt.reach != Reach::kOk) return refused(tilt, place[2]);
 
     IkSolution solution;

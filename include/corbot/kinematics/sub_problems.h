@@ -16,6 +16,8 @@ namespace corbot {
 inline constexpr double kBorder_m = 1e-12;
 /// Nearer to an axis than this, the angle about it is free.
 inline constexpr double kOnAxis_m = 1e-13;
+/// What positions of an arm are rounded by.
+inline constexpr double kRounding_m = 1e-15;
 /// Farther from an axis, the angle about it has twelve digits from the position alone.
 inline constexpr double kNearAxis_m = 1e-3;
 /// A wrist bent by no more (as sine of half the angle) has one axis twice: only the sum of its outer angles counts.
@@ -31,14 +33,28 @@ struct Turn {
   double cosine{1.0}, sine{};
   double radius_m{};    ///< s: how far the point is ahead of the axis within the plane; negative: behind it
   double distance_m{};  ///< ρ; where kTooClose, it is smaller than |b|
+  double
+      slack_m{};  ///< what rounding leaves open of radius_m: much more than of the point where ρ is next to |b|
 };
+
+/// Where two borders meet, what the first leaves open of u must not be refused by the second: u such that (u, v) is at the limit
+/// of a distance, if that is within the slack.
+[[nodiscard]] inline double nudged(double u, double v, double limit_m, double slack_m) noexcept {
+  const double there = std::copysign(std::sqrt(std::fmax(0.0, (limit_m - v) * (limit_m + v))), u);
+  return std::abs(there - u) <= slack_m ? there : u;
+}
 
 /// θ such that (x, y) = Rz(θ)·(s, b): s = ±√((ρ − |b|)(ρ + |b|)), θ = atan2(y, x) − atan2(b, s). `behind` takes the
 /// negative root. ρ < |b|: too close. ρ = |b|: both roots are the same. ρ = b = 0: free.
-[[nodiscard]] inline Turn turn(double x, double y, double b, bool behind) noexcept {
+/// `x_slack_m` is what is open of x.
+[[nodiscard]] inline Turn turn(double x, double y, double b, bool behind, double x_slack_m = 0.0) noexcept {
   Turn t;
-  const double rho = root_sum(x, y);
   const double offset = std::abs(b);
+  double rho = root_sum(x, y);
+  if (x_slack_m > 0.0 && rho < offset) {
+    x = nudged(x, y, offset, x_slack_m);
+    rho = root_sum(x, y);
+  }
   t.distance_m = rho;
   if (rho < offset - kBorder_m) {
     t.reach = Reach::kTooClose;
@@ -57,6 +73,7 @@ struct Turn {
     return t;
   }
   t.radius_m = facing * std::sqrt(std::fmax(0.0, (rho - offset) * (rho + offset)));
+  t.slack_m = kRounding_m * rho / std::fmax(std::abs(t.radius_m), std::sqrt(2.0 * rho * kRounding_m));
   t.angle_rad = std::atan2(y, x) - std::atan2(b, t.radius_m);
   // The same angle by the sum's formula; where the border was clamped, ρ² and s² + b² differ by the clamp.
   const double k = 1.0 / (rho * root_sum(t.radius_m, b));
@@ -65,14 +82,19 @@ struct Turn {
   return t;
 }
 
-/// Next to the axis the position says little about the angle (1e-16 m at 1e-8 m is 1e-8 rad). Where an orientation says it, too,
-/// and brings the point within kOnAxis_m of its lateral offset, on the side that is asked for, that angle is better.
-[[nodiscard]] inline bool agrees_with_heading(const Turn& t, double x, double y, double b, bool behind,
-                                              double heading_rad) noexcept {
-  if (t.free || t.distance_m > kNearAxis_m) return false;
+/// Where the point is next to the axis, or at the border ρ = |b|, it says little about the angle (1e-16 m at 1e-8 m is 1e-8 rad).
+/// A heading that an orientation gives, and that brings the point within kOnAxis_m of its lateral offset on the side asked for,
+/// is better. Whether it was taken.
+inline bool take_heading(Turn& t, double x, double y, double b, bool behind, double heading_rad) noexcept {
   const double c = std::cos(heading_rad), s = std::sin(heading_rad);
   const double ahead = c * x + s * y;
-  return std::abs(c * y - s * x - b) <= kOnAxis_m && (behind ? ahead <= 0.0 : ahead >= 0.0);
+  if (std::abs(c * y - s * x - b) > kOnAxis_m || (behind ? ahead > 0.0 : ahead < 0.0)) return false;
+  t.angle_rad = heading_rad;
+  t.cosine = c;
+  t.sine = s;
+  t.radius_m = ahead;
+  t.slack_m = 0.0;
+  return true;
 }
 
 /// Two links in a plane.
@@ -86,11 +108,17 @@ struct TwoLinks {
 
 /// A and γ such that (u, v) = L1·(cos A, sin A) + L2·(cos(A + γ), sin(A + γ)); L1, L2 > 0. `clockwise` takes γ ≤ 0.
 /// tan(γ/2) = ±√((L1+L2−d)(L1+L2+d)) / √((d−|L1−L2|)(d+|L1−L2|)). Stretched and folded both roots are the same.
-[[nodiscard]] inline TwoLinks two_r(double u, double v, double l1, double l2, bool clockwise) noexcept {
+/// `u_slack_m` is what is open of u.
+[[nodiscard]] inline TwoLinks two_r(double u, double v, double l1, double l2, bool clockwise,
+                                    double u_slack_m = 0.0) noexcept {
   TwoLinks t;
-  const double d = root_sum(u, v);
   const double sum = l1 + l2;
   const double difference = std::abs(l1 - l2);
+  double d = root_sum(u, v);
+  if (u_slack_m > 0.0 && (d > sum || d < difference)) {
+    u = nudged(u, v, d > sum ? sum : difference, u_slack_m);
+    d = root_sum(u, v);
+  }
   t.distance_m = d;
   if (d > sum + kBorder_m) {
     t.reach = Reach::kTooFar;

@@ -148,7 +148,8 @@ TEST_P(Arms, FindEverySolutionAndInventNone) {
     const std::vector<Joints>& all = expected[row.at("pose") + task];
     ASSERT_EQ(all.size(), static_cast<std::size_t>(test::number(row, "branches")));
     std::size_t found = 0;
-    for (const auto& [number, solution] : arm_.solutions(pose, {}, std::numbers::pi)) {
+    for (const NumberedSolution& entry : arm_.solutions(pose, {}, std::numbers::pi)) {
+      const IkSolution& solution = entry.solution;
       const Pose back = arm_.forward(solution.joints_q);
       ASSERT_LT(distance_m(back, pose), 1e-9);
       if (task == "pose6" && solution.orientation_error_rad > 1e-9) continue;
@@ -159,7 +160,7 @@ TEST_P(Arms, FindEverySolutionAndInventNone) {
       ++found;
       const bool known = std::any_of(
           all.begin(), all.end(), [&](const Joints& q) { return apart(arm_, solution.joints_q, q) < 1e-8; });
-      EXPECT_TRUE(known) << "pose " << row.at("pose") << " " << task << ": solution " << number
+      EXPECT_TRUE(known) << "pose " << row.at("pose") << " " << task << ": solution " << entry.number
                          << " is invented";
     }
     EXPECT_EQ(found, all.size()) << "pose " << row.at("pose") << " " << task << " " << row.at("kind");
