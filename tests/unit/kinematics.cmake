@@ -4,6 +4,14 @@ corbot_test(test_kinematics
   LABELS unit)
 corbot_test(test_arm_kinematics
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/arm_vectors_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/arm_kinematics_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/sub_problems_test.cpp
   LABELS unit)
-target_include_directories(test_arm_kinematics PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
-target_compile_definitions(test_arm_kinematics PRIVATE CORBOT_ARM_VECTORS="${PROJECT_SOURCE_DIR}/tests/vectors/arms")
+# A program of its own: it brings its own malloc.
+corbot_test(test_kinematics_noalloc
+  SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/kinematics_noalloc_test.cpp
+  LABELS unit)
+foreach(test IN ITEMS test_arm_kinematics test_kinematics_noalloc)
+  target_include_directories(${test} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
+  target_compile_definitions(${test} PRIVATE CORBOT_ARM_VECTORS="${PROJECT_SOURCE_DIR}/tests/vectors/arms")
+endforeach()
