@@ -59,6 +59,7 @@ struct Mounting {
   Pose base{};           ///< base_T_0 · zero_T_family
   Pose hand{};           ///< last_T_n · n_T_tool
   Quaternion unhand{};   ///< the hand's inverse rotation
+  bool level{true};      ///< the base is moved, but not turned
 
   void set_frames(const Pose& base_T_0, const Pose& n_T_tool) noexcept {
     base = base_T_0 * zero_T_family;
@@ -66,9 +67,17 @@ struct Mounting {
     base.orientation = normalised(base.orientation);
     hand.orientation = normalised(hand.orientation);
     unhand = conjugate(hand.orientation);
+    const Quaternion& q = base.orientation;
+    level = q.x == 0.0 && q.y == 0.0 && q.z == 0.0;
+  }
+  /// The last frame, or the tool's, in the family's frame: to base_T_tool.
+  [[nodiscard]] Pose to_base(const Pose& last) const noexcept { return tool_to_base(last * hand); }
+  [[nodiscard]] Pose tool_to_base(const Pose& tool) const noexcept {
+    return level ? Pose{base.position_m + tool.position_m, tool.orientation} : base * tool;
   }
   /// base_T_tool in the family's frame, its quaternion of unit length.
   [[nodiscard]] Pose to_family(const Pose& pose) const noexcept {
+    if (level) return {pose.position_m - base.position_m, normalised(pose.orientation)};
     const Quaternion q = conjugate(base.orientation);
     return {rotate(q, pose.position_m - base.position_m), q * normalised(pose.orientation)};
   }

@@ -68,7 +68,7 @@ struct CylindricalArm {
     const double yaw = count == 4 ? q[0] + hand_sign * q[3] : q[0];
     const Pose last{{r * c - lateral_m * s, r * s + lateral_m * c, lift_sign * q[lift]},
                     about({0.0, 0.0, 1.0}, yaw)};
-    return mount.base * (last * mount.hand);
+    return mount.to_base(last);
   }
 
   [[nodiscard]] IkSolution inverse(const Pose& pose, std::uint32_t number,

@@ -62,7 +62,7 @@ struct GantryArm {
   [[nodiscard]] Pose forward(const Joints& q) const noexcept {
     Pose last{q[0] * slides[0] + q[1] * slides[1] + q[2] * slides[2], {}};
     if (count == 4) last.orientation = about({0.0, 0.0, 1.0}, q[3]);
-    return mount.base * (last * mount.hand);
+    return mount.to_base(last);
   }
 
   [[nodiscard]] IkSolution inverse(const Pose& pose, std::uint32_t number,

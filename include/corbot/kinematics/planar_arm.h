@@ -40,13 +40,12 @@ struct PlanarArm {
     PlanarArm arm;
     arm.count = chain.count;
     arm.links = links->first;
-    const Pose& zero_T_family = links->second;
     Pose last{arm.count > 3 ? arm.links.wrist_at_zero() : arm.links.elbow_at_zero(), {}};
     if (arm.count > 4) {
-      const Vector3 roll = rotate(conjugate(zero_T_family.orientation), chain.axes[4].direction);
+      const Vector3 roll = rotate(conjugate(links->second.orientation), chain.axes[4].direction);
       if (!square(roll, {0.0, 1.0, 0.0})) return std::nullopt;
       const Vector3 point =
-          rotate(conjugate(zero_T_family.orientation), chain.axes[4].point_m - zero_T_family.position_m);
+          rotate(conjugate(links->second.orientation), chain.axes[4].point_m - links->second.position_m);
       arm.hand_zero_rad = std::atan2(roll[2], roll[0]);
       arm.lateral_m = point[1];
       last.orientation = about({0.0, -1.0, 0.0}, arm.hand_zero_rad);
@@ -54,7 +53,7 @@ struct PlanarArm {
       arm.raise_m = dot(point - last.position_m, up);
       last.position_m = last.position_m + Vector3{0.0, arm.lateral_m, 0.0} + arm.raise_m * up;
     }
-    arm.mount = mounting(chain, zero_T_family, last);
+    arm.mount = mounting(chain, links->second, last);
     if (!agrees(arm, chain)) return std::nullopt;
     return arm;
   }
@@ -80,12 +79,20 @@ struct PlanarArm {
     const double ct = std::cos(0.5 * q[0]), st = std::sin(0.5 * q[0]);
     const double ch = std::cos(0.5 * hand), sh = std::sin(0.5 * hand);
     Pose last{{}, {ct * ch, st * sh, -ct * sh, st * ch}};  // Rz(θ) Ry(−C)
-    r -= raise_m * 2.0 * sh * ch;
-    z += raise_m * (ch - sh) * (ch + sh);
     const double cosine = (ct - st) * (ct + st), sine = 2.0 * st * ct;
-    last.position_m = {r * cosine - lateral_m * sine, r * sine + lateral_m * cosine, z};
-    if (count > 4) last.orientation = last.orientation * about({1.0, 0.0, 0.0}, q[4]);
-    return mount.base * (last * mount.hand);
+    const double ahead = (ch - sh) * (ch + sh), up = 2.0 * sh * ch;
+    if (count < 5) {  // the tool stays in its plane
+      const Vector3& tool = mount.hand.position_m;
+      r += tool[0] * ahead - tool[2] * up;
+      last.orientation = last.orientation * mount.hand.orientation;
+      last.position_m = {r * cosine - tool[1] * sine, r * sine + tool[1] * cosine,
+                         z + tool[0] * up + tool[2] * ahead};
+      return mount.tool_to_base(last);
+    }
+    r -= raise_m * up;
+    last.position_m = {r * cosine - lateral_m * sine, r * sine + lateral_m * cosine, z + raise_m * ahead};
+    last.orientation = last.orientation * about({1.0, 0.0, 0.0}, q[4]);
+    return mount.to_base(last);
   }
 
   [[nodiscard]] IkSolution inverse(const Pose& pose, std::uint32_t number,
@@ -127,13 +134,12 @@ struct PlanarArm {
     Turn t = turn(p.position_m[0], p.position_m[1], tool[1], behind(number));
     if (t.reach != Reach::kOk) return refused(t, tool[1]);
     const Quaternion g = p.orientation * mount.unhand;
-    double theta = t.angle_rad;
-    if (std::abs(t.radius_m) <= kNearAxis_m) {  // the heading is the orientation's
+    if (std::abs(t.radius_m) <= kNearAxis_m) {  // the heading is that of the plane's normal, a quarter back
       const double nx = 2.0 * (g.x * g.y - g.w * g.z);
       const double ny = 1.0 - 2.0 * (g.x * g.x + g.z * g.z);
-      theta = beside_axis(t, p.position_m, tool[1], nx, ny, std::atan2(-nx, ny), behind(number), hint[0]);
+      turn_beside_axis(t, p.position_m, tool[1], ny, -nx, behind(number), hint[0]);
     }
-    const double ct = std::cos(0.5 * theta), st = std::sin(0.5 * theta);
+    const auto [ct, st] = half_angle(t.cosine, t.sine);
     const Quaternion rel{ct * g.w + st * g.z, ct * g.x + st * g.y, ct * g.y - st * g.x, ct * g.z - st * g.w};
     const double along = rel.w * rel.w + rel.y * rel.y;
     IkSolution solution;
@@ -142,7 +148,7 @@ struct PlanarArm {
         kTied * kTied) {  // upside down: every inclination is 180 degrees off; the tool's x axis decides
       const Vector3 now = rotate(p.orientation, {1.0, 0.0, 0.0});
       const Vector3 own = rotate(mount.hand.orientation, {1.0, 0.0, 0.0});
-      const double ahead = now[0] * std::cos(theta) + now[1] * std::sin(theta);
+      const double ahead = now[0] * t.cosine + now[1] * t.sine;
       const bool lateral = root_sum(own[0], own[2]) < kTied || root_sum(ahead, now[2]) < kTied;
       hand = lateral ? hand_at(hint) : std::atan2(now[2], ahead) - std::atan2(own[2], own[0]);
       ch = std::cos(hand);
@@ -153,7 +159,7 @@ struct PlanarArm {
       hand = -2.0 * std::atan2(rel.y, rel.w);
       ch = (rel.w - rel.y) * (rel.w + rel.y) / along;
       sh = -2.0 * rel.w * rel.y / along;
-      solution.orientation_error_rad = 2.0 * std::atan2(root_sum(rel.x, rel.z), std::sqrt(along));
+      solution.orientation_error_rad = double_angle(root_sum(rel.x, rel.z), std::sqrt(along));
     }
     double forearm = 0.0;
     if (!links.bend(t.radius_m - links.shoulder_m - tool[0] * ch + tool[2] * sh,
@@ -161,7 +167,7 @@ struct PlanarArm {
                     links.fore_zero_rad, number, hint, solution, forearm)) {
       return solution;
     }
-    solution.joints_q[0] = nearest_turn(theta, hint[0]);
+    solution.joints_q[0] = nearest_turn(t.angle_rad, hint[0]);
     solution.joints_q[3] =
         nearest_turn(links.sign4 * (hand - hand_zero_rad - forearm + links.fore_zero_rad), hint[3]);
     return solution;
@@ -177,13 +183,12 @@ struct PlanarArm {
     for (int step = 0; step < kMostSteps; ++step) {
       Turn t = turn(foot[0], foot[1], lateral_m, behind(number));
       if (t.reach != Reach::kOk) return refused(t, lateral_m);
-      double theta = t.angle_rad;
       if (std::abs(t.radius_m) <= kNearAxis_m) {
         const double ax = 1.0 - 2.0 * (g.y * g.y + g.z * g.z);
         const double ay = 2.0 * (g.x * g.y + g.w * g.z);
-        theta = beside_axis(t, foot, lateral_m, ax, ay, std::atan2(ay, ax), behind(number), hint[0]);
+        turn_beside_axis(t, foot, lateral_m, ax, ay, behind(number), hint[0]);
       }
-      const double ct = std::cos(0.5 * theta), st = std::sin(0.5 * theta);
+      const auto [ct, st] = half_angle(t.cosine, t.sine);
       const Quaternion rel{ct * g.w + st * g.z, ct * g.x + st * g.y, ct * g.y - st * g.x,
                            ct * g.z - st * g.w};
       const double ax = 1.0 - 2.0 * (rel.y * rel.y + rel.z * rel.z);
@@ -191,18 +196,18 @@ struct PlanarArm {
       const double az = 2.0 * (rel.x * rel.z - rel.w * rel.y);
       const double in_plane = root_sum(ax, az);
       const double hand = in_plane < kTied ? hand_at(hint) : std::atan2(az, ax);
-      const double c2 = std::cos(0.5 * hand), s2 = std::sin(0.5 * hand);
-      const double ch = (c2 - s2) * (c2 + s2), sh = 2.0 * s2 * c2;
+      const double ch = in_plane < kTied ? std::cos(hand) : ax / in_plane;
+      const double sh = in_plane < kTied ? std::sin(hand) : az / in_plane;
+      const auto [c2, s2] = half_angle(ch, sh);
       const double roll = 2.0 * std::atan2(c2 * rel.x + s2 * rel.z, c2 * rel.w - s2 * rel.y);
       IkSolution solution;
-      solution.orientation_error_rad = std::atan2(std::abs(ay), in_plane);
+      solution.orientation_error_rad = 0.5 * double_angle(std::abs(ay), in_plane);
       double moved_m = solution.orientation_error_rad * off_m;
       if (moved_m > kConverged_m) {
         const double ty = tool[1] * std::cos(roll) - tool[2] * std::sin(roll);
         const double tz = tool[1] * std::sin(roll) + tool[2] * std::cos(roll);
-        const double cosine = (ct - st) * (ct + st), sine = 2.0 * st * ct;
-        const Vector3 next =
-            p.position_m - Vector3{-cosine * tz * sh - sine * ty, -sine * tz * sh + cosine * ty, tz * ch};
+        const Vector3 next = p.position_m - Vector3{-t.cosine * tz * sh - t.sine * ty,
+                                                    -t.sine * tz * sh + t.cosine * ty, tz * ch};
         moved_m = norm(next - foot);
         foot = next;
       }
@@ -213,7 +218,7 @@ struct PlanarArm {
                       number, hint, solution, forearm)) {
         return solution;
       }
-      solution.joints_q[0] = nearest_turn(theta, hint[0]);
+      solution.joints_q[0] = nearest_turn(t.angle_rad, hint[0]);
       solution.joints_q[3] =
           nearest_turn(links.sign4 * (hand - hand_zero_rad - forearm + links.fore_zero_rad), hint[3]);
       solution.joints_q[4] = nearest_turn(roll, hint[4]);
@@ -222,16 +227,19 @@ struct PlanarArm {
     return {IkStatus::kTooClose, {}, 0.0, root_sum(foot[0], foot[1]), off_m};
   }
 
-  /// Base angle of a point next to axis 1: that of the orientation, whose direction (x, y) has this heading, if it fits, either way
-  /// round; on the axis itself the hint's if the direction is upright.
-  [[nodiscard]] static double beside_axis(Turn& t, const Vector3& point, double b, double x, double y,
-                                          double heading_rad, bool behind, double hint_rad) noexcept {
+  /// The base's turn for a point next to axis 1: to the heading (x, y) that the orientation has, if the point fits, either way round;
+  /// on the axis itself the hint's if that heading is none.
+  static void turn_beside_axis(Turn& t, const Vector3& point, double b, double x, double y, bool behind,
+                               double hint_rad) noexcept {
     const bool upright = root_sum(x, y) < kTied;
-    if (t.free) return upright ? hint_rad : behind ? heading_rad + std::numbers::pi : heading_rad;
-    for (const double angle : {heading_rad, heading_rad + std::numbers::pi}) {
-      if (!upright && take_heading(t, point[0], point[1], b, behind, angle)) break;
+    const double heading = upright ? hint_rad : std::atan2(y, x);
+    if (t.free) {
+      t.angle_rad = behind && !upright ? heading + std::numbers::pi : heading;
+      t.cosine = std::cos(t.angle_rad);
+      t.sine = std::sin(t.angle_rad);
+    } else if (!upright && !take_heading(t, point[0], point[1], b, behind, heading)) {
+      (void)take_heading(t, point[0], point[1], b, behind, heading + std::numbers::pi);
     }
-    return t.angle_rad;
   }
 
   static constexpr double kTied = 1e-9;  ///< a direction that is shorter is none

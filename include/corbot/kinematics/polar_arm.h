@@ -84,7 +84,7 @@ struct PolarArm {
     Pose last{{r * c - lateral_m * s, r * s + lateral_m * c, out * sc + raise_m * cc},
               arm_rotation(q[0], slide)};
     if (has_wrist) last.orientation = last.orientation * wrist.rotation(q);
-    return mount.base * (last * mount.hand);
+    return mount.to_base(last);
   }
 
   [[nodiscard]] IkSolution inverse(const Pose& pose, std::uint32_t number,

@@ -94,7 +94,7 @@ struct ScaraArm {
       last.position_m[1] += second_m * std::sin(b + second_zero_rad);
     }
     last.orientation = about({0.0, 0.0, 1.0}, yaw(q));
-    return mount.base * (last * mount.hand);
+    return mount.to_base(last);
   }
 
   [[nodiscard]] IkSolution inverse(const Pose& pose, std::uint32_t number,

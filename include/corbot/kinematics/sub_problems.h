@@ -29,13 +29,26 @@ enum class Reach { kOk, kTooFar, kTooClose };
 struct Turn {
   Reach reach{Reach::kOk};
   bool free{};         ///< the point is on the axis: any angle does; angle_rad is 0
-  double angle_rad{};  ///< in (−2π, 2π)
+  double angle_rad{};  ///< in [−π, π], but for a heading that was taken
   double cosine{1.0}, sine{};
   double radius_m{};    ///< s: how far the point is ahead of the axis within the plane; negative: behind it
   double distance_m{};  ///< ρ; where kTooClose, it is smaller than |b|
   double
       slack_m{};  ///< what rounding leaves open of radius_m: much more than of the point where ρ is next to |b|
 };
+
+/// Cosine and sine of half of an angle in [−π, π] (a whole turn more changes both signs), from those of the angle.
+struct HalfAngle {
+  double cosine, sine;
+};
+[[nodiscard]] inline HalfAngle half_angle(double cosine, double sine) noexcept {
+  if (cosine >= 0.0) {
+    const double c = std::sqrt(0.5 * (1.0 + cosine));
+    return {c, 0.5 * sine / c};
+  }
+  const double s = std::copysign(std::sqrt(0.5 * (1.0 - cosine)), sine);
+  return {0.5 * sine / s, s};
+}
 
 /// Where two borders meet, what the first leaves open of u must not be refused by the second: u such that (u, v) is at the limit
 /// of a distance, if that is within the slack.
@@ -44,8 +57,8 @@ struct Turn {
   return std::abs(there - u) <= slack_m ? there : u;
 }
 
-/// θ such that (x, y) = Rz(θ)·(s, b): s = ±√((ρ − |b|)(ρ + |b|)), θ = atan2(y, x) − atan2(b, s). `behind` takes the
-/// negative root. ρ < |b|: too close. ρ = |b|: both roots are the same. ρ = b = 0: free.
+/// θ such that (x, y) = Rz(θ)·(s, b): s = ±√((ρ − |b|)(ρ + |b|)), θ = atan2(y, x) − atan2(b, s), both in one
+/// atan2. `behind` takes the negative root. ρ < |b|: too close. ρ = |b|: both roots are the same. ρ = b = 0: free.
 /// `x_slack_m` is what is open of x.
 [[nodiscard]] inline Turn turn(double x, double y, double b, bool behind, double x_slack_m = 0.0) noexcept {
   Turn t;
@@ -74,11 +87,11 @@ struct Turn {
   }
   t.radius_m = facing * std::sqrt(std::fmax(0.0, (rho - offset) * (rho + offset)));
   t.slack_m = kRounding_m * rho / std::fmax(std::abs(t.radius_m), std::sqrt(2.0 * rho * kRounding_m));
-  t.angle_rad = std::atan2(y, x) - std::atan2(b, t.radius_m);
-  // The same angle by the sum's formula; where the border was clamped, ρ² and s² + b² differ by the clamp.
+  // By the difference's formulas; where the border was clamped, ρ² and s² + b² differ by the clamp.
   const double k = 1.0 / (rho * root_sum(t.radius_m, b));
   t.cosine = k * (x * t.radius_m + y * b);
   t.sine = k * (y * t.radius_m - x * b);
+  t.angle_rad = std::atan2(t.sine, t.cosine);
   return t;
 }
 
@@ -129,16 +142,17 @@ struct TwoLinks {
     return t;
   }
   const double near = std::fmax(0.0, (d - difference) * (d + difference));
-  const double y = std::sqrt(std::fmax(0.0, (sum - d) * (sum + d)));
-  const double x = std::sqrt(near);
-  const double sign = clockwise ? -1.0 : 1.0;
-  t.second_rad = sign * 2.0 * std::atan2(y, x);
+  const double far = std::fmax(0.0, (sum - d) * (sum + d));
+  const double side = (clockwise ? -1.0 : 1.0) * std::sqrt(near * far);  // 2 L1 L2 sin γ
+  t.second_rad = std::atan2(2.0 * side, near - far);
   if (d <= kOnAxis_m) {
     t.free = true;
     return t;
   }
-  // atan2(L2 sin γ, L1 + L2 cos γ), both times 2 L1, without the cancellation near the folded arm.
-  t.first_rad = std::atan2(v, u) - std::atan2(sign * x * y, 2.0 * l1 * (l1 - l2) + near);
+  // atan2(v, u) − atan2(L2 sin γ, L1 + L2 cos γ) in one; both of the latter times 2 L1, without the cancellation near the
+  // folded arm.
+  const double ahead = 2.0 * l1 * (l1 - l2) + near;
+  t.first_rad = std::atan2(v * ahead - u * side, u * ahead + v * side);
   return t;
 }
 

@@ -22,7 +22,7 @@ struct YawHand {
   const double upright = root_sum(g.w, g.z);
   YawHand hand;
   hand.yaw_rad = upright <= 1e-9 ? yaw_hint_rad : 2.0 * std::atan2(g.z, g.w);
-  hand.error_rad = 2.0 * std::atan2(root_sum(g.x, g.y), upright);
+  hand.error_rad = double_angle(root_sum(g.x, g.y), upright);
   const Vector3& tool = mount.hand.position_m;
   const double c = std::cos(hand.yaw_rad), s = std::sin(hand.yaw_rad);
   hand.axis_m = p.position_m - Vector3{c * tool[0] - s * tool[1], s * tool[0] + c * tool[1], tool[2]};
