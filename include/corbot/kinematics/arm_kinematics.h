@@ -13,7 +13,9 @@
 #include "corbot/kinematics/closed_form.h"
 #include "corbot/kinematics/cylindrical_arm.h"
 #include "corbot/kinematics/gantry_arm.h"
+#include "corbot/kinematics/ortho_parallel_arm.h"
 #include "corbot/kinematics/other_arm.h"
+#include "corbot/kinematics/parallel_axes_arm.h"
 #include "corbot/kinematics/planar_arm.h"
 #include "corbot/kinematics/polar_arm.h"
 #include "corbot/kinematics/scara_arm.h"
@@ -27,6 +29,8 @@ using Families = std::variant<  //
     GantryArm,                  //
     CylindricalArm,             //
     PolarArm,                   //
+    OrthoParallelArm,           //
+    ParallelAxesArm,            //
     OtherArm>;
 
 /// One of the solutions at a pose.
@@ -102,11 +106,10 @@ class Kinematics {
   [[nodiscard]] SolutionSet solutions(const Pose& pose, const Joints& hint,
                                       double orientation_limit_rad) const noexcept {
     return visit([&](const auto& form) {
+      using Form = std::remove_cvref_t<decltype(form)>;
       SolutionSet set;
       bool refused_one = false;
-      const std::uint32_t numbers = form.solution_count();
-      for (std::uint32_t number = 0; number < numbers; ++number) {
-        const IkSolution solution = form.inverse(pose, number, hint);
+      const auto add = [&](std::uint32_t number, const IkSolution& solution) {
         if (solution.status != IkStatus::kOk) {
           if (!refused_one) set.refusal = solution;
           refused_one = true;
@@ -114,6 +117,15 @@ class Kinematics {
                    !contains(set, solution.joints_q)) {
           set.entries[set.count++] = {number, solution};
         }
+      };
+      const std::uint32_t numbers = form.solution_count();
+      if constexpr (SolvesAll<Form>) {
+        std::array<IkSolution, Form::kSolutions> all;
+        form.inverse_all(pose, hint, all);
+        for (std::uint32_t number = 0; number < numbers; ++number) add(number, all[number]);
+      } else {
+        for (std::uint32_t number = 0; number < numbers; ++number)
+          add(number, form.inverse(pose, number, hint));
       }
       return set;
     });

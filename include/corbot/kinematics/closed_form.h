@@ -111,6 +111,14 @@ concept ClosedForm = std::is_trivially_copyable_v<T> &&
   noexcept;
 };
 
+/// A family may solve all numbers at once, where they share much of the work: then all[number] is inverse(pose, number, hint).
+template <class T>
+concept SolvesAll = ClosedForm<T> &&
+    requires(const T form, const Pose& pose, const Joints& hint, std::array<IkSolution, T::kSolutions>& all) {
+  { form.inverse_all(pose, hint, all) }
+  noexcept;
+};
+
 /// Two families' judge: the same poses within 1e-9 m and rad over a fixed set of joints that goes through all quadrants. Noise
 /// of computing is 1e-15; a wrong sign is millimetres.
 template <class Form>

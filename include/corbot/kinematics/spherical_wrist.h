@@ -61,7 +61,18 @@ struct SphericalWrist {
   }
   /// Joints 4 to 6 for that rotation, next to the hint.
   void solve(const Quaternion& arm_R_last, bool flipped, const Joints& hint, Joints& q) const noexcept {
-    const Zyz t = zyz(conjugate(arm_R_wrist) * arm_R_last, flipped, hint[3]);
+    take(zyz(conjugate(arm_R_wrist) * arm_R_last, flipped, hint[3]), hint, q);
+  }
+  /// solve() of both, the rotation taken apart once.
+  void solve_both(const Quaternion& arm_R_last, const Joints& hint, Joints& q,
+                  Joints& flipped_q) const noexcept {
+    const Zyz t = zyz(conjugate(arm_R_wrist) * arm_R_last, false, hint[3]);
+    take(t, hint, q);
+    take(flipped(t), hint, flipped_q);
+  }
+
+ private:
+  void take(const Zyz& t, const Joints& hint, Joints& q) const noexcept {
     q[3] = nearest_turn(t.first_rad, hint[3]);
     q[4] = nearest_turn(t.middle_rad - middle_zero_rad, hint[4]);
     q[5] = nearest_turn(t.last_rad, hint[5]);

@@ -162,10 +162,19 @@ struct Zyz {
   double first_rad{}, middle_rad{}, last_rad{};
 };
 
+/// The same rotation with the middle angle of the other sign; where the outer axes coincide, itself.
+[[nodiscard]] inline Zyz flipped(Zyz t) noexcept {
+  if (t.free) return t;
+  t.middle_rad = -t.middle_rad;
+  t.first_rad += std::numbers::pi;
+  t.last_rad -= std::numbers::pi;
+  return t;
+}
+
 /// Of a unit quaternion: w, z = cos(β/2)·(cos, sin)((α+γ)/2) and y, −x = sin(β/2)·(cos, sin)((α−γ)/2). Sum and difference
 /// of the outer angles come from different parts, so what near sin β = 0 is uncertain about one of them is made up for by
-/// the other, and the rotation keeps all its digits. `flipped` takes β ≤ 0. At sin β = 0 (kOnAxis_rad) α is the hint.
-[[nodiscard]] inline Zyz zyz(const Quaternion& q, bool flipped, double first_hint_rad) noexcept {
+/// the other, and the rotation keeps all its digits. `flip` takes β ≤ 0. At sin β = 0 (kOnAxis_rad) α is the hint.
+[[nodiscard]] inline Zyz zyz(const Quaternion& q, bool flip, double first_hint_rad) noexcept {
   Zyz t;
   const double upright = root_sum(q.w, q.z);
   const double tilted = root_sum(q.x, q.y);
@@ -180,12 +189,7 @@ struct Zyz {
   }
   t.first_rad = 0.5 * (sum + difference);
   t.last_rad = 0.5 * (sum - difference);
-  if (flipped) {
-    t.middle_rad = -t.middle_rad;
-    t.first_rad += std::numbers::pi;
-    t.last_rad -= std::numbers::pi;
-  }
-  return t;
+  return flip ? flipped(t) : t;
 }
 
 }  // namespace corbot

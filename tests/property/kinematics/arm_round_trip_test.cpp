@@ -42,6 +42,16 @@ void go_singular(const PolarArm& arm, RandomArm& random, Joints& q) {
     q[2] = -(arm.has_wrist ? arm.slide_m : arm.mount.hand.position_m[0]);
   }
 }
+void go_singular(const OrthoParallelArm& arm, RandomArm& random, Joints& q) {
+  if (random.coin()) q[4] = random.straight() - arm.wrist.middle_zero_rad;
+  if (random.coin())
+    q[2] = arm.links.sign3 * (random.straight() - arm.links.fore_zero_rad + arm.links.upper_zero_rad);
+}
+void go_singular(const ParallelAxesArm& arm, RandomArm& random, Joints& q) {
+  if (random.coin()) q[4] = random.straight() - arm.middle_zero_rad;
+  if (random.coin())
+    q[2] = arm.links.sign3 * (random.straight() - arm.links.fore_zero_rad + arm.links.upper_zero_rad);
+}
 void go_singular(const OtherArm&, RandomArm&, Joints&) { FAIL() << "not recognised"; }
 
 const Mounting& mount_of(const OtherArm&) {
@@ -53,11 +63,23 @@ const Mounting& mount_of(const Form& form) {
   return form.mount;
 }
 
-/// Joints with the tool on the family's first axis, or next to it: by way of the inverse.
+/// Where the centre of a six-axis arm's wrist passes axis 1; 0 where that is a slide's or the tool's matter.
+double lateral_m(const OrthoParallelArm& arm) { return arm.lateral_m; }
+double lateral_m(const ParallelAxesArm& arm) { return arm.lateral_m; }
+template <class Form>
+double lateral_m(const Form&) {
+  return 0.0;
+}
+
+/// Joints with the tool (of six joints: the wrist) on the family's first axis, or next to it, or as far from it as it must be at
+/// least: by way of the inverse.
 std::optional<Joints> on_axis(const Kinematics& arm, RandomArm& random, const Joints& q) {
   const Mounting& mount = arm.visit([](const auto& form) -> const Mounting& { return mount_of(form); });
+  const double lateral = arm.visit([](const auto& form) { return lateral_m(form); });
   Pose pose = inverse_of(mount.base) * arm.forward(q);
-  pose.position_m = {random.tiny(), random.tiny(), pose.position_m[2]};
+  if (arm.joint_count() == 6) pose = pose * inverse_of(mount.hand);
+  pose.position_m = {random.tiny(), lateral + (random.coin() ? random.tiny() : 0.0), pose.position_m[2]};
+  if (arm.joint_count() == 6) pose = pose * mount.hand;
   const SolutionSet set = arm.solutions(mount.base * pose, q, kPi);
   if (set.count == 0) return std::nullopt;
   return set.entries[0].solution.joints_q;
@@ -131,6 +153,8 @@ void million(const char* family, const std::function<DhTable(RandomArm&)>& table
       } else if (kind == 3) {
         const auto there = on_axis(arm, random, q);
         if (there) q = *there;
+        // Its crossing on axis 1: joint 1 is the hint's, also where only another one reaches.
+        if (std::holds_alternative<ParallelAxesArm>(arm.form())) hint = q;
       }
       SCOPED_TRACE(testing::Message() << "arm " << n / kPosesAnArm << " pose " << k << " kind " << kind);
       check(arm, table, q, hint, kind < 4, tally);
@@ -170,6 +194,12 @@ TEST(AMillionPoses, Cylindrical) {
 }
 TEST(AMillionPoses, Polar) {
   million(PolarArm::kName, [](RandomArm& r) { return r.polar(3); });
+}
+TEST(AMillionPoses, OrthoParallel) {
+  million(OrthoParallelArm::kName, [](RandomArm& r) { return r.ortho_parallel(); });
+}
+TEST(AMillionPoses, ParallelAxes) {
+  million(ParallelAxesArm::kName, [](RandomArm& r) { return r.parallel_axes(); });
 }
 TEST(AMillionPoses, PolarWithWrist) {
   million(PolarArm::kName, [](RandomArm& r) { return r.polar(6); });

@@ -104,6 +104,32 @@ struct RandomArm {
     }
     return stand(table);
   }
+  /// Base, shoulder, elbow, and a spherical wrist at the end of a forearm that may point anywhere.
+  DhTable ortho_parallel() {
+    DhTable table;
+    table.count = 6;
+    table.rows[0] = turning(offset(), square());
+    table.rows[1] = turning(length(), straight());
+    table.rows[2] = turning(offset(), coin() ? square() : angle());
+    table.rows[3] = turning(0.0, square());
+    table.rows[3].d_m = length();
+    table.rows[4] = turning(0.0, square());
+    table.rows[4].d_m = 0.0;
+    table.rows[5] = turning(offset(), angle());
+    return stand(table);
+  }
+  DhTable parallel_axes() {
+    DhTable table;
+    table.count = 6;
+    table.rows[0] = turning(offset(), square());
+    table.rows[1] = turning(length(), straight());
+    table.rows[2] = turning(length(), straight());
+    table.rows[3] = turning(offset(), square());
+    table.rows[4] = turning(0.0, square());
+    table.rows[4].d_m = sign() * length();  // with none the wrist may be a spherical one
+    table.rows[5] = turning(offset(), angle());
+    return stand(table);
+  }
 };
 
 }  // namespace corbot::test

@@ -194,6 +194,11 @@ INSTANTIATE_TEST_SUITE_P(Sliding, Arms,
                                          Named{"polar_rrp", PolarArm::kName},
                                          Named{"stanford", PolarArm::kName}));
 
+INSTANTIATE_TEST_SUITE_P(SixAxes, Arms,
+                         testing::Values(Named{"puma560", OrthoParallelArm::kName},
+                                         Named{"irb2400", OrthoParallelArm::kName},
+                                         Named{"ur5e", ParallelAxesArm::kName}));
+
 struct Projected {
   const char* arm;
   double bar_rad;
