@@ -130,6 +130,8 @@ struct ParallelAxesArm {
   }
 
  private:
+  /// The orientation is kept to this where a border leaves something open.
+  static constexpr double kMostOpen_rad = 1e-10;
   struct Wanted {
     Quaternion last{};  ///< rotation of the last frame
     Vector3 crossing_m{};
@@ -186,11 +188,14 @@ struct ParallelAxesArm {
       const double tilted = std::abs(std::sin(0.5 * wrist.middle_rad));
       const double upright = std::abs(std::cos(0.5 * wrist.middle_rad));
       const double change = to_limit(wanted, base, wrist.last_rad, solution.limit_m);
-      const double open_rad = kRounding_m + base.slack_m / std::fmax(base.distance_m, kOnAxis_m);
-      if (!wrist.free && std::abs(change) > open_rad / std::fmin(tilted, upright)) return solution;
+      const double error_rad = 2.0 * std::abs(change) * std::fmin(tilted, upright);
+      const double open_rad =
+          std::fmin(4.0 * kRounding_m + 2.0 * (kRounding_m + base.slack_m) / base.distance_m, kMostOpen_rad);
+      if (!wrist.free && error_rad > open_rad) return solution;
       wrist.last_rad += change;
       wrist.first_rad += tilted <= upright ? -change : change;
       if (!reach(wanted, base, wrist.last_rad, number, hint, solution)) return solution;
+      solution.orientation_error_rad = wrist.free ? 0.0 : error_rad;
     }
     Joints& q = solution.joints_q;
     q[0] = base_rad;
