@@ -100,6 +100,24 @@ class Kinematics {
                                    const Joints& hint) const noexcept {
     return visit([&](const auto& form) { return form.inverse(pose, number, hint); });
   }
+  /// What an arm of fewer than six joints follows of an orientation, as sums of joints. Along a path it is these that are kept or
+  /// interpolated: an orientation in between two that the arm can take is mostly none that it can take.
+  [[nodiscard]] FollowedAngles followed() const noexcept {
+    return visit([](const auto& form) -> FollowedAngles {
+      if constexpr (FollowsAngles<std::remove_cvref_t<decltype(form)>>) return form.followed();
+      return {};
+    });
+  }
+  /// Joints for a position and those angles; kNoSolution for an arm that follows every orientation.
+  [[nodiscard]] IkSolution inverse_at(const Vector3& position_m, const Angles& angles, std::uint32_t number,
+                                      const Joints& hint) const noexcept {
+    return visit([&](const auto& form) -> IkSolution {
+      if constexpr (FollowsAngles<std::remove_cvref_t<decltype(form)>>) {
+        return form.inverse_at(position_m, angles, number, hint);
+      }
+      return {IkStatus::kNoSolution};
+    });
+  }
   [[nodiscard]] Jacobian jacobian(const Joints& q) const noexcept { return corbot::jacobian(chain_, q); }
 
   /// All solutions whose orientation is off by no more than the limit.

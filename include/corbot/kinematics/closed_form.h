@@ -38,6 +38,27 @@ enum class Follows : std::uint32_t {
   kNone,          ///< the orientation is an output of the position
 };
 
+/// Angles that an arm of fewer than six joints follows instead of an orientation (pitch and roll, yaw), each a sum of joints.
+using Angles = std::array<double, 2>;
+struct FollowedAngles {
+  std::uint32_t count{};         ///< 0 where the arm follows an orientation, or none
+  std::array<Joints, 2> rows{};  ///< angle = row · joints + zero
+  Angles zero_rad{};
+
+  [[nodiscard]] Angles at(const Joints& q) const noexcept {
+    Angles angles{};
+    for (std::size_t k = 0; k < count; ++k) {
+      angles[k] = zero_rad[k];
+      for (std::size_t i = 0; i < kMaxJoints; ++i) angles[k] += rows[k][i] * q[i];
+    }
+    return angles;
+  }
+};
+
+[[nodiscard]] inline bool is_finite(const Joints& q) noexcept {
+  return std::isfinite(q[0] + q[1] + q[2] + q[3] + q[4] + q[5]);
+}
+
 /// More solutions than any family here has, and than a general six-axis arm can have (Raghavan and Roth 1993).
 inline constexpr std::size_t kMaxSolutions = 16;
 
@@ -75,6 +96,10 @@ struct Mounting {
   [[nodiscard]] Pose tool_to_base(const Pose& tool) const noexcept {
     return level ? Pose{base.position_m + tool.position_m, tool.orientation} : base * tool;
   }
+  [[nodiscard]] Vector3 to_family(const Vector3& position_m) const noexcept {
+    const Vector3 away = position_m - base.position_m;
+    return level ? away : rotate(conjugate(base.orientation), away);
+  }
   /// base_T_tool in the family's frame, its quaternion of unit length.
   [[nodiscard]] Pose to_family(const Pose& pose) const noexcept {
     if (level) return {pose.position_m - base.position_m, normalised(pose.orientation)};
@@ -93,31 +118,32 @@ struct Mounting {
   return m;
 }
 
+// clang-format off
 template <class T>
-concept ClosedForm = std::is_trivially_copyable_v<T> &&
-    requires(const T form, T changed, const Joints& q, const Pose& pose, std::uint32_t number) {
+concept ClosedForm = std::is_trivially_copyable_v<T> && requires(const T form, T changed, const Joints& q, const Pose& pose, std::uint32_t number) {
   { T::kName } -> std::convertible_to<const char*>;
-  { T::recognise(JointChain{}) }
-  noexcept->std::same_as<std::optional<T>>;
-  { form.solution_count() }
-  noexcept->std::same_as<std::uint32_t>;  ///< numbers 0 … count − 1
-  { form.follows() }
-  noexcept->std::same_as<Follows>;
-  { form.forward(q) }
-  noexcept->std::same_as<Pose>;
-  { form.inverse(pose, number, q) }
-  noexcept->std::same_as<IkSolution>;
-  { changed.set_frames(pose, pose) }
-  noexcept;
+  { T::recognise(JointChain{}) } noexcept -> std::same_as<std::optional<T>>;
+  { form.solution_count() } noexcept -> std::same_as<std::uint32_t>;  // numbers 0 … count − 1
+  { form.follows() } noexcept -> std::same_as<Follows>;
+  { form.forward(q) } noexcept -> std::same_as<Pose>;
+  { form.inverse(pose, number, q) } noexcept -> std::same_as<IkSolution>;
+  { changed.set_frames(pose, pose) } noexcept;  // base_T_0, n_T_tool
 };
 
 /// A family may solve all numbers at once, where they share much of the work: then all[number] is inverse(pose, number, hint).
 template <class T>
-concept SolvesAll = ClosedForm<T> &&
-    requires(const T form, const Pose& pose, const Joints& hint, std::array<IkSolution, T::kSolutions>& all) {
-  { form.inverse_all(pose, hint, all) }
-  noexcept;
+concept SolvesAll = ClosedForm<T> && requires(const T form, const Pose& pose, const Joints& hint, std::array<IkSolution, T::kSolutions>& all) {
+  { form.inverse_all(pose, hint, all) } noexcept;
 };
+
+/// A family that does not follow every orientation besides has: the angles that it does follow, and the inverse for a position and
+/// those; without any, for the position alone. (An arm of it that does follow every orientation answers kNoSolution.)
+template <class T>
+concept FollowsAngles = requires(const T form, const Joints& q, const Vector3& position_m, const Angles& angles, std::uint32_t number) {
+  { form.followed() } noexcept -> std::same_as<FollowedAngles>;
+  { form.inverse_at(position_m, angles, number, q) } noexcept -> std::same_as<IkSolution>;
+};
+// clang-format on
 
 /// Two families' judge: the same poses within 1e-9 m and rad over a fixed set of joints that goes through all quadrants. Noise
 /// of computing is 1e-15; a wrong sign is millimetres.
@@ -138,6 +164,16 @@ template <class Form>
     }
   }
   return true;
+}
+
+/// For arms whose orientation is an output: how far it is from the one asked for.
+template <class Form>
+[[nodiscard]] IkSolution with_output_told(const Form& form, IkSolution solution, const Pose& pose) noexcept {
+  if (solution.status == IkStatus::kOk) {
+    solution.orientation_error_rad =
+        angle_between(form.forward(solution.joints_q).orientation, normalised(pose.orientation));
+  }
+  return solution;
 }
 
 [[nodiscard]] constexpr IkStatus to_status(Reach reach) noexcept {

@@ -74,32 +74,48 @@ struct CylindricalArm {
   [[nodiscard]] IkSolution inverse(const Pose& pose, std::uint32_t number,
                                    const Joints& hint) const noexcept {
     if (number >= solution_count()) return {IkStatus::kNoSolution};
-    if (!is_finite(pose) || !std::isfinite(hint[0] + hint[3])) return {};
+    if (!is_finite(pose) || !is_finite(hint)) return {};
     const Pose p = mount.to_family(pose);
+    if (!has_hand()) return with_output_told(*this, place(p.position_m, 0.0, number, hint), pose);
+    const YawHand hand = yaw_hand(mount, p.orientation, yaw(hint));
+    IkSolution solution = place(p.position_m, hand.yaw_rad, number, hint);
+    if (solution.status == IkStatus::kOk) solution.orientation_error_rad = hand.error_rad;
+    return solution;
+  }
+  [[nodiscard]] IkSolution inverse_at(const Vector3& position_m, const Angles& angles, std::uint32_t number,
+                                      const Joints& hint) const noexcept {
+    if (number >= solution_count()) return {IkStatus::kNoSolution};
+    if (!std::isfinite(position_m[0] + position_m[1] + position_m[2] + angles[0]) || !is_finite(hint))
+      return {};
+    return place(mount.to_family(position_m), angles[0], number, hint);
+  }
+  /// The yaw.
+  [[nodiscard]] FollowedAngles followed() const noexcept {
+    FollowedAngles angles;
+    angles.count = has_hand() ? 1 : 0;
+    angles.rows[0] = {1.0, 0.0, 0.0, hand_sign};
+    return angles;
+  }
+
+ private:
+  [[nodiscard]] bool has_hand() const noexcept { return count == 4; }
+  [[nodiscard]] double yaw(const Joints& q) const noexcept { return q[0] + hand_sign * q[3]; }
+
+  [[nodiscard]] IkSolution place(const Vector3& p, double yaw_rad, std::uint32_t number,
+                                 const Joints& hint) const noexcept {
     const Vector3& tool = mount.hand.position_m;
-    const bool has_hand = count == 4;
-    YawHand hand;
-    if (has_hand) {
-      hand = yaw_hand(mount, p, hint[0] + hand_sign * hint[3]);
-    } else {
-      hand.axis_m = p.position_m - Vector3{0.0, 0.0, tool[2]};
-    }
-    const double offset = has_hand ? lateral_m : tool[1];
-    const Turn t = turn(hand.axis_m[0], hand.axis_m[1], offset, number != 0);
+    const Vector3 axis = has_hand() ? hand_axis(mount, p, yaw_rad) : p - Vector3{0.0, 0.0, tool[2]};
+    const double offset = has_hand() ? lateral_m : tool[1];
+    const Turn t = turn(axis[0], axis[1], offset, number != 0);
     if (t.reach != Reach::kOk) return refused(t, offset);
 
     IkSolution solution;
     solution.status = IkStatus::kOk;
     Joints& q = solution.joints_q;
     q[0] = t.free ? hint[0] : nearest_turn(t.angle_rad, hint[0]);
-    q[reach] = t.radius_m - (has_hand ? ahead_m : tool[0]);
-    q[lift] = lift_sign * hand.axis_m[2];
-    if (has_hand) {
-      q[3] = nearest_turn(hand_sign * (hand.yaw_rad - q[0]), hint[3]);
-      solution.orientation_error_rad = hand.error_rad;
-    } else {
-      solution.orientation_error_rad = angle_between(forward(q).orientation, pose.orientation);
-    }
+    q[reach] = t.radius_m - (has_hand() ? ahead_m : tool[0]);
+    q[lift] = lift_sign * axis[2];
+    if (has_hand()) q[3] = nearest_turn(hand_sign * (yaw_rad - q[0]), hint[3]);
     return solution;
   }
 };

@@ -68,20 +68,40 @@ struct GantryArm {
   [[nodiscard]] IkSolution inverse(const Pose& pose, std::uint32_t number,
                                    const Joints& hint) const noexcept {
     if (number >= solution_count()) return {IkStatus::kNoSolution};
-    if (!is_finite(pose) || !std::isfinite(hint[3])) return {};
+    if (!is_finite(pose) || !is_finite(hint)) return {};
     const Pose p = mount.to_family(pose);
+    if (!has_hand()) return with_output_told(*this, place(p.position_m, 0.0, number, hint), pose);
+    const YawHand hand = yaw_hand(mount, p.orientation, yaw(hint));
+    IkSolution solution = place(p.position_m, hand.yaw_rad, number, hint);
+    if (solution.status == IkStatus::kOk) solution.orientation_error_rad = hand.error_rad;
+    return solution;
+  }
+  [[nodiscard]] IkSolution inverse_at(const Vector3& position_m, const Angles& angles, std::uint32_t number,
+                                      const Joints& hint) const noexcept {
+    if (number >= solution_count()) return {IkStatus::kNoSolution};
+    if (!std::isfinite(position_m[0] + position_m[1] + position_m[2] + angles[0]) || !is_finite(hint))
+      return {};
+    return place(mount.to_family(position_m), angles[0], number, hint);
+  }
+  /// The yaw.
+  [[nodiscard]] FollowedAngles followed() const noexcept {
+    FollowedAngles angles;
+    angles.count = has_hand() ? 1 : 0;
+    angles.rows[0][3] = 1.0;
+    return angles;
+  }
+
+ private:
+  [[nodiscard]] bool has_hand() const noexcept { return count == 4; }
+  [[nodiscard]] static double yaw(const Joints& q) noexcept { return q[3]; }
+
+  [[nodiscard]] IkSolution place(const Vector3& p, double yaw_rad, std::uint32_t,
+                                 const Joints& hint) const noexcept {
     IkSolution solution;
     solution.status = IkStatus::kOk;
-    Vector3 at_m = p.position_m - mount.hand.position_m;
-    if (count == 4) {
-      const YawHand hand = yaw_hand(mount, p, hint[3]);
-      at_m = hand.axis_m;
-      solution.joints_q[3] = nearest_turn(hand.yaw_rad, hint[3]);
-      solution.orientation_error_rad = hand.error_rad;
-    } else {
-      solution.orientation_error_rad = angle_between(mount.hand.orientation, p.orientation);
-    }
+    const Vector3 at_m = has_hand() ? hand_axis(mount, p, yaw_rad) : p - mount.hand.position_m;
     for (std::size_t i = 0; i < 3; ++i) solution.joints_q[i] = dot(at_m, measures[i]);
+    if (has_hand()) solution.joints_q[3] = nearest_turn(yaw_rad, hint[3]);
     return solution;
   }
 };

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
 #include <optional>
 
 #include "corbot/kinematics/closed_form.h"
+#include "corbot/kinematics/planar_hand.h"
 #include "corbot/kinematics/planar_links.h"
 
 namespace corbot {
@@ -21,6 +21,8 @@ namespace corbot {
 ///
 /// Solutions: bit 0: joint 3 is bent to its negative side (from straight). Bit 1: the base faces away from the point.
 struct PlanarArm {
+  static constexpr double kConverged_m = 1e-15;
+  static constexpr int kMostSteps = 40;
   static constexpr const char* kName = "base and planar arm";
 
   Mounting mount{};
@@ -98,36 +100,107 @@ struct PlanarArm {
   [[nodiscard]] IkSolution inverse(const Pose& pose, std::uint32_t number,
                                    const Joints& hint) const noexcept {
     if (number >= solution_count()) return {IkStatus::kNoSolution};
-    if (!is_finite(pose) || !std::isfinite(hint[0] + hint[1] + hint[2] + hint[3] + hint[4])) return {};
+    if (!is_finite(pose) || !is_finite(hint)) return {};
     const Pose p = mount.to_family(pose);
     if (count == 5) return with_roll(p, number, hint);
-    return count == 4 ? with_wrist(p, number, hint) : without_wrist(p, pose, number, hint);
+    if (count == 4) return with_wrist(p, number, hint);
+    return with_output_told(*this, without_wrist(p.position_m, number, hint), pose);
+  }
+
+  /// The angles that this arm follows, as sums of joints: C, then the roll.
+  [[nodiscard]] FollowedAngles followed() const noexcept {
+    return {count - 3,
+            {Joints{0.0, links.sign2, links.sign3, links.sign4}, Joints{0.0, 0.0, 0.0, 0.0, 1.0}},
+            {hand_zero_rad}};
+  }
+  /// Joints for a position and these angles instead of an orientation.
+  [[nodiscard]] IkSolution inverse_at(const Vector3& position_m, const Angles& angles, std::uint32_t number,
+                                      const Joints& hint) const noexcept {
+    if (number >= solution_count()) return {IkStatus::kNoSolution};
+    if (!std::isfinite(position_m[0] + position_m[1] + position_m[2] + angles[0] + angles[1]) ||
+        !is_finite(hint))
+      return {};
+    const Vector3 p = mount.to_family(position_m);
+    if (count == 3) return without_wrist(p, number, hint);
+    const Vector3& tool = mount.hand.position_m;
+    PlanarHand hand{angles[0], std::cos(angles[0]), std::sin(angles[0])};
+    if (count == 4) {
+      const Turn t = turn(p[0], p[1], tool[1], behind(number));
+      return t.reach == Reach::kOk
+                 ? place(held(t, hint), hand, t.radius_m - tool[0] * hand.cosine + tool[2] * hand.sine,
+                         p[2] - tool[0] * hand.sine - tool[2] * hand.cosine, number, hint)
+                 : refused(t, tool[1]);
+    }
+    hand.roll_rad = angles[1];
+    const Vector3 off = off_roll_axis(hand);
+    const Turn t = turn(p[0], p[1], lateral_m + off[1], behind(number));
+    if (t.reach != Reach::kOk) return refused(t, lateral_m + off[1]);
+    const double foot_m = t.radius_m - off[0];
+    if (behind(number) ? foot_m > 0.0
+                       : foot_m < 0.0) {  // the tool is on the other side of axis 1 than the hand
+      return {IkStatus::kTooClose, {}, 0.0, std::abs(t.radius_m), std::abs(off[0])};
+    }
+    return place_hand(held(t, hint), hand, foot_m, p[2] - off[2], number, hint);
   }
 
  private:
-  /// Angle of the hand about its own plane's normal at the hint.
-  [[nodiscard]] double hand_at(const Joints& q) const noexcept {
+  [[nodiscard]] static bool behind(std::uint32_t number) noexcept { return (number & 2u) != 0; }
+  /// On the axis itself, where no orientation says more: the hint's angle.
+  [[nodiscard]] static Turn held(Turn t, const Joints& hint) noexcept {
+    if (t.free) t.angle_rad = hint[0];
+    return t;
+  }
+  /// C at the hint.
+  [[nodiscard]] double pitch_at(const Joints& q) const noexcept {
     return links.sign2 * q[1] + links.sign3 * q[2] + links.sign4 * q[3] + hand_zero_rad;
   }
-  [[nodiscard]] static bool behind(std::uint32_t number) noexcept { return (number & 2u) != 0; }
-
-  [[nodiscard]] IkSolution without_wrist(const Pose& p, const Pose& pose, std::uint32_t number,
-                                         const Joints& hint) const noexcept {
+  /// The tool from its foot on the roll axis: ahead, across, above.
+  [[nodiscard]] Vector3 off_roll_axis(const PlanarHand& hand) const noexcept {
     const Vector3& tool = mount.hand.position_m;
-    const Turn t = turn(p.position_m[0], p.position_m[1], tool[1], behind(number));
-    if (t.reach != Reach::kOk) return refused(t, tool[1]);
+    const double c = std::cos(hand.roll_rad), s = std::sin(hand.roll_rad);
+    const double up = tool[1] * s + tool[2] * c;
+    return {-up * hand.sine, tool[1] * c - tool[2] * s, up * hand.cosine};
+  }
+
+  /// Joints for a wrist axis this far ahead of axis 1 and above the shoulder.
+  [[nodiscard]] IkSolution place(const Turn& t, const PlanarHand& hand, double ahead_m, double above_m,
+                                 std::uint32_t number, const Joints& hint) const noexcept {
     IkSolution solution;
     double forearm = 0.0;
-    if (!links.bend(t.radius_m - links.shoulder_m, p.position_m[2], t.slack_m, root_sum(tool[0], tool[2]),
-                    std::atan2(tool[2], tool[0]), number, hint, solution, forearm)) {
+    if (!links.bend(ahead_m - links.shoulder_m, above_m, t.slack_m, links.fore_m, links.fore_zero_rad, number,
+                    hint, solution, forearm)) {
       return solution;
     }
-    solution.joints_q[0] = t.free ? hint[0] : nearest_turn(t.angle_rad, hint[0]);
-    solution.orientation_error_rad = angle_between(forward(solution.joints_q).orientation, pose.orientation);
+    solution.orientation_error_rad = hand.error_rad;
+    solution.joints_q[0] = nearest_turn(t.angle_rad, hint[0]);
+    solution.joints_q[3] =
+        nearest_turn(links.sign4 * (hand.pitch_rad - hand_zero_rad - forearm + links.fore_zero_rad), hint[3]);
+    return solution;
+  }
+  /// The same with a roll, from the tool's foot on the roll axis.
+  [[nodiscard]] IkSolution place_hand(const Turn& t, const PlanarHand& hand, double ahead_m, double above_m,
+                                      std::uint32_t number, const Joints& hint) const noexcept {
+    const double length_m = mount.hand.position_m[0];
+    IkSolution solution = place(t, hand, ahead_m - length_m * hand.cosine + raise_m * hand.sine,
+                                above_m - length_m * hand.sine - raise_m * hand.cosine, number, hint);
+    if (solution.status == IkStatus::kOk) solution.joints_q[4] = nearest_turn(hand.roll_rad, hint[4]);
     return solution;
   }
 
-  /// Four joints: of Rz(−θ)·R that rotation about the plane's normal which is nearest (twist), the rest (swing) is the error.
+  [[nodiscard]] IkSolution without_wrist(const Vector3& p, std::uint32_t number,
+                                         const Joints& hint) const noexcept {
+    const Vector3& tool = mount.hand.position_m;
+    const Turn t = turn(p[0], p[1], tool[1], behind(number));
+    if (t.reach != Reach::kOk) return refused(t, tool[1]);
+    IkSolution solution;
+    double forearm = 0.0;
+    if (links.bend(t.radius_m - links.shoulder_m, p[2], t.slack_m, root_sum(tool[0], tool[2]),
+                   std::atan2(tool[2], tool[0]), number, hint, solution, forearm)) {
+      solution.joints_q[0] = t.free ? hint[0] : nearest_turn(t.angle_rad, hint[0]);
+    }
+    return solution;
+  }
+
   [[nodiscard]] IkSolution with_wrist(const Pose& p, std::uint32_t number,
                                       const Joints& hint) const noexcept {
     const Vector3& tool = mount.hand.position_m;
@@ -135,46 +208,16 @@ struct PlanarArm {
     if (t.reach != Reach::kOk) return refused(t, tool[1]);
     const Quaternion g = p.orientation * mount.unhand;
     if (std::abs(t.radius_m) <= kNearAxis_m) {  // the heading is that of the plane's normal, a quarter back
-      const double nx = 2.0 * (g.x * g.y - g.w * g.z);
-      const double ny = 1.0 - 2.0 * (g.x * g.x + g.z * g.z);
-      turn_beside_axis(t, p.position_m, tool[1], ny, -nx, behind(number), hint[0]);
+      turn_beside_axis(t, p.position_m, tool[1], 1.0 - 2.0 * (g.x * g.x + g.z * g.z),
+                       2.0 * (g.w * g.z - g.x * g.y), behind(number), hint[0]);
     }
-    const auto [ct, st] = half_angle(t.cosine, t.sine);
-    const Quaternion rel{ct * g.w + st * g.z, ct * g.x + st * g.y, ct * g.y - st * g.x, ct * g.z - st * g.w};
-    const double along = rel.w * rel.w + rel.y * rel.y;
-    IkSolution solution;
-    double hand = 0.0, ch = 1.0, sh = 0.0;
-    if (along <=
-        kTied * kTied) {  // upside down: every inclination is 180 degrees off; the tool's x axis decides
-      const Vector3 now = rotate(p.orientation, {1.0, 0.0, 0.0});
-      const Vector3 own = rotate(mount.hand.orientation, {1.0, 0.0, 0.0});
-      const double ahead = now[0] * t.cosine + now[1] * t.sine;
-      const bool lateral = root_sum(own[0], own[2]) < kTied || root_sum(ahead, now[2]) < kTied;
-      hand = lateral ? hand_at(hint) : std::atan2(now[2], ahead) - std::atan2(own[2], own[0]);
-      ch = std::cos(hand);
-      sh = std::sin(hand);
-      const double same = std::cos(0.5 * hand) * rel.w - std::sin(0.5 * hand) * rel.y;
-      solution.orientation_error_rad = 2.0 * std::atan2(1.0, std::abs(same));
-    } else {
-      hand = -2.0 * std::atan2(rel.y, rel.w);
-      ch = (rel.w - rel.y) * (rel.w + rel.y) / along;
-      sh = -2.0 * rel.w * rel.y / along;
-      solution.orientation_error_rad = double_angle(root_sum(rel.x, rel.z), std::sqrt(along));
-    }
-    double forearm = 0.0;
-    if (!links.bend(t.radius_m - links.shoulder_m - tool[0] * ch + tool[2] * sh,
-                    p.position_m[2] - tool[0] * sh - tool[2] * ch, t.slack_m, links.fore_m,
-                    links.fore_zero_rad, number, hint, solution, forearm)) {
-      return solution;
-    }
-    solution.joints_q[0] = nearest_turn(t.angle_rad, hint[0]);
-    solution.joints_q[3] =
-        nearest_turn(links.sign4 * (hand - hand_zero_rad - forearm + links.fore_zero_rad), hint[3]);
-    return solution;
+    const PlanarHand hand = nearest_pitch(mount, t, g, p.orientation, pitch_at(hint));
+    return place(t, hand, t.radius_m - tool[0] * hand.cosine + tool[2] * hand.sine,
+                 p.position_m[2] - tool[0] * hand.sine - tool[2] * hand.cosine, number, hint);
   }
 
-  /// Five joints: the hand's axis a is brought into the arm's plane by the shortest rotation, the roll is what remains. Where
-  /// the tool is off the roll axis the plane depends on that, by tool offset / radius a step: iterated.
+  /// Where the tool is off the roll axis, the plane depends on the hand, which depends on the plane: iterated, by tool
+  /// offset / radius a step.
   [[nodiscard]] IkSolution with_roll(const Pose& p, std::uint32_t number, const Joints& hint) const noexcept {
     const Vector3& tool = mount.hand.position_m;
     const double off_m = root_sum(tool[1], tool[2]);
@@ -184,67 +227,22 @@ struct PlanarArm {
       Turn t = turn(foot[0], foot[1], lateral_m, behind(number));
       if (t.reach != Reach::kOk) return refused(t, lateral_m);
       if (std::abs(t.radius_m) <= kNearAxis_m) {
-        const double ax = 1.0 - 2.0 * (g.y * g.y + g.z * g.z);
-        const double ay = 2.0 * (g.x * g.y + g.w * g.z);
-        turn_beside_axis(t, foot, lateral_m, ax, ay, behind(number), hint[0]);
+        turn_beside_axis(t, foot, lateral_m, 1.0 - 2.0 * (g.y * g.y + g.z * g.z),
+                         2.0 * (g.x * g.y + g.w * g.z), behind(number), hint[0]);
       }
-      const auto [ct, st] = half_angle(t.cosine, t.sine);
-      const Quaternion rel{ct * g.w + st * g.z, ct * g.x + st * g.y, ct * g.y - st * g.x,
-                           ct * g.z - st * g.w};
-      const double ax = 1.0 - 2.0 * (rel.y * rel.y + rel.z * rel.z);
-      const double ay = 2.0 * (rel.x * rel.y + rel.w * rel.z);
-      const double az = 2.0 * (rel.x * rel.z - rel.w * rel.y);
-      const double in_plane = root_sum(ax, az);
-      const double hand = in_plane < kTied ? hand_at(hint) : std::atan2(az, ax);
-      const double ch = in_plane < kTied ? std::cos(hand) : ax / in_plane;
-      const double sh = in_plane < kTied ? std::sin(hand) : az / in_plane;
-      const auto [c2, s2] = half_angle(ch, sh);
-      const double roll = 2.0 * std::atan2(c2 * rel.x + s2 * rel.z, c2 * rel.w - s2 * rel.y);
-      IkSolution solution;
-      solution.orientation_error_rad = 0.5 * double_angle(std::abs(ay), in_plane);
-      double moved_m = solution.orientation_error_rad * off_m;
+      const PlanarHand hand = nearest_pitch_and_roll(t, g, pitch_at(hint));
+      double moved_m = hand.error_rad * off_m;
       if (moved_m > kConverged_m) {
-        const double ty = tool[1] * std::cos(roll) - tool[2] * std::sin(roll);
-        const double tz = tool[1] * std::sin(roll) + tool[2] * std::cos(roll);
-        const Vector3 next = p.position_m - Vector3{-t.cosine * tz * sh - t.sine * ty,
-                                                    -t.sine * tz * sh + t.cosine * ty, tz * ch};
+        const Vector3 off = off_roll_axis(hand);
+        const Vector3 next = p.position_m - Vector3{t.cosine * off[0] - t.sine * off[1],
+                                                    t.sine * off[0] + t.cosine * off[1], off[2]};
         moved_m = norm(next - foot);
         foot = next;
       }
-      if (moved_m > kConverged_m) continue;
-      double forearm = 0.0;
-      if (!links.bend(t.radius_m - links.shoulder_m - tool[0] * ch + raise_m * sh,
-                      foot[2] - tool[0] * sh - raise_m * ch, t.slack_m, links.fore_m, links.fore_zero_rad,
-                      number, hint, solution, forearm)) {
-        return solution;
-      }
-      solution.joints_q[0] = nearest_turn(t.angle_rad, hint[0]);
-      solution.joints_q[3] =
-          nearest_turn(links.sign4 * (hand - hand_zero_rad - forearm + links.fore_zero_rad), hint[3]);
-      solution.joints_q[4] = nearest_turn(roll, hint[4]);
-      return solution;
+      if (moved_m <= kConverged_m) return place_hand(t, hand, t.radius_m, foot[2], number, hint);
     }
     return {IkStatus::kTooClose, {}, 0.0, root_sum(foot[0], foot[1]), off_m};
   }
-
-  /// The base's turn for a point next to axis 1: to the heading (x, y) that the orientation has, if the point fits, either way round;
-  /// on the axis itself the hint's if that heading is none.
-  static void turn_beside_axis(Turn& t, const Vector3& point, double b, double x, double y, bool behind,
-                               double hint_rad) noexcept {
-    const bool upright = root_sum(x, y) < kTied;
-    const double heading = upright ? hint_rad : std::atan2(y, x);
-    if (t.free) {
-      t.angle_rad = behind && !upright ? heading + std::numbers::pi : heading;
-      t.cosine = std::cos(t.angle_rad);
-      t.sine = std::sin(t.angle_rad);
-    } else if (!upright && !take_heading(t, point[0], point[1], b, behind, heading)) {
-      (void)take_heading(t, point[0], point[1], b, behind, heading + std::numbers::pi);
-    }
-  }
-
-  static constexpr double kTied = 1e-9;  ///< a direction that is shorter is none
-  static constexpr double kConverged_m = 1e-15;
-  static constexpr int kMostSteps = 40;
 };
 
 }  // namespace corbot

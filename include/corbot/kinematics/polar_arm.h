@@ -90,36 +90,42 @@ struct PolarArm {
   [[nodiscard]] IkSolution inverse(const Pose& pose, std::uint32_t number,
                                    const Joints& hint) const noexcept {
     if (number >= solution_count()) return {IkStatus::kNoSolution};
-    if (!is_finite(pose) || !std::isfinite(hint[0] + hint[1] + hint[2] + hint[3] + hint[4] + hint[5]))
-      return {};
+    if (!is_finite(pose) || !is_finite(hint)) return {};
     const Pose p = mount.to_family(pose);
-    const Quaternion g = p.orientation * mount.unhand;
     const Vector3& tool = mount.hand.position_m;
-    const Vector3 end = has_wrist ? p.position_m - rotate(g, tool) : p.position_m;
-    const Vector3 place =
-        has_wrist ? Vector3{slide_m, lateral_m, raise_m} : tool;  // of the end, on the slide at zero
+    if (!has_wrist) return with_output_told(*this, place(p.position_m, tool, number, hint), pose);
+    const Quaternion g = p.orientation * mount.unhand;
+    IkSolution solution = place(p.position_m - rotate(g, tool), {slide_m, lateral_m, raise_m}, number, hint);
+    if (solution.status != IkStatus::kOk) return solution;
+    Joints& q = solution.joints_q;
+    const Quaternion arm = arm_rotation(q[0], sign2 * q[1] + slide_zero_rad);
+    wrist.solve(conjugate(arm) * g, (number & 4u) != 0, hint, q);
+    return solution;
+  }
+  [[nodiscard]] FollowedAngles followed() const noexcept { return {}; }
+  [[nodiscard]] IkSolution inverse_at(const Vector3& position_m, const Angles&, std::uint32_t number,
+                                      const Joints& hint) const noexcept {
+    if (has_wrist || number >= solution_count()) return {IkStatus::kNoSolution};
+    if (!std::isfinite(position_m[0] + position_m[1] + position_m[2]) || !is_finite(hint)) return {};
+    return place(mount.to_family(position_m), mount.hand.position_m, number, hint);
+  }
 
-    const Turn base = turn(end[0], end[1], place[1], (number & 2u) != 0);
-    if (base.reach != Reach::kOk) return refused(base, place[1]);
-    const Turn tilt = turn(base.radius_m - shoulder_m, end[2], place[2], (number & 1u) != 0, base.slack_m);
-    if (tilt.reach != Reach::kOk) return refused(tilt, place[2]);
-
+ private:
+  /// The first three joints for an end that is in this place on the slide at zero.
+  [[nodiscard]] IkSolution place(const Vector3& end, const Vector3& on_slide, std::uint32_t number,
+                                 const Joints& hint) const noexcept {
+    const Turn base = turn(end[0], end[1], on_slide[1], (number & 2u) != 0);
+    if (base.reach != Reach::kOk) return refused(base, on_slide[1]);
+    const Turn tilt = turn(base.radius_m - shoulder_m, end[2], on_slide[2], (number & 1u) != 0, base.slack_m);
+    if (tilt.reach != Reach::kOk) return refused(tilt, on_slide[2]);
     IkSolution solution;
     solution.status = IkStatus::kOk;
     Joints& q = solution.joints_q;
     q[0] = base.free ? hint[0] : nearest_turn(base.angle_rad, hint[0]);
     q[1] = tilt.free ? hint[1] : nearest_turn(sign2 * (tilt.angle_rad - slide_zero_rad), hint[1]);
-    q[2] = tilt.radius_m - place[0];
-    if (has_wrist) {
-      const Quaternion arm = arm_rotation(q[0], sign2 * q[1] + slide_zero_rad);
-      wrist.solve(conjugate(arm) * g, (number & 4u) != 0, hint, q);
-    } else {
-      solution.orientation_error_rad = angle_between(forward(q).orientation, pose.orientation);
-    }
+    q[2] = tilt.radius_m - on_slide[0];
     return solution;
   }
-
- private:
   /// Rz(θ) Ry(−C).
   [[nodiscard]] static Quaternion arm_rotation(double base_rad, double slide_rad) noexcept {
     const double ct = std::cos(0.5 * base_rad), st = std::sin(0.5 * base_rad);

@@ -100,20 +100,44 @@ struct ScaraArm {
   [[nodiscard]] IkSolution inverse(const Pose& pose, std::uint32_t number,
                                    const Joints& hint) const noexcept {
     if (number >= solution_count()) return {IkStatus::kNoSolution};
-    if (!is_finite(pose) || !std::isfinite(hint[0] + hint[1] + hint[2] + hint[3])) return {};
+    if (!is_finite(pose) || !is_finite(hint)) return {};
     const Pose p = mount.to_family(pose);
+    if (!has_hand()) return with_output_told(*this, place(p.position_m, 0.0, number, hint), pose);
+    const YawHand hand = yaw_hand(mount, p.orientation, yaw(hint));
+    IkSolution solution = place(p.position_m, hand.yaw_rad, number, hint);
+    if (solution.status == IkStatus::kOk) solution.orientation_error_rad = hand.error_rad;
+    return solution;
+  }
+  [[nodiscard]] IkSolution inverse_at(const Vector3& position_m, const Angles& angles, std::uint32_t number,
+                                      const Joints& hint) const noexcept {
+    if (number >= solution_count()) return {IkStatus::kNoSolution};
+    if (!std::isfinite(position_m[0] + position_m[1] + position_m[2] + angles[0]) || !is_finite(hint))
+      return {};
+    return place(mount.to_family(position_m), angles[0], number, hint);
+  }
+  /// The yaw.
+  [[nodiscard]] FollowedAngles followed() const noexcept {
+    FollowedAngles angles;
+    angles.count = has_hand() ? 1 : 0;
+    for (std::size_t i = 0; i < rotaries; ++i) angles.rows[0][turns[i]] = signs[i];
+    return angles;
+  }
+
+ private:
+  [[nodiscard]] bool has_hand() const noexcept { return rotaries == 3; }
+  [[nodiscard]] double yaw(const Joints& q) const noexcept {
+    const double sum = signs[0] * q[turns[0]] + signs[1] * q[turns[1]];
+    return has_hand() ? sum + signs[2] * q[turns[2]] : sum;
+  }
+
+  [[nodiscard]] IkSolution place(const Vector3& p, double yaw_rad, std::uint32_t number,
+                                 const Joints& hint) const noexcept {
     const Vector3& tool = mount.hand.position_m;
-    const bool has_hand = rotaries == 3;
-    YawHand hand;
-    if (has_hand) {
-      hand = yaw_hand(mount, p, yaw(hint));
-    } else {
-      hand.axis_m = p.position_m - Vector3{0.0, 0.0, tool[2]};
-    }
-    const double length_m = has_hand ? second_m : root_sum(tool[0], tool[1]);
-    const double length_zero_rad = has_hand ? second_zero_rad : std::atan2(tool[1], tool[0]);
+    const Vector3 axis = has_hand() ? hand_axis(mount, p, yaw_rad) : p - Vector3{0.0, 0.0, tool[2]};
+    const double length_m = has_hand() ? second_m : root_sum(tool[0], tool[1]);
+    const double length_zero_rad = has_hand() ? second_zero_rad : std::atan2(tool[1], tool[0]);
     const bool clockwise = ((number & 1u) != 0) == (signs[1] > 0.0);
-    const TwoLinks t = two_r(hand.axis_m[0], hand.axis_m[1], first_m, length_m, clockwise);
+    const TwoLinks t = two_r(axis[0], axis[1], first_m, length_m, clockwise);
     if (t.reach != Reach::kOk) return refused(t, first_m, length_m);
 
     IkSolution solution;
@@ -123,20 +147,9 @@ struct ScaraArm {
     const double bent = t.second_rad - length_zero_rad;
     q[turns[0]] = nearest_turn(signs[0] * a, hint[turns[0]]);
     q[turns[1]] = nearest_turn(signs[1] * bent, hint[turns[1]]);
-    q[slide] = slide_sign * hand.axis_m[2];
-    if (has_hand) {
-      q[turns[2]] = nearest_turn(signs[2] * (hand.yaw_rad - a - bent), hint[turns[2]]);
-      solution.orientation_error_rad = hand.error_rad;
-    } else {
-      solution.orientation_error_rad = angle_between(forward(q).orientation, pose.orientation);
-    }
+    q[slide] = slide_sign * axis[2];
+    if (has_hand()) q[turns[2]] = nearest_turn(signs[2] * (yaw_rad - a - bent), hint[turns[2]]);
     return solution;
-  }
-
- private:
-  [[nodiscard]] double yaw(const Joints& q) const noexcept {
-    const double sum = signs[0] * q[turns[0]] + signs[1] * q[turns[1]];
-    return rotaries == 3 ? sum + signs[2] * q[turns[2]] : sum;
   }
 };
 

@@ -12,21 +12,24 @@ namespace corbot {
 struct YawHand {
   double yaw_rad{};
   double error_rad{};  ///< the tilt, which it cannot take
-  Vector3 axis_m{};    ///< where the last frame's origin must be for the tool to be at its position
 };
 
-/// The nearest rotation about z (twist) to p's, and the tilt that remains (swing); `p` in the family's frame. Upside down every yaw is
-/// half a turn off: then it is the hint's.
-[[nodiscard]] inline YawHand yaw_hand(const Mounting& mount, const Pose& p, double yaw_hint_rad) noexcept {
-  const Quaternion g = p.orientation * mount.unhand;
+/// The nearest rotation about z (twist) to the orientation in the family's frame, and the tilt that remains (swing). Upside down every yaw
+/// is half a turn off: then it is the hint's.
+[[nodiscard]] inline YawHand yaw_hand(const Mounting& mount, const Quaternion& orientation,
+                                      double yaw_hint_rad) noexcept {
+  const Quaternion g = orientation * mount.unhand;
   const double upright = root_sum(g.w, g.z);
-  YawHand hand;
-  hand.yaw_rad = upright <= 1e-9 ? yaw_hint_rad : 2.0 * std::atan2(g.z, g.w);
-  hand.error_rad = double_angle(root_sum(g.x, g.y), upright);
+  return {upright <= 1e-9 ? yaw_hint_rad : 2.0 * std::atan2(g.z, g.w),
+          double_angle(root_sum(g.x, g.y), upright)};
+}
+
+/// Where the last frame's origin must be for the tool to be at this position with this yaw.
+[[nodiscard]] inline Vector3 hand_axis(const Mounting& mount, const Vector3& position_m,
+                                       double yaw_rad) noexcept {
   const Vector3& tool = mount.hand.position_m;
-  const double c = std::cos(hand.yaw_rad), s = std::sin(hand.yaw_rad);
-  hand.axis_m = p.position_m - Vector3{c * tool[0] - s * tool[1], s * tool[0] + c * tool[1], tool[2]};
-  return hand;
+  const double c = std::cos(yaw_rad), s = std::sin(yaw_rad);
+  return position_m - Vector3{c * tool[0] - s * tool[1], s * tool[0] + c * tool[1], tool[2]};
 }
 
 }  // namespace corbot

@@ -179,6 +179,23 @@ TEST_P(Arms, SayOnWhichSolutionTheirJointsLie) {
   EXPECT_GT(looked_at, 10u);
 }
 
+TEST_P(Arms, ComeBackByTheAnglesThatTheyFollow) {
+  const FollowedAngles followed = arm_.followed();
+  const bool full = arm_.follows() == Follows::kFull;
+  EXPECT_EQ(full ? 6u : followed.count + 3u, arm_.joint_count());
+  for (const CsvRow& row : read_csv(file(""))) {
+    if (row.at("case") != "random") continue;
+    const Joints q = joints(row, arm_.joint_count());
+    const auto number = arm_.solution_of(q);
+    ASSERT_TRUE(number.has_value());
+    const IkSolution solution = arm_.inverse_at(test::pose(row).position_m, followed.at(q), *number, q);
+    ASSERT_EQ(solution.status, full ? IkStatus::kNoSolution : IkStatus::kOk);
+    if (!full) {
+      ASSERT_LT(apart(arm_, solution.joints_q, q), 1e-9);
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Planar, Arms,
                          testing::Values(Named{"al5d", PlanarArm::kName}, Named{"al5d_wr", PlanarArm::kName},
                                          Named{"omx", PlanarArm::kName}, Named{"px100", PlanarArm::kName},
