@@ -132,15 +132,18 @@ struct PlanarArm {
                  : refused(t, tool[1]);
     }
     hand.roll_rad = angles[1];
-    const Vector3 off = off_roll_axis(hand);
-    const Turn t = turn(p[0], p[1], lateral_m + off[1], behind(number));
+    const Vector3 off = off_roll_axis(tool, hand);
+    Turn t = turn(p[0], p[1], lateral_m + off[1], behind(number));
     if (t.reach != Reach::kOk) return refused(t, lateral_m + off[1]);
-    const double foot_m = t.radius_m - off[0];
-    if (behind(number) ? foot_m > 0.0
-                       : foot_m < 0.0) {  // the tool is on the other side of axis 1 than the hand
-      return {IkStatus::kTooClose, {}, 0.0, std::abs(t.radius_m), std::abs(off[0])};
+    if (std::abs(t.radius_m) <=
+        std::abs(off[0]) + t.slack_m) {  // with the tool on either side the hand may be on the one asked for
+      const Turn other = turn(p[0], p[1], lateral_m + off[1], !behind(number));
+      const bool fits = is_on_side(t, off[0], number), other_fits = is_on_side(other, off[0], number);
+      if (!fits && !other_fits) return {IkStatus::kTooClose, {}, 0.0, std::abs(t.radius_m), std::abs(off[0])};
+      const double away = std::abs(wrap_angle(t.angle_rad - hint[0]));
+      if (other_fits && (!fits || std::abs(wrap_angle(other.angle_rad - hint[0])) < away)) t = other;
     }
-    return place_hand(held(t, hint), hand, foot_m, p[2] - off[2], number, hint);
+    return place_hand(held(t, hint), hand, t.radius_m - off[0], p[2] - off[2], number, hint);
   }
 
  private:
@@ -154,12 +157,10 @@ struct PlanarArm {
   [[nodiscard]] double pitch_at(const Joints& q) const noexcept {
     return links.sign2 * q[1] + links.sign3 * q[2] + links.sign4 * q[3] + hand_zero_rad;
   }
-  /// The tool from its foot on the roll axis: ahead, across, above.
-  [[nodiscard]] Vector3 off_roll_axis(const PlanarHand& hand) const noexcept {
-    const Vector3& tool = mount.hand.position_m;
-    const double c = std::cos(hand.roll_rad), s = std::sin(hand.roll_rad);
-    const double up = tool[1] * s + tool[2] * c;
-    return {-up * hand.sine, tool[1] * c - tool[2] * s, up * hand.cosine};
+  /// Whether the tool's foot on the roll axis is on the number's side of axis 1.
+  [[nodiscard]] static bool is_on_side(const Turn& t, double off_m, std::uint32_t number) noexcept {
+    const double foot_m = t.radius_m - off_m;
+    return (behind(number) ? foot_m : -foot_m) <= kBorder_m + t.slack_m;
   }
 
   /// Joints for a wrist axis this far ahead of axis 1 and above the shoulder.
@@ -233,7 +234,7 @@ struct PlanarArm {
       const PlanarHand hand = nearest_pitch_and_roll(t, g, pitch_at(hint));
       double moved_m = hand.error_rad * off_m;
       if (moved_m > kConverged_m) {
-        const Vector3 off = off_roll_axis(hand);
+        const Vector3 off = off_roll_axis(tool, hand);
         const Vector3 next = p.position_m - Vector3{t.cosine * off[0] - t.sine * off[1],
                                                     t.sine * off[0] + t.cosine * off[1], off[2]};
         moved_m = norm(next - foot);

@@ -87,4 +87,11 @@ inline void turn_beside_axis(Turn& t, const Vector3& point, double b, double x, 
   return hand;
 }
 
+/// A tool at this place in the hand, from its foot on the roll axis: ahead, across, above.
+[[nodiscard]] inline Vector3 off_roll_axis(const Vector3& tool, const PlanarHand& hand) noexcept {
+  const double c = std::cos(hand.roll_rad), s = std::sin(hand.roll_rad);
+  const double up = tool[1] * s + tool[2] * c;
+  return {-up * hand.sine, tool[1] * c - tool[2] * s, up * hand.cosine};
+}
+
 }  // namespace corbot
