@@ -70,6 +70,14 @@ class Kinematics {
     return kinematics;
   }
 
+  /// Solved numerically, even where a family would take the axes.
+  [[nodiscard]] static Kinematics other(const JointChain& chain) noexcept {
+    Kinematics kinematics;
+    kinematics.chain_ = chain;
+    kinematics.form_ = OtherArm{chain};
+    return kinematics;
+  }
+
   [[nodiscard]] const JointChain& chain() const noexcept { return chain_; }
   [[nodiscard]] const Families& form() const noexcept { return form_; }
   [[nodiscard]] const char* family() const noexcept {
