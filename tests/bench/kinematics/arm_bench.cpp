@@ -12,6 +12,7 @@
 #include "arm_vectors.h"
 #include "corbot/kinematics/arm_kinematics.h"
 #include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/path_form.h"
 
 namespace corbot {
 namespace {
@@ -72,6 +73,15 @@ void jacobian_of(benchmark::State& state, const std::string& name) {
     n = (n + 1) % kPoses;
   }
 }
+/// One cell of a proof.
+void stretch_of(benchmark::State& state, const std::string& name) {
+  const Case c(name);
+  std::size_t n = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(PathForm(c.arm, c.joints[n]).bound({0.1, 0.2, 0.1}, {}, 1e-3));
+    n = (n + 1) % kPoses;
+  }
+}
 void forward_of_lynx(benchmark::State& state) {
   const Case c("al5d");
   std::size_t n = 0;
@@ -102,7 +112,7 @@ int main(int count, char** arguments) {
                                  "cylindrical_rppr", "polar_rrp", "stanford", "puma560", "ur5e"}) {
     benchmark::RegisterBenchmark(("forward/" + name).c_str(), corbot::forward_of, name);
     benchmark::RegisterBenchmark(("jacobian/" + name).c_str(), corbot::jacobian_of, name);
-    if (corbot::Case(name).arm.solution_count() == 0) continue;
+    benchmark::RegisterBenchmark(("stretch/" + name).c_str(), corbot::stretch_of, name);
     benchmark::RegisterBenchmark(("inverse/" + name).c_str(), corbot::inverse_at, name);
     benchmark::RegisterBenchmark(("solutions/" + name).c_str(), corbot::solutions_of, name);
   }

@@ -7,6 +7,7 @@
 
 #include "arm_vectors.h"
 #include "corbot/kinematics/arm_kinematics.h"
+#include "corbot/kinematics/path_form.h"
 
 // No kinematics allocates: this program brings its own malloc, which counts while armed. (Locks and system calls:
 // tests/unit/rt/noalloc_test.cpp.)
@@ -68,6 +69,8 @@ TEST(KinematicsAllocations, AreNone) {
                 const Joints q{0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
                 const Pose pose = arm.forward(q);
                 sum += arm.jacobian(q)[0][0];
+                sum += PathForm(arm, q).bound({0.1, 0.2, 0.3}, {}, 1e-3).rate_middle[0];
+                sum += arm.inverse_at(pose.position_m, arm.followed().at(q), 0, q).joints_q[0];
                 sum += arm.solution_of(q).value_or(0);
                 for (const auto& [number, solution] : arm.solutions(pose, q, std::numbers::pi)) {
                   sum += solution.joints_q[0] + number;
