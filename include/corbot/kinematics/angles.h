@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 namespace corbot {
 
@@ -21,6 +22,18 @@ namespace corbot {
   const double away = angle_rad - hint_rad;
   if (std::abs(away) <= std::numbers::pi) return angle_rad;
   return angle_rad - kTurn * std::nearbyint(away / kTurn);
+}
+
+/// Of the same angle's turns within [lower, upper], each bound missed by no more than the tolerance, the one next to the hint; nullopt
+/// where there is none. Real-time safe.
+[[nodiscard]] inline std::optional<double> turn_within(double angle_rad, double lower_rad, double upper_rad,
+                                                       double tolerance_rad, double hint_rad) noexcept {
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  const double least = std::ceil((lower_rad - tolerance_rad - angle_rad) / kTurn);
+  const double most = std::floor((upper_rad + tolerance_rad - angle_rad) / kTurn);
+  if (!(least <= most)) return std::nullopt;
+  const double next = std::nearbyint((hint_rad - angle_rad) / kTurn);
+  return angle_rad + kTurn * std::fmin(std::fmax(next, least), most);
 }
 
 }  // namespace corbot

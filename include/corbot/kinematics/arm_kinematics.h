@@ -171,6 +171,23 @@ class Kinematics {
     });
   }
 
+  /// The same joints with every rotary one at its turn within the limits that is next to the hint; nullopt where a joint has none, or a slide
+  /// is beyond its limits. A limit missed by the tolerance (rad or m) is kept.
+  [[nodiscard]] std::optional<Joints> within(const Joints& lower_q, const Joints& upper_q, double tolerance_q,
+                                             const Joints& q, const Joints& hint) const noexcept {
+    Joints turned = q;
+    for (std::size_t i = 0; i < chain_.count; ++i) {
+      if (chain_.axes[i].kind == JointKind::kPrismatic) {
+        if (q[i] < lower_q[i] - tolerance_q || q[i] > upper_q[i] + tolerance_q) return std::nullopt;
+        continue;
+      }
+      const std::optional<double> turn = turn_within(q[i], lower_q[i], upper_q[i], tolerance_q, hint[i]);
+      if (!turn) return std::nullopt;
+      turned[i] = *turn;
+    }
+    return turned;
+  }
+
   /// Joints next to a border are uncertain by this much (rad or m).
   static constexpr double kSameJoints_q = 2e-7;
 

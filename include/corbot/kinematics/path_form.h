@@ -114,7 +114,7 @@ class PathForm {
     Joints y = u;
     for (int step = 0; step < kSteps; ++step)
       y = image(u, y, half_width);  // from below, towards the least solution
-    for (std::size_t i = 0; i < count_; ++i) y[i] *= kWidened;
+    for (std::size_t i = 0; i < count_; ++i) y[i] = (y[i] + kWidened * (y[i] - u[i])) * (1.0 + kRounded);
     const Joints z = image(u, y, half_width);
     b.is_proved = true;
     for (std::size_t i = 0; i < count_; ++i) {
@@ -127,7 +127,9 @@ class PathForm {
 
  private:
   static constexpr int kSteps = 12;
-  static constexpr double kWidened = 1.0 + 1e-6;
+  static constexpr double kWidened =
+      1e-5;  ///< of what E adds, so that it maps to below itself although E grows with the box
+  static constexpr double kRounded = 1e-12;
 
   /// u + E·y for the box w·y. Columns Jn of position are derivatives of one function, so for either order of two joints m ≤ n
   /// |∂Jn/∂qm| = |∂Jm/∂qn| = |zm × Jn| ≤ |Jn| if joint m turns, else 0. The angular ones, zj, change by at most the turns before them. A

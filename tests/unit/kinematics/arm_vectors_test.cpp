@@ -94,6 +94,21 @@ class Arms : public testing::TestWithParam<Named> {
     return std::string(GetParam().arm) + what + ".csv";
   }
 
+  /// Joint vectors within the limits that are these by whole turns.
+  [[nodiscard]] std::size_t turns_within_limits(const Joints& q) const {
+    std::size_t all = 1;
+    for (std::size_t i = 0; i < arm_.joint_count(); ++i) {
+      if (arm_.joint_kind(i) == JointKind::kPrismatic) continue;
+      std::size_t turns = 0;
+      for (int k = -4; k <= 4; ++k) {
+        const double turned = q[i] + 2.0 * std::numbers::pi * k;
+        turns += turned >= vectors_.lower_q[i] - 1e-9 && turned <= vectors_.upper_q[i] + 1e-9 ? 1 : 0;
+      }
+      all *= turns;
+    }
+    return all;
+  }
+
   ArmVectors vectors_;
   Kinematics arm_;
 };
@@ -147,7 +162,7 @@ TEST_P(Arms, FindEverySolutionAndInventNone) {
     const std::string task = row.at("task");
     const std::vector<Joints>& all = expected[row.at("pose") + task];
     ASSERT_EQ(all.size(), static_cast<std::size_t>(test::number(row, "branches")));
-    std::size_t found = 0;
+    std::size_t found = 0, in_limits = 0, with_turns = 0;
     for (const NumberedSolution& entry : arm_.solutions(pose, {}, std::numbers::pi)) {
       const IkSolution& solution = entry.solution;
       const Pose back = arm_.forward(solution.joints_q);
@@ -158,11 +173,16 @@ TEST_P(Arms, FindEverySolutionAndInventNone) {
         continue;
       }
       ++found;
+      const auto near = arm_.within(vectors_.lower_q, vectors_.upper_q, 1e-9, solution.joints_q, {});
+      in_limits += near ? 1 : 0;
+      with_turns += near ? turns_within_limits(*near) : 0;
       const bool known = std::any_of(
           all.begin(), all.end(), [&](const Joints& q) { return apart(arm_, solution.joints_q, q) < 1e-8; });
       EXPECT_TRUE(known) << "pose " << row.at("pose") << " " << task << ": solution " << entry.number
                          << " is invented";
     }
+    EXPECT_EQ(in_limits, static_cast<std::size_t>(test::number(row, "in_limits")));
+    EXPECT_EQ(with_turns, static_cast<std::size_t>(test::number(row, "in_limits_with_turns")));
     EXPECT_EQ(found, all.size()) << "pose " << row.at("pose") << " " << task << " " << row.at("kind");
   }
 }

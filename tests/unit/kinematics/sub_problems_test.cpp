@@ -193,5 +193,15 @@ TEST(NearestTurn, KeepsEveryBitWithinHalfATurn) {
   EXPECT_NEAR(nearest_turn(0.1, 12.5), 0.1 + 4 * kPi, 1e-14);
 }
 
+TEST(TurnWithinLimits, IsTheOneNextToTheHint) {
+  EXPECT_NEAR(*turn_within(0.5, -7.0, 7.0, 0.0, -5.0), 0.5 - 2 * kPi, 1e-15);
+  EXPECT_NEAR(*turn_within(0.5, -5.0, 7.0, 0.0, -5.0), 0.5, 1e-15);
+  EXPECT_NEAR(*turn_within(0.5 + 4 * kPi, -1.0, 1.0, 0.0, 9.0), 0.5, 1e-14);
+  EXPECT_FALSE(turn_within(1.5, -1.0, 1.0, 0.0, 0.0).has_value());
+  EXPECT_EQ(*turn_within(1.0 + 1e-9, -1.0, 1.0, 1e-7, 0.0), 1.0 + 1e-9);
+  EXPECT_FALSE(turn_within(1.0 + 1e-6, -1.0, 1.0, 1e-7, 0.0).has_value());
+  EXPECT_FALSE(turn_within(std::numeric_limits<double>::quiet_NaN(), -1.0, 1.0, 1e-7, 0.0).has_value());
+}
+
 }  // namespace
 }  // namespace corbot
