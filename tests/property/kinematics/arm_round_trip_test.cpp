@@ -10,6 +10,7 @@
 
 #include "../planner/seed.h"
 #include "corbot/kinematics/arm_kinematics.h"
+#include "corbot/kinematics/path_form.h"
 #include "random_arm.h"
 
 namespace corbot {
@@ -83,6 +84,11 @@ std::optional<Joints> on_axis(const Kinematics& arm, RandomArm& random, const Jo
   const SolutionSet set = arm.solutions(mount.base * pose, q, kPi);
   if (set.count == 0) return std::nullopt;
   return set.entries[0].solution.joints_q;
+}
+
+/// Whether a singularity may be within 1e-6 m and rad of the pose: joints that cannot be proved to follow so far.
+bool is_beside_singularity(const Kinematics& arm, const Joints& q) {
+  return !PathForm(arm, q).bound({1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6}, {}, 1.0).is_proved;
 }
 
 struct Tally {
@@ -168,7 +174,7 @@ void million(const char* family, const std::function<DhTable(RandomArm&)>& table
         if (std::holds_alternative<ParallelAxesArm>(arm.form())) hint = q;
       }
       SCOPED_TRACE(testing::Message() << "arm " << n / kPosesAnArm << " pose " << k << " kind " << kind);
-      check(arm, table, q, hint, kind < 4, tally);
+      check(arm, table, q, hint, kind < 4 || is_beside_singularity(arm, q), tally);
       if (testing::Test::HasFatalFailure()) return;
     }
   }
@@ -183,6 +189,7 @@ void million(const char* family, const std::function<DhTable(RandomArm&)>& table
   EXPECT_LT(tally.back_m[1], 1e-9);
   EXPECT_LT(tally.back_rad[1], 1e-9);
   EXPECT_GT(tally.singular, tally.poses / 3);
+  EXPECT_LT(tally.singular, tally.poses * 53 / 100);
 }
 
 TEST(AMillionPoses, PlanarWithoutWrist) {
