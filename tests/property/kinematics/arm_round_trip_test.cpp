@@ -178,10 +178,10 @@ void million(const char* family, const std::function<DhTable(RandomArm&)>& table
       if (testing::Test::HasFatalFailure()) return;
     }
   }
-  std::cout << tally.poses << " poses, " << tally.solutions << " solutions; worst: forward "
-            << tally.forward_m << " m, " << tally.forward_rad << " rad; back " << tally.back_m[0] << " m, "
-            << tally.back_rad[0] << " rad; singular " << tally.back_m[1] << " m, " << tally.back_rad[1]
-            << " rad\n";
+  std::cout << tally.poses << " poses, " << tally.singular << " of them beside a singularity, "
+            << tally.solutions << " solutions; worst: forward " << tally.forward_m << " m, "
+            << tally.forward_rad << " rad; back " << tally.back_m[0] << " m, " << tally.back_rad[0]
+            << " rad; singular " << tally.back_m[1] << " m, " << tally.back_rad[1] << " rad\n";
   EXPECT_LT(tally.forward_m, 1e-12);
   EXPECT_LT(tally.forward_rad, 1e-12);
   EXPECT_LT(tally.back_m[0], 1e-12);
@@ -189,7 +189,7 @@ void million(const char* family, const std::function<DhTable(RandomArm&)>& table
   EXPECT_LT(tally.back_m[1], 1e-9);
   EXPECT_LT(tally.back_rad[1], 1e-9);
   EXPECT_GT(tally.singular, tally.poses / 3);
-  EXPECT_LT(tally.singular, tally.poses * 53 / 100);
+  EXPECT_LT(tally.singular, tally.poses * 6 / 10);
 }
 
 TEST(AMillionPoses, PlanarWithoutWrist) {
