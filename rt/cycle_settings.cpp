@@ -17,7 +17,7 @@ CycleSettings cycle_settings(const Profile& profile) {
   settings.ramp_ns = to_ns(profile.stop.ramp_s);
   for (std::size_t i = 0; i < std::min(profile.following.size(), kMaxJoints); ++i) {
     const FollowingLimits& joint = profile.following[i];
-    settings.following[i] = {joint.error_rad, to_ns(joint.time_s), joint.goal_rad};
+    settings.following[i] = {joint.error_q, to_ns(joint.time_s), joint.goal_q};
   }
   settings.settle_ns = to_ns(profile.settle_s);
   return settings;

@@ -23,10 +23,10 @@ constexpr double kSamePulse_rad = to_radians(2.0);
 /// each time. Below what an approach brings back anyway (Approach::kMostTurned_rad), and what is further away was moved.
 constexpr double kMostLag_rad = to_radians(2.0);
 
-std::string degrees(const ArmModel& arm, const Joints& position_rad) {
+std::string degrees(const ArmModel& arm, const Joints& position_q) {
   std::string text;
   for (std::size_t i = 0; i < arm.dof; ++i) {
-    text += fmt::format("{}{:.1f}", i == 0 ? "" : " ", to_degrees(position_rad[i]) + 0.0);
+    text += fmt::format("{}{:.1f}", i == 0 ? "" : " ", to_degrees(position_q[i]) + 0.0);
   }
   return text + " degrees";
 }
@@ -62,19 +62,19 @@ CycleStart StartPosition::find(const TaskSegment& segment, const DevicePosition&
 void StartPosition::refuse_impossible(const DevicePosition& device) const {
   if (device.kind == DevicePosition::Kind::kUnknown) return;
   const bool is_measured = device.kind == DevicePosition::Kind::kMeasured;
-  const auto beyond = beyond_range(profile_.arm, device.position_rad,
+  const auto beyond = beyond_range(profile_.arm, device.position_q,
                                    is_measured ? kNearRangeMeasured_rad : kNearRangeCommanded_rad);
   if (!beyond) return;
   const auto joint = static_cast<std::size_t>(beyond->joint);
   const std::string& name = profile_.joint_names[joint];
   const std::string range =
-      fmt::format("{:.1f} to {:.1f}", to_degrees(beyond->lower_rad), to_degrees(beyond->upper_rad));
+      fmt::format("{:.1f} to {:.1f}", to_degrees(beyond->lower_q), to_degrees(beyond->upper_q));
   if (is_measured) {
     throw std::runtime_error(fmt::format(
         "joint {} is measured at {:.1f} degrees, outside its range of {}: not started. Home "
         "its encoder, correct its drive's zero_count, counts_per_degree or direction, or turn it by hand "
         "into its range",
-        name, to_degrees(beyond->position_rad), range));
+        name, to_degrees(beyond->position_q), range));
   }
   const ServoMap& servo = profile_.arm.servos[joint];
   throw std::runtime_error(fmt::format(
@@ -82,14 +82,14 @@ void StartPosition::refuse_impossible(const DevicePosition& device) const {
       "pulse of {:.0f} us: not started, since every start would move it. Correct zero_us, us_per_degree, "
       "direction or range_deg in the profile where they are wrong; else move it into its range with "
       "'corbot calibrate', or switch controller and servos off and on, with the arm held",
-      name, to_degrees(beyond->position_rad), range,
-      servo.zero_us + servo.direction * servo.us_per_rad * beyond->position_rad));
+      name, to_degrees(beyond->position_q), range,
+      servo.zero_us + servo.direction * servo.us_per_q * beyond->position_q));
 }
 
 /// No device says otherwise, and the servos have had power since.
 void StartPosition::refuse_impossible(const Snapshot& last) const {
   if (last.position_fingerprint == fingerprint_ || was_unpowered_) return;
-  const auto beyond = beyond_range(profile_.arm, angles_of(last), kNearRangeCommanded_rad);
+  const auto beyond = beyond_range(profile_.arm, joints_of(last), kNearRangeCommanded_rad);
   if (!beyond) return;
   const auto joint = static_cast<std::size_t>(beyond->joint);
   throw std::runtime_error(fmt::format(
@@ -97,20 +97,20 @@ void StartPosition::refuse_impossible(const Snapshot& last) const {
       "task before, {:.0f} us, and the servo map that has changed since: not started, since every "
       "start would move it. Correct zero_us, us_per_degree or direction in the profile; or start "
       "with --fresh, with servos off or the arm held",
-      profile_.joint_names[joint], to_degrees(beyond->position_rad), to_degrees(beyond->lower_rad),
-      to_degrees(beyond->upper_rad), last.pulse_us[joint]));
+      profile_.joint_names[joint], to_degrees(beyond->position_q), to_degrees(beyond->lower_q),
+      to_degrees(beyond->upper_q), last.pulse_us[joint]));
 }
 
 CycleStart StartPosition::decide(const TaskSegment& segment, const DevicePosition& device, bool forget) {
   Snapshot last{};
   const bool has_snapshot = last_snapshot(segment, last);
-  const bool has_last = has_snapshot && is_in_range(profile_.arm, last.position_rad, kGateTolerance_rad);
+  const bool has_last = has_snapshot && is_in_range(profile_.arm, last.position_q, kGateTolerance_q);
   const bool is_of_this_map = has_last && last.position_fingerprint == fingerprint_ && !was_unpowered_;
   const std::string moved = is_of_this_map ? moved_since(last, device) : "";
   if (is_of_this_map && moved.empty()) {
     text_ = fmt::format("where the last real-time task left it{}",
                         slow_note((last.flags & kSnapshotUnverified) != 0));
-    return {last.position_rad, last.gripper, (last.flags & kSnapshotUnverified) != 0};
+    return {last.position_q, last.gripper, (last.flags & kSnapshotUnverified) != 0};
   }
   const Saved file = has_last || forget ? Saved{} : read();
   const std::optional<LastPosition> saved = has_last ? by_pulses(last) : file.position;
@@ -131,37 +131,37 @@ CycleStart StartPosition::decide(const TaskSegment& segment, const DevicePositio
 std::string StartPosition::moved_since(const Snapshot& last, const DevicePosition& device) const {
   if (device.kind != DevicePosition::Kind::kMeasured) return "";
   std::size_t furthest = 0;
-  const auto away_rad = [&](std::size_t joint) {
-    return std::abs(device.position_rad[joint] - last.position_rad[joint]);
+  const auto away_q = [&](std::size_t joint) {
+    return std::abs(device.position_q[joint] - last.position_q[joint]);
   };
   for (std::size_t i = 1; i < profile_.arm.dof; ++i) {
-    if (away_rad(i) > away_rad(furthest)) furthest = i;
+    if (away_q(i) > away_q(furthest)) furthest = i;
   }
-  if (away_rad(furthest) <= kMostLag_rad) return "";
+  if (away_q(furthest) <= kMostLag_rad) return "";
   return fmt::format(", {:.1f} degrees from where the last real-time task left joint {}",
-                     to_degrees(away_rad(furthest)), profile_.joint_names[furthest]);
+                     to_degrees(away_q(furthest)), profile_.joint_names[furthest]);
 }
 
 /// Of the last pulses, by the servo map as it is now.
-Joints StartPosition::angles_of(const Snapshot& last) const {
-  Joints position_rad{};
+Joints StartPosition::joints_of(const Snapshot& last) const {
+  Joints position_q{};
   for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
     const ServoMap& map = profile_.arm.servos[i];
-    position_rad[i] = (last.pulse_us[i] - map.zero_us) / (map.direction * map.us_per_rad);
+    position_q[i] = (last.pulse_us[i] - map.zero_us) / (map.direction * map.us_per_q);
   }
-  return position_rad;
+  return position_q;
 }
 
-/// The servos are where their pulses have put them, whatever angle that is by now.
+/// The servos are where their pulses have put them, wherever that is by now.
 LastPosition StartPosition::by_pulses(const Snapshot& last) const {
   LastPosition position = position_of(last, robot_);
   if (last.position_fingerprint == fingerprint_) return position;
   const ArmModel& arm = profile_.arm;
-  const Joints angles_rad = angles_of(last);
+  const Joints mapped_q = joints_of(last);
   for (std::size_t i = 0; i < arm.dof; ++i) {
-    const double at_rad = angles_rad[i];
-    position.position_rad[i] =
-        std::isfinite(at_rad) ? std::clamp(at_rad, arm.joints[i].lower_rad, arm.joints[i].upper_rad) : 0.0;
+    const double at_q = mapped_q[i];
+    position.position_q[i] =
+        std::isfinite(at_q) ? std::clamp(at_q, arm.joints[i].lower_q, arm.joints[i].upper_q) : 0.0;
   }
   const double opening =
       (last.pulse_us[arm.dof] - arm.gripper.closed_us) / (arm.gripper.open_us - arm.gripper.closed_us);
@@ -171,11 +171,10 @@ LastPosition StartPosition::by_pulses(const Snapshot& last) const {
 
 CycleStart StartPosition::left_by(const Snapshot& last, const LastPosition& at) {
   const bool is_same_map = last.position_fingerprint == fingerprint_;
-  text_ =
-      fmt::format("{}, where the last real-time task left it{}{}{}", degrees(profile_.arm, at.position_rad),
-                  is_same_map ? "" : ", by its last pulses: THE SERVO MAP HAS CHANGED",
-                  was_unpowered_ ? ", with the servos unpowered since" : "", slow_note(true));
-  return {at.position_rad, at.opening, true};
+  text_ = fmt::format("{}, where the last real-time task left it{}{}{}", degrees(profile_.arm, at.position_q),
+                      is_same_map ? "" : ", by its last pulses: THE SERVO MAP HAS CHANGED",
+                      was_unpowered_ ? ", with the servos unpowered since" : "", slow_note(true));
+  return {at.position_q, at.opening, true};
 }
 
 StartPosition::Saved StartPosition::read() const {
@@ -202,16 +201,16 @@ std::optional<CycleStart> StartPosition::from_device(const DevicePosition& devic
   if (device.kind == DevicePosition::Kind::kUnknown) return std::nullopt;
   // A controller may go on sending to servos that have no power.
   const bool is_unpowered = device.kind == DevicePosition::Kind::kCommanded && was_unpowered_;
-  CycleStart start{device.position_rad, device.opening, is_unpowered};
+  CycleStart start{device.position_q, device.opening, is_unpowered};
   if (!(device.opening >= 0.0)) start.opening = saved ? saved->opening : 0.0;
   bool is_same = saved.has_value() && device.kind == DevicePosition::Kind::kCommanded;
   for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
     const JointLimits& limits = profile_.arm.joints[i];
-    start.position_rad[i] = std::clamp(start.position_rad[i], limits.lower_rad, limits.upper_rad);
-    is_same = is_same && std::abs(saved->position_rad[i] - start.position_rad[i]) <= kSamePulse_rad;
+    start.position_q[i] = std::clamp(start.position_q[i], limits.lower_q, limits.upper_q);
+    is_same = is_same && std::abs(saved->position_q[i] - start.position_q[i]) <= kSamePulse_rad;
   }
-  if (is_same) start = {saved->position_rad, saved->opening, is_unpowered};  // the same, unrounded
-  text_ = fmt::format("{}, {}{}", degrees(profile_.arm, start.position_rad),
+  if (is_same) start = {saved->position_q, saved->opening, is_unpowered};  // the same, unrounded
+  text_ = fmt::format("{}, {}{}", degrees(profile_.arm, start.position_q),
                       device.kind == DevicePosition::Kind::kMeasured ? "measured by the device"
                                                                      : "by the pulses that the device sends",
                       slow_note(is_unpowered));
@@ -222,9 +221,9 @@ CycleStart StartPosition::assumed(const std::optional<LastPosition>& saved) {
   CycleStart start;
   start.unverified = !profile_.backend.position_known_at_start;
   if (saved) {
-    start.position_rad = saved->position_rad;
+    start.position_q = saved->position_q;
     start.opening = saved->opening;
-    text_ = fmt::format("{}, where corbot left it at {}{}{}{}", degrees(profile_.arm, start.position_rad),
+    text_ = fmt::format("{}, where corbot left it at {}{}{}{}", degrees(profile_.arm, start.position_q),
                         utc_text(saved->saved_s),
                         saved->boot_id == boot_id() ? "" : ", before this machine was started",
                         saved->at_rest ? "" : ", IN THE MIDDLE OF A MOTION", slow_note(start.unverified));

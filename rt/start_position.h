@@ -35,7 +35,7 @@ class StartPosition {
   void refuse_impossible(const DevicePosition& device) const;
   void refuse_impossible(const Snapshot& last) const;
   [[nodiscard]] std::string moved_since(const Snapshot& last, const DevicePosition& device) const;
-  [[nodiscard]] Joints angles_of(const Snapshot& last) const;
+  [[nodiscard]] Joints joints_of(const Snapshot& last) const;
   [[nodiscard]] CycleStart decide(const TaskSegment& segment, const DevicePosition& device, bool forget);
   [[nodiscard]] LastPosition by_pulses(const Snapshot& last) const;
   [[nodiscard]] CycleStart left_by(const Snapshot& last, const LastPosition& at);

@@ -6,6 +6,7 @@
 namespace corbot {
 
 /// Profiles, files, messages and the CORBA interface have degrees; code has radians.
+/// `_q` in a name: rad or m, as the joint turns or slides.
 inline constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
 
 [[nodiscard]] constexpr double to_radians(double angle_deg) noexcept { return angle_deg * kRadiansPerDegree; }

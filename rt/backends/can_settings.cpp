@@ -7,16 +7,16 @@
 namespace corbot::rt {
 namespace {
 
-std::uint32_t counts(double rad, const CanDrive& drive) {
-  return static_cast<std::uint32_t>(std::clamp(std::round(rad * drive.counts_per_rad), 1.0, 4294967295.0));
+std::uint32_t counts(double q, const CanDrive& drive) {
+  return static_cast<std::uint32_t>(std::clamp(std::round(q * drive.counts_per_q), 1.0, 4294967295.0));
 }
 
 std::optional<HomingSettings> homing_of(const CanDrive& drive) {
   const CanHoming& homing = drive.homing;
   if (homing.method == 0) return std::nullopt;
-  HomingSettings settings{homing.method, counts(homing.speed_rad_s, drive), counts(homing.creep_rad_s, drive),
+  HomingSettings settings{homing.method, counts(homing.speed_q_s, drive), counts(homing.creep_q_s, drive),
                           std::nullopt, static_cast<std::int32_t>(std::lround(homing.offset))};
-  if (homing.acceleration_rad_s2 > 0.0) settings.counts_per_s2 = counts(homing.acceleration_rad_s2, drive);
+  if (homing.acceleration_q_s2 > 0.0) settings.counts_per_s2 = counts(homing.acceleration_q_s2, drive);
   return settings;
 }
 
@@ -34,7 +34,7 @@ Cia402Settings cia402_settings(const Profile& profile) {
   settings.stale_ns = profile.gap_fault_ns;  // from there on the cycle itself does not go on without a Clear
   settings.gripper_model = profile.arm.gripper;
   for (const CanDrive& drive : options.drives) {
-    settings.joints.push_back({static_cast<std::uint8_t>(drive.node), drive.counts_per_rad, drive.zero_count,
+    settings.joints.push_back({static_cast<std::uint8_t>(drive.node), drive.counts_per_q, drive.zero_count,
                                drive.direction, drive.identity, drive.reports_following, homing_of(drive)});
   }
   if (options.gripper_node > 0) {

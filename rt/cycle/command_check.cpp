@@ -65,11 +65,11 @@ CommandVerdict check_joint_motion(const ArmModel& arm, const Command& command) n
     }
     const JointLimits& limits = arm.joints[i];
     const LawPeaks peak = peaks(law);
-    if (!within(peak.velocity, limits.speed_rad_s)) return limit(peak.velocity, joint);
-    if (!within(peak.acceleration, limits.acceleration_rad_s2)) return limit(peak.acceleration, joint);
-    if (!within(peak.jerk, limits.jerk_rad_s3)) return limit(peak.jerk, joint);
-    const double miss_rad = command.start_rad[i] + law.distance - command.end_rad[i];
-    if (!(std::abs(miss_rad) <= kStartTolerance)) return malformed(miss_rad, joint);
+    if (!within(peak.velocity, limits.speed_q_s)) return limit(peak.velocity, joint);
+    if (!within(peak.acceleration, limits.acceleration_q_s2)) return limit(peak.acceleration, joint);
+    if (!within(peak.jerk, limits.jerk_q_s3)) return limit(peak.jerk, joint);
+    const double miss_q = command.start_q[i] + law.distance - command.end_q[i];
+    if (!(std::abs(miss_q) <= kStartTolerance)) return malformed(miss_q, joint);
   }
   return kGood;
 }
@@ -105,15 +105,14 @@ CommandVerdict check_path(const ArmModel& arm, const Command& command, const Pat
 
   for (const bool at_end : {false, true}) {
     const PathPoint point = point_at(path, at_end ? path.law.distance : 0.0);
-    const Joints& expected_rad = at_end ? command.end_rad : command.start_rad;
-    const IkResult ik =
-        inverse(arm.geometry, point.position_m, point.pitch_rad, path.branch, expected_rad[0]);
+    const Joints& expected_q = at_end ? command.end_q : command.start_q;
+    const IkResult ik = inverse(arm.geometry, point.position_m, point.pitch_rad, path.branch, expected_q[0]);
     if (ik.status != IkStatus::kOk) return limit(ik.wrist_distance_m);
     for (std::size_t i = 0; i < kMaxJoints; ++i) {
-      const double miss_rad = ik.position_rad[i] - expected_rad[i];
-      if (std::abs(miss_rad) <= kStartTolerance) continue;
+      const double miss_q = ik.position_q[i] - expected_q[i];
+      if (std::abs(miss_q) <= kStartTolerance) continue;
       const auto joint = static_cast<std::int32_t>(i);
-      return at_end ? malformed(miss_rad, joint) : discontinuous(miss_rad, joint);
+      return at_end ? malformed(miss_q, joint) : discontinuous(miss_q, joint);
     }
   }
   return kGood;
@@ -140,8 +139,8 @@ CommandVerdict check_arc(const ArmModel& arm, const Command& command) noexcept {
 
 CommandVerdict check_stays(const Command& command) noexcept {
   for (std::size_t i = 0; i < kMaxJoints; ++i) {
-    const double miss_rad = command.end_rad[i] - command.start_rad[i];
-    if (!(std::abs(miss_rad) <= kStartTolerance)) return malformed(miss_rad, static_cast<std::int32_t>(i));
+    const double miss_q = command.end_q[i] - command.start_q[i];
+    if (!(std::abs(miss_q) <= kStartTolerance)) return malformed(miss_q, static_cast<std::int32_t>(i));
   }
   return kGood;
 }
@@ -171,12 +170,12 @@ CommandVerdict check_gripper(const ArmModel& arm, const Command& command, double
   return check_stays(command);
 }
 
-CommandVerdict check_start(const Command& command, const Joints& rest_rad) noexcept {
+CommandVerdict check_start(const Command& command, const Joints& rest_q) noexcept {
   for (std::size_t i = 0; i < kMaxJoints; ++i) {
     const auto joint = static_cast<std::int32_t>(i);
-    if (!std::isfinite(command.start_rad[i])) return malformed(command.start_rad[i], joint);
-    const double miss_rad = command.start_rad[i] - rest_rad[i];
-    if (!(std::abs(miss_rad) <= kStartTolerance)) return discontinuous(miss_rad, joint);
+    if (!std::isfinite(command.start_q[i])) return malformed(command.start_q[i], joint);
+    const double miss_q = command.start_q[i] - rest_q[i];
+    if (!(std::abs(miss_q) <= kStartTolerance)) return discontinuous(miss_q, joint);
   }
   return kGood;
 }
@@ -190,12 +189,11 @@ CommandVerdict check_command(const ArmModel& arm, const Command& command, const 
   if (!(command.duration_s >= 0.0 && command.duration_s <= kLongestCommand_s))
     return malformed(command.duration_s);
   for (std::size_t i = 0; i < kMaxJoints; ++i) {
-    if (!std::isfinite(command.end_rad[i]))
-      return malformed(command.end_rad[i], static_cast<std::int32_t>(i));
+    if (!std::isfinite(command.end_q[i])) return malformed(command.end_q[i], static_cast<std::int32_t>(i));
   }
-  const CommandVerdict start = check_start(command, rest.position_rad);
+  const CommandVerdict start = check_start(command, rest.position_q);
   if (!start.ok()) return start;
-  if (!is_in_range(arm, command.end_rad, kGateTolerance_rad)) return limit(command.end_rad[0]);
+  if (!is_in_range(arm, command.end_q, kGateTolerance_q)) return limit(command.end_q[0]);
   switch (command.kind) {
     case MotionKind::kJoint:
       return check_joint_motion(arm, command);

@@ -14,7 +14,7 @@ inline constexpr std::uint64_t kLargestIdStep = 1'000'000;
 /// Where the arm is at rest when a command comes.
 struct RestState {
   std::uint64_t last_id{};  ///< of the command before
-  Joints position_rad{};
+  Joints position_q{};
   double opening{};
 };
 

@@ -45,13 +45,13 @@ Cycle::Cycle(const ArmModel& arm, const CycleChannel& channel, Backend& backend,
   snapshot_.command_id = 0;
   frame_.needs_clear = fault_stop_.is_latched();
   frame_.power_off = fault_stop_.power_off();
-  map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
+  map_to_pulses(arm_, set_point_.position_q, set_point_.opening, frame_);
 }
 
 void Cycle::adopt_last_position(const CycleStart& start) noexcept {
   for (std::size_t i = 0; i < std::min<std::size_t>(arm_.dof, kMaxJoints); ++i) {
-    const double wanted_rad = std::isfinite(start.position_rad[i]) ? start.position_rad[i] : 0.0;
-    set_point_.position_rad[i] = std::clamp(wanted_rad, arm_.joints[i].lower_rad, arm_.joints[i].upper_rad);
+    const double wanted_q = std::isfinite(start.position_q[i]) ? start.position_q[i] : 0.0;
+    set_point_.position_q[i] = std::clamp(wanted_q, arm_.joints[i].lower_q, arm_.joints[i].upper_q);
   }
   if (std::isfinite(start.opening)) set_point_.opening = std::clamp(start.opening, 0.0, 1.0);
   position_.begin(start.unverified, start.position_known);
@@ -60,8 +60,8 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
   if (last_snapshot(task_, last)) {
     snapshot_.cycle = last.cycle;
     queue_.adopt(std::max(last.last_done_id, last.command_id));
-    if (!start.outranks_segment && is_in_range(arm_, last.position_rad, kGateTolerance_rad)) {
-      set_point_.position_rad = last.position_rad;
+    if (!start.outranks_segment && is_in_range(arm_, last.position_q, kGateTolerance_q)) {
+      set_point_.position_q = last.position_q;
       position_.set_unverified((last.flags & kSnapshotUnverified) != 0);
     }
     if (!start.outranks_segment && std::isfinite(last.gripper))
@@ -77,7 +77,7 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
   gap_inherited_ = start.after_gap;
   if (start.after_gap) fault_stop_.begin(FaultStop::Way::kAtOnce, false);
   last_ = set_point_;
-  joint_ramp_.rest_at(set_point_.position_rad);
+  joint_ramp_.rest_at(set_point_.position_q);
 }
 
 /// Of any kind: it counts as a stop, since it has not been cleared.
@@ -166,7 +166,7 @@ void Cycle::watch_time() noexcept {
   const Gap gap = gap_.see(snapshot_.time_ns);
   if (gap != Gap::kNone) {
     governor_.restart();
-    joint_ramp_.rest_at(set_point_.position_rad);
+    joint_ramp_.rest_at(set_point_.position_q);
     if (fault_stop_.is_by_joint()) fault_stop_.come_to_rest();
   }
   if (gap == Gap::kFault) fault(alarm::loop_gap(gap_.gap_ns()), FaultStop::Way::kAtOnce);
@@ -224,13 +224,13 @@ void Cycle::accept_or_ramp(const SetPoint& next) noexcept {
     return step_by_joint();
   }
   const SetPointVerdict verdict =
-      check_set_point(arm_, set_point_.position_rad, next.position_rad, next.opening, period_s_);
+      check_set_point(arm_, set_point_.position_q, next.position_q, next.opening, period_s_);
   if (!verdict.ok) {
     fault(verdict.alarm, FaultStop::Way::kByJoint);
     return step_by_joint();
   }
   set_point_ = next;
-  joint_ramp_.see(set_point_.position_rad);
+  joint_ramp_.see(set_point_.position_q);
   if (!governor_.finished() || settling_.is_active() || fault_stop_.is_slowing_down()) return;
   if (is_taken_back()) return end_motion(Verdict::kStopped);
   settling_.begin(snapshot_.cycle);
@@ -239,8 +239,8 @@ void Cycle::accept_or_ramp(const SetPoint& next) noexcept {
 /// The gripper stays where it is.
 void Cycle::step_by_joint() noexcept {
   if (!fault_stop_.is_by_joint()) return;
-  set_point_.position_rad = joint_ramp_.next();
-  joint_ramp_.see(set_point_.position_rad);
+  set_point_.position_q = joint_ramp_.next();
+  joint_ramp_.see(set_point_.position_q);
 }
 
 /// The joints are where the device says, not where set-points have put them; measured ones also while they are being
@@ -261,25 +261,25 @@ void Cycle::follow_device() noexcept {
   const bool follows = is_led_by_device();
   if (!fault_stop_.is_latched()) beyond_range_.reset();
   if (follows) {  // else what was said last counts
-    beyond_range_ = beyond_range(arm_, feedback_.position_rad,
+    beyond_range_ = beyond_range(arm_, feedback_.position_q,
                                  feedback_.measured ? kNearRangeMeasured_rad : kNearRangeCommanded_rad);
   }
   if (beyond_range_ && feedback_.measured && !fault_stop_.is_latched())
     fault(alarm::joint_beyond_range(*beyond_range_), FaultStop::Way::kAtOnce);
   for (std::size_t i = 0; follows && i < std::min<std::size_t>(arm_.dof, kMaxJoints); ++i) {
-    const double there_rad = feedback_.position_rad[i];
-    double& held_rad = set_point_.position_rad[i];
-    if (!std::isfinite(there_rad)) continue;
-    if (!is_standing_by && std::abs(there_rad - held_rad) <= kBehind_rad) continue;
-    held_rad = std::clamp(there_rad, arm_.joints[i].lower_rad, arm_.joints[i].upper_rad);
-    last_.position_rad[i] = held_rad;  // not by a set-point's speed
+    const double there_q = feedback_.position_q[i];
+    double& held_q = set_point_.position_q[i];
+    if (!std::isfinite(there_q)) continue;
+    if (!is_standing_by && std::abs(there_q - held_q) <= kBehind_rad) continue;
+    held_q = std::clamp(there_q, arm_.joints[i].lower_q, arm_.joints[i].upper_q);
+    last_.position_q[i] = held_q;  // not by a set-point's speed
   }
   constexpr double kBehind = 0.02;
   const double opening = follows ? feedback_.opening : -1.0;  // also where it is no number nothing follows
   if (opening >= 0.0 && (is_standing_by || std::abs(opening - set_point_.opening) > kBehind))
     set_point_.opening = std::min(opening, 1.0);
   stands_ = false;
-  joint_ramp_.rest_at(set_point_.position_rad);
+  joint_ramp_.rest_at(set_point_.position_q);
 }
 
 void Cycle::exchange_with_backend() noexcept {
@@ -287,13 +287,13 @@ void Cycle::exchange_with_backend() noexcept {
   frame_.time_ns = snapshot_.time_ns;
   frame_.needs_clear = fault_stop_.is_latched();
   frame_.power_off = fault_stop_.power_off();
-  map_to_pulses(arm_, set_point_.position_rad, set_point_.opening, frame_);
+  map_to_pulses(arm_, set_point_.position_q, set_point_.opening, frame_);
   backend_.write(frame_);
   // Before the feedback, which a device that stands by has given already.
   device_.look(backend_, frame_, gap_.seen_ns());
   feedback_ = has_failed(device_.health()) ? ServoFeedback{} : backend_.read();
   rest_.see(feedback_, gap_.seen_ns());
-  snapshot_.measured_rad = feedback_.measured ? feedback_.position_rad : Joints{};
+  snapshot_.measured_q = feedback_.measured ? feedback_.position_q : Joints{};
   snapshot_.measured_time_ns = feedback_.measured ? feedback_.time_ns : 0;
   const BackendTimes& times = device_.times();
   snapshot_.device_frames = times.frames;
@@ -316,7 +316,7 @@ void Cycle::watch_device() noexcept {
 
 void Cycle::check_following() noexcept {
   if (!is_device_open() || fault_stop_.takes_energy()) return following_.rest();
-  const auto deviation = following_.see(set_point_.position_rad, feedback_, gap_.seen_ns());
+  const auto deviation = following_.see(set_point_.position_q, feedback_, gap_.seen_ns());
   if (deviation) fault(alarm::following_error(*deviation), FaultStop::Way::kOnPath);
 }
 
@@ -325,17 +325,17 @@ void Cycle::end_settled() noexcept {
   if (!settling_.is_active() || fault_stop_.is_latched()) return;
   const bool moves_joints = running_.kind != MotionKind::kGripper && running_.kind != MotionKind::kDwell;
   const bool is_taken = running_.kind == MotionKind::kDwell || settling_.is_taken(device_.times());
-  const auto off_goal = moves_joints ? following_.off_goal(set_point_.position_rad, feedback_) : std::nullopt;
+  const auto off_goal = moves_joints ? following_.off_goal(set_point_.position_q, feedback_) : std::nullopt;
   // Encoders that say nothing do not say that the joints are there.
   const bool is_said = feedback_.measured || !backend_.has_encoders() || !moves_joints;
   if (is_taken && is_said && !off_goal) {
-    position_.motion_done(base_.position_rad, set_point_.position_rad);
+    position_.motion_done(base_.position_q, set_point_.position_q);
     read_override();  // a client that waits for this motion must not read the old one
     return end_motion(Verdict::kDone);
   }
   if (!settling_.wait(gap_.seen_ns(), settle_ns_)) return;
   fault(alarm::goal_not_reached(
-            off_goal.value_or(alarm::JointDeviation{.joint = -1, .error_rad = 0.0, .allowed_rad = 0.0})),
+            off_goal.value_or(alarm::JointDeviation{.joint = -1, .error_q = 0.0, .allowed_q = 0.0})),
         FaultStop::Way::kOnPath);
 }
 

@@ -43,7 +43,7 @@ struct CycleChannel {
 
 /// Where the arm is when the segment does not say, or is not to be asked.
 struct CycleStart {
-  Joints position_rad{};  ///< brought into the joints' ranges
+  Joints position_q{};  ///< brought into the joints' ranges
   double opening{0.0};
   bool unverified{false};        ///< position unverified: the first motion is slow
   bool outranks_segment{false};  ///< the segment's last snapshot does not say where the servos are

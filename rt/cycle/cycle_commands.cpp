@@ -120,7 +120,7 @@ void Cycle::begin_command() noexcept {
   if (paused_) return;
 
   CommandVerdict verdict =
-      check_command(arm_, next, {queue_.last_done(), set_point_.position_rad, set_point_.opening});
+      check_command(arm_, next, {queue_.last_done(), set_point_.position_q, set_point_.opening});
   if (next.epoch != stops_.newest()) verdict = {Verdict::kMalformed, -1, static_cast<double>(next.epoch)};
   if (!verdict.ok()) {
     raise(alarm::command_refused(

@@ -16,10 +16,10 @@ namespace corbot::rt {
 
 /// How near a joint must be to its set-point, where the device measures.
 struct FollowingLimit {
-  double error_rad{
+  double error_q{
       std::numeric_limits<double>::infinity()};  ///< a fault when it is exceeded for longer than time_ns
   std::int64_t time_ns{0};
-  double goal_rad{
+  double goal_q{
       std::numeric_limits<double>::infinity()};  ///< a motion is done when the joint is so near to its end
 };
 
@@ -33,7 +33,7 @@ class FollowingCheck {
   void rest() noexcept { beyond_ns_ = {}; }
   /// Once a cycle; `ran_ns`: time that has passed, without gaps of this process's own. The first joint that has been too
   /// far away for too long.
-  [[nodiscard]] std::optional<alarm::JointDeviation> see(const Joints& set_point_rad,
+  [[nodiscard]] std::optional<alarm::JointDeviation> see(const Joints& set_point_q,
                                                          const ServoFeedback& feedback,
                                                          std::int64_t ran_ns) noexcept {
     if (!feedback.measured) {
@@ -41,21 +41,21 @@ class FollowingCheck {
       return std::nullopt;
     }
     for (std::size_t i = 0; i < kMaxJoints; ++i) {
-      const double error_rad = set_point_rad[i] - feedback.position_rad[i];
+      const double error_q = set_point_q[i] - feedback.position_q[i];
       // What is not a number is beyond every limit.
-      beyond_ns_[i] = std::abs(error_rad) <= limits_[i].error_rad ? 0 : beyond_ns_[i] + ran_ns;
+      beyond_ns_[i] = std::abs(error_q) <= limits_[i].error_q ? 0 : beyond_ns_[i] + ran_ns;
       if (beyond_ns_[i] > limits_[i].time_ns)
-        return alarm::JointDeviation{static_cast<std::int32_t>(i), error_rad, limits_[i].error_rad};
+        return alarm::JointDeviation{static_cast<std::int32_t>(i), error_q, limits_[i].error_q};
     }
     return std::nullopt;
   }
   /// The first joint that is not at its goal yet.
-  [[nodiscard]] std::optional<alarm::JointDeviation> off_goal(const Joints& goal_rad,
+  [[nodiscard]] std::optional<alarm::JointDeviation> off_goal(const Joints& goal_q,
                                                               const ServoFeedback& feedback) const noexcept {
     for (std::size_t i = 0; feedback.measured && i < kMaxJoints; ++i) {
-      const double error_rad = goal_rad[i] - feedback.position_rad[i];
-      if (!(std::abs(error_rad) <= limits_[i].goal_rad))
-        return alarm::JointDeviation{static_cast<std::int32_t>(i), error_rad, limits_[i].goal_rad};
+      const double error_q = goal_q[i] - feedback.position_q[i];
+      if (!(std::abs(error_q) <= limits_[i].goal_q))
+        return alarm::JointDeviation{static_cast<std::int32_t>(i), error_q, limits_[i].goal_q};
     }
     return std::nullopt;
   }
@@ -81,16 +81,15 @@ class RestCheck {
     said_ns_ = feedback.time_ns;
     bool stays = feedback.measured;
     for (std::size_t i = 0; stays && i < kMaxJoints; ++i)
-      stays =
-          std::abs(feedback.position_rad[i] - there_rad_[i]) <= kBand_rad;  // what is not a number does not
+      stays = std::abs(feedback.position_q[i] - there_q_[i]) <= kBand_rad;  // what is not a number does not
     if (stays) return;
-    there_rad_ = feedback.position_rad;
+    there_q_ = feedback.position_q;
     rested_ns_ = 0;
   }
   [[nodiscard]] bool is_at_rest() const noexcept { return rested_ns_ >= kWhile_ns; }
 
  private:
-  Joints there_rad_{};
+  Joints there_q_{};
   std::int64_t said_ns_{0};    ///< when the last record was
   std::int64_t unseen_ns_{0};  ///< since the last record
   std::int64_t rested_ns_{0};

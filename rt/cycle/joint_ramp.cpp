@@ -11,17 +11,17 @@ namespace {
 /// faster one brakes by the square of that harder.
 constexpr double kLeastFaster = 1e-5;
 constexpr int kTries = 22;
-constexpr double kRangeRounding_rad = 1e-9;
+constexpr double kRangeRounding_q = 1e-9;
 
 /// The difference quotients of set-points are half a period, and a period, older than the set-point. The first step of
 /// the ramp may make up for half a period of jerk, and no more; without it, a joint at the end of its acceleration would
 /// become faster than it was planned to be.
 double acceleration_now(double velocity, double acceleration, const JointLimits& limits,
                         double period_s) noexcept {
-  const double sign = when_even(velocity, acceleration, limits.jerk_rad_s3) < 0.0 ? -1.0 : 1.0;
-  const double now = acceleration - sign * limits.jerk_rad_s3 * period_s / 2.0;
-  const bool is_braking_enough = sign * when_even(velocity, now, limits.jerk_rad_s3) <= 0.0;
-  return is_braking_enough || sign * now < -limits.acceleration_rad_s2 ? acceleration : now;
+  const double sign = when_even(velocity, acceleration, limits.jerk_q_s3) < 0.0 ? -1.0 : 1.0;
+  const double now = acceleration - sign * limits.jerk_q_s3 * period_s / 2.0;
+  const bool is_braking_enough = sign * when_even(velocity, now, limits.jerk_q_s3) <= 0.0;
+  return is_braking_enough || sign * now < -limits.acceleration_q_s2 ? acceleration : now;
 }
 
 }  // namespace
@@ -31,19 +31,19 @@ JointRamp::JointRamp(const ArmModel& arm) noexcept
       limits_(arm.joints),
       period_s_(static_cast<double>(arm.period_ns) * 1e-9) {}
 
-void JointRamp::see(const Joints& position_rad) noexcept {
+void JointRamp::see(const Joints& position_q) noexcept {
   for (std::size_t i = 0; i < dof_; ++i) {
-    const double velocity = (position_rad[i] - position_rad_[i]) / period_s_;
-    acceleration_rad_s2_[i] = (velocity - velocity_rad_s_[i]) / period_s_;
-    velocity_rad_s_[i] = velocity;
+    const double velocity = (position_q[i] - position_q_[i]) / period_s_;
+    acceleration_q_s2_[i] = (velocity - velocity_q_s_[i]) / period_s_;
+    velocity_q_s_[i] = velocity;
   }
-  position_rad_ = position_rad;
+  position_q_ = position_q;
 }
 
-void JointRamp::rest_at(const Joints& position_rad) noexcept {
-  position_rad_ = position_rad;
-  velocity_rad_s_ = {};
-  acceleration_rad_s2_ = {};
+void JointRamp::rest_at(const Joints& position_q) noexcept {
+  position_q_ = position_q;
+  velocity_q_s_ = {};
+  acceleration_q_s2_ = {};
 }
 
 /// Sampled once a cycle, a law's velocity gives differences that are means of its acceleration and its jerk, so they keep
@@ -59,33 +59,33 @@ void JointRamp::begin() noexcept {
 
 StopLaw JointRamp::law_within_range(std::size_t joint) const noexcept {
   const JointLimits& limits = limits_[joint];
-  const double lower_rad = limits.lower_rad - kRangeRounding_rad;
-  const double upper_rad = limits.upper_rad + kRangeRounding_rad;
+  const double lower_q = limits.lower_q - kRangeRounding_q;
+  const double upper_q = limits.upper_q + kRangeRounding_q;
   StopLaw law;
-  const double velocity = velocity_rad_s_[joint];
-  const double acceleration = acceleration_now(velocity, acceleration_rad_s2_[joint], limits, period_s_);
+  const double velocity = velocity_q_s_[joint];
+  const double acceleration = acceleration_now(velocity, acceleration_q_s2_[joint], limits, period_s_);
   double more = kLeastFaster;
   for (int i = 0; i < kTries; ++i, more *= 2.0) {
     const double faster = i == 0 ? 1.0 : 1.0 + more;
-    law = StopLaw(velocity, acceleration, limits.acceleration_rad_s2 * faster * faster,
-                  limits.jerk_rad_s3 * faster * faster * faster);
-    const double end_rad = position_rad_[joint] + law.distance(period_s_);
-    if (end_rad >= lower_rad && end_rad <= upper_rad) break;
+    law = StopLaw(velocity, acceleration, limits.acceleration_q_s2 * faster * faster,
+                  limits.jerk_q_s3 * faster * faster * faster);
+    const double end_q = position_q_[joint] + law.distance(period_s_);
+    if (end_q >= lower_q && end_q <= upper_q) break;
   }
   return law;
 }
 
 Joints JointRamp::next() noexcept {
   elapsed_s_ += period_s_;
-  Joints next_rad = position_rad_;
+  Joints next_q = position_q_;
   for (std::size_t i = 0; i < dof_; ++i) {
-    const double step_rad = laws_[i].velocity(elapsed_s_) * period_s_;
+    const double step_q = laws_[i].velocity(elapsed_s_) * period_s_;
     // A joint that is beyond its end by rounding stays there.
-    const double lower_rad = std::min(limits_[i].lower_rad, position_rad_[i]);
-    const double upper_rad = std::max(limits_[i].upper_rad, position_rad_[i]);
-    next_rad[i] = std::clamp(position_rad_[i] + step_rad, lower_rad, upper_rad);
+    const double lower_q = std::min(limits_[i].lower_q, position_q_[i]);
+    const double upper_q = std::max(limits_[i].upper_q, position_q_[i]);
+    next_q[i] = std::clamp(position_q_[i] + step_q, lower_q, upper_q);
   }
-  return next_rad;
+  return next_q;
 }
 
 }  // namespace corbot::rt

@@ -20,9 +20,9 @@ class JointRamp {
   explicit JointRamp(const ArmModel& arm) noexcept;
 
   /// Once a cycle: a set-point that is given to the servos.
-  void see(const Joints& position_rad) noexcept;
+  void see(const Joints& position_q) noexcept;
   /// The arm is at rest here, however it came here.
-  void rest_at(const Joints& position_rad) noexcept;
+  void rest_at(const Joints& position_q) noexcept;
 
   /// From the last set-point seen.
   void begin() noexcept;
@@ -37,9 +37,9 @@ class JointRamp {
   std::size_t dof_;
   std::array<JointLimits, kMaxJoints> limits_;
   double period_s_;
-  Joints position_rad_{};
-  Joints velocity_rad_s_{};
-  Joints acceleration_rad_s2_{};
+  Joints position_q_{};
+  Joints velocity_q_s_{};
+  Joints acceleration_q_s2_{};
   std::array<StopLaw, kMaxJoints> laws_{};
   double elapsed_s_{0.0};
   double duration_s_{0.0};

@@ -16,9 +16,9 @@ template <class Path>
 void evaluate_path(const ArmModel& arm, const Path& path, double time_s, SetPoint& set_point) noexcept {
   const PathPoint point = point_at(path, evaluate(path.law, time_s).position);
   const IkResult ik =
-      inverse(arm.geometry, point.position_m, point.pitch_rad, path.branch, set_point.position_rad[0]);
+      inverse(arm.geometry, point.position_m, point.pitch_rad, path.branch, set_point.position_q[0]);
   set_point.reachable = ik.status == IkStatus::kOk;
-  if (set_point.reachable) set_point.position_rad = ik.position_rad;
+  if (set_point.reachable) set_point.position_q = ik.position_q;
 }
 
 /// Limits of the path parameter: those of the travel and those of the tool's rotation, whichever is narrower.
@@ -77,7 +77,7 @@ SetPoint evaluate_command(const ArmModel& arm, const Command& command, const Set
   switch (command.kind) {
     case MotionKind::kJoint:
       for (std::size_t i = 0; i < std::min<std::size_t>(arm.dof, kMaxJoints); ++i) {
-        set_point.position_rad[i] += evaluate(command.joint.law[i], time_s).position;
+        set_point.position_q[i] += evaluate(command.joint.law[i], time_s).position;
       }
       break;
     case MotionKind::kLine:
@@ -102,7 +102,7 @@ GovernedMotion governed_motion(const ArmModel& arm, const Command& command) noex
     case MotionKind::kJoint:
       for (std::size_t i = 0; i < std::min<std::size_t>(arm.dof, kMaxJoints); ++i) {
         const JointLimits& limits = arm.joints[i];
-        add_law(motion, {LawSegments(command.joint.law[i]), limits.acceleration_rad_s2, limits.jerk_rad_s3});
+        add_law(motion, {LawSegments(command.joint.law[i]), limits.acceleration_q_s2, limits.jerk_q_s3});
       }
       break;
     case MotionKind::kLine:
@@ -126,10 +126,10 @@ void publish_set_point(const ArmModel& arm, const SetPoint& now, const SetPoint&
                        Snapshot& snapshot) noexcept {
   const double period_s = static_cast<double>(arm.period_ns) * 1e-9;
   snapshot.gripper = now.opening;
-  snapshot.position_rad = now.position_rad;
+  snapshot.position_q = now.position_q;
   for (std::size_t i = 0; i < kMaxJoints; ++i)
-    snapshot.velocity_rad_s[i] = (now.position_rad[i] - before.position_rad[i]) / period_s;
-  const ToolPose pose = forward(arm.geometry, now.position_rad);
+    snapshot.velocity_q_s[i] = (now.position_q[i] - before.position_q[i]) / period_s;
+  const ToolPose pose = forward(arm.geometry, now.position_q);
   snapshot.tcp_m = pose.position_m;
   snapshot.yaw_rad = pose.yaw_rad;
   snapshot.pitch_rad = pose.pitch_rad;

@@ -10,7 +10,7 @@ namespace corbot::rt {
 
 /// Where joints and gripper shall be in this cycle.
 struct SetPoint {
-  Joints position_rad{};
+  Joints position_q{};
   double opening{};
   bool reachable{true};  ///< false: no solution of the inverse kinematics at this point of the path
 };

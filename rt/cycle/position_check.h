@@ -25,9 +25,9 @@ class PositionCheck {
   void set_unverified(bool unverified) noexcept { unverified_ = unverified; }
   /// A Clear gives the energy back.
   void energy_returns(bool is_measured) noexcept { unverified_ = unverified_ || !(is_known_ || is_measured); }
-  void motion_done(const Joints& from_rad, const Joints& to_rad) noexcept {
+  void motion_done(const Joints& from_q, const Joints& to_q) noexcept {
     for (std::size_t i = 0; unverified_ && i < kMaxJoints; ++i) {
-      unverified_ = std::abs(to_rad[i] - from_rad[i]) < kLeastMotion_rad;
+      unverified_ = std::abs(to_q[i] - from_q[i]) < kLeastMotion_rad;
     }
   }
   [[nodiscard]] bool is_unverified() const noexcept { return unverified_; }

@@ -12,7 +12,7 @@
 namespace corbot::rt {
 
 /// Tolerance of the range check: more than the planner's own, or a motion that it has proved would end here.
-inline constexpr double kGateTolerance_rad = 2.0 * kRangeTolerance_rad;
+inline constexpr double kGateTolerance_q = 2.0 * kRangeTolerance_q;
 
 /// What is wrong with a set-point; `ok` when nothing is.
 struct SetPointVerdict {
@@ -23,16 +23,15 @@ struct SetPointVerdict {
 /// The last gate before the servos: whatever was planned, evaluated or computed, no set-point passes that is
 /// not finite, leaves a joint's range, or is farther from the last one than the joint's speed allows in
 /// `dt_s`. The gripper's opening must lie in [0, 1]. Real-time safe.
-[[nodiscard]] SetPointVerdict check_set_point(const ArmModel& arm, const Joints& last_rad,
-                                              const Joints& next_rad, double opening, double dt_s) noexcept;
+[[nodiscard]] SetPointVerdict check_set_point(const ArmModel& arm, const Joints& last_q, const Joints& next_q,
+                                              double opening, double dt_s) noexcept;
 
 /// Finite and in range; for a position that comes from outside and has no predecessor. Real-time safe.
-[[nodiscard]] bool is_in_range(const ArmModel& arm, const Joints& position_rad,
-                               double tolerance_rad) noexcept;
+[[nodiscard]] bool is_in_range(const ArmModel& arm, const Joints& position_q, double tolerance_q) noexcept;
 
-/// The first joint that a device has outside its range by more than `near_rad`, or nowhere; nothing: there is none.
+/// The first joint that a device has outside its range by more than `near_q`, or nowhere; nothing: there is none.
 /// From there every set-point would be a motion that nobody asked for. Real-time safe.
-[[nodiscard]] std::optional<alarm::OutOfRange> beyond_range(const ArmModel& arm, const Joints& position_rad,
-                                                            double near_rad) noexcept;
+[[nodiscard]] std::optional<alarm::OutOfRange> beyond_range(const ArmModel& arm, const Joints& position_q,
+                                                            double near_q) noexcept;
 
 }  // namespace corbot::rt

@@ -45,11 +45,11 @@ std::string out_of_range_text(const alarm::OutOfRange& what) {
   if (what.joint < 0) {
     return fmt::format(
         "set-point of the gripper at {:.3f} is out of range {:.3f} to {:.3f}; the arm is brought to rest",
-        what.position_rad, what.lower_rad, what.upper_rad);
+        what.position_q, what.lower_q, what.upper_q);
   }
   return fmt::format(
       "set-point of joint {} at {:.3f} degrees is out of range {:.3f} to {:.3f}; the arm is brought to rest",
-      what.joint, to_degrees(what.position_rad), to_degrees(what.lower_rad), to_degrees(what.upper_rad));
+      what.joint, to_degrees(what.position_q), to_degrees(what.lower_q), to_degrees(what.upper_q));
 }
 
 }  // namespace
@@ -78,7 +78,7 @@ std::string alarm_text(const AlarmEvent& event) {
       return fmt::format(
           "set-point of joint {} would step by {:.4f} degrees in a cycle, limit {:.4f}; the arm is brought "
           "to rest",
-          what.joint, to_degrees(what.step_rad), to_degrees(what.allowed_rad));
+          what.joint, to_degrees(what.step_q), to_degrees(what.allowed_q));
     }
     case AlarmCode::kKinematicsFailed: {
       const alarm::KinematicsFailure what = alarm::kinematics_failure(event);
@@ -89,20 +89,20 @@ std::string alarm_text(const AlarmEvent& event) {
     case AlarmCode::kFollowingError: {
       const alarm::JointDeviation what = alarm::joint_deviation(event);
       return fmt::format("joint {} is {:.3f} degrees from its set-point, {:.3f} are allowed", what.joint,
-                         to_degrees(what.error_rad), to_degrees(what.allowed_rad));
+                         to_degrees(what.error_q), to_degrees(what.allowed_q));
     }
     case AlarmCode::kGoalNotReached: {
       const alarm::JointDeviation what = alarm::joint_deviation(event);
       if (what.joint < 0) return "the servo device has not taken a motion's last set-point";
       return fmt::format("joint {} has not reached its goal: it is {:.3f} degrees away, {:.3f} are allowed",
-                         what.joint, to_degrees(what.error_rad), to_degrees(what.allowed_rad));
+                         what.joint, to_degrees(what.error_q), to_degrees(what.allowed_q));
     }
     case AlarmCode::kJointBeyondRange: {
       const alarm::OutOfRange what = alarm::out_of_range(event);
       return fmt::format(
           "joint {} is at {:.1f} degrees, outside its range of {:.1f} to {:.1f}: nothing moves by itself; "
           "turn it back by hand",
-          what.joint, to_degrees(what.position_rad), to_degrees(what.lower_rad), to_degrees(what.upper_rad));
+          what.joint, to_degrees(what.position_q), to_degrees(what.lower_q), to_degrees(what.upper_q));
     }
     case AlarmCode::kCommandRefused: {
       const alarm::RefusedCommand what = alarm::refused_command(event);

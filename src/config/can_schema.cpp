@@ -80,11 +80,11 @@ CanHoming read_homing(Section& section) {
   if (method && *method == 0)
     section.refuse("homing_method", "must not be 0: leave it out for a drive that keeps its count");
   homing.method = static_cast<int>(method.value_or(0));
-  homing.speed_rad_s =
+  homing.speed_q_s =
       kRadiansPerDegree * section.number_or("homing_speed_deg_s", kUsualSpeed_deg_s, kSpeed).value_or(0);
-  homing.creep_rad_s =
+  homing.creep_q_s =
       kRadiansPerDegree * section.number_or("homing_creep_deg_s", kUsualCreep_deg_s, kSpeed).value_or(0);
-  homing.acceleration_rad_s2 =
+  homing.acceleration_q_s2 =
       kRadiansPerDegree *
       section.number_or("homing_acceleration_deg_s2", 0, {0, 1e4, false, "(0: as the drive has it)"})
           .value_or(0);
@@ -95,7 +95,7 @@ CanHoming read_homing(Section& section) {
 CanDrive read_drive(Section& section, NodeUse& in_use) {
   CanDrive drive;
   drive.node = read_node(section, in_use);
-  drive.counts_per_rad = section.number("counts_per_degree", kScale).value_or(0) / kRadiansPerDegree;
+  drive.counts_per_q = section.number("counts_per_degree", kScale).value_or(0) / kRadiansPerDegree;
   drive.zero_count = section.number_or("zero_count", 0, kCount).value_or(0);
   const auto direction = section.integer_or("direction", 1, {-1, 1, false, "(1 or -1)"});
   if (direction && *direction == 0) section.refuse("direction", "must be 1 or -1");

@@ -93,16 +93,16 @@ using CanIdentity = std::array<std::optional<std::uint32_t>, 4>;
 /// `homing_...` of a drive without an absolute encoder.
 struct CanHoming {
   int method{};  ///< 6098h; 0: none, the drive keeps its count
-  double speed_rad_s{};
-  double creep_rad_s{};
-  double acceleration_rad_s2{};  ///< 0: as the drive has it
-  double offset{};               ///< 607Ch, counts
+  double speed_q_s{};
+  double creep_q_s{};
+  double acceleration_q_s2{};  ///< 0: as the drive has it
+  double offset{};             ///< 607Ch, counts
 };
 
-/// `[[backend.socketcan.drive]]`: count = zero_count + direction * counts_per_rad * angle.
+/// `[[backend.socketcan.drive]]`: count = zero_count + direction * counts_per_q * q.
 struct CanDrive {
   int node{};  ///< 1 to 127
-  double counts_per_rad{};
+  double counts_per_q{};
   double zero_count{};
   double direction{1.0};
   CanIdentity identity{};
@@ -154,9 +154,9 @@ struct StopOptions {
 
 /// `following_error_...` and `goal_tolerance_deg` of a `[[joint]]`: where the device measures.
 struct FollowingLimits {
-  double error_rad{};  ///< between set-point and measured joint; a fault when it lasts for time_s
+  double error_q{};  ///< between set-point and measured joint; a fault when it lasts for time_s
   double time_s{};
-  double goal_rad{};  ///< a motion is done when the joint is this near to its end
+  double goal_q{};  ///< a motion is done when the joint is this near to its end
 };
 
 /// `[supervisor]`: what `corbot up` does with a process that does not respond.

@@ -96,7 +96,7 @@ ServoMap read_servo(Section& joint, const std::optional<std::array<double, 2>>& 
   section.finish();
   if (!zero || !scale || !direction || *direction == 0 || !pulses) return map;
   map.zero_us = *zero;
-  map.us_per_rad = *scale / kRadiansPerDegree;
+  map.us_per_q = *scale / kRadiansPerDegree;
   map.direction = static_cast<double>(*direction);
   map.pulse_min_us = (*pulses)[0];
   map.pulse_max_us = (*pulses)[1];
@@ -113,20 +113,20 @@ void read_joint(Section& section, std::size_t index, Profile& profile, ChannelUs
   profile.joint_names.push_back(name);
   const auto range = section.range("range_deg", kAngle);
   if (range) {
-    limits.lower_rad = (*range)[0] * kRadiansPerDegree;
-    limits.upper_rad = (*range)[1] * kRadiansPerDegree;
+    limits.lower_q = (*range)[0] * kRadiansPerDegree;
+    limits.upper_q = (*range)[1] * kRadiansPerDegree;
     if ((*range)[0] > 0 || (*range)[1] < 0) section.refuse("range_deg", "must contain 0, where Ready goes");
   }
-  limits.speed_rad_s = section.number("speed_deg_s", limit("degrees/s")).value_or(0) * kRadiansPerDegree;
-  limits.acceleration_rad_s2 =
+  limits.speed_q_s = section.number("speed_deg_s", limit("degrees/s")).value_or(0) * kRadiansPerDegree;
+  limits.acceleration_q_s2 =
       section.number("acceleration_deg_s2", limit("degrees/s^2")).value_or(0) * kRadiansPerDegree;
-  limits.jerk_rad_s3 = section.number("jerk_deg_s3", limit("degrees/s^3")).value_or(0) * kRadiansPerDegree;
+  limits.jerk_q_s3 = section.number("jerk_deg_s3", limit("degrees/s^3")).value_or(0) * kRadiansPerDegree;
   profile.arm.servos[index] = read_servo(section, range, in_use);
   FollowingLimits& following = profile.following.emplace_back();
-  following.error_rad =
+  following.error_q =
       section.number_or("following_error_deg", 15, {0, 180, true, "degrees"}).value_or(0) * kRadiansPerDegree;
   following.time_s = section.number_or("following_error_s", 0.25, {0.001, 10, false, "s"}).value_or(0);
-  following.goal_rad =
+  following.goal_q =
       section.number_or("goal_tolerance_deg", 1, {0, 90, true, "degrees"}).value_or(0) * kRadiansPerDegree;
   section.finish();
 }

@@ -18,30 +18,29 @@ namespace corbot {
 namespace {
 
 /// Time-optimal laws, not yet of equal duration; returns the longest duration.
-double plan_joints(const ArmModel& model, const Joints& speed_rad_s, const Joints& from, const Joints& to,
+double plan_joints(const ArmModel& model, const Joints& speed_q_s, const Joints& from, const Joints& to,
                    JointMotion* motion) {
   double longest_s = 0.0;
   for (std::size_t i = 0; i < model.dof; ++i) {
     const JointLimits& limits = model.joints[i];
-    const TimeLaw law =
-        plan_law(to[i] - from[i], {speed_rad_s[i], limits.acceleration_rad_s2, limits.jerk_rad_s3});
+    const TimeLaw law = plan_law(to[i] - from[i], {speed_q_s[i], limits.acceleration_q_s2, limits.jerk_q_s3});
     longest_s = std::max(longest_s, law.duration_s());
     if (motion != nullptr) motion->law[i] = law;
   }
   return longest_s;
 }
 
-PlanResult joint_command(const ArmModel& model, const Joints& speed_rad_s, const PlanStart& start,
+PlanResult joint_command(const ArmModel& model, const Joints& speed_q_s, const PlanStart& start,
                          const Joints& target, double t_s) {
   Command command = blank_command(MotionKind::kJoint, start);
-  const double shortest_s = plan_joints(model, speed_rad_s, start.position_rad, target, &command.joint);
+  const double shortest_s = plan_joints(model, speed_q_s, start.position_q, target, &command.joint);
   const double duration_s = std::max(shortest_s, t_s);
   if (duration_s > kLongestPlan_s) return too_long(duration_s);
   for (std::size_t i = 0; i < model.dof; ++i) {
     TimeLaw& law = command.joint.law[i];
     if (law.duration_s() < duration_s) law = stretch(law, duration_s);
     // As the real-time task will compute it, not as it was asked for: the two differ by a rounding.
-    command.end_rad[i] = start.position_rad[i] + law.distance;
+    command.end_q[i] = start.position_q[i] + law.distance;
   }
   command.duration_s = duration_s;
   return std::vector<Command>{command};
@@ -69,19 +68,19 @@ int fit_ranges(const ArmModel& model, const Joints& present, Joints* target) {
 JointPlanner::JointPlanner(const ArmModel& model, const PlanSettings& settings)
     : model_(model), tool_pitch_rad_(settings.tool_pitch_rad) {
   for (std::size_t i = 0; i < model.dof; ++i) {
-    speed_rad_s_[i] = model.joints[i].speed_rad_s * settings.speed_ratio * settings.joint_speed_ratio[i];
+    speed_q_s_[i] = model.joints[i].speed_q_s * settings.speed_ratio * settings.joint_speed_ratio[i];
   }
 }
 
-PlanResult JointPlanner::to(const PlanStart& start, const Joints& target_rad, double t_s) const {
-  Joints target = start.position_rad;
-  std::copy_n(target_rad.begin(), model_.dof, target.begin());
-  return joint_command(model_, speed_rad_s_, start, target, t_s);
+PlanResult JointPlanner::to(const PlanStart& start, const Joints& target_q, double t_s) const {
+  Joints target = start.position_q;
+  std::copy_n(target_q.begin(), model_.dof, target.begin());
+  return joint_command(model_, speed_q_s_, start, target, t_s);
 }
 
 PlanResult JointPlanner::reach(const PlanStart& start, const std::array<double, 3>& target_m,
                                double t_s) const {
-  const Branch present = branch_of(model_.geometry, start.position_rad);
+  const Branch present = branch_of(model_.geometry, start.position_q);
   double best_s = std::numeric_limits<double>::infinity();
   Joints best{};
   std::optional<PlanRefusal> out_of_range;
@@ -89,28 +88,28 @@ PlanResult JointPlanner::reach(const PlanStart& start, const std::array<double, 
   for (std::uint32_t i = 0; i < kBranchCount; ++i) {
     // The present branch first; the others follow in their order.
     const auto branch = static_cast<Branch>(i ^ static_cast<std::uint32_t>(present));
-    const IkResult ik = inverse(model_.geometry, target_m, tool_pitch_rad_, branch, start.position_rad[0]);
+    const IkResult ik = inverse(model_.geometry, target_m, tool_pitch_rad_, branch, start.position_q[0]);
     if (ik.status != IkStatus::kOk) {
       if (!is_backward(branch)) out_of_reach = ik;
       continue;
     }
-    Joints target = start.position_rad;
-    std::copy_n(ik.position_rad.begin(), 4, target.begin());
-    const int joint = fit_ranges(model_, start.position_rad, &target);
+    Joints target = start.position_q;
+    std::copy_n(ik.position_q.begin(), 4, target.begin());
+    const int joint = fit_ranges(model_, start.position_q, &target);
     if (joint >= 0) {
       const auto index = static_cast<std::size_t>(joint);
       if (!out_of_range)
         out_of_range = joint_range(joint, target[index], model_.joints[index], "at the target");
       continue;
     }
-    const double duration_s = plan_joints(model_, speed_rad_s_, start.position_rad, target, nullptr);
+    const double duration_s = plan_joints(model_, speed_q_s_, start.position_q, target, nullptr);
     if (duration_s < best_s) {
       best_s = duration_s;
       best = target;
     }
     if (branch == present) break;
   }
-  if (std::isfinite(best_s)) return joint_command(model_, speed_rad_s_, start, best, t_s);
+  if (std::isfinite(best_s)) return joint_command(model_, speed_q_s_, start, best, t_s);
   if (out_of_range) {
     out_of_range->target_m = target_m;
     return *out_of_range;
@@ -120,13 +119,13 @@ PlanResult JointPlanner::reach(const PlanStart& start, const std::array<double, 
 
 PlanResult JointPlanner::drive(const PlanStart& start, const DriveRequest& request) const {
   const auto joint = static_cast<std::size_t>(request.joint);
-  Joints target = start.position_rad;
-  target[joint] += request.increment_rad;
+  Joints target = start.position_q;
+  target[joint] += request.increment_q;
   if (!in_range(model_.joints[joint], target[joint]))
     return joint_range(request.joint, target[joint], model_.joints[joint], "at the end");
-  Joints speed_rad_s = speed_rad_s_;
-  speed_rad_s[joint] = std::min(speed_rad_s[joint], request.speed_rad_s);
-  return joint_command(model_, speed_rad_s, start, target, 0.0);
+  Joints speed_q_s = speed_q_s_;
+  speed_q_s[joint] = std::min(speed_q_s[joint], request.speed_q_s);
+  return joint_command(model_, speed_q_s, start, target, 0.0);
 }
 
 }  // namespace corbot

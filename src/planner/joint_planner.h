@@ -15,21 +15,21 @@ class JointPlanner {
   /// The model must outlive this.
   JointPlanner(const ArmModel& model, const PlanSettings& settings);
 
-  /// The speed limit in force, rad/s.
-  [[nodiscard]] double speed_rad_s(std::size_t joint) const noexcept { return speed_rad_s_[joint]; }
+  /// The speed limit in force, rad/s or m/s.
+  [[nodiscard]] double speed_q_s(std::size_t joint) const noexcept { return speed_q_s_[joint]; }
 
   /// To given joints.
-  [[nodiscard]] PlanResult to(const PlanStart& start, const Joints& target_rad, double t_s) const;
+  [[nodiscard]] PlanResult to(const PlanStart& start, const Joints& target_q, double t_s) const;
   /// To a point: on the present branch where its joint ranges allow, else on the quickest feasible one.
   [[nodiscard]] PlanResult reach(const PlanStart& start, const std::array<double, 3>& target_m,
                                  double t_s) const;
-  /// One joint, no faster than `speed_rad_s`.
+  /// One joint, no faster than `speed_q_s`.
   [[nodiscard]] PlanResult drive(const PlanStart& start, const DriveRequest& request) const;
 
  private:
   const ArmModel& model_;
   const double tool_pitch_rad_;
-  Joints speed_rad_s_{};
+  Joints speed_q_s_{};
 };
 
 }  // namespace corbot

@@ -59,12 +59,12 @@ TimeLaw path_law(const PathLimits& limits, double speed_ratio, const PathScale& 
 PathPlanner::PathPlanner(const ArmModel& model, const PlanSettings& settings)
     : model_(model), settings_(settings) {
   for (std::size_t i = 0; i < 4; ++i)
-    joint_speed_[i] = model.joints[i].speed_rad_s * settings.joint_speed_ratio[i];
+    joint_speed_[i] = model.joints[i].speed_q_s * settings.joint_speed_ratio[i];
 }
 
 PathPlan PathPlanner::line(const PlanStart& start, const std::array<double, 3>& to_m, double t_s) const {
   LineMotion line{};
-  const ToolPose here = forward(model_.geometry, start.position_rad);
+  const ToolPose here = forward(model_.geometry, start.position_q);
   line.from_m = here.position_m;
   line.to_m = to_m;
   line.from_pitch_rad = wrap_angle(here.pitch_rad);
@@ -77,7 +77,7 @@ PathPlan PathPlanner::line(const PlanStart& start, const std::array<double, 3>& 
 }
 
 PathPlan PathPlanner::arc(const PlanStart& start, ArcMotion arc) const {
-  arc.from_pitch_rad = wrap_angle(forward(model_.geometry, start.position_rad).pitch_rad);
+  arc.from_pitch_rad = wrap_angle(forward(model_.geometry, start.position_q).pitch_rad);
   arc.to_pitch_rad = pitch_towards(arc.from_pitch_rad);
   const PathScale scale{length_m(arc), std::abs(arc.to_pitch_rad - arc.from_pitch_rad), 1.0 / arc.radius_m};
   return plan(start, arc, scale, 0.0, [](Command& command) -> ArcMotion& {
@@ -113,7 +113,7 @@ template <class Motion, class Member>
 PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, const PathScale& scale, double t_s,
                            Member member) const {
   std::optional<PlanRefusal> first;
-  for (const Branch branch : present_branches(start.position_rad)) {
+  for (const Branch branch : present_branches(start.position_q)) {
     motion.branch = branch;
     PathPlan result = plan_on_branch(start, motion, scale, t_s, member);
     if (std::holds_alternative<Command>(result)) return result;
@@ -125,28 +125,28 @@ PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, const PathScal
 template <class Motion, class Member>
 PathPlan PathPlanner::plan_on_branch(const PlanStart& start, Motion motion, const PathScale& scale,
                                      double t_s, Member member) const {
-  const PathProof proof(model_, motion, motion.branch, start.position_rad[0]);
+  const PathProof proof(model_, motion, motion.branch, start.position_q[0]);
   const PathPoint target = point_at(motion, 1.0);
   // The target first: of all points that may be out of reach it is the one that the caller has given.
   const IkResult end = proof.joints_at(1.0);
   if (end.status != IkStatus::kOk) return unreachable(target.position_m, end, "the target");
   if (auto refusal = check_start(start, proof.joints_at(0.0))) return *refusal;
   for (std::size_t i = 0; i < 4; ++i) {
-    if (in_range(model_.joints[i], end.position_rad[i])) continue;
+    if (in_range(model_.joints[i], end.position_q[i])) continue;
     PlanRefusal refusal =
-        joint_range(static_cast<int>(i), end.position_rad[i], model_.joints[i], "at the target");
+        joint_range(static_cast<int>(i), end.position_q[i], model_.joints[i], "at the target");
     refusal.target_m = target.position_m;
     return refusal;
   }
 
   Command command = blank_command(MotionKind::kLine, start);
-  std::copy_n(end.position_rad.begin(), 4, command.end_rad.begin());
+  std::copy_n(end.position_q.begin(), 4, command.end_q.begin());
   if (scale.length_m > kNoTravel || scale.rotation_rad > kNoTravel) {
     if (auto refusal = proof.check_geometry()) return *refusal;
     motion.law = fastest_law(proof, scale);
   } else {
     motion.law = {};
-    command.end_rad = start.position_rad;
+    command.end_q = start.position_q;
   }
   const double shortest_s = motion.law.duration_s();
   command.duration_s = std::max(shortest_s, t_s);
@@ -159,9 +159,8 @@ PathPlan PathPlanner::plan_on_branch(const PlanStart& start, Motion motion, cons
 /// The path must begin where the arm rests, as the real-time task will see it.
 std::optional<PlanRefusal> PathPlanner::check_start(const PlanStart& start, const IkResult& first) const {
   for (std::size_t i = 0; i < 4; ++i) {
-    const double present = start.position_rad[i];
-    if (first.status == IkStatus::kOk &&
-        std::abs(first.position_rad[i] - present) <= kPlannedStartTolerance_rad)
+    const double present = start.position_q[i];
+    if (first.status == IkStatus::kOk && std::abs(first.position_q[i] - present) <= kPlannedStartTolerance_q)
       continue;
     PlanRefusal refusal = joint_range(static_cast<int>(i), present, model_.joints[i], "at the start");
     refusal.text = fmt::format(

@@ -70,8 +70,8 @@ IkResult PathProof::joints_at(double s) const noexcept {
 
 JointLimits PathProof::cut_limits(std::size_t joint) const noexcept {
   JointLimits limits = model_->joints[joint];
-  limits.lower_rad = std::max(limits.lower_rad, -std::numbers::pi + kWrapMargin_rad);
-  limits.upper_rad = std::min(limits.upper_rad, std::numbers::pi - kWrapMargin_rad);
+  limits.lower_q = std::max(limits.lower_q, -std::numbers::pi + kWrapMargin_rad);
+  limits.upper_q = std::min(limits.upper_q, std::numbers::pi - kWrapMargin_rad);
   return limits;
 }
 
@@ -81,7 +81,7 @@ bool PathProof::is_smallest(double s_a, double s_b) const noexcept {
 
 // Notation: w half width of the cell; index-free names are values in the middle; `d_name` bounds how far
 // `name` strays from the middle, anywhere on the cell. Rounding is not directed: it is fourteen digits down,
-// and the tolerances of reach (kBorderTolerance), range (kRangeTolerance_rad) and speed (the stretch is
+// and the tolerances of reach (kBorderTolerance), range (kRangeTolerance_q) and speed (the stretch is
 // rounded up) lie above it.
 PathProof::Cell PathProof::bound(double s_a, double s_b) const noexcept {
   const ArmGeometry& arm = model_->geometry;
@@ -147,7 +147,7 @@ PathProof::Cell PathProof::bound(double s_a, double s_b) const noexcept {
 
   // From the wrist's velocity: A′ = −(u′ cos B + h′ sin B)/(L1 sin θ2),
   //                            B′ = (u′ cos A + h′ sin A)/(L2 sin θ2).
-  const auto [a, b, c] = detail::inclinations(arm, cell.middle.position_rad);
+  const auto [a, b, c] = detail::inclinations(arm, cell.middle.position_q);
   const double top_a = dot(v_u, v_h, std::cos(b), std::sin(b));
   const double top_b = dot(v_u, v_h, std::cos(a), std::sin(a));
   const double sign = is_negative(branch_) ? -1.0 : 1.0;
@@ -184,14 +184,14 @@ std::optional<PlanRefusal> PathProof::check_ends(double s_a, double s_b) const {
   // Where a joint is fast, a smallest cell can step over the whole margin at ±180 degrees:
   // a wrap, not a travel.
   for (std::size_t i = 1; i < 4; ++i) {
-    if (std::abs(a.position_rad[i] - b.position_rad[i]) <= kWrap_rad) continue;
-    PlanRefusal refusal = joint_range(static_cast<int>(i), std::copysign(std::numbers::pi, a.position_rad[i]),
+    if (std::abs(a.position_q[i] - b.position_q[i]) <= kWrap_rad) continue;
+    PlanRefusal refusal = joint_range(static_cast<int>(i), std::copysign(std::numbers::pi, a.position_q[i]),
                                       cut_limits(i), fmt::format("{:.3g} % along the path", 100.0 * s_a));
     refusal.target_m = point(s_a).position_m;
     return refusal;
   }
   // On the axis θ0 is the hint; a path that leaves the axis in the arm's own direction is unbroken.
-  if (std::abs(a.position_rad[0] - b.position_rad[0]) <= kUnbroken_rad) return std::nullopt;
+  if (std::abs(a.position_q[0] - b.position_q[0]) <= kUnbroken_rad) return std::nullopt;
   PlanRefusal refusal;
   refusal.kind = PlanRefusal::Kind::kUnreachable;
   refusal.parameter = "P";
@@ -214,7 +214,7 @@ std::optional<PlanRefusal> PathProof::check_geometry() const {
     bool proved = cell.in_reach;
     for (std::size_t i = 0; i < 4; ++i) {
       const JointLimits limits = cut_limits(i);
-      const double q = cell.middle.position_rad[i];
+      const double q = cell.middle.position_q[i];
       if (!in_range(limits, q)) {
         PlanRefusal refusal =
             joint_range(static_cast<int>(i), q, limits, fmt::format("{:.3g} % along the path", 100.0 * s));
@@ -296,7 +296,7 @@ double PathProof::bound_load(const Clock& clock, const Joints& speed, double flo
       const IkResult a = joints_at(s_a);
       const IkResult b = joints_at(s_b);
       for (std::size_t i = 0; i < 4; ++i) {
-        const double mean = std::abs(a.position_rad[i] - b.position_rad[i]) / (s_b - s_a);
+        const double mean = std::abs(a.position_q[i] - b.position_q[i]) / (s_b - s_a);
         proved = std::max(proved, mean * top / speed[i]);
       }
       continue;
@@ -311,12 +311,12 @@ double PathProof::bound_load(const Clock& clock, const Joints& speed, double flo
   return proved;
 }
 
-double PathProof::load(const TimeLaw& law, const Joints& joint_speed_rad_s, double floor) const {
-  return bound_load({&law}, joint_speed_rad_s, floor, kInfinity, true);
+double PathProof::load(const TimeLaw& law, const Joints& joint_speed_q_s, double floor) const {
+  return bound_load({&law}, joint_speed_q_s, floor, kInfinity, true);
 }
 
-double PathProof::unit_load(const Joints& joint_speed_rad_s, double give_up) const {
-  return bound_load({nullptr}, joint_speed_rad_s, 0.0, give_up, false);
+double PathProof::unit_load(const Joints& joint_speed_q_s, double give_up) const {
+  return bound_load({nullptr}, joint_speed_q_s, 0.0, give_up, false);
 }
 
 }  // namespace corbot

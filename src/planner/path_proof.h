@@ -17,10 +17,10 @@ namespace corbot {
 ///
 /// The path parameter is cut into cells. On each cell, bounds that hold for *every* point of it are computed
 /// from its middle and from bounds of the derivatives: radius from the base axis, wrist position, P², sin θ2,
-/// and from those the joint angles and their derivatives. A cell that is neither proved nor refuted is
+/// and from those the joint values and their derivatives. A cell that is neither proved nor refuted is
 /// halved. Refuted means that its middle, a point of the path, breaks a limit.
 ///
-/// Cells are no longer halved at 1e-9 of the path or 1e-12 m of travel; there the joint angles at the two
+/// Cells are no longer halved at 1e-9 of the path or 1e-12 m of travel; there the joint values at the two
 /// ends are compared instead (sampling, not proof). This is what lets a path begin or end on the border of
 /// the workspace, as every line from Ready does (θ2 = 0): the joint speeds grow there like 1/√s, the law's
 /// speed falls like s^(2/3), their product vanishes, but no bound of one factor alone is finite. A violation
@@ -28,12 +28,12 @@ namespace corbot {
 /// and bend boundedly.
 class PathProof {
  public:
-  /// `hint_rad` is θ0 at the start, `joint_speed_rad_s` the limits in force. Rotations by 2π are not followed:
+  /// `hint_rad` is θ0 at the start, `joint_speed_q_s` the limits in force. Rotations by 2π are not followed:
   /// ranges count as cut to ±180 degrees.
   PathProof(const ArmModel& model, const LineMotion& line, Branch branch, double hint_rad);
   PathProof(const ArmModel& model, const ArcMotion& arc, Branch branch, double hint_rad);
 
-  /// Joint angles at s, as the real-time task will compute them.
+  /// Joint values at s, as the real-time task will compute them.
   [[nodiscard]] IkResult joints_at(double s) const noexcept;
 
   /// Proves reach, joint ranges and an unbroken θ0 over the whole path; nullopt when all hold.
@@ -41,11 +41,11 @@ class PathProof {
 
   /// Upper bound, at most 1 % above the true value and not below `floor`, of the greatest |q_i′(s)|·ṡ /
   /// speed_i over the path as `law` runs it. Infinite when none can be proved.
-  [[nodiscard]] double load(const TimeLaw& law, const Joints& joint_speed_rad_s, double floor) const;
+  [[nodiscard]] double load(const TimeLaw& law, const Joints& joint_speed_q_s, double floor) const;
 
   /// The same for ṡ = 1. Infinite as soon as the value is known to exceed `give_up`,
   /// or next to a singularity.
-  [[nodiscard]] double unit_load(const Joints& joint_speed_rad_s, double give_up) const;
+  [[nodiscard]] double unit_load(const Joints& joint_speed_q_s, double give_up) const;
 
  private:
   /// The whole path's constants.

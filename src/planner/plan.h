@@ -40,7 +40,7 @@ struct PlanSettings {
 
 /// Where the arm will rest when the motion begins.
 struct PlanStart {
-  Joints position_rad{};
+  Joints position_q{};
   double gripper{};  ///< 0 closed … 1 open
 };
 

@@ -44,14 +44,14 @@ struct ArgumentCheck {
   Refusal operator()(const MoveJointsRequest& request) const {
     if (auto refusal = check_time(request.t_s)) return refusal;
     for (std::size_t i = 0; i < model.dof; ++i) {
-      const double target_rad = request.target_rad[i];
+      const double target_q = request.target_q[i];
       const JointLimits& limits = model.joints[i];
       const int joint = static_cast<int>(i);
-      if (!std::isfinite(target_rad)) {
-        return bad_parameter("angle", target_rad, limits.lower_rad, limits.upper_rad,
+      if (!std::isfinite(target_q)) {
+        return bad_parameter("angle", target_q, limits.lower_q, limits.upper_q,
                              fmt::format("the angle of joint {} is not a finite number", i), joint);
       }
-      if (!in_range(limits, target_rad)) return joint_range(joint, target_rad, limits, "at the target");
+      if (!in_range(limits, target_q)) return joint_range(joint, target_q, limits, "at the target");
     }
     return std::nullopt;
   }
@@ -64,9 +64,9 @@ struct ArgumentCheck {
                            fmt::format("joint {}, allowed 0 to {}", request.joint, dof - 1), request.joint);
     }
     const JointLimits& limits = model.joints[static_cast<std::size_t>(request.joint)];
-    const double widest_rad = limits.upper_rad - limits.lower_rad;
-    if (!std::isfinite(request.increment_rad)) {
-      return bad_parameter("increment", request.increment_rad, -widest_rad, widest_rad,
+    const double widest_q = limits.upper_q - limits.lower_q;
+    if (!std::isfinite(request.increment_q)) {
+      return bad_parameter("increment", request.increment_q, -widest_q, widest_q,
                            "the increment is not a finite number", request.joint);
     }
     return check_speed(request);
@@ -89,24 +89,23 @@ struct ArgumentCheck {
   }
 
   Refusal check_speed(const DriveRequest& request) const {
-    const double limit_rad_s =
-        JointPlanner(model, settings).speed_rad_s(static_cast<std::size_t>(request.joint));
-    if (!std::isfinite(request.speed_rad_s) || request.speed_rad_s <= 0.0) {
-      return bad_parameter("speed", request.speed_rad_s, 0.0, limit_rad_s,
+    const double limit_q_s = JointPlanner(model, settings).speed_q_s(static_cast<std::size_t>(request.joint));
+    if (!std::isfinite(request.speed_q_s) || request.speed_q_s <= 0.0) {
+      return bad_parameter("speed", request.speed_q_s, 0.0, limit_q_s,
                            fmt::format("speed {:.6g} degrees/s, allowed above 0 to {:.6g} degrees/s",
-                                       to_degrees(request.speed_rad_s), to_degrees(limit_rad_s)),
+                                       to_degrees(request.speed_q_s), to_degrees(limit_q_s)),
                            request.joint);
     }
     // Degrees make the round trip to radians with a rounding, so the limit itself must pass.
-    if (request.speed_rad_s <= limit_rad_s * (1.0 + 1e-12)) return std::nullopt;
+    if (request.speed_q_s <= limit_q_s * (1.0 + 1e-12)) return std::nullopt;
     PlanRefusal refusal;
     refusal.kind = PlanRefusal::Kind::kLimitExceeded;
     refusal.parameter = "speed";
     refusal.joint = request.joint;
-    refusal.value = request.speed_rad_s;
-    refusal.upper = limit_rad_s;
+    refusal.value = request.speed_q_s;
+    refusal.upper = limit_q_s;
     refusal.text = fmt::format("speed {:.6g} degrees/s of joint {}, allowed up to {:.6g} degrees/s",
-                               to_degrees(request.speed_rad_s), request.joint, to_degrees(limit_rad_s));
+                               to_degrees(request.speed_q_s), request.joint, to_degrees(limit_q_s));
     return refusal;
   }
 };
@@ -133,7 +132,7 @@ struct Planning {
     const ArcMotion& arc = std::get<ArcMotion>(circle);
     const PathPlanner planner(model, settings);
     const std::array<double, 3>& p1_m = request.p1_m;
-    const auto tcp_m = forward(model.geometry, start.position_rad).position_m;
+    const auto tcp_m = forward(model.geometry, start.position_q).position_m;
     if (std::hypot(tcp_m[0] - p1_m[0], tcp_m[1] - p1_m[1], tcp_m[2] - p1_m[2]) <= kAtP1_m) {
       const PathPlan plan = planner.arc(start, arc);
       if (const auto* command = std::get_if<Command>(&plan)) return std::vector<Command>{*command};
@@ -143,7 +142,7 @@ struct Planning {
     if (const auto* refusal = std::get_if<PlanRefusal>(&approach)) return *refusal;
     std::vector<Command> commands{std::get<Command>(approach)};
     PlanStart at_p1 = start;
-    at_p1.position_rad = commands.back().end_rad;
+    at_p1.position_q = commands.back().end_q;
     const PathPlan plan = planner.arc(at_p1, arc);
     if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) return *refusal;
     commands.push_back(std::get<Command>(plan));
@@ -151,7 +150,7 @@ struct Planning {
   }
 
   PlanResult operator()(const MoveJointsRequest& request) const {
-    return JointPlanner(model, settings).to(start, request.target_rad, request.t_s);
+    return JointPlanner(model, settings).to(start, request.target_q, request.t_s);
   }
   PlanResult operator()(const DriveRequest& request) const {
     return JointPlanner(model, settings).drive(start, request);
@@ -207,14 +206,14 @@ PlanResult Planner::move_c(const PlanStart& start, const PlanSettings& settings,
   return plan(start, settings, MoveCRequest{p1_m, p2_m, p3_m});
 }
 
-PlanResult Planner::move_joints(const PlanStart& start, const PlanSettings& settings,
-                                const Joints& target_rad, double t_s) const {
-  return plan(start, settings, MoveJointsRequest{target_rad, t_s});
+PlanResult Planner::move_joints(const PlanStart& start, const PlanSettings& settings, const Joints& target_q,
+                                double t_s) const {
+  return plan(start, settings, MoveJointsRequest{target_q, t_s});
 }
 
-PlanResult Planner::drive(const PlanStart& start, const PlanSettings& settings, int joint,
-                          double increment_rad, double speed_rad_s) const {
-  return plan(start, settings, DriveRequest{joint, increment_rad, speed_rad_s});
+PlanResult Planner::drive(const PlanStart& start, const PlanSettings& settings, int joint, double increment_q,
+                          double speed_q_s) const {
+  return plan(start, settings, DriveRequest{joint, increment_q, speed_q_s});
 }
 
 PlanResult Planner::ready(const PlanStart& start, const PlanSettings& settings) const {

@@ -37,10 +37,10 @@ class Planner {
                                   const std::array<double, 3>& p3_m) const;
   /// Synchronised joint motion to given joints.
   [[nodiscard]] PlanResult move_joints(const PlanStart& start, const PlanSettings& settings,
-                                       const Joints& target_rad, double t_s) const;
+                                       const Joints& target_q, double t_s) const;
   /// One joint by an increment, at a speed of its own.
   [[nodiscard]] PlanResult drive(const PlanStart& start, const PlanSettings& settings, int joint,
-                                 double increment_rad, double speed_rad_s) const;
+                                 double increment_q, double speed_q_s) const;
   /// All joints to 0.
   [[nodiscard]] PlanResult ready(const PlanStart& start, const PlanSettings& settings) const;
   /// Stand still.

@@ -41,17 +41,17 @@ PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkResult& re
   return refusal;
 }
 
-PlanRefusal joint_range(int joint, double value_rad, const JointLimits& limits, const std::string& where) {
+PlanRefusal joint_range(int joint, double value_q, const JointLimits& limits, const std::string& where) {
   PlanRefusal refusal;
   refusal.kind = PlanRefusal::Kind::kLimitExceeded;
   refusal.parameter = "joint range";
   refusal.joint = joint;
-  refusal.value = value_rad;
-  refusal.lower = limits.lower_rad;
-  refusal.upper = limits.upper_rad;
+  refusal.value = value_q;
+  refusal.lower = limits.lower_q;
+  refusal.upper = limits.upper_q;
   refusal.text =
       fmt::format("joint {} would be at {:.6g} degrees {}, allowed {:.6g} to {:.6g} degrees", joint,
-                  to_degrees(value_rad), where, to_degrees(limits.lower_rad), to_degrees(limits.upper_rad));
+                  to_degrees(value_q), where, to_degrees(limits.lower_q), to_degrees(limits.upper_q));
   return refusal;
 }
 
@@ -98,16 +98,15 @@ std::optional<PlanRefusal> check_kinematics(const ArmModel& model, const PlanSet
   return std::nullopt;
 }
 
-bool in_range(const JointLimits& limits, double value_rad) noexcept {
-  return value_rad >= limits.lower_rad - kRangeTolerance_rad &&
-         value_rad <= limits.upper_rad + kRangeTolerance_rad;
+bool in_range(const JointLimits& limits, double value_q) noexcept {
+  return value_q >= limits.lower_q - kRangeTolerance_q && value_q <= limits.upper_q + kRangeTolerance_q;
 }
 
 Command blank_command(MotionKind kind, const PlanStart& start) noexcept {
   Command command{};
   command.kind = kind;
-  command.start_rad = start.position_rad;
-  command.end_rad = start.position_rad;
+  command.start_q = start.position_q;
+  command.end_q = start.position_q;
   // The union's first member is the largest one but not by contract: clear the one that will be used.
   switch (kind) {
     case MotionKind::kJoint:

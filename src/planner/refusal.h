@@ -16,7 +16,7 @@ namespace corbot {
 /// `status` is kTooFar or kTooClose; `where` says which point it is, e.g. "the target".
 [[nodiscard]] PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkResult& result,
                                       const std::string& where);
-[[nodiscard]] PlanRefusal joint_range(int joint, double value_rad, const JointLimits& limits,
+[[nodiscard]] PlanRefusal joint_range(int joint, double value_q, const JointLimits& limits,
                                       const std::string& where);
 [[nodiscard]] PlanRefusal too_long(double duration_s);
 
@@ -29,8 +29,8 @@ namespace corbot {
 [[nodiscard]] std::optional<PlanRefusal> check_kinematics(const ArmModel& model,
                                                           const PlanSettings& settings);
 
-/// Within the joint's range, give or take kRangeTolerance_rad.
-[[nodiscard]] bool in_range(const JointLimits& limits, double value_rad) noexcept;
+/// Within the joint's range, give or take kRangeTolerance_q.
+[[nodiscard]] bool in_range(const JointLimits& limits, double value_q) noexcept;
 
 /// A command of this kind that begins and ends at `start`, everything else zero.
 [[nodiscard]] Command blank_command(MotionKind kind, const PlanStart& start) noexcept;

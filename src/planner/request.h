@@ -24,13 +24,13 @@ struct MoveCRequest {
   std::array<double, 3> p3_m{};
 };
 struct MoveJointsRequest {
-  Joints target_rad{};
+  Joints target_q{};
   double t_s{};
 };
 struct DriveRequest {
   int joint{};
-  double increment_rad{};
-  double speed_rad_s{};
+  double increment_q{};
+  double speed_q_s{};
 };
 struct ReadyRequest {};
 struct DwellRequest {

@@ -69,8 +69,8 @@ void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {
   out->kind = static_cast<int32_t>(arm.kind);
   out->dof = static_cast<int32_t>(arm.dof);
   for (std::size_t i = 0; i < arm.dof; ++i) {
-    out->lower_deg[i] = tidy_degrees(arm.joints[i].lower_rad);
-    out->upper_deg[i] = tidy_degrees(arm.joints[i].upper_rad);
+    out->lower_deg[i] = tidy_degrees(arm.joints[i].lower_q);
+    out->upper_deg[i] = tidy_degrees(arm.joints[i].upper_q);
   }
   copy_text(robot->robot.profile().endpoint_host, out->endpoint_host, sizeof(out->endpoint_host));
   out->endpoint_port = robot->robot.profile().port;

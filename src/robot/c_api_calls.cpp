@@ -247,7 +247,7 @@ corbot_status corbot_robot_move_joints(corbot_robot* robot, const corbot_caller*
                              fmt::format("{} values, but the arm has {} joints", count, dof));
         }
         MoveJointsRequest request{{}, t_s};
-        for (std::size_t i = 0; i < count; ++i) request.target_rad[i] = to_radians(target_deg[i]);
+        for (std::size_t i = 0; i < count; ++i) request.target_q[i] = to_radians(target_deg[i]);
         return request;
       },
       "MoveJoints([{}], {})", targets, t_s);

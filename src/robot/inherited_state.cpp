@@ -42,9 +42,9 @@ bool is_valid(const AlarmRecord& record) {
 bool is_end(const TicketRecord& record, const ArmModel& arm) {
   for (std::size_t i = 0; i < kMaxJoints; ++i) {
     const bool is_joint = i < arm.dof;
-    const double lower_rad = is_joint ? arm.joints[i].lower_rad : 0.0;
-    const double upper_rad = is_joint ? arm.joints[i].upper_rad : 0.0;
-    if (!is_within(record.end_rad[i], lower_rad - kRounding, upper_rad + kRounding)) return false;
+    const double lower_q = is_joint ? arm.joints[i].lower_q : 0.0;
+    const double upper_q = is_joint ? arm.joints[i].upper_q : 0.0;
+    if (!is_within(record.end_q[i], lower_q - kRounding, upper_q + kRounding)) return false;
   }
   return is_within(record.end_gripper, -kRounding, 1.0 + kRounding);
 }

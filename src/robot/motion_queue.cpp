@@ -111,7 +111,7 @@ std::optional<PlanStart> MotionQueue::plan_start(const LivingTask& task, std::ui
   if (!has_ended) return std::nullopt;
   // A servant whose records could not be read has left motions that nobody has a ticket of.
   if (!is_idle(now)) throw not_ready(still_to_come(now));
-  return PlanStart{now.position_rad, now.gripper};
+  return PlanStart{now.position_q, now.gripper};
 }
 
 void MotionQueue::check_empty(const LivingTask& task, const Wanted& wanted) {
@@ -156,7 +156,7 @@ corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch
   ticket.last = ticket.first + commands.size() - 1;
   ticket.incarnation = task.incarnation;
   ticket.epoch = epoch;
-  ticket.end = {commands.back().end_rad, start.gripper};
+  ticket.end = {commands.back().end_q, start.gripper};
   ticket.handed_until = own.commands.published() + commands.size();
   for (std::size_t i = 0; i < commands.size(); ++i) {
     Command& command = commands[i];

@@ -22,7 +22,7 @@ bool is_held(const Snapshot& snapshot) { return (snapshot.flags & kSnapshotHeld)
 bool is_in_error(const Snapshot& snapshot) { return snapshot.state == RtState::kError; }
 
 bool is_same(const Snapshot& a, const Snapshot& b) {
-  return a.position_rad == b.position_rad && a.gripper == b.gripper && is_at_rest(a) == is_at_rest(b);
+  return a.position_q == b.position_q && a.gripper == b.gripper && is_at_rest(a) == is_at_rest(b);
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ Snapshot RobotView::snapshot() const {
 
 Joints RobotView::joints_deg() const {
   const Snapshot now = snapshot();
-  Joints joints = is_measured(now) ? now.measured_rad : now.position_rad;
+  Joints joints = is_measured(now) ? now.measured_q : now.position_q;
   for (double& joint : joints) joint = to_degrees(joint);
   return joints;
 }
@@ -44,7 +44,7 @@ Joints RobotView::joints_deg() const {
 corbot_pose RobotView::pose() const {
   const Snapshot now = snapshot();
   ToolPose tool{now.tcp_m, now.yaw_rad, now.pitch_rad};
-  if (is_measured(now)) tool = forward(profile_.arm.geometry, now.measured_rad);
+  if (is_measured(now)) tool = forward(profile_.arm.geometry, now.measured_q);
   return {tool.position_m[0],       tool.position_m[1],         tool.position_m[2],
           to_degrees(tool.yaw_rad), to_degrees(tool.pitch_rad), 0.0};
 }

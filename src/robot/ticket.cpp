@@ -97,7 +97,7 @@ TicketRecord to_record(const Ticket& ticket) {
   record.second_from_s = ticket.second_from_s;
   record.incarnation = ticket.incarnation;
   record.epoch = ticket.epoch;
-  record.end_rad = ticket.end.position_rad;
+  record.end_q = ticket.end.position_q;
   record.end_gripper = ticket.end.gripper;
   record.handed_until = ticket.handed_until;
   record.state = ticket.state;
@@ -114,7 +114,7 @@ Ticket to_ticket(const TicketRecord& record) {
   ticket.second_from_s = record.second_from_s;
   ticket.incarnation = record.incarnation;
   ticket.epoch = record.epoch;
-  ticket.end = {record.end_rad, record.end_gripper};
+  ticket.end = {record.end_q, record.end_gripper};
   ticket.cancelled = record.cancelled == 1;
   ticket.state = record.state;
   ticket.why = record.reason;

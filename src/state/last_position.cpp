@@ -18,7 +18,7 @@ namespace {
 constexpr std::int64_t kFormat = 1;
 constexpr std::size_t kMaxBootId = 64;
 /// Far more than the rounding of degrees, far less than a servo resolves.
-constexpr double kTolerance_rad = 1e-6;
+constexpr double kTolerance_q = 1e-6;
 
 std::tm parts_of(std::int64_t epoch_s) {
   const auto seconds = static_cast<std::time_t>(epoch_s);
@@ -70,12 +70,11 @@ Joints read_joints(const toml::table& table, const ArmModel& arm) {
     const double value_deg = finite(*array->get(i), "joints_deg");
     const JointLimits& limits = arm.joints[i];
     joints[i] = to_radians(value_deg);
-    if (joints[i] < limits.lower_rad - kTolerance_rad || joints[i] > limits.upper_rad + kTolerance_rad) {
+    if (joints[i] < limits.lower_q - kTolerance_q || joints[i] > limits.upper_q + kTolerance_q) {
       throw PositionError(fmt::format("joints_deg: {:.6g} is outside the range of joint {}, {:.6g} to {:.6g}",
-                                      value_deg, i, to_degrees(limits.lower_rad),
-                                      to_degrees(limits.upper_rad)));
+                                      value_deg, i, to_degrees(limits.lower_q), to_degrees(limits.upper_q)));
     }
-    joints[i] = std::clamp(joints[i], limits.lower_rad, limits.upper_rad);
+    joints[i] = std::clamp(joints[i], limits.lower_q, limits.upper_q);
   }
   return joints;
 }
@@ -118,7 +117,7 @@ std::uint64_t position_fingerprint(const ArmModel& arm) {
   for (const ServoMap& servo : arm.servos) {
     hash.add(std::uint64_t{servo.channel});
     for (const double value :
-         {servo.zero_us, servo.us_per_rad, servo.direction, servo.pulse_min_us, servo.pulse_max_us})
+         {servo.zero_us, servo.us_per_q, servo.direction, servo.pulse_min_us, servo.pulse_max_us})
       hash.add(value);
   }
   hash.add(std::uint64_t{arm.gripper.channel});
@@ -137,7 +136,7 @@ std::string position_text(const LastPosition& position, std::size_t dof) {
   const std::tm when = parts_of(position.saved_s);
   std::string joints;
   for (std::size_t i = 0; i < std::min(dof, kMaxJoints); ++i) {
-    joints += fmt::format("{}{}", joints.empty() ? "" : ", ", position.position_rad[i] / kRadiansPerDegree);
+    joints += fmt::format("{}{}", joints.empty() ? "" : ", ", position.position_q[i] / kRadiansPerDegree);
   }
   return fmt::format(
       "# The last position that corbot commanded to this arm. Read when the arm is powered up, and only\n"
@@ -161,7 +160,7 @@ LastPosition parse_position(std::string_view text, std::string_view robot, const
     LastPosition position = read_common(table);
     if (position.fingerprint != position_fingerprint(arm))
       throw PositionError("the profile has changed since it was written", position.held, position.in_error);
-    position.position_rad = read_joints(table, arm);
+    position.position_q = read_joints(table, arm);
     return position;
   } catch (const PositionError& error) {
     throw PositionError(error.what(), table["held"].value_exact<bool>().value_or(false), error.in_error());

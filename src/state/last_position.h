@@ -21,7 +21,7 @@ struct LastPosition {
   bool at_rest{};               ///< false: written in the middle of a motion
   bool held{};                  ///< by StopAndHold, and not cleared
   bool in_error{};              ///< for whatever reason, and not cleared
-  Joints position_rad{};
+  Joints position_q{};
   double opening{};  ///< of the gripper, 0 closed … 1 open
 };
 

@@ -85,7 +85,7 @@ LastPosition position_of(const Snapshot& snapshot, const std::string& robot) {
   position.at_rest = snapshot.command_id == 0;
   position.held = (snapshot.flags & kSnapshotHeld) != 0;
   position.in_error = snapshot.state == RtState::kError;
-  position.position_rad = snapshot.position_rad;
+  position.position_q = snapshot.position_q;
   position.opening = snapshot.gripper;
   return position;
 }

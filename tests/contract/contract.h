@@ -58,7 +58,7 @@ class Contract : public ::testing::TestWithParam<DeviceFixtureKind> {
     Pose result;
     for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
       const ServoMap& map = profile_.arm.servos[i];
-      result.position_rad[i] = (pulse_us[i] - map.zero_us) / (map.direction * map.us_per_rad);
+      result.position_q[i] = (pulse_us[i] - map.zero_us) / (map.direction * map.us_per_q);
     }
     const GripperModel& gripper = profile_.arm.gripper;
     result.opening = (pulse_us.back() - gripper.closed_us) / (gripper.open_us - gripper.closed_us);
@@ -95,13 +95,13 @@ class Contract : public ::testing::TestWithParam<DeviceFixtureKind> {
     const std::uint64_t begin = driver_->cycles();
     return wait_until(within(60), [&] { return driver_->cycles() > begin + cycles; });
   }
-  /// Loses the device and has it back, in Error, with the arm held elsewhere by `further_rad` of the first joint.
-  void lose_and_find(double further_rad = 0.0) {
+  /// Loses the device and has it back, in Error, with the arm held elsewhere by `further_q` of the first joint.
+  void lose_and_find(double further_q = 0.0) {
     driver_->leave();
     fixture_->unplug();
     ASSERT_TRUE(reaches(BackendHealth::kLost));
     Pose further = driver_->pose();
-    further.position_rad[0] += further_rad;
+    further.position_q[0] += further_q;
     driver_->move(further, 0.0);
     fixture_->plug();
     ASSERT_TRUE(reaches(BackendHealth::kStandby));

@@ -38,7 +38,7 @@ Driver::Driver(const ArmModel& arm, Backend& backend, DeviceFixture& fixture, co
 
 ServoFrame Driver::frame(const ArmModel& arm, const Pose& pose) {
   ServoFrame frame;
-  rt::map_to_pulses(arm, pose.position_rad, pose.opening, frame);
+  rt::map_to_pulses(arm, pose.position_q, pose.opening, frame);
   return frame;
 }
 
@@ -67,7 +67,7 @@ ServoFeedback Driver::feedback() const { return newest(feedback_); }
 
 std::vector<double> Driver::wanted(bool joints) const {
   const ServoFrame all = frame(arm_, pose());
-  if (joints) return {all.position_rad.begin(), all.position_rad.begin() + arm_.dof};
+  if (joints) return {all.position_q.begin(), all.position_q.begin() + arm_.dof};
   return {all.pulse_us.begin(), all.pulse_us.begin() + all.servo_count};
 }
 
@@ -77,7 +77,7 @@ void Driver::follow(Pose& at) noexcept {
   if (backend_.health() != BackendHealth::kStandby || !feedback_.load(feedback) || !feedback.measured) return;
   for (std::size_t i = 0; i < arm_.dof; ++i) {
     const JointLimits& joint = arm_.joints[i];
-    at.position_rad[i] = std::clamp(feedback.position_rad[i], joint.lower_rad, joint.upper_rad);
+    at.position_q[i] = std::clamp(feedback.position_q[i], joint.lower_q, joint.upper_q);
   }
   moving_.store(false);
 }
@@ -115,8 +115,7 @@ void Driver::run() noexcept {
           std::min(1.0, static_cast<double>(moved_ns) /
                             static_cast<double>(std::max<std::int64_t>(motion.duration_ns, 1)));
       for (std::size_t i = 0; i < arm_.dof; ++i) {
-        at.position_rad[i] =
-            from.position_rad[i] + share * (motion.to.position_rad[i] - from.position_rad[i]);
+        at.position_q[i] = from.position_q[i] + share * (motion.to.position_q[i] - from.position_q[i]);
       }
       at.opening = from.opening + share * (motion.to.opening - from.opening);
       if (share >= 1.0) {
@@ -132,7 +131,7 @@ void Driver::run() noexcept {
                (in_error && !(health == BackendHealth::kStandby && is_attended_.load()));
     frame.needs_clear = emergency_stop_.load() || in_error;
     frame.power_off = frame.needs_clear;
-    rt::map_to_pulses(arm_, at.position_rad, at.opening, frame);
+    rt::map_to_pulses(arm_, at.position_q, at.opening, frame);
     backend_.write(frame);
     pose_.store(at);
     feedback_.store(backend_.read());

@@ -11,7 +11,7 @@ namespace corbot::test {
 
 /// Where an arm is to be.
 struct Pose {
-  Joints position_rad{};
+  Joints position_q{};
   double opening{};
 };
 

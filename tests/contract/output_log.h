@@ -28,16 +28,18 @@ class OutputLog {
       }
     });
   }
+  /// With what the device puts out by now: the record is not behind, however long its thread did not run.
   std::vector<Output> seen() {
+    note();
     const std::lock_guard lock(mutex_);
     return seen_;
   }
 
  private:
   void note() {
+    const std::lock_guard lock(mutex_);
     const std::vector<double> now = look_();
     const std::int64_t time_ns = std::chrono::steady_clock::now().time_since_epoch().count();
-    const std::lock_guard lock(mutex_);
     for (std::size_t i = 0; i < now.size(); ++i) {
       const bool is_same = now[i] == last_[i] || (std::isnan(now[i]) && std::isnan(last_[i]));
       if (!is_same) seen_.push_back({time_ns, i, std::isnan(now[i]) ? 0.0 : now[i]});

@@ -99,7 +99,7 @@ TEST_P(Standby, SaysWhereTheServosAreThoughNothingIsReadBackElse) {
   const ServoFeedback feedback = driver_->feedback();
   EXPECT_EQ(feedback.measured, facts_.has_encoders);
   for (std::size_t i = 0; (feedback.measured || feedback.commanded) && i < profile_.arm.dof; ++i) {
-    EXPECT_NEAR(feedback.position_rad[i], home_.position_rad[i], 0.02) << i;
+    EXPECT_NEAR(feedback.position_q[i], home_.position_q[i], 0.02) << i;
   }
 }
 

@@ -126,18 +126,18 @@ TEST_F(Freeze, AFrozenTaskIsReportedAndItsGapNeedsAClear) {
   EXPECT_LT(noticed_s, 5.0) << "half a second, and more for a busy machine";
   EXPECT_LT(stop_s, 5.0) << "it waits for no answer of the task";
 
-  const Joints here = newest().position_rad;
+  const Joints here = newest().position_q;
   ASSERT_TRUE(wait_until(within(30), [&] { return seconds_since(frozen) > 5.5; })) << "a gap that is a fault";
   rt_->signal(SIGCONT);
   EXPECT_TRUE(wait_until(within(30), [&] { return !is_active(153); }));
   EXPECT_TRUE(wait_until(within(30), [&] { return has_alarm(141); }));
   EXPECT_EQ(arm_->Status(), Corbot::Error);
-  EXPECT_EQ(newest().position_rad, here) << "as last commanded";
+  EXPECT_EQ(newest().position_q, here) << "as last commanded";
   Corbot::MotionInfo_var info = arm_->Wait(ticket, 30.0);
   EXPECT_EQ(info->state, Corbot::MotionFailed);
   arm_->Clear();
   EXPECT_TRUE(wait_for(Corbot::Standby));
-  EXPECT_EQ(newest().position_rad, here);
+  EXPECT_EQ(newest().position_q, here);
 }
 
 /// Gaps that are no fault.
@@ -176,11 +176,11 @@ TEST_F(ShortFreeze, AStopDuringItIsCarriedOutAtItsEnd) {
   const std::uint64_t stops = newest().stops_done;
   rt_->signal(SIGSTOP);
   ASSERT_TRUE(wait_until(within(30), [&] { return arm_->Status() == Corbot::Error; }));
-  const Joints here = newest().position_rad;
+  const Joints here = newest().position_q;
   EXPECT_EQ(raised_by([&] { arm_->Stop(); }), "NotReady") << "not carried out yet";
   rt_->signal(SIGCONT);
   ASSERT_TRUE(wait_until(within(30), [&] { return newest().stops_done == stops + 1; }));
-  EXPECT_EQ(newest().position_rad, here);
+  EXPECT_EQ(newest().position_q, here);
   Corbot::MotionInfo_var info = arm_->Wait(ticket, 30.0);
   EXPECT_EQ(info->state, Corbot::MotionStopped);
 }
@@ -193,7 +193,7 @@ TEST_F(ShortFreeze, AMotionWithoutAServantIsStopped) {
   const double stopped_s = seconds_since(frozen);
   fmt::print("stopped {:.2f} s after the servant froze\n", stopped_s);
   EXPECT_GT(stopped_s, 1.9) << "orphan_s is 2";
-  EXPECT_LT(newest().position_rad[0], 20.0 * 3.14 / 180.0 * 0.9) << "on its path";
+  EXPECT_LT(newest().position_q[0], 20.0 * 3.14 / 180.0 * 0.9) << "on its path";
   servant_->signal(SIGCONT);
   Corbot::MotionInfo_var info = arm_->Wait(ticket, 30.0);
   EXPECT_EQ(info->state, Corbot::MotionFailed);

@@ -81,9 +81,9 @@ void JumpWatch::follow_task(const Observer& channel) {
 void JumpWatch::compare(const Snapshot& last, const Snapshot& now) {
   const double period_s = static_cast<double>(arm_.period_ns) * 1e-9;
   for (std::size_t i = 0; i < arm_.dof; ++i) {
-    const double step = std::abs(now.position_rad[i] - last.position_rad[i]);
+    const double step = std::abs(now.position_q[i] - last.position_q[i]);
     // Two cycles' travel: one slot of a killed task may be unreadable.
-    const double allowed = 2.0 * arm_.joints[i].speed_rad_s * period_s * (1.0 + 1e-6) + 1e-9;
+    const double allowed = 2.0 * arm_.joints[i].speed_q_s * period_s * (1.0 + 1e-6) + 1e-9;
     if (step <= allowed) continue;
     if (jumps_++ == 0) {
       first_jump_ =

@@ -49,7 +49,7 @@ class Press : public StopRig {
     ASSERT_TRUE(wait_until(within(300), [&] {
       settle();
       if (HasFatalFailure()) return true;
-      const double at_deg = newest().position_rad[0] * 180.0 / M_PI;
+      const double at_deg = newest().position_q[0] * 180.0 / M_PI;
       try {
         // The first motion after a stop is slow, where the position is unverified.
         arm_->MoveJoints(base_at(at_deg > 0.0 ? at_deg - 3.0 : at_deg + 3.0), 0.0);

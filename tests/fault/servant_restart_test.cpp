@@ -82,10 +82,9 @@ class ServantRestart : public RobotRig {
   [[nodiscard]] double longest_ramp_s(double speed_deg_s) const {
     constexpr double kStopBound = 2.0;
     const JointLimits limits = load_profile(profile_).arm.joints[0];
-    const double speed_rad_s = to_radians(speed_deg_s);
-    const double reached_rad_s2 =
-        std::min(limits.acceleration_rad_s2, std::sqrt(speed_rad_s * limits.jerk_rad_s3));
-    return kStopBound * (speed_rad_s / reached_rad_s2 + reached_rad_s2 / limits.jerk_rad_s3);
+    const double speed_q_s = to_radians(speed_deg_s);
+    const double reached_q_s2 = std::min(limits.acceleration_q_s2, std::sqrt(speed_q_s * limits.jerk_q_s3));
+    return kStopBound * (speed_q_s / reached_q_s2 + reached_q_s2 / limits.jerk_q_s3);
   }
   [[nodiscard]] double joint_deg(CORBA::ULong joint) const {
     Corbot::JointCoord_var joints = arm_->ArtiCoord();

@@ -222,7 +222,7 @@ TEST_F(TwoUsers, AMemberOfTheStopGroupStopsAndSeesIt) {
   const RunResult stopped = stop(kMember, true);
   EXPECT_EQ(stopped.code, 0) << stopped.errors;
   EXPECT_EQ(newest().state, RtState::kStandby);
-  EXPECT_LT(newest().position_rad[0], 1.3) << "on its path";
+  EXPECT_LT(newest().position_q[0], 1.3) << "on its path";
   servant_->signal(SIGCONT);
   const auto end = motion->wait(within(30));
   ASSERT_TRUE(end);

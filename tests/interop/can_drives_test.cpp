@@ -82,11 +82,11 @@ class CanDrives : public RobotRig {
   /// The most that any target may move in one cycle, catching up after a late one: twice the fastest joint's
   /// way in a millisecond, or twice the gripper's.
   [[nodiscard]] std::int64_t largest_step() const {
-    double fastest_rad_s = 0.0;
+    double fastest_q_s = 0.0;
     for (const JointLimits& limits : load_profile(profile_).arm.joints) {
-      fastest_rad_s = std::max(fastest_rad_s, limits.speed_rad_s);
+      fastest_q_s = std::max(fastest_q_s, limits.speed_q_s);
     }
-    const double joints = to_degrees(fastest_rad_s) * kCountsPerDegree;
+    const double joints = to_degrees(fastest_q_s) * kCountsPerDegree;
     const double gripper = (kGripperOpen - kGripperClosed) / 0.5;
     return std::lround(2.0 * std::max(joints, gripper) * 1e-3) + 1;
   }

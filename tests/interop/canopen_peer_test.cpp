@@ -63,8 +63,8 @@ TEST_F(CanopenPeer, IsDrivenByTheBackend) {
   EmergencyStop stop;
   ServoFrame frame;
   frame.servo_count = 3;
-  frame.position_rad[0] = 0.1;
-  frame.position_rad[1] = 0.2;
+  frame.position_q[0] = 0.1;
+  frame.position_q[1] = 0.2;
   rt::BusBackend backend(arm, std::make_unique<rt::Cia402Drives>(settings), {"socketcan", true, false, 0.2},
                          stop);
   ASSERT_NO_THROW(backend.open(frame)) << peer.errors();
@@ -77,7 +77,7 @@ TEST_F(CanopenPeer, IsDrivenByTheBackend) {
       << to_string(backend.drain_log()) << peer.errors();
   EXPECT_TRUE(wait_until(within(30), [&] {
     const ServoFeedback feedback = backend.read();
-    return feedback.measured && std::abs(feedback.position_rad[1] - 0.2) < 1e-9;
+    return feedback.measured && std::abs(feedback.position_q[1] - 0.2) < 1e-9;
   }));
   backend.close();
 }

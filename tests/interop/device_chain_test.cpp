@@ -59,9 +59,9 @@ class DeviceChain : public RobotRig, public ::testing::WithParamInterface<Device
     double worst = 0.0;
     for (std::uint32_t i = 0; i < model_.dof; ++i) {
       const ServoMap& map = model_.servos[i];
-      const double joint_rad = to_radians(joints[i]);
+      const double joint_q = to_radians(joints[i]);
       const double wanted =
-          facts_.takes_joints ? joint_rad : map.zero_us + map.direction * map.us_per_rad * joint_rad;
+          facts_.takes_joints ? joint_q : map.zero_us + map.direction * map.us_per_q * joint_q;
       if (std::isnan(now[i])) return HUGE_VAL;
       worst = std::max(worst, std::abs(now[i] - wanted));
     }

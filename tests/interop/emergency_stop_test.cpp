@@ -36,6 +36,21 @@ class EmergencyStopInput : public SerialRobot, public ::testing::WithParamInterf
     const std::vector<Corbot::AlarmInfo> list = alarms();
     return std::any_of(list.begin(), list.end(), [&](const auto& alarm) { return alarm.code == code; });
   }
+  /// One that came after the first `before`.
+  bool has_new_alarm(std::size_t before, int code) {
+    const std::vector<Corbot::AlarmInfo> list = alarms();
+    return std::any_of(list.begin() + static_cast<std::ptrdiff_t>(std::min(before, list.size())), list.end(),
+                       [&](const auto& alarm) { return alarm.code == code; });
+  }
+  /// Cleared first as often as a machine that stands still makes a controller's answers late.
+  bool moves() {
+    return wait_until(within(60), [&] {
+      const std::string raised = raised_by([&] { arm_->Move(0.20, 0.0, 0.10, 0.0, 1.0); });
+      EXPECT_THAT(raised, ::testing::AnyOf("", "NotReady"));
+      if (!raised.empty()) (void)raised_by([&] { arm_->Clear(); });
+      return raised.empty();
+    });
+  }
   std::string last_alarm() {
     const std::vector<Corbot::AlarmInfo> list = alarms();
     return list.empty() ? "" : std::string(list.back().text);
@@ -160,6 +175,8 @@ TEST_P(EmergencyStopInput, ThatIsNotHeardIsAPress) {
   start();
   ASSERT_TRUE(wait_for(Corbot::Standby)) << rt_->errors();
   for (const char* fault : {"deaf input", "garble input", "half input"}) {
+    ASSERT_TRUE(moves()) << rt_->errors();
+    const std::size_t before = alarms().size();
     std::string raised;
     std::thread caller([&] { raised = raised_by([&] { arm_->Move(0.20, 0.10, 0.10, 0.0, 10.0); }); });
     EXPECT_TRUE(wait_for(Corbot::Waiting));
@@ -167,15 +184,14 @@ TEST_P(EmergencyStopInput, ThatIsNotHeardIsAPress) {
     EXPECT_TRUE(wait_for(Corbot::Error)) << fault << "\n" << rt_->errors();
     caller.join();
     EXPECT_EQ(raised, "NotReady");
-    EXPECT_EQ(alarms().back().code, 130) << fault;
+    EXPECT_TRUE(wait_until(within(20), [&] { return has_new_alarm(before, 130); })) << fault;
     EXPECT_EQ(raised_by([&] { arm_->Clear(); }), "NotReady") << "still not heard";
     controller_->command(fmt::format("{} off", fault));
     ASSERT_TRUE(wait_until(within(20), [&] {
       EXPECT_EQ(arm_->Status(), Corbot::Error) << "until it is cleared";
       return raised_by([&] { arm_->Clear(); }).empty();
     })) << rt_->errors();
-    EXPECT_TRUE(wait_for(Corbot::Standby)) << rt_->errors();
-    EXPECT_EQ(raised_by([&] { arm_->Move(0.20, 0.0, 0.10, 0.0, 1.0); }), "");
+    EXPECT_TRUE(moves()) << rt_->errors();
   }
 }
 

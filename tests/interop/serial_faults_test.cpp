@@ -82,7 +82,7 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
     Pose result;
     for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
       const ServoMap& map = profile_.arm.servos[i];
-      result.position_rad[i] = (pulse_us - map.zero_us) / (map.direction * map.us_per_rad);
+      result.position_q[i] = (pulse_us - map.zero_us) / (map.direction * map.us_per_q);
     }
     const GripperModel& gripper = profile_.arm.gripper;
     result.opening = (pulse_us - gripper.closed_us) / (gripper.open_us - gripper.closed_us);

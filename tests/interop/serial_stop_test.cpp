@@ -46,7 +46,7 @@ class SerialStop : public SerialRobot, public ::testing::WithParamInterface<Cont
   /// Of the base, where the robot reports it.
   [[nodiscard]] double set_point_us() {
     Corbot::JointCoord_var joints = arm_->ArtiCoord();
-    return base_.zero_us + base_.direction * base_.us_per_rad * to_radians(joints[0]);
+    return base_.zero_us + base_.direction * base_.us_per_q * to_radians(joints[0]);
   }
 
   ServoMap base_;
@@ -60,7 +60,7 @@ TEST_P(SerialStop, FollowsTheRampAndGoesNoFurther) {
     const std::size_t before = pulses().size();
     constexpr double kWay_deg = 60.0;
     const double way_deg = is_pressed ? -kWay_deg : kWay_deg;
-    target_us = begin_us + base_.direction * base_.us_per_rad * to_radians(way_deg);
+    target_us = begin_us + base_.direction * base_.us_per_q * to_radians(way_deg);
     std::thread caller([&] { (void)raised_by([&] { arm_->Drive(0, way_deg, 20.0); }); });
     const double sign = target_us > begin_us ? 1.0 : -1.0;
     EXPECT_TRUE(wait_until(within(30), [&] { return sign * (pulses().back() - begin_us) > 50.0; }));

@@ -37,7 +37,7 @@ TEST_F(SlowAdapter, IsReportedAndTheArmIsSlowed) {
   constexpr double kWay_deg = 60.0;
   constexpr double kSpeed_percent = 50.0;
   const double speed_deg_s =
-      to_degrees(load_profile(profile_).arm.joints[0].speed_rad_s) * kSpeed_percent / 100.0;
+      to_degrees(load_profile(profile_).arm.joints[0].speed_q_s) * kSpeed_percent / 100.0;
   const auto begin = std::chrono::steady_clock::now();
   EXPECT_EQ(raised_by([&] { arm_->Drive(0, kWay_deg, kSpeed_percent); }), "");
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;

@@ -30,7 +30,7 @@ std::optional<std::size_t> DeviceLog::axis_of_channel(std::uint32_t channel) con
 double DeviceLog::degrees(std::size_t axis, double pulse_us) const {
   if (axis == kGripper) return pulse_us / kServo_us_per_degree;
   const ServoMap& servo = arm_.servos[axis];
-  return to_degrees((pulse_us - servo.zero_us) * servo.direction / servo.us_per_rad);
+  return to_degrees((pulse_us - servo.zero_us) * servo.direction / servo.us_per_q);
 }
 
 void DeviceLog::read(const std::string& line) {

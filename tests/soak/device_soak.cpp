@@ -65,7 +65,7 @@ class DeviceSoak {
     const DeviceLog log = rig_.log(profile_.arm);
     DeviceEvidence evidence{base, log, track_, faults_, profile_.stop.ramp_s, {}};
     for (const FollowingLimits& limits : profile_.following)
-      evidence.goal_deg.push_back(to_degrees(limits.goal_rad));
+      evidence.goal_deg.push_back(to_degrees(limits.goal_q));
     Verdict found = judge_devices(evidence);
     fmt::print("  {} set-points, {} states of the device, {} motions, {} to their end, {} times in Error\n",
                track_.ticks().size(), log.size(), found.motions, found.whole_motions,

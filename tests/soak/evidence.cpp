@@ -51,8 +51,8 @@ double stop_bound_s(const ArmModel& arm) {
   double bound_s = rt::Governor::kArcStopBound * std::max(path_s, pitch_s);
   for (std::size_t i = 0; i < arm.dof; ++i) {
     const JointLimits& limits = arm.joints[i];
-    bound_s = std::max(bound_s, rt::Governor::kStopBound * (limits.speed_rad_s / limits.acceleration_rad_s2 +
-                                                            limits.acceleration_rad_s2 / limits.jerk_rad_s3));
+    bound_s = std::max(bound_s, rt::Governor::kStopBound * (limits.speed_q_s / limits.acceleration_q_s2 +
+                                                            limits.acceleration_q_s2 / limits.jerk_q_s3));
   }
   return bound_s;
 }

@@ -87,7 +87,7 @@ class RunningCycle {
     constexpr std::int64_t kGapPeriods = 5;
     const bool is_free = (rig_.snapshot.flags & kSnapshotPowerOff) != 0;
     std::array<double, 4> theta_deg{};
-    for (std::size_t i = 0; i < 4; ++i) theta_deg[i] = rig_.snapshot.position_rad[i] * 180.0 / M_PI;
+    for (std::size_t i = 0; i < 4; ++i) theta_deg[i] = rig_.snapshot.position_q[i] * 180.0 / M_PI;
     const bool was_gap = rig_.snapshot.time_ns - before_ns > kGapPeriods * rig_.arm.period_ns;
     if (is_free || was_gap) {
       limits_.rest(theta_deg, rig_.snapshot.tcp_m);

@@ -88,8 +88,8 @@ void Recording::check(const Cycle& row) {
   const double period_s = static_cast<double>(arm_.period_ns) * 1e-9;
   for (std::size_t i = 0; i < arm_.dof; ++i) {
     const JointLimits& limits = arm_.joints[i];
-    const double lower_deg = to_degrees(limits.lower_rad) - kRounding_deg;
-    const double upper_deg = to_degrees(limits.upper_rad) + kRounding_deg;
+    const double lower_deg = to_degrees(limits.lower_q) - kRounding_deg;
+    const double upper_deg = to_degrees(limits.upper_q) + kRounding_deg;
     if (!(row.theta_deg[i] >= lower_deg && row.theta_deg[i] <= upper_deg))
       fault(row, fmt::format("joint {} at {} degrees, allowed {} to {}", i, row.theta_deg[i], lower_deg,
                              upper_deg));
@@ -98,7 +98,7 @@ void Recording::check(const Cycle& row) {
     const double cycles = static_cast<double>(row.cycle - last_.cycle);
     const double step_deg = std::abs(row.theta_deg[i] - last_.theta_deg[i]);
     const double allowed_deg =
-        to_degrees(limits.speed_rad_s) * period_s * cycles * (1.0 + 1e-6) + kRounding_deg;
+        to_degrees(limits.speed_q_s) * period_s * cycles * (1.0 + 1e-6) + kRounding_deg;
     if (step_deg > allowed_deg)
       fault(row,
             fmt::format("joint {} by {} degrees in {} cycles, allowed {}", i, step_deg, cycles, allowed_deg));

@@ -73,8 +73,8 @@ void TickLimits::measure(std::uint64_t cycle, Peaks& peaks) const noexcept {
       const double rounding_deg = kRoundings[order - 1] * kAngleDigit_deg;
       return (std::abs(difference(theta_deg_, order, i)) - rounding_deg) / unit / to_degrees(limit);
     };
-    if (known_ >= 3) raise(peaks.joint_acceleration, share(2, limits.acceleration_rad_s2), cycle, i);
-    if (known_ >= 4) raise(peaks.joint_jerk, share(3, limits.jerk_rad_s3), cycle, i);
+    if (known_ >= 3) raise(peaks.joint_acceleration, share(2, limits.acceleration_q_s2), cycle, i);
+    if (known_ >= 4) raise(peaks.joint_jerk, share(3, limits.jerk_q_s3), cycle, i);
   }
 }
 

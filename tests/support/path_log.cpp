@@ -37,9 +37,9 @@ double distance_m(const Point& p, const Point& a, const Point& b) {
   return distance_m(p, nearest);
 }
 
-double half_a_unit_rad(const ArmModel& arm, const DeviceFacts& facts, std::size_t joint) {
+double half_a_unit_q(const ArmModel& arm, const DeviceFacts& facts, std::size_t joint) {
   // A hundredth of a microsecond is lost in a record of pulses.
-  return facts.takes_joints ? 0.5 * facts.unit : (0.5 * facts.unit + 0.006) / arm.servos[joint].us_per_rad;
+  return facts.takes_joints ? 0.5 * facts.unit : (0.5 * facts.unit + 0.006) / arm.servos[joint].us_per_q;
 }
 
 /// The furthest that half a unit at every joint can move the TCP.
@@ -48,7 +48,7 @@ double quantisation_m(const ArmModel& arm, const DeviceFacts& facts, const Joint
   double sum_m = 0.0;
   for (std::size_t i = 0; i < arm.dof; ++i) {
     Joints beside = at;
-    beside[i] += half_a_unit_rad(arm, facts, i);
+    beside[i] += half_a_unit_q(arm, facts, i);
     sum_m += distance_m(middle, forward(arm.geometry, beside).position_m);
   }
   return sum_m;
@@ -125,7 +125,7 @@ class Lateness {
 double joint_of(const ArmModel& arm, const DeviceFacts& facts, const Output& output) {
   if (facts.takes_joints) return output.value;
   const ServoMap& map = arm.servos[output.servo];
-  return (output.value - map.zero_us) / (map.direction * map.us_per_rad);
+  return (output.value - map.zero_us) / (map.direction * map.us_per_q);
 }
 
 }  // namespace

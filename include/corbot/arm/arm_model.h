@@ -13,13 +13,14 @@ namespace corbot {
 /// What the paper calls RobotType; the order is that of Corbot::RobotKind in robot.idl.
 enum class ArmKind : std::uint32_t { kAnthropomorphic, kCartesian, kCylindrical, kPolar, kScara, kOther };
 
-/// The bounds of one joint. Angles in radians; all limits but the range are magnitudes and positive.
+/// The bounds of one joint. Radians where it turns, metres where it slides; all limits but the range
+/// are magnitudes and positive.
 struct JointLimits {
-  double lower_rad{};
-  double upper_rad{};
-  double speed_rad_s{};
-  double acceleration_rad_s2{};
-  double jerk_rad_s3{};
+  double lower_q{};
+  double upper_q{};
+  double speed_q_s{};
+  double acceleration_q_s2{};
+  double jerk_q_s3{};
 };
 
 /// The bounds of the tool centre point's motion on a line or an arc, at Speed(100).
@@ -32,11 +33,11 @@ struct PathLimits {
   double rotation_jerk_rad_s3{};
 };
 
-/// How one servo follows one joint: pulse = zero + direction · us_per_rad · angle, then bounded.
+/// How one servo follows one joint: pulse = zero + direction · us_per_q · q, then bounded.
 struct ServoMap {
   std::uint32_t channel{};
-  double zero_us{};       ///< pulse width at joint angle 0
-  double us_per_rad{};    ///< scale, positive
+  double zero_us{};       ///< pulse width at joint value 0
+  double us_per_q{};      ///< scale per rad or m, positive
   double direction{1.0};  ///< +1 or −1
   double pulse_min_us{};
   double pulse_max_us{};

@@ -17,7 +17,8 @@ inline constexpr std::size_t kMaxServos = 8;
 enum class JointKind : std::uint32_t { kRotary, kPrismatic };
 
 /// One value a joint; entries at and beyond the arm's degrees of freedom are zero.
-/// Unit by name of the variable: `_rad`, `_rad_s`, …; `_q` where a joint may be of either kind: rad or m.
+/// Unit by name of the variable: `_q`, `_q_s`, … are rad, rad/s, … of a joint that turns and m, m/s, … of one
+/// that slides.
 using Joints = std::array<double, kMaxJoints>;
 
 }  // namespace corbot

@@ -24,15 +24,15 @@ struct ServoFrame {
   bool power_off{};
   std::array<double, kMaxServos> pulse_us{};  ///< bounded by the servo map
   std::array<std::uint32_t, kMaxServos> channel{};
-  Joints position_rad{};
+  Joints position_q{};
 };
 
-/// What a device says of the joints; position_rad is valid where `measured` or `commanded`.
+/// What a device says of the joints; position_q is valid where `measured` or `commanded`.
 struct ServoFeedback {
   bool measured{false};    ///< by encoders
   bool commanded{false};   ///< the pulses that it sends, which say nothing about the shafts
   std::int64_t time_ns{};  ///< CLOCK_MONOTONIC, when it was said
-  Joints position_rad{};
+  Joints position_q{};
   double opening{-1.0};  ///< of the gripper, 0 … 1; negative: not reported
 };
 
@@ -44,7 +44,7 @@ struct DevicePosition {
     kMeasured,   ///< by encoders
   };
   Kind kind{Kind::kUnknown};
-  Joints position_rad{};
+  Joints position_q{};
   double opening{};  ///< of the gripper, 0 … 1; negative: not reported
 };
 

@@ -51,14 +51,14 @@ namespace detail {
 }
 
 struct OutOfRange {
-  std::int32_t joint;  ///< −1: the gripper's opening, 0 … 1, in place of radians
-  double position_rad;
-  double lower_rad;
-  double upper_rad;
+  std::int32_t joint;  ///< −1: the gripper's opening, 0 … 1, in place of rad or m
+  double position_q;
+  double lower_q;
+  double upper_q;
 };
 [[nodiscard]] constexpr AlarmEvent set_point_out_of_range(const OutOfRange& what) noexcept {
-  return detail::event(AlarmCode::kSetPointOutOfRange, what.joint, what.position_rad, what.lower_rad,
-                       what.upper_rad);
+  return detail::event(AlarmCode::kSetPointOutOfRange, what.joint, what.position_q, what.lower_q,
+                       what.upper_q);
 }
 /// Of set_point_out_of_range() and joint_beyond_range().
 [[nodiscard]] constexpr OutOfRange out_of_range(const AlarmEvent& event) noexcept {
@@ -67,12 +67,12 @@ struct OutOfRange {
 
 struct Discontinuity {
   std::int32_t joint;
-  double step_rad;     ///< of one cycle, signed
-  double allowed_rad;  ///< either way
+  double step_q;     ///< of one cycle, signed
+  double allowed_q;  ///< either way
 };
 [[nodiscard]] constexpr AlarmEvent set_point_discontinuous(const Discontinuity& what) noexcept {
-  return detail::event(AlarmCode::kSetPointDiscontinuous, what.joint, what.step_rad, -what.allowed_rad,
-                       what.allowed_rad);
+  return detail::event(AlarmCode::kSetPointDiscontinuous, what.joint, what.step_q, -what.allowed_q,
+                       what.allowed_q);
 }
 [[nodiscard]] constexpr Discontinuity discontinuity(const AlarmEvent& event) noexcept {
   return {event.joint, event.value, event.upper};
@@ -80,8 +80,7 @@ struct Discontinuity {
 
 /// A Clear was refused: set-points begin in the range, and this joint is outside it.
 [[nodiscard]] constexpr AlarmEvent joint_beyond_range(const OutOfRange& what) noexcept {
-  return detail::event(AlarmCode::kJointBeyondRange, what.joint, what.position_rad, what.lower_rad,
-                       what.upper_rad);
+  return detail::event(AlarmCode::kJointBeyondRange, what.joint, what.position_q, what.lower_q, what.upper_q);
 }
 
 /// Where on its path a motion has no inverse, in virtual time.
@@ -98,16 +97,14 @@ struct KinematicsFailure {
 
 struct JointDeviation {
   std::int32_t joint;
-  double error_rad;    ///< set-point - measured
-  double allowed_rad;  ///< either way
+  double error_q;    ///< set-point - measured
+  double allowed_q;  ///< either way
 };
 [[nodiscard]] constexpr AlarmEvent following_error(const JointDeviation& what) noexcept {
-  return detail::event(AlarmCode::kFollowingError, what.joint, what.error_rad, -what.allowed_rad,
-                       what.allowed_rad);
+  return detail::event(AlarmCode::kFollowingError, what.joint, what.error_q, -what.allowed_q, what.allowed_q);
 }
 [[nodiscard]] constexpr AlarmEvent goal_not_reached(const JointDeviation& what) noexcept {
-  return detail::event(AlarmCode::kGoalNotReached, what.joint, what.error_rad, -what.allowed_rad,
-                       what.allowed_rad);
+  return detail::event(AlarmCode::kGoalNotReached, what.joint, what.error_q, -what.allowed_q, what.allowed_q);
 }
 /// Of following_error() and goal_not_reached().
 [[nodiscard]] constexpr JointDeviation joint_deviation(const AlarmEvent& event) noexcept {

@@ -35,8 +35,8 @@ class Fnv1a {
   for (const double value : {geometry.l0_m, geometry.l1_m, geometry.l2_m, geometry.l3_m}) hash.add(value);
   for (const double value : geometry.offset_rad) hash.add(value);
   for (const JointLimits& joint : model.joints) {
-    for (const double value : {joint.lower_rad, joint.upper_rad, joint.speed_rad_s, joint.acceleration_rad_s2,
-                               joint.jerk_rad_s3}) {
+    for (const double value :
+         {joint.lower_q, joint.upper_q, joint.speed_q_s, joint.acceleration_q_s2, joint.jerk_q_s3}) {
       hash.add(value);
     }
   }

@@ -18,7 +18,7 @@ enum class Verdict : std::uint32_t {
   kStopped = 2,        ///< a Stop or a Cancel came while it ran, or removed it from the ring
   kFault = 3,          ///< the robot went into Error while it ran or waited
   kMalformed = 4,      ///< a field was not finite, out of range, or of unknown kind
-  kDiscontinuous = 5,  ///< start_rad is not where the arm rests
+  kDiscontinuous = 5,  ///< start_q is not where the arm rests
   kLimit = 6,          ///< a law or a target breaks a limit of the arm
   kLost = 7,           ///< was handed to an earlier real-time task
   kOrphaned = 8,       ///< no servant responded: stopped on the path, or not begun
@@ -85,9 +85,9 @@ struct Snapshot {
   double virtual_rate;          ///< d(virtual time)/d(time), 0 … 1
   double override_ratio;        ///< target of the rate when neither paused nor stopping
   double gripper;               ///< opening set-point, 0 … 1
-  Joints position_rad;          ///< set-point
-  Joints velocity_rad_s;        ///< set-point's difference quotient over the cycle
-  Joints measured_rad;          ///< from the device, where it can read
+  Joints position_q;            ///< set-point
+  Joints velocity_q_s;          ///< set-point's difference quotient over the cycle
+  Joints measured_q;            ///< from the device, where it can read
   std::array<double, 3> tcp_m;  ///< forward kinematics of the set-point, base frame
   double yaw_rad;
   double pitch_rad;
@@ -100,8 +100,8 @@ struct Snapshot {
   std::uint64_t device_frames;         ///< that the device has taken
   std::int64_t device_age_ns;          ///< of the newest of them when the device had taken it
   std::int64_t device_age_max_ns;      ///< the longest since the device was opened
-  std::int64_t measured_time_ns;       ///< CLOCK_MONOTONIC of measured_rad; 0: none
-  std::uint64_t position_fingerprint;  ///< of what position_rad means to the servos, see src/state
+  std::int64_t measured_time_ns;       ///< CLOCK_MONOTONIC of measured_q; 0: none
+  std::uint64_t position_fingerprint;  ///< of what position_q means to the servos, see src/state
   std::uint64_t waiting_id;            ///< command that is taken from the ring and not begun, 0 = none
   std::uint64_t cancels_done;          ///< count of the last CancelRequest that is in force
   double command_duration_s;           ///< of the running command, in virtual time; 0 where none runs
@@ -116,7 +116,7 @@ inline constexpr std::uint32_t kSnapshotMeasured = 1u;
 inline constexpr std::uint32_t kSnapshotUnverified = 2u;
 /// A StopAndHold is in force, or is being carried out.
 inline constexpr std::uint32_t kSnapshotHeld = 4u;
-/// The servos have no energy until a Clear. position_rad follows what the device says of the joints, where it does.
+/// The servos have no energy until a Clear. position_q follows what the device says of the joints, where it does.
 inline constexpr std::uint32_t kSnapshotPowerOff = 8u;
 /// A fault is slowing the arm down; the state is Error already.
 inline constexpr std::uint32_t kSnapshotFaultStop = 16u;

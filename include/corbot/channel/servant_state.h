@@ -61,7 +61,7 @@ struct TicketRecord {
   double second_from_s;       ///< when the second command begins, within duration_s
   std::uint64_t incarnation;  ///< of the real-time task that it was handed to
   std::uint64_t epoch;        ///< number of stops when its call came
-  Joints end_rad;             ///< where the arm rests when it is done
+  Joints end_q;               ///< where the arm rests when it is done
   double end_gripper;         ///< 0 ... 1
   /// RingSlots::published() once it is handed over; 0: it was, by a former servant.
   std::uint64_t handed_until;

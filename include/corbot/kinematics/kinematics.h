@@ -28,7 +28,7 @@ struct ToolPose {
 
 struct IkResult {
   IkStatus status{IkStatus::kNotFinite};
-  Joints position_rad{};      ///< all zero unless status is kOk
+  Joints position_q{};        ///< all zero unless status is kOk
   double wrist_distance_m{};  ///< P: shoulder to wrist, as the target asks
   double min_m{};             ///< |L1 − L2|
   double max_m{};             ///< L1 + L2
@@ -42,10 +42,10 @@ inline constexpr double kBorderTolerance = 2.5e-13;
 /// Nearer to the base axis than this, θ0 is free and the hint is kept.
 inline constexpr double kAxisTolerance_m = 1e-13;
 
-/// A joint angle from inverse kinematics may miss its range by this much: next to the stretched or the folded
+/// A joint value from inverse kinematics may miss its range by this much: next to the stretched or the folded
 /// arm half of the digits go, so that 1e-16 m of rounding becomes 1e-8 rad. 1e-7 rad is a thousandth of a
 /// servo's step.
-inline constexpr double kRangeTolerance_rad = 1e-7;
+inline constexpr double kRangeTolerance_q = 1e-7;
 
 [[nodiscard]] constexpr bool is_backward(Branch branch) noexcept {
   return (static_cast<std::uint32_t>(branch) & 2u) != 0;
@@ -139,15 +139,15 @@ struct Inclinations {
   const double a = p > 0.0 ? std::atan2(h, u) + offset : std::numbers::pi / 2.0;
 
   result.status = IkStatus::kOk;
-  result.position_rad[0] =
+  result.position_q[0] =
       rho > kAxisTolerance_m
           ? wrap_angle(std::atan2(facing * position_m[1], facing * position_m[0]) - arm.offset_rad[0])
           : theta0_hint_rad;
-  result.position_rad[1] = wrap_angle(a - arm.offset_rad[1]);
+  result.position_q[1] = wrap_angle(a - arm.offset_rad[1]);
   const double theta2 = elbow - arm.offset_rad[2];
   // A folded arm keeps the sign of its branch: −π stays −π.
-  result.position_rad[2] = std::abs(theta2) <= std::numbers::pi ? theta2 : wrap_angle(theta2);
-  result.position_rad[3] = wrap_angle(pitch_rad - a + elbow - arm.offset_rad[3]);  // (9)
+  result.position_q[2] = std::abs(theta2) <= std::numbers::pi ? theta2 : wrap_angle(theta2);
+  result.position_q[3] = wrap_angle(pitch_rad - a + elbow - arm.offset_rad[3]);  // (9)
   return result;
 }
 

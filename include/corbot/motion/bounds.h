@@ -16,10 +16,10 @@ static_assert(kLongestCommand_s >= kLongestPlan_s);
 /// Coordinates beyond this, along each axis, are taken for a mistake of unit, not for a target.
 inline constexpr double kFarthestCoordinate_m = 1000.0;
 
-/// A command must begin where the arm rests, within this (radians, or part of the gripper's opening).
+/// A command must begin where the arm rests, within this (rad or m, or part of the gripper's opening).
 inline constexpr double kStartTolerance = 1e-6;
 /// The planner refuses a line or an arc whose first point misses the arm's joints by more.
-inline constexpr double kPlannedStartTolerance_rad = kStartTolerance / 2.0;
+inline constexpr double kPlannedStartTolerance_q = kStartTolerance / 2.0;
 
 /// Until the first motion from an unverified position is done, motions run at this rate at the most.
 inline constexpr double kFirstMotionOverride = 0.1;

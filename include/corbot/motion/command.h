@@ -16,7 +16,7 @@ enum class MotionKind : std::uint32_t { kJoint = 1, kLine = 2, kArc = 3, kDwell 
 
 /// Joint-space motion: every joint has a law of its own, all of the same duration.
 struct JointMotion {
-  std::array<TimeLaw, kMaxJoints> law;  ///< distance in radians; joints beyond the arm's are all zero
+  std::array<TimeLaw, kMaxJoints> law;  ///< distance in rad or m; joints beyond the arm's are all zero
 };
 
 /// Straight line of the TCP, base frame. The law runs the path parameter from 0 to 1.
@@ -63,8 +63,8 @@ struct Command {
   /// Of the real-time task that it was planned for, the low 32 bits: no other task carries it out.
   std::uint32_t incarnation;
   double duration_s;  ///< at override 100 %
-  Joints start_rad;   ///< must equal the set-point at which the arm rests when the command begins
-  Joints end_rad;     ///< where the arm rests afterwards
+  Joints start_q;     ///< must equal the set-point at which the arm rests when the command begins
+  Joints end_q;       ///< where the arm rests afterwards
   union {
     JointMotion joint;
     LineMotion line;

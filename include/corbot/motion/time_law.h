@@ -10,7 +10,7 @@ namespace corbot {
 /// t_jerk, t_acc, t_jerk, t_cruise, t_jerk, t_acc, t_jerk seconds. The jerk follows from the distance, so no
 /// two fields can contradict each other:
 ///     distance = j · t_jerk · (t_jerk + t_acc) · (2 t_jerk + t_acc + t_cruise).
-/// The unit of `distance` is the caller's (radians, or 1 for a path parameter that runs from 0 to 1).
+/// The unit of `distance` is the caller's (rad or m, or 1 for a path parameter that runs from 0 to 1).
 struct TimeLaw {
   double distance{};    ///< signed
   double t_jerk_s{};    ///< each of the four jerk segments, ≥ 0

@@ -15,20 +15,20 @@
 namespace corbot::rt {
 namespace {
 
-/// Of an approach in joint angles; no joint faster than its profile allows.
+/// Of an approach in joint values; no joint faster than its profile allows.
 constexpr double kApproach_rad_per_s = 0.5;
 
-/// Angles that differ by less are the same.
-constexpr double kSame_rad = 1e-6;
+/// Joint values that differ by less are the same.
+constexpr double kSame_q = 1e-6;
 
 std::string degrees_text(double rad) { return tenths(to_degrees(rad)); }
 
-double ramp_rad_per_s(const JointLimits& joint) {
-  return joint.speed_rad_s > 0.0 ? std::min(kApproach_rad_per_s, joint.speed_rad_s) : kApproach_rad_per_s;
+double ramp_q_per_s(const JointLimits& joint) {
+  return joint.speed_q_s > 0.0 ? std::min(kApproach_rad_per_s, joint.speed_q_s) : kApproach_rad_per_s;
 }
 
 bool is_same_place(const ServoFrame& a, const ServoFrame& b) {
-  return a.pulse_us == b.pulse_us && a.position_rad == b.position_rad && a.servo_count == b.servo_count;
+  return a.pulse_us == b.pulse_us && a.position_q == b.position_q && a.servo_count == b.servo_count;
 }
 
 /// All coordinates of a way in small steps, each by itself.
@@ -62,8 +62,8 @@ class Ramps {
     for (std::size_t i = 0; i < std::min(servos, kMaxServos); ++i)
       all &= step(pulses_[i], &ServoFrame::pulse_us, i, pulse_limits(arm_, i));
     for (std::size_t i = 0; i < arm_.dof; ++i) {
-      const ApproachLimits limits{ramp_rad_per_s(arm_.joints[i]), arm_.joints[i].acceleration_rad_s2};
-      all &= step(joints_[i], &ServoFrame::position_rad, i, limits);
+      const ApproachLimits limits{ramp_q_per_s(arm_.joints[i]), arm_.joints[i].acceleration_q_s2};
+      all &= step(joints_[i], &ServoFrame::position_q, i, limits);
     }
     return all;
   }
@@ -138,7 +138,7 @@ Approach::Outcome Approach::hold_until_followed(const ServoFrame& from, const Bu
     if (!is_beyond_range(reading) && begins_at(from, frame)) return Outcome::kThere;
     report_(reading);
     frame.pulse_us = from.pulse_us;
-    frame.position_rad = from.position_rad;
+    frame.position_q = from.position_q;
     sender_.send_on_the_way(frame, false);
     (void)device_.measure(frame);  // throws where a drive has failed
     due = std::max(due + std::chrono::nanoseconds(device_.period_ns()), Clock::now());
@@ -150,8 +150,8 @@ Approach::Outcome Approach::hold_until_followed(const ServoFrame& from, const Bu
 bool Approach::is_beyond_range(const BusReading& reading) const {
   for (std::size_t i = 0; reading.unit == BusReading::Unit::kJoints && i < arm_.dof; ++i) {
     const JointLimits& joint = arm_.joints[i];
-    const double there_rad = std::clamp(reading.value[i], joint.lower_rad, joint.upper_rad);
-    if (!(std::abs(reading.value[i] - there_rad) <= kNearRangeMeasured_rad + kSame_rad)) return true;
+    const double there_q = std::clamp(reading.value[i], joint.lower_q, joint.upper_q);
+    if (!(std::abs(reading.value[i] - there_q) <= kNearRangeMeasured_rad + kSame_q)) return true;
   }
   return false;
 }
@@ -159,8 +159,8 @@ bool Approach::is_beyond_range(const BusReading& reading) const {
 bool Approach::begins_at(const ServoFrame& from, const ServoFrame& newest) const {
   for (std::size_t i = 0; i < arm_.dof; ++i) {
     const JointLimits& joint = arm_.joints[i];
-    const double there_rad = std::clamp(from.position_rad[i], joint.lower_rad, joint.upper_rad);
-    if (!(std::abs(newest.position_rad[i] - there_rad) <= kSame_rad)) return false;
+    const double there_q = std::clamp(from.position_q[i], joint.lower_q, joint.upper_q);
+    if (!(std::abs(newest.position_q[i] - there_q) <= kSame_q)) return false;
   }
   return true;
 }
@@ -170,7 +170,7 @@ void Approach::begin_at(const BusReading& reading, ServoFrame& from) const {
     if (is_pulse(reading.value[i])) from.pulse_us[i] = reading.value[i];
   }
   for (std::size_t i = 0; reading.unit == BusReading::Unit::kJoints && i < arm_.dof; ++i) {
-    from.position_rad[i] = reading.value[i];
+    from.position_q[i] = reading.value[i];
   }
   if (reading.gripper_us && arm_.dof < kMaxServos) from.pulse_us[arm_.dof] = *reading.gripper_us;
 }
@@ -249,7 +249,7 @@ Approach::Outcome Approach::ramp_to_newest(ServoFrame at, const std::optional<Bu
     if (is_stopping && ramps.rest()) return Outcome::kStopped;
     const bool rests = is_stopping ? ramps.halt(at) : ramps.step(at, target);
     target.pulse_us = at.pulse_us;
-    target.position_rad = at.position_rad;
+    target.position_q = at.position_q;
     if (rests && !is_stopping) {
       sender_.send(target);
       return Outcome::kThere;

@@ -14,7 +14,7 @@ inline constexpr double kApproach_us_per_s = 400.0;
 /// Of a gripper on the way: at that speed after a tenth of a second.
 inline constexpr double kGripper_us_per_s2 = 4000.0;
 
-/// What one coordinate of an approach may: in us or rad. An acceleration of 0 is none that is known: at once.
+/// What one coordinate of an approach may: in us, or in rad or m. An acceleration of 0 is none that is known: at once.
 struct ApproachLimits {
   double speed{};
   double acceleration{};
@@ -23,7 +23,7 @@ struct ApproachLimits {
 /// Of a servo's pulse, in the order of a frame.
 [[nodiscard]] inline ApproachLimits pulse_limits(const ArmModel& arm, std::size_t servo) noexcept {
   if (servo >= arm.dof) return {kApproach_us_per_s, kGripper_us_per_s2};
-  return {kApproach_us_per_s, arm.joints[servo].acceleration_rad_s2 * arm.servos[servo].us_per_rad};
+  return {kApproach_us_per_s, arm.joints[servo].acceleration_q_s2 * arm.servos[servo].us_per_q};
 }
 
 /// One coordinate of an approach: its speed rises and falls within its limits. Real-time safe.

@@ -12,12 +12,12 @@
 namespace corbot::rt {
 
 /// Servo positions as a device reports them, in the order of the frame: as pulses, or, from a drive with an
-/// encoder, as joint angles.
+/// encoder, as joint values.
 struct BusReading {
   enum class Unit { kNothing, kPulses, kJoints };
   Unit unit{Unit::kNothing};
-  std::array<double, kMaxServos> value{};  ///< us, or rad
-  std::optional<double> gripper_us{};      ///< beside joint angles: the gripper, as a pulse
+  std::array<double, kMaxServos> value{};  ///< us, or rad or m
+  std::optional<double> gripper_us{};      ///< beside joint values: the gripper, as a pulse
   double step_us{0.0};                     ///< of pulses: the device tells no smaller differences
 };
 

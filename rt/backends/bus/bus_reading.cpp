@@ -13,15 +13,15 @@ bool are_pulses(const BusReading& reading, std::size_t servos) {
                      is_pulse);
 }
 
-Joints angles_of(const ArmModel& arm, const BusReading& reading) {
-  Joints position_rad{};
+Joints joints_of(const ArmModel& arm, const BusReading& reading) {
+  Joints position_q{};
   for (std::size_t i = 0; i < arm.dof; ++i) {
     const ServoMap& map = arm.servos[i];
-    position_rad[i] = reading.unit == BusReading::Unit::kJoints
-                          ? reading.value[i]
-                          : (reading.value[i] - map.zero_us) / (map.direction * map.us_per_rad);
+    position_q[i] = reading.unit == BusReading::Unit::kJoints
+                        ? reading.value[i]
+                        : (reading.value[i] - map.zero_us) / (map.direction * map.us_per_q);
   }
-  return position_rad;
+  return position_q;
 }
 
 double opening_of(const ArmModel& arm, double pulse_us) {
@@ -43,7 +43,7 @@ DevicePosition position_of(const ArmModel& arm, const BusReading& reading, bool 
   DevicePosition position;
   position.opening = -1.0;
   if (reading.unit == BusReading::Unit::kNothing) return position;
-  position.position_rad = angles_of(arm, reading);
+  position.position_q = joints_of(arm, reading);
   if (reading.unit == BusReading::Unit::kJoints) {
     position.kind = DevicePosition::Kind::kMeasured;
     if (reading.gripper_us) position.opening = opening_of(arm, *reading.gripper_us);
@@ -60,7 +60,7 @@ ServoFeedback feedback_of(const ArmModel& arm, const BusReading& reading, std::i
   feedback.measured = reading.unit == BusReading::Unit::kJoints;
   feedback.commanded = are_pulses(reading, arm.dof);
   feedback.time_ns = time_ns;
-  if (feedback.measured || feedback.commanded) feedback.position_rad = angles_of(arm, reading);
+  if (feedback.measured || feedback.commanded) feedback.position_q = joints_of(arm, reading);
   if (feedback.measured && reading.gripper_us) feedback.opening = opening_of(arm, *reading.gripper_us);
   if (feedback.commanded && is_pulse(reading.value[arm.dof]))
     feedback.opening = opening_of(arm, reading.value[arm.dof]);

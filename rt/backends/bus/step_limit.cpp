@@ -28,12 +28,12 @@ bool limit_step(const ArmModel& arm, const ServoFrame& last, double period_s, do
   // All joints the same share of their ways: the arm stays on its path, but for the chord.
   double share = 1.0;
   for (std::size_t i = 0; i < arm.dof; ++i) {
-    const double way = next.position_rad[i] - last.position_rad[i];
-    share = std::min(share, share_of(way, factor * arm.joints[i].speed_rad_s * time_s));
+    const double way = next.position_q[i] - last.position_q[i];
+    share = std::min(share, share_of(way, factor * arm.joints[i].speed_q_s * time_s));
   }
   if (share < 1.0) {
     for (std::size_t i = 0; i < arm.dof; ++i) {
-      next.position_rad[i] = std::lerp(last.position_rad[i], next.position_rad[i], share);
+      next.position_q[i] = std::lerp(last.position_q[i], next.position_q[i], share);
       next.pulse_us[i] = std::lerp(last.pulse_us[i], next.pulse_us[i], share);
     }
   }

@@ -76,9 +76,9 @@ bool DriveHoming::energise(const std::function<bool()>& is_stopped) {
   return true;
 }
 
-double DriveHoming::angle_rad(std::size_t joint) const {
+double DriveHoming::position_q(std::size_t joint) const {
   const JointDrive& drive = settings_.joints.at(joint);
-  return (count(joint) - drive.zero_count) / (drive.direction * drive.counts_per_rad);
+  return (count(joint) - drive.zero_count) / (drive.direction * drive.counts_per_q);
 }
 
 void DriveHoming::exchange(std::size_t joint, std::uint16_t word) {

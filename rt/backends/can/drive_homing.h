@@ -25,11 +25,11 @@ class DriveHoming {
   [[nodiscard]] bool energise(const std::function<bool()>& is_stopped);
   /// False: `goes_on`, which is asked every cycle, was false; the drive has been halted, or has not begun.
   [[nodiscard]] bool home(std::size_t joint, const std::function<bool()>& goes_on);
-  /// The count at which it stands, and the angle of its joint by the profile.
+  /// The count at which it stands, and where its joint is by the profile.
   [[nodiscard]] std::int32_t count(std::size_t joint) const {
     return bus_.drives().at(joint).process.position;
   }
-  [[nodiscard]] double angle_rad(std::size_t joint) const;
+  [[nodiscard]] double position_q(std::size_t joint) const;
 
   /// A proper end: they go on holding.
   void leave() noexcept { bus_.close(); }

@@ -24,10 +24,10 @@ struct HomingSettings {
   std::int32_t offset;                         ///< 607Ch
 };
 
-/// A joint's drive: count = zero_count + direction * counts_per_rad * angle.
+/// A joint's drive: count = zero_count + direction * counts_per_q * q.
 struct JointDrive {
   std::uint8_t node;
-  double counts_per_rad;
+  double counts_per_q;
   double zero_count;
   double direction;  ///< +1 or -1
   DriveIdentity identity{};

@@ -24,7 +24,7 @@ constexpr double kSagOfGripper = 0.05;
 
 std::vector<double> most_sag(const Cia402Settings& settings) {
   std::vector<double> counts;
-  for (const JointDrive& joint : settings.joints) counts.push_back(kSag_rad * joint.counts_per_rad);
+  for (const JointDrive& joint : settings.joints) counts.push_back(kSag_rad * joint.counts_per_q);
   if (settings.gripper) {
     counts.push_back(kSagOfGripper * std::abs(settings.gripper->open_count - settings.gripper->closed_count));
   }
@@ -143,8 +143,8 @@ std::vector<std::int32_t> Cia402Drives::targets(const ServoFrame& frame) const {
   std::vector<std::int32_t> counts;
   for (const JointDrive& joint : settings_.joints) {
     const std::size_t i = counts.size();
-    counts.push_back(to_counts(
-        joint.zero_count + joint.direction * joint.counts_per_rad * frame.position_rad[i], last(i)));
+    counts.push_back(
+        to_counts(joint.zero_count + joint.direction * joint.counts_per_q * frame.position_q[i], last(i)));
   }
   if (settings_.gripper) {
     const GripperModel& model = settings_.gripper_model;
@@ -160,7 +160,7 @@ BusReading Cia402Drives::reading_of(const std::vector<std::int32_t>& positions) 
   BusReading reading{BusReading::Unit::kJoints, {}, {}};
   for (std::size_t i = 0; i < std::min(settings_.joints.size(), positions.size()); ++i) {
     const JointDrive& joint = settings_.joints[i];
-    reading.value[i] = (positions[i] - joint.zero_count) / (joint.direction * joint.counts_per_rad);
+    reading.value[i] = (positions[i] - joint.zero_count) / (joint.direction * joint.counts_per_q);
   }
   if (settings_.gripper && positions.size() > settings_.joints.size()) {
     const GripperModel& model = settings_.gripper_model;

@@ -106,7 +106,7 @@ ServoFeedback LoopbackBackend::read() noexcept {
     const ServoMap& map = arm_.servos[i];
     const double at_us = feedback.measured ? servos_[i].position_us() : last_us_[i];
     if (feedback.measured || feedback.commanded)
-      feedback.position_rad[i] = (at_us - map.zero_us) / (map.direction * map.us_per_rad);
+      feedback.position_q[i] = (at_us - map.zero_us) / (map.direction * map.us_per_q);
   }
   return feedback;
 }

@@ -68,7 +68,7 @@ void drive(const CalibrateSession::Setting& setting, const CalibrateOptions& opt
   });
   const Closing closing(servos);
   const auto kept = kept_position(options, setting.profile, setting.name);
-  servos.connect(kept ? &kept->position_rad : nullptr, kept ? kept->opening : 0.0);
+  servos.connect(kept ? &kept->position_q : nullptr, kept ? kept->opening : 0.0);
   CalibrateSession session(setting, servos);
   const auto fail_ended = [&] {
     throw Failure(ExitCode::kStopped, "ended by " + on_signal.describe() + session.unwritten_note());

@@ -55,7 +55,7 @@ void check(const Profile& before, const std::string& text, const Calibration& ca
     const ServoMap& map = now.arm.servos[i];
     for (const double angle_deg : calibration.range_deg(i)) {
       const double angle_rad = to_radians(angle_deg);
-      const double pulse_us = map.zero_us + map.direction * map.us_per_rad * angle_rad;
+      const double pulse_us = map.zero_us + map.direction * map.us_per_q * angle_rad;
       if (std::abs(pulse_us - line.pulse_us(angle_deg)) > kTolerance)
         throw std::runtime_error(
             fmt::format("joint {}: the edited text does not have the calibrated values", i));

@@ -65,10 +65,8 @@ Calibration::Calibration(const Profile& profile)
     const JointLimits& limits = profile.arm.joints[i];
     Joint joint;
     joint.name = profile.joint_names[i];
-    joint.line = {map.zero_us, rounded(map.us_per_rad * kRadiansPerDegree, 1e9),
-                  map.direction > 0.0 ? 1 : -1};
-    joint.range_deg = {rounded(to_degrees(limits.lower_rad), 1e9),
-                       rounded(to_degrees(limits.upper_rad), 1e9)};
+    joint.line = {map.zero_us, rounded(map.us_per_q * kRadiansPerDegree, 1e9), map.direction > 0.0 ? 1 : -1};
+    joint.range_deg = {rounded(to_degrees(limits.lower_q), 1e9), rounded(to_degrees(limits.upper_q), 1e9)};
     joint.pulse_range_us = {map.pulse_min_us, map.pulse_max_us};
     joints_.push_back(std::move(joint));
   }

@@ -88,8 +88,8 @@ void print_introduction(const Profile& profile, const std::vector<std::size_t>& 
   for (const std::size_t joint : joints) {
     const CanDrive& drive = profile.backend.socketcan.drives[joint];
     fmt::print("  {} (node {}): method {}, {:g} degrees a second, then {:g}\n", profile.joint_names[joint],
-               drive.node, drive.homing.method, to_degrees(drive.homing.speed_rad_s),
-               to_degrees(drive.homing.creep_rad_s));
+               drive.node, drive.homing.method, to_degrees(drive.homing.speed_q_s),
+               to_degrees(drive.homing.creep_q_s));
   }
   fmt::print(
       "Each moves by itself until it is at its switch, and no limit of the profile holds; all others hold.\n"
@@ -148,7 +148,7 @@ class Homing {
       std::fflush(stdout);
       if (!drives_.home(joint, [this] { return goes_on(); })) end_early(name + " is halted, and not homed");
       fmt::print("{} is homed: count {}, {:.2f} degrees\n", name, drives_.count(joint),
-                 to_degrees(drives_.angle_rad(joint)));
+                 to_degrees(drives_.position_q(joint)));
       std::fflush(stdout);
     }
     leave();

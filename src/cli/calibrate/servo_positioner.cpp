@@ -47,22 +47,22 @@ std::vector<LogLine> ServoPositioner::drain_log() {
   return lines;
 }
 
-void ServoPositioner::connect(const Joints* kept_rad, double kept_opening) {
+void ServoPositioner::connect(const Joints* kept_q, double kept_opening) {
   const DevicePosition device = backend_->connect();
-  Joints position_rad{};
+  Joints position_q{};
   double opening = 0.0;
   origin_ = "SERVO POSITIONS UNKNOWN; angle 0 of the profile is assumed";
   if (device.kind != DevicePosition::Kind::kUnknown) {
-    position_rad = device.position_rad;
+    position_q = device.position_q;
     opening = std::max(device.opening, 0.0);
     origin_ = "servo positions are read from the device";
-  } else if (kept_rad != nullptr) {
-    position_rad = *kept_rad;
+  } else if (kept_q != nullptr) {
+    position_q = *kept_q;
     opening = kept_opening;
     origin_ = "servo positions are the stored ones, where corbot left the arm";
   }
   if (profile_.backend.kind == "loopback") origin_ = "this is the simulator: no real servo is measured";
-  rt::map_to_pulses(profile_.arm, position_rad, opening, frame_);
+  rt::map_to_pulses(profile_.arm, position_q, opening, frame_);
 }
 
 void ServoPositioner::switch_on() {
@@ -115,7 +115,7 @@ void ServoPositioner::send() {
   frame_.time_ns = Clock::now().time_since_epoch().count();
   for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
     const ServoMap& map = profile_.arm.servos[i];
-    frame_.position_rad[i] = (frame_.pulse_us[i] - map.zero_us) / (map.direction * map.us_per_rad);
+    frame_.position_q[i] = (frame_.pulse_us[i] - map.zero_us) / (map.direction * map.us_per_q);
   }
   backend_->write(frame_);
 }

@@ -26,9 +26,9 @@ class ServoPositioner {
   ServoPositioner& operator=(const ServoPositioner&) = delete;
   ~ServoPositioner() { close(); }
 
-  /// Opens the device; no servo gets a pulse yet. `kept_rad`: the stored position, for a
+  /// Opens the device; no servo gets a pulse yet. `kept_q`: the stored position, for a
   /// device that cannot report where its servos are. Throws std::runtime_error.
-  void connect(const Joints* kept_rad, double kept_opening);
+  void connect(const Joints* kept_q, double kept_opening);
   /// Where pulse_us() comes from after connect(), for a person.
   [[nodiscard]] const std::string& origin() const noexcept { return origin_; }
   /// Gives every servo the pulse at which it is assumed to be, and power where that is switched; again after

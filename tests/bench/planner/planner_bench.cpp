@@ -40,9 +40,9 @@ bool bench_lines(std::mt19937_64& random) {
     PlanStart start;
     const bool from_ready = i % 2 == 0;
     if (!from_ready)
-      start.position_rad = {
+      start.position_q = {
           unit(random), 0.7 + 0.5 * unit(random), 1.1 + 0.7 * unit(random), unit(random), 0, 0};
-    auto target = forward(arm.geometry, start.position_rad).position_m;
+    auto target = forward(arm.geometry, start.position_q).position_m;
     for (double& x : target) x += 0.15 * unit(random);
     bool planned = false;
     const double ns = time_round(1, [&](std::size_t) {
@@ -73,8 +73,8 @@ int main() {
   for (std::size_t n = 0; n < kCases; ++n) {
     const double scale = n % 2 == 0 ? 1.0 : std::pow(10.0, exponent(random));
     for (std::size_t i = 0; i < 4; ++i) {
-      cases[n].start.position_rad[i] = angle(random);
-      const double goal = cases[n].start.position_rad[i] + scale * angle(random);
+      cases[n].start.position_q[i] = angle(random);
+      const double goal = cases[n].start.position_q[i] + scale * angle(random);
       cases[n].target[i] = std::fmin(3.0, std::fmax(-3.0, goal));
     }
   }
@@ -88,11 +88,11 @@ int main() {
   std::vector<ruckig::InputParameter<4>> inputs(kCases);
   for (std::size_t n = 0; n < kCases; ++n) {
     for (std::size_t i = 0; i < 4; ++i) {
-      inputs[n].current_position[i] = cases[n].start.position_rad[i];
+      inputs[n].current_position[i] = cases[n].start.position_q[i];
       inputs[n].target_position[i] = cases[n].target[i];
-      inputs[n].max_velocity[i] = arm.joints[i].speed_rad_s;
-      inputs[n].max_acceleration[i] = arm.joints[i].acceleration_rad_s2;
-      inputs[n].max_jerk[i] = arm.joints[i].jerk_rad_s3;
+      inputs[n].max_velocity[i] = arm.joints[i].speed_q_s;
+      inputs[n].max_acceleration[i] = arm.joints[i].acceleration_q_s2;
+      inputs[n].max_jerk[i] = arm.joints[i].jerk_q_s3;
     }
   }
   std::vector<double> ruckig_s(kCases), ruckig_ns;

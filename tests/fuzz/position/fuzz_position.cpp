@@ -23,8 +23,8 @@ const corbot::ArmModel& arm() {
 /// What every position that is accepted must keep, whatever its text was.
 bool is_sound(const corbot::LastPosition& position) {
   for (std::size_t i = 0; i < corbot::kMaxJoints; ++i) {
-    const double angle = position.position_rad[i];
-    if (!(angle >= arm().joints[i].lower_rad && angle <= arm().joints[i].upper_rad)) return false;
+    const double angle = position.position_q[i];
+    if (!(angle >= arm().joints[i].lower_q && angle <= arm().joints[i].upper_q)) return false;
   }
   return position.opening >= 0.0 && position.opening <= 1.0;
 }

@@ -17,12 +17,11 @@ bool is_sound(const corbot::Profile& profile) {
   for (std::size_t i = 0; i < arm.dof; ++i) {
     const corbot::JointLimits& joint = arm.joints[i];
     const corbot::ServoMap& servo = arm.servos[i];
-    const bool limits_sound = joint.lower_rad <= 0 && joint.upper_rad >= 0 &&
-                              joint.lower_rad < joint.upper_rad && joint.speed_rad_s > 0 &&
-                              joint.acceleration_rad_s2 > 0 && joint.jerk_rad_s3 > 0;
+    const bool limits_sound = joint.lower_q <= 0 && joint.upper_q >= 0 && joint.lower_q < joint.upper_q &&
+                              joint.speed_q_s > 0 && joint.acceleration_q_s2 > 0 && joint.jerk_q_s3 > 0;
     if (!limits_sound) return false;
-    for (const double angle : {joint.lower_rad, joint.upper_rad}) {
-      const double pulse = servo.zero_us + servo.direction * servo.us_per_rad * angle;
+    for (const double angle : {joint.lower_q, joint.upper_q}) {
+      const double pulse = servo.zero_us + servo.direction * servo.us_per_q * angle;
       if (!std::isfinite(pulse) || pulse < 499.999 || pulse > 2500.001) return false;
     }
   }

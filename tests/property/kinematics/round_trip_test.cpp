@@ -79,18 +79,18 @@ TEST(RoundTrip, AMillionPointsComeBackOnEveryBranch) {
       }
       if (ik.status != IkStatus::kOk) continue;
       ++solved[static_cast<std::size_t>(spot)][k];
-      const ToolPose back = forward(arm, ik.position_rad);
+      const ToolPose back = forward(arm, ik.position_q);
       const double error_m =
           std::hypot(back.position_m[0] - pose.position_m[0], back.position_m[1] - pose.position_m[1],
                      back.position_m[2] - pose.position_m[2]);
       ASSERT_LT(error_m, 1e-12) << "pose " << i << " branch " << k;
       worst_m = std::max(worst_m, error_m);
       worst_pitch = std::max(worst_pitch, std::abs(wrap_angle(back.pitch_rad - pose.pitch_rad)));
-      for (std::size_t j = 0; j < 4; ++j) ASSERT_LE(std::abs(ik.position_rad[j]), kPi);
+      for (std::size_t j = 0; j < 4; ++j) ASSERT_LE(std::abs(ik.position_q[j]), kPi);
       // Named for what it is, wherever neither name is a matter of rounding.
-      if (std::abs(std::sin(ik.position_rad[2])) > 1e-7 &&
+      if (std::abs(std::sin(ik.position_q[2])) > 1e-7 &&
           std::hypot(pose.position_m[0], pose.position_m[1]) > 1e-9) {
-        ASSERT_EQ(branch_of(arm, ik.position_rad), branch) << "pose " << i;
+        ASSERT_EQ(branch_of(arm, ik.position_q), branch) << "pose " << i;
       }
     }
   }

@@ -73,24 +73,24 @@ class Motions : public ::testing::TestWithParam<std::tuple<Kind, int>> {
     if (dice(3) == 0) settings.speed_ratio = uniform(0.05, 1.0);
     if (dice(4) == 0) settings.joint_speed_ratio[static_cast<std::size_t>(dice(4))] = uniform(0.1, 1.0);
     // The inclination stays what it is, or turns with the path.
-    settings.tool_pitch_rad = forward(rig_.arm.geometry, rig_.start().position_rad).pitch_rad;
+    settings.tool_pitch_rad = forward(rig_.arm.geometry, rig_.start().position_q).pitch_rad;
     if (dice(3) == 0) settings.tool_pitch_rad += uniform(-0.5, 0.5);
     return settings;
   }
 
   Joints random_joints(double reach) {
-    Joints target = rig_.start().position_rad;
+    Joints target = rig_.start().position_q;
     for (std::size_t i = 0; i < rig_.arm.dof; ++i) {
       const JointLimits& limits = rig_.arm.joints[i];
-      const double goal = dice(20) == 0 ? limits.upper_rad : uniform(limits.lower_rad, limits.upper_rad);
+      const double goal = dice(20) == 0 ? limits.upper_q : uniform(limits.lower_q, limits.upper_q);
       if (dice(6) != 0) target[i] += reach * (goal - target[i]);
-      target[i] = std::clamp(target[i], limits.lower_rad, limits.upper_rad);
+      target[i] = std::clamp(target[i], limits.lower_q, limits.upper_q);
     }
     return target;
   }
 
   std::array<double, 3> near_tcp(double reach_m) {
-    std::array<double, 3> point = forward(rig_.arm.geometry, rig_.start().position_rad).position_m;
+    std::array<double, 3> point = forward(rig_.arm.geometry, rig_.start().position_q).position_m;
     for (double& x : point) x += uniform(-reach_m, reach_m);
     return point;
   }
@@ -104,7 +104,7 @@ class Motions : public ::testing::TestWithParam<std::tuple<Kind, int>> {
       case Kind::kLine:
         return rig_.planner.move_s(rig_.start(), settings(), near_tcp(reach_m), t_s);
       case Kind::kArc: {
-        const auto p1 = forward(rig_.arm.geometry, rig_.start().position_rad).position_m;
+        const auto p1 = forward(rig_.arm.geometry, rig_.start().position_q).position_m;
         return rig_.planner.move_c(rig_.start(), settings(), p1, near_tcp(reach_m), near_tcp(reach_m));
       }
     }
@@ -143,8 +143,8 @@ double Motions::ramp_scale_s(const Command& command) const {
     for (std::size_t i = 0; i < rig_.arm.dof; ++i) {
       const JointLimits& limits = rig_.arm.joints[i];
       if (command.joint.law[i].distance == 0.0) continue;
-      scale_s = std::max(scale_s, limits.speed_rad_s / limits.acceleration_rad_s2 +
-                                      limits.acceleration_rad_s2 / limits.jerk_rad_s3);
+      scale_s = std::max(
+          scale_s, limits.speed_q_s / limits.acceleration_q_s2 + limits.acceleration_q_s2 / limits.jerk_q_s3);
     }
     return scale_s;
   }
@@ -221,7 +221,7 @@ bool Motions::check_stop(const Command& command, int ticks) {
 
 bool Motions::check_end(const Command& command) {
   for (std::size_t i = 0; i < rig_.arm.dof; ++i) {
-    const double miss = rig_.snapshot.position_rad[i] - command.end_rad[i];
+    const double miss = rig_.snapshot.position_q[i] - command.end_q[i];
     const bool by_joint = command.kind == MotionKind::kJoint;
     if (by_joint && !(std::abs(miss) <= 1e-9)) {
       error_ = fmt::format("joint {} ends {} rad off", i, miss);
@@ -242,14 +242,14 @@ bool Motions::check_end(const Command& command) {
 /// The press was a moment: the energy goes when the arm is at rest, and comes back by a Clear, without a motion.
 bool Motions::clear_after_press() {
   rig_.emergency_stop->set(StopSource::kGpio, false);
-  const Joints at_rest = rig_.snapshot.position_rad;
+  const Joints at_rest = rig_.snapshot.position_q;
   const std::uint32_t flags = rig_.snapshot.flags;
   rig_.step();
   rig_.clear();
   rig_.step();
   if (rig_.snapshot.state != RtState::kStandby) error_ = "not cleared";
   if ((flags & kSnapshotPowerOff) == 0 || (flags & kSnapshotFaultStop) != 0) error_ = "not off at rest";
-  if (rig_.snapshot.position_rad != at_rest) error_ = "moved by a Clear";
+  if (rig_.snapshot.position_q != at_rest) error_ = "moved by a Clear";
   return error_.empty();
 }
 

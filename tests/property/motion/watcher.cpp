@@ -45,8 +45,8 @@ double deviation_from(const ArcMotion& arc, const Point& p) {
 
 Watcher::Watcher(const ArmModel& arm, const Snapshot& at_rest)
     : arm_(arm), dt_s_(static_cast<double>(arm.period_ns) * 1e-9) {
-  q_.fill(at_rest.position_rad);
-  p_.fill(forward(arm.geometry, at_rest.position_rad).position_m);
+  q_.fill(at_rest.position_q);
+  p_.fill(forward(arm.geometry, at_rest.position_q).position_m);
 }
 
 void Watcher::begin(const Command& command) {
@@ -65,8 +65,8 @@ bool Watcher::fail(const std::string& what, double value, double bound) {
 bool Watcher::see(const Snapshot& snapshot) {
   std::rotate(q_.rbegin(), q_.rbegin() + 1, q_.rend());
   std::rotate(p_.rbegin(), p_.rbegin() + 1, p_.rend());
-  q_[0] = snapshot.position_rad;
-  p_[0] = forward(arm_.geometry, snapshot.position_rad).position_m;
+  q_[0] = snapshot.position_q;
+  p_[0] = forward(arm_.geometry, snapshot.position_q).position_m;
   if (snapshot.command_id != 0) {
     ramped_ = ramped_ || (last_rate_ >= 0.0 && snapshot.virtual_rate != last_rate_);
     last_rate_ = snapshot.virtual_rate;
@@ -83,11 +83,9 @@ bool Watcher::see(const Snapshot& snapshot) {
 
 bool Watcher::see_range(const Snapshot& snapshot) {
   for (std::size_t i = 0; i < arm_.dof; ++i) {
-    const double q = snapshot.position_rad[i];
-    if (!(q >= arm_.joints[i].lower_rad - 1e-9))
-      return fail("lower end of range", q, arm_.joints[i].lower_rad);
-    if (!(q <= arm_.joints[i].upper_rad + 1e-9))
-      return fail("upper end of range", q, arm_.joints[i].upper_rad);
+    const double q = snapshot.position_q[i];
+    if (!(q >= arm_.joints[i].lower_q - 1e-9)) return fail("lower end of range", q, arm_.joints[i].lower_q);
+    if (!(q <= arm_.joints[i].upper_q + 1e-9)) return fail("upper end of range", q, arm_.joints[i].upper_q);
   }
   return true;
 }
@@ -95,21 +93,21 @@ bool Watcher::see_range(const Snapshot& snapshot) {
 bool Watcher::see_joint(std::size_t i) {
   const JointLimits& limits = arm_.joints[i];
   const double speed = std::abs(q_[0][i] - q_[1][i]) / dt_s_;
-  if (!(speed <= limits.speed_rad_s * (1 + kPlanTolerance) + kSpeedRounding + 1e-6)) {
-    return fail(fmt::format("joint {} speed", i), speed, limits.speed_rad_s);
+  if (!(speed <= limits.speed_q_s * (1 + kPlanTolerance) + kSpeedRounding + 1e-6)) {
+    return fail(fmt::format("joint {} speed", i), speed, limits.speed_q_s);
   }
   if (!has_command_ || command_.kind != MotionKind::kJoint) return true;
   const double tolerance = ramped_ ? kRampTolerance : kPlanTolerance;
   const double acceleration = std::abs(q_[0][i] - 2 * q_[1][i] + q_[2][i]) / (dt_s_ * dt_s_);
   const double jerk = std::abs(q_[0][i] - 3 * q_[1][i] + 3 * q_[2][i] - q_[3][i]) / (dt_s_ * dt_s_ * dt_s_);
-  joint.speed = std::max(joint.speed, speed / limits.speed_rad_s);
-  joint.acceleration = std::max(joint.acceleration, acceleration / limits.acceleration_rad_s2);
-  joint.jerk = std::max(joint.jerk, jerk / limits.jerk_rad_s3);
-  if (!(acceleration <= limits.acceleration_rad_s2 * (1 + tolerance) + kAccelerationRounding)) {
-    return fail(fmt::format("joint {} acceleration", i), acceleration, limits.acceleration_rad_s2);
+  joint.speed = std::max(joint.speed, speed / limits.speed_q_s);
+  joint.acceleration = std::max(joint.acceleration, acceleration / limits.acceleration_q_s2);
+  joint.jerk = std::max(joint.jerk, jerk / limits.jerk_q_s3);
+  if (!(acceleration <= limits.acceleration_q_s2 * (1 + tolerance) + kAccelerationRounding)) {
+    return fail(fmt::format("joint {} acceleration", i), acceleration, limits.acceleration_q_s2);
   }
-  if (!(jerk <= limits.jerk_rad_s3 * (1 + tolerance) + kJerkRounding)) {
-    return fail(fmt::format("joint {} jerk", i), jerk, limits.jerk_rad_s3);
+  if (!(jerk <= limits.jerk_q_s3 * (1 + tolerance) + kJerkRounding)) {
+    return fail(fmt::format("joint {} jerk", i), jerk, limits.jerk_q_s3);
   }
   return true;
 }

@@ -48,7 +48,7 @@ double beyond(const ArmModel& arm, const Extremes& e) {
 
 Verdict gate(const ArmModel& arm, Command command) {
   command.id = 1;
-  return rt::check_command(arm, command, {0, command.start_rad, 0.0}).verdict;
+  return rt::check_command(arm, command, {0, command.start_q, 0.0}).verdict;
 }
 
 /// The same path by another law.
@@ -105,8 +105,8 @@ TEST(Gate, AcceptsWhatIsPlannedAndRefusesAToolBeyondItsLimits) {
     if (i % 7 == 0) arm.path.speed_m_s = 2.0;
     PlanStart start;
     for (std::size_t k = 0; k < 4; ++k)
-      start.position_rad[k] = random.in(arm.joints[k].lower_rad, arm.joints[k].upper_rad);
-    const ToolPose here = forward(arm.geometry, start.position_rad);
+      start.position_q[k] = random.in(arm.joints[k].lower_q, arm.joints[k].upper_q);
+    const ToolPose here = forward(arm.geometry, start.position_q);
     const double size = std::pow(10.0, random.in(-4.0, -1.0));
     Point p2{}, p3{};
     for (std::size_t k = 0; k < 3; ++k) {

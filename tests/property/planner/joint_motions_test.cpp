@@ -19,7 +19,7 @@ using test::deg;
 Joints random_joints(const ArmModel& arm, std::mt19937_64& random) {
   Joints q{};
   for (std::size_t i = 0; i < arm.dof; ++i) {
-    q[i] = std::uniform_real_distribution<double>(arm.joints[i].lower_rad, arm.joints[i].upper_rad)(random);
+    q[i] = std::uniform_real_distribution<double>(arm.joints[i].lower_q, arm.joints[i].upper_q)(random);
   }
   return q;
 }
@@ -31,20 +31,20 @@ void check_ticks(const ArmModel& arm, const PlanSettings& settings, const Comman
   for (std::size_t i = 0; i < arm.dof; ++i) {
     const TimeLaw& law = command.joint.law[i];
     const JointLimits& limits = arm.joints[i];
-    const double speed = limits.speed_rad_s * settings.speed_ratio * settings.joint_speed_ratio[i];
-    double last = command.start_rad[i];
+    const double speed = limits.speed_q_s * settings.speed_ratio * settings.joint_speed_ratio[i];
+    double last = command.start_q[i];
     for (int k = 0; k <= ticks; ++k) {
       const LawState s = evaluate(law, k * kTick_s);
-      const double q = command.start_rad[i] + s.position;
-      ASSERT_GE(q, limits.lower_rad - kRangeTolerance_rad);
-      ASSERT_LE(q, limits.upper_rad + kRangeTolerance_rad);
+      const double q = command.start_q[i] + s.position;
+      ASSERT_GE(q, limits.lower_q - kRangeTolerance_q);
+      ASSERT_LE(q, limits.upper_q + kRangeTolerance_q);
       ASSERT_LE(std::abs(s.velocity), speed * kSlack);
       ASSERT_LE(std::abs(q - last), speed * kTick_s * kSlack + 1e-15);
-      ASSERT_LE(std::abs(s.acceleration), limits.acceleration_rad_s2 * kSlack);
-      ASSERT_LE(std::abs(s.jerk), limits.jerk_rad_s3 * kSlack);
+      ASSERT_LE(std::abs(s.acceleration), limits.acceleration_q_s2 * kSlack);
+      ASSERT_LE(std::abs(s.jerk), limits.jerk_q_s3 * kSlack);
       last = q;
     }
-    ASSERT_EQ(command.start_rad[i] + evaluate(law, command.duration_s).position, command.end_rad[i]);
+    ASSERT_EQ(command.start_q[i] + evaluate(law, command.duration_s).position, command.end_q[i]);
     ASSERT_NEAR(law.duration_s(), command.duration_s, 1e-12 * command.duration_s) << "joints end together";
   }
 }
@@ -70,7 +70,7 @@ TEST(JointMotions, KeepTheLimitsAndArrive) {
     ASSERT_TRUE(std::holds_alternative<std::vector<Command>>(result)) << std::get<PlanRefusal>(result).text;
     const Command& command = std::get<std::vector<Command>>(result).front();
     ASSERT_NO_FATAL_FAILURE(check_ticks(arm, settings, command)) << "case " << i;
-    ASSERT_LT(test::distance(test::tcp_of(arm, command.end_rad), pose.position_m), 1e-9) << "case " << i;
+    ASSERT_LT(test::distance(test::tcp_of(arm, command.end_q), pose.position_m), 1e-9) << "case " << i;
     ++moved;
 
     const PlanResult free = planner.move(start, settings, pose.position_m, 0.0);

@@ -55,21 +55,21 @@ void check_ticks(const ArmModel& arm, const PlanSettings& settings, const Comman
   // Motions that creep past a singularity last up to an hour; 60,000 ticks are enough.
   const double tick_s = std::max(1e-3, duration_s / 60'000.0);
   const int ticks = static_cast<int>(std::ceil(duration_s / tick_s));
-  Joints last = command.start_rad;
+  Joints last = command.start_q;
   std::array<Point, 4> track{};
-  track.fill(test::tcp_of(arm, command.start_rad));
+  track.fill(test::tcp_of(arm, command.start_q));
   for (int k = 0; k <= ticks; ++k) {
     const LawState s = evaluate(motion.law, k * tick_s);
     const PathPoint wanted = point_at(motion, s.position);
     const IkResult ik = inverse(arm.geometry, wanted.position_m, wanted.pitch_rad, motion.branch, last[0]);
     ASSERT_EQ(ik.status, IkStatus::kOk) << "tick " << k << " of " << ticks;
-    const Point tcp = test::tcp_of(arm, ik.position_rad);
+    const Point tcp = test::tcp_of(arm, ik.position_q);
     ASSERT_LT(deviation(motion, tcp), 1e-6) << "tick " << k;
     for (std::size_t i = 0; i < 4; ++i) {
-      const double q = ik.position_rad[i];
-      const double limit = arm.joints[i].speed_rad_s * settings.joint_speed_ratio[i];
-      ASSERT_GE(q, arm.joints[i].lower_rad - kRangeTolerance_rad) << "joint " << i << " tick " << k;
-      ASSERT_LE(q, arm.joints[i].upper_rad + kRangeTolerance_rad) << "joint " << i << " tick " << k;
+      const double q = ik.position_q[i];
+      const double limit = arm.joints[i].speed_q_s * settings.joint_speed_ratio[i];
+      ASSERT_GE(q, arm.joints[i].lower_q - kRangeTolerance_q) << "joint " << i << " tick " << k;
+      ASSERT_LE(q, arm.joints[i].upper_q + kRangeTolerance_q) << "joint " << i << " tick " << k;
       // 1e-7 rad: what rounding does to a joint next to a singularity, within one tick.
       ASSERT_LE(std::abs(q - last[i]), limit * tick_s * kSlack + 1e-7)
           << "joint " << i << " tick " << k << " of " << ticks;
@@ -94,9 +94,9 @@ void check_ticks(const ArmModel& arm, const PlanSettings& settings, const Comman
     ASSERT_LE(peak.acceleration * turn, arm.path.rotation_acceleration_rad_s2 * kSlack);
     ASSERT_LE(peak.jerk * turn, arm.path.rotation_jerk_rad_s3 * kSlack);
     track = {tcp, track[0], track[1], track[2]};
-    last = ik.position_rad;
+    last = ik.position_q;
   }
-  for (std::size_t i = 0; i < 4; ++i) ASSERT_NEAR(last[i], command.end_rad[i], 1e-9);
+  for (std::size_t i = 0; i < 4; ++i) ASSERT_NEAR(last[i], command.end_q[i], 1e-9);
 }
 
 struct Random {
@@ -104,7 +104,7 @@ struct Random {
   double in(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine); }
   Joints joints(const ArmModel& arm) {
     Joints q{};
-    for (std::size_t i = 0; i < 4; ++i) q[i] = in(arm.joints[i].lower_rad, arm.joints[i].upper_rad);
+    for (std::size_t i = 0; i < 4; ++i) q[i] = in(arm.joints[i].lower_q, arm.joints[i].upper_q);
     return q;
   }
 };
@@ -127,7 +127,7 @@ TEST(Lines, StayStraightWithinEveryLimitAndArrive) {
     if (i % 7 == 0) arm.path.speed_m_s = 2.0;  // so that the joints, not the path, are what limits
     const bool at_ready = i % 4 == 0;
     const PlanStart start{at_ready ? Joints{} : random.joints(arm), 0.0};
-    const ToolPose here = forward(arm.geometry, start.position_rad);
+    const ToolPose here = forward(arm.geometry, start.position_q);
     Point target{};
     const double near = i % 8 < 4 ? 0.15 : 0.02;
     for (std::size_t k = 0; k < 3; ++k) target[k] = here.position_m[k] + random.in(-near, near);
@@ -143,7 +143,7 @@ TEST(Lines, StayStraightWithinEveryLimitAndArrive) {
     ASSERT_EQ(command.kind, MotionKind::kLine);
     ASSERT_NO_FATAL_FAILURE(check_ticks(arm, settings, command, command.line, &tightest))
         << "case " << i << (at_ready ? " from Ready" : "");
-    ASSERT_LT(test::distance(test::tcp_of(arm, command.end_rad), target), 1e-9);
+    ASSERT_LT(test::distance(test::tcp_of(arm, command.end_q), target), 1e-9);
     if (t_s > 0.0) {
       ASSERT_GE(command.duration_s, t_s);
     }
@@ -166,7 +166,7 @@ TEST(Arcs, StayRoundWithinEveryLimitAndArrive) {
     ArmModel arm = i % 2 == 0 ? test::lynx5() : test::wide_arm();
     if (i % 7 == 0) arm.path.speed_m_s = 2.0;
     const PlanStart start{random.joints(arm), 0.0};
-    const ToolPose here = forward(arm.geometry, start.position_rad);
+    const ToolPose here = forward(arm.geometry, start.position_q);
     const double size = i % 8 < 4 ? 0.08 : 0.01;
     std::array<Point, 3> p{};
     for (Point& point : p) {
@@ -182,14 +182,14 @@ TEST(Arcs, StayRoundWithinEveryLimitAndArrive) {
     if (commands.size() == 2) {
       ASSERT_NO_FATAL_FAILURE(check_ticks(arm, settings, commands[0], commands[0].line, &tightest))
           << "case " << i;
-      ASSERT_EQ(commands[0].end_rad, commands[1].start_rad);
+      ASSERT_EQ(commands[0].end_q, commands[1].start_q);
     } else {
       ++direct;
     }
     const Command& command = commands.back();
     ASSERT_EQ(command.kind, MotionKind::kArc);
     ASSERT_NO_FATAL_FAILURE(check_ticks(arm, settings, command, command.arc, &tightest)) << "case " << i;
-    ASSERT_LT(test::distance(test::tcp_of(arm, command.end_rad), p[2]), 1e-9);
+    ASSERT_LT(test::distance(test::tcp_of(arm, command.end_q), p[2]), 1e-9);
     ASSERT_LT(deviation(command.arc, p[1]), 1e-9) << "P2 lies on the arc";
     ++planned;
   }

@@ -14,16 +14,16 @@ class BusApproachTest : public BusBackendTest {
  protected:
   static constexpr std::int64_t kLong_ns = 20'000'000'000;
 
-  void be_at_rest_with(double acceleration_rad_s2) {
-    arm_.joints[0].speed_rad_s = 3.0;
-    arm_.joints[0].acceleration_rad_s2 = acceleration_rad_s2;
+  void be_at_rest_with(double acceleration_q_s2) {
+    arm_.joints[0].speed_q_s = 3.0;
+    arm_.joints[0].acceleration_q_s2 = acceleration_q_s2;
     bus_.approach_ns = 0;
     bus_.has_encoders = true;
     bus_.reported_us = {0.0};
   }
   /// From rest at 0 to rest, with frames a millisecond apart.
-  void expect_within(double acceleration_rad_s2) {
-    std::vector<double> way = bus_.positions_rad;
+  void expect_within(double acceleration_q_s2) {
+    std::vector<double> way = bus_.positions_q;
     way.insert(way.begin(), 2, 0.0);
     way.push_back(way.back());
     double fastest = 0.0;
@@ -31,7 +31,7 @@ class BusApproachTest : public BusBackendTest {
       const double speed = (way[i] - way[i - 1]) / 1e-3;
       const double before = (way[i - 1] - way[i - 2]) / 1e-3;
       fastest = std::max(fastest, speed);
-      ASSERT_LE(std::abs(speed - before), acceleration_rad_s2 * 1e-3 + 1e-6) << i;
+      ASSERT_LE(std::abs(speed - before), acceleration_q_s2 * 1e-3 + 1e-6) << i;
     }
     EXPECT_NEAR(fastest, 0.5, 1e-6);
   }
@@ -211,13 +211,13 @@ TEST_F(BusApproachTest, AServoThatIsOnIsApproachedFromItsPulseThoughAnotherIsOff
 }
 
 TEST_F(BusApproachTest, LeadsNoJointFasterThanItMay) {
-  arm_.joints[0].speed_rad_s = 0.05;
+  arm_.joints[0].speed_q_s = 0.05;
   bus_.approach_ns = 0;
   bus_.has_encoders = true;
   bus_.reported_us = {0.0};
   const auto backend = make();
   ServoFrame first = frame(1);
-  first.position_rad[0] = 0.001;
+  first.position_q[0] = 0.001;
   backend->open(first);
   EXPECT_GE(bus_.copy().size(), 20u) << "0.00005 rad a millisecond";
 }
@@ -226,11 +226,11 @@ TEST_F(BusApproachTest, GainsAndLosesItsSpeedWithinTheAcceleration) {
   be_at_rest_with(4.0);
   const auto backend = make();
   ServoFrame first = frame(1);
-  first.position_rad[0] = 0.2;
+  first.position_q[0] = 0.2;
   backend->open(first);
   backend->close();
   expect_within(4.0);
-  EXPECT_EQ(bus_.positions_rad.back(), 0.2);
+  EXPECT_EQ(bus_.positions_q.back(), 0.2);
 }
 
 TEST_F(BusApproachTest, AStopOnTheWaySlowsItDownWithinTheAcceleration) {
@@ -240,7 +240,7 @@ TEST_F(BusApproachTest, AStopOnTheWaySlowsItDownWithinTheAcceleration) {
   backend->open(held);
   held.needs_clear = false;
   held.cycle = 2;
-  held.position_rad[0] = 50.0;
+  held.position_q[0] = 50.0;
   backend->write(held);
   ASSERT_TRUE(wait_until([&] { return bus_.copy().size() > 150; }));
   held.needs_clear = true;
@@ -248,23 +248,23 @@ TEST_F(BusApproachTest, AStopOnTheWaySlowsItDownWithinTheAcceleration) {
   backend->write(held);
   ASSERT_TRUE(wait_until([&] {
     const std::lock_guard lock(bus_.mutex);
-    return bus_.positions_rad.back() == *(bus_.positions_rad.end() - 2);
+    return bus_.positions_q.back() == *(bus_.positions_q.end() - 2);
   })) << "it comes to rest";
   backend->close();
   expect_within(4.0);
-  EXPECT_LT(bus_.positions_rad.back(), 49.0);
+  EXPECT_LT(bus_.positions_q.back(), 49.0);
 }
 
 TEST_F(BusApproachTest, CatchesUpAtTwiceTheSpeedAfterAStall) {
-  arm_.joints[0].speed_rad_s = 1.0;
+  arm_.joints[0].speed_q_s = 1.0;
   arm_.gripper = {1, 1900.0, 1100.0, 0.5};
-  const auto at = [&](std::uint64_t cycle, double position_rad, double gripper_us) {
+  const auto at = [&](std::uint64_t cycle, double position_q, double gripper_us) {
     ServoFrame result;
     result.cycle = cycle;
     result.time_ns = static_cast<std::int64_t>(cycle) * 1'000'000;
     result.servo_count = 2;
-    result.position_rad[0] = position_rad;
-    result.pulse_us = {1500.0 - 600.0 * position_rad, gripper_us};
+    result.position_q[0] = position_q;
+    result.pulse_us = {1500.0 - 600.0 * position_q, gripper_us};
     return result;
   };
   const auto backend = make();

@@ -37,7 +37,7 @@ TEST_F(BusBackendTest, AsksWhereTheServosAreBeforeItMovesAnything) {
   const auto backend = make();
   const DevicePosition position = backend->connect();
   EXPECT_EQ(position.kind, DevicePosition::Kind::kCommanded);
-  EXPECT_NEAR(position.position_rad[0], 0.5, 1e-12);
+  EXPECT_NEAR(position.position_q[0], 0.5, 1e-12);
   EXPECT_NEAR(position.opening, 0.25, 1e-12);
   EXPECT_TRUE(bus_.copy().empty());
   backend->open(frame(1));
@@ -61,7 +61,7 @@ TEST_F(BusBackendTest, EncodersMeasure) {
   bus_.reported_us = {0.7};
   const DevicePosition position = make(false, true)->connect();
   EXPECT_EQ(position.kind, DevicePosition::Kind::kMeasured);
-  EXPECT_EQ(position.position_rad[0], 0.7);
+  EXPECT_EQ(position.position_q[0], 0.7);
   EXPECT_LT(position.opening, 0.0);
 }
 
@@ -110,7 +110,7 @@ TEST_F(BusBackendTest, WhatAControllerSendsIsNotMeasured) {
   backend->write(frame(2, 1200.0));
   ASSERT_TRUE(wait_until([&] { return backend->read().commanded; }));
   EXPECT_FALSE(backend->read().measured);
-  EXPECT_NEAR(backend->read().position_rad[0], 0.5, 1e-12);
+  EXPECT_NEAR(backend->read().position_q[0], 0.5, 1e-12);
 }
 
 /// Also where nobody has asked for it: what a motion has reached, and how far it is behind, is known by them.
@@ -120,11 +120,11 @@ TEST_F(BusBackendTest, EncodersMeasureTheJoints) {
   bus_.reported_us = {0.25};
   const auto backend = make(false);
   ServoFrame first = frame(1, 0.25);
-  first.position_rad[0] = 0.25;
+  first.position_q[0] = 0.25;
   backend->open(first);
   ASSERT_TRUE(wait_until([&] { return backend->read().measured; }));
   EXPECT_FALSE(backend->read().commanded);
-  EXPECT_NEAR(backend->read().position_rad[0], 0.25, 1e-12);
+  EXPECT_NEAR(backend->read().position_q[0], 0.25, 1e-12);
 }
 
 TEST_F(BusBackendTest, ALossIsSaidBeforeTheDeviceIsClosed) {

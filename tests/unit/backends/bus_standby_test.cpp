@@ -79,7 +79,7 @@ TEST_F(BusStandbyTest, ADriveLosesItsEnergyAtPowerOffAndGetsItAgainByClear) {
   be_drive(0.25);
   const auto backend = make(true);
   ServoFrame at = frame(1, 0.25);
-  at.position_rad[0] = 0.25;
+  at.position_q[0] = 0.25;
   backend->open(at);
   EXPECT_TRUE(bus_.is_energised);
   at.cycle = 2;
@@ -232,7 +232,7 @@ TEST_F(BusStandbyTest, AGarbledReadingIsNotWhereTheArmIsHeld) {
     ASSERT_TRUE(wait_until([&] {
       const ServoFeedback feedback = backend->read();
       if (feedback.commanded) {
-        EXPECT_NEAR(feedback.position_rad[0], 0.0, 1e-9) << garbled_us;
+        EXPECT_NEAR(feedback.position_q[0], 0.0, 1e-9) << garbled_us;
         ++good;
       }
       return ::testing::Test::HasFailure() || (good > 10 && bus_.asked > asked + 60);
@@ -252,8 +252,8 @@ TEST_F(BusStandbyTest, APulseBeyondTheServosRangeIsSaid) {
     let_look();
     EXPECT_TRUE(wait_until([&] { return backend->read().commanded; })) << reported_us;
     const ServoMap& map = arm_.servos[0];
-    EXPECT_NEAR(backend->read().position_rad[0],
-                (reported_us - map.zero_us) / (map.direction * map.us_per_rad), 1e-9);
+    EXPECT_NEAR(backend->read().position_q[0], (reported_us - map.zero_us) / (map.direction * map.us_per_q),
+                1e-9);
   }
 }
 
@@ -291,14 +291,14 @@ TEST_F(BusStandbyTest, TheFirstPulsesComeOneAfterAnother) {
 }
 
 TEST_F(BusStandbyTest, TheCycleOfTheNewestFrameThatTheDeviceHasIsReported) {
-  arm_.joints[0].speed_rad_s = 1.0;
+  arm_.joints[0].speed_q_s = 1.0;
   arm_.gripper = {1, 1900.0, 1100.0, 0.5};
-  const auto at = [](std::uint64_t cycle, double position_rad) {
-    ServoFrame result = frame(cycle, 1500.0 - 600.0 * position_rad);
+  const auto at = [](std::uint64_t cycle, double position_q) {
+    ServoFrame result = frame(cycle, 1500.0 - 600.0 * position_q);
     result.time_ns = static_cast<std::int64_t>(cycle) * 1'000'000;
     result.servo_count = 2;
     result.pulse_us[1] = 1900.0;
-    result.position_rad[0] = position_rad;
+    result.position_q[0] = position_q;
     return result;
   };
   const auto backend = make();
@@ -308,13 +308,13 @@ TEST_F(BusStandbyTest, TheCycleOfTheNewestFrameThatTheDeviceHasIsReported) {
   backend->write(at(3, 0.5));  // more than one frame may go
   ASSERT_TRUE(wait_until([&] { return backend->times().cycle == 3; }));
   const std::lock_guard lock(bus_.mutex);
-  EXPECT_EQ(bus_.positions_rad.back(), 0.5);
+  EXPECT_EQ(bus_.positions_q.back(), 0.5);
 }
 
 /// A joint at a constant speed, by virtual time, which goes as fast as the backend says, as in the cycle.
 TEST_F(BusStandbyTest, ADeviceThatFallsBehindSlowsTheArmAndNotItsPath) {
-  constexpr double kSpeed_rad_s = 1.0;
-  arm_.joints[0].speed_rad_s = 10.0;  // what limits steps is out of the way
+  constexpr double kSpeed_q_s = 1.0;
+  arm_.joints[0].speed_q_s = 10.0;  // what limits steps is out of the way
   bus_.period_ns = 20'000'000;
   bus_.busy_ns = 33'000'000;
   const auto backend = make();
@@ -329,7 +329,7 @@ TEST_F(BusStandbyTest, ADeviceThatFallsBehindSlowsTheArmAndNotItsPath) {
     std::this_thread::sleep_until(due);
     virtual_s += 1e-3 * backend->times().speed_ratio;
     now.cycle++;
-    now.position_rad[0] = kSpeed_rad_s * virtual_s;
+    now.position_q[0] = kSpeed_q_s * virtual_s;
     backend->write(now);
     log += to_string(backend->drain_log());
     const std::size_t sent = bus_.copy().size();
@@ -343,11 +343,11 @@ TEST_F(BusStandbyTest, ADeviceThatFallsBehindSlowsTheArmAndNotItsPath) {
   EXPECT_LE(backend->times().speed_ratio, 20.0 / 33.0 + 1e-3);
   const std::lock_guard lock(bus_.mutex);
   std::vector<double> ways;
-  for (std::size_t i = known_from + 1; i < bus_.positions_rad.size(); ++i)
-    ways.push_back(bus_.positions_rad[i] - bus_.positions_rad[i - 1]);
+  for (std::size_t i = known_from + 1; i < bus_.positions_q.size(); ++i)
+    ways.push_back(bus_.positions_q[i] - bus_.positions_q[i - 1]);
   std::sort(ways.begin(), ways.end());
   // A chord's deviation grows with the square of its length. The median: this machine may stand still.
-  EXPECT_LE(ways.at(ways.size() / 2), kSpeed_rad_s * 0.020 * 1.1);
+  EXPECT_LE(ways.at(ways.size() / 2), kSpeed_q_s * 0.020 * 1.1);
   bus_.busy_ns = 0;
 }
 

@@ -90,23 +90,23 @@ TEST_F(BusStandstillTest, TakesTheEnergyOffADriveThoughItAnswers) {
 TEST(StepLimit, CatchesUpInErrorAtNoMoreThanTheSpeed) {
   ArmModel arm;
   arm.dof = 1;
-  arm.joints[0].speed_rad_s = 1.0;
+  arm.joints[0].speed_q_s = 1.0;
   arm.gripper = {1, 1900.0, 1100.0, 0.5};
   ServoFrame last;
   last.servo_count = 2;
   last.pulse_us = {1500.0, 1900.0};
-  const auto step_rad = [&](bool needs_clear, double to_rad) {
+  const auto step_q = [&](bool needs_clear, double to_q) {
     ServoFrame next = last;
     next.time_ns = 20'000'000;
     next.needs_clear = needs_clear;
-    next.position_rad[0] = to_rad;
+    next.position_q[0] = to_q;
     const bool is_all = limit_step(arm, last, 0.02, 0.04, next);
-    EXPECT_EQ(is_all, next.position_rad[0] == to_rad);
-    return next.position_rad[0];
+    EXPECT_EQ(is_all, next.position_q[0] == to_q);
+    return next.position_q[0];
   };
-  EXPECT_NEAR(step_rad(false, 1.0), 0.04, 1e-12);
-  EXPECT_LE(step_rad(true, 1.0), 0.0211);
-  EXPECT_EQ(step_rad(true, 0.02), 0.02) << "what did not stall is not held up";
+  EXPECT_NEAR(step_q(false, 1.0), 0.04, 1e-12);
+  EXPECT_LE(step_q(true, 1.0), 0.0211);
+  EXPECT_EQ(step_q(true, 0.02), 0.02) << "what did not stall is not held up";
 }
 
 }  // namespace

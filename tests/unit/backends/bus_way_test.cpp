@@ -22,17 +22,17 @@ TEST_F(BusWayTest, ADriveIsHeldWhereItGotItsEnergyUntilSetPointsBeginThere) {
   ASSERT_TRUE(wait_until([&] { return bus_.energised == 1; }));
   bus_.reported_us = {0.5};
   bus_.energises_for_ever = false;
-  ASSERT_TRUE(wait_until([&] { return backend->read().position_rad[0] == 0.5; }));
+  ASSERT_TRUE(wait_until([&] { return backend->read().position_q[0] == 0.5; }));
   EXPECT_TRUE(backend->read().measured);
   const int asked = bus_.asked;
   ASSERT_TRUE(wait_until([&] { return bus_.asked > asked + 10; }));
   EXPECT_EQ(backend->health(), BackendHealth::kStandby) << "the set-points are still where it was";
   ServoFrame there = frame(3, 0.0);
-  there.position_rad[0] = 0.5;
+  there.position_q[0] = 0.5;
   backend->write(there);
   ASSERT_TRUE(becomes(*backend, BackendHealth::kOpen));
   const std::lock_guard lock(bus_.mutex);
-  for (const double sent_rad : bus_.positions_rad) EXPECT_EQ(sent_rad, 0.5);
+  for (const double sent_q : bus_.positions_q) EXPECT_EQ(sent_q, 0.5);
 }
 
 /// The pulses of such a joint mean nothing to its drive: the way is not as long as theirs.
@@ -42,9 +42,9 @@ TEST_F(BusWayTest, ADriveThatIsHeldWhereTheSetPointsBeginIsOpenAtOnce) {
   backend->open(stopped(1, 0.0, true));
   backend->write(frame(2, 0.0));
   bus_.reported_us = {0.5};
-  ASSERT_TRUE(wait_until([&] { return backend->read().position_rad[0] == 0.5; }));
+  ASSERT_TRUE(wait_until([&] { return backend->read().position_q[0] == 0.5; }));
   ServoFrame there = frame(3, 2000.0);
-  there.position_rad[0] = 0.5;
+  there.position_q[0] = 0.5;
   const std::size_t sent = bus_.copy().size();
   backend->write(there);
   ASSERT_TRUE(becomes(*backend, BackendHealth::kOpen));
@@ -54,30 +54,30 @@ TEST_F(BusWayTest, ADriveThatIsHeldWhereTheSetPointsBeginIsOpenAtOnce) {
 /// Under load a shaft is behind its target: to begin where it is would let the arm sink with every Clear.
 TEST_F(BusWayTest, ADriveIsHeldAtTheTargetThatItWasEnergisedAt) {
   be_drive(0.5);
-  bus_.lag_rad = 0.02;
+  bus_.lag_q = 0.02;
   const auto backend = make(true);
   ServoFrame there = stopped(1, 0.0, true);
-  there.position_rad[0] = 0.5;
+  there.position_q[0] = 0.5;
   backend->open(there);
   there = frame(2, 0.0);
   backend->write(there);
   ASSERT_TRUE(wait_until([&] { return bus_.copy().size() > 10; }));
-  there.position_rad[0] = backend->read().position_rad[0];
-  EXPECT_EQ(there.position_rad[0], 0.5);
+  there.position_q[0] = backend->read().position_q[0];
+  EXPECT_EQ(there.position_q[0], 0.5);
   backend->write(there);
   ASSERT_TRUE(becomes(*backend, BackendHealth::kOpen));
   const std::lock_guard lock(bus_.mutex);
-  for (const double sent_rad : bus_.positions_rad) EXPECT_EQ(sent_rad, 0.5);
+  for (const double sent_q : bus_.positions_q) EXPECT_EQ(sent_q, 0.5);
 }
 
 TEST_F(BusWayTest, ADriveThatIsTurnedBeyondItsRangeWhileItIsEnergisedIsSaidToBeThere) {
-  arm_.joints[0].lower_rad = -0.5;
+  arm_.joints[0].lower_q = -0.5;
   be_drive(0.0);
-  bus_.lag_rad = 0.6;
+  bus_.lag_q = 0.6;
   const auto backend = make(true);
   backend->open(stopped(1, 0.0, true));
   backend->write(frame(2, 0.0));  // where it is held, too
-  ASSERT_TRUE(wait_until([&] { return backend->read().position_rad[0] == -0.6; }));
+  ASSERT_TRUE(wait_until([&] { return backend->read().position_q[0] == -0.6; }));
   const std::size_t sent = bus_.copy().size();
   ASSERT_TRUE(wait_until([&] { return bus_.copy().size() > sent + 10; }));
   EXPECT_EQ(backend->health(), BackendHealth::kStandby) << "the cycle answers that with an Error";
@@ -85,7 +85,7 @@ TEST_F(BusWayTest, ADriveThatIsTurnedBeyondItsRangeWhileItIsEnergisedIsSaidToBeT
 
 TEST_F(BusWayTest, ADriveThatIsTurnedWhileItIsEnergisedAtAStartIsNotStarted) {
   for (const double turned_rad : {0.04, 0.056, 0.5, -0.5}) {
-    bus_.positions_rad.clear();
+    bus_.positions_q.clear();
     bus_.pulses_us.clear();
     be_drive(0.0);
     const auto backend = make(true);
@@ -104,7 +104,7 @@ TEST_F(BusWayTest, ADriveThatIsTurnedWhileItIsEnergisedAtAStartIsNotStarted) {
                                          : turned_rad > 0.0 ? "from 0.0 to 3.2 degrees, more than 3.0"
                                                             : "from 0.0 to -28.6"));
       }
-      EXPECT_TRUE(bus_.positions_rad.empty()) << "nothing was driven back";
+      EXPECT_TRUE(bus_.positions_q.empty()) << "nothing was driven back";
       EXPECT_FALSE(bus_.is_energised) << "the program ends, and nobody is left to take it off";
     }
     backend->close();
@@ -113,7 +113,7 @@ TEST_F(BusWayTest, ADriveThatIsTurnedWhileItIsEnergisedAtAStartIsNotStarted) {
 
 TEST_F(BusWayTest, AnEncoderThatDoesNotAnswerAtOnceIsAskedAgainAtAStart) {
   for (const auto& [silences, misses] : {std::pair(3, 0), std::pair(0, 1), std::pair(2, 3)}) {
-    bus_.positions_rad.clear();
+    bus_.positions_q.clear();
     bus_.pulses_us.clear();
     be_drive(1.0);
     bus_.silences = silences;
@@ -121,9 +121,9 @@ TEST_F(BusWayTest, AnEncoderThatDoesNotAnswerAtOnceIsAskedAgainAtAStart) {
     const auto backend = make(true);
     const DevicePosition found = backend->connect();
     EXPECT_EQ(found.kind, DevicePosition::Kind::kMeasured);
-    EXPECT_EQ(found.position_rad[0], 1.0);
+    EXPECT_EQ(found.position_q[0], 1.0);
     ServoFrame there = frame(1, 0.0);
-    there.position_rad = found.position_rad;
+    there.position_q = found.position_q;
     auto start = std::async(std::launch::async, [&] { EXPECT_NO_THROW(backend->open(there)); });
     EXPECT_EQ(start.wait_for(std::chrono::seconds(20)), std::future_status::ready) << "it hangs";
     backend->cancel();
@@ -157,7 +157,7 @@ TEST_F(BusWayTest, PulsesOnTheWayAreReportedToo) {
   backend->write(frame(2, 2500.0));
   EXPECT_TRUE(wait_until([&] {
     const ServoFeedback there = backend->read();
-    return there.commanded && std::abs(there.position_rad[0] - before.position_rad[0]) > 0.01;
+    return there.commanded && std::abs(there.position_q[0] - before.position_q[0]) > 0.01;
   }));
   EXPECT_EQ(backend->health(), BackendHealth::kStandby);
 }
@@ -177,7 +177,7 @@ TEST_F(BusWayTest, WhatIsStoppedOnItsWayLosesItsEnergy) {
   ServoFrame here = frame(4, 0.0);
   ASSERT_TRUE(wait_until([&] {
     const ServoFeedback there = backend->read();
-    here.position_rad = there.position_rad;
+    here.position_q = there.position_q;
     return there.measured;
   }));
   backend->write(here);

@@ -32,7 +32,7 @@ struct FakeBus {
   std::atomic<bool> fails{false};
   std::atomic<bool> halt_fails{false};
   std::atomic<bool> is_drive{false};  ///< it can take its energy off, and has encoders
-  std::atomic<double> lag_rad{0.0};   ///< of a drive that is energised, under its load
+  std::atomic<double> lag_q{0.0};     ///< of a drive that is energised, under its load
   std::atomic<bool> is_energised{false};
   std::atomic<bool> energises_for_ever{false};
   std::atomic<std::int64_t> period_ns{1'000'000};  ///< that it announces
@@ -68,7 +68,7 @@ struct FakeBus {
   std::vector<std::uint32_t> servos;  ///< in the frame
   std::vector<double> pulses_us;      ///< of the first servo
   std::vector<double> second_us;      ///< of the second servo
-  std::vector<double> positions_rad;  ///< of the first joint
+  std::vector<double> positions_q;    ///< of the first joint
   std::vector<std::pair<std::uint64_t, bool>> copy() {
     const std::lock_guard lock(mutex);
     return sent;
@@ -129,7 +129,7 @@ class FakeDevice final : public BusDevice {
     bus_.servos.push_back(frame.servo_count);
     bus_.pulses_us.push_back(frame.pulse_us[0]);
     bus_.second_us.push_back(frame.pulse_us[1]);
-    bus_.positions_rad.push_back(frame.position_rad[0]);
+    bus_.positions_q.push_back(frame.position_q[0]);
   }
   BusReading measure(const ServoFrame& frame) override {
     if (bus_.misses > 0) {
@@ -149,8 +149,8 @@ class FakeDevice final : public BusDevice {
     }
     // The servo is where it was sent.
     if (!bus_.pulses_us.empty())
-      reading.value[0] = bus_.has_encoders ? bus_.positions_rad.back() : bus_.pulses_us.back();
-    if (bus_.is_energised) reading.value[0] -= bus_.lag_rad;
+      reading.value[0] = bus_.has_encoders ? bus_.positions_q.back() : bus_.pulses_us.back();
+    if (bus_.is_energised) reading.value[0] -= bus_.lag_q;
     if (bus_.garbles_every > 0 && ++bus_.readings % bus_.garbles_every == 0)
       reading.value[0] = bus_.garbled_us;
     return reading;
@@ -159,7 +159,7 @@ class FakeDevice final : public BusDevice {
     if (!bus_.is_energised || !bus_.has_encoders) return std::nullopt;
     const std::lock_guard lock(bus_.mutex);
     BusReading reading{BusReading::Unit::kJoints, {}, {}};
-    reading.value[0] = bus_.positions_rad.empty() ? bus_.reported_us.at(0) : bus_.positions_rad.back();
+    reading.value[0] = bus_.positions_q.empty() ? bus_.reported_us.at(0) : bus_.positions_q.back();
     return reading;
   }
   [[nodiscard]] bool has_stop_input() const noexcept override { return bus_.has_stop_input; }
@@ -177,8 +177,8 @@ class BusBackendTest : public ::testing::Test {
  protected:
   BusBackendTest() {
     arm_.dof = 1;
-    arm_.joints[0].lower_rad = -20.0;
-    arm_.joints[0].upper_rad = 20.0;
+    arm_.joints[0].lower_q = -20.0;
+    arm_.joints[0].upper_q = 20.0;
     arm_.servos[0] = {0, 1500.0, 600.0, -1.0, 500.0, 2500.0};
     arm_.gripper = {1, 1900.0, 1100.0, 0.5};
   }
@@ -187,10 +187,10 @@ class BusBackendTest : public ::testing::Test {
     settings_.relax_at_end = relax;
     return std::make_unique<BusBackend>(arm_, std::make_unique<FakeDevice>(bus_), settings_, stop_);
   }
-  void be_drive(double at_rad) {
+  void be_drive(double at_q) {
     bus_.is_drive = bus_.has_encoders = true;
     bus_.approach_ns = 0;
-    bus_.reported_us = {at_rad};
+    bus_.reported_us = {at_q};
   }
   static ServoFrame frame(std::uint64_t cycle, double pulse_us = 1500.0) {
     ServoFrame result;

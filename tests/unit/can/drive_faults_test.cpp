@@ -137,8 +137,9 @@ TEST_F(FailingDrives, StopByThemselvesOnARampWhenNoSetPointComes) {
   EXPECT_EQ(failure->cause(), DeviceCause::kNoSetpoint);
   EXPECT_THAT(failure->what(), HasSubstr("no set-point for 50 ms: the drives are stopped (quick stop)"));
   CanPort port;
-  port.open(emulator_.bus(), {kRpdo1 + 1});
+  listen(port, {kRpdo1 + 1});
   drives.close();
+  await_bus();
   std::vector<std::uint16_t> words;
   while (const auto sent = port.read(CanPort::Clock::time_point{})) {
     words.push_back(static_cast<std::uint16_t>(little_endian(*sent, 0, 2)));
@@ -156,11 +157,11 @@ TEST_F(FailingDrives, AreStoppedWithTheirLastTargets) {
   serve(drives, 20);
   emulator_.command("block on 1");  // its position stays behind
   ServoFrame ahead = frame();
-  ahead.position_rad[0] += 0.01;
+  ahead.position_q[0] += 0.01;
   drives.send(ahead, false);
   (void)drives.measure(ahead);
   CanPort port;
-  port.open(emulator_.bus(), {kRpdo1 + 1});
+  listen(port, {kRpdo1 + 1});
   drives.send(ahead, false);
   const auto sent = port.read(CanPort::Clock::now() + std::chrono::seconds(30));
   ASSERT_TRUE(sent);
@@ -177,6 +178,7 @@ TEST_F(FailingDrives, AreStoppedWithTheirLastTargets) {
     return failure.has_value();
   }));
   drives.close();
+  await_bus();
   int stops = 0;
   while (const auto next = port.read(CanPort::Clock::time_point{})) {
     EXPECT_EQ(little_endian(*next, 2, 4), target);
@@ -221,12 +223,12 @@ TEST_F(FailingDrives, AreMeasuredWithoutEnergyAndStayWhereTheyWereTurned) {
   emulator_.command("sto on 1");
   emulator_.command("turn -500 1");
   emulator_.command("sto off 1");
-  const auto at_rad = [&] { return drives.measure(frame()).value[0]; };
+  const auto at_q = [&] { return drives.measure(frame()).value[0]; };
   const double before = emulator_.counts().at(1) / kCountsPerRad;
-  EXPECT_TRUE(wait_until(within(30), [&] { return std::abs(at_rad() - before) < 1e-9; }));
+  EXPECT_TRUE(wait_until(within(30), [&] { return std::abs(at_q() - before) < 1e-9; }));
   EXPECT_EQ(state_of_node(1), DriveState::kSwitchOnDisabled);
   (void)drives.energise([] { return false; });
-  for (int i = 0; i < 50; ++i) (void)at_rad();
+  for (int i = 0; i < 50; ++i) (void)at_q();
   EXPECT_EQ(state_of_node(1), DriveState::kOperationEnabled);
   EXPECT_DOUBLE_EQ(emulator_.counts().at(1) / kCountsPerRad, before) << "enabled where it stands";
 }
@@ -282,8 +284,9 @@ TEST_F(FailingDrives, WaitForNoSilentOneOnASlowBusWithTheirVoltage) {
   Cia402Drives drives(settings_);
   drives.open();
   CanPort port;
-  port.open(emulator_.bus(), {kRpdo1 + 1, kRpdo1 + 3, kSync});
+  listen(port, {kRpdo1 + 1, kRpdo1 + 3, kSync});
   EXPECT_THROW((void)drives.de_energise(), DeviceError) << "node 3 may have kept it";
+  await_bus();
   int syncs = 0;
   std::map<canid_t, int> asked_before;
   while (const auto sent = port.read(CanPort::Clock::time_point{})) {

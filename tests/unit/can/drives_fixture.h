@@ -27,8 +27,8 @@ class Drives : public ::testing::Test {
     std::filesystem::create_directory(directory_);
     arm_.dof = 2;
     for (std::size_t i = 0; i < 2; ++i) {
-      arm_.joints[i].lower_rad = -2.0;
-      arm_.joints[i].upper_rad = 2.0;
+      arm_.joints[i].lower_q = -2.0;
+      arm_.joints[i].upper_q = 2.0;
       arm_.servos[i] = {static_cast<std::uint32_t>(i), 1500.0, 600.0, 1.0, 500.0, 2500.0};
     }
     arm_.gripper = {2, 1900.0, 1100.0, 0.5};
@@ -45,12 +45,12 @@ class Drives : public ::testing::Test {
   void SetUp() override { emulator_.start(); }
 
   /// Joint 1 at 0.25 rad, joint 2 at 0, the gripper at half: 12500, 12000 and 10000 counts.
-  static ServoFrame frame(double first_rad = 0.25) {
+  static ServoFrame frame(double first_q = 0.25) {
     ServoFrame frame;
     frame.cycle = static_cast<std::uint64_t>(CanPort::Clock::now().time_since_epoch().count());
     frame.servo_count = 3;
     frame.time_ns = CanPort::Clock::now().time_since_epoch().count();
-    frame.position_rad[0] = first_rad;
+    frame.position_q[0] = first_q;
     frame.pulse_us[0] = frame.pulse_us[1] = frame.pulse_us[2] = 1500.0;
     return frame;
   }
@@ -71,7 +71,7 @@ class Drives : public ::testing::Test {
     const auto write = [&](bool needs_clear) {
       const ServoFeedback feedback = backend_->read();
       ServoFrame now = frame();
-      if (feedback.measured) now.position_rad = feedback.position_rad;
+      if (feedback.measured) now.position_q = feedback.position_q;
       now.needs_clear = now.power_off = needs_clear;
       backend_->write(now);
     };
@@ -103,6 +103,15 @@ class Drives : public ::testing::Test {
     port.open(emulator_.bus(), {kSdoAnswer + node});
     DriveWatch watch({node});
     return state_of(static_cast<std::uint16_t>(SdoClient(port, watch, node).read({0x6041})));
+  }
+  /// Whatever was sent so far has been carried to all who listen, and who has come to listen does.
+  void await_bus() { (void)emulator_.counts(); }
+  /// From here on it hears what is sent, and nothing from before.
+  void listen(CanPort& port, const std::vector<canid_t>& identifiers) {
+    port.open(emulator_.bus(), identifiers);
+    await_bus();
+    while (port.read(CanPort::Clock::time_point{})) {
+    }
   }
   /// What opening and enabling say, when they fail.
   DeviceError refused() {

@@ -19,8 +19,8 @@ TEST_F(Drives, AreEnabledWhereTheyStandAndFollow) {
   EXPECT_TRUE(arrives());
   EXPECT_TRUE(wait_until(within(10), [&] {
     const ServoFeedback feedback = backend_->read();
-    return feedback.measured && std::abs(feedback.position_rad[0] - 0.25) < 1e-9 &&
-           feedback.position_rad[1] == 0.0;
+    return feedback.measured && std::abs(feedback.position_q[0] - 0.25) < 1e-9 &&
+           feedback.position_q[1] == 0.0;
   }));
   EXPECT_TRUE(arrives(12'520));
   EXPECT_EQ(backend_->health(), BackendHealth::kOpen);
@@ -29,7 +29,7 @@ TEST_F(Drives, AreEnabledWhereTheyStandAndFollow) {
 
 TEST_F(Drives, CatchUpNoFasterThanTheyMay) {
   constexpr double kMost_per_s = 60'000.0;
-  for (JointLimits& joint : arm_.joints) joint.speed_rad_s = 0.5 * kMost_per_s / kCountsPerRad;
+  for (JointLimits& joint : arm_.joints) joint.speed_q_s = 0.5 * kMost_per_s / kCountsPerRad;
   open();
   ASSERT_TRUE(arrives());
   EXPECT_TRUE(arrives(15'000)) << "a set-point that is late by many cycles";
@@ -233,18 +233,18 @@ TEST_F(Drives, AreEnergisedAndDeEnergisedWhenAsked) {
   Cia402Drives drives(settings_);
   drives.open();
   EXPECT_EQ(state_of_node(1), DriveState::kSwitchOnDisabled);
-  const auto measured_rad = [&] {
+  const auto measured_q = [&] {
     const BusReading reading = drives.measure(frame());
     return reading.unit == BusReading::Unit::kJoints ? reading.value[0] : HUGE_VAL;
   };
-  EXPECT_TRUE(wait_until(within(10), [&] { return measured_rad() == kStandsAt / kCountsPerRad; }));
+  EXPECT_TRUE(wait_until(within(10), [&] { return measured_q() == kStandsAt / kCountsPerRad; }));
   (void)drives.energise([] { return false; });
   EXPECT_EQ(state_of_node(1), DriveState::kOperationEnabled);
   drives.send(frame(kStandsAt / kCountsPerRad), false);
   EXPECT_TRUE(drives.de_energise());
   for (std::uint8_t node = 1; node <= 3; ++node)
     EXPECT_EQ(state_of_node(node), DriveState::kSwitchOnDisabled);
-  EXPECT_TRUE(wait_until(within(10), [&] { return measured_rad() == kStandsAt / kCountsPerRad; }));
+  EXPECT_TRUE(wait_until(within(10), [&] { return measured_q() == kStandsAt / kCountsPerRad; }));
   EXPECT_EQ(state_of_node(1), DriveState::kSwitchOnDisabled) << "SYNC enables nothing";
   (void)drives.energise([] { return false; });
   EXPECT_EQ(state_of_node(2), DriveState::kOperationEnabled);
@@ -256,8 +256,9 @@ TEST_F(Drives, AreEnabledOneAfterAnother) {
   port.open(emulator_.bus(), {kRpdo1 + 1, kRpdo1 + 2, kRpdo1 + 3});
   std::vector<std::pair<int, int>> seen;  // node, the first of each of these controlwords
   std::jthread reads([&](const std::stop_token& end) {
-    while (!end.stop_requested()) {
+    for (;;) {
       const auto got = port.read(CanPort::Clock::now() + std::chrono::milliseconds(10));
+      if (!got && end.stop_requested()) return;
       if (!got) continue;
       const std::pair<int, int> step{static_cast<int>(got->can_id - kRpdo1), got->data[0]};
       if (step.second != kShutDown && step.second != kEnableOperation) continue;
@@ -271,6 +272,7 @@ TEST_F(Drives, AreEnabledOneAfterAnother) {
   EXPECT_GE(CanPort::Clock::now() - begin, std::chrono::milliseconds(600));
   for (std::uint8_t node = 1; node <= 3; ++node)
     EXPECT_EQ(state_of_node(node), DriveState::kOperationEnabled);
+  await_bus();
   reads.request_stop();
   reads.join();
   EXPECT_THAT(seen, ::testing::ElementsAre(std::pair(1, 0x06), std::pair(1, 0x0F), std::pair(2, 0x06),

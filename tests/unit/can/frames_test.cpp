@@ -374,8 +374,8 @@ TEST(Scale, GoesThereAndBack) {
   settings.gripper_model = {4, 1900.0, 1100.0, 0.5};
   const Cia402Drives drives(settings);
   ServoFrame frame;
-  frame.position_rad[0] = 0.25;
-  frame.position_rad[1] = 0.5;
+  frame.position_q[0] = 0.25;
+  frame.position_q[1] = 0.5;
   frame.pulse_us[2] = 1500.0;
   const auto counts = drives.targets(frame);
   EXPECT_THAT(counts, ElementsAre(750, -1000, 600));

@@ -39,7 +39,7 @@ TEST_F(IncrementalDrives, AreRefusedUntilTheyAreHomed) {
   ASSERT_TRUE(homing.energise(never));
   EXPECT_TRUE(homing.home(0, always));
   EXPECT_NEAR(homing.count(0), 700, 40) << "607Ch";
-  EXPECT_NEAR(homing.angle_rad(0), 700 / kCountsPerRad, 40 / kCountsPerRad);
+  EXPECT_NEAR(homing.position_q(0), 700 / kCountsPerRad, 40 / kCountsPerRad);
   EXPECT_EQ(homing.count(1), kStandsAt) << "holds";
   homing.relax();
   EXPECT_THAT(refused().what(), HasSubstr("node 2: is not homed"));

@@ -120,6 +120,7 @@ TEST_F(RestartedDrives, AreNotStartedWhenOneRestartsAfterEverySetUp) {
   EXPECT_THAT(refused().what(), HasSubstr("node 1 has restarted while it was set up"));
   restarts.request_stop();
   restarts.join();
+  await_bus();
   while (const auto frame = port_.read(CanPort::Clock::time_point{})) {
     EXPECT_NE(frame->data[0], static_cast<int>(NmtCommand::kStart));
   }

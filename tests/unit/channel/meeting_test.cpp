@@ -357,7 +357,7 @@ TEST_F(Predecessor, WhatAServantForgesIsNotTakenOver) {
         ::mmap(nullptr, sizeof(TaskSegment), PROT_READ | PROT_WRITE, MAP_SHARED, memory.get(), 0));
     segment_detail::fill_header(layout->header, name(), fingerprint, kind, sizeof(TaskSegment));
     Snapshot jump{};
-    jump.position_rad[0] = 1.0;
+    jump.position_q[0] = 1.0;
     layout->snapshot.store(jump);
     ::munmap(layout, sizeof(TaskSegment));
     ::fcntl(memory.get(), F_ADD_SEALS, seals);

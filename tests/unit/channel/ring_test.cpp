@@ -144,7 +144,7 @@ TEST(Ring, CarriesCommands) {
   Command in{};
   in.id = 17;
   in.kind = MotionKind::kGripper;
-  in.end_rad[3] = -0.5;
+  in.end_q[3] = -0.5;
   ASSERT_TRUE(RingProducer(*ring).push(in));
   Command out{};
   ASSERT_EQ(RingConsumer(*ring).pop(out), PopResult::kOk);

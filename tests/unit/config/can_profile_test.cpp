@@ -27,7 +27,7 @@ TEST(CanProfile, IsReadToTheLastValue) {
   EXPECT_FALSE(profile.backend.common.relax_at_end);
   ASSERT_EQ(options.drives.size(), 4u);
   EXPECT_EQ(options.drives[3].node, 4);
-  EXPECT_DOUBLE_EQ(options.drives[3].counts_per_rad, 1000.0 * 180.0 / std::numbers::pi);
+  EXPECT_DOUBLE_EQ(options.drives[3].counts_per_q, 1000.0 * 180.0 / std::numbers::pi);
   EXPECT_EQ(options.drives[3].direction, 1.0);
   EXPECT_EQ(options.gripper_node, 5);
   EXPECT_EQ(options.gripper_open_count, 40'000.0);
@@ -46,9 +46,9 @@ TEST(CanProfile, HasIdentitiesAndHoming) {
   EXPECT_EQ(drive.identity, (CanIdentity{42u, std::nullopt, std::nullopt, 4294967295u}));
   EXPECT_FALSE(drive.reports_following);
   EXPECT_EQ(drive.homing.method, 19);
-  EXPECT_DOUBLE_EQ(drive.homing.speed_rad_s, 10.0 * std::numbers::pi / 180.0);
-  EXPECT_DOUBLE_EQ(drive.homing.creep_rad_s, std::numbers::pi / 180.0);
-  EXPECT_EQ(drive.homing.acceleration_rad_s2, 0.0);
+  EXPECT_DOUBLE_EQ(drive.homing.speed_q_s, 10.0 * std::numbers::pi / 180.0);
+  EXPECT_DOUBLE_EQ(drive.homing.creep_q_s, std::numbers::pi / 180.0);
+  EXPECT_EQ(drive.homing.acceleration_q_s2, 0.0);
   EXPECT_EQ(drive.homing.offset, -500.0);
   EXPECT_TRUE(options.drives[1].reports_following);
   EXPECT_EQ(options.drives[1].homing.method, 0);

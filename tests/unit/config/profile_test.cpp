@@ -56,20 +56,20 @@ TEST(ShippedProfile, Lynx5IsReadToTheLastValue) {
 TEST(ShippedProfile, Lynx5JointsAreConvertedExactly) {
   const ArmModel arm = load_profile(kProfiles + "/lynx5.toml").arm;
   const JointLimits& elbow = arm.joints[2];
-  EXPECT_EQ(elbow.lower_rad, -30 * kDegree);
-  EXPECT_EQ(elbow.upper_rad, 150 * kDegree);
-  EXPECT_EQ(elbow.speed_rad_s, 180 * kDegree);
-  EXPECT_EQ(elbow.acceleration_rad_s2, 900 * kDegree);
-  EXPECT_EQ(elbow.jerk_rad_s3, 8000 * kDegree);
+  EXPECT_EQ(elbow.lower_q, -30 * kDegree);
+  EXPECT_EQ(elbow.upper_q, 150 * kDegree);
+  EXPECT_EQ(elbow.speed_q_s, 180 * kDegree);
+  EXPECT_EQ(elbow.acceleration_q_s2, 900 * kDegree);
+  EXPECT_EQ(elbow.jerk_q_s3, 8000 * kDegree);
   const ServoMap& servo = arm.servos[2];
   EXPECT_EQ(servo.channel, 2u);
   EXPECT_EQ(servo.zero_us, 2100.0);
-  EXPECT_EQ(servo.us_per_rad, 10 / kDegree);
+  EXPECT_EQ(servo.us_per_q, 10 / kDegree);
   EXPECT_EQ(servo.direction, -1.0);
   EXPECT_EQ(servo.pulse_min_us, 500.0);
   EXPECT_EQ(servo.pulse_max_us, 2500.0);
   for (std::size_t beyond = arm.dof; beyond < kMaxJoints; ++beyond)
-    EXPECT_EQ(arm.joints[beyond].upper_rad, 0.0);
+    EXPECT_EQ(arm.joints[beyond].upper_q, 0.0);
 }
 
 TEST(ShippedProfile, Al5dHasItsPublishedLengthsAndCalibratedCentres) {
@@ -84,10 +84,9 @@ TEST(ShippedProfile, Al5dHasItsPublishedLengthsAndCalibratedCentres) {
   const std::array<double, 4> centre{1480, 1550, 1560, 1440};
   for (std::size_t i = 0; i < 4; ++i) {
     const ServoMap& servo = arm.servos[i];
-    EXPECT_EQ(servo.us_per_rad, scale[i] / kDegree);
-    const double middle = (arm.joints[i].lower_rad + arm.joints[i].upper_rad) / 2;
-    EXPECT_NEAR(servo.zero_us + servo.direction * servo.us_per_rad * middle, centre[i], 1e-9)
-        << "joint " << i;
+    EXPECT_EQ(servo.us_per_q, scale[i] / kDegree);
+    const double middle = (arm.joints[i].lower_q + arm.joints[i].upper_q) / 2;
+    EXPECT_NEAR(servo.zero_us + servo.direction * servo.us_per_q * middle, centre[i], 1e-9) << "joint " << i;
   }
 }
 
@@ -95,8 +94,8 @@ TEST(ShippedProfile, Al5dHasItsPublishedLengthsAndCalibratedCentres) {
 TEST(ShippedProfile, ElbowsBendBothWays) {
   for (const char* name : {"/lynx5.toml", "/al5d.toml"}) {
     const JointLimits elbow = load_profile(kProfiles + name).arm.joints[2];
-    EXPECT_LT(elbow.lower_rad, -10 * kDegree) << name;
-    EXPECT_GT(elbow.upper_rad, 120 * kDegree) << name;
+    EXPECT_LT(elbow.lower_q, -10 * kDegree) << name;
+    EXPECT_GT(elbow.upper_q, 120 * kDegree) << name;
   }
 }
 

@@ -53,9 +53,9 @@ TEST(PlanarArm, IsTheLynx5ToTheLastBranch) {
       }
       ++compared;
       ASSERT_LT(got.orientation_error_rad, 1e-14);
-      const double slack = 1e-15 / (1e-9 + std::abs(std::sin(expected.position_rad[2])));
+      const double slack = 1e-15 / (1e-9 + std::abs(std::sin(expected.position_q[2])));
       for (std::size_t i = 0; i < 4; ++i) {
-        ASSERT_NEAR(wrap_angle(got.joints_q[i] - expected.position_rad[i]), 0.0, 1e-12 + slack)
+        ASSERT_NEAR(wrap_angle(got.joints_q[i] - expected.position_q[i]), 0.0, 1e-12 + slack)
             << "joint " << i;
       }
     }

@@ -84,11 +84,10 @@ TEST(Inverse, ComesBackOnEveryBranchWithItsSignAndFacing) {
     const auto branch = static_cast<Branch>(i);
     const IkResult ik = inverse(lynx5(), p, deg(20), branch, 0.0);
     ASSERT_EQ(ik.status, IkStatus::kOk) << i;
-    EXPECT_EQ(branch_of(lynx5(), ik.position_rad), branch);
-    EXPECT_LT(distance(forward(lynx5(), ik.position_rad).position_m, p), 1e-15);
-    EXPECT_EQ(ik.position_rad[2] > 0.0, !is_negative(branch));
-    EXPECT_NEAR(std::abs(ik.position_rad[0] - std::atan2(p[1], p[0])), is_backward(branch) ? kPi : 0.0,
-                1e-15);
+    EXPECT_EQ(branch_of(lynx5(), ik.position_q), branch);
+    EXPECT_LT(distance(forward(lynx5(), ik.position_q).position_m, p), 1e-15);
+    EXPECT_EQ(ik.position_q[2] > 0.0, !is_negative(branch));
+    EXPECT_NEAR(std::abs(ik.position_q[0] - std::atan2(p[1], p[0])), is_backward(branch) ? kPi : 0.0, 1e-15);
   }
 }
 
@@ -99,7 +98,7 @@ TEST(Inverse, PositiveIsTheUpperElbowOnlyInFrontOfTheShoulder) {
     EXPECT_EQ(ik.status, IkStatus::kOk);
     const double wrist_u = std::hypot(p[0], p[1]) - 0.1 * std::cos(pitch);
     const double wrist_h = p[2] - 0.067 - 0.1 * std::sin(pitch);
-    const double a = ik.position_rad[1] + deg(10);
+    const double a = ik.position_q[1] + deg(10);
     return std::sin(a) * 0.12 > wrist_h / wrist_u * std::cos(a) * 0.12;
   };
   EXPECT_TRUE(elbow_is_up({0.25, 0, 0.1}, 0.0, Branch::kForwardPositive));
@@ -121,10 +120,9 @@ TEST(Inverse, ThePrintedEquationsDoNotInvert) {
 TEST(Inverse, KeepsTheHintOnTheBaseAxisOnly) {
   const IkResult on_axis = inverse(lynx5(), {0.0, 0.0, 0.3}, deg(90), Branch::kForwardPositive, 0.7);
   ASSERT_EQ(on_axis.status, IkStatus::kOk);
-  EXPECT_EQ(on_axis.position_rad[0], 0.7);
-  EXPECT_EQ(inverse(lynx5(), {5e-14, 0.0, 0.3}, deg(90), Branch::kBackwardPositive, 0.7).position_rad[0],
-            0.7);
-  EXPECT_EQ(inverse(lynx5(), {2e-13, 0.0, 0.3}, deg(90), Branch::kForwardPositive, 0.7).position_rad[0], 0.0);
+  EXPECT_EQ(on_axis.position_q[0], 0.7);
+  EXPECT_EQ(inverse(lynx5(), {5e-14, 0.0, 0.3}, deg(90), Branch::kBackwardPositive, 0.7).position_q[0], 0.7);
+  EXPECT_EQ(inverse(lynx5(), {2e-13, 0.0, 0.3}, deg(90), Branch::kForwardPositive, 0.7).position_q[0], 0.0);
 }
 
 TEST(Inverse, TheBorderIsReachableAndAHairBeyondItIsNot) {
@@ -132,7 +130,7 @@ TEST(Inverse, TheBorderIsReachableAndAHairBeyondItIsNot) {
   for (const double miss : {0.0, 5e-14, -5e-14}) {
     const IkResult ik = inverse(lynx5(), {reach + miss, 0.0, 0.067}, 0.0, Branch::kForwardPositive, 0.0);
     ASSERT_EQ(ik.status, IkStatus::kOk) << miss;
-    EXPECT_LT(distance(forward(lynx5(), ik.position_rad).position_m, {reach + miss, 0.0, 0.067}), 1e-12);
+    EXPECT_LT(distance(forward(lynx5(), ik.position_q).position_m, {reach + miss, 0.0, 0.067}), 1e-12);
   }
   EXPECT_EQ(inverse(lynx5(), {reach + 1e-12, 0, 0.067}, 0.0, Branch::kForwardPositive, 0).status,
             IkStatus::kTooFar);
@@ -148,10 +146,10 @@ TEST(Inverse, TheBorderIsReachableAndAHairBeyondItIsNot) {
 TEST(Inverse, AtPZeroEqualLinksFoldUprightAndUnequalOnesCannot) {
   const IkResult folded = inverse(lynx5(), {0.1, 0.0, 0.067}, 0.0, Branch::kForwardPositive, 0.0);
   ASSERT_EQ(folded.status, IkStatus::kOk);
-  EXPECT_EQ(folded.position_rad[1], kPi / 2 - deg(10));
-  EXPECT_EQ(folded.position_rad[2], kPi);
-  EXPECT_EQ(inverse(lynx5(), {0.1, 0.0, 0.067}, 0.0, Branch::kForwardNegative, 0.0).position_rad[2], -kPi);
-  EXPECT_LT(distance(forward(lynx5(), folded.position_rad).position_m, {0.1, 0.0, 0.067}), 1e-15);
+  EXPECT_EQ(folded.position_q[1], kPi / 2 - deg(10));
+  EXPECT_EQ(folded.position_q[2], kPi);
+  EXPECT_EQ(inverse(lynx5(), {0.1, 0.0, 0.067}, 0.0, Branch::kForwardNegative, 0.0).position_q[2], -kPi);
+  EXPECT_LT(distance(forward(lynx5(), folded.position_q).position_m, {0.1, 0.0, 0.067}), 1e-15);
   const IkResult unequal = inverse(al5d(), {0.1, 0.0, 0.06731}, 0.0, Branch::kForwardPositive, 0.0);
   EXPECT_EQ(unequal.status, IkStatus::kTooClose);
   EXPECT_NEAR(unequal.min_m, 0.041275, 1e-15);
@@ -171,7 +169,7 @@ TEST(Inverse, SaysWhatIsWrongAndNeverAnswersNan) {
   }
   const IkResult far = inverse(lynx5(), {1e308, 1e308, -1e308}, 0, Branch::kForwardPositive, 0);
   EXPECT_EQ(far.status, IkStatus::kTooFar);
-  EXPECT_EQ(far.position_rad, Joints{});
+  EXPECT_EQ(far.position_q, Joints{});
   EXPECT_EQ(far.max_m, 0.24);
 }
 

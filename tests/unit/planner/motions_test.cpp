@@ -43,9 +43,9 @@ TEST(Move, TakesTheTimeThatIsAskedForOrWhatTheLimitsAllow) {
   EXPECT_EQ(slow.duration_s, 7.25);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_NEAR(slow.joint.law[i].duration_s(), 7.25, 1e-14);
-    EXPECT_EQ(slow.start_rad[i], kBent.position_rad[i]);
+    EXPECT_EQ(slow.start_q[i], kBent.position_q[i]);
   }
-  EXPECT_LT(test::distance(tcp_of(lynx5(), slow.end_rad), target), 1e-12);
+  EXPECT_LT(test::distance(tcp_of(lynx5(), slow.end_q), target), 1e-12);
   EXPECT_EQ(only(planner.move(kBent, {}, target, 3600.0)).duration_s, 3600.0);
 }
 
@@ -64,7 +64,7 @@ TEST(Move, KeepsThePresentBranchWhereItCanAndElseTakesTheQuickest) {
   const ArmModel arm = lynx5();
   const Point target{0.25, 0.0, 0.1};
   const auto elbow = [&](const ArmModel& model, const Joints& start) {
-    return only(Planner(model).move({start, 0.0}, {}, target, 0.0)).end_rad[2];
+    return only(Planner(model).move({start, 0.0}, {}, target, 0.0)).end_q[2];
   };
   EXPECT_GT(elbow(arm, {0, deg(40), deg(60), deg(55), 0, 0}), 0.0);
   EXPECT_LT(elbow(wide_arm(), {0, deg(10), deg(-20), deg(0), 0, 0}), 0.0);
@@ -80,10 +80,10 @@ TEST(Move, KeepsThePresentBranchEvenWhereAnotherIsQuicker) {
   for (int n = 0; n < 500; ++n) {
     const PlanStart start{{unit(random), 2 * unit(random), 2 * unit(random), 2 * unit(random), 0, 0}, 0.0};
     const Point target{0.15 + 0.1 * unit(random), 0.1 * unit(random), 0.15 + 0.05 * unit(random)};
-    const Branch present = branch_of(arm.geometry, start.position_rad);
+    const Branch present = branch_of(arm.geometry, start.position_q);
     if (inverse(arm.geometry, target, 0.0, present, 0.0).status != IkStatus::kOk) continue;
     const Command command = only(planner.move(start, {}, target, 0.0));
-    ASSERT_EQ(branch_of(arm.geometry, command.end_rad), present) << n;
+    ASSERT_EQ(branch_of(arm.geometry, command.end_q), present) << n;
   }
 }
 
@@ -91,15 +91,15 @@ TEST(Move, ConsidersWholeTurns) {
   ArmModel arm = wide_arm();
   arm.joints[0] = {deg(-20), deg(300), deg(180), deg(900), deg(8000)};
   PlanStart start = kBent;
-  start.position_rad[0] = deg(170);
+  start.position_q[0] = deg(170);
   const IkResult ik = inverse(arm.geometry, {-0.2, -0.05, 0.1}, 0.0, Branch::kForwardPositive, 0.0);
-  ASSERT_LT(ik.position_rad[0], deg(-20));
+  ASSERT_LT(ik.position_q[0], deg(-20));
   const Command command = only(Planner(arm).move(start, {}, {-0.2, -0.05, 0.1}, 0.0));
-  EXPECT_NEAR(command.end_rad[0], ik.position_rad[0] + deg(360), 1e-12);
+  EXPECT_NEAR(command.end_q[0], ik.position_q[0] + deg(360), 1e-12);
 }
 
 TEST(Moves, OfNoLengthAndOfAFemtometreSucceed) {
-  for (const Joints& at : {kBent.position_rad, Joints{}, Joints{0.3, 0.2, 0.0, 0.1, 0, 0}}) {
+  for (const Joints& at : {kBent.position_q, Joints{}, Joints{0.3, 0.2, 0.0, 0.1, 0, 0}}) {
     const ArmModel arm = lynx5();
     const Planner planner(arm);
     const ToolPose here = forward(arm.geometry, at);
@@ -111,11 +111,11 @@ TEST(Moves, OfNoLengthAndOfAFemtometreSucceed) {
       for (const double t_s : {0.0, 2.0}) {
         const Command line = only(planner.move_s({at, 0.0}, settings, target, t_s));
         EXPECT_TRUE(is_well_formed(line.line.law));
-        EXPECT_LT(test::distance(tcp_of(arm, line.end_rad), target), 1e-12) << step;
+        EXPECT_LT(test::distance(tcp_of(arm, line.end_q), target), 1e-12) << step;
         EXPECT_GE(line.duration_s, t_s);
         EXPECT_LT(line.duration_s, t_s + 0.1) << step;
         const Command free = only(planner.move({at, 0.0}, settings, target, t_s));
-        EXPECT_LT(test::distance(tcp_of(arm, free.end_rad), target), 1e-12) << step;
+        EXPECT_LT(test::distance(tcp_of(arm, free.end_q), target), 1e-12) << step;
       }
     }
     EXPECT_EQ(only(planner.move_joints({at, 0.0}, {}, at, 0.0)).duration_s, 0.0);
@@ -130,11 +130,11 @@ TEST(MoveS, RunsTheStraightLineInTheTimeAskedFor) {
   const Command free = only(planner.move_s(kBent, {}, target, 0.0));
   EXPECT_EQ(free.kind, MotionKind::kLine);
   // Not to the bit: sine and cosine may be merged into one call in one place and not in the other.
-  EXPECT_LT(test::distance(free.line.from_m, tcp_of(arm, kBent.position_rad)), 1e-15);
+  EXPECT_LT(test::distance(free.line.from_m, tcp_of(arm, kBent.position_q)), 1e-15);
   EXPECT_EQ(free.line.to_m, target);
   EXPECT_EQ(free.line.law.distance, 1.0);
   EXPECT_NEAR(free.line.to_pitch_rad, 0.0, 1e-15);
-  EXPECT_LT(test::distance(tcp_of(arm, free.end_rad), target), 1e-12);
+  EXPECT_LT(test::distance(tcp_of(arm, free.end_q), target), 1e-12);
   EXPECT_EQ(only(planner.move_s(kBent, {}, target, 0.01)).duration_s, free.duration_s);
   const Command timed = only(planner.move_s(kBent, {}, target, 12.5));
   EXPECT_EQ(timed.duration_s, 12.5);
@@ -155,17 +155,17 @@ TEST(MoveS, BeginsAndEndsOnTheBorderOfTheWorkspace) {
   PlanSettings ready_pitch;
   ready_pitch.tool_pitch_rad = deg(-35);
   const Point ready = tcp_of(arm, {});
-  const Command back = only(planner.move_s({out.end_rad, 0.0}, ready_pitch, ready, 0.0));
-  EXPECT_LT(test::distance(tcp_of(arm, back.end_rad), ready), 1e-12);
+  const Command back = only(planner.move_s({out.end_q, 0.0}, ready_pitch, ready, 0.0));
+  EXPECT_LT(test::distance(tcp_of(arm, back.end_q), ready), 1e-12);
   EXPECT_LT(back.duration_s, 5.0);
 }
 
 TEST(MoveS, AtTheStretchedArmTheOtherSignIsTriedToo) {
   ArmModel arm = wide_arm();
-  arm.joints[2].upper_rad = deg(1e-3);  // only θ2 ≤ 0 leads anywhere
+  arm.joints[2].upper_q = deg(1e-3);  // only θ2 ≤ 0 leads anywhere
   const Command command = only(Planner(arm).move_s({}, {}, {0.25, 0.05, 0.1}, 0.0));
   EXPECT_EQ(command.line.branch, Branch::kForwardNegative);
-  EXPECT_LT(command.end_rad[2], 0.0);
+  EXPECT_LT(command.end_q[2], 0.0);
 }
 
 TEST(MoveS, LeavesTheBaseAxisTheWayTheArmFaces) {
@@ -174,11 +174,11 @@ TEST(MoveS, LeavesTheBaseAxisTheWayTheArmFaces) {
   up.tool_pitch_rad = deg(90);
   IkResult on_axis = inverse(arm.geometry, {0.0, 0.0, 0.3}, deg(90), Branch::kForwardPositive, 0.0);
   ASSERT_EQ(on_axis.status, IkStatus::kOk);
-  const PlanStart start{on_axis.position_rad, 0.0};
+  const PlanStart start{on_axis.position_q, 0.0};
   const Planner planner(arm);
   EXPECT_EQ(only(planner.move_s(start, up, {0.1, 0.0, 0.28}, 0.0)).line.branch, Branch::kForwardPositive);
   EXPECT_EQ(only(planner.move_s(start, up, {-0.1, 0.0, 0.28}, 0.0)).line.branch, Branch::kBackwardPositive);
-  EXPECT_EQ(only(planner.move_s(start, up, {0.0, 0.0, 0.25}, 0.0)).end_rad[0], 0.0) << "along the axis";
+  EXPECT_EQ(only(planner.move_s(start, up, {0.0, 0.0, 0.25}, 0.0)).end_q[0], 0.0) << "along the axis";
   EXPECT_TRUE(std::holds_alternative<PlanRefusal>(planner.move_s(start, up, {0.0, 0.1, 0.28}, 0.0)));
 }
 
@@ -190,17 +190,17 @@ TEST(MoveC, GoesToP1FirstAndTravelsOverP2) {
   ASSERT_EQ(two.size(), 2u);
   EXPECT_EQ(two[0].kind, MotionKind::kLine);
   EXPECT_EQ(two[1].kind, MotionKind::kArc);
-  EXPECT_EQ(two[1].start_rad, two[0].end_rad);
+  EXPECT_EQ(two[1].start_q, two[0].end_q);
   const ArcMotion& arc = two[1].arc;
   EXPECT_NEAR(arc.radius_m, 0.03, 1e-15);
   EXPECT_NEAR(arc.angle_rad, deg(180), 1e-12);
   EXPECT_LT(test::distance(point_at(arc, 0.0).position_m, p1), 1e-15);
   EXPECT_LT(test::distance(point_at(arc, 0.5).position_m, p2), 1e-15);
   EXPECT_LT(test::distance(point_at(arc, 1.0).position_m, p3), 1e-15);
-  const auto one = commands_of(planner.move_c({two[0].end_rad, 0.0}, {}, p1, p2, p3));
+  const auto one = commands_of(planner.move_c({two[0].end_q, 0.0}, {}, p1, p2, p3));
   EXPECT_EQ(one.size(), 1u);
   // The long way round when P2 lies there.
-  const auto far = commands_of(planner.move_c({two[0].end_rad, 0.0}, {}, p1, p3, p2));
+  const auto far = commands_of(planner.move_c({two[0].end_q, 0.0}, {}, p1, p3, p2));
   EXPECT_NEAR(far.front().arc.angle_rad, deg(270), 1e-12);
 }
 
@@ -217,16 +217,16 @@ TEST(MoveC, KeepsTheVectorOfAccelerationWithinTheLimit) {
 
 TEST(Drive, MovesOneJointAtTheSpeedGiven) {
   const Command command = only(Planner(lynx5()).drive(kBent, {}, 2, deg(-40), deg(20)));
-  EXPECT_NEAR(command.end_rad[2], deg(20), 1e-15);
-  EXPECT_EQ(command.end_rad[1], kBent.position_rad[1]);
+  EXPECT_NEAR(command.end_q[2], deg(20), 1e-15);
+  EXPECT_EQ(command.end_q[1], kBent.position_q[1]);
   EXPECT_NEAR(peaks(command.joint.law[2]).velocity, deg(20), 1e-12);
-  EXPECT_EQ(only(Planner(lynx5()).drive(kBent, {}, 0, deg(10), deg(180))).end_rad[0], 0.1 + deg(10));
+  EXPECT_EQ(only(Planner(lynx5()).drive(kBent, {}, 0, deg(10), deg(180))).end_q[0], 0.1 + deg(10));
   EXPECT_EQ(only(Planner(lynx5()).drive(kBent, {}, 0, 0.0, deg(1))).duration_s, 0.0);
 }
 
 TEST(Ready, GoesToAllZeros) {
   const Command command = only(Planner(lynx5()).ready(kBent, {}));
-  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(command.end_rad[i], 0.0, 1e-16);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(command.end_q[i], 0.0, 1e-16);
 }
 
 TEST(Dwell, StandsStill) {
@@ -234,7 +234,7 @@ TEST(Dwell, StandsStill) {
   EXPECT_EQ(command.kind, MotionKind::kDwell);
   EXPECT_EQ(command.dwell.duration_s, 1.5);
   EXPECT_EQ(command.duration_s, 1.5);
-  EXPECT_EQ(command.end_rad, kBent.position_rad);
+  EXPECT_EQ(command.end_q, kBent.position_q);
   EXPECT_EQ(only(Planner(lynx5()).dwell(kBent, 0.0)).duration_s, 0.0);
 }
 

@@ -34,7 +34,7 @@ TEST(PathProof, TheLoadIsAboveEverySampleAndLessThanOnePerCentHigher) {
   std::mt19937_64 random(kSeed);
   const ArmModel arm = test::wide_arm();
   Joints speed{};
-  for (std::size_t i = 0; i < 4; ++i) speed[i] = arm.joints[i].speed_rad_s;
+  for (std::size_t i = 0; i < 4; ++i) speed[i] = arm.joints[i].speed_q_s;
   int compared = 0;
   for (int n = 0; n < 400; ++n) {
     const LineMotion line = random_line(random);
@@ -46,10 +46,9 @@ TEST(PathProof, TheLoadIsAboveEverySampleAndLessThanOnePerCentHigher) {
     ASSERT_TRUE(std::isfinite(load));
     double sampled = 0.0;
     constexpr int kSamples = 4000;
-    Joints last = proof.joints_at(0.0).position_rad;
+    Joints last = proof.joints_at(0.0).position_q;
     for (int k = 1; k <= kSamples; ++k) {
-      const Joints now =
-          proof.joints_at(evaluate(law, law.duration_s() * k / kSamples).position).position_rad;
+      const Joints now = proof.joints_at(evaluate(law, law.duration_s() * k / kSamples).position).position_q;
       for (std::size_t i = 0; i < 4; ++i) {
         sampled = std::max(sampled, std::abs(now[i] - last[i]) * kSamples / law.duration_s() / speed[i]);
       }
@@ -70,14 +69,14 @@ TEST(PathProof, ARangeLeftBetweenTheSamplesIsFound) {
   line.from_m = {0.25, -0.05, 0.1};
   line.to_m = {0.25, 0.0437, 0.1};
   const PathProof wide(arm, line, Branch::kForwardPositive, 0.0);
-  const double peak = wide.joints_at(0.05 / 0.0937).position_rad[2];
+  const double peak = wide.joints_at(0.05 / 0.0937).position_q[2];
   for (const double hair : {1e-3, 1e-5, 5e-7}) {
-    arm.joints[2].upper_rad = peak - hair;
+    arm.joints[2].upper_q = peak - hair;
     const auto refusal = PathProof(arm, line, Branch::kForwardPositive, 0.0).check_geometry();
     ASSERT_TRUE(refusal.has_value()) << hair;
     EXPECT_EQ(refusal->joint, 2);
     EXPECT_NEAR(refusal->target_m[1], 0.0, 0.01);
-    arm.joints[2].upper_rad = peak + hair;
+    arm.joints[2].upper_q = peak + hair;
     EXPECT_FALSE(PathProof(arm, line, Branch::kForwardPositive, 0.0).check_geometry().has_value()) << hair;
   }
 }

@@ -100,7 +100,7 @@ TEST(Refusals, InsideTheBaseTheRangesForbid) {
 
 TEST(Refusals, BehindTheRangeOfTheBase) {
   ArmModel arm = lynx5();
-  arm.joints[2].lower_rad = 0.0;
+  arm.joints[2].lower_q = 0.0;
   const Point behind{-0.25, 0.01, 0.1};
   for (const auto& result :
        {Planner(arm).move(kBent, {}, behind, 0.0), Planner(arm).move_s(kBent, {}, behind, 0.0)}) {
@@ -119,12 +119,12 @@ TEST(Refusals, ALineWhoseMiddleIsOutOfReach) {
   const Point from{0.12, 0.0, 0.067 + 0.08}, to{0.12, 0.0, 0.067 - 0.08};
   const IkResult ik = inverse(arm.geometry, from, 0.0, Branch::kForwardPositive, 0.0);
   ASSERT_EQ(ik.status, IkStatus::kOk);
-  const PlanResult result = Planner(arm).move_s({ik.position_rad, 0.0}, {}, to, 0.0);
+  const PlanResult result = Planner(arm).move_s({ik.position_q, 0.0}, {}, to, 0.0);
   expect_refused(result, Kind::kUnreachable, "P", "the path's point");
   EXPECT_NEAR(refusal_of(result).target_m[2], 0.067, 0.04);
   // Its end alone is no obstacle.
   EXPECT_TRUE(
-      std::holds_alternative<std::vector<Command>>(Planner(arm).move({ik.position_rad, 0.0}, {}, to, 0.0)));
+      std::holds_alternative<std::vector<Command>>(Planner(arm).move({ik.position_q, 0.0}, {}, to, 0.0)));
 }
 
 TEST(Refusals, ALineWhoseMiddleLeavesARange) {
@@ -139,7 +139,7 @@ TEST(Refusals, ALineWhoseMiddleLeavesARange) {
   };
   const Point left{0.001, 0.2, 0.1}, right{0.001, -0.2, 0.1};
   ASSERT_EQ(joints_at(left).status, IkStatus::kOk);
-  const PlanResult result = Planner(arm).move_s({joints_at(left).position_rad, 0.0}, settings, right, 0.0);
+  const PlanResult result = Planner(arm).move_s({joints_at(left).position_q, 0.0}, settings, right, 0.0);
   ASSERT_TRUE(std::holds_alternative<PlanRefusal>(result));
   EXPECT_EQ(refusal_of(result).kind, Kind::kLimitExceeded) << refusal_of(result).text;
   EXPECT_THAT(refusal_of(result).text, HasSubstr("% along the path"));
@@ -149,14 +149,14 @@ TEST(Refusals, ALineThroughTheBaseAxis) {
   ArmModel arm = wide_arm();
   const IkResult ik = inverse(arm.geometry, {0.1, 0.0, 0.2}, 0.0, Branch::kForwardPositive, 0.0);
   ASSERT_EQ(ik.status, IkStatus::kOk);
-  const PlanResult result = Planner(arm).move_s({ik.position_rad, 0.0}, {}, {-0.1, 0.0, 0.2}, 0.0);
+  const PlanResult result = Planner(arm).move_s({ik.position_q, 0.0}, {}, {-0.1, 0.0, 0.2}, 0.0);
   ASSERT_TRUE(std::holds_alternative<PlanRefusal>(result));
   EXPECT_NE(refusal_of(result).kind, Kind::kBadParameter);
   // Past the axis off the middle of a cell, too, where no sample falls on it.
   for (const double y : {0.0, 1e-15, 1e-12}) {
     const IkResult start = inverse(arm.geometry, {0.1, y, 0.2}, 0.0, Branch::kForwardPositive, 0.0);
     EXPECT_TRUE(std::holds_alternative<PlanRefusal>(
-        Planner(arm).move_s({start.position_rad, 0.0}, {}, {-0.0371, y, 0.2}, 0.0)))
+        Planner(arm).move_s({start.position_q, 0.0}, {}, {-0.0371, y, 0.2}, 0.0)))
         << y;
   }
 }
@@ -233,9 +233,9 @@ TEST(Refusals, JointsGripperAndPitch) {
 
 TEST(Refusals, ALineFromWhereNoLineCanBegin) {
   ArmModel arm = wide_arm();
-  arm.joints[0].upper_rad = deg(270);
+  arm.joints[0].upper_q = deg(270);
   PlanStart turned = kBent;
-  turned.position_rad[0] = deg(200);
+  turned.position_q[0] = deg(200);
   const PlanResult result = Planner(arm).move_s(turned, {}, {-0.2, -0.05, 0.1}, 0.0);
   expect_refused(result, Kind::kLimitExceeded, "joint range", "move its joints first");
   EXPECT_EQ(refusal_of(result).joint, 0);

@@ -30,8 +30,8 @@ inline ArmModel lynx5() {
 inline ArmModel wide_arm() {
   ArmModel arm = lynx5();
   for (JointLimits& limits : arm.joints) {
-    limits.lower_rad = deg(-180);
-    limits.upper_rad = deg(180);
+    limits.lower_q = deg(-180);
+    limits.upper_q = deg(180);
   }
   return arm;
 }

@@ -18,7 +18,7 @@ class Cancel : public TaskTest {
     return outcome.ticket;
   }
   corbot_motion_info end_of(corbot_ticket ticket) { return robot_->wait(ticket, 30.0); }
-  double joint_rad() { return robot_->view().snapshot().position_rad[0]; }
+  double joint_q() { return robot_->view().snapshot().position_q[0]; }
   bool runs(corbot_ticket ticket) { return robot_->wait(ticket, 0.0).progress > 0.1; }
 
   LoopTask task_{name_, profile_.arm};
@@ -41,7 +41,7 @@ TEST_F(Cancel, AQueuedMotionAndThoseBehindItNeverBegin) {
   EXPECT_EQ(end_of(first).state, CORBOT_MOTION_DONE);
   const corbot_motion_info info = end_of(next);
   EXPECT_EQ(info.state, CORBOT_MOTION_DONE) << info.reason;
-  EXPECT_NEAR(joint_rad(), 0.2, 1e-6);
+  EXPECT_NEAR(joint_q(), 0.2, 1e-6);
 }
 
 TEST_F(Cancel, ThatIsNotWaitedForIsCarriedOutAllTheSame) {
@@ -59,7 +59,7 @@ TEST_F(Cancel, ThatIsNotWaitedForIsCarriedOutAllTheSame) {
   robot_->pause(false);
   EXPECT_EQ(end_of(first).state, CORBOT_MOTION_DONE);
   EXPECT_EQ(end_of(next).state, CORBOT_MOTION_DONE);
-  EXPECT_NEAR(joint_rad(), 0.2, 1e-6);
+  EXPECT_NEAR(joint_q(), 0.2, 1e-6);
 }
 
 TEST_F(Cancel, ARunningMotionSlowsDownOnItsPath) {
@@ -69,12 +69,12 @@ TEST_F(Cancel, ARunningMotionSlowsDownOnItsPath) {
   robot_->cancel(first);
   EXPECT_EQ(robot_->wait(first, 0.0).state, CORBOT_MOTION_STOPPED);
   EXPECT_EQ(robot_->wait(second, 0.0).state, CORBOT_MOTION_STOPPED);
-  const double rest_rad = joint_rad();
-  EXPECT_GT(rest_rad, 0.0);
-  EXPECT_LT(rest_rad, 1.0);
+  const double rest_q = joint_q();
+  EXPECT_GT(rest_q, 0.0);
+  EXPECT_LT(rest_q, 1.0);
   const corbot_motion_info info = end_of(drive(0.1));
   EXPECT_EQ(info.state, CORBOT_MOTION_DONE) << info.reason;
-  EXPECT_NEAR(joint_rad(), rest_rad + 0.1, 1e-6);
+  EXPECT_NEAR(joint_q(), rest_q + 0.1, 1e-6);
 }
 
 TEST_F(Cancel, WhilePaused) {

@@ -51,16 +51,16 @@ TEST_F(Clear, WaitsUntilAFaultHasSlowedTheArmDown) {
 }
 
 TEST_F(Clear, AMotionAfterItIsPlannedFromWhereTheDeviceSaysTheArmIs) {
-  task_.change([](Snapshot& now) { now.position_rad = {}; });
+  task_.change([](Snapshot& now) { now.position_q = {}; });
   fail(kSnapshotPowerOff);
   const Joints fallen{0.1, 0.4, 0.6, 0.2};
-  task_.change([&](Snapshot& now) { now.position_rad = fallen; });
+  task_.change([&](Snapshot& now) { now.position_q = fallen; });
   std::thread caller([&] { EXPECT_EQ(status_of([&] { robot_->clear(); }), CORBOT_OK); });
   carry_out_clear(RtState::kMoving);  // the servos are being energised
   caller.join();
   const Outcome outcome = try_accept(DwellRequest{1.0});
   ASSERT_EQ(outcome.status, CORBOT_OK) << outcome.text;
-  EXPECT_EQ(task_.next().start_rad, fallen);
+  EXPECT_EQ(task_.next().start_q, fallen);
 }
 
 TEST_F(Clear, SaysWhichJointWouldMove) {
@@ -76,9 +76,9 @@ TEST_F(Clear, SaysWhichJointWouldMove) {
     });
     EXPECT_TRUE(wait_until(within(30), [&] { return clears() == count; }));
     task_.fail(alarm::joint_beyond_range({.joint = 1,
-                                          .position_rad = to_radians(count == 1 ? 150.0 : 140.0),
-                                          .lower_rad = to_radians(-30.0),
-                                          .upper_rad = to_radians(130.0)}));
+                                          .position_q = to_radians(count == 1 ? 150.0 : 140.0),
+                                          .lower_q = to_radians(-30.0),
+                                          .upper_q = to_radians(130.0)}));
     task_.change([&](Snapshot& now) { now.clears_done = count; });
     caller.join();
     EXPECT_EQ(refusal.status, CORBOT_NOT_READY);

@@ -207,7 +207,7 @@ TEST_F(ControlledCalls, ALeaseThatRanOutWithoutAServantStopsTheArmWhenThereIsOne
   open();
   ASSERT_TRUE(wait_until(
       within(30), [&] { return last_snapshot(task_->task(), now) && now.state == RtState::kStandby; }));
-  EXPECT_LT(now.position_rad[0], 1.3) << "on its path, before its end";
+  EXPECT_LT(now.position_q[0], 1.3) << "on its path, before its end";
   ASSERT_TRUE(wait_until(within(30), [&] { return drive(public_, 1.0) == CORBOT_OK; })) << error_.text;
 }
 

@@ -22,7 +22,7 @@ class ErrorCause : public TaskTest {
 TEST_F(ErrorCause, IsAmongTheAlarmsAsSoonAsTheStateIsError) {
   for (int joint = 0; joint < 40; ++joint) {
     task_.fail(alarm::joint_beyond_range(
-        {.joint = joint % 4, .position_rad = 2.0 + joint, .lower_rad = 0.0, .upper_rad = 1.0}));
+        {.joint = joint % 4, .position_q = 2.0 + joint, .lower_q = 0.0, .upper_q = 1.0}));
     ASSERT_EQ(robot_->view().state(), CORBOT_STATE_ERROR);
     const std::vector<AlarmEntry> alarms = robot_->view().alarms();
     ASSERT_EQ(alarms.size(), static_cast<std::size_t>(joint) + 1);
@@ -34,7 +34,7 @@ TEST_F(ErrorCause, IsAmongTheAlarmsAsSoonAsTheStateIsError) {
 TEST_F(ErrorCause, IsNamedByTheFirstRefusal) {
   for (int joint = 0; joint < 4; ++joint) {
     task_.fail(
-        alarm::joint_beyond_range({.joint = joint, .position_rad = 2.0, .lower_rad = 0.0, .upper_rad = 1.0}));
+        alarm::joint_beyond_range({.joint = joint, .position_q = 2.0, .lower_q = 0.0, .upper_q = 1.0}));
     const std::string cause = robot_->view().error_cause();
     EXPECT_NE(cause.find(fmt::format("joint {}", joint)), std::string::npos) << cause;
     const Outcome refused = try_accept(DwellRequest{1.0});

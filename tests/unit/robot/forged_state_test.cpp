@@ -84,8 +84,8 @@ class ForgedState : public ::testing::Test {
       EXPECT_GE(ticket.second_from_s, 0.0);
       EXPECT_LE(ticket.second_from_s, ticket.duration_s);
       for (std::size_t i = 0; i < arm_.dof; ++i)
-        EXPECT_TRUE(ticket.end.position_rad[i] >= arm_.joints[i].lower_rad - 1e-6 &&
-                    ticket.end.position_rad[i] <= arm_.joints[i].upper_rad + 1e-6);
+        EXPECT_TRUE(ticket.end.position_q[i] >= arm_.joints[i].lower_q - 1e-6 &&
+                    ticket.end.position_q[i] <= arm_.joints[i].upper_q + 1e-6);
       EXPECT_TRUE(ticket.end.gripper >= -1e-6 && ticket.end.gripper <= 1.0 + 1e-6);
       last = ticket.last;
     }

@@ -353,7 +353,7 @@ TEST_F(TaskTest, AnEarlierServantsMotionCanBeTakenBack) {
   EXPECT_NE(std::string(robot_->wait(second, 0.0).reason).find("Cancel"), std::string::npos);
   Snapshot now{};
   ASSERT_TRUE(task.task().snapshot.load(now));
-  EXPECT_NEAR(now.position_rad[0], 0.5, 1e-6);
+  EXPECT_NEAR(now.position_q[0], 0.5, 1e-6);
   robot_.reset();
 }
 
@@ -366,8 +366,8 @@ TEST_F(TaskTest, ACancelOfAKilledServantIsRepeated) {
     ASSERT_TRUE(wait_until(within(30), [&] { return channel->is_served(); }));
     ServantSegment& own = channel->own();
     const Planner planner(profile_.arm);
-    const auto plan = [&](double from_rad) {
-      return std::get<std::vector<Command>>(planner.drive({{from_rad}, 0.0}, {}, 0, 0.3, 0.3))[0];
+    const auto plan = [&](double from_q) {
+      return std::get<std::vector<Command>>(planner.drive({{from_q}, 0.0}, {}, 0, 0.3, 0.3))[0];
     };
     Command commands[] = {plan(0.0), plan(0.3)};
     for (std::uint64_t i = 0; i < 2; ++i) {
@@ -375,7 +375,7 @@ TEST_F(TaskTest, ACancelOfAKilledServantIsRepeated) {
       commands[i].epoch = channel->stops();
       commands[i].incarnation = static_cast<std::uint32_t>(task.task().incarnation);
       TicketRecord record = pending_ticket(i + 1, task.task().incarnation);
-      record.end_rad = commands[i].end_rad;
+      record.end_q = commands[i].end_q;
       record.cancelled = i == 1 ? 1 : 0;
       own.state.tickets[i].store(record);
     }

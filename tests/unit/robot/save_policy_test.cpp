@@ -8,9 +8,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-Snapshot at(double base_rad, std::uint64_t command_id) {
+Snapshot at(double base_q, std::uint64_t command_id) {
   Snapshot snapshot{};
-  snapshot.position_rad[0] = base_rad;
+  snapshot.position_q[0] = base_q;
   snapshot.command_id = command_id;
   return snapshot;
 }

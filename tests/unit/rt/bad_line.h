@@ -17,15 +17,15 @@ inline constexpr Joints kBesideTheBase{1.5, 0.9, 1.2, 0.6};
 
 /// A line over the arm's base, which no planner would give out: it begins and ends well, so the check of commands lets it pass.
 inline Command line_over_the_base(const Rig& rig) {
-  const Joints from_rad = rig.snapshot.position_rad;
-  Joints to_rad = from_rad;
-  to_rad[0] = -from_rad[0];
-  const ToolPose from = forward(rig.arm.geometry, from_rad);
-  const ToolPose to = forward(rig.arm.geometry, to_rad);
+  const Joints from_q = rig.snapshot.position_q;
+  Joints to_q = from_q;
+  to_q[0] = -from_q[0];
+  const ToolPose from = forward(rig.arm.geometry, from_q);
+  const ToolPose to = forward(rig.arm.geometry, to_q);
   Command command{};
   command.kind = MotionKind::kLine;
-  command.start_rad = from_rad;
-  command.end_rad = to_rad;
+  command.start_q = from_q;
+  command.end_q = to_q;
   command.line.from_m = from.position_m;
   command.line.to_m = to.position_m;
   command.line.from_pitch_rad = from.pitch_rad;
@@ -33,12 +33,12 @@ inline Command line_over_the_base(const Rig& rig) {
   for (std::uint32_t branch = 0; branch < kBranchCount; ++branch) {
     command.line.branch = static_cast<Branch>(branch);
     const IkResult ik =
-        inverse(rig.arm.geometry, from.position_m, from.pitch_rad, command.line.branch, from_rad[0]);
+        inverse(rig.arm.geometry, from.position_m, from.pitch_rad, command.line.branch, from_q[0]);
     if (ik.status != IkStatus::kOk) continue;
-    double miss_rad = 0.0;
+    double miss_q = 0.0;
     for (std::size_t i = 0; i < kMaxJoints; ++i)
-      miss_rad = std::max(miss_rad, std::abs(ik.position_rad[i] - from_rad[i]));
-    if (miss_rad < 1e-6) break;
+      miss_q = std::max(miss_q, std::abs(ik.position_q[i] - from_q[i]));
+    if (miss_q < 1e-6) break;
   }
   command.line.law = {1.0, 0.3, 0.3, 1.6};
   command.duration_s = command.line.law.duration_s();

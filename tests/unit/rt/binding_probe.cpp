@@ -32,8 +32,8 @@ std::vector<Command> plan(Rig& rig) {
   };
   add(rig.planner.move_c({there, 0.0}, settings, p, {p[0] + 0.01, p[1] + 0.01, p[2]},
                          {p[0], p[1] + 0.02, p[2] + 0.005}));
-  add(rig.planner.move_s({commands.back().end_rad, 0.0}, settings, p, 0.0));
-  const Joints end = commands.back().end_rad;
+  add(rig.planner.move_s({commands.back().end_q, 0.0}, settings, p, 0.0));
+  const Joints end = commands.back().end_q;
   add(rig.planner.gripper({end, 0.0}, 0.5));
   add(rig.planner.dwell({end, 0.5}, 0.1));
   return commands;

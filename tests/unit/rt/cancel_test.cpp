@@ -16,11 +16,11 @@ class CancelInCycle : public ::testing::Test {
   CancelInCycle() { rig.step(); }
 
   /// Plans one behind the other, as the servant does.
-  std::uint64_t go(double base_rad) {
-    Joints target = end_.position_rad;
-    target[0] = base_rad;
+  std::uint64_t go(double base_q) {
+    Joints target = end_.position_q;
+    target[0] = base_q;
     const auto plan = rig.planner.move_joints(end_, {}, target, 0.0);
-    end_.position_rad = target;
+    end_.position_q = target;
     return rig.submit(plan);
   }
   /// Steps until all of these have their verdicts.
@@ -48,27 +48,27 @@ TEST_F(CancelInCycle, WhatRunsBeforeItGoesOn) {
   EXPECT_EQ(rig.snapshot.cancels_done, 1u) << "in force at once";
   EXPECT_EQ(rig.snapshot.command_id, first);
   EXPECT_EQ(rig.snapshot.state, RtState::kMoving);
-  end_.position_rad[0] = 0.5;
+  end_.position_q[0] = 0.5;
   const std::uint64_t next = go(0.1);
   until_verdicts(4);
   EXPECT_EQ(verdicts[first], Verdict::kDone);
   EXPECT_EQ(verdicts[second], Verdict::kStopped);
   EXPECT_EQ(verdicts[third], Verdict::kStopped);
   EXPECT_EQ(verdicts[next], Verdict::kDone);
-  EXPECT_NEAR(rig.snapshot.position_rad[0], 0.1, 1e-12);
+  EXPECT_NEAR(rig.snapshot.position_q[0], 0.1, 1e-12);
   EXPECT_FALSE(rig.alarm());
 }
 
 TEST_F(CancelInCycle, WhatRunsSlowsDownOnItsPath) {
   const std::uint64_t first = rig.submit(rig.planner.drive(rig.start(), {}, 0, 1.0, 0.4));
   rig.step(500);
-  ASSERT_GT(rig.snapshot.velocity_rad_s[0], 0.0);
+  ASSERT_GT(rig.snapshot.velocity_q_s[0], 0.0);
   rig.cancel(first, first);
   rig.step();
   EXPECT_EQ(rig.snapshot.state, RtState::kStopping);
   until_verdicts(1);
   EXPECT_EQ(verdicts[first], Verdict::kStopped);
-  EXPECT_LT(rig.snapshot.position_rad[0], 0.9);
+  EXPECT_LT(rig.snapshot.position_q[0], 0.9);
   EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
 }
 
@@ -87,7 +87,7 @@ TEST_F(CancelInCycle, AtTheVeryEndItIsStoppedAndNotDone) {
     by_stop ? rig.stop() : rig.cancel(id, id);
     until_verdicts(1);
     EXPECT_EQ(verdicts[id], Verdict::kStopped) << (by_stop ? "Stop" : "Cancel");
-    end_.position_rad = rig.snapshot.position_rad;
+    end_.position_q = rig.snapshot.position_q;
   }
 }
 
@@ -133,7 +133,7 @@ TEST_F(CancelInCycle, ACommandForAnEarlierTaskIsNotCarriedOut) {
   ASSERT_TRUE(rig.push(stale));
   until_verdicts(1);
   EXPECT_EQ(verdicts[stale.id], Verdict::kLost);
-  EXPECT_EQ(rig.snapshot.position_rad[0], 0.0);
+  EXPECT_EQ(rig.snapshot.position_q[0], 0.0);
   EXPECT_FALSE(rig.alarm());
 }
 

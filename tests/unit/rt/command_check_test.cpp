@@ -51,8 +51,8 @@ std::vector<Field> common_fields() {
   std::vector<Field> fields;
   fields.push_back({"duration_s", [](Command& c) -> double& { return c.duration_s; }});
   for (std::size_t i = 0; i < kMaxJoints; ++i) {
-    fields.push_back({"start_rad", [i](Command& c) -> double& { return c.start_rad[i]; }});
-    fields.push_back({"end_rad", [i](Command& c) -> double& { return c.end_rad[i]; }});
+    fields.push_back({"start_q", [i](Command& c) -> double& { return c.start_q[i]; }});
+    fields.push_back({"end_q", [i](Command& c) -> double& { return c.end_q[i]; }});
   }
   return fields;
 }
@@ -155,18 +155,18 @@ TEST(CommandCheck, NamesWhatIsWrong) {
       {"kind 0", 0, [](Command& c) { c.kind = static_cast<MotionKind>(0); }, Verdict::kMalformed},
       {"negative duration", 0, [](Command& c) { c.duration_s = -1; }, Verdict::kMalformed},
       {"duration of another law", 0, [](Command& c) { c.duration_s *= 1.001; }, Verdict::kMalformed},
-      {"starts elsewhere", 0, [](Command& c) { c.start_rad[1] += 2e-6; }, Verdict::kDiscontinuous},
-      {"ends elsewhere", 0, [](Command& c) { c.end_rad[1] += 2e-6; }, Verdict::kMalformed},
+      {"starts elsewhere", 0, [](Command& c) { c.start_q[1] += 2e-6; }, Verdict::kDiscontinuous},
+      {"ends elsewhere", 0, [](Command& c) { c.end_q[1] += 2e-6; }, Verdict::kMalformed},
       {"ends out of range", 0,
        [](Command& c) {
          c.joint.law[0].distance += 9;
-         c.end_rad[0] += 9;
+         c.end_q[0] += 9;
        },
        Verdict::kLimit},
       {"a joint too fast", 0,
        [](Command& c) {
          c.joint.law[0].distance *= 1.1;
-         c.end_rad[0] += 0.04;
+         c.end_q[0] += 0.04;
        },
        Verdict::kLimit},
       {"joint the arm has not", 0, [](Command& c) { c.joint.law[5] = c.joint.law[0]; }, Verdict::kMalformed},
@@ -224,7 +224,7 @@ TEST(CommandCheck, NamesWhatIsWrong) {
       {"dwell beyond an hour", 3, [](Command& c) { c.dwell.duration_s = c.duration_s = 3601; },
        Verdict::kMalformed},
       {"dwell of two minds", 3, [](Command& c) { c.dwell.duration_s = 1; }, Verdict::kMalformed},
-      {"dwell that goes away", 3, [](Command& c) { c.end_rad[0] += 0.1; }, Verdict::kMalformed},
+      {"dwell that goes away", 3, [](Command& c) { c.end_q[0] += 0.1; }, Verdict::kMalformed},
       {"gripper wider than open", 4, [](Command& c) { c.gripper.law.distance = 1.1; }, Verdict::kMalformed},
       {"gripper from elsewhere", 4, [](Command& c) { c.gripper.from = 0.1; }, Verdict::kDiscontinuous},
       {"gripper too fast", 4,
@@ -253,7 +253,7 @@ TEST(CommandCheck, WhatIsRefusedDoesNotMoveTheArm) {
   for (const Good& good : good_commands()) {
     for (const Field& field : good.fields) {
       Command command = rig.stamp(good.command);
-      command.start_rad = rig.snapshot.position_rad;
+      command.start_q = rig.snapshot.position_q;
       field.at(command) = kNan;
       ASSERT_TRUE(rig.push(command));
       rig.step(3);

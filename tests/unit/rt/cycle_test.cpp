@@ -35,10 +35,10 @@ class CycleTest : public ::testing::Test {
     return patience;
   }
   void expect_holds(int cycles = 50) {
-    const Joints here = rig.snapshot.position_rad;
+    const Joints here = rig.snapshot.position_q;
     for (int i = 0; i < cycles; ++i) {
       rig.step();
-      ASSERT_EQ(rig.snapshot.position_rad, here);
+      ASSERT_EQ(rig.snapshot.position_q, here);
     }
   }
 
@@ -54,7 +54,7 @@ TEST_F(CycleTest, RunsACommandToItsEnd) {
   until_verdict();
   EXPECT_EQ(verdict.id, id);
   EXPECT_EQ(verdict.verdict, Verdict::kDone);
-  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(rig.snapshot.position_rad[i], kThere[i], 1e-12);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(rig.snapshot.position_q[i], kThere[i], 1e-12);
   EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
   EXPECT_EQ(rig.snapshot.last_done_id, id);
   expect_holds();
@@ -96,7 +96,7 @@ TEST_F(CycleTest, StopsOnThePathAndEmptiesTheQueue) {
   EXPECT_EQ(rig.snapshot.last_done_id, last);
   EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
   for (std::size_t i = 0; i < 4; ++i) {  // on the path, at rest
-    EXPECT_EQ(rig.snapshot.position_rad[i], evaluate(motion.law[i], stopped_at_s).position);
+    EXPECT_EQ(rig.snapshot.position_q[i], evaluate(motion.law[i], stopped_at_s).position);
   }
   expect_holds();
   go({});
@@ -131,7 +131,7 @@ TEST_F(CycleTest, KeepsWhatWasPlannedAfterAStop) {
   go(kThere);
   rig.step(200);
   rig.stop();  // and before it is carried out, a new call comes
-  const std::uint64_t later = rig.submit(rig.planner.dwell({rig.snapshot.position_rad, 0.0}, 0.01));
+  const std::uint64_t later = rig.submit(rig.planner.dwell({rig.snapshot.position_q, 0.0}, 0.01));
   until_verdict();
   EXPECT_EQ(verdict.verdict, Verdict::kStopped);
   until_verdict();
@@ -152,7 +152,7 @@ TEST_F(CycleTest, PausesAndResumes) {
   rig.pause(false);
   until_verdict();
   EXPECT_EQ(verdict.verdict, Verdict::kDone);
-  EXPECT_NEAR(rig.snapshot.position_rad[0], kThere[0], 1e-12);
+  EXPECT_NEAR(rig.snapshot.position_q[0], kThere[0], 1e-12);
 }
 
 TEST_F(CycleTest, PausedAtRestItBeginsNothing) {
@@ -210,10 +210,10 @@ TEST_F(CycleTest, AStopWhileItAcceleratesSlowsDownAtOnce) {
   back[0] = -1.5;
   go(back);
   rig.step(100);
-  const double begin_rad = rig.snapshot.position_rad[0];
+  const double begin_q = rig.snapshot.position_q[0];
   rig.stop();
   EXPECT_LE(until_verdict(1500), 310);
-  EXPECT_LE(std::abs(rig.snapshot.position_rad[0] - begin_rad), 0.28);
+  EXPECT_LE(std::abs(rig.snapshot.position_q[0] - begin_q), 0.28);
 }
 
 TEST_F(CycleTest, OverrideStretchesTime) {
@@ -311,7 +311,7 @@ TEST_F(CycleTest, ARestartedTaskTakesUpThePositionAndDropsTheQueue) {
   rig.stop();  // requested while no task ran
   rig.restart();
   rig.step();
-  EXPECT_EQ(rig.snapshot.position_rad, before.position_rad);
+  EXPECT_EQ(rig.snapshot.position_q, before.position_q);
   EXPECT_EQ(rig.snapshot.pulse_us, before.pulse_us);
   EXPECT_EQ(rig.snapshot.last_done_id, 2u);
   EXPECT_EQ(rig.snapshot.stops_done, 1u);
@@ -326,12 +326,12 @@ TEST_F(CycleTest, ARestartedTaskTakesUpThePositionAndDropsTheQueue) {
 
 TEST_F(CycleTest, ARestartedTaskDoesNotBelieveAnImpossiblePosition) {
   Snapshot hostile = rig.snapshot;
-  hostile.position_rad[2] = std::numeric_limits<double>::quiet_NaN();
+  hostile.position_q[2] = std::numeric_limits<double>::quiet_NaN();
   hostile.gripper = std::numeric_limits<double>::infinity();
   rig.task->snapshot.store(hostile);
   rig.restart();
   rig.step();
-  EXPECT_EQ(rig.snapshot.position_rad, Joints{});
+  EXPECT_EQ(rig.snapshot.position_q, Joints{});
   EXPECT_EQ(rig.snapshot.gripper, 0.0);
 }
 

@@ -125,7 +125,7 @@ class MovingJoints : public FaultStops {
   void come_to_the_end() {
     go();
     rig.step(2);
-    device.lag_rad[0] = 0.2;
+    device.lag_q[0] = 0.2;
     while (rig.snapshot.virtual_time_s < rig.snapshot.command_duration_s) rig.step();
     rig.step(2);
     ASSERT_NE(rig.snapshot.command_id, 0u) << "it is awaited";
@@ -136,7 +136,7 @@ TEST_F(MovingJoints, KeepTheirEnergyWhenPressedUntilTheyRest) {
   come_to_the_end();
   press(true);
   int cycles = 0;
-  for (; device.lag_rad[0] > 0.0; device.lag_rad[0] -= 0.001, ++cycles) {
+  for (; device.lag_q[0] > 0.0; device.lag_q[0] -= 0.001, ++cycles) {
     rig.step();
     ASSERT_EQ(rig.snapshot.state, RtState::kError);
     ASSERT_FALSE(device.frame.power_off) << cycles;
@@ -152,7 +152,7 @@ TEST_F(MovingJoints, ThatDoNotComeToRestAreAwaitedForTheTimeOfARamp) {
   press(true);
   int cycles = 0;
   for (; !device.frame.power_off && cycles < 2000; ++cycles) {
-    device.lag_rad[0] = cycles % 2 == 0 ? 0.1 : 0.2;
+    device.lag_q[0] = cycles % 2 == 0 ? 0.1 : 0.2;
     rig.step();
   }
   EXPECT_NEAR(cycles, 1000, 5);
@@ -176,21 +176,21 @@ class EndedMotion : public MovingJoints {
     const std::uint64_t id = go();
     rig.step(250);
     ASSERT_EQ(rig.snapshot.command_id, id);
-    device.lag_rad[0] = 0.2;
+    device.lag_q[0] = 0.2;
     if (by == By::kHold) rig.servant->control.hold_count.fetch_add(1);
     if (by == By::kHold || by == By::kStop) rig.stop();
     if (by == By::kCancel) rig.cancel(id, id);
     if (by == By::kOrphan) rig.servant_responds = false;
     until_rest();
     for (int i = 0; i < 10; ++i) {
-      device.lag_rad[0] -= 0.001;
+      device.lag_q[0] -= 0.001;
       rig.step();
     }
   }
   void press_after(By by) {
     end_motion(by);
     press(true);
-    for (int i = 0; device.lag_rad[0] > 0.0; device.lag_rad[0] -= 0.001, ++i) {
+    for (int i = 0; device.lag_q[0] > 0.0; device.lag_q[0] -= 0.001, ++i) {
       rig.step();
       ASSERT_EQ(rig.snapshot.state, RtState::kError);
       ASSERT_FALSE(device.frame.power_off) << i;
@@ -216,7 +216,7 @@ TEST_F(EndedMotion, JointsThatDoNotComeToRestAreAwaitedForTheTimeOfARamp) {
   press(true);
   int cycles = 0;
   for (; !device.frame.power_off && cycles < 2000; ++cycles) {
-    device.lag_rad[0] = cycles % 2 == 0 ? 0.1 : 0.2;
+    device.lag_q[0] = cycles % 2 == 0 ? 0.1 : 0.2;
     rig.step();
   }
   EXPECT_NEAR(cycles, 1000, 5);
@@ -268,7 +268,7 @@ TEST_F(EndedMotion, JointsThatSagGetNoEnergyFromAnotherPress) {
   rig.step();
   ASSERT_TRUE(device.frame.power_off);
   for (int i = 0; i < 200; ++i) {
-    device.lag_rad[0] += 0.004;
+    device.lag_q[0] += 0.004;
     if (i == 100) rig.emergency_stop->set(StopSource::kDevice, true);
     rig.step();
     ASSERT_TRUE(device.frame.power_off) << i;
@@ -278,10 +278,10 @@ TEST_F(EndedMotion, JointsThatSagGetNoEnergyFromAnotherPress) {
 /// A device's thread that blocks in a call renews nothing: that says nothing of the joints.
 TEST(RestCheck, ARecordThatIsNotRenewedIsNoRest) {
   rt::RestCheck rest;
-  ServoFeedback feedback{.measured = true, .time_ns = 1'000'000, .position_rad = {0.5}};
+  ServoFeedback feedback{.measured = true, .time_ns = 1'000'000, .position_q = {0.5}};
   for (int i = 0; i < 1000; ++i) rest.see(feedback, 1'000'000);
   EXPECT_FALSE(rest.is_at_rest());
-  feedback.position_rad[0] += 0.1;
+  feedback.position_q[0] += 0.1;
   feedback.time_ns += 1'000'000'000;
   rest.see(feedback, 1'000'000);
   EXPECT_FALSE(rest.is_at_rest()) << "it has moved meanwhile";
@@ -289,7 +289,7 @@ TEST(RestCheck, ARecordThatIsNotRenewedIsNoRest) {
 
 TEST(RestCheck, RecordsThatComeSlowlyCountForTheTimeBetweenThem) {
   rt::RestCheck rest;
-  ServoFeedback feedback{.measured = true, .position_rad = {0.5}};
+  ServoFeedback feedback{.measured = true, .position_q = {0.5}};
   int cycles = 0;
   for (; !rest.is_at_rest() && cycles < 1000; ++cycles) {
     if (cycles % 10 == 0) feedback.time_ns += 10'000'000;

@@ -38,11 +38,11 @@ TEST_P(EmergencyStopInCycle, BeginsToSlowDownInTheCycleThatSeesIt) {
     EXPECT_EQ(verdict->id, id);
     EXPECT_EQ(verdict->verdict, Verdict::kFault);
   }
-  const Joints at_rest = rig.snapshot.position_rad;
+  const Joints at_rest = rig.snapshot.position_q;
   EXPECT_NE(at_rest, kThere) << "not at its end";
   for (int i = 0; i < 100; ++i) {
     rig.step();
-    ASSERT_EQ(rig.snapshot.position_rad, at_rest);
+    ASSERT_EQ(rig.snapshot.position_q, at_rest);
   }
   EXPECT_FALSE(rig.alarm()) << "once";
 }
@@ -118,10 +118,10 @@ TEST_P(EmergencyStopInCycle, OutlivesItsTask) {
   EXPECT_TRUE(rig.step().published);
   EXPECT_EQ(rig.snapshot.state, RtState::kError);
   EXPECT_EQ(rig.alarm()->code, AlarmCode::kErrorInherited);
-  const Joints before = rig.snapshot.position_rad;
+  const Joints before = rig.snapshot.position_q;
   go();
   rig.step(10);
-  EXPECT_EQ(rig.snapshot.position_rad, before);
+  EXPECT_EQ(rig.snapshot.position_q, before);
   EXPECT_EQ(rig.completion()->verdict, Verdict::kFault);
   EXPECT_FALSE(rig.alarm()) << "once";
   rig.clear();

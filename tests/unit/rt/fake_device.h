@@ -10,10 +10,10 @@ namespace corbot::test {
 /// A device in a test's hands: what it says of itself is what the test has written, and what it was given last is kept.
 class FakeDevice final : public Backend {
  public:
-  /// Of a device with encoders: measures what it was given, but for `lag_rad`.
+  /// Of a device with encoders: measures what it was given, but for `lag_q`.
   void measure() {
-    feedback = {.measured = true, .time_ns = frame.time_ns, .position_rad = frame.position_rad};
-    for (std::size_t i = 0; i < kMaxJoints; ++i) feedback.position_rad[i] -= lag_rad[i];
+    feedback = {.measured = true, .time_ns = frame.time_ns, .position_q = frame.position_q};
+    for (std::size_t i = 0; i < kMaxJoints; ++i) feedback.position_q[i] -= lag_q[i];
   }
 
   void open(const ServoFrame& first) override { frame = first; }
@@ -39,7 +39,7 @@ class FakeDevice final : public Backend {
 
   ServoFrame frame{};
   ServoFeedback feedback{};
-  Joints lag_rad{};
+  Joints lag_q{};
   BackendTimes times_now{};
   BackendHealth now{BackendHealth::kOpen};
   DeviceCause why{DeviceCause::kNone};

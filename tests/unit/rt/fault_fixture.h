@@ -22,9 +22,9 @@ class Differences {
  public:
   Differences(const ArmModel& arm, const Joints& at_rest) : arm_(arm) { q_.fill(at_rest); }
   /// Greatest share of a limit in this cycle; of the speed's, the acceleration's and the jerk's.
-  double see(const Joints& position_rad) {
+  double see(const Joints& position_q) {
     std::rotate(q_.rbegin(), q_.rbegin() + 1, q_.rend());
-    q_[0] = position_rad;
+    q_[0] = position_q;
     const double dt_s = static_cast<double>(arm_.period_ns) * 1e-9;
     double share = 0.0;
     for (std::size_t i = 0; i < arm_.dof; ++i) {
@@ -32,10 +32,10 @@ class Differences {
       const double v = (q_[0][i] - q_[1][i]) / dt_s;
       const double a = (q_[0][i] - 2 * q_[1][i] + q_[2][i]) / (dt_s * dt_s);
       const double j = (q_[0][i] - 3 * q_[1][i] + 3 * q_[2][i] - q_[3][i]) / (dt_s * dt_s * dt_s);
-      share = std::max({share, std::abs(v) / limits.speed_rad_s, std::abs(a) / limits.acceleration_rad_s2,
-                        std::abs(j) / limits.jerk_rad_s3});
-      EXPECT_GE(position_rad[i], limits.lower_rad - 1e-9);
-      EXPECT_LE(position_rad[i], limits.upper_rad + 1e-9);
+      share = std::max({share, std::abs(v) / limits.speed_q_s, std::abs(a) / limits.acceleration_q_s2,
+                        std::abs(j) / limits.jerk_q_s3});
+      EXPECT_GE(position_q[i], limits.lower_q - 1e-9);
+      EXPECT_LE(position_q[i], limits.upper_q + 1e-9);
     }
     return share;
   }

@@ -52,13 +52,13 @@ TEST_F(FaultStops, OfCategory0TakesTheEnergyOffAtOnce) {
   rig.step();
   go();
   rig.step(250);
-  const Joints before = rig.snapshot.position_rad;
+  const Joints before = rig.snapshot.position_q;
   press(true);
   rig.step();
   EXPECT_TRUE(device.frame.power_off);
   EXPECT_FALSE(is_slowing_down());
   EXPECT_EQ(rig.completion()->verdict, Verdict::kFault);
-  EXPECT_EQ(rig.snapshot.position_rad, before);
+  EXPECT_EQ(rig.snapshot.position_q, before);
 }
 
 TEST_F(FaultStops, AMotionThatIsPressedInItsLastCyclesIsAFault) {
@@ -114,11 +114,11 @@ TEST_F(FaultStops, ADeviceThatIsLostOnTheRampEndsIt) {
   ASSERT_TRUE(is_slowing_down());
   device.now = BackendHealth::kLost;
   rig.step();
-  const Joints there = rig.snapshot.position_rad;
+  const Joints there = rig.snapshot.position_q;
   EXPECT_FALSE(is_slowing_down());
   rig.step();
   EXPECT_TRUE(is_off());
-  EXPECT_EQ(rig.snapshot.position_rad, there);
+  EXPECT_EQ(rig.snapshot.position_q, there);
   EXPECT_EQ(rig.completion()->verdict, Verdict::kFault);
 }
 

@@ -45,7 +45,7 @@ class FirstMotion : public ::testing::Test {
 
 TEST_F(FirstMotion, BeginsAtTheGivenPosition) {
   power_up({kSaved, 0.5, false});
-  EXPECT_EQ(rig.snapshot.position_rad, kSaved);
+  EXPECT_EQ(rig.snapshot.position_q, kSaved);
   EXPECT_EQ(rig.snapshot.gripper, 0.5);
   EXPECT_FALSE(unverified());
   go(kThere);
@@ -107,7 +107,7 @@ TEST_F(FirstMotion, ARestartBeforeItForgetsNothing) {
   rig.restart({{}, 0.0, false});
   rig.step();
   EXPECT_TRUE(unverified());
-  EXPECT_EQ(rig.snapshot.position_rad, kSaved);
+  EXPECT_EQ(rig.snapshot.position_q, kSaved);
   go(kThere);
   run();
   rig.restart({{}, 0.0, true});
@@ -117,16 +117,16 @@ TEST_F(FirstMotion, ARestartBeforeItForgetsNothing) {
 
 TEST_F(FirstMotion, AStartMayOutrankTheSegment) {
   power_up({kThere, 1.0, false});
-  rig.restart({.position_rad = kSaved, .opening = 0.5, .unverified = true, .outranks_segment = true});
+  rig.restart({.position_q = kSaved, .opening = 0.5, .unverified = true, .outranks_segment = true});
   rig.step();
   EXPECT_TRUE(unverified());
-  EXPECT_EQ(rig.snapshot.position_rad, kSaved);
+  EXPECT_EQ(rig.snapshot.position_q, kSaved);
   EXPECT_EQ(rig.snapshot.gripper, 0.5);
 }
 
 TEST_F(FirstMotion, ComesAgainWhenTheEnergyWasOffAndNobodyKnowsWhereTheServosAre) {
   for (const bool is_known : {true, false}) {
-    power_up({.position_rad = kSaved, .position_known = is_known});
+    power_up({.position_q = kSaved, .position_known = is_known});
     rig.emergency_stop->set(StopSource::kGpio, true);
     rig.step();
     rig.clear();
@@ -148,9 +148,9 @@ TEST_F(FirstMotion, ComesAgainWhenTheEnergyWasOffAndNobodyKnowsWhereTheServosAre
 TEST_F(FirstMotion, TrustsNoStart) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   power_up({{100.0, nan, -100.0, 0.0}, nan, true});
-  EXPECT_EQ(rig.snapshot.position_rad[0], rig.arm.joints[0].upper_rad);
-  EXPECT_EQ(rig.snapshot.position_rad[1], 0.0);
-  EXPECT_EQ(rig.snapshot.position_rad[2], rig.arm.joints[2].lower_rad);
+  EXPECT_EQ(rig.snapshot.position_q[0], rig.arm.joints[0].upper_q);
+  EXPECT_EQ(rig.snapshot.position_q[1], 0.0);
+  EXPECT_EQ(rig.snapshot.position_q[2], rig.arm.joints[2].lower_q);
   EXPECT_EQ(rig.snapshot.gripper, 0.0);
 }
 

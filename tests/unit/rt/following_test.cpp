@@ -14,14 +14,13 @@
 namespace corbot::test {
 namespace {
 
-constexpr double kError_rad = 0.2;
-constexpr double kGoal_rad = 0.02;
+constexpr double kError_q = 0.2;
+constexpr double kGoal_q = 0.02;
 
 class Following : public FaultStops {
  protected:
   Following() {
-    for (std::size_t i = 0; i < kMaxJoints; ++i)
-      rig.settings.following[i] = {kError_rad, 50'000'000, kGoal_rad};
+    for (std::size_t i = 0; i < kMaxJoints; ++i) rig.settings.following[i] = {kError_q, 50'000'000, kGoal_q};
     rig.settings.settle_ns = 300'000'000;
     device.encoders = device.measures = true;
     begin_anew({.position_known = true});
@@ -48,11 +47,11 @@ class Following : public FaultStops {
 TEST_F(Following, AJointThatIsTooFarForTooLongIsAFaultOnThePath) {
   go();
   rig.step(100);
-  device.lag_rad[1] = kError_rad + 0.01;
+  device.lag_q[1] = kError_q + 0.01;
   rig.step(49);
-  device.lag_rad[1] = 0.0;
+  device.lag_q[1] = 0.0;
   rig.step();
-  device.lag_rad[1] = -kError_rad - 0.01;
+  device.lag_q[1] = -kError_q - 0.01;
   rig.step(50);
   EXPECT_EQ(rig.snapshot.state, RtState::kMoving) << "not for long enough, twice";
   rig.step(2);
@@ -61,8 +60,8 @@ TEST_F(Following, AJointThatIsTooFarForTooLongIsAFaultOnThePath) {
   ASSERT_TRUE(alarm);
   EXPECT_EQ(alarm->code, AlarmCode::kFollowingError);
   EXPECT_EQ(alarm::joint_deviation(*alarm).joint, 1);
-  EXPECT_NEAR(alarm::joint_deviation(*alarm).error_rad, -kError_rad - 0.01, 1e-9);
-  EXPECT_EQ(alarm::joint_deviation(*alarm).allowed_rad, kError_rad);
+  EXPECT_NEAR(alarm::joint_deviation(*alarm).error_q, -kError_q - 0.01, 1e-9);
+  EXPECT_EQ(alarm::joint_deviation(*alarm).allowed_q, kError_q);
   EXPECT_TRUE(is_slowing_down());
   until_rest();
   EXPECT_EQ(rig.completion()->verdict, Verdict::kFault);
@@ -71,10 +70,10 @@ TEST_F(Following, AJointThatIsTooFarForTooLongIsAFaultOnThePath) {
 }
 
 TEST_F(Following, AtRestAndWhenHeldToo) {
-  device.lag_rad[0] = kError_rad + 0.01;
+  device.lag_q[0] = kError_q + 0.01;
   rig.step(60);
   EXPECT_EQ(rig.alarm()->code, AlarmCode::kFollowingError);
-  device.lag_rad[0] = 0.0;
+  device.lag_q[0] = 0.0;
   rig.step(2);
   clear();
   ASSERT_EQ(rig.snapshot.state, RtState::kStandby);
@@ -82,19 +81,19 @@ TEST_F(Following, AtRestAndWhenHeldToo) {
   rig.step(2);
   ASSERT_EQ(rig.snapshot.state, RtState::kError);
   ASSERT_FALSE(device.frame.power_off);
-  device.lag_rad[0] = kError_rad + 0.01;
+  device.lag_q[0] = kError_q + 0.01;
   rig.step(60);
   EXPECT_TRUE(device.frame.power_off);
 }
 
 TEST_F(Following, WhatIsNotANumberFollowsNothing) {
-  device.lag_rad[2] = std::numeric_limits<double>::quiet_NaN();
+  device.lag_q[2] = std::numeric_limits<double>::quiet_NaN();
   rig.step(60);
   EXPECT_EQ(rig.alarm()->code, AlarmCode::kFollowingError);
 }
 
 TEST_F(Following, AGapOfTheCycleIsNoTimeOfTheJoints) {
-  device.lag_rad[0] = kError_rad + 0.01;
+  device.lag_q[0] = kError_q + 0.01;
   rig.step(10);
   rig.now_ns += 90'000'000;
   rig.step(5);
@@ -103,14 +102,14 @@ TEST_F(Following, AGapOfTheCycleIsNoTimeOfTheJoints) {
 
 TEST_F(Following, WithoutEncodersNothingIsCompared) {
   be_without_encoders();
-  device.feedback = {.commanded = true, .position_rad = {1.0, 1.0, 1.0, 1.0}};
+  device.feedback = {.commanded = true, .position_q = {1.0, 1.0, 1.0, 1.0}};
   rig.step(200);
   EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
 }
 
 TEST_F(Following, AMotionIsDoneWhenTheJointsAreThere) {
   const std::uint64_t id = go();
-  device.lag_rad[3] = kGoal_rad + 0.001;
+  device.lag_q[3] = kGoal_q + 0.001;
   const double duration_s = [&] {
     rig.step(2);
     return rig.snapshot.command_duration_s;
@@ -119,7 +118,7 @@ TEST_F(Following, AMotionIsDoneWhenTheJointsAreThere) {
   EXPECT_EQ(until_verdict(cycles), cycles + 1) << "100 cycles too late, it is not there";
   EXPECT_EQ(rig.snapshot.command_id, id);
   EXPECT_EQ(rig.snapshot.state, RtState::kMoving);
-  device.lag_rad[3] = kGoal_rad - 0.001;
+  device.lag_q[3] = kGoal_q - 0.001;
   EXPECT_EQ(until_verdict(1), 1);
   EXPECT_EQ(verdict, Verdict::kDone);
 }
@@ -151,21 +150,21 @@ TEST_F(Following, NorDoEncodersThatHaveSaidNothingSinceTheStart) {
 
 TEST_F(Following, AGoalThatIsNotReachedIsAFault) {
   go();
-  device.lag_rad[3] = kGoal_rad + 0.001;
+  device.lag_q[3] = kGoal_q + 0.001;
   until_verdict(kLongestStop);
   EXPECT_EQ(verdict, Verdict::kFault);
   const auto alarm = rig.alarm();
   ASSERT_TRUE(alarm);
   EXPECT_EQ(alarm->code, AlarmCode::kGoalNotReached);
   EXPECT_EQ(alarm::joint_deviation(*alarm).joint, 3);
-  EXPECT_NEAR(alarm::joint_deviation(*alarm).error_rad, kGoal_rad + 0.001, 1e-9);
+  EXPECT_NEAR(alarm::joint_deviation(*alarm).error_q, kGoal_q + 0.001, 1e-9);
   rig.step();
   EXPECT_TRUE(device.frame.power_off) << "at rest already";
 }
 
 TEST_F(Following, AStopDoesNotWaitForTheJoints) {
   go();
-  device.lag_rad[3] = kGoal_rad + 0.001;
+  device.lag_q[3] = kGoal_q + 0.001;
   rig.step(2);
   while (rig.snapshot.virtual_time_s < rig.snapshot.command_duration_s) rig.step();
   rig.stop();
@@ -256,15 +255,15 @@ TEST(CycleSettings, AreThoseOfTheProfile) {
   profile.stop.category = 0;
   profile.settle_s = 2.5;
   profile.orphan_ns = 7;
-  profile.following[1] = {.error_rad = 0.3, .time_s = 0.2, .goal_rad = 0.1};
+  profile.following[1] = {.error_q = 0.3, .time_s = 0.2, .goal_q = 0.1};
   const rt::CycleSettings settings = rt::cycle_settings(profile);
   EXPECT_EQ(settings.stop_category, 0);
   EXPECT_EQ(settings.settle_ns, 2'500'000'000);
   EXPECT_EQ(settings.liveness.orphan_ns, 7);
   EXPECT_EQ(settings.liveness.gap_fault_ns, profile.gap_fault_ns);
-  EXPECT_EQ(settings.following[1].error_rad, 0.3);
+  EXPECT_EQ(settings.following[1].error_q, 0.3);
   EXPECT_EQ(settings.following[1].time_ns, 200'000'000);
-  EXPECT_EQ(settings.following[1].goal_rad, 0.1);
+  EXPECT_EQ(settings.following[1].goal_q, 0.1);
 }
 
 }  // namespace

@@ -65,7 +65,7 @@ TEST_F(Hold, StopsOnThePathThenIsAnError) {
     EXPECT_EQ(rig.snapshot.holds_done, rig.snapshot.state == RtState::kError ? 1u : 0u);
   }
   for (std::size_t k = 0; k < rig.arm.dof; ++k)
-    EXPECT_EQ(rig.snapshot.position_rad[k], evaluate(motion.law[k], stopped_at_s).position);
+    EXPECT_EQ(rig.snapshot.position_q[k], evaluate(motion.law[k], stopped_at_s).position);
   EXPECT_LT(stopped_at_s, motion.law[0].duration_s()) << "not at its end";
   EXPECT_EQ(rig.snapshot.stops_done, rig.servant->control.stop_count);
   EXPECT_EQ(alarms(), std::vector{AlarmCode::kHeld});
@@ -108,14 +108,14 @@ TEST_F(Hold, OnlyAClearEndsIt) {
   hold();
   until_error();
   (void)alarms();
-  const Joints before = rig.snapshot.position_rad;
+  const Joints before = rig.snapshot.position_q;
   for (int i = 0; i < 10; ++i) {
     rig.stop();  // and motions of a newer number of stops
     go();
     rig.step(20);
     EXPECT_EQ(rig.completion()->verdict, Verdict::kFault);
   }
-  EXPECT_EQ(rig.snapshot.position_rad, before);
+  EXPECT_EQ(rig.snapshot.position_q, before);
   hold();
   rig.step();
   EXPECT_EQ(rig.snapshot.holds_done, 2u) << "who asks again is answered";
@@ -127,7 +127,7 @@ TEST_F(Hold, OnlyAClearEndsIt) {
   go();
   rig.step(50);
   EXPECT_EQ(rig.snapshot.state, RtState::kMoving);
-  EXPECT_NE(rig.snapshot.position_rad, before);
+  EXPECT_NE(rig.snapshot.position_q, before);
 }
 
 TEST_F(Hold, BeatsAClearInTheSameCycle) {
@@ -313,10 +313,10 @@ TEST_F(Hold, NothingBeginsWhileHeld) {
       if (at_rest) {
         // What a device says in standby is followed, rounded as pulses are.
         for (std::size_t joint = 0; joint < rest.size(); ++joint)
-          ASSERT_NEAR(rig.snapshot.position_rad[joint], rest[joint], 1e-9) << "cycle " << i;
+          ASSERT_NEAR(rig.snapshot.position_q[joint], rest[joint], 1e-9) << "cycle " << i;
       }
       at_rest = rig.snapshot.command_id == 0;
-      rest = rig.snapshot.position_rad;
+      rest = rig.snapshot.position_q;
       while (const auto verdict = rig.completion()) {
         if (verdict->id > last_begun) {
           ASSERT_NE(verdict->verdict, Verdict::kDone);

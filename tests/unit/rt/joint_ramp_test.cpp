@@ -21,14 +21,14 @@ namespace {
 class BadPath : public FaultStops {
  protected:
   BadPath() {
-    begin_anew({.position_rad = kBesideTheBase, .position_known = true});
+    begin_anew({.position_q = kBesideTheBase, .position_known = true});
     id = rig.submit(std::vector<Command>{line_over_the_base(rig)});
   }
   /// Until the alarm of the bad path; the greatest share of a joint's limit before it.
   void until_alarm() {
     for (int i = 0; i < kLongestStop && !cause; ++i) {
       rig.step();
-      const double share = differences.see(rig.snapshot.position_rad);
+      const double share = differences.see(rig.snapshot.position_q);
       cause = rig.alarm();
       (cause ? at_fault : before) = share;
     }
@@ -36,7 +36,7 @@ class BadPath : public FaultStops {
     ASSERT_NE(cause->code, AlarmCode::kCommandRefused) << cause->value;
   }
   std::uint64_t id{};
-  Differences differences{rig.arm, rig.snapshot.position_rad};
+  Differences differences{rig.arm, rig.snapshot.position_q};
   std::optional<AlarmEvent> cause;
   double before{};
   double at_fault{};
@@ -48,15 +48,15 @@ TEST_F(BadPath, IsLeftOnARampOfTheJoints) {
   EXPECT_LE(cause->code, AlarmCode::kKinematicsFailed);
   EXPECT_TRUE(is_slowing_down());
   EXPECT_FALSE(device.frame.power_off);
-  const Joints at_fault_rad = rig.snapshot.position_rad;
-  EXPECT_NE(rig.snapshot.velocity_rad_s, Joints{}) << "a step to rest";
+  const Joints at_fault_q = rig.snapshot.position_q;
+  EXPECT_NE(rig.snapshot.velocity_q_s, Joints{}) << "a step to rest";
   std::vector<double> shares;
   for (int i = 0; i < kLongestStop && rig.snapshot.command_id != 0; ++i) {
     rig.step();
-    shares.push_back(differences.see(rig.snapshot.position_rad));
+    shares.push_back(differences.see(rig.snapshot.position_q));
   }
   ASSERT_GT(shares.size(), 20u);
-  EXPECT_NE(rig.snapshot.position_rad, at_fault_rad);
+  EXPECT_NE(rig.snapshot.position_q, at_fault_q);
   // Near the base the line itself was beyond a joint's limits; what follows is not.
   for (std::size_t i = shares.size() / 2; i < shares.size(); ++i) EXPECT_LE(shares[i], 1.0 + 1e-4) << i;
   const auto verdict = rig.completion();
@@ -72,7 +72,7 @@ TEST_F(BadPath, OnTheRampOfAStopInputGoesOverIntoTheJoints) {
   Rig probe(device);
   probe.task = std::make_unique<TaskSegment>();
   probe.servant = std::make_unique<ServantSegment>();
-  probe.restart({.position_rad = kBesideTheBase, .position_known = true});
+  probe.restart({.position_q = kBesideTheBase, .position_known = true});
   probe.step();
   probe.submit(std::vector<Command>{line_over_the_base(probe)});
   int cycles = 0;
@@ -99,7 +99,7 @@ TEST_F(BadPath, AfterAGapOnTheRampTheArmIsAtRest) {
   rig.now_ns += 20'000'000;
   rig.step();
   EXPECT_FALSE(is_slowing_down());
-  EXPECT_EQ(rig.snapshot.velocity_rad_s, Joints{});
+  EXPECT_EQ(rig.snapshot.velocity_q_s, Joints{});
   EXPECT_TRUE(is_off());
 }
 
@@ -114,10 +114,10 @@ TEST(JointRamp, KeepsEveryLimitFromWhereverAJointMotionIs) {
     Joints to{};
     double tolerance = 1e-4;
     for (std::size_t i = 0; i < arm.dof; ++i) {
-      from[i] = uniform(arm.joints[i].lower_rad, arm.joints[i].upper_rad);
-      to[i] = uniform(arm.joints[i].lower_rad, arm.joints[i].upper_rad);
+      from[i] = uniform(arm.joints[i].lower_q, arm.joints[i].upper_q);
+      to[i] = uniform(arm.joints[i].lower_q, arm.joints[i].upper_q);
       if (uniform(0.0, 1.0) > 0.1) continue;
-      to[i] = arm.joints[i].upper_rad;
+      to[i] = arm.joints[i].upper_q;
       tolerance = 0.02;  // what is cut off a set-point's way to the very end of the range is braked for
     }
     const PlanResult plan = planning.planner.move_joints({from, 0.0}, {}, to, 0.0);
@@ -130,7 +130,7 @@ TEST(JointRamp, KeepsEveryLimitFromWhereverAJointMotionIs) {
     Differences differences(arm, from);
     const double until_s = uniform(0.0, command.duration_s);
     for (double t_s = 1e-3; t_s < until_s; t_s += 1e-3) {
-      const Joints at = rt::evaluate_command(arm, command, base, t_s).position_rad;
+      const Joints at = rt::evaluate_command(arm, command, base, t_s).position_q;
       ramp.see(at);
       ASSERT_LE(differences.see(at), 1.0 + 1e-4);
     }
@@ -153,7 +153,7 @@ TEST(JointRamp, BrakesHarderRatherThanLeaveTheRange) {
   const ArmModel arm = lynx5();
   rt::JointRamp ramp(arm);
   Joints at{};
-  at[0] = arm.joints[0].upper_rad - 0.05;
+  at[0] = arm.joints[0].upper_q - 0.05;
   ramp.rest_at(at);
   for (int i = 0; i < 10; ++i) {
     at[0] += 0.003;
@@ -163,9 +163,9 @@ TEST(JointRamp, BrakesHarderRatherThanLeaveTheRange) {
   do {
     at = ramp.next();
     ramp.see(at);
-    ASSERT_LE(at[0], arm.joints[0].upper_rad);
+    ASSERT_LE(at[0], arm.joints[0].upper_q);
   } while (!ramp.at_rest());
-  EXPECT_GT(at[0], arm.joints[0].upper_rad - 0.02);
+  EXPECT_GT(at[0], arm.joints[0].upper_q - 0.02);
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ TEST_F(Liveness, AfterAFewPeriodsWithoutAStepTheMotionBeginsAgainFromRest) {
   for (int round = 0; round < 40; ++round) {
     begin_motion(50 + static_cast<int>(random() % 500));
     ASSERT_GT(rig.snapshot.virtual_rate, 0.99);
-    Joints before = rig.snapshot.position_rad;
+    Joints before = rig.snapshot.position_q;
     Joints velocity{};
     skip_ms(rt::GapWatch::kRestartPeriods + static_cast<std::int64_t>(random() % 90));
     const double period_s = static_cast<double>(rig.arm.period_ns) * 1e-9;
@@ -66,18 +66,18 @@ TEST_F(Liveness, AfterAFewPeriodsWithoutAStepTheMotionBeginsAgainFromRest) {
     for (int i = 0; !end && i < 20000; ++i) {
       rig.step();
       for (std::size_t k = 0; k < rig.arm.dof; ++k) {
-        const double now = (rig.snapshot.position_rad[k] - before[k]) / period_s;
-        const double allowed = rig.arm.joints[k].acceleration_rad_s2 * period_s * 1.001 + 1e-6;
+        const double now = (rig.snapshot.position_q[k] - before[k]) / period_s;
+        const double allowed = rig.arm.joints[k].acceleration_q_s2 * period_s * 1.001 + 1e-6;
         ASSERT_LE(std::abs(now - velocity[k]), allowed)
             << "round " << round << " joint " << k << " step " << i;
         velocity[k] = now;
       }
-      before = rig.snapshot.position_rad;
+      before = rig.snapshot.position_q;
       end = rig.completion();
     }
     ASSERT_TRUE(end.has_value());
     ASSERT_EQ(end->verdict, Verdict::kDone);
-    for (std::size_t k = 0; k < rig.arm.dof; ++k) ASSERT_NEAR(rig.snapshot.position_rad[k], kThere[k], 1e-9);
+    for (std::size_t k = 0; k < rig.arm.dof; ++k) ASSERT_NEAR(rig.snapshot.position_q[k], kThere[k], 1e-9);
     ASSERT_NE(rig.submit(rig.planner.move_joints(rig.start(), {}, {}, 0.0)), 0u);
     ASSERT_EQ(until_verdict(), Verdict::kDone);
   }
@@ -94,13 +94,13 @@ TEST_F(Liveness, AFewMissedPeriodsOnlyDelay) {
 
 TEST_F(Liveness, AStopDuringAGapIsDoneAtItsEnd) {
   begin_motion();
-  const Joints here = rig.snapshot.position_rad;
+  const Joints here = rig.snapshot.position_q;
   skip_ms(50);
   rig.stop();
   rig.step(2);  // one to see it, one to report
   EXPECT_EQ(rig.snapshot.stops_done, 1u);
   EXPECT_EQ(rig.completion()->verdict, Verdict::kStopped);
-  EXPECT_EQ(rig.snapshot.position_rad, here);
+  EXPECT_EQ(rig.snapshot.position_q, here);
 }
 
 TEST_F(Liveness, AnOverrideStillHoldsAfterAGap) {
@@ -118,18 +118,18 @@ TEST_F(Liveness, AnOverrideStillHoldsAfterAGap) {
 TEST_F(Liveness, ALongGapIsAFaultUntilItIsCleared) {
   begin_motion();
   ASSERT_NE(rig.submit(rig.planner.dwell({kThere, 0.0}, 1.0)), 0u);
-  const Joints here = rig.snapshot.position_rad;
+  const Joints here = rig.snapshot.position_q;
   skip_ms(100);
   rig.step();
   EXPECT_EQ(rig.snapshot.state, RtState::kError);
-  EXPECT_EQ(rig.snapshot.position_rad, here);
+  EXPECT_EQ(rig.snapshot.position_q, here);
   EXPECT_EQ(rig.completion()->verdict, Verdict::kFault);
   EXPECT_EQ(rig.completion()->verdict, Verdict::kFault);
   ASSERT_EQ(count_alarms(AlarmCode::kLoopGap), 1);
   EXPECT_NEAR(alarm::gap_s(last_alarm), 0.101, 1e-9);
   rig.step(1000);
   EXPECT_EQ(rig.snapshot.state, RtState::kError);
-  EXPECT_EQ(rig.snapshot.position_rad, here);
+  EXPECT_EQ(rig.snapshot.position_q, here);
   rig.clear();
   rig.step();
   EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
@@ -139,11 +139,11 @@ TEST_F(Liveness, ALongGapIsAFaultUntilItIsCleared) {
 
 TEST_F(Liveness, WhatTheMachineWasSuspendedIsAGap) {
   begin_motion();
-  const Joints here = rig.snapshot.position_rad;
+  const Joints here = rig.snapshot.position_q;
   rig.cycle->count_suspension(3'600'000'000'000);
   rig.step();
   EXPECT_EQ(rig.snapshot.state, RtState::kError);
-  EXPECT_EQ(rig.snapshot.position_rad, here);
+  EXPECT_EQ(rig.snapshot.position_q, here);
   ASSERT_EQ(count_alarms(AlarmCode::kLoopGap), 1);
   EXPECT_NEAR(alarm::gap_s(last_alarm), 3600.001, 1e-6);
   rig.clear();
@@ -282,7 +282,7 @@ TEST_F(Liveness, AMotionWithoutAServantIsStoppedOnItsPath) {
   EXPECT_EQ(count_alarms(AlarmCode::kServantSilent), 1);
   EXPECT_EQ(rig.snapshot.state, RtState::kStandby);  // a servant's death needs no Clear
   for (std::size_t k = 0; k < rig.arm.dof; ++k)
-    EXPECT_EQ(rig.snapshot.position_rad[k], evaluate(motion.law[k], stopped_at_s).position);
+    EXPECT_EQ(rig.snapshot.position_q[k], evaluate(motion.law[k], stopped_at_s).position);
   rig.step(1000);
   EXPECT_EQ(count_alarms(AlarmCode::kServantSilent), 0) << "at rest nothing needs a servant";
   rig.servant_responds = true;

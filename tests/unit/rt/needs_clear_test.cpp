@@ -57,10 +57,10 @@ std::vector<Cause> causes() {
          scene.device.why = DeviceCause::kTorqueOff;
        },
        nothing},
-      {"following_error", AlarmCode::kFollowingError, [](Scene& scene) { scene.device.lag_rad[1] = 1.0; },
-       [](Scene& scene) { scene.device.lag_rad = {}; }},
-      {"goal", AlarmCode::kGoalNotReached, [](Scene& scene) { scene.device.lag_rad[1] = 0.1; },
-       [](Scene& scene) { scene.device.lag_rad = {}; }},
+      {"following_error", AlarmCode::kFollowingError, [](Scene& scene) { scene.device.lag_q[1] = 1.0; },
+       [](Scene& scene) { scene.device.lag_q = {}; }},
+      {"goal", AlarmCode::kGoalNotReached, [](Scene& scene) { scene.device.lag_q[1] = 0.1; },
+       [](Scene& scene) { scene.device.lag_q = {}; }},
       {"gap", AlarmCode::kLoopGap, [](Scene& scene) { scene.rig.now_ns += 500'000'000; }, nothing},
       {"bad_path", AlarmCode::kSetPointNotFinite, nothing, nothing, true, true},
       {"inherited", AlarmCode::kErrorInherited,
@@ -99,14 +99,14 @@ class NeedsClear : public FaultStops, public ::testing::WithParamInterface<Cause
   }
   /// For a while: nothing changes, whatever is asked for.
   void expect_nothing_moves(RtState state) {
-    const Joints there = rig.snapshot.position_rad;
+    const Joints there = rig.snapshot.position_q;
     for (int i = 0; i < 300; ++i) {
       step();
       ASSERT_EQ(rig.snapshot.state, state) << i;
       ASSERT_EQ(device.frame.needs_clear, state == RtState::kError) << i;
       ASSERT_EQ(device.frame.power_off, state == RtState::kError && GetParam().takes_energy) << i;
-      ASSERT_EQ(rig.snapshot.position_rad, there) << i;
-      ASSERT_EQ(device.frame.position_rad, there) << i;
+      ASSERT_EQ(rig.snapshot.position_q, there) << i;
+      ASSERT_EQ(device.frame.position_q, there) << i;
     }
   }
   Scene scene{rig, device};
@@ -114,7 +114,7 @@ class NeedsClear : public FaultStops, public ::testing::WithParamInterface<Cause
 
 TEST_P(NeedsClear, AndNothingElseWillDo) {
   const Cause& cause = GetParam();
-  begin_anew({.position_rad = cause.by_line ? kBesideTheBase : Joints{}, .position_known = true});
+  begin_anew({.position_q = cause.by_line ? kBesideTheBase : Joints{}, .position_known = true});
   if (cause.by_line) {
     rig.submit(std::vector<Command>{line_over_the_base(rig)});
   } else {

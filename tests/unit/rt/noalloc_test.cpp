@@ -158,7 +158,7 @@ class CycleSystemCalls : public ::testing::Test {
         second, settings, p, {p[0] + 0.01, p[1] + 0.01, p[2]}, {p[0], p[1] + 0.02, p[2] + 0.005}));
     rig.submit(arc);
     line = rig.stamp(std::get<std::vector<Command>>(
-                         rig.planner.move_s({arc.back().end_rad, 0.5}, settings, {p[0], p[1], p[2]}, 0.0))
+                         rig.planner.move_s({arc.back().end_q, 0.5}, settings, {p[0], p[1], p[2]}, 0.0))
                          .front());
   }
 
@@ -204,7 +204,7 @@ TEST_F(CycleSystemCalls, NorOnTheRampsOfFaults) {
   Rig on_line;
   on_line.task = std::make_unique<TaskSegment>();
   on_line.servant = std::make_unique<ServantSegment>();
-  on_line.restart({.position_rad = kBesideTheBase, .position_known = true});
+  on_line.restart({.position_q = kBesideTheBase, .position_known = true});
   on_line.step();
   on_line.submit(std::vector<Command>{line_over_the_base(on_line)});
   EXPECT_EQ(code_of(watched([&] {

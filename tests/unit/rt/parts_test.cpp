@@ -34,7 +34,7 @@ TEST(ServoMap, PutsTheGripperBehindTheJoints) {
   EXPECT_EQ(frame.servo_count, 5u);
   EXPECT_EQ(frame.channel[4], 4u);
   EXPECT_DOUBLE_EQ(frame.pulse_us[4], 1100.0);
-  EXPECT_EQ(frame.position_rad[3], 0.4);
+  EXPECT_EQ(frame.position_q[3], 0.4);
 }
 
 class SetPointCheck : public ::testing::Test {
@@ -46,12 +46,12 @@ class SetPointCheck : public ::testing::Test {
   Joints last{0.1, 0.9, 1.2, 0.4};
 };
 
-static_assert(rt::kGateTolerance_rad <= 2.5e-7, "far below a servo pulse, or the range is a wider one");
+static_assert(rt::kGateTolerance_q <= 2.5e-7, "far below a servo pulse, or the range is a wider one");
 
 TEST_F(SetPointCheck, AcceptsRestAndTheSpeedLimit) {
   EXPECT_TRUE(check(last).ok);
   Joints next = last;
-  next[0] += arm.joints[0].speed_rad_s * 1e-3;
+  next[0] += arm.joints[0].speed_q_s * 1e-3;
   EXPECT_TRUE(check(next).ok);
   EXPECT_TRUE(check(last, 1.0).ok);
 }
@@ -60,7 +60,7 @@ TEST_F(SetPointCheck, RefusesAStepBeyondTheSpeedLimit) {
   for (std::size_t i = 0; i < 4; ++i) {
     for (const double sign : {-1.0, 1.0}) {
       Joints next = last;
-      next[i] += sign * (arm.joints[i].speed_rad_s * 1e-3 * 1.000002 + 2e-7);
+      next[i] += sign * (arm.joints[i].speed_q_s * 1e-3 * 1.000002 + 2e-7);
       const auto verdict = check(next);
       EXPECT_FALSE(verdict.ok);
       EXPECT_EQ(verdict.alarm.code, AlarmCode::kSetPointDiscontinuous);
@@ -87,11 +87,11 @@ TEST_F(SetPointCheck, RefusesWhatIsNotFiniteOrOutOfRange) {
   EXPECT_FALSE(check(last, kNan).ok);
   EXPECT_FALSE(check(last, 1.1).ok);
   EXPECT_FALSE(check(last, -0.1).ok);
-  last[1] = arm.joints[1].upper_rad;
+  last[1] = arm.joints[1].upper_q;
   Joints edge = last;
-  edge[1] += 0.9 * rt::kGateTolerance_rad;
+  edge[1] += 0.9 * rt::kGateTolerance_q;
   EXPECT_TRUE(check(edge).ok);
-  edge[1] += 0.2 * rt::kGateTolerance_rad;
+  edge[1] += 0.2 * rt::kGateTolerance_q;
   EXPECT_FALSE(check(edge).ok);
 }
 
@@ -174,7 +174,7 @@ TEST(LoopbackBackend, ReadsBackTheServosAndTellsItsHealth) {
   backend.write(frame);
   const ServoFeedback feedback = backend.read();
   ASSERT_TRUE(feedback.measured);
-  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(feedback.position_rad[i], there[i], 1e-2);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(feedback.position_q[i], there[i], 1e-2);
   backend.set_plugged(false);
   EXPECT_EQ(backend.health(), BackendHealth::kLost);
   backend.close();

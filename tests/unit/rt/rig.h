@@ -81,7 +81,7 @@ class Rig {
   }
   std::uint64_t submit(const PlanResult& plan) { return submit(std::get<std::vector<Command>>(plan)); }
 
-  [[nodiscard]] PlanStart start() const { return {snapshot.position_rad, snapshot.gripper}; }
+  [[nodiscard]] PlanStart start() const { return {snapshot.position_q, snapshot.gripper}; }
   void stop() {
     (void)raise_stop_count(servant->control.stop_count, snapshot.stops_done);
     servant->control.stop_count.fetch_add(1);

@@ -74,7 +74,7 @@ TEST_F(Servants, WhatTheFormerOneWasAcceptedForIsCarriedOutFirst) {
   go({}, kThere);  // queued by the new one behind them
   EXPECT_EQ(verdict_of(2), Verdict::kDone);
   EXPECT_EQ(verdict_of(3), Verdict::kDone);
-  EXPECT_EQ(rig.snapshot.position_rad, kThere);
+  EXPECT_EQ(rig.snapshot.position_q, kThere);
   EXPECT_EQ(rig.snapshot.backlog, 0u);
 }
 
@@ -143,7 +143,7 @@ TEST_F(Servants, ACorruptRingOfTheFormerOneEndsWhatItHeldAndNothingElse) {
   EXPECT_EQ(rig.snapshot.last_done_id, 0u) << "it runs";
   go(kThere, {});
   EXPECT_EQ(verdicts(4), (std::vector{Verdict::kDone, Verdict::kDropped, Verdict::kDropped, Verdict::kDone}));
-  EXPECT_EQ(rig.snapshot.position_rad, Joints{});
+  EXPECT_EQ(rig.snapshot.position_q, Joints{});
   EXPECT_FALSE(rig.alarm());
 }
 
@@ -161,7 +161,7 @@ TEST_F(Servants, ACorruptRingLeavesTheBacklogOfOthersAlone) {
   replace_servant();
   rig.step();
   EXPECT_EQ(verdicts(4), (std::vector{Verdict::kDone, Verdict::kDone, Verdict::kDropped, Verdict::kDone}));
-  EXPECT_EQ(rig.snapshot.position_rad, kThere);
+  EXPECT_EQ(rig.snapshot.position_q, kThere);
 }
 
 TEST_F(Servants, ACorruptRingAtRestEndsWhatItHeld) {
@@ -212,7 +212,7 @@ TEST_F(Servants, WhatLayInAServantsRingBeforeItConnectedIsNotCarriedOut) {
   ASSERT_TRUE(RingProducer(rig.servant->commands, nobody).push(early));
   rig.servants.post(offers.emplace_back(ServantOffer{rig.servant.get(), ++rig.session}));
   rig.step(5);
-  EXPECT_EQ(rig.snapshot.position_rad, Joints{});
+  EXPECT_EQ(rig.snapshot.position_q, Joints{});
   EXPECT_EQ(rig.snapshot.last_done_id, 50u) << "its number is used";
   go({}, kThere);
   EXPECT_EQ(verdict_of(51), Verdict::kDone);
@@ -223,14 +223,14 @@ TEST_F(Servants, ABrokenTailLosesVerdictsAndNothingElse) {
   go({}, kThere);
   rig.step(20'000);
   EXPECT_EQ(rig.snapshot.last_done_id, 1u);
-  EXPECT_EQ(rig.snapshot.position_rad, kThere);
+  EXPECT_EQ(rig.snapshot.position_q, kThere);
 }
 
 TEST_F(Servants, EveryChangeOfTheStopCountIsAStopAndTheNumberOfStopsRises) {
   std::uint64_t stops = rig.snapshot.stops_done;
   for (const std::uint64_t count : {std::uint64_t{5}, std::numeric_limits<std::uint64_t>::max(),
                                     std::uint64_t{0}, std::uint64_t{1} << 63, std::uint64_t{3}}) {
-    go(rig.snapshot.position_rad, rig.snapshot.position_rad == kThere ? Joints{} : kThere);
+    go(rig.snapshot.position_q, rig.snapshot.position_q == kThere ? Joints{} : kThere);
     rig.step(50);
     ASSERT_EQ(rig.snapshot.state, RtState::kMoving) << count;
     rig.stops->count.store(count);
@@ -257,7 +257,7 @@ TEST_F(Servants, AStopOfTheServantIsNotUndoneByAnOldCount) {
   const std::uint64_t stops = rig.snapshot.stops_done;
   const Command old = [&] {
     Command command = rig.stamp(std::get<std::vector<Command>>(
-        rig.planner.move_joints({rig.snapshot.position_rad, 0.0}, {}, kThere, 0.0))[0]);
+        rig.planner.move_joints({rig.snapshot.position_q, 0.0}, {}, kThere, 0.0))[0]);
     --command.epoch;  // planned before the stop
     return command;
   }();

@@ -27,47 +27,47 @@ class StandsBy : public FaultStops {
 
 TEST_F(StandsBy, TheSetPointFollowsTheServosAndNothingMovesByItself) {
   lose_energy();
-  device.feedback = {.measured = true, .position_rad = {0.3, -0.2, 0.1, 0.0}};
+  device.feedback = {.measured = true, .position_q = {0.3, -0.2, 0.1, 0.0}};
   rig.step(2);
-  EXPECT_EQ(rig.snapshot.position_rad, device.feedback.position_rad);
-  EXPECT_EQ(device.frame.position_rad, device.feedback.position_rad);
-  EXPECT_EQ(rig.snapshot.velocity_rad_s, Joints{}) << "no set-point has moved";
-  device.feedback.position_rad[1] = 100.0;
-  device.feedback.position_rad[2] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(rig.snapshot.position_q, device.feedback.position_q);
+  EXPECT_EQ(device.frame.position_q, device.feedback.position_q);
+  EXPECT_EQ(rig.snapshot.velocity_q_s, Joints{}) << "no set-point has moved";
+  device.feedback.position_q[1] = 100.0;
+  device.feedback.position_q[2] = std::numeric_limits<double>::quiet_NaN();
   rig.step(2);
-  EXPECT_EQ(rig.snapshot.position_rad[1], rig.arm.joints[1].upper_rad);
-  EXPECT_EQ(rig.snapshot.position_rad[2], 0.1);
-  device.feedback.position_rad = {0.2, -0.1, 0.1, 0.0};
+  EXPECT_EQ(rig.snapshot.position_q[1], rig.arm.joints[1].upper_q);
+  EXPECT_EQ(rig.snapshot.position_q[2], 0.1);
+  device.feedback.position_q = {0.2, -0.1, 0.1, 0.0};
   rig.step(2);
-  const Joints at_clear = rig.snapshot.position_rad;
+  const Joints at_clear = rig.snapshot.position_q;
   clear();
   EXPECT_EQ(rig.snapshot.state, RtState::kMoving) << "the servos are being energised";
   EXPECT_FALSE(device.frame.needs_clear);
   device.feedback = {};  // while they are being enabled nothing is said
   rig.step(10);
-  EXPECT_EQ(device.frame.position_rad, at_clear);
-  device.feedback = {.measured = true, .position_rad = {0.2, 0.5, 0.1, 0.0}};  // turned before its turn
+  EXPECT_EQ(device.frame.position_q, at_clear);
+  device.feedback = {.measured = true, .position_q = {0.2, 0.5, 0.1, 0.0}};  // turned before its turn
   rig.step(2);
-  const Joints energised_at = device.feedback.position_rad;
-  EXPECT_EQ(device.frame.position_rad, energised_at) << "it is held where it got its energy";
-  EXPECT_EQ(rig.snapshot.velocity_rad_s, Joints{});
+  const Joints energised_at = device.feedback.position_q;
+  EXPECT_EQ(device.frame.position_q, energised_at) << "it is held where it got its energy";
+  EXPECT_EQ(rig.snapshot.velocity_q_s, Joints{});
   device.now = BackendHealth::kOpen;
   rig.step(2);
   EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
-  device.feedback.position_rad[1] = 0.4;
+  device.feedback.position_q[1] = 0.4;
   rig.step(2);
-  EXPECT_EQ(device.frame.position_rad, energised_at) << "an open device follows, and does not lead";
+  EXPECT_EQ(device.frame.position_q, energised_at) << "an open device follows, and does not lead";
 }
 
 TEST_F(StandsBy, AJointThatIsTurnedBeyondItsRangeAfterAClearEndsInError) {
   lose_energy();
-  device.feedback = {.measured = true, .position_rad = {0.3, -0.2, 0.1, 0.0}};
+  device.feedback = {.measured = true, .position_q = {0.3, -0.2, 0.1, 0.0}};
   rig.step(2);
   clear();
   ASSERT_EQ(rig.snapshot.state, RtState::kMoving);
   while (rig.alarm()) {
   }
-  device.feedback.position_rad[1] = rig.arm.joints[1].upper_rad + 0.1;
+  device.feedback.position_q[1] = rig.arm.joints[1].upper_q + 0.1;
   rig.step(2);
   EXPECT_EQ(rig.snapshot.state, RtState::kError);
   EXPECT_TRUE(device.frame.needs_clear && device.frame.power_off);
@@ -80,11 +80,11 @@ TEST_F(StandsBy, AJointThatIsTurnedBeyondItsRangeAfterAClearEndsInError) {
 /// Another client's, that is read in the cycle that finds the joint there.
 TEST_F(StandsBy, AClearInTheCycleThatFindsAJointBeyondItsRangeRaisesNothingMore) {
   lose_energy();
-  device.feedback = {.measured = true, .position_rad = {0.3, -0.2, 0.1, 0.0}};
+  device.feedback = {.measured = true, .position_q = {0.3, -0.2, 0.1, 0.0}};
   rig.step(2);
   clear();
   ASSERT_EQ(rig.snapshot.state, RtState::kMoving);
-  device.feedback.position_rad[1] = rig.arm.joints[1].upper_rad + 0.1;
+  device.feedback.position_q[1] = rig.arm.joints[1].upper_q + 0.1;
   rig.step();  // from here the cycle knows it
   ASSERT_EQ(rig.snapshot.state, RtState::kMoving);
   while (rig.alarm()) {
@@ -105,12 +105,12 @@ TEST_F(StandsBy, AClearInTheCycleThatFindsAJointBeyondItsRangeRaisesNothingMore)
 TEST_F(StandsBy, ARefusedClearChangesNothing) {
   lose_energy();
   rig.task->stop_seen = 1;
-  device.feedback = {.measured = true, .position_rad = {0.3, rig.arm.joints[1].upper_rad + 0.1, 0.1, 0.0}};
+  device.feedback = {.measured = true, .position_q = {0.3, rig.arm.joints[1].upper_q + 0.1, 0.1, 0.0}};
   rig.step(2);
   clear();
   ASSERT_EQ(rig.snapshot.state, RtState::kError);
   EXPECT_EQ(rig.task->stop_seen.load(), 1u) << "a joint is beyond its range";
-  device.feedback.position_rad[1] = 0.0;
+  device.feedback.position_q[1] = 0.0;
   device.now = BackendHealth::kLost;
   rig.step(2);
   clear();
@@ -147,9 +147,9 @@ TEST_F(StandsBy, AJointThatIsBeyondItsRangeIsNotBroughtBackByAClear) {
     lose_energy();
     while (rig.alarm()) {
     }
-    const double upper_rad = rig.arm.joints[1].upper_rad;
+    const double upper_q = rig.arm.joints[1].upper_q;
     const ServoFeedback beyond = {
-        .measured = measured, .commanded = !measured, .position_rad = {0.3, upper_rad + 0.1, 0.1, 0.0}};
+        .measured = measured, .commanded = !measured, .position_q = {0.3, upper_q + 0.1, 0.1, 0.0}};
     device.feedback = beyond;
     rig.step(2);
     clear();
@@ -160,24 +160,24 @@ TEST_F(StandsBy, AJointThatIsBeyondItsRangeIsNotBroughtBackByAClear) {
     ASSERT_TRUE(alarm);
     EXPECT_EQ(alarm->code, AlarmCode::kJointBeyondRange);
     EXPECT_EQ(alarm->joint, 1);
-    EXPECT_EQ(alarm::out_of_range(*alarm).position_rad, upper_rad + 0.1);
-    EXPECT_EQ(alarm::out_of_range(*alarm).lower_rad, rig.arm.joints[1].lower_rad);
-    EXPECT_EQ(alarm::out_of_range(*alarm).upper_rad, upper_rad);
+    EXPECT_EQ(alarm::out_of_range(*alarm).position_q, upper_q + 0.1);
+    EXPECT_EQ(alarm::out_of_range(*alarm).lower_q, rig.arm.joints[1].lower_q);
+    EXPECT_EQ(alarm::out_of_range(*alarm).upper_q, upper_q);
     device.feedback = {};  // an answer is missing
     rig.step(2);
     clear();
     EXPECT_EQ(rig.snapshot.state, RtState::kError) << "it has not come back since";
     device.feedback = beyond;
-    device.feedback.position_rad[1] = -std::numeric_limits<double>::infinity();
+    device.feedback.position_q[1] = -std::numeric_limits<double>::infinity();
     rig.step(2);
     clear();
     EXPECT_EQ(rig.snapshot.state, RtState::kError);
-    device.feedback.position_rad[1] = upper_rad - 0.1;  // turned back by hand
+    device.feedback.position_q[1] = upper_q - 0.1;  // turned back by hand
     rig.step(2);
     clear();
     EXPECT_EQ(rig.snapshot.state, RtState::kMoving);
     EXPECT_FALSE(device.frame.needs_clear);
-    EXPECT_EQ(device.frame.position_rad, device.feedback.position_rad);
+    EXPECT_EQ(device.frame.position_q, device.feedback.position_q);
     device.now = BackendHealth::kOpen;
     rig.step(2);
     ASSERT_EQ(rig.snapshot.state, RtState::kStandby);
@@ -186,16 +186,16 @@ TEST_F(StandsBy, AJointThatIsBeyondItsRangeIsNotBroughtBackByAClear) {
 
 TEST_F(StandsBy, WhatIsHardlyBeyondItsRangeIsAtItsEnd) {
   lose_energy();
-  device.feedback = {.measured = true, .position_rad = {0.3, rig.arm.joints[1].upper_rad + 0.015, 0.1, 0.0}};
+  device.feedback = {.measured = true, .position_q = {0.3, rig.arm.joints[1].upper_q + 0.015, 0.1, 0.0}};
   rig.step(2);
   clear();
   EXPECT_EQ(rig.snapshot.state, RtState::kMoving);
-  EXPECT_EQ(device.frame.position_rad[1], rig.arm.joints[1].upper_rad);
+  EXPECT_EQ(device.frame.position_q[1], rig.arm.joints[1].upper_q);
 }
 
 /// One that follows its set-points holds the joint where it is: nothing moves at a Clear.
 TEST_F(FaultStops, AHeldJointThatHangsBeyondItsEndIsCleared) {
-  device.feedback = {.measured = true, .position_rad = {0.0, rig.arm.joints[1].upper_rad + 0.1, 0.0, 0.0}};
+  device.feedback = {.measured = true, .position_q = {0.0, rig.arm.joints[1].upper_q + 0.1, 0.0, 0.0}};
   rig.servant->control.hold_count = 1;
   rig.stop();
   rig.step(5);
@@ -222,9 +222,9 @@ TEST_F(StandsBy, AnErrorOutlivesEveryProcessByTheFileOnDisk) {
 
 TEST_F(StandsBy, PulsesAreFollowedToo) {
   lose_energy();
-  device.feedback = {.commanded = true, .position_rad = {0.3, -0.2, 0.1, 0.0}};
+  device.feedback = {.commanded = true, .position_q = {0.3, -0.2, 0.1, 0.0}};
   rig.step(2);
-  EXPECT_EQ(rig.snapshot.position_rad, device.feedback.position_rad);
+  EXPECT_EQ(rig.snapshot.position_q, device.feedback.position_q);
   EXPECT_EQ(rig.snapshot.flags & kSnapshotMeasured, 0u);
 }
 
@@ -233,11 +233,11 @@ TEST_F(StandsBy, AClearInItsFirstCycleHoldsTheServosWhereTheyAre) {
   rig.step(2);
   ASSERT_EQ(rig.snapshot.state, RtState::kError);
   device.now = BackendHealth::kStandby;
-  device.feedback = {.commanded = true, .position_rad = {0.3, -0.2, 0.1, 0.0}};
+  device.feedback = {.commanded = true, .position_q = {0.3, -0.2, 0.1, 0.0}};
   rig.step();
   clear();
   EXPECT_FALSE(device.frame.needs_clear);
-  EXPECT_EQ(device.frame.position_rad, device.feedback.position_rad);
+  EXPECT_EQ(device.frame.position_q, device.feedback.position_q);
 }
 
 TEST_F(StandsBy, NoCommandBeginsBeforeTheServosAreThere) {
@@ -254,16 +254,16 @@ TEST_F(StandsBy, NoCommandBeginsBeforeTheServosAreThere) {
 
 TEST_F(StandsBy, AStopEndsTheWayThere) {
   lose_energy();
-  device.feedback = {.commanded = true, .position_rad = {}};
+  device.feedback = {.commanded = true, .position_q = {}};
   rig.step(2);
   clear();
-  device.feedback.position_rad[0] = 0.2;
+  device.feedback.position_q[0] = 0.2;
   rig.step(2);
-  EXPECT_EQ(device.frame.position_rad[0], 0.0) << "the way goes on to where it is held";
+  EXPECT_EQ(device.frame.position_q[0], 0.0) << "the way goes on to where it is held";
   rig.stop();
   rig.step();
   EXPECT_EQ(rig.snapshot.stops_done, 1u);
-  EXPECT_EQ(device.frame.position_rad[0], 0.2) << "here it stays";
+  EXPECT_EQ(device.frame.position_q[0], 0.2) << "here it stays";
 }
 
 TEST_F(StandsBy, APressOnTheWayThereTakesTheEnergyOffAgain) {
@@ -321,9 +321,9 @@ TEST_F(FaultStops, AMeasuringDeviceThatCannotTellIsFollowedBeyondItsLagOnly) {
   press(true);
   rig.step(2);
   device.measures = false;
-  device.feedback.position_rad = {0.01, 0.3, 0.0, 0.0};
+  device.feedback.position_q = {0.01, 0.3, 0.0, 0.0};
   rig.step(2);
-  EXPECT_EQ(rig.snapshot.position_rad, (Joints{0.0, 0.3, 0.0, 0.0}))
+  EXPECT_EQ(rig.snapshot.position_q, (Joints{0.0, 0.3, 0.0, 0.0}))
       << "the first hangs behind, the second has fallen";
 }
 

@@ -34,7 +34,7 @@ class StartPositionTest : public ::testing::Test {
   /// What a task with the profile as it is now has published last.
   void publish(const Joints& at, double opening = 0.0) {
     Snapshot last{};
-    last.position_rad = at;
+    last.position_q = at;
     last.gripper = opening;
     last.position_fingerprint = position_fingerprint(profile.arm);
     ServoFrame frame;
@@ -65,7 +65,7 @@ class StartPositionTest : public ::testing::Test {
 
 TEST_F(StartPositionTest, WithoutAnySourceIsAngleZeroAndIsReportedLoudly) {
   const rt::CycleStart start = find();
-  EXPECT_EQ(start.position_rad, Joints{});
+  EXPECT_EQ(start.position_q, Joints{});
   EXPECT_TRUE(start.unverified);
   EXPECT_THAT(text, HasSubstr("UNKNOWN; the arm is taken to be"));
   profile.backend.position_known_at_start = true;
@@ -76,15 +76,15 @@ TEST_F(StartPositionTest, WithoutAnySourceIsAngleZeroAndIsReportedLoudly) {
 TEST_F(StartPositionTest, TheFileIsUsed) {
   save();
   const rt::CycleStart start = find();
-  EXPECT_NEAR(start.position_rad[3], 0.4, 1e-12);
+  EXPECT_NEAR(start.position_q[3], 0.4, 1e-12);
   EXPECT_EQ(start.opening, 0.5);
   EXPECT_TRUE(start.unverified);
   EXPECT_THAT(text, HasSubstr("5.7 11.5 17.2 22.9 degrees, where corbot left it at 20"));
   EXPECT_THAT(text, HasSubstr("10 %"));
   EXPECT_THAT(text, Not(HasSubstr("before this machine")));
-  EXPECT_EQ(find({}, true).position_rad, Joints{}) << "unless it is to be forgotten";
+  EXPECT_EQ(find({}, true).position_q, Joints{}) << "unless it is to be forgotten";
   std::ofstream(directory + "/arm.position") << "nonsense";
-  EXPECT_EQ(find().position_rad, Joints{});
+  EXPECT_EQ(find().position_q, Joints{});
   EXPECT_THAT(text, HasSubstr("UNKNOWN; the arm is taken to be"));
 }
 
@@ -140,7 +140,7 @@ TEST_F(StartPositionTest, AFileThatProvesNothingIsAnError) {
 TEST_F(StartPositionTest, ADeviceThatMeasuresKnowsBetter) {
   save();
   const rt::CycleStart start = find(device(DevicePosition::Kind::kMeasured, {0.1, 0.2, 0.3, 0.39}));
-  EXPECT_EQ(start.position_rad[3], 0.39);
+  EXPECT_EQ(start.position_q[3], 0.39);
   EXPECT_EQ(start.opening, 0.5) << "which it does not measure";
   EXPECT_FALSE(start.unverified);
   EXPECT_THAT(text, HasSubstr("measured"));
@@ -164,10 +164,10 @@ TEST_F(StartPositionTest, AJointMeasuredOutOfItsRangePreventsTheStart) {
                  std::runtime_error);
   }
   segment = std::make_unique<TaskSegment>();
-  const double just_beyond = profile.arm.joints[0].upper_rad + 0.01;
+  const double just_beyond = profile.arm.joints[0].upper_q + 0.01;
   const rt::CycleStart start = find(device(DevicePosition::Kind::kMeasured, {just_beyond, 0.0, 0.0, 0.0}));
   EXPECT_FALSE(start.unverified);
-  EXPECT_EQ(start.position_rad[0], profile.arm.joints[0].upper_rad);
+  EXPECT_EQ(start.position_q[0], profile.arm.joints[0].upper_q);
 }
 
 TEST_F(StartPositionTest, APulseOutOfItsJointsRangePreventsTheStart) {
@@ -180,7 +180,7 @@ TEST_F(StartPositionTest, APulseOutOfItsJointsRangePreventsTheStart) {
         ADD_FAILURE() << "the servo is there, and every other start is a motion";
       } catch (const std::runtime_error& error) {
         const ServoMap& servo = profile.arm.servos[1];
-        const double pulse_us = servo.zero_us + servo.direction * servo.us_per_rad * to_radians(150.0);
+        const double pulse_us = servo.zero_us + servo.direction * servo.us_per_q * to_radians(150.0);
         EXPECT_THAT(error.what(), HasSubstr("joint " + profile.joint_names[1] + " is at 150.0 degrees"));
         EXPECT_THAT(error.what(), HasSubstr(fmt::format("a pulse of {:.0f} us", pulse_us)));
         EXPECT_THAT(error.what(), HasSubstr("-30.0 to 130.0"));
@@ -189,19 +189,19 @@ TEST_F(StartPositionTest, APulseOutOfItsJointsRangePreventsTheStart) {
     }
   }
   segment = std::make_unique<TaskSegment>();
-  const double rounded = profile.arm.joints[0].upper_rad + to_radians(1.0);
+  const double rounded = profile.arm.joints[0].upper_q + to_radians(1.0);
   const rt::CycleStart start = find(device(DevicePosition::Kind::kCommanded, {rounded, 0.0, 0.0, 0.0}, 0.5));
-  EXPECT_EQ(start.position_rad[0], profile.arm.joints[0].upper_rad);
+  EXPECT_EQ(start.position_q[0], profile.arm.joints[0].upper_q);
 }
 
 TEST_F(StartPositionTest, WhatAControllerWasCommandedIsTheFileUnrounded) {
   save();
   rt::CycleStart start = find(device(DevicePosition::Kind::kCommanded, {0.11, 0.19, 0.3, 0.4}, 0.52));
-  EXPECT_NEAR(start.position_rad[0], 0.1, 1e-12);
+  EXPECT_NEAR(start.position_q[0], 0.1, 1e-12);
   EXPECT_EQ(start.opening, 0.5);
   EXPECT_FALSE(start.unverified);
   start = find(device(DevicePosition::Kind::kCommanded, {0.2, 0.19, 0.3, 0.4}, 0.52));
-  EXPECT_EQ(start.position_rad[0], 0.2) << "another program has moved it";
+  EXPECT_EQ(start.position_q[0], 0.2) << "another program has moved it";
   EXPECT_EQ(start.opening, 0.52);
 }
 
@@ -210,13 +210,12 @@ TEST_F(StartPositionTest, TheSegmentKnowsBestWhileTheJointsAreWhereItSays) {
   save();
   const Joints left{0.5, 0.5, 0.5, 0.5};
   publish(left, 0.25);
-  const double lag_rad = to_radians(1.9);
+  const double lag_q = to_radians(1.9);
   for (const DevicePosition& at :
-       {DevicePosition{},
-        device(DevicePosition::Kind::kMeasured, {0.5, 0.5 - lag_rad, 0.5 + lag_rad, 0.5}, 0.6),
+       {DevicePosition{}, device(DevicePosition::Kind::kMeasured, {0.5, 0.5 - lag_q, 0.5 + lag_q, 0.5}, 0.6),
         device(DevicePosition::Kind::kCommanded, {0.1, 0.1, 0.1, 0.1}, 0.6)}) {
     const rt::CycleStart start = find(at);
-    EXPECT_EQ(start.position_rad, left);
+    EXPECT_EQ(start.position_q, left);
     EXPECT_EQ(start.opening, 0.25) << "what it grips, it goes on gripping";
     EXPECT_FALSE(start.unverified);
     EXPECT_FALSE(start.outranks_segment);
@@ -231,7 +230,7 @@ TEST_F(StartPositionTest, JointsThatAreNotWhereTheLastTaskLeftThemStayWhereTheyA
   publish({0.5, 0.5, 0.5, 0.5}, 0.25);
   const Joints sagged{0.5, 0.5 - to_radians(30.0), 0.51, 0.5};
   rt::CycleStart start = find(device(DevicePosition::Kind::kMeasured, sagged));
-  EXPECT_EQ(start.position_rad, sagged) << "nor is the joint that is near driven back";
+  EXPECT_EQ(start.position_q, sagged) << "nor is the joint that is near driven back";
   EXPECT_EQ(start.opening, 0.25) << "which it does not measure";
   EXPECT_TRUE(start.outranks_segment);
   EXPECT_FALSE(start.unverified);
@@ -243,9 +242,9 @@ TEST_F(StartPositionTest, JointsThatAreNotWhereTheLastTaskLeftThemStayWhereTheyA
   start = find(device(DevicePosition::Kind::kMeasured, sagged, 0.6));
   EXPECT_EQ(start.opening, 0.6) << "nor is the gripper";
   EXPECT_EQ(find(device(DevicePosition::Kind::kMeasured, sagged, NAN)).opening, 0.25);
-  const double beyond_rad = to_radians(2.1);
-  start = find(device(DevicePosition::Kind::kMeasured, {0.5, 0.5, 0.5, 0.5 + beyond_rad}));
-  EXPECT_EQ(start.position_rad[3], 0.5 + beyond_rad);
+  const double beyond_q = to_radians(2.1);
+  start = find(device(DevicePosition::Kind::kMeasured, {0.5, 0.5, 0.5, 0.5 + beyond_q}));
+  EXPECT_EQ(start.position_q[3], 0.5 + beyond_q);
 }
 
 /// Only a person clears, wherever the joints have gone meanwhile.
@@ -257,10 +256,10 @@ TEST_F(StartPositionTest, AnErrorAndAHoldOutliveATaskWhoseJointsWereTurned) {
     EXPECT_TRUE(start.outranks_segment);
     rig.restart(start);
     rig.step();
-    EXPECT_EQ(rig.snapshot.position_rad, turned.position_rad);
+    EXPECT_EQ(rig.snapshot.position_q, turned.position_q);
   };
   const auto left_by = [&](Rig& rig) {
-    rig.restart({.position_rad = {0.5, 0.5, 0.5, 0.5},
+    rig.restart({.position_q = {0.5, 0.5, 0.5, 0.5},
                  .position_known = true,
                  .position_fingerprint = position_fingerprint(profile.arm)});
     rig.step();
@@ -309,26 +308,26 @@ TEST_F(StartPositionTest, ASegmentOfAnotherServoMapGivesPulsesOnly) {
     const rt::CycleStart start = find();
     EXPECT_TRUE(start.unverified);
     EXPECT_TRUE(start.outranks_segment);
-    EXPECT_NEAR(start.position_rad[0], -0.5, 1e-9);
-    EXPECT_NEAR(start.position_rad[1], 0.25, 1e-9);
+    EXPECT_NEAR(start.position_q[0], -0.5, 1e-9);
+    EXPECT_NEAR(start.position_q[1], 0.25, 1e-9);
     EXPECT_THAT(text, HasSubstr("THE SERVO MAP HAS CHANGED"));
     ServoFrame frame;
-    rt::map_to_pulses(profile.arm, start.position_rad, start.opening, frame);
+    rt::map_to_pulses(profile.arm, start.position_q, start.opening, frame);
     for (std::size_t i = 0; i <= profile.arm.dof; ++i) {
       EXPECT_NEAR(frame.pulse_us[i], last.pulse_us[i], 1e-6) << "nothing moves";
     }
   }
   const rt::CycleStart commanded = find(device(DevicePosition::Kind::kCommanded, {0.1, 0.2, 0.3, 0.4}, 0.5));
-  EXPECT_EQ(commanded.position_rad[0], 0.1) << "the device ranks higher";
+  EXPECT_EQ(commanded.position_q[0], 0.1) << "the device ranks higher";
   EXPECT_FALSE(commanded.unverified);
   EXPECT_TRUE(commanded.outranks_segment);
-  EXPECT_EQ(find(device(DevicePosition::Kind::kMeasured, {0.1, 0.2, 0.3, 0.4})).position_rad[0], 0.1);
+  EXPECT_EQ(find(device(DevicePosition::Kind::kMeasured, {0.1, 0.2, 0.3, 0.4})).position_q[0], 0.1);
 }
 
 TEST_F(StartPositionTest, APulseThatAnotherServoMapHasOutOfRangePreventsTheStart) {
-  const double upper_rad = profile.arm.joints[0].upper_rad;
-  publish({upper_rad, 0.0, 0.0, 0.0});
-  profile.arm.servos[0].us_per_rad /= 2.0;  // so the servo is at twice that angle
+  const double upper_q = profile.arm.joints[0].upper_q;
+  publish({upper_q, 0.0, 0.0, 0.0});
+  profile.arm.servos[0].us_per_q /= 2.0;  // so the servo is at twice that angle
   try {
     (void)find();
     ADD_FAILURE() << "every start is a jump";
@@ -349,7 +348,7 @@ TEST_F(StartPositionTest, ServosWithoutPowerHaveNotKeptTheirPosition) {
     const rt::CycleStart start = find();
     EXPECT_TRUE(start.unverified);
     EXPECT_TRUE(start.outranks_segment) << "which calls it known";
-    EXPECT_EQ(start.position_rad, kSaved);
+    EXPECT_EQ(start.position_q, kSaved);
     EXPECT_THAT(text, HasSubstr("with the servos unpowered"));
   };
   profile.backend.kind = "gpiod";  // its pulses end with the task
@@ -372,7 +371,7 @@ TEST_F(StartPositionTest, PulsesToServosWithoutPowerProveNothing) {
   profile.power_enable.chip = "/dev/gpiochip0";
   rt::CycleStart start = find(device(DevicePosition::Kind::kCommanded, {0.11, 0.19, 0.3, 0.4}, 0.52));
   EXPECT_TRUE(start.unverified);
-  EXPECT_NEAR(start.position_rad[0], 0.1, 1e-12) << "but that is where they will go";
+  EXPECT_NEAR(start.position_q[0], 0.1, 1e-12) << "but that is where they will go";
   EXPECT_THAT(text, HasSubstr("10 %"));
   EXPECT_FALSE(start.position_known);
   profile.backend.position_known_at_start = true;

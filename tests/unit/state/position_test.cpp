@@ -30,9 +30,9 @@ class Position : public ::testing::Test {
   }
   ~Position() override { fs::remove_all(directory_); }
 
-  [[nodiscard]] LastPosition sample(double base_rad = 0.3) const {
+  [[nodiscard]] LastPosition sample(double base_q = 0.3) const {
     Snapshot snapshot{};
-    snapshot.position_rad = {base_rad, 1.0, -0.25, 0.125};
+    snapshot.position_q = {base_q, 1.0, -0.25, 0.125};
     snapshot.gripper = 0.75;
     snapshot.position_fingerprint = position_fingerprint(arm_);
     return position_of(snapshot, "lynx5");
@@ -65,7 +65,7 @@ TEST_F(Position, IsReadAsWritten) {
   const auto read = store().load(arm_);
   ASSERT_TRUE(read);
   for (std::size_t i = 0; i < kMaxJoints; ++i)
-    EXPECT_NEAR(read->position_rad[i], sample().position_rad[i], 1e-15);
+    EXPECT_NEAR(read->position_q[i], sample().position_q[i], 1e-15);
   EXPECT_EQ(read->opening, 0.75);
   EXPECT_TRUE(read->at_rest);
   EXPECT_EQ(read->boot_id, boot_id());
@@ -205,9 +205,9 @@ TEST_F(Position, OfAnEarlierVersionWithoutFlagsIsAccepted) {
 
 TEST_F(Position, AtTheVeryEndsOfTheRangesIsAccepted) {
   LastPosition position = sample();
-  for (std::size_t i = 0; i < arm_.dof; ++i) position.position_rad[i] = arm_.joints[i].upper_rad;
+  for (std::size_t i = 0; i < arm_.dof; ++i) position.position_q[i] = arm_.joints[i].upper_q;
   const LastPosition read = parse_position(position_text(position, arm_.dof), "lynx5", arm_);
-  for (std::size_t i = 0; i < arm_.dof; ++i) EXPECT_LE(read.position_rad[i], arm_.joints[i].upper_rad);
+  for (std::size_t i = 0; i < arm_.dof; ++i) EXPECT_LE(read.position_q[i], arm_.joints[i].upper_q);
 }
 
 TEST_F(Position, IsRefusedWhereAnythingIsWrong) {
@@ -260,7 +260,7 @@ TEST_F(Position, AWriteThatFailsLeavesTheOldOne) {
   const fs::path in_the_way = store().file().string() + ".test";
   fs::create_directory(in_the_way);
   EXPECT_THROW(store().save(sample(0.2), arm_.dof), std::system_error);
-  EXPECT_NEAR(store().load(arm_)->position_rad[0], 0.1, 1e-12);
+  EXPECT_NEAR(store().load(arm_)->position_q[0], 0.1, 1e-12);
   EXPECT_THROW(PositionStore(store().file(), "lynx5", "test").save(sample(), arm_.dof), std::system_error);
   EXPECT_THROW(PositionStore("/dev/null/x", "lynx5", "test").save(sample(), arm_.dof), std::system_error);
   EXPECT_THROW(PositionStore(directory_, "../lynx5", "test"), std::invalid_argument);
@@ -281,7 +281,7 @@ TEST_F(Position, AWriterThatIsKilledLeavesTheOldOrTheNewOne) {
     ::waitpid(child, nullptr, 0);
     const auto read = store().load(arm_);
     ASSERT_TRUE(read);
-    const double base = read->position_rad[0];
+    const double base = read->position_q[0];
     ASSERT_TRUE(std::abs(base - 0.1) < 1e-12 || std::abs(base - 0.2) < 1e-12) << base;
     if (std::abs(base - 0.2) < 1e-12) ++others;
   }
