@@ -146,7 +146,8 @@ TEST(ZyzAngles, FindBothSolutions) {
 
 TEST(ZyzAngles, KeepAllDigitsBesideTheSingularity) {
   for (const double turned : {0.0, kPi}) {
-    for (double bend = 1e-3; bend > 1e-16; bend *= 0.1) {
+    for (int digits = 3; digits <= 16; ++digits) {
+      const double bend = std::pow(10.0, -digits);
       for (const bool flipped : {false, true}) {
         const Quaternion q = product(0.4, turned + bend, 2.2);
         EXPECT_LT(off(q, zyz(q, flipped, 0.9)), bend > 1e-12 ? 1e-15 : 1e-12) << turned << " + " << bend;
