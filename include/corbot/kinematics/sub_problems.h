@@ -6,6 +6,7 @@
 
 #include "corbot/kinematics/arc_tangent.h"
 #include "corbot/kinematics/pose.h"
+#include "corbot/kinematics/zyz.h"
 
 // The three sub-problems that every closed form is composed of, with their degenerate cases. Angles by atan2 only,
 // differences of squares factored: nothing loses digits at a border. Real-time safe.
@@ -21,8 +22,6 @@ inline constexpr double kOnAxis_m = 1e-13;
 inline constexpr double kRounding_m = 1e-15;
 /// Farther from an axis, the angle about it has twelve digits from the position alone.
 inline constexpr double kNearAxis_m = 1e-3;
-/// A wrist bent by no more (as sine of half the angle) has one axis twice: only the sum of its outer angles counts.
-inline constexpr double kOnAxis_rad = 1e-13;
 
 enum class Reach { kOk, kTooFar, kTooClose };
 
@@ -203,42 +202,6 @@ struct Triangle {
 [[nodiscard]] inline TwoLinks two_r(double u, double v, double l1, double l2, bool clockwise,
                                     double u_slack_m = 0.0) noexcept {
   return bend(triangle(u, v, l1, l2, u_slack_m), clockwise);
-}
-
-/// A rotation as Rz(first)·Ry(middle)·Rz(last).
-struct Zyz {
-  bool free{};  ///< the outer axes coincide: first_rad is the hint
-  double first_rad{}, middle_rad{}, last_rad{};
-};
-
-/// The same rotation with the middle angle of the other sign; where the outer axes coincide, itself.
-[[nodiscard]] inline Zyz flipped(Zyz t) noexcept {
-  if (t.free) return t;
-  t.middle_rad = -t.middle_rad;
-  t.first_rad += std::numbers::pi;
-  t.last_rad -= std::numbers::pi;
-  return t;
-}
-
-/// Of a unit quaternion: w, z = cos(β/2)·(cos, sin)((α+γ)/2) and y, −x = sin(β/2)·(cos, sin)((α−γ)/2). Sum and difference
-/// of the outer angles come from different parts, so what near sin β = 0 is uncertain about one of them is made up for by
-/// the other, and the rotation keeps all its digits. `flip` takes β ≤ 0. At sin β = 0 (kOnAxis_rad) α is the hint.
-[[nodiscard]] inline Zyz zyz(const Quaternion& q, bool flip, double first_hint_rad) noexcept {
-  Zyz t;
-  const double upright = root_sum(q.w, q.z);
-  const double tilted = root_sum(q.x, q.y);
-  const double sum = 2.0 * arc_tangent(q.z, q.w);
-  const double difference = 2.0 * arc_tangent(-q.x, q.y);
-  t.middle_rad = 2.0 * arc_tangent(tilted, upright);
-  if (tilted <= kOnAxis_rad || upright <= kOnAxis_rad) {
-    t.free = true;
-    t.first_rad = first_hint_rad;
-    t.last_rad = tilted <= upright ? sum - first_hint_rad : first_hint_rad - difference;
-    return t;
-  }
-  t.first_rad = 0.5 * (sum + difference);
-  t.last_rad = 0.5 * (sum - difference);
-  return flip ? flipped(t) : t;
 }
 
 }  // namespace corbot
