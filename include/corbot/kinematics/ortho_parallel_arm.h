@@ -87,10 +87,11 @@ struct OrthoParallelArm {
     const Wanted wanted = wanted_of(pose);
     const Turn base = turn(wanted.centre_m[0], wanted.centre_m[1], lateral_m, (number & 2u) != 0);
     if (base.reach != Reach::kOk) return refused(base, lateral_m);
-    const Heading heading = heading_of(base, hint);
+    const Triangle plane = triangle_of(base, wanted);
+    const Heading heading = heading_of(base, plane, wanted, hint);
     IkSolution solution;
     Quaternion arm_R_last;
-    if (reach(heading, triangle_of(base, wanted), wanted, number, hint, solution, arm_R_last)) {
+    if (reach(heading, plane, wanted, number, hint, solution, arm_R_last)) {
       wrist.solve(arm_R_last, (number & 4u) != 0, hint, solution.joints_q);
     }
     return solution;
@@ -110,8 +111,8 @@ struct OrthoParallelArm {
         for (const std::uint32_t bits : {0u, 1u, 4u, 5u}) all[away + bits] = refused(base, lateral_m);
         continue;
       }
-      const Heading heading = heading_of(base, hint);
       const Triangle plane = triangle_of(base, wanted);
+      const Heading heading = heading_of(base, plane, wanted, hint);
       for (std::uint32_t number = away; number < away + 2; ++number) {
         IkSolution& solution = all[number];
         IkSolution& flipped = all[number + 4];
@@ -141,9 +142,20 @@ struct OrthoParallelArm {
     double base_rad;
     HalfAngle half;
   };
-  [[nodiscard]] static Heading heading_of(const Turn& base, const Joints& hint) noexcept {
+  /// Where two borders meet, the elbow's has moved the centre within its plane: then joint 1 follows.
+  [[nodiscard]] Heading heading_of(const Turn& base, const Triangle& plane, const Wanted& wanted,
+                                   const Joints& hint) const noexcept {
     if (base.free) return {hint[0], {std::cos(0.5 * hint[0]), std::sin(0.5 * hint[0])}};
-    return {nearest_turn(base.angle_rad, hint[0]), half_angle(base.cosine, base.sine)};
+    double angle = base.angle_rad, cosine = base.cosine, sine = base.sine;
+    if (plane.u != base.radius_m - links.shoulder_m) {
+      const double radius = plane.u + links.shoulder_m;
+      const double x = wanted.centre_m[0], y = wanted.centre_m[1];
+      const double k = 1.0 / (base.distance_m * root_sum(radius, lateral_m));
+      cosine = k * (x * radius + y * lateral_m);
+      sine = k * (y * radius - x * lateral_m);
+      angle = arc_tangent(sine, cosine);
+    }
+    return {nearest_turn(angle, hint[0]), half_angle(cosine, sine)};
   }
   [[nodiscard]] Triangle triangle_of(const Turn& base, const Wanted& wanted) const noexcept {
     return triangle(base.radius_m - links.shoulder_m, wanted.centre_m[2], links.upper_m, links.fore_m,
