@@ -7,6 +7,7 @@ corbot_test(test_arm_kinematics
           ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/arm_kinematics_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/six_axis_arms_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/path_form_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/arc_tangent_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/sub_problems_test.cpp
   LABELS unit)
 # A program of its own: it brings its own malloc.

@@ -20,7 +20,11 @@ namespace corbot {
 [[nodiscard]] inline double nearest_turn(double angle_rad, double hint_rad) noexcept {
   constexpr double kTurn = 2.0 * std::numbers::pi;
   const double away = angle_rad - hint_rad;
-  if (std::abs(away) <= std::numbers::pi) return angle_rad;
+  if (std::abs(away) <
+      3.0 * std::numbers::pi) {  // by arithmetic: which of the three it is cannot be foreseen
+    return angle_rad -
+           kTurn * (static_cast<int>(away > std::numbers::pi) - static_cast<int>(away < -std::numbers::pi));
+  }
   return angle_rad - kTurn * std::nearbyint(away / kTurn);
 }
 

@@ -208,7 +208,7 @@ class Kinematics {
     for (std::size_t i = 0; i < chain_.count; ++i) {
       const double away = a[i] - b[i];
       const bool turns = chain_.axes[i].kind == JointKind::kRotary;
-      if (std::abs(turns ? wrap_angle(away) : away) > tolerance_q) return false;
+      if (std::abs(turns ? nearest_turn(away, 0.0) : away) > tolerance_q) return false;
     }
     return true;
   }

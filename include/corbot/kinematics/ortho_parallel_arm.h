@@ -18,7 +18,8 @@ namespace corbot {
 /// Brandstötter, Angerer, Hofbaur, ARW 2014: shoulder_m is a1, lateral_m b, upper_m c2, fore_m √(a2² + c3²).
 ///
 /// Own frame: z along axis 1, origin at the shoulder's height, x ahead of the axis where the tool is at zero. Inclinations are
-/// counted from x towards z. The last frame is at the wrist's centre.
+/// counted from x towards z. The forearm's frame Rz(θ)·Ry(−B) has x along it; the last frame is that one turned by the wrist, its
+/// origin at the wrist's centre.
 ///
 /// Solutions: bit 0: joint 3 is bent to its negative side (from straight). Bit 1: the base faces away from the wrist's centre.
 /// Bit 2: joint 5 is bent to its negative side. Wrist straight or folded: joint 4 is the hint's. Centre on axis 1: joint 1 is.
@@ -51,9 +52,9 @@ struct OrthoParallelArm {
     arm.links.fore_m = root_sum(forearm[0], forearm[2]);
     arm.links.fore_zero_rad = std::atan2(forearm[2], forearm[0]);
     if (arm.links.fore_m < kRecognised) return std::nullopt;
-    Pose last{centre, {}};
+    Pose last{centre, about({0.0, -1.0, 0.0}, arm.links.fore_zero_rad)};
     arm.wrist = SphericalWrist::on(chain, family * last, *zero_T_wrist);
-    last.orientation = arm.wrist.rotation({});
+    last.orientation = last.orientation * arm.wrist.rotation({});
     arm.mount = mounting(chain, family, last);
     if (!agrees(arm, chain)) return std::nullopt;
     return arm;
@@ -73,7 +74,9 @@ struct OrthoParallelArm {
     const double z = links.upper_m * std::sin(upper) + links.fore_m * std::sin(fore);
     const double c = std::cos(q[0]), s = std::sin(q[0]);
     const Pose last{{r * c - lateral_m * s, r * s + lateral_m * c, z},
-                    arm_rotation(q[0], bent) * wrist.rotation(q)};
+                    arm_rotation({std::cos(0.5 * q[0]), std::sin(0.5 * q[0])},
+                                 {std::cos(0.5 * fore), std::sin(0.5 * fore)}) *
+                        wrist.rotation(q)};
     return mount.base * (last * mount.hand);
   }
 
@@ -84,10 +87,13 @@ struct OrthoParallelArm {
     const Wanted wanted = wanted_of(pose);
     const Turn base = turn(wanted.centre_m[0], wanted.centre_m[1], lateral_m, (number & 2u) != 0);
     if (base.reach != Reach::kOk) return refused(base, lateral_m);
+    const Triangle plane = triangle_of(base, wanted);
+    const Heading heading = heading_of(base, plane, wanted, hint);
     IkSolution solution;
-    double fore = 0.0;
-    if (!reach(base, wanted, number, hint, solution, fore)) return solution;
-    wrist.solve(to_wrist(wanted, solution.joints_q[0], fore), (number & 4u) != 0, hint, solution.joints_q);
+    Quaternion arm_R_last;
+    if (reach(heading, plane, wanted, number, hint, solution, arm_R_last)) {
+      wrist.solve(arm_R_last, (number & 4u) != 0, hint, solution.joints_q);
+    }
     return solution;
   }
 
@@ -101,21 +107,20 @@ struct OrthoParallelArm {
     const Wanted wanted = wanted_of(pose);
     for (std::uint32_t away = 0; away < 4; away += 2) {
       const Turn base = turn(wanted.centre_m[0], wanted.centre_m[1], lateral_m, away != 0);
+      if (base.reach != Reach::kOk) {
+        for (const std::uint32_t bits : {0u, 1u, 4u, 5u}) all[away + bits] = refused(base, lateral_m);
+        continue;
+      }
+      const Triangle plane = triangle_of(base, wanted);
+      const Heading heading = heading_of(base, plane, wanted, hint);
       for (std::uint32_t number = away; number < away + 2; ++number) {
         IkSolution& solution = all[number];
         IkSolution& flipped = all[number + 4];
+        Quaternion arm_R_last;
         solution = {};
-        double fore = 0.0;
-        if (base.reach != Reach::kOk) {
-          solution = refused(base, lateral_m);
-          flipped = solution;
-        } else if (!reach(base, wanted, number, hint, solution, fore)) {
-          flipped = solution;
-        } else {
-          flipped = solution;
-          wrist.solve_both(to_wrist(wanted, solution.joints_q[0], fore), hint, solution.joints_q,
-                           flipped.joints_q);
-        }
+        const bool reaches = reach(heading, plane, wanted, number, hint, solution, arm_R_last);
+        flipped = solution;
+        if (reaches) wrist.solve_both(arm_R_last, hint, solution.joints_q, flipped.joints_q);
       }
     }
   }
@@ -133,24 +138,43 @@ struct OrthoParallelArm {
   [[nodiscard]] static bool is_finite_hint(const Joints& q) noexcept {
     return std::isfinite(q[0] + q[1] + q[2] + q[3] + q[4] + q[5]);
   }
-  /// Joints 1 to 3. False: `solution` says why not.
-  [[nodiscard]] bool reach(const Turn& base, const Wanted& wanted, std::uint32_t number, const Joints& hint,
-                           IkSolution& solution, double& fore) const noexcept {
-    if (!links.bend(base.radius_m - links.shoulder_m, wanted.centre_m[2], base.slack_m, links.fore_m,
-                    links.fore_zero_rad, number, hint, solution, fore)) {
-      return false;
+  struct Heading {
+    double base_rad;
+    HalfAngle half;
+  };
+  /// Where two borders meet, the elbow's has moved the centre within its plane: then joint 1 follows.
+  [[nodiscard]] Heading heading_of(const Turn& base, const Triangle& plane, const Wanted& wanted,
+                                   const Joints& hint) const noexcept {
+    if (base.free) return {hint[0], {std::cos(0.5 * hint[0]), std::sin(0.5 * hint[0])}};
+    double angle = base.angle_rad, cosine = base.cosine, sine = base.sine;
+    if (plane.u != base.radius_m - links.shoulder_m) {
+      const double radius = plane.u + links.shoulder_m;
+      const double x = wanted.centre_m[0], y = wanted.centre_m[1];
+      const double k = 1.0 / (base.distance_m * root_sum(radius, lateral_m));
+      cosine = k * (x * radius + y * lateral_m);
+      sine = k * (y * radius - x * lateral_m);
+      angle = arc_tangent(sine, cosine);
     }
-    solution.joints_q[0] = base.free ? hint[0] : nearest_turn(base.angle_rad, hint[0]);
+    return {nearest_turn(angle, hint[0]), half_angle(cosine, sine)};
+  }
+  [[nodiscard]] Triangle triangle_of(const Turn& base, const Wanted& wanted) const noexcept {
+    return triangle(base.radius_m - links.shoulder_m, wanted.centre_m[2], links.upper_m, links.fore_m,
+                    base.slack_m);
+  }
+  /// Joints 1 to 3, and the last frame's rotation seen from the forearm. False: `solution` says why not.
+  [[nodiscard]] bool reach(const Heading& heading, const Triangle& plane, const Wanted& wanted,
+                           std::uint32_t number, const Joints& hint, IkSolution& solution,
+                           Quaternion& arm_R_last) const noexcept {
+    TwoLinks t = bend(plane, links.is_clockwise(number));
+    if (!links.take(t, links.fore_m, links.fore_zero_rad, hint, solution)) return false;
+    solution.joints_q[0] = heading.base_rad;
+    arm_R_last = conjugate(arm_rotation(heading.half, half_angle(t.cosine, t.sine))) * wanted.last;
     return true;
   }
-  [[nodiscard]] Quaternion to_wrist(const Wanted& wanted, double base_rad, double fore) const noexcept {
-    return conjugate(arm_rotation(base_rad, fore - links.fore_zero_rad)) * wanted.last;
-  }
-  /// Rz(θ) Ry(−C).
-  [[nodiscard]] static Quaternion arm_rotation(double base_rad, double bent_rad) noexcept {
-    const double ct = std::cos(0.5 * base_rad), st = std::sin(0.5 * base_rad);
-    const double cb = std::cos(0.5 * bent_rad), sb = std::sin(0.5 * bent_rad);
-    return {ct * cb, st * sb, -ct * sb, st * cb};
+  /// Rz(θ) Ry(−B).
+  [[nodiscard]] static Quaternion arm_rotation(const HalfAngle& base, const HalfAngle& fore) noexcept {
+    return {base.cosine * fore.cosine, base.sine * fore.sine, -base.cosine * fore.sine,
+            base.sine * fore.cosine};
   }
 };
 

@@ -102,7 +102,8 @@ struct ParallelAxesArm {
     const Turn base = turn(wanted.crossing_m[0], wanted.crossing_m[1], lateral_m, (number & 2u) != 0);
     if (base.reach != Reach::kOk) return refused(base, lateral_m);
     const double base_rad = base.free ? hint[0] : nearest_turn(base.angle_rad, hint[0]);
-    return rest(wanted, base, base_rad, wrist_of(wanted, base_rad, (number & 4u) != 0, hint), number, hint);
+    const Zyz wrist = wrist_of(wanted, half_of(base, hint), (number & 4u) != 0, hint);
+    return rest(wanted, base, base_rad, wrist, triangle_of(wanted, base, wrist), number, hint);
   }
 
   /// inverse() of every number; what several of them have in common is computed once.
@@ -120,10 +121,12 @@ struct ParallelAxesArm {
         continue;
       }
       const double base_rad = base.free ? hint[0] : nearest_turn(base.angle_rad, hint[0]);
+      const Zyz straight = wrist_of(wanted, half_of(base, hint), false, hint);
       for (std::uint32_t flip = 0; flip < 8; flip += 4) {
-        const Zyz wrist = wrist_of(wanted, base_rad, flip != 0, hint);
+        const Zyz wrist = flip != 0 ? flipped(straight) : straight;
+        const Triangle plane = triangle_of(wanted, base, wrist);
         for (std::uint32_t number = away + flip; number < away + flip + 2; ++number) {
-          all[number] = rest(wanted, base, base_rad, wrist, number, hint);
+          all[number] = rest(wanted, base, base_rad, wrist, plane, number, hint);
         }
       }
     }
@@ -144,25 +147,37 @@ struct ParallelAxesArm {
   [[nodiscard]] static bool is_finite_hint(const Joints& q) noexcept {
     return std::isfinite(q[0] + q[1] + q[2] + q[3] + q[4] + q[5]);
   }
+  [[nodiscard]] static HalfAngle half_of(const Turn& base, const Joints& hint) noexcept {
+    if (base.free) return {std::cos(0.5 * hint[0]), std::sin(0.5 * hint[0])};
+    return half_angle(base.cosine, base.sine);
+  }
   /// Ry(−C)·Rz(middle)·Ry(last), inverted, and its axes renamed (x, y, z → −x, z, y): first is −last, so that the hint is
   /// joint 6, middle −middle, last C.
-  [[nodiscard]] static Zyz wrist_of(const Wanted& wanted, double base_rad, bool flipped,
+  [[nodiscard]] static Zyz wrist_of(const Wanted& wanted, const HalfAngle& half, bool flip,
                                     const Joints& hint) noexcept {
-    const double ct = std::cos(0.5 * base_rad), st = std::sin(0.5 * base_rad);
+    const double ct = half.cosine, st = half.sine;
     const Quaternion& g = wanted.last;
     const Quaternion rel{ct * g.w + st * g.z, ct * g.x + st * g.y, ct * g.y - st * g.x, ct * g.z - st * g.w};
-    return zyz({rel.w, rel.x, -rel.z, -rel.y}, !flipped, -hint[5]);
+    return zyz({rel.w, rel.x, -rel.z, -rel.y}, !flip, -hint[5]);
   }
-  /// Joints 2 to 4 with the hand at C. False: `solution` says why not.
-  [[nodiscard]] bool reach(const Wanted& wanted, const Turn& base, double hand, std::uint32_t number,
-                           const Joints& hint, IkSolution& solution) const noexcept {
-    const double cc = std::cos(hand), sc = std::sin(hand);
-    double fore = 0.0;
-    if (!links.bend(base.radius_m - links.shoulder_m - hand_x_m * cc + hand_z_m * sc,
-                    wanted.crossing_m[2] - hand_x_m * sc - hand_z_m * cc, base.slack_m, links.fore_m,
-                    links.fore_zero_rad, number, hint, solution, fore)) {
-      return false;
-    }
+  /// The two links with the hand at C.
+  [[nodiscard]] Triangle triangle_of(const Wanted& wanted, const Turn& base, double cc,
+                                     double sc) const noexcept {
+    return triangle(base.radius_m - links.shoulder_m - hand_x_m * cc + hand_z_m * sc,
+                    wanted.crossing_m[2] - hand_x_m * sc - hand_z_m * cc, links.upper_m, links.fore_m,
+                    base.slack_m);
+  }
+  [[nodiscard]] Triangle triangle_of(const Wanted& wanted, const Turn& base,
+                                     const Zyz& wrist) const noexcept {
+    if (wrist.free) return triangle_of(wanted, base, std::cos(wrist.last_rad), std::sin(wrist.last_rad));
+    return triangle_of(wanted, base, wrist.last_cosine, wrist.last_sine);
+  }
+  /// Joints 2 to 4. False: `solution` says why not.
+  [[nodiscard]] bool reach(const Triangle& plane, double hand, std::uint32_t number, const Joints& hint,
+                           IkSolution& solution) const noexcept {
+    TwoLinks t = bend(plane, links.is_clockwise(number));
+    if (!links.take(t, links.fore_m, links.fore_zero_rad, hint, solution)) return false;
+    const double fore = t.first_rad + t.second_rad;
     solution.joints_q[3] =
         nearest_turn(links.sign4 * (hand - hand_zero_rad - fore + links.fore_zero_rad), hint[3]);
     return true;
@@ -179,28 +194,41 @@ struct ParallelAxesArm {
     const double now = wrap_angle(hand + std::atan2(hand_z_m, hand_x_m) - std::atan2(v, u));
     return std::copysign(there, now) - now;
   }
-  /// Next to parallel axes 4 and 6 the wrist leaves C open, by what rounding (and a base at its border) is to their angle; where they are parallel, C is
-  /// free, and with it whether the links reach: then C is the nearest with which they do, and joint 6 makes up for it.
-  [[nodiscard]] IkSolution rest(const Wanted& wanted, const Turn& base, double base_rad, Zyz wrist,
-                                std::uint32_t number, const Joints& hint) const noexcept {
+  [[nodiscard]] IkSolution rest(const Wanted& wanted, const Turn& base, double base_rad, const Zyz& wrist,
+                                const Triangle& plane, std::uint32_t number,
+                                const Joints& hint) const noexcept {
     IkSolution solution;
-    if (!reach(wanted, base, wrist.last_rad, number, hint, solution)) {
-      const double tilted = std::abs(std::sin(0.5 * wrist.middle_rad));
-      const double upright = std::abs(std::cos(0.5 * wrist.middle_rad));
-      const double change = to_limit(wanted, base, wrist.last_rad, solution.limit_m);
-      const double error_rad = 2.0 * std::abs(change) * std::fmin(tilted, upright);
-      const double open_rad =
-          std::fmin(4.0 * kRounding_m + 2.0 * (kRounding_m + base.slack_m) / base.distance_m, kMostOpen_rad);
-      if (!wrist.free && error_rad > open_rad) return solution;
-      wrist.last_rad += change;
-      wrist.first_rad += tilted <= upright ? -change : change;
-      if (!reach(wanted, base, wrist.last_rad, number, hint, solution)) return solution;
-      solution.orientation_error_rad = wrist.free ? 0.0 : error_rad;
+    if (!reach(plane, wrist.last_rad, number, hint, solution)) {
+      return next_to_border(wanted, base, base_rad, wrist, solution, number, hint);
     }
-    Joints& q = solution.joints_q;
+    set_outer(base_rad, wrist, hint, solution.joints_q);
+    return solution;
+  }
+  void set_outer(double base_rad, const Zyz& wrist, const Joints& hint, Joints& q) const noexcept {
     q[0] = base_rad;
     q[4] = nearest_turn(-wrist.middle_rad - middle_zero_rad, hint[4]);
     q[5] = nearest_turn(-wrist.first_rad, hint[5]);
+  }
+  /// Next to parallel axes 4 and 6 the wrist leaves C open, by what rounding (and a base at its border) is to their angle; where
+  /// they are parallel, C is free, and with it whether the links reach: then C is the nearest with which they do, and joint 6 makes
+  /// up for it. Else the refusal stands.
+  [[nodiscard]] IkSolution next_to_border(const Wanted& wanted, const Turn& base, double base_rad, Zyz wrist,
+                                          const IkSolution& refusal, std::uint32_t number,
+                                          const Joints& hint) const noexcept {
+    const double tilted = std::abs(std::sin(0.5 * wrist.middle_rad));
+    const double upright = std::abs(std::cos(0.5 * wrist.middle_rad));
+    const double change = to_limit(wanted, base, wrist.last_rad, refusal.limit_m);
+    const double error_rad = 2.0 * std::abs(change) * std::fmin(tilted, upright);
+    const double open_rad =
+        std::fmin(4.0 * kRounding_m + 2.0 * (kRounding_m + base.slack_m) / base.distance_m, kMostOpen_rad);
+    if (!wrist.free && error_rad > open_rad) return refusal;
+    wrist.last_rad += change;
+    wrist.first_rad += tilted <= upright ? -change : change;
+    const double cc = std::cos(wrist.last_rad), sc = std::sin(wrist.last_rad);
+    IkSolution solution;
+    if (!reach(triangle_of(wanted, base, cc, sc), wrist.last_rad, number, hint, solution)) return refusal;
+    solution.orientation_error_rad = wrist.free ? 0.0 : error_rad;
+    set_outer(base_rad, wrist, hint, solution.joints_q);
     return solution;
   }
 };

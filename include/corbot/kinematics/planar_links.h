@@ -64,16 +64,24 @@ struct PlanarLinks {
   [[nodiscard]] bool bend(double u, double v, double u_slack_m, double length_m, double length_zero_rad,
                           std::uint32_t number, const Joints& hint, IkSolution& solution,
                           double& forearm_rad) const noexcept {
-    const bool clockwise = ((number & 1u) != 0) == (sign3 > 0.0);
-    const TwoLinks t = two_r(u, v, upper_m, length_m, clockwise, u_slack_m);
+    TwoLinks t = two_r(u, v, upper_m, length_m, is_clockwise(number), u_slack_m);
+    if (!take(t, length_m, length_zero_rad, hint, solution)) return false;
+    forearm_rad = t.first_rad + t.second_rad;
+    return true;
+  }
+  [[nodiscard]] bool is_clockwise(std::uint32_t number) const noexcept {
+    return ((number & 1u) != 0) == (sign3 > 0.0);
+  }
+  /// Joints 2 and 3 of what two_r has found; where A is free, it becomes the hint's.
+  [[nodiscard]] bool take(TwoLinks& t, double length_m, double length_zero_rad, const Joints& hint,
+                          IkSolution& solution) const noexcept {
     if (t.reach != Reach::kOk) {
       solution = refused(t, upper_m, length_m);
       return false;
     }
-    const double a = t.free ? sign2 * hint[1] + upper_zero_rad : t.first_rad;
-    forearm_rad = a + t.second_rad;
+    if (t.free) t.set_first(sign2 * hint[1] + upper_zero_rad);
     solution.status = IkStatus::kOk;
-    solution.joints_q[1] = nearest_turn(sign2 * (a - upper_zero_rad), hint[1]);
+    solution.joints_q[1] = nearest_turn(sign2 * (t.first_rad - upper_zero_rad), hint[1]);
     solution.joints_q[2] = nearest_turn(sign3 * (t.second_rad - length_zero_rad + upper_zero_rad), hint[2]);
     return true;
   }

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "corbot/kinematics/arc_tangent.h"
 #include "corbot/kinematics/pose.h"
+#include "corbot/kinematics/zyz.h"
 
 // The three sub-problems that every closed form is composed of, with their degenerate cases. Angles by atan2 only,
 // differences of squares factored: nothing loses digits at a border. Real-time safe.
@@ -20,8 +22,6 @@ inline constexpr double kOnAxis_m = 1e-13;
 inline constexpr double kRounding_m = 1e-15;
 /// Farther from an axis, the angle about it has twelve digits from the position alone.
 inline constexpr double kNearAxis_m = 1e-3;
-/// A wrist bent by no more (as sine of half the angle) has one axis twice: only the sum of its outer angles counts.
-inline constexpr double kOnAxis_rad = 1e-13;
 
 enum class Reach { kOk, kTooFar, kTooClose };
 
@@ -80,7 +80,7 @@ struct HalfAngle {
   const double facing = behind ? -1.0 : 1.0;
   if (b == 0.0) {
     t.radius_m = facing * rho;
-    t.angle_rad = std::atan2(facing * y, facing * x);
+    t.angle_rad = arc_tangent(facing * y, facing * x);
     t.cosine = facing * x / rho;
     t.sine = facing * y / rho;
     return t;
@@ -91,7 +91,7 @@ struct HalfAngle {
   const double k = 1.0 / (rho * root_sum(t.radius_m, b));
   t.cosine = k * (x * t.radius_m + y * b);
   t.sine = k * (y * t.radius_m - x * b);
-  t.angle_rad = std::atan2(t.sine, t.cosine);
+  t.angle_rad = arc_tangent(t.sine, t.cosine);
   return t;
 }
 
@@ -113,18 +113,37 @@ inline bool take_heading(Turn& t, double x, double y, double b, bool behind, dou
 /// Two links in a plane.
 struct TwoLinks {
   Reach reach{Reach::kOk};
-  bool free{};          ///< folded onto its own base (d = 0, equal links): first_rad is free, and 0
-  double first_rad{};   ///< A: of the first link, counter-clockwise from u
-  double second_rad{};  ///< γ in [−π, π]: of the second, relative to the first; 0 is stretched
-  double distance_m{};  ///< d: from the first link's base to the point
+  bool free{};                 ///< folded onto its own base (d = 0, equal links): first_rad is free, and 0
+  double first_rad{};          ///< A: of the first link, counter-clockwise from u
+  double second_rad{};         ///< γ in [−π, π]: of the second, relative to the first; 0 is stretched
+  double cosine{1.0}, sine{};  ///< of A + γ; where `free`, of γ
+  double distance_m{};         ///< d: from the first link's base to the point
+
+  /// A, where it is free.
+  void set_first(double angle_rad) noexcept {
+    const double c = std::cos(angle_rad), s = std::sin(angle_rad);
+    const double second_cosine = cosine, second_sine = sine;
+    first_rad = angle_rad;
+    cosine = c * second_cosine - s * second_sine;
+    sine = s * second_cosine + c * second_sine;
+  }
 };
 
-/// A and γ such that (u, v) = L1·(cos A, sin A) + L2·(cos(A + γ), sin(A + γ)); L1, L2 > 0. `clockwise` takes γ ≤ 0.
-/// tan(γ/2) = ±√((L1+L2−d)(L1+L2+d)) / √((d−|L1−L2|)(d+|L1−L2|)). Stretched and folded both roots are the same.
-/// `u_slack_m` is what is open of u.
-[[nodiscard]] inline TwoLinks two_r(double u, double v, double l1, double l2, bool clockwise,
-                                    double u_slack_m = 0.0) noexcept {
-  TwoLinks t;
+/// What both bends of two links have in common: the triangle of L1, L2 and d.
+struct Triangle {
+  Reach reach{Reach::kOk};
+  double u{}, v{};          ///< the point, nudged to a border where that is open
+  double distance_m{};      ///< d
+  double ahead{};           ///< 2 L1 (L1 + L2 cos γ)
+  double side{};            ///< 2 L1 L2 sin γ, γ ≥ 0
+  double bent_rad{};        ///< γ
+  double cosine{}, sine{};  ///< of γ
+};
+
+/// tan(γ/2) = √((L1+L2−d)(L1+L2+d)) / √((d−|L1−L2|)(d+|L1−L2|)); L1, L2 > 0. `u_slack_m` is what is open of u.
+[[nodiscard]] inline Triangle triangle(double u, double v, double l1, double l2,
+                                       double u_slack_m = 0.0) noexcept {
+  Triangle t;
   const double sum = l1 + l2;
   const double difference = std::abs(l1 - l2);
   double d = root_sum(u, v);
@@ -132,6 +151,8 @@ struct TwoLinks {
     u = nudged(u, v, d > sum ? sum : difference, u_slack_m);
     d = root_sum(u, v);
   }
+  t.u = u;
+  t.v = v;
   t.distance_m = d;
   if (d > sum + kBorder_m) {
     t.reach = Reach::kTooFar;
@@ -143,53 +164,44 @@ struct TwoLinks {
   }
   const double near = std::fmax(0.0, (d - difference) * (d + difference));
   const double far = std::fmax(0.0, (sum - d) * (sum + d));
-  const double side = (clockwise ? -1.0 : 1.0) * std::sqrt(near * far);  // 2 L1 L2 sin γ
-  t.second_rad = std::atan2(2.0 * side, near - far);
-  if (d <= kOnAxis_m) {
-    t.free = true;
-    return t;
-  }
-  // atan2(v, u) − atan2(L2 sin γ, L1 + L2 cos γ) in one; both of the latter times 2 L1, without the cancellation near the
-  // folded arm.
-  const double ahead = 2.0 * l1 * (l1 - l2) + near;
-  t.first_rad = std::atan2(v * ahead - u * side, u * ahead + v * side);
+  const double k = 1.0 / (near + far);
+  t.side = std::sqrt(near * far);
+  t.cosine = k * (near - far);
+  t.sine = k * 2.0 * t.side;
+  t.bent_rad = arc_tangent(2.0 * t.side, near - far);
+  t.ahead = 2.0 * l1 * (l1 - l2) + near;  // without the cancellation near the folded arm
   return t;
 }
 
-/// A rotation as Rz(first)·Ry(middle)·Rz(last).
-struct Zyz {
-  bool free{};  ///< the outer axes coincide: first_rad is the hint
-  double first_rad{}, middle_rad{}, last_rad{};
-};
-
-/// The same rotation with the middle angle of the other sign; where the outer axes coincide, itself.
-[[nodiscard]] inline Zyz flipped(Zyz t) noexcept {
-  if (t.free) return t;
-  t.middle_rad = -t.middle_rad;
-  t.first_rad += std::numbers::pi;
-  t.last_rad -= std::numbers::pi;
+/// A = atan2(v, u) − atan2(L2 sin γ, L1 + L2 cos γ), in one, with γ ≥ 0 or, `clockwise`, γ ≤ 0.
+[[nodiscard]] inline TwoLinks bend(const Triangle& triangle, bool clockwise) noexcept {
+  TwoLinks t;
+  t.reach = triangle.reach;
+  t.distance_m = triangle.distance_m;
+  if (t.reach != Reach::kOk) return t;
+  const double sign = clockwise ? -1.0 : 1.0;
+  const double side = sign * triangle.side, sine = sign * triangle.sine;
+  t.second_rad = sign * triangle.bent_rad;
+  if (triangle.distance_m <= kOnAxis_m) {
+    t.free = true;
+    t.cosine = triangle.cosine;
+    t.sine = sine;
+    return t;
+  }
+  const double upward = triangle.v * triangle.ahead - triangle.u * side;
+  const double onward = triangle.u * triangle.ahead + triangle.v * side;
+  const double k = 1.0 / root_sum(upward, onward);
+  t.first_rad = arc_tangent(upward, onward);
+  t.cosine = k * (onward * triangle.cosine - upward * sine);
+  t.sine = k * (upward * triangle.cosine + onward * sine);
   return t;
 }
 
-/// Of a unit quaternion: w, z = cos(β/2)·(cos, sin)((α+γ)/2) and y, −x = sin(β/2)·(cos, sin)((α−γ)/2). Sum and difference
-/// of the outer angles come from different parts, so what near sin β = 0 is uncertain about one of them is made up for by
-/// the other, and the rotation keeps all its digits. `flip` takes β ≤ 0. At sin β = 0 (kOnAxis_rad) α is the hint.
-[[nodiscard]] inline Zyz zyz(const Quaternion& q, bool flip, double first_hint_rad) noexcept {
-  Zyz t;
-  const double upright = root_sum(q.w, q.z);
-  const double tilted = root_sum(q.x, q.y);
-  const double sum = 2.0 * std::atan2(q.z, q.w);
-  const double difference = 2.0 * std::atan2(-q.x, q.y);
-  t.middle_rad = 2.0 * std::atan2(tilted, upright);
-  if (tilted <= kOnAxis_rad || upright <= kOnAxis_rad) {
-    t.free = true;
-    t.first_rad = first_hint_rad;
-    t.last_rad = tilted <= upright ? sum - first_hint_rad : first_hint_rad - difference;
-    return t;
-  }
-  t.first_rad = 0.5 * (sum + difference);
-  t.last_rad = 0.5 * (sum - difference);
-  return flip ? flipped(t) : t;
+/// A and γ such that (u, v) = L1·(cos A, sin A) + L2·(cos(A + γ), sin(A + γ)); L1, L2 > 0. `clockwise` takes γ ≤ 0.
+/// Stretched and folded both roots are the same. `u_slack_m` is what is open of u.
+[[nodiscard]] inline TwoLinks two_r(double u, double v, double l1, double l2, bool clockwise,
+                                    double u_slack_m = 0.0) noexcept {
+  return bend(triangle(u, v, l1, l2, u_slack_m), clockwise);
 }
 
 }  // namespace corbot
