@@ -54,8 +54,8 @@ TEST(PathForm, ProvesNoCellThatReachesASingularity) {
   ASSERT_EQ(at.status, IkStatus::kOk);
   const PathForm form(k, at.joints_q);
   EXPECT_TRUE(form.bound({1.0, 0.0, 0.0, 0.0}, {}, 2e-4).is_proved);
-  for (int k = 0; k < 48; ++k) {
-    const double half_width = 0.01 * std::pow(1.1, k);
+  for (int step = 0; step < 48; ++step) {
+    const double half_width = 0.01 * std::pow(1.1, step);
     EXPECT_FALSE(form.bound({1.0, 0.0, 0.0, 0.0}, {}, half_width).is_proved) << half_width;
   }
 }
