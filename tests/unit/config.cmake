@@ -5,3 +5,9 @@ corbot_test(unit_config
   LIBS corbot::config
   LABELS unit)
 target_compile_definitions(unit_config PRIVATE CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles")
+corbot_test(test_arm_recognition
+  SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/config/arm_recognition_test.cpp
+  LIBS corbot::config
+  LABELS unit)
+target_include_directories(test_arm_recognition PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
+target_compile_definitions(test_arm_recognition PRIVATE CORBOT_ARM_VECTORS="${PROJECT_SOURCE_DIR}/tests/vectors/arms")

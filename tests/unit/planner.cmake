@@ -4,3 +4,9 @@ corbot_test(test_planner
           ${CMAKE_CURRENT_SOURCE_DIR}/planner/path_proof_test.cpp
   LIBS corbot_planner
   LABELS unit)
+corbot_test(test_numeric_inverse COMPUTES
+  SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/planner/numeric_inverse_test.cpp
+  LIBS corbot_planner
+  LABELS unit)
+target_include_directories(test_numeric_inverse PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
+target_compile_definitions(test_numeric_inverse PRIVATE CORBOT_ARM_VECTORS="${PROJECT_SOURCE_DIR}/tests/vectors/arms")

@@ -8,7 +8,9 @@
 
 #include "corbot/arm/geometry.h"
 #include "corbot/arm/joints.h"
+#include "corbot/kinematics/angles.h"
 #include "corbot/kinematics/branch.h"
+#include "corbot/kinematics/ik_status.h"
 
 // Closed-form kinematics of the Lynx family, after section IV of 'A CORBA Wrapper for Applications with
 // Multiple Robots'. Base frame: origin on the base axis at table height, z up. Metres and radians. Everything
@@ -22,13 +24,6 @@ struct ToolPose {
   std::array<double, 3> position_m{};
   double yaw_rad{};    ///< θ0 with its offset: heading of the arm's plane
   double pitch_rad{};  ///< C: tool pitch above the horizontal, positive upward
-};
-
-enum class IkStatus : std::uint32_t {
-  kOk,
-  kTooFar,     ///< the wrist would have to be farther from the shoulder than L1 + L2
-  kTooClose,   ///< … or nearer than |L1 − L2|
-  kNotFinite,  ///< an argument was NaN or infinite
 };
 
 struct IkResult {
@@ -51,14 +46,6 @@ inline constexpr double kAxisTolerance_m = 1e-13;
 /// arm half of the digits go, so that 1e-16 m of rounding becomes 1e-8 rad. 1e-7 rad is a thousandth of a
 /// servo's step.
 inline constexpr double kRangeTolerance_q = 1e-7;
-
-/// The same angle in (−π, π].
-[[nodiscard]] inline double wrap_angle(double angle_rad) noexcept {
-  constexpr double kPi = std::numbers::pi;
-  if (angle_rad > -kPi && angle_rad <= kPi) return angle_rad;
-  const double wrapped = std::remainder(angle_rad, 2.0 * kPi);
-  return wrapped <= -kPi ? kPi : wrapped;
-}
 
 [[nodiscard]] constexpr bool is_backward(Branch branch) noexcept {
   return (static_cast<std::uint32_t>(branch) & 2u) != 0;

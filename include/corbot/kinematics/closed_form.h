@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <type_traits>
+
+#include "corbot/arm/joints.h"
+#include "corbot/kinematics/angles.h"
+#include "corbot/kinematics/ik_status.h"
+#include "corbot/kinematics/joint_chain.h"
+#include "corbot/kinematics/pose.h"
+#include "corbot/kinematics/sub_problems.h"
+
+// The face of a family of arms that has closed-form kinematics. How to write one (planar_arm.h is an example):
+// 1. A struct of plain numbers in its own header: lengths, signs and offsets of the joints in a frame of the family's own
+//    choice, and a `Mounting` that says where that frame is in frame 0. No virtual function, no heap, all `noexcept`; every
+//    loop has a constant bound.
+// 2. `recognise(chain)`: from the joint axes at zero, nullopt where the arm is none of the family. It ends with
+//    `agrees(family, chain)`, so that a family whose reasoning is wrong recognises nothing.
+// 3. `forward` and `inverse` in the family's frame from turn, two_r and zyz, every singular case decided by the hint. A number
+//    of a solution means what the family says; `inverse` takes joint limits for nobody's concern, and returns every rotary
+//    joint next to the hint.
+// 4. Its line in arm_kinematics.h (`Families`), its test in tests/unit/kinematics.
+
+namespace corbot {
+
+/// Which part of an orientation an arm can take at a position. What it cannot take is an error angle (IkSolution).
+enum class Follows : std::uint32_t {
+  kFull,          ///< every orientation
+  kPitchAndRoll,  ///< five joints: the tool's axis stays in the arm's plane
+  kPitch,         ///< four joints: inclination within the arm's plane
+  kYaw,           ///< rotation about one fixed axis: SCARA, gantry with a wrist
+  kNone,          ///< the orientation is an output of the position
+};
+
+/// Angles that an arm of fewer than six joints follows instead of an orientation (pitch and roll, yaw), each a sum of joints.
+using Angles = std::array<double, 2>;
+struct FollowedAngles {
+  std::uint32_t count{};         ///< 0 where the arm follows an orientation, or none
+  std::array<Joints, 2> rows{};  ///< angle = row · joints + zero
+  Angles zero_rad{};
+
+  [[nodiscard]] Angles at(const Joints& q) const noexcept {
+    Angles angles{};
+    for (std::size_t k = 0; k < count; ++k) {
+      angles[k] = zero_rad[k];
+      for (std::size_t i = 0; i < kMaxJoints; ++i) angles[k] += rows[k][i] * q[i];
+    }
+    return angles;
+  }
+};
+
+[[nodiscard]] inline bool is_finite(const Joints& q) noexcept {
+  return std::isfinite(q[0] + q[1] + q[2] + q[3] + q[4] + q[5]);
+}
+
+/// More solutions than any family here has, and than a general six-axis arm can have (Raghavan and Roth 1993).
+inline constexpr std::size_t kMaxSolutions = 16;
+
+struct IkSolution {
+  IkStatus status{IkStatus::kNotFinite};
+  Joints joints_q{};  ///< all zero unless status is kOk; limits are not looked at
+  double
+      orientation_error_rad{};  ///< between what was asked for and what these joints give; the position is kept
+  /// Where kTooFar or kTooClose: the distance that the target asks for inside the arm, and the limit that it breaks.
+  double distance_m{};
+  double limit_m{};
+};
+
+/// Where a family's own frame is: base_T_tool = base · K(q) · hand, K the family's motion in its frame. Base and tool may change
+/// at run time, what is inside the arm does not.
+struct Mounting {
+  Pose zero_T_family{};  ///< family's frame in frame 0
+  Pose last_T_n{};       ///< flange in the last frame of the family's motion
+  Pose base{};           ///< base_T_0 · zero_T_family
+  Pose hand{};           ///< last_T_n · n_T_tool
+  Quaternion unhand{};   ///< the hand's inverse rotation
+  bool level{true};      ///< the base is moved, but not turned
+
+  void set_frames(const Pose& base_T_0, const Pose& n_T_tool) noexcept {
+    base = base_T_0 * zero_T_family;
+    hand = last_T_n * n_T_tool;
+    base.orientation = normalised(base.orientation);
+    hand.orientation = normalised(hand.orientation);
+    unhand = conjugate(hand.orientation);
+    const Quaternion& q = base.orientation;
+    level = q.x == 0.0 && q.y == 0.0 && q.z == 0.0;
+  }
+  /// The last frame, or the tool's, in the family's frame: to base_T_tool.
+  [[nodiscard]] Pose to_base(const Pose& last) const noexcept { return tool_to_base(last * hand); }
+  [[nodiscard]] Pose tool_to_base(const Pose& tool) const noexcept {
+    return level ? Pose{base.position_m + tool.position_m, tool.orientation} : base * tool;
+  }
+  [[nodiscard]] Vector3 to_family(const Vector3& position_m) const noexcept {
+    const Vector3 away = position_m - base.position_m;
+    return level ? away : rotate(conjugate(base.orientation), away);
+  }
+  /// base_T_tool in the family's frame, its quaternion of unit length.
+  [[nodiscard]] Pose to_family(const Pose& pose) const noexcept {
+    if (level) return {pose.position_m - base.position_m, normalised(pose.orientation)};
+    const Quaternion q = conjugate(base.orientation);
+    return {rotate(q, pose.position_m - base.position_m), q * normalised(pose.orientation)};
+  }
+};
+
+/// What `recognise` makes of the frames that it has chosen: zero_T_family, and the family's last frame at zero.
+[[nodiscard]] inline Mounting mounting(const JointChain& chain, const Pose& zero_T_family,
+                                       const Pose& family_T_last) noexcept {
+  Mounting m;
+  m.zero_T_family = zero_T_family;
+  m.last_T_n = inverse_of(zero_T_family * family_T_last) * chain.zero_T_n;
+  m.set_frames(chain.base_T_0, chain.n_T_tool);
+  return m;
+}
+
+// clang-format off
+template <class T>
+concept ClosedForm = std::is_trivially_copyable_v<T> && requires(const T form, T changed, const Joints& q, const Pose& pose, std::uint32_t number) {
+  { T::kName } -> std::convertible_to<const char*>;
+  { T::recognise(JointChain{}) } noexcept -> std::same_as<std::optional<T>>;
+  { form.solution_count() } noexcept -> std::same_as<std::uint32_t>;  // numbers 0 … count − 1
+  { form.follows() } noexcept -> std::same_as<Follows>;
+  { form.forward(q) } noexcept -> std::same_as<Pose>;
+  { form.inverse(pose, number, q) } noexcept -> std::same_as<IkSolution>;
+  { changed.set_frames(pose, pose) } noexcept;  // base_T_0, n_T_tool
+};
+
+/// A family may solve all numbers at once, where they share much of the work: then all[number] is inverse(pose, number, hint).
+template <class T>
+concept SolvesAll = ClosedForm<T> && requires(const T form, const Pose& pose, const Joints& hint, std::array<IkSolution, T::kSolutions>& all) {
+  { form.inverse_all(pose, hint, all) } noexcept;
+};
+
+/// A family that does not follow every orientation besides has: the angles that it does follow, and the inverse for a position and
+/// those; without any, for the position alone. (An arm of it that does follow every orientation answers kNoSolution.)
+template <class T>
+concept FollowsAngles = requires(const T form, const Joints& q, const Vector3& position_m, const Angles& angles, std::uint32_t number) {
+  { form.followed() } noexcept -> std::same_as<FollowedAngles>;
+  { form.inverse_at(position_m, angles, number, q) } noexcept -> std::same_as<IkSolution>;
+};
+// clang-format on
+
+/// Two families' judge: the same poses within 1e-9 m and rad over a fixed set of joints that goes through all quadrants. Noise
+/// of computing is 1e-15; a wrong sign is millimetres.
+template <class Form>
+[[nodiscard]] bool agrees(const Form& form, const JointChain& chain) noexcept {
+  for (int k = 0; k < 24; ++k) {
+    Joints q{};
+    for (std::size_t i = 0; i < chain.count; ++i) {
+      const double step = 0.61803398874989485 * static_cast<double>((k + 1) * static_cast<int>(i + 2));
+      const double spread = step - std::nearbyint(step);  // −0.5 … 0.5
+      q[i] = chain.axes[i].kind == JointKind::kRotary ? 6.0 * spread : spread;
+    }
+    const Pose a = form.forward(q);
+    const Pose b = corbot::forward(chain, q);
+    if (!(norm(a.position_m - b.position_m) < 1e-9) ||
+        !(angle_between(a.orientation, b.orientation) < 1e-9)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// For arms whose orientation is an output: how far it is from the one asked for.
+template <class Form>
+[[nodiscard]] IkSolution with_output_told(const Form& form, IkSolution solution, const Pose& pose) noexcept {
+  if (solution.status == IkStatus::kOk) {
+    solution.orientation_error_rad =
+        angle_between(form.forward(solution.joints_q).orientation, normalised(pose.orientation));
+  }
+  return solution;
+}
+
+[[nodiscard]] constexpr IkStatus to_status(Reach reach) noexcept {
+  if (reach == Reach::kOk) return IkStatus::kOk;
+  return reach == Reach::kTooFar ? IkStatus::kTooFar : IkStatus::kTooClose;
+}
+/// A refusal with what was asked for and what is possible.
+[[nodiscard]] inline IkSolution refused(const Turn& t, double b) noexcept {
+  return {to_status(t.reach), {}, 0.0, t.distance_m, std::abs(b)};
+}
+[[nodiscard]] inline IkSolution refused(const TwoLinks& t, double l1, double l2) noexcept {
+  return {to_status(t.reach), {}, 0.0, t.distance_m, t.reach == Reach::kTooFar ? l1 + l2 : std::abs(l1 - l2)};
+}
+
+/// Recognition: lengths of 1e-9 m and angles of 1e-9 rad count as nothing. Whoever has a table that is less exact (a URDF
+/// with 1.5708) snaps it first.
+inline constexpr double kRecognised = 1e-9;
+[[nodiscard]] inline bool parallel(const Vector3& a, const Vector3& b) noexcept {
+  return norm(cross(a, b)) < kRecognised;
+}
+[[nodiscard]] inline bool square(const Vector3& a, const Vector3& b) noexcept {
+  return std::abs(dot(a, b)) < kRecognised;
+}
+
+}  // namespace corbot

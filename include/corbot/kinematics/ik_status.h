@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+namespace corbot {
+
+/// Whether inverse kinematics found joints, or why not.
+enum class IkStatus : std::uint32_t {
+  kOk,
+  kTooFar,      ///< a distance inside the arm would have to be greater than its links allow (stretched arm)
+  kTooClose,    ///< … or smaller (folded arm, lateral offset from an axis)
+  kNotFinite,   ///< an argument was NaN or infinite, or a quaternion zero
+  kNoSolution,  ///< the arm has no solution of this number
+};
+
+}  // namespace corbot

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include "corbot/kinematics/arm_kinematics.h"
+
+// How joints move along a stretch of path: bounds that hold for every point of it, for every family by one theorem.
+//
+// Along a path x(s) the joints obey M(q)·q′ = x′: M is the Jacobian of the tool's position and, below it, that of its orientation or
+// the rows of the angles that the arm follows. Let q0 solve the middle of a cell of half width w, A = M(q0)⁻¹, and let every q of the box
+// |q − q0| ≤ w·y have |A·(M(q) − M(q0))| ≤ E and |A·x′| ≤ u on the cell, entry by entry. If u + E·y ≤ y, then
+//  - M is invertible on the box (E has no eigenvalue of 1 or more, since it maps a positive vector below itself), and
+//  - |q′| ≤ y there, because |q′| ≤ u + E·|q′|, whose greatest solution is (I − E)⁻¹·u ≤ y;
+// so the joints cannot leave the box before the cell ends: they exist on the whole cell, on the solution of the middle and no
+// other, with |q′| ≤ y and |q − q0| ≤ w·y. Nothing else is needed: a cell that is proved is within reach and without a singularity.
+// Rounding is not directed: it is fourteen digits down.
+//
+// Real-time safe, though only the planner's proof and the gate's need it.
+
+namespace corbot {
+
+/// What a path asks for, a unit of its parameter: velocity of the tool's position (m), then its angular velocity in the base
+/// frame (rad) for arms that follow every orientation, else the rates of the followed angles (rad).
+using TaskRate = std::array<double, 6>;
+
+struct StretchBound {
+  bool
+      is_proved{};  ///< all else is meaningful only if so; if not, the middle's rates are, unless they are infinite
+  Joints rate_middle{};  ///< q′ in the middle, with its sign
+  Joints rate_bound{};   ///< of |q′| on the cell
+  Joints stray_q{};      ///< of |q − q0| on the cell: half width times the rate's bound
+};
+
+namespace detail {
+
+using Matrix6 = std::array<std::array<double, kMaxJoints>, 6>;
+
+/// Inverse by elimination with partial pivots; false where there is none.
+[[nodiscard]] inline bool invert(std::size_t n, Matrix6 m, Matrix6& inverse) noexcept {
+  inverse = {};
+  for (std::size_t i = 0; i < n; ++i) inverse[i][i] = 1.0;
+  for (std::size_t column = 0; column < n; ++column) {
+    std::size_t pivot = column;
+    for (std::size_t i = column + 1; i < n; ++i) {
+      if (std::abs(m[i][column]) > std::abs(m[pivot][column])) pivot = i;
+    }
+    if (!(std::abs(m[pivot][column]) > 1e-14)) return false;
+    std::swap(m[pivot], m[column]);
+    std::swap(inverse[pivot], inverse[column]);
+    const double k = 1.0 / m[column][column];
+    for (std::size_t j = 0; j < n; ++j) {
+      m[column][j] *= k;
+      inverse[column][j] *= k;
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      if (i == column) continue;
+      const double f = m[i][column];
+      for (std::size_t j = 0; j < n; ++j) {
+        m[i][j] -= f * m[column][j];
+        inverse[i][j] -= f * inverse[column][j];
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace detail
+
+/// The theorem's numbers at one configuration.
+class PathForm {
+ public:
+  /// `q0`: joints in the middle of the cell.
+  PathForm(const Kinematics& arm, const Joints& q0) noexcept
+      : count_(arm.joint_count()), turns_full_(arm.follows() == Follows::kFull) {
+    const Jacobian jacobian = arm.jacobian(q0);
+    const FollowedAngles followed = arm.followed();
+    detail::Matrix6 task = jacobian;
+    if (!turns_full_) {
+      for (std::size_t k = 0; k < followed.count; ++k) task[3 + k] = followed.rows[k];
+    }
+    const std::size_t rows = turns_full_ ? 6 : 3 + followed.count;
+    is_regular_ = rows == count_ && detail::invert(count_, task, inverse_);
+    for (std::size_t i = 0; i < count_; ++i) {
+      rotary_[i] = arm.joint_kind(i) == JointKind::kRotary;
+      lever_[i] = norm({jacobian[0][i], jacobian[1][i], jacobian[2][i]});
+      part_[i] = norm({inverse_[i][0], inverse_[i][1], inverse_[i][2]});
+      angular_part_[i] = norm({inverse_[i][3], inverse_[i][4], inverse_[i][5]});
+    }
+  }
+
+  /// False at a singularity, and for arms of fewer than six joints that no family has recognised.
+  [[nodiscard]] bool is_regular() const noexcept { return is_regular_; }
+
+  /// `rate`: the task's in the middle. `rate_stray`: how far each entry of it strays on the cell. `half_width`: of the cell.
+  [[nodiscard]] StretchBound bound(const TaskRate& rate, const TaskRate& rate_stray,
+                                   double half_width) const noexcept {
+    StretchBound b;
+    if (!is_regular_) return b;
+    Joints u{};
+    for (std::size_t i = 0; i < count_; ++i) {
+      double stray = 0.0;
+      for (std::size_t k = 0; k < count_; ++k) {
+        b.rate_middle[i] += inverse_[i][k] * rate[k];
+        stray += std::abs(inverse_[i][k]) * rate_stray[k];
+      }
+      u[i] = std::abs(b.rate_middle[i]) + stray;
+    }
+    Joints y = u;
+    for (int step = 0; step < kSteps; ++step)
+      y = image(u, y, half_width);  // from below, towards the least solution
+    for (std::size_t i = 0; i < count_; ++i) y[i] = (y[i] + kWidened * (y[i] - u[i])) * (1.0 + kRounded);
+    const Joints z = image(u, y, half_width);
+    b.is_proved = true;
+    for (std::size_t i = 0; i < count_; ++i) {
+      b.is_proved = b.is_proved && z[i] <= y[i] && std::isfinite(y[i]);
+      b.rate_bound[i] = y[i];
+      b.stray_q[i] = half_width * y[i];
+    }
+    return b;
+  }
+
+ private:
+  static constexpr int kSteps = 12;
+  static constexpr double kWidened =
+      1e-5;  ///< of what E adds, so that it maps to below itself although E grows with the box
+  static constexpr double kRounded = 1e-12;
+
+  /// u + E·y for the box w·y. Columns Jn of position are derivatives of one function, so for either order of two joints m ≤ n
+  /// |∂Jn/∂qm| = |∂Jm/∂qn| = |zm × Jn| ≤ |Jn| if joint m turns, else 0. The angular ones, zj, change by at most the turns before them. A
+  /// row of A takes from a column's change no more than the length of its part for it times the length of that change.
+  [[nodiscard]] Joints image(const Joints& u, const Joints& y, double half_width) const noexcept {
+    // |Jn| on the box, from the tool inwards: what is before joint n turns Jn, and it itself does; only what is after it makes it
+    // longer. A slide's is a unit vector.
+    Joints lever = lever_;
+    for (std::size_t n = count_; n-- > 0;) {
+      for (std::size_t m = n + 1; rotary_[n] && m < count_; ++m) lever[n] += lever[m] * half_width * y[m];
+    }
+    Joints z = u;
+    for (std::size_t j = 0; j < count_; ++j) {
+      double moved_m = 0.0, turned = 0.0;  // lengths of the changes of column j
+      for (std::size_t k = 0; k < count_; ++k) {
+        const double r = half_width * y[k];
+        if (rotary_[std::min(j, k)]) moved_m += lever[std::max(j, k)] * r;
+        if (k < j && rotary_[j] && rotary_[k]) turned += r;
+      }
+      for (std::size_t i = 0; i < count_; ++i) {
+        z[i] += (part_[i] * moved_m + (turns_full_ ? angular_part_[i] * turned : 0.0)) * y[j];
+      }
+    }
+    return z;
+  }
+  std::size_t count_;
+  bool turns_full_;
+  bool is_regular_{};
+  std::array<bool, kMaxJoints> rotary_{};
+  Joints lever_{};  ///< |Jn|: distance of the tool from a turning axis, 1 for a slide
+  detail::Matrix6 inverse_{};
+  Joints part_{}, angular_part_{};  ///< lengths of A's rows within the columns of position, of orientation
+};
+
+}  // namespace corbot

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "corbot/kinematics/closed_form.h"
+
+// What a hand that stays in the arm's plane takes of an orientation: planar_arm.h. Real-time safe.
+
+namespace corbot {
+
+/// A direction, or what of it counts, that is shorter is none.
+inline constexpr double kNoDirection = 1e-9;
+
+struct PlanarHand {
+  double pitch_rad{};  ///< C: inclination from x towards z
+  double cosine{1.0}, sine{};
+  double roll_rad{};
+  double error_rad{};  ///< what of the orientation it cannot take
+};
+
+/// The base's turn for a point next to axis 1, or at its border: to the heading (x, y) that the orientation has, if the point fits,
+/// either way round; on the axis itself the hint's if that heading is none.
+inline void turn_beside_axis(Turn& t, const Vector3& point, double b, double x, double y, bool behind,
+                             double hint_rad) noexcept {
+  const bool upright = root_sum(x, y) < kNoDirection;
+  const double heading = upright ? hint_rad : std::atan2(y, x);
+  if (t.free) {
+    t.angle_rad = behind && !upright ? heading + std::numbers::pi : heading;
+    t.cosine = std::cos(t.angle_rad);
+    t.sine = std::sin(t.angle_rad);
+  } else if (!upright && !take_heading(t, point[0], point[1], b, behind, heading)) {
+    (void)take_heading(t, point[0], point[1], b, behind, heading + std::numbers::pi);
+  }
+}
+
+/// `g` in the frame of the plane: Rz(−θ)·g.
+[[nodiscard]] inline Quaternion in_plane_of(const Turn& t, const Quaternion& g) noexcept {
+  const auto [c, s] = half_angle(t.cosine, t.sine);
+  return {c * g.w + s * g.z, c * g.x + s * g.y, c * g.y - s * g.x, c * g.z - s * g.w};
+}
+
+/// Without roll: of Rz(−θ)·g the rotation about the plane's normal which is nearest (twist); the rest (swing) is the error. A tool upside
+/// down is 180 degrees off at every inclination: then its x axis decides, and the hint if that is across the plane.
+[[nodiscard]] inline PlanarHand nearest_pitch(const Mounting& mount, const Turn& t, const Quaternion& g,
+                                              const Quaternion& tool, double hint_rad) noexcept {
+  const Quaternion rel = in_plane_of(t, g);
+  const double along = rel.w * rel.w + rel.y * rel.y;
+  PlanarHand hand;
+  if (along > kNoDirection * kNoDirection) {
+    hand.pitch_rad = -2.0 * std::atan2(rel.y, rel.w);
+    hand.cosine = (rel.w - rel.y) * (rel.w + rel.y) / along;
+    hand.sine = -2.0 * rel.w * rel.y / along;
+    hand.error_rad = double_angle(root_sum(rel.x, rel.z), std::sqrt(along));
+    return hand;
+  }
+  const Vector3 now = rotate(tool, {1.0, 0.0, 0.0});
+  const Vector3 own = rotate(mount.hand.orientation, {1.0, 0.0, 0.0});
+  const double ahead = now[0] * t.cosine + now[1] * t.sine;
+  const bool across = root_sum(own[0], own[2]) < kNoDirection || root_sum(ahead, now[2]) < kNoDirection;
+  hand.pitch_rad = across ? hint_rad : std::atan2(now[2], ahead) - std::atan2(own[2], own[0]);
+  hand.cosine = std::cos(hand.pitch_rad);
+  hand.sine = std::sin(hand.pitch_rad);
+  const double same = std::cos(0.5 * hand.pitch_rad) * rel.w - std::sin(0.5 * hand.pitch_rad) * rel.y;
+  hand.error_rad = 2.0 * std::atan2(1.0, std::abs(same));
+  return hand;
+}
+
+/// With roll: the hand's axis (x of g) is brought into the plane by the shortest rotation, the roll is what remains. An axis square to the
+/// plane is a quarter off every direction: then the hint's pitch.
+[[nodiscard]] inline PlanarHand nearest_pitch_and_roll(const Turn& t, const Quaternion& g,
+                                                       double hint_rad) noexcept {
+  const Quaternion rel = in_plane_of(t, g);
+  const double ax = 1.0 - 2.0 * (rel.y * rel.y + rel.z * rel.z);
+  const double ay = 2.0 * (rel.x * rel.y + rel.w * rel.z);
+  const double az = 2.0 * (rel.x * rel.z - rel.w * rel.y);
+  const double length = root_sum(ax, az);
+  const bool across = length < kNoDirection;
+  PlanarHand hand;
+  hand.pitch_rad = across ? hint_rad : std::atan2(az, ax);
+  hand.cosine = across ? std::cos(hint_rad) : ax / length;
+  hand.sine = across ? std::sin(hint_rad) : az / length;
+  const auto [c, s] = half_angle(hand.cosine, hand.sine);
+  hand.roll_rad = 2.0 * std::atan2(c * rel.x + s * rel.z, c * rel.w - s * rel.y);
+  hand.error_rad = 0.5 * double_angle(std::abs(ay), length);
+  return hand;
+}
+
+/// A tool at this place in the hand, from its foot on the roll axis: ahead, across, above.
+[[nodiscard]] inline Vector3 off_roll_axis(const Vector3& tool, const PlanarHand& hand) noexcept {
+  const double c = std::cos(hand.roll_rad), s = std::sin(hand.roll_rad);
+  const double up = tool[1] * s + tool[2] * c;
+  return {-up * hand.sine, tool[1] * c - tool[2] * s, up * hand.cosine};
+}
+
+}  // namespace corbot

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every family over a million seeded poses of some ten thousand random arms: forward is the product of the matrices, and every
+// solution comes back. CORBOT_SEED in the environment sets another seed, CORBOT_CASES another number.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <numbers>
+#include <optional>
+
+#include "../planner/seed.h"
+#include "corbot/kinematics/arm_kinematics.h"
+#include "corbot/kinematics/path_form.h"
+#include "random_arm.h"
+
+namespace corbot {
+namespace {
+
+using test::RandomArm;
+
+constexpr double kPi = std::numbers::pi;
+constexpr int kPosesAnArm = 100;
+
+/// Joints at, or next to, a place where two solutions meet; each family has its own.
+void go_singular(const PlanarArm& arm, RandomArm& random, Joints& q) {
+  const double zero = arm.count == 3 ? std::atan2(arm.mount.hand.position_m[2], arm.mount.hand.position_m[0])
+                                     : arm.links.fore_zero_rad;
+  q[2] = arm.links.sign3 * (random.straight() - zero + arm.links.upper_zero_rad);
+}
+void go_singular(const ScaraArm& arm, RandomArm& random, Joints& q) {
+  const Vector3& tool = arm.mount.hand.position_m;
+  const double zero = arm.rotaries == 3 ? arm.second_zero_rad : std::atan2(tool[1], tool[0]);
+  q[arm.turns[1]] = arm.signs[1] * (random.straight() - zero);
+}
+void go_singular(const GantryArm&, RandomArm& random, Joints& q) { q[3] = random.straight(); }
+void go_singular(const CylindricalArm& arm, RandomArm&, Joints& q) {
+  q[arm.reach] = -(arm.count == 4 ? arm.ahead_m : arm.mount.hand.position_m[0]);
+}
+void go_singular(const PolarArm& arm, RandomArm& random, Joints& q) {
+  if (arm.has_wrist && random.coin()) {
+    q[4] = random.straight() - arm.wrist.middle_zero_rad;
+  } else {
+    q[2] = -(arm.has_wrist ? arm.slide_m : arm.mount.hand.position_m[0]);
+  }
+}
+void go_singular(const OrthoParallelArm& arm, RandomArm& random, Joints& q) {
+  if (random.coin()) q[4] = random.straight() - arm.wrist.middle_zero_rad;
+  if (random.coin())
+    q[2] = arm.links.sign3 * (random.straight() - arm.links.fore_zero_rad + arm.links.upper_zero_rad);
+}
+void go_singular(const ParallelAxesArm& arm, RandomArm& random, Joints& q) {
+  if (random.coin()) q[4] = random.straight() - arm.middle_zero_rad;
+  if (random.coin())
+    q[2] = arm.links.sign3 * (random.straight() - arm.links.fore_zero_rad + arm.links.upper_zero_rad);
+}
+void go_singular(const OtherArm&, RandomArm&, Joints&) { FAIL() << "not recognised"; }
+
+const Mounting& mount_of(const OtherArm&) {
+  static const Mounting none;
+  return none;
+}
+template <class Form>
+const Mounting& mount_of(const Form& form) {
+  return form.mount;
+}
+
+/// Where the centre of a six-axis arm's wrist passes axis 1; 0 where that is a slide's or the tool's matter.
+double lateral_m(const OrthoParallelArm& arm) { return arm.lateral_m; }
+double lateral_m(const ParallelAxesArm& arm) { return arm.lateral_m; }
+template <class Form>
+double lateral_m(const Form&) {
+  return 0.0;
+}
+
+/// Joints with the tool (of six joints: the wrist) on the family's first axis, or next to it, or as far from it as it must be at
+/// least: by way of the inverse.
+std::optional<Joints> on_axis(const Kinematics& arm, RandomArm& random, const Joints& q) {
+  const Mounting& mount = arm.visit([](const auto& form) -> const Mounting& { return mount_of(form); });
+  const double lateral = arm.visit([](const auto& form) { return lateral_m(form); });
+  Pose pose = inverse_of(mount.base) * arm.forward(q);
+  if (arm.joint_count() == 6) pose = pose * inverse_of(mount.hand);
+  pose.position_m = {random.tiny(), lateral + (random.coin() ? random.tiny() : 0.0), pose.position_m[2]};
+  if (arm.joint_count() == 6) pose = pose * mount.hand;
+  const SolutionSet set = arm.solutions(mount.base * pose, q, kPi);
+  if (set.count == 0) return std::nullopt;
+  return set.entries[0].solution.joints_q;
+}
+
+/// Whether a singularity may be within 1e-6 m and rad of the pose: joints that cannot be proved to follow so far.
+bool is_beside_singularity(const Kinematics& arm, const Joints& q) {
+  return !PathForm(arm, q).bound({1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6}, {}, 1.0).is_proved;
+}
+
+struct Tally {
+  double forward_m{}, forward_rad{};
+  std::array<double, 2> back_m{}, back_rad{};  ///< of any pose; of singular ones, or next to those
+  long solutions{}, singular{}, poses{};
+};
+
+void check(const Kinematics& arm, const DhTable& table, const Joints& q, const Joints& hint, bool singular,
+           Tally& tally) {
+  const Pose pose = arm.forward(q);
+  const Pose product = forward(table, q);
+  tally.forward_m = std::max(tally.forward_m, norm(pose.position_m - product.position_m));
+  tally.forward_rad = std::max(tally.forward_rad, angle_between(pose.orientation, product.orientation));
+  const bool free_hand = arm.follows() == Follows::kNone;
+  bool exact = false, same = false;
+  for (const auto& [number, solution] : arm.solutions(pose, hint, kPi)) {
+    const Pose back = arm.forward(solution.joints_q);
+    const double error_rad = angle_between(back.orientation, pose.orientation);
+    ASSERT_NEAR(error_rad, solution.orientation_error_rad, 1e-11) << "solution " << number;
+    ++tally.solutions;
+    tally.back_m[singular] = std::max(tally.back_m[singular], norm(back.position_m - pose.position_m));
+    double apart = 0.0;
+    for (std::size_t i = 0; i < arm.joint_count(); ++i) {
+      const bool turns = arm.joint_kind(i) == JointKind::kRotary;
+      const double away = solution.joints_q[i] - q[i];
+      apart = std::max(apart, std::abs(turns ? wrap_angle(away) : away));
+      if (turns) {
+        ASSERT_LE(std::abs(solution.joints_q[i] - hint[i]), kPi + 1e-9) << "joint " << i;
+      }
+    }
+    same = same || apart < 1e-6;
+    if (free_hand || error_rad < 1e-9) {
+      exact = true;
+      if (arm.follows() != Follows::kFull) {
+        const Angles angles = arm.followed().at(solution.joints_q);
+        const IkSolution again = arm.inverse_at(pose.position_m, angles, number, solution.joints_q);
+        ASSERT_EQ(again.status, IkStatus::kOk);
+        const Pose same_pose = arm.forward(again.joints_q);
+        tally.back_m[singular] =
+            std::max(tally.back_m[singular], norm(same_pose.position_m - pose.position_m));
+        const Angles same_angles = arm.followed().at(again.joints_q);
+        ASSERT_NEAR(wrap_angle(same_angles[0] - angles[0]), 0.0, 1e-12);
+        ASSERT_NEAR(wrap_angle(same_angles[1] - angles[1]), 0.0, 1e-12);
+      }
+      if (!free_hand) tally.back_rad[singular] = std::max(tally.back_rad[singular], error_rad);
+    }
+  }
+  ASSERT_TRUE(exact) << "no solution at a pose that the arm can take";
+  if (!singular) {
+    ASSERT_TRUE(same) << "the joints themselves are no solution";
+  }
+  ++tally.poses;
+  tally.singular += singular ? 1 : 0;
+}
+
+void million(const char* family, const std::function<DhTable(RandomArm&)>& table_of) {
+  RandomArm random{std::mt19937_64(test::seed())};
+  Tally tally;
+  const int cases = test::cases(1'000'000);
+  for (int n = 0; n < cases; n += kPosesAnArm) {
+    const DhTable table = table_of(random);
+    const Kinematics arm = Kinematics::recognise(joint_chain(table));
+    ASSERT_STREQ(arm.family(), family) << "arm " << n / kPosesAnArm;
+    for (int k = 0; k < kPosesAnArm; ++k) {
+      Joints q{}, hint{};
+      for (std::size_t i = 0; i < table.count; ++i) {
+        const bool turns = arm.joint_kind(i) == JointKind::kRotary;
+        q[i] = turns ? random.angle() : random.between(-1.0, 1.0);
+        hint[i] = turns ? 2.0 * random.angle() : 0.0;
+      }
+      if (random.coin()) hint = q;
+      const int kind = k % 8;
+      if (kind < 3) {
+        arm.visit([&](const auto& form) { go_singular(form, random, q); });
+        if (kind > 0) {
+          for (std::size_t i = 0; i < table.count; ++i) q[i] += random.coin() ? random.tiny() : 0.0;
+        }
+      } else if (kind == 3) {
+        const auto there = on_axis(arm, random, q);
+        if (there) q = *there;
+        // Its crossing on axis 1: joint 1 is the hint's, also where only another one reaches.
+        if (std::holds_alternative<ParallelAxesArm>(arm.form())) hint = q;
+      }
+      SCOPED_TRACE(testing::Message() << "arm " << n / kPosesAnArm << " pose " << k << " kind " << kind);
+      check(arm, table, q, hint, kind < 4 || is_beside_singularity(arm, q), tally);
+      if (testing::Test::HasFatalFailure()) return;
+    }
+  }
+  std::cout << tally.poses << " poses, " << tally.singular << " of them beside a singularity, "
+            << tally.solutions << " solutions; worst: forward " << tally.forward_m << " m, "
+            << tally.forward_rad << " rad; back " << tally.back_m[0] << " m, " << tally.back_rad[0]
+            << " rad; singular " << tally.back_m[1] << " m, " << tally.back_rad[1] << " rad\n";
+  EXPECT_LT(tally.forward_m, 1e-12);
+  EXPECT_LT(tally.forward_rad, 1e-12);
+  EXPECT_LT(tally.back_m[0], 1e-12);
+  EXPECT_LT(tally.back_rad[0], 1e-12);
+  EXPECT_LT(tally.back_m[1], 1e-9);
+  EXPECT_LT(tally.back_rad[1], 1e-9);
+  EXPECT_GT(tally.singular, tally.poses / 3);
+  EXPECT_LT(tally.singular, tally.poses * 6 / 10);
+}
+
+TEST(AMillionPoses, PlanarWithoutWrist) {
+  million(PlanarArm::kName, [](RandomArm& r) { return r.planar(3); });
+}
+TEST(AMillionPoses, PlanarWithWrist) {
+  million(PlanarArm::kName, [](RandomArm& r) { return r.planar(4); });
+}
+TEST(AMillionPoses, PlanarWithRoll) {
+  million(PlanarArm::kName, [](RandomArm& r) { return r.planar(5); });
+}
+TEST(AMillionPoses, Scara) {
+  million(ScaraArm::kName, [](RandomArm& r) { return r.scara(r.coin() ? 3 : 4); });
+}
+TEST(AMillionPoses, Gantry) {
+  million(GantryArm::kName, [](RandomArm& r) { return r.gantry(r.coin() ? 3 : 4); });
+}
+TEST(AMillionPoses, Cylindrical) {
+  million(CylindricalArm::kName, [](RandomArm& r) { return r.cylindrical(r.coin() ? 3 : 4); });
+}
+TEST(AMillionPoses, Polar) {
+  million(PolarArm::kName, [](RandomArm& r) { return r.polar(3); });
+}
+TEST(AMillionPoses, OrthoParallel) {
+  million(OrthoParallelArm::kName, [](RandomArm& r) { return r.ortho_parallel(); });
+}
+TEST(AMillionPoses, ParallelAxes) {
+  million(ParallelAxesArm::kName, [](RandomArm& r) { return r.parallel_axes(); });
+}
+TEST(AMillionPoses, PolarWithWrist) {
+  million(PolarArm::kName, [](RandomArm& r) { return r.polar(6); });
+}
+
+}  // namespace
+}  // namespace corbot
