@@ -47,7 +47,7 @@ inline constexpr std::array<double, 4> kOctantSign{1.0, -1.0, -1.0, 1.0};
   const double smaller = std::min(ax, ay);
   if (!(greater > 0.0)) return std::copysign(std::signbit(x) ? std::numbers::pi : 0.0, y);
   const double scaled = 16.0 * smaller / greater;
-  const int k = scaled <= 16.0 ? static_cast<int>(scaled + 0.5) : 0;  // NaN is no index
+  const int k = scaled <= 16.0 ? static_cast<int>(2.0 * scaled + 1.0) / 2 : 0;  // rounded; NaN is no index
   const double c = 0.0625 * k;
   const double t = (smaller - c * greater) / (greater + c * smaller);
   const double z = t * t;
