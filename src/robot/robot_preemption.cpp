@@ -12,15 +12,17 @@ namespace {
 constexpr double kSettle_s = 10.0;  // for what the task does at once, or as fast as the arm's limits allow
 constexpr std::chrono::seconds kReportsRead{1};
 
-/// Waits for a hold that has been counted; who does not hear that it is carried out hears that.
+/// Waits for a stop or a hold that has been counted; who does not hear that it is carried out hears that.
 template <class Await>
-void confirm_hold(Await&& await) {
+void confirm(const char* what, Await&& await) {
   try {
     await();
   } catch (const CallError& refused) {
     if (refused.error.status != CORBOT_NOT_READY) throw;
     throw not_ready(
-        fmt::format("{}; the hold is counted, and takes effect when a task runs", refused.error.text));
+        fmt::format("{}; the {} is counted, and takes effect when a task runs: until then only "
+                    "what is wired beside corbot stops the arm",
+                    refused.error.text, what));
   }
 }
 
@@ -44,7 +46,8 @@ void Robot::await_stop(const LivingTask& task, const CountedStop& stop, const Wa
 void Robot::stop(const Wanted& wanted) {
   // A frozen task finds the request when it goes on; the caller hears below that it is not carried out yet.
   const LivingTask task = task_.connected();
-  await_stop(task, count_stop(task), wanted);
+  const CountedStop stop = count_stop(task);
+  confirm("stop", [&] { await_stop(task, stop, wanted); });
 }
 
 void Robot::request_stop() {
@@ -64,8 +67,7 @@ void Robot::request_stop_and_hold(std::string by) {
 }
 
 void Robot::await_requested_stops(bool hold) {
-  if (hold) return confirm_hold([this] { await_all_requested(true); });
-  await_all_requested(false);
+  confirm(hold ? "hold" : "stop", [&] { await_all_requested(hold); });
 }
 
 void Robot::await_all_requested(bool hold) {
@@ -94,8 +96,9 @@ void Robot::await_hold(std::uint64_t count) {
 
 void Robot::stop_and_hold(std::string by) {
   const std::uint64_t count = count_hold(std::move(by));
-  confirm_hold([&] {
-    stop();
+  confirm("hold", [&] {
+    const LivingTask task = task_.connected();
+    await_stop(task, count_stop(task), {});
     await_hold(count);
   });
 }
