@@ -86,6 +86,8 @@ class FakeTask {
     connect();
     how(snapshot_);
     end_->task->snapshot.store(snapshot_);
+    // As the cycle does: where this thread is interrupted inside the store, readers find the snapshot before.
+    end_->task->trace.append(snapshot_);
     wake_one(end_->task->wake);
   }
   /// The command that is next in the ring has its verdict; the snapshot follows.
