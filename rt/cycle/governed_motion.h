@@ -4,7 +4,7 @@
 #include <array>
 #include <cstddef>
 
-#include "corbot/arm/joints.h"
+#include "corbot/kinematics/joints.h"
 #include "rt/cycle/law_segments.h"
 
 namespace corbot::rt {

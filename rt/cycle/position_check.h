@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "corbot/arm/joints.h"
+#include "corbot/kinematics/joints.h"
 #include "corbot/motion/bounds.h"
 
 namespace corbot::rt {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-#include "corbot/arm/joints.h"
+#include "corbot/kinematics/joints.h"
 
 namespace corbot {
 namespace {

@@ -6,7 +6,7 @@
 #include <variant>
 #include <vector>
 
-#include "corbot/arm/joints.h"
+#include "corbot/kinematics/joints.h"
 #include "corbot/motion/command.h"
 
 namespace corbot {

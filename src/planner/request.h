@@ -4,7 +4,7 @@
 #include <array>
 #include <variant>
 
-#include "corbot/arm/joints.h"
+#include "corbot/kinematics/joints.h"
 
 namespace corbot {
 

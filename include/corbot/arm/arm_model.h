@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "corbot/arm/geometry.h"
-#include "corbot/arm/joints.h"
+#include "corbot/kinematics/geometry.h"
+#include "corbot/kinematics/joints.h"
 
 namespace corbot {
 

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "corbot/arm/joints.h"
 #include "corbot/backend/device_cause.h"
 #include "corbot/backend/log_line.h"
+#include "corbot/kinematics/joints.h"
 
 namespace corbot {
 

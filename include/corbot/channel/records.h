@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "corbot/arm/joints.h"
+#include "corbot/kinematics/joints.h"
 
 // What crosses the shared-memory channel from the real-time task, besides commands (motion/command.h).
 // Every record is plain, fixed-size and a multiple of eight bytes without padding.

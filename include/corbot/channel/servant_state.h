@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "corbot/arm/joints.h"
 #include "corbot/channel/durable_cell.h"
+#include "corbot/kinematics/joints.h"
 
 // What a servant knows that its successor must know, too. It is written as it changes, since a servant may be
 // killed at any time, and read by the next servant, which checks every field (src/robot/inherited_state.h): the

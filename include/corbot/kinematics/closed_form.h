@@ -9,10 +9,10 @@
 #include <optional>
 #include <type_traits>
 
-#include "corbot/arm/joints.h"
 #include "corbot/kinematics/angles.h"
 #include "corbot/kinematics/ik_status.h"
 #include "corbot/kinematics/joint_chain.h"
+#include "corbot/kinematics/joints.h"
 #include "corbot/kinematics/pose.h"
 #include "corbot/kinematics/sub_problems.h"
 

@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "corbot/arm/joints.h"
 #include "corbot/kinematics/joint_chain.h"
+#include "corbot/kinematics/joints.h"
 #include "corbot/kinematics/pose.h"
 
 namespace corbot {

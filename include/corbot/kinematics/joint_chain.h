@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "corbot/arm/joints.h"
+#include "corbot/kinematics/joints.h"
 #include "corbot/kinematics/pose.h"
 
 // An arm as its joint axes and the pose of its last frame, all at zero (product of exponentials; Brockett 1984). Every

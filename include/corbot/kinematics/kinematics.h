@@ -6,11 +6,11 @@
 #include <cstdint>
 #include <numbers>
 
-#include "corbot/arm/geometry.h"
-#include "corbot/arm/joints.h"
 #include "corbot/kinematics/angles.h"
 #include "corbot/kinematics/branch.h"
+#include "corbot/kinematics/geometry.h"
 #include "corbot/kinematics/ik_status.h"
+#include "corbot/kinematics/joints.h"
 
 // Closed-form kinematics of the Lynx family, after section IV of 'A CORBA Wrapper for Applications with
 // Multiple Robots'. Base frame: origin on the base axis at table height, z up. Metres and radians. Everything

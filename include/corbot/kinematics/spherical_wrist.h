@@ -6,10 +6,10 @@
 #include <cstddef>
 #include <optional>
 
-#include "corbot/arm/joints.h"
 #include "corbot/kinematics/angles.h"
 #include "corbot/kinematics/closed_form.h"
 #include "corbot/kinematics/joint_chain.h"
+#include "corbot/kinematics/joints.h"
 #include "corbot/kinematics/pose.h"
 #include "corbot/kinematics/sub_problems.h"
 

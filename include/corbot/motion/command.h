@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "corbot/arm/joints.h"
 #include "corbot/kinematics/branch.h"
+#include "corbot/kinematics/joints.h"
 #include "corbot/motion/time_law.h"
 
 namespace corbot {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "corbot/arm/joints.h"
+#include "corbot/kinematics/joints.h"
 
 namespace corbot::rt {
 

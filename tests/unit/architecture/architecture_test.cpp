@@ -146,7 +146,7 @@ TEST_F(PlantedBreach, ByAnArrowBackIsFound) {
   expect_breach("src/config/schema.cpp", "#include \"rt/backends/registry.h\"\n", "an arrow back");
   expect_breach("rt/backends/bus/x.h", "#include \"rt/backends/serial/serial_port.h\"\n", "an arrow back");
   expect_breach("rt/backends/registry.h", "#include \"rt/inputs/safety_lines.h\"\n", "an arrow back");
-  expect_breach("include/corbot/arm/x.h", "#include \"corbot/kinematics/kinematics.h\"\n", "an arrow back");
+  expect_breach("include/corbot/kinematics/x.h", "#include \"corbot/arm/arm_model.h\"\n", "an arrow back");
   expect_good("src/cli/commands.cpp", "#include \"cli/doctor/doctor.h\"\n#include \"client/client.h\"\n");
 }
 
