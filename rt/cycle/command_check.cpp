@@ -7,9 +7,8 @@
 #include <numbers>
 #include <utility>
 
-#include "corbot/kinematics/kinematics.h"
 #include "corbot/motion/law_evaluation.h"
-#include "corbot/motion/path.h"
+#include "corbot/motion/path_joints.h"
 #include "corbot/motion/tool_peaks.h"
 #include "rt/cycle/set_point_check.h"
 
@@ -80,8 +79,7 @@ double curvature(const ArcMotion& arc) noexcept { return 1.0 / arc.radius_m; }
 /// What lines and arcs have in common. `rotation_rad` is the change of the tool pitch.
 template <class Path>
 CommandVerdict check_path(const ArmModel& arm, const Command& command, const Path& path) noexcept {
-  if (static_cast<std::uint32_t>(path.branch) >= kBranchCount)
-    return malformed(static_cast<double>(path.branch));
+  if (!arm.kinematics.has_solution(path.solution)) return malformed(static_cast<double>(path.solution));
   if (!(std::abs(path.from_pitch_rad) <= 2.0 * std::numbers::pi)) return malformed(path.from_pitch_rad);
   if (!(std::abs(path.to_pitch_rad) <= 2.0 * std::numbers::pi)) return malformed(path.to_pitch_rad);
   const CommandVerdict verdict = check_law(path.law, command.duration_s, -1);
@@ -106,10 +104,10 @@ CommandVerdict check_path(const ArmModel& arm, const Command& command, const Pat
   for (const bool at_end : {false, true}) {
     const PathPoint point = point_at(path, at_end ? path.law.distance : 0.0);
     const Joints& expected_q = at_end ? command.end_q : command.start_q;
-    const IkResult ik = inverse(arm.geometry, point.position_m, point.pitch_rad, path.branch, expected_q[0]);
-    if (ik.status != IkStatus::kOk) return limit(ik.wrist_distance_m);
+    const IkSolution ik = joints_at(arm, point, path.solution, command.start_q);
+    if (ik.status != IkStatus::kOk) return limit(ik.distance_m);
     for (std::size_t i = 0; i < kMaxJoints; ++i) {
-      const double miss_q = ik.position_q[i] - expected_q[i];
+      const double miss_q = ik.joints_q[i] - expected_q[i];
       if (std::abs(miss_q) <= kStartTolerance) continue;
       const auto joint = static_cast<std::int32_t>(i);
       return at_end ? malformed(miss_q, joint) : discontinuous(miss_q, joint);

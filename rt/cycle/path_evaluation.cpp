@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/law_evaluation.h"
-#include "corbot/motion/path.h"
+#include "corbot/motion/path_joints.h"
 
 namespace corbot::rt {
 namespace {
@@ -15,10 +15,9 @@ namespace {
 template <class Path>
 void evaluate_path(const ArmModel& arm, const Path& path, double time_s, SetPoint& set_point) noexcept {
   const PathPoint point = point_at(path, evaluate(path.law, time_s).position);
-  const IkResult ik =
-      inverse(arm.geometry, point.position_m, point.pitch_rad, path.branch, set_point.position_q[0]);
+  const IkSolution ik = joints_at(arm, point, path.solution, set_point.position_q);
   set_point.reachable = ik.status == IkStatus::kOk;
-  if (set_point.reachable) set_point.position_q = ik.position_q;
+  if (set_point.reachable) set_point.position_q = ik.joints_q;
 }
 
 /// Limits of the path parameter: those of the travel and those of the tool's rotation, whichever is narrower.
@@ -129,7 +128,7 @@ void publish_set_point(const ArmModel& arm, const SetPoint& now, const SetPoint&
   snapshot.position_q = now.position_q;
   for (std::size_t i = 0; i < kMaxJoints; ++i)
     snapshot.velocity_q_s[i] = (now.position_q[i] - before.position_q[i]) / period_s;
-  const ToolPose pose = forward(arm.geometry, now.position_q);
+  const ToolPose pose = tool_pose(arm.kinematics, now.position_q);
   snapshot.tcp_m = pose.position_m;
   snapshot.yaw_rad = pose.yaw_rad;
   snapshot.pitch_rad = pose.pitch_rad;

@@ -7,7 +7,7 @@
 #include "corbot/arm/near_range.h"
 #include "corbot/channel/alarms.h"
 #include "corbot/channel/records.h"
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/motion/bounds.h"
 
 namespace corbot::rt {
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/schema.h"
+#include "config/arms/four_axis.h"
+#include "config/arms/recognise.h"
 #include "config/backend_schema.h"
 #include "config/output_schema.h"
 
@@ -11,6 +13,7 @@
 
 #include <fmt/format.h>
 
+#include "corbot/kinematics/tool_pose.h"
 #include "corbot/units.h"
 
 namespace corbot {
@@ -45,16 +48,32 @@ void read_robot(Section section, Profile& profile) {
   section.finish();
 }
 
-void read_geometry(Section section, ArmGeometry& geometry) {
-  geometry.l0_m = section.number("l0_m", {0, 5, false, "m"}).value_or(0);
-  geometry.l1_m = section.number("l1_m", kLength).value_or(0);
-  geometry.l2_m = section.number("l2_m", kLength).value_or(0);
-  geometry.l3_m = section.number("l3_m", kLength).value_or(0);
-  if (const auto offset = section.numbers("offset_deg", geometry.offset_rad.size(), kAngle)) {
+/// A length or an angle of the table; noted where it is missing or refused.
+double read_length(Section& section, std::string_view key, const Bounds& bounds, bool& complete) {
+  const auto length = section.number(key, bounds);
+  complete = complete && length.has_value();
+  return length.value_or(0);
+}
+
+/// The lengths are those of a D-H table, of which the family is recognised and verified.
+void read_geometry(Section section, Kinematics& kinematics) {
+  bool complete = true;
+  config::FourAxisLengths lengths;
+  lengths.l0_m = read_length(section, "l0_m", {0, 5, false, "m"}, complete);
+  lengths.l1_m = read_length(section, "l1_m", kLength, complete);
+  lengths.l2_m = read_length(section, "l2_m", kLength, complete);
+  lengths.l3_m = read_length(section, "l3_m", kLength, complete);
+  if (const auto offset = section.numbers("offset_deg", lengths.offset_rad.size(), kAngle)) {
     for (std::size_t i = 0; i < offset->size(); ++i)
-      geometry.offset_rad[i] = (*offset)[i] * kRadiansPerDegree;
+      lengths.offset_rad[i] = (*offset)[i] * kRadiansPerDegree;
+  } else {
+    complete = false;
   }
   section.finish();
+  if (!complete) return;
+  const config::RecognisedArm arm = config::recognise_arm(config::four_axis_table(lengths));
+  if (!has_tool_pitch(arm.kinematics)) section.refuse("l1_m", "gives no base and planar arm: " + arm.reason);
+  kinematics = arm.kinematics;
 }
 
 /// The channels in use, each with its key, so that a fault can name both.
@@ -231,7 +250,7 @@ void read_schema(const toml::table& table, Profile& profile, FaultList& faults) 
   Section root{&table, "", faults};
   ChannelUse channels;
   read_robot(root.table("robot"), profile);
-  read_geometry(root.table("geometry"), profile.arm.geometry);
+  read_geometry(root.table("geometry"), profile.arm.kinematics);
   read_joints(root, profile, channels);
   read_gripper(root.table("gripper"), profile.arm.gripper, channels);
   read_path(root.table("path"), profile.arm.path);

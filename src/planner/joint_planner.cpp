@@ -4,11 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 
+#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/bounds.h"
 #include "corbot/units.h"
 #include "planner/refusal.h"
@@ -49,16 +50,15 @@ PlanResult joint_command(const ArmModel& model, const Joints& speed_q_s, const P
 /// Puts each angle into its range by whole rotations, nearest to where the joint is. Returns the joint that
 /// no rotation brings into its range, −1 where there is none.
 int fit_ranges(const ArmModel& model, const Joints& present, Joints* target) {
-  for (std::size_t i = 0; i < 4; ++i) {
-    double best = std::numeric_limits<double>::quiet_NaN();
-    for (const int rotations : {0, -1, 1, -2, 2}) {
-      const double candidate = (*target)[i] + rotations * 2.0 * std::numbers::pi;
-      if (!in_range(model.joints[i], candidate)) continue;
-      if (std::isnan(best) || std::abs(candidate - present[i]) < std::abs(best - present[i]))
-        best = candidate;
+  for (std::size_t i = 0; i < model.dof; ++i) {
+    const JointLimits& limits = model.joints[i];
+    double& value_q = (*target)[i];
+    if (model.kinematics.joint_kind(i) == JointKind::kRotary) {
+      const auto turned =
+          turn_within(value_q, limits.lower_q, limits.upper_q, kRangeTolerance_q, present[i]);
+      value_q = turned ? *turned : wrap_angle(value_q);
     }
-    if (std::isnan(best)) return static_cast<int>(i);
-    (*target)[i] = best;
+    if (!in_range(limits, value_q)) return static_cast<int>(i);
   }
   return -1;
 }
@@ -80,21 +80,26 @@ PlanResult JointPlanner::to(const PlanStart& start, const Joints& target_q, doub
 
 PlanResult JointPlanner::reach(const PlanStart& start, const std::array<double, 3>& target_m,
                                double t_s) const {
-  const Branch present = branch_of(model_.geometry, start.position_q);
+  const std::uint32_t present = model_.kinematics.solution_of(start.position_q).value_or(0);
+  const std::uint32_t count = model_.kinematics.solution_count();
   double best_s = std::numeric_limits<double>::infinity();
   Joints best{};
   std::optional<PlanRefusal> out_of_range;
-  IkResult out_of_reach;
-  for (std::uint32_t i = 0; i < kBranchCount; ++i) {
-    // The present branch first; the others follow in their order.
-    const auto branch = static_cast<Branch>(i ^ static_cast<std::uint32_t>(present));
-    const IkResult ik = inverse(model_.geometry, target_m, tool_pitch_rad_, branch, start.position_q[0]);
+  IkSolution out_of_reach;
+  std::uint32_t refused = count;
+  for (std::uint32_t i = 0; i < std::bit_ceil(count); ++i) {
+    // The present solution first; the others follow in the order of what they differ in.
+    const std::uint32_t number = i ^ present;
+    if (number >= count) continue;
+    const IkSolution ik =
+        inverse_at_pitch(model_.kinematics, target_m, tool_pitch_rad_, number, start.position_q);
     if (ik.status != IkStatus::kOk) {
-      if (!is_backward(branch)) out_of_reach = ik;
+      if (number < refused) out_of_reach = ik;
+      refused = std::min(refused, number);
       continue;
     }
     Joints target = start.position_q;
-    std::copy_n(ik.position_q.begin(), 4, target.begin());
+    std::copy_n(ik.joints_q.begin(), model_.dof, target.begin());
     const int joint = fit_ranges(model_, start.position_q, &target);
     if (joint >= 0) {
       const auto index = static_cast<std::size_t>(joint);
@@ -107,7 +112,7 @@ PlanResult JointPlanner::reach(const PlanStart& start, const std::array<double, 
       best_s = duration_s;
       best = target;
     }
-    if (branch == present) break;
+    if (number == present) break;
   }
   if (std::isfinite(best_s)) return joint_command(model_, speed_q_s_, start, best, t_s);
   if (out_of_range) {

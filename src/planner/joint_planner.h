@@ -20,7 +20,7 @@ class JointPlanner {
 
   /// To given joints.
   [[nodiscard]] PlanResult to(const PlanStart& start, const Joints& target_q, double t_s) const;
-  /// To a point: on the present branch where its joint ranges allow, else on the quickest feasible one.
+  /// To a point: on the present solution where its joint ranges allow, else on the quickest feasible one.
   [[nodiscard]] PlanResult reach(const PlanStart& start, const std::array<double, 3>& target_m,
                                  double t_s) const;
   /// One joint, no faster than `speed_q_s`.

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/bounds.h"
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/tool_peaks.h"
@@ -20,8 +20,6 @@ namespace {
 
 constexpr double kSamePitch_rad = 1e-12;  // a smaller rotation of the tool is rounding
 constexpr double kNoTravel = 1e-30;       // metres and radians; below it there is nothing to run through
-constexpr double kSingular_rad = 1e-7;    // θ2 nearer to 0 than this has no sign
-constexpr double kOnAxis_m = 1e-12;       // a TCP nearer to the axis faces neither way
 constexpr double kRoundUp = 1.0 + 1e-9;   // of a stretch, over rounding
 
 double per(double limit, double amount) {
@@ -58,13 +56,13 @@ TimeLaw path_law(const PathLimits& limits, double speed_ratio, const PathScale& 
 
 PathPlanner::PathPlanner(const ArmModel& model, const PlanSettings& settings)
     : model_(model), settings_(settings) {
-  for (std::size_t i = 0; i < 4; ++i)
+  for (std::size_t i = 0; i < model.dof; ++i)
     joint_speed_[i] = model.joints[i].speed_q_s * settings.joint_speed_ratio[i];
 }
 
 PathPlan PathPlanner::line(const PlanStart& start, const std::array<double, 3>& to_m, double t_s) const {
   LineMotion line{};
-  const ToolPose here = forward(model_.geometry, start.position_q);
+  const ToolPose here = tool_pose(model_.kinematics, start.position_q);
   line.from_m = here.position_m;
   line.to_m = to_m;
   line.from_pitch_rad = wrap_angle(here.pitch_rad);
@@ -77,7 +75,7 @@ PathPlan PathPlanner::line(const PlanStart& start, const std::array<double, 3>& 
 }
 
 PathPlan PathPlanner::arc(const PlanStart& start, ArcMotion arc) const {
-  arc.from_pitch_rad = wrap_angle(forward(model_.geometry, start.position_q).pitch_rad);
+  arc.from_pitch_rad = wrap_angle(tool_pose(model_.kinematics, start.position_q).pitch_rad);
   arc.to_pitch_rad = pitch_towards(arc.from_pitch_rad);
   const PathScale scale{length_m(arc), std::abs(arc.to_pitch_rad - arc.from_pitch_rad), 1.0 / arc.radius_m};
   return plan(start, arc, scale, 0.0, [](Command& command) -> ArcMotion& {
@@ -92,30 +90,29 @@ double PathPlanner::pitch_towards(double present_rad) const {
   return std::abs(rotation_rad) <= kSamePitch_rad ? present_rad : present_rad + rotation_rad;
 }
 
-/// The branches the arm is on: one, but on the border between two of them either may lead on. Positive and
-/// forward come first.
-std::vector<Branch> PathPlanner::present_branches(const Joints& q) const {
-  const auto present = static_cast<std::uint32_t>(branch_of(model_.geometry, q));
-  const double elbow = q[2] + model_.geometry.offset_rad[2];
-  const auto tcp = forward(model_.geometry, q).position_m;
-  const bool either_sign = std::abs(elbow) <= kSingular_rad;
-  const bool either_facing = std::hypot(tcp[0], tcp[1]) <= kOnAxis_m;
-  std::vector<Branch> branches;
-  for (std::uint32_t i = 0; i < kBranchCount; ++i) {
-    const bool sign_fits = either_sign || (i & 1u) == (present & 1u);
-    const bool facing_fits = either_facing || (i & 2u) == (present & 2u);
-    if (sign_fits && facing_fits) branches.push_back(static_cast<Branch>(i));
+/// The solutions that the arm is on, by a round trip: one, but where two of them meet either may lead on. The smallest number
+/// comes first.
+std::vector<std::uint32_t> PathPlanner::present_solutions(const Joints& q) const {
+  const Kinematics& arm = model_.kinematics;
+  const ToolPose here = tool_pose(arm, q);
+  std::vector<std::uint32_t> numbers;
+  for (std::uint32_t number = 0; arm.has_solution(number); ++number) {
+    const IkSolution there = inverse_at_pitch(arm, here.position_m, here.pitch_rad, number, q);
+    if (there.status == IkStatus::kOk && arm.same(there.joints_q, q, Kinematics::kSameJoints_q)) {
+      numbers.push_back(number);
+    }
   }
-  return branches;
+  if (numbers.empty()) numbers.push_back(0);  // check_start will say what is wrong
+  return numbers;
 }
 
 template <class Motion, class Member>
 PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, const PathScale& scale, double t_s,
                            Member member) const {
   std::optional<PlanRefusal> first;
-  for (const Branch branch : present_branches(start.position_q)) {
-    motion.branch = branch;
-    PathPlan result = plan_on_branch(start, motion, scale, t_s, member);
+  for (const std::uint32_t number : present_solutions(start.position_q)) {
+    motion.solution = number;
+    PathPlan result = plan_on_solution(start, motion, scale, t_s, member);
     if (std::holds_alternative<Command>(result)) return result;
     if (!first) first = std::get<PlanRefusal>(result);
   }
@@ -123,24 +120,24 @@ PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, const PathScal
 }
 
 template <class Motion, class Member>
-PathPlan PathPlanner::plan_on_branch(const PlanStart& start, Motion motion, const PathScale& scale,
+PathPlan PathPlanner::plan_on_solution(const PlanStart& start, Motion motion, const PathScale& scale,
                                      double t_s, Member member) const {
-  const PathProof proof(model_, motion, motion.branch, start.position_q[0]);
+  const PathProof proof(model_, motion, start.position_q);
   const PathPoint target = point_at(motion, 1.0);
   // The target first: of all points that may be out of reach it is the one that the caller has given.
-  const IkResult end = proof.joints_at(1.0);
+  const IkSolution end = proof.joints_at(1.0);
   if (end.status != IkStatus::kOk) return unreachable(target.position_m, end, "the target");
   if (auto refusal = check_start(start, proof.joints_at(0.0))) return *refusal;
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (in_range(model_.joints[i], end.position_q[i])) continue;
+  for (std::size_t i = 0; i < model_.dof; ++i) {
+    if (in_range(model_.joints[i], end.joints_q[i])) continue;
     PlanRefusal refusal =
-        joint_range(static_cast<int>(i), end.position_q[i], model_.joints[i], "at the target");
+        joint_range(static_cast<int>(i), proof.shown(i, end.joints_q[i]), model_.joints[i], "at the target");
     refusal.target_m = target.position_m;
     return refusal;
   }
 
   Command command = blank_command(MotionKind::kLine, start);
-  std::copy_n(end.position_q.begin(), 4, command.end_q.begin());
+  std::copy_n(end.joints_q.begin(), model_.dof, command.end_q.begin());
   if (scale.length_m > kNoTravel || scale.rotation_rad > kNoTravel) {
     if (auto refusal = proof.check_geometry()) return *refusal;
     motion.law = fastest_law(proof, scale);
@@ -157,10 +154,10 @@ PathPlan PathPlanner::plan_on_branch(const PlanStart& start, Motion motion, cons
 }
 
 /// The path must begin where the arm rests, as the real-time task will see it.
-std::optional<PlanRefusal> PathPlanner::check_start(const PlanStart& start, const IkResult& first) const {
-  for (std::size_t i = 0; i < 4; ++i) {
+std::optional<PlanRefusal> PathPlanner::check_start(const PlanStart& start, const IkSolution& first) const {
+  for (std::size_t i = 0; i < model_.dof; ++i) {
     const double present = start.position_q[i];
-    if (first.status == IkStatus::kOk && std::abs(first.position_q[i] - present) <= kPlannedStartTolerance_q)
+    if (first.status == IkStatus::kOk && std::abs(first.joints_q[i] - present) <= kPlannedStartTolerance_q)
       continue;
     PlanRefusal refusal = joint_range(static_cast<int>(i), present, model_.joints[i], "at the start");
     refusal.text = fmt::format(

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "corbot/arm/arm_model.h"
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/arm_kinematics.h"
 #include "planner/path_proof.h"
 #include "planner/plan.h"
 
@@ -34,14 +34,14 @@ class PathPlanner {
 
  private:
   [[nodiscard]] double pitch_towards(double present_rad) const;
-  [[nodiscard]] std::vector<Branch> present_branches(const Joints& q) const;
+  [[nodiscard]] std::vector<std::uint32_t> present_solutions(const Joints& q) const;
   template <class Motion, class Member>
   [[nodiscard]] PathPlan plan(const PlanStart& start, Motion motion, const PathScale& scale, double t_s,
                               Member member) const;
   template <class Motion, class Member>
-  [[nodiscard]] PathPlan plan_on_branch(const PlanStart& start, Motion motion, const PathScale& scale,
+  [[nodiscard]] PathPlan plan_on_solution(const PlanStart& start, Motion motion, const PathScale& scale,
                                         double t_s, Member member) const;
-  [[nodiscard]] std::optional<PlanRefusal> check_start(const PlanStart& start, const IkResult& first) const;
+  [[nodiscard]] std::optional<PlanRefusal> check_start(const PlanStart& start, const IkSolution& first) const;
   [[nodiscard]] TimeLaw fastest_law(const PathProof& proof, const PathScale& scale) const;
 
   const ArmModel& model_;

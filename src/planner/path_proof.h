@@ -6,7 +6,8 @@
 #include <variant>
 
 #include "corbot/arm/arm_model.h"
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/arm_kinematics.h"
+#include "corbot/kinematics/planar_stretch.h"
 #include "corbot/motion/command.h"
 #include "corbot/motion/path.h"
 #include "planner/plan.h"
@@ -16,8 +17,8 @@ namespace corbot {
 /// What the real-time task will do with a line or an arc, proved between the samples.
 ///
 /// The path parameter is cut into cells. On each cell, bounds that hold for *every* point of it are computed
-/// from its middle and from bounds of the derivatives: radius from the base axis, wrist position, P², sin θ2,
-/// and from those the joint values and their derivatives. A cell that is neither proved nor refuted is
+/// from its middle and from bounds of the derivatives (kinematics/planar_stretch.h, path_form.h): of the joint
+/// values and their derivatives. A cell that is neither proved nor refuted is
 /// halved. Refuted means that its middle, a point of the path, breaks a limit.
 ///
 /// Cells are no longer halved at 1e-9 of the path or 1e-12 m of travel; there the joint values at the two
@@ -28,13 +29,13 @@ namespace corbot {
 /// and bend boundedly.
 class PathProof {
  public:
-  /// `hint_rad` is θ0 at the start, `joint_speed_q_s` the limits in force. Rotations by 2π are not followed:
-  /// ranges count as cut to ±180 degrees.
-  PathProof(const ArmModel& model, const LineMotion& line, Branch branch, double hint_rad);
-  PathProof(const ArmModel& model, const ArcMotion& arc, Branch branch, double hint_rad);
+  /// `start_q`: the joints at the start. Whole turns are not followed: a rotary joint's range counts as cut
+  /// to one turn (motion/path_joints.h). The model must outlive this.
+  PathProof(const ArmModel& model, const LineMotion& line, const Joints& start_q);
+  PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& start_q);
 
   /// Joint values at s, as the real-time task will compute them.
-  [[nodiscard]] IkResult joints_at(double s) const noexcept;
+  [[nodiscard]] IkSolution joints_at(double s) const noexcept;
 
   /// Proves reach, joint ranges and an unbroken θ0 over the whole path; nullopt when all hold.
   [[nodiscard]] std::optional<PlanRefusal> check_geometry() const;
@@ -47,19 +48,20 @@ class PathProof {
   /// or next to a singularity.
   [[nodiscard]] double unit_load(const Joints& joint_speed_q_s, double give_up) const;
 
+  /// A value beyond its range as a protractor shows it, for a refusal.
+  [[nodiscard]] double shown(std::size_t joint, double value_q) const noexcept;
+
  private:
   /// The whole path's constants.
   struct Constants {
     double rotation{};  ///< dφ/ds
     double bend_m{};    ///< bound of |d²(position)/ds²|
-    double travel_m{};  ///< bound of |d(position)/ds| + L3·|rotation|
+    double travel_m{};  ///< bound of |d(position)/ds| + hand's length·|rotation|
   };
-  /// Bounds on one cell. Index: joint 0 … 3.
+  /// Bounds on one cell; infinite where its middle is out of reach.
   struct Cell {
-    IkResult middle;
-    bool in_reach{};
-    std::array<double, 4> rate_middle{};  ///< |q_i′| in the middle, 0 where singular
-    std::array<double, 4> rate_bound{};   ///< of |q_i′| on the whole cell; may be infinite
+    IkSolution middle;
+    CellRates rates;
   };
   /// s and ṡ as functions of the parameter that is cut.
   struct Clock {
@@ -76,13 +78,14 @@ class PathProof {
   [[nodiscard]] std::optional<PlanRefusal> check_ends(double s_a, double s_b) const;
   [[nodiscard]] double bound_load(const Clock& clock, const Joints& speed, double floor, double give_up,
                                   bool sample_singular) const;
-  [[nodiscard]] JointLimits cut_limits(std::size_t joint) const noexcept;
+  void cut_limits() noexcept;
 
   const ArmModel* model_;
   std::variant<LineMotion, ArcMotion> path_;
-  Branch branch_;
-  double hint_rad_;
+  std::uint32_t solution_;
+  Joints start_q_;
   Constants constants_;
+  std::array<JointLimits, kMaxJoints> limits_;  ///< cut to one turn
 };
 
 }  // namespace corbot

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/units.h"
 #include "planner/arc.h"
@@ -132,7 +132,7 @@ struct Planning {
     const ArcMotion& arc = std::get<ArcMotion>(circle);
     const PathPlanner planner(model, settings);
     const std::array<double, 3>& p1_m = request.p1_m;
-    const auto tcp_m = forward(model.geometry, start.position_q).position_m;
+    const auto tcp_m = tool_pose(model.kinematics, start.position_q).position_m;
     if (std::hypot(tcp_m[0] - p1_m[0], tcp_m[1] - p1_m[1], tcp_m[2] - p1_m[2]) <= kAtP1_m) {
       const PathPlan plan = planner.arc(start, arc);
       if (const auto* command = std::get_if<Command>(&plan)) return std::vector<Command>{*command};

@@ -24,11 +24,11 @@ class Planner {
   [[nodiscard]] PlanResult plan(const PlanStart& start, const PlanSettings& settings,
                                 const MotionRequest& request) const;
 
-  /// Free, synchronised joint motion to the point. The present branch is kept where its joint ranges allow,
+  /// Free, synchronised joint motion to the point. The present solution is kept where its joint ranges allow,
   /// otherwise the quickest feasible one is taken.
   [[nodiscard]] PlanResult move(const PlanStart& start, const PlanSettings& settings,
                                 const std::array<double, 3>& target_m, double t_s) const;
-  /// Straight line of the TCP, on the present branch.
+  /// Straight line of the TCP, on the present solution.
   [[nodiscard]] PlanResult move_s(const PlanStart& start, const PlanSettings& settings,
                                   const std::array<double, 3>& target_m, double t_s) const;
   /// Arc p1 → p2 → p3; if the TCP is not at p1, a line to p1 first.

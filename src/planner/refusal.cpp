@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
+#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/bounds.h"
 #include "corbot/units.h"
 
@@ -24,20 +26,27 @@ PlanRefusal bad_parameter(std::string parameter, double value, double lower, dou
   return refusal;
 }
 
-PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkResult& result,
+PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkSolution& result,
                         const std::string& where) {
   PlanRefusal refusal;
   refusal.kind = PlanRefusal::Kind::kUnreachable;
   refusal.parameter = "P";
-  refusal.value = result.wrist_distance_m;
-  refusal.lower = result.min_m;
-  refusal.upper = result.max_m;
+  refusal.value = result.distance_m;
+  refusal.lower = result.least_m;
+  refusal.upper = result.most_m;
   refusal.target_m = point_m;
+  if (result.most_m == 0.0) {  // no matter of two links
+    refusal.lower = result.limit_m;
+    refusal.upper = std::numeric_limits<double>::infinity();
+    refusal.text = fmt::format("{} ({:.6g}, {:.6g}, {:.6g}) m is too close to the base axis: {:.6g} m, allowed from {:.6g} m",
+                               where, point_m[0], point_m[1], point_m[2], result.distance_m, result.limit_m);
+    return refusal;
+  }
   refusal.text = fmt::format(
       "{} ({:.6g}, {:.6g}, {:.6g}) m is too {}: the wrist would be {:.6g} m from the shoulder, allowed "
       "{:.6g} to {:.6g} m",
       where, point_m[0], point_m[1], point_m[2], result.status == IkStatus::kTooClose ? "close" : "far",
-      result.wrist_distance_m, result.min_m, result.max_m);
+      result.distance_m, result.least_m, result.most_m);
   return refusal;
 }
 
@@ -84,7 +93,7 @@ std::optional<PlanRefusal> check_point(const std::array<double, 3>& point_m, con
 }
 
 std::optional<PlanRefusal> check_kinematics(const ArmModel& model, const PlanSettings& settings) {
-  if (model.kind != ArmKind::kAnthropomorphic || model.dof < 4) {
+  if (!has_tool_pitch(model.kinematics)) {
     PlanRefusal refusal;
     refusal.kind = PlanRefusal::Kind::kUnreachable;
     refusal.parameter = "kind";

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "corbot/arm/arm_model.h"
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/closed_form.h"
 #include "planner/plan.h"
 
 namespace corbot {
@@ -14,7 +14,7 @@ namespace corbot {
 [[nodiscard]] PlanRefusal bad_parameter(std::string parameter, double value, double lower, double upper,
                                         std::string text, int joint = -1);
 /// `status` is kTooFar or kTooClose; `where` says which point it is, e.g. "the target".
-[[nodiscard]] PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkResult& result,
+[[nodiscard]] PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkSolution& result,
                                       const std::string& where);
 [[nodiscard]] PlanRefusal joint_range(int joint, double value_q, const JointLimits& limits,
                                       const std::string& where);
@@ -25,7 +25,7 @@ namespace corbot {
 /// Refuses coordinates that are not finite or beyond kFarthestCoordinate_m.
 [[nodiscard]] std::optional<PlanRefusal> check_point(const std::array<double, 3>& point_m,
                                                      const std::string& name);
-/// Refuses an arm for which there is no closed-form inverse.
+/// Refuses an arm for which there is no closed-form inverse by position and tool pitch.
 [[nodiscard]] std::optional<PlanRefusal> check_kinematics(const ArmModel& model,
                                                           const PlanSettings& settings);
 

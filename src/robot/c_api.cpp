@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -11,6 +12,7 @@
 
 #include "config/load_profile.h"
 #include "corbot/channel/fingerprint.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "robot/robot_handle.h"
 
 namespace {
@@ -77,7 +79,7 @@ void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {
   copy_text(CORBOT_VERSION, out->version, sizeof(out->version));
   copy_text(fmt::format("{:016x}", fingerprint(arm)), out->fingerprint, sizeof(out->fingerprint));
   out->started_s = robot->started.count();
-  out->reach_m = arm.geometry.l1_m + arm.geometry.l2_m + arm.geometry.l3_m;
+  out->reach_m = std::round(reach_m(arm.kinematics) * 1e9) / 1e9;  // to the nanometre
 }
 
 corbot_status corbot_robot_joints(const corbot_robot* robot, double out_deg[CORBOT_MAX_JOINTS],

@@ -5,7 +5,7 @@
 #include <chrono>
 
 #include "corbot/backend/backend.h"
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "corbot/units.h"
 
 namespace corbot {
@@ -44,7 +44,7 @@ Joints RobotView::joints_deg() const {
 corbot_pose RobotView::pose() const {
   const Snapshot now = snapshot();
   ToolPose tool{now.tcp_m, now.yaw_rad, now.pitch_rad};
-  if (is_measured(now)) tool = forward(profile_.arm.geometry, now.measured_q);
+  if (is_measured(now)) tool = tool_pose(profile_.arm.kinematics, now.measured_q);
   return {tool.position_m[0],       tool.position_m[1],         tool.position_m[2],
           to_degrees(tool.yaw_rad), to_degrees(tool.pitch_rad), 0.0};
 }

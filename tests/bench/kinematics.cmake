@@ -1,7 +1,7 @@
-# Every family, beside the Lynx 5's own header.
+# Every family, beside the paper's equations.
 add_executable(bench_arms ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/arm_bench.cpp)
 corbot_target(bench_arms)
-target_include_directories(bench_arms PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
+target_include_directories(bench_arms PRIVATE ${PROJECT_SOURCE_DIR}/tests/support ${PROJECT_SOURCE_DIR}/src)
 target_compile_definitions(bench_arms PRIVATE CORBOT_ARM_VECTORS="${PROJECT_SOURCE_DIR}/tests/vectors/arms")
 target_link_libraries(bench_arms PRIVATE benchmark::benchmark)
 set_target_properties(bench_arms PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bench)
@@ -15,7 +15,7 @@ endif()
 add_executable(bench_kinematics ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/kinematics_bench.cpp)
 corbot_target(bench_kinematics)
 target_include_directories(bench_kinematics SYSTEM PRIVATE ${orocos_kdl_INCLUDE_DIRS})
-target_include_directories(bench_kinematics PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/kinematics)
+target_include_directories(bench_kinematics PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/kinematics ${PROJECT_SOURCE_DIR}/src)
 target_link_libraries(bench_kinematics PRIVATE orocos-kdl)
 set_target_properties(bench_kinematics PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bench)
 add_executable(bench_six_axis ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/six_axis_bench.cpp)

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "shm/channel_client.h"
 
 namespace corbot::test {
@@ -46,12 +46,12 @@ double half_a_unit_q(const ArmModel& arm, const DeviceFacts& facts, std::size_t 
 
 /// The furthest that half a unit at every joint can move the TCP.
 double quantisation_m(const ArmModel& arm, const DeviceFacts& facts, const Joints& at) {
-  const Point middle = forward(arm.geometry, at).position_m;
+  const Point middle = tool_pose(arm.kinematics, at).position_m;
   double sum_m = 0.0;
   for (std::size_t i = 0; i < arm.dof; ++i) {
     Joints beside = at;
     beside[i] += half_a_unit_q(arm, facts, i);
-    sum_m += distance_m(middle, forward(arm.geometry, beside).position_m);
+    sum_m += distance_m(middle, tool_pose(arm.kinematics, beside).position_m);
   }
   return sum_m;
 }
@@ -189,7 +189,7 @@ Following following(const ArmModel& arm, const std::vector<Snapshot>& path,
     const auto first = std::lower_bound(path.begin(), path.end(), now_ns - window_ns, is_before);
     const auto last = std::lower_bound(path.begin(), path.end(), now_ns, is_before);
     if (first == last || first == path.begin()) continue;  // before the log began
-    const Point tcp = forward(arm.geometry, at).position_m;
+    const Point tcp = tool_pose(arm.kinematics, at).position_m;
     double nearest_m = HUGE_VAL;
     std::int64_t passed_ns = now_ns;
     for (auto point = first; point != last; ++point) {

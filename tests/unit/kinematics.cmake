@@ -1,5 +1,5 @@
 corbot_test(test_kinematics
-  SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/kinematics_test.cpp
+  SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/paper_arm_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/law_evaluation_test.cpp
   LABELS unit)
 corbot_test(test_arm_kinematics
@@ -14,7 +14,7 @@ corbot_test(test_arm_kinematics
 corbot_test(test_kinematics_noalloc
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/kinematics_noalloc_test.cpp
   LABELS unit)
-foreach(test IN ITEMS test_arm_kinematics test_kinematics_noalloc)
-  target_include_directories(${test} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
+foreach(test IN ITEMS test_kinematics test_arm_kinematics test_kinematics_noalloc)
+  target_include_directories(${test} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support ${PROJECT_SOURCE_DIR}/src)
   target_compile_definitions(${test} PRIVATE CORBOT_ARM_VECTORS="${PROJECT_SOURCE_DIR}/tests/vectors/arms")
 endforeach()

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "corbot/kinematics/geometry.h"
+#include "corbot/kinematics/arm_kinematics.h"
 #include "corbot/kinematics/joints.h"
 
 namespace corbot {
@@ -56,7 +56,7 @@ struct GripperModel {
 struct ArmModel {
   ArmKind kind{ArmKind::kAnthropomorphic};
   std::uint32_t dof{};  ///< 1 … kMaxJoints; 4 for the Lynx 5
-  ArmGeometry geometry{};
+  Kinematics kinematics{};
   std::array<JointLimits, kMaxJoints> joints{};
   PathLimits path{};
   std::array<ServoMap, kMaxJoints> servos{};

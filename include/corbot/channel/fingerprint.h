@@ -9,7 +9,7 @@
 namespace corbot {
 
 /// FNV-1a, 64 bits, over the fields of the model that planner and real-time task must agree on: kind, degrees
-/// of freedom, geometry, limits, gripper travel, loop period. Field by field, since padding has no defined
+/// of freedom, kinematics, limits, gripper travel, loop period. Field by field, since padding has no defined
 /// value; +0 and −0 are the same. The servo map is left out: recalibrating a servo changes pulses, not the
 /// meaning of a command or a snapshot. Source: Fowler, Noll, Vo, "The FNV Non-Cryptographic Hash Algorithm",
 /// IETF draft-eastlake-fnv.
@@ -27,13 +27,32 @@ class Fnv1a {
   std::uint64_t hash_{0xcbf29ce484222325};
 };
 
+inline void add(Fnv1a& hash, const Pose& pose) noexcept {
+  for (const double value : pose.position_m) hash.add(value);
+  const Quaternion& q = pose.orientation;
+  for (const double value : {q.w, q.x, q.y, q.z}) hash.add(value);
+}
+
+/// The axes, and the family that was recognised from them.
+inline void add(Fnv1a& hash, const Kinematics& kinematics) noexcept {
+  const JointChain& chain = kinematics.chain();
+  hash.add(static_cast<std::uint64_t>(kinematics.form().index()));
+  hash.add(static_cast<std::uint64_t>(chain.count));
+  for (const JointAxis& axis : chain.axes) {
+    hash.add(static_cast<std::uint64_t>(axis.kind));
+    for (const double value : axis.direction) hash.add(value);
+    for (const double value : axis.point_m) hash.add(value);
+  }
+  add(hash, chain.zero_T_n);
+  add(hash, chain.base_T_0);
+  add(hash, chain.n_T_tool);
+}
+
 [[nodiscard]] inline std::uint64_t fingerprint(const ArmModel& model) noexcept {
   Fnv1a hash;
   hash.add(static_cast<std::uint64_t>(model.kind));
   hash.add(static_cast<std::uint64_t>(model.dof));
-  const ArmGeometry& geometry = model.geometry;
-  for (const double value : {geometry.l0_m, geometry.l1_m, geometry.l2_m, geometry.l3_m}) hash.add(value);
-  for (const double value : geometry.offset_rad) hash.add(value);
+  add(hash, model.kinematics);
   for (const JointLimits& joint : model.joints) {
     for (const double value :
          {joint.lower_q, joint.upper_q, joint.speed_q_s, joint.acceleration_q_s2, joint.jerk_q_s3}) {

@@ -188,6 +188,15 @@ class Kinematics {
     return turned;
   }
 
+  /// Whether two solutions are one. Both are next to one hint, so whole turns are not looked at, but for half a turn to either side of it.
+  [[nodiscard]] bool same(const Joints& a, const Joints& b, double tolerance_q) const noexcept {
+    for (std::size_t i = 0; i < chain_.count; ++i) {
+      const double away = a[i] - b[i];
+      const bool turns = chain_.axes[i].kind == JointKind::kRotary;
+      if (std::abs(turns ? nearest_turn(away, 0.0) : away) > tolerance_q) return false;
+    }
+    return true;
+  }
   /// Joints next to a border are uncertain by this much (rad or m).
   static constexpr double kSameJoints_q = 2e-7;
 
@@ -202,15 +211,6 @@ class Kinematics {
     const std::optional<Form> form = Form::recognise(chain);
     if (form) families = *form;
     return form.has_value();
-  }
-  /// Both are next to one hint, so whole turns are not looked at, but for half a turn to either side of it.
-  [[nodiscard]] bool same(const Joints& a, const Joints& b, double tolerance_q) const noexcept {
-    for (std::size_t i = 0; i < chain_.count; ++i) {
-      const double away = a[i] - b[i];
-      const bool turns = chain_.axes[i].kind == JointKind::kRotary;
-      if (std::abs(turns ? nearest_turn(away, 0.0) : away) > tolerance_q) return false;
-    }
-    return true;
   }
   [[nodiscard]] bool contains(const SolutionSet& set, const Joints& q) const noexcept {
     for (const NumberedSolution& entry : set) {

@@ -70,6 +70,8 @@ struct IkSolution {
   /// Where kTooFar or kTooClose: the distance that the target asks for inside the arm, and the limit that it breaks.
   double distance_m{};
   double limit_m{};
+  /// … and what two links allow besides: 0 and 0 where it is no matter of two links.
+  double least_m{}, most_m{};
 };
 
 /// Where a family's own frame is: base_T_tool = base · K(q) · hand, K the family's motion in its frame. Base and tool may change
@@ -81,13 +83,24 @@ struct Mounting {
   Pose hand{};           ///< last_T_n · n_T_tool
   Quaternion unhand{};   ///< the hand's inverse rotation
   bool level{true};      ///< the base is moved, but not turned
+  bool upright{true};    ///< the family's z axis points upward
+  double heading_rad{};    ///< of the family's x axis in the base frame
+  double tool_tilt_rad{};  ///< of the tool's x axis from x towards z of the last frame
 
   void set_frames(const Pose& base_T_0, const Pose& n_T_tool) noexcept {
     base = base_T_0 * zero_T_family;
     hand = last_T_n * n_T_tool;
     base.orientation = normalised(base.orientation);
     hand.orientation = normalised(hand.orientation);
+    for (double& x : hand.position_m) {
+      if (std::abs(x) < kRounding_m) x = 0.0;  // a tool that is off its axis by rounding is on it
+    }
     unhand = conjugate(hand.orientation);
+    const Vector3 tool = rotate(hand.orientation, {1.0, 0.0, 0.0});
+    tool_tilt_rad = std::atan2(tool[2], tool[0]);
+    const Vector3 ahead = rotate(base.orientation, {1.0, 0.0, 0.0});
+    heading_rad = std::atan2(ahead[1], ahead[0]);
+    upright = rotate(base.orientation, {0.0, 0.0, 1.0})[2] > 1.0 - 1e-9;
     const Quaternion& q = base.orientation;
     level = q.x == 0.0 && q.y == 0.0 && q.z == 0.0;
   }
@@ -185,7 +198,8 @@ template <class Form>
   return {to_status(t.reach), {}, 0.0, t.distance_m, std::abs(b)};
 }
 [[nodiscard]] inline IkSolution refused(const TwoLinks& t, double l1, double l2) noexcept {
-  return {to_status(t.reach), {}, 0.0, t.distance_m, t.reach == Reach::kTooFar ? l1 + l2 : std::abs(l1 - l2)};
+  const double least_m = std::abs(l1 - l2), most_m = l1 + l2;
+  return {to_status(t.reach), {}, 0.0, t.distance_m, t.reach == Reach::kTooFar ? most_m : least_m, least_m, most_m};
 }
 
 /// Recognition: lengths of 1e-9 m and angles of 1e-9 rad count as nothing. Whoever has a table that is less exact (a URDF

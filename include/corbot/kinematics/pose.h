@@ -112,7 +112,6 @@ using Matrix3 = std::array<Vector3, 3>;
 }
 
 /// Where a frame is and how it is turned, seen from another: `base_T_tool` is the tool frame in the base frame.
-/// (Until the Lynx 5's own header is gone, `ToolPose` is that one's position, yaw and pitch.)
 struct Pose {
   Vector3 position_m{};
   Quaternion orientation{};

@@ -21,6 +21,11 @@ inline constexpr double kStartTolerance = 1e-6;
 /// The planner refuses a line or an arc whose first point misses the arm's joints by more.
 inline constexpr double kPlannedStartTolerance_q = kStartTolerance / 2.0;
 
+/// A joint value from inverse kinematics may miss its range by this much: next to the stretched or the folded
+/// arm half of the digits go, so that 1e-16 m of rounding becomes 1e-8 rad. 1e-7 rad is a thousandth of a
+/// servo's step.
+inline constexpr double kRangeTolerance_q = 1e-7;
+
 /// Until the first motion from an unverified position is done, motions run at this rate at the most.
 inline constexpr double kFirstMotionOverride = 0.1;
 

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "corbot/kinematics/branch.h"
 #include "corbot/kinematics/joints.h"
 #include "corbot/motion/time_law.h"
 
@@ -25,7 +24,7 @@ struct LineMotion {
   std::array<double, 3> to_m;
   double from_pitch_rad;  ///< tool pitch C; interpolated linearly with the path parameter
   double to_pitch_rad;
-  Branch branch;
+  std::uint32_t solution;  ///< of the arm's kinematics, the same along the whole path
   std::uint32_t reserved;
   TimeLaw law;
 };
@@ -39,7 +38,7 @@ struct ArcMotion {
   double angle_rad;  ///< > 0, at most 2π
   double from_pitch_rad;
   double to_pitch_rad;
-  Branch branch;
+  std::uint32_t solution;  ///< of the arm's kinematics, the same along the whole path
   std::uint32_t reserved;
   TimeLaw law;
 };

@@ -9,7 +9,7 @@
 #include <functional>
 #include <vector>
 
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "rt/rig.h"
 
 namespace corbot::test {
@@ -26,18 +26,18 @@ PlanResult joint_motion(const Rig& rig, bool out) {
 
 PlanSettings level(const Rig& rig) {
   PlanSettings settings;
-  settings.tool_pitch_rad = forward(rig.arm.geometry, rig.start().position_q).pitch_rad;
+  settings.tool_pitch_rad = tool_pose(rig.arm.kinematics, rig.start().position_q).pitch_rad;
   return settings;
 }
 
 PlanResult line_motion(const Rig& rig, bool out) {
-  auto p = forward(rig.arm.geometry, rig.start().position_q).position_m;
+  auto p = tool_pose(rig.arm.kinematics, rig.start().position_q).position_m;
   p[1] += out ? -0.05 : 0.05;
   return rig.planner.move_s(rig.start(), level(rig), p, 0.0);
 }
 
 PlanResult arc_motion(const Rig& rig, bool out) {
-  const auto p = forward(rig.arm.geometry, rig.start().position_q).position_m;
+  const auto p = tool_pose(rig.arm.kinematics, rig.start().position_q).position_m;
   const double y = out ? -0.02 : 0.02;
   return rig.planner.move_c(rig.start(), level(rig), p, {p[0] + 0.01, p[1] + y, p[2]},
                             {p[0], p[1] + 2 * y, p[2] + 0.001 * (out ? -1 : 1)});

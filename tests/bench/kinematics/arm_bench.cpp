@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each family's forward and inverse kinematics, and all solutions at a pose; beside them in the same run the Lynx 5's own header,
-// on the same arm (al5d) and the same poses.
+// Each family's forward and inverse kinematics, and all solutions at a pose; beside them in the same run the paper's equations for
+// the Lynx 5, on the same arm (al5d) and the same poses.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -11,15 +11,16 @@
 
 #include "arm_vectors.h"
 #include "corbot/kinematics/arm_kinematics.h"
-#include "corbot/kinematics/kinematics.h"
 #include "corbot/kinematics/path_form.h"
+#include "corbot/kinematics/tool_pose.h"
+#include "paper_equations.h"
 
 namespace corbot {
 namespace {
 
 constexpr std::size_t kPoses = 1000;
 constexpr double kPi = std::numbers::pi;
-const ArmGeometry kLynx{0.06731, 0.14605, 0.187325, 0.100, {0.0, kPi / 18, 0.0, -kPi / 4}};
+const paper::Arm kLynx{0.06731, 0.14605, 0.187325, 0.100, {0.0, kPi / 18, 0.0, -kPi / 4}};
 
 struct Case {
   Kinematics arm;
@@ -82,22 +83,33 @@ void stretch_of(benchmark::State& state, const std::string& name) {
     n = (n + 1) % kPoses;
   }
 }
-void forward_of_lynx(benchmark::State& state) {
+void forward_of_paper(benchmark::State& state) {
   const Case c("al5d");
   std::size_t n = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(forward(kLynx, c.joints[n]));
+    benchmark::DoNotOptimize(paper::forward(kLynx, c.joints[n]));
     n = (n + 1) % kPoses;
   }
 }
-void inverse_of_lynx(benchmark::State& state) {
+void inverse_of_paper(benchmark::State& state) {
   const Case c("al5d");
-  std::array<ToolPose, kPoses> poses;
-  for (std::size_t n = 0; n < kPoses; ++n) poses[n] = forward(kLynx, c.joints[n]);
+  std::array<paper::Pose, kPoses> poses;
+  for (std::size_t n = 0; n < kPoses; ++n) poses[n] = paper::forward(kLynx, c.joints[n]);
   std::size_t n = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(inverse(kLynx, poses[n].position_m, poses[n].pitch_rad,
-                                     static_cast<Branch>(c.numbers[n]), c.joints[n][0]));
+    benchmark::DoNotOptimize(paper::inverse(kLynx, poses[n].position_m, poses[n].pitch_rad, c.numbers[n]));
+    n = (n + 1) % kPoses;
+  }
+}
+/// What lines and arcs of four-axis arms ask for.
+void inverse_at_a_pitch(benchmark::State& state) {
+  const Case c("al5d");
+  std::array<ToolPose, kPoses> poses;
+  for (std::size_t n = 0; n < kPoses; ++n) poses[n] = tool_pose(c.arm, c.joints[n]);
+  std::size_t n = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(
+        inverse_at_pitch(c.arm, poses[n].position_m, poses[n].pitch_rad, c.numbers[n], c.joints[n]));
     n = (n + 1) % kPoses;
   }
 }
@@ -106,8 +118,9 @@ void inverse_of_lynx(benchmark::State& state) {
 }  // namespace corbot
 
 int main(int count, char** arguments) {
-  benchmark::RegisterBenchmark("forward/lynx5_header", corbot::forward_of_lynx);
-  benchmark::RegisterBenchmark("inverse/lynx5_header", corbot::inverse_of_lynx);
+  benchmark::RegisterBenchmark("forward/paper", corbot::forward_of_paper);
+  benchmark::RegisterBenchmark("inverse/paper", corbot::inverse_of_paper);
+  benchmark::RegisterBenchmark("inverse_at_pitch/al5d", corbot::inverse_at_a_pitch);
   for (const std::string name : {"al5d", "al5d_wr", "so101", "scara_gx4", "cartesian_pppr",
                                  "cylindrical_rppr", "polar_rrp", "stanford", "puma560", "ur5e"}) {
     benchmark::RegisterBenchmark(("forward/" + name).c_str(), corbot::forward_of, name);

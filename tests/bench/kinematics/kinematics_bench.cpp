@@ -9,22 +9,23 @@
 #include <numbers>
 #include <random>
 
-#include "corbot/kinematics/kinematics.h"
+#include "config/arms/four_axis.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "sampling.h"
 
 namespace {
 
-using corbot::ArmGeometry;
-using corbot::Branch;
 using corbot::Joints;
+using corbot::Kinematics;
 using corbot::ToolPose;
 using namespace corbot::bench;
+using Lengths = corbot::config::FourAxisLengths;
 
 constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kPoses = 1000;
 constexpr int kRounds = 200;
 
-KDL::Chain kdl_chain(const ArmGeometry& arm) {
+KDL::Chain kdl_chain(const Lengths& arm) {
   KDL::Chain chain;
   const double a[4] = {0.0, arm.l1_m, arm.l2_m, arm.l3_m};
   const double alpha[4] = {kPi / 2, kPi, kPi, 0.0};
@@ -39,8 +40,9 @@ KDL::Chain kdl_chain(const ArmGeometry& arm) {
 }  // namespace
 
 int main() {
-  const ArmGeometry arm{0.067, 0.120, 0.120, 0.100, {0.0, kPi / 18, 0.0, -kPi / 4}};
-  const KDL::Chain chain = kdl_chain(arm);
+  const Lengths lengths{0.067, 0.120, 0.120, 0.100, {0.0, kPi / 18, 0.0, -kPi / 4}};
+  const Kinematics arm = Kinematics::recognise(joint_chain(corbot::config::four_axis_table(lengths)));
+  const KDL::Chain chain = kdl_chain(lengths);
   KDL::ChainFkSolverPos_recursive kdl_forward(chain);
   KDL::ChainIkSolverPos_LMA kdl_inverse(chain);
 
@@ -50,7 +52,7 @@ int main() {
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   std::vector<Joints> joints(kPoses);
   std::vector<ToolPose> poses(kPoses);
-  std::vector<Branch> branches(kPoses);
+  std::vector<std::uint32_t> numbers(kPoses);
   std::vector<KDL::JntArray> kdl_joints(kPoses, KDL::JntArray(4)), kdl_seeds(kPoses, KDL::JntArray(4));
   std::vector<KDL::Frame> kdl_poses(kPoses);
   double worst_m = 0.0;
@@ -61,8 +63,8 @@ int main() {
       kdl_joints[n](i) = joints[n][i];
       kdl_seeds[n](i) = joints[n][i] + 0.2 * unit(random);
     }
-    poses[n] = corbot::forward(arm, joints[n]);
-    branches[n] = corbot::branch_of(arm, joints[n]);
+    poses[n] = tool_pose(arm, joints[n]);
+    numbers[n] = arm.solution_of(joints[n]).value_or(0);
     kdl_forward.JntToCart(kdl_joints[n], kdl_poses[n]);
     for (int k = 0; k < 3; ++k) {
       worst_m =
@@ -75,13 +77,13 @@ int main() {
   KDL::JntArray answer(4);
   KDL::Frame frame;
   for (int round = 0; round < kRounds; ++round) {
-    fk.push_back(time_round(kPoses, [&](std::size_t n) { keep(corbot::forward(arm, joints[n])); }));
+    fk.push_back(time_round(kPoses, [&](std::size_t n) { keep(arm.forward(joints[n])); }));
     kdl_fk.push_back(time_round(kPoses, [&](std::size_t n) {
       kdl_forward.JntToCart(kdl_joints[n], frame);
       keep(frame);
     }));
     ik.push_back(time_round(kPoses, [&](std::size_t n) {
-      keep(corbot::inverse(arm, poses[n].position_m, poses[n].pitch_rad, branches[n], 0.0));
+      keep(inverse_at_pitch(arm, poses[n].position_m, poses[n].pitch_rad, numbers[n], joints[n]));
     }));
     if (round % 10 == 0) {  // the iterative solver would take minutes
       kdl_ik.push_back(time_round(kPoses, [&](std::size_t n) {

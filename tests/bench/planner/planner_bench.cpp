@@ -42,7 +42,7 @@ bool bench_lines(std::mt19937_64& random) {
     if (!from_ready)
       start.position_q = {
           unit(random), 0.7 + 0.5 * unit(random), 1.1 + 0.7 * unit(random), unit(random), 0, 0};
-    auto target = forward(arm.geometry, start.position_q).position_m;
+    auto target = tool_pose(arm.kinematics, start.position_q).position_m;
     for (double& x : target) x += 0.15 * unit(random);
     bool planned = false;
     const double ns = time_round(1, [&](std::size_t) {

@@ -9,7 +9,7 @@
 #include <random>
 #include <string>
 
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/path.h"
 #include "motion/stop_judge.h"
 #include "motion/watcher.h"
@@ -73,7 +73,7 @@ class Motions : public ::testing::TestWithParam<std::tuple<Kind, int>> {
     if (dice(3) == 0) settings.speed_ratio = uniform(0.05, 1.0);
     if (dice(4) == 0) settings.joint_speed_ratio[static_cast<std::size_t>(dice(4))] = uniform(0.1, 1.0);
     // The inclination stays what it is, or turns with the path.
-    settings.tool_pitch_rad = forward(rig_.arm.geometry, rig_.start().position_q).pitch_rad;
+    settings.tool_pitch_rad = tool_pose(rig_.arm.kinematics, rig_.start().position_q).pitch_rad;
     if (dice(3) == 0) settings.tool_pitch_rad += uniform(-0.5, 0.5);
     return settings;
   }
@@ -90,7 +90,7 @@ class Motions : public ::testing::TestWithParam<std::tuple<Kind, int>> {
   }
 
   std::array<double, 3> near_tcp(double reach_m) {
-    std::array<double, 3> point = forward(rig_.arm.geometry, rig_.start().position_q).position_m;
+    std::array<double, 3> point = tool_pose(rig_.arm.kinematics, rig_.start().position_q).position_m;
     for (double& x : point) x += uniform(-reach_m, reach_m);
     return point;
   }
@@ -104,7 +104,7 @@ class Motions : public ::testing::TestWithParam<std::tuple<Kind, int>> {
       case Kind::kLine:
         return rig_.planner.move_s(rig_.start(), settings(), near_tcp(reach_m), t_s);
       case Kind::kArc: {
-        const auto p1 = forward(rig_.arm.geometry, rig_.start().position_q).position_m;
+        const auto p1 = tool_pose(rig_.arm.kinematics, rig_.start().position_q).position_m;
         return rig_.planner.move_c(rig_.start(), settings(), p1, near_tcp(reach_m), near_tcp(reach_m));
       }
     }

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/path.h"
 
 namespace corbot::test {
@@ -46,7 +46,7 @@ double deviation_from(const ArcMotion& arc, const Point& p) {
 Watcher::Watcher(const ArmModel& arm, const Snapshot& at_rest)
     : arm_(arm), dt_s_(static_cast<double>(arm.period_ns) * 1e-9) {
   q_.fill(at_rest.position_q);
-  p_.fill(forward(arm.geometry, at_rest.position_q).position_m);
+  p_.fill(tool_pose(arm.kinematics, at_rest.position_q).position_m);
 }
 
 void Watcher::begin(const Command& command) {
@@ -66,7 +66,7 @@ bool Watcher::see(const Snapshot& snapshot) {
   std::rotate(q_.rbegin(), q_.rbegin() + 1, q_.rend());
   std::rotate(p_.rbegin(), p_.rbegin() + 1, p_.rend());
   q_[0] = snapshot.position_q;
-  p_[0] = forward(arm_.geometry, snapshot.position_q).position_m;
+  p_[0] = tool_pose(arm_.kinematics, snapshot.position_q).position_m;
   if (snapshot.command_id != 0) {
     ramped_ = ramped_ || (last_rate_ >= 0.0 && snapshot.virtual_rate != last_rate_);
     last_rate_ = snapshot.virtual_rate;

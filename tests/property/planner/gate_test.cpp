@@ -106,7 +106,7 @@ TEST(Gate, AcceptsWhatIsPlannedAndRefusesAToolBeyondItsLimits) {
     PlanStart start;
     for (std::size_t k = 0; k < 4; ++k)
       start.position_q[k] = random.in(arm.joints[k].lower_q, arm.joints[k].upper_q);
-    const ToolPose here = forward(arm.geometry, start.position_q);
+    const ToolPose here = tool_pose(arm.kinematics, start.position_q);
     const double size = std::pow(10.0, random.in(-4.0, -1.0));
     Point p2{}, p3{};
     for (std::size_t k = 0; k < 3; ++k) {

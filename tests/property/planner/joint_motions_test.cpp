@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <random>
 
+#include "corbot/motion/bounds.h"
 #include "corbot/motion/law_evaluation.h"
 #include "planner/planner.h"
 #include "seed.h"
@@ -62,7 +63,7 @@ TEST(JointMotions, KeepTheLimitsAndArrive) {
     if (i % 5 == 0) settings.joint_speed_ratio[static_cast<std::size_t>(i / 5 % 4)] = ratio(random);
     const PlanStart start{random_joints(arm, random), 0.0};
     const Joints goal = random_joints(arm, random);
-    const ToolPose pose = forward(arm.geometry, goal);
+    const ToolPose pose = tool_pose(arm.kinematics, goal);
     settings.tool_pitch_rad = pose.pitch_rad;
     const double t_s = i % 4 == 0 ? 10.0 * ratio(random) : 0.0;
     const PlanResult result = planner.move(start, settings, pose.position_m, t_s);

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <random>
 
+#include "corbot/motion/bounds.h"
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path.h"
+#include "corbot/motion/path_joints.h"
 #include "planner/planner.h"
 #include "seed.h"
 #include "test_arm.h"
@@ -61,12 +63,12 @@ void check_ticks(const ArmModel& arm, const PlanSettings& settings, const Comman
   for (int k = 0; k <= ticks; ++k) {
     const LawState s = evaluate(motion.law, k * tick_s);
     const PathPoint wanted = point_at(motion, s.position);
-    const IkResult ik = inverse(arm.geometry, wanted.position_m, wanted.pitch_rad, motion.branch, last[0]);
+    const IkSolution ik = joints_at(arm, wanted, motion.solution, command.start_q);
     ASSERT_EQ(ik.status, IkStatus::kOk) << "tick " << k << " of " << ticks;
-    const Point tcp = test::tcp_of(arm, ik.position_q);
+    const Point tcp = test::tcp_of(arm, ik.joints_q);
     ASSERT_LT(deviation(motion, tcp), 1e-6) << "tick " << k;
     for (std::size_t i = 0; i < 4; ++i) {
-      const double q = ik.position_q[i];
+      const double q = ik.joints_q[i];
       const double limit = arm.joints[i].speed_q_s * settings.joint_speed_ratio[i];
       ASSERT_GE(q, arm.joints[i].lower_q - kRangeTolerance_q) << "joint " << i << " tick " << k;
       ASSERT_LE(q, arm.joints[i].upper_q + kRangeTolerance_q) << "joint " << i << " tick " << k;
@@ -94,7 +96,7 @@ void check_ticks(const ArmModel& arm, const PlanSettings& settings, const Comman
     ASSERT_LE(peak.acceleration * turn, arm.path.rotation_acceleration_rad_s2 * kSlack);
     ASSERT_LE(peak.jerk * turn, arm.path.rotation_jerk_rad_s3 * kSlack);
     track = {tcp, track[0], track[1], track[2]};
-    last = ik.position_q;
+    last = ik.joints_q;
   }
   for (std::size_t i = 0; i < 4; ++i) ASSERT_NEAR(last[i], command.end_q[i], 1e-9);
 }
@@ -127,7 +129,7 @@ TEST(Lines, StayStraightWithinEveryLimitAndArrive) {
     if (i % 7 == 0) arm.path.speed_m_s = 2.0;  // so that the joints, not the path, are what limits
     const bool at_ready = i % 4 == 0;
     const PlanStart start{at_ready ? Joints{} : random.joints(arm), 0.0};
-    const ToolPose here = forward(arm.geometry, start.position_q);
+    const ToolPose here = tool_pose(arm.kinematics, start.position_q);
     Point target{};
     const double near = i % 8 < 4 ? 0.15 : 0.02;
     for (std::size_t k = 0; k < 3; ++k) target[k] = here.position_m[k] + random.in(-near, near);
@@ -166,7 +168,7 @@ TEST(Arcs, StayRoundWithinEveryLimitAndArrive) {
     ArmModel arm = i % 2 == 0 ? test::lynx5() : test::wide_arm();
     if (i % 7 == 0) arm.path.speed_m_s = 2.0;
     const PlanStart start{random.joints(arm), 0.0};
-    const ToolPose here = forward(arm.geometry, start.position_q);
+    const ToolPose here = tool_pose(arm.kinematics, start.position_q);
     const double size = i % 8 < 4 ? 0.08 : 0.01;
     std::array<Point, 3> p{};
     for (Point& point : p) {

@@ -5,11 +5,24 @@
 
 #include <cstring>
 #include <functional>
+#include <numbers>
 #include <set>
 #include <vector>
 
+#include "corbot/kinematics/dh_table.h"
+
 namespace corbot {
 namespace {
+
+/// A base and two links of this length.
+JointChain arm(double link_m) {
+  DhTable table;
+  table.count = 3;
+  table.rows[0].alpha_rad = std::numbers::pi / 2;
+  table.rows[1].a_m = link_m;
+  table.rows[2].a_m = link_m;
+  return joint_chain(table);
+}
 
 TEST(Fingerprint, IsFnv1a) {
   // Reference value of the draft for the eight bytes "chongo w": computed byte by byte here,
@@ -31,9 +44,15 @@ TEST(Fingerprint, ChangesWithEveryFieldThatBothSidesMustAgreeOn) {
       [](ArmModel&) {},
       [](ArmModel& m) { m.kind = ArmKind::kScara; },
       [](ArmModel& m) { m.dof = 4; },
-      [](ArmModel& m) { m.geometry.l0_m = 0.1; },
-      [](ArmModel& m) { m.geometry.l3_m = 0.1; },
-      [](ArmModel& m) { m.geometry.offset_rad[3] = 0.1; },
+      [](ArmModel& m) { m.kinematics = Kinematics::recognise(arm(0.1)); },
+      [](ArmModel& m) { m.kinematics = Kinematics::recognise(arm(0.2)); },
+      [](ArmModel& m) { m.kinematics = Kinematics::other(arm(0.2)); },
+      [](ArmModel& m) {
+        m.kinematics.set_frames({{0.0, 0.0, 0.1}, {}}, {});
+      },
+      [](ArmModel& m) {
+        m.kinematics.set_frames({}, {{0.0, 0.0, 0.1}, {}});
+      },
       [](ArmModel& m) { m.joints[0].lower_q = 0.1; },
       [](ArmModel& m) { m.joints[0].upper_q = 0.1; },
       [](ArmModel& m) { m.joints[5].jerk_q_s3 = 0.1; },
@@ -54,7 +73,8 @@ TEST(Fingerprint, ChangesWithEveryFieldThatBothSidesMustAgreeOn) {
 TEST(Fingerprint, IgnoresTheSignOfZeroAndTheServoMap) {
   ArmModel plain;
   ArmModel other;
-  other.geometry.offset_rad[0] = -0.0;
+  plain.kinematics.set_frames({}, {});
+  other.kinematics.set_frames({{-0.0, 0.0, 0.0}, {}}, {});
   other.servos[2].zero_us = 1500;
   EXPECT_EQ(fingerprint(plain), fingerprint(other));
 }

@@ -10,11 +10,24 @@
 #include <numbers>
 #include <string>
 
+#include "config/arms/four_axis.h"
+
 namespace corbot {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 const std::string kProfiles = CORBOT_PROFILES;
+
+/// The arm of the paper's table with these lengths, axis by axis.
+void expect_lengths(const ArmModel& arm, const config::FourAxisLengths& lengths) {
+  const JointChain chain = joint_chain(config::four_axis_table(lengths));
+  ASSERT_EQ(arm.kinematics.joint_count(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(arm.kinematics.chain().axes[i].point_m, chain.axes[i].point_m) << "joint " << i;
+    EXPECT_EQ(arm.kinematics.chain().axes[i].direction, chain.axes[i].direction) << "joint " << i;
+  }
+  EXPECT_EQ(arm.kinematics.chain().zero_T_n.position_m, chain.zero_T_n.position_m);
+}
 
 TEST(ShippedProfile, Lynx5IsReadToTheLastValue) {
   const Profile profile = load_profile(kProfiles + "/lynx5.toml");
@@ -30,11 +43,7 @@ TEST(ShippedProfile, Lynx5IsReadToTheLastValue) {
   EXPECT_EQ(arm.kind, ArmKind::kAnthropomorphic);
   EXPECT_EQ(arm.dof, 4u);
   EXPECT_EQ(arm.period_ns, 1'000'000);
-  EXPECT_EQ(arm.geometry.l0_m, 0.067);
-  EXPECT_EQ(arm.geometry.l1_m, 0.12);
-  EXPECT_EQ(arm.geometry.l2_m, 0.12);
-  EXPECT_EQ(arm.geometry.l3_m, 0.1);
-  EXPECT_EQ(arm.geometry.offset_rad, (std::array<double, 4>{0, 10 * kDegree, 0, -45 * kDegree}));
+  expect_lengths(arm, {0.067, 0.12, 0.12, 0.1, {0, 10 * kDegree, 0, -45 * kDegree}});
   EXPECT_EQ(arm.path.speed_m_s, 0.25);
   EXPECT_EQ(arm.path.acceleration_m_s2, 1.0);
   EXPECT_EQ(arm.path.jerk_m_s3, 10.0);
@@ -76,10 +85,7 @@ TEST(ShippedProfile, Al5dHasItsPublishedLengthsAndCalibratedCentres) {
   const Profile profile = load_profile(kProfiles + "/al5d.toml");
   const ArmModel& arm = profile.arm;
   EXPECT_EQ(profile.name, "al5d");
-  EXPECT_EQ(arm.geometry.l0_m, 0.06731);
-  EXPECT_EQ(arm.geometry.l1_m, 0.14605);
-  EXPECT_EQ(arm.geometry.l2_m, 0.187325);
-  EXPECT_EQ(arm.geometry.l3_m, 0.1);
+  expect_lengths(arm, {0.06731, 0.14605, 0.187325, 0.1, {0, 10 * kDegree, 0, -45 * kDegree}});
   const std::array<double, 4> scale{10, 8.5, 11.5, 9.9};
   const std::array<double, 4> centre{1480, 1550, 1560, 1440};
   for (std::size_t i = 0; i < 4; ++i) {

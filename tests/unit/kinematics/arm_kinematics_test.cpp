@@ -8,7 +8,7 @@
 
 #include "arm_vectors.h"
 #include "corbot/kinematics/arm_kinematics.h"
-#include "corbot/kinematics/kinematics.h"
+#include "paper_equations.h"
 
 namespace corbot {
 namespace {
@@ -23,40 +23,40 @@ double apart(const Pose& a, const Pose& b) {
   return std::max(norm(a.position_m - b.position_m), angle_between(a.orientation, b.orientation));
 }
 
-/// Yaw and pitch as the Lynx 5's own header has them.
+/// Yaw and pitch as the paper has them.
 Quaternion yaw_pitch(double yaw_rad, double pitch_rad) {
   return about({0.0, 0.0, 1.0}, yaw_rad) * about({0.0, -1.0, 0.0}, pitch_rad);
 }
 
-TEST(PlanarArm, IsTheLynx5ToTheLastBranch) {
-  const ArmGeometry lynx{0.06731, 0.14605, 0.187325, 0.100, {0.0, kPi / 18, 0.0, -kPi / 4}};
+TEST(PlanarArm, IsThePapersArmOnEverySolution) {
+  const paper::Arm lynx{0.06731, 0.14605, 0.187325, 0.100, {0.0, kPi / 18, 0.0, -kPi / 4}};
   const Kinematics same = arm("al5d");
   std::mt19937_64 random(1751);
   std::uniform_real_distribution<double> angle(-kPi, kPi);
   int compared = 0;
   for (int k = 0; k < 20'000; ++k) {
     const Joints q{angle(random), angle(random), angle(random), angle(random)};
-    const ToolPose old = forward(lynx, q);
+    const paper::Pose printed = paper::forward(lynx, q);
     const Pose pose = same.forward(q);
-    ASSERT_LT(apart(pose, {old.position_m, yaw_pitch(old.yaw_rad, old.pitch_rad)}), 1e-14);
-    for (std::uint32_t n = 0; n < kBranchCount; ++n) {
-      const auto branch = static_cast<Branch>(n);
-      const IkResult expected = inverse(lynx, old.position_m, old.pitch_rad, branch, 0.0);
-      // A backward branch has the same pitch with the base the other way round.
-      const double yaw = std::atan2(old.position_m[1], old.position_m[0]) + (is_backward(branch) ? kPi : 0.0);
-      const IkSolution got = same.inverse({old.position_m, yaw_pitch(yaw, old.pitch_rad)}, n, {});
+    ASSERT_LT(apart(pose, {printed.position_m, yaw_pitch(printed.yaw_rad, printed.pitch_rad)}), 1e-14);
+    for (std::uint32_t n = 0; n < same.solution_count(); ++n) {
+      const paper::Inverse expected = paper::inverse(lynx, printed.position_m, printed.pitch_rad, n);
+      // Backward, the pitch is the same with the base the other way round.
+      const double yaw =
+          std::atan2(printed.position_m[1], printed.position_m[0]) + (paper::is_backward(n) ? kPi : 0.0);
+      const IkSolution got = same.inverse({printed.position_m, yaw_pitch(yaw, printed.pitch_rad)}, n, {});
       ASSERT_EQ(got.status, expected.status);
       if (got.status != IkStatus::kOk) {
-        ASSERT_NEAR(got.distance_m, expected.wrist_distance_m, 1e-14);
-        ASSERT_EQ(got.limit_m, got.status == IkStatus::kTooFar ? expected.max_m : expected.min_m);
+        ASSERT_NEAR(got.distance_m, expected.wrist_m, 1e-14);
+        ASSERT_EQ(got.limit_m,
+                  got.status == IkStatus::kTooFar ? lynx.l1_m + lynx.l2_m : lynx.l2_m - lynx.l1_m);
         continue;
       }
       ++compared;
       ASSERT_LT(got.orientation_error_rad, 1e-14);
-      const double slack = 1e-15 / (1e-9 + std::abs(std::sin(expected.position_q[2])));
+      const double slack = 1e-15 / (1e-9 + std::abs(std::sin(expected.joints_q[2])));
       for (std::size_t i = 0; i < 4; ++i) {
-        ASSERT_NEAR(wrap_angle(got.joints_q[i] - expected.position_q[i]), 0.0, 1e-12 + slack)
-            << "joint " << i;
+        ASSERT_NEAR(wrap_angle(got.joints_q[i] - expected.joints_q[i]), 0.0, 1e-12 + slack) << "joint " << i;
       }
     }
   }

@@ -60,7 +60,7 @@ TEST(Move, SpeedRatiosScaleTheSpeedsOfTheJoints) {
   EXPECT_GT(command.duration_s, only(planner.move(kBent, {}, target, 0.0)).duration_s);
 }
 
-TEST(Move, KeepsThePresentBranchWhereItCanAndElseTakesTheQuickest) {
+TEST(Move, KeepsThePresentSolutionWhereItCanAndElseTakesTheQuickest) {
   const ArmModel arm = lynx5();
   const Point target{0.25, 0.0, 0.1};
   const auto elbow = [&](const ArmModel& model, const Joints& start) {
@@ -68,11 +68,11 @@ TEST(Move, KeepsThePresentBranchWhereItCanAndElseTakesTheQuickest) {
   };
   EXPECT_GT(elbow(arm, {0, deg(40), deg(60), deg(55), 0, 0}), 0.0);
   EXPECT_LT(elbow(wide_arm(), {0, deg(10), deg(-20), deg(0), 0, 0}), 0.0);
-  // θ2 < −30° is out of range here, so the branch must change.
+  // θ2 < −30° is out of range here, so the solution must change.
   EXPECT_GT(elbow(arm, {0, deg(10), deg(-20), deg(0), 0, 0}), 0.0);
 }
 
-TEST(Move, KeepsThePresentBranchEvenWhereAnotherIsQuicker) {
+TEST(Move, KeepsThePresentSolutionEvenWhereAnotherIsQuicker) {
   const ArmModel arm = wide_arm();
   const Planner planner(arm);
   std::mt19937_64 random(5);  // fixed: what is looked for must occur
@@ -80,10 +80,10 @@ TEST(Move, KeepsThePresentBranchEvenWhereAnotherIsQuicker) {
   for (int n = 0; n < 500; ++n) {
     const PlanStart start{{unit(random), 2 * unit(random), 2 * unit(random), 2 * unit(random), 0, 0}, 0.0};
     const Point target{0.15 + 0.1 * unit(random), 0.1 * unit(random), 0.15 + 0.05 * unit(random)};
-    const Branch present = branch_of(arm.geometry, start.position_q);
-    if (inverse(arm.geometry, target, 0.0, present, 0.0).status != IkStatus::kOk) continue;
+    const std::uint32_t present = arm.kinematics.solution_of(start.position_q).value_or(99);
+    if (inverse_at_pitch(arm.kinematics, target, 0.0, present, start.position_q).status != IkStatus::kOk) continue;
     const Command command = only(planner.move(start, {}, target, 0.0));
-    ASSERT_EQ(branch_of(arm.geometry, command.end_q), present) << n;
+    ASSERT_EQ(arm.kinematics.solution_of(command.end_q), present) << n;
   }
 }
 
@@ -92,17 +92,17 @@ TEST(Move, ConsidersWholeTurns) {
   arm.joints[0] = {deg(-20), deg(300), deg(180), deg(900), deg(8000)};
   PlanStart start = kBent;
   start.position_q[0] = deg(170);
-  const IkResult ik = inverse(arm.geometry, {-0.2, -0.05, 0.1}, 0.0, Branch::kForwardPositive, 0.0);
-  ASSERT_LT(ik.position_q[0], deg(-20));
+  const IkSolution ik = inverse_at_pitch(arm.kinematics, {-0.2, -0.05, 0.1}, 0.0, 0, {});
+  ASSERT_LT(ik.joints_q[0], deg(-20));
   const Command command = only(Planner(arm).move(start, {}, {-0.2, -0.05, 0.1}, 0.0));
-  EXPECT_NEAR(command.end_q[0], ik.position_q[0] + deg(360), 1e-12);
+  EXPECT_NEAR(command.end_q[0], ik.joints_q[0] + deg(360), 1e-12);
 }
 
 TEST(Moves, OfNoLengthAndOfAFemtometreSucceed) {
   for (const Joints& at : {kBent.position_q, Joints{}, Joints{0.3, 0.2, 0.0, 0.1, 0, 0}}) {
     const ArmModel arm = lynx5();
     const Planner planner(arm);
-    const ToolPose here = forward(arm.geometry, at);
+    const ToolPose here = tool_pose(arm.kinematics, at);
     PlanSettings settings;
     settings.tool_pitch_rad = here.pitch_rad;
     for (const double step : {0.0, -1e-300, -1e-16, -1e-15, -1e-14, -1e-12, -1e-10, -1e-8}) {
@@ -150,7 +150,7 @@ TEST(MoveS, BeginsAndEndsOnTheBorderOfTheWorkspace) {
   const ArmModel arm = lynx5();
   const Planner planner(arm);
   const Command out = only(planner.move_s({}, {}, {0.25, 0.05, 0.1}, 0.0));
-  EXPECT_EQ(out.line.branch, Branch::kForwardPositive);
+  EXPECT_EQ(out.line.solution, 0u);
   EXPECT_LT(out.duration_s, 5.0);
   PlanSettings ready_pitch;
   ready_pitch.tool_pitch_rad = deg(-35);
@@ -164,7 +164,7 @@ TEST(MoveS, AtTheStretchedArmTheOtherSignIsTriedToo) {
   ArmModel arm = wide_arm();
   arm.joints[2].upper_q = deg(1e-3);  // only θ2 ≤ 0 leads anywhere
   const Command command = only(Planner(arm).move_s({}, {}, {0.25, 0.05, 0.1}, 0.0));
-  EXPECT_EQ(command.line.branch, Branch::kForwardNegative);
+  EXPECT_EQ(command.line.solution, 1u);
   EXPECT_LT(command.end_q[2], 0.0);
 }
 
@@ -172,12 +172,12 @@ TEST(MoveS, LeavesTheBaseAxisTheWayTheArmFaces) {
   const ArmModel arm = wide_arm();
   PlanSettings up;
   up.tool_pitch_rad = deg(90);
-  IkResult on_axis = inverse(arm.geometry, {0.0, 0.0, 0.3}, deg(90), Branch::kForwardPositive, 0.0);
+  IkSolution on_axis = inverse_at_pitch(arm.kinematics, {0.0, 0.0, 0.3}, deg(90), 0, {});
   ASSERT_EQ(on_axis.status, IkStatus::kOk);
-  const PlanStart start{on_axis.position_q, 0.0};
+  const PlanStart start{on_axis.joints_q, 0.0};
   const Planner planner(arm);
-  EXPECT_EQ(only(planner.move_s(start, up, {0.1, 0.0, 0.28}, 0.0)).line.branch, Branch::kForwardPositive);
-  EXPECT_EQ(only(planner.move_s(start, up, {-0.1, 0.0, 0.28}, 0.0)).line.branch, Branch::kBackwardPositive);
+  EXPECT_EQ(only(planner.move_s(start, up, {0.1, 0.0, 0.28}, 0.0)).line.solution, 0u);
+  EXPECT_EQ(only(planner.move_s(start, up, {-0.1, 0.0, 0.28}, 0.0)).line.solution, 2u);
   EXPECT_EQ(only(planner.move_s(start, up, {0.0, 0.0, 0.25}, 0.0)).end_q[0], 0.0) << "along the axis";
   EXPECT_TRUE(std::holds_alternative<PlanRefusal>(planner.move_s(start, up, {0.0, 0.1, 0.28}, 0.0)));
 }

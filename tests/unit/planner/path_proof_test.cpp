@@ -37,18 +37,18 @@ TEST(PathProof, TheLoadIsAboveEverySampleAndLessThanOnePerCentHigher) {
   for (std::size_t i = 0; i < 4; ++i) speed[i] = arm.joints[i].speed_q_s;
   int compared = 0;
   for (int n = 0; n < 400; ++n) {
-    const LineMotion line = random_line(random);
-    const auto branch = static_cast<Branch>(n % 4);
-    const PathProof proof(arm, line, branch, 0.0);
+    LineMotion line = random_line(random);
+    line.solution = static_cast<std::uint32_t>(n % 4);
+    const PathProof proof(arm, line, {});
     if (proof.check_geometry()) continue;
     const TimeLaw law = plan_law(1.0, {3.0, 20.0, 200.0});
     const double load = proof.load(law, speed, 0.0);
     ASSERT_TRUE(std::isfinite(load));
     double sampled = 0.0;
     constexpr int kSamples = 4000;
-    Joints last = proof.joints_at(0.0).position_q;
+    Joints last = proof.joints_at(0.0).joints_q;
     for (int k = 1; k <= kSamples; ++k) {
-      const Joints now = proof.joints_at(evaluate(law, law.duration_s() * k / kSamples).position).position_q;
+      const Joints now = proof.joints_at(evaluate(law, law.duration_s() * k / kSamples).position).joints_q;
       for (std::size_t i = 0; i < 4; ++i) {
         sampled = std::max(sampled, std::abs(now[i] - last[i]) * kSamples / law.duration_s() / speed[i]);
       }
@@ -68,16 +68,16 @@ TEST(PathProof, ARangeLeftBetweenTheSamplesIsFound) {
   LineMotion line{};
   line.from_m = {0.25, -0.05, 0.1};
   line.to_m = {0.25, 0.0437, 0.1};
-  const PathProof wide(arm, line, Branch::kForwardPositive, 0.0);
-  const double peak = wide.joints_at(0.05 / 0.0937).position_q[2];
+  const PathProof wide(arm, line, {});
+  const double peak = wide.joints_at(0.05 / 0.0937).joints_q[2];
   for (const double hair : {1e-3, 1e-5, 5e-7}) {
     arm.joints[2].upper_q = peak - hair;
-    const auto refusal = PathProof(arm, line, Branch::kForwardPositive, 0.0).check_geometry();
+    const auto refusal = PathProof(arm, line, {}).check_geometry();
     ASSERT_TRUE(refusal.has_value()) << hair;
     EXPECT_EQ(refusal->joint, 2);
     EXPECT_NEAR(refusal->target_m[1], 0.0, 0.01);
     arm.joints[2].upper_q = peak + hair;
-    EXPECT_FALSE(PathProof(arm, line, Branch::kForwardPositive, 0.0).check_geometry().has_value()) << hair;
+    EXPECT_FALSE(PathProof(arm, line, {}).check_geometry().has_value()) << hair;
   }
 }
 
@@ -90,12 +90,12 @@ TEST(PathProof, ReachLeftByANanometreBetweenTheSamplesIsFound) {
   arc.angle_rad = 1.77;  // farthest from the shoulder at s = 1/1.77
   for (const double hair_m : {1e-6, 1e-9, 1e-11}) {
     arc.centre_m = {0.1 + 0.21 + hair_m, 0.0, 0.067};
-    const auto refusal = PathProof(arm, arc, Branch::kForwardPositive, 0.0).check_geometry();
+    const auto refusal = PathProof(arm, arc, {}).check_geometry();
     ASSERT_TRUE(refusal.has_value()) << hair_m;
     EXPECT_EQ(refusal->kind, PlanRefusal::Kind::kUnreachable);
     EXPECT_NEAR(refusal->target_m[2], 0.067, 1e-3);
     arc.centre_m[0] = 0.1 + 0.21 - hair_m;
-    EXPECT_FALSE(PathProof(arm, arc, Branch::kForwardPositive, 0.0).check_geometry().has_value()) << hair_m;
+    EXPECT_FALSE(PathProof(arm, arc, {}).check_geometry().has_value()) << hair_m;
   }
 }
 
@@ -107,7 +107,7 @@ TEST(PathProof, AnArcAlongTheBorderIsRefusedInBoundedTime) {
   arc.v = {0.0, 0.0, 1.0};
   arc.radius_m = 0.24;
   arc.angle_rad = 1.0;
-  const auto refusal = PathProof(arm, arc, Branch::kForwardPositive, 0.0).check_geometry();
+  const auto refusal = PathProof(arm, arc, {}).check_geometry();
   ASSERT_TRUE(refusal.has_value());
   EXPECT_NE(refusal->kind, PlanRefusal::Kind::kBadParameter);
 }

@@ -82,8 +82,7 @@ TEST(Refusals, TooFarAndTooClose) {
   }
   // Inside the base, with links of unequal length: the wrist cannot come that near to the shoulder.
   ArmModel al5d = wide_arm();
-  al5d.geometry.l1_m = 0.14605;
-  al5d.geometry.l2_m = 0.187325;
+  al5d.kinematics = test::four_axis(0.067, 0.14605, 0.187325, 0.100);
   PlanSettings up;
   up.tool_pitch_rad = deg(90);
   expect_refused(Planner(al5d).move(kBent, up, {0.0, 0.0, 0.167}, 0.0), Kind::kUnreachable, "P", "too close");
@@ -114,17 +113,16 @@ TEST(Refusals, BehindTheRangeOfTheBase) {
 TEST(Refusals, ALineWhoseMiddleIsOutOfReach) {
   // A chord across the hole about the shoulder that unequal links leave.
   ArmModel arm = wide_arm();
-  arm.geometry.l1_m = 0.14605;
-  arm.geometry.l2_m = 0.187325;
+  arm.kinematics = test::four_axis(0.067, 0.14605, 0.187325, 0.100);
   const Point from{0.12, 0.0, 0.067 + 0.08}, to{0.12, 0.0, 0.067 - 0.08};
-  const IkResult ik = inverse(arm.geometry, from, 0.0, Branch::kForwardPositive, 0.0);
+  const IkSolution ik = inverse_at_pitch(arm.kinematics, from, 0.0, 0, {});
   ASSERT_EQ(ik.status, IkStatus::kOk);
-  const PlanResult result = Planner(arm).move_s({ik.position_q, 0.0}, {}, to, 0.0);
+  const PlanResult result = Planner(arm).move_s({ik.joints_q, 0.0}, {}, to, 0.0);
   expect_refused(result, Kind::kUnreachable, "P", "the path's point");
   EXPECT_NEAR(refusal_of(result).target_m[2], 0.067, 0.04);
   // Its end alone is no obstacle.
   EXPECT_TRUE(
-      std::holds_alternative<std::vector<Command>>(Planner(arm).move({ik.position_q, 0.0}, {}, to, 0.0)));
+      std::holds_alternative<std::vector<Command>>(Planner(arm).move({ik.joints_q, 0.0}, {}, to, 0.0)));
 }
 
 TEST(Refusals, ALineWhoseMiddleLeavesARange) {
@@ -134,12 +132,10 @@ TEST(Refusals, ALineWhoseMiddleLeavesARange) {
   arm.joints[1] = {deg(-160), deg(160), deg(150), deg(800), deg(8000)};
   arm.joints[3] = {deg(-170), deg(170), deg(200), deg(1000), deg(8000)};
   PlanSettings settings;
-  const auto joints_at = [&arm](const Point& p) {
-    return inverse(arm.geometry, p, 0.0, Branch::kForwardPositive, 0.0);
-  };
+  const auto joints_at = [&arm](const Point& p) { return inverse_at_pitch(arm.kinematics, p, 0.0, 0, {}); };
   const Point left{0.001, 0.2, 0.1}, right{0.001, -0.2, 0.1};
   ASSERT_EQ(joints_at(left).status, IkStatus::kOk);
-  const PlanResult result = Planner(arm).move_s({joints_at(left).position_q, 0.0}, settings, right, 0.0);
+  const PlanResult result = Planner(arm).move_s({joints_at(left).joints_q, 0.0}, settings, right, 0.0);
   ASSERT_TRUE(std::holds_alternative<PlanRefusal>(result));
   EXPECT_EQ(refusal_of(result).kind, Kind::kLimitExceeded) << refusal_of(result).text;
   EXPECT_THAT(refusal_of(result).text, HasSubstr("% along the path"));
@@ -147,16 +143,16 @@ TEST(Refusals, ALineWhoseMiddleLeavesARange) {
 
 TEST(Refusals, ALineThroughTheBaseAxis) {
   ArmModel arm = wide_arm();
-  const IkResult ik = inverse(arm.geometry, {0.1, 0.0, 0.2}, 0.0, Branch::kForwardPositive, 0.0);
+  const IkSolution ik = inverse_at_pitch(arm.kinematics, {0.1, 0.0, 0.2}, 0.0, 0, {});
   ASSERT_EQ(ik.status, IkStatus::kOk);
-  const PlanResult result = Planner(arm).move_s({ik.position_q, 0.0}, {}, {-0.1, 0.0, 0.2}, 0.0);
+  const PlanResult result = Planner(arm).move_s({ik.joints_q, 0.0}, {}, {-0.1, 0.0, 0.2}, 0.0);
   ASSERT_TRUE(std::holds_alternative<PlanRefusal>(result));
   EXPECT_NE(refusal_of(result).kind, Kind::kBadParameter);
   // Past the axis off the middle of a cell, too, where no sample falls on it.
   for (const double y : {0.0, 1e-15, 1e-12}) {
-    const IkResult start = inverse(arm.geometry, {0.1, y, 0.2}, 0.0, Branch::kForwardPositive, 0.0);
+    const IkSolution start = inverse_at_pitch(arm.kinematics, {0.1, y, 0.2}, 0.0, 0, {});
     EXPECT_TRUE(std::holds_alternative<PlanRefusal>(
-        Planner(arm).move_s({start.position_q, 0.0}, {}, {-0.0371, y, 0.2}, 0.0)))
+        Planner(arm).move_s({start.joints_q, 0.0}, {}, {-0.0371, y, 0.2}, 0.0)))
         << y;
   }
 }
@@ -223,22 +219,32 @@ TEST(Refusals, JointsGripperAndPitch) {
   for (const double bad : {kNan, kInf, -kInf, -1e-9, 1.0 + 1e-9}) {
     expect_refused(planner.gripper(kBent, bad), Kind::kBadParameter, "opening", "allowed 0 to 1");
   }
-  ArmModel scara = lynx5();
-  scara.kind = ArmKind::kScara;
-  expect_refused(Planner(scara).move(kBent, {}, kGood, 0.0), Kind::kUnreachable, "kind",
+  ArmModel unknown = lynx5();
+  unknown.kinematics = Kinematics::other(unknown.kinematics.chain());
+  expect_refused(Planner(unknown).move(kBent, {}, kGood, 0.0), Kind::kUnreachable, "kind",
                  "inverse kinematics");
-  expect_refused(Planner(scara).move_s(kBent, {}, kGood, 0.0), Kind::kUnreachable, "kind",
+  expect_refused(Planner(unknown).move_s(kBent, {}, kGood, 0.0), Kind::kUnreachable, "kind",
                  "inverse kinematics");
 }
 
 TEST(Refusals, ALineFromWhereNoLineCanBegin) {
   ArmModel arm = wide_arm();
+  PlanStart beyond = kBent;
+  beyond.position_q[0] = deg(181);  // taken for -179 degrees
+  const PlanResult result = Planner(arm).move_s(beyond, {}, {-0.2, 0.05, 0.1}, 0.0);
+  expect_refused(result, Kind::kLimitExceeded, "joint range", "move its joints first");
+  EXPECT_EQ(refusal_of(result).joint, 0);
+}
+
+TEST(Refusals, NotALineBeyondHalfATurnInARangeThatGoesThere) {
+  ArmModel arm = wide_arm();
   arm.joints[0].upper_q = deg(270);
   PlanStart turned = kBent;
   turned.position_q[0] = deg(200);
   const PlanResult result = Planner(arm).move_s(turned, {}, {-0.2, -0.05, 0.1}, 0.0);
-  expect_refused(result, Kind::kLimitExceeded, "joint range", "move its joints first");
-  EXPECT_EQ(refusal_of(result).joint, 0);
+  ASSERT_TRUE(std::holds_alternative<std::vector<Command>>(result)) << refusal_of(result).text;
+  EXPECT_NEAR(std::get<std::vector<Command>>(result).front().end_q[0], deg(180) + std::atan2(0.05, 0.2),
+              1e-9);
 }
 
 }  // namespace

@@ -4,19 +4,26 @@
 #include <array>
 #include <cmath>
 
+#include "config/arms/four_axis.h"
 #include "corbot/arm/arm_model.h"
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "corbot/units.h"
 
 namespace corbot::test {
 
 constexpr double deg(double degrees) { return to_radians(degrees); }
 
+/// A four-axis arm with the Lynx 5's offsets.
+inline Kinematics four_axis(double l0_m, double l1_m, double l2_m, double l3_m) {
+  return Kinematics::recognise(
+      joint_chain(config::four_axis_table({l0_m, l1_m, l2_m, l3_m, {0.0, deg(10), 0.0, deg(-45)}})));
+}
+
 /// The nominal Lynx 5, as profiles/lynx5.toml has it in essence.
 inline ArmModel lynx5() {
   ArmModel arm;
   arm.dof = 4;
-  arm.geometry = {0.067, 0.120, 0.120, 0.100, {0.0, deg(10), 0.0, deg(-45)}};
+  arm.kinematics = four_axis(0.067, 0.120, 0.120, 0.100);
   arm.joints[0] = {deg(-90), deg(90), deg(180), deg(900), deg(8000)};
   arm.joints[1] = {deg(-30), deg(130), deg(150), deg(800), deg(8000)};
   arm.joints[2] = {deg(-30), deg(130), deg(150), deg(800), deg(8000)};
@@ -37,7 +44,7 @@ inline ArmModel wide_arm() {
 }
 
 inline std::array<double, 3> tcp_of(const ArmModel& arm, const Joints& q) {
-  return forward(arm.geometry, q).position_m;
+  return tool_pose(arm.kinematics, q).position_m;
 }
 
 inline double distance(const std::array<double, 3>& a, const std::array<double, 3>& b) {

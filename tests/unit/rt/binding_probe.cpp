@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <variant>
 
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "rt/rig.h"
 
 // Runs the cycle through every kind of motion, a pause, an override, an emergency stop and a lost device between
@@ -22,7 +22,7 @@ std::vector<Command> plan(Rig& rig) {
   const Joints there{0.8, 1.2, 1.5, 0.5};
   std::vector<Command> commands =
       std::get<std::vector<Command>>(rig.planner.move_joints(rig.start(), {}, there, 0.0));
-  const ToolPose pose = forward(rig.arm.geometry, there);
+  const ToolPose pose = tool_pose(rig.arm.kinematics, there);
   PlanSettings settings;
   settings.tool_pitch_rad = pose.pitch_rad;
   const auto p = pose.position_m;

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/path.h"
 #include "planner/time_law_planner.h"
 #include "rt/rig.h"
@@ -68,7 +68,7 @@ std::vector<Good> good_commands() {
   Rig rig;
   const PlanStart start{kRest, 0.0};
   PlanSettings settings;
-  const ToolPose pose = forward(rig.arm.geometry, kRest);
+  const ToolPose pose = tool_pose(rig.arm.kinematics, kRest);
   settings.tool_pitch_rad = pose.pitch_rad;
   const auto& p = pose.position_m;
   std::vector<Good> all;
@@ -172,8 +172,8 @@ TEST(CommandCheck, NamesWhatIsWrong) {
       {"joint the arm has not", 0, [](Command& c) { c.joint.law[5] = c.joint.law[0]; }, Verdict::kMalformed},
       {"joints of two durations", 0, [](Command& c) { c.joint.law[2].t_cruise_s += 1e-3; },
        Verdict::kMalformed},
-      {"no branch", 1, [](Command& c) { c.line.branch = static_cast<Branch>(4); }, Verdict::kMalformed},
-      {"another branch", 1, [](Command& c) { c.line.branch = Branch::kForwardNegative; },
+      {"no solution", 1, [](Command& c) { c.line.solution = 4; }, Verdict::kMalformed},
+      {"another solution", 1, [](Command& c) { c.line.solution = 1; },
        Verdict::kDiscontinuous},
       {"line from elsewhere", 1,
        [](Command& c) {

@@ -16,7 +16,7 @@
 #include <mutex>
 #include <new>
 
-#include "corbot/kinematics/kinematics.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "rt/bad_line.h"
 #include "rt/rig.h"
 
@@ -149,7 +149,7 @@ class CycleSystemCalls : public ::testing::Test {
     const PlanStart start{there, 0.0};
     rig.submit(rig.planner.gripper(start, 0.5));
     rig.submit(rig.planner.dwell({there, 0.5}, 0.1));
-    const ToolPose pose = forward(rig.arm.geometry, there);
+    const ToolPose pose = tool_pose(rig.arm.kinematics, there);
     PlanSettings settings;
     settings.tool_pitch_rad = pose.pitch_rad;
     const auto p = pose.position_m;

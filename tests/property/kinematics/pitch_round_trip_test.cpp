@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// FK(IK(p)) = p over a million seeded points. CORBOT_SEED in the environment sets another seed.
+// FK(IK(p)) = p over a million seeded points and tool pitches of four-axis arms. CORBOT_SEED in the environment sets another seed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <random>
 
-#include "corbot/kinematics/kinematics.h"
+#include "config/arms/four_axis.h"
+#include "corbot/kinematics/tool_pose.h"
 
 namespace corbot {
 namespace {
@@ -21,10 +22,12 @@ std::uint64_t seed() {
   return value;
 }
 
-const std::array<ArmGeometry, 3> kArms{
-    ArmGeometry{0.067, 0.120, 0.120, 0.100, {0.0, deg(10), 0.0, deg(-45)}},
-    ArmGeometry{0.06731, 0.14605, 0.187325, 0.100, {0.0, deg(10), 0.0, deg(-45)}},
-    ArmGeometry{0.1, 0.3, 0.2, 0.15, {deg(20), deg(-15), 0.0, deg(70)}}};
+using Lengths = config::FourAxisLengths;
+
+const std::array<Lengths, 3> kLengths{
+    Lengths{0.067, 0.120, 0.120, 0.100, {0.0, deg(10), 0.0, deg(-45)}},
+    Lengths{0.06731, 0.14605, 0.187325, 0.100, {0.0, deg(10), 0.0, deg(-45)}},
+    Lengths{0.1, 0.3, 0.2, 0.15, {deg(20), deg(-15), 0.0, deg(70)}}};
 
 /// Kinds of pose, so that the borders are met on purpose and not by luck.
 enum class Spot {
@@ -43,7 +46,7 @@ struct Sampler {
   double angle() { return std::uniform_real_distribution<double>(-kPi, kPi)(random); }
   double tiny() { return std::pow(10.0, std::uniform_real_distribution<double>(-16.0, -3.0)(random)); }
 
-  Joints pose(const ArmGeometry& arm, Spot spot) {
+  Joints pose(const Lengths& arm, Spot spot) {
     Joints q{angle(), angle(), angle(), angle(), 0.0, 0.0};
     const double sign = q[2] < 0.0 ? -1.0 : 1.0;
     if (spot == Spot::kStretched) q[2] = 0.0;
@@ -61,36 +64,50 @@ struct Sampler {
   }
 };
 
-TEST(RoundTrip, AMillionPointsComeBackOnEveryBranch) {
+/// Whether the tool is behind the base axis, seen along the heading of the arm's plane; on the axis it is not.
+bool is_backward(const ToolPose& pose) {
+  const double ahead =
+      pose.position_m[0] * std::cos(pose.yaw_rad) + pose.position_m[1] * std::sin(pose.yaw_rad);
+  return ahead < -1e-13;
+}
+
+TEST(PitchRoundTrip, AMillionPointsComeBackOnEverySolution) {
   Sampler sampler{std::mt19937_64(seed())};
   double worst_m = 0.0, worst_pitch = 0.0;
-  std::array<std::array<long, kBranchCount>, static_cast<std::size_t>(Spot::kCount)> solved{};
+  std::array<std::array<long, 4>, static_cast<std::size_t>(Spot::kCount)> solved{};
+  std::array<Kinematics, 3> arms;
+  for (std::size_t i = 0; i < arms.size(); ++i) {
+    arms[i] = Kinematics::recognise(joint_chain(config::four_axis_table(kLengths[i])));
+    ASSERT_EQ(arms[i].solution_count(), 4u);
+  }
   for (int i = 0; i < 1'000'000; ++i) {
-    const ArmGeometry& arm = kArms[static_cast<std::size_t>(i % 3)];
+    const Kinematics& arm = arms[static_cast<std::size_t>(i % 3)];
     const auto spot = static_cast<Spot>((i / 3) % static_cast<int>(Spot::kCount));
-    const Joints q = sampler.pose(arm, spot);
-    const ToolPose pose = forward(arm, q);
-    for (std::uint32_t k = 0; k < kBranchCount; ++k) {
-      const auto branch = static_cast<Branch>(k);
-      const IkResult ik = inverse(arm, pose.position_m, pose.pitch_rad, branch, 0.25);
-      // The branch the pose lies on must exist; the one that faces the other way may not.
-      if (is_backward(branch) == is_backward(branch_of(arm, q))) {
-        ASSERT_EQ(ik.status, IkStatus::kOk) << "pose " << i << " branch " << k << " theta2 " << q[2];
+    const Joints q = sampler.pose(kLengths[static_cast<std::size_t>(i % 3)], spot);
+    const ToolPose pose = tool_pose(arm, q);
+    const bool faces_away = is_backward(pose);
+    for (std::uint32_t k = 0; k < 4; ++k) {
+      const Joints hint{0.25};
+      const IkSolution ik = inverse_at_pitch(arm, pose.position_m, pose.pitch_rad, k, hint);
+      // The solutions on the pose's side must exist; those that face the other way may not.
+      if (((k & 2u) != 0) == faces_away) {
+        ASSERT_EQ(ik.status, IkStatus::kOk) << "pose " << i << " solution " << k << " theta2 " << q[2];
       }
       if (ik.status != IkStatus::kOk) continue;
       ++solved[static_cast<std::size_t>(spot)][k];
-      const ToolPose back = forward(arm, ik.position_q);
+      const ToolPose back = tool_pose(arm, ik.joints_q);
       const double error_m =
           std::hypot(back.position_m[0] - pose.position_m[0], back.position_m[1] - pose.position_m[1],
                      back.position_m[2] - pose.position_m[2]);
-      ASSERT_LT(error_m, 1e-12) << "pose " << i << " branch " << k;
+      ASSERT_LT(error_m, 1e-12) << "pose " << i << " solution " << k;
       worst_m = std::max(worst_m, error_m);
       worst_pitch = std::max(worst_pitch, std::abs(wrap_angle(back.pitch_rad - pose.pitch_rad)));
-      for (std::size_t j = 0; j < 4; ++j) ASSERT_LE(std::abs(ik.position_q[j]), kPi);
+      for (std::size_t j = 0; j < 4; ++j) ASSERT_LE(std::abs(ik.joints_q[j] - hint[j]), kPi + 1e-12);
       // Named for what it is, wherever neither name is a matter of rounding.
-      if (std::abs(std::sin(ik.position_q[2])) > 1e-7 &&
+      if (std::abs(std::sin(ik.joints_q[2])) > 1e-7 &&
           std::hypot(pose.position_m[0], pose.position_m[1]) > 1e-9) {
-        ASSERT_EQ(branch_of(arm, ik.position_q), branch) << "pose " << i;
+        ASSERT_EQ(ik.joints_q[2] < 0.0, (k & 1u) != 0) << "pose " << i;
+        ASSERT_EQ(is_backward(back), (k & 2u) != 0) << "pose " << i;
       }
     }
   }

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "corbot/kinematics/kinematics.h"
-
+// The paper's arm: Table II, eqs. (2) to (10), and what they are worth as printed.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <iostream>
 #include <limits>
 #include <random>
+
+#include "corbot/kinematics/tool_pose.h"
+#include "paper_equations.h"
 
 namespace corbot {
 namespace {
@@ -16,8 +19,23 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr double deg(double degrees) { return degrees * kPi / 180.0; }
 
-ArmGeometry lynx5() { return {0.067, 0.120, 0.120, 0.100, {0.0, deg(10), 0.0, deg(-45)}}; }
-ArmGeometry al5d() { return {0.06731, 0.14605, 0.187325, 0.100, {0.0, deg(10), 0.0, deg(-45)}}; }
+/// Which way the base faces, and the sign of theta2.
+constexpr std::uint32_t kForwardPositive = 0, kForwardNegative = 1, kBackwardPositive = 2;
+
+constexpr paper::Arm kLynx5{0.067, 0.120, 0.120, 0.100, {0.0, deg(10), 0.0, deg(-45)}};
+constexpr paper::Arm kAl5d{0.06731, 0.14605, 0.187325, 0.100, {0.0, deg(10), 0.0, deg(-45)}};
+
+Kinematics of(const paper::Arm& lengths) {
+  return Kinematics::recognise(joint_chain(config::four_axis_table(lengths)));
+}
+const Kinematics& lynx5() {
+  static const Kinematics arm = of(kLynx5);
+  return arm;
+}
+const Kinematics& al5d() {
+  static const Kinematics arm = of(kAl5d);
+  return arm;
+}
 
 /// One D-H matrix; `printed` gives the paper's eq. (2) with its erratum in column 4.
 Eigen::Matrix4d denavit_hartenberg(double theta, double d, double a, double alpha, bool printed) {
@@ -31,7 +49,7 @@ Eigen::Matrix4d denavit_hartenberg(double theta, double d, double a, double alph
 }
 
 /// Product of the four matrices of Table II.
-Eigen::Matrix4d table_two(const ArmGeometry& g, const Joints& q, bool printed) {
+Eigen::Matrix4d table_two(const paper::Arm& g, const Joints& q, bool printed) {
   const std::array<double, 4> d{g.l0_m, 0.0, 0.0, 0.0}, a{0.0, g.l1_m, g.l2_m, g.l3_m};
   const std::array<double, 4> alpha{kPi / 2, kPi, kPi, 0.0};
   Eigen::Matrix4d product = Eigen::Matrix4d::Identity();
@@ -50,11 +68,12 @@ TEST(Forward, EqualsTheProductOfTheMatrices) {
   std::cout << "seed " << kSeed << "\n";
   std::mt19937_64 random(kSeed);
   std::uniform_real_distribution<double> angle(-kPi, kPi);
-  for (const ArmGeometry& arm : {lynx5(), al5d(), ArmGeometry{0.1, 0.3, 0.2, 0.15, {0.3, -0.4, 0.5, 0.6}}}) {
+  for (const paper::Arm& lengths : {kLynx5, kAl5d, paper::Arm{0.1, 0.3, 0.2, 0.15, {0.3, -0.4, 0.5, 0.6}}}) {
+    const Kinematics arm = of(lengths);
     for (int i = 0; i < 100'000; ++i) {
       const Joints q{angle(random), angle(random), angle(random), angle(random), 0, 0};
-      const ToolPose pose = forward(arm, q);
-      const Eigen::Matrix4d m = table_two(arm, q, false);
+      const ToolPose pose = tool_pose(arm, q);
+      const Eigen::Matrix4d m = table_two(lengths, q, false);
       for (int k = 0; k < 3; ++k) ASSERT_NEAR(pose.position_m[static_cast<std::size_t>(k)], m(k, 3), 1e-12);
       // x of the hand frame points along the hand: yaw and pitch, upward positive.
       ASSERT_NEAR(m(0, 0), std::cos(pose.pitch_rad) * std::cos(pose.yaw_rad), 1e-12);
@@ -66,44 +85,43 @@ TEST(Forward, EqualsTheProductOfTheMatrices) {
 
 TEST(Forward, ThePrintedMatrixDoesNotGiveThePapersOwnEquations) {
   const Joints q{deg(33), deg(20), deg(40), deg(15), 0, 0};
-  const ToolPose pose = forward(lynx5(), q);
-  const Eigen::Matrix4d printed = table_two(lynx5(), q, true);
+  const ToolPose pose = tool_pose(lynx5(), q);
+  const Eigen::Matrix4d printed = table_two(kLynx5, q, true);
   EXPECT_GT(distance(pose.position_m, {printed(0, 3), printed(1, 3), printed(2, 3)}), 0.01);
 }
 
 TEST(Forward, ReadyIsTheStretchedArmWithTheHandBelowTheHorizontal) {
-  const ToolPose pose = forward(lynx5(), {});
+  const ToolPose pose = tool_pose(lynx5(), {});
   EXPECT_NEAR(pose.pitch_rad, deg(-35), 1e-15);
   EXPECT_NEAR(pose.position_m[0], 0.24 * std::cos(deg(10)) + 0.1 * std::cos(deg(35)), 1e-15);
   EXPECT_EQ(pose.position_m[1], 0.0);
 }
 
-TEST(Inverse, ComesBackOnEveryBranchWithItsSignAndFacing) {
+TEST(Inverse, ComesBackOnEverySolutionWithItsSignAndFacing) {
   const std::array<double, 3> p{0.05, 0.03, 0.22};
-  for (std::uint32_t i = 0; i < kBranchCount; ++i) {
-    const auto branch = static_cast<Branch>(i);
-    const IkResult ik = inverse(lynx5(), p, deg(20), branch, 0.0);
+  for (std::uint32_t i = 0; i < lynx5().solution_count(); ++i) {
+    const IkSolution ik = inverse_at_pitch(lynx5(), p, deg(20), i, {});
     ASSERT_EQ(ik.status, IkStatus::kOk) << i;
-    EXPECT_EQ(branch_of(lynx5(), ik.position_q), branch);
-    EXPECT_LT(distance(forward(lynx5(), ik.position_q).position_m, p), 1e-15);
-    EXPECT_EQ(ik.position_q[2] > 0.0, !is_negative(branch));
-    EXPECT_NEAR(std::abs(ik.position_q[0] - std::atan2(p[1], p[0])), is_backward(branch) ? kPi : 0.0, 1e-15);
+    EXPECT_EQ(lynx5().solution_of(ik.joints_q), i);
+    EXPECT_LT(distance(tool_pose(lynx5(), ik.joints_q).position_m, p), 1e-15);
+    EXPECT_EQ(ik.joints_q[2] > 0.0, !paper::is_negative(i));
+    EXPECT_NEAR(std::abs(ik.joints_q[0] - std::atan2(p[1], p[0])), paper::is_backward(i) ? kPi : 0.0, 1e-15);
   }
 }
 
 TEST(Inverse, PositiveIsTheUpperElbowOnlyInFrontOfTheShoulder) {
   // Height of the elbow above the line shoulder–wrist, by the sign of the cross product.
-  const auto elbow_is_up = [](const std::array<double, 3>& p, double pitch, Branch branch) {
-    const IkResult ik = inverse(lynx5(), p, pitch, branch, 0.0);
+  const auto elbow_is_up = [](const std::array<double, 3>& p, double pitch, std::uint32_t number) {
+    const IkSolution ik = inverse_at_pitch(lynx5(), p, pitch, number, {});
     EXPECT_EQ(ik.status, IkStatus::kOk);
     const double wrist_u = std::hypot(p[0], p[1]) - 0.1 * std::cos(pitch);
     const double wrist_h = p[2] - 0.067 - 0.1 * std::sin(pitch);
-    const double a = ik.position_q[1] + deg(10);
+    const double a = ik.joints_q[1] + deg(10);
     return std::sin(a) * 0.12 > wrist_h / wrist_u * std::cos(a) * 0.12;
   };
-  EXPECT_TRUE(elbow_is_up({0.25, 0, 0.1}, 0.0, Branch::kForwardPositive));
-  EXPECT_FALSE(elbow_is_up({0.25, 0, 0.1}, 0.0, Branch::kForwardNegative));
-  EXPECT_FALSE(elbow_is_up({0.02, 0, 0.1}, 0.0, Branch::kForwardPositive));  // wrist behind the shoulder
+  EXPECT_TRUE(elbow_is_up({0.25, 0, 0.1}, 0.0, kForwardPositive));
+  EXPECT_FALSE(elbow_is_up({0.25, 0, 0.1}, 0.0, kForwardNegative));
+  EXPECT_FALSE(elbow_is_up({0.02, 0, 0.1}, 0.0, kForwardPositive));  // wrist behind the shoulder
 }
 
 TEST(Inverse, ThePrintedEquationsDoNotInvert) {
@@ -114,46 +132,48 @@ TEST(Inverse, ThePrintedEquationsDoNotInvert) {
   const double t1 = std::asin((p[2] - l0) / w) + std::acos((w * w + l1 * l1 - l2 * l2) / (2 * l1 * w));
   const double t2 = std::acos(-(w * w - l1 * l1 - l2 * l2) / (2 * l1 * l2));
   const Joints printed{std::atan(p[1] / p[0]), t1, t2, t2 - t1 + deg(35), 0, 0};
-  EXPECT_NEAR(distance(forward(lynx5(), printed).position_m, p), 0.120, 0.001);
+  EXPECT_NEAR(distance(tool_pose(lynx5(), printed).position_m, p), 0.120, 0.001);
 }
 
 TEST(Inverse, KeepsTheHintOnTheBaseAxisOnly) {
-  const IkResult on_axis = inverse(lynx5(), {0.0, 0.0, 0.3}, deg(90), Branch::kForwardPositive, 0.7);
+  const IkSolution on_axis = inverse_at_pitch(lynx5(), {0.0, 0.0, 0.3}, deg(90), kForwardPositive, {0.7});
   ASSERT_EQ(on_axis.status, IkStatus::kOk);
-  EXPECT_EQ(on_axis.position_q[0], 0.7);
-  EXPECT_EQ(inverse(lynx5(), {5e-14, 0.0, 0.3}, deg(90), Branch::kBackwardPositive, 0.7).position_q[0], 0.7);
-  EXPECT_EQ(inverse(lynx5(), {2e-13, 0.0, 0.3}, deg(90), Branch::kForwardPositive, 0.7).position_q[0], 0.0);
+  EXPECT_EQ(on_axis.joints_q[0], 0.7);
+  EXPECT_EQ(inverse_at_pitch(lynx5(), {5e-14, 0.0, 0.3}, deg(90), kBackwardPositive, {0.7}).joints_q[0], 0.7);
+  EXPECT_EQ(inverse_at_pitch(lynx5(), {2e-13, 0.0, 0.3}, deg(90), kForwardPositive, {0.7}).joints_q[0], 0.0);
 }
 
 TEST(Inverse, TheBorderIsReachableAndAHairBeyondItIsNot) {
   const double reach = 0.24 + 0.1;
   for (const double miss : {0.0, 5e-14, -5e-14}) {
-    const IkResult ik = inverse(lynx5(), {reach + miss, 0.0, 0.067}, 0.0, Branch::kForwardPositive, 0.0);
+    const IkSolution ik = inverse_at_pitch(lynx5(), {reach + miss, 0.0, 0.067}, 0.0, kForwardPositive, {0.0});
     ASSERT_EQ(ik.status, IkStatus::kOk) << miss;
-    EXPECT_LT(distance(forward(lynx5(), ik.position_q).position_m, {reach + miss, 0.0, 0.067}), 1e-12);
+    EXPECT_LT(distance(tool_pose(lynx5(), ik.joints_q).position_m, {reach + miss, 0.0, 0.067}), 1e-12);
   }
-  EXPECT_EQ(inverse(lynx5(), {reach + 1e-12, 0, 0.067}, 0.0, Branch::kForwardPositive, 0).status,
+  EXPECT_EQ(inverse_at_pitch(lynx5(), {reach + 3e-12, 0, 0.067}, 0.0, kForwardPositive, {0}).status,
             IkStatus::kTooFar);
   const double least = 0.187325 - 0.14605;
   const auto at = [](double u) {
-    return inverse(al5d(), {0.1 + u, 0.0, 0.06731}, 0.0, Branch::kForwardPositive, 0.0).status;
+    return inverse_at_pitch(al5d(), {0.1 + u, 0.0, 0.06731}, 0.0, kForwardPositive, {0.0}).status;
   };
   EXPECT_EQ(at(least), IkStatus::kOk);
   EXPECT_EQ(at(least + 1e-12), IkStatus::kOk);
-  EXPECT_EQ(at(least - 1e-12), IkStatus::kTooClose);
+  EXPECT_EQ(at(least - 3e-12), IkStatus::kTooClose);
 }
 
-TEST(Inverse, AtPZeroEqualLinksFoldUprightAndUnequalOnesCannot) {
-  const IkResult folded = inverse(lynx5(), {0.1, 0.0, 0.067}, 0.0, Branch::kForwardPositive, 0.0);
-  ASSERT_EQ(folded.status, IkStatus::kOk);
-  EXPECT_EQ(folded.position_q[1], kPi / 2 - deg(10));
-  EXPECT_EQ(folded.position_q[2], kPi);
-  EXPECT_EQ(inverse(lynx5(), {0.1, 0.0, 0.067}, 0.0, Branch::kForwardNegative, 0.0).position_q[2], -kPi);
-  EXPECT_LT(distance(forward(lynx5(), folded.position_q).position_m, {0.1, 0.0, 0.067}), 1e-15);
-  const IkResult unequal = inverse(al5d(), {0.1, 0.0, 0.06731}, 0.0, Branch::kForwardPositive, 0.0);
+TEST(Inverse, AtPZeroEqualLinksFoldWhereTheUpperArmIsAndUnequalOnesCannot) {
+  const std::array<double, 3> shoulder{0.1, 0.0, 0.067};
+  for (const std::uint32_t number : {kForwardPositive, kForwardNegative}) {
+    const IkSolution folded = inverse_at_pitch(lynx5(), shoulder, 0.0, number, {0.0, 0.7});
+    ASSERT_EQ(folded.status, IkStatus::kOk);
+    EXPECT_NEAR(folded.joints_q[1], 0.7, 1e-15);
+    EXPECT_NEAR(folded.joints_q[2], number == kForwardPositive ? kPi : -kPi, 1e-15);
+    EXPECT_LT(distance(tool_pose(lynx5(), folded.joints_q).position_m, shoulder), 1e-15);
+  }
+  const IkSolution unequal = inverse_at_pitch(al5d(), {0.1, 0.0, 0.06731}, 0.0, kForwardPositive, {0.0});
   EXPECT_EQ(unequal.status, IkStatus::kTooClose);
-  EXPECT_NEAR(unequal.min_m, 0.041275, 1e-15);
-  EXPECT_NEAR(unequal.wrist_distance_m, 0.0, 1e-15);
+  EXPECT_NEAR(unequal.limit_m, 0.041275, 1e-15);
+  EXPECT_NEAR(unequal.distance_m, 0.0, 1e-15);
 }
 
 TEST(Inverse, SaysWhatIsWrongAndNeverAnswersNan) {
@@ -162,15 +182,15 @@ TEST(Inverse, SaysWhatIsWrongAndNeverAnswersNan) {
     for (std::size_t i = 0; i < 3; ++i) {
       auto p = good;
       p[i] = bad;
-      EXPECT_EQ(inverse(lynx5(), p, 0, Branch::kForwardPositive, 0).status, IkStatus::kNotFinite);
+      EXPECT_EQ(inverse_at_pitch(lynx5(), p, 0, kForwardPositive, {0}).status, IkStatus::kNotFinite);
     }
-    EXPECT_EQ(inverse(lynx5(), good, bad, Branch::kForwardPositive, 0).status, IkStatus::kNotFinite);
-    EXPECT_EQ(inverse(lynx5(), good, 0, Branch::kForwardPositive, bad).status, IkStatus::kNotFinite);
+    EXPECT_EQ(inverse_at_pitch(lynx5(), good, bad, kForwardPositive, {0}).status, IkStatus::kNotFinite);
+    EXPECT_EQ(inverse_at_pitch(lynx5(), good, 0, kForwardPositive, {bad}).status, IkStatus::kNotFinite);
   }
-  const IkResult far = inverse(lynx5(), {1e308, 1e308, -1e308}, 0, Branch::kForwardPositive, 0);
+  const IkSolution far = inverse_at_pitch(lynx5(), {1e100, 1e100, -1e100}, 0, kForwardPositive, {0});
   EXPECT_EQ(far.status, IkStatus::kTooFar);
-  EXPECT_EQ(far.position_q, Joints{});
-  EXPECT_EQ(far.max_m, 0.24);
+  EXPECT_EQ(far.joints_q, Joints{});
+  EXPECT_NEAR(far.limit_m, 0.24, 1e-15);
 }
 
 TEST(WrapAngle, IsInTheHalfOpenCircle) {

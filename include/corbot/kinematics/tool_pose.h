@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <variant>
+
+#include "corbot/kinematics/arm_kinematics.h"
+#include "corbot/kinematics/planar_arm.h"
+
+// The tool's heading and pitch, by which people and paths of four-axis arms speak of an orientation. Real-time safe.
+
+namespace corbot {
+
+/// Where the tool centre point is and how the tool's x axis points, base frame.
+struct ToolPose {
+  Vector3 position_m{};
+  double yaw_rad{};    ///< of an arm with a tool pitch: heading of its plane, as its first joint counts it
+  double pitch_rad{};  ///< above the horizontal, positive upward; beyond ±90 degrees the tool is upside down
+  double roll_rad{};   ///< 0 for an arm with a tool pitch
+};
+
+namespace detail {
+
+/// The arm's family if it has a tool pitch, else null.
+[[nodiscard]] inline const PlanarArm* pitching(const Kinematics& arm) noexcept {
+  const auto* planar = std::get_if<PlanarArm>(&arm.form());
+  return planar != nullptr && planar->follows() == Follows::kPitch ? planar : nullptr;
+}
+
+}  // namespace detail
+
+/// Whether the arm follows a tool pitch, and inverse_at_pitch may be asked.
+[[nodiscard]] inline bool has_tool_pitch(const Kinematics& arm) noexcept {
+  return arm.follows() == Follows::kPitch;
+}
+
+/// Yaw and pitch of an upright arm with a tool pitch are sums of its joints, not wrapped. Otherwise both and the roll are angles in
+/// Rz(yaw) Ry(−pitch) Rx(roll), the pitch within ±90 degrees.
+[[nodiscard]] inline ToolPose tool_pose(const Kinematics& arm, const Joints& q) noexcept {
+  const Pose pose = arm.forward(q);
+  if (const PlanarArm* planar = detail::pitching(arm); planar != nullptr && planar->mount.upright) {
+    const PlanarLinks& links = planar->links;
+    return {pose.position_m, planar->mount.heading_rad + q[0],
+            planar->mount.tool_tilt_rad + links.sign2 * q[1] + links.sign3 * q[2] + links.sign4 * q[3]};
+  }
+  const Matrix3 r = to_matrix(pose.orientation);
+  return {pose.position_m, std::atan2(r[1][0], r[0][0]), std::atan2(r[2][0], root_sum(r[2][1], r[2][2])),
+          std::atan2(r[2][1], r[2][2])};
+}
+
+/// Joints for a position and a tool pitch, without a quaternion; kNoSolution for an arm that has no tool pitch.
+[[nodiscard]] inline IkSolution inverse_at_pitch(const Kinematics& arm, const Vector3& position_m,
+                                                 double pitch_rad, std::uint32_t number,
+                                                 const Joints& hint) noexcept {
+  const PlanarArm* planar = detail::pitching(arm);
+  if (planar == nullptr) return {IkStatus::kNoSolution};
+  return planar->inverse_at(position_m, {pitch_rad - planar->mount.tool_tilt_rad}, number, hint);
+}
+
+/// From the shoulder axis to the tool centre point of the stretched arm; 0 for a family that has no such length.
+[[nodiscard]] inline double reach_m(const Kinematics& arm) noexcept {
+  const auto* planar = std::get_if<PlanarArm>(&arm.form());
+  if (planar == nullptr) return 0.0;
+  const Vector3& tool = planar->mount.hand.position_m;
+  return planar->links.upper_m + planar->links.fore_m +
+         root_sum(tool[0], root_sum(tool[2], planar->raise_m));
+}
+
+}  // namespace corbot

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+
+#include "corbot/arm/arm_model.h"
+#include "corbot/kinematics/tool_pose.h"
+#include "corbot/motion/path.h"
+
+// The joints at a point of a line or an arc, as planner, proof, gate and cycle compute them, all by these functions. Real-time
+// safe.
+
+namespace corbot {
+
+/// The middle of the turn of a rotary joint within which a path stays. Of a range that is no wider than a turn that is its middle;
+/// of a wider one as near to where the path begins as the turn is within the range.
+[[nodiscard]] inline double middle_of_turn(const JointLimits& limits, double start_q) noexcept {
+  constexpr double kHalfTurn = std::numbers::pi;
+  if (limits.upper_q - limits.lower_q <= 2.0 * kHalfTurn) return 0.5 * (limits.lower_q + limits.upper_q);
+  return std::clamp(start_q, limits.lower_q + kHalfTurn, limits.upper_q - kHalfTurn);
+}
+
+/// `start_q`: the joints at which the path begins, which a joint keeps that is free at this point.
+[[nodiscard]] inline IkSolution joints_at(const ArmModel& arm, const PathPoint& point, std::uint32_t solution,
+                                          const Joints& start_q) noexcept {
+  IkSolution ik = inverse_at_pitch(arm.kinematics, point.position_m, point.pitch_rad, solution, start_q);
+  if (ik.status != IkStatus::kOk) return ik;
+  for (std::size_t i = 0; i < arm.kinematics.joint_count(); ++i) {
+    if (arm.kinematics.joint_kind(i) != JointKind::kRotary) continue;
+    ik.joints_q[i] = nearest_turn(ik.joints_q[i], middle_of_turn(arm.joints[i], start_q[i]));
+  }
+  return ik;
+}
+
+}  // namespace corbot

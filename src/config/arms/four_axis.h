@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <numbers>
+
+#include "corbot/kinematics/dh_table.h"
+
+namespace corbot::config {
+
+/// Link lengths and D-H offsets of a four-axis arm of the Lynx family: base rotating about z, then three
+/// parallel axes (shoulder, elbow, wrist). Source: the paper, Table I ('Start' column) and Table II.
+struct FourAxisLengths {
+  double l0_m{};  ///< table to shoulder axis
+  double l1_m{};  ///< shoulder to elbow
+  double l2_m{};  ///< elbow to wrist
+  double l3_m{};  ///< wrist to tool centre point
+  /// Added to θ0 … θ3; Lynx 5: 0, 10, 0, −45 degrees.
+  std::array<double, 4> offset_rad{};
+};
+
+/// The paper's Table II with these lengths, standard. α is 180 degrees twice: the elbow rotates the other way
+/// from the rest. x of the last frame points along the tool.
+[[nodiscard]] inline DhTable four_axis_table(const FourAxisLengths& lengths) {
+  constexpr double kPi = std::numbers::pi;
+  const std::array<double, 4>& offset = lengths.offset_rad;
+  DhTable table;
+  table.count = 4;
+  table.rows[0] = {JointKind::kRotary, offset[0], lengths.l0_m, 0.0, kPi / 2};
+  table.rows[1] = {JointKind::kRotary, offset[1], 0.0, lengths.l1_m, kPi};
+  table.rows[2] = {JointKind::kRotary, offset[2], 0.0, lengths.l2_m, kPi};
+  table.rows[3] = {JointKind::kRotary, offset[3], 0.0, lengths.l3_m, 0.0};
+  return table;
+}
+
+}  // namespace corbot::config
