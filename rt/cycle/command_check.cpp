@@ -19,6 +19,7 @@ constexpr double kLimitTolerance = 1e-6;
 constexpr double kDurationTolerance = 1e-9;
 constexpr double kFrameTolerance = 1e-9;
 constexpr double kLargestRadius_m = 1e6;
+constexpr double kLargestAngle_rad = 16.0 * std::numbers::pi;  // sums of joints that turn more than once
 
 constexpr CommandVerdict kGood{};
 
@@ -76,12 +77,29 @@ CommandVerdict check_joint_motion(const ArmModel& arm, const Command& command) n
 double curvature(const LineMotion&) noexcept { return 0.0; }
 double curvature(const ArcMotion& arc) noexcept { return 1.0 / arc.radius_m; }
 
-/// What lines and arcs have in common. `rotation_rad` is the change of the tool pitch.
+/// What the arm follows, and nothing else, is given, and finite.
+CommandVerdict check_orientation(const Kinematics& arm, const OrientationPath& tool) noexcept {
+  const bool is_full = arm.follows() == Follows::kFull;
+  const double excess = squared_norm(tool.from) - 1.0;
+  if (!(std::abs(excess) <= kFrameTolerance)) return malformed(excess);
+  const double turn_rad = norm(tool.turn_rad);
+  if (!(turn_rad <= (is_full ? std::numbers::pi * (1.0 + kFrameTolerance) : 0.0))) return malformed(turn_rad);
+  const std::size_t followed = is_full ? 0 : arm.followed().count;
+  for (std::size_t k = 0; k < tool.from_angles_rad.size(); ++k) {
+    const double bound = k < followed ? kLargestAngle_rad : 0.0;
+    for (const double angle : {tool.from_angles_rad[k], tool.to_angles_rad[k]}) {
+      if (!(std::abs(angle) <= bound)) return malformed(angle);
+    }
+  }
+  return kGood;
+}
+
+/// What lines and arcs have in common.
 template <class Path>
 CommandVerdict check_path(const ArmModel& arm, const Command& command, const Path& path) noexcept {
   if (!arm.kinematics.has_solution(path.solution)) return malformed(static_cast<double>(path.solution));
-  if (!(std::abs(path.from_pitch_rad) <= 2.0 * std::numbers::pi)) return malformed(path.from_pitch_rad);
-  if (!(std::abs(path.to_pitch_rad) <= 2.0 * std::numbers::pi)) return malformed(path.to_pitch_rad);
+  const CommandVerdict orientation = check_orientation(arm.kinematics, path.tool);
+  if (!orientation.ok()) return orientation;
   const CommandVerdict verdict = check_law(path.law, command.duration_s, -1);
   if (!verdict.ok()) return verdict;
   if (!(path.law.distance >= 0.0 && path.law.distance <= 1.0 + kDurationTolerance)) {
@@ -90,14 +108,14 @@ CommandVerdict check_path(const ArmModel& arm, const Command& command, const Pat
 
   const LawPeaks peak = peaks(path.law);
   const ToolPeaks tool = tool_peaks(peak, length_m(path), curvature(path));
-  const double rotation_rad = std::abs(path.to_pitch_rad - path.from_pitch_rad);
+  const double turn_rad = rotation_rad(path.tool);
   for (const auto& [value, bound] :
        {std::pair{tool.speed_m_s, arm.path.speed_m_s},
         std::pair{tool.acceleration_m_s2, arm.path.acceleration_m_s2},
         std::pair{tool.jerk_m_s3, arm.path.jerk_m_s3},
-        std::pair{peak.velocity * rotation_rad, arm.path.rotation_speed_rad_s},
-        std::pair{peak.acceleration * rotation_rad, arm.path.rotation_acceleration_rad_s2},
-        std::pair{peak.jerk * rotation_rad, arm.path.rotation_jerk_rad_s3}}) {
+        std::pair{peak.velocity * turn_rad, arm.path.rotation_speed_rad_s},
+        std::pair{peak.acceleration * turn_rad, arm.path.rotation_acceleration_rad_s2},
+        std::pair{peak.jerk * turn_rad, arm.path.rotation_jerk_rad_s3}}) {
     if (!within(value, bound)) return limit(value);
   }
 

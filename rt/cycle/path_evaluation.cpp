@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path_joints.h"
 
@@ -37,8 +36,8 @@ GovernedLaw governed_path(const PathLimits& limits, const TimeLaw& law, double l
 }
 
 GovernedLaw governed_line(const PathLimits& limits, const LineMotion& line) noexcept {
-  return governed_path(limits, line.law, length_m(line), std::abs(line.to_pitch_rad - line.from_pitch_rad),
-                       limits.acceleration_m_s2, limits.jerk_m_s3);
+  return governed_path(limits, line.law, length_m(line), rotation_rad(line.tool), limits.acceleration_m_s2,
+                       limits.jerk_m_s3);
 }
 
 /// √(a² − b²), 0 where that does not exist.
@@ -60,7 +59,7 @@ GovernedLaw governed_arc(const PathLimits& limits, const ArcMotion& arc) noexcep
                std::min(leg(limits.acceleration_m_s2, v * angular_rate), across / (3.0 * angular_rate)));
   const double j =
       std::max(peak.jerk * length, leg(limits.jerk_m_s3, 3.0 * a * angular_rate) - centripetal_jerk);
-  return governed_path(limits, arc.law, length, std::abs(arc.to_pitch_rad - arc.from_pitch_rad), a, j);
+  return governed_path(limits, arc.law, length, rotation_rad(arc.tool), a, j);
 }
 
 void add_law(GovernedMotion& motion, const GovernedLaw& law) noexcept {
@@ -128,10 +127,7 @@ void publish_set_point(const ArmModel& arm, const SetPoint& now, const SetPoint&
   snapshot.position_q = now.position_q;
   for (std::size_t i = 0; i < kMaxJoints; ++i)
     snapshot.velocity_q_s[i] = (now.position_q[i] - before.position_q[i]) / period_s;
-  const ToolPose pose = tool_pose(arm.kinematics, now.position_q);
-  snapshot.tcp_m = pose.position_m;
-  snapshot.yaw_rad = pose.yaw_rad;
-  snapshot.pitch_rad = pose.pitch_rad;
+  snapshot.tool = arm.kinematics.forward(now.position_q);
 }
 
 }  // namespace corbot::rt

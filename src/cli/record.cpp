@@ -198,7 +198,7 @@ std::string csv_row(const Snapshot& s, std::size_t joints) {
   fmt::format_to(out, "{},{},{},{},{},{:.6g}", s.cycle, s.time_ns, s.wall_ns, to_string(s.state),
                  s.command_id, s.virtual_rate);
   for (std::size_t i = 0; i < joints; ++i) fmt::format_to(out, ",{:.9f}", to_degrees(s.position_q[i]));
-  for (const double coordinate : s.tcp_m) fmt::format_to(out, ",{:.12f}", coordinate);
+  for (const double coordinate : s.tool.position_m) fmt::format_to(out, ",{:.12f}", coordinate);
   fmt::format_to(out, ",{:.6g}", s.gripper);
   for (std::size_t i = 0; i <= joints; ++i) fmt::format_to(out, ",{:.3f}", s.pulse_us[i]);
   fmt::format_to(out, ",{},{}\n", device_state(s.device_health), flags_text(s.flags));

@@ -9,11 +9,10 @@
 #include <limits>
 #include <optional>
 
-#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/bounds.h"
-#include "corbot/units.h"
 #include "planner/refusal.h"
 #include "planner/time_law_planner.h"
+#include "planner/tool_goal.h"
 
 namespace corbot {
 namespace {
@@ -54,8 +53,7 @@ int fit_ranges(const ArmModel& model, const Joints& present, Joints* target) {
     const JointLimits& limits = model.joints[i];
     double& value_q = (*target)[i];
     if (model.kinematics.joint_kind(i) == JointKind::kRotary) {
-      const auto turned =
-          turn_within(value_q, limits.lower_q, limits.upper_q, kRangeTolerance_q, present[i]);
+      const auto turned = turn_within(value_q, limits.lower_q, limits.upper_q, kRangeTolerance_q, present[i]);
       value_q = turned ? *turned : wrap_angle(value_q);
     }
     if (!in_range(limits, value_q)) return static_cast<int>(i);
@@ -66,7 +64,7 @@ int fit_ranges(const ArmModel& model, const Joints& present, Joints* target) {
 }  // namespace
 
 JointPlanner::JointPlanner(const ArmModel& model, const PlanSettings& settings)
-    : model_(model), tool_pitch_rad_(settings.tool_pitch_rad) {
+    : model_(model), settings_(settings) {
   for (std::size_t i = 0; i < model.dof; ++i) {
     speed_q_s_[i] = model.joints[i].speed_q_s * settings.speed_ratio * settings.joint_speed_ratio[i];
   }
@@ -85,14 +83,20 @@ PlanResult JointPlanner::reach(const PlanStart& start, const std::array<double, 
   double best_s = std::numeric_limits<double>::infinity();
   Joints best{};
   std::optional<PlanRefusal> out_of_range;
+  std::optional<PlanRefusal> no_orientation;
   IkSolution out_of_reach;
   std::uint32_t refused = count;
   for (std::uint32_t i = 0; i < std::bit_ceil(count); ++i) {
     // The present solution first; the others follow in the order of what they differ in.
     const std::uint32_t number = i ^ present;
     if (number >= count) continue;
+    const auto goal = goal_point(model_, settings_, start.position_q, target_m, number);
+    if (const auto* refusal = std::get_if<PlanRefusal>(&goal)) {
+      if (!no_orientation) no_orientation = *refusal;
+      continue;
+    }
     const IkSolution ik =
-        inverse_at_pitch(model_.kinematics, target_m, tool_pitch_rad_, number, start.position_q);
+        joints_at_goal(model_.kinematics, settings_, std::get<PathPoint>(goal), number, start.position_q);
     if (ik.status != IkStatus::kOk) {
       if (number < refused) out_of_reach = ik;
       refused = std::min(refused, number);
@@ -103,8 +107,7 @@ PlanResult JointPlanner::reach(const PlanStart& start, const std::array<double, 
     const int joint = fit_ranges(model_, start.position_q, &target);
     if (joint >= 0) {
       const auto index = static_cast<std::size_t>(joint);
-      if (!out_of_range)
-        out_of_range = joint_range(joint, target[index], model_.joints[index], "at the target");
+      if (!out_of_range) out_of_range = joint_range(model_, index, target[index], "at the target");
       continue;
     }
     const double duration_s = plan_joints(model_, speed_q_s_, start.position_q, target, nullptr);
@@ -119,6 +122,7 @@ PlanResult JointPlanner::reach(const PlanStart& start, const std::array<double, 
     out_of_range->target_m = target_m;
     return *out_of_range;
   }
+  if (no_orientation) return *no_orientation;
   return unreachable(target_m, out_of_reach, "the target");
 }
 
@@ -127,7 +131,7 @@ PlanResult JointPlanner::drive(const PlanStart& start, const DriveRequest& reque
   Joints target = start.position_q;
   target[joint] += request.increment_q;
   if (!in_range(model_.joints[joint], target[joint]))
-    return joint_range(request.joint, target[joint], model_.joints[joint], "at the end");
+    return joint_range(model_, joint, target[joint], "at the end");
   Joints speed_q_s = speed_q_s_;
   speed_q_s[joint] = std::min(speed_q_s[joint], request.speed_q_s);
   return joint_command(model_, speed_q_s, start, target, 0.0);

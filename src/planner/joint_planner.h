@@ -12,7 +12,7 @@ namespace corbot {
 /// Joint-space motions, synchronised: all joints take the same time. Arguments have been checked.
 class JointPlanner {
  public:
-  /// The model must outlive this.
+  /// Model and settings must outlive this.
   JointPlanner(const ArmModel& model, const PlanSettings& settings);
 
   /// The speed limit in force, rad/s or m/s.
@@ -28,7 +28,7 @@ class JointPlanner {
 
  private:
   const ArmModel& model_;
-  const double tool_pitch_rad_;
+  const PlanSettings& settings_;
   Joints speed_q_s_{};
 };
 

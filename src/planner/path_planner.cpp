@@ -7,24 +7,26 @@
 #include <cmath>
 #include <limits>
 
-#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/bounds.h"
 #include "corbot/motion/law_evaluation.h"
+#include "corbot/motion/path_joints.h"
 #include "corbot/motion/tool_peaks.h"
-#include "corbot/units.h"
 #include "planner/refusal.h"
 #include "planner/time_law_planner.h"
+#include "planner/tool_goal.h"
 
 namespace corbot {
 namespace {
 
-constexpr double kSamePitch_rad = 1e-12;  // a smaller rotation of the tool is rounding
-constexpr double kNoTravel = 1e-30;       // metres and radians; below it there is nothing to run through
-constexpr double kRoundUp = 1.0 + 1e-9;   // of a stretch, over rounding
+constexpr double kNoTravel = 1e-30;      // metres and radians; below it there is nothing to run through
+constexpr double kRoundUp = 1.0 + 1e-9;  // of a stretch, over rounding
 
 double per(double limit, double amount) {
   return amount > kNoTravel ? limit / amount : std::numeric_limits<double>::infinity();
 }
+
+double curvature_1_m(const LineMotion&) { return 0.0; }
+double curvature_1_m(const ArcMotion& arc) { return 1.0 / arc.radius_m; }
 
 /// The time-optimal law under the path's own limits and a cap on ṡ. On an arc the acceleration that counts is
 /// the vector's, and likewise the jerk (tool_peaks). The cap on the speed leaves room for the tangential parts;
@@ -62,42 +64,28 @@ PathPlanner::PathPlanner(const ArmModel& model, const PlanSettings& settings)
 
 PathPlan PathPlanner::line(const PlanStart& start, const std::array<double, 3>& to_m, double t_s) const {
   LineMotion line{};
-  const ToolPose here = tool_pose(model_.kinematics, start.position_q);
-  line.from_m = here.position_m;
+  line.from_m = model_.kinematics.forward(start.position_q).position_m;
   line.to_m = to_m;
-  line.from_pitch_rad = wrap_angle(here.pitch_rad);
-  line.to_pitch_rad = pitch_towards(line.from_pitch_rad);
-  const PathScale scale{length_m(line), std::abs(line.to_pitch_rad - line.from_pitch_rad), 0.0};
-  return plan(start, line, scale, t_s, [](Command& command) -> LineMotion& {
+  return plan(start, line, t_s, [](Command& command) -> LineMotion& {
     command.kind = MotionKind::kLine;
     return command.line;
   });
 }
 
 PathPlan PathPlanner::arc(const PlanStart& start, ArcMotion arc) const {
-  arc.from_pitch_rad = wrap_angle(tool_pose(model_.kinematics, start.position_q).pitch_rad);
-  arc.to_pitch_rad = pitch_towards(arc.from_pitch_rad);
-  const PathScale scale{length_m(arc), std::abs(arc.to_pitch_rad - arc.from_pitch_rad), 1.0 / arc.radius_m};
-  return plan(start, arc, scale, 0.0, [](Command& command) -> ArcMotion& {
+  return plan(start, arc, 0.0, [](Command& command) -> ArcMotion& {
     command.kind = MotionKind::kArc;
     return command.arc;
   });
 }
 
-/// The tool pitch by the shorter rotation from the present one.
-double PathPlanner::pitch_towards(double present_rad) const {
-  const double rotation_rad = wrap_angle(settings_.tool_pitch_rad - present_rad);
-  return std::abs(rotation_rad) <= kSamePitch_rad ? present_rad : present_rad + rotation_rad;
-}
-
 /// The solutions that the arm is on, by a round trip: one, but where two of them meet either may lead on. The smallest number
 /// comes first.
-std::vector<std::uint32_t> PathPlanner::present_solutions(const Joints& q) const {
+std::vector<std::uint32_t> PathPlanner::present_solutions(const PathPoint& here, const Joints& q) const {
   const Kinematics& arm = model_.kinematics;
-  const ToolPose here = tool_pose(arm, q);
   std::vector<std::uint32_t> numbers;
   for (std::uint32_t number = 0; arm.has_solution(number); ++number) {
-    const IkSolution there = inverse_at_pitch(arm, here.position_m, here.pitch_rad, number, q);
+    const IkSolution there = inverse_at(arm, here, number, q);
     if (there.status == IkStatus::kOk && arm.same(there.joints_q, q, Kinematics::kSameJoints_q)) {
       numbers.push_back(number);
     }
@@ -107,21 +95,32 @@ std::vector<std::uint32_t> PathPlanner::present_solutions(const Joints& q) const
 }
 
 template <class Motion, class Member>
-PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, const PathScale& scale, double t_s,
-                           Member member) const {
+PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, double t_s, Member member) const {
+  const PathPoint here = present_point(model_.kinematics, start.position_q);
+  const Vector3 target_m = point_at(motion, 1.0).position_m;
   std::optional<PlanRefusal> first;
-  for (const std::uint32_t number : present_solutions(start.position_q)) {
+  const auto refuse = [&first](const PlanRefusal& refusal) {
+    if (!first) first = refusal;
+  };
+  for (const std::uint32_t number : present_solutions(here, start.position_q)) {
+    const auto goal = goal_point(model_, settings_, start.position_q, target_m, number);
+    if (const auto* refusal = std::get_if<PlanRefusal>(&goal)) {
+      refuse(*refusal);
+      continue;
+    }
+    motion.tool = orientation_path(model_.kinematics, here, std::get<PathPoint>(goal));
     motion.solution = number;
-    PathPlan result = plan_on_solution(start, motion, scale, t_s, member);
+    PathPlan result = plan_on_solution(start, motion, t_s, member);
     if (std::holds_alternative<Command>(result)) return result;
-    if (!first) first = std::get<PlanRefusal>(result);
+    refuse(std::get<PlanRefusal>(result));
   }
   return *first;
 }
 
 template <class Motion, class Member>
-PathPlan PathPlanner::plan_on_solution(const PlanStart& start, Motion motion, const PathScale& scale,
-                                     double t_s, Member member) const {
+PathPlan PathPlanner::plan_on_solution(const PlanStart& start, Motion motion, double t_s,
+                                       Member member) const {
+  const PathScale scale{length_m(motion), rotation_rad(motion.tool), curvature_1_m(motion)};
   const PathProof proof(model_, motion, start.position_q);
   const PathPoint target = point_at(motion, 1.0);
   // The target first: of all points that may be out of reach it is the one that the caller has given.
@@ -130,8 +129,7 @@ PathPlan PathPlanner::plan_on_solution(const PlanStart& start, Motion motion, co
   if (auto refusal = check_start(start, proof.joints_at(0.0))) return *refusal;
   for (std::size_t i = 0; i < model_.dof; ++i) {
     if (in_range(model_.joints[i], end.joints_q[i])) continue;
-    PlanRefusal refusal =
-        joint_range(static_cast<int>(i), proof.shown(i, end.joints_q[i]), model_.joints[i], "at the target");
+    PlanRefusal refusal = joint_range(model_, i, proof.shown(i, end.joints_q[i]), "at the target");
     refusal.target_m = target.position_m;
     return refusal;
   }
@@ -159,11 +157,11 @@ std::optional<PlanRefusal> PathPlanner::check_start(const PlanStart& start, cons
     const double present = start.position_q[i];
     if (first.status == IkStatus::kOk && std::abs(first.joints_q[i] - present) <= kPlannedStartTolerance_q)
       continue;
-    PlanRefusal refusal = joint_range(static_cast<int>(i), present, model_.joints[i], "at the start");
+    PlanRefusal refusal = joint_range(model_, i, present, "at the start");
     refusal.text = fmt::format(
-        "joint {} stands at {:.6g} degrees, from where no line or arc can be followed (folded, or beyond "
-        "180 degrees): move its joints first",
-        i, to_degrees(present));
+        "joint {} stands at {}, from where no line or arc can be followed (folded, or beyond "
+        "half a turn from the middle of its range): move its joints first",
+        i, shown_joint(model_.kinematics.joint_kind(i), present));
     return refusal;
   }
   return std::nullopt;

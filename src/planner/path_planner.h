@@ -29,18 +29,17 @@ class PathPlanner {
   PathPlanner(const ArmModel& model, const PlanSettings& settings);
 
   [[nodiscard]] PathPlan line(const PlanStart& start, const std::array<double, 3>& to_m, double t_s) const;
-  /// `arc`: circle and angle; the pitch is filled in.
+  /// `arc`: circle and angle; the orientation is filled in.
   [[nodiscard]] PathPlan arc(const PlanStart& start, ArcMotion arc) const;
 
  private:
-  [[nodiscard]] double pitch_towards(double present_rad) const;
-  [[nodiscard]] std::vector<std::uint32_t> present_solutions(const Joints& q) const;
+  [[nodiscard]] std::vector<std::uint32_t> present_solutions(const PathPoint& here, const Joints& q) const;
+  /// `motion`: everything but orientation, solution and law.
   template <class Motion, class Member>
-  [[nodiscard]] PathPlan plan(const PlanStart& start, Motion motion, const PathScale& scale, double t_s,
-                              Member member) const;
+  [[nodiscard]] PathPlan plan(const PlanStart& start, Motion motion, double t_s, Member member) const;
   template <class Motion, class Member>
-  [[nodiscard]] PathPlan plan_on_solution(const PlanStart& start, Motion motion, const PathScale& scale,
-                                        double t_s, Member member) const;
+  [[nodiscard]] PathPlan plan_on_solution(const PlanStart& start, Motion motion, double t_s,
+                                          Member member) const;
   [[nodiscard]] std::optional<PlanRefusal> check_start(const PlanStart& start, const IkSolution& first) const;
   [[nodiscard]] TimeLaw fastest_law(const PathProof& proof, const PathScale& scale) const;
 

@@ -22,7 +22,8 @@ constexpr double kSmallestTravel_m = 1e-12;  // of TCP and tool together
 constexpr std::size_t kMostCells = 20'000;   // a path that needs more runs along a border; it is refused
 constexpr double kUnbroken_rad = 1e-3;       // joint 0 may not change by more in a smallest cell
 constexpr double kWrap_rad = 0.5;            // the others: next to a border, far more than √kSmallestCell
-constexpr double kWrapMargin_rad = 1e-6;     // kept from the ends of a turn, where joints wrap
+constexpr double kMostJump_rad = 4.0;     // more is no singularity, where joints jump by half a turn at most
+constexpr double kWrapMargin_rad = 1e-6;  // kept from the ends of a turn, where joints wrap
 
 struct Interval {
   double a, b;
@@ -36,21 +37,27 @@ double hand_m(const Kinematics& arm) {
   return norm({jacobian[0][last], jacobian[1][last], jacobian[2][last]});
 }
 
+/// Of one of the two an orientation path has nothing.
+Vector3 turn_of(const OrientationPath& tool) {
+  return tool.turn_rad + Vector3{tool.to_angles_rad[0] - tool.from_angles_rad[0],
+                                 tool.to_angles_rad[1] - tool.from_angles_rad[1], 0.0};
+}
+
 }  // namespace
 
 PathProof::PathProof(const ArmModel& model, const LineMotion& line, const Joints& start_q)
     : model_(&model), path_(line), solution_(line.solution), start_q_(start_q), limits_(model.joints) {
-  constants_.rotation = line.to_pitch_rad - line.from_pitch_rad;
+  constants_.turn_rad = turn_of(line.tool);
   constants_.bend_m = 0.0;
-  constants_.travel_m = length_m(line) + hand_m(model.kinematics) * std::abs(constants_.rotation);
+  constants_.travel_m = length_m(line) + hand_m(model.kinematics) * rotation_rad(line.tool);
   cut_limits();
 }
 
 PathProof::PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& start_q)
     : model_(&model), path_(arc), solution_(arc.solution), start_q_(start_q), limits_(model.joints) {
-  constants_.rotation = arc.to_pitch_rad - arc.from_pitch_rad;
+  constants_.turn_rad = turn_of(arc.tool);
   constants_.bend_m = arc.radius_m * arc.angle_rad * arc.angle_rad;
-  constants_.travel_m = length_m(arc) + hand_m(model.kinematics) * std::abs(constants_.rotation);
+  constants_.travel_m = length_m(arc) + hand_m(model.kinematics) * rotation_rad(arc.tool);
   cut_limits();
 }
 
@@ -101,9 +108,9 @@ PathProof::Cell PathProof::bound(double s_a, double s_b) const noexcept {
   cell.middle = joints_at(s);
   cell.rates.rate_bound.fill(kInfinity);
   if (cell.middle.status != IkStatus::kOk) return cell;
-  cell.rates = cell_rates(model_->kinematics, cell.middle.joints_q, solution_,
-                          {p.position_m, derivative(s), constants_.bend_m, p.pitch_rad, constants_.rotation,
-                           0.5 * (s_b - s_a)});
+  cell.rates = cell_rates(
+      model_->kinematics, cell.middle.joints_q, solution_,
+      {p.position_m, derivative(s), constants_.bend_m, p.angles_rad, constants_.turn_rad, 0.5 * (s_b - s_a)});
   return cell;
 }
 
@@ -115,25 +122,34 @@ std::optional<PlanRefusal> PathProof::check_ends(double s_a, double s_b) const {
       return unreachable(point(end == &a ? s_a : s_b).position_m, *end, "the path's point");
     }
   }
-  // Where a joint is fast, a smallest cell can step over the whole margin at the end of a turn:
-  // a wrap, not a travel.
-  for (std::size_t i = 1; i < model_->dof; ++i) {
-    if (std::abs(a.joints_q[i] - b.joints_q[i]) <= kWrap_rad) continue;
-    PlanRefusal refusal = joint_range(static_cast<int>(i), std::copysign(std::numbers::pi, a.joints_q[i]),
-                                      limits_[i], fmt::format("{:.3g} % along the path", 100.0 * s_a));
-    refusal.target_m = point(s_a).position_m;
+  for (std::size_t i = 0; i < model_->dof; ++i) {
+    const double jump_q = std::abs(a.joints_q[i] - b.joints_q[i]);
+    // The first joint is free on its axis, where it is the hint; a path that leaves the axis in the arm's own direction is unbroken.
+    if (jump_q <= (i == 0 ? kUnbroken_rad : kWrap_rad)) continue;
+    // Where a joint is fast, a smallest cell can step over the whole margin at the end of a turn: a wrap, not a travel.
+    if (i != 0 && jump_q > kMostJump_rad) {
+      PlanRefusal refusal =
+          joint_range(i, model_->kinematics.joint_kind(i), std::copysign(std::numbers::pi, a.joints_q[i]),
+                      limits_[i], fmt::format("{:.3g} % along the path", 100.0 * s_a));
+      refusal.target_m = point(s_a).position_m;
+      return refusal;
+    }
+    PlanRefusal refusal;
+    refusal.kind = PlanRefusal::Kind::kUnreachable;
+    refusal.parameter = "P";
+    refusal.joint = static_cast<int>(i);
+    refusal.target_m = point(s_b).position_m;
+    refusal.text =
+        i == 0 ? fmt::format("the path leads through the base axis at z = {:.6g} m, where joint 0 would jump",
+                             refusal.target_m[2])
+               : fmt::format(
+                     "the path leads through a singularity at ({:.6g}, {:.6g}, {:.6g}) m, where joint {} "
+                     "would jump by {}",
+                     refusal.target_m[0], refusal.target_m[1], refusal.target_m[2], i,
+                     shown_joint(model_->kinematics.joint_kind(i), jump_q));
     return refusal;
   }
-  // On its axis joint 0 is the hint; a path that leaves the axis in the arm's own direction is unbroken.
-  if (std::abs(a.joints_q[0] - b.joints_q[0]) <= kUnbroken_rad) return std::nullopt;
-  PlanRefusal refusal;
-  refusal.kind = PlanRefusal::Kind::kUnreachable;
-  refusal.parameter = "P";
-  refusal.joint = 0;
-  refusal.target_m = point(s_b).position_m;
-  refusal.text = fmt::format("the path leads through the base axis at z = {:.6g} m, where joint 0 would jump",
-                             refusal.target_m[2]);
-  return refusal;
+  return std::nullopt;
 }
 
 std::optional<PlanRefusal> PathProof::check_geometry() const {
@@ -150,8 +166,8 @@ std::optional<PlanRefusal> PathProof::check_geometry() const {
       const JointLimits& limits = limits_[i];
       const double q = cell.middle.joints_q[i];
       if (!in_range(limits, q)) {
-        PlanRefusal refusal =
-            joint_range(static_cast<int>(i), shown(i, q), limits, fmt::format("{:.3g} % along the path", 100.0 * s));
+        PlanRefusal refusal = joint_range(i, model_->kinematics.joint_kind(i), shown(i, q), limits,
+                                          fmt::format("{:.3g} % along the path", 100.0 * s));
         refusal.target_m = point(s).position_m;
         return refusal;
       }
@@ -238,7 +254,8 @@ double PathProof::bound_load(const Clock& clock, const Joints& speed, double flo
     const double x = 0.5 * (x_a + x_b);
     // The middle of the cell in s is not its middle in x; its speed there is at least that of the slower end.
     const double least = std::min(clock.rate(x_a), clock.rate(x_b));
-    for (std::size_t i = 0; i < model_->dof; ++i) known = std::max(known, cell.rates.rate_middle[i] * least / speed[i]);
+    for (std::size_t i = 0; i < model_->dof; ++i)
+      known = std::max(known, cell.rates.rate_middle[i] * least / speed[i]);
     open.push_back({x, x_b});
     open.push_back({x_a, x});
   }

@@ -54,9 +54,9 @@ class PathProof {
  private:
   /// The whole path's constants.
   struct Constants {
-    double rotation{};  ///< dφ/ds
-    double bend_m{};    ///< bound of |d²(position)/ds²|
-    double travel_m{};  ///< bound of |d(position)/ds| + hand's length·|rotation|
+    Vector3 turn_rad{};  ///< of the tool, or rates of the followed angles; a unit of s
+    double bend_m{};     ///< bound of |d²(position)/ds²|
+    double travel_m{};   ///< bound of |d(position)/ds| + hand's length·|turn|
   };
   /// Bounds on one cell; infinite where its middle is out of reach.
   struct Cell {

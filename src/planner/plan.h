@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -31,11 +32,14 @@ struct PlanRefusal {
 /// All or nothing.
 using PlanResult = std::variant<std::vector<Command>, PlanRefusal>;
 
-/// What Speed, AllSpeed, ArtSpeed and the tool pitch have set. Ratios in (0, 1].
+/// What Speed, AllSpeed, ArtSpeed, SetToolPitch and SetToolOrientation have set. Ratios in (0, 1].
 struct PlanSettings {
   double speed_ratio{1.0};
   std::array<double, kMaxJoints> joint_speed_ratio{1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
-  double tool_pitch_rad{0.0};
+  /// How lines, arcs and motions to a point end, one of the two at most. Without either a four-axis arm has a tool pitch of 0, any
+  /// other keeps what the tool has when the motion begins.
+  std::optional<double> tool_pitch_rad{};
+  std::optional<Quaternion> tool_orientation{};  ///< of base_T_tool, unit length
 };
 
 /// Where the arm will rest when the motion begins.

@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/units.h"
 #include "planner/arc.h"
@@ -51,7 +50,7 @@ struct ArgumentCheck {
         return bad_parameter("angle", target_q, limits.lower_q, limits.upper_q,
                              fmt::format("the angle of joint {} is not a finite number", i), joint);
       }
-      if (!in_range(limits, target_q)) return joint_range(joint, target_q, limits, "at the target");
+      if (!in_range(limits, target_q)) return joint_range(model, i, target_q, "at the target");
     }
     return std::nullopt;
   }
@@ -132,7 +131,7 @@ struct Planning {
     const ArcMotion& arc = std::get<ArcMotion>(circle);
     const PathPlanner planner(model, settings);
     const std::array<double, 3>& p1_m = request.p1_m;
-    const auto tcp_m = tool_pose(model.kinematics, start.position_q).position_m;
+    const auto tcp_m = model.kinematics.forward(start.position_q).position_m;
     if (std::hypot(tcp_m[0] - p1_m[0], tcp_m[1] - p1_m[1], tcp_m[2] - p1_m[2]) <= kAtP1_m) {
       const PathPlan plan = planner.arc(start, arc);
       if (const auto* command = std::get_if<Command>(&plan)) return std::vector<Command>{*command};

@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 
-#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/bounds.h"
 #include "corbot/units.h"
 
@@ -38,8 +37,9 @@ PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkSolution& 
   if (result.most_m == 0.0) {  // no matter of two links
     refusal.lower = result.limit_m;
     refusal.upper = std::numeric_limits<double>::infinity();
-    refusal.text = fmt::format("{} ({:.6g}, {:.6g}, {:.6g}) m is too close to the base axis: {:.6g} m, allowed from {:.6g} m",
-                               where, point_m[0], point_m[1], point_m[2], result.distance_m, result.limit_m);
+    refusal.text = fmt::format(
+        "{} ({:.6g}, {:.6g}, {:.6g}) m is too close to the base axis: {:.6g} m, allowed from {:.6g} m", where,
+        point_m[0], point_m[1], point_m[2], result.distance_m, result.limit_m);
     return refusal;
   }
   refusal.text = fmt::format(
@@ -50,17 +50,28 @@ PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkSolution& 
   return refusal;
 }
 
-PlanRefusal joint_range(int joint, double value_q, const JointLimits& limits, const std::string& where) {
+std::string shown_joint(JointKind kind, double value_q) {
+  return kind == JointKind::kRotary ? fmt::format("{:.6g} degrees", to_degrees(value_q))
+                                    : fmt::format("{:.6g} m", value_q);
+}
+
+PlanRefusal joint_range(const ArmModel& model, std::size_t joint, double value_q, const std::string& where) {
+  return joint_range(joint, model.kinematics.joint_kind(joint), value_q, model.joints[joint], where);
+}
+
+PlanRefusal joint_range(std::size_t joint, JointKind kind, double value_q, const JointLimits& limits,
+                        const std::string& where) {
   PlanRefusal refusal;
   refusal.kind = PlanRefusal::Kind::kLimitExceeded;
   refusal.parameter = "joint range";
-  refusal.joint = joint;
+  refusal.joint = static_cast<int>(joint);
   refusal.value = value_q;
   refusal.lower = limits.lower_q;
   refusal.upper = limits.upper_q;
   refusal.text =
-      fmt::format("joint {} would be at {:.6g} degrees {}, allowed {:.6g} to {:.6g} degrees", joint,
-                  to_degrees(value_q), where, to_degrees(limits.lower_q), to_degrees(limits.upper_q));
+      fmt::format("joint {} would be at {} {}, allowed {:.6g} to {}", joint, shown_joint(kind, value_q),
+                  where, kind == JointKind::kRotary ? to_degrees(limits.lower_q) : limits.lower_q,
+                  shown_joint(kind, limits.upper_q));
   return refusal;
 }
 
@@ -93,16 +104,20 @@ std::optional<PlanRefusal> check_point(const std::array<double, 3>& point_m, con
 }
 
 std::optional<PlanRefusal> check_kinematics(const ArmModel& model, const PlanSettings& settings) {
-  if (!has_tool_pitch(model.kinematics)) {
+  if (model.kinematics.solution_count() == 0) {
     PlanRefusal refusal;
     refusal.kind = PlanRefusal::Kind::kUnreachable;
     refusal.parameter = "kind";
     refusal.text = "no closed-form inverse kinematics for an arm of this kind: move its joints";
     return refusal;
   }
-  if (!std::isfinite(settings.tool_pitch_rad)) {
-    return bad_parameter("tool pitch", settings.tool_pitch_rad, -std::numbers::pi, std::numbers::pi,
+  if (settings.tool_pitch_rad && !std::isfinite(*settings.tool_pitch_rad)) {
+    return bad_parameter("tool pitch", *settings.tool_pitch_rad, -std::numbers::pi, std::numbers::pi,
                          "the tool pitch is not a finite number");
+  }
+  if (settings.tool_orientation && !(std::abs(squared_norm(*settings.tool_orientation) - 1.0) < 1e-6)) {
+    return bad_parameter("orientation", squared_norm(*settings.tool_orientation), 1.0, 1.0,
+                         "the quaternion of the orientation is not of unit length");
   }
   return std::nullopt;
 }

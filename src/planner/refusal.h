@@ -16,8 +16,12 @@ namespace corbot {
 /// `status` is kTooFar or kTooClose; `where` says which point it is, e.g. "the target".
 [[nodiscard]] PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkSolution& result,
                                       const std::string& where);
-[[nodiscard]] PlanRefusal joint_range(int joint, double value_q, const JointLimits& limits,
+/// In degrees, or in metres.
+[[nodiscard]] std::string shown_joint(JointKind kind, double value_q);
+[[nodiscard]] PlanRefusal joint_range(const ArmModel& model, std::size_t joint, double value_q,
                                       const std::string& where);
+[[nodiscard]] PlanRefusal joint_range(std::size_t joint, JointKind kind, double value_q,
+                                      const JointLimits& limits, const std::string& where);
 [[nodiscard]] PlanRefusal too_long(double duration_s);
 
 /// Refuses a time that is not finite, negative or above kLongestPlan_s.
@@ -25,7 +29,7 @@ namespace corbot {
 /// Refuses coordinates that are not finite or beyond kFarthestCoordinate_m.
 [[nodiscard]] std::optional<PlanRefusal> check_point(const std::array<double, 3>& point_m,
                                                      const std::string& name);
-/// Refuses an arm for which there is no closed-form inverse by position and tool pitch.
+/// Refuses an arm for which there is no closed-form inverse, and an orientation that is none.
 [[nodiscard]] std::optional<PlanRefusal> check_kinematics(const ArmModel& model,
                                                           const PlanSettings& settings);
 

@@ -9,6 +9,7 @@
 #include "corbot/motion/bounds.h"
 #include "robot/call_error.h"
 #include "robot/control.h"
+#include "robot/settings.h"
 
 namespace corbot {
 namespace {
@@ -24,7 +25,9 @@ bool is_ratio(double value) { return value > 0.0 && value <= 1.0; }
 bool is_valid(const SettingsRecord& record) {
   return is_ratio(record.speed_ratio) &&
          std::all_of(record.joint_speed_ratio.begin(), record.joint_speed_ratio.end(), is_ratio) &&
-         is_within(record.tool_pitch_rad, -std::numbers::pi, std::numbers::pi);
+         record.tool_is_set <= static_cast<std::uint64_t>(SettingsTool::kOrientation) &&
+         is_within(record.tool_pitch_rad, -std::numbers::pi, std::numbers::pi) &&
+         is_within(squared_norm(record.tool_orientation), 1.0 - kRounding, 1.0 + kRounding);
 }
 
 /// Printable ASCII, with an end.
@@ -131,7 +134,7 @@ InheritedState read_inherited(const ServantSegment& former, const ArmModel& arm,
                               std::uint64_t next_command_id) {
   InheritedState state;
   if (SettingsRecord record{}; read_valid(former.state.settings, record, state.invalid))
-    state.settings = {record.speed_ratio, record.joint_speed_ratio, record.tool_pitch_rad};
+    state.settings = to_settings(record);
   read_alarms(former.state, state);
   read_tickets(former, arm, next_command_id, state);
   if (ControlRecord record{}; read_valid(former.state.control, record, state.invalid)) state.control = record;

@@ -8,6 +8,7 @@
 
 #include "corbot/channel/alarms.h"
 #include "corbot/channel/fingerprint.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "corbot/units.h"
 #include "robot/inherited_state.h"
 
@@ -254,9 +255,15 @@ void Robot::set_tool_pitch(double degrees) {
   if (!(degrees >= -180.0 && degrees <= 180.0)) {
     throw bad_argument("degrees", degrees, fmt::format("{:.6g} degrees, allowed -180 to 180", degrees));
   }
-  settings_.change([degrees](PlanSettings& now) { now.tool_pitch_rad = to_radians(degrees); });
+  if (!has_tool_pitch(profile_.arm.kinematics)) {
+    throw bad_argument("degrees", degrees, "this arm has no tool pitch: set the orientation of its tool");
+  }
+  settings_.change([degrees](PlanSettings& now) {
+    now.tool_pitch_rad = to_radians(degrees);
+    now.tool_orientation.reset();
+  });
 }
 
-double Robot::tool_pitch_deg() const { return tidy_degrees(settings_.get().tool_pitch_rad); }
+double Robot::tool_pitch_deg() const { return tidy_degrees(settings_.get().tool_pitch_rad.value_or(0.0)); }
 
 }  // namespace corbot

@@ -43,10 +43,10 @@ Joints RobotView::joints_deg() const {
 
 corbot_pose RobotView::pose() const {
   const Snapshot now = snapshot();
-  ToolPose tool{now.tcp_m, now.yaw_rad, now.pitch_rad};
-  if (is_measured(now)) tool = tool_pose(profile_.arm.kinematics, now.measured_q);
+  const ToolPose tool =
+      tool_pose(profile_.arm.kinematics, is_measured(now) ? now.measured_q : now.position_q);
   return {tool.position_m[0],       tool.position_m[1],         tool.position_m[2],
-          to_degrees(tool.yaw_rad), to_degrees(tool.pitch_rad), 0.0};
+          to_degrees(tool.yaw_rad), to_degrees(tool.pitch_rad), to_degrees(tool.roll_rad)};
 }
 
 corbot_gripper RobotView::gripper() const {

@@ -22,12 +22,36 @@ void Settings::inherit(const PlanSettings& former) {
   for (std::size_t i = 0; i < settings_.joint_speed_ratio.size(); ++i) {
     inherit_value(settings_.joint_speed_ratio[i], former.joint_speed_ratio[i], initial.joint_speed_ratio[i]);
   }
-  inherit_value(settings_.tool_pitch_rad, former.tool_pitch_rad, initial.tool_pitch_rad);
+  if (!settings_.tool_pitch_rad && !settings_.tool_orientation) {
+    settings_.tool_pitch_rad = former.tool_pitch_rad;
+    settings_.tool_orientation = former.tool_orientation;
+  }
   keep();
 }
 
-void Settings::keep() {
-  kept_.store({settings_.speed_ratio, settings_.joint_speed_ratio, settings_.tool_pitch_rad});
+void Settings::keep() { kept_.store(to_record(settings_)); }
+
+SettingsRecord to_record(const PlanSettings& settings) {
+  SettingsRecord record{};
+  record.speed_ratio = settings.speed_ratio;
+  record.joint_speed_ratio = settings.joint_speed_ratio;
+  SettingsTool set = SettingsTool::kNot;
+  if (settings.tool_pitch_rad) set = SettingsTool::kPitch;
+  if (settings.tool_orientation) set = SettingsTool::kOrientation;
+  record.tool_is_set = static_cast<std::uint64_t>(set);
+  record.tool_pitch_rad = settings.tool_pitch_rad.value_or(0.0);
+  record.tool_orientation = settings.tool_orientation.value_or(Quaternion{});
+  return record;
+}
+
+PlanSettings to_settings(const SettingsRecord& record) {
+  PlanSettings settings;
+  settings.speed_ratio = record.speed_ratio;
+  settings.joint_speed_ratio = record.joint_speed_ratio;
+  const auto set = static_cast<SettingsTool>(record.tool_is_set);
+  if (set == SettingsTool::kPitch) settings.tool_pitch_rad = record.tool_pitch_rad;
+  if (set == SettingsTool::kOrientation) settings.tool_orientation = record.tool_orientation;
+  return settings;
 }
 
 }  // namespace corbot

@@ -35,4 +35,8 @@ class Settings {
   PlanSettings settings_;
 };
 
+/// What a servant leaves to the next one, and back.
+[[nodiscard]] SettingsRecord to_record(const PlanSettings& settings);
+[[nodiscard]] PlanSettings to_settings(const SettingsRecord& record);
+
 }  // namespace corbot

@@ -4,7 +4,7 @@ set(CORBOT_RUCKIG_DIR "" CACHE PATH "Unpacked sources of Ruckig, empty for none"
 add_executable(bench_planner ${CMAKE_CURRENT_SOURCE_DIR}/planner/planner_bench.cpp)
 corbot_target(bench_planner)
 target_include_directories(bench_planner PRIVATE
-  ${CMAKE_CURRENT_SOURCE_DIR}/kinematics ${CMAKE_CURRENT_SOURCE_DIR}/../unit/planner)
+  ${CMAKE_CURRENT_SOURCE_DIR}/kinematics ${CMAKE_CURRENT_SOURCE_DIR}/../unit/planner ${PROJECT_SOURCE_DIR}/tests/support)
 target_link_libraries(bench_planner PRIVATE corbot::planner)
 set_target_properties(bench_planner PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bench)
 if(CORBOT_RUCKIG_DIR)

@@ -1,7 +1,7 @@
 corbot_test(test_kinematics_property COMPUTES
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/pitch_round_trip_test.cpp
   LABELS property)
-target_include_directories(test_kinematics_property PRIVATE ${PROJECT_SOURCE_DIR}/src)
+target_include_directories(test_kinematics_property PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/tests/support)
 corbot_test(test_arm_round_trip COMPUTES
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/kinematics/arm_round_trip_test.cpp
   LABELS property)

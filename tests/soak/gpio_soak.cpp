@@ -90,10 +90,10 @@ class RunningCycle {
     for (std::size_t i = 0; i < 4; ++i) theta_deg[i] = rig_.snapshot.position_q[i] * 180.0 / M_PI;
     const bool was_gap = rig_.snapshot.time_ns - before_ns > kGapPeriods * rig_.arm.period_ns;
     if (is_free || was_gap) {
-      limits_.rest(theta_deg, rig_.snapshot.tcp_m);
+      limits_.rest(theta_deg, rig_.snapshot.tool.position_m);
       return;
     }
-    limits_.add(theta_deg, rig_.snapshot.tcp_m);
+    limits_.add(theta_deg, rig_.snapshot.tool.position_m);
     Peaks peaks;
     limits_.measure(rig_.snapshot.cycle, peaks);
     if (const std::string fault = limits_.joint_fault(peaks); !fault.empty() && faults_.size() < 20)

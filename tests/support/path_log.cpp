@@ -61,7 +61,7 @@ double speed(const std::vector<Snapshot>& path) {
   double worst = 0.0;
   for (std::size_t i = 1; i < path.size(); ++i) {
     const double dt_s = static_cast<double>(path[i].time_ns - path[i - 1].time_ns) * 1e-9;
-    worst = std::max(worst, distance_m(path[i].tcp_m, path[i - 1].tcp_m) / dt_s);
+    worst = std::max(worst, distance_m(path[i].tool.position_m, path[i - 1].tool.position_m) / dt_s);
   }
   return worst;
 }
@@ -76,7 +76,8 @@ double acceleration(const std::vector<Snapshot>& path) {
     const Snapshot& c = path[i];
     const double dt_s = static_cast<double>(c.time_ns - b.time_ns) * 1e-9;
     Point second{};
-    for (std::size_t k = 0; k < 3; ++k) second[k] = a.tcp_m[k] - 2.0 * b.tcp_m[k] + c.tcp_m[k];
+    for (std::size_t k = 0; k < 3; ++k)
+      second[k] = a.tool.position_m[k] - 2.0 * b.tool.position_m[k] + c.tool.position_m[k];
     worst = std::max(worst, distance_m(second, {}) / (dt_s * dt_s));
   }
   return worst;
@@ -113,7 +114,7 @@ class Lateness {
     if (point == path_.begin() && point != end) ++point;
     for (; point != end; ++point) {
       const Snapshot& before = *std::prev(point);
-      if (distance_m(point->tcp_m, before.tcp_m) < kStill_m) continue;
+      if (distance_m(point->tool.position_m, before.tool.position_m) < kStill_m) continue;
       sum_s += static_cast<double>(point->time_ns - before.time_ns) * 1e-9;
     }
     return sum_s;
@@ -193,7 +194,7 @@ Following following(const ArmModel& arm, const std::vector<Snapshot>& path,
     double nearest_m = HUGE_VAL;
     std::int64_t passed_ns = now_ns;
     for (auto point = first; point != last; ++point) {
-      const double distance = distance_m(tcp, std::prev(point)->tcp_m, point->tcp_m);
+      const double distance = distance_m(tcp, std::prev(point)->tool.position_m, point->tool.position_m);
       if (distance > nearest_m) continue;
       nearest_m = distance;
       passed_ns = point->time_ns;

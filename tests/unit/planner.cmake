@@ -4,6 +4,7 @@ corbot_test(test_planner
           ${CMAKE_CURRENT_SOURCE_DIR}/planner/path_proof_test.cpp
   LIBS corbot_planner
   LABELS unit)
+target_include_directories(test_planner PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
 corbot_test(test_numeric_inverse COMPUTES
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/planner/numeric_inverse_test.cpp
   LIBS corbot_planner

@@ -28,7 +28,7 @@ struct PathLimits {
   double speed_m_s{};
   double acceleration_m_s2{};
   double jerk_m_s3{};
-  double rotation_speed_rad_s{};  ///< of the tool pitch
+  double rotation_speed_rad_s{};  ///< of the tool
   double rotation_acceleration_rad_s2{};
   double rotation_jerk_rad_s3{};
 };
@@ -59,6 +59,8 @@ struct ArmModel {
   Kinematics kinematics{};
   std::array<JointLimits, kMaxJoints> joints{};
   PathLimits path{};
+  /// What the tool may be off an orientation that an arm of fewer than six joints cannot take; 0: 1e-6 rad.
+  double orientation_error_rad{};
   std::array<ServoMap, kMaxJoints> servos{};
   GripperModel gripper{};
   std::int64_t period_ns{1'000'000};  ///< of the real-time loop

@@ -59,6 +59,7 @@ inline void add(Fnv1a& hash, const Kinematics& kinematics) noexcept {
       hash.add(value);
     }
   }
+  hash.add(model.orientation_error_rad);
   const PathLimits& path = model.path;
   for (const double value :
        {path.speed_m_s, path.acceleration_m_s2, path.jerk_m_s3, path.rotation_speed_rad_s,

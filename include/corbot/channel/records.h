@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "corbot/kinematics/joints.h"
+#include "corbot/kinematics/pose.h"
 
 // What crosses the shared-memory channel from the real-time task, besides commands (motion/command.h).
 // Every record is plain, fixed-size and a multiple of eight bytes without padding.
@@ -81,16 +82,14 @@ struct Snapshot {
   /// Highest command number that has ended, with its verdict or dropped when a servant connected.
   /// Commands end in the order of their numbers, so every one up to here has, and this never falls.
   std::uint64_t last_done_id;
-  double virtual_time_s;        ///< within the running command
-  double virtual_rate;          ///< d(virtual time)/d(time), 0 … 1
-  double override_ratio;        ///< target of the rate when neither paused nor stopping
-  double gripper;               ///< opening set-point, 0 … 1
-  Joints position_q;            ///< set-point
-  Joints velocity_q_s;          ///< set-point's difference quotient over the cycle
-  Joints measured_q;            ///< from the device, where it can read
-  std::array<double, 3> tcp_m;  ///< forward kinematics of the set-point, base frame
-  double yaw_rad;
-  double pitch_rad;
+  double virtual_time_s;                    ///< within the running command
+  double virtual_rate;                      ///< d(virtual time)/d(time), 0 … 1
+  double override_ratio;                    ///< target of the rate when neither paused nor stopping
+  double gripper;                           ///< opening set-point, 0 … 1
+  Joints position_q;                        ///< set-point
+  Joints velocity_q_s;                      ///< set-point's difference quotient over the cycle
+  Joints measured_q;                        ///< from the device, where it can read
+  Pose tool;                                ///< base_T_tool: forward kinematics of the set-point
   std::array<double, kMaxServos> pulse_us;  ///< joints first, then the gripper
   std::uint64_t overruns;
   std::uint32_t stop_sources;          ///< bits of StopSource that see an emergency stop now

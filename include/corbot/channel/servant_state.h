@@ -8,6 +8,7 @@
 
 #include "corbot/channel/durable_cell.h"
 #include "corbot/kinematics/joints.h"
+#include "corbot/kinematics/pose.h"
 
 // What a servant knows that its successor must know, too. It is written as it changes, since a servant may be
 // killed at any time, and read by the next servant, which checks every field (src/robot/inherited_state.h): the
@@ -16,12 +17,16 @@
 
 namespace corbot {
 
-/// What Speed, AllSpeed, ArtSpeed and the tool pitch have set.
+/// What Speed, AllSpeed, ArtSpeed, SetToolPitch and SetToolOrientation have set.
 struct SettingsRecord {
-  double speed_ratio;        ///< (0, 1]
-  Joints joint_speed_ratio;  ///< likewise
-  double tool_pitch_rad;     ///< -pi ... pi
+  double speed_ratio;           ///< (0, 1]
+  Joints joint_speed_ratio;     ///< likewise
+  std::uint64_t tool_is_set;    ///< SettingsTool
+  double tool_pitch_rad;        ///< -pi ... pi
+  Quaternion tool_orientation;  ///< unit length
 };
+/// Which of the two the tool's orientation is set by.
+enum class SettingsTool : std::uint64_t { kNot = 0, kPitch = 1, kOrientation = 2 };
 static_assert(std::is_trivially_copyable_v<SettingsRecord> && sizeof(SettingsRecord) % 8 == 0);
 
 /// An alarm as clients read it.

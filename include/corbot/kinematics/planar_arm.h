@@ -44,16 +44,12 @@ struct PlanarArm {
     arm.links = links->first;
     Pose last{arm.count > 3 ? arm.links.wrist_at_zero() : arm.links.elbow_at_zero(), {}};
     if (arm.count > 4) {
-      const Vector3 roll = rotate(conjugate(links->second.orientation), chain.axes[4].direction);
-      if (!square(roll, {0.0, 1.0, 0.0})) return std::nullopt;
-      const Vector3 point =
-          rotate(conjugate(links->second.orientation), chain.axes[4].point_m - links->second.position_m);
-      arm.hand_zero_rad = std::atan2(roll[2], roll[0]);
-      arm.lateral_m = point[1];
-      last.orientation = about({0.0, -1.0, 0.0}, arm.hand_zero_rad);
-      const Vector3 up = rotate(last.orientation, {0.0, 0.0, 1.0});
-      arm.raise_m = dot(point - last.position_m, up);
-      last.position_m = last.position_m + Vector3{0.0, arm.lateral_m, 0.0} + arm.raise_m * up;
+      const auto roll = RollAxis::recognise(chain.axes[4], links->second, last.position_m);
+      if (!roll) return std::nullopt;
+      arm.hand_zero_rad = roll->pitch_rad;
+      arm.lateral_m = roll->lateral_m;
+      arm.raise_m = roll->raise_m;
+      last = roll->frame;
     }
     arm.mount = mounting(chain, links->second, last);
     if (!agrees(arm, chain)) return std::nullopt;
@@ -133,16 +129,8 @@ struct PlanarArm {
     }
     hand.roll_rad = angles[1];
     const Vector3 off = off_roll_axis(tool, hand);
-    Turn t = turn(p[0], p[1], lateral_m + off[1], behind(number));
+    const Turn t = turn(p[0], p[1], lateral_m + off[1], behind(number));
     if (t.reach != Reach::kOk) return refused(t, lateral_m + off[1]);
-    if (std::abs(t.radius_m) <=
-        std::abs(off[0]) + t.slack_m) {  // with the tool on either side the hand may be on the one asked for
-      const Turn other = turn(p[0], p[1], lateral_m + off[1], !behind(number));
-      const bool fits = is_on_side(t, off[0], number), other_fits = is_on_side(other, off[0], number);
-      if (!fits && !other_fits) return {IkStatus::kTooClose, {}, 0.0, std::abs(t.radius_m), std::abs(off[0])};
-      const double away = std::abs(wrap_angle(t.angle_rad - hint[0]));
-      if (other_fits && (!fits || std::abs(wrap_angle(other.angle_rad - hint[0])) < away)) t = other;
-    }
     return place_hand(held(t, hint), hand, t.radius_m - off[0], p[2] - off[2], number, hint);
   }
 
@@ -153,14 +141,13 @@ struct PlanarArm {
     if (t.free) t.angle_rad = hint[0];
     return t;
   }
+  /// Of the tool from the roll axis.
+  [[nodiscard]] double tool_off_m() const noexcept {
+    return root_sum(mount.hand.position_m[1], mount.hand.position_m[2]);
+  }
   /// C at the hint.
   [[nodiscard]] double pitch_at(const Joints& q) const noexcept {
     return links.sign2 * q[1] + links.sign3 * q[2] + links.sign4 * q[3] + hand_zero_rad;
-  }
-  /// Whether the tool's foot on the roll axis is on the number's side of axis 1.
-  [[nodiscard]] static bool is_on_side(const Turn& t, double off_m, std::uint32_t number) noexcept {
-    const double foot_m = t.radius_m - off_m;
-    return (behind(number) ? foot_m : -foot_m) <= kBorder_m + t.slack_m;
   }
 
   /// Joints for a wrist axis this far ahead of axis 1 and above the shoulder.
@@ -217,32 +204,42 @@ struct PlanarArm {
                  p.position_m[2] - tool[0] * hand.sine - tool[2] * hand.cosine, number, hint);
   }
 
-  /// Where the tool is off the roll axis, the plane depends on the hand, which depends on the plane: iterated, by tool
-  /// offset / radius a step.
+  /// Beside axis 1 tool and hand may be on different sides of it: the number goes by the tool, as along a path.
   [[nodiscard]] IkSolution with_roll(const Pose& p, std::uint32_t number, const Joints& hint) const noexcept {
+    const Facing own = facing(p, behind(number), number, hint);
+    const double beside_m = 3.0 * tool_off_m() + std::abs(lateral_m);
+    if (root_sum(p.position_m[0], p.position_m[1]) > beside_m) return own.solution;
+    return nearer(own, facing(p, !behind(number), number, hint), behind(number));
+  }
+  /// Where the tool is off the roll axis, the plane depends on the hand, which depends on the plane: iterated, by tool offset / radius
+  /// a step.
+  [[nodiscard]] Facing facing(const Pose& p, bool hand_behind, std::uint32_t number,
+                              const Joints& hint) const noexcept {
     const Vector3& tool = mount.hand.position_m;
-    const double off_m = root_sum(tool[1], tool[2]);
+    const double off_m = tool_off_m();
     const Quaternion g = p.orientation * mount.unhand;
     Vector3 foot = p.position_m - rotate(g, {0.0, tool[1], tool[2]});  // of the tool on the roll axis
     for (int step = 0; step < kMostSteps; ++step) {
-      Turn t = turn(foot[0], foot[1], lateral_m, behind(number));
-      if (t.reach != Reach::kOk) return refused(t, lateral_m);
+      Turn t = turn(foot[0], foot[1], lateral_m, hand_behind);
+      if (t.reach != Reach::kOk) return {refused(t, lateral_m), Facing::kNoPlane_rad};
       if (std::abs(t.radius_m) <= kNearAxis_m) {
         turn_beside_axis(t, foot, lateral_m, 1.0 - 2.0 * (g.y * g.y + g.z * g.z),
-                         2.0 * (g.x * g.y + g.w * g.z), behind(number), hint[0]);
+                         2.0 * (g.x * g.y + g.w * g.z), hand_behind, hint[0]);
       }
       const PlanarHand hand = nearest_pitch_and_roll(t, g, pitch_at(hint));
       double moved_m = hand.error_rad * off_m;
+      const Vector3 off = off_m > 0.0 ? off_roll_axis(tool, hand) : Vector3{};
       if (moved_m > kConverged_m) {
-        const Vector3 off = off_roll_axis(tool, hand);
         const Vector3 next = p.position_m - Vector3{t.cosine * off[0] - t.sine * off[1],
                                                     t.sine * off[0] + t.cosine * off[1], off[2]};
         moved_m = norm(next - foot);
         foot = next;
       }
-      if (moved_m <= kConverged_m) return place_hand(t, hand, t.radius_m, foot[2], number, hint);
+      if (moved_m <= kConverged_m) {
+        return {place_hand(t, hand, t.radius_m, foot[2], number, hint), hand.error_rad, t.radius_m + off[0]};
+      }
     }
-    return {IkStatus::kTooClose, {}, 0.0, root_sum(foot[0], foot[1]), off_m};
+    return {{IkStatus::kTooClose, {}, 0.0, root_sum(foot[0], foot[1]), off_m}, Facing::kNoPlane_rad};
   }
 };
 

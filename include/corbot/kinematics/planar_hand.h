@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "corbot/kinematics/closed_form.h"
 
@@ -19,6 +20,49 @@ struct PlanarHand {
   double roll_rad{};
   double error_rad{};  ///< what of the orientation it cannot take
 };
+
+/// A roll axis square to the parallel ones, at zero, in the arm's own frame.
+struct RollAxis {
+  double pitch_rad{};  ///< its inclination
+  double lateral_m{};  ///< from axis 1's plane
+  double raise_m{};    ///< above the wrist axis, square to both
+  Pose frame{};        ///< x along it, its origin at the wrist axis' foot
+
+  [[nodiscard]] static std::optional<RollAxis> recognise(const JointAxis& axis, const Pose& zero_T_family,
+                                                         const Vector3& wrist_m) noexcept {
+    const Quaternion unturn = conjugate(zero_T_family.orientation);
+    const Vector3 along = rotate(unturn, axis.direction);
+    if (!square(along, {0.0, 1.0, 0.0})) return std::nullopt;
+    const Vector3 point = rotate(unturn, axis.point_m - zero_T_family.position_m);
+    RollAxis roll{std::atan2(along[2], along[0]), point[1]};
+    roll.frame.orientation = about({0.0, -1.0, 0.0}, roll.pitch_rad);
+    const Vector3 up = rotate(roll.frame.orientation, {0.0, 0.0, 1.0});
+    roll.raise_m = dot(point - wrist_m, up);
+    roll.frame.position_m = wrist_m + Vector3{0.0, roll.lateral_m, 0.0} + roll.raise_m * up;
+    return roll;
+  }
+};
+
+/// What a pose makes of an arm with roll whose hand is on one side of axis 1.
+struct Facing {
+  static constexpr double kNoPlane_rad = 10.0;  ///< an error that is no angle
+
+  IkSolution solution{};
+  double error_rad{};
+  double ahead_m{};  ///< of the tool
+
+  [[nodiscard]] bool is_on_side(bool behind) const noexcept {
+    return (behind ? ahead_m : -ahead_m) <= 2.0 * kBorder_m;
+  }
+};
+
+/// Of the two the one whose tool is on this side; of two such the one whose orientation is nearer, the first if neither's is.
+[[nodiscard]] inline IkSolution nearer(const Facing& own, const Facing& other, bool behind) noexcept {
+  const bool fits = own.is_on_side(behind), other_fits = other.is_on_side(behind);
+  if (!fits && !other_fits) return {IkStatus::kTooClose, {}, 0.0, std::abs(own.ahead_m)};
+  return fits && (!other_fits || own.error_rad <= other.error_rad + kNoDirection) ? own.solution
+                                                                                  : other.solution;
+}
 
 /// The base's turn for a point next to axis 1, or at its border: to the heading (x, y) that the orientation has, if the point fits,
 /// either way round; on the axis itself the hint's if that heading is none.

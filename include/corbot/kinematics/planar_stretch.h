@@ -15,13 +15,14 @@
 
 namespace corbot {
 
-/// A cell of a path: the TCP and the pitch in its middle, and how they go on.
+/// A cell of a path: the TCP and the followed angles in its middle, and how they go on.
 struct PathCell {
   Vector3 position_m{};
-  Vector3 velocity_m{};   ///< a unit of the path parameter
-  double bend_m{};        ///< bound of the second derivative's length
-  double pitch_rad{};     ///< of the tool
-  double rotation_rad{};  ///< of the pitch a unit of the path parameter, constant
+  Vector3 velocity_m{};  ///< a unit of the path parameter
+  double bend_m{};       ///< bound of the second derivative's length
+  Angles angles_rad{};   ///< unless the arm follows every orientation
+  /// Angular velocity of the tool, base frame, or the rates of the angles; a unit of the path parameter, constant.
+  Vector3 turn_rad{};
   double half_width{};
 };
 
@@ -44,9 +45,8 @@ struct CellRates {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const double w = cell.half_width;
   const Vector3 point = arm.mount.to_family(cell.position_m);
-  const Vector3 v = arm.mount.level
-                        ? cell.velocity_m
-                        : rotate(conjugate(arm.mount.base.orientation), cell.velocity_m);
+  const Vector3 v =
+      arm.mount.level ? cell.velocity_m : rotate(conjugate(arm.mount.base.orientation), cell.velocity_m);
   CellRates rates;
   rates.rate_bound.fill(kInfinity);
 
@@ -69,8 +69,8 @@ struct CellRates {
   // Wrist relative to the shoulder, (u, h), and its derivative. The tool is (ahead, above) of the wrist.
   const Vector3& tool = arm.mount.hand.position_m;
   const double hand_m = root_sum(tool[0], tool[2]);
-  const double c = cell.pitch_rad - arm.mount.tool_tilt_rad;
-  const double rotation = cell.rotation_rad;
+  const double c = cell.angles_rad[0];
+  const double rotation = cell.turn_rad[0];
   const double ahead = tool[0] * std::cos(c) - tool[2] * std::sin(c);
   const double above = tool[0] * std::sin(c) + tool[2] * std::cos(c);
   const double facing = (number & 2u) != 0 ? -1.0 : 1.0;
@@ -98,8 +98,8 @@ struct CellRates {
   const double near = (p_wrist - difference) * (p_wrist + difference);
   const double far_low = far - d_square;
   const double near_low = near - d_square;
-  rates.in_reach = far_low >= -kBorder_m * sum &&
-                   near_low >= -kBorder_m * difference;  // half of what the inverse allows
+  rates.in_reach =
+      far_low >= -kBorder_m * sum && near_low >= -kBorder_m * difference;  // half of what the inverse allows
   const double twice = 2.0 * l1 * l2;
   if (!(far > 0.0 && near > 0.0)) return rates;
   const double sine = std::sqrt(far * near) / twice;
@@ -131,7 +131,7 @@ struct CellRates {
   return rates;
 }
 
-/// The bounds of whatever family: its own where it has closer ones, else by the theorem. The arm follows a tool pitch.
+/// The bounds of whatever family: its own where it has closer ones, else by the theorem.
 [[nodiscard]] inline CellRates cell_rates(const Kinematics& arm, const Joints& q, std::uint32_t number,
                                           const PathCell& cell) noexcept {
   if (const auto* planar = std::get_if<PlanarArm>(&arm.form()); planar && has_planar_stretch(*planar)) {
@@ -139,7 +139,8 @@ struct CellRates {
   }
   const double stray_m = cell.bend_m * cell.half_width;
   const StretchBound bound =
-      PathForm(arm, q).bound({cell.velocity_m[0], cell.velocity_m[1], cell.velocity_m[2], cell.rotation_rad},
+      PathForm(arm, q).bound({cell.velocity_m[0], cell.velocity_m[1], cell.velocity_m[2], cell.turn_rad[0],
+                              cell.turn_rad[1], cell.turn_rad[2]},
                              {stray_m, stray_m, stray_m}, cell.half_width);
   CellRates rates;
   rates.in_reach = bound.is_proved;

@@ -30,9 +30,15 @@ namespace detail {
 
 }  // namespace detail
 
-/// Whether the arm follows a tool pitch, and inverse_at_pitch may be asked.
+/// Whether a tool pitch can be asked of the arm: the first of the angles that it follows is one.
 [[nodiscard]] inline bool has_tool_pitch(const Kinematics& arm) noexcept {
-  return arm.follows() == Follows::kPitch;
+  return arm.follows() == Follows::kPitch || arm.follows() == Follows::kPitchAndRoll;
+}
+
+/// The followed angle at which an arm with a tool pitch has this one.
+[[nodiscard]] inline double angle_of_pitch(const Kinematics& arm, double pitch_rad) noexcept {
+  const auto* planar = std::get_if<PlanarArm>(&arm.form());
+  return planar != nullptr ? pitch_rad - planar->mount.tool_tilt_rad : pitch_rad;
 }
 
 /// Yaw and pitch of an upright arm with a tool pitch are sums of its joints, not wrapped. Otherwise both and the roll are angles in
@@ -49,22 +55,12 @@ namespace detail {
           std::atan2(r[2][1], r[2][2])};
 }
 
-/// Joints for a position and a tool pitch, without a quaternion; kNoSolution for an arm that has no tool pitch.
-[[nodiscard]] inline IkSolution inverse_at_pitch(const Kinematics& arm, const Vector3& position_m,
-                                                 double pitch_rad, std::uint32_t number,
-                                                 const Joints& hint) noexcept {
-  const PlanarArm* planar = detail::pitching(arm);
-  if (planar == nullptr) return {IkStatus::kNoSolution};
-  return planar->inverse_at(position_m, {pitch_rad - planar->mount.tool_tilt_rad}, number, hint);
-}
-
 /// From the shoulder axis to the tool centre point of the stretched arm; 0 for a family that has no such length.
 [[nodiscard]] inline double reach_m(const Kinematics& arm) noexcept {
   const auto* planar = std::get_if<PlanarArm>(&arm.form());
   if (planar == nullptr) return 0.0;
   const Vector3& tool = planar->mount.hand.position_m;
-  return planar->links.upper_m + planar->links.fore_m +
-         root_sum(tool[0], root_sum(tool[2], planar->raise_m));
+  return planar->links.upper_m + planar->links.fore_m + root_sum(tool[0], root_sum(tool[2], planar->raise_m));
 }
 
 }  // namespace corbot

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "corbot/kinematics/closed_form.h"
 #include "corbot/kinematics/joints.h"
 #include "corbot/motion/time_law.h"
 
@@ -18,12 +19,21 @@ struct JointMotion {
   std::array<TimeLaw, kMaxJoints> law;  ///< distance in rad or m; joints beyond the arm's are all zero
 };
 
+/// How the tool turns along a line or an arc, in step with the path parameter s. Of an arm that follows every orientation
+/// (Follows::kFull) it is exp(s · turn) · from, base frame: about one axis, at one rate. Any other arm follows angles of its own
+/// (FollowedAngles), which are interpolated. What an arm does not use is 1 and zeros.
+struct OrientationPath {
+  Quaternion from;   ///< of base_T_tool at s = 0, unit length
+  Vector3 turn_rad;  ///< rotation vector, at most π long
+  Angles from_angles_rad;
+  Angles to_angles_rad;
+};
+
 /// Straight line of the TCP, base frame. The law runs the path parameter from 0 to 1.
 struct LineMotion {
   std::array<double, 3> from_m;
   std::array<double, 3> to_m;
-  double from_pitch_rad;  ///< tool pitch C; interpolated linearly with the path parameter
-  double to_pitch_rad;
+  OrientationPath tool;
   std::uint32_t solution;  ///< of the arm's kinematics, the same along the whole path
   std::uint32_t reserved;
   TimeLaw law;
@@ -36,8 +46,7 @@ struct ArcMotion {
   std::array<double, 3> v;  ///< unit vector in the plane, perpendicular to u, in the sense of travel
   double radius_m;
   double angle_rad;  ///< > 0, at most 2π
-  double from_pitch_rad;
-  double to_pitch_rad;
+  OrientationPath tool;
   std::uint32_t solution;  ///< of the arm's kinematics, the same along the whole path
   std::uint32_t reserved;
   TimeLaw law;

@@ -11,10 +11,11 @@
 
 namespace corbot {
 
-/// TCP in the base frame, and tool pitch.
+/// TCP in the base frame, and the tool's orientation or the angles that the arm follows instead.
 struct PathPoint {
   std::array<double, 3> position_m{};
-  double pitch_rad{};
+  Quaternion orientation{};
+  Angles angles_rad{};
 };
 
 namespace detail {
@@ -26,11 +27,28 @@ namespace detail {
 
 }  // namespace detail
 
+[[nodiscard]] inline Quaternion orientation_at(const OrientationPath& tool, double s) noexcept {
+  const double angle_rad = norm(tool.turn_rad);
+  return angle_rad > 0.0 ? about((1.0 / angle_rad) * tool.turn_rad, s * angle_rad) * tool.from : tool.from;
+}
+
+[[nodiscard]] inline Angles angles_at(const OrientationPath& tool, double s) noexcept {
+  return {detail::blend(tool.from_angles_rad[0], tool.to_angles_rad[0], s),
+          detail::blend(tool.from_angles_rad[1], tool.to_angles_rad[1], s)};
+}
+
+/// What the tool turns by over the whole path. Pitch and roll turn about axes that are square to each other.
+[[nodiscard]] inline double rotation_rad(const OrientationPath& tool) noexcept {
+  return norm(tool.turn_rad) + root_sum(tool.to_angles_rad[0] - tool.from_angles_rad[0],
+                                        tool.to_angles_rad[1] - tool.from_angles_rad[1]);
+}
+
 [[nodiscard]] inline PathPoint point_at(const LineMotion& line, double s) noexcept {
   s = std::clamp(s, 0.0, 1.0);
   return {{detail::blend(line.from_m[0], line.to_m[0], s), detail::blend(line.from_m[1], line.to_m[1], s),
            detail::blend(line.from_m[2], line.to_m[2], s)},
-          detail::blend(line.from_pitch_rad, line.to_pitch_rad, s)};
+          orientation_at(line.tool, s),
+          angles_at(line.tool, s)};
 }
 
 [[nodiscard]] inline PathPoint point_at(const ArcMotion& arc, double s) noexcept {
@@ -39,7 +57,8 @@ namespace detail {
   const double y = arc.radius_m * std::sin(s * arc.angle_rad);
   return {{arc.centre_m[0] + x * arc.u[0] + y * arc.v[0], arc.centre_m[1] + x * arc.u[1] + y * arc.v[1],
            arc.centre_m[2] + x * arc.u[2] + y * arc.v[2]},
-          detail::blend(arc.from_pitch_rad, arc.to_pitch_rad, s)};
+          orientation_at(arc.tool, s),
+          angles_at(arc.tool, s)};
 }
 
 [[nodiscard]] inline double length_m(const LineMotion& line) noexcept {

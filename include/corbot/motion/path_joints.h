@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "corbot/arm/arm_model.h"
-#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/path.h"
 
 // The joints at a point of a line or an arc, as planner, proof, gate and cycle compute them, all by these functions. Real-time
@@ -23,10 +22,17 @@ namespace corbot {
   return std::clamp(start_q, limits.lower_q + kHalfTurn, limits.upper_q - kHalfTurn);
 }
 
+/// Joints at a point of a path, on one solution, each at its turn next to the hint.
+[[nodiscard]] inline IkSolution inverse_at(const Kinematics& arm, const PathPoint& point,
+                                           std::uint32_t solution, const Joints& hint) noexcept {
+  return arm.follows() == Follows::kFull ? arm.inverse({point.position_m, point.orientation}, solution, hint)
+                                         : arm.inverse_at(point.position_m, point.angles_rad, solution, hint);
+}
+
 /// `start_q`: the joints at which the path begins, which a joint keeps that is free at this point.
 [[nodiscard]] inline IkSolution joints_at(const ArmModel& arm, const PathPoint& point, std::uint32_t solution,
                                           const Joints& start_q) noexcept {
-  IkSolution ik = inverse_at_pitch(arm.kinematics, point.position_m, point.pitch_rad, solution, start_q);
+  IkSolution ik = inverse_at(arm.kinematics, point, solution, start_q);
   if (ik.status != IkStatus::kOk) return ik;
   for (std::size_t i = 0; i < arm.kinematics.joint_count(); ++i) {
     if (arm.kinematics.joint_kind(i) != JointKind::kRotary) continue;

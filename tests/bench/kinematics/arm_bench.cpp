@@ -13,6 +13,7 @@
 #include "corbot/kinematics/arm_kinematics.h"
 #include "corbot/kinematics/path_form.h"
 #include "corbot/kinematics/tool_pose.h"
+#include "inverse_at_pitch.h"
 #include "paper_equations.h"
 
 namespace corbot {
@@ -109,7 +110,7 @@ void inverse_at_a_pitch(benchmark::State& state) {
   std::size_t n = 0;
   for (auto _ : state) {
     benchmark::DoNotOptimize(
-        inverse_at_pitch(c.arm, poses[n].position_m, poses[n].pitch_rad, c.numbers[n], c.joints[n]));
+        test::inverse_at_pitch(c.arm, poses[n].position_m, poses[n].pitch_rad, c.numbers[n], c.joints[n]));
     n = (n + 1) % kPoses;
   }
 }

@@ -11,6 +11,7 @@
 
 #include "config/arms/four_axis.h"
 #include "corbot/kinematics/tool_pose.h"
+#include "inverse_at_pitch.h"
 #include "sampling.h"
 
 namespace {
@@ -83,7 +84,8 @@ int main() {
       keep(frame);
     }));
     ik.push_back(time_round(kPoses, [&](std::size_t n) {
-      keep(inverse_at_pitch(arm, poses[n].position_m, poses[n].pitch_rad, numbers[n], joints[n]));
+      keep(corbot::test::inverse_at_pitch(arm, poses[n].position_m, poses[n].pitch_rad, numbers[n],
+                                          joints[n]));
     }));
     if (round % 10 == 0) {  // the iterative solver would take minutes
       kdl_ik.push_back(time_round(kPoses, [&](std::size_t n) {

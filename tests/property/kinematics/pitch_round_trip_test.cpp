@@ -8,6 +8,7 @@
 
 #include "config/arms/four_axis.h"
 #include "corbot/kinematics/tool_pose.h"
+#include "inverse_at_pitch.h"
 
 namespace corbot {
 namespace {
@@ -88,7 +89,7 @@ TEST(PitchRoundTrip, AMillionPointsComeBackOnEverySolution) {
     const bool faces_away = is_backward(pose);
     for (std::uint32_t k = 0; k < 4; ++k) {
       const Joints hint{0.25};
-      const IkSolution ik = inverse_at_pitch(arm, pose.position_m, pose.pitch_rad, k, hint);
+      const IkSolution ik = test::inverse_at_pitch(arm, pose.position_m, pose.pitch_rad, k, hint);
       // The solutions on the pose's side must exist; those that face the other way may not.
       if (((k & 2u) != 0) == faces_away) {
         ASSERT_EQ(ik.status, IkStatus::kOk) << "pose " << i << " solution " << k << " theta2 " << q[2];

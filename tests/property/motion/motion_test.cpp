@@ -74,7 +74,7 @@ class Motions : public ::testing::TestWithParam<std::tuple<Kind, int>> {
     if (dice(4) == 0) settings.joint_speed_ratio[static_cast<std::size_t>(dice(4))] = uniform(0.1, 1.0);
     // The inclination stays what it is, or turns with the path.
     settings.tool_pitch_rad = tool_pose(rig_.arm.kinematics, rig_.start().position_q).pitch_rad;
-    if (dice(3) == 0) settings.tool_pitch_rad += uniform(-0.5, 0.5);
+    if (dice(3) == 0) *settings.tool_pitch_rad += uniform(-0.5, 0.5);
     return settings;
   }
 
@@ -229,7 +229,7 @@ bool Motions::check_end(const Command& command) {
     }
   }
   if (command.kind == MotionKind::kJoint) return true;
-  const auto end = rig_.snapshot.tcp_m;
+  const auto end = rig_.snapshot.tool.position_m;
   const PathPoint target =
       command.kind == MotionKind::kLine ? point_at(command.line, 1.0) : point_at(command.arc, 1.0);
   const double miss_m =

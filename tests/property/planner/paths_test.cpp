@@ -6,10 +6,7 @@
 #include <algorithm>
 #include <random>
 
-#include "corbot/motion/bounds.h"
-#include "corbot/motion/law_evaluation.h"
-#include "corbot/motion/path.h"
-#include "corbot/motion/path_joints.h"
+#include "path_ticks.h"
 #include "planner/planner.h"
 #include "seed.h"
 #include "test_arm.h"
@@ -17,89 +14,11 @@
 namespace corbot {
 namespace {
 
+using test::check_ticks;
 using test::deg;
+using test::deviation;
+using test::Tightest;
 using Point = std::array<double, 3>;
-
-/// Distance from the straight line or from the circle that was asked for.
-double deviation(const LineMotion& line, const Point& p) {
-  const double length = length_m(line);
-  if (length < 1e-12) return test::distance(line.from_m, p);
-  std::array<double, 3> d{}, e{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    d[i] = (line.to_m[i] - line.from_m[i]) / length;
-    e[i] = p[i] - line.from_m[i];
-  }
-  return std::hypot(d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2], d[0] * e[1] - d[1] * e[0]);
-}
-double deviation(const ArcMotion& arc, const Point& p) {
-  double along_u = 0.0, along_v = 0.0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    along_u += (p[i] - arc.centre_m[i]) * arc.u[i];
-    along_v += (p[i] - arc.centre_m[i]) * arc.v[i];
-  }
-  std::array<double, 3> off{};
-  for (std::size_t i = 0; i < 3; ++i)
-    off[i] = p[i] - arc.centre_m[i] - along_u * arc.u[i] - along_v * arc.v[i];
-  return std::hypot(std::hypot(along_u, along_v) - arc.radius_m, std::hypot(off[0], off[1], off[2]));
-}
-
-struct Tightest {
-  double joint_speed{};  ///< greatest part of a joint's speed that was used
-};
-
-template <class Motion>
-void check_ticks(const ArmModel& arm, const PlanSettings& settings, const Command& command,
-                 const Motion& motion, Tightest* tightest) {
-  constexpr double kSlack = 1.0 + 1e-6;
-  ASSERT_TRUE(is_well_formed(motion.law));
-  const double length = length_m(motion);
-  const double duration_s = command.duration_s;
-  // Motions that creep past a singularity last up to an hour; 60,000 ticks are enough.
-  const double tick_s = std::max(1e-3, duration_s / 60'000.0);
-  const int ticks = static_cast<int>(std::ceil(duration_s / tick_s));
-  Joints last = command.start_q;
-  std::array<Point, 4> track{};
-  track.fill(test::tcp_of(arm, command.start_q));
-  for (int k = 0; k <= ticks; ++k) {
-    const LawState s = evaluate(motion.law, k * tick_s);
-    const PathPoint wanted = point_at(motion, s.position);
-    const IkSolution ik = joints_at(arm, wanted, motion.solution, command.start_q);
-    ASSERT_EQ(ik.status, IkStatus::kOk) << "tick " << k << " of " << ticks;
-    const Point tcp = test::tcp_of(arm, ik.joints_q);
-    ASSERT_LT(deviation(motion, tcp), 1e-6) << "tick " << k;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const double q = ik.joints_q[i];
-      const double limit = arm.joints[i].speed_q_s * settings.joint_speed_ratio[i];
-      ASSERT_GE(q, arm.joints[i].lower_q - kRangeTolerance_q) << "joint " << i << " tick " << k;
-      ASSERT_LE(q, arm.joints[i].upper_q + kRangeTolerance_q) << "joint " << i << " tick " << k;
-      // 1e-7 rad: what rounding does to a joint next to a singularity, within one tick.
-      ASSERT_LE(std::abs(q - last[i]), limit * tick_s * kSlack + 1e-7)
-          << "joint " << i << " tick " << k << " of " << ticks;
-      tightest->joint_speed = std::max(tightest->joint_speed, std::abs(q - last[i]) / (limit * tick_s));
-    }
-    // The TCP's own limits, from difference quotients;
-    // third differences carry a rounding of 1e-15 m / (1 ms)³.
-    std::array<double, 3> v{}, a{}, j{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      v[i] = (tcp[i] - track[0][i]) / tick_s;
-      a[i] = (tcp[i] - 2.0 * track[0][i] + track[1][i]) / (tick_s * tick_s);
-      j[i] = (tcp[i] - 3.0 * track[0][i] + 3.0 * track[1][i] - track[2][i]) / (tick_s * tick_s * tick_s);
-    }
-    if (length > 1e-9) {
-      ASSERT_LE(std::hypot(v[0], v[1], v[2]), arm.path.speed_m_s * settings.speed_ratio * kSlack + 1e-9);
-      ASSERT_LE(std::hypot(a[0], a[1], a[2]), arm.path.acceleration_m_s2 * kSlack + 1e-8) << "tick " << k;
-      ASSERT_LE(std::hypot(j[0], j[1], j[2]), arm.path.jerk_m_s3 * kSlack + 1e-4) << "tick " << k;
-    }
-    const LawPeaks peak = peaks(motion.law);
-    const double turn = std::abs(motion.to_pitch_rad - motion.from_pitch_rad);
-    ASSERT_LE(peak.velocity * turn, arm.path.rotation_speed_rad_s * settings.speed_ratio * kSlack);
-    ASSERT_LE(peak.acceleration * turn, arm.path.rotation_acceleration_rad_s2 * kSlack);
-    ASSERT_LE(peak.jerk * turn, arm.path.rotation_jerk_rad_s3 * kSlack);
-    track = {tcp, track[0], track[1], track[2]};
-    last = ik.joints_q;
-  }
-  for (std::size_t i = 0; i < 4; ++i) ASSERT_NEAR(last[i], command.end_q[i], 1e-9);
-}
 
 struct Random {
   std::mt19937_64 engine;

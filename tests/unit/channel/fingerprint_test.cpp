@@ -56,6 +56,7 @@ TEST(Fingerprint, ChangesWithEveryFieldThatBothSidesMustAgreeOn) {
       [](ArmModel& m) { m.joints[0].lower_q = 0.1; },
       [](ArmModel& m) { m.joints[0].upper_q = 0.1; },
       [](ArmModel& m) { m.joints[5].jerk_q_s3 = 0.1; },
+      [](ArmModel& m) { m.orientation_error_rad = 0.1; },
       [](ArmModel& m) { m.path.speed_m_s = 0.1; },
       [](ArmModel& m) { m.path.rotation_jerk_rad_s3 = 0.1; },
       [](ArmModel& m) { m.gripper.travel_s = 0.1; },

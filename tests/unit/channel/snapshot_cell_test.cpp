@@ -55,7 +55,7 @@ TEST(SnapshotCell, ReturnsTheLatest) {
 TEST(SnapshotCell, CarriesASnapshotWhole) {
   const auto cell = std::make_unique<SnapshotCell<Snapshot>>();
   Snapshot in{};
-  std::memset(&in, 0x5a, sizeof(in));
+  std::memset(static_cast<void*>(&in), 0x5a, sizeof(in));
   cell->store(in);
   Snapshot out{};
   ASSERT_TRUE(cell->load(out));

@@ -160,7 +160,7 @@ TEST(Recording, RowsFitTheHeader) {
   snapshot.state = RtState::kMoving;
   snapshot.command_id = 3;
   snapshot.position_q[1] = std::numbers::pi / 2;
-  snapshot.tcp_m = {0.1, 0.2, 0.3};
+  snapshot.tool.position_m = {0.1, 0.2, 0.3};
   snapshot.pulse_us[4] = 1100;
   for (const std::size_t joints : {4u, 6u}) {
     const std::string header = csv_header(joints);

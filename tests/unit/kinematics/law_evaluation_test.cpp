@@ -88,12 +88,18 @@ TEST(PointAt, IsExactAtTheEndsOfALine) {
   LineMotion line{};
   line.from_m = {0.1, 0.2, 0.3};
   line.to_m = {-0.7, 0.2, 1.1};
-  line.from_pitch_rad = -0.3;
-  line.to_pitch_rad = 0.4;
+  line.tool.from = about({0.0, 0.0, 1.0}, 0.2);
+  line.tool.turn_rad = {0.6, 0.0, 0.0};
+  line.tool.from_angles_rad = {-0.3, 0.0};
+  line.tool.to_angles_rad = {0.4, 0.1};
   EXPECT_EQ(point_at(line, 0.0).position_m, line.from_m);
   EXPECT_EQ(point_at(line, 1.0).position_m, line.to_m);
   EXPECT_EQ(point_at(line, 2.0).position_m, line.to_m);
-  EXPECT_EQ(point_at(line, 1.0).pitch_rad, 0.4);
+  EXPECT_EQ(point_at(line, 1.0).angles_rad, (Angles{0.4, 0.1}));
+  EXPECT_NEAR(point_at(line, 0.25).angles_rad[0], -0.125, 1e-15);
+  const Quaternion turned = about({1.0, 0.0, 0.0}, 0.15) * line.tool.from;  // about an axis of the base
+  EXPECT_LT(angle_between(point_at(line, 0.25).orientation, turned), 1e-15);
+  EXPECT_NEAR(rotation_rad(line.tool), 0.6 + std::hypot(0.7, 0.1), 1e-15);
   EXPECT_NEAR(point_at(line, 0.25).position_m[0], -0.1, 1e-15);
   EXPECT_EQ(point_at(line, 0.3).position_m[1], 0.2);
   EXPECT_NEAR(length_m(line), std::hypot(0.8, 0.8), 1e-15);

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "corbot/kinematics/tool_pose.h"
+#include "inverse_at_pitch.h"
 #include "paper_equations.h"
 
 namespace corbot {
@@ -100,7 +101,7 @@ TEST(Forward, ReadyIsTheStretchedArmWithTheHandBelowTheHorizontal) {
 TEST(Inverse, ComesBackOnEverySolutionWithItsSignAndFacing) {
   const std::array<double, 3> p{0.05, 0.03, 0.22};
   for (std::uint32_t i = 0; i < lynx5().solution_count(); ++i) {
-    const IkSolution ik = inverse_at_pitch(lynx5(), p, deg(20), i, {});
+    const IkSolution ik = test::inverse_at_pitch(lynx5(), p, deg(20), i, {});
     ASSERT_EQ(ik.status, IkStatus::kOk) << i;
     EXPECT_EQ(lynx5().solution_of(ik.joints_q), i);
     EXPECT_LT(distance(tool_pose(lynx5(), ik.joints_q).position_m, p), 1e-15);
@@ -112,7 +113,7 @@ TEST(Inverse, ComesBackOnEverySolutionWithItsSignAndFacing) {
 TEST(Inverse, PositiveIsTheUpperElbowOnlyInFrontOfTheShoulder) {
   // Height of the elbow above the line shoulder–wrist, by the sign of the cross product.
   const auto elbow_is_up = [](const std::array<double, 3>& p, double pitch, std::uint32_t number) {
-    const IkSolution ik = inverse_at_pitch(lynx5(), p, pitch, number, {});
+    const IkSolution ik = test::inverse_at_pitch(lynx5(), p, pitch, number, {});
     EXPECT_EQ(ik.status, IkStatus::kOk);
     const double wrist_u = std::hypot(p[0], p[1]) - 0.1 * std::cos(pitch);
     const double wrist_h = p[2] - 0.067 - 0.1 * std::sin(pitch);
@@ -136,25 +137,29 @@ TEST(Inverse, ThePrintedEquationsDoNotInvert) {
 }
 
 TEST(Inverse, KeepsTheHintOnTheBaseAxisOnly) {
-  const IkSolution on_axis = inverse_at_pitch(lynx5(), {0.0, 0.0, 0.3}, deg(90), kForwardPositive, {0.7});
+  const IkSolution on_axis =
+      test::inverse_at_pitch(lynx5(), {0.0, 0.0, 0.3}, deg(90), kForwardPositive, {0.7});
   ASSERT_EQ(on_axis.status, IkStatus::kOk);
   EXPECT_EQ(on_axis.joints_q[0], 0.7);
-  EXPECT_EQ(inverse_at_pitch(lynx5(), {5e-14, 0.0, 0.3}, deg(90), kBackwardPositive, {0.7}).joints_q[0], 0.7);
-  EXPECT_EQ(inverse_at_pitch(lynx5(), {2e-13, 0.0, 0.3}, deg(90), kForwardPositive, {0.7}).joints_q[0], 0.0);
+  EXPECT_EQ(test::inverse_at_pitch(lynx5(), {5e-14, 0.0, 0.3}, deg(90), kBackwardPositive, {0.7}).joints_q[0],
+            0.7);
+  EXPECT_EQ(test::inverse_at_pitch(lynx5(), {2e-13, 0.0, 0.3}, deg(90), kForwardPositive, {0.7}).joints_q[0],
+            0.0);
 }
 
 TEST(Inverse, TheBorderIsReachableAndAHairBeyondItIsNot) {
   const double reach = 0.24 + 0.1;
   for (const double miss : {0.0, 5e-14, -5e-14}) {
-    const IkSolution ik = inverse_at_pitch(lynx5(), {reach + miss, 0.0, 0.067}, 0.0, kForwardPositive, {0.0});
+    const IkSolution ik =
+        test::inverse_at_pitch(lynx5(), {reach + miss, 0.0, 0.067}, 0.0, kForwardPositive, {0.0});
     ASSERT_EQ(ik.status, IkStatus::kOk) << miss;
     EXPECT_LT(distance(tool_pose(lynx5(), ik.joints_q).position_m, {reach + miss, 0.0, 0.067}), 1e-12);
   }
-  EXPECT_EQ(inverse_at_pitch(lynx5(), {reach + 3e-12, 0, 0.067}, 0.0, kForwardPositive, {0}).status,
+  EXPECT_EQ(test::inverse_at_pitch(lynx5(), {reach + 3e-12, 0, 0.067}, 0.0, kForwardPositive, {0}).status,
             IkStatus::kTooFar);
   const double least = 0.187325 - 0.14605;
   const auto at = [](double u) {
-    return inverse_at_pitch(al5d(), {0.1 + u, 0.0, 0.06731}, 0.0, kForwardPositive, {0.0}).status;
+    return test::inverse_at_pitch(al5d(), {0.1 + u, 0.0, 0.06731}, 0.0, kForwardPositive, {0.0}).status;
   };
   EXPECT_EQ(at(least), IkStatus::kOk);
   EXPECT_EQ(at(least + 1e-12), IkStatus::kOk);
@@ -164,13 +169,14 @@ TEST(Inverse, TheBorderIsReachableAndAHairBeyondItIsNot) {
 TEST(Inverse, AtPZeroEqualLinksFoldWhereTheUpperArmIsAndUnequalOnesCannot) {
   const std::array<double, 3> shoulder{0.1, 0.0, 0.067};
   for (const std::uint32_t number : {kForwardPositive, kForwardNegative}) {
-    const IkSolution folded = inverse_at_pitch(lynx5(), shoulder, 0.0, number, {0.0, 0.7});
+    const IkSolution folded = test::inverse_at_pitch(lynx5(), shoulder, 0.0, number, {0.0, 0.7});
     ASSERT_EQ(folded.status, IkStatus::kOk);
     EXPECT_NEAR(folded.joints_q[1], 0.7, 1e-15);
     EXPECT_NEAR(folded.joints_q[2], number == kForwardPositive ? kPi : -kPi, 1e-15);
     EXPECT_LT(distance(tool_pose(lynx5(), folded.joints_q).position_m, shoulder), 1e-15);
   }
-  const IkSolution unequal = inverse_at_pitch(al5d(), {0.1, 0.0, 0.06731}, 0.0, kForwardPositive, {0.0});
+  const IkSolution unequal =
+      test::inverse_at_pitch(al5d(), {0.1, 0.0, 0.06731}, 0.0, kForwardPositive, {0.0});
   EXPECT_EQ(unequal.status, IkStatus::kTooClose);
   EXPECT_NEAR(unequal.limit_m, 0.041275, 1e-15);
   EXPECT_NEAR(unequal.distance_m, 0.0, 1e-15);
@@ -182,12 +188,12 @@ TEST(Inverse, SaysWhatIsWrongAndNeverAnswersNan) {
     for (std::size_t i = 0; i < 3; ++i) {
       auto p = good;
       p[i] = bad;
-      EXPECT_EQ(inverse_at_pitch(lynx5(), p, 0, kForwardPositive, {0}).status, IkStatus::kNotFinite);
+      EXPECT_EQ(test::inverse_at_pitch(lynx5(), p, 0, kForwardPositive, {0}).status, IkStatus::kNotFinite);
     }
-    EXPECT_EQ(inverse_at_pitch(lynx5(), good, bad, kForwardPositive, {0}).status, IkStatus::kNotFinite);
-    EXPECT_EQ(inverse_at_pitch(lynx5(), good, 0, kForwardPositive, {bad}).status, IkStatus::kNotFinite);
+    EXPECT_EQ(test::inverse_at_pitch(lynx5(), good, bad, kForwardPositive, {0}).status, IkStatus::kNotFinite);
+    EXPECT_EQ(test::inverse_at_pitch(lynx5(), good, 0, kForwardPositive, {bad}).status, IkStatus::kNotFinite);
   }
-  const IkSolution far = inverse_at_pitch(lynx5(), {1e100, 1e100, -1e100}, 0, kForwardPositive, {0});
+  const IkSolution far = test::inverse_at_pitch(lynx5(), {1e100, 1e100, -1e100}, 0, kForwardPositive, {0});
   EXPECT_EQ(far.status, IkStatus::kTooFar);
   EXPECT_EQ(far.joints_q, Joints{});
   EXPECT_NEAR(far.limit_m, 0.24, 1e-15);

@@ -81,7 +81,9 @@ TEST(Move, KeepsThePresentSolutionEvenWhereAnotherIsQuicker) {
     const PlanStart start{{unit(random), 2 * unit(random), 2 * unit(random), 2 * unit(random), 0, 0}, 0.0};
     const Point target{0.15 + 0.1 * unit(random), 0.1 * unit(random), 0.15 + 0.05 * unit(random)};
     const std::uint32_t present = arm.kinematics.solution_of(start.position_q).value_or(99);
-    if (inverse_at_pitch(arm.kinematics, target, 0.0, present, start.position_q).status != IkStatus::kOk) continue;
+    if (test::inverse_at_pitch(arm.kinematics, target, 0.0, present, start.position_q).status !=
+        IkStatus::kOk)
+      continue;
     const Command command = only(planner.move(start, {}, target, 0.0));
     ASSERT_EQ(arm.kinematics.solution_of(command.end_q), present) << n;
   }
@@ -92,7 +94,7 @@ TEST(Move, ConsidersWholeTurns) {
   arm.joints[0] = {deg(-20), deg(300), deg(180), deg(900), deg(8000)};
   PlanStart start = kBent;
   start.position_q[0] = deg(170);
-  const IkSolution ik = inverse_at_pitch(arm.kinematics, {-0.2, -0.05, 0.1}, 0.0, 0, {});
+  const IkSolution ik = test::inverse_at_pitch(arm.kinematics, {-0.2, -0.05, 0.1}, 0.0, 0, {});
   ASSERT_LT(ik.joints_q[0], deg(-20));
   const Command command = only(Planner(arm).move(start, {}, {-0.2, -0.05, 0.1}, 0.0));
   EXPECT_NEAR(command.end_q[0], ik.joints_q[0] + deg(360), 1e-12);
@@ -133,7 +135,7 @@ TEST(MoveS, RunsTheStraightLineInTheTimeAskedFor) {
   EXPECT_LT(test::distance(free.line.from_m, tcp_of(arm, kBent.position_q)), 1e-15);
   EXPECT_EQ(free.line.to_m, target);
   EXPECT_EQ(free.line.law.distance, 1.0);
-  EXPECT_NEAR(free.line.to_pitch_rad, 0.0, 1e-15);
+  EXPECT_NEAR(free.line.tool.to_angles_rad[0], angle_of_pitch(arm.kinematics, 0.0), 1e-15);
   EXPECT_LT(test::distance(tcp_of(arm, free.end_q), target), 1e-12);
   EXPECT_EQ(only(planner.move_s(kBent, {}, target, 0.01)).duration_s, free.duration_s);
   const Command timed = only(planner.move_s(kBent, {}, target, 12.5));
@@ -172,7 +174,7 @@ TEST(MoveS, LeavesTheBaseAxisTheWayTheArmFaces) {
   const ArmModel arm = wide_arm();
   PlanSettings up;
   up.tool_pitch_rad = deg(90);
-  IkSolution on_axis = inverse_at_pitch(arm.kinematics, {0.0, 0.0, 0.3}, deg(90), 0, {});
+  IkSolution on_axis = test::inverse_at_pitch(arm.kinematics, {0.0, 0.0, 0.3}, deg(90), 0, {});
   ASSERT_EQ(on_axis.status, IkStatus::kOk);
   const PlanStart start{on_axis.joints_q, 0.0};
   const Planner planner(arm);

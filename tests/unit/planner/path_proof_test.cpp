@@ -16,6 +16,9 @@ namespace {
 
 using test::deg;
 
+/// An arm that keeps its tool level.
+const double kLevel_rad = angle_of_pitch(test::wide_arm().kinematics, 0.0);
+
 LineMotion random_line(std::mt19937_64& random) {
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   LineMotion line{};
@@ -23,8 +26,8 @@ LineMotion random_line(std::mt19937_64& random) {
     line.from_m[i] = 0.25 * unit(random);
     line.to_m[i] = line.from_m[i] + 0.1 * unit(random);
   }
-  line.from_pitch_rad = unit(random);
-  line.to_pitch_rad = line.from_pitch_rad + 0.5 * unit(random);
+  line.tool.from_angles_rad[0] = kLevel_rad + unit(random);
+  line.tool.to_angles_rad[0] = line.tool.from_angles_rad[0] + 0.5 * unit(random);
   return line;
 }
 
@@ -87,6 +90,7 @@ TEST(PathProof, ReachLeftByANanometreBetweenTheSamplesIsFound) {
   arc.u = {std::cos(1.0), 0.0, -std::sin(1.0)};
   arc.v = {std::sin(1.0), 0.0, std::cos(1.0)};
   arc.radius_m = 0.03;
+  arc.tool.from_angles_rad[0] = arc.tool.to_angles_rad[0] = kLevel_rad;
   arc.angle_rad = 1.77;  // farthest from the shoulder at s = 1/1.77
   for (const double hair_m : {1e-6, 1e-9, 1e-11}) {
     arc.centre_m = {0.1 + 0.21 + hair_m, 0.0, 0.067};
@@ -105,6 +109,7 @@ TEST(PathProof, AnArcAlongTheBorderIsRefusedInBoundedTime) {
   arc.centre_m = {0.1, 0.0, 0.067};
   arc.u = {1.0, 0.0, 0.0};
   arc.v = {0.0, 0.0, 1.0};
+  arc.tool.from_angles_rad[0] = arc.tool.to_angles_rad[0] = kLevel_rad;
   arc.radius_m = 0.24;
   arc.angle_rad = 1.0;
   const auto refusal = PathProof(arm, arc, {}).check_geometry();

@@ -115,7 +115,7 @@ TEST(Refusals, ALineWhoseMiddleIsOutOfReach) {
   ArmModel arm = wide_arm();
   arm.kinematics = test::four_axis(0.067, 0.14605, 0.187325, 0.100);
   const Point from{0.12, 0.0, 0.067 + 0.08}, to{0.12, 0.0, 0.067 - 0.08};
-  const IkSolution ik = inverse_at_pitch(arm.kinematics, from, 0.0, 0, {});
+  const IkSolution ik = test::inverse_at_pitch(arm.kinematics, from, 0.0, 0, {});
   ASSERT_EQ(ik.status, IkStatus::kOk);
   const PlanResult result = Planner(arm).move_s({ik.joints_q, 0.0}, {}, to, 0.0);
   expect_refused(result, Kind::kUnreachable, "P", "the path's point");
@@ -132,7 +132,9 @@ TEST(Refusals, ALineWhoseMiddleLeavesARange) {
   arm.joints[1] = {deg(-160), deg(160), deg(150), deg(800), deg(8000)};
   arm.joints[3] = {deg(-170), deg(170), deg(200), deg(1000), deg(8000)};
   PlanSettings settings;
-  const auto joints_at = [&arm](const Point& p) { return inverse_at_pitch(arm.kinematics, p, 0.0, 0, {}); };
+  const auto joints_at = [&arm](const Point& p) {
+    return test::inverse_at_pitch(arm.kinematics, p, 0.0, 0, {});
+  };
   const Point left{0.001, 0.2, 0.1}, right{0.001, -0.2, 0.1};
   ASSERT_EQ(joints_at(left).status, IkStatus::kOk);
   const PlanResult result = Planner(arm).move_s({joints_at(left).joints_q, 0.0}, settings, right, 0.0);
@@ -143,14 +145,14 @@ TEST(Refusals, ALineWhoseMiddleLeavesARange) {
 
 TEST(Refusals, ALineThroughTheBaseAxis) {
   ArmModel arm = wide_arm();
-  const IkSolution ik = inverse_at_pitch(arm.kinematics, {0.1, 0.0, 0.2}, 0.0, 0, {});
+  const IkSolution ik = test::inverse_at_pitch(arm.kinematics, {0.1, 0.0, 0.2}, 0.0, 0, {});
   ASSERT_EQ(ik.status, IkStatus::kOk);
   const PlanResult result = Planner(arm).move_s({ik.joints_q, 0.0}, {}, {-0.1, 0.0, 0.2}, 0.0);
   ASSERT_TRUE(std::holds_alternative<PlanRefusal>(result));
   EXPECT_NE(refusal_of(result).kind, Kind::kBadParameter);
   // Past the axis off the middle of a cell, too, where no sample falls on it.
   for (const double y : {0.0, 1e-15, 1e-12}) {
-    const IkSolution start = inverse_at_pitch(arm.kinematics, {0.1, y, 0.2}, 0.0, 0, {});
+    const IkSolution start = test::inverse_at_pitch(arm.kinematics, {0.1, y, 0.2}, 0.0, 0, {});
     EXPECT_TRUE(std::holds_alternative<PlanRefusal>(
         Planner(arm).move_s({start.joints_q, 0.0}, {}, {-0.0371, y, 0.2}, 0.0)))
         << y;

@@ -8,6 +8,7 @@
 #include "corbot/arm/arm_model.h"
 #include "corbot/kinematics/tool_pose.h"
 #include "corbot/units.h"
+#include "inverse_at_pitch.h"
 
 namespace corbot::test {
 

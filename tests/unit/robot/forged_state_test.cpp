@@ -65,7 +65,10 @@ class ForgedState : public ::testing::Test {
   void check(const InheritedState& state) {
     if (state.settings) {
       EXPECT_TRUE(state.settings->speed_ratio > 0.0 && state.settings->speed_ratio <= 1.0);
-      EXPECT_LE(std::abs(state.settings->tool_pitch_rad), M_PI);
+      EXPECT_LE(std::abs(state.settings->tool_pitch_rad.value_or(0.0)), M_PI);
+      if (state.settings->tool_orientation) {
+        EXPECT_NEAR(squared_norm(*state.settings->tool_orientation), 1.0, 1e-5);
+      }
       for (const double ratio : state.settings->joint_speed_ratio) EXPECT_TRUE(ratio > 0.0 && ratio <= 1.0);
     }
     EXPECT_LE(state.alarms.size(), kKeptAlarms);

@@ -35,7 +35,8 @@ struct DurableCellParts {
 namespace test {
 namespace {
 
-const SettingsRecord kSettings{0.5, {0.25, 0.5, 0.75, 1.0, 1.0, 1.0}, -0.5};
+const SettingsRecord kSettings{
+    0.5, {0.25, 0.5, 0.75, 1.0, 1.0, 1.0}, static_cast<std::uint64_t>(SettingsTool::kPitch), -0.5, {}};
 
 TicketRecord pending_ticket(std::uint64_t id, std::uint64_t incarnation) {
   TicketRecord record{};
@@ -121,7 +122,9 @@ TEST_F(Inherit, WhatWasSetBeforeTheTaskWasThereIsNewer) {
 TEST_F(Inherit, AServantThatWasKilledWhileItStoredLeavesTheRecordBefore) {
   leave([](ServantSegment& own) {
     own.state.settings.store(kSettings);
-    own.state.settings.store({1.0, {1, 1, 1, 1, 1, 1}, 0.75});
+    SettingsRecord torn = kSettings;
+    torn.tool_pitch_rad = 0.75;
+    own.state.settings.store(torn);
     DurableCellParts::tear_last(own.state.settings);
   });
   open_robot();
@@ -142,7 +145,7 @@ TEST_F(Inherit, AFirstRecordThatWasNeverWholeIsNone) {
 TEST_F(Inherit, SettingsThatNoServantStoresAreLeftOutAndReported) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  std::vector<SettingsRecord> forged(8, kSettings);
+  std::vector<SettingsRecord> forged(10, kSettings);
   forged[0].speed_ratio = 0.0;
   forged[1].speed_ratio = kNan;
   forged[2].speed_ratio = 1.0 + 1e-12;
@@ -150,6 +153,8 @@ TEST_F(Inherit, SettingsThatNoServantStoresAreLeftOutAndReported) {
   forged[4].joint_speed_ratio[0] = kInfinity;
   forged[5].tool_pitch_rad = kNan;
   forged[6].tool_pitch_rad = 4.0;
+  forged[8].tool_is_set = 3;
+  forged[9].tool_orientation = {0.0, 0.0, 0.0, 0.0};
   for (std::size_t i = 0; i < forged.size(); ++i) {
     leave([&](ServantSegment& own) {
       own.state.settings.store(forged[i]);

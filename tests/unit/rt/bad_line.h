@@ -26,10 +26,11 @@ inline Command line_over_the_base(const Rig& rig) {
   command.kind = MotionKind::kLine;
   command.start_q = from_q;
   command.end_q = to_q;
+  command.line = {};
   command.line.from_m = from.position_m;
   command.line.to_m = to.position_m;
-  command.line.from_pitch_rad = from.pitch_rad;
-  command.line.to_pitch_rad = to.pitch_rad;
+  command.line.tool.from_angles_rad = rig.arm.kinematics.followed().at(from_q);
+  command.line.tool.to_angles_rad = rig.arm.kinematics.followed().at(to_q);
   command.line.solution = rig.arm.kinematics.solution_of(from_q).value_or(0);
   command.line.law = {1.0, 0.3, 0.3, 1.6};
   command.duration_s = command.line.law.duration_s();

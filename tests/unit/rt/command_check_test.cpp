@@ -88,8 +88,8 @@ std::vector<Good> good_commands() {
       line, "from_m", [](Command & c) -> auto& { return c.line.from_m; });
   add_vector(
       line, "to_m", [](Command & c) -> auto& { return c.line.to_m; });
-  line.push_back({"from_pitch_rad", [](Command& c) -> double& { return c.line.from_pitch_rad; }});
-  line.push_back({"to_pitch_rad", [](Command& c) -> double& { return c.line.to_pitch_rad; }});
+  line.push_back({"from_angles_rad", [](Command& c) -> double& { return c.line.tool.from_angles_rad[0]; }});
+  line.push_back({"to_angles_rad", [](Command& c) -> double& { return c.line.tool.to_angles_rad[0]; }});
 
   all.push_back({"arc",
                  planned(rig, rig.planner.move_c(start, settings, p, {p[0] + 0.01, p[1] + 0.01, p[2]},
@@ -105,8 +105,8 @@ std::vector<Good> good_commands() {
       arc, "v", [](Command & c) -> auto& { return c.arc.v; });
   arc.push_back({"radius_m", [](Command& c) -> double& { return c.arc.radius_m; }});
   arc.push_back({"angle_rad", [](Command& c) -> double& { return c.arc.angle_rad; }});
-  arc.push_back({"from_pitch_rad", [](Command& c) -> double& { return c.arc.from_pitch_rad; }});
-  arc.push_back({"to_pitch_rad", [](Command& c) -> double& { return c.arc.to_pitch_rad; }});
+  arc.push_back({"from_angles_rad", [](Command& c) -> double& { return c.arc.tool.from_angles_rad[0]; }});
+  arc.push_back({"to_angles_rad", [](Command& c) -> double& { return c.arc.tool.to_angles_rad[0]; }});
 
   all.push_back({"dwell", planned(rig, rig.planner.dwell(start, 0.5)), common_fields()});
   all.back().fields.push_back({"dwell", [](Command& c) -> double& { return c.dwell.duration_s; }});
@@ -173,8 +173,7 @@ TEST(CommandCheck, NamesWhatIsWrong) {
       {"joints of two durations", 0, [](Command& c) { c.joint.law[2].t_cruise_s += 1e-3; },
        Verdict::kMalformed},
       {"no solution", 1, [](Command& c) { c.line.solution = 4; }, Verdict::kMalformed},
-      {"another solution", 1, [](Command& c) { c.line.solution = 1; },
-       Verdict::kDiscontinuous},
+      {"another solution", 1, [](Command& c) { c.line.solution = 1; }, Verdict::kDiscontinuous},
       {"line from elsewhere", 1,
        [](Command& c) {
          c.line.from_m[2] += 1e-4;

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planner/tool_goal.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "corbot/kinematics/tool_pose.h"
+#include "corbot/motion/path_joints.h"
+#include "corbot/units.h"
+#include "planner/refusal.h"
+
+namespace corbot {
+namespace {
+
+constexpr double kSameAngle_rad = 1e-12;             // a smaller rotation of the tool is rounding
+constexpr double kLeastOrientationError_rad = 1e-6;  // what a limit of 0 allows
+
+/// The rotation vector from one orientation to another, base frame, at most a half turn long.
+Vector3 turn_between(const Quaternion& from, const Quaternion& to) noexcept {
+  const Quaternion d = to * conjugate(from);
+  const double sign = d.w < 0.0 ? -1.0 : 1.0;
+  const Vector3 axis{sign * d.x, sign * d.y, sign * d.z};
+  const double sine = norm(axis);
+  const double angle_rad = double_angle(sine, std::abs(d.w));
+  return angle_rad > kSameAngle_rad ? (angle_rad / sine) * axis : Vector3{};
+}
+
+/// The angle next to `present_rad` that is `wanted_rad` but for whole turns.
+double angle_towards(double present_rad, double wanted_rad) noexcept {
+  const double turn_rad = wrap_angle(wanted_rad - present_rad);
+  return std::abs(turn_rad) <= kSameAngle_rad ? present_rad : present_rad + turn_rad;
+}
+
+/// The nearest orientation to the one that was asked for, by the angles at the joints that have it.
+std::variant<PathPoint, PlanRefusal> nearest(const ArmModel& model, const Quaternion& wanted,
+                                             const Joints& present_q, const Vector3& target_m,
+                                             std::uint32_t solution) {
+  const IkSolution ik = model.kinematics.inverse({target_m, wanted}, solution, present_q);
+  if (ik.status != IkStatus::kOk) return unreachable(target_m, ik, "the target");
+  const double limit_rad = std::max(model.orientation_error_rad, kLeastOrientationError_rad);
+  if (ik.orientation_error_rad > limit_rad) {
+    PlanRefusal refusal;
+    refusal.kind = PlanRefusal::Kind::kUnreachable;
+    refusal.parameter = "orientation";
+    refusal.value = ik.orientation_error_rad;
+    refusal.upper = limit_rad;
+    refusal.target_m = target_m;
+    refusal.text = fmt::format(
+        "at ({:.6g}, {:.6g}, {:.6g}) m this arm comes no nearer to that orientation than {:.6g} degrees, "
+        "allowed up to {:.6g} degrees",
+        target_m[0], target_m[1], target_m[2], to_degrees(ik.orientation_error_rad), to_degrees(limit_rad));
+    return refusal;
+  }
+  return PathPoint{target_m, wanted, model.kinematics.followed().at(ik.joints_q)};
+}
+
+}  // namespace
+
+PathPoint present_point(const Kinematics& arm, const Joints& q) noexcept {
+  const Pose pose = arm.forward(q);
+  return {pose.position_m, pose.orientation, arm.followed().at(q)};
+}
+
+std::variant<PathPoint, PlanRefusal> goal_point(const ArmModel& model, const PlanSettings& settings,
+                                                const Joints& present_q, const Vector3& target_m,
+                                                std::uint32_t solution) {
+  const Kinematics& arm = model.kinematics;
+  PathPoint goal = present_point(arm, present_q);
+  goal.position_m = target_m;
+  if (settings.tool_orientation) {
+    if (arm.follows() != Follows::kFull) {
+      return nearest(model, *settings.tool_orientation, present_q, target_m, solution);
+    }
+    goal.orientation = *settings.tool_orientation;
+  } else if (arm.follows() == Follows::kPitch) {
+    goal.angles_rad[0] =
+        angle_towards(goal.angles_rad[0], angle_of_pitch(arm, settings.tool_pitch_rad.value_or(0.0)));
+  } else if (has_tool_pitch(arm) && settings.tool_pitch_rad) {
+    goal.angles_rad[0] = angle_towards(goal.angles_rad[0], angle_of_pitch(arm, *settings.tool_pitch_rad));
+  }
+  return goal;
+}
+
+IkSolution joints_at_goal(const Kinematics& arm, const PlanSettings& settings, const PathPoint& goal,
+                          std::uint32_t solution, const Joints& hint) noexcept {
+  if (settings.tool_orientation) return arm.inverse({goal.position_m, goal.orientation}, solution, hint);
+  return inverse_at(arm, goal, solution, hint);
+}
+
+OrientationPath orientation_path(const Kinematics& arm, const PathPoint& from, const PathPoint& to) noexcept {
+  OrientationPath path{};
+  if (arm.follows() == Follows::kFull) {
+    path.from = normalised(from.orientation);
+    path.turn_rad = turn_between(path.from, normalised(to.orientation));
+    return path;
+  }
+  for (std::size_t k = 0; k < arm.followed().count; ++k) {
+    path.from_angles_rad[k] = from.angles_rad[k];
+    path.to_angles_rad[k] = angle_towards(from.angles_rad[k], to.angles_rad[k]);
+  }
+  return path;
+}
+
+}  // namespace corbot

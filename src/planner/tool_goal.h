@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <variant>
+
+#include "corbot/arm/arm_model.h"
+#include "corbot/motion/path.h"
+#include "planner/plan.h"
+
+namespace corbot {
+
+/// Where the tool centre point is at these joints, its orientation, and the angles that the arm follows.
+[[nodiscard]] PathPoint present_point(const Kinematics& arm, const Joints& q) noexcept;
+
+/// How a motion ends at `target_m` on one solution: with the orientation that the settings ask for, else with the one that the tool
+/// has at `present_q`. An arm of fewer than six joints takes the nearest orientation; one that is further off than
+/// ArmModel::orientation_error_rad is refused.
+[[nodiscard]] std::variant<PathPoint, PlanRefusal> goal_point(const ArmModel& model,
+                                                              const PlanSettings& settings,
+                                                              const Joints& present_q,
+                                                              const Vector3& target_m,
+                                                              std::uint32_t solution);
+
+/// Joints at a goal on one solution. An orientation that the settings ask for is solved as a pose.
+[[nodiscard]] IkSolution joints_at_goal(const Kinematics& arm, const PlanSettings& settings,
+                                        const PathPoint& goal, std::uint32_t solution,
+                                        const Joints& hint) noexcept;
+
+/// From one point's orientation to the other's: about one axis by the shorter turn, or angle by angle.
+[[nodiscard]] OrientationPath orientation_path(const Kinematics& arm, const PathPoint& from,
+                                               const PathPoint& to) noexcept;
+
+}  // namespace corbot
