@@ -2,10 +2,12 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "corbot/arm/joint_ranges.h"
 #include "corbot/arm/joints.h"
 #include "corbot/motion/command.h"
 
@@ -36,6 +38,8 @@ struct PlanSettings {
   double speed_ratio{1.0};
   std::array<double, kMaxJoints> joint_speed_ratio{1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
   double tool_pitch_rad{0.0};
+  /// Within the model's ranges, and kept instead of them by every motion that is planned.
+  std::optional<JointRanges> soft_limits{};
 };
 
 /// Where the arm will rest when the motion begins.
