@@ -293,8 +293,10 @@ void Cycle::exchange_with_backend() noexcept {
   device_.look(backend_, frame_, gap_.seen_ns());
   feedback_ = has_failed(device_.health()) ? ServoFeedback{} : backend_.read();
   rest_.see(feedback_, gap_.seen_ns());
+  grip_.see(set_point_.opening, feedback_, is_device_open(), gap_.seen_ns());
   snapshot_.measured_q = feedback_.measured ? feedback_.position_q : Joints{};
   snapshot_.measured_time_ns = feedback_.measured ? feedback_.time_ns : 0;
+  snapshot_.measured_opening = feedback_.measured ? feedback_.opening : -1.0;
   const BackendTimes& times = device_.times();
   snapshot_.device_frames = times.frames;
   snapshot_.device_age_ns = times.age_ns;
@@ -320,7 +322,8 @@ void Cycle::check_following() noexcept {
   if (deviation) fault(alarm::following_error(*deviation), FaultStop::Way::kOnPath);
 }
 
-/// In the cycle in which the device has taken the last set-point, and, where it measures, the joints are there.
+/// In the cycle in which the device has taken the last set-point, and, where it measures, the joints are there. Fingers
+/// that are measured have got as far as they get: what they close on is no fault, nor is it where they take longer.
 void Cycle::end_settled() noexcept {
   if (!settling_.is_active() || fault_stop_.is_latched()) return;
   const bool moves_joints = running_.kind != MotionKind::kGripper && running_.kind != MotionKind::kDwell;
@@ -328,12 +331,15 @@ void Cycle::end_settled() noexcept {
   const auto off_goal = moves_joints ? following_.off_goal(set_point_.position_q, feedback_) : std::nullopt;
   // Encoders that say nothing do not say that the joints are there.
   const bool is_said = feedback_.measured || !backend_.has_encoders() || !moves_joints;
-  if (is_taken && is_said && !off_goal) {
+  const bool has_gripped =
+      running_.kind != MotionKind::kGripper || !grip_.is_measured() || grip_.is_at_rest();
+  if (is_taken && is_said && !off_goal && has_gripped) {
     position_.motion_done(base_.position_q, set_point_.position_q);
     read_override();  // a client that waits for this motion must not read the old one
     return end_motion(Verdict::kDone);
   }
   if (!settling_.wait(gap_.seen_ns(), settle_ns_)) return;
+  if (!has_gripped && is_taken) return end_motion(Verdict::kDone);
   fault(alarm::goal_not_reached(
             off_goal.value_or(alarm::JointDeviation{.joint = -1, .error_q = 0.0, .allowed_q = 0.0})),
         FaultStop::Way::kOnPath);
@@ -374,7 +380,8 @@ void Cycle::publish() noexcept {
   snapshot_.flags =
       (feedback_.measured ? kSnapshotMeasured : 0u) | (position_.is_unverified() ? kSnapshotUnverified : 0u) |
       (hold_.is_active() ? kSnapshotHeld : 0u) | (fault_stop_.power_off() ? kSnapshotPowerOff : 0u) |
-      (fault_stop_.is_slowing_down() ? kSnapshotFaultStop : 0u);
+      (fault_stop_.is_slowing_down() ? kSnapshotFaultStop : 0u) | (paused_ ? kSnapshotPaused : 0u) |
+      grip_.snapshot_flag();
   snapshot_.command_id = is_running_ ? running_.id : 0;
   snapshot_.command_duration_s = is_running_ ? running_.duration_s : 0.0;
   snapshot_.last_done_id = queue_.last_done();

@@ -17,6 +17,7 @@
 #include "rt/cycle/fault_stop.h"
 #include "rt/cycle/following_check.h"
 #include "rt/cycle/governor.h"
+#include "rt/cycle/grip_watch.h"
 #include "rt/cycle/hold_latch.h"
 #include "rt/cycle/joint_ramp.h"
 #include "rt/cycle/liveness.h"
@@ -195,6 +196,7 @@ class Cycle {
   JointRamp joint_ramp_;
   FollowingCheck following_;
   RestCheck rest_;
+  GripWatch grip_;
   Settling settling_;
   DeviceWatch device_;
   Governor governor_;

@@ -59,7 +59,7 @@ std::uint16_t Cia402Drive::statusword() const {
   auto word = static_cast<unsigned>(state_) | kStatusRemote;
   if (!is_sto_) word |= kStatusVoltage;
   if (has_warning_) word |= kStatusWarning;
-  if (is_limited_) word |= kStatusLimit;
+  if (is_limited_ || is_pressing()) word |= kStatusLimit;
   if (mode_ == kModeHoming) {
     if (!homing_.is_running() && speed_ == 0.0) word |= kStatusReached;
     if (homing_.state() == HomingSequence::State::kAttained) word |= kStatusAttained;
@@ -88,6 +88,21 @@ void Cia402Drive::set_mode(int mode) {
   mode_ = mode;
   hold_here();
   if (mode == kModeCyclicPosition) set_target(target_);
+}
+
+void Cia402Drive::set_piece(std::optional<std::int32_t> count) {
+  piece_ = count;
+  is_above_piece_ = count && position_ >= *count;
+}
+
+void Cia402Drive::move_shaft(double count) {
+  if (is_blocked_) return;
+  position_ = !piece_ ? count : is_above_piece_ ? std::max(count, *piece_) : std::min(count, *piece_);
+}
+
+bool Cia402Drive::is_pressing() const {
+  return piece_ && has_power() && position_ == *piece_ &&
+         (is_above_piece_ ? demand_ < position_ : demand_ > position_);
 }
 
 void Cia402Drive::hold_here() {
@@ -215,7 +230,7 @@ void Cia402Drive::advance(std::int64_t now_ns) {
   if (now_ns_ == 0 || !has_power()) now_ns_ = std::max(now_ns_, now_ns);
   // What is at rest stays so, however long ago its last update.
   if (now_ns - now_ns_ > 1'000'000'000 && speed_ == 0.0 && left_s_ <= 0.0 && !homing_.is_running()) {
-    if (!is_blocked_) position_ = demand_;
+    move_shaft(demand_);
     now_ns_ = now_ns - kStep_ns;
   }
   while (now_ns_ < now_ns) {
@@ -238,7 +253,7 @@ void Cia402Drive::step(double dt_s) {
   }
   const double share = options_.lag_s > 0.0 ? -std::expm1(-dt_s / options_.lag_s) : 1.0;
   const double most = options_.most_counts_per_s * dt_s;
-  if (!is_blocked_) position_ += std::clamp(share * (demand_ - position_), -most, most);
+  move_shaft(position_ + std::clamp(share * (demand_ - position_), -most, most));
   if (state_ == State::kOperationEnabled) watch_following(dt_s);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "sim/devices/homing_sequence.h"
 
@@ -67,6 +68,8 @@ class Cia402Drive {
   void set_warning(bool is_on) { has_warning_ = is_on; }
   /// Something holds the shaft, whatever the torque.
   void set_blocked(bool is_on) { is_blocked_ = is_on; }
+  /// Something stands in the shaft's way, from the side where it is now: it gets as far as this count. Nothing: it is gone.
+  void set_piece(std::optional<std::int32_t> count);
   /// Stays in operation enabled and does not follow its targets; says so by bit 12 of the statusword.
   void set_ignoring(bool is_on);
   /// Ramps down, then is in fault until it is reset. The code is an EMCY's.
@@ -91,6 +94,10 @@ class Cia402Drive {
   void step_ramp(double dt_s);
   void control_homing(std::uint16_t before);
   void hold_here();
+  /// As far as nothing is in the way.
+  void move_shaft(double count);
+  /// Against what is in the way, by what current the motor may have.
+  [[nodiscard]] bool is_pressing() const;
   void watch_following(double dt_s);
   void enter(State state);
 
@@ -119,6 +126,8 @@ class Cia402Drive {
   bool has_warning_{false};
   bool is_sto_{false};
   bool is_blocked_{false};
+  std::optional<double> piece_{};
+  bool is_above_piece_{false};
   bool is_ignoring_{false};
 };
 

@@ -105,6 +105,11 @@ void Cia402Node::set_blocked(bool is_on, std::int64_t now_ns) {
   drive_.set_blocked(is_on);
 }
 
+void Cia402Node::set_piece(std::optional<std::int32_t> count, std::int64_t now_ns) {
+  advance(now_ns);
+  drive_.set_piece(count);
+}
+
 void Cia402Node::set_ignoring(bool is_on, std::int64_t now_ns) {
   advance(now_ns);
   drive_.set_ignoring(is_on);

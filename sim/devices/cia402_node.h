@@ -37,6 +37,8 @@ class Cia402Node final : private NodeServices {
   void set_sto(bool is_on, std::int64_t now_ns);
   /// Something holds the shaft.
   void set_blocked(bool is_on, std::int64_t now_ns);
+  /// See Cia402Drive.
+  void set_piece(std::optional<std::int32_t> count, std::int64_t now_ns);
   /// It does not follow its targets, see Cia402Drive.
   void set_ignoring(bool is_on, std::int64_t now_ns);
   /// From operation enabled to switch on disabled, unasked.

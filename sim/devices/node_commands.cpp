@@ -118,6 +118,13 @@ bool block(const Arguments& arguments, const Target* target) {
                      [](const Target& t, bool is_on) { t.node().set_blocked(is_on, t.now_ns); });
 }
 
+bool place_piece(const Arguments& arguments, const Target* target) {
+  const auto counts = counts_of(arguments[0]);
+  if (!counts && arguments[0] != "off") return false;
+  if (target != nullptr) target->node().set_piece(counts, target->now_ns);
+  return true;
+}
+
 bool ignore(const Arguments& arguments, const Target* target) {
   return with_switch(arguments, target,
                      [](const Target& t, bool is_on) { t.node().set_ignoring(is_on, t.now_ns); });
@@ -231,7 +238,7 @@ bool abort(const Arguments& arguments, const Target* target) {
   return true;
 }
 
-constexpr std::array<Command, 17> kCommands{{
+constexpr std::array<Command, 18> kCommands{{
     {"emcy", "CODE",
      "reports an error (hexadecimal); but for 81xx, 82xx and FFxx it stops the drive, too; 0: it has gone", 1,
      1, report},
@@ -241,6 +248,9 @@ constexpr std::array<Command, 17> kCommands{{
      "safe torque off: leaves operation enabled, bit 4 of its statusword is 0; off: it stays disabled", 1, 1,
      torque_off},
     {"block", "on|off", "something holds the shaft", 1, 1, block},
+    {"piece", "COUNTS|off",
+     "the shaft gets as far as COUNTS, and no further: what a gripper closes on, or an end", 1, 1,
+     place_piece},
     {"ignore", "on|off", "stays enabled, does not follow its targets, and says so (bit 12 of the statusword)",
      1, 1, ignore},
     {"disable", "", "leaves operation enabled although nobody has asked for it", 0, 0, disable},

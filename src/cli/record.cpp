@@ -64,11 +64,10 @@ const char* device_state(std::uint32_t health) {
 
 /// "unverified+power_off"; "-" where there are none.
 std::string flags_text(std::uint32_t flags) {
-  static constexpr std::pair<std::uint32_t, const char*> kNames[] = {{kSnapshotMeasured, "measured"},
-                                                                     {kSnapshotUnverified, "unverified"},
-                                                                     {kSnapshotHeld, "held"},
-                                                                     {kSnapshotPowerOff, "power_off"},
-                                                                     {kSnapshotFaultStop, "fault_stop"}};
+  static constexpr std::pair<std::uint32_t, const char*> kNames[] = {
+      {kSnapshotMeasured, "measured"},  {kSnapshotUnverified, "unverified"},     {kSnapshotHeld, "held"},
+      {kSnapshotPowerOff, "power_off"}, {kSnapshotFaultStop, "fault_stop"},      {kSnapshotPaused, "paused"},
+      {kSnapshotHolding, "holding"},    {kSnapshotHoldsNothing, "holds_nothing"}};
   std::string text;
   for (const auto& [bit, name] : kNames) {
     if ((flags & bit) != 0) text += (text.empty() ? "" : "+") + std::string(name);

@@ -11,6 +11,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "cli/gripper_view.h"
 #include "corbot/channel/alarms.h"
 #include "corbot/channel/records.h"
 #include "corbot/motion/bounds.h"
@@ -47,8 +48,6 @@ const char* meaning(Corbot::RobotState state, bool cause_gone, bool paused) {
       return "at rest and ready";
   }
 }
-
-const char* to_string(Corbot::GripperState state) { return state == Corbot::Open ? "open" : "closed"; }
 
 const char* to_string(Corbot::RobotKind kind) {
   constexpr const char* kNames[] = {"anthropomorphic", "Cartesian", "cylindrical", "polar", "SCARA", "other"};
@@ -98,6 +97,18 @@ std::string local_time(double epoch_s) {
 
 std::string microseconds(double seconds) { return fmt::format("{:.1f} us", seconds * 1e6); }
 
+bool is_limited(const StatusReport& r, std::size_t joint) {
+  if (joint >= r.ranges.size() || joint >= r.soft_limits.size()) return false;
+  return r.soft_limits[joint].lower != r.ranges[joint].lower ||
+         r.soft_limits[joint].upper != r.ranges[joint].upper;
+}
+
+json ranges_data(const std::vector<Corbot::JointRange>& ranges) {
+  json list = json::array();
+  for (const auto& range : ranges) list.push_back({{"lower", range.lower}, {"upper", range.upper}});
+  return list;
+}
+
 /// Old: more than five of the longest periods that a profile may have.
 bool is_old(const StatusReport& report) { return report.cycle_age_s.value_or(0) > 0.1; }
 
@@ -105,6 +116,21 @@ bool is_old(const StatusReport& report) { return report.cycle_age_s.value_or(0) 
 std::string holder_text(const Corbot::ControlInfo& control) {
   const std::string holder = printable(control.holder.in());
   return holder.empty() ? "" : fmt::format("{}, {:.1f} s left unless renewed", holder, control.left);
+}
+
+/// One reading in place of several.
+void take(const Corbot::ArmState& now, StatusReport& report) {
+  report.state = now.status;
+  report.paused = now.paused;
+  report.override_percent = now.overridePercent;
+  report.device = now.device;
+  report.control = now.control;
+  report.cycle_age_s = now.age;
+  report.motion = now.motion.id;
+  report.progress = now.motion.progress;
+  report.gripper_info = now.gripper;
+  const Corbot::JointCoord& joints = now.measured ? now.measuredJoints : now.commanded;
+  report.joints.assign(joints.get_buffer(), joints.get_buffer() + joints.length());
 }
 
 }  // namespace
@@ -143,6 +169,14 @@ StatusReport read_status(Client& client) {
     const Corbot::JointCoord_var joints = arm.ArtiCoord();
     for (CORBA::ULong i = 0; i < joints->length(); ++i) report.joints.push_back(joints.in()[i]);
     report.pose = arm.CartCoord();
+    try {
+      const Corbot::ArmState_var now = arm.State();
+      take(now.in(), report);
+      const Corbot::JointRanges_var limits = arm.SoftLimits();
+      report.soft_limits.assign(limits->get_buffer(), limits->get_buffer() + limits->length());
+    } catch (const CORBA::BAD_OPERATION&) {
+      // of an earlier version: what was read one after another stands
+    }
   });
   return report;
 }
@@ -159,6 +193,8 @@ std::string status_text(const StatusReport& r) {
   }
   text += fmt::format("  state     {:<9} {}\n{}", to_string(r.state), meaning(r.state, cause_gone, r.paused),
                       alarms);
+  if (r.motion != 0)
+    text += fmt::format("  motion    {}, {:.0f} % done\n", r.motion, rounded(100.0 * r.progress, 1));
   if (is_old(r)) {
     text += fmt::format("  age       {:.1f} s since the last cycle: joints, tool and motion are that old\n",
                         *r.cycle_age_s);
@@ -178,10 +214,13 @@ std::string status_text(const StatusReport& r) {
   for (std::size_t i = 0; i < r.joints.size(); ++i) {
     text += fmt::format("  joint {}   {:8.2f} deg", i, rounded(r.joints[i], 100));
     if (i < r.ranges.size()) text += fmt::format("   ({:g} to {:g})", r.ranges[i].lower, r.ranges[i].upper);
+    if (is_limited(r, i))
+      text += fmt::format("   limited to {:g} to {:g}", r.soft_limits[i].lower, r.soft_limits[i].upper);
     text += '\n';
   }
   text += fmt::format("  gripper   {}\n  override  {:g} %\n  pitch     {:g} deg\n  reach     {:.3f} m\n",
-                      to_string(r.gripper), r.override_percent, rounded(r.tool_pitch_deg, 1e6), r.reach_m);
+                      gripper_text(r.gripper, r.gripper_info), r.override_percent,
+                      rounded(r.tool_pitch_deg, 1e6), r.reach_m);
   if (r.servant.started > 0.0) {
     text += fmt::format("  servant   corbot {}, profile {}, up since {}\n", printable(r.servant.version.in()),
                         printable(r.servant.profile.in()), local_time(r.servant.started));
@@ -203,8 +242,6 @@ std::string status_line(const StatusReport& r) {
 std::string status_json(const StatusReport& r) {
   json alarms = json::array();
   for (const auto& alarm : r.active_alarms) alarms.push_back(fmt::format("{} {}", alarm.code, alarm.text));
-  json ranges = json::array();
-  for (const auto& range : r.ranges) ranges.push_back({{"lower", range.lower}, {"upper", range.upper}});
   const json data{{"name", r.name},
                   {"address", r.address},
                   {"state", to_string(r.state)},
@@ -212,7 +249,8 @@ std::string status_json(const StatusReport& r) {
                   {"cycle_age_s", r.cycle_age_s ? json(*r.cycle_age_s) : json()},
                   {"kind", to_string(r.kind)},
                   {"joints_deg", r.joints},
-                  {"ranges_deg", ranges},
+                  {"ranges_deg", ranges_data(r.ranges)},
+                  {"soft_limits_deg", ranges_data(r.soft_limits)},
                   {"tool",
                    {{"x_m", r.pose.x},
                     {"y_m", r.pose.y},
@@ -221,6 +259,8 @@ std::string status_json(const StatusReport& r) {
                     {"b_deg", r.pose.b},
                     {"c_deg", r.pose.c}}},
                   {"gripper", to_string(r.gripper)},
+                  {"gripper_opening", gripper_data(r.gripper_info)},
+                  {"motion", r.motion != 0 ? json{{"ticket", r.motion}, {"progress", r.progress}} : json()},
                   {"reach_m", r.reach_m},
                   {"override_percent", r.override_percent},
                   {"tool_pitch_deg", r.tool_pitch_deg},

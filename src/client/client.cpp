@@ -29,6 +29,19 @@ Corbot::JointCoord joints(const Request& request) {
   return target;
 }
 
+/// Of one joint; the others keep theirs.
+void set_limit(Corbot::_objref_Arm& arm, const std::vector<double>& numbers) {
+  Corbot::JointRanges_var limits = arm.SoftLimits();
+  if (limits->length() == 0) limits = arm.MovRange();  // what was saved is not known
+  const auto joint = static_cast<CORBA::ULong>(numbers[0]);
+  if (joint >= limits->length()) {
+    throw Failure(ExitCode::kUsage,
+                  fmt::format("JOINT {}: the arm has joints 0 to {}", joint, limits->length() - 1));
+  }
+  limits[joint] = {numbers[1], numbers[2]};
+  arm.SetSoftLimits(limits.in());
+}
+
 CORBA::ORB_ptr start_orb(double timeout_s) {
   // Trace level 0: lost connections are reported here, not by the ORB.
   const char* options[][2] = {{"traceLevel", "0"}, {"maxGIOPConnectionPerServer", "20"}, {nullptr, nullptr}};
@@ -150,6 +163,8 @@ Corbot::Ticket Client::begin(const Request& request) {
         return arm.StartOpen();
       case Verb::kClose:
         return arm.StartClose();
+      case Verb::kGripper:
+        return arm.StartSetGripper(n[0]);
       default:
         throw Failure(ExitCode::kInternal, "not a motion: " + to_string(request));
     }
@@ -165,6 +180,8 @@ void Client::set(const Request& request) {
         return request.all ? arm.AllSpeed(n[0]) : arm.Speed(n[0]);
       case Verb::kPitch:
         return arm.SetToolPitch(n[0]);
+      case Verb::kLimit:
+        return request.reset ? arm.ResetSoftLimits() : set_limit(arm, n);
       case Verb::kOverride:
         return arm.Override(n[0]);
       case Verb::kStop:

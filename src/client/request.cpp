@@ -70,6 +70,7 @@ const std::vector<VerbSpec>& table() {
       {Verb::kDelay, "delay", {"SECONDS"}, 1, {}, "Wait at rest for a time", true, true},
       {Verb::kOpen, "open", {}, 0, {}, "Open the gripper", true, true},
       {Verb::kClose, "close", {}, 0, {}, "Close the gripper", true, true},
+      {Verb::kGripper, "gripper", {"PERCENT"}, 1, {}, "Move the gripper: 0 closed, 100 open", true, true},
       {Verb::kSpeed,
        "speed",
        {"PERCENT"},
@@ -84,6 +85,14 @@ const std::vector<VerbSpec>& table() {
        1,
        {},
        "Set the tool pitch for the motions that follow",
+       false,
+       true},
+      {Verb::kLimit,
+       "limit",
+       {"JOINT", "LOWER", "UPPER"},
+       0,
+       {{"--reset", "", "the profile's ranges again, of all joints"}},
+       "Set the soft limits of one joint (from 0), degrees, for the motions that follow",
        false,
        true},
       {Verb::kOverride,
@@ -154,6 +163,13 @@ std::optional<std::string> check_values(const Request& request) {
     case Verb::kDelay:
       if (n[0] < 0) return fmt::format("SECONDS {}: must not be negative", n[0]);
       break;
+    case Verb::kLimit:
+      if (n.size() != (request.reset ? 0u : 3u)) return "either JOINT LOWER UPPER, or --reset alone";
+      if (!request.reset && n[1] > n[2]) return fmt::format("LOWER {} is above UPPER {}", n[1], n[2]);
+      break;
+    case Verb::kGripper:
+      if (!(n[0] >= 0 && n[0] <= 100)) return fmt::format("PERCENT {}: must be 0 to 100", n[0]);
+      break;
     case Verb::kSpeed:
     case Verb::kOverride:
       if (!(n[0] > 0 && n[0] <= 100)) {
@@ -172,7 +188,9 @@ std::optional<std::string> check_values(const Request& request) {
 std::optional<std::string> read_option(const OptionSpec& option, std::span<const std::string> words,
                                        std::size_t& index, Request& request) {
   if (option.value.empty()) {
-    (option.name == "--force" ? request.force : request.all) = true;
+    (option.name == "--force"   ? request.force
+     : option.name == "--reset" ? request.reset
+                                : request.all) = true;
     return std::nullopt;
   }
   if (index + 1 >= words.size()) return fmt::format("{} needs a value", option.name);
@@ -202,7 +220,7 @@ std::optional<std::string> read_argument(const VerbSpec& spec, const std::string
   if (at == spec.arguments.size()) {
     return fmt::format("unexpected '{}'; usage: {}", word, usage_of(spec));
   }
-  if (spec.verb == Verb::kDrive && at == 0) {
+  if ((spec.verb == Verb::kDrive || spec.verb == Verb::kLimit) && at == 0) {
     const auto joint = parse_integer(word);
     if (!joint || *joint < 0) {
       return fmt::format("JOINT '{}': must be 0 or a positive integer", word);
@@ -298,6 +316,7 @@ std::string to_string(const Request& request) {
   if (request.joint >= 0) text += fmt::format(" --joint {}", request.joint);
   if (request.all) text += " --all";
   if (request.force) text += " --force";
+  if (request.reset) text += " --reset";
   if (request.verb == Verb::kAcquire) text += fmt::format(" --lease {}", request.lease_s);
   if (request.who) text += fmt::format(" --who '{}'", *request.who);
   return text;

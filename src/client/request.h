@@ -21,9 +21,11 @@ enum class Verb {
   kReady,
   kDelay,
   kOpen,
-  kClose,  // motions
+  kClose,
+  kGripper,  // motions
   kSpeed,
   kPitch,
+  kLimit,
   kOverride,  // settings
   kStop,
   kCancel,
@@ -45,6 +47,7 @@ struct Request {
   int joint{-1};                     ///< --joint; −1 = none
   bool all{false};                   ///< --all
   bool force{false};                 ///< --force
+  bool reset{false};                 ///< --reset
   double lease_s{60};                ///< --lease
   std::optional<std::string> who{};  ///< --who; nothing = user and machine
 };

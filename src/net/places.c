@@ -42,16 +42,28 @@ bool corbot_place_needed(const char* operation, corbot_place_kind* kind) {
     const char* operation;
     corbot_place_kind kind;
   } needed[] = {
-      {"Move", CORBOT_PLACE_TO_WAIT},        {"MoveS", CORBOT_PLACE_TO_WAIT},
-      {"MoveC", CORBOT_PLACE_TO_WAIT},       {"MoveJoints", CORBOT_PLACE_TO_WAIT},
-      {"Drive", CORBOT_PLACE_TO_WAIT},       {"Ready", CORBOT_PLACE_TO_WAIT},
-      {"Delay", CORBOT_PLACE_TO_WAIT},       {"Open", CORBOT_PLACE_TO_WAIT},
-      {"Close", CORBOT_PLACE_TO_WAIT},       {"Wait", CORBOT_PLACE_TO_WAIT},
-      {"Stop", CORBOT_PLACE_TO_STOP},        {"Cancel", CORBOT_PLACE_TO_CHANGE},
-      {"Clear", CORBOT_PLACE_TO_CHANGE},     {"Pause", CORBOT_PLACE_TO_CHANGE},
-      {"Resume", CORBOT_PLACE_TO_CHANGE},    {"Override", CORBOT_PLACE_TO_CHANGE},
-      {"Acquire", CORBOT_PLACE_TO_CHANGE},   {"Release", CORBOT_PLACE_TO_CHANGE},
+      {"Move", CORBOT_PLACE_TO_WAIT},
+      {"MoveS", CORBOT_PLACE_TO_WAIT},
+      {"MoveC", CORBOT_PLACE_TO_WAIT},
+      {"MoveJoints", CORBOT_PLACE_TO_WAIT},
+      {"Drive", CORBOT_PLACE_TO_WAIT},
+      {"Ready", CORBOT_PLACE_TO_WAIT},
+      {"Delay", CORBOT_PLACE_TO_WAIT},
+      {"Open", CORBOT_PLACE_TO_WAIT},
+      {"Close", CORBOT_PLACE_TO_WAIT},
+      {"Wait", CORBOT_PLACE_TO_WAIT},
+      {"Stop", CORBOT_PLACE_TO_STOP},
+      {"Cancel", CORBOT_PLACE_TO_CHANGE},
+      {"Clear", CORBOT_PLACE_TO_CHANGE},
+      {"Pause", CORBOT_PLACE_TO_CHANGE},
+      {"Resume", CORBOT_PLACE_TO_CHANGE},
+      {"Override", CORBOT_PLACE_TO_CHANGE},
+      {"Acquire", CORBOT_PLACE_TO_CHANGE},
+      {"Release", CORBOT_PLACE_TO_CHANGE},
       {"StopAndHold", CORBOT_PLACE_TO_STOP},
+      {"SetGripper", CORBOT_PLACE_TO_WAIT},
+      {"SetSoftLimits", CORBOT_PLACE_TO_CHANGE},
+      {"ResetSoftLimits", CORBOT_PLACE_TO_CHANGE},
   };
   static const char starts[] = "Start";
   if (strncmp(operation, starts, sizeof(starts) - 1) == 0) {

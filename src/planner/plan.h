@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "corbot/arm/joint_ranges.h"
 #include "corbot/kinematics/joints.h"
 #include "corbot/motion/command.h"
 
@@ -40,6 +41,8 @@ struct PlanSettings {
   /// other keeps what the tool has when the motion begins.
   std::optional<double> tool_pitch_rad{};
   std::optional<Quaternion> tool_orientation{};  ///< of base_T_tool, unit length
+  /// Within the model's ranges, and kept instead of them by every motion that is planned.
+  std::optional<JointRanges> soft_limits{};
 };
 
 /// Where the arm will rest when the motion begins.

@@ -177,16 +177,28 @@ struct Planning {
   }
 };
 
+/// With the soft limits in place of the joints' ranges.
+ArmModel limited(const ArmModel& model, const PlanSettings& settings) {
+  ArmModel narrow = model;
+  for (std::size_t i = 0; settings.soft_limits && i < model.dof; ++i) {
+    narrow.joints[i].lower_q = settings.soft_limits->lower_q[i];
+    narrow.joints[i].upper_q = settings.soft_limits->upper_q[i];
+  }
+  return narrow;
+}
+
 }  // namespace
 
 std::optional<PlanRefusal> Planner::check(const PlanSettings& settings, const MotionRequest& request) const {
-  return std::visit(ArgumentCheck{model_, settings}, request);
+  const ArmModel model = limited(model_, settings);
+  return std::visit(ArgumentCheck{model, settings}, request);
 }
 
 PlanResult Planner::plan(const PlanStart& start, const PlanSettings& settings,
                          const MotionRequest& request) const {
   if (auto refusal = check(settings, request)) return *refusal;
-  return std::visit(Planning{model_, settings, start}, request);
+  const ArmModel model = limited(model_, settings);
+  return std::visit(Planning{model, settings, start}, request);
 }
 
 PlanResult Planner::move(const PlanStart& start, const PlanSettings& settings,

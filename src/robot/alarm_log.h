@@ -20,6 +20,7 @@ inline constexpr std::int32_t kAlarmPositionNotSaved = 152;
 inline constexpr std::int32_t kAlarmTaskFrozen = 153;
 inline constexpr std::int32_t kAlarmFormerServantInvalid = 154;
 inline constexpr std::int32_t kAlarmAuditLogIncomplete = 155;
+inline constexpr std::int32_t kAlarmSoftLimitsUnknown = 156;
 
 struct AlarmEntry {
   double time_s{};  ///< since the Unix epoch

@@ -94,6 +94,27 @@ corbot_status corbot_robot_pose(const corbot_robot* robot, corbot_pose* out, cor
   return guarded(error, [&] { *out = robot->robot.view().pose(); });
 }
 
+corbot_status corbot_robot_arm_state(const corbot_robot* robot, corbot_arm_state* out, corbot_error* error) {
+  return guarded(error, [&] {
+    *out = robot->robot.view().arm_state();
+    corbot_robot_holder(robot, &out->holder);
+  });
+}
+
+int32_t corbot_robot_soft_limits(const corbot_robot* robot, corbot_joint_ranges* out) {
+  *out = corbot_joint_ranges{};
+  int32_t known = 0;
+  guarded(nullptr, [&] {
+    const auto limits = robot->robot.soft_limits();
+    for (std::size_t i = 0; limits && i < robot->robot.profile().arm.dof; ++i) {
+      out->lower_deg[i] = tidy_degrees(limits->lower_q[i]);
+      out->upper_deg[i] = tidy_degrees(limits->upper_q[i]);
+    }
+    known = limits ? 1 : 0;
+  });
+  return known;
+}
+
 corbot_gripper corbot_robot_gripper(const corbot_robot* robot) { return robot->robot.view().gripper(); }
 corbot_state corbot_robot_state(const corbot_robot* robot) { return robot->robot.view().state(); }
 double corbot_robot_override(const corbot_robot* robot) { return robot->robot.view().override_percent(); }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// corbot_robot.h over Robot, the calls that have a caller: conversion of units and of exceptions, control, and the audit
-// log. Nothing thrown leaves this file.
+// corbot_robot.h over Robot, control and motions: conversion of units and of exceptions. Nothing thrown leaves this file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,75 +7,15 @@
 #include <chrono>
 #include <cmath>
 #include <string>
-#include <type_traits>
 #include <utility>
 
 #include "corbot/motion/bounds.h"
 #include "corbot/units.h"
-#include "robot/caller.h"
-#include "robot/robot_handle.h"
+#include "robot/recorded_call.h"
 
 namespace {
 
 using namespace corbot;
-
-/// As the interface names its exceptions.
-std::string outcome_of(const corbot_error& error) {
-  switch (error.status) {
-    case CORBOT_OK:
-      return "ok";
-    case CORBOT_BAD_PARAMETER:
-      return fmt::format("BadParameter: {}: {}", error.parameter, error.text);
-    case CORBOT_UNREACHABLE:
-      return fmt::format("Unreachable: {}", error.text);
-    case CORBOT_LIMIT_EXCEEDED:
-      return fmt::format("LimitExceeded: {}", error.text);
-    case CORBOT_NOT_READY:
-      return fmt::format("NotReady: {}", error.text);
-    case CORBOT_STOPPED:
-      return fmt::format("Stopped: {}", error.text);
-    case CORBOT_QUEUE_FULL:
-      return fmt::format("QueueFull: {}", error.text);
-    case CORBOT_NO_DATA:
-    case CORBOT_INTERNAL:
-      break;
-  }
-  return error.text;
-}
-
-/// Runs `body`, which may take the caller's key and return a ticket, and then records the call, `text` with the arguments,
-/// and how it ended. Where memory is short the call is worth more than its entry: nothing that only the entry needs can
-/// fail the call.
-template <class Body, class... Arguments>
-corbot_status recorded(corbot_robot* robot, const corbot_caller* caller, corbot_error* error, Body&& body,
-                       fmt::format_string<const Arguments&...> text, const Arguments&... arguments) noexcept {
-  corbot_error ignored{};
-  corbot_error& out = error != nullptr ? *error : ignored;
-  const auto carry_out = [&] {
-    if constexpr (std::is_invocable_v<Body&>) {
-      return body();
-    } else {
-      return body(key_of(caller));
-    }
-  };
-  std::string who;  // before the call, which may end control
-  std::uint64_t ticket = 0;
-  guarded(nullptr, [&] { who = robot->robot.control().name_of(key_of(caller)); });
-  const corbot_status status = guarded(&out, [&] {
-    if constexpr (std::is_void_v<decltype(carry_out())>) {
-      carry_out();
-    } else {
-      ticket = carry_out();
-    }
-  });
-  guarded(nullptr, [&] {
-    // Stops and Clear need no key; whoever has control does not flood.
-    const bool is_refusal = status != CORBOT_OK && who.empty() && !std::is_invocable_v<Body&>;
-    robot->robot.record(
-        {who, from_of(caller), fmt::format(text, arguments...), ticket, outcome_of(out), is_refusal});
-  });
-  return status;
-}
 
 /// For the alarm; where memory is short the stop is worth more.
 std::string asked_for_by(corbot_robot* robot, const corbot_caller* caller) noexcept {
@@ -87,33 +26,6 @@ std::string asked_for_by(corbot_robot* robot, const corbot_caller* caller) noexc
     by = who.empty() ? from : fmt::format("'{}' {}", who, from);
   });
   return by;
-}
-
-/// Starts a motion. `make` checks what only the C interface can, and returns the request.
-template <class Make, class... Arguments>
-corbot_status start(corbot_robot* robot, const corbot_caller* caller, corbot_ticket* ticket,
-                    corbot_error* error, Make&& make, fmt::format_string<const Arguments&...> text,
-                    const Arguments&... arguments) noexcept {
-  return recorded(
-      robot, caller, error,
-      [&](const std::string& key) {
-        return *ticket = robot->robot.accept(make(), caller != nullptr ? caller->stops : 0, key,
-                                             wanted_to_start(caller));
-      },
-      text, arguments...);
-}
-
-/// Changes how the arm moves: only for whoever has control. `how` is told for how long it is wanted.
-template <class Change, class... Arguments>
-corbot_status change(corbot_robot* robot, const corbot_caller* caller, corbot_error* error, Change&& how,
-                     fmt::format_string<const Arguments&...> text, const Arguments&... arguments) noexcept {
-  return recorded(
-      robot, caller, error,
-      [&](const std::string& key) {
-        const Control::Use use = robot->robot.control().use(key);
-        how(robot->robot, wanted_to_change(caller));
-      },
-      text, arguments...);
 }
 
 std::array<double, 3> point(const double* p_m) { return {p_m[0], p_m[1], p_m[2]}; }
@@ -288,6 +200,18 @@ corbot_status corbot_robot_close_gripper(corbot_robot* robot, const corbot_calle
       robot, caller, ticket, error, [] { return GripperRequest{0.0}; }, "Close()");
 }
 
+corbot_status corbot_robot_set_gripper(corbot_robot* robot, const corbot_caller* caller, double percent,
+                                       corbot_ticket* ticket, corbot_error* error) {
+  return start(
+      robot, caller, ticket, error,
+      [&] {
+        if (!(percent >= 0.0 && percent <= 100.0))
+          throw bad_argument("percent", percent, fmt::format("{:.6g} percent, allowed 0 to 100", percent));
+        return GripperRequest{percent / 100.0};
+      },
+      "SetGripper({})", percent);
+}
+
 corbot_status corbot_robot_wait(corbot_robot* robot, corbot_ticket ticket, double timeout_s,
                                 const corbot_caller* caller, corbot_motion_info* info, corbot_error* error) {
   return guarded(error, [&] {
@@ -357,38 +281,4 @@ corbot_status corbot_robot_pause(corbot_robot* robot, const corbot_caller* calle
 corbot_status corbot_robot_resume(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
   return change(
       robot, caller, error, [](Robot& of, const Wanted& wanted) { of.pause(false, wanted); }, "Resume()");
-}
-
-corbot_status corbot_robot_set_override(corbot_robot* robot, const corbot_caller* caller, double percent,
-                                        corbot_error* error) {
-  return change(
-      robot, caller, error, [&](Robot& of, const Wanted& wanted) { of.set_override(percent, wanted); },
-      "Override({})", percent);
-}
-
-corbot_status corbot_robot_speed(corbot_robot* robot, const corbot_caller* caller, double percent,
-                                 corbot_error* error) {
-  return change(
-      robot, caller, error, [&](Robot& of, const Wanted&) { of.set_speed(percent); }, "Speed({})", percent);
-}
-
-corbot_status corbot_robot_art_speed(corbot_robot* robot, const corbot_caller* caller, int32_t joint,
-                                     double percent, corbot_error* error) {
-  return change(
-      robot, caller, error, [&](Robot& of, const Wanted&) { of.set_joint_speed(joint, percent); },
-      "ArtSpeed({}, {})", joint, percent);
-}
-
-corbot_status corbot_robot_all_speed(corbot_robot* robot, const corbot_caller* caller, double percent,
-                                     corbot_error* error) {
-  return change(
-      robot, caller, error, [&](Robot& of, const Wanted&) { of.set_all_speeds(percent); }, "AllSpeed({})",
-      percent);
-}
-
-corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, const corbot_caller* caller, double degrees,
-                                          corbot_error* error) {
-  return change(
-      robot, caller, error, [&](Robot& of, const Wanted&) { of.set_tool_pitch(degrees); }, "SetToolPitch({})",
-      degrees);
 }

@@ -27,8 +27,8 @@ CallError full(int capacity, const std::string& text) {
 
 /// Whether the planner gives this parameter in radians (or radians a second).
 bool is_angular(const std::string& parameter) {
-  return parameter == "joint range" || parameter == "speed" || parameter == "increment" ||
-         parameter == "angle" || parameter == "tool pitch";
+  return parameter == "joint range" || parameter == "joint position" || parameter == "speed" ||
+         parameter == "increment" || parameter == "angle" || parameter == "tool pitch";
 }
 
 }  // namespace

@@ -43,6 +43,8 @@ void corbot_robot_describe(const corbot_robot* robot, corbot_description* out);
 corbot_status corbot_robot_joints(const corbot_robot* robot, double out_deg[CORBOT_MAX_JOINTS],
                                   corbot_error* error);
 corbot_status corbot_robot_pose(const corbot_robot* robot, corbot_pose* out, corbot_error* error);
+/* All that can be read of one cycle. CORBOT_NO_DATA: no real-time task has ever been seen. */
+corbot_status corbot_robot_arm_state(const corbot_robot* robot, corbot_arm_state* out, corbot_error* error);
 corbot_gripper corbot_robot_gripper(const corbot_robot* robot);
 corbot_state corbot_robot_state(const corbot_robot* robot);
 double corbot_robot_override(const corbot_robot* robot);   /* percent */
@@ -111,6 +113,10 @@ corbot_status corbot_robot_open_gripper(corbot_robot* robot, const corbot_caller
 corbot_status corbot_robot_close_gripper(corbot_robot* robot, const corbot_caller* caller,
                                          corbot_ticket* ticket, corbot_error* error);
 
+/* 0 (closed) to 100 (open). Ends, where the device measures the opening, when the fingers have got as far as they get. */
+corbot_status corbot_robot_set_gripper(corbot_robot* robot, const corbot_caller* caller, double percent,
+                                       corbot_ticket* ticket, corbot_error* error);
+
 /* Waits until the motion has ended (or for timeout_s; negative: for ever) and returns its state. CORBOT_OK
  * also when the time ran out or the motion failed: read info->state. CORBOT_BAD_PARAMETER: no such ticket;
  * CORBOT_NO_DATA: none yet, as no task has been connected that knows those of the servant before. */
@@ -153,6 +159,19 @@ corbot_status corbot_robot_all_speed(corbot_robot* robot, const corbot_caller* c
                                      corbot_error* error);
 corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, const corbot_caller* caller, double degrees,
                                           corbot_error* error);
+
+/* Soft limits: ranges within the profile's that every motion keeps which is planned from now on; saved in the state
+ * directory. `count`: of the ranges. CORBOT_BAD_PARAMETER: not one for each joint, not finite, or the lower above the upper;
+ * CORBOT_LIMIT_EXCEEDED: beyond the profile's, or the arm stands outside; CORBOT_NOT_READY: motions are under way, they
+ * cannot be saved, or another has control. */
+corbot_status corbot_robot_set_soft_limits(corbot_robot* robot, const corbot_caller* caller,
+                                           const corbot_joint_ranges* limits, size_t count,
+                                           corbot_error* error);
+/* The profile's ranges again. */
+corbot_status corbot_robot_reset_soft_limits(corbot_robot* robot, const corbot_caller* caller,
+                                             corbot_error* error);
+/* Those in force, and 1; or 0: they are not known, and no joint moves until they are set or reset. */
+int32_t corbot_robot_soft_limits(const corbot_robot* robot, corbot_joint_ranges* out);
 
 #ifdef __cplusplus
 }

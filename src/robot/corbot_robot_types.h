@@ -119,6 +119,28 @@ typedef struct corbot_device_info {
   int32_t emergency_stop;      /* seen now */
 } corbot_device_info;
 
+typedef enum corbot_holding { CORBOT_HOLDING_UNKNOWN, CORBOT_HOLDING_NO, CORBOT_HOLDING_YES } corbot_holding;
+
+/* Openings in percent, 0 closed. */
+typedef struct corbot_gripper_info {
+  double commanded_percent;
+  int32_t measured;       /* the device measures the opening */
+  double opening_percent; /* measured; the set-point where it is not */
+  corbot_holding holding;
+} corbot_gripper_info;
+
+/* Of the tool frame in the base frame. */
+typedef struct corbot_tool_pose {
+  double position_m[3];
+  double orientation[4]; /* unit quaternion w, x, y, z; w is not negative */
+} corbot_tool_pose;
+
+/* Ranges of the joints, degrees. */
+typedef struct corbot_joint_ranges {
+  double lower_deg[CORBOT_MAX_JOINTS];
+  double upper_deg[CORBOT_MAX_JOINTS];
+} corbot_joint_ranges;
+
 /* What becomes of a call that has not ended yet. */
 typedef enum corbot_presence {
   CORBOT_CALLER_GONE,
@@ -149,6 +171,28 @@ typedef struct corbot_holder {
   char who[65];  /* "": nobody has control */
   double left_s; /* of the lease */
 } corbot_holder;
+
+/* The arm at the end of one cycle of the real-time task, from which ages count. Joints beyond the arm's are 0. */
+typedef struct corbot_arm_state {
+  uint64_t cycle;
+  double time_s; /* when the cycle was due, since the Unix epoch */
+  double age_s;  /* from then to now */
+  corbot_state status;
+  int32_t paused;
+  int32_t held;
+  double override_percent;
+  double commanded_deg[CORBOT_MAX_JOINTS];
+  double speed_deg_s[CORBOT_MAX_JOINTS]; /* of the set-points */
+  int32_t measured;                      /* the device measures the joints */
+  double measured_deg[CORBOT_MAX_JOINTS];
+  corbot_tool_pose tool; /* of the measured joints, else of the set-points */
+  corbot_tool_pose tool_commanded;
+  corbot_motion_info motion; /* the one under way; id 0: none */
+  uint32_t queued;           /* accepted and not begun */
+  corbot_gripper_info gripper;
+  corbot_device_info device;
+  corbot_holder holder;
+} corbot_arm_state;
 
 #ifdef __cplusplus
 }

@@ -74,7 +74,10 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
       if (task.stops() != epoch) throw stopped("a Stop came before the motion was planned");
       if (tickets_.pending() >= static_cast<std::size_t>(capacity_)) throw queue_full(capacity_);
       if (const auto start = plan_start(task, epoch)) {
-        PlanResult result = planner_.plan(*start, settings, request);
+        limits_.check_known(request);
+        PlanSettings limited = settings;
+        limited.soft_limits = limits_.wanted();
+        PlanResult result = planner_.plan(*start, limited, request);
         if (const auto* refusal = std::get_if<PlanRefusal>(&result)) throw refused(*refusal);
         return hand_over(task, epoch, std::get<std::vector<Command>>(result), *start);
       }
@@ -133,6 +136,41 @@ void MotionQueue::check_empty(const LivingTask& task, const Wanted& wanted) {
     check(wanted);
     access_.wait_change(seen);
   }
+}
+
+void MotionQueue::check_limits(const LivingTask& task, const JointRanges& wanted) const {
+  access_.check(task);
+  Snapshot now{};
+  if (!task.segment().snapshot.load(now) || now.incarnation != task.incarnation)
+    throw not_ready("the real-time task has not said where the arm is; call again");
+  const std::size_t pending = tickets_.pending();
+  if (pending > 0 || !is_idle(now)) {
+    throw not_ready(
+        "motions are under way, which were planned for other limits: call again when the arm is at "
+        "rest, or Stop it");
+  }
+  check_stands_within(wanted, now.position_q, kMaxJoints);
+}
+
+void MotionQueue::change_limits(const JointRanges& wanted) {
+  const LivingTask task = access_.living();
+  {
+    const std::lock_guard lock(planning_mutex_);
+    check_limits(task, wanted);
+  }
+  // The disk may be slow: no call waits for it but other changes of the limits.
+  limits_.change(wanted, [&] {
+    const std::lock_guard lock(planning_mutex_);
+    check_limits(task, wanted);
+    limits_.take(wanted);
+  });
+}
+
+void MotionQueue::reset_limits() {
+  limits_.change(std::nullopt, [&] {
+    const std::lock_guard lock(planning_mutex_);
+    limits_.take(std::nullopt);
+  });
 }
 
 void MotionQueue::inherit(const std::vector<Ticket>& former) {

@@ -12,6 +12,7 @@
 #include "planner/planner.h"
 #include "robot/control.h"
 #include "robot/robot_view.h"
+#include "robot/soft_limits.h"
 #include "robot/task_access.h"
 #include "robot/ticket_table.h"
 
@@ -28,8 +29,13 @@ class MotionQueue {
 
   /// `capacity`: motions that are pending, and calls that start one, at once. The others outlive this.
   MotionQueue(const Planner& planner, int capacity, TicketTable& tickets, const TaskAccess& task,
-              const RobotView& view)
-      : planner_(planner), capacity_(capacity), tickets_(tickets), access_(task), view_(view) {}
+              const RobotView& view, SoftLimits& limits)
+      : planner_(planner),
+        capacity_(capacity),
+        tickets_(tickets),
+        access_(task),
+        view_(view),
+        limits_(limits) {}
 
   /// Plans from where the arm will rest when the motion begins, and hands over. A Stop ends it, wherever it
   /// has got to, when it is counted after the request arrived: `arrival`, the number of stops then, or 0,
@@ -50,6 +56,11 @@ class MotionQueue {
   void repeat_cancel();
   /// Throws CallError (not ready) while a motion is pending, of this servant or one before it.
   void check_empty(const LivingTask& task, const Wanted& wanted);
+  /// Soft limits for every motion that is handed over from here on, none of which was planned before. Throws CallError:
+  /// limit exceeded where the arm stands outside them, not ready while motions are pending.
+  void change_limits(const JointRanges& wanted);
+  /// Those of the profile: what is pending keeps to narrower ones.
+  void reset_limits();
   /// Calls in accept() that have read the number of stops.
   [[nodiscard]] int starting() const noexcept { return starting_.load(); }
 
@@ -60,6 +71,8 @@ class MotionQueue {
   [[nodiscard]] std::optional<PlanStart> plan_start(const LivingTask& task, std::uint64_t epoch);
   corbot_ticket hand_over(const LivingTask& task, std::uint64_t epoch, std::vector<Command>& commands,
                           const PlanStart& start);
+  /// With the planning lock: throws as change_limits().
+  void check_limits(const LivingTask& task, const JointRanges& wanted) const;
   std::uint64_t request_cancel(const LivingTask& task, const TicketTable::Range& range);
 
   const Planner& planner_;
@@ -67,6 +80,7 @@ class MotionQueue {
   TicketTable& tickets_;
   const TaskAccess& access_;
   const RobotView& view_;
+  SoftLimits& limits_;  // changed with the planning lock
   std::atomic<int> starting_{0};
 
   std::mutex cancel_mutex_;             // one request until the task has echoed it; taken before the other

@@ -17,6 +17,7 @@ Robot::Robot(Profile profile, const std::string& name)
     : profile_(std::move(profile)),
       name_(name),
       planner_(profile_.arm),
+      limits_(profile_.arm),
       link_(name, fingerprint(profile_.arm), *this),
       settings_(link_.own().state.settings),
       watch_(link_, alarms_, profile_.frozen_ns,
@@ -24,7 +25,7 @@ Robot::Robot(Profile profile, const std::string& name)
               [this](bool frozen) { on_frozen(frozen); }}),
       view_(profile_, link_, watch_, tickets_, alarms_),
       task_(link_, watch_),
-      queue_(planner_, profile_.queue_capacity, tickets_, task_, view_),
+      queue_(planner_, profile_.queue_capacity, tickets_, task_, view_, limits_),
       control_(link_.own().state.control,
                [this](const Control::Ending& ending) { return end_control(ending); }) {
   alarms_.keep_in(link_.own().state.alarms);
@@ -56,6 +57,10 @@ void Robot::keep_state(const std::string& directory, PositionSaver::Warn warn) {
     reporter(kAlarmPositionNotSaved)(fmt::format("the last position is not saved: {}", remedy));
     reporter(kAlarmAuditLogIncomplete)(fmt::format("there is no audit log: {}", remedy));
     return;
+  }
+  if (const std::string wrong = limits_.keep_in(SoftLimitsStore(where, name_)); !wrong.empty()) {
+    reporter(kAlarmSoftLimitsUnknown)(
+        fmt::format("the soft limits are not known, no joint moves until they are set or reset: {}", wrong));
   }
   saver_ = std::make_unique<PositionSaver>(link_, profile_.arm, PositionStore(where, name_, "servant"),
                                            reporter(kAlarmPositionNotSaved));
@@ -164,7 +169,8 @@ void Robot::on_frozen(bool frozen) {
 corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival, const std::string& key,
                             const Wanted& wanted) {
   // Before all else: a bad argument is refused at once, however long the present plan takes.
-  const PlanSettings now = settings_.get();
+  PlanSettings now = settings_.get();
+  now.soft_limits = limits_.wanted();
   if (const auto refusal = planner_.check(now, request)) throw refused(*refusal);
   const auto admit = [&] { return control_.use(key); };
   return queue_.accept(request, now, arrival, admit, wanted);
@@ -263,6 +269,12 @@ void Robot::set_tool_pitch(double degrees) {
     now.tool_orientation.reset();
   });
 }
+
+void Robot::set_soft_limits(const JointRanges& limits_deg) {
+  queue_.change_limits(limits_.checked(limits_deg));
+}
+
+void Robot::reset_soft_limits() { queue_.reset_limits(); }
 
 double Robot::tool_pitch_deg() const { return tidy_degrees(settings_.get().tool_pitch_rad.value_or(0.0)); }
 

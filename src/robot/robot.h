@@ -19,6 +19,7 @@
 #include "robot/robot_view.h"
 #include "robot/self_check.h"
 #include "robot/settings.h"
+#include "robot/soft_limits.h"
 #include "robot/task_access.h"
 #include "robot/task_watch.h"
 #include "robot/ticket_table.h"
@@ -105,6 +106,13 @@ class Robot final : private LinkListener {
   void set_tool_pitch(double degrees);
   [[nodiscard]] double tool_pitch_deg() const;
 
+  /// Ranges within the profile's that planned motions keep, degrees; kept on disk. Throws CallError for what no arm has,
+  /// where the arm stands outside, while motions are pending, and where they cannot be saved.
+  void set_soft_limits(const JointRanges& limits_deg);
+  void reset_soft_limits();
+  /// Those in force, rad or m; nothing: not known, and no joint moves until they are set or reset.
+  [[nodiscard]] std::optional<JointRanges> soft_limits() const { return limits_.ranges(); }
+
  private:
   struct CountedStop {
     std::uint64_t count{};
@@ -138,6 +146,7 @@ class Robot final : private LinkListener {
   const Profile profile_;
   const std::string name_;
   const Planner planner_;
+  SoftLimits limits_;
   TicketTable tickets_;
   AlarmLog alarms_;
   std::atomic<std::uint64_t> own_stops_{0};        ///< that this has counted

@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "corbot/backend/backend.h"
+#include "corbot/kinematics/pose.h"
 #include "corbot/kinematics/tool_pose.h"
 #include "corbot/units.h"
 
@@ -24,6 +25,35 @@ const char* cause_text(const Snapshot& snapshot) {
   if (*cause != '\0' || snapshot.device_health != static_cast<std::uint32_t>(BackendHealth::kStandby))
     return cause;
   return snapshot.state == RtState::kError ? "no energy until Clear" : "its servos are being energised";
+}
+
+double ratio_of(double elapsed_s, double duration_s) {
+  return duration_s > 0.0 ? std::clamp(elapsed_s / duration_s, 0.0, 1.0) : 0.0;
+}
+
+/// Of a motion that has begun.
+double progress_of(const Snapshot& now, const Ticket& ticket) {
+  const bool second = now.last_done_id >= ticket.first && ticket.first != ticket.last;
+  return ratio_of((second ? ticket.second_from_s : 0.0) + now.virtual_time_s, ticket.duration_s);
+}
+
+/// The quaternion's w is not negative.
+corbot_tool_pose pose_of(const Pose& tool) {
+  Quaternion turned = normalised(tool.orientation);
+  if (turned.w < 0.0) turned = {-turned.w, -turned.x, -turned.y, -turned.z};
+  return {{tool.position_m[0], tool.position_m[1], tool.position_m[2]},
+          {turned.w, turned.x, turned.y, turned.z}};
+}
+
+corbot_gripper_info gripper_of(const Snapshot& now) {
+  corbot_gripper_info info{};
+  // Nothing is added to all but a negative zero.
+  info.commanded_percent = info.opening_percent = 100.0 * now.gripper + 0.0;
+  info.measured = is_measured(now) && now.measured_opening >= 0.0 ? 1 : 0;
+  if (info.measured != 0) info.opening_percent = 100.0 * now.measured_opening + 0.0;
+  if ((now.flags & kSnapshotHoldsNothing) != 0) info.holding = CORBOT_HOLDING_NO;
+  if ((now.flags & kSnapshotHolding) != 0) info.holding = CORBOT_HOLDING_YES;
+  return info;
 }
 
 }  // namespace
@@ -55,12 +85,14 @@ corbot_gripper RobotView::gripper() const {
   return now.gripper >= 0.5 ? CORBOT_GRIPPER_OPEN : CORBOT_GRIPPER_CLOSE;
 }
 
+corbot_state RobotView::state_of(const Snapshot& now, std::size_t pending) const {
+  if (!link_.alive() || watch_.is_frozen() || now.state == RtState::kError) return CORBOT_STATE_ERROR;
+  return now.state == RtState::kStandby && pending == 0 ? CORBOT_STATE_STANDBY : CORBOT_STATE_WAITING;
+}
+
 corbot_state RobotView::state() const {
   Snapshot now{};
-  if (!link_.alive() || watch_.is_frozen() || !link_.snapshot(now) || now.state == RtState::kError)
-    return CORBOT_STATE_ERROR;
-  return now.state == RtState::kStandby && tickets_.pending() == 0 ? CORBOT_STATE_STANDBY
-                                                                   : CORBOT_STATE_WAITING;
+  return link_.snapshot(now) ? state_of(now, tickets_.pending()) : CORBOT_STATE_ERROR;
 }
 
 double RobotView::cycle_age_s() const { return std::max(seconds(monotonic_ns() - snapshot().time_ns), 0.0); }
@@ -74,8 +106,9 @@ LoopDiagnostics RobotView::diagnostics() const {
   return diagnostics;
 }
 
-corbot_device_info RobotView::device() const {
-  const Snapshot now = snapshot();
+corbot_device_info RobotView::device() const { return device_of(snapshot(), monotonic_ns()); }
+
+corbot_device_info RobotView::device_of(const Snapshot& now, std::int64_t from_ns) const {
   corbot_device_info info{};
   copy_text(profile_.backend.kind, info.backend, sizeof(info.backend));
   info.position_unverified = (now.flags & kSnapshotUnverified) != 0 ? 1 : 0;
@@ -88,7 +121,7 @@ corbot_device_info RobotView::device() const {
   info.cause = now.device_cause;
   copy_text(cause_text(now), info.cause_text, sizeof(info.cause_text));
   info.measured = is_measured(now) ? 1 : 0;
-  if (is_measured(now)) info.measured_age_s = std::max(seconds(monotonic_ns() - now.measured_time_ns), 0.0);
+  if (is_measured(now)) info.measured_age_s = std::max(seconds(from_ns - now.measured_time_ns), 0.0);
   info.emergency_stop = now.stop_sources != 0 ? 1 : 0;
   return info;
 }
@@ -114,13 +147,16 @@ bool RobotView::paused() const {
 }
 
 bool RobotView::held() const {
+  Snapshot now{};
+  return is_held(link_.snapshot(now) ? &now : nullptr);
+}
+
+bool RobotView::is_held(const Snapshot* now) const {
   const ControlFlags& flags = link_.own().control;
   const std::uint64_t count = flags.hold_count.load(std::memory_order_acquire);
-  Snapshot now{};
-  const bool has_snapshot = link_.snapshot(now);
-  if (has_snapshot && (now.flags & kSnapshotHeld) != 0) return true;
+  if (now != nullptr && (now->flags & kSnapshotHeld) != 0) return true;
   // A task that is connected knows better than the counts, once it has seen the last request.
-  if (link_.alive() && has_snapshot) return now.holds_done < count;
+  if (link_.alive() && now != nullptr) return now->holds_done < count;
   return count != flags.holds_cleared.load(std::memory_order_acquire);
 }
 
@@ -147,10 +183,44 @@ corbot_motion_info RobotView::describe(const Ticket& ticket) const {
   Snapshot now{};
   if (!link_.snapshot(now) || std::max(now.command_id, now.last_done_id) < ticket.first) return info;
   info.state = CORBOT_MOTION_RUNNING;
-  const bool second = now.command_id == ticket.last && ticket.first != ticket.last;
-  const double elapsed_s = (second ? ticket.second_from_s : 0.0) + now.virtual_time_s;
-  info.progress = ticket.duration_s > 0.0 ? std::clamp(elapsed_s / ticket.duration_s, 0.0, 1.0) : 0.0;
+  info.progress = progress_of(now, ticket);
   return info;
+}
+
+corbot_motion_info RobotView::motion_of(const Snapshot& now, const std::optional<Ticket>& ticket) const {
+  corbot_motion_info info{};
+  if (now.command_id == 0 && !ticket) return info;
+  info.state = CORBOT_MOTION_RUNNING;
+  info.id = ticket ? ticket->last : now.command_id;  // of a servant whose records could not be read
+  info.duration_s = ticket ? ticket->duration_s : now.command_duration_s;
+  info.progress = ticket ? progress_of(now, *ticket) : ratio_of(now.virtual_time_s, now.command_duration_s);
+  return info;
+}
+
+corbot_arm_state RobotView::arm_state() const {
+  const Snapshot now = snapshot();
+  const TicketTable::Shown shown = tickets_.shown_in(now);
+  corbot_arm_state all{};
+  all.cycle = now.cycle;
+  all.time_s = seconds(now.wall_ns);
+  all.age_s = std::max(seconds(monotonic_ns() - now.time_ns), 0.0);
+  all.status = state_of(now, shown.queued + (shown.running ? 1 : 0));
+  all.paused = (now.flags & kSnapshotPaused) != 0 ? 1 : 0;
+  all.held = is_held(&now) ? 1 : 0;
+  all.override_percent = 100.0 * now.override_ratio;
+  all.measured = is_measured(now) ? 1 : 0;
+  for (std::size_t i = 0; i < kMaxJoints; ++i) {
+    all.commanded_deg[i] = to_degrees(now.position_q[i]);
+    all.speed_deg_s[i] = to_degrees(now.velocity_q_s[i]);
+    if (is_measured(now)) all.measured_deg[i] = to_degrees(now.measured_q[i]);
+  }
+  all.tool_commanded = pose_of(now.tool);
+  all.tool = is_measured(now) ? pose_of(profile_.arm.kinematics.forward(now.measured_q)) : all.tool_commanded;
+  all.motion = motion_of(now, shown.running);
+  all.queued = static_cast<std::uint32_t>(shown.queued);
+  all.gripper = gripper_of(now);
+  all.device = device_of(now, now.time_ns);
+  return all;
 }
 
 std::string RobotView::error_cause() const {

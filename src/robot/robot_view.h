@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +33,8 @@ class RobotView {
   [[nodiscard]] double cycle_age_s() const;
   [[nodiscard]] LoopDiagnostics diagnostics() const;
   [[nodiscard]] corbot_device_info device() const;
+  /// All of one snapshot, but for exclusive control, which is not known here; throws as snapshot().
+  [[nodiscard]] corbot_arm_state arm_state() const;
   [[nodiscard]] double override_percent() const;
   /// A Pause is in force; only Resume ends it.
   [[nodiscard]] bool paused() const;
@@ -42,6 +46,12 @@ class RobotView {
   [[nodiscard]] std::string error_cause() const;
 
  private:
+  [[nodiscard]] corbot_state state_of(const Snapshot& now, std::size_t pending) const;
+  /// `from_ns`: CLOCK_MONOTONIC, the instant from which ages count.
+  [[nodiscard]] corbot_device_info device_of(const Snapshot& now, std::int64_t from_ns) const;
+  [[nodiscard]] bool is_held(const Snapshot* now) const;
+  [[nodiscard]] corbot_motion_info motion_of(const Snapshot& now, const std::optional<Ticket>& ticket) const;
+
   const Profile& profile_;
   const Link& link_;
   const TaskWatch& watch_;

@@ -206,6 +206,20 @@ std::size_t TicketTable::pending() const {
   return pending_;
 }
 
+TicketTable::Shown TicketTable::shown_in(const Snapshot& snapshot) const {
+  const std::uint64_t begun = std::max(snapshot.command_id, snapshot.last_done_id);
+  const std::lock_guard lock(mutex_);
+  Shown shown;
+  // Between the two commands of a motion none runs for a cycle.
+  const auto found = tickets_.upper_bound(snapshot.last_done_id);
+  if (found != tickets_.end() && found->second.first <= begun) shown.running = found->second;
+  shown.queued = static_cast<std::size_t>(
+      std::count_if(tickets_.upper_bound(begun), tickets_.end(), [&](const auto& entry) {
+        return entry.second.state == TicketState::kPending && entry.second.first > begun;
+      }));
+  return shown;
+}
+
 void TicketTable::forget_old() {
   auto oldest = tickets_.begin();
   while (tickets_.size() - pending_ > kKept && oldest != tickets_.end()) {

@@ -74,6 +74,12 @@ class TicketTable {
   /// The one that ends last.
   [[nodiscard]] std::optional<Ticket> last_pending() const;
   [[nodiscard]] std::size_t pending() const;
+  /// What a snapshot shows of them.
+  struct Shown {
+    std::optional<Ticket> running;  ///< begun and not ended, where it is known
+    std::size_t queued{};           ///< pending, and not begun
+  };
+  [[nodiscard]] Shown shown_in(const Snapshot& snapshot) const;
 
  private:
   // With mutex_ held.

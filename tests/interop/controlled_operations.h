@@ -19,7 +19,14 @@ inline Corbot::JointCoord some_joints() {
 
 /// All that needs control and can say NotReady.
 inline std::vector<Operation> guarded_operations() {
-  return {{"Move", [](auto arm) { arm->Move(0.2, 0, 0.1, 0, 0); }},
+  // The limits first: not while motions are under way.
+  return {{"SetSoftLimits",
+           [](auto arm) {
+             const Corbot::JointRanges_var all = arm->MovRange();
+             arm->SetSoftLimits(all.in());
+           }},
+          {"ResetSoftLimits", [](auto arm) { arm->ResetSoftLimits(); }},
+          {"Move", [](auto arm) { arm->Move(0.2, 0, 0.1, 0, 0); }},
           {"MoveS", [](auto arm) { arm->MoveS(0.2, 0, 0.11, 0, 0); }},
           {"MoveC",
            [](auto arm) {
@@ -43,6 +50,8 @@ inline std::vector<Operation> guarded_operations() {
           {"StartDelay", [](auto arm) { arm->StartDelay(0); }},
           {"StartOpen", [](auto arm) { arm->StartOpen(); }},
           {"StartClose", [](auto arm) { arm->StartClose(); }},
+          {"SetGripper", [](auto arm) { arm->SetGripper(50); }},
+          {"StartSetGripper", [](auto arm) { arm->StartSetGripper(50); }},
           {"Cancel", [](auto arm) { arm->Cancel(1); }},
           {"Pause", [](auto arm) { arm->Pause(); }},
           {"Resume", [](auto arm) { arm->Resume(); }},

@@ -1,7 +1,7 @@
 corbot_test(test_planner
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/planner/refusals_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/planner/motions_test.cpp
-          ${CMAKE_CURRENT_SOURCE_DIR}/planner/path_proof_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/planner/path_proof_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/planner/soft_limits_test.cpp
   LIBS corbot_planner
   LABELS unit)
 target_include_directories(test_planner PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)

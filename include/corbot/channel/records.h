@@ -106,6 +106,7 @@ struct Snapshot {
   double command_duration_s;           ///< of the running command, in virtual time; 0 where none runs
   std::uint64_t holds_done;            ///< last value of hold_count that has been carried out
   std::uint64_t servant_session;       ///< connection whose flags and commands are read; 0: none yet
+  double measured_opening;             ///< of the gripper, 0 ... 1; negative: not measured
 };
 static_assert(std::is_trivially_copyable_v<Snapshot> && sizeof(Snapshot) % 8 == 0);
 
@@ -119,6 +120,11 @@ inline constexpr std::uint32_t kSnapshotHeld = 4u;
 inline constexpr std::uint32_t kSnapshotPowerOff = 8u;
 /// A fault is slowing the arm down; the state is Error already.
 inline constexpr std::uint32_t kSnapshotFaultStop = 16u;
+/// A Pause is in force.
+inline constexpr std::uint32_t kSnapshotPaused = 32u;
+/// The gripper holds something; or it is known that it does not. Neither: not known.
+inline constexpr std::uint32_t kSnapshotHolding = 64u;
+inline constexpr std::uint32_t kSnapshotHoldsNothing = 128u;
 
 /// Histogram of the wake-up latency (actual wake-up − due instant). Bucket i counts latencies below
 /// latency_edge_ns(i); the last bucket counts the rest.

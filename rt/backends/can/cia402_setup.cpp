@@ -17,6 +17,7 @@ constexpr ObjectAddress kProducerHeartbeat{0x1017};
 constexpr std::uint16_t kIdentity = 0x1018;
 constexpr ObjectAddress kErrorCode{0x603F};
 constexpr ObjectAddress kPosition{0x6064};
+constexpr ObjectAddress kFollowingWindow{0x6065};
 constexpr ObjectAddress kTarget{0x607A};
 constexpr ObjectAddress kInterpolationValue{0x60C2, 1};
 constexpr ObjectAddress kInterpolationExponent{0x60C2, 2};
@@ -93,6 +94,7 @@ DriveFound set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& setu
              "does not support cyclic synchronous position mode (6502h is " + hex(*modes, 8) + ")");
   }
   DriveFound found{sdo.read_text(kDeviceName), is_set_up(objects, setup)};
+  if (setup.is_gripper) found.following_window = sdo.read_if_there(kFollowingWindow);
   objects.switch_off_other_pdos();
   set_up_sync(objects, setup);
   if (const auto time = interpolation_time(setup.period_ns)) {

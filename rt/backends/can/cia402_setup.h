@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 
 #include "rt/backends/can/drive_settings.h"
@@ -13,12 +15,14 @@ struct DriveSetup {
   std::int64_t period_ns;  ///< of SYNC; one that interpolation_time() accepts
   int heartbeat_ms;
   DriveIdentity identity{};
+  bool is_gripper{false};
   std::string home_command{};  ///< for a drive that must be homed after each power-up; else empty
 };
 
 struct DriveFound {
-  std::string name;  ///< "": none
-  bool was_set_up;   ///< by an earlier call, and has not restarted since
+  std::string name;                                 ///< "": none
+  bool was_set_up;                                  ///< by an earlier call, and has not restarted since
+  std::optional<std::uint32_t> following_window{};  ///< 6065h of a gripper's drive, where it is there
 };
 
 /// Makes a drive that is pre-operational follow RPDO1 and answer by TPDO1 at every SYNC, in cyclic

@@ -81,6 +81,7 @@ DriveSetup DrivePreparation::setup_of(std::size_t drive, bool must_be_homed) con
     if (joint.homing && must_be_homed) setup.home_command = settings_.home_command;
   } else if (settings_.gripper) {
     setup.identity = settings_.gripper->identity;
+    setup.is_gripper = true;
   }
   return setup;
 }
@@ -94,8 +95,10 @@ std::string DrivePreparation::set_up_once(bool must_be_homed) {
     const DriveReport& drive = bus_.drives()[i];
     enabling_.note_restarts();
     bus_.watch().settle_restart(i);
-    const auto [name, was_set_up] = set_up_drive(bus_.port(), bus_.watch(), setup_of(i, must_be_homed));
+    const DriveSetup setup = setup_of(i, must_be_homed);
+    const auto [name, was_set_up, following_window] = set_up_drive(bus_.port(), bus_.watch(), setup);
     if (!was_set_up) enabling_.note_restart(i);
+    if (setup.is_gripper) gripper_window_ = following_window;
     // A row of the same drives is named once, at its end.
     if (!nodes.empty()) nodes += (name == last_name || last_name.empty() ? ", " : " (" + last_name + "), ");
     nodes += std::to_string(drive.node);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 
 #include "rt/backends/can/cia402_setup.h"
@@ -23,6 +25,8 @@ class DrivePreparation {
   /// Returns the nodes, for the log. `must_be_homed`: those that lose their count with their power are.
   std::string set_up(bool must_be_homed);
   void start();
+  /// Of the last set_up(): 6065h of the gripper's drive, where it is there.
+  [[nodiscard]] std::optional<std::uint32_t> gripper_window() const { return gripper_window_; }
   /// 1016h of all drives, where the profile wants that; 0: they await no heartbeat.
   void watch_masters(int watch_ms);
   /// Between two of corbot's heartbeats.
@@ -41,6 +45,7 @@ class DrivePreparation {
   const Cia402Settings& settings_;
   DriveBus& bus_;
   DriveEnabling& enabling_;
+  std::optional<std::uint32_t> gripper_window_{};
 };
 
 }  // namespace corbot::rt

@@ -32,6 +32,7 @@ std::string name_of(const DriveReport& drive) { return "node " + std::to_string(
 DriveWatch::DriveWatch(const std::vector<std::uint8_t>& nodes) {
   for (const std::uint8_t node : nodes) drives_.push_back({node});
   reports_following_.assign(drives_.size(), true);
+  may_press_.assign(drives_.size(), false);
   shows_voltage_.assign(drives_.size(), false);
 }
 
@@ -211,7 +212,8 @@ std::optional<DeviceError> DriveWatch::warning(Time now, Duration stale) const {
     if (drive.has_process && (drive.process.statusword & kStatusWarning) != 0) {
       return DeviceError(DeviceCause::kDeviceFault, name_of(drive) + " warns (statusword bit 7)");
     }
-    if (drive.has_process && (drive.process.statusword & kStatusInternalLimit) != 0) {
+    const bool may_press = may_press_[static_cast<std::size_t>(&drive - drives_.data())];
+    if (!may_press && drive.has_process && (drive.process.statusword & kStatusInternalLimit) != 0) {
       return DeviceError(DeviceCause::kDeviceFault, name_of(drive) + " is at a limit of its own");
     }
     if (!drive.is_fresh && now - drive.awaited_since > stale) {

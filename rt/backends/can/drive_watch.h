@@ -50,6 +50,8 @@ class DriveWatch {
   void settle_restart(std::size_t drive) { drives_.at(drive).has_restarted = false; }
   /// Its statusword does not tell whether it follows its targets.
   void expect_no_follow_bit(std::size_t drive) { reports_following_.at(drive) = false; }
+  /// It may press against something: a limit of its own (statusword bit 11) is no warning.
+  void expect_limit(std::size_t drive) { may_press_.at(drive) = true; }
   [[nodiscard]] bool reports_following(std::size_t drive) const { return reports_following_.at(drive); }
   /// All drives are enabled: the faults that were reported up to here are dealt with. Warnings stand.
   void settle_faults();
@@ -76,6 +78,7 @@ class DriveWatch {
 
   std::vector<DriveReport> drives_;
   std::vector<bool> reports_following_;
+  std::vector<bool> may_press_;
   std::vector<bool> shows_voltage_;  ///< it was off, with bit 4 of its statusword set
   bool is_bus_off_{false};
   bool is_error_passive_{false};

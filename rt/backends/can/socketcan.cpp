@@ -42,9 +42,12 @@ Cia402Drives::Cia402Drives(Cia402Settings settings)
   for (std::size_t i = 0; i < settings_.joints.size(); ++i) {
     if (!settings_.joints[i].reports_following) bus_.watch().expect_no_follow_bit(i);
   }
-  if (settings_.gripper && !settings_.gripper->reports_following) {
-    bus_.watch().expect_no_follow_bit(settings_.joints.size());
-  }
+  if (!settings_.gripper) return;
+  const std::size_t gripper = settings_.joints.size();
+  if (!settings_.gripper->reports_following) bus_.watch().expect_no_follow_bit(gripper);
+  bus_.watch().expect_limit(gripper);
+  grip_limit_.emplace(settings_.gripper->open_count - settings_.gripper->closed_count,
+                      settings_.gripper_model.travel_s);
 }
 
 DriveBus::Clock::duration Cia402Drives::heartbeat_limit() const {
@@ -83,6 +86,7 @@ std::string Cia402Drives::open() {
   exchange_succeeded_ = is_energised_ = false;
   const std::string rate = preparation_.choose_period();
   const std::string nodes = preparation_.set_up(true);
+  if (grip_limit_) grip_limit_->set_following_window(preparation_.gripper_window());
   preparation_.start();
   exchange_succeeded_ = true;
   return "CiA 402 drives on " + settings_.interface + ": nodes " + nodes + "; " + rate;
@@ -183,12 +187,21 @@ void Cia402Drives::check_age(const ServoFrame& frame) {
   if (is_energised_ && frame_age_.is_stale()) fail_stale();
 }
 
+void Cia402Drives::limit_grip(std::vector<std::int32_t>& targets) const {
+  const DriveReport& drive = bus_.drives().back();
+  if (!grip_limit_ || !drive.has_process || last_targets_.size() != targets.size()) return;
+  targets.back() = grip_limit_->target(targets.back(), drive.process.position, last_targets_.back(),
+                                       static_cast<double>(bus_.period_ns()) * 1e-9);
+}
+
 bool Cia402Drives::send(const ServoFrame& frame, bool) {
   exchange_succeeded_ = false;
   check_age(frame);
   bus_.listen(Clock::now(), [] { return false; });
   examine();
-  last_targets_ = targets(frame);
+  std::vector<std::int32_t> next = targets(frame);
+  limit_grip(next);
+  last_targets_ = std::move(next);
   beat();
   bus_.synchronise(std::vector<std::uint16_t>(last_targets_.size(), kEnableOperation), last_targets_);
   exchange_succeeded_ = true;

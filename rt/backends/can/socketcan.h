@@ -11,6 +11,7 @@
 #include "rt/backends/can/drive_preparation.h"
 #include "rt/backends/can/drive_settings.h"
 #include "rt/backends/can/frame_age.h"
+#include "rt/backends/can/grip_limit.h"
 
 namespace corbot::rt {
 
@@ -55,6 +56,8 @@ class Cia402Drives final : public BusDevice {
   using Clock = DriveBus::Clock;
 
   void beat();
+  /// The gripper's among the targets, for its drive: see GripLimit.
+  void limit_grip(std::vector<std::int32_t>& targets) const;
   /// Looks at the newest frame: throws while the motors have power and the cycle stands still.
   void check_age(const ServoFrame& frame);
   [[noreturn]] void fail_stale() const;
@@ -69,6 +72,7 @@ class Cia402Drives final : public BusDevice {
   DriveEnabling enabling_;
   DrivePreparation preparation_;
   FrameAge frame_age_;
+  std::optional<GripLimit> grip_limit_{};
   Clock::time_point last_beat_{};
   bool exchange_succeeded_{false};  ///< the last one
   bool is_energised_{false};        ///< by energise(): another state than 'operation enabled' is a fault

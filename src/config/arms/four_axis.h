@@ -20,7 +20,7 @@ struct FourAxisLengths {
 };
 
 /// The paper's Table II with these lengths, standard. α is 180 degrees twice: the elbow rotates the other way
-/// from the rest. x of the last frame points along the tool.
+/// from the rest. x of the last frame and of the tool points along the hand.
 [[nodiscard]] inline DhTable four_axis_table(const FourAxisLengths& lengths) {
   constexpr double kPi = std::numbers::pi;
   const std::array<double, 4>& offset = lengths.offset_rad;
@@ -30,6 +30,8 @@ struct FourAxisLengths {
   table.rows[1] = {JointKind::kRotary, offset[1], 0.0, lengths.l1_m, kPi};
   table.rows[2] = {JointKind::kRotary, offset[2], 0.0, lengths.l2_m, kPi};
   table.rows[3] = {JointKind::kRotary, offset[3], 0.0, lengths.l3_m, 0.0};
+  // The last frame's y points down at zero; the tool's, like CartCoord's, is x along the hand and z upward.
+  table.n_T_tool.orientation = about({1.0, 0.0, 0.0}, -kPi / 2);
   return table;
 }
 

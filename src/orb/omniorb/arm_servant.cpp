@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include "orb/omniorb/convert.h"
+
 namespace corbot::omni {
 namespace {
 
@@ -90,10 +92,7 @@ Corbot::Ticket ArmServant::begin(const Caller& caller, Function function, Argume
 Corbot::JointCoord* ArmServant::ArtiCoord() {
   double joints_deg[CORBOT_MAX_JOINTS];
   call(corbot_robot_joints, &robot_, joints_deg);
-  Corbot::JointCoord_var result = new Corbot::JointCoord;
-  result->length(static_cast<CORBA::ULong>(description_.dof));
-  for (CORBA::ULong i = 0; i < result->length(); ++i) result[i] = joints_deg[i];
-  return result._retn();
+  return new Corbot::JointCoord(to_corba(joints_deg, static_cast<CORBA::ULong>(description_.dof)));
 }
 
 Corbot::CartesianCoord ArmServant::CartCoord() {
@@ -106,18 +105,7 @@ Corbot::GripperState ArmServant::GripperStatus() {
   return corbot_robot_gripper(&robot_) == CORBOT_GRIPPER_OPEN ? Corbot::Open : Corbot::Close;
 }
 
-Corbot::RobotState ArmServant::Status() {
-  switch (corbot_robot_state(&robot_)) {
-    case CORBOT_STATE_WAITING:
-      return Corbot::Waiting;
-    case CORBOT_STATE_STANDBY:
-      return Corbot::Standby;
-    case CORBOT_STATE_ERROR:
-      break;
-  }
-  return Corbot::Error;
-}
-
+Corbot::RobotState ArmServant::Status() { return to_corba(corbot_robot_state(&robot_)); }
 Corbot::RobotKind ArmServant::RobotType() { return static_cast<Corbot::RobotKind>(description_.kind); }
 CORBA::Long ArmServant::DoF() { return description_.dof; }
 CORBA::Double ArmServant::Reach() { return description_.reach_m; }
@@ -205,18 +193,22 @@ Corbot::Ticket ArmServant::StartDelay(CORBA::Double t) { return start(corbot_rob
 Corbot::Ticket ArmServant::StartOpen() { return start(corbot_robot_open_gripper); }
 Corbot::Ticket ArmServant::StartClose() { return start(corbot_robot_close_gripper); }
 
+void ArmServant::SetGripper(CORBA::Double percent) { start_and_finish(corbot_robot_set_gripper, percent); }
+Corbot::Ticket ArmServant::StartSetGripper(CORBA::Double percent) {
+  return start(corbot_robot_set_gripper, percent);
+}
+
+Corbot::GripperInfo ArmServant::Gripper() {
+  corbot_arm_state state{};
+  call(corbot_robot_arm_state, &robot_, &state);
+  return to_corba(state.gripper);
+}
+
 Corbot::MotionInfo* ArmServant::info(Corbot::Ticket id, double timeout_s, const Caller& caller) {
-  static constexpr Corbot::MotionState kStates[] = {Corbot::MotionQueued, Corbot::MotionRunning,
-                                                    Corbot::MotionDone, Corbot::MotionStopped,
-                                                    Corbot::MotionFailed};
   corbot_motion_info info{};
   call(corbot_robot_wait, &robot_, id, timeout_s, caller.get(), &info);
   Corbot::MotionInfo_var result = new Corbot::MotionInfo;
-  result->id = info.id;
-  result->state = kStates[info.state];
-  result->progress = info.progress;
-  result->duration = info.duration_s;
-  result->reason = CORBA::string_dup(info.reason);
+  fill(info, result.inout());
   return result._retn();
 }
 
@@ -229,6 +221,25 @@ Corbot::MotionInfo* ArmServant::Progress(Corbot::Ticket id) { return info(id, 0.
 
 void ArmServant::SetToolPitch(CORBA::Double degrees) { set(corbot_robot_set_tool_pitch, degrees); }
 CORBA::Double ArmServant::ToolPitch() { return corbot_robot_tool_pitch(&robot_); }
+
+void ArmServant::SetSoftLimits(const Corbot::JointRanges& limits) {
+  corbot_joint_ranges wanted{};
+  for (CORBA::ULong i = 0; i < limits.length() && i < CORBOT_MAX_JOINTS; ++i) {
+    wanted.lower_deg[i] = limits[i].lower;
+    wanted.upper_deg[i] = limits[i].upper;
+  }
+  change(CORBOT_PLACE_TO_CHANGE, corbot_robot_set_soft_limits, &wanted, std::size_t{limits.length()});
+}
+void ArmServant::ResetSoftLimits() { change(CORBOT_PLACE_TO_CHANGE, corbot_robot_reset_soft_limits); }
+
+Corbot::JointRanges* ArmServant::SoftLimits() {
+  corbot_joint_ranges limits{};
+  const bool is_known = corbot_robot_soft_limits(&robot_, &limits) != 0;
+  Corbot::JointRanges_var result = new Corbot::JointRanges;
+  result->length(is_known ? static_cast<CORBA::ULong>(description_.dof) : 0);
+  for (CORBA::ULong i = 0; i < result->length(); ++i) result[i] = {limits.lower_deg[i], limits.upper_deg[i]};
+  return result._retn();
+}
 
 Corbot::AlarmList* ArmServant::Alarms() {
   corbot_alarm alarms[CORBOT_MAX_ALARMS];
@@ -266,22 +277,18 @@ Corbot::LoopInfo* ArmServant::Diagnostics() {
 }
 
 Corbot::DeviceInfo* ArmServant::Device() {
-  static constexpr Corbot::DeviceHealth kHealth[] = {Corbot::DeviceClosed, Corbot::DeviceOpen,
-                                                     Corbot::DeviceDegraded, Corbot::DeviceLost};
   corbot_device_info device{};
   call(corbot_robot_device_info, &robot_, &device);
   Corbot::DeviceInfo_var result = new Corbot::DeviceInfo;
-  result->backend = CORBA::string_dup(device.backend);
-  result->health = kHealth[device.health];
-  result->cause = device.cause;
-  result->causeText = CORBA::string_dup(device.cause_text);
-  result->frames = device.frames;
-  result->age = device.age_s;
-  result->ageMax = device.age_max_s;
-  result->measured = device.measured != 0;
-  result->measuredAge = device.measured_age_s;
-  result->positionUncertain = device.position_unverified != 0;
-  result->emergencyStop = device.emergency_stop != 0;
+  fill(device, result.inout());
+  return result._retn();
+}
+
+Corbot::ArmState* ArmServant::State() {
+  corbot_arm_state state{};
+  call(corbot_robot_arm_state, &robot_, &state);
+  Corbot::ArmState_var result = new Corbot::ArmState;
+  fill(state, static_cast<CORBA::ULong>(description_.dof), result.inout());
   return result._retn();
 }
 

@@ -62,11 +62,18 @@ class ArmServant final : public POA_Corbot::Arm {
   Corbot::Ticket StartDelay(CORBA::Double t) override;
   Corbot::Ticket StartOpen() override;
   Corbot::Ticket StartClose() override;
+  void SetGripper(CORBA::Double percent) override;
+  Corbot::Ticket StartSetGripper(CORBA::Double percent) override;
+  Corbot::GripperInfo Gripper() override;
   Corbot::MotionInfo* Wait(Corbot::Ticket id, CORBA::Double timeout) override;
   Corbot::MotionInfo* Progress(Corbot::Ticket id) override;
   void MoveJoints(const Corbot::JointCoord& target, CORBA::Double t) override;
   void SetToolPitch(CORBA::Double degrees) override;
   CORBA::Double ToolPitch() override;
+  void SetSoftLimits(const Corbot::JointRanges& limits) override;
+  void ResetSoftLimits() override;
+  Corbot::JointRanges* SoftLimits() override;
+  Corbot::ArmState* State() override;
   Corbot::AlarmList* Alarms() override;
   Corbot::LoopInfo* Diagnostics() override;
   Corbot::DeviceInfo* Device() override;

@@ -81,6 +81,19 @@ static void clear(PortableServer_Servant servant, CORBA_Environment* ev) {
   requests_leave(self_of(servant)->target);
 }
 
+static void set_soft_limits(PortableServer_Servant servant, const Corbot_JointRanges* limits,
+                            CORBA_Environment* ev) {
+  if (is_refused(servant, ev)) return;
+  inner.SetSoftLimits(servant, limits, ev);
+  requests_leave(self_of(servant)->target);
+}
+
+static void reset_soft_limits(PortableServer_Servant servant, CORBA_Environment* ev) {
+  if (is_refused(servant, ev)) return;
+  inner.ResetSoftLimits(servant, ev);
+  requests_leave(self_of(servant)->target);
+}
+
 void arm_bound(POA_Corbot_Arm__epv* arm) {
   inner = *arm;
   arm->Stop = stop;
@@ -92,4 +105,6 @@ void arm_bound(POA_Corbot_Arm__epv* arm) {
   arm->Resume = resume;
   arm->Override = set_override;
   arm->Clear = clear;
+  arm->SetSoftLimits = set_soft_limits;
+  arm->ResetSoftLimits = reset_soft_limits;
 }

@@ -83,6 +83,33 @@ static void set_override(PortableServer_Servant servant, CORBA_double percent, C
         &error, ev);
 }
 
+/* ORBit2 does not watch over the bound of sequence<JointRange, 6>; a request that ends too early gives NULL. */
+static void set_soft_limits(PortableServer_Servant servant, const Corbot_JointRanges* limits,
+                            CORBA_Environment* ev) {
+  const CORBA_unsigned_long count = limits == NULL ? 0 : limits->_length;
+  if (limits == NULL || count > CORBOT_MAX_JOINTS || (count > 0 && limits->_buffer == NULL)) {
+    CORBA_exception_set_system(ev, ex_CORBA_MARSHAL, CORBA_COMPLETED_NO);
+    return;
+  }
+  corbot_joint_ranges wanted = {{0}, {0}};
+  for (CORBA_unsigned_long i = 0; i < count; ++i) {
+    wanted.lower_deg[i] = limits->_buffer[i].lower;
+    wanted.upper_deg[i] = limits->_buffer[i].upper;
+  }
+  Caller room;
+  corbot_error error;
+  check(corbot_robot_set_soft_limits(self_of(servant)->robot, caller_of(servant, &room), &wanted, count,
+                                     &error),
+        &error, ev);
+}
+
+static void reset_soft_limits(PortableServer_Servant servant, CORBA_Environment* ev) {
+  Caller room;
+  corbot_error error;
+  check(corbot_robot_reset_soft_limits(self_of(servant)->robot, caller_of(servant, &room), &error), &error,
+        ev);
+}
+
 static void clear(PortableServer_Servant servant, CORBA_Environment* ev) {
   Caller room;
   corbot_error error;
@@ -129,6 +156,8 @@ void arm_set_changes(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm) {
   arm->Override = set_override;
   arm->Clear = clear;
   arm->SetToolPitch = set_tool_pitch;
+  arm->SetSoftLimits = set_soft_limits;
+  arm->ResetSoftLimits = reset_soft_limits;
   arm->Acquire = acquire;
   arm->Renew = renew;
   arm->Release = release;

@@ -5,6 +5,7 @@
 
 #include "orb/orbit2/arm_instance.h"
 #include "orb/orbit2/calls.h"
+#include "orb/orbit2/convert.h"
 #include "orb/orbit2/raise.h"
 #include "orb/orbit2/requests.h"
 
@@ -155,6 +156,17 @@ static Corbot_Ticket start_close(PortableServer_Servant servant, CORBA_Environme
                  &ticket, &error, ev);
 }
 
+static Corbot_Ticket start_set_gripper(PortableServer_Servant servant, CORBA_double percent,
+                                       CORBA_Environment* ev) {
+  if (!has_place(servant, ev)) return 0;
+  Caller room;
+  const corbot_caller* caller = caller_of(servant, &room);
+  corbot_ticket ticket = 0;
+  corbot_error error;
+  return started(servant, corbot_robot_set_gripper(self_of(servant)->robot, caller, percent, &ticket, &error),
+                 &ticket, &error, ev);
+}
+
 /* The end of the calls that return when their motion has ended. */
 static void finish(PortableServer_Servant servant, Corbot_Ticket ticket, CORBA_Environment* ev) {
   if (ev->_major == CORBA_NO_EXCEPTION) {
@@ -209,10 +221,12 @@ static void close_gripper(PortableServer_Servant servant, CORBA_Environment* ev)
   finish(servant, start_close(servant, ev), ev);
 }
 
+static void set_gripper(PortableServer_Servant servant, CORBA_double percent, CORBA_Environment* ev) {
+  finish(servant, start_set_gripper(servant, percent, ev), ev);
+}
+
 static Corbot_MotionInfo* info_of(PortableServer_Servant servant, Corbot_Ticket id, double timeout_s,
                                   const corbot_caller* caller, CORBA_Environment* ev) {
-  static const Corbot_MotionState states[] = {Corbot_MotionQueued, Corbot_MotionRunning, Corbot_MotionDone,
-                                              Corbot_MotionStopped, Corbot_MotionFailed};
   corbot_motion_info info;
   corbot_error error;
   if (corbot_robot_wait(self_of(servant)->robot, id, timeout_s, caller, &info, &error) != CORBOT_OK) {
@@ -220,11 +234,7 @@ static Corbot_MotionInfo* info_of(PortableServer_Servant servant, Corbot_Ticket 
     return NULL;
   }
   Corbot_MotionInfo* result = Corbot_MotionInfo__alloc();
-  result->id = info.id;
-  result->state = states[info.state];
-  result->progress = info.progress;
-  result->duration = info.duration_s;
-  result->reason = CORBA_string_dup(info.reason);
+  convert_motion(&info, result);
   return result;
 }
 
@@ -264,6 +274,8 @@ void arm_set_motions(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm) {
   arm->StartDelay = start_delay;
   arm->StartOpen = start_open;
   arm->StartClose = start_close;
+  arm->StartSetGripper = start_set_gripper;
+  arm->SetGripper = set_gripper;
   arm->MoveJoints = move_joints;
   arm->Wait = wait_for;
   arm->Progress = progress;

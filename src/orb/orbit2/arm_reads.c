@@ -2,6 +2,7 @@
 #include "orb/orbit2/arm_reads.h"
 
 #include "orb/orbit2/arm_instance.h"
+#include "orb/orbit2/convert.h"
 #include "orb/orbit2/raise.h"
 
 static Corbot_JointCoord* get_arti_coord(PortableServer_Servant servant, CORBA_Environment* ev) {
@@ -11,12 +12,8 @@ static Corbot_JointCoord* get_arti_coord(PortableServer_Servant servant, CORBA_E
     raise_failure(&error, ev);
     return NULL;
   }
-  const CORBA_unsigned_long dof = (CORBA_unsigned_long)self_of(servant)->description.dof;
   Corbot_JointCoord* result = Corbot_JointCoord__alloc();
-  result->_buffer = Corbot_JointCoord_allocbuf(dof);
-  result->_length = result->_maximum = dof;
-  result->_release = CORBA_TRUE;
-  for (CORBA_unsigned_long i = 0; i < dof; ++i) result->_buffer[i] = joints_deg[i];
+  convert_joints(joints_deg, self_of(servant)->description.dof, result);
   return result;
 }
 
@@ -35,15 +32,7 @@ static Corbot_GripperState get_gripper_status(PortableServer_Servant servant, CO
 
 static Corbot_RobotState get_status(PortableServer_Servant servant, CORBA_Environment* ev) {
   (void)ev;
-  switch (corbot_robot_state(self_of(servant)->robot)) {
-    case CORBOT_STATE_WAITING:
-      return Corbot_Waiting;
-    case CORBOT_STATE_STANDBY:
-      return Corbot_Standby;
-    case CORBOT_STATE_ERROR:
-      break;
-  }
-  return Corbot_Error;
+  return convert_state(corbot_robot_state(self_of(servant)->robot));
 }
 
 static Corbot_RobotKind get_robot_type(PortableServer_Servant servant, CORBA_Environment* ev) {
@@ -56,19 +45,31 @@ static CORBA_long get_dof(PortableServer_Servant servant, CORBA_Environment* ev)
   return self_of(servant)->description.dof;
 }
 
+static Corbot_JointRanges* ranges_of(const double* lower_deg, const double* upper_deg,
+                                     CORBA_unsigned_long count) {
+  Corbot_JointRanges* result = Corbot_JointRanges__alloc();
+  result->_buffer = Corbot_JointRanges_allocbuf(count);
+  result->_length = result->_maximum = count;
+  result->_release = CORBA_TRUE;
+  for (CORBA_unsigned_long i = 0; i < count; ++i) {
+    result->_buffer[i].lower = lower_deg[i];
+    result->_buffer[i].upper = upper_deg[i];
+  }
+  return result;
+}
+
 static Corbot_JointRanges* get_mov_range(PortableServer_Servant servant, CORBA_Environment* ev) {
   (void)ev;
   const corbot_description* description = &self_of(servant)->description;
-  const CORBA_unsigned_long dof = (CORBA_unsigned_long)description->dof;
-  Corbot_JointRanges* result = Corbot_JointRanges__alloc();
-  result->_buffer = Corbot_JointRanges_allocbuf(dof);
-  result->_length = result->_maximum = dof;
-  result->_release = CORBA_TRUE;
-  for (CORBA_unsigned_long i = 0; i < dof; ++i) {
-    result->_buffer[i].lower = description->lower_deg[i];
-    result->_buffer[i].upper = description->upper_deg[i];
-  }
-  return result;
+  return ranges_of(description->lower_deg, description->upper_deg, (CORBA_unsigned_long)description->dof);
+}
+
+static Corbot_JointRanges* get_soft_limits(PortableServer_Servant servant, CORBA_Environment* ev) {
+  (void)ev;
+  corbot_joint_ranges limits;
+  const int32_t known = corbot_robot_soft_limits(self_of(servant)->robot, &limits);
+  const int32_t dof = self_of(servant)->description.dof;
+  return ranges_of(limits.lower_deg, limits.upper_deg, (CORBA_unsigned_long)(known ? dof : 0));
 }
 
 static CORBA_double get_reach(PortableServer_Servant servant, CORBA_Environment* ev) {
@@ -133,8 +134,6 @@ static Corbot_LoopInfo* get_diagnostics(PortableServer_Servant servant, CORBA_En
 }
 
 static Corbot_DeviceInfo* get_device(PortableServer_Servant servant, CORBA_Environment* ev) {
-  static const Corbot_DeviceHealth health[] = {Corbot_DeviceClosed, Corbot_DeviceOpen, Corbot_DeviceDegraded,
-                                               Corbot_DeviceLost};
   corbot_device_info device;
   corbot_error error;
   if (corbot_robot_device_info(self_of(servant)->robot, &device, &error) != CORBOT_OK) {
@@ -142,18 +141,27 @@ static Corbot_DeviceInfo* get_device(PortableServer_Servant servant, CORBA_Envir
     return NULL;
   }
   Corbot_DeviceInfo* result = Corbot_DeviceInfo__alloc();
-  result->backend = CORBA_string_dup(device.backend);
-  result->health = health[device.health];
-  result->cause = device.cause;
-  result->causeText = CORBA_string_dup(device.cause_text);
-  result->frames = device.frames;
-  result->age = device.age_s;
-  result->ageMax = device.age_max_s;
-  result->measured = device.measured ? CORBA_TRUE : CORBA_FALSE;
-  result->measuredAge = device.measured_age_s;
-  result->positionUncertain = device.position_unverified ? CORBA_TRUE : CORBA_FALSE;
-  result->emergencyStop = device.emergency_stop ? CORBA_TRUE : CORBA_FALSE;
+  convert_device(&device, result);
   return result;
+}
+
+static Corbot_ArmState* get_state(PortableServer_Servant servant, CORBA_Environment* ev) {
+  corbot_arm_state state;
+  corbot_error error;
+  if (corbot_robot_arm_state(self_of(servant)->robot, &state, &error) != CORBOT_OK) {
+    raise_failure(&error, ev);
+    return NULL;
+  }
+  Corbot_ArmState* result = Corbot_ArmState__alloc();
+  convert_arm_state(&state, self_of(servant)->description.dof, result);
+  return result;
+}
+
+static Corbot_GripperInfo get_gripper(PortableServer_Servant servant, CORBA_Environment* ev) {
+  corbot_arm_state state = {0};
+  corbot_error error;
+  if (corbot_robot_arm_state(self_of(servant)->robot, &state, &error) != CORBOT_OK) raise_failure(&error, ev);
+  return convert_gripper(&state.gripper);
 }
 
 static Corbot_ServantInfo* get_servant(PortableServer_Servant servant, CORBA_Environment* ev) {
@@ -201,6 +209,9 @@ void arm_set_reads(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm) {
   arm->_get_Paused = get_paused;
   arm->_get_OverridePercent = get_override_percent;
   arm->_get_ToolPitch = get_tool_pitch;
+  arm->_get_SoftLimits = get_soft_limits;
+  arm->_get_State = get_state;
+  arm->_get_Gripper = get_gripper;
   arm->_get_Alarms = get_alarms;
   arm->_get_Diagnostics = get_diagnostics;
   arm->_get_Device = get_device;

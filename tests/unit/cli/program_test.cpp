@@ -44,10 +44,14 @@ TEST(Program, ReadsEveryCommand) {
   EXPECT_THAT(only_request("delay 0.5").numbers, ElementsAre(0.5));
   EXPECT_EQ(only_request("open").verb, Verb::kOpen);
   EXPECT_EQ(only_request("close").verb, Verb::kClose);
+  EXPECT_EQ(only_request("gripper 40").verb, Verb::kGripper);
+  EXPECT_THAT(only_request("gripper 0").numbers, ElementsAre(0));
   EXPECT_EQ(only_request("speed 50 --joint 2").joint, 2);
   EXPECT_TRUE(only_request("speed 50 --all").all);
   EXPECT_EQ(only_request("pitch -30").verb, Verb::kPitch);
   EXPECT_EQ(only_request("override 100").verb, Verb::kOverride);
+  EXPECT_THAT(only_request("limit 0 -45 45").numbers, ElementsAre(0, -45, 45));
+  EXPECT_TRUE(only_request("limit --reset").reset);
 }
 
 TEST(Program, CountsLinesOverCommentsBlanksAndCarriageReturns) {
@@ -96,6 +100,9 @@ INSTANTIATE_TEST_SUITE_P(
         FaultCase{"ready now", "unexpected 'now'"}, FaultCase{"speed 0", "above 0 and at most 100"},
         FaultCase{"speed 101", "above 0 and at most 100"}, FaultCase{"speed 50 --joint -1", "--joint -1"},
         FaultCase{"speed 50 --joint 1 --all", "exclude each other"},
+        FaultCase{"gripper 101", "must be 0 to 100"}, FaultCase{"limit 0 -45", "either JOINT LOWER UPPER"},
+        FaultCase{"limit --reset 0 1 2", "or --reset alone"}, FaultCase{"limit 0 45 -45", "is above"},
+        FaultCase{"limit 0.5 0 1", "JOINT '0.5'"}, FaultCase{"gripper -1", "must be 0 to 100"},
         FaultCase{"override 0", "above 0 and at most 100"}, FaultCase{"pitch", "DEGREES missing"},
         FaultCase{"stop", "not for programs"}, FaultCase{"pause", "not for programs"},
         FaultCase{"resume", "not for programs"}, FaultCase{"clear", "not for programs"},

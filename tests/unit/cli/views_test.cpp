@@ -100,6 +100,42 @@ TEST(Status, WhatIsOldIsShownWithItsAge) {
   EXPECT_THAT(status_json(report), HasSubstr("\"cycle_age_s\": 3.25"));
 }
 
+TEST(Status, TheGripperIsShownAsFarAsItIsKnown) {
+  StatusReport report = sample();
+  EXPECT_THAT(status_text(report), HasSubstr("gripper   closed\n")) << "of an earlier version";
+  EXPECT_THAT(status_json(report), HasSubstr("\"gripper_opening\": null"));
+  report.gripper_info = Corbot::GripperInfo{-1e-12, false, -1e-12, Corbot::HoldingUnknown};
+  EXPECT_THAT(status_text(report), HasSubstr("gripper   closed, at 0 %\n"));
+  report.gripper_info = Corbot::GripperInfo{0.0, true, 41.2, Corbot::HoldingYes};
+  EXPECT_THAT(status_text(report), HasSubstr("gripper   closed, at 0 %, measured 41 %, holds something\n"));
+  EXPECT_THAT(status_json(report), HasSubstr("\"holding\": \"yes\""));
+  report.gripper_info->holding = Corbot::HoldingNo;
+  EXPECT_THAT(status_text(report), HasSubstr("measured 41 %, holds nothing\n"));
+  report.gripper_info->holding = Corbot::HoldingUnknown;
+  EXPECT_THAT(status_text(report), HasSubstr("measured 41 %\n"));
+  EXPECT_THAT(status_json(report), HasSubstr("\"holding\": \"unknown\""));
+}
+
+TEST(Status, SoftLimitsAreShownWhereTheyAreSet) {
+  StatusReport report = sample();
+  report.soft_limits = report.ranges;
+  EXPECT_THAT(status_text(report), Not(HasSubstr("limited to")));
+  report.soft_limits[1] = {-5, 45.5};
+  EXPECT_THAT(status_text(report), HasSubstr("(-30 to 130)   limited to -5 to 45.5\n"));
+  report.soft_limits.clear();
+  EXPECT_THAT(status_text(report), Not(HasSubstr("limited to"))) << "not known, or of an earlier version";
+}
+
+TEST(Status, AMotionUnderWayIsShownWithItsProgress) {
+  StatusReport report = sample();
+  EXPECT_THAT(status_text(report), Not(HasSubstr("  motion ")));
+  EXPECT_THAT(status_json(report), HasSubstr("\"motion\": null"));
+  report.motion = 17;
+  report.progress = 0.421;
+  EXPECT_THAT(status_text(report), HasSubstr("motion    17, 42 % done\n"));
+  EXPECT_THAT(status_json(report), HasSubstr("\"ticket\": 17"));
+}
+
 TEST(Status, JsonHasUnitsInItsKeys) {
   const std::string text = status_json(sample());
   for (const char* key : {"\"joints_deg\"", "\"x_m\"", "\"state\": \"Error\"", "\"gripper\": \"closed\"",

@@ -12,7 +12,8 @@ class FakeDevice final : public Backend {
  public:
   /// Of a device with encoders: measures what it was given, but for `lag_q`.
   void measure() {
-    feedback = {.measured = true, .time_ns = frame.time_ns, .position_q = frame.position_q};
+    feedback = {
+        .measured = true, .time_ns = frame.time_ns, .position_q = frame.position_q, .opening = opening};
     for (std::size_t i = 0; i < kMaxJoints; ++i) feedback.position_q[i] -= lag_q[i];
   }
 
@@ -40,6 +41,7 @@ class FakeDevice final : public Backend {
   ServoFrame frame{};
   ServoFeedback feedback{};
   Joints lag_q{};
+  double opening{-1.0};  ///< of the gripper, as it is measured; negative: it is not
   BackendTimes times_now{};
   BackendHealth now{BackendHealth::kOpen};
   DeviceCause why{DeviceCause::kNone};

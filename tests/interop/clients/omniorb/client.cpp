@@ -13,6 +13,8 @@
 #include <string>
 #include <type_traits>
 
+#include "texts.h"
+
 namespace {
 
 using Words = std::istringstream;
@@ -58,106 +60,21 @@ Type argument(Words& words) {
     }
     expect(words, "]");
     return joints;
+  } else if constexpr (std::is_same_v<Type, Corbot::JointRanges>) {
+    expect(words, "[");
+    Corbot::JointRanges ranges;
+    while ((words >> std::ws).peek() != ']') {
+      ranges.length(ranges.length() + 1);
+      expect(words, "{");
+      ranges[ranges.length() - 1].lower = number(words);
+      ranges[ranges.length() - 1].upper = number(words);
+      expect(words, "}");
+    }
+    expect(words, "]");
+    return ranges;
   } else {
     return static_cast<Type>(number(words));
   }
-}
-
-// ---- Results: written by type --------------------------------------------------------------------------
-std::string text(double value) { return fmt::format("{}", value); }
-std::string text(CORBA::Long value) { return fmt::format("{}", value); }
-std::string text(CORBA::ULongLong value) { return fmt::format("{}", value); }
-std::string text(bool value) { return value ? "true" : "false"; }
-std::string text(const char* value) { return fmt::format("\"{}\"", value); }
-std::string text(Corbot::GripperState value) { return value == Corbot::Open ? "Open" : "Close"; }
-std::string text(Corbot::RobotState value) {
-  static constexpr const char* kNames[] = {"Error", "Waiting", "Standby"};
-  return kNames[value];
-}
-std::string text(Corbot::RobotKind value) {
-  static constexpr const char* kNames[] = {"Anthropomorphic", "Cartesian", "Cylindrical",
-                                           "Polar",           "Scara",     "Other"};
-  return kNames[value];
-}
-std::string text(Corbot::MotionState value) {
-  static constexpr const char* kNames[] = {"MotionQueued", "MotionRunning", "MotionDone", "MotionStopped",
-                                           "MotionFailed"};
-  return kNames[value];
-}
-
-std::string text(CORBA::ULong value) { return fmt::format("{}", value); }
-std::string text(Corbot::DeviceHealth value) {
-  static constexpr const char* kNames[] = {"DeviceClosed", "DeviceOpen", "DeviceDegraded", "DeviceLost"};
-  return kNames[value];
-}
-
-// Declared before the templates that look them up.
-std::string text(const Corbot::Point& p);
-template <class Sequence>
-requires requires(const Sequence& s) { s.length(); }
-std::string text(const Sequence& sequence);
-
-template <class... Members>
-std::string members(const Members&... named) {
-  std::string all;
-  ((all += fmt::format("{}{}={}", all.empty() ? "" : " ", named.first, text(named.second))), ...);
-  return "{" + all + "}";
-}
-
-std::string text(const Corbot::Point& p) {
-  return members(std::pair("x", p.x), std::pair("y", p.y), std::pair("z", p.z));
-}
-std::string text(const Corbot::CartesianCoord& p) {
-  return members(std::pair("x", p.x), std::pair("y", p.y), std::pair("z", p.z), std::pair("a", p.a),
-                 std::pair("b", p.b), std::pair("c", p.c));
-}
-std::string text(const Corbot::JointRange& range) {
-  return members(std::pair("lower", range.lower), std::pair("upper", range.upper));
-}
-std::string text(const Corbot::AlarmInfo& alarm) {
-  return members(std::pair("time", alarm.time), std::pair("code", alarm.code),
-                 std::pair("active", bool{alarm.active}), std::pair("text", (const char*)alarm.text));
-}
-std::string text(const Corbot::MotionInfo& info) {
-  return members(std::pair("id", info.id), std::pair("state", info.state),
-                 std::pair("progress", info.progress), std::pair("duration", info.duration),
-                 std::pair("reason", (const char*)info.reason));
-}
-
-template <class Sequence>
-requires requires(const Sequence& s) { s.length(); }
-std::string text(const Sequence& sequence) {
-  std::string all;
-  for (CORBA::ULong i = 0; i < sequence.length(); ++i) all += (i == 0 ? "" : " ") + text(sequence[i]);
-  return "[" + all + "]";
-}
-
-std::string text(const Corbot::LoopInfo& info) {
-  return members(std::pair("period", info.period), std::pair("since", info.since),
-                 std::pair("cycles", info.cycles), std::pair("overruns", info.overruns),
-                 std::pair("latencyMean", info.latencyMean), std::pair("latencyMax", info.latencyMax),
-                 std::pair("workMax", info.workMax), std::pair("realTime", bool{info.realTime}),
-                 std::pair("counts", info.counts), std::pair("edges", info.edges));
-}
-
-std::string text(const Corbot::DeviceInfo& info) {
-  return members(std::pair("backend", (const char*)info.backend), std::pair("health", info.health),
-                 std::pair("cause", info.cause), std::pair("causeText", (const char*)info.causeText),
-                 std::pair("frames", info.frames), std::pair("age", info.age),
-                 std::pair("ageMax", info.ageMax), std::pair("measured", bool{info.measured}),
-                 std::pair("measuredAge", info.measuredAge),
-                 std::pair("positionUncertain", bool{info.positionUncertain}),
-                 std::pair("emergencyStop", bool{info.emergencyStop}));
-}
-
-std::string text(const Corbot::ServantInfo& info) {
-  return members(std::pair("version", (const char*)info.version),
-                 std::pair("profile", (const char*)info.profile), std::pair("started", info.started));
-}
-
-std::string text(const Corbot::ControlInfo& info) {
-  return members(std::pair("holder", (const char*)info.holder), std::pair("left", info.left),
-                 std::pair("held", bool{info.held}));
 }
 
 // ---- The interface -------------------------------------------------------------------------------------
@@ -208,24 +125,63 @@ Call call_of(Result (Class::*operation)(Arguments...)) {
 #define CALL(name) \
   { #name, call_of(&Stub::name) }
 const std::map<std::string, Call>& calls() {
-  static const std::map<std::string, Call> kCalls{
-      CALL(ArtiCoord),       CALL(CartCoord),  CALL(GripperStatus),
-      CALL(Status),          CALL(RobotType),  CALL(DoF),
-      CALL(MovRange),        CALL(Reach),      CALL(Move),
-      CALL(MoveS),           CALL(MoveC),      CALL(Drive),
-      CALL(Ready),           CALL(Delay),      CALL(Open),
-      CALL(Close),           CALL(Speed),      CALL(ArtSpeed),
-      CALL(AllSpeed),        CALL(Stop),       CALL(Cancel),
-      CALL(Pause),           CALL(Resume),     CALL(Override),
-      CALL(OverridePercent), CALL(Clear),      CALL(StartMove),
-      CALL(StartMoveS),      CALL(StartMoveC), CALL(StartDrive),
-      CALL(StartMoveJoints), CALL(StartReady), CALL(StartDelay),
-      CALL(StartOpen),       CALL(StartClose), CALL(Wait),
-      CALL(Progress),        CALL(MoveJoints), CALL(SetToolPitch),
-      CALL(ToolPitch),       CALL(Alarms),     CALL(Diagnostics),
-      CALL(Device),          CALL(Servant),    CALL(StopAndHold),
-      CALL(Acquire),         CALL(Renew),      CALL(Release),
-      CALL(Control),         CALL(CycleAge)};
+  static const std::map<std::string, Call> kCalls{CALL(ArtiCoord),
+                                                  CALL(CartCoord),
+                                                  CALL(GripperStatus),
+                                                  CALL(Status),
+                                                  CALL(RobotType),
+                                                  CALL(DoF),
+                                                  CALL(MovRange),
+                                                  CALL(Reach),
+                                                  CALL(Move),
+                                                  CALL(MoveS),
+                                                  CALL(MoveC),
+                                                  CALL(Drive),
+                                                  CALL(Ready),
+                                                  CALL(Delay),
+                                                  CALL(Open),
+                                                  CALL(Close),
+                                                  CALL(Speed),
+                                                  CALL(ArtSpeed),
+                                                  CALL(AllSpeed),
+                                                  CALL(Stop),
+                                                  CALL(Cancel),
+                                                  CALL(Pause),
+                                                  CALL(Resume),
+                                                  CALL(Override),
+                                                  CALL(OverridePercent),
+                                                  CALL(Clear),
+                                                  CALL(StartMove),
+                                                  CALL(StartMoveS),
+                                                  CALL(StartMoveC),
+                                                  CALL(StartDrive),
+                                                  CALL(StartMoveJoints),
+                                                  CALL(StartReady),
+                                                  CALL(StartDelay),
+                                                  CALL(StartOpen),
+                                                  CALL(StartClose),
+                                                  CALL(Wait),
+                                                  CALL(Progress),
+                                                  CALL(MoveJoints),
+                                                  CALL(SetToolPitch),
+                                                  CALL(ToolPitch),
+                                                  CALL(Alarms),
+                                                  CALL(Diagnostics),
+                                                  CALL(Device),
+                                                  CALL(Servant),
+                                                  CALL(StopAndHold),
+                                                  CALL(Acquire),
+                                                  CALL(Renew),
+                                                  CALL(Release),
+                                                  CALL(Control),
+                                                  CALL(CycleAge),
+                                                  CALL(State),
+                                                  CALL(SetGripper),
+                                                  CALL(StartSetGripper),
+                                                  CALL(Gripper),
+                                                  CALL(SetSoftLimits),
+                                                  CALL(ResetSoftLimits),
+                                                  CALL(SoftLimits)};
   return kCalls;
 }
 #undef CALL

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "corbot/kinematics/joints.h"
+
+namespace corbot {
+
+/// The least and the greatest value of each joint.
+struct JointRanges {
+  Joints lower_q{};
+  Joints upper_q{};
+};
+
+}  // namespace corbot

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "orb/omniorb/convert.h"
+
+namespace corbot::omni {
+namespace {
+
+Corbot::Pose to_corba(const corbot_tool_pose& tool) {
+  const double* const q = tool.orientation;
+  return {{tool.position_m[0], tool.position_m[1], tool.position_m[2]}, {q[0], q[1], q[2], q[3]}};
+}
+
+}  // namespace
+
+Corbot::RobotState to_corba(corbot_state state) {
+  switch (state) {
+    case CORBOT_STATE_WAITING:
+      return Corbot::Waiting;
+    case CORBOT_STATE_STANDBY:
+      return Corbot::Standby;
+    case CORBOT_STATE_ERROR:
+      break;
+  }
+  return Corbot::Error;
+}
+
+Corbot::JointCoord to_corba(const double (&joints)[CORBOT_MAX_JOINTS], CORBA::ULong count) {
+  Corbot::JointCoord result;
+  result.length(count);
+  for (CORBA::ULong i = 0; i < count; ++i) result[i] = joints[i];
+  return result;
+}
+
+Corbot::GripperInfo to_corba(const corbot_gripper_info& gripper) {
+  static constexpr Corbot::HoldingState kHolding[] = {Corbot::HoldingUnknown, Corbot::HoldingNo,
+                                                      Corbot::HoldingYes};
+  return {gripper.commanded_percent, gripper.measured != 0, gripper.opening_percent,
+          kHolding[gripper.holding]};
+}
+
+void fill(const corbot_motion_info& from, Corbot::MotionInfo& to) {
+  static constexpr Corbot::MotionState kStates[] = {Corbot::MotionQueued, Corbot::MotionRunning,
+                                                    Corbot::MotionDone, Corbot::MotionStopped,
+                                                    Corbot::MotionFailed};
+  to.id = from.id;
+  to.state = kStates[from.state];
+  to.progress = from.progress;
+  to.duration = from.duration_s;
+  to.reason = CORBA::string_dup(from.reason);
+}
+
+void fill(const corbot_device_info& from, Corbot::DeviceInfo& to) {
+  static constexpr Corbot::DeviceHealth kHealth[] = {Corbot::DeviceClosed, Corbot::DeviceOpen,
+                                                     Corbot::DeviceDegraded, Corbot::DeviceLost};
+  to.backend = CORBA::string_dup(from.backend);
+  to.health = kHealth[from.health];
+  to.cause = from.cause;
+  to.causeText = CORBA::string_dup(from.cause_text);
+  to.frames = from.frames;
+  to.age = from.age_s;
+  to.ageMax = from.age_max_s;
+  to.measured = from.measured != 0;
+  to.measuredAge = from.measured_age_s;
+  to.positionUncertain = from.position_unverified != 0;
+  to.emergencyStop = from.emergency_stop != 0;
+}
+
+void fill(const corbot_arm_state& from, CORBA::ULong dof, Corbot::ArmState& to) {
+  to.cycle = from.cycle;
+  to.time = from.time_s;
+  to.age = from.age_s;
+  to.status = to_corba(from.status);
+  to.paused = from.paused != 0;
+  to.overridePercent = from.override_percent;
+  to.commanded = to_corba(from.commanded_deg, dof);
+  to.speeds = to_corba(from.speed_deg_s, dof);
+  to.measured = from.measured != 0;
+  to.measuredJoints = to_corba(from.measured_deg, from.measured != 0 ? dof : 0);
+  to.tool = to_corba(from.tool);
+  to.toolCommanded = to_corba(from.tool_commanded);
+  fill(from.motion, to.motion);
+  to.queued = from.queued;
+  to.gripper = to_corba(from.gripper);
+  fill(from.device, to.device);
+  to.control.holder = CORBA::string_dup(from.holder.who);
+  to.control.left = from.holder.left_s;
+  to.control.held = from.held != 0;
+}
+
+}  // namespace corbot::omni

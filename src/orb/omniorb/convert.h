@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <arm.hh>
+
+#include "robot/corbot_robot.h"
+
+// Records of corbot_robot.h as those of the interface.
+
+namespace corbot::omni {
+
+[[nodiscard]] Corbot::RobotState to_corba(corbot_state state);
+[[nodiscard]] Corbot::JointCoord to_corba(const double (&joints)[CORBOT_MAX_JOINTS], CORBA::ULong count);
+[[nodiscard]] Corbot::GripperInfo to_corba(const corbot_gripper_info& gripper);
+void fill(const corbot_motion_info& from, Corbot::MotionInfo& to);
+void fill(const corbot_device_info& from, Corbot::DeviceInfo& to);
+/// `dof`: of the arm.
+void fill(const corbot_arm_state& from, CORBA::ULong dof, Corbot::ArmState& to);
+
+}  // namespace corbot::omni

@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "orb/orbit2/convert.h"
+
+Corbot_RobotState convert_state(corbot_state state) {
+  switch (state) {
+    case CORBOT_STATE_WAITING:
+      return Corbot_Waiting;
+    case CORBOT_STATE_STANDBY:
+      return Corbot_Standby;
+    case CORBOT_STATE_ERROR:
+      break;
+  }
+  return Corbot_Error;
+}
+
+void convert_joints(const double joints[CORBOT_MAX_JOINTS], int32_t count, Corbot_JointCoord* to) {
+  const CORBA_unsigned_long length = (CORBA_unsigned_long)count;
+  to->_buffer = Corbot_JointCoord_allocbuf(length);
+  to->_length = to->_maximum = length;
+  to->_release = CORBA_TRUE;
+  for (CORBA_unsigned_long i = 0; i < length; ++i) to->_buffer[i] = joints[i];
+}
+
+Corbot_GripperInfo convert_gripper(const corbot_gripper_info* gripper) {
+  static const Corbot_HoldingState holding[] = {Corbot_HoldingUnknown, Corbot_HoldingNo, Corbot_HoldingYes};
+  const Corbot_GripperInfo result = {gripper->commanded_percent, gripper->measured ? CORBA_TRUE : CORBA_FALSE,
+                                     gripper->opening_percent, holding[gripper->holding]};
+  return result;
+}
+
+void convert_motion(const corbot_motion_info* from, Corbot_MotionInfo* to) {
+  static const Corbot_MotionState states[] = {Corbot_MotionQueued, Corbot_MotionRunning, Corbot_MotionDone,
+                                              Corbot_MotionStopped, Corbot_MotionFailed};
+  to->id = from->id;
+  to->state = states[from->state];
+  to->progress = from->progress;
+  to->duration = from->duration_s;
+  to->reason = CORBA_string_dup(from->reason);
+}
+
+void convert_device(const corbot_device_info* from, Corbot_DeviceInfo* to) {
+  static const Corbot_DeviceHealth health[] = {Corbot_DeviceClosed, Corbot_DeviceOpen, Corbot_DeviceDegraded,
+                                               Corbot_DeviceLost};
+  to->backend = CORBA_string_dup(from->backend);
+  to->health = health[from->health];
+  to->cause = from->cause;
+  to->causeText = CORBA_string_dup(from->cause_text);
+  to->frames = from->frames;
+  to->age = from->age_s;
+  to->ageMax = from->age_max_s;
+  to->measured = from->measured ? CORBA_TRUE : CORBA_FALSE;
+  to->measuredAge = from->measured_age_s;
+  to->positionUncertain = from->position_unverified ? CORBA_TRUE : CORBA_FALSE;
+  to->emergencyStop = from->emergency_stop ? CORBA_TRUE : CORBA_FALSE;
+}
+
+static Corbot_Pose convert_pose(const corbot_tool_pose* tool) {
+  const double* q = tool->orientation;
+  const Corbot_Pose result = {{tool->position_m[0], tool->position_m[1], tool->position_m[2]},
+                              {q[0], q[1], q[2], q[3]}};
+  return result;
+}
+
+void convert_arm_state(const corbot_arm_state* from, int32_t dof, Corbot_ArmState* to) {
+  to->cycle = from->cycle;
+  to->time = from->time_s;
+  to->age = from->age_s;
+  to->status = convert_state(from->status);
+  to->paused = from->paused ? CORBA_TRUE : CORBA_FALSE;
+  to->overridePercent = from->override_percent;
+  convert_joints(from->commanded_deg, dof, &to->commanded);
+  convert_joints(from->speed_deg_s, dof, &to->speeds);
+  to->measured = from->measured ? CORBA_TRUE : CORBA_FALSE;
+  convert_joints(from->measured_deg, from->measured ? dof : 0, &to->measuredJoints);
+  to->tool = convert_pose(&from->tool);
+  to->toolCommanded = convert_pose(&from->tool_commanded);
+  convert_motion(&from->motion, &to->motion);
+  to->queued = from->queued;
+  to->gripper = convert_gripper(&from->gripper);
+  convert_device(&from->device, &to->device);
+  to->control.holder = CORBA_string_dup(from->holder.who);
+  to->control.left = from->holder.left_s;
+  to->control.held = from->held ? CORBA_TRUE : CORBA_FALSE;
+}
