@@ -85,7 +85,7 @@ void read_mini_ssc(Section section, SerialOptions& options, CommonBackendOptions
 
 }  // namespace
 
-void read_backend(Section section, std::size_t joints, BackendOptions& backend) {
+void read_backend(Section section, std::span<const DrivenJoint> joints, BackendOptions& backend) {
   using Reader = void (*)(Section, SerialOptions&, CommonBackendOptions&);
   static constexpr std::pair<std::string_view, Reader> kSerialKinds[] = {
       {"ssc32", read_ssc32}, {"maestro", read_maestro}, {"minissc", read_mini_ssc}};

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
+#include <span>
 
+#include "config/driven_joint.h"
 #include "config/section.h"
 
 namespace corbot {
 
-/// `[backend]` and the table of the kind that it names; `joints`: how many the arm
-/// has, 0 where that is not known.
-void read_backend(Section section, std::size_t joints, BackendOptions& backend);
+/// `[backend]` and the table of the kind that it names; `joints`: the
+/// arm's, empty where they are not known.
+void read_backend(Section section, std::span<const DrivenJoint> joints, BackendOptions& backend);
 
 }  // namespace corbot

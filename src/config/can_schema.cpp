@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <string>
 
@@ -18,9 +19,35 @@ namespace {
 constexpr std::size_t kLongestInterface = 15;
 constexpr std::size_t kLongestSocket = 107;
 constexpr std::string_view kUnix = "unix:";
-/// Half a turn at the finest scale, from the farthest zero, is still within 32 bits.
 constexpr Bounds kCount{-1e9, 1e9, false, "counts"};
-constexpr Bounds kScale{0, 5e6, true, "counts"};
+/// Of a position in a drive, 607Ah.
+constexpr double kFarthestCount = 2147483647.0;
+
+/// The keys of a drive whose names have a unit, and what they allow.
+struct DriveKeys {
+  std::string_view scale, homing_speed, homing_creep, homing_acceleration;
+  Bounds scale_bounds, speed_bounds;
+  double usual_speed, usual_creep;
+  double si_per_unit;
+};
+constexpr DriveKeys kTurning{"counts_per_degree",
+                             "homing_speed_deg_s",
+                             "homing_creep_deg_s",
+                             "homing_acceleration_deg_s2",
+                             {0, 5e6, true, "counts"},
+                             {0, 90, true, "degrees a second"},
+                             5.0,
+                             1.0,
+                             kRadiansPerDegree};
+constexpr DriveKeys kSliding{"counts_per_m",
+                             "homing_speed_m_s",
+                             "homing_creep_m_s",
+                             "homing_acceleration_m_s2",
+                             {0, 1e9, true, "counts"},
+                             {0, 0.5, true, "m a second"},
+                             0.02,
+                             0.002,
+                             1.0};
 
 constexpr int kShortestWatch_ms = 20;
 /// corbot's own, as a producer of heartbeats.
@@ -62,14 +89,11 @@ CanIdentity read_identity(Section& section) {
   return identity;
 }
 
-CanHoming read_homing(Section& section) {
-  constexpr Bounds kSpeed{0, 90, true, "degrees a second"};
-  constexpr double kUsualSpeed_deg_s = 5.0;
-  constexpr double kUsualCreep_deg_s = 1.0;
+CanHoming read_homing(Section& section, const DriveKeys& keys) {
   CanHoming homing;
   if (!section.has("homing_method")) {
-    for (const std::string_view key :
-         {"homing_speed_deg_s", "homing_creep_deg_s", "homing_acceleration_deg_s2", "homing_offset"}) {
+    for (const std::string_view key : {keys.homing_speed, keys.homing_creep, keys.homing_acceleration,
+                                       std::string_view{"homing_offset"}}) {
       if (!section.has(key)) continue;
       (void)section.number(key, {-1e9, 1e9, false, ""});
       section.refuse(key, "needs homing_method");
@@ -79,30 +103,47 @@ CanHoming read_homing(Section& section) {
   const auto method = section.integer("homing_method", {-128, 127, false, "(6098h)"});
   if (method && *method == 0)
     section.refuse("homing_method", "must not be 0: leave it out for a drive that keeps its count");
+  const auto read = [&](std::string_view key, double usual, const Bounds& bounds) {
+    return keys.si_per_unit * section.number_or(key, usual, bounds).value_or(0);
+  };
   homing.method = static_cast<int>(method.value_or(0));
-  homing.speed_q_s =
-      kRadiansPerDegree * section.number_or("homing_speed_deg_s", kUsualSpeed_deg_s, kSpeed).value_or(0);
-  homing.creep_q_s =
-      kRadiansPerDegree * section.number_or("homing_creep_deg_s", kUsualCreep_deg_s, kSpeed).value_or(0);
-  homing.acceleration_q_s2 =
-      kRadiansPerDegree *
-      section.number_or("homing_acceleration_deg_s2", 0, {0, 1e4, false, "(0: as the drive has it)"})
-          .value_or(0);
+  homing.speed_q_s = read(keys.homing_speed, keys.usual_speed, keys.speed_bounds);
+  homing.creep_q_s = read(keys.homing_creep, keys.usual_creep, keys.speed_bounds);
+  homing.acceleration_q_s2 = read(keys.homing_acceleration, 0, {0, 1e4, false, "(0: as the drive has it)"});
   homing.offset = section.number_or("homing_offset", 0, kCount).value_or(0);
   return homing;
 }
 
-CanDrive read_drive(Section& section, NodeUse& in_use) {
+void refuse_others(Section& section, const DriveKeys& keys) {
+  const bool turns = &keys == &kTurning;
+  const DriveKeys& others = turns ? kSliding : kTurning;
+  for (const auto key : {&DriveKeys::scale, &DriveKeys::homing_speed, &DriveKeys::homing_creep,
+                         &DriveKeys::homing_acceleration}) {
+    if (section.has(others.*key) && !section.has(keys.*key))
+      section.refuse_for(others.*key, keys.*key, turns ? "the joint turns" : "the joint slides");
+  }
+}
+
+CanDrive read_drive(Section& section, const DrivenJoint& joint, NodeUse& in_use) {
+  const DriveKeys& keys = joint.kind == JointKind::kRotary ? kTurning : kSliding;
+  refuse_others(section, keys);
   CanDrive drive;
   drive.node = read_node(section, in_use);
-  drive.counts_per_q = section.number("counts_per_degree", kScale).value_or(0) / kRadiansPerDegree;
+  drive.counts_per_q = section.number(keys.scale, keys.scale_bounds).value_or(0) / keys.si_per_unit;
   drive.zero_count = section.number_or("zero_count", 0, kCount).value_or(0);
+  const double farthest = std::abs(drive.zero_count) + drive.counts_per_q * joint.farthest_q;
+  if (farthest > kFarthestCount) {
+    section.refuse(
+        keys.scale,
+        fmt::format("gives {:.0f} counts at the end of the joint's range; a drive has up to {:.0f}", farthest,
+                    kFarthestCount));
+  }
   const auto direction = section.integer_or("direction", 1, {-1, 1, false, "(1 or -1)"});
   if (direction && *direction == 0) section.refuse("direction", "must be 1 or -1");
   drive.direction = static_cast<double>(direction.value_or(1));
   drive.identity = read_identity(section);
   drive.reports_following = section.flag_or("reports_following", true).value_or(true);
-  drive.homing = read_homing(section);
+  drive.homing = read_homing(section, keys);
   section.finish();
   return drive;
 }
@@ -121,7 +162,7 @@ void read_gripper(Section section, NodeUse& in_use, SocketCanOptions& options) {
 
 }  // namespace
 
-void read_socketcan(Section section, std::size_t joints, SocketCanOptions& options,
+void read_socketcan(Section section, std::span<const DrivenJoint> joints, SocketCanOptions& options,
                     CommonBackendOptions& common) {
   options.interface = section.text("interface").value_or("");
   if (section.has("interface") && !is_interface(options.interface)) {
@@ -141,10 +182,12 @@ void read_socketcan(Section section, std::size_t joints, SocketCanOptions& optio
   NodeUse in_use;
   options.drives.clear();
   auto drives = section.tables("drive");
-  for (Section& drive : drives) options.drives.push_back(read_drive(drive, in_use));
-  if (joints > 0 && !drives.empty() && drives.size() != joints) {
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    options.drives.push_back(read_drive(drives[i], i < joints.size() ? joints[i] : DrivenJoint{}, in_use));
+  }
+  if (!joints.empty() && !drives.empty() && drives.size() != joints.size()) {
     section.refuse("drive", fmt::format("are {} drives; the arm has {} joints, and each needs one",
-                                        drives.size(), joints));
+                                        drives.size(), joints.size()));
   }
   if (section.has("gripper")) {
     read_gripper(section.table("gripper"), in_use, options);

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
+#include <span>
 
+#include "config/driven_joint.h"
 #include "config/section.h"
 
 namespace corbot {
 
-/// `[backend.socketcan]`; `joints`: how many drives there must be, 0 where that is not known.
-void read_socketcan(Section section, std::size_t joints, SocketCanOptions& options,
+/// `[backend.socketcan]`; `joints`: one a drive, empty where they are not known.
+void read_socketcan(Section section, std::span<const DrivenJoint> joints, SocketCanOptions& options,
                     CommonBackendOptions& common);
 
 }  // namespace corbot

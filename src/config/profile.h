@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "config/arms/description.h"
 #include "corbot/arm/arm_model.h"
 
 namespace corbot {
@@ -170,7 +171,11 @@ struct Profile {
   std::string name;  ///< ASCII letters, digits, '_' and '-'; at most kMaxNameLength
   std::string file;  ///< as the caller gave it
   ArmModel arm;
-  std::vector<std::string> joint_names;    ///< one a joint, in their order
+  config::ArmDescription description;    ///< as the file describes the arm, for people
+  std::vector<std::string> joint_names;  ///< one a joint, in their order
+  std::vector<bool>
+      has_servo;  ///< one a joint; false: the file has none, and its servo map is the simulator's
+  bool gripper_has_servo{true};            ///< likewise
   int priority{80};                        ///< SCHED_FIFO, 1 … 98
   int cpu{-1};                             ///< that the real-time task is bound to; −1: any
   std::int64_t gap_fault_ns{100'000'000};  ///< a longer gap between two cycles is a fault

@@ -80,7 +80,8 @@ const toml::node* Section::find(std::string_view key, bool required) {
   read_keys_.push_back(key);
   if (table_ == nullptr) return nullptr;
   const toml::node* node = table_->get(key);
-  if (node == nullptr && required) faults_->add(line_of(key), full_key(key), "", "is missing");
+  const bool is_excused = std::find(excused_.begin(), excused_.end(), key) != excused_.end();
+  if (node == nullptr && required && !is_excused) faults_->add(line_of(key), full_key(key), "", "is missing");
   return node;
 }
 
@@ -219,6 +220,12 @@ std::vector<Section> Section::tables(std::string_view key) {
 void Section::refuse(std::string_view key, std::string allowed) {
   const toml::node* node = table_ != nullptr ? table_->get(key) : nullptr;
   faults_->add(line_of(key), full_key(key), node != nullptr ? shown(*node) : "", std::move(allowed));
+}
+
+void Section::refuse_for(std::string_view wrong, std::string_view right, const std::string& why) {
+  refuse(wrong, fmt::format("must be {}: {}", right, why));
+  skip(wrong);
+  excused_.push_back(right);
 }
 
 void Section::finish() {

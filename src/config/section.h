@@ -58,6 +58,10 @@ class Section {
   /// An array of tables ([[key]]), required; empty after a fault.
   [[nodiscard]] std::vector<Section> tables(std::string_view key);
 
+  /// A key that is known, and has been read elsewhere or is not needed.
+  void skip(std::string_view key) { read_keys_.push_back(key); }
+  /// `wrong` is there instead of `right`, and reported so; `right` is then not reported as missing, nor `wrong` as unknown.
+  void refuse_for(std::string_view wrong, std::string_view right, const std::string& why);
   /// Reports a fault of a value that could be read.
   void refuse(std::string_view key, std::string allowed);
   /// Reports the keys that were not read.
@@ -78,6 +82,7 @@ class Section {
   std::string name_;
   FaultList* faults_;
   std::vector<std::string_view> read_keys_;
+  std::vector<std::string_view> excused_;  ///< whose absence has been reported otherwise
 };
 
 }  // namespace corbot

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string_view>
+#include <type_traits>
+
+#include "corbot/arm/arm_model.h"
+#include "corbot/kinematics/arm_kinematics.h"
+
+namespace corbot::config {
+
+/// In the order of ArmKind: as `robot.kind` has them.
+inline constexpr std::array<std::string_view, 6> kKindNames{"anthropomorphic", "cartesian", "cylindrical",
+                                                            "polar",           "scara",     "other"};
+[[nodiscard]] constexpr std::string_view name_of(ArmKind kind) noexcept {
+  return kKindNames[static_cast<std::size_t>(kind)];
+}
+
+/// What the paper calls an arm of this family.
+[[nodiscard]] inline ArmKind kind_of(const Kinematics& kinematics) noexcept {
+  return kinematics.visit([](const auto& form) {
+    using Form = std::remove_cvref_t<decltype(form)>;
+    if constexpr (std::is_same_v<Form, GantryArm>) return ArmKind::kCartesian;
+    if constexpr (std::is_same_v<Form, CylindricalArm>) return ArmKind::kCylindrical;
+    if constexpr (std::is_same_v<Form, PolarArm>) return ArmKind::kPolar;
+    if constexpr (std::is_same_v<Form, ScaraArm>) return ArmKind::kScara;
+    if constexpr (std::is_same_v<Form, OtherArm>) return ArmKind::kOther;
+    return ArmKind::kAnthropomorphic;
+  });
+}
+
+}  // namespace corbot::config
