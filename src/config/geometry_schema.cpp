@@ -80,13 +80,16 @@ void read_chain(Section& section, const std::string& profile_file, GeometryInput
 }
 
 Quaternion read_orientation(Section& section, bool& is_complete) {
+  for (const std::string_view key : {"rpy_deg", "quaternion_wxyz"}) {
+    if (!section.has(key)) section.skip(key);
+  }
   if (section.has("rpy_deg") && section.has("quaternion_wxyz")) {
     section.refuse("quaternion_wxyz", "contradicts rpy_deg: give one of the two");
     is_complete = false;
   }
   if (section.has("quaternion_wxyz")) {
     const auto parts = section.numbers("quaternion_wxyz", 4, {-1, 1, false, ""});
-    section.skip("rpy_deg");
+    if (section.has("rpy_deg")) section.skip("rpy_deg");
     is_complete = is_complete && parts.has_value();
     if (!parts) return {};
     const Quaternion q{(*parts)[0], (*parts)[1], (*parts)[2], (*parts)[3]};
@@ -95,8 +98,6 @@ Quaternion read_orientation(Section& section, bool& is_complete) {
     is_complete = false;
     return {};
   }
-  section.skip("quaternion_wxyz");
-  section.skip("rpy_deg");
   if (!section.has("rpy_deg")) return {};
   const auto angles = section.numbers("rpy_deg", 3, kTurn);
   is_complete = is_complete && angles.has_value();
@@ -108,8 +109,9 @@ Quaternion read_orientation(Section& section, bool& is_complete) {
 /// `[base]` or `[tool]`.
 Pose read_frame(Section section, bool& is_complete) {
   Pose frame;
-  section.skip("position_m");
-  if (section.has("position_m")) {
+  if (!section.has("position_m")) {
+    section.skip("position_m");
+  } else {
     const auto position = section.numbers("position_m", 3, {-100, 100, false, "m"});
     is_complete = is_complete && position.has_value();
     if (position) frame.position_m = {(*position)[0], (*position)[1], (*position)[2]};
@@ -223,15 +225,16 @@ JointKind read_joint_geometry(Section& joint, std::size_t index, GeometryInput& 
   if (input.form == GeometryForm::kDh) {
     kind = read_kind(joint, input.is_complete);
     input.rows[index] = read_row(joint.table("dh"), kind, input.is_complete);
+  } else if (input.urdf.chain.count ==
+             0) {  // of a URDF that could not be read: not to be reported key by key
+    kind = joint.has(keys_of(JointKind::kPrismatic).range) ? JointKind::kPrismatic : JointKind::kRotary;
   }
   const JointKeys& keys = keys_of(kind);
-  const bool turns = kind == JointKind::kRotary;
-  const bool by_urdf = input.form == GeometryForm::kUrdf;
+  const std::string does = kind == JointKind::kRotary ? "turns" : "slides";
   keys.refuse_others(
-      joint, by_urdf ? fmt::format("\"{}\" {} in the URDF", input.urdf.joints[index].name,
-                                   turns ? "turns" : "slides")
-                     : fmt::format("the joint {}; its kind says so, and is \"turning\" where it has none",
-                                   turns ? "turns" : "slides"));
+      joint, input.form == GeometryForm::kUrdf
+                 ? fmt::format("\"{}\" {} in the URDF", input.urdf.joints[index].name, does)
+                 : fmt::format("the joint {}; its kind says so, and is \"turning\" where it has none", does));
   const auto home = joint.number_or(keys.home, 0, keys.value);
   input.is_complete = input.is_complete && home.has_value();
   input.home_q[index] = home.value_or(0) * keys.si_per_unit;

@@ -15,6 +15,8 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include "config/geometry_schema.h"
+
 namespace corbot {
 namespace {
 
@@ -56,6 +58,21 @@ toml::table parse(std::string_view text) {
   } catch (const toml::parse_error& error) {
     throw std::runtime_error(fmt::format("line {}: {}", error.source().begin.line, error.description()));
   }
+}
+
+/// A string of TOML, on one line.
+std::string toml_string(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      quoted += {'\\', c};
+    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      quoted += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + '"';
 }
 
 std::vector<std::string_view> lines_of(std::string_view text) {
@@ -105,6 +122,19 @@ std::string edit_numbers(std::string_view text, std::span<const NumberEdit> edit
     result.replace(extent.begin, extent.end - extent.begin, fmt::format("{}", value + 0.0));
   }
   return result;
+}
+
+std::string with_urdf_text(std::string_view text, const std::string& file) {
+  const toml::table root = parse(text);
+  const auto* path = root["geometry"]["urdf"].as_string();
+  if (path == nullptr || is_urdf_text(path->get())) return std::string(text);
+  const std::string xml = read_urdf(path->get(), file);
+  const toml::source_region& source = path->source();
+  const std::size_t begin = offset_of(text, source.begin), end = offset_of(text, source.end);
+  std::string whole = fmt::format("{}{}{}", text.substr(0, begin), toml_string(xml), text.substr(end));
+  if (parse(whole)["geometry"]["urdf"].value_or(std::string{}) != xml)
+    throw std::runtime_error(fmt::format("{}: geometry.urdf: cannot be copied into the profile", file));
+  return whole;
 }
 
 std::string changed_lines(std::string_view before, std::string_view after) {

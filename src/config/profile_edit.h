@@ -17,6 +17,10 @@ struct NumberEdit {
 /// Throws std::runtime_error when the text is not TOML or has no number at a path.
 [[nodiscard]] std::string edit_numbers(std::string_view text, std::span<const NumberEdit> edits);
 
+/// The text of a profile that needs no other file: where its URDF stands in one, that file's text takes the place of its path, on
+/// the same line. `file`: the profile's. Throws std::runtime_error.
+[[nodiscard]] std::string with_urdf_text(std::string_view text, const std::string& file);
+
 /// What has changed, line by line, as "-old" and "+new" under the number of the line; empty: nothing.
 [[nodiscard]] std::string changed_lines(std::string_view before, std::string_view after);
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <fstream>
@@ -108,6 +109,14 @@ void calibrate(const CalibrateOptions& options) {
                   fmt::format("{}: its drives take angles, not pulses: they are calibrated by "
                               "their own keys, see docs/wiring",
                               options.profile));
+  }
+  const auto& has_servo = setting.profile.has_servo;
+  if (!setting.profile.gripper_has_servo ||
+      std::find(has_servo.begin(), has_servo.end(), false) != has_servo.end()) {
+    throw Failure(
+        ExitCode::kUsage,
+        fmt::format("{}: not every joint and the gripper have a servo in it: there is nothing to calibrate",
+                    options.profile));
   }
   const std::string name = options.name.empty() ? setting.profile.name : options.name;
   setting.name = name;

@@ -18,6 +18,7 @@
 #include "client/explain.h"
 #include "client/failure.h"
 #include "config/load_profile.h"
+#include "config/profile_edit.h"
 #include "net/ports.h"
 #include "shm/run_directory.h"
 
@@ -66,8 +67,8 @@ ProfileText read_profile(const std::string& file) {
   try {
     std::string text = read_profile_text(file);
     Profile profile = parse_profile(text, file);
-    return {std::move(text), std::move(profile)};
-  } catch (const ConfigError& error) {
+    return {with_urdf_text(text, file), std::move(profile)};
+  } catch (const std::runtime_error& error) {
     throw Failure(ExitCode::kUsage, error.what());
   }
 }

@@ -69,10 +69,12 @@ TEST(ProfileEdit, SaysWhatIsNotThere) {
 }
 
 TEST(ProfileEdit, EveryShippedProfileIsTheSameAfterThereAndBack) {
-  ASSERT_GE(shipped().size(), 2u);
+  std::size_t edited_files = 0;
   for (const fs::path& file : shipped()) {
     const std::string text = text_of(file);
     const Profile before = parse_profile(text, "before");
+    if (!before.gripper_has_servo) continue;  // an arm without servos has nothing to calibrate
+    ++edited_files;
     std::vector<NumberEdit> there;
     std::vector<NumberEdit> back;
     for (std::size_t i = 0; i < before.arm.dof; ++i) {
@@ -90,6 +92,7 @@ TEST(ProfileEdit, EveryShippedProfileIsTheSameAfterThereAndBack) {
     EXPECT_EQ(std::count(diff.begin(), diff.end(), '@'), 2 * static_cast<std::ptrdiff_t>(there.size()))
         << diff;
   }
+  EXPECT_EQ(edited_files, 3u);
 }
 
 TEST(ChangedLines, NamesThem) {
