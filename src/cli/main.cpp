@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/arm/kinematics.h"
 #include "cli/calibrate/calibrate.h"
 #include "cli/calibrate/calibrate_help.h"
 #include "cli/calibrate/home.h"
@@ -42,6 +43,9 @@ struct Settings {
   std::string doctor_profile;
   CalibrateOptions calibrate;
   HomeOptions home;
+  KinematicsOptions kinematics;
+  ExportOptions exported;
+  bool urdf{false};
 };
 
 /// For an option with a number: the same words as everywhere else, where CLI11 takes "nan", "0x10" and " 1", too.
@@ -207,6 +211,31 @@ void add_calibration(CLI::App& app, Settings& s) {
   home_command->callback([&s] { home(s.home); });
 }
 
+void add_arm(CLI::App& app, Settings& s) {
+  CLI::App* command = app.add_subcommand(
+      "kinematics", "Show how an arm's geometry was understood, its workspace and its solutions at a pose");
+  command->add_option("PROFILE", s.kinematics.profile, "The robot's profile, a TOML file")->required();
+  auto* pose =
+      command->add_option("--pose", s.kinematics.pose,
+                          "X,Y,Z in metres, or X,Y,Z,QW,QX,QY,QZ: solutions at this pose of the tool");
+  pose->type_name("LIST");
+  command
+      ->add_option("--joints", s.kinematics.joints,
+                   "One number a joint, degrees or m: solutions at that pose")
+      ->type_name("LIST")
+      ->excludes(pose);
+  command->add_flag("--json", s.kinematics.json, "For programs");
+  command->add_option("--svg", s.kinematics.svg, "Draw the arm and its reach into this file")
+      ->type_name("FILE");
+  command->callback([&s] { kinematics(s.kinematics); });
+  CLI::App* export_command = app.add_subcommand("export", "Write an arm for other programs");
+  export_command->add_option("PROFILE", s.exported.profile, "The robot's profile, a TOML file")->required();
+  export_command->add_flag("--urdf", s.urdf, "As a URDF: links, joints, limits")->required();
+  export_command->add_option("--output", s.exported.output, "File instead of standard output")
+      ->type_name("FILE");
+  export_command->callback([&s] { export_urdf(s.exported); });
+}
+
 void add_views(CLI::App& app, Settings& s) {
   const std::vector<std::tuple<const char*, const char*, View>> views{
       {"status", "Show state, joints, tool and gripper", View::kStatus},
@@ -269,6 +298,7 @@ int run(int argc, char** argv) {
   add_client_options(app, settings);
   add_supervision(app, settings);
   add_calibration(app, settings);
+  add_arm(app, settings);
   add_views(app, settings);
   add_verbs(app, settings, words);
   add_files(app, settings);

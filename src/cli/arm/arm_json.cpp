@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <nlohmann/json.hpp>
+
+#include "cli/arm/arm_report.h"
+#include "config/arms/arm_kind.h"
+#include "corbot/units.h"
+
+namespace corbot::cli {
+namespace {
+
+using nlohmann::json;
+
+double shown(const Kinematics& arm, std::size_t joint, double value_q) {
+  return arm.joint_kind(joint) == JointKind::kRotary ? to_degrees(value_q) : value_q;
+}
+
+json pose_json(const Pose& pose) {
+  const Quaternion& q = pose.orientation;
+  return {{"position_m", pose.position_m}, {"quaternion_wxyz", {q.w, q.x, q.y, q.z}}};
+}
+
+json joint_json(const Profile& profile, std::size_t i) {
+  const Kinematics& arm = profile.arm.kinematics;
+  const JointAxis& axis = arm.chain().axes[i];
+  const JointLimits& limits = profile.arm.joints[i];
+  const bool turns = axis.kind == JointKind::kRotary;
+  json joint{{"name", profile.joint_names[i]},
+             {"kind", turns ? "turning" : "sliding"},
+             {"unit", turns ? "degrees" : "m"},
+             {"direction", axis.direction},
+             {"home", shown(arm, i, profile.description.home_q[i])},
+             {"range", {shown(arm, i, limits.lower_q), shown(arm, i, limits.upper_q)}},
+             {"speed", shown(arm, i, limits.speed_q_s)}};
+  if (turns) joint["point_m"] = axis.point_m;
+  return joint;
+}
+
+json solution_json(const Profile& profile, const PoseSolution& solution) {
+  json joints = json::array();
+  for (std::size_t i = 0; i < profile.arm.dof; ++i)
+    joints.push_back(shown(profile.arm.kinematics, i, solution.joints_q[i]));
+  return {{"number", solution.number ? json(*solution.number) : json(nullptr)},
+          {"joints", joints},
+          {"in_range", solution.in_range},
+          {"orientation_error_deg", to_degrees(solution.orientation_error_rad)},
+          {"smallest_singular_value", solution.regularity.smallest}};
+}
+
+}  // namespace
+
+std::string arm_json(const ArmReport& report) {
+  const Profile& profile = report.profile;
+  const Kinematics& arm = profile.arm.kinematics;
+  json joints = json::array(), solutions = json::array();
+  for (std::size_t i = 0; i < profile.arm.dof; ++i) joints.push_back(joint_json(profile, i));
+  for (const PoseSolution& solution : report.at.solutions)
+    solutions.push_back(solution_json(profile, solution));
+  json workspace{{"x_m", report.workspace.extent_m[0]},
+                 {"y_m", report.workspace.extent_m[1]},
+                 {"z_m", report.workspace.extent_m[2]}};
+  if (report.workspace.about_axis) workspace["from_axis_1_m"] = report.workspace.radius_m;
+  const json whole{{"name", profile.name},
+                   {"family", arm.family()},
+                   {"reason", profile.description.reason},
+                   {"kind", config::name_of(profile.arm.kind)},
+                   {"most_solutions", arm.solution_count()},
+                   {"difference_m", profile.description.difference_m},
+                   {"difference_rad", profile.description.difference_rad},
+                   {"joints", joints},
+                   {"workspace", workspace},
+                   {"pose", pose_json(report.at.pose)},
+                   {"solutions", solutions},
+                   {"refusal", report.at.refusal}};
+  return whole.dump(2) + "\n";
+}
+
+}  // namespace corbot::cli

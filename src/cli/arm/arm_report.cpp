@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/arm/arm_report.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <vector>
+
+#include "config/arms/arm_kind.h"
+#include "config/arms/roll_pitch_yaw.h"
+#include "corbot/units.h"
+
+namespace corbot::cli {
+namespace {
+
+using config::ArmDescription;
+using config::GeometryForm;
+
+/// Below this (m, rad) a joint must move a thousand times as far as its tool.
+constexpr double kNearSingular = 1e-3;
+constexpr double kSingular = 1e-6;
+
+std::string plain(double value) {
+  const double tidy = std::round(value * 1e9) / 1e9;  // no 6e-17
+  return fmt::format("{:.6g}", tidy + 0.0);
+}
+
+std::string list(const Vector3& v) {
+  return fmt::format("{}, {}, {}", plain(v[0]), plain(v[1]), plain(v[2]));
+}
+
+/// A joint's value, or its speed, in degrees or metres.
+double shown(const Kinematics& arm, std::size_t joint, double value_q) {
+  return arm.joint_kind(joint) == JointKind::kRotary ? to_degrees(value_q) : value_q;
+}
+const char* unit(const Kinematics& arm, std::size_t joint) {
+  return arm.joint_kind(joint) == JointKind::kRotary ? "degrees" : "m";
+}
+
+const char* describe(Follows follows) {
+  switch (follows) {
+    case Follows::kFull:
+      return "every orientation";
+    case Follows::kPitchAndRoll:
+      return "pitch and roll of the tool in the arm's plane; other orientations are refused";
+    case Follows::kPitch:
+      return "the tool's pitch in the arm's plane; other orientations are refused";
+    case Follows::kYaw:
+      return "the tool's rotation about one axis; other orientations are refused";
+    case Follows::kNone:
+      break;
+  }
+  return "no orientation: it is an output of the position";
+}
+
+/// Where arms of this family are singular.
+const char* singular_places(const Kinematics& arm) {
+  return arm.visit([](const auto& form) {
+    using Form = std::remove_cvref_t<decltype(form)>;
+    if constexpr (std::is_same_v<Form, PlanarArm>) {
+      return "elbow stretched or folded; tool (wrist, with a roll) on axis 1";
+    } else if constexpr (std::is_same_v<Form, ScaraArm>) {
+      return "the two parallel links stretched or folded";
+    } else if constexpr (std::is_same_v<Form, GantryArm>) {
+      return "none";
+    } else if constexpr (std::is_same_v<Form, CylindricalArm>) {
+      return "the tool as near to axis 1 as the arm's lateral offset lets it";
+    } else if constexpr (std::is_same_v<Form, PolarArm>) {
+      return "slide along axis 1, or at the crossing of axes 1 and 2; with a wrist: axes 4 and 6 in line";
+    } else if constexpr (std::is_same_v<Form, OrthoParallelArm>) {
+      return "elbow stretched or folded; wrist centre on axis 1; axes 4 and 6 in line";
+    } else if constexpr (std::is_same_v<Form, ParallelAxesArm>) {
+      return "elbow stretched or folded; axes 4 and 6 parallel; wrist at its offset from axis 1";
+    } else {
+      return "not known in closed form: look at the smallest singular value";
+    }
+  });
+}
+
+std::string row_text(const DhRow& row, std::size_t index) {
+  const bool turns = row.kind == JointKind::kRotary;
+  const std::string theta =
+      plain(to_degrees(row.theta_rad)) + (turns ? fmt::format(" + q{}", index + 1) : "");
+  const std::string d = plain(row.d_m) + (turns ? "" : fmt::format(" + q{}", index + 1));
+  return fmt::format("  {:<3} {:<18} {:<18} {:<10} {}\n", index + 1, theta, d, plain(row.a_m),
+                     plain(to_degrees(row.alpha_rad)));
+}
+
+std::string given_text(const ArmDescription& given) {
+  if (given.form == GeometryForm::kUrdf)
+    return fmt::format("geometry: a URDF ({}); frame 0 is its base link\n", given.urdf);
+  const char* form = given.form == GeometryForm::kLengths ? "the paper's Table II, standard D-H"
+                     : given.table.convention == DhConvention::kStandard ? "standard D-H"
+                                                                         : "modified D-H";
+  std::string text = fmt::format("geometry: {}, by table values\n  {:<3} {:<18} {:<18} {:<10} {}\n", form, "",
+                                 "theta, degrees", "d, m", "a, m", "alpha, degrees");
+  for (std::size_t i = 0; i < given.table.count; ++i) text += row_text(given.table.rows[i], i);
+  return text;
+}
+
+std::string joints_text(const Profile& profile) {
+  const Kinematics& arm = profile.arm.kinematics;
+  std::string text = fmt::format(
+      "joints, axes as verified where all are 0, frame 0\n  {:<3} {:<12} {:<26} {:<22} {:<16} {}\n", "",
+      "name", "direction", "through, m", "home", "range");
+  for (std::size_t i = 0; i < profile.arm.dof; ++i) {
+    const JointAxis& axis = arm.chain().axes[i];
+    const JointLimits& limits = profile.arm.joints[i];
+    const bool turns = axis.kind == JointKind::kRotary;
+    text += fmt::format("  {:<3} {:<12} {:<26} {:<22} {:<16} {} to {} {}, {} a second\n", i + 1,
+                        profile.joint_names[i], (turns ? "about " : "along ") + list(axis.direction),
+                        turns ? list(axis.point_m) : "", plain(shown(arm, i, profile.description.home_q[i])),
+                        plain(shown(arm, i, limits.lower_q)), plain(shown(arm, i, limits.upper_q)),
+                        unit(arm, i), plain(shown(arm, i, limits.speed_q_s)));
+  }
+  return text;
+}
+
+std::string workspace_text(const Workspace& space) {
+  std::string text = fmt::format(
+      "workspace of the tool centre point, m: x {:.4f} to {:.4f}, y {:.4f} to {:.4f}, z {:.4f} to {:.4f}\n",
+      space.extent_m[0][0], space.extent_m[0][1], space.extent_m[1][0], space.extent_m[1][1],
+      space.extent_m[2][0], space.extent_m[2][1]);
+  if (space.about_axis)
+    text +=
+        fmt::format("  {:.4f} to {:.4f} from axis 1, horizontally\n", space.radius_m[0], space.radius_m[1]);
+  return text;
+}
+
+/// Which joints move while the tool does not.
+std::string idle_text(const Profile& profile, const Regularity& regularity) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < profile.arm.dof; ++i) {
+    if (std::abs(regularity.idle_q_s[i]) > 0.1) names.push_back(profile.joint_names[i]);
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+std::string solution_text(const Profile& profile, const PoseSolution& solution) {
+  std::string joints;
+  for (std::size_t i = 0; i < profile.arm.dof; ++i)
+    joints += fmt::format(
+        "{:>10}", fmt::format("{:.4f}", shown(profile.arm.kinematics, i, solution.joints_q[i]) + 0.0));
+  const std::string number = solution.number ? std::to_string(*solution.number) : "-";
+  std::string text = fmt::format("  {:<3}{}", number, joints);
+  if (!solution.in_range) text += "  out of range";
+  if (solution.orientation_error_rad > 1e-6)
+    text += fmt::format("  orientation {:.4g} degrees off", to_degrees(solution.orientation_error_rad));
+  if (solution.regularity.smallest < kNearSingular) {
+    text += fmt::format("  {} (smallest singular value {:.1e}): {}",
+                        solution.regularity.smallest < kSingular ? "SINGULAR" : "next to a singularity",
+                        solution.regularity.smallest, idle_text(profile, solution.regularity));
+  }
+  return text + "\n";
+}
+
+std::string solutions_text(const Profile& profile, const PoseSolutions& at) {
+  const Quaternion& q = at.pose.orientation;
+  std::string text =
+      fmt::format("solutions at {} m, quaternion (w, x, y, z) {}, {}, {}, {}; joints in degrees or m\n",
+                  list(at.pose.position_m), plain(q.w), plain(q.x), plain(q.y), plain(q.z));
+  if (at.solutions.empty()) return text + "  none: " + at.refusal + "\n";
+  for (const PoseSolution& solution : at.solutions) text += solution_text(profile, solution);
+  return text;
+}
+
+}  // namespace
+
+std::string arm_text(const ArmReport& report) {
+  const Profile& profile = report.profile;
+  const Kinematics& arm = profile.arm.kinematics;
+  const ArmDescription& given = profile.description;
+  std::string text = fmt::format("{}: family '{}', kind {}, {} joints\n", profile.name, arm.family(),
+                                 config::name_of(profile.arm.kind), profile.arm.dof);
+  if (given.reason.empty()) {
+    text += fmt::format("  at most {} solutions a pose; verified against its axes at 1000 random joints\n",
+                        arm.solution_count());
+  } else {
+    text += fmt::format("  no closed form, solved numerically: {}\n", given.reason);
+  }
+  text += fmt::format("  follows {}\n", describe(arm.follows()));
+  text += fmt::format("  largest difference from the geometry as given: {:.1e} m, {:.1e} rad\n",
+                      given.difference_m, given.difference_rad);
+  text += fmt::format("  singular places: {}\n", singular_places(arm));
+  text += given_text(given) + joints_text(profile) + workspace_text(report.workspace);
+  return text + solutions_text(profile, report.at);
+}
+
+}  // namespace corbot::cli

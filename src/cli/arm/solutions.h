@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/arm/workspace.h"
+
+namespace corbot::cli {
+
+/// One of an arm's solutions at a pose.
+struct PoseSolution {
+  std::optional<std::uint32_t> number{};  ///< none where it was found numerically
+  Joints joints_q{};                      ///< at the turn within the ranges where there is one
+  bool in_range{};
+  double orientation_error_rad{};
+  Regularity regularity{};
+};
+
+struct PoseSolutions {
+  Pose pose{};  ///< asked for
+  std::vector<PoseSolution> solutions;
+  std::string refusal;  ///< why there is none
+};
+
+/// All solutions, in closed form or numerically. `with_orientation`: else the position alone counts, and the orientation is the
+/// nearest one to the pose's that the arm has. `hint_q`: where turns are counted from.
+[[nodiscard]] PoseSolutions solutions_at(const ArmModel& arm, const Pose& pose, bool with_orientation,
+                                         const Joints& hint_q);
+
+}  // namespace corbot::cli
