@@ -6,6 +6,11 @@ if(TARGET corbot_cli)
             ${here}/calibration_test.cpp ${here}/notify_test.cpp ${here}/report_test.cpp
     LIBS corbot::cli corbot_process fmt::fmt
     DEPENDS notifying_child corbot-rt)
+  corbot_test(test_arm_commands
+    SOURCES ${here}/arm_test.cpp
+    LIBS corbot::cli nlohmann_json::nlohmann_json fmt::fmt
+    LABELS unit)
+  target_compile_definitions(test_arm_commands PRIVATE CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles")
   corbot_test(doctor_devices_test
     SOURCES ${here}/doctor_devices_test.cpp ${here}/doctor_lines_test.cpp
     LIBS corbot::cli corbot::backends corbot::sim_devices corbot_process fmt::fmt

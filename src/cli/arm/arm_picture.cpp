@@ -13,7 +13,7 @@
 namespace corbot::cli {
 namespace {
 
-constexpr std::size_t kSamples = 300000;
+constexpr std::size_t kSamples = 150000;
 constexpr int kCells = 120;  // of the larger side of a view
 constexpr double kView_px = 460.0;
 constexpr double kMargin_px = 50.0;
@@ -79,12 +79,13 @@ class Drawing {
   /// Cells that a sample fell into, runs of a row as one rectangle; a cell between two is taken to be reached, too.
   [[nodiscard]] std::string reach(const std::vector<Vector3>& samples) const {
     const double cell = std::max(box_.high[0] - box_.low[0], box_.high[1] - box_.low[1]) / kCells;
-    std::vector<std::vector<char>> hit(kCells + 1, std::vector<char>(kCells + 1, 0));
+    constexpr std::size_t last = kCells - 1;
+    std::vector<std::vector<char>> hit(kCells, std::vector<char>(kCells, 0));
     for (const Vector3& sample : samples) {
       const Point p = view_(sample);
       const auto i = static_cast<std::size_t>((p[0] - box_.low[0]) / cell);
       const auto k = static_cast<std::size_t>((p[1] - box_.low[1]) / cell);
-      hit[std::min<std::size_t>(k, kCells)][std::min<std::size_t>(i, kCells)] = 1;
+      hit[std::min(k, last)][std::min(i, last)] = 1;
     }
     std::string text;
     for (std::size_t k = 0; k < hit.size(); ++k) {

@@ -26,6 +26,10 @@ std::string plain(double value) {
   return fmt::format("{:.6g}", tidy + 0.0);
 }
 
+std::string tenthousandths(double value) {
+  return fmt::format("{:.4f}", std::round(value * 1e4) / 1e4 + 0.0);
+}
+
 std::string list(const Vector3& v) {
   return fmt::format("{}, {}, {}", plain(v[0]), plain(v[1]), plain(v[2]));
 }
@@ -118,13 +122,12 @@ std::string joints_text(const Profile& profile) {
 }
 
 std::string workspace_text(const Workspace& space) {
-  std::string text = fmt::format(
-      "workspace of the tool centre point, m: x {:.4f} to {:.4f}, y {:.4f} to {:.4f}, z {:.4f} to {:.4f}\n",
-      space.extent_m[0][0], space.extent_m[0][1], space.extent_m[1][0], space.extent_m[1][1],
-      space.extent_m[2][0], space.extent_m[2][1]);
-  if (space.about_axis)
-    text +=
-        fmt::format("  {:.4f} to {:.4f} from axis 1, horizontally\n", space.radius_m[0], space.radius_m[1]);
+  const auto span = [](const std::array<double, 2>& ends) {
+    return fmt::format("{} to {}", tenthousandths(ends[0]), tenthousandths(ends[1]));
+  };
+  std::string text = fmt::format("workspace of the tool centre point, m: x {}, y {}, z {}\n",
+                                 span(space.extent_m[0]), span(space.extent_m[1]), span(space.extent_m[2]));
+  if (space.about_axis) text += fmt::format("  {} from axis 1, horizontally\n", span(space.radius_m));
   return text;
 }
 
@@ -140,8 +143,7 @@ std::string idle_text(const Profile& profile, const Regularity& regularity) {
 std::string solution_text(const Profile& profile, const PoseSolution& solution) {
   std::string joints;
   for (std::size_t i = 0; i < profile.arm.dof; ++i)
-    joints += fmt::format(
-        "{:>10}", fmt::format("{:.4f}", shown(profile.arm.kinematics, i, solution.joints_q[i]) + 0.0));
+    joints += fmt::format("{:>10}", tenthousandths(shown(profile.arm.kinematics, i, solution.joints_q[i])));
   const std::string number = solution.number ? std::to_string(*solution.number) : "-";
   std::string text = fmt::format("  {:<3}{}", number, joints);
   if (!solution.in_range) text += "  out of range";
@@ -156,7 +158,8 @@ std::string solution_text(const Profile& profile, const PoseSolution& solution) 
 }
 
 std::string solutions_text(const Profile& profile, const PoseSolutions& at) {
-  const Quaternion& q = at.pose.orientation;
+  const Quaternion& given = at.pose.orientation;
+  const Quaternion q = given.w < 0.0 ? Quaternion{-given.w, -given.x, -given.y, -given.z} : given;
   std::string text =
       fmt::format("solutions at {} m, quaternion (w, x, y, z) {}, {}, {}, {}; joints in degrees or m\n",
                   list(at.pose.position_m), plain(q.w), plain(q.x), plain(q.y), plain(q.z));

@@ -6,19 +6,19 @@
 namespace corbot::cli {
 
 struct KinematicsOptions {
-  std::string profile;
-  std::string pose;    ///< "x,y,z" or "x,y,z,qw,qx,qy,qz"; empty: that of the joints
-  std::string joints;  ///< one number a joint, degrees or m; empty: all 0
+  std::string profile{};
+  std::string pose{};    ///< "x,y,z" or "x,y,z,qw,qx,qy,qz"; empty: that of the joints
+  std::string joints{};  ///< one number a joint, degrees or m; empty: all 0
   bool json{false};
-  std::string svg;  ///< file for the picture; empty: none
+  std::string svg{};  ///< file for the picture; empty: none
 };
 
 /// `corbot kinematics`. Throws Failure.
 void kinematics(const KinematicsOptions& options);
 
 struct ExportOptions {
-  std::string profile;
-  std::string output;  ///< file; empty: standard output
+  std::string profile{};
+  std::string output{};  ///< file; empty: standard output
 };
 
 /// `corbot export --urdf`. Throws Failure.

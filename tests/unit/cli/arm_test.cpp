@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+// corbot kinematics and corbot export, over the shipped profiles.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+
+#include "cli/arm/arm_picture.h"
+#include "cli/arm/kinematics.h"
+#include "cli/arm/solutions.h"
+#include "cli/arm/workspace.h"
+#include "client/failure.h"
+#include "config/load_profile.h"
+
+namespace corbot::cli {
+namespace {
+
+using client::ExitCode;
+using client::Failure;
+using testing::HasSubstr;
+
+std::string profile_file(const std::string& arm) {
+  return std::string(CORBOT_PROFILES) + "/" + arm + ".toml";
+}
+
+std::string printed(const KinematicsOptions& options) {
+  testing::internal::CaptureStdout();
+  try {
+    kinematics(options);
+  } catch (...) {
+    (void)testing::internal::GetCapturedStdout();
+    throw;
+  }
+  return testing::internal::GetCapturedStdout();
+}
+
+std::string refusal(const KinematicsOptions& options) {
+  try {
+    (void)printed(options);
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.code(), ExitCode::kUsage);
+    return failure.what();
+  }
+  return "not refused";
+}
+
+/// Largest horizontal distances from axis 1, as they were computed elsewhere (to the millimetre).
+TEST(Workspace, HasTheKnownReach) {
+  const std::vector<std::pair<const char*, double>> reaches{
+      {"al5d", 0.433},      {"al5d_wr", 0.447},        {"omx", 0.380},       {"px100", 0.320},
+      {"so101", 0.441},     {"puma560", 0.877},        {"irb2400", 1.635},   {"ur5e", 0.969},
+      {"xarm6", 0.764},     {"scara_cobra600", 0.600}, {"scara_gx4", 0.350}, {"cylindrical_rpp", 1.458},
+      {"polar_rrp", 1.277}, {"stanford", 1.277}};
+  for (const auto& [arm, reach_m] : reaches) {
+    const Workspace space = workspace_of(load_profile(profile_file(arm)).arm);
+    EXPECT_TRUE(space.about_axis) << arm;
+    EXPECT_NEAR(space.radius_m[1], reach_m, 5.1e-4) << arm;
+    EXPECT_LE(space.radius_m[0], space.radius_m[1]) << arm;
+  }
+  const Workspace gantry = workspace_of(load_profile(profile_file("cartesian_ppp")).arm);
+  EXPECT_FALSE(gantry.about_axis);
+  EXPECT_NEAR(gantry.extent_m[0][1] - gantry.extent_m[0][0], 0.4772, 1e-9);
+  EXPECT_NEAR(gantry.extent_m[1][1] - gantry.extent_m[1][0], 0.4938, 1e-9);
+  EXPECT_NEAR(gantry.extent_m[2][1] - gantry.extent_m[2][0], 0.2, 1e-9);
+}
+
+TEST(Regularity, IsZeroWithAStraightWristAndNamesItsJoints) {
+  const Kinematics arm = load_profile(profile_file("puma560")).arm.kinematics;
+  const Joints straight{0.3, 0.2, 0.1, 0.4, -std::numbers::pi / 4, 0.5};  // less home: 45 degrees
+  const Regularity singular = regularity_at(arm, straight);
+  EXPECT_LT(singular.smallest, 1e-12);
+  EXPECT_NEAR(std::abs(singular.idle_q_s[3]), std::sqrt(0.5), 1e-9);
+  EXPECT_NEAR(std::abs(singular.idle_q_s[5]), std::sqrt(0.5), 1e-9);
+  EXPECT_GT(regularity_at(arm, {}).smallest, 0.02);
+}
+
+TEST(Solutions, AreAllThatThereAreAndKnowTheirRanges) {
+  for (const char* name : {"puma560", "xarm6", "scara_gx4", "so101", "stanford"}) {
+    const ArmModel arm = load_profile(profile_file(name)).arm;
+    const Joints asked{0.2, 0.1, 0.02, 0.15, 0.1, 0.1};
+    const Pose pose = arm.kinematics.forward(asked);
+    const PoseSolutions found = solutions_at(arm, pose, true, asked);
+    bool has_asked = false;
+    for (const PoseSolution& solution : found.solutions) {
+      const Pose back = arm.kinematics.forward(solution.joints_q);
+      EXPECT_LT(norm(back.position_m - pose.position_m), 1e-9) << name;
+      EXPECT_EQ(solution.number.has_value(), std::string(name) != "xarm6");
+      bool in_range = true;
+      for (std::size_t i = 0; i < arm.dof; ++i)
+        in_range = in_range && solution.joints_q[i] >= arm.joints[i].lower_q - 1e-9 &&
+                   solution.joints_q[i] <= arm.joints[i].upper_q + 1e-9;
+      EXPECT_EQ(solution.in_range, in_range) << name;
+      has_asked = has_asked || arm.kinematics.same(solution.joints_q, asked, 1e-6);
+    }
+    EXPECT_TRUE(has_asked) << name;
+  }
+}
+
+TEST(Solutions, ThatAreNoneSayWhy) {
+  const ArmModel omx = load_profile(profile_file("omx")).arm;
+  const Pose far{{2.0, 0.0, 0.1}, {}};
+  EXPECT_THAT(solutions_at(omx, far, false, {}).refusal, HasSubstr("too far: "));
+  Pose rolled = omx.kinematics.forward({});
+  rolled.orientation = rolled.orientation * about({1, 0, 0}, 0.5);
+  EXPECT_THAT(solutions_at(omx, rolled, true, {}).refusal, HasSubstr("28.65 degrees off"));
+  EXPECT_EQ(solutions_at(omx, rolled, false, {}).refusal, "");
+  const ArmModel xarm6 = load_profile(profile_file("xarm6")).arm;
+  EXPECT_THAT(solutions_at(xarm6, far, true, {}).refusal, HasSubstr("none was found: the nearest of "));
+}
+
+TEST(KinematicsCommand, TellsFamilyTableAndSolutions) {
+  const std::string text = printed({.profile = profile_file("puma560"), .joints = "10,20,30,40,50,60"});
+  EXPECT_THAT(
+      text,
+      HasSubstr("puma560: family 'ortho-parallel arm with spherical wrist', kind anthropomorphic, 6 joints"));
+  EXPECT_THAT(text, HasSubstr("standard D-H, by table values"));
+  EXPECT_THAT(text, HasSubstr("0 + q3             0.15005            0.0203     -90"));
+  EXPECT_THAT(text, HasSubstr("10.0000   20.0000   30.0000   40.0000   50.0000   60.0000\n"));
+  EXPECT_THAT(text, HasSubstr("0.8770 from axis 1"));
+  EXPECT_THAT(printed({.profile = profile_file("puma560")}),
+              testing::Not(testing::ContainsRegex("-0\\.0000[ \n]")));
+  EXPECT_THAT(printed({.profile = profile_file("xarm6")}),
+              HasSubstr("no closed form, solved numerically: ortho-parallel arm with spherical wrist: axis"));
+  EXPECT_THAT(printed({.profile = profile_file("al5d")}), HasSubstr("SINGULAR (smallest singular value"));
+}
+
+TEST(KinematicsCommand, SpeaksJson) {
+  const auto json = nlohmann::json::parse(
+      printed({.profile = profile_file("cartesian_pppr"), .pose = "0.2,0.2,0.1,0,1,0,0", .json = true}));
+  EXPECT_EQ(json["family"], "gantry");
+  EXPECT_EQ(json["joints"][0]["unit"], "m");
+  ASSERT_EQ(json["solutions"].size(), 1u);
+  EXPECT_NEAR(json["solutions"][0]["joints"][0].get<double>(), 0.2772, 1e-12);
+  EXPECT_NEAR(json["solutions"][0]["joints"][3].get<double>(), 0.0, 1e-9);
+  EXPECT_TRUE(json["solutions"][0]["in_range"].get<bool>());
+  const auto numeric = nlohmann::json::parse(printed({.profile = profile_file("xarm6"), .json = true}));
+  EXPECT_TRUE(numeric["solutions"][0]["number"].is_null());
+}
+
+TEST(KinematicsCommand, RefusesWhatItCannotRead) {
+  const std::string arm = profile_file("omx");
+  EXPECT_THAT(refusal({.profile = "/nowhere.toml"}), HasSubstr("no such file"));
+  EXPECT_THAT(refusal({.profile = arm, .pose = "1,2"}), HasSubstr("--pose: x,y,z in metres"));
+  EXPECT_THAT(refusal({.profile = arm, .pose = "1,2,x"}), HasSubstr("'x' is not a number"));
+  EXPECT_THAT(refusal({.profile = arm, .pose = "1,2,"}), HasSubstr("--pose: "));
+  EXPECT_THAT(refusal({.profile = arm, .pose = "1,2,3,1,1,0,0"}), HasSubstr("length 1"));
+  EXPECT_THAT(refusal({.profile = arm, .joints = "1,2,3"}), HasSubstr("3 numbers; the arm has 4 joints"));
+}
+
+TEST(ArmPicture, ShowsTheArmFromBaseToTool) {
+  for (const auto& file : std::filesystem::directory_iterator(CORBOT_PROFILES)) {
+    const Profile profile = load_profile(file.path());
+    const Joints q{};
+    const std::vector<Vector3> line = arm_line(profile.arm.kinematics, q);
+    EXPECT_EQ(line.front(), profile.arm.kinematics.chain().base_T_0.position_m) << file.path();
+    EXPECT_LT(norm(line.back() - profile.arm.kinematics.forward(q).position_m), 1e-12) << file.path();
+    const std::string svg = arm_picture(profile, q);
+    EXPECT_TRUE(svg.starts_with("<svg ") && svg.ends_with("</svg>\n")) << file.path();
+    EXPECT_THAT(svg, testing::Not(testing::ContainsRegex("nan|inf"))) << file.path();
+    std::size_t arms = 0;
+    for (auto at = svg.find("<polyline"); at != std::string::npos; at = svg.find("<polyline", at + 1)) ++arms;
+    EXPECT_EQ(arms, 2u);
+    EXPECT_THAT(svg, HasSubstr("from the side"));
+    EXPECT_THAT(svg, HasSubstr("from above"));
+  }
+}
+
+TEST(ArmPicture, AndUrdfAreWrittenWhereTheyAreAskedFor) {
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("arm_test." + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  (void)printed({.profile = profile_file("omx"), .svg = folder / "omx.svg"});
+  EXPECT_GT(std::filesystem::file_size(folder / "omx.svg"), 1000u);
+  export_urdf({.profile = profile_file("omx"), .output = folder / "omx.urdf"});
+  std::ifstream stream(folder / "omx.urdf");
+  const std::string urdf{std::istreambuf_iterator<char>(stream), {}};
+  EXPECT_THAT(urdf, HasSubstr("<robot name=\"omx\">"));
+  EXPECT_THAT(urdf, HasSubstr("<joint name=\"elbow\" type=\"revolute\">"));
+  EXPECT_THROW(export_urdf({.profile = profile_file("omx"), .output = folder / "no" / "omx.urdf"}), Failure);
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace corbot::cli
