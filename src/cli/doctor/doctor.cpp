@@ -35,7 +35,9 @@ std::optional<Profile> read_profile(const std::string& file, std::vector<Finding
   try {
     Profile profile = load_profile(file);
     findings.push_back({Level::kOk, "profile",
-                        fmt::format("{}: robot '{}', {} joints", file, profile.name, profile.arm.dof), ""});
+                        fmt::format("{}: robot '{}', {} joints, family '{}'", file, profile.name,
+                                    profile.arm.dof, profile.arm.kinematics.family()),
+                        ""});
     return profile;
   } catch (const ConfigError& error) {
     for (const auto& fault : error.faults()) {
