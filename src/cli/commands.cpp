@@ -262,7 +262,10 @@ void run_record(const ClientOptions& options, RecordOptions record_options) {
   record_options.robot = local_robot(options.robot);
   if (const auto state = read_state(record_options.robot)) {
     try {
-      record_options.joints = load_profile(state->profile_in_use).arm.dof;
+      const Profile profile = load_profile(state->profile_in_use);
+      record_options.joints.clear();
+      for (std::size_t i = 0; i < profile.arm.dof; ++i)
+        record_options.joints.push_back(profile.arm.kinematics.joint_kind(i));
     } catch (const ConfigError&) {
       // the copy has just been removed: write all columns
     }

@@ -116,7 +116,7 @@ class Follower {
       : robot_(robot), channel_(Observer::of(robot)), next_(channel_->task().trace.next()) {}
 
   /// Appends the rows since the last call.
-  void read(std::string& rows, std::size_t joints) {
+  void read(std::string& rows, std::span<const JointKind> joints) {
     // Asked first: what a task that ends wrote last is read, too.
     const bool lives = channel_ && channel_->task_alive();
     if (channel_) read_task(rows, joints);
@@ -144,7 +144,7 @@ class Follower {
   }
 
  private:
-  void read_task(std::string& rows, std::size_t joints) {
+  void read_task(std::string& rows, std::span<const JointKind> joints) {
     const Trace& trace = channel_->task().trace;
     const std::uint64_t end = trace.next();
     if (end - next_ > Trace::capacity()) {
@@ -183,23 +183,31 @@ Follower follow(const std::string& name) {
 
 }  // namespace
 
-std::string csv_header(std::size_t joints) {
+std::string csv_header(std::span<const JointKind> joints) {
   std::string row = "cycle,time_ns,wall_ns,state,command,rate";
-  for (std::size_t i = 0; i < joints; ++i) row += fmt::format(",theta{}_deg", i);
+  for (std::size_t i = 0; i < joints.size(); ++i)
+    row += joints[i] == JointKind::kRotary ? fmt::format(",theta{}_deg", i) : fmt::format(",slide{}_m", i);
   row += ",x_m,y_m,z_m,gripper";
-  for (std::size_t i = 0; i < joints; ++i) row += fmt::format(",pulse{}_us", i);
+  for (std::size_t i = 0; i < joints.size(); ++i) row += fmt::format(",pulse{}_us", i);
   return row + ",gripper_us,device,flags\n";
 }
 
-std::string csv_row(const Snapshot& s, std::size_t joints) {
+std::string csv_row(const Snapshot& s, std::span<const JointKind> joints) {
   std::string row;
   const auto out = std::back_inserter(row);
   fmt::format_to(out, "{},{},{},{},{},{:.6g}", s.cycle, s.time_ns, s.wall_ns, to_string(s.state),
                  s.command_id, s.virtual_rate);
-  for (std::size_t i = 0; i < joints; ++i) fmt::format_to(out, ",{:.9f}", to_degrees(s.position_q[i]));
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const double q = s.position_q[i];
+    if (joints[i] == JointKind::kRotary) {
+      fmt::format_to(out, ",{:.9f}", to_degrees(q));
+    } else {
+      fmt::format_to(out, ",{:.12f}", q);
+    }
+  }
   for (const double coordinate : s.tool.position_m) fmt::format_to(out, ",{:.12f}", coordinate);
   fmt::format_to(out, ",{:.6g}", s.gripper);
-  for (std::size_t i = 0; i <= joints; ++i) fmt::format_to(out, ",{:.3f}", s.pulse_us[i]);
+  for (std::size_t i = 0; i <= joints.size(); ++i) fmt::format_to(out, ",{:.3f}", s.pulse_us[i]);
   fmt::format_to(out, ",{},{}\n", device_state(s.device_health), flags_text(s.flags));
   return row;
 }

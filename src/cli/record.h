@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "client/stop_on_signal.h"
 #include "corbot/channel/records.h"
+#include "corbot/kinematics/joints.h"
 
 namespace corbot::cli {
 
@@ -14,12 +16,13 @@ struct RecordOptions {
   std::string file;   ///< "-" = standard output
   double for_s{0};    ///< 0 = until the signal
   bool force{false};  ///< overwrite
-  std::size_t joints{kMaxJoints};
+  std::vector<JointKind> joints =
+      std::vector<JointKind>(kMaxJoints);  ///< all six, turning, where they are not known
 };
 
-/// Column names, with units, and one row; both end with a line end.
-[[nodiscard]] std::string csv_header(std::size_t joints);
-[[nodiscard]] std::string csv_row(const Snapshot& snapshot, std::size_t joints);
+/// Column names, with units (`theta0_deg`, `slide2_m`), and one row; both end with a line end.
+[[nodiscard]] std::string csv_header(std::span<const JointKind> joints);
+[[nodiscard]] std::string csv_row(const Snapshot& snapshot, std::span<const JointKind> joints);
 
 /// Writes every cycle of the trace from now on, read-only, until the signal, the time or the robot's end.
 /// Prints a summary to standard error. Throws Failure.

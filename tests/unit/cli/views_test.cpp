@@ -198,17 +198,27 @@ TEST(Recording, RowsFitTheHeader) {
   snapshot.position_q[1] = std::numbers::pi / 2;
   snapshot.tool.position_m = {0.1, 0.2, 0.3};
   snapshot.pulse_us[4] = 1100;
-  for (const std::size_t joints : {4u, 6u}) {
+  for (const std::size_t count : {4u, 6u}) {
+    const std::vector<JointKind> joints(count);
     const std::string header = csv_header(joints);
     const std::string row = csv_row(snapshot, joints);
     EXPECT_EQ(std::count(header.begin(), header.end(), ','), std::count(row.begin(), row.end(), ','));
     EXPECT_EQ(row.back(), '\n');
   }
-  EXPECT_THAT(csv_row(snapshot, 4), HasSubstr("7,0,0,moving,3,0,0.000000000,90.000000000,"));
-  EXPECT_THAT(csv_row(snapshot, 4), HasSubstr(",1100.000,closed,-\n"));
+  const std::vector<JointKind> four(4);
+  EXPECT_THAT(csv_row(snapshot, four), HasSubstr("7,0,0,moving,3,0,0.000000000,90.000000000,"));
+  EXPECT_THAT(csv_row(snapshot, four), HasSubstr(",1100.000,closed,-\n"));
   snapshot.device_health = static_cast<std::uint32_t>(BackendHealth::kStandby);
   snapshot.flags = kSnapshotUnverified | kSnapshotPowerOff;
-  EXPECT_THAT(csv_row(snapshot, 4), HasSubstr(",standby,unverified+power_off\n"));
+  EXPECT_THAT(csv_row(snapshot, four), HasSubstr(",standby,unverified+power_off\n"));
+}
+
+TEST(Recording, SlidesAreInMetres) {
+  const std::vector<JointKind> joints{JointKind::kRotary, JointKind::kPrismatic};
+  Snapshot snapshot{};
+  snapshot.position_q = {std::numbers::pi, 0.25};
+  EXPECT_THAT(csv_header(joints), HasSubstr(",theta0_deg,slide1_m,x_m"));
+  EXPECT_THAT(csv_row(snapshot, joints), HasSubstr(",180.000000000,0.250000000000,"));
 }
 
 }  // namespace
