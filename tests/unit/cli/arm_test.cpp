@@ -81,6 +81,18 @@ TEST(Regularity, IsZeroWithAStraightWristAndNamesItsJoints) {
   EXPECT_GT(regularity_at(arm, {}).smallest, 0.02);
 }
 
+/// By what each arm follows of an orientation: only the paper's arms are stretched at Ready.
+TEST(Regularity, IsThatOfThePathsOfEveryArm) {
+  for (const auto& file : std::filesystem::directory_iterator(CORBOT_PROFILES)) {
+    const Profile profile = load_profile(file.path());
+    const bool is_stretched = profile.description.form == config::GeometryForm::kLengths;
+    const double smallest = regularity_at(profile.arm.kinematics, {}).smallest;
+    EXPECT_TRUE(is_stretched ? smallest < 1e-9 : smallest > 0.02) << file.path() << ": " << smallest;
+  }
+  const Kinematics omx = load_profile(profile_file("omx")).arm.kinematics;
+  EXPECT_LT(regularity_at(omx, {0.3, 0.2, -std::atan2(0.128, 0.024), 0.1}).smallest, 1e-9);
+}
+
 TEST(Solutions, AreAllThatThereAreAndKnowTheirRanges) {
   for (const char* name : {"puma560", "xarm6", "scara_gx4", "so101", "stanford"}) {
     const ArmModel arm = load_profile(profile_file(name)).arm;
