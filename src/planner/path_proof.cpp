@@ -30,11 +30,10 @@ struct Interval {
 };
 
 /// The tool centre point's distance from the last axis: what a rotation of the tool moves it by.
-double hand_m(const Kinematics& arm) {
-  if (arm.joint_count() == 0) return 0.0;
-  const std::size_t last = arm.joint_count() - 1;
-  const Jacobian jacobian = arm.jacobian({});
-  return norm({jacobian[0][last], jacobian[1][last], jacobian[2][last]});
+double hand_m(const JointChain& chain) {
+  if (chain.count == 0) return 0.0;
+  const JointAxis& last = chain.axes[chain.count - 1];
+  return norm(cross(last.direction, (chain.zero_T_n * chain.n_T_tool).position_m - last.point_m));
 }
 
 /// Of one of the two an orientation path has nothing.
@@ -49,7 +48,7 @@ PathProof::PathProof(const ArmModel& model, const LineMotion& line, const Joints
     : model_(&model), path_(line), solution_(line.solution), start_q_(start_q), limits_(model.joints) {
   constants_.turn_rad = turn_of(line.tool);
   constants_.bend_m = 0.0;
-  constants_.travel_m = length_m(line) + hand_m(model.kinematics) * rotation_rad(line.tool);
+  constants_.travel_m = length_m(line) + hand_m(model.kinematics.chain()) * rotation_rad(line.tool);
   cut_limits();
 }
 
@@ -57,7 +56,7 @@ PathProof::PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& 
     : model_(&model), path_(arc), solution_(arc.solution), start_q_(start_q), limits_(model.joints) {
   constants_.turn_rad = turn_of(arc.tool);
   constants_.bend_m = arc.radius_m * arc.angle_rad * arc.angle_rad;
-  constants_.travel_m = length_m(arc) + hand_m(model.kinematics) * rotation_rad(arc.tool);
+  constants_.travel_m = length_m(arc) + hand_m(model.kinematics.chain()) * rotation_rad(arc.tool);
   cut_limits();
 }
 

@@ -77,13 +77,13 @@ struct IkSolution {
 /// Where a family's own frame is: base_T_tool = base · K(q) · hand, K the family's motion in its frame. Base and tool may change
 /// at run time, what is inside the arm does not.
 struct Mounting {
-  Pose zero_T_family{};  ///< family's frame in frame 0
-  Pose last_T_n{};       ///< flange in the last frame of the family's motion
-  Pose base{};           ///< base_T_0 · zero_T_family
-  Pose hand{};           ///< last_T_n · n_T_tool
-  Quaternion unhand{};   ///< the hand's inverse rotation
-  bool level{true};      ///< the base is moved, but not turned
-  bool upright{true};    ///< the family's z axis points upward
+  Pose zero_T_family{};    ///< family's frame in frame 0
+  Pose last_T_n{};         ///< flange in the last frame of the family's motion
+  Pose base{};             ///< base_T_0 · zero_T_family
+  Pose hand{};             ///< last_T_n · n_T_tool
+  Quaternion unhand{};     ///< the hand's inverse rotation
+  bool level{true};        ///< the base is moved, but not turned
+  bool upright{true};      ///< the family's z axis points upward
   double heading_rad{};    ///< of the family's x axis in the base frame
   double tool_tilt_rad{};  ///< of the tool's x axis from x towards z of the last frame
 
@@ -199,7 +199,13 @@ template <class Form>
 }
 [[nodiscard]] inline IkSolution refused(const TwoLinks& t, double l1, double l2) noexcept {
   const double least_m = std::abs(l1 - l2), most_m = l1 + l2;
-  return {to_status(t.reach), {}, 0.0, t.distance_m, t.reach == Reach::kTooFar ? most_m : least_m, least_m, most_m};
+  return {to_status(t.reach),
+          {},
+          0.0,
+          t.distance_m,
+          t.reach == Reach::kTooFar ? most_m : least_m,
+          least_m,
+          most_m};
 }
 
 /// Recognition: lengths of 1e-9 m and angles of 1e-9 rad count as nothing. Whoever has a table that is less exact (a URDF

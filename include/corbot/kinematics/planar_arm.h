@@ -66,13 +66,14 @@ struct PlanarArm {
 
   [[nodiscard]] Pose forward(const Joints& q) const noexcept {
     const double a = links.sign2 * q[1] + links.upper_zero_rad;
-    const double bent = links.sign2 * q[1] + links.sign3 * q[2];
-    const double hand = count > 3 ? bent + links.sign4 * q[3] + hand_zero_rad : bent;
     double r = links.shoulder_m + links.upper_m * std::cos(a);
     double z = links.upper_m * std::sin(a);
+    double hand = links.sign2 * q[1] + links.sign3 * q[2];
     if (count > 3) {
-      r += links.fore_m * std::cos(bent + links.fore_zero_rad);
-      z += links.fore_m * std::sin(bent + links.fore_zero_rad);
+      const double b = hand + links.fore_zero_rad;
+      r += links.fore_m * std::cos(b);
+      z += links.fore_m * std::sin(b);
+      hand += links.sign4 * q[3] + hand_zero_rad;
     }
     const double ct = std::cos(0.5 * q[0]), st = std::sin(0.5 * q[0]);
     const double ch = std::cos(0.5 * hand), sh = std::sin(0.5 * hand);

@@ -52,8 +52,8 @@ struct CellRates {
 
   // Base: θ0′ = (x y′ − y x′)/ρ².
   const auto [x, y, z] = point;
-  const double rho = std::hypot(x, y);
-  const double v_xy = std::hypot(v[0], v[1]);
+  const double rho = root_sum(x, y);
+  const double v_xy = root_sum(v[0], v[1]);
   const double v_xy_top = v_xy + cell.bend_m * w;
   const double rho_low = rho - v_xy_top * w;
   const double rho_high = rho + v_xy_top * w;
@@ -83,12 +83,12 @@ struct CellRates {
   // |ρ″| ≤ v_xy²/ρ + bend; nearer to the axis, ρ′ is known only to lie within ±v_xy.
   const double swing =
       rho_low > 0.0 ? std::min(v_xy_top * v_xy_top / rho_low * w, 2.0 * v_xy_top) : 2.0 * v_xy_top;
-  const double d_v = std::hypot(swing + bend, bend);
-  const double v_wrist_top = std::hypot(v_u, v_h) + d_v;
+  const double d_v = root_sum(swing + bend, bend);
+  const double v_wrist_top = root_sum(v_u, v_h) + d_v;
 
   // P² and from it the bend: (2 L1 L2 sin γ)² = far · near.
   const double l1 = arm.links.upper_m, l2 = arm.links.fore_m;
-  const double p_wrist = std::hypot(u, h);
+  const double p_wrist = root_sum(u, h);
   const double sum = l1 + l2;
   const double difference = std::abs(l1 - l2);
   const double along = u * v_u + h * v_h;

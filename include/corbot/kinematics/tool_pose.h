@@ -44,12 +44,12 @@ namespace detail {
 /// Yaw and pitch of an upright arm with a tool pitch are sums of its joints, not wrapped. Otherwise both and the roll are angles in
 /// Rz(yaw) Ry(−pitch) Rx(roll), the pitch within ±90 degrees.
 [[nodiscard]] inline ToolPose tool_pose(const Kinematics& arm, const Joints& q) noexcept {
-  const Pose pose = arm.forward(q);
   if (const PlanarArm* planar = detail::pitching(arm); planar != nullptr && planar->mount.upright) {
     const PlanarLinks& links = planar->links;
-    return {pose.position_m, planar->mount.heading_rad + q[0],
+    return {planar->forward(q).position_m, planar->mount.heading_rad + q[0],
             planar->mount.tool_tilt_rad + links.sign2 * q[1] + links.sign3 * q[2] + links.sign4 * q[3]};
   }
+  const Pose pose = arm.forward(q);
   const Matrix3 r = to_matrix(pose.orientation);
   return {pose.position_m, std::atan2(r[1][0], r[0][0]), std::atan2(r[2][0], root_sum(r[2][1], r[2][2])),
           std::atan2(r[2][1], r[2][2])};
