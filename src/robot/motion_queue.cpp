@@ -167,6 +167,7 @@ void MotionQueue::change_limits(const JointRanges& wanted) {
 }
 
 void MotionQueue::reset_limits() {
+  (void)access_.living();  // like every other change: a task that is frozen goes on with what it was given
   limits_.change(std::nullopt, [&] {
     const std::lock_guard lock(planning_mutex_);
     limits_.take(std::nullopt);

@@ -155,6 +155,8 @@ TEST_F(State, IsErrorAndGrowsOldWithoutATask) {
 
 /// ORBit2 breaks on messages in fragments, which omniORB makes of what is larger than about 8 KB.
 TEST(StateSize, IsFarBelowTheFragmentsOfAnOrb) {
+  int argc = 0;
+  const CORBA::ORB_var orb = CORBA::ORB_init(argc, nullptr);  // strings are marshalled by its code set
   const auto text = [](std::size_t room) { return std::string(room - 1, 'x'); };
   Corbot::ArmState all{};
   for (Corbot::JointCoord* joints : {&all.commanded, &all.speeds, &all.measuredJoints})
