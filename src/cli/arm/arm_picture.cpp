@@ -48,6 +48,15 @@ double grid_step(double length) {
   return 10.0 * power;
 }
 
+/// The multiples of step within the range.
+std::vector<double> grid_lines(double low, double high, double step) {
+  std::vector<double> lines;
+  const auto end = static_cast<long>(std::floor((high + 1e-9) / step));
+  for (auto i = static_cast<long>(std::ceil(low / step)); i <= end; ++i)
+    lines.push_back(static_cast<double>(i) * step);
+  return lines;
+}
+
 class Drawing {
  public:
   Drawing(const View& view, const Box& box, double px_per_m, double left_px)
@@ -59,17 +68,17 @@ class Drawing {
   [[nodiscard]] std::string grid() const {
     const double step = grid_step(std::max(box_.high[0] - box_.low[0], box_.high[1] - box_.low[1]));
     std::string text;
-    for (double at = std::ceil(box_.low[0] / step) * step; at <= box_.high[0] + 1e-9; at += step) {
+    for (const double at : grid_lines(box_.low[0], box_.high[0], step)) {
       text += fmt::format(
           "<path class=\"grid\" d=\"M{0:.1f} {1:.1f}V{2:.1f}\"/><text x=\"{0:.1f}\" "
           "y=\"{3:.1f}\">{4:.3g}</text>\n",
-          x(at), y(box_.high[1]), y(box_.low[1]), y(box_.low[1]) + 14, tidy(at, step));
+          x(at), y(box_.high[1]), y(box_.low[1]), y(box_.low[1]) + 14, at);
     }
-    for (double at = std::ceil(box_.low[1] / step) * step; at <= box_.high[1] + 1e-9; at += step) {
+    for (const double at : grid_lines(box_.low[1], box_.high[1], step)) {
       text += fmt::format(
           "<path class=\"grid\" d=\"M{0:.1f} {1:.1f}H{2:.1f}\"/><text class=\"left\" x=\"{3:.1f}\" "
           "y=\"{1:.1f}\">{4:.3g}</text>\n",
-          x(box_.low[0]), y(at), x(box_.high[0]), x(box_.low[0]) - 5, tidy(at, step));
+          x(box_.low[0]), y(at), x(box_.high[0]), x(box_.low[0]) - 5, at);
     }
     return text + fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\">{} ({} to the right, {} up, m)</text>\n",
                               0.5 * (x(box_.low[0]) + x(box_.high[0])), kMargin_px - 16, view_.title,
@@ -79,7 +88,7 @@ class Drawing {
   /// Cells that a sample fell into, runs of a row as one rectangle; a cell between two is taken to be reached, too.
   [[nodiscard]] std::string reach(const std::vector<Vector3>& samples) const {
     const double cell = std::max(box_.high[0] - box_.low[0], box_.high[1] - box_.low[1]) / kCells;
-    constexpr std::size_t last = kCells - 1;
+    const std::size_t last = kCells - 1;
     std::vector<std::vector<char>> hit(kCells, std::vector<char>(kCells, 0));
     for (const Vector3& sample : samples) {
       const Point p = view_(sample);
@@ -118,7 +127,6 @@ class Drawing {
   }
 
  private:
-  static double tidy(double at, double step) { return std::round(at / step) * step + 0.0; }
   const View& view_;
   const Box& box_;
   double scale_, left_px_;
