@@ -18,8 +18,6 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
-
 std::string shipped(const std::string& name) {
   std::ifstream stream{std::string{CORBOT_PROFILES} + "/" + name + ".toml"};
   return {std::istreambuf_iterator<char>{stream}, {}};
