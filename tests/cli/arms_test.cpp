@@ -14,6 +14,7 @@ namespace corbot::test {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 std::string shipped(const std::string& arm) { return std::string(CORBOT_PROFILES) + "/" + arm + ".toml"; }
 
@@ -69,6 +70,16 @@ TEST_F(Arms, WithoutServosAreNotCalibrated) {
   const RunResult result = corbot({"calibrate", shipped("omx"), "--name", name_});
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.errors, HasSubstr("there is nothing to calibrate"));
+}
+
+TEST_F(Arms, SolutionsNameTheJointsBeyondTheirRanges) {
+  const RunResult position = corbot({"kinematics", shipped("lynx5"), "--pose", "0.2,0.1,0.1"});
+  EXPECT_THAT(position.output, HasSubstr("-68.0820  out of range: elbow, wrist\n"));
+  EXPECT_THAT(position.output, Not(HasSubstr("degrees off"))) << "the position alone was asked for";
+  const auto data = nlohmann::json::parse(
+      corbot({"kinematics", shipped("lynx5"), "--pose", "0.2,0.1,0.1", "--json"}).output);
+  EXPECT_EQ(data.at("solutions").at(1).at("beyond_range"), (nlohmann::json{"elbow", "wrist"}));
+  EXPECT_EQ(data.at("solutions").at(0).at("beyond_range").size(), 0u);
 }
 
 TEST_F(Arms, AreExplainedWithoutARobot) {

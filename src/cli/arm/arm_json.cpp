@@ -39,9 +39,12 @@ json solution_json(const Profile& profile, const PoseSolution& solution) {
   json joints = json::array();
   for (std::size_t i = 0; i < profile.arm.dof; ++i)
     joints.push_back(shown(profile.arm.kinematics, i, solution.joints_q[i]));
+  json beyond = json::array();
+  for (const std::size_t joint : solution.beyond_range) beyond.push_back(profile.joint_names[joint]);
   return {{"number", solution.number ? json(*solution.number) : json(nullptr)},
           {"joints", joints},
-          {"in_range", solution.in_range},
+          {"in_range", solution.beyond_range.empty()},
+          {"beyond_range", beyond},
           {"orientation_error_deg", to_degrees(solution.orientation_error_rad)},
           {"smallest_singular_value", solution.regularity.smallest}};
 }

@@ -146,7 +146,11 @@ std::string solution_text(const Profile& profile, const PoseSolution& solution) 
     joints += fmt::format("{:>10}", tenthousandths(shown(profile.arm.kinematics, i, solution.joints_q[i])));
   const std::string number = solution.number ? std::to_string(*solution.number) : "-";
   std::string text = fmt::format("  {:<3}{}", number, joints);
-  if (!solution.in_range) text += "  out of range";
+  if (!solution.beyond_range.empty()) {
+    std::vector<std::string> names;
+    for (const std::size_t joint : solution.beyond_range) names.push_back(profile.joint_names[joint]);
+    text += fmt::format("  out of range: {}", fmt::join(names, ", "));
+  }
   if (solution.orientation_error_rad > 1e-6)
     text += fmt::format("  orientation {:.4g} degrees off", to_degrees(solution.orientation_error_rad));
   if (solution.regularity.smallest < kNearSingular) {

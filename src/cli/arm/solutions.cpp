@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "planner/numeric/numeric_inverse.h"
@@ -16,15 +18,26 @@ constexpr double kSameRange_q = 1e-9;
 /// An orientation is met within this.
 constexpr double kSameOrientation_rad = 1e-6;
 
+/// The joint at its turn within its range, where it has one.
+std::optional<Joints> within_range(const ArmModel& arm, std::size_t joint, const Joints& joints_q,
+                                   const Joints& hint_q) {
+  Joints lower_q, upper_q;
+  lower_q.fill(-std::numeric_limits<double>::infinity());
+  upper_q.fill(std::numeric_limits<double>::infinity());
+  lower_q[joint] = arm.joints[joint].lower_q;
+  upper_q[joint] = arm.joints[joint].upper_q;
+  return arm.kinematics.within(lower_q, upper_q, kSameRange_q, joints_q, hint_q);
+}
+
 PoseSolution judged(const ArmModel& arm, PoseSolution solution, const Joints& hint_q) {
-  Joints lower_q{}, upper_q{};
   for (std::size_t i = 0; i < arm.dof; ++i) {
-    lower_q[i] = arm.joints[i].lower_q;
-    upper_q[i] = arm.joints[i].upper_q;
+    const auto turned = within_range(arm, i, solution.joints_q, hint_q);
+    if (turned) {
+      solution.joints_q[i] = (*turned)[i];
+    } else {
+      solution.beyond_range.push_back(i);
+    }
   }
-  const auto within = arm.kinematics.within(lower_q, upper_q, kSameRange_q, solution.joints_q, hint_q);
-  solution.in_range = within.has_value();
-  if (within) solution.joints_q = *within;
   solution.regularity = regularity_at(arm.kinematics, solution.joints_q);
   return solution;
 }
@@ -81,7 +94,7 @@ PoseSolutions solutions_at(const ArmModel& arm, const Pose& pose, bool with_orie
     PoseSolution solution;
     solution.number = entry.number;
     solution.joints_q = entry.solution.joints_q;
-    solution.orientation_error_rad = entry.solution.orientation_error_rad;
+    if (with_orientation) solution.orientation_error_rad = entry.solution.orientation_error_rad;
     found.solutions.push_back(judged(arm, solution, hint_q));
   }
   if (set.count > 0) return found;

@@ -14,8 +14,8 @@ namespace corbot::cli {
 struct PoseSolution {
   std::optional<std::uint32_t> number{};  ///< none where it was found numerically
   Joints joints_q{};                      ///< at the turn within the ranges where there is one
-  bool in_range{};
-  double orientation_error_rad{};
+  std::vector<std::size_t> beyond_range;  ///< joints that are, from 0; empty: the arm can stand there
+  double orientation_error_rad{};         ///< 0 where the position alone counts
   Regularity regularity{};
 };
 
