@@ -62,6 +62,11 @@ bool is_device_back(const ActiveAlarm& alarm, const Corbot::DeviceInfo& device) 
           client::stands_by(device));
 }
 
+/// What is seen of a stop input counts for all inputs of a robot; it is what Clear looks at, too.
+bool is_released(const ActiveAlarm& alarm, const Corbot::DeviceInfo& device) {
+  return alarm.code == static_cast<long>(AlarmCode::kEmergencyStop) && !device.emergencyStop;
+}
+
 /// The alarm's own text is quoted for the cause: DeviceInfo has none any more once the device is back.
 std::string device_back_text(const ActiveAlarm& alarm) {
   return fmt::format("the servo device was lost, is back: 'corbot clear' (alarm: {})", alarm.text);
@@ -188,7 +193,7 @@ std::string status_text(const StatusReport& r) {
   std::string alarms;
   for (const auto& alarm : r.active_alarms) {
     const bool back = is_device_back(alarm, r.device);
-    cause_gone = cause_gone && back;
+    cause_gone = cause_gone && (back || is_released(alarm, r.device));
     alarms += fmt::format("  alarm     {} {}\n", alarm.code, back ? device_back_text(alarm) : alarm.text);
   }
   text += fmt::format("  state     {:<9} {}\n{}", to_string(r.state), meaning(r.state, cause_gone, r.paused),

@@ -67,7 +67,10 @@ TEST(Status, ADeviceThatIsBackNeedsAClearOnly) {
               AllOf(HasSubstr("is back: 'corbot clear'"), Not(HasSubstr("fix the cause")),
                     HasSubstr("ssc32, closed: no energy until Clear")));
   report.active_alarms.push_back({130, "emergency stop"});
+  report.device.emergencyStop = true;
   EXPECT_THAT(status_text(report), HasSubstr("fix the cause"));
+  report.device.emergencyStop = false;
+  EXPECT_THAT(status_text(report), AllOf(HasSubstr("the cause is gone"), Not(HasSubstr("fix the cause"))));
   report.device.causeText = "";
   report.device.health = Corbot::DeviceLost;
   EXPECT_THAT(status_text(report), AllOf(HasSubstr("set-points are held\n"), HasSubstr("fix the cause")));
