@@ -63,6 +63,8 @@ class Cia402Node final : private NodeServices {
 
   [[nodiscard]] std::uint8_t node() const { return node_; }
   [[nodiscard]] const Cia402Drive& drive() const { return drive_; }
+  /// State of its communication, as a heartbeat tells it (CiA 301): 5 operational, 127 pre-operational, 4 stopped.
+  [[nodiscard]] int nmt_state() const { return static_cast<int>(nmt_); }
 
  private:
   enum class Nmt : std::uint8_t { kBoot = 0, kStopped = 4, kOperational = 5, kPreOperational = 127 };

@@ -110,18 +110,23 @@ void Cia402Server::record_changes() {
   }
 }
 
+std::string Cia402Server::values_of(std::string_view question) {
+  if (question != "positions" && question != "targets" && question != "states") return "";
+  advance();
+  std::string text(question);
+  for (const ServedNode& slot : slots_) {
+    const Cia402Drive& drive = slot.node.drive();
+    const int value = question == "targets"  ? drive.target()
+                      : question == "states" ? slot.node.nmt_state()
+                                             : drive.position();
+    text += fmt::format(" {}={}", slot.node.node(), value);
+  }
+  return text;
+}
+
 std::string Cia402Server::handle(std::string_view command) {
   const std::vector<std::string_view> words = words_of(command);
-  if (words.size() == 1 && (words[0] == "positions" || words[0] == "targets")) {
-    advance();
-    std::string text(words[0]);
-    for (const ServedNode& slot : slots_) {
-      const Cia402Drive& drive = slot.node.drive();
-      text +=
-          fmt::format(" {}={}", slot.node.node(), words[0] == "targets" ? drive.target() : drive.position());
-    }
-    return text;
-  }
+  if (const std::string values = words.size() == 1 ? values_of(words[0]) : ""; !values.empty()) return values;
   if (words.size() == 1 && words[0] == "help") return explain_node_commands() + "ok help";
   const std::string error = execute(words);
   return error.empty() ? fmt::format("ok {}", fmt::join(words, " ")) : "error: " + error;
@@ -148,7 +153,7 @@ std::string Cia402Server::execute(const std::vector<std::string_view>& words) {
     std::string error = execute_on_nodes(slots_, words, clock_ns());
     for (ServedNode& slot : slots_) flush(slot);
     if (error.find("is none of") == std::string::npos) return error;
-    return error + ", drop N, garble N, unplug, plug, positions, targets, help";
+    return error + ", drop N, garble N, unplug, plug, positions, targets, states, help";
   }
   return {};
 }

@@ -39,6 +39,8 @@ class Cia402Server {
 
   [[nodiscard]] std::string handle(std::string_view command);
   /// Carries a command out; what is wrong with it, empty: nothing.
+  /// "positions", "targets" or "states"; empty: no such question.
+  [[nodiscard]] std::string values_of(std::string_view question);
   [[nodiscard]] std::string execute(const std::vector<std::string_view>& words);
   void plug();
 

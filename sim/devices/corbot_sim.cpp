@@ -64,6 +64,7 @@ Lines on standard input ask for faults; each is answered by a line 'ok ...' or '
   plug                   the bus is there again ('ready BUS' once more)
   positions              answers 'positions NODE=COUNTS ...', where the shafts stand
   targets                answers 'targets NODE=COUNTS ...', what was commanded last
+  states                 answers 'states NODE=STATE ...', as heartbeats tell it: 5 operational, 127 pre-operational
   help                   explains the commands to drives
 To a drive, or, without NODE, to all:
 )";

@@ -26,7 +26,7 @@ class EmulatedDrives : public EmulatedDevice {
 
   /// The name of the bus, as a profile has it.
   [[nodiscard]] const std::string& bus() const { return bus_; }
-  /// By node: "positions", or "targets".
+  /// By node: "positions", "targets", or "states".
   std::map<int, std::int32_t> counts(const std::string& what = "positions") {
     std::map<int, std::int32_t> found;
     for (const auto& [node, count] : values(what)) found[node] = static_cast<std::int32_t>(count);
