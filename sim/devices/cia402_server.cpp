@@ -126,7 +126,7 @@ std::string Cia402Server::values_of(std::string_view question) {
 
 std::string Cia402Server::handle(std::string_view command) {
   const std::vector<std::string_view> words = words_of(command);
-  if (const std::string values = words.size() == 1 ? values_of(words[0]) : ""; !values.empty()) return values;
+  if (std::string values = words.size() == 1 ? values_of(words[0]) : ""; !values.empty()) return values;
   if (words.size() == 1 && words[0] == "help") return explain_node_commands() + "ok help";
   const std::string error = execute(words);
   return error.empty() ? fmt::format("ok {}", fmt::join(words, " ")) : "error: " + error;
