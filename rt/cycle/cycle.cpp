@@ -270,7 +270,8 @@ void Cycle::follow_device() noexcept {
     const double there_q = feedback_.position_q[i];
     double& held_q = set_point_.position_q[i];
     if (!std::isfinite(there_q)) continue;
-    if (!is_standing_by && std::abs(there_q - held_q) <= kBehind_rad) continue;
+    if (!is_standing_by && std::abs(there_q - held_q) <= near_q(arm_.kinematics.joint_kind(i), kBehind_rad))
+      continue;
     held_q = std::clamp(there_q, arm_.joints[i].lower_q, arm_.joints[i].upper_q);
     last_.position_q[i] = held_q;  // not by a set-point's speed
   }

@@ -190,12 +190,12 @@ class Cycle {
   ServantWatch servant_watch_;
   OverrunCount overruns_;
   HoldLatch hold_;
-  PositionCheck position_;
+  PositionCheck position_{kinds_of(arm_.kinematics.chain())};
   StopInput stop_input_;
   FaultStop fault_stop_;
   JointRamp joint_ramp_;
   FollowingCheck following_;
-  RestCheck rest_;
+  RestCheck rest_{kinds_of(arm_.kinematics.chain())};
   GripWatch grip_;
   Settling settling_;
   DeviceWatch device_;

@@ -5,8 +5,8 @@
 
 #include <cmath>
 
+#include "corbot/arm/joint_units.h"
 #include "corbot/motion/law_evaluation.h"
-#include "corbot/units.h"
 #include "planner/arc.h"
 #include "planner/joint_planner.h"
 #include "planner/path_planner.h"
@@ -48,7 +48,7 @@ struct ArgumentCheck {
       const int joint = static_cast<int>(i);
       if (!std::isfinite(target_q)) {
         return bad_parameter("angle", target_q, limits.lower_q, limits.upper_q,
-                             fmt::format("the angle of joint {} is not a finite number", i), joint);
+                             fmt::format("the value of joint {} is not a finite number", i), joint);
       }
       if (!in_range(limits, target_q)) return joint_range(model, i, target_q, "at the target");
     }
@@ -88,12 +88,15 @@ struct ArgumentCheck {
   }
 
   Refusal check_speed(const DriveRequest& request) const {
-    const double limit_q_s = JointPlanner(model, settings).speed_q_s(static_cast<std::size_t>(request.joint));
+    const auto joint = static_cast<std::size_t>(request.joint);
+    const JointKind kind = model.kinematics.joint_kind(joint);
+    const double limit_q_s = JointPlanner(model, settings).speed_q_s(joint);
     if (!std::isfinite(request.speed_q_s) || request.speed_q_s <= 0.0) {
-      return bad_parameter("speed", request.speed_q_s, 0.0, limit_q_s,
-                           fmt::format("speed {:.6g} degrees/s, allowed above 0 to {:.6g} degrees/s",
-                                       to_degrees(request.speed_q_s), to_degrees(limit_q_s)),
-                           request.joint);
+      return bad_parameter(
+          "speed", request.speed_q_s, 0.0, limit_q_s,
+          fmt::format("speed {0:.6g} {2}/s, allowed above 0 to {1:.6g} {2}/s",
+                      to_shown(kind, request.speed_q_s), to_shown(kind, limit_q_s), unit_name(kind)),
+          request.joint);
     }
     // Degrees make the round trip to radians with a rounding, so the limit itself must pass.
     if (request.speed_q_s <= limit_q_s * (1.0 + 1e-12)) return std::nullopt;
@@ -103,8 +106,9 @@ struct ArgumentCheck {
     refusal.joint = request.joint;
     refusal.value = request.speed_q_s;
     refusal.upper = limit_q_s;
-    refusal.text = fmt::format("speed {:.6g} degrees/s of joint {}, allowed up to {:.6g} degrees/s",
-                               to_degrees(request.speed_q_s), request.joint, to_degrees(limit_q_s));
+    refusal.text = fmt::format("speed {0:.6g} {3}/s of joint {1}, allowed up to {2:.6g} {3}/s",
+                               to_shown(kind, request.speed_q_s), request.joint, to_shown(kind, limit_q_s),
+                               unit_name(kind));
     return refusal;
   }
 };

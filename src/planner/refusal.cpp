@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
+#include "corbot/arm/joint_units.h"
 #include "corbot/motion/bounds.h"
-#include "corbot/units.h"
 
 namespace corbot {
 
@@ -51,8 +51,7 @@ PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkSolution& 
 }
 
 std::string shown_joint(JointKind kind, double value_q) {
-  return kind == JointKind::kRotary ? fmt::format("{:.6g} degrees", to_degrees(value_q))
-                                    : fmt::format("{:.6g} m", value_q);
+  return fmt::format("{:.6g} {}", to_shown(kind, value_q), unit_name(kind));
 }
 
 PlanRefusal joint_range(const ArmModel& model, std::size_t joint, double value_q, const std::string& where) {
@@ -70,8 +69,7 @@ PlanRefusal joint_range(std::size_t joint, JointKind kind, double value_q, const
   refusal.upper = limits.upper_q;
   refusal.text =
       fmt::format("joint {} would be at {} {}, allowed {:.6g} to {}", joint, shown_joint(kind, value_q),
-                  where, kind == JointKind::kRotary ? to_degrees(limits.lower_q) : limits.lower_q,
-                  shown_joint(kind, limits.upper_q));
+                  where, to_shown(kind, limits.lower_q), shown_joint(kind, limits.upper_q));
   return refusal;
 }
 

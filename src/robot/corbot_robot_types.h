@@ -11,7 +11,13 @@
 extern "C" {
 #endif
 
-enum { CORBOT_MAX_JOINTS = 6, CORBOT_TEXT = 192, CORBOT_MAX_ALARMS = 64, CORBOT_LATENCY_BUCKETS = 64 };
+enum {
+  CORBOT_MAX_JOINTS = 6,
+  CORBOT_TEXT = 192,
+  CORBOT_MAX_ALARMS = 64,
+  CORBOT_LATENCY_BUCKETS = 64,
+  CORBOT_JOINT_NAME = 64
+};
 
 /* Kinds of failure; each but the last two is an exception of robot.idl. */
 typedef enum corbot_status {
@@ -69,6 +75,9 @@ typedef struct corbot_description {
   int32_t dof;
   double lower_deg[CORBOT_MAX_JOINTS];
   double upper_deg[CORBOT_MAX_JOINTS];
+  double speed[CORBOT_MAX_JOINTS];   /* their limits, degrees/s or m/s */
+  int32_t slides[CORBOT_MAX_JOINTS]; /* 1: values are metres, not degrees */
+  char joint_name[CORBOT_MAX_JOINTS][CORBOT_JOINT_NAME];
   double reach_m;
   char endpoint_host[256]; /* where the profile says that the robot is served */
   int32_t endpoint_port;

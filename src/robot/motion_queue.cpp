@@ -78,7 +78,8 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
         PlanSettings limited = settings;
         limited.soft_limits = limits_.wanted();
         PlanResult result = planner_.plan(*start, limited, request);
-        if (const auto* refusal = std::get_if<PlanRefusal>(&result)) throw refused(*refusal);
+        if (const auto* refusal = std::get_if<PlanRefusal>(&result))
+          throw refused(*refusal, planner_.model().kinematics);
         return hand_over(task, epoch, std::get<std::vector<Command>>(result), *start);
       }
     }
@@ -149,7 +150,7 @@ void MotionQueue::check_limits(const LivingTask& task, const JointRanges& wanted
         "motions are under way, which were planned for other limits: call again when the arm is at "
         "rest, or Stop it");
   }
-  check_stands_within(wanted, now.position_q, kMaxJoints);
+  check_stands_within(wanted, now.position_q, planner_.model());
 }
 
 void MotionQueue::change_limits(const JointRanges& wanted) {

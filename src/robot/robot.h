@@ -148,7 +148,7 @@ class Robot final : private LinkListener {
   const Planner planner_;
   SoftLimits limits_;
   TicketTable tickets_;
-  AlarmLog alarms_;
+  AlarmLog alarms_{kinds_of(profile_.arm.kinematics.chain())};
   std::atomic<std::uint64_t> own_stops_{0};        ///< that this has counted
   std::atomic<std::uint64_t> clears_reported_{0};  ///< number of the last Clear that was reported
   std::atomic<std::uint64_t> clears_drained_{0};   ///< all alarms up to this one have been taken

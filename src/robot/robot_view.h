@@ -25,7 +25,7 @@ class RobotView {
       : profile_(profile), link_(link), watch_(watch), tickets_(tickets), alarms_(alarms) {}
 
   [[nodiscard]] Snapshot snapshot() const;  ///< throws CallError (no data) when there has never been one
-  [[nodiscard]] Joints joints_deg() const;
+  [[nodiscard]] Joints joints_shown() const;
   [[nodiscard]] corbot_pose pose() const;
   [[nodiscard]] corbot_gripper gripper() const;
   [[nodiscard]] corbot_state state() const;

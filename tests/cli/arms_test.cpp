@@ -26,10 +26,10 @@ class Arms : public CliRig {
 TEST_F(Arms, OfSixJointsMoveOnTheSimulator) {
   up({}, shipped("puma560"));
   ASSERT_EQ(corbot({"joints", "20", "-10", "5", "10", "15", "-20"}).code, 0);
-  const auto joints = status().at("joints_deg");
+  const auto joints = status().at("joints");
   ASSERT_EQ(joints.size(), 6u);
-  EXPECT_NEAR(joints.at(1).get<double>(), -10.0, 1e-6);
-  EXPECT_NEAR(joints.at(5).get<double>(), -20.0, 1e-6);
+  EXPECT_NEAR(joints.at(1).at("value_deg").get<double>(), -10.0, 1e-6);
+  EXPECT_NEAR(joints.at(5).at("value_deg").get<double>(), -20.0, 1e-6);
   EXPECT_EQ(corbot({"joints", "161", "0", "0", "0", "0", "0"}).code, 1);
   EXPECT_EQ(corbot({"ready"}).code, 0);
 }
@@ -63,7 +63,7 @@ TEST_F(Arms, ByAUrdfOutliveItsFile) {
   ASSERT_TRUE(wait_until(within(20), [&] {
     return corbot({"joints", "5", "20", "0", "30"}).code == 0;
   })) << supervisor_->errors();
-  EXPECT_NEAR(status().at("joints_deg").at(3).get<double>(), 30.0, 1e-6);
+  EXPECT_NEAR(status().at("joints").at(3).at("value_deg").get<double>(), 30.0, 1e-6);
 }
 
 TEST_F(Arms, WithoutServosAreNotCalibrated) {

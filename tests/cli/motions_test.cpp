@@ -19,7 +19,7 @@ class Motions : public CliRig {
  protected:
   void SetUp() override { up(); }
   double tool(const char* axis) { return status().at("tool").at(axis).get<double>(); }
-  double joint(std::size_t index) { return status().at("joints_deg").at(index).get<double>(); }
+  double joint(std::size_t index) { return status().at("joints").at(index).at("value_deg").get<double>(); }
 };
 
 TEST_F(Motions, EachCommandReachesTheArm) {
@@ -166,7 +166,7 @@ TEST_F(Motions, PauseHoldsAndResumeGoesOn) {
 }
 
 TEST_F(Motions, RefusalsExplainAndMoveNothing) {
-  const auto before = status().at("joints_deg");
+  const auto before = status().at("joints");
   const std::vector<std::tuple<std::vector<std::string>, int, const char*>> cases{
       {{"move", "1", "1", "1"}, 1, "out of reach"},
       {{"move", "0", "0", "0.1"}, 1, "refused: "},
@@ -196,7 +196,7 @@ TEST_F(Motions, RefusalsExplainAndMoveNothing) {
     EXPECT_EQ(result.code, code) << phrase << ": " << result.errors;
     EXPECT_THAT(result.errors, AllOf(HasSubstr(phrase), Not(HasSubstr("CORBA")))) << phrase;
   }
-  EXPECT_EQ(status().at("joints_deg"), before);
+  EXPECT_EQ(status().at("joints"), before);
 }
 
 TEST_F(Motions, WatchPrintsALineEach) {

@@ -55,12 +55,4 @@ namespace detail {
           std::atan2(r[2][1], r[2][2])};
 }
 
-/// From the shoulder axis to the tool centre point of the stretched arm; 0 for a family that has no such length.
-[[nodiscard]] inline double reach_m(const Kinematics& arm) noexcept {
-  const auto* planar = std::get_if<PlanarArm>(&arm.form());
-  if (planar == nullptr) return 0.0;
-  const Vector3& tool = planar->mount.hand.position_m;
-  return planar->links.upper_m + planar->links.fore_m + root_sum(tool[0], root_sum(tool[2], planar->raise_m));
-}
-
 }  // namespace corbot

@@ -9,7 +9,7 @@
 
 #include "config/arms/arm_kind.h"
 #include "config/arms/roll_pitch_yaw.h"
-#include "corbot/units.h"
+#include "corbot/arm/joint_units.h"
 
 namespace corbot::cli {
 namespace {
@@ -32,14 +32,6 @@ std::string tenthousandths(double value) {
 
 std::string list(const Vector3& v) {
   return fmt::format("{}, {}, {}", plain(v[0]), plain(v[1]), plain(v[2]));
-}
-
-/// A joint's value, or its speed, in degrees or metres.
-double shown(const Kinematics& arm, std::size_t joint, double value_q) {
-  return arm.joint_kind(joint) == JointKind::kRotary ? to_degrees(value_q) : value_q;
-}
-const char* unit(const Kinematics& arm, std::size_t joint) {
-  return arm.joint_kind(joint) == JointKind::kRotary ? "degrees" : "m";
 }
 
 const char* describe(Follows follows) {
@@ -111,12 +103,13 @@ std::string joints_text(const Profile& profile) {
   for (std::size_t i = 0; i < profile.arm.dof; ++i) {
     const JointAxis& axis = arm.chain().axes[i];
     const JointLimits& limits = profile.arm.joints[i];
-    const bool turns = axis.kind == JointKind::kRotary;
+    const JointKind kind = axis.kind;
+    const bool turns = kind == JointKind::kRotary;
     text += fmt::format("  {:<3} {:<12} {:<26} {:<22} {:<16} {} to {} {}, {} a second\n", i + 1,
                         profile.joint_names[i], (turns ? "about " : "along ") + list(axis.direction),
-                        turns ? list(axis.point_m) : "", plain(shown(arm, i, profile.description.home_q[i])),
-                        plain(shown(arm, i, limits.lower_q)), plain(shown(arm, i, limits.upper_q)),
-                        unit(arm, i), plain(shown(arm, i, limits.speed_q_s)));
+                        turns ? list(axis.point_m) : "", plain(to_shown(kind, profile.description.home_q[i])),
+                        plain(to_shown(kind, limits.lower_q)), plain(to_shown(kind, limits.upper_q)),
+                        unit_name(kind), plain(to_shown(kind, limits.speed_q_s)));
   }
   return text;
 }
@@ -143,7 +136,8 @@ std::string idle_text(const Profile& profile, const Regularity& regularity) {
 std::string solution_text(const Profile& profile, const PoseSolution& solution) {
   std::string joints;
   for (std::size_t i = 0; i < profile.arm.dof; ++i)
-    joints += fmt::format("{:>10}", tenthousandths(shown(profile.arm.kinematics, i, solution.joints_q[i])));
+    joints += fmt::format(
+        "{:>10}", tenthousandths(to_shown(profile.arm.kinematics.joint_kind(i), solution.joints_q[i])));
   const std::string number = solution.number ? std::to_string(*solution.number) : "-";
   std::string text = fmt::format("  {:<3}{}", number, joints);
   if (!solution.beyond_range.empty()) {

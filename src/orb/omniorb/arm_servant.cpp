@@ -292,6 +292,19 @@ Corbot::ArmState* ArmServant::State() {
   return result._retn();
 }
 
+Corbot::JointList* ArmServant::Joints() {
+  Corbot::JointList_var result = new Corbot::JointList;
+  result->length(static_cast<CORBA::ULong>(description_.dof));
+  for (CORBA::ULong i = 0; i < result->length(); ++i) {
+    result[i].name = CORBA::string_dup(description_.joint_name[i]);
+    result[i].kind = description_.slides[i] != 0 ? Corbot::JointSlides : Corbot::JointTurns;
+    result[i].range.lower = description_.lower_deg[i];
+    result[i].range.upper = description_.upper_deg[i];
+    result[i].speed = description_.speed[i];
+  }
+  return result._retn();
+}
+
 Corbot::ServantInfo* ArmServant::Servant() {
   Corbot::ServantInfo_var result = new Corbot::ServantInfo;
   result->version = CORBA::string_dup(description_.version);

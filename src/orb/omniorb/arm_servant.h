@@ -73,6 +73,7 @@ class ArmServant final : public POA_Corbot::Arm {
   void SetSoftLimits(const Corbot::JointRanges& limits) override;
   void ResetSoftLimits() override;
   Corbot::JointRanges* SoftLimits() override;
+  Corbot::JointList* Joints() override;
   Corbot::ArmState* State() override;
   Corbot::AlarmList* Alarms() override;
   Corbot::LoopInfo* Diagnostics() override;
