@@ -12,6 +12,7 @@
 #include "planner/path_planner.h"
 #include "planner/refusal.h"
 #include "planner/time_law_planner.h"
+#include "planner/tool_goal.h"
 
 namespace corbot {
 namespace {
@@ -80,7 +81,24 @@ struct ArgumentCheck {
                          fmt::format("opening {:.6g}, allowed 0 to 1", request.opening));
   }
 
+  Refusal operator()(const MovePoseRequest& request) const {
+    return check_pose_motion(request.target, "target", request.t_s);
+  }
+  Refusal operator()(const MoveRelativeRequest& request) const {
+    if (request.frame != OffsetFrame::kBase && request.frame != OffsetFrame::kTool) {
+      const double value = static_cast<double>(request.frame);
+      return bad_parameter("frame", value, 0.0, 1.0, fmt::format("frame {:.6g}, allowed 0 and 1", value));
+    }
+    return check_pose_motion(request.offset, "offset", request.t_s);
+  }
+
  private:
+  Refusal check_pose_motion(const Pose& pose, const std::string& name, double t_s) const {
+    if (auto refusal = check_kinematics(model, settings)) return refusal;
+    if (auto refusal = check_pose(pose, name)) return refusal;
+    return check_time(t_s);
+  }
+
   Refusal check_target(const std::array<double, 3>& target_m, double t_s) const {
     if (auto refusal = check_kinematics(model, settings)) return refusal;
     if (auto refusal = check_point(target_m, "P")) return refusal;
@@ -174,6 +192,20 @@ struct Planning {
         plan_law(request.opening - start.gripper, {full.velocity, full.acceleration, full.jerk});
     command.duration_s = command.gripper.law.duration_s();
     return std::vector<Command>{command};
+  }
+
+  PlanResult operator()(const MovePoseRequest& request) const {
+    return to_pose(goal_at(settings, request.target), request.t_s, request.straight);
+  }
+  PlanResult operator()(const MoveRelativeRequest& request) const {
+    return to_pose(goal_by(model.kinematics, settings, start.position_q, request), request.t_s,
+                   request.straight);
+  }
+
+ private:
+  PlanResult to_pose(const PoseGoal& goal, double t_s, bool straight) const {
+    const Planning planning{model, goal.settings, start};
+    return straight ? planning(MoveSRequest{goal.target_m, t_s}) : planning(MoveRequest{goal.target_m, t_s});
   }
 };
 

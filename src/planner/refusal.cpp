@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "corbot/motion/bounds.h"
 #include "corbot/units.h"
@@ -103,6 +104,29 @@ std::optional<PlanRefusal> check_point(const std::array<double, 3>& point_m, con
   return std::nullopt;
 }
 
+std::optional<PlanRefusal> check_orientation(const Quaternion& orientation, const std::string& name,
+                                             const std::string& what) {
+  const std::array<std::pair<char, double>, 4> parts{
+      {{'w', orientation.w}, {'x', orientation.x}, {'y', orientation.y}, {'z', orientation.z}}};
+  constexpr double kShortest = 1.0 - kUnitLengthTolerance;
+  constexpr double kLongest = 1.0 + kUnitLengthTolerance;
+  for (const auto& [part, value] : parts) {
+    if (std::isfinite(value)) continue;
+    return bad_parameter(name, value, -kLongest, kLongest,
+                         fmt::format("{} of {} is {}, allowed -1 to 1", part, what, value));
+  }
+  const double length = std::sqrt(squared_norm(orientation));
+  if (length >= kShortest && length <= kLongest) return std::nullopt;
+  return bad_parameter(name, length, kShortest, kLongest,
+                       fmt::format("the quaternion of {} has length {:.6g}, allowed 1 within {:g}", what,
+                                   length, kUnitLengthTolerance));
+}
+
+std::optional<PlanRefusal> check_pose(const Pose& pose, const std::string& name) {
+  if (auto refusal = check_point(pose.position_m, name)) return refusal;
+  return check_orientation(pose.orientation, name, "the orientation of " + name);
+}
+
 std::optional<PlanRefusal> check_kinematics(const ArmModel& model, const PlanSettings& settings) {
   if (model.kinematics.solution_count() == 0) {
     PlanRefusal refusal;
@@ -115,10 +139,8 @@ std::optional<PlanRefusal> check_kinematics(const ArmModel& model, const PlanSet
     return bad_parameter("tool pitch", *settings.tool_pitch_rad, -std::numbers::pi, std::numbers::pi,
                          "the tool pitch is not a finite number");
   }
-  if (settings.tool_orientation && !(std::abs(squared_norm(*settings.tool_orientation) - 1.0) < 1e-6)) {
-    return bad_parameter("orientation", squared_norm(*settings.tool_orientation), 1.0, 1.0,
-                         "the quaternion of the orientation is not of unit length");
-  }
+  if (settings.tool_orientation)
+    return check_orientation(*settings.tool_orientation, "orientation", "the orientation");
   return std::nullopt;
 }
 

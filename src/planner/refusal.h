@@ -29,6 +29,12 @@ namespace corbot {
 /// Refuses coordinates that are not finite or beyond kFarthestCoordinate_m.
 [[nodiscard]] std::optional<PlanRefusal> check_point(const std::array<double, 3>& point_m,
                                                      const std::string& name);
+/// Refuses a pose whose position is refused as a point, or whose quaternion is not of unit length within kUnitLengthTolerance.
+[[nodiscard]] std::optional<PlanRefusal> check_pose(const Pose& pose, const std::string& name);
+/// The orientation alone; `what` is it for the text, e.g. "the orientation of target".
+[[nodiscard]] std::optional<PlanRefusal> check_orientation(const Quaternion& orientation,
+                                                           const std::string& name, const std::string& what);
+inline constexpr double kUnitLengthTolerance = 1e-6;
 /// Refuses an arm for which there is no closed-form inverse, and an orientation that is none.
 [[nodiscard]] std::optional<PlanRefusal> check_kinematics(const ArmModel& model,
                                                           const PlanSettings& settings);

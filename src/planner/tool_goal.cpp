@@ -88,6 +88,29 @@ IkSolution joints_at_goal(const Kinematics& arm, const PlanSettings& settings, c
   return inverse_at(arm, goal, solution, hint);
 }
 
+PoseGoal goal_at(const PlanSettings& settings, const Pose& target) {
+  PoseGoal goal{target.position_m, settings};
+  goal.settings.tool_pitch_rad.reset();
+  goal.settings.tool_orientation = normalised(target.orientation);
+  return goal;
+}
+
+PoseGoal goal_by(const Kinematics& arm, const PlanSettings& settings, const Joints& present_q,
+                 const MoveRelativeRequest& request) {
+  const Pose here = arm.forward(present_q);
+  const Pose by{request.offset.position_m, normalised(request.offset.orientation)};
+  const Pose there = request.frame == OffsetFrame::kTool
+                         ? here * by
+                         : Pose{here.position_m + by.position_m, by.orientation * here.orientation};
+  if (angle_between({}, by.orientation) > kSameAngle_rad) return goal_at(settings, there);
+  PoseGoal goal{there.position_m, settings};
+  goal.settings.tool_orientation.reset();
+  goal.settings.tool_pitch_rad.reset();
+  if (arm.follows() == Follows::kPitch)  // which would not keep its own
+    goal.settings.tool_pitch_rad = pitch_of_angle(arm, arm.followed().at(present_q)[0]);
+  return goal;
+}
+
 OrientationPath orientation_path(const Kinematics& arm, const PathPoint& from, const PathPoint& to) noexcept {
   OrientationPath path{};
   if (arm.follows() == Follows::kFull) {

@@ -41,6 +41,12 @@ namespace detail {
   return planar != nullptr ? pitch_rad - planar->mount.tool_tilt_rad : pitch_rad;
 }
 
+/// And back.
+[[nodiscard]] inline double pitch_of_angle(const Kinematics& arm, double angle_rad) noexcept {
+  const auto* planar = std::get_if<PlanarArm>(&arm.form());
+  return planar != nullptr ? angle_rad + planar->mount.tool_tilt_rad : angle_rad;
+}
+
 /// Yaw and pitch of an upright arm with a tool pitch are sums of its joints, not wrapped. Otherwise both and the roll are angles in
 /// Rz(yaw) Ry(−pitch) Rx(roll), the pitch within ±90 degrees.
 [[nodiscard]] inline ToolPose tool_pose(const Kinematics& arm, const Joints& q) noexcept {

@@ -8,9 +8,9 @@
 #include <random>
 #include <string>
 
-#include "arm_vectors.h"
 #include "path_ticks.h"
 #include "planner/planner.h"
+#include "published_arm.h"
 #include "rt/cycle/command_check.h"
 #include "seed.h"
 
@@ -19,21 +19,6 @@ namespace {
 
 using test::check_ticks;
 using test::Point;
-
-/// One of the published arms, with its ranges and nominal limits.
-ArmModel model(const std::string& name) {
-  const test::ArmVectors vectors = test::arm_vectors(name);
-  ArmModel arm;
-  arm.kinematics = Kinematics::recognise(joint_chain(vectors.table));
-  arm.dof = arm.kinematics.joint_count();
-  for (std::size_t i = 0; i < arm.dof; ++i) {
-    const double unit = arm.kinematics.joint_kind(i) == JointKind::kRotary ? 1.0 : 0.2;
-    arm.joints[i] = {vectors.lower_q[i], vectors.upper_q[i], 3.0 * unit, 15.0 * unit, 150.0 * unit};
-  }
-  arm.path = {0.25, 1.0, 10.0, 1.5, 7.0, 70.0};
-  arm.gripper = {0, 1000.0, 2000.0, 0.5};
-  return arm;
-}
 
 struct Random {
   std::mt19937_64 engine;
@@ -87,7 +72,7 @@ class Paths : public testing::TestWithParam<const char*> {
     }
   }
 
-  ArmModel arm_ = model(GetParam());
+  ArmModel arm_ = test::published_arm(GetParam());
   Random random_{std::mt19937_64(test::seed() + 3)};
   double present_pitch_{};
 };
