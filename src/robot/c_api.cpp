@@ -121,6 +121,15 @@ double corbot_robot_override(const corbot_robot* robot) { return robot->robot.vi
 int32_t corbot_robot_held(const corbot_robot* robot) { return robot->robot.view().held() ? 1 : 0; }
 int32_t corbot_robot_paused(const corbot_robot* robot) { return robot->robot.view().paused() ? 1 : 0; }
 double corbot_robot_tool_pitch(const corbot_robot* robot) { return robot->robot.tool_pitch_deg(); }
+int32_t corbot_robot_tool_orientation(const corbot_robot* robot, double out[4]) {
+  const std::optional<Quaternion> set = robot->robot.tool_orientation();
+  const Quaternion q = set.value_or(Quaternion{});
+  out[0] = q.w;
+  out[1] = q.x;
+  out[2] = q.y;
+  out[3] = q.z;
+  return set ? 1 : 0;
+}
 
 size_t corbot_robot_alarms(const corbot_robot* robot, corbot_alarm out[CORBOT_MAX_ALARMS]) {
   size_t count = 0;

@@ -117,6 +117,21 @@ corbot_status corbot_robot_close_gripper(corbot_robot* robot, const corbot_calle
 corbot_status corbot_robot_set_gripper(corbot_robot* robot, const corbot_caller* caller, double percent,
                                        corbot_ticket* ticket, corbot_error* error);
 
+/* To a pose, freely and along a line, and by an offset from where the tool is when the motion begins. Quaternions are of unit
+ * length within 1e-6, w of any sign. `frame`: a corbot_offset_frame. */
+corbot_status corbot_robot_move_pose(corbot_robot* robot, const corbot_caller* caller,
+                                     const corbot_tool_pose* target, double t_s, corbot_ticket* ticket,
+                                     corbot_error* error);
+corbot_status corbot_robot_move_pose_s(corbot_robot* robot, const corbot_caller* caller,
+                                       const corbot_tool_pose* target, double t_s, corbot_ticket* ticket,
+                                       corbot_error* error);
+corbot_status corbot_robot_move_relative(corbot_robot* robot, const corbot_caller* caller,
+                                         const corbot_tool_pose* offset, int32_t frame, double t_s,
+                                         corbot_ticket* ticket, corbot_error* error);
+corbot_status corbot_robot_move_relative_s(corbot_robot* robot, const corbot_caller* caller,
+                                           const corbot_tool_pose* offset, int32_t frame, double t_s,
+                                           corbot_ticket* ticket, corbot_error* error);
+
 /* Waits until the motion has ended (or for timeout_s; negative: for ever) and returns its state. CORBOT_OK
  * also when the time ran out or the motion failed: read info->state. CORBOT_BAD_PARAMETER: no such ticket;
  * CORBOT_NO_DATA: none yet, as no task has been connected that knows those of the servant before. */
@@ -159,6 +174,14 @@ corbot_status corbot_robot_all_speed(corbot_robot* robot, const corbot_caller* c
                                      corbot_error* error);
 corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, const corbot_caller* caller, double degrees,
                                           corbot_error* error);
+/* Unit quaternion w, x, y, z; CORBOT_BAD_PARAMETER also where the arm does not follow every orientation. */
+corbot_status corbot_robot_set_tool_orientation(corbot_robot* robot, const corbot_caller* caller,
+                                                const double orientation[4], corbot_error* error);
+/* Takes back what the two above have set. */
+corbot_status corbot_robot_reset_tool_orientation(corbot_robot* robot, const corbot_caller* caller,
+                                                  corbot_error* error);
+/* 1 and the one that is set, w not negative; 0 and no rotation where none is. */
+int32_t corbot_robot_tool_orientation(const corbot_robot* robot, double out[4]);
 
 /* Soft limits: ranges within the profile's that every motion keeps which is planned from now on; saved in the state
  * directory. `count`: of the ranges. CORBOT_BAD_PARAMETER: not one for each joint, not finite, or the lower above the upper;

@@ -135,6 +135,9 @@ typedef struct corbot_tool_pose {
   double orientation[4]; /* unit quaternion w, x, y, z; w is not negative */
 } corbot_tool_pose;
 
+/* Along and about whose axes an offset of the tool counts. */
+typedef enum corbot_offset_frame { CORBOT_OFFSET_IN_BASE, CORBOT_OFFSET_IN_TOOL } corbot_offset_frame;
+
 /* Ranges of the joints, degrees. */
 typedef struct corbot_joint_ranges {
   double lower_deg[CORBOT_MAX_JOINTS];

@@ -10,9 +10,34 @@
 #include "corbot/channel/fingerprint.h"
 #include "corbot/kinematics/tool_pose.h"
 #include "corbot/units.h"
+#include "planner/refusal.h"
 #include "robot/inherited_state.h"
 
 namespace corbot {
+namespace {
+
+/// What an arm of fewer than six joints follows instead of an orientation.
+const char* orientation_refused(Follows follows) {
+  switch (follows) {
+    case Follows::kPitch:
+      return "this arm follows the tool pitch alone: SetToolPitch, or MovePose for a pose that it can take";
+    case Follows::kPitchAndRoll:
+      return "this arm follows pitch and roll of its tool, not every orientation: SetToolPitch, or MovePose "
+             "for a "
+             "pose that it can take";
+    case Follows::kYaw:
+      return "this arm follows the yaw of its tool alone, which its motions keep: MovePose for a pose that "
+             "it can "
+             "take";
+    case Follows::kNone:
+    case Follows::kFull:
+      break;
+  }
+  return "this arm follows no orientation: that of its tool is what its position gives";
+}
+
+}  // namespace
+
 Robot::Robot(Profile profile, const std::string& name)
     : profile_(std::move(profile)),
       name_(name),
@@ -266,6 +291,26 @@ void Robot::set_tool_pitch(double degrees) {
   }
   settings_.change([degrees](PlanSettings& now) {
     now.tool_pitch_rad = to_radians(degrees);
+    now.tool_orientation.reset();
+  });
+}
+
+void Robot::set_tool_orientation(const Quaternion& orientation) {
+  const ArmModel& arm = profile_.arm;
+  if (arm.kinematics.follows() != Follows::kFull)
+    throw bad_argument("orientation", arm.dof, orientation_refused(arm.kinematics.follows()));
+  if (const auto refusal = check_orientation(orientation, "orientation", "orientation"))
+    throw refused(*refusal);
+  const Quaternion unit = normalised(orientation);
+  settings_.change([&](PlanSettings& now) {
+    now.tool_pitch_rad.reset();
+    now.tool_orientation = unit.w < 0.0 ? Quaternion{-unit.w, -unit.x, -unit.y, -unit.z} : unit;
+  });
+}
+
+void Robot::reset_tool_orientation() {
+  settings_.change([](PlanSettings& now) {
+    now.tool_pitch_rad.reset();
     now.tool_orientation.reset();
   });
 }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "config/profile.h"
@@ -105,6 +106,13 @@ class Robot final : private LinkListener {
   void set_all_speeds(double percent);
   void set_tool_pitch(double degrees);
   [[nodiscard]] double tool_pitch_deg() const;
+  /// For arms that follow every orientation; of unit length within 1e-6.
+  void set_tool_orientation(const Quaternion& orientation);
+  /// Takes back what this and set_tool_pitch() have set.
+  void reset_tool_orientation();
+  [[nodiscard]] std::optional<Quaternion> tool_orientation() const {
+    return settings_.get().tool_orientation;
+  }
 
   /// Ranges within the profile's that planned motions keep, degrees; kept on disk. Throws CallError for what no arm has,
   /// where the arm stands outside, while motions are pending, and where they cannot be saved.

@@ -43,6 +43,7 @@ TEST_F(ControlledCalls, OnlyTheHolderMovesAndSets) {
   corbot_robot* const robot = called_.get();
   const double p_m[3] = {0.2, 0.0, 0.2};
   const double joints_deg[4] = {0.0, 60.0, 60.0, 0.0};
+  const corbot_tool_pose pose = {{0.0, 0.0, -0.01}, {1.0, 0.0, 0.0, 0.0}};
   corbot_ticket ticket = 0;
   using Call = std::function<corbot_status(const corbot_caller*, corbot_error*)>;
   const std::map<std::string, Call> calls{
@@ -64,6 +65,22 @@ TEST_F(ControlledCalls, OnlyTheHolderMovesAndSets) {
       {"ArtSpeed", [&](auto* c, auto* e) { return corbot_robot_art_speed(robot, c, 0, 50.0, e); }},
       {"AllSpeed", [&](auto* c, auto* e) { return corbot_robot_all_speed(robot, c, 50.0, e); }},
       {"SetToolPitch", [&](auto* c, auto* e) { return corbot_robot_set_tool_pitch(robot, c, -30.0, e); }},
+      {"MovePose",
+       [&](auto* c, auto* e) { return corbot_robot_move_pose(robot, c, &pose, 0.0, &ticket, e); }},
+      {"MovePoseS",
+       [&](auto* c, auto* e) { return corbot_robot_move_pose_s(robot, c, &pose, 0.0, &ticket, e); }},
+      {"MoveRelative",
+       [&](auto* c, auto* e) {
+         return corbot_robot_move_relative(robot, c, &pose, CORBOT_OFFSET_IN_TOOL, 0.0, &ticket, e);
+       }},
+      {"MoveRelativeS",
+       [&](auto* c, auto* e) {
+         return corbot_robot_move_relative_s(robot, c, &pose, CORBOT_OFFSET_IN_BASE, 0.0, &ticket, e);
+       }},
+      {"SetToolOrientation",
+       [&](auto* c, auto* e) { return corbot_robot_set_tool_orientation(robot, c, pose.orientation, e); }},
+      {"ResetToolOrientation",
+       [&](auto* c, auto* e) { return corbot_robot_reset_tool_orientation(robot, c, e); }},
   };
   corbot_caller anyone = caller(public_);
   const std::string wrong(32, 'f');
