@@ -5,40 +5,13 @@
 #include <utility>
 
 #include "orb/omniorb/convert.h"
+#include "orb/omniorb/raise.h"
 
 namespace corbot::omni {
 namespace {
 
-/// Any failure as the exception that the interface names for it.
-[[noreturn]] void raise(const corbot_error& error) {
-  switch (error.status) {
-    case CORBOT_BAD_PARAMETER:
-      throw Corbot::BadParameter(error.parameter, error.value, error.text);
-    case CORBOT_UNREACHABLE:
-      throw Corbot::Unreachable(Corbot::Point{error.target_m[0], error.target_m[1], error.target_m[2]},
-                                error.text);
-    case CORBOT_LIMIT_EXCEEDED:
-      throw Corbot::LimitExceeded(error.parameter, error.joint, error.value, error.lower, error.upper);
-    case CORBOT_NOT_READY:
-      throw Corbot::NotReady(error.text);
-    case CORBOT_STOPPED:
-      throw Corbot::Stopped(error.text);
-    case CORBOT_QUEUE_FULL:
-      throw Corbot::QueueFull(error.capacity);
-    case CORBOT_NO_DATA:
-      throw CORBA::TRANSIENT(0, CORBA::COMPLETED_NO);
-    case CORBOT_OK:
-    case CORBOT_INTERNAL:
-      break;
-  }
-  throw CORBA::INTERNAL(0, CORBA::COMPLETED_MAYBE);
-}
-
-/// Calls a function of corbot_robot.h, the error argument added, and raises what it refuses.
-template <class Function, class... Arguments>
-void call(Function function, Arguments&&... arguments) {
-  corbot_error error{};
-  if (function(std::forward<Arguments>(arguments)..., &error) != CORBOT_OK) raise(error);
+int32_t to_robot(Corbot::OffsetFrame frame) {
+  return frame == Corbot::OffsetInTool ? CORBOT_OFFSET_IN_TOOL : CORBOT_OFFSET_IN_BASE;
 }
 
 std::array<double, 3> array_of(const Corbot::Point& p) { return {p.x, p.y, p.z}; }
@@ -221,6 +194,52 @@ Corbot::MotionInfo* ArmServant::Progress(Corbot::Ticket id) { return info(id, 0.
 
 void ArmServant::SetToolPitch(CORBA::Double degrees) { set(corbot_robot_set_tool_pitch, degrees); }
 CORBA::Double ArmServant::ToolPitch() { return corbot_robot_tool_pitch(&robot_); }
+
+void ArmServant::MovePose(const Corbot::Pose& target, CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(target);
+  start_and_finish(corbot_robot_move_pose, &pose, t);
+}
+void ArmServant::MovePoseS(const Corbot::Pose& target, CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(target);
+  start_and_finish(corbot_robot_move_pose_s, &pose, t);
+}
+Corbot::Ticket ArmServant::StartMovePose(const Corbot::Pose& target, CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(target);
+  return start(corbot_robot_move_pose, &pose, t);
+}
+Corbot::Ticket ArmServant::StartMovePoseS(const Corbot::Pose& target, CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(target);
+  return start(corbot_robot_move_pose_s, &pose, t);
+}
+void ArmServant::MoveRelative(const Corbot::Pose& offset, Corbot::OffsetFrame frame, CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(offset);
+  start_and_finish(corbot_robot_move_relative, &pose, to_robot(frame), t);
+}
+void ArmServant::MoveRelativeS(const Corbot::Pose& offset, Corbot::OffsetFrame frame, CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(offset);
+  start_and_finish(corbot_robot_move_relative_s, &pose, to_robot(frame), t);
+}
+Corbot::Ticket ArmServant::StartMoveRelative(const Corbot::Pose& offset, Corbot::OffsetFrame frame,
+                                             CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(offset);
+  return start(corbot_robot_move_relative, &pose, to_robot(frame), t);
+}
+Corbot::Ticket ArmServant::StartMoveRelativeS(const Corbot::Pose& offset, Corbot::OffsetFrame frame,
+                                              CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(offset);
+  return start(corbot_robot_move_relative_s, &pose, to_robot(frame), t);
+}
+
+void ArmServant::SetToolOrientation(const Corbot::Quaternion& orientation) {
+  const double wxyz[] = {orientation.w, orientation.x, orientation.y, orientation.z};
+  set(corbot_robot_set_tool_orientation, &wxyz[0]);
+}
+void ArmServant::ResetToolOrientation() { set(corbot_robot_reset_tool_orientation); }
+Corbot::ToolOrientationInfo ArmServant::ToolOrientation() {
+  double q[4];
+  const bool is_set = corbot_robot_tool_orientation(&robot_, q) != 0;
+  return {is_set, {q[0], q[1], q[2], q[3]}};
+}
 
 void ArmServant::SetSoftLimits(const Corbot::JointRanges& limits) {
   corbot_joint_ranges wanted{};

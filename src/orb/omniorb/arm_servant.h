@@ -70,6 +70,19 @@ class ArmServant final : public POA_Corbot::Arm {
   void MoveJoints(const Corbot::JointCoord& target, CORBA::Double t) override;
   void SetToolPitch(CORBA::Double degrees) override;
   CORBA::Double ToolPitch() override;
+  void MovePose(const Corbot::Pose& target, CORBA::Double t) override;
+  void MovePoseS(const Corbot::Pose& target, CORBA::Double t) override;
+  Corbot::Ticket StartMovePose(const Corbot::Pose& target, CORBA::Double t) override;
+  Corbot::Ticket StartMovePoseS(const Corbot::Pose& target, CORBA::Double t) override;
+  void MoveRelative(const Corbot::Pose& offset, Corbot::OffsetFrame frame, CORBA::Double t) override;
+  void MoveRelativeS(const Corbot::Pose& offset, Corbot::OffsetFrame frame, CORBA::Double t) override;
+  Corbot::Ticket StartMoveRelative(const Corbot::Pose& offset, Corbot::OffsetFrame frame,
+                                   CORBA::Double t) override;
+  Corbot::Ticket StartMoveRelativeS(const Corbot::Pose& offset, Corbot::OffsetFrame frame,
+                                    CORBA::Double t) override;
+  void SetToolOrientation(const Corbot::Quaternion& orientation) override;
+  void ResetToolOrientation() override;
+  Corbot::ToolOrientationInfo ToolOrientation() override;
   void SetSoftLimits(const Corbot::JointRanges& limits) override;
   void ResetSoftLimits() override;
   Corbot::JointRanges* SoftLimits() override;

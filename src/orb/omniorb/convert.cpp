@@ -37,6 +37,11 @@ Corbot::GripperInfo to_corba(const corbot_gripper_info& gripper) {
           kHolding[gripper.holding]};
 }
 
+corbot_tool_pose from_corba(const Corbot::Pose& pose) {
+  const Corbot::Quaternion& q = pose.orientation;
+  return {{pose.position.x, pose.position.y, pose.position.z}, {q.w, q.x, q.y, q.z}};
+}
+
 void fill(const corbot_motion_info& from, Corbot::MotionInfo& to) {
   static constexpr Corbot::MotionState kStates[] = {Corbot::MotionQueued, Corbot::MotionRunning,
                                                     Corbot::MotionDone, Corbot::MotionStopped,

@@ -87,6 +87,15 @@ static CORBA_double get_tool_pitch(PortableServer_Servant servant, CORBA_Environ
   return corbot_robot_tool_pitch(self_of(servant)->robot);
 }
 
+static Corbot_ToolOrientationInfo get_tool_orientation(PortableServer_Servant servant,
+                                                       CORBA_Environment* ev) {
+  (void)ev;
+  double q[4];
+  const int32_t is_set = corbot_robot_tool_orientation(self_of(servant)->robot, q);
+  const Corbot_ToolOrientationInfo result = {is_set ? CORBA_TRUE : CORBA_FALSE, {q[0], q[1], q[2], q[3]}};
+  return result;
+}
+
 static Corbot_AlarmList* get_alarms(PortableServer_Servant servant, CORBA_Environment* ev) {
   (void)ev;
   corbot_alarm alarms[CORBOT_MAX_ALARMS];
@@ -209,6 +218,7 @@ void arm_set_reads(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm) {
   arm->_get_Paused = get_paused;
   arm->_get_OverridePercent = get_override_percent;
   arm->_get_ToolPitch = get_tool_pitch;
+  arm->_get_ToolOrientation = get_tool_orientation;
   arm->_get_SoftLimits = get_soft_limits;
   arm->_get_State = get_state;
   arm->_get_Gripper = get_gripper;

@@ -15,7 +15,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-class Poses : public CalledRobot {
+class PoseCalls : public CalledRobot {
  protected:
   using CalledRobot::CalledRobot;
 
@@ -61,13 +61,13 @@ class Poses : public CalledRobot {
   }
 };
 
-class PumaPoses : public Poses {
+class PumaPoseCalls : public PoseCalls {
  protected:
-  PumaPoses() : Poses(CORBOT_PROFILES "/puma560.toml") {}
+  PumaPoseCalls() : PoseCalls(CORBOT_PROFILES "/puma560.toml") {}
 };
-class LynxPoses : public Poses {};
+class LynxPoseCalls : public PoseCalls {};
 
-TEST_F(PumaPoses, BothMotionsEndAtThePoseAndTakeTheirTime) {
+TEST_F(PumaPoseCalls, BothMotionsEndAtThePoseAndTakeTheirTime) {
   open_at_rest();
   const Pose here = tool();
   const Pose there{here.position_m + Vector3{-0.03, 0.04, 0.02}, about({0, 0, 1}, 0.3) * here.orientation};
@@ -78,7 +78,7 @@ TEST_F(PumaPoses, BothMotionsEndAtThePoseAndTakeTheirTime) {
   expect_tool_at(here);
 }
 
-TEST_F(PumaPoses, OffsetsCountFromWhereTheArmWillBeWhenTheirMotionBegins) {
+TEST_F(PumaPoseCalls, OffsetsCountFromWhereTheArmWillBeWhenTheirMotionBegins) {
   open_at_rest();
   const Pose here = tool();
   const Pose along{{0.0, 0.0, -0.03}, about({0, 1, 0}, 0.1)};
@@ -95,7 +95,7 @@ TEST_F(PumaPoses, OffsetsCountFromWhereTheArmWillBeWhenTheirMotionBegins) {
   expect_tool_at({twice.position_m + aside.position_m, aside.orientation * twice.orientation});
 }
 
-TEST_F(PumaPoses, TheOrientationThatIsSetHoldsForMoveUntilItIsTakenBack) {
+TEST_F(PumaPoseCalls, TheOrientationThatIsSetHoldsForMoveUntilItIsTakenBack) {
   open_at_rest();
   const Pose here = tool();
   const Quaternion turned = about({1, 0, 0}, 0.25) * here.orientation;
@@ -125,7 +125,7 @@ TEST_F(PumaPoses, TheOrientationThatIsSetHoldsForMoveUntilItIsTakenBack) {
   expect_tool_at({aside_m, here.orientation});
 }
 
-TEST_F(PumaPoses, WhatIsNoOrientationIsRefusedWithItsValueAndTheLimit) {
+TEST_F(PumaPoseCalls, WhatIsNoOrientationIsRefusedWithItsValueAndTheLimit) {
   open();
   EXPECT_EQ(set_orientation({1.0, 0.1, 0.0, 0.0}), CORBOT_BAD_PARAMETER);
   EXPECT_STREQ(error_.parameter, "orientation");
@@ -145,7 +145,7 @@ TEST_F(PumaPoses, WhatIsNoOrientationIsRefusedWithItsValueAndTheLimit) {
   EXPECT_THAT(error_.text, HasSubstr("no tool pitch"));
 }
 
-TEST_F(PumaPoses, TheAuditLogHasThemWithTheirArguments) {
+TEST_F(PumaPoseCalls, TheAuditLogHasThemWithTheirArguments) {
   open_at_rest();
   corbot_robot_keep_state(called_.get(), directory_.c_str(), nullptr);
   expect_done(relative_s({{0.0, 0.0, -0.01}, {}}, CORBOT_OFFSET_IN_TOOL));
@@ -162,7 +162,7 @@ TEST_F(PumaPoses, TheAuditLogHasThemWithTheirArguments) {
   }
 }
 
-TEST_F(LynxPoses, AnOrientationThatItCannotTakeIsRefusedWithTheAngleAndTheLimit) {
+TEST_F(LynxPoseCalls, AnOrientationThatItCannotTakeIsRefusedWithTheAngleAndTheLimit) {
   open_at_rest();
   const double joints_deg[4] = {20.0, 60.0, 60.0, 30.0};
   expect_done(corbot_robot_move_joints(called_.get(), nullptr, joints_deg, 4, 0.0, &ticket_, &error_));
@@ -179,7 +179,7 @@ TEST_F(LynxPoses, AnOrientationThatItCannotTakeIsRefusedWithTheAngleAndTheLimit)
   expect_tool_at(here);
 }
 
-TEST_F(LynxPoses, SetToolOrientationSaysWhatTheArmFollows) {
+TEST_F(LynxPoseCalls, SetToolOrientationSaysWhatTheArmFollows) {
   open();
   EXPECT_EQ(set_orientation({1.0, 0.0, 0.0, 0.0}), CORBOT_BAD_PARAMETER);
   EXPECT_STREQ(error_.parameter, "orientation");

@@ -124,6 +124,10 @@ inline std::string text(const Corbot::Quaternion& q) {
   return members(std::pair("w", q.w), std::pair("x", q.x), std::pair("y", q.y), std::pair("z", q.z));
 }
 
+inline std::string text(const Corbot::ToolOrientationInfo& info) {
+  return members(std::pair("set", bool{info.set}), std::pair("orientation", info.orientation));
+}
+
 inline std::string text(const Corbot::Pose& pose) {
   return members(std::pair("position", pose.position), std::pair("orientation", pose.orientation));
 }

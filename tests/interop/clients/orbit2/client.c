@@ -151,6 +151,8 @@ typedef union Argument {
   guint64 ticket;
   const char* text;
   Corbot_Point point;
+  Corbot_Pose pose;
+  guint32 choice;
   Corbot_JointCoord joints;
 } Argument;
 
@@ -181,6 +183,31 @@ static const char* next_word(char*** words) {
   return **words == NULL ? "" : *(*words)++;
 }
 
+/* A structure of numbers, or of such structures, its opening bracket read; the closing one is read, too. */
+static void read_struct(CORBA_TypeCode tc, char* at, char*** words) {
+  size_t offset = 0;
+  for (CORBA_unsigned_long i = 0; i < tc->sub_parts; ++i) {
+    const CORBA_TypeCode member = resolved(tc->subtypes[i]);
+    const Layout layout = layout_of(member);
+    offset = aligned(offset, layout.alignment);
+    const char* word = next_word(words);
+    if (member->kind == CORBA_tk_struct) {
+      read_struct(member, at + offset, words);
+    } else {
+      *(double*)(void*)(at + offset) = g_ascii_strtod(word, NULL);
+    }
+    offset += layout.size;
+  }
+  (void)next_word(words);
+}
+
+/* Its number in the enumeration; one beyond the last for a name that is not in it. */
+static guint32 choice_of(CORBA_TypeCode tc, const char* name) {
+  guint32 i = 0;
+  while (i < tc->sub_parts && strcmp(tc->subnames[i], name) != 0) ++i;
+  return i;
+}
+
 static void read_argument(Call* call, CORBA_unsigned_long i, char*** words) {
   Argument* argument = &call->arguments[i];
   const CORBA_TypeCode tc = resolved(call->methods->_buffer[call->index].arguments._buffer[i].tc);
@@ -196,10 +223,10 @@ static void read_argument(Call* call, CORBA_unsigned_long i, char*** words) {
       argument->text = word;
       return;
     case CORBA_tk_struct:
-      argument->point.x = g_ascii_strtod(next_word(words), NULL);
-      argument->point.y = g_ascii_strtod(next_word(words), NULL);
-      argument->point.z = g_ascii_strtod(next_word(words), NULL);
-      (void)next_word(words);
+      read_struct(tc, (char*)argument, words);
+      return;
+    case CORBA_tk_enum:
+      argument->choice = choice_of(tc, word);
       return;
     case CORBA_tk_sequence: {
       Corbot_JointCoord* joints = &argument->joints;
