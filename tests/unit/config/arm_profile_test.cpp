@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "config/load_profile.h"
+#include "corbot/units.h"
 
 namespace corbot {
 namespace {
@@ -159,6 +160,12 @@ TEST(ArmProfile, ABackendThatSendsPulsesNeedsEveryServo) {
       keys_of(faults_of(text)),
       testing::UnorderedElementsAre("joint[0].servo", "joint[1].servo", "joint[2].servo", "joint[3].servo",
                                     "gripper.channel", "gripper.closed_us", "gripper.open_us"));
+}
+
+TEST(ArmProfile, HowFarAnOrientationMayBeOff) {
+  EXPECT_EQ(parse_profile(shipped("omx"), "omx.toml").arm.orientation_error_rad, 0.0);
+  const std::string text = edited(shipped("omx"), "[robot]", "[robot]\norientation_error_deg = 2.5");
+  EXPECT_EQ(parse_profile(text, "omx.toml").arm.orientation_error_rad, to_radians(2.5));
 }
 
 TEST(ArmProfile, ARowInRadiansIsToldTwice) {
