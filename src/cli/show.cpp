@@ -109,6 +109,10 @@ json ranges_data(const std::vector<Corbot::JointRange>& ranges) {
   return list;
 }
 
+json orientation_data(const std::optional<Corbot::Quaternion>& q) {
+  return q ? json{{"w", q->w}, {"x", q->x}, {"y", q->y}, {"z", q->z}} : json();
+}
+
 /// Old: more than five of the longest periods that a profile may have.
 bool is_old(const StatusReport& report) { return report.cycle_age_s.value_or(0) > 0.1; }
 
@@ -174,6 +178,8 @@ StatusReport read_status(Client& client) {
       take(now.in(), report);
       const Corbot::JointRanges_var limits = arm.SoftLimits();
       report.soft_limits.assign(limits->get_buffer(), limits->get_buffer() + limits->length());
+      const Corbot::ToolOrientationInfo set = arm.ToolOrientation();
+      if (set.set) report.tool_orientation = set.orientation;
     } catch (const CORBA::BAD_OPERATION&) {
       // of an earlier version: what was read one after another stands
     }
@@ -221,6 +227,12 @@ std::string status_text(const StatusReport& r) {
   text += fmt::format("  gripper   {}\n  override  {:g} %\n  pitch     {:g} deg\n  reach     {:.3f} m\n",
                       gripper_text(r.gripper, r.gripper_info), r.override_percent,
                       rounded(r.tool_pitch_deg, 1e6), r.reach_m);
+  if (r.tool_orientation) {
+    const Corbot::Quaternion& q = *r.tool_orientation;
+    text += fmt::format(
+        "  set tool  w {:.6g}  x {:.6g}  y {:.6g}  z {:.6g}: the orientation of move, moves, movec\n", q.w,
+        q.x, q.y, q.z);
+  }
   if (r.servant.started > 0.0) {
     text += fmt::format("  servant   corbot {}, profile {}, up since {}\n", printable(r.servant.version.in()),
                         printable(r.servant.profile.in()), local_time(r.servant.started));
@@ -264,6 +276,7 @@ std::string status_json(const StatusReport& r) {
                   {"reach_m", r.reach_m},
                   {"override_percent", r.override_percent},
                   {"tool_pitch_deg", r.tool_pitch_deg},
+                  {"tool_orientation", orientation_data(r.tool_orientation)},
                   {"active_alarms", alarms},
                   {"servant",
                    {{"version", printable(r.servant.version.in())},

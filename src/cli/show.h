@@ -30,6 +30,7 @@ struct StatusReport {
   double reach_m{};
   double override_percent{};
   double tool_pitch_deg{};
+  std::optional<Corbot::Quaternion> tool_orientation;  ///< that is set; none: none is
   std::vector<ActiveAlarm> active_alarms;
   Corbot::DeviceInfo device{};
   Corbot::ServantInfo servant{};                    ///< empty: one of an earlier version, which does not say

@@ -22,11 +22,14 @@ enum class Verb {
   kDelay,
   kOpen,
   kClose,
-  kGripper,  // motions
+  kGripper,
+  kMovePose,
+  kMoveRelative,  // motions
   kSpeed,
   kPitch,
   kLimit,
-  kOverride,  // settings
+  kOverride,
+  kOrientation,  // settings
   kStop,
   kCancel,
   kPause,
@@ -48,6 +51,8 @@ struct Request {
   bool all{false};                   ///< --all
   bool force{false};                 ///< --force
   bool reset{false};                 ///< --reset
+  bool line{false};                  ///< --line
+  bool tool{false};                  ///< --tool
   double lease_s{60};                ///< --lease
   std::optional<std::string> who{};  ///< --who; nothing = user and machine
 };

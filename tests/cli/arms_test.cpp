@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Robots whose profiles describe other arms than the paper's: they come up on the simulator, turn and slide.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <signal.h>
 
@@ -31,6 +32,49 @@ TEST_F(Arms, OfSixJointsMoveOnTheSimulator) {
   EXPECT_NEAR(joints.at(5).get<double>(), -20.0, 1e-6);
   EXPECT_EQ(corbot({"joints", "161", "0", "0", "0", "0", "0"}).code, 1);
   EXPECT_EQ(corbot({"ready"}).code, 0);
+}
+
+TEST_F(Arms, OfSixJointsTakePosesOffsetsAndAnOrientation) {
+  up({}, shipped("puma560"));
+  const auto tool = [&](const char* key) { return status().at("tool").at(key).get<double>(); };
+  const std::string x = fmt::format("{}", tool("x_m")), y = fmt::format("{}", tool("y_m")),
+                    z = fmt::format("{}", tool("z_m"));
+  const double a = tool("a_deg"), b = tool("b_deg"), c = tool("c_deg");
+  const auto angle = [](double value) { return fmt::format("{}", value); };
+  ASSERT_EQ(corbot({"movepose", x, y, z, angle(a), angle(b + 10), angle(c)}).code, 0);
+  EXPECT_NEAR(tool("b_deg"), b + 10, 1e-6);
+  ASSERT_EQ(corbot({"movepose", x, y, z, angle(a), angle(b), angle(c), "--line", "--time", "0.5"}).code, 0);
+  EXPECT_NEAR(tool("b_deg"), b, 1e-6);
+  ASSERT_EQ(corbot({"moverelative", "-0.02", "0.01", "0", "--line"}).code, 0);
+  EXPECT_NEAR(tool("x_m"), std::stod(x) - 0.02, 1e-9);
+  EXPECT_NEAR(tool("y_m"), std::stod(y) + 0.01, 1e-9);
+  ASSERT_EQ(corbot({"moverelative", "0", "0", "-0.02", "1", "0", "0", "0", "--tool"}).code, 0);
+  EXPECT_NEAR(tool("b_deg"), b, 1e-6);
+  EXPECT_TRUE(status().at("tool_orientation").is_null());
+  ASSERT_EQ(corbot({"orientation", angle(a), angle(b + 10), angle(c)}).code, 0);
+  EXPECT_EQ(status().at("tool_orientation").size(), 4u);
+  EXPECT_THAT(corbot({"status"}).output, HasSubstr("  set tool  w "));
+  ASSERT_EQ(corbot({"move", x, y, z}).code, 0);
+  EXPECT_NEAR(tool("b_deg"), b + 10, 1e-6);
+  ASSERT_EQ(corbot({"orientation", "--reset"}).code, 0);
+  EXPECT_TRUE(status().at("tool_orientation").is_null());
+  const RunResult longer = corbot({"orientation", "1", "1", "0", "0"});
+  EXPECT_EQ(longer.code, 1);
+  EXPECT_THAT(longer.errors, HasSubstr("has length 1.41421, allowed 1 within 1e-06"));
+}
+
+TEST_F(Arms, OfFourJointsSayHowFarAnOrientationIsOff) {
+  std::ifstream stream(shipped("lynx5"));
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+  text.insert(text.find("name = "), "orientation_error_deg = 5\n");
+  up({}, put("arm.toml", text));
+  ASSERT_EQ(corbot({"movepose", "0.2", "0", "0.1", "0", "0", "4.9"}).code, 0);
+  const RunResult rolled = corbot({"movepose", "0.2", "0", "0.1", "0", "0", "5.1"});
+  EXPECT_EQ(rolled.code, 1);
+  EXPECT_THAT(rolled.errors, HasSubstr("than 5.1 degrees, allowed up to 5 degrees"));
+  const RunResult set = corbot({"orientation", "0", "0", "0"});
+  EXPECT_EQ(set.code, 1);
+  EXPECT_THAT(set.errors, HasSubstr("follows the tool pitch alone"));
 }
 
 /// The profile and its URDF are read once, at the start.

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "config/load_profile.h"
-#include "corbot/units.h"
 
 namespace corbot {
 namespace {
@@ -165,7 +164,7 @@ TEST(ArmProfile, ABackendThatSendsPulsesNeedsEveryServo) {
 TEST(ArmProfile, HowFarAnOrientationMayBeOff) {
   EXPECT_EQ(parse_profile(shipped("omx"), "omx.toml").arm.orientation_error_rad, 0.0);
   const std::string text = edited(shipped("omx"), "[robot]", "[robot]\norientation_error_deg = 2.5");
-  EXPECT_EQ(parse_profile(text, "omx.toml").arm.orientation_error_rad, to_radians(2.5));
+  EXPECT_EQ(parse_profile(text, "omx.toml").arm.orientation_error_rad, 2.5 * kDegree);
 }
 
 TEST(ArmProfile, ARowInRadiansIsToldTwice) {
