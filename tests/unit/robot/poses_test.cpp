@@ -15,9 +15,26 @@ namespace {
 
 using ::testing::HasSubstr;
 
+/// A shipped profile for a busy machine, which lets the task stand still for a while.
+std::string patient(const std::string& arm) {
+  std::ifstream shipped(CORBOT_PROFILES "/" + arm + ".toml");
+  std::string text(std::istreambuf_iterator<char>(shipped), {});
+  const std::string key = "frozen_ms = 100";
+  const std::size_t at = text.find(key);
+  if (at == std::string::npos) {
+    text += "\n[loop]\nfrozen_ms = 10000\n";
+  } else {
+    text.insert(at + key.size(), "00");
+  }
+  const std::string path = CORBOT_SCRATCH_DIR "/poses-" + std::to_string(::getpid()) + "-" + arm + ".toml";
+  std::ofstream(path) << text;
+  return path;
+}
+
 class PoseCalls : public CalledRobot {
  protected:
-  using CalledRobot::CalledRobot;
+  explicit PoseCalls(const std::string& arm) : CalledRobot(patient(arm).c_str()) {}
+  ~PoseCalls() override { std::filesystem::remove(profile_.file); }
 
   corbot_arm_state state() {
     corbot_arm_state now{};
@@ -63,9 +80,12 @@ class PoseCalls : public CalledRobot {
 
 class PumaPoseCalls : public PoseCalls {
  protected:
-  PumaPoseCalls() : PoseCalls(CORBOT_PROFILES "/puma560.toml") {}
+  PumaPoseCalls() : PoseCalls("puma560") {}
 };
-class LynxPoseCalls : public PoseCalls {};
+class LynxPoseCalls : public PoseCalls {
+ protected:
+  LynxPoseCalls() : PoseCalls("lynx5") {}
+};
 
 TEST_F(PumaPoseCalls, BothMotionsEndAtThePoseAndTakeTheirTime) {
   open_at_rest();
