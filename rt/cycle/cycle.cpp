@@ -211,7 +211,8 @@ void Cycle::advance_virtual_time() noexcept {
 }
 
 SetPoint Cycle::evaluate_path() noexcept {
-  return is_running_ ? evaluate_command(arm_, running_, base_, governor_.virtual_time_s()) : set_point_;
+  return is_running_ ? evaluate_command(framed_arm_, running_, base_, governor_.virtual_time_s())
+                     : set_point_;
 }
 
 void Cycle::accept_or_ramp(const SetPoint& next) noexcept {

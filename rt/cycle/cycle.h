@@ -174,6 +174,7 @@ class Cycle {
   [[nodiscard]] RtState state() const noexcept;
 
   const ArmModel arm_;
+  ArmModel framed_arm_{arm_};  ///< the same, with base and tool of the running command
   TaskSegment& task_;
   ServantMailbox& servants_;
   const ControlFlags* flags_{&kNoServant.control};  ///< of the servant that is connected

@@ -131,6 +131,7 @@ void Cycle::begin_command() noexcept {
   running_ = next;
   is_running_ = true;
   base_ = set_point_;
+  take_frames(running_, framed_arm_.kinematics);
   governor_.set_target(snapshot_.override_ratio);
   governor_.begin(governed_motion(arm_, running_));
 }

@@ -15,7 +15,10 @@ struct SetPoint {
   bool reachable{true};  ///< false: no solution of the inverse kinematics at this point of the path
 };
 
-/// The set-point of a checked command at a virtual time. A joint motion is laid upon `base`, the set-point at
+/// Gives the arm the frames of a checked command; those of one without a path are left. Real-time safe.
+void take_frames(const Command& command, Kinematics& arm) noexcept;
+
+/// The set-point of a checked command at a virtual time; the arm has its frames. A joint motion is laid upon `base`, the set-point at
 /// which the arm rested when it began, so that a difference within the tolerance of the check is no jump.
 /// Real-time safe.
 [[nodiscard]] SetPoint evaluate_command(const ArmModel& arm, const Command& command, const SetPoint& base,

@@ -98,6 +98,7 @@ template <class Motion, class Member>
 PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, double t_s, Member member) const {
   const PathPoint here = present_point(model_.kinematics, start.position_q);
   const Vector3 target_m = point_at(motion, 1.0).position_m;
+  motion.frames = frames_of(model_.kinematics);
   std::optional<PlanRefusal> first;
   const auto refuse = [&first](const PlanRefusal& refusal) {
     if (!first) first = refusal;

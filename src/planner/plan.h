@@ -33,7 +33,7 @@ struct PlanRefusal {
 /// All or nothing.
 using PlanResult = std::variant<std::vector<Command>, PlanRefusal>;
 
-/// What Speed, AllSpeed, ArtSpeed, SetToolPitch and SetToolOrientation have set. Ratios in (0, 1].
+/// What Speed, AllSpeed, ArtSpeed, SetToolPitch, SetToolOrientation, SetToolFrame and SetBaseFrame have set. Ratios in (0, 1].
 struct PlanSettings {
   double speed_ratio{1.0};
   std::array<double, kMaxJoints> joint_speed_ratio{1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
@@ -41,6 +41,9 @@ struct PlanSettings {
   /// other keeps what the tool has when the motion begins.
   std::optional<double> tool_pitch_rad{};
   std::optional<Quaternion> tool_orientation{};  ///< of base_T_tool, unit length
+  /// In place of the model's: flange to tool centre point, and where the arm stands in the frame of the positions that are given.
+  std::optional<Pose> tool_frame{};
+  std::optional<Pose> base_frame{};
   /// Within the model's ranges, and kept instead of them by every motion that is planned.
   std::optional<JointRanges> soft_limits{};
 };

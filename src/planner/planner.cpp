@@ -8,6 +8,7 @@
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/units.h"
 #include "planner/arc.h"
+#include "planner/frame_settings.h"
 #include "planner/joint_planner.h"
 #include "planner/path_planner.h"
 #include "planner/refusal.h"
@@ -177,13 +178,14 @@ struct Planning {
   }
 };
 
-/// With the soft limits in place of the joints' ranges.
+/// With the soft limits in place of the joints' ranges, and the frames that are set.
 ArmModel limited(const ArmModel& model, const PlanSettings& settings) {
   ArmModel narrow = model;
   for (std::size_t i = 0; settings.soft_limits && i < model.dof; ++i) {
     narrow.joints[i].lower_q = settings.soft_limits->lower_q[i];
     narrow.joints[i].upper_q = settings.soft_limits->upper_q[i];
   }
+  narrow.kinematics = in_frames(model.kinematics, settings);
   return narrow;
 }
 

@@ -7,6 +7,7 @@ corbot_test(test_planner_property COMPUTES
   LABELS property)
 corbot_test(test_arms_paths COMPUTES
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/planner/arms_paths_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/planner/frames_test.cpp
   LIBS corbot_planner corbot::rt_core
   LABELS property)
 target_include_directories(test_arms_paths PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/../unit/planner ${PROJECT_SOURCE_DIR}/tests/support)
