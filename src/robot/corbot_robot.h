@@ -160,6 +160,28 @@ corbot_status corbot_robot_all_speed(corbot_robot* robot, const corbot_caller* c
 corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, const corbot_caller* caller, double degrees,
                                           corbot_error* error);
 
+/* Tool frame (flange to tool centre point) and base frame (where the arm stands in the frame of all positions), in place of the
+ * profile's, for motions planned from now on and for what is read. CORBOT_BAD_PARAMETER: not finite, no unit quaternion
+ * within 1e-6, too far, or a tool that this arm cannot take; CORBOT_NOT_READY: another has control. */
+corbot_status corbot_robot_set_tool_frame(corbot_robot* robot, const corbot_caller* caller,
+                                          const corbot_tool_pose* flange_T_tool, corbot_error* error);
+corbot_status corbot_robot_set_base_frame(corbot_robot* robot, const corbot_caller* caller,
+                                          const corbot_tool_pose* world_T_base, corbot_error* error);
+/* The profile's again, both. */
+corbot_status corbot_robot_reset_frames(corbot_robot* robot, const corbot_caller* caller,
+                                        corbot_error* error);
+/* Those in force. */
+void corbot_robot_frames(const corbot_robot* robot, corbot_tool_pose* flange_T_tool,
+                         corbot_tool_pose* world_T_base);
+
+/* All solutions at a pose in the frames in force, in the order of their numbers; their number in *count. Turns are counted from
+ * where the arm stands. CORBOT_BAD_PARAMETER, CORBOT_UNREACHABLE: there is none. */
+corbot_status corbot_robot_solutions(const corbot_robot* robot, const corbot_tool_pose* target,
+                                     corbot_pose_solution out[CORBOT_MAX_SOLUTIONS], size_t* count,
+                                     corbot_error* error);
+/* The number of the one on which the set-points lie; -1: the arm's family has no closed form. */
+corbot_status corbot_robot_solution(const corbot_robot* robot, int32_t* number, corbot_error* error);
+
 /* Soft limits: ranges within the profile's that every motion keeps which is planned from now on; saved in the state
  * directory. `count`: of the ranges. CORBOT_BAD_PARAMETER: not one for each joint, not finite, or the lower above the upper;
  * CORBOT_LIMIT_EXCEEDED: beyond the profile's, or the arm stands outside; CORBOT_NOT_READY: motions are under way, they

@@ -11,7 +11,13 @@
 extern "C" {
 #endif
 
-enum { CORBOT_MAX_JOINTS = 6, CORBOT_TEXT = 192, CORBOT_MAX_ALARMS = 64, CORBOT_LATENCY_BUCKETS = 64 };
+enum {
+  CORBOT_MAX_JOINTS = 6,
+  CORBOT_TEXT = 192,
+  CORBOT_MAX_ALARMS = 64,
+  CORBOT_LATENCY_BUCKETS = 64,
+  CORBOT_MAX_SOLUTIONS = 16
+};
 
 /* Kinds of failure; each but the last two is an exception of robot.idl. */
 typedef enum corbot_status {
@@ -134,6 +140,14 @@ typedef struct corbot_tool_pose {
   double position_m[3];
   double orientation[4]; /* unit quaternion w, x, y, z; w is not negative */
 } corbot_tool_pose;
+
+/* One of the arm's solutions at a pose. */
+typedef struct corbot_pose_solution {
+  uint32_t number;
+  double joints_deg[CORBOT_MAX_JOINTS];
+  int32_t in_range; /* of the ranges that motions keep, soft limits included */
+  double orientation_error_deg;
+} corbot_pose_solution;
 
 /* Ranges of the joints, degrees. */
 typedef struct corbot_joint_ranges {

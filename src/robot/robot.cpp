@@ -23,7 +23,7 @@ Robot::Robot(Profile profile, const std::string& name)
       watch_(link_, alarms_, profile_.frozen_ns,
              {[this] { return self_check_.is_started(); }, [this] { return responds(); },
               [this](bool frozen) { on_frozen(frozen); }}),
-      view_(profile_, link_, watch_, tickets_, alarms_),
+      view_(profile_, link_, watch_, tickets_, alarms_, settings_),
       task_(link_, watch_),
       queue_(planner_, profile_.queue_capacity, tickets_, task_, view_, limits_),
       control_(link_.own().state.control,
@@ -148,8 +148,8 @@ void Robot::on_inherit(const Inheritance& inheritance) {
   if (inherited.invalid == 0) return;
   alarms_.add(
       kAlarmFormerServantInvalid, false,
-      fmt::format("{} records of the servant before this one are invalid and were left out: check speeds "
-                  "and tool pitch",
+      fmt::format("{} records of the servant before this one are invalid and were left out: check speeds, "
+                  "tool pitch and frames",
                   inherited.invalid));
 }
 

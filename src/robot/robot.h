@@ -8,7 +8,9 @@
 #include <string>
 
 #include "config/profile.h"
+#include "planner/frame_settings.h"
 #include "planner/planner.h"
+#include "planner/pose_solutions.h"
 #include "robot/alarm_log.h"
 #include "robot/audit_log.h"
 #include "robot/call_error.h"
@@ -105,6 +107,18 @@ class Robot final : private LinkListener {
   void set_all_speeds(double percent);
   void set_tool_pitch(double degrees);
   [[nodiscard]] double tool_pitch_deg() const;
+
+  /// Flange to tool centre point, and where the arm stands in the frame of all positions, instead of the profile's; for what is
+  /// planned from now on, and what is read.
+  void set_tool_frame(const Pose& flange_T_tool);
+  void set_base_frame(const Pose& world_T_base);
+  void reset_frames();
+  [[nodiscard]] Frames frames() const;
+
+  /// All solutions at a pose, turns counted from where the arm stands; throws CallError: bad argument, unreachable.
+  [[nodiscard]] std::vector<PoseSolution> solutions(const Pose& pose) const;
+  /// Of the set-points; nothing where the family has no closed form. Throws CallError (no data).
+  [[nodiscard]] std::optional<std::uint32_t> solution() const;
 
   /// Ranges within the profile's that planned motions keep, degrees; kept on disk. Throws CallError for what no arm has,
   /// where the arm stands outside, while motions are pending, and where they cannot be saved.

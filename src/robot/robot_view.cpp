@@ -8,6 +8,7 @@
 #include "corbot/kinematics/pose.h"
 #include "corbot/kinematics/tool_pose.h"
 #include "corbot/units.h"
+#include "planner/frame_settings.h"
 
 namespace corbot {
 namespace {
@@ -73,8 +74,8 @@ Joints RobotView::joints_deg() const {
 
 corbot_pose RobotView::pose() const {
   const Snapshot now = snapshot();
-  const ToolPose tool =
-      tool_pose(profile_.arm.kinematics, is_measured(now) ? now.measured_q : now.position_q);
+  const ToolPose tool = tool_pose(in_frames(profile_.arm.kinematics, settings_.get()),
+                                  is_measured(now) ? now.measured_q : now.position_q);
   return {tool.position_m[0],       tool.position_m[1],         tool.position_m[2],
           to_degrees(tool.yaw_rad), to_degrees(tool.pitch_rad), to_degrees(tool.roll_rad)};
 }
@@ -214,8 +215,9 @@ corbot_arm_state RobotView::arm_state() const {
     all.speed_deg_s[i] = to_degrees(now.velocity_q_s[i]);
     if (is_measured(now)) all.measured_deg[i] = to_degrees(now.measured_q[i]);
   }
-  all.tool_commanded = pose_of(now.tool);
-  all.tool = is_measured(now) ? pose_of(profile_.arm.kinematics.forward(now.measured_q)) : all.tool_commanded;
+  const Kinematics arm = in_frames(profile_.arm.kinematics, settings_.get());
+  all.tool_commanded = pose_of(arm.forward(now.position_q));
+  all.tool = is_measured(now) ? pose_of(arm.forward(now.measured_q)) : all.tool_commanded;
   all.motion = motion_of(now, shown.running);
   all.queued = static_cast<std::uint32_t>(shown.queued);
   all.gripper = gripper_of(now);

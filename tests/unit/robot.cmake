@@ -12,7 +12,7 @@ target_compile_definitions(test_robot PRIVATE CORBOT_PROFILE="${CMAKE_SOURCE_DIR
 # The robot over a segment whose other side is the test, or the real loop in a thread of the test.
 corbot_test(test_robot_task
   SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/robot/arm_state_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/cancel_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/clear_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/controlled_calls_test.cpp
-          ${CMAKE_CURRENT_SOURCE_DIR}/robot/error_cause_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/robot/error_cause_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/frames_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/robot/hold_calls_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/restart_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/robot/inherit_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/robot/stop_order_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/wake_up_test.cpp
