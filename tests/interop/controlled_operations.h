@@ -25,6 +25,9 @@ inline std::vector<Operation> guarded_operations() {
              const Corbot::JointRanges_var all = arm->MovRange();
              arm->SetSoftLimits(all.in());
            }},
+          {"SetToolFrame", [](auto arm) { arm->SetToolFrame(arm->ToolFrame()); }},
+          {"SetBaseFrame", [](auto arm) { arm->SetBaseFrame(arm->BaseFrame()); }},
+          {"ResetFrames", [](auto arm) { arm->ResetFrames(); }},
           {"ResetSoftLimits", [](auto arm) { arm->ResetSoftLimits(); }},
           {"Move", [](auto arm) { arm->Move(0.2, 0, 0.1, 0, 0); }},
           {"MoveS", [](auto arm) { arm->MoveS(0.2, 0, 0.11, 0, 0); }},

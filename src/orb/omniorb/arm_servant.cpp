@@ -222,6 +222,55 @@ Corbot::MotionInfo* ArmServant::Progress(Corbot::Ticket id) { return info(id, 0.
 void ArmServant::SetToolPitch(CORBA::Double degrees) { set(corbot_robot_set_tool_pitch, degrees); }
 CORBA::Double ArmServant::ToolPitch() { return corbot_robot_tool_pitch(&robot_); }
 
+template <class Function, class... Arguments>
+void ArmServant::set_at_once(Function function, Arguments&&... arguments) {
+  const Caller caller(key_of_call());
+  call(function, &robot_, caller.get(), std::forward<Arguments>(arguments)...);
+}
+
+void ArmServant::SetToolFrame(const Corbot::Pose& flange_T_tool) {
+  const corbot_tool_pose wanted = from_corba(flange_T_tool);
+  set_at_once(corbot_robot_set_tool_frame, &wanted);
+}
+void ArmServant::SetBaseFrame(const Corbot::Pose& world_T_base) {
+  const corbot_tool_pose wanted = from_corba(world_T_base);
+  set_at_once(corbot_robot_set_base_frame, &wanted);
+}
+void ArmServant::ResetFrames() { set_at_once(corbot_robot_reset_frames); }
+
+Corbot::Pose ArmServant::ToolFrame() {
+  corbot_tool_pose tool{}, base{};
+  corbot_robot_frames(&robot_, &tool, &base);
+  return to_corba(tool);
+}
+Corbot::Pose ArmServant::BaseFrame() {
+  corbot_tool_pose tool{}, base{};
+  corbot_robot_frames(&robot_, &tool, &base);
+  return to_corba(base);
+}
+
+Corbot::PoseSolutions* ArmServant::Solutions(const Corbot::Pose& target) {
+  const corbot_tool_pose wanted = from_corba(target);
+  corbot_pose_solution found[CORBOT_MAX_SOLUTIONS];
+  std::size_t count = 0;
+  call(corbot_robot_solutions, &robot_, &wanted, found, &count);
+  Corbot::PoseSolutions_var result = new Corbot::PoseSolutions;
+  result->length(static_cast<CORBA::ULong>(count));
+  for (CORBA::ULong i = 0; i < result->length(); ++i) {
+    result[i].number = found[i].number;
+    result[i].joints = to_corba(found[i].joints_deg, static_cast<CORBA::ULong>(description_.dof));
+    result[i].withinLimits = found[i].in_range != 0;
+    result[i].orientationError = found[i].orientation_error_deg;
+  }
+  return result._retn();
+}
+
+CORBA::Long ArmServant::Solution() {
+  int32_t number = -1;
+  call(corbot_robot_solution, &robot_, &number);
+  return number;
+}
+
 void ArmServant::SetSoftLimits(const Corbot::JointRanges& limits) {
   corbot_joint_ranges wanted{};
   for (CORBA::ULong i = 0; i < limits.length() && i < CORBOT_MAX_JOINTS; ++i) {

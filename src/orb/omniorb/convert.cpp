@@ -2,14 +2,16 @@
 #include "orb/omniorb/convert.h"
 
 namespace corbot::omni {
-namespace {
 
 Corbot::Pose to_corba(const corbot_tool_pose& tool) {
   const double* const q = tool.orientation;
   return {{tool.position_m[0], tool.position_m[1], tool.position_m[2]}, {q[0], q[1], q[2], q[3]}};
 }
 
-}  // namespace
+corbot_tool_pose from_corba(const Corbot::Pose& pose) {
+  const Corbot::Quaternion& q = pose.orientation;
+  return {{pose.position.x, pose.position.y, pose.position.z}, {q.w, q.x, q.y, q.z}};
+}
 
 Corbot::RobotState to_corba(corbot_state state) {
   switch (state) {

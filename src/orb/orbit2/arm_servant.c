@@ -5,6 +5,7 @@
 
 #include "orb/orbit2/arm_bounded.h"
 #include "orb/orbit2/arm_changes.h"
+#include "orb/orbit2/arm_frames.h"
 #include "orb/orbit2/arm_motions.h"
 #include "orb/orbit2/arm_reads.h"
 
@@ -18,6 +19,7 @@ void arm_servant_init(ArmServant* servant, corbot_robot* robot, const ControlRef
   arm_set_motions(&robot_epv, &arm_epv);
   arm_set_changes(&robot_epv, &arm_epv);
   arm_set_reads(&robot_epv, &arm_epv);
+  arm_set_frames(&arm_epv);
   arm_bound(&arm_epv);
   memset(servant, 0, sizeof(*servant));
   servant->base.vepv = &vepv;

@@ -179,6 +179,10 @@ const std::map<std::string, Call>& calls() {
                                                   CALL(SetGripper),
                                                   CALL(StartSetGripper),
                                                   CALL(Gripper),
+                                                  CALL(ResetFrames),
+                                                  CALL(ToolFrame),
+                                                  CALL(BaseFrame),
+                                                  CALL(Solution),
                                                   CALL(SetSoftLimits),
                                                   CALL(ResetSoftLimits),
                                                   CALL(SoftLimits)};
