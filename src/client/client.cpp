@@ -42,6 +42,13 @@ void set_limit(Corbot::_objref_Arm& arm, const std::vector<double>& numbers) {
   arm.SetSoftLimits(limits.in());
 }
 
+/// X Y Z, and an orientation where one is given.
+Corbot::Pose frame(const std::vector<double>& n) {
+  const Corbot::Quaternion turned =
+      n.size() > 3 ? Corbot::Quaternion{n[3], n[4], n[5], n[6]} : Corbot::Quaternion{1.0, 0.0, 0.0, 0.0};
+  return {{n[0], n[1], n[2]}, turned};
+}
+
 CORBA::ORB_ptr start_orb(double timeout_s) {
   // Trace level 0: lost connections are reported here, not by the ORB.
   const char* options[][2] = {{"traceLevel", "0"}, {"maxGIOPConnectionPerServer", "20"}, {nullptr, nullptr}};
@@ -182,6 +189,13 @@ void Client::set(const Request& request) {
         return arm.SetToolPitch(n[0]);
       case Verb::kLimit:
         return request.reset ? arm.ResetSoftLimits() : set_limit(arm, n);
+      case Verb::kTool:
+        return arm.SetToolFrame(frame(n));
+      case Verb::kBase:
+        return arm.SetBaseFrame(frame(n));
+      case Verb::kFrames:
+        if (!request.reset) throw Failure(ExitCode::kUsage, "frames: nothing to set without --reset");
+        return arm.ResetFrames();
       case Verb::kOverride:
         return arm.Override(n[0]);
       case Verb::kStop:

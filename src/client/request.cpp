@@ -95,6 +95,30 @@ const std::vector<VerbSpec>& table() {
        "Set the soft limits of one joint (from 0), degrees, for the motions that follow",
        false,
        true},
+      {Verb::kTool,
+       "tool",
+       {"X", "Y", "Z", "QW", "QX", "QY", "QZ"},
+       3,
+       {},
+       "Set the tool frame, flange to tool centre point, for the motions that follow",
+       false,
+       true},
+      {Verb::kBase,
+       "base",
+       {"X", "Y", "Z", "QW", "QX", "QY", "QZ"},
+       3,
+       {},
+       "Set the base frame, where the arm stands in the world, for the motions that follow",
+       false,
+       true},
+      {Verb::kFrames,
+       "frames",
+       {},
+       0,
+       {{"--reset", "", "the profile's frames again, both"}},
+       "Show tool and base frame",
+       false,
+       true},
       {Verb::kOverride,
        "override",
        {"PERCENT"},
@@ -166,6 +190,10 @@ std::optional<std::string> check_values(const Request& request) {
     case Verb::kLimit:
       if (n.size() != (request.reset ? 0u : 3u)) return "either JOINT LOWER UPPER, or --reset alone";
       if (!request.reset && n[1] > n[2]) return fmt::format("LOWER {} is above UPPER {}", n[1], n[2]);
+      break;
+    case Verb::kTool:
+    case Verb::kBase:
+      if (n.size() != 3 && n.size() != 7) return "either X Y Z, or X Y Z QW QX QY QZ";
       break;
     case Verb::kGripper:
       if (!(n[0] >= 0 && n[0] <= 100)) return fmt::format("PERCENT {}: must be 0 to 100", n[0]);

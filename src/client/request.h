@@ -26,6 +26,9 @@ enum class Verb {
   kSpeed,
   kPitch,
   kLimit,
+  kTool,
+  kBase,
+  kFrames,
   kOverride,  // settings
   kStop,
   kCancel,

@@ -55,6 +55,35 @@ TEST_F(Motions, EachCommandReachesTheArm) {
   EXPECT_THAT(corbot({"diagnostics"}).output, AllOf(HasSubstr("latency"), HasSubstr("1000 us period")));
 }
 
+TEST_F(Motions, FramesAreSetShownAndReset) {
+  EXPECT_EQ(corbot({"move", "0.22", "0", "0.1"}).code, 0);
+  EXPECT_EQ(corbot({"tool", "0.05", "0", "0", "0.70710678118654757", "-0.70710678118654757", "0", "0"}).code,
+            0);
+  EXPECT_NEAR(tool("x_m"), 0.27, 1e-9);
+  EXPECT_EQ(corbot({"base", "2", "-1", "0.5"}).code, 0);
+  EXPECT_NEAR(tool("x_m"), 2.27, 1e-9);
+  EXPECT_EQ(corbot({"moves", "2.27", "-0.95", "0.6"}).code, 0);
+  EXPECT_NEAR(tool("y_m"), -0.95, 1e-9);
+  EXPECT_EQ(corbot({"frames"}).output,
+            "tool  0.05 0 0 m, orientation 0.707106781 -0.707106781 0 0\n"
+            "base  2 -1 0.5 m, orientation 1 0 0 0\n");
+  const RunResult solutions = corbot({"solutions", "2.27", "-0.95", "0.6"});
+  EXPECT_EQ(solutions.code, 0) << solutions.errors;
+  EXPECT_THAT(solutions.output, HasSubstr(" 0* "));
+  const auto json = nlohmann::json::parse(corbot({"solutions", "2.27", "-0.95", "0.6", "--json"}).output);
+  EXPECT_EQ(json.at("in_use"), 0);
+  EXPECT_EQ(json.at("solutions").at(0).at("within_limits"), true);
+  EXPECT_NEAR(json.at("solutions").at(0).at("joints").at(0).get<double>(), joint(0), 1e-6);
+  EXPECT_EQ(corbot({"solutions", "9", "0", "0"}).code, 1);
+  EXPECT_EQ(corbot({"solutions", "2", "0", "0", "1"}).code, 2);
+  EXPECT_EQ(corbot({"tool", "0.05", "0", "0", "1"}).code, 2);
+  const RunResult refused = corbot({"tool", "50", "0", "0"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.errors, HasSubstr("50 m, allowed -10 to 10 m"));
+  EXPECT_EQ(corbot({"frames", "--reset"}).code, 0);
+  EXPECT_THAT(corbot({"frames"}).output, HasSubstr("tool  0 0 0 m"));
+}
+
 TEST_F(Motions, SpeedSlowsDownWhatItNames) {
   const auto seconds = [&](const std::vector<std::string>& motion) {
     const auto begin = std::chrono::steady_clock::now();

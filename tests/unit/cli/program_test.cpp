@@ -49,6 +49,9 @@ TEST(Program, ReadsEveryCommand) {
   EXPECT_EQ(only_request("speed 50 --joint 2").joint, 2);
   EXPECT_TRUE(only_request("speed 50 --all").all);
   EXPECT_EQ(only_request("pitch -30").verb, Verb::kPitch);
+  EXPECT_EQ(only_request("tool 0 0 0.1").numbers.size(), 3u);
+  EXPECT_EQ(only_request("base 1 2 3 1 0 0 0").verb, Verb::kBase);
+  EXPECT_TRUE(only_request("frames --reset").reset);
   EXPECT_EQ(only_request("override 100").verb, Verb::kOverride);
   EXPECT_THAT(only_request("limit 0 -45 45").numbers, ElementsAre(0, -45, 45));
   EXPECT_TRUE(only_request("limit --reset").reset);
@@ -104,6 +107,8 @@ INSTANTIATE_TEST_SUITE_P(
         FaultCase{"limit --reset 0 1 2", "or --reset alone"}, FaultCase{"limit 0 45 -45", "is above"},
         FaultCase{"limit 0.5 0 1", "JOINT '0.5'"}, FaultCase{"gripper -1", "must be 0 to 100"},
         FaultCase{"override 0", "above 0 and at most 100"}, FaultCase{"pitch", "DEGREES missing"},
+        FaultCase{"tool 0 0", "Z missing"},
+        FaultCase{"base 0 0 0 1 0 0", "either X Y Z, or X Y Z QW QX QY QZ"},
         FaultCase{"stop", "not for programs"}, FaultCase{"pause", "not for programs"},
         FaultCase{"resume", "not for programs"}, FaultCase{"clear", "not for programs"},
         FaultCase{"open \x01", "control character"}, FaultCase{"MOVE 1 2 3", "unknown command"}));
