@@ -10,6 +10,7 @@
 #include "corbot/arm/joint_ranges.h"
 #include "corbot/kinematics/joints.h"
 #include "corbot/motion/command.h"
+#include "corbot/motion/path_knots.h"
 
 namespace corbot {
 
@@ -29,9 +30,13 @@ struct PlanRefusal {
   std::string text;                  ///< one sentence, ASCII
 };
 
-/// One or two commands in the order of execution; `id` and `epoch` are 0 and the caller's to fill.
-/// All or nothing.
-using PlanResult = std::variant<std::vector<Command>, PlanRefusal>;
+/// One or two commands in the order of execution; `id`, `epoch` and the slots of knots are 0 and the caller's to fill.
+/// All or nothing. It is read as the variant that it is.
+struct PlanResult : std::variant<std::vector<Command>, PlanRefusal> {
+  using variant::variant;
+  /// Of an arm without a closed form: those of each command, none for one that needs none; else empty.
+  std::vector<std::vector<PathKnot>> knots;
+};
 
 /// What Speed, AllSpeed, ArtSpeed, SetToolPitch and SetToolOrientation have set. Ratios in (0, 1].
 struct PlanSettings {

@@ -31,7 +31,7 @@ struct ArgumentCheck {
   }
 
   Refusal operator()(const MoveCRequest& request) const {
-    if (auto refusal = check_kinematics(model, settings)) return refusal;
+    if (auto refusal = check_tool(settings)) return refusal;
     if (auto refusal = check_point(request.p1_m, "P1")) return refusal;
     if (auto refusal = check_point(request.p2_m, "P2")) return refusal;
     if (auto refusal = check_point(request.p3_m, "P3")) return refusal;
@@ -82,7 +82,7 @@ struct ArgumentCheck {
 
  private:
   Refusal check_target(const std::array<double, 3>& target_m, double t_s) const {
-    if (auto refusal = check_kinematics(model, settings)) return refusal;
+    if (auto refusal = check_tool(settings)) return refusal;
     if (auto refusal = check_point(target_m, "P")) return refusal;
     return check_time(t_s);
   }
@@ -109,6 +109,20 @@ struct ArgumentCheck {
   }
 };
 
+/// One path after the other, or the first refusal.
+PlanResult sequence(const std::vector<PathPlan>& paths) {
+  std::vector<Command> commands;
+  std::vector<std::vector<PathKnot>> knots;
+  for (const PathPlan& path : paths) {
+    if (const auto* refusal = std::get_if<PlanRefusal>(&path)) return *refusal;
+    commands.push_back(std::get<Command>(path));
+    knots.push_back(path.knots);
+  }
+  PlanResult result = commands;
+  result.knots = std::move(knots);
+  return result;
+}
+
 /// The motion itself, once its arguments are known to be good.
 struct Planning {
   const ArmModel& model;
@@ -120,9 +134,7 @@ struct Planning {
   }
 
   PlanResult operator()(const MoveSRequest& request) const {
-    const PathPlan plan = PathPlanner(model, settings).line(start, request.target_m, request.t_s);
-    if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) return *refusal;
-    return std::vector<Command>{std::get<Command>(plan)};
+    return sequence({PathPlanner(model, settings).line(start, request.target_m, request.t_s)});
   }
 
   PlanResult operator()(const MoveCRequest& request) const {
@@ -134,18 +146,14 @@ struct Planning {
     const auto tcp_m = model.kinematics.forward(start.position_q).position_m;
     if (std::hypot(tcp_m[0] - p1_m[0], tcp_m[1] - p1_m[1], tcp_m[2] - p1_m[2]) <= kAtP1_m) {
       const PathPlan plan = planner.arc(start, arc);
-      if (const auto* command = std::get_if<Command>(&plan)) return std::vector<Command>{*command};
+      if (std::holds_alternative<Command>(plan)) return sequence({plan});
       // Next to a singularity a nanometre is too far for the joints: bridge it like any distance.
     }
     const PathPlan approach = planner.line(start, p1_m, 0.0);
     if (const auto* refusal = std::get_if<PlanRefusal>(&approach)) return *refusal;
-    std::vector<Command> commands{std::get<Command>(approach)};
     PlanStart at_p1 = start;
-    at_p1.position_q = commands.back().end_q;
-    const PathPlan plan = planner.arc(at_p1, arc);
-    if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) return *refusal;
-    commands.push_back(std::get<Command>(plan));
-    return commands;
+    at_p1.position_q = std::get<Command>(approach).end_q;
+    return sequence({approach, planner.arc(at_p1, arc)});
   }
 
   PlanResult operator()(const MoveJointsRequest& request) const {

@@ -50,6 +50,21 @@ PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkSolution& 
   return refusal;
 }
 
+PlanRefusal not_found(const std::array<double, 3>& point_m, const numeric::NumericSolutions& searched) {
+  PlanRefusal refusal;
+  refusal.kind = PlanRefusal::Kind::kUnreachable;
+  refusal.parameter = "P";
+  refusal.value = searched.nearest_m;
+  refusal.target_m = point_m;
+  refusal.text = fmt::format(
+      "no joints are found for the target ({:.6g}, {:.6g}, {:.6g}) m: the nearest of {} searches stays "
+      "{:.3g} m and "
+      "{:.3g} degrees away",
+      point_m[0], point_m[1], point_m[2], searched.seeds, searched.nearest_m,
+      to_degrees(searched.nearest_rad));
+  return refusal;
+}
+
 std::string shown_joint(JointKind kind, double value_q) {
   return kind == JointKind::kRotary ? fmt::format("{:.6g} degrees", to_degrees(value_q))
                                     : fmt::format("{:.6g} m", value_q);
@@ -103,14 +118,7 @@ std::optional<PlanRefusal> check_point(const std::array<double, 3>& point_m, con
   return std::nullopt;
 }
 
-std::optional<PlanRefusal> check_kinematics(const ArmModel& model, const PlanSettings& settings) {
-  if (model.kinematics.solution_count() == 0) {
-    PlanRefusal refusal;
-    refusal.kind = PlanRefusal::Kind::kUnreachable;
-    refusal.parameter = "kind";
-    refusal.text = "no closed-form inverse kinematics for an arm of this kind: move its joints";
-    return refusal;
-  }
+std::optional<PlanRefusal> check_tool(const PlanSettings& settings) {
   if (settings.tool_pitch_rad && !std::isfinite(*settings.tool_pitch_rad)) {
     return bad_parameter("tool pitch", *settings.tool_pitch_rad, -std::numbers::pi, std::numbers::pi,
                          "the tool pitch is not a finite number");

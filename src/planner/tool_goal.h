@@ -22,6 +22,9 @@ namespace corbot {
                                                               const Vector3& target_m,
                                                               std::uint32_t solution);
 
+/// Whether the tool's orientation at these joints is this one, within the limit.
+[[nodiscard]] bool has_orientation(const ArmModel& model, const Joints& q, const Quaternion& wanted) noexcept;
+
 /// Joints at a goal on one solution. An orientation that the settings ask for is solved as a pose.
 [[nodiscard]] IkSolution joints_at_goal(const Kinematics& arm, const PlanSettings& settings,
                                         const PathPoint& goal, std::uint32_t solution,

@@ -92,6 +92,7 @@ class Kinematics {
   [[nodiscard]] std::uint32_t solution_count() const noexcept {
     return visit([](const auto& form) { return form.solution_count(); });
   }
+  [[nodiscard]] bool has_closed_form() const noexcept { return solution_count() > 0; }
   [[nodiscard]] bool has_solution(std::uint32_t number) const noexcept { return number < solution_count(); }
 
   /// Another place of the arm, or another tool.

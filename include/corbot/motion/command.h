@@ -29,13 +29,19 @@ struct OrientationPath {
   Angles to_angles_rad;
 };
 
+/// Where the knots of a path lie in the servant's segment (motion/path_knots.h). Of an arm with a closed form all zero.
+struct KnotRange {
+  std::uint16_t slot;
+  std::uint16_t count;
+};
+
 /// Straight line of the TCP, base frame. The law runs the path parameter from 0 to 1.
 struct LineMotion {
   std::array<double, 3> from_m;
   std::array<double, 3> to_m;
   OrientationPath tool;
   std::uint32_t solution;  ///< of the arm's kinematics, the same along the whole path
-  std::uint32_t reserved;
+  KnotRange knots;
   TimeLaw law;
 };
 
@@ -48,7 +54,7 @@ struct ArcMotion {
   double angle_rad;  ///< > 0, at most 2π
   OrientationPath tool;
   std::uint32_t solution;  ///< of the arm's kinematics, the same along the whole path
-  std::uint32_t reserved;
+  KnotRange knots;
   TimeLaw law;
 };
 
@@ -83,5 +89,15 @@ struct Command {
 };
 static_assert(std::is_trivially_copyable_v<Command> && std::is_standard_layout_v<Command>);
 static_assert(sizeof(Command) <= 384);
+
+/// Null for what is no path.
+[[nodiscard]] constexpr const KnotRange* knots_of(const Command& command) noexcept {
+  if (command.kind == MotionKind::kLine) return &command.line.knots;
+  return command.kind == MotionKind::kArc ? &command.arc.knots : nullptr;
+}
+[[nodiscard]] constexpr KnotRange* knots_of(Command& command) noexcept {
+  if (command.kind == MotionKind::kLine) return &command.line.knots;
+  return command.kind == MotionKind::kArc ? &command.arc.knots : nullptr;
+}
 
 }  // namespace corbot
