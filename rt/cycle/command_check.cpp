@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "corbot/channel/layout.h"
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path_joints.h"
 #include "corbot/motion/tool_peaks.h"
@@ -97,7 +98,13 @@ CommandVerdict check_orientation(const Kinematics& arm, const OrientationPath& t
 /// What lines and arcs have in common.
 template <class Path>
 CommandVerdict check_path(const ArmModel& arm, const Command& command, const Path& path) noexcept {
-  if (!arm.kinematics.has_solution(path.solution)) return malformed(static_cast<double>(path.solution));
+  const bool has_closed_form = arm.kinematics.has_closed_form();
+  if (has_closed_form ? !arm.kinematics.has_solution(path.solution) : path.solution != 0)
+    return malformed(static_cast<double>(path.solution));
+  const bool are_knots_good = has_closed_form ? path.knots.count == 0
+                                              : path.knots.count >= 2 && path.knots.count <= kMostKnots &&
+                                                    path.knots.slot < kKnotSlots;
+  if (!are_knots_good) return malformed(path.knots.count);
   const CommandVerdict orientation = check_orientation(arm.kinematics, path.tool);
   if (!orientation.ok()) return orientation;
   const CommandVerdict verdict = check_law(path.law, command.duration_s, -1);
@@ -119,6 +126,7 @@ CommandVerdict check_path(const ArmModel& arm, const Command& command, const Pat
     if (!within(value, bound)) return limit(value);
   }
 
+  if (!has_closed_form) return kGood;  // the ends are those of the knots: KnotCheck
   for (const bool at_end : {false, true}) {
     const PathPoint point = point_at(path, at_end ? path.law.distance : 0.0);
     const Joints& expected_q = at_end ? command.end_q : command.start_q;

@@ -211,7 +211,8 @@ void Cycle::advance_virtual_time() noexcept {
 }
 
 SetPoint Cycle::evaluate_path() noexcept {
-  return is_running_ ? evaluate_command(arm_, running_, base_, governor_.virtual_time_s()) : set_point_;
+  if (!is_running_) return set_point_;
+  return evaluate_command(arm_, running_, base_, governor_.virtual_time_s(), running_knots());
 }
 
 void Cycle::accept_or_ramp(const SetPoint& next) noexcept {

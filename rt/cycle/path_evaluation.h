@@ -4,6 +4,7 @@
 #include "corbot/arm/arm_model.h"
 #include "corbot/channel/records.h"
 #include "corbot/motion/command.h"
+#include "corbot/motion/path_knots.h"
 #include "rt/cycle/governor.h"
 
 namespace corbot::rt {
@@ -17,9 +18,9 @@ struct SetPoint {
 
 /// The set-point of a checked command at a virtual time. A joint motion is laid upon `base`, the set-point at
 /// which the arm rested when it began, so that a difference within the tolerance of the check is no jump.
-/// Real-time safe.
+/// `knots`: of a line or an arc that has any, checked. Real-time safe.
 [[nodiscard]] SetPoint evaluate_command(const ArmModel& arm, const Command& command, const SetPoint& base,
-                                        double time_s) noexcept;
+                                        double time_s, PathKnots knots = {}) noexcept;
 
 /// The laws that stop, pause and override must keep within limits while this command runs. Of a line or an
 /// arc that is the path parameter, with the path's own limits; of the gripper its law, whose own peaks are

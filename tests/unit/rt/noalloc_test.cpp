@@ -200,6 +200,32 @@ TEST_F(CycleSystemCalls, NoAllocationNoLockNoSystemCall) {
   EXPECT_EQ(code_of(watched([this] { return whole_life(); })), 0);
 }
 
+/// Knots are copied, checked and followed; forged ones are refused.
+TEST_F(CycleSystemCalls, NorBetweenKnots) {
+  Rig other(load_profile(std::filesystem::path(CORBOT_PROFILES) / "xarm6.toml").arm);
+  other.step();
+  const Vector3 there = other.arm.kinematics.forward({}).position_m + Vector3{0.02, 0.15, -0.08};
+  const PlanResult plan = other.planner.move_s(other.start(), {}, there, 0.0);
+  other.submit(plan);
+  Command forged = other.stamp(std::get<std::vector<Command>>(plan).front());
+  forged.start_q = forged.end_q;
+  forged.line.knots.slot = 9;
+  (void)other.push(forged);
+  const std::unique_ptr<ServantSegment> former =
+      std::exchange(other.servant, std::make_unique<ServantSegment>());
+  other.servant->next_command_id.store(former->next_command_id.load());
+  const ServantOffer offer{other.servant.get(), ++other.session};
+  EXPECT_EQ(code_of(watched([&] {
+              other.step(50);
+              const bool moves = other.snapshot.command_id != 0;
+              other.servants.post(offer);
+              other.step(4000);
+              return moves && other.snapshot.last_done_id == forged.id &&
+                     norm(other.snapshot.tool.position_m - there) < 1e-9;
+            })),
+            0);
+}
+
 TEST_F(CycleSystemCalls, NorOnTheRampsOfFaults) {
   Rig on_line;
   on_line.task = std::make_unique<TaskSegment>();
