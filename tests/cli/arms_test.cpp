@@ -33,6 +33,62 @@ TEST_F(Arms, OfSixJointsMoveOnTheSimulator) {
   EXPECT_EQ(corbot({"ready"}).code, 0);
 }
 
+/// Without a closed form: to points, along lines and arcs, its tool turned as it was; what cannot be is refused.
+TEST_F(Arms, WithoutAClosedFormFollowLinesAndArcs) {
+  up({}, shipped("xarm6"));
+  const auto tool = [&](const char* axis) { return status().at("tool").at(axis).get<double>(); };
+  ASSERT_EQ(corbot({"moves", "0.35", "0.1", "0.3"}).code, 0);
+  EXPECT_NEAR(tool("x_m"), 0.35, 1e-9);
+  EXPECT_NEAR(tool("y_m"), 0.1, 1e-9);
+  EXPECT_NEAR(tool("z_m"), 0.3, 1e-9);
+  ASSERT_EQ(corbot({"movec", "0.35", "0.1", "0.3", "0.37", "0.15", "0.3", "0.35", "0.2", "0.32"}).code, 0);
+  EXPECT_NEAR(tool("y_m"), 0.2, 1e-9);
+  ASSERT_EQ(corbot({"move", "0.3", "-0.2", "0.3"}).code, 0);
+  EXPECT_NEAR(tool("y_m"), -0.2, 1e-9);
+  const RunResult far = corbot({"moves", "2", "0", "0"});
+  EXPECT_EQ(far.code, 1);
+  EXPECT_THAT(far.errors, HasSubstr("% of it, beyond which the path leaves the arm's reach"));
+  EXPECT_NEAR(tool("y_m"), -0.2, 1e-9);
+  EXPECT_EQ(corbot({"move", "2", "0", "0"}).code, 1);
+}
+
+/// A table of no family, with five joints, one of which slides.
+TEST_F(Arms, OfNoFamilyMoveToo) {
+  std::string text = "[robot]\nname = \"odd\"\nkind = \"other\"\n\n[geometry]\ndh = \"standard\"\n\n";
+  const char* const rows[] = {"theta_deg = 10, d_m = 0.2, a_m = 0.05, alpha_deg = -80",
+                              "theta_deg = -60, d_m = 0.03, a_m = 0.25, alpha_deg = 12",
+                              "theta_deg = 70, d_m = -0.02, a_m = 0.04, alpha_deg = -85",
+                              "theta_deg = 20, d_m = 0.2, a_m = 0, alpha_deg = 75",
+                              "theta_deg = -30, d_m = 0.02, a_m = 0.12, alpha_deg = -70"};
+  for (int i = 0; i < 5; ++i) {
+    const bool slides = i == 3;
+    text += "[[joint]]\nname = \"j" + std::to_string(i) + "\"\ndh = { " + rows[i] + " }\n";
+    text +=
+        slides
+            ? "kind = \"sliding\"\nrange_m = [-0.1, 0.1]\nspeed_m_s = 0.2\nacceleration_m_s2 = 1\njerk_m_s3 "
+              "= 10\n\n"
+            : "range_deg = [-150, 150]\nspeed_deg_s = 120\nacceleration_deg_s2 = 600\njerk_deg_s3 = 6000\n\n";
+  }
+  text +=
+      "[gripper]\ntravel_s = 0.5\n\n[path]\nspeed_m_s = 0.25\nacceleration_m_s2 = 1\njerk_m_s3 = 10\n"
+      "rotation_speed_deg_s = 90\nrotation_acceleration_deg_s2 = 400\nrotation_jerk_deg_s3 = 4000\n\n"
+      "[backend]\nkind = \"loopback\"\n";
+  up({}, put("odd.toml", text));
+  const auto tool = [&](const char* axis) { return status().at("tool").at(axis).get<double>(); };
+  const double x = tool("x_m"), y = tool("y_m"), z = tool("z_m");
+  const auto at = [](double value) { return std::to_string(value); };
+  const RunResult line = corbot({"moves", at(x - 0.02), at(y + 0.04), at(z + 0.02)});
+  ASSERT_EQ(line.code, 0) << line.errors;
+  EXPECT_NEAR(tool("y_m"), y + 0.04, 1e-6);
+  const RunResult arc = corbot({"movec", at(x - 0.02), at(y + 0.04), at(z + 0.02), at(x), at(y + 0.02),
+                                at(z + 0.01), at(x), at(y), at(z)});
+  ASSERT_EQ(arc.code, 0) << arc.errors;
+  EXPECT_NEAR(tool("z_m"), z, 1e-6);
+  const RunResult move = corbot({"move", at(x - 0.05), at(y), at(z)});
+  ASSERT_EQ(move.code, 0) << move.errors;
+  EXPECT_NEAR(tool("x_m"), x - 0.05, 1e-6);
+}
+
 /// The profile and its URDF are read once, at the start.
 TEST_F(Arms, ByAUrdfOutliveItsFile) {
   const std::string urdf = (directory_ / "arm.urdf").string();

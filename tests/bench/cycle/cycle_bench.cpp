@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "corbot/kinematics/tool_pose.h"
@@ -36,6 +39,20 @@ PlanResult line_motion(const Rig& rig, bool out) {
   return rig.planner.move_s(rig.start(), level(rig), p, 0.0);
 }
 
+const ArmModel& six_axis(const char* name) {
+  static std::map<std::string, ArmModel> arms;
+  if (arms.count(name) == 0)
+    arms[name] = load_profile(std::filesystem::path(CORBOT_PROFILES) / (std::string(name) + ".toml")).arm;
+  return arms[name];
+}
+
+/// To and fro, the tool turned as it is.
+PlanResult six_axis_line(const Rig& rig, bool out) {
+  const Vector3 by{0.02, 0.15, -0.08};
+  const Vector3 here = rig.arm.kinematics.forward(rig.start().position_q).position_m;
+  return rig.planner.move_s(rig.start(), {}, out ? here - by : here + by, 0.0);
+}
+
 PlanResult arc_motion(const Rig& rig, bool out) {
   const auto p = tool_pose(rig.arm.kinematics, rig.start().position_q).position_m;
   const double y = out ? -0.02 : 0.02;
@@ -45,16 +62,18 @@ PlanResult arc_motion(const Rig& rig, bool out) {
 
 /// Percentiles of `kCycles` cycles. `next` plans a motion whenever the arm rests;
 /// only cycles in motion count.
-bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>& next, Ramps ramps) {
-  Rig rig;
+bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>& next, Ramps ramps,
+             const ArmModel& arm = lynx5()) {
+  Rig rig(arm);
   rig.step();
-  if (next) {
+  if (next && arm.dof == 4) {
     rig.submit(rig.planner.move_joints(rig.start(), {}, kThere, 0.0));
     rig.step(3000);
   }
   bool out = false;
   std::vector<double> times_us;
   times_us.reserve(kCycles);
+  std::vector<double> checks_us;  // of cycles that take or check knots
   for (std::uint64_t i = 0; times_us.size() < kCycles; ++i) {
     const bool at_rest = rig.snapshot.command_id == 0 && rig.snapshot.waiting_id == 0;
     if (next && at_rest && rig.queued() == 0) {
@@ -72,9 +91,14 @@ bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>
     (void)rig.task->snapshot.load(rig.snapshot);
     while (rig.completion()) {
     }
-    if (!next || rig.snapshot.command_id != 0) {
-      times_us.push_back(std::chrono::duration<double, std::micro>(end - begin).count());
-    }
+    const double took_us = std::chrono::duration<double, std::micro>(end - begin).count();
+    if (!next || rig.snapshot.command_id != 0) times_us.push_back(took_us);
+    if (rig.snapshot.waiting_id != 0 && !arm.kinematics.has_closed_form()) checks_us.push_back(took_us);
+  }
+  if (!checks_us.empty()) {
+    std::sort(checks_us.begin(), checks_us.end());
+    fmt::print("{:<22} median {:6.3f}  p99 {:6.3f}  max {:8.3f} us\n", "  checking knots",
+               checks_us[checks_us.size() / 2], checks_us[checks_us.size() * 99 / 100], checks_us.back());
   }
   std::sort(times_us.begin(), times_us.end());
   const auto at = [&](double share) { return times_us[static_cast<std::size_t>(share * (kCycles - 1))]; };
@@ -92,6 +116,8 @@ int main() {
   good = measure("joint motion", joint_motion, Ramps::kNone) && good;
   good = measure("line", line_motion, Ramps::kNone) && good;
   good = measure("arc", arc_motion, Ramps::kNone) && good;
+  good = measure("line, puma560", six_axis_line, Ramps::kNone, six_axis("puma560")) && good;
+  good = measure("line, xarm6 (knots)", six_axis_line, Ramps::kNone, six_axis("xarm6")) && good;
   (void)measure("joints, ramp search", joint_motion, Ramps::kOverride);
   (void)measure("line, ramp search", line_motion, Ramps::kOverride);
   (void)measure("joints, stops", joint_motion, Ramps::kStops);
