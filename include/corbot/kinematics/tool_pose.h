@@ -35,10 +35,13 @@ namespace detail {
   return arm.follows() == Follows::kPitch || arm.follows() == Follows::kPitchAndRoll;
 }
 
-/// The followed angle at which an arm with a tool pitch has this one.
+/// The followed angle at which an arm with a tool pitch has this one. Where the family's z axis points down (a table whose base is
+/// turned over), its inclinations count downward.
 [[nodiscard]] inline double angle_of_pitch(const Kinematics& arm, double pitch_rad) noexcept {
   const auto* planar = std::get_if<PlanarArm>(&arm.form());
-  return planar != nullptr ? pitch_rad - planar->mount.tool_tilt_rad : pitch_rad;
+  if (planar == nullptr) return pitch_rad;
+  const bool is_turned_over = rotate(planar->mount.base.orientation, {0.0, 0.0, 1.0})[2] < 0.0;
+  return (is_turned_over ? -pitch_rad : pitch_rad) - planar->mount.tool_tilt_rad;
 }
 
 /// Yaw and pitch of an upright arm with a tool pitch are sums of its joints, not wrapped. Otherwise both and the roll are angles in
