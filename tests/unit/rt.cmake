@@ -35,7 +35,7 @@ if(NOT CORBOT_SANITIZE)
   target_link_options(binding_probe_lazy PRIVATE -Wl,-z,lazy)
   corbot_test(binding_test
     SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/rt/binding_test.cpp
-    LIBS corbot_process
+    LIBS corbot_process corbot::config
     DEPENDS binding_probe binding_probe_lazy)
   set(programs)
   foreach(program IN ITEMS corbot corbot-rt corbot-servant corbot-servant-orbit2 corbot-sim)
@@ -45,6 +45,6 @@ if(NOT CORBOT_SANITIZE)
     endif()
   endforeach()
   list(JOIN programs "," programs)
-  target_compile_definitions(binding_test PRIVATE CORBOT_PROGRAMS="${programs}"
+  target_compile_definitions(binding_test PRIVATE CORBOT_PROGRAMS="${programs}" CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles"
     CORBOT_BINDING_PROBE="$<TARGET_FILE:binding_probe>" CORBOT_BINDING_PROBE_LAZY="$<TARGET_FILE:binding_probe_lazy>")
 endif()

@@ -2,13 +2,12 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <variant>
 #include <vector>
 
-#include "config/load_profile.h"
+#include "../../support/test_arms.h"
 #include "corbot/channel/layout.h"
 #include "planner/planner.h"
 #include "rt/backends/loopback/loopback_backend.h"
@@ -17,7 +16,7 @@
 namespace corbot::test {
 
 inline ArmModel lynx5() {
-  static const ArmModel arm = load_profile(std::filesystem::path(CORBOT_PROFILES) / "lynx5.toml").arm;
+  static const ArmModel arm = arm_of("lynx5");
   return arm;
 }
 
