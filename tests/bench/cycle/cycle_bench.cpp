@@ -9,6 +9,7 @@
 #include <functional>
 #include <vector>
 
+#include "../../support/arm_motions.h"
 #include "corbot/kinematics/tool_pose.h"
 #include "rt/rig.h"
 
@@ -45,12 +46,13 @@ PlanResult arc_motion(const Rig& rig, bool out) {
 
 /// Percentiles of `kCycles` cycles. `next` plans a motion whenever the arm rests;
 /// only cycles in motion count.
-bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>& next, Ramps ramps) {
-  Rig rig;
+bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>& next, Ramps ramps,
+             const ArmModel& arm = lynx5(), const Joints& there_q = kThere) {
+  Rig rig(arm);
   rig.step();
   if (next) {
-    rig.submit(rig.planner.move_joints(rig.start(), {}, kThere, 0.0));
-    rig.step(3000);
+    const std::uint64_t id = rig.submit(rig.planner.move_joints(rig.start(), {}, there_q, 0.0));
+    while (rig.snapshot.last_done_id != id) rig.step();
   }
   bool out = false;
   std::vector<double> times_us;
@@ -83,6 +85,21 @@ bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>
   return ramps != Ramps::kNone || at(0.5) < kMedianBound_us;
 }
 
+/// A line to and fro, 50 mm long, the tool's orientation kept.
+bool measure_line(const std::string& name) {
+  const ArmModel arm = arm_of(name);
+  const ArmMotions motions = motions_of(arm, 0.05);
+  if (!motions.line_to_m) {
+    fmt::print("{}: no line was found\n", name);
+    return false;
+  }
+  const auto from_m = tool_pose(arm.kinematics, motions.there_q).position_m;
+  const auto next = [&](const Rig& rig, bool out) {
+    return rig.planner.move_s(rig.start(), motions.settings, out ? from_m : *motions.line_to_m, 0.0);
+  };
+  return measure(("line, " + name).c_str(), next, Ramps::kNone, arm, motions.there_q);
+}
+
 }  // namespace
 }  // namespace corbot::test
 
@@ -92,6 +109,8 @@ int main() {
   good = measure("joint motion", joint_motion, Ramps::kNone) && good;
   good = measure("line", line_motion, Ramps::kNone) && good;
   good = measure("arc", arc_motion, Ramps::kNone) && good;
+  for (const char* arm : {"puma560", "irb2400", "ur5e", "stanford", "al5d_wr", "scara_gx4", "cartesian_pppr"})
+    good = measure_line(arm) && good;
   (void)measure("joints, ramp search", joint_motion, Ramps::kOverride);
   (void)measure("line, ramp search", line_motion, Ramps::kOverride);
   (void)measure("joints, stops", joint_motion, Ramps::kStops);
