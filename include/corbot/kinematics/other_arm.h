@@ -11,6 +11,10 @@ namespace corbot {
 /// An arm without a closed form: forward by its axes, inverse is for the planner, which solves it numerically.
 struct OtherArm {
   static constexpr const char* kName = "other";
+  static constexpr ArmKind kKind = ArmKind::kOther;
+  static constexpr const char* kJoints = "";
+  static constexpr const char* kSingularPlaces =
+      "not known in closed form: look at the smallest singular value";
 
   JointChain chain{};
 

@@ -60,26 +60,7 @@ const char* describe(Follows follows) {
 
 /// Where arms of this family are singular.
 const char* singular_places(const Kinematics& arm) {
-  return arm.visit([](const auto& form) {
-    using Form = std::remove_cvref_t<decltype(form)>;
-    if constexpr (std::is_same_v<Form, PlanarArm>) {
-      return "elbow stretched or folded; tool (wrist, with a roll) on axis 1";
-    } else if constexpr (std::is_same_v<Form, ScaraArm>) {
-      return "the two parallel links stretched or folded";
-    } else if constexpr (std::is_same_v<Form, GantryArm>) {
-      return "none";
-    } else if constexpr (std::is_same_v<Form, CylindricalArm>) {
-      return "the tool as near to axis 1 as the arm's lateral offset lets it";
-    } else if constexpr (std::is_same_v<Form, PolarArm>) {
-      return "slide along axis 1, or at the crossing of axes 1 and 2; with a wrist: axes 4 and 6 in line";
-    } else if constexpr (std::is_same_v<Form, OrthoParallelArm>) {
-      return "elbow stretched or folded; wrist centre on axis 1; axes 4 and 6 in line";
-    } else if constexpr (std::is_same_v<Form, ParallelAxesArm>) {
-      return "elbow stretched or folded; axes 4 and 6 parallel; wrist at its offset from axis 1";
-    } else {
-      return "not known in closed form: look at the smallest singular value";
-    }
-  });
+  return arm.visit([](const auto& form) { return std::remove_cvref_t<decltype(form)>::kSingularPlaces; });
 }
 
 std::string row_text(const DhRow& row, std::size_t index) {
