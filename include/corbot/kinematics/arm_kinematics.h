@@ -13,6 +13,7 @@
 #include "corbot/kinematics/closed_form.h"
 #include "corbot/kinematics/cylindrical_arm.h"
 #include "corbot/kinematics/gantry_arm.h"
+#include "corbot/kinematics/gantry_wrist_arm.h"
 #include "corbot/kinematics/ortho_parallel_arm.h"
 #include "corbot/kinematics/other_arm.h"
 #include "corbot/kinematics/parallel_axes_arm.h"
@@ -27,6 +28,7 @@ using Families = std::variant<  //
     PlanarArm,                  //
     ScaraArm,                   //
     GantryArm,                  //
+    GantryWristArm,             //
     CylindricalArm,             //
     PolarArm,                   //
     OrthoParallelArm,           //
