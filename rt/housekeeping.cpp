@@ -15,11 +15,11 @@ namespace {
 constexpr std::chrono::milliseconds kInterval{50};
 
 template <class Log>
-void print_alarms(Log& log) {
+void print_alarms(Log& log, const JointKinds& kinds) {
   AlarmEvent alarm{};
   while (log.pop(alarm) == PopResult::kOk) {
     spdlog::log(causes_error(alarm.code) ? spdlog::level::err : spdlog::level::warn, "alarm {}: {}",
-                static_cast<std::uint32_t>(alarm.code), alarm_text(alarm));
+                static_cast<std::uint32_t>(alarm.code), alarm_text(alarm, kinds));
   }
 }
 
@@ -41,11 +41,11 @@ void print_log(SafetyLines& safety) {
 }
 
 void run_housekeeping(const ChannelServer& server, Cycle& cycle, Backend& backend, SafetyLines& safety,
-                      const std::atomic<bool>& ended) {
+                      const JointKinds& kinds, const std::atomic<bool>& ended) {
   RingConsumer alarms(cycle.alarm_log());
   bool had_servant = false;
   while (!ended.load(std::memory_order_acquire)) {
-    print_alarms(alarms);
+    print_alarms(alarms, kinds);
     print_log(backend);
     print_log(safety);
     const bool has_servant = server.servant_connected();
@@ -56,7 +56,7 @@ void run_housekeeping(const ChannelServer& server, Cycle& cycle, Backend& backen
     had_servant = has_servant;
     std::this_thread::sleep_for(kInterval);
   }
-  print_alarms(alarms);
+  print_alarms(alarms, kinds);
 }
 
 void report_progress(const Cycle& cycle, const std::atomic<bool>& ended) {

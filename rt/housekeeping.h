@@ -3,6 +3,7 @@
 
 #include <atomic>
 
+#include "corbot/arm/joint_units.h"
 #include "rt/cycle/cycle.h"
 #include "rt/inputs/safety_lines.h"
 #include "shm/channel_server.h"
@@ -10,9 +11,9 @@
 namespace corbot::rt {
 
 /// Not real-time. Until `ended`: logs the cycle's alarms, what backend and safety lines have to log, and
-/// when the servant comes and goes.
+/// when the servant comes and goes. `kinds`: of the arm's joints.
 void run_housekeeping(const ChannelServer& server, Cycle& cycle, Backend& backend, SafetyLines& safety,
-                      const std::atomic<bool>& ended);
+                      const JointKinds& kinds, const std::atomic<bool>& ended);
 
 /// Not real-time. Until `ended`: reports to the supervisor of this process for as long as the cycle number advances. A
 /// thread of its own, since the log may be held up by whoever reads it.

@@ -159,7 +159,10 @@ void run(const Options& options) {
 
   // These threads start before this one becomes real-time, so they inherit none of it.
   std::atomic<bool> ended{false};
-  std::thread housekeeping([&] { rt::run_housekeeping(channel.server(), *cycle, *backend, safety, ended); });
+  std::thread housekeeping([&] {
+    rt::run_housekeeping(channel.server(), *cycle, *backend, safety, kinds_of(profile.arm.kinematics.chain()),
+                         ended);
+  });
   std::thread reporting([&] { rt::report_progress(*cycle, ended); });
   const auto join = [&] {
     ended.store(true, std::memory_order_release);

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "corbot/arm/joint_units.h"
 #include "corbot/motion/bounds.h"
-#include "corbot/units.h"
 #include "rt/cycle/set_point_check.h"
 
 namespace corbot::rt {
@@ -23,12 +23,26 @@ constexpr double kSamePulse_rad = to_radians(2.0);
 /// each time. Below what an approach brings back anyway (Approach::kMostTurned_rad), and what is further away was moved.
 constexpr double kMostLag_rad = to_radians(2.0);
 
-std::string degrees(const ArmModel& arm, const Joints& position_q) {
+/// "12.3", "0.0123", of a joint that turns, or slides.
+std::string number_text(JointKind kind, double value_q) {
+  return fmt::format("{:.{}f}", to_shown(kind, value_q) + 0.0, decimals(kind, 1));
+}
+
+std::string range_text(JointKind kind, const alarm::OutOfRange& beyond) {
+  return number_text(kind, beyond.lower_q) + " to " + number_text(kind, beyond.upper_q);
+}
+
+/// "0.0 90.0 degrees"; where joints slide, each with its unit: "0.0 degrees, 0.1000 m".
+std::string joints_text(const ArmModel& arm, const Joints& position_q) {
+  const JointKinds kinds = kinds_of(arm.kinematics.chain());
+  const auto end = kinds.begin() + static_cast<std::ptrdiff_t>(arm.dof);
+  const bool all_turn = std::all_of(kinds.begin(), end, [](JointKind k) { return k == JointKind::kRotary; });
   std::string text;
   for (std::size_t i = 0; i < arm.dof; ++i) {
-    text += fmt::format("{}{:.1f}", i == 0 ? "" : " ", to_degrees(position_q[i]) + 0.0);
+    text += (i == 0 ? "" : all_turn ? " " : ", ") + number_text(kinds[i], position_q[i]);
+    if (!all_turn || i + 1 == arm.dof) text += std::string(" ") + unit_name(kinds[i]);
   }
-  return text + " degrees";
+  return text;
 }
 
 std::string slow_note(bool unverified) {
@@ -67,23 +81,24 @@ void StartPosition::refuse_impossible(const DevicePosition& device) const {
   if (!beyond) return;
   const auto joint = static_cast<std::size_t>(beyond->joint);
   const std::string& name = profile_.joint_names[joint];
-  const std::string range =
-      fmt::format("{:.1f} to {:.1f}", to_degrees(beyond->lower_q), to_degrees(beyond->upper_q));
+  const JointKind kind = profile_.arm.kinematics.joint_kind(joint);
+  const bool turns = kind == JointKind::kRotary;
+  const std::string at = number_text(kind, beyond->position_q) + " " + unit_name(kind);
+  const std::string range = range_text(kind, *beyond);
   if (is_measured) {
     throw std::runtime_error(fmt::format(
-        "joint {} is measured at {:.1f} degrees, outside its range of {}: not started. Home "
-        "its encoder, correct its drive's zero_count, counts_per_degree or direction, or turn it by hand "
-        "into its range",
-        name, to_degrees(beyond->position_q), range));
+        "joint {} is measured at {}, outside its range of {}: not started. Home its encoder, correct its "
+        "drive's zero_count, {} or direction, or {} it by hand into its range",
+        name, at, range, turns ? "counts_per_degree" : "counts_per_m", turns ? "turn" : "push"));
   }
   const ServoMap& servo = profile_.arm.servos[joint];
   throw std::runtime_error(fmt::format(
-      "joint {} is at {:.1f} degrees, outside its range of {}, by what the controller sends to its servo, a "
-      "pulse of {:.0f} us: not started, since every start would move it. Correct zero_us, us_per_degree, "
-      "direction or range_deg in the profile where they are wrong; else move it into its range with "
-      "'corbot calibrate', or switch controller and servos off and on, with the arm held",
-      name, to_degrees(beyond->position_q), range,
-      servo.zero_us + servo.direction * servo.us_per_q * beyond->position_q));
+      "joint {} is at {}, outside its range of {}, by what the controller sends to its servo, a pulse of "
+      "{:.0f} us: not started, since every start would move it. Correct zero_us, {}, direction or {} in the "
+      "profile where they are wrong; else move it into its range with 'corbot calibrate', or switch "
+      "controller and servos off and on, with the arm held",
+      name, at, range, servo.zero_us + servo.direction * servo.us_per_q * beyond->position_q,
+      turns ? "us_per_degree" : "us_per_mm", turns ? "range_deg" : "range_m"));
 }
 
 /// No device says otherwise, and the servos have had power since.
@@ -92,13 +107,14 @@ void StartPosition::refuse_impossible(const Snapshot& last) const {
   const auto beyond = beyond_range(profile_.arm, joints_of(last), kNearRangeCommanded_rad);
   if (!beyond) return;
   const auto joint = static_cast<std::size_t>(beyond->joint);
+  const JointKind kind = profile_.arm.kinematics.joint_kind(joint);
   throw std::runtime_error(fmt::format(
-      "joint {} is at {:.1f} degrees, outside its range of {:.1f} to {:.1f}, by the last pulse of the "
-      "task before, {:.0f} us, and the servo map that has changed since: not started, since every "
-      "start would move it. Correct zero_us, us_per_degree or direction in the profile; or start "
-      "with --fresh, with servos off or the arm held",
-      profile_.joint_names[joint], to_degrees(beyond->position_q), to_degrees(beyond->lower_q),
-      to_degrees(beyond->upper_q), last.pulse_us[joint]));
+      "joint {} is at {} {}, outside its range of {}, by the last pulse of the task before, {:.0f} us, and "
+      "the servo map that has changed since: not started, since every start would move it. Correct zero_us, "
+      "{} or direction in the profile; or start with --fresh, with servos off or the arm held",
+      profile_.joint_names[joint], number_text(kind, beyond->position_q), unit_name(kind),
+      range_text(kind, *beyond), last.pulse_us[joint],
+      kind == JointKind::kRotary ? "us_per_degree" : "us_per_mm"));
 }
 
 CycleStart StartPosition::decide(const TaskSegment& segment, const DevicePosition& device, bool forget) {
@@ -130,16 +146,19 @@ CycleStart StartPosition::decide(const TaskSegment& segment, const DevicePositio
 /// a Clear, and energised anew it would be without one. Empty: no joint is further away than one may be that stands still.
 std::string StartPosition::moved_since(const Snapshot& last, const DevicePosition& device) const {
   if (device.kind != DevicePosition::Kind::kMeasured) return "";
+  const JointKinds kinds = kinds_of(profile_.arm.kinematics.chain());
   std::size_t furthest = 0;
   const auto away_q = [&](std::size_t joint) {
     return std::abs(device.position_q[joint] - last.position_q[joint]);
   };
+  const auto share = [&](std::size_t joint) { return away_q(joint) / near_q(kinds[joint], kMostLag_rad); };
   for (std::size_t i = 1; i < profile_.arm.dof; ++i) {
-    if (away_q(i) > away_q(furthest)) furthest = i;
+    if (share(i) > share(furthest)) furthest = i;
   }
-  if (away_q(furthest) <= kMostLag_rad) return "";
-  return fmt::format(", {:.1f} degrees from where the last real-time task left joint {}",
-                     to_degrees(away_q(furthest)), profile_.joint_names[furthest]);
+  if (share(furthest) <= 1.0) return "";
+  return fmt::format(", {} {} from where the last real-time task left joint {}",
+                     number_text(kinds[furthest], away_q(furthest)), unit_name(kinds[furthest]),
+                     profile_.joint_names[furthest]);
 }
 
 /// Of the last pulses, by the servo map as it is now.
@@ -171,9 +190,10 @@ LastPosition StartPosition::by_pulses(const Snapshot& last) const {
 
 CycleStart StartPosition::left_by(const Snapshot& last, const LastPosition& at) {
   const bool is_same_map = last.position_fingerprint == fingerprint_;
-  text_ = fmt::format("{}, where the last real-time task left it{}{}{}", degrees(profile_.arm, at.position_q),
-                      is_same_map ? "" : ", by its last pulses: THE SERVO MAP HAS CHANGED",
-                      was_unpowered_ ? ", with the servos unpowered since" : "", slow_note(true));
+  text_ =
+      fmt::format("{}, where the last real-time task left it{}{}{}", joints_text(profile_.arm, at.position_q),
+                  is_same_map ? "" : ", by its last pulses: THE SERVO MAP HAS CHANGED",
+                  was_unpowered_ ? ", with the servos unpowered since" : "", slow_note(true));
   return {at.position_q, at.opening, true};
 }
 
@@ -207,10 +227,11 @@ std::optional<CycleStart> StartPosition::from_device(const DevicePosition& devic
   for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
     const JointLimits& limits = profile_.arm.joints[i];
     start.position_q[i] = std::clamp(start.position_q[i], limits.lower_q, limits.upper_q);
-    is_same = is_same && std::abs(saved->position_q[i] - start.position_q[i]) <= kSamePulse_rad;
+    is_same = is_same && std::abs(saved->position_q[i] - start.position_q[i]) <=
+                             near_q(profile_.arm.kinematics.joint_kind(i), kSamePulse_rad);
   }
   if (is_same) start = {saved->position_q, saved->opening, is_unpowered};  // the same, unrounded
-  text_ = fmt::format("{}, {}{}", degrees(profile_.arm, start.position_q),
+  text_ = fmt::format("{}, {}{}", joints_text(profile_.arm, start.position_q),
                       device.kind == DevicePosition::Kind::kMeasured ? "measured by the device"
                                                                      : "by the pulses that the device sends",
                       slow_note(is_unpowered));
@@ -223,13 +244,13 @@ CycleStart StartPosition::assumed(const std::optional<LastPosition>& saved) {
   if (saved) {
     start.position_q = saved->position_q;
     start.opening = saved->opening;
-    text_ = fmt::format("{}, where corbot left it at {}{}{}{}", degrees(profile_.arm, start.position_q),
+    text_ = fmt::format("{}, where corbot left it at {}{}{}{}", joints_text(profile_.arm, start.position_q),
                         utc_text(saved->saved_s),
                         saved->boot_id == boot_id() ? "" : ", before this machine was started",
                         saved->at_rest ? "" : ", IN THE MIDDLE OF A MOTION", slow_note(start.unverified));
     return start;
   }
-  text_ = fmt::format("{}0 degrees{}", start.unverified ? "UNKNOWN; the arm is taken to be at " : "",
+  text_ = fmt::format("{}0 in all joints{}", start.unverified ? "UNKNOWN; the arm is taken to be at " : "",
                       slow_note(start.unverified));
   return start;
 }
@@ -238,7 +259,7 @@ void StartPosition::save(const TaskSegment& segment) const {
   Snapshot last{};
   if (!store_ || !last_snapshot(segment, last)) return;
   try {
-    store_->save(position_of(last, robot_), profile_.arm.dof);
+    store_->save(position_of(last, robot_), profile_.arm);
   } catch (const std::exception& error) {
     spdlog::warn("the last position is not saved: {}", error.what());
   }

@@ -35,7 +35,8 @@ Cia402Settings cia402_settings(const Profile& profile) {
   settings.gripper_model = profile.arm.gripper;
   for (const CanDrive& drive : options.drives) {
     settings.joints.push_back({static_cast<std::uint8_t>(drive.node), drive.counts_per_q, drive.zero_count,
-                               drive.direction, drive.identity, drive.reports_following, homing_of(drive)});
+                               drive.direction, drive.identity, drive.reports_following, homing_of(drive),
+                               profile.arm.kinematics.joint_kind(settings.joints.size())});
   }
   if (options.gripper_node > 0) {
     settings.gripper =

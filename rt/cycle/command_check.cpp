@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "corbot/channel/layout.h"
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path_joints.h"
 #include "corbot/motion/tool_peaks.h"
@@ -94,10 +95,24 @@ CommandVerdict check_orientation(const Kinematics& arm, const OrientationPath& t
   return kGood;
 }
 
-/// What lines and arcs have in common.
+/// The first number of a frame that is none.
+double fault_of(const Pose& frame, double farthest_m) noexcept {
+  for (const double x : frame.position_m) {
+    if (!(std::abs(x) <= farthest_m)) return x;
+  }
+  return squared_norm(frame.orientation) - 1.0;
+}
+
+/// What lines and arcs have in common. `arm`: in the path's frames.
 template <class Path>
 CommandVerdict check_path(const ArmModel& arm, const Command& command, const Path& path) noexcept {
-  if (!arm.kinematics.has_solution(path.solution)) return malformed(static_cast<double>(path.solution));
+  const bool has_closed_form = arm.kinematics.has_closed_form();
+  if (has_closed_form ? !arm.kinematics.has_solution(path.solution) : path.solution != 0)
+    return malformed(static_cast<double>(path.solution));
+  const bool are_knots_good = has_closed_form ? path.knots.count == 0
+                                              : path.knots.count >= 2 && path.knots.count <= kMostKnots &&
+                                                    path.knots.slot < kKnotSlots;
+  if (!are_knots_good) return malformed(path.knots.count);
   const CommandVerdict orientation = check_orientation(arm.kinematics, path.tool);
   if (!orientation.ok()) return orientation;
   const CommandVerdict verdict = check_law(path.law, command.duration_s, -1);
@@ -119,6 +134,7 @@ CommandVerdict check_path(const ArmModel& arm, const Command& command, const Pat
     if (!within(value, bound)) return limit(value);
   }
 
+  if (!has_closed_form) return kGood;  // the ends are those of the knots: KnotCheck
   for (const bool at_end : {false, true}) {
     const PathPoint point = point_at(path, at_end ? path.law.distance : 0.0);
     const Joints& expected_q = at_end ? command.end_q : command.start_q;
@@ -134,10 +150,20 @@ CommandVerdict check_path(const ArmModel& arm, const Command& command, const Pat
   return kGood;
 }
 
+template <class Path>
+CommandVerdict check_framed(const ArmModel& arm, const Command& command, const Path& path) noexcept {
+  const auto& [base_T_0, n_T_tool] = path.frames;
+  if (!is_frame(base_T_0, kFarthestBase_m)) return malformed(fault_of(base_T_0, kFarthestBase_m));
+  if (!is_frame(n_T_tool, kFarthestTool_m)) return malformed(fault_of(n_T_tool, kFarthestTool_m));
+  ArmModel framed = arm;
+  framed.kinematics.set_frames(base_T_0, n_T_tool);
+  return check_path(framed, command, path);
+}
+
 CommandVerdict check_line(const ArmModel& arm, const Command& command) noexcept {
   if (!is_small(command.line.from_m, kFarthestCoordinate_m)) return malformed(command.line.from_m[0]);
   if (!is_small(command.line.to_m, kFarthestCoordinate_m)) return malformed(command.line.to_m[0]);
-  return check_path(arm, command, command.line);
+  return check_framed(arm, command, command.line);
 }
 
 CommandVerdict check_arc(const ArmModel& arm, const Command& command) noexcept {
@@ -150,7 +176,7 @@ CommandVerdict check_arc(const ArmModel& arm, const Command& command) noexcept {
   for (const double error : {dot(arc.u, arc.u) - 1.0, dot(arc.v, arc.v) - 1.0, dot(arc.u, arc.v)}) {
     if (!(std::abs(error) <= kFrameTolerance)) return malformed(error);
   }
-  return check_path(arm, command, arc);
+  return check_framed(arm, command, arc);
 }
 
 CommandVerdict check_stays(const Command& command) noexcept {

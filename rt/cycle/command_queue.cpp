@@ -6,6 +6,7 @@
 namespace corbot::rt {
 
 bool CommandQueue::connect(const ServantSegment& servant, bool is_running) noexcept {
+  if (is_waiting_) take_knots();  // out of memory that goes
   const ConnectedServant::Former former = servant_.replace(servant);
   completions_.follow(servant.completions_tail);
   // The numbers of the new servant's own commands begin at its next one.
@@ -22,6 +23,7 @@ CommandQueue::Fetch CommandQueue::fetch() noexcept {
     switch (servant_.pop(waiting_)) {
       case PopResult::kOk:
         is_waiting_ = true;
+        has_knots_ = false;
         break;
       case PopResult::kEmpty:
         break;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <bitset>
+#include <cstddef>
 #include <cstdint>
 
 #include "corbot/channel/layout.h"
@@ -40,6 +42,13 @@ class CommandQueue {
   /// Valid while is_waiting().
   [[nodiscard]] const Command& waiting() const noexcept { return waiting_; }
   [[nodiscard]] bool is_waiting() const noexcept { return is_waiting_; }
+  /// Its knots: as many as it says, within bounds. They are copied when they are first asked for.
+  [[nodiscard]] PathKnots waiting_knots() noexcept {
+    take_knots();
+    const KnotRange* const range = knots_of(waiting_);
+    const std::size_t count = range != nullptr ? range->count : 0;
+    return {waiting_knots_.data(), std::min(count, kMostKnots)};
+  }
   /// The waiting command is begun, or has its verdict.
   void release() noexcept { is_waiting_ = false; }
 
@@ -56,6 +65,10 @@ class CommandQueue {
   /// More than can be outstanding: a ring full, what runs and what waits.
   static constexpr std::uint64_t kOutstanding = 128;
 
+  void take_knots() noexcept {
+    if (!has_knots_) servant_.copy_knots(waiting_, waiting_knots_);
+    has_knots_ = true;
+  }
   void end_through(std::uint64_t id) noexcept;
   /// Numbers without a command, from last_done_ on, are next.
   [[nodiscard]] bool is_lost_next() const noexcept {
@@ -65,6 +78,8 @@ class CommandQueue {
   ConnectedServant servant_;
   RingProducer<decltype(TaskSegment::completions)> completions_;
   Command waiting_{};
+  KnotSlot waiting_knots_{};
+  bool has_knots_{false};
   bool is_waiting_{false};
   std::uint64_t last_done_{0};
   std::uint64_t lost_through_{0};          ///< numbers up to this that are not taken by now never will be

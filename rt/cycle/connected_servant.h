@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -44,7 +46,17 @@ class ConnectedServant {
   }
 
   [[nodiscard]] PopResult pop(Command& command) noexcept {
-    return backlog_out_.pop(command) == PopResult::kOk ? PopResult::kOk : ring_.pop(command);
+    is_from_backlog_ = backlog_out_.pop(command) == PopResult::kOk;
+    return is_from_backlog_ ? PopResult::kOk : ring_.pop(command);
+  }
+  /// Knots of the command that was popped last, as many as it says: from here on they are this process's own. Before the
+  /// next pop, and before replace().
+  void copy_knots(const Command& command, KnotSlot& knots) const noexcept {
+    if (is_from_backlog_) {
+      copy_knots(command, backlog_knots_, knots);
+    } else {
+      copy_knots(command, segment_->knots, knots);
+    }
   }
   /// Commands of former servants that are still to be popped.
   [[nodiscard]] std::size_t backlog() const noexcept { return backlog_.size(); }
@@ -57,7 +69,7 @@ class ConnectedServant {
       const PopResult result = ring_.pop(waiting);
       if (result == PopResult::kCorrupt) former = Former::kCorrupt;
       if (result != PopResult::kOk) break;
-      if (!backlog_in_.push(waiting)) former = Former::kTooMuch;
+      if (!keep(waiting)) former = Former::kTooMuch;
     }
     segment_ = &servant;
     ring_ = RingConsumer(servant.commands, tail_);
@@ -66,12 +78,36 @@ class ConnectedServant {
   }
 
  private:
+  /// What comes out of shared memory is checked later; here it leads nowhere but into the slots.
+  template <std::size_t kSlots>
+  static void copy_knots(const Command& command, const std::array<KnotSlot, kSlots>& from,
+                         KnotSlot& to) noexcept {
+    const KnotRange* const range = knots_of(command);
+    if (range == nullptr || range->slot >= kSlots) return;
+    std::copy_n(from[range->slot].begin(), std::min<std::size_t>(range->count, kMostKnots), to.begin());
+  }
+
+  /// In the backlog, in a slot of its own.
+  bool keep(const Command& command) noexcept {
+    const auto slot = static_cast<std::uint16_t>(kept_ % kCapacity);
+    Command kept = command;
+    if (KnotRange* const range = knots_of(kept); range != nullptr && range->slot < kKnotSlots)
+      range->slot = slot;
+    if (!backlog_in_.push(kept)) return false;
+    copy_knots(command, segment_->knots, backlog_knots_[slot]);
+    ++kept_;
+    return true;
+  }
+
   const ServantSegment* segment_{&kNoServant};
   RingTail<>& tail_;
   RingConsumer<Commands> ring_;
   Ring<Command, kCapacity> backlog_;
   RingProducer<Commands> backlog_in_;
   RingConsumer<Commands> backlog_out_;
+  std::array<KnotSlot, kCapacity> backlog_knots_{};  ///< in turn
+  std::uint64_t kept_{0};
+  bool is_from_backlog_{false};
 };
 
 }  // namespace corbot::rt

@@ -210,10 +210,6 @@ void Cycle::advance_virtual_time() noexcept {
   if (is_running_) governor_.advance(period_s_);
 }
 
-SetPoint Cycle::evaluate_path() noexcept {
-  return is_running_ ? evaluate_command(arm_, running_, base_, governor_.virtual_time_s()) : set_point_;
-}
-
 void Cycle::accept_or_ramp(const SetPoint& next) noexcept {
   last_ = set_point_;
   if (fault_stop_.is_by_joint()) return step_by_joint();
@@ -270,7 +266,8 @@ void Cycle::follow_device() noexcept {
     const double there_q = feedback_.position_q[i];
     double& held_q = set_point_.position_q[i];
     if (!std::isfinite(there_q)) continue;
-    if (!is_standing_by && std::abs(there_q - held_q) <= kBehind_rad) continue;
+    if (!is_standing_by && std::abs(there_q - held_q) <= near_q(arm_.kinematics.joint_kind(i), kBehind_rad))
+      continue;
     held_q = std::clamp(there_q, arm_.joints[i].lower_q, arm_.joints[i].upper_q);
     last_.position_q[i] = held_q;  // not by a set-point's speed
   }

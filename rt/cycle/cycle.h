@@ -20,6 +20,7 @@
 #include "rt/cycle/grip_watch.h"
 #include "rt/cycle/hold_latch.h"
 #include "rt/cycle/joint_ramp.h"
+#include "rt/cycle/knot_check.h"
 #include "rt/cycle/liveness.h"
 #include "rt/cycle/path_evaluation.h"
 #include "rt/cycle/position_check.h"
@@ -134,6 +135,7 @@ class Cycle {
   void handle_command() noexcept;
   void advance_virtual_time() noexcept;
   [[nodiscard]] SetPoint evaluate_path() noexcept;
+  [[nodiscard]] PathKnots running_knots() const noexcept { return {running_knots_.data(), knot_count_}; }
   void accept_or_ramp(const SetPoint& next) noexcept;
   void step_by_joint() noexcept;
   [[nodiscard]] bool is_led_by_device() const noexcept;
@@ -174,6 +176,7 @@ class Cycle {
   [[nodiscard]] RtState state() const noexcept;
 
   const ArmModel arm_;
+  ArmModel framed_arm_{arm_};  ///< the same, with base and tool of the command that runs, or is to begin
   TaskSegment& task_;
   ServantMailbox& servants_;
   const ControlFlags* flags_{&kNoServant.control};  ///< of the servant that is connected
@@ -190,18 +193,21 @@ class Cycle {
   ServantWatch servant_watch_;
   OverrunCount overruns_;
   HoldLatch hold_;
-  PositionCheck position_;
+  PositionCheck position_{kinds_of(arm_.kinematics.chain())};
   StopInput stop_input_;
   FaultStop fault_stop_;
   JointRamp joint_ramp_;
   FollowingCheck following_;
-  RestCheck rest_;
+  RestCheck rest_{kinds_of(arm_.kinematics.chain())};
   GripWatch grip_;
   Settling settling_;
   DeviceWatch device_;
   Governor governor_;
   Command running_{};  ///< valid while is_running_
   bool is_running_{false};
+  KnotSlot running_knots_{};
+  std::size_t knot_count_{0};  ///< of the running command
+  KnotCheck knot_check_;
   SetPoint base_{};  ///< where the running command began
   SetPoint set_point_{};
   SetPoint last_{};  ///< of the cycle before

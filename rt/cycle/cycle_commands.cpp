@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The commands of a cycle: which one begins, how it ends, and what becomes of those that wait.
+#include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "corbot/channel/alarms.h"
 #include "rt/cycle/command_check.h"
@@ -122,6 +124,13 @@ void Cycle::begin_command() noexcept {
   CommandVerdict verdict =
       check_command(arm_, next, {queue_.last_done(), set_point_.position_q, set_point_.opening});
   if (next.epoch != stops_.newest()) verdict = {Verdict::kMalformed, -1, static_cast<double>(next.epoch)};
+  const PathKnots knots = queue_.waiting_knots();
+  if (verdict.ok()) take_frames(next, framed_arm_.kinematics);
+  if (verdict.ok() && !knots.empty()) {
+    const std::optional<CommandVerdict> checked = knot_check_.step(framed_arm_, next, knots);
+    if (!checked) return;  // the rest in the cycles to come
+    verdict = *checked;
+  }
   if (!verdict.ok()) {
     raise(alarm::command_refused(
         {.id = next.id, .verdict = verdict.verdict, .joint = verdict.joint, .value = verdict.value}));
@@ -129,10 +138,17 @@ void Cycle::begin_command() noexcept {
   }
   queue_.release();
   running_ = next;
+  knot_count_ = knots.size();
+  std::copy(knots.begin(), knots.end(), running_knots_.begin());
   is_running_ = true;
   base_ = set_point_;
   governor_.set_target(snapshot_.override_ratio);
   governor_.begin(governed_motion(arm_, running_));
+}
+
+SetPoint Cycle::evaluate_path() noexcept {
+  if (!is_running_) return set_point_;
+  return evaluate_command(framed_arm_, running_, base_, governor_.virtual_time_s(), running_knots());
 }
 
 void Cycle::complete(std::uint64_t id, Verdict verdict) noexcept {

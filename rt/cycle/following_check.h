@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 
+#include "corbot/arm/joint_units.h"
 #include "corbot/backend/backend.h"
 #include "corbot/channel/alarms.h"
 
@@ -68,8 +69,11 @@ class FollowingCheck {
 /// Whether the measured joints have come to rest: they have stayed where they are for a while. Real-time safe.
 class RestCheck {
  public:
+  /// near_q() of it, where a joint slides.
   static constexpr double kBand_rad = 0.002;
   static constexpr std::int64_t kWhile_ns = 50'000'000;
+
+  explicit RestCheck(const JointKinds& kinds = {}) noexcept : kinds_(kinds) {}
 
   /// Once a cycle; `ran_ns`: time that has passed, without gaps of this process's own. It counts once the device has
   /// said where the joints are after it: a record that is not renewed says nothing.
@@ -81,7 +85,8 @@ class RestCheck {
     said_ns_ = feedback.time_ns;
     bool stays = feedback.measured;
     for (std::size_t i = 0; stays && i < kMaxJoints; ++i)
-      stays = std::abs(feedback.position_q[i] - there_q_[i]) <= kBand_rad;  // what is not a number does not
+      stays = std::abs(feedback.position_q[i] - there_q_[i]) <=
+              near_q(kinds_[i], kBand_rad);  // what is not a number does not
     if (stays) return;
     there_q_ = feedback.position_q;
     rested_ns_ = 0;
@@ -89,6 +94,7 @@ class RestCheck {
   [[nodiscard]] bool is_at_rest() const noexcept { return rested_ns_ >= kWhile_ns; }
 
  private:
+  JointKinds kinds_;
   Joints there_q_{};
   std::int64_t said_ns_{0};    ///< when the last record was
   std::int64_t unseen_ns_{0};  ///< since the last record

@@ -12,8 +12,14 @@ namespace corbot::rt {
 namespace {
 
 template <class Path>
-void evaluate_path(const ArmModel& arm, const Path& path, double time_s, SetPoint& set_point) noexcept {
-  const PathPoint point = point_at(path, evaluate(path.law, time_s).position);
+void evaluate_path(const ArmModel& arm, const Path& path, double time_s, PathKnots knots,
+                   SetPoint& set_point) noexcept {
+  const double s = evaluate(path.law, time_s).position;
+  if (!knots.empty()) {
+    set_point.position_q = joints_at(knots, s);
+    return;
+  }
+  const PathPoint point = point_at(path, s);
   const IkSolution ik = joints_at(arm, point, path.solution, set_point.position_q);
   set_point.reachable = ik.status == IkStatus::kOk;
   if (set_point.reachable) set_point.position_q = ik.joints_q;
@@ -69,8 +75,14 @@ void add_law(GovernedMotion& motion, const GovernedLaw& law) noexcept {
 
 }  // namespace
 
-SetPoint evaluate_command(const ArmModel& arm, const Command& command, const SetPoint& base,
-                          double time_s) noexcept {
+void take_frames(const Command& command, Kinematics& arm) noexcept {
+  const auto take = [&arm](const Frames& frames) { arm.set_frames(frames.base_T_0, frames.n_T_tool); };
+  if (command.kind == MotionKind::kLine) take(command.line.frames);
+  if (command.kind == MotionKind::kArc) take(command.arc.frames);
+}
+
+SetPoint evaluate_command(const ArmModel& arm, const Command& command, const SetPoint& base, double time_s,
+                          PathKnots knots) noexcept {
   SetPoint set_point = base;
   switch (command.kind) {
     case MotionKind::kJoint:
@@ -79,10 +91,10 @@ SetPoint evaluate_command(const ArmModel& arm, const Command& command, const Set
       }
       break;
     case MotionKind::kLine:
-      evaluate_path(arm, command.line, time_s, set_point);
+      evaluate_path(arm, command.line, time_s, knots, set_point);
       break;
     case MotionKind::kArc:
-      evaluate_path(arm, command.arc, time_s, set_point);
+      evaluate_path(arm, command.arc, time_s, knots, set_point);
       break;
     case MotionKind::kGripper:
       set_point.opening += evaluate(command.gripper.law, time_s).position;

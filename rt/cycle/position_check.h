@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "corbot/arm/joint_units.h"
 #include "corbot/kinematics/joints.h"
 #include "corbot/motion/bounds.h"
 
@@ -14,8 +15,10 @@ namespace corbot::rt {
 /// motion that has gone somewhere and was not stopped verifies it, and is slow. Real-time safe.
 class PositionCheck {
  public:
-  /// A smaller rotation verifies nothing.
+  /// A smaller motion of a joint verifies nothing; near_q() of it, where the joint slides.
   static constexpr double kLeastMotion_rad = 0.01;
+
+  explicit PositionCheck(const JointKinds& kinds = {}) noexcept : kinds_(kinds) {}
 
   /// `is_known`: the device, or who wrote the profile, knows where the servos are after they were without energy.
   void begin(bool unverified, bool is_known) noexcept {
@@ -27,7 +30,7 @@ class PositionCheck {
   void energy_returns(bool is_measured) noexcept { unverified_ = unverified_ || !(is_known_ || is_measured); }
   void motion_done(const Joints& from_q, const Joints& to_q) noexcept {
     for (std::size_t i = 0; unverified_ && i < kMaxJoints; ++i) {
-      unverified_ = std::abs(to_q[i] - from_q[i]) < kLeastMotion_rad;
+      unverified_ = std::abs(to_q[i] - from_q[i]) < near_q(kinds_[i], kLeastMotion_rad);
     }
   }
   [[nodiscard]] bool is_unverified() const noexcept { return unverified_; }
@@ -36,6 +39,7 @@ class PositionCheck {
   }
 
  private:
+  JointKinds kinds_;
   bool unverified_{false};
   bool is_known_{false};
 };

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "corbot/arm/joint_units.h"
 #include "corbot/channel/alarms.h"
 
 namespace corbot::rt {
@@ -53,11 +54,12 @@ SetPointVerdict check_set_point(const ArmModel& arm, const Joints& last_q, const
 }
 
 std::optional<alarm::OutOfRange> beyond_range(const ArmModel& arm, const Joints& position_q,
-                                              double near_q) noexcept {
+                                              double near_rad) noexcept {
   for (std::size_t i = 0; i < arm.dof && i < kMaxJoints; ++i) {
     const JointLimits& limits = arm.joints[i];
     const double at_q = position_q[i];
-    if (at_q >= limits.lower_q - near_q && at_q <= limits.upper_q + near_q) continue;
+    const double near = near_q(arm.kinematics.joint_kind(i), near_rad);
+    if (at_q >= limits.lower_q - near && at_q <= limits.upper_q + near) continue;
     return alarm::OutOfRange{static_cast<std::int32_t>(i), at_q, limits.lower_q, limits.upper_q};
   }
   return std::nullopt;

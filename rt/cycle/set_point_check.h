@@ -29,9 +29,9 @@ struct SetPointVerdict {
 /// Finite and in range; for a position that comes from outside and has no predecessor. Real-time safe.
 [[nodiscard]] bool is_in_range(const ArmModel& arm, const Joints& position_q, double tolerance_q) noexcept;
 
-/// The first joint that a device has outside its range by more than `near_q`, or nowhere; nothing: there is none.
+/// The first joint that a device has outside its range by more than near_q() of `near_rad`, or nowhere; nothing: there is none.
 /// From there every set-point would be a motion that nobody asked for. Real-time safe.
 [[nodiscard]] std::optional<alarm::OutOfRange> beyond_range(const ArmModel& arm, const Joints& position_q,
-                                                            double near_q) noexcept;
+                                                            double near_rad) noexcept;
 
 }  // namespace corbot::rt

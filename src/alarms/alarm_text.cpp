@@ -10,7 +10,6 @@
 
 #include "corbot/backend/emergency_stop.h"
 #include "corbot/channel/alarms.h"
-#include "corbot/units.h"
 
 namespace corbot {
 namespace {
@@ -41,15 +40,32 @@ std::string stop_sources_text(std::uint32_t sources) {
   return text;
 }
 
-std::string out_of_range_text(const alarm::OutOfRange& what) {
+/// Of an event's joint; whoever forges one names a joint that is none.
+JointKind kind_of(std::int32_t joint, const JointKinds& kinds) {
+  const auto index = static_cast<std::size_t>(joint);
+  return joint >= 0 && index < kinds.size() ? kinds[index] : JointKind::kRotary;
+}
+
+/// "12.345 degrees", "0.012345 m".
+std::string value_text(JointKind kind, double value_q, int decimals_of_degrees) {
+  return fmt::format("{:.{}f} {}", to_shown(kind, value_q), decimals(kind, decimals_of_degrees),
+                     unit_name(kind));
+}
+/// Without the unit.
+std::string number_text(JointKind kind, double value_q, int decimals_of_degrees) {
+  return fmt::format("{:.{}f}", to_shown(kind, value_q), decimals(kind, decimals_of_degrees));
+}
+
+std::string out_of_range_text(const alarm::OutOfRange& what, const JointKinds& kinds) {
   if (what.joint < 0) {
     return fmt::format(
         "set-point of the gripper at {:.3f} is out of range {:.3f} to {:.3f}; the arm is brought to rest",
         what.position_q, what.lower_q, what.upper_q);
   }
-  return fmt::format(
-      "set-point of joint {} at {:.3f} degrees is out of range {:.3f} to {:.3f}; the arm is brought to rest",
-      what.joint, to_degrees(what.position_q), to_degrees(what.lower_q), to_degrees(what.upper_q));
+  const JointKind kind = kind_of(what.joint, kinds);
+  return fmt::format("set-point of joint {} at {} is out of range {} to {}; the arm is brought to rest",
+                     what.joint, value_text(kind, what.position_q, 3), number_text(kind, what.lower_q, 3),
+                     number_text(kind, what.upper_q, 3));
 }
 
 }  // namespace
@@ -67,18 +83,18 @@ bool causes_error(AlarmCode code) {
   }
 }
 
-std::string alarm_text(const AlarmEvent& event) {
+std::string alarm_text(const AlarmEvent& event, const JointKinds& kinds) {
+  const JointKind kind = kind_of(event.joint, kinds);
   switch (event.code) {
     case AlarmCode::kSetPointNotFinite:
       return fmt::format("set-point of {} is not a number; the arm is brought to rest", axis(event.joint));
     case AlarmCode::kSetPointOutOfRange:
-      return out_of_range_text(alarm::out_of_range(event));
+      return out_of_range_text(alarm::out_of_range(event), kinds);
     case AlarmCode::kSetPointDiscontinuous: {
       const alarm::Discontinuity what = alarm::discontinuity(event);
       return fmt::format(
-          "set-point of joint {} would step by {:.4f} degrees in a cycle, limit {:.4f}; the arm is brought "
-          "to rest",
-          what.joint, to_degrees(what.step_q), to_degrees(what.allowed_q));
+          "set-point of joint {} would step by {} in a cycle, limit {}; the arm is brought to rest",
+          what.joint, value_text(kind, what.step_q, 4), number_text(kind, what.allowed_q, 4));
     }
     case AlarmCode::kKinematicsFailed: {
       const alarm::KinematicsFailure what = alarm::kinematics_failure(event);
@@ -88,21 +104,21 @@ std::string alarm_text(const AlarmEvent& event) {
     }
     case AlarmCode::kFollowingError: {
       const alarm::JointDeviation what = alarm::joint_deviation(event);
-      return fmt::format("joint {} is {:.3f} degrees from its set-point, {:.3f} are allowed", what.joint,
-                         to_degrees(what.error_q), to_degrees(what.allowed_q));
+      return fmt::format("joint {} is {} from its set-point, {} are allowed", what.joint,
+                         value_text(kind, what.error_q, 3), number_text(kind, what.allowed_q, 3));
     }
     case AlarmCode::kGoalNotReached: {
       const alarm::JointDeviation what = alarm::joint_deviation(event);
       if (what.joint < 0) return "the servo device has not taken a motion's last set-point";
-      return fmt::format("joint {} has not reached its goal: it is {:.3f} degrees away, {:.3f} are allowed",
-                         what.joint, to_degrees(what.error_q), to_degrees(what.allowed_q));
+      return fmt::format("joint {} has not reached its goal: it is {} away, {} are allowed", what.joint,
+                         value_text(kind, what.error_q, 3), number_text(kind, what.allowed_q, 3));
     }
     case AlarmCode::kJointBeyondRange: {
       const alarm::OutOfRange what = alarm::out_of_range(event);
       return fmt::format(
-          "joint {} is at {:.1f} degrees, outside its range of {:.1f} to {:.1f}: nothing moves by itself; "
-          "turn it back by hand",
-          what.joint, to_degrees(what.position_q), to_degrees(what.lower_q), to_degrees(what.upper_q));
+          "joint {} is at {}, outside its range of {} to {}: nothing moves by itself; {} it back by hand",
+          what.joint, value_text(kind, what.position_q, 1), number_text(kind, what.lower_q, 1),
+          number_text(kind, what.upper_q, 1), kind == JointKind::kRotary ? "turn" : "push");
     }
     case AlarmCode::kCommandRefused: {
       const alarm::RefusedCommand what = alarm::refused_command(event);

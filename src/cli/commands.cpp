@@ -11,6 +11,7 @@
 #include <future>
 
 #include "cli/force_release.h"
+#include "cli/frames_view.h"
 #include "cli/local_stop.h"
 #include "cli/run_program.h"
 #include "cli/show.h"
@@ -207,6 +208,10 @@ void run_request(const ClientOptions& options, const Request& request) {
   if (request.verb == Verb::kStop) return stop(options);
   if (request.verb == Verb::kHold) return hold(options, request);
   if (request.verb == Verb::kAcquire) return acquire(options, request);
+  if (request.verb == Verb::kFrames && !request.reset) {
+    Client client(find_robot(options.robot), options.timeout_s);
+    return fmt::print("{}", read_frames(client));
+  }
   if (request.verb == Verb::kRelease && request.force) return force_release(options);
   if (!spec_of(request.verb).motion) {
     Client client(find_robot(options.robot), options.timeout_s);
@@ -245,6 +250,11 @@ void show(const ClientOptions& options, View view, bool as_json) {
     }
   }
   fmt::print("{}", text);
+}
+
+void show_solutions(const ClientOptions& options, const std::vector<double>& pose, bool as_json) {
+  Client client(find_robot(options.robot), options.timeout_s);
+  fmt::print("{}", read_solutions(client, pose, as_json));
 }
 
 void run_watch(const ClientOptions& options, double interval_s, int count) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "cli/program.h"
 #include "cli/record.h"
@@ -24,6 +25,8 @@ void run_file(const ClientOptions& options, const std::string& file, bool dry_ru
 
 enum class View { kStatus, kAlarms, kDiagnostics };
 void show(const ClientOptions& options, View view, bool as_json);
+/// `pose`: X Y Z, or X Y Z QW QX QY QZ.
+void show_solutions(const ClientOptions& options, const std::vector<double>& pose, bool as_json);
 void run_watch(const ClientOptions& options, double interval_s, int count);
 /// Fills in the robot's name and its number of joints, then records.
 void run_record(const ClientOptions& options, RecordOptions record_options);

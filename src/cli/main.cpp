@@ -37,6 +37,7 @@ struct Settings {
   bool json{false};
   double interval_s{0.2};
   int count{0};
+  std::vector<std::string> pose;  ///< of `solutions`
   std::string program;
   bool dry_run{false};
   RecordOptions record;
@@ -256,6 +257,29 @@ void add_views(CLI::App& app, Settings& s) {
   watch_command->callback([&s] { run_watch(s.client, s.interval_s, s.count); });
 }
 
+void add_solutions(CLI::App& app, Settings& s) {
+  CLI::App* command =
+      app.add_subcommand("solutions", "Show all joint values at a pose of the tool, with their numbers");
+  command
+      ->add_option("POSE", s.pose,
+                   "X Y Z in metres, with the orientation that the tool has, or X Y Z QW QX QY QZ")
+      ->required()
+      ->expected(3, 7);
+  command->add_flag("--json", s.json, "For programs");
+  add_client_options(*command, s);
+  command->callback([&s] {
+    std::vector<double> pose;
+    for (const std::string& word : s.pose) {
+      const auto value = parse_number(word);
+      if (!value) throw Failure(ExitCode::kUsage, "solutions: " + number_fault(word));
+      pose.push_back(*value);
+    }
+    if (pose.size() != 3 && pose.size() != 7)
+      throw Failure(ExitCode::kUsage, "solutions: either X Y Z, or X Y Z QW QX QY QZ");
+    show_solutions(s.client, pose, s.json);
+  });
+}
+
 void add_files(CLI::App& app, Settings& s) {
   CLI::App* run_command = app.add_subcommand("run", "Run a program, one command a line");
   run_command->add_option("PROGRAM", s.program, "File, - = standard input")->required();
@@ -300,6 +324,7 @@ int run(int argc, char** argv) {
   add_calibration(app, settings);
   add_arm(app, settings);
   add_views(app, settings);
+  add_solutions(app, settings);
   add_verbs(app, settings, words);
   add_files(app, settings);
   app.add_subcommand("version", "Print the version")->callback([] {

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/gripper_view.h"
+#include "cli/joint_view.h"
 #include "corbot/channel/alarms.h"
 #include "corbot/channel/records.h"
 #include "corbot/motion/bounds.h"
@@ -86,12 +87,6 @@ json device_data(const Corbot::DeviceInfo& device) {
           {"emergency_stop", static_cast<bool>(device.emergencyStop)}};
 }
 
-/// Without a minus sign in front of zeros.
-double rounded(double value, double scale) {
-  const double r = std::round(value * scale) / scale;
-  return r == 0 ? 0 : r;
-}
-
 std::string local_time(double epoch_s) {
   if (!(epoch_s > 0 && epoch_s < 2e11)) return "unknown";
   const auto seconds = static_cast<std::time_t>(epoch_s);
@@ -102,16 +97,8 @@ std::string local_time(double epoch_s) {
 
 std::string microseconds(double seconds) { return fmt::format("{:.1f} us", seconds * 1e6); }
 
-bool is_limited(const StatusReport& r, std::size_t joint) {
-  if (joint >= r.ranges.size() || joint >= r.soft_limits.size()) return false;
-  return r.soft_limits[joint].lower != r.ranges[joint].lower ||
-         r.soft_limits[joint].upper != r.ranges[joint].upper;
-}
-
-json ranges_data(const std::vector<Corbot::JointRange>& ranges) {
-  json list = json::array();
-  for (const auto& range : ranges) list.push_back({{"lower", range.lower}, {"upper", range.upper}});
-  return list;
+json orientation_data(const std::optional<Corbot::Quaternion>& q) {
+  return q ? json{{"w", q->w}, {"x", q->x}, {"y", q->y}, {"z", q->z}} : json();
 }
 
 /// Old: more than five of the longest periods that a profile may have.
@@ -164,6 +151,14 @@ StatusReport read_status(Client& client) {
     } catch (const CORBA::BAD_OPERATION&) {
       // of an earlier version: what it does not say stays empty
     }
+    try {
+      const Corbot::JointList_var kinds = arm.Joints();
+      for (CORBA::ULong i = 0; i < kinds->length(); ++i)
+        report.joint_info.push_back(
+            {printable(kinds.in()[i].name.in()), kinds.in()[i].kind == Corbot::JointSlides});
+    } catch (const CORBA::BAD_OPERATION&) {
+      // of an earlier version: all turn
+    }
     const Corbot::JointRanges_var ranges = arm.MovRange();
     for (CORBA::ULong i = 0; i < ranges->length(); ++i) report.ranges.push_back(ranges.in()[i]);
     const Corbot::AlarmList_var alarms = arm.Alarms();
@@ -179,6 +174,8 @@ StatusReport read_status(Client& client) {
       take(now.in(), report);
       const Corbot::JointRanges_var limits = arm.SoftLimits();
       report.soft_limits.assign(limits->get_buffer(), limits->get_buffer() + limits->length());
+      const Corbot::ToolOrientationInfo set = arm.ToolOrientation();
+      if (set.set) report.tool_orientation = set.orientation;
     } catch (const CORBA::BAD_OPERATION&) {
       // of an earlier version: what was read one after another stands
     }
@@ -217,7 +214,7 @@ std::string status_text(const StatusReport& r) {
                       rounded(r.pose.x, 1e4), rounded(r.pose.y, 1e4), rounded(r.pose.z, 1e4),
                       rounded(r.pose.a, 100), rounded(r.pose.b, 100), rounded(r.pose.c, 100));
   for (std::size_t i = 0; i < r.joints.size(); ++i) {
-    text += fmt::format("  joint {}   {:8.2f} deg", i, rounded(r.joints[i], 100));
+    text += fmt::format("  joint {}   {}", i, joint_text(r, i));
     if (i < r.ranges.size()) text += fmt::format("   ({:g} to {:g})", r.ranges[i].lower, r.ranges[i].upper);
     if (is_limited(r, i))
       text += fmt::format("   limited to {:g} to {:g}", r.soft_limits[i].lower, r.soft_limits[i].upper);
@@ -226,6 +223,12 @@ std::string status_text(const StatusReport& r) {
   text += fmt::format("  gripper   {}\n  override  {:g} %\n  pitch     {:g} deg\n  reach     {:.3f} m\n",
                       gripper_text(r.gripper, r.gripper_info), r.override_percent,
                       rounded(r.tool_pitch_deg, 1e6), r.reach_m);
+  if (r.tool_orientation) {
+    const Corbot::Quaternion& q = *r.tool_orientation;
+    text += fmt::format(
+        "  set tool  w {:.6g}  x {:.6g}  y {:.6g}  z {:.6g}: the orientation of move, moves, movec\n", q.w,
+        q.x, q.y, q.z);
+  }
   if (r.servant.started > 0.0) {
     text += fmt::format("  servant   corbot {}, profile {}, up since {}\n", printable(r.servant.version.in()),
                         printable(r.servant.profile.in()), local_time(r.servant.started));
@@ -236,10 +239,10 @@ std::string status_text(const StatusReport& r) {
 std::string status_line(const StatusReport& r) {
   std::string text = fmt::format("{:<7}  x {:8.4f}  y {:8.4f}  z {:8.4f} m  joints", to_string(r.state),
                                  rounded(r.pose.x, 1e4), rounded(r.pose.y, 1e4), rounded(r.pose.z, 1e4));
-  for (const double joint : r.joints) text += fmt::format(" {:8.2f}", rounded(joint, 100));
+  for (std::size_t i = 0; i < r.joints.size(); ++i) text += " " + joint_text(r, i);
   const std::string holder = printable(r.control.holder.in());
   const std::string age = is_old(r) ? fmt::format("  age {:.1f} s", *r.cycle_age_s) : "";
-  return text + fmt::format(" deg  gripper {}  override {:g} %{}{}{}{}{}\n", to_string(r.gripper),
+  return text + fmt::format("  gripper {}  override {:g} %{}{}{}{}{}\n", to_string(r.gripper),
                             r.override_percent, age, r.paused ? "  paused" : "",
                             r.control.held ? "  held" : "", holder.empty() ? "" : "  control ", holder);
 }
@@ -253,9 +256,7 @@ std::string status_json(const StatusReport& r) {
                   {"paused", r.paused},
                   {"cycle_age_s", r.cycle_age_s ? json(*r.cycle_age_s) : json()},
                   {"kind", to_string(r.kind)},
-                  {"joints_deg", r.joints},
-                  {"ranges_deg", ranges_data(r.ranges)},
-                  {"soft_limits_deg", ranges_data(r.soft_limits)},
+                  {"joints", joints_data(r)},
                   {"tool",
                    {{"x_m", r.pose.x},
                     {"y_m", r.pose.y},
@@ -269,6 +270,7 @@ std::string status_json(const StatusReport& r) {
                   {"reach_m", r.reach_m},
                   {"override_percent", r.override_percent},
                   {"tool_pitch_deg", r.tool_pitch_deg},
+                  {"tool_orientation", orientation_data(r.tool_orientation)},
                   {"active_alarms", alarms},
                   {"servant",
                    {{"version", printable(r.servant.version.in())},

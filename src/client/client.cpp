@@ -9,6 +9,9 @@
 #include <string>
 #include <thread>
 
+#include "corbot/kinematics/pose.h"
+#include "corbot/units.h"
+
 namespace corbot::client {
 
 namespace {
@@ -20,6 +23,22 @@ constexpr std::chrono::seconds kReconnect{2};
 
 Corbot::Point point(const Request& request, std::size_t first) {
   return {request.numbers[first], request.numbers[first + 1], request.numbers[first + 2]};
+}
+
+/// A point and, if they are there, the numbers of an orientation.
+Corbot::Pose pose(const Request& request) {
+  return {point(request, 0), orientation_of(std::span(request.numbers).subspan(3))};
+}
+
+Corbot::Ticket start_pose(Corbot::_objref_Arm& arm, const Request& request) {
+  return request.line ? arm.StartMovePoseS(pose(request), request.time_s)
+                      : arm.StartMovePose(pose(request), request.time_s);
+}
+
+Corbot::Ticket start_relative(Corbot::_objref_Arm& arm, const Request& request) {
+  const Corbot::OffsetFrame frame = request.tool ? Corbot::OffsetInTool : Corbot::OffsetInBase;
+  return request.line ? arm.StartMoveRelativeS(pose(request), frame, request.time_s)
+                      : arm.StartMoveRelative(pose(request), frame, request.time_s);
 }
 
 Corbot::JointCoord joints(const Request& request) {
@@ -40,6 +59,13 @@ void set_limit(Corbot::_objref_Arm& arm, const std::vector<double>& numbers) {
   }
   limits[joint] = {numbers[1], numbers[2]};
   arm.SetSoftLimits(limits.in());
+}
+
+/// X Y Z, and an orientation where one is given.
+Corbot::Pose frame(const std::vector<double>& n) {
+  const Corbot::Quaternion turned =
+      n.size() > 3 ? Corbot::Quaternion{n[3], n[4], n[5], n[6]} : Corbot::Quaternion{1.0, 0.0, 0.0, 0.0};
+  return {{n[0], n[1], n[2]}, turned};
 }
 
 CORBA::ORB_ptr start_orb(double timeout_s) {
@@ -67,6 +93,15 @@ std::string with_giop_version(const std::string& reference) {
 }
 
 }  // namespace
+
+Corbot::Quaternion orientation_of(std::span<const double> numbers) {
+  if (numbers.empty()) return {1.0, 0.0, 0.0, 0.0};
+  if (numbers.size() > 3) return {numbers[0], numbers[1], numbers[2], numbers[3]};
+  // Its pitch counts upward, against the y axis.
+  const Quaternion q = about({0, 0, 1}, to_radians(numbers[0])) * about({0, 1, 0}, -to_radians(numbers[1])) *
+                       about({1, 0, 0}, to_radians(numbers[2]));
+  return {q.w, q.x, q.y, q.z};
+}
 
 Client::Client(const Address& address, double timeout_s) : address_(address) {
   try {
@@ -165,6 +200,10 @@ Corbot::Ticket Client::begin(const Request& request) {
         return arm.StartClose();
       case Verb::kGripper:
         return arm.StartSetGripper(n[0]);
+      case Verb::kMovePose:
+        return start_pose(arm, request);
+      case Verb::kMoveRelative:
+        return start_relative(arm, request);
       default:
         throw Failure(ExitCode::kInternal, "not a motion: " + to_string(request));
     }
@@ -180,8 +219,17 @@ void Client::set(const Request& request) {
         return request.all ? arm.AllSpeed(n[0]) : arm.Speed(n[0]);
       case Verb::kPitch:
         return arm.SetToolPitch(n[0]);
+      case Verb::kOrientation:
+        return request.reset ? arm.ResetToolOrientation() : arm.SetToolOrientation(orientation_of(n));
       case Verb::kLimit:
         return request.reset ? arm.ResetSoftLimits() : set_limit(arm, n);
+      case Verb::kTool:
+        return arm.SetToolFrame(frame(n));
+      case Verb::kBase:
+        return arm.SetBaseFrame(frame(n));
+      case Verb::kFrames:
+        if (!request.reset) throw Failure(ExitCode::kUsage, "frames: nothing to set without --reset");
+        return arm.ResetFrames();
       case Verb::kOverride:
         return arm.Override(n[0]);
       case Verb::kStop:

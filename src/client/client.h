@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <functional>
+#include <span>
 #include <string>
 
 #include "client/explain.h"
@@ -13,6 +14,9 @@ namespace corbot::client {
 /// The address of the robot of `--robot`. Empty: $CORBOT_ROBOT, or the one that is up here. Takes a
 /// corbaloc, corbaname or IOR, HOST:PORT/NAME, or the name of a robot that is up here. Throws Failure.
 [[nodiscard]] Address find_robot(const std::string& robot);
+
+/// The rotation of three angles as CartCoord has them, degrees, or of a quaternion w x y z; of nothing: none.
+[[nodiscard]] Corbot::Quaternion orientation_of(std::span<const double> numbers);
 
 /// Progress of the motion under way, 0 … 1; called several times a second from the thread that waits.
 using ProgressReport = std::function<void(double)>;

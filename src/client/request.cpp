@@ -20,6 +20,7 @@ constexpr double kLargestTicket = 9007199254740992.0;  // 2^53: beyond it a doub
 
 const OptionSpec kTime{"--time", "T",
                        "seconds the motion shall take; 0 or none: as fast as the limits allow"};
+const OptionSpec kLine{"--line", "", "in a straight line, turning in step with it"};
 const OptionSpec kAbove{"--above", "D", "metres above the point, vertically"};
 
 static_assert(kShortestLease_s == 0.5 && kLongestLease_s == 3600.0, "the help of --lease names both");
@@ -55,7 +56,7 @@ const std::vector<VerbSpec>& table() {
        {"JOINT", "INCREMENT", "SPEED"},
        3,
        {},
-       "Turn one joint (from 0) by degrees at degrees a second",
+       "Move one joint (from 0) by degrees at degrees a second; one that slides by metres",
        true,
        true},
       {Verb::kJoints,
@@ -63,7 +64,7 @@ const std::vector<VerbSpec>& table() {
        {"A0", "A1", "A2", "A3", "A4", "A5"},
        1,
        {kTime},
-       "Move to the given joint values, degrees, one for each joint",
+       "Move to the given joint values, degrees, or metres of one that slides, one for each joint",
        true,
        true},
       {Verb::kReady, "ready", {}, 0, {}, "Move all joints to zero", true, true},
@@ -71,6 +72,22 @@ const std::vector<VerbSpec>& table() {
       {Verb::kOpen, "open", {}, 0, {}, "Open the gripper", true, true},
       {Verb::kClose, "close", {}, 0, {}, "Close the gripper", true, true},
       {Verb::kGripper, "gripper", {"PERCENT"}, 1, {}, "Move the gripper: 0 closed, 100 open", true, true},
+      {Verb::kMovePose,
+       "movepose",
+       {"X", "Y", "Z", "A|QW", "B|QX", "C|QY", "QZ"},
+       6,
+       {kLine, kTime},
+       "Move to a pose: a point, metres, and angles as status shows them, degrees, or a quaternion",
+       true,
+       true},
+      {Verb::kMoveRelative,
+       "moverelative",
+       {"DX", "DY", "DZ", "A|QW", "B|QX", "C|QY", "QZ"},
+       3,
+       {{"--tool", "", "along the tool's axes instead of the base's"}, kLine, kTime},
+       "Move by an offset, metres, and a turn, as for movepose; none: the orientation is kept",
+       true,
+       true},
       {Verb::kSpeed,
        "speed",
        {"PERCENT"},
@@ -87,12 +104,46 @@ const std::vector<VerbSpec>& table() {
        "Set the tool pitch for the motions that follow",
        false,
        true},
+      {Verb::kOrientation,
+       "orientation",
+       {"A|QW", "B|QX", "C|QY", "QZ"},
+       0,
+       {{"--reset", "",
+         "of tool pitch and orientation: each motion keeps the orientation that the tool has"}},
+       "Set the tool's orientation for move, moves and movec, angles in degrees or a quaternion",
+       false,
+       true},
       {Verb::kLimit,
        "limit",
        {"JOINT", "LOWER", "UPPER"},
        0,
        {{"--reset", "", "the profile's ranges again, of all joints"}},
-       "Set the soft limits of one joint (from 0), degrees, for the motions that follow",
+       "Set the soft limits of one joint (from 0), degrees, or metres of one that slides, for the motions "
+       "that follow",
+       false,
+       true},
+      {Verb::kTool,
+       "tool",
+       {"X", "Y", "Z", "QW", "QX", "QY", "QZ"},
+       3,
+       {},
+       "Set the tool frame, flange to tool centre point, for the motions that follow",
+       false,
+       true},
+      {Verb::kBase,
+       "base",
+       {"X", "Y", "Z", "QW", "QX", "QY", "QZ"},
+       3,
+       {},
+       "Set the base frame, where the arm stands in the world, for the motions that follow",
+       false,
+       true},
+      {Verb::kFrames,
+       "frames",
+       {},
+       0,
+       {{"--reset", "", "the profile's frames again, both"}},
+       "Show tool and base frame",
        false,
        true},
       {Verb::kOverride,
@@ -167,6 +218,18 @@ std::optional<std::string> check_values(const Request& request) {
       if (n.size() != (request.reset ? 0u : 3u)) return "either JOINT LOWER UPPER, or --reset alone";
       if (!request.reset && n[1] > n[2]) return fmt::format("LOWER {} is above UPPER {}", n[1], n[2]);
       break;
+    case Verb::kMoveRelative:
+      if (n.size() != 3 && n.size() < 6)
+        return "after DZ three angles A B C, a quaternion QW QX QY QZ, or nothing";
+      break;
+    case Verb::kOrientation:
+      if (request.reset ? !n.empty() : n.size() < 3)
+        return "three angles A B C or a quaternion QW QX QY QZ, or --reset alone";
+      break;
+    case Verb::kTool:
+    case Verb::kBase:
+      if (n.size() != 3 && n.size() != 7) return "either X Y Z, or X Y Z QW QX QY QZ";
+      break;
     case Verb::kGripper:
       if (!(n[0] >= 0 && n[0] <= 100)) return fmt::format("PERCENT {}: must be 0 to 100", n[0]);
       break;
@@ -190,6 +253,8 @@ std::optional<std::string> read_option(const OptionSpec& option, std::span<const
   if (option.value.empty()) {
     (option.name == "--force"   ? request.force
      : option.name == "--reset" ? request.reset
+     : option.name == "--line"  ? request.line
+     : option.name == "--tool"  ? request.tool
                                 : request.all) = true;
     return std::nullopt;
   }
@@ -317,6 +382,8 @@ std::string to_string(const Request& request) {
   if (request.all) text += " --all";
   if (request.force) text += " --force";
   if (request.reset) text += " --reset";
+  if (request.line) text += " --line";
+  if (request.tool) text += " --tool";
   if (request.verb == Verb::kAcquire) text += fmt::format(" --lease {}", request.lease_s);
   if (request.who) text += fmt::format(" --who '{}'", *request.who);
   return text;

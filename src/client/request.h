@@ -22,10 +22,16 @@ enum class Verb {
   kDelay,
   kOpen,
   kClose,
-  kGripper,  // motions
+  kGripper,
+  kMovePose,
+  kMoveRelative,  // motions
   kSpeed,
   kPitch,
   kLimit,
+  kOrientation,
+  kTool,
+  kBase,
+  kFrames,
   kOverride,  // settings
   kStop,
   kCancel,
@@ -48,6 +54,8 @@ struct Request {
   bool all{false};                   ///< --all
   bool force{false};                 ///< --force
   bool reset{false};                 ///< --reset
+  bool line{false};                  ///< --line
+  bool tool{false};                  ///< --tool
   double lease_s{60};                ///< --lease
   std::optional<std::string> who{};  ///< --who; nothing = user and machine
 };

@@ -22,6 +22,9 @@ constexpr Bounds limit(std::string_view unit) { return {0, 1e6, true, unit}; }
 
 void read_robot(Section& section, Profile& profile) {
   profile.name = read_name(section, "name");
+  profile.arm.orientation_error_rad =
+      section.number_or("orientation_error_deg", 0, {0, 180, false, "degrees"}).value_or(0) *
+      kRadiansPerDegree;
   section.skip("kind");  // is compared with what the geometry is recognised as
   section.finish();
 }

@@ -62,6 +62,10 @@ bool corbot_place_needed(const char* operation, corbot_place_kind* kind) {
       {"Release", CORBOT_PLACE_TO_CHANGE},
       {"StopAndHold", CORBOT_PLACE_TO_STOP},
       {"SetGripper", CORBOT_PLACE_TO_WAIT},
+      {"MovePose", CORBOT_PLACE_TO_WAIT},
+      {"MovePoseS", CORBOT_PLACE_TO_WAIT},
+      {"MoveRelative", CORBOT_PLACE_TO_WAIT},
+      {"MoveRelativeS", CORBOT_PLACE_TO_WAIT},
       {"SetSoftLimits", CORBOT_PLACE_TO_CHANGE},
       {"ResetSoftLimits", CORBOT_PLACE_TO_CHANGE},
   };

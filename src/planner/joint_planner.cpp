@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "corbot/motion/bounds.h"
+#include "planner/numeric/numeric_inverse.h"
 #include "planner/refusal.h"
 #include "planner/time_law_planner.h"
 #include "planner/tool_goal.h"
@@ -78,6 +79,7 @@ PlanResult JointPlanner::to(const PlanStart& start, const Joints& target_q, doub
 
 PlanResult JointPlanner::reach(const PlanStart& start, const std::array<double, 3>& target_m,
                                double t_s) const {
+  if (!model_.kinematics.has_closed_form()) return reach_numerically(start, target_m, t_s);
   const std::uint32_t present = model_.kinematics.solution_of(start.position_q).value_or(0);
   const std::uint32_t count = model_.kinematics.solution_count();
   double best_s = std::numeric_limits<double>::infinity();
@@ -124,6 +126,41 @@ PlanResult JointPlanner::reach(const PlanStart& start, const std::array<double, 
   }
   if (no_orientation) return *no_orientation;
   return unreachable(target_m, out_of_reach, "the target");
+}
+
+/// Solutions have no numbers that would stay the same from place to place: the quickest is taken.
+PlanResult JointPlanner::reach_numerically(const PlanStart& start, const std::array<double, 3>& target_m,
+                                           double t_s) const {
+  const auto goal = goal_point(model_, settings_, start.position_q, target_m, 0);
+  if (const auto* refusal = std::get_if<PlanRefusal>(&goal)) return *refusal;
+  const PathPoint& wanted = std::get<PathPoint>(goal);
+  const numeric::NumericSolutions found =
+      settings_.tool_orientation
+          ? numeric::all_solutions(model_, Pose{target_m, *settings_.tool_orientation}, start.position_q)
+          : numeric::all_solutions(model_, wanted, start.position_q);
+  // With up to three joints the orientation is an output: one that is asked for is only at some solution.
+  const bool is_output = settings_.tool_orientation && model_.dof <= 3;
+  double best_s = std::numeric_limits<double>::infinity();
+  Joints best{};
+  std::optional<PlanRefusal> out_of_range;
+  for (std::uint32_t k = 0; k < found.count; ++k) {
+    Joints target = found.joints_q[k];
+    if (is_output && !has_orientation(model_, target, *settings_.tool_orientation)) continue;
+    const int joint = fit_ranges(model_, start.position_q, &target);
+    if (joint >= 0) {
+      const auto index = static_cast<std::size_t>(joint);
+      if (!out_of_range) out_of_range = joint_range(model_, index, target[index], "at the target");
+      continue;
+    }
+    const double duration_s = plan_joints(model_, speed_q_s_, start.position_q, target, nullptr);
+    if (duration_s >= best_s) continue;
+    best_s = duration_s;
+    best = target;
+  }
+  if (std::isfinite(best_s)) return joint_command(model_, speed_q_s_, start, best, t_s);
+  if (!out_of_range) return not_found(target_m, found);
+  out_of_range->target_m = target_m;
+  return *out_of_range;
 }
 
 PlanResult JointPlanner::drive(const PlanStart& start, const DriveRequest& request) const {

@@ -27,6 +27,9 @@ class JointPlanner {
   [[nodiscard]] PlanResult drive(const PlanStart& start, const DriveRequest& request) const;
 
  private:
+  [[nodiscard]] PlanResult reach_numerically(const PlanStart& start, const std::array<double, 3>& target_m,
+                                             double t_s) const;
+
   const ArmModel& model_;
   const PlanSettings& settings_;
   Joints speed_q_s_{};

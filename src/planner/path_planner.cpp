@@ -11,6 +11,7 @@
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path_joints.h"
 #include "corbot/motion/tool_peaks.h"
+#include "planner/knot_planner.h"
 #include "planner/refusal.h"
 #include "planner/time_law_planner.h"
 #include "planner/tool_goal.h"
@@ -52,6 +53,20 @@ TimeLaw path_law(const PathLimits& limits, double speed_ratio, const PathScale& 
     if (factor > 1.0) law = stretch(law, law.duration_s() * factor * kRoundUp);
   }
   return law;
+}
+
+/// Pieces between knots have a shape of their own: this is left to them of the tool's speed, acceleration and jerk.
+PathLimits reserved(PathLimits limits) {
+  constexpr double kSpeed = 1.0 - 1e-4;
+  constexpr double kAcceleration = 1.0 - 2e-3;
+  constexpr double kJerk = 1.0 - 3e-2;
+  limits.speed_m_s *= kSpeed;
+  limits.acceleration_m_s2 *= kAcceleration;
+  limits.jerk_m_s3 *= kJerk;
+  limits.rotation_speed_rad_s *= kSpeed;
+  limits.rotation_acceleration_rad_s2 *= kAcceleration;
+  limits.rotation_jerk_rad_s3 *= kJerk;
+  return limits;
 }
 
 }  // namespace
@@ -98,6 +113,7 @@ template <class Motion, class Member>
 PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, double t_s, Member member) const {
   const PathPoint here = present_point(model_.kinematics, start.position_q);
   const Vector3 target_m = point_at(motion, 1.0).position_m;
+  motion.frames = frames_of(model_.kinematics);
   std::optional<PlanRefusal> first;
   const auto refuse = [&first](const PlanRefusal& refusal) {
     if (!first) first = refusal;
@@ -110,7 +126,8 @@ PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, double t_s, Me
     }
     motion.tool = orientation_path(model_.kinematics, here, std::get<PathPoint>(goal));
     motion.solution = number;
-    PathPlan result = plan_on_solution(start, motion, t_s, member);
+    PathPlan result = model_.kinematics.has_closed_form() ? plan_on_solution(start, motion, t_s, member)
+                                                          : plan_between_knots(start, motion, t_s, member);
     if (std::holds_alternative<Command>(result)) return result;
     refuse(std::get<PlanRefusal>(result));
   }
@@ -120,8 +137,27 @@ PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, double t_s, Me
 template <class Motion, class Member>
 PathPlan PathPlanner::plan_on_solution(const PlanStart& start, Motion motion, double t_s,
                                        Member member) const {
+  return plan_proved(start, motion, PathProof(model_, motion, start.position_q), t_s, member);
+}
+
+/// Without a closed form: numerically, from knot to knot.
+template <class Motion, class Member>
+PathPlan PathPlanner::plan_between_knots(const PlanStart& start, Motion motion, double t_s,
+                                         Member member) const {
+  KnotPlan plan = plan_knots(model_, motion, start.position_q);
+  if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) return *refusal;
+  auto& knots = std::get<std::vector<PathKnot>>(plan);
+  motion.knots.count = static_cast<std::uint16_t>(knots.size());
+  PathPlan result =
+      plan_proved(start, motion, PathProof(model_, motion, start.position_q, knots), t_s, member);
+  if (std::holds_alternative<Command>(result)) result.knots = std::move(knots);
+  return result;
+}
+
+template <class Motion, class Member>
+PathPlan PathPlanner::plan_proved(const PlanStart& start, Motion motion, const PathProof& proof, double t_s,
+                                  Member member) const {
   const PathScale scale{length_m(motion), rotation_rad(motion.tool), curvature_1_m(motion)};
-  const PathProof proof(model_, motion, start.position_q);
   const PathPoint target = point_at(motion, 1.0);
   // The target first: of all points that may be out of reach it is the one that the caller has given.
   const IkSolution end = proof.joints_at(1.0);
@@ -171,15 +207,16 @@ std::optional<PlanRefusal> PathPlanner::check_start(const PlanStart& start, cons
 /// joints are fast only briefly at the ends the first is the shorter one, where they are fast midway the
 /// second is.
 TimeLaw PathPlanner::fastest_law(const PathProof& proof, const PathScale& scale) const {
+  const PathLimits limits = model_.kinematics.has_closed_form() ? model_.path : reserved(model_.path);
   const TimeLaw free =
-      path_law(model_.path, settings_.speed_ratio, scale, std::numeric_limits<double>::infinity());
+      path_law(limits, settings_.speed_ratio, scale, std::numeric_limits<double>::infinity());
   const double load = proof.load(free, joint_speed_, 1.0);
   if (load <= 1.0) return free;
   const double stretched_s = free.duration_s() * load * kRoundUp;
   // A capped law lasts at least 1/cap, so a load that makes this longer than the stretched law settles it.
   const double unit_load = proof.unit_load(joint_speed_, stretched_s);
   if (std::isfinite(unit_load)) {
-    const TimeLaw capped = path_law(model_.path, settings_.speed_ratio, scale, 1.0 / (unit_load * kRoundUp));
+    const TimeLaw capped = path_law(limits, settings_.speed_ratio, scale, 1.0 / (unit_load * kRoundUp));
     if (capped.duration_s() < stretched_s) return capped;
   }
   return stretch(free, stretched_s);

@@ -13,7 +13,10 @@
 
 namespace corbot {
 
-using PathPlan = std::variant<Command, PlanRefusal>;
+struct PathPlan : std::variant<Command, PlanRefusal> {
+  using variant::variant;
+  std::vector<PathKnot> knots;  ///< of an arm without a closed form
+};
 
 /// What the law of a path must keep to, per unit of the path parameter; and the curvature, 0 for a line.
 struct PathScale {
@@ -40,6 +43,12 @@ class PathPlanner {
   template <class Motion, class Member>
   [[nodiscard]] PathPlan plan_on_solution(const PlanStart& start, Motion motion, double t_s,
                                           Member member) const;
+  template <class Motion, class Member>
+  [[nodiscard]] PathPlan plan_between_knots(const PlanStart& start, Motion motion, double t_s,
+                                            Member member) const;
+  template <class Motion, class Member>
+  [[nodiscard]] PathPlan plan_proved(const PlanStart& start, Motion motion, const PathProof& proof,
+                                     double t_s, Member member) const;
   [[nodiscard]] std::optional<PlanRefusal> check_start(const PlanStart& start, const IkSolution& first) const;
   [[nodiscard]] TimeLaw fastest_law(const PathProof& proof, const PathScale& scale) const;
 

@@ -11,6 +11,7 @@
 
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path_joints.h"
+#include "planner/numeric/piece_bounds.h"
 #include "planner/refusal.h"
 
 namespace corbot {
@@ -29,31 +30,38 @@ struct Interval {
   double a, b;
 };
 
-/// The tool centre point's distance from the last axis: what a rotation of the tool moves it by.
+/// What a rotation of the tool moves the hand by, a radian: the tool centre point's distance from the last axis, and no less than a hand's
+/// size, since with a centre point that stays where it is the wrist moves about it.
 double hand_m(const JointChain& chain) {
-  if (chain.count == 0) return 0.0;
+  constexpr double kLeast_m = 0.1;
+  if (chain.count == 0) return kLeast_m;
   const JointAxis& last = chain.axes[chain.count - 1];
-  return norm(cross(last.direction, (chain.zero_T_n * chain.n_T_tool).position_m - last.point_m));
-}
-
-/// Of one of the two an orientation path has nothing.
-Vector3 turn_of(const OrientationPath& tool) {
-  return tool.turn_rad + Vector3{tool.to_angles_rad[0] - tool.from_angles_rad[0],
-                                 tool.to_angles_rad[1] - tool.from_angles_rad[1], 0.0};
+  return std::max(kLeast_m,
+                  norm(cross(last.direction, (chain.zero_T_n * chain.n_T_tool).position_m - last.point_m)));
 }
 
 }  // namespace
 
-PathProof::PathProof(const ArmModel& model, const LineMotion& line, const Joints& start_q)
-    : model_(&model), path_(line), solution_(line.solution), start_q_(start_q), limits_(model.joints) {
+PathProof::PathProof(const ArmModel& model, const LineMotion& line, const Joints& start_q, PathKnots knots)
+    : model_(&model),
+      path_(line),
+      solution_(line.solution),
+      start_q_(start_q),
+      knots_(knots),
+      limits_(model.joints) {
   constants_.turn_rad = turn_of(line.tool);
   constants_.bend_m = 0.0;
   constants_.travel_m = length_m(line) + hand_m(model.kinematics.chain()) * rotation_rad(line.tool);
   cut_limits();
 }
 
-PathProof::PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& start_q)
-    : model_(&model), path_(arc), solution_(arc.solution), start_q_(start_q), limits_(model.joints) {
+PathProof::PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& start_q, PathKnots knots)
+    : model_(&model),
+      path_(arc),
+      solution_(arc.solution),
+      start_q_(start_q),
+      knots_(knots),
+      limits_(model.joints) {
   constants_.turn_rad = turn_of(arc.tool);
   constants_.bend_m = arc.radius_m * arc.angle_rad * arc.angle_rad;
   constants_.travel_m = length_m(arc) + hand_m(model.kinematics.chain()) * rotation_rad(arc.tool);
@@ -62,6 +70,7 @@ PathProof::PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& 
 
 void PathProof::cut_limits() noexcept {
   constexpr double kHalfTurn = std::numbers::pi - kWrapMargin_rad;
+  if (!knots_.empty()) return;  // joints are followed from knot to knot, over whole turns
   for (std::size_t i = 0; i < model_->dof; ++i) {
     if (model_->kinematics.joint_kind(i) != JointKind::kRotary) continue;
     const double middle_q = middle_of_turn(limits_[i], start_q_[i]);
@@ -79,20 +88,11 @@ PathPoint PathProof::point(double s) const noexcept {
 }
 
 std::array<double, 3> PathProof::derivative(double s) const noexcept {
-  std::array<double, 3> d{};
-  if (const auto* line = std::get_if<LineMotion>(&path_)) {
-    for (std::size_t i = 0; i < 3; ++i) d[i] = line->to_m[i] - line->from_m[i];
-    return d;
-  }
-  const ArcMotion& arc = *std::get_if<ArcMotion>(&path_);
-  const double speed = arc.radius_m * arc.angle_rad;
-  const double cosine = speed * std::cos(s * arc.angle_rad);
-  const double sine = speed * std::sin(s * arc.angle_rad);
-  for (std::size_t i = 0; i < 3; ++i) d[i] = cosine * arc.v[i] - sine * arc.u[i];
-  return d;
+  return std::visit([s](const auto& path) { return velocity_at(path, s); }, path_);
 }
 
 IkSolution PathProof::joints_at(double s) const noexcept {
+  if (!knots_.empty()) return {IkStatus::kOk, corbot::joints_at(knots_, s)};
   return corbot::joints_at(*model_, point(s), solution_, start_q_);
 }
 
@@ -107,10 +107,34 @@ PathProof::Cell PathProof::bound(double s_a, double s_b) const noexcept {
   cell.middle = joints_at(s);
   cell.rates.rate_bound.fill(kInfinity);
   if (cell.middle.status != IkStatus::kOk) return cell;
+  if (!knots_.empty()) {
+    cell.rates = bound_between_knots(s_a, s_b);
+    return cell;
+  }
   cell.rates = cell_rates(
       model_->kinematics, cell.middle.joints_q, solution_,
       {p.position_m, derivative(s), constants_.bend_m, p.angles_rad, constants_.turn_rad, 0.5 * (s_b - s_a)});
   return cell;
+}
+
+CellRates PathProof::bound_between_knots(double s_a, double s_b) const noexcept {
+  CellRates rates;
+  rates.in_reach = true;
+  const auto part = [](const KnotPiece& piece, double s) {
+    return std::clamp((s - piece.begin_s()) / piece.length_s(), 0.0, 1.0);
+  };
+  const double s = 0.5 * (s_a + s_b);
+  const std::size_t middle = piece_at(knots_, s);
+  const KnotPiece there(knots_[middle], knots_[middle + 1]);
+  rates.rate_middle = numeric::rate_at(there, part(there, s));
+  for (double& rate : rates.rate_middle) rate = std::abs(rate);
+  for (std::size_t k = piece_at(knots_, s_a); k <= piece_at(knots_, s_b); ++k) {
+    const KnotPiece piece(knots_[k], knots_[k + 1]);
+    const numeric::PieceBounds bounds = numeric::bound_piece(piece, part(piece, s_a), part(piece, s_b));
+    for (std::size_t i = 0; i < model_->dof; ++i)
+      rates.rate_bound[i] = std::max(rates.rate_bound[i], bounds.rate_q[i]);
+  }
+  return rates;
 }
 
 std::optional<PlanRefusal> PathProof::check_ends(double s_a, double s_b) const {

@@ -10,6 +10,7 @@
 #include "corbot/kinematics/planar_stretch.h"
 #include "corbot/motion/command.h"
 #include "corbot/motion/path.h"
+#include "corbot/motion/path_knots.h"
 #include "planner/plan.h"
 
 namespace corbot {
@@ -31,8 +32,9 @@ class PathProof {
  public:
   /// `start_q`: the joints at the start. Whole turns are not followed: a rotary joint's range counts as cut
   /// to one turn (motion/path_joints.h). The model must outlive this.
-  PathProof(const ArmModel& model, const LineMotion& line, const Joints& start_q);
-  PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& start_q);
+  /// `knots`: of an arm without a closed form; they outlive this. The bounds are then those of the pieces between them.
+  PathProof(const ArmModel& model, const LineMotion& line, const Joints& start_q, PathKnots knots = {});
+  PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& start_q, PathKnots knots = {});
 
   /// Joint values at s, as the real-time task will compute them.
   [[nodiscard]] IkSolution joints_at(double s) const noexcept;
@@ -74,6 +76,7 @@ class PathProof {
   [[nodiscard]] PathPoint point(double s) const noexcept;
   [[nodiscard]] std::array<double, 3> derivative(double s) const noexcept;
   [[nodiscard]] Cell bound(double s_a, double s_b) const noexcept;
+  [[nodiscard]] CellRates bound_between_knots(double s_a, double s_b) const noexcept;
   [[nodiscard]] bool is_smallest(double s_a, double s_b) const noexcept;
   [[nodiscard]] std::optional<PlanRefusal> check_ends(double s_a, double s_b) const;
   [[nodiscard]] double bound_load(const Clock& clock, const Joints& speed, double floor, double give_up,
@@ -84,6 +87,7 @@ class PathProof {
   std::variant<LineMotion, ArcMotion> path_;
   std::uint32_t solution_;
   Joints start_q_;
+  PathKnots knots_;
   Constants constants_;
   std::array<JointLimits, kMaxJoints> limits_;  ///< cut to one turn
 };

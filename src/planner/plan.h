@@ -10,6 +10,7 @@
 #include "corbot/arm/joint_ranges.h"
 #include "corbot/kinematics/joints.h"
 #include "corbot/motion/command.h"
+#include "corbot/motion/path_knots.h"
 
 namespace corbot {
 
@@ -29,11 +30,15 @@ struct PlanRefusal {
   std::string text;                  ///< one sentence, ASCII
 };
 
-/// One or two commands in the order of execution; `id` and `epoch` are 0 and the caller's to fill.
-/// All or nothing.
-using PlanResult = std::variant<std::vector<Command>, PlanRefusal>;
+/// One or two commands in the order of execution; `id`, `epoch` and the slots of knots are 0 and the caller's to fill.
+/// All or nothing. It is read as the variant that it is.
+struct PlanResult : std::variant<std::vector<Command>, PlanRefusal> {
+  using variant::variant;
+  /// Of an arm without a closed form: those of each command, none for one that needs none; else empty.
+  std::vector<std::vector<PathKnot>> knots;
+};
 
-/// What Speed, AllSpeed, ArtSpeed, SetToolPitch and SetToolOrientation have set. Ratios in (0, 1].
+/// What Speed, AllSpeed, ArtSpeed, SetToolPitch, SetToolOrientation, SetToolFrame and SetBaseFrame have set. Ratios in (0, 1].
 struct PlanSettings {
   double speed_ratio{1.0};
   std::array<double, kMaxJoints> joint_speed_ratio{1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
@@ -41,6 +46,9 @@ struct PlanSettings {
   /// other keeps what the tool has when the motion begins.
   std::optional<double> tool_pitch_rad{};
   std::optional<Quaternion> tool_orientation{};  ///< of base_T_tool, unit length
+  /// In place of the model's: flange to tool centre point, and where the arm stands in the frame of the positions that are given.
+  std::optional<Pose> tool_frame{};
+  std::optional<Pose> base_frame{};
   /// Within the model's ranges, and kept instead of them by every motion that is planned.
   std::optional<JointRanges> soft_limits{};
 };

@@ -5,13 +5,15 @@
 
 #include <cmath>
 
+#include "corbot/arm/joint_units.h"
 #include "corbot/motion/law_evaluation.h"
-#include "corbot/units.h"
 #include "planner/arc.h"
+#include "planner/frame_settings.h"
 #include "planner/joint_planner.h"
 #include "planner/path_planner.h"
 #include "planner/refusal.h"
 #include "planner/time_law_planner.h"
+#include "planner/tool_goal.h"
 
 namespace corbot {
 namespace {
@@ -31,7 +33,7 @@ struct ArgumentCheck {
   }
 
   Refusal operator()(const MoveCRequest& request) const {
-    if (auto refusal = check_kinematics(model, settings)) return refusal;
+    if (auto refusal = check_tool(settings)) return refusal;
     if (auto refusal = check_point(request.p1_m, "P1")) return refusal;
     if (auto refusal = check_point(request.p2_m, "P2")) return refusal;
     if (auto refusal = check_point(request.p3_m, "P3")) return refusal;
@@ -48,7 +50,7 @@ struct ArgumentCheck {
       const int joint = static_cast<int>(i);
       if (!std::isfinite(target_q)) {
         return bad_parameter("angle", target_q, limits.lower_q, limits.upper_q,
-                             fmt::format("the angle of joint {} is not a finite number", i), joint);
+                             fmt::format("the value of joint {} is not a finite number", i), joint);
       }
       if (!in_range(limits, target_q)) return joint_range(model, i, target_q, "at the target");
     }
@@ -80,20 +82,40 @@ struct ArgumentCheck {
                          fmt::format("opening {:.6g}, allowed 0 to 1", request.opening));
   }
 
+  Refusal operator()(const MovePoseRequest& request) const {
+    return check_pose_motion(request.target, "target", request.t_s);
+  }
+  Refusal operator()(const MoveRelativeRequest& request) const {
+    if (request.frame != OffsetFrame::kBase && request.frame != OffsetFrame::kTool) {
+      const double value = static_cast<double>(request.frame);
+      return bad_parameter("frame", value, 0.0, 1.0, fmt::format("frame {:.6g}, allowed 0 and 1", value));
+    }
+    return check_pose_motion(request.offset, "offset", request.t_s);
+  }
+
  private:
+  Refusal check_pose_motion(const Pose& pose, const std::string& name, double t_s) const {
+    if (auto refusal = check_tool(settings)) return refusal;
+    if (auto refusal = check_pose(pose, name)) return refusal;
+    return check_time(t_s);
+  }
+
   Refusal check_target(const std::array<double, 3>& target_m, double t_s) const {
-    if (auto refusal = check_kinematics(model, settings)) return refusal;
+    if (auto refusal = check_tool(settings)) return refusal;
     if (auto refusal = check_point(target_m, "P")) return refusal;
     return check_time(t_s);
   }
 
   Refusal check_speed(const DriveRequest& request) const {
-    const double limit_q_s = JointPlanner(model, settings).speed_q_s(static_cast<std::size_t>(request.joint));
+    const auto joint = static_cast<std::size_t>(request.joint);
+    const JointKind kind = model.kinematics.joint_kind(joint);
+    const double limit_q_s = JointPlanner(model, settings).speed_q_s(joint);
     if (!std::isfinite(request.speed_q_s) || request.speed_q_s <= 0.0) {
-      return bad_parameter("speed", request.speed_q_s, 0.0, limit_q_s,
-                           fmt::format("speed {:.6g} degrees/s, allowed above 0 to {:.6g} degrees/s",
-                                       to_degrees(request.speed_q_s), to_degrees(limit_q_s)),
-                           request.joint);
+      return bad_parameter(
+          "speed", request.speed_q_s, 0.0, limit_q_s,
+          fmt::format("speed {0:.6g} {2}/s, allowed above 0 to {1:.6g} {2}/s",
+                      to_shown(kind, request.speed_q_s), to_shown(kind, limit_q_s), unit_name(kind)),
+          request.joint);
     }
     // Degrees make the round trip to radians with a rounding, so the limit itself must pass.
     if (request.speed_q_s <= limit_q_s * (1.0 + 1e-12)) return std::nullopt;
@@ -103,11 +125,26 @@ struct ArgumentCheck {
     refusal.joint = request.joint;
     refusal.value = request.speed_q_s;
     refusal.upper = limit_q_s;
-    refusal.text = fmt::format("speed {:.6g} degrees/s of joint {}, allowed up to {:.6g} degrees/s",
-                               to_degrees(request.speed_q_s), request.joint, to_degrees(limit_q_s));
+    refusal.text = fmt::format("speed {0:.6g} {3}/s of joint {1}, allowed up to {2:.6g} {3}/s",
+                               to_shown(kind, request.speed_q_s), request.joint, to_shown(kind, limit_q_s),
+                               unit_name(kind));
     return refusal;
   }
 };
+
+/// One path after the other, or the first refusal.
+PlanResult sequence(const std::vector<PathPlan>& paths) {
+  std::vector<Command> commands;
+  std::vector<std::vector<PathKnot>> knots;
+  for (const PathPlan& path : paths) {
+    if (const auto* refusal = std::get_if<PlanRefusal>(&path)) return *refusal;
+    commands.push_back(std::get<Command>(path));
+    knots.push_back(path.knots);
+  }
+  PlanResult result = commands;
+  result.knots = std::move(knots);
+  return result;
+}
 
 /// The motion itself, once its arguments are known to be good.
 struct Planning {
@@ -120,9 +157,7 @@ struct Planning {
   }
 
   PlanResult operator()(const MoveSRequest& request) const {
-    const PathPlan plan = PathPlanner(model, settings).line(start, request.target_m, request.t_s);
-    if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) return *refusal;
-    return std::vector<Command>{std::get<Command>(plan)};
+    return sequence({PathPlanner(model, settings).line(start, request.target_m, request.t_s)});
   }
 
   PlanResult operator()(const MoveCRequest& request) const {
@@ -134,18 +169,14 @@ struct Planning {
     const auto tcp_m = model.kinematics.forward(start.position_q).position_m;
     if (std::hypot(tcp_m[0] - p1_m[0], tcp_m[1] - p1_m[1], tcp_m[2] - p1_m[2]) <= kAtP1_m) {
       const PathPlan plan = planner.arc(start, arc);
-      if (const auto* command = std::get_if<Command>(&plan)) return std::vector<Command>{*command};
+      if (std::holds_alternative<Command>(plan)) return sequence({plan});
       // Next to a singularity a nanometre is too far for the joints: bridge it like any distance.
     }
     const PathPlan approach = planner.line(start, p1_m, 0.0);
     if (const auto* refusal = std::get_if<PlanRefusal>(&approach)) return *refusal;
-    std::vector<Command> commands{std::get<Command>(approach)};
     PlanStart at_p1 = start;
-    at_p1.position_q = commands.back().end_q;
-    const PathPlan plan = planner.arc(at_p1, arc);
-    if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) return *refusal;
-    commands.push_back(std::get<Command>(plan));
-    return commands;
+    at_p1.position_q = std::get<Command>(approach).end_q;
+    return sequence({approach, planner.arc(at_p1, arc)});
   }
 
   PlanResult operator()(const MoveJointsRequest& request) const {
@@ -175,15 +206,30 @@ struct Planning {
     command.duration_s = command.gripper.law.duration_s();
     return std::vector<Command>{command};
   }
+
+  PlanResult operator()(const MovePoseRequest& request) const {
+    return to_pose(goal_at(settings, request.target), request.t_s, request.straight);
+  }
+  PlanResult operator()(const MoveRelativeRequest& request) const {
+    return to_pose(goal_by(model.kinematics, settings, start.position_q, request), request.t_s,
+                   request.straight);
+  }
+
+ private:
+  PlanResult to_pose(const PoseGoal& goal, double t_s, bool straight) const {
+    const Planning planning{model, goal.settings, start};
+    return straight ? planning(MoveSRequest{goal.target_m, t_s}) : planning(MoveRequest{goal.target_m, t_s});
+  }
 };
 
-/// With the soft limits in place of the joints' ranges.
+/// With the soft limits in place of the joints' ranges, and the frames that are set.
 ArmModel limited(const ArmModel& model, const PlanSettings& settings) {
   ArmModel narrow = model;
   for (std::size_t i = 0; settings.soft_limits && i < model.dof; ++i) {
     narrow.joints[i].lower_q = settings.soft_limits->lower_q[i];
     narrow.joints[i].upper_q = settings.soft_limits->upper_q[i];
   }
+  narrow.kinematics = in_frames(model.kinematics, settings);
   return narrow;
 }
 

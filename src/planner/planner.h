@@ -17,6 +17,8 @@ class Planner {
  public:
   explicit Planner(const ArmModel& model) : model_(model) {}
 
+  [[nodiscard]] const ArmModel& model() const { return model_; }
+
   /// The arguments alone, which need not know where the arm is: names, finite numbers, ranges, speeds.
   [[nodiscard]] std::optional<PlanRefusal> check(const PlanSettings& settings,
                                                  const MotionRequest& request) const;

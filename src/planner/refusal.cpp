@@ -6,9 +6,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
+#include "corbot/arm/joint_units.h"
 #include "corbot/motion/bounds.h"
-#include "corbot/units.h"
 
 namespace corbot {
 
@@ -50,9 +51,23 @@ PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkSolution& 
   return refusal;
 }
 
+PlanRefusal not_found(const std::array<double, 3>& point_m, const numeric::NumericSolutions& searched) {
+  PlanRefusal refusal;
+  refusal.kind = PlanRefusal::Kind::kUnreachable;
+  refusal.parameter = "P";
+  refusal.value = searched.nearest_m;
+  refusal.target_m = point_m;
+  refusal.text = fmt::format(
+      "no joints are found for the target ({:.6g}, {:.6g}, {:.6g}) m: the nearest of {} searches stays "
+      "{:.3g} m and "
+      "{:.3g} degrees away",
+      point_m[0], point_m[1], point_m[2], searched.seeds, searched.nearest_m,
+      to_degrees(searched.nearest_rad));
+  return refusal;
+}
+
 std::string shown_joint(JointKind kind, double value_q) {
-  return kind == JointKind::kRotary ? fmt::format("{:.6g} degrees", to_degrees(value_q))
-                                    : fmt::format("{:.6g} m", value_q);
+  return fmt::format("{:.6g} {}", to_shown(kind, value_q), unit_name(kind));
 }
 
 PlanRefusal joint_range(const ArmModel& model, std::size_t joint, double value_q, const std::string& where) {
@@ -70,8 +85,7 @@ PlanRefusal joint_range(std::size_t joint, JointKind kind, double value_q, const
   refusal.upper = limits.upper_q;
   refusal.text =
       fmt::format("joint {} would be at {} {}, allowed {:.6g} to {}", joint, shown_joint(kind, value_q),
-                  where, kind == JointKind::kRotary ? to_degrees(limits.lower_q) : limits.lower_q,
-                  shown_joint(kind, limits.upper_q));
+                  where, to_shown(kind, limits.lower_q), shown_joint(kind, limits.upper_q));
   return refusal;
 }
 
@@ -103,22 +117,36 @@ std::optional<PlanRefusal> check_point(const std::array<double, 3>& point_m, con
   return std::nullopt;
 }
 
-std::optional<PlanRefusal> check_kinematics(const ArmModel& model, const PlanSettings& settings) {
-  if (model.kinematics.solution_count() == 0) {
-    PlanRefusal refusal;
-    refusal.kind = PlanRefusal::Kind::kUnreachable;
-    refusal.parameter = "kind";
-    refusal.text = "no closed-form inverse kinematics for an arm of this kind: move its joints";
-    return refusal;
+std::optional<PlanRefusal> check_orientation(const Quaternion& orientation, const std::string& name,
+                                             const std::string& what) {
+  const std::array<std::pair<char, double>, 4> parts{
+      {{'w', orientation.w}, {'x', orientation.x}, {'y', orientation.y}, {'z', orientation.z}}};
+  constexpr double kShortest = 1.0 - kUnitLengthTolerance;
+  constexpr double kLongest = 1.0 + kUnitLengthTolerance;
+  for (const auto& [part, value] : parts) {
+    if (std::isfinite(value)) continue;
+    return bad_parameter(name, value, -kLongest, kLongest,
+                         fmt::format("{} of {} is {}, allowed -1 to 1", part, what, value));
   }
+  const double length = std::sqrt(squared_norm(orientation));
+  if (length >= kShortest && length <= kLongest) return std::nullopt;
+  return bad_parameter(name, length, kShortest, kLongest,
+                       fmt::format("the quaternion of {} has length {:.6g}, allowed 1 within {:g}", what,
+                                   length, kUnitLengthTolerance));
+}
+
+std::optional<PlanRefusal> check_pose(const Pose& pose, const std::string& name) {
+  if (auto refusal = check_point(pose.position_m, name)) return refusal;
+  return check_orientation(pose.orientation, name, "the orientation of " + name);
+}
+
+std::optional<PlanRefusal> check_tool(const PlanSettings& settings) {
   if (settings.tool_pitch_rad && !std::isfinite(*settings.tool_pitch_rad)) {
     return bad_parameter("tool pitch", *settings.tool_pitch_rad, -std::numbers::pi, std::numbers::pi,
                          "the tool pitch is not a finite number");
   }
-  if (settings.tool_orientation && !(std::abs(squared_norm(*settings.tool_orientation) - 1.0) < 1e-6)) {
-    return bad_parameter("orientation", squared_norm(*settings.tool_orientation), 1.0, 1.0,
-                         "the quaternion of the orientation is not of unit length");
-  }
+  if (settings.tool_orientation)
+    return check_orientation(*settings.tool_orientation, "orientation", "the orientation");
   return std::nullopt;
 }
 

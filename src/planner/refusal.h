@@ -7,6 +7,7 @@
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/kinematics/closed_form.h"
+#include "planner/numeric/numeric_inverse.h"
 #include "planner/plan.h"
 
 namespace corbot {
@@ -16,6 +17,9 @@ namespace corbot {
 /// `status` is kTooFar or kTooClose; `where` says which point it is, e.g. "the target".
 [[nodiscard]] PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkSolution& result,
                                       const std::string& where);
+/// Of an arm without a closed form: no search came to the target.
+[[nodiscard]] PlanRefusal not_found(const std::array<double, 3>& point_m,
+                                    const numeric::NumericSolutions& searched);
 /// In degrees, or in metres.
 [[nodiscard]] std::string shown_joint(JointKind kind, double value_q);
 [[nodiscard]] PlanRefusal joint_range(const ArmModel& model, std::size_t joint, double value_q,
@@ -29,9 +33,14 @@ namespace corbot {
 /// Refuses coordinates that are not finite or beyond kFarthestCoordinate_m.
 [[nodiscard]] std::optional<PlanRefusal> check_point(const std::array<double, 3>& point_m,
                                                      const std::string& name);
-/// Refuses an arm for which there is no closed-form inverse, and an orientation that is none.
-[[nodiscard]] std::optional<PlanRefusal> check_kinematics(const ArmModel& model,
-                                                          const PlanSettings& settings);
+/// Refuses a pose whose position is refused as a point, or whose quaternion is not of unit length within kUnitLengthTolerance.
+[[nodiscard]] std::optional<PlanRefusal> check_pose(const Pose& pose, const std::string& name);
+/// The orientation alone; `what` is it for the text, e.g. "the orientation of target".
+[[nodiscard]] std::optional<PlanRefusal> check_orientation(const Quaternion& orientation,
+                                                           const std::string& name, const std::string& what);
+inline constexpr double kUnitLengthTolerance = 1e-6;
+/// Refuses an orientation that is none.
+[[nodiscard]] std::optional<PlanRefusal> check_tool(const PlanSettings& settings);
 
 /// Within the joint's range, give or take kRangeTolerance_q.
 [[nodiscard]] bool in_range(const JointLimits& limits, double value_q) noexcept;

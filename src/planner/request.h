@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <variant>
 
 #include "corbot/kinematics/joints.h"
+#include "corbot/kinematics/pose.h"
 
 namespace corbot {
 
@@ -40,7 +42,29 @@ struct GripperRequest {
   double opening{};  ///< 0 closed … 1 open
 };
 
-using MotionRequest = std::variant<MoveRequest, MoveSRequest, MoveCRequest, MoveJointsRequest, DriveRequest,
-                                   ReadyRequest, DwellRequest, GripperRequest>;
+/// To a position and an orientation, base frame, whatever orientation is set.
+struct MovePoseRequest {
+  Pose target{};
+  double t_s{};
+  bool
+      straight{};  ///< a line of the TCP, the tool turning about one axis in step with it; else a free motion
+};
+/// The axes along which an offset counts, and about which it turns.
+enum class OffsetFrame : std::uint32_t {
+  kBase,  ///< of the base frame; the turn is about the tool centre point all the same
+  kTool   ///< of the tool frame
+};
+/// By an offset from where the tool is when the motion begins. One without a turn keeps the orientation; an arm of fewer than six
+/// joints then keeps what it follows of it, with a turn it is a MovePoseRequest to where the offset leads.
+struct MoveRelativeRequest {
+  Pose offset{};
+  OffsetFrame frame{};
+  double t_s{};
+  bool straight{};  ///< as above
+};
+
+using MotionRequest =
+    std::variant<MoveRequest, MoveSRequest, MoveCRequest, MoveJointsRequest, DriveRequest, ReadyRequest,
+                 DwellRequest, GripperRequest, MovePoseRequest, MoveRelativeRequest>;
 
 }  // namespace corbot

@@ -7,6 +7,7 @@
 #include "corbot/arm/arm_model.h"
 #include "corbot/motion/path.h"
 #include "planner/plan.h"
+#include "planner/request.h"
 
 namespace corbot {
 
@@ -22,10 +23,24 @@ namespace corbot {
                                                               const Vector3& target_m,
                                                               std::uint32_t solution);
 
+/// Whether the tool's orientation at these joints is this one, within the limit.
+[[nodiscard]] bool has_orientation(const ArmModel& model, const Joints& q, const Quaternion& wanted) noexcept;
+
 /// Joints at a goal on one solution. An orientation that the settings ask for is solved as a pose.
 [[nodiscard]] IkSolution joints_at_goal(const Kinematics& arm, const PlanSettings& settings,
                                         const PathPoint& goal, std::uint32_t solution,
                                         const Joints& hint) noexcept;
+
+/// Position and settings by which a motion to a point ends at a whole pose.
+struct PoseGoal {
+  Vector3 target_m{};
+  PlanSettings settings{};
+};
+/// The orientation need only be of about unit length.
+[[nodiscard]] PoseGoal goal_at(const PlanSettings& settings, const Pose& target);
+/// Where an offset from these joints leads.
+[[nodiscard]] PoseGoal goal_by(const Kinematics& arm, const PlanSettings& settings, const Joints& present_q,
+                               const MoveRelativeRequest& request);
 
 /// From one point's orientation to the other's: about one axis by the shorter turn, or angle by angle.
 [[nodiscard]] OrientationPath orientation_path(const Kinematics& arm, const PathPoint& from,

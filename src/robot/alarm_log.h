@@ -38,6 +38,8 @@ class AlarmLog {
   static constexpr std::size_t kKept = kKeptAlarms;
   using Records = decltype(ServantState::alarms);
 
+  explicit AlarmLog(const JointKinds& kinds = {}) : kinds_(kinds) {}
+
   /// Before all else. From now on every alarm is there, too.
   void keep_in(Records& records) { records_ = &records; }
   /// What the servant before this one has left, oldest first; older than all that is here. The next
@@ -68,6 +70,7 @@ class AlarmLog {
   void keep(const Kept& kept);
   [[nodiscard]] std::deque<Kept>::iterator find_victim();
 
+  const JointKinds kinds_;
   mutable std::mutex mutex_;
   std::deque<Kept> entries_;
   std::uint64_t last_order_{0};

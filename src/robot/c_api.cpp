@@ -11,8 +11,10 @@
 #include <utility>
 
 #include "config/load_profile.h"
+#include "corbot/arm/joint_units.h"
 #include "corbot/channel/fingerprint.h"
 #include "corbot/kinematics/tool_pose.h"
+#include "planner/workspace.h"
 #include "robot/robot_handle.h"
 
 namespace {
@@ -71,21 +73,25 @@ void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {
   out->kind = static_cast<int32_t>(arm.kind);
   out->dof = static_cast<int32_t>(arm.dof);
   for (std::size_t i = 0; i < arm.dof; ++i) {
-    out->lower_deg[i] = tidy_degrees(arm.joints[i].lower_q);
-    out->upper_deg[i] = tidy_degrees(arm.joints[i].upper_q);
+    const JointKind kind = arm.kinematics.joint_kind(i);
+    out->lower_deg[i] = tidy_shown(kind, arm.joints[i].lower_q);
+    out->upper_deg[i] = tidy_shown(kind, arm.joints[i].upper_q);
+    out->speed[i] = tidy_shown(kind, arm.joints[i].speed_q_s);
+    out->slides[i] = kind == JointKind::kPrismatic ? 1 : 0;
+    copy_text(robot->robot.profile().joint_names[i], out->joint_name[i], sizeof(out->joint_name[i]));
   }
   copy_text(robot->robot.profile().endpoint_host, out->endpoint_host, sizeof(out->endpoint_host));
   out->endpoint_port = robot->robot.profile().port;
   copy_text(CORBOT_VERSION, out->version, sizeof(out->version));
   copy_text(fmt::format("{:016x}", fingerprint(arm)), out->fingerprint, sizeof(out->fingerprint));
   out->started_s = robot->started.count();
-  out->reach_m = std::round(reach_m(arm.kinematics) * 1e9) / 1e9;  // to the nanometre
+  out->reach_m = std::round(reach_m(arm) * 1e9) / 1e9;  // to the nanometre
 }
 
 corbot_status corbot_robot_joints(const corbot_robot* robot, double out_deg[CORBOT_MAX_JOINTS],
                                   corbot_error* error) {
   return guarded(error, [&] {
-    const Joints joints = robot->robot.view().joints_deg();
+    const Joints joints = robot->robot.view().joints_shown();
     std::copy(joints.begin(), joints.end(), out_deg);
   });
 }
@@ -107,8 +113,9 @@ int32_t corbot_robot_soft_limits(const corbot_robot* robot, corbot_joint_ranges*
   guarded(nullptr, [&] {
     const auto limits = robot->robot.soft_limits();
     for (std::size_t i = 0; limits && i < robot->robot.profile().arm.dof; ++i) {
-      out->lower_deg[i] = tidy_degrees(limits->lower_q[i]);
-      out->upper_deg[i] = tidy_degrees(limits->upper_q[i]);
+      const JointKind kind = robot->robot.profile().arm.kinematics.joint_kind(i);
+      out->lower_deg[i] = tidy_shown(kind, limits->lower_q[i]);
+      out->upper_deg[i] = tidy_shown(kind, limits->upper_q[i]);
     }
     known = limits ? 1 : 0;
   });
@@ -121,6 +128,15 @@ double corbot_robot_override(const corbot_robot* robot) { return robot->robot.vi
 int32_t corbot_robot_held(const corbot_robot* robot) { return robot->robot.view().held() ? 1 : 0; }
 int32_t corbot_robot_paused(const corbot_robot* robot) { return robot->robot.view().paused() ? 1 : 0; }
 double corbot_robot_tool_pitch(const corbot_robot* robot) { return robot->robot.tool_pitch_deg(); }
+int32_t corbot_robot_tool_orientation(const corbot_robot* robot, double out[4]) {
+  const std::optional<Quaternion> set = robot->robot.tool_orientation();
+  const Quaternion q = set.value_or(Quaternion{});
+  out[0] = q.w;
+  out[1] = q.x;
+  out[2] = q.y;
+  out[3] = q.z;
+  return set ? 1 : 0;
+}
 
 size_t corbot_robot_alarms(const corbot_robot* robot, corbot_alarm out[CORBOT_MAX_ALARMS]) {
   size_t count = 0;

@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
+#include "corbot/arm/joint_units.h"
 #include "corbot/motion/bounds.h"
-#include "corbot/units.h"
 #include "robot/recorded_call.h"
 
 namespace {
@@ -153,13 +153,16 @@ corbot_status corbot_robot_move_joints(corbot_robot* robot, const corbot_caller*
   return start(
       robot, caller, ticket, error,
       [&] {
+        const Kinematics& arm = robot->robot.profile().arm.kinematics;
         const std::size_t dof = robot->robot.profile().arm.dof;
         if (count != dof) {
           throw bad_argument("target", static_cast<double>(count),
                              fmt::format("{} values, but the arm has {} joints", count, dof));
         }
         MoveJointsRequest request{{}, t_s};
-        for (std::size_t i = 0; i < count; ++i) request.target_q[i] = to_radians(target_deg[i]);
+        for (std::size_t i = 0; i < count; ++i) {
+          request.target_q[i] = from_shown(arm.joint_kind(i), target_deg[i]);
+        }
         return request;
       },
       "MoveJoints([{}], {})", targets, t_s);
@@ -171,7 +174,11 @@ corbot_status corbot_robot_drive(corbot_robot* robot, const corbot_caller* calle
   return start(
       robot, caller, ticket, error,
       [&] {
-        return DriveRequest{joint, to_radians(increment_deg), to_radians(speed_deg_s)};
+        const ArmModel& arm = robot->robot.profile().arm;
+        const bool is_there = joint >= 0 && static_cast<std::size_t>(joint) < arm.dof;  // else it is refused
+        const JointKind kind =
+            is_there ? arm.kinematics.joint_kind(static_cast<std::size_t>(joint)) : JointKind::kRotary;
+        return DriveRequest{joint, from_shown(kind, increment_deg), from_shown(kind, speed_deg_s)};
       },
       "Drive({}, {}, {})", joint, increment_deg, speed_deg_s);
 }

@@ -45,6 +45,21 @@ corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, const corbot_call
       degrees);
 }
 
+corbot_status corbot_robot_set_tool_orientation(corbot_robot* robot, const corbot_caller* caller,
+                                                const double orientation[4], corbot_error* error) {
+  const Quaternion wanted{orientation[0], orientation[1], orientation[2], orientation[3]};
+  return change(
+      robot, caller, error, [&](Robot& of, const Wanted&) { of.set_tool_orientation(wanted); },
+      "SetToolOrientation({}, {}, {}, {})", wanted.w, wanted.x, wanted.y, wanted.z);
+}
+
+corbot_status corbot_robot_reset_tool_orientation(corbot_robot* robot, const corbot_caller* caller,
+                                                  corbot_error* error) {
+  return change(
+      robot, caller, error, [](Robot& of, const Wanted&) { of.reset_tool_orientation(); },
+      "ResetToolOrientation()");
+}
+
 corbot_status corbot_robot_set_soft_limits(corbot_robot* robot, const corbot_caller* caller,
                                            const corbot_joint_ranges* limits, size_t count,
                                            corbot_error* error) {

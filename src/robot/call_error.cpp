@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "corbot/units.h"
+#include "corbot/arm/joint_units.h"
 
 namespace corbot {
 namespace {
@@ -25,8 +25,8 @@ CallError full(int capacity, const std::string& text) {
   return result;
 }
 
-/// Whether the planner gives this parameter in radians (or radians a second).
-bool is_angular(const std::string& parameter) {
+/// Whether the planner gives this parameter in radians (or radians a second), or in metres where its joint slides.
+bool is_joint_value(const std::string& parameter) {
   return parameter == "joint range" || parameter == "joint position" || parameter == "speed" ||
          parameter == "increment" || parameter == "angle" || parameter == "tool pitch";
 }
@@ -38,6 +38,10 @@ double tidy_degrees(double angle_rad) {
   constexpr double kWorthIt_deg = 1e6;  // beyond, a double has no such digits
   const double angle_deg = to_degrees(angle_rad);
   return std::abs(angle_deg) <= kWorthIt_deg ? std::round(angle_deg * kSteps) / kSteps : angle_deg;
+}
+
+double tidy_shown(JointKind kind, double value_q) {
+  return kind == JointKind::kRotary ? tidy_degrees(value_q) : value_q;
 }
 
 void copy_text(const std::string& from, char* to, std::size_t size) {
@@ -77,12 +81,14 @@ CallError calls_full(int capacity) {
   return full(capacity, fmt::format("{0} other calls of this host are blocked, {0} are allowed", capacity));
 }
 
-CallError refused(const PlanRefusal& refusal) {
+CallError refused(const PlanRefusal& refusal, const Kinematics& arm) {
   static constexpr corbot_status kStatus[] = {CORBOT_BAD_PARAMETER, CORBOT_UNREACHABLE,
                                               CORBOT_LIMIT_EXCEEDED};
   CallError result = call_error(kStatus[static_cast<std::size_t>(refusal.kind)], refusal.text);
-  const bool angular = is_angular(refusal.parameter);
-  const auto shown = [&](double value) { return angular ? tidy_degrees(value) : value; };
+  const bool is_of_joint = is_joint_value(refusal.parameter);
+  const JointKind kind =
+      refusal.joint >= 0 ? arm.joint_kind(static_cast<std::size_t>(refusal.joint)) : JointKind::kRotary;
+  const auto shown = [&](double value) { return is_of_joint ? tidy_shown(kind, value) : value; };
   copy_text(refusal.parameter, result.error.parameter, sizeof(result.error.parameter));
   result.error.joint = refusal.joint;
   result.error.value = shown(refusal.value);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "corbot/kinematics/arm_kinematics.h"
 #include "planner/plan.h"
 #include "robot/corbot_robot.h"
 
@@ -26,12 +27,14 @@ struct CallError {
 [[nodiscard]] CallError calls_full(int capacity);
 [[nodiscard]] CallError no_data(const std::string& text);
 [[nodiscard]] CallError internal(const std::string& text);
-/// The planner's refusal at the CORBA interface: radians become degrees.
-[[nodiscard]] CallError refused(const PlanRefusal& refusal);
+/// The planner's refusal at the CORBA interface: radians become degrees, but of joints that slide.
+[[nodiscard]] CallError refused(const PlanRefusal& refusal, const Kinematics& arm);
 
 /// Radians as degrees of the CORBA interface, without the last bits that the way there and back leaves: -30,
 /// not -29.999999999999996. For limits and refusals, never for joint positions.
 [[nodiscard]] double tidy_degrees(double angle_rad);
+/// The same of a joint's value, in metres where it slides.
+[[nodiscard]] double tidy_shown(JointKind kind, double value_q);
 
 /// In ASCII, the ORBs' native code set.
 [[nodiscard]] constexpr bool is_printable(char c) noexcept { return c >= ' ' && c <= '~'; }

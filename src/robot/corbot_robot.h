@@ -117,6 +117,21 @@ corbot_status corbot_robot_close_gripper(corbot_robot* robot, const corbot_calle
 corbot_status corbot_robot_set_gripper(corbot_robot* robot, const corbot_caller* caller, double percent,
                                        corbot_ticket* ticket, corbot_error* error);
 
+/* To a pose, freely and along a line, and by an offset from where the tool is when the motion begins. Quaternions are of unit
+ * length within 1e-6, w of any sign. `frame`: a corbot_offset_frame. */
+corbot_status corbot_robot_move_pose(corbot_robot* robot, const corbot_caller* caller,
+                                     const corbot_tool_pose* target, double t_s, corbot_ticket* ticket,
+                                     corbot_error* error);
+corbot_status corbot_robot_move_pose_s(corbot_robot* robot, const corbot_caller* caller,
+                                       const corbot_tool_pose* target, double t_s, corbot_ticket* ticket,
+                                       corbot_error* error);
+corbot_status corbot_robot_move_relative(corbot_robot* robot, const corbot_caller* caller,
+                                         const corbot_tool_pose* offset, int32_t frame, double t_s,
+                                         corbot_ticket* ticket, corbot_error* error);
+corbot_status corbot_robot_move_relative_s(corbot_robot* robot, const corbot_caller* caller,
+                                           const corbot_tool_pose* offset, int32_t frame, double t_s,
+                                           corbot_ticket* ticket, corbot_error* error);
+
 /* Waits until the motion has ended (or for timeout_s; negative: for ever) and returns its state. CORBOT_OK
  * also when the time ran out or the motion failed: read info->state. CORBOT_BAD_PARAMETER: no such ticket;
  * CORBOT_NO_DATA: none yet, as no task has been connected that knows those of the servant before. */
@@ -159,6 +174,36 @@ corbot_status corbot_robot_all_speed(corbot_robot* robot, const corbot_caller* c
                                      corbot_error* error);
 corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, const corbot_caller* caller, double degrees,
                                           corbot_error* error);
+/* Unit quaternion w, x, y, z; CORBOT_BAD_PARAMETER also where the arm does not follow every orientation. */
+corbot_status corbot_robot_set_tool_orientation(corbot_robot* robot, const corbot_caller* caller,
+                                                const double orientation[4], corbot_error* error);
+/* Takes back what the two above have set. */
+corbot_status corbot_robot_reset_tool_orientation(corbot_robot* robot, const corbot_caller* caller,
+                                                  corbot_error* error);
+/* 1 and the one that is set, w not negative; 0 and no rotation where none is. */
+int32_t corbot_robot_tool_orientation(const corbot_robot* robot, double out[4]);
+
+/* Tool frame (flange to tool centre point) and base frame (where the arm stands in the frame of all positions), in place of the
+ * profile's, for motions planned from now on and for what is read. CORBOT_BAD_PARAMETER: not finite, no unit quaternion
+ * within 1e-6, too far, or a tool that this arm cannot take; CORBOT_NOT_READY: another has control. */
+corbot_status corbot_robot_set_tool_frame(corbot_robot* robot, const corbot_caller* caller,
+                                          const corbot_tool_pose* flange_T_tool, corbot_error* error);
+corbot_status corbot_robot_set_base_frame(corbot_robot* robot, const corbot_caller* caller,
+                                          const corbot_tool_pose* world_T_base, corbot_error* error);
+/* The profile's again, both. */
+corbot_status corbot_robot_reset_frames(corbot_robot* robot, const corbot_caller* caller,
+                                        corbot_error* error);
+/* Those in force. */
+void corbot_robot_frames(const corbot_robot* robot, corbot_tool_pose* flange_T_tool,
+                         corbot_tool_pose* world_T_base);
+
+/* All solutions at a pose in the frames in force, in the order of their numbers; their number in *count. Turns are counted from
+ * where the arm stands. CORBOT_BAD_PARAMETER, CORBOT_UNREACHABLE: there is none. */
+corbot_status corbot_robot_solutions(const corbot_robot* robot, const corbot_tool_pose* target,
+                                     corbot_pose_solution out[CORBOT_MAX_SOLUTIONS], size_t* count,
+                                     corbot_error* error);
+/* The number of the one on which the set-points lie; -1: the arm's family has no closed form. */
+corbot_status corbot_robot_solution(const corbot_robot* robot, int32_t* number, corbot_error* error);
 
 /* Soft limits: ranges within the profile's that every motion keeps which is planned from now on; saved in the state
  * directory. `count`: of the ranges. CORBOT_BAD_PARAMETER: not one for each joint, not finite, or the lower above the upper;

@@ -11,7 +11,14 @@
 extern "C" {
 #endif
 
-enum { CORBOT_MAX_JOINTS = 6, CORBOT_TEXT = 192, CORBOT_MAX_ALARMS = 64, CORBOT_LATENCY_BUCKETS = 64 };
+enum {
+  CORBOT_MAX_JOINTS = 6,
+  CORBOT_TEXT = 192,
+  CORBOT_MAX_ALARMS = 64,
+  CORBOT_LATENCY_BUCKETS = 64,
+  CORBOT_MAX_SOLUTIONS = 16,
+  CORBOT_JOINT_NAME = 64
+};
 
 /* Kinds of failure; each but the last two is an exception of robot.idl. */
 typedef enum corbot_status {
@@ -69,6 +76,9 @@ typedef struct corbot_description {
   int32_t dof;
   double lower_deg[CORBOT_MAX_JOINTS];
   double upper_deg[CORBOT_MAX_JOINTS];
+  double speed[CORBOT_MAX_JOINTS];   /* their limits, degrees/s or m/s */
+  int32_t slides[CORBOT_MAX_JOINTS]; /* 1: values are metres, not degrees */
+  char joint_name[CORBOT_MAX_JOINTS][CORBOT_JOINT_NAME];
   double reach_m;
   char endpoint_host[256]; /* where the profile says that the robot is served */
   int32_t endpoint_port;
@@ -134,6 +144,17 @@ typedef struct corbot_tool_pose {
   double position_m[3];
   double orientation[4]; /* unit quaternion w, x, y, z; w is not negative */
 } corbot_tool_pose;
+
+/* Along and about whose axes an offset of the tool counts. */
+typedef enum corbot_offset_frame { CORBOT_OFFSET_IN_BASE, CORBOT_OFFSET_IN_TOOL } corbot_offset_frame;
+
+/* One of the arm's solutions at a pose. */
+typedef struct corbot_pose_solution {
+  uint32_t number;
+  double joints_deg[CORBOT_MAX_JOINTS];
+  int32_t in_range; /* of the ranges that motions keep, soft limits included */
+  double orientation_error_deg;
+} corbot_pose_solution;
 
 /* Ranges of the joints, degrees. */
 typedef struct corbot_joint_ranges {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "corbot/motion/bounds.h"
+#include "planner/frame_settings.h"
 #include "robot/call_error.h"
 #include "robot/control.h"
 #include "robot/settings.h"
@@ -21,6 +22,16 @@ constexpr std::int32_t kCodes = 1000;
 /// False for whatever is not finite, too.
 bool is_within(double value, double lower, double upper) { return value >= lower && value <= upper; }
 bool is_ratio(double value) { return value > 0.0 && value <= 1.0; }
+
+/// Also of an arm that cannot take the tool: the profile may be another than the former servant's.
+bool are_valid_frames(const SettingsRecord& record, const ArmModel& arm) {
+  const bool has_tool = (record.frames_set & kSettingsToolFrame) != 0;
+  const bool has_base = (record.frames_set & kSettingsBaseFrame) != 0;
+  return record.frames_set <= (kSettingsToolFrame | kSettingsBaseFrame) &&
+         (!has_tool || (is_frame(record.tool_frame, kFarthestTool_m) &&
+                        !check_tool_frame(arm.kinematics, record.tool_frame))) &&
+         (!has_base || is_frame(record.base_frame, kFarthestBase_m));
+}
 
 bool is_valid(const SettingsRecord& record) {
   return is_ratio(record.speed_ratio) &&
@@ -133,8 +144,13 @@ void read_tickets(const ServantSegment& former, const ArmModel& arm, std::uint64
 InheritedState read_inherited(const ServantSegment& former, const ArmModel& arm,
                               std::uint64_t next_command_id) {
   InheritedState state;
-  if (SettingsRecord record{}; read_valid(former.state.settings, record, state.invalid))
-    state.settings = to_settings(record);
+  if (SettingsRecord record{}; read_valid(former.state.settings, record, state.invalid)) {
+    if (are_valid_frames(record, arm)) {
+      state.settings = to_settings(record);
+    } else {
+      ++state.invalid;
+    }
+  }
   read_alarms(former.state, state);
   read_tickets(former, arm, next_command_id, state);
   if (ControlRecord record{}; read_valid(former.state.control, record, state.invalid)) state.control = record;

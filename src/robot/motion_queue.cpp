@@ -78,8 +78,9 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
         PlanSettings limited = settings;
         limited.soft_limits = limits_.wanted();
         PlanResult result = planner_.plan(*start, limited, request);
-        if (const auto* refusal = std::get_if<PlanRefusal>(&result)) throw refused(*refusal);
-        return hand_over(task, epoch, std::get<std::vector<Command>>(result), *start);
+        if (const auto* refusal = std::get_if<PlanRefusal>(&result))
+          throw refused(*refusal, planner_.model().kinematics);
+        return hand_over(task, epoch, result, *start);
       }
     }
     // Without the lock, which the thread that reads the cause takes as well.
@@ -149,7 +150,7 @@ void MotionQueue::check_limits(const LivingTask& task, const JointRanges& wanted
         "motions are under way, which were planned for other limits: call again when the arm is at "
         "rest, or Stop it");
   }
-  check_stands_within(wanted, now.position_q, kMaxJoints);
+  check_stands_within(wanted, now.position_q, planner_.model());
 }
 
 void MotionQueue::change_limits(const JointRanges& wanted) {
@@ -181,8 +182,17 @@ void MotionQueue::inherit(const std::vector<Ticket>& former) {
   pushed_to_ = former.back().incarnation;
 }
 
-corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch,
-                                     std::vector<Command>& commands, const PlanStart& start) {
+/// Before the command is published; see kKnotSlots.
+void MotionQueue::write_knots(ServantSegment& own, const std::vector<PathKnot>& knots, Command& command) {
+  KnotRange* const range = knots_of(command);
+  if (range == nullptr || knots.size() > kMostKnots) throw internal("the planner returned knots of no path");
+  range->slot = static_cast<std::uint16_t>(knot_slots_++ % kKnotSlots);
+  std::copy(knots.begin(), knots.end(), own.knots[range->slot].begin());
+}
+
+corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch, PlanResult& plan,
+                                     const PlanStart& start) {
+  auto& commands = std::get<std::vector<Command>>(plan);
   if (commands.empty() || commands.size() > 2) throw internal("the planner returned no motion");
   ServantSegment& own = task.own();
   // Only this fills the ring: room that there is stays.
@@ -202,6 +212,7 @@ corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch
     command.id = ticket.first + i;
     command.epoch = epoch;
     command.incarnation = static_cast<std::uint32_t>(task.incarnation);
+    if (i < plan.knots.size() && !plan.knots[i].empty()) write_knots(own, plan.knots[i], command);
     if (i == 1) ticket.second_from_s = ticket.duration_s;
     ticket.duration_s += command.duration_s;
     if (command.kind == MotionKind::kGripper)

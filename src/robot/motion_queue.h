@@ -69,8 +69,9 @@ class MotionQueue {
   /// when it is not ready.
   [[nodiscard]] static bool is_in_error(const LivingTask& task);
   [[nodiscard]] std::optional<PlanStart> plan_start(const LivingTask& task, std::uint64_t epoch);
-  corbot_ticket hand_over(const LivingTask& task, std::uint64_t epoch, std::vector<Command>& commands,
+  corbot_ticket hand_over(const LivingTask& task, std::uint64_t epoch, PlanResult& plan,
                           const PlanStart& start);
+  void write_knots(ServantSegment& own, const std::vector<PathKnot>& knots, Command& command);
   /// With the planning lock: throws as change_limits().
   void check_limits(const LivingTask& task, const JointRanges& wanted) const;
   std::uint64_t request_cancel(const LivingTask& task, const TicketTable::Range& range);
@@ -89,6 +90,7 @@ class MotionQueue {
   std::uint64_t last_pushed_{0};        // to the task below, by this servant or one before it
   std::uint64_t pushed_to_{0};          // incarnation
   std::uint64_t inherited_through_{0};  // numbers of the servants before this one
+  std::uint64_t knot_slots_{0};         // of the segment, used in turn
   std::uint64_t last_number_{0};        // given away, whatever the segment: tickets are known by it
 };
 

@@ -10,9 +10,34 @@
 #include "corbot/channel/fingerprint.h"
 #include "corbot/kinematics/tool_pose.h"
 #include "corbot/units.h"
+#include "planner/refusal.h"
 #include "robot/inherited_state.h"
 
 namespace corbot {
+namespace {
+
+/// What an arm of fewer than six joints follows instead of an orientation.
+const char* orientation_refused(Follows follows) {
+  switch (follows) {
+    case Follows::kPitch:
+      return "this arm follows the tool pitch alone: SetToolPitch, or MovePose for a pose that it can take";
+    case Follows::kPitchAndRoll:
+      return "this arm follows pitch and roll of its tool, not every orientation: SetToolPitch, or MovePose "
+             "for a "
+             "pose that it can take";
+    case Follows::kYaw:
+      return "this arm follows the yaw of its tool alone, which its motions keep: MovePose for a pose that "
+             "it can "
+             "take";
+    case Follows::kNone:
+    case Follows::kFull:
+      break;
+  }
+  return "this arm follows no orientation: that of its tool is what its position gives";
+}
+
+}  // namespace
+
 Robot::Robot(Profile profile, const std::string& name)
     : profile_(std::move(profile)),
       name_(name),
@@ -23,7 +48,7 @@ Robot::Robot(Profile profile, const std::string& name)
       watch_(link_, alarms_, profile_.frozen_ns,
              {[this] { return self_check_.is_started(); }, [this] { return responds(); },
               [this](bool frozen) { on_frozen(frozen); }}),
-      view_(profile_, link_, watch_, tickets_, alarms_),
+      view_(profile_, link_, watch_, tickets_, alarms_, settings_),
       task_(link_, watch_),
       queue_(planner_, profile_.queue_capacity, tickets_, task_, view_, limits_),
       control_(link_.own().state.control,
@@ -148,8 +173,8 @@ void Robot::on_inherit(const Inheritance& inheritance) {
   if (inherited.invalid == 0) return;
   alarms_.add(
       kAlarmFormerServantInvalid, false,
-      fmt::format("{} records of the servant before this one are invalid and were left out: check speeds "
-                  "and tool pitch",
+      fmt::format("{} records of the servant before this one are invalid and were left out: check speeds, "
+                  "tool pitch and frames",
                   inherited.invalid));
 }
 
@@ -171,7 +196,7 @@ corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival,
   // Before all else: a bad argument is refused at once, however long the present plan takes.
   PlanSettings now = settings_.get();
   now.soft_limits = limits_.wanted();
-  if (const auto refusal = planner_.check(now, request)) throw refused(*refusal);
+  if (const auto refusal = planner_.check(now, request)) throw refused(*refusal, profile_.arm.kinematics);
   const auto admit = [&] { return control_.use(key); };
   return queue_.accept(request, now, arrival, admit, wanted);
 }
@@ -266,6 +291,26 @@ void Robot::set_tool_pitch(double degrees) {
   }
   settings_.change([degrees](PlanSettings& now) {
     now.tool_pitch_rad = to_radians(degrees);
+    now.tool_orientation.reset();
+  });
+}
+
+void Robot::set_tool_orientation(const Quaternion& orientation) {
+  const ArmModel& arm = profile_.arm;
+  if (arm.kinematics.follows() != Follows::kFull)
+    throw bad_argument("orientation", arm.dof, orientation_refused(arm.kinematics.follows()));
+  if (const auto refusal = check_orientation(orientation, "orientation", "orientation"))
+    throw refused(*refusal, profile_.arm.kinematics);
+  const Quaternion unit = normalised(orientation);
+  settings_.change([&](PlanSettings& now) {
+    now.tool_pitch_rad.reset();
+    now.tool_orientation = unit.w < 0.0 ? Quaternion{-unit.w, -unit.x, -unit.y, -unit.z} : unit;
+  });
+}
+
+void Robot::reset_tool_orientation() {
+  settings_.change([](PlanSettings& now) {
+    now.tool_pitch_rad.reset();
     now.tool_orientation.reset();
   });
 }

@@ -5,10 +5,13 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "config/profile.h"
+#include "planner/frame_settings.h"
 #include "planner/planner.h"
+#include "planner/pose_solutions.h"
 #include "robot/alarm_log.h"
 #include "robot/audit_log.h"
 #include "robot/call_error.h"
@@ -105,6 +108,25 @@ class Robot final : private LinkListener {
   void set_all_speeds(double percent);
   void set_tool_pitch(double degrees);
   [[nodiscard]] double tool_pitch_deg() const;
+  /// For arms that follow every orientation; of unit length within 1e-6.
+  void set_tool_orientation(const Quaternion& orientation);
+  /// Takes back what this and set_tool_pitch() have set.
+  void reset_tool_orientation();
+  [[nodiscard]] std::optional<Quaternion> tool_orientation() const {
+    return settings_.get().tool_orientation;
+  }
+
+  /// Flange to tool centre point, and where the arm stands in the frame of all positions, instead of the profile's; for what is
+  /// planned from now on, and what is read.
+  void set_tool_frame(const Pose& flange_T_tool);
+  void set_base_frame(const Pose& world_T_base);
+  void reset_frames();
+  [[nodiscard]] Frames frames() const;
+
+  /// All solutions at a pose, turns counted from where the arm stands; throws CallError: bad argument, unreachable.
+  [[nodiscard]] std::vector<PoseSolution> solutions(const Pose& pose) const;
+  /// Of the set-points; nothing where the family has no closed form. Throws CallError (no data).
+  [[nodiscard]] std::optional<std::uint32_t> solution() const;
 
   /// Ranges within the profile's that planned motions keep, degrees; kept on disk. Throws CallError for what no arm has,
   /// where the arm stands outside, while motions are pending, and where they cannot be saved.
@@ -148,7 +170,7 @@ class Robot final : private LinkListener {
   const Planner planner_;
   SoftLimits limits_;
   TicketTable tickets_;
-  AlarmLog alarms_;
+  AlarmLog alarms_{kinds_of(profile_.arm.kinematics.chain())};
   std::atomic<std::uint64_t> own_stops_{0};        ///< that this has counted
   std::atomic<std::uint64_t> clears_reported_{0};  ///< number of the last Clear that was reported
   std::atomic<std::uint64_t> clears_drained_{0};   ///< all alarms up to this one have been taken

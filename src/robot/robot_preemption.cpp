@@ -121,7 +121,8 @@ void Robot::set_held_by(std::string by) {
 
 std::string Robot::held_alarm_text(const AlarmEvent& alarm) const {
   const std::lock_guard lock(held_by_mutex_);
-  return held_by_.empty() ? alarm_text(alarm) : alarm_text(alarm) + ", asked for by " + held_by_;
+  const std::string text = alarm_text(alarm, {});
+  return held_by_.empty() ? text : text + ", asked for by " + held_by_;
 }
 
 /// A task that is gone moves nothing; a frozen one finds the stop when it goes on.

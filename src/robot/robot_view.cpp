@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <chrono>
 
+#include "corbot/arm/joint_units.h"
 #include "corbot/backend/backend.h"
 #include "corbot/kinematics/pose.h"
 #include "corbot/kinematics/tool_pose.h"
-#include "corbot/units.h"
+#include "planner/frame_settings.h"
 
 namespace corbot {
 namespace {
@@ -64,17 +65,18 @@ Snapshot RobotView::snapshot() const {
   return now;
 }
 
-Joints RobotView::joints_deg() const {
+Joints RobotView::joints_shown() const {
   const Snapshot now = snapshot();
   Joints joints = is_measured(now) ? now.measured_q : now.position_q;
-  for (double& joint : joints) joint = to_degrees(joint);
+  for (std::size_t i = 0; i < profile_.arm.dof; ++i)
+    joints[i] = to_shown(profile_.arm.kinematics.joint_kind(i), joints[i]);
   return joints;
 }
 
 corbot_pose RobotView::pose() const {
   const Snapshot now = snapshot();
-  const ToolPose tool =
-      tool_pose(profile_.arm.kinematics, is_measured(now) ? now.measured_q : now.position_q);
+  const ToolPose tool = tool_pose(in_frames(profile_.arm.kinematics, settings_.get()),
+                                  is_measured(now) ? now.measured_q : now.position_q);
   return {tool.position_m[0],       tool.position_m[1],         tool.position_m[2],
           to_degrees(tool.yaw_rad), to_degrees(tool.pitch_rad), to_degrees(tool.roll_rad)};
 }
@@ -210,12 +212,14 @@ corbot_arm_state RobotView::arm_state() const {
   all.override_percent = 100.0 * now.override_ratio;
   all.measured = is_measured(now) ? 1 : 0;
   for (std::size_t i = 0; i < kMaxJoints; ++i) {
-    all.commanded_deg[i] = to_degrees(now.position_q[i]);
-    all.speed_deg_s[i] = to_degrees(now.velocity_q_s[i]);
-    if (is_measured(now)) all.measured_deg[i] = to_degrees(now.measured_q[i]);
+    const JointKind kind = profile_.arm.kinematics.joint_kind(i);
+    all.commanded_deg[i] = to_shown(kind, now.position_q[i]);
+    all.speed_deg_s[i] = to_shown(kind, now.velocity_q_s[i]);
+    if (is_measured(now)) all.measured_deg[i] = to_shown(kind, now.measured_q[i]);
   }
-  all.tool_commanded = pose_of(now.tool);
-  all.tool = is_measured(now) ? pose_of(profile_.arm.kinematics.forward(now.measured_q)) : all.tool_commanded;
+  const Kinematics arm = in_frames(profile_.arm.kinematics, settings_.get());
+  all.tool_commanded = pose_of(arm.forward(now.position_q));
+  all.tool = is_measured(now) ? pose_of(arm.forward(now.measured_q)) : all.tool_commanded;
   all.motion = motion_of(now, shown.running);
   all.queued = static_cast<std::uint32_t>(shown.queued);
   all.gripper = gripper_of(now);

@@ -10,6 +10,7 @@
 #include "robot/alarm_log.h"
 #include "robot/call_error.h"
 #include "robot/link.h"
+#include "robot/settings.h"
 #include "robot/task_watch.h"
 #include "robot/ticket_table.h"
 
@@ -21,11 +22,17 @@ class RobotView {
  public:
   /// All of them must outlive this.
   RobotView(const Profile& profile, const Link& link, const TaskWatch& watch, const TicketTable& tickets,
-            const AlarmLog& alarms)
-      : profile_(profile), link_(link), watch_(watch), tickets_(tickets), alarms_(alarms) {}
+            const AlarmLog& alarms, const Settings& settings)
+      : profile_(profile),
+        link_(link),
+        watch_(watch),
+        tickets_(tickets),
+        alarms_(alarms),
+        settings_(settings) {}
 
   [[nodiscard]] Snapshot snapshot() const;  ///< throws CallError (no data) when there has never been one
-  [[nodiscard]] Joints joints_deg() const;
+  [[nodiscard]] Joints joints_shown() const;
+  /// In the frames in force, as arm_state().
   [[nodiscard]] corbot_pose pose() const;
   [[nodiscard]] corbot_gripper gripper() const;
   [[nodiscard]] corbot_state state() const;
@@ -57,6 +64,7 @@ class RobotView {
   const TaskWatch& watch_;
   const TicketTable& tickets_;
   const AlarmLog& alarms_;
+  const Settings& settings_;  // its frames are those of every pose
 };
 
 }  // namespace corbot

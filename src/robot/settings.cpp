@@ -26,6 +26,8 @@ void Settings::inherit(const PlanSettings& former) {
     settings_.tool_pitch_rad = former.tool_pitch_rad;
     settings_.tool_orientation = former.tool_orientation;
   }
+  if (!settings_.tool_frame) settings_.tool_frame = former.tool_frame;
+  if (!settings_.base_frame) settings_.base_frame = former.base_frame;
   keep();
 }
 
@@ -41,6 +43,10 @@ SettingsRecord to_record(const PlanSettings& settings) {
   record.tool_is_set = static_cast<std::uint64_t>(set);
   record.tool_pitch_rad = settings.tool_pitch_rad.value_or(0.0);
   record.tool_orientation = settings.tool_orientation.value_or(Quaternion{});
+  record.frames_set =
+      (settings.tool_frame ? kSettingsToolFrame : 0) | (settings.base_frame ? kSettingsBaseFrame : 0);
+  if (settings.tool_frame) record.tool_frame = *settings.tool_frame;
+  if (settings.base_frame) record.base_frame = *settings.base_frame;
   return record;
 }
 
@@ -51,6 +57,8 @@ PlanSettings to_settings(const SettingsRecord& record) {
   const auto set = static_cast<SettingsTool>(record.tool_is_set);
   if (set == SettingsTool::kPitch) settings.tool_pitch_rad = record.tool_pitch_rad;
   if (set == SettingsTool::kOrientation) settings.tool_orientation = record.tool_orientation;
+  if ((record.frames_set & kSettingsToolFrame) != 0) settings.tool_frame = record.tool_frame;
+  if ((record.frames_set & kSettingsBaseFrame) != 0) settings.base_frame = record.base_frame;
   return settings;
 }
 

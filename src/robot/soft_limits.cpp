@@ -9,17 +9,17 @@
 #include <utility>
 #include <variant>
 
-#include "corbot/units.h"
+#include "corbot/arm/joint_units.h"
 #include "robot/call_error.h"
 
 namespace corbot {
 namespace {
 
-/// Of degrees and back.
+/// Of the units that are shown and back.
 constexpr double kRounding_q = 1e-9;
 
-CallError outside(const std::string& quantity, std::size_t joint, double value_q, double lower_q,
-                  double upper_q, const std::string& text) {
+CallError outside(const Kinematics& arm, const std::string& quantity, std::size_t joint, double value_q,
+                  double lower_q, double upper_q, const std::string& text) {
   PlanRefusal refusal;
   refusal.kind = PlanRefusal::Kind::kLimitExceeded;
   refusal.parameter = quantity;
@@ -28,7 +28,7 @@ CallError outside(const std::string& quantity, std::size_t joint, double value_q
   refusal.lower = lower_q;
   refusal.upper = upper_q;
   refusal.text = text;
-  return refused(refusal);
+  return refused(refusal, arm);
 }
 
 }  // namespace
@@ -69,30 +69,30 @@ void SoftLimits::check_known(const MotionRequest& request) const {
   throw not_ready(fmt::format("the soft limits are not known: set or reset them ({})", unknown_));
 }
 
-JointRanges SoftLimits::checked(const JointRanges& wanted_deg) const {
+JointRanges SoftLimits::checked(const JointRanges& wanted) const {
   JointRanges limits;
   for (std::size_t i = 0; i < arm_.dof; ++i) {
-    const double lower_deg = wanted_deg.lower_q[i];
-    const double upper_deg = wanted_deg.upper_q[i];
-    for (const double value_deg : {lower_deg, upper_deg}) {
-      if (!std::isfinite(value_deg))
-        throw bad_argument("limits", value_deg, fmt::format("a limit of joint {} is not a finite number", i));
+    const double lower = wanted.lower_q[i];
+    const double upper = wanted.upper_q[i];
+    for (const double value : {lower, upper}) {
+      if (!std::isfinite(value))
+        throw bad_argument("limits", value, fmt::format("a limit of joint {} is not a finite number", i));
     }
-    if (lower_deg > upper_deg) {
-      throw bad_argument("limits", lower_deg,
-                         fmt::format("joint {}: the lower limit {:.6g} is above the upper one, {:.6g}", i,
-                                     lower_deg, upper_deg));
+    if (lower > upper) {
+      throw bad_argument(
+          "limits", lower,
+          fmt::format("joint {}: the lower limit {:.6g} is above the upper one, {:.6g}", i, lower, upper));
     }
     const JointLimits& range = arm_.joints[i];
-    for (const double value_deg : {lower_deg, upper_deg}) {
-      const double value_q = to_radians(value_deg);
+    const JointKind kind = arm_.kinematics.joint_kind(i);
+    for (const double value : {lower, upper}) {
+      const double value_q = from_shown(kind, value);
       if (value_q >= range.lower_q - kRounding_q && value_q <= range.upper_q + kRounding_q) continue;
-      throw outside(
-          "joint range", i, value_q, range.lower_q, range.upper_q,
-          fmt::format("joint {}: the limit {:.6g} is outside the range of the profile", i, value_deg));
+      throw outside(arm_.kinematics, "joint range", i, value_q, range.lower_q, range.upper_q,
+                    fmt::format("joint {}: the limit {:.6g} is outside the range of the profile", i, value));
     }
-    limits.lower_q[i] = std::clamp(to_radians(lower_deg), range.lower_q, range.upper_q);
-    limits.upper_q[i] = std::clamp(to_radians(upper_deg), range.lower_q, range.upper_q);
+    limits.lower_q[i] = std::clamp(from_shown(kind, lower), range.lower_q, range.upper_q);
+    limits.upper_q[i] = std::clamp(from_shown(kind, upper), range.lower_q, range.upper_q);
   }
   return limits;
 }
@@ -130,13 +130,14 @@ void SoftLimits::take(const std::optional<JointRanges>& wanted) {
   unknown_.clear();
 }
 
-void check_stands_within(const JointRanges& limits, const Joints& position_q, std::size_t dof) {
-  for (std::size_t i = 0; i < dof; ++i) {
+void check_stands_within(const JointRanges& limits, const Joints& position_q, const ArmModel& arm) {
+  for (std::size_t i = 0; i < arm.dof; ++i) {
     if (position_q[i] >= limits.lower_q[i] - kRounding_q && position_q[i] <= limits.upper_q[i] + kRounding_q)
       continue;
-    throw outside("joint position", i, position_q[i], limits.lower_q[i], limits.upper_q[i],
-                  fmt::format("joint {} stands at {:.6g} degrees, outside the wanted limits", i,
-                              to_degrees(position_q[i])));
+    const JointKind kind = arm.kinematics.joint_kind(i);
+    throw outside(arm.kinematics, "joint position", i, position_q[i], limits.lower_q[i], limits.upper_q[i],
+                  fmt::format("joint {} stands at {:.6g} {}, outside the wanted limits", i,
+                              to_shown(kind, position_q[i]), unit_name(kind)));
   }
 }
 

@@ -29,7 +29,7 @@ class SoftLimits {
 
   /// Throws CallError: bad_argument where one is not finite or the lower is above the upper; limit exceeded beyond the
   /// profile's ranges.
-  [[nodiscard]] JointRanges checked(const JointRanges& wanted_deg) const;
+  [[nodiscard]] JointRanges checked(const JointRanges& wanted) const;
   /// Saves them, and then lets `apply` run, which calls take() or throws; what was saved is put back then. Nothing: those of
   /// the profile. Throws CallError (not ready) where they cannot be saved.
   void change(const std::optional<JointRanges>& wanted, const std::function<void()>& apply);
@@ -46,6 +46,6 @@ class SoftLimits {
 };
 
 /// Refuses a position (set-points) that is outside them: CallError, limit exceeded.
-void check_stands_within(const JointRanges& limits, const Joints& position_q, std::size_t dof);
+void check_stands_within(const JointRanges& limits, const Joints& position_q, const ArmModel& arm);
 
 }  // namespace corbot

@@ -9,13 +9,13 @@
 #include <cmath>
 #include <ctime>
 
+#include "corbot/arm/joint_units.h"
 #include "corbot/channel/fingerprint.h"
-#include "corbot/units.h"
 
 namespace corbot {
 namespace {
 
-constexpr std::int64_t kFormat = 1;
+constexpr std::int64_t kFormat = 2;
 constexpr std::size_t kMaxBootId = 64;
 /// Far more than the rounding of degrees, far less than a servo resolves.
 constexpr double kTolerance_q = 1e-6;
@@ -61,18 +61,20 @@ std::int64_t epoch_of(const toml::date_time& when) {
 }
 
 Joints read_joints(const toml::table& table, const ArmModel& arm) {
-  const toml::array* array = table["joints_deg"].as_array();
+  const toml::array* array = table["joints"].as_array();
   const std::size_t dof = std::min<std::size_t>(arm.dof, kMaxJoints);
   if (array == nullptr || array->size() != dof)
-    throw PositionError(fmt::format("joints_deg: must be {} numbers", dof));
+    throw PositionError(fmt::format("joints: must be {} numbers", dof));
   Joints joints{};
   for (std::size_t i = 0; i < dof; ++i) {
-    const double value_deg = finite(*array->get(i), "joints_deg");
+    const JointKind kind = arm.kinematics.joint_kind(i);
+    const double value = finite(*array->get(i), "joints");
     const JointLimits& limits = arm.joints[i];
-    joints[i] = to_radians(value_deg);
+    joints[i] = from_shown(kind, value);
     if (joints[i] < limits.lower_q - kTolerance_q || joints[i] > limits.upper_q + kTolerance_q) {
-      throw PositionError(fmt::format("joints_deg: {:.6g} is outside the range of joint {}, {:.6g} to {:.6g}",
-                                      value_deg, i, to_degrees(limits.lower_q), to_degrees(limits.upper_q)));
+      throw PositionError(fmt::format("joints: {:.6g} is outside the range of joint {}, {:.6g} to {:.6g}",
+                                      value, i, to_shown(kind, limits.lower_q),
+                                      to_shown(kind, limits.upper_q)));
     }
     joints[i] = std::clamp(joints[i], limits.lower_q, limits.upper_q);
   }
@@ -88,10 +90,9 @@ LastPosition read_common(const toml::table& table) {
   if (position.boot_id.size() > kMaxBootId) throw PositionError("boot: too long");
   position.saved_s = epoch_of(required<toml::date_time>(table, "saved"));
   position.at_rest = required<bool>(table, "at_rest");
-  if (table.contains("held"))
-    position.held = required<bool>(table, "held");  // not in earlier versions' files
-  if (table.contains("in_error")) position.in_error = required<bool>(table, "in_error");  // likewise
-  if (!table["joints_deg"].is_array()) throw PositionError("joints_deg is missing or of the wrong kind");
+  position.held = required<bool>(table, "held");
+  position.in_error = required<bool>(table, "in_error");
+  if (!table["joints"].is_array()) throw PositionError("joints is missing or of the wrong kind");
   const toml::node* gripper = table.get("gripper");
   if (gripper == nullptr) throw PositionError("gripper is missing");
   position.opening = finite(*gripper, "gripper");
@@ -132,11 +133,12 @@ std::string utc_text(std::int64_t epoch_s) {
                      parts.tm_mday, parts.tm_hour, parts.tm_min, parts.tm_sec);
 }
 
-std::string position_text(const LastPosition& position, std::size_t dof) {
+std::string position_text(const LastPosition& position, const ArmModel& arm) {
   const std::tm when = parts_of(position.saved_s);
   std::string joints;
-  for (std::size_t i = 0; i < std::min(dof, kMaxJoints); ++i) {
-    joints += fmt::format("{}{}", joints.empty() ? "" : ", ", position.position_q[i] / kRadiansPerDegree);
+  for (std::size_t i = 0; i < std::min<std::size_t>(arm.dof, kMaxJoints); ++i) {
+    const double value = to_shown(arm.kinematics.joint_kind(i), position.position_q[i]);
+    joints += fmt::format("{}{}", joints.empty() ? "" : ", ", value);
   }
   return fmt::format(
       "# The last position that corbot commanded to this arm. Read when the arm is powered up, and only\n"
@@ -144,7 +146,8 @@ std::string position_text(const LastPosition& position, std::size_t dof) {
       "Error, too.\n"
       "format = {}\nrobot = \"{}\"\nprofile = \"{:016x}\"  # fingerprint\nboot = \"{}\"\n"
       "saved = {:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z\nat_rest = {}\nheld = {}  # by StopAndHold: nothing "
-      "moves until Clear\nin_error = {}  # nothing is energised until Clear\njoints_deg = [{}]\n"
+      "moves until Clear\nin_error = {}  # nothing is energised until Clear\njoints = [{}]  # degrees; "
+      "metres of joints that slide\n"
       "gripper = {}  # 0 closed, 1 open\n",
       kFormat, position.robot, position.fingerprint, position.boot_id, when.tm_year + 1900, when.tm_mon + 1,
       when.tm_mday, when.tm_hour, when.tm_min, when.tm_sec, position.at_rest, position.held,
@@ -153,10 +156,10 @@ std::string position_text(const LastPosition& position, std::size_t dof) {
 
 LastPosition parse_position(std::string_view text, std::string_view robot, const ArmModel& arm) {
   const toml::table table = parse(text);  // a file that was cut short lacks its gripper, at its end
-  if (required<std::int64_t>(table, "format") != kFormat)
-    throw PositionError("its format is not known to this version");
   if (required<std::string>(table, "robot") != robot) throw PositionError("it is another robot's");
   try {
+    if (required<std::int64_t>(table, "format") != kFormat)
+      throw PositionError("its format is not known to this version");
     LastPosition position = read_common(table);
     if (position.fingerprint != position_fingerprint(arm))
       throw PositionError("the profile has changed since it was written", position.held, position.in_error);

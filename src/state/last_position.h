@@ -48,7 +48,7 @@ inline constexpr std::size_t kMaxPositionBytes = 4096;
 [[nodiscard]] std::uint64_t position_fingerprint(const ArmModel& arm);
 
 /// TOML, for a person to read, too.
-[[nodiscard]] std::string position_text(const LastPosition& position, std::size_t dof);
+[[nodiscard]] std::string position_text(const LastPosition& position, const ArmModel& arm);
 
 /// Reads what position_text() wrote. Trusts no byte: throws PositionError unless it is of this robot and of
 /// this model of its arm, finite and within the joints' ranges. The flags may be missing: earlier versions had none.

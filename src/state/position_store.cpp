@@ -72,8 +72,8 @@ std::optional<LastPosition> PositionStore::load(const ArmModel& arm) const {
   }
 }
 
-void PositionStore::save(const LastPosition& position, std::size_t dof) const {
-  replace_private(file_, fresh_, position_text(position, dof));
+void PositionStore::save(const LastPosition& position, const ArmModel& arm) const {
+  replace_private(file_, fresh_, position_text(position, arm));
 }
 
 }  // namespace corbot

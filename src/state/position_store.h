@@ -37,7 +37,7 @@ class PositionStore {
 
   /// Replaces the file: whatever happens meanwhile, a reader finds the old or the new one, whole. Makes the
   /// directory, mode 0700. Throws std::system_error.
-  void save(const LastPosition& position, std::size_t dof) const;
+  void save(const LastPosition& position, const ArmModel& arm) const;
 
  private:
   std::filesystem::path file_;

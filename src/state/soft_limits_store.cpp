@@ -8,14 +8,14 @@
 #include <cmath>
 #include <utility>
 
+#include "corbot/arm/joint_units.h"
 #include "corbot/channel/fingerprint.h"
-#include "corbot/units.h"
 #include "state/private_file.h"
 
 namespace corbot {
 namespace {
 
-constexpr std::int64_t kFormat = 1;
+constexpr std::int64_t kFormat = 2;
 /// Of degrees that were written as text, and no more.
 constexpr double kRounding_q = 1e-9;
 
@@ -23,10 +23,11 @@ std::size_t dof_of(const ArmModel& arm) { return std::min<std::size_t>(arm.dof, 
 
 std::string fingerprint_text(const ArmModel& arm) { return fmt::format("{:016x}", fingerprint(arm)); }
 
-std::string list(const Joints& values_q, std::size_t dof) {
+std::string list(const Joints& values_q, const ArmModel& arm) {
   std::string text;
-  for (std::size_t i = 0; i < dof; ++i)
-    text += fmt::format("{}{}", text.empty() ? "" : ", ", values_q[i] / kRadiansPerDegree);
+  for (std::size_t i = 0; i < dof_of(arm); ++i)
+    text +=
+        fmt::format("{}{}", text.empty() ? "" : ", ", to_shown(arm.kinematics.joint_kind(i), values_q[i]));
   return text;
 }
 
@@ -45,13 +46,13 @@ Joints read_list(const toml::table& table, std::string_view key, const ArmModel&
   Joints values{};
   for (std::size_t i = 0; i < dof; ++i) {
     const toml::node& node = *array->get(i);
-    const auto value_deg = node.value<double>();
-    if (!node.is_number() || !value_deg || !std::isfinite(*value_deg))
+    const auto value = node.value<double>();
+    if (!node.is_number() || !value || !std::isfinite(*value))
       throw SoftLimitsError(fmt::format("{}: not a finite number", key));
     const JointLimits& range = arm.joints[i];
-    values[i] = to_radians(*value_deg);
+    values[i] = from_shown(arm.kinematics.joint_kind(i), *value);
     if (values[i] < range.lower_q - kRounding_q || values[i] > range.upper_q + kRounding_q)
-      throw SoftLimitsError(fmt::format("{}: {:.6g} is outside the range of joint {}", key, *value_deg, i));
+      throw SoftLimitsError(fmt::format("{}: {:.6g} is outside the range of joint {}", key, *value, i));
     values[i] = std::clamp(values[i], range.lower_q, range.upper_q);
   }
   return values;
@@ -74,10 +75,9 @@ std::string soft_limits_text(const JointRanges& limits, const std::string& robot
       "# The soft limits that were set for this arm: ranges that its joints keep. Written by "
       "corbot-servant.\n"
       "format = {}\nrobot = \"{}\"\nprofile = \"{}\"  # fingerprint\n"
-      "lower_deg = [{}]\nupper_deg = [{}]\n"
+      "lower = [{}]  # degrees; metres of joints that slide\nupper = [{}]\n"
       "whole = true  # a file that was cut short lacks this\n",
-      kFormat, robot, fingerprint_text(arm), list(limits.lower_q, dof_of(arm)),
-      list(limits.upper_q, dof_of(arm)));
+      kFormat, robot, fingerprint_text(arm), list(limits.lower_q, arm), list(limits.upper_q, arm));
 }
 
 JointRanges parse_soft_limits(std::string_view text, std::string_view robot, const ArmModel& arm) {
@@ -88,10 +88,10 @@ JointRanges parse_soft_limits(std::string_view text, std::string_view robot, con
   if (required<std::string>(table, "robot") != robot) throw SoftLimitsError("it is another robot's");
   if (required<std::string>(table, "profile") != fingerprint_text(arm))
     throw SoftLimitsError("the profile has changed since it was written");
-  const JointRanges limits{read_list(table, "lower_deg", arm), read_list(table, "upper_deg", arm)};
+  const JointRanges limits{read_list(table, "lower", arm), read_list(table, "upper", arm)};
   for (std::size_t i = 0; i < dof_of(arm); ++i) {
     if (!(limits.lower_q[i] <= limits.upper_q[i]))
-      throw SoftLimitsError(fmt::format("lower_deg is above upper_deg for joint {}", i));
+      throw SoftLimitsError(fmt::format("lower is above upper for joint {}", i));
   }
   return limits;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Robots whose profiles describe other arms than the paper's: they come up on the simulator, turn and slide.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <signal.h>
 
@@ -26,12 +27,111 @@ class Arms : public CliRig {
 TEST_F(Arms, OfSixJointsMoveOnTheSimulator) {
   up({}, shipped("puma560"));
   ASSERT_EQ(corbot({"joints", "20", "-10", "5", "10", "15", "-20"}).code, 0);
-  const auto joints = status().at("joints_deg");
+  const auto joints = status().at("joints");
   ASSERT_EQ(joints.size(), 6u);
-  EXPECT_NEAR(joints.at(1).get<double>(), -10.0, 1e-6);
-  EXPECT_NEAR(joints.at(5).get<double>(), -20.0, 1e-6);
+  EXPECT_NEAR(joints.at(1).at("value_deg").get<double>(), -10.0, 1e-6);
+  EXPECT_NEAR(joints.at(5).at("value_deg").get<double>(), -20.0, 1e-6);
   EXPECT_EQ(corbot({"joints", "161", "0", "0", "0", "0", "0"}).code, 1);
   EXPECT_EQ(corbot({"ready"}).code, 0);
+}
+
+TEST_F(Arms, OfSixJointsTakePosesOffsetsAndAnOrientation) {
+  up({}, shipped("puma560"));
+  const auto tool = [&](const char* key) { return status().at("tool").at(key).get<double>(); };
+  const std::string x = fmt::format("{}", tool("x_m")), y = fmt::format("{}", tool("y_m")),
+                    z = fmt::format("{}", tool("z_m"));
+  const double a = tool("a_deg"), b = tool("b_deg"), c = tool("c_deg");
+  const auto angle = [](double value) { return fmt::format("{}", value); };
+  ASSERT_EQ(corbot({"movepose", x, y, z, angle(a), angle(b + 10), angle(c)}).code, 0);
+  EXPECT_NEAR(tool("b_deg"), b + 10, 1e-6);
+  ASSERT_EQ(corbot({"movepose", x, y, z, angle(a), angle(b), angle(c), "--line", "--time", "0.5"}).code, 0);
+  EXPECT_NEAR(tool("b_deg"), b, 1e-6);
+  ASSERT_EQ(corbot({"moverelative", "-0.02", "0.01", "0", "--line"}).code, 0);
+  EXPECT_NEAR(tool("x_m"), std::stod(x) - 0.02, 1e-9);
+  EXPECT_NEAR(tool("y_m"), std::stod(y) + 0.01, 1e-9);
+  ASSERT_EQ(corbot({"moverelative", "0", "0", "-0.02", "1", "0", "0", "0", "--tool"}).code, 0);
+  EXPECT_NEAR(tool("b_deg"), b, 1e-6);
+  EXPECT_TRUE(status().at("tool_orientation").is_null());
+  ASSERT_EQ(corbot({"orientation", angle(a), angle(b + 10), angle(c)}).code, 0);
+  EXPECT_EQ(status().at("tool_orientation").size(), 4u);
+  EXPECT_THAT(corbot({"status"}).output, HasSubstr("  set tool  w "));
+  ASSERT_EQ(corbot({"move", x, y, z}).code, 0);
+  EXPECT_NEAR(tool("b_deg"), b + 10, 1e-6);
+  ASSERT_EQ(corbot({"orientation", "--reset"}).code, 0);
+  EXPECT_TRUE(status().at("tool_orientation").is_null());
+  const RunResult longer = corbot({"orientation", "1", "1", "0", "0"});
+  EXPECT_EQ(longer.code, 1);
+  EXPECT_THAT(longer.errors, HasSubstr("has length 1.41421, allowed 1 within 1e-06"));
+}
+
+TEST_F(Arms, OfFourJointsSayHowFarAnOrientationIsOff) {
+  std::ifstream stream(shipped("lynx5"));
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+  text.insert(text.find("name = "), "orientation_error_deg = 5\n");
+  up({}, put("arm.toml", text));
+  ASSERT_EQ(corbot({"movepose", "0.2", "0", "0.1", "0", "0", "4.9"}).code, 0);
+  const RunResult rolled = corbot({"movepose", "0.2", "0", "0.1", "0", "0", "5.1"});
+  EXPECT_EQ(rolled.code, 1);
+  EXPECT_THAT(rolled.errors, HasSubstr("than 5.1 degrees, allowed up to 5 degrees"));
+  const RunResult set = corbot({"orientation", "0", "0", "0"});
+  EXPECT_EQ(set.code, 1);
+  EXPECT_THAT(set.errors, HasSubstr("follows the tool pitch alone"));
+}
+
+/// Without a closed form: to points, along lines and arcs, its tool turned as it was; what cannot be is refused.
+TEST_F(Arms, WithoutAClosedFormFollowLinesAndArcs) {
+  up({}, shipped("xarm6"));
+  const auto tool = [&](const char* axis) { return status().at("tool").at(axis).get<double>(); };
+  ASSERT_EQ(corbot({"moves", "0.35", "0.1", "0.3"}).code, 0);
+  EXPECT_NEAR(tool("x_m"), 0.35, 1e-9);
+  EXPECT_NEAR(tool("y_m"), 0.1, 1e-9);
+  EXPECT_NEAR(tool("z_m"), 0.3, 1e-9);
+  ASSERT_EQ(corbot({"movec", "0.35", "0.1", "0.3", "0.37", "0.15", "0.3", "0.35", "0.2", "0.32"}).code, 0);
+  EXPECT_NEAR(tool("y_m"), 0.2, 1e-9);
+  ASSERT_EQ(corbot({"move", "0.3", "-0.2", "0.3"}).code, 0);
+  EXPECT_NEAR(tool("y_m"), -0.2, 1e-9);
+  const RunResult far = corbot({"moves", "2", "0", "0"});
+  EXPECT_EQ(far.code, 1);
+  EXPECT_THAT(far.errors, HasSubstr("% of it, beyond which the path leaves the arm's reach"));
+  EXPECT_NEAR(tool("y_m"), -0.2, 1e-9);
+  EXPECT_EQ(corbot({"move", "2", "0", "0"}).code, 1);
+}
+
+/// A table of no family, with five joints, one of which slides.
+TEST_F(Arms, OfNoFamilyMoveToo) {
+  std::string text = "[robot]\nname = \"odd\"\nkind = \"other\"\n\n[geometry]\ndh = \"standard\"\n\n";
+  const char* const rows[] = {"theta_deg = 10, d_m = 0.2, a_m = 0.05, alpha_deg = -80",
+                              "theta_deg = -60, d_m = 0.03, a_m = 0.25, alpha_deg = 12",
+                              "theta_deg = 70, d_m = -0.02, a_m = 0.04, alpha_deg = -85",
+                              "theta_deg = 20, d_m = 0.2, a_m = 0, alpha_deg = 75",
+                              "theta_deg = -30, d_m = 0.02, a_m = 0.12, alpha_deg = -70"};
+  for (int i = 0; i < 5; ++i) {
+    const bool slides = i == 3;
+    text += "[[joint]]\nname = \"j" + std::to_string(i) + "\"\ndh = { " + rows[i] + " }\n";
+    text +=
+        slides
+            ? "kind = \"sliding\"\nrange_m = [-0.1, 0.1]\nspeed_m_s = 0.2\nacceleration_m_s2 = 1\njerk_m_s3 "
+              "= 10\n\n"
+            : "range_deg = [-150, 150]\nspeed_deg_s = 120\nacceleration_deg_s2 = 600\njerk_deg_s3 = 6000\n\n";
+  }
+  text +=
+      "[gripper]\ntravel_s = 0.5\n\n[path]\nspeed_m_s = 0.25\nacceleration_m_s2 = 1\njerk_m_s3 = 10\n"
+      "rotation_speed_deg_s = 90\nrotation_acceleration_deg_s2 = 400\nrotation_jerk_deg_s3 = 4000\n\n"
+      "[backend]\nkind = \"loopback\"\n";
+  up({}, put("odd.toml", text));
+  const auto tool = [&](const char* axis) { return status().at("tool").at(axis).get<double>(); };
+  const double x = tool("x_m"), y = tool("y_m"), z = tool("z_m");
+  const auto at = [](double value) { return std::to_string(value); };
+  const RunResult line = corbot({"moves", at(x - 0.02), at(y + 0.04), at(z + 0.02)});
+  ASSERT_EQ(line.code, 0) << line.errors;
+  EXPECT_NEAR(tool("y_m"), y + 0.04, 1e-6);
+  const RunResult arc = corbot({"movec", at(x - 0.02), at(y + 0.04), at(z + 0.02), at(x), at(y + 0.02),
+                                at(z + 0.01), at(x), at(y), at(z)});
+  ASSERT_EQ(arc.code, 0) << arc.errors;
+  EXPECT_NEAR(tool("z_m"), z, 1e-6);
+  const RunResult move = corbot({"move", at(x - 0.05), at(y), at(z)});
+  ASSERT_EQ(move.code, 0) << move.errors;
+  EXPECT_NEAR(tool("x_m"), x - 0.05, 1e-6);
 }
 
 /// The profile and its URDF are read once, at the start.
@@ -63,13 +163,30 @@ TEST_F(Arms, ByAUrdfOutliveItsFile) {
   ASSERT_TRUE(wait_until(within(20), [&] {
     return corbot({"joints", "5", "20", "0", "30"}).code == 0;
   })) << supervisor_->errors();
-  EXPECT_NEAR(status().at("joints_deg").at(3).get<double>(), 30.0, 1e-6);
+  EXPECT_NEAR(status().at("joints").at(3).at("value_deg").get<double>(), 30.0, 1e-6);
 }
 
 TEST_F(Arms, WithoutServosAreNotCalibrated) {
   const RunResult result = corbot({"calibrate", shipped("omx"), "--name", name_});
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.errors, HasSubstr("there is nothing to calibrate"));
+}
+
+TEST_F(Arms, WithASlideAreCalibratedWithARule) {
+  std::ifstream stream(shipped("cartesian_ppp"));
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+  for (int joint = 0; joint < 3; ++joint) {
+    std::size_t at = 0;
+    for (int i = 0; i <= joint; ++i) at = text.find("jerk_m_s3", at) + 1;
+    text.insert(text.find('\n', at),
+                fmt::format("\nservo = {{ channel = {}, zero_us = 1000, us_per_mm = 2, direction = 1, "
+                            "pulse_range_us = [500, 2500] }}",
+                            joint));
+  }
+  text.insert(text.find("travel_s"), "channel = 3\nclosed_us = 1900\nopen_us = 1100\n");
+  const RunResult result = corbot({"calibrate", put("arm.toml", text), "--name", name_});
+  EXPECT_EQ(result.code, 2);
+  EXPECT_THAT(result.errors, HasSubstr("joint x slides, and this command speaks degrees"));
 }
 
 TEST_F(Arms, SolutionsNameTheJointsBeyondTheirRanges) {

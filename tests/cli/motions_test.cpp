@@ -19,7 +19,7 @@ class Motions : public CliRig {
  protected:
   void SetUp() override { up(); }
   double tool(const char* axis) { return status().at("tool").at(axis).get<double>(); }
-  double joint(std::size_t index) { return status().at("joints_deg").at(index).get<double>(); }
+  double joint(std::size_t index) { return status().at("joints").at(index).at("value_deg").get<double>(); }
 };
 
 TEST_F(Motions, EachCommandReachesTheArm) {
@@ -53,6 +53,35 @@ TEST_F(Motions, EachCommandReachesTheArm) {
   EXPECT_THAT(corbot({"alarms"}).output, testing::ContainsRegex("^(no alarms|[^\n]* 140 [^\n]*)\n$"))
       << "but overruns";
   EXPECT_THAT(corbot({"diagnostics"}).output, AllOf(HasSubstr("latency"), HasSubstr("1000 us period")));
+}
+
+TEST_F(Motions, FramesAreSetShownAndReset) {
+  EXPECT_EQ(corbot({"move", "0.22", "0", "0.1"}).code, 0);
+  EXPECT_EQ(corbot({"tool", "0.05", "0", "0", "0.70710678118654757", "-0.70710678118654757", "0", "0"}).code,
+            0);
+  EXPECT_NEAR(tool("x_m"), 0.27, 1e-9);
+  EXPECT_EQ(corbot({"base", "2", "-1", "0.5"}).code, 0);
+  EXPECT_NEAR(tool("x_m"), 2.27, 1e-9);
+  EXPECT_EQ(corbot({"moves", "2.27", "-0.95", "0.6"}).code, 0);
+  EXPECT_NEAR(tool("y_m"), -0.95, 1e-9);
+  EXPECT_EQ(corbot({"frames"}).output,
+            "tool  0.05 0 0 m, orientation 0.707106781 -0.707106781 0 0\n"
+            "base  2 -1 0.5 m, orientation 1 0 0 0\n");
+  const RunResult solutions = corbot({"solutions", "2.27", "-0.95", "0.6"});
+  EXPECT_EQ(solutions.code, 0) << solutions.errors;
+  EXPECT_THAT(solutions.output, HasSubstr(" 0* "));
+  const auto json = nlohmann::json::parse(corbot({"solutions", "2.27", "-0.95", "0.6", "--json"}).output);
+  EXPECT_EQ(json.at("in_use"), 0);
+  EXPECT_EQ(json.at("solutions").at(0).at("within_limits"), true);
+  EXPECT_NEAR(json.at("solutions").at(0).at("joints").at(0).get<double>(), joint(0), 1e-6);
+  EXPECT_EQ(corbot({"solutions", "9", "0", "0"}).code, 1);
+  EXPECT_EQ(corbot({"solutions", "2", "0", "0", "1"}).code, 2);
+  EXPECT_EQ(corbot({"tool", "0.05", "0", "0", "1"}).code, 2);
+  const RunResult refused = corbot({"tool", "50", "0", "0"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.errors, HasSubstr("50 m, allowed -10 to 10 m"));
+  EXPECT_EQ(corbot({"frames", "--reset"}).code, 0);
+  EXPECT_THAT(corbot({"frames"}).output, HasSubstr("tool  0 0 0 m"));
 }
 
 TEST_F(Motions, SpeedSlowsDownWhatItNames) {
@@ -166,7 +195,7 @@ TEST_F(Motions, PauseHoldsAndResumeGoesOn) {
 }
 
 TEST_F(Motions, RefusalsExplainAndMoveNothing) {
-  const auto before = status().at("joints_deg");
+  const auto before = status().at("joints");
   const std::vector<std::tuple<std::vector<std::string>, int, const char*>> cases{
       {{"move", "1", "1", "1"}, 1, "out of reach"},
       {{"move", "0", "0", "0.1"}, 1, "refused: "},
@@ -196,7 +225,7 @@ TEST_F(Motions, RefusalsExplainAndMoveNothing) {
     EXPECT_EQ(result.code, code) << phrase << ": " << result.errors;
     EXPECT_THAT(result.errors, AllOf(HasSubstr(phrase), Not(HasSubstr("CORBA")))) << phrase;
   }
-  EXPECT_EQ(status().at("joints_deg"), before);
+  EXPECT_EQ(status().at("joints"), before);
 }
 
 TEST_F(Motions, WatchPrintsALineEach) {

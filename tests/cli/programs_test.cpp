@@ -64,7 +64,8 @@ TEST_F(Programs, AFailingLineStopsTheProgramWithItsNumber) {
   const RunResult result = corbot({"run", file});
   EXPECT_EQ(result.code, 1);
   EXPECT_THAT(result.errors, AllOf(HasSubstr("p.corbot:3: move 2 2 2: "), HasSubstr("out of reach")));
-  EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 0, 1e-9) << "the line behind was not begun";
+  EXPECT_NEAR(status().at("joints").at(0).at("value_deg").get<double>(), 0, 1e-9)
+      << "the line behind was not begun";
 }
 
 TEST_F(Programs, AllSyntaxErrorsAreReportedBeforeAnythingMoves) {
@@ -73,7 +74,7 @@ TEST_F(Programs, AllSyntaxErrorsAreReportedBeforeAnythingMoves) {
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.errors, AllOf(HasSubstr("p.corbot:2: Y missing"), HasSubstr("p.corbot:4: unknown"),
                                    HasSubstr("2 lines to fix"), HasSubstr("nothing moved")));
-  EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 0, 1e-9);
+  EXPECT_NEAR(status().at("joints").at(0).at("value_deg").get<double>(), 0, 1e-9);
 }
 
 TEST_F(Programs, ADryRunMovesNothing) {
@@ -81,7 +82,7 @@ TEST_F(Programs, ADryRunMovesNothing) {
   const RunResult result = corbot({"run", file, "--dry-run"});
   EXPECT_EQ(result.code, 0) << result.errors;
   EXPECT_THAT(result.output, HasSubstr("line 1: joints 20 0 0 0"));
-  EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 0, 1e-9);
+  EXPECT_NEAR(status().at("joints").at(0).at("value_deg").get<double>(), 0, 1e-9);
 }
 
 TEST_F(Programs, CtrlCEndsTheProgramAndTheMotion) {

@@ -230,7 +230,7 @@ TEST_F(Robustness, AStopOnTheSameMachineNeedsNoServant) {
     ASSERT_TRUE(end);
     EXPECT_EQ(WEXITSTATUS(*end), 4) << motion->errors();
     EXPECT_TRUE(wait_state("Standby"));
-    EXPECT_LT(std::abs(status().at("joints_deg").at(0).get<double>()), 79);
+    EXPECT_LT(std::abs(status().at("joints").at(0).at("value_deg").get<double>()), 79);
   }
 }
 
@@ -249,7 +249,7 @@ TEST_F(Robustness, CtrlCStopsTheArmAlsoWhereItsServantDoesNotRespond) {
   EXPECT_EQ(WEXITSTATUS(*end), 4) << motion->errors();
   EXPECT_THAT(motion->errors(), HasSubstr("the arm was stopped by Ctrl-C"));
   EXPECT_TRUE(wait_state("Standby"));
-  EXPECT_LT(status().at("joints_deg").at(0).get<double>(), 79);
+  EXPECT_LT(status().at("joints").at(0).at("value_deg").get<double>(), 79);
 }
 
 TEST_F(Robustness, AStopThatTheTaskDoesNotConfirmIsAskedOfItsServantAsWell) {
@@ -269,7 +269,7 @@ TEST_F(Robustness, AStopThatTheTaskDoesNotConfirmIsAskedOfItsServantAsWell) {
   ASSERT_TRUE(end);
   EXPECT_NE(WEXITSTATUS(*end), 0) << motion->errors();
   EXPECT_TRUE(wait_state("Standby"));
-  EXPECT_LT(status().at("joints_deg").at(0).get<double>(), 79);
+  EXPECT_LT(status().at("joints").at(0).at("value_deg").get<double>(), 79);
 }
 
 TEST_F(Robustness, StopAllStopsWhatWasStartedByHand) {
@@ -365,7 +365,7 @@ TEST_F(Robustness, UnderAServiceManagerItReportsThatItIsUpAndWell) {
   ASSERT_EQ(::kill(first, SIGSTOP), 0);
   ASSERT_TRUE(wait_until(within(60), [&] { return !manager.step() || changes == 3; }));
   EXPECT_NE(manager.pid_of("corbot up"), first);
-  EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 5.0, 1e-6);
+  EXPECT_NEAR(status().at("joints").at(0).at("value_deg").get<double>(), 5.0, 1e-6);
   EXPECT_EQ(status().at("device").at("position_uncertain"), false)
       << "what was stored came back, and is the last";
   EXPECT_TRUE(works());

@@ -124,7 +124,7 @@ TEST_F(Supervision, AKilledServantIsRestartedAndTheArmGoesOn) {
     EXPECT_THAT(motion->errors(), HasSubstr("what became of motion 1 is unknown"));
   }
   EXPECT_TRUE(wait_state("Standby"));
-  EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 40.0, 1e-6);
+  EXPECT_NEAR(status().at("joints").at(0).at("value_deg").get<double>(), 40.0, 1e-6);
   EXPECT_TRUE(works());
   EXPECT_THAT(supervisor_->errors(),
               AllOf(HasSubstr("servant died (signal 9"), HasSubstr("servant restarted")));
@@ -144,7 +144,7 @@ TEST_F(Supervision, AKilledRealTimeTaskIsRestartedWhereTheArmWas) {
     return now != 0 && now != first;
   }));
   ASSERT_TRUE(works());
-  EXPECT_GT(status().at("joints_deg").at(0).get<double>(), 30.0) << "it goes on from 30 degrees";
+  EXPECT_GT(status().at("joints").at(0).at("value_deg").get<double>(), 30.0) << "it goes on from 30 degrees";
   EXPECT_THAT(supervisor_->errors(), HasSubstr("real-time task died (signal 9"));
 }
 
@@ -180,7 +180,7 @@ TEST_F(Supervision, AFrozenTaskIsReplacedInErrorUntilClear) {
   EXPECT_EQ(corbot({"drive", "0", "1", "50"}).code, 1);
   ASSERT_EQ(corbot({"clear"}).code, 0);
   EXPECT_TRUE(works());
-  EXPECT_GT(status().at("joints_deg").at(0).get<double>(), 30.0) << "it goes on from 30 degrees";
+  EXPECT_GT(status().at("joints").at(0).at("value_deg").get<double>(), 30.0) << "it goes on from 30 degrees";
   EXPECT_THAT(supervisor_->errors(),
               HasSubstr("real-time task (pid " + std::to_string(first) + ") has not responded"));
 }
@@ -206,7 +206,7 @@ TEST_F(Supervision, WhenBothAreKilledTheNextTaskTakesOverFromTheLast) {
   })) << supervisor_->errors();
   ASSERT_TRUE(wait_until(within(30), [&] { return status().at("state") == "Standby"; }))
       << supervisor_->errors();
-  EXPECT_NEAR(status().at("joints_deg").at(0).get<double>(), 20.0, 1e-6);
+  EXPECT_NEAR(status().at("joints").at(0).at("value_deg").get<double>(), 20.0, 1e-6);
   EXPECT_EQ(status().at("device").at("position_uncertain"), false);
   EXPECT_TRUE(works());
 }
@@ -238,7 +238,7 @@ TEST_F(Supervision, AKeyInTheConsoleStopsTheArm) {
   ASSERT_EQ(::kill(servant, SIGCONT), 0);
   ASSERT_TRUE(motion->wait(within(20)));
   ASSERT_TRUE(wait_state("Standby"));
-  EXPECT_GT(status().at("joints_deg").at(0).get<double>(), -79);
+  EXPECT_GT(status().at("joints").at(0).at("value_deg").get<double>(), -79);
   terminal.type("help");
   EXPECT_TRUE(supervisor_->wait_line("Enter, or s and Enter, stops the arm", within(20)));
   EXPECT_TRUE(works());

@@ -25,7 +25,7 @@ class Garbage : public CliRig {
     return wait_until(within(30), [&] { return !status().empty(); });
   }
   /// Where the real-time task has the arm.
-  nlohmann::json joints() { return status().at("joints_deg"); }
+  nlohmann::json joints() { return status().at("joints"); }
 
   pid_t task_ = 0;
 };

@@ -93,11 +93,16 @@ TEST_F(HostileClients, HalfAMessageBlocksNoOtherClient) {
 }
 
 TEST_F(HostileClients, ARequestCutShortStartsNothing) {
-  RawConnection rude(port_);
-  // Its header says that it ends after the operation's name: no arguments.
-  ASSERT_TRUE(rude.send(giop_request(2, name_, "MoveJoints")));
-  const auto reply = rude.reply(within(5));
-  EXPECT_TRUE(!reply || reply->status != 0) << "an answer as if it had been carried out";
+  for (const char* operation : {"MoveJoints", "MovePose", "StartMovePoseS", "StartMoveRelative",
+                                "MoveRelativeS", "SetToolOrientation"}) {
+    // Its header says that it ends after the operation's name, no arguments; or in the middle of them.
+    for (const std::vector<double>& arguments : {std::vector<double>{}, {0.2, 0.0, 0.1, 1.0}}) {
+      RawConnection rude(port_);
+      ASSERT_TRUE(rude.send(giop_request(2, name_, operation, arguments)));
+      const auto reply = rude.reply(within(5));
+      EXPECT_TRUE(!reply || reply->status != 0) << operation << ": an answer as if it had been carried out";
+    }
+  }
   EXPECT_EQ(arm_->Status(), Corbot::Standby);
   Corbot::JointCoord_var joints = arm_->ArtiCoord();
   for (CORBA::ULong i = 0; i < 4; ++i) EXPECT_EQ(joints[i], 0.0);

@@ -15,23 +15,58 @@
 
 #include "config/load_profile.h"
 #include "fault/jump_watch.h"
+#include "support/arm_motions.h"
 #include "support/ports.h"
 #include "support/process.h"
+#include "support/test_arms.h"
 
 namespace corbot::test {
 namespace {
 
 const std::string kBin = CORBOT_BIN_DIR;
 
+/// Kills per test, of four tests, one with a third of it: 114 in all. CORBOT_KILLS changes it.
+int kills() {
+  const char* text = std::getenv("CORBOT_KILLS");
+  return text != nullptr ? std::atoi(text) : 34;
+}
+
+std::uint64_t seed() {
+  const char* text = std::getenv("CORBOT_SEED");
+  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
+  fmt::print("CORBOT_SEED={}\n", seed);
+  return seed;
+}
+
+void random_pause(std::mt19937_64& random) {
+  const timespec pause{0, std::uniform_int_distribution<long>(0, 150'000'000)(random)};
+  ::nanosleep(&pause, nullptr);
+}
+
 class Kill : public ::testing::Test {
  protected:
-  void SetUp() override {
+  void SetUp() override { begin("lynx5"); }
+  /// Its client moves it around the place where it is ready; the Lynx 5, which is stretched there, elsewhere.
+  void begin(const std::string& arm) {
     name_ = unique_name("kill");
     port_ = free_port();
     reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
+    file_ = profile_path(arm);
+    profile_ = load_profile(file_);
+    if (arm != "lynx5") {
+      const ArmMotions motions = motions_from_ready(profile_.arm, 0.08);
+      ASSERT_EQ(motions.line_to_m.has_value(), profile_.arm.kinematics.solution_count() > 0) << arm;
+      places_ = {"drive"};
+      if (motions.line_to_m) {
+        const auto from_m = tool_pose(profile_.arm.kinematics, motions.there_q).position_m;
+        const auto& to_m = *motions.line_to_m;
+        places_.clear();
+        for (const auto& p : {to_m, from_m})
+          for (const double x : p) places_.push_back(fmt::format("{:.9f}", x));
+      }
+    }
     start_rt();
     start_servant();
-    profile_ = load_profile(CORBOT_PROFILE);
     watch_ = std::make_unique<JumpWatch>(name_, profile_.arm);
     start_client();
   }
@@ -49,26 +84,39 @@ class Kill : public ::testing::Test {
   }
 
   void start_rt() {
-    rt_ = std::make_unique<Process>(
-        std::vector<std::string>{kBin + "/corbot-rt", CORBOT_PROFILE, "--name", name_});
+    rt_ = std::make_unique<Process>(std::vector<std::string>{kBin + "/corbot-rt", file_, "--name", name_});
     ASSERT_TRUE(rt_->wait_line("ready", within(30))) << rt_->errors();
   }
   void start_servant() {
-    servant_ = std::make_unique<Process>(std::vector<std::string>{servant_program(kBin), CORBOT_PROFILE,
-                                                                  "--name", name_, "--endpoint",
-                                                                  fmt::format("127.0.0.1:{}", port_)});
+    servant_ = std::make_unique<Process>(std::vector<std::string>{
+        servant_program(kBin), file_, "--name", name_, "--endpoint", fmt::format("127.0.0.1:{}", port_)});
     ASSERT_TRUE(servant_->wait_line("ready", within(30))) << servant_->errors();
   }
   void start_client() {
-    client_ = std::make_unique<Process>(
-        std::vector<std::string>{std::string(CORBOT_TESTS_DIR) + "/fault_client", reference_});
+    std::vector<std::string> command{std::string(CORBOT_TESTS_DIR) + "/fault_client", reference_};
+    command.insert(command.end(), places_.begin(), places_.end());
+    client_ = std::make_unique<Process>(command);
   }
   /// A motion is under way.
   [[nodiscard]] bool moving() const { return watch_->newest().state == RtState::kMoving; }
 
+  void wait_until_moving(int round) {
+    ASSERT_TRUE(client_->wait_line("ok", within(30))) << "round " << round << "\n" << client_->output();
+    ASSERT_TRUE(wait_until(within(30), [&] { return moving(); }));
+    random_pause(random_);
+  }
+  void kill_task(int round);
+  void kill_servant(int round);
+  void kill_client(int round);
+  void freeze_task(int round);
+
+  std::mt19937_64 random_{seed()};
+  std::vector<double> took_s_;  ///< until the blocked call of a task that died ended
   std::string name_;
   int port_ = 0;
   std::string reference_;
+  std::string file_;
+  std::vector<std::string> places_;  ///< the client's arguments
   Profile profile_;
   std::unique_ptr<Process> rt_;
   std::unique_ptr<Process> servant_;
@@ -76,44 +124,58 @@ class Kill : public ::testing::Test {
   std::unique_ptr<JumpWatch> watch_;
 };
 
-/// Kills per test, of four tests, one with a third of it: 114 in all. CORBOT_KILLS changes it.
-int kills() {
-  const char* text = std::getenv("CORBOT_KILLS");
-  return text != nullptr ? std::atoi(text) : 34;
+void Kill::kill_task(int round) {
+  wait_until_moving(round);
+  rt_->signal(SIGKILL);
+  const auto killed = std::chrono::steady_clock::now();
+  ASSERT_TRUE(rt_->wait(within(30)));
+  ASSERT_TRUE(client_->wait_line("NotReady", within(30))) << client_->output();
+  took_s_.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - killed).count());
+  ASSERT_TRUE(servant_->running()) << servant_->errors();
+  start_rt();
 }
 
-std::mt19937_64 seeded(const char* what) {
-  const char* text = std::getenv("CORBOT_SEED");
-  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
-  fmt::print("{}: CORBOT_SEED={}\n", what, seed);
-  return std::mt19937_64(seed);
+void Kill::kill_servant(int round) {
+  wait_until_moving(round);
+  servant_->signal(SIGKILL);
+  ASSERT_TRUE(servant_->wait(within(30)));
+  const std::uint64_t cycle = watch_->newest().cycle;
+  // The task goes on, finishes what was accepted, and holds.
+  ASSERT_TRUE(wait_until(within(30), [&] {
+    const Snapshot now = watch_->newest();
+    return now.cycle > cycle && now.state == RtState::kStandby && now.command_id == 0;
+  }));
+  start_servant();
+  if (HasFatalFailure()) return;
+  client_.reset();
+  start_client();
 }
 
-void random_pause(std::mt19937_64& random) {
-  const timespec pause{0, std::uniform_int_distribution<long>(0, 150'000'000)(random)};
-  ::nanosleep(&pause, nullptr);
+void Kill::kill_client(int round) {
+  wait_until_moving(round);
+  client_->signal(SIGKILL);
+  ASSERT_TRUE(client_->wait(within(30)));
+  // Its motion is carried out; the servant serves the next client.
+  ASSERT_TRUE(wait_until(within(30), [&] { return watch_->newest().state == RtState::kStandby; }));
+  ASSERT_TRUE(servant_->running());
+  start_client();
+}
+
+/// For less than a gap that is a fault: the motion begins again from rest, and ends.
+void Kill::freeze_task(int round) {
+  wait_until_moving(round);
+  rt_->signal(SIGSTOP);
+  random_pause(random_);
+  rt_->signal(SIGCONT);
+  ASSERT_TRUE(client_->wait_line("ok", within(30))) << client_->output();
 }
 
 TEST_F(Kill, RealTimeTask) {
-  auto random = seeded("real-time task");
-  std::vector<double> took_s;
-  for (int i = 0; i < kills(); ++i) {
-    ASSERT_TRUE(client_->wait_line("ok", within(30))) << "round " << i << "\n" << client_->output();
-    ASSERT_TRUE(wait_until(within(30), [&] { return moving(); }));
-    random_pause(random);
-    rt_->signal(SIGKILL);
-    const auto killed = std::chrono::steady_clock::now();
-    ASSERT_TRUE(rt_->wait(within(30)));
-    ASSERT_TRUE(client_->wait_line("NotReady", within(30))) << client_->output();
-    took_s.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - killed).count());
-    ASSERT_TRUE(servant_->running()) << servant_->errors();
-    start_rt();
-    if (HasFatalFailure()) return;
-  }
-  std::sort(took_s.begin(), took_s.end());
-  const double median_s = took_s[took_s.size() / 2];
+  for (int i = 0; i < kills(); ++i) ASSERT_NO_FATAL_FAILURE(kill_task(i));
+  std::sort(took_s_.begin(), took_s_.end());
+  const double median_s = took_s_[took_s_.size() / 2];
   fmt::print("blocked call ended after the task's death: median {:.0f} ms, worst {:.0f} ms\n", 1e3 * median_s,
-             1e3 * took_s.back());
+             1e3 * took_s_.back());
   EXPECT_LE(median_s, 0.2) << "the worst is that of a machine that stood still";
   ASSERT_TRUE(client_->wait_line("ok", within(30)));
   EXPECT_GT(watch_->moving_cycles(), 0u);
@@ -123,7 +185,6 @@ TEST_F(Kill, RealTimeTask) {
 /// Several clients, so that there is always a call between ticket and push, in the ring or just run when the task
 /// dies; the next one adopts at once. Each client hears of every call's end.
 TEST_F(Kill, RealTimeTaskAmongSeveralClients) {
-  auto random = seeded("real-time task among several clients");
   std::vector<std::unique_ptr<Process>> clients;
   for (int i = 0; i < 3; ++i) {
     start_client();
@@ -132,7 +193,7 @@ TEST_F(Kill, RealTimeTaskAmongSeveralClients) {
   start_client();
   for (int i = 0; i <= kills() / 3; ++i) {
     ASSERT_TRUE(wait_until(within(30), [&] { return moving(); })) << "round " << i;
-    random_pause(random);
+    random_pause(random_);
     rt_->signal(SIGKILL);
     ASSERT_TRUE(rt_->wait(within(30)));
     start_rt();
@@ -147,44 +208,38 @@ TEST_F(Kill, RealTimeTaskAmongSeveralClients) {
 }
 
 TEST_F(Kill, Servant) {
-  auto random = seeded("servant");
-  for (int i = 0; i < kills(); ++i) {
-    ASSERT_TRUE(client_->wait_line("ok", within(30))) << "round " << i << "\n" << client_->output();
-    ASSERT_TRUE(wait_until(within(30), [&] { return moving(); }));
-    random_pause(random);
-    servant_->signal(SIGKILL);
-    ASSERT_TRUE(servant_->wait(within(30)));
-    const std::uint64_t cycle = watch_->newest().cycle;
-    // The task goes on, finishes what was accepted, and holds.
-    ASSERT_TRUE(wait_until(within(30), [&] {
-      const Snapshot now = watch_->newest();
-      return now.cycle > cycle && now.state == RtState::kStandby && now.command_id == 0;
-    }));
-    start_servant();
-    if (HasFatalFailure()) return;
-    client_.reset();
-    start_client();
-  }
+  for (int i = 0; i < kills(); ++i) ASSERT_NO_FATAL_FAILURE(kill_servant(i));
   ASSERT_TRUE(client_->wait_line("ok", within(30)));
   EXPECT_EQ(watch_->jumps(), 0) << watch_->first_jump();
 }
 
 TEST_F(Kill, Client) {
-  auto random = seeded("client");
-  for (int i = 0; i < kills(); ++i) {
-    ASSERT_TRUE(client_->wait_line("ok", within(30))) << "round " << i << "\n" << client_->output();
-    ASSERT_TRUE(wait_until(within(30), [&] { return moving(); }));
-    random_pause(random);
-    client_->signal(SIGKILL);
-    ASSERT_TRUE(client_->wait(within(30)));
-    // Its motion is carried out; the servant serves the next client.
-    ASSERT_TRUE(wait_until(within(30), [&] { return watch_->newest().state == RtState::kStandby; }));
-    ASSERT_TRUE(servant_->running());
-    start_client();
-  }
+  for (int i = 0; i < kills(); ++i) ASSERT_NO_FATAL_FAILURE(kill_client(i));
   ASSERT_TRUE(client_->wait_line("ok", within(30)));
   EXPECT_EQ(watch_->jumps(), 0) << watch_->first_jump();
 }
+
+/// Arms of all kinds: each of the three is killed by turns, and the task frozen.
+class KillOfArm : public Kill, public ::testing::WithParamInterface<const char*> {
+ protected:
+  void SetUp() override { begin(GetParam()); }
+};
+
+TEST_P(KillOfArm, TaskServantAndClientByTurns) {
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_NO_FATAL_FAILURE(kill_task(i));
+    ASSERT_NO_FATAL_FAILURE(kill_servant(i));
+    ASSERT_NO_FATAL_FAILURE(kill_client(i));
+    ASSERT_NO_FATAL_FAILURE(freeze_task(i));
+  }
+  ASSERT_TRUE(client_->wait_line("ok", within(30)));
+  EXPECT_GT(watch_->moving_cycles(), 0u);
+  EXPECT_EQ(watch_->jumps(), 0) << watch_->first_jump();
+}
+
+/// The Lynx 5 has the tests above.
+INSTANTIATE_TEST_SUITE_P(Arms, KillOfArm, ::testing::ValuesIn(kTestArms.begin() + 1, kTestArms.end()),
+                         [](const auto& arm) { return std::string(arm.param); });
 
 }  // namespace
 }  // namespace corbot::test

@@ -60,10 +60,13 @@ class ShippedValues : public RobotRig {
     const auto list = alarms();
     return std::any_of(list.begin(), list.end(), [&](const auto& a) { return a.code == code && a.active; });
   }
-  /// Every call whose `raises` has NotReady, but those that need control.
+  /// Every call whose `raises` has NotReady, but those that need control, and the settings, which ask nothing of the task.
   static std::vector<Operation> refused_operations(Corbot::Ticket pending) {
     std::vector<Operation> all = guarded_operations();
-    std::erase_if(all, [](const Operation& each) { return std::string(each.first) == "Cancel"; });
+    std::erase_if(all, [](const Operation& each) {
+      const std::string name = each.first;
+      return name == "Cancel" || name == "SetToolFrame" || name == "SetBaseFrame" || name == "ResetFrames";
+    });
     all.emplace_back("Cancel", [pending](auto arm) { arm->Cancel(pending); });
     all.emplace_back("Stop", [](auto arm) { arm->Stop(); });
     all.emplace_back("StopAndHold", [](auto arm) { arm->StopAndHold(); });

@@ -218,7 +218,7 @@ TEST_F(PowerUp, IsWrittenWhileTheArmMoves) {
 TEST_F(PowerUp, AFileThatProvesNothingIsAnError) {
   write_profile("[backend]\nkind = \"loopback\"\n");
   const std::string file = fmt::format("{}/{}.position", directory_, name_);
-  std::ofstream(file) << "format = 1\njoints_deg = [1e300]\n";
+  std::ofstream(file) << "format = 2\njoints = [1e300]\n";
   start_both();
   if (HasFatalFailure()) return;
   ASSERT_TRUE(wait_for(Corbot::Error)) << rt_->errors();
@@ -291,7 +291,7 @@ TEST_F(PowerUp, ATaskWhoseLogIsNotReadEndsInOrder) {
   ASSERT_TRUE(wait_until(
       within(20), [&] { return last_snapshot(channel.task(), last) && last.state == RtState::kError; }));
   EXPECT_EQ(rt_->terminate(), 0);
-  EXPECT_THAT(kept(), HasSubstr("joints_deg"));
+  EXPECT_THAT(kept(), HasSubstr("joints"));
   EXPECT_FALSE(channel_exists(name_));
 }
 
@@ -303,7 +303,7 @@ TEST_F(PowerUp, ATaskWhoseTerminalIsClosedEndsInOrder) {
   if (HasFatalFailure()) return;
   rt_->signal(SIGHUP);
   EXPECT_EQ(rt_->wait(within(30)), 0) << rt_->errors();
-  EXPECT_THAT(kept(), HasSubstr("joints_deg"));
+  EXPECT_THAT(kept(), HasSubstr("joints"));
   EXPECT_FALSE(channel_exists(name_));
 }
 

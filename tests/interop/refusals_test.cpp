@@ -93,6 +93,18 @@ TEST_F(Refusals, CoordinatesThatAreNoNumbers) {
     bad_parameter(
         [&] { arm_->Drive(0, 1.0, bad > 0 && std::isfinite(bad) ? -1.0 : (bad == kInf ? kNan : bad)); });
     bad_parameter([&] { arm_->SetToolPitch(bad); });
+    bad_parameter([&] { arm_->SetToolOrientation({bad, 0, 0, 0}); });
+    error = bad_parameter([&] { arm_->MovePose({{bad, 0, 0.1}, {1, 0, 0, 0}}, 0.0); });
+    EXPECT_STREQ(error.parameter, "target");
+    EXPECT_TRUE(same(error.value));
+    bad_parameter([&] { arm_->MovePoseS({{0.2, 0, 0.1}, {1, bad, 0, 0}}, 0.0); });
+    bad_parameter([&] { arm_->StartMovePose({{0.2, 0, 0.1}, {1, 0, 0, 0}}, bad); });
+    error = bad_parameter([&] {
+      arm_->MoveRelative({{0, 0, bad}, {1, 0, 0, 0}}, Corbot::OffsetInTool, 0.0);
+    });
+    EXPECT_STREQ(error.parameter, "offset");
+    EXPECT_TRUE(same(error.value));
+    bad_parameter([&] { arm_->StartMoveRelativeS({{}, {bad, 0, 0, 0}}, Corbot::OffsetInBase, 0.0); });
   }
 }
 

@@ -4,8 +4,8 @@ corbot_test(rt_test
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/cycle_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/hold_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/emergency_stop_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/device_watch_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/fault_stop_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/joint_ramp_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/standby_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/following_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/needs_clear_test.cpp
-          ${CMAKE_CURRENT_SOURCE_DIR}/rt/governor_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/grip_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/path_stop_test.cpp
-          ${CMAKE_CURRENT_SOURCE_DIR}/rt/loop_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/rt/knots_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/governor_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/grip_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/path_stop_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/rt/loop_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/frames_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/parts_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/first_motion_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/start_position_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/servants_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/liveness_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/realtime_setup_test.cpp ${PROJECT_SOURCE_DIR}/rt/realtime_setup.cpp
@@ -35,7 +35,7 @@ if(NOT CORBOT_SANITIZE)
   target_link_options(binding_probe_lazy PRIVATE -Wl,-z,lazy)
   corbot_test(binding_test
     SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/rt/binding_test.cpp
-    LIBS corbot_process
+    LIBS corbot_process corbot::config
     DEPENDS binding_probe binding_probe_lazy)
   set(programs)
   foreach(program IN ITEMS corbot corbot-rt corbot-servant corbot-servant-orbit2 corbot-sim)
@@ -45,6 +45,6 @@ if(NOT CORBOT_SANITIZE)
     endif()
   endforeach()
   list(JOIN programs "," programs)
-  target_compile_definitions(binding_test PRIVATE CORBOT_PROGRAMS="${programs}"
+  target_compile_definitions(binding_test PRIVATE CORBOT_PROGRAMS="${programs}" CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles"
     CORBOT_BINDING_PROBE="$<TARGET_FILE:binding_probe>" CORBOT_BINDING_PROBE_LAZY="$<TARGET_FILE:binding_probe_lazy>")
 endif()

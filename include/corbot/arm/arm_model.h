@@ -10,9 +10,6 @@
 
 namespace corbot {
 
-/// What the paper calls RobotType; the order is that of Corbot::RobotKind in robot.idl.
-enum class ArmKind : std::uint32_t { kAnthropomorphic, kCartesian, kCylindrical, kPolar, kScara, kOther };
-
 /// The bounds of one joint. Radians where it turns, metres where it slides; all limits but the range
 /// are magnitudes and positive.
 struct JointLimits {

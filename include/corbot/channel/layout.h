@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -14,6 +15,7 @@
 #include "corbot/channel/snapshot_cell.h"
 #include "corbot/channel/trace.h"
 #include "corbot/motion/command.h"
+#include "corbot/motion/path_knots.h"
 
 // One robot's channel: three segments of shared memory, each with one writer. Whoever else maps one maps it
 // read-only, and treats what it reads there as input to be checked.
@@ -23,7 +25,7 @@ namespace corbot {
 /// "corbot-1" in memory, read from left to right on a little-endian machine.
 inline constexpr std::uint64_t kSegmentMagic = 0x312d'746f'6272'6f63;
 /// To be raised with every change to a segment or to a record in it.
-inline constexpr std::uint32_t kSegmentAbi = 8;
+inline constexpr std::uint32_t kSegmentAbi = 9;
 /// Longest name of a robot; letters, digits, '_' and '-'.
 inline constexpr std::size_t kMaxSegmentName = 48;
 
@@ -60,6 +62,12 @@ struct TaskSegment {
 };
 static_assert(std::is_standard_layout_v<TaskSegment>);
 
+/// Knots of one path, before the command that names the slot is published.
+using KnotSlot = std::array<PathKnot, kMostKnots>;
+/// One for every command in the ring, one for that which the task is taking, and one to spare: the slots are used in turn, so one
+/// is written again only after the task has copied what was in it.
+inline constexpr std::size_t kKnotSlots = 66;
+
 /// Written by the servant; a new one for each servant. What outlives a servant is copied by its successor,
 /// which receives the former one's segment read-only from the task.
 struct ServantSegment {
@@ -73,6 +81,7 @@ struct ServantSegment {
   RingTail<> alarms_tail;
   RingSlots<Command, 64> commands;
   ServantState state;
+  std::array<KnotSlot, kKnotSlots> knots;
 };
 static_assert(std::is_standard_layout_v<ServantSegment>);
 

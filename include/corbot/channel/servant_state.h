@@ -17,14 +17,19 @@
 
 namespace corbot {
 
-/// What Speed, AllSpeed, ArtSpeed, SetToolPitch and SetToolOrientation have set.
+/// What Speed, AllSpeed, ArtSpeed, SetToolPitch, SetToolOrientation, SetToolFrame and SetBaseFrame have set.
 struct SettingsRecord {
   double speed_ratio;           ///< (0, 1]
   Joints joint_speed_ratio;     ///< likewise
   std::uint64_t tool_is_set;    ///< SettingsTool
   double tool_pitch_rad;        ///< -pi ... pi
   Quaternion tool_orientation;  ///< unit length
+  std::uint64_t frames_set;     ///< bits kSettings…; a frame that is not set is all zero
+  Pose tool_frame;              ///< flange_T_tool
+  Pose base_frame;              ///< world_T_base
 };
+inline constexpr std::uint64_t kSettingsToolFrame = 1;
+inline constexpr std::uint64_t kSettingsBaseFrame = 2;
 /// Which of the two the tool's orientation is set by.
 enum class SettingsTool : std::uint64_t { kNot = 0, kPitch = 1, kOrientation = 2 };
 static_assert(std::is_trivially_copyable_v<SettingsRecord> && sizeof(SettingsRecord) % 8 == 0);

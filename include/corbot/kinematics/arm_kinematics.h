@@ -13,6 +13,7 @@
 #include "corbot/kinematics/closed_form.h"
 #include "corbot/kinematics/cylindrical_arm.h"
 #include "corbot/kinematics/gantry_arm.h"
+#include "corbot/kinematics/gantry_wrist_arm.h"
 #include "corbot/kinematics/ortho_parallel_arm.h"
 #include "corbot/kinematics/other_arm.h"
 #include "corbot/kinematics/parallel_axes_arm.h"
@@ -27,6 +28,7 @@ using Families = std::variant<  //
     PlanarArm,                  //
     ScaraArm,                   //
     GantryArm,                  //
+    GantryWristArm,             //
     CylindricalArm,             //
     PolarArm,                   //
     OrthoParallelArm,           //
@@ -92,6 +94,7 @@ class Kinematics {
   [[nodiscard]] std::uint32_t solution_count() const noexcept {
     return visit([](const auto& form) { return form.solution_count(); });
   }
+  [[nodiscard]] bool has_closed_form() const noexcept { return solution_count() > 0; }
   [[nodiscard]] bool has_solution(std::uint32_t number) const noexcept { return number < solution_count(); }
 
   /// Another place of the arm, or another tool.

@@ -25,9 +25,13 @@
 // 3. `forward` and `inverse` in the family's frame from turn, two_r and zyz, every singular case decided by the hint. A number
 //    of a solution means what the family says; `inverse` takes joint limits for nobody's concern, and returns every rotary
 //    joint next to the hint.
-// 4. Its line in arm_kinematics.h (`Families`), its test in tests/unit/kinematics.
+// 4. What people are told: kName, kKind, kJoints, kSingularPlaces.
+// 5. Its line in arm_kinematics.h (`Families`), and a file in tests/property/kinematics/poses, which tests a million random poses.
 
 namespace corbot {
+
+/// What the paper calls RobotType; the order is that of Corbot::RobotKind in robot.idl.
+enum class ArmKind : std::uint32_t { kAnthropomorphic, kCartesian, kCylindrical, kPolar, kScara, kOther };
 
 /// Which part of an orientation an arm can take at a position. What it cannot take is an error angle (IkSolution).
 enum class Follows : std::uint32_t {
@@ -135,6 +139,9 @@ struct Mounting {
 template <class T>
 concept ClosedForm = std::is_trivially_copyable_v<T> && requires(const T form, T changed, const Joints& q, const Pose& pose, std::uint32_t number) {
   { T::kName } -> std::convertible_to<const char*>;
+  { T::kKind } -> std::convertible_to<ArmKind>;
+  { T::kJoints } -> std::convertible_to<const char*>;          // from the base, R turning, P sliding: "RRP RRPR"
+  { T::kSingularPlaces } -> std::convertible_to<const char*>;  // in words, for people
   { T::recognise(JointChain{}) } noexcept -> std::same_as<std::optional<T>>;
   { form.solution_count() } noexcept -> std::same_as<std::uint32_t>;  // numbers 0 … count − 1
   { form.follows() } noexcept -> std::same_as<Follows>;

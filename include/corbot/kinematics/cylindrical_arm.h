@@ -19,6 +19,10 @@ namespace corbot {
 /// Solutions: bit 0: the arm reaches to behind its axis.
 struct CylindricalArm {
   static constexpr const char* kName = "cylindrical";
+  static constexpr ArmKind kKind = ArmKind::kCylindrical;
+  static constexpr const char* kJoints = "RPP RPPR";
+  static constexpr const char* kSingularPlaces =
+      "the tool as near to axis 1 as the arm's lateral offset lets it";
 
   Mounting mount{};
   std::uint32_t count{};          ///< 3 or 4 joints

@@ -19,6 +19,9 @@ namespace corbot {
 /// Solutions: one.
 struct GantryArm {
   static constexpr const char* kName = "gantry";
+  static constexpr ArmKind kKind = ArmKind::kCartesian;
+  static constexpr const char* kJoints = "PPP PPPR";
+  static constexpr const char* kSingularPlaces = "none";
 
   Mounting mount{};
   std::uint32_t count{};              ///< 3 or 4 joints

@@ -25,6 +25,10 @@ namespace corbot {
 /// Bit 2: joint 5 is bent to its negative side. Wrist straight or folded: joint 4 is the hint's. Centre on axis 1: joint 1 is.
 struct OrthoParallelArm {
   static constexpr const char* kName = "ortho-parallel arm with spherical wrist";
+  static constexpr ArmKind kKind = ArmKind::kAnthropomorphic;
+  static constexpr const char* kJoints = "RRRRRR";
+  static constexpr const char* kSingularPlaces =
+      "elbow stretched or folded; wrist centre on axis 1; axes 4 and 6 in line";
   static constexpr std::uint32_t kSolutions = 8;
 
   Mounting mount{};

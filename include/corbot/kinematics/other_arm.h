@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -9,8 +11,16 @@
 namespace corbot {
 
 /// An arm without a closed form: forward by its axes, inverse is for the planner, which solves it numerically.
+///
+/// With four or five joints it follows as many angles as it has joints besides three: of the turning joints from the last inwards, what
+/// all joints turn the tool by about that one's axis, the axes being where they are at zero. Of a wrist with a base and parallel axes, but
+/// for which it would be a PlanarArm, these are pitch and roll.
 struct OtherArm {
   static constexpr const char* kName = "other";
+  static constexpr ArmKind kKind = ArmKind::kOther;
+  static constexpr const char* kJoints = "";
+  static constexpr const char* kSingularPlaces =
+      "not known in closed form: look at the smallest singular value";
 
   JointChain chain{};
 
@@ -26,6 +36,23 @@ struct OtherArm {
     chain.n_T_tool = n_T_tool;
   }
   [[nodiscard]] Pose forward(const Joints& q) const noexcept { return corbot::forward(chain, q); }
+  [[nodiscard]] FollowedAngles followed() const noexcept {
+    FollowedAngles angles;
+    if (chain.count != 4 && chain.count != 5) return angles;
+    for (std::size_t k = chain.count; k-- > 0 && angles.count + 3 < chain.count;) {
+      if (chain.axes[k].kind != JointKind::kRotary) continue;
+      Joints& row = angles.rows[angles.count++];
+      for (std::size_t i = 0; i < chain.count; ++i) {
+        const double share = dot(chain.axes[i].direction, chain.axes[k].direction);
+        row[i] = chain.axes[i].kind == JointKind::kRotary && std::abs(share) > kRecognised ? share : 0.0;
+      }
+    }
+    return angles;
+  }
+  [[nodiscard]] IkSolution inverse_at(const Vector3&, const Angles&, std::uint32_t,
+                                      const Joints&) const noexcept {
+    return {IkStatus::kNoSolution};
+  }
   [[nodiscard]] IkSolution inverse(const Pose&, std::uint32_t, const Joints&) const noexcept {
     return {IkStatus::kNoSolution};
   }

@@ -25,6 +25,10 @@ namespace corbot {
 /// hint's, or the nearest that reaches. Crossing on axis 1 (with no lateral offset only): joint 1 is the hint's, or refused.
 struct ParallelAxesArm {
   static constexpr const char* kName = "arm with three parallel axes";
+  static constexpr ArmKind kKind = ArmKind::kAnthropomorphic;
+  static constexpr const char* kJoints = "RRRRRR";
+  static constexpr const char* kSingularPlaces =
+      "elbow stretched or folded; axes 4 and 6 parallel; wrist at its offset from axis 1";
   static constexpr std::uint32_t kSolutions = 8;
 
   Mounting mount{};

@@ -24,6 +24,9 @@ struct PlanarArm {
   static constexpr double kConverged_m = 1e-15;
   static constexpr int kMostSteps = 40;
   static constexpr const char* kName = "base and planar arm";
+  static constexpr ArmKind kKind = ArmKind::kAnthropomorphic;
+  static constexpr const char* kJoints = "RRR RRRR RRRRR";
+  static constexpr const char* kSingularPlaces = "elbow stretched or folded; tool (or wrist) on axis 1";
 
   Mounting mount{};
   std::uint32_t count{};  ///< joints: 3 (no wrist), 4, or 5 (with roll)

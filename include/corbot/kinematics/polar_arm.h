@@ -21,6 +21,10 @@ namespace corbot {
 /// negative side.
 struct PolarArm {
   static constexpr const char* kName = "polar";
+  static constexpr ArmKind kKind = ArmKind::kPolar;
+  static constexpr const char* kJoints = "RRP RRPRRR";
+  static constexpr const char* kSingularPlaces =
+      "slide along axis 1, or at the crossing of axes 1 and 2; with a wrist: axes 4 and 6 in line";
 
   Mounting mount{};
   SphericalWrist wrist{};

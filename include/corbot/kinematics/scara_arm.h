@@ -21,6 +21,9 @@ namespace corbot {
 /// Solutions: bit 0: the second rotary joint is bent to its negative side (from straight).
 struct ScaraArm {
   static constexpr const char* kName = "SCARA";
+  static constexpr ArmKind kKind = ArmKind::kScara;
+  static constexpr const char* kJoints = "RRP RPR PRR RRPR RPRR PRRR RRRP";
+  static constexpr const char* kSingularPlaces = "the two parallel links stretched or folded";
 
   Mounting mount{};
   std::uint32_t rotaries{};              ///< 2 (no hand) or 3

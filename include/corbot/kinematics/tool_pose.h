@@ -35,10 +35,19 @@ namespace detail {
   return arm.follows() == Follows::kPitch || arm.follows() == Follows::kPitchAndRoll;
 }
 
-/// The followed angle at which an arm with a tool pitch has this one.
+/// The followed angle at which an arm with a tool pitch has this one. Where the family's z axis points down (a table whose base is
+/// turned over), its inclinations count downward.
 [[nodiscard]] inline double angle_of_pitch(const Kinematics& arm, double pitch_rad) noexcept {
   const auto* planar = std::get_if<PlanarArm>(&arm.form());
-  return planar != nullptr ? pitch_rad - planar->mount.tool_tilt_rad : pitch_rad;
+  if (planar == nullptr) return pitch_rad;
+  const bool is_turned_over = rotate(planar->mount.base.orientation, {0.0, 0.0, 1.0})[2] < 0.0;
+  return (is_turned_over ? -pitch_rad : pitch_rad) - planar->mount.tool_tilt_rad;
+}
+
+/// And back.
+[[nodiscard]] inline double pitch_of_angle(const Kinematics& arm, double angle_rad) noexcept {
+  const auto* planar = std::get_if<PlanarArm>(&arm.form());
+  return planar != nullptr ? angle_rad + planar->mount.tool_tilt_rad : angle_rad;
 }
 
 /// Yaw and pitch of an upright arm with a tool pitch are sums of its joints, not wrapped. Otherwise both and the roll are angles in
@@ -53,14 +62,6 @@ namespace detail {
   const Matrix3 r = to_matrix(pose.orientation);
   return {pose.position_m, std::atan2(r[1][0], r[0][0]), std::atan2(r[2][0], root_sum(r[2][1], r[2][2])),
           std::atan2(r[2][1], r[2][2])};
-}
-
-/// From the shoulder axis to the tool centre point of the stretched arm; 0 for a family that has no such length.
-[[nodiscard]] inline double reach_m(const Kinematics& arm) noexcept {
-  const auto* planar = std::get_if<PlanarArm>(&arm.form());
-  if (planar == nullptr) return 0.0;
-  const Vector3& tool = planar->mount.hand.position_m;
-  return planar->links.upper_m + planar->links.fore_m + root_sum(tool[0], root_sum(tool[2], planar->raise_m));
 }
 
 }  // namespace corbot

@@ -7,6 +7,7 @@
 
 #include "corbot/kinematics/closed_form.h"
 #include "corbot/kinematics/joints.h"
+#include "corbot/motion/frames.h"
 #include "corbot/motion/time_law.h"
 
 namespace corbot {
@@ -29,17 +30,24 @@ struct OrientationPath {
   Angles to_angles_rad;
 };
 
-/// Straight line of the TCP, base frame. The law runs the path parameter from 0 to 1.
+/// Where the knots of a path lie in the servant's segment (motion/path_knots.h). Of an arm with a closed form all zero.
+struct KnotRange {
+  std::uint16_t slot;
+  std::uint16_t count;
+};
+
+/// Straight line of the TCP, base frame (of `frames`). The law runs the path parameter from 0 to 1.
 struct LineMotion {
   std::array<double, 3> from_m;
   std::array<double, 3> to_m;
   OrientationPath tool;
   std::uint32_t solution;  ///< of the arm's kinematics, the same along the whole path
-  std::uint32_t reserved;
+  KnotRange knots;
   TimeLaw law;
+  Frames frames;  ///< with which it was planned, and is carried out
 };
 
-/// Circular arc of the TCP, base frame: centre + radius·(cos(ψ) u + sin(ψ) v), ψ = parameter · angle.
+/// Circular arc of the TCP, base frame (of `frames`): centre + radius·(cos(ψ) u + sin(ψ) v), ψ = parameter · angle.
 struct ArcMotion {
   std::array<double, 3> centre_m;
   std::array<double, 3> u;  ///< unit vector from the centre to the start
@@ -48,8 +56,9 @@ struct ArcMotion {
   double angle_rad;  ///< > 0, at most 2π
   OrientationPath tool;
   std::uint32_t solution;  ///< of the arm's kinematics, the same along the whole path
-  std::uint32_t reserved;
+  KnotRange knots;
   TimeLaw law;
+  Frames frames;  ///< with which it was planned, and is carried out
 };
 
 /// Stand still for a time.
@@ -82,6 +91,16 @@ struct Command {
   };
 };
 static_assert(std::is_trivially_copyable_v<Command> && std::is_standard_layout_v<Command>);
-static_assert(sizeof(Command) <= 384);
+static_assert(sizeof(Command) <= 512);
+
+/// Null for what is no path.
+[[nodiscard]] constexpr const KnotRange* knots_of(const Command& command) noexcept {
+  if (command.kind == MotionKind::kLine) return &command.line.knots;
+  return command.kind == MotionKind::kArc ? &command.arc.knots : nullptr;
+}
+[[nodiscard]] constexpr KnotRange* knots_of(Command& command) noexcept {
+  if (command.kind == MotionKind::kLine) return &command.line.knots;
+  return command.kind == MotionKind::kArc ? &command.arc.knots : nullptr;
+}
 
 }  // namespace corbot

@@ -37,6 +37,12 @@ namespace detail {
           detail::blend(tool.from_angles_rad[1], tool.to_angles_rad[1], s)};
 }
 
+/// The tool's angular velocity a unit of s, or the rates of the angles that the arm follows: a path has nothing of one of the two.
+[[nodiscard]] inline Vector3 turn_of(const OrientationPath& tool) noexcept {
+  return tool.turn_rad + Vector3{tool.to_angles_rad[0] - tool.from_angles_rad[0],
+                                 tool.to_angles_rad[1] - tool.from_angles_rad[1], 0.0};
+}
+
 /// What the tool turns by over the whole path. Pitch and roll turn about axes that are square to each other.
 [[nodiscard]] inline double rotation_rad(const OrientationPath& tool) noexcept {
   return norm(tool.turn_rad) + root_sum(tool.to_angles_rad[0] - tool.from_angles_rad[0],
@@ -59,6 +65,15 @@ namespace detail {
            arc.centre_m[2] + x * arc.u[2] + y * arc.v[2]},
           orientation_at(arc.tool, s),
           angles_at(arc.tool, s)};
+}
+
+/// First derivative of the position by s.
+[[nodiscard]] inline Vector3 velocity_at(const LineMotion& line, double) noexcept {
+  return line.to_m - line.from_m;
+}
+[[nodiscard]] inline Vector3 velocity_at(const ArcMotion& arc, double s) noexcept {
+  const double speed = arc.radius_m * arc.angle_rad;
+  return speed * std::cos(s * arc.angle_rad) * arc.v - speed * std::sin(s * arc.angle_rad) * arc.u;
 }
 
 [[nodiscard]] inline double length_m(const LineMotion& line) noexcept {

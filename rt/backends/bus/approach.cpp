@@ -15,16 +15,23 @@
 namespace corbot::rt {
 namespace {
 
-/// Of an approach in joint values; no joint faster than its profile allows.
+/// Of an approach in joint values, near_q() of it where a joint slides; no joint faster than its profile allows.
 constexpr double kApproach_rad_per_s = 0.5;
 
 /// Joint values that differ by less are the same.
 constexpr double kSame_q = 1e-6;
 
-std::string degrees_text(double rad) { return tenths(to_degrees(rad)); }
+constexpr double kMillimetres = 1000.0;  // of a metre
 
-double ramp_q_per_s(const JointLimits& joint) {
-  return joint.speed_q_s > 0.0 ? std::min(kApproach_rad_per_s, joint.speed_q_s) : kApproach_rad_per_s;
+/// In degrees, or in millimetres.
+std::string value_text(JointKind kind, double value_q) {
+  return tenths(kind == JointKind::kRotary ? to_degrees(value_q) : value_q * kMillimetres);
+}
+
+double ramp_q_per_s(const ArmModel& arm, std::size_t joint) {
+  const double slow_q_s = near_q(arm.kinematics.joint_kind(joint), kApproach_rad_per_s);
+  const double limit_q_s = arm.joints[joint].speed_q_s;
+  return limit_q_s > 0.0 ? std::min(slow_q_s, limit_q_s) : slow_q_s;
 }
 
 bool is_same_place(const ServoFrame& a, const ServoFrame& b) {
@@ -62,7 +69,7 @@ class Ramps {
     for (std::size_t i = 0; i < std::min(servos, kMaxServos); ++i)
       all &= step(pulses_[i], &ServoFrame::pulse_us, i, pulse_limits(arm_, i));
     for (std::size_t i = 0; i < arm_.dof; ++i) {
-      const ApproachLimits limits{ramp_q_per_s(arm_.joints[i]), arm_.joints[i].acceleration_q_s2};
+      const ApproachLimits limits{ramp_q_per_s(arm_, i), arm_.joints[i].acceleration_q_s2};
       all &= step(joints_[i], &ServoFrame::position_q, i, limits);
     }
     return all;
@@ -121,12 +128,16 @@ Approach::Outcome Approach::run(const std::optional<BusReading>& found) {
 
 void Approach::check_not_turned(const BusReading& found, const BusReading& now) const {
   for (std::size_t i = 0; found.unit == BusReading::Unit::kJoints && i < arm_.dof; ++i) {
-    if (std::abs(now.value[i] - found.value[i]) <= kMostTurned_rad) continue;
-    throw DeviceError(
-        DeviceCause::kNone,
-        "joint " + std::to_string(i) + " was turned while the drives were being enabled, from " +
-            degrees_text(found.value[i]) + " to " + degrees_text(now.value[i]) + " degrees, more than " +
-            degrees_text(kMostTurned_rad) + ": hold the arm still, then start again");
+    const JointKind kind = arm_.kinematics.joint_kind(i);
+    const bool turns = kind == JointKind::kRotary;
+    const double most_q = near_q(kind, kMostTurned_rad);
+    if (std::abs(now.value[i] - found.value[i]) <= most_q) continue;
+    throw DeviceError(DeviceCause::kNone,
+                      "joint " + std::to_string(i) + " was " + (turns ? "turned" : "pushed") +
+                          " while the drives were being enabled, from " + value_text(kind, found.value[i]) +
+                          " to " + value_text(kind, now.value[i]) + (turns ? " degrees" : " mm") +
+                          ", more than " + value_text(kind, most_q) +
+                          ": hold the arm still, then start again");
   }
 }
 
@@ -151,7 +162,9 @@ bool Approach::is_beyond_range(const BusReading& reading) const {
   for (std::size_t i = 0; reading.unit == BusReading::Unit::kJoints && i < arm_.dof; ++i) {
     const JointLimits& joint = arm_.joints[i];
     const double there_q = std::clamp(reading.value[i], joint.lower_q, joint.upper_q);
-    if (!(std::abs(reading.value[i] - there_q) <= kNearRangeMeasured_rad + kSame_q)) return true;
+    if (!(std::abs(reading.value[i] - there_q) <=
+          near_q(arm_.kinematics.joint_kind(i), kNearRangeMeasured_rad) + kSame_q))
+      return true;
   }
   return false;
 }

@@ -38,7 +38,8 @@ class Approach {
   Approach(const ArmModel& arm, BusDevice& device, FrameSender& sender, NewestFrame& newest,
            std::chrono::milliseconds stagger, IsStopped is_stopped, Report report, Pause pause);
 
-  /// A drive that a person or a load turns further than this while it is being energised at a start has no start there.
+  /// A drive that a person or a load turns further than this (near_q() of it, where the joint slides) while it is being energised at a
+  /// start has no start there.
   static constexpr double kMostTurned_rad = to_radians(3.0);
 
   /// To the newest frame. What measures is held at the target that it got with its energy until the cycle's set-points begin there, so that

@@ -33,6 +33,7 @@ struct JointDrive {
   DriveIdentity identity{};
   bool reports_following{true};  ///< by bit 12 of its statusword, as CiA 402-2 demands
   std::optional<HomingSettings> homing{};
+  JointKind kind{JointKind::kRotary};
 };
 
 /// The gripper's drive, where it has one: from closed to open as the pulse goes.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "corbot/arm/joint_units.h"
 #include "rt/backends/can/cia402_setup.h"
 
 namespace corbot::rt {
@@ -18,13 +19,14 @@ constexpr auto kStale = 50ms;
 constexpr int kStalePeriods = 5;
 /// So many times as long, and it is lost, though its heartbeat goes on: its statusword is old as well.
 constexpr int kLostAfterStale = 20;
-/// So far the shaft of a drive that restarts may sag; more, and its count has begun anew.
+/// So far the shaft of a drive that restarts may sag, near_q() of it where its joint slides; more, and its count has begun anew.
 constexpr double kSag_rad = 0.05;
 constexpr double kSagOfGripper = 0.05;
 
 std::vector<double> most_sag(const Cia402Settings& settings) {
   std::vector<double> counts;
-  for (const JointDrive& joint : settings.joints) counts.push_back(kSag_rad * joint.counts_per_q);
+  for (const JointDrive& joint : settings.joints)
+    counts.push_back(near_q(joint.kind, kSag_rad) * joint.counts_per_q);
   if (settings.gripper) {
     counts.push_back(kSagOfGripper * std::abs(settings.gripper->open_count - settings.gripper->closed_count));
   }

@@ -3,16 +3,12 @@
 
 #include "cli/arm/arm_report.h"
 #include "config/arms/arm_kind.h"
-#include "corbot/units.h"
+#include "corbot/arm/joint_units.h"
 
 namespace corbot::cli {
 namespace {
 
 using nlohmann::json;
-
-double shown(const Kinematics& arm, std::size_t joint, double value_q) {
-  return arm.joint_kind(joint) == JointKind::kRotary ? to_degrees(value_q) : value_q;
-}
 
 json pose_json(const Pose& pose) {
   const Quaternion& q = pose.orientation;
@@ -24,13 +20,14 @@ json joint_json(const Profile& profile, std::size_t i) {
   const JointAxis& axis = arm.chain().axes[i];
   const JointLimits& limits = profile.arm.joints[i];
   const bool turns = axis.kind == JointKind::kRotary;
-  json joint{{"name", profile.joint_names[i]},
-             {"kind", turns ? "turning" : "sliding"},
-             {"unit", turns ? "degrees" : "m"},
-             {"direction", axis.direction},
-             {"home", shown(arm, i, profile.description.home_q[i])},
-             {"range", {shown(arm, i, limits.lower_q), shown(arm, i, limits.upper_q)}},
-             {"speed", shown(arm, i, limits.speed_q_s)}};
+  json joint{
+      {"name", profile.joint_names[i]},
+      {"kind", turns ? "turning" : "sliding"},
+      {"unit", turns ? "degrees" : "m"},
+      {"direction", axis.direction},
+      {"home", to_shown(arm.joint_kind(i), profile.description.home_q[i])},
+      {"range", {to_shown(arm.joint_kind(i), limits.lower_q), to_shown(arm.joint_kind(i), limits.upper_q)}},
+      {"speed", to_shown(arm.joint_kind(i), limits.speed_q_s)}};
   if (turns) joint["point_m"] = axis.point_m;
   return joint;
 }
@@ -38,7 +35,7 @@ json joint_json(const Profile& profile, std::size_t i) {
 json solution_json(const Profile& profile, const PoseSolution& solution) {
   json joints = json::array();
   for (std::size_t i = 0; i < profile.arm.dof; ++i)
-    joints.push_back(shown(profile.arm.kinematics, i, solution.joints_q[i]));
+    joints.push_back(to_shown(profile.arm.kinematics.joint_kind(i), solution.joints_q[i]));
   json beyond = json::array();
   for (const std::size_t joint : solution.beyond_range) beyond.push_back(profile.joint_names[joint]);
   return {{"number", solution.number ? json(*solution.number) : json(nullptr)},

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "cli/arm/workspace.h"
+#include "planner/workspace.h"
 
 namespace corbot::cli {
 namespace {

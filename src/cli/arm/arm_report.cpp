@@ -9,7 +9,7 @@
 
 #include "config/arms/arm_kind.h"
 #include "config/arms/roll_pitch_yaw.h"
-#include "corbot/units.h"
+#include "corbot/arm/joint_units.h"
 
 namespace corbot::cli {
 namespace {
@@ -34,14 +34,6 @@ std::string list(const Vector3& v) {
   return fmt::format("{}, {}, {}", plain(v[0]), plain(v[1]), plain(v[2]));
 }
 
-/// A joint's value, or its speed, in degrees or metres.
-double shown(const Kinematics& arm, std::size_t joint, double value_q) {
-  return arm.joint_kind(joint) == JointKind::kRotary ? to_degrees(value_q) : value_q;
-}
-const char* unit(const Kinematics& arm, std::size_t joint) {
-  return arm.joint_kind(joint) == JointKind::kRotary ? "degrees" : "m";
-}
-
 const char* describe(Follows follows) {
   switch (follows) {
     case Follows::kFull:
@@ -60,26 +52,7 @@ const char* describe(Follows follows) {
 
 /// Where arms of this family are singular.
 const char* singular_places(const Kinematics& arm) {
-  return arm.visit([](const auto& form) {
-    using Form = std::remove_cvref_t<decltype(form)>;
-    if constexpr (std::is_same_v<Form, PlanarArm>) {
-      return "elbow stretched or folded; tool (wrist, with a roll) on axis 1";
-    } else if constexpr (std::is_same_v<Form, ScaraArm>) {
-      return "the two parallel links stretched or folded";
-    } else if constexpr (std::is_same_v<Form, GantryArm>) {
-      return "none";
-    } else if constexpr (std::is_same_v<Form, CylindricalArm>) {
-      return "the tool as near to axis 1 as the arm's lateral offset lets it";
-    } else if constexpr (std::is_same_v<Form, PolarArm>) {
-      return "slide along axis 1, or at the crossing of axes 1 and 2; with a wrist: axes 4 and 6 in line";
-    } else if constexpr (std::is_same_v<Form, OrthoParallelArm>) {
-      return "elbow stretched or folded; wrist centre on axis 1; axes 4 and 6 in line";
-    } else if constexpr (std::is_same_v<Form, ParallelAxesArm>) {
-      return "elbow stretched or folded; axes 4 and 6 parallel; wrist at its offset from axis 1";
-    } else {
-      return "not known in closed form: look at the smallest singular value";
-    }
-  });
+  return arm.visit([](const auto& form) { return std::remove_cvref_t<decltype(form)>::kSingularPlaces; });
 }
 
 std::string row_text(const DhRow& row, std::size_t index) {
@@ -111,12 +84,13 @@ std::string joints_text(const Profile& profile) {
   for (std::size_t i = 0; i < profile.arm.dof; ++i) {
     const JointAxis& axis = arm.chain().axes[i];
     const JointLimits& limits = profile.arm.joints[i];
-    const bool turns = axis.kind == JointKind::kRotary;
+    const JointKind kind = axis.kind;
+    const bool turns = kind == JointKind::kRotary;
     text += fmt::format("  {:<3} {:<12} {:<26} {:<22} {:<16} {} to {} {}, {} a second\n", i + 1,
                         profile.joint_names[i], (turns ? "about " : "along ") + list(axis.direction),
-                        turns ? list(axis.point_m) : "", plain(shown(arm, i, profile.description.home_q[i])),
-                        plain(shown(arm, i, limits.lower_q)), plain(shown(arm, i, limits.upper_q)),
-                        unit(arm, i), plain(shown(arm, i, limits.speed_q_s)));
+                        turns ? list(axis.point_m) : "", plain(to_shown(kind, profile.description.home_q[i])),
+                        plain(to_shown(kind, limits.lower_q)), plain(to_shown(kind, limits.upper_q)),
+                        unit_name(kind), plain(to_shown(kind, limits.speed_q_s)));
   }
   return text;
 }
@@ -143,7 +117,8 @@ std::string idle_text(const Profile& profile, const Regularity& regularity) {
 std::string solution_text(const Profile& profile, const PoseSolution& solution) {
   std::string joints;
   for (std::size_t i = 0; i < profile.arm.dof; ++i)
-    joints += fmt::format("{:>10}", tenthousandths(shown(profile.arm.kinematics, i, solution.joints_q[i])));
+    joints += fmt::format(
+        "{:>10}", tenthousandths(to_shown(profile.arm.kinematics.joint_kind(i), solution.joints_q[i])));
   const std::string number = solution.number ? std::to_string(*solution.number) : "-";
   std::string text = fmt::format("  {:<3}{}", number, joints);
   if (!solution.beyond_range.empty()) {

@@ -5,6 +5,7 @@
 
 #include "cli/arm/solutions.h"
 #include "config/profile.h"
+#include "planner/workspace.h"
 
 namespace corbot::cli {
 

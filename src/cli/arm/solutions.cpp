@@ -60,12 +60,7 @@ std::string describe(const IkSolution& refusal) {
 }
 
 void add_numeric(const ArmModel& arm, const Joints& hint_q, PoseSolutions& found) {
-  numeric::NumericSearch search;
-  for (std::size_t i = 0; i < arm.dof; ++i) {
-    search.lower_q[i] = arm.joints[i].lower_q;
-    search.upper_q[i] = arm.joints[i].upper_q;
-  }
-  const auto all = numeric::all_solutions(arm.kinematics.chain(), found.pose, hint_q, search);
+  const auto all = numeric::all_solutions(arm, found.pose, hint_q);
   for (std::uint32_t i = 0; i < all.count; ++i) {
     PoseSolution solution;
     solution.joints_q = all.joints_q[i];

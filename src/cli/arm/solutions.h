@@ -6,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "cli/arm/workspace.h"
+#include "cli/arm/regularity.h"
+#include "corbot/arm/arm_model.h"
 
 namespace corbot::cli {
 

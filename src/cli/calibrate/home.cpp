@@ -15,8 +15,8 @@
 #include "client/failure.h"
 #include "client/stop_on_signal.h"
 #include "config/load_profile.h"
+#include "corbot/arm/joint_units.h"
 #include "corbot/backend/emergency_stop.h"
-#include "corbot/units.h"
 #include "rt/backends/can/drive_homing.h"
 #include "rt/backends/can_settings.h"
 #include "rt/inputs/safety_lines.h"
@@ -82,25 +82,15 @@ std::vector<std::size_t> chosen_joints(const Profile& profile, const std::vector
   return joints;
 }
 
-/// A joint's values for people: degrees where it turns, metres where it slides.
-struct Shown {
-  Shown(const Profile& profile, std::size_t joint)
-      : turns(profile.arm.kinematics.joint_kind(joint) == JointKind::kRotary),
-        unit(turns ? "degrees" : "m") {}
-  [[nodiscard]] double value(double value_q) const { return turns ? to_degrees(value_q) : value_q; }
-  bool turns;
-  const char* unit;
-};
-
 void print_introduction(const Profile& profile, const std::vector<std::size_t>& joints,
                         const std::string& nodes) {
   fmt::print("{}: nodes {}. These joints are homed, in this order:\n", profile.file, nodes);
   for (const std::size_t joint : joints) {
     const CanDrive& drive = profile.backend.socketcan.drives[joint];
-    const Shown shown(profile, joint);
+    const JointKind kind = profile.arm.kinematics.joint_kind(joint);
     fmt::print("  {} (node {}): method {}, {:g} {} a second, then {:g}\n", profile.joint_names[joint],
-               drive.node, drive.homing.method, shown.value(drive.homing.speed_q_s), shown.unit,
-               shown.value(drive.homing.creep_q_s));
+               drive.node, drive.homing.method, to_shown(kind, drive.homing.speed_q_s), unit_name(kind),
+               to_shown(kind, drive.homing.creep_q_s));
   }
   fmt::print(
       "Each moves by itself until it is at its switch, and no limit of the profile holds; all others hold.\n"
@@ -158,9 +148,9 @@ class Homing {
       fmt::print("{} is being homed\n", name);
       std::fflush(stdout);
       if (!drives_.home(joint, [this] { return goes_on(); })) end_early(name + " is halted, and not homed");
-      const Shown shown(profile_, joint);
+      const JointKind kind = profile_.arm.kinematics.joint_kind(joint);
       fmt::print("{} is homed: count {}, {:.{}f} {}\n", name, drives_.count(joint),
-                 shown.value(drives_.position_q(joint)), shown.turns ? 2 : 5, shown.unit);
+                 to_shown(kind, drives_.position_q(joint)), decimals(kind, 2), unit_name(kind));
       std::fflush(stdout);
     }
     leave();

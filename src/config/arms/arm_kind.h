@@ -19,15 +19,7 @@ inline constexpr std::array<std::string_view, 6> kKindNames{"anthropomorphic", "
 
 /// What the paper calls an arm of this family.
 [[nodiscard]] inline ArmKind kind_of(const Kinematics& kinematics) noexcept {
-  return kinematics.visit([](const auto& form) {
-    using Form = std::remove_cvref_t<decltype(form)>;
-    if constexpr (std::is_same_v<Form, GantryArm>) return ArmKind::kCartesian;
-    if constexpr (std::is_same_v<Form, CylindricalArm>) return ArmKind::kCylindrical;
-    if constexpr (std::is_same_v<Form, PolarArm>) return ArmKind::kPolar;
-    if constexpr (std::is_same_v<Form, ScaraArm>) return ArmKind::kScara;
-    if constexpr (std::is_same_v<Form, OtherArm>) return ArmKind::kOther;
-    return ArmKind::kAnthropomorphic;
-  });
+  return kinematics.visit([](const auto& form) { return std::remove_cvref_t<decltype(form)>::kKind; });
 }
 
 }  // namespace corbot::config

@@ -5,8 +5,11 @@
 #include <cstddef>
 #include <initializer_list>
 #include <numbers>
+#include <sstream>
 #include <string>
-#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <variant>
 
 #include "config/arms/recognise.h"
 #include "corbot/kinematics/spherical_wrist.h"
@@ -65,11 +68,12 @@ class Conditions {
   std::array<JointAxis, kMaxJoints> axes_;
 };
 
-std::string first_of(std::initializer_list<std::string> failures) {
+std::string first_of(std::initializer_list<std::string> failures,
+                     const char* otherwise = "its links or slides are degenerate") {
   for (const std::string& failure : failures) {
     if (!failure.empty()) return failure;
   }
-  return "its links or slides are degenerate";
+  return otherwise;
 }
 
 std::string kinds(const JointChain& chain) {
@@ -78,17 +82,50 @@ std::string kinds(const JointChain& chain) {
   return text;
 }
 
-std::string planar(const Conditions& c, std::size_t count) {
-  const bool wrist = count > 3, roll = count > 4;
-  return first_of({c.square(1, 2), c.parallel(2, 3), c.apart(2, 3), wrist ? c.parallel(3, 4) : "",
-                   wrist ? c.apart(3, 4) : "", roll ? c.square(4, 5) : ""});
+/// Why a family does not take axes of joints that it has, as far as this file knows it.
+template <class Form>
+std::string why_not(const Conditions& c, const std::string& joints) {
+  const std::size_t count = joints.size();
+  if constexpr (std::is_same_v<Form, PlanarArm>) {
+    const bool wrist = count > 3, roll = count > 4;
+    return first_of({c.square(1, 2), c.parallel(2, 3), c.apart(2, 3), wrist ? c.parallel(3, 4) : "",
+                     wrist ? c.apart(3, 4) : "", roll ? c.square(4, 5) : ""});
+  } else if constexpr (std::is_same_v<Form, ScaraArm>) {
+    return first_of({c.parallel(1, 2), c.parallel(1, 3), count > 3 ? c.parallel(1, 4) : ""});
+  } else if constexpr (std::is_same_v<Form, GantryArm>) {
+    return "its slides lie in one plane";
+  } else if constexpr (std::is_same_v<Form, CylindricalArm>) {
+    const std::string hand = count > 3 ? c.parallel(1, 4) : "";
+    return c.parallel(1, 2).empty() ? first_of({c.square(1, 3), hand})
+                                    : first_of({c.parallel(1, 3), c.square(1, 2), hand});
+  } else if constexpr (std::is_same_v<Form, PolarArm>) {
+    const std::string arm = first_of({c.square(1, 2), c.square(2, 3)}, "");
+    return count == 3
+               ? first_of({arm})
+               : first_of({arm, c.square(4, 5), c.square(5, 6), c.crossing(4, 5), c.through_crossing(4, 6)});
+  } else if constexpr (std::is_same_v<Form, OrthoParallelArm>) {
+    return first_of({c.square(1, 2), c.parallel(2, 3), c.apart(2, 3), c.square(4, 5), c.square(5, 6),
+                     c.crossing(4, 5), c.through_crossing(4, 6)});
+  } else if constexpr (std::is_same_v<Form, ParallelAxesArm>) {
+    return first_of({c.square(1, 2), c.parallel(2, 3), c.parallel(3, 4), c.apart(2, 3), c.apart(3, 4),
+                     c.square(4, 5), c.square(5, 6), c.crossing(5, 6)});
+  } else {
+    return "its axes are not placed as this family needs them";
+  }
 }
-std::string six_turning(const Conditions& c) {
-  const std::string wrist = first_of({c.square(1, 2), c.parallel(2, 3), c.apart(2, 3), c.square(4, 5),
-                                      c.square(5, 6), c.crossing(4, 5), c.through_crossing(4, 6)});
-  const std::string parallel = first_of({c.square(1, 2), c.parallel(2, 3), c.parallel(3, 4), c.apart(2, 3),
-                                         c.apart(3, 4), c.square(4, 5), c.square(5, 6), c.crossing(5, 6)});
-  return fmt::format("{}: {}; {}: {}", OrthoParallelArm::kName, wrist, ParallelAxesArm::kName, parallel);
+
+bool has_joints(const std::string& words, const std::string& joints) {
+  std::istringstream in(words);
+  for (std::string word; in >> word;) {
+    if (word == joints) return true;
+  }
+  return false;
+}
+
+template <class Form>
+void explain(const Conditions& c, const std::string& joints, std::string& text) {
+  if (!has_joints(Form::kJoints, joints)) return;
+  text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", Form::kName, why_not<Form>(c, joints));
 }
 
 }  // namespace
@@ -96,40 +133,12 @@ std::string six_turning(const Conditions& c) {
 std::string explain_other(const JointChain& chain) {
   const std::string joints = kinds(chain);
   const Conditions c(chain);
-  const auto named = [](const char* family, const std::string& why) {
-    return fmt::format("{}: {}", family, why);
-  };
-  if (joints == "RRR" || joints == "RRRR" || joints == "RRRRR") {
-    return named(PlanarArm::kName, planar(c, chain.count));
+  std::string text;
+  [&]<std::size_t... I>(std::index_sequence<I...>) {
+    (explain<std::variant_alternative_t<I, Families>>(c, joints, text), ...);
   }
-  if (joints == "RRRRRR") return six_turning(c);
-  if (joints == "PPP" || joints == "PPPR") return named(GantryArm::kName, "its slides lie in one plane");
-  if (joints == "RPP") {
-    return named(CylindricalArm::kName, c.parallel(1, 2).empty()
-                                            ? first_of({c.square(1, 3)})
-                                            : first_of({c.parallel(1, 3), c.square(1, 2)}));
-  }
-  if (joints == "RPPR") {
-    return named(CylindricalArm::kName, c.parallel(1, 2).empty()
-                                            ? first_of({c.square(1, 3), c.parallel(1, 4)})
-                                            : first_of({c.parallel(1, 3), c.square(1, 2), c.parallel(1, 4)}));
-  }
-  if (joints == "RRPRRR") {
-    return named(PolarArm::kName, first_of({c.square(1, 2), c.square(2, 3), c.square(4, 5), c.square(5, 6),
-                                            c.crossing(4, 5), c.through_crossing(4, 6)}));
-  }
-  const std::string scara = chain.count == 3 ? first_of({c.parallel(1, 2), c.parallel(1, 3)})
-                            : chain.count == 4
-                                ? first_of({c.parallel(1, 2), c.parallel(1, 3), c.parallel(1, 4)})
-                                : std::string{};
-  if (joints == "RRP") {
-    return fmt::format("{}: {}; {}: {}", PolarArm::kName, first_of({c.square(1, 2), c.square(2, 3)}),
-                       ScaraArm::kName, scara);
-  }
-  for (const std::string_view one : {"RPR", "PRR", "RRPR", "RPRR", "PRRR", "RRRP"}) {
-    if (joints == one) return named(ScaraArm::kName, scara);
-  }
-  return fmt::format("no family has joints {} (R turning, P sliding)", joints);
+  (std::make_index_sequence<std::variant_size_v<Families>>{});
+  return text.empty() ? fmt::format("no family has joints {} (R turning, P sliding)", joints) : text;
 }
 
 }  // namespace corbot::config

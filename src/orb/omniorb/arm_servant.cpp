@@ -5,40 +5,13 @@
 #include <utility>
 
 #include "orb/omniorb/convert.h"
+#include "orb/omniorb/raise.h"
 
 namespace corbot::omni {
 namespace {
 
-/// Any failure as the exception that the interface names for it.
-[[noreturn]] void raise(const corbot_error& error) {
-  switch (error.status) {
-    case CORBOT_BAD_PARAMETER:
-      throw Corbot::BadParameter(error.parameter, error.value, error.text);
-    case CORBOT_UNREACHABLE:
-      throw Corbot::Unreachable(Corbot::Point{error.target_m[0], error.target_m[1], error.target_m[2]},
-                                error.text);
-    case CORBOT_LIMIT_EXCEEDED:
-      throw Corbot::LimitExceeded(error.parameter, error.joint, error.value, error.lower, error.upper);
-    case CORBOT_NOT_READY:
-      throw Corbot::NotReady(error.text);
-    case CORBOT_STOPPED:
-      throw Corbot::Stopped(error.text);
-    case CORBOT_QUEUE_FULL:
-      throw Corbot::QueueFull(error.capacity);
-    case CORBOT_NO_DATA:
-      throw CORBA::TRANSIENT(0, CORBA::COMPLETED_NO);
-    case CORBOT_OK:
-    case CORBOT_INTERNAL:
-      break;
-  }
-  throw CORBA::INTERNAL(0, CORBA::COMPLETED_MAYBE);
-}
-
-/// Calls a function of corbot_robot.h, the error argument added, and raises what it refuses.
-template <class Function, class... Arguments>
-void call(Function function, Arguments&&... arguments) {
-  corbot_error error{};
-  if (function(std::forward<Arguments>(arguments)..., &error) != CORBOT_OK) raise(error);
+int32_t to_robot(Corbot::OffsetFrame frame) {
+  return frame == Corbot::OffsetInTool ? CORBOT_OFFSET_IN_TOOL : CORBOT_OFFSET_IN_BASE;
 }
 
 std::array<double, 3> array_of(const Corbot::Point& p) { return {p.x, p.y, p.z}; }
@@ -111,13 +84,8 @@ CORBA::Long ArmServant::DoF() { return description_.dof; }
 CORBA::Double ArmServant::Reach() { return description_.reach_m; }
 
 Corbot::JointRanges* ArmServant::MovRange() {
-  Corbot::JointRanges_var result = new Corbot::JointRanges;
-  result->length(static_cast<CORBA::ULong>(description_.dof));
-  for (CORBA::ULong i = 0; i < result->length(); ++i) {
-    result[i].lower = description_.lower_deg[i];
-    result[i].upper = description_.upper_deg[i];
-  }
-  return result._retn();
+  return new Corbot::JointRanges(
+      to_corba(description_.lower_deg, description_.upper_deg, static_cast<CORBA::ULong>(description_.dof)));
 }
 
 void ArmServant::Move(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
@@ -222,6 +190,101 @@ Corbot::MotionInfo* ArmServant::Progress(Corbot::Ticket id) { return info(id, 0.
 void ArmServant::SetToolPitch(CORBA::Double degrees) { set(corbot_robot_set_tool_pitch, degrees); }
 CORBA::Double ArmServant::ToolPitch() { return corbot_robot_tool_pitch(&robot_); }
 
+void ArmServant::MovePose(const Corbot::Pose& target, CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(target);
+  start_and_finish(corbot_robot_move_pose, &pose, t);
+}
+void ArmServant::MovePoseS(const Corbot::Pose& target, CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(target);
+  start_and_finish(corbot_robot_move_pose_s, &pose, t);
+}
+Corbot::Ticket ArmServant::StartMovePose(const Corbot::Pose& target, CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(target);
+  return start(corbot_robot_move_pose, &pose, t);
+}
+Corbot::Ticket ArmServant::StartMovePoseS(const Corbot::Pose& target, CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(target);
+  return start(corbot_robot_move_pose_s, &pose, t);
+}
+void ArmServant::MoveRelative(const Corbot::Pose& offset, Corbot::OffsetFrame frame, CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(offset);
+  start_and_finish(corbot_robot_move_relative, &pose, to_robot(frame), t);
+}
+void ArmServant::MoveRelativeS(const Corbot::Pose& offset, Corbot::OffsetFrame frame, CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(offset);
+  start_and_finish(corbot_robot_move_relative_s, &pose, to_robot(frame), t);
+}
+Corbot::Ticket ArmServant::StartMoveRelative(const Corbot::Pose& offset, Corbot::OffsetFrame frame,
+                                             CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(offset);
+  return start(corbot_robot_move_relative, &pose, to_robot(frame), t);
+}
+Corbot::Ticket ArmServant::StartMoveRelativeS(const Corbot::Pose& offset, Corbot::OffsetFrame frame,
+                                              CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(offset);
+  return start(corbot_robot_move_relative_s, &pose, to_robot(frame), t);
+}
+
+void ArmServant::SetToolOrientation(const Corbot::Quaternion& orientation) {
+  const double wxyz[] = {orientation.w, orientation.x, orientation.y, orientation.z};
+  set(corbot_robot_set_tool_orientation, &wxyz[0]);
+}
+void ArmServant::ResetToolOrientation() { set(corbot_robot_reset_tool_orientation); }
+Corbot::ToolOrientationInfo ArmServant::ToolOrientation() {
+  double q[4];
+  const bool is_set = corbot_robot_tool_orientation(&robot_, q) != 0;
+  return {is_set, {q[0], q[1], q[2], q[3]}};
+}
+
+template <class Function, class... Arguments>
+void ArmServant::set_at_once(Function function, Arguments&&... arguments) {
+  const Caller caller(key_of_call());
+  call(function, &robot_, caller.get(), std::forward<Arguments>(arguments)...);
+}
+
+void ArmServant::SetToolFrame(const Corbot::Pose& flange_T_tool) {
+  const corbot_tool_pose wanted = from_corba(flange_T_tool);
+  set_at_once(corbot_robot_set_tool_frame, &wanted);
+}
+void ArmServant::SetBaseFrame(const Corbot::Pose& world_T_base) {
+  const corbot_tool_pose wanted = from_corba(world_T_base);
+  set_at_once(corbot_robot_set_base_frame, &wanted);
+}
+void ArmServant::ResetFrames() { set_at_once(corbot_robot_reset_frames); }
+
+Corbot::Pose ArmServant::ToolFrame() {
+  corbot_tool_pose tool{}, base{};
+  corbot_robot_frames(&robot_, &tool, &base);
+  return to_corba(tool);
+}
+Corbot::Pose ArmServant::BaseFrame() {
+  corbot_tool_pose tool{}, base{};
+  corbot_robot_frames(&robot_, &tool, &base);
+  return to_corba(base);
+}
+
+Corbot::PoseSolutions* ArmServant::Solutions(const Corbot::Pose& target) {
+  const corbot_tool_pose wanted = from_corba(target);
+  corbot_pose_solution found[CORBOT_MAX_SOLUTIONS];
+  std::size_t count = 0;
+  call(corbot_robot_solutions, &robot_, &wanted, found, &count);
+  Corbot::PoseSolutions_var result = new Corbot::PoseSolutions;
+  result->length(static_cast<CORBA::ULong>(count));
+  for (CORBA::ULong i = 0; i < result->length(); ++i) {
+    result[i].number = found[i].number;
+    result[i].joints = to_corba(found[i].joints_deg, static_cast<CORBA::ULong>(description_.dof));
+    result[i].withinLimits = found[i].in_range != 0;
+    result[i].orientationError = found[i].orientation_error_deg;
+  }
+  return result._retn();
+}
+
+CORBA::Long ArmServant::Solution() {
+  int32_t number = -1;
+  call(corbot_robot_solution, &robot_, &number);
+  return number;
+}
+
 void ArmServant::SetSoftLimits(const Corbot::JointRanges& limits) {
   corbot_joint_ranges wanted{};
   for (CORBA::ULong i = 0; i < limits.length() && i < CORBOT_MAX_JOINTS; ++i) {
@@ -235,10 +298,8 @@ void ArmServant::ResetSoftLimits() { change(CORBOT_PLACE_TO_CHANGE, corbot_robot
 Corbot::JointRanges* ArmServant::SoftLimits() {
   corbot_joint_ranges limits{};
   const bool is_known = corbot_robot_soft_limits(&robot_, &limits) != 0;
-  Corbot::JointRanges_var result = new Corbot::JointRanges;
-  result->length(is_known ? static_cast<CORBA::ULong>(description_.dof) : 0);
-  for (CORBA::ULong i = 0; i < result->length(); ++i) result[i] = {limits.lower_deg[i], limits.upper_deg[i]};
-  return result._retn();
+  const auto count = static_cast<CORBA::ULong>(is_known ? description_.dof : 0);
+  return new Corbot::JointRanges(to_corba(limits.lower_deg, limits.upper_deg, count));
 }
 
 Corbot::AlarmList* ArmServant::Alarms() {
@@ -291,6 +352,8 @@ Corbot::ArmState* ArmServant::State() {
   fill(state, static_cast<CORBA::ULong>(description_.dof), result.inout());
   return result._retn();
 }
+
+Corbot::JointList* ArmServant::Joints() { return new Corbot::JointList(joints_of(description_)); }
 
 Corbot::ServantInfo* ArmServant::Servant() {
   Corbot::ServantInfo_var result = new Corbot::ServantInfo;

@@ -70,9 +70,30 @@ class ArmServant final : public POA_Corbot::Arm {
   void MoveJoints(const Corbot::JointCoord& target, CORBA::Double t) override;
   void SetToolPitch(CORBA::Double degrees) override;
   CORBA::Double ToolPitch() override;
+  void MovePose(const Corbot::Pose& target, CORBA::Double t) override;
+  void MovePoseS(const Corbot::Pose& target, CORBA::Double t) override;
+  Corbot::Ticket StartMovePose(const Corbot::Pose& target, CORBA::Double t) override;
+  Corbot::Ticket StartMovePoseS(const Corbot::Pose& target, CORBA::Double t) override;
+  void MoveRelative(const Corbot::Pose& offset, Corbot::OffsetFrame frame, CORBA::Double t) override;
+  void MoveRelativeS(const Corbot::Pose& offset, Corbot::OffsetFrame frame, CORBA::Double t) override;
+  Corbot::Ticket StartMoveRelative(const Corbot::Pose& offset, Corbot::OffsetFrame frame,
+                                   CORBA::Double t) override;
+  Corbot::Ticket StartMoveRelativeS(const Corbot::Pose& offset, Corbot::OffsetFrame frame,
+                                    CORBA::Double t) override;
+  void SetToolOrientation(const Corbot::Quaternion& orientation) override;
+  void ResetToolOrientation() override;
+  Corbot::ToolOrientationInfo ToolOrientation() override;
+  void SetToolFrame(const Corbot::Pose& flange_T_tool) override;
+  void SetBaseFrame(const Corbot::Pose& world_T_base) override;
+  void ResetFrames() override;
+  Corbot::Pose ToolFrame() override;
+  Corbot::Pose BaseFrame() override;
+  Corbot::PoseSolutions* Solutions(const Corbot::Pose& target) override;
+  CORBA::Long Solution() override;
   void SetSoftLimits(const Corbot::JointRanges& limits) override;
   void ResetSoftLimits() override;
   Corbot::JointRanges* SoftLimits() override;
+  Corbot::JointList* Joints() override;
   Corbot::ArmState* State() override;
   Corbot::AlarmList* Alarms() override;
   Corbot::LoopInfo* Diagnostics() override;
@@ -89,6 +110,9 @@ class ArmServant final : public POA_Corbot::Arm {
   /// Calls a function of corbot_robot.h for an operation that has no NotReady.
   template <class Function, class... Arguments>
   void set(Function function, Arguments&&... arguments);
+  /// The same of one that has it, and waits for nothing.
+  template <class Function, class... Arguments>
+  void set_at_once(Function function, Arguments&&... arguments);
   /// Takes a place, starts the motion, waits for its end.
   template <class Function, class... Arguments>
   void start_and_finish(Function function, Arguments&&... arguments);

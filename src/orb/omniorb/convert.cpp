@@ -2,14 +2,16 @@
 #include "orb/omniorb/convert.h"
 
 namespace corbot::omni {
-namespace {
 
 Corbot::Pose to_corba(const corbot_tool_pose& tool) {
   const double* const q = tool.orientation;
   return {{tool.position_m[0], tool.position_m[1], tool.position_m[2]}, {q[0], q[1], q[2], q[3]}};
 }
 
-}  // namespace
+corbot_tool_pose from_corba(const Corbot::Pose& pose) {
+  const Corbot::Quaternion& q = pose.orientation;
+  return {{pose.position.x, pose.position.y, pose.position.z}, {q.w, q.x, q.y, q.z}};
+}
 
 Corbot::RobotState to_corba(corbot_state state) {
   switch (state) {
@@ -27,6 +29,26 @@ Corbot::JointCoord to_corba(const double (&joints)[CORBOT_MAX_JOINTS], CORBA::UL
   Corbot::JointCoord result;
   result.length(count);
   for (CORBA::ULong i = 0; i < count; ++i) result[i] = joints[i];
+  return result;
+}
+
+Corbot::JointRanges to_corba(const double (&lower)[CORBOT_MAX_JOINTS],
+                             const double (&upper)[CORBOT_MAX_JOINTS], CORBA::ULong count) {
+  Corbot::JointRanges result;
+  result.length(count);
+  for (CORBA::ULong i = 0; i < count; ++i) result[i] = {lower[i], upper[i]};
+  return result;
+}
+
+Corbot::JointList joints_of(const corbot_description& arm) {
+  Corbot::JointList result;
+  result.length(static_cast<CORBA::ULong>(arm.dof));
+  for (CORBA::ULong i = 0; i < result.length(); ++i) {
+    result[i].name = CORBA::string_dup(arm.joint_name[i]);
+    result[i].kind = arm.slides[i] != 0 ? Corbot::JointSlides : Corbot::JointTurns;
+    result[i].range = {arm.lower_deg[i], arm.upper_deg[i]};
+    result[i].speed = arm.speed[i];
+  }
   return result;
 }
 

@@ -11,7 +11,13 @@ namespace corbot::omni {
 
 [[nodiscard]] Corbot::RobotState to_corba(corbot_state state);
 [[nodiscard]] Corbot::JointCoord to_corba(const double (&joints)[CORBOT_MAX_JOINTS], CORBA::ULong count);
+[[nodiscard]] Corbot::JointRanges to_corba(const double (&lower)[CORBOT_MAX_JOINTS],
+                                           const double (&upper)[CORBOT_MAX_JOINTS], CORBA::ULong count);
+[[nodiscard]] Corbot::JointList joints_of(const corbot_description& arm);
+[[nodiscard]] Corbot::Pose to_corba(const corbot_tool_pose& tool);
+[[nodiscard]] corbot_tool_pose from_corba(const Corbot::Pose& pose);
 [[nodiscard]] Corbot::GripperInfo to_corba(const corbot_gripper_info& gripper);
+/// And back.
 void fill(const corbot_motion_info& from, Corbot::MotionInfo& to);
 void fill(const corbot_device_info& from, Corbot::DeviceInfo& to);
 /// `dof`: of the arm.

@@ -46,6 +46,24 @@ static void set_tool_pitch(PortableServer_Servant servant, CORBA_double degrees,
       &error, &room, ev);
 }
 
+static void set_tool_orientation(PortableServer_Servant servant, const Corbot_Quaternion* orientation,
+                                 CORBA_Environment* ev) {
+  const double wxyz[4] = {orientation->w, orientation->x, orientation->y, orientation->z};
+  Caller room;
+  corbot_error error;
+  check_setting(
+      corbot_robot_set_tool_orientation(self_of(servant)->robot, caller_of(servant, &room), wxyz, &error),
+      &error, &room, ev);
+}
+
+static void reset_tool_orientation(PortableServer_Servant servant, CORBA_Environment* ev) {
+  Caller room;
+  corbot_error error;
+  check_setting(
+      corbot_robot_reset_tool_orientation(self_of(servant)->robot, caller_of(servant, &room), &error), &error,
+      &room, ev);
+}
+
 static void stop(PortableServer_Servant servant, CORBA_Environment* ev) {
   Caller room;
   corbot_error error;
@@ -156,6 +174,8 @@ void arm_set_changes(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm) {
   arm->Override = set_override;
   arm->Clear = clear;
   arm->SetToolPitch = set_tool_pitch;
+  arm->SetToolOrientation = set_tool_orientation;
+  arm->ResetToolOrientation = reset_tool_orientation;
   arm->SetSoftLimits = set_soft_limits;
   arm->ResetSoftLimits = reset_soft_limits;
   arm->Acquire = acquire;

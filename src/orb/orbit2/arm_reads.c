@@ -72,6 +72,24 @@ static Corbot_JointRanges* get_soft_limits(PortableServer_Servant servant, CORBA
   return ranges_of(limits.lower_deg, limits.upper_deg, (CORBA_unsigned_long)(known ? dof : 0));
 }
 
+static Corbot_JointList* get_joints(PortableServer_Servant servant, CORBA_Environment* ev) {
+  (void)ev;
+  const corbot_description* description = &self_of(servant)->description;
+  const CORBA_unsigned_long count = (CORBA_unsigned_long)description->dof;
+  Corbot_JointList* result = Corbot_JointList__alloc();
+  result->_buffer = Corbot_JointList_allocbuf(count);
+  result->_length = result->_maximum = count;
+  result->_release = CORBA_TRUE;
+  for (CORBA_unsigned_long i = 0; i < count; ++i) {
+    result->_buffer[i].name = CORBA_string_dup(description->joint_name[i]);
+    result->_buffer[i].kind = description->slides[i] ? Corbot_JointSlides : Corbot_JointTurns;
+    result->_buffer[i].range.lower = description->lower_deg[i];
+    result->_buffer[i].range.upper = description->upper_deg[i];
+    result->_buffer[i].speed = description->speed[i];
+  }
+  return result;
+}
+
 static CORBA_double get_reach(PortableServer_Servant servant, CORBA_Environment* ev) {
   (void)ev;
   return self_of(servant)->description.reach_m;
@@ -85,6 +103,15 @@ static CORBA_double get_override_percent(PortableServer_Servant servant, CORBA_E
 static CORBA_double get_tool_pitch(PortableServer_Servant servant, CORBA_Environment* ev) {
   (void)ev;
   return corbot_robot_tool_pitch(self_of(servant)->robot);
+}
+
+static Corbot_ToolOrientationInfo get_tool_orientation(PortableServer_Servant servant,
+                                                       CORBA_Environment* ev) {
+  (void)ev;
+  double q[4];
+  const int32_t is_set = corbot_robot_tool_orientation(self_of(servant)->robot, q);
+  const Corbot_ToolOrientationInfo result = {is_set ? CORBA_TRUE : CORBA_FALSE, {q[0], q[1], q[2], q[3]}};
+  return result;
 }
 
 static Corbot_AlarmList* get_alarms(PortableServer_Servant servant, CORBA_Environment* ev) {
@@ -209,7 +236,9 @@ void arm_set_reads(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm) {
   arm->_get_Paused = get_paused;
   arm->_get_OverridePercent = get_override_percent;
   arm->_get_ToolPitch = get_tool_pitch;
+  arm->_get_ToolOrientation = get_tool_orientation;
   arm->_get_SoftLimits = get_soft_limits;
+  arm->_get_Joints = get_joints;
   arm->_get_State = get_state;
   arm->_get_Gripper = get_gripper;
   arm->_get_Alarms = get_alarms;

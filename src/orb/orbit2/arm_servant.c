@@ -5,7 +5,9 @@
 
 #include "orb/orbit2/arm_bounded.h"
 #include "orb/orbit2/arm_changes.h"
+#include "orb/orbit2/arm_frames.h"
 #include "orb/orbit2/arm_motions.h"
+#include "orb/orbit2/arm_poses.h"
 #include "orb/orbit2/arm_reads.h"
 
 static PortableServer_ServantBase__epv base_epv;
@@ -16,8 +18,10 @@ static POA_Corbot_Arm__vepv vepv = {&base_epv, &robot_epv, &arm_epv};
 void arm_servant_init(ArmServant* servant, corbot_robot* robot, const ControlReferences* references,
                       int target, CORBA_Environment* ev) {
   arm_set_motions(&robot_epv, &arm_epv);
+  arm_set_poses(&arm_epv);
   arm_set_changes(&robot_epv, &arm_epv);
   arm_set_reads(&robot_epv, &arm_epv);
+  arm_set_frames(&arm_epv);
   arm_bound(&arm_epv);
   memset(servant, 0, sizeof(*servant));
   servant->base.vepv = &vepv;

@@ -54,10 +54,17 @@ void convert_device(const corbot_device_info* from, Corbot_DeviceInfo* to) {
   to->emergencyStop = from->emergency_stop ? CORBA_TRUE : CORBA_FALSE;
 }
 
-static Corbot_Pose convert_pose(const corbot_tool_pose* tool) {
+Corbot_Pose convert_pose(const corbot_tool_pose* tool) {
   const double* q = tool->orientation;
   const Corbot_Pose result = {{tool->position_m[0], tool->position_m[1], tool->position_m[2]},
                               {q[0], q[1], q[2], q[3]}};
+  return result;
+}
+
+corbot_tool_pose convert_to_pose(const Corbot_Pose* pose) {
+  const Corbot_Point* p = &pose->position;
+  const Corbot_Quaternion* q = &pose->orientation;
+  const corbot_tool_pose result = {{p->x, p->y, p->z}, {q->w, q->x, q->y, q->z}};
   return result;
 }
 

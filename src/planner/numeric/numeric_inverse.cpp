@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <optional>
 #include <random>
 
 #include "corbot/kinematics/angles.h"
@@ -19,6 +20,13 @@ constexpr double kLongestStep = 1.2;  // rad, or in units of the arm's length
 constexpr double kDistinct = 1e-3;
 
 using Vector6 = std::array<double, 6>;
+
+/// What is to be met. Without angles it is the pose; the position alone of up to three joints.
+struct Wanted {
+  Pose pose{};
+  std::optional<FollowedAngles> followed{};
+  Angles angles_rad{};
+};
 
 /// Where the tool is, and how its error changes with the joints.
 struct Linearised {
@@ -43,7 +51,20 @@ double length_of(const JointChain& chain) noexcept {
   return std::max(length, 1e-3);
 }
 
-Linearised linearise(const JointChain& chain, const Pose& wanted, const Joints& q, double length_m) noexcept {
+/// Instead of the orientation: nothing, or the angles that the arm follows.
+void replace_orientation(const Wanted& wanted, const Joints& q, Linearised& at) noexcept {
+  const FollowedAngles followed = wanted.followed.value_or(FollowedAngles{});
+  const Angles there_rad = followed.at(q);
+  at.error_rad = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    at.error[3 + k] = k < followed.count ? wanted.angles_rad[k] - there_rad[k] : 0.0;
+    at.jacobian[3 + k] = k < followed.count ? followed.rows[k] : Joints{};
+    at.error_rad = std::max(at.error_rad, std::abs(at.error[3 + k]));
+  }
+}
+
+Linearised linearise(const JointChain& chain, const Wanted& wanted, const Joints& q,
+                     double length_m) noexcept {
   Linearised at;
   std::array<Vector3, kMaxJoints> direction{}, point{};
   Pose pose = chain.base_T_0;
@@ -63,13 +84,14 @@ Linearised linearise(const JointChain& chain, const Pose& wanted, const Joints& 
       at.jacobian[n + 3][i] = turns ? direction[i][n] : 0.0;
     }
   }
-  const Vector3 away = wanted.position_m - pose.position_m;
-  const Quaternion d = wanted.orientation * conjugate(pose.orientation);
+  const Vector3 away = wanted.pose.position_m - pose.position_m;
+  const Quaternion d = wanted.pose.orientation * conjugate(pose.orientation);
   const double half_sine = std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
   at.error_m = norm(away);
   at.error_rad = 2.0 * std::atan2(half_sine, std::abs(d.w));
   const double factor = std::copysign(half_sine > 1e-150 ? at.error_rad / half_sine : 2.0, d.w);
   at.error = {k * away[0], k * away[1], k * away[2], factor * d.x, factor * d.y, factor * d.z};
+  if (wanted.followed || chain.count <= 3) replace_orientation(wanted, q, at);
   for (const double e : at.error) at.squared += e * e;
   return at;
 }
@@ -109,7 +131,7 @@ bool damped_step(const Linearised& at, std::size_t n, double damping, Vector6& s
 
 bool met(const Linearised& at) noexcept { return at.error_m < kSolved && at.error_rad < kSolved; }
 
-bool refine(const JointChain& chain, const Pose& wanted, double length_m, Joints& q,
+bool refine(const JointChain& chain, const Wanted& wanted, double length_m, Joints& q,
             Linearised& at) noexcept {
   at = linearise(chain, wanted, q, length_m);
   double watched = at.squared;
@@ -166,11 +188,8 @@ class Seeds {
 
 class Search {
  public:
-  Search(const JointChain& chain, const Pose& wanted, const Joints& hint_q)
-      : chain_(chain),
-        wanted_{wanted.position_m, normalised(wanted.orientation)},
-        hint_q_(hint_q),
-        length_m_(length_of(chain)) {}
+  Search(const JointChain& chain, const Wanted& wanted, const Joints& hint_q)
+      : chain_(chain), wanted_(wanted), hint_q_(hint_q), length_m_(length_of(chain)) {}
 
   /// Whether this seed leads to something new.
   bool try_seed(Joints q) {
@@ -206,11 +225,44 @@ class Search {
   }
 
   const JointChain& chain_;
-  Pose wanted_;
+  Wanted wanted_;
   const Joints& hint_q_;
   double length_m_;
   double nearest_{1e300};
 };
+
+Wanted of_pose(const Pose& base_T_tool) noexcept {
+  return {{base_T_tool.position_m, normalised(base_T_tool.orientation)}, {}, {}};
+}
+Wanted of_point(const Kinematics& arm, const PathPoint& point) noexcept {
+  Wanted wanted = of_pose({point.position_m, point.orientation});
+  if (arm.follows() == Follows::kFull) return wanted;
+  wanted.followed = arm.followed();
+  wanted.angles_rad = point.angles_rad;
+  return wanted;
+}
+
+NumericSolutions search_all(const JointChain& chain, const Wanted& wanted, const Joints& hint_q,
+                            const NumericSearch& search) {
+  Search all(chain, wanted, hint_q);
+  Seeds seeds(chain, hint_q, search);
+  std::uint32_t quiet = 0;
+  for (Joints q; all.found.count < kMaxSolutions && quiet < search.quiet_seeds && seeds.next(q);) {
+    quiet = all.try_seed(q) ? 0 : quiet + 1;
+  }
+  all.found.seeds = seeds.tried();
+  std::sort(all.found.joints_q.begin(), all.found.joints_q.begin() + all.found.count);
+  return all.found;
+}
+
+NumericSearch search_of(const ArmModel& model) {
+  NumericSearch search;
+  for (std::size_t i = 0; i < model.dof; ++i) {
+    search.lower_q[i] = model.joints[i].lower_q;
+    search.upper_q[i] = model.joints[i].upper_q;
+  }
+  return search;
+}
 
 bool is_usable(const JointChain& chain, const Pose& pose, const Joints& hint_q) noexcept {
   double sum = 0.0;
@@ -223,14 +275,19 @@ bool is_usable(const JointChain& chain, const Pose& pose, const Joints& hint_q) 
 bool refine(const JointChain& chain, const Pose& base_T_tool, Joints& joints_q) noexcept {
   if (!is_usable(chain, base_T_tool, joints_q)) return false;
   Linearised at;
-  return refine(chain, {base_T_tool.position_m, normalised(base_T_tool.orientation)}, length_of(chain),
-                joints_q, at);
+  return refine(chain, of_pose(base_T_tool), length_of(chain), joints_q, at);
+}
+
+bool refine(const Kinematics& arm, const PathPoint& point, Joints& joints_q) noexcept {
+  if (!is_usable(arm.chain(), {point.position_m, point.orientation}, joints_q)) return false;
+  Linearised at;
+  return refine(arm.chain(), of_point(arm, point), length_of(arm.chain()), joints_q, at);
 }
 
 NumericSolutions first_solution(const JointChain& chain, const Pose& base_T_tool, const Joints& hint_q,
                                 const NumericSearch& search) {
   if (!is_usable(chain, base_T_tool, hint_q)) return {};
-  Search all(chain, base_T_tool, hint_q);
+  Search all(chain, of_pose(base_T_tool), hint_q);
   Seeds seeds(chain, hint_q, search);
   for (Joints q; all.found.count == 0 && seeds.next(q);) all.try_seed(q);
   all.found.seeds = seeds.tried();
@@ -240,15 +297,17 @@ NumericSolutions first_solution(const JointChain& chain, const Pose& base_T_tool
 NumericSolutions all_solutions(const JointChain& chain, const Pose& base_T_tool, const Joints& hint_q,
                                const NumericSearch& search) {
   if (!is_usable(chain, base_T_tool, hint_q)) return {};
-  Search all(chain, base_T_tool, hint_q);
-  Seeds seeds(chain, hint_q, search);
-  std::uint32_t quiet = 0;
-  for (Joints q; all.found.count < kMaxSolutions && quiet < search.quiet_seeds && seeds.next(q);) {
-    quiet = all.try_seed(q) ? 0 : quiet + 1;
-  }
-  all.found.seeds = seeds.tried();
-  std::sort(all.found.joints_q.begin(), all.found.joints_q.begin() + all.found.count);
-  return all.found;
+  return search_all(chain, of_pose(base_T_tool), hint_q, search);
+}
+
+NumericSolutions all_solutions(const ArmModel& model, const Pose& base_T_tool, const Joints& hint_q) {
+  return all_solutions(model.kinematics.chain(), base_T_tool, hint_q, search_of(model));
+}
+
+NumericSolutions all_solutions(const ArmModel& model, const PathPoint& point, const Joints& hint_q) {
+  const Kinematics& arm = model.kinematics;
+  if (!is_usable(arm.chain(), {point.position_m, point.orientation}, hint_q)) return {};
+  return search_all(arm.chain(), of_point(arm, point), hint_q, search_of(model));
 }
 
 }  // namespace corbot::numeric

@@ -4,9 +4,11 @@
 #include <array>
 #include <cstdint>
 
+#include "corbot/arm/arm_model.h"
 #include "corbot/kinematics/closed_form.h"
 #include "corbot/kinematics/joint_chain.h"
 #include "corbot/kinematics/pose.h"
+#include "corbot/motion/path.h"
 
 namespace corbot::numeric {
 
@@ -45,5 +47,13 @@ struct NumericSolutions {
 /// Not for the cycle: it takes some 10 ms.
 [[nodiscard]] NumericSolutions all_solutions(const JointChain& chain, const Pose& base_T_tool,
                                              const Joints& hint_q, const NumericSearch& search);
+/// … of this arm, its slides sought in their ranges.
+[[nodiscard]] NumericSolutions all_solutions(const ArmModel& model, const Pose& base_T_tool,
+                                             const Joints& hint_q);
+
+/// The same for a point of a path: of an arm of fewer than six joints its position, and the angles that the arm follows.
+[[nodiscard]] bool refine(const Kinematics& arm, const PathPoint& point, Joints& joints_q) noexcept;
+[[nodiscard]] NumericSolutions all_solutions(const ArmModel& model, const PathPoint& point,
+                                             const Joints& hint_q);
 
 }  // namespace corbot::numeric

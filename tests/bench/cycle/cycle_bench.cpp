@@ -7,8 +7,10 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
+#include "../../support/arm_motions.h"
 #include "corbot/kinematics/tool_pose.h"
 #include "rt/rig.h"
 
@@ -45,16 +47,18 @@ PlanResult arc_motion(const Rig& rig, bool out) {
 
 /// Percentiles of `kCycles` cycles. `next` plans a motion whenever the arm rests;
 /// only cycles in motion count.
-bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>& next, Ramps ramps) {
-  Rig rig;
+bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>& next, Ramps ramps,
+             const ArmModel& arm = lynx5(), const Joints& there_q = kThere) {
+  Rig rig(arm);
   rig.step();
   if (next) {
-    rig.submit(rig.planner.move_joints(rig.start(), {}, kThere, 0.0));
-    rig.step(3000);
+    const std::uint64_t id = rig.submit(rig.planner.move_joints(rig.start(), {}, there_q, 0.0));
+    while (rig.snapshot.last_done_id != id) rig.step();
   }
   bool out = false;
   std::vector<double> times_us;
   times_us.reserve(kCycles);
+  std::vector<double> checks_us;  // of cycles that take or check knots
   for (std::uint64_t i = 0; times_us.size() < kCycles; ++i) {
     const bool at_rest = rig.snapshot.command_id == 0 && rig.snapshot.waiting_id == 0;
     if (next && at_rest && rig.queued() == 0) {
@@ -72,15 +76,35 @@ bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>
     (void)rig.task->snapshot.load(rig.snapshot);
     while (rig.completion()) {
     }
-    if (!next || rig.snapshot.command_id != 0) {
-      times_us.push_back(std::chrono::duration<double, std::micro>(end - begin).count());
-    }
+    const double took_us = std::chrono::duration<double, std::micro>(end - begin).count();
+    if (!next || rig.snapshot.command_id != 0) times_us.push_back(took_us);
+    if (rig.snapshot.waiting_id != 0 && !arm.kinematics.has_closed_form()) checks_us.push_back(took_us);
+  }
+  if (!checks_us.empty()) {
+    std::sort(checks_us.begin(), checks_us.end());
+    fmt::print("{:<22} median {:6.3f}  p99 {:6.3f}  max {:8.3f} us\n", "  checking knots",
+               checks_us[checks_us.size() / 2], checks_us[checks_us.size() * 99 / 100], checks_us.back());
   }
   std::sort(times_us.begin(), times_us.end());
   const auto at = [&](double share) { return times_us[static_cast<std::size_t>(share * (kCycles - 1))]; };
   fmt::print("{:<22} median {:6.3f}  p90 {:6.3f}  p99 {:6.3f}  p99.9 {:7.3f}  max {:8.3f} us\n", name,
              at(0.5), at(0.9), at(0.99), at(0.999), at(1.0));
   return ramps != Ramps::kNone || at(0.5) < kMedianBound_us;
+}
+
+/// A line to and fro, 50 mm long, the tool's orientation kept.
+bool measure_line(const std::string& name) {
+  const ArmModel arm = arm_of(name);
+  const ArmMotions motions = motions_of(arm, 0.05);
+  if (!motions.line_to_m) {
+    fmt::print("{}: no line was found\n", name);
+    return false;
+  }
+  const auto from_m = tool_pose(arm.kinematics, motions.there_q).position_m;
+  const auto next = [&](const Rig& rig, bool out) {
+    return rig.planner.move_s(rig.start(), motions.settings, out ? from_m : *motions.line_to_m, 0.0);
+  };
+  return measure(("line, " + name).c_str(), next, Ramps::kNone, arm, motions.there_q);
 }
 
 }  // namespace
@@ -92,6 +116,9 @@ int main() {
   good = measure("joint motion", joint_motion, Ramps::kNone) && good;
   good = measure("line", line_motion, Ramps::kNone) && good;
   good = measure("arc", arc_motion, Ramps::kNone) && good;
+  for (const char* arm :
+       {"puma560", "irb2400", "ur5e", "xarm6", "stanford", "al5d_wr", "scara_gx4", "cartesian_pppr"})
+    good = measure_line(arm) && good;
   (void)measure("joints, ramp search", joint_motion, Ramps::kOverride);
   (void)measure("line, ramp search", line_motion, Ramps::kOverride);
   (void)measure("joints, stops", joint_motion, Ramps::kStops);

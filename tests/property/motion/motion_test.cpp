@@ -11,29 +11,29 @@
 
 #include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/path.h"
+#include "motion/motion_cases.h"
 #include "motion/stop_judge.h"
 #include "motion/watcher.h"
 #include "rt/rig.h"
 
 // Random motions through planner, ring, cycle and loopback backend, every tick watched from outside.
-// CORBOT_MOTIONS: how many in total (default 20000, fewer under sanitizers); CORBOT_SEED: the seed.
+// CORBOT_MOTIONS: how many in total (default 40000, fewer under sanitizers); CORBOT_SEED: the seed.
 
 namespace corbot::test {
 namespace {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr int kDefaultMotions = 400;
+constexpr int kDefaultMotions = 800;
 #elif defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-constexpr int kDefaultMotions = 400;
+constexpr int kDefaultMotions = 800;
 #else
-constexpr int kDefaultMotions = 20000;
+constexpr int kDefaultMotions = 40000;
 #endif
 #else
-constexpr int kDefaultMotions = 20000;
+constexpr int kDefaultMotions = 40000;
 #endif
 
-enum class Kind { kJoint, kLine, kArc };
 enum class Interruption {
   kNone,
   kStop,
@@ -49,9 +49,6 @@ enum class Interruption {
   kCount
 };
 
-constexpr int kShards = 4;
-constexpr int kKinds = 3;
-
 std::uint64_t environment(const char* name, std::uint64_t otherwise) {
   const char* text = std::getenv(name);
   return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
@@ -61,7 +58,7 @@ bool is_press(Interruption interruption) {
   return interruption == Interruption::kPress || interruption == Interruption::kPauseThenPress;
 }
 
-class Motions : public ::testing::TestWithParam<std::tuple<Kind, int>> {
+class Motions : public ::testing::TestWithParam<Case> {
  protected:
   double uniform(double from, double to) { return std::uniform_real_distribution<double>(from, to)(random_); }
   int dice(int sides) { return std::uniform_int_distribution<int>(0, sides - 1)(random_); }
@@ -71,10 +68,21 @@ class Motions : public ::testing::TestWithParam<std::tuple<Kind, int>> {
   PlanSettings settings() {
     PlanSettings settings;
     if (dice(3) == 0) settings.speed_ratio = uniform(0.05, 1.0);
-    if (dice(4) == 0) settings.joint_speed_ratio[static_cast<std::size_t>(dice(4))] = uniform(0.1, 1.0);
-    // The inclination stays what it is, or turns with the path.
-    settings.tool_pitch_rad = tool_pose(rig_.arm.kinematics, rig_.start().position_q).pitch_rad;
-    if (dice(3) == 0) *settings.tool_pitch_rad += uniform(-0.5, 0.5);
+    if (dice(4) == 0) {
+      settings.joint_speed_ratio[static_cast<std::size_t>(dice(static_cast<int>(rig_.arm.dof)))] =
+          uniform(0.1, 1.0);
+    }
+    // The tool stays as it is, or turns with the path.
+    const bool turns = dice(3) == 0;
+    const Kinematics& arm = rig_.arm.kinematics;
+    if (has_tool_pitch(arm)) {
+      settings.tool_pitch_rad = tool_pose(arm, rig_.start().position_q).pitch_rad;
+      if (turns) *settings.tool_pitch_rad += uniform(-0.5, 0.5);
+    } else if (arm.follows() == Follows::kFull && turns) {
+      const Vector3 axis{uniform(-1.0, 1.0), uniform(-1.0, 1.0), uniform(-1.0, 1.0)};
+      settings.tool_orientation = about((1.0 / norm(axis)) * axis, uniform(-0.5, 0.5)) *
+                                  arm.forward(rig_.start().position_q).orientation;
+    }
     return settings;
   }
 
@@ -121,7 +129,7 @@ class Motions : public ::testing::TestWithParam<std::tuple<Kind, int>> {
   bool clear_after_press();
 
   std::mt19937_64 random_{};
-  Rig rig_;
+  Rig rig_{arm_of(GetParam().arm)};
   Shares joint_{};
   Shares path_{};
   StopJudge judge_{rig_.arm};
@@ -224,7 +232,7 @@ bool Motions::check_end(const Command& command) {
     const double miss = rig_.snapshot.position_q[i] - command.end_q[i];
     const bool by_joint = command.kind == MotionKind::kJoint;
     if (by_joint && !(std::abs(miss) <= 1e-9)) {
-      error_ = fmt::format("joint {} ends {} rad off", i, miss);
+      error_ = fmt::format("joint {} ends {} off", i, miss);
       return false;
     }
   }
@@ -348,10 +356,10 @@ void Motions::one_motion(Kind kind) {
 }
 
 TEST_P(Motions, KeepEveryLimitAndStayOnThePath) {
-  const auto [kind, shard] = GetParam();
+  const auto& [arm, kind, shard] = GetParam();
   const std::uint64_t seed = environment("CORBOT_SEED", 20260101) * 100 +
                              static_cast<std::uint64_t>(kind) * 10 + static_cast<std::uint64_t>(shard);
-  const std::uint64_t motions = environment("CORBOT_MOTIONS", kDefaultMotions) / (kShards * kKinds) + 1;
+  const std::uint64_t motions = environment("CORBOT_MOTIONS", kDefaultMotions) / shares_of(arm) + 1;
   random_.seed(seed);
   fmt::print("seed {} (CORBOT_SEED, kind, shard), {} motions\n", seed, motions);
   rig_.step();
@@ -371,16 +379,8 @@ TEST_P(Motions, KeepEveryLimitAndStayOnThePath) {
   EXPECT_LE(judge_.long_stops, 3 + judge_.stops / 20);
 }
 
-std::string case_name(const ::testing::TestParamInfo<Motions::ParamType>& info) {
-  constexpr std::array<const char*, kKinds> kNames{"Joint", "Line", "Arc"};
-  return fmt::format("{}{}", kNames[static_cast<std::size_t>(std::get<0>(info.param))],
-                     std::get<1>(info.param));
-}
-
-INSTANTIATE_TEST_SUITE_P(Random, Motions,
-                         ::testing::Combine(::testing::Values(Kind::kJoint, Kind::kLine, Kind::kArc),
-                                            ::testing::Range(0, kShards)),
-                         case_name);
+INSTANTIATE_TEST_SUITE_P(Random, Motions, ::testing::ValuesIn(motion_cases()),
+                         [](const auto& test) { return name_of(test.param); });
 
 }  // namespace
 }  // namespace corbot::test

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/path.h"
 
 namespace corbot::test {
@@ -17,6 +16,7 @@ constexpr double kRampTolerance = 1e-4;
 constexpr double kSpeedRounding = 1e-9;
 constexpr double kAccelerationRounding = 1e-7;
 constexpr double kJerkRounding = 1e-4;
+constexpr double kTurnRounding = 1e-7;
 
 using Point = std::array<double, 3>;
 
@@ -46,7 +46,9 @@ double deviation_from(const ArcMotion& arc, const Point& p) {
 Watcher::Watcher(const ArmModel& arm, const Snapshot& at_rest)
     : arm_(arm), dt_s_(static_cast<double>(arm.period_ns) * 1e-9) {
   q_.fill(at_rest.position_q);
-  p_.fill(tool_pose(arm.kinematics, at_rest.position_q).position_m);
+  const Pose pose = arm.kinematics.forward(at_rest.position_q);
+  p_.fill(pose.position_m);
+  orientation_.fill(pose.orientation);
 }
 
 void Watcher::begin(const Command& command) {
@@ -66,7 +68,9 @@ bool Watcher::see(const Snapshot& snapshot) {
   std::rotate(q_.rbegin(), q_.rbegin() + 1, q_.rend());
   std::rotate(p_.rbegin(), p_.rbegin() + 1, p_.rend());
   q_[0] = snapshot.position_q;
-  p_[0] = tool_pose(arm_.kinematics, snapshot.position_q).position_m;
+  const Pose pose = arm_.kinematics.forward(snapshot.position_q);
+  p_[0] = pose.position_m;
+  orientation_ = {pose.orientation, orientation_[0]};
   if (snapshot.command_id != 0) {
     ramped_ = ramped_ || (last_rate_ >= 0.0 && snapshot.virtual_rate != last_rate_);
     last_rate_ = snapshot.virtual_rate;
@@ -132,6 +136,12 @@ bool Watcher::see_path() {
   path.jerk = std::max(path.jerk, jerk / limits.jerk_m_s3);
   if (!(speed <= limits.speed_m_s * (1 + kPlanTolerance) + kSpeedRounding)) {
     return fail("path speed", speed, limits.speed_m_s);
+  }
+  const double turn = angle_between(orientation_[0], orientation_[1]) / dt_s_;
+  // Of arms that follow an orientation; the heading of others goes with their joints.
+  if (arm_.kinematics.follows() == Follows::kFull &&
+      !(turn <= limits.rotation_speed_rad_s * (1 + kPlanTolerance) + kTurnRounding)) {
+    return fail("rotation speed", turn, limits.rotation_speed_rad_s);
   }
   if (!(acceleration <= limits.acceleration_m_s2 * (1 + tolerance) + kAccelerationRounding)) {
     return fail("path acceleration", acceleration, limits.acceleration_m_s2);

@@ -55,6 +55,7 @@ class Watcher {
   double last_rate_{-1.0};
   std::array<Joints, kHistory> q_{};                 ///< newest first
   std::array<std::array<double, 3>, kHistory> p_{};  ///< TCP, newest first
+  std::array<Quaternion, 2> orientation_{};          ///< of the tool, newest first
   int path_age_{0};                                  ///< set-points since the line or arc began
 };
 

@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <random>
 
-#include "corbot/motion/bounds.h"
-#include "corbot/motion/law_evaluation.h"
+#include "joint_ticks.h"
 #include "planner/planner.h"
 #include "seed.h"
 #include "test_arm.h"
@@ -23,31 +22,6 @@ Joints random_joints(const ArmModel& arm, std::mt19937_64& random) {
     q[i] = std::uniform_real_distribution<double>(arm.joints[i].lower_q, arm.joints[i].upper_q)(random);
   }
   return q;
-}
-
-void check_ticks(const ArmModel& arm, const PlanSettings& settings, const Command& command) {
-  constexpr double kTick_s = 1e-3;
-  constexpr double kSlack = 1.0 + 1e-9;
-  const int ticks = static_cast<int>(std::ceil(command.duration_s / kTick_s));
-  for (std::size_t i = 0; i < arm.dof; ++i) {
-    const TimeLaw& law = command.joint.law[i];
-    const JointLimits& limits = arm.joints[i];
-    const double speed = limits.speed_q_s * settings.speed_ratio * settings.joint_speed_ratio[i];
-    double last = command.start_q[i];
-    for (int k = 0; k <= ticks; ++k) {
-      const LawState s = evaluate(law, k * kTick_s);
-      const double q = command.start_q[i] + s.position;
-      ASSERT_GE(q, limits.lower_q - kRangeTolerance_q);
-      ASSERT_LE(q, limits.upper_q + kRangeTolerance_q);
-      ASSERT_LE(std::abs(s.velocity), speed * kSlack);
-      ASSERT_LE(std::abs(q - last), speed * kTick_s * kSlack + 1e-15);
-      ASSERT_LE(std::abs(s.acceleration), limits.acceleration_q_s2 * kSlack);
-      ASSERT_LE(std::abs(s.jerk), limits.jerk_q_s3 * kSlack);
-      last = q;
-    }
-    ASSERT_EQ(command.start_q[i] + evaluate(law, command.duration_s).position, command.end_q[i]);
-    ASSERT_NEAR(law.duration_s(), command.duration_s, 1e-12 * command.duration_s) << "joints end together";
-  }
 }
 
 TEST(JointMotions, KeepTheLimitsAndArrive) {
@@ -70,7 +44,7 @@ TEST(JointMotions, KeepTheLimitsAndArrive) {
     // The goal is reachable by construction, on at least one branch.
     ASSERT_TRUE(std::holds_alternative<std::vector<Command>>(result)) << std::get<PlanRefusal>(result).text;
     const Command& command = std::get<std::vector<Command>>(result).front();
-    ASSERT_NO_FATAL_FAILURE(check_ticks(arm, settings, command)) << "case " << i;
+    ASSERT_NO_FATAL_FAILURE(test::check_ticks(arm, settings, command)) << "case " << i;
     ASSERT_LT(test::distance(test::tcp_of(arm, command.end_q), pose.position_m), 1e-9) << "case " << i;
     ++moved;
 
@@ -79,7 +53,7 @@ TEST(JointMotions, KeepTheLimitsAndArrive) {
     ASSERT_EQ(command.duration_s, std::max(shortest_s, t_s));
 
     const PlanResult joints = planner.move_joints(start, settings, goal, t_s);
-    ASSERT_NO_FATAL_FAILURE(check_ticks(arm, settings, std::get<std::vector<Command>>(joints).front()))
+    ASSERT_NO_FATAL_FAILURE(test::check_ticks(arm, settings, std::get<std::vector<Command>>(joints).front()))
         << "case " << i;
 
     const PlanResult beyond = planner.move(start, settings, {0.5 + ratio(random), 0.1, 0.1}, 0.0);

@@ -15,9 +15,9 @@
 #include "cli/arm/arm_picture.h"
 #include "cli/arm/kinematics.h"
 #include "cli/arm/solutions.h"
-#include "cli/arm/workspace.h"
 #include "client/failure.h"
 #include "config/load_profile.h"
+#include "planner/workspace.h"
 
 namespace corbot::cli {
 namespace {

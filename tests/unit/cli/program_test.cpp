@@ -2,10 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
+#include <vector>
 
 #include "cli/program.h"
 #include "cli/run_program.h"
+#include "client/client.h"
 #include "client/failure.h"
 
 namespace corbot::cli {
@@ -49,9 +52,49 @@ TEST(Program, ReadsEveryCommand) {
   EXPECT_EQ(only_request("speed 50 --joint 2").joint, 2);
   EXPECT_TRUE(only_request("speed 50 --all").all);
   EXPECT_EQ(only_request("pitch -30").verb, Verb::kPitch);
+  EXPECT_EQ(only_request("tool 0 0 0.1").numbers.size(), 3u);
+  EXPECT_EQ(only_request("base 1 2 3 1 0 0 0").verb, Verb::kBase);
+  EXPECT_TRUE(only_request("frames --reset").reset);
   EXPECT_EQ(only_request("override 100").verb, Verb::kOverride);
   EXPECT_THAT(only_request("limit 0 -45 45").numbers, ElementsAre(0, -45, 45));
   EXPECT_TRUE(only_request("limit --reset").reset);
+}
+
+TEST(Program, ReadsPosesOffsetsAndOrientations) {
+  const Request pose = only_request("movepose 0.2 0 0.1 90 -30 0 --line --time 2");
+  EXPECT_EQ(pose.verb, Verb::kMovePose);
+  EXPECT_THAT(pose.numbers, ElementsAre(0.2, 0, 0.1, 90, -30, 0));
+  EXPECT_TRUE(pose.line);
+  EXPECT_EQ(pose.time_s, 2.0);
+  EXPECT_FALSE(only_request("movepose 0.2 0 0.1 1 0 0 0").line);
+  const Request offset = only_request("moverelative 0 0 -0.05 --tool --line");
+  EXPECT_EQ(offset.verb, Verb::kMoveRelative);
+  EXPECT_THAT(offset.numbers, ElementsAre(0, 0, -0.05));
+  EXPECT_TRUE(offset.tool);
+  EXPECT_FALSE(only_request("moverelative 0 0 0 10 0 0").tool);
+  EXPECT_EQ(only_request("orientation 10 20 30").verb, Verb::kOrientation);
+  EXPECT_EQ(only_request("orientation 0 1 0 0").numbers.size(), 4u);
+  EXPECT_TRUE(only_request("orientation --reset").reset);
+}
+
+TEST(Program, ThreeAnglesAreTheOnesThatStatusShows) {
+  using client::orientation_of;
+  const auto expect = [](const Corbot::Quaternion& q, double w, double x, double y, double z) {
+    EXPECT_NEAR(q.w, w, 1e-15);
+    EXPECT_NEAR(q.x, x, 1e-15);
+    EXPECT_NEAR(q.y, y, 1e-15);
+    EXPECT_NEAR(q.z, z, 1e-15);
+  };
+  const double half = std::sqrt(0.5);
+  const std::vector<double> none;
+  expect(orientation_of(none), 1, 0, 0, 0);
+  expect(orientation_of(std::vector<double>{90, 0, 0}), half, 0, 0, half);
+  expect(orientation_of(std::vector<double>{0, 90, 0}), half, 0, -half, 0);  // the tool's x axis upward
+  expect(orientation_of(std::vector<double>{0, 0, 90}), half, half, 0, 0);
+  expect(orientation_of(std::vector<double>{0.6, 0, 0.8, 0}), 0.6, 0, 0.8, 0);
+  const double turned = 30.0 * M_PI / 180.0;  // about the new axes, one after the other
+  const auto half_sine = std::sin(turned / 2), half_cosine = std::cos(turned / 2);
+  expect(orientation_of(std::vector<double>{180, 30, 0}), 0, half_sine, 0, half_cosine);
 }
 
 TEST(Program, CountsLinesOverCommentsBlanksAndCarriageReturns) {
@@ -102,8 +145,18 @@ INSTANTIATE_TEST_SUITE_P(
         FaultCase{"speed 50 --joint 1 --all", "exclude each other"},
         FaultCase{"gripper 101", "must be 0 to 100"}, FaultCase{"limit 0 -45", "either JOINT LOWER UPPER"},
         FaultCase{"limit --reset 0 1 2", "or --reset alone"}, FaultCase{"limit 0 45 -45", "is above"},
+        FaultCase{"movepose 1 2 3 4 5", "C|QY missing"},
+        FaultCase{"movepose 1 2 3 4 5 6 7 8", "unexpected '8'"},
+        FaultCase{"movepose 1 2 3 4 5 6 --tool", "no option '--tool'"},
+        FaultCase{"moverelative 1 2", "DZ missing"},
+        FaultCase{"moverelative 1 2 3 4",
+                  "after DZ three angles A B C, a quaternion QW QX QY QZ, or nothing"},
+        FaultCase{"orientation 1 2", "three angles A B C or a quaternion QW QX QY QZ, or --reset alone"},
+        FaultCase{"orientation 1 2 3 --reset", "--reset alone"}, FaultCase{"orientation", "--reset alone"},
         FaultCase{"limit 0.5 0 1", "JOINT '0.5'"}, FaultCase{"gripper -1", "must be 0 to 100"},
         FaultCase{"override 0", "above 0 and at most 100"}, FaultCase{"pitch", "DEGREES missing"},
+        FaultCase{"tool 0 0", "Z missing"},
+        FaultCase{"base 0 0 0 1 0 0", "either X Y Z, or X Y Z QW QX QY QZ"},
         FaultCase{"stop", "not for programs"}, FaultCase{"pause", "not for programs"},
         FaultCase{"resume", "not for programs"}, FaultCase{"clear", "not for programs"},
         FaultCase{"open \x01", "control character"}, FaultCase{"MOVE 1 2 3", "unknown command"}));

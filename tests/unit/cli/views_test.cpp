@@ -141,7 +141,7 @@ TEST(Status, AMotionUnderWayIsShownWithItsProgress) {
 
 TEST(Status, JsonHasUnitsInItsKeys) {
   const std::string text = status_json(sample());
-  for (const char* key : {"\"joints_deg\"", "\"x_m\"", "\"state\": \"Error\"", "\"gripper\": \"closed\"",
+  for (const char* key : {"\"value_deg\"", "\"x_m\"", "\"state\": \"Error\"", "\"gripper\": \"closed\"",
                           "\"reach_m\"", "\"override_percent\": 50", "\"version\": \"1.2\""}) {
     EXPECT_THAT(text, HasSubstr(key));
   }

@@ -18,6 +18,8 @@ namespace {
 
 using testing::HasSubstr;
 
+constexpr double kDegree = std::numbers::pi / 180.0;
+
 std::string shipped(const std::string& name) {
   std::ifstream stream{std::string{CORBOT_PROFILES} + "/" + name + ".toml"};
   return {std::istreambuf_iterator<char>{stream}, {}};
@@ -157,6 +159,12 @@ TEST(ArmProfile, ABackendThatSendsPulsesNeedsEveryServo) {
       keys_of(faults_of(text)),
       testing::UnorderedElementsAre("joint[0].servo", "joint[1].servo", "joint[2].servo", "joint[3].servo",
                                     "gripper.channel", "gripper.closed_us", "gripper.open_us"));
+}
+
+TEST(ArmProfile, HowFarAnOrientationMayBeOff) {
+  EXPECT_EQ(parse_profile(shipped("omx"), "omx.toml").arm.orientation_error_rad, 0.0);
+  const std::string text = edited(shipped("omx"), "[robot]", "[robot]\norientation_error_deg = 2.5");
+  EXPECT_EQ(parse_profile(text, "omx.toml").arm.orientation_error_rad, 2.5 * kDegree);
 }
 
 TEST(ArmProfile, ARowInRadiansIsToldTwice) {

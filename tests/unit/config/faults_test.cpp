@@ -87,6 +87,12 @@ const std::vector<Case> kCases{
     {"NameMissing", "name = \"lynx5\"", "", "[robot]", "robot.name", "", "is missing"},
     {"KindScara", "\"anthropomorphic\"", "\"scara\"", "\"scara\"", "robot.kind", "\"scara\"",
      "anthropomorphic"},
+    {"OrientationErrorNegative", "name = \"lynx5\"", "orientation_error_deg = -1\nname = \"lynx5\"",
+     "orientation_error_deg", "robot.orientation_error_deg", "-1", "from 0 to 180 degrees"},
+    {"OrientationErrorAboveHalfATurn", "name = \"lynx5\"", "orientation_error_deg = 181\nname = \"lynx5\"",
+     "orientation_error_deg", "robot.orientation_error_deg", "181", "from 0 to 180 degrees"},
+    {"OrientationErrorNan", "name = \"lynx5\"", "orientation_error_deg = nan\nname = \"lynx5\"",
+     "orientation_error_deg", "robot.orientation_error_deg", "nan", "must be a number"},
     // [geometry]
     {"LengthNegative", "l1_m = 0.120", "l1_m = -0.12", "l1_m", "geometry.l1_m", "-0.12",
      "above 0 and at most 5 m"},

@@ -42,6 +42,21 @@ class Places : public ::testing::Test {
   std::vector<int> taken_;
 };
 
+TEST(PlaceNeeded, ByEveryOperationThatWaitsForAMotionOrStartsOne) {
+  corbot_place_kind kind{};
+  for (const char* waits : {"Move", "MoveC", "MoveJoints", "MovePose", "MovePoseS", "MoveRelative",
+                            "MoveRelativeS", "SetGripper", "Wait"}) {
+    EXPECT_TRUE(corbot_place_needed(waits, &kind)) << waits;
+    EXPECT_EQ(kind, CORBOT_PLACE_TO_WAIT) << waits;
+  }
+  for (const char* starts : {"StartMove", "StartMovePose", "StartMoveRelativeS"}) {
+    EXPECT_TRUE(corbot_place_needed(starts, &kind)) << starts;
+    EXPECT_EQ(kind, CORBOT_PLACE_TO_START) << starts;
+  }
+  for (const char* at_once : {"SetToolPitch", "SetToolOrientation", "ResetToolOrientation", "Speed"})
+    EXPECT_FALSE(corbot_place_needed(at_once, &kind)) << at_once;
+}
+
 TEST_F(Places, OfAHostFourCallsMayLastOfWhateverKinds) {
   EXPECT_GE(take(CORBOT_PLACE_TO_WAIT), 0);
   EXPECT_GE(take(CORBOT_PLACE_TO_WAIT), 0);

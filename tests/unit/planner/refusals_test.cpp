@@ -221,12 +221,35 @@ TEST(Refusals, JointsGripperAndPitch) {
   for (const double bad : {kNan, kInf, -kInf, -1e-9, 1.0 + 1e-9}) {
     expect_refused(planner.gripper(kBent, bad), Kind::kBadParameter, "opening", "allowed 0 to 1");
   }
-  ArmModel unknown = lynx5();
-  unknown.kinematics = Kinematics::other(unknown.kinematics.chain());
-  expect_refused(Planner(unknown).move(kBent, {}, kGood, 0.0), Kind::kUnreachable, "kind",
-                 "inverse kinematics");
-  expect_refused(Planner(unknown).move_s(kBent, {}, kGood, 0.0), Kind::kUnreachable, "kind",
-                 "inverse kinematics");
+}
+
+TEST(Refusals, OfAnArmWithoutAClosedFormSayHowFarItCanBeFollowed) {
+  ArmModel arm = lynx5();
+  arm.kinematics = Kinematics::other(arm.kinematics.chain());
+  const Planner planner(arm);
+  const auto here = test::tcp_of(arm, kBent.position_q);
+  const std::array<double, 3> far{here[0] + 0.5, here[1], here[2]};
+  expect_refused(planner.move(kBent, {}, far, 0.0), Kind::kUnreachable, "P",
+                 "no joints are found for the target");
+  const PlanResult line = planner.move_s(kBent, {}, far, 0.0);
+  expect_refused(line, Kind::kUnreachable, "P", "% of it, beyond which the path leaves the arm's reach");
+  EXPECT_GT(refusal_of(line).target_m[0], here[0]);
+  EXPECT_LT(refusal_of(line).target_m[0], far[0]);
+  // The base axis is along joint 0's: nothing turns joint 0 fast enough.
+  expect_refused(planner.move_s(kBent, {}, {-here[0], -here[1], here[2]}, 0.0), Kind::kUnreachable, "P",
+                 "singularity");
+  // Stretched, as lynx5 is where all joints are zero.
+  expect_refused(planner.move_s({}, {}, kGood, 0.0), Kind::kUnreachable, "P", "being at a singularity");
+  ArmModel two = arm;
+  JointChain chain = arm.kinematics.chain();
+  two.dof = chain.count = 2;
+  two.kinematics = Kinematics::other(chain);
+  expect_refused(Planner(two).move_s(kBent, {}, kGood, 0.0), Kind::kUnreachable, "kind",
+                 "an arm of 2 joints follows no lines and arcs");
+  PlanSettings turned;
+  turned.tool_orientation = Quaternion{0.0, 1.0, 0.0, 0.0};
+  expect_refused(planner.move(kBent, turned, here, 0.0), Kind::kUnreachable, "P", "degrees away");
+  expect_refused(planner.move_s(kBent, turned, here, 0.0), Kind::kUnreachable, "P", "degrees away");
 }
 
 TEST(Refusals, ALineFromWhereNoLineCanBegin) {

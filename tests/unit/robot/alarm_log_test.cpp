@@ -42,7 +42,7 @@ TEST(AlarmLog, EveryCodeHasAText) {
 TEST(AlarmLog, OnlyAFaultIsTheCauseOfError) {
   EXPECT_TRUE(causes_error(AlarmCode::kBackendLost));
   EXPECT_FALSE(causes_error(AlarmCode::kBackendDegraded));
-  EXPECT_EQ(alarm_text(alarm::backend_lost(DeviceCause::kHungUp)),
+  EXPECT_EQ(alarm_text(alarm::backend_lost(DeviceCause::kHungUp), {}),
             "the servo device is lost: the line was cut; set-points are held");
 }
 
@@ -58,7 +58,7 @@ TEST(AlarmLog, ANumberThatIsNoCauseOfADeviceHasNoText) {
   EXPECT_EQ(to_device_cause(~std::uint32_t{0}), DeviceCause::kNone);
   AlarmEvent lost = alarm::backend_lost(DeviceCause::kNone);
   lost.value = 1000.0;
-  EXPECT_EQ(alarm_text(lost), "the servo device is lost; set-points are held");
+  EXPECT_EQ(alarm_text(lost, {}), "the servo device is lost; set-points are held");
 }
 
 TEST(AlarmLog, TheNewestActiveOneIsTheCause) {
@@ -112,32 +112,33 @@ TEST(AlarmLog, OfManyActiveOnesEachCodeIsKept) {
 }
 
 TEST(AlarmText, ReadsWhatTheConstructorsWrite) {
-  EXPECT_EQ(alarm_text(alarm::command_refused({17, Verdict::kLimit, 2, 0.5})),
+  EXPECT_EQ(alarm_text(alarm::command_refused({17, Verdict::kLimit, 2, 0.5}), {}),
             "the real-time task refused command 17 (verdict 6, value 0.5)");
-  EXPECT_EQ(alarm_text(alarm::kinematics_failed({0.25, 2.0})),
+  EXPECT_EQ(alarm_text(alarm::kinematics_failed({0.25, 2.0}), {}),
             "a point of the path has no inverse at 0.250 s of 2.000 s; the arm is brought to rest");
-  EXPECT_EQ(alarm_text(alarm::set_point_discontinuous({1, -0.1, 0.05})),
+  EXPECT_EQ(alarm_text(alarm::set_point_discontinuous({1, -0.1, 0.05}), {}),
             "set-point of joint 1 would step by -5.7296 degrees in a cycle, limit 2.8648; the arm is brought "
             "to rest");
-  EXPECT_EQ(alarm_text(alarm::set_point_out_of_range({-1, 1.2, 0.0, 1.0})),
+  EXPECT_EQ(alarm_text(alarm::set_point_out_of_range({-1, 1.2, 0.0, 1.0}), {}),
             "set-point of the gripper at 1.200 is out of range 0.000 to 1.000; the arm is brought to rest");
 }
 
 TEST(AlarmText, SaysWhatCountsAsAPress) {
-  EXPECT_EQ(alarm_text(alarm::emergency_stop(0)), "emergency stop");
-  EXPECT_EQ(alarm_text(alarm::emergency_stop(3)), "emergency stop");
-  EXPECT_EQ(alarm_text(alarm::emergency_stop(4)), "emergency stop: the line cannot be read");
-  EXPECT_EQ(alarm_text(alarm::emergency_stop(8 + 32)),
+  EXPECT_EQ(alarm_text(alarm::emergency_stop(0), {}), "emergency stop");
+  EXPECT_EQ(alarm_text(alarm::emergency_stop(3), {}), "emergency stop");
+  EXPECT_EQ(alarm_text(alarm::emergency_stop(4), {}), "emergency stop: the line cannot be read");
+  EXPECT_EQ(alarm_text(alarm::emergency_stop(8 + 32), {}),
             "emergency stop: the device does not say how its input is, nobody watches the input");
-  EXPECT_EQ(alarm_text(alarm::emergency_stop(16 + 64)), "emergency stop: the watchdog output has tripped");
+  EXPECT_EQ(alarm_text(alarm::emergency_stop(16 + 64), {}),
+            "emergency stop: the watchdog output has tripped");
 }
 
 TEST(AlarmText, OfAGoalNamesTheJointOrTheDevice) {
-  EXPECT_EQ(alarm_text(alarm::goal_not_reached({1, 0.1, 0.05})),
+  EXPECT_EQ(alarm_text(alarm::goal_not_reached({1, 0.1, 0.05}), {}),
             "joint 1 has not reached its goal: it is 5.730 degrees away, 2.865 are allowed");
-  EXPECT_EQ(alarm_text(alarm::goal_not_reached({-1, 0.0, 0.0})),
+  EXPECT_EQ(alarm_text(alarm::goal_not_reached({-1, 0.0, 0.0}), {}),
             "the servo device has not taken a motion's last set-point");
-  EXPECT_EQ(alarm_text(alarm::following_error({0, -0.2, 0.1})),
+  EXPECT_EQ(alarm_text(alarm::following_error({0, -0.2, 0.1}), {}),
             "joint 0 is -11.459 degrees from its set-point, 5.730 are allowed");
 }
 
@@ -152,6 +153,27 @@ TEST(AlarmText, GarbageInARecordIsNoFault) {
   }
   event.lower = 5.0;
   EXPECT_EQ(alarm::refused_command(event).verdict, Verdict::kDiscontinuous);
+}
+
+TEST(AlarmText, JointsThatSlideAreInMetres) {
+  const JointKinds kinds{JointKind::kRotary, JointKind::kPrismatic};
+  EXPECT_EQ(alarm_text(alarm::following_error({1, -0.03, 0.02}), kinds),
+            "joint 1 is -0.030000 m from its set-point, 0.020000 are allowed");
+  EXPECT_EQ(alarm_text(alarm::goal_not_reached({1, 0.002, 0.001}), kinds),
+            "joint 1 has not reached its goal: it is 0.002000 m away, 0.001000 are allowed");
+  EXPECT_EQ(
+      alarm_text(alarm::set_point_out_of_range({1, 0.25, -0.1, 0.2}), kinds),
+      "set-point of joint 1 at 0.250000 m is out of range -0.100000 to 0.200000; the arm is brought to rest");
+  EXPECT_EQ(alarm_text(alarm::set_point_discontinuous({1, 0.001, 0.0005}), kinds),
+            "set-point of joint 1 would step by 0.0010000 m in a cycle, limit 0.0005000; the arm is brought "
+            "to rest");
+  EXPECT_EQ(
+      alarm_text(alarm::joint_beyond_range({1, 0.21, 0.0, 0.2}), kinds),
+      "joint 1 is at 0.2100 m, outside its range of 0.0000 to 0.2000: nothing moves by itself; push it back "
+      "by hand");
+  EXPECT_EQ(alarm_text(alarm::following_error({7, -0.2, 0.1}), kinds),
+            "joint 7 is -11.459 degrees from its set-point, 5.730 are allowed")
+      << "a joint that nobody has";
 }
 
 }  // namespace

@@ -45,12 +45,19 @@ TEST_F(ArmState, IsOfOneSnapshot) {
   });
   for (int i = 0; i < 20'000 && !HasFailure(); ++i) {
     const corbot_arm_state now = read();
-    const double mark = now.tool_commanded.position_m[0];
+    const double mark = std::round(10.0 * now.override_percent);
     if (mark == 0.0) continue;
     for (int j = 0; j < CORBOT_MAX_JOINTS; ++j) {
       EXPECT_NEAR(to_radians(now.commanded_deg[j]), mark * 1e-4, 1e-12);
       EXPECT_NEAR(to_radians(now.measured_deg[j]), mark * 1e-4, 1e-12);
       EXPECT_NEAR(to_radians(now.speed_deg_s[j]), mark * 1e-4, 1e-12);
+    }
+    Joints commanded_q;
+    commanded_q.fill(mark * 1e-4);
+    const Pose tool = profile_.arm.kinematics.forward(commanded_q);
+    for (std::size_t j = 0; j < 3; ++j) {
+      EXPECT_NEAR(now.tool_commanded.position_m[j], tool.position_m[j], 1e-12);
+      EXPECT_NEAR(now.tool.position_m[j], tool.position_m[j], 1e-12);
     }
     EXPECT_NEAR(now.gripper.commanded_percent, 0.1 * mark, 1e-9);
     EXPECT_NEAR(now.gripper.opening_percent, 0.1 * mark, 1e-9);

@@ -20,7 +20,7 @@ class CalledRobot : public TaskTest {
  protected:
   static constexpr double kLong_s = 600.0;
 
-  CalledRobot() {
+  explicit CalledRobot(const char* profile = CORBOT_PROFILE) : TaskTest(profile) {
     std::string path = CORBOT_SCRATCH_DIR "/called-XXXXXX";
     directory_ = ::mkdtemp(path.data());
     task_ = std::make_unique<LoopTask>(name_, profile_.arm);
@@ -36,7 +36,7 @@ class CalledRobot : public TaskTest {
   };
   void open() {
     corbot_error error{};
-    called_.reset(corbot_robot_open(CORBOT_PROFILE, name_.c_str(), &error));
+    called_.reset(corbot_robot_open(profile_.file.c_str(), name_.c_str(), &error));
     ASSERT_NE(called_, nullptr) << error.text;
   }
   void open_at_rest() {

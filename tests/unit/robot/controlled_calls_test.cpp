@@ -43,6 +43,8 @@ TEST_F(ControlledCalls, OnlyTheHolderMovesAndSets) {
   corbot_robot* const robot = called_.get();
   const double p_m[3] = {0.2, 0.0, 0.2};
   const double joints_deg[4] = {0.0, 60.0, 60.0, 0.0};
+  const corbot_tool_pose pose = {{0.0, 0.0, -0.01}, {1.0, 0.0, 0.0, 0.0}};
+  const corbot_tool_pose frame{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}};
   corbot_ticket ticket = 0;
   using Call = std::function<corbot_status(const corbot_caller*, corbot_error*)>;
   const std::map<std::string, Call> calls{
@@ -63,7 +65,26 @@ TEST_F(ControlledCalls, OnlyTheHolderMovesAndSets) {
       {"Speed", [&](auto* c, auto* e) { return corbot_robot_speed(robot, c, 50.0, e); }},
       {"ArtSpeed", [&](auto* c, auto* e) { return corbot_robot_art_speed(robot, c, 0, 50.0, e); }},
       {"AllSpeed", [&](auto* c, auto* e) { return corbot_robot_all_speed(robot, c, 50.0, e); }},
+      {"SetToolFrame", [&](auto* c, auto* e) { return corbot_robot_set_tool_frame(robot, c, &frame, e); }},
+      {"SetBaseFrame", [&](auto* c, auto* e) { return corbot_robot_set_base_frame(robot, c, &frame, e); }},
+      {"ResetFrames", [&](auto* c, auto* e) { return corbot_robot_reset_frames(robot, c, e); }},
       {"SetToolPitch", [&](auto* c, auto* e) { return corbot_robot_set_tool_pitch(robot, c, -30.0, e); }},
+      {"MovePose",
+       [&](auto* c, auto* e) { return corbot_robot_move_pose(robot, c, &pose, 0.0, &ticket, e); }},
+      {"MovePoseS",
+       [&](auto* c, auto* e) { return corbot_robot_move_pose_s(robot, c, &pose, 0.0, &ticket, e); }},
+      {"MoveRelative",
+       [&](auto* c, auto* e) {
+         return corbot_robot_move_relative(robot, c, &pose, CORBOT_OFFSET_IN_TOOL, 0.0, &ticket, e);
+       }},
+      {"MoveRelativeS",
+       [&](auto* c, auto* e) {
+         return corbot_robot_move_relative_s(robot, c, &pose, CORBOT_OFFSET_IN_BASE, 0.0, &ticket, e);
+       }},
+      {"SetToolOrientation",
+       [&](auto* c, auto* e) { return corbot_robot_set_tool_orientation(robot, c, pose.orientation, e); }},
+      {"ResetToolOrientation",
+       [&](auto* c, auto* e) { return corbot_robot_reset_tool_orientation(robot, c, e); }},
   };
   corbot_caller anyone = caller(public_);
   const std::string wrong(32, 'f');
@@ -89,8 +110,8 @@ TEST_F(ControlledCalls, OnlyTheHolderMovesAndSets) {
   corbot_caller holder = caller(key);
   ASSERT_EQ(drive(key, 1.0), CORBOT_OK) << error_.text;
   ASSERT_EQ(end_of(ticket_).state, CORBOT_MOTION_DONE);
-  for (const char* name :
-       {"Speed", "AllSpeed", "ArtSpeed", "SetToolPitch", "Override", "Pause", "Resume", "Delay", "Cancel"}) {
+  for (const char* name : {"Speed", "AllSpeed", "ArtSpeed", "SetToolPitch", "SetToolFrame", "SetBaseFrame",
+                           "ResetFrames", "Override", "Pause", "Resume", "Delay", "Cancel"}) {
     corbot_error error{};
     EXPECT_EQ(calls.at(name)(&holder, &error), CORBOT_OK) << name << error.text;
   }

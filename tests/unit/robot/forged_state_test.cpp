@@ -8,11 +8,14 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <random>
+#include <vector>
 
 #include "config/load_profile.h"
+#include "corbot/motion/frames.h"
 #include "robot/inherited_state.h"
 #include "robot/settings.h"
 #include "robot/ticket_table.h"
@@ -44,6 +47,10 @@ class ForgedState : public ::testing::Test {
     Settings settings(former_->state.settings);
     settings.change([](PlanSettings& now) { now.speed_ratio = 0.5; });
     settings.change([](PlanSettings& now) { now.tool_pitch_rad = 0.25; });
+    settings.change([](PlanSettings& now) {
+      now.tool_frame = Pose{{0.05, 0.0, 0.01}, about({1.0, 0.0, 0.0}, 0.3)};
+      now.base_frame = Pose{{2.0, -1.0, 0.5}, {}};
+    });
     AlarmLog alarms;
     alarms.keep_in(former_->state.alarms);
     for (int i = 1; i <= 100; ++i) alarms.add(i, i > 60, "alarm " + std::to_string(i));
@@ -69,6 +76,9 @@ class ForgedState : public ::testing::Test {
       if (state.settings->tool_orientation) {
         EXPECT_NEAR(squared_norm(*state.settings->tool_orientation), 1.0, 1e-5);
       }
+      const auto& [tool, base] = std::pair(state.settings->tool_frame, state.settings->base_frame);
+      EXPECT_TRUE(!tool || is_frame(*tool, kFarthestTool_m));
+      EXPECT_TRUE(!base || is_frame(*base, kFarthestBase_m));
       for (const double ratio : state.settings->joint_speed_ratio) EXPECT_TRUE(ratio > 0.0 && ratio <= 1.0);
     }
     EXPECT_LE(state.alarms.size(), kKeptAlarms);
@@ -202,6 +212,40 @@ TEST_F(ForgedState, OneRecordsBytesCostNoOtherRecord) {
     EXPECT_TRUE(std::none_of(state.tickets.begin(), state.tickets.end(),
                              [&](const Ticket& ticket) { return ticket.last == id; }));
     std::memcpy(static_cast<void*>(&cell), saved.get(), sizeof(cell));
+  }
+}
+
+/// Each record is well written, and of no servant of this robot.
+TEST_F(ForgedState, FramesThatThisArmCannotHaveAreLeftOut) {
+  const PlanSettings good = to_settings([] {
+    SettingsRecord record = to_record(PlanSettings{});
+    record.frames_set = kSettingsToolFrame | kSettingsBaseFrame;
+    record.tool_frame.position_m = {0.05, 0.0, 0.0};
+    return record;
+  }());
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const std::vector<std::function<void(SettingsRecord&)>> lies{
+      [](SettingsRecord& r) { r.tool_frame.position_m[1] = std::nan(""); },
+      [](SettingsRecord& r) { r.base_frame.position_m[0] = -101.0; },
+      [](SettingsRecord& r) { r.tool_frame.position_m[2] = 11.0; },
+      [](SettingsRecord& r) {
+        r.tool_frame.orientation = {0.0, 0.0, 0.0, 0.0};
+      },
+      [](SettingsRecord& r) { r.base_frame.orientation.w = 1.0 + 1e-6; },
+      [](SettingsRecord& r) {
+        r.tool_frame.orientation = {0.5, -0.5, 0.5, 0.5};
+      },  // this arm cannot take it
+      [](SettingsRecord& r) { r.base_frame.orientation.x = kInfinity; },
+      [](SettingsRecord& r) { r.frames_set = 4; }};
+  former_->state.settings.store(to_record(good));
+  ASSERT_TRUE(read_inherited(*former_, arm_, kNext).settings);
+  for (std::size_t i = 0; i < lies.size(); ++i) {
+    SettingsRecord record = to_record(good);
+    lies[i](record);
+    former_->state.settings.store(record);
+    const InheritedState state = read_inherited(*former_, arm_, kNext);
+    EXPECT_FALSE(state.settings) << i;
+    EXPECT_GE(state.invalid, 1) << i;
   }
 }
 

@@ -35,8 +35,8 @@ struct DurableCellParts {
 namespace test {
 namespace {
 
-const SettingsRecord kSettings{
-    0.5, {0.25, 0.5, 0.75, 1.0, 1.0, 1.0}, static_cast<std::uint64_t>(SettingsTool::kPitch), -0.5, {}};
+const SettingsRecord kSettings{0.5, {0.25, 0.5, 0.75, 1.0, 1.0, 1.0}, std::uint64_t{1}, -0.5, {}, 0, {},
+                               {}};  // kPitch
 
 TicketRecord pending_ticket(std::uint64_t id, std::uint64_t incarnation) {
   TicketRecord record{};

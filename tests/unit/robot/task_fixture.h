@@ -64,7 +64,8 @@ class LoopTask {
 /// A robot name of the test's own, nothing of which is left behind.
 class TaskTest : public ::testing::Test {
  protected:
-  TaskTest() : profile_(patient_profile()), name_(unique_name("task")) {}
+  explicit TaskTest(const char* profile = CORBOT_PROFILE)
+      : profile_(patient_profile(profile)), name_(unique_name("task")) {}
   ~TaskTest() override { remove_left_behind(name_); }
 
   void open_robot() {
@@ -95,8 +96,8 @@ class TaskTest : public ::testing::Test {
   }
 
   /// A task that a busy machine lets stand still for a while is not frozen.
-  static Profile patient_profile() {
-    Profile profile = load_profile(CORBOT_PROFILE);
+  static Profile patient_profile(const char* file) {
+    Profile profile = load_profile(file);
     profile.frozen_ns = 30'000'000'000;
     return profile;
   }

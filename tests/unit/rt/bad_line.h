@@ -27,6 +27,7 @@ inline Command line_over_the_base(const Rig& rig) {
   command.start_q = from_q;
   command.end_q = to_q;
   command.line = {};
+  command.line.frames = frames_of(rig.arm.kinematics);
   command.line.from_m = from.position_m;
   command.line.to_m = to.position_m;
   command.line.tool.from_angles_rad = rig.arm.kinematics.followed().at(from_q);

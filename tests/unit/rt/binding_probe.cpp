@@ -5,10 +5,11 @@
 #include <cstdio>
 #include <variant>
 
+#include "../../support/arm_motions.h"
 #include "corbot/kinematics/tool_pose.h"
 #include "rt/rig.h"
 
-// Runs the cycle through every kind of motion, a pause, an override, an emergency stop and a lost device between
+// Runs the cycle of the arm that is named through every kind of motion, a pause, an override, an emergency stop and a lost device between
 // two lines on standard error, among which the loader writes what it binds (LD_DEBUG=bindings). The motions are
 // planned in a child, so that here, as in corbot-rt, the cycle is the first to call what it needs from the
 // mathematical library.
@@ -19,20 +20,18 @@ using namespace corbot;
 using namespace corbot::test;
 
 std::vector<Command> plan(Rig& rig) {
-  const Joints there{0.8, 1.2, 1.5, 0.5};
+  const ArmMotions motions = motions_of(rig.arm);
   std::vector<Command> commands =
-      std::get<std::vector<Command>>(rig.planner.move_joints(rig.start(), {}, there, 0.0));
-  const ToolPose pose = tool_pose(rig.arm.kinematics, there);
-  PlanSettings settings;
-  settings.tool_pitch_rad = pose.pitch_rad;
-  const auto p = pose.position_m;
+      std::get<std::vector<Command>>(rig.planner.move_joints(rig.start(), {}, motions.there_q, 0.0));
   const auto add = [&](const PlanResult& more) {
     const auto& planned = std::get<std::vector<Command>>(more);
     commands.insert(commands.end(), planned.begin(), planned.end());
   };
-  add(rig.planner.move_c({there, 0.0}, settings, p, {p[0] + 0.01, p[1] + 0.01, p[2]},
-                         {p[0], p[1] + 0.02, p[2] + 0.005}));
-  add(rig.planner.move_s({commands.back().end_q, 0.0}, settings, p, 0.0));
+  if (motions.line_to_m) {
+    const auto p = tool_pose(rig.arm.kinematics, motions.there_q).position_m;
+    add(rig.planner.move_c({motions.there_q, 0.0}, motions.settings, p, motions.arc_m[0], motions.arc_m[1]));
+    add(rig.planner.move_s({commands.back().end_q, 0.0}, motions.settings, p, 0.0));
+  }
   const Joints end = commands.back().end_q;
   add(rig.planner.gripper({end, 0.0}, 0.5));
   add(rig.planner.dwell({end, 0.5}, 0.1));
@@ -40,12 +39,12 @@ std::vector<Command> plan(Rig& rig) {
 }
 
 /// The commands as a child planned them; empty when that failed.
-std::vector<Command> planned_elsewhere() {
+std::vector<Command> planned_elsewhere(const ArmModel& arm) {
   int ends[2];
   if (pipe(ends) != 0) return {};
   const pid_t child = fork();
   if (child == 0) {
-    Rig rig;
+    Rig rig(arm);
     rig.step();
     bool whole = true;
     for (const Command& command : plan(rig))
@@ -67,9 +66,11 @@ void mark(const char* line) { (void)!write(STDERR_FILENO, line, std::char_traits
 
 }  // namespace
 
-int main() {
-  const std::vector<Command> commands = planned_elsewhere();
-  Rig rig;
+int main(int argc, char** argv) {
+  if (argc != 2) return 2;
+  const ArmModel arm = arm_of(argv[1]);
+  const std::vector<Command> commands = planned_elsewhere(arm);
+  Rig rig(arm);
   const std::uint64_t last = rig.submit(commands);
   mark("cycle begins\n");
   rig.step(50);
@@ -79,7 +80,7 @@ int main() {
   rig.override_to(0.5);
   rig.step(200);
   rig.override_to(1.0);
-  rig.step(14000);
+  for (int i = 0; i < 100'000 && rig.snapshot.last_done_id != last; ++i) rig.step();
   const bool is_done = rig.snapshot.last_done_id == last;
   rig.emergency_stop->set(StopSource::kGpio, true);
   rig.step(3);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "support/process.h"
+#include "support/test_arms.h"
 
 // The cycle makes no call to the loader: everything that it calls is bound when the program starts.
 
@@ -21,8 +22,8 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 
 /// What the loader bound between the probe's two marks, a line each.
-std::vector<std::string> bound_in_the_cycle(const std::string& probe) {
-  const RunResult result = run({probe}, 60.0, {"LD_DEBUG=bindings"});
+std::vector<std::string> bound_in_the_cycle(const std::string& probe, const std::string& arm) {
+  const RunResult result = run({probe, arm}, 60.0, {"LD_DEBUG=bindings"});
   EXPECT_EQ(result.code, 0) << "the probe's motions did not end";
   std::istringstream lines(result.errors);
   std::vector<std::string> bound;
@@ -38,13 +39,17 @@ std::vector<std::string> bound_in_the_cycle(const std::string& probe) {
   return bound;
 }
 
-TEST(Binding, NothingIsBoundInsideTheCycle) {
-  EXPECT_THAT(bound_in_the_cycle(CORBOT_BINDING_PROBE), IsEmpty());
+class Binding : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(Binding, NothingIsBoundInsideTheCycle) {
+  EXPECT_THAT(bound_in_the_cycle(CORBOT_BINDING_PROBE, GetParam()), IsEmpty());
+}
+TEST_P(Binding, LazyBindingWouldBeSeen) {
+  EXPECT_THAT(bound_in_the_cycle(CORBOT_BINDING_PROBE_LAZY, GetParam()), Not(IsEmpty()));
 }
 
-TEST(Binding, LazyBindingWouldBeSeen) {
-  EXPECT_THAT(bound_in_the_cycle(CORBOT_BINDING_PROBE_LAZY), Not(IsEmpty()));
-}
+INSTANTIATE_TEST_SUITE_P(Arms, Binding, ::testing::ValuesIn(kTestArms),
+                         [](const auto& arm) { return std::string(arm.param); });
 
 /// Of a 64-bit ELF program.
 struct Hardening {

@@ -7,6 +7,8 @@
 
 #include "corbot/channel/alarms.h"
 #include "rt/cycle/following_check.h"
+#include "rt/cycle/position_check.h"
+#include "rt/cycle/set_point_check.h"
 #include "rt/fault_fixture.h"
 
 namespace corbot::test {
@@ -296,6 +298,45 @@ TEST(RestCheck, RecordsThatComeSlowlyCountForTheTimeBetweenThem) {
     rest.see(feedback, 1'000'000);
   }
   EXPECT_EQ(cycles, 51);
+}
+
+/// Near is for a joint that slides what the end of a link of 0.3 m moves by: 2 mrad are 0.6 mm.
+TEST(RestCheck, AJointThatSlidesRestsWithinLess) {
+  rt::RestCheck rest({JointKind::kPrismatic});
+  ServoFeedback feedback{.measured = true, .position_q = {0.5}};
+  const auto run = [&](double step_m) {
+    for (int i = 0; i < 100; ++i) {
+      feedback.position_q[0] += i % 2 == 0 ? step_m : -step_m;
+      feedback.time_ns += 1'000'000;
+      rest.see(feedback, 1'000'000);
+    }
+    return rest.is_at_rest();
+  };
+  EXPECT_FALSE(run(0.001));
+  EXPECT_TRUE(run(0.0005));
+}
+
+TEST(PositionCheck, AJointThatSlidesVerifiesByLess) {
+  rt::PositionCheck check({JointKind::kPrismatic});
+  check.begin(true, false);
+  check.motion_done({}, {0.002});
+  EXPECT_TRUE(check.is_unverified());
+  check.motion_done({}, {0.004});
+  EXPECT_FALSE(check.is_unverified()) << "0.01 rad are 3 mm";
+}
+
+TEST(BeyondRange, OfAJointThatSlidesIsFiveMillimetresForADegree) {
+  ArmModel arm;
+  arm.dof = 1;
+  JointChain chain;
+  chain.count = 1;
+  chain.axes[0].kind = JointKind::kPrismatic;
+  chain.axes[0].direction = {0.0, 0.0, 1.0};
+  arm.kinematics = Kinematics::recognise(chain);
+  arm.joints[0] = {0.0, 0.5, 0.1, 1.0, 10.0};
+  EXPECT_FALSE(rt::beyond_range(arm, {0.505}, to_radians(1.0)));
+  EXPECT_TRUE(rt::beyond_range(arm, {0.506}, to_radians(1.0)));
+  EXPECT_TRUE(rt::beyond_range(arm, {-0.006}, to_radians(1.0)));
 }
 
 /// A source is never seen without its count: nobody would latch it.

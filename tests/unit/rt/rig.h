@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <variant>
 #include <vector>
 
-#include "config/load_profile.h"
+#include "../../support/test_arms.h"
 #include "corbot/channel/layout.h"
 #include "planner/planner.h"
 #include "rt/backends/loopback/loopback_backend.h"
@@ -17,7 +17,7 @@
 namespace corbot::test {
 
 inline ArmModel lynx5() {
-  static const ArmModel arm = load_profile(std::filesystem::path(CORBOT_PROFILES) / "lynx5.toml").arm;
+  static const ArmModel arm = arm_of("lynx5");
   return arm;
 }
 
@@ -79,7 +79,16 @@ class Rig {
     }
     return id;
   }
-  std::uint64_t submit(const PlanResult& plan) { return submit(std::get<std::vector<Command>>(plan)); }
+  std::uint64_t submit(const PlanResult& plan) {
+    auto commands = std::get<std::vector<Command>>(plan);
+    for (std::size_t i = 0; i < plan.knots.size(); ++i) {
+      if (KnotRange* const range = knots_of(commands[i]); range != nullptr && !plan.knots[i].empty()) {
+        range->slot = static_cast<std::uint16_t>(knot_slots++ % kKnotSlots);
+        std::copy(plan.knots[i].begin(), plan.knots[i].end(), servant->knots[range->slot].begin());
+      }
+    }
+    return submit(commands);
+  }
 
   [[nodiscard]] PlanStart start() const { return {snapshot.position_q, snapshot.gripper}; }
   void stop() {
@@ -121,6 +130,7 @@ class Rig {
   std::unique_ptr<rt::Cycle> cycle;
   rt::CycleSettings settings;
   bool servant_responds{true};
+  std::uint64_t knot_slots{0};
   Snapshot snapshot{};
   std::int64_t now_ns{1'000'000'000};
 };

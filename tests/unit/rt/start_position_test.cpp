@@ -70,7 +70,7 @@ TEST_F(StartPositionTest, WithoutAnySourceIsAngleZeroAndIsReportedLoudly) {
   EXPECT_THAT(text, HasSubstr("UNKNOWN; the arm is taken to be"));
   profile.backend.position_known_at_start = true;
   EXPECT_FALSE(find().unverified);
-  EXPECT_EQ(text, "0 degrees");
+  EXPECT_EQ(text, "0 in all joints");
 }
 
 TEST_F(StartPositionTest, TheFileIsUsed) {

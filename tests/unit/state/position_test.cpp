@@ -48,7 +48,7 @@ class Position : public ::testing::Test {
   }
   /// The sample's text, one part of it replaced.
   [[nodiscard]] std::string changed(const std::string& from, const std::string& to) const {
-    std::string text = position_text(sample(), arm_.dof);
+    std::string text = position_text(sample(), arm_);
     const std::size_t at = text.find(from);
     EXPECT_NE(at, std::string::npos) << from << " in " << text;
     return text.replace(at, from.size(), to);
@@ -61,7 +61,7 @@ class Position : public ::testing::Test {
 
 TEST_F(Position, IsReadAsWritten) {
   EXPECT_FALSE(store().load(arm_).has_value()) << "no file, no position";
-  store().save(sample(), arm_.dof);
+  store().save(sample(), arm_);
   const auto read = store().load(arm_);
   ASSERT_TRUE(read);
   for (std::size_t i = 0; i < kMaxJoints; ++i)
@@ -76,14 +76,14 @@ TEST_F(Position, IsReadAsWritten) {
 }
 
 TEST_F(Position, SaysWhetherTheArmIsHeld) {
-  EXPECT_FALSE(parse_position(position_text(sample(), arm_.dof), "lynx5", arm_).held);
+  EXPECT_FALSE(parse_position(position_text(sample(), arm_), "lynx5", arm_).held);
   Snapshot snapshot{};
   snapshot.flags = kSnapshotHeld;
   snapshot.position_fingerprint = position_fingerprint(arm_);
-  const std::string text = position_text(position_of(snapshot, "lynx5"), arm_.dof);
+  const std::string text = position_text(position_of(snapshot, "lynx5"), arm_);
   EXPECT_TRUE(parse_position(text, "lynx5", arm_).held);
   EXPECT_THAT(refusal(changed("held = false", "held = 0")), HasSubstr("held"));
-  EXPECT_EQ(refusal(changed("held = false", "")), "") << "written by an earlier version";
+  EXPECT_THAT(refusal(changed("held = false", "")), HasSubstr("held is missing"));
 }
 
 /// Whoever asked for it may still stand at the arm, however its profile was changed meanwhile.
@@ -99,8 +99,8 @@ TEST_F(Position, IsHeldWhereThePositionItselfIsRejected) {
   Snapshot snapshot{};
   snapshot.flags = kSnapshotHeld;
   snapshot.position_fingerprint = position_fingerprint(arm_);
-  const std::string held = position_text(position_of(snapshot, "lynx5"), arm_.dof);
-  const std::string free = position_text(sample(), arm_.dof);
+  const std::string held = position_text(position_of(snapshot, "lynx5"), arm_);
+  const std::string free = position_text(sample(), arm_);
   ArmModel other = arm_;
   other.servos[2].zero_us += 1.0;
   EXPECT_TRUE(held_in(held, arm_));
@@ -112,11 +112,11 @@ TEST_F(Position, IsHeldWhereThePositionItselfIsRejected) {
 }
 
 TEST_F(Position, SaysWhetherTheArmIsInErrorAlsoWhereItIsRejected) {
-  EXPECT_FALSE(parse_position(position_text(sample(), arm_.dof), "lynx5", arm_).in_error);
+  EXPECT_FALSE(parse_position(position_text(sample(), arm_), "lynx5", arm_).in_error);
   Snapshot snapshot{};
   snapshot.state = RtState::kError;
   snapshot.position_fingerprint = position_fingerprint(arm_);
-  const std::string text = position_text(position_of(snapshot, "lynx5"), arm_.dof);
+  const std::string text = position_text(position_of(snapshot, "lynx5"), arm_);
   put(text);
   EXPECT_TRUE(store().load(arm_)->in_error);
   EXPECT_FALSE(store().load(arm_)->held);
@@ -130,7 +130,7 @@ TEST_F(Position, SaysWhetherTheArmIsInErrorAlsoWhereItIsRejected) {
     EXPECT_FALSE(error.held());
   }
   EXPECT_THAT(refusal(changed("in_error = false", "in_error = 0")), HasSubstr("in_error"));
-  EXPECT_EQ(refusal(changed("in_error = false", "")), "") << "written by an earlier version";
+  EXPECT_THAT(refusal(changed("in_error = false", "")), HasSubstr("in_error is missing"));
 }
 
 /// Nobody knows whether the arm was in Error.
@@ -139,7 +139,7 @@ TEST_F(Position, ThatCannotBeReadAsWhatItShallBeProvesNothing) {
   snapshot.flags = kSnapshotHeld;
   snapshot.state = RtState::kError;
   snapshot.position_fingerprint = position_fingerprint(arm_);
-  const std::string good = position_text(position_of(snapshot, "lynx5"), arm_.dof);
+  const std::string good = position_text(position_of(snapshot, "lynx5"), arm_);
   const auto with = [&](const std::string& from, const std::string& to) {
     std::string text = good;
     const std::size_t at = text.find(from);
@@ -160,19 +160,18 @@ TEST_F(Position, ThatCannotBeReadAsWhatItShallBeProvesNothing) {
       }
     }
   };
-  for (const std::size_t bytes :
-       {std::size_t{0}, std::size_t{100}, good.size() / 2, good.find("in_error"), good.find("joints_deg"),
-        good.find("joints_deg") + 16, good.find("gripper")})
+  for (const std::size_t bytes : {std::size_t{0}, std::size_t{100}, good.size() / 2, good.find("in_error"),
+                                  good.find("joints"), good.find("joints") + 16, good.find("gripper")})
     expect_in_error(good.substr(0, bytes));
   expect_in_error(std::string(300, '\0'));
   expect_in_error(good + "\xff\xfe\n");
   expect_in_error(with("robot = \"lynx5\"", "robot = \"other\""));
-  expect_in_error(with("format = 1", "format = 2"));
+  expect_in_error(with("format = 2", "format = 3"));
   std::string ones = with("in_error = true", "in_error = 1");
   expect_in_error(ones.replace(ones.find("held = true"), 11, "held = 1"));
   expect_in_error(with("in_error = true", "in_error = \"true\""));
   expect_in_error(with("gripper = ", "gripper = \"\" # "));
-  put(with("joints_deg = [", "joints_deg = [nan, 0, 0, 0] # "));
+  put(with("joints = [", "joints = [nan, 0, 0, 0] # "));
   try {
     (void)store().load(arm_);
     ADD_FAILURE();
@@ -192,58 +191,61 @@ TEST_F(Position, ThatCannotBeReadAsWhatItShallBeProvesNothing) {
   EXPECT_FALSE(PositionStore("/dev/null/nowhere", "lynx5", "test").load(arm_)) << "that was never there";
 }
 
-TEST_F(Position, OfAnEarlierVersionWithoutFlagsIsAccepted) {
-  const std::string text = position_text(sample(), arm_.dof);
-  const std::size_t held = text.find("held = ");
-  const std::size_t joints = text.find("joints_deg");
-  ASSERT_LT(held, joints);
-  put(text.substr(0, held) + text.substr(joints));
-  const auto read = store().load(arm_);
-  ASSERT_TRUE(read);
-  EXPECT_FALSE(read->held || read->in_error);
+TEST_F(Position, OfAnotherFormatIsHeldAllTheSame) {
+  LastPosition position = sample();
+  position.held = true;
+  std::string text = position_text(position, arm_);
+  const std::size_t format = text.find("format = ");
+  text.replace(format, text.find('\n', format) - format, "format = 1");
+  try {
+    (void)parse_position(text, "lynx5", arm_);
+    FAIL() << "accepted";
+  } catch (const PositionError& error) {
+    EXPECT_TRUE(error.held() && error.in_error());
+  }
 }
 
 TEST_F(Position, AtTheVeryEndsOfTheRangesIsAccepted) {
   LastPosition position = sample();
   for (std::size_t i = 0; i < arm_.dof; ++i) position.position_q[i] = arm_.joints[i].upper_q;
-  const LastPosition read = parse_position(position_text(position, arm_.dof), "lynx5", arm_);
+  const LastPosition read = parse_position(position_text(position, arm_), "lynx5", arm_);
   for (std::size_t i = 0; i < arm_.dof; ++i) EXPECT_LE(read.position_q[i], arm_.joints[i].upper_q);
 }
 
 TEST_F(Position, IsRefusedWhereAnythingIsWrong) {
-  EXPECT_EQ(refusal(position_text(sample(), arm_.dof)), "");
+  EXPECT_EQ(refusal(position_text(sample(), arm_)), "");
   EXPECT_THAT(refusal(changed("\"lynx5\"", "\"lynx6\"")), HasSubstr("another robot"));
-  EXPECT_THAT(refusal(changed("format = 1", "format = 2")), HasSubstr("not known"));
-  EXPECT_THAT(refusal(changed("format = 1", "")), HasSubstr("format is missing"));
+  EXPECT_THAT(refusal(changed("format = 2", "format = 3")), HasSubstr("not known"));
+  EXPECT_THAT(refusal(changed("format = 2", "")), HasSubstr("format is missing"));
   EXPECT_THAT(refusal(changed("profile = \"", "profile = \"f")), HasSubstr("profile"));
   EXPECT_THAT(refusal(changed("profile = \"", "profile = \"x")), HasSubstr("hexadecimal"));
   EXPECT_THAT(refusal(changed("at_rest = true", "at_rest = 1")), HasSubstr("at_rest"));
   EXPECT_THAT(refusal(changed("gripper = 0.75", "gripper = 1.01")), HasSubstr("gripper"));
   EXPECT_THAT(refusal(changed("gripper = 0.75", "gripper = nan")), HasSubstr("finite"));
   EXPECT_THAT(refusal(changed("gripper = 0.75", "gripper = \"0.75\"")), HasSubstr("finite"));
-  EXPECT_THAT(refusal(changed("joints_deg = [", "joints_deg = [0, ")), HasSubstr("4 numbers"));
-  EXPECT_THAT(refusal(changed("joints_deg = [", "joints_deg = [inf] # ")), HasSubstr("4 numbers"));
-  EXPECT_THAT(refusal(changed("joints_deg = [", "joints_deg = [nan, 0, 0, 0] # ")), HasSubstr("finite"));
-  EXPECT_THAT(refusal(changed("joints_deg = [", "joints_deg = [90.001, 0, 0, 0] # ")),
+  EXPECT_THAT(refusal(changed("joints = [", "joints = [0, ")), HasSubstr("4 numbers"));
+  EXPECT_THAT(refusal(changed("joints = [", "joints = [inf] # ")), HasSubstr("4 numbers"));
+  EXPECT_THAT(refusal(changed("joints = [", "joints = [nan, 0, 0, 0] # ")), HasSubstr("finite"));
+  EXPECT_THAT(refusal(changed("joints = [", "joints = [90.001, 0, 0, 0] # ")),
               HasSubstr("outside the range of joint 0, -90 to 90"));
-  EXPECT_THAT(refusal(changed("joints_deg = [", "joints_deg = [0, -30.001, 0, 0] # ")),
+  EXPECT_THAT(refusal(changed("joints = [", "joints = [0, -30.001, 0, 0] # ")),
               HasSubstr("outside the range of joint 1, -30 to 130"));
   EXPECT_THAT(refusal(changed("boot = \"", "boot = \"" + std::string(100, 'x'))), HasSubstr("boot"));
-  EXPECT_THAT(refusal(""), HasSubstr("format"));
+  EXPECT_THAT(refusal(""), HasSubstr("robot is missing"));
   EXPECT_THAT(refusal("format = "), HasSubstr("line 1"));
   EXPECT_THAT(refusal(std::string(kMaxPositionBytes + 1, ' ')), HasSubstr("larger"));
   EXPECT_THAT(refusal(std::string("\0\xff\xfe", 3)), HasSubstr("line 1"));
   ArmModel other = arm_;
   other.servos[2].zero_us += 1.0;
-  EXPECT_THROW((void)parse_position(position_text(sample(), arm_.dof), "lynx5", other), PositionError);
+  EXPECT_THROW((void)parse_position(position_text(sample(), arm_), "lynx5", other), PositionError);
 }
 
 TEST_F(Position, AFileThatOthersCouldHaveWrittenIsRefused) {
-  store().save(sample(), arm_.dof);
+  store().save(sample(), arm_);
   fs::permissions(store().file(), fs::perms::others_write, fs::perm_options::add);
   EXPECT_THROW((void)store().load(arm_), PositionError);
   fs::remove(store().file());
-  put(position_text(sample(), arm_.dof));
+  put(position_text(sample(), arm_));
   fs::rename(store().file(), directory_ / "elsewhere");
   fs::create_symlink(directory_ / "elsewhere", store().file());
   EXPECT_THROW((void)store().load(arm_), PositionError);
@@ -256,25 +258,25 @@ TEST_F(Position, AFileThatOthersCouldHaveWrittenIsRefused) {
 }
 
 TEST_F(Position, AWriteThatFailsLeavesTheOldOne) {
-  store().save(sample(0.1), arm_.dof);
+  store().save(sample(0.1), arm_);
   const fs::path in_the_way = store().file().string() + ".test";
   fs::create_directory(in_the_way);
-  EXPECT_THROW(store().save(sample(0.2), arm_.dof), std::system_error);
+  EXPECT_THROW(store().save(sample(0.2), arm_), std::system_error);
   EXPECT_NEAR(store().load(arm_)->position_q[0], 0.1, 1e-12);
-  EXPECT_THROW(PositionStore(store().file(), "lynx5", "test").save(sample(), arm_.dof), std::system_error);
-  EXPECT_THROW(PositionStore("/dev/null/x", "lynx5", "test").save(sample(), arm_.dof), std::system_error);
+  EXPECT_THROW(PositionStore(store().file(), "lynx5", "test").save(sample(), arm_), std::system_error);
+  EXPECT_THROW(PositionStore("/dev/null/x", "lynx5", "test").save(sample(), arm_), std::system_error);
   EXPECT_THROW(PositionStore(directory_, "../lynx5", "test"), std::invalid_argument);
   EXPECT_THROW(PositionStore(directory_, "", "test"), std::invalid_argument);
 }
 
 TEST_F(Position, AWriterThatIsKilledLeavesTheOldOrTheNewOne) {
-  store().save(sample(0.1), arm_.dof);
+  store().save(sample(0.1), arm_);
   std::mt19937 random(std::random_device{}());
   int others = 0;
   for (int round = 0; round < 100; ++round) {
     const pid_t child = ::fork();
     if (child == 0) {
-      for (int i = 0;; ++i) store().save(sample(i % 2 == 0 ? 0.2 : 0.1), arm_.dof);
+      for (int i = 0;; ++i) store().save(sample(i % 2 == 0 ? 0.2 : 0.1), arm_);
     }
     ::usleep(std::uniform_int_distribution<useconds_t>(0, 5000)(random));
     ::kill(child, SIGKILL);

@@ -51,6 +51,25 @@ Type argument(Words& words) {
     const double z = number(words);
     expect(words, "}");
     return {x, y, z};
+  } else if constexpr (std::is_same_v<Type, Corbot::Quaternion>) {
+    expect(words, "{");
+    const double w = number(words);
+    const double x = number(words);
+    const double y = number(words);
+    const double z = number(words);
+    expect(words, "}");
+    return {w, x, y, z};
+  } else if constexpr (std::is_same_v<Type, Corbot::Pose>) {
+    expect(words, "{");
+    const auto position = argument<Corbot::Point>(words);
+    const auto orientation = argument<Corbot::Quaternion>(words);
+    expect(words, "}");
+    return {position, orientation};
+  } else if constexpr (std::is_same_v<Type, Corbot::OffsetFrame>) {
+    const std::string word = argument<std::string>(words);
+    if (word == "OffsetInBase") return Corbot::OffsetInBase;
+    if (word == "OffsetInTool") return Corbot::OffsetInTool;
+    throw std::invalid_argument(word + " is no frame");
   } else if constexpr (std::is_same_v<Type, Corbot::JointCoord>) {
     expect(words, "[");
     Corbot::JointCoord joints;
@@ -179,6 +198,25 @@ const std::map<std::string, Call>& calls() {
                                                   CALL(SetGripper),
                                                   CALL(StartSetGripper),
                                                   CALL(Gripper),
+                                                  CALL(MovePose),
+                                                  CALL(MovePoseS),
+                                                  CALL(StartMovePose),
+                                                  CALL(StartMovePoseS),
+                                                  CALL(MoveRelative),
+                                                  CALL(MoveRelativeS),
+                                                  CALL(StartMoveRelative),
+                                                  CALL(StartMoveRelativeS),
+                                                  CALL(SetToolOrientation),
+                                                  CALL(ResetToolOrientation),
+                                                  CALL(ToolOrientation),
+                                                  CALL(SetToolFrame),
+                                                  CALL(SetBaseFrame),
+                                                  CALL(ResetFrames),
+                                                  CALL(Solutions),
+                                                  CALL(Joints),
+                                                  CALL(ToolFrame),
+                                                  CALL(BaseFrame),
+                                                  CALL(Solution),
                                                   CALL(SetSoftLimits),
                                                   CALL(ResetSoftLimits),
                                                   CALL(SoftLimits)};

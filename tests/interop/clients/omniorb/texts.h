@@ -35,6 +35,9 @@ inline std::string text(Corbot::HoldingState value) {
   static constexpr const char* kNames[] = {"HoldingUnknown", "HoldingNo", "HoldingYes"};
   return kNames[value];
 }
+inline std::string text(Corbot::JointKind value) {
+  return value == Corbot::JointSlides ? "JointSlides" : "JointTurns";
+}
 inline std::string text(Corbot::DeviceHealth value) {
   static constexpr const char* kNames[] = {"DeviceClosed", "DeviceOpen", "DeviceDegraded", "DeviceLost"};
   return kNames[value];
@@ -42,10 +45,13 @@ inline std::string text(Corbot::DeviceHealth value) {
 
 // Declared before the templates that look them up.
 inline std::string text(const Corbot::Point& p);
+inline std::string text(const Corbot::JointRange& range);
 inline std::string text(const Corbot::Quaternion& q);
 inline std::string text(const Corbot::Pose& pose);
 inline std::string text(const Corbot::MotionInfo& info);
 inline std::string text(const Corbot::GripperInfo& info);
+inline std::string text(const Corbot::JointInfo& joint);
+inline std::string text(const Corbot::PoseSolution& solution);
 inline std::string text(const Corbot::DeviceInfo& info);
 inline std::string text(const Corbot::ControlInfo& info);
 template <class Sequence>
@@ -124,8 +130,23 @@ inline std::string text(const Corbot::Quaternion& q) {
   return members(std::pair("w", q.w), std::pair("x", q.x), std::pair("y", q.y), std::pair("z", q.z));
 }
 
+inline std::string text(const Corbot::ToolOrientationInfo& info) {
+  return members(std::pair("set", bool{info.set}), std::pair("orientation", info.orientation));
+}
+
 inline std::string text(const Corbot::Pose& pose) {
   return members(std::pair("position", pose.position), std::pair("orientation", pose.orientation));
+}
+
+inline std::string text(const Corbot::JointInfo& joint) {
+  return members(std::pair("name", (const char*)joint.name), std::pair("kind", joint.kind),
+                 std::pair("range", joint.range), std::pair("speed", joint.speed));
+}
+
+inline std::string text(const Corbot::PoseSolution& solution) {
+  return members(std::pair("number", solution.number), std::pair("joints", solution.joints),
+                 std::pair("withinLimits", bool{solution.withinLimits}),
+                 std::pair("orientationError", solution.orientationError));
 }
 
 inline std::string text(const Corbot::ArmState& state) {

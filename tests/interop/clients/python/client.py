@@ -54,23 +54,37 @@ def number(word):
 
 
 def scalar(word):
-    """A number, or else a string."""
+    """A number, a member of an enumeration, or else a string."""
     try:
         return number(word)
     except ValueError:
-        return word
+        item = getattr(Corbot, word, None)
+        return item if isinstance(item, EnumItem) else word
 
 
-def arguments(words):
-    """The numbers, strings, Points {x y z} and sequences [...] that the words spell."""
+def struct(members):
+    """Structures are told apart by what is in them: Point {x y z}, Quaternion {w x y z}, Pose {Point Quaternion}."""
+    of = {2: Corbot.Pose, 3: Corbot.Point, 4: Corbot.Quaternion}.get(len(members))
+    if of is None:
+        raise Misuse(f'no structure has {len(members)} members')
+    return of(*[float(m) if isinstance(m, int) else m for m in members])
+
+
+def arguments(words, end=None):
+    """The numbers, strings, enumerations, structures {...} and sequences [...] that the words spell, up to the bracket `end`."""
     found = []
     words = iter(words)
     for word in words:
-        if word in '{[':
-            values = [number(w) for w in iter(lambda: next(words), '}' if word == '{' else ']')]
-            found.append(Corbot.Point(*map(float, values)) if word == '{' else [float(v) for v in values])
+        if word == end:
+            return found
+        if word == '{':
+            found.append(struct(arguments(words, '}')))
+        elif word == '[':
+            found.append([float(v) for v in arguments(words, ']')])
         else:
             found.append(scalar(word))
+    if end is not None:
+        raise Misuse(f'{end} is missing')
     return found
 
 

@@ -74,7 +74,7 @@ proc value {type words_variable} {
     double {return [number [next words]]}
     long {return [whole [next words] -2147483648 2147483647]}
     unsigned {return [whole [next words] 0 18446744073709551615]}
-    string {return [next words]}
+    string - enum {return [next words]}
     sequence {
       set elements {}
       expect \[ words

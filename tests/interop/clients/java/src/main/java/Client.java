@@ -159,6 +159,9 @@ public final class Client {
       IntStream.range(0, elements.size()).forEach(i -> Array.set(array, i, elements.get(i)));
       return array;
     }
+    if (fields(type).isEmpty()) { // an enumeration
+      return type.getField(words.removeFirst()).get(null);
+    }
     Object struct = type.getConstructor().newInstance();
     expect("{", words);
     for (Field field : fields(type)) {

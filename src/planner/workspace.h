@@ -7,7 +7,7 @@
 
 #include "corbot/arm/arm_model.h"
 
-namespace corbot::cli {
+namespace corbot {
 
 /// Where the tool centre point gets within the joints' ranges, base frame, m: extremes found by a search from random joints, always
 /// the same ones.
@@ -24,12 +24,9 @@ struct Workspace {
 [[nodiscard]] std::vector<Vector3> sample_positions(const ArmModel& arm, std::size_t count,
                                                     std::optional<double> joint1_q);
 
-/// The smallest singular value of the Jacobian (m and rad a unit of the joints) of what the arm follows, 0 at a singularity; and the
-/// joint speeds, of length 1, that move the tool least.
-struct Regularity {
-  double smallest{};
-  Joints idle_q_s{};
-};
-[[nodiscard]] Regularity regularity_at(const Kinematics& arm, const Joints& q);
+/// The largest distance of the tool centre point from the shoulder, m: the stretched planar arm's, whatever its ranges; else within the joints'
+/// ranges from where axis 1 is nearest to axis 2, or from axis 1 where the two are parallel or joint 2 slides. 0: joint 1
+/// slides, there is no shoulder.
+[[nodiscard]] double reach_m(const ArmModel& arm);
 
-}  // namespace corbot::cli
+}  // namespace corbot

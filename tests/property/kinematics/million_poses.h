@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every family over a million seeded poses of some ten thousand random arms: forward is the product of the matrices, and every
-// solution comes back. CORBOT_SEED in the environment sets another seed, CORBOT_CASES another number.
+#pragma once
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,49 +13,15 @@
 #include "corbot/kinematics/path_form.h"
 #include "random_arm.h"
 
-namespace corbot {
-namespace {
+// A family over a million seeded poses of some ten thousand random arms: forward is the product of the matrices, and every solution
+// comes back. CORBOT_SEED in the environment sets another seed, CORBOT_CASES another number.
 
-using test::RandomArm;
+namespace corbot::test {
 
-constexpr double kPi = std::numbers::pi;
-constexpr int kPosesAnArm = 100;
+inline constexpr double kPi = std::numbers::pi;
+inline constexpr int kPosesAnArm = 100;
 
-/// Joints at, or next to, a place where two solutions meet; each family has its own.
-void go_singular(const PlanarArm& arm, RandomArm& random, Joints& q) {
-  const double zero = arm.count == 3 ? std::atan2(arm.mount.hand.position_m[2], arm.mount.hand.position_m[0])
-                                     : arm.links.fore_zero_rad;
-  q[2] = arm.links.sign3 * (random.straight() - zero + arm.links.upper_zero_rad);
-}
-void go_singular(const ScaraArm& arm, RandomArm& random, Joints& q) {
-  const Vector3& tool = arm.mount.hand.position_m;
-  const double zero = arm.rotaries == 3 ? arm.second_zero_rad : std::atan2(tool[1], tool[0]);
-  q[arm.turns[1]] = arm.signs[1] * (random.straight() - zero);
-}
-void go_singular(const GantryArm&, RandomArm& random, Joints& q) { q[3] = random.straight(); }
-void go_singular(const CylindricalArm& arm, RandomArm&, Joints& q) {
-  q[arm.reach] = -(arm.count == 4 ? arm.ahead_m : arm.mount.hand.position_m[0]);
-}
-void go_singular(const PolarArm& arm, RandomArm& random, Joints& q) {
-  if (arm.has_wrist && random.coin()) {
-    q[4] = random.straight() - arm.wrist.middle_zero_rad;
-  } else {
-    q[2] = -(arm.has_wrist ? arm.slide_m : arm.mount.hand.position_m[0]);
-  }
-}
-void go_singular(const OrthoParallelArm& arm, RandomArm& random, Joints& q) {
-  if (random.coin()) q[4] = random.straight() - arm.wrist.middle_zero_rad;
-  if (random.coin())
-    q[2] = arm.links.sign3 * (random.straight() - arm.links.fore_zero_rad + arm.links.upper_zero_rad);
-}
-void go_singular(const ParallelAxesArm& arm, RandomArm& random, Joints& q) {
-  if (random.coin()) q[4] = random.straight() - arm.middle_zero_rad;
-  if (random.coin())
-    q[2] = arm.links.sign3 * (random.straight() - arm.links.fore_zero_rad + arm.links.upper_zero_rad);
-}
-void go_singular(const OtherArm&, RandomArm&, Joints&) { FAIL() << "not recognised"; }
-
-const Mounting& mount_of(const OtherArm&) {
+inline const Mounting& mount_of(const OtherArm&) {
   static const Mounting none;
   return none;
 }
@@ -65,8 +31,8 @@ const Mounting& mount_of(const Form& form) {
 }
 
 /// Where the centre of a six-axis arm's wrist passes axis 1; 0 where that is a slide's or the tool's matter.
-double lateral_m(const OrthoParallelArm& arm) { return arm.lateral_m; }
-double lateral_m(const ParallelAxesArm& arm) { return arm.lateral_m; }
+inline double lateral_m(const OrthoParallelArm& arm) { return arm.lateral_m; }
+inline double lateral_m(const ParallelAxesArm& arm) { return arm.lateral_m; }
 template <class Form>
 double lateral_m(const Form&) {
   return 0.0;
@@ -74,7 +40,7 @@ double lateral_m(const Form&) {
 
 /// Joints with the tool (of six joints: the wrist) on the family's first axis, or next to it, or as far from it as it must be at
 /// least: by way of the inverse.
-std::optional<Joints> on_axis(const Kinematics& arm, RandomArm& random, const Joints& q) {
+inline std::optional<Joints> on_axis(const Kinematics& arm, RandomArm& random, const Joints& q) {
   const Mounting& mount = arm.visit([](const auto& form) -> const Mounting& { return mount_of(form); });
   const double lateral = arm.visit([](const auto& form) { return lateral_m(form); });
   Pose pose = inverse_of(mount.base) * arm.forward(q);
@@ -87,7 +53,7 @@ std::optional<Joints> on_axis(const Kinematics& arm, RandomArm& random, const Jo
 }
 
 /// Whether a singularity may be within 1e-6 m and rad of the pose: joints that cannot be proved to follow so far.
-bool is_beside_singularity(const Kinematics& arm, const Joints& q) {
+inline bool is_beside_singularity(const Kinematics& arm, const Joints& q) {
   return !PathForm(arm, q).bound({1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6}, {}, 1.0).is_proved;
 }
 
@@ -97,8 +63,8 @@ struct Tally {
   long solutions{}, singular{}, poses{};
 };
 
-void check(const Kinematics& arm, const DhTable& table, const Joints& q, const Joints& hint, bool singular,
-           Tally& tally) {
+inline void check(const Kinematics& arm, const DhTable& table, const Joints& q, const Joints& hint,
+                  bool singular, Tally& tally) {
   const Pose pose = arm.forward(q);
   const Pose product = forward(table, q);
   tally.forward_m = std::max(tally.forward_m, norm(pose.position_m - product.position_m));
@@ -145,14 +111,16 @@ void check(const Kinematics& arm, const DhTable& table, const Joints& q, const J
   tally.singular += singular ? 1 : 0;
 }
 
-void million(const char* family, const std::function<DhTable(RandomArm&)>& table_of) {
-  RandomArm random{std::mt19937_64(test::seed())};
+/// `table_of` makes an arm of this family; `go_singular(family, random, q)` brings joints to, or next to, a place where two solutions meet.
+template <class Form, class GoSingular>
+void million(const std::function<DhTable(RandomArm&)>& table_of, const GoSingular& go_singular) {
+  RandomArm random{std::mt19937_64(seed())};
   Tally tally;
-  const int cases = test::cases(1'000'000);
-  for (int n = 0; n < cases; n += kPosesAnArm) {
+  const int poses = cases(1'000'000);
+  for (int n = 0; n < poses; n += kPosesAnArm) {
     const DhTable table = table_of(random);
     const Kinematics arm = Kinematics::recognise(joint_chain(table));
-    ASSERT_STREQ(arm.family(), family) << "arm " << n / kPosesAnArm;
+    ASSERT_STREQ(arm.family(), Form::kName) << "arm " << n / kPosesAnArm;
     for (int k = 0; k < kPosesAnArm; ++k) {
       Joints q{}, hint{};
       for (std::size_t i = 0; i < table.count; ++i) {
@@ -163,7 +131,7 @@ void million(const char* family, const std::function<DhTable(RandomArm&)>& table
       if (random.coin()) hint = q;
       const int kind = k % 8;
       if (kind < 3) {
-        arm.visit([&](const auto& form) { go_singular(form, random, q); });
+        go_singular(std::get<Form>(arm.form()), random, q);
         if (kind > 0) {
           for (std::size_t i = 0; i < table.count; ++i) q[i] += random.coin() ? random.tiny() : 0.0;
         }
@@ -192,36 +160,4 @@ void million(const char* family, const std::function<DhTable(RandomArm&)>& table
   EXPECT_LT(tally.singular, tally.poses * 6 / 10);
 }
 
-TEST(AMillionPoses, PlanarWithoutWrist) {
-  million(PlanarArm::kName, [](RandomArm& r) { return r.planar(3); });
-}
-TEST(AMillionPoses, PlanarWithWrist) {
-  million(PlanarArm::kName, [](RandomArm& r) { return r.planar(4); });
-}
-TEST(AMillionPoses, PlanarWithRoll) {
-  million(PlanarArm::kName, [](RandomArm& r) { return r.planar(5); });
-}
-TEST(AMillionPoses, Scara) {
-  million(ScaraArm::kName, [](RandomArm& r) { return r.scara(r.coin() ? 3 : 4); });
-}
-TEST(AMillionPoses, Gantry) {
-  million(GantryArm::kName, [](RandomArm& r) { return r.gantry(r.coin() ? 3 : 4); });
-}
-TEST(AMillionPoses, Cylindrical) {
-  million(CylindricalArm::kName, [](RandomArm& r) { return r.cylindrical(r.coin() ? 3 : 4); });
-}
-TEST(AMillionPoses, Polar) {
-  million(PolarArm::kName, [](RandomArm& r) { return r.polar(3); });
-}
-TEST(AMillionPoses, OrthoParallel) {
-  million(OrthoParallelArm::kName, [](RandomArm& r) { return r.ortho_parallel(); });
-}
-TEST(AMillionPoses, ParallelAxes) {
-  million(ParallelAxesArm::kName, [](RandomArm& r) { return r.parallel_axes(); });
-}
-TEST(AMillionPoses, PolarWithWrist) {
-  million(PolarArm::kName, [](RandomArm& r) { return r.polar(6); });
-}
-
-}  // namespace
-}  // namespace corbot
+}  // namespace corbot::test

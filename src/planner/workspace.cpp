@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/arm/workspace.h"
+#include "planner/workspace.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <random>
 #include <utility>
 
-namespace corbot::cli {
+namespace corbot {
 namespace {
 
 constexpr std::uint64_t kSeed = 1751;
@@ -65,15 +65,21 @@ double greatest(const ArmModel& arm, const std::vector<std::pair<Joints, Vector3
   return best;
 }
 
-}  // namespace
-
-Workspace workspace_of(const ArmModel& arm) {
+std::vector<std::pair<Joints, Vector3>> samples_of(const ArmModel& arm) {
   std::mt19937_64 random(kSeed);
   std::vector<std::pair<Joints, Vector3>> samples;
+  samples.reserve(kSamples);
   for (std::size_t i = 0; i < kSamples; ++i) {
     const Joints q = random_joints(arm, random);
     samples.emplace_back(q, arm.kinematics.forward(q).position_m);
   }
+  return samples;
+}
+
+}  // namespace
+
+Workspace workspace_of(const ArmModel& arm) {
+  const auto samples = samples_of(arm);
   Workspace space;
   for (std::size_t k = 0; k < 3; ++k) {
     space.extent_m[k] = {-greatest(arm, samples, [k](const Vector3& p) { return -p[k]; }),
@@ -105,27 +111,38 @@ std::vector<Vector3> sample_positions(const ArmModel& arm, std::size_t count,
   return positions;
 }
 
-Regularity regularity_at(const Kinematics& arm, const Joints& q) {
-  const Jacobian jacobian = arm.jacobian(q);
-  const FollowedAngles followed = arm.followed();
-  // An arm of fewer than six joints without a closed form is taken as it is: all that its tool does counts.
-  const bool by_angles = arm.follows() != Follows::kFull && 3 + followed.count == arm.joint_count();
-  const auto columns = static_cast<Eigen::Index>(arm.joint_count());
-  const Eigen::Index rows = by_angles ? columns : 6;
-  Eigen::MatrixXd task(rows, columns);
-  for (Eigen::Index k = 0; k < rows; ++k) {
-    const auto row = static_cast<std::size_t>(k);
-    for (Eigen::Index i = 0; i < columns; ++i) {
-      const auto joint = static_cast<std::size_t>(i);
-      task(k, i) = by_angles && row >= 3 ? followed.rows[row - 3][joint] : jacobian[row][joint];
-    }
-  }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(task, Eigen::ComputeFullV);
-  Regularity result;
-  result.smallest = svd.singularValues()(columns - 1);
-  for (Eigen::Index i = 0; i < columns; ++i)
-    result.idle_q_s[static_cast<std::size_t>(i)] = svd.matrixV()(i, columns - 1);
-  return result;
+namespace {
+
+/// Of axis 1, where it is nearest to the second axis; nothing: they are parallel.
+std::optional<Vector3> nearest_to(const JointAxis& first, const JointAxis& second) {
+  const Vector3 normal = cross(first.direction, second.direction);
+  const double squared = dot(normal, normal);
+  if (squared < 1e-12) return std::nullopt;
+  const Vector3 apart_m = second.point_m - first.point_m;
+  return first.point_m + dot(cross(apart_m, second.direction), normal) / squared * first.direction;
 }
 
-}  // namespace corbot::cli
+}  // namespace
+
+double reach_m(const ArmModel& arm) {
+  if (const auto* planar = std::get_if<PlanarArm>(&arm.kinematics.form()); planar != nullptr) {
+    const Vector3& tool = planar->mount.hand.position_m;
+    return planar->links.upper_m + planar->links.fore_m +
+           root_sum(tool[0], root_sum(tool[2], planar->raise_m));
+  }
+  const JointChain& chain = arm.kinematics.chain();
+  const JointAxis& first = chain.axes[0];
+  if (arm.dof == 0 || first.kind != JointKind::kRotary) return 0.0;
+  const bool second_turns = arm.dof > 1 && chain.axes[1].kind == JointKind::kRotary;
+  const auto shoulder_m = second_turns ? nearest_to(first, chain.axes[1]) : std::nullopt;
+  const Pose& base = chain.base_T_0;
+  const Vector3 at_m = base.position_m + rotate(base.orientation, shoulder_m.value_or(first.point_m));
+  const Vector3 axis = rotate(base.orientation, first.direction);
+  const Measure distance = [&](const Vector3& tool_m) {
+    const Vector3 away_m = tool_m - at_m;
+    return norm(shoulder_m ? away_m : away_m - dot(away_m, axis) * axis);
+  };
+  return greatest(arm, samples_of(arm), distance);
+}
+
+}  // namespace corbot

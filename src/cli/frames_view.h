@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "client/client.h"
+
+namespace corbot::cli {
+
+/// `corbot frames`: tool and base frame in force.
+[[nodiscard]] std::string read_frames(client::Client& client);
+/// `corbot solutions`. `pose`: X Y Z, or X Y Z QW QX QY QZ; with three numbers the tool's present orientation.
+[[nodiscard]] std::string read_solutions(client::Client& client, const std::vector<double>& pose,
+                                         bool as_json);
+
+}  // namespace corbot::cli

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "../../support/test_arms.h"
+
+namespace corbot::test {
+
+enum class Kind { kJoint, kLine, kArc };
+
+/// Motions of one kind of one arm; a shard has random numbers of its own.
+struct Case {
+  std::string arm;
+  Kind kind;
+  int shard;
+};
+
+inline std::string name_of(const Case& chosen) {
+  constexpr std::array<const char*, 3> kNames{"Joint", "Line", "Arc"};
+  return fmt::format("{}{}{}", chosen.arm, kNames[static_cast<std::size_t>(chosen.kind)], chosen.shard);
+}
+inline void PrintTo(const Case& chosen, std::ostream* out) { *out << name_of(chosen); }
+
+inline int shards_of(const std::string& arm) { return arm == "lynx5" ? 4 : 1; }
+
+/// Into how many cases the motions are divided: the Lynx 5 has a half of them, every other arm as many as the others.
+inline std::uint64_t shares_of(const std::string& arm) {
+  constexpr std::uint64_t kKinds = 3;
+  return 2 * kKinds * (arm == "lynx5" ? 4 : kTestArms.size() - 1);
+}
+
+/// Every kind that the arm can plan.
+inline std::vector<Case> motion_cases() {
+  std::vector<Case> all;
+  for (const std::string arm : kTestArms) {
+    const bool has_paths = arm_of(arm).kinematics.solution_count() > 0;
+    for (const Kind kind : {Kind::kJoint, Kind::kLine, Kind::kArc}) {
+      if (kind != Kind::kJoint && !has_paths) continue;
+      for (int shard = 0; shard < shards_of(arm); ++shard) all.push_back({arm, kind, shard});
+    }
+  }
+  return all;
+}
+
+}  // namespace corbot::test

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "config/load_profile.h"
+
+// The arms that suites run over: each of the six kinds, and one, three, four, five and six joints, slides among them. Property
+// tests take further ones. CORBOT_PROFILES is the folder of the shipped profiles.
+
+namespace corbot::test {
+
+inline constexpr std::array<const char*, 9> kTestArms{"lynx5",           "al5d_wr",   "puma560",
+                                                      "scara_gx4",       "stanford",  "cartesian_ppp",
+                                                      "cylindrical_rpp", "polar_rrp", "turntable"};
+
+/// The shipped profile of this name, or the one that only tests need.
+inline std::string profile_path(const std::string& name) {
+  const std::filesystem::path shipped(CORBOT_PROFILES);
+  const std::filesystem::path path = shipped / (name + ".toml");
+  return (std::filesystem::exists(path) ? path : shipped / "../tests/profiles" / (name + ".toml")).string();
+}
+inline ArmModel arm_of(const std::string& name) { return load_profile(profile_path(name)).arm; }
+
+}  // namespace corbot::test

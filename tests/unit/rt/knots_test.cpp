@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lines and arcs of an arm without a closed form: knots through the segment, and what the cycle makes of forged ones.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <list>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "corbot/channel/alarms.h"
+#include "corbot/motion/path.h"
+#include "rt/cycle/knot_check.h"
+#include "rt/rig.h"
+
+namespace corbot::test {
+namespace {
+
+const ArmModel& xarm6() {
+  static const ArmModel arm = load_profile(std::filesystem::path(CORBOT_PROFILES) / "xarm6.toml").arm;
+  return arm;
+}
+
+struct Knots : testing::Test {
+  Knots() { rig.step(); }
+
+  [[nodiscard]] Vector3 tool_m(const Joints& q) const { return rig.arm.kinematics.forward(q).position_m; }
+  [[nodiscard]] PlanResult line(const Joints& from, const Vector3& by) const {
+    return rig.planner.move_s({from, 0.0}, {}, tool_m(from) + by, 0.0);
+  }
+  /// Of a plan of one command, as the servant would hand it over, and what may be forged of it.
+  struct Handed {
+    Command command;
+    KnotSlot* slot;
+  };
+  Handed hand_over(const PlanResult& plan) {
+    EXPECT_TRUE(std::holds_alternative<std::vector<Command>>(plan));
+    Command command = rig.stamp(std::get<std::vector<Command>>(plan).front());
+    knots_of(command)->slot = 7;
+    std::copy(plan.knots.front().begin(), plan.knots.front().end(), rig.servant->knots[7].begin());
+    return {command, &rig.servant->knots[7]};
+  }
+  std::optional<Verdict> verdict(int cycles = 20'000) {
+    for (int i = 0; i < cycles; ++i) {
+      if (const auto done = rig.completion()) return done->verdict;
+      rig.step();
+    }
+    return std::nullopt;
+  }
+
+  Rig rig{xarm6()};
+  const Vector3 aside_{0.02, 0.15, -0.08};
+};
+
+TEST_F(Knots, LeadTheToolAlongItsLineWithinAMicrometre) {
+  const PlanResult plan = line({}, aside_);
+  const Handed handed = hand_over(plan);
+  const LineMotion& path = handed.command.line;
+  ASSERT_TRUE(rig.push(handed.command));
+  const Pose start = rig.arm.kinematics.forward({});
+  double off_m = 0.0, off_rad = 0.0;
+  int moving = 0;
+  while (!rig.completion()) {
+    ASSERT_LT(moving, 20'000);
+    rig.step();
+    if (rig.snapshot.command_id == 0) continue;
+    ++moving;
+    const Vector3 along = path.to_m - path.from_m;
+    const Vector3 away = rig.snapshot.tool.position_m - path.from_m;
+    off_m = std::max(off_m, norm(cross(away, along)) / norm(along));
+    off_rad = std::max(off_rad, angle_between(rig.snapshot.tool.orientation, start.orientation));
+  }
+  EXPECT_GT(moving, 500);
+  EXPECT_LT(off_m, 1e-6);
+  EXPECT_LT(off_rad, 1e-6);
+  EXPECT_LT(norm(rig.snapshot.tool.position_m - path.to_m), 1e-9);
+  EXPECT_FALSE(rig.alarm());
+}
+
+TEST_F(Knots, AStopOnTheWayStaysOnTheLine) {
+  const PlanResult plan = line({}, aside_);
+  rig.submit(plan);
+  rig.step(150);
+  ASSERT_EQ(rig.snapshot.state, RtState::kMoving);
+  rig.stop();
+  EXPECT_EQ(verdict(), Verdict::kStopped);
+  const LineMotion path = std::get<std::vector<Command>>(plan).front().line;
+  const Vector3 along = path.to_m - path.from_m, away = rig.snapshot.tool.position_m - path.from_m;
+  EXPECT_LT(norm(cross(away, along)) / norm(along), 1e-6);
+  EXPECT_GT(norm(away), 1e-3);
+  EXPECT_LT(norm(away), 0.9 * norm(along));
+}
+
+TEST_F(Knots, AnArcIsFollowed) {
+  const Vector3 p1 = tool_m({});
+  const PlanResult plan =
+      rig.planner.move_c(rig.start(), {}, p1, p1 + Vector3{0.03, 0.06, 0.0}, p1 + Vector3{0.0, 0.12, -0.02});
+  const Handed handed = hand_over(plan);
+  ASSERT_EQ(handed.command.kind, MotionKind::kArc);
+  ASSERT_TRUE(rig.push(handed.command));
+  const ArcMotion& arc = handed.command.arc;
+  double off_m = 0.0;
+  std::optional<Completion> done;
+  for (int i = 0; i < 20'000 && !done; ++i) {
+    rig.step();
+    done = rig.completion();
+    off_m = std::max(off_m, std::abs(norm(rig.snapshot.tool.position_m - arc.centre_m) - arc.radius_m));
+  }
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->verdict, Verdict::kDone);
+  EXPECT_LT(off_m, 1e-6);
+  EXPECT_LT(norm(rig.snapshot.tool.position_m - (p1 + Vector3{0.0, 0.12, -0.02})), 1e-9);
+}
+
+struct Forgery {
+  std::string name;
+  std::function<void(Command&, KnotSlot&)> forge;
+};
+
+std::vector<Forgery> forgeries() {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  constexpr double kTurn = 6.283185307179586;
+  const auto middle = [](const Command& c) { return static_cast<std::size_t>(c.line.knots.count / 2); };
+  std::vector<Forgery> all{
+      {"no knots", [](Command& c, KnotSlot&) { c.line.knots.count = 0; }},
+      {"one knot", [](Command& c, KnotSlot&) { c.line.knots.count = 1; }},
+      {"one less", [](Command& c, KnotSlot&) { --c.line.knots.count; }},
+      {"one more", [](Command& c, KnotSlot&) { ++c.line.knots.count; }},
+      {"more than there can be", [](Command& c, KnotSlot&) { c.line.knots.count = kMostKnots + 1; }},
+      {"all", [](Command& c, KnotSlot&) { c.line.knots.count = 65535; }},
+      {"a slot that is none", [](Command& c, KnotSlot&) { c.line.knots.slot = kKnotSlots; }},
+      {"a slot far away", [](Command& c, KnotSlot&) { c.line.knots.slot = 65535; }},
+      {"another slot", [](Command& c, KnotSlot&) { c.line.knots.slot = 8; }},
+      {"a solution", [](Command& c, KnotSlot&) { c.line.solution = 1; }},
+      {"nothing", [](Command&, KnotSlot& k) { k = {}; }},
+      {"another line", [](Command& c, KnotSlot&) { c.line.to_m[2] += 1e-5; }},
+      {"another orientation", [](Command& c, KnotSlot&) { c.line.tool.turn_rad[1] += 1e-5; }},
+      {"half the way", [](Command& c, KnotSlot&) { c.line.law.distance = 0.5; }},
+      {"another end", [](Command& c, KnotSlot&) { c.end_q[3] += 1e-4; }},
+      {"a jump to another turn",
+       [middle](Command& c, KnotSlot& k) {
+         for (std::size_t i = middle(c); i < c.line.knots.count; ++i) k[i].q[5] += kTurn;
+         c.end_q[5] += kTurn;
+       }},
+      {"back", [middle](Command& c, KnotSlot& k) { k[middle(c)].s = k[middle(c) - 1].s; }},
+      {"a wiggle of rates",
+       [middle](Command& c, KnotSlot& k) {
+         k[middle(c)].rate_q[2] += 1.0;
+         k[middle(c) + 1].rate_q[2] -= 1.0;
+       }},
+      {"a wiggle of bends", [middle](Command& c, KnotSlot& k) {
+         k[middle(c)].bend_q[2] += 1.0;
+         k[middle(c) + 1].bend_q[2] -= 1.0;
+       }}};
+  const auto field = [](PathKnot& knot, int which) -> double& {
+    if (which == 0) return knot.s;
+    const auto joint = static_cast<std::size_t>((which - 1) % 6);
+    return which <= 6 ? knot.q[joint] : which <= 12 ? knot.rate_q[joint] : knot.bend_q[joint];
+  };
+  for (int which = 0; which <= 18; ++which) {
+    for (const double value : {kNan, kInfinity, -1e308, 7.0}) {
+      for (const bool at_end : {false, true}) {
+        all.push_back(
+            {"field " + std::to_string(which) + " = " + std::to_string(value) + (at_end ? " at the end" : ""),
+             [=](Command& c, KnotSlot& k) {
+               field(k[at_end ? static_cast<std::size_t>(c.line.knots.count - 1) : middle(c)], which) = value;
+             }});
+      }
+    }
+  }
+  for (int which = 1; which <= 6; ++which) {
+    all.push_back({"off by 1e-4 in joint " + std::to_string(which - 1),
+                   [=](Command& c, KnotSlot& k) { field(k[middle(c)], which) += 1e-4; }});
+  }
+  return all;
+}
+
+TEST_F(Knots, ForgedOnesAreRefusedWithAnAlarmAndNothingMoves) {
+  for (const Forgery& forgery : forgeries()) {
+    SCOPED_TRACE(forgery.name);
+    Handed handed = hand_over(line({}, aside_));
+    forgery.forge(handed.command, *handed.slot);
+    ASSERT_TRUE(rig.push(handed.command));
+    const auto refused = verdict(100);
+    ASSERT_TRUE(refused);
+    EXPECT_TRUE(*refused == Verdict::kMalformed || *refused == Verdict::kLimit);
+    const auto alarm = rig.alarm();
+    ASSERT_TRUE(alarm);
+    EXPECT_EQ(alarm->code, AlarmCode::kCommandRefused);
+    EXPECT_EQ(rig.snapshot.position_q, Joints{});
+    EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
+  }
+  rig.submit(line({}, aside_));
+  EXPECT_EQ(verdict(), Verdict::kDone) << "a good one after them";
+}
+
+/// The cycle works on its own copy: what the other process does to the slot afterwards changes nothing.
+TEST_F(Knots, WhatIsWrittenAfterTheyWereTakenIsNotRead) {
+  const Handed handed = hand_over(line({}, aside_));
+  ASSERT_TRUE(rig.push(handed.command));
+  rig.step();
+  for (PathKnot& knot : *handed.slot) knot.q.fill(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(verdict(), Verdict::kDone);
+  EXPECT_LT(norm(rig.snapshot.tool.position_m - (tool_m({}) + aside_)), 1e-9);
+}
+
+TEST_F(Knots, AStopWhileTheyAreCheckedRefusesThePath) {
+  const PlanResult plan = line({}, aside_);
+  ASSERT_GT(plan.knots.front().size(), rt::KnotCheck::kPieces + 1) << "more than one cycle's";
+  rig.submit(plan);
+  rig.step();
+  ASSERT_EQ(rig.snapshot.command_id, 0u);
+  ASSERT_NE(rig.snapshot.waiting_id, 0u);
+  rig.stop();
+  EXPECT_EQ(verdict(100), Verdict::kStopped);
+  EXPECT_EQ(rig.snapshot.position_q, Joints{});
+  rig.submit(line({}, aside_));
+  EXPECT_EQ(verdict(), Verdict::kDone);
+}
+
+/// Servants come and go: paths that were accepted are carried out from the task's own memory.
+TEST_F(Knots, OutliveTheirServants) {
+  std::list<std::unique_ptr<ServantSegment>> former;
+  std::list<ServantOffer> offers;
+  const auto replace = [&] {
+    former.push_back(std::move(rig.servant));
+    rig.servant = std::make_unique<ServantSegment>();
+    rig.servant->next_command_id.store(former.back()->next_command_id.load());
+    rig.servant->task_id.store(former.back()->task_id.load());
+    rig.servants.post(offers.emplace_back(ServantOffer{rig.servant.get(), ++rig.session}));
+    rig.step();
+    for (KnotSlot& slot : former.back()->knots) slot = {};  // unmapped, or worse
+  };
+  Joints q{};
+  const auto go = [&](const Vector3& by) {
+    const PlanResult plan = line(q, by);
+    ASSERT_TRUE(std::holds_alternative<std::vector<Command>>(plan)) << std::get<PlanRefusal>(plan).text;
+    ASSERT_NE(rig.submit(plan), 0u);
+    q = std::get<std::vector<Command>>(plan).back().end_q;
+  };
+  ASSERT_NO_FATAL_FAILURE(go(aside_));
+  ASSERT_NO_FATAL_FAILURE(go({0.0, -0.1, 0.0}));
+  rig.step(200);
+  ASSERT_EQ(rig.snapshot.state, RtState::kMoving);
+  replace();
+  ASSERT_NO_FATAL_FAILURE(go({0.0, 0.0, 0.05}));
+  ASSERT_NO_FATAL_FAILURE(go({-0.02, 0.05, 0.0}));
+  replace();
+  ASSERT_NO_FATAL_FAILURE(go({0.02, 0.0, -0.03}));
+  rig.step(30'000);
+  EXPECT_EQ(rig.snapshot.last_done_id, rig.servant->next_command_id.load() - 1);
+  EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
+  EXPECT_LT(norm(rig.snapshot.tool.position_m - tool_m(q)), 1e-9);
+  EXPECT_LT(norm(tool_m(q) - (tool_m({}) + aside_ + Vector3{0.0, -0.05, 0.02})), 1e-8);
+}
+
+TEST_F(Knots, OfACommandThatWaitsOutliveItsServant) {
+  rig.pause(true);
+  rig.step(10);
+  rig.submit(line({}, aside_));
+  rig.step(10);
+  ASSERT_NE(rig.snapshot.waiting_id, 0u);
+  const std::unique_ptr<ServantSegment> former =
+      std::exchange(rig.servant, std::make_unique<ServantSegment>());
+  rig.servant->next_command_id.store(former->next_command_id.load());
+  rig.pause(true);
+  const ServantOffer offer{rig.servant.get(), ++rig.session};
+  rig.servants.post(offer);
+  rig.step();
+  for (KnotSlot& slot : former->knots) slot = {};
+  rig.pause(false);
+  EXPECT_EQ(verdict(), Verdict::kDone);
+  EXPECT_LT(norm(rig.snapshot.tool.position_m - (tool_m({}) + aside_)), 1e-9);
+}
+
+/// As many as ring and backlog can hold, each with slots of its own.
+TEST_F(Knots, EveryCommandThatFitsHasASlot) {
+  Joints q{};
+  std::size_t handed = 0;
+  for (; rig.queued() < rig.servant->commands.capacity(); ++handed) {
+    const double side = handed % 2 == 0 ? 1.0 : -1.0;
+    const PlanResult plan = line(q, side * Vector3{0.002, 0.01 + 1e-4 * static_cast<double>(handed), 0.0});
+    ASSERT_TRUE(std::holds_alternative<std::vector<Command>>(plan));
+    ASSERT_NE(rig.submit(plan), 0u);
+    q = std::get<std::vector<Command>>(plan).back().end_q;
+    if (handed == 0) rig.step();  // one leaves the ring
+  }
+  EXPECT_EQ(handed, rig.servant->commands.capacity() + 1);
+  for (std::size_t i = 0; i < handed; ++i) EXPECT_EQ(verdict(), Verdict::kDone) << i;
+  EXPECT_LT(norm(rig.snapshot.tool.position_m - tool_m(q)), 1e-9);
+}
+
+TEST_F(Knots, AreRefusedOfAnArmThatNeedsNone) {
+  Rig closed;
+  closed.step();
+  const Joints q{0.1, 0.9, 1.2, 0.4};
+  PlanSettings settings;
+  const PlanResult plan = closed.planner.move_s({q, 0.0}, settings, {0.2, 0.05, 0.1}, 0.0);
+  ASSERT_TRUE(std::holds_alternative<std::vector<Command>>(plan));
+  EXPECT_TRUE(plan.knots.empty() || plan.knots.front().empty());
+  Command command = closed.stamp(std::get<std::vector<Command>>(plan).front());
+  const rt::RestState rest{command.id - 1, q, 0.0};
+  ASSERT_TRUE(rt::check_command(closed.arm, command, rest).ok());
+  command.line.knots.count = 2;
+  EXPECT_EQ(rt::check_command(closed.arm, command, rest).verdict, Verdict::kMalformed);
+}
+
+}  // namespace
+}  // namespace corbot::test
