@@ -7,6 +7,7 @@
 #include <cerrno>
 
 #include "corbot/channel/wake.h"
+#include "rt/wall_clock.h"
 
 namespace corbot::rt {
 namespace {
@@ -52,7 +53,7 @@ void Loop::run(const std::atomic<bool>& stop) noexcept {
     count_latency(woken_ns - due_ns_);
     skip_overslept(woken_ns);
     watch_suspension(woken_ns);
-    const std::int64_t wall_ns = read_clock_ns(CLOCK_REALTIME) - (woken_ns - due_ns_);
+    const std::int64_t wall_ns = due_ns_ + wall_offset_ns(read_clock_ns);
 
     const bool ending = stop.load(std::memory_order_relaxed);
     if (ending) cycle_.begin_shutdown();

@@ -13,6 +13,7 @@
 
 #include "corbot/channel/alarms.h"
 #include "rt/rig.h"
+#include "rt/wall_clock.h"
 
 namespace {
 std::atomic<std::int64_t> suspended_s{0};
@@ -33,6 +34,36 @@ void follow_clock(Rig& rig) {
   rig.now_ns = std::chrono::steady_clock::now().time_since_epoch().count();
   rig.settings.liveness.gap_fault_ns = 60'000'000'000;
   rig.restart();
+}
+
+/// Clocks of a thread that is preempted for `stalls_ns[n]` before the n-th reading; each reading takes 100 ns.
+struct StalledClocks {
+  static constexpr std::int64_t kOffset_ns = 1'700'000'000'000'000'000;
+  std::vector<std::int64_t> stalls_ns;
+  std::int64_t now_ns = 5'000'000'000;
+  std::size_t readings = 0;
+
+  std::int64_t operator()(clockid_t clock) noexcept {
+    now_ns += 100 + (readings < stalls_ns.size() ? stalls_ns[readings] : 0);
+    ++readings;
+    return clock == CLOCK_REALTIME ? now_ns + kOffset_ns : now_ns;
+  }
+};
+
+TEST(WallClock, IsNotLaterByWhatPreemptedItsReading) {
+  constexpr std::int64_t kStall_ns = 30'000'000;
+  const auto error_ns = [](std::vector<std::int64_t> stalls_ns, std::size_t readings) {
+    StalledClocks clocks{std::move(stalls_ns)};
+    const std::int64_t error = rt::wall_offset_ns(clocks) - StalledClocks::kOffset_ns;
+    EXPECT_EQ(clocks.readings, readings);
+    return std::abs(error);
+  };
+  EXPECT_LE(error_ns({}, 3), 100) << "one reading, as a rule";
+  EXPECT_LE(error_ns({0, kStall_ns}, 6), 100);
+  EXPECT_LE(error_ns({0, 0, kStall_ns}, 6), 100);
+  EXPECT_LE(error_ns({0, kStall_ns, 0, 0, kStall_ns}, 9), 100);
+  EXPECT_LE(error_ns({0, kStall_ns, 0, 0, kStall_ns, 0, 0, kStall_ns / 10}, 9), kStall_ns / 10)
+      << "the tightest of three: no more is tried in one cycle";
 }
 
 TEST(Loop, SortsLatenciesIntoTheirBuckets) {
