@@ -213,10 +213,14 @@ TicketTable::Shown TicketTable::shown_in(const Snapshot& snapshot) const {
   // Between the two commands of a motion none runs for a cycle.
   const auto found = tickets_.upper_bound(snapshot.last_done_id);
   if (found != tickets_.end() && found->second.first <= begun) shown.running = found->second;
-  shown.queued = static_cast<std::size_t>(
-      std::count_if(tickets_.upper_bound(begun), tickets_.end(), [&](const auto& entry) {
-        return entry.second.state == TicketState::kPending && entry.second.first > begun;
-      }));
+  // One that this task has done by now, and had not begun in this snapshot, waited there.
+  const auto waited = [&](const Ticket& ticket) {
+    const bool is_done_since =
+        ticket.state == TicketState::kDone && ticket.incarnation == snapshot.incarnation;
+    return ticket.first > begun && (ticket.state == TicketState::kPending || is_done_since);
+  };
+  shown.queued = static_cast<std::size_t>(std::count_if(
+      tickets_.upper_bound(begun), tickets_.end(), [&](const auto& entry) { return waited(entry.second); }));
   return shown;
 }
 

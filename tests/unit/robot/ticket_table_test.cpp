@@ -152,5 +152,31 @@ TEST(TicketTable, WhileWaitsAreSuspendedNoneIsLongAndNoneIsBusy) {
   end.join();
 }
 
+TEST(TicketTable, WhatIsDoneByNowWaitedInASnapshotOfBefore) {
+  TicketTable table;
+  for (const std::uint64_t id : {1u, 2u, 3u}) {
+    Ticket added = ticket(id, id);
+    added.incarnation = 7;
+    table.add(added);
+  }
+  Snapshot before{};
+  before.incarnation = 7;
+  before.command_id = 1;
+  EXPECT_EQ(table.shown_in(before).queued, 2u);
+  table.complete(1, Verdict::kDone);
+  table.complete(2, Verdict::kDone);
+  const TicketTable::Shown shown = table.shown_in(before);
+  ASSERT_TRUE(shown.running);
+  EXPECT_EQ(shown.running->last, 1u);
+  EXPECT_EQ(shown.queued, 2u);
+  before.command_id = 0;
+  before.last_done_id = 2;
+  EXPECT_EQ(table.shown_in(before).queued, 1u);
+  Snapshot of_another_task{};
+  of_another_task.incarnation = 8;
+  EXPECT_EQ(table.shown_in(of_another_task).queued, 1u)
+      << "what an earlier task did never waited in this one";
+}
+
 }  // namespace
 }  // namespace corbot
