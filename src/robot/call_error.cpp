@@ -86,8 +86,10 @@ CallError refused(const PlanRefusal& refusal, const Kinematics& arm) {
                                               CORBOT_LIMIT_EXCEEDED};
   CallError result = call_error(kStatus[static_cast<std::size_t>(refusal.kind)], refusal.text);
   const bool is_of_joint = is_joint_value(refusal.parameter);
-  const JointKind kind =
-      refusal.joint >= 0 ? arm.joint_kind(static_cast<std::size_t>(refusal.joint)) : JointKind::kRotary;
+  // Also what is refused because the arm has no such joint names it.
+  const auto joint = static_cast<std::size_t>(refusal.joint);
+  const bool has_joint = refusal.joint >= 0 && joint < arm.joint_count();
+  const JointKind kind = has_joint ? arm.joint_kind(joint) : JointKind::kRotary;
   const auto shown = [&](double value) { return is_of_joint ? tidy_shown(kind, value) : value; };
   copy_text(refusal.parameter, result.error.parameter, sizeof(result.error.parameter));
   result.error.joint = refusal.joint;
