@@ -23,7 +23,7 @@ class StopJudge {
   };
   static constexpr Most kOneLaw{1.03, 1.003};
   /// The shortest stop is here that of a law with the acceleration that it is planned to reach.
-  static constexpr Most kSeveralLaws{2.5, 4.0};
+  static constexpr Most kSeveralLaws{2.5, 5.0};
   /// Nearly all stops of several joints, by the acceleration that they have.
   static constexpr double kNearlyAll = 1.25;
 

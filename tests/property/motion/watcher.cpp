@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "corbot/motion/bounds.h"
 #include "corbot/motion/path.h"
 
 namespace corbot::test {
@@ -88,8 +89,9 @@ bool Watcher::see(const Snapshot& snapshot) {
 bool Watcher::see_range(const Snapshot& snapshot) {
   for (std::size_t i = 0; i < arm_.dof; ++i) {
     const double q = snapshot.position_q[i];
-    if (!(q >= arm_.joints[i].lower_q - 1e-9)) return fail("lower end of range", q, arm_.joints[i].lower_q);
-    if (!(q <= arm_.joints[i].upper_q + 1e-9)) return fail("upper end of range", q, arm_.joints[i].upper_q);
+    const JointLimits& limits = arm_.joints[i];
+    if (!(q >= limits.lower_q - kRangeTolerance_q)) return fail("lower end of range", q, limits.lower_q);
+    if (!(q <= limits.upper_q + kRangeTolerance_q)) return fail("upper end of range", q, limits.upper_q);
   }
   return true;
 }
