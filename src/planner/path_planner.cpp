@@ -71,8 +71,8 @@ PathLimits reserved(PathLimits limits) {
 
 }  // namespace
 
-PathPlanner::PathPlanner(const ArmModel& model, const PlanSettings& settings)
-    : model_(model), settings_(settings) {
+PathPlanner::PathPlanner(const ArmModel& model, const ArmModel& whole, const PlanSettings& settings)
+    : model_(model), whole_(whole), settings_(settings) {
   for (std::size_t i = 0; i < model.dof; ++i)
     joint_speed_[i] = model.joints[i].speed_q_s * settings.joint_speed_ratio[i];
 }
@@ -137,7 +137,8 @@ PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, double t_s, Me
 template <class Motion, class Member>
 PathPlan PathPlanner::plan_on_solution(const PlanStart& start, Motion motion, double t_s,
                                        Member member) const {
-  return plan_proved(start, motion, PathProof(model_, motion, start.position_q), t_s, member);
+  return plan_proved(start, motion, PathProof(whole_, motion, start.position_q, {}, settings_.soft_limits),
+                     t_s, member);
 }
 
 /// Without a closed form: numerically, from knot to knot.
@@ -148,8 +149,8 @@ PathPlan PathPlanner::plan_between_knots(const PlanStart& start, Motion motion, 
   if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) return *refusal;
   auto& knots = std::get<std::vector<PathKnot>>(plan);
   motion.knots.count = static_cast<std::uint16_t>(knots.size());
-  PathPlan result =
-      plan_proved(start, motion, PathProof(model_, motion, start.position_q, knots), t_s, member);
+  PathPlan result = plan_proved(
+      start, motion, PathProof(whole_, motion, start.position_q, knots, settings_.soft_limits), t_s, member);
   if (std::holds_alternative<Command>(result)) result.knots = std::move(knots);
   return result;
 }

@@ -28,8 +28,9 @@ struct PathScale {
 /// Lines and arcs of the tool centre point, each proved whole. Arguments have been checked.
 class PathPlanner {
  public:
-  /// Model and settings must outlive this.
-  PathPlanner(const ArmModel& model, const PlanSettings& settings);
+  /// `model`: with the soft limits for ranges; `whole`: with its own, by which the real-time task chooses the turns of joints.
+  /// All must outlive this.
+  PathPlanner(const ArmModel& model, const ArmModel& whole, const PlanSettings& settings);
 
   [[nodiscard]] PathPlan line(const PlanStart& start, const std::array<double, 3>& to_m, double t_s) const;
   /// `arc`: circle and angle; the orientation is filled in.
@@ -53,6 +54,7 @@ class PathPlanner {
   [[nodiscard]] TimeLaw fastest_law(const PathProof& proof, const PathScale& scale) const;
 
   const ArmModel& model_;
+  const ArmModel& whole_;
   const PlanSettings& settings_;
   Joints joint_speed_{};
 };

@@ -42,7 +42,8 @@ double hand_m(const JointChain& chain) {
 
 }  // namespace
 
-PathProof::PathProof(const ArmModel& model, const LineMotion& line, const Joints& start_q, PathKnots knots)
+PathProof::PathProof(const ArmModel& model, const LineMotion& line, const Joints& start_q, PathKnots knots,
+                     const std::optional<JointRanges>& soft_limits)
     : model_(&model),
       path_(line),
       solution_(line.solution),
@@ -52,10 +53,11 @@ PathProof::PathProof(const ArmModel& model, const LineMotion& line, const Joints
   constants_.turn_rad = turn_of(line.tool);
   constants_.bend_m = 0.0;
   constants_.travel_m = length_m(line) + hand_m(model.kinematics.chain()) * rotation_rad(line.tool);
-  cut_limits();
+  cut_limits(soft_limits);
 }
 
-PathProof::PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& start_q, PathKnots knots)
+PathProof::PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& start_q, PathKnots knots,
+                     const std::optional<JointRanges>& soft_limits)
     : model_(&model),
       path_(arc),
       solution_(arc.solution),
@@ -65,17 +67,21 @@ PathProof::PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& 
   constants_.turn_rad = turn_of(arc.tool);
   constants_.bend_m = arc.radius_m * arc.angle_rad * arc.angle_rad;
   constants_.travel_m = length_m(arc) + hand_m(model.kinematics.chain()) * rotation_rad(arc.tool);
-  cut_limits();
+  cut_limits(soft_limits);
 }
 
-void PathProof::cut_limits() noexcept {
+void PathProof::cut_limits(const std::optional<JointRanges>& soft_limits) noexcept {
   constexpr double kHalfTurn = std::numbers::pi - kWrapMargin_rad;
-  if (!knots_.empty()) return;  // joints are followed from knot to knot, over whole turns
+  const auto narrow = [&](std::size_t i, double lower_q, double upper_q) {
+    limits_[i].lower_q = std::max(limits_[i].lower_q, lower_q);
+    limits_[i].upper_q = std::min(limits_[i].upper_q, upper_q);
+  };
   for (std::size_t i = 0; i < model_->dof; ++i) {
+    if (soft_limits) narrow(i, soft_limits->lower_q[i], soft_limits->upper_q[i]);
+    if (!knots_.empty()) continue;  // joints are followed from knot to knot, over whole turns
     if (model_->kinematics.joint_kind(i) != JointKind::kRotary) continue;
-    const double middle_q = middle_of_turn(limits_[i], start_q_[i]);
-    limits_[i].lower_q = std::max(limits_[i].lower_q, middle_q - kHalfTurn);
-    limits_[i].upper_q = std::min(limits_[i].upper_q, middle_q + kHalfTurn);
+    const double middle_q = middle_of_turn(model_->joints[i], start_q_[i]);
+    narrow(i, middle_q - kHalfTurn, middle_q + kHalfTurn);
   }
 }
 

@@ -33,8 +33,11 @@ class PathProof {
   /// `start_q`: the joints at the start. Whole turns are not followed: a rotary joint's range counts as cut
   /// to one turn (motion/path_joints.h). The model must outlive this.
   /// `knots`: of an arm without a closed form; they outlive this. The bounds are then those of the pieces between them.
-  PathProof(const ArmModel& model, const LineMotion& line, const Joints& start_q, PathKnots knots = {});
-  PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& start_q, PathKnots knots = {});
+  /// `soft_limits`: kept besides the model's ranges. They choose no turn, as the real-time task does not know them.
+  PathProof(const ArmModel& model, const LineMotion& line, const Joints& start_q, PathKnots knots = {},
+            const std::optional<JointRanges>& soft_limits = {});
+  PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& start_q, PathKnots knots = {},
+            const std::optional<JointRanges>& soft_limits = {});
 
   /// Joint values at s, as the real-time task will compute them.
   [[nodiscard]] IkSolution joints_at(double s) const noexcept;
@@ -81,7 +84,7 @@ class PathProof {
   [[nodiscard]] std::optional<PlanRefusal> check_ends(double s_a, double s_b) const;
   [[nodiscard]] double bound_load(const Clock& clock, const Joints& speed, double floor, double give_up,
                                   bool sample_singular) const;
-  void cut_limits() noexcept;
+  void cut_limits(const std::optional<JointRanges>& soft_limits) noexcept;
 
   const ArmModel* model_;
   std::variant<LineMotion, ArcMotion> path_;
@@ -89,7 +92,7 @@ class PathProof {
   Joints start_q_;
   PathKnots knots_;
   Constants constants_;
-  std::array<JointLimits, kMaxJoints> limits_;  ///< cut to one turn
+  std::array<JointLimits, kMaxJoints> limits_;  ///< with the soft ones, cut to one turn
 };
 
 }  // namespace corbot

@@ -148,7 +148,8 @@ PlanResult sequence(const std::vector<PathPlan>& paths) {
 
 /// The motion itself, once its arguments are known to be good.
 struct Planning {
-  const ArmModel& model;
+  const ArmModel& model;  ///< with the soft limits for ranges
+  const ArmModel& whole;  ///< with its own
   const PlanSettings& settings;
   const PlanStart& start;
 
@@ -157,14 +158,14 @@ struct Planning {
   }
 
   PlanResult operator()(const MoveSRequest& request) const {
-    return sequence({PathPlanner(model, settings).line(start, request.target_m, request.t_s)});
+    return sequence({PathPlanner(model, whole, settings).line(start, request.target_m, request.t_s)});
   }
 
   PlanResult operator()(const MoveCRequest& request) const {
     const auto circle = arc_through(request.p1_m, request.p2_m, request.p3_m);
     if (const auto* refusal = std::get_if<PlanRefusal>(&circle)) return *refusal;
     const ArcMotion& arc = std::get<ArcMotion>(circle);
-    const PathPlanner planner(model, settings);
+    const PathPlanner planner(model, whole, settings);
     const std::array<double, 3>& p1_m = request.p1_m;
     const auto tcp_m = model.kinematics.forward(start.position_q).position_m;
     if (std::hypot(tcp_m[0] - p1_m[0], tcp_m[1] - p1_m[1], tcp_m[2] - p1_m[2]) <= kAtP1_m) {
@@ -217,34 +218,41 @@ struct Planning {
 
  private:
   PlanResult to_pose(const PoseGoal& goal, double t_s, bool straight) const {
-    const Planning planning{model, goal.settings, start};
+    const Planning planning{model, whole, goal.settings, start};
     return straight ? planning(MoveSRequest{goal.target_m, t_s}) : planning(MoveRequest{goal.target_m, t_s});
   }
 };
 
-/// With the soft limits in place of the joints' ranges, and the frames that are set.
-ArmModel limited(const ArmModel& model, const PlanSettings& settings) {
-  ArmModel narrow = model;
-  for (std::size_t i = 0; settings.soft_limits && i < model.dof; ++i) {
+/// With the frames that are set.
+ArmModel framed(const ArmModel& model, const PlanSettings& settings) {
+  ArmModel whole = model;
+  whole.kinematics = in_frames(model.kinematics, settings);
+  return whole;
+}
+
+/// The same with the soft limits in place of the joints' ranges.
+ArmModel limited(const ArmModel& whole, const PlanSettings& settings) {
+  ArmModel narrow = whole;
+  for (std::size_t i = 0; settings.soft_limits && i < whole.dof; ++i) {
     narrow.joints[i].lower_q = settings.soft_limits->lower_q[i];
     narrow.joints[i].upper_q = settings.soft_limits->upper_q[i];
   }
-  narrow.kinematics = in_frames(model.kinematics, settings);
   return narrow;
 }
 
 }  // namespace
 
 std::optional<PlanRefusal> Planner::check(const PlanSettings& settings, const MotionRequest& request) const {
-  const ArmModel model = limited(model_, settings);
+  const ArmModel model = limited(framed(model_, settings), settings);
   return std::visit(ArgumentCheck{model, settings}, request);
 }
 
 PlanResult Planner::plan(const PlanStart& start, const PlanSettings& settings,
                          const MotionRequest& request) const {
   if (auto refusal = check(settings, request)) return *refusal;
-  const ArmModel model = limited(model_, settings);
-  return std::visit(Planning{model, settings, start}, request);
+  const ArmModel whole = framed(model_, settings);
+  const ArmModel model = limited(whole, settings);
+  return std::visit(Planning{model, whole, settings, start}, request);
 }
 
 PlanResult Planner::move(const PlanStart& start, const PlanSettings& settings,
