@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <variant>
 
 #include "corbot/arm/joint_units.h"
 
@@ -98,6 +99,12 @@ CallError refused(const PlanRefusal& refusal, const Kinematics& arm) {
   result.error.upper = shown(refusal.upper);
   std::copy(refusal.target_m.begin(), refusal.target_m.end(), result.error.target_m);
   return result;
+}
+
+CallError refused(const MotionRequest& request, const PlanRefusal& refusal, const Kinematics& arm) {
+  if (std::holds_alternative<ReadyRequest>(request))
+    return not_ready(fmt::format("the initial position: {}", refusal.text));
+  return refused(refusal, arm);
 }
 
 }  // namespace corbot

@@ -6,6 +6,7 @@
 
 #include "corbot/kinematics/arm_kinematics.h"
 #include "planner/plan.h"
+#include "planner/request.h"
 #include "robot/corbot_robot.h"
 
 namespace corbot {
@@ -29,6 +30,9 @@ struct CallError {
 [[nodiscard]] CallError internal(const std::string& text);
 /// The planner's refusal at the CORBA interface: radians become degrees, but of joints that slide.
 [[nodiscard]] CallError refused(const PlanRefusal& refusal, const Kinematics& arm);
+/// The same of a motion: of Ready, which raises no other, NotReady.
+[[nodiscard]] CallError refused(const MotionRequest& request, const PlanRefusal& refusal,
+                                const Kinematics& arm);
 
 /// Radians as degrees of the CORBA interface, without the last bits that the way there and back leaves: -30,
 /// not -29.999999999999996. For limits and refusals, never for joint positions.

@@ -79,7 +79,7 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
         limited.soft_limits = limits_.wanted();
         PlanResult result = planner_.plan(*start, limited, request);
         if (const auto* refusal = std::get_if<PlanRefusal>(&result))
-          throw refused(*refusal, planner_.model().kinematics);
+          throw refused(request, *refusal, planner_.model().kinematics);
         return hand_over(task, epoch, result, *start);
       }
     }

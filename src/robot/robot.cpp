@@ -196,7 +196,8 @@ corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival,
   // Before all else: a bad argument is refused at once, however long the present plan takes.
   PlanSettings now = settings_.get();
   now.soft_limits = limits_.wanted();
-  if (const auto refusal = planner_.check(now, request)) throw refused(*refusal, profile_.arm.kinematics);
+  if (const auto refusal = planner_.check(now, request))
+    throw refused(request, *refusal, profile_.arm.kinematics);
   const auto admit = [&] { return control_.use(key); };
   return queue_.accept(request, now, arrival, admit, wanted);
 }

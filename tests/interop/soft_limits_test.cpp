@@ -110,6 +110,24 @@ TEST_F(SoftLimits, AreTheRangesUntilTheyAreSetAndAfterTheyAreReset) {
   arm_->Drive(0, 40.0, 60.0);
 }
 
+TEST_F(SoftLimits, ReadySaysThatTheyExcludeTheInitialPosition) {
+  arm_->Drive(0, 25.0, 60.0);
+  set(0, 20.0, 30.0);
+  const auto excluded = HasSubstr("joint 0 would be at 0 degrees");
+  EXPECT_THAT(reason_of([&] { arm_->Ready(); }), excluded);
+  EXPECT_THAT(reason_of([&] { (void)arm_->StartReady(); }), excluded);
+  arm_->ResetSoftLimits();
+  arm_->Ready();
+}
+
+TEST_F(SoftLimits, ReadySaysThatItWouldTakeTooLong) {
+  arm_->Drive(0, 25.0, 60.0);
+  arm_->AllSpeed(1e-6);
+  EXPECT_THAT(reason_of([&] { arm_->Ready(); }), HasSubstr("this motion takes"));
+  arm_->AllSpeed(100.0);
+  arm_->Ready();
+}
+
 TEST_F(SoftLimits, PathsKeepThemToo) {
   arm_->Move(0.20, 0.10, 0.10, 0.0, 0.0);
   set(0, -10.0, 90.0);
