@@ -28,6 +28,11 @@ namespace detail {
   return planar != nullptr && planar->follows() == Follows::kPitch ? planar : nullptr;
 }
 
+/// −1 where the family's z axis points down (a table whose base is turned over, an arm that hangs): its inclinations count downward.
+[[nodiscard]] inline double sign_of_pitch(const PlanarArm& planar) noexcept {
+  return rotate(planar.mount.base.orientation, {0.0, 0.0, 1.0})[2] < 0.0 ? -1.0 : 1.0;
+}
+
 }  // namespace detail
 
 /// Whether a tool pitch can be asked of the arm: the first of the angles that it follows is one.
@@ -35,19 +40,18 @@ namespace detail {
   return arm.follows() == Follows::kPitch || arm.follows() == Follows::kPitchAndRoll;
 }
 
-/// The followed angle at which an arm with a tool pitch has this one. Where the family's z axis points down (a table whose base is
-/// turned over), its inclinations count downward.
+/// The followed angle at which an arm with a tool pitch has this one.
 [[nodiscard]] inline double angle_of_pitch(const Kinematics& arm, double pitch_rad) noexcept {
   const auto* planar = std::get_if<PlanarArm>(&arm.form());
   if (planar == nullptr) return pitch_rad;
-  const bool is_turned_over = rotate(planar->mount.base.orientation, {0.0, 0.0, 1.0})[2] < 0.0;
-  return (is_turned_over ? -pitch_rad : pitch_rad) - planar->mount.tool_tilt_rad;
+  return detail::sign_of_pitch(*planar) * pitch_rad - planar->mount.tool_tilt_rad;
 }
 
 /// And back.
 [[nodiscard]] inline double pitch_of_angle(const Kinematics& arm, double angle_rad) noexcept {
   const auto* planar = std::get_if<PlanarArm>(&arm.form());
-  return planar != nullptr ? angle_rad + planar->mount.tool_tilt_rad : angle_rad;
+  if (planar == nullptr) return angle_rad;
+  return detail::sign_of_pitch(*planar) * (angle_rad + planar->mount.tool_tilt_rad);
 }
 
 /// Yaw and pitch of an upright arm with a tool pitch are sums of its joints, not wrapped. Otherwise both and the roll are angles in

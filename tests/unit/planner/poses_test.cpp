@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "corbot/motion/path.h"
+#include "planner/frame_settings.h"
 #include "planner/planner.h"
 #include "published_arm.h"
 #include "test_arm.h"
@@ -267,6 +268,29 @@ INSTANTIATE_TEST_SUITE_P(
                     Lesser{"cartesian_ppp", {0.2, 0.2, 0.1, 0, 0, 0}, {0.01, 0.02, 0.03}},
                     Lesser{"cylindrical_rpp", {0.3, 0.2, 0.2, 0, 0, 0}, {0.01, 0.02, 0.03}}),
     [](const auto& arm) { return std::string(arm.param.name); });
+
+/// Hung from a ceiling, where an inclination that the arm counts upward is a pitch downward; and with a tool that is tilted in the hand.
+TEST(LynxPoses, AnOffsetKeepsThePitchOfAnArmThatHangs) {
+  const ArmModel arm = test::wide_arm();
+  PlanSettings settings;
+  settings.base_frame = Pose{{0.0, 0.0, 1.0}, {0.0, 1.0, 0.0, 0.0}};
+  for (const double tilt_rad : {0.0, 0.3}) {
+    settings.tool_frame =
+        Pose{frames_of(arm.kinematics).n_T_tool.position_m,
+             frames_of(arm.kinematics).n_T_tool.orientation * about({0.0, 1.0, 0.0}, tilt_rad)};
+    const Kinematics hung = in_frames(arm.kinematics, settings);
+    const Pose here = hung.forward(kLynxBent);
+    for (const bool straight : {false, true}) {
+      const MoveRelativeRequest request{{{0.01, 0.005, 0.01}, {}}, OffsetFrame::kBase, 0.0, straight};
+      const Command command = only(Planner(arm).plan({kLynxBent, 0}, settings, request));
+      const Pose there = hung.forward(command.end_q);
+      EXPECT_LT(test::distance(there.position_m, here.position_m + request.offset.position_m), 1e-9);
+      EXPECT_NEAR(wrap_angle(hung.followed().at(command.end_q)[0] - hung.followed().at(kLynxBent)[0]), 0.0,
+                  1e-9);
+      EXPECT_NEAR(tool_pose(hung, command.end_q).pitch_rad, tool_pose(hung, kLynxBent).pitch_rad, 1e-9);
+    }
+  }
+}
 
 TEST(LynxPoses, AnOffsetThatTurnsIsAPose) {
   const ArmModel arm = lynx5();
