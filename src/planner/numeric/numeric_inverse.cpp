@@ -18,6 +18,7 @@ constexpr int kWatchedSteps = 8;      // in so many the error must halve, or the
 constexpr double kFinal = 1e-14;      // no step from here improves anything
 constexpr double kLongestStep = 1.2;  // rad, or in units of the arm's length
 constexpr double kDistinct = 1e-3;
+constexpr double kAlike = 1e-6;  // a joint that several solutions have in common differs by less
 
 using Vector6 = std::array<double, 6>;
 
@@ -212,6 +213,16 @@ class Search {
     return true;
   }
 
+  /// By what their joints are within a turn, the first that differs: not by the turns that the hint has chosen.
+  void sort() noexcept {
+    const auto begin = found.joints_q.begin();
+    for (std::uint32_t k = 1; k < found.count; ++k) {
+      const auto place =
+          std::find_if(begin, begin + k, [&](const Joints& other) { return is_before(begin[k], other); });
+      std::rotate(place, begin + k, begin + k + 1);
+    }
+  }
+
   NumericSolutions found;
 
  private:
@@ -222,6 +233,15 @@ class Search {
       if (std::abs(turns(i) ? wrap_angle(away) : away) > kDistinct) return false;
     }
     return true;
+  }
+
+  [[nodiscard]] bool is_before(const Joints& a, const Joints& b) const {
+    for (std::size_t i = 0; i < chain_.count; ++i) {
+      if (std::abs(turns(i) ? wrap_angle(a[i] - b[i]) : a[i] - b[i]) <= kAlike) continue;
+      // Half a turn to one side is the other side's, too.
+      return turns(i) ? wrap_angle(a[i] + kAlike) < wrap_angle(b[i] + kAlike) : a[i] < b[i];
+    }
+    return false;
   }
 
   const JointChain& chain_;
@@ -251,7 +271,7 @@ NumericSolutions search_all(const JointChain& chain, const Wanted& wanted, const
     quiet = all.try_seed(q) ? 0 : quiet + 1;
   }
   all.found.seeds = seeds.tried();
-  std::sort(all.found.joints_q.begin(), all.found.joints_q.begin() + all.found.count);
+  all.sort();
   return all.found;
 }
 

@@ -43,7 +43,7 @@ struct NumericSolutions {
                                               const Joints& hint_q, const NumericSearch& search);
 
 /// All that random seeds find, at most kMaxSolutions, as distinct modulo whole turns (1e-3 rad or m), in the order of their joints,
-/// so that a number is the same for the same pose. A pose where joints are free has infinitely many: then it is any of them.
+/// so that a number is the same for the same pose, whatever the hint. A pose where joints are free has infinitely many: then it is any of them.
 /// Not for the cycle: it takes some 10 ms.
 [[nodiscard]] NumericSolutions all_solutions(const JointChain& chain, const Pose& base_T_tool,
                                              const Joints& hint_q, const NumericSearch& search);

@@ -189,6 +189,26 @@ TEST(NumericSearch, GivesTheSameSolutionsInTheSameOrderAgain) {
   }
 }
 
+/// The hint says at which turn a joint is shown, and is the first seed: neither makes another solution of a number.
+TEST(NumericSearch, CountsSolutionsAlikeWhereverTheArmIs) {
+  for (const char* name : {"xarm6", "puma560", "ur5e"}) {
+    const NumericArm arm(name);
+    const Pose pose = forward(arm.chain, {0.4, -0.3, -1.2, 0.5, 0.9, -0.1});
+    const NumericSolutions once = all_solutions(arm.chain, pose, {}, {});
+    ASSERT_GT(once.count, 1u) << name;
+    std::mt19937_64 random(1751);
+    std::uniform_real_distribution<double> angle(-2.0 * kPi, 2.0 * kPi);
+    for (int i = 0; i < 6; ++i) {
+      Joints hint{};
+      for (double& joint : hint) joint = angle(random);
+      const NumericSolutions again = all_solutions(arm.chain, pose, hint, {});
+      ASSERT_EQ(again.count, once.count) << name;
+      for (std::uint32_t k = 0; k < once.count; ++k)
+        EXPECT_LT(arm.apart(once.joints_q[k], again.joints_q[k]), 1e-6) << name << " solution " << k;
+    }
+  }
+}
+
 TEST(NumericSearch, KeepsTheSolutionOfItsHint) {
   const JointChain chain = joint_chain(arm_vectors("xarm6").table);
   const Joints q{0.4, -0.3, -1.2, 0.5, 0.9, -0.1};
