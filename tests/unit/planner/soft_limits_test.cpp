@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "corbot/motion/law_evaluation.h"
+#include "corbot/motion/path.h"
 #include "corbot/motion/path_joints.h"
 #include "planner/planner.h"
 #include "published_arm.h"
@@ -168,6 +169,49 @@ TEST(SoftLimits, LeaveAJointThatStandsHalfATurnOffWhereItIs) {
       planner.move_s(start, last_joint_within(arm, -std::numbers::pi, -1.0), here_m, 0.0);
   if (is_planned(result)) expect_as_task_sees_it(arm, result);
   EXPECT_EQ(is_planned(result), is_planned(planner.move_s(start, {}, here_m, 0.0)));
+}
+
+/// The real-time task does not know them: at which of its turns a joint is it decides by the range of the profile.
+TEST(SoftLimits, APathIsPlannedAtTheTurnsAtWhichTheTaskWillRunIt) {
+  ArmModel arm = test::wide_arm();
+  arm.joints[0].lower_q = deg(-360);
+  arm.joints[0].upper_q = deg(360);
+  PlanSettings settings;
+  settings.tool_pitch_rad = pitch_of_angle(arm.kinematics, arm.kinematics.followed().at(kBent.position_q)[0]);
+  settings.soft_limits.emplace();
+  for (std::size_t i = 0; i < 4; ++i) {
+    settings.soft_limits->lower_q[i] = deg(-175);
+    settings.soft_limits->upper_q[i] = deg(175);
+  }
+  PlanStart start = kBent;
+  start.position_q[0] = deg(-170);
+  const auto at = [&](double joint_deg) {
+    Joints q = start.position_q;
+    q[0] = deg(joint_deg);
+    return test::tcp_of(arm, q);
+  };
+  // About the base axis, by 100 degrees, and by more than half a turn.
+  for (const double by_deg : {100.0, 300.0}) {
+    const PlanResult result =
+        Planner(arm).move_c(start, settings, at(-170.0), at(-170.0 + by_deg / 2), at(-170.0 + by_deg));
+    if (!is_planned(result)) {
+      EXPECT_GT(by_deg, 180.0) << std::get<PlanRefusal>(result).text;
+      EXPECT_EQ(std::get<PlanRefusal>(result).parameter, "joint range");
+      continue;
+    }
+    for (const Command& command : std::get<std::vector<Command>>(result)) {
+      ASSERT_EQ(command.kind, MotionKind::kArc);
+      for (int k = 0; k <= 16; ++k) {
+        const IkSolution there =
+            joints_at(arm, point_at(command.arc, k / 16.0), command.arc.solution, start.position_q);
+        ASSERT_EQ(there.status, IkStatus::kOk);
+        EXPECT_GE(there.joints_q[0], deg(-175.0)) << by_deg << " at " << k << "/16";
+        if (k == 16) {
+          EXPECT_NEAR(there.joints_q[0], command.end_q[0], 1e-9) << by_deg;
+        }
+      }
+    }
+  }
 }
 
 }  // namespace
