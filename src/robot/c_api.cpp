@@ -74,8 +74,8 @@ void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {
   out->dof = static_cast<int32_t>(arm.dof);
   for (std::size_t i = 0; i < arm.dof; ++i) {
     const JointKind kind = arm.kinematics.joint_kind(i);
-    out->lower_deg[i] = tidy_shown(kind, arm.joints[i].lower_q);
-    out->upper_deg[i] = tidy_shown(kind, arm.joints[i].upper_q);
+    out->lower[i] = tidy_shown(kind, arm.joints[i].lower_q);
+    out->upper[i] = tidy_shown(kind, arm.joints[i].upper_q);
     out->speed[i] = tidy_shown(kind, arm.joints[i].speed_q_s);
     out->slides[i] = kind == JointKind::kPrismatic ? 1 : 0;
     copy_text(robot->robot.profile().joint_names[i], out->joint_name[i], sizeof(out->joint_name[i]));
@@ -88,11 +88,11 @@ void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {
   out->reach_m = std::round(reach_m(arm) * 1e9) / 1e9;  // to the nanometre
 }
 
-corbot_status corbot_robot_joints(const corbot_robot* robot, double out_deg[CORBOT_MAX_JOINTS],
+corbot_status corbot_robot_joints(const corbot_robot* robot, double out[CORBOT_MAX_JOINTS],
                                   corbot_error* error) {
   return guarded(error, [&] {
     const Joints joints = robot->robot.view().joints_shown();
-    std::copy(joints.begin(), joints.end(), out_deg);
+    std::copy(joints.begin(), joints.end(), out);
   });
 }
 
@@ -114,8 +114,8 @@ int32_t corbot_robot_soft_limits(const corbot_robot* robot, corbot_joint_ranges*
     const auto limits = robot->robot.soft_limits();
     for (std::size_t i = 0; limits && i < robot->robot.profile().arm.dof; ++i) {
       const JointKind kind = robot->robot.profile().arm.kinematics.joint_kind(i);
-      out->lower_deg[i] = tidy_shown(kind, limits->lower_q[i]);
-      out->upper_deg[i] = tidy_shown(kind, limits->upper_q[i]);
+      out->lower[i] = tidy_shown(kind, limits->lower_q[i]);
+      out->upper[i] = tidy_shown(kind, limits->upper_q[i]);
     }
     known = limits ? 1 : 0;
   });

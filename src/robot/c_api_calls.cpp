@@ -142,13 +142,12 @@ corbot_status corbot_robot_move_c(corbot_robot* robot, const corbot_caller* call
       p3_m[0], p3_m[1], p3_m[2]);
 }
 
-corbot_status corbot_robot_move_joints(corbot_robot* robot, const corbot_caller* caller,
-                                       const double* target_deg, size_t count, double t_s,
-                                       corbot_ticket* ticket, corbot_error* error) {
+corbot_status corbot_robot_move_joints(corbot_robot* robot, const corbot_caller* caller, const double* target,
+                                       size_t count, double t_s, corbot_ticket* ticket, corbot_error* error) {
   std::string targets;
   guarded(nullptr, [&] {
-    targets = fmt::format(
-        "{}", fmt::join(target_deg, target_deg + std::min<std::size_t>(count, CORBOT_MAX_JOINTS), ", "));
+    targets =
+        fmt::format("{}", fmt::join(target, target + std::min<std::size_t>(count, CORBOT_MAX_JOINTS), ", "));
   });
   return start(
       robot, caller, ticket, error,
@@ -161,7 +160,7 @@ corbot_status corbot_robot_move_joints(corbot_robot* robot, const corbot_caller*
         }
         MoveJointsRequest request{{}, t_s};
         for (std::size_t i = 0; i < count; ++i) {
-          request.target_q[i] = from_shown(arm.joint_kind(i), target_deg[i]);
+          request.target_q[i] = from_shown(arm.joint_kind(i), target[i]);
         }
         return request;
       },
@@ -169,8 +168,7 @@ corbot_status corbot_robot_move_joints(corbot_robot* robot, const corbot_caller*
 }
 
 corbot_status corbot_robot_drive(corbot_robot* robot, const corbot_caller* caller, int32_t joint,
-                                 double increment_deg, double speed_deg_s, corbot_ticket* ticket,
-                                 corbot_error* error) {
+                                 double increment, double speed, corbot_ticket* ticket, corbot_error* error) {
   return start(
       robot, caller, ticket, error,
       [&] {
@@ -178,9 +176,9 @@ corbot_status corbot_robot_drive(corbot_robot* robot, const corbot_caller* calle
         const bool is_there = joint >= 0 && static_cast<std::size_t>(joint) < arm.dof;  // else it is refused
         const JointKind kind =
             is_there ? arm.kinematics.joint_kind(static_cast<std::size_t>(joint)) : JointKind::kRotary;
-        return DriveRequest{joint, from_shown(kind, increment_deg), from_shown(kind, speed_deg_s)};
+        return DriveRequest{joint, from_shown(kind, increment), from_shown(kind, speed)};
       },
-      "Drive({}, {}, {})", joint, increment_deg, speed_deg_s);
+      "Drive({}, {}, {})", joint, increment, speed);
 }
 
 corbot_status corbot_robot_ready(corbot_robot* robot, const corbot_caller* caller, corbot_ticket* ticket,

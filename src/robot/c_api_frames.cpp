@@ -81,7 +81,7 @@ corbot_status corbot_robot_solutions(const corbot_robot* robot, const corbot_too
       to.orientation_error_deg = to_degrees(solution.orientation_error_rad);
       for (std::size_t i = 0; i < arm.joint_count(); ++i) {
         const double q = solution.joints_q[i];
-        to.joints_deg[i] = to_shown(arm.joint_kind(i), q);
+        to.joints[i] = to_shown(arm.joint_kind(i), q);
       }
     }
   });

@@ -66,7 +66,7 @@ corbot_status corbot_robot_set_soft_limits(corbot_robot* robot, const corbot_cal
   std::string ranges;
   guarded(nullptr, [&] {
     for (std::size_t i = 0; i < std::min<std::size_t>(count, CORBOT_MAX_JOINTS); ++i) {
-      ranges += fmt::format("{}{} {}", i > 0 ? ", " : "", limits->lower_deg[i], limits->upper_deg[i]);
+      ranges += fmt::format("{}{} {}", i > 0 ? ", " : "", limits->lower[i], limits->upper[i]);
     }
   });
   return change(
@@ -78,8 +78,8 @@ corbot_status corbot_robot_set_soft_limits(corbot_robot* robot, const corbot_cal
                              fmt::format("{} ranges, but the arm has {} joints", count, dof));
         }
         JointRanges wanted;
-        std::copy_n(limits->lower_deg, dof, wanted.lower_q.begin());
-        std::copy_n(limits->upper_deg, dof, wanted.upper_q.begin());
+        std::copy_n(limits->lower, dof, wanted.lower_q.begin());
+        std::copy_n(limits->upper, dof, wanted.upper_q.begin());
         of.set_soft_limits(wanted);
       },
       "SetSoftLimits([{}])", ranges);

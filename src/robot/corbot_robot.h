@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * The robot without an ORB, in C: what every adapter (omniORB, ORBit2) calls. Units are the CORBA
- * interface's: metres, degrees, seconds, percent. Every function is thread-safe; none is real-time safe. No
- * exception crosses this header.
+ * interface's: metres, degrees, seconds, percent; of a joint that slides metres and m/s where others have degrees and
+ * degrees/s. Every function is thread-safe; none is real-time safe. No exception crosses this header.
  *
  * Functions that can fail return CORBOT_OK or the kind of failure and fill *error. Nothing has moved then. */
 #ifndef CORBOT_ROBOT_H
@@ -40,7 +40,7 @@ void corbot_robot_interrupt(corbot_robot* robot);
 void corbot_robot_describe(const corbot_robot* robot, corbot_description* out);
 
 /* Reads; never wait for a motion. */
-corbot_status corbot_robot_joints(const corbot_robot* robot, double out_deg[CORBOT_MAX_JOINTS],
+corbot_status corbot_robot_joints(const corbot_robot* robot, double out[CORBOT_MAX_JOINTS],
                                   corbot_error* error);
 corbot_status corbot_robot_pose(const corbot_robot* robot, corbot_pose* out, corbot_error* error);
 /* All that can be read of one cycle. CORBOT_NO_DATA: no real-time task has ever been seen. */
@@ -98,12 +98,10 @@ corbot_status corbot_robot_move_s(corbot_robot* robot, const corbot_caller* call
 corbot_status corbot_robot_move_c(corbot_robot* robot, const corbot_caller* caller, const double p1_m[3],
                                   const double p2_m[3], const double p3_m[3], corbot_ticket* ticket,
                                   corbot_error* error);
-corbot_status corbot_robot_move_joints(corbot_robot* robot, const corbot_caller* caller,
-                                       const double* target_deg, size_t count, double t_s,
-                                       corbot_ticket* ticket, corbot_error* error);
+corbot_status corbot_robot_move_joints(corbot_robot* robot, const corbot_caller* caller, const double* target,
+                                       size_t count, double t_s, corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_drive(corbot_robot* robot, const corbot_caller* caller, int32_t joint,
-                                 double increment_deg, double speed_deg_s, corbot_ticket* ticket,
-                                 corbot_error* error);
+                                 double increment, double speed, corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_ready(corbot_robot* robot, const corbot_caller* caller, corbot_ticket* ticket,
                                  corbot_error* error);
 corbot_status corbot_robot_delay(corbot_robot* robot, const corbot_caller* caller, double t_s,

@@ -69,15 +69,18 @@ typedef struct corbot_motion_info {
 typedef enum corbot_gripper { CORBOT_GRIPPER_OPEN, CORBOT_GRIPPER_CLOSE } corbot_gripper;
 typedef enum corbot_state { CORBOT_STATE_ERROR, CORBOT_STATE_WAITING, CORBOT_STATE_STANDBY } corbot_state;
 
+/* Values of joints, here and in corbot_robot.h, are of each joint's kind: degrees and degrees/s where it turns, metres and m/s
+ * where it slides, which `slides` says. Their arrays go by joint, from the base on; joints beyond the arm's are 0. */
+
 /* What does not change while the servant runs. */
 typedef struct corbot_description {
   char name[64];
   int32_t kind; /* order of RobotKind */
   int32_t dof;
-  double lower_deg[CORBOT_MAX_JOINTS];
-  double upper_deg[CORBOT_MAX_JOINTS];
-  double speed[CORBOT_MAX_JOINTS];   /* their limits, degrees/s or m/s */
-  int32_t slides[CORBOT_MAX_JOINTS]; /* 1: values are metres, not degrees */
+  double lower[CORBOT_MAX_JOINTS];   /* degrees; m where the joint slides */
+  double upper[CORBOT_MAX_JOINTS];   /* as lower */
+  double speed[CORBOT_MAX_JOINTS];   /* their limits, degrees/s; m/s where the joint slides */
+  int32_t slides[CORBOT_MAX_JOINTS]; /* 1: the joint slides */
   char joint_name[CORBOT_MAX_JOINTS][CORBOT_JOINT_NAME];
   double reach_m;
   char endpoint_host[256]; /* where the profile says that the robot is served */
@@ -151,15 +154,15 @@ typedef enum corbot_offset_frame { CORBOT_OFFSET_IN_BASE, CORBOT_OFFSET_IN_TOOL 
 /* One of the arm's solutions at a pose. */
 typedef struct corbot_pose_solution {
   uint32_t number;
-  double joints_deg[CORBOT_MAX_JOINTS];
-  int32_t in_range; /* of the ranges that motions keep, soft limits included */
+  double joints[CORBOT_MAX_JOINTS]; /* degrees; m where the joint slides */
+  int32_t in_range;                 /* of the ranges that motions keep, soft limits included */
   double orientation_error_deg;
 } corbot_pose_solution;
 
-/* Ranges of the joints, degrees. */
+/* Ranges of the joints, degrees; m where the joint slides. */
 typedef struct corbot_joint_ranges {
-  double lower_deg[CORBOT_MAX_JOINTS];
-  double upper_deg[CORBOT_MAX_JOINTS];
+  double lower[CORBOT_MAX_JOINTS];
+  double upper[CORBOT_MAX_JOINTS];
 } corbot_joint_ranges;
 
 /* What becomes of a call that has not ended yet. */
@@ -193,7 +196,7 @@ typedef struct corbot_holder {
   double left_s; /* of the lease */
 } corbot_holder;
 
-/* The arm at the end of one cycle of the real-time task, from which ages count. Joints beyond the arm's are 0. */
+/* The arm at the end of one cycle of the real-time task, from which ages count. */
 typedef struct corbot_arm_state {
   uint64_t cycle;
   double time_s; /* when the cycle was due, since the Unix epoch */
@@ -202,11 +205,11 @@ typedef struct corbot_arm_state {
   int32_t paused;
   int32_t held;
   double override_percent;
-  double commanded_deg[CORBOT_MAX_JOINTS];
-  double speed_deg_s[CORBOT_MAX_JOINTS]; /* of the set-points */
-  int32_t measured;                      /* the device measures the joints */
-  double measured_deg[CORBOT_MAX_JOINTS];
-  corbot_tool_pose tool; /* of the measured joints, else of the set-points */
+  double commanded[CORBOT_MAX_JOINTS];       /* set-points, degrees; m where the joint slides */
+  double speed[CORBOT_MAX_JOINTS];           /* of the set-points, degrees/s; m/s where the joint slides */
+  int32_t measured;                          /* the device measures the joints */
+  double measured_joints[CORBOT_MAX_JOINTS]; /* as commanded */
+  corbot_tool_pose tool;                     /* of the measured joints, else of the set-points */
   corbot_tool_pose tool_commanded;
   corbot_motion_info motion; /* the one under way; id 0: none */
   uint32_t queued;           /* accepted and not begun */

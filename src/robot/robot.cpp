@@ -316,9 +316,7 @@ void Robot::reset_tool_orientation() {
   });
 }
 
-void Robot::set_soft_limits(const JointRanges& limits_deg) {
-  queue_.change_limits(limits_.checked(limits_deg));
-}
+void Robot::set_soft_limits(const JointRanges& limits) { queue_.change_limits(limits_.checked(limits)); }
 
 void Robot::reset_soft_limits() { queue_.reset_limits(); }
 

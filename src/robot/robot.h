@@ -128,9 +128,9 @@ class Robot final : private LinkListener {
   /// Of the set-points; nothing where the family has no closed form. Throws CallError (no data).
   [[nodiscard]] std::optional<std::uint32_t> solution() const;
 
-  /// Ranges within the profile's that planned motions keep, degrees; kept on disk. Throws CallError for what no arm has,
+  /// Ranges within the profile's that planned motions keep, degrees or m; kept on disk. Throws CallError for what no arm has,
   /// where the arm stands outside, while motions are pending, and where they cannot be saved.
-  void set_soft_limits(const JointRanges& limits_deg);
+  void set_soft_limits(const JointRanges& limits);
   void reset_soft_limits();
   /// Those in force, rad or m; nothing: not known, and no joint moves until they are set or reset.
   [[nodiscard]] std::optional<JointRanges> soft_limits() const { return limits_.ranges(); }

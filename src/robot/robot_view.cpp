@@ -213,9 +213,9 @@ corbot_arm_state RobotView::arm_state() const {
   all.measured = is_measured(now) ? 1 : 0;
   for (std::size_t i = 0; i < kMaxJoints; ++i) {
     const JointKind kind = profile_.arm.kinematics.joint_kind(i);
-    all.commanded_deg[i] = to_shown(kind, now.position_q[i]);
-    all.speed_deg_s[i] = to_shown(kind, now.velocity_q_s[i]);
-    if (is_measured(now)) all.measured_deg[i] = to_shown(kind, now.measured_q[i]);
+    all.commanded[i] = to_shown(kind, now.position_q[i]);
+    all.speed[i] = to_shown(kind, now.velocity_q_s[i]);
+    if (is_measured(now)) all.measured_joints[i] = to_shown(kind, now.measured_q[i]);
   }
   const Kinematics arm = in_frames(profile_.arm.kinematics, settings_.get());
   all.tool_commanded = pose_of(arm.forward(now.position_q));

@@ -63,9 +63,9 @@ Corbot::Ticket ArmServant::begin(const Caller& caller, Function function, Argume
 }
 
 Corbot::JointCoord* ArmServant::ArtiCoord() {
-  double joints_deg[CORBOT_MAX_JOINTS];
-  call(corbot_robot_joints, &robot_, joints_deg);
-  return new Corbot::JointCoord(to_corba(joints_deg, static_cast<CORBA::ULong>(description_.dof)));
+  double joints[CORBOT_MAX_JOINTS];
+  call(corbot_robot_joints, &robot_, joints);
+  return new Corbot::JointCoord(to_corba(joints, static_cast<CORBA::ULong>(description_.dof)));
 }
 
 Corbot::CartesianCoord ArmServant::CartCoord() {
@@ -85,7 +85,7 @@ CORBA::Double ArmServant::Reach() { return description_.reach_m; }
 
 Corbot::JointRanges* ArmServant::MovRange() {
   return new Corbot::JointRanges(
-      to_corba(description_.lower_deg, description_.upper_deg, static_cast<CORBA::ULong>(description_.dof)));
+      to_corba(description_.lower, description_.upper, static_cast<CORBA::ULong>(description_.dof)));
 }
 
 void ArmServant::Move(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
@@ -272,7 +272,7 @@ Corbot::PoseSolutions* ArmServant::Solutions(const Corbot::Pose& target) {
   result->length(static_cast<CORBA::ULong>(count));
   for (CORBA::ULong i = 0; i < result->length(); ++i) {
     result[i].number = found[i].number;
-    result[i].joints = to_corba(found[i].joints_deg, static_cast<CORBA::ULong>(description_.dof));
+    result[i].joints = to_corba(found[i].joints, static_cast<CORBA::ULong>(description_.dof));
     result[i].withinLimits = found[i].in_range != 0;
     result[i].orientationError = found[i].orientation_error_deg;
   }
@@ -288,8 +288,8 @@ CORBA::Long ArmServant::Solution() {
 void ArmServant::SetSoftLimits(const Corbot::JointRanges& limits) {
   corbot_joint_ranges wanted{};
   for (CORBA::ULong i = 0; i < limits.length() && i < CORBOT_MAX_JOINTS; ++i) {
-    wanted.lower_deg[i] = limits[i].lower;
-    wanted.upper_deg[i] = limits[i].upper;
+    wanted.lower[i] = limits[i].lower;
+    wanted.upper[i] = limits[i].upper;
   }
   change(CORBOT_PLACE_TO_CHANGE, corbot_robot_set_soft_limits, &wanted, std::size_t{limits.length()});
 }
@@ -299,7 +299,7 @@ Corbot::JointRanges* ArmServant::SoftLimits() {
   corbot_joint_ranges limits{};
   const bool is_known = corbot_robot_soft_limits(&robot_, &limits) != 0;
   const auto count = static_cast<CORBA::ULong>(is_known ? description_.dof : 0);
-  return new Corbot::JointRanges(to_corba(limits.lower_deg, limits.upper_deg, count));
+  return new Corbot::JointRanges(to_corba(limits.lower, limits.upper, count));
 }
 
 Corbot::AlarmList* ArmServant::Alarms() {

@@ -46,7 +46,7 @@ Corbot::JointList joints_of(const corbot_description& arm) {
   for (CORBA::ULong i = 0; i < result.length(); ++i) {
     result[i].name = CORBA::string_dup(arm.joint_name[i]);
     result[i].kind = arm.slides[i] != 0 ? Corbot::JointSlides : Corbot::JointTurns;
-    result[i].range = {arm.lower_deg[i], arm.upper_deg[i]};
+    result[i].range = {arm.lower[i], arm.upper[i]};
     result[i].speed = arm.speed[i];
   }
   return result;
@@ -93,10 +93,10 @@ void fill(const corbot_arm_state& from, CORBA::ULong dof, Corbot::ArmState& to) 
   to.status = to_corba(from.status);
   to.paused = from.paused != 0;
   to.overridePercent = from.override_percent;
-  to.commanded = to_corba(from.commanded_deg, dof);
-  to.speeds = to_corba(from.speed_deg_s, dof);
+  to.commanded = to_corba(from.commanded, dof);
+  to.speeds = to_corba(from.speed, dof);
   to.measured = from.measured != 0;
-  to.measuredJoints = to_corba(from.measured_deg, from.measured != 0 ? dof : 0);
+  to.measuredJoints = to_corba(from.measured_joints, from.measured != 0 ? dof : 0);
   to.tool = to_corba(from.tool);
   to.toolCommanded = to_corba(from.tool_commanded);
   fill(from.motion, to.motion);

@@ -111,8 +111,8 @@ static void set_soft_limits(PortableServer_Servant servant, const Corbot_JointRa
   }
   corbot_joint_ranges wanted = {{0}, {0}};
   for (CORBA_unsigned_long i = 0; i < count; ++i) {
-    wanted.lower_deg[i] = limits->_buffer[i].lower;
-    wanted.upper_deg[i] = limits->_buffer[i].upper;
+    wanted.lower[i] = limits->_buffer[i].lower;
+    wanted.upper[i] = limits->_buffer[i].upper;
   }
   Caller room;
   corbot_error error;

@@ -75,7 +75,7 @@ static Corbot_PoseSolutions* solutions(PortableServer_Servant servant, const Cor
   for (CORBA_unsigned_long i = 0; i < length; ++i) {
     Corbot_PoseSolution* to = &result->_buffer[i];
     to->number = found[i].number;
-    convert_joints(found[i].joints_deg, self_of(servant)->description.dof, &to->joints);
+    convert_joints(found[i].joints, self_of(servant)->description.dof, &to->joints);
     to->withinLimits = found[i].in_range ? CORBA_TRUE : CORBA_FALSE;
     to->orientationError = found[i].orientation_error_deg;
   }

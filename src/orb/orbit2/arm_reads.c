@@ -6,14 +6,14 @@
 #include "orb/orbit2/raise.h"
 
 static Corbot_JointCoord* get_arti_coord(PortableServer_Servant servant, CORBA_Environment* ev) {
-  double joints_deg[CORBOT_MAX_JOINTS];
+  double joints[CORBOT_MAX_JOINTS];
   corbot_error error;
-  if (corbot_robot_joints(self_of(servant)->robot, joints_deg, &error) != CORBOT_OK) {
+  if (corbot_robot_joints(self_of(servant)->robot, joints, &error) != CORBOT_OK) {
     raise_failure(&error, ev);
     return NULL;
   }
   Corbot_JointCoord* result = Corbot_JointCoord__alloc();
-  convert_joints(joints_deg, self_of(servant)->description.dof, result);
+  convert_joints(joints, self_of(servant)->description.dof, result);
   return result;
 }
 
@@ -45,15 +45,14 @@ static CORBA_long get_dof(PortableServer_Servant servant, CORBA_Environment* ev)
   return self_of(servant)->description.dof;
 }
 
-static Corbot_JointRanges* ranges_of(const double* lower_deg, const double* upper_deg,
-                                     CORBA_unsigned_long count) {
+static Corbot_JointRanges* ranges_of(const double* lower, const double* upper, CORBA_unsigned_long count) {
   Corbot_JointRanges* result = Corbot_JointRanges__alloc();
   result->_buffer = Corbot_JointRanges_allocbuf(count);
   result->_length = result->_maximum = count;
   result->_release = CORBA_TRUE;
   for (CORBA_unsigned_long i = 0; i < count; ++i) {
-    result->_buffer[i].lower = lower_deg[i];
-    result->_buffer[i].upper = upper_deg[i];
+    result->_buffer[i].lower = lower[i];
+    result->_buffer[i].upper = upper[i];
   }
   return result;
 }
@@ -61,7 +60,7 @@ static Corbot_JointRanges* ranges_of(const double* lower_deg, const double* uppe
 static Corbot_JointRanges* get_mov_range(PortableServer_Servant servant, CORBA_Environment* ev) {
   (void)ev;
   const corbot_description* description = &self_of(servant)->description;
-  return ranges_of(description->lower_deg, description->upper_deg, (CORBA_unsigned_long)description->dof);
+  return ranges_of(description->lower, description->upper, (CORBA_unsigned_long)description->dof);
 }
 
 static Corbot_JointRanges* get_soft_limits(PortableServer_Servant servant, CORBA_Environment* ev) {
@@ -69,7 +68,7 @@ static Corbot_JointRanges* get_soft_limits(PortableServer_Servant servant, CORBA
   corbot_joint_ranges limits;
   const int32_t known = corbot_robot_soft_limits(self_of(servant)->robot, &limits);
   const int32_t dof = self_of(servant)->description.dof;
-  return ranges_of(limits.lower_deg, limits.upper_deg, (CORBA_unsigned_long)(known ? dof : 0));
+  return ranges_of(limits.lower, limits.upper, (CORBA_unsigned_long)(known ? dof : 0));
 }
 
 static Corbot_JointList* get_joints(PortableServer_Servant servant, CORBA_Environment* ev) {
@@ -83,8 +82,8 @@ static Corbot_JointList* get_joints(PortableServer_Servant servant, CORBA_Enviro
   for (CORBA_unsigned_long i = 0; i < count; ++i) {
     result->_buffer[i].name = CORBA_string_dup(description->joint_name[i]);
     result->_buffer[i].kind = description->slides[i] ? Corbot_JointSlides : Corbot_JointTurns;
-    result->_buffer[i].range.lower = description->lower_deg[i];
-    result->_buffer[i].range.upper = description->upper_deg[i];
+    result->_buffer[i].range.lower = description->lower[i];
+    result->_buffer[i].range.upper = description->upper[i];
     result->_buffer[i].speed = description->speed[i];
   }
   return result;

@@ -75,10 +75,10 @@ void convert_arm_state(const corbot_arm_state* from, int32_t dof, Corbot_ArmStat
   to->status = convert_state(from->status);
   to->paused = from->paused ? CORBA_TRUE : CORBA_FALSE;
   to->overridePercent = from->override_percent;
-  convert_joints(from->commanded_deg, dof, &to->commanded);
-  convert_joints(from->speed_deg_s, dof, &to->speeds);
+  convert_joints(from->commanded, dof, &to->commanded);
+  convert_joints(from->speed, dof, &to->speeds);
   to->measured = from->measured ? CORBA_TRUE : CORBA_FALSE;
-  convert_joints(from->measured_deg, from->measured ? dof : 0, &to->measuredJoints);
+  convert_joints(from->measured_joints, from->measured ? dof : 0, &to->measuredJoints);
   to->tool = convert_pose(&from->tool);
   to->toolCommanded = convert_pose(&from->tool_commanded);
   convert_motion(&from->motion, &to->motion);

@@ -48,9 +48,9 @@ TEST_F(ArmState, IsOfOneSnapshot) {
     const double mark = std::round(10.0 * now.override_percent);
     if (mark == 0.0) continue;
     for (int j = 0; j < CORBOT_MAX_JOINTS; ++j) {
-      EXPECT_NEAR(to_radians(now.commanded_deg[j]), mark * 1e-4, 1e-12);
-      EXPECT_NEAR(to_radians(now.measured_deg[j]), mark * 1e-4, 1e-12);
-      EXPECT_NEAR(to_radians(now.speed_deg_s[j]), mark * 1e-4, 1e-12);
+      EXPECT_NEAR(to_radians(now.commanded[j]), mark * 1e-4, 1e-12);
+      EXPECT_NEAR(to_radians(now.measured_joints[j]), mark * 1e-4, 1e-12);
+      EXPECT_NEAR(to_radians(now.speed[j]), mark * 1e-4, 1e-12);
     }
     Joints commanded_q;
     commanded_q.fill(mark * 1e-4);

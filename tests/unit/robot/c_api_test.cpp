@@ -33,7 +33,7 @@ TEST_F(CApi, DescribesTheArm) {
   corbot_description description{};
   corbot_robot_describe(robot_.get(), &description);
   EXPECT_EQ(description.dof, 4);
-  EXPECT_EQ(description.lower_deg[0], -90.0);
+  EXPECT_EQ(description.lower[0], -90.0);
   EXPECT_NEAR(description.reach_m, 0.34, 1e-12);
 }
 

@@ -203,14 +203,14 @@ TEST_F(CalledFrames, SolutionsAreAtAPoseInTheFramesInForce) {
     is_there = true;
     EXPECT_EQ(found[k].in_range, 1);
     EXPECT_LT(found[k].orientation_error_deg, 1e-6);
-    for (int i = 0; i < 4; ++i) EXPECT_NEAR(found[k].joints_deg[i], now.commanded_deg[i], 1e-6);
+    for (int i = 0; i < 4; ++i) EXPECT_NEAR(found[k].joints[i], now.commanded[i], 1e-6);
   }
   EXPECT_TRUE(is_there);
 
   corbot_joint_ranges narrow{};
   ASSERT_EQ(corbot_robot_soft_limits(called_.get(), &narrow), 1);
-  for (int i = 0; i < 4; ++i) narrow.lower_deg[i] = std::floor(now.commanded_deg[i]);
-  narrow.upper_deg[2] = std::ceil(now.commanded_deg[2]);
+  for (int i = 0; i < 4; ++i) narrow.lower[i] = std::floor(now.commanded[i]);
+  narrow.upper[2] = std::ceil(now.commanded[2]);
   const corbot_caller from = caller(public_);
   ASSERT_EQ(corbot_robot_set_soft_limits(called_.get(), &from, &narrow, 4, &error_), CORBOT_OK)
       << error_.text;
