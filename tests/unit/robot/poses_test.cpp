@@ -199,6 +199,20 @@ TEST_F(LynxPoseCalls, AnOrientationThatItCannotTakeIsRefusedWithTheAngleAndTheLi
   expect_tool_at(here);
 }
 
+TEST_F(LynxPoseCalls, AnOffsetKeepsTheOrientationOfAnArmThatHangs) {
+  open_at_rest();
+  const double joints_deg[4] = {20.0, 60.0, 90.0, 60.0};
+  expect_done(corbot_robot_move_joints(called_.get(), nullptr, joints_deg, 4, 0.0, &ticket_, &error_));
+  for (const Quaternion& base : {Quaternion{}, Quaternion{0.0, 1.0, 0.0, 0.0}}) {
+    const corbot_tool_pose hung = given({{0.0, 0.0, 1.0}, base});
+    ASSERT_EQ(corbot_robot_set_base_frame(called_.get(), nullptr, &hung, &error_), CORBOT_OK) << error_.text;
+    const Pose here = tool();
+    expect_done(relative_s({{0.0, 0.0, 0.005}, {}}, CORBOT_OFFSET_IN_BASE));
+    expect_tool_at({here.position_m + Vector3{0.0, 0.0, 0.005}, here.orientation});
+    expect_done(relative_s({{-0.005, 0.0, 0.0}, {}}, CORBOT_OFFSET_IN_TOOL));
+  }
+}
+
 TEST_F(LynxPoseCalls, SetToolOrientationSaysWhatTheArmFollows) {
   open();
   EXPECT_EQ(set_orientation({1.0, 0.0, 0.0, 0.0}), CORBOT_BAD_PARAMETER);
