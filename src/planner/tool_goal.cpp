@@ -48,7 +48,7 @@ PlanRefusal off_orientation(const Vector3& target_m, double error_rad, double li
   refusal.target_m = target_m;
   refusal.text = fmt::format(
       "at ({:.6g}, {:.6g}, {:.6g}) m this arm comes no nearer to that orientation than {:.6g} degrees, "
-      "allowed up to {:.6g} degrees",
+      "allowed up to {:.6g} degrees (orientation_error_deg)",
       target_m[0], target_m[1], target_m[2], to_degrees(error_rad), to_degrees(limit_rad));
   return refusal;
 }

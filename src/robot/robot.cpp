@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <utility>
+#include <variant>
 
 #include "corbot/channel/alarms.h"
 #include "corbot/channel/fingerprint.h"
@@ -16,20 +17,39 @@
 namespace corbot {
 namespace {
 
+/// Of an arm that has no tool pitch: what its tool has instead.
+const char* pitch_refused(const Kinematics& arm) {
+  switch (arm.follows()) {
+    case Follows::kFull:
+      return "this arm has no tool pitch: set the orientation of its tool";
+    case Follows::kYaw:
+      return "this arm has no tool pitch: it follows the yaw of its tool alone, which its motions keep";
+    default:
+      return arm.followed().count > 0
+                 ? "this arm has no tool pitch: its motions keep what it follows of its tool's orientation"
+                 : "this arm has no tool pitch: the orientation of its tool is what its position gives";
+  }
+}
+
 /// What an arm of fewer than six joints follows instead of an orientation.
-const char* orientation_refused(Follows follows) {
-  switch (follows) {
+const char* orientation_refused(const Kinematics& arm) {
+  switch (arm.follows()) {
     case Follows::kPitch:
       return "this arm follows the tool pitch alone: SetToolPitch, or MovePose for a pose that it can take";
     case Follows::kPitchAndRoll:
       return "this arm follows pitch and roll of its tool, not every orientation: SetToolPitch, or MovePose "
-             "for a "
-             "pose that it can take";
+             "for a pose that it can take";
     case Follows::kYaw:
       return "this arm follows the yaw of its tool alone, which its motions keep: MovePose for a pose that "
-             "it can "
-             "take";
+             "it "
+             "can take";
     case Follows::kNone:
+      if (arm.followed().count > 0) {
+        return "this arm does not follow every orientation, and its motions keep what it follows: MovePose "
+               "for "
+               "a pose that it can take";
+      }
+      break;
     case Follows::kFull:
       break;
   }
@@ -199,7 +219,14 @@ corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival,
   if (const auto refusal = planner_.check(now, request))
     throw refused(request, *refusal, profile_.arm.kinematics);
   const auto admit = [&] { return control_.use(key); };
-  return queue_.accept(request, now, arrival, admit, wanted);
+  try {
+    return queue_.accept(request, now, arrival, admit, wanted);
+  } catch (const CallError& refused) {
+    // The interface has no other exception for it.
+    if (std::holds_alternative<ReadyRequest>(request) && refused.error.status == CORBOT_LIMIT_EXCEEDED)
+      throw not_ready(refused.error.text);
+    throw;
+  }
 }
 
 StopCounts Robot::stops() const {
@@ -288,7 +315,7 @@ void Robot::set_tool_pitch(double degrees) {
     throw bad_argument("degrees", degrees, fmt::format("{:.6g} degrees, allowed -180 to 180", degrees));
   }
   if (!has_tool_pitch(profile_.arm.kinematics)) {
-    throw bad_argument("degrees", degrees, "this arm has no tool pitch: set the orientation of its tool");
+    throw bad_argument("degrees", degrees, pitch_refused(profile_.arm.kinematics));
   }
   settings_.change([degrees](PlanSettings& now) {
     now.tool_pitch_rad = to_radians(degrees);
@@ -299,7 +326,7 @@ void Robot::set_tool_pitch(double degrees) {
 void Robot::set_tool_orientation(const Quaternion& orientation) {
   const ArmModel& arm = profile_.arm;
   if (arm.kinematics.follows() != Follows::kFull)
-    throw bad_argument("orientation", arm.dof, orientation_refused(arm.kinematics.follows()));
+    throw bad_argument("orientation", arm.dof, orientation_refused(arm.kinematics));
   if (const auto refusal = check_orientation(orientation, "orientation", "orientation"))
     throw refused(*refusal, profile_.arm.kinematics);
   const Quaternion unit = normalised(orientation);

@@ -18,6 +18,12 @@ namespace {
 /// Of the units that are shown and back.
 constexpr double kRounding_q = 1e-9;
 
+/// "-0.15 to 0 m".
+std::string shown_range(JointKind kind, double lower_q, double upper_q) {
+  return fmt::format("{:.6g} to {:.6g} {}", tidy_shown(kind, lower_q), tidy_shown(kind, upper_q),
+                     unit_name(kind));
+}
+
 CallError outside(const Kinematics& arm, const std::string& quantity, std::size_t joint, double value_q,
                   double lower_q, double upper_q, const std::string& text) {
   PlanRefusal refusal;
@@ -74,22 +80,24 @@ JointRanges SoftLimits::checked(const JointRanges& wanted) const {
   for (std::size_t i = 0; i < arm_.dof; ++i) {
     const double lower = wanted.lower_q[i];
     const double upper = wanted.upper_q[i];
+    const JointLimits& range = arm_.joints[i];
+    const JointKind kind = arm_.kinematics.joint_kind(i);
+    const char* const unit = unit_name(kind);
     for (const double value : {lower, upper}) {
       if (!std::isfinite(value))
         throw bad_argument("limits", value, fmt::format("a limit of joint {} is not a finite number", i));
     }
     if (lower > upper) {
-      throw bad_argument(
-          "limits", lower,
-          fmt::format("joint {}: the lower limit {:.6g} is above the upper one, {:.6g}", i, lower, upper));
+      throw bad_argument("limits", lower,
+                         fmt::format("joint {}: the lower limit {:.6g} {} is above the upper one, {:.6g} {}",
+                                     i, lower, unit, upper, unit));
     }
-    const JointLimits& range = arm_.joints[i];
-    const JointKind kind = arm_.kinematics.joint_kind(i);
     for (const double value : {lower, upper}) {
       const double value_q = from_shown(kind, value);
       if (value_q >= range.lower_q - kRounding_q && value_q <= range.upper_q + kRounding_q) continue;
       throw outside(arm_.kinematics, "joint range", i, value_q, range.lower_q, range.upper_q,
-                    fmt::format("joint {}: the limit {:.6g} is outside the range of the profile", i, value));
+                    fmt::format("joint {}: the limit {:.6g} {} is outside the range of the profile, {}", i,
+                                value, unit, shown_range(kind, range.lower_q, range.upper_q)));
     }
     limits.lower_q[i] = std::clamp(from_shown(kind, lower), range.lower_q, range.upper_q);
     limits.upper_q[i] = std::clamp(from_shown(kind, upper), range.lower_q, range.upper_q);
@@ -136,8 +144,9 @@ void check_stands_within(const JointRanges& limits, const Joints& position_q, co
       continue;
     const JointKind kind = arm.kinematics.joint_kind(i);
     throw outside(arm.kinematics, "joint position", i, position_q[i], limits.lower_q[i], limits.upper_q[i],
-                  fmt::format("joint {} stands at {:.6g} {}, outside the wanted limits", i,
-                              to_shown(kind, position_q[i]), unit_name(kind)));
+                  fmt::format("joint {} stands at {:.6g} {}, outside the wanted limits, {}", i,
+                              to_shown(kind, position_q[i]), unit_name(kind),
+                              shown_range(kind, limits.lower_q[i], limits.upper_q[i])));
   }
 }
 

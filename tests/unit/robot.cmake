@@ -15,7 +15,7 @@ corbot_test(test_robot_task
           ${CMAKE_CURRENT_SOURCE_DIR}/robot/error_cause_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/frames_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/robot/hold_calls_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/restart_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/robot/inherit_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/poses_test.cpp
-          ${CMAKE_CURRENT_SOURCE_DIR}/robot/stop_order_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/wake_up_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/robot/refused_calls_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/stop_order_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/wake_up_test.cpp
           ${PROJECT_SOURCE_DIR}/rt/loop.cpp
   LIBS corbot::robot corbot::rt_core corbot::loopback corbot_process fmt::fmt nlohmann_json::nlohmann_json
   LABELS unit)
