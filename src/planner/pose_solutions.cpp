@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "corbot/kinematics/angles.h"
 #include "corbot/motion/bounds.h"
 #include "corbot/units.h"
 #include "planner/frame_settings.h"
@@ -32,10 +33,18 @@ Ranges ranges_of(const ArmModel& model, const PlanSettings& settings) {
 
 PoseSolution judged(const Kinematics& arm, const Ranges& ranges, const Joints& hint_q,
                     PoseSolution solution) {
-  const auto within =
-      arm.within(ranges.lower_q, ranges.upper_q, kRangeTolerance_q, solution.joints_q, hint_q);
-  solution.in_range = within.has_value();
-  if (within) solution.joints_q = *within;
+  solution.in_range = true;
+  for (std::size_t i = 0; i < arm.joint_count(); ++i) {
+    double& value_q = solution.joints_q[i];
+    const double lower_q = ranges.lower_q[i], upper_q = ranges.upper_q[i];
+    if (arm.joint_kind(i) == JointKind::kPrismatic) {
+      solution.in_range &= value_q >= lower_q - kRangeTolerance_q && value_q <= upper_q + kRangeTolerance_q;
+      continue;
+    }
+    const auto turn = turn_within(value_q, lower_q, upper_q, kRangeTolerance_q, hint_q[i]);
+    solution.in_range &= turn.has_value();
+    value_q = turn.value_or(value_q);
+  }
   return solution;
 }
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "planner/frame_settings.h"
 #include "planner/planner.h"
@@ -188,6 +189,25 @@ TEST(Solutions, SayWhetherTheyAreWithinTheSoftLimits) {
     narrow.soft_limits->upper_q[i] = arm.joints[i].upper_q;
   }
   EXPECT_EQ(in_range(narrow), 0);
+}
+
+TEST(Solutions, HaveEachJointAtItsTurnWithinItsRangeWhateverTheOthersDo) {
+  ArmModel arm = published_arm("puma560");
+  const Pose pose = arm.kinematics.forward(kBent.position_q);
+  const auto found = solutions_at(arm, {}, pose, kBent.position_q);
+  for (const PoseSolution& one : std::get<std::vector<PoseSolution>>(found)) {
+    ArmModel other = arm;  // whose joint 4 stands nowhere, and joint 0 a turn further
+    other.joints[4] = {.lower_q = one.joints_q[4] + 0.1, .upper_q = one.joints_q[4] + 0.2};
+    other.joints[0] = {.lower_q = one.joints_q[0] + 2.0 * std::numbers::pi - 0.1,
+                       .upper_q = one.joints_q[0] + 2.0 * std::numbers::pi + 0.1};
+    const auto turned = solutions_at(other, {}, pose, kBent.position_q);
+    for (const PoseSolution& same : std::get<std::vector<PoseSolution>>(turned)) {
+      if (same.number != one.number) continue;
+      EXPECT_FALSE(same.in_range) << one.number;
+      EXPECT_NEAR(same.joints_q[0], one.joints_q[0] + 2.0 * std::numbers::pi, 1e-12) << one.number;
+      EXPECT_NEAR(same.joints_q[4], one.joints_q[4], 1e-12) << one.number;
+    }
+  }
 }
 
 TEST(Solutions, TellTheErrorOfAnOrientationThatTheArmCannotTake) {
