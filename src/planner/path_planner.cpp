@@ -166,6 +166,7 @@ PathPlan PathPlanner::plan_proved(const PlanStart& start, Motion motion, const P
   if (auto refusal = check_start(start, proof.joints_at(0.0))) return *refusal;
   for (std::size_t i = 0; i < model_.dof; ++i) {
     if (in_range(model_.joints[i], end.joints_q[i])) continue;
+    if (auto singular = proof.singularity_before(1.0)) return *singular;
     PlanRefusal refusal = joint_range(model_, i, proof.shown(i, end.joints_q[i]), "at the target");
     refusal.target_m = target.position_m;
     return refusal;

@@ -181,6 +181,26 @@ std::optional<PlanRefusal> PathProof::check_ends(double s_a, double s_b) const {
   return std::nullopt;
 }
 
+std::optional<PlanRefusal> PathProof::singularity_before(double s) const {
+  const auto is_within = [&](double at) {
+    const IkSolution there = joints_at(at);
+    if (there.status != IkStatus::kOk) return false;
+    for (std::size_t i = 0; i < model_->dof; ++i) {
+      if (!in_range(limits_[i], there.joints_q[i])) return false;
+    }
+    return true;
+  };
+  double within = 0.0;
+  if (!knots_.empty() || !is_within(within)) return std::nullopt;
+  while (!is_smallest(within, s)) {
+    const double middle = 0.5 * (within + s);
+    (is_within(middle) ? within : s) = middle;
+  }
+  auto refusal = check_ends(within, s);
+  const bool jumps = refusal && refusal->kind == PlanRefusal::Kind::kUnreachable && refusal->joint >= 0;
+  return jumps ? refusal : std::nullopt;
+}
+
 std::optional<PlanRefusal> PathProof::check_geometry() const {
   std::vector<Interval> open{{0.0, 1.0}};
   for (std::size_t count = 0; !open.empty(); ++count) {
@@ -195,6 +215,7 @@ std::optional<PlanRefusal> PathProof::check_geometry() const {
       const JointLimits& limits = limits_[i];
       const double q = cell.middle.joints_q[i];
       if (!in_range(limits, q)) {
+        if (auto singular = singularity_before(s)) return singular;
         PlanRefusal refusal = joint_range(i, model_->kinematics.joint_kind(i), shown(i, q), limits,
                                           fmt::format("{:.3g} % along the path", 100.0 * s));
         refusal.target_m = point(s).position_m;

@@ -45,6 +45,9 @@ class PathProof {
   /// Proves reach, joint ranges and an unbroken θ0 over the whole path; nullopt when all hold.
   [[nodiscard]] std::optional<PlanRefusal> check_geometry() const;
 
+  /// Where joints are beyond their ranges at s: the singularity before it at which they jump; nullopt where they do not.
+  [[nodiscard]] std::optional<PlanRefusal> singularity_before(double s) const;
+
   /// Upper bound, at most 1 % above the true value and not below `floor`, of the greatest |q_i′(s)|·ṡ /
   /// speed_i over the path as `law` runs it. Infinite when none can be proved.
   [[nodiscard]] double load(const TimeLaw& law, const Joints& joint_speed_q_s, double floor) const;

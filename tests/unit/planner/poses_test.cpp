@@ -5,6 +5,7 @@
 
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "corbot/motion/path.h"
 #include "planner/frame_settings.h"
@@ -86,6 +87,26 @@ TEST_F(PumaPoses, TurnsInPlaceAreProvedAsOtherLinesAre) {
       refused(Planner(narrow).plan(start_, {}, MoveRelativeRequest{over, OffsetFrame::kTool, 0.0, true}))
           .parameter,
       "joint range");
+}
+
+/// Beyond a straight wrist the same solution has joints 3 and 5 half a turn further: it is no range that is in the way.
+TEST_F(PumaPoses, ALineThroughAStraightWristIsToldAsThat) {
+  const Pose over{{}, turn_about({0, 1, 0}, 2.0)};  // joint 4 from 0.9 to -1.1
+  const PlanStart start{{0.1, 0.8, -2.6, 0.0, 0.9, 0.0}, 0.25};
+  // The range of joint 3 leaves half a turn out; has it, but not within half a turn of its middle; has it.
+  for (const auto& [lower_deg, upper_deg] : {std::pair{-110, 170}, {-200, 200}, {-224, 284}}) {
+    ArmModel arm = arm_;
+    arm.joints[3].lower_q = deg(lower_deg);
+    arm.joints[3].upper_q = deg(upper_deg);
+    const auto plan = [&](bool straight) {
+      return Planner(arm).plan(start, {}, MoveRelativeRequest{over, OffsetFrame::kTool, 0.0, straight});
+    };
+    const PlanRefusal line = refused(plan(true));
+    EXPECT_EQ(line.kind, Kind::kUnreachable) << upper_deg;
+    EXPECT_THAT(line.text, HasSubstr("the path leads through a singularity at (")) << upper_deg;
+    EXPECT_THAT(line.text, HasSubstr("where joint 3 would jump by 180 degrees")) << upper_deg;
+    EXPECT_EQ(only(plan(false)).kind, MotionKind::kJoint) << "by the joints it gets there";
+  }
 }
 
 TEST_F(PumaPoses, BothMotionsEndAtThePose) {
