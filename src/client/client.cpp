@@ -178,7 +178,7 @@ Corbot::Ticket Client::start(const Request& request) {
 Corbot::Ticket Client::begin(const Request& request) {
   const auto& n = request.numbers;
   auto& arm = *arm_.in();
-  return call_user([&]() -> Corbot::Ticket {
+  const auto start = [&]() -> Corbot::Ticket {
     switch (request.verb) {
       case Verb::kMove:
         return arm.StartMove(n[0], n[1], n[2], request.above_m, request.time_s);
@@ -207,7 +207,8 @@ Corbot::Ticket Client::begin(const Request& request) {
       default:
         throw Failure(ExitCode::kInternal, "not a motion: " + to_string(request));
     }
-  });
+  };
+  return call_user([&] { return with_units(start); });
 }
 
 void Client::set(const Request& request) {
@@ -222,7 +223,7 @@ void Client::set(const Request& request) {
       case Verb::kOrientation:
         return request.reset ? arm.ResetToolOrientation() : arm.SetToolOrientation(orientation_of(n));
       case Verb::kLimit:
-        return request.reset ? arm.ResetSoftLimits() : set_limit(arm, n);
+        return request.reset ? arm.ResetSoftLimits() : with_units([&] { set_limit(arm, n); });
       case Verb::kTool:
         return arm.SetToolFrame(frame(n));
       case Verb::kBase:
@@ -252,6 +253,17 @@ void Client::set(const Request& request) {
         throw Failure(ExitCode::kInternal, "not a setting: " + to_string(request));
     }
   });
+}
+
+std::optional<Corbot::JointKind> Client::kind_of(CORBA::Long joint) const {
+  if (joint < 0) return std::nullopt;
+  try {
+    const Corbot::JointList_var joints = arm_->Joints();
+    const auto index = static_cast<CORBA::ULong>(joint);
+    return index < joints->length() ? std::optional(joints.in()[index].kind) : std::nullopt;
+  } catch (const CORBA::Exception&) {
+    return std::nullopt;  // of an earlier version, or gone: the refusal itself is what counts
+  }
 }
 
 Corbot::MotionInfo_var Client::follow(Corbot::Ticket ticket) {

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -59,6 +60,17 @@ class Client {
   [[nodiscard]] Corbot::Ticket start(const Request& request);
   [[nodiscard]] Corbot::Ticket begin(const Request& request);
   void set(const Request& request);
+  /// Calls `f`; a limit that is exceeded leaves as a Failure with the unit of its joint.
+  template <class F>
+  auto with_units(F&& f) -> decltype(f()) {
+    try {
+      return f();
+    } catch (const Corbot::LimitExceeded& e) {
+      throw explain(e, kind_of(e.articulation));
+    }
+  }
+  /// Nothing where the robot does not say.
+  [[nodiscard]] std::optional<Corbot::JointKind> kind_of(CORBA::Long joint) const;
   /// Until the motion has ended. A refused place among the waiting calls, or a lost connection, is no end: it
   /// asks again, and reports an unknown end as one.
   void wait(Corbot::Ticket ticket, const ProgressReport& report);

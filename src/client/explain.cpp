@@ -11,6 +11,14 @@ namespace corbot::client {
 
 namespace {
 
+/// With a blank in front; empty: not known.
+std::string unit_of(std::string_view quantity, std::optional<Corbot::JointKind> kind) {
+  if (quantity == "duration") return " s";
+  if (!kind) return "";
+  const std::string unit = *kind == Corbot::JointSlides ? " m" : " degrees";
+  return quantity == "speed" ? unit + " a second" : unit;
+}
+
 std::string without_full_stop(std::string text) {
   while (!text.empty() && (text.back() == '.' || text.back() == ' ')) text.pop_back();
   return text;
@@ -60,18 +68,20 @@ Failure explain(const Corbot::BadParameter& e) {
 }
 
 Failure explain(const Corbot::Unreachable& e) {
+  const std::string reason = without_full_stop(printable(e.reason.in()));
+  const bool is_far = reason.find("too far") != std::string::npos;
   return {ExitCode::kRefused,
-          fmt::format(
-              "refused: ({}, {}, {}) m is out of reach: {}; nothing moved ('corbot status' shows the reach)",
-              plain(e.target.x), plain(e.target.y), plain(e.target.z),
-              without_full_stop(printable(e.reason.in())))};
+          fmt::format("refused: ({}, {}, {}) m {}: {}; nothing moved{}", plain(e.target.x), plain(e.target.y),
+                      plain(e.target.z), is_far ? "is out of reach" : "cannot be reached so", reason,
+                      is_far ? " ('corbot status' shows the reach)" : "")};
 }
 
-Failure explain(const Corbot::LimitExceeded& e) {
+Failure explain(const Corbot::LimitExceeded& e, std::optional<Corbot::JointKind> kind) {
   std::string what = printable(e.quantity.in());
+  const std::string unit = unit_of(what, kind);
   if (e.articulation >= 0) what += fmt::format(" of joint {}", e.articulation);
-  return {ExitCode::kRefused, fmt::format("refused: {}: {} is not within {} to {}; nothing moved", what,
-                                          plain(e.value), plain(e.lower), plain(e.upper))};
+  return {ExitCode::kRefused, fmt::format("refused: {}: {} is not within {} to {}{}; nothing moved", what,
+                                          plain(e.value), plain(e.lower), plain(e.upper), unit)};
 }
 
 Failure explain(const Corbot::NotReady& e) {

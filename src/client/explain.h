@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -24,7 +25,8 @@ struct Address {
 
 [[nodiscard]] Failure explain(const Corbot::BadParameter& e);
 [[nodiscard]] Failure explain(const Corbot::Unreachable& e);
-[[nodiscard]] Failure explain(const Corbot::LimitExceeded& e);
+/// `kind`: of the joint that it names; none: not known, the message has no unit.
+[[nodiscard]] Failure explain(const Corbot::LimitExceeded& e, std::optional<Corbot::JointKind> kind = {});
 [[nodiscard]] Failure explain(const Corbot::NotReady& e);
 [[nodiscard]] Failure explain(const Corbot::Stopped& e);
 [[nodiscard]] Failure explain(const Corbot::QueueFull& e);

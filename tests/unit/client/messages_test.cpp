@@ -63,6 +63,24 @@ TEST(Message, LimitNamesJointAndBothBounds) {
   EXPECT_THAT(failure_of(Corbot::LimitExceeded("speed", -1, 2, 0, 1)).what(), Not(HasSubstr("joint")));
 }
 
+TEST(Message, ALimitHasTheUnitOfItsJointWhereThatIsKnown) {
+  const auto text = [](const char* quantity, std::optional<Corbot::JointKind> kind) {
+    return std::string(explain(Corbot::LimitExceeded(quantity, 2, 0.1, -0.15, 0), kind).what());
+  };
+  EXPECT_THAT(text("joint range", Corbot::JointSlides), HasSubstr("0.1 is not within -0.15 to 0 m;"));
+  EXPECT_THAT(text("joint position", Corbot::JointTurns), HasSubstr("to 0 degrees;"));
+  EXPECT_THAT(text("speed", Corbot::JointSlides), HasSubstr("to 0 m a second;"));
+  EXPECT_THAT(text("speed", Corbot::JointTurns), HasSubstr("to 0 degrees a second;"));
+  EXPECT_THAT(text("joint range", std::nullopt), HasSubstr("to 0;"));
+  EXPECT_THAT(explain(Corbot::LimitExceeded("duration", -1, 4000, 0, 3600)).what(), HasSubstr("3600 s;"));
+}
+
+TEST(Message, TheReachIsPointedToWhereItMatters) {
+  EXPECT_THAT(
+      failure_of(Corbot::Unreachable({0, 0, 1}, "no nearer to that orientation than 10 degrees")).what(),
+      Not(HasSubstr("shows the reach")));
+}
+
 TEST(Message, NotReadyStoppedAndQueueFull) {
   const Failure not_ready = failure_of(Corbot::NotReady("the real-time task is gone"));
   EXPECT_EQ(not_ready.code(), ExitCode::kRefused);
