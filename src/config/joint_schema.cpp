@@ -130,6 +130,19 @@ void check_range(Section& joint, const JointKeys& keys, const std::array<double,
                            lower / keys.si_per_unit, upper / keys.si_per_unit, keys.value.unit));
 }
 
+/// A joint with the name of another one of the URDF is that one, in the wrong place: it would get the wrong ranges.
+void check_place(Section& joint, const std::string& name, std::size_t index, const GeometryInput& geometry) {
+  const auto& joints = geometry.urdf.joints;
+  const std::size_t count = geometry.urdf.chain.count;
+  if (index >= count || joints[index].name == name) return;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (joints[i].name != name) continue;
+    joint.refuse("name", fmt::format("is joint {} of the URDF, whose joint {} is \"{}\"; they stand in its "
+                                     "order",
+                                     i, index, joints[index].name));
+  }
+}
+
 void read_joint(Section& section, std::size_t index, Profile& profile, GeometryInput& geometry,
                 bool needs_servos, ChannelUse& in_use) {
   JointLimits& limits = profile.arm.joints[index];
@@ -137,6 +150,7 @@ void read_joint(Section& section, std::size_t index, Profile& profile, GeometryI
   if (!name.empty() && std::count(profile.joint_names.begin(), profile.joint_names.end(), name) > 0) {
     section.refuse("name", "is the name of an earlier joint; names must differ");
   }
+  check_place(section, name, index, geometry);
   profile.joint_names.push_back(name);
   const JointKind kind = read_joint_geometry(section, index, geometry);
   const JointKeys& keys = keys_of(kind);

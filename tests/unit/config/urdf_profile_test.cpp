@@ -221,5 +221,15 @@ TEST(RollPitchYaw, ComeBackAlsoUpright) {
   }
 }
 
+TEST(UrdfProfile, JointsThatHaveItsNamesStandInItsOrder) {
+  const std::string rest = joint("c", "m", "[0, 0.2]") + joint("d", "deg", "[-180, 180]");
+  const auto faults = faults_of(
+      profile_text(kScara, joint("elbow", "deg", "[-100, 100]") + joint("arm", "deg", "[-100, 100]") + rest));
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_THAT(faults[0].text(),
+              HasSubstr("joint[0].name = \"elbow\": is joint 1 of the URDF, whose joint 0 is "
+                        "\"shoulder\"; they stand in its order"));
+}
+
 }  // namespace
 }  // namespace corbot
