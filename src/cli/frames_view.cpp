@@ -2,8 +2,12 @@
 #include "cli/frames_view.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <limits>
 #include <nlohmann/json.hpp>
+
+#include "cli/joint_view.h"
 
 namespace corbot::cli {
 namespace {
@@ -16,13 +20,56 @@ std::string text_of(const Corbot::Pose& frame) {
                      q.x, q.y, q.z);
 }
 
-std::string solutions_text(const Corbot::PoseSolutions& solutions, long in_use) {
-  std::string text;
+struct Joint {
+  std::string name;
+  const char* unit;
+  double lower, upper;  ///< of the soft limits; infinite where they are not known
+};
+
+std::vector<Joint> joints_of(Client& client) {
+  const Corbot::JointList_var list = client.call([](auto& arm) { return arm.Joints(); });
+  const Corbot::JointRanges_var limits = client.call([](auto& arm) { return arm.SoftLimits(); });
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  std::vector<Joint> joints;
+  for (CORBA::ULong i = 0; i < list->length(); ++i) {
+    const Corbot::JointInfo& info = list.in()[i];
+    const Corbot::JointRange limit =
+        i < limits->length() ? limits.in()[i] : Corbot::JointRange{-kNone, kNone};
+    joints.push_back({client::printable(info.name.in()), info.kind == Corbot::JointSlides ? "m" : "degrees",
+                      limit.lower, limit.upper});
+  }
+  return joints;
+}
+
+/// Names of the joints that are beyond their limits.
+std::vector<std::string> beyond(const Corbot::PoseSolution& one, const std::vector<Joint>& joints) {
+  constexpr double kRounding = 1e-5;  // degrees or m, more than the planner lets pass
+  std::vector<std::string> names;
+  for (CORBA::ULong i = 0; i < one.joints.length() && i < joints.size() && !one.withinLimits; ++i) {
+    const double value = one.joints[i];
+    if (value < joints[i].lower - kRounding || value > joints[i].upper + kRounding)
+      names.push_back(joints[i].name);
+  }
+  return names;
+}
+
+std::string beyond_text(const Corbot::PoseSolution& one, const std::vector<Joint>& joints) {
+  if (one.withinLimits) return "";
+  const std::vector<std::string> names = beyond(one, joints);
+  return fmt::format("  beyond the limits{}{}", names.empty() ? "" : ": ", fmt::join(names, ", "));
+}
+
+std::string solutions_text(const Corbot::PoseSolutions& solutions, long in_use,
+                           const std::vector<Joint>& joints) {
+  std::string text = "   ";
+  for (const Joint& joint : joints) text += fmt::format(" {:>11}", joint.unit);
+  text += '\n';
   for (CORBA::ULong k = 0; k < solutions.length(); ++k) {
     const Corbot::PoseSolution& one = solutions[k];
     text += fmt::format("{:2}{}", one.number, static_cast<long>(one.number) == in_use ? "*" : " ");
-    for (CORBA::ULong i = 0; i < one.joints.length(); ++i) text += fmt::format(" {:11.6f}", one.joints[i]);
-    if (!one.withinLimits) text += "  beyond the limits";
+    for (CORBA::ULong i = 0; i < one.joints.length(); ++i)
+      text += fmt::format(" {:11.6f}", rounded(one.joints[i], 1e6));
+    text += beyond_text(one, joints);
     if (one.orientationError > 1e-4)
       text += fmt::format("  orientation {:.4g} degrees off", one.orientationError);
     text += '\n';
@@ -30,17 +77,20 @@ std::string solutions_text(const Corbot::PoseSolutions& solutions, long in_use) 
   return text + (in_use >= 0 ? "* the solution in use\n" : "");
 }
 
-std::string solutions_json(const Corbot::PoseSolutions& solutions, long in_use) {
+std::string solutions_json(const Corbot::PoseSolutions& solutions, long in_use,
+                           const std::vector<Joint>& joints) {
   nlohmann::json all = nlohmann::json::array();
   for (CORBA::ULong k = 0; k < solutions.length(); ++k) {
     const Corbot::PoseSolution& one = solutions[k];
-    std::vector<double> joints(one.joints.get_buffer(), one.joints.get_buffer() + one.joints.length());
+    std::vector<double> values(one.joints.get_buffer(), one.joints.get_buffer() + one.joints.length());
     all.push_back({{"number", one.number},
-                   {"joints", joints},
+                   {"joints", values},
                    {"within_limits", static_cast<bool>(one.withinLimits)},
+                   {"beyond_limits", beyond(one, joints)},
                    {"orientation_error_deg", one.orientationError}});
   }
-  nlohmann::json result{{"solutions", all}};
+  nlohmann::json result{{"joints", nlohmann::json::array()}, {"solutions", all}};
+  for (const Joint& joint : joints) result["joints"].push_back({{"name", joint.name}, {"unit", joint.unit}});
   result["in_use"] = in_use >= 0 ? nlohmann::json(in_use) : nlohmann::json();
   return result.dump() + "\n";
 }
@@ -64,7 +114,8 @@ std::string read_solutions(Client& client, const std::vector<double>& pose, bool
   target.position = {pose[0], pose[1], pose[2]};
   const Corbot::PoseSolutions_var all = client.call([&](auto& arm) { return arm.Solutions(target); });
   const long in_use = client.call([](auto& arm) { return arm.Solution(); });
-  return as_json ? solutions_json(all.in(), in_use) : solutions_text(all.in(), in_use);
+  const std::vector<Joint> joints = joints_of(client);
+  return as_json ? solutions_json(all.in(), in_use, joints) : solutions_text(all.in(), in_use, joints);
 }
 
 }  // namespace corbot::cli

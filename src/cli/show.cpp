@@ -220,9 +220,10 @@ std::string status_text(const StatusReport& r) {
       text += fmt::format("   limited to {:g} to {:g}", r.soft_limits[i].lower, r.soft_limits[i].upper);
     text += '\n';
   }
-  text += fmt::format("  gripper   {}\n  override  {:g} %\n  pitch     {:g} deg\n  reach     {:.3f} m\n",
+  text += fmt::format("  gripper   {}\n  override  {:g} %\n  pitch     {:g} deg\n",
                       gripper_text(r.gripper, r.gripper_info), r.override_percent,
-                      rounded(r.tool_pitch_deg, 1e6), r.reach_m);
+                      rounded(r.tool_pitch_deg, 1e6));
+  if (r.reach_m > 0.0) text += fmt::format("  reach     {:.3f} m\n", r.reach_m);  // no shoulder, no reach
   if (r.tool_orientation) {
     const Corbot::Quaternion& q = *r.tool_orientation;
     text += fmt::format(

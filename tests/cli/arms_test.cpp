@@ -97,6 +97,36 @@ TEST_F(Arms, WithoutAClosedFormFollowLinesAndArcs) {
   EXPECT_EQ(corbot({"move", "2", "0", "0"}).code, 1);
 }
 
+/// Values are metres or degrees as their joint slides or turns, also in what is refused.
+TEST_F(Arms, ThatTurnAndSlideShowTheUnitOfEachJoint) {
+  up({}, shipped("scara_gx4"));
+  const auto refusal = [&](const std::vector<std::string>& command) {
+    const RunResult refused = corbot(command);
+    EXPECT_EQ(refused.code, 1) << refused.output;
+    return refused.errors;
+  };
+  EXPECT_THAT(refusal({"drive", "2", "-0.2", "0.1"}),
+              HasSubstr("joint range of joint 2: -0.2 is not within -0.15 to 0 m;"));
+  EXPECT_THAT(refusal({"drive", "2", "-0.1", "5"}), HasSubstr("5 is not within 0 to 0.5 m a second;"));
+  EXPECT_THAT(refusal({"joints", "150", "0", "0", "0"}), HasSubstr("150 is not within -140 to 140 degrees;"));
+  EXPECT_THAT(refusal({"limit", "2", "-0.2", "0"}), HasSubstr("-0.2 is not within -0.15 to 0 m;"));
+  ASSERT_EQ(corbot({"drive", "2", "-0.05", "0.4"}).code, 0);
+  ASSERT_EQ(corbot({"limit", "2", "-0.1", "-0.02"}).code, 0);
+  const RunResult ready = corbot({"ready"});
+  EXPECT_EQ(ready.code, 1) << "a limit for which the interface has no exception";
+  EXPECT_THAT(ready.errors, HasSubstr("joint 2 would be at 0 m"));
+
+  const RunResult all = corbot({"solutions", "0.22", "0.13", "-0.01"});
+  EXPECT_THAT(all.output, testing::MatchesRegex("[ ]+degrees[ ]+degrees[ ]+m[ ]+degrees\n 0\\*.*"));
+  EXPECT_THAT(all.output, HasSubstr("  beyond the limits: shaft\n"));
+  const auto data = nlohmann::json::parse(corbot({"solutions", "0.22", "0.13", "-0.01", "--json"}).output);
+  ASSERT_EQ(data.at("joints").size(), 4u);
+  EXPECT_EQ(data.at("joints").at(2), (nlohmann::json{{"name", "shaft"}, {"unit", "m"}}));
+  EXPECT_EQ(data.at("joints").at(3).at("unit"), "degrees");
+  EXPECT_EQ(data.at("solutions").at(0).at("beyond_limits"), nlohmann::json::array({"shaft"}));
+  EXPECT_NEAR(data.at("solutions").at(0).at("joints").at(2).get<double>(), -0.01, 1e-9);
+}
+
 /// A table of no family, with five joints, one of which slides.
 TEST_F(Arms, OfNoFamilyMoveToo) {
   std::string text = "[robot]\nname = \"odd\"\nkind = \"other\"\n\n[geometry]\ndh = \"standard\"\n\n";
@@ -118,7 +148,9 @@ TEST_F(Arms, OfNoFamilyMoveToo) {
       "[gripper]\ntravel_s = 0.5\n\n[path]\nspeed_m_s = 0.25\nacceleration_m_s2 = 1\njerk_m_s3 = 10\n"
       "rotation_speed_deg_s = 90\nrotation_acceleration_deg_s2 = 400\nrotation_jerk_deg_s3 = 4000\n\n"
       "[backend]\nkind = \"loopback\"\n";
-  up({}, put("odd.toml", text));
+  const std::string file = put("odd.toml", text);
+  EXPECT_THAT(corbot({"kinematics", file}).output, HasSubstr("follows 2 angles of the tool, which lines"));
+  up({}, file);
   const auto tool = [&](const char* axis) { return status().at("tool").at(axis).get<double>(); };
   const double x = tool("x_m"), y = tool("y_m"), z = tool("z_m");
   const auto at = [](double value) { return std::to_string(value); };

@@ -17,6 +17,7 @@ constexpr std::size_t kSamples = 150000;
 constexpr int kCells = 120;  // of the larger side of a view
 constexpr double kView_px = 460.0;
 constexpr double kMargin_px = 50.0;
+constexpr double kLetter_px = 6.5;  // of 11 px sans-serif, more than the average one is wide
 
 using Point = std::array<double, 2>;
 
@@ -27,6 +28,9 @@ struct View {
   const char* up_name;
   Vector3 right, up;
   [[nodiscard]] Point operator()(const Vector3& p) const { return {dot(p, right), dot(p, up)}; }
+  [[nodiscard]] std::string caption() const {
+    return fmt::format("{} ({} to the right, {} up, m)", title, right_name, up_name);
+  }
 };
 
 struct Box {
@@ -80,9 +84,8 @@ class Drawing {
           "y=\"{1:.1f}\">{4:.3g}</text>\n",
           x(box_.low[0]), y(at), x(box_.high[0]), x(box_.low[0]) - 5, at);
     }
-    return text + fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\">{} ({} to the right, {} up, m)</text>\n",
-                              0.5 * (x(box_.low[0]) + x(box_.high[0])), kMargin_px - 16, view_.title,
-                              view_.right_name, view_.up_name);
+    return text + fmt::format("<text class=\"caption\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", x(box_.low[0]),
+                              kMargin_px - 16, view_.caption());
   }
 
   /// Cells that a sample fell into, runs of a row as one rectangle; a cell between two is taken to be reached, too.
@@ -190,7 +193,8 @@ std::string arm_picture(const Profile& profile, const Joints& q) {
   for (std::size_t k = 0; k < 2; ++k) {
     const Drawing drawing(views[k], boxes[k], scale, left_px);
     body += drawing.reach(samples[k]) + drawing.grid() + drawing.arm(line);
-    left_px += std::max((boxes[k].high[0] - boxes[k].low[0]) * scale, 200.0) + 2 * kMargin_px;
+    const double caption_px = kLetter_px * static_cast<double>(views[k].caption().size());
+    left_px += std::max((boxes[k].high[0] - boxes[k].low[0]) * scale, caption_px) + 2 * kMargin_px;
     height_px = std::max(height_px, (boxes[k].high[1] - boxes[k].low[1]) * scale);
   }
   return fmt::format(
@@ -198,7 +202,8 @@ std::string arm_picture(const Profile& profile, const Joints& q) {
       "{1:.0f}\">\n"
       "<title>{2}: the arm and its reach</title>\n"
       "<style>text{{font:11px "
-      "sans-serif;text-anchor:middle;fill:#444}}.left{{text-anchor:end}}.grid{{stroke:#bbb;stroke-width:.5}}"
+      "sans-serif;text-anchor:middle;fill:#444}}.left{{text-anchor:end}}.caption{{text-anchor:start}}.grid{{"
+      "stroke:#bbb;stroke-width:.5}}"
       ".reach{{fill:#9ec5e8}}.arm{{fill:none;stroke:#c03020;stroke-width:5;stroke-linejoin:round}}circle{{"
       "fill:#301008}}</style>\n"
       "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n{3}</svg>\n",

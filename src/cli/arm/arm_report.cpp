@@ -26,6 +26,10 @@ std::string plain(double value) {
   return fmt::format("{:.6g}", tidy + 0.0);
 }
 
+std::string count(std::size_t number, const char* what) {
+  return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
+}
+
 std::string tenthousandths(double value) {
   return fmt::format("{:.4f}", std::round(value * 1e4) / 1e4 + 0.0);
 }
@@ -34,19 +38,27 @@ std::string list(const Vector3& v) {
   return fmt::format("{}, {}, {}", plain(v[0]), plain(v[1]), plain(v[2]));
 }
 
-const char* describe(Follows follows) {
-  switch (follows) {
+/// What of an orientation the arm follows, and what becomes of others.
+std::string describe(const ArmModel& model) {
+  const double limit_rad = model.orientation_error_rad;
+  const std::string others = limit_rad > 0.0
+                                 ? fmt::format("others are taken as the nearest one, up to {} degrees off",
+                                               plain(to_degrees(limit_rad)))
+                                 : "other orientations are refused";
+  switch (model.kinematics.follows()) {
     case Follows::kFull:
       return "every orientation";
     case Follows::kPitchAndRoll:
-      return "pitch and roll of the tool in the arm's plane; other orientations are refused";
+      return "pitch and roll of the tool in the arm's plane; " + others;
     case Follows::kPitch:
-      return "the tool's pitch in the arm's plane; other orientations are refused";
+      return "the tool's pitch in the arm's plane; " + others;
     case Follows::kYaw:
-      return "the tool's rotation about one axis; other orientations are refused";
+      return "the tool's rotation about one axis; " + others;
     case Follows::kNone:
       break;
   }
+  if (const std::uint32_t angles = model.kinematics.followed().count; angles > 0)
+    return count(angles, "angle") + " of the tool, which lines and arcs keep; " + others;
   return "no orientation: it is an output of the position";
 }
 
@@ -139,10 +151,16 @@ std::string solution_text(const Profile& profile, const PoseSolution& solution) 
 std::string solutions_text(const Profile& profile, const PoseSolutions& at) {
   const Quaternion& given = at.pose.orientation;
   const Quaternion q = given.w < 0.0 ? Quaternion{-given.w, -given.x, -given.y, -given.z} : given;
-  std::string text =
-      fmt::format("solutions at {} m, quaternion (w, x, y, z) {}, {}, {}, {}; joints in degrees or m\n",
-                  list(at.pose.position_m), plain(q.w), plain(q.x), plain(q.y), plain(q.z));
-  if (at.solutions.empty()) return text + "  none: " + at.refusal + "\n";
+  std::string text = fmt::format("solutions at {} m, quaternion (w, x, y, z) {}, {}, {}, {}\n",
+                                 list(at.pose.position_m), plain(q.w), plain(q.x), plain(q.y), plain(q.z));
+  if (at.solutions.empty()) {
+    const bool says_so = at.refusal.starts_with("none");
+    return text + (says_so ? "  " : "  none: ") + at.refusal + "\n";
+  }
+  text += "     ";
+  for (std::size_t i = 0; i < profile.arm.dof; ++i)
+    text += fmt::format("{:>10}", unit_name(profile.arm.kinematics.joint_kind(i)));
+  text += '\n';
   for (const PoseSolution& solution : at.solutions) text += solution_text(profile, solution);
   return text;
 }
@@ -153,15 +171,15 @@ std::string arm_text(const ArmReport& report) {
   const Profile& profile = report.profile;
   const Kinematics& arm = profile.arm.kinematics;
   const ArmDescription& given = profile.description;
-  std::string text = fmt::format("{}: family '{}', kind {}, {} joints\n", profile.name, arm.family(),
-                                 config::name_of(profile.arm.kind), profile.arm.dof);
+  std::string text = fmt::format("{}: family '{}', kind {}, {}\n", profile.name, arm.family(),
+                                 config::name_of(profile.arm.kind), count(profile.arm.dof, "joint"));
   if (given.reason.empty()) {
-    text += fmt::format("  at most {} solutions a pose; verified against its axes at 1000 random joints\n",
-                        arm.solution_count());
+    text += fmt::format("  at most {} a pose; verified against its axes at 1000 random joints\n",
+                        count(arm.solution_count(), "solution"));
   } else {
     text += fmt::format("  no closed form, solved numerically: {}\n", given.reason);
   }
-  text += fmt::format("  follows {}\n", describe(arm.follows()));
+  text += fmt::format("  follows {}\n", describe(profile.arm));
   text += fmt::format("  largest difference from the geometry as given: {:.1e} m, {:.1e} rad\n",
                       given.difference_m, given.difference_rad);
   text += fmt::format("  singular places: {}\n", singular_places(arm));

@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <regex>
 #include <string>
 
 #include "cli/arm/arm_picture.h"
@@ -140,6 +142,12 @@ TEST(KinematicsCommand, TellsFamilyTableAndSolutions) {
               testing::Not(testing::ContainsRegex("-0\\.0000[ \n]")));
   EXPECT_THAT(printed({.profile = profile_file("xarm6")}),
               HasSubstr("no closed form, solved numerically: ortho-parallel arm with spherical wrist: axis"));
+  EXPECT_THAT(printed({.profile = profile_file("scara_gx4")}),
+              testing::ContainsRegex("solutions at [^\n]*\n *degrees   degrees         m   degrees\n  0  "));
+  EXPECT_THAT(
+      printed({.profile = profile_file("so101")}),
+      HasSubstr("follows pitch and roll of the tool in the arm's plane; other orientations are refused\n"));
+  EXPECT_THAT(printed({.profile = profile_file("cartesian_ppp")}), HasSubstr("at most 1 solution a pose"));
   EXPECT_THAT(printed({.profile = profile_file("al5d")}), HasSubstr("SINGULAR (smallest singular value"));
 }
 
@@ -166,6 +174,20 @@ TEST(KinematicsCommand, RefusesWhatItCannotRead) {
   EXPECT_THAT(refusal({.profile = arm, .joints = "1,2,3"}), HasSubstr("3 numbers; the arm has 4 joints"));
 }
 
+/// Where the captions of the two views begin and end, px.
+std::vector<std::array<double, 2>> captions_of(const std::string& svg) {
+  constexpr double kLetter_px = 5.5;  // on the average, 11 px
+  std::vector<std::array<double, 2>> ends;
+  const std::regex text("<text( class=\"caption\")? x=\"([-0-9.]+)\" y=\"[0-9.]+\">(from [^<]*)</text>");
+  std::smatch found;
+  for (auto at = svg.cbegin(); std::regex_search(at, svg.cend(), found, text); at = found[0].second) {
+    const double length_px = kLetter_px * static_cast<double>(found[3].length());
+    const double from_px = std::stod(found[2]) - (found[1].matched ? 0.0 : 0.5 * length_px);
+    ends.push_back({from_px, from_px + length_px});
+  }
+  return ends;
+}
+
 TEST(ArmPicture, ShowsTheArmFromBaseToTool) {
   for (const auto& file : std::filesystem::directory_iterator(CORBOT_PROFILES)) {
     const Profile profile = load_profile(file.path());
@@ -181,6 +203,11 @@ TEST(ArmPicture, ShowsTheArmFromBaseToTool) {
     EXPECT_EQ(arms, 2u);
     EXPECT_THAT(svg, HasSubstr("from the side"));
     EXPECT_THAT(svg, HasSubstr("from above"));
+    const auto captions = captions_of(svg);
+    ASSERT_EQ(captions.size(), 2u) << file.path();
+    EXPECT_GE(captions[0][0], 0.0) << file.path();
+    EXPECT_LT(captions[0][1], captions[1][0]) << file.path();
+    EXPECT_LT(captions[1][1], std::stod(svg.substr(svg.find("width=\"") + 7))) << file.path();
   }
 }
 

@@ -147,6 +147,13 @@ TEST(Status, JsonHasUnitsInItsKeys) {
   }
 }
 
+TEST(Status, AnArmWithoutAShoulderHasNoReach) {
+  StatusReport report = sample();
+  EXPECT_THAT(status_text(report), Not(HasSubstr("reach")));
+  report.reach_m = 0.34;
+  EXPECT_THAT(status_text(report), HasSubstr("  reach     0.340 m\n"));
+}
+
 TEST(Alarms, AreListedAndSafeToPrint) {
   Corbot::AlarmList alarms;
   EXPECT_EQ(alarms_text(alarms), "no alarms\n");
