@@ -74,6 +74,10 @@ int main(int argc, char** argv) {
   } catch (const Corbot::Unreachable& refusal) {
     std::fprintf(stderr, "nothing moved: %s\n", refusal.reason.in());
     return 1;
+  } catch (const Corbot::LimitExceeded& refusal) {  // degrees; metres of a joint that slides
+    std::fprintf(stderr, "nothing moved: %s of joint %d: %g is not within %g to %g\n", refusal.quantity.in(),
+                 static_cast<int>(refusal.articulation), refusal.value, refusal.lower, refusal.upper);
+    return 1;
   } catch (const Corbot::NotReady& error) {
     std::fprintf(stderr, "%s\n", error.reason.in());
     return 1;

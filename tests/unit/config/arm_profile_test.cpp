@@ -319,5 +319,19 @@ TEST(ArmProfile, DrivesOfSlidesCountMetres) {
             "gives 3000000000 counts at the end of the joint's range; a drive has up to 2147483647");
 }
 
+/// What somebody begins with who describes an arm of his own.
+TEST(ArmProfile, TheOneInTheDocumentIsComplete) {
+  std::ifstream stream{CORBOT_PROFILES "/../docs/profiles.md"};
+  const std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  const std::string begin = "```toml\n";
+  const auto at = text.find(begin);
+  ASSERT_NE(at, std::string::npos);
+  const auto from = at + begin.size();
+  const Profile profile = parse_profile(text.substr(from, text.find("```", from) - from), "my-arm.toml");
+  EXPECT_EQ(profile.arm.kind, ArmKind::kAnthropomorphic);
+  EXPECT_EQ(profile.arm.dof, 4u);
+  EXPECT_TRUE(profile.description.reason.empty()) << "a closed form";
+}
+
 }  // namespace
 }  // namespace corbot
