@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <utility>
-#include <variant>
 
 #include "corbot/channel/alarms.h"
 #include "corbot/channel/fingerprint.h"
@@ -219,14 +218,7 @@ corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival,
   if (const auto refusal = planner_.check(now, request))
     throw refused(request, *refusal, profile_.arm.kinematics);
   const auto admit = [&] { return control_.use(key); };
-  try {
-    return queue_.accept(request, now, arrival, admit, wanted);
-  } catch (const CallError& refused) {
-    // The interface has no other exception for it.
-    if (std::holds_alternative<ReadyRequest>(request) && refused.error.status == CORBOT_LIMIT_EXCEEDED)
-      throw not_ready(refused.error.text);
-    throw;
-  }
+  return queue_.accept(request, now, arrival, admit, wanted);
 }
 
 StopCounts Robot::stops() const {

@@ -111,8 +111,7 @@ TEST_F(RefusedScara, AnOrientationThatItCannotTakeNamesTheKeyOfTheLimit) {
   const Pose tilted{{0.2, 0.1, -0.05}, about({1, 0, 0}, 3.0)};
   const Outcome refused = try_accept(MovePoseRequest{tilted});
   EXPECT_EQ(refused.status, CORBOT_UNREACHABLE);
-  EXPECT_THAT(refused.text,
-              HasSubstr("allowed up to 5.72958e-05 degrees (orientation_error_deg)"));
+  EXPECT_THAT(refused.text, HasSubstr("allowed up to 5.72958e-05 degrees (orientation_error_deg)"));
 }
 
 }  // namespace
