@@ -21,8 +21,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSmallestCell = 1e-9;       // of the path parameter
 constexpr double kSmallestTravel_m = 1e-12;  // of TCP and tool together
 constexpr std::size_t kMostCells = 20'000;   // a path that needs more runs along a border; it is refused
-constexpr double kUnbroken_rad = 1e-3;       // joint 0 may not change by more in a smallest cell
-constexpr double kWrap_rad = 0.5;            // the others: next to a border, far more than √kSmallestCell
+/// More in a smallest cell is a jump, which the set-point check would refuse: at a border joints change by some √kSmallestCell.
+constexpr double kUnbroken_rad = 1e-3;
 constexpr double kMostJump_rad = 4.0;     // more is no singularity, where joints jump by half a turn at most
 constexpr double kWrapMargin_rad = 1e-6;  // kept from the ends of a turn, where joints wrap
 
@@ -154,7 +154,7 @@ std::optional<PlanRefusal> PathProof::check_ends(double s_a, double s_b) const {
   for (std::size_t i = 0; i < model_->dof; ++i) {
     const double jump_q = std::abs(a.joints_q[i] - b.joints_q[i]);
     // The first joint is free on its axis, where it is the hint; a path that leaves the axis in the arm's own direction is unbroken.
-    if (jump_q <= (i == 0 ? kUnbroken_rad : kWrap_rad)) continue;
+    if (jump_q <= kUnbroken_rad) continue;
     // Where a joint is fast, a smallest cell can step over the whole margin at the end of a turn: a wrap, not a travel.
     if (i != 0 && jump_q > kMostJump_rad) {
       PlanRefusal refusal =

@@ -7,7 +7,9 @@
 #include <numbers>
 #include <utility>
 
+#include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path.h"
+#include "corbot/motion/path_joints.h"
 #include "planner/frame_settings.h"
 #include "planner/planner.h"
 #include "published_arm.h"
@@ -71,6 +73,35 @@ class PumaPoses : public testing::Test {
   const Pose there_{here_.position_m + Vector3{0.05, -0.08, 0.06},
                     turn_about({1, -2, 0.5}, 0.7) * here_.orientation};
 };
+
+/// With the wrist's axes in line, a turn about another axis than the present one of joint 4 begins with a jump of that joint.
+TEST_F(PumaPoses, NoJointJumpsWhereALineBeginsAtASingularity) {
+  const PlanStart in_line{{0.1, 0.8, -2.6, 0.0, 0.0, 0.0}, 0.0};
+  constexpr double kTick_s = 1e-3;
+  constexpr int kTicks = 3000;  // what could jump does so at the start
+  int planned = 0;
+  for (int k = -20; k <= 20; ++k) {
+    const double phi = 0.5 * std::numbers::pi + 0.025 * k;
+    const Pose turn{{}, turn_about({std::cos(phi), std::sin(phi), 0.0}, 0.3)};
+    const PlanResult result =
+        Planner(arm_).plan(in_line, {}, MoveRelativeRequest{turn, OffsetFrame::kTool, 0.0, true});
+    if (std::holds_alternative<PlanRefusal>(result)) continue;
+    ++planned;
+    const Command command = only(result);
+    Joints last = command.start_q;
+    for (int tick = 1; tick <= kTicks && tick * kTick_s < command.duration_s; ++tick) {
+      const double s = evaluate(command.line.law, tick * kTick_s).position;
+      const Joints now =
+          joints_at(arm_, point_at(command.line, s), command.line.solution, command.start_q).joints_q;
+      for (std::size_t i = 0; i < arm_.dof; ++i) {
+        ASSERT_LE(std::abs(now[i] - last[i]), arm_.joints[i].speed_q_s * kTick_s * 1.01)
+            << "axis " << k << ", joint " << i << ", tick " << tick << " of " << command.duration_s << " s";
+      }
+      last = now;
+    }
+  }
+  EXPECT_GT(planned, 0) << "the present axis of joint 5 leads out of it";
+}
 
 /// Neither moves the tool centre point, and the second moves the wrist about it.
 TEST_F(PumaPoses, TurnsInPlaceAreProvedAsOtherLinesAre) {
