@@ -17,6 +17,7 @@
 #include "config/arms/roll_pitch_yaw.h"
 #include "config/joint_keys.h"
 #include "corbot/kinematics/tool_pose.h"
+#include "corbot/motion/frames.h"
 #include "corbot/units.h"
 
 namespace corbot {
@@ -106,13 +107,13 @@ Quaternion read_orientation(Section& section, bool& is_complete) {
       {to_radians((*angles)[0]), to_radians((*angles)[1]), to_radians((*angles)[2])});
 }
 
-/// `[base]` or `[tool]`.
-Pose read_frame(Section section, bool& is_complete) {
+/// `[base]` or `[tool]`: what the real-time task takes of a path's frames, too.
+Pose read_frame(Section section, double farthest_m, bool& is_complete) {
   Pose frame;
   if (!section.has("position_m")) {
     section.skip("position_m");
   } else {
-    const auto position = section.numbers("position_m", 3, {-100, 100, false, "m"});
+    const auto position = section.numbers("position_m", 3, {-farthest_m, farthest_m, false, "m"});
     is_complete = is_complete && position.has_value();
     if (position) frame.position_m = {(*position)[0], (*position)[1], (*position)[2]};
   }
@@ -209,8 +210,8 @@ GeometryInput read_geometry(Section& root, Section section, const std::string& p
     }
     return input;
   }
-  input.base_T_0 = read_frame(root.table_or_empty("base"), input.is_complete);
-  input.n_T_tool = read_frame(root.table_or_empty("tool"), input.is_complete);
+  input.base_T_0 = read_frame(root.table_or_empty("base"), kFarthestBase_m, input.is_complete);
+  input.n_T_tool = read_frame(root.table_or_empty("tool"), kFarthestTool_m, input.is_complete);
   return input;
 }
 

@@ -13,6 +13,11 @@
 namespace corbot::config {
 namespace {
 
+constexpr double kFarthestOrigin_m = 100.0;  // as a base frame
+
+/// False for what is not finite, too.
+bool is_near(const Pose& frame) { return is_finite(frame) && norm(frame.position_m) <= kFarthestOrigin_m; }
+
 /// Keeps what urdfdom reports, which it would print, while it exists.
 class CaughtMessages final : public console_bridge::OutputHandler {
  public:
@@ -86,6 +91,9 @@ UrdfJoint limits_of(const urdf::Joint& joint) {
   if (joint.limits == nullptr || joint.type == urdf::Joint::CONTINUOUS) return limits;
   limits.lower_q = joint.limits->lower;
   limits.upper_q = joint.limits->upper;
+  if (limits.lower_q > limits.upper_q) {
+    throw UrdfError(fmt::format("has a joint \"{}\" whose lower limit is above its upper one", joint.name));
+  }
   limits.is_bounded = limits.lower_q < limits.upper_q;
   return limits;
 }
@@ -99,7 +107,10 @@ UrdfChain read_urdf_chain(const std::string& xml, const std::string& base_link, 
   Pose at;  // of the link reached, in frame 0, all joints at zero
   for (const urdf::JointSharedPtr& joint : joints_between(*model, base_link, tip_link)) {
     at = at * pose_of(joint->parent_to_joint_origin_transform);
-    if (!is_finite(at)) throw UrdfError(fmt::format("has no finite origin of joint \"{}\"", joint->name));
+    if (!is_near(at)) {
+      throw UrdfError(fmt::format("has the origin of joint \"{}\" further than {:g} m from link \"{}\"",
+                                  joint->name, kFarthestOrigin_m, base_link));
+    }
     if (joint->type == urdf::Joint::FIXED) continue;
     const JointKind kind = kind_of(*joint);
     if (joint->mimic != nullptr) {

@@ -118,6 +118,8 @@ const std::vector<Case> kCases{
      "a table", "needs [geometry] with dh or urdf"},
     {"PositionShort", "so101", "position_m = [0.0388353, 0, 0]", "position_m = [0, 0]", "position_m = [0, 0]",
      "base.position_m", "[0, 0]", "3 numbers in brackets"},
+    {"ToolInMillimetres", "so101", "position_m = [0.0079, ", "position_m = [79, ", "position_m = [79, ",
+     "tool.position_m[0]", "79", "from -10 to 10 m"},
     {"TwoOrientations", "so101", "rpy_deg = [180, 0, 0]",
      "rpy_deg = [180, 0, 0]\nquaternion_wxyz = [1, 0, 0, 0]", "quaternion_wxyz", "base.quaternion_wxyz",
      "[1, 0, 0, 0]", "contradicts rpy_deg"},

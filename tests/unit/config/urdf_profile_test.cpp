@@ -166,6 +166,10 @@ INSTANTIATE_TEST_SUITE_P(
                     Wrong{"Mimic", "name=\"spin\" type=\"continuous\">",
                           "name=\"spin\" type=\"continuous\"><mimic joint=\"elbow\"/>",
                           "\"spin\" that follows \"elbow\" (mimic)"},
+                    Wrong{"FarAway", "xyz=\"0.12 0 0\"", "xyz=\"1e300 0 0\"",
+                          "origin of joint \"elbow\" further than 100 m from link \"base\""},
+                    Wrong{"LimitsSwapped", "lower=\"-2.5\" upper=\"2.5\"", "lower=\"2.5\" upper=\"-2.5\"",
+                          "\"elbow\" whose lower limit is above its upper one"},
                     Wrong{"NoAxis", "<axis xyz=\"0 0 -2\"/>", "<axis xyz=\"0 0 0\"/>",
                           "\"elbow\" without an axis"}),
     [](const auto& test) { return test.param.name; });
