@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "corbot/channel/ring.h"
@@ -21,6 +22,11 @@ struct RingIndices {
   template <class Record, std::size_t kCapacity>
   static void set_head(RingSlots<Record, kCapacity>& slots, std::uint64_t head) {
     slots.head_.store(head);
+  }
+  /// Where the record of that index lies.
+  template <class Record, std::size_t kCapacity>
+  static Record& record(RingSlots<Record, kCapacity>& slots, std::uint64_t index) {
+    return slots.slots_[index & (kCapacity - 1)].value;
   }
   template <class Ring>
   static void set_tail(Ring& ring, std::uint64_t tail) {
