@@ -61,6 +61,23 @@ class Slides : public RobotRig {
     arm_ = connect();
     ASSERT_TRUE(wait_for(Corbot::Standby)) << servant_->errors() << rt_->errors();
   }
+  /// On drives whose scales these are; zero_count 0, 500, …, the second one mounted the other way round.
+  void begin_on_drives(const std::string& name, const std::vector<std::string>& scales) {
+    drives_.emplace(std::string(CORBOT_BIN_DIR) + "/corbot-sim", directory_, static_cast<int>(scales.size()));
+    drives_->start();
+    std::string backend = fmt::format(
+        "[backend]\nkind = \"socketcan\"\n[backend.socketcan]\ninterface = \"{}\"\n", drives_->bus());
+    for (std::size_t i = 0; i < scales.size(); ++i) {
+      backend += fmt::format("[[backend.socketcan.drive]]\nnode = {}\n{}\nzero_count = {}\ndirection = {}\n",
+                             i + 1, scales[i], 500 * i, i == 1 ? -1 : 1);
+    }
+    write_profile(name, backend);
+    begin();
+  }
+  /// Whether the drives come to these counts.
+  [[nodiscard]] bool stand_at(const std::map<int, std::int32_t>& wanted) {
+    return wait_until(within(20), [&] { return drives_->counts() == wanted; });
+  }
   [[nodiscard]] double joint(CORBA::ULong index) const {
     Corbot::JointCoord_var joints = arm_->ArtiCoord();
     return joints[index];
@@ -149,17 +166,8 @@ TEST_F(Slides, HaveSoftLimitsInMetresThatOutliveARestart) {
 }
 
 TEST_F(Slides, AreMovedByDrives) {
-  drives_.emplace(std::string(CORBOT_BIN_DIR) + "/corbot-sim", directory_, 3);
-  drives_->start();
-  std::string backend = fmt::format(
-      "[backend]\nkind = \"socketcan\"\n[backend.socketcan]\ninterface = \"{}\"\n", drives_->bus());
-  for (int i = 0; i < 3; ++i) {
-    backend += fmt::format(
-        "[[backend.socketcan.drive]]\nnode = {}\ncounts_per_m = 200000\nzero_count = {}\ndirection = {}\n",
-        i + 1, 500 * i, i == 1 ? -1 : 1);
-  }
-  write_profile("cartesian_ppp", backend);
-  begin();
+  begin_on_drives("cartesian_ppp",
+                  {"counts_per_m = 200000", "counts_per_m = 200000", "counts_per_m = 200000"});
   const auto stands_at = [&](double x, double y, double z) {
     const std::map<int, std::int32_t> wanted{{1, static_cast<std::int32_t>(std::lround(x * 200'000))},
                                              {2, static_cast<std::int32_t>(std::lround(500 - y * 200'000))},
@@ -188,6 +196,64 @@ TEST_F(Slides, AreMovedByDrives) {
   EXPECT_THAT(alarms[alarms->length() - 1].text.in(),
               AllOf(HasSubstr("joint 0 is"), HasSubstr(" m from its set-point, 0.020000 are allowed")));
   drives_->command("block off 1");
+}
+
+TEST_F(Slides, OnDrivesAStopEndsThemOnTheWay) {
+  begin_on_drives("cartesian_ppp",
+                  {"counts_per_m = 200000", "counts_per_m = 200000", "counts_per_m = 200000"});
+  const Corbot::Ticket ticket = arm_->StartDrive(0, 0.4, 0.2);
+  ASSERT_TRUE(wait_until(within(20), [&] { return drives_->counts("targets").at(1) > 10'000; }));
+  arm_->Stop();
+  const double at_m = Corbot::ArmState_var(arm_->State())->commanded[0];
+  EXPECT_GT(at_m, 0.05);
+  EXPECT_LT(at_m, 0.399) << "it is on the way";
+  EXPECT_EQ(Corbot::MotionInfo_var(arm_->Progress(ticket))->state, Corbot::MotionStopped);
+  const auto count = static_cast<std::int32_t>(std::lround(at_m * 200'000));
+  EXPECT_TRUE(wait_until(within(20), [&] { return drives_->counts().at(1) == count; }));
+  EXPECT_EQ(drives_->counts("targets").at(1), count);
+  double last = 0.0;
+  for (const DeviceRow& row : drives_->rows()) {
+    if (row.channel != 1) continue;
+    EXPECT_GE(row.given, last) << "no way back";
+    last = row.given;
+  }
+  const Corbot::ArmState_var now = arm_->State();
+  EXPECT_NEAR(now->commanded[0], at_m, 1e-9);
+  EXPECT_NEAR(now->measuredJoints[0], at_m, 1e-5);
+  EXPECT_EQ(now->speeds[0], 0.0);
+  arm_->Ready();
+  EXPECT_TRUE(stand_at({{1, 0}, {2, 500}, {3, 1000}}));
+}
+
+/// Degrees and metres beside each other.
+TEST_F(Slides, OfAScaraAreMovedByDrives) {
+  begin_on_drives("scara_gx4", {"counts_per_degree = 1000", "counts_per_degree = 1000",
+                                "counts_per_m = 200000", "counts_per_degree = 500"});
+  Corbot::JointCoord target;
+  target.length(4);
+  target[0] = 10.0;
+  target[1] = -20.0;
+  target[2] = -0.05;
+  target[3] = 30.0;
+  arm_->MoveJoints(target, 0);
+  EXPECT_TRUE(stand_at({{1, 10'000}, {2, 20'500}, {3, 1000 - 10'000}, {4, 1500 + 15'000}}));
+  const Corbot::ArmState_var before = arm_->State();
+  ASSERT_TRUE(before->measured);
+  EXPECT_NEAR(before->measuredJoints[2], -0.05, 1e-5);
+  EXPECT_NEAR(before->measuredJoints[3], 30.0, 0.01);
+  const Corbot::CartesianCoord at = arm_->CartCoord();
+  arm_->MoveS(at.x - 0.02, at.y, at.z - 0.03, 0, 0);
+  EXPECT_TRUE(wait_until(within(20), [&] { return drives_->counts().at(3) == 1000 - 16'000; }));
+  EXPECT_NEAR(joint(2), -0.08, 1e-9);
+  EXPECT_EQ(raised_by([&] { arm_->Drive(2, -0.1, 0.1); }), "LimitExceeded");
+  const Corbot::Ticket ticket = arm_->StartDrive(2, 0.07, 0.05);
+  ASSERT_TRUE(wait_until(within(20), [&] { return drives_->counts("targets").at(3) > 1000 - 14'000; }));
+  arm_->Stop();
+  EXPECT_EQ(Corbot::MotionInfo_var(arm_->Progress(ticket))->state, Corbot::MotionStopped);
+  EXPECT_GT(joint(2), -0.0751);
+  EXPECT_LT(joint(2), -0.011);
+  arm_->Ready();
+  EXPECT_TRUE(stand_at({{1, 0}, {2, 500}, {3, 1000}, {4, 1500}}));
 }
 
 TEST_F(Slides, AreMovedByServos) {
