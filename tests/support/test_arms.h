@@ -13,9 +13,9 @@
 
 namespace corbot::test {
 
-inline constexpr std::array<const char*, 9> kTestArms{"lynx5",           "al5d_wr",   "puma560",
-                                                      "scara_gx4",       "stanford",  "cartesian_ppp",
-                                                      "cylindrical_rpp", "polar_rrp", "turntable"};
+inline constexpr std::array<const char*, 10> kTestArms{
+    "lynx5",         "al5d_wr",         "puma560",   "scara_gx4", "stanford",
+    "cartesian_ppp", "cylindrical_rpp", "polar_rrp", "turntable", "xarm6"};
 
 /// The shipped profile of this name, or the one that only tests need.
 inline std::string profile_path(const std::string& name) {
@@ -24,5 +24,9 @@ inline std::string profile_path(const std::string& name) {
   return (std::filesystem::exists(path) ? path : shipped / "../tests/profiles" / (name + ".toml")).string();
 }
 inline ArmModel arm_of(const std::string& name) { return load_profile(profile_path(name)).arm; }
+/// Lines and arcs: with a closed form, or by knots. Of the arms above only the turntable has neither room nor freedom for any.
+inline bool has_paths(const ArmModel& arm) {
+  return arm.kinematics.has_closed_form() || arm.dof == kMaxJoints;
+}
 
 }  // namespace corbot::test

@@ -37,13 +37,13 @@ inline std::uint64_t shares_of(const std::string& arm) {
   return 2 * kKinds * (arm == "lynx5" ? 4 : kTestArms.size() - 1);
 }
 
-/// Every kind that the arm can plan.
+/// Every kind that the arm can plan. Lines and arcs of an arm without a closed form are those of arms_paths_test.
 inline std::vector<Case> motion_cases() {
   std::vector<Case> all;
   for (const std::string arm : kTestArms) {
-    const bool has_paths = arm_of(arm).kinematics.solution_count() > 0;
+    const bool has_form = arm_of(arm).kinematics.has_closed_form();
     for (const Kind kind : {Kind::kJoint, Kind::kLine, Kind::kArc}) {
-      if (kind != Kind::kJoint && !has_paths) continue;
+      if (kind != Kind::kJoint && !has_form) continue;
       for (int shard = 0; shard < shards_of(arm); ++shard) all.push_back({arm, kind, shard});
     }
   }

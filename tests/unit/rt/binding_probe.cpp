@@ -2,6 +2,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <variant>
 
@@ -19,12 +20,18 @@ namespace {
 using namespace corbot;
 using namespace corbot::test;
 
+/// A command and, of a path of an arm without a closed form, its knots.
+struct Planned {
+  Command command;
+  KnotSlot knots;
+};
+
 std::vector<Command> plan(Rig& rig) {
   const ArmMotions motions = motions_of(rig.arm);
   std::vector<Command> commands =
       std::get<std::vector<Command>>(rig.planner.move_joints(rig.start(), {}, motions.there_q, 0.0));
   const auto add = [&](const PlanResult& more) {
-    const auto& planned = std::get<std::vector<Command>>(more);
+    const std::vector<Command> planned = rig.with_knots(more);
     commands.insert(commands.end(), planned.begin(), planned.end());
   };
   if (motions.line_to_m) {
@@ -38,8 +45,19 @@ std::vector<Command> plan(Rig& rig) {
   return commands;
 }
 
+bool write_whole(int to, const Planned& one) {
+  return write(to, &one, sizeof(one)) == static_cast<ssize_t>(sizeof(one));
+}
+bool read_whole(int from, Planned& one) {
+  std::size_t got = 0;
+  for (ssize_t more = 1; more > 0 && got < sizeof(one);
+       got += static_cast<std::size_t>(std::max<ssize_t>(more, 0)))
+    more = read(from, reinterpret_cast<char*>(&one) + got, sizeof(one) - got);
+  return got == sizeof(one);
+}
+
 /// The commands as a child planned them; empty when that failed.
-std::vector<Command> planned_elsewhere(const ArmModel& arm) {
+std::vector<Planned> planned_elsewhere(const ArmModel& arm) {
   int ends[2];
   if (pipe(ends) != 0) return {};
   const pid_t child = fork();
@@ -47,19 +65,21 @@ std::vector<Command> planned_elsewhere(const ArmModel& arm) {
     Rig rig(arm);
     rig.step();
     bool whole = true;
-    for (const Command& command : plan(rig))
-      whole = whole && write(ends[1], &command, sizeof(command)) == static_cast<ssize_t>(sizeof(command));
+    for (const Command& command : plan(rig)) {
+      const KnotRange* const range = knots_of(command);
+      whole =
+          whole &&
+          write_whole(ends[1], {command, range == nullptr ? KnotSlot{} : rig.servant->knots[range->slot]});
+    }
     _exit(whole ? 0 : 1);
   }
   close(ends[1]);
-  std::vector<Command> commands;
-  Command command{};
-  while (read(ends[0], &command, sizeof(command)) == static_cast<ssize_t>(sizeof(command)))
-    commands.push_back(command);
+  std::vector<Planned> planned;
+  for (Planned one{}; read_whole(ends[0], one);) planned.push_back(one);
   close(ends[0]);
   int status = 0;
   waitpid(child, &status, 0);
-  return status == 0 ? commands : std::vector<Command>{};
+  return status == 0 ? planned : std::vector<Planned>{};
 }
 
 void mark(const char* line) { (void)!write(STDERR_FILENO, line, std::char_traits<char>::length(line)); }
@@ -69,8 +89,13 @@ void mark(const char* line) { (void)!write(STDERR_FILENO, line, std::char_traits
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
   const ArmModel arm = arm_of(argv[1]);
-  const std::vector<Command> commands = planned_elsewhere(arm);
+  const std::vector<Planned> planned = planned_elsewhere(arm);
   Rig rig(arm);
+  std::vector<Command> commands;
+  for (const Planned& one : planned) {
+    commands.push_back(one.command);
+    if (const KnotRange* const range = knots_of(one.command)) rig.servant->knots[range->slot] = one.knots;
+  }
   const std::uint64_t last = rig.submit(commands);
   mark("cycle begins\n");
   rig.step(50);

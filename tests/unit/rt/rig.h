@@ -79,7 +79,9 @@ class Rig {
     }
     return id;
   }
-  std::uint64_t submit(const PlanResult& plan) {
+  std::uint64_t submit(const PlanResult& plan) { return submit(with_knots(plan)); }
+  /// Its commands, the knots in slots of their own: of kKnotSlots paths the last ones.
+  std::vector<Command> with_knots(const PlanResult& plan) {
     auto commands = std::get<std::vector<Command>>(plan);
     for (std::size_t i = 0; i < plan.knots.size(); ++i) {
       if (KnotRange* const range = knots_of(commands[i]); range != nullptr && !plan.knots[i].empty()) {
@@ -87,7 +89,7 @@ class Rig {
         std::copy(plan.knots[i].begin(), plan.knots[i].end(), servant->knots[range->slot].begin());
       }
     }
-    return submit(commands);
+    return commands;
   }
 
   [[nodiscard]] PlanStart start() const { return {snapshot.position_q, snapshot.gripper}; }
