@@ -12,6 +12,7 @@
 #include "config/load_profile.h"
 #include "contract/driver.h"
 #include "contract/system_call_watch.h"
+#include "corbot/units.h"
 #include "support/process.h"
 
 namespace corbot::test {
@@ -24,7 +25,7 @@ class Contract : public ::testing::TestWithParam<DeviceFixtureKind> {
   void SetUp() override {
     directory_ = CORBOT_SCRATCH_DIR + ("/" + unique_name("contract"));
     fs::create_directory(directory_);
-    profile_ = parse_profile(text_with("[backend]\nkind = \"loopback\"\n"), "lynx5");
+    profile_ = parse_profile(text_with("[backend]\nkind = \"loopback\"\n"), "simulated");
     fixture_ = GetParam().make(profile_.arm, directory_);
     if (const std::string missing = fixture_->missing(); !missing.empty()) GTEST_SKIP() << missing;
     fixture_->set_up();
@@ -44,13 +45,13 @@ class Contract : public ::testing::TestWithParam<DeviceFixtureKind> {
   }
 
   [[nodiscard]] static std::string text_with(const std::string& backend) {
-    std::ifstream from(CORBOT_PROFILE);
+    std::ifstream from(GetParam().profile);
     std::stringstream text;
     text << from.rdbuf();
     const std::string all = text.str();
     return all.substr(0, all.find("[backend]")) + backend;
   }
-  /// All servos at this pulse: between 1100 and 1900 us, every joint of the Lynx 5 is within its range.
+  /// All servos at this pulse: between 1100 and 1900 us, every joint of the arms here is within its range.
   [[nodiscard]] Pose pose(double pulse_us) const {
     return pose(std::vector<double>(profile_.arm.dof + 1, pulse_us));
   }
@@ -95,13 +96,17 @@ class Contract : public ::testing::TestWithParam<DeviceFixtureKind> {
     const std::uint64_t begin = driver_->cycles();
     return wait_until(within(60), [&] { return driver_->cycles() > begin + cycles; });
   }
-  /// Loses the device and has it back, in Error, with the arm held elsewhere by `further_q` of the first joint.
-  void lose_and_find(double further_q = 0.0) {
+  /// As far on the first servo as that angle is on one of 10 us a degree.
+  [[nodiscard]] double as_far_q(double angle_rad) const {
+    return angle_rad * 10.0 / kRadiansPerDegree / profile_.arm.servos[0].us_per_q;
+  }
+  /// Loses the device and has it back, in Error, with the arm held elsewhere by that of the first joint.
+  void lose_and_find(double further_rad = 0.0) {
     driver_->leave();
     fixture_->unplug();
     ASSERT_TRUE(reaches(BackendHealth::kLost));
     Pose further = driver_->pose();
-    further.position_q[0] += further_q;
+    further.position_q[0] += as_far_q(further_rad);
     driver_->move(further, 0.0);
     fixture_->plug();
     ASSERT_TRUE(reaches(BackendHealth::kStandby));

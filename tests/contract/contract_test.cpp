@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <limits>
 #include <random>
 #include <sstream>
 #include <utility>
@@ -184,7 +185,7 @@ TEST_P(Contract, SurvivesPulledPlugs) {
     ASSERT_TRUE(wait_until(within(20), [&] { return !driver_->moving(); }));
     // As after a bus that had stalled before it was lost: the arm was to be further on.
     Pose further = driver_->pose();
-    further.position_q[0] += 0.4;
+    further.position_q[0] += as_far_q(0.4);
     driver_->move(further, 0.0);
     const std::size_t from = fixture_->outputs().size();
     const std::int64_t plugged_ns = std::chrono::steady_clock::now().time_since_epoch().count();
@@ -211,7 +212,7 @@ TEST_P(Contract, IsHaltedOnItsWayBackByAnEmergencyStop) {
   fixture_->unplug();
   ASSERT_TRUE(reaches(BackendHealth::kLost));
   Pose far = driver_->pose();
-  far.position_q[0] += 0.5;
+  far.position_q[0] += as_far_q(0.5);
   driver_->move(far, 0.0);
   const std::size_t before = fixture_->outputs().size();
   fixture_->plug();
@@ -231,7 +232,13 @@ TEST_P(Contract, IsHaltedOnItsWayBackByAnEmergencyStop) {
   const double at = fixture_->now().at(0);
   const std::uint64_t cycle = driver_->cycles();
   ASSERT_TRUE(wait_until(within(60), [&] { return driver_->cycles() > cycle + 500; }));
-  const double allowed = facts_.approach_speed * 0.1 + 10.0 * facts_.unit;
+  // No joint is slowed down faster than its acceleration allows.
+  double least_us_per_s2 = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < profile_.arm.dof; ++i)
+    least_us_per_s2 =
+        std::min(least_us_per_s2, profile_.arm.joints[i].acceleration_q_s2 * profile_.arm.servos[i].us_per_q);
+  const double braking = facts_.approach_speed * facts_.approach_speed / (2.0 * least_us_per_s2);
+  const double allowed = std::max(facts_.approach_speed * 0.1, braking) + 10.0 * facts_.unit;
   EXPECT_LE(std::abs(fixture_->now().at(0) - at), allowed) << "in 0.5 s";
   EXPECT_EQ(backend_->health(), BackendHealth::kStandby);
   driver_->set_emergency_stop(false);
@@ -270,6 +277,8 @@ TEST_P(Contract, HoldsOrRelaxesAtTheEnd) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, Contract, ::testing::ValuesIn(all_fixtures()),
+                         [](const auto& test) { return test.param.name; });
+INSTANTIATE_TEST_SUITE_P(Slides, Contract, ::testing::ValuesIn(sliding_fixtures()),
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace

@@ -84,11 +84,14 @@ class DeviceFixture {
 struct DeviceFixtureKind {
   std::string name;
   std::function<std::unique_ptr<DeviceFixture>(const ArmModel& arm, const std::string& directory)> make;
+  std::string profile{CORBOT_PROFILE};  ///< of the arm, but for [backend]
 };
 void PrintTo(const DeviceFixtureKind& kind, std::ostream* out);
 
 std::vector<DeviceFixtureKind> loopback_fixtures();
 std::vector<DeviceFixtureKind> serial_fixtures();
+/// On an arm whose joints slide.
+std::vector<DeviceFixtureKind> sliding_fixtures();
 std::vector<DeviceFixtureKind> pulse_fixtures();
 std::vector<DeviceFixtureKind> can_fixtures();
 std::vector<DeviceFixtureKind> kernel_fixtures();

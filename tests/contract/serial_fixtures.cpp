@@ -3,6 +3,7 @@
 
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "contract/device_fixture.h"
 #include "support/emulated_controller.h"
@@ -122,6 +123,17 @@ std::vector<DeviceFixtureKind> serial_fixtures() {
     fixtures.push_back({kind.name, [kind](const ArmModel& arm, const std::string& directory) {
                           return std::make_unique<SerialFixture>(kind, arm, directory);
                         }});
+  }
+  return fixtures;
+}
+
+/// Servos whose maps are in microseconds a millimetre.
+std::vector<DeviceFixtureKind> sliding_fixtures() {
+  std::vector<DeviceFixtureKind> fixtures;
+  for (DeviceFixtureKind& kind : serial_fixtures()) {
+    if (kind.name != "ssc32u" && kind.name != "maestro") continue;
+    kind.profile = CORBOT_PROFILES "/servo_slides.toml";
+    fixtures.push_back(std::move(kind));
   }
   return fixtures;
 }

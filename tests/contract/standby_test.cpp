@@ -185,6 +185,8 @@ TEST_P(Standby, TellsWhichFrameTheDeviceHasAndThatItKeepsUp) {
 
 INSTANTIATE_TEST_SUITE_P(Backends, Standby, ::testing::ValuesIn(all_fixtures()),
                          [](const auto& test) { return test.param.name; });
+INSTANTIATE_TEST_SUITE_P(Slides, Standby, ::testing::ValuesIn(sliding_fixtures()),
+                         [](const auto& test) { return test.param.name; });
 
 }  // namespace
 }  // namespace corbot::test
