@@ -161,5 +161,49 @@ TEST_F(Home, IsForDrivesThatNeedIt) {
   EXPECT_THAT(result.errors, HasSubstr("only drives on a CAN bus (socketcan) are homed"));
 }
 
+using HomeOfASlide = CliRig;
+
+/// And then driven by the robot, to Ready and back.
+TEST_F(HomeOfASlide, IsInMetres) {
+  EmulatedDrives drives(CORBOT_BIN_DIR "/corbot-sim", directory_.string(), 3);
+  drives.start();
+  std::ifstream stream(std::string(CORBOT_PROFILES) + "/cartesian_ppp.toml");
+  const std::string shipped{std::istreambuf_iterator<char>{stream}, {}};
+  std::string text =
+      shipped.substr(0, shipped.find("[backend]")) +
+      "[loop]\ngap_fault_ms = 10000\nfrozen_ms = 2000\n[backend]\nkind = \"socketcan\"\n[backend.socketcan]\n"
+      "interface = \"" +
+      drives.bus() + "\"\n";
+  for (int node = 1; node <= 3; ++node) {
+    text += "[[backend.socketcan.drive]]\nnode = " + std::to_string(node) + "\ncounts_per_m = 200000\n";
+    if (node == 1) text += "homing_method = 19\nhoming_offset = 1500\nhoming_speed_m_s = 0.05\n";
+  }
+  const std::string profile = put("arm.toml", text);
+  for (const char* command : {"incremental on 1", "switch home 2000 1"}) drives.command(command);
+  const auto session = begin({"home", profile, "--name", name_});
+  ASSERT_TRUE(session->wait_line("KEEP CLEAR", within(30))) << session->errors();
+  EXPECT_THAT(session->output(), HasSubstr("x (node 1): method 19, 0.05 m a second, then 0.002"));
+  session->send("on");
+  const auto homed = session->wait_line("x is homed: count 1", within(60));
+  ASSERT_TRUE(homed) << session->errors();
+  EXPECT_THAT(*homed, testing::EndsWith(" m"));
+  const auto status = session->wait(within(30));
+  ASSERT_TRUE(status && WIFEXITED(*status));
+  EXPECT_EQ(WEXITSTATUS(*status), 0) << session->errors();
+  EXPECT_NEAR(drives.counts().at(1), 1500, 50);
+
+  up({}, profile);
+  ASSERT_TRUE(wait_state("Standby"));
+  ASSERT_EQ(corbot({"joints", "0.1", "0.05", "0.02"}).code, 0);
+  const auto stand_at = [&](const std::map<int, std::int32_t>& wanted) {
+    return wait_until(within(20), [&] { return drives.counts() == wanted; });
+  };
+  EXPECT_TRUE(stand_at({{1, 20'000}, {2, 10'000}, {3, 4'000}}));
+  ASSERT_EQ(corbot({"ready"}).code, 0);
+  EXPECT_TRUE(stand_at({{1, 0}, {2, 0}, {3, 0}}));
+  supervisor_.reset();
+  EXPECT_EQ(drives.stop(), 0);
+}
+
 }  // namespace
 }  // namespace corbot::test
