@@ -158,6 +158,16 @@ void check_kind(Section& robot, const Kinematics& kinematics, const std::string&
                            config::name_of(found), kinematics.family(), reason.empty() ? "" : "; ", reason));
 }
 
+/// With four or five joints a search meets a pose or finds nothing: it does not look for the nearest orientation.
+void check_orientation_error(Section& robot, const Kinematics& kinematics, double orientation_error_rad) {
+  const std::uint32_t joints = kinematics.chain().count;
+  if (orientation_error_rad == 0.0 || kinematics.has_closed_form() || (joints != 4 && joints != 5)) return;
+  robot.refuse("orientation_error_deg",
+               fmt::format("must be 0, or be left out: an arm of {} joints without a closed form "
+                           "moves only to orientations that it can take",
+                           joints));
+}
+
 }  // namespace
 
 bool is_urdf_text(const std::string& file_or_text) {
@@ -274,6 +284,7 @@ void recognise_geometry(Section& robot, Section& geometry, const GeometryInput& 
   }
   profile.arm.kinematics = arm.kinematics;
   check_kind(robot, arm.kinematics, arm.reason, profile.arm.kind);
+  check_orientation_error(robot, arm.kinematics, profile.arm.orientation_error_rad);
 }
 
 }  // namespace corbot

@@ -169,6 +169,24 @@ TEST(ArmProfile, HowFarAnOrientationMayBeOff) {
   EXPECT_EQ(parse_profile(text, "omx.toml").arm.orientation_error_rad, 2.5 * kDegree);
 }
 
+TEST(ArmProfile, AnOrientationErrorThatWouldBeIgnoredIsRefused) {
+  std::string text = edited(shipped("omx"), "kind = \"anthropomorphic\"", "kind = \"other\"");
+  text = edited(text, "a_m = 0.124, alpha_deg = 0", "a_m = 0.124, alpha_deg = 12");
+  EXPECT_EQ(parse_profile(text, "arm.toml").arm.kinematics.solution_count(), 0u);
+  EXPECT_THAT(faults_of(edited(text, "[robot]", "[robot]\norientation_error_deg = 0")), testing::IsEmpty());
+  const auto faults = faults_of(edited(text, "[robot]", "[robot]\norientation_error_deg = 2.5"));
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].key, "robot.orientation_error_deg");
+  EXPECT_EQ(faults[0].value, "2.5");
+  EXPECT_THAT(faults[0].allowed,
+              HasSubstr("must be 0, or be left out: an arm of 4 joints without a closed form"));
+  // Six joints take every orientation, and with three it is an output that is compared with the limit.
+  for (const char* other : {"xarm6", "cartesian_ppp"}) {
+    EXPECT_THAT(faults_of(edited(shipped(other), "[robot]", "[robot]\norientation_error_deg = 2.5")),
+                testing::IsEmpty());
+  }
+}
+
 TEST(ArmProfile, ARowInRadiansIsToldTwice) {
   const std::string text = edited(shipped("puma560"), "alpha_deg = 90", "alpha_rad = 1.57");
   EXPECT_THAT(keys_of(faults_of(text)),
