@@ -204,21 +204,30 @@ TEST_F(Arms, WithoutServosAreNotCalibrated) {
   EXPECT_THAT(result.errors, HasSubstr("there is nothing to calibrate"));
 }
 
-TEST_F(Arms, WithASlideAreCalibratedWithARule) {
-  std::ifstream stream(shipped("cartesian_ppp"));
-  std::string text{std::istreambuf_iterator<char>(stream), {}};
-  for (int joint = 0; joint < 3; ++joint) {
-    std::size_t at = 0;
-    for (int i = 0; i <= joint; ++i) at = text.find("jerk_m_s3", at) + 1;
-    text.insert(text.find('\n', at),
-                fmt::format("\nservo = {{ channel = {}, zero_us = 1000, us_per_mm = 2, direction = 1, "
-                            "pulse_range_us = [500, 2500] }}",
-                            joint));
-  }
-  text.insert(text.find("travel_s"), "channel = 3\nclosed_us = 1900\nopen_us = 1100\n");
-  const RunResult result = corbot({"calibrate", put("arm.toml", text), "--name", name_});
-  EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.errors, HasSubstr("joint x slides, and this command speaks degrees"));
+TEST_F(Arms, WithASlideAreCalibratedInMillimetres) {
+  std::ifstream stream(std::filesystem::path(shipped("lynx5")).parent_path() /
+                       "../tests/profiles/servo_slides.toml");
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  const std::string profile = put("arm.toml", text);
+  const auto session = begin({"calibrate", profile, "--name", name_});
+  // Really: x 1010 + 2.1 mm.
+  for (const char* command : {"on", "joint x", "goto 1010", "mark 0", "goto 1640", "mark 300", "goto 1850",
+                              "limit high", "joint y", "goto 1100", "limit high", "write", "quit"})
+    session->send(command);
+  const auto status = session->wait(within(60));
+  ASSERT_TRUE(status && WIFEXITED(*status));
+  EXPECT_EQ(WEXITSTATUS(*status), 0) << session->errors();
+  EXPECT_THAT(session->output(), HasSubstr("x 1640 us, 315.0 mm by the present calibration"));
+  EXPECT_THAT(session->output(),
+              HasSubstr("us_per_mm 2.1, direction 1, range_m 0 to 0.4772; marked 0 mm at 1010 us"));
+  std::ifstream written(profile);
+  const std::string now{std::istreambuf_iterator<char>(written), {}};
+  EXPECT_THAT(now, HasSubstr("servo = { channel = 0, zero_us = 1010, us_per_mm = 2.1, direction = 1,"));
+  EXPECT_THAT(now, HasSubstr("range_m = [0, 0.4]\n"));
+  EXPECT_THAT(now, HasSubstr("range_m = [0, 0.45]\n"));
+  up({}, profile);
+  EXPECT_EQ(corbot({"joints", "0.41", "0", "0"}).code, 1) << "beyond the new range";
+  EXPECT_EQ(corbot({"joints", "0.39", "0.44", "0"}).code, 0);
 }
 
 TEST_F(Arms, SolutionsNameTheJointsBeyondTheirRanges) {

@@ -337,7 +337,7 @@ TEST_F(Calibrate, IsRefusedWhileARealTimeTaskHoldsTheServos) {
   EXPECT_EQ(task.terminate(), 0);
   EXPECT_EQ(corbot({"calibrate", "/nonexistent.toml"}).code, 2);
   EXPECT_THAT(corbot({"calibrate", "--help"}).output,
-              AllOf(HasSubstr("--dry-run"), HasSubstr("mark DEGREES")));
+              AllOf(HasSubstr("--dry-run"), HasSubstr("mark VALUE")));
 }
 
 }  // namespace

@@ -118,14 +118,6 @@ void calibrate(const CalibrateOptions& options) {
         fmt::format("{}: not every joint and the gripper have a servo in it: there is nothing to calibrate",
                     options.profile));
   }
-  for (std::size_t i = 0; i < setting.profile.arm.dof; ++i) {
-    if (setting.profile.arm.kinematics.joint_kind(i) == JointKind::kRotary) continue;
-    throw Failure(
-        ExitCode::kUsage,
-        fmt::format("{}: joint {} slides, and this command speaks degrees: measure its zero_us and us_per_mm "
-                    "with a rule, and write them into the profile",
-                    options.profile, setting.profile.joint_names[i]));
-  }
   const std::string name = options.name.empty() ? setting.profile.name : options.name;
   setting.name = name;
   setting.text = read_text(options.profile);

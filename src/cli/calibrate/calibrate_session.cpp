@@ -17,7 +17,6 @@
 #include "client/failure.h"
 #include "client/number.h"
 #include "config/load_profile.h"
-#include "corbot/units.h"
 #include "shm/run_directory.h"
 
 namespace corbot::cli {
@@ -53,10 +52,10 @@ void check(const Profile& before, const std::string& text, const Calibration& ca
   for (std::size_t i = 0; i < calibration.joints(); ++i) {
     const ServoLine line = calibration.line(i);
     const ServoMap& map = now.arm.servos[i];
-    for (const double angle_deg : calibration.range_deg(i)) {
-      const double angle_rad = to_radians(angle_deg);
-      const double pulse_us = map.zero_us + map.direction * map.us_per_q * angle_rad;
-      if (std::abs(pulse_us - line.pulse_us(angle_deg)) > kTolerance)
+    for (const double value : calibration.range(i)) {
+      const double q = value * calibration.unit(i).q_per_unit;
+      const double pulse_us = map.zero_us + map.direction * map.us_per_q * q;
+      if (std::abs(pulse_us - line.pulse_us(value)) > kTolerance)
         throw std::runtime_error(
             fmt::format("joint {}: the edited text does not have the calibrated values", i));
     }
@@ -169,8 +168,8 @@ void CalibrateSession::print_position() {
   if (servo == gripper()) {
     fmt::print("gripper {:g} us\n", servos_.pulse_us(servo));
   } else {
-    fmt::print("{} {:g} us, {:.1f} degrees by the present calibration\n", name(servo),
-               servos_.pulse_us(servo), calibration_.line(servo).angle_deg(servos_.pulse_us(servo)) + 0.0);
+    fmt::print("{} {:g} us, {:.1f} {} by the present calibration\n", name(servo), servos_.pulse_us(servo),
+               calibration_.line(servo).value(servos_.pulse_us(servo)) + 0.0, calibration_.unit(servo).name);
   }
 }
 

@@ -13,46 +13,55 @@ namespace corbot::cli {
 
 namespace {
 
-/// Marks that are closer turn the error of reading an angle into an error of the scale.
-constexpr double kLeastAngle_deg = 10.0;
 constexpr double kLeastPulse_us = 50.0;
-/// Hobby servos have about 10 us a degree; gears and linkages change that, within these bounds.
-constexpr double kScaleMin = 2.0;
-constexpr double kScaleMax = 60.0;
 constexpr double kPulseTolerance_us = 1e-6;
-constexpr double kWidestAngle_deg = 180.0;
+constexpr double kRounding = 1e-6;  // of a value that was computed from a pulse
+/// Hobby servos have about 10 us a degree; gears and linkages change that, within these bounds.
+constexpr MarkUnit kDegrees{
+    "degrees", "degree", "us_per_degree", "range_deg", 1.0, kRadiansPerDegree, 10.0, 90.0, 2.0, 60.0, 180.0};
+/// By a rack, a screw or a crank: the 2000 us of a servo are 10 mm to 4 m.
+constexpr MarkUnit kMillimetres{"mm", "mm", "us_per_mm", "range_m", 1000.0,  1e-3,
+                                5.0,  50.0, 0.5,         200.0,     10'000.0};
 
 double rounded(double value, double steps) { return std::round(value * steps) / steps; }
 
 /// Inwards, so that the end can be reached.
-double rounded_end(double angle_deg, bool upper) {
+double rounded_end(double value, bool upper) {
   constexpr double kSteps = 10.0;
-  return (upper ? std::floor(angle_deg * kSteps) : std::ceil(angle_deg * kSteps)) / kSteps + 0.0;
+  return (upper ? std::floor(value * kSteps + kRounding) : std::ceil(value * kSteps - kRounding)) / kSteps +
+         0.0;
 }
+
+/// As the profile has it.
+double in_profile(const MarkUnit& unit, double value) { return rounded(value / unit.range_key_units, 1e9); }
 
 }  // namespace
 
-LineResult line_through(const Mark& a, const Mark& b) {
-  const double angle_deg = b.angle_deg - a.angle_deg;
+const MarkUnit& unit_of(JointKind kind) noexcept {
+  return kind == JointKind::kRotary ? kDegrees : kMillimetres;
+}
+
+LineResult line_through(const Mark& a, const Mark& b, const MarkUnit& unit) {
+  const double way = b.value - a.value;
   const double pulse_us = b.pulse_us - a.pulse_us;
-  if (std::abs(angle_deg) < kLeastAngle_deg || std::abs(pulse_us) < kLeastPulse_us) {
-    return {std::nullopt,
-            fmt::format("the marks are {:.4g} degrees and {:.4g} us apart: too close; at least {:g} degrees "
-                        "and {:g} us, better 90 degrees",
-                        std::abs(angle_deg), std::abs(pulse_us), kLeastAngle_deg, kLeastPulse_us)};
+  if (std::abs(way) < unit.least || std::abs(pulse_us) < kLeastPulse_us) {
+    return {
+        std::nullopt,
+        fmt::format("the marks are {:.4g} {} and {:.4g} us apart: too close; at least {:g} {} and {:g} us, "
+                    "better {:g} {}",
+                    std::abs(way), unit.name, std::abs(pulse_us), unit.least, unit.name, kLeastPulse_us,
+                    unit.better, unit.name)};
   }
-  const double slope = pulse_us / angle_deg;
+  const double slope = pulse_us / way;
   ServoLine line;
   line.direction = slope > 0.0 ? 1 : -1;
-  line.us_per_degree = rounded(std::abs(slope), 1e3);
+  line.us_per_unit = rounded(std::abs(slope), 1e3);
   // Through the middle of both, so that the rounding error of the scale is equal at either.
-  const double middle_deg = 0.5 * (a.angle_deg + b.angle_deg);
-  line.zero_us =
-      rounded(0.5 * (a.pulse_us + b.pulse_us) - line.direction * line.us_per_degree * middle_deg, 1e2);
-  if (line.us_per_degree < kScaleMin || line.us_per_degree > kScaleMax) {
-    return {std::nullopt,
-            fmt::format("{:.4g} us a degree is not plausible ({:g} to {:g}): look at both angles",
-                        line.us_per_degree, kScaleMin, kScaleMax)};
+  const double middle = 0.5 * (a.value + b.value);
+  line.zero_us = rounded(0.5 * (a.pulse_us + b.pulse_us) - line.direction * line.us_per_unit * middle, 1e2);
+  if (line.us_per_unit < unit.scale_min || line.us_per_unit > unit.scale_max) {
+    return {std::nullopt, fmt::format("{:.4g} us a {} is not plausible ({:g} to {:g}): look at both marks",
+                                      line.us_per_unit, unit.one, unit.scale_min, unit.scale_max)};
   }
   return {line, ""};
 }
@@ -65,8 +74,11 @@ Calibration::Calibration(const Profile& profile)
     const JointLimits& limits = profile.arm.joints[i];
     Joint joint;
     joint.name = profile.joint_names[i];
-    joint.line = {map.zero_us, rounded(map.us_per_q * kRadiansPerDegree, 1e9), map.direction > 0.0 ? 1 : -1};
-    joint.range_deg = {rounded(to_degrees(limits.lower_q), 1e9), rounded(to_degrees(limits.upper_q), 1e9)};
+    const MarkUnit& unit = unit_of(profile.arm.kinematics.joint_kind(i));
+    joint.unit = &unit;
+    joint.line = {map.zero_us, rounded(map.us_per_q * unit.q_per_unit, 1e9), map.direction > 0.0 ? 1 : -1};
+    joint.range = {rounded(limits.lower_q / unit.q_per_unit, 1e9),
+                   rounded(limits.upper_q / unit.q_per_unit, 1e9)};
     joint.pulse_range_us = {map.pulse_min_us, map.pulse_max_us};
     joints_.push_back(std::move(joint));
   }
@@ -75,21 +87,22 @@ Calibration::Calibration(const Profile& profile)
 ServoLine Calibration::line(std::size_t joint) const {
   const Joint& it = joints_[joint];
   if (it.marks.size() == 2) {
-    if (const auto result = line_through(it.marks[0], it.marks[1]); result.line) return *result.line;
+    if (const auto result = line_through(it.marks[0], it.marks[1], *it.unit); result.line)
+      return *result.line;
   }
   ServoLine line = it.line;
   if (it.marks.empty()) return line;
   const Mark& mark = it.marks.back();
-  line.zero_us = rounded(mark.pulse_us - line.direction * line.us_per_degree * mark.angle_deg, 1e2);
+  line.zero_us = rounded(mark.pulse_us - line.direction * line.us_per_unit * mark.value, 1e2);
   return line;
 }
 
-std::array<double, 2> Calibration::range_deg(std::size_t joint) const {
+std::array<double, 2> Calibration::range(std::size_t joint) const {
   const Joint& it = joints_[joint];
-  std::array<double, 2> range = it.range_deg;
+  std::array<double, 2> range = it.range;
   for (const bool upper : {false, true}) {
     if (const auto pulse_us = it.limit_us[upper ? 1 : 0])
-      range[upper ? 1 : 0] = rounded_end(line(joint).angle_deg(*pulse_us), upper);
+      range[upper ? 1 : 0] = rounded_end(line(joint).value(*pulse_us), upper);
   }
   return range;
 }
@@ -97,15 +110,17 @@ std::array<double, 2> Calibration::range_deg(std::size_t joint) const {
 void Calibration::remember() { before_.push_back({joints_, closed_us_, open_us_}); }
 
 std::string Calibration::mark(std::size_t joint, const Mark& mark) {
-  if (!(std::abs(mark.angle_deg) <= kWidestAngle_deg)) return "an angle of -180 to 180 degrees";
+  const MarkUnit& unit = *joints_[joint].unit;
+  if (!(std::abs(mark.value) <= unit.widest))
+    return fmt::format("from {:g} to {:g} {}", -unit.widest, unit.widest, unit.name);
   std::vector<Mark> marks = joints_[joint].marks;
-  const auto same = std::find_if(marks.begin(), marks.end(),
-                                 [&](const Mark& other) { return other.angle_deg == mark.angle_deg; });
+  const auto same =
+      std::find_if(marks.begin(), marks.end(), [&](const Mark& other) { return other.value == mark.value; });
   if (same != marks.end()) marks.erase(same);  // the newer measurement counts
   if (marks.size() == 2) marks.erase(marks.begin());
   marks.push_back(mark);
   if (marks.size() == 2) {
-    if (const auto result = line_through(marks[0], marks[1]); !result.line) return result.fault;
+    if (const auto result = line_through(marks[0], marks[1], unit); !result.line) return result.fault;
   }
   remember();
   joints_[joint].marks = std::move(marks);
@@ -113,13 +128,14 @@ std::string Calibration::mark(std::size_t joint, const Mark& mark) {
 }
 
 std::string Calibration::limit(std::size_t joint, bool upper, double pulse_us) {
-  const double angle_deg = line(joint).angle_deg(pulse_us);
+  const MarkUnit& unit = *joints_[joint].unit;
+  const double value = line(joint).value(pulse_us);
   const char* const name = upper ? "high" : "low";
-  if (std::abs(angle_deg) > kWidestAngle_deg)
-    return fmt::format("{:.1f} degrees is further than half a turn", angle_deg);
-  if (upper ? angle_deg < 0.0 : angle_deg > 0.0) {
-    return fmt::format("the {} end would be at {:.1f} degrees; 0, where Ready goes, must be in the range",
-                       name, angle_deg);
+  if (std::abs(value) > unit.widest)
+    return fmt::format("{:.1f} {} is further than {:g}", value, unit.name, unit.widest);
+  if (upper ? value < -kRounding : value > kRounding) {
+    return fmt::format("the {} end would be at {:.1f} {}; 0, where Ready goes, must be in the range", name,
+                       value, unit.name);
   }
   remember();
   joints_[joint].limit_us[upper ? 1 : 0] = pulse_us;
@@ -146,20 +162,20 @@ std::vector<std::string> Calibration::faults() const {
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const Joint& joint = joints_[i];
     const ServoLine line = this->line(i);
-    const auto range = range_deg(i);
-    const double first_deg = line.angle_deg(joint.pulse_range_us[0]);
-    const double last_deg = line.angle_deg(joint.pulse_range_us[1]);
+    const auto range = this->range(i);
+    const double first = line.value(joint.pulse_range_us[0]);
+    const double last = line.value(joint.pulse_range_us[1]);
     for (const bool upper : {false, true}) {
       const double pulse_us = line.pulse_us(range[upper ? 1 : 0]);
       if (pulse_us >= joint.pulse_range_us[0] - kPulseTolerance_us &&
           pulse_us <= joint.pulse_range_us[1] + kPulseTolerance_us)
         continue;
       found.push_back(
-          fmt::format("{}: its {} end, {:g} degrees, needs {:.0f} us; the servo goes from {:g} to {:g} us, "
-                      "which is {:.1f} to {:.1f} degrees: set it with 'limit {}', or turn the horn",
-                      joint.name, upper ? "high" : "low", range[upper ? 1 : 0], pulse_us,
-                      joint.pulse_range_us[0], joint.pulse_range_us[1], std::min(first_deg, last_deg),
-                      std::max(first_deg, last_deg), upper ? "high" : "low"));
+          fmt::format("{}: its {} end, {:g} {}, needs {:.0f} us; the servo goes from {:g} to {:g} us, "
+                      "which is {:.1f} to {:.1f} {}: set it with 'limit {}', or turn the horn",
+                      joint.name, upper ? "high" : "low", range[upper ? 1 : 0], joint.unit->name, pulse_us,
+                      joint.pulse_range_us[0], joint.pulse_range_us[1], std::min(first, last),
+                      std::max(first, last), joint.unit->name, upper ? "high" : "low"));
     }
   }
   if (std::abs(closed_us_ - open_us_) < kLeastPulse_us)
@@ -177,10 +193,11 @@ std::vector<NumberEdit> Calibration::edits() const {
     const ServoLine line = this->line(i);
     const std::string servo = fmt::format("joint[{}].servo.", i);
     add(servo + "zero_us", joint.line.zero_us, line.zero_us);
-    add(servo + "us_per_degree", joint.line.us_per_degree, line.us_per_degree);
+    add(servo + joint.unit->scale_key, joint.line.us_per_unit, line.us_per_unit);
     add(servo + "direction", joint.line.direction, line.direction);
     for (std::size_t end = 0; end < 2; ++end)
-      add(fmt::format("joint[{}].range_deg[{}]", i, end), joint.range_deg[end], range_deg(i)[end]);
+      add(fmt::format("joint[{}].{}[{}]", i, joint.unit->range_key, end),
+          in_profile(*joint.unit, joint.range[end]), in_profile(*joint.unit, range(i)[end]));
   }
   add("gripper.closed_us", profile_gripper_us_[0], closed_us_);
   add("gripper.open_us", profile_gripper_us_[1], open_us_);
@@ -190,12 +207,13 @@ std::vector<NumberEdit> Calibration::edits() const {
 std::string Calibration::text(std::size_t joint) const {
   const Joint& it = joints_[joint];
   const ServoLine line = this->line(joint);
-  const auto range = range_deg(joint);
+  const auto range = this->range(joint);
   std::string marks;
   for (const Mark& mark : it.marks)
-    marks += fmt::format(", {:g} degrees at {:g} us", mark.angle_deg, mark.pulse_us);
-  return fmt::format("{:<9} zero_us {:g}, us_per_degree {:g}, direction {}, range_deg {:g} to {:g}{}{}",
-                     it.name, line.zero_us, line.us_per_degree, line.direction, range[0], range[1],
+    marks += fmt::format(", {:g} {} at {:g} us", mark.value, it.unit->name, mark.pulse_us);
+  return fmt::format("{:<9} zero_us {:g}, {} {:g}, direction {}, {} {:g} to {:g}{}{}", it.name, line.zero_us,
+                     it.unit->scale_key, line.us_per_unit, line.direction, it.unit->range_key,
+                     in_profile(*it.unit, range[0]), in_profile(*it.unit, range[1]),
                      marks.empty() ? "" : "; marked", marks.empty() ? "" : marks.substr(1));
 }
 

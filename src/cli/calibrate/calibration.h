@@ -11,32 +11,44 @@
 
 namespace corbot::cli {
 
-/// A pulse and the angle of the joint that was measured at it.
+/// In what a joint is measured, and what is plausible: degrees where it turns, millimetres where it slides.
+struct MarkUnit {
+  const char* name;        ///< "degrees", "mm"
+  const char* one;         ///< "degree", "mm"
+  const char* scale_key;   ///< of the profile, microseconds a unit
+  const char* range_key;   ///< of the profile, degrees or metres
+  double range_key_units;  ///< units in one of range_key
+  double q_per_unit;       ///< rad or m
+  double least, better;    ///< marks that are closer turn the error of reading one into an error of the scale
+  double scale_min, scale_max;
+  double widest;
+};
+[[nodiscard]] const MarkUnit& unit_of(JointKind kind) noexcept;
+
+/// A pulse and the joint's value that was measured at it, in the joint's MarkUnit.
 struct Mark {
-  double angle_deg{};
+  double value{};
   double pulse_us{};
 };
 
-/// pulse = zero_us + direction * us_per_degree * angle, as in a profile.
+/// pulse = zero_us + direction * us_per_unit * value, as in a profile.
 struct ServoLine {
   double zero_us{};
-  double us_per_degree{};
+  double us_per_unit{};
   int direction{1};
 
-  [[nodiscard]] double pulse_us(double angle_deg) const {
-    return zero_us + direction * us_per_degree * angle_deg;
-  }
-  [[nodiscard]] double angle_deg(double pulse_us) const {
-    return (pulse_us - zero_us) / (direction * us_per_degree);
+  [[nodiscard]] double pulse_us(double value) const { return zero_us + direction * us_per_unit * value; }
+  [[nodiscard]] double value(double pulse_us) const {
+    return (pulse_us - zero_us) / (direction * us_per_unit);
   }
 };
 
-/// The line through two marks, rounded to 0.01 us and 0.001 us a degree; or the reason why there is none.
+/// The line through two marks, rounded to 0.01 us and 0.001 us a unit; or the reason why there is none.
 struct LineResult {
   std::optional<ServoLine> line;
   std::string fault;
 };
-[[nodiscard]] LineResult line_through(const Mark& a, const Mark& b);
+[[nodiscard]] LineResult line_through(const Mark& a, const Mark& b, const MarkUnit& unit);
 
 /// The calibration of the servos of one profile. Pure: no device, no file.
 class Calibration {
@@ -46,10 +58,12 @@ class Calibration {
   [[nodiscard]] std::size_t joints() const noexcept { return joints_.size(); }
   /// By the marks: two give a line, one moves its zero only, none leaves it as the profile has it.
   [[nodiscard]] ServoLine line(std::size_t joint) const;
-  [[nodiscard]] std::array<double, 2> range_deg(std::size_t joint) const;
+  /// In this are marks, and range().
+  [[nodiscard]] const MarkUnit& unit(std::size_t joint) const { return *joints_[joint].unit; }
+  [[nodiscard]] std::array<double, 2> range(std::size_t joint) const;
   [[nodiscard]] double gripper_us(bool open) const { return open ? open_us_ : closed_us_; }
 
-  /// Takes a mark beside the last one of another angle. Returns the fault; empty: none.
+  /// Takes a mark beside the last one of another value. Returns the fault; empty: none.
   [[nodiscard]] std::string mark(std::size_t joint, const Mark& mark);
   /// An end of the joint's range: where a pulse brings it. Returns the fault;
   /// empty: none.
@@ -67,8 +81,9 @@ class Calibration {
  private:
   struct Joint {
     std::string name;
+    const MarkUnit* unit{};
     ServoLine line;  ///< the profile's
-    std::array<double, 2> range_deg{};
+    std::array<double, 2> range{};
     std::array<double, 2> pulse_range_us{};
     std::vector<Mark> marks;  ///< at most two
     std::array<std::optional<double>, 2> limit_us;
