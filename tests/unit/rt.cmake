@@ -4,7 +4,7 @@ corbot_test(rt_test
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/cycle_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/hold_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/emergency_stop_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/device_watch_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/fault_stop_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/joint_ramp_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/standby_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/following_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/needs_clear_test.cpp
-          ${CMAKE_CURRENT_SOURCE_DIR}/rt/knots_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/governor_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/grip_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/path_stop_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/rt/knots_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/knot_check_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/orientation_check_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/governor_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/grip_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/path_stop_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/loop_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/frames_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/parts_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/first_motion_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/rt/start_position_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/servants_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rt/liveness_test.cpp

@@ -6,9 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <iostream>
+#include <variant>
 
 #include "../planner/seed.h"
+#include "corbot/kinematics/planar_stretch.h"
 #include "random_arm.h"
 
 namespace corbot {
@@ -140,8 +144,65 @@ TEST(Stretches, OfOrthoParallelArms) {
 TEST(Stretches, OfArmsWithThreeParallelAxes) {
   stretches([](RandomArm& r) { return r.parallel_axes(); });
 }
+TEST(Stretches, OfGantriesWithAWrist) {
+  stretches([](RandomArm& r) { return r.gantry_with_wrist(); });
+}
 TEST(Stretches, OfPolarArms) {
   stretches([](RandomArm& r) { return r.polar(r.coin() ? 3 : 6); });
+}
+
+/// The closer bounds that a base and planar arm with a wrist has of its own, with tools far off and bases that stand askew.
+TEST(Stretches, OfPlanarArmsByTheirOwnBounds) {
+  RandomArm random{std::mt19937_64(test::seed())};
+  long proved = 0, left = 0;
+  const int cases = test::cases(40'000);
+  for (int n = 0; n < cases; ++n) {
+    Kinematics arm = Kinematics::recognise(joint_chain(random.planar(4)));
+    const auto* planar = std::get_if<PlanarArm>(&arm.form());
+    ASSERT_NE(planar, nullptr);
+    const double across_m = n % 4 == 0 ? random.between(-0.2, 0.2) : 0.0;  // has none of its own, then
+    const Pose hand{{random.between(-0.5, 0.5), across_m, random.between(-0.5, 0.5)}, random.rotation()};
+    arm.set_frames(random.coin() ? random.frame(3.0) : Pose{}, inverse_of(planar->mount.last_T_n) * hand);
+    Joints q{random.angle(), random.angle(), random.angle(), random.angle()};
+    if (random.coin()) q[2] *= std::pow(10.0, random.between(-4.0, 0.0));
+    const auto number = arm.solution_of(q);
+    ASSERT_TRUE(number.has_value());
+    Parabola path{arm.forward(q), arm.followed().at(q)};
+    for (std::size_t i = 0; i < 4; ++i) path.rate[i] = random.between(-0.5, 0.5);
+    if (random.coin())
+      path.acceleration = {random.between(-2.0, 2.0), random.between(-2.0, 2.0), random.between(-2.0, 2.0)};
+    const double w = std::pow(10.0, random.between(-5.0, 0.0));
+    const CellRates cell = cell_rates(arm, q, *number,
+                                      {path.start.position_m,
+                                       {path.rate[0], path.rate[1], path.rate[2]},
+                                       norm(path.acceleration),
+                                       path.angles,
+                                       {path.rate[3], 0.0, 0.0},
+                                       w});
+    proved += cell.in_reach ? 1 : 0;
+    for (const double side : {-w, w}) {
+      Joints hint = q;
+      for (int k = 1; k <= 16; ++k) {
+        const double s = side * k / 16.0;
+        const IkSolution at = path.joints_at(arm, s, *number, hint);
+        if (at.status != IkStatus::kOk) {
+          ASSERT_FALSE(cell.in_reach) << "case " << n << ": beyond the workspace";
+          ++left;
+          break;
+        }
+        hint = at.joints_q;
+        const StretchBound here = PathForm(arm, at.joints_q).bound(path.rate_at(s), {}, 0.0);
+        for (std::size_t i = 0; i < 4; ++i) {
+          if (!std::isfinite(here.rate_middle[i])) continue;
+          ASSERT_LE(std::abs(here.rate_middle[i]), cell.rate_bound[i] * (1.0 + 1e-7) + 1e-7)
+              << "case " << n << " joint " << i << " at " << k << "/16 of " << side;
+        }
+      }
+    }
+  }
+  std::cout << proved << " of " << cases << " cells within reach, " << left << " left the workspace\n";
+  EXPECT_GT(proved, cases / 4);
+  EXPECT_GT(left, cases / 50);
 }
 
 }  // namespace

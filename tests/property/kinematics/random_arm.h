@@ -80,6 +80,19 @@ struct RandomArm {
     if (joints > 3) table.rows[3] = turning(offset(), angle());
     return stand(table);
   }
+  /// Slides in any three directions that are not nearly in one plane.
+  DhTable gantry_with_wrist() {
+    DhTable table;
+    table.count = 6;
+    table.rows[0] = sliding(angle(), 0.0, between(0.6, 2.4));
+    table.rows[1] = sliding(square() + between(-0.3, 0.3), 0.0, between(0.6, 2.4));
+    table.rows[2] = sliding(angle(), offset(), angle());
+    table.rows[3] = turning(0.0, square());
+    table.rows[4] = turning(0.0, square());
+    table.rows[4].d_m = 0.0;
+    table.rows[5] = turning(offset(), angle());
+    return stand(table);
+  }
   DhTable cylindrical(std::uint32_t joints) {
     DhTable table;
     table.count = joints;

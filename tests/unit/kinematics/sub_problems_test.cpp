@@ -196,6 +196,8 @@ TEST(NearestTurn, KeepsEveryBitWithinHalfATurn) {
 
 TEST(TurnWithinLimits, IsTheOneNextToTheHint) {
   EXPECT_NEAR(*turn_within(0.5, -7.0, 7.0, 0.0, -5.0), 0.5 - 2 * kPi, 1e-15);
+  EXPECT_NEAR(*turn_within(0.5, -7.0, 7.0, 0.0, 1.0), 0.5, 1e-15);
+  EXPECT_NEAR(*turn_within(0.5, -7.0, 7.0, 0.0, 5.0), 0.5 + 2 * kPi, 1e-15);
   EXPECT_NEAR(*turn_within(0.5, -5.0, 7.0, 0.0, -5.0), 0.5, 1e-15);
   EXPECT_NEAR(*turn_within(0.5 + 4 * kPi, -1.0, 1.0, 0.0, 9.0), 0.5, 1e-14);
   EXPECT_FALSE(turn_within(1.5, -1.0, 1.0, 0.0, 0.0).has_value());

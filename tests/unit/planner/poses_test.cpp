@@ -12,6 +12,7 @@
 #include "corbot/motion/path_joints.h"
 #include "planner/frame_settings.h"
 #include "planner/planner.h"
+#include "planner/tool_goal.h"
 #include "published_arm.h"
 #include "test_arm.h"
 
@@ -152,6 +153,7 @@ TEST_F(PumaPoses, BothMotionsEndAtThePose) {
       there_.position_m,
       {-there_.orientation.w, -there_.orientation.x, -there_.orientation.y, -there_.orientation.z}};
   EXPECT_NEAR(norm(only(to(flipped, true)).line.tool.turn_rad), 0.7, 1e-12) << "q and -q are one rotation";
+  expect_at(arm_, only(to(flipped, true)), there_);
 }
 
 TEST_F(PumaPoses, TakeTheTimeThatIsAskedForOrWhatTheLimitsAllow) {
@@ -341,7 +343,20 @@ TEST(LynxPoses, AnOffsetKeepsThePitchOfAnArmThatHangs) {
                   1e-9);
       EXPECT_NEAR(tool_pose(hung, command.end_q).pitch_rad, tool_pose(hung, kLynxBent).pitch_rad, 1e-9);
     }
+    settings.tool_pitch_rad = 0.2;
+    const Command level = only(Planner(arm).move({kLynxBent, 0}, settings, here.position_m, 0.0));
+    EXPECT_NEAR(tool_pose(hung, level.end_q).pitch_rad, 0.2, 1e-9) << "above the horizontal";
   }
+}
+
+TEST(LynxPoses, AFollowedAngleGoesTheShorterWay) {
+  const ArmModel arm = lynx5();
+  PathPoint from, to;
+  from.angles_rad[0] = 3.0;
+  to.angles_rad[0] = -3.0;
+  const OrientationPath path = orientation_path(arm.kinematics, from, to);
+  EXPECT_EQ(path.from_angles_rad[0], 3.0);
+  EXPECT_NEAR(path.to_angles_rad[0], 2.0 * std::numbers::pi - 3.0, 1e-15);
 }
 
 TEST(LynxPoses, AnOffsetThatTurnsIsAPose) {
