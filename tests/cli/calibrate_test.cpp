@@ -336,8 +336,7 @@ TEST_F(Calibrate, IsRefusedWhileARealTimeTaskHoldsTheServos) {
   EXPECT_THAT(result.errors, HasSubstr("is running and holds the servos"));
   EXPECT_EQ(task.terminate(), 0);
   EXPECT_EQ(corbot({"calibrate", "/nonexistent.toml"}).code, 2);
-  EXPECT_THAT(corbot({"calibrate", "--help"}).output,
-              AllOf(HasSubstr("--dry-run"), HasSubstr("mark VALUE")));
+  EXPECT_THAT(corbot({"calibrate", "--help"}).output, AllOf(HasSubstr("--dry-run"), HasSubstr("mark VALUE")));
 }
 
 }  // namespace
