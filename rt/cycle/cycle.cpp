@@ -45,6 +45,7 @@ Cycle::Cycle(const ArmModel& arm, const CycleChannel& channel, Backend& backend,
   snapshot_.command_id = 0;
   frame_.needs_clear = fault_stop_.is_latched();
   frame_.power_off = fault_stop_.power_off();
+  if (set_point_.position_q != last_.position_q) moved_in_ = snapshot_.cycle;
   map_to_pulses(arm_, set_point_.position_q, set_point_.opening, frame_);
 }
 
@@ -284,6 +285,7 @@ void Cycle::exchange_with_backend() noexcept {
   frame_.time_ns = snapshot_.time_ns;
   frame_.needs_clear = fault_stop_.is_latched();
   frame_.power_off = fault_stop_.power_off();
+  if (set_point_.position_q != last_.position_q) moved_in_ = snapshot_.cycle;
   map_to_pulses(arm_, set_point_.position_q, set_point_.opening, frame_);
   backend_.write(frame_);
   // Before the feedback, which a device that stands by has given already.
@@ -342,12 +344,12 @@ void Cycle::end_settled() noexcept {
         FaultStop::Way::kOnPath);
 }
 
-/// Set-points that are on their way, or joints behind those that rest, whatever has ended the motion: they are slowed
+/// Set-points that are on their way, or joints or a device behind those that rest, whatever has ended the motion: they are slowed
 /// down by those who hold them. Who has no energy any more gets none for it.
 bool Cycle::has_to_be_awaited() const noexcept {
   if (is_running_ && !settling_.is_active()) return true;
   if (!is_running_ && (!is_device_open() || fault_stop_.power_off())) return false;
-  return !have_joints_come_to_rest();
+  return !have_joints_come_to_rest() || !has_device_seen_rest();
 }
 
 /// What has come to rest already gets its verdict in this cycle.

@@ -154,6 +154,7 @@ class Cycle {
   [[nodiscard]] bool has_slowed_down() const noexcept;
   [[nodiscard]] bool has_to_be_awaited() const noexcept;
   [[nodiscard]] bool have_joints_come_to_rest() const noexcept;
+  [[nodiscard]] bool has_device_seen_rest() const noexcept;
   void end_fault() noexcept;
   void end_motion(Verdict verdict) noexcept;
   void begin_command() noexcept;
@@ -224,6 +225,7 @@ class Cycle {
       beyond_range_{};  ///< without energy, or while it is given: that joint would be moved
   ServoFeedback feedback_{};
   std::int64_t fault_ran_ns_{0};  ///< since a fault has begun to slow the arm down
+  std::uint64_t moved_in_{0};     ///< the last cycle whose set-points moved the joints
   ServoFrame frame_{};
   Snapshot snapshot_{};
 };

@@ -48,13 +48,18 @@ bool Cycle::has_slowed_down() const noexcept {
   const bool set_point_rests = fault_stop_.is_by_joint()
                                    ? joint_ramp_.at_rest()
                                    : !is_running_ || governor_.holding() || governor_.finished();
-  return set_point_rests && have_joints_come_to_rest();
+  return set_point_rests && have_joints_come_to_rest() && has_device_seen_rest();
 }
 
 /// Joints lag behind their set-points: their energy is not taken off while they are seen to move. One that does not come
 /// to rest is awaited for the time of a ramp.
 bool Cycle::have_joints_come_to_rest() const noexcept {
   return !backend_.has_encoders() || rest_.is_at_rest() || fault_ran_ns_ >= ramp_ns_;
+}
+
+/// A device that misses frames is behind: what it takes later would move the arm after a Clear. Awaited likewise.
+bool Cycle::has_device_seen_rest() const noexcept {
+  return device_.times().cycle >= moved_in_ || fault_ran_ns_ >= ramp_ns_;
 }
 
 /// At rest. What ran and what waits gets its verdict.

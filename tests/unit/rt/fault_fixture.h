@@ -60,6 +60,14 @@ class FaultStops : public ::testing::Test {
     for (int i = 0; i < kLongestStop && rig.snapshot.command_id != 0; ++i) rig.step();
     ASSERT_EQ(rig.snapshot.command_id, 0u);
   }
+  void until_set_points_rest() {
+    Joints before{};
+    for (int i = 0; i < kLongestStop && rig.snapshot.position_q != before; ++i) {
+      before = rig.snapshot.position_q;
+      rig.step();
+    }
+    ASSERT_EQ(rig.snapshot.position_q, before);
+  }
   void clear() {
     rig.clear();
     rig.step();

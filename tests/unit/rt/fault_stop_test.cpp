@@ -46,6 +46,55 @@ TEST_F(FaultStops, AStopInputSlowsDownAndThenTakesTheEnergyOff) {
   EXPECT_FALSE(is_off());
 }
 
+TEST_F(FaultStops, ADeviceThatMissesFramesIsAwaitedSoThatNothingMovesAfterAClear) {
+  go();
+  rig.step(250);
+  press(true);
+  rig.step(20);
+  device.takes = false;  // and is not lost yet
+  until_set_points_rest();
+  rig.step(100);
+  EXPECT_TRUE(is_slowing_down());
+  EXPECT_FALSE(device.frame.power_off);
+  press(false);
+  rig.step();
+  clear();
+  EXPECT_EQ(rig.snapshot.state, RtState::kError) << "the device is not where the set-points are";
+  device.takes = true;
+  rig.step(2);
+  EXPECT_FALSE(is_slowing_down());
+  EXPECT_TRUE(device.frame.power_off);
+  clear();
+  EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
+}
+
+TEST_F(FaultStops, ADeviceThatMissesTheLastFramesOfAStopIsAwaitedByThePressAfterIt) {
+  go();
+  rig.step(250);
+  rig.stop();
+  rig.step(20);
+  device.takes = false;
+  until_rest();
+  press(true);
+  rig.step();
+  EXPECT_TRUE(is_slowing_down());
+  EXPECT_FALSE(device.frame.power_off);
+  device.takes = true;
+  rig.step(2);
+  EXPECT_TRUE(device.frame.power_off);
+}
+
+TEST_F(FaultStops, ADeviceThatTakesNoFrameIsAwaitedForTheTimeOfARamp) {
+  go();
+  rig.step(250);
+  press(true);
+  rig.step(20);
+  device.takes = false;
+  int cycles = 20;
+  for (; !device.frame.power_off && cycles < 2000; ++cycles) rig.step();
+  EXPECT_NEAR(cycles, 1000, 5);
+}
+
 TEST_F(FaultStops, OfCategory0TakesTheEnergyOffAtOnce) {
   rig.settings.stop_category = 0;
   rig.restart();
