@@ -191,9 +191,8 @@ TEST_F(Slides, AreMovedByDrives) {
   EXPECT_NEAR(now->measuredJoints[1], now->commanded[1], 1e-4);
   drives_->command("block on 1");
   EXPECT_EQ(raised_by([&] { arm_->Drive(0, joint(0) > 0.2 ? -0.1 : 0.1, 0.3); }), "NotReady");
-  Corbot::AlarmList_var alarms = arm_->Alarms();
-  ASSERT_GT(alarms->length(), 0u);
-  EXPECT_THAT(alarms[alarms->length() - 1].text.in(),
+  ASSERT_FALSE(alarms().empty());
+  EXPECT_THAT(std::string(alarms().back().text),
               AllOf(HasSubstr("joint 0 is"), HasSubstr(" m from its set-point, 0.020000 are allowed")));
   drives_->command("block off 1");
 }
