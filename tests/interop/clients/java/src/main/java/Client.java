@@ -47,6 +47,8 @@ public final class Client {
     System.setOut(System.err);
     System.setProperty("org.omg.CORBA.ORBClass", "org.jacorb.orb.ORB");
     System.setProperty("org.omg.CORBA.ORBSingletonClass", "org.jacorb.orb.ORBSingleton");
+    // A request that JacORB writes while it finds the connection's end is forgotten: its caller waits for ever.
+    System.setProperty("jacorb.connection.client.pending_reply_timeout", "20000");
     Client client = new Client();
     BufferedReader commands = new BufferedReader(new InputStreamReader(System.in));
     for (String line; (line = commands.readLine()) != null;) {
