@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "sim/scene/capsule.h"
+
+namespace corbot::sim {
+
+/// A cylinder as a picture shows it: a dark body with a coloured label on top.
+struct DrawnPiece {
+  Eigen::Vector3d foot_m{};  ///< world
+  double diameter_m{};
+  double height_m{};
+  double label_m{};  ///< diameter
+  std::array<std::uint8_t, 3> label_bgr{};
+  bool is_lying{false};  ///< its label is not visible
+  double yaw_rad{0};     ///< lying: direction of its axis
+};
+
+struct PictureOptions {
+  int columns{1280};
+  int rows{720};
+  double noise{4};  ///< 1 sigma of 255
+  std::uint64_t seed{1};
+  /// Where a point of the world is seen, pixels; nothing where it is not ahead of the camera.
+  std::function<std::optional<Eigen::Vector2d>(const Eigen::Vector3d&)> project;
+};
+
+/// Draws the scene as the true camera sees it: from low to high, with anti-aliasing and noise. Not real-time safe.
+class Picture {
+ public:
+  explicit Picture(PictureOptions options);
+  ~Picture();
+  /// Rows of pixels, three bytes each: blue, green, red. `arms` hide what is under them.
+  [[nodiscard]] const std::vector<std::uint8_t>& draw(std::span<const DrawnPiece> pieces,
+                                                      std::span<const Capsule> arms);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace corbot::sim

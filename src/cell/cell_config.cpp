@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell/cell_config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "net/ports.h"
+
+namespace corbot::cell {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+template <class Items>
+const typename Items::value_type* find_named(const Items& items, const std::string& name) {
+  const auto found =
+      std::find_if(items.begin(), items.end(), [&](const auto& item) { return item.name == name; });
+  return found == items.end() ? nullptr : &*found;
+}
+
+std::string uri(const CellConfig& cell, const std::string& reference, int port, const std::string& key) {
+  return reference.empty() ? "corbaloc::" + net::endpoint_text(cell.host, port) + "/" + key : reference;
+}
+
+}  // namespace
+
+Vector3d Place::slot_position(int slot) const {
+  const double column = slot % slots->columns - 0.5 * (slots->columns - 1);
+  const double row = slot / slots->columns - 0.5 * (slots->rows - 1);
+  return frame.to_world({column * slots->pitch_m.x(), row * slots->pitch_m.y(), 0});
+}
+
+Vector2d Place::half_size_m() const {
+  if (size_m) return *size_m / 2;
+  return Vector2d(slots->columns, slots->rows).cwiseProduct(slots->pitch_m) / 2;
+}
+
+bool Place::covers(const Vector3d& point, double margin_m) const {
+  const Vector3d local = frame.to_local(point);
+  const Vector2d half = half_size_m();
+  return std::abs(local.x()) <= half.x() + margin_m && std::abs(local.y()) <= half.y() + margin_m;
+}
+
+const Place* CellConfig::place(const std::string& wanted) const { return find_named(places, wanted); }
+const CellRobot* CellConfig::robot(const std::string& wanted) const { return find_named(robots, wanted); }
+const Kind* CellConfig::kind(const std::string& wanted) const { return find_named(kinds, wanted); }
+
+bool CellConfig::is_last(const Place& place) const {
+  return std::none_of(robots.begin(), robots.end(),
+                      [&](const CellRobot& robot) { return robot.from == place.name; });
+}
+
+std::string CellConfig::store_uri() const { return uri(*this, store_reference, store_port(), kStoreKey); }
+std::string CellConfig::camera_uri() const { return uri(*this, camera_reference, camera_port(), kCameraKey); }
+std::string CellConfig::coordinator_uri() const {
+  return uri(*this, coordinator_reference, coordinator_port(), kCoordinatorKey);
+}
+std::string CellConfig::robot_uri(const CellRobot& robot) const {
+  return uri(*this, robot.reference, robot_port(robot), robot_name(robot));
+}
+
+int CellConfig::robot_port(const CellRobot& robot) const {
+  int port = ports + 3;
+  for (const CellRobot& other : robots) {
+    if (other.name == robot.name) break;
+    if (!other.profile.empty()) ++port;
+  }
+  return port;
+}
+
+std::filesystem::path CellConfig::servo_socket(const CellRobot& robot) const {
+  return state_directory / (robot.name + ".servos");
+}
+
+}  // namespace corbot::cell

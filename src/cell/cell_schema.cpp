@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads cell.toml: every fault at once, each with its line, key, value and what is allowed.
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "cell/cell_config.h"
+#include "config/load_profile.h"
+#include "config/section.h"
+#include "corbot/units.h"
+#include "state/position_store.h"
+
+namespace corbot::cell {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr std::size_t kMostPlaces = 16;
+constexpr std::size_t kMostRobots = 16;
+constexpr int kMostSlots = 1000;
+constexpr double kLeastPitch_m = 0.04;
+constexpr double kLeastApproachClearance_m = 0.01;
+constexpr double kLeastWaitDistance_m = 0.05;
+constexpr std::size_t kLongestSocketPath = 107;
+constexpr Bounds kPosition{-10, 10, false, "m"};
+
+Vector3d vector3(Section& section, std::string_view key, const Bounds& allowed = kPosition) {
+  const auto numbers = section.numbers(key, 3, allowed);
+  return numbers ? Vector3d((*numbers)[0], (*numbers)[1], (*numbers)[2]) : Vector3d::Zero();
+}
+
+Vector2d vector2(Section& section, std::string_view key, const Bounds& allowed) {
+  const auto numbers = section.numbers(key, 2, allowed);
+  return numbers ? Vector2d((*numbers)[0], (*numbers)[1]) : Vector2d::Zero();
+}
+
+UprightFrame frame(Section& section) {
+  const Vector3d position = vector3(section, "position_m");
+  return {position,
+          section.number_or("yaw_deg", 0, {-360, 360, false, "degrees"}).value_or(0) * kRadiansPerDegree};
+}
+
+std::string name_of(Section& section, std::set<std::string>& taken) {
+  const auto name = section.text("name");
+  if (!name) return {};
+  if (!is_name(*name)) {
+    section.refuse("name", "must be " + name_rule());
+  } else if (!taken.insert(*name).second) {
+    section.refuse("name", "is there already: names must differ");
+  }
+  return *name;
+}
+
+CameraModel read_camera(const fs::path& file, std::vector<ConfigFault>& all) {
+  CameraModel camera;
+  FaultList faults{file.string(), {}};
+  try {
+    const toml::table table = toml::parse(read_profile_text(file), faults.file);
+    Section section(&table, "", faults);
+    const Vector2d size = vector2(section, "size_px", {16, 8192, false, "px"});
+    camera.size_px = {static_cast<int>(size.x()), static_cast<int>(size.y())};
+    camera.focal_px = vector2(section, "focal_px", {1, 1e6, false, "px"});
+    camera.centre_px = vector2(section, "centre_px", {-1e5, 1e5, false, "px"});
+    if (const auto k = section.numbers("distortion", 5, {-10, 10, false, "(k1 k2 p1 p2 k3)"}))
+      std::copy(k->begin(), k->end(), camera.distortion.begin());
+    camera.position_m = vector3(section, "position_m");
+    if (const auto q = section.numbers("quaternion_wxyz", 4, {-1, 1, false, ""})) {
+      camera.world_T_camera = Eigen::Quaterniond((*q)[0], (*q)[1], (*q)[2], (*q)[3]);
+      if (std::abs(camera.world_T_camera.norm() - 1) > 1e-3)
+        section.refuse("quaternion_wxyz", "must be a unit quaternion, w x y z");
+      camera.world_T_camera.normalize();
+    }
+    section.skip("residual_px");
+    section.finish();
+  } catch (const toml::parse_error& error) {
+    faults.add(error.source().begin.line, "", "", fmt::format("not TOML: {}", error.description()));
+  } catch (const ConfigError& error) {
+    faults.faults.insert(faults.faults.end(), error.faults().begin(), error.faults().end());
+  }
+  all.insert(all.end(), faults.faults.begin(), faults.faults.end());
+  return camera;
+}
+
+class Reader {
+ public:
+  Reader(const fs::path& file, const CellOverrides& overrides)
+      : file_(file), overrides_(overrides), faults_{file.string(), {}} {}
+
+  CellConfig read() {
+    try {
+      const toml::table table = toml::parse(read_profile_text(file_), faults_.file);
+      Section root(&table, "", faults_);
+      read_cell(root.table("cell"));
+      read_kinds(root.tables("kind"));
+      read_places(root.tables("place"));
+      read_robots(root.tables("robot"));
+      read_store(root.table_or_empty("store"));
+      read_camera_table(root.table("camera"));
+      read_reference(root.table_or_empty("coordinator"), cell_.coordinator_reference);
+      read_timing(root.table_or_empty("timing"));
+      if (root.has("scene")) read_scene(root.table("scene"));
+      if (cell_.camera_source == "scene" && cell_.camera_reference.empty() && !root.has("scene"))
+        faults_.add(0, "scene", "", "is missing: the camera's source is the scene");
+      root.skip("scene");
+      root.finish();
+    } catch (const toml::parse_error& error) {
+      faults_.add(error.source().begin.line, "", "", fmt::format("not TOML: {}", error.description()));
+    }
+    if (faults_.faults.empty()) return std::move(cell_);
+    std::stable_sort(faults_.faults.begin(), faults_.faults.end(),
+                     [](const ConfigFault& a, const ConfigFault& b) { return a.line < b.line; });
+    throw ConfigError(std::move(faults_.faults));
+  }
+
+ private:
+  void read_cell(Section section) {
+    cell_.name = section.text("name").value_or("");
+    if (overrides_.name) cell_.name = *overrides_.name;
+    if (section.present() && !is_name(cell_.name)) section.refuse("name", "must be " + name_rule());
+    cell_.host = section.text_or("host", cell_.host).value_or("");
+    cell_.ports = static_cast<int>(section.integer("ports", {1024, 65535, false, ""}).value_or(0));
+    if (overrides_.ports) cell_.ports = *overrides_.ports;
+    ports_line_ = section.line_of("ports");
+    section.finish();
+    cell_.state_directory = overrides_.state_directory.empty()
+                                ? default_state_directory() / "cells" / cell_.name
+                                : overrides_.state_directory;
+    cell_.state_directory = fs::absolute(cell_.state_directory).lexically_normal();
+  }
+
+  void read_kinds(std::vector<Section> sections) {
+    std::set<std::string> taken;
+    for (Section& section : sections) {
+      Kind kind;
+      kind.name = name_of(section, taken);
+      if (const auto hue = section.numbers("hue_deg", 2, {0, 360, false, "degrees"}))
+        kind.hue_deg = {(*hue)[0], (*hue)[1]};
+      kind.saturation_min =
+          section.number_or("saturation_min", kind.saturation_min, {0.05, 1, false, ""}).value_or(0);
+      kind.value_min = section.number_or("value_min", kind.value_min, {0.05, 1, false, ""}).value_or(0);
+      kind.diameter_m = section.number("diameter_m", {0.002, 0.2, false, "m"}).value_or(0);
+      kind.label_m = section.number("label_m", {0.002, 0.2, false, "m"}).value_or(0);
+      kind.height_m = section.number("height_m", {0.002, 0.5, false, "m"}).value_or(0);
+      kind.grasp_m = section.number("grasp_m", {0.001, 0.5, false, "m"}).value_or(0);
+      if (kind.diameter_m > 0 && kind.label_m > kind.diameter_m)
+        section.refuse("label_m", fmt::format("must be at most diameter_m, {} m", kind.diameter_m));
+      if (kind.height_m > 0 && kind.grasp_m > kind.height_m)
+        section.refuse("grasp_m", fmt::format("must be at most height_m, {} m", kind.height_m));
+      tallest_m_ = std::max(tallest_m_, kind.height_m);
+      widest_m_ = std::max(widest_m_, kind.diameter_m);
+      section.finish();
+      cell_.kinds.push_back(kind);
+    }
+  }
+
+  void read_places(std::vector<Section> sections) {
+    std::set<std::string> taken;
+    for (Section& section : sections) {
+      Place place;
+      place.name = name_of(section, taken);
+      place.frame = frame(section);
+      place.is_shared = section.flag_or("shared", false).value_or(false);
+      const bool has_slots = section.has("rows") || section.has("columns") || section.has("pitch_m");
+      if (section.has("size_m") == has_slots) {
+        section.refuse(section.has("size_m") ? "size_m" : "name",
+                       "needs either size_m, for an area, or columns, rows and pitch_m, for slots");
+        for (const char* key : {"size_m", "columns", "rows", "pitch_m"}) section.skip(key);
+        place.size_m = Vector2d(0.1, 0.1);
+      } else if (has_slots) {
+        place.slots = read_slots(section);
+      } else {
+        place.size_m = vector2(section, "size_m", {0.01, 10, false, "m"});
+      }
+      section.finish();
+      cell_.places.push_back(place);
+    }
+    if (cell_.places.size() > kMostPlaces)
+      faults_.add(0, "place", std::to_string(cell_.places.size()),
+                  fmt::format("at most {} places", kMostPlaces));
+  }
+
+  static SlotGrid read_slots(Section& section) {
+    SlotGrid grid;
+    grid.columns = static_cast<int>(section.integer("columns", {1, kMostSlots, false, ""}).value_or(1));
+    grid.rows = static_cast<int>(section.integer("rows", {1, kMostSlots, false, ""}).value_or(1));
+    grid.pitch_m = vector2(section, "pitch_m", {kLeastPitch_m, 1, false, "m"});
+    if (grid.columns * grid.rows > kMostSlots)
+      section.refuse("rows", fmt::format("at most {} slots", kMostSlots));
+    return grid;
+  }
+
+  void read_robots(std::vector<Section> sections) {
+    std::set<std::string> taken;
+    for (Section& section : sections) {
+      CellRobot robot;
+      robot.name = name_of(section, taken);
+      robot.frame = frame(section);
+      read_address(section, robot);
+      robot.from = read_place_name(section, "from");
+      robot.to = read_place_name(section, "to");
+      if (!robot.from.empty() && robot.from == robot.to)
+        section.refuse("to", "must be another place than from");
+      const Place* to = cell_.place(robot.to);
+      if (to != nullptr && !to->slots) section.refuse("to", "must be a place with slots");
+      read_motion(section, robot);
+      section.finish();
+      cell_.robots.push_back(robot);
+      use_places(section, cell_.robots.back());
+    }
+    if (cell_.robots.size() > kMostRobots)
+      faults_.add(0, "robot", std::to_string(cell_.robots.size()),
+                  fmt::format("at most {} robots", kMostRobots));
+    check_ports();
+  }
+
+  void read_address(Section& section, CellRobot& robot) {
+    if (section.has("profile") == section.has("reference")) {
+      section.refuse(section.has("profile") ? "profile" : "name",
+                     "needs either profile, for a robot that the cell starts, or reference, for one that "
+                     "runs elsewhere");
+      for (const char* key : {"profile", "reference", "orb"}) section.skip(key);
+      return;
+    }
+    if (section.has("reference")) {
+      robot.reference = section.text("reference").value_or("");
+      return;
+    }
+    robot.profile = file_.parent_path() / section.text("profile").value_or("");
+    std::error_code error;
+    if (!fs::is_regular_file(robot.profile, error)) section.refuse("profile", "there is no such file");
+    robot.orb = section.text_or("orb", robot.orb).value_or("");
+    if (robot.orb != "omniorb" && robot.orb != "orbit2")
+      section.refuse("orb", "must be \"omniorb\" or \"orbit2\"");
+    const std::size_t length = cell_.servo_socket(robot).string().size();
+    if (length > kLongestSocketPath) {
+      faults_.add(
+          section.line_of("name"), section.full_key("name"), cell_.servo_socket(robot).string(),
+          fmt::format("the path of its socket has {} bytes, {} are allowed: choose a shorter --state-dir",
+                      length, kLongestSocketPath));
+    }
+  }
+
+  std::string read_place_name(Section& section, std::string_view key) {
+    const std::string name = section.text(key).value_or("");
+    if (!name.empty() && cell_.place(name) == nullptr) {
+      std::string names;
+      for (const Place& place : cell_.places) names += (names.empty() ? "" : ", ") + place.name;
+      section.refuse(key, "must be a place of this file: " + names);
+    }
+    return name;
+  }
+
+  void read_motion(Section& section, CellRobot& robot) {
+    robot.wait_m = vector3(section, "wait_m");
+    robot.above_m = section.number_or("above_m", robot.above_m, {0, 1, false, "m"}).value_or(0);
+    if (section.present() && robot.above_m < tallest_m_ + kLeastApproachClearance_m)
+      section.refuse("above_m",
+                     fmt::format("must be at least {} m, the tallest piece and {} m",
+                                 tallest_m_ + kLeastApproachClearance_m, kLeastApproachClearance_m));
+    robot.approach_m_s =
+        section.number_or("approach_m_s", robot.approach_m_s, {0.001, 10, false, "m/s"}).value_or(1);
+    robot.speed_percent =
+        section.number_or("speed_percent", robot.speed_percent, {0, 100, true, "percent"}).value_or(1);
+    robot.settle_s = section.number_or("settle_s", robot.settle_s, {0, 10, false, "s"}).value_or(0);
+    robot.opening_m = section.number_or("opening_m", robot.opening_m, {0.001, 1, false, "m"}).value_or(0);
+    if (robot.opening_m > 0 && robot.opening_m <= widest_m_)
+      section.refuse("opening_m", fmt::format("must be above {} m, the widest piece's diameter", widest_m_));
+    for (const Place& place : cell_.places) {
+      const bool is_near = place.is_shared && place.covers(robot.wait_m, kLeastWaitDistance_m);
+      if (section.has("wait_m") && (is_near || place.covers(robot.wait_m)))
+        section.refuse("wait_m",
+                       fmt::format("must not be over a place, and {} m or more from a shared one: {}",
+                                   kLeastWaitDistance_m, place.name));
+    }
+  }
+
+  /// Two robots at one place must be kept apart by its zone.
+  void use_places(const Section& section, const CellRobot& robot) {
+    for (const auto& [key, name] : {std::pair{"from", robot.from}, {"to", robot.to}}) {
+      const Place* place = cell_.place(name);
+      if (place == nullptr) continue;
+      const auto [first, is_new] = users_.emplace(name, robot.name);
+      if (!is_new && first->second != robot.name && !place->is_shared)
+        faults_.add(
+            section.line_of(key), section.full_key(key), fmt::format("\"{}\"", name),
+            fmt::format("is also used by {}: a place of two robots must have shared = true", first->second));
+    }
+  }
+
+  void check_ports() {
+    int last = cell_.ports + 2;
+    for (const CellRobot& robot : cell_.robots) last += robot.profile.empty() ? 0 : 1;
+    if (cell_.ports >= 1024 && last <= 65535) return;
+    if (cell_.ports == 0) return;  // reported
+    faults_.add(ports_line_, "cell.ports", std::to_string(cell_.ports),
+                fmt::format("must be from 1024 to {}: {} ports in a row are needed",
+                            65535 - (last - cell_.ports), last - cell_.ports + 1));
+  }
+
+  void read_reference(Section section, std::string& reference) {
+    reference = section.text_or("reference", "").value_or("");
+    section.finish();
+  }
+
+  void read_store(Section section) {
+    cell_.ledger = section.text_or("ledger", "ledger.db").value_or("");
+    if (section.has("ledger") && section.has("reference"))
+      section.refuse("reference", "must not be there with ledger: the store runs here or elsewhere");
+    if (cell_.ledger.is_relative()) cell_.ledger = cell_.state_directory / cell_.ledger;
+    read_reference(std::move(section), cell_.store_reference);
+  }
+
+  void read_camera_table(Section section) {
+    if (section.has("reference")) {
+      read_reference(std::move(section), cell_.camera_reference);
+      return;
+    }
+    section.skip("reference");
+    cell_.camera_source = section.text("source").value_or("scene");
+    if (cell_.camera_source != "scene") section.refuse("source", "must be \"scene\"");
+    if (const auto file = section.text("calibration")) cell_.camera = camera_file(*file);
+    section.finish();
+  }
+
+  CameraModel camera_file(const std::string& name) {
+    return read_camera(file_.parent_path() / name, faults_.faults);
+  }
+
+  void read_timing(Section section) {
+    Timing& timing = cell_.timing;
+    timing.look_s = section.number_or("look_s", timing.look_s, {0.1, 60, false, "s"}).value_or(1);
+    timing.motion_s = section.number_or("motion_s", timing.motion_s, {1, 3600, false, "s"}).value_or(1);
+    timing.attempts =
+        static_cast<int>(section.integer_or("attempts", timing.attempts, {1, 100, false, ""}).value_or(1));
+    section.finish();
+  }
+
+  void read_scene(Section section) {
+    SceneOptions scene;
+    scene.pieces =
+        static_cast<int>(section.integer_or("pieces", scene.pieces, {0, 100, false, "pieces"}).value_or(0));
+    if (overrides_.pieces) scene.pieces = *overrides_.pieces;
+    scene.seed =
+        static_cast<std::uint64_t>(section.integer_or("seed", 1, {0, 4294967295.0, false, ""}).value_or(1));
+    if (overrides_.seed) scene.seed = *overrides_.seed;
+    scene.noise = section.number_or("noise", scene.noise, {0, 50, false, "(of 255)"}).value_or(0);
+    scene.lens = camera_file(section.text("lens").value_or(""));
+    section.finish();
+    cell_.scene = scene;
+  }
+
+  fs::path file_;
+  CellOverrides overrides_;
+  FaultList faults_;
+  CellConfig cell_;
+  std::uint32_t ports_line_{0};
+  double tallest_m_{0};
+  double widest_m_{0};
+  std::map<std::string, std::string> users_;  ///< place -> the first robot there
+};
+
+}  // namespace
+
+CellConfig load_cell(const fs::path& file, const CellOverrides& overrides) {
+  return Reader(file, overrides).read();
+}
+
+}  // namespace corbot::cell

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell/orb_server.h"
+
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "cell/program.h"
+#include "client/failure.h"
+#include "net/ports.h"
+
+namespace corbot::cell {
+
+using client::ExitCode;
+using client::Failure;
+
+OrbServer::OrbServer(const std::string& host, int port) : endpoint_(net::endpoint_text(host, port)) {
+  if (const std::string why = net::listen_error(host, port); !why.empty())
+    throw Failure(ExitCode::kInternal, why + ": choose other ports with --ports");
+  std::vector<std::string> words{"corbot-cell"};
+  const auto add = [&](const char* option, const std::string& value) {
+    words.push_back(std::string("-ORB") + option);
+    words.push_back(value);
+  };
+  add("endPoint", "giop:tcp:" + endpoint_);
+  add("threadPerConnectionPolicy", "1");  // calls wait, and a pool would be used up by them
+  add("maxServerThreadPerConnection", "32");
+  add("maxGIOPConnectionPerServer", "20");  // a client's calls that wait block none of its others
+  add("giopMaxMsgSize", "262144");
+  add("scanGranularity", "5");
+  add("inConScanPeriod", "180");  // half-open connections go
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  int argc = static_cast<int>(argv.size());
+  argv.push_back(nullptr);
+  orb_ = CORBA::ORB_init(argc, argv.data());
+  const CORBA::Object_var object = orb_->resolve_initial_references("omniINSPOA");
+  poa_ = PortableServer::POA::_narrow(object);
+}
+
+OrbServer::~OrbServer() {
+  try {
+    orb_->shutdown(true);
+    orb_->destroy();
+  } catch (const CORBA::Exception&) {  // NOLINT(bugprone-empty-catch): the process ends
+  }
+}
+
+void OrbServer::activate(const std::string& key, PortableServer::Servant servant) {
+  const PortableServer::ObjectId_var id = PortableServer::string_to_ObjectId(key.c_str());
+  poa_->activate_object_with_id(id, servant);
+}
+
+void OrbServer::serve(const std::string& key) {
+  const PortableServer::POAManager_var manager = poa_->the_POAManager();
+  manager->activate();
+  run_until_signal(fmt::format("ready corbaloc::{}/{}", endpoint_, key));
+}
+
+}  // namespace corbot::cell

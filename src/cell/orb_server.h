@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <omniORB4/CORBA.h>
+
+#include <string>
+
+namespace corbot::cell {
+
+/// The ORB of a cell's program: its objects have fixed keys at one port, so `corbaloc::HOST:PORT/KEY` finds them. One a process.
+class OrbServer {
+ public:
+  /// Listens. Throws client::Failure, kInternal, where the port is in use.
+  OrbServer(const std::string& host, int port);
+  OrbServer(const OrbServer&) = delete;
+  OrbServer& operator=(const OrbServer&) = delete;
+  /// Ends the ORB; calls under way are waited for.
+  ~OrbServer();
+
+  [[nodiscard]] CORBA::ORB_ptr orb() const { return orb_.in(); }
+  /// `servant` must outlive the ORB. Requests come once serve() is called.
+  void activate(const std::string& key, PortableServer::Servant servant);
+  /// From now on calls are carried out. Prints "ready CORBALOC" of `key`, and reports READY=1 and WATCHDOG=1 until SIGINT, SIGTERM
+  /// or SIGHUP, which are blocked in all threads (run_program), asks for the end.
+  void serve(const std::string& key);
+
+ private:
+  std::string endpoint_;
+  CORBA::ORB_var orb_;
+  PortableServer::POA_var poa_;
+};
+
+/// A reference that is checked by its first call, not now: the order of starts does not matter.
+template <class Interface>
+typename Interface::_ptr_type reference_to(CORBA::ORB_ptr orb, const std::string& uri) {
+  const CORBA::Object_var object = orb->string_to_object(uri.c_str());
+  return Interface::_unchecked_narrow(object);
+}
+
+}  // namespace corbot::cell
