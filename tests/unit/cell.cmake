@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: Apache-2.0
+if(TARGET corbot_cell_config)
+  corbot_test(unit_cell_config
+    SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/cell/config_test.cpp
+    LIBS corbot::cell_config fmt::fmt
+    LABELS unit)
+  target_compile_definitions(unit_cell_config PRIVATE CORBOT_CELL="${PROJECT_SOURCE_DIR}/profiles/cell")
+endif()
