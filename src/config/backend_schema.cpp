@@ -7,6 +7,9 @@
 #include <array>
 #include <iterator>
 #include <string>
+#include <string_view>
+
+#include <fmt/format.h>
 
 namespace corbot {
 namespace {
@@ -23,6 +26,15 @@ void read_loopback(Section section, LoopbackOptions& options, CommonBackendOptio
   section.finish();
 }
 
+constexpr std::size_t kLongestSocket = 107;
+
+bool is_line(std::string_view port) {
+  constexpr std::string_view kUnix = "unix:";
+  if (!port.starts_with(kUnix)) return port.starts_with("/");
+  port.remove_prefix(kUnix.size());
+  return port.starts_with("/") && port.size() > 1 && port.size() <= kLongestSocket;
+}
+
 /// What a kind of serial controller supports.
 struct SerialKind {
   std::string_view name;
@@ -34,8 +46,11 @@ struct SerialKind {
 void read_serial(Section& section, const SerialKind& kind, SerialOptions& options,
                  CommonBackendOptions& common) {
   options.port = section.text("port").value_or("");
-  if (section.has("port") && !options.port.starts_with("/")) {
-    section.refuse("port", "must be the path of a serial line, such as /dev/ttyUSB0");
+  if (section.has("port") && !is_line(options.port)) {
+    section.refuse("port",
+                   fmt::format("must be the path of a serial line, such as /dev/ttyUSB0, or unix:/PATH of a "
+                               "socket, where PATH has at most {} bytes",
+                               kLongestSocket));
   }
   options.baud = static_cast<int>(
       section.integer_or("baud", kind.default_baud, {1, 1e7, false, ""}).value_or(kind.default_baud));

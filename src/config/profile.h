@@ -26,7 +26,7 @@ struct LoopbackOptions {
 
 /// `[backend.ssc32]`, `[backend.maestro]`, `[backend.minissc]`: a servo controller on a serial line.
 struct SerialOptions {
-  std::string port;  ///< /dev/...
+  std::string port;  ///< /dev/..., or unix:/path of a stream socket
   int baud{115200};
   int device_number{-1};     ///< Maestro: of the Pololu protocol; -1: compact protocol
   bool crc{false};           ///< Maestro

@@ -6,6 +6,8 @@
 #include <poll.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -31,6 +33,9 @@ constexpr std::array<std::pair<int, speed_t>, 9> kSpeeds{{{1200, B1200},
                                                           {115200, B115200},
                                                           {230400, B230400}}};
 
+constexpr std::string_view kUnix = "unix:";
+constexpr const char* kCut = "the line was cut: is the plug out?";
+
 speed_t speed_of(int baud) noexcept {
   const auto* const found =
       std::find_if(kSpeeds.begin(), kSpeeds.end(), [&](const auto& entry) { return entry.first == baud; });
@@ -40,6 +45,7 @@ speed_t speed_of(int baud) noexcept {
 }  // namespace
 
 bool SerialPort::is_baud(int baud) noexcept { return speed_of(baud) != B0; }
+bool SerialPort::is_socket(std::string_view path) noexcept { return path.starts_with(kUnix); }
 
 void SerialPort::fail(DeviceCause cause, const std::string& what) const {
   throw DeviceError(cause, path_ + ": " + what);
@@ -48,6 +54,8 @@ void SerialPort::fail(DeviceCause cause, const std::string& what) const {
 void SerialPort::open(const std::string& path, int baud) {
   close();
   path_ = path;
+  is_socket_ = is_socket(path);
+  if (is_socket_) return open_socket(std::string_view(path).substr(kUnix.size()));
   // Not blocking, or open() would wait for a modem's carrier.
   fd_ = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (fd_ < 0) {
@@ -82,6 +90,24 @@ void SerialPort::open(const std::string& path, int baud) {
   (void)::tcflush(fd_, TCIOFLUSH);
 }
 
+void SerialPort::open_socket(std::string_view path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  constexpr std::size_t kLongest = sizeof(address.sun_path) - 1;
+  if (path.size() > kLongest) {
+    fail(DeviceCause::kNotThere,
+         "the path has " + std::to_string(path.size()) + " bytes, at most " + std::to_string(kLongest));
+  }
+  path.copy(address.sun_path, path.size());
+  fd_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (fd_ < 0) fail(DeviceCause::kNotThere, std::strerror(errno));
+  if (::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0) return;
+  const int error = errno;
+  close();
+  // The kernel's queue of the listener is full.
+  fail(error == EAGAIN ? DeviceCause::kInUse : DeviceCause::kNotThere, std::strerror(error));
+}
+
 /// An FTDI adapter keeps what it has received for 16 ms, else. Of no consequence where the driver does not
 /// have it.
 void SerialPort::ask_for_low_latency() noexcept {
@@ -91,7 +117,9 @@ void SerialPort::ask_for_low_latency() noexcept {
   (void)::ioctl(fd_, TIOCSSERIAL, &line);
 }
 
-std::optional<int> SerialPort::latency_ms() const { return latency_timer_ms(path_); }
+std::optional<int> SerialPort::latency_ms() const {
+  return is_socket_ ? std::nullopt : latency_timer_ms(path_);
+}
 
 void SerialPort::close() noexcept {
   if (fd_ < 0) return;
@@ -118,7 +146,7 @@ void SerialPort::await(short events, Clock::time_point deadline, DeviceCause lat
     if (count < 0) fail(DeviceCause::kHungUp, std::strerror(errno));
     // A line that was cut is readable, too, and for ever.
     if (count > 0 && (ready.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) {
-      fail(DeviceCause::kHungUp, "the line was cut: is the plug out?");
+      fail(DeviceCause::kHungUp, kCut);
     }
     if (count > 0) return;
     if (left <= Clock::duration::zero()) {
@@ -131,7 +159,8 @@ void SerialPort::await(short events, Clock::time_point deadline, DeviceCause lat
 
 void SerialPort::write(std::span<const std::uint8_t> bytes, Clock::time_point deadline) {
   while (!bytes.empty()) {
-    const ssize_t n = ::write(fd_, bytes.data(), bytes.size());
+    const ssize_t n = is_socket_ ? ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL)
+                                 : ::write(fd_, bytes.data(), bytes.size());
     if (n > 0) {
       bytes = bytes.subspan(static_cast<std::size_t>(n));
     } else if (n < 0 && errno != EAGAIN && errno != EINTR) {
@@ -145,7 +174,7 @@ void SerialPort::write(std::span<const std::uint8_t> bytes, Clock::time_point de
 
 void SerialPort::check() {
   pollfd line{fd_, 0, 0};
-  if (::poll(&line, 1, 0) > 0) fail(DeviceCause::kHungUp, "the line was cut: is the plug out?");
+  if (::poll(&line, 1, 0) > 0) fail(DeviceCause::kHungUp, kCut);
 }
 
 std::size_t SerialPort::read(std::span<std::uint8_t> into, Clock::time_point deadline) {
@@ -153,6 +182,7 @@ std::size_t SerialPort::read(std::span<std::uint8_t> into, Clock::time_point dea
     const ssize_t n = ::read(fd_, into.data(), into.size());
     if (n > 0) return static_cast<std::size_t>(n);
     if (n < 0 && errno != EAGAIN && errno != EINTR) fail(DeviceCause::kHungUp, std::strerror(errno));
+    if (n == 0 && is_socket_) fail(DeviceCause::kHungUp, kCut);
     // Nothing there: with VMIN = 0 that reads as 0, as does a line that was cut; poll tells them apart.
     await(POLLIN, deadline, DeviceCause::kNoAnswer);
   }
@@ -162,6 +192,14 @@ void SerialPort::read_exactly(std::span<std::uint8_t> into, Clock::time_point de
   while (!into.empty()) into = into.subspan(read(into, deadline));
 }
 
-void SerialPort::discard_input() { (void)::tcflush(fd_, TCIFLUSH); }
+void SerialPort::discard_input() {
+  if (!is_socket_) return (void)::tcflush(fd_, TCIFLUSH);
+  // Bounded: a peer may send without end. A cut is found by what follows.
+  constexpr int kMostReads = 64;
+  std::array<std::uint8_t, 4096> dropped{};
+  for (int i = 0; i < kMostReads; ++i) {
+    if (::recv(fd_, dropped.data(), dropped.size(), 0) <= 0) return;
+  }
+}
 
 }  // namespace corbot::rt

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "rt/backends/bus/device_error.h"
 
@@ -22,7 +23,8 @@ class SerialLine {
   SerialLine& operator=(const SerialLine&) = delete;
   virtual ~SerialLine() = default;
 
-  /// `baud`: one of those that termios supports.
+  /// `path`: of a device, or "unix:" and that of a stream socket. `baud`: one of those that termios supports; without effect
+  /// at a socket.
   virtual void open(const std::string& path, int baud) = 0;
   virtual void close() noexcept = 0;
   virtual void write(std::span<const std::uint8_t> bytes, Clock::time_point deadline) = 0;
@@ -34,7 +36,7 @@ class SerialLine {
   [[nodiscard]] virtual std::optional<int> latency_ms() const { return std::nullopt; }
 };
 
-/// A serial line of the kernel, raw, 8N1, for this process alone.
+/// A serial line of the kernel, raw, 8N1, for this process alone; or a Unix stream socket, as an emulated controller has it.
 class SerialPort final : public SerialLine {
  public:
   ~SerialPort() override { close(); }
@@ -54,14 +56,18 @@ class SerialPort final : public SerialLine {
 
   /// Whether termios supports this speed.
   [[nodiscard]] static bool is_baud(int baud) noexcept;
+  /// Whether a path has the form of a socket, "unix:/path".
+  [[nodiscard]] static bool is_socket(std::string_view path) noexcept;
 
  private:
+  void open_socket(std::string_view path);
   void ask_for_low_latency() noexcept;
   void await(short events, Clock::time_point deadline, DeviceCause late);
   [[noreturn]] void fail(DeviceCause cause, const std::string& what) const;
 
   std::string path_;
   int fd_{-1};
+  bool is_socket_{false};
   bool is_exclusive_{false};  ///< by this
   bool is_stuck_{false};      ///< did not take what was written
 };

@@ -23,6 +23,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// A socket in a line's place, opened as the backend does it.
+Finding socket_line(const std::string& what, const std::string& path, const std::string& if_absent) {
+  try {
+    rt::SerialPort().open(path, 0);
+    return device_ok(fmt::format("{}: {} can be opened", what, path));
+  } catch (const rt::DeviceError& error) {
+    return device_failure(fmt::format("{}: {}", what, error.what()), if_absent);
+  }
+}
+
 /// As the backend opens it, but for TIOCEXCL, which would stay set for others that have it open.
 Finding serial_line(const std::string& what, const std::string& path, const std::string& if_absent) {
   const std::string text = fmt::format("{}: {}", what, path);
@@ -195,11 +205,12 @@ void examine_serial(const Profile& profile, const DeviceAccess& access, Findings
   const BackendOptions& options = profile.backend;
   const std::string what = "backend " + options.kind;
   const std::string& port = options.serial.port;
-  findings.push_back(serial_line(
+  const bool is_socket = rt::SerialPort::is_socket(port);
+  findings.push_back((is_socket ? socket_line : serial_line)(
       what, port,
       fmt::format("plug the controller in, or correct backend.{}.port in the profile", options.kind)));
   if (findings.back().level != Level::kOk) return;
-  const auto usb = usb_of(port, access.sys);
+  const auto usb = is_socket ? std::nullopt : usb_of(port, access.sys);
   if (usb) {
     findings.back().text += fmt::format(
         "; USB {}:{}{}{}{}", usb->vendor, usb->product, usb->name.empty() ? "" : " ",

@@ -186,6 +186,24 @@ TEST_F(DoctorDevices, ASerialLineIsNoFile) {
   }
 }
 
+TEST_F(DoctorDevices, ASocketInALinesPlaceIsLookedAtAsTheBackendOpensIt) {
+  use_serial("ssc32", "unix:" + (directory_ / "absent").string());
+  EXPECT_THAT(examine(), Each(is_failure("No such file")));
+  const std::string path = (directory_ / "servos").string();
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, sizeof(address.sun_path) - 1);
+  const int listener = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  ASSERT_EQ(::bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+  ASSERT_EQ(::listen(listener, 8), 0);
+  sim::MaestroDevice device{sim::MaestroOptions{}};
+  test::EmulatedWire wire(device, 115'200);
+  access_.serial = [&] { return std::make_unique<test::EmulatedLine>(wire); };
+  use_serial("maestro", "unix:" + path);
+  EXPECT_THAT(examine(), Contains(is_ok("a Maestro answers")));
+  ::close(listener);
+}
+
 TEST_F(DoctorDevices, APca9685IsRead) {
   test::ChipBus::State state;
   access_.i2c = [&](const std::string&, int) { return std::make_unique<test::ChipBus>(state); };
