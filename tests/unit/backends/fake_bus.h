@@ -164,9 +164,11 @@ class FakeDevice final : public BusDevice {
     return reading;
   }
   [[nodiscard]] bool has_stop_input() const noexcept override { return bus_.has_stop_input; }
-  StopInput emergency_stop() override {
+  StopInputLevel emergency_stop() override {
     ++bus_.asked;
-    return bus_.is_unheard ? StopInput::kUnheard : bus_.pressed ? StopInput::kPressed : StopInput::kReleased;
+    return bus_.is_unheard ? StopInputLevel::kUnheard
+           : bus_.pressed  ? StopInputLevel::kPressed
+                           : StopInputLevel::kReleased;
   }
   void relax() override { ++bus_.relaxed; }
 
