@@ -59,9 +59,4 @@ Corbot::RobotWork WorkStatus::get() const {
   return work_;
 }
 
-void WorkStatus::pause(double duration_s, const std::stop_token& stop) {
-  std::unique_lock lock(mutex_);
-  stopped_.wait_for(lock, stop, std::chrono::duration<double>(duration_s), [] { return false; });
-}
-
 }  // namespace corbot::cell

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <condition_variable>
 #include <functional>
 #include <mutex>
-#include <stop_token>
 #include <string>
 
 #include "cell.hh"
@@ -26,13 +24,10 @@ class WorkStatus {
   void set_piece(Corbot::PieceNumber piece, Corbot::TransferStep step);
   void report(const std::string& text) const { report_(text); }
   [[nodiscard]] Corbot::RobotWork get() const;
-  /// Returns after that time, or when a stop is requested.
-  void pause(double duration_s, const std::stop_token& stop);
 
  private:
   const Report report_;
   mutable std::mutex mutex_;
-  std::condition_variable_any stopped_;
   Corbot::RobotWork work_;
 };
 

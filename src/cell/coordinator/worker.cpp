@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "cell/coordinator/attention.h"
+#include "cell/coordinator/pause.h"
 #include "client/explain.h"
 
 namespace corbot::cell {
@@ -179,8 +180,9 @@ void Worker::connect() {
       try {
         token_ = store_.claim(robot_.name, who_, 0);
       } catch (const Corbot::Claimed& e) {
-        // Only control of the arm proves that the holder of the claim cannot move it.
-        if (!is_exclusive) {
+        // Control of the arm proves that the holder of the claim cannot move it. A holder of our own name is a call whose
+        // reply was lost.
+        if (!is_exclusive && who_ != e.who.in()) {
           throw Attention(fmt::format("'{}' works with {} by claim {}: make sure that it has ended",
                                       client::printable(e.who.in()), robot_.name, e.token));
         }
@@ -326,7 +328,7 @@ void Worker::leave() {
 bool Worker::is_at_wait() {
   for (int i = 0; i < kSettleReads; ++i) {
     if (motions_.is_at(wait_, kAtWait_m)) return true;
-    status_.pause(0.1, stop_);
+    pause(0.1, stop_);
   }
   return false;
 }
@@ -378,7 +380,7 @@ void Worker::end_if_stopped() const {
 
 void Worker::wait_for(const std::string& text, double pause_s) {
   status_.set(Corbot::WorkWaiting, text);
-  if (pause_s > 0) status_.pause(pause_s, stop_);
+  if (pause_s > 0) pause(pause_s, stop_);
   end_if_stopped();
 }
 

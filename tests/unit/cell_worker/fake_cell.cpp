@@ -109,7 +109,7 @@ void FakeCell::begin_command(const std::string& name) {
   record.push_back(name);
   if (commands_++ != stopped_command) return;
   stop_source.request_stop();
-  throw Corbot::Stopped("in the test");
+  if (is_exclusive) throw Corbot::Stopped("in the test");
 }
 
 void FakeCell::check_way(const Vector3d& to, bool is_line) {
@@ -191,6 +191,7 @@ Vector3d FakeCell::rest_position() { return robot_.frame.to_local(tool_); }
 Corbot::Frame FakeCell::look(double /*timeout_s*/) {
   const std::lock_guard lock(mutex_);
   record.emplace_back("look");
+  require(!stop_source.stop_requested(), "a look after a stop was requested");
   require((tool_ - robot_.wait_m).norm() < kNear_m, "a look while the arm may hide pieces");
   Corbot::Frame frame;
   for (const Piece& piece : pieces) {

@@ -34,7 +34,7 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   // Faults. All are off at first.
   int failing_grasps{0};
   bool loses_pieces{false};  ///< what the gripper lets go is gone
-  bool is_exclusive{true};
+  bool is_exclusive{true};   ///< an Arm: control excludes others, and a stop ends the motion under way
   bool is_claimed{false};
   bool has_leftover{false};
   double late_s{0};         ///< an intent is written so long after the Move, or when the way down begins

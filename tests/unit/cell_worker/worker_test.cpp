@@ -192,20 +192,23 @@ TEST_P(WorkerTest, WaitsAreReportedOnceAndEnd) {
 }
 
 TEST_P(WorkerTest, NothingMovesAfterAStopAtAnyCommand) {
-  int commands = 0;
-  for (bool is_stopped = true; is_stopped; ++commands) {
-    FakeCell world(config_, GetParam());
-    add_piece(world, 0);
-    world.stopped_command = commands;
-    const Corbot::RobotWork work = run_one(world);
-    is_stopped = world.written[Corbot::StepPlaced] == 0;
-    EXPECT_EQ(work.state, Corbot::WorkIdle) << commands;
-    EXPECT_THAT(world.violations, IsEmpty()) << commands;
-    EXPECT_THAT(world.record, Contains("release")) << commands;
-    EXPECT_EQ(world.count_reports("attention"), 0) << commands;
-    ASSERT_LT(commands, 100);
+  for (const bool is_arm : {true, false}) {
+    int commands = 0;
+    for (bool is_stopped = true; is_stopped; ++commands) {
+      FakeCell world(config_, GetParam());
+      add_piece(world, 0);
+      world.is_exclusive = is_arm;
+      world.stopped_command = commands;
+      const Corbot::RobotWork work = run_one(world);
+      is_stopped = world.written[Corbot::StepPlaced] == 0;
+      EXPECT_EQ(work.state, Corbot::WorkIdle) << commands;
+      EXPECT_THAT(world.violations, IsEmpty()) << commands;
+      EXPECT_THAT(world.record, Contains("release")) << commands;
+      EXPECT_EQ(world.count_reports("attention"), 0) << commands;
+      ASSERT_LT(commands, 100);
+    }
+    EXPECT_EQ(commands, 16);  // three to begin, twelve for one transfer, and one that never comes
   }
-  EXPECT_EQ(commands, 16);  // all of one transfer and of the begin, and one that never comes
 }
 
 TEST_P(WorkerTest, ALostClaimEndsAllAtAnyCallOfTheStore) {
