@@ -5,22 +5,22 @@
 #include <linux/can/raw.h>
 #include <net/if.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
+
+#include "sim/devices/unix_listener.h"
 
 namespace corbot::sim {
 namespace {
 
 constexpr std::string_view kUnix = "unix:";
-constexpr int kMostWaiting = 8;
 /// As many frames are taken from one of a bus before the others have their turn.
 constexpr int kBurst = 64;
 
@@ -34,47 +34,26 @@ class VirtualBus final : public CanBus {
   explicit VirtualBus(std::string path) : path_(std::move(path)) {}
   ~VirtualBus() override { VirtualBus::close(); }
 
-  void open() override {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    if (path_.empty() || path_.size() >= sizeof(address.sun_path)) fail(path_, "no path of a socket");
-    path_.copy(address.sun_path, path_.size());
-    remove_dead_socket(address);
-    fd_ = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    if (fd_ < 0) fail(path_, std::strerror(errno));
-    if (::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
-      const int error = errno;
-      ::close(std::exchange(fd_, -1));
-      fail(path_, std::strerror(error));
-    }
-    struct stat made {};
-    if (::stat(path_.c_str(), &made) == 0) inode_ = made.st_ino;
-    if (::listen(fd_, kMostWaiting) != 0) fail(path_, std::strerror(errno));
-  }
+  void open() override { listener_.emplace(path_, SOCK_SEQPACKET); }
 
   void close() noexcept override {
-    if (fd_ < 0) return;
     for (const int peer : peers_) ::close(peer);
     peers_.clear();
-    ::close(std::exchange(fd_, -1));
-    struct stat there {};  // perhaps another program's by now
-    if (::stat(path_.c_str(), &there) == 0 && there.st_ino == inode_) (void)::unlink(path_.c_str());
+    listener_.reset();
   }
 
-  [[nodiscard]] bool is_open() const override { return fd_ >= 0; }
+  [[nodiscard]] bool is_open() const override { return listener_.has_value(); }
 
   void add_to(std::vector<pollfd>& fds) const override {
-    if (fd_ < 0) return;
-    fds.push_back({fd_, POLLIN, 0});
+    if (!listener_) return;
+    fds.push_back({listener_->fd(), POLLIN, 0});
     for (const int peer : peers_) fds.push_back({peer, POLLIN, 0});
   }
 
   std::vector<can_frame> read() override {
     std::vector<can_frame> frames;
-    if (fd_ < 0) return frames;
-    for (int peer = -1; (peer = ::accept4(fd_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)) >= 0;) {
-      peers_.push_back(peer);
-    }
+    if (!listener_) return frames;
+    for (int peer = -1; (peer = listener_->accept()) >= 0;) peers_.push_back(peer);
     for (int& peer : peers_) {
       if (read_from(peer, frames)) continue;
       ::close(std::exchange(peer, -1));
@@ -86,20 +65,6 @@ class VirtualBus final : public CanBus {
   void send(const can_frame& frame) override { send_to_others(frame, -1); }
 
  private:
-  /// What a program that was killed has left; without a listener.
-  void remove_dead_socket(const sockaddr_un& address) const {
-    struct stat there {};
-    if (::lstat(path_.c_str(), &there) != 0) return;
-    if (!S_ISSOCK(there.st_mode)) fail(path_, "is no socket");
-    const int probe = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-    const bool is_dead =
-        probe >= 0 && ::connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0 &&
-        errno == ECONNREFUSED;
-    if (probe >= 0) ::close(probe);
-    if (!is_dead) fail(path_, "another program has it open");
-    (void)::unlink(path_.c_str());
-  }
-
   /// False when the other end has gone.
   bool read_from(int peer, std::vector<can_frame>& frames) {
     for (int i = 0; i < kBurst; ++i) {
@@ -121,8 +86,7 @@ class VirtualBus final : public CanBus {
   }
 
   std::string path_;
-  int fd_{-1};
-  ino_t inode_{0};
+  std::optional<UnixListener> listener_;
   std::vector<int> peers_;
 };
 

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/scene/pieces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace corbot::sim {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+/// Along, across and above the tool centre point.
+Vector3d to_hand(const Hand& hand, const Vector3d& point) {
+  const Vector3d offset = point - hand.tool_m;
+  return {offset.dot(hand.along()), offset.dot(hand.across), offset.z()};
+}
+
+Vector3d to_world(const Hand& hand, const Vector3d& local) {
+  return hand.tool_m + local.x() * hand.along() + local.y() * hand.across + local.z() * Vector3d::UnitZ();
+}
+
+}  // namespace
+
+void Pieces::step(std::span<const Hand> hands) {
+  for (Piece& piece : pieces_) {
+    if (piece.state == PieceState::kFallen) continue;
+    if (piece.state == PieceState::kHeld) {
+      carry(piece, hands[*piece.hand]);
+      continue;
+    }
+    for (std::size_t i = 0; i < hands.size() && piece.state == PieceState::kStanding; ++i)
+      look_between(piece, hands[i], i);
+  }
+}
+
+void Pieces::look_between(Piece& piece, const Hand& hand, std::size_t number) {
+  const bool was_between = piece.hand == number;
+  if (was_between) piece.hand.reset();
+  Vector3d local = to_hand(hand, piece.foot_m);
+  const double tool_above_m = -local.z();
+  if (std::abs(local.x()) > kAlong_m || tool_above_m < kEnd_m || tool_above_m > piece.height_m - kEnd_m)
+    return;
+  const double room_m = (hand.opening_m - piece.diameter_m) / 2;
+  const bool is_held = hand.opening_m < piece.diameter_m + kPlay_m;
+  if (!was_between && (is_held || std::abs(local.y()) > room_m)) return;
+  piece.hand = number;
+  const double least_m = std::max(room_m, 0.0);
+  if (std::abs(local.y()) > least_m) {
+    local.y() = std::clamp(local.y(), -least_m, least_m);
+    piece.foot_m = to_world(hand, local);
+  }
+  if (!is_held) return;
+  piece.state = PieceState::kHeld;
+  piece.in_hand_m = local;
+  ++changes_;
+}
+
+void Pieces::carry(Piece& piece, const Hand& hand) {
+  piece.foot_m = to_world(hand, piece.in_hand_m);
+  if (hand.opening_m >= piece.diameter_m + kPlay_m) release(piece, hand);
+}
+
+void Pieces::release(Piece& piece, const Hand& hand) {
+  const double surface_m = surface_m_(piece.foot_m);
+  const bool is_taken = std::any_of(pieces_.begin(), pieces_.end(), [&](const Piece& other) {
+    const double apart_m = (other.foot_m - piece.foot_m).head<2>().norm();
+    return &other != &piece && other.state == PieceState::kStanding &&
+           apart_m < (other.diameter_m + piece.diameter_m) / 2;
+  });
+  const bool stands = piece.foot_m.z() - surface_m <= kDrop_m && !is_taken;
+  piece.state = stands ? PieceState::kStanding : PieceState::kFallen;
+  if (!stands) {
+    piece.hand.reset();
+    piece.yaw_rad = std::atan2(hand.along().y(), hand.along().x());
+  }
+  piece.foot_m.z() = surface_m;
+  ++changes_;
+}
+
+std::optional<std::vector<Vector2d>> scatter(const Vector2d& size_m, double spacing_m, std::size_t count,
+                                             std::uint64_t seed) {
+  if (count == 0) return std::vector<Vector2d>{};
+  if (size_m.minCoeff() < 0) return std::nullopt;
+  const auto columns = static_cast<std::size_t>(size_m.x() / spacing_m) + 1;
+  const auto rows = static_cast<std::size_t>(size_m.y() / spacing_m) + 1;
+  if (count > columns * rows) return std::nullopt;
+  // Each point has a cell of its own with `spacing_m` to the next ones; it is at random in what remains.
+  const Vector2d cells(static_cast<double>(columns), static_cast<double>(rows));
+  const Vector2d free_m = (size_m - spacing_m * (cells - Vector2d::Ones())).cwiseQuotient(cells);
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> share(0, 1);
+  std::vector<Vector2d> points;
+  for (std::size_t i = 0; i < columns * rows; ++i) {
+    const Vector2d cell(static_cast<double>(i % columns), static_cast<double>(i / columns));
+    const double x = share(random);
+    const double y = share(random);
+    points.push_back(cell.cwiseProduct(free_m + Vector2d::Constant(spacing_m)) +
+                     free_m.cwiseProduct(Vector2d(x, y)) - size_m / 2);
+  }
+  std::shuffle(points.begin(), points.end(), random);
+  points.resize(count);
+  return points;
+}
+
+}  // namespace corbot::sim

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "sim/scene/arm_body.h"
+
+namespace corbot::sim {
+
+enum class PieceState { kStanding, kHeld, kFallen };
+
+/// An upright cylinder. World, metres.
+struct Piece {
+  std::size_t kind{};
+  double diameter_m{};
+  double height_m{};
+  Eigen::Vector3d foot_m{
+      Eigen::Vector3d::Zero()};  ///< middle of its foot; of a fallen one, of its side on the surface
+  PieceState state{PieceState::kStanding};
+  double yaw_rad{0};                  ///< fallen: direction of its axis
+  std::optional<std::size_t> hand{};  ///< between whose fingers it is; held: the hand that holds it
+  Eigen::Vector3d in_hand_m{Eigen::Vector3d::Zero()};  ///< held: its foot along, across and above the tool
+};
+
+/// The pieces and what hands do with them. Fingers that are open wider than a piece and `kPlay_m` do not hold it. A standing piece is
+/// between them where its axis is no farther across than opening and diameter leave, at most `kAlong_m` along the hand from the tool
+/// centre point, with that point at least `kEnd_m` from both of its ends. It stays between them: closing fingers push it. Held, it
+/// follows the tool upright. Released, it stands where its foot is at most `kDrop_m` above the surface and no other piece stands; else
+/// it falls, and stays where it fell.
+class Pieces {
+ public:
+  static constexpr double kPlay_m = 0.001;
+  static constexpr double kAlong_m = 0.008;
+  static constexpr double kEnd_m = 0.005;
+  static constexpr double kDrop_m = 0.005;
+
+  /// `surface_m`: height of the surface at a point.
+  Pieces(std::vector<Piece> pieces, std::function<double(const Eigen::Vector3d&)> surface_m)
+      : pieces_(std::move(pieces)), surface_m_(std::move(surface_m)) {}
+
+  /// The hands as they are now; their order is always the same.
+  void step(std::span<const Hand> hands);
+
+  [[nodiscard]] const std::vector<Piece>& all() const { return pieces_; }
+  /// Rises when a piece is taken or released.
+  [[nodiscard]] std::uint64_t changes() const { return changes_; }
+
+ private:
+  void look_between(Piece& piece, const Hand& hand, std::size_t number);
+  void carry(Piece& piece, const Hand& hand);
+  void release(Piece& piece, const Hand& hand);
+
+  std::vector<Piece> pieces_;
+  std::function<double(const Eigen::Vector3d&)> surface_m_;
+  std::uint64_t changes_{0};
+};
+
+/// Points at random in a rectangle about the origin, at least `spacing_m` from each other; nothing where `count` is more than the rows
+/// and columns of points that the rectangle takes. The same seed gives the same points.
+[[nodiscard]] std::optional<std::vector<Eigen::Vector2d>> scatter(const Eigen::Vector2d& size_m,
+                                                                  double spacing_m, std::size_t count,
+                                                                  std::uint64_t seed);
+
+}  // namespace corbot::sim

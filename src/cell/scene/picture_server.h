@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "cell/scene/scene.h"
+#include "sim/devices/unix_listener.h"
+
+namespace corbot::cell {
+
+/// The scene's pictures at a Unix socket, mode 0600, as picture_wire.h has it. A client gets a picture for each byte that it sends, one
+/// client after the other; one that does not take its picture within 2 s is dropped.
+class PictureServer {
+ public:
+  /// Draws a view: rows of pixels, blue, green, red. Called in the thread of run().
+  using Draw = std::function<const std::vector<std::uint8_t>&(const SceneView& view)>;
+  /// The scene at an instant after the call; nothing where it does not respond.
+  using Look = std::function<std::optional<SceneView>()>;
+
+  /// Listens. `size_px`: columns and rows of what is drawn. Throws std::runtime_error.
+  PictureServer(const std::filesystem::path& socket, std::array<int, 2> size_px, Look look, Draw draw);
+  PictureServer(const PictureServer&) = delete;
+  PictureServer& operator=(const PictureServer&) = delete;
+  ~PictureServer();
+
+  /// Until it is asked to stop.
+  void run(const std::stop_token& stop);
+
+ private:
+  /// False where the client is to be dropped.
+  [[nodiscard]] bool serve(int client, const std::stop_token& stop);
+  [[nodiscard]] static bool send_all(int client, std::span<const std::uint8_t> bytes,
+                                     std::int64_t deadline_ns, const std::stop_token& stop);
+
+  sim::UnixListener listener_;
+  std::array<int, 2> size_px_;
+  Look look_;
+  Draw draw_;
+  std::vector<int> clients_;
+  std::uint64_t number_{0};
+};
+
+}  // namespace corbot::cell

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell/scene/scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "client/failure.h"
+#include "config/load_profile.h"
+
+namespace corbot::cell {
+
+using client::ExitCode;
+using client::Failure;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+/// Of a profile whose controller is the scene's.
+constexpr std::string_view kPort = "unix:SCENE/NAME.servos";
+/// Between the rims of two pieces: an open finger and some play fit.
+constexpr double kRimSpacing_m = 0.016;
+/// From a piece's rim to the edge of the area.
+constexpr double kEdge_m = 0.002;
+/// As good servos are.
+constexpr sim::ServoModelOptions kServo{.dead_band_us = 2, .lag_s = 0.02};
+
+constexpr std::string_view kElsewhere = "elsewhere";
+
+const char* to_string(sim::PieceState state) {
+  switch (state) {
+    case sim::PieceState::kStanding:
+      return "standing";
+    case sim::PieceState::kHeld:
+      return "held";
+    case sim::PieceState::kFallen:
+      break;
+  }
+  return "fallen";
+}
+
+}  // namespace
+
+std::array<std::uint8_t, 3> label_bgr(const Kind& kind) {
+  constexpr double kSaturation = 0.85;
+  constexpr double kValue = 0.85;
+  const auto [from, to] = kind.hue_deg;
+  const double hue = std::fmod(from + std::fmod(to - from + 360, 360) / 2, 360);
+  // https://en.wikipedia.org/wiki/HSL_and_HSV#HSV_to_RGB_alternative
+  const auto part = [&](double n) {
+    const double k = std::fmod(n + hue / 60, 6);
+    return static_cast<std::uint8_t>(
+        std::lround(255 * kValue * (1 - kSaturation * std::clamp(std::min(k, 4 - k), 0.0, 1.0))));
+  };
+  return {part(1), part(3), part(5)};
+}
+
+Scene::Scene(const CellConfig& cell) : cell_(cell) {
+  if (!cell_.scene) throw Failure(ExitCode::kUsage, "the cell has no table 'scene': it is not simulated");
+  for (const CellRobot& robot : cell_.robots) {
+    if (!robot.profile.empty()) add_robot(robot);
+  }
+  pieces_ =
+      std::make_unique<sim::Pieces>(scattered(), [this](const Vector3d& point) { return surface_m(point); });
+}
+
+void Scene::add_robot(const CellRobot& robot) {
+  std::string text = read_profile_text(robot.profile);
+  const auto at = text.find(kPort);
+  if (at == std::string::npos) return;
+  const std::string socket = cell_.servo_socket(robot);
+  text.replace(at, kPort.size(), "unix:" + socket);
+  const Profile profile = parse_profile(text, robot.profile);
+  if (profile.backend.kind != "ssc32" || profile.backend.serial.port != "unix:" + socket) return;
+  sim::Ssc32Options options;
+  options.baud = profile.backend.serial.baud;
+  options.servo = kServo;
+  robots_.push_back({robot.name,
+                     profile.arm,
+                     {robot.frame.position_m, robot.frame.yaw_rad},
+                     robot.opening_m,
+                     std::make_unique<sim::ServoSocket>(socket, options)});
+}
+
+std::vector<sim::Piece> Scene::scattered() const {
+  const int count = cell_.scene->pieces;
+  if (count == 0) return {};
+  const auto takes_from_area = [this](const CellRobot& robot) {
+    const Place* place = cell_.place(robot.from);
+    return place != nullptr && place->size_m;
+  };
+  const auto robot = std::find_if(cell_.robots.begin(), cell_.robots.end(), takes_from_area);
+  if (robot == cell_.robots.end() || cell_.kinds.empty())
+    throw Failure(ExitCode::kUsage, "no robot takes from an area: scene.pieces must be 0");
+  const Place& area = *cell_.place(robot->from);
+  double widest_m = 0;
+  for (const Kind& kind : cell_.kinds) widest_m = std::max(widest_m, kind.diameter_m);
+  const Vector2d inside_m = *area.size_m - Vector2d::Constant(widest_m + 2 * kEdge_m);
+  const auto points =
+      sim::scatter(inside_m, widest_m + kRimSpacing_m, static_cast<std::size_t>(count), cell_.scene->seed);
+  if (!points) {
+    throw Failure(
+        ExitCode::kUsage,
+        fmt::format("scene.pieces = {}: fewer fit on {}, {} x {} m, with {} m between their axes", count,
+                    area.name, area.size_m->x(), area.size_m->y(), widest_m + kRimSpacing_m));
+  }
+  std::vector<sim::Piece> pieces;
+  for (const Vector2d& point : *points) {
+    sim::Piece piece;
+    piece.kind = pieces.size() % cell_.kinds.size();
+    piece.diameter_m = cell_.kinds[piece.kind].diameter_m;
+    piece.height_m = cell_.kinds[piece.kind].height_m;
+    piece.foot_m = area.frame.to_world({point.x(), point.y(), 0});
+    pieces.push_back(piece);
+  }
+  return pieces;
+}
+
+double Scene::surface_m(const Vector3d& point) const {
+  const auto under = std::find_if(cell_.places.begin(), cell_.places.end(),
+                                  [&](const Place& place) { return place.covers(point); });
+  return under == cell_.places.end() ? 0 : under->frame.position_m.z();
+}
+
+void Scene::add_to(std::vector<pollfd>& fds) const {
+  for (const Robot& robot : robots_) robot.servos->add_to(fds);
+}
+
+std::optional<std::int64_t> Scene::next_answer_ns() const {
+  std::optional<std::int64_t> next;
+  for (const Robot& robot : robots_) {
+    const auto answer_ns = robot.servos->next_answer_ns();
+    if (answer_ns) next = std::min(next.value_or(*answer_ns), *answer_ns);
+  }
+  return next;
+}
+
+void Scene::exchange(std::int64_t now_ns) {
+  for (const Robot& robot : robots_) robot.servos->step(now_ns);
+}
+
+void Scene::tick(std::int64_t now_ns) {
+  arms_.clear();
+  std::vector<sim::Hand> hands;
+  for (const Robot& robot : robots_) {
+    arms_.push_back(sim::arm_body(robot.model, robot.base, robot.opening_m, [&](std::size_t channel) {
+      return robot.servos->device().shaft_us(channel, now_ns);
+    }));
+    hands.push_back(arms_.back().hand);
+  }
+  pieces_->step(hands);
+  clearance_.check(arms_);
+}
+
+SceneView Scene::view() const {
+  SceneView view;
+  for (const sim::Piece& piece : pieces_->all()) {
+    const Kind& kind = cell_.kinds[piece.kind];
+    view.pieces.push_back({piece.foot_m, piece.diameter_m, piece.height_m, kind.label_m, label_bgr(kind),
+                           piece.state == sim::PieceState::kFallen, piece.yaw_rad});
+  }
+  for (const sim::ArmBody& arm : arms_) view.arms.insert(view.arms.end(), arm.links.begin(), arm.links.end());
+  return view;
+}
+
+std::string Scene::place_of(const sim::Piece& piece) const {
+  const auto under = std::find_if(cell_.places.begin(), cell_.places.end(),
+                                  [&](const Place& place) { return place.covers(piece.foot_m); });
+  return under == cell_.places.end() ? std::string(kElsewhere) : under->name;
+}
+
+std::string Scene::truth() const {
+  std::string text = "{\"pieces\": [";
+  const char* separator = "\n";
+  for (const sim::Piece& piece : pieces_->all()) {
+    const bool is_held = piece.state == sim::PieceState::kHeld;
+    text += fmt::format(
+        "{}  {{\"kind\": \"{}\", \"state\": \"{}\", \"robot\": \"{}\", \"place\": \"{}\", \"foot_m\": "
+        "[{:.6f}, {:.6f}, {:.6f}]}}",
+        separator, cell_.kinds[piece.kind].name, to_string(piece.state),
+        is_held ? robots_[*piece.hand].name : "", is_held ? "" : place_of(piece), piece.foot_m.x(),
+        piece.foot_m.y(), piece.foot_m.z());
+    separator = ",\n";
+  }
+  return text + "\n]}\n";
+}
+
+std::string Scene::summary() const {
+  int held = 0;
+  int fallen = 0;
+  std::vector<std::string> where;
+  for (const sim::Piece& piece : pieces_->all()) {
+    held += piece.state == sim::PieceState::kHeld ? 1 : 0;
+    fallen += piece.state == sim::PieceState::kFallen ? 1 : 0;
+    if (piece.state == sim::PieceState::kStanding) where.push_back(place_of(piece));
+  }
+  std::string text;
+  const auto add = [&](std::string_view place) {
+    text += fmt::format("{}={} ", place, std::count(where.begin(), where.end(), place));
+  };
+  for (const Place& place : cell_.places) add(place.name);
+  add(kElsewhere);
+  const double nearest_m = clearance_.nearest_m();
+  return text + fmt::format("held={} fallen={} touches={} nearest_mm={}", held, fallen, clearance_.touches(),
+                            std::isfinite(nearest_m) ? fmt::format("{:.1f}", nearest_m * 1000) : "-");
+}
+
+}  // namespace corbot::cell

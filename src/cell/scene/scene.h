@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cell/cell_config.h"
+#include "sim/scene/arm_body.h"
+#include "sim/scene/picture.h"
+#include "sim/scene/pieces.h"
+#include "sim/scene/servo_socket.h"
+
+namespace corbot::cell {
+
+/// What a picture shows.
+struct SceneView {
+  std::vector<sim::DrawnPiece> pieces;
+  std::vector<sim::Capsule> arms;
+};
+
+/// The simulated world of a cell: the arms of the robots that the cell starts, each with its controller's socket, and the pieces.
+/// Times are of one clock that does not run backwards.
+class Scene {
+ public:
+  /// The length of a simulated step.
+  static constexpr std::int64_t kTick_ns = 5'000'000;
+
+  /// Robots take part whose profile has `port = "unix:SCENE/NAME.servos"`. Pieces are scattered in the first area from which a robot
+  /// takes. Throws ConfigError for a profile, client::Failure where the pieces do not fit, std::runtime_error where a socket is in use.
+  explicit Scene(const CellConfig& cell);
+
+  /// What has to be polled, and when there is something to send: exchange() is due.
+  void add_to(std::vector<pollfd>& fds) const;
+  [[nodiscard]] std::optional<std::int64_t> next_answer_ns() const;
+  /// Receives and sends what is due on the controllers' sockets.
+  void exchange(std::int64_t now_ns);
+  /// The world `kTick_ns` later: arms, pieces, distances.
+  void tick(std::int64_t now_ns);
+
+  [[nodiscard]] SceneView view() const;
+  /// Rises when a piece is taken or released.
+  [[nodiscard]] std::uint64_t changes() const { return pieces_->changes(); }
+  /// Where the pieces are, JSON. For tests: no program of the cell reads it.
+  [[nodiscard]] std::string truth() const;
+  /// "pallet1=0 store1=4 elsewhere=0 held=1 fallen=0 touches=0 nearest_mm=55.2".
+  [[nodiscard]] std::string summary() const;
+
+ private:
+  struct Robot {
+    std::string name;
+    ArmModel model;
+    sim::ArmBase base;
+    double opening_m;
+    std::unique_ptr<sim::ServoSocket> servos;
+  };
+  void add_robot(const CellRobot& robot);
+  [[nodiscard]] std::vector<sim::Piece> scattered() const;
+  [[nodiscard]] double surface_m(const Eigen::Vector3d& point) const;
+  /// Its name; "elsewhere" where there is none.
+  [[nodiscard]] std::string place_of(const sim::Piece& piece) const;
+
+  const CellConfig cell_;
+  std::vector<Robot> robots_;
+  std::unique_ptr<sim::Pieces> pieces_;
+  std::vector<sim::ArmBody> arms_;
+  sim::ArmClearance clearance_;
+};
+
+/// The colour of a kind's label: the middle of its hues, blue, green, red.
+[[nodiscard]] std::array<std::uint8_t, 3> label_bgr(const Kind& kind);
+
+}  // namespace corbot::cell

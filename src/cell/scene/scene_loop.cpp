@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell/scene/scene_loop.h"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+
+#include "client/failure.h"
+#include "sim/devices/control_input.h"
+
+namespace corbot::cell {
+namespace {
+
+/// After a longer delay, as of a suspended computer, the time before the last ticks is left out.
+constexpr std::int64_t kLongestCatchUp_ns = 10'000'000'000;
+
+}  // namespace
+
+void SceneLoop::run(const std::stop_token& stop) {
+  next_tick_ns_ = sim::clock_ns();
+  tick_until(next_tick_ns_);
+  write_truth();
+  while (!stop.stop_requested()) {
+    wait_for_input(std::min(next_tick_ns_, scene_.next_answer_ns().value_or(next_tick_ns_)));
+    const std::int64_t now_ns = sim::clock_ns();
+    if (now_ns - next_tick_ns_ >= Scene::kTick_ns) ++overruns_;
+    next_tick_ns_ = std::max(next_tick_ns_, now_ns - kLongestCatchUp_ns);
+    tick_until(now_ns);
+    scene_.exchange(now_ns);
+    if (scene_.changes() != written_changes_) write_truth();
+  }
+  write_truth();
+}
+
+void SceneLoop::tick_until(std::int64_t now_ns) {
+  bool has_ticked = false;
+  for (; next_tick_ns_ <= now_ns; next_tick_ns_ += Scene::kTick_ns) {
+    scene_.tick(next_tick_ns_);
+    has_ticked = true;
+  }
+  if (has_ticked) answer_look();
+}
+
+void SceneLoop::wait_for_input(std::int64_t until_ns) {
+  std::vector<pollfd> fds;
+  scene_.add_to(fds);
+  const std::int64_t left_ns = std::max<std::int64_t>(until_ns - sim::clock_ns(), 0);
+  const timespec left{left_ns / 1'000'000'000, left_ns % 1'000'000'000};
+  if (::ppoll(fds.data(), fds.size(), &left, nullptr) < 0 && errno != EINTR)
+    throw client::system_failure("poll", errno);
+}
+
+void SceneLoop::answer_look() {
+  const std::lock_guard lock(mutex_);
+  if (answered_ == asked_) return;
+  view_ = scene_.view();
+  answered_ = asked_;
+  looked_.notify_all();
+}
+
+std::optional<SceneView> SceneLoop::look(std::chrono::milliseconds wait) {
+  std::unique_lock lock(mutex_);
+  const std::uint64_t wanted = ++asked_;
+  if (!looked_.wait_for(lock, wait, [&] { return answered_ >= wanted; })) return std::nullopt;
+  return view_;
+}
+
+void SceneLoop::write_truth() {
+  written_changes_ = scene_.changes();
+  if (truth_.empty()) return;
+  const std::filesystem::path aside = truth_.string() + ".new";
+  std::ofstream(aside) << scene_.truth();
+  std::error_code error;
+  std::filesystem::rename(aside, truth_, error);  // a reader never finds half of it
+  if (error) throw client::system_failure(truth_, error.value());
+}
+
+}  // namespace corbot::cell

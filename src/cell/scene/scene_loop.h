@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "cell/scene/scene.h"
+
+namespace corbot::cell {
+
+/// Runs a scene in real time in one thread: ticks at absolute times, and the controllers' sockets between them. After a delay the
+/// ticks that are due are simulated one by one, and what has come in meanwhile counts as come now.
+class SceneLoop {
+ public:
+  /// `truth`: a file that is written anew when a piece is taken or released, and at the end; empty: none.
+  SceneLoop(Scene& scene, std::filesystem::path truth) : scene_(scene), truth_(std::move(truth)) {}
+
+  /// Until it is asked to stop. Throws client::Failure where the truth cannot be written.
+  void run(const std::stop_token& stop);
+
+  /// The scene at a tick that begins after this call; nothing where there is none within `wait`. From another thread.
+  [[nodiscard]] std::optional<SceneView> look(std::chrono::milliseconds wait);
+  /// Wake-ups that came a tick or more too late. After the end of run().
+  [[nodiscard]] std::uint64_t overruns() const { return overruns_; }
+
+ private:
+  void wait_for_input(std::int64_t until_ns);
+  void tick_until(std::int64_t now_ns);
+  void answer_look();
+  void write_truth();
+
+  Scene& scene_;
+  std::filesystem::path truth_;
+  std::int64_t next_tick_ns_{0};
+  std::uint64_t written_changes_{0};
+  std::uint64_t overruns_{0};
+
+  std::mutex mutex_;
+  std::condition_variable looked_;
+  std::uint64_t asked_{0};  ///< of the looks; guarded by the mutex, as what follows
+  std::uint64_t answered_{0};
+  SceneView view_;
+};
+
+}  // namespace corbot::cell

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/scene/pieces.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+namespace corbot::sim {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kOpen_m = 0.032;
+constexpr double kGrasp_m = 0.030;
+
+Piece piece_at(double x_m, double y_m) {
+  Piece piece;
+  piece.diameter_m = 0.020;
+  piece.height_m = 0.045;
+  piece.foot_m = {x_m, y_m, 0};
+  return piece;
+}
+
+/// A hand along x at the origin over pieces on a table.
+class PiecesTest : public ::testing::Test {
+ protected:
+  PiecesTest() { hand_.tool_m = {0, 0, kGrasp_m}; }
+  void put(std::vector<Piece> pieces) {
+    pieces_ = Pieces(std::move(pieces), [](const Vector3d&) { return 0.0; });
+    open_to(kOpen_m);
+  }
+  void step() { pieces_.step({&hand_, 1}); }
+  /// In steps of a servo frame, with a stand-still between two.
+  void open_to(double opening_m) {
+    while (std::abs(opening_m - hand_.opening_m) > 1e-9) {
+      hand_.opening_m += std::clamp(opening_m - hand_.opening_m, -0.0013, 0.0013);
+      step();
+      step();
+    }
+  }
+  void move_to(const Vector3d& tool_m) {
+    const Vector3d way_m = tool_m - hand_.tool_m;
+    const Vector3d from_m = hand_.tool_m;
+    const int steps = static_cast<int>(way_m.norm() / 0.001) + 1;
+    for (int i = 1; i <= steps; ++i) {
+      hand_.tool_m = from_m + i / double(steps) * way_m;
+      step();
+    }
+  }
+  const Piece& piece(std::size_t number = 0) const { return pieces_.all()[number]; }
+
+  Hand hand_;
+  Pieces pieces_{{}, {}};
+};
+
+TEST_F(PiecesTest, AreTakenWhereTheyAreBetweenTheFingers) {
+  struct Case {
+    const char* name;
+    Vector3d tool_m;
+    bool is_taken;
+  };
+  // The hand points along x, so `across` is y.
+  for (const Case& test : {Case{"middle", {0, 0, kGrasp_m}, true},
+                           {"across, just inside", {0, 0.0059, kGrasp_m}, true},
+                           {"across, just outside", {0, 0.0061, kGrasp_m}, false},
+                           {"other side, outside", {0, -0.0061, kGrasp_m}, false},
+                           {"along, just inside", {0.0079, 0, kGrasp_m}, true},
+                           {"along, just outside", {-0.0081, 0, kGrasp_m}, false},
+                           {"low enough", {0, 0, 0.0399}, true},
+                           {"too high", {0, 0, 0.0401}, false},
+                           {"high enough", {0, 0, 0.0051}, true},
+                           {"too low", {0, 0, 0.0049}, false}}) {
+    hand_.tool_m = test.tool_m;
+    put({piece_at(0, 0)});
+    open_to(0);
+    EXPECT_EQ(piece().state == PieceState::kHeld, test.is_taken) << test.name;
+    EXPECT_EQ(pieces_.changes(), test.is_taken ? 1u : 0u) << test.name;
+  }
+}
+
+TEST_F(PiecesTest, ClosingFingersPushThePieceToTheMiddle) {
+  hand_.tool_m = {0, 0.005, kGrasp_m};
+  put({piece_at(0, 0)});
+  open_to(0.0202);
+  EXPECT_NEAR(piece().foot_m.y(), 0.005, 0.0011);
+  EXPECT_EQ(piece().state, PieceState::kHeld);
+}
+
+TEST_F(PiecesTest, AHandThatClosesBesideAPieceAndMovesOntoItTakesNothing) {
+  put({piece_at(0.05, 0)});
+  open_to(0.010);
+  move_to({0.05, 0, kGrasp_m});
+  open_to(0);
+  EXPECT_EQ(piece().state, PieceState::kStanding);
+  EXPECT_EQ(piece().foot_m, Vector3d(0.05, 0, 0));
+}
+
+TEST_F(PiecesTest, AHeldPieceFollowsAndTurnsWithTheHand) {
+  put({piece_at(0.004, 0)});
+  open_to(0);
+  move_to({0.1, 0.2, 0.15});
+  EXPECT_LT((piece().foot_m - Vector3d(0.104, 0.2, 0.15 - kGrasp_m)).norm(), 1e-9);
+  hand_.across = -Vector3d::UnitX();  // turned by 90 degrees
+  step();
+  EXPECT_LT((piece().foot_m - Vector3d(0.1, 0.204, 0.15 - kGrasp_m)).norm(), 1e-9);
+}
+
+TEST_F(PiecesTest, AReleasedPieceStandsOrFalls) {
+  struct Case {
+    const char* name;
+    Vector3d tool_m;
+    PieceState state;
+  };
+  for (const Case& test : {Case{"on the table", {0.2, 0, kGrasp_m}, PieceState::kStanding},
+                           {"just low enough", {0.2, 0, kGrasp_m + 0.0049}, PieceState::kStanding},
+                           {"a little too high", {0.2, 0, kGrasp_m + 0.0051}, PieceState::kFallen},
+                           {"onto another", {0.1, 0.019, kGrasp_m}, PieceState::kFallen},
+                           {"next to another", {0.1, 0.021, kGrasp_m}, PieceState::kStanding}}) {
+    hand_.tool_m = {0, 0, kGrasp_m};
+    put({piece_at(0, 0), piece_at(0.1, 0)});
+    open_to(0);
+    move_to({0, 0, 0.15});
+    move_to({test.tool_m.x(), test.tool_m.y(), 0.15});
+    move_to(test.tool_m);
+    open_to(0.0205);
+    EXPECT_EQ(piece().state, PieceState::kHeld) << test.name << ": not open wide enough";
+    open_to(kOpen_m);
+    EXPECT_EQ(piece().state, test.state) << test.name;
+    EXPECT_EQ(piece().foot_m.z(), 0) << test.name;
+    move_to(hand_.tool_m + Vector3d(0, 0, 0.1));
+    EXPECT_NEAR((piece().foot_m - test.tool_m).head<2>().norm(), 0, 1e-3) << test.name << ": it stays there";
+    hand_.tool_m.z() = kGrasp_m;
+    open_to(0);
+    EXPECT_EQ(piece().state == PieceState::kHeld, test.state == PieceState::kStanding)
+        << test.name << ": what has fallen cannot be taken";
+  }
+}
+
+TEST_F(PiecesTest, AnotherHandTakesNothingFromTheOneThatHoldsIt) {
+  put({piece_at(0, 0)});
+  open_to(0);
+  Hand other = hand_;
+  other.opening_m = kOpen_m;
+  const std::array<Hand, 2> hands{hand_, other};
+  pieces_.step(hands);
+  EXPECT_EQ(piece().state, PieceState::kHeld);
+  EXPECT_EQ(piece().hand, 0u);
+}
+
+TEST(Scatter, TwelvePiecesFitApartOnThePalletForEverySeed) {
+  const Vector2d size_m(0.165 - 0.024, 0.110 - 0.024);
+  std::vector<Vector2d> before;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    const auto points = scatter(size_m, 0.036, 12, seed);
+    ASSERT_TRUE(points) << seed;
+    ASSERT_EQ(points->size(), 12u);
+    for (std::size_t i = 0; i < points->size(); ++i) {
+      const Vector2d& point = (*points)[i];
+      EXPECT_LE(std::abs(point.x()), size_m.x() / 2 + 1e-9) << seed;
+      EXPECT_LE(std::abs(point.y()), size_m.y() / 2 + 1e-9) << seed;
+      for (std::size_t k = 0; k < i; ++k) EXPECT_GE((point - (*points)[k]).norm(), 0.036 - 1e-9) << seed;
+    }
+    EXPECT_NE(*points, before) << seed;
+    EXPECT_EQ(*points, *scatter(size_m, 0.036, 12, seed)) << seed;
+    before = *points;
+  }
+}
+
+TEST(Scatter, MoreThanFitAreRefused) {
+  EXPECT_FALSE(scatter({0.141, 0.086}, 0.036, 13, 1));
+  EXPECT_FALSE(scatter({-0.001, 0.086}, 0.036, 1, 1));
+  EXPECT_EQ(scatter({0, 0}, 0.036, 1, 1)->size(), 1u);
+  EXPECT_TRUE(scatter({0, 0}, 0.036, 0, 1)->empty());
+}
+
+}  // namespace
+}  // namespace corbot::sim

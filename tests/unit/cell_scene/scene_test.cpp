@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scene of the demo cell in simulated time, and its loop and pictures in real time.
+#include "cell/scene/scene.h"
+
+#include <gmock/gmock.h>
+#include <stdlib.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cmath>
+#include <fstream>
+#include <thread>
+
+#include "cell/picture_wire.h"
+#include "cell/scene/picture_server.h"
+#include "cell/scene/scene_loop.h"
+#include "client/failure.h"
+#include "config/load_profile.h"
+#include "rt/backends/serial/serial_port.h"
+#include "support/inverse_at_pitch.h"
+
+namespace corbot::cell {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector3d;
+using rt::SerialPort;
+using testing::HasSubstr;
+using namespace std::chrono_literals;
+
+class SceneTest : public testing::Test {
+ protected:
+  SceneTest() {
+    std::string path = CORBOT_SCRATCH_DIR "/scene-XXXXXX";
+    directory_ = ::mkdtemp(path.data());
+  }
+  ~SceneTest() override { fs::remove_all(directory_); }
+  [[nodiscard]] CellConfig demo(int pieces = 12, std::uint64_t seed = 1) const {
+    CellOverrides overrides;
+    overrides.state_directory = directory_;
+    overrides.pieces = pieces;
+    overrides.seed = seed;
+    return load_cell(CORBOT_PROFILES "/cell/cell.toml", overrides);
+  }
+  fs::path directory_;
+};
+
+/// Robot 1 of a cell without its servant: pulses at its controller, in simulated time.
+class Driver {
+ public:
+  Driver(const CellConfig& cell, Scene& scene) : scene_(scene), robot_(*cell.robot("robot1")) {
+    std::string text = read_profile_text(robot_.profile);
+    text.replace(text.find("SCENE/NAME"), 10, "/x");
+    arm_ = parse_profile(text, "arm.toml").arm;
+    line_.open("unix:" + cell.servo_socket(robot_).string(), 115200);
+    pass(0.1);
+  }
+  void pass(double time_s) {
+    for (const std::int64_t end_ns = now_ns_ + std::llround(time_s * 1e9); now_ns_ < end_ns;) {
+      now_ns_ += Scene::kTick_ns;
+      scene_.tick(now_ns_);
+      scene_.exchange(now_ns_);
+    }
+  }
+  void move(const Vector3d& world) {
+    const Vector3d p = robot_.frame.to_local(world);
+    const auto solution = test::inverse_at_pitch(arm_.kinematics, {p.x(), p.y(), p.z()}, 0, 0, {});
+    ASSERT_EQ(solution.status, IkStatus::kOk) << world.transpose();
+    for (std::size_t i = 0; i < arm_.dof; ++i) {
+      const ServoMap& servo = arm_.servos[i];
+      pulse(servo.channel, servo.zero_us + servo.direction * servo.us_per_q * solution.joints_q[i]);
+    }
+    pass(2);
+  }
+  void grip(bool is_open) {
+    pulse(arm_.gripper.channel, is_open ? arm_.gripper.open_us : arm_.gripper.closed_us);
+    pass(1);
+  }
+
+ private:
+  void pulse(std::size_t channel, double pulse_us) {
+    const std::string text =
+        "#" + std::to_string(channel) + "P" + std::to_string(std::lround(pulse_us)) + "T500\r";
+    line_.write({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()},
+                SerialPort::Clock::now() + 10s);
+  }
+  Scene& scene_;
+  const CellRobot& robot_;
+  ArmModel arm_;
+  SerialPort line_;
+  std::int64_t now_ns_{1'000'000'000};
+};
+
+TEST_F(SceneTest, AtPowerUpTheArmsAreApartAndThePiecesLieInTheArea) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Scene scene(demo(12, seed));
+    scene.tick(1'000'000'000);
+    EXPECT_THAT(scene.summary(),
+                testing::StartsWith("pallet1=12 store1=0 pallet2=0 elsewhere=0 held=0 fallen=0 "
+                                    "touches=0 nearest_mm="));
+    EXPECT_THAT(scene.summary(), Not(HasSubstr("nearest_mm=-")));
+  }
+}
+
+TEST_F(SceneTest, ARobotBringsAPieceByItsControllersLine) {
+  const CellConfig cell = demo(1);
+  Scene scene(cell);
+  Driver driver(cell, scene);
+  const Vector3d up(0, 0, 0.06);
+  const Vector3d grasp(0, 0, cell.kinds[0].grasp_m);
+  const Vector3d piece = scene.view().pieces[0].foot_m;
+  const Vector3d slot = cell.place("store1")->slot_position(1);
+  driver.grip(true);
+  driver.move(piece + grasp + up);
+  driver.move(piece + grasp);
+  driver.grip(false);
+  EXPECT_THAT(scene.summary(), HasSubstr("pallet1=0 store1=0 pallet2=0 elsewhere=0 held=1"));
+  EXPECT_THAT(scene.truth(), HasSubstr("\"state\": \"held\", \"robot\": \"robot1\""));
+  driver.move(piece + grasp + up);
+  EXPECT_NEAR(scene.view().pieces[0].foot_m.z(), up.z(), 0.003);
+  driver.move(slot + grasp + up);
+  driver.move(slot + grasp);
+  driver.grip(true);
+  EXPECT_THAT(scene.summary(), HasSubstr("pallet1=0 store1=1 pallet2=0 elsewhere=0 held=0 fallen=0"));
+  EXPECT_NEAR((scene.view().pieces[0].foot_m - slot).norm(), 0, 0.012) << "servos have a dead band";
+  EXPECT_EQ(scene.changes(), 2u);
+}
+
+TEST_F(SceneTest, WhatDoesNotFitIsRefused) {
+  EXPECT_THROW(Scene(demo(13)), client::Failure);
+  CellConfig without_scene = demo();
+  without_scene.scene.reset();
+  EXPECT_THROW((Scene(without_scene)), client::Failure);
+}
+
+TEST(LabelColour, IsInTheMiddleOfTheKindsHues) {
+  const auto bgr = [](double from, double to) {
+    Kind kind;
+    kind.hue_deg = {from, to};
+    return label_bgr(kind);
+  };
+  using Bgr = std::array<std::uint8_t, 3>;
+  EXPECT_EQ(bgr(345, 15), (Bgr{33, 33, 217})) << "red, through 0";
+  EXPECT_EQ(bgr(100, 140), (Bgr{33, 217, 33}));
+  EXPECT_EQ(bgr(230, 250), (Bgr{217, 33, 33}));
+  EXPECT_EQ(bgr(50, 70), (Bgr{33, 217, 217})) << "yellow";
+}
+
+TEST_F(SceneTest, TheLoopAnswersLooksAndWritesTheTruth) {
+  Scene scene(demo());
+  SceneLoop loop(scene, directory_ / "truth.json");
+  EXPECT_FALSE(loop.look(1ms)) << "it does not run yet";
+  {
+    std::jthread running([&](const std::stop_token& stop) { loop.run(stop); });
+    const auto view = loop.look(10s);
+    ASSERT_TRUE(view);
+    EXPECT_EQ(view->pieces.size(), 12u);
+    EXPECT_EQ(view->arms.size(), 8u);
+    SerialPort line;
+    line.open("unix:" + (directory_ / "robot2.servos").string(), 115200);
+    const std::string query = "VER\r";
+    line.write({reinterpret_cast<const std::uint8_t*>(query.data()), query.size()},
+               SerialPort::Clock::now() + 10s);
+    std::array<std::uint8_t, 5> answer{};
+    line.read_exactly(answer, SerialPort::Clock::now() + 10s);
+    EXPECT_EQ(std::string(answer.begin(), answer.end()), "SSC32");
+  }
+  std::ifstream file(directory_ / "truth.json");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_EQ(text, scene.truth());
+}
+
+/// A server whose pictures are one value, the number of the look.
+class PictureServerTest : public SceneTest {
+ protected:
+  static constexpr std::array<int, 2> kSize{640, 480};
+  static constexpr std::size_t kBytes = 640 * 480 * 3;
+  PictureServerTest()
+      : server_(
+            directory_ / "picture.sock", kSize,
+            [this]() -> std::optional<SceneView> {
+              ++looks_;
+              return SceneView{};
+            },
+            [this](const SceneView&) -> const std::vector<std::uint8_t>& {
+              pixels_.assign(kBytes, static_cast<std::uint8_t>(looks_));
+              return pixels_;
+            }),
+        running_([this](const std::stop_token& stop) { server_.run(stop); }) {}
+
+  int connected() const {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    const std::string path = directory_ / "picture.sock";
+    path.copy(address.sun_path, sizeof(address.sun_path) - 1);
+    const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    const timeval patience{20, 0};
+    ::setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
+    EXPECT_EQ(::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+    return fd;
+  }
+  static void trigger(int client) { EXPECT_EQ(::send(client, "x", 1, MSG_NOSIGNAL), 1); }
+  /// The header's number, and the value of the pixels; nothing where the picture is not whole.
+  static std::optional<std::pair<std::uint64_t, int>> picture(int client) {
+    PictureHeader header;
+    std::vector<std::uint8_t> pixels(kBytes);
+    if (::recv(client, &header, sizeof(header), MSG_WAITALL) != static_cast<ssize_t>(sizeof(header)) ||
+        ::recv(client, pixels.data(), kBytes, MSG_WAITALL) != static_cast<ssize_t>(kBytes) ||
+        header.magic != PictureHeader::kMagic || header.columns != 640 || header.rows != 480)
+      return std::nullopt;
+    return std::pair{header.number, static_cast<int>(pixels.back())};
+  }
+
+  std::atomic<int> looks_{0};
+  std::vector<std::uint8_t> pixels_;
+  PictureServer server_;
+  std::jthread running_;
+};
+
+TEST_F(PictureServerTest, EveryTriggerGetsAPictureOfALookAfterIt) {
+  const int first = connected();
+  const int second = connected();
+  EXPECT_EQ(looks_, 0) << "nothing is drawn that nobody asked for";
+  using Shown = std::pair<std::uint64_t, int>;
+  trigger(first);
+  EXPECT_EQ(picture(first), Shown(1, 1));
+  trigger(second);
+  EXPECT_EQ(picture(second), Shown(2, 2));
+  trigger(first);
+  trigger(first);
+  EXPECT_EQ(picture(first), Shown(3, 3));
+  EXPECT_EQ(picture(first), Shown(4, 4));
+  ::close(first);
+  trigger(second);
+  EXPECT_EQ(picture(second), Shown(5, 5)) << "after another client has gone";
+  ::close(second);
+}
+
+TEST_F(PictureServerTest, AClientThatTakesNoPictureIsDroppedAndTheNextIsServed) {
+  const int stalled = connected();
+  for (int i = 0; i < 3; ++i) trigger(stalled);
+  const int next = connected();
+  trigger(next);
+  EXPECT_TRUE(picture(next));
+  std::vector<std::uint8_t> rest(16 * kBytes);
+  std::size_t count = 0;
+  for (ssize_t n = 0; (n = ::recv(stalled, rest.data(), rest.size(), 0)) > 0;)
+    count += static_cast<std::size_t>(n);
+  EXPECT_LT(count, 3 * kBytes) << "the socket's buffer";
+  ::close(stalled);
+  ::close(next);
+}
+
+}  // namespace
+}  // namespace corbot::cell
