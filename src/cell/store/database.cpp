@@ -14,8 +14,8 @@ namespace {
 
 constexpr int kBusyTimeout_ms = 5000;
 
-/// SQLite itself would make it readable for others. A file that exists is not opened here: to close it would end the locks that
-/// another connection of this process has.
+/// SQLite itself would make it readable for others. A file that exists is not opened here: to close it would
+/// end the locks that another connection of this process has.
 void make_private_file(const std::string& file) {
   const int fd = ::open(file.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0600);
   if (fd < 0 && errno != EEXIST) throw DatabaseError(fmt::format("{}: {}", file, std::strerror(errno)));
@@ -77,7 +77,8 @@ std::string Statement::text(int column) const {
   return text == nullptr ? std::string() : std::string(reinterpret_cast<const char*>(text));
 }
 
-/// SQLite takes $3 for a name, and counts it by its first use. An index of 0, for a parameter that is missing, is an error of bind.
+/// SQLite takes $3 for a name, and counts it by its first use. An index of 0, for a parameter that is
+/// missing, is an error of bind.
 int Statement::index_of(int number) const {
   return sqlite3_bind_parameter_index(statement_.get(), fmt::format("${}", number).c_str());
 }

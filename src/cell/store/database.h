@@ -23,7 +23,8 @@ class DatabaseError : public std::runtime_error {
 /// One connection to an SQLite file, for one thread at a time. Everything here throws DatabaseError.
 class Database {
  public:
-  /// Makes the file, mode 0600, where it is not there. A commit is on the disk when it returns; a locked file is waited for, 5 s.
+  /// Makes the file, mode 0600, where it is not there. A commit is on the disk when it returns; a locked file
+  /// is waited for, 5 s.
   explicit Database(const std::filesystem::path& file);
 
   /// Carries out statements without parameters and results.
@@ -44,7 +45,8 @@ class Database {
   std::unique_ptr<sqlite3, Close> connection_;
 };
 
-/// One statement with its parameters $1, $2, …: std::int64_t, int, double, text, or an optional number whose nothing is NULL.
+/// One statement with its parameters $1, $2 and so on: std::int64_t, int, double, text, or an optional int,
+/// which is NULL where it has no value.
 class Statement {
  public:
   Statement(Database& database, const char* sql);

@@ -38,7 +38,8 @@ bool is_allowed(TransferStep from, TransferStep to) {
   }
 }
 
-/// Numbers of the interface as the database has them. No number in the ledger is as large as those that do not fit.
+/// Numbers of the interface as the database has them. No number in the ledger is as large as those that do
+/// not fit.
 std::int64_t stored(unsigned long long number) {
   constexpr auto kMost = std::numeric_limits<std::int64_t>::max();
   return number > static_cast<unsigned long long>(kMost) ? kMost : static_cast<std::int64_t>(number);
@@ -112,7 +113,8 @@ void Ledger::end_waiting() {
   changed_.notify_all();
 }
 
-/// One transaction, tried again until the deadline while it raises what a call may wait for. The first statement locks the cell.
+/// One transaction, tried again until the deadline while it raises what a call may wait for. The first
+/// statement locks the cell.
 void Ledger::transact(double timeout_s, const std::function<void()>& body) {
   const auto deadline =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));

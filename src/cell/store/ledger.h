@@ -15,17 +15,18 @@
 
 namespace corbot::cell {
 
-/// Without the check a robot picks and places at a shared place outside its zone. Only a test switches it off.
+/// kOff: a robot may pick and place at a shared place outside its zone. No program uses it, tests do.
 enum class ZoneCheck { kOn, kOff };
 
-/// The rules of the interface Store over one ledger; idl/cell.idl describes each call. Metres, degrees, seconds since the Unix
-/// epoch; time-outs in seconds. Throws the exceptions of the IDL, and DatabaseError, after which nothing is changed.
-/// For any number of threads. A call that waits tries again after each change here, and each 200 ms for changes by other processes.
+/// The rules of the interface Store over one ledger; idl/cell.idl describes each call. Metres, degrees,
+/// seconds since the Unix epoch; time-outs in seconds. Throws the exceptions of the IDL, and DatabaseError,
+/// after which nothing is changed. For any number of threads. A call that waits tries again after each change
+/// here, and each 200 ms for changes by other processes.
 ///
-/// A repeated call: Claim raises Claimed with the caller's own `who` and the token that the first call took. Release, Enter and
-/// Leave return. Reserve returns the transfer while that is StepReserved. Advance returns where the piece's last event is that
-/// step of that robot, the ends included. Every call first needs a token that is the present one of its robot, except a repeated
-/// Release while nothing else has claimed the robot.
+/// A repeated call: Claim raises Claimed with the caller's own `who` and the token that the first call took.
+/// Release, Enter and Leave return. Reserve returns the transfer while that is StepReserved. Advance returns
+/// where the piece's last event is that step of that robot, the ends included. Every call first needs a token
+/// that is the present one of its robot, except a repeated Release while nothing else has claimed the robot.
 class Ledger {
  public:
   /// Throws as open_ledger does.
@@ -35,7 +36,7 @@ class Ledger {
   void release(Corbot::ClaimToken token);
   Corbot::TransferInfo reserve(Corbot::ClaimToken token, const std::string& from, const std::string& to,
                                const Corbot::Sightings& seen, double timeout_s);
-  /// The zone is checked for the intents alone, picking and placing. An outcome is what has happened, and is always written.
+  /// Picking and placing need the zone. An outcome does not: it has happened, and is always written.
   void advance(Corbot::ClaimToken token, Corbot::PieceNumber piece, Corbot::TransferStep step,
                const std::string& note);
   void enter(Corbot::ClaimToken token, const std::string& place, double timeout_s);

@@ -13,30 +13,33 @@ using client::Failure;
 
 constexpr int kSchema = 1;
 
-// Statements that both SQLite and PostgreSQL accept. A claim stays when it has ended: its token still leads to its robot.
-// A piece is in exactly one place. While a robot holds the piece, x, y, z and yaw keep the spot where the piece stood.
-// `arrived` is the number of the event that brought the piece there. A slot that is NULL means an area.
+// Statements that both SQLite and PostgreSQL accept. A claim stays when it has ended: its token still leads
+// to its robot. A piece is in exactly one place. While a robot holds the piece, x, y, z and yaw keep the spot
+// where the piece stood. `arrived` is the number of the event that brought the piece there. A slot that is
+// NULL means an area.
 constexpr const char* kTables = R"sql(
-CREATE TABLE cell (name TEXT PRIMARY KEY, schema INTEGER NOT NULL, revision BIGINT NOT NULL, pieces BIGINT NOT NULL,
-  events BIGINT NOT NULL, tokens BIGINT NOT NULL);
-CREATE TABLE claim (cell TEXT NOT NULL REFERENCES cell, token BIGINT NOT NULL, robot TEXT NOT NULL, who TEXT NOT NULL,
-  since DOUBLE PRECISION NOT NULL, ended INTEGER NOT NULL, PRIMARY KEY (cell, token));
+CREATE TABLE cell (name TEXT PRIMARY KEY, schema INTEGER NOT NULL, revision BIGINT NOT NULL,
+  pieces BIGINT NOT NULL, events BIGINT NOT NULL, tokens BIGINT NOT NULL);
+CREATE TABLE claim (cell TEXT NOT NULL REFERENCES cell, token BIGINT NOT NULL, robot TEXT NOT NULL,
+  who TEXT NOT NULL, since DOUBLE PRECISION NOT NULL, ended INTEGER NOT NULL, PRIMARY KEY (cell, token));
 CREATE UNIQUE INDEX present_claim ON claim (cell, robot) WHERE ended = 0;
 CREATE TABLE zone (cell TEXT NOT NULL REFERENCES cell, place TEXT NOT NULL, robot TEXT NOT NULL,
   since DOUBLE PRECISION NOT NULL, PRIMARY KEY (cell, place));
 CREATE TABLE piece (cell TEXT NOT NULL REFERENCES cell, number BIGINT NOT NULL, kind TEXT NOT NULL,
   state TEXT NOT NULL CHECK (state IN ('stands','held','unclear')), robot TEXT, place TEXT, slot INTEGER,
-  x DOUBLE PRECISION NOT NULL, y DOUBLE PRECISION NOT NULL, z DOUBLE PRECISION NOT NULL, yaw DOUBLE PRECISION NOT NULL,
-  arrived BIGINT NOT NULL, PRIMARY KEY (cell, number), UNIQUE (cell, place, slot), UNIQUE (cell, robot),
+  x DOUBLE PRECISION NOT NULL, y DOUBLE PRECISION NOT NULL, z DOUBLE PRECISION NOT NULL,
+  yaw DOUBLE PRECISION NOT NULL, arrived BIGINT NOT NULL, PRIMARY KEY (cell, number),
+  UNIQUE (cell, place, slot), UNIQUE (cell, robot),
   CHECK ((state = 'held') = (robot IS NOT NULL)), CHECK ((state = 'held') = (place IS NULL)));
 CREATE TABLE transfer (cell TEXT NOT NULL REFERENCES cell, robot TEXT NOT NULL, piece BIGINT NOT NULL,
-  step TEXT NOT NULL CHECK (step IN ('reserved','picking','held','placing')), from_place TEXT NOT NULL, from_slot INTEGER,
-  to_place TEXT NOT NULL, to_slot INTEGER NOT NULL, since DOUBLE PRECISION NOT NULL, PRIMARY KEY (cell, robot),
-  UNIQUE (cell, piece), UNIQUE (cell, to_place, to_slot), FOREIGN KEY (cell, piece) REFERENCES piece);
+  step TEXT NOT NULL CHECK (step IN ('reserved','picking','held','placing')),
+  from_place TEXT NOT NULL, from_slot INTEGER, to_place TEXT NOT NULL, to_slot INTEGER NOT NULL,
+  since DOUBLE PRECISION NOT NULL, PRIMARY KEY (cell, robot), UNIQUE (cell, piece),
+  UNIQUE (cell, to_place, to_slot), FOREIGN KEY (cell, piece) REFERENCES piece);
 CREATE TABLE event (cell TEXT NOT NULL REFERENCES cell, number BIGINT NOT NULL, time DOUBLE PRECISION NOT NULL,
   piece BIGINT NOT NULL, robot TEXT NOT NULL, step TEXT NOT NULL, place TEXT NOT NULL, slot INTEGER,
-  x DOUBLE PRECISION NOT NULL, y DOUBLE PRECISION NOT NULL, z DOUBLE PRECISION NOT NULL, yaw DOUBLE PRECISION NOT NULL,
-  note TEXT NOT NULL, PRIMARY KEY (cell, number));
+  x DOUBLE PRECISION NOT NULL, y DOUBLE PRECISION NOT NULL, z DOUBLE PRECISION NOT NULL,
+  yaw DOUBLE PRECISION NOT NULL, note TEXT NOT NULL, PRIMARY KEY (cell, number));
 CREATE INDEX event_of_piece ON event (cell, piece, number);
 )sql";
 

@@ -244,7 +244,8 @@ void LedgerTables::write_step(const Corbot::TransferInfo& transfer, TransferStep
   } else if (step == Corbot::StepUnclear) {
     put_piece(piece, "unclear", spot_of(transfer, step), event);
   } else if (step == Corbot::StepWithdrawn && transfer.source.slot < 0) {
-    // A camera sees a piece that lies untouched in an area; the piece gets a new number when a robot takes it again.
+    // A camera sees a piece that lies untouched in an area; the piece gets a new number when a robot takes it
+    // again.
     execute(database_, "DELETE FROM piece WHERE cell = $1 AND number = $2", cell_.name, piece);
   }
 }

@@ -31,7 +31,8 @@ struct TokenRow {
   std::int64_t present{};
 };
 
-/// The rows of one cell's ledger, without the rules. Metres, degrees, seconds since the Unix epoch. Throws DatabaseError.
+/// The rows of one cell's ledger, without the rules. Metres, degrees, seconds since the Unix epoch. Throws
+/// DatabaseError.
 class LedgerTables {
  public:
   /// `database` and `cell` must outlive it.

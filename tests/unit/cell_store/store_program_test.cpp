@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+// corbot-store as its clients see it: the fields of its exceptions, a failed database, SIGKILL, and its end
+// while a call waits.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <stdlib.h>
+
+#include <filesystem>
+#include <future>
+#include <string>
+
+#include "cell.hh"
+#include "cell/store/database.h"
+#include "support/ports.h"
+#include "support/process.h"
+
+namespace corbot::cell {
+namespace {
+
+using namespace Corbot;
+using test::within;
+
+class StoreProgram : public ::testing::Test {
+ protected:
+  StoreProgram() {
+    std::string path = CORBOT_SCRATCH_DIR "/store-XXXXXX";
+    directory_ = ::mkdtemp(path.data());
+    program_.emplace(start());
+    int argc = 0;
+    orb_ = CORBA::ORB_init(argc, nullptr);
+  }
+  ~StoreProgram() override {
+    store_ = Store::_nil();
+    orb_->destroy();
+    program_.reset();
+    std::filesystem::remove_all(directory_);
+  }
+
+  [[nodiscard]] test::Process start() const {
+    return test::Process({CORBOT_BIN_DIR "/corbot-store", CORBOT_CELL, "--ports", std::to_string(port_),
+                          "--state-dir", (directory_ / "state").string()});
+  }
+  void connect() {
+    const auto ready = program_->wait_line("ready ", within(30));
+    ASSERT_TRUE(ready) << program_->errors();
+    const CORBA::Object_var object = orb_->string_to_object(ready->substr(6).c_str());
+    store_ = Store::_unchecked_narrow(object);
+    const auto is_there = [&] {
+      try {
+        return !store_->_non_existent();
+      } catch (const CORBA::SystemException&) {
+        return false;  // the connection to the process before
+      }
+    };
+    ASSERT_TRUE(test::wait_until(within(30), is_there));
+  }
+
+  const int port_{test::free_port()};
+  std::filesystem::path directory_;
+  std::optional<test::Process> program_;
+  CORBA::ORB_var orb_;
+  Store_var store_;
+};
+
+TEST_F(StoreProgram, RaisesWhatHappened) {
+  connect();
+  const ClaimToken token = store_->Claim("robot1", "test@here", 0);
+  try {
+    store_->Claim("robot1", "other", 0);
+    ADD_FAILURE();
+  } catch (const Claimed& claimed) {
+    EXPECT_STREQ(claimed.robot, "robot1");
+    EXPECT_STREQ(claimed.who, "test@here");
+    EXPECT_EQ(claimed.token, token);
+  }
+  try {
+    store_->Enter(token, "store1", 31);
+    ADD_FAILURE();
+  } catch (const BadParameter& bad) {
+    EXPECT_STREQ(bad.parameter, "timeout");
+    EXPECT_EQ(bad.value, 31);
+    EXPECT_STREQ(bad.reason, "must be from 0 to 30 s");
+  }
+  try {
+    store_->Leave(token, "pallet9");
+    ADD_FAILURE();
+  } catch (const BadParameter& bad) {
+    EXPECT_STREQ(bad.parameter, "place");
+    EXPECT_STREQ(bad.reason, "'pallet9' is no place of cell 'demo'");
+  }
+  try {
+    store_->Leave(token + 7, "store1");
+    ADD_FAILURE();
+  } catch (const Superseded& superseded) {
+    EXPECT_EQ(superseded.token, token + 7);
+    EXPECT_EQ(superseded.present, 0U);
+  }
+  try {
+    store_->Advance(token, 1, StepHeld, "");
+    ADD_FAILURE();
+  } catch (const WrongStep& wrong) {
+    EXPECT_EQ(wrong.present, StepPlaced);
+    EXPECT_EQ(wrong.wanted, StepHeld);
+  }
+  try {
+    const TransferInfo_var none = store_->Reserve(token, "store1", "pallet2", Sightings(), 0);
+    ADD_FAILURE();
+  } catch (const Empty& empty) {
+    EXPECT_STREQ(empty.place, "store1");
+  }
+  store_->Enter(token, "store1", 0);
+  try {
+    store_->Enter(store_->Claim("robot2", "test", 0), "store1", 0.01);
+    ADD_FAILURE();
+  } catch (const Occupied& occupied) {
+    EXPECT_STREQ(occupied.place, "store1");
+    EXPECT_STREQ(occupied.robot, "robot1");
+    EXPECT_GT(occupied.since, 1e9);
+  }
+}
+
+TEST_F(StoreProgram, ADatabaseThatFailsIsNotReadyAndThenGoesOn) {
+  connect();
+  const ClaimToken token = store_->Claim("robot1", "test", 0);
+  Database database(directory_ / "state" / "ledger.db");
+  database.run("ALTER TABLE zone RENAME TO lost");
+  EXPECT_THROW(store_->Enter(token, "store1", 30), NotReady);
+  EXPECT_THROW(PlaceInfos_var(store_->Places()), CORBA::TRANSIENT);
+  database.run("ALTER TABLE lost RENAME TO zone");
+  store_->Enter(token, "store1", 0);
+  PlaceInfos_var places = store_->Places();
+  EXPECT_STREQ(places[1].robot, "robot1");
+}
+
+TEST_F(StoreProgram, OutlivesItsKillAndEndsWhileACallWaits) {
+  connect();
+  const ClaimToken token = store_->Claim("robot1", "test", 0);
+  store_->Enter(token, "store1", 0);
+  program_->signal(SIGKILL);
+  ASSERT_TRUE(program_->wait(within(10)));
+  program_.emplace(start());
+  connect();
+  store_->Enter(token, "store1", 0);  // repeated
+  const ClaimToken second = store_->Claim("robot2", "test", 0);
+  EXPECT_GT(second, token);
+
+  auto waiting = std::async(std::launch::async, [&] { store_->Enter(second, "store1", 30); });
+  EXPECT_EQ(waiting.wait_for(std::chrono::milliseconds(300)), std::future_status::timeout) << "it waits";
+  EXPECT_EQ(program_->terminate(), 0) << "it would wait 30 s for the call";
+  EXPECT_ANY_THROW(waiting.get());
+}
+
+}  // namespace
+}  // namespace corbot::cell
