@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # OpenCV's core and imgproc without libopencv-dev, which has the CMake files and 160 packages more. Without it there is no cell.
+if(TARGET corbot::opencv)
+  return()
+endif()
 find_path(OPENCV_INCLUDE opencv2/imgproc.hpp PATH_SUFFIXES opencv4)
 find_library(OPENCV_CORE opencv_core)
 find_library(OPENCV_IMGPROC opencv_imgproc)

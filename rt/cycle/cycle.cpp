@@ -35,7 +35,7 @@ Cycle::Cycle(const ArmModel& arm, const CycleChannel& channel, Backend& backend,
       alarms_(task_),
       gap_(arm.period_ns, settings.liveness.gap_fault_ns),
       servant_watch_(settings.liveness.orphan_ns),
-      stop_input_(stop),
+      stop_watch_(stop),
       fault_stop_(settings.stop_category),
       joint_ramp_(arm),
       following_(settings.following) {
@@ -129,7 +129,7 @@ void Cycle::read_clear() noexcept {
   if (clears <= snapshot_.clears_done) return;
   snapshot_.clears_done = clears;
   published_ = true;
-  if (fault_stop_.is_slowing_down() || stop_input_.forbids_clear() || has_failed(device_.health())) return;
+  if (fault_stop_.is_slowing_down() || stop_watch_.forbids_clear() || has_failed(device_.health())) return;
   const bool was_in_error = fault_stop_.is_latched();
   follow_device();  // a Clear in the first cycle of standing by leaves no later one for it
   if (fault_stop_.is_latched() && !was_in_error) return;  // it has raised the alarm
@@ -187,8 +187,8 @@ void Cycle::watch_servant() noexcept {
 
 /// Before any command of this cycle, and before it advances: the ramp begins in the cycle that sees the press.
 void Cycle::watch_stop_input() noexcept {
-  const bool is_pressed = stop_input_.see(gap_.seen_ns());
-  snapshot_.stop_sources = stop_input_.sources();
+  const bool is_pressed = stop_watch_.see(gap_.seen_ns());
+  snapshot_.stop_sources = stop_watch_.sources();
   if (is_pressed) fault(alarm::emergency_stop(snapshot_.stop_sources), FaultStop::Way::kOnPath);
 }
 

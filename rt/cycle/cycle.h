@@ -14,6 +14,7 @@
 #include "rt/cycle/alarm_output.h"
 #include "rt/cycle/command_queue.h"
 #include "rt/cycle/device_watch.h"
+#include "rt/cycle/emergency_stop_watch.h"
 #include "rt/cycle/fault_stop.h"
 #include "rt/cycle/following_check.h"
 #include "rt/cycle/governor.h"
@@ -24,7 +25,6 @@
 #include "rt/cycle/liveness.h"
 #include "rt/cycle/path_evaluation.h"
 #include "rt/cycle/position_check.h"
-#include "rt/cycle/stop_input.h"
 #include "rt/cycle/stop_requests.h"
 
 namespace corbot::rt {
@@ -195,7 +195,7 @@ class Cycle {
   OverrunCount overruns_;
   HoldLatch hold_;
   PositionCheck position_{kinds_of(arm_.kinematics.chain())};
-  StopInput stop_input_;
+  EmergencyStopWatch stop_watch_;
   FaultStop fault_stop_;
   JointRamp joint_ramp_;
   FollowingCheck following_;

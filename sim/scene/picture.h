@@ -17,7 +17,7 @@ namespace corbot::sim {
 
 /// A cylinder as a picture shows it: a dark body with a coloured label on top.
 struct DrawnPiece {
-  Eigen::Vector3d foot_m{};  ///< world
+  Eigen::Vector3d foot_m{};  ///< world; lying: the point of the surface below its middle
   double diameter_m{};
   double height_m{};
   double label_m{};  ///< diameter
@@ -36,11 +36,12 @@ struct PictureOptions {
 };
 
 /// Draws the scene as the true camera sees it: from low to high, with anti-aliasing and noise. Not real-time safe.
+/// A piece that is taller than its neighbour does not hide the neighbour's label.
 class Picture {
  public:
   explicit Picture(PictureOptions options);
   ~Picture();
-  /// Rows of pixels, three bytes each: blue, green, red. `arms` hide what is under them.
+  /// Rows of pixels, three bytes each: blue, green, red; valid until the next call. `arms` hide what is under them.
   [[nodiscard]] const std::vector<std::uint8_t>& draw(std::span<const DrawnPiece> pieces,
                                                       std::span<const Capsule> arms);
 

@@ -220,6 +220,11 @@ class Reader {
   }
 
   void read_address(Section& section, CellRobot& robot) {
+    if (is_name(robot.name) && is_name(cell_.name) && !is_name(cell_.robot_name(robot))) {
+      section.refuse("name",
+                     fmt::format("is {} on this machine, of {} characters; {} are allowed",
+                                 cell_.robot_name(robot), cell_.robot_name(robot).size(), kMaxNameLength));
+    }
     if (section.has("profile") == section.has("reference")) {
       section.refuse(section.has("profile") ? "profile" : "name",
                      "needs either profile, for a robot that the cell starts, or reference, for one that "
@@ -324,12 +329,18 @@ class Reader {
     section.skip("reference");
     cell_.camera_source = section.text("source").value_or("scene");
     if (cell_.camera_source != "scene") section.refuse("source", "must be \"scene\"");
-    if (const auto file = section.text("calibration")) cell_.camera = camera_file(*file);
+    cell_.camera = camera_file(section, "calibration");
     section.finish();
   }
 
-  CameraModel camera_file(const std::string& name) {
-    return read_camera(file_.parent_path() / name, faults_.faults);
+  CameraModel camera_file(Section& section, std::string_view key) {
+    const auto name = section.text(key);
+    std::error_code error;
+    if (!name) return {};
+    const fs::path file = file_.parent_path() / *name;
+    if (fs::is_regular_file(file, error)) return read_camera(file, faults_.faults);
+    section.refuse(key, "there is no such file");
+    return {};
   }
 
   void read_timing(Section section) {
@@ -350,7 +361,7 @@ class Reader {
         static_cast<std::uint64_t>(section.integer_or("seed", 1, {0, 4294967295.0, false, ""}).value_or(1));
     if (overrides_.seed) scene.seed = *overrides_.seed;
     scene.noise = section.number_or("noise", scene.noise, {0, 50, false, "(of 255)"}).value_or(0);
-    scene.lens = camera_file(section.text("lens").value_or(""));
+    scene.lens = camera_file(section, "lens");
     section.finish();
     cell_.scene = scene;
   }

@@ -22,7 +22,7 @@ struct BusReading {
 };
 
 /// What a device says of its emergency stop input.
-enum class StopInput {
+enum class StopInputLevel {
   kReleased,  ///< or it has none
   kPressed,
   kUnheard,  ///< it has not said so for longer than the device's deadline, or nothing that can be right
@@ -88,7 +88,7 @@ class BusDevice {
   [[nodiscard]] virtual bool has_stop_input() const noexcept { return false; }
   /// Asks for it; read after every frame. A reply that is missing is no exception: it is unheard after a deadline that
   /// replies to other queries do not prolong.
-  virtual StopInput emergency_stop() { return StopInput::kReleased; }
+  virtual StopInputLevel emergency_stop() { return StopInputLevel::kReleased; }
   /// What is wrong with it, though it goes on; read after every frame.
   [[nodiscard]] virtual std::optional<DeviceError> warning() { return std::nullopt; }
   /// The last thing sent: servos without pulses, where the profile says so.

@@ -9,9 +9,9 @@ namespace corbot::rt {
 /// Of the thread that serves the device. An input that is not heard counts as pressed; what it said last
 /// stays, so that there is no instant between the two at which none is active. Throws DeviceError.
 inline void read_stop_input(BusDevice& device, EmergencyStop& stop) {
-  const StopInput input = device.emergency_stop();
-  if (input != StopInput::kUnheard) stop.set(StopSource::kDevice, input == StopInput::kPressed);
-  stop.set(StopSource::kDeviceUnheard, input == StopInput::kUnheard);
+  const StopInputLevel input = device.emergency_stop();
+  if (input != StopInputLevel::kUnheard) stop.set(StopSource::kDevice, input == StopInputLevel::kPressed);
+  stop.set(StopSource::kDeviceUnheard, input == StopInputLevel::kUnheard);
 }
 
 /// The device is lost: nothing is heard of its input, if it has one.

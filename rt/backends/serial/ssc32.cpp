@@ -165,8 +165,8 @@ BusReading Ssc32::measure(const ServoFrame& frame) {
   return {};
 }
 
-StopInput Ssc32::emergency_stop() {
-  if (settings_.stop_input == 0) return StopInput::kReleased;
+StopInputLevel Ssc32::emergency_stop() {
+  if (settings_.stop_input == 0) return StopInputLevel::kReleased;
   if (!input_.is_due(Clock::now())) return input_.look();
   const bool was_heard = input_.is_heard();
   try {

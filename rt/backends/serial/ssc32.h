@@ -35,7 +35,7 @@ class Ssc32 final : public BusDevice {
   BusReading measure(const ServoFrame& frame) override;
   [[nodiscard]] bool has_answered() noexcept override { return dialog_.take_replied(); }
   [[nodiscard]] bool has_stop_input() const noexcept override { return settings_.stop_input != 0; }
-  StopInput emergency_stop() override;
+  StopInputLevel emergency_stop() override;
   void relax() override;
   [[nodiscard]] std::string drain_log() override { return std::exchange(log_, {}); }
 

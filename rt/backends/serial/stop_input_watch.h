@@ -50,9 +50,9 @@ class StopInputWatch {
     retry_at_ = now + kRetry;
   }
   /// After a query, or in its place.
-  [[nodiscard]] StopInput look() noexcept {
-    if (!is_heard_) return StopInput::kUnheard;
-    return looks_pressed_ > 0 && looks_pressed_-- > 0 ? StopInput::kPressed : StopInput::kReleased;
+  [[nodiscard]] StopInputLevel look() noexcept {
+    if (!is_heard_) return StopInputLevel::kUnheard;
+    return looks_pressed_ > 0 && looks_pressed_-- > 0 ? StopInputLevel::kPressed : StopInputLevel::kReleased;
   }
   [[nodiscard]] bool is_heard() const noexcept { return is_heard_; }
 

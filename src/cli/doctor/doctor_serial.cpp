@@ -142,15 +142,17 @@ void examine_ssc32(const Profile& profile, const DeviceAccess& access, Findings&
     // and from the beginning some times, since one late answer is enough for 'unheard'.
     constexpr int kLooks = 8;
     constexpr int kAttempts = 5;
-    auto state = rt::StopInput::kUnheard;
-    for (int attempt = 0; attempt < kAttempts && state == rt::StopInput::kUnheard; ++attempt) {
+    auto state = rt::StopInputLevel::kUnheard;
+    for (int attempt = 0; attempt < kAttempts && state == rt::StopInputLevel::kUnheard; ++attempt) {
       rt::Ssc32 device = with(options.baud, options.stop_input);
       (void)device.open();
-      state = rt::StopInput::kReleased;
-      for (int i = 0; i < kLooks && state == rt::StopInput::kReleased; ++i) state = device.emergency_stop();
+      state = rt::StopInputLevel::kReleased;
+      for (int i = 0; i < kLooks && state == rt::StopInputLevel::kReleased; ++i)
+        state = device.emergency_stop();
     }
-    if (state == rt::StopInput::kUnheard) throw rt::DeviceError(DeviceCause::kNoAnswer, "does not answer");
-    if (state == rt::StopInput::kPressed) {
+    if (state == rt::StopInputLevel::kUnheard)
+      throw rt::DeviceError(DeviceCause::kNoAnswer, "does not answer");
+    if (state == rt::StopInputLevel::kPressed) {
       findings.push_back(device_warning(input + " is pressed",
                                         "release it; with a released button, see backend.ssc32.stop_active"));
     } else {

@@ -257,24 +257,30 @@ void Supervisor::read_signals() {
   }
 }
 
+void Supervisor::stop_last() {
+  if (!entries_.empty()) stop_last(end_requests_);
+}
+
 void Supervisor::stop_all() {
   const int requests_before = end_requests_;
-  while (!entries_.empty()) {
-    Entry& entry = entries_.back();
-    entry.child.send(SIGTERM);
-    const auto begin = Clock::now();
-    bool killed = false;
-    while (entry.child.pid() != 0 && !entry.child.reap()) {
-      poll(kPollInterval_s);
-      (void)entry.child.read_lines();
-      if (!killed && (end_requests_ > std::max(requests_before, 1) || seconds_since(begin) > kKillAfter_s)) {
-        log(fmt::format("{} does not end; killing it", entry.spec.title));
-        entry.child.send(SIGKILL);
-        killed = true;
-      }
+  while (!entries_.empty()) stop_last(requests_before);
+}
+
+void Supervisor::stop_last(int requests_before) {
+  Entry& entry = entries_.back();
+  entry.child.send(SIGTERM);
+  const auto begin = Clock::now();
+  bool killed = false;
+  while (entry.child.pid() != 0 && !entry.child.reap()) {
+    poll(kPollInterval_s);
+    (void)entry.child.read_lines();
+    if (!killed && (end_requests_ > std::max(requests_before, 1) || seconds_since(begin) > kKillAfter_s)) {
+      log(fmt::format("{} does not end; killing it", entry.spec.title));
+      entry.child.send(SIGKILL);
+      killed = true;
     }
-    entries_.pop_back();
   }
+  entries_.pop_back();
 }
 
 pid_t Supervisor::pid_of(const std::string& title) const {

@@ -53,7 +53,9 @@ class Supervisor {
   /// Waits a moment at most, then handles what has happened. False once a signal has requested the end. Throws
   /// Failure when it gives a process up.
   [[nodiscard]] bool step();
-  /// Ends all, last started first: SIGTERM, SIGKILL after five seconds or at a second signal.
+  /// Ends the process that was started last: SIGTERM, SIGKILL after five seconds or at a second signal.
+  void stop_last();
+  /// Ends all, last started first, each in the same way.
   void stop_all();
 
   [[nodiscard]] pid_t pid_of(const std::string& title) const;
@@ -92,6 +94,8 @@ class Supervisor {
   void start_child(Entry& entry);
   void schedule_restart(Entry& entry, const std::string& why);
   void allow_for_own_gap();
+  /// `requests_before`: signals received when the end began.
+  void stop_last(int requests_before);
   void restore_socket();
 
   Options options_;

@@ -50,8 +50,7 @@ struct FakeBus {
   std::atomic<bool> has_stop_input{false};
   std::atomic<bool> is_unheard{false};      ///< the emergency stop
   std::atomic<bool> is_approaching{false};  ///< it says that its approach has not ended
-  std::atomic<int> opened{0};
-  std::atomic<int> closed{0};
+  std::atomic<int> opened{0}, closed{0};
   std::atomic<bool> blocks_open{false};
   std::atomic<bool> blocks_close{false};  ///< as drives do that take their time for a quick stop
   std::atomic<int> relaxed{0};
@@ -164,9 +163,10 @@ class FakeDevice final : public BusDevice {
     return reading;
   }
   [[nodiscard]] bool has_stop_input() const noexcept override { return bus_.has_stop_input; }
-  StopInput emergency_stop() override {
+  StopInputLevel emergency_stop() override {
     ++bus_.asked;
-    return bus_.is_unheard ? StopInput::kUnheard : bus_.pressed ? StopInput::kPressed : StopInput::kReleased;
+    if (bus_.is_unheard) return StopInputLevel::kUnheard;
+    return bus_.pressed ? StopInputLevel::kPressed : StopInputLevel::kReleased;
   }
   void relax() override { ++bus_.relaxed; }
 

@@ -134,7 +134,8 @@ TEST(SerialControllers, AStopInputAndReadbackShareTheLineWithTheQuestionOfEveryF
       if (i < 6) (void)bench.device.emergency_stop();
     }
     bench.device.send(all_at(1700.0), false);
-    EXPECT_EQ(bench.device.emergency_stop(), is_pressed ? StopInput::kPressed : StopInput::kReleased);
+    EXPECT_EQ(bench.device.emergency_stop(),
+              is_pressed ? StopInputLevel::kPressed : StopInputLevel::kReleased);
     EXPECT_EQ(bench.device.measure(all_at(1700.0)).value[4], 1700.0);
   }
 }

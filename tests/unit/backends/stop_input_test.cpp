@@ -13,10 +13,10 @@ namespace {
 using ::testing::HasSubstr;
 
 /// A frame, and what the input says after it; nothing: the frame or the input ended in an error.
-std::optional<StopInput> exchange(Ssc32Bench& bench, DeviceCause* cause = nullptr) {
+std::optional<StopInputLevel> exchange(Ssc32Bench& bench, DeviceCause* cause = nullptr) {
   try {
     bench.device.send(all_at(1500.0), false);
-    const StopInput input = bench.device.emergency_stop();
+    const StopInputLevel input = bench.device.emergency_stop();
     (void)bench.device.measure(all_at(1500.0));
     bench.wire.pass(0.02);
     return input;
@@ -27,19 +27,19 @@ std::optional<StopInput> exchange(Ssc32Bench& bench, DeviceCause* cause = nullpt
 }
 
 /// What the input says in the end.
-bool comes_to(Ssc32Bench& bench, StopInput wanted) {
+bool comes_to(Ssc32Bench& bench, StopInputLevel wanted) {
   return wait_until([&] { return exchange(bench) == wanted; });
 }
 
 void expect_unheard(Ssc32Bench& bench, const char* fault) {
   ASSERT_EQ(bench.emulated.faults().execute({fault, "input", "on"}), "");
-  EXPECT_EQ(exchange(bench), StopInput::kReleased) << "one that is missing is no press";
-  EXPECT_TRUE(comes_to(bench, StopInput::kUnheard)) << fault;
+  EXPECT_EQ(exchange(bench), StopInputLevel::kReleased) << "one that is missing is no press";
+  EXPECT_TRUE(comes_to(bench, StopInputLevel::kUnheard)) << fault;
   EXPECT_THAT(bench.device.drain_log(), HasSubstr("input B is not heard"));
-  for (int i = 0; i < 5; ++i) EXPECT_EQ(exchange(bench), StopInput::kUnheard) << "the position answers";
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(exchange(bench), StopInputLevel::kUnheard) << "the position answers";
   EXPECT_TRUE(bench.device.has_answered());
   bench.emulated.faults().execute({fault, "input", "off"});
-  EXPECT_TRUE(comes_to(bench, StopInput::kReleased)) << fault;
+  EXPECT_TRUE(comes_to(bench, StopInputLevel::kReleased)) << fault;
 }
 
 TEST(Ssc32StopInput, IsUnheardThoughPositionsAnswer) {
@@ -60,7 +60,7 @@ TEST(Ssc32StopInput, APositionThatDoesNotAnswerIsNotTakenForTheInput) {
     bench.begin();
     bench.emulated.set_input('B', is_pressed);
     bench.emulated.faults().execute({"deaf", "position", "on"});
-    const StopInput wanted = is_pressed ? StopInput::kPressed : StopInput::kReleased;
+    const StopInputLevel wanted = is_pressed ? StopInputLevel::kPressed : StopInputLevel::kReleased;
     DeviceCause cause = DeviceCause::kNone;
     EXPECT_TRUE(wait_until([&] {
       const auto input = exchange(bench, &cause);
@@ -76,11 +76,11 @@ TEST(Ssc32StopInput, APressThatIsHeardOnceLastsForSomeFrames) {
   bench.emulated.set_input('B', false);
   bench.begin();
   bench.emulated.set_input('B', true);
-  EXPECT_EQ(exchange(bench), StopInput::kPressed);
+  EXPECT_EQ(exchange(bench), StopInputLevel::kPressed);
   bench.wire.garble = 1;  // the position
-  EXPECT_EQ(exchange(bench), StopInput::kPressed);
+  EXPECT_EQ(exchange(bench), StopInputLevel::kPressed);
   bench.wire.lose = 2;
-  EXPECT_EQ(exchange(bench), StopInput::kPressed) << "and is not over by an answer that is missing";
+  EXPECT_EQ(exchange(bench), StopInputLevel::kPressed) << "and is not over by an answer that is missing";
 }
 
 TEST(Ssc32StopInput, ASilentControllerIsUnheardBeforeItIsLost) {
@@ -92,7 +92,7 @@ TEST(Ssc32StopInput, ASilentControllerIsUnheardBeforeItIsLost) {
   EXPECT_TRUE(wait_until([&] {
     const auto input = exchange(bench);
     errors += input ? 0 : 1;
-    return input == StopInput::kUnheard;
+    return input == StopInputLevel::kUnheard;
   }));
   EXPECT_LE(errors, 1);
 }
@@ -103,22 +103,22 @@ TEST(StopInputWatch, CountsOnlyTheTimeThatItsThreadRan) {
   watch.begin(at(0));
   EXPECT_TRUE(watch.is_due(at(0)));
   watch.note_miss(at(10'000));
-  EXPECT_EQ(watch.look(), StopInput::kReleased) << "one miss, whatever the clock says";
+  EXPECT_EQ(watch.look(), StopInputLevel::kReleased) << "one miss, whatever the clock says";
   watch.note(false, at(10'020));
   watch.note_miss(at(20'000));
-  EXPECT_EQ(watch.look(), StopInput::kReleased) << "one again";
+  EXPECT_EQ(watch.look(), StopInputLevel::kReleased) << "one again";
   watch.note_miss(at(30'000));
-  EXPECT_EQ(watch.look(), StopInput::kUnheard) << "two";
+  EXPECT_EQ(watch.look(), StopInputLevel::kUnheard) << "two";
   EXPECT_FALSE(watch.is_due(at(30'100)));
   EXPECT_TRUE(watch.is_due(at(30'500)));
   EXPECT_FALSE(watch.is_due(at(30'600))) << "asked just now";
   watch.note_miss(at(30'600));
-  EXPECT_EQ(watch.look(), StopInput::kUnheard);
+  EXPECT_EQ(watch.look(), StopInputLevel::kUnheard);
   watch.note(false, at(31'000));
   for (int ms = 31'020; ms < 31'100; ms += 20) watch.note_miss(at(ms));
-  EXPECT_EQ(watch.look(), StopInput::kReleased) << "80 ms";
+  EXPECT_EQ(watch.look(), StopInputLevel::kReleased) << "80 ms";
   watch.note_miss(at(31'100));
-  EXPECT_EQ(watch.look(), StopInput::kUnheard) << "100 ms";
+  EXPECT_EQ(watch.look(), StopInputLevel::kUnheard) << "100 ms";
 }
 
 class BusStopInputTest : public BusBackendTest {

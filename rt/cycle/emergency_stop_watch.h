@@ -9,13 +9,13 @@ namespace corbot::rt {
 
 /// The presses of the emergency stop, each told once, and what is active of it; and whether the thread that watches the
 /// inputs still looks, which counts as a press where it does not. Real-time safe.
-class StopInput {
+class EmergencyStopWatch {
  public:
   /// A watching thread that has not looked for so long, in time that the cycle ran, stands still; from its
   /// start on, so that one that never looks is found too.
   static constexpr std::int64_t kWatcherSilent_ns = 100'000'000;
 
-  explicit StopInput(EmergencyStop& stop) noexcept : stop_(stop), beats_(stop.beats()) {}
+  explicit EmergencyStopWatch(EmergencyStop& stop) noexcept : stop_(stop), beats_(stop.beats()) {}
 
   /// Once a step. `ran_ns`: time that has passed, without gaps of this process's own. True for a press that was not seen
   /// before, though it be over.

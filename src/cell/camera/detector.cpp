@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell/camera/detector.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+
+#include <Eigen/LU>
+
+#include <opencv2/imgproc.hpp>
+
+namespace corbot::cell {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kBeyondEdge_m = 0.010;
+// A visible label of a rendered picture has 0.89 and more. What passes with a part hidden is 1.2 mm off at most.
+constexpr double kLeastAgreement = 0.82;
+
+/// The pixels of a kind's colour; small specks are removed.
+cv::Mat pixels_of(const Kind& kind, const cv::Mat& hsv) {
+  const auto from_to = [&](double from_deg, double to_deg) {
+    cv::Mat found;
+    // OpenCV has hues in steps of 2 degrees, the others from 0 to 255.
+    cv::inRange(hsv, cv::Scalar(from_deg / 2, 255 * kind.saturation_min, 255 * kind.value_min),
+                cv::Scalar(to_deg / 2, 255, 255), found);
+    return found;
+  };
+  const auto [first, last] = kind.hue_deg;
+  cv::Mat mask = first <= last ? from_to(first, last) : from_to(first, 360) | from_to(0, last);
+  cv::morphologyEx(mask, mask, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_RECT, {3, 3}));
+  return mask;
+}
+
+/// One connected region of a kind's colour.
+struct Blob {
+  std::vector<Vector2d> pixels{};  ///< in the picture
+  Vector2d middle{};               ///< weighted by saturation
+};
+
+Blob blob_of(const cv::Mat& labels, int label, const cv::Rect& box, const cv::Mat& hsv,
+             const Vector2d& origin) {
+  Blob blob;
+  Vector2d sum = Vector2d::Zero();
+  double weights = 0;
+  for (int row = box.y; row < box.y + box.height; ++row) {
+    for (int column = box.x; column < box.x + box.width; ++column) {
+      if (labels.at<int>(row, column) != label) continue;
+      const double weight = hsv.at<cv::Vec3b>(row, column)[1];
+      blob.pixels.push_back(origin + Vector2d(column, row));
+      sum += weight * blob.pixels.back();
+      weights += weight;
+    }
+  }
+  blob.middle = sum / weights;
+  return blob;
+}
+
+/// A label's outline about a pixel, as the map from the picture to the label's plane has it there.
+struct Outline {
+  Vector3d top_m;  ///< its middle
+  Eigen::Matrix2d metres_by_pixel;
+  [[nodiscard]] double area_px(double radius_m) const {
+    return std::numbers::pi * radius_m * radius_m / std::abs(metres_by_pixel.determinant());
+  }
+};
+
+std::optional<Outline> outline_at(const CameraModel& camera, const Vector2d& pixel, double z_m) {
+  const auto here = camera.on_plane(pixel, z_m);
+  const auto right = camera.on_plane(pixel + Vector2d(1, 0), z_m);
+  const auto down = camera.on_plane(pixel + Vector2d(0, 1), z_m);
+  if (!here || !right || !down) return std::nullopt;
+  Outline outline{*here, {}};
+  outline.metres_by_pixel << (*right - *here).head<2>(), (*down - *here).head<2>();
+  return outline;
+}
+
+/// Shared area of blob and outline, divided by the area that they cover together.
+double agreement(const Blob& blob, const Outline& outline, double radius_m) {
+  const auto inside = std::count_if(blob.pixels.begin(), blob.pixels.end(), [&](const Vector2d& pixel) {
+    return (outline.metres_by_pixel * (pixel - blob.middle)).squaredNorm() <= radius_m * radius_m;
+  });
+  const double shared = static_cast<double>(inside);
+  return shared / (static_cast<double>(blob.pixels.size()) + outline.area_px(radius_m) - shared);
+}
+
+/// The rectangle of the picture that shows a place and a margin, so far above the place's surface.
+cv::Rect seen(const CameraModel& camera, const Place& place, double above_m, double beyond_m) {
+  const Vector2d half = place.half_size_m().array() + beyond_m;
+  std::vector<cv::Point2f> corners;
+  for (const Vector2d& sign : {Vector2d(-1, -1), Vector2d(-1, 1), Vector2d(1, -1), Vector2d(1, 1)}) {
+    const Vector2d corner = half.cwiseProduct(sign);
+    // A corner behind the camera is outside every picture.
+    const Vector2d pixel = camera.project(place.frame.to_world({corner.x(), corner.y(), above_m}))
+                               .value_or(Vector2d(-1e6, -1e6));
+    corners.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+  }
+  return cv::boundingRect(corners);
+}
+
+bool is_at_edge(const cv::Rect& box, const cv::Size& size) {
+  return box.x == 0 || box.y == 0 || box.x + box.width == size.width || box.y + box.height == size.height;
+}
+
+/// The piece below a blob; nothing where the blob is no whole label over the place.
+std::optional<Detection> examine(const Blob& blob, const Kind& kind, const Place& place,
+                                 const CameraModel& camera) {
+  const auto outline = outline_at(camera, blob.middle, place.frame.position_m.z() + kind.height_m);
+  if (!outline) return std::nullopt;
+  const double confidence = agreement(blob, *outline, kind.label_m / 2);
+  const Vector3d foot = outline->top_m - kind.height_m * Vector3d::UnitZ();
+  if (!(confidence >= kLeastAgreement) || !place.covers(foot, kBeyondEdge_m)) return std::nullopt;
+  return Detection{kind.name, foot, std::min(confidence, 1.0)};
+}
+
+}  // namespace
+
+Detector::Detector(const CellConfig& cell) : camera_(cell.camera), kinds_(cell.kinds) {
+  cv::setNumThreads(1);
+  const cv::Rect picture(0, 0, camera_.size_px[0], camera_.size_px[1]);
+  std::vector<ConfigFault> faults;
+  for (const Place& place : cell.places) {
+    cv::Rect window;
+    for (const Kind& kind : kinds_) {
+      const cv::Rect labels = seen(camera_, place, kind.height_m, kind.label_m / 2);
+      if ((labels & picture) != labels)
+        faults.push_back(
+            {.file = "cell " + cell.name,
+             .line = 0,
+             .key = "camera.calibration",
+             .value = place.name,
+             .allowed = "the picture must show the whole place; it does not with this calibration"});
+      // So far beyond the edge that a label which counts lies wholly inside.
+      window |= seen(camera_, place, kind.height_m, kBeyondEdge_m + kind.label_m);
+    }
+    window &= picture;
+    windows_.push_back({place, window.x, window.y, window.width, window.height});
+  }
+  if (!faults.empty()) throw ConfigError(std::move(faults));
+}
+
+std::vector<Detection> Detector::detect(std::span<const std::uint8_t> bgr) const {
+  const auto [columns, rows] = camera_.size_px;
+  const std::size_t expected = 3 * static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  if (bgr.size() != expected)
+    throw std::invalid_argument(
+        fmt::format("a picture of {} bytes, not {}: the calibration is for {} x {} pixels", bgr.size(),
+                    expected, columns, rows));
+  const cv::Mat picture(rows, columns, CV_8UC3, const_cast<std::uint8_t*>(bgr.data()));  // only read
+  std::vector<Detection> found;
+  for (const Window& window : windows_) {
+    cv::Mat hsv;
+    cv::cvtColor(picture(cv::Rect(window.left, window.top, window.columns, window.rows)), hsv,
+                 cv::COLOR_BGR2HSV);
+    for (const Kind& kind : kinds_) {
+      cv::Mat labels;
+      cv::Mat stats;
+      cv::Mat middles;
+      const int count = cv::connectedComponentsWithStats(pixels_of(kind, hsv), labels, stats, middles);
+      for (int label = 1; label < count; ++label) {  // 0 is the rest of the picture
+        const int* const stat = stats.ptr<int>(label);
+        const cv::Rect box(stat[cv::CC_STAT_LEFT], stat[cv::CC_STAT_TOP], stat[cv::CC_STAT_WIDTH],
+                           stat[cv::CC_STAT_HEIGHT]);
+        if (is_at_edge(box, hsv.size())) continue;
+        const Blob blob = blob_of(labels, label, box, hsv, {window.left, window.top});
+        const auto detection = examine(blob, kind, window.place, camera_);
+        const auto is_known = [&](const Detection& other) {  // by a place that is beside this one
+          return (other.position_m - detection->position_m).norm() < kind.label_m / 2;
+        };
+        if (detection && std::none_of(found.begin(), found.end(), is_known)) found.push_back(*detection);
+      }
+    }
+  }
+  return found;
+}
+
+}  // namespace corbot::cell

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell/coordinator/coordinator_servant.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <thread>
+
+#include "cell/coordinator/remote_robot.h"
+#include "cell/coordinator/remote_services.h"
+#include "cell/coordinator/worker.h"
+
+namespace corbot::cell {
+
+namespace {
+
+/// This process, for the people who read a claim: "corbot-coordinator@HOST/PID".
+std::string process_name() {
+  char host[65] = {};
+  ::gethostname(host, 32);
+  return client::printable(fmt::format("corbot-coordinator@{}/{}", host, ::getpid()));
+}
+
+/// One line, whole and at once: other programs read it.
+void print_event(double time_s, const std::string& robot, const std::string& text) {
+  const std::string line = fmt::format("{:.1f} {} {}\n", time_s, robot, client::printable(text));
+  std::fwrite(line.data(), 1, line.size(), stdout);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+struct CoordinatorServant::RobotThread {
+  RobotThread(CORBA::ORB_ptr orb, const CellConfig& cell, const CellRobot& robot, WorkStatus::Report report)
+      : port(orb, cell.robot_uri(robot), process_name(), cell.timing.motion_s, stop.get_token()),
+        camera(orb, cell.camera_uri(), cell.timing.look_s, stop.get_token()),
+        store(orb, cell.store_uri(), stop.get_token()),
+        worker(cell, robot, {port, camera, store}, process_name(), std::move(report), stop.get_token()) {}
+
+  std::stop_source stop;
+  RemoteRobot port;
+  RemoteCamera camera;
+  RemoteStore store;
+  Worker worker;
+  std::thread thread;
+};
+
+CoordinatorServant::CoordinatorServant(CORBA::ORB_ptr orb, const CellConfig& cell,
+                                       const std::vector<std::string>& robots)
+    : cell_(cell), store_(std::make_unique<RemoteStore>(orb, cell.store_uri(), std::stop_token(), 0)) {
+  for (const std::string& name : robots) {
+    const auto report = [this, name](const std::string& text) {
+      const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin_;
+      print_event(elapsed.count(), name, text);
+    };
+    threads_.push_back(std::make_unique<RobotThread>(orb, cell, *cell.robot(name), report));
+  }
+}
+
+CoordinatorServant::~CoordinatorServant() { end(); }
+
+void CoordinatorServant::Start() {
+  const std::lock_guard lock(mutex_);
+  if (has_ended_) throw Corbot::NotReady("the coordinator ends");
+  if (mode_ == Corbot::CellRunning) return;
+  mode_ = Corbot::CellRunning;
+  for (const auto& robot : threads_) robot->thread = std::thread([work = &robot->worker] { work->run(); });
+}
+
+/// The store's, or the last that it has given.
+std::uint64_t CoordinatorServant::count_placed() {
+  try {
+    const Corbot::PlaceInfos places = store_->places();
+    placed_ = 0;
+    for (CORBA::ULong i = 0; i < places.length(); ++i) {
+      const Place* place = cell_.place(places[i].name.in());
+      if (place != nullptr && cell_.is_last(*place)) placed_ += places[i].pieces;
+    }
+  } catch (const client::Failure&) {  // NOLINT(bugprone-empty-catch): the robots' threads report it
+  }
+  return placed_;
+}
+
+Corbot::CoordinatorState* CoordinatorServant::State() {
+  const std::lock_guard lock(mutex_);
+  Corbot::CoordinatorState_var state = new Corbot::CoordinatorState;
+  state->mode = mode_;
+  state->robots.length(static_cast<CORBA::ULong>(threads_.size()));
+  for (CORBA::ULong i = 0; i < threads_.size(); ++i) state->robots[i] = threads_[i]->worker.status();
+  state->placed = has_ended_ ? placed_ : count_placed();
+  return state._retn();
+}
+
+std::uint64_t CoordinatorServant::end() {
+  std::vector<std::unique_ptr<RobotThread>> threads;
+  {
+    const std::lock_guard lock(mutex_);
+    if (has_ended_) return placed_;
+    has_ended_ = true;
+    mode_ = Corbot::CellStopped;
+    threads.swap(threads_);
+  }
+  for (const auto& robot : threads) robot->stop.request_stop();
+  for (const auto& robot : threads) robot->port.stop();
+  for (const auto& robot : threads) {
+    if (!robot->thread.joinable()) continue;
+    robot->thread.join();
+    robot->worker.finish();
+  }
+  const std::lock_guard lock(mutex_);
+  count_placed();
+  store_.reset();
+  return placed_;
+}
+
+}  // namespace corbot::cell

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "cell.hh"
+#include "cell/cell_config.h"
+
+namespace corbot::cell {
+
+class RemoteStore;
+
+/// Corbot::Coordinator: one worker and one thread for each robot.
+class CoordinatorServant : public POA_Corbot::Coordinator {
+ public:
+  /// `cell` must outlive it. `robots`: names of those that it drives.
+  CoordinatorServant(CORBA::ORB_ptr orb, const CellConfig& cell, const std::vector<std::string>& robots);
+  CoordinatorServant(const CoordinatorServant&) = delete;
+  CoordinatorServant& operator=(const CoordinatorServant&) = delete;
+  ~CoordinatorServant() override;
+
+  void Start() override;
+  Corbot::CoordinatorState* State() override;
+  /// Stops every robot, gives back claims and control, and returns what State had as `placed`. Before the end of the ORB.
+  std::uint64_t end();
+
+ private:
+  struct RobotThread;
+
+  std::uint64_t count_placed();
+
+  const CellConfig& cell_;
+  const std::chrono::steady_clock::time_point begin_{std::chrono::steady_clock::now()};
+  std::mutex mutex_;  ///< for what follows
+  Corbot::CellMode mode_{Corbot::CellStopped};
+  bool has_ended_{false};
+  std::vector<std::unique_ptr<RobotThread>> threads_;
+  std::unique_ptr<RemoteStore> store_;  ///< for State
+  std::uint64_t placed_{0};             ///< as the store had it last
+};
+
+}  // namespace corbot::cell

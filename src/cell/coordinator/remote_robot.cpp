@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell/coordinator/remote_robot.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <utility>
+
+namespace corbot::cell {
+
+using Clock = std::chrono::steady_clock;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kReply_s = 5;  // for a call without a motion
+constexpr double kLease_s = 5;  // of control
+constexpr double kRenew_s = 1;
+constexpr double kQueueFull_s = 0.1;
+constexpr double kArrived_m = 0.005;
+constexpr int kRepeats = 2;          // of a command whose reply was lost
+constexpr int kStops = 20;           // that are sent while a command does not end
+constexpr double kRestAtStop_s = 2;  // within which a stopped robot comes to rest
+
+Clock::time_point after(double duration_s) {
+  return Clock::now() +
+         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(duration_s));
+}
+
+}  // namespace
+
+/// A command between its call and its reply. Throws Stopped once a stop is requested.
+class RemoteRobot::UnderWay {
+ public:
+  explicit UnderWay(RemoteRobot& robot) : robot_(robot) {
+    const std::lock_guard lock(robot_.mutex_);
+    if (robot_.is_stopping_) throw Corbot::Stopped("the work was stopped");
+    robot_.is_under_way_ = true;
+  }
+  UnderWay(const UnderWay&) = delete;
+  UnderWay& operator=(const UnderWay&) = delete;
+  ~UnderWay() {
+    const std::lock_guard lock(robot_.mutex_);
+    robot_.is_under_way_ = false;
+    robot_.ended_.notify_all();
+  }
+
+ private:
+  RemoteRobot& robot_;
+};
+
+RemoteRobot::RemoteRobot(CORBA::ORB_ptr orb, std::string uri, std::string who, double motion_s,
+                         std::stop_token stop)
+    : orb_(CORBA::ORB::_duplicate(orb)),
+      uri_(std::move(uri)),
+      who_(std::move(who)),
+      motion_s_(motion_s),
+      stop_(std::move(stop)) {}
+
+// --- Control ---
+
+void RemoteRobot::use(const std::string& uri) {
+  motions_.emplace(orb_.in(), uri, motion_s_);
+  others_.emplace(orb_.in(), uri, kReply_s);
+}
+
+bool RemoteRobot::acquire() {
+  if (keeper_.joinable()) return true;
+  try {
+    use(uri_);
+    const Corbot::Robot_var robot = others_->get();
+    if (!robot->_is_a(Corbot::Arm::_PD_repoId)) return false;
+    const Corbot::Arm_var arm = Corbot::Arm::_unchecked_narrow(robot);
+    omniORB::setClientCallTimeout(arm.in(), static_cast<CORBA::ULong>(1e3 * kReply_s));
+    control_ = arm->Acquire(who_.c_str(), kLease_s);
+    omniORB::setClientCallTimeout(control_.in(), static_cast<CORBA::ULong>(1e3 * kReply_s));
+    const CORBA::String_var reference = orb_->object_to_string(control_.in());
+    use(reference.in());
+    const std::lock_guard lock(mutex_);
+    arm_ = arm;
+  } catch (const CORBA::SystemException& e) {
+    throw explain_call(e, uri_);
+  }
+  keep_control(control_.in());
+  return true;
+}
+
+void RemoteRobot::keep_control(Corbot::Arm_ptr control) {
+  keeper_ = std::jthread([held = Corbot::Arm_var(Corbot::Arm::_duplicate(control))](std::stop_token end) {
+    while (true) {
+      pause(kRenew_s, end);
+      if (end.stop_requested()) return;
+      try {
+        held->Renew();
+      } catch (const Corbot::NotReady&) {
+        return;  // control has ended; the next command raises that
+      } catch (
+          const CORBA::SystemException&) {  // NOLINT(bugprone-empty-catch): the lease covers several renewals
+      }
+    }
+  });
+}
+
+void RemoteRobot::release() {
+  if (!keeper_.joinable()) return;
+  keeper_.request_stop();
+  keeper_.join();
+  const Corbot::Arm_var control = std::exchange(control_, Corbot::Arm_var());
+  try {
+    control->Release();
+  } catch (const Corbot::NotReady& e) {
+    throw client::explain(e);
+  } catch (const CORBA::SystemException& e) {
+    throw explain_call(e, uri_);
+  }
+}
+
+void RemoteRobot::stop() {
+  std::unique_lock lock(mutex_);
+  is_stopping_ = true;
+  const Corbot::Arm_var arm = arm_;
+  // A command may arrive after a Stop that was sent first.
+  for (int i = 0; i < kStops && is_under_way_ && !CORBA::is_nil(arm.in()); ++i) {
+    lock.unlock();
+    try {
+      arm->Stop();
+    } catch (const CORBA::Exception&) {  // NOLINT(bugprone-empty-catch): sent again, and the lease ends
+    }
+    lock.lock();
+    ended_.wait_for(lock, std::chrono::milliseconds(200), [&] { return !is_under_way_; });
+  }
+}
+
+// --- Commands ---
+
+/// Carries out `f`, which may be repeated since every command of the work is absolute.
+template <class F>
+void RemoteRobot::command(LazyReference<Corbot::Robot>& robot, const Target& target, F&& f) {
+  const auto gives_up = after(kPatience_s);
+  const auto queue_gives_up = after(motion_s_);
+  for (int lost = 0;;) {
+    try {
+      const UnderWay mark(*this);
+      return f(robot.get());
+    } catch (const Corbot::QueueFull&) {
+      if (Clock::now() > queue_gives_up) throw;
+      pause(kQueueFull_s, stop_);
+    } catch (const CORBA::SystemException& e) {
+      const bool is_lost = !client::is_certainly_not_executed(e);
+      if (!may_recover(e) || (is_lost ? lost++ == kRepeats : Clock::now() > gives_up))
+        throw explain_call(e, uri_);
+      if (is_lost && has_arrived(target)) return;
+      pause(kQueueFull_s, stop_);
+    }
+  }
+}
+
+/// At rest at the target of a command whose reply was lost. A command without a target is simply repeated.
+bool RemoteRobot::has_arrived(const Target& target) {
+  const Vector3d position = rest_position();
+  return target && (position - *target).norm() <= kArrived_m;
+}
+
+Vector3d RemoteRobot::rest_position() {
+  const double patience_s = stop_.stop_requested() ? kRestAtStop_s : motion_s_;
+  const auto gives_up = after(patience_s);
+  const auto read = [&](auto&& f) { return call_patiently(uri_, kPatience_s, stop_, f); };
+  while (true) {
+    const Corbot::RobotState state = read([&] { return others_->get()->Status(); });
+    if (state == Corbot::Error) throw Corbot::NotReady("its status is Error");
+    if (state == Corbot::Standby) break;
+    if (Clock::now() > gives_up) {
+      throw client::Failure(client::ExitCode::kUnreachable,
+                            fmt::format("{} is not at rest after {} s", uri_, patience_s));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  const Corbot::CartesianCoord at = read([&] { return others_->get()->CartCoord(); });
+  return {at.x, at.y, at.z};
+}
+
+void RemoteRobot::move(const Vector3d& point, double above_m) {
+  command(*motions_, point + Vector3d(0, 0, above_m),
+          [&](const auto& robot) { robot->Move(point.x(), point.y(), point.z(), above_m, 0); });
+}
+
+void RemoteRobot::move_s(const Vector3d& point, double above_m, double duration_s) {
+  command(*motions_, point + Vector3d(0, 0, above_m),
+          [&](const auto& robot) { robot->MoveS(point.x(), point.y(), point.z(), above_m, duration_s); });
+}
+
+void RemoteRobot::speed(double percent) {
+  command(*others_, {}, [&](const auto& robot) { robot->Speed(percent); });
+}
+
+void RemoteRobot::delay(double duration_s) {
+  command(*others_, {}, [&](const auto& robot) { robot->Delay(duration_s); });
+}
+
+void RemoteRobot::open() {
+  command(*others_, {}, [](const auto& robot) { robot->Open(); });
+}
+
+void RemoteRobot::close() {
+  command(*others_, {}, [](const auto& robot) { robot->Close(); });
+}
+
+}  // namespace corbot::cell

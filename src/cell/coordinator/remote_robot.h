@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <thread>
+
+#include "cell/coordinator/remote_call.h"
+
+namespace corbot::cell {
+
+/// Corbot::Robot over CORBA. Where the robot is an Arm, all goes by exclusive control, which a thread renews.
+class RemoteRobot : public RobotPort {
+ public:
+  /// `who` names the holder of control. `motion_s`: time-out of one motion.
+  RemoteRobot(CORBA::ORB_ptr orb, std::string uri, std::string who, double motion_s, std::stop_token stop);
+  /// NotReady: somebody else has control. Failure: no reply.
+  bool acquire() override;
+  void release() override;
+  void speed(double percent) override;
+  void move(const Eigen::Vector3d& point, double above_m) override;
+  void move_s(const Eigen::Vector3d& point, double above_m, double duration_s) override;
+  void delay(double duration_s) override;
+  void open() override;
+  void close() override;
+  Eigen::Vector3d rest_position() override;
+  void stop() override;
+
+ private:
+  class UnderWay;
+  using Target = std::optional<Eigen::Vector3d>;
+
+  template <class F>
+  void command(LazyReference<Corbot::Robot>& robot, const Target& target, F&& f);
+  [[nodiscard]] bool has_arrived(const Target& target);
+  void use(const std::string& uri);
+  void keep_control(Corbot::Arm_ptr control);
+
+  const CORBA::ORB_var orb_;
+  const std::string uri_;
+  const std::string who_;
+  const double motion_s_;
+  const std::stop_token stop_;
+
+  // Two references, since a time-out is a reference's: for motions, and for all else.
+  std::optional<LazyReference<Corbot::Robot>> motions_;
+  std::optional<LazyReference<Corbot::Robot>> others_;
+  Corbot::Arm_var control_;
+
+  std::mutex mutex_;  ///< for what follows
+  std::condition_variable ended_;
+  Corbot::Arm_var arm_;  ///< as anybody reaches it, for Stop; nil where the robot is no Arm
+  bool is_stopping_{false};
+  bool is_under_way_{false};
+
+  std::jthread keeper_;
+};
+
+}  // namespace corbot::cell

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell/coordinator/work_status.h"
+
+#include <chrono>
+#include <iterator>
+#include <utility>
+
+namespace corbot::cell {
+
+namespace {
+
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+const char* prefix_of(Corbot::WorkState state) {
+  if (state == Corbot::WorkWaiting) return "waits: ";
+  return state == Corbot::WorkAttention ? "attention: " : "";
+}
+
+}  // namespace
+
+const char* to_string(Corbot::TransferStep step) {
+  constexpr const char* kNames[] = {"reserved", "picking",   "held",   "placing",
+                                    "placed",   "withdrawn", "unclear"};
+  const auto index = static_cast<std::size_t>(step);
+  return index < std::size(kNames) ? kNames[index] : "unknown";
+}
+
+WorkStatus::WorkStatus(const std::string& robot, Report report) : report_(std::move(report)) {
+  work_.robot = robot.c_str();
+  work_.state = Corbot::WorkIdle;
+  work_.piece = 0;
+  work_.step = Corbot::StepPlaced;
+  work_.since = now_s();
+  work_.text = "";
+}
+
+void WorkStatus::set(Corbot::WorkState state, const std::string& text) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (work_.state == state && text == work_.text.in()) return;
+    if (work_.state != state) work_.since = now_s();
+    work_.state = state;
+    work_.text = text.c_str();
+  }
+  if (!text.empty()) report_(prefix_of(state) + text);
+}
+
+void WorkStatus::set_piece(Corbot::PieceNumber piece, Corbot::TransferStep step) {
+  const std::lock_guard lock(mutex_);
+  work_.piece = piece;
+  work_.step = step;
+  work_.since = now_s();
+}
+
+Corbot::RobotWork WorkStatus::get() const {
+  const std::lock_guard lock(mutex_);
+  return work_;
+}
+
+}  // namespace corbot::cell

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell/coordinator/world_robot.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "cell/coordinator/attention.h"
+#include "client/explain.h"
+
+namespace corbot::cell {
+
+std::string describe(const Eigen::Vector3d& point) {
+  return fmt::format("({:.3f}, {:.3f}, {:.3f}) m", point.x(), point.y(), point.z());
+}
+
+WorldRobot::WorldRobot(const CellRobot& robot, RobotPort& port, std::stop_token stop)
+    : robot_(robot), port_(port), stop_(std::move(stop)) {}
+
+template <class F>
+void WorldRobot::command(const ToolGoal& goal, F&& f) {
+  const Eigen::Vector3d local = robot_.frame.to_local(goal.point);
+  const auto text = [&](const client::Failure& cause) {
+    return fmt::format("{}, in the frame of {} {}: {}; check {} in cell.toml", describe(goal.point),
+                       robot_.name, describe(local), cause.what(), goal.key);
+  };
+  if (stop_.stop_requested()) throw WorkEnded();
+  try {
+    client::call_user([&] {
+      try {
+        f(local);
+      } catch (const Corbot::Unreachable& e) {
+        throw PointRefused(text(client::explain(e)));
+      } catch (const Corbot::LimitExceeded& e) {
+        throw PointRefused(text(client::explain(e)));
+      }
+    });
+  } catch (const client::Failure& e) {
+    throw Attention(text(e));
+  }
+}
+
+void WorldRobot::speed(const ToolGoal& at) {
+  command(at, [&](const auto&) { port_.speed(robot_.speed_percent); });
+}
+
+void WorldRobot::open(const ToolGoal& at) {
+  command(at, [&](const auto&) { port_.open(); });
+}
+
+void WorldRobot::close(const ToolGoal& at) {
+  command(at, [&](const auto&) { port_.close(); });
+}
+
+void WorldRobot::settle(const ToolGoal& at) {
+  command(at, [&](const auto&) { port_.delay(robot_.settle_s); });
+}
+
+void WorldRobot::move(const ToolGoal& goal) {
+  command(goal, [&](const auto& point) { port_.move(point, 0); });
+}
+
+void WorldRobot::move_above(const ToolGoal& goal) {
+  command(goal, [&](const auto& point) { port_.move(point, robot_.above_m); });
+}
+
+void WorldRobot::descend(const ToolGoal& goal) {
+  command(goal, [&](const auto& point) { port_.move_s(point, 0, robot_.above_m / robot_.approach_m_s); });
+}
+
+void WorldRobot::ascend(const ToolGoal& goal) {
+  command(goal, [&](const auto& point) {
+    port_.move_s(point, robot_.above_m, robot_.above_m / robot_.approach_m_s);
+  });
+}
+
+bool WorldRobot::is_at(const ToolGoal& goal, double tolerance_m) {
+  return client::call_user(
+      [&] { return (port_.rest_position() - robot_.frame.to_local(goal.point)).norm() <= tolerance_m; });
+}
+
+}  // namespace corbot::cell

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell/store/ledger.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "cell/store/ledger_file.h"
+
+namespace corbot::cell {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+using Corbot::TransferStep;
+
+constexpr double kLongestWait_s = 30;
+constexpr auto kRetryPeriod = 200ms;
+constexpr std::size_t kLongestWho = 64;
+constexpr std::size_t kLongestNote = 200;
+constexpr int kMostEvents = 500;
+
+bool is_allowed(TransferStep from, TransferStep to) {
+  switch (from) {
+    case Corbot::StepReserved:
+      return to == Corbot::StepPicking || to == Corbot::StepWithdrawn;
+    case Corbot::StepPicking:
+      return to == Corbot::StepHeld || to == Corbot::StepWithdrawn || to == Corbot::StepUnclear;
+    case Corbot::StepHeld:
+      return to == Corbot::StepPlacing || to == Corbot::StepUnclear;
+    case Corbot::StepPlacing:
+      return to == Corbot::StepPlaced || to == Corbot::StepHeld || to == Corbot::StepUnclear;
+    default:
+      return false;
+  }
+}
+
+/// Numbers of the interface as the database has them. No number in the ledger is as large as those that do not fit.
+std::int64_t stored(unsigned long long number) {
+  constexpr auto kMost = std::numeric_limits<std::int64_t>::max();
+  return number > static_cast<unsigned long long>(kMost) ? kMost : static_cast<std::int64_t>(number);
+}
+
+/// The value is a number that the reason is about: the argument, or a text's length.
+Corbot::BadParameter bad(const char* argument, double value, const std::string& reason) {
+  return {argument, value, reason.c_str()};
+}
+
+Corbot::BadParameter unknown(const char* argument, const std::string& name, const std::string& cell) {
+  const std::string shown =
+      is_name(name) ? "'" + name + "'" : "a text that is no name";  // nothing unprintable goes back
+  return bad(argument, static_cast<double>(name.size()),
+             fmt::format("{} is no {} of cell '{}'", shown,
+                         std::string_view(argument) == "robot" ? "robot" : "place", cell));
+}
+
+void check_text(const char* argument, const std::string& text, std::size_t least, std::size_t most) {
+  const bool is_printable =
+      std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  if (!is_printable || text.size() < least || text.size() > most)
+    throw bad(argument, static_cast<double>(text.size()),
+              fmt::format("must be {} to {} printable ASCII characters", least, most));
+}
+
+void check_timeout(double timeout_s) {
+  if (!(timeout_s >= 0 && timeout_s <= kLongestWait_s))
+    throw bad("timeout", timeout_s, fmt::format("must be from 0 to {} s", kLongestWait_s));
+}
+
+void check_sightings(const Corbot::Sightings& seen) {
+  for (CORBA::ULong i = 0; i < seen.length(); ++i)
+    for (const double value : {seen[i].position.x, seen[i].position.y, seen[i].position.z, seen[i].yaw})
+      if (!std::isfinite(value)) throw bad("seen", value, fmt::format("sighting {} is no position", i));
+}
+
+}  // namespace
+
+/// A place in the queue for a zone.
+struct Ledger::Turn {
+  Turn(Ledger& ledger, Corbot::ClaimToken token, const std::string& place) : ledger_(ledger) {
+    const std::lock_guard lock(ledger_.mutex_);
+    waiter_ = ledger_.waiters_.insert(ledger_.waiters_.end(), {place, ledger_.robot_of(token)});
+  }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+  ~Turn() {
+    const std::lock_guard lock(ledger_.mutex_);
+    ledger_.waiters_.erase(waiter_);
+    ledger_.changed_.notify_all();
+  }
+  Ledger& ledger_;
+  std::list<Waiter>::iterator waiter_;
+};
+
+Ledger::Ledger(CellConfig cell, ZoneCheck zone_check)
+    : cell_(std::move(cell)),
+      zone_check_(zone_check),
+      database_(open_ledger(cell_)),
+      tables_(database_, cell_) {}
+
+std::size_t Ledger::waiting() {
+  const std::lock_guard lock(mutex_);
+  return waiters_.size();
+}
+
+void Ledger::end_waiting() {
+  const std::lock_guard lock(mutex_);
+  is_ending_ = true;
+  changed_.notify_all();
+}
+
+/// One transaction, tried again until the deadline while it raises what a call may wait for. The first statement locks the cell.
+void Ledger::transact(double timeout_s, const std::function<void()>& body) {
+  const auto deadline =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    const bool is_last = is_ending_ || Clock::now() >= deadline;
+    try {
+      Transaction transaction(database_);
+      tables_.lock();
+      body();
+      transaction.commit();
+      changed_.notify_all();
+      return;
+    } catch (const Corbot::Empty&) {
+      if (is_last) throw;
+    } catch (const Corbot::Full&) {
+      if (is_last) throw;
+    } catch (const Corbot::Occupied&) {
+      if (is_last) throw;
+    }
+    changed_.wait_until(lock, std::min(deadline, Clock::now() + kRetryPeriod));
+  }
+}
+
+const Place& Ledger::known_place(const char* argument, const std::string& name) const {
+  const Place* place = cell_.place(name);
+  if (place == nullptr) throw unknown(argument, name, cell_.name);
+  return *place;
+}
+
+const Place& Ledger::shared_place(const std::string& name) const {
+  const Place& place = known_place("place", name);
+  if (!place.is_shared) throw bad("place", static_cast<double>(name.size()), "has no zone: it is not shared");
+  return place;
+}
+
+std::string Ledger::robot_of(Corbot::ClaimToken token) {
+  const auto row = tables_.token(stored(token));
+  if (!row || cell_.robot(row->robot) == nullptr) throw Corbot::Superseded(token, 0);
+  const auto present = static_cast<Corbot::ClaimToken>(row->present);
+  if (present != token) throw Corbot::Superseded(token, present);
+  return row->robot;
+}
+
+std::optional<Corbot::TransferInfo> Ledger::transfer_of(const std::string& robot) {
+  const Corbot::TransferInfos found = tables_.transfers(robot);
+  return found.length() == 0 ? std::nullopt : std::optional<Corbot::TransferInfo>(found[0]);
+}
+
+Corbot::ClaimToken Ledger::claim(const std::string& robot, const std::string& who,
+                                 Corbot::ClaimToken replaces) {
+  if (cell_.robot(robot) == nullptr) throw unknown("robot", robot, cell_.name);
+  check_text("who", who, 1, kLongestWho);
+  std::int64_t token = 0;
+  transact(0, [&] {
+    const auto present = tables_.claim_of(robot);
+    if (present && present->token != stored(replaces))
+      throw Corbot::Claimed(robot.c_str(), present->who.c_str(),
+                            static_cast<Corbot::ClaimToken>(present->token), present->since);
+    tables_.end_claim_of(robot);
+    token = tables_.insert_claim(robot, who);
+  });
+  return static_cast<Corbot::ClaimToken>(token);
+}
+
+void Ledger::release(Corbot::ClaimToken token) {
+  transact(0, [&] {
+    const auto row = tables_.token(stored(token));
+    if (row && row->present == 0) return;  // repeated
+    tables_.end_claim_of(robot_of(token));
+  });
+}
+
+Corbot::TransferInfo Ledger::reserve(Corbot::ClaimToken token, const std::string& from, const std::string& to,
+                                     const Corbot::Sightings& seen, double timeout_s) {
+  const Place& source = known_place("from", from);
+  const Place& target = known_place("to", to);
+  if (!target.slots || from == to)
+    throw bad("to", static_cast<double>(to.size()), "must be a place with slots, and another one than from");
+  check_sightings(seen);
+  check_timeout(timeout_s);
+  std::optional<Corbot::TransferInfo> transfer;
+  transact(timeout_s, [&] {
+    const std::string robot = robot_of(token);
+    transfer = transfer_of(robot);
+    if (!transfer) {
+      begin_transfer(robot, source, target, seen);
+      transfer = transfer_of(robot);
+    } else if (transfer->step != Corbot::StepReserved || from != transfer->source.place.in() ||
+               to != transfer->target.place.in()) {
+      throw Corbot::WrongStep(transfer->step, Corbot::StepReserved);
+    }
+  });
+  return *transfer;
+}
+
+void Ledger::begin_transfer(const std::string& robot, const Place& from, const Place& to,
+                            const Corbot::Sightings& seen) {
+  const Eigen::Vector3d base = cell_.robot(robot)->frame.position_m;
+  const auto piece = from.slots ? nearest_piece(tables_.pieces_at(from.name), base)
+                                : first_untaken(cell_, from, seen, tables_.spots_in(from.name));
+  if (!piece) throw Corbot::Empty(from.name.c_str());
+  const auto slot = farthest_slot(to, tables_.slots_taken(to.name), base);
+  if (!slot) throw Corbot::Full(to.name.c_str(), static_cast<CORBA::ULong>(to.slots->count()));
+  tables_.insert_transfer(robot, *piece, from.name, to.name, *slot);
+}
+
+void Ledger::advance(Corbot::ClaimToken token, Corbot::PieceNumber piece, TransferStep step,
+                     const std::string& note) {
+  check_text("note", note, 0, kLongestNote);
+  transact(0, [&] {
+    const std::string robot = robot_of(token);
+    if (tables_.is_last_event(stored(piece), robot, step)) return;  // repeated
+    const auto transfer = transfer_of(robot);
+    if (!transfer) throw Corbot::WrongStep(Corbot::StepPlaced, step);
+    if (transfer->piece != piece)
+      throw bad("piece", static_cast<double>(piece),
+                fmt::format("the transfer of the robot is of piece {}", transfer->piece));
+    if (!is_allowed(transfer->step, step)) throw Corbot::WrongStep(transfer->step, step);
+    if (step == Corbot::StepPicking || step == Corbot::StepPlacing)
+      check_zone(robot, spot_of(*transfer, step).place.in());
+    tables_.write_step(*transfer, step, note);
+  });
+}
+
+void Ledger::check_zone(const std::string& robot, const std::string& place) {
+  if (zone_check_ == ZoneCheck::kOff || !cell_.place(place)->is_shared) return;
+  const auto zone = tables_.zone(place);
+  if (!zone) throw Corbot::Occupied(place.c_str(), "", 0);
+  if (zone->robot != robot) throw Corbot::Occupied(place.c_str(), zone->robot.c_str(), zone->since);
+}
+
+void Ledger::enter(Corbot::ClaimToken token, const std::string& place, double timeout_s) {
+  (void)shared_place(place);
+  check_timeout(timeout_s);
+  const Turn turn(*this, token, place);
+  transact(timeout_s, [&] {
+    const std::string robot = robot_of(token);
+    const auto zone = tables_.zone(place);
+    if (zone && zone->robot == robot) return;  // repeated
+    if (zone) throw Corbot::Occupied(place.c_str(), zone->robot.c_str(), zone->since);
+    const auto first = std::find_if(waiters_.begin(), waiters_.end(),
+                                    [&](const Waiter& waiter) { return waiter.place == place; });
+    if (first->robot != robot) throw Corbot::Occupied(place.c_str(), first->robot.c_str(), now_s());
+    tables_.insert_zone(place, robot);
+  });
+}
+
+void Ledger::leave(Corbot::ClaimToken token, const std::string& place) {
+  (void)shared_place(place);
+  transact(0, [&] { tables_.delete_zone(place, robot_of(token)); });
+}
+
+Corbot::PlaceInfos Ledger::places() {
+  const std::lock_guard lock(mutex_);
+  const Transaction reads(database_);
+  auto standing = tables_.standing();
+  auto reserved = tables_.reserved();
+  Corbot::PlaceInfos all;
+  all.length(static_cast<CORBA::ULong>(cell_.places.size()));
+  for (CORBA::ULong i = 0; i < all.length(); ++i) {
+    const Place& place = cell_.places[i];
+    const ZoneRow zone = tables_.zone(place.name).value_or(ZoneRow{});
+    all[i].name = place.name.c_str();
+    all[i].capacity = static_cast<CORBA::ULong>(place.slots ? place.slots->count() : 0);
+    all[i].pieces = standing[place.name];
+    all[i].reserved = reserved[place.name];
+    all[i].shared = place.is_shared;
+    all[i].robot = zone.robot.c_str();
+    all[i].since = zone.since;
+  }
+  return all;
+}
+
+Corbot::TransferInfos Ledger::transfers() {
+  const std::lock_guard lock(mutex_);
+  return tables_.transfers("");
+}
+
+Corbot::PieceEvents Ledger::history(Corbot::PieceNumber piece, unsigned long long after) {
+  const std::lock_guard lock(mutex_);
+  return tables_.events(stored(piece), stored(after), kMostEvents);
+}
+
+}  // namespace corbot::cell

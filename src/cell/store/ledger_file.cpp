@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell/store/ledger_file.h"
+
+#include <fmt/format.h>
+
+#include "client/failure.h"
+
+namespace corbot::cell {
+namespace {
+
+using client::ExitCode;
+using client::Failure;
+
+constexpr int kSchema = 1;
+
+// Statements that both SQLite and PostgreSQL accept. A claim stays when it has ended: its token still leads to its robot.
+// A piece is in exactly one place. While a robot holds the piece, x, y, z and yaw keep the spot where the piece stood.
+// `arrived` is the number of the event that brought the piece there. A slot that is NULL means an area.
+constexpr const char* kTables = R"sql(
+CREATE TABLE cell (name TEXT PRIMARY KEY, schema INTEGER NOT NULL, revision BIGINT NOT NULL, pieces BIGINT NOT NULL,
+  events BIGINT NOT NULL, tokens BIGINT NOT NULL);
+CREATE TABLE claim (cell TEXT NOT NULL REFERENCES cell, token BIGINT NOT NULL, robot TEXT NOT NULL, who TEXT NOT NULL,
+  since DOUBLE PRECISION NOT NULL, ended INTEGER NOT NULL, PRIMARY KEY (cell, token));
+CREATE UNIQUE INDEX present_claim ON claim (cell, robot) WHERE ended = 0;
+CREATE TABLE zone (cell TEXT NOT NULL REFERENCES cell, place TEXT NOT NULL, robot TEXT NOT NULL,
+  since DOUBLE PRECISION NOT NULL, PRIMARY KEY (cell, place));
+CREATE TABLE piece (cell TEXT NOT NULL REFERENCES cell, number BIGINT NOT NULL, kind TEXT NOT NULL,
+  state TEXT NOT NULL CHECK (state IN ('stands','held','unclear')), robot TEXT, place TEXT, slot INTEGER,
+  x DOUBLE PRECISION NOT NULL, y DOUBLE PRECISION NOT NULL, z DOUBLE PRECISION NOT NULL, yaw DOUBLE PRECISION NOT NULL,
+  arrived BIGINT NOT NULL, PRIMARY KEY (cell, number), UNIQUE (cell, place, slot), UNIQUE (cell, robot),
+  CHECK ((state = 'held') = (robot IS NOT NULL)), CHECK ((state = 'held') = (place IS NULL)));
+CREATE TABLE transfer (cell TEXT NOT NULL REFERENCES cell, robot TEXT NOT NULL, piece BIGINT NOT NULL,
+  step TEXT NOT NULL CHECK (step IN ('reserved','picking','held','placing')), from_place TEXT NOT NULL, from_slot INTEGER,
+  to_place TEXT NOT NULL, to_slot INTEGER NOT NULL, since DOUBLE PRECISION NOT NULL, PRIMARY KEY (cell, robot),
+  UNIQUE (cell, piece), UNIQUE (cell, to_place, to_slot), FOREIGN KEY (cell, piece) REFERENCES piece);
+CREATE TABLE event (cell TEXT NOT NULL REFERENCES cell, number BIGINT NOT NULL, time DOUBLE PRECISION NOT NULL,
+  piece BIGINT NOT NULL, robot TEXT NOT NULL, step TEXT NOT NULL, place TEXT NOT NULL, slot INTEGER,
+  x DOUBLE PRECISION NOT NULL, y DOUBLE PRECISION NOT NULL, z DOUBLE PRECISION NOT NULL, yaw DOUBLE PRECISION NOT NULL,
+  note TEXT NOT NULL, PRIMARY KEY (cell, number));
+CREATE INDEX event_of_piece ON event (cell, piece, number);
+)sql";
+
+Failure refusal(const CellConfig& cell, const std::string& text) {
+  return {ExitCode::kUsage,
+          fmt::format("{}: {}: name another file in store.ledger, or the state directory of this cell",
+                      cell.ledger.string(), text)};
+}
+
+void make_or_check_tables(Database& database, const CellConfig& cell) {
+  Statement tables(database, "SELECT COUNT(*), COALESCE(SUM(name = 'cell'), 0) FROM sqlite_master");
+  tables.next();
+  if (tables.integer(0) == 0) {
+    database.run(kTables);
+    execute(database, "INSERT INTO cell VALUES ($1, $2, 0, 0, 0, 0)", cell.name, kSchema);
+    return;
+  }
+  if (tables.integer(1) == 0) throw refusal(cell, "is a database, but no ledger");
+  Statement row(database, "SELECT name, schema FROM cell");
+  row.next();
+  if (row.text(0) != cell.name)
+    throw refusal(cell, fmt::format("is the ledger of cell '{}', not of '{}'", row.text(0), cell.name));
+  if (row.integer(1) != kSchema)
+    throw refusal(cell, fmt::format("has schema {}; this program reads schema {}", row.integer(1), kSchema));
+}
+
+/// Whether the cell has a spot. A slot of -1 means the whole place.
+bool has_spot(const CellConfig& cell, const std::string& name, std::optional<std::int64_t> slot) {
+  const Place* place = cell.place(name);
+  if (place == nullptr || !slot) return place != nullptr && !place->slots;
+  return *slot == -1 || (place->slots && *slot >= 0 && *slot < place->slots->count());
+}
+
+/// A cell.toml that was changed under a ledger in use would make its rows mean other spots.
+void check_names(Database& database, const CellConfig& cell) {
+  Statement spots(database,
+                  "SELECT place, slot FROM piece WHERE cell = $1 AND place IS NOT NULL"
+                  " UNION SELECT from_place, from_slot FROM transfer WHERE cell = $1"
+                  " UNION SELECT to_place, to_slot FROM transfer WHERE cell = $1"
+                  " UNION SELECT place, -1 FROM zone WHERE cell = $1",
+                  cell.name);
+  while (spots.next()) {
+    const auto slot = spots.is_null(1) ? std::nullopt : std::optional(spots.integer(1));
+    if (has_spot(cell, spots.text(0), slot)) continue;
+    const std::string which = slot && *slot >= 0 ? fmt::format("slot {} of", *slot) : std::string("place");
+    throw refusal(cell, fmt::format("uses {} '{}', which the cell does not have", which, spots.text(0)));
+  }
+  Statement robots(database,
+                   "SELECT robot FROM transfer WHERE cell = $1 UNION SELECT robot FROM zone WHERE cell = $1",
+                   cell.name);
+  while (robots.next()) {
+    if (cell.robot(robots.text(0)) == nullptr)
+      throw refusal(cell, fmt::format("uses robot '{}', which the cell does not have", robots.text(0)));
+  }
+}
+
+}  // namespace
+
+Database open_ledger(const CellConfig& cell) {
+  Database database(cell.ledger);
+  database.run("BEGIN IMMEDIATE");  // two processes may make the same ledger
+  make_or_check_tables(database, cell);
+  check_names(database, cell);
+  database.run("COMMIT");
+  return database;
+}
+
+}  // namespace corbot::cell

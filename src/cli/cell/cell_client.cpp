@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/cell/cell_client.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <thread>
+
+#include "cell/orb_server.h"
+#include "client/explain.h"
+
+namespace corbot::cli {
+
+using client::ExitCode;
+using client::Failure;
+
+namespace {
+
+constexpr CORBA::ULong kCall_ms = 5000;
+constexpr std::chrono::seconds kRetryFor{10};  // a program that died is started again meanwhile
+
+template <class Interface>
+typename Interface::_ptr_type connect(CORBA::ORB_ptr orb, const std::string& uri, CORBA::ULong timeout_ms) {
+  typename Interface::_var_type reference = cell::reference_to<Interface>(orb, uri);
+  omniORB::setClientCallTimeout(reference, timeout_ms);
+  return reference._retn();
+}
+
+}  // namespace
+
+CellClient::CellClient(const cell::CellConfig& cell) : cell_(cell) {
+  int argc = 0;
+  orb_ = CORBA::ORB_init(argc, nullptr);
+  store_ = connect<Corbot::Store>(orb_, cell.store_uri(), kCall_ms);
+  const auto look_ms = static_cast<CORBA::ULong>(cell.timing.look_s * 1000);
+  camera_ = connect<Corbot::Camera>(orb_, cell.camera_uri(), kCall_ms + look_ms);
+  coordinator_ = connect<Corbot::Coordinator>(orb_, cell.coordinator_uri(), kCall_ms);
+}
+
+CellClient::~CellClient() {
+  try {
+    orb_->destroy();
+  } catch (const CORBA::Exception&) {  // NOLINT(bugprone-empty-catch): the process ends
+  }
+}
+
+/// Repeats what the ORB could not deliver: every call of this class may be repeated.
+template <class F>
+auto CellClient::call(const char* whom, F&& f) -> decltype(f()) {
+  const auto deadline = std::chrono::steady_clock::now() + kRetryFor;
+  for (;;) {
+    try {
+      return f();
+    } catch (const Corbot::NotReady& error) {
+      throw Failure(ExitCode::kRefused, fmt::format("{}: {}", whom, client::printable(error.reason.in())));
+    } catch (const CORBA::SystemException& error) {
+      if (gave_up_ || std::chrono::steady_clock::now() > deadline)
+        throw Failure(ExitCode::kUnreachable,
+                      fmt::format("{} does not reply (CORBA {})", whom, error._name()));
+    } catch (const CORBA::Exception& error) {
+      throw Failure(ExitCode::kInternal, fmt::format("{} raised {}", whom, error._name()));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  }
+}
+
+void CellClient::check_foreign() {
+  const auto check = [&](const std::string& what, const std::string& uri) {
+    try {
+      const CORBA::Object_var object = orb_->string_to_object(uri.c_str());
+      omniORB::setClientCallTimeout(object, kCall_ms);
+      if (!object->_non_existent()) return;
+    } catch (const CORBA::SystemException&) {  // NOLINT(bugprone-empty-catch): reported below
+    }
+    throw Failure(ExitCode::kUnreachable,
+                  fmt::format("{} does not reply at {}", what, client::printable(uri)));
+  };
+  for (const cell::CellRobot& robot : cell_.robots) {
+    if (!robot.reference.empty()) check(robot.name, robot.reference);
+  }
+  if (!cell_.camera_reference.empty()) check("the camera", cell_.camera_reference);
+  if (!cell_.store_reference.empty()) check("the store", cell_.store_reference);
+}
+
+void CellClient::start_work() {
+  call("the coordinator", [&] { coordinator_->Start(); });
+}
+
+Corbot::CoordinatorState_var CellClient::state() {
+  return call("the coordinator", [&] { return Corbot::CoordinatorState_var(coordinator_->State()); });
+}
+
+bool CellClient::has_no_transfer() {
+  return call("the store", [&] { return Corbot::TransferInfos_var(store_->Transfers())->length() == 0; });
+}
+
+int CellClient::placed() {
+  const auto reply = call("the store", [&] { return Corbot::PlaceInfos_var(store_->Places()); });
+  const Corbot::PlaceInfos& places = reply.in();
+  CORBA::ULong count = 0;
+  for (CORBA::ULong i = 0; i < places.length(); ++i) {
+    const cell::Place* place = cell_.place(places[i].name.in());
+    if (place != nullptr && cell_.is_last(*place)) count += places[i].pieces;
+  }
+  return static_cast<int>(count);
+}
+
+void CellClient::count_arrivals(CellEnd& end) {
+  CORBA::ULongLong after = 0;
+  for (;;) {
+    const auto reply = call("the store", [&] { return Corbot::PieceEvents_var(store_->History(0, after)); });
+    const Corbot::PieceEvents& events = reply.in();
+    for (CORBA::ULong i = 0; i < events.length(); ++i) {
+      const Corbot::PieceEvent& event = events[i];
+      after = event.number;
+      const cell::Place* place = cell_.place(event.where.place.in());
+      if (event.step == Corbot::StepPlaced && place != nullptr && cell_.is_last(*place))
+        ++end.arrivals[event.piece];
+    }
+    if (events.length() == 0) return;
+  }
+}
+
+CellEnd CellClient::read_end() {
+  CellEnd end;
+  const auto frame =
+      call("the camera", [&] { return Corbot::Frame_var(camera_->Look(cell_.timing.look_s)); });
+  for (CORBA::ULong i = 0; i < frame->pieces.length(); ++i) {
+    const Corbot::Point& p = frame->pieces[i].position;
+    std::string where;
+    for (const cell::Place& place : cell_.places) {
+      if (place.covers({p.x, p.y, p.z})) where = place.name;
+    }
+    ++end.seen[where];
+  }
+  const auto reply = call("the store", [&] { return Corbot::PlaceInfos_var(store_->Places()); });
+  const Corbot::PlaceInfos& places = reply.in();
+  for (CORBA::ULong i = 0; i < places.length(); ++i)
+    end.in_ledger[places[i].name.in()] = static_cast<int>(places[i].pieces);
+  count_arrivals(end);
+  return end;
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <string>
+
+#include "cell.hh"
+#include "cell/cell_config.h"
+#include "cli/cell/verdict.h"
+
+namespace corbot::cli {
+
+/// A client of a cell's coordinator, store and camera. Every failure leaves as a client::Failure.
+class CellClient {
+ public:
+  explicit CellClient(const cell::CellConfig& cell);
+  CellClient(const CellClient&) = delete;
+  CellClient& operator=(const CellClient&) = delete;
+  ~CellClient();
+
+  /// From now on a call that gets no reply is not repeated. From any thread.
+  void give_up() { gave_up_ = true; }
+  /// Throws with kUnreachable where a robot or camera that runs elsewhere does not reply.
+  void check_foreign();
+  void start_work();
+  [[nodiscard]] Corbot::CoordinatorState_var state();
+  /// Whether no robot has a piece in work.
+  [[nodiscard]] bool has_no_transfer();
+  /// Pieces at places from which no robot takes, by the ledger.
+  [[nodiscard]] int placed();
+  /// What ledger and a picture taken now say. Robots must be out of the picture.
+  [[nodiscard]] CellEnd read_end();
+
+ private:
+  template <class F>
+  auto call(const char* whom, F&& f) -> decltype(f());
+  void count_arrivals(CellEnd& end);
+
+  const cell::CellConfig& cell_;
+  std::atomic<bool> gave_up_{false};
+  CORBA::ORB_var orb_;
+  Corbot::Store_var store_;
+  Corbot::Camera_var camera_;
+  Corbot::Coordinator_var coordinator_;
+};
+
+}  // namespace corbot::cli

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/cell/cell_processes.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <regex>
+#include <utility>
+
+#include "cli/supervise/robot_children.h"
+#include "client/failure.h"
+#include "config/load_profile.h"
+#include "config/profile_edit.h"
+#include "net/ports.h"
+
+namespace corbot::cli {
+
+using cell::CellConfig;
+using cell::CellRobot;
+using client::ExitCode;
+using client::Failure;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kReadyWithin_s = 30;  // beside builds and tests on few processors
+
+fs::path profile_of(const CellConfig& cell, const CellRobot& robot) {
+  return cell.state_directory / (robot.name + ".toml");
+}
+
+/// The program with its standard error in the log and its standard output in `output`, or read by the supervisor. A shell
+/// that executes it keeps its pid, by which READY=1 is known to come from it.
+Supervisor::Spec spec(const CellConfig& cell, const std::string& title, std::vector<std::string> command,
+                      const fs::path& output = {}) {
+  const std::string redirections = output.empty() ? "" : " >\"$2\"";
+  std::vector<std::string> words{"/bin/sh",
+                                 "-c",
+                                 "exec 2>>\"$1\"" + redirections + " </dev/null; shift 2; exec \"$@\"",
+                                 "corbot",
+                                 log_file(cell, title).string(),
+                                 output.string()};
+  words.insert(words.end(), command.begin(), command.end());
+  Supervisor::Spec result{.title = title, .command = std::move(words)};
+  result.ready_within_s = kReadyWithin_s;
+  return result;
+}
+
+}  // namespace
+
+fs::path log_file(const CellConfig& cell, const std::string& title) {
+  return cell.state_directory / (title + ".log");
+}
+fs::path scene_output(const CellConfig& cell) { return cell.state_directory / "scene.out"; }
+
+void check_installation(const CellConfig& cell) {
+  for (const char* program : {"corbot-scene", "corbot-store", "corbot-camera", "corbot-coordinator"}) {
+    if (!find_program(program))
+      throw Failure(
+          ExitCode::kUsage,
+          fmt::format("there is no {} here: this corbot was built without OpenCV or SQLite", program));
+  }
+  const auto check = [&](int port) {
+    if (const std::string why = net::listen_error(cell.host, port); !why.empty())
+      throw Failure(ExitCode::kInternal, why + ": choose other ports with --ports");
+  };
+  if (cell.store_reference.empty()) check(cell.store_port());
+  if (cell.camera_reference.empty()) check(cell.camera_port());
+  if (cell.coordinator_reference.empty()) check(cell.coordinator_port());
+  for (const CellRobot& robot : cell.robots) {
+    if (robot.profile.empty()) continue;
+    check(cell.robot_port(robot));
+    if (robot.orb == "orbit2" && !find_program(kOrbit2Servant))
+      throw Failure(ExitCode::kUsage,
+                    fmt::format("{}: orb = \"orbit2\": there is no {} here", robot.name, kOrbit2Servant));
+  }
+}
+
+void write_profiles(const CellConfig& cell) {
+  for (const CellRobot& robot : cell.robots) {
+    if (robot.profile.empty()) continue;
+    std::string text = with_urdf_text(read_profile_text(robot.profile), robot.profile.string());
+    text = std::regex_replace(text, std::regex(R"(unix:SCENE/NAME\.servos)"),
+                              "unix:" + cell.servo_socket(robot).string());
+    std::ofstream(profile_of(cell, robot)) << text;
+  }
+}
+
+std::vector<Supervisor::Spec> cell_processes(const CellConfig& cell, const cell::CellOptions& options,
+                                             std::function<void(const std::string&)> on_event) {
+  const auto words = [&](const char* program) {
+    std::vector<std::string> command{beside_executable(program)};
+    for (const std::string& word : cell::words_of(options)) command.push_back(word);
+    return command;
+  };
+  const fs::path nowhere = "/dev/null";
+  std::vector<Supervisor::Spec> specs;
+  if (cell.scene) specs.push_back(spec(cell, kScene, words("corbot-scene"), scene_output(cell)));
+  for (const CellRobot& robot : cell.robots) {
+    if (robot.profile.empty()) continue;
+    specs.push_back(
+        spec(cell, robot.name,
+             {beside_executable("corbot"), "up", profile_of(cell, robot).string(), "--name",
+              cell.robot_name(robot), "--endpoint", net::endpoint_text(cell.host, cell.robot_port(robot)),
+              "--state-dir", cell.state_directory.string(), "--orb", robot.orb},
+             nowhere));
+  }
+  if (cell.store_reference.empty()) specs.push_back(spec(cell, "store", words("corbot-store"), nowhere));
+  if (cell.camera_reference.empty()) specs.push_back(spec(cell, "camera", words("corbot-camera"), nowhere));
+  if (!cell.coordinator_reference.empty()) return specs;
+  specs.push_back(spec(cell, kCoordinator, words("corbot-coordinator")));
+  specs.back().is_ready = [on_event = std::move(on_event)](const std::string& line) {
+    if (line.starts_with("ready ")) return true;
+    if (!line.empty()) on_event(line);
+    return false;
+  };
+  return specs;
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "cell/program.h"
+#include "cli/supervise/supervisor.h"
+
+// The processes of a cell, as the supervisor starts them.
+
+namespace corbot::cli {
+
+inline constexpr const char* kScene = "scene";
+inline constexpr const char* kCoordinator = "coordinator";
+
+/// Where the program of this title logs.
+[[nodiscard]] std::filesystem::path log_file(const cell::CellConfig& cell, const std::string& title);
+/// Where the scene writes its last line.
+[[nodiscard]] std::filesystem::path scene_output(const cell::CellConfig& cell);
+
+/// Throws Failure, kInternal, where a port that the cell needs is taken, or kUsage where a program is not installed.
+void check_installation(const cell::CellConfig& cell);
+/// Writes each robot's profile into the state directory, with SCENE and NAME of its port replaced.
+void write_profiles(const cell::CellConfig& cell);
+/// In the order of their start, the coordinator last. `on_event` is called for each line that the coordinator prints.
+[[nodiscard]] std::vector<Supervisor::Spec> cell_processes(const cell::CellConfig& cell,
+                                                           const cell::CellOptions& options,
+                                                           std::function<void(const std::string&)> on_event);
+
+}  // namespace corbot::cli

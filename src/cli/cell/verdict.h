@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cell/cell_config.h"
+
+namespace corbot::cli {
+
+/// The scene's counts at its end, as its last line has them: "end pallet1=0 ... nearest_mm=55.2".
+struct SceneEnd {
+  std::map<std::string, int> standing;  ///< place -> pieces; "elsewhere" and "held" too
+  int fallen{};
+  int touches{};
+  std::optional<double> nearest_mm;  ///< between two arms; nothing where there is one
+};
+
+/// Nothing where the line is none of the scene's, or a number is missing.
+[[nodiscard]] std::optional<SceneEnd> parse_scene_end(std::string_view line);
+
+/// What three witnesses found when the work had ended. The key "" of `seen` counts sightings over no place.
+struct CellEnd {
+  std::optional<int> expected;  ///< pieces that the work began with; nothing where that is not known
+  std::map<std::string, int> in_ledger;
+  std::map<std::uint64_t, int> arrivals;  ///< piece -> how often it was placed at a last place
+  std::map<std::string, int> seen;
+  bool has_scene{false};
+  std::optional<SceneEnd> scene;
+};
+
+struct Verdict {
+  std::string summary;
+  std::vector<std::string> faults;  ///< what disagrees; empty: all pieces are where they belong
+};
+
+/// Compares ledger, camera and scene. Pieces belong at the places from which no robot takes, each once.
+[[nodiscard]] Verdict judge(const cell::CellConfig& cell, const CellEnd& end);
+
+}  // namespace corbot::cli

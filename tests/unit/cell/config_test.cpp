@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "cell/cell_config.h"
+
+namespace corbot::cell {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+/// A copy of the shipped cell in a directory of its own, whose files a test edits.
+class CellFiles {
+ public:
+  CellFiles() {
+    std::string path = (fs::temp_directory_path() / "corbot-cell-XXXXXX").string();
+    if (::mkdtemp(path.data()) == nullptr) throw std::runtime_error(path);
+    directory_ = path;
+    for (const auto& entry : fs::directory_iterator(CORBOT_CELL)) fs::copy(entry.path(), directory_);
+  }
+  CellFiles(const CellFiles&) = delete;
+  CellFiles& operator=(const CellFiles&) = delete;
+  ~CellFiles() { fs::remove_all(directory_); }
+
+  /// Line of the edit, from 1.
+  std::uint32_t edit(const std::string& file, const std::string& from, const std::string& to) {
+    std::ifstream in(directory_ / file);
+    std::string text{std::istreambuf_iterator<char>(in), {}};
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << file << " no longer holds " << from;
+    text.replace(at, from.size(), to);
+    std::ofstream(directory_ / file) << text;
+    return static_cast<std::uint32_t>(1 +
+                                      std::count(text.begin(), text.begin() + static_cast<long>(at), '\n'));
+  }
+  [[nodiscard]] CellConfig load(CellOverrides overrides = {}) const {
+    if (overrides.state_directory.empty()) overrides.state_directory = "/tmp/cell-state";
+    return load_cell(directory_ / "cell.toml", overrides);
+  }
+  [[nodiscard]] std::vector<ConfigFault> faults(const CellOverrides& overrides = {}) const {
+    try {
+      (void)load(overrides);
+    } catch (const ConfigError& error) {
+      return error.faults();
+    }
+    return {};
+  }
+
+ private:
+  fs::path directory_;
+};
+
+TEST(CellConfigTest, TheShippedCellIsUnderstood) {
+  const CellConfig cell = CellFiles().load();
+  ASSERT_EQ(cell.robots.size(), 2U);
+  EXPECT_EQ(cell.robot_uri(cell.robots[1]), "corbaloc::127.0.0.1:12824/demo-robot2");
+  EXPECT_EQ(cell.store_uri(), "corbaloc::127.0.0.1:12820/Store");
+  EXPECT_TRUE(cell.is_last(*cell.place("pallet2")));
+  EXPECT_FALSE(cell.is_last(*cell.place("store1")));
+  EXPECT_EQ(cell.place("nothing"), nullptr);
+  ASSERT_TRUE(cell.scene);
+  EXPECT_EQ(cell.scene->pieces, 12);
+  // Slots count along x, then y, about the middle.
+  const Place& pallet2 = *cell.place("pallet2");
+  EXPECT_TRUE(pallet2.slot_position(0).isApprox(Eigen::Vector3d(0.395 - 0.0675, -0.239 - 0.042, 0), 1e-12));
+  EXPECT_TRUE(pallet2.slot_position(5).isApprox(Eigen::Vector3d(0.395 - 0.0225, -0.239, 0), 1e-12));
+  EXPECT_TRUE(pallet2.covers(pallet2.slot_position(11)));
+  EXPECT_FALSE(pallet2.covers({0.395, 0, 0}));
+}
+
+TEST(CellConfigTest, TheCommandLineReplacesWhatTheFileSays) {
+  CellOverrides overrides;
+  overrides.name = "class3";
+  overrides.ports = 20000;
+  overrides.pieces = 4;
+  overrides.seed = 9;
+  const CellConfig cell = CellFiles().load(overrides);
+  EXPECT_EQ(cell.robot_uri(cell.robots[0]), "corbaloc::127.0.0.1:20003/class3-robot1");
+  EXPECT_EQ(cell.scene->pieces, 4);
+  EXPECT_EQ(cell.scene->seed, 9U);
+}
+
+/// One edit of a file of the cell, and the fault that it must give: its key and a part of what is allowed.
+struct Case {
+  std::string name;
+  std::string from;
+  std::string to;
+  std::string key;
+  std::string allowed;
+  std::string file{"cell.toml"};
+};
+void PrintTo(const Case& test, std::ostream* out) { *out << test.name; }
+
+class CellRefused : public testing::TestWithParam<Case> {};
+
+TEST_P(CellRefused, WithFileLineKeyValueAndWhatIsAllowed) {
+  const Case& test = GetParam();
+  CellFiles files;
+  const std::uint32_t line = files.edit(test.file, test.from, test.to);
+  const auto faults = files.faults();
+  ASSERT_EQ(faults.size(), 1U) << (faults.empty() ? "accepted" : faults[0].text() + "\n" + faults[1].text());
+  EXPECT_EQ(faults[0].key, test.key);
+  EXPECT_THAT(faults[0].allowed, HasSubstr(test.allowed));
+  EXPECT_THAT(faults[0].file, HasSubstr(test.file));
+  EXPECT_EQ(faults[0].line, line) << faults[0].text();
+}
+
+const Case kCases[] = {
+    {"cell_name", "name = \"demo\"", "name = \"a b\"", "cell.name", "1 to 32 ASCII letters"},
+    {"port_not_a_number", "ports = 12820", "ports = \"x\"", "cell.ports", "a whole number from 1024"},
+    {"ports_beyond", "ports = 12820", "ports = 65532", "cell.ports", "5 ports in a row"},
+    {"unknown_key", "host = \"127.0.0.1\"", "hosts = \"127.0.0.1\"", "cell.hosts", "did you mean host"},
+    {"same_names", "name = \"robot2\"", "name = \"robot1\"", "robot[1].name", "names must differ"},
+    {"both", "size_m = [0.165, 0.110]", "size_m = [0.165, 0.110], rows = 2", "place[0].size_m",
+     "either size_m"},
+    {"neither", ", size_m = [0.165, 0.110]", "", "place[0].name", "either size_m"},
+    {"pitch", "pitch_m = [0.045, 0.042]", "pitch_m = [0.045, 0.03]", "place[2].pitch_m[1]", "0.04 to 1 m"},
+    {"zone_missing", "from = \"store1\"", "from = \"pallet1\"", "robot[1].from", "shared = true"},
+    {"from_unknown", "from = \"pallet1\"", "from = \"palet1\"", "robot[0].from", "pallet1, store1, pallet2"},
+    {"from_is_to", "from = \"store1\"", "from = \"pallet2\"", "robot[1].to", "another place than from"},
+    {"to_an_area", "from = \"pallet1\", to = \"store1\"", "from = \"store1\", to = \"pallet1\"",
+     "robot[0].to", "a place with slots"},
+    {"no_robot", "profile = \"arm.toml\", position_m = [0, 0, 0]", "position_m = [0, 0, 0]", "robot[0].name",
+     "either profile"},
+    {"no_profile", "profile = \"arm.toml\", position_m = [0, 0, 0]",
+     "profile = \"no.toml\", position_m = [0, 0, 0]", "robot[0].profile", "no such file"},
+    {"orb", "from = \"pallet1\"", "orb = \"tao\", from = \"pallet1\"", "robot[0].orb", "\"orbit2\""},
+    {"wait_in_zone", "[0.153, 0.129, 0.09]", "[0.19, 0.05, 0.09]", "robot[0].wait_m", "0.05 m or more"},
+    {"wait_over_a_place", "[0.153, 0.129, 0.09]", "[0.1, 0.22, 0.09]", "robot[0].wait_m",
+     "not be over a place"},
+    {"above", "wait_m = [0.153", "above_m = 0.05, wait_m = [0.153", "robot[0].above_m", "the tallest piece"},
+    {"opening", "wait_m = [0.153", "opening_m = 0.02, wait_m = [0.153", "robot[0].opening_m", "widest piece"},
+    {"speed", "wait_m = [0.153", "speed_percent = 101, wait_m = [0.153", "robot[0].speed_percent",
+     "at most 100"},
+    {"long_name", "name = \"robot1\"", "name = \"robot1robot1robot1robot1robot1r\"", "robot[0].name", "32"},
+    {"hue", "hue_deg = [345, 15]", "hue_deg = [345, 361]", "kind[0].hue_deg[1]", "0 to 360"},
+    {"label", "label_m = 0.016", "label_m = 0.021", "kind[0].label_m", "at most diameter_m"},
+    {"grasp", "grasp_m = 0.030", "grasp_m = 0.046", "kind[0].grasp_m", "at most height_m"},
+    {"source", "source = \"scene\"", "source = \"/dev/video0\"", "camera.source", "\"scene\""},
+    {"calibration", "calibration = \"camera.toml\"", "calibration = \"camera.tom\"", "camera.calibration",
+     "no such file"},
+    {"seed", "seed = 1", "seed = -1", "scene.seed", "0 to 4294967295"},
+    {"timing", "attempts = 3", "attempts = 0", "timing.attempts", "1 to 100"},
+    {"quaternion", "[0, 1, 0, 0]", "[0, 1, 1, 0]", "quaternion_wxyz", "unit quaternion", "camera.toml"},
+    {"not_toml", "name = \"demo\"", "name = demo", "", "not TOML"},
+};
+INSTANTIATE_TEST_SUITE_P(All, CellRefused, testing::ValuesIn(kCases),
+                         [](const auto& each) { return each.param.name; });
+
+TEST(CellConfigTest, AllFaultsAreReportedTogether) {
+  CellFiles files;
+  files.edit("cell.toml", "from = \"pallet1\"", "from = \"x\"");
+  files.edit("cell.toml", "seed = 1", "seed = -1");
+  files.edit("camera.toml", "0.85", "85");
+  EXPECT_EQ(files.faults().size(), 3U);
+}
+
+TEST(CellConfigTest, APathThatASocketCannotHaveIsRefused) {
+  CellOverrides overrides;
+  overrides.state_directory = "/tmp/" + std::string(100, 'd');
+  const auto faults = CellFiles().faults(overrides);
+  ASSERT_EQ(faults.size(), 2U);
+  EXPECT_THAT(faults[0].allowed, HasSubstr("107"));
+}
+
+}  // namespace
+}  // namespace corbot::cell

@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rules of the ledger: steps, claims, zones, what is reserved, and calls that wait.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <limits>
+#include <thread>
+
+#include "ledger_fixture.h"
+#include "support/process.h"
+
+namespace corbot::cell {
+namespace {
+
+using namespace Corbot;
+using test::wait_until;
+using test::within;
+
+constexpr Step kSteps[] = {StepReserved, StepPicking,   StepHeld,   StepPlacing,
+                           StepPlaced,   StepWithdrawn, StepUnclear};
+
+struct StepRow {
+  std::vector<Step> path;  ///< how a transfer gets to the present step, from reserved on
+  std::vector<Step> allowed;
+};
+
+/// As idl/cell.idl has it; the step that is there already is allowed too.
+const StepRow kTable[] = {
+    {{}, {StepReserved, StepPicking, StepWithdrawn}},
+    {{StepPicking}, {StepPicking, StepHeld, StepWithdrawn, StepUnclear}},
+    {{StepPicking, StepHeld}, {StepHeld, StepPlacing, StepUnclear}},
+    {{StepPicking, StepHeld, StepPlacing}, {StepPlacing, StepPlaced, StepHeld, StepUnclear}},
+    {{StepPicking, StepHeld, StepPlacing, StepPlaced}, {StepPlaced}},
+    {{StepPicking, StepWithdrawn}, {StepWithdrawn}},
+    {{StepPicking, StepHeld, StepUnclear}, {StepUnclear}},
+};
+
+using LedgerSteps = LedgerFixture;
+
+TEST_F(LedgerSteps, OnlyTheAllowedOnesAreWritten) {
+  int tried = 0;
+  for (const StepRow& row : kTable) {
+    for (const Step wanted : kSteps) {
+      CellConfig cell = cell_;
+      cell.ledger = directory_ / fmt::format("{}.db", tried++);
+      Ledger ledger(cell, ZoneCheck::kOff);
+      const ClaimToken token = ledger.claim("robot1", "test", 0);
+      const PieceNumber piece = ledger.reserve(token, "pallet1", "store1", seen_, 0).piece;
+      for (const Step step : row.path) ledger.advance(token, piece, step, "");
+      const Step present = row.path.empty() ? StepReserved : row.path.back();
+      const auto events = ledger.history(0, 0).length();
+      SCOPED_TRACE(fmt::format("{} > {}", int{present}, int{wanted}));
+      const bool is_allowed = std::count(row.allowed.begin(), row.allowed.end(), wanted) > 0;
+      try {
+        ledger.advance(token, piece, wanted, "");
+        EXPECT_TRUE(is_allowed);
+        EXPECT_EQ(ledger.history(0, 0).length(), events + (wanted == present ? 0 : 1));
+      } catch (const WrongStep& wrong) {
+        EXPECT_FALSE(is_allowed);
+        EXPECT_EQ(wrong.present, present >= StepPlaced ? StepPlaced : present);
+        EXPECT_EQ(wrong.wanted, wanted);
+        EXPECT_EQ(ledger.history(0, 0).length(), events);
+      }
+    }
+  }
+  EXPECT_EQ(tried, 49);
+}
+
+TEST_F(LedgerSteps, LeaveThePieceWhereItIs) {
+  carry("robot1", "pallet1", "store1", kToPlaced);
+  EXPECT_EQ(place(1).pieces, 1U);
+  const auto moved = ledger_.reserve(tokens_["robot2"], "store1", "pallet2", {}, 0);
+  EXPECT_EQ(moved.source.slot, 0) << "robot1 puts the first one into the farthest slot, of two the lower";
+  EXPECT_EQ(place(2).reserved, 1U);
+  EXPECT_EQ(place(1).pieces, 1U) << "it stands until it is held";
+  const auto taken = carry("robot1", "pallet1", "store1", {StepPicking, StepUnclear});
+  EXPECT_THROW((void)ledger_.advance(tokens_["robot1"], taken, StepHeld, ""), WrongStep);
+  EXPECT_EQ(place(0).pieces, 0U) << "an unclear piece stands nowhere";
+  EXPECT_EQ(ledger_.reserve(tokens_["robot1"], "pallet1", "store1", seen_, 0).source.position.x, 0.10)
+      << "and its spot is not given";
+}
+
+TEST_F(LedgerSteps, APieceWithdrawnFromAnAreaIsSeenAgainWithANewNumber) {
+  const auto first = carry("robot1", "pallet1", "store1", {StepPicking, StepWithdrawn});
+  EXPECT_EQ(place(0).pieces, 0U);
+  const auto again = ledger_.reserve(tokens_["robot1"], "pallet1", "store1", seen_, 0);
+  EXPECT_EQ(again.source.position.x, 0.05);
+  EXPECT_GT(again.piece, first);
+}
+
+TEST_F(LedgerSteps, PickAndPlaceNeedTheZone) {
+  const auto piece = carry("robot1", "pallet1", "store1", {StepPicking, StepHeld});
+  const auto place_it = [&] { ledger_.advance(tokens_["robot1"], piece, StepPlacing, ""); };
+  const auto occupied_by = [&]() -> std::string {
+    try {
+      place_it();
+    } catch (const Occupied& occupied) {
+      return std::string("by ") + occupied.robot.in();
+    }
+    return "placing";
+  };
+  EXPECT_EQ(occupied_by(), "by ");
+  ledger_.enter(tokens_["robot2"], "store1", 0);
+  EXPECT_EQ(occupied_by(), "by robot2");
+  ledger_.leave(tokens_["robot2"], "store1");
+  ledger_.enter(tokens_["robot1"], "store1", 0);
+  EXPECT_EQ(occupied_by(), "placing");
+}
+
+using LedgerClaims = LedgerFixture;
+
+TEST_F(LedgerClaims, AreReplacedByTheirTokenAlone) {
+  const ClaimToken old = tokens_["robot1"];
+  try {
+    ledger_.claim("robot1", "other", old + 100);
+    FAIL();
+  } catch (const Claimed& claimed) {
+    EXPECT_STREQ(claimed.robot.in(), "robot1");
+    EXPECT_STREQ(claimed.who.in(), "test");
+    EXPECT_EQ(claimed.token, old);
+    EXPECT_GT(claimed.since, 1e9);
+  }
+  const ClaimToken fresh = ledger_.claim("robot1", "other", old);
+  EXPECT_GT(fresh, tokens_["robot3"]);
+  EXPECT_THROW(ledger_.claim("robot1", "other", old), Claimed) << "repeated";
+  for (const auto& call : std::initializer_list<std::function<void()>>{
+           [&] { (void)ledger_.reserve(old, "pallet1", "store1", seen_, 0); },
+           [&] { ledger_.advance(old, 1, StepPicking, ""); }, [&] { ledger_.enter(old, "store1", 0); },
+           [&] { ledger_.leave(old, "store1"); }, [&] { ledger_.release(old); }}) {
+    try {
+      call();
+      ADD_FAILURE() << "a claim that has ended is no right";
+    } catch (const Superseded& superseded) {
+      EXPECT_EQ(superseded.token, old);
+      EXPECT_EQ(superseded.present, fresh);
+    }
+  }
+  ledger_.release(fresh);
+  ledger_.release(fresh);  // repeated
+  EXPECT_THROW(ledger_.enter(fresh, "store1", 0), Superseded);
+  EXPECT_THROW(ledger_.release(12345), Superseded);
+  EXPECT_THROW(ledger_.release(std::numeric_limits<ClaimToken>::max()), Superseded);
+  EXPECT_GT(ledger_.claim("robot1", "third", 0), fresh);
+}
+
+using LedgerReserve = LedgerFixture;
+
+TEST_F(LedgerReserve, TakesWhatIsSeenKnownAndFree) {
+  Sightings seen =
+      sightings({{0.3, 0.3, 0}, {0.05, 0.22, 0}, {0.05, 0.22, 0}, {0.055, 0.222, 0}, {0.1, 0.22, 0}});
+  seen[1].kind = "green";
+  const auto first = ledger_.reserve(tokens_["robot1"], "pallet1", "store1", seen, 0);
+  EXPECT_EQ(first.source.position.y, 0.22);
+  EXPECT_EQ(first.source.slot, -1);
+  EXPECT_STREQ(first.kind.in(), "red");
+  const auto repeated = ledger_.reserve(tokens_["robot1"], "pallet1", "store1", seen, 0);
+  EXPECT_EQ(repeated.piece, first.piece);
+  EXPECT_THROW((void)ledger_.reserve(tokens_["robot1"], "pallet1", "pallet2", seen, 0), WrongStep);
+  const auto other = ledger_.reserve(tokens_["robot3"], "pallet1", "store1", seen, 0);
+  EXPECT_EQ(other.source.position.x, 0.1) << "5 mm beside a reserved piece is that piece";
+  EXPECT_NE(other.target.slot, first.target.slot);
+}
+
+TEST_F(LedgerReserve, TheNearestPieceGoesToTheFarthestSlotAndEmptyComesBeforeFull) {
+  const auto none = [&](const std::string& robot, const std::string& from, const Sightings& seen) {
+    return [=, this] { (void)ledger_.reserve(tokens_[robot], from, "store1", seen, 0); };
+  };
+  std::vector<int> slots;
+  for (int i = 0; i < 4; ++i) {
+    const auto moved = ledger_.reserve(tokens_["robot1"], "pallet1", "store1", seen_, 0);
+    slots.push_back(moved.target.slot);
+    ledger_.enter(tokens_["robot1"], "store1", 0);
+    for (const Step step : kToPlaced) ledger_.advance(tokens_["robot1"], moved.piece, step, "");
+  }
+  EXPECT_THAT(slots, ::testing::ElementsAre(0, 1, 2, 3)) << "251 and 241 mm are as far within 20 mm";
+  EXPECT_THROW(none("robot1", "pallet1", {})(), Empty);
+  try {
+    none("robot1", "pallet1", seen_)();
+    ADD_FAILURE();
+  } catch (const Full& full) {
+    EXPECT_EQ(full.capacity, 4U);
+  }
+  EXPECT_EQ(ledger_.reserve(tokens_["robot2"], "store1", "pallet2", {}, 0).source.slot, 0) << "the oldest";
+}
+
+TEST(LedgerSelection, DistancesWithin20mmAreEqual) {
+  const auto chosen = [](double second_m) {
+    return nearest_piece({{1, "red", 0, {0.1, 0, 0}, 0, 7}, {2, "red", 1, {second_m, 0, 0}, 0, 3}}, {0, 0, 0})
+        ->number;
+  };
+  EXPECT_EQ(chosen(0.119), 2);
+  EXPECT_EQ(chosen(0.121), 1);
+  const Place row{"row", {}, {}, SlotGrid{4, 1, {0.05, 0.05}}, false};
+  EXPECT_EQ(farthest_slot(row, {}, {-1, 0, 0}), 3);
+  EXPECT_EQ(farthest_slot(row, {3}, {-1, 0, 0}), 2);
+  EXPECT_EQ(farthest_slot(row, {0, 1, 2, 3}, {-1, 0, 0}), std::nullopt);
+}
+
+using LedgerZones = LedgerFixture;
+
+TEST_F(LedgerZones, AreGivenInTurn) {
+  ledger_.enter(tokens_["robot1"], "store1", 0);
+  ledger_.enter(tokens_["robot1"], "store1", 0);  // repeated
+  std::mutex mutex;
+  std::vector<std::string> order;
+  const auto work = [&](const std::string& robot) {
+    ledger_.enter(tokens_.at(robot), "store1", 30);
+    {
+      const std::lock_guard lock(mutex);
+      order.push_back(robot);
+    }
+    ledger_.leave(tokens_.at(robot), "store1");
+  };
+  std::thread second(work, "robot3");
+  EXPECT_TRUE(wait_until(within(20), [&] { return ledger_.waiting() == 1; }));
+  std::thread third(work, "robot2");
+  EXPECT_TRUE(wait_until(within(20), [&] { return ledger_.waiting() == 2; }));
+  ledger_.leave(tokens_["robot2"], "store1");  // another robot's zone: no effect
+  EXPECT_STREQ(place(1).robot.in(), "robot1");
+  ledger_.leave(tokens_["robot1"], "store1");
+  try {
+    ledger_.enter(tokens_["robot1"], "store1", 30);
+    const std::lock_guard lock(mutex);
+    order.push_back("robot1");
+  } catch (const Occupied&) {
+    ADD_FAILURE();
+  }
+  second.join();
+  third.join();
+  EXPECT_THAT(order, ::testing::ElementsAre("robot3", "robot2", "robot1"));
+}
+
+TEST_F(LedgerZones, OutliveTheClaim) {
+  ledger_.enter(tokens_["robot1"], "store1", 0);
+  ledger_.release(tokens_["robot1"]);
+  EXPECT_STREQ(place(1).robot.in(), "robot1");
+  EXPECT_THROW(ledger_.enter(tokens_["robot2"], "store1", 0), Occupied);
+  ledger_.leave(ledger_.claim("robot1", "next", 0), "store1");
+  EXPECT_STREQ(place(1).robot.in(), "");
+}
+
+using LedgerWaits = LedgerFixture;
+
+TEST_F(LedgerWaits, EndWithAChangeWithTheTimeoutOrWithTheClaim) {
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_THROW((void)ledger_.reserve(tokens_["robot2"], "store1", "pallet2", {}, 0.3), Empty);
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(300));
+
+  Ledger other(cell_);  // as another process: the change comes from there
+  std::thread producer([&] {
+    const auto piece = other.reserve(tokens_.at("robot1"), "pallet1", "store1", seen_, 0).piece;
+    other.enter(tokens_.at("robot1"), "store1", 0);
+    for (const Step step : kToPlaced) other.advance(tokens_.at("robot1"), piece, step, "");
+  });
+  EXPECT_EQ(ledger_.reserve(tokens_["robot2"], "store1", "pallet2", {}, 30).piece, 1U);
+  producer.join();
+
+  std::thread waiter([&] { EXPECT_THROW(ledger_.enter(tokens_.at("robot2"), "store1", 30), Superseded); });
+  EXPECT_TRUE(wait_until(within(20), [&] { return ledger_.waiting() == 1; }));
+  const ClaimToken fresh = ledger_.claim("robot2", "next", tokens_["robot2"]);
+  waiter.join();
+  std::thread last([&] { EXPECT_THROW(ledger_.enter(fresh, "store1", 30), Occupied); });
+  EXPECT_TRUE(wait_until(within(20), [&] { return ledger_.waiting() == 1; }));
+  ledger_.end_waiting();
+  last.join();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(25))
+      << "no time-out was waited for";
+}
+
+using LedgerInput = LedgerFixture;
+
+TEST_F(LedgerInput, IsCheckedBeforeAnythingIsWritten) {
+  const ClaimToken token = tokens_["robot1"];
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::string unprintable = "a\nb";
+  const std::map<std::string, std::vector<std::function<void()>>> faults{
+      {"robot",
+       {[&] { ledger_.claim("robot9", "test", 0); }, [&] { ledger_.claim(unprintable, "test", 0); }}},
+      {"who",
+       {[&] { ledger_.claim("robot1", "", 0); }, [&] { ledger_.claim("robot1", std::string(65, 'w'), 0); },
+        [&] { ledger_.claim("robot1", unprintable, 0); }}},
+      {"from", {[&] { (void)ledger_.reserve(token, "nowhere", "store1", seen_, 0); }}},
+      {"to",
+       {[&] { (void)ledger_.reserve(token, "store1", "pallet1", seen_, 0); },
+        [&] { (void)ledger_.reserve(token, "store1", "store1", seen_, 0); }}},
+      {"seen", {[&] {
+         (void)ledger_.reserve(token, "pallet1", "store1", sightings({{0.05, 0.22, nan}}), 0);
+       }}},
+      {"timeout",
+       {[&] { (void)ledger_.reserve(token, "pallet1", "store1", seen_, nan); },
+        [&] { ledger_.enter(token, "store1", -0.1); }, [&] { ledger_.enter(token, "store1", 30.1); }}},
+      {"place", {[&] { ledger_.enter(token, "pallet1", 0); }, [&] { ledger_.leave(token, ""); }}},
+      {"note", {[&] { ledger_.advance(token, 1, StepPicking, std::string(201, 'n')); }}},
+  };
+  for (const auto& [parameter, calls] : faults) {
+    for (const auto& call : calls) {
+      try {
+        call();
+        ADD_FAILURE() << parameter << " was accepted";
+      } catch (const BadParameter& bad) {
+        EXPECT_EQ(bad.parameter.in(), parameter);
+        EXPECT_EQ(std::string(bad.reason.in()).find('\n'), std::string::npos) << bad.reason.in();
+      }
+    }
+  }
+  EXPECT_EQ(ledger_.history(0, 0).length(), 0U);
+  (void)ledger_.reserve(token, "pallet1", "store1", seen_, 0);
+  EXPECT_THROW(ledger_.advance(token, 77, StepPicking, ""), BadParameter);
+}
+
+}  // namespace
+}  // namespace corbot::cell

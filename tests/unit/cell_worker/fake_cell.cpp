@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "unit/cell_worker/fake_cell.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace corbot::test {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kGrasp_m = 0.030;
+constexpr double kNear_m = 0.003;
+constexpr double kFreeHeight_m =
+    0.085;  // of the tool: above pieces that stand and with a piece in the gripper
+constexpr Corbot::ClaimToken kToken = 7;
+
+Corbot::Point to_point(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+bool is_end(Corbot::TransferStep step) { return step >= Corbot::StepPlaced; }
+
+}  // namespace
+
+cell::CellConfig demo_cell() {
+  cell::CellConfig config;
+  config.name = "demo";
+  const double quarter = std::numbers::pi / 4;
+  cell::Place pallet1{"pallet1", {{0.085, 0.239, 0}, 0}, Vector2d(0.165, 0.110), {}, false};
+  cell::Place store1{"store1", {{0.24, 0, 0}, 0}, {}, cell::SlotGrid{1, 4, {0.05, 0.05}}, true};
+  cell::Place pallet2{"pallet2", {{0.395, -0.239, 0}, 0}, {}, cell::SlotGrid{4, 3, {0.045, 0.042}}, false};
+  config.places = {pallet1, store1, pallet2};
+  cell::CellRobot robot1;
+  robot1.name = "robot1";
+  robot1.frame = {{0, 0, 0}, quarter};
+  robot1.from = "pallet1";
+  robot1.to = "store1";
+  robot1.wait_m = {0.153, 0.129, 0.09};
+  cell::CellRobot robot2 = robot1;
+  robot2.name = "robot2";
+  robot2.frame = {{0.48, 0, 0}, 5 * quarter};
+  robot2.from = "store1";
+  robot2.to = "pallet2";
+  robot2.wait_m = {0.327, -0.129, 0.09};
+  config.robots = {robot1, robot2};
+  cell::Kind red;
+  red.name = "red";
+  red.grasp_m = kGrasp_m;
+  config.kinds = {red};
+  return config;
+}
+
+FakeCell::FakeCell(const cell::CellConfig& config, const std::string& robot)
+    : config_(config), robot_(*config.robot(robot)) {
+  pieces.reserve(100);  // the ledger points to one
+}
+
+void FakeCell::add_to_area(double x, double y) { pieces.push_back({{x, y, 0}}); }
+
+void FakeCell::add_to_slot(const std::string& place, int slot) {
+  pieces.push_back({config_.place(place)->slot_position(slot), false, ++last_number_});
+}
+
+std::size_t FakeCell::count(const std::string& place) const {
+  return std::count_if(pieces.begin(), pieces.end(), [&](const Piece& piece) {
+    return !piece.is_held && config_.place(place)->covers(piece.foot);
+  });
+}
+
+int FakeCell::count_reports(const std::string& part) const {
+  return static_cast<int>(std::count_if(reports.begin(), reports.end(), [&](const std::string& text) {
+    return text.find(part) != std::string::npos;
+  }));
+}
+
+void FakeCell::report(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  reports.push_back(text);
+}
+
+void FakeCell::require(bool rule, const std::string& text) {
+  if (!rule) violations.push_back(text);
+}
+
+/// By the angle's definition, not by the code under test.
+Vector3d FakeCell::to_world(const Vector3d& local) const {
+  const double c = std::cos(robot_.frame.yaw_rad);
+  const double s = std::sin(robot_.frame.yaw_rad);
+  return robot_.frame.position_m +
+         Vector3d(c * local.x() - s * local.y(), s * local.x() + c * local.y(), local.z());
+}
+
+// --- Robot ---
+
+bool FakeCell::acquire() {
+  record.emplace_back("acquire");
+  return is_exclusive;
+}
+
+void FakeCell::begin_command(const std::string& name) {
+  require(!stop_source.stop_requested(), name + " begins after a stop was requested");
+  require(!is_superseded_ || name == "move", name + " begins after Superseded");
+  record.push_back(name);
+  if (commands_++ != stopped_command) return;
+  stop_source.request_stop();
+  if (is_exclusive) throw Corbot::Stopped("in the test");
+}
+
+void FakeCell::check_way(const Vector3d& to, bool is_line) {
+  require(is_line || (tool_.z() > kFreeHeight_m && to.z() > kFreeHeight_m),
+          "a free motion is as low as pieces");
+  require(!is_line || (tool_ - to).head<2>().norm() < kNear_m, "a line is not vertical");
+  for (const cell::Place& place : config_.places) {
+    if (!place.is_shared) continue;
+    const bool is_over = place.covers(to, 0.02) || place.covers(tool_, 0.02);
+    require(!is_over || zone_ == place.name, "the tool is over a shared place, and not in its zone");
+  }
+  if (to.z() > kFreeHeight_m) return;
+  const Vector3d foot = to - Vector3d(0, 0, kGrasp_m);
+  const bool is_pick = ledger_.step == Corbot::StepPicking && (foot - ledger_.source).norm() < kNear_m;
+  const bool is_place = ledger_.step == Corbot::StepPlacing && (foot - ledger_.target).norm() < kNear_m;
+  require(is_pick || is_place, "the way down begins before its intent is in the ledger");
+}
+
+void FakeCell::go_to(const Vector3d& tool) {
+  if (is_unreachable && is_unreachable(tool)) throw Corbot::Unreachable({}, "too far");
+  tool_ = tool;
+  changed_.notify_all();
+  for (Piece& piece : pieces) {
+    if (piece.is_held) piece.foot = tool - Vector3d(0, 0, kGrasp_m);
+  }
+}
+
+void FakeCell::speed(double /*percent*/) {
+  const std::lock_guard lock(mutex_);
+  begin_command("speed");
+}
+
+void FakeCell::move(const Vector3d& point, double above_m) {
+  const std::lock_guard lock(mutex_);
+  begin_command("move");
+  const Vector3d to = to_world(point) + Vector3d(0, 0, above_m);
+  check_way(to, false);
+  go_to(to);
+}
+
+void FakeCell::move_s(const Vector3d& point, double above_m, double duration_s) {
+  const std::lock_guard lock(mutex_);
+  begin_command(above_m > 0 ? "up" : "down");
+  const Vector3d to = to_world(point) + Vector3d(0, 0, above_m);
+  check_way(to, true);
+  require(std::abs(duration_s - 0.24) < 1e-9, "60 mm at 0.25 m/s last 0.24 s");
+  go_to(to);
+}
+
+void FakeCell::delay(double /*duration_s*/) {
+  const std::lock_guard lock(mutex_);
+  begin_command("delay");
+}
+
+void FakeCell::open() {
+  const std::lock_guard lock(mutex_);
+  begin_command("open");
+  for (Piece& piece : pieces) {
+    if (!std::exchange(piece.is_held, false)) continue;
+    require(std::abs(piece.foot.z()) < kNear_m, "a piece falls");
+    if (loses_pieces) piece.foot = {9, 9, 9};
+  }
+}
+
+void FakeCell::close() {
+  const std::lock_guard lock(mutex_);
+  begin_command("close");
+  for (Piece& piece : pieces) {
+    const Vector3d grasp = piece.foot + Vector3d(0, 0, kGrasp_m);
+    if ((grasp - tool_).norm() > kNear_m) continue;
+    if (failing_grasps-- <= 0) piece.is_held = true;
+  }
+}
+
+Vector3d FakeCell::rest_position() { return robot_.frame.to_local(tool_); }
+
+// --- Camera ---
+
+Corbot::Frame FakeCell::look(double /*timeout_s*/) {
+  const std::lock_guard lock(mutex_);
+  record.emplace_back("look");
+  require(!stop_source.stop_requested(), "a look after a stop was requested");
+  require((tool_ - robot_.wait_m).norm() < kNear_m, "a look while the arm may hide pieces");
+  Corbot::Frame frame;
+  for (const Piece& piece : pieces) {
+    if (piece.is_held) continue;
+    const CORBA::ULong at = frame.pieces.length();
+    frame.pieces.length(at + 1);
+    frame.pieces[at].kind = "red";
+    frame.pieces[at].position = to_point(piece.foot + Vector3d(0.001, -0.001, 0));  // as a camera measures
+  }
+  return frame;
+}
+
+// --- Store ---
+
+void FakeCell::store_call() {
+  require(!is_superseded_, "a call of the store after Superseded");
+  if (store_calls_++ != superseded_call) return;
+  is_superseded_ = true;
+  throw Corbot::Superseded(kToken, kToken + 1);
+}
+
+Corbot::ClaimToken FakeCell::claim(const std::string&, const std::string&, Corbot::ClaimToken replaces) {
+  const std::lock_guard lock(mutex_);
+  record.emplace_back("claim");
+  if (is_claimed && replaces != 5) throw Corbot::Claimed("robot1", "another", 5, 0);
+  return kToken;
+}
+
+void FakeCell::release(Corbot::ClaimToken /*token*/) {
+  const std::lock_guard lock(mutex_);
+  record.emplace_back("release");
+  store_call();
+}
+
+std::optional<Vector3d> FakeCell::free_slot(const cell::Place& place) const {
+  for (int slot = 0; slot < place.slots->count(); ++slot) {
+    const Vector3d foot = place.slot_position(slot);
+    const auto is_there = [&](const Piece& piece) { return (piece.foot - foot).norm() < 0.01; };
+    if (std::none_of(pieces.begin(), pieces.end(), is_there)) return foot;
+  }
+  return std::nullopt;
+}
+
+FakeCell::Piece* FakeCell::source_piece(const cell::Place& place, const Corbot::Sightings& seen) {
+  for (Piece& piece : pieces) {
+    const Vector3d seen_m =
+        seen.length() == 0 ? Vector3d(9, 9, 9) : Vector3d(seen[0].position.x, seen[0].position.y, 0);
+    const bool is_first = place.slots ? piece.number != 0 : (seen_m - piece.foot).norm() < kNear_m;
+    if (is_first && place.covers(piece.foot)) return &piece;
+  }
+  return nullptr;
+}
+
+Corbot::TransferInfo FakeCell::reserve(Corbot::ClaimToken token, const std::string& from,
+                                       const std::string& to, const Corbot::Sightings& seen,
+                                       double /*timeout_s*/) {
+  const std::lock_guard lock(mutex_);
+  record.emplace_back("reserve");
+  store_call();
+  require(token == kToken && is_end(ledger_.step), "Reserve while a transfer is under way");
+  require(zone_.empty(), "Reserve waits inside of a zone");
+  ++reserves_;
+  if (on_reserve) on_reserve(reserves_);
+  if (written[Corbot::StepPlaced] >= last_placed || reserves_ > 200) {
+    stop_source.request_stop();
+    throw Corbot::Empty(from.c_str());
+  }
+  Piece* piece = source_piece(*config_.place(from), seen);
+  if (piece == nullptr) throw Corbot::Empty(from.c_str());
+  const std::optional<Vector3d> target = free_slot(*config_.place(to));
+  if (!target) throw Corbot::Full(to.c_str(), 4);
+  if (piece->number == 0) piece->number = ++last_number_;
+  ledger_ = {piece, Corbot::StepReserved, piece->foot, *target};
+  Corbot::TransferInfo info;
+  info.piece = piece->number;
+  info.kind = "red";
+  info.source.position = to_point(piece->foot);
+  info.target.position = to_point(*target);
+  return info;
+}
+
+/// An outcome is what the world shows, and a look has shown it.
+void FakeCell::check_outcome(Corbot::TransferStep step) {
+  const Piece& piece = *ledger_.piece;
+  const auto stands = [&](const Vector3d& foot) {
+    return !piece.is_held && (piece.foot - foot).norm() < kNear_m;
+  };
+  if (step == Corbot::StepHeld) require(piece.is_held, "held in the ledger alone");
+  if (step == Corbot::StepPlaced) require(stands(ledger_.target), "placed in the ledger alone");
+  if (step == Corbot::StepWithdrawn) require(stands(ledger_.source), "withdrawn in the ledger alone");
+  if (step == Corbot::StepHeld || step == Corbot::StepPlaced)
+    require(record.back() == "look", "an outcome that no look has shown");
+}
+
+void FakeCell::advance(Corbot::ClaimToken /*token*/, Corbot::PieceNumber piece, Corbot::TransferStep step,
+                       const std::string& /*note*/) {
+  std::unique_lock lock(mutex_);
+  store_call();
+  require(ledger_.piece != nullptr && ledger_.piece->number == piece, "Advance of another piece");
+  const bool is_intent = step == Corbot::StepPicking || step == Corbot::StepPlacing;
+  if (is_intent && late_s > 0) {
+    const Vector3d& spot = step == Corbot::StepPicking ? ledger_.source : ledger_.target;
+    const auto is_over = [&] { return (tool_ - spot).head<2>().norm() < kNear_m; };
+    const auto is_low = [&] { return tool_.z() < kFreeHeight_m; };
+    require(changed_.wait_for(lock, std::chrono::seconds(30), is_over), "no Move beside the intent");
+    (void)changed_.wait_for(lock, std::chrono::duration<double>(late_s), is_low);
+  }
+  if (!is_intent) {
+    check_outcome(step);
+    record.push_back(cell::to_string(step));
+  }
+  ledger_.step = step;
+  ++written[step];
+  if (step == Corbot::StepWithdrawn && config_.place(robot_.from)->size_m) ledger_.piece->number = 0;
+}
+
+void FakeCell::enter(Corbot::ClaimToken /*token*/, const std::string& place, double /*timeout_s*/) {
+  const std::lock_guard lock(mutex_);
+  record.push_back("enter " + place);
+  store_call();
+  require(zone_.empty(), "a second zone is entered");
+  if (occupied-- > 0) throw Corbot::Occupied(place.c_str(), "another", 0);
+  zone_ = place;
+}
+
+void FakeCell::leave(Corbot::ClaimToken /*token*/, const std::string& place) {
+  const std::lock_guard lock(mutex_);
+  record.push_back("leave " + place);
+  store_call();
+  require((tool_ - robot_.wait_m).norm() < kNear_m, "a zone is left while the tool is in it");
+  zone_.clear();
+}
+
+Corbot::PlaceInfos FakeCell::places() {
+  const std::lock_guard lock(mutex_);
+  store_call();
+  return {};
+}
+
+Corbot::TransferInfos FakeCell::transfers() {
+  const std::lock_guard lock(mutex_);
+  store_call();
+  Corbot::TransferInfos all;
+  if (!has_leftover) return all;
+  all.length(1);
+  all[0].piece = 3;
+  all[0].robot = robot_.name.c_str();
+  all[0].step = Corbot::StepPicking;
+  return all;
+}
+
+}  // namespace corbot::test

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "cell/coordinator/worker.h"
+
+namespace corbot::test {
+
+/// The cell of profiles/cell as far as a worker needs it: robot1 at yaw 45 degrees takes from an area, robot2 at yaw 225 from slots.
+[[nodiscard]] cell::CellConfig demo_cell();
+
+/// Table, robot, camera and ledger of one worker, in one process. Pieces move when they are gripped. Whatever breaks a rule of the
+/// work goes into `violations`. Points: world, metres.
+class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::StorePort {
+ public:
+  struct Piece {
+    Eigen::Vector3d foot{};
+    bool is_held{false};
+    Corbot::PieceNumber number{0};  ///< 0: not in the ledger
+  };
+
+  FakeCell(const cell::CellConfig& config, const std::string& robot);
+  void add_to_area(double x, double y);
+  void add_to_slot(const std::string& place, int slot);
+
+  // Faults. All are off at first.
+  int failing_grasps{0};
+  bool loses_pieces{false};  ///< what the gripper lets go is gone
+  bool is_exclusive{true};   ///< an Arm: control excludes others, and a stop ends the motion under way
+  bool is_claimed{false};
+  bool has_leftover{false};
+  double late_s{0};         ///< an intent is written so long after the Move, or when the way down begins
+  int superseded_call{-1};  ///< number of the call of the store that raises Superseded
+  int stopped_command{-1};  ///< number of the robot's command during which a stop is requested
+  int occupied{0};          ///< so many calls of Enter find another robot
+  std::function<bool(const Eigen::Vector3d&)> is_unreachable;
+  std::function<void(int)> on_reserve;  ///< with the number of calls
+  int last_placed{1};                   ///< after so many placed pieces the next Reserve requests a stop
+
+  std::stop_source stop_source;
+  std::vector<Piece> pieces;
+  std::vector<std::string> record;  ///< calls in their order, without intents
+  std::vector<std::string> violations;
+  std::vector<std::string> reports;
+  std::map<Corbot::TransferStep, int> written;
+
+  [[nodiscard]] std::size_t count(const std::string& place) const;
+  [[nodiscard]] int count_reports(const std::string& part) const;
+  void report(const std::string& text);
+
+  // RobotPort
+  bool acquire() override;
+  void release() override {}
+  void speed(double percent) override;
+  void move(const Eigen::Vector3d& point, double above_m) override;
+  void move_s(const Eigen::Vector3d& point, double above_m, double duration_s) override;
+  void delay(double duration_s) override;
+  void open() override;
+  void close() override;
+  Eigen::Vector3d rest_position() override;
+  void stop() override {}
+  // CameraPort
+  Corbot::Frame look(double timeout_s) override;
+  // StorePort
+  Corbot::ClaimToken claim(const std::string& robot, const std::string& who,
+                           Corbot::ClaimToken replaces) override;
+  void release(Corbot::ClaimToken token) override;
+  Corbot::TransferInfo reserve(Corbot::ClaimToken token, const std::string& from, const std::string& to,
+                               const Corbot::Sightings& seen, double timeout_s) override;
+  void advance(Corbot::ClaimToken token, Corbot::PieceNumber piece, Corbot::TransferStep step,
+               const std::string& note) override;
+  void enter(Corbot::ClaimToken token, const std::string& place, double timeout_s) override;
+  void leave(Corbot::ClaimToken token, const std::string& place) override;
+  Corbot::PlaceInfos places() override;
+  Corbot::TransferInfos transfers() override;
+
+ private:
+  struct Ledger {
+    Piece* piece{nullptr};
+    Corbot::TransferStep step{Corbot::StepPlaced};
+    Eigen::Vector3d source{};
+    Eigen::Vector3d target{};
+  };
+
+  void begin_command(const std::string& name);
+  void check_way(const Eigen::Vector3d& to, bool is_line);
+  void check_outcome(Corbot::TransferStep step);
+  void store_call();
+  void go_to(const Eigen::Vector3d& tool);
+  [[nodiscard]] Eigen::Vector3d to_world(const Eigen::Vector3d& local) const;
+  [[nodiscard]] std::optional<Eigen::Vector3d> free_slot(const cell::Place& place) const;
+  Piece* source_piece(const cell::Place& place, const Corbot::Sightings& seen);
+  void require(bool rule, const std::string& text);
+
+  const cell::CellConfig& config_;
+  const cell::CellRobot& robot_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  Eigen::Vector3d tool_{0, 0, 0.3};
+  int commands_{0};
+  int store_calls_{0};
+  int reserves_{0};
+  bool is_superseded_{false};
+  Corbot::PieceNumber last_number_{0};
+  std::string zone_;
+  Ledger ledger_;
+};
+
+}  // namespace corbot::test

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+// The recipe of a worker in a world that behaves: what moves, what the ledger has of it, and what no worker may do.
+#include "cell/coordinator/worker.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "unit/cell_worker/fake_cell.h"
+
+namespace corbot::test {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAreArray;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr const char* kDownTooEarly = "the way down begins before its intent is in the ledger";
+
+/// What must not be: a worker whose way down does not wait for the intent.
+class HastyWorker : public cell::Worker {
+ public:
+  using Worker::Worker;
+
+ protected:
+  void await_intent(std::future<void>& /*intent*/) override {}
+};
+
+template <class WorkerType = cell::Worker>
+Corbot::RobotWork run(const cell::CellConfig& config, FakeCell& world, const std::string& robot) {
+  const auto report = [&](const std::string& text) { world.report(text); };
+  WorkerType worker(config, *config.robot(robot), {world, world, world}, "test", report,
+                    world.stop_source.get_token());
+  worker.run();
+  const Corbot::RobotWork work = worker.status();
+  worker.finish();
+  return work;
+}
+
+class WorkerTest : public ::testing::TestWithParam<const char*> {
+ protected:
+  /// A piece that robot1 takes from its area, or robot2 from a slot.
+  void add_piece(FakeCell& world, int number) const {
+    if (is_area()) {
+      world.add_to_area(0.05 + 0.03 * number, 0.24);
+    } else {
+      world.add_to_slot("store1", number);
+    }
+  }
+  [[nodiscard]] bool is_area() const { return GetParam() == std::string("robot1"); }
+  [[nodiscard]] std::string from() const { return is_area() ? "pallet1" : "store1"; }
+  [[nodiscard]] std::string to() const { return is_area() ? "store1" : "pallet2"; }
+  Corbot::RobotWork run_one(FakeCell& world) const { return run(config_, world, GetParam()); }
+
+  const cell::CellConfig config_ = demo_cell();
+};
+
+INSTANTIATE_TEST_SUITE_P(Both, WorkerTest, ::testing::Values("robot1", "robot2"),
+                         [](const auto& robot) { return std::string(robot.param); });
+
+TEST_P(WorkerTest, OneTransferIsInTheOrderOfTheRecipe) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  run_one(world);
+  std::vector<std::string> order{"acquire", "claim", "speed", "open", "move"};
+  const auto add = [&](const std::vector<std::string>& more) {
+    order.insert(order.end(), more.begin(), more.end());
+  };
+  if (is_area()) add({"look"});
+  add({"reserve"});
+  if (!is_area()) add({"enter store1"});
+  add({"look", "move", "down", "delay", "close", "up", "move", "look", "held"});
+  add({is_area() ? "enter store1" : "leave store1"});
+  add({"look", "move", "down", "delay", "open", "up", "move", "look", "placed"});
+  if (is_area()) add({"leave store1", "look"});
+  add({"reserve", "release"});
+  EXPECT_THAT(world.record, ElementsAreArray(order));
+  EXPECT_THAT(world.violations, IsEmpty());
+  EXPECT_EQ(world.count(to()), 1U);
+}
+
+TEST_P(WorkerTest, ManyPiecesArriveAndNoRuleIsBroken) {
+  FakeCell world(config_, GetParam());
+  for (int i = 0; i < 4; ++i) add_piece(world, i);
+  world.last_placed = 4;
+  run_one(world);
+  EXPECT_THAT(world.violations, IsEmpty());
+  EXPECT_EQ(world.count(from()), 0U);
+  EXPECT_EQ(world.count(to()), 4U);
+}
+
+TEST_P(WorkerTest, TheWayDownWaitsForALateIntent) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.late_s = 0.05;
+  run_one(world);
+  EXPECT_THAT(world.violations, IsEmpty());
+  EXPECT_EQ(world.count(to()), 1U);
+}
+
+TEST_P(WorkerTest, AWorkerThatDoesNotWaitIsFound) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.late_s = 2;  // ends with the way down
+  run<HastyWorker>(config_, world, GetParam());
+  EXPECT_THAT(world.violations, Contains(kDownTooEarly));
+}
+
+TEST_P(WorkerTest, AFailedGraspIsWithdrawnAndTriedAgain) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.failing_grasps = config_.timing.attempts - 1;
+  run_one(world);
+  EXPECT_THAT(world.violations, IsEmpty());
+  EXPECT_EQ(world.written[Corbot::StepWithdrawn], config_.timing.attempts - 1);
+  EXPECT_EQ(world.count(to()), 1U);
+}
+
+TEST_P(WorkerTest, TooManyFailedGraspsInARowNeedAPerson) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.failing_grasps = 100;
+  const Corbot::RobotWork work = run_one(world);
+  EXPECT_EQ(work.state, Corbot::WorkAttention);
+  EXPECT_THAT(work.text.in(), AllOf(HasSubstr("pick: 3 failed picks in a row"), HasSubstr(from())));
+  EXPECT_EQ(world.written[Corbot::StepWithdrawn], config_.timing.attempts);
+  EXPECT_THAT(world.violations, IsEmpty());
+}
+
+TEST_P(WorkerTest, APieceThatIsLostOnTheWayIsUnclear) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.loses_pieces = true;
+  const Corbot::RobotWork work = run_one(world);
+  EXPECT_EQ(work.state, Corbot::WorkAttention);
+  EXPECT_THAT(work.text.in(), HasSubstr("find the piece"));
+  EXPECT_EQ(world.written[Corbot::StepUnclear], 1);
+  EXPECT_THAT(world.violations, IsEmpty());
+}
+
+TEST_P(WorkerTest, APointThatTheRobotRefusesNamesStepFramesAndKey) {
+  struct Case {
+    std::string place;
+    std::string step;
+    std::string key;
+  };
+  const std::string robot = is_area() ? "0" : "1";
+  std::vector<Case> cases{{to(), "place", is_area() ? "place[1].position_m" : "place[2].position_m"},
+                          {"", "begin", "robot[" + robot + "].wait_m"}};
+  if (!is_area()) cases.push_back({"store1", "pick", "place[1].position_m"});
+  for (const Case& c : cases) {
+    FakeCell world(config_, GetParam());
+    add_piece(world, 0);
+    const Vector3d wait = config_.robot(GetParam())->wait_m;
+    world.is_unreachable = [&](const Vector3d& tool) {
+      return c.place.empty() ? (tool - wait).norm() < 0.001 : config_.place(c.place)->covers(tool);
+    };
+    const Corbot::RobotWork work = run_one(world);
+    EXPECT_EQ(work.state, Corbot::WorkAttention);
+    EXPECT_THAT(work.text.in(),
+                AllOf(HasSubstr(c.step + ": ("), HasSubstr(c.key), HasSubstr("in the frame of robot")));
+    EXPECT_THAT(world.violations, IsEmpty());
+  }
+}
+
+TEST_P(WorkerTest, WaitsAreReportedOnceAndEnd) {
+  FakeCell world(config_, GetParam());
+  for (int i = 0; i < 4; ++i) world.add_to_slot("store1", i);
+  for (int i = 0; i < 12 && !is_area(); ++i) world.add_to_slot("pallet2", i);
+  if (is_area()) add_piece(world, 0);
+  world.occupied = 2;
+  world.on_reserve = [&](int number) {
+    const auto take_away = [&](const std::string& place) {
+      for (FakeCell::Piece& piece : world.pieces) {
+        if (config_.place(place)->covers(piece.foot)) return void(piece.foot = {8, 8, 8});
+      }
+    };
+    if (number == 3) take_away(to());
+  };
+  run_one(world);
+  EXPECT_EQ(world.count_reports("waits: " + to() + " is full"), 1);
+  EXPECT_EQ(world.count_reports("waits: another is in the zone of store1"), 1);
+  EXPECT_EQ(world.written[Corbot::StepPlaced], 1);
+  EXPECT_THAT(world.violations, IsEmpty());
+}
+
+TEST_P(WorkerTest, NothingMovesAfterAStopAtAnyCommand) {
+  for (const bool is_arm : {true, false}) {
+    int commands = 0;
+    for (bool is_stopped = true; is_stopped; ++commands) {
+      FakeCell world(config_, GetParam());
+      add_piece(world, 0);
+      world.is_exclusive = is_arm;
+      world.stopped_command = commands;
+      const Corbot::RobotWork work = run_one(world);
+      is_stopped = world.written[Corbot::StepPlaced] == 0;
+      EXPECT_EQ(work.state, Corbot::WorkIdle) << commands;
+      EXPECT_THAT(world.violations, IsEmpty()) << commands;
+      EXPECT_THAT(world.record, Contains("release")) << commands;
+      EXPECT_EQ(world.count_reports("attention"), 0) << commands;
+      ASSERT_LT(commands, 100);
+    }
+    EXPECT_EQ(commands, 16);  // three to begin, twelve for one transfer, and one that never comes
+  }
+}
+
+TEST_P(WorkerTest, ALostClaimEndsAllAtAnyCallOfTheStore) {
+  int calls = 0;
+  for (bool is_lost = true; is_lost; ++calls) {
+    FakeCell world(config_, GetParam());
+    add_piece(world, 0);
+    world.superseded_call = calls;
+    const Corbot::RobotWork work = run_one(world);
+    is_lost = world.count_reports("superseded: claim 8") == 1;
+    EXPECT_EQ(work.state, Corbot::WorkIdle) << calls;
+    EXPECT_THAT(world.violations, IsEmpty()) << calls;
+    ASSERT_LT(calls, 100);
+  }
+  EXPECT_GT(calls, 8);
+}
+
+TEST_P(WorkerTest, WhatARunBeforeHasLeftNeedsAPerson) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.has_leftover = true;
+  const Corbot::RobotWork work = run_one(world);
+  EXPECT_EQ(work.state, Corbot::WorkAttention);
+  EXPECT_THAT(work.text.in(), HasSubstr("piece 3"));
+  EXPECT_THAT(world.record, Not(Contains("open")));
+}
+
+TEST_P(WorkerTest, OnlyControlOfTheArmReplacesAClaim) {
+  for (const bool is_exclusive : {true, false}) {
+    FakeCell world(config_, GetParam());
+    add_piece(world, 0);
+    world.is_claimed = true;
+    world.is_exclusive = is_exclusive;
+    const Corbot::RobotWork work = run_one(world);
+    EXPECT_EQ(work.state, is_exclusive ? Corbot::WorkIdle : Corbot::WorkAttention);
+    EXPECT_EQ(world.written[Corbot::StepPlaced], is_exclusive ? 1 : 0);
+  }
+}
+
+TEST(Worker, PiecesThatItCannotReachAreLeftOut) {
+  const cell::CellConfig config = demo_cell();
+  FakeCell world(config, "robot1");
+  for (const double x : {0.05, 0.09, 0.13}) world.add_to_area(x, 0.24);
+  world.is_unreachable = [](const Vector3d& tool) { return tool.y() > 0.2 && tool.x() < 0.07; };
+  world.last_placed = 3;
+  world.on_reserve = [&](int number) {
+    if (number == 4) world.stop_source.request_stop();
+  };
+  run(config, world, "robot1");
+  EXPECT_EQ(world.count("store1"), 2U);
+  EXPECT_EQ(world.count_reports("leaves out"), 1);
+  EXPECT_EQ(world.count_reports("attention"), 0);
+  EXPECT_THAT(world.violations, IsEmpty());
+}
+
+}  // namespace
+}  // namespace corbot::test
