@@ -16,3 +16,11 @@ if(TARGET corbot_cell_scene)
   target_compile_definitions(cell_scene_test PRIVATE CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles"
                                                      CORBOT_SCRATCH_DIR="${CMAKE_BINARY_DIR}/tests")
 endif()
+if(TARGET corbot-scene AND TARGET corbot AND TARGET corbot-servant)
+  corbot_test(cell_scene_program_test
+    SOURCES ${here}/scene_program_test.cpp
+    LIBS corbot_cli_rig corbot::cell_config fmt::fmt
+    LABELS interop
+    DEPENDS corbot corbot-rt corbot-servant corbot-scene)
+  target_compile_definitions(cell_scene_program_test PRIVATE CORBOT_PROFILES="${PROJECT_SOURCE_DIR}/profiles")
+endif()
