@@ -7,3 +7,10 @@ if(TARGET corbot_cell_worker)
     LABELS unit)
   target_include_directories(cell_worker_test PRIVATE ${CMAKE_SOURCE_DIR}/tests)
 endif()
+if(TARGET corbot_cell_remote)
+  corbot_test(cell_remote_test
+    SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/cell_worker/remote_robot_test.cpp
+    LIBS corbot::cell_remote corbot_rig fmt::fmt
+    LABELS interop
+    DEPENDS corbot-rt corbot-servant)
+endif()

@@ -70,6 +70,8 @@ void CoordinatorServant::Start() {
 
 /// The store's, or the last that it has given.
 std::uint64_t CoordinatorServant::count_placed() {
+  const std::lock_guard lock(store_mutex_);
+  if (!store_) return placed_;
   try {
     const Corbot::PlaceInfos places = store_->places();
     placed_ = 0;
@@ -83,12 +85,12 @@ std::uint64_t CoordinatorServant::count_placed() {
 }
 
 Corbot::CoordinatorState* CoordinatorServant::State() {
-  const std::lock_guard lock(mutex_);
   Corbot::CoordinatorState_var state = new Corbot::CoordinatorState;
+  state->placed = count_placed();
+  const std::lock_guard lock(mutex_);
   state->mode = mode_;
   state->robots.length(static_cast<CORBA::ULong>(threads_.size()));
   for (CORBA::ULong i = 0; i < threads_.size(); ++i) state->robots[i] = threads_[i]->worker.status();
-  state->placed = has_ended_ ? placed_ : count_placed();
   return state._retn();
 }
 
@@ -96,7 +98,6 @@ std::uint64_t CoordinatorServant::end() {
   std::vector<std::unique_ptr<RobotThread>> threads;
   {
     const std::lock_guard lock(mutex_);
-    if (has_ended_) return placed_;
     has_ended_ = true;
     mode_ = Corbot::CellStopped;
     threads.swap(threads_);
@@ -108,10 +109,10 @@ std::uint64_t CoordinatorServant::end() {
     robot->thread.join();
     robot->worker.finish();
   }
-  const std::lock_guard lock(mutex_);
-  count_placed();
+  const std::uint64_t placed = count_placed();
+  const std::lock_guard lock(store_mutex_);
   store_.reset();
-  return placed_;
+  return placed;
 }
 
 }  // namespace corbot::cell

@@ -26,7 +26,7 @@ class CoordinatorServant : public POA_Corbot::Coordinator {
 
   void Start() override;
   Corbot::CoordinatorState* State() override;
-  /// Stops every robot, gives back claims and control, and returns what State had as `placed`. Before the end of the ORB.
+  /// Stops every robot, gives back claims and control, and returns what State has as `placed`. The ORB ends later.
   std::uint64_t end();
 
  private:
@@ -40,7 +40,8 @@ class CoordinatorServant : public POA_Corbot::Coordinator {
   Corbot::CellMode mode_{Corbot::CellStopped};
   bool has_ended_{false};
   std::vector<std::unique_ptr<RobotThread>> threads_;
-  std::unique_ptr<RemoteStore> store_;  ///< for State
+  std::mutex store_mutex_;  ///< for what follows; a store that does not reply holds up State alone
+  std::unique_ptr<RemoteStore> store_;  ///< empty at the end
   std::uint64_t placed_{0};             ///< as the store had it last
 };
 

@@ -50,7 +50,8 @@ int main(int argc, char** argv) {
   std::vector<std::string> robots;
   const auto add_options = [&](CLI::App& app) {
     app.add_option("--robots", robots, "names of the robots to drive, with commas; all where it is not given")
-        ->delimiter(',');
+        ->delimiter(',')
+        ->allow_extra_args(false);
   };
   return corbot::cell::run_program(
       argc, argv,

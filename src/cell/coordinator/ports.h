@@ -6,8 +6,9 @@
 
 #include "cell.hh"
 
-// What a worker needs of its robot, of the camera and of the store. The remote ones are in remote_robot.h and remote_services.h.
-// Every call may raise what the interface allows, and client::Failure where there is no reply, or none that can be used.
+// What a worker needs of its robot, of the camera and of the store. The remote ones are in remote_robot.h and
+// remote_services.h. Every call may raise what the interface allows, and client::Failure where there is no reply, or
+// none that can be used.
 
 namespace corbot::cell {
 
@@ -31,7 +32,7 @@ class RobotPort {
   virtual void close() = 0;
   /// Waits until the robot is at rest, and returns where its tool is.
   virtual Eigen::Vector3d rest_position() = 0;
-  /// From another thread: ends the motion under way where the robot is an Arm. No motion begins after this call.
+  /// From another thread: ends the motion under way where the robot is an Arm. No motion begins after that.
   virtual void stop() = 0;
 };
 
@@ -42,7 +43,7 @@ class CameraPort {
   virtual Corbot::Frame look(double timeout_s) = 0;
 };
 
-/// Corbot::Store. Failure: no reply, or NotReady, for `kPatience_s`. A call is repeated until then; a repeated call has no
+/// Corbot::Store. Failure: no reply, or NotReady, for `kPatience_s`. A call is repeated until then, which has no
 /// further effect.
 class StorePort {
  public:

@@ -22,7 +22,8 @@ namespace corbot::cell {
 /// "no reply from URI (TRANSIENT)", or the text of client::explain.
 [[nodiscard]] client::Failure explain_call(const CORBA::SystemException& e, const std::string& uri);
 
-/// A reference with a time-out of its own, made when it is first used: corbaname raises while the naming service starts.
+/// A reference with a time-out of its own, made when it is first used: corbaname raises while the naming service
+/// starts.
 template <class Interface>
 class LazyReference {
  public:
@@ -48,8 +49,8 @@ class LazyReference {
   typename Interface::_var_type reference_;
 };
 
-/// Calls `f`, and again after 0.1 to 2 s while it raises NotReady or gets no reply. Failure: no success for `patience_s`, or a
-/// stop is requested meanwhile.
+/// Calls `f`, and again after 0.1 to 2 s while it raises NotReady or gets no reply. Failure: no success for
+/// `patience_s`, or a stop is requested meanwhile.
 template <class F>
 auto call_patiently(const std::string& uri, double patience_s, const std::stop_token& stop, F&& f)
     -> decltype(f()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The recipe of a worker in a world that behaves: what moves, what the ledger has of it, and what no worker may do.
+// The recipe of a worker in a world that behaves: what moves, what the ledger has of it, and what must not be.
 #include "cell/coordinator/worker.h"
 
 #include <fmt/format.h>

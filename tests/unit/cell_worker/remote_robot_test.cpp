@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// The robot of a worker over CORBA: a robot that knows robot.idl alone and loses replies, and a real arm.
+#include "cell/coordinator/remote_robot.h"
+
+#include <future>
+#include <string>
+#include <vector>
+
+#include "support/robot_rig.h"
+
+namespace corbot::test {
+namespace {
+
+using Eigen::Vector3d;
+
+/// How the next motion of a PlainRobot ends, besides well.
+enum class Mishap { kNone, kQueueFull, kLostBefore, kLostAfter };
+
+/// A servant of robot.idl that moves at once.
+class PlainRobot : public POA_Corbot::Robot {
+ public:
+  Mishap mishap{Mishap::kNone};
+  std::vector<std::string> moved;
+
+  Corbot::JointCoord* ArtiCoord() override { return new Corbot::JointCoord; }
+  Corbot::CartesianCoord CartCoord() override { return {tool_.x(), tool_.y(), tool_.z(), 0, 0, 0}; }
+  Corbot::GripperState GripperStatus() override { return Corbot::Open; }
+  Corbot::RobotState Status() override { return Corbot::Standby; }
+  Corbot::RobotKind RobotType() override { return Corbot::Scara; }
+  CORBA::Long DoF() override { return 0; }
+  Corbot::JointRanges* MovRange() override { return new Corbot::JointRanges; }
+  CORBA::Double Reach() override { return 1; }
+  void Move(double x, double y, double z, double d, double /*t*/) override { go("Move", {x, y, z + d}); }
+  void MoveS(double x, double y, double z, double d, double /*t*/) override { go("MoveS", {x, y, z + d}); }
+  void MoveC(const Corbot::Point&, const Corbot::Point&, const Corbot::Point&) override {
+    go("MoveC", tool_);
+  }
+  void Drive(CORBA::Long, double, double) override { go("Drive", tool_); }
+  void Ready() override { go("Ready", tool_); }
+  void Delay(double) override { go("Delay", tool_); }
+  void Open() override { go("Open", tool_); }
+  void Close() override { go("Close", tool_); }
+  void Speed(double) override {}
+  void ArtSpeed(CORBA::Long, double) override {}
+  void AllSpeed(double) override {}
+
+ private:
+  void go(const std::string& name, const Vector3d& tool) {
+    const Mishap mishap_now = std::exchange(mishap, Mishap::kNone);
+    if (mishap_now == Mishap::kQueueFull) throw Corbot::QueueFull(16);
+    if (mishap_now == Mishap::kLostBefore) throw CORBA::COMM_FAILURE(0, CORBA::COMPLETED_MAYBE);
+    moved.push_back(name);
+    tool_ = tool;
+    if (mishap_now == Mishap::kLostAfter) throw CORBA::COMM_FAILURE(0, CORBA::COMPLETED_MAYBE);
+  }
+
+  Vector3d tool_{0, 0, 0.3};
+};
+
+/// A PlainRobot that can be called in this process.
+class Activated {
+ public:
+  Activated() {
+    const CORBA::Object_var object = client_orb()->resolve_initial_references("RootPOA");
+    poa_ = PortableServer::POA::_narrow(object);
+    const PortableServer::POAManager_var manager = poa_->the_POAManager();
+    manager->activate();
+    id_ = poa_->activate_object(&robot);
+    const CORBA::Object_var reference = poa_->id_to_reference(id_);
+    const CORBA::String_var text = client_orb()->object_to_string(reference.in());
+    uri = text.in();
+  }
+  Activated(const Activated&) = delete;
+  Activated& operator=(const Activated&) = delete;
+  ~Activated() { poa_->deactivate_object(id_); }
+
+  PlainRobot robot;
+  std::string uri;
+
+ private:
+  PortableServer::POA_var poa_;
+  PortableServer::ObjectId_var id_;
+};
+
+TEST(RemoteRobot, CommandsAreRepeatedUnlessTheRobotHasArrived) {
+  Activated activated;
+  PlainRobot& plain = activated.robot;
+  cell::RemoteRobot robot(client_orb(), activated.uri, "test", 10, std::stop_token());
+  EXPECT_FALSE(robot.acquire());  // robot.idl has no control
+  const Vector3d point(0.2, 0.1, 0.03);
+  struct Case {
+    Mishap mishap;
+    std::size_t moves;
+    std::size_t opens;
+  };
+  // A gripper has no position to compare: after a lost reply it is commanded again.
+  for (const Case& c : {Case{Mishap::kNone, 1, 1}, Case{Mishap::kQueueFull, 1, 1},
+                        Case{Mishap::kLostBefore, 1, 1}, Case{Mishap::kLostAfter, 1, 2}}) {
+    plain.moved.clear();
+    plain.mishap = c.mishap;
+    robot.move_s(point, 0.06, 0.24);
+    EXPECT_EQ(plain.moved.size(), c.moves);
+    EXPECT_LT((robot.rest_position() - Vector3d(0.2, 0.1, 0.09)).norm(), 1e-9);
+    plain.moved.clear();
+    plain.mishap = c.mishap;
+    robot.open();
+    EXPECT_EQ(plain.moved.size(), c.opens);
+    robot.move(Vector3d(0.1, 0, 0.2), 0);
+  }
+  robot.stop();
+  EXPECT_THROW(robot.open(), Corbot::Stopped);
+}
+
+class RemoteArm : public RobotRig {};
+
+TEST_F(RemoteArm, HasControlUntilReleaseAndAStopEndsTheMotionUnderWay) {
+  std::stop_source stop;
+  cell::RemoteRobot robot(client_orb(), reference_, "test", 60, stop.get_token());
+  ASSERT_TRUE(robot.acquire());
+  EXPECT_EQ(raised_by([&] { arm_->Open(); }), "NotReady") << "others are kept out";
+  const Vector3d above(0.2, 0, 0.1);
+  robot.speed(100);
+  robot.move(above, 0.02);
+  EXPECT_LT((robot.rest_position() - Vector3d(0.2, 0, 0.12)).norm(), 0.005);
+
+  robot.speed(1);  // the next motion lasts for long
+  auto slow = std::async(std::launch::async, [&] { return raised_by([&] { robot.move_s(above, 0, 60); }); });
+  ASSERT_TRUE(wait_for(Corbot::Waiting));
+  stop.request_stop();
+  robot.stop();
+  EXPECT_EQ(slow.get(), "Stopped");
+  EXPECT_EQ(raised_by([&] { robot.open(); }), "Stopped");
+  robot.release();
+  EXPECT_EQ(raised_by([&] { arm_->Open(); }), "");
+}
+
+}  // namespace
+}  // namespace corbot::test
