@@ -40,9 +40,9 @@ add_custom_target(corbot_tsan_tests)
 # corbot_test(NAME SOURCES… LIBS …): one GoogleTest program, its cases registered with ctest. BOTH_ORBS registers them a
 # second time, as orbit2.*, with the servant on ORBit2, where that is built. COMPUTES: it does so for long, so
 # it is optimised like the programs and takes two processors of ctest's; the others mostly wait, and are compiled for a short
-# build.
+# build. PROCESSORS: as many of ctest's, for a test that starts many programs.
 function(corbot_test name)
-  cmake_parse_arguments(arg "BOTH_ORBS;COMPUTES" "TIMEOUT" "SOURCES;LIBS;LABELS;DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "BOTH_ORBS;COMPUTES" "TIMEOUT;PROCESSORS" "SOURCES;LIBS;LABELS;DEPENDS" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   corbot_target(${name})
   if(NOT arg_COMPUTES AND NOT CORBOT_SANITIZE)
@@ -59,6 +59,9 @@ function(corbot_test name)
   set(processors 1)
   if(arg_COMPUTES)
     set(processors 2)
+  endif()
+  if(arg_PROCESSORS)
+    set(processors ${arg_PROCESSORS})
   endif()
   if(arg_LABELS MATCHES "${CORBOT_TSAN_LABELS}")
     add_dependencies(corbot_tsan_tests ${name})

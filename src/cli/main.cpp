@@ -17,6 +17,7 @@
 #include "cli/calibrate/calibrate.h"
 #include "cli/calibrate/calibrate_help.h"
 #include "cli/calibrate/home.h"
+#include "cli/cell/cell_run.h"
 #include "cli/commands.h"
 #include "cli/doctor/doctor.h"
 #include "cli/supervise/up.h"
@@ -327,6 +328,7 @@ int run(int argc, char** argv) {
   add_solutions(app, settings);
   add_verbs(app, settings, words);
   add_files(app, settings);
+  add_cell(app);
   app.add_subcommand("version", "Print the version")->callback([] {
     fmt::print("corbot " CORBOT_VERSION "\n");
   });

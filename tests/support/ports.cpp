@@ -12,6 +12,7 @@
 #include <fstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace corbot::test {
 
@@ -28,8 +29,9 @@ int first_ephemeral_port() {
 
 /// Claims the port among all test programs of this machine: the abstract socket that stands for it lives as long as
 /// this program, and leaves nothing behind. False when another program has claimed or bound the port.
-bool claim_port(int port) {
-  const int claim = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+/// `claim` receives the socket.
+bool claim_port(int port, int& claim) {
+  claim = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_un name{};
   name.sun_family = AF_UNIX;
   const std::string text = "corbot-test-port-" + std::to_string(port);
@@ -52,16 +54,27 @@ bool claim_port(int port) {
 
 }  // namespace
 
-int free_port() {
+int free_port() { return free_ports(1); }
+
+int free_ports(int count) {
   static std::atomic<int> next{::getpid()};
   const int end = first_ephemeral_port();
-  const int range = end - kFirstTestPort;
+  const int range = end - kFirstTestPort - count + 1;
   for (int tries = 0; tries < range; ++tries) {
-    const int port =
+    const int first =
         kFirstTestPort + static_cast<int>(static_cast<unsigned>(next++) % static_cast<unsigned>(range));
-    if (claim_port(port)) return port;
+    std::vector<int> claims;
+    int claim = -1;
+    while (static_cast<int>(claims.size()) < count &&
+           claim_port(first + static_cast<int>(claims.size()), claim))
+      claims.push_back(claim);
+    if (static_cast<int>(claims.size()) == count) {
+      next += count - 1;
+      return first;
+    }
+    for (const int taken : claims) ::close(taken);
   }
-  throw std::runtime_error("no free port below " + std::to_string(end));
+  throw std::runtime_error("no free ports below " + std::to_string(end));
 }
 
 }  // namespace corbot::test

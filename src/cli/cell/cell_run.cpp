@@ -95,7 +95,7 @@ class Work {
       const std::string text = fmt::format("{}: {}", work.robot.in(), client::printable(work.text.in()));
       if (work.state == Corbot::WorkStopped) throw Failure(ExitCode::kStopped, text);
       if (work.state == Corbot::WorkAttention) throw Failure(ExitCode::kRefused, text);
-      all_wait = all_wait && (work.state == Corbot::WorkWaiting || work.state == Corbot::WorkIdle);
+      all_wait = all_wait && work.state == Corbot::WorkWaiting;
     }
     if (!all_wait || !client_.has_no_transfer()) {
       quiet_since_ = Clock::now();

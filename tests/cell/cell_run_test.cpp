@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <regex>
+
+#include "support/ports.h"
+#include "support/process.h"
+
+namespace corbot::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+/// A copy of the shipped cell, with ports, a name and directories of its own.
+class CellRun : public testing::Test {
+ protected:
+  CellRun() : ports_(free_ports(5)) {
+    std::string path = (fs::temp_directory_path() / "corbot-cell-XXXXXX").string();
+    directory_ = ::mkdtemp(path.data());
+    for (const auto& entry : fs::directory_iterator(CORBOT_CELL)) fs::copy(entry.path(), directory_);
+    if (on_orbit2()) {
+      edit("from = \"pallet1\"", "orb = \"orbit2\", from = \"pallet1\"");
+      edit("from = \"store1\"", "orb = \"orbit2\", from = \"store1\"");
+    }
+  }
+  ~CellRun() override {
+    if (HasFailure()) print_logs();
+    std::vector<fs::path> sockets;
+    for (const char* robot : {"robot1", "robot2"}) {
+      EXPECT_FALSE(channel_exists(name_ + "-" + robot, directory_.string())) << robot;
+    }
+    fs::remove_all(directory_);
+  }
+
+  void edit(const std::string& from, const std::string& to) {
+    std::ifstream in(directory_ / "cell.toml");
+    std::string text{std::istreambuf_iterator<char>(in), {}};
+    const auto at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+    std::ofstream(directory_ / "cell.toml") << text;
+  }
+  [[nodiscard]] std::vector<std::string> command(const std::vector<std::string>& more) const {
+    std::vector<std::string> words{CORBOT_BIN_DIR "/corbot",
+                                   "cell",
+                                   "run",
+                                   (directory_ / "cell.toml").string(),
+                                   "--name",
+                                   name_,
+                                   "--ports",
+                                   std::to_string(ports_),
+                                   "--state-dir",
+                                   (directory_ / "state").string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+  [[nodiscard]] std::vector<std::string> environment() const {
+    return {"XDG_RUNTIME_DIR=" + directory_.string(), "CORBOT_ROBOT="};
+  }
+  RunResult cell_run(const std::vector<std::string>& more, double seconds = 240) {
+    return run(command(more), seconds, environment());
+  }
+
+  std::string name_{fmt::format("t{}", ::getpid())};
+  int ports_;
+  fs::path directory_;
+
+ private:
+  void print_logs() const {
+    std::error_code none;
+    for (const auto& entry : fs::directory_iterator(directory_ / "state", none)) {
+      if (entry.path().extension() != ".log") continue;
+      std::ifstream in(entry.path());
+      const std::string text{std::istreambuf_iterator<char>(in), {}};
+      fmt::print("--- {}\n{}\n", entry.path().filename().string(),
+                 text.substr(text.size() - std::min<std::size_t>(text.size(), 3000)));
+    }
+  }
+};
+
+std::uint32_t drawn_seed() {
+  const char* const text = std::getenv("CORBOT_SEED");
+  const std::uint32_t seed =
+      text != nullptr ? static_cast<std::uint32_t>(std::strtoul(text, nullptr, 10)) : std::random_device{}();
+  fmt::print("CORBOT_SEED={}\n", seed);
+  return seed;
+}
+
+TEST_F(CellRun, BringsEveryPieceFromPalletToPalletOnce) {
+  const RunResult result = cell_run({"--pieces", "4", "--seed", fmt::format("{}", drawn_seed())});
+  EXPECT_EQ(result.code, 0) << result.output << result.errors;
+  std::smatch found;
+  const std::regex summary(
+      "4 of 4 pieces on pallet2, each once; the camera sees 4 there, 0 elsewhere; arms never nearer than "
+      "(\\d+) mm, 0 "
+      "touches, 0 fallen\n$");
+  ASSERT_TRUE(std::regex_search(result.output, found, summary)) << result.output << result.errors;
+  EXPECT_GE(std::stoi(found[1]), 30);
+}
+
+TEST_F(CellRun, CtrlCStopsTheArmsAndEndsEverything) {
+  Process cell(command({"--pieces", "4"}), environment());
+  ASSERT_TRUE(cell.wait_line("", within(60)));
+  bool is_at_work = false;
+  for (const Deadline deadline = within(90); !is_at_work;) {
+    const auto line = cell.wait_line("", deadline);
+    ASSERT_TRUE(line) << cell.errors();
+    is_at_work = line->find("picking") != std::string::npos;
+  }
+  cell.signal(SIGINT);
+  const auto status = cell.wait(within(30));
+  ASSERT_TRUE(status);
+  EXPECT_EQ(WEXITSTATUS(*status), 4) << cell.errors();
+  EXPECT_THAT(cell.errors(), HasSubstr("stopped: 0 of 4 pieces are done"));
+  const RunResult left = run({"/usr/bin/pgrep", "-f", directory_.string()});
+  EXPECT_EQ(left.code, 1) << "still running: " << left.output;
+}
+
+TEST_F(CellRun, APortInUseIsNamed) {
+  const std::string script = fmt::format(
+      "import socket,time\ns=socket.socket()\ns.setsockopt(socket.SOL_SOCKET,socket.SO_REUSEADDR,1)\n"
+      "s.bind(('127.0.0.1',{}))\ns.listen()\nprint('listens',flush=True)\ntime.sleep(300)",
+      ports_ + 1);
+  Process holder({"/usr/bin/env", "python3", "-c", script});
+  ASSERT_TRUE(holder.wait_line("listens", within(30)));
+  const RunResult result = cell_run({});
+  EXPECT_EQ(result.code, 5);
+  EXPECT_THAT(result.errors, HasSubstr(fmt::format("{}", ports_ + 1)));
+  EXPECT_THAT(result.errors, HasSubstr("--ports"));
+}
+
+TEST_F(CellRun, AWrongFileIsRefusedBeforeAnythingStarts) {
+  edit("columns = 4", "columns = 0");
+  const RunResult result = cell_run({});
+  EXPECT_EQ(result.code, 2);
+  EXPECT_THAT(result.errors, HasSubstr("place[2].columns = 0: must be a whole number from 1"));
+  EXPECT_FALSE(fs::exists(directory_ / "state"));
+}
+
+TEST_F(CellRun, ARobotThatIsNotThereIsNamed) {
+  edit("profile = \"arm.toml\", position_m = [0, 0, 0]",
+       fmt::format("reference = \"corbaloc::127.0.0.1:{}/nobody\", position_m = [0, 0, 0]", ports_ + 4));
+  const RunResult result = cell_run({});
+  EXPECT_EQ(result.code, 3);
+  EXPECT_THAT(result.errors, HasSubstr("robot1 does not reply at corbaloc::127.0.0.1"));
+}
+
+}  // namespace
+}  // namespace corbot::test
