@@ -11,7 +11,8 @@ namespace corbot::sim {
 /// A listening Unix socket, non-blocking. A socket that a killed program has left is replaced, nothing else.
 class UnixListener {
  public:
-  /// `type`: SOCK_STREAM or SOCK_SEQPACKET. `mode`: of the socket's file; absent: by the umask. Throws std::runtime_error.
+  /// `type`: SOCK_STREAM or SOCK_SEQPACKET. `mode`: of the socket's file; absent: by the umask. Throws
+  /// std::runtime_error.
   UnixListener(std::string path, int type, std::optional<mode_t> mode = std::nullopt);
   UnixListener(const UnixListener&) = delete;
   UnixListener& operator=(const UnixListener&) = delete;

@@ -40,9 +40,10 @@ struct ArmBody {
   Hand hand;
 };
 
-/// `shaft_us`: where the servo of a channel stands, as a pulse width. `opening_m`: between the open fingers. The fingers close along
-/// the tool's z axis, or its y axis where z is nearer to the vertical. Links run between the points of successive turning axes that are
-/// next to each other; a sliding joint lengthens the link that it is in.
+/// `shaft_us`: where the servo of a channel stands, as a pulse width. `opening_m`: between the open fingers.
+/// The fingers close along the tool's z axis, or its y axis where z is nearer to the vertical. Links run
+/// between the points of successive turning axes that are next to each other; a sliding joint lengthens the
+/// link that it is in.
 [[nodiscard]] ArmBody arm_body(const ArmModel& model, const ArmBase& base, double opening_m,
                                const std::function<double(std::size_t channel)>& shaft_us);
 

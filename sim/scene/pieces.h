@@ -29,11 +29,13 @@ struct Piece {
   Eigen::Vector3d in_hand_m{Eigen::Vector3d::Zero()};  ///< held: its foot along, across and above the tool
 };
 
-/// The pieces and what hands do with them. Fingers that are open wider than a piece and `kPlay_m` do not hold it. A standing piece is
-/// between them where its axis is no farther across than opening and diameter leave, at most `kAlong_m` along the hand from the tool
-/// centre point, with that point at least `kEnd_m` from both of its ends. It stays between them: closing fingers push it. Held, it
-/// follows the tool upright. Released, it stands where its foot is at most `kDrop_m` above the surface and no other piece stands; else
-/// it falls, and stays where it fell.
+/// The pieces and what hands do with them.
+/// A standing piece is between the fingers where the tool centre point is next to its axis: across, within the
+/// room that opening and diameter leave; along the hand, within `kAlong_m`. The point must be `kEnd_m` or more
+/// from both ends of the piece. Fingers push a piece that is between them, until the hand moves away from it.
+/// They hold it once their opening is below its diameter and `kPlay_m`: it follows the tool, upright.
+/// A released piece stands where its foot is at most `kDrop_m` above the surface and no other piece stands.
+/// Otherwise it falls, and stays there.
 class Pieces {
  public:
   static constexpr double kPlay_m = 0.001;
@@ -62,8 +64,8 @@ class Pieces {
   std::uint64_t changes_{0};
 };
 
-/// Points at random in a rectangle about the origin, at least `spacing_m` from each other; nothing where `count` is more than the rows
-/// and columns of points that the rectangle takes. The same seed gives the same points.
+/// Points at random in a rectangle about the origin, at least `spacing_m` from each other. Nothing where
+/// `count` is more than the rows and columns that the rectangle takes. The same seed gives the same points.
 [[nodiscard]] std::optional<std::vector<Eigen::Vector2d>> scatter(const Eigen::Vector2d& size_m,
                                                                   double spacing_m, std::size_t count,
                                                                   std::uint64_t seed);

@@ -13,8 +13,9 @@
 
 namespace corbot::sim {
 
-/// An emulated SSC-32 at a Unix stream socket, mode 0600, for one client at a time; another one meanwhile is closed at once. The
-/// device stays when its client goes: the servos hold, and the next client finds them so. Never blocks.
+/// An emulated SSC-32 at a Unix stream socket, mode 0600, for one client at a time; another one meanwhile is
+/// closed at once. The device stays when its client goes: the servos hold, and the next client finds them so.
+/// Never blocks.
 class ServoSocket {
  public:
   /// Listens. Throws std::runtime_error.
@@ -23,7 +24,7 @@ class ServoSocket {
   ServoSocket& operator=(const ServoSocket&) = delete;
   ~ServoSocket() { drop_client(); }
 
-  /// What has to be polled: step() is due when one of them is readable.
+  /// Adds what must be polled: step() is due when one of them is readable.
   void add_to(std::vector<pollfd>& fds) const;
   /// Takes what has come in, sends the answers that have left, and accepts the next client.
   void step(std::int64_t now_ns);

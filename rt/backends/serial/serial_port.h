@@ -23,8 +23,8 @@ class SerialLine {
   SerialLine& operator=(const SerialLine&) = delete;
   virtual ~SerialLine() = default;
 
-  /// `path`: of a device, or "unix:" and that of a stream socket. `baud`: one of those that termios supports; without effect
-  /// at a socket.
+  /// `path`: of a device, or "unix:" and that of a stream socket. `baud`: one of those that termios supports;
+  /// without effect at a socket.
   virtual void open(const std::string& path, int baud) = 0;
   virtual void close() noexcept = 0;
   virtual void write(std::span<const std::uint8_t> bytes, Clock::time_point deadline) = 0;
@@ -36,7 +36,8 @@ class SerialLine {
   [[nodiscard]] virtual std::optional<int> latency_ms() const { return std::nullopt; }
 };
 
-/// A serial line of the kernel, raw, 8N1, for this process alone; or a Unix stream socket, as an emulated controller has it.
+/// A serial line of the kernel, raw, 8N1, for this process alone; or a Unix stream socket, as an emulated
+/// controller has it.
 class SerialPort final : public SerialLine {
  public:
   ~SerialPort() override { close(); }

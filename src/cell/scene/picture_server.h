@@ -15,8 +15,9 @@
 
 namespace corbot::cell {
 
-/// The scene's pictures at a Unix socket, mode 0600, as picture_wire.h has it. A client gets a picture for each byte that it sends, one
-/// client after the other; one that does not take its picture within 2 s is dropped.
+/// The scene's pictures at a Unix socket, mode 0600, as picture_wire.h has it. A client gets a picture for
+/// each byte that it sends, one client after the other; one that does not take its picture within 2 s is
+/// dropped.
 class PictureServer {
  public:
   /// Draws a view: rows of pixels, blue, green, red. Called in the thread of run().

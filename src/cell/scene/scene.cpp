@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Of a profile whose controller is the scene's.
+/// The port in a profile whose controller is the scene's.
 constexpr std::string_view kPort = "unix:SCENE/NAME.servos";
 /// Between the rims of two pieces: an open finger and some play fit.
 constexpr double kRimSpacing_m = 0.016;

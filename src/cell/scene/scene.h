@@ -15,24 +15,25 @@
 
 namespace corbot::cell {
 
-/// What a picture shows.
+/// The contents of one picture.
 struct SceneView {
   std::vector<sim::DrawnPiece> pieces;
   std::vector<sim::Capsule> arms;
 };
 
-/// The simulated world of a cell: the arms of the robots that the cell starts, each with its controller's socket, and the pieces.
-/// Times are of one clock that does not run backwards.
+/// The simulated world of a cell: the arms of the robots that the cell starts, each with its controller's
+/// socket, and the pieces. Times are of one clock that does not run backwards.
 class Scene {
  public:
   /// The length of a simulated step.
   static constexpr std::int64_t kTick_ns = 5'000'000;
 
-  /// Robots take part whose profile has `port = "unix:SCENE/NAME.servos"`. Pieces are scattered in the first area from which a robot
-  /// takes. Throws ConfigError for a profile, client::Failure where the pieces do not fit, std::runtime_error where a socket is in use.
+  /// Robots take part whose profile has `port = "unix:SCENE/NAME.servos"`. Pieces are scattered in the first
+  /// area from which a robot takes. Throws ConfigError for a profile, client::Failure where the pieces do not
+  /// fit, std::runtime_error where a socket is in use.
   explicit Scene(const CellConfig& cell);
 
-  /// What has to be polled, and when there is something to send: exchange() is due.
+  /// Adds what must be polled. exchange() is due when one of them is readable, and at next_answer_ns().
   void add_to(std::vector<pollfd>& fds) const;
   [[nodiscard]] std::optional<std::int64_t> next_answer_ns() const;
   /// Receives and sends what is due on the controllers' sockets.

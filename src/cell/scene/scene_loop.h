@@ -14,8 +14,9 @@
 
 namespace corbot::cell {
 
-/// Runs a scene in real time in one thread: ticks at absolute times, and the controllers' sockets between them. After a delay the
-/// ticks that are due are simulated one by one, and what has come in meanwhile counts as come now.
+/// Runs a scene in real time in one thread: ticks at absolute times, and the controllers' sockets between
+/// them. After a delay the ticks that are due are simulated one by one, and what has come in meanwhile counts
+/// as come now.
 class SceneLoop {
  public:
   /// `truth`: a file that is written anew when a piece is taken or released, and at the end; empty: none.
@@ -24,7 +25,8 @@ class SceneLoop {
   /// Until it is asked to stop. Throws client::Failure where the truth cannot be written.
   void run(const std::stop_token& stop);
 
-  /// The scene at a tick that begins after this call; nothing where there is none within `wait`. From another thread.
+  /// The scene at a tick that begins after this call; nothing where there is none within `wait`. From another
+  /// thread.
   [[nodiscard]] std::optional<SceneView> look(std::chrono::milliseconds wait);
   /// Wake-ups that came a tick or more too late. After the end of run().
   [[nodiscard]] std::uint64_t overruns() const { return overruns_; }
