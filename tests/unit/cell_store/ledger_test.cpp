@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
+#include <future>
 #include <limits>
 #include <thread>
 
@@ -204,14 +205,13 @@ using LedgerZones = LedgerFixture;
 TEST_F(LedgerZones, AreGivenInTurn) {
   ledger_.enter(tokens_["robot1"], "store1", 0);
   ledger_.enter(tokens_["robot1"], "store1", 0);  // repeated
-  std::mutex mutex;
-  std::vector<std::string> order;
-  const auto work = [&](const std::string& robot) {
+  std::vector<std::string> order;                 // the zone guards it
+  std::promise<void> go;
+  const std::shared_future<void> gone = go.get_future().share();
+  const auto work = [&, gone](const std::string& robot) {
     ledger_.enter(tokens_.at(robot), "store1", 30);
-    {
-      const std::lock_guard lock(mutex);
-      order.push_back(robot);
-    }
+    gone.wait();
+    order.push_back(robot);
     ledger_.leave(tokens_.at(robot), "store1");
   };
   std::thread second(work, "robot3");
@@ -222,15 +222,16 @@ TEST_F(LedgerZones, AreGivenInTurn) {
   EXPECT_STREQ(place(1).robot.in(), "robot1");
   ledger_.leave(tokens_["robot1"], "store1");
   try {
-    ledger_.enter(tokens_["robot1"], "store1", 30);
-    const std::lock_guard lock(mutex);
-    order.push_back("robot1");
-  } catch (const Occupied&) {
-    ADD_FAILURE();
+    ledger_.enter(tokens_["robot1"], "store1", 0);
+    ledger_.leave(tokens_["robot1"], "store1");
+    ADD_FAILURE() << "before a robot that waited already";
+  } catch (const Occupied& occupied) {
+    EXPECT_STREQ(occupied.robot.in(), "robot3") << "in the zone, or the next there";
   }
+  go.set_value();
   second.join();
   third.join();
-  EXPECT_THAT(order, ::testing::ElementsAre("robot3", "robot2", "robot1"));
+  EXPECT_THAT(order, ::testing::ElementsAre("robot3", "robot2"));
 }
 
 TEST_F(LedgerZones, OutliveTheClaim) {
