@@ -62,9 +62,8 @@ auto call_patiently(const std::string& uri, double patience_s, const std::stop_t
     } catch (const Corbot::NotReady& e) {
       why = uri + ": " + client::printable(e.reason.in());
     } catch (const CORBA::SystemException& e) {
-      const client::Failure failure = explain_call(e, uri);
-      if (!may_recover(e)) throw failure;
-      why = failure.what();
+      if (!may_recover(e)) throw explain_call(e, uri);
+      why = explain_call(e, uri).what();
     }
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
     if (stop.stop_requested() || elapsed.count() >= patience_s)

@@ -86,7 +86,8 @@ bool RemoteRobot::acquire() {
 }
 
 void RemoteRobot::keep_control(Corbot::Arm_ptr control) {
-  keeper_ = std::jthread([held = Corbot::Arm_var(Corbot::Arm::_duplicate(control))](std::stop_token end) {
+  keeper_ = std::jthread([held =
+                              Corbot::Arm_var(Corbot::Arm::_duplicate(control))](const std::stop_token& end) {
     while (true) {
       pause(kRenew_s, end);
       if (end.stop_requested()) return;
@@ -106,6 +107,7 @@ void RemoteRobot::release() {
   keeper_.request_stop();
   keeper_.join();
   const Corbot::Arm_var control = std::exchange(control_, Corbot::Arm_var());
+  use(uri_);  // reads go on
   try {
     control->Release();
   } catch (const Corbot::NotReady& e) {

@@ -234,8 +234,8 @@ Corbot::Sightings Worker::nearest_first(const Corbot::Frame& frame) const {
 }
 
 Transfer Worker::checked(const Corbot::TransferInfo& info) const {
-  const Transfer transfer{info.piece, cell_.kind(info.kind.in()), to_vector(info.source.position),
-                          to_vector(info.target.position)};
+  Transfer transfer{info.piece, cell_.kind(info.kind.in()), to_vector(info.source.position),
+                    to_vector(info.target.position)};
   if (transfer.kind != nullptr && stands_at(from_, transfer.source) && stands_at(to_, transfer.target))
     return transfer;
   throw Attention(fmt::format(

@@ -2,8 +2,11 @@
 // The robot of a worker over CORBA: a robot that knows robot.idl alone and loses replies, and a real arm.
 #include "cell/coordinator/remote_robot.h"
 
+#include <algorithm>
+#include <chrono>
 #include <future>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "support/robot_rig.h"
@@ -111,13 +114,27 @@ TEST(RemoteRobot, CommandsAreRepeatedUnlessTheRobotHasArrived) {
   EXPECT_THROW(robot.open(), Corbot::Stopped);
 }
 
-class RemoteArm : public RobotRig {};
+class RemoteArm : public RobotRig {
+ protected:
+  /// Whether the time that is left of control rises again within five seconds.
+  bool is_renewed() {
+    const auto ends = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+    double least_s = 1e9;
+    while (std::chrono::steady_clock::now() < ends) {
+      const Corbot::ControlInfo_var control = arm_->Control();
+      if (control->left > least_s + 0.5) return true;
+      least_s = std::min(least_s, control->left);
+    }
+    return false;
+  }
+};
 
 TEST_F(RemoteArm, HasControlUntilReleaseAndAStopEndsTheMotionUnderWay) {
   std::stop_source stop;
   cell::RemoteRobot robot(client_orb(), reference_, "test", 60, stop.get_token());
   ASSERT_TRUE(robot.acquire());
   EXPECT_EQ(raised_by([&] { arm_->Open(); }), "NotReady") << "others are kept out";
+  EXPECT_TRUE(is_renewed());
   const Vector3d above(0.2, 0, 0.1);
   robot.speed(100);
   robot.move(above, 0.02);
