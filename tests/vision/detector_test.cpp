@@ -137,6 +137,7 @@ bool is_visible(const DrawnPiece& piece, const std::vector<Capsule>& arms, const
 struct Tally {
   int visible{0};
   int hidden{0};
+  int unseen{0};  ///< of the hidden ones: standing, and not found
   int missed{0};
   int wrong{0};
   std::vector<double> errors_m;
@@ -151,12 +152,13 @@ void count(const Scene& scene, const std::vector<Detection>& found, const Vector
     bool is_found = false;
     for (std::size_t i = 0; i < found.size() && !piece.drawn.is_lying; ++i) {
       const double error_m = (found[i].position_m - piece.drawn.foot_m).norm();
-      if (used[i] || found[i].kind != piece.kind || error_m > 0.008) continue;
+      if (is_found || used[i] || found[i].kind != piece.kind || error_m > 0.008) continue;
       is_found = used[i] = true;
       tally.errors_m.push_back(error_m);
       if (visible) tally.least_confidence = std::min(tally.least_confidence, found[i].confidence);
     }
     if (visible && !is_found) ++tally.missed;
+    if (!visible && !is_found && !piece.drawn.is_lying) ++tally.unseen;
   }
   tally.wrong += static_cast<int>(std::count(used.begin(), used.end(), false));
 }
@@ -198,12 +200,15 @@ void check_pictures(const CellConfig& cell, int pictures) {
   EXPECT_LE(tally.errors_m.back(), kWorst_m);
   EXPECT_GT(tally.visible, 5 * pictures);
   EXPECT_GT(tally.hidden, pictures);
+  EXPECT_GT(tally.unseen, pictures / 4);
 }
 
 TEST(Detector, FindsEveryVisiblePieceAndNothingElse) { check_pictures(two_kinds(), 100); }
 
 TEST(Detector, FindsThemThroughALensWithTiltDistortionAndYaw) {
   CellConfig cell = two_kinds();
+  cell.places.push_back(cell.places.front());  // what lies over both counts once
+  cell.places.back().name = "twin";
   cell.camera.distortion = {-0.12, 0.05, 0.001, -0.0015, -0.01};
   cell.camera.focal_px = {1050, 1060};
   cell.camera.centre_px = {652, 349};
@@ -212,6 +217,16 @@ TEST(Detector, FindsThemThroughALensWithTiltDistortionAndYaw) {
                                Eigen::AngleAxisd(0.04, Vector3d::UnitX()) *
                                Eigen::AngleAxisd(0.02, Vector3d::UnitY());
   check_pictures(cell, 100);
+}
+
+TEST(Picture, HasNoiseOfTheOrderedStrength) {
+  const cell::CameraModel lens;
+  sim::Picture picture({.noise = 6, .project = [&](const Vector3d& point) { return lens.project(point); }});
+  const std::vector<std::uint8_t> first = picture.draw({}, {});
+  const std::vector<std::uint8_t>& second = picture.draw({}, {});
+  double squares = 0;
+  for (std::size_t i = 0; i < first.size(); ++i) squares += std::pow(first[i] - second[i], 2);
+  EXPECT_NEAR(std::sqrt(squares / static_cast<double>(first.size()) / 2), 6, 0.2);
 }
 
 TEST(Detector, RefusesAPlaceBeyondThePictureAndAPictureOfAnotherSize) {
