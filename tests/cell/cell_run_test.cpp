@@ -108,6 +108,18 @@ TEST_F(CellRun, BringsEveryPieceFromPalletToPalletOnce) {
   EXPECT_GE(std::stoi(found[1]), 30);
 }
 
+TEST_F(CellRun, WithoutZonesTheSceneSeesTheArmsTouch) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  Process store({CORBOT_UNGUARDED_STORE, (directory_ / "cell.toml").string(), "--name", name_, "--ports",
+                 std::to_string(ports_), "--state-dir", (directory_ / "store").string()});
+  ASSERT_TRUE(store.wait_line("ready", within(30))) << store.errors();
+  edit("store = { ledger = \"ledger.db\" }",
+       fmt::format("store = {{ reference = \"corbaloc::127.0.0.1:{}/Store\" }}", ports_));
+  const RunResult result = cell_run({"--pieces", "4"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.errors, HasSubstr("the arms touched")) << result.output;
+}
+
 TEST_F(CellRun, CtrlCStopsTheArmsAndEndsEverything) {
   Process cell(command({"--pieces", "4"}), environment());
   ASSERT_TRUE(cell.wait_line("", within(60)));

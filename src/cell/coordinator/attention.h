@@ -13,6 +13,11 @@ class Attention : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A Stop of another client ended a motion.
+class RobotStopped : public Attention {
+  using Attention::Attention;
+};
+
 /// The robot refused a point: nothing moved.
 class PointRefused : public Attention {
   using Attention::Attention;

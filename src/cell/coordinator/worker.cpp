@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -20,6 +21,7 @@ namespace {
 constexpr double kStoreWait_s = 2;     // a stop waits for it, and the supervisor kills after 5 s
 constexpr double kLookAgain_s = 0.5;   // between two looks at an area from which nothing can be taken
 constexpr double kConnectAgain_s = 1;  // between two attempts to reach robot and store
+constexpr std::chrono::seconds kConnectFor{10};
 constexpr double kSamePlace_m = 0.015;
 constexpr double kAtWait_m = 0.005;
 constexpr int kSettleReads = 10;  // of the position, 0.1 s apart
@@ -57,9 +59,9 @@ Worker::Worker(const CellConfig& cell, const CellRobot& robot, Ports ports, std:
       status_(robot.name, std::move(report)) {}
 
 void Worker::run() {
-  const auto end = [&](const std::string& why) {
+  const auto end = [&](const std::string& why, Corbot::WorkState state = Corbot::WorkAttention) {
     if (stop_.stop_requested()) return status_.set(Corbot::WorkIdle, "stopped");
-    status_.set(Corbot::WorkAttention, fmt::format("{}: {}", step_, why));
+    status_.set(state, fmt::format("{}: {}", step_, why));
     try {
       arm_.release();  // the person may need it
     } catch (const std::exception& error) {
@@ -76,7 +78,9 @@ void Worker::run() {
     status_.set(Corbot::WorkIdle, "stopped");
   } catch (const Corbot::Superseded& e) {
     token_ = 0;
-    status_.set(Corbot::WorkIdle, fmt::format("superseded: claim {} is the robot's now", e.present));
+    status_.set(Corbot::WorkAttention, fmt::format("superseded: claim {} is the robot's now", e.present));
+  } catch (const RobotStopped& e) {
+    end(e.what(), Corbot::WorkStopped);
   } catch (const CORBA::Exception& e) {
     end(fmt::format("unexpected exception {}", e._name()));
   } catch (const std::exception& e) {
@@ -173,6 +177,12 @@ void Worker::place(const Transfer& transfer) {
 // --- Parts of the recipe ---
 
 void Worker::connect() {
+  const auto give_up = std::chrono::steady_clock::now() + kConnectFor;
+  const auto again = [&](const client::Failure& why) {
+    if (std::chrono::steady_clock::now() > give_up) throw Attention(plain_text(why));
+    status_.set(Corbot::WorkIdle, plain_text(why));
+    pause(kConnectAgain_s, stop_);
+  };
   while (true) {
     try {
       end_if_stopped();
@@ -190,9 +200,9 @@ void Worker::connect() {
       }
       return;
     } catch (const client::Failure& e) {
-      wait_for(plain_text(e), kConnectAgain_s);
+      again(e);
     } catch (const Corbot::NotReady& e) {
-      wait_for(plain_text(client::explain(e)), kConnectAgain_s);
+      again(client::explain(e));
     }
   }
 }

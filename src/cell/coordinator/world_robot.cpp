@@ -33,6 +33,8 @@ void WorldRobot::command(const ToolGoal& goal, F&& f) {
         throw PointRefused(text(client::explain(e)));
       } catch (const Corbot::LimitExceeded& e) {
         throw PointRefused(text(client::explain(e)));
+      } catch (const Corbot::Stopped& e) {
+        throw RobotStopped(text(client::explain(e)));
       }
     });
   } catch (const client::Failure& e) {

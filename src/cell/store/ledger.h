@@ -15,7 +15,7 @@
 
 namespace corbot::cell {
 
-/// kOff: a robot may pick and place at a shared place outside its zone. No program uses it, tests do.
+/// kOff: zones keep no robot out, and a robot may pick and place outside of them. No program uses it, tests do.
 enum class ZoneCheck { kOn, kOff };
 
 /// The rules of the interface Store over one ledger; idl/cell.idl describes each call. Metres, degrees,

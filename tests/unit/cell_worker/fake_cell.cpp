@@ -106,8 +106,11 @@ bool FakeCell::acquire() {
 void FakeCell::begin_command(const std::string& name) {
   require(!stop_source.stop_requested(), name + " begins after a stop was requested");
   require(!is_superseded_ || name == "move", name + " begins after Superseded");
+  const int number = commands_++;
+  require(command_stopped_by_other < 0 || number <= command_stopped_by_other, name + " begins after a Stop");
   record.push_back(name);
-  if (commands_++ != stopped_command) return;
+  if (number == command_stopped_by_other) throw Corbot::Stopped("by another client");
+  if (number != stopped_command) return;
   stop_source.request_stop();
   if (is_exclusive) throw Corbot::Stopped("in the test");
 }

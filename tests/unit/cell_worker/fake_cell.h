@@ -41,7 +41,8 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   double late_s{0};         ///< an intent is written so long after the Move, or when the way down begins
   int superseded_call{-1};  ///< number of the call of the store that raises Superseded
   int stopped_command{-1};  ///< number of the robot's command during which a stop is requested
-  int occupied{0};          ///< so many calls of Enter find another robot
+  int command_stopped_by_other{-1};  ///< number of the command that a Stop of another client ends; -1: none
+  int occupied{0};                   ///< so many calls of Enter find another robot
   std::function<bool(const Eigen::Vector3d&)> is_unreachable;
   std::function<void(int)> on_reserve;  ///< with the number of calls
   int last_placed{1};                   ///< after so many placed pieces the next Reserve requests a stop

@@ -211,6 +211,22 @@ TEST_P(WorkerTest, NothingMovesAfterAStopAtAnyCommand) {
   }
 }
 
+TEST_P(WorkerTest, AStopOfAnotherClientEndsTheWorkAndSaysWhere) {
+  int command = 0;
+  for (bool is_stopped = true; is_stopped; ++command) {
+    FakeCell world(config_, GetParam());
+    add_piece(world, 0);
+    world.command_stopped_by_other = command;
+    const Corbot::RobotWork work = run_one(world);
+    is_stopped = work.state == Corbot::WorkStopped;
+    if (is_stopped) {
+      EXPECT_THAT(work.text.in(), HasSubstr("in the frame of robot"));
+    }
+    EXPECT_THAT(world.violations, IsEmpty());
+  }
+  EXPECT_EQ(command, 16);
+}
+
 TEST_P(WorkerTest, ALostClaimEndsAllAtAnyCallOfTheStore) {
   int calls = 0;
   for (bool is_lost = true; is_lost; ++calls) {
@@ -219,7 +235,7 @@ TEST_P(WorkerTest, ALostClaimEndsAllAtAnyCallOfTheStore) {
     world.superseded_call = calls;
     const Corbot::RobotWork work = run_one(world);
     is_lost = world.count_reports("superseded: claim 8") == 1;
-    EXPECT_EQ(work.state, Corbot::WorkIdle) << calls;
+    EXPECT_EQ(work.state, is_lost ? Corbot::WorkAttention : Corbot::WorkIdle) << calls;
     EXPECT_THAT(world.violations, IsEmpty()) << calls;
     ASSERT_LT(calls, 100);
   }
