@@ -220,7 +220,7 @@ TEST_F(LedgerZones, AreGivenInTurn) {
   EXPECT_TRUE(wait_until(within(20), [&] { return ledger_.waiting() == 2; }));
   ledger_.leave(tokens_["robot2"], "store1");  // another robot's zone: no effect
   EXPECT_STREQ(place(1).robot.in(), "robot1");
-  ledger_.leave(tokens_["robot1"], "store1");
+  Ledger(cell_).leave(tokens_["robot1"], "store1");  // from elsewhere: it does not wake the waiting threads
   try {
     ledger_.enter(tokens_["robot1"], "store1", 0);
     ledger_.leave(tokens_["robot1"], "store1");
