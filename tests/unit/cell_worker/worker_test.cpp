@@ -50,7 +50,7 @@ class WorkerTest : public ::testing::TestWithParam<const char*> {
   /// A piece that robot1 takes from its area, or robot2 from a slot.
   void add_piece(FakeCell& world, int number) const {
     if (is_area()) {
-      world.add_to_area(0.05 + 0.03 * number, 0.24);
+      world.add_to_area(0.14 - 0.03 * number, 0.24);  // the last is the nearest
     } else {
       world.add_to_slot("store1", number);
     }
