@@ -26,7 +26,8 @@ class CoordinatorServant : public POA_Corbot::Coordinator {
 
   void Start() override;
   Corbot::CoordinatorState* State() override;
-  /// Stops every robot, gives back claims and control, and returns what State has as `placed`. The ORB ends later.
+  /// Stops every robot, gives back claims and control, and returns what State has as `placed`. The ORB ends
+  /// later.
   std::uint64_t end();
 
  private:

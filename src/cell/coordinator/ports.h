@@ -7,8 +7,8 @@
 #include "cell.hh"
 
 // What a worker needs of its robot, of the camera and of the store. The remote ones are in remote_robot.h and
-// remote_services.h. Every call may raise what the interface allows, and client::Failure where there is no reply, or
-// none that can be used.
+// remote_services.h. Every call may raise what the interface allows, and client::Failure where there is no
+// reply, or none that can be used.
 
 namespace corbot::cell {
 
@@ -43,8 +43,8 @@ class CameraPort {
   virtual Corbot::Frame look(double timeout_s) = 0;
 };
 
-/// Corbot::Store. Failure: no reply, or NotReady, for `kPatience_s`. A call is repeated until then, which has no
-/// further effect.
+/// Corbot::Store. Failure: no reply, or NotReady, for `kPatience_s`. A call is repeated until then, which
+/// has no further effect.
 class StorePort {
  public:
   virtual ~StorePort() = default;

@@ -22,8 +22,8 @@ namespace corbot::cell {
 /// "no reply from URI (TRANSIENT)", or the text of client::explain.
 [[nodiscard]] client::Failure explain_call(const CORBA::SystemException& e, const std::string& uri);
 
-/// A reference with a time-out of its own, made when it is first used: corbaname raises while the naming service
-/// starts.
+/// A reference with a time-out of its own, made when it is first used: corbaname raises while the naming
+/// service starts.
 template <class Interface>
 class LazyReference {
  public:

@@ -21,8 +21,9 @@ struct Transfer {
   Eigen::Vector3d target{};
 };
 
-/// Brings pieces from one place to another with one robot. An intent is durable before the motion that may change the
-/// world; an outcome is what the camera has seen. The thread of run() makes all calls but RobotPort::stop().
+/// Brings pieces from one place to another with one robot. An intent is durable before the motion that may
+/// change the world; an outcome is what the camera has seen. The thread of run() makes all calls but
+/// RobotPort::stop().
 class Worker {
  public:
   struct Ports {
@@ -31,7 +32,8 @@ class Worker {
     StorePort& store;
   };
 
-  /// `cell`, of which `robot` is one, and the ports must outlive the worker. `who` names this process in the ledger.
+  /// `cell`, of which `robot` is one, and the ports must outlive the worker. `who` names this process in the
+  /// ledger.
   Worker(const CellConfig& cell, const CellRobot& robot, Ports ports, std::string who,
          WorkStatus::Report report, std::stop_token stop);
   Worker(const Worker&) = delete;
@@ -40,13 +42,14 @@ class Worker {
 
   /// Works until a stop is requested, until the claim is lost, or until a person is needed. Throws nothing.
   void run();
-  /// Once run() has returned: takes back a reservation that nothing has touched, leaves the zone where the tool is back
-  /// at its wait pose, and gives back claim and control. Throws nothing.
+  /// Once run() has returned: takes back a reservation that nothing has touched, leaves the zone where the
+  /// tool is back at its wait pose, and gives back claim and control. Throws nothing.
   void finish();
   [[nodiscard]] Corbot::RobotWork status() const { return status_.get(); }
 
  protected:
-  /// Waits until the intent is in the ledger. Virtual for a test: its checker must find a worker that does not wait.
+  /// Waits until the intent is in the ledger. Virtual for a test: its checker must find a worker that does
+  /// not wait.
   virtual void await_intent(std::future<void>& intent) { intent.get(); }
 
  private:

@@ -18,8 +18,9 @@ struct ToolGoal {
 /// "(0.081, 0.243, 0.000) m"
 [[nodiscard]] std::string describe(const Eigen::Vector3d& point);
 
-/// A robot that takes points of the world. Commands throw WorkEnded once a stop is requested; PointRefused where the
-/// robot does not reach the point; Attention at any other fault. Both texts have the point in both frames, and the key.
+/// A robot that takes points of the world. Commands throw WorkEnded once a stop is requested; PointRefused
+/// where the robot does not reach the point; Attention at any other fault. Both texts have the point in both
+/// frames, and the key.
 class WorldRobot {
  public:
   /// All must outlive it.

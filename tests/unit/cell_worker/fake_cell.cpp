@@ -256,6 +256,11 @@ Corbot::TransferInfo FakeCell::reserve(Corbot::ClaimToken token, const std::stri
   store_call();
   require(token == kToken && is_end(ledger_.step), "Reserve while a transfer is under way");
   require(zone_.empty(), "Reserve waits inside of a zone");
+  const auto distance_m = [&](CORBA::ULong i) {
+    return (Vector2d(seen[i].position.x, seen[i].position.y) - robot_.frame.position_m.head<2>()).norm();
+  };
+  for (CORBA::ULong i = 1; i < seen.length(); ++i)
+    require(distance_m(i - 1) <= distance_m(i), "a farther piece comes first");
   ++reserves_;
   if (on_reserve) on_reserve(reserves_);
   if (written[Corbot::StepPlaced] >= last_placed || reserves_ > 200) {

@@ -14,12 +14,12 @@
 
 namespace corbot::test {
 
-/// The cell of profiles/cell as far as a worker needs it: robot1 at yaw 45 degrees takes from an area, robot2 at yaw
-/// 225 from slots.
+/// The cell of profiles/cell as far as a worker needs it: robot1 at yaw 45 degrees takes from an area,
+/// robot2 at yaw 225 from slots.
 [[nodiscard]] cell::CellConfig demo_cell();
 
-/// Table, robot, camera and ledger of one worker, in one process. Pieces move when they are gripped. Whatever breaks a
-/// rule of the work goes into `violations`. Points: world, metres.
+/// Table, robot, camera and ledger of one worker, in one process. Pieces move when they are gripped.
+/// Whatever breaks a rule of the work goes into `violations`. Points: world, metres.
 class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::StorePort {
  public:
   struct Piece {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The recipe of a worker in a world that behaves: what moves, what the ledger has of it, and what must not be.
+// The recipe of a worker in a world that behaves: what moves, what the ledger has of it, and what must not
+// be.
 #include "cell/coordinator/worker.h"
 
 #include <fmt/format.h>
@@ -49,7 +50,7 @@ class WorkerTest : public ::testing::TestWithParam<const char*> {
   /// A piece that robot1 takes from its area, or robot2 from a slot.
   void add_piece(FakeCell& world, int number) const {
     if (is_area()) {
-      world.add_to_area(0.05 + 0.03 * number, 0.24);
+      world.add_to_area(0.14 - 0.03 * number, 0.24);  // the last is the nearest
     } else {
       world.add_to_slot("store1", number);
     }
@@ -164,6 +165,7 @@ TEST_P(WorkerTest, APointThatTheRobotRefusesNamesStepFramesAndKey) {
     };
     const Corbot::RobotWork work = run_one(world);
     EXPECT_EQ(work.state, Corbot::WorkAttention);
+    EXPECT_EQ(work.piece, c.step == "place" ? 1U : 0U);
     EXPECT_THAT(work.text.in(),
                 AllOf(HasSubstr(c.step + ": ("), HasSubstr(c.key), HasSubstr("in the frame of robot")));
     EXPECT_THAT(world.violations, IsEmpty());
@@ -225,6 +227,15 @@ TEST_P(WorkerTest, AStopOfAnotherClientEndsTheWorkAndSaysWhere) {
     EXPECT_THAT(world.violations, IsEmpty());
   }
   EXPECT_EQ(command, 16);
+}
+
+TEST_P(WorkerTest, AReservationThatNothingTouchedIsTakenBackAtTheEnd) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.on_reserve = [&](int) { world.stop_source.request_stop(); };
+  run_one(world);
+  EXPECT_EQ(world.written[Corbot::StepWithdrawn], 1);
+  EXPECT_THAT(world.violations, IsEmpty());
 }
 
 TEST_P(WorkerTest, ALostClaimEndsAllAtAnyCallOfTheStore) {
