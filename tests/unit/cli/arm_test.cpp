@@ -86,6 +86,7 @@ TEST(Regularity, IsZeroWithAStraightWristAndNamesItsJoints) {
 /// By what each arm follows of an orientation: only the paper's arms are stretched at Ready.
 TEST(Regularity, IsThatOfThePathsOfEveryArm) {
   for (const auto& file : std::filesystem::directory_iterator(CORBOT_PROFILES)) {
+    if (file.path().extension() != ".toml") continue;
     const Profile profile = load_profile(file.path());
     const bool is_stretched = profile.description.form == config::GeometryForm::kLengths;
     const double smallest = regularity_at(profile.arm.kinematics, {}).smallest;
@@ -190,6 +191,7 @@ std::vector<std::array<double, 2>> captions_of(const std::string& svg) {
 
 TEST(ArmPicture, ShowsTheArmFromBaseToTool) {
   for (const auto& file : std::filesystem::directory_iterator(CORBOT_PROFILES)) {
+    if (file.path().extension() != ".toml") continue;
     const Profile profile = load_profile(file.path());
     const Joints q{};
     const std::vector<Vector3> line = arm_line(profile.arm.kinematics, q);
