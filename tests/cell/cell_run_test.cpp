@@ -115,6 +115,7 @@ TEST_F(CellRun, WithoutZonesTheSceneSeesTheArmsTouch) {
   ASSERT_TRUE(store.wait_line("ready", within(30))) << store.errors();
   edit("store = { ledger = \"ledger.db\" }",
        fmt::format("store = {{ reference = \"corbaloc::127.0.0.1:{}/Store\" }}", ports_));
+  edit("from = \"store1\"", "speed_percent = 50, from = \"store1\"");  // else the robots take turns by themselves
   const RunResult result = cell_run({"--pieces", "4"});
   EXPECT_EQ(result.code, 1);
   EXPECT_THAT(result.errors, HasSubstr("the arms touched")) << result.output;
