@@ -49,6 +49,13 @@ const Place* CellConfig::place(const std::string& wanted) const { return find_na
 const CellRobot* CellConfig::robot(const std::string& wanted) const { return find_named(robots, wanted); }
 const Kind* CellConfig::kind(const std::string& wanted) const { return find_named(kinds, wanted); }
 
+std::string CellConfig::key_of(const Place& place) const {
+  return fmt::format("place[{}]", &place - places.data());
+}
+std::string CellConfig::key_of(const CellRobot& robot) const {
+  return fmt::format("robot[{}]", &robot - robots.data());
+}
+
 bool CellConfig::is_last(const Place& place) const {
   return std::none_of(robots.begin(), robots.end(),
                       [&](const CellRobot& robot) { return robot.from == place.name; });

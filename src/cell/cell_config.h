@@ -107,6 +107,9 @@ struct CellConfig {
   [[nodiscard]] const Place* place(const std::string& name) const;
   [[nodiscard]] const CellRobot* robot(const std::string& name) const;
   [[nodiscard]] const Kind* kind(const std::string& name) const;
+  /// The key of one of its places or robots in cell.toml: "place[2]".
+  [[nodiscard]] std::string key_of(const Place& place) const;
+  [[nodiscard]] std::string key_of(const CellRobot& robot) const;
   /// Places from which no robot takes: pieces that arrive there are done.
   [[nodiscard]] bool is_last(const Place& place) const;
 

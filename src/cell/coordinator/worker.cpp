@@ -31,11 +31,6 @@ Vector3d to_vector(const Corbot::Point& point) { return {point.x, point.y, point
 /// A message as part of a sentence.
 std::string plain_text(const std::exception& error) { return client::printable(error.what()); }
 
-template <class Items>
-std::size_t index_of(const Items& items, const typename Items::value_type& item) {
-  return static_cast<std::size_t>(&item - items.data());
-}
-
 bool stands_at(const Place& place, const Vector3d& foot) {
   return foot.allFinite() && place.covers(foot, kSamePlace_m) &&
          std::abs(foot.z() - place.frame.position_m.z()) <= kSamePlace_m;
@@ -49,7 +44,7 @@ Worker::Worker(const CellConfig& cell, const CellRobot& robot, Ports ports, std:
       robot_(robot),
       from_(*cell.place(robot.from)),
       to_(*cell.place(robot.to)),
-      wait_{robot.wait_m, fmt::format("robot[{}].wait_m", index_of(cell.robots, robot))},
+      wait_{robot.wait_m, cell.key_of(robot) + ".wait_m"},
       arm_(ports.robot),
       camera_(ports.camera),
       store_(ports.store),
@@ -394,8 +389,6 @@ void Worker::wait_for(const std::string& text, double pause_s) {
   end_if_stopped();
 }
 
-std::string Worker::key_of(const Place& place) const {
-  return fmt::format("place[{}].position_m", index_of(cell_.places, place));
-}
+std::string Worker::key_of(const Place& place) const { return cell_.key_of(place) + ".position_m"; }
 
 }  // namespace corbot::cell
