@@ -355,10 +355,11 @@ int main(int argc, char** argv) {
     return run(argc, argv);
   } catch (const Failure& failure) {
     std::fflush(stdout);
-    if (*failure.what() != '\0') fmt::print(stderr, "corbot: {}\n", failure.what());
+    // Not by fmt::print, which throws where standard error cannot be written.
+    if (*failure.what() != '\0') std::fputs(fmt::format("corbot: {}\n", failure.what()).c_str(), stderr);
     return static_cast<int>(failure.code());
   } catch (const std::exception& error) {
-    fmt::print(stderr, "corbot: internal error: {}\n", error.what());
+    std::fputs(fmt::format("corbot: internal error: {}\n", error.what()).c_str(), stderr);
     return static_cast<int>(ExitCode::kInternal);
   }
 }

@@ -35,7 +35,6 @@ class CellRun : public testing::Test {
   }
   ~CellRun() override {
     if (HasFailure()) print_logs();
-    std::vector<fs::path> sockets;
     for (const char* robot : {"robot1", "robot2"}) {
       EXPECT_FALSE(channel_exists(name_ + "-" + robot, directory_.string())) << robot;
     }
@@ -69,6 +68,27 @@ class CellRun : public testing::Test {
   }
   RunResult cell_run(const std::vector<std::string>& more, double seconds = 240) {
     return run(command(more), seconds, environment());
+  }
+
+  /// A run of four pieces whose arms move.
+  Process begin_work() {
+    Process cell(command({"--pieces", "4"}), environment());
+    if (!wait_event(cell, "picking")) throw std::runtime_error("no work began: " + cell.errors());
+    return cell;
+  }
+  static bool wait_event(Process& cell, const std::string& event) {
+    const Deadline deadline = within(120);
+    while (const auto line = cell.wait_line("", deadline)) {
+      if (line->find(event) != std::string::npos) return true;
+    }
+    return false;
+  }
+  [[nodiscard]] std::string left_running() const {
+    return run({"/usr/bin/pgrep", "-a", "-f", directory_.string()}).output;
+  }
+  [[nodiscard]] std::string text_of(const std::string& file) const {
+    std::ifstream in(directory_ / "state" / file);
+    return {std::istreambuf_iterator<char>(in), {}};
   }
 
   std::string name_{fmt::format("t{}", ::getpid())};
@@ -115,28 +135,56 @@ TEST_F(CellRun, WithoutZonesTheSceneSeesTheArmsTouch) {
   ASSERT_TRUE(store.wait_line("ready", within(30))) << store.errors();
   edit("store = { ledger = \"ledger.db\" }",
        fmt::format("store = {{ reference = \"corbaloc::127.0.0.1:{}/Store\" }}", ports_));
-  edit("from = \"store1\"", "speed_percent = 50, from = \"store1\"");  // else the robots take turns by themselves
-  const RunResult result = cell_run({"--pieces", "4"});
-  EXPECT_EQ(result.code, 1);
-  EXPECT_THAT(result.errors, HasSubstr("the arms touched")) << result.output;
+  // Robot 2 takes so long that robot 1 comes with its second piece meanwhile.
+  edit("from = \"store1\"", "speed_percent = 30, from = \"store1\"");
+  Process cell = begin_work();
+  ASSERT_TRUE(wait_event(cell, "robot1 piece 2 placed"));
+  cell.signal(SIGINT);
+  ASSERT_TRUE(cell.wait(within(60)));
+  const std::string end = text_of("scene.out");
+  EXPECT_THAT(end, HasSubstr("touches="));
+  EXPECT_THAT(end, testing::Not(HasSubstr("touches=0"))) << cell.output();
 }
 
 TEST_F(CellRun, CtrlCStopsTheArmsAndEndsEverything) {
-  Process cell(command({"--pieces", "4"}), environment());
-  ASSERT_TRUE(cell.wait_line("", within(60)));
-  bool is_at_work = false;
-  for (const Deadline deadline = within(90); !is_at_work;) {
-    const auto line = cell.wait_line("", deadline);
-    ASSERT_TRUE(line) << cell.errors();
-    is_at_work = line->find("picking") != std::string::npos;
-  }
+  Process cell = begin_work();
   cell.signal(SIGINT);
   const auto status = cell.wait(within(30));
   ASSERT_TRUE(status);
   EXPECT_EQ(WEXITSTATUS(*status), 4) << cell.errors();
   EXPECT_THAT(cell.errors(), HasSubstr("stopped: 0 of 4 pieces are done"));
-  const RunResult left = run({"/usr/bin/pgrep", "-f", directory_.string()});
-  EXPECT_EQ(left.code, 1) << "still running: " << left.output;
+  for (const char* robot : {"robot1", "robot2"}) {
+    EXPECT_THAT(cell.output(), HasSubstr(fmt::format("{} stopped", robot)));
+    EXPECT_THAT(text_of(fmt::format("{}.log", robot)), HasSubstr("at rest, ended"));
+  }
+  EXPECT_EQ(left_running(), "");
+}
+
+TEST_F(CellRun, HasItsDirectoryForItselfAndBeginsAnewAfterAKill) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  Process first = begin_work();
+  ports_ = free_ports(5);
+  const RunResult second = cell_run({});
+  EXPECT_EQ(second.code, 5);
+  EXPECT_THAT(second.errors, HasSubstr("a cell runs in"));
+  EXPECT_TRUE(fs::exists(directory_ / "state" / "ledger.db")) << "the second run has touched the first one's";
+  first.signal(SIGKILL);
+  ASSERT_TRUE(first.wait(within(30)));
+  ASSERT_TRUE(wait_until(within(30), [&] { return left_running().empty(); })) << left_running();
+  const RunResult third = cell_run({"--pieces", "1"});
+  EXPECT_EQ(third.code, 0) << third.output << third.errors;
+}
+
+TEST_F(CellRun, AFrozenStoreEndsTheWorkAndIsNamed) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  Process cell = begin_work();
+  const RunResult frozen = run({"/usr/bin/pkill", "-STOP", "-f", "corbot-store " + directory_.string()});
+  ASSERT_EQ(frozen.code, 0);
+  const auto status = cell.wait(within(60));
+  ASSERT_TRUE(status);
+  EXPECT_EQ(WEXITSTATUS(*status), 1) << cell.errors();
+  EXPECT_THAT(cell.errors(), HasSubstr("store"));
+  EXPECT_EQ(left_running(), "");
 }
 
 TEST_F(CellRun, APortInUseIsNamed) {

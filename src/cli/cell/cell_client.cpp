@@ -21,9 +21,15 @@ constexpr std::chrono::seconds kRetryFor{10};  // a program that died is started
 
 template <class Interface>
 typename Interface::_ptr_type connect(CORBA::ORB_ptr orb, const std::string& uri, CORBA::ULong timeout_ms) {
-  typename Interface::_var_type reference = cell::reference_to<Interface>(orb, uri);
-  omniORB::setClientCallTimeout(reference, timeout_ms);
-  return reference._retn();
+  try {
+    typename Interface::_var_type reference = cell::reference_to<Interface>(orb, uri);
+    omniORB::setClientCallTimeout(reference, timeout_ms);
+    return reference._retn();
+  } catch (const CORBA::SystemException& error) {
+    throw Failure(ExitCode::kUnreachable,
+                  fmt::format("{}: leads to no object (CORBA {}): give a corbaloc or corbaname that does",
+                              client::printable(uri), error._name()));
+  }
 }
 
 }  // namespace
@@ -46,19 +52,20 @@ CellClient::~CellClient() {
 
 /// Repeats what the ORB could not deliver: every call of this class may be repeated.
 template <class F>
-auto CellClient::call(const char* whom, F&& f) -> decltype(f()) {
+auto CellClient::call(const Peer& peer, F&& f) -> decltype(f()) {
   const auto deadline = std::chrono::steady_clock::now() + kRetryFor;
   for (;;) {
     try {
       return f();
     } catch (const Corbot::NotReady& error) {
-      throw Failure(ExitCode::kRefused, fmt::format("{}: {}", whom, client::printable(error.reason.in())));
+      throw Failure(ExitCode::kRefused,
+                    fmt::format("{}: {}", peer.name, client::printable(error.reason.in())));
     } catch (const CORBA::SystemException& error) {
       if (gave_up_ || std::chrono::steady_clock::now() > deadline)
-        throw Failure(ExitCode::kUnreachable,
-                      fmt::format("{} does not reply (CORBA {})", whom, error._name()));
+        throw Failure(peer.is_elsewhere ? ExitCode::kUnreachable : ExitCode::kRefused,
+                      fmt::format("{} does not reply (CORBA {})", peer.name, error._name()));
     } catch (const CORBA::Exception& error) {
-      throw Failure(ExitCode::kInternal, fmt::format("{} raised {}", whom, error._name()));
+      throw Failure(ExitCode::kInternal, fmt::format("{} raised {}", peer.name, error._name()));
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
   }
@@ -83,19 +90,19 @@ void CellClient::check_foreign() {
 }
 
 void CellClient::start_work() {
-  call("the coordinator", [&] { coordinator_->Start(); });
+  call(coordinator_peer(), [&] { coordinator_->Start(); });
 }
 
 Corbot::CoordinatorState_var CellClient::state() {
-  return call("the coordinator", [&] { return Corbot::CoordinatorState_var(coordinator_->State()); });
+  return call(coordinator_peer(), [&] { return Corbot::CoordinatorState_var(coordinator_->State()); });
 }
 
 bool CellClient::has_no_transfer() {
-  return call("the store", [&] { return Corbot::TransferInfos_var(store_->Transfers())->length() == 0; });
+  return call(store_peer(), [&] { return Corbot::TransferInfos_var(store_->Transfers())->length() == 0; });
 }
 
 int CellClient::placed() {
-  const auto reply = call("the store", [&] { return Corbot::PlaceInfos_var(store_->Places()); });
+  const auto reply = call(store_peer(), [&] { return Corbot::PlaceInfos_var(store_->Places()); });
   const Corbot::PlaceInfos& places = reply.in();
   CORBA::ULong count = 0;
   for (CORBA::ULong i = 0; i < places.length(); ++i) {
@@ -108,7 +115,7 @@ int CellClient::placed() {
 void CellClient::count_arrivals(CellEnd& end) {
   CORBA::ULongLong after = 0;
   for (;;) {
-    const auto reply = call("the store", [&] { return Corbot::PieceEvents_var(store_->History(0, after)); });
+    const auto reply = call(store_peer(), [&] { return Corbot::PieceEvents_var(store_->History(0, after)); });
     const Corbot::PieceEvents& events = reply.in();
     for (CORBA::ULong i = 0; i < events.length(); ++i) {
       const Corbot::PieceEvent& event = events[i];
@@ -124,7 +131,7 @@ void CellClient::count_arrivals(CellEnd& end) {
 CellEnd CellClient::read_end() {
   CellEnd end;
   const auto frame =
-      call("the camera", [&] { return Corbot::Frame_var(camera_->Look(cell_.timing.look_s)); });
+      call(camera_peer(), [&] { return Corbot::Frame_var(camera_->Look(cell_.timing.look_s)); });
   for (CORBA::ULong i = 0; i < frame->pieces.length(); ++i) {
     const Corbot::Point& p = frame->pieces[i].position;
     std::string where;
@@ -133,7 +140,7 @@ CellEnd CellClient::read_end() {
     }
     ++end.seen[where];
   }
-  const auto reply = call("the store", [&] { return Corbot::PlaceInfos_var(store_->Places()); });
+  const auto reply = call(store_peer(), [&] { return Corbot::PlaceInfos_var(store_->Places()); });
   const Corbot::PlaceInfos& places = reply.in();
   for (CORBA::ULong i = 0; i < places.length(); ++i)
     end.in_ledger[places[i].name.in()] = static_cast<int>(places[i].pieces);

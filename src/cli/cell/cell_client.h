@@ -32,8 +32,18 @@ class CellClient {
   [[nodiscard]] CellEnd read_end();
 
  private:
+  /// One of the three, for messages.
+  struct Peer {
+    const char* name;
+    bool is_elsewhere;  ///< this command did not start it
+  };
+  [[nodiscard]] Peer store_peer() const { return {"the store", !cell_.store_reference.empty()}; }
+  [[nodiscard]] Peer camera_peer() const { return {"the camera", !cell_.camera_reference.empty()}; }
+  [[nodiscard]] Peer coordinator_peer() const {
+    return {"the coordinator", !cell_.coordinator_reference.empty()};
+  }
   template <class F>
-  auto call(const char* whom, F&& f) -> decltype(f());
+  auto call(const Peer& peer, F&& f) -> decltype(f());
   void count_arrivals(CellEnd& end);
 
   const cell::CellConfig& cell_;

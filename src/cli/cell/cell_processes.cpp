@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <fstream>
-#include <regex>
 #include <utility>
 
 #include "cli/supervise/robot_children.h"
@@ -25,9 +24,13 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kReadyWithin_s = 30;  // beside builds and tests on few processors
+constexpr double kRespond_s = 10;
+constexpr double kRobotEndsWithin_s = 20;        // it ends three processes, and gives each five seconds
+constexpr double kCoordinatorEndsWithin_s = 15;  // its robots come to rest, and a look ends
+constexpr std::string_view kScenePort = "unix:SCENE/NAME.servos";
 
 fs::path profile_of(const CellConfig& cell, const CellRobot& robot) {
-  return cell.state_directory / (robot.name + ".toml");
+  return cell.state_directory / kRobots / (robot.name + ".toml");
 }
 
 /// The program with its standard error in the log and its standard output in `output`, or read by the supervisor. A shell
@@ -44,6 +47,7 @@ Supervisor::Spec spec(const CellConfig& cell, const std::string& title, std::vec
   words.insert(words.end(), command.begin(), command.end());
   Supervisor::Spec result{.title = title, .command = std::move(words)};
   result.ready_within_s = kReadyWithin_s;
+  result.respond_s = kRespond_s;
   return result;
 }
 
@@ -78,12 +82,22 @@ void check_installation(const CellConfig& cell) {
 }
 
 void write_profiles(const CellConfig& cell) {
+  cell::make_private_directory(cell.state_directory / kRobots);
   for (const CellRobot& robot : cell.robots) {
     if (robot.profile.empty()) continue;
     std::string text = with_urdf_text(read_profile_text(robot.profile), robot.profile.string());
-    text = std::regex_replace(text, std::regex(R"(unix:SCENE/NAME\.servos)"),
-                              "unix:" + cell.servo_socket(robot).string());
-    std::ofstream(profile_of(cell, robot)) << text;
+    const auto at = text.find(kScenePort);
+    if (at != std::string::npos) {
+      text.replace(at, kScenePort.size(), "unix:" + cell.servo_socket(robot).string());
+    } else if (cell.scene) {
+      throw Failure(
+          ExitCode::kUsage,
+          fmt::format("{}: {}.profile: the cell is simulated, so its backend must have port = \"{}\"",
+                      robot.profile.string(), cell.key_of(robot), kScenePort));
+    }
+    std::ofstream file(profile_of(cell, robot));
+    if (!(file << text).flush())
+      throw Failure(ExitCode::kInternal, profile_of(cell, robot).string() + ": cannot be written");
   }
 }
 
@@ -103,13 +117,15 @@ std::vector<Supervisor::Spec> cell_processes(const CellConfig& cell, const cell:
         spec(cell, robot.name,
              {beside_executable("corbot"), "up", profile_of(cell, robot).string(), "--name",
               cell.robot_name(robot), "--endpoint", net::endpoint_text(cell.host, cell.robot_port(robot)),
-              "--state-dir", cell.state_directory.string(), "--orb", robot.orb},
+              "--state-dir", (cell.state_directory / kRobots).string(), "--orb", robot.orb},
              nowhere));
+    specs.back().end_within_s = kRobotEndsWithin_s;
   }
   if (cell.store_reference.empty()) specs.push_back(spec(cell, "store", words("corbot-store"), nowhere));
   if (cell.camera_reference.empty()) specs.push_back(spec(cell, "camera", words("corbot-camera"), nowhere));
   if (!cell.coordinator_reference.empty()) return specs;
   specs.push_back(spec(cell, kCoordinator, words("corbot-coordinator")));
+  specs.back().end_within_s = kCoordinatorEndsWithin_s;
   specs.back().is_ready = [on_event = std::move(on_event)](const std::string& line) {
     if (line.starts_with("ready ")) return true;
     if (!line.empty()) on_event(line);

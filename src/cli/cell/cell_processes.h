@@ -14,6 +14,8 @@ namespace corbot::cli {
 
 inline constexpr const char* kScene = "scene";
 inline constexpr const char* kCoordinator = "coordinator";
+/// Below the state directory: profiles and states of the robots that the cell starts.
+inline constexpr const char* kRobots = "robots";
 
 /// Where the program of this title logs.
 [[nodiscard]] std::filesystem::path log_file(const cell::CellConfig& cell, const std::string& title);
@@ -22,7 +24,7 @@ inline constexpr const char* kCoordinator = "coordinator";
 
 /// Throws Failure, kInternal, where a port that the cell needs is taken, or kUsage where a program is not installed.
 void check_installation(const cell::CellConfig& cell);
-/// Writes each robot's profile into the state directory, with SCENE and NAME of its port replaced.
+/// Writes each robot's profile into the state directory, with SCENE and NAME of its port replaced. Throws Failure.
 void write_profiles(const cell::CellConfig& cell);
 /// In the order of their start, the coordinator last. `on_event` is called for each line that the coordinator prints.
 [[nodiscard]] std::vector<Supervisor::Spec> cell_processes(const cell::CellConfig& cell,

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/cell/cell_run.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/file.h>
 
 #include <atomic>
+#include <cerrno>
 #include <chrono>
+#include <deque>
 #include <fstream>
 #include <memory>
 #include <thread>
@@ -14,6 +19,7 @@
 #include "cli/supervise/report.h"
 #include "client/explain.h"
 #include "client/failure.h"
+#include "shm/descriptor.h"
 
 namespace corbot::cli {
 
@@ -27,8 +33,10 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPoll{250};
-constexpr std::chrono::seconds kQuiet{
-    3};  // all robots wait and none has a piece: nothing will change any more
+// All robots wait: so long where none has a piece, nothing will change any more; and so long in any case.
+constexpr std::chrono::seconds kQuiet{3};
+constexpr std::chrono::seconds kStuck{30};
+constexpr std::size_t kShownLines = 4;  // of a log
 
 CellConfig load(const cell::CellOptions& options) {
   try {
@@ -38,28 +46,59 @@ CellConfig load(const cell::CellOptions& options) {
   }
 }
 
-/// Simulated pieces begin anew with the scene, and so does their ledger; the previous one is kept beside it.
-void begin_ledger(const CellConfig& cell) {
-  if (!cell.scene || !cell.store_reference.empty()) return;
-  for (const char* suffix : {"", "-wal", "-shm"}) {
-    std::error_code ignored;
-    const std::string file = cell.ledger.string();
-    fs::rename(file + suffix, file + ".previous" + suffix, ignored);
+/// The state directory, which one run has at a time.
+class DirectoryLock {
+ public:
+  explicit DirectoryLock(const fs::path& directory)
+      : fd_(::open((directory / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
+    if (fd_.get() < 0) throw client::system_failure(directory / "lock", errno);
+    if (::flock(fd_.get(), LOCK_EX | LOCK_NB) == 0) return;
+    throw Failure(ExitCode::kInternal,
+                  fmt::format("a cell runs in {} already: end that one first, or choose another directory "
+                              "with --name or --state-dir",
+                              directory.string()));
+  }
+
+ private:
+  Descriptor fd_;
+};
+
+/// Logs begin anew with each run. A simulated world does so, too, with its ledger and its robots. The previous ones are kept in
+/// a directory of their own.
+void begin_anew(const CellConfig& cell) {
+  const fs::path previous = cell.state_directory / "previous";
+  const std::string ledger = cell.ledger.filename();
+  const bool has_ledger = cell.scene && cell.store_reference.empty();
+  try {
+    fs::remove_all(previous);
+    cell::make_private_directory(previous);
+    for (const auto& entry : fs::directory_iterator(cell.state_directory)) {
+      const std::string name = entry.path().filename();
+      const bool is_world = cell.scene && (name == kRobots || name == scene_output(cell).filename());
+      const bool is_ledger =
+          has_ledger && (name == ledger || name == ledger + "-wal" || name == ledger + "-shm");
+      if (is_world || is_ledger || entry.path().extension() == ".log")
+        fs::rename(entry.path(), previous / name);
+    }
+  } catch (const fs::filesystem_error& error) {
+    throw Failure(ExitCode::kInternal, error.what());
   }
 }
 
 /// The last lines of a program's log, for a message.
 std::string tail(const fs::path& log) {
   std::ifstream stream(log);
-  std::string line;
-  std::string last;
-  while (std::getline(stream, line)) {
-    if (!line.empty()) last = line;
+  std::deque<std::string> lines;
+  for (std::string line; std::getline(stream, line);) {
+    if (line.empty()) continue;
+    lines.push_back(client::printable(line));
+    if (lines.size() > kShownLines) lines.pop_front();
   }
-  return last.empty() ? "" : fmt::format("\n  {}: {}", log.string(), client::printable(last));
+  if (lines.empty()) return "";
+  return fmt::format("\n{}:\n  {}", log.string(), fmt::join(lines, "\n  "));
 }
 
-/// Starts the work and follows it, in a thread of its own, since CORBA calls may wait.
+/// Starts the work, follows it, and takes the last look, in a thread of its own, since CORBA calls may wait.
 class Work {
  public:
   explicit Work(const CellConfig& cell) : cell_(cell), client_(cell), thread_([this] { run(); }) {}
@@ -68,10 +107,15 @@ class Work {
   ~Work() { end(); }
 
   [[nodiscard]] bool has_ended() const { return has_ended_.load(); }
-  /// Why it ended early; nothing where it is done, or goes on.
+  /// The rest is for after the end. Why it ended early; nothing where it is done.
   [[nodiscard]] const std::optional<Failure>& failure() const { return failure_; }
+  [[nodiscard]] const CellEnd& found() const { return found_; }
+  /// The last that each robot waited for, a line each.
+  [[nodiscard]] const std::string& waits() const { return waits_; }
   [[nodiscard]] CellClient& client() { return client_; }
+  /// Calls that wait are given up where their program has ended.
   void end() {
+    client_.give_up();
     asked_to_end_ = true;
     if (thread_.joinable()) thread_.join();
   }
@@ -81,28 +125,35 @@ class Work {
     try {
       client_.start_work();
       while (!asked_to_end_ && !is_done()) std::this_thread::sleep_for(kPoll);
+      if (!asked_to_end_) found_ = client_.read_end();
     } catch (const Failure& failure) {
       failure_.emplace(failure);
+    } catch (const CORBA::Exception& error) {
+      failure_.emplace(ExitCode::kInternal, fmt::format("CORBA {}", error._name()));
     }
     has_ended_ = true;
   }
 
   bool is_done() {
+    const bool has_transfer = !client_.has_no_transfer();  // first, since the coordinator asks the store, too
     const auto state = client_.state();
     bool all_wait = true;
+    waits_.clear();
     for (CORBA::ULong i = 0; i < state->robots.length(); ++i) {
       const Corbot::RobotWork& work = state->robots[i];
       const std::string text = fmt::format("{}: {}", work.robot.in(), client::printable(work.text.in()));
       if (work.state == Corbot::WorkStopped) throw Failure(ExitCode::kStopped, text);
       if (work.state == Corbot::WorkAttention) throw Failure(ExitCode::kRefused, text);
       all_wait = all_wait && work.state == Corbot::WorkWaiting;
+      waits_ += "\n  " + text;
     }
-    if (!all_wait || !client_.has_no_transfer()) {
-      quiet_since_ = Clock::now();
-      return false;
-    }
-    if (cell_.scene && static_cast<int>(state->placed) >= cell_.scene->pieces) return true;
-    return Clock::now() - quiet_since_ > kQuiet;
+    const auto now = Clock::now();
+    if (!all_wait) stuck_since_ = now;
+    if (!all_wait || has_transfer) quiet_since_ = now;
+    if (now - stuck_since_ > kStuck)
+      throw Failure(ExitCode::kRefused, fmt::format("all robots wait, and nothing ends that:{}", waits_));
+    const bool is_complete = cell_.scene && static_cast<int>(state->placed) >= cell_.scene->pieces;
+    return all_wait && !has_transfer && (is_complete || now - quiet_since_ > kQuiet);
   }
 
   const CellConfig& cell_;
@@ -110,7 +161,10 @@ class Work {
   std::atomic<bool> asked_to_end_{false};
   std::atomic<bool> has_ended_{false};
   std::optional<Failure> failure_;
+  CellEnd found_;
+  std::string waits_;
   Clock::time_point quiet_since_{Clock::now()};
+  Clock::time_point stuck_since_{Clock::now()};
   std::thread thread_;
 };
 
@@ -130,7 +184,7 @@ std::string done_so_far(const CellConfig& cell, Work& work) {
     return cell.scene ? fmt::format("{} of {} pieces are done", placed, cell.scene->pieces)
                       : fmt::format("{} pieces are done", placed);
   } catch (const Failure&) {
-    return "the store did not say how many pieces are done";
+    return "how many pieces are done is not known: the store does not reply";
   }
 }
 
@@ -153,24 +207,27 @@ class Run {
     Work work(cell_);
     bool goes_on = true;
     while (goes_on && !work.has_ended() && restarted_.empty()) goes_on = supervisor_.step();
-    work.client().give_up();
     if (cell_.coordinator_reference.empty()) supervisor_.stop_last();  // the arms come to rest
+    if (!goes_on || !restarted_.empty()) end_early(goes_on, work);
     work.end();
-    if (!goes_on) throw Failure(ExitCode::kStopped, "stopped: " + done_so_far(cell_, work));
-    if (!restarted_.empty()) {
-      throw Failure(ExitCode::kRefused,
-                    fmt::format("the {} ended; {}{}", restarted_, done_so_far(cell_, work),
-                                tail(log_file(cell_, restarted_))));
-    }
     if (work.failure())
       throw Failure(work.failure()->code(),
                     fmt::format("{}\n{}", work.failure()->what(), done_so_far(cell_, work)));
-    CellEnd end = work.client().read_end();
     supervisor_.stop_all();
-    conclude(std::move(end));
+    conclude(work);
   }
 
  private:
+  /// A call that waits ends with the program that it waits for.
+  [[noreturn]] void end_early(bool goes_on, Work& work) {
+    work.client().give_up();
+    const std::string done = done_so_far(cell_, work);
+    supervisor_.stop_all();
+    if (!goes_on) throw Failure(ExitCode::kStopped, "stopped: " + done);
+    throw Failure(ExitCode::kRefused,
+                  fmt::format("{} ended; {}{}", restarted_, done, tail(log_file(cell_, restarted_))));
+  }
+
   bool start(Supervisor::Spec spec) {
     const std::string title = spec.title;
     try {
@@ -189,7 +246,8 @@ class Run {
     }
   }
 
-  void conclude(CellEnd end) {
+  void conclude(const Work& work) {
+    CellEnd end = work.found();
     end.has_scene = cell_.scene.has_value();
     if (cell_.scene) {
       end.expected = cell_.scene->pieces;
@@ -200,7 +258,7 @@ class Run {
     if (verdict.faults.empty()) return;
     std::string text = "the work ended, but not as it should:";
     for (const std::string& fault : verdict.faults) text += "\n  " + fault;
-    throw Failure(ExitCode::kRefused, text);
+    throw Failure(ExitCode::kRefused, fmt::format("{}\nthe robots waited:{}", text, work.waits()));
   }
 
   const CellConfig& cell_;
@@ -216,11 +274,9 @@ void cell_run(const cell::CellOptions& options) {
   const CellConfig cell = load(options);
   check_installation(cell);
   cell::make_private_directory(cell.state_directory);
-  {
-    CellClient client(cell);
-    client.check_foreign();
-  }
-  begin_ledger(cell);
+  const DirectoryLock lock(cell.state_directory);
+  CellClient(cell).check_foreign();
+  begin_anew(cell);
   write_profiles(cell);
   Run(cell, options).go();
 }

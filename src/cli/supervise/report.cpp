@@ -68,7 +68,7 @@ void report(std::string_view line) noexcept {
 void log(std::string_view line) noexcept {
   static LineOutput output(STDERR_FILENO);
   try {
-    output.write("corbot up: " + std::string(line));
+    output.write("corbot: " + std::string(line));
   } catch (...) {
     output.write(line);
   }

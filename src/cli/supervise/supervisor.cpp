@@ -24,8 +24,7 @@ namespace {
 
 constexpr double kPollInterval_s = 0.1;
 constexpr double kHealthyAfter_s = 10.0;  // of running: then the next back-off is the first one again
-constexpr double kKillAfter_s = 5.0;
-constexpr double kOwnGap_s = 0.5;  // between two steps: this process was stopped, or had no processor
+constexpr double kOwnGap_s = 0.5;         // between two steps: this process was stopped, or had no processor
 
 double seconds_since(Child::Clock::time_point instant) {
   return std::chrono::duration<double>(Child::Clock::now() - instant).count();
@@ -72,8 +71,10 @@ bool Supervisor::start(Spec spec) {
     read_output(entry);
     if (entry.ready) break;
     if (const auto status = entry.child.reap()) {
-      throw Failure(ExitCode::kInternal, fmt::format("{} ended at its start ({}); see its own message above",
-                                                     entry.spec.title, describe_end(*status)));
+      const bool is_usage = WIFEXITED(*status) && WEXITSTATUS(*status) == static_cast<int>(ExitCode::kUsage);
+      throw Failure(is_usage ? ExitCode::kUsage : ExitCode::kInternal,
+                    fmt::format("{} ended at its start ({}): its own message has the reason",
+                                entry.spec.title, describe_end(*status)));
     }
     if (seconds_since(entry.child.started()) > entry.spec.ready_within_s) {
       throw Failure(ExitCode::kInternal, fmt::format("{} was not ready within {:g} s", entry.spec.title,
@@ -273,8 +274,11 @@ void Supervisor::stop_last(int requests_before) {
   bool killed = false;
   while (entry.child.pid() != 0 && !entry.child.reap()) {
     poll(kPollInterval_s);
-    (void)entry.child.read_lines();
-    if (!killed && (end_requests_ > std::max(requests_before, 1) || seconds_since(begin) > kKillAfter_s)) {
+    for (const auto& line : entry.child.read_lines()) {
+      if (entry.spec.is_ready) (void)entry.spec.is_ready(line);
+    }
+    if (!killed &&
+        (end_requests_ > std::max(requests_before, 1) || seconds_since(begin) > entry.spec.end_within_s)) {
       log(fmt::format("{} does not end; killing it", entry.spec.title));
       entry.child.send(SIGKILL);
       killed = true;

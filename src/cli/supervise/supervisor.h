@@ -30,6 +30,7 @@ class Supervisor {
     double ready_within_s{10};
     /// Once ready, WATCHDOG=1 comes at least this often, or the process is killed and replaced. 0: unwatched.
     double respond_s{0};
+    double end_within_s{5};  ///< after SIGTERM; then SIGKILL
     /// Added to the command when the process before had been ready, did not respond and was killed.
     std::vector<std::string> after_unresponsive{};
   };
@@ -53,7 +54,7 @@ class Supervisor {
   /// Waits a moment at most, then handles what has happened. False once a signal has requested the end. Throws
   /// Failure when it gives a process up.
   [[nodiscard]] bool step();
-  /// Ends the process that was started last: SIGTERM, SIGKILL after five seconds or at a second signal.
+  /// Ends the process that was started last: SIGTERM, then SIGKILL after its time or at a second signal.
   void stop_last();
   /// Ends all, last started first, each in the same way.
   void stop_all();
