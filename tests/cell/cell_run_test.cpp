@@ -130,13 +130,15 @@ TEST_F(CellRun, BringsEveryPieceFromPalletToPalletOnce) {
 
 TEST_F(CellRun, WithoutZonesTheSceneSeesTheArmsTouch) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  // Robot 2 stays at the far slot, past which robot 1 comes with its second piece.
+  edit("columns = 1, rows = 4, pitch_m = [0.05, 0.05]",
+       "yaw_deg = 180, columns = 1, rows = 4, pitch_m = [0.05, 0.04]");
+  edit("from = \"store1\"", "settle_s = 4, from = \"store1\"");
   Process store({CORBOT_UNGUARDED_STORE, (directory_ / "cell.toml").string(), "--name", name_, "--ports",
                  std::to_string(ports_), "--state-dir", (directory_ / "store").string()});
   ASSERT_TRUE(store.wait_line("ready", within(30))) << store.errors();
   edit("store = { ledger = \"ledger.db\" }",
        fmt::format("store = {{ reference = \"corbaloc::127.0.0.1:{}/Store\" }}", ports_));
-  // Robot 2 takes so long that robot 1 comes with its second piece meanwhile.
-  edit("from = \"store1\"", "speed_percent = 30, from = \"store1\"");
   Process cell = begin_work();
   ASSERT_TRUE(wait_event(cell, "robot1 piece 2 placed"));
   cell.signal(SIGINT);
