@@ -57,8 +57,10 @@ std::string CellConfig::key_of(const CellRobot& robot) const {
 }
 
 bool CellConfig::is_last(const Place& place) const {
-  return std::none_of(robots.begin(), robots.end(),
-                      [&](const CellRobot& robot) { return robot.from == place.name; });
+  const auto brings = [&](const CellRobot& robot) { return robot.to == place.name; };
+  const auto takes = [&](const CellRobot& robot) { return robot.from == place.name; };
+  return std::any_of(robots.begin(), robots.end(), brings) &&
+         std::none_of(robots.begin(), robots.end(), takes);
 }
 
 std::string CellConfig::store_uri() const { return uri(*this, store_reference, store_port(), kStoreKey); }

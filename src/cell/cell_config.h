@@ -110,7 +110,7 @@ struct CellConfig {
   /// The key of one of its places or robots in cell.toml: "place[2]".
   [[nodiscard]] std::string key_of(const Place& place) const;
   [[nodiscard]] std::string key_of(const CellRobot& robot) const;
-  /// Places from which no robot takes: pieces that arrive there are done.
+  /// A place to which a robot brings, and from which none takes: pieces that arrive there are done.
   [[nodiscard]] bool is_last(const Place& place) const;
 
   /// How a client reaches them: a corbaloc, or the reference that the file names.

@@ -12,12 +12,16 @@
 #include "cell/program.h"
 #include "cell/scene/picture_server.h"
 #include "cell/scene/scene_loop.h"
+#include "rt/threads/thread_priority.h"
 #include "sim/scene/picture.h"
 
 namespace corbot::cell {
 namespace {
 
 constexpr std::chrono::milliseconds kLookWithin{1000};
+/// A servo controller has a processor of its own. Its emulation gets a real-time priority where the user may have one, below
+/// every task's: a line that is silent for half a second is a lost device.
+constexpr int kPriority = 1;
 
 /// A thread whose failure ends the program; rethrow() is for after its end.
 class Worker {
@@ -54,7 +58,10 @@ void run(const CellConfig& cell, const std::filesystem::path& truth) {
         return picture.draw(view.pieces, view.arms);
       });
   Worker drawing([&](const std::stop_token& stop) { pictures.run(stop); });
-  Worker looping([&](const std::stop_token& stop) { loop.run(stop); });
+  Worker looping([&](const std::stop_token& stop) {
+    (void)rt::set_fifo_priority(kPriority);
+    loop.run(stop);
+  });
   run_until_signal("ready " + cell.state_directory.string());
   drawing.join();
   looping.join();
