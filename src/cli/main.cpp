@@ -103,9 +103,9 @@ std::string similar_option(const CLI::App& command, const std::vector<std::strin
 std::string explain_usage(const CLI::App* app, const CLI::Error& error) {
   std::string command = "corbot";
   const CLI::App* deepest = app;
-  for (const CLI::App* chosen : app->get_subcommands()) {
-    command += " " + chosen->get_name();
-    deepest = chosen;
+  while (!deepest->get_subcommands().empty()) {
+    deepest = deepest->get_subcommands().front();
+    command += " " + deepest->get_name();
   }
   std::string what = error.what();
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
