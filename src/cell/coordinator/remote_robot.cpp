@@ -225,15 +225,15 @@ void RemoteRobot::speed(double percent) {
 }
 
 void RemoteRobot::delay(double duration_s) {
-  command(*others_, {}, [&](const auto& robot) { robot->Delay(duration_s); });
+  command(*motions_, {}, [&](const auto& robot) { robot->Delay(duration_s); });
 }
 
 void RemoteRobot::open() {
-  command(*others_, {}, [](const auto& robot) { robot->Open(); });
+  command(*motions_, {}, [](const auto& robot) { robot->Open(); });
 }
 
 void RemoteRobot::close() {
-  command(*others_, {}, [](const auto& robot) { robot->Close(); });
+  command(*motions_, {}, [](const auto& robot) { robot->Close(); });
 }
 
 }  // namespace corbot::cell

@@ -204,6 +204,13 @@ TEST_F(RemoteArm, AStopDoesNotWaitForAFrozenServant) {
   servant_->signal(SIGCONT);
 }
 
+TEST_F(RemoteArm, ADelayMayLastAsLongAsAMotion) {
+  cell::RemoteRobot robot(client_orb(), reference_, "test", 60, std::stop_token());
+  ASSERT_TRUE(robot.acquire());
+  EXPECT_LT(duration_of([&] { robot.delay(5.5); }), 8) << "it was given up, and repeated";
+  robot.release();
+}
+
 TEST_F(RemoteArm, ControlThatHasEndedIsAcquiredAgain) {
   cell::RemoteRobot robot(client_orb(), reference_, "test", 10, std::stop_token());
   ASSERT_TRUE(robot.acquire());
