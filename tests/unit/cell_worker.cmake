@@ -14,3 +14,11 @@ if(TARGET corbot_cell_remote)
     LABELS interop
     DEPENDS corbot-rt corbot-servant)
 endif()
+if(TARGET corbot_cell_coordinator)
+  corbot_test(cell_coordinator_test
+    SOURCES ${here}/coordinator_test.cpp ${here}/fake_cell.cpp
+    LIBS corbot::cell_coordinator corbot::cell_worker corbot_rig fmt::fmt
+    LABELS interop
+    DEPENDS corbot-rt corbot-servant)
+  target_include_directories(cell_coordinator_test PRIVATE ${CMAKE_SOURCE_DIR}/tests)
+endif()

@@ -38,6 +38,14 @@ struct CoordinatorServant::RobotThread {
         store(orb, cell.store_uri(), stop.get_token()),
         worker(cell, robot, {port, camera, store}, process_name(), std::move(report), stop.get_token()) {}
 
+  /// Once a stop was requested: stops the robot, and gives back claim and control.
+  void finish() {
+    port.stop();
+    if (!thread.joinable()) return;
+    thread.join();
+    worker.finish();
+  }
+
   std::stop_source stop;
   RemoteRobot port;
   RemoteCamera camera;
@@ -103,11 +111,9 @@ std::uint64_t CoordinatorServant::end() {
     threads.swap(threads_);
   }
   for (const auto& robot : threads) robot->stop.request_stop();
-  for (const auto& robot : threads) robot->port.stop();
-  for (const auto& robot : threads) {
-    if (!robot->thread.joinable()) continue;
-    robot->thread.join();
-    robot->worker.finish();
+  {
+    std::vector<std::jthread> ends;  // all at once: one servant may be frozen
+    for (const auto& robot : threads) ends.emplace_back([&end = *robot] { end.finish(); });
   }
   const std::uint64_t placed = count_placed();
   const std::lock_guard lock(store_mutex_);
