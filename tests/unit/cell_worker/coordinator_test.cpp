@@ -2,18 +2,75 @@
 // The coordinator where a part of the cell is frozen: what State and the end wait for.
 #include "cell/coordinator/coordinator_servant.h"
 
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <chrono>
 #include <csignal>
 #include <future>
 #include <memory>
+#include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
+#include <vector>
 
+#include "support/ports.h"
 #include "support/robot_rig.h"
 #include "unit/cell_worker/fake_cell.h"
 
 namespace corbot::test {
 namespace {
+
+/// Seconds that `f` takes.
+template <class F>
+double duration_of(F&& f) {
+  const auto begin = std::chrono::steady_clock::now();
+  f();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// A port that takes connections and never replies, as that of a frozen process.
+class FrozenPort {
+ public:
+  FrozenPort() {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    if (::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+        ::listen(socket_, 8) != 0)
+      throw std::runtime_error("no port");
+  }
+  FrozenPort(const FrozenPort&) = delete;
+  FrozenPort& operator=(const FrozenPort&) = delete;
+  ~FrozenPort() { ::close(socket_); }
+
+  const int port{free_port()};
+
+ private:
+  const int socket_{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+};
+
+TEST(Coordinator, AFrozenStoreHoldsUpNeitherStateNorEnd) {
+  const FrozenPort store;
+  cell::CellConfig config = demo_cell();
+  config.store_reference = fmt::format("corbaloc::127.0.0.1:{}/Store", store.port);
+  cell::CoordinatorServant coordinator(client_orb(), config, {});
+  const auto ask = [&] {
+    const Corbot::CoordinatorState_var state = coordinator.State();
+    EXPECT_EQ(state->placed, 0U);
+  };
+  EXPECT_LT(duration_of(ask), 2);
+  EXPECT_LT(duration_of([&] {
+              std::vector<std::jthread> clients;
+              for (int i = 0; i < 5; ++i) clients.emplace_back(ask);
+            }),
+            3);
+  EXPECT_LT(duration_of([&] { coordinator.end(); }), 2);
+}
 
 /// A store without a piece.
 class EmptyStore : public POA_Corbot::Store {
