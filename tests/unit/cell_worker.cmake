@@ -2,7 +2,7 @@
 if(TARGET corbot_cell_worker)
   set(here ${CMAKE_CURRENT_SOURCE_DIR}/cell_worker)
   corbot_test(cell_worker_test
-    SOURCES ${here}/fake_cell.cpp ${here}/worker_test.cpp
+    SOURCES ${here}/fake_cell.cpp ${here}/process_name_test.cpp ${here}/worker_test.cpp
     LIBS corbot::cell_worker fmt::fmt
     LABELS unit)
   target_include_directories(cell_worker_test PRIVATE ${CMAKE_SOURCE_DIR}/tests)

@@ -2,11 +2,11 @@
 #include "cell/coordinator/coordinator_servant.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <thread>
 
+#include "cell/coordinator/process_name.h"
 #include "cell/coordinator/remote_robot.h"
 #include "cell/coordinator/remote_services.h"
 #include "cell/coordinator/worker.h"
@@ -18,13 +18,6 @@ namespace {
 constexpr double kCountReply_s = 1;  // clients of State wait 5 s
 constexpr int kTurnTries = 50;       // to ask the store after another call of State
 constexpr std::chrono::milliseconds kTurnPause{20};
-
-/// This process, for the people who read a claim: "corbot-coordinator@HOST/PID".
-std::string process_name() {
-  char host[65] = {};
-  ::gethostname(host, 32);
-  return client::printable(fmt::format("corbot-coordinator@{}/{}", host, ::getpid()));
-}
 
 /// One line, whole and at once: other programs read it.
 void print_event(double time_s, const std::string& robot, const std::string& text) {
