@@ -2,11 +2,11 @@
 #include "cell/coordinator/coordinator_servant.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <thread>
 
+#include "cell/coordinator/process_name.h"
 #include "cell/coordinator/remote_robot.h"
 #include "cell/coordinator/remote_services.h"
 #include "cell/coordinator/worker.h"
@@ -15,12 +15,9 @@ namespace corbot::cell {
 
 namespace {
 
-/// This process, for the people who read a claim: "corbot-coordinator@HOST/PID".
-std::string process_name() {
-  char host[65] = {};
-  ::gethostname(host, 32);
-  return client::printable(fmt::format("corbot-coordinator@{}/{}", host, ::getpid()));
-}
+constexpr double kCountReply_s = 1;  // clients of State wait 5 s
+constexpr int kTurnTries = 50;       // to ask the store after another call of State
+constexpr std::chrono::milliseconds kTurnPause{20};
 
 /// One line, whole and at once: other programs read it.
 void print_event(double time_s, const std::string& robot, const std::string& text) {
@@ -38,6 +35,14 @@ struct CoordinatorServant::RobotThread {
         store(orb, cell.store_uri(), stop.get_token()),
         worker(cell, robot, {port, camera, store}, process_name(), std::move(report), stop.get_token()) {}
 
+  /// Once a stop was requested: stops the robot, and gives back claim and control.
+  void finish() {
+    port.stop();
+    if (!thread.joinable()) return;
+    thread.join();
+    worker.finish();
+  }
+
   std::stop_source stop;
   RemoteRobot port;
   RemoteCamera camera;
@@ -48,7 +53,8 @@ struct CoordinatorServant::RobotThread {
 
 CoordinatorServant::CoordinatorServant(CORBA::ORB_ptr orb, const CellConfig& cell,
                                        const std::vector<std::string>& robots)
-    : cell_(cell), store_(std::make_unique<RemoteStore>(orb, cell.store_uri(), std::stop_token(), 0)) {
+    : cell_(cell),
+      store_(std::make_unique<RemoteStore>(orb, cell.store_uri(), std::stop_token(), 0, kCountReply_s)) {
   for (const std::string& name : robots) {
     const auto report = [this, name](const std::string& text) {
       const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin_;
@@ -68,17 +74,17 @@ void CoordinatorServant::Start() {
   for (const auto& robot : threads_) robot->thread = std::thread([work = &robot->worker] { work->run(); });
 }
 
-/// The store's, or the last that it has given.
+/// The store's, or the last that it has given. Under `store_mutex_`.
 std::uint64_t CoordinatorServant::count_placed() {
-  const std::lock_guard lock(store_mutex_);
   if (!store_) return placed_;
   try {
     const Corbot::PlaceInfos places = store_->places();
-    placed_ = 0;
+    std::uint64_t placed = 0;
     for (CORBA::ULong i = 0; i < places.length(); ++i) {
       const Place* place = cell_.place(places[i].name.in());
-      if (place != nullptr && cell_.is_last(*place)) placed_ += places[i].pieces;
+      if (place != nullptr && cell_.is_last(*place)) placed += places[i].pieces;
     }
+    placed_ = placed;
   } catch (const client::Failure&) {  // NOLINT(bugprone-empty-catch): the robots' threads report it
   }
   return placed_;
@@ -86,7 +92,15 @@ std::uint64_t CoordinatorServant::count_placed() {
 
 Corbot::CoordinatorState* CoordinatorServant::State() {
   Corbot::CoordinatorState_var state = new Corbot::CoordinatorState;
-  state->placed = count_placed();
+  {
+    // Several calls at once do not wait for a frozen store one after another.
+    std::unique_lock asks(store_mutex_, std::try_to_lock);
+    for (int i = 0; i < kTurnTries && !asks.owns_lock(); ++i) {
+      std::this_thread::sleep_for(kTurnPause);
+      (void)asks.try_lock();
+    }
+    state->placed = asks.owns_lock() ? count_placed() : placed_.load();
+  }
   const std::lock_guard lock(mutex_);
   state->mode = mode_;
   state->robots.length(static_cast<CORBA::ULong>(threads_.size()));
@@ -103,14 +117,12 @@ std::uint64_t CoordinatorServant::end() {
     threads.swap(threads_);
   }
   for (const auto& robot : threads) robot->stop.request_stop();
-  for (const auto& robot : threads) robot->port.stop();
-  for (const auto& robot : threads) {
-    if (!robot->thread.joinable()) continue;
-    robot->thread.join();
-    robot->worker.finish();
+  {
+    std::vector<std::jthread> ends;  // all at once: one servant may be frozen
+    for (const auto& robot : threads) ends.emplace_back([&end = *robot] { end.finish(); });
   }
-  const std::uint64_t placed = count_placed();
   const std::lock_guard lock(store_mutex_);
+  const std::uint64_t placed = count_placed();
   store_.reset();
   return placed;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -41,9 +42,9 @@ class CoordinatorServant : public POA_Corbot::Coordinator {
   Corbot::CellMode mode_{Corbot::CellStopped};
   bool has_ended_{false};
   std::vector<std::unique_ptr<RobotThread>> threads_;
-  std::mutex store_mutex_;  ///< for what follows; a store that does not reply holds up State alone
-  std::unique_ptr<RemoteStore> store_;  ///< empty at the end
-  std::uint64_t placed_{0};             ///< as the store had it last
+  std::atomic<std::uint64_t> placed_{0};  ///< as the store had it last
+  std::mutex store_mutex_;                ///< for what follows, and held while the store is asked
+  std::unique_ptr<RemoteStore> store_;    ///< empty at the end
 };
 
 }  // namespace corbot::cell

@@ -32,7 +32,8 @@ class RobotPort {
   virtual void close() = 0;
   /// Waits until the robot is at rest, and returns where its tool is.
   virtual Eigen::Vector3d rest_position() = 0;
-  /// From another thread: ends the motion under way where the robot is an Arm. No motion begins after that.
+  /// From another thread: ends the motion under way where the robot is an Arm, also one whose reply was lost.
+  /// No motion begins after that. Returns after about 3 s at the latest.
   virtual void stop() = 0;
 };
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -15,11 +16,12 @@ namespace {
 
 constexpr double kReply_s = 5;  // for a call without a motion
 constexpr double kLease_s = 5;  // of control
-constexpr double kRenew_s = 1;
+constexpr double kRenew_s = 1;  // between two renewals, and the time-out of one
 constexpr double kQueueFull_s = 0.1;
 constexpr double kArrived_m = 0.005;
 constexpr int kRepeats = 2;          // of a command whose reply was lost
-constexpr int kStops = 20;           // that are sent while a command does not end
+constexpr double kStopFor_s = 2;     // a Stop is sent again for so long
+constexpr double kQuickReply_s = 1;  // for a Stop, and for a read, both of which are repeated
 constexpr double kRestAtStop_s = 2;  // within which a stopped robot comes to rest
 
 Clock::time_point after(double duration_s) {
@@ -34,7 +36,7 @@ class RemoteRobot::UnderWay {
  public:
   explicit UnderWay(RemoteRobot& robot) : robot_(robot) {
     const std::lock_guard lock(robot_.mutex_);
-    if (robot_.is_stopping_) throw Corbot::Stopped("the work was stopped");
+    if (robot_.is_stopping_ || robot_.stop_.stop_requested()) throw Corbot::Stopped("the work was stopped");
     robot_.is_under_way_ = true;
   }
   UnderWay(const UnderWay&) = delete;
@@ -62,10 +64,16 @@ RemoteRobot::RemoteRobot(CORBA::ORB_ptr orb, std::string uri, std::string who, d
 void RemoteRobot::use(const std::string& uri) {
   motions_.emplace(orb_.in(), uri, motion_s_);
   others_.emplace(orb_.in(), uri, kReply_s);
+  reads_.emplace(orb_.in(), uri, kQuickReply_s);
 }
 
 bool RemoteRobot::acquire() {
-  if (keeper_.joinable()) return true;
+  if (keeper_.joinable()) {
+    std::unique_lock lock(mutex_);
+    if (!CORBA::is_nil(arm_.in())) return true;
+    lock.unlock();
+    keeper_.join();  // control has ended
+  }
   try {
     use(uri_);
     const Corbot::Robot_var robot = others_->get();
@@ -76,30 +84,38 @@ bool RemoteRobot::acquire() {
     omniORB::setClientCallTimeout(control_.in(), static_cast<CORBA::ULong>(1e3 * kReply_s));
     const CORBA::String_var reference = orb_->object_to_string(control_.in());
     use(reference.in());
+    omniORB::setClientCallTimeout(arm.in(), static_cast<CORBA::ULong>(1e3 * kQuickReply_s));
     const std::lock_guard lock(mutex_);
     arm_ = arm;
+    keep_control(reference.in());
   } catch (const CORBA::SystemException& e) {
     throw explain_call(e, uri_);
   }
-  keep_control(control_.in());
   return true;
 }
 
-void RemoteRobot::keep_control(Corbot::Arm_ptr control) {
-  keeper_ = std::jthread([held =
-                              Corbot::Arm_var(Corbot::Arm::_duplicate(control))](const std::stop_token& end) {
+void RemoteRobot::keep_control(const std::string& control) {
+  const Corbot::Arm_var held = reference_to<Corbot::Arm>(orb_.in(), control);
+  omniORB::setClientCallTimeout(held.in(), static_cast<CORBA::ULong>(1e3 * kRenew_s));
+  keeper_ = std::jthread([this, held](const std::stop_token& end) {
     while (true) {
       pause(kRenew_s, end);
       if (end.stop_requested()) return;
       try {
         held->Renew();
       } catch (const Corbot::NotReady&) {
-        return;  // control has ended; the next command raises that
+        return control_has_ended();  // the next command raises that
       } catch (
           const CORBA::SystemException&) {  // NOLINT(bugprone-empty-catch): the lease covers several renewals
       }
     }
   });
+}
+
+/// From now on the arm may be another client's: no Stop is sent to it.
+void RemoteRobot::control_has_ended() {
+  const std::lock_guard lock(mutex_);
+  arm_ = Corbot::Arm::_nil();
 }
 
 void RemoteRobot::release() {
@@ -110,7 +126,9 @@ void RemoteRobot::release() {
   use(uri_);  // reads go on
   try {
     control->Release();
+    control_has_ended();
   } catch (const Corbot::NotReady& e) {
+    control_has_ended();
     throw client::explain(e);
   } catch (const CORBA::SystemException& e) {
     throw explain_call(e, uri_);
@@ -121,16 +139,21 @@ void RemoteRobot::stop() {
   std::unique_lock lock(mutex_);
   is_stopping_ = true;
   const Corbot::Arm_var arm = arm_;
-  // A command may arrive after a Stop that was sent first.
-  for (int i = 0; i < kStops && is_under_way_ && !CORBA::is_nil(arm.in()); ++i) {
+  if (CORBA::is_nil(arm.in())) return;
+  const auto gives_up = after(kStopFor_s);
+  // A motion may go on although no call waits for it any more. A command may arrive after a Stop that was
+  // sent first.
+  bool is_stopped = false;
+  do {
     lock.unlock();
     try {
       arm->Stop();
+      is_stopped = true;
     } catch (const CORBA::Exception&) {  // NOLINT(bugprone-empty-catch): sent again, and the lease ends
     }
     lock.lock();
-    ended_.wait_for(lock, std::chrono::milliseconds(200), [&] { return !is_under_way_; });
-  }
+    ended_.wait_for(lock, std::chrono::milliseconds(200), [&] { return is_stopped && !is_under_way_; });
+  } while ((!is_stopped || is_under_way_) && Clock::now() < gives_up);
 }
 
 // --- Commands ---
@@ -164,20 +187,26 @@ bool RemoteRobot::has_arrived(const Target& target) {
 }
 
 Vector3d RemoteRobot::rest_position() {
-  const double patience_s = stop_.stop_requested() ? kRestAtStop_s : motion_s_;
-  const auto gives_up = after(patience_s);
+  const auto begin = Clock::now();
+  auto gives_up = after(motion_s_);
+  bool is_stopping = false;
   const auto read = [&](auto&& f) { return call_patiently(uri_, kPatience_s, stop_, f); };
   while (true) {
-    const Corbot::RobotState state = read([&] { return others_->get()->Status(); });
+    const Corbot::RobotState state = read([&] { return reads_->get()->Status(); });
     if (state == Corbot::Error) throw Corbot::NotReady("its status is Error");
     if (state == Corbot::Standby) break;
+    if (!is_stopping && stop_.stop_requested()) {
+      is_stopping = true;
+      gives_up = std::min(gives_up, after(kRestAtStop_s));
+    }
     if (Clock::now() > gives_up) {
+      const std::chrono::duration<double> waited = Clock::now() - begin;
       throw client::Failure(client::ExitCode::kUnreachable,
-                            fmt::format("{} is not at rest after {} s", uri_, patience_s));
+                            fmt::format("{} is not at rest after {:.0f} s", uri_, waited.count()));
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
-  const Corbot::CartesianCoord at = read([&] { return others_->get()->CartCoord(); });
+  const Corbot::CartesianCoord at = read([&] { return reads_->get()->CartCoord(); });
   return {at.x, at.y, at.z};
 }
 
@@ -196,15 +225,15 @@ void RemoteRobot::speed(double percent) {
 }
 
 void RemoteRobot::delay(double duration_s) {
-  command(*others_, {}, [&](const auto& robot) { robot->Delay(duration_s); });
+  command(*motions_, {}, [&](const auto& robot) { robot->Delay(duration_s); });
 }
 
 void RemoteRobot::open() {
-  command(*others_, {}, [](const auto& robot) { robot->Open(); });
+  command(*motions_, {}, [](const auto& robot) { robot->Open(); });
 }
 
 void RemoteRobot::close() {
-  command(*others_, {}, [](const auto& robot) { robot->Close(); });
+  command(*motions_, {}, [](const auto& robot) { robot->Close(); });
 }
 
 }  // namespace corbot::cell

@@ -15,7 +15,7 @@ namespace corbot::cell {
 /// Corbot::Robot over CORBA. Where the robot is an Arm, all goes by exclusive control, which a thread renews.
 class RemoteRobot : public RobotPort {
  public:
-  /// `who` names the holder of control. `motion_s`: time-out of one motion.
+  /// `who` names the holder of control. `motion_s`: time-out of one motion, also of the gripper, and of a delay.
   RemoteRobot(CORBA::ORB_ptr orb, std::string uri, std::string who, double motion_s, std::stop_token stop);
   /// NotReady: somebody else has control. Failure: no reply.
   bool acquire() override;
@@ -37,7 +37,8 @@ class RemoteRobot : public RobotPort {
   void command(LazyReference<Corbot::Robot>& robot, const Target& target, F&& f);
   [[nodiscard]] bool has_arrived(const Target& target);
   void use(const std::string& uri);
-  void keep_control(Corbot::Arm_ptr control);
+  void keep_control(const std::string& control);
+  void control_has_ended();
 
   const CORBA::ORB_var orb_;
   const std::string uri_;
@@ -45,14 +46,15 @@ class RemoteRobot : public RobotPort {
   const double motion_s_;
   const std::stop_token stop_;
 
-  // Two references, since a time-out is a reference's: for motions, and for all else.
+  // Several references, since a time-out is a reference's: for what moves, for reads, and for all else.
   std::optional<LazyReference<Corbot::Robot>> motions_;
   std::optional<LazyReference<Corbot::Robot>> others_;
+  std::optional<LazyReference<Corbot::Robot>> reads_;
   Corbot::Arm_var control_;
 
   std::mutex mutex_;  ///< for what follows
   std::condition_variable ended_;
-  Corbot::Arm_var arm_;  ///< as anybody reaches it, for Stop; nil where the robot is no Arm
+  Corbot::Arm_var arm_;  ///< as anybody reaches it, for Stop; nil without control
   bool is_stopping_{false};
   bool is_under_way_{false};
 

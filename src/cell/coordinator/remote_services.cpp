@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cell/coordinator/remote_services.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace corbot::cell {
 
 namespace {
-constexpr double kReply_s = 5;      // for a call that waits for nothing
-constexpr double kStoreWait_s = 2;  // that a call of the store may wait, beside that
+constexpr double kReply_s = 5;        // beside the time of a look
+constexpr double kReplyAtStop_s = 1;  // the supervisor does not wait long
 }  // namespace
 
 RemoteCamera::RemoteCamera(CORBA::ORB_ptr orb, const std::string& uri, double look_s, std::stop_token stop)
@@ -19,12 +20,17 @@ Corbot::Frame RemoteCamera::look(double timeout_s) {
   return frame.in();
 }
 
-RemoteStore::RemoteStore(CORBA::ORB_ptr orb, const std::string& uri, std::stop_token stop, double patience_s)
-    : store_(orb, uri, kStoreWait_s + kReply_s), stop_(std::move(stop)), patience_s_(patience_s) {}
+RemoteStore::RemoteStore(CORBA::ORB_ptr orb, const std::string& uri, std::stop_token stop, double patience_s,
+                         double reply_s)
+    : store_(orb, uri, reply_s),
+      store_at_stop_(orb, uri, std::min(reply_s, kReplyAtStop_s)),
+      stop_(std::move(stop)),
+      patience_s_(patience_s) {}
 
 template <class F>
 auto RemoteStore::call(F&& f) {
-  return call_patiently(store_.uri(), patience_s_, stop_, [&] { return f(store_.get()); });
+  return call_patiently(store_.uri(), patience_s_, stop_,
+                        [&] { return f((stop_.stop_requested() ? store_at_stop_ : store_).get()); });
 }
 
 Corbot::ClaimToken RemoteStore::claim(const std::string& robot, const std::string& who,

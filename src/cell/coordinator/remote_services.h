@@ -5,6 +5,9 @@
 
 namespace corbot::cell {
 
+/// Time-out of a call of the store, which may wait for 2 s.
+inline constexpr double kStoreReply_s = 7;
+
 /// Corbot::Camera over CORBA.
 class RemoteCamera : public CameraPort {
  public:
@@ -17,11 +20,12 @@ class RemoteCamera : public CameraPort {
   const std::stop_token stop_;
 };
 
-/// Corbot::Store over CORBA. Several threads may use one.
+/// Corbot::Store over CORBA. Several threads may use one. `reply_s`: time-out of one attempt. It is at most 1 s
+/// once a stop is requested.
 class RemoteStore : public StorePort {
  public:
   RemoteStore(CORBA::ORB_ptr orb, const std::string& uri, std::stop_token stop,
-              double patience_s = kPatience_s);
+              double patience_s = kPatience_s, double reply_s = kStoreReply_s);
   Corbot::ClaimToken claim(const std::string& robot, const std::string& who,
                            Corbot::ClaimToken replaces) override;
   void release(Corbot::ClaimToken token) override;
@@ -39,6 +43,7 @@ class RemoteStore : public StorePort {
   auto call(F&& f);
 
   LazyReference<Corbot::Store> store_;
+  LazyReference<Corbot::Store> store_at_stop_;  ///< for calls after a stop was requested
   const std::stop_token stop_;
   const double patience_s_;
 };

@@ -186,7 +186,7 @@ void Worker::connect() {
         token_ = store_.claim(robot_.name, who_, 0);
       } catch (const Corbot::Claimed& e) {
         // Control of the arm proves that the holder of the claim cannot move it. A holder of our own name is
-        // a call whose reply was lost.
+        // this very process, and a call whose reply was lost.
         if (!is_exclusive && who_ != e.who.in()) {
           throw Attention(fmt::format("'{}' works with {} by claim {}: make sure that it has ended",
                                       client::printable(e.who.in()), robot_.name, e.token));

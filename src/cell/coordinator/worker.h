@@ -33,7 +33,7 @@ class Worker {
   };
 
   /// `cell`, of which `robot` is one, and the ports must outlive the worker. `who` names this process in the
-  /// ledger.
+  /// ledger; no other process may have that name.
   Worker(const CellConfig& cell, const CellRobot& robot, Ports ports, std::string who,
          WorkStatus::Report report, std::stop_token stop);
   Worker(const Worker&) = delete;

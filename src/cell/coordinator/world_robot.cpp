@@ -14,15 +14,20 @@ std::string describe(const Eigen::Vector3d& point) {
   return fmt::format("({:.3f}, {:.3f}, {:.3f}) m", point.x(), point.y(), point.z());
 }
 
+std::string ToolGoal::name() const { return key.substr(0, key.find(".position_m")); }
+
 WorldRobot::WorldRobot(const CellRobot& robot, RobotPort& port, std::stop_token stop)
     : robot_(robot), port_(port), stop_(std::move(stop)) {}
 
 template <class F>
-void WorldRobot::command(const ToolGoal& goal, F&& f) {
+void WorldRobot::command(const char* where, const ToolGoal& goal, F&& f) {
   const Eigen::Vector3d local = robot_.frame.to_local(goal.point);
   const auto text = [&](const client::Failure& cause) {
-    return fmt::format("{}, in the frame of {} {}: {}; check {} in cell.toml", describe(goal.point),
-                       robot_.name, describe(local), cause.what(), goal.key);
+    return fmt::format("{} {}, {}, in the frame of {} {}: {}", where, goal.name(), describe(goal.point),
+                       robot_.name, describe(local), cause.what());
+  };
+  const auto refusal = [&](const client::Failure& cause) {
+    return fmt::format("{}; check {} in cell.toml", text(cause), goal.key);
   };
   if (stop_.stop_requested()) throw WorkEnded();
   try {
@@ -30,9 +35,9 @@ void WorldRobot::command(const ToolGoal& goal, F&& f) {
       try {
         f(local);
       } catch (const Corbot::Unreachable& e) {
-        throw PointRefused(text(client::explain(e)));
+        throw PointRefused(refusal(client::explain(e)));
       } catch (const Corbot::LimitExceeded& e) {
-        throw PointRefused(text(client::explain(e)));
+        throw PointRefused(refusal(client::explain(e)));
       } catch (const Corbot::Stopped& e) {
         throw RobotStopped(text(client::explain(e)));
       }
@@ -43,35 +48,36 @@ void WorldRobot::command(const ToolGoal& goal, F&& f) {
 }
 
 void WorldRobot::speed(const ToolGoal& at) {
-  command(at, [&](const auto&) { port_.speed(robot_.speed_percent); });
+  command("at", at, [&](const auto&) { port_.speed(robot_.speed_percent); });
 }
 
 void WorldRobot::open(const ToolGoal& at) {
-  command(at, [&](const auto&) { port_.open(); });
+  command("at", at, [&](const auto&) { port_.open(); });
 }
 
 void WorldRobot::close(const ToolGoal& at) {
-  command(at, [&](const auto&) { port_.close(); });
+  command("at", at, [&](const auto&) { port_.close(); });
 }
 
 void WorldRobot::settle(const ToolGoal& at) {
-  command(at, [&](const auto&) { port_.delay(robot_.settle_s); });
+  command("at", at, [&](const auto&) { port_.delay(robot_.settle_s); });
 }
 
 void WorldRobot::move(const ToolGoal& goal) {
-  command(goal, [&](const auto& point) { port_.move(point, 0); });
+  command("on the way to", goal, [&](const auto& point) { port_.move(point, 0); });
 }
 
 void WorldRobot::move_above(const ToolGoal& goal) {
-  command(goal, [&](const auto& point) { port_.move(point, robot_.above_m); });
+  command("on the way to", goal, [&](const auto& point) { port_.move(point, robot_.above_m); });
 }
 
 void WorldRobot::descend(const ToolGoal& goal) {
-  command(goal, [&](const auto& point) { port_.move_s(point, 0, robot_.above_m / robot_.approach_m_s); });
+  command("on the way to", goal,
+          [&](const auto& point) { port_.move_s(point, 0, robot_.above_m / robot_.approach_m_s); });
 }
 
 void WorldRobot::ascend(const ToolGoal& goal) {
-  command(goal, [&](const auto& point) {
+  command("on the way to", goal, [&](const auto& point) {
     port_.move_s(point, robot_.above_m, robot_.above_m / robot_.approach_m_s);
   });
 }

@@ -13,6 +13,8 @@ namespace corbot::cell {
 struct ToolGoal {
   Eigen::Vector3d point{};
   std::string key{};
+
+  [[nodiscard]] std::string name() const;  ///< "place[2]" or "robot[0].wait_m"
 };
 
 /// "(0.081, 0.243, 0.000) m"
@@ -20,7 +22,7 @@ struct ToolGoal {
 
 /// A robot that takes points of the world. Commands throw WorkEnded once a stop is requested; PointRefused
 /// where the robot does not reach the point; Attention at any other fault. Both texts have the point in both
-/// frames, and the key.
+/// frames and the place; that of PointRefused also has the key.
 class WorldRobot {
  public:
   /// All must outlive it.
@@ -41,7 +43,7 @@ class WorldRobot {
 
  private:
   template <class F>
-  void command(const ToolGoal& goal, F&& f);
+  void command(const char* where, const ToolGoal& goal, F&& f);
 
   const CellRobot& robot_;
   RobotPort& port_;

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <future>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -149,6 +151,80 @@ TEST_F(RemoteArm, HasControlUntilReleaseAndAStopEndsTheMotionUnderWay) {
   EXPECT_EQ(raised_by([&] { robot.open(); }), "Stopped");
   robot.release();
   EXPECT_EQ(raised_by([&] { arm_->Open(); }), "");
+}
+
+/// Seconds that `f` takes.
+template <class F>
+double duration_of(F&& f) {
+  const auto begin = std::chrono::steady_clock::now();
+  f();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+TEST_F(RemoteArm, AStopEndsAMotionWhoseReplyWasLost) {
+  std::stop_source stop;
+  cell::RemoteRobot robot(client_orb(), reference_, "test", 2, stop.get_token());
+  ASSERT_TRUE(robot.acquire());
+  robot.speed(1);
+  std::string raised;
+  auto slow = std::async(std::launch::async, [&] {
+    try {
+      raised = raised_by([&] { robot.move_s({0.2, 0, 0.1}, 0, 60); });
+    } catch (const client::Failure& e) {
+      raised = e.what();
+    }
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+  ASSERT_EQ(arm_->Status(), Corbot::Waiting) << "the motion goes on after its reply is given up";
+  stop.request_stop();
+  EXPECT_LT(duration_of([&] { robot.stop(); }), 1.5);
+  EXPECT_TRUE(wait_for(Corbot::Standby, 0.5));
+  EXPECT_LT(duration_of([&] { slow.get(); }), 1);
+  EXPECT_EQ(raised, "Stopped");
+  robot.release();
+}
+
+TEST_F(RemoteArm, AStopDoesNotWaitForAFrozenServant) {
+  std::stop_source stop;
+  cell::RemoteRobot robot(client_orb(), reference_, "test", 5, stop.get_token());
+  ASSERT_TRUE(robot.acquire());
+  robot.speed(1);
+  auto slow = std::async(std::launch::async, [&] {
+    try {
+      robot.move_s({0.2, 0, 0.1}, 0, 60);
+    } catch (const std::exception&) {    // NOLINT(bugprone-empty-catch): the test is of stop()
+    } catch (const CORBA::Exception&) {  // NOLINT(bugprone-empty-catch)
+    }
+  });
+  ASSERT_TRUE(wait_for(Corbot::Waiting));
+  servant_->signal(SIGSTOP);
+  stop.request_stop();
+  EXPECT_LT(duration_of([&] { robot.stop(); }), 3.5);
+  EXPECT_LT(duration_of([&] { slow.get(); }), 5);
+  servant_->signal(SIGCONT);
+}
+
+TEST_F(RemoteArm, ADelayMayLastAsLongAsAMotion) {
+  cell::RemoteRobot robot(client_orb(), reference_, "test", 60, std::stop_token());
+  ASSERT_TRUE(robot.acquire());
+  EXPECT_LT(duration_of([&] { robot.delay(5.5); }), 8) << "it was given up, and repeated";
+  robot.release();
+}
+
+TEST_F(RemoteArm, ControlThatHasEndedIsAcquiredAgain) {
+  cell::RemoteRobot robot(client_orb(), reference_, "test", 10, std::stop_token());
+  ASSERT_TRUE(robot.acquire());
+  servant_->signal(SIGSTOP);
+  std::this_thread::sleep_for(std::chrono::milliseconds(6500));
+  servant_->signal(SIGCONT);
+  ASSERT_TRUE(wait_until(within(10), [&] {
+    const Corbot::ControlInfo_var control = arm_->Control();
+    return std::string(control->holder.in()).empty();
+  }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));  // the next renewal is refused
+  EXPECT_TRUE(robot.acquire());
+  EXPECT_EQ(raised_by([&] { robot.open(); }), "");
+  robot.release();
 }
 
 }  // namespace

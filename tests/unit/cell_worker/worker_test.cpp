@@ -17,6 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::Contains;
 using ::testing::ElementsAreArray;
 using ::testing::HasSubstr;
@@ -166,8 +167,10 @@ TEST_P(WorkerTest, APointThatTheRobotRefusesNamesStepFramesAndKey) {
     const Corbot::RobotWork work = run_one(world);
     EXPECT_EQ(work.state, Corbot::WorkAttention);
     EXPECT_EQ(work.piece, c.step == "place" ? 1U : 0U);
-    EXPECT_THAT(work.text.in(),
-                AllOf(HasSubstr(c.step + ": ("), HasSubstr(c.key), HasSubstr("in the frame of robot")));
+    EXPECT_THAT(
+        work.text.in(),
+        AllOf(HasSubstr(c.step + ": on the way to " + c.key.substr(0, c.key.find(".position_m")) + ", ("),
+              HasSubstr("; check " + c.key + " in cell.toml"), HasSubstr("in the frame of robot")));
     EXPECT_THAT(world.violations, IsEmpty());
   }
 }
@@ -222,7 +225,8 @@ TEST_P(WorkerTest, AStopOfAnotherClientEndsTheWorkAndSaysWhere) {
     const Corbot::RobotWork work = run_one(world);
     is_stopped = work.state == Corbot::WorkStopped;
     if (is_stopped) {
-      EXPECT_THAT(work.text.in(), HasSubstr("in the frame of robot"));
+      EXPECT_THAT(work.text.in(), AllOf(HasSubstr("in the frame of robot"), Not(HasSubstr("cell.toml"))));
+      EXPECT_THAT(work.text.in(), AnyOf(HasSubstr(": on the way to "), HasSubstr(": at ")));
     }
     EXPECT_THAT(world.violations, IsEmpty());
   }

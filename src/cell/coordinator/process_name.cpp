@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell/coordinator/process_name.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "client/explain.h"
+
+namespace corbot::cell {
+
+namespace {
+
+constexpr std::size_t kMost = 64;     // characters of a name that the interface takes
+constexpr std::size_t kBootPart = 8;  // of the boot's id
+constexpr int kStartAfterName = 20;   // the start is field 22 of stat, and the program's name is field 2
+
+std::string first_line(const char* path) {
+  std::ifstream stream(path);
+  std::string line;
+  if (std::getline(stream, line)) return line;
+  throw client::Failure(client::ExitCode::kInternal, fmt::format("cannot read {}", path));
+}
+
+/// Clock ticks from the boot to the start of this process.
+std::string start_ticks() {
+  const std::string stat = first_line("/proc/self/stat");
+  std::istringstream fields(stat.substr(stat.rfind(')') + 1));  // the program's name may have spaces
+  std::string field;
+  for (int i = 0; i < kStartAfterName; ++i) fields >> field;
+  return field;
+}
+
+}  // namespace
+
+std::string process_name() {
+  const std::string boot = first_line("/proc/sys/kernel/random/boot_id").substr(0, kBootPart);
+  const std::string process = fmt::format("/{}/{}/{}", boot, ::getpid(), start_ticks());
+  char host[65] = {};
+  ::gethostname(host, sizeof host - 1);
+  // The host is for people: where the name is too long, its end is left out.
+  const std::string who = client::printable(fmt::format("corbot-coordinator@{}", host));
+  return who.substr(0, kMost - process.size()) + process;
+}
+
+}  // namespace corbot::cell

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// The coordinator where a part of the cell is frozen: what State and the end wait for.
+#include "cell/coordinator/coordinator_servant.h"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <future>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "support/ports.h"
+#include "support/robot_rig.h"
+#include "unit/cell_worker/fake_cell.h"
+
+namespace corbot::test {
+namespace {
+
+/// Seconds that `f` takes.
+template <class F>
+double duration_of(F&& f) {
+  const auto begin = std::chrono::steady_clock::now();
+  f();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// A port that takes connections and never replies, as that of a frozen process.
+class FrozenPort {
+ public:
+  FrozenPort() {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    if (::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+        ::listen(socket_, 8) != 0)
+      throw std::runtime_error("no port");
+  }
+  FrozenPort(const FrozenPort&) = delete;
+  FrozenPort& operator=(const FrozenPort&) = delete;
+  ~FrozenPort() { ::close(socket_); }
+
+  const int port{free_port()};
+
+ private:
+  const int socket_{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+};
+
+TEST(Coordinator, AFrozenStoreHoldsUpNeitherStateNorEnd) {
+  const FrozenPort store;
+  cell::CellConfig config = demo_cell();
+  config.store_reference = fmt::format("corbaloc::127.0.0.1:{}/Store", store.port);
+  cell::CoordinatorServant coordinator(client_orb(), config, {});
+  const auto ask = [&] {
+    const Corbot::CoordinatorState_var state = coordinator.State();
+    EXPECT_EQ(state->placed, 0U);
+  };
+  EXPECT_LT(duration_of(ask), 2);
+  EXPECT_LT(duration_of([&] {
+              std::vector<std::jthread> clients;
+              for (int i = 0; i < 5; ++i) clients.emplace_back(ask);
+            }),
+            3);
+  EXPECT_LT(duration_of([&] { coordinator.end(); }), 2);
+}
+
+/// A store without a piece.
+class EmptyStore : public POA_Corbot::Store {
+ public:
+  Corbot::ClaimToken Claim(const char*, const char*, Corbot::ClaimToken) override { return 1; }
+  void Release(Corbot::ClaimToken) override {}
+  Corbot::TransferInfo* Reserve(Corbot::ClaimToken, const char* from, const char*, const Corbot::Sightings&,
+                                double) override {
+    throw Corbot::Empty(from);
+  }
+  void Advance(Corbot::ClaimToken, Corbot::PieceNumber, Corbot::TransferStep, const char*) override {}
+  void Enter(Corbot::ClaimToken, const char*, double) override {}
+  void Leave(Corbot::ClaimToken, const char*) override {}
+  Corbot::PlaceInfos* Places() override { return new Corbot::PlaceInfos; }
+  Corbot::TransferInfos* Transfers() override { return new Corbot::TransferInfos; }
+  Corbot::PieceEvents* History(Corbot::PieceNumber, CORBA::ULongLong) override {
+    return new Corbot::PieceEvents;
+  }
+};
+
+/// Two arms of which the first one's servant is `first_`, and a store in this process.
+class TwoArms : public RobotRig {
+ protected:
+  void SetUp() override {
+    RobotRig::SetUp();
+    if (HasFatalFailure()) return;
+    config_.robots[0].reference = reference_;
+    first_rt_ = std::move(rt_);
+    first_ = std::move(servant_);
+    first_arm_ = arm_;
+    RobotRig::SetUp();
+    config_.robots[1].reference = reference_;
+    const CORBA::Object_var object = client_orb()->resolve_initial_references("RootPOA");
+    poa_ = PortableServer::POA::_narrow(object);
+    const PortableServer::POAManager_var manager = poa_->the_POAManager();
+    manager->activate();
+    id_ = poa_->activate_object(&store_);
+    const CORBA::Object_var reference = poa_->id_to_reference(id_);
+    const CORBA::String_var text = client_orb()->object_to_string(reference.in());
+    config_.store_reference = text.in();
+    for (cell::CellRobot& robot : config_.robots) robot.speed_percent = 1;
+  }
+  void TearDown() override {
+    poa_->deactivate_object(id_);
+    RobotRig::TearDown();
+    first_arm_ = Corbot::Arm::_nil();
+    EXPECT_EQ(first_->terminate(), 0) << first_->errors();
+    EXPECT_EQ(first_rt_->terminate(), 0) << first_rt_->errors();
+  }
+  [[nodiscard]] static bool is_held(const Corbot::Arm_var& arm) {
+    const Corbot::ControlInfo_var control = arm->Control();
+    return *control->holder.in() != 0;
+  }
+
+  cell::CellConfig config_ = demo_cell();
+  std::unique_ptr<Process> first_rt_;
+  std::unique_ptr<Process> first_;
+  Corbot::Arm_var first_arm_;
+
+ private:
+  EmptyStore store_;
+  PortableServer::POA_var poa_;
+  PortableServer::ObjectId_var id_;
+};
+
+TEST_F(TwoArms, AFrozenServantDoesNotKeepStopFromTheOtherRobot) {
+  cell::CoordinatorServant coordinator(client_orb(), config_, {"robot1", "robot2"});
+  coordinator.Start();
+  const auto moves = [](const Corbot::Arm_var& arm) { return arm->Status() == Corbot::Waiting; };
+  ASSERT_TRUE(wait_until(within(20), [&] { return moves(first_arm_) && moves(arm_); }));
+  std::this_thread::sleep_for(std::chrono::seconds(1));  // the gripper opens first
+  ASSERT_TRUE(moves(arm_));
+  first_->signal(SIGSTOP);
+  auto end = std::async(std::launch::async, [&] { coordinator.end(); });
+  EXPECT_TRUE(wait_for(Corbot::Standby, 1.5));
+  EXPECT_TRUE(wait_until(within(1.5), [&] { return !is_held(arm_); })) << "control is not given back";
+  first_->signal(SIGCONT);
+  EXPECT_EQ(end.wait_for(std::chrono::seconds(8)), std::future_status::ready);
+}
+
+}  // namespace
+}  // namespace corbot::test

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell/coordinator/process_name.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <string>
+
+namespace corbot::test {
+namespace {
+
+using ::testing::EndsWith;
+using ::testing::SizeIs;
+using ::testing::StartsWith;
+
+/// What a shell prints, without the end of the line.
+std::string printed_by(const std::string& command) {
+  FILE* const pipe = ::popen(command.c_str(), "r");
+  std::array<char, 256> text{};
+  const std::size_t size = std::fread(text.data(), 1, text.size(), pipe);
+  ::pclose(pipe);
+  return std::string(text.data(), size).substr(0, size - 1);
+}
+
+TEST(ProcessName, HasBootProcessAndStart) {
+  const std::string name = cell::process_name();
+  EXPECT_THAT(name, SizeIs(::testing::Le(64U)));
+  EXPECT_THAT(name, StartsWith("corbot-coordinator@" + printed_by("hostname").substr(0, 10)));
+  const std::string boot = printed_by("cut -c1-8 /proc/sys/kernel/random/boot_id");
+  const std::string start = printed_by(fmt::format("cut -d' ' -f22 /proc/{}/stat", ::getpid()));
+  EXPECT_THAT(name, EndsWith(fmt::format("/{}/{}/{}", boot, ::getpid(), start)));
+  EXPECT_EQ(cell::process_name(), name);
+}
+
+TEST(ProcessName, AnotherProcessHasAnother) {
+  const std::string name = cell::process_name();
+  const pid_t child = ::fork();
+  if (child == 0) ::_exit(cell::process_name() == name ? 1 : 0);
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+}
+
+}  // namespace
+}  // namespace corbot::test
