@@ -253,5 +253,25 @@ TEST_F(PictureServerTest, AClientThatTakesNoPictureIsDroppedAndTheNextIsServed) 
   ::close(next);
 }
 
+TEST_F(PictureServerTest, TheLongestIdleClientGivesItsPlaceToTheNext) {
+  std::vector<int> silent;
+  for (int i = 0; i < 8; ++i) silent.push_back(connected());
+  for (const int asks : {silent[7], silent[0]}) {  // after the last one's picture all have a place
+    trigger(asks);
+    EXPECT_TRUE(picture(asks));
+  }
+  const int next = connected();
+  trigger(next);
+  EXPECT_TRUE(picture(next)) << "it got no place";
+  char byte = 0;
+  EXPECT_EQ(::recv(silent[1], &byte, 1, 0), 0) << "the longest idle one is closed";
+  for (const int stays : {silent[0], silent[2], silent[7]}) {
+    trigger(stays);
+    EXPECT_TRUE(picture(stays));
+  }
+  for (const int client : silent) ::close(client);
+  ::close(next);
+}
+
 }  // namespace
 }  // namespace corbot::cell
