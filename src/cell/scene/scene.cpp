@@ -142,6 +142,7 @@ void Scene::exchange(std::int64_t now_ns) {
 }
 
 void Scene::tick(std::int64_t now_ns) {
+  time_ns_ = now_ns;
   arms_.clear();
   std::vector<sim::Hand> hands;
   for (const Robot& robot : robots_) {
@@ -156,6 +157,7 @@ void Scene::tick(std::int64_t now_ns) {
 
 SceneView Scene::view() const {
   SceneView view;
+  view.time_ns = time_ns_;
   for (const sim::Piece& piece : pieces_->all()) {
     const Kind& kind = cell_.kinds[piece.kind];
     view.pieces.push_back({piece.foot_m, piece.diameter_m, piece.height_m, kind.label_m, label_bgr(kind),

@@ -19,6 +19,7 @@
 #include "client/failure.h"
 #include "config/load_profile.h"
 #include "rt/backends/serial/serial_port.h"
+#include "sim/devices/control_input.h"
 #include "support/inverse_at_pitch.h"
 
 namespace corbot::cell {
@@ -170,6 +171,19 @@ TEST_F(SceneTest, TheLoopAnswersLooksAndWritesTheTruth) {
   std::ifstream file(directory_ / "truth.json");
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   EXPECT_EQ(text, scene.truth());
+}
+
+TEST_F(SceneTest, ALookIsNotAnsweredByATickThatBeganBeforeIt) {
+  Scene scene(demo());
+  SceneLoop loop(scene, {});
+  const std::jthread running([&](const std::stop_token& stop) { loop.run(stop); });
+  for (int i = 0; i < 400; ++i) {
+    std::this_thread::sleep_for(std::chrono::microseconds(i * 37 % 5000));  // at any point between two ticks
+    const std::int64_t asked_ns = sim::clock_ns();
+    const auto view = loop.look(10s);
+    ASSERT_TRUE(view);
+    ASSERT_GE(view->time_ns, asked_ns) << "look " << i;
+  }
 }
 
 /// A server whose pictures are one value, the number of the look.
