@@ -130,7 +130,14 @@ TEST_F(SceneTest, ARobotBringsAPieceByItsControllersLine) {
 }
 
 TEST_F(SceneTest, WhatDoesNotFitIsRefused) {
-  EXPECT_THROW(Scene(demo(13)), client::Failure);
+  CellConfig too_many = demo();
+  too_many.scene->pieces = 13;
+  try {
+    const Scene scene(too_many);
+    ADD_FAILURE();
+  } catch (const client::Failure& failure) {
+    EXPECT_THAT(failure.what(), HasSubstr("at most 12 fit on pallet1"));
+  }
   CellConfig without_scene = demo();
   without_scene.scene.reset();
   EXPECT_THROW((Scene(without_scene)), client::Failure);
