@@ -70,7 +70,7 @@ void Pieces::release(Piece& piece, const Hand& hand) {
     return &other != &piece && other.state == PieceState::kStanding &&
            apart_m < (other.diameter_m + piece.diameter_m) / 2;
   });
-  const bool stands = piece.foot_m.z() - surface_m <= kDrop_m && !is_taken;
+  const bool stands = std::abs(piece.foot_m.z() - surface_m) <= kDrop_m && !is_taken;
   piece.state = stands ? PieceState::kStanding : PieceState::kFallen;
   if (!stands) {
     piece.hand.reset();

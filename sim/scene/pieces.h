@@ -34,8 +34,8 @@ struct Piece {
 /// room that opening and diameter leave; along the hand, within `kAlong_m`. The point must be `kEnd_m` or more
 /// from both ends of the piece. Fingers push a piece that is between them, until the hand moves away from it.
 /// They hold it once their opening is below its diameter and `kPlay_m`: it follows the tool, upright.
-/// A released piece stands where its foot is at most `kDrop_m` above the surface and no other piece stands.
-/// Otherwise it falls, and stays there.
+/// A released piece stands where its foot is within `kDrop_m` of the surface, above or below, and no other
+/// piece stands. Otherwise it falls, and stays there.
 class Pieces {
  public:
   static constexpr double kPlay_m = 0.001;

@@ -45,6 +45,10 @@ bool Place::covers(const Vector3d& point, double margin_m) const {
   return std::abs(local.x()) <= half.x() + margin_m && std::abs(local.y()) <= half.y() + margin_m;
 }
 
+bool Place::carries(const Vector3d& foot) const {
+  return covers(foot, kOnPlace_m) && std::abs(foot.z() - frame.position_m.z()) <= kOnPlace_m;
+}
+
 const Place* CellConfig::place(const std::string& wanted) const { return find_named(places, wanted); }
 const CellRobot* CellConfig::robot(const std::string& wanted) const { return find_named(robots, wanted); }
 const Kind* CellConfig::kind(const std::string& wanted) const { return find_named(kinds, wanted); }

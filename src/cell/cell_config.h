@@ -26,6 +26,10 @@ struct SlotGrid {
   [[nodiscard]] int count() const { return columns * rows; }
 };
 
+/// A piece whose foot is seen so far over a place's edge, or above or below its surface, still stands on it: a picture and a
+/// servo are not exact.
+inline constexpr double kOnPlace_m = 0.015;
+
 /// `place`: an area, where pieces lie anywhere, or slots.
 struct Place {
   std::string name;
@@ -38,6 +42,8 @@ struct Place {
   [[nodiscard]] Eigen::Vector3d slot_position(int slot) const;
   /// Whether a point is over it, `margin_m` beyond its edge included. Slots reach half a pitch beyond the outer ones.
   [[nodiscard]] bool covers(const Eigen::Vector3d& point, double margin_m = 0) const;
+  /// Whether a piece with its foot there stands on it, within kOnPlace_m of its edge and of its surface.
+  [[nodiscard]] bool carries(const Eigen::Vector3d& foot) const;
   /// Half of its extent along its own x and y.
   [[nodiscard]] Eigen::Vector2d half_size_m() const;
 };

@@ -4,14 +4,14 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <set>
 
+#include "cell/camera_file.h"
 #include "cell/cell_config.h"
+#include "cell/cell_rules.h"
 #include "config/load_profile.h"
 #include "config/section.h"
-#include "corbot/units.h"
 #include "state/position_store.h"
 
 namespace corbot::cell {
@@ -28,23 +28,6 @@ constexpr double kLeastPitch_m = 0.04;
 constexpr double kLeastApproachClearance_m = 0.01;
 constexpr double kLeastWaitDistance_m = 0.05;
 constexpr std::size_t kLongestSocketPath = 107;
-constexpr Bounds kPosition{-10, 10, false, "m"};
-
-Vector3d vector3(Section& section, std::string_view key, const Bounds& allowed = kPosition) {
-  const auto numbers = section.numbers(key, 3, allowed);
-  return numbers ? Vector3d((*numbers)[0], (*numbers)[1], (*numbers)[2]) : Vector3d::Zero();
-}
-
-Vector2d vector2(Section& section, std::string_view key, const Bounds& allowed) {
-  const auto numbers = section.numbers(key, 2, allowed);
-  return numbers ? Vector2d((*numbers)[0], (*numbers)[1]) : Vector2d::Zero();
-}
-
-UprightFrame frame(Section& section) {
-  const Vector3d position = vector3(section, "position_m");
-  return {position,
-          section.number_or("yaw_deg", 0, {-360, 360, false, "degrees"}).value_or(0) * kRadiansPerDegree};
-}
 
 std::string name_of(Section& section, std::set<std::string>& taken) {
   const auto name = section.text("name");
@@ -55,36 +38,6 @@ std::string name_of(Section& section, std::set<std::string>& taken) {
     section.refuse("name", "is there already: names must differ");
   }
   return *name;
-}
-
-CameraModel read_camera(const fs::path& file, std::vector<ConfigFault>& all) {
-  CameraModel camera;
-  FaultList faults{file.string(), {}};
-  try {
-    const toml::table table = toml::parse(read_profile_text(file), faults.file);
-    Section section(&table, "", faults);
-    const Vector2d size = vector2(section, "size_px", {16, 8192, false, "px"});
-    camera.size_px = {static_cast<int>(size.x()), static_cast<int>(size.y())};
-    camera.focal_px = vector2(section, "focal_px", {1, 1e6, false, "px"});
-    camera.centre_px = vector2(section, "centre_px", {-1e5, 1e5, false, "px"});
-    if (const auto k = section.numbers("distortion", 5, {-10, 10, false, "(k1 k2 p1 p2 k3)"}))
-      std::copy(k->begin(), k->end(), camera.distortion.begin());
-    camera.position_m = vector3(section, "position_m");
-    if (const auto q = section.numbers("quaternion_wxyz", 4, {-1, 1, false, ""})) {
-      camera.world_T_camera = Eigen::Quaterniond((*q)[0], (*q)[1], (*q)[2], (*q)[3]);
-      if (std::abs(camera.world_T_camera.norm() - 1) > 1e-3)
-        section.refuse("quaternion_wxyz", "must be a unit quaternion, w x y z");
-      camera.world_T_camera.normalize();
-    }
-    section.skip("residual_px");
-    section.finish();
-  } catch (const toml::parse_error& error) {
-    faults.add(error.source().begin.line, "", "", fmt::format("not TOML: {}", error.description()));
-  } catch (const ConfigError& error) {
-    faults.faults.insert(faults.faults.end(), error.faults().begin(), error.faults().end());
-  }
-  all.insert(all.end(), faults.faults.begin(), faults.faults.end());
-  return camera;
 }
 
 class Reader {
@@ -100,7 +53,8 @@ class Reader {
       read_kinds(root.tables("kind"));
       read_places(root.tables("place"));
       read_robots(root.tables("robot"));
-      read_store(root.table_or_empty("store"));
+      check_state_directory();
+      read_store(root.table_or_empty("store"), root.has("scene"));
       read_camera_table(root.table("camera"));
       read_reference(root.table_or_empty("coordinator"), cell_.coordinator_reference);
       read_timing(root.table_or_empty("timing"));
@@ -109,6 +63,7 @@ class Reader {
         faults_.add(0, "scene", "", "is missing: the camera's source is the scene");
       root.skip("scene");
       root.finish();
+      if (faults_.faults.empty()) check_world();
     } catch (const toml::parse_error& error) {
       faults_.add(error.source().begin.line, "", "", fmt::format("not TOML: {}", error.description()));
     }
@@ -121,8 +76,13 @@ class Reader {
  private:
   void read_cell(Section section) {
     cell_.name = section.text("name").value_or("");
-    if (overrides_.name) cell_.name = *overrides_.name;
-    if (section.present() && !is_name(cell_.name)) section.refuse("name", "must be " + name_rule());
+    if (overrides_.name) {
+      cell_.name = *overrides_.name;
+      if (!is_name(cell_.name))
+        faults_.add(0, "--name", "\"" + shown_text(cell_.name) + "\"", "must be " + name_rule());
+    } else if (section.present() && !is_name(cell_.name)) {
+      section.refuse("name", "must be " + name_rule());
+    }
     cell_.host = section.text_or("host", cell_.host).value_or("");
     cell_.ports = static_cast<int>(section.integer("ports", {1024, 65535, false, ""}).value_or(0));
     if (overrides_.ports) cell_.ports = *overrides_.ports;
@@ -152,6 +112,12 @@ class Reader {
         section.refuse("label_m", fmt::format("must be at most diameter_m, {} m", kind.diameter_m));
       if (kind.height_m > 0 && kind.grasp_m > kind.height_m)
         section.refuse("grasp_m", fmt::format("must be at most height_m, {} m", kind.height_m));
+      for (const Kind& other : cell_.kinds)
+        if (section.has("hue_deg") && share_hue(kind, other))
+          section.refuse("hue_deg",
+                         fmt::format("must not overlap those of {}: the label's hue tells the kinds "
+                                     "apart",
+                                     other.name));
       tallest_m_ = std::max(tallest_m_, kind.height_m);
       widest_m_ = std::max(widest_m_, kind.diameter_m);
       section.finish();
@@ -164,6 +130,8 @@ class Reader {
     for (Section& section : sections) {
       Place place;
       place.name = name_of(section, taken);
+      if (is_word_of_scene(place.name))
+        section.refuse("name", "has another meaning in the simulation's last line: choose another name");
       place.frame = frame(section);
       place.is_shared = section.flag_or("shared", false).value_or(false);
       const bool has_slots = section.has("rows") || section.has("columns") || section.has("pitch_m");
@@ -233,7 +201,7 @@ class Reader {
       return;
     }
     if (section.has("reference")) {
-      robot.reference = section.text("reference").value_or("");
+      robot.reference = read_uri(section);
       return;
     }
     robot.profile = file_.parent_path() / section.text("profile").value_or("");
@@ -242,13 +210,26 @@ class Reader {
     robot.orb = section.text_or("orb", robot.orb).value_or("");
     if (robot.orb != "omniorb" && robot.orb != "orbit2")
       section.refuse("orb", "must be \"omniorb\" or \"orbit2\"");
-    const std::size_t length = cell_.servo_socket(robot).string().size();
-    if (length > kLongestSocketPath) {
+  }
+
+  static std::string read_uri(Section& section) {
+    const auto uri = section.text("reference");
+    if (uri && !is_reference(*uri)) section.refuse("reference", kReferenceRule);
+    return uri.value_or("");
+  }
+
+  /// It is written into the robots' profiles, and sockets are in it.
+  void check_state_directory() {
+    const std::string directory = cell_.state_directory.string();
+    if (has_special_character(directory))
+      faults_.add(0, "--state-dir", shown_text(directory),
+                  "must be a path without \", \\, $ and control characters");
+    const std::string socket = longest_socket(cell_).string();
+    if (socket.size() > kLongestSocketPath)
       faults_.add(
-          section.line_of("name"), section.full_key("name"), cell_.servo_socket(robot).string(),
-          fmt::format("the path of its socket has {} bytes, {} are allowed: choose a shorter --state-dir",
-                      length, kLongestSocketPath));
-    }
+          0, "--state-dir", shown_text(socket),
+          fmt::format("the path of this socket has {} bytes, {} are allowed: choose a shorter directory",
+                      socket.size(), kLongestSocketPath));
   }
 
   std::string read_place_name(Section& section, std::string_view key) {
@@ -308,15 +289,20 @@ class Reader {
                             65535 - (last - cell_.ports), last - cell_.ports + 1));
   }
 
-  void read_reference(Section section, std::string& reference) {
-    reference = section.text_or("reference", "").value_or("");
+  static void read_reference(Section section, std::string& reference) {
+    section.skip("reference");
+    if (section.has("reference")) reference = read_uri(section);
     section.finish();
   }
 
-  void read_store(Section section) {
+  void read_store(Section section, bool is_simulated) {
     cell_.ledger = section.text_or("ledger", "ledger.db").value_or("");
     if (section.has("ledger") && section.has("reference"))
       section.refuse("reference", "must not be there with ledger: the store runs here or elsewhere");
+    if (is_simulated && section.has("ledger") && !is_plain_file_name(cell_.ledger))
+      section.refuse(
+          "ledger",
+          "must be a plain file name, in the state directory: a simulated cell begins anew at each run");
     if (cell_.ledger.is_relative()) cell_.ledger = cell_.state_directory / cell_.ledger;
     read_reference(std::move(section), cell_.store_reference);
   }
@@ -330,6 +316,7 @@ class Reader {
     cell_.camera_source = section.text("source").value_or("scene");
     if (cell_.camera_source != "scene") section.refuse("source", "must be \"scene\"");
     cell_.camera = camera_file(section, "calibration");
+    calibration_line_ = section.line_of("calibration");
     section.finish();
   }
 
@@ -338,9 +325,29 @@ class Reader {
     std::error_code error;
     if (!name) return {};
     const fs::path file = file_.parent_path() / *name;
-    if (fs::is_regular_file(file, error)) return read_camera(file, faults_.faults);
+    if (fs::is_regular_file(file, error)) return read_camera(file, faults_.faults).value_or(CameraModel{});
     section.refuse(key, "there is no such file");
     return {};
+  }
+
+  /// What only a description without faults can be asked.
+  void check_world() {
+    if (cell_.camera_reference.empty()) {
+      if (const std::string names = unseen_places(cell_); !names.empty())
+        faults_.add(calibration_line_, "camera.calibration", "",
+                    "the camera must show the whole of each place: " + names + " is cut off");
+    }
+    if (!cell_.scene) return;
+    const auto [columns, rows] = cell_.scene->lens.size_px;
+    if (cell_.camera_reference.empty() && cell_.scene->lens.size_px != cell_.camera.size_px)
+      faults_.add(lens_line_, "scene.lens", "",
+                  fmt::format("has {} x {} pixels, the calibration has {} x {}: they must be the same",
+                              columns, rows, cell_.camera.size_px[0], cell_.camera.size_px[1]));
+    if (const std::string why = fault_of_pieces(cell_, cell_.scene->pieces); !why.empty()) {
+      const bool is_option = overrides_.pieces.has_value();
+      faults_.add(is_option ? 0 : pieces_line_, is_option ? "--pieces" : "scene.pieces",
+                  std::to_string(cell_.scene->pieces), why);
+    }
   }
 
   void read_timing(Section section) {
@@ -362,6 +369,8 @@ class Reader {
     if (overrides_.seed) scene.seed = *overrides_.seed;
     scene.noise = section.number_or("noise", scene.noise, {0, 50, false, "(of 255)"}).value_or(0);
     scene.lens = camera_file(section, "lens");
+    pieces_line_ = section.line_of(section.has("pieces") ? "pieces" : "lens");
+    lens_line_ = section.line_of("lens");
     section.finish();
     cell_.scene = scene;
   }
@@ -371,6 +380,9 @@ class Reader {
   FaultList faults_;
   CellConfig cell_;
   std::uint32_t ports_line_{0};
+  std::uint32_t calibration_line_{0};
+  std::uint32_t pieces_line_{0};
+  std::uint32_t lens_line_{0};
   double tallest_m_{0};
   double widest_m_{0};
   std::map<std::string, std::string> users_;  ///< place -> the first robot there

@@ -6,6 +6,7 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <cstdio>
 
@@ -27,7 +28,8 @@ sigset_t end_signals() {
 }
 
 int fail(const Program& program, const std::string& text, ExitCode code) {
-  fmt::print(stderr, "{}: {}\n", program.name, text);
+  const std::string line = fmt::format("{}: {}\n", program.name, text);
+  (void)std::fputs(line.c_str(), stderr);  // fmt::print would throw where it is full
   return static_cast<int>(code);
 }
 
@@ -41,7 +43,8 @@ void CellOptions::add_to(CLI::App& app) {
   app.add_option("--state-dir", overrides.state_directory, "directory of ledger, sockets and logs");
   app.add_option("--pieces", overrides.pieces, "simulated pieces, instead of the file's")
       ->check(CLI::Range(0, 100));
-  app.add_option("--seed", overrides.seed, "seed of the simulation, instead of the file's");
+  app.add_option("--seed", overrides.seed, "seed of the simulation, instead of the file's")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{4294967295}));
 }
 
 std::vector<std::string> words_of(const CellOptions& options) {
@@ -60,11 +63,22 @@ std::vector<std::string> words_of(const CellOptions& options) {
 }
 
 void make_private_directory(const std::filesystem::path& directory) {
+  const std::filesystem::path path = directory.has_filename() ? directory : directory.parent_path();
   std::error_code error;
-  std::filesystem::create_directories(directory.parent_path(), error);
-  if (!error && ::mkdir(directory.c_str(), 0700) != 0 && errno != EEXIST)
-    throw client::system_failure(directory, errno);
-  if (error) throw Failure(ExitCode::kInternal, fmt::format("{}: {}", directory.string(), error.message()));
+  std::filesystem::create_directories(path.parent_path(), error);
+  if (error) throw Failure(ExitCode::kInternal, fmt::format("{}: {}", path.string(), error.message()));
+  if (::mkdir(path.c_str(), 0700) == 0) return;
+  if (errno != EEXIST) throw client::system_failure(path, errno);
+  struct stat found {};
+  if (::stat(path.c_str(), &found) != 0) throw client::system_failure(path, errno);
+  const auto refuse = [&](const std::string& why) {
+    throw Failure(ExitCode::kInternal, path.string() + " " + why);
+  };
+  if (!S_ISDIR(found.st_mode)) refuse("is no directory: choose another --state-dir");
+  if (found.st_uid != ::geteuid()) refuse("belongs to another user: choose another --state-dir");
+  if ((found.st_mode & 077) != 0)
+    refuse(fmt::format("is open to other users, mode {:03o}: close it with 'chmod 700 {}'",
+                       found.st_mode & 0777, path.string()));
 }
 
 int run_program(int argc, char** argv, const Program& program) {

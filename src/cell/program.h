@@ -35,7 +35,8 @@ struct Program {
 /// Prints `ready_line`, reports READY=1 and WATCHDOG=1, and returns when a signal asks for the end.
 void run_until_signal(const std::string& ready_line);
 
-/// Makes it with mode 0700 where it is not there. Throws client::Failure.
+/// Makes it with mode 0700 where it is not there. Throws client::Failure, also where it is no directory of this user or others
+/// have access.
 void make_private_directory(const std::filesystem::path& directory);
 
 }  // namespace corbot::cell

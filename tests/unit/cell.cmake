@@ -13,3 +13,11 @@ if(TARGET corbot_cli)
     LABELS unit)
   target_compile_definitions(unit_cell_verdict PRIVATE CORBOT_CELL="${PROJECT_SOURCE_DIR}/profiles/cell")
 endif()
+if(TARGET corbot-store)
+  corbot_test(unit_cell_program
+    SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/cell/program_test.cpp
+    LIBS corbot::cell_program corbot::client corbot_process fmt::fmt
+    LABELS unit
+    DEPENDS corbot-store)
+  target_compile_definitions(unit_cell_program PRIVATE CORBOT_BIN_DIR="${CMAKE_BINARY_DIR}/bin")
+endif()

@@ -13,6 +13,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "cell/cell_rules.h"
+
 namespace corbot::cell {
 namespace {
 
@@ -129,8 +131,7 @@ Detector::Detector(const CellConfig& cell) : camera_(cell.camera), kinds_(cell.k
   for (const Place& place : cell.places) {
     cv::Rect window;
     for (const Kind& kind : kinds_) {
-      const cv::Rect labels = seen(camera_, place, kind.height_m, kind.label_m / 2);
-      if ((labels & picture) != labels)
+      if (!shows(camera_, place, kind))
         faults.push_back(
             {.file = "cell " + cell.name,
              .line = 0,

@@ -41,17 +41,42 @@ PictureServer::~PictureServer() {
 
 void PictureServer::run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    // More clients than that wait.
-    std::vector<pollfd> fds{{clients_.size() < kMostClients ? listener_.fd() : -1, POLLIN, 0}};
+    std::vector<pollfd> fds{{listener_.fd(), POLLIN, 0}};
     for (const int client : clients_) fds.push_back({client, POLLIN, 0});
     if (::poll(fds.data(), fds.size(), kLook_ms) <= 0) continue;
-    for (std::size_t i = 0; i < clients_.size(); ++i) {
-      if (fds[i + 1].revents != 0 && !serve(clients_[i], stop)) ::close(std::exchange(clients_[i], -1));
-    }
-    clients_.erase(std::remove(clients_.begin(), clients_.end(), -1), clients_.end());
-    const int next = fds[0].revents != 0 ? listener_.accept() : -1;
+    serve_all(fds, stop);
+    if (fds[0].revents == 0 || (clients_.size() >= kMostClients && !make_room())) continue;
+    const int next = listener_.accept();
     if (next >= 0) clients_.push_back(next);
   }
+}
+
+void PictureServer::serve_all(const std::vector<pollfd>& ready, const std::stop_token& stop) {
+  std::vector<int> served;
+  for (std::size_t i = 0; i < clients_.size(); ++i) {
+    if (ready[i + 1].revents == 0) continue;
+    const int client = std::exchange(clients_[i], -1);
+    if (serve(client, stop)) {
+      served.push_back(client);
+    } else {
+      ::close(client);
+    }
+  }
+  clients_.erase(std::remove(clients_.begin(), clients_.end(), -1), clients_.end());
+  clients_.insert(clients_.end(), served.begin(), served.end());
+}
+
+bool PictureServer::make_room() {
+  // One that has just asked is served next.
+  const auto is_idle = [](int client) {
+    char byte = 0;
+    return ::recv(client, &byte, 1, MSG_PEEK | MSG_DONTWAIT) <= 0;
+  };
+  const auto idle = std::find_if(clients_.begin(), clients_.end(), is_idle);
+  if (idle == clients_.end()) return false;
+  ::close(*idle);
+  clients_.erase(idle);
+  return true;
 }
 
 bool PictureServer::serve(int client, const std::stop_token& stop) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cell/cell_rules.h"
 #include "client/failure.h"
 #include "config/load_profile.h"
 
@@ -20,10 +21,6 @@ namespace {
 
 /// The port in a profile whose controller is the scene's.
 constexpr std::string_view kPort = "unix:SCENE/NAME.servos";
-/// Between the rims of two pieces: an open finger and some play fit.
-constexpr double kRimSpacing_m = 0.016;
-/// From a piece's rim to the edge of the area.
-constexpr double kEdge_m = 0.002;
 /// As good servos are.
 constexpr sim::ServoModelOptions kServo{.dead_band_us = 2, .lag_s = 0.02};
 
@@ -87,32 +84,19 @@ void Scene::add_robot(const CellRobot& robot) {
 std::vector<sim::Piece> Scene::scattered() const {
   const int count = cell_.scene->pieces;
   if (count == 0) return {};
-  const auto takes_from_area = [this](const CellRobot& robot) {
-    const Place* place = cell_.place(robot.from);
-    return place != nullptr && place->size_m;
-  };
-  const auto robot = std::find_if(cell_.robots.begin(), cell_.robots.end(), takes_from_area);
-  if (robot == cell_.robots.end() || cell_.kinds.empty())
-    throw Failure(ExitCode::kUsage, "no robot takes from an area: scene.pieces must be 0");
-  const Place& area = *cell_.place(robot->from);
-  double widest_m = 0;
-  for (const Kind& kind : cell_.kinds) widest_m = std::max(widest_m, kind.diameter_m);
-  const Vector2d inside_m = *area.size_m - Vector2d::Constant(widest_m + 2 * kEdge_m);
+  if (const std::string why = fault_of_pieces(cell_, count); !why.empty())
+    throw Failure(ExitCode::kUsage, fmt::format("scene.pieces = {}: {}", count, why));
+  const PieceRoom room = *piece_room(cell_);
   const auto points =
-      sim::scatter(inside_m, widest_m + kRimSpacing_m, static_cast<std::size_t>(count), cell_.scene->seed);
-  if (!points) {
-    throw Failure(
-        ExitCode::kUsage,
-        fmt::format("scene.pieces = {}: fewer fit on {}, {} x {} m, with {} m between their axes", count,
-                    area.name, area.size_m->x(), area.size_m->y(), widest_m + kRimSpacing_m));
-  }
+      sim::scatter(room.inside_m, room.spacing_m, static_cast<std::size_t>(count), cell_.scene->seed);
+  if (!points) throw Failure(ExitCode::kUsage, fmt::format("scene.pieces = {}: fewer fit", count));
   std::vector<sim::Piece> pieces;
   for (const Vector2d& point : *points) {
     sim::Piece piece;
     piece.kind = pieces.size() % cell_.kinds.size();
     piece.diameter_m = cell_.kinds[piece.kind].diameter_m;
     piece.height_m = cell_.kinds[piece.kind].height_m;
-    piece.foot_m = area.frame.to_world({point.x(), point.y(), 0});
+    piece.foot_m = room.area->frame.to_world({point.x(), point.y(), 0});
     pieces.push_back(piece);
   }
   return pieces;
@@ -142,6 +126,7 @@ void Scene::exchange(std::int64_t now_ns) {
 }
 
 void Scene::tick(std::int64_t now_ns) {
+  time_ns_ = now_ns;
   arms_.clear();
   std::vector<sim::Hand> hands;
   for (const Robot& robot : robots_) {
@@ -156,6 +141,7 @@ void Scene::tick(std::int64_t now_ns) {
 
 SceneView Scene::view() const {
   SceneView view;
+  view.time_ns = time_ns_;
   for (const sim::Piece& piece : pieces_->all()) {
     const Kind& kind = cell_.kinds[piece.kind];
     view.pieces.push_back({piece.foot_m, piece.diameter_m, piece.height_m, kind.label_m, label_bgr(kind),

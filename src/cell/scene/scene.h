@@ -17,6 +17,7 @@ namespace corbot::cell {
 
 /// The contents of one picture.
 struct SceneView {
+  std::int64_t time_ns{};  ///< of its tick
   std::vector<sim::DrawnPiece> pieces;
   std::vector<sim::Capsule> arms;
 };
@@ -68,6 +69,7 @@ class Scene {
   std::unique_ptr<sim::Pieces> pieces_;
   std::vector<sim::ArmBody> arms_;
   sim::ArmClearance clearance_;
+  std::int64_t time_ns_{0};  ///< of the last tick
 };
 
 /// The colour of a kind's label: the middle of its hues, blue, green, red.

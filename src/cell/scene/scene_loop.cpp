@@ -54,16 +54,16 @@ void SceneLoop::wait_for_input(std::int64_t until_ns) {
 
 void SceneLoop::answer_look() {
   const std::lock_guard lock(mutex_);
-  if (answered_ == asked_) return;
+  if (asked_ns_ <= view_.time_ns) return;
   view_ = scene_.view();
-  answered_ = asked_;
   looked_.notify_all();
 }
 
 std::optional<SceneView> SceneLoop::look(std::chrono::milliseconds wait) {
   std::unique_lock lock(mutex_);
-  const std::uint64_t wanted = ++asked_;
-  if (!looked_.wait_for(lock, wait, [&] { return answered_ >= wanted; })) return std::nullopt;
+  const std::int64_t asked_ns = sim::clock_ns();
+  asked_ns_ = asked_ns;
+  if (!looked_.wait_for(lock, wait, [&] { return view_.time_ns >= asked_ns; })) return std::nullopt;
   return view_;
 }
 

@@ -45,9 +45,8 @@ class SceneLoop {
 
   std::mutex mutex_;
   std::condition_variable looked_;
-  std::uint64_t asked_{0};  ///< of the looks; guarded by the mutex, as what follows
-  std::uint64_t answered_{0};
-  SceneView view_;
+  std::int64_t asked_ns_{0};  ///< time of the last look; guarded by the mutex, as the next line
+  SceneView view_;            ///< the last one that a look asked for
 };
 
 }  // namespace corbot::cell

@@ -72,9 +72,13 @@ void check_timeout(double timeout_s) {
 }
 
 void check_sightings(const Corbot::Sightings& seen) {
-  for (CORBA::ULong i = 0; i < seen.length(); ++i)
+  for (CORBA::ULong i = 0; i < seen.length(); ++i) {
     for (const double value : {seen[i].position.x, seen[i].position.y, seen[i].position.z, seen[i].yaw})
       if (!std::isfinite(value)) throw bad("seen", value, fmt::format("sighting {} is no position", i));
+    if (!(seen[i].confidence >= 0 && seen[i].confidence <= 1))
+      throw bad("seen", seen[i].confidence,
+                fmt::format("the confidence of sighting {} must be from 0 to 1", i));
+  }
 }
 
 }  // namespace

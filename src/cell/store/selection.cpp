@@ -40,7 +40,7 @@ std::optional<Candidate> first_untaken(const CellConfig& cell, const Place& area
     const Corbot::Sighting& each = seen[i];
     const Vector3d position(each.position.x, each.position.y, each.position.z);
     const Kind* kind = cell.kind(each.kind.in());
-    if (kind == nullptr || !area.covers(position)) continue;
+    if (kind == nullptr || !area.carries(position)) continue;
     const auto is_it = [&](const Vector3d& spot) { return distance(spot, position) < kind->diameter_m / 2; };
     if (std::any_of(taken.begin(), taken.end(), is_it)) continue;
     return Candidate{0, kind->name, std::nullopt, position, each.yaw, 0};

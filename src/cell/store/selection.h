@@ -35,7 +35,7 @@ inline constexpr double kEqualDistance_m = 0.02;
 [[nodiscard]] std::optional<int> farthest_slot(const Place& place, const std::set<int>& taken,
                                                const Eigen::Vector3d& robot);
 
-/// The first sighting in an area that is of a known kind and not the piece at one of the spots `taken`.
+/// The first sighting of a piece that an area carries, that is of a known kind and not the piece at one of the spots `taken`.
 /// A sighting nearer than the kind's radius is that piece: two pieces cannot stand so near to each other.
 [[nodiscard]] std::optional<Candidate> first_untaken(const CellConfig& cell, const Place& area,
                                                      const Corbot::Sightings& seen,

@@ -23,6 +23,8 @@ class CellFiles {
     if (::mkdtemp(path.data()) == nullptr) throw std::runtime_error(path);
     directory_ = path;
     for (const auto& entry : fs::directory_iterator(CORBOT_CELL)) fs::copy(entry.path(), directory_);
+    fs::copy(directory_ / "camera.toml", directory_ / "turned.toml");
+    edit("turned.toml", "[0.24, 0, 0.85]", "[2.24, 0, 0.85]");
   }
   CellFiles(const CellFiles&) = delete;
   CellFiles& operator=(const CellFiles&) = delete;
@@ -111,6 +113,10 @@ TEST_P(CellRefused, WithFileLineKeyValueAndWhatIsAllowed) {
   EXPECT_EQ(faults[0].line, line) << faults[0].text();
 }
 
+const std::string kAnotherPlace = "  { position_m = [0.24, 0.1, 0], size_m = [0.05, 0.05], name = ";
+const std::string kAnotherKind =
+    "{ name = \"pink\", label_m = 0.016, diameter_m = 0.020, height_m = 0.045, grasp_m = 0.030, hue_deg = ";
+
 const Case kCases[] = {
     {"cell_name", "name = \"demo\"", "name = \"a b\"", "cell.name", "1 to 32 ASCII letters"},
     {"port_not_a_number", "ports = 12820", "ports = \"x\"", "cell.ports", "a whole number from 1024"},
@@ -147,7 +153,41 @@ const Case kCases[] = {
      "no such file"},
     {"seed", "seed = 1", "seed = -1", "scene.seed", "0 to 4294967295"},
     {"timing", "attempts = 3", "attempts = 0", "timing.attempts", "1 to 100"},
-    {"quaternion", "[0, 0.7071067811865476, ", "[0, 0.6, ", "quaternion_wxyz", "unit quaternion", "camera.toml"},
+    {"quaternion", "[0, 0.7071067811865476, ", "[0, 0.6, ", "quaternion_wxyz", "unit quaternion",
+     "camera.toml"},
+    {"fallen", "  { name = \"store1\"", kAnotherPlace + "\"fallen\" },\n  { name = \"store1\"",
+     "place[1].name", "has another meaning"},
+    {"touches", "  { name = \"store1\"", kAnotherPlace + "\"touches\" },\n  { name = \"store1\"",
+     "place[1].name", "has another meaning"},
+    {"held", "  { name = \"store1\"", kAnotherPlace + "\"held\" },\n  { name = \"store1\"", "place[1].name",
+     "has another meaning"},
+    {"elsewhere", "  { name = \"store1\"", kAnotherPlace + "\"elsewhere\" },\n  { name = \"store1\"",
+     "place[1].name", "has another meaning"},
+    {"overruns", "  { name = \"store1\"", kAnotherPlace + "\"overruns\" },\n  { name = \"store1\"",
+     "place[1].name", "has another meaning"},
+    {"nearest_mm", "  { name = \"store1\"", kAnotherPlace + "\"nearest_mm\" },\n  { name = \"store1\"",
+     "place[1].name", "has another meaning"},
+    {"hues_overlap", "]\n\nstore = ", kAnotherKind + "[10, 40] }]\n\nstore = ", "kind[1].hue_deg",
+     "overlap those of red"},
+    {"hues_overlap_at_0", "]\n\nstore = ", kAnotherKind + "[360, 360] }]\n\nstore = ", "kind[1].hue_deg",
+     "overlap those of red"},
+    {"robot_reference", "profile = \"arm.toml\", position_m = [0, 0, 0]",
+     "reference = \"demo-robot1\", position_m = [0, 0, 0]", "robot[0].reference", "corbaloc:"},
+    {"store_reference", "ledger = \"ledger.db\"", "reference = \"127.0.0.1:12820/Store\"", "store.reference",
+     "corbaloc:"},
+    {"camera_reference", "source = \"scene\", calibration = \"camera.toml\"", "reference = \"Camera\"",
+     "camera.reference", "corbaloc:"},
+    {"coordinator_reference", "timing = {", "coordinator = { reference = \"\" }\ntiming = {",
+     "coordinator.reference", "corbaloc:"},
+    {"ledger_in_another_directory", "ledger = \"ledger.db\"", "ledger = \"../ledger.db\"", "store.ledger",
+     "plain file name"},
+    {"ledger_somewhere", "ledger = \"ledger.db\"", "ledger = \"/tmp/ledger.db\"", "store.ledger",
+     "plain file name"},
+    {"ledger_no_file", "ledger = \"ledger.db\"", "ledger = \"..\"", "store.ledger", "plain file name"},
+    {"size_not_whole", "[1280, 720]", "[1280.5, 720]", "size_px", "whole numbers", "camera.toml"},
+    {"more_pieces_than_fit", "pieces = 12", "pieces = 13", "scene.pieces", "at most 12 fit on pallet1"},
+    {"place_out_of_sight", "calibration = \"camera.toml\"", "calibration = \"turned.toml\"",
+     "camera.calibration", "show the whole of each place: pallet1, store1, pallet2"},
     {"not_toml", "name = \"demo\"", "name = demo", "", "not TOML"},
 };
 INSTANTIATE_TEST_SUITE_P(All, CellRefused, testing::ValuesIn(kCases),
@@ -165,8 +205,57 @@ TEST(CellConfigTest, APathThatASocketCannotHaveIsRefused) {
   CellOverrides overrides;
   overrides.state_directory = "/tmp/" + std::string(100, 'd');
   const auto faults = CellFiles().faults(overrides);
-  ASSERT_EQ(faults.size(), 2U);
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].key, "--state-dir");
   EXPECT_THAT(faults[0].allowed, HasSubstr("107"));
+  // The picture's socket counts as well where the robots' names are shorter.
+  CellFiles files;
+  files.edit("cell.toml", "\"robot1\"", "\"a\"");
+  files.edit("cell.toml", "\"robot2\"", "\"b\"");
+  overrides.state_directory = "/tmp/" + std::string(107 - 5 - 13, 'd');
+  EXPECT_TRUE(files.faults(overrides).empty());
+  overrides.state_directory += "d";
+  const auto picture = files.faults(overrides);
+  ASSERT_EQ(picture.size(), 1U);
+  EXPECT_THAT(picture[0].value, HasSubstr("/picture.sock"));
+}
+
+TEST(CellConfigTest, AStateDirectoryThatTomlCannotQuoteIsRefused) {
+  for (const char* name : {"a\"b", "a\\b", "a$b", "a\nb", "a\x7f"}) {
+    CellOverrides overrides;
+    overrides.state_directory = std::filesystem::path("/tmp/cell-state") / name;
+    const auto faults = CellFiles().faults(overrides);
+    ASSERT_EQ(faults.size(), 1U) << name;
+    EXPECT_EQ(faults[0].key, "--state-dir");
+    EXPECT_EQ(faults[0].value.find('\n'), std::string::npos) << "it is printed";
+  }
+}
+
+TEST(CellConfigTest, AFaultOfAnOptionShowsTheOption) {
+  CellOverrides overrides;
+  overrides.name = "a b";
+  const auto name = CellFiles().faults(overrides);
+  ASSERT_EQ(name.size(), 1U);
+  EXPECT_EQ(name[0].key, "--name");
+  EXPECT_EQ(name[0].value, "\"a b\"");
+  EXPECT_EQ(name[0].line, 0U);
+  overrides = {};
+  overrides.pieces = 13;
+  const auto pieces = CellFiles().faults(overrides);
+  ASSERT_EQ(pieces.size(), 1U);
+  EXPECT_EQ(pieces[0].key, "--pieces");
+  EXPECT_EQ(pieces[0].value, "13");
+  EXPECT_EQ(pieces[0].line, 0U);
+  EXPECT_THAT(pieces[0].allowed, HasSubstr("with 0.036 m between their axes"));
+}
+
+TEST(CellConfigTest, TheLensHasThePictureOfTheCalibration) {
+  CellFiles files;
+  files.edit("lens.toml", "[1280, 720]", "[1280, 800]");
+  const auto faults = files.faults();
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].key, "scene.lens");
+  EXPECT_THAT(faults[0].allowed, HasSubstr("1280 x 800 pixels, the calibration has 1280 x 720"));
 }
 
 }  // namespace

@@ -118,6 +118,8 @@ TEST_F(PiecesTest, AReleasedPieceStandsOrFalls) {
   for (const Case& test : {Case{"on the table", {0.2, 0, kGrasp_m}, PieceState::kStanding},
                            {"just low enough", {0.2, 0, kGrasp_m + 0.0049}, PieceState::kStanding},
                            {"a little too high", {0.2, 0, kGrasp_m + 0.0051}, PieceState::kFallen},
+                           {"pressed into the table", {0.2, 0, kGrasp_m - 0.0049}, PieceState::kStanding},
+                           {"pressed through the table", {0.2, 0, kGrasp_m - 0.0051}, PieceState::kFallen},
                            {"onto another", {0.1, 0.019, kGrasp_m}, PieceState::kFallen},
                            {"next to another", {0.1, 0.021, kGrasp_m}, PieceState::kStanding}}) {
     hand_.tool_m = {0, 0, kGrasp_m};

@@ -19,6 +19,7 @@
 #include "client/failure.h"
 #include "config/load_profile.h"
 #include "rt/backends/serial/serial_port.h"
+#include "sim/devices/control_input.h"
 #include "support/inverse_at_pitch.h"
 
 namespace corbot::cell {
@@ -129,7 +130,14 @@ TEST_F(SceneTest, ARobotBringsAPieceByItsControllersLine) {
 }
 
 TEST_F(SceneTest, WhatDoesNotFitIsRefused) {
-  EXPECT_THROW(Scene(demo(13)), client::Failure);
+  CellConfig too_many = demo();
+  too_many.scene->pieces = 13;
+  try {
+    const Scene scene(too_many);
+    ADD_FAILURE();
+  } catch (const client::Failure& failure) {
+    EXPECT_THAT(failure.what(), HasSubstr("at most 12 fit on pallet1"));
+  }
   CellConfig without_scene = demo();
   without_scene.scene.reset();
   EXPECT_THROW((Scene(without_scene)), client::Failure);
@@ -170,6 +178,19 @@ TEST_F(SceneTest, TheLoopAnswersLooksAndWritesTheTruth) {
   std::ifstream file(directory_ / "truth.json");
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   EXPECT_EQ(text, scene.truth());
+}
+
+TEST_F(SceneTest, ALookIsNotAnsweredByATickThatBeganBeforeIt) {
+  Scene scene(demo());
+  SceneLoop loop(scene, {});
+  const std::jthread running([&](const std::stop_token& stop) { loop.run(stop); });
+  for (int i = 0; i < 400; ++i) {
+    std::this_thread::sleep_for(std::chrono::microseconds(i * 37 % 5000));  // at any point between two ticks
+    const std::int64_t asked_ns = sim::clock_ns();
+    const auto view = loop.look(10s);
+    ASSERT_TRUE(view);
+    ASSERT_GE(view->time_ns, asked_ns) << "look " << i;
+  }
 }
 
 /// A server whose pictures are one value, the number of the look.
@@ -250,6 +271,26 @@ TEST_F(PictureServerTest, AClientThatTakesNoPictureIsDroppedAndTheNextIsServed) 
     count += static_cast<std::size_t>(n);
   EXPECT_LT(count, 3 * kBytes) << "the socket's buffer";
   ::close(stalled);
+  ::close(next);
+}
+
+TEST_F(PictureServerTest, TheLongestIdleClientGivesItsPlaceToTheNext) {
+  std::vector<int> silent;
+  for (int i = 0; i < 8; ++i) silent.push_back(connected());
+  for (const int asks : {silent[7], silent[0]}) {  // after the last one's picture all have a place
+    trigger(asks);
+    EXPECT_TRUE(picture(asks));
+  }
+  const int next = connected();
+  trigger(next);
+  EXPECT_TRUE(picture(next)) << "it got no place";
+  char byte = 0;
+  EXPECT_EQ(::recv(silent[1], &byte, 1, 0), 0) << "the longest idle one is closed";
+  for (const int stays : {silent[0], silent[2], silent[7]}) {
+    trigger(stays);
+    EXPECT_TRUE(picture(stays));
+  }
+  for (const int client : silent) ::close(client);
   ::close(next);
 }
 

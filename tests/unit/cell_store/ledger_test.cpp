@@ -273,6 +273,26 @@ TEST_F(LedgerWaits, EndWithAChangeWithTheTimeoutOrWithTheClaim) {
 
 using LedgerInput = LedgerFixture;
 
+TEST_F(LedgerInput, ASightingCountsAsFarOverTheAreasEdgeAsTheWorkerOffersIt) {
+  const double edge_m = 0.085 + 0.165 / 2;
+  const std::pair<Point, bool> cases[] = {
+      {{edge_m + 0.005, 0.239, 0}, true},   {{edge_m + 0.0149, 0.239, 0}, true},
+      {{edge_m + 0.0151, 0.239, 0}, false}, {{0.05, 0.22, 0.0149}, true},
+      {{0.05, 0.22, -0.0149}, true},        {{0.05, 0.22, 0.0151}, false},
+      {{0.05, 0.22, -0.0151}, false},       {{0.05, 0.22, 5}, false},
+  };
+  for (const auto& [point, is_taken] : cases) {
+    SCOPED_TRACE(fmt::format("{} {} {}", point.x, point.y, point.z));
+    try {
+      const auto piece = ledger_.reserve(tokens_["robot1"], "pallet1", "store1", sightings({point}), 0).piece;
+      ledger_.advance(tokens_["robot1"], piece, StepWithdrawn, "");
+      EXPECT_TRUE(is_taken);
+    } catch (const Empty&) {
+      EXPECT_FALSE(is_taken);
+    }
+  }
+}
+
 TEST_F(LedgerInput, IsCheckedBeforeAnythingIsWritten) {
   const ClaimToken token = tokens_["robot1"];
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -287,9 +307,20 @@ TEST_F(LedgerInput, IsCheckedBeforeAnythingIsWritten) {
       {"to",
        {[&] { (void)ledger_.reserve(token, "store1", "pallet1", seen_, 0); },
         [&] { (void)ledger_.reserve(token, "store1", "store1", seen_, 0); }}},
-      {"seen", {[&] {
-         (void)ledger_.reserve(token, "pallet1", "store1", sightings({{0.05, 0.22, nan}}), 0);
-       }}},
+      {"seen",
+       {[&] {
+          (void)ledger_.reserve(token, "pallet1", "store1", sightings({{0.05, 0.22, nan}}), 0);
+        },
+        [&] {
+          Corbot::Sightings seen = seen_;
+          seen[2].confidence = nan;
+          (void)ledger_.reserve(token, "pallet1", "store1", seen, 0);
+        },
+        [&] {
+          Corbot::Sightings seen = seen_;
+          seen[0].confidence = 1.1;
+          (void)ledger_.reserve(token, "pallet1", "store1", seen, 0);
+        }}},
       {"timeout",
        {[&] { (void)ledger_.reserve(token, "pallet1", "store1", seen_, nan); },
         [&] { ledger_.enter(token, "store1", -0.1); }, [&] { ledger_.enter(token, "store1", 30.1); }}},
