@@ -43,6 +43,25 @@ bool is_word_of_scene(std::string_view name) {
 
 bool share_hue(const Kind& a, const Kind& b) { return has_hue(a, b.hue_deg[0]) || has_hue(b, a.hue_deg[0]); }
 
+/// Two rectangles are apart where an axis of one of them separates their corners.
+bool overlap(const Place& a, const Place& b) {
+  const auto corners_seen_from = [](const Place& from, const Place& place) {
+    Eigen::AlignedBox2d box;
+    for (const double x : {-1.0, 1.0})
+      for (const double y : {-1.0, 1.0}) {
+        const Vector2d corner = place.half_size_m().cwiseProduct(Vector2d(x, y));
+        box.extend(
+            Vector2d(from.frame.to_local(place.frame.to_world({corner.x(), corner.y(), 0})).head<2>()));
+      }
+    return box;
+  };
+  const auto touches = [&](const Place& one, const Place& other) {
+    const Eigen::AlignedBox2d own(-one.half_size_m(), one.half_size_m());
+    return !own.intersection(corners_seen_from(one, other)).isEmpty();
+  };
+  return touches(a, b) && touches(b, a);
+}
+
 bool is_plain_file_name(const std::filesystem::path& name) {
   return !name.empty() && name.filename() == name && name != "." && name != "..";
 }

@@ -18,6 +18,8 @@ inline constexpr const char* kReferenceRule = "must begin with corbaloc:, corban
 /// Whether the scene's last line uses the word beside the places' names.
 [[nodiscard]] bool is_word_of_scene(std::string_view name);
 
+/// Whether the outlines of two places have a point in common, seen from above.
+[[nodiscard]] bool overlap(const Place& a, const Place& b);
 /// Whether one hue belongs to both kinds.
 [[nodiscard]] bool share_hue(const Kind& a, const Kind& b);
 

@@ -21,12 +21,12 @@ namespace fs = std::filesystem;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostPlaces = 16;
-constexpr std::size_t kMostRobots = 16;
+constexpr std::size_t kMost = 16;  // places, robots; the sequences of the IDL
 constexpr int kMostSlots = 1000;
 constexpr double kLeastPitch_m = 0.04;
 constexpr double kLeastApproachClearance_m = 0.01;
 constexpr double kLeastWaitDistance_m = 0.05;
+constexpr double kGraspBelowTop_m = 0.005;
 constexpr std::size_t kLongestSocketPath = 107;
 
 std::string name_of(Section& section, std::set<std::string>& taken) {
@@ -110,8 +110,9 @@ class Reader {
       kind.grasp_m = section.number("grasp_m", {0.001, 0.5, false, "m"}).value_or(0);
       if (kind.diameter_m > 0 && kind.label_m > kind.diameter_m)
         section.refuse("label_m", fmt::format("must be at most diameter_m, {} m", kind.diameter_m));
-      if (kind.height_m > 0 && kind.grasp_m > kind.height_m)
-        section.refuse("grasp_m", fmt::format("must be at most height_m, {} m", kind.height_m));
+      if (kind.height_m > 0 && kind.grasp_m > kind.height_m - kGraspBelowTop_m)
+        section.refuse("grasp_m", fmt::format("must be {} m or more below height_m, {} m", kGraspBelowTop_m,
+                                              kind.height_m));
       for (const Kind& other : cell_.kinds)
         if (section.has("hue_deg") && share_hue(kind, other))
           section.refuse("hue_deg",
@@ -146,11 +147,16 @@ class Reader {
         place.size_m = vector2(section, "size_m", {0.01, 10, false, "m"});
       }
       section.finish();
+      for (const Place& other : cell_.places)
+        if (overlap(place, other))
+          section.refuse("position_m", "lies over " + other.name + ": move one of them");
       cell_.places.push_back(place);
     }
-    if (cell_.places.size() > kMostPlaces)
-      faults_.add(0, "place", std::to_string(cell_.places.size()),
-                  fmt::format("at most {} places", kMostPlaces));
+    check_count("place", cell_.places.size());
+  }
+
+  void check_count(const char* key, std::size_t count) {
+    if (count > kMost) faults_.add(0, key, std::to_string(count), fmt::format("at most {}", kMost));
   }
 
   static SlotGrid read_slots(Section& section) {
@@ -181,9 +187,7 @@ class Reader {
       cell_.robots.push_back(robot);
       use_places(section, cell_.robots.back());
     }
-    if (cell_.robots.size() > kMostRobots)
-      faults_.add(0, "robot", std::to_string(cell_.robots.size()),
-                  fmt::format("at most {} robots", kMostRobots));
+    check_count("robot", cell_.robots.size());
     check_ports();
   }
 
@@ -226,10 +230,9 @@ class Reader {
                   "must be a path without \", \\, $ and control characters");
     const std::string socket = longest_socket(cell_).string();
     if (socket.size() > kLongestSocketPath)
-      faults_.add(
-          0, "--state-dir", shown_text(socket),
-          fmt::format("the path of this socket has {} bytes, {} are allowed: choose a shorter directory",
-                      socket.size(), kLongestSocketPath));
+      faults_.add(0, "--state-dir", shown_text(socket),
+                  fmt::format("this socket's path has {} bytes, at most {}: choose a shorter directory",
+                              socket.size(), kLongestSocketPath));
   }
 
   std::string read_place_name(Section& section, std::string_view key) {

@@ -113,7 +113,7 @@ TEST_P(CellRefused, WithFileLineKeyValueAndWhatIsAllowed) {
   EXPECT_EQ(faults[0].line, line) << faults[0].text();
 }
 
-const std::string kAnotherPlace = "  { position_m = [0.24, 0.1, 0], size_m = [0.05, 0.05], name = ";
+const std::string kAnotherPlace = "  { position_m = [0.24, 1, 0], size_m = [0.05, 0.05], name = ";
 const std::string kAnotherKind =
     "{ name = \"pink\", label_m = 0.016, diameter_m = 0.020, height_m = 0.045, grasp_m = 0.030, hue_deg = ";
 
@@ -147,7 +147,9 @@ const Case kCases[] = {
     {"long_name", "name = \"robot1\"", "name = \"robot1robot1robot1robot1robot1r\"", "robot[0].name", "32"},
     {"hue", "hue_deg = [345, 15]", "hue_deg = [345, 361]", "kind[0].hue_deg[1]", "0 to 360"},
     {"label", "label_m = 0.016", "label_m = 0.021", "kind[0].label_m", "at most diameter_m"},
-    {"grasp", "grasp_m = 0.030", "grasp_m = 0.046", "kind[0].grasp_m", "at most height_m"},
+    {"grasp", "grasp_m = 0.030", "grasp_m = 0.041", "kind[0].grasp_m", "0.005 m or more below height_m"},
+    {"places_overlap", "position_m = [0.395, -0.239, 0]", "position_m = [0.1, 0.32, 0], yaw_deg = 10",
+     "place[2].position_m", "lies over pallet1"},
     {"source", "source = \"scene\"", "source = \"/dev/video0\"", "camera.source", "\"scene\""},
     {"calibration", "calibration = \"camera.toml\"", "calibration = \"camera.tom\"", "camera.calibration",
      "no such file"},
