@@ -24,7 +24,7 @@ const cv::Scalar kTable(205, 208, 206);
 const cv::Scalar kBody(42, 44, 46);
 const cv::Scalar kArm(120, 118, 122);
 
-/// What is convex in the picture: the hull of these points, in one colour. A higher layer hides a lower one.
+/// A shape that is convex in the picture: the hull of these points, in one colour. A higher layer hides a lower one.
 struct Shape {
   double layer_m{};
   std::vector<Vector3d> points{};

@@ -9,7 +9,7 @@
 #include "cell/frames.h"
 #include "config/section.h"
 
-// What the readers of a cell's files share.
+// The readers of a cell's files share this.
 
 namespace corbot::cell {
 

@@ -100,8 +100,8 @@ struct CellConfig {
   std::filesystem::path state_directory;
   std::filesystem::path ledger;        ///< of the store that the cell starts
   std::string store_reference;         ///< of one that runs elsewhere; empty: here
-  std::string camera_reference;        ///< likewise
-  std::string coordinator_reference;   ///< likewise
+  std::string camera_reference;        ///< the same of the camera
+  std::string coordinator_reference;   ///< and of the coordinator
   std::string camera_source{"scene"};  ///< the only one so far
   CameraModel camera;
   std::vector<Place> places;

@@ -116,8 +116,7 @@ class Reader {
       for (const Kind& other : cell_.kinds)
         if (section.has("hue_deg") && share_hue(kind, other))
           section.refuse("hue_deg",
-                         fmt::format("must not overlap those of {}: the label's hue tells the kinds "
-                                     "apart",
+                         fmt::format("must not overlap those of {}: kinds differ by the hue of their label",
                                      other.name));
       tallest_m_ = std::max(tallest_m_, kind.height_m);
       widest_m_ = std::max(widest_m_, kind.diameter_m);
@@ -333,7 +332,7 @@ class Reader {
     return {};
   }
 
-  /// What only a description without faults can be asked.
+  /// Rules that only a description without other faults can break.
   void check_world() {
     if (cell_.camera_reference.empty()) {
       if (const std::string names = unseen_places(cell_); !names.empty())

@@ -7,7 +7,7 @@
 
 #include "cell/cell_config.h"
 
-// What the programs of a cell share around their work: command line, cell.toml, log, signals, exit status.
+// All programs of a cell share this around their work: command line, cell.toml, log, signals, exit status.
 
 namespace corbot::cell {
 

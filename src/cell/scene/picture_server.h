@@ -33,7 +33,7 @@ class PictureServer {
   PictureServer& operator=(const PictureServer&) = delete;
   ~PictureServer();
 
-  /// Until it is asked to stop.
+  /// Serves clients until it is asked to stop.
   void run(const std::stop_token& stop);
 
  private:

@@ -14,7 +14,7 @@
 
 namespace corbot::cell {
 
-/// A piece that can be taken. `number` is 0 where the ledger does not know it yet.
+/// A piece that can be taken. `number` is 0 where the piece is not in the ledger yet.
 struct Candidate {
   std::int64_t number{};
   std::string kind;

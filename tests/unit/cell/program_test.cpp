@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the programs of a cell share: the state directory, the options, and a standard error that is full.
+// All programs of a cell share these: the state directory, the options, and a standard error that is full.
 #include "cell/program.h"
 
 #include <gmock/gmock.h>
