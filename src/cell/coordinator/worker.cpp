@@ -22,7 +22,6 @@ constexpr double kStoreWait_s = 2;     // a stop waits for it, and the superviso
 constexpr double kLookAgain_s = 0.5;   // between two looks at an area from which nothing can be taken
 constexpr double kConnectAgain_s = 1;  // between two attempts to reach robot and store
 constexpr std::chrono::seconds kConnectFor{10};
-constexpr double kSamePlace_m = 0.015;
 constexpr double kAtWait_m = 0.005;
 constexpr int kSettleReads = 10;  // of the position, 0.1 s apart
 
@@ -30,11 +29,6 @@ Vector3d to_vector(const Corbot::Point& point) { return {point.x, point.y, point
 
 /// A message as part of a sentence.
 std::string plain_text(const std::exception& error) { return client::printable(error.what()); }
-
-bool stands_at(const Place& place, const Vector3d& foot) {
-  return foot.allFinite() && place.covers(foot, kSamePlace_m) &&
-         std::abs(foot.z() - place.frame.position_m.z()) <= kSamePlace_m;
-}
 
 }  // namespace
 
@@ -226,8 +220,8 @@ Corbot::Sightings Worker::nearest_first(const Corbot::Frame& frame) const {
   std::vector<std::pair<double, CORBA::ULong>> order;
   for (CORBA::ULong i = 0; i < frame.pieces.length(); ++i) {
     const Vector3d foot = to_vector(frame.pieces[i].position);
-    const auto is_here = [&](const Vector3d& spot) { return (spot - foot).norm() <= kSamePlace_m; };
-    if (cell_.kind(frame.pieces[i].kind.in()) == nullptr || !stands_at(from_, foot)) continue;
+    const auto is_here = [&](const Vector3d& spot) { return (spot - foot).norm() <= kOnPlace_m; };
+    if (cell_.kind(frame.pieces[i].kind.in()) == nullptr || !from_.carries(foot)) continue;
     if (std::any_of(left_out_.begin(), left_out_.end(), is_here)) continue;
     order.emplace_back((foot - robot_.frame.position_m).norm(), i);
   }
@@ -241,7 +235,7 @@ Corbot::Sightings Worker::nearest_first(const Corbot::Frame& frame) const {
 Transfer Worker::checked(const Corbot::TransferInfo& info) const {
   Transfer transfer{info.piece, cell_.kind(info.kind.in()), to_vector(info.source.position),
                     to_vector(info.target.position)};
-  if (transfer.kind != nullptr && stands_at(from_, transfer.source) && stands_at(to_, transfer.target))
+  if (transfer.kind != nullptr && from_.carries(transfer.source) && to_.carries(transfer.target))
     return transfer;
   throw Attention(fmt::format(
       "the store gives piece {} of kind '{}' at {} and the target {}, which are not of {} and {}: have "
@@ -289,7 +283,7 @@ ToolGoal Worker::grasp_goal(const Transfer& transfer, const Place& place, const 
 bool Worker::sees_piece_at(const Vector3d& foot) {
   const Corbot::Frame frame = call([&] { return camera_.look(cell_.timing.look_s); });
   for (CORBA::ULong i = 0; i < frame.pieces.length(); ++i) {
-    if ((to_vector(frame.pieces[i].position) - foot).norm() <= kSamePlace_m) return true;
+    if ((to_vector(frame.pieces[i].position) - foot).norm() <= kOnPlace_m) return true;
   }
   return false;
 }
