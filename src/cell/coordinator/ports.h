@@ -6,7 +6,7 @@
 
 #include "cell.hh"
 
-// What a worker needs of its robot, of the camera and of the store. The remote ones are in remote_robot.h and
+// The calls by which a worker uses its robot, the camera and the store. The remote ones are in remote_robot.h and
 // remote_services.h. Every call may raise what the interface allows, and client::Failure where there is no
 // reply, or none that can be used.
 

@@ -13,7 +13,7 @@
 #include "cell/orb_server.h"
 #include "client/explain.h"
 
-// What all calls to robots, camera and store share.
+// The parts that all calls to robots, camera and store share.
 
 namespace corbot::cell {
 

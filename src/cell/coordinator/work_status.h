@@ -11,7 +11,7 @@ namespace corbot::cell {
 
 [[nodiscard]] const char* to_string(Corbot::TransferStep step);
 
-/// What Coordinator.State shows of one robot, and the events of its work. Any thread may call it.
+/// The state of one robot in Coordinator.State, and the events of its work. Any thread may call it.
 class WorkStatus {
  public:
   /// Receives each event as plain text.

@@ -196,7 +196,7 @@ void Worker::connect() {
   }
 }
 
-/// What a run before has left says where pieces and arm may be, and not where they are.
+/// Leftovers of a run before show where pieces and arm may be, and not where they are.
 void Worker::refuse_leftovers() {
   const Corbot::TransferInfos transfers = call([&] { return store_.transfers(); });
   for (CORBA::ULong i = 0; i < transfers.length(); ++i) {

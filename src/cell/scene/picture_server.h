@@ -33,7 +33,7 @@ class PictureServer {
   PictureServer& operator=(const PictureServer&) = delete;
   ~PictureServer();
 
-  /// Serves clients until it is asked to stop.
+  /// Serves clients until a stop is requested.
   void run(const std::stop_token& stop);
 
  private:

@@ -22,7 +22,7 @@ class SceneLoop {
   /// `truth`: a file that is written anew when a piece is taken or released, and at the end; empty: none.
   SceneLoop(Scene& scene, std::filesystem::path truth) : scene_(scene), truth_(std::move(truth)) {}
 
-  /// Simulates until it is asked to stop. Throws client::Failure where the truth cannot be written.
+  /// Simulates until a stop is requested. Throws client::Failure where the truth cannot be written.
   void run(const std::stop_token& stop);
 
   /// The scene at a tick that begins after this call; nothing where there is none within `wait`. From another

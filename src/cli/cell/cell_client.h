@@ -28,7 +28,7 @@ class CellClient {
   [[nodiscard]] bool has_no_transfer();
   /// Pieces at places from which no robot takes, by the ledger.
   [[nodiscard]] int placed();
-  /// What ledger and a picture taken now say. Robots must be out of the picture.
+  /// Reads the ledger, and counts the pieces in a picture taken now. Robots must be out of the picture.
   [[nodiscard]] CellEnd read_end();
 
  private:

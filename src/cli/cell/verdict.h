@@ -23,7 +23,7 @@ struct SceneEnd {
 /// Nothing where the line is none of the scene's, or a number is missing.
 [[nodiscard]] std::optional<SceneEnd> parse_scene_end(std::string_view line);
 
-/// What three witnesses found when the work had ended. The key "" of `seen` counts sightings over no place.
+/// The findings of three witnesses when the work had ended. The key "" of `seen` counts sightings over no place.
 struct CellEnd {
   std::optional<int> expected;  ///< pieces that the work began with; nothing where that is not known
   std::map<std::string, int> in_ledger;

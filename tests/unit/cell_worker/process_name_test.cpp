@@ -17,7 +17,7 @@ using ::testing::EndsWith;
 using ::testing::SizeIs;
 using ::testing::StartsWith;
 
-/// What a shell prints, without the end of the line.
+/// The output of a shell, without the end of the line.
 std::string printed_by(const std::string& command) {
   FILE* const pipe = ::popen(command.c_str(), "r");
   std::array<char, 256> text{};

@@ -26,7 +26,7 @@ using ::testing::Not;
 
 constexpr const char* kDownTooEarly = "the way down begins before its intent is in the ledger";
 
-/// What must not be: a worker whose way down does not wait for the intent.
+/// A worker that must not be: its way down does not wait for the intent.
 class HastyWorker : public cell::Worker {
  public:
   using Worker::Worker;
