@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "cell/picture_wire.h"
+#include "cell/wall_clock.h"
 
 namespace corbot::cell {
 namespace {
@@ -89,10 +90,6 @@ class Connection {
   Clock::time_point deadline_;
   int fd_;
 };
-
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 /// Why it is no header of a picture that was asked for at `asked_s`; empty where it is one.
 std::string fault_of(const PictureHeader& header, std::array<int, 2> size_px, double asked_s) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cell/coordinator/work_status.h"
+#include "cell/wall_clock.h"
 
 #include <chrono>
 #include <iterator>
@@ -8,10 +9,6 @@
 namespace corbot::cell {
 
 namespace {
-
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 const char* prefix_of(Corbot::WorkState state) {
   if (state == Corbot::WorkWaiting) return "waits: ";

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "cell/picture_wire.h"
+#include "cell/wall_clock.h"
 #include "sim/devices/control_input.h"
 
 namespace corbot::cell {
@@ -21,10 +22,6 @@ constexpr std::size_t kMostClients = 8;
 constexpr std::int64_t kTakeWithin_ns = 2'000'000'000;
 /// How often a wait looks whether it is to stop.
 constexpr int kLook_ms = 100;
-
-double unix_time_s() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 }  // namespace
 
@@ -90,7 +87,7 @@ bool PictureServer::serve(int client, const std::stop_token& stop) {
   header.columns = static_cast<std::uint32_t>(size_px_[0]);
   header.rows = static_cast<std::uint32_t>(size_px_[1]);
   header.number = ++number_;
-  header.exposure_s = unix_time_s();
+  header.exposure_s = now_s();
   const std::vector<std::uint8_t>& pixels = draw_(*view);
   const std::int64_t deadline_ns = sim::clock_ns() + kTakeWithin_ns;
   return send_all(client, {reinterpret_cast<const std::uint8_t*>(&header), sizeof(header)}, deadline_ns,

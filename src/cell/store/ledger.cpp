@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "cell/store/ledger_file.h"
+#include "cell/wall_clock.h"
 
 namespace corbot::cell {
 namespace {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cell/store/ledger_tables.h"
+#include "cell/wall_clock.h"
 
 #include <algorithm>
 #include <array>
@@ -58,10 +59,6 @@ auto& append(Sequence& sequence) {
 }
 
 }  // namespace
-
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 const Corbot::Spot& spot_of(const Corbot::TransferInfo& transfer, TransferStep step) {
   const bool is_at_target = step == Corbot::StepPlacing || step == Corbot::StepPlaced ||

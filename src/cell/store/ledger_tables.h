@@ -87,7 +87,4 @@ class LedgerTables {
 /// Where a step of a transfer takes place: at the target from placing on, at the source before.
 [[nodiscard]] const Corbot::Spot& spot_of(const Corbot::TransferInfo& transfer, Corbot::TransferStep step);
 
-/// Seconds since the Unix epoch.
-[[nodiscard]] double now_s();
-
 }  // namespace corbot::cell
