@@ -37,7 +37,7 @@ void add_circle(std::vector<Vector3d>& points, const Vector3d& middle, double ra
   constexpr int kPoints = 48;
   for (int i = 0; i < kPoints; ++i) {
     const double angle = 2 * std::numbers::pi * i / kPoints;
-    points.push_back(middle + radius_m * (std::cos(angle) * u + std::sin(angle) * v));
+    points.emplace_back(middle + radius_m * (std::cos(angle) * u + std::sin(angle) * v));
   }
 }
 

@@ -94,11 +94,12 @@ std::optional<std::vector<Vector2d>> scatter(const Vector2d& size_m, double spac
   std::uniform_real_distribution<double> share(0, 1);
   std::vector<Vector2d> points;
   for (std::size_t i = 0; i < columns * rows; ++i) {
-    const Vector2d cell(static_cast<double>(i % columns), static_cast<double>(i / columns));
+    const std::size_t row = i / columns;
+    const Vector2d cell(static_cast<double>(i % columns), static_cast<double>(row));
     const double x = share(random);
     const double y = share(random);
-    points.push_back(cell.cwiseProduct(free_m + Vector2d::Constant(spacing_m)) +
-                     free_m.cwiseProduct(Vector2d(x, y)) - size_m / 2);
+    points.emplace_back(cell.cwiseProduct(free_m + Vector2d::Constant(spacing_m)) +
+                        free_m.cwiseProduct(Vector2d(x, y)) - size_m / 2);
   }
   std::shuffle(points.begin(), points.end(), random);
   points.resize(count);

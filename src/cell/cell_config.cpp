@@ -29,9 +29,11 @@ std::string uri(const CellConfig& cell, const std::string& reference, int port, 
 }  // namespace
 
 Vector3d Place::slot_position(int slot) const {
-  const double column = slot % slots->columns - 0.5 * (slots->columns - 1);
-  const double row = slot / slots->columns - 0.5 * (slots->rows - 1);
-  return frame.to_world({column * slots->pitch_m.x(), row * slots->pitch_m.y(), 0});
+  const int column = slot % slots->columns;
+  const int row = slot / slots->columns;
+  const Vector2d from_middle(column - 0.5 * (slots->columns - 1), row - 0.5 * (slots->rows - 1));
+  const Vector2d local = from_middle.cwiseProduct(slots->pitch_m);
+  return frame.to_world({local.x(), local.y(), 0});
 }
 
 Vector2d Place::half_size_m() const {

@@ -235,7 +235,7 @@ class Reader {
   }
 
   std::string read_place_name(Section& section, std::string_view key) {
-    const std::string name = section.text(key).value_or("");
+    std::string name = section.text(key).value_or("");
     if (!name.empty() && cell_.place(name) == nullptr) {
       std::string names;
       for (const Place& place : cell_.places) names += (names.empty() ? "" : ", ") + place.name;

@@ -56,7 +56,7 @@ Blob blob_of(const cv::Mat& labels, int label, const cv::Rect& box, const cv::Ma
     for (int column = box.x; column < box.x + box.width; ++column) {
       if (labels.at<int>(row, column) != label) continue;
       const double weight = hsv.at<cv::Vec3b>(row, column)[1];
-      blob.pixels.push_back(origin + Vector2d(column, row));
+      blob.pixels.emplace_back(origin + Vector2d(column, row));
       sum += weight * blob.pixels.back();
       weights += weight;
     }

@@ -85,7 +85,8 @@ void check_sightings(const Corbot::Sightings& seen) {
 }  // namespace
 
 /// A place in the queue for a zone.
-struct Ledger::Turn {
+class Ledger::Turn {
+ public:
   Turn(Ledger& ledger, Corbot::ClaimToken token, const std::string& place) : ledger_(ledger) {
     const std::lock_guard lock(ledger_.mutex_);
     waiter_ = ledger_.waiters_.insert(ledger_.waiters_.end(), {place, ledger_.robot_of(token)});
@@ -97,6 +98,8 @@ struct Ledger::Turn {
     ledger_.waiters_.erase(waiter_);
     ledger_.changed_.notify_all();
   }
+
+ private:
   Ledger& ledger_;
   std::list<Waiter>::iterator waiter_;
 };

@@ -52,7 +52,7 @@ class Ledger {
   void end_waiting();
 
  private:
-  struct Turn;
+  class Turn;
   struct Waiter {
     std::string place;
     std::string robot;
