@@ -101,7 +101,7 @@ TEST_P(WorkerTest, ManyPiecesArriveAndNoRuleIsBroken) {
 TEST_P(WorkerTest, TheWayDownWaitsForALateIntent) {
   FakeCell world(config_, GetParam());
   add_piece(world, 0);
-  world.late_s = 0.05;
+  world.late_s = 2;
   run_one(world);
   EXPECT_THAT(world.violations, IsEmpty());
   EXPECT_EQ(world.count(to()), 1U);
