@@ -16,7 +16,7 @@
 namespace corbot::rt {
 namespace {
 
-constexpr double kLimitTolerance = 1e-6;
+constexpr double kLawTolerance = 1e-6;
 constexpr double kDurationTolerance = 1e-9;
 constexpr double kFrameTolerance = 1e-9;
 constexpr double kLargestRadius_m = 1e6;
@@ -34,7 +34,7 @@ CommandVerdict discontinuous(double value, std::int32_t joint = -1) noexcept {
   return {Verdict::kDiscontinuous, joint, value};
 }
 
-bool within(double value, double bound) noexcept { return value <= bound * (1.0 + kLimitTolerance); }
+bool within(double value, double bound) noexcept { return value <= bound * (1.0 + kLawTolerance); }
 
 bool is_small(const std::array<double, 3>& vector, double bound) noexcept {
   return std::all_of(vector.begin(), vector.end(), [bound](double x) { return std::abs(x) <= bound; });

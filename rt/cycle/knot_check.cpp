@@ -11,9 +11,9 @@ namespace corbot::rt {
 namespace {
 
 constexpr double kRateTolerance = 1e-6;  // m and rad a unit of s
-constexpr CommandVerdict kGood{};
+constexpr CommandVerdict kKnotsGood{};
 
-CommandVerdict malformed(double value, std::size_t joint = kMaxJoints) noexcept {
+CommandVerdict malformed_knot(double value, std::size_t joint = kMaxJoints) noexcept {
   return {Verdict::kMalformed, joint < kMaxJoints ? static_cast<std::int32_t>(joint) : -1, value};
 }
 
@@ -24,7 +24,7 @@ CommandVerdict check_point(const ArmModel& arm, const Path& path, const Joints& 
   const Pose there = arm.kinematics.forward(q);
   const PathPoint wanted = point_at(path, s);
   const double off_m = norm(there.position_m - wanted.position_m);
-  if (!(off_m <= KnotCheck::kTracking)) return malformed(off_m);
+  if (!(off_m <= KnotCheck::kTracking)) return malformed_knot(off_m);
   double off_rad = 0.0;
   if (arm.kinematics.follows() == Follows::kFull)
     off_rad = angle_between(there.orientation, wanted.orientation);
@@ -32,7 +32,7 @@ CommandVerdict check_point(const ArmModel& arm, const Path& path, const Joints& 
   const Angles angles_rad = followed.at(q);
   for (std::size_t k = 0; k < followed.count; ++k)
     off_rad = std::max(off_rad, std::abs(angles_rad[k] - wanted.angles_rad[k]));
-  return off_rad <= KnotCheck::kTracking ? kGood : malformed(off_rad);
+  return off_rad <= KnotCheck::kTracking ? kKnotsGood : malformed_knot(off_rad);
 }
 
 /// The tool's velocity at a knot against the path's.
@@ -47,15 +47,16 @@ CommandVerdict check_rate(const ArmModel& arm, const Path& path, const PathKnot&
     double off = k < 3 ? -v[k] : -turn[k - 3];
     for (std::size_t i = 0; i < std::min<std::size_t>(arm.dof, kMaxJoints); ++i)
       off += jacobian[k][i] * knot.rate_q[i];
-    if (!(std::abs(off) <= kRateTolerance)) return malformed(off);
+    if (!(std::abs(off) <= kRateTolerance)) return malformed_knot(off);
   }
-  return kGood;
+  return kKnotsGood;
 }
 
 template <class Path>
 CommandVerdict check_knot(const ArmModel& arm, const Path& path, const PathKnot& knot) noexcept {
   for (std::size_t i = arm.dof; i < kMaxJoints; ++i) {
-    if (knot.q[i] != 0.0 || knot.rate_q[i] != 0.0 || knot.bend_q[i] != 0.0) return malformed(knot.q[i], i);
+    if (knot.q[i] != 0.0 || knot.rate_q[i] != 0.0 || knot.bend_q[i] != 0.0)
+      return malformed_knot(knot.q[i], i);
   }
   const CommandVerdict place = check_point(arm, path, knot.q, knot.s);
   return place.ok() ? check_rate(arm, path, knot) : place;
@@ -65,10 +66,10 @@ CommandVerdict check_knot(const ArmModel& arm, const Path& path, const PathKnot&
 template <class Path>
 CommandVerdict check_piece(const ArmModel& arm, const Path& path, const PathKnot& a,
                            const PathKnot& b) noexcept {
-  if (!(b.s > a.s && b.s <= 1.0)) return malformed(b.s);
+  if (!(b.s > a.s && b.s <= 1.0)) return malformed_knot(b.s);
   for (std::size_t i = 0; i < kMaxJoints; ++i) {
     const double step_q = b.q[i] - a.q[i];
-    if (!(std::abs(step_q) <= kLongestPiece_q)) return malformed(step_q, i);
+    if (!(std::abs(step_q) <= kLongestPiece_q)) return malformed_knot(step_q, i);
   }
   const CommandVerdict end = check_knot(arm, path, b);
   if (!end.ok()) return end;
@@ -77,22 +78,22 @@ CommandVerdict check_piece(const ArmModel& arm, const Path& path, const PathKnot
     const CommandVerdict between = check_point(arm, path, piece.at(t), a.s + t * piece.length_s());
     if (!between.ok()) return between;
   }
-  return kGood;
+  return kKnotsGood;
 }
 
 /// The command begins at the first knot, and ends where its law does.
 CommandVerdict check_ends(const Command& command, const TimeLaw& law, PathKnots knots) noexcept {
   if (knots.size() < 2 || knots.front().s != 0.0 || knots.back().s != 1.0)
-    return malformed(static_cast<double>(knots.size()));
+    return malformed_knot(static_cast<double>(knots.size()));
   const Joints end_q = joints_at(knots, law.distance);
   for (std::size_t i = 0; i < kMaxJoints; ++i) {
     const double first_q = knots.front().q[i] - command.start_q[i];
     if (!(std::abs(first_q) <= kStartTolerance))
       return {Verdict::kDiscontinuous, static_cast<std::int32_t>(i), first_q};
     const double last_q = end_q[i] - command.end_q[i];
-    if (!(std::abs(last_q) <= kStartTolerance)) return malformed(last_q, i);
+    if (!(std::abs(last_q) <= kStartTolerance)) return malformed_knot(last_q, i);
   }
-  return kGood;
+  return kKnotsGood;
 }
 
 template <class Path>
@@ -109,7 +110,7 @@ std::optional<CommandVerdict> check_some(const ArmModel& arm, const Command& com
     if (!piece.ok()) return piece;
   }
   if (next + 1 < knots.size()) return std::nullopt;
-  return kGood;
+  return kKnotsGood;
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace {
 
 using State = Cia402Drive::State;
 
-constexpr std::int64_t kStep_ns = 250'000;
+constexpr std::int64_t kDriveStep_ns = 250'000;
 constexpr std::uint16_t kSwitchOnBit = 1u << 0;
 constexpr std::uint16_t kVoltageBit = 1u << 1;
 constexpr std::uint16_t kNoQuickStopBit = 1u << 2;
@@ -231,10 +231,10 @@ void Cia402Drive::advance(std::int64_t now_ns) {
   // What is at rest stays so, however long ago its last update.
   if (now_ns - now_ns_ > 1'000'000'000 && speed_ == 0.0 && left_s_ <= 0.0 && !homing_.is_running()) {
     move_shaft(demand_);
-    now_ns_ = now_ns - kStep_ns;
+    now_ns_ = now_ns - kDriveStep_ns;
   }
   while (now_ns_ < now_ns) {
-    const std::int64_t step_ns = std::min(kStep_ns, now_ns - now_ns_);
+    const std::int64_t step_ns = std::min(kDriveStep_ns, now_ns - now_ns_);
     step(static_cast<double>(step_ns) * 1e-9);
     now_ns_ += step_ns;
   }

@@ -10,10 +10,10 @@ namespace corbot::sim {
 namespace {
 
 constexpr std::int64_t kSyncId = 0x080;
-constexpr std::int64_t kEmergencyId = 0x080;
+constexpr std::int64_t kEmergencyObject = 0x080;
 
-constexpr std::int64_t kHighest32 = std::numeric_limits<std::int32_t>::max();
-constexpr std::int64_t kLowest32 = std::numeric_limits<std::int32_t>::min();
+constexpr std::int64_t kHighest = std::numeric_limits<std::int32_t>::max();
+constexpr std::int64_t kLowest = std::numeric_limits<std::int32_t>::min();
 
 CanObject constant(unsigned bytes, std::int64_t value) { return {.bytes = bytes, .value = value}; }
 CanObject text(std::string value) { return {.bytes = 0, .text = std::move(value)}; }
@@ -66,7 +66,7 @@ void add_communication_objects(CanObjects& objects, std::uint8_t node) {
   objects.add(0x100800, text("corbot emulated drive"));
   objects.add(0x100900, text("1"));
   objects.add(0x100A00, text("1.0"));
-  objects.add(0x101400, constant(4, kEmergencyId + node));
+  objects.add(0x101400, constant(4, kEmergencyObject + node));
   objects.add(0x101600, constant(1, 1));
   objects.add(0x101601, writable(4, 0, 0, 0xFFFF'FFFF));
   objects.add(0x101700, writable(2, 0, 0, 0xFFFF));
@@ -89,11 +89,11 @@ void add_drive_objects(CanObjects& objects, std::uint8_t node) {
   objects.add(0x606500, writable(4, 20'000, 0, 0xFFFF'FFFF));
   objects.add(0x606600, writable(2, 50, 0, 0xFFFF));
   objects.add(0x607900, constant(4, 48'000));  // mV of the DC link
-  objects.add(0x607A00, input(writable(4, 0, kLowest32, kHighest32)));
-  objects.add(0x607C00, writable(4, 0, kLowest32, kHighest32));
+  objects.add(0x607A00, input(writable(4, 0, kLowest, kHighest)));
+  objects.add(0x607C00, writable(4, 0, kLowest, kHighest));
   objects.add(0x607D00, constant(1, 2));
-  objects.add(0x607D01, writable(4, kLowest32, kLowest32, kHighest32));
-  objects.add(0x607D02, writable(4, kHighest32, kLowest32, kHighest32));
+  objects.add(0x607D01, writable(4, kLowest, kLowest, kHighest));
+  objects.add(0x607D02, writable(4, kHighest, kLowest, kHighest));
   objects.add(0x608500, writable(4, 5'000'000, 1, 0xFFFF'FFFF));
   objects.add(0x609800, writable(1, 0, -128, 127));
   objects.add(0x609900, constant(1, 2));

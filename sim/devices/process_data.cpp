@@ -8,7 +8,7 @@ namespace corbot::sim {
 namespace {
 
 constexpr std::uint16_t kWrongLength = 0x8210;
-constexpr std::int64_t kPdoOff = std::int64_t{1} << 31;
+constexpr std::int64_t kInvalidId = std::int64_t{1} << 31;
 constexpr std::int64_t kExtended = std::int64_t{1} << 29;
 constexpr std::int64_t kLastSynchronous = 240;
 constexpr ObjectKey kControlword = 0x604000;
@@ -55,11 +55,11 @@ std::uint32_t ProcessData::check_write(const CanObjects& objects, ObjectKey key,
   const bool is_received = block < 0x1800;
   const ObjectKey parameters = is_mapping ? index - 0x200 : index;
   const std::int64_t id = objects.value(parameters << 8 | 1);
-  const bool is_on = (id & kPdoOff) == 0;
+  const bool is_on = (id & kInvalidId) == 0;
   if (is_parameters && sub == 1) {
     const bool changes_id = (id & CAN_SFF_MASK) != (value & CAN_SFF_MASK);
     if ((value & kExtended) != 0) return kAbortRange;
-    return is_on && (value & kPdoOff) == 0 && changes_id ? kAbortRange : 0;
+    return is_on && (value & kInvalidId) == 0 && changes_id ? kAbortRange : 0;
   }
   if (is_parameters) return value > 240 && value < 254 ? kAbortRange : 0;
   if (is_on) return kAbortState;
@@ -84,7 +84,7 @@ void ProcessData::synchronise(const CanObjects& objects, NodeServices& services)
   services.refresh();
   for (std::size_t number = 0; number < kPdos; ++number) {
     const std::int64_t type = objects.value(key_of(0x1800, number, 2));
-    if ((objects.value(key_of(0x1800, number, 1)) & kPdoOff) != 0 || type > kLastSynchronous) continue;
+    if ((objects.value(key_of(0x1800, number, 1)) & kInvalidId) != 0 || type > kLastSynchronous) continue;
     const bool is_due = type == 0 ? tpdo_data(objects, number) != last_sent_[number]
                                   : ++syncs_[number] >= static_cast<unsigned>(type);
     if (is_due) send_tpdo(number, objects, services);
@@ -139,7 +139,7 @@ void ProcessData::send_tpdo(std::size_t number, const CanObjects& objects, NodeS
 void ProcessData::send_changed(const CanObjects& objects, NodeServices& services) {
   services.refresh();
   for (std::size_t number = 0; number < kPdos; ++number) {
-    if ((objects.value(key_of(0x1800, number, 1)) & kPdoOff) != 0) continue;
+    if ((objects.value(key_of(0x1800, number, 1)) & kInvalidId) != 0) continue;
     if (objects.value(key_of(0x1800, number, 2)) <= kLastSynchronous) continue;
     if (tpdo_data(objects, number) != last_sent_[number]) send_tpdo(number, objects, services);
   }

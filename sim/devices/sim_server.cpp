@@ -25,7 +25,7 @@ constexpr std::size_t kAdapterPacket = 62;
 constexpr std::int64_t kMillisecond_ns = 1'000'000;
 constexpr std::uint64_t kLongest_ms = 60'000;
 
-constexpr const char* kCommands =
+constexpr const char* kServerCommands =
     "drop N, garble N, silent on|off, deaf|garble|half QUERY on|off, lose QUERY N, delay QUERY MS, batch MS, "
     "power on|off, brownout MS, reset, unplug, plug, input X 0|1, pulses, late";
 
@@ -212,7 +212,7 @@ std::string SimServer::execute(const std::vector<std::string_view>& words) {
       return e.what();
     }
   } else {
-    return fmt::format("'{}' is none of: {}", fmt::join(words, " "), kCommands);
+    return fmt::format("'{}' is none of: {}", fmt::join(words, " "), kServerCommands);
   }
   return {};
 }

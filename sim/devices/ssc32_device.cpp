@@ -13,7 +13,7 @@ constexpr std::uint8_t kEsc = 0x1B;
 constexpr std::uint8_t kMiniSscSync = 0xFF;
 constexpr double kMiniSscLast = 254.0;
 constexpr std::size_t kLongestLine = 512;
-constexpr std::size_t kMostAnswered = 1024;
+constexpr std::size_t kMostReplied = 1024;
 constexpr int kUnitOfQp_us = 10;
 /// The position that an SSC-32 assumes of a servo that it has not moved yet.
 constexpr int kAssumed_us = 500;
@@ -36,7 +36,7 @@ Ssc32Device::Ssc32Device(Ssc32Options options)
     : SerialDevice({"position", "moving", "version", "input", "analog"}),
       options_(std::move(options)),
       frames_(kSsc32Channels, options_.servo, options_.shaft_us),
-      line_out_(options_.baud, kMostAnswered) {
+      line_out_(options_.baud, kMostReplied) {
   options_.version = version_of(options_);
 }
 

@@ -26,8 +26,6 @@ void read_loopback(Section section, LoopbackOptions& options, CommonBackendOptio
   section.finish();
 }
 
-constexpr std::size_t kLongestSocket = 107;
-
 bool is_line(std::string_view port) {
   constexpr std::string_view kUnix = "unix:";
   if (!port.starts_with(kUnix)) return port.starts_with("/");

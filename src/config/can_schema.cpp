@@ -17,7 +17,6 @@ namespace corbot {
 namespace {
 
 constexpr std::size_t kLongestInterface = 15;
-constexpr std::size_t kLongestSocket = 107;
 constexpr std::string_view kUnix = "unix:";
 constexpr Bounds kCount{-1e9, 1e9, false, "counts"};
 /// Of a position in a drive, 607Ah.
@@ -30,24 +29,24 @@ struct DriveKeys {
   double usual_speed, usual_creep;
   double si_per_unit;
 };
-constexpr DriveKeys kTurning{"counts_per_degree",
-                             "homing_speed_deg_s",
-                             "homing_creep_deg_s",
-                             "homing_acceleration_deg_s2",
-                             {0, 5e6, true, "counts"},
-                             {0, 90, true, "degrees a second"},
-                             5.0,
-                             1.0,
-                             kRadiansPerDegree};
-constexpr DriveKeys kSliding{"counts_per_m",
-                             "homing_speed_m_s",
-                             "homing_creep_m_s",
-                             "homing_acceleration_m_s2",
-                             {0, 1e9, true, "counts"},
-                             {0, 0.5, true, "m a second"},
-                             0.02,
-                             0.002,
-                             1.0};
+constexpr DriveKeys kTurningDrive{"counts_per_degree",
+                                  "homing_speed_deg_s",
+                                  "homing_creep_deg_s",
+                                  "homing_acceleration_deg_s2",
+                                  {0, 5e6, true, "counts"},
+                                  {0, 90, true, "degrees a second"},
+                                  5.0,
+                                  1.0,
+                                  kRadiansPerDegree};
+constexpr DriveKeys kSlidingDrive{"counts_per_m",
+                                  "homing_speed_m_s",
+                                  "homing_creep_m_s",
+                                  "homing_acceleration_m_s2",
+                                  {0, 1e9, true, "counts"},
+                                  {0, 0.5, true, "m a second"},
+                                  0.02,
+                                  0.002,
+                                  1.0};
 
 constexpr int kShortestWatch_ms = 20;
 /// corbot's own, as a producer of heartbeats.
@@ -115,8 +114,8 @@ CanHoming read_homing(Section& section, const DriveKeys& keys) {
 }
 
 void refuse_others(Section& section, const DriveKeys& keys) {
-  const bool turns = &keys == &kTurning;
-  const DriveKeys& others = turns ? kSliding : kTurning;
+  const bool turns = &keys == &kTurningDrive;
+  const DriveKeys& others = turns ? kSlidingDrive : kTurningDrive;
   for (const auto key : {&DriveKeys::scale, &DriveKeys::homing_speed, &DriveKeys::homing_creep,
                          &DriveKeys::homing_acceleration}) {
     if (section.has(others.*key) && !section.has(keys.*key))
@@ -125,7 +124,7 @@ void refuse_others(Section& section, const DriveKeys& keys) {
 }
 
 CanDrive read_drive(Section& section, const DrivenJoint& joint, NodeUse& in_use) {
-  const DriveKeys& keys = joint.kind == JointKind::kRotary ? kTurning : kSliding;
+  const DriveKeys& keys = joint.kind == JointKind::kRotary ? kTurningDrive : kSlidingDrive;
   refuse_others(section, keys);
   CanDrive drive;
   drive.node = read_node(section, in_use);

@@ -26,7 +26,6 @@ namespace {
 using config::GeometryForm;
 
 constexpr Bounds kLength{0, 5, true, "m"};
-constexpr Bounds kHalfTurn{-180, 180, false, "degrees"};
 constexpr Bounds kTurn{-360, 360, false, "degrees"};
 constexpr Bounds kDistance{-10, 10, false, "m"};
 /// A quaternion of this little off its length is one that was written with few digits.

@@ -25,10 +25,6 @@ constexpr double kShareOfRate = 0.8;
 constexpr double kLimitTolerance_q = 1e-3;
 
 constexpr Bounds kPulse{kPulseMinUs, kPulseMaxUs, false, "us"};
-constexpr Bounds kHalfTurn{-180, 180, false,
-                           "degrees"};  // beyond half a turn an arm of the paper's never goes
-/// Limits: positive, and small enough that no product of theirs overflows.
-constexpr Bounds limit(std::string_view unit) { return {0, 1e6, true, unit}; }
 
 constexpr JointKeys kTurning{"range_deg",
                              "speed_deg_s",

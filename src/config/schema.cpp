@@ -17,9 +17,6 @@
 namespace corbot {
 namespace {
 
-/// Limits: positive, and small enough that no product of theirs overflows.
-constexpr Bounds limit(std::string_view unit) { return {0, 1e6, true, unit}; }
-
 void read_robot(Section& section, Profile& profile) {
   profile.name = read_name(section, "name");
   profile.arm.orientation_error_rad =

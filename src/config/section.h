@@ -22,6 +22,12 @@ struct Bounds {
   std::string_view unit{};
 };
 
+inline constexpr Bounds kHalfTurn{-180, 180, false, "degrees"};
+/// A limit of a motion: positive, and small enough that no product of limits overflows.
+constexpr Bounds limit(std::string_view unit) { return {0, 1e6, true, unit}; }
+/// The path of a Unix socket, bytes.
+inline constexpr std::size_t kLongestSocket = 107;
+
 /// Where faults are gathered while a profile is read.
 struct FaultList {
   std::string file;

@@ -16,8 +16,6 @@
 namespace corbot {
 namespace {
 
-constexpr double kUnitLength = 1e-6;
-
 struct Ranges {
   Joints lower_q{}, upper_q{};
 };
@@ -51,10 +49,10 @@ PoseSolution judged(const Kinematics& arm, const Ranges& ranges, const Joints& h
 std::optional<PlanRefusal> check_pose(const Pose& pose) {
   if (auto refusal = check_point(pose.position_m, "target")) return refusal;
   const double length = std::sqrt(squared_norm(pose.orientation));
-  if (std::abs(length - 1.0) <= kUnitLength) return std::nullopt;
+  if (std::abs(length - 1.0) <= kUnitLengthTolerance) return std::nullopt;
   return bad_parameter(
-      "target", length, 1.0 - kUnitLength, 1.0 + kUnitLength,
-      fmt::format("a quaternion of length {:.9g}, allowed 1 within {:.0e}", length, kUnitLength));
+      "target", length, 1.0 - kUnitLengthTolerance, 1.0 + kUnitLengthTolerance,
+      fmt::format("a quaternion of length {:.9g}, allowed 1 within {:.0e}", length, kUnitLengthTolerance));
 }
 
 }  // namespace
@@ -82,7 +80,7 @@ std::variant<std::vector<PoseSolution>, PlanRefusal> solutions_at(const ArmModel
                     found.seeds, found.nearest_m, to_degrees(found.nearest_rad));
     return refusal;
   }
-  const SolutionSet set = arm.solutions(wanted, hint_q, std::numbers::pi + kUnitLength);
+  const SolutionSet set = arm.solutions(wanted, hint_q, std::numbers::pi + kUnitLengthTolerance);
   for (const NumberedSolution& entry : set) {
     all.push_back(
         judged(arm, ranges, hint_q,

@@ -15,7 +15,7 @@
 namespace corbot {
 namespace {
 
-constexpr std::int64_t kFormat = 2;
+constexpr std::int64_t kSoftLimitsFormat = 2;
 /// Of degrees that were written as text, and no more.
 constexpr double kRounding_q = 1e-9;
 
@@ -32,7 +32,7 @@ std::string list(const Joints& values_q, const ArmModel& arm) {
 }
 
 template <class Value>
-Value required(const toml::table& table, std::string_view key) {
+Value required_value(const toml::table& table, std::string_view key) {
   const auto value = table[key].value_exact<Value>();
   if (!value) throw SoftLimitsError(fmt::format("{} is missing or of the wrong kind", key));
   return *value;
@@ -58,7 +58,7 @@ Joints read_list(const toml::table& table, std::string_view key, const ArmModel&
   return values;
 }
 
-toml::table parse(std::string_view text) {
+toml::table parse_soft_limits(std::string_view text) {
   if (text.size() > kMaxSoftLimitsBytes)
     throw SoftLimitsError(fmt::format("larger than {} bytes", kMaxSoftLimitsBytes));
   try {
@@ -77,16 +77,16 @@ std::string soft_limits_text(const JointRanges& limits, const std::string& robot
       "format = {}\nrobot = \"{}\"\nprofile = \"{}\"  # fingerprint\n"
       "lower = [{}]  # degrees; metres of joints that slide\nupper = [{}]\n"
       "whole = true  # a file that was cut short lacks this\n",
-      kFormat, robot, fingerprint_text(arm), list(limits.lower_q, arm), list(limits.upper_q, arm));
+      kSoftLimitsFormat, robot, fingerprint_text(arm), list(limits.lower_q, arm), list(limits.upper_q, arm));
 }
 
 JointRanges parse_soft_limits(std::string_view text, std::string_view robot, const ArmModel& arm) {
-  const toml::table table = parse(text);
-  if (required<std::int64_t>(table, "format") != kFormat)
+  const toml::table table = parse_soft_limits(text);
+  if (required_value<std::int64_t>(table, "format") != kSoftLimitsFormat)
     throw SoftLimitsError("its format is not known to this version");
-  if (!required<bool>(table, "whole")) throw SoftLimitsError("whole: must be true");
-  if (required<std::string>(table, "robot") != robot) throw SoftLimitsError("it is another robot's");
-  if (required<std::string>(table, "profile") != fingerprint_text(arm))
+  if (!required_value<bool>(table, "whole")) throw SoftLimitsError("whole: must be true");
+  if (required_value<std::string>(table, "robot") != robot) throw SoftLimitsError("it is another robot's");
+  if (required_value<std::string>(table, "profile") != fingerprint_text(arm))
     throw SoftLimitsError("the profile has changed since it was written");
   const JointRanges limits{read_list(table, "lower", arm), read_list(table, "upper", arm)};
   for (std::size_t i = 0; i < dof_of(arm); ++i) {

@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kPositionsWithin = 2s;
+constexpr auto kAnswersWithin = 2s;
 constexpr auto kAskWithin = 500ms;  ///< then the voltage goes off all the same
 constexpr auto kEnableWithin = 5s;
 constexpr auto kDisableWithin = 1s;
@@ -69,7 +69,7 @@ std::optional<std::vector<std::int32_t>> DriveEnabling::enable(const std::functi
   const auto& drives = bus_.drives();
   // A first SYNC without a controlword asks where they are: one may be enabled, and holds.
   bus_.request_answers(Clock::now() + DriveBus::kSendWithin);
-  bus_.await_answers(Clock::now() + kPositionsWithin);
+  bus_.await_answers(Clock::now() + kAnswersWithin);
   for (const DriveReport& drive : drives) check_answered(drive);
   check_counts();
   std::vector<bool> was_enabled;

@@ -19,7 +19,6 @@ constexpr ObjectAddress kSearchSpeed{0x6099, 1};
 constexpr ObjectAddress kCreepSpeed{0x6099, 2};
 constexpr ObjectAddress kHomingAcceleration{0x609A};
 
-constexpr int kHeartbeatsMissed = 3;
 constexpr DriveBus::Clock::duration kProcessWithin = 1s;
 /// A controlword stands this long before its statusword counts.
 constexpr auto kStep = 20ms;

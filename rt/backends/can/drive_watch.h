@@ -11,6 +11,9 @@
 
 namespace corbot::rt {
 
+/// So many heartbeat periods without a heartbeat are a lost drive.
+inline constexpr int kHeartbeatsMissed = 3;
+
 /// What one drive has reported last.
 struct DriveReport {
   using Time = std::chrono::steady_clock::time_point;

@@ -16,7 +16,7 @@ constexpr auto kAnswerWithin = 500ms;
 constexpr auto kTransferWithin = 2s;  // with all its segments and tries
 constexpr auto kSendWithin = 50ms;
 constexpr int kMostWaiting = 4096;  // frames, on a bus that never rests
-constexpr int kTries = 2;           // a node that is busy may miss a request
+constexpr int kRequestTries = 2;    // a node that is busy may miss a request
 
 bool is_not_there(const SdoTransfer& transfer) {
   return transfer.abort_code() == SdoTransfer::kNoObject || transfer.abort_code() == SdoTransfer::kNoSubIndex;
@@ -65,7 +65,7 @@ bool SdoClient::run(SdoTransfer& transfer) {
     if (spent.look(Clock::now()) >= kTransferWithin) {
       fail(DeviceCause::kNoAnswer, "SDO transfer of " + to_string(transfer.object()) + " timed out");
     }
-    if (tried == kTries) {
+    if (tried == kRequestTries) {
       fail(DeviceCause::kNoAnswer, "does not answer: is it powered, are its number and the bit rate right?");
     }
     transfer = unbegun;

@@ -23,7 +23,7 @@ constexpr std::uint8_t kOutputsDriven = 0x04;
 constexpr std::uint8_t kFull = 0x10;  // in ON_H: on for good; in OFF_H: off for good, and wins
 
 constexpr long kOscillatorStart_ns = 500'000;
-constexpr int kRelaxAttempts = 3;
+constexpr int kOffAttempts = 3;
 constexpr int kPrescaleMin = 3;
 constexpr int kPrescaleMax = 255;
 
@@ -199,12 +199,12 @@ BusReading Pca9685::measure(const ServoFrame& frame) {
 void Pca9685::relax() {
   std::optional<DeviceError> failure;
   for (std::size_t i = 0; i < std::min<std::size_t>(last_.servo_count, kMaxServos); ++i) {
-    for (int attempt = 1; attempt <= kRelaxAttempts; ++attempt) {
+    for (int attempt = 1; attempt <= kOffAttempts; ++attempt) {
       try {
         write_counts(last_.channel[i], 0);
         break;
       } catch (const DeviceError& error) {
-        if (attempt == kRelaxAttempts) failure = error;
+        if (attempt == kOffAttempts) failure = error;
       }
     }
   }

@@ -11,7 +11,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr double kLastPosition = 254.0;
-constexpr std::int64_t kServoFrame_ns = 20'000'000;
+constexpr std::int64_t kFrame_ns = 20'000'000;
 
 }  // namespace
 
@@ -23,8 +23,8 @@ std::uint8_t MiniSsc::position_of(double pulse_us) const noexcept {
 std::string MiniSsc::open() {
   port_.open(settings_.port, settings_.baud);
   constexpr std::int64_t kBitsPerServo = 30;
-  period_ns_ = std::max(kServoFrame_ns, static_cast<std::int64_t>(settings_.servos) * kBitsPerServo *
-                                            1'100'000'000 / settings_.baud);
+  period_ns_ = std::max(kFrame_ns, static_cast<std::int64_t>(settings_.servos) * kBitsPerServo *
+                                       1'100'000'000 / settings_.baud);
   const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
   return "Mini SSC on " + settings_.port + " at " + std::to_string(settings_.baud) +
          " baud: " + std::to_string(tenths_hz / 10) + "." + std::to_string(tenths_hz % 10) +
@@ -32,11 +32,11 @@ std::string MiniSsc::open() {
 }
 
 bool MiniSsc::send(const ServoFrame& frame, bool) {
-  constexpr std::uint8_t kSync = 0xFF;
+  constexpr std::uint8_t kSyncByte = 0xFF;
   std::vector<std::uint8_t> bytes;
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.servo_count, kMaxServos); ++i) {
     bytes.insert(bytes.end(),
-                 {kSync, static_cast<std::uint8_t>(frame.channel[i]), position_of(frame.pulse_us[i])});
+                 {kSyncByte, static_cast<std::uint8_t>(frame.channel[i]), position_of(frame.pulse_us[i])});
   }
   port_.write(bytes, SerialPort::Clock::now() + 300ms + std::chrono::nanoseconds(period_ns_));
   return true;

@@ -7,12 +7,12 @@
 namespace corbot::cell {
 
 namespace {
-constexpr double kReply_s = 5;        // beside the time of a look
-constexpr double kReplyAtStop_s = 1;  // the supervisor does not wait long
+constexpr double kServiceReply_s = 5;  // beside the time of a look
+constexpr double kReplyAtStop_s = 1;   // the supervisor does not wait long
 }  // namespace
 
 RemoteCamera::RemoteCamera(CORBA::ORB_ptr orb, const std::string& uri, double look_s, std::stop_token stop)
-    : camera_(orb, uri, look_s + kReply_s), stop_(std::move(stop)) {}
+    : camera_(orb, uri, look_s + kServiceReply_s), stop_(std::move(stop)) {}
 
 Corbot::Frame RemoteCamera::look(double timeout_s) {
   const Corbot::Frame_var frame =

@@ -14,7 +14,7 @@ namespace corbot::cli {
 namespace {
 
 constexpr double kLeastPulse_us = 50.0;
-constexpr double kPulseTolerance_us = 1e-6;
+constexpr double kRounding_us = 1e-6;
 constexpr double kRounding = 1e-6;  // of a value that was computed from a pulse
 /// Hobby servos have about 10 us a degree; gears and linkages change that, within these bounds.
 constexpr MarkUnit kDegrees{
@@ -167,8 +167,8 @@ std::vector<std::string> Calibration::faults() const {
     const double last = line.value(joint.pulse_range_us[1]);
     for (const bool upper : {false, true}) {
       const double pulse_us = line.pulse_us(range[upper ? 1 : 0]);
-      if (pulse_us >= joint.pulse_range_us[0] - kPulseTolerance_us &&
-          pulse_us <= joint.pulse_range_us[1] + kPulseTolerance_us)
+      if (pulse_us >= joint.pulse_range_us[0] - kRounding_us &&
+          pulse_us <= joint.pulse_range_us[1] + kRounding_us)
         continue;
       found.push_back(
           fmt::format("{}: its {} end, {:g} {}, needs {:.0f} us; the servo goes from {:g} to {:g} us, "
