@@ -53,7 +53,7 @@ std::optional<PlanRefusal> check_pose(const Pose& pose) {
   const double length = std::sqrt(squared_norm(pose.orientation));
   if (std::abs(length - 1.0) <= kUnitLength) return std::nullopt;
   return bad_parameter(
-      "target", length, 1.0 - kUnitLength, 1.0 + kUnitLength,
+      "target", Quantity::kNumber, length, 1.0 - kUnitLength, 1.0 + kUnitLength,
       fmt::format("a quaternion of length {:.9g}, allowed 1 within {:.0e}", length, kUnitLength));
 }
 
@@ -72,9 +72,7 @@ std::variant<std::vector<PoseSolution>, PlanRefusal> solutions_at(const ArmModel
     for (std::uint32_t i = 0; i < found.count; ++i)
       all.push_back(judged(arm, ranges, hint_q, {i, found.joints_q[i]}));
     if (!all.empty()) return all;
-    PlanRefusal refusal;
-    refusal.kind = PlanRefusal::Kind::kUnreachable;
-    refusal.parameter = "target";
+    PlanRefusal refusal(PlanRefusal::Kind::kUnreachable, "target", Quantity::kLength);
     refusal.value = found.nearest_m;
     refusal.target_m = wanted.position_m;
     refusal.text =
