@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "corbot/arm/joint_units.h"
+#include "corbot/interface_words.h"
 #include "corbot/motion/law_evaluation.h"
 #include "planner/arc.h"
 #include "planner/frame_settings.h"
@@ -113,14 +114,14 @@ struct ArgumentCheck {
     const double limit_q_s = JointPlanner(model, settings).speed_q_s(joint);
     if (!std::isfinite(request.speed_q_s) || request.speed_q_s <= 0.0) {
       return bad_parameter(
-          "speed", Quantity::kJointSpeed, request.speed_q_s, 0.0, limit_q_s,
+          kSpeedWord, Quantity::kJointSpeed, request.speed_q_s, 0.0, limit_q_s,
           fmt::format("speed {0:.6g} {2}/s, allowed above 0 to {1:.6g} {2}/s",
                       to_shown(kind, request.speed_q_s), to_shown(kind, limit_q_s), unit_name(kind)),
           request.joint);
     }
     // Degrees make the round trip to radians with a rounding, so the limit itself must pass.
     if (request.speed_q_s <= limit_q_s * (1.0 + 1e-12)) return std::nullopt;
-    PlanRefusal refusal(PlanRefusal::Kind::kLimitExceeded, "speed", Quantity::kJointSpeed);
+    PlanRefusal refusal(PlanRefusal::Kind::kLimitExceeded, kSpeedWord, Quantity::kJointSpeed);
     refusal.joint = request.joint;
     refusal.value = request.speed_q_s;
     refusal.upper = limit_q_s;

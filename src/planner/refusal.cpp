@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "corbot/arm/joint_units.h"
+#include "corbot/interface_words.h"
 #include "corbot/motion/bounds.h"
 
 namespace corbot {
@@ -40,10 +41,11 @@ PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkSolution& 
     return refusal;
   }
   refusal.text = fmt::format(
-      "{} ({:.6g}, {:.6g}, {:.6g}) m is too {}: the wrist would be {:.6g} m from the shoulder, allowed "
+      "{} ({:.6g}, {:.6g}, {:.6g}) m is {}: the wrist would be {:.6g} m from the shoulder, allowed "
       "{:.6g} to {:.6g} m",
-      where, point_m[0], point_m[1], point_m[2], result.status == IkStatus::kTooClose ? "close" : "far",
-      result.distance_m, result.least_m, result.most_m);
+      where, point_m[0], point_m[1], point_m[2],
+      result.status == IkStatus::kTooClose ? "too close" : kTooFarWords, result.distance_m, result.least_m,
+      result.most_m);
   return refusal;
 }
 
@@ -82,7 +84,7 @@ PlanRefusal joint_range(std::size_t joint, JointKind kind, double value_q, const
 }
 
 PlanRefusal too_long(double duration_s) {
-  PlanRefusal refusal(PlanRefusal::Kind::kLimitExceeded, "duration", Quantity::kTime);
+  PlanRefusal refusal(PlanRefusal::Kind::kLimitExceeded, kDurationWord, Quantity::kTime);
   refusal.value = duration_s;
   refusal.upper = kLongestPlan_s;
   refusal.text = fmt::format("under the speed limits this motion takes {:.6g} s, allowed up to {:.6g} s",
