@@ -17,7 +17,7 @@ namespace corbot {
 
 // What goes into a plan besides the request, and what comes out.
 
-/// What the numbers of a refusal measure, and so their unit.
+/// This says what the numbers of a refusal measure, and so gives their unit.
 enum class Quantity {
   kNumber,      ///< a count, a ratio or an index; also where a refusal gives no numbers
   kLength,      ///< m

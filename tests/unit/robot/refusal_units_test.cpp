@@ -31,7 +31,7 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr Quaternion kTwice{2.0, 0.0, 0.0, 0.0};
 constexpr std::array<double, 3> kGood_m{0.22, 0.02, 0.12};
 
-/// A refusal, and what its reply must be.
+/// This is a refusal with what its reply must be.
 struct Row {
   PlanRefusal refusal;
   Quantity quantity;
@@ -39,7 +39,7 @@ struct Row {
   const char* text;  ///< has the reply's value and its unit; without braces where the text gives no value
 };
 
-/// A joint turned or slid to the middle of its range.
+/// Each joint stands in the middle of its range.
 PlanStart middle(const ArmModel& arm) {
   PlanStart start;
   for (std::size_t i = 0; i < arm.dof; ++i)
@@ -70,7 +70,7 @@ void expect_reply(const Row& row, const ArmModel& arm, const std::string& parame
   expect_shown(reply.upper, refusal.upper);
 }
 
-/// As they are, and with a parameter that nobody knows: its words decide nothing.
+/// Each goes out as it is, and with a parameter that nobody knows: its words decide nothing.
 void expect_replies(const std::vector<Row>& rows, const ArmModel& arm) {
   for (const Row& row : rows) {
     expect_reply(row, arm, row.refusal.parameter);
@@ -78,7 +78,7 @@ void expect_replies(const std::vector<Row>& rows, const ArmModel& arm) {
   }
 }
 
-/// Joint 1 of the arm: out of its range, too fast, and asked for what is no number.
+/// Joint 1 of the arm is asked to leave its range, to be too fast, and for what is no number.
 std::vector<Row> rows_of_a_joint(const ArmModel& arm, double factor, const char* at, const char* speed) {
   Joints beyond{}, no_number{};
   beyond[1] = arm.joints[1].upper_q + 1.0;
@@ -94,7 +94,7 @@ std::vector<Row> rows_of_a_joint(const ArmModel& arm, double factor, const char*
   };
 }
 
-/// Those without a unit that would depend on the arm.
+/// The unit of these does not depend on the arm.
 std::vector<Row> rows_of_arguments(const ArmModel& arm) {
   PlanSettings slow, no_pitch, no_orientation;
   slow.speed_ratio = 1e-6;
