@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "client/local_robots.h"
+#include "corbot/interface_words.h"
 
 namespace corbot::client {
 
@@ -13,10 +14,10 @@ namespace {
 
 /// With a blank in front; empty: not known.
 std::string unit_of(std::string_view quantity, std::optional<Corbot::JointKind> kind) {
-  if (quantity == "duration") return " s";
+  if (quantity == kDurationWord) return " s";
   if (!kind) return "";
   const std::string unit = *kind == Corbot::JointSlides ? " m" : " degrees";
-  return quantity == "speed" ? unit + " a second" : unit;
+  return quantity == kSpeedWord ? unit + " a second" : unit;
 }
 
 std::string without_full_stop(std::string text) {
@@ -69,7 +70,7 @@ Failure explain(const Corbot::BadParameter& e) {
 
 Failure explain(const Corbot::Unreachable& e) {
   const std::string reason = without_full_stop(printable(e.reason.in()));
-  const bool is_far = reason.find("too far") != std::string::npos;
+  const bool is_far = reason.find(kTooFarWords) != std::string::npos;
   return {ExitCode::kRefused,
           fmt::format("refused: ({}, {}, {}) m {}: {}; nothing moved{}", plain(e.target.x), plain(e.target.y),
                       plain(e.target.z), is_far ? "is out of reach" : "cannot be reached so", reason,

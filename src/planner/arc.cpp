@@ -23,7 +23,7 @@ std::variant<ArcMotion, PlanRefusal> arc_through(const std::array<double, 3>& p1
   const Vector3d b = Vector3d(p3_m.data()) - p1;
   const double shortest_m = std::min({a.norm(), b.norm(), (b - a).norm()});
   if (shortest_m <= kCoincident_m) {
-    return bad_parameter("P2", shortest_m, kCoincident_m, kFarthestCoordinate_m,
+    return bad_parameter("P2", Quantity::kLength, shortest_m, kCoincident_m, kFarthestCoordinate_m,
                          fmt::format("two points of the arc are {:.6g} m apart: no circle", shortest_m));
   }
   const double longest_m = std::max({a.norm(), b.norm(), (b - a).norm()});
@@ -31,7 +31,7 @@ std::variant<ArcMotion, PlanRefusal> arc_through(const std::array<double, 3>& p1
   const double flatness = normal.norm() / (longest_m * longest_m);
   if (!(flatness > kCollinear)) {
     return bad_parameter(
-        "P2", flatness, kCollinear, 1.0,
+        "P2", Quantity::kNumber, flatness, kCollinear, 1.0,
         fmt::format("the three points of the arc lie on a line (flatness {:.3g}, least {:.3g})", flatness,
                     kCollinear));
   }

@@ -20,13 +20,13 @@ std::optional<PlanRefusal> check_frame(const Pose& frame, double farthest_m, con
   for (const double x : frame.position_m) {
     if (std::abs(x) <= farthest_m) continue;
     return bad_parameter(
-        name, x, -farthest_m, farthest_m,
+        name, Quantity::kLength, x, -farthest_m, farthest_m,
         fmt::format("coordinate {:.6g} m, allowed {:.6g} to {:.6g} m", x, -farthest_m, farthest_m));
   }
   const double length = std::sqrt(squared_norm(frame.orientation));
   if (std::abs(length - 1.0) <= kUnitLength) return std::nullopt;
   return bad_parameter(
-      name, length, 1.0 - kUnitLength, 1.0 + kUnitLength,
+      name, Quantity::kNumber, length, 1.0 - kUnitLength, 1.0 + kUnitLength,
       fmt::format("a quaternion of length {:.9g}, allowed 1 within {:.0e}", length, kUnitLength));
 }
 
@@ -72,7 +72,7 @@ std::optional<PlanRefusal> check_tool_frame(const Kinematics& arm, const Pose& f
   if (framed.follows() == Follows::kNone && framed.joint_count() >= 3 && best_lever(framed) < kLeastLever) {
     const double off_m = norm(flange_T_tool.position_m);
     return bad_parameter(
-        name, off_m, 0.0, kFarthestTool_m,
+        name, Quantity::kLength, off_m, 0.0, kFarthestTool_m,
         fmt::format("a tool centre point {:.6g} m from the flange that is on the axis of the last joint: "
                     "this arm could move it in two directions only",
                     off_m));
@@ -83,7 +83,7 @@ std::optional<PlanRefusal> check_tool_frame(const Kinematics& arm, const Pose& f
     const double in_plane = root_sum(x[0], x[2]);
     if (in_plane < kLeastInPlane) {
       return bad_parameter(
-          name, in_plane, kLeastInPlane, 1.0,
+          name, Quantity::kNumber, in_plane, kLeastInPlane, 1.0,
           fmt::format("a tool whose x axis is square to the plane in which this arm holds it has no "
                       "pitch: {:.3g} of it in the plane, at least {:.0e}",
                       in_plane, kLeastInPlane));

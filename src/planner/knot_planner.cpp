@@ -123,9 +123,7 @@ class KnotPlanner {
   }
 
   [[nodiscard]] PlanRefusal refused(double s, const std::string& why) const {
-    PlanRefusal refusal;
-    refusal.kind = PlanRefusal::Kind::kUnreachable;
-    refusal.parameter.assign(1, 'P');
+    PlanRefusal refusal(PlanRefusal::Kind::kUnreachable, "P", Quantity::kNumber);
     refusal.target_m = path_.point(s).position_m;
     refusal.text = fmt::format("the path can be followed to ({:.6g}, {:.6g}, {:.6g}) m, {:.3g} % of it, {}",
                                refusal.target_m[0], refusal.target_m[1], refusal.target_m[2], 100.0 * s, why);
@@ -140,9 +138,7 @@ class KnotPlanner {
 
 KnotPlan plan(const ArmModel& model, const PathFunction& path, const Joints& start_q) {
   if (model.dof < 3) {
-    PlanRefusal refusal;
-    refusal.kind = PlanRefusal::Kind::kUnreachable;
-    refusal.parameter = "kind";
+    PlanRefusal refusal(PlanRefusal::Kind::kUnreachable, "kind", Quantity::kNumber);
     refusal.target_m = path.point(1.0).position_m;
     refusal.text = fmt::format(
         "an arm of {} joints follows no lines and arcs: move its joints, or to a point", model.dof);

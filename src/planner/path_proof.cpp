@@ -163,9 +163,7 @@ std::optional<PlanRefusal> PathProof::check_ends(double s_a, double s_b) const {
       refusal.target_m = point(s_a).position_m;
       return refusal;
     }
-    PlanRefusal refusal;
-    refusal.kind = PlanRefusal::Kind::kUnreachable;
-    refusal.parameter = "P";
+    PlanRefusal refusal(PlanRefusal::Kind::kUnreachable, "P", Quantity::kNumber);
     refusal.joint = static_cast<int>(i);
     refusal.target_m = point(s_b).position_m;
     refusal.text =
@@ -230,9 +228,7 @@ std::optional<PlanRefusal> PathProof::check_geometry() const {
       continue;
     }
     if (count >= kMostCells) {
-      PlanRefusal refusal;
-      refusal.kind = PlanRefusal::Kind::kLimitExceeded;
-      refusal.parameter = "path";
+      PlanRefusal refusal(PlanRefusal::Kind::kLimitExceeded, "path", Quantity::kNumber);
       refusal.target_m = point(s).position_m;
       refusal.text = "the path runs along the border of the workspace too closely to be proved within it";
       return refusal;

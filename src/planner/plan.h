@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -16,12 +17,26 @@ namespace corbot {
 
 // What goes into a plan besides the request, and what comes out.
 
+/// This says what the numbers of a refusal measure, and so gives their unit.
+enum class Quantity {
+  kNumber,      ///< a count, a ratio or an index; also where a refusal gives no numbers
+  kLength,      ///< m
+  kAngle,       ///< rad
+  kTime,        ///< s
+  kJointValue,  ///< of the refusal's joint: rad where it turns, m where it slides
+  kJointSpeed,  ///< the same, a second
+};
+
 /// Why a motion was not planned. Numbers in SI units (metres, radians, seconds);
 /// `text` speaks degrees and metres.
 struct PlanRefusal {
   enum class Kind { kBadParameter, kUnreachable, kLimitExceeded };
-  Kind kind{Kind::kBadParameter};
+  PlanRefusal(Kind the_kind, std::string the_parameter, Quantity the_quantity)
+      : kind(the_kind), parameter(std::move(the_parameter)), quantity(the_quantity) {}
+
+  Kind kind;
   std::string parameter;  ///< argument or quantity at fault, e.g. "t", "joint range"
+  Quantity quantity;      ///< of `value`, `lower` and `upper`
   int joint{-1};          ///< −1 where no joint is concerned
   double value{};         ///< offending value
   double lower{};         ///< what is allowed

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "corbot/arm/joint_units.h"
+#include "corbot/interface_words.h"
 #include "corbot/motion/law_evaluation.h"
 #include "planner/arc.h"
 #include "planner/frame_settings.h"
@@ -49,7 +50,7 @@ struct ArgumentCheck {
       const JointLimits& limits = model.joints[i];
       const int joint = static_cast<int>(i);
       if (!std::isfinite(target_q)) {
-        return bad_parameter("angle", target_q, limits.lower_q, limits.upper_q,
+        return bad_parameter("angle", Quantity::kJointValue, target_q, limits.lower_q, limits.upper_q,
                              fmt::format("the value of joint {} is not a finite number", i), joint);
       }
       if (!in_range(limits, target_q)) return joint_range(model, i, target_q, "at the target");
@@ -61,13 +62,13 @@ struct ArgumentCheck {
     const int dof = static_cast<int>(model.dof);
     if (request.joint < 0 || request.joint >= dof) {
       // The parameter's name is the interface's.
-      return bad_parameter("articulation", request.joint, 0.0, dof - 1,
+      return bad_parameter("articulation", Quantity::kNumber, request.joint, 0.0, dof - 1,
                            fmt::format("joint {}, allowed 0 to {}", request.joint, dof - 1), request.joint);
     }
     const JointLimits& limits = model.joints[static_cast<std::size_t>(request.joint)];
     const double widest_q = limits.upper_q - limits.lower_q;
     if (!std::isfinite(request.increment_q)) {
-      return bad_parameter("increment", request.increment_q, -widest_q, widest_q,
+      return bad_parameter("increment", Quantity::kJointValue, request.increment_q, -widest_q, widest_q,
                            "the increment is not a finite number", request.joint);
     }
     return check_speed(request);
@@ -78,7 +79,7 @@ struct ArgumentCheck {
 
   Refusal operator()(const GripperRequest& request) const {
     if (request.opening >= 0.0 && request.opening <= 1.0) return std::nullopt;
-    return bad_parameter("opening", request.opening, 0.0, 1.0,
+    return bad_parameter("opening", Quantity::kNumber, request.opening, 0.0, 1.0,
                          fmt::format("opening {:.6g}, allowed 0 to 1", request.opening));
   }
 
@@ -88,7 +89,8 @@ struct ArgumentCheck {
   Refusal operator()(const MoveRelativeRequest& request) const {
     if (request.frame != OffsetFrame::kBase && request.frame != OffsetFrame::kTool) {
       const double value = static_cast<double>(request.frame);
-      return bad_parameter("frame", value, 0.0, 1.0, fmt::format("frame {:.6g}, allowed 0 and 1", value));
+      return bad_parameter("frame", Quantity::kNumber, value, 0.0, 1.0,
+                           fmt::format("frame {:.6g}, allowed 0 and 1", value));
     }
     return check_pose_motion(request.offset, "offset", request.t_s);
   }
@@ -112,16 +114,14 @@ struct ArgumentCheck {
     const double limit_q_s = JointPlanner(model, settings).speed_q_s(joint);
     if (!std::isfinite(request.speed_q_s) || request.speed_q_s <= 0.0) {
       return bad_parameter(
-          "speed", request.speed_q_s, 0.0, limit_q_s,
+          kSpeedWord, Quantity::kJointSpeed, request.speed_q_s, 0.0, limit_q_s,
           fmt::format("speed {0:.6g} {2}/s, allowed above 0 to {1:.6g} {2}/s",
                       to_shown(kind, request.speed_q_s), to_shown(kind, limit_q_s), unit_name(kind)),
           request.joint);
     }
     // Degrees make the round trip to radians with a rounding, so the limit itself must pass.
     if (request.speed_q_s <= limit_q_s * (1.0 + 1e-12)) return std::nullopt;
-    PlanRefusal refusal;
-    refusal.kind = PlanRefusal::Kind::kLimitExceeded;
-    refusal.parameter = "speed";
+    PlanRefusal refusal(PlanRefusal::Kind::kLimitExceeded, kSpeedWord, Quantity::kJointSpeed);
     refusal.joint = request.joint;
     refusal.value = request.speed_q_s;
     refusal.upper = limit_q_s;

@@ -51,7 +51,7 @@ std::optional<PlanRefusal> check_pose(const Pose& pose) {
   const double length = std::sqrt(squared_norm(pose.orientation));
   if (std::abs(length - 1.0) <= kUnitLengthTolerance) return std::nullopt;
   return bad_parameter(
-      "target", length, 1.0 - kUnitLengthTolerance, 1.0 + kUnitLengthTolerance,
+      "target", Quantity::kNumber, length, 1.0 - kUnitLengthTolerance, 1.0 + kUnitLengthTolerance,
       fmt::format("a quaternion of length {:.9g}, allowed 1 within {:.0e}", length, kUnitLengthTolerance));
 }
 
@@ -70,9 +70,7 @@ std::variant<std::vector<PoseSolution>, PlanRefusal> solutions_at(const ArmModel
     for (std::uint32_t i = 0; i < found.count; ++i)
       all.push_back(judged(arm, ranges, hint_q, {i, found.joints_q[i]}));
     if (!all.empty()) return all;
-    PlanRefusal refusal;
-    refusal.kind = PlanRefusal::Kind::kUnreachable;
-    refusal.parameter = "target";
+    PlanRefusal refusal(PlanRefusal::Kind::kUnreachable, "target", Quantity::kLength);
     refusal.value = found.nearest_m;
     refusal.target_m = wanted.position_m;
     refusal.text =

@@ -9,15 +9,14 @@
 #include <utility>
 
 #include "corbot/arm/joint_units.h"
+#include "corbot/interface_words.h"
 #include "corbot/motion/bounds.h"
 
 namespace corbot {
 
-PlanRefusal bad_parameter(std::string parameter, double value, double lower, double upper, std::string text,
-                          int joint) {
-  PlanRefusal refusal;
-  refusal.kind = PlanRefusal::Kind::kBadParameter;
-  refusal.parameter = std::move(parameter);
+PlanRefusal bad_parameter(std::string parameter, Quantity quantity, double value, double lower, double upper,
+                          std::string text, int joint) {
+  PlanRefusal refusal(PlanRefusal::Kind::kBadParameter, std::move(parameter), quantity);
   refusal.joint = joint;
   refusal.value = value;
   refusal.lower = lower;
@@ -28,9 +27,7 @@ PlanRefusal bad_parameter(std::string parameter, double value, double lower, dou
 
 PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkSolution& result,
                         const std::string& where) {
-  PlanRefusal refusal;
-  refusal.kind = PlanRefusal::Kind::kUnreachable;
-  refusal.parameter = "P";
+  PlanRefusal refusal(PlanRefusal::Kind::kUnreachable, "P", Quantity::kLength);
   refusal.value = result.distance_m;
   refusal.lower = result.least_m;
   refusal.upper = result.most_m;
@@ -44,17 +41,16 @@ PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkSolution& 
     return refusal;
   }
   refusal.text = fmt::format(
-      "{} ({:.6g}, {:.6g}, {:.6g}) m is too {}: the wrist would be {:.6g} m from the shoulder, allowed "
+      "{} ({:.6g}, {:.6g}, {:.6g}) m is {}: the wrist would be {:.6g} m from the shoulder, allowed "
       "{:.6g} to {:.6g} m",
-      where, point_m[0], point_m[1], point_m[2], result.status == IkStatus::kTooClose ? "close" : "far",
-      result.distance_m, result.least_m, result.most_m);
+      where, point_m[0], point_m[1], point_m[2],
+      result.status == IkStatus::kTooClose ? "too close" : kTooFarWords, result.distance_m, result.least_m,
+      result.most_m);
   return refusal;
 }
 
 PlanRefusal not_found(const std::array<double, 3>& point_m, const numeric::NumericSolutions& searched) {
-  PlanRefusal refusal;
-  refusal.kind = PlanRefusal::Kind::kUnreachable;
-  refusal.parameter = "P";
+  PlanRefusal refusal(PlanRefusal::Kind::kUnreachable, "P", Quantity::kLength);
   refusal.value = searched.nearest_m;
   refusal.target_m = point_m;
   refusal.text = fmt::format(
@@ -76,9 +72,7 @@ PlanRefusal joint_range(const ArmModel& model, std::size_t joint, double value_q
 
 PlanRefusal joint_range(std::size_t joint, JointKind kind, double value_q, const JointLimits& limits,
                         const std::string& where) {
-  PlanRefusal refusal;
-  refusal.kind = PlanRefusal::Kind::kLimitExceeded;
-  refusal.parameter = "joint range";
+  PlanRefusal refusal(PlanRefusal::Kind::kLimitExceeded, "joint range", Quantity::kJointValue);
   refusal.joint = static_cast<int>(joint);
   refusal.value = value_q;
   refusal.lower = limits.lower_q;
@@ -90,9 +84,7 @@ PlanRefusal joint_range(std::size_t joint, JointKind kind, double value_q, const
 }
 
 PlanRefusal too_long(double duration_s) {
-  PlanRefusal refusal;
-  refusal.kind = PlanRefusal::Kind::kLimitExceeded;
-  refusal.parameter = "duration";
+  PlanRefusal refusal(PlanRefusal::Kind::kLimitExceeded, kDurationWord, Quantity::kTime);
   refusal.value = duration_s;
   refusal.upper = kLongestPlan_s;
   refusal.text = fmt::format("under the speed limits this motion takes {:.6g} s, allowed up to {:.6g} s",
@@ -102,7 +94,7 @@ PlanRefusal too_long(double duration_s) {
 
 std::optional<PlanRefusal> check_time(double t_s) {
   if (t_s >= 0.0 && t_s <= kLongestPlan_s) return std::nullopt;
-  return bad_parameter("t", t_s, 0.0, kLongestPlan_s,
+  return bad_parameter("t", Quantity::kTime, t_s, 0.0, kLongestPlan_s,
                        fmt::format("t = {:.6g} s, allowed 0 to {:.6g} s", t_s, kLongestPlan_s));
 }
 
@@ -110,7 +102,7 @@ std::optional<PlanRefusal> check_point(const std::array<double, 3>& point_m, con
   static constexpr std::array<char, 3> kAxis{'x', 'y', 'z'};
   for (std::size_t i = 0; i < 3; ++i) {
     if (std::abs(point_m[i]) <= kFarthestCoordinate_m) continue;
-    return bad_parameter(name, point_m[i], -kFarthestCoordinate_m, kFarthestCoordinate_m,
+    return bad_parameter(name, Quantity::kLength, point_m[i], -kFarthestCoordinate_m, kFarthestCoordinate_m,
                          fmt::format("{} of {} is {:.6g} m, allowed -{:.6g} to {:.6g} m", kAxis[i], name,
                                      point_m[i], kFarthestCoordinate_m, kFarthestCoordinate_m));
   }
@@ -125,12 +117,12 @@ std::optional<PlanRefusal> check_orientation(const Quaternion& orientation, cons
   constexpr double kLongest = 1.0 + kUnitLengthTolerance;
   for (const auto& [part, value] : parts) {
     if (std::isfinite(value)) continue;
-    return bad_parameter(name, value, -kLongest, kLongest,
+    return bad_parameter(name, Quantity::kNumber, value, -kLongest, kLongest,
                          fmt::format("{} of {} is {}, allowed -1 to 1", part, what, value));
   }
   const double length = std::sqrt(squared_norm(orientation));
   if (length >= kShortest && length <= kLongest) return std::nullopt;
-  return bad_parameter(name, length, kShortest, kLongest,
+  return bad_parameter(name, Quantity::kNumber, length, kShortest, kLongest,
                        fmt::format("the quaternion of {} has length {:.6g}, allowed 1 within {:g}", what,
                                    length, kUnitLengthTolerance));
 }
@@ -142,8 +134,8 @@ std::optional<PlanRefusal> check_pose(const Pose& pose, const std::string& name)
 
 std::optional<PlanRefusal> check_tool(const PlanSettings& settings) {
   if (settings.tool_pitch_rad && !std::isfinite(*settings.tool_pitch_rad)) {
-    return bad_parameter("tool pitch", *settings.tool_pitch_rad, -std::numbers::pi, std::numbers::pi,
-                         "the tool pitch is not a finite number");
+    return bad_parameter("tool pitch", Quantity::kAngle, *settings.tool_pitch_rad, -std::numbers::pi,
+                         std::numbers::pi, "the tool pitch is not a finite number");
   }
   if (settings.tool_orientation)
     return check_orientation(*settings.tool_orientation, "orientation", "the orientation");

@@ -12,8 +12,8 @@
 
 namespace corbot {
 
-[[nodiscard]] PlanRefusal bad_parameter(std::string parameter, double value, double lower, double upper,
-                                        std::string text, int joint = -1);
+[[nodiscard]] PlanRefusal bad_parameter(std::string parameter, Quantity quantity, double value, double lower,
+                                        double upper, std::string text, int joint = -1);
 /// `status` is kTooFar or kTooClose; `where` says which point it is, e.g. "the target".
 [[nodiscard]] PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkSolution& result,
                                       const std::string& where);

@@ -40,9 +40,7 @@ double orientation_limit_rad(const ArmModel& model) {
 }
 
 PlanRefusal off_orientation(const Vector3& target_m, double error_rad, double limit_rad) {
-  PlanRefusal refusal;
-  refusal.kind = PlanRefusal::Kind::kUnreachable;
-  refusal.parameter = "orientation";
+  PlanRefusal refusal(PlanRefusal::Kind::kUnreachable, "orientation", Quantity::kAngle);
   refusal.value = error_rad;
   refusal.upper = limit_rad;
   refusal.target_m = target_m;

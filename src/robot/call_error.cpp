@@ -26,10 +26,20 @@ CallError full(int capacity, const std::string& text) {
   return result;
 }
 
-/// Whether the planner gives this parameter in radians (or radians a second), or in metres where its joint slides.
-bool is_joint_value(const std::string& parameter) {
-  return parameter == "joint range" || parameter == "joint position" || parameter == "speed" ||
-         parameter == "increment" || parameter == "angle" || parameter == "tool pitch";
+/// The interface has degrees where the planner has radians; `kind` is the kind of the refusal's joint.
+double shown(Quantity quantity, JointKind kind, double value) {
+  switch (quantity) {
+    case Quantity::kAngle:
+      return tidy_degrees(value);
+    case Quantity::kJointValue:
+    case Quantity::kJointSpeed:
+      return tidy_shown(kind, value);
+    case Quantity::kNumber:
+    case Quantity::kLength:
+    case Quantity::kTime:
+      break;
+  }
+  return value;
 }
 
 }  // namespace
@@ -86,17 +96,15 @@ CallError refused(const PlanRefusal& refusal, const Kinematics& arm) {
   static constexpr corbot_status kStatus[] = {CORBOT_BAD_PARAMETER, CORBOT_UNREACHABLE,
                                               CORBOT_LIMIT_EXCEEDED};
   CallError result = call_error(kStatus[static_cast<std::size_t>(refusal.kind)], refusal.text);
-  const bool is_of_joint = is_joint_value(refusal.parameter);
   // Also what is refused because the arm has no such joint names it.
   const auto joint = static_cast<std::size_t>(refusal.joint);
   const bool has_joint = refusal.joint >= 0 && joint < arm.joint_count();
   const JointKind kind = has_joint ? arm.joint_kind(joint) : JointKind::kRotary;
-  const auto shown = [&](double value) { return is_of_joint ? tidy_shown(kind, value) : value; };
   copy_text(refusal.parameter, result.error.parameter, sizeof(result.error.parameter));
   result.error.joint = refusal.joint;
-  result.error.value = shown(refusal.value);
-  result.error.lower = shown(refusal.lower);
-  result.error.upper = shown(refusal.upper);
+  result.error.value = shown(refusal.quantity, kind, refusal.value);
+  result.error.lower = shown(refusal.quantity, kind, refusal.lower);
+  result.error.upper = shown(refusal.quantity, kind, refusal.upper);
   std::copy(refusal.target_m.begin(), refusal.target_m.end(), result.error.target_m);
   return result;
 }

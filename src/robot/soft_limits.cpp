@@ -24,11 +24,9 @@ std::string shown_range(JointKind kind, double lower_q, double upper_q) {
                      unit_name(kind));
 }
 
-CallError outside(const Kinematics& arm, const std::string& quantity, std::size_t joint, double value_q,
+CallError outside(const Kinematics& arm, const std::string& parameter, std::size_t joint, double value_q,
                   double lower_q, double upper_q, const std::string& text) {
-  PlanRefusal refusal;
-  refusal.kind = PlanRefusal::Kind::kLimitExceeded;
-  refusal.parameter = quantity;
+  PlanRefusal refusal(PlanRefusal::Kind::kLimitExceeded, parameter, Quantity::kJointValue);
   refusal.joint = static_cast<int>(joint);
   refusal.value = value_q;
   refusal.lower = lower_q;

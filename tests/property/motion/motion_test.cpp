@@ -116,7 +116,7 @@ class Motions : public ::testing::TestWithParam<Case> {
         return rig_.planner.move_c(rig_.start(), settings(), p1, near_tcp(reach_m), near_tcp(reach_m));
       }
     }
-    return PlanRefusal{};
+    return PlanRefusal(PlanRefusal::Kind::kBadParameter, "kind", Quantity::kNumber);
   }
 
   void one_motion(Kind kind);

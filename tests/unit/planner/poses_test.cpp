@@ -47,7 +47,7 @@ PlanRefusal refused(const PlanResult& result) {
     return *refusal;
   }
   ADD_FAILURE() << "planned";
-  return {};
+  return {Kind::kBadParameter, "planned", Quantity::kNumber};
 }
 
 void expect_at(const ArmModel& arm, const Command& command, const Pose& wanted) {
