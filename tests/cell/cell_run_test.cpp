@@ -212,7 +212,7 @@ TEST_F(CellRun, ACameraWithoutPicturesEndsTheWorkAndIsNamed) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
   Process cell = begin_work(1);
   ASSERT_TRUE(fs::remove(directory_ / "state" / "picture.sock"));
-  expect_end(cell, {"robot1: pick: "});
+  expect_end(cell, {"robot1: pick: no picture of pallet1, (", "picture.sock", "check camera in cell.toml"});
 }
 
 TEST_F(CellRun, CtrlCStopsTheArmsAndEndsEverything) {
