@@ -36,6 +36,11 @@ void Pieces::step(std::span<const Hand> hands) {
   }
 }
 
+void Pieces::take_away(std::size_t index) {
+  pieces_.erase(pieces_.begin() + static_cast<std::ptrdiff_t>(index));
+  ++changes_;
+}
+
 void Pieces::look_between(Piece& piece, const Hand& hand, std::size_t number) {
   const bool was_between = piece.hand == number;
   if (was_between) piece.hand.reset();

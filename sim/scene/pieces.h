@@ -49,6 +49,8 @@ class Pieces {
 
   /// The hands as they are now; their order is always the same.
   void step(std::span<const Hand> hands);
+  /// The piece of this index is gone, as if a person took it; the later ones move up.
+  void take_away(std::size_t index);
 
   [[nodiscard]] const std::vector<Piece>& all() const { return pieces_; }
   /// Rises when a piece is taken or released.

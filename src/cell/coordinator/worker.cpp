@@ -98,7 +98,7 @@ Transfer Worker::find() {
         return checked(call([&] { return store_.reserve(token_, from_.name, to_.name, {}, kStoreWait_s); }));
       }
       enter(from_);
-      const Corbot::Sightings seen = nearest_first(call([&] { return camera_.look(cell_.timing.look_s); }));
+      const Corbot::Sightings seen = nearest_first(look(from_.name));
       return checked(call([&] { return store_.reserve(token_, from_.name, to_.name, seen, 0); }));
     } catch (const Corbot::Empty&) {
       cause = from_.name + " is empty";
@@ -115,7 +115,7 @@ bool Worker::pick(const Transfer& transfer) {
   status_.set_piece(transfer.piece, Corbot::StepReserved);
   enter(from_);
   status_.set(Corbot::WorkMoving, "");
-  if (!sees_piece_at(transfer.source)) {
+  if (!sees_piece_at(from_, transfer.source)) {
     withdraw(transfer, "no piece is seen there");
     return false;
   }
@@ -128,7 +128,7 @@ bool Worker::pick(const Transfer& transfer) {
   }
   motions_.close(goal);
   retreat(goal);
-  if (sees_piece_at(transfer.source)) {
+  if (sees_piece_at(from_, transfer.source)) {
     motions_.open(wait_);
     withdraw(transfer, "the piece still stands there after the pick");
     return false;
@@ -144,7 +144,7 @@ void Worker::place(const Transfer& transfer) {
   enter(to_);
   status_.set(Corbot::WorkMoving, "");
   const ToolGoal goal = grasp_goal(transfer, to_, transfer.target);
-  if (sees_piece_at(transfer.target)) {
+  if (sees_piece_at(to_, transfer.target)) {
     leave();
     throw Attention(fmt::format(
         "a piece that is not in the ledger stands at {}, {}: take it away; the gripper holds piece {}",
@@ -153,7 +153,7 @@ void Worker::place(const Transfer& transfer) {
   approach(transfer, goal, Corbot::StepPlacing);
   motions_.open(goal);
   retreat(goal);
-  const bool is_there = sees_piece_at(transfer.target);
+  const bool is_there = sees_piece_at(to_, transfer.target);
   advance(transfer, is_there ? Corbot::StepPlaced : Corbot::StepUnclear,
           is_there ? "" : "not seen at the target");
   leave();
@@ -280,8 +280,16 @@ ToolGoal Worker::grasp_goal(const Transfer& transfer, const Place& place, const 
   return {foot + Vector3d(0, 0, transfer.kind->grasp_m), key_of(place)};
 }
 
-bool Worker::sees_piece_at(const Vector3d& foot) {
-  const Corbot::Frame frame = call([&] { return camera_.look(cell_.timing.look_s); });
+Corbot::Frame Worker::look(const std::string& at) {
+  try {
+    return call([&] { return camera_.look(cell_.timing.look_s); });
+  } catch (const Attention& why) {
+    throw Attention(fmt::format("no picture of {}: {}; check camera in cell.toml", at, why.what()));
+  }
+}
+
+bool Worker::sees_piece_at(const Place& place, const Vector3d& foot) {
+  const Corbot::Frame frame = look(fmt::format("{}, {}", place.name, describe(foot)));
   for (CORBA::ULong i = 0; i < frame.pieces.length(); ++i) {
     if ((to_vector(frame.pieces[i].position) - foot).norm() <= kOnPlace_m) return true;
   }

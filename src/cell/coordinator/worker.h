@@ -68,7 +68,9 @@ class Worker {
   void approach(const Transfer& transfer, const ToolGoal& goal, Corbot::TransferStep intent);
   void retreat(const ToolGoal& goal);
   ToolGoal grasp_goal(const Transfer& transfer, const Place& place, const Eigen::Vector3d& foot) const;
-  bool sees_piece_at(const Eigen::Vector3d& foot);
+  /// The message of a failure names `at`, a place or a point there.
+  [[nodiscard]] Corbot::Frame look(const std::string& at);
+  bool sees_piece_at(const Place& place, const Eigen::Vector3d& foot);
 
   void advance(const Transfer& transfer, Corbot::TransferStep step, const std::string& note = "");
   void enter(const Place& place);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "cell/cell_rules.h"
 #include "client/failure.h"
@@ -54,7 +55,7 @@ std::array<std::uint8_t, 3> label_bgr(const Kind& kind) {
   return {part(1), part(3), part(5)};
 }
 
-Scene::Scene(const CellConfig& cell) : cell_(cell) {
+Scene::Scene(const CellConfig& cell, AfterTick after_tick) : cell_(cell), after_tick_(std::move(after_tick)) {
   if (!cell_.scene) throw Failure(ExitCode::kUsage, "the cell has no table 'scene': it is not simulated");
   for (const CellRobot& robot : cell_.robots) {
     if (!robot.profile.empty()) add_robot(robot);
@@ -137,6 +138,7 @@ void Scene::tick(std::int64_t now_ns) {
   }
   pieces_->step(hands);
   clearance_.check(arms_);
+  if (after_tick_) after_tick_(*pieces_);
 }
 
 SceneView Scene::view() const {

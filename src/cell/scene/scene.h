@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -28,11 +29,13 @@ class Scene {
  public:
   /// The length of a simulated step.
   static constexpr std::int64_t kTick_ns = 5'000'000;
+  /// A test changes the pieces by it at the end of each tick.
+  using AfterTick = std::function<void(sim::Pieces& pieces)>;
 
   /// Robots take part whose profile has `port = "unix:SCENE/NAME.servos"`. Pieces are scattered in the first
   /// area from which a robot takes. Throws ConfigError for a profile, client::Failure where the pieces do not
   /// fit, std::runtime_error where a socket is in use.
-  explicit Scene(const CellConfig& cell);
+  explicit Scene(const CellConfig& cell, AfterTick after_tick = {});
 
   /// Adds what must be polled. exchange() is due when one of them is readable, and at next_answer_ns().
   void add_to(std::vector<pollfd>& fds) const;
@@ -65,6 +68,7 @@ class Scene {
   [[nodiscard]] std::string place_of(const sim::Piece& piece) const;
 
   const CellConfig cell_;
+  const AfterTick after_tick_;
   std::vector<Robot> robots_;
   std::unique_ptr<sim::Pieces> pieces_;
   std::vector<sim::ArmBody> arms_;

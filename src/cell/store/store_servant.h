@@ -8,7 +8,7 @@ namespace corbot::cell {
 
 /// Corbot::Store over the ledger. Where the database fails, calls raise NotReady and the reads of attributes
 /// TRANSIENT; the cause is in the log.
-class StoreServant final : public POA_Corbot::Store {
+class StoreServant : public POA_Corbot::Store {
  public:
   /// `ledger` must outlive it.
   explicit StoreServant(Ledger& ledger) : ledger_(ledger) {}

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell/scene/scene_program.h"
+
+#include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <thread>
+#include <utility>
+
+#include "cell/program.h"
+#include "cell/scene/picture_server.h"
+#include "cell/scene/scene_loop.h"
+#include "rt/threads/thread_priority.h"
+#include "sim/scene/picture.h"
+
+namespace corbot::cell {
+namespace {
+
+constexpr std::chrono::milliseconds kLookWithin{1000};
+/// A servo controller has a processor of its own. Its emulation gets a real-time priority where the user may have one, below
+/// every task's: a line that is silent for half a second is a lost device.
+constexpr int kPriority = 1;
+
+/// A thread whose failure ends the program; rethrow() is for after its end.
+class Worker {
+ public:
+  explicit Worker(const std::function<void(const std::stop_token&)>& work)
+      : thread_([this, work](const std::stop_token& stop) {
+          try {
+            work(stop);
+          } catch (...) {
+            failure_ = std::current_exception();
+            (void)::kill(::getpid(), SIGTERM);
+          }
+        }) {}
+  void join() {
+    thread_.request_stop();
+    thread_.join();
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  std::exception_ptr failure_;
+  std::jthread thread_;
+};
+
+void run(const CellConfig& cell, const std::filesystem::path& truth, Scene::AfterTick after_tick) {
+  Scene scene(cell, std::move(after_tick));
+  SceneLoop loop(scene, truth);
+  const CameraModel& lens = cell.scene->lens;
+  sim::Picture picture({lens.size_px[0], lens.size_px[1], cell.scene->noise, cell.scene->seed,
+                        [&lens](const Eigen::Vector3d& point) { return lens.project(point); }});
+  PictureServer pictures(
+      cell.picture_socket(), lens.size_px, [&loop] { return loop.look(kLookWithin); },
+      [&picture](const SceneView& view) -> const std::vector<std::uint8_t>& {
+        return picture.draw(view.pieces, view.arms);
+      });
+  Worker drawing([&](const std::stop_token& stop) { pictures.run(stop); });
+  Worker looping([&](const std::stop_token& stop) {
+    (void)rt::set_fifo_priority(kPriority);
+    loop.run(stop);
+  });
+  run_until_signal("ready " + cell.state_directory.string());
+  drawing.join();
+  looping.join();
+  fmt::print("end {} overruns={}\n", scene.summary(), loop.overruns());
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int scene_main(int argc, char** argv,
+               const std::function<Scene::AfterTick(const CellConfig&)>& make_after_tick) {
+  std::filesystem::path truth;
+  return run_program(argc, argv,
+                     {.name = "corbot-scene",
+                      .about = "The simulated world of a cell: servo controllers, arms, pieces and pictures",
+                      .add_options =
+                          [&truth](CLI::App& app) {
+                            app.add_option("--truth", truth,
+                                           "for tests: writes where the pieces are, JSON, at each change");
+                          },
+                      .run =
+                          [&](const CellConfig& cell) {
+                            run(cell, truth, make_after_tick ? make_after_tick(cell) : Scene::AfterTick());
+                          }});
+}
+
+}  // namespace corbot::cell
