@@ -159,6 +159,21 @@ TEST_F(StopArrival, CountsEachOfManyOnce) {
   EXPECT_EQ(stops(), before + kStops);
 }
 
+/// Whoever looks for the object on the connection of a Stop sends no second one.
+TEST_F(StopArrival, CountsNothingForALocateRequest) {
+  constexpr std::uint8_t kLocateRequest = 3;
+  const auto client = open();
+  const std::uint64_t before = stops();
+  ASSERT_TRUE(client->send(giop_request(2, name_, "Stop")));
+  ASSERT_TRUE(client->reply(within(30)));
+  std::string body{'\3', '\0', '\0', '\0', static_cast<char>(name_.size()), '\0', '\0', '\0'};
+  body += name_;
+  ASSERT_TRUE(client->send(giop_header(kLocateRequest, body.size()) + body));
+  ASSERT_TRUE(client->send(giop_request(4, name_, "_get_DoF")));
+  ASSERT_TRUE(client->reply(within(30))) << "what was sent before it is read";
+  EXPECT_EQ(stops(), before + 1);
+}
+
 TEST_F(StopArrival, CountsNothingForAnotherObject) {
   const std::uint64_t before = stops();
   for (const std::string& key : {name_ + "x", name_.substr(1), std::string("other")}) {
