@@ -36,7 +36,7 @@ class StopArrival : public RobotRig {
 
   [[nodiscard]] std::uint64_t stops() const { return channel_->servant()->control.stop_count; }
   [[nodiscard]] std::uint64_t holds() const { return channel_->servant()->control.hold_count; }
-  /// A connection that the servant has read from.
+  /// The servant has read from the connection that this returns.
   [[nodiscard]] std::unique_ptr<RawConnection> open() {
     auto connection = std::make_unique<RawConnection>(port_);
     EXPECT_TRUE(connection->send(giop_request(1, name_, "_get_DoF")));
@@ -48,7 +48,7 @@ class StopArrival : public RobotRig {
     return parse_ior(text.in()).key;
   }
 
-  /// The one look at a connection, whether its client is there, for which the servant holds the lock of all connections.
+  /// The servant holds the lock of all connections while it looks whether a client is there. This recognises that look.
   [[nodiscard]] bool is_look_at_a_client(const SystemCall& call) const {
 #ifdef SYS_poll
     if (call.number != SYS_poll || call.arguments[1] != 1 || call.arguments[2] != 0) return false;
@@ -61,7 +61,7 @@ class StopArrival : public RobotRig {
     return ::process_vm_readv(servant_->pid(), &to, 1, &from, 1, 0) == sizeof(polled) &&
            polled.events == POLLRDHUP;
   }
-  /// A thread of a call that waits, in the middle of that look.
+  /// This holds a thread of a call that waits, in the middle of that look.
   [[nodiscard]] std::optional<TracedThread> hold_the_connections() {
     std::vector<pid_t> threads;
     for (const pid_t thread : threads_of(servant_->pid())) {
@@ -71,7 +71,7 @@ class StopArrival : public RobotRig {
         servant_->pid(), threads, [&](const SystemCall& call) { return is_look_at_a_client(call); },
         within(30));
   }
-  /// Sends the request while a thread of the servant keeps the connections' lock: it is counted all the same, and once.
+  /// This sends the request while a thread of the servant keeps the connections' lock. It is counted all the same, and once.
   void expect_counted_while_held(const std::string& key, const std::string& operation) {
     if (const std::string why = why_not_traceable(); !why.empty()) GTEST_SKIP() << why;
     const auto waiting = open();
@@ -145,7 +145,7 @@ TEST_F(StopArrival, CountsEachRequestOnce) {
   arm_->Clear();
 }
 
-/// With and without a place.
+/// Some of them have a place, and some have none.
 TEST_F(StopArrival, CountsEachOfManyOnce) {
   constexpr std::uint64_t kStops = 20;
   std::vector<std::unique_ptr<RawConnection>> clients;

@@ -13,7 +13,7 @@
 
 namespace corbot::test {
 
-/// A system call that a thread is about to make.
+/// A thread is about to make this system call.
 struct SystemCall {
   std::uint64_t number{};
   std::array<std::uint64_t, 6> arguments{};
@@ -37,11 +37,11 @@ class TracedThread {
 
   /// Lets it run to its next system call and through it. Returns the call's number; nothing when the thread has ended.
   [[nodiscard]] std::optional<std::uint64_t> run_to_system_call();
-  /// Lets it go on, to be stopped at its system calls, without waiting for that. False when it has ended.
+  /// This lets it go on until its next system call, without waiting for that, and is false when it has ended.
   [[nodiscard]] bool go_on();
-  /// After go_on(): the system call that it is about to make; nothing while it runs, or sleeps. Goes on from all else.
+  /// After go_on() this is the system call that it is about to make, or nothing while it runs or sleeps.
   [[nodiscard]] std::optional<SystemCall> look();
-  /// After go_on(), wherever it is: it is held there.
+  /// After go_on() this holds it wherever it is.
   void interrupt() noexcept;
   /// Where it is.
   [[nodiscard]] std::uint64_t instruction_pointer() const;
@@ -57,8 +57,8 @@ class TracedThread {
 /// "": a test may hold threads of its children; else why not, for GTEST_SKIP.
 [[nodiscard]] std::string why_not_traceable();
 
-/// Holds one of these threads of a process where it is about to make a system call that is wanted; the others go on.
-/// Nothing when none makes such a call by then.
+/// This holds one of these threads where it is about to make a system call that is wanted, and the others go on. It is nothing
+/// when none makes such a call by then.
 [[nodiscard]] std::optional<TracedThread> hold_at_call(
     pid_t process, const std::vector<pid_t>& threads, const std::function<bool(const SystemCall&)>& is_wanted,
     std::chrono::steady_clock::time_point deadline);

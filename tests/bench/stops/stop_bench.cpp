@@ -43,7 +43,7 @@ double since_us(Clock::time_point begin) {
   return std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
 }
 
-/// A task and a servant of their own.
+/// This runs a task and a servant of its own.
 class Robot {
  public:
   explicit Robot(const std::string& servant)
@@ -70,7 +70,7 @@ class Robot {
   std::unique_ptr<Observer> channel_;
 };
 
-/// 100 connections with a call each, and new connections one after another, of which 200 stay open.
+/// 100 connections have a call each, and new connections come one after another, of which 200 stay open.
 class Load {
  public:
   explicit Load(const Robot& robot) : robot_(robot) {
@@ -138,10 +138,10 @@ class Load {
 
 struct Result {
   std::vector<double> us;  ///< sorted
-  int lost{};              ///< sent on a connection that was being closed; a client's ORB sends those again
+  int lost{};  ///< these were sent on a connection that was being closed; a client's ORB sends them again
 };
 
-/// One Stop after another, on a connection that was used just before. The count is looked at every 20 us.
+/// This sends one Stop after another, on a connection that was used just before, and looks at the count every 20 us.
 Result measure(const Robot& robot, int stops) {
   const std::string read = giop_request(1, robot.name(), "_get_DoF");
   const std::string stop = giop_request(2, robot.name(), "Stop");
