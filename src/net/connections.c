@@ -295,8 +295,7 @@ int accept(int fd, __SOCKADDR_ARG address, socklen_t* restrict size) {
 }
 
 /* Instead of the C library's. A connection is forgotten and closed in one step: nobody is given its
- * descriptor in between. Whatever else is closed, under whatever lock, takes none here: the stops are counted, which
- * may close the descriptors of a channel, while a connection is being accepted. */
+ * descriptor in between. Whatever else is closed, under whatever lock, takes none here. */
 int close(int fd) {
   if (fd < 0 || fd >= kDescriptors || entries[fd].number == 0) return (int)syscall(SYS_close, fd);
   pthread_mutex_lock(&mutex);

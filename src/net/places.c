@@ -82,6 +82,11 @@ bool corbot_place_needed(const char* operation, corbot_place_kind* kind) {
   return false;
 }
 
+bool corbot_is_stop(const char* operation, bool* hold) {
+  *hold = strcmp(operation, "StopAndHold") == 0;
+  return *hold || strcmp(operation, "Stop") == 0;
+}
+
 static int64_t now_ns(void) {
   struct timespec now;
   (void)clock_gettime(CLOCK_MONOTONIC, &now);

@@ -47,6 +47,10 @@ extern const char kChangesRefused[];
 /* What an operation of Corbot::Arm needs; false: none, it returns at once. */
 bool corbot_place_needed(const char* operation, corbot_place_kind* kind);
 
+/* This says whether an operation of Corbot::Arm is a Stop, which is counted where its request arrives. *hold says whether it
+ * is a StopAndHold. */
+bool corbot_is_stop(const char* operation, bool* hold);
+
 /* A place for a call that came on that connection, 0 to CORBOT_PLACES - 1; -1 when there is none, and in
  * *capacity the number that is exhausted, of its host or of all. A connection with a call that has a place is not idle. */
 int corbot_place_take(corbot_place_kind kind, corbot_connection connection, int* capacity);

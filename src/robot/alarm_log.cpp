@@ -39,6 +39,15 @@ void AlarmLog::add_once(const AlarmEvent& event, const std::string& text) {
   if (!is_listed) push({static_cast<double>(event.time_ns) * 1e-9, code, true, text});
 }
 
+void AlarmLog::replace_text(std::int32_t code, const std::string& before, const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  for (Kept& kept : entries_) {
+    if (!kept.entry.active || kept.entry.code != code || kept.entry.text != before) continue;
+    kept.entry.text = text;
+    keep(kept);
+  }
+}
+
 void AlarmLog::inherit(const std::vector<AlarmEntry>& former) {
   const std::lock_guard lock(mutex_);
   const std::deque<Kept> own = std::exchange(entries_, {});

@@ -50,6 +50,8 @@ class AlarmLog {
   void add(std::int32_t code, bool active, const std::string& text);
   /// Of a state that lasts until it is cleared, with another text: no effect while one of that code is active.
   void add_once(const AlarmEvent& event, const std::string& text);
+  /// The active alarm of that code with the text `before`, if there is one, gets another text.
+  void replace_text(std::int32_t code, const std::string& before, const std::string& text);
   /// The robot has left Error: nothing is its cause any more.
   void deactivate();
   void deactivate(std::int32_t code);

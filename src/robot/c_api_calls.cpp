@@ -239,25 +239,30 @@ corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, con
   });
 }
 
+corbot_counted_stop corbot_robot_count_stop(corbot_robot* robot, int32_t hold) {
+  return robot->robot.count_stop(hold != 0);
+}
+
 corbot_status corbot_robot_stop(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
   return recorded(
-      robot, caller, error, [&] { robot->robot.stop(); }, "Stop()");
+      robot, caller, error, [&] { robot->robot.stop(counted_of(caller)); }, "Stop()");
 }
 
 corbot_status corbot_robot_stop_and_hold(corbot_robot* robot, const corbot_caller* caller,
                                          corbot_error* error) {
   return recorded(
-      robot, caller, error, [&] { robot->robot.stop_and_hold(asked_for_by(robot, caller)); },
-      "StopAndHold()");
+      robot, caller, error,
+      [&] { robot->robot.stop_and_hold(asked_for_by(robot, caller), counted_of(caller)); }, "StopAndHold()");
 }
 
 void corbot_robot_request_stop(corbot_robot* robot, const corbot_caller* caller, int32_t hold) {
   if (hold == 0) {
     recorded(
-        robot, caller, nullptr, [&] { robot->robot.request_stop(); }, "Stop()");
+        robot, caller, nullptr, [&] { robot->robot.request_stop(counted_of(caller)); }, "Stop()");
   } else {
     recorded(
-        robot, caller, nullptr, [&] { robot->robot.request_stop_and_hold(asked_for_by(robot, caller)); },
+        robot, caller, nullptr,
+        [&] { robot->robot.request_stop_and_hold(asked_for_by(robot, caller), counted_of(caller)); },
         "StopAndHold()");
   }
 }

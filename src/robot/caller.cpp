@@ -25,6 +25,10 @@ std::string from_of(const corbot_caller* caller) {
   return caller != nullptr && caller->from != nullptr ? caller->from : "";
 }
 
+corbot_counted_stop counted_of(const corbot_caller* caller) {
+  return caller != nullptr ? caller->counted : corbot_counted_stop{};
+}
+
 bool is_present(const corbot_caller* caller) { return presence_of(caller) != CORBOT_CALLER_GONE; }
 
 Wanted wanted_to_start(const corbot_caller* caller) {

@@ -12,6 +12,7 @@ namespace corbot {
 
 [[nodiscard]] std::string key_of(const corbot_caller* caller);
 [[nodiscard]] std::string from_of(const corbot_caller* caller);
+[[nodiscard]] corbot_counted_stop counted_of(const corbot_caller* caller);
 [[nodiscard]] bool is_present(const corbot_caller* caller);
 
 /// Of a call that starts a motion, while it is not started.

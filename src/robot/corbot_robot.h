@@ -140,6 +140,10 @@ corbot_status corbot_robot_wait(corbot_robot* robot, corbot_ticket ticket, doubl
 corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, const corbot_caller* caller,
                                   corbot_error* error);
 
+/* This counts a Stop, or with `hold` not 0 a StopAndHold, before all that its call takes. It takes no lock, no memory and no
+ * system call. The call then gets the result in corbot_caller. Where no real-time task is connected nothing is counted: the
+ * call does that, or refuses. */
+corbot_counted_stop corbot_robot_count_stop(corbot_robot* robot, int32_t hold);
 /* Pre-empt; never queued, never behind a plan that is being made. Stop returns at rest. */
 corbot_status corbot_robot_stop(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
 /* For many at once, in two halves: the first counts a stop, with `hold` not 0 that of a StopAndHold, and does not wait;

@@ -173,6 +173,14 @@ typedef enum corbot_presence {
 } corbot_presence;
 
 /* The client of a call; a pointer to it may be NULL where it is not known. */
+/* This is a Stop or StopAndHold that was counted where its request arrived, see corbot_robot_count_stop. */
+typedef struct corbot_counted_stop {
+  int32_t counted; /* 0: it was not */
+  uint64_t number;
+  uint64_t last; /* number of the last command that was planned before it */
+  uint64_t hold; /* of a StopAndHold, the number of its hold */
+} corbot_counted_stop;
+
 typedef struct corbot_caller {
   /* A corbot_presence. Asked a few times a second while the call waits for a motion: a wait whose caller is gone ends
    * with CORBOT_NOT_READY, and the motion goes on. Asked every few milliseconds while any other call but a stop waits:
@@ -187,6 +195,8 @@ typedef struct corbot_caller {
   const char* from;
   /* As corbot_robot_stops gave it before the request was read; 0: it is counted when the function is called. */
   uint64_t stops;
+  /* A Stop or StopAndHold that was counted on arrival is here, and is not counted again. */
+  corbot_counted_stop counted;
 } corbot_caller;
 
 /* A key and its final zero, see corbot_robot_acquire. */

@@ -51,6 +51,7 @@ Link::Link(std::string name, std::uint64_t fingerprint, LinkListener& listener)
 
 void Link::start() {
   auto channel = try_connect(true);
+  published_.replace(channel.get());
   std::unique_lock lock(mutex_);
   channel_ = std::move(channel);
   const bool is_connected = channel_ != nullptr;
@@ -74,6 +75,7 @@ void Link::close() {
     const std::lock_guard lock(mutex_);
     channel_.swap(last);
   }
+  published_.replace(nullptr);
   if (last) last->disconnect();
   last.reset();
   // A task that ended before has left that to the servant; unless whoever supervises both starts the next one, which is
@@ -89,6 +91,18 @@ bool Link::ending() const {
 std::shared_ptr<ServantChannel> Link::channel() const {
   const std::lock_guard lock(mutex_);
   return channel_;
+}
+
+std::uint64_t Link::stops() const noexcept {
+  return published_.read(
+      [](const ServantChannel* channel) { return channel != nullptr ? channel->stops() : 0; });
+}
+
+std::uint64_t Link::request_stop() noexcept {
+  return published_.read([this](const ServantChannel* channel) {
+    return channel != nullptr ? channel->request_stop()
+                              : own().control.stop_count.fetch_add(1, std::memory_order_acq_rel) + 1;
+  });
 }
 
 bool Link::snapshot(Snapshot& out) const {
@@ -147,6 +161,7 @@ void Link::run() {
         const std::lock_guard again(mutex_);
         channel_.swap(former);
       }
+      published_.replace(channel.get());
       former.reset();
       serve_until_gone(*channel);
     }

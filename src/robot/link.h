@@ -9,6 +9,7 @@
 #include <string>
 #include <thread>
 
+#include "robot/published.h"
 #include "shm/channel_client.h"
 
 namespace corbot {
@@ -58,6 +59,10 @@ class Link {
   /// The channel, of a task that lives or the last; null when there has been none. Stays mapped while the caller
   /// holds it.
   [[nodiscard]] std::shared_ptr<ServantChannel> channel() const;
+  /// This is the number of the last stop that this servant knows of, or 0 where there has been no task. It takes no lock.
+  [[nodiscard]] std::uint64_t stops() const noexcept;
+  /// This counts a Stop and returns its number. It takes no lock, no memory and no system call.
+  [[nodiscard]] std::uint64_t request_stop() noexcept;
   /// The newest snapshot; false when there has never been one.
   [[nodiscard]] bool snapshot(Snapshot& out) const;
   /// Until the listener has had every alarm that the task gave out before, and that of its loss. A client that has
@@ -99,6 +104,7 @@ class Link {
   std::uint64_t alarms_seen_{0};  // of the connected task's ring, those that the listener has had
   bool is_losing_{false};         // the listener does not know yet that the task is gone
 
+  Published<ServantChannel> published_;        // it names what channel_ names, for readers that take no lock
   std::atomic<std::uint64_t> incarnation_{0};  // of the task that is alive; 0: none
   std::atomic<bool> has_been_attached_{false};
   std::thread thread_;

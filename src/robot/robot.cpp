@@ -142,7 +142,7 @@ void Robot::on_completion(const Completion& completion) {
 
 void Robot::on_alarm(const AlarmEvent& alarm) {
   // A task that is held begins so again, and the last alarm is read once more by another servant.
-  if (alarm.code == AlarmCode::kHeld) return alarms_.add_once(alarm, held_alarm_text(alarm));
+  if (alarm.code == AlarmCode::kHeld) return add_held_alarm(alarm);
   // Of several Clears that were refused the last one says where the joint is.
   if (alarm.code == AlarmCode::kJointBeyondRange) alarms_.deactivate(static_cast<std::int32_t>(alarm.code));
   if (alarm.code != AlarmCode::kCleared) return alarms_.add(alarm);
@@ -222,9 +222,8 @@ corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival,
 }
 
 StopCounts Robot::stops() const {
-  const auto channel = link_.channel();
-  if (!channel) return {};
-  const std::uint64_t all = channel->stops();
+  const std::uint64_t all = link_.stops();
+  if (all == 0) return {};  // no task has been seen
   // After the other, as it is raised before: at worst one of this servant's is left out of those by others, and what
   // arrived meanwhile is taken for older than it is.
   return {all, all - own_stops_.load(std::memory_order_acquire)};

@@ -71,7 +71,7 @@ class Robot final : private LinkListener {
   /// `key`: of the caller's reference, see Control. `wanted`, here and below: while the call waits.
   corbot_ticket accept(const MotionRequest& request, std::uint64_t arrival = 0, const std::string& key = {},
                        const Wanted& wanted = {});
-  /// So far; takes no lock that is held for longer than a moment.
+  /// So far; takes no lock.
   [[nodiscard]] StopCounts stops() const;
 
   [[nodiscard]] corbot_motion_info wait(corbot_ticket ticket, double timeout_s) const;
@@ -90,14 +90,16 @@ class Robot final : private LinkListener {
   [[nodiscard]] std::string acquire(const std::string& who, double lease_s, const Wanted& wanted);
 
   // Pre-emption: flags in the segment, no lock that a plan holds.
-  void stop(const Wanted& wanted = {});
+  /// corbot_robot_count_stop says what this does. The calls below take the result, and count what is not counted.
+  [[nodiscard]] corbot_counted_stop count_stop(bool hold = false) noexcept;
+  void stop(const corbot_counted_stop& counted = {}, const Wanted& wanted = {});
   /// stop() and stop_and_hold() in two halves, for many at once: the first does not wait; the second returns at rest,
   /// when all that were requested before it are carried out.
-  void request_stop();
-  void request_stop_and_hold(std::string by);
+  void request_stop(const corbot_counted_stop& counted = {});
+  void request_stop_and_hold(std::string by, const corbot_counted_stop& counted = {});
   void await_requested_stops(bool hold = false);
   /// And holds until clear(), across restarts; where no task is connected, the next one is held. `by`: for the alarm.
-  void stop_and_hold(std::string by);
+  void stop_and_hold(std::string by, const corbot_counted_stop& counted = {});
   void pause(bool on, const Wanted& wanted = {});
   void set_override(double percent, const Wanted& wanted = {});
   void clear(const Wanted& wanted = {});
@@ -136,13 +138,10 @@ class Robot final : private LinkListener {
   [[nodiscard]] std::optional<JointRanges> soft_limits() const { return limits_.ranges(); }
 
  private:
-  struct CountedStop {
-    std::uint64_t count{};
-    std::uint64_t last{};  ///< number of the last command that was planned before it
-  };
-  CountedStop count_stop(const LivingTask& task);
-  void await_stop(const LivingTask& task, const CountedStop& stop, const Wanted& wanted);
-  std::uint64_t count_hold(std::string by);
+  corbot_counted_stop count_now(std::uint64_t hold) noexcept;
+  std::uint64_t count_hold() noexcept;
+  void await_stop(const LivingTask& task, const corbot_counted_stop& stop, const Wanted& wanted);
+  void await_counted(const corbot_counted_stop& stop, const Wanted& wanted);
   void await_all_requested(bool hold);
   void await_hold(std::uint64_t count);
   /// Returns where the motion is done, throws CallError otherwise.
@@ -160,8 +159,8 @@ class Robot final : private LinkListener {
   void set_holds_cleared(std::uint64_t count);
   void await_reports(const std::atomic<std::uint64_t>& clears, std::uint64_t count, const LivingTask& task,
                      const Wanted& wanted);
-  void set_held_by(std::string by);
-  [[nodiscard]] std::string held_alarm_text(const AlarmEvent& alarm) const;
+  void set_held_by(std::string by, bool was_counted = false);
+  void add_held_alarm(const AlarmEvent& alarm);
   void record_end(const Ticket& ticket) const;
   std::string end_control(const Control::Ending& ending) noexcept;
 
@@ -176,7 +175,7 @@ class Robot final : private LinkListener {
   std::atomic<std::uint64_t> clears_drained_{0};   ///< all alarms up to this one have been taken
 
   std::mutex requested_mutex_;  // of the two below
-  CountedStop requested_;
+  corbot_counted_stop requested_{};
   std::uint64_t requested_hold_{0};
 
   SelfCheck self_check_;
@@ -187,9 +186,11 @@ class Robot final : private LinkListener {
   TaskAccess task_;
   MotionQueue queue_;
   std::unique_ptr<PositionSaver> saver_;  // reads from the link
-  mutable std::mutex held_by_mutex_;      // of held_by_ and its copy for the next servant
+  std::mutex held_by_mutex_;              // of held_by_, its copy for the next servant, and unnamed_alarm_
   std::string held_by_;
-  Control control_;  // its thread stops the arm
+  std::string unnamed_alarm_;          ///< text of the alarm of a hold that had no name yet; empty: none
+  std::atomic<int> unnamed_holds_{0};  ///< counted, and not named yet
+  Control control_;                    // its thread stops the arm
   std::unique_ptr<AuditLog> audit_log_;
   std::atomic<AuditLog*> audit_{nullptr};  // the same, once it is there
 };

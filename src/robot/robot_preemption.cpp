@@ -2,6 +2,7 @@
 // Of Robot: what works by flags in the segment, beside the queue of motions.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "robot/robot.h"
@@ -26,44 +27,68 @@ void confirm(const char* what, Await&& await) {
   }
 }
 
-}  // namespace
-
-Robot::CountedStop Robot::count_stop(const LivingTask& task) {
-  // Every number up to here was planned before this Stop.
-  const std::uint64_t last = task.own().next_command_id.load(std::memory_order_acquire) - 1;
-  own_stops_.fetch_add(1, std::memory_order_acq_rel);
-  return {task.channel->request_stop(), last};
+std::string asked_for_by(const std::string& alarm, const std::string& who) {
+  return who.empty() ? alarm : alarm + ", asked for by " + who;
 }
 
-void Robot::await_stop(const LivingTask& task, const CountedStop& stop, const Wanted& wanted) {
-  const auto is_done = [&](const Snapshot& now) { return !is_earlier_stop(now.stops_done, stop.count); };
+}  // namespace
+
+corbot_counted_stop Robot::count_stop(bool hold) noexcept {
+  if (!link_.alive()) return {};
+  if (!hold) return count_now(0);
+  unnamed_holds_.fetch_add(1);
+  return count_now(count_hold());
+}
+
+corbot_counted_stop Robot::count_now(std::uint64_t hold) noexcept {
+  // Every number up to here was planned before this Stop.
+  const std::uint64_t last = link_.own().next_command_id.load(std::memory_order_acquire) - 1;
+  own_stops_.fetch_add(1, std::memory_order_acq_rel);
+  return {1, link_.request_stop(), last, hold};
+}
+
+void Robot::await_stop(const LivingTask& task, const corbot_counted_stop& stop, const Wanted& wanted) {
+  const auto is_done = [&](const Snapshot& now) { return !is_earlier_stop(now.stops_done, stop.number); };
   task_.await(task, kSettle_s, "a Stop", is_done, wanted);
   // The verdicts are out, but the link's thread may not have read them yet: a client that reads the state or
   // a ticket after Stop has returned must find what Stop did.
   tickets_.wait_ended(0, stop.last, kReportsRead);
 }
 
-void Robot::stop(const Wanted& wanted) {
+/// The task that was there when it was counted may be gone. What that had done counts.
+void Robot::await_counted(const corbot_counted_stop& stop, const Wanted& wanted) {
+  Snapshot last{};
+  if (!link_.alive() && link_.snapshot(last) && !is_earlier_stop(last.stops_done, stop.number)) return;
+  await_stop(task_.connected(), stop, wanted);
+}
+
+void Robot::stop(const corbot_counted_stop& counted, const Wanted& wanted) {
   // A frozen task finds the request when it goes on; the caller hears below that it is not carried out yet.
+  if (counted.counted != 0) return confirm("stop", [&] { await_counted(counted, wanted); });
   const LivingTask task = task_.connected();
-  const CountedStop stop = count_stop(task);
+  const corbot_counted_stop stop = count_now(0);
   confirm("stop", [&] { await_stop(task, stop, wanted); });
 }
 
-void Robot::request_stop() {
-  const LivingTask task = task_.connected();
-  const CountedStop stop = count_stop(task);
+void Robot::request_stop(const corbot_counted_stop& counted) {
+  corbot_counted_stop stop = counted;
+  if (counted.counted == 0) {
+    (void)task_.connected();  // refused without one
+    stop = count_now(0);
+  }
   const std::lock_guard lock(requested_mutex_);
-  requested_ = stop;
+  // One that was counted before another may come here after it.
+  if (requested_.counted == 0 || is_earlier_stop(requested_.number, stop.number)) requested_ = stop;
 }
 
-void Robot::request_stop_and_hold(std::string by) {
-  const std::uint64_t hold = count_hold(std::move(by));
+void Robot::request_stop_and_hold(std::string by, const corbot_counted_stop& counted) {
+  set_held_by(std::move(by), counted.counted != 0);
+  const std::uint64_t hold = counted.counted != 0 ? counted.hold : count_hold();
   {
     const std::lock_guard lock(requested_mutex_);
-    requested_hold_ = hold;
+    requested_hold_ = std::max(requested_hold_, hold);
   }
-  request_stop();
+  request_stop(counted);
 }
 
 void Robot::await_requested_stops(bool hold) {
@@ -72,7 +97,7 @@ void Robot::await_requested_stops(bool hold) {
 
 void Robot::await_all_requested(bool hold) {
   const LivingTask task = task_.connected();
-  CountedStop newest{};
+  corbot_counted_stop newest{};
   std::uint64_t newest_hold = 0;
   {
     const std::lock_guard lock(requested_mutex_);
@@ -84,8 +109,7 @@ void Robot::await_all_requested(bool hold) {
 }
 
 /// Before the stop: what is planned after that stop is not begun before the task has seen this, see HoldLatch.
-std::uint64_t Robot::count_hold(std::string by) {
-  set_held_by(std::move(by));
+std::uint64_t Robot::count_hold() noexcept {
   return link_.own().control.hold_count.fetch_add(1, std::memory_order_acq_rel) + 1;
 }
 
@@ -94,11 +118,16 @@ void Robot::await_hold(std::uint64_t count) {
               [&](const Snapshot& now) { return now.holds_done >= count; });
 }
 
-void Robot::stop_and_hold(std::string by) {
-  const std::uint64_t count = count_hold(std::move(by));
+void Robot::stop_and_hold(std::string by, const corbot_counted_stop& counted) {
+  set_held_by(std::move(by), counted.counted != 0);
+  const std::uint64_t count = counted.counted != 0 ? counted.hold : count_hold();
   confirm("hold", [&] {
-    const LivingTask task = task_.connected();
-    await_stop(task, count_stop(task), {});
+    if (counted.counted != 0) {
+      await_counted(counted, {});
+    } else {
+      const LivingTask task = task_.connected();
+      await_stop(task, count_now(0), {});
+    }
     await_hold(count);
   });
 }
@@ -111,18 +140,26 @@ void Robot::set_holds_cleared(std::uint64_t count) {
   }
 }
 
-void Robot::set_held_by(std::string by) {
+/// Where `was_counted`, the hold was counted before, and its alarm may be there without the name.
+void Robot::set_held_by(std::string by, bool was_counted) {
   const std::lock_guard lock(held_by_mutex_);
   held_by_ = std::move(by);
   HoldRecord record{};
   copy_text(held_by_, record.by.data(), record.by.size());
   link_.own().state.hold.store(record);
+  if (!was_counted) return;
+  unnamed_holds_.fetch_sub(1);
+  const std::string unnamed = std::exchange(unnamed_alarm_, {});
+  if (unnamed.empty() || held_by_.empty()) return;
+  alarms_.replace_text(static_cast<std::int32_t>(AlarmCode::kHeld), unnamed, asked_for_by(unnamed, held_by_));
 }
 
-std::string Robot::held_alarm_text(const AlarmEvent& alarm) const {
+void Robot::add_held_alarm(const AlarmEvent& alarm) {
   const std::lock_guard lock(held_by_mutex_);
   const std::string text = alarm_text(alarm, {});
-  return held_by_.empty() ? text : text + ", asked for by " + held_by_;
+  if (unnamed_holds_.load() == 0) return alarms_.add_once(alarm, asked_for_by(text, held_by_));
+  unnamed_alarm_ = text;
+  alarms_.add_once(alarm, text);
 }
 
 /// A task that is gone moves nothing; a frozen one finds the stop when it goes on.
@@ -130,7 +167,7 @@ std::string Robot::end_control(const Control::Ending& ending) noexcept {
   std::string failure = "no memory";  // short enough to need none
   try {
     try {
-      stop(ending.wanted);
+      stop({}, ending.wanted);
       failure.clear();
     } catch (const CallError& failed) {
       failure = failed.error.text;

@@ -118,6 +118,29 @@ std::optional<std::uint64_t> TracedThread::run_to_system_call() {
   }
 }
 
+bool TracedThread::go_on() { return ::ptrace(PTRACE_SYSCALL, thread_, nullptr, 0) == 0; }
+
+std::optional<SystemCall> TracedThread::look() {
+  int status = 0;
+  if (::waitpid(thread_, &status, __WALL | WNOHANG) != thread_ || !WIFSTOPPED(status)) return std::nullopt;
+  const int stop = WSTOPSIG(status);
+  if (status >> 16 == 0 && stop == kSystemCallStop) {
+    const __ptrace_syscall_info info = info_of(thread_);
+    if (info.op == PTRACE_SYSCALL_INFO_ENTRY) {
+      SystemCall call{info.entry.nr, {}};
+      std::copy(std::begin(info.entry.args), std::end(info.entry.args), call.arguments.begin());
+      return call;
+    }
+  }
+  const bool is_signal = status >> 16 == 0 && stop != kSystemCallStop && stop != SIGTRAP;
+  (void)::ptrace(PTRACE_SYSCALL, thread_, nullptr, is_signal ? stop : 0);
+  return std::nullopt;
+}
+
+void TracedThread::interrupt() noexcept {
+  if (::ptrace(PTRACE_INTERRUPT, thread_, nullptr, nullptr) == 0) (void)await_stop(thread_);
+}
+
 std::uint64_t TracedThread::instruction_pointer() const { return info_of(thread_).instruction_pointer; }
 
 bool TracedThread::step() { return resume(PTRACE_SINGLESTEP); }
@@ -137,6 +160,32 @@ std::string why_not_traceable() {
   ::kill(child, SIGKILL);
   ::waitpid(child, nullptr, __WALL);
   return why;
+}
+
+std::optional<TracedThread> hold_at_call(pid_t process, const std::vector<pid_t>& threads,
+                                         const std::function<bool(const SystemCall&)>& is_wanted,
+                                         std::chrono::steady_clock::time_point deadline) {
+  std::vector<TracedThread> traced;
+  for (const pid_t thread : threads) traced.emplace_back(process, thread);
+  for (TracedThread& thread : traced) (void)thread.go_on();
+  std::optional<std::size_t> found;
+  while (!found && std::chrono::steady_clock::now() < deadline) {
+    for (std::size_t i = 0; i < traced.size() && !found; ++i) {
+      const auto call = traced[i].look();
+      if (!call) continue;
+      if (is_wanted(*call)) {
+        found = i;
+      } else {
+        (void)traced[i].go_on();
+      }
+    }
+    ::usleep(100);
+  }
+  for (std::size_t i = 0; i < traced.size(); ++i) {
+    if (i != found) traced[i].interrupt();
+  }
+  if (!found) return std::nullopt;
+  return std::move(traced[*found]);
 }
 
 std::vector<pid_t> threads_of(pid_t process) {

@@ -3,12 +3,21 @@
 
 #include <sys/types.h>
 
+#include <array>
+#include <chrono>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace corbot::test {
+
+/// A thread is about to make this system call.
+struct SystemCall {
+  std::uint64_t number{};
+  std::array<std::uint64_t, 6> arguments{};
+};
 
 /// One thread of a child process, held by ptrace(2) while its other threads run on: a thread that hangs. To be
 /// used from one thread of the test. The destructor lets it go on from where it is.
@@ -28,6 +37,12 @@ class TracedThread {
 
   /// Lets it run to its next system call and through it. Returns the call's number; nothing when the thread has ended.
   [[nodiscard]] std::optional<std::uint64_t> run_to_system_call();
+  /// This lets it go on until its next system call, without waiting for that, and is false when it has ended.
+  [[nodiscard]] bool go_on();
+  /// After go_on() this is the system call that it is about to make, or nothing while it runs or sleeps.
+  [[nodiscard]] std::optional<SystemCall> look();
+  /// After go_on() this holds it wherever it is.
+  void interrupt() noexcept;
   /// Where it is.
   [[nodiscard]] std::uint64_t instruction_pointer() const;
   /// One instruction. False when the thread has ended.
@@ -41,6 +56,12 @@ class TracedThread {
 
 /// "": a test may hold threads of its children; else why not, for GTEST_SKIP.
 [[nodiscard]] std::string why_not_traceable();
+
+/// This holds one of these threads where it is about to make a system call that is wanted, and the others go on. It is nothing
+/// when none makes such a call by then.
+[[nodiscard]] std::optional<TracedThread> hold_at_call(
+    pid_t process, const std::vector<pid_t>& threads, const std::function<bool(const SystemCall&)>& is_wanted,
+    std::chrono::steady_clock::time_point deadline);
 
 /// Ids of the threads of a process, the first one first.
 [[nodiscard]] std::vector<pid_t> threads_of(pid_t process);

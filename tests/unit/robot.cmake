@@ -4,7 +4,7 @@ corbot_test(test_robot
           ${CMAKE_CURRENT_SOURCE_DIR}/robot/c_api_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/save_policy_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/robot/audit_log_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/control_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/forged_state_test.cpp
           ${CMAKE_CURRENT_SOURCE_DIR}/robot/progress_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/self_check_test.cpp
-          ${CMAKE_CURRENT_SOURCE_DIR}/robot/refusal_units_test.cpp
+          ${CMAKE_CURRENT_SOURCE_DIR}/robot/refusal_units_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robot/published_test.cpp
   LIBS corbot::robot fmt::fmt nlohmann_json::nlohmann_json
   LABELS unit)
 target_include_directories(test_robot PRIVATE ${CMAKE_SOURCE_DIR}/tests)

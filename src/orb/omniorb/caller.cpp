@@ -18,6 +18,7 @@ Caller::Caller(std::string key, const Place* place) : key_(std::move(key)) {
   caller_.key = key_.c_str();
   caller_.from = from_;
   caller_.stops = arrival_of_call();
+  caller_.counted = counted_stop_of_call();
 }
 
 }  // namespace corbot::omni

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "orb/omniorb/control_references.h"
 
+#include <omniORB4/CORBA.h>
+#include <omniORB4/omniIOR.h>
+
+#include <stdexcept>
+
 #include "robot/corbot_robot.h"
 
 namespace corbot::omni {
@@ -30,6 +35,22 @@ Corbot::Arm_ptr ControlReferences::make(const char* key) const {
   PortableServer::ObjectId_var id = PortableServer::string_to_ObjectId(key);
   CORBA::Object_var object = poa_->create_reference_with_id(id, Corbot::Arm::_PD_repoId);
   return Corbot::Arm::_unchecked_narrow(object);
+}
+
+std::string ControlReferences::key_prefix() const {
+  const char* const some_key = "-";
+  Corbot::Arm_var arm = make(some_key);
+  const omniIOR_var ior = arm->_PR_getobj()->_getIOR();
+  const IOP::TaggedProfileList& profiles = ior->iopProfiles();
+  for (CORBA::ULong i = 0; i < profiles.length(); ++i) {
+    if (profiles[i].tag != IOP::TAG_INTERNET_IOP) continue;
+    IIOP::ProfileBody body;
+    IIOP::unmarshalProfile(profiles[i], body);
+    const std::string key(reinterpret_cast<const char*>(body.object_key.get_buffer()),
+                          body.object_key.length());
+    if (key.size() > 1 && key.ends_with(some_key)) return key.substr(0, key.size() - 1);
+  }
+  throw std::runtime_error("this omniORB makes references of another form");
 }
 
 std::string ControlReferences::key_of_call() const {

@@ -17,6 +17,8 @@ class ControlReferences {
   /// `servant` outlives the ORB's service.
   void serve(PortableServer::Servant servant);
   [[nodiscard]] Corbot::Arm_ptr make(const char* key) const;
+  /// The object key of each of these references begins with this.
+  [[nodiscard]] std::string key_prefix() const;
   /// The key of the reference on which the call came that this thread carries out, see corbot_read_key; never empty.
   [[nodiscard]] std::string key_of_call() const;
 

@@ -141,10 +141,10 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
   corbot_connections_start();
   const Arrivals arrivals(robot);
   CORBA::ORB_var orb = start_orb(options);
-  note_requests();
   CORBA::Object_var object = orb->resolve_initial_references("omniINSPOA");
   PortableServer::POA_var poa = PortableServer::POA::_narrow(object);
   ControlReferences control(orb, name);
+  note_requests(robot, name, control.key_prefix());
   ArmServant servant(robot, control, ArmServant::Object::kPublic);
   ArmServant control_servant(robot, control, ArmServant::Object::kControl);
   PortableServer::ObjectId_var id = PortableServer::string_to_ObjectId(name.c_str());

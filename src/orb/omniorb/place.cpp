@@ -14,6 +14,8 @@
 #include <omniORB4/unixConnection.h>
 
 #include <arm.hh>
+#include <string_view>
+#include <utility>
 
 #include "net/arrivals.h"
 
@@ -23,6 +25,18 @@ namespace {
 /// Of the request that this thread carries out.
 thread_local corbot_connection connection{-1, 0};
 thread_local std::uint32_t request = 0;
+thread_local corbot_counted_stop counted{};
+
+/// Stops for this robot are counted on arrival. This does not change while the ORB serves.
+struct Served {
+  corbot_robot* robot{nullptr};
+  std::string name;
+  std::string control;  ///< the object keys of exclusive control begin with this
+};
+Served& served() {
+  static Served instance;
+  return instance;
+}
 
 int descriptor_of(::omni::giopConnection* of) {
   if (const auto* tcp = dynamic_cast<const ::omni::tcpConnection*>(of)) return tcp->handle();
@@ -38,7 +52,23 @@ struct RequestNumber : ::omni::giopStream {
   }
 };
 
+bool is_served(const ::omni::GIOP_S& giop) {
+  if (giop.keysize() <= 0) return false;  // the client has sent a whole reference instead: its call counts
+  const std::string_view key(reinterpret_cast<const char*>(giop.key()),
+                             static_cast<std::size_t>(giop.keysize()));
+  return key == served().name || key.starts_with(served().control);
+}
+
+/// This takes no lock, no memory and no system call.
+corbot_counted_stop count_stop(const ::omni::GIOP_S& giop) {
+  bool hold = false;
+  const char* const operation = giop.operation();
+  if (operation == nullptr || !corbot_is_stop(operation, &hold) || !is_served(giop)) return {};
+  return corbot_robot_count_stop(served().robot, hold ? 1 : 0);
+}
+
 CORBA::Boolean note(::omni::omniInterceptors::serverReceiveRequest_T::info_T& info) {
+  counted = count_stop(info.giop_s);  // before the first lock
   connection = corbot_connection_used(descriptor_of(info.giop_s.strand().connection));
   request = RequestNumber::of(info.giop_s);
   return true;
@@ -74,6 +104,11 @@ std::uint64_t arrival_of_call() noexcept {
   return stops != 0 ? stops : corbot_arrival();
 }
 
-void note_requests() { ::omniORB::getInterceptors()->serverReceiveRequest.add(note); }
+corbot_counted_stop counted_stop_of_call() noexcept { return counted; }
+
+void note_requests(corbot_robot& robot, std::string name, std::string control) {
+  served() = {&robot, std::move(name), std::move(control)};
+  ::omniORB::getInterceptors()->serverReceiveRequest.add(note);
+}
 
 }  // namespace corbot::omni

@@ -2,9 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "net/places.h"
-#include "robot/corbot_robot_types.h"
+#include "robot/corbot_robot.h"
 
 namespace corbot::omni {
 
@@ -31,7 +32,12 @@ class Place {
 /// read by then.
 [[nodiscard]] std::uint64_t arrival_of_call() noexcept;
 
-/// From now on each thread of the ORB knows which request, of which connection, it carries out. After the ORB's start, before it serves.
-void note_requests();
+/// This is the Stop that the present thread carries out, where it was counted when its request arrived.
+[[nodiscard]] corbot_counted_stop counted_stop_of_call() noexcept;
+
+/// From now on each thread of the ORB knows which request, of which connection, it carries out, and a Stop is counted before
+/// all else that its request needs. A request is the robot's by its object key: `name`, or one that begins with `control`.
+/// After the ORB's start, before it serves; once in a process.
+void note_requests(corbot_robot& robot, std::string name, std::string control);
 
 }  // namespace corbot::omni

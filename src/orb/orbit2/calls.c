@@ -16,10 +16,12 @@ static GMutex mutex;
 static GHashTable* calls; /* Call by request */
 static _Thread_local Call current;
 
-Call calls_begin(void* request, corbot_connection connection, const void* key, size_t length) {
+Call calls_begin(void* request, corbot_counted_stop counted, corbot_connection connection, const void* key,
+                 size_t length) {
   Call* call = g_new0(Call, 1);
   call->connection = connection;
   call->stops = corbot_arrival();
+  call->counted = counted;
   if (key != NULL) corbot_read_key(key, length, call->key);
   g_mutex_lock(&mutex);
   if (calls == NULL) calls = g_hash_table_new_full(NULL, NULL, NULL, g_free);
@@ -71,6 +73,7 @@ const corbot_caller* caller_of_call(const Call* call, Caller* room) {
   room->caller.key = room->call.key;
   room->caller.from = room->from;
   room->caller.stops = room->call.stops;
+  room->caller.counted = room->call.counted;
   return &room->caller;
 }
 

@@ -14,12 +14,15 @@
 typedef struct Call {
   corbot_connection connection;
   uint64_t stops; /* when it arrived, see corbot_caller */
+  corbot_counted_stop counted;
   /* Of the reference that was called, see corbot_read_key; "": the public one. */
   char key[CORBOT_KEY];
 } Call;
 
-/* In the I/O thread, which has just read it: the request goes to an object of ours. `key`: NULL for the public reference. */
-Call calls_begin(void* request, corbot_connection connection, const void* key, size_t length);
+/* In the I/O thread, which has just read it: the request goes to an object of ours. `counted` says
+ * whether it is a Stop that was counted. `key`: NULL for the public reference. */
+Call calls_begin(void* request, corbot_counted_stop counted, corbot_connection connection, const void* key,
+                 size_t length);
 /* Without effect for other requests. */
 void calls_end(void* request);
 /* No request is being served. */

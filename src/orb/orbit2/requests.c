@@ -89,6 +89,15 @@ static gboolean is_served(const CORBA_sequence_CORBA_octet* key, const void** pa
   return TRUE;
 }
 
+/* This counts a Stop before the first lock of its request. It takes no lock, no memory and no system call itself. */
+static corbot_counted_stop count_stop(void* request) {
+  const corbot_counted_stop none = {0, 0, 0, 0};
+  bool hold = false;
+  const char* operation = giop_recv_buffer_get_opname(request);
+  if (operation == NULL || served_robot == NULL || !corbot_is_stop(operation, &hold)) return none;
+  return corbot_robot_count_stop(served_robot, hold ? 1 : 0);
+}
+
 /* Which object the request goes to. */
 static int target_of(void* request, const Call* call) {
   corbot_place_kind kind = CORBOT_PLACE_TO_WAIT;
@@ -134,7 +143,8 @@ void ORBit_handle_request(CORBA_ORB orb, void* request) {
   const void* pass = NULL;
   size_t pass_length = 0;
   if (is_served(key, &pass, &pass_length)) {
-    const Call call = calls_begin(request, corbot_connection_used(reading_fd), pass, pass_length);
+    const corbot_counted_stop counted = count_stop(request);
+    const Call call = calls_begin(request, counted, corbot_connection_used(reading_fd), pass, pass_length);
     set_key(key, target_of(request, &call));
   }
   real(orb, request);

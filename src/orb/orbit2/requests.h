@@ -16,8 +16,8 @@
 
 /* The objects, all for the same robot. A call that does not return at once has a place, and an object for
  * that place; one that finds no place goes to an object that refuses it, all of those served by one thread.
- * A Stop or StopAndHold without a place is counted when it arrives, and goes to an object with a
- * thread of its own, which waits for the end or holds. */
+ * A Stop or StopAndHold is counted when it arrives. One without a place goes to an object with a thread of its own, which
+ * waits for the end or holds. */
 enum {
   kTargetRefuseHost = CORBOT_PLACES, /* this host's places are taken */
   kTargetRefuseWait,                 /* all are */

@@ -123,6 +123,39 @@ TEST_F(TaskTest, AClearThatNobodyWaitedForIsSeen) {
   robot_.reset();
 }
 
+/// Its hold is counted before anybody looks who has asked for it: the alarm gets the name when the call has said it.
+TEST_F(TaskTest, AHoldThatWasCountedOnArrivalHasItsNameInTheAlarm) {
+  FakeTask task(name_, profile_.arm);
+  task.run();
+  open_robot();
+  const auto held_text = [&] {
+    std::string text;
+    for (const AlarmEntry& alarm : robot_->view().alarms()) {
+      if (alarm.code == static_cast<std::int32_t>(AlarmCode::kHeld)) text = alarm.text;
+    }
+    return text;
+  };
+  const corbot_counted_stop counted = robot_->count_stop(true);
+  EXPECT_EQ(task.servant().control.hold_count.load(), 1u);
+  EXPECT_EQ(task.stop_count(), 1u);
+  AlarmEvent held{};
+  held.code = AlarmCode::kHeld;
+  task.fail(held);
+  ASSERT_TRUE(wait_until(within(30), [&] { return !held_text().empty(); }));
+  EXPECT_EQ(held_text().find("asked for by"), std::string::npos) << held_text();
+  task.change([&](Snapshot& now) {
+    now.stops_done = task.stop_count();
+    now.holds_done = 1;
+    now.flags = kSnapshotHeld;
+    now.state = RtState::kError;
+  });
+  EXPECT_EQ(status_of([&] { robot_->stop_and_hold("a person", counted); }), CORBOT_OK);
+  EXPECT_NE(held_text().find("asked for by a person"), std::string::npos) << held_text();
+  EXPECT_EQ(task.servant().control.hold_count.load(), 1u) << "once";
+  EXPECT_EQ(task.stop_count(), 1u) << "once";
+  robot_.reset();
+}
+
 TEST_F(HoldCalls, HoldAndClearOfManyAtOnceEndInWhatTheLastOneSays) {
   open_at_rest();
   for (int round = 0; round < 20; ++round) {

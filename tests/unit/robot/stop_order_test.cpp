@@ -84,6 +84,45 @@ TEST_F(StopOrder, ManyStopsAreAwaitedTogether) {
   other_.join();
 }
 
+TEST_F(StopOrder, AStopThatWasCountedOnArrivalIsCountedOnce) {
+  const corbot_counted_stop counted = robot_->count_stop();
+  EXPECT_EQ(counted.counted, 1);
+  EXPECT_EQ(task_.stop_count(), 1u) << "before its call begins";
+  EXPECT_EQ(robot_->stops().by_others, 0u);
+  other_ = std::thread([&] { EXPECT_EQ(status_of([&] { robot_->stop(counted); }), CORBOT_OK); });
+  end_stops();
+  other_.join();
+  robot_->request_stop(robot_->count_stop());
+  robot_->request_stop_and_hold("a person", robot_->count_stop(true));
+  EXPECT_EQ(task_.stop_count(), 3u);
+  EXPECT_EQ(task_.servant().control.hold_count.load(), 1u);
+}
+
+/// The calls wait for the end of their stop all the same, and what was planned before it is stopped.
+TEST_F(StopOrder, AStopThatWasCountedOnArrivalIsWaitedFor) {
+  task_.change([](Snapshot& now) { now.stops_done = 1; });  // another process's: 0 means that it is not known
+  const std::uint64_t before = robot_->stops().all;
+  const corbot_counted_stop counted = robot_->count_stop();
+  std::atomic<bool> has_returned{false};
+  other_ = std::thread([&] {
+    EXPECT_EQ(status_of([&] { robot_->stop(counted); }), CORBOT_OK);
+    has_returned = true;
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_FALSE(has_returned);
+  end_stops();
+  other_.join();
+  EXPECT_EQ(try_accept(DwellRequest{1.0}, before).status, CORBOT_STOPPED);
+}
+
+TEST_F(StopOrder, WithoutATaskNothingIsCountedOnArrivalAndTheStopIsRefused) {
+  task_.die();
+  ASSERT_TRUE(wait_until(within(30), [&] { return robot_->view().state() == CORBOT_STATE_ERROR; }));
+  const corbot_counted_stop counted = robot_->count_stop();
+  EXPECT_EQ(counted.counted, 0);
+  EXPECT_EQ(status_of([&] { robot_->stop(counted); }), CORBOT_NOT_READY);
+}
+
 TEST_F(StopOrder, WhatCameAfterTheStopWaitsForItsEnd) {
   enter_all();
   end_stops();
