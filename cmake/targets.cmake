@@ -34,45 +34,71 @@ if(CORBOT_SANITIZE)
   add_link_options(-fsanitize=${CORBOT_SANITIZE})
 endif()
 
-# What the thread sanitizer is run on: `ctest -L` with these labels. The ORB's own library is not instrumented, and what runs
-# through it would report races that it has not; the property tests compute in one thread.
-set(CORBOT_TSAN_LABELS "unit|model")
-add_custom_target(corbot_tsan_tests)
+# The tiers of the tests. core: in one process, and sooner or later in virtual time; process: real processes, ORBs, sockets,
+# signals; long: what the gate has no time for. The gate runs core under the address sanitizer, too.
+set(CORBOT_TIERS core process long)
+# THREADS marks the programs that the thread sanitizer is run on. The ORB's own library and OpenCV's are not instrumented:
+# what runs through them would report races that they have not.
+add_custom_target(corbot_core_tests)
+add_custom_target(corbot_threads_tests)
 
-# corbot_test(NAME SOURCES… LIBS …): one GoogleTest program, its cases registered with ctest. BOTH_ORBS registers them a
-# second time, as orbit2.*, with the servant on ORBit2, where that is built. COMPUTES: it does so for long, so
-# it is optimised like the programs and takes two processors of ctest's; the others mostly wait, and are compiled for a short
-# build. PROCESSORS: as many of ctest's, for a test that starts many programs.
+function(corbot_check_tier test tier)
+  if(NOT tier IN_LIST CORBOT_TIERS)
+    message(FATAL_ERROR "the test ${test} has the tier '${tier}', and must have one of: ${CORBOT_TIERS}")
+  endif()
+endfunction()
+
+# corbot_test(NAME TIER tier SOURCES… LIBS …): one GoogleTest program, its cases registered with ctest under the label of the
+# tier. BOTH_ORBS registers them a second time, as orbit2.*, with the servant on ORBit2, if that is built. COMPUTES: the program
+# computes for long, so it is optimised like the products and takes two processors of ctest's; the others mostly wait, and are
+# compiled for a short build. PROCESSORS: as many of ctest's, for a test that starts many programs.
 function(corbot_test name)
-  cmake_parse_arguments(arg "BOTH_ORBS;COMPUTES" "TIMEOUT;PROCESSORS" "SOURCES;LIBS;LABELS;DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "BOTH_ORBS;COMPUTES;THREADS" "TIER;TIMEOUT;PROCESSORS" "SOURCES;LIBS;DEPENDS" ${ARGN})
+  corbot_check_tier(${name} "${arg_TIER}")
   add_executable(${name} ${arg_SOURCES})
   corbot_target(${name})
   if(NOT arg_COMPUTES AND NOT CORBOT_SANITIZE)
     target_compile_options(${name} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O1> -g1)
   endif()
-  target_link_libraries(${name} PRIVATE ${arg_LIBS} GTest::gtest GTest::gmock GTest::gtest_main)
+  target_link_libraries(${name} PRIVATE ${arg_LIBS} corbot_test_headers GTest::gtest GTest::gmock GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  set(labels ${arg_TIER})
+  if(arg_THREADS)
+    list(APPEND labels threads)
+    add_dependencies(corbot_threads_tests ${name})
+  endif()
+  if(arg_TIER STREQUAL core)
+    add_dependencies(corbot_core_tests ${name})
+  endif()
   if(arg_DEPENDS)
     add_dependencies(${name} ${arg_DEPENDS})
   endif()
   if(NOT arg_TIMEOUT)
-    set(arg_TIMEOUT 120)
+    set(arg_TIMEOUT 300)
   endif()
-  set(processors 1)
-  if(arg_COMPUTES)
-    set(processors 2)
-  endif()
-  if(arg_PROCESSORS)
-    set(processors ${arg_PROCESSORS})
-  endif()
-  if(arg_LABELS MATCHES "${CORBOT_TSAN_LABELS}")
-    add_dependencies(corbot_tsan_tests ${name})
+  if(NOT arg_PROCESSORS)
+    set(arg_PROCESSORS 1)
+    if(arg_COMPUTES)
+      set(arg_PROCESSORS 2)
+    endif()
   endif()
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${processors} LABELS "${arg_LABELS}")
+    PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS} LABELS "${labels}")
   if(arg_BOTH_ORBS AND TARGET corbot-servant-orbit2)
     add_dependencies(${name} corbot-servant-orbit2)
     gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_PREFIX orbit2. TEST_LIST ${name}_on_orbit2
-      PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${processors} LABELS "${arg_LABELS}" ENVIRONMENT CORBOT_TEST_ORB=orbit2)
+      PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS} LABELS "${labels}" ENVIRONMENT CORBOT_TEST_ORB=orbit2)
   endif()
+endfunction()
+
+# corbot_command_test(NAME TIER tier COMMAND … PROPERTIES …): a test that is no GoogleTest program.
+function(corbot_command_test name)
+  cmake_parse_arguments(arg "THREADS" "TIER" "COMMAND;PROPERTIES" ${ARGN})
+  corbot_check_tier(${name} "${arg_TIER}")
+  add_test(NAME ${name} COMMAND ${arg_COMMAND})
+  set(labels ${arg_TIER})
+  if(arg_THREADS)
+    list(APPEND labels threads)
+  endif()
+  set_tests_properties(${name} PROPERTIES LABELS "${labels}" ${arg_PROPERTIES})
 endfunction()

@@ -6,10 +6,7 @@ set(orbs ${CMAKE_CURRENT_SOURCE_DIR}/orbs)
 add_executable(bench_orbs ${orbs}/orbs_bench.cpp ${orbs}/probe.cpp ${orbs}/servers.cpp)
 add_executable(bench_orbs_omniorb_server ${orbs}/echo_omniorb.cpp)
 target_include_directories(bench_orbs PRIVATE ${CMAKE_CURRENT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/tests)
-target_compile_definitions(bench_orbs PRIVATE
-  CORBOT_BIN_DIR="${CMAKE_BINARY_DIR}/bin" CORBOT_BENCH_DIR="${CMAKE_BINARY_DIR}/bench"
-  CORBOT_PROFILE="${CORBOT_TEST_PROFILE}")
-target_link_libraries(bench_orbs PRIVATE corbot_process corbot::idl fmt::fmt)
+target_link_libraries(bench_orbs PRIVATE corbot_test_headers corbot_process corbot::idl fmt::fmt)
 target_link_libraries(bench_orbs_omniorb_server PRIVATE corbot::idl)
 set(orbs_programs bench_orbs bench_orbs_omniorb_server)
 add_dependencies(bench_orbs bench_orbs_omniorb_server corbot-rt corbot-servant)

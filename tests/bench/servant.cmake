@@ -15,10 +15,7 @@ add_executable(bench_echo_server ${CMAKE_CURRENT_SOURCE_DIR}/servant/echo_server
 add_executable(bench_servant ${CMAKE_CURRENT_SOURCE_DIR}/servant/servant_bench.cpp)
 foreach(program IN ITEMS bench_echo_server bench_servant)
   corbot_target(${program})
-  target_link_libraries(${program} PRIVATE bench_echo_idl corbot::idl fmt::fmt)
+  target_link_libraries(${program} PRIVATE corbot_test_headers bench_echo_idl corbot::idl fmt::fmt)
   set_target_properties(${program} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bench)
 endforeach()
-target_compile_definitions(bench_servant PRIVATE
-  CORBOT_BIN_DIR="${CMAKE_BINARY_DIR}/bin" CORBOT_BENCH_DIR="${CMAKE_BINARY_DIR}/bench"
-  CORBOT_PROFILE="${CORBOT_TEST_PROFILE}")
 add_dependencies(bench_servant bench_echo_server)

@@ -13,6 +13,7 @@
 #include <regex>
 
 #include "cell/store/database.h"
+#include "support/paths.h"
 #include "support/ports.h"
 #include "support/process.h"
 
@@ -105,7 +106,7 @@ class CellRun : public testing::Test {
       const fs::path name = entry.path().filename();
       if (name != "corbot" && name != "corbot-scene") fs::create_symlink(entry.path(), programs_ / name);
     }
-    fs::create_symlink(CORBOT_LOSING_SCENE, programs_ / "corbot-scene");
+    fs::create_symlink(CORBOT_TESTS_DIR "/losing_scene", programs_ / "corbot-scene");
     // A program finds those beside it by its own file, to which a symbolic link would lead back.
     std::error_code refused;
     fs::create_hard_link(CORBOT_BIN_DIR "/corbot", programs_ / "corbot", refused);
@@ -163,8 +164,8 @@ TEST_F(CellRun, WithoutZonesTheArmsTouchAndTheEndNamesIt) {
   // Robot 2 stays at the far slot, past which robot 1 comes with its second piece.
   edit("columns = 1, rows = 4, pitch_m = [0.05, 0.05]",
        "yaw_deg = 180, columns = 1, rows = 4, pitch_m = [0.05, 0.04]");
-  Process store({CORBOT_UNGUARDED_STORE, (directory_ / "cell.toml").string(), "--name", name_, "--ports",
-                 std::to_string(ports_), "--state-dir", (directory_ / "store").string()});
+  Process store({CORBOT_TESTS_DIR "/unguarded_store", (directory_ / "cell.toml").string(), "--name", name_,
+                 "--ports", std::to_string(ports_), "--state-dir", (directory_ / "store").string()});
   ASSERT_TRUE(store.wait_line("ready", within(30))) << store.errors();
   edit("store = { ledger = \"ledger.db\" }",
        fmt::format("store = {{ reference = \"corbaloc::127.0.0.1:{}/Store\" }}", ports_));

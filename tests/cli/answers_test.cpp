@@ -14,6 +14,7 @@
 
 #include "cli/supervise/state_lock.h"
 #include "cli_rig.h"
+#include "support/paths.h"
 #include "support/ports.h"
 #include "support/robot_rig.h"
 
@@ -30,7 +31,7 @@ class Answers : public CliRig {
   pid_t pid_of(const char* key) { return state().at(key).get<pid_t>(); }
   /// The tests' profile with other values of `[supervisor]`.
   std::string supervised(const std::string& key, const std::string& value) const {
-    std::ifstream stream(CORBOT_PROFILE);
+    std::ifstream stream(CORBOT_TEST_PROFILE);
     std::string text{std::istreambuf_iterator<char>{stream}, {}};
     const std::size_t at = text.find(key + " = ") + key.size() + 3;
     text.replace(at, text.find_first_of(" \n", at) - at, value);
@@ -172,10 +173,11 @@ class Namesake : public Answers {
     const int port = free_port();
     where_ = "127.0.0.1:" + std::to_string(port) + "/" + name_;
     task_ = std::make_unique<Process>(
-        std::vector<std::string>{CORBOT_BIN_DIR "/corbot-rt", CORBOT_PROFILE, "--name", name_}, environment);
+        std::vector<std::string>{CORBOT_BIN_DIR "/corbot-rt", CORBOT_TEST_PROFILE, "--name", name_},
+        environment);
     ASSERT_TRUE(task_->wait_line("ready", within(30))) << task_->errors();
     servant_ = std::make_unique<Process>(
-        std::vector<std::string>{servant_program(CORBOT_BIN_DIR), CORBOT_PROFILE, "--name", name_,
+        std::vector<std::string>{servant_program(CORBOT_BIN_DIR), CORBOT_TEST_PROFILE, "--name", name_,
                                  "--endpoint", "127.0.0.1:" + std::to_string(port)},
         environment);
     ASSERT_TRUE(servant_->wait_line("ready", within(30))) << servant_->errors();

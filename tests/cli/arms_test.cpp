@@ -10,6 +10,7 @@
 #include <string>
 
 #include "cli_rig.h"
+#include "support/paths.h"
 
 namespace corbot::test {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "cli_rig.h"
 #include "config/profile.h"
+#include "support/paths.h"
 #include "terminal.h"
 
 namespace corbot::test {
@@ -321,7 +322,7 @@ TEST_F(Calibrate, ADeviceThatIsLostAfterAWriteLeavesWhatWasWritten) {
 }
 
 TEST_F(Calibrate, TheSimulatorIsReported) {
-  session_ = begin({"calibrate", CORBOT_PROFILE, "--name", name_});
+  session_ = begin({"calibrate", CORBOT_TEST_PROFILE, "--name", name_});
   send("quit");
   EXPECT_EQ(end(), 0) << session_->errors();
   EXPECT_THAT(session_->output(), AllOf(HasSubstr("this is the simulator: no real servo is measured"),
@@ -329,7 +330,7 @@ TEST_F(Calibrate, TheSimulatorIsReported) {
 }
 
 TEST_F(Calibrate, IsRefusedWhileARealTimeTaskHoldsTheServos) {
-  Process task({CORBOT_BIN_DIR "/corbot-rt", CORBOT_PROFILE, "--name", name_});
+  Process task({CORBOT_BIN_DIR "/corbot-rt", CORBOT_TEST_PROFILE, "--name", name_});
   ASSERT_TRUE(task.wait_line("ready", within(30))) << task.errors();
   const RunResult result = corbot({"calibrate", profile_, "--name", name_});
   EXPECT_EQ(result.code, 5);

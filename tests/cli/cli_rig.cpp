@@ -9,6 +9,7 @@
 #include <iterator>
 #include <sstream>
 
+#include "support/paths.h"
 #include "support/ports.h"
 
 namespace corbot::test {
@@ -77,7 +78,7 @@ std::string CliRig::put(const std::string& file, const std::string& text) const 
 }
 
 std::string CliRig::put_ssc32_profile(const std::string& line, const std::string& more, bool known) const {
-  std::ifstream stream(CORBOT_PROFILE);
+  std::ifstream stream(CORBOT_TEST_PROFILE);
   const std::string text{std::istreambuf_iterator<char>{stream}, {}};
   return put("arm.toml", text.substr(0, text.find("[backend]")) + "[backend]  # mine\nkind = \"ssc32\"\n" +
                              (known ? "position_known_at_start = true\n" : "") +

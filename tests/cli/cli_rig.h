@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "support/paths.h"
 #include "support/process.h"
 
 namespace corbot::test {
@@ -21,7 +22,7 @@ class CliRig : public ::testing::Test {
   ~CliRig() override;
 
   /// `corbot up`, until it reports that the robot is up.
-  void up(const std::vector<std::string>& more = {}, const std::string& profile = CORBOT_PROFILE);
+  void up(const std::vector<std::string>& more = {}, const std::string& profile = CORBOT_TEST_PROFILE);
   /// `corbot ARGUMENTS…` to its end.
   RunResult corbot(const std::vector<std::string>& arguments, double seconds = 60);
   /// The same in the background; its standard input is `terminal` where one is given.

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "cli_rig.h"
+#include "support/paths.h"
 
 namespace corbot::test {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "cli_rig.h"
 #include "support/emulated_drives.h"
+#include "support/paths.h"
 
 namespace corbot::test {
 namespace {
@@ -20,7 +21,7 @@ class Home : public CliRig {
  protected:
   Home() : drives_(CORBOT_BIN_DIR "/corbot-sim", directory_.string(), 5) {
     drives_.start();
-    std::ifstream stream(CORBOT_PROFILE);
+    std::ifstream stream(CORBOT_TEST_PROFILE);
     const std::string text{std::istreambuf_iterator<char>{stream}, {}};
     std::string backend =
         "[backend]\nkind = \"socketcan\"\n[backend.socketcan]\ninterface = \"" + drives_.bus() + "\"\n";
@@ -156,7 +157,7 @@ TEST_F(Home, IsForDrivesThatNeedIt) {
   result = corbot({"home", profile_, "gripper", "--name", name_});
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.errors, HasSubstr("the gripper is not homed by corbot: what it holds"));
-  result = corbot({"home", CORBOT_PROFILE, "--name", name_});
+  result = corbot({"home", CORBOT_TEST_PROFILE, "--name", name_});
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.errors, HasSubstr("only drives on a CAN bus (socketcan) are homed"));
 }

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "cli_rig.h"
+#include "support/paths.h"
 
 namespace corbot::test {
 namespace {

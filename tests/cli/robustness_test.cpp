@@ -10,6 +10,7 @@
 
 #include "cli/supervise/supervisor.h"
 #include "cli_rig.h"
+#include "support/paths.h"
 #include "support/ports.h"
 
 namespace corbot::test {
@@ -36,8 +37,8 @@ class Robustness : public CliRig {
     });
   }
   [[nodiscard]] std::vector<std::string> up_command(const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> words{"up",  CORBOT_PROFILE, "--name",
-                                   name_, "--endpoint",   "127.0.0.1:" + std::to_string(port_)};
+    std::vector<std::string> words{"up",  CORBOT_TEST_PROFILE, "--name",
+                                   name_, "--endpoint",        "127.0.0.1:" + std::to_string(port_)};
     if (on_orbit2()) words.insert(words.end(), {"--orb", "orbit2"});
     words.insert(words.end(), more.begin(), more.end());
     return words;
@@ -98,7 +99,7 @@ TEST_F(Robustness, AHangUpUnderNohupEndsNothing) {
 TEST_F(Robustness, NamesOutliveTheNamingService) {
   const int naming = free_port();
   // So that the servant, which this test freezes, is not replaced meanwhile.
-  std::ifstream stream(CORBOT_PROFILE);
+  std::ifstream stream(CORBOT_TEST_PROFILE);
   std::string text{std::istreambuf_iterator<char>{stream}, {}};
   const std::string key = "respond_s = 3.0";
   ASSERT_NE(text.find(key), std::string::npos);
@@ -130,7 +131,7 @@ TEST_F(Robustness, NamesOutliveTheNamingService) {
 }
 
 TEST_F(Robustness, AnEditOfTheProfileTakesEffectAtTheNextUp) {
-  std::ifstream stream(CORBOT_PROFILE);
+  std::ifstream stream(CORBOT_TEST_PROFILE);
   const std::string text{std::istreambuf_iterator<char>{stream}, {}};
   const std::string profile = put("mine.toml", text);
   up({}, profile);
@@ -159,7 +160,7 @@ TEST_F(Robustness, ANameInUseElsewhereIsRefusedAndTakenOnPurpose) {
 }
 
 TEST_F(Robustness, ATaskStartedByHandIsRefusedAndTakenOnPurpose) {
-  Process task({CORBOT_BIN_DIR "/corbot-rt", CORBOT_PROFILE, "--name", name_});
+  Process task({CORBOT_BIN_DIR "/corbot-rt", CORBOT_TEST_PROFILE, "--name", name_});
   ASSERT_TRUE(task.wait_line("ready", within(30))) << task.errors();
   const RunResult refused = corbot(up_command());
   EXPECT_EQ(refused.code, 5);
@@ -275,7 +276,7 @@ TEST_F(Robustness, AStopThatTheTaskDoesNotConfirmIsAskedOfItsServantAsWell) {
 TEST_F(Robustness, StopAllStopsWhatWasStartedByHand) {
   up();
   const std::string by_hand = name_ + "-h";
-  Process task({CORBOT_BIN_DIR "/corbot-rt", CORBOT_PROFILE, "--name", by_hand}, environment());
+  Process task({CORBOT_BIN_DIR "/corbot-rt", CORBOT_TEST_PROFILE, "--name", by_hand}, environment());
   ASSERT_TRUE(task.wait_line("ready", within(30))) << task.errors();
   const RunResult all = corbot({"stop", "--all"});
   EXPECT_EQ(all.code, 0) << all.errors;
@@ -326,7 +327,7 @@ TEST_F(Robustness, HelpIsNotTakenForHold) {
 
 TEST_F(Robustness, MisspeltOptionsGetASuggestion) {
   const std::vector<std::pair<std::vector<std::string>, const char*>> cases{
-      {{"up", CORBOT_PROFILE, "--nmae", "x"}, "did you mean '--name'?"},
+      {{"up", CORBOT_TEST_PROFILE, "--nmae", "x"}, "did you mean '--name'?"},
       {{"move", "1", "2", "3", "--tme", "3"}, "did you mean '--time'?"},
       {{"status", "--jsn"}, "did you mean '--json'?"},
       {{"stop", "--al"}, "did you mean '--all'?"},
@@ -343,7 +344,7 @@ TEST_F(Robustness, MisspeltOptionsGetASuggestion) {
 
 // `corbot up` under a supervisor that keeps to systemd's protocol: another one of its own kind.
 TEST_F(Robustness, UnderAServiceManagerItReportsThatItIsUpAndWell) {
-  std::ifstream stream(CORBOT_PROFILE);
+  std::ifstream stream(CORBOT_TEST_PROFILE);
   std::string profile{std::istreambuf_iterator<char>{stream}, {}};
   const std::string backend = "[backend]\n";
   ASSERT_NE(profile.find(backend), std::string::npos);
@@ -372,7 +373,7 @@ TEST_F(Robustness, UnderAServiceManagerItReportsThatItIsUpAndWell) {
 }
 
 TEST_F(Robustness, PathsThatAreNoUtf8AreHandled) {
-  std::ifstream stream(CORBOT_PROFILE);
+  std::ifstream stream(CORBOT_TEST_PROFILE);
   const std::string text{std::istreambuf_iterator<char>{stream}, {}};
   const std::string profile = put("caf\xe9.toml", text);
   up({}, profile);

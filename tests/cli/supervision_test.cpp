@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "cli_rig.h"
+#include "support/paths.h"
 #include "support/ports.h"
 #include "terminal.h"
 
@@ -23,7 +24,7 @@ class Supervision : public CliRig {
   pid_t pid_of(const char* key) { return state().at(key).get<pid_t>(); }
   /// The tests' profile with that `respond_s`, which is a fault of the loop, too.
   std::string responding_within(int seconds) const {
-    std::ifstream stream(CORBOT_PROFILE);
+    std::ifstream stream(CORBOT_TEST_PROFILE);
     std::string text{std::istreambuf_iterator<char>{stream}, {}};
     for (const auto& [key, value] :
          {std::pair{"respond_s = ", seconds}, std::pair{"gap_fault_ms = ", 1000 * seconds}}) {
@@ -92,7 +93,7 @@ TEST_F(Supervision, DownWaitsForTheKillOfAProcessThatDoesNotEnd) {
 TEST_F(Supervision, AServantThatWasNotBuiltIsNamed) {
   if (::access(CORBOT_BIN_DIR "/corbot-servant-orbit2", X_OK) == 0)
     GTEST_SKIP() << "skipped: built with ORBit2";
-  const RunResult result = corbot({"up", CORBOT_PROFILE, "--name", name_, "--endpoint",
+  const RunResult result = corbot({"up", CORBOT_TEST_PROFILE, "--name", name_, "--endpoint",
                                    "127.0.0.1:" + std::to_string(port_), "--orb", "orbit2"});
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.errors, HasSubstr("built without ORBit2"));
@@ -188,7 +189,7 @@ TEST_F(Supervision, AFrozenTaskIsReplacedInErrorUntilClear) {
 /// Nobody is left who has the shared memory but the supervisor.
 TEST_F(Supervision, WhenBothAreKilledTheNextTaskTakesOverFromTheLast) {
   // Not what the simulator knows: with a position that is only assumed, the first motion would be slow again.
-  std::ifstream stream(CORBOT_PROFILE);
+  std::ifstream stream(CORBOT_TEST_PROFILE);
   std::string profile{std::istreambuf_iterator<char>{stream}, {}};
   const std::string backend = "[backend]\n";
   ASSERT_NE(profile.find(backend), std::string::npos);
@@ -213,8 +214,8 @@ TEST_F(Supervision, WhenBothAreKilledTheNextTaskTakesOverFromTheLast) {
 
 TEST_F(Supervision, AKeyInTheConsoleStopsTheArm) {
   const Terminal terminal;
-  std::vector<std::string> words{"up",  CORBOT_PROFILE, "--name",
-                                 name_, "--endpoint",   "127.0.0.1:" + std::to_string(port_)};
+  std::vector<std::string> words{"up",  CORBOT_TEST_PROFILE, "--name",
+                                 name_, "--endpoint",        "127.0.0.1:" + std::to_string(port_)};
   if (on_orbit2()) words.insert(words.end(), {"--orb", "orbit2"});
   supervisor_ = begin(words, terminal.path());
   ASSERT_TRUE(supervisor_->wait_line("try: ", within(30))) << supervisor_->errors();
@@ -291,11 +292,11 @@ TEST_F(Supervision, ATimeoutIsANumberWithinItsRange) {
 
 TEST_F(Supervision, ASecondOneIsRefused) {
   up();
-  const RunResult same = corbot({"up", CORBOT_PROFILE, "--name", name_});
+  const RunResult same = corbot({"up", CORBOT_TEST_PROFILE, "--name", name_});
   EXPECT_EQ(same.code, 5);
   EXPECT_THAT(same.errors, AllOf(HasSubstr("already running"), HasSubstr("corbot down --name " + name_)));
   const RunResult port = corbot(
-      {"up", CORBOT_PROFILE, "--name", name_ + "b", "--endpoint", "127.0.0.1:" + std::to_string(port_)});
+      {"up", CORBOT_TEST_PROFILE, "--name", name_ + "b", "--endpoint", "127.0.0.1:" + std::to_string(port_)});
   EXPECT_EQ(port.code, 5);
   EXPECT_THAT(port.errors, AllOf(HasSubstr("port " + std::to_string(port_)), HasSubstr("--endpoint")));
   EXPECT_EQ(corbot({"status"}).code, 0) << "the first one is untouched";
@@ -316,10 +317,10 @@ TEST_F(Supervision, WrongStartsAreUsageErrors) {
       {{"up"}, "PROFILE"},
       {{"up", "/nonexistent.toml"}, "/nonexistent.toml"},
       {{"up", bad}, "bad.toml:2"},
-      {{"up", CORBOT_PROFILE, "--name", "a b"}, "--name 'a b'"},
-      {{"up", CORBOT_PROFILE, "--endpoint", "here"}, "--endpoint: 'here' is not HOST:PORT"},
-      {{"up", CORBOT_PROFILE, "--orb", "tao"}, "--orb"},
-      {{"up", CORBOT_PROFILE, "--realtime", "never"}, "--realtime"}};
+      {{"up", CORBOT_TEST_PROFILE, "--name", "a b"}, "--name 'a b'"},
+      {{"up", CORBOT_TEST_PROFILE, "--endpoint", "here"}, "--endpoint: 'here' is not HOST:PORT"},
+      {{"up", CORBOT_TEST_PROFILE, "--orb", "tao"}, "--orb"},
+      {{"up", CORBOT_TEST_PROFILE, "--realtime", "never"}, "--realtime"}};
   for (const auto& [arguments, phrase] : cases) {
     const RunResult result = corbot(arguments);
     EXPECT_EQ(result.code, 2) << phrase << ": " << result.errors;

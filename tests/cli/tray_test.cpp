@@ -15,6 +15,7 @@
 #include <fmt/core.h>
 
 #include "cli_rig.h"
+#include "support/paths.h"
 #include "support/ports.h"
 
 namespace corbot::test {
@@ -60,7 +61,8 @@ TEST_P(Tray, IsCarriedOutAndEveryPlaceIsReached) {
   const std::string file = (directory_ / "run.csv").string();
   const auto recorder = begin({"record", file});
   ASSERT_TRUE(wait_until(within(20), [&] { return std::filesystem::exists(file); }));
-  const RunResult result = run({CORBOT_TRAY, fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_)}, 100.0);
+  const RunResult result = run(
+      {CORBOT_BINARY_DIR "/examples/tray", fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_)}, 100.0);
   recorder->signal(SIGINT);
   EXPECT_EQ(recorder->wait(within(20)), 0);
   ASSERT_EQ(result.code, 0) << result.output << result.errors;
@@ -103,7 +105,8 @@ INSTANTIATE_TEST_SUITE_P(Arms, Tray, testing::Values("puma560", "scara_gx4", "ca
                          [](const auto& arm) { return std::string(arm.param); });
 
 TEST(TrayAlone, SaysThatNobodyIsThere) {
-  const RunResult result = run({CORBOT_TRAY, fmt::format("corbaloc::127.0.0.1:{}/arm", free_port())});
+  const RunResult result =
+      run({CORBOT_BINARY_DIR "/examples/tray", fmt::format("corbaloc::127.0.0.1:{}/arm", free_port())});
   EXPECT_EQ(result.code, 1);
   EXPECT_THAT(result.errors, HasSubstr("is the robot up?"));
 }

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "cli_rig.h"
+#include "support/paths.h"
 
 namespace corbot::test {
 namespace {
@@ -23,7 +24,7 @@ using testing::Not;
 class Units : public CliRig, public testing::WithParamInterface<const char*> {
  protected:
   [[nodiscard]] static std::string text_of(const std::string& unit) {
-    std::ifstream stream(std::string(CORBOT_UNITS) + "/" + unit);
+    std::ifstream stream(std::string(CORBOT_BINARY_DIR "/packaging") + "/" + unit);
     return {std::istreambuf_iterator<char>{stream}, {}};
   }
   /// Where it starts a program of the installation, one of the build.
@@ -53,7 +54,7 @@ TEST_P(Units, AreAccepted) {
 class UnitFile {
  public:
   explicit UnitFile(const std::string& unit) {
-    std::ifstream stream(std::string(CORBOT_UNITS) + "/" + unit);
+    std::ifstream stream(std::string(CORBOT_BINARY_DIR "/packaging") + "/" + unit);
     for (std::string line; std::getline(stream, line);) {
       const std::size_t equals = line.find('=');
       if (line.empty() || line[0] == '#' || line[0] == '[' || equals == std::string::npos) continue;
@@ -94,7 +95,7 @@ TEST(UnitFiles, WhatHasTheDevicesHasTheirGroupsAndTheServantHasNone) {
   EXPECT_EQ(task.value("LimitRTPRIO"), "98");
   EXPECT_EQ(task.value("LimitMEMLOCK"), "infinity");
   // systemd starts nothing with a user or a group that is not there.
-  std::ifstream stream(CORBOT_SYSUSERS);
+  std::ifstream stream(CORBOT_SOURCE_DIR "/packaging/sysusers/corbot.conf");
   std::set<std::string> made;
   for (std::string line; std::getline(stream, line);) {
     std::istringstream fields(line);
@@ -144,7 +145,9 @@ TEST_P(Units, AreWatchedAndKeepDescriptors) {
 
 /// The shell's part of the task's unit, as systemd calls it when the task has ended.
 TEST_F(CliRig, ATaskThatDidNotRespondIsFollowedByOneThatBeginsInError) {
-  std::ifstream stream(CORBOT_UNITS "/corbot-rt@.service");
+  std::ifstream stream(CORBOT_BINARY_DIR
+                       "/packaging"
+                       "/corbot-rt@.service");
   const std::string text{std::istreambuf_iterator<char>{stream}, {}};
   const std::string begin = "ExecStopPost=/bin/sh -c '";
   const std::size_t at = text.find(begin);

@@ -9,6 +9,7 @@
 #include "contract/device_fixture.h"
 #include "corbot/units.h"
 #include "support/emulated_drives.h"
+#include "support/paths.h"
 
 namespace corbot::test {
 namespace {

@@ -13,6 +13,7 @@
 #include "contract/driver.h"
 #include "contract/system_call_watch.h"
 #include "corbot/units.h"
+#include "support/paths.h"
 #include "support/process.h"
 
 namespace corbot::test {

@@ -14,6 +14,7 @@
 #include "corbot/arm/arm_model.h"
 #include "corbot/backend/backend.h"
 #include "corbot/backend/emergency_stop.h"
+#include "support/paths.h"
 
 namespace corbot::test {
 
@@ -84,7 +85,7 @@ class DeviceFixture {
 struct DeviceFixtureKind {
   std::string name;
   std::function<std::unique_ptr<DeviceFixture>(const ArmModel& arm, const std::string& directory)> make;
-  std::string profile{CORBOT_PROFILE};  ///< of the arm, but for [backend]
+  std::string profile{CORBOT_TEST_PROFILE};  ///< of the arm, but for [backend]
 };
 void PrintTo(const DeviceFixtureKind& kind, std::ostream* out);
 

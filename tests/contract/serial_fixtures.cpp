@@ -7,6 +7,7 @@
 
 #include "contract/device_fixture.h"
 #include "support/emulated_controller.h"
+#include "support/paths.h"
 
 namespace corbot::test {
 namespace {
@@ -132,7 +133,7 @@ std::vector<DeviceFixtureKind> sliding_fixtures() {
   std::vector<DeviceFixtureKind> fixtures;
   for (DeviceFixtureKind& kind : serial_fixtures()) {
     if (kind.name != "ssc32u" && kind.name != "maestro") continue;
-    kind.profile = CORBOT_PROFILES "/servo_slides.toml";
+    kind.profile = CORBOT_TEST_PROFILES "/servo_slides.toml";
     fixtures.push_back(std::move(kind));
   }
   return fixtures;

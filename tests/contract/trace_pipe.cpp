@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 const std::string kTracing = "/sys/kernel/tracing";
 
-void put(const std::string& file, const std::string& text) {
+void write_file(const std::string& file, const std::string& text) {
   std::ofstream stream(file);
   stream << text << std::flush;
   if (!stream) throw std::runtime_error(file + ": cannot be written");
@@ -42,7 +42,7 @@ long base_of(const std::string& chip) {
   throw std::runtime_error(chip + ": is not in /sys/class/gpio");
 }
 
-std::int64_t now_ns() {
+std::int64_t monotonic_ns() {
   timespec time{};
   ::clock_gettime(CLOCK_MONOTONIC, &time);
   return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
@@ -66,10 +66,10 @@ void TracePipe::open(const std::string& chip, std::size_t lines) {
   base_ = base_of(chip);
   rose_ns_.assign(lines, 0);
   last_.assign(lines, Output{0, 0, NAN});
-  put(kTracing + "/trace", "");
-  put(kTracing + "/trace_clock", "mono");
-  put(kTracing + "/events/gpio/gpio_value/enable", "1");
-  put(kTracing + "/tracing_on", "1");
+  write_file(kTracing + "/trace", "");
+  write_file(kTracing + "/trace_clock", "mono");
+  write_file(kTracing + "/events/gpio/gpio_value/enable", "1");
+  write_file(kTracing + "/tracing_on", "1");
   fd_ = ::open((kTracing + "/trace_pipe").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (fd_ < 0) throw std::runtime_error("trace_pipe cannot be opened");
   thread_ = std::jthread([this](const std::stop_token& end) { read(end); });
@@ -84,7 +84,7 @@ std::vector<double> TracePipe::latest() {
   const std::lock_guard lock(mutex_);
   std::vector<double> values;
   for (const Output& output : last_) {
-    values.push_back(now_ns() - output.time_ns < 100'000'000 ? output.value : NAN);
+    values.push_back(monotonic_ns() - output.time_ns < 100'000'000 ? output.value : NAN);
   }
   return values;
 }

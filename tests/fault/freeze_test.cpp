@@ -16,6 +16,7 @@
 #include "corbot/channel/layout.h"
 #include "corbot/running_time.h"
 #include "shm/channel_client.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -46,7 +47,7 @@ class Freeze : public RobotRig {
   [[nodiscard]] virtual int gap_fault_ms() const { return 5000; }  // longer than a machine stands still
 
   static std::string write_profile(int gap_fault_ms) {
-    std::ifstream stream(CORBOT_PROFILE);
+    std::ifstream stream(CORBOT_TEST_PROFILE);
     std::string text{std::istreambuf_iterator<char>{stream}, {}};
     const std::string wide = "gap_fault_ms = 10000 ";
     text.replace(text.find(wide), wide.size(), fmt::format("gap_fault_ms = {} ", gap_fault_ms));

@@ -11,6 +11,7 @@
 #include <fmt/core.h>
 
 #include "support/giop.h"
+#include "support/paths.h"
 #include "support/ports.h"
 #include "support/robot_rig.h"
 
@@ -129,7 +130,7 @@ TEST(FourRobots, DoNotWaitForEachOther) {
   struct Robot {
     std::string name = unique_name("four");
     int port = free_port();
-    Process rt{{CORBOT_BIN_DIR "/corbot-rt", CORBOT_PROFILE, "--name", name}};
+    Process rt{{CORBOT_BIN_DIR "/corbot-rt", CORBOT_TEST_PROFILE, "--name", name}};
     std::unique_ptr<Process> servant;
     Corbot::Arm_var arm;
   };
@@ -138,7 +139,7 @@ TEST(FourRobots, DoNotWaitForEachOther) {
     auto robot = std::make_unique<Robot>();
     ASSERT_TRUE(robot->rt.wait_line("ready", within(30)));
     robot->servant = std::make_unique<Process>(
-        std::vector<std::string>{servant_program(CORBOT_BIN_DIR), CORBOT_PROFILE, "--name", robot->name,
+        std::vector<std::string>{servant_program(CORBOT_BIN_DIR), CORBOT_TEST_PROFILE, "--name", robot->name,
                                  "--endpoint", fmt::format("127.0.0.1:{}", robot->port)});
     ASSERT_TRUE(robot->servant->wait_line("ready", within(30)));
     CORBA::Object_var object = client_orb()->string_to_object(

@@ -16,6 +16,7 @@
 #include "config/load_profile.h"
 #include "fault/jump_watch.h"
 #include "support/arm_motions.h"
+#include "support/paths.h"
 #include "support/ports.h"
 #include "support/process.h"
 #include "support/test_arms.h"
@@ -51,7 +52,7 @@ class Kill : public ::testing::Test {
     name_ = unique_name("kill");
     port_ = free_port();
     reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
-    file_ = profile_path(arm);
+    file_ = busy_profile_path(arm);
     profile_ = load_profile(file_);
     if (arm != "lynx5") {
       const ArmMotions motions = motions_from_ready(profile_.arm, 0.08);

@@ -31,6 +31,7 @@
 #include "corbot/motion/bounds.h"
 #include "planner/planner.h"
 #include "shm/channel_client.h"
+#include "support/paths.h"
 #include "support/process.h"
 #include "support/test_arms.h"
 
@@ -218,7 +219,8 @@ class TickWatch {
 /// The test plays the servant.
 class KnotsOverwritten : public ::testing::Test {
  protected:
-  KnotsOverwritten() : name_(unique_name("knots")), file_(profile_path("xarm6")), arm_(arm_of("xarm6")) {}
+  KnotsOverwritten()
+      : name_(unique_name("knots")), file_(busy_profile_path("xarm6")), arm_(arm_of("xarm6")) {}
   ~KnotsOverwritten() override {
     if (hostile_ > 0) {
       ::kill(hostile_, SIGKILL);

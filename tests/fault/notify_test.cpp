@@ -24,6 +24,7 @@
 #include "net/giop_probe.h"
 #include "shm/channel_client.h"
 #include "shm/run_directory.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 #include "support/traced_thread.h"
 

@@ -14,6 +14,7 @@
 #include "config/load_profile.h"
 #include "corbot/channel/fingerprint.h"
 #include "shm/channel_client.h"
+#include "support/paths.h"
 #include "support/process.h"
 
 namespace corbot::test {
@@ -42,9 +43,9 @@ class PredecessorOffer : public ::testing::Test {
   }
 
   void start(const std::vector<std::string>& environment = {}) {
-    task_ = std::make_unique<Process>(
-        std::vector<std::string>{std::string(CORBOT_BIN_DIR) + "/corbot-rt", CORBOT_PROFILE, "--name", name_},
-        environment);
+    task_ = std::make_unique<Process>(std::vector<std::string>{std::string(CORBOT_BIN_DIR) + "/corbot-rt",
+                                                               CORBOT_TEST_PROFILE, "--name", name_},
+                                      environment);
   }
   void await_ready() { ASSERT_TRUE(task_->wait_line("ready", within(30))) << task_->errors(); }
   void kill() {
@@ -81,7 +82,7 @@ class PredecessorOffer : public ::testing::Test {
     return std::move(welcome.task);
   }
 
-  const Profile profile_ = load_profile(CORBOT_PROFILE);
+  const Profile profile_ = load_profile(CORBOT_TEST_PROFILE);
   const std::string name_;
   fs::path directory_;
   std::unique_ptr<Process> task_;

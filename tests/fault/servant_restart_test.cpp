@@ -23,6 +23,7 @@
 #include "corbot/units.h"
 #include "shm/channel_client.h"
 #include "support/giop.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -34,7 +35,7 @@ class ServantRestart : public RobotRig {
  protected:
   void SetUp() override {
     // A busy machine takes its time to start a servant; what is under way meanwhile goes on.
-    std::ifstream stream(CORBOT_PROFILE);
+    std::ifstream stream(CORBOT_TEST_PROFILE);
     std::string text{std::istreambuf_iterator<char>{stream}, {}};
     const std::string shipped = "orphan_s = 2.0 ";
     ASSERT_NE(text.find(shipped), std::string::npos);

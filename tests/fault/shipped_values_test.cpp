@@ -19,6 +19,7 @@
 #include <fmt/core.h>
 
 #include "interop/controlled_operations.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 #include "support/traced_thread.h"
 
@@ -32,7 +33,7 @@ constexpr double kBound_s = 0.5;
 constexpr double kFrozenAfter_s = 0.1;  // [loop] frozen_ms of the shipped profile
 constexpr int kTries = 12;
 
-double seconds_since(Clock::time_point start) {
+double elapsed_s(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
@@ -86,7 +87,7 @@ class ShippedValues : public RobotRig {
   /// While no cycle is made since `begin`: what each call answers, and after how long.
   void expect_that_it_is_reported(Clock::time_point begin, Corbot::Ticket pending) {
     ASSERT_TRUE(wait_until(within(30), [&] { return arm_->Status() == Corbot::Error; }));
-    note("Status is Error", seconds_since(begin));
+    note("Status is Error", elapsed_s(begin));
     const double age_s = arm_->CycleAge();
     // A gap just before, of the machine's own, is an Error, too.
     if (!is_active(141)) {
@@ -103,22 +104,22 @@ class ShippedValues : public RobotRig {
       } catch (const CORBA::Exception& error) {
         reason = error._name();
       }
-      note(name, seconds_since(asked));
+      note(name, elapsed_s(asked));
       EXPECT_THAT(reason, HasSubstr("does not respond: its last cycle was")) << name;
     }
     Clock::time_point asked = Clock::now();
     Corbot::MotionInfo_var info = arm_->Wait(pending, 30.0);  // has no NotReady
-    note("Wait", seconds_since(asked));
+    note("Wait", elapsed_s(asked));
     EXPECT_LE(info->state, Corbot::MotionRunning) << "what becomes of it is open";
     // What is read is old, and the client can see how old.
     asked = Clock::now();
     const Corbot::JointCoord_var there = arm_->ArtiCoord();
-    note("ArtiCoord", seconds_since(asked));
+    note("ArtiCoord", elapsed_s(asked));
     EXPECT_EQ(there->length(), 4u);
     const double later_s = arm_->CycleAge();
     EXPECT_GT(later_s, age_s);
     EXPECT_GE(later_s, kFrozenAfter_s);
-    EXPECT_LT(later_s, seconds_since(begin) + 30.0);
+    EXPECT_LT(later_s, elapsed_s(begin) + 30.0);
   }
   /// A caller who has been waiting when the cycle stood still, and what is raised to him.
   struct Waiter {

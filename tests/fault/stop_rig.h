@@ -18,6 +18,7 @@
 
 #include "shm/channel_client.h"
 #include "support/emulated_controller.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -119,7 +120,7 @@ class StopRig : public RobotRig {
 
  private:
   void write_profile(const std::string& lines) {
-    std::ifstream from(CORBOT_PROFILE);
+    std::ifstream from(CORBOT_TEST_PROFILE);
     std::stringstream text;
     text << from.rdbuf();
     std::string all = text.str();

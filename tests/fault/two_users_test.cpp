@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "shm/channel_client.h"
+#include "support/paths.h"
 #include "support/ports.h"
 #include "support/process.h"
 
@@ -138,14 +139,14 @@ class TwoUsers : public ::testing::Test {
   }
   void start() {
     task_ = std::make_unique<Process>(as(kTask, true,
-                                         {"corbot-rt", CORBOT_PROFILE, "--name", name_, "--servant-user",
+                                         {"corbot-rt", CORBOT_TEST_PROFILE, "--name", name_, "--servant-user",
                                           kServant, "--stop-group", kGroup}),
                                       environment(kTask));
     ASSERT_TRUE(task_->wait_line("ready", within(30))) << task_->errors();
     const std::string endpoint = address_.substr(0, address_.find('/'));
     servant_ = std::make_unique<Process>(as(kServant, true,
                                             {fs::path(servant_program(CORBOT_BIN_DIR)).filename(),
-                                             CORBOT_PROFILE, "--name", name_, "--endpoint", endpoint}),
+                                             CORBOT_TEST_PROFILE, "--name", name_, "--endpoint", endpoint}),
                                          environment(kServant));
     ASSERT_TRUE(servant_->wait_line("ready", within(30))) << servant_->errors();
   }

@@ -23,6 +23,7 @@
 #include "config/load_profile.h"
 #include "robot/robot.h"
 #include "shm/channel_client.h"
+#include "support/paths.h"
 #include "support/process.h"
 #include "support/traced_thread.h"
 
@@ -55,7 +56,7 @@ class Waiters : public ::testing::Test {
 
   /// With the longest period, for a traced cycle takes some milliseconds.
   [[nodiscard]] std::string write_profile() const {
-    std::ifstream stream(CORBOT_PROFILE);
+    std::ifstream stream(CORBOT_TEST_PROFILE);
     std::string text{std::istreambuf_iterator<char>{stream}, {}};
     for (const auto& [from, to] : {std::pair{"period_us = 1000 ", "period_us = 20000 "},
                                    std::pair{"frozen_ms = 2000 ", "frozen_ms = 10000 "}}) {

@@ -10,6 +10,7 @@
 #include "corbot/kinematics/tool_pose.h"
 #include "corbot/units.h"
 #include "robot/corbot_robot.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -23,7 +24,7 @@ class State : public RobotRig {
   }
   /// By forward kinematics, of these joints.
   static ToolPose expected_tool(const Corbot::JointCoord& joints_deg) {
-    static const ArmModel arm = load_profile(CORBOT_PROFILE).arm;
+    static const ArmModel arm = load_profile(CORBOT_TEST_PROFILE).arm;
     Joints position_q{};
     for (CORBA::ULong i = 0; i < joints_deg.length(); ++i) position_q[i] = to_radians(joints_deg[i]);
     return tool_pose(arm.kinematics, position_q);

@@ -6,6 +6,7 @@
 #include <fmt/core.h>
 
 #include "interop/scenario.h"
+#include "support/paths.h"
 
 namespace corbot::test {
 namespace {

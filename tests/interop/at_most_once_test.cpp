@@ -8,6 +8,7 @@
 #include "interop/matrix_client.h"
 #include "support/cut_proxy.h"
 #include "support/ior.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

@@ -14,6 +14,7 @@
 
 #include "support/cut_proxy.h"
 #include "support/giop.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

@@ -8,6 +8,7 @@
 #include "rt/backends/bus/bus_backend.h"
 #include "rt/backends/can/socketcan.h"
 #include "support/emulated_drives.h"
+#include "support/paths.h"
 
 namespace corbot::test {
 namespace {

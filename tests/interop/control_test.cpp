@@ -12,6 +12,7 @@
 #include "controlled_operations.h"
 #include "support/giop.h"
 #include "support/ior.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

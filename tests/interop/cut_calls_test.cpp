@@ -20,6 +20,7 @@
 #include "support/cut_proxy.h"
 #include "support/ior.h"
 #include "support/naming_service.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

@@ -17,6 +17,7 @@
 #include "corbot/units.h"
 #include "support/device_jobs.h"
 #include "support/path_log.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -30,7 +31,7 @@ class DeviceChain : public RobotRig, public ::testing::WithParamInterface<Device
     take_name("device");
     directory_ = fmt::format("{}/{}", CORBOT_SCRATCH_DIR, name_);
     fs::create_directory(directory_);
-    model_ = load_profile(CORBOT_PROFILE).arm;
+    model_ = load_profile(CORBOT_TEST_PROFILE).arm;
     fixture_ = GetParam().make(model_, directory_);
     if (const std::string missing = fixture_->missing(); !missing.empty()) GTEST_SKIP() << missing;
     fixture_->set_up();

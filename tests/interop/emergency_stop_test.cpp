@@ -9,6 +9,7 @@
 
 #include <fmt/core.h>
 
+#include "support/paths.h"
 #include "support/serial_robot.h"
 
 namespace corbot::test {

@@ -11,6 +11,7 @@
 
 #include <fmt/core.h>
 
+#include "support/paths.h"
 #include "support/ports.h"
 #include "support/robot_rig.h"
 
@@ -80,7 +81,9 @@ TEST_F(FirstMove, InPython) {
                     fmt::format("PATH={}/lib/bin:{}", out, std::getenv("PATH"))}));
 }
 
-TEST_F(FirstMove, InCppBuiltByCMake) { expect_moved(run({CORBOT_FIRST_MOVE, reference_})); }
+TEST_F(FirstMove, InCppBuiltByCMake) {
+  expect_moved(run({CORBOT_BINARY_DIR "/examples/first_move", reference_}));
+}
 
 TEST_F(FirstMove, SaysWhatWentWrong) {
   const std::string nowhere = fmt::format("corbaloc::127.0.0.1:{}/{}", free_port(), name_);
@@ -93,8 +96,8 @@ TEST_F(FirstMove, SaysWhatWentWrong) {
   };
   rt_->terminate();
   ASSERT_TRUE(wait_for(Corbot::Error));
-  std::vector<RunResult> down{run({CORBOT_FIRST_MOVE, nowhere})};
-  std::vector<RunResult> not_ready{run({CORBOT_FIRST_MOVE, reference_})};
+  std::vector<RunResult> down{run({CORBOT_BINARY_DIR "/examples/first_move", nowhere})};
+  std::vector<RunResult> not_ready{run({CORBOT_BINARY_DIR "/examples/first_move", reference_})};
   if (python) {
     down.push_back(in_python(nowhere));
     not_ready.push_back(in_python(reference_));
@@ -124,7 +127,8 @@ TEST_F(FirstMove, InCppBuiltAsReadmeSays) {
 class HelloArm : public RobotRig {
  protected:
   void SetUp() override {
-    if (!std::filesystem::exists(CORBOT_HELLO_ARM)) GTEST_SKIP() << "skipped: ORBit2 not found";
+    if (!std::filesystem::exists(CORBOT_BINARY_DIR "/examples/hello_arm"))
+      GTEST_SKIP() << "skipped: ORBit2 not found";
     RobotRig::SetUp();
     sockets_ = fmt::format("{}/{}", CORBOT_SCRATCH_DIR, name_);
     std::filesystem::create_directory(sockets_);
@@ -136,7 +140,7 @@ class HelloArm : public RobotRig {
     RobotRig::TearDown();
   }
   RunResult hello(const std::string& reference) {
-    return run({CORBOT_HELLO_ARM, reference}, 60.0, {"ORBIT_SOCKETDIR=" + sockets_});
+    return run({CORBOT_BINARY_DIR "/examples/hello_arm", reference}, 60.0, {"ORBIT_SOCKETDIR=" + sockets_});
   }
   std::string sockets_;
 };

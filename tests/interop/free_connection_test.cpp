@@ -11,6 +11,7 @@
 #include "interop/matrix_client.h"
 #include "shm/channel_client.h"
 #include "support/cut_proxy.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -67,7 +68,7 @@ class FreeConnection : public RobotRig, public ::testing::WithParamInterface<Cli
   /// A frozen task goes unnoticed for as long as a test takes: what waits for it stays blocked.
   static std::string write_profile() {
     std::ostringstream all;
-    all << std::ifstream(CORBOT_PROFILE).rdbuf();
+    all << std::ifstream(CORBOT_TEST_PROFILE).rdbuf();
     std::string text = all.str();
     const std::string before = "frozen_ms = 2000 ";
     text.replace(text.find(before), before.size(), "frozen_ms = 10000 ");

@@ -11,6 +11,7 @@
 
 #include "support/device_jobs.h"
 #include "support/emulated_drives.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

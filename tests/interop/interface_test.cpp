@@ -8,6 +8,7 @@
 
 #include "config/load_profile.h"
 #include "corbot/channel/fingerprint.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -173,21 +174,21 @@ TEST_F(Interface, TheObjectExists) {
   EXPECT_TRUE(arm_->_is_a("IDL:Corbot/Arm:1.0"));
 }
 
-double seconds_since_1970() {
+double now_since_1970_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 TEST_F(Interface, SaysWhatServesIt) {
   EXPECT_EQ(servant_->terminate(), 0);
-  const double before_s = seconds_since_1970();
+  const double before_s = now_since_1970_s();
   start_servant();
   if (HasFatalFailure()) return;
-  const double after_s = seconds_since_1970();
+  const double after_s = now_since_1970_s();
   ASSERT_TRUE(wait_for(Corbot::Standby));
   Corbot::ServantInfo_var info = arm_->Servant();
   EXPECT_STREQ(info->version, CORBOT_VERSION);
   EXPECT_EQ(std::string(info->profile),
-            fmt::format("{:016x}", fingerprint(load_profile(CORBOT_PROFILE).arm)));
+            fmt::format("{:016x}", fingerprint(load_profile(CORBOT_TEST_PROFILE).arm)));
   EXPECT_GE(info->started, before_s);
   EXPECT_LE(info->started, after_s);
 }

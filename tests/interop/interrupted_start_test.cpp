@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "support/paths.h"
 #include "support/process.h"
 
 namespace corbot::test {
@@ -23,7 +24,7 @@ class InterruptedStart : public ::testing::Test {
     name_ = unique_name("interrupted");
     directory_ = CORBOT_SCRATCH_DIR + ("/" + name_);
     fs::create_directory(directory_);
-    std::ifstream from(CORBOT_PROFILE);
+    std::ifstream from(CORBOT_TEST_PROFILE);
     std::stringstream text;
     text << from.rdbuf();
     const std::string all = text.str();

@@ -9,6 +9,7 @@
 
 #include <fmt/core.h>
 
+#include "support/paths.h"
 #include "support/ports.h"
 #include "support/robot_rig.h"
 

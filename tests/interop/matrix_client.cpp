@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "interop/matrix_client.h"
+#include "support/paths.h"
 
 #include <signal.h>
 
@@ -13,8 +14,8 @@ namespace corbot::test {
 void PrintTo(const ClientKind& kind, std::ostream* out) { *out << kind.name; }
 
 std::vector<ClientKind> client_kinds() {
-  return {{"omniorb", CORBOT_CLIENT_OMNIORB, ""},
-          {"orbit2", CORBOT_CLIENT_ORBIT2, ""},
+  return {{"omniorb", CORBOT_TESTS_DIR "/client_omniorb", ""},
+          {"orbit2", CORBOT_TESTS_DIR "/client_orbit2", ""},
           {"python", "", ""},
           {"java", "", ""},
           {"tcl", "", "error Combat cannot send"}};

@@ -5,6 +5,7 @@
 #include <fmt/core.h>
 
 #include "support/naming_service.h"
+#include "support/paths.h"
 #include "support/ports.h"
 #include "support/robot_rig.h"
 

@@ -12,6 +12,7 @@
 #include <fmt/core.h>
 
 #include "support/naming_service.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -54,7 +55,7 @@ class Orbit2Servant : public RobotRig {
   }
   /// One command to the C client, connected to the reference.
   std::string ask_in_c(const std::string& reference, const std::string& command) {
-    Process client({CORBOT_CLIENT_ORBIT2}, {"ORBIT_SOCKETDIR=" + directory_});
+    Process client({CORBOT_TESTS_DIR "/client_orbit2"}, {"ORBIT_SOCKETDIR=" + directory_});
     client.send("connect " + reference);
     const auto connected = client.wait_line("", within(30));
     if (connected != "ok") return connected.value_or("no answer");

@@ -17,6 +17,7 @@
 #include "interop/matrix_client.h"
 #include "shm/channel_client.h"
 #include "support/giop.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "corbot/kinematics/pose.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -18,7 +19,7 @@ using ::testing::HasSubstr;
 class SixAxisPoses : public RobotRig {
  protected:
   void SetUp() override {
-    profile_ = CORBOT_PUMA;
+    profile_ = CORBOT_PROFILES "/puma560.toml";
     RobotRig::SetUp();
   }
 

@@ -12,6 +12,7 @@
 
 #include "config/profile.h"
 #include "shm/channel_client.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -34,7 +35,7 @@ class PowerUp : public RobotRig {
   }
   /// The Lynx 5 with another backend.
   void write_profile(const std::string& backend) {
-    std::ifstream from(CORBOT_PROFILE);
+    std::ifstream from(CORBOT_TEST_PROFILE);
     std::stringstream text;
     text << from.rdbuf();
     const std::string all = text.str();

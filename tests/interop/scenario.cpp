@@ -10,13 +10,14 @@
 #include <fmt/core.h>
 
 #include "interop/answers.h"
+#include "support/paths.h"
 
 namespace corbot::test {
 namespace {
 
 /// `NAME = VALUE`, a line each.
 std::map<std::string, std::string> values_of(const std::string& arm) {
-  std::ifstream file(fmt::format("{}/{}.txt", CORBOT_SCENARIO_ARMS, arm));
+  std::ifstream file(fmt::format("{}/{}.txt", CORBOT_SOURCE_DIR "/tests/interop/arms", arm));
   std::map<std::string, std::string> values;
   for (std::string line; std::getline(file, line);) {
     const std::size_t at = line.find(" = ");
@@ -108,7 +109,7 @@ void Scenario::step(const std::string& line, const std::optional<std::string>& e
 
 void Scenario::run() {
   std::vector<std::string> lines;
-  std::ifstream file(CORBOT_SCENARIO);
+  std::ifstream file(CORBOT_SOURCE_DIR "/tests/interop/scenario.txt");
   bool is_for_this_arm = true;
   for (std::string line; std::getline(file, line);) {
     if (line.starts_with("for ")) {

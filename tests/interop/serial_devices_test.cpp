@@ -2,6 +2,7 @@
 // The messages for a serial line that cannot be opened.
 #include <gmock/gmock.h>
 
+#include "support/paths.h"
 #include "support/serial_robot.h"
 
 namespace corbot::test {

@@ -15,6 +15,7 @@
 #include "contract/driver.h"
 #include "rt/backends/registry.h"
 #include "support/emulated_controller.h"
+#include "support/paths.h"
 
 namespace corbot::test {
 namespace {
@@ -53,7 +54,7 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
     controller_.emplace(std::string(CORBOT_BIN_DIR) + "/corbot-sim", GetParam().emulator, directory_);
     controller_->start();
     if (HasFatalFailure()) return;
-    std::ifstream from(CORBOT_PROFILE);
+    std::ifstream from(CORBOT_TEST_PROFILE);
     std::stringstream text;
     text << from.rdbuf();
     const std::string all = text.str();

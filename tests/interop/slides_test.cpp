@@ -14,6 +14,7 @@
 
 #include "support/emulated_controller.h"
 #include "support/emulated_drives.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

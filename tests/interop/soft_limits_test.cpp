@@ -11,6 +11,7 @@
 
 #include <fmt/core.h>
 
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

@@ -9,7 +9,7 @@
 // The checker against textbook results: which outcomes of the classic litmus tests C++ allows, and how many
 // executions there are. A checker that explores too little or too much fails here.
 
-namespace corbot::model {
+namespace corbot::model::litmus_test {
 namespace {
 
 constexpr auto kRelaxed = std::memory_order_relaxed;
@@ -170,4 +170,4 @@ TEST(LitmusTest, RefusesWhatItDoesNotModel) {
 }
 
 }  // namespace
-}  // namespace corbot::model
+}  // namespace corbot::model::litmus_test

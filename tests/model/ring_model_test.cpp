@@ -10,7 +10,7 @@
 // Ring and its two ends, the very templates, under every execution: capacity 2, so that slots are reused and
 // both full and empty are met. Bounds: kPushes and kPops attempts, of which some fail.
 
-namespace corbot::model {
+namespace corbot::model::ring_model_test {
 namespace {
 
 using Record = std::uint64_t;
@@ -133,4 +133,4 @@ TYPED_TEST(BrokenRing, IsCaught) {
 }
 
 }  // namespace
-}  // namespace corbot::model
+}  // namespace corbot::model::ring_model_test

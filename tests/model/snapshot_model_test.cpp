@@ -11,7 +11,7 @@
 // SnapshotCell and BasicTrace, the very templates, under every execution. Bounds: words a record, stores, and
 // attempts as the programs say.
 
-namespace corbot::model {
+namespace corbot::model::snapshot_model_test {
 namespace {
 
 template <std::size_t kWords>
@@ -169,4 +169,4 @@ TEST(TraceModel, BothOrdersAreNeeded) {
 }
 
 }  // namespace
-}  // namespace corbot::model
+}  // namespace corbot::model::snapshot_model_test

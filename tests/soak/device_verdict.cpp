@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kPulse_deg = 0.25;    // a controller's whole microseconds, and the next motion's first ones
 constexpr double kMeasured_deg = 0.3;  // between the measurement and this instant
-constexpr double kFrames_s = 0.06;     // two frames of the servos and the bus
-constexpr double kEnabling_s = 6.0;    // in which drives must have been enabled, one after another
+constexpr double kDeviceFrames_s = 0.06;  // two frames of the servos and the bus
+constexpr double kEnabling_s = 6.0;       // in which drives must have been enabled, one after another
 constexpr std::int64_t kRecent_ns = 30'000'000'000;
 
 bool has_code(const std::string& cause, std::initializer_list<const char*> codes) {
@@ -135,7 +135,8 @@ void check_success(const DeviceEvidence& evidence, Verdict& verdict) {
     const Call* call = owners.by_end(motion);
     if (call == nullptr || !call->waits_for_motion() || !call->accepted() || is_line_to_arc(motion, *call))
       continue;
-    const Interval time{motion.last_ns, std::max(call->end_ns, motion.last_ns) + nanoseconds(kFrames_s)};
+    const Interval time{motion.last_ns,
+                        std::max(call->end_ns, motion.last_ns) + nanoseconds(kDeviceFrames_s)};
     if (is_unknowable(evidence, time)) continue;
     for (std::size_t axis = 0; axis < 4; ++axis) {
       if (reaches(evidence, axis, motion.end_deg[axis], time)) continue;

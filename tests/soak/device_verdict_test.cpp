@@ -5,6 +5,7 @@
 #include "soak/device_checks.h"
 #include "soak/gpio_soak.h"
 #include "soak/judge_fixture.h"
+#include "support/paths.h"
 
 namespace corbot::soak {
 namespace {
@@ -260,7 +261,7 @@ TEST_F(DeviceJudge, SeesAClearThatNothingExplains) {
 }
 
 TEST(DeviceLog, ReadsCountsAndPulses) {
-  const ArmModel arm = load_profile(CORBOT_PROFILE).arm;
+  const ArmModel arm = load_profile(CORBOT_SHIPPED_PROFILE).arm;
   DeviceLog drives(DeviceLog::Kind::kCounts, arm);
   drives.read("time_ns,node,target,position,power");
   drives.read("5,2,1500,1000,1");

@@ -20,7 +20,7 @@ namespace corbot::soak {
 namespace {
 
 constexpr double kRamp_s = 1.0;
-constexpr double kBack_s = 20.0;
+constexpr double kLineBack_s = 20.0;
 
 /// The cycle, stepped by a thread of its own as the loop does it, over the simulator; it always has a motion to run.
 class RunningCycle {
@@ -163,7 +163,7 @@ class GpioSoak {
 
   /// A person clears until the robot is well: what is in the way passes.
   bool clear() {
-    const std::int64_t end_ns = now_ns() + nanoseconds(kBack_s);
+    const std::int64_t end_ns = now_ns() + nanoseconds(kLineBack_s);
     const std::uint64_t before = cycle_.motions();
     while (cycle_.is_in_error() || cycle_.motions() == before) {
       if (now_ns() > end_ns) return false;
@@ -184,7 +184,7 @@ class GpioSoak {
     if (verbose_) fmt::print("{} step {}: {}\n", now_ns(), number + 1, what);
     sleep_ns(nanoseconds(real(0.02, 0.3)));  // nobody clears
     if (clear()) return true;
-    fmt::print("FAULT step {}: not back within {} s after: {}\n", number + 1, kBack_s, what);
+    fmt::print("FAULT step {}: not back within {} s after: {}\n", number + 1, kLineBack_s, what);
     return false;
   }
   const char* befall() {

@@ -11,6 +11,7 @@
 #include "soak/signature.h"
 #include "soak/stall_watch.h"
 #include "soak/verdict.h"
+#include "support/paths.h"
 
 namespace corbot::soak {
 
@@ -20,7 +21,7 @@ class Judge : public ::testing::Test {
   static constexpr std::int64_t kCycle_ns = 1'000'000;
   using Meanwhile = std::function<void(int cycle)>;
 
-  Judge() : profile_(load_profile(CORBOT_PROFILE)), recording_(profile_) {
+  Judge() : profile_(load_profile(CORBOT_SHIPPED_PROFILE)), recording_(profile_) {
     recording_.read(
         "cycle,time_ns,wall_ns,state,command,rate,theta0_deg,theta1_deg,theta2_deg,theta3_deg,x_m,y_m,z_m,"
         "gripper,device,flags");

@@ -22,6 +22,7 @@
 #include "soak/stage.h"
 #include "soak/stall_watch.h"
 #include "soak/verdict.h"
+#include "support/paths.h"
 
 namespace corbot::soak {
 namespace {
@@ -322,8 +323,8 @@ int main(int argc, char** argv) {
   bool verbose = false;
   // Beside this program, so that a copy of a build can run while the next is made.
   const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe").parent_path();
-  corbot::soak::StageOptions options{here.parent_path() / "bin", here / "soak_client", CORBOT_PROFILE, "",
-                                     "omniorb"};
+  corbot::soak::StageOptions options{here.parent_path() / "bin", here / "soak_client", CORBOT_SHIPPED_PROFILE,
+                                     "", "omniorb"};
   app.add_option("--faults", faults, "how many")->check(CLI::Range(1, 100'000))->capture_default_str();
   app.add_option("--seed", seed, "repeats the decisions of a run");
   app.add_option("--orb", options.orb)->check(CLI::IsMember({"omniorb", "orbit2"}))->capture_default_str();

@@ -9,13 +9,13 @@
 namespace corbot::soak {
 namespace {
 
-constexpr std::int64_t kNoticed_ns = 500'000'000;  // of a task that stands still
+constexpr std::int64_t kStateNoticed_ns = 500'000'000;  // of a task that stands still
 /// A task that was killed is started by a supervisor that runs: noticed at once, started after the back-off that it
 /// announces, ready when it has read the profile and taken over the segment. Beyond that back-off:
 constexpr double kStart_s = 1.0;
 /// The soak reads an announcement that late: between two looks there may be a `corbot status`.
 constexpr std::int64_t kRead_ns = 2'500'000'000;
-constexpr std::int64_t kRecent_ns = 20'000'000'000;
+constexpr std::int64_t kStateRecent_ns = 20'000'000'000;
 
 double unexplained_s(const Evidence& evidence, const Silence& silence) {
   std::vector<Interval> explained = evidence.stalls;
@@ -45,10 +45,10 @@ bool is_gap(const Evidence& evidence, const Silence& silence) {
 
 void check_states(const Evidence& evidence, Verdict& verdict) {
   for (const Silence& silence : evidence.recording.silences()) {
-    if (silence.end_ns - silence.begin_ns < kNoticed_ns) continue;
+    if (silence.end_ns - silence.begin_ns < kStateNoticed_ns) continue;
     for (const Call& call : evidence.ledger.calls()) {
       if (call.operation != "Status" || (call.outcome != "Waiting" && call.outcome != "Standby")) continue;
-      if (call.begin_ns < silence.begin_ns + kNoticed_ns || call.end_ns > silence.end_ns) continue;
+      if (call.begin_ns < silence.begin_ns + kStateNoticed_ns || call.end_ns > silence.end_ns) continue;
       verdict.faults.push_back(
           fmt::format("client {} was told '{}' when the task had been silent for {:.3f} s", call.client,
                       call.outcome, seconds(silence.begin_ns, call.begin_ns)));
@@ -67,7 +67,7 @@ void check_clears(const Evidence& evidence, Verdict& verdict) {
   std::int64_t last_ns = 0;
   for (const Clear& clear : evidence.clears) {
     if (!clear.done) continue;
-    const Interval recent{std::max(last_ns, clear.begin_ns - kRecent_ns), clear.end_ns};
+    const Interval recent{std::max(last_ns, clear.begin_ns - kStateRecent_ns), clear.end_ns};
     const auto was_broken = [&](const char* what) {
       return std::any_of(evidence.breaks.begin(), evidence.breaks.end(),
                          [&](const Break& b) { return b.what == what && overlap(b, recent); });

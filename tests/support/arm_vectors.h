@@ -12,8 +12,9 @@
 #include <vector>
 
 #include "corbot/kinematics/dh_table.h"
+#include "support/paths.h"
 
-// The arms of tests/vectors/arms. CORBOT_ARM_VECTORS is that folder; see its README.
+// The arms of tests/vectors/arms. See its README.
 
 namespace corbot::test {
 

@@ -8,11 +8,13 @@
 #include <sstream>
 #include <string>
 
+#include "support/paths.h"
+
 namespace corbot::test {
 
 /// The profile of the Lynx 5, its backend replaced.
 inline void write_lynx5_profile(const std::string& file, const std::string& backend) {
-  std::ifstream from(CORBOT_PROFILE);
+  std::ifstream from(CORBOT_TEST_PROFILE);
   std::stringstream text;
   text << from.rdbuf();
   const std::string all = text.str();

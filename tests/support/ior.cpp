@@ -49,7 +49,7 @@ class Reader {
   bool little_{true};
 };
 
-class Writer {
+class IorWriter {
  public:
   void octet(std::uint8_t value) { bytes_.push_back(static_cast<char>(value)); }
   void u16(std::uint32_t value) { number(value, 2); }
@@ -94,14 +94,14 @@ Ior parse_ior(const std::string& text) {
 }
 
 std::string to_string(const Ior& ior) {
-  Writer profile;
+  IorWriter profile;
   profile.octet(1);
   profile.octet(2);
   profile.text(ior.host);
   profile.u16(static_cast<std::uint32_t>(ior.port));
   profile.octets(ior.key);
   profile.u32(0);  // no components
-  Writer all;
+  IorWriter all;
   all.text(ior.type);
   all.u32(1);
   all.u32(kInternetIop);

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

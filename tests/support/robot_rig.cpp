@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/robot_rig.h"
+#include "support/paths.h"
 #include "support/ports.h"
 
 #include <algorithm>

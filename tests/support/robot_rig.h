@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "support/paths.h"
 #include "support/process.h"
 
 namespace corbot::test {
@@ -44,7 +45,7 @@ class RobotRig : public ::testing::Test {
   /// Every operation that moves something raises NotReady.
   void expect_no_motion_accepted();
 
-  std::string profile_ = CORBOT_PROFILE;
+  std::string profile_ = CORBOT_TEST_PROFILE;
   std::string name_;
   int port_ = 0;
   std::string reference_;

@@ -10,6 +10,7 @@
 
 #include "support/device_jobs.h"
 #include "support/emulated_controller.h"
+#include "support/paths.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {

@@ -7,9 +7,10 @@
 #include <vector>
 
 #include "config/load_profile.h"
+#include "support/paths.h"
 
 // The arms that suites run over: each of the six kinds, and one, three, four, five and six joints, slides among them. Property
-// tests take further ones. CORBOT_PROFILES is the folder of the shipped profiles.
+// tests take further ones.
 
 namespace corbot::test {
 
@@ -22,6 +23,10 @@ inline std::string profile_path(const std::string& name) {
   const std::filesystem::path shipped(CORBOT_PROFILES);
   const std::filesystem::path path = shipped / (name + ".toml");
   return (std::filesystem::exists(path) ? path : shipped / "../tests/profiles" / (name + ".toml")).string();
+}
+/// The same with gaps that a busy machine has, for programs that run best-effort.
+inline std::string busy_profile_path(const std::string& name) {
+  return CORBOT_TEST_PROFILES "/" + name + ".toml";
 }
 inline ArmModel arm_of(const std::string& name) { return load_profile(profile_path(name)).arm; }
 /// Lines and arcs: with a closed form, or by knots. Of the arms above only the turntable has neither room nor freedom for any.

@@ -1,23 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-if(TARGET corbot_cell_config)
-  corbot_test(unit_cell_config
-    SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/cell/config_test.cpp
-    LIBS corbot::cell_config fmt::fmt
-    LABELS unit)
-  target_compile_definitions(unit_cell_config PRIVATE CORBOT_CELL="${PROJECT_SOURCE_DIR}/profiles/cell")
+# The cell's rooms: in this process, and its programs one by one.
+if(NOT TARGET corbot_cell_store OR NOT TARGET corbot-scene)
+  return()
 endif()
-if(TARGET corbot_cli)
-  corbot_test(unit_cell_verdict
-    SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/cell/verdict_test.cpp
-    LIBS corbot::cli fmt::fmt
-    LABELS unit)
-  target_compile_definitions(unit_cell_verdict PRIVATE CORBOT_CELL="${PROJECT_SOURCE_DIR}/profiles/cell")
-endif()
-if(TARGET corbot-store)
-  corbot_test(unit_cell_program
-    SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/cell/program_test.cpp
-    LIBS corbot::cell_program corbot::client corbot_process fmt::fmt
-    LABELS unit
-    DEPENDS corbot-store)
-  target_compile_definitions(unit_cell_program PRIVATE CORBOT_BIN_DIR="${CMAKE_BINARY_DIR}/bin")
-endif()
+set(parts_REGEX "(program|coordinator|remote_robot|verdict)_test")
+corbot_sources(sources cell cell_camera cell_scene cell_store cell_worker)
+set(programs ${sources})
+list(FILTER sources EXCLUDE REGEX ${parts_REGEX})
+list(FILTER programs INCLUDE REGEX ${parts_REGEX})
+list(FILTER programs EXCLUDE REGEX verdict_test)
+corbot_test(test_cell TIER core THREADS
+  SOURCES ${sources} cell_worker/fake_cell.cpp
+  LIBS corbot::cell_scene corbot::cell_store corbot::cell_worker corbot::cell_config corbot::sim_scene corbot::config
+       corbot::backends corbot_process fmt::fmt)
+corbot_test(test_cell_programs TIER process
+  SOURCES ${programs} cell_worker/fake_cell.cpp
+  LIBS corbot_cli_rig corbot::cell_coordinator corbot::cell_worker corbot::cell_remote corbot::cell_store corbot::cell_program
+       corbot::cell_config corbot::client corbot_rig fmt::fmt
+  DEPENDS corbot corbot-rt corbot-servant corbot-store corbot-scene)

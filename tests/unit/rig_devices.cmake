@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Against a kernel that has the devices; skipped elsewhere, with the reason.
-corbot_test(rig_devices_test
-  SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/rig_devices/gpio_test.cpp ${CMAKE_CURRENT_SOURCE_DIR}/rig_devices/pwm_test.cpp
-  LIBS corbot::backends corbot::inputs
-  LABELS rig)
-target_include_directories(rig_devices_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+corbot_test(rig_devices_test TIER process
+  SOURCES rig_devices/gpio_test.cpp rig_devices/pwm_test.cpp
+  LIBS corbot::backends corbot::inputs)
 
 # The GPIO tests once more on libgpiod 2, which Debian 12 has not; its Python binding on PyPI carries the sources.
 set(CORBOT_LIBGPIOD2_DIR "" CACHE PATH "Unpacked sources of PyPI's gpiod 2, empty for none")
@@ -21,7 +19,6 @@ if(EXISTS "${CORBOT_LIBGPIOD2_DIR}/libgpiod-version.txt")
   # Only the rig runs it. First in the linker's order: what it defines is not looked for in corbot::gpio.
   add_executable(rig_gpiod2_test ${CMAKE_CURRENT_SOURCE_DIR}/rig_devices/gpio_test.cpp)
   corbot_target(rig_gpiod2_test)
-  target_include_directories(rig_gpiod2_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
-  target_link_libraries(rig_gpiod2_test PRIVATE corbot_gpio2 corbot::backends corbot::inputs GTest::gtest GTest::gmock GTest::gtest_main)
+  target_link_libraries(rig_gpiod2_test PRIVATE corbot_test_headers corbot_gpio2 corbot::backends corbot::inputs GTest::gtest GTest::gmock GTest::gtest_main)
   set_target_properties(rig_gpiod2_test PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
 endif()

@@ -11,6 +11,7 @@
 
 #include "cell/camera/detector.h"
 #include "sim/scene/picture.h"
+#include "support/paths.h"
 
 namespace corbot::test {
 namespace {

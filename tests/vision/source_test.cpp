@@ -18,6 +18,7 @@
 #include "cell/camera/camera_servant.h"
 #include "cell/picture_wire.h"
 #include "sim/scene/picture.h"
+#include "support/paths.h"
 
 namespace corbot::test {
 namespace {

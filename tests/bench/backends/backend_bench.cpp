@@ -13,6 +13,7 @@
 #include "config/load_profile.h"
 #include "contract/device_fixture.h"
 #include "contract/driver.h"
+#include "support/paths.h"
 #include "support/process.h"
 
 namespace corbot::test {
@@ -68,7 +69,7 @@ void print(const std::string& name, std::vector<double> times_ns) {
 }
 
 Profile profile_with(const std::string& backend) {
-  std::ifstream from(CORBOT_PROFILE);
+  std::ifstream from(CORBOT_TEST_PROFILE);
   const std::string all{std::istreambuf_iterator<char>(from), {}};
   return parse_profile(all.substr(0, all.find("[backend]")) + backend, "bench");
 }

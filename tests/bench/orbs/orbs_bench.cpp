@@ -17,6 +17,7 @@
 
 #include "orbs/probe.h"
 #include "orbs/servers.h"
+#include "support/paths.h"
 #include "support/ports.h"
 #include "support/process.h"
 
@@ -24,7 +25,7 @@ namespace {
 
 using namespace corbot::bench;
 
-const std::string kBench = CORBOT_BENCH_DIR;
+const std::string kBench = CORBOT_BINARY_DIR "/bench";
 
 /// Calls of one kind: so many of each subject, in blocks. The first ones of a block are not counted: they
 /// find caches that others have used meanwhile, and the real-time task at another place of its cycle.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "orbs/servers.h"
+#include "support/paths.h"
 
 #include <stdlib.h>
 #include <sys/un.h>
@@ -11,7 +12,7 @@
 
 namespace corbot::bench {
 
-Scratch::Scratch() : path_(std::string(CORBOT_BENCH_DIR) + "/orbs-XXXXXX") {
+Scratch::Scratch() : path_(std::string(CORBOT_BINARY_DIR "/bench") + "/orbs-XXXXXX") {
   if (::mkdtemp(path_.data()) == nullptr) throw std::runtime_error("cannot make " + path_);
   ::setenv("TMPDIR", path_.c_str(), 1);
   ::setenv("ORBIT_SOCKETDIR", path_.c_str(), 1);  // or every ORBit2 program would leave one under /tmp
@@ -59,9 +60,9 @@ std::string Servers::start_robot(const std::string& program, const std::string& 
                                  const std::vector<std::string>& address) {
   const std::string bin = CORBOT_BIN_DIR;
   placement_.on_the_others();
-  start({bin + "/corbot-rt", CORBOT_PROFILE, "--name", name});
+  start({bin + "/corbot-rt", CORBOT_TEST_PROFILE, "--name", name});
   placement_.on_the_one();
-  std::vector<std::string> command{bin + "/" + program, CORBOT_PROFILE, "--name", name};
+  std::vector<std::string> command{bin + "/" + program, CORBOT_TEST_PROFILE, "--name", name};
   command.insert(command.end(), address.begin(), address.end());
   return start(std::move(command));
 }

@@ -26,6 +26,7 @@
 
 #include "shm/channel_client.h"
 #include "support/giop.h"
+#include "support/paths.h"
 #include "support/ports.h"
 #include "support/process.h"
 
@@ -47,9 +48,9 @@ double since_us(Clock::time_point begin) {
 class Robot {
  public:
   explicit Robot(const std::string& servant)
-      : rt_({std::string(CORBOT_BIN_DIR) + "/corbot-rt", CORBOT_PROFILE, "--name", name_}),
-        servant_(started(rt_, {std::string(CORBOT_BIN_DIR) + "/" + servant, CORBOT_PROFILE, "--name", name_,
-                               "--endpoint", fmt::format("127.0.0.1:{}", port_)})) {
+      : rt_({std::string(CORBOT_BIN_DIR) + "/corbot-rt", CORBOT_TEST_PROFILE, "--name", name_}),
+        servant_(started(rt_, {std::string(CORBOT_BIN_DIR) + "/" + servant, CORBOT_TEST_PROFILE, "--name",
+                               name_, "--endpoint", fmt::format("127.0.0.1:{}", port_)})) {
     if (!servant_.wait_line("ready", within(kPatience_s))) throw std::runtime_error(servant_.errors());
     channel_ = std::make_unique<Observer>(Observer::of(name_));
   }

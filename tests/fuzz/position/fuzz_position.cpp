@@ -11,6 +11,7 @@
 
 #include "config/load_profile.h"
 #include "state/last_position.h"
+#include "support/paths.h"
 
 namespace {
 

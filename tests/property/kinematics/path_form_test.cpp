@@ -15,7 +15,7 @@
 #include "corbot/kinematics/planar_stretch.h"
 #include "random_arm.h"
 
-namespace corbot {
+namespace corbot::property_path_form_test {
 namespace {
 
 using test::RandomArm;
@@ -206,4 +206,4 @@ TEST(Stretches, OfPlanarArmsByTheirOwnBounds) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::property_path_form_test

@@ -10,7 +10,7 @@
 #include "corbot/kinematics/tool_pose.h"
 #include "inverse_at_pitch.h"
 
-namespace corbot {
+namespace corbot::property_pitch_round_trip_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -120,4 +120,4 @@ TEST(PitchRoundTrip, AMillionPointsComeBackOnEverySolution) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::property_pitch_round_trip_test

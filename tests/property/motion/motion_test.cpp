@@ -19,7 +19,7 @@
 // Random motions through planner, ring, cycle and loopback backend, every tick watched from outside.
 // CORBOT_MOTIONS: how many in total (default 40000, fewer under sanitizers); CORBOT_SEED: the seed.
 
-namespace corbot::test {
+namespace corbot::test::property_motion_test {
 namespace {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -385,4 +385,4 @@ INSTANTIATE_TEST_SUITE_P(Random, Motions, ::testing::ValuesIn(motion_cases()),
                          [](const auto& test) { return name_of(test.param); });
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::property_motion_test

@@ -15,7 +15,7 @@
 #include "published_arm.h"
 #include "seed.h"
 
-namespace corbot {
+namespace corbot::property_arms_paths_test {
 namespace {
 
 using test::check_ticks;
@@ -226,4 +226,4 @@ INSTANTIATE_TEST_SUITE_P(Arms, Joint,
                          kName);
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::property_arms_paths_test

@@ -16,7 +16,7 @@
 #include "rt/cycle/path_evaluation.h"
 #include "seed.h"
 
-namespace corbot {
+namespace corbot::property_frames_test {
 namespace {
 
 using test::Point;
@@ -141,4 +141,4 @@ INSTANTIATE_TEST_SUITE_P(Arms, FramedPaths,
                          [](const auto& arm) { return std::string(arm.param); });
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::property_frames_test

@@ -14,7 +14,7 @@
 #include "seed.h"
 #include "test_arm.h"
 
-namespace corbot {
+namespace corbot::property_gate_test {
 namespace {
 
 using Point = std::array<double, 3>;
@@ -68,4 +68,4 @@ TEST(Gate, AcceptsWhatIsPlannedAndRefusesAToolBeyondItsLimits) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::property_gate_test

@@ -11,7 +11,7 @@
 #include "seed.h"
 #include "test_arm.h"
 
-namespace corbot {
+namespace corbot::property_joint_motions_test {
 namespace {
 
 using test::deg;
@@ -64,4 +64,4 @@ TEST(JointMotions, KeepTheLimitsAndArrive) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::property_joint_motions_test

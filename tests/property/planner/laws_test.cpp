@@ -8,7 +8,7 @@
 #include "planner/time_law_planner.h"
 #include "seed.h"
 
-namespace corbot {
+namespace corbot::property_laws_test {
 namespace {
 
 double log_uniform(std::mt19937_64& random, double low_exponent, double high_exponent) {
@@ -107,4 +107,4 @@ TEST(Laws, TinyAndZeroDistances) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::property_laws_test

@@ -22,7 +22,7 @@
 #include "rt/cycle/knot_check.h"
 #include "seed.h"
 
-namespace corbot {
+namespace corbot::property_other_paths_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -289,4 +289,4 @@ INSTANTIATE_TEST_SUITE_P(Arms, OtherPaths, testing::ValuesIn(kinds()),
                          [](const auto& kind) { return kind.param.name; });
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::property_other_paths_test

@@ -11,7 +11,7 @@
 #include "seed.h"
 #include "test_arm.h"
 
-namespace corbot {
+namespace corbot::property_paths_test {
 namespace {
 
 using test::check_ticks;
@@ -121,4 +121,4 @@ TEST(Arcs, StayRoundWithinEveryLimitAndArrive) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::property_paths_test

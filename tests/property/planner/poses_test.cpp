@@ -15,7 +15,7 @@
 #include "rt/cycle/command_check.h"
 #include "seed.h"
 
-namespace corbot {
+namespace corbot::property_poses_test {
 namespace {
 
 using test::Point;
@@ -150,4 +150,4 @@ INSTANTIATE_TEST_SUITE_P(Arms, PoseMotions, testing::Values("puma560", "irb2400"
                          [](const auto& arm) { return std::string(arm.param); });
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::property_poses_test

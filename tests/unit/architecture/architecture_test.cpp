@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "architecture/linked_libraries.h"
+#include "support/paths.h"
 #include "support/process.h"
 
 namespace corbot::test {
@@ -43,7 +44,7 @@ TEST(Architecture, TheGraphHasEveryRoomAndNoArrowBack) {
 }
 
 TEST(Architecture, TheRealTimeTaskLinksNoOrb) {
-  const auto libraries = linked_libraries(CORBOT_RT_PROGRAM);
+  const auto libraries = linked_libraries(CORBOT_BIN_DIR "/corbot-rt");
   EXPECT_THAT(libraries, ::testing::Contains(HasSubstr("libc.so")));
   EXPECT_THAT(orbs_among(libraries), IsEmpty());
 }

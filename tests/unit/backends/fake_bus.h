@@ -11,20 +11,12 @@
 #include <vector>
 
 #include "rt/backends/bus/bus_backend.h"
+#include "support/wait_until.h"
 
 namespace corbot::rt {
 
 using Clock = std::chrono::steady_clock;
-
-template <class Condition>
-bool wait_until(Condition&& condition) {
-  const auto deadline = Clock::now() + std::chrono::seconds(20);
-  while (!condition()) {
-    if (Clock::now() > deadline) return false;
-    std::this_thread::yield();
-  }
-  return true;
-}
+using test::wait_until;
 
 /// A device whose bus the test holds in its hands.
 struct FakeBus {

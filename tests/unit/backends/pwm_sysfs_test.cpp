@@ -13,24 +13,16 @@
 #include <thread>
 
 #include "support/fake_pwm_chip.h"
+#include "support/wait_until.h"
 
-namespace corbot::rt {
+namespace corbot::rt::pwm_sysfs_test {
 namespace {
 
 namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
-
-template <class Condition>
-bool wait_until(Condition&& condition) {
-  const auto deadline = Clock::now() + std::chrono::seconds(20);
-  while (!condition()) {
-    if (Clock::now() > deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
-}
+using test::wait_until;
 
 std::string new_directory() {
   std::string path = testing::TempDir() + "corbot-pwm-XXXXXX";
@@ -245,4 +237,4 @@ TEST_F(PwmSysfsTest, RefusesAnOutputThatTheControllerHasNot) {
 }
 
 }  // namespace
-}  // namespace corbot::rt
+}  // namespace corbot::rt::pwm_sysfs_test

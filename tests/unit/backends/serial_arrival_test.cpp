@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "rt/backends/serial/adapter_latency.h"
+#include "support/paths.h"
 #include "unit/backends/fake_bus.h"
 #include "unit/backends/serial_bench.h"
 

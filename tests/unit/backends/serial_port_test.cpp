@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "rt/backends/serial/ssc32.h"
+#include "support/paths.h"
 
 namespace corbot::rt {
 namespace {

@@ -9,6 +9,7 @@
 #include "rt/backends/can/sdo_client.h"
 #include "rt/backends/can/socketcan.h"
 #include "support/emulated_drives.h"
+#include "support/paths.h"
 
 namespace corbot::rt {
 
@@ -23,7 +24,7 @@ class Drives : public ::testing::Test {
  protected:
   Drives()
       : directory_(std::string(CORBOT_SCRATCH_DIR) + "/" + test::unique_name("drives")),
-        emulator_(CORBOT_SIM_PROGRAM, directory_, 3, {"--position", std::to_string(kStandsAt)}) {
+        emulator_(CORBOT_BIN_DIR "/corbot-sim", directory_, 3, {"--position", std::to_string(kStandsAt)}) {
     std::filesystem::create_directory(directory_);
     arm_.dof = 2;
     for (std::size_t i = 0; i < 2; ++i) {

@@ -10,6 +10,7 @@
 #include "planner/time_law_planner.h"
 #include "rt/backends/can/can_load.h"
 #include "sim/devices/cia402_drive.h"
+#include "support/paths.h"
 
 namespace corbot {
 namespace {
@@ -18,7 +19,7 @@ constexpr std::int64_t kMillisecond_ns = 1'000'000;
 /// From the shaft to the cycle that compares it: two periods of SYNC, one of the loop, and as much once more.
 constexpr std::int64_t kMeasuredLate_ns = 10 * kMillisecond_ns;
 
-TEST(Following, TheShippedDrivesKeepTheirLimits) {
+TEST(DriveFollowing, TheShippedDrivesKeepTheirLimits) {
   const Profile profile = load_profile(CORBOT_PROFILES "/lynx5-can.toml");
   const auto sync_ns = rt::sync_period_ns(profile.arm.dof + 1, profile.arm.period_ns, 1'000'000);
   ASSERT_TRUE(sync_ns);

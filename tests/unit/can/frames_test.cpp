@@ -15,6 +15,7 @@
 #include "rt/backends/can/cia402.h"
 #include "rt/backends/can/drive_watch.h"
 #include "rt/backends/can/socketcan.h"
+#include "support/paths.h"
 
 namespace corbot::rt {
 namespace {

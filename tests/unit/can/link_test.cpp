@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "rt/backends/can/can_port.h"
+#include "support/paths.h"
 
 namespace corbot::rt {
 namespace {

@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "cell/cell_config.h"
+#include "support/paths.h"
 
 namespace corbot::cell {
 namespace {

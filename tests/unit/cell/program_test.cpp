@@ -12,6 +12,7 @@
 #include <fstream>
 
 #include "client/failure.h"
+#include "support/paths.h"
 #include "support/process.h"
 
 namespace corbot::cell {

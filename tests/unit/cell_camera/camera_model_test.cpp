@@ -27,7 +27,7 @@ cell::CameraModel camera(const CsvRow& row) {
 }
 
 TEST(CameraModel, ProjectsAsOpenCvDoesAndFindsThePointAgain) {
-  const std::vector<CsvRow> rows = read_csv("camera_points.csv");
+  const std::vector<CsvRow> rows = read_csv("../cell/camera_points.csv");
   ASSERT_GE(rows.size(), 90U);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     SCOPED_TRACE("row " + std::to_string(i + 2));
@@ -51,7 +51,7 @@ TEST(CameraModel, GivesNothingForWhatIsNotAhead) {
 }
 
 TEST(UprightFrame, ConvertsBothWaysAsHomogeneousMatricesDo) {
-  const std::vector<CsvRow> rows = read_csv("upright_frames.csv");
+  const std::vector<CsvRow> rows = read_csv("../cell/upright_frames.csv");
   ASSERT_GE(rows.size(), 16U);
   for (const CsvRow& row : rows) {
     const cell::UprightFrame frame{vector(row, "p"), number(row, "yaw")};

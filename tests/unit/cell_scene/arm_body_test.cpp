@@ -10,6 +10,7 @@
 
 #include "config/load_profile.h"
 #include "corbot/units.h"
+#include "support/paths.h"
 
 namespace corbot::sim {
 namespace {

@@ -8,6 +8,7 @@
 #include "cell/cell_config.h"
 #include "cli/cli_rig.h"
 #include "config/load_profile.h"
+#include "support/paths.h"
 
 namespace corbot::test {
 namespace {

@@ -21,6 +21,7 @@
 #include "rt/backends/serial/serial_port.h"
 #include "sim/devices/control_input.h"
 #include "support/inverse_at_pitch.h"
+#include "support/paths.h"
 
 namespace corbot::cell {
 namespace {

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "rt/backends/serial/serial_port.h"
+#include "support/paths.h"
 
 namespace corbot::sim {
 namespace {

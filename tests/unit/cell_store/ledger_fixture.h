@@ -9,6 +9,7 @@
 #include <string>
 
 #include "cell/store/ledger.h"
+#include "support/paths.h"
 
 namespace corbot::cell {
 

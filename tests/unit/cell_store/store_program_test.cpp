@@ -12,6 +12,7 @@
 
 #include "cell.hh"
 #include "cell/store/database.h"
+#include "support/paths.h"
 #include "support/ports.h"
 #include "support/process.h"
 
@@ -38,8 +39,8 @@ class StoreProgram : public ::testing::Test {
   }
 
   [[nodiscard]] test::Process start() const {
-    return test::Process({CORBOT_BIN_DIR "/corbot-store", CORBOT_CELL, "--ports", std::to_string(port_),
-                          "--state-dir", (directory_ / "state").string()});
+    return test::Process({CORBOT_BIN_DIR "/corbot-store", CORBOT_CELL "/cell.toml", "--ports",
+                          std::to_string(port_), "--state-dir", (directory_ / "state").string()});
   }
   void connect() {
     const auto ready = program_->wait_line("ready ", within(30));

@@ -155,7 +155,7 @@ TEST_F(RemoteArm, HasControlUntilReleaseAndAStopEndsTheMotionUnderWay) {
 
 /// Seconds that `f` takes.
 template <class F>
-double duration_of(F&& f) {
+double call_duration_of(F&& f) {
   const auto begin = std::chrono::steady_clock::now();
   f();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -177,9 +177,9 @@ TEST_F(RemoteArm, AStopEndsAMotionWhoseReplyWasLost) {
   std::this_thread::sleep_for(std::chrono::milliseconds(2500));
   ASSERT_EQ(arm_->Status(), Corbot::Waiting) << "the motion goes on after its reply is given up";
   stop.request_stop();
-  EXPECT_LT(duration_of([&] { robot.stop(); }), 1.5);
+  EXPECT_LT(call_duration_of([&] { robot.stop(); }), 1.5);
   EXPECT_TRUE(wait_for(Corbot::Standby, 0.5));
-  EXPECT_LT(duration_of([&] { slow.get(); }), 1);
+  EXPECT_LT(call_duration_of([&] { slow.get(); }), 1);
   EXPECT_EQ(raised, "Stopped");
   robot.release();
 }
@@ -199,15 +199,15 @@ TEST_F(RemoteArm, AStopDoesNotWaitForAFrozenServant) {
   ASSERT_TRUE(wait_for(Corbot::Waiting));
   servant_->signal(SIGSTOP);
   stop.request_stop();
-  EXPECT_LT(duration_of([&] { robot.stop(); }), 3.5);
-  EXPECT_LT(duration_of([&] { slow.get(); }), 5);
+  EXPECT_LT(call_duration_of([&] { robot.stop(); }), 3.5);
+  EXPECT_LT(call_duration_of([&] { slow.get(); }), 5);
   servant_->signal(SIGCONT);
 }
 
 TEST_F(RemoteArm, ADelayMayLastAsLongAsAMotion) {
   cell::RemoteRobot robot(client_orb(), reference_, "test", 60, std::stop_token());
   ASSERT_TRUE(robot.acquire());
-  EXPECT_LT(duration_of([&] { robot.delay(5.5); }), 8) << "it was given up, and repeated";
+  EXPECT_LT(call_duration_of([&] { robot.delay(5.5); }), 8) << "it was given up, and repeated";
   robot.release();
 }
 

@@ -20,6 +20,7 @@
 #include "client/failure.h"
 #include "config/load_profile.h"
 #include "planner/workspace.h"
+#include "support/paths.h"
 
 namespace corbot::cli {
 namespace {

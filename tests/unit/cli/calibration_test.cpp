@@ -7,6 +7,7 @@
 
 #include "cli/calibrate/calibration.h"
 #include "config/load_profile.h"
+#include "support/paths.h"
 
 namespace corbot::cli {
 

@@ -16,6 +16,7 @@
 #include "support/chip_bus.h"
 #include "support/emulated_drives.h"
 #include "support/emulated_line.h"
+#include "support/paths.h"
 
 namespace corbot::cli {
 
@@ -67,7 +68,7 @@ class DoctorDevices : public testing::Test {
   /// A serial line as a program sees it: a terminal, behind which nothing answers but `access_.serial`.
   std::string terminal(const std::vector<std::string>& more = {}) {
     const std::string line = (directory_ / "tty").string();
-    std::vector<std::string> command{CORBOT_SIM_PROGRAM, "ssc32", "--pty", line};
+    std::vector<std::string> command{CORBOT_BIN_DIR "/corbot-sim", "ssc32", "--pty", line};
     command.insert(command.end(), more.begin(), more.end());
     emulator_ = std::make_unique<test::Process>(command);
     EXPECT_TRUE(emulator_->wait_line("ready", within(30))) << emulator_->errors();
@@ -232,7 +233,7 @@ TEST_F(DoctorDevices, PwmOfTheKernelIsLookedFor) {
 }
 
 TEST_F(DoctorDevices, EachDriveSaysWhatItIs) {
-  test::EmulatedDrives drives(CORBOT_SIM_PROGRAM, directory_.string(), 3);
+  test::EmulatedDrives drives(CORBOT_BIN_DIR "/corbot-sim", directory_.string(), 3);
   drives.start();
   if (HasFatalFailure()) return;
   use_drives(drives.bus(), 3);

@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "cli/doctor/doctor.h"
+#include "support/paths.h"
 
 namespace corbot::cli {
 

@@ -14,6 +14,7 @@
 #include "cli/supervise/back_off.h"
 #include "cli/supervise/supervisor.h"
 #include "client/failure.h"
+#include "support/paths.h"
 #include "support/process.h"
 
 namespace corbot::cli {
@@ -48,7 +49,9 @@ class Notify : public testing::Test {
   /// A child that performs `first` at its first start and `then` at each later one, where it is not the same.
   [[nodiscard]] Supervisor::Spec child(const std::string& first, const std::string& then = "") const {
     const std::string mark = file("started");
-    const std::string program = NOTIFYING_CHILD " ";
+    const std::string program = CORBOT_TESTS_DIR
+        "/notifying_child"
+        " ";
     return {"child",
             {"/bin/sh", "-c",
              "if [ -e " + mark + " ]; then exec " + program + (then.empty() ? first : then) +
@@ -157,7 +160,7 @@ TEST_F(Notify, ATasksSegmentsAreStoredUnderTwoNamesInTurn) {
   supervisor_ = std::make_unique<Supervisor>(
       Supervisor::Options{.notify_path = file("notify2"), .manager = &manager, .on_change = [] {}});
   Supervisor::Spec task{.title = "task",
-                        .command = {CORBOT_BIN_DIR "/corbot-rt", CORBOT_PROFILE, "--name", "stored",
+                        .command = {CORBOT_BIN_DIR "/corbot-rt", CORBOT_TEST_PROFILE, "--name", "stored",
                                     "--state-dir", directory_.string()}};
   ASSERT_TRUE(supervisor_->start(task));
   const auto stored = [&] {

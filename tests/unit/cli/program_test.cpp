@@ -10,6 +10,7 @@
 #include "cli/run_program.h"
 #include "client/client.h"
 #include "client/failure.h"
+#include "support/paths.h"
 
 namespace corbot::cli {
 

@@ -12,8 +12,9 @@
 #include <vector>
 
 #include "config/load_profile.h"
+#include "support/paths.h"
 
-namespace corbot {
+namespace corbot::arm_profile_test {
 namespace {
 
 using testing::HasSubstr;
@@ -354,4 +355,4 @@ TEST(ArmProfile, TheOneInTheDocumentIsComplete) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::arm_profile_test

@@ -9,7 +9,7 @@
 #include "arm_vectors.h"
 #include "config/arms/recognise.h"
 
-namespace corbot::config {
+namespace corbot::config::arm_recognition_test {
 namespace {
 
 using test::arm_vectors;
@@ -185,4 +185,4 @@ TEST(RecognitionSnapping, RestoresAUrdfsRoundedRightAngles) {
 }
 
 }  // namespace
-}  // namespace corbot::config
+}  // namespace corbot::config::arm_recognition_test

@@ -7,8 +7,9 @@
 #include <numbers>
 
 #include "config/load_profile.h"
+#include "support/paths.h"
 
-namespace corbot {
+namespace corbot::can_profile_test {
 namespace {
 
 using testing::HasSubstr;
@@ -118,4 +119,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return test.param.name; });
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::can_profile_test

@@ -10,8 +10,9 @@
 #include <vector>
 
 #include "config/load_profile.h"
+#include "support/paths.h"
 
-namespace corbot {
+namespace corbot::faults_test {
 namespace {
 
 using testing::HasSubstr;
@@ -397,4 +398,4 @@ TEST(Refusal, OfFilesThatCannotBeProfiles) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::faults_test

@@ -13,8 +13,9 @@
 #include <vector>
 
 #include "config/load_profile.h"
+#include "support/paths.h"
 
-namespace corbot {
+namespace corbot::profile_edit_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -120,4 +121,4 @@ TEST(ReplaceFile, KeepsTheOldOneAndItsPermissions) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::profile_edit_test

@@ -11,8 +11,9 @@
 #include <string>
 
 #include "config/arms/four_axis.h"
+#include "support/paths.h"
 
-namespace corbot {
+namespace corbot::profile_test {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
@@ -139,4 +140,4 @@ TEST(ParseProfile, AWatchdogSwitchesTheServosPower) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::profile_test

@@ -13,8 +13,9 @@
 #include "config/arms/arm_kind.h"
 #include "config/load_profile.h"
 #include "planner/numeric/numeric_inverse.h"
+#include "support/paths.h"
 
-namespace corbot {
+namespace corbot::shipped_arms_test {
 namespace {
 
 using config::GeometryForm;
@@ -216,4 +217,4 @@ TEST(ShippedProfiles, AreAllLoaded) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::shipped_arms_test

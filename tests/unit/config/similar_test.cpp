@@ -6,7 +6,7 @@
 #include <array>
 #include <string>
 
-namespace corbot {
+namespace corbot::similar_test {
 namespace {
 
 constexpr std::array<std::string_view, 4> kKeys{"speed_deg_s", "range_deg", "name", "readback"};
@@ -47,4 +47,4 @@ TEST(Similar, NothingIsNearAVeryLongWord) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::similar_test

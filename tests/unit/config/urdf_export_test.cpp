@@ -10,8 +10,9 @@
 #include "config/arms/urdf_chain.h"
 #include "config/arms/write_urdf.h"
 #include "config/load_profile.h"
+#include "support/paths.h"
 
-namespace corbot {
+namespace corbot::urdf_export_test {
 namespace {
 
 using config::kUrdfBase;
@@ -78,4 +79,4 @@ TEST(UrdfExport, IsAProfilesGeometry) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::urdf_export_test

@@ -16,7 +16,7 @@
 #include "config/load_profile.h"
 #include "config/profile_edit.h"
 
-namespace corbot {
+namespace corbot::urdf_profile_test {
 namespace {
 
 using testing::HasSubstr;
@@ -236,4 +236,4 @@ TEST(UrdfProfile, JointsThatHaveItsNamesStandInItsOrder) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::urdf_profile_test

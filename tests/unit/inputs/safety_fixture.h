@@ -13,27 +13,19 @@
 
 #include "rt/inputs/safety_lines.h"
 #include "support/fake_gpio.h"
+#include "support/wait_until.h"
 
 namespace corbot::rt {
 
 using test::FakeGpio;
 using Clock = std::chrono::steady_clock;
+using test::wait_until;
 
 inline constexpr std::int64_t kMs = 1'000'000;
 inline constexpr auto kGpio = static_cast<std::uint32_t>(StopSource::kGpio);
 inline constexpr auto kGpioUnheard = static_cast<std::uint32_t>(StopSource::kGpioUnheard);
 inline constexpr auto kWatcher = static_cast<std::uint32_t>(StopSource::kWatcher);
 inline constexpr auto kWatchdog = static_cast<std::uint32_t>(StopSource::kWatchdog);
-
-template <class Condition>
-bool wait_until(Condition&& condition) {
-  const auto deadline = Clock::now() + std::chrono::seconds(30);
-  while (!condition()) {
-    if (Clock::now() > deadline) return false;
-    std::this_thread::yield();
-  }
-  return true;
-}
 
 class SafetyLinesTest : public ::testing::Test {
  protected:

@@ -10,7 +10,7 @@
 
 #include "corbot/kinematics/angles.h"
 
-namespace corbot {
+namespace corbot::arc_tangent_test {
 namespace {
 
 TEST(ArcTangent, IsTheCLibrarysToTheLastDigits) {
@@ -62,4 +62,4 @@ TEST(NearestTurn, KeepsEveryBitNextToItsHintAndTurnsAnyNumberOfTimes) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::arc_tangent_test

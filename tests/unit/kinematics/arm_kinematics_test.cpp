@@ -10,7 +10,7 @@
 #include "corbot/kinematics/arm_kinematics.h"
 #include "paper_equations.h"
 
-namespace corbot {
+namespace corbot::arm_kinematics_test {
 namespace {
 
 using test::arm_vectors;
@@ -290,4 +290,4 @@ TEST(DhTables, OfBothConventionsAreTheSameChains) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::arm_kinematics_test

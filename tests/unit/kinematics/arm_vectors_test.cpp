@@ -9,7 +9,7 @@
 #include "arm_vectors.h"
 #include "corbot/kinematics/arm_kinematics.h"
 
-namespace corbot {
+namespace corbot::arm_vectors_test {
 namespace {
 
 using test::arm_vectors;
@@ -263,4 +263,4 @@ INSTANTIATE_TEST_SUITE_P(Arms, Projections,
                                          Projected{"so101", 2.5e-3}));
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::arm_vectors_test

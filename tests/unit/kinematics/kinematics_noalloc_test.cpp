@@ -8,19 +8,12 @@
 #include "arm_vectors.h"
 #include "corbot/kinematics/arm_kinematics.h"
 #include "corbot/kinematics/path_form.h"
+#include "support/paths.h"
 
 // No kinematics allocates: this program brings its own malloc, which counts while armed. (Locks and system calls:
 // tests/unit/rt/noalloc_test.cpp.)
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define CORBOT_SANITIZED 1
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define CORBOT_SANITIZED 1
-#endif
-#endif
-
-#ifdef CORBOT_SANITIZED
+#if CORBOT_SANITIZED
 
 TEST(KinematicsAllocations, AreNotCountedUnderSanitizers) {
   GTEST_SKIP() << "the sanitizer brings its own malloc";

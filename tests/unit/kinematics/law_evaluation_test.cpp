@@ -7,7 +7,7 @@
 
 #include "corbot/motion/path.h"
 
-namespace corbot {
+namespace corbot::law_evaluation_test {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -120,4 +120,4 @@ TEST(PointAt, RunsAlongTheArcInItsSense) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::law_evaluation_test

@@ -12,7 +12,7 @@
 #include "inverse_at_pitch.h"
 #include "paper_equations.h"
 
-namespace corbot {
+namespace corbot::paper_arm_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -208,4 +208,4 @@ TEST(WrapAngle, IsInTheHalfOpenCircle) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::paper_arm_test

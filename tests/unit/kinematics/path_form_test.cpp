@@ -7,7 +7,7 @@
 
 #include "arm_vectors.h"
 
-namespace corbot {
+namespace corbot::path_form_test {
 namespace {
 
 Kinematics arm(const char* name) { return Kinematics::recognise(joint_chain(test::arm_vectors(name).table)); }
@@ -71,4 +71,4 @@ TEST(PathForm, OfAGantryIsExact) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::path_form_test

@@ -10,7 +10,7 @@
 #include "arm_vectors.h"
 #include "corbot/kinematics/arm_kinematics.h"
 
-namespace corbot {
+namespace corbot::six_axis_arms_test {
 namespace {
 
 using test::arm_vectors;
@@ -236,4 +236,4 @@ TEST(ParallelAxesArm, RefusesACrossingNearerToAxisOneThanItsOffset) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::six_axis_arms_test

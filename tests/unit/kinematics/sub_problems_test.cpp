@@ -8,7 +8,7 @@
 #include "corbot/kinematics/angles.h"
 #include "corbot/kinematics/sub_problems.h"
 
-namespace corbot {
+namespace corbot::sub_problems_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -207,4 +207,4 @@ TEST(TurnWithinLimits, IsTheOneNextToTheHint) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::sub_problems_test

@@ -13,7 +13,7 @@
 #include "published_arm.h"
 #include "test_arm.h"
 
-namespace corbot {
+namespace corbot::frames_test {
 namespace {
 
 using test::deg;
@@ -245,4 +245,4 @@ TEST(Solutions, OfAnArmWithoutAClosedFormAreFoundAndHaveNoNumberInUse) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::frames_test

@@ -9,7 +9,7 @@
 #include "planner/time_law_planner.h"
 #include "test_arm.h"
 
-namespace corbot {
+namespace corbot::motions_test {
 namespace {
 
 using test::deg;
@@ -253,4 +253,4 @@ TEST(Gripper, TakesItsTravelTimeForTheFullTravel) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::motions_test

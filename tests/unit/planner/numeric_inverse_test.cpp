@@ -16,7 +16,7 @@
 #include "corbot/kinematics/arm_kinematics.h"
 #include "planner/numeric/numeric_inverse.h"
 
-namespace corbot::numeric {
+namespace corbot::numeric::numeric_inverse_test {
 namespace {
 
 using test::arm_vectors;
@@ -248,4 +248,4 @@ TEST(NumericSearch, GivesAtMostSixteenWhereAJointIsFree) {
 }
 
 }  // namespace
-}  // namespace corbot::numeric
+}  // namespace corbot::numeric::numeric_inverse_test

@@ -11,7 +11,7 @@
 #include "planner/time_law_planner.h"
 #include "test_arm.h"
 
-namespace corbot {
+namespace corbot::path_proof_test {
 namespace {
 
 using test::deg;
@@ -118,4 +118,4 @@ TEST(PathProof, AnArcAlongTheBorderIsRefusedInBoundedTime) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::path_proof_test

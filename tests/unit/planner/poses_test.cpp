@@ -16,7 +16,7 @@
 #include "published_arm.h"
 #include "test_arm.h"
 
-namespace corbot {
+namespace corbot::poses_test {
 namespace {
 
 using test::deg;
@@ -386,4 +386,4 @@ TEST(Poses, AnOrientationThatWasSetIsForArmsThatFollowIt) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::poses_test

@@ -8,7 +8,7 @@
 #include "planner/planner.h"
 #include "test_arm.h"
 
-namespace corbot {
+namespace corbot::refusals_test {
 namespace {
 
 using test::deg;
@@ -38,7 +38,7 @@ void expect_refused(const PlanResult& result, Kind kind, const std::string& para
 
 const PlanRefusal& refusal_of(const PlanResult& result) { return std::get<PlanRefusal>(result); }
 
-TEST(Refusals, TheComfortablePoseIsNotRefused) {
+TEST(PlanRefusals, TheComfortablePoseIsNotRefused) {
   const Planner planner(lynx5());
   EXPECT_TRUE(std::holds_alternative<std::vector<Command>>(planner.move(kBent, {}, kGood, 0.0)));
   EXPECT_TRUE(std::holds_alternative<std::vector<Command>>(planner.move_s(kBent, {}, kGood, 0.0)));
@@ -46,7 +46,7 @@ TEST(Refusals, TheComfortablePoseIsNotRefused) {
       planner.move_c(kBent, {}, kGood, {0.22, 0.04, 0.14}, {0.22, 0.06, 0.12})));
 }
 
-TEST(Refusals, CoordinatesThatAreNotNumbers) {
+TEST(PlanRefusals, CoordinatesThatAreNotNumbers) {
   const Planner planner(lynx5());
   for (const double bad : kNotNumbers) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -61,7 +61,7 @@ TEST(Refusals, CoordinatesThatAreNotNumbers) {
   }
 }
 
-TEST(Refusals, TimesThatAreNotTimes) {
+TEST(PlanRefusals, TimesThatAreNotTimes) {
   const Planner planner(lynx5());
   for (const double bad : {kNan, kInf, -kInf, 1e308, -1.0, -1e-300, 3600.1}) {
     expect_refused(planner.move(kBent, {}, kGood, bad), Kind::kBadParameter, "t", "allowed 0 to 3600 s");
@@ -71,7 +71,7 @@ TEST(Refusals, TimesThatAreNotTimes) {
   }
 }
 
-TEST(Refusals, TooFarAndTooClose) {
+TEST(PlanRefusals, TooFarAndTooClose) {
   const Planner planner(lynx5());
   for (const auto& result :
        {planner.move(kBent, {}, {0.5, 0.1, 0.1}, 0.0), planner.move_s(kBent, {}, {0.5, 0.1, 0.1}, 0.0)}) {
@@ -88,7 +88,7 @@ TEST(Refusals, TooFarAndTooClose) {
   expect_refused(Planner(al5d).move(kBent, up, {0.0, 0.0, 0.167}, 0.0), Kind::kUnreachable, "P", "too close");
 }
 
-TEST(Refusals, InsideTheBaseTheRangesForbid) {
+TEST(PlanRefusals, InsideTheBaseTheRangesForbid) {
   const PlanResult result = Planner(lynx5()).move(kBent, {}, {0.02, 0.0, 0.05}, 0.0);
   ASSERT_TRUE(std::holds_alternative<PlanRefusal>(result));
   EXPECT_EQ(refusal_of(result).kind, Kind::kLimitExceeded);
@@ -97,7 +97,7 @@ TEST(Refusals, InsideTheBaseTheRangesForbid) {
   EXPECT_THAT(refusal_of(result).text, HasSubstr("degrees at the target, allowed"));
 }
 
-TEST(Refusals, BehindTheRangeOfTheBase) {
+TEST(PlanRefusals, BehindTheRangeOfTheBase) {
   ArmModel arm = lynx5();
   arm.joints[2].lower_q = 0.0;
   const Point behind{-0.25, 0.01, 0.1};
@@ -110,7 +110,7 @@ TEST(Refusals, BehindTheRangeOfTheBase) {
   }
 }
 
-TEST(Refusals, ALineWhoseMiddleIsOutOfReach) {
+TEST(PlanRefusals, ALineWhoseMiddleIsOutOfReach) {
   // A chord across the hole about the shoulder that unequal links leave.
   ArmModel arm = wide_arm();
   arm.kinematics = test::four_axis(0.067, 0.14605, 0.187325, 0.100);
@@ -125,7 +125,7 @@ TEST(Refusals, ALineWhoseMiddleIsOutOfReach) {
       std::holds_alternative<std::vector<Command>>(Planner(arm).move({ik.joints_q, 0.0}, {}, to, 0.0)));
 }
 
-TEST(Refusals, ALineWhoseMiddleLeavesARange) {
+TEST(PlanRefusals, ALineWhoseMiddleLeavesARange) {
   // From one side of the base to the other, past the axis on the far side of it.
   ArmModel arm = lynx5();
   arm.joints[2] = {deg(-160), deg(160), deg(150), deg(800), deg(8000)};
@@ -143,7 +143,7 @@ TEST(Refusals, ALineWhoseMiddleLeavesARange) {
   EXPECT_THAT(refusal_of(result).text, HasSubstr("% along the path"));
 }
 
-TEST(Refusals, ALineThroughTheBaseAxis) {
+TEST(PlanRefusals, ALineThroughTheBaseAxis) {
   ArmModel arm = wide_arm();
   const IkSolution ik = test::inverse_at_pitch(arm.kinematics, {0.1, 0.0, 0.2}, 0.0, 0, {});
   ASSERT_EQ(ik.status, IkStatus::kOk);
@@ -159,7 +159,7 @@ TEST(Refusals, ALineThroughTheBaseAxis) {
   }
 }
 
-TEST(Refusals, ArcsThatAreNone) {
+TEST(PlanRefusals, ArcsThatAreNone) {
   const Planner planner(lynx5());
   const Point a{0.2, 0.0, 0.1}, b{0.21, 0.02, 0.12}, middle{0.205, 0.01, 0.11};
   expect_refused(planner.move_c(kBent, {}, a, a, b), Kind::kBadParameter, "P2", "apart");
@@ -175,7 +175,7 @@ TEST(Refusals, ArcsThatAreNone) {
                  Kind::kUnreachable, "P", "too far");
 }
 
-TEST(Refusals, Drive) {
+TEST(PlanRefusals, Drive) {
   const Planner planner(lynx5());
   for (const int joint : {-1, 4, 6, 1'000'000, -2'147'483'647}) {
     expect_refused(planner.drive(kBent, {}, joint, 0.1, 0.1), Kind::kBadParameter, "articulation", "0 to 3");
@@ -198,7 +198,7 @@ TEST(Refusals, Drive) {
                  "allowed up to 3600 s");
 }
 
-TEST(Refusals, MotionsThatWouldLastMoreThanAnHour) {
+TEST(PlanRefusals, MotionsThatWouldLastMoreThanAnHour) {
   PlanSettings crawl;
   crawl.speed_ratio = 1e-6;
   const Planner planner(lynx5());
@@ -206,7 +206,7 @@ TEST(Refusals, MotionsThatWouldLastMoreThanAnHour) {
   expect_refused(planner.move_s(kBent, crawl, kGood, 0.0), Kind::kLimitExceeded, "duration", "up to 3600 s");
 }
 
-TEST(Refusals, JointsGripperAndPitch) {
+TEST(PlanRefusals, JointsGripperAndPitch) {
   const Planner planner(lynx5());
   for (const double bad : {kNan, kInf, -kInf}) {
     expect_refused(planner.move_joints(kBent, {}, {0, bad, 0, 0, 0, 0}, 0.0), Kind::kBadParameter, "angle",
@@ -223,7 +223,7 @@ TEST(Refusals, JointsGripperAndPitch) {
   }
 }
 
-TEST(Refusals, OfAnArmWithoutAClosedFormSayHowFarItCanBeFollowed) {
+TEST(PlanRefusals, OfAnArmWithoutAClosedFormSayHowFarItCanBeFollowed) {
   ArmModel arm = lynx5();
   arm.kinematics = Kinematics::other(arm.kinematics.chain());
   const Planner planner(arm);
@@ -252,7 +252,7 @@ TEST(Refusals, OfAnArmWithoutAClosedFormSayHowFarItCanBeFollowed) {
   expect_refused(planner.move_s(kBent, turned, here, 0.0), Kind::kUnreachable, "P", "degrees away");
 }
 
-TEST(Refusals, ALineFromWhereNoLineCanBegin) {
+TEST(PlanRefusals, ALineFromWhereNoLineCanBegin) {
   ArmModel arm = wide_arm();
   PlanStart beyond = kBent;
   beyond.position_q[0] = deg(181);  // taken for -179 degrees
@@ -261,7 +261,7 @@ TEST(Refusals, ALineFromWhereNoLineCanBegin) {
   EXPECT_EQ(refusal_of(result).joint, 0);
 }
 
-TEST(Refusals, NotALineBeyondHalfATurnInARangeThatGoesThere) {
+TEST(PlanRefusals, NotALineBeyondHalfATurnInARangeThatGoesThere) {
   ArmModel arm = wide_arm();
   arm.joints[0].upper_q = deg(270);
   PlanStart turned = kBent;
@@ -273,4 +273,4 @@ TEST(Refusals, NotALineBeyondHalfATurnInARangeThatGoesThere) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::refusals_test

@@ -14,7 +14,7 @@
 #include "published_arm.h"
 #include "test_arm.h"
 
-namespace corbot {
+namespace corbot::soft_limits_test {
 namespace {
 
 using test::deg;
@@ -215,4 +215,4 @@ TEST(SoftLimits, APathIsPlannedAtTheTurnsAtWhichTheTaskWillRunIt) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::soft_limits_test

@@ -5,7 +5,7 @@
 
 #include "corbot/channel/alarms.h"
 
-namespace corbot {
+namespace corbot::alarm_log_test {
 namespace {
 
 AlarmEvent event(AlarmCode code) { return {code, 2, 1'700'000'000'000'000'000, 0.5, -0.1, 0.1}; }
@@ -177,4 +177,4 @@ TEST(AlarmText, JointsThatSlideAreInMetres) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::alarm_log_test

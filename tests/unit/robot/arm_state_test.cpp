@@ -7,7 +7,7 @@
 #include "corbot/units.h"
 #include "robot/task_fixture.h"
 
-namespace corbot::test {
+namespace corbot::test::arm_state_test {
 namespace {
 
 class ArmState : public TaskTest {
@@ -117,4 +117,4 @@ TEST_F(ArmState, AMotionThatNobodyHasATicketOfIsShownByItsCommand) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::arm_state_test

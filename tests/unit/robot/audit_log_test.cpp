@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "robot/audit_log.h"
 #include "robot/audit_file.h"
+#include "support/paths.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -19,7 +20,7 @@
 #include <thread>
 #include <vector>
 
-namespace corbot {
+namespace corbot::audit_log_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -277,4 +278,4 @@ TEST_F(AuditLogTest, SaysWhyItCannotBeWritten) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::audit_log_test

@@ -9,8 +9,9 @@
 
 #include "robot/call_error.h"
 #include "robot/corbot_robot.h"
+#include "support/paths.h"
 
-namespace corbot {
+namespace corbot::c_api_test {
 namespace {
 
 struct Closer {
@@ -22,7 +23,7 @@ class CApi : public ::testing::Test {
   void SetUp() override {
     const std::string name = "capi-" + std::to_string(::getpid()) + "-" +
                              ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    robot_.reset(corbot_robot_open(CORBOT_PROFILE, name.substr(0, 40).c_str(), &error_));
+    robot_.reset(corbot_robot_open(CORBOT_SHIPPED_PROFILE, name.substr(0, 40).c_str(), &error_));
     ASSERT_NE(robot_, nullptr) << error_.text;
   }
   std::unique_ptr<corbot_robot, Closer> robot_;
@@ -104,4 +105,4 @@ TEST(CopyText, IsAsciiAndTerminatedWhateverComes) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::c_api_test

@@ -4,7 +4,7 @@
 
 #include "robot/task_fixture.h"
 
-namespace corbot::test {
+namespace corbot::test::cancel_test {
 namespace {
 
 class Cancel : public TaskTest {
@@ -138,4 +138,4 @@ TEST_F(Cancel, AmongManyClientsEveryMotionEndsAsItsClientHears) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::cancel_test

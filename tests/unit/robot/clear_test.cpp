@@ -4,7 +4,7 @@
 #include "corbot/units.h"
 #include "robot/task_fixture.h"
 
-namespace corbot::test {
+namespace corbot::test::clear_test {
 namespace {
 
 class Clear : public TaskTest {
@@ -114,4 +114,4 @@ TEST_F(Clear, ADeviceThatStandsByIsClosedAndSaysWhy) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::clear_test

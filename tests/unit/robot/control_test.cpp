@@ -15,7 +15,7 @@
 
 #include "robot/call_error.h"
 
-namespace corbot {
+namespace corbot::control_test {
 namespace {
 
 constexpr double kLong_s = 60.0;
@@ -358,4 +358,4 @@ TEST_F(ControlTest, OfManyAtOnceOneHasControl) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::control_test

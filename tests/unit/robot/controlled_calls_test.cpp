@@ -11,7 +11,7 @@
 #include "robot/alarm_log.h"
 #include "robot/called_robot.h"
 
-namespace corbot::test {
+namespace corbot::test::controlled_calls_test {
 namespace {
 
 class ControlledCalls : public CalledRobot {
@@ -368,4 +368,4 @@ TEST_F(ControlledCalls, ALogThatCannotBeWrittenHoldsUpNoCall) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::controlled_calls_test

@@ -5,7 +5,7 @@
 #include "corbot/channel/alarms.h"
 #include "robot/task_fixture.h"
 
-namespace corbot::test {
+namespace corbot::test::error_cause_test {
 namespace {
 
 class ErrorCause : public TaskTest {
@@ -60,4 +60,4 @@ TEST_F(ErrorCause, OfATaskThatIsGoneIsAmongTheAlarms) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::error_cause_test

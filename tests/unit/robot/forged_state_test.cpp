@@ -19,8 +19,9 @@
 #include "robot/inherited_state.h"
 #include "robot/settings.h"
 #include "robot/ticket_table.h"
+#include "support/paths.h"
 
-namespace corbot {
+namespace corbot::forged_state_test {
 namespace {
 
 constexpr std::uint64_t kFirst = 1000;
@@ -126,7 +127,7 @@ class ForgedState : public ::testing::Test {
     EXPECT_EQ(again.tickets.size(), state.tickets.size());
   }
 
-  const ArmModel arm_{load_profile(CORBOT_PROFILE).arm};
+  const ArmModel arm_{load_profile(CORBOT_SHIPPED_PROFILE).arm};
   std::mt19937_64 random_;
   std::unique_ptr<ServantSegment> former_{std::make_unique<ServantSegment>()};
 };
@@ -250,4 +251,4 @@ TEST_F(ForgedState, FramesThatThisArmCannotHaveAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::forged_state_test

@@ -9,7 +9,7 @@
 #include "corbot/units.h"
 #include "robot/called_robot.h"
 
-namespace corbot::test {
+namespace corbot::test::frames_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -228,4 +228,4 @@ TEST_F(CalledFrames, SolutionsAreAtAPoseInTheFramesInForce) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::frames_test

@@ -5,7 +5,7 @@
 #include "robot/alarm_log.h"
 #include "robot/called_robot.h"
 
-namespace corbot::test {
+namespace corbot::test::hold_calls_test {
 namespace {
 
 constexpr int32_t kHeldAlarm = 133;
@@ -181,4 +181,4 @@ TEST_F(HoldCalls, HoldAndClearOfManyAtOnceEndInWhatTheLastOneSays) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::hold_calls_test

@@ -9,8 +9,9 @@
 #include <limits>
 
 #include "robot/called_robot.h"
+#include "support/paths.h"
 
-namespace corbot::test {
+namespace corbot::test::poses_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -225,4 +226,4 @@ TEST_F(LynxPoseCalls, SetToolOrientationSaysWhatTheArmFollows) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::poses_test

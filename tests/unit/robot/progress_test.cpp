@@ -3,7 +3,7 @@
 
 #include "robot/task_watch.h"
 
-namespace corbot {
+namespace corbot::progress_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -61,4 +61,4 @@ TEST(Patience, OutlastsAMachineThatStandsStill) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::progress_test

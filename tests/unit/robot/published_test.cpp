@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-namespace corbot::test {
+namespace corbot::test::published_test {
 namespace {
 
 struct Value {
@@ -72,4 +72,4 @@ TEST(Published, NeverNamesWhatIsGoneAndReadersDoNotHoldUpWhoReplacesIt) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::published_test

@@ -20,7 +20,7 @@
 #include "robot/call_error.h"
 #include "support/test_arms.h"
 
-namespace corbot {
+namespace corbot::refusal_units_test {
 namespace {
 
 using test::arm_of;
@@ -168,4 +168,4 @@ TEST(RefusalUnits, OfWhatCannotBeReached) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::refusal_units_test

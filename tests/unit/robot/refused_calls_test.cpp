@@ -8,8 +8,9 @@
 
 #include "corbot/arm/joint_units.h"
 #include "robot/task_fixture.h"
+#include "support/paths.h"
 
-namespace corbot::test {
+namespace corbot::test::refused_calls_test {
 namespace {
 
 using ::testing::AllOf;
@@ -115,4 +116,4 @@ TEST_F(RefusedScara, AnOrientationThatItCannotTakeNamesTheKeyOfTheLimit) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::refused_calls_test

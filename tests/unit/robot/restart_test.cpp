@@ -2,7 +2,7 @@
 // Whatever happens to the real-time task, every accepted motion ends once, and its caller hears how.
 #include "robot/task_fixture.h"
 
-namespace corbot::test {
+namespace corbot::test::restart_test {
 namespace {
 
 class Restart : public TaskTest {
@@ -177,4 +177,4 @@ TEST_F(Restart, WithoutATaskTheTicketsOfTheFormerServantAreNotSaidToBeUnknown) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::restart_test

@@ -3,7 +3,7 @@
 
 #include "robot/position_saver.h"
 
-namespace corbot {
+namespace corbot::save_policy_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -64,4 +64,4 @@ TEST(SavePolicy, DoesNotHammerAFullDisk) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::save_policy_test

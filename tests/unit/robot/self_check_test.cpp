@@ -5,7 +5,7 @@
 
 #include <atomic>
 
-namespace corbot {
+namespace corbot::self_check_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -65,4 +65,4 @@ TEST(SelfCheck, TimeInWhichNobodyLookedDoesNotCount) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::self_check_test

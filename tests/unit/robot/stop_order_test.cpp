@@ -2,7 +2,7 @@
 // What has entered the robot before a Stop is stopped, and what starts a motion is bounded.
 #include "robot/task_fixture.h"
 
-namespace corbot::test {
+namespace corbot::test::stop_order_test {
 namespace {
 
 class StopOrder : public TaskTest {
@@ -196,4 +196,4 @@ TEST_F(StopOrder, AnEarlierServantsMotionIsNotWaitedFor) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::stop_order_test

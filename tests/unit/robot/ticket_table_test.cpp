@@ -5,7 +5,7 @@
 
 #include <thread>
 
-namespace corbot {
+namespace corbot::ticket_table_test {
 namespace {
 
 Ticket ticket(std::uint64_t first, std::uint64_t last) {
@@ -179,4 +179,4 @@ TEST(TicketTable, WhatIsDoneByNowWaitedInASnapshotOfBefore) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::ticket_table_test

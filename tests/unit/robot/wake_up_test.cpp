@@ -7,7 +7,7 @@
 
 #include "robot/task_fixture.h"
 
-namespace corbot::test {
+namespace corbot::test::wake_up_test {
 namespace {
 
 constexpr int kWaiting = 200;
@@ -57,4 +57,4 @@ TEST_F(TaskTest, TheLoopWakesAsOftenForTwoHundredAsForOne) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::wake_up_test

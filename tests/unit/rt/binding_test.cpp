@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "support/paths.h"
 #include "support/process.h"
 #include "support/test_arms.h"
 
@@ -42,10 +43,10 @@ std::vector<std::string> bound_in_the_cycle(const std::string& probe, const std:
 class Binding : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(Binding, NothingIsBoundInsideTheCycle) {
-  EXPECT_THAT(bound_in_the_cycle(CORBOT_BINDING_PROBE, GetParam()), IsEmpty());
+  EXPECT_THAT(bound_in_the_cycle(CORBOT_TESTS_DIR "/binding_probe", GetParam()), IsEmpty());
 }
 TEST_P(Binding, LazyBindingWouldBeSeen) {
-  EXPECT_THAT(bound_in_the_cycle(CORBOT_BINDING_PROBE_LAZY, GetParam()), Not(IsEmpty()));
+  EXPECT_THAT(bound_in_the_cycle(CORBOT_TESTS_DIR "/binding_probe_lazy", GetParam()), Not(IsEmpty()));
 }
 
 INSTANTIATE_TEST_SUITE_P(Arms, Binding, ::testing::ValuesIn(kTestArms),
@@ -104,7 +105,9 @@ TEST(Hardening, EveryProgramHasIt) {
   EXPECT_GE(count, 2);
 }
 
-TEST(Hardening, ItsLackWouldBeSeen) { EXPECT_FALSE(hardening_of(CORBOT_BINDING_PROBE_LAZY).binds_now); }
+TEST(Hardening, ItsLackWouldBeSeen) {
+  EXPECT_FALSE(hardening_of(CORBOT_TESTS_DIR "/binding_probe_lazy").binds_now);
+}
 
 }  // namespace
 }  // namespace corbot::test

@@ -8,7 +8,7 @@
 #include "corbot/channel/alarms.h"
 #include "rt/rig.h"
 
-namespace corbot::test {
+namespace corbot::test::cancel_test {
 namespace {
 
 class CancelInCycle : public ::testing::Test {
@@ -178,4 +178,4 @@ TEST_F(CancelInCycle, AClearIsReportedBetweenTheAlarmsBeforeAndAfterIt) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::cancel_test

@@ -13,7 +13,7 @@
 #include "planner/time_law_planner.h"
 #include "rt/rig.h"
 
-namespace corbot::test {
+namespace corbot::test::command_check_test {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -274,4 +274,4 @@ TEST(CommandCheck, WhatIsRefusedDoesNotMoveTheArm) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::command_check_test

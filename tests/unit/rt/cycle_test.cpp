@@ -10,7 +10,7 @@
 #include "corbot/motion/law_evaluation.h"
 #include "rt/rig.h"
 
-namespace corbot::test {
+namespace corbot::test::cycle_test {
 namespace {
 
 const Joints kThere{0.8, 1.2, 1.5, 0.5};
@@ -370,4 +370,4 @@ TEST_F(CycleTest, ShutdownBringsTheMotionToRest) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::cycle_test

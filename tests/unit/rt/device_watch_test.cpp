@@ -11,7 +11,7 @@
 #include "rt/cycle/set_point_check.h"
 #include "rt/fault_fixture.h"
 
-namespace corbot::test {
+namespace corbot::test::device_watch_test {
 namespace {
 
 constexpr int kStill_cycles = 3000;
@@ -376,4 +376,4 @@ TEST(EmergencyStop, NoPressIsLostOrCountedTwiceWhereSeveralSourcesChange) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::device_watch_test

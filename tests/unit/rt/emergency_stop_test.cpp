@@ -4,7 +4,7 @@
 
 #include "rt/rig.h"
 
-namespace corbot::test {
+namespace corbot::test::emergency_stop_test {
 namespace {
 
 const Joints kThere{0.8, 1.2, 1.5, 0.5};
@@ -172,4 +172,4 @@ INSTANTIATE_TEST_SUITE_P(Sources, EmergencyStopInCycle,
                          });
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::emergency_stop_test

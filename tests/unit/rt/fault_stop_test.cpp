@@ -8,7 +8,7 @@
 
 #include "rt/fault_fixture.h"
 
-namespace corbot::test {
+namespace corbot::test::fault_stop_test {
 namespace {
 
 TEST_F(FaultStops, AStopInputSlowsDownAndThenTakesTheEnergyOff) {
@@ -201,4 +201,4 @@ TEST_F(FaultStops, EncodersKnowWhereTheServosAreAfterwards) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::fault_stop_test

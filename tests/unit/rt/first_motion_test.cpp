@@ -7,7 +7,7 @@
 
 #include "rt/rig.h"
 
-namespace corbot::test {
+namespace corbot::test::first_motion_test {
 namespace {
 
 const Joints kThere{0.8, 1.2, 1.5, 0.5};
@@ -155,4 +155,4 @@ TEST_F(FirstMotion, TrustsNoStart) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::first_motion_test

@@ -10,8 +10,9 @@
 #include "corbot/channel/alarms.h"
 #include "rt/cycle_settings.h"
 #include "rt/fault_fixture.h"
+#include "support/paths.h"
 
-namespace corbot::test {
+namespace corbot::test::following_test {
 namespace {
 
 constexpr double kError_q = 0.2;
@@ -267,4 +268,4 @@ TEST(CycleSettings, AreThoseOfTheProfile) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::following_test

@@ -12,7 +12,7 @@
 #include "rt/cycle/command_check.h"
 #include "rt/rig.h"
 
-namespace corbot::test {
+namespace corbot::test::frames_test {
 namespace {
 
 const Joints kRest{0.1, 0.9, 1.2, 0.4};
@@ -171,4 +171,4 @@ TEST_F(FramedCycle, AForgedToolFaultsNoMotionAfterIt) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::frames_test

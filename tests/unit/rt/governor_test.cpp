@@ -8,7 +8,7 @@
 #include "corbot/motion/law_evaluation.h"
 #include "planner/time_law_planner.h"
 
-namespace corbot::test {
+namespace corbot::test::governor_test {
 namespace {
 
 constexpr double kDt = 1e-3;
@@ -160,4 +160,4 @@ TEST(Governor, TheRateNeverLeavesItsRange) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::governor_test

@@ -5,7 +5,7 @@
 #include "rt/cycle/grip_watch.h"
 #include "rt/fault_fixture.h"
 
-namespace corbot::test {
+namespace corbot::test::grip_test {
 namespace {
 
 using rt::GripWatch;
@@ -199,4 +199,4 @@ TEST_F(Gripping, AStopEndsItAtOnce) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::grip_test

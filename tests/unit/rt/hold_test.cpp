@@ -13,7 +13,7 @@
 #include "corbot/motion/law_evaluation.h"
 #include "rt/rig.h"
 
-namespace corbot::test {
+namespace corbot::test::hold_test {
 namespace {
 
 const Joints kThere{0.8, 1.2, 1.5, 0.5};
@@ -337,4 +337,4 @@ TEST_F(Hold, NothingBeginsWhileHeld) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::hold_test

@@ -15,7 +15,7 @@
 #include "rt/cycle/path_evaluation.h"
 #include "rt/fault_fixture.h"
 
-namespace corbot::test {
+namespace corbot::test::joint_ramp_test {
 namespace {
 
 class BadPath : public FaultStops {
@@ -169,4 +169,4 @@ TEST(JointRamp, BrakesHarderRatherThanLeaveTheRange) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::joint_ramp_test

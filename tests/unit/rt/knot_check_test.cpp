@@ -14,7 +14,7 @@
 #include "corbot/motion/path.h"
 #include "planner/planner.h"
 
-namespace corbot::test {
+namespace corbot::test::knot_check_test {
 namespace {
 
 const ArmModel& xarm6() {
@@ -180,4 +180,4 @@ TEST(KnotCheck, RefusesAWayBeyondAJointsRange) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::knot_check_test

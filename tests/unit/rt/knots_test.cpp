@@ -15,8 +15,9 @@
 #include "corbot/motion/path.h"
 #include "rt/cycle/knot_check.h"
 #include "rt/rig.h"
+#include "support/paths.h"
 
-namespace corbot::test {
+namespace corbot::test::knots_test {
 namespace {
 
 const ArmModel& xarm6() {
@@ -310,4 +311,4 @@ TEST_F(Knots, AreRefusedOfAnArmThatNeedsNone) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::knots_test

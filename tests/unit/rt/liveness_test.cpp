@@ -12,7 +12,7 @@
 #include "corbot/motion/law_evaluation.h"
 #include "rt/rig.h"
 
-namespace corbot::test {
+namespace corbot::test::liveness_test {
 namespace {
 
 const Joints kThere{0.8, 1.2, 1.5, 0.5};
@@ -328,4 +328,4 @@ TEST_F(Liveness, TheTasksOwnGapIsNotTheServantsSilence) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::liveness_test

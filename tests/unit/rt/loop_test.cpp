@@ -26,7 +26,7 @@ extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
   return static_cast<int>(result);
 }
 
-namespace corbot::test {
+namespace corbot::test::loop_test {
 namespace {
 
 /// What the rig steps comes before what the loop steps; a busy machine makes no fault of a gap.
@@ -152,4 +152,4 @@ TEST(Loop, KeepsToItsGridAndSkipsWhatItMissed) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::loop_test

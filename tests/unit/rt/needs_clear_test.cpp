@@ -10,7 +10,7 @@
 #include "rt/bad_line.h"
 #include "rt/fault_fixture.h"
 
-namespace corbot::test {
+namespace corbot::test::needs_clear_test {
 namespace {
 
 struct Scene {
@@ -155,4 +155,4 @@ INSTANTIATE_TEST_SUITE_P(Causes, NeedsClear, ::testing::ValuesIn(causes()),
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::needs_clear_test

@@ -22,20 +22,13 @@
 #include "corbot/kinematics/tool_pose.h"
 #include "rt/bad_line.h"
 #include "rt/rig.h"
+#include "support/paths.h"
 
 // The cycle's promise, proved by interposition: this program brings its own malloc, operator new and mutex
 // functions, which count while armed, and runs the cycle in a child whose every system call but exit_group
 // and write is death.
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define CORBOT_SANITIZED 1
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define CORBOT_SANITIZED 1
-#endif
-#endif
-
-#ifdef CORBOT_SANITIZED
+#if CORBOT_SANITIZED
 
 TEST(CycleSystemCalls, AreNotCountedUnderSanitizers) {
   GTEST_SKIP() << "the sanitizer brings its own malloc";

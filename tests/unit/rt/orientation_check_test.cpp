@@ -13,7 +13,7 @@
 #include "planner/planner.h"
 #include "rt/cycle/command_check.h"
 
-namespace corbot::test {
+namespace corbot::test::orientation_check_test {
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
@@ -102,4 +102,4 @@ TEST(OrientationCheck, KeepsEachLimitOfTheRotation) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::orientation_check_test

@@ -9,7 +9,7 @@
 #include "rt/rig.h"
 #include "sim/servo_model.h"
 
-namespace corbot::test {
+namespace corbot::test::parts_test {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -183,4 +183,4 @@ TEST(LoopbackBackend, ReadsBackTheServosAndTellsItsHealth) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::parts_test

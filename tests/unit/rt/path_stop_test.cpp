@@ -10,7 +10,7 @@
 #include "planner/time_law_planner.h"
 #include "rt/cycle/governor.h"
 
-namespace corbot::test {
+namespace corbot::test::path_stop_test {
 namespace {
 
 constexpr double kDt = 1e-3;
@@ -155,4 +155,4 @@ TEST(Governor, ResumesInTheMiddleOfAStop) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::path_stop_test

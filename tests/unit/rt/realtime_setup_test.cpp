@@ -11,7 +11,7 @@
 
 #include <cstdint>
 
-namespace corbot::test {
+namespace corbot::test::realtime_setup_test {
 namespace {
 
 constexpr int kNotPermitted = 77;
@@ -87,4 +87,4 @@ TEST(RealtimeSetup, OneThatSleepsEachPeriodIsNot) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::realtime_setup_test

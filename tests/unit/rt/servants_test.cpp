@@ -11,7 +11,7 @@
 #include "channel/ring_access.h"
 #include "rt/rig.h"
 
-namespace corbot::test {
+namespace corbot::test::servants_test {
 namespace {
 
 const Joints kThere{0.8, 1.2, 1.5, 0.5};
@@ -318,4 +318,4 @@ TEST(ServantMailbox, HandsOverTheNewest) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::servants_test

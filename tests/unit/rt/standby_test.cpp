@@ -7,7 +7,7 @@
 #include "corbot/channel/alarms.h"
 #include "rt/fault_fixture.h"
 
-namespace corbot::test {
+namespace corbot::test::standby_test {
 namespace {
 
 class StandsBy : public FaultStops {
@@ -328,4 +328,4 @@ TEST_F(FaultStops, AMeasuringDeviceThatCannotTellIsFollowedBeyondItsLagOnly) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::standby_test

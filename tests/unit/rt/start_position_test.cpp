@@ -12,8 +12,9 @@
 #include "corbot/units.h"
 #include "rt/cycle/servo_map.h"
 #include "rt/rig.h"
+#include "support/paths.h"
 
-namespace corbot::test {
+namespace corbot::test::start_position_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -386,4 +387,4 @@ TEST_F(StartPositionTest, ADirectoryThatCannotBeWrittenIsNoReasonToFail) {
 }
 
 }  // namespace
-}  // namespace corbot::test
+}  // namespace corbot::test::start_position_test

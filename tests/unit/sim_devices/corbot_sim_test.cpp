@@ -14,6 +14,7 @@
 #include <iterator>
 #include <utility>
 
+#include "support/paths.h"
 #include "support/process.h"
 
 namespace corbot::test {
@@ -85,7 +86,7 @@ class CorbotSim : public testing::Test {
   }
 
   void start(std::vector<std::string> words) {
-    words.insert(words.begin(), CORBOT_SIM_PROGRAM);
+    words.insert(words.begin(), CORBOT_BIN_DIR "/corbot-sim");
     words.insert(words.end(), {"--pty", link_});
     sim_.emplace(std::move(words));
     ASSERT_EQ(sim_->wait_line("ready", within(kPatience_s)), "ready " + link_) << sim_->errors();
@@ -333,8 +334,10 @@ TEST_F(CorbotSim, RefusesUnknownCommands) {
 }
 
 TEST_F(CorbotSim, ServesWithClosedInput) {
-  sim_.emplace(std::vector<std::string>{
-      "/bin/sh", "-c", "exec '" CORBOT_SIM_PROGRAM "' ssc32 --pty '" + link_ + "' < /dev/null"});
+  sim_.emplace(std::vector<std::string>{"/bin/sh", "-c",
+                                        "exec '" CORBOT_BIN_DIR "/corbot-sim"
+                                        "' ssc32 --pty '" +
+                                            link_ + "' < /dev/null"});
   ASSERT_EQ(sim_->wait_line("ready", within(kPatience_s)), "ready " + link_);
   const Host host(link_);
   EXPECT_EQ(host.ask("VER\r", kVersionLength), "SSC32-V2.50USB\r");
@@ -368,7 +371,7 @@ TEST_F(CorbotSim, ReplacesALinkButNothingElse) {
   fs::remove(link_);
 
   std::ofstream(link_) << "precious";
-  const RunResult refused = run({CORBOT_SIM_PROGRAM, "ssc32", "--pty", link_});
+  const RunResult refused = run({CORBOT_BIN_DIR "/corbot-sim", "ssc32", "--pty", link_});
   EXPECT_EQ(refused.code, 1);
   EXPECT_THAT(refused.errors, HasSubstr(link_ + " is no symbolic link"));
   EXPECT_TRUE(fs::is_regular_file(link_));
@@ -385,14 +388,16 @@ TEST_F(CorbotSim, RefusesAWrongCommandLine) {
                                                     {"maestro", "--pty", link_, "--baud", "0"},
                                                     {"maestro", "--pty", link_, "--model", "ssc32"}};
   for (std::vector<std::string> words : wrong) {
-    words.insert(words.begin(), CORBOT_SIM_PROGRAM);
+    words.insert(words.begin(), CORBOT_BIN_DIR "/corbot-sim");
     const RunResult result = run(words);
     EXPECT_EQ(result.code, 2) << testing::PrintToString(words);
     EXPECT_THAT(result.errors, StartsWith("corbot-sim: "));
     EXPECT_FALSE(fs::exists(fs::symlink_status(link_)));
   }
-  EXPECT_EQ(run({CORBOT_SIM_PROGRAM, "ssc32", "--pty", link_, "--record", "/nowhere/at/all.csv"}).code, 1);
-  EXPECT_THAT(run({CORBOT_SIM_PROGRAM, "--help"}).output, HasSubstr("unplug"));
+  EXPECT_EQ(
+      run({CORBOT_BIN_DIR "/corbot-sim", "ssc32", "--pty", link_, "--record", "/nowhere/at/all.csv"}).code,
+      1);
+  EXPECT_THAT(run({CORBOT_BIN_DIR "/corbot-sim", "--help"}).output, HasSubstr("unplug"));
 }
 
 }  // namespace

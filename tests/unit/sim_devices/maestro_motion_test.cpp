@@ -6,7 +6,7 @@
 
 #include "sim_devices/device_bench.h"
 
-namespace corbot::sim {
+namespace corbot::sim::maestro_motion_test {
 namespace {
 
 /// A command with a channel and a 14-bit value.
@@ -213,4 +213,4 @@ TEST(MaestroMotion, PowerCycle) {
 }
 
 }  // namespace
-}  // namespace corbot::sim
+}  // namespace corbot::sim::maestro_motion_test

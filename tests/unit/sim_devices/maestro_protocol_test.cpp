@@ -3,7 +3,7 @@
 
 #include "sim_devices/device_bench.h"
 
-namespace corbot::sim {
+namespace corbot::sim::maestro_protocol_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -233,4 +233,4 @@ TEST(MaestroProtocol, WithoutCrcACommandIsIncomplete) {
 }
 
 }  // namespace
-}  // namespace corbot::sim
+}  // namespace corbot::sim::maestro_protocol_test

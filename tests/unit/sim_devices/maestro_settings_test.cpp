@@ -4,7 +4,7 @@
 
 #include "sim_devices/device_bench.h"
 
-namespace corbot::sim {
+namespace corbot::sim::maestro_settings_test {
 namespace {
 
 std::string bytes(std::initializer_list<int> values) { return {values.begin(), values.end()}; }
@@ -53,4 +53,4 @@ TEST(MaestroSettings, NoTimeOutUnlessSet) {
 }
 
 }  // namespace
-}  // namespace corbot::sim
+}  // namespace corbot::sim::maestro_settings_test

@@ -9,7 +9,7 @@
 
 #include "sim_devices/device_bench.h"
 
-namespace corbot::sim {
+namespace corbot::sim::random_input_test {
 namespace {
 
 constexpr int kBytes = 1'000'000;
@@ -115,4 +115,4 @@ TEST(RandomInput, MaestroWithCrc) {
 }
 
 }  // namespace
-}  // namespace corbot::sim
+}  // namespace corbot::sim::random_input_test

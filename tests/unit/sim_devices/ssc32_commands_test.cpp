@@ -3,7 +3,7 @@
 
 #include "sim_devices/device_bench.h"
 
-namespace corbot::sim {
+namespace corbot::sim::ssc32_commands_test {
 namespace {
 
 std::string bytes(std::initializer_list<int> values) { return {values.begin(), values.end()}; }
@@ -290,4 +290,4 @@ TEST(ByteLine, TakesTenBitsAByteAndNoMoreThanFit) {
 }
 
 }  // namespace
-}  // namespace corbot::sim
+}  // namespace corbot::sim::ssc32_commands_test

@@ -5,7 +5,7 @@
 
 #include "sim_devices/device_bench.h"
 
-namespace corbot::sim {
+namespace corbot::sim::ssc32_moves_test {
 namespace {
 
 /// Whether the device says that it moves; takes a millisecond.
@@ -246,4 +246,4 @@ TEST(Ssc32Moves, TimeDoesNotRunBackwards) {
 }
 
 }  // namespace
-}  // namespace corbot::sim
+}  // namespace corbot::sim::ssc32_moves_test

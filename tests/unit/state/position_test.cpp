@@ -15,6 +15,7 @@
 
 #include "config/load_profile.h"
 #include "state/position_store.h"
+#include "support/paths.h"
 
 namespace corbot {
 namespace {

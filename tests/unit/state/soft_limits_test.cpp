@@ -13,6 +13,7 @@
 #include "config/load_profile.h"
 #include "corbot/units.h"
 #include "state/soft_limits_store.h"
+#include "support/paths.h"
 
 namespace corbot {
 namespace {

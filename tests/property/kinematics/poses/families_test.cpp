@@ -2,7 +2,7 @@
 // Every family over a million seeded poses: ../million_poses.h.
 #include "../million_poses.h"
 
-namespace corbot {
+namespace corbot::property_families_test {
 namespace {
 
 using test::kPi;
@@ -76,4 +76,4 @@ TEST(AMillionPoses, PolarWithWrist) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::property_families_test

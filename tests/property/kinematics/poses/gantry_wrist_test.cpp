@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "../million_poses.h"
 
-namespace corbot {
+namespace corbot::property_gantry_wrist_test {
 namespace {
 
 using test::RandomArm;
@@ -50,4 +50,4 @@ TEST(GantryWristArm, IsNoneWithSlidesInAPlaneOrAnOffsetWrist) {
 }
 
 }  // namespace
-}  // namespace corbot
+}  // namespace corbot::property_gantry_wrist_test

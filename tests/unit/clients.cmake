@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: Apache-2.0
+# The command line and what clients share: in this process, and with the programs that it starts.
+corbot_sources(sources support)
+if(TARGET corbot_client)
+  corbot_sources(clients client)
+  list(APPEND sources ${clients} cell/verdict_test.cpp)
+endif()
+corbot_test(test_clients TIER core
+  SOURCES ${sources}
+  LIBS corbot_process $<$<TARGET_EXISTS:corbot_cli>:corbot::cli> corbot::net fmt::fmt)
+if(NOT TARGET corbot_cli)
+  return()
+endif()
+add_executable(notifying_child cli/notifying_child.cpp)
+corbot_target(notifying_child)
+target_link_libraries(notifying_child PRIVATE PkgConfig::SYSTEMD)
+set_target_properties(notifying_child PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+corbot_sources(sources cli)
+corbot_test(test_commands TIER process
+  SOURCES ${sources} sim_devices/corbot_sim_test.cpp
+  LIBS corbot::cli corbot::backends corbot::sim_devices corbot_process nlohmann_json::nlohmann_json fmt::fmt
+  DEPENDS notifying_child corbot-rt corbot-sim)

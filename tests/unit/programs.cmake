@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: Apache-2.0
+# What the built programs are linked with, and how.
+set(sources architecture/architecture_test.cpp architecture/linked_libraries.cpp)
+# The cycle never calls the loader; its control is the same program, bound lazily. The sanitizers bring functions of their own.
+if(NOT CORBOT_SANITIZE)
+  list(APPEND sources rt/binding_test.cpp)
+  foreach(probe IN ITEMS binding_probe binding_probe_lazy)
+    add_executable(${probe} rt/binding_probe.cpp)
+    corbot_target(${probe})
+    target_link_libraries(${probe} PRIVATE corbot_test_headers corbot::rt_core corbot::loopback corbot::planner corbot::config)
+    set_target_properties(${probe} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  endforeach()
+  target_link_options(binding_probe_lazy PRIVATE -Wl,-z,lazy)
+endif()
+corbot_test(test_programs TIER process
+  SOURCES ${sources}
+  LIBS corbot_process corbot::config
+  DEPENDS corbot-rt)
+if(NOT CORBOT_SANITIZE)
+  set(programs)
+  foreach(program IN ITEMS corbot corbot-rt corbot-servant corbot-servant-orbit2 corbot-sim)
+    if(TARGET ${program})
+      add_dependencies(test_programs ${program})
+      list(APPEND programs ${CMAKE_BINARY_DIR}/bin/${program})
+    endif()
+  endforeach()
+  list(JOIN programs "," programs)
+  target_compile_definitions(test_programs PRIVATE CORBOT_PROGRAMS="${programs}")
+  add_dependencies(test_programs binding_probe binding_probe_lazy)
+endif()
