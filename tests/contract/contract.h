@@ -14,6 +14,7 @@
 #include "contract/system_call_watch.h"
 #include "corbot/units.h"
 #include "support/process.h"
+#include "support/scratch.h"
 
 namespace corbot::test {
 
@@ -23,7 +24,7 @@ namespace fs = std::filesystem;
 class Contract : public ::testing::TestWithParam<DeviceFixtureKind> {
  protected:
   void SetUp() override {
-    directory_ = CORBOT_SCRATCH_DIR + ("/" + unique_name("contract"));
+    directory_ = scratch_directory(CORBOT_SCRATCH_DIR) + "/" + unique_name("contract");
     fs::create_directory(directory_);
     profile_ = parse_profile(text_with("[backend]\nkind = \"loopback\"\n"), "simulated");
     fixture_ = GetParam().make(profile_.arm, directory_);
