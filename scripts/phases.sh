@@ -38,6 +38,12 @@ check_left_over() {
 $left"
 }
 
+# check_sanitizer PRESET TARGET LABEL: the tests of this label; the tests and labels are declared in cmake/targets.cmake.
+check_sanitizer() {
+  build_preset "$1" -DCORBOT_FUZZ=OFF --target "$2"
+  ctest --test-dir "build/$1" --output-on-failure --no-tests=error -j "$(test_jobs)" -L "^$3\$"
+}
+
 # begin_run NAME: everything newer than this instant counts as left behind.
 begin_run() {
   run_name=$1

@@ -15,6 +15,7 @@
 #include "corbot/units.h"
 #include "support/paths.h"
 #include "support/process.h"
+#include "support/scratch.h"
 
 namespace corbot::test {
 
@@ -24,7 +25,7 @@ namespace fs = std::filesystem;
 class Contract : public ::testing::TestWithParam<DeviceFixtureKind> {
  protected:
   void SetUp() override {
-    directory_ = CORBOT_SCRATCH_DIR + ("/" + unique_name("contract"));
+    directory_ = scratch_directory(CORBOT_SCRATCH_DIR) + "/" + unique_name("contract");
     fs::create_directory(directory_);
     profile_ = parse_profile(text_with("[backend]\nkind = \"loopback\"\n"), "simulated");
     fixture_ = GetParam().make(profile_.arm, directory_);

@@ -20,6 +20,7 @@
 #include "support/emulated_controller.h"
 #include "support/paths.h"
 #include "support/robot_rig.h"
+#include "support/scratch.h"
 
 namespace corbot::test {
 
@@ -62,7 +63,7 @@ class StopRig : public RobotRig {
   void begin(bool is_gpio, const std::string& lines) {
     is_gpio_ = is_gpio;
     take_name("stop");
-    directory_ = fmt::format("{}/{}", CORBOT_SCRATCH_DIR, name_);
+    directory_ = fmt::format("{}/{}", scratch_directory(CORBOT_SCRATCH_DIR), name_);
     std::filesystem::create_directory(directory_);
     if (!is_gpio) {
       controller_.emplace(std::string(CORBOT_BIN_DIR) + "/corbot-sim", std::vector<std::string>{"ssc32"},

@@ -18,6 +18,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "support/scratch.h"
+
 namespace corbot::test {
 
 namespace {
@@ -38,11 +40,12 @@ void read_available(int& fd, std::string& text) {
   }
 }
 
-/// The state directory of the children of this test: beside its program, removed at its end.
+/// The state directory of the children of this test, beside its program or in CORBOT_SCRATCH. Its end removes it.
 class StateDirectory {
  public:
   StateDirectory()
-      : variable_("CORBOT_STATE_DIR=" + (std::filesystem::read_symlink("/proc/self/exe").parent_path() /
+      : variable_("CORBOT_STATE_DIR=" + (std::filesystem::path(scratch_directory(
+                                             std::filesystem::read_symlink("/proc/self/exe").parent_path())) /
                                          ("state-" + std::to_string(::getpid())))
                                             .string()) {}
   StateDirectory(const StateDirectory&) = delete;

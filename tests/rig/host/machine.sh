@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 # The virtual machine: one boot, one command, its output and its exit status. Sourced by run.
 
-# in_guest BOOT LIMIT_S COMMAND...: BOOT is `plain` (two processors, as quick as it goes) or `counted` (one processor,
-# whose time is counted in instructions). Returns the command's exit status, 1 if the machine gave none in LIMIT_S seconds.
+# in_guest BOOT SILENCE_S COMMAND...: BOOT is `plain` (two processors, as quick as it goes) or `counted` (one processor,
+# whose time is counted in instructions). It returns the command's exit status, 1 where the
+# machine gives none or prints nothing for SILENCE_S seconds. The speed of the host thus ends no boot that goes on.
 in_guest() {
-  local boot=$1 limit_s=$2 status processor kernel_log=$rig_cache/kernel.log
+  local boot=$1 silence_s=$2 is_silent=false status processor kernel_log=$rig_cache/kernel.log
   shift 2
   case $boot in
     plain) processor=(-accel tcg,thread=multi -smp 2) ;;
@@ -20,18 +21,23 @@ in_guest() {
   wire_machine
 
   # At the end of its standard input QEMU would take the port for the output as closed: one that never ends.
-  mkfifo "$scratch/silence"
-  setpriv --pdeathsig TERM timeout --kill-after=5 "$limit_s" qemu-system-x86_64 "${processor[@]}" -cpu max -m 768 \
+  mkfifo "$scratch/silence" "$scratch/lines"
+  setpriv --pdeathsig TERM qemu-system-x86_64 "${processor[@]}" -cpu max -m 768 \
     -nodefaults -no-user-config -display none -no-reboot \
     -kernel "$vmlinux" -initrd "$scratch/initramfs.cpio" -append "$(kernel_arguments)" \
-    "${wiring[@]}" <> "$scratch/silence" 2> "$scratch/qemu.log" &
+    "${wiring[@]}" <> "$scratch/silence" > "$scratch/lines" 2> "$scratch/qemu.log" &
   machine=$!
+  if ! pass_lines "$silence_s" < "$scratch/lines"; then
+    is_silent=true
+    end_process "$machine"
+  fi
   wait "$machine" || true
   machine=''
-  rm -f "$scratch"/*.socket "$scratch/silence"
+  rm -f "$scratch"/*.socket "$scratch/silence" "$scratch/lines"
   if ! status=$(cat "$exchange/status" 2> /dev/null); then
     tail -n 30 "$kernel_log" "$scratch/qemu.log" >&2
-    printf 'the machine ended without a result (limit: %s s); its messages are in %s\n' "$limit_s" "$kernel_log" >&2
+    if $is_silent; then printf 'the machine printed nothing for %s s\n' "$silence_s" >&2; fi
+    printf 'the machine ended without a result; its messages are in %s\n' "$kernel_log" >&2
     return 1
   fi
   return "$status"

@@ -182,17 +182,10 @@ TEST_F(PlantedBreach, ByAPromiseWithoutATestIsFound) {
   expect_breach("docs/wiring/README.md", "See `Stop.IsGone`.\n", ":1: there is no test Stop.IsGone");
 }
 
-TEST_F(PlantedBreach, ByLengthIsFound) {
-  const auto lines = [](int count) {
-    std::string text;
-    for (int i = 0; i < count; ++i) text += "//\n";
-    return text;
-  };
-  expect_good("src/cli/long.h", lines(250));
-  expect_breach("src/cli/long.h", lines(251));
-  expect_good("src/cli/long.cpp", lines(400));
-  expect_breach("src/cli/long.cpp", lines(401));
-  expect_breach("tests/unit/long.cpp", lines(401));
+TEST_F(PlantedBreach, ByATestOfTheSameNameIsFound) {
+  expect_good("tests/unit/stop_test.cpp", "TEST(Stop, IsAStop) {\n");
+  expect_breach("tests/unit/stop_test.cpp", "TEST(Stop, IsAStop) {\nTEST_F(Stop, IsAStop) {\n",
+                "Stop.IsAStop is the name of a test in tests/unit/stop_test.cpp, too");
 }
 
 }  // namespace

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <omniORB4/CORBA.h>
+
+#include <string>
+
+namespace corbot::test {
+
+/// An exception of CORBA in words: a system exception with its minor code and completion, one of idl/ with its fields.
+/// Every program that links the rig library prints this where such an exception escapes a test.
+std::string described(const CORBA::Exception& exception);
+
+}  // namespace corbot::test
