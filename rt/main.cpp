@@ -120,6 +120,22 @@ bool open_backend(corbot::Backend& backend, const corbot::ServoFrame& first) {
   return true;
 }
 
+/// What the safety lines see of the cycle.
+corbot::rt::CycleView view_of(const corbot::TaskSegment& segment, const corbot::Backend& device,
+                              bool after_gap, std::uint64_t incarnation) {
+  corbot::Snapshot snapshot{};
+  corbot::rt::CycleView seen{.in_error = true, .is_known = false, .bus_beats = device.beats()};
+  if (!segment.snapshot.load(snapshot)) return seen;
+  const bool stop_seen = segment.stop_seen.load(std::memory_order_acquire) != 0;
+  const bool begins_in_error = after_gap && snapshot.incarnation != incarnation;
+  seen.cycle = snapshot.cycle;
+  seen.in_error = stop_seen || begins_in_error || snapshot.state == corbot::RtState::kError;
+  seen.power_off = (snapshot.flags & corbot::kSnapshotPowerOff) != 0;
+  seen.fault_stop = (snapshot.flags & corbot::kSnapshotFaultStop) != 0;
+  seen.is_known = true;
+  return seen;
+}
+
 void run(const Options& options) {
   using namespace corbot;
   const Profile profile = load_profile(options.profile);
@@ -133,17 +149,7 @@ void run(const Options& options) {
   const std::unique_ptr<Backend> backend = rt::make_backend(profile, stop);
   const std::uint64_t incarnation = segment.incarnation;
   const auto view = [&segment, &options, incarnation, &device = *backend] {
-    Snapshot snapshot{};
-    rt::CycleView seen{.in_error = true, .is_known = false, .bus_beats = device.beats()};
-    if (!segment.snapshot.load(snapshot)) return seen;
-    const bool stop_seen = segment.stop_seen.load(std::memory_order_acquire) != 0;
-    const bool begins_in_error = options.after_gap && snapshot.incarnation != incarnation;
-    seen.cycle = snapshot.cycle;
-    seen.in_error = stop_seen || begins_in_error || snapshot.state == RtState::kError;
-    seen.power_off = (snapshot.flags & kSnapshotPowerOff) != 0;
-    seen.fault_stop = (snapshot.flags & kSnapshotFaultStop) != 0;
-    seen.is_known = true;
-    return seen;
+    return view_of(segment, device, options.after_gap, incarnation);
   };
   // Watched before anything moves: what is pressed at the start stops the first cycle.
   rt::SafetyLines safety(rt::safety_settings(profile), rt::kernel_gpio(), stop, view);

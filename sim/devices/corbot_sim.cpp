@@ -102,17 +102,7 @@ void check_baud(Ssc32Model model, int baud) {
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  Settings settings;
-  CLI::App app{
-      "A servo controller that is not there: behaves on a pseudo-terminal or a CAN bus as the real one",
-      "corbot-sim"};
-  app.set_version_flag("--version", CORBOT_VERSION);
-  app.footer(kFooter);
-  app.require_subcommand(1);
-
+CLI::App* add_ssc32(CLI::App& app, Settings& settings) {
   CLI::App* ssc32 = app.add_subcommand("ssc32", "Lynxmotion SSC-32 or SSC-32U");
   add_common(*ssc32, settings.server);
   ssc32->add_option("--model", settings.model, "Which of the two")
@@ -120,7 +110,10 @@ int main(int argc, char** argv) {
       ->type_name("MODEL")
       ->capture_default_str();
   ssc32->footer(kFooter);
+  return ssc32;
+}
 
+CLI::App* add_maestro(CLI::App& app, Settings& settings) {
   CLI::App* maestro = app.add_subcommand("maestro", "Pololu Maestro, device number 12");
   add_common(*maestro, settings.server);
   maestro
@@ -144,7 +137,10 @@ int main(int argc, char** argv) {
       ->type_name("MS")
       ->capture_default_str();
   maestro->footer(kFooter);
+  return maestro;
+}
 
+CLI::App* add_cia402(CLI::App& app, Settings& settings) {
   CLI::App* cia402 = app.add_subcommand("cia402", "Drives after CiA 402 on a CAN bus, node 1 and up");
   cia402->add_option("--can", settings.cia402.bus, "Interface, or unix:/PATH for a virtual bus")
       ->required()
@@ -162,7 +158,41 @@ int main(int argc, char** argv) {
           "the motor has current), a row when one of a node's has changed")
       ->type_name("FILE.csv");
   cia402->footer(kCanFooter + explain_node_commands());
+  return cia402;
+}
 
+/// An emulated controller on a pseudo-terminal, until a signal asks for the end.
+void run_serial(Settings& settings, bool is_ssc32) {
+  std::unique_ptr<SerialDevice> device;
+  if (is_ssc32) {
+    settings.ssc32.baud = settings.server.baud;
+    device = std::make_unique<Ssc32Device>(settings.ssc32);
+  } else {
+    settings.maestro.baud = settings.server.baud;
+    settings.server.checks_baud = settings.maestro.detects_baud;
+    if (settings.maestro_model == "micro") {
+      settings.maestro.channels = 6;
+      settings.maestro.multi_target = false;
+    }
+    device = std::make_unique<MaestroDevice>(settings.maestro);
+  }
+  SimServer(std::move(device), settings.server).run();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Settings settings;
+  CLI::App app{
+      "A servo controller that is not there: behaves on a pseudo-terminal or a CAN bus as the real one",
+      "corbot-sim"};
+  app.set_version_flag("--version", CORBOT_VERSION);
+  app.footer(kFooter);
+  app.require_subcommand(1);
+
+  const CLI::App* const ssc32 = add_ssc32(app, settings);
+  add_maestro(app, settings);
+  const CLI::App* const cia402 = add_cia402(app, settings);
   try {
     app.parse(argc, argv);
     if (settings.model == "ssc32") settings.ssc32.model = Ssc32Model::kSsc32;
@@ -177,22 +207,9 @@ int main(int argc, char** argv) {
   try {
     if (*cia402) {
       Cia402Server(settings.cia402).run();
-      return 0;
-    }
-    std::unique_ptr<SerialDevice> device;
-    if (*ssc32) {
-      settings.ssc32.baud = settings.server.baud;
-      device = std::make_unique<Ssc32Device>(settings.ssc32);
     } else {
-      settings.maestro.baud = settings.server.baud;
-      settings.server.checks_baud = settings.maestro.detects_baud;
-      if (settings.maestro_model == "micro") {
-        settings.maestro.channels = 6;
-        settings.maestro.multi_target = false;
-      }
-      device = std::make_unique<MaestroDevice>(settings.maestro);
+      run_serial(settings, static_cast<bool>(*ssc32));
     }
-    SimServer(std::move(device), settings.server).run();
   } catch (const std::exception& e) {
     fmt::print(stderr, "corbot-sim: {}\n", e.what());
     return kExitFailure;

@@ -83,6 +83,17 @@ bool causes_error(AlarmCode code) {
   }
 }
 
+namespace {
+
+std::string beyond_range_text(const alarm::OutOfRange& what, JointKind kind) {
+  return fmt::format(
+      "joint {} is at {}, outside its range of {} to {}: nothing moves by itself; {} it back by hand",
+      what.joint, value_text(kind, what.position_q, 1), number_text(kind, what.lower_q, 1),
+      number_text(kind, what.upper_q, 1), kind == JointKind::kRotary ? "turn" : "push");
+}
+
+}  // namespace
+
 std::string alarm_text(const AlarmEvent& event, const JointKinds& kinds) {
   const JointKind kind = kind_of(event.joint, kinds);
   switch (event.code) {
@@ -113,13 +124,8 @@ std::string alarm_text(const AlarmEvent& event, const JointKinds& kinds) {
       return fmt::format("joint {} has not reached its goal: it is {} away, {} are allowed", what.joint,
                          value_text(kind, what.error_q, 3), number_text(kind, what.allowed_q, 3));
     }
-    case AlarmCode::kJointBeyondRange: {
-      const alarm::OutOfRange what = alarm::out_of_range(event);
-      return fmt::format(
-          "joint {} is at {}, outside its range of {} to {}: nothing moves by itself; {} it back by hand",
-          what.joint, value_text(kind, what.position_q, 1), number_text(kind, what.lower_q, 1),
-          number_text(kind, what.upper_q, 1), kind == JointKind::kRotary ? "turn" : "push");
-    }
+    case AlarmCode::kJointBeyondRange:
+      return beyond_range_text(alarm::out_of_range(event), kind);
     case AlarmCode::kCommandRefused: {
       const alarm::RefusedCommand what = alarm::refused_command(event);
       return fmt::format("the real-time task refused command {} (verdict {}, value {:.6g})", what.id,

@@ -37,24 +37,24 @@ struct CellRates {
   return arm.count == 4 && arm.mount.hand.position_m[1] == 0.0;
 }
 
-/// `q`: the joints in the middle. Notation: w half width; plain names are values in the middle; `d_name` bounds how far `name`
-/// strays from the middle, anywhere on the cell. Rounding is not directed: it is fourteen digits down, and the tolerances of
-/// reach, range and speed lie above it.
-[[nodiscard]] inline CellRates planar_stretch(const PlanarArm& arm, const Joints& q, std::uint32_t number,
-                                              const PathCell& cell) noexcept {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const double w = cell.half_width;
-  const Vector3 point = arm.mount.to_family(cell.position_m);
-  const Vector3 v =
-      arm.mount.level ? cell.velocity_m : rotate(conjugate(arm.mount.base.orientation), cell.velocity_m);
-  CellRates rates;
-  rates.rate_bound.fill(kInfinity);
+/// A cell in the arm's own frame, and the radius of its TCP about the base axis.
+struct RadiusCell {
+  Vector3 position_m{}, velocity_m{};
+  double middle_m{}, low_m{};  ///< in the middle; at least, anywhere on the cell
+  double speed_high{};         ///< across the base axis, at most
+};
 
-  // Base: θ0′ = (x y′ − y x′)/ρ².
-  const auto [x, y, z] = point;
+/// The base joint's rates, θ0′ = (x y′ − y x′)/ρ², into `rates`, whose other bounds become infinite. Real-time safe.
+[[nodiscard]] inline RadiusCell planar_base_stretch(const PlanarArm& arm, const PathCell& cell,
+                                                    CellRates& rates) noexcept {
+  rates.rate_bound.fill(std::numeric_limits<double>::infinity());
+  const double w = cell.half_width;
+  RadiusCell radius{arm.mount.to_family(cell.position_m), cell.velocity_m};
+  if (!arm.mount.level) radius.velocity_m = rotate(conjugate(arm.mount.base.orientation), cell.velocity_m);
+  const auto [x, y, z] = radius.position_m;
+  const Vector3& v = radius.velocity_m;
   const double rho = root_sum(x, y);
-  const double v_xy = root_sum(v[0], v[1]);
-  const double v_xy_top = v_xy + cell.bend_m * w;
+  const double v_xy_top = root_sum(v[0], v[1]) + cell.bend_m * w;
   const double rho_low = rho - v_xy_top * w;
   const double rho_high = rho + v_xy_top * w;
   if (rho_high <= kOnAxis_m) {
@@ -65,12 +65,28 @@ struct CellRates {
     rates.rate_bound[0] =
         std::min((across + rho_high * cell.bend_m * w) / (rho_low * rho_low), v_xy_top / rho_low);
   }
+  radius.middle_m = rho;
+  radius.low_m = rho_low;
+  radius.speed_high = v_xy_top;
+  return radius;
+}
+
+/// `q`: the joints in the middle. Notation: w half width; plain names are values in the middle; `d_name` bounds how far `name`
+/// strays from the middle, anywhere on the cell. Rounding is not directed: it is fourteen digits down, and the tolerances of
+/// reach, range and speed lie above it.
+[[nodiscard]] inline CellRates planar_stretch(const PlanarArm& arm, const Joints& q, std::uint32_t number,
+                                              const PathCell& cell) noexcept {
+  const double w = cell.half_width;
+  CellRates rates;
+  const RadiusCell radius = planar_base_stretch(arm, cell, rates);
+  const auto [x, y, z] = radius.position_m;
+  const Vector3& v = radius.velocity_m;
+  const double rho = radius.middle_m, rho_low = radius.low_m, v_xy_top = radius.speed_high;
 
   // Wrist relative to the shoulder, (u, h), and its derivative. The tool is (ahead, above) of the wrist.
   const Vector3& tool = arm.mount.hand.position_m;
   const double hand_m = root_sum(tool[0], tool[2]);
-  const double c = cell.angles_rad[0];
-  const double rotation = cell.turn_rad[0];
+  const double c = cell.angles_rad[0], rotation = cell.turn_rad[0];
   const double ahead = tool[0] * std::cos(c) - tool[2] * std::sin(c);
   const double above = tool[0] * std::sin(c) + tool[2] * std::cos(c);
   const double facing = (number & 2u) != 0 ? -1.0 : 1.0;
