@@ -18,6 +18,8 @@ using client::Failure;
 
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 std::string holder_of(Client& client) {
   const Corbot::ControlInfo_var control = client.call([](auto& arm) { return arm.Control(); });
   return control->holder.in();
@@ -26,7 +28,6 @@ std::string holder_of(Client& client) {
 }  // namespace
 
 std::string release_by_force(Client& client, const std::string& robot, double timeout_s) {
-  using Clock = std::chrono::steady_clock;
   const auto deadline =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
   std::string holder = holder_of(client);

@@ -14,8 +14,11 @@ namespace corbot::cli {
 using client::ExitCode;
 using client::Failure;
 
+namespace {
+using Clock = std::chrono::steady_clock;
+}
+
 bool stop_on_this_machine(const std::string& robot, double timeout_s) {
-  using Clock = std::chrono::steady_clock;
   const auto deadline =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
   try {

@@ -113,16 +113,16 @@ std::optional<PlanRefusal> check_orientation(const Quaternion& orientation, cons
                                              const std::string& what) {
   const std::array<std::pair<char, double>, 4> parts{
       {{'w', orientation.w}, {'x', orientation.x}, {'y', orientation.y}, {'z', orientation.z}}};
-  constexpr double kShortest = 1.0 - kUnitLengthTolerance;
-  constexpr double kLongest = 1.0 + kUnitLengthTolerance;
+  constexpr double kUnitShortest = 1.0 - kUnitLengthTolerance;
+  constexpr double kUnitLongest = 1.0 + kUnitLengthTolerance;
   for (const auto& [part, value] : parts) {
     if (std::isfinite(value)) continue;
-    return bad_parameter(name, Quantity::kNumber, value, -kLongest, kLongest,
+    return bad_parameter(name, Quantity::kNumber, value, -kUnitLongest, kUnitLongest,
                          fmt::format("{} of {} is {}, allowed -1 to 1", part, what, value));
   }
   const double length = std::sqrt(squared_norm(orientation));
-  if (length >= kShortest && length <= kLongest) return std::nullopt;
-  return bad_parameter(name, Quantity::kNumber, length, kShortest, kLongest,
+  if (length >= kUnitShortest && length <= kUnitLongest) return std::nullopt;
+  return bad_parameter(name, Quantity::kNumber, length, kUnitShortest, kUnitLongest,
                        fmt::format("the quaternion of {} has length {:.6g}, allowed 1 within {:g}", what,
                                    length, kUnitLengthTolerance));
 }

@@ -18,6 +18,7 @@ namespace corbot {
 namespace {
 
 using Kind = SegmentError::Kind;
+using Clock = std::chrono::steady_clock;
 
 /// Beyond these, the oldest that is not the servant goes.
 constexpr std::size_t kMostConnections = 64;
@@ -63,7 +64,6 @@ ChannelServer::ChannelServer(std::string robot, std::uint64_t fingerprint, Chann
 
 std::optional<Segment<const TaskSegment>> ChannelServer::await_predecessor(
     std::chrono::milliseconds window, const std::atomic<bool>& cancelled) {
-  using Clock = std::chrono::steady_clock;
   constexpr std::chrono::milliseconds kStep{20};
   RunningTime waited(2 * kStep, Clock::now());
   while (waited.look(Clock::now()) < window && !cancelled.load()) {

@@ -133,12 +133,12 @@ void SerialPort::close() noexcept {
 /// A deadline can pass while this thread, or the machine, stands still: then too it looks for a while before
 /// it gives up.
 void SerialPort::await(short events, Clock::time_point deadline, DeviceCause late) {
-  constexpr std::chrono::milliseconds kLook{20};
+  constexpr std::chrono::milliseconds kLookEvery{20};
   const auto begin = Clock::now();
-  const auto bound = std::max<Clock::duration>(deadline - begin, kLook);
-  RunningTime waited(2 * kLook, begin);
+  const auto bound = std::max<Clock::duration>(deadline - begin, kLookEvery);
+  RunningTime waited(2 * kLookEvery, begin);
   for (;;) {
-    const Clock::duration left = std::min<Clock::duration>(bound - waited.look(Clock::now()), kLook);
+    const Clock::duration left = std::min<Clock::duration>(bound - waited.look(Clock::now()), kLookEvery);
     pollfd ready{fd_, events, 0};
     const auto left_ms = std::chrono::ceil<std::chrono::milliseconds>(left).count();
     const int count = ::poll(&ready, 1, static_cast<int>(std::max<decltype(left_ms)>(left_ms, 0)));
