@@ -37,7 +37,8 @@ endif()
 # The tiers of the tests. core: in one process, and sooner or later in virtual time; process: real processes, ORBs, sockets,
 # signals; long: what the gate has no time for. The gate runs core under the address sanitizer, too.
 set(CORBOT_TIERS core process long)
-# THREADS marks the programs that the thread sanitizer is run on. The ORB's own library and OpenCV's are not instrumented:
+# THREADS marks the programs that the thread sanitizer is run on: their label is core-threads or process-threads, one word
+# because the discovery of GoogleTest's cases splits lists. The ORB's own library and OpenCV's are not instrumented:
 # what runs through them would report races that they have not.
 add_custom_target(corbot_core_tests)
 add_custom_target(corbot_threads_tests)
@@ -62,9 +63,9 @@ function(corbot_test name)
   endif()
   target_link_libraries(${name} PRIVATE ${arg_LIBS} corbot_test_headers GTest::gtest GTest::gmock GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
-  set(labels ${arg_TIER})
+  set(label ${arg_TIER})
   if(arg_THREADS)
-    list(APPEND labels threads)
+    string(APPEND label -threads)
     add_dependencies(corbot_threads_tests ${name})
   endif()
   if(arg_TIER STREQUAL core)
@@ -83,11 +84,11 @@ function(corbot_test name)
     endif()
   endif()
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS} LABELS "${labels}")
+    PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS} LABELS ${label})
   if(arg_BOTH_ORBS AND TARGET corbot-servant-orbit2)
     add_dependencies(${name} corbot-servant-orbit2)
     gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_PREFIX orbit2. TEST_LIST ${name}_on_orbit2
-      PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS} LABELS "${labels}" ENVIRONMENT CORBOT_TEST_ORB=orbit2)
+      PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS} LABELS ${label} ENVIRONMENT CORBOT_TEST_ORB=orbit2)
   endif()
 endfunction()
 
@@ -96,9 +97,9 @@ function(corbot_command_test name)
   cmake_parse_arguments(arg "THREADS" "TIER" "COMMAND;PROPERTIES" ${ARGN})
   corbot_check_tier(${name} "${arg_TIER}")
   add_test(NAME ${name} COMMAND ${arg_COMMAND})
-  set(labels ${arg_TIER})
+  set(label ${arg_TIER})
   if(arg_THREADS)
-    list(APPEND labels threads)
+    string(APPEND label -threads)
   endif()
-  set_tests_properties(${name} PROPERTIES LABELS "${labels}" ${arg_PROPERTIES})
+  set_tests_properties(${name} PROPERTIES LABELS ${label} ${arg_PROPERTIES})
 endfunction()
