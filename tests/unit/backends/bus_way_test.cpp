@@ -41,7 +41,10 @@ TEST_F(BusWayTest, ADriveThatIsHeldWhereTheSetPointsBeginIsOpenAtOnce) {
   const auto backend = make(true);
   backend->open(stopped(1, 0.0, true));
   backend->write(frame(2, 0.0));
-  bus_.reported_us = {0.5};
+  {
+    const std::lock_guard lock(bus_.mutex);
+    bus_.reported_us = {0.5};
+  }
   ASSERT_TRUE(wait_until([&] { return backend->read().position_q[0] == 0.5; }));
   ServoFrame there = frame(3, 2000.0);
   there.position_q[0] = 0.5;

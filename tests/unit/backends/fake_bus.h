@@ -132,8 +132,8 @@ class FakeDevice final : public BusDevice {
     bus_.silences = 0;
     BusReading reading{bus_.has_encoders ? BusReading::Unit::kJoints : BusReading::Unit::kPulses,
                        frame.pulse_us};
-    for (std::size_t i = 0; i < bus_.reported_us.size(); ++i) reading.value[i] = bus_.reported_us[i];
     const std::lock_guard lock(bus_.mutex);
+    for (std::size_t i = 0; i < bus_.reported_us.size(); ++i) reading.value[i] = bus_.reported_us[i];
     if (bus_.powers_up) {
       for (std::size_t i = 0; i < kMaxServos; ++i) {
         if (bus_.servos.empty() || i >= bus_.servos.back()) reading.value[i] = 0.0;
