@@ -34,8 +34,8 @@ if(CORBOT_SANITIZE)
   add_link_options(-fsanitize=${CORBOT_SANITIZE})
 endif()
 
-# The tiers of the tests. core: in one process, and sooner or later in virtual time; process: real processes, ORBs, sockets,
-# signals; long: what the gate has no time for. The gate runs core under the address sanitizer, too.
+# Each test has a tier. A test of the tier core runs in one process; one of process needs real processes, ORBs, sockets or
+# signals; the gate has no time for one of long. The gate runs core under the address sanitizer, too.
 set(CORBOT_TIERS core process long)
 # THREADS marks the programs that the thread sanitizer is run on: their label is core-threads or process-threads, one word
 # because the discovery of GoogleTest's cases splits lists. The ORB's own library and OpenCV's are not instrumented:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# The cell's rooms: in this process, and its programs one by one.
+# The first program tests the cell's rooms in one process, the second one each program of the cell.
 if(NOT TARGET corbot_cell_store OR NOT TARGET corbot-scene)
   return()
 endif()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# The command line and what clients share: in this process, and with the programs that it starts.
+# The first program tests what clients share in one process, the second one the command line with what it starts.
 corbot_sources(sources support)
 if(TARGET corbot_client)
   corbot_sources(clients client)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What the built programs are linked with, and how.
+# This program examines how the built programs are linked, and with what.
 set(sources architecture/architecture_test.cpp architecture/linked_libraries.cpp)
 # The cycle never calls the loader; its control is the same program, bound lazily. The sanitizers bring functions of their own.
 if(NOT CORBOT_SANITIZE)
