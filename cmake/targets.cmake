@@ -49,12 +49,46 @@ function(corbot_check_tier test tier)
   endif()
 endfunction()
 
+# What docs/safety.md promises is shown by the gate, for every device and arm: no test that it names is of the tier long.
+file(STRINGS ${PROJECT_SOURCE_DIR}/docs/safety.md promises REGEX "`[A-Z][A-Za-z0-9]*\\.[A-Z]")
+string(REGEX MATCHALL "`[A-Z][A-Za-z0-9]*\\.[A-Z][A-Za-z0-9]*`" CORBOT_PROMISED_TESTS "${promises}")
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/safety.md)
+
+function(corbot_check_no_promise long_cases)
+  string(REPLACE ":" ";" patterns "${long_cases}")
+  foreach(pattern IN LISTS patterns)
+    string(REGEX REPLACE "^[^/.]*/|/[^/]*$" "" case "${pattern}")  # Instance/Suite.Case/parameter
+    string(REPLACE "." "\\." case "${case}")
+    string(REPLACE "*" ".*" case "${case}")
+    foreach(promised IN LISTS CORBOT_PROMISED_TESTS)
+      if(promised MATCHES "^`${case}`$")
+        message(FATAL_ERROR "docs/safety.md names the test ${promised}: '${pattern}' must not be LONG")
+      endif()
+    endforeach()
+  endforeach()
+endfunction()
+
+# Registers the cases of a program, those that `long_cases` names under the label long.
+function(corbot_discover name prefix long_cases label)
+  set(options DISCOVERY_TIMEOUT 60 TEST_PREFIX "${prefix}")
+  if(NOT long_cases)
+    gtest_discover_tests(${name} ${options} TEST_LIST "${name}_${prefix}" PROPERTIES ${ARGN} LABELS ${label})
+    return()
+  endif()
+  corbot_check_no_promise("${long_cases}")
+  gtest_discover_tests(${name} ${options} TEST_LIST "${name}_${prefix}" TEST_FILTER "-${long_cases}"
+    PROPERTIES ${ARGN} LABELS ${label})
+  gtest_discover_tests(${name} ${options} TEST_LIST "${name}_${prefix}_long" TEST_FILTER "${long_cases}"
+    PROPERTIES ${ARGN} LABELS long)
+endfunction()
+
 # corbot_test(NAME TIER tier SOURCES… LIBS …): one GoogleTest program, its cases registered with ctest under the label of the
-# tier. BOTH_ORBS registers them a second time, as orbit2.*, with the servant on ORBit2, if that is built. COMPUTES: the program
+# tier. LONG names cases, in the syntax of --gtest_filter, that are of the tier long: repetitions on a like device, arm or client.
+# BOTH_ORBS registers them a second time, as orbit2.*, with the servant on ORBit2, if that is built. COMPUTES: the program
 # computes for long, so it is optimised like the products and takes two processors of ctest's; the others mostly wait, and are
 # compiled for a short build. PROCESSORS: as many of ctest's, for a test that starts many programs.
 function(corbot_test name)
-  cmake_parse_arguments(arg "BOTH_ORBS;COMPUTES;THREADS" "TIER;TIMEOUT;PROCESSORS" "SOURCES;LIBS;DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "BOTH_ORBS;COMPUTES;THREADS" "TIER;TIMEOUT;PROCESSORS;LONG" "SOURCES;LIBS;DEPENDS" ${ARGN})
   corbot_check_tier(${name} "${arg_TIER}")
   add_executable(${name} ${arg_SOURCES})
   corbot_target(${name})
@@ -83,12 +117,11 @@ function(corbot_test name)
       set(arg_PROCESSORS 2)
     endif()
   endif()
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS} LABELS ${label})
+  set(properties TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS})
+  corbot_discover(${name} "" "${arg_LONG}" ${label} ${properties})
   if(arg_BOTH_ORBS AND TARGET corbot-servant-orbit2)
     add_dependencies(${name} corbot-servant-orbit2)
-    gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_PREFIX orbit2. TEST_LIST ${name}_on_orbit2
-      PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS} LABELS ${label} ENVIRONMENT CORBOT_TEST_ORB=orbit2)
+    corbot_discover(${name} orbit2. "${arg_LONG}" ${label} ${properties} ENVIRONMENT CORBOT_TEST_ORB=orbit2)
   endif()
 endfunction()
 

@@ -26,10 +26,10 @@ namespace {
 
 const std::string kBin = CORBOT_BIN_DIR;
 
-/// Kills per test, of four tests, one with a third of it: 114 in all. CORBOT_KILLS changes it.
+/// Kills per test, of four tests, one with a third of it: 40 in all. CORBOT_KILLS changes it.
 int kills() {
   const char* text = std::getenv("CORBOT_KILLS");
-  return text != nullptr ? std::atoi(text) : 34;
+  return text != nullptr ? std::atoi(text) : 12;
 }
 
 std::uint64_t seed() {

@@ -30,7 +30,7 @@ class Press : public StopRig {
 
   static int presses() {
     const std::string count = environment("CORBOT_PRESSES");
-    return count.empty() ? 50 : std::max(10, static_cast<int>(std::strtol(count.c_str(), nullptr, 10)));
+    return count.empty() ? 20 : std::max(10, static_cast<int>(std::strtol(count.c_str(), nullptr, 10)));
   }
   [[nodiscard]] Snapshot newest() const {
     Snapshot now{};
