@@ -61,7 +61,7 @@ StartPosition::StartPosition(const Profile& profile, const std::string& robot,
       robot_(robot) {
   const std::filesystem::path directory =
       state_directory.empty() ? default_state_directory() : std::filesystem::path(state_directory);
-  if (!directory.empty()) store_.emplace(directory, robot, "rt");
+  if (!directory.empty()) store_.emplace(directory, robot, profile.backend.kind, "rt");
 }
 
 CycleStart StartPosition::find(const TaskSegment& segment, const DevicePosition& device, bool forget) {
@@ -173,7 +173,7 @@ Joints StartPosition::joints_of(const Snapshot& last) const {
 
 /// The servos are where their pulses have put them, wherever that is by now.
 LastPosition StartPosition::by_pulses(const Snapshot& last) const {
-  LastPosition position = position_of(last, robot_);
+  LastPosition position = position_of(last, robot_, profile_.backend.kind);
   if (last.position_fingerprint == fingerprint_) return position;
   const ArmModel& arm = profile_.arm;
   const Joints mapped_q = joints_of(last);
@@ -259,7 +259,7 @@ void StartPosition::save(const TaskSegment& segment) const {
   Snapshot last{};
   if (!store_ || !last_snapshot(segment, last)) return;
   try {
-    store_->save(position_of(last, robot_), profile_.arm);
+    store_->save(position_of(last, robot_, profile_.backend.kind), profile_.arm);
   } catch (const std::exception& error) {
     spdlog::warn("the last position is not saved: {}", error.what());
   }

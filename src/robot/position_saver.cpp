@@ -68,7 +68,7 @@ void PositionSaver::poll() {
   const auto at = std::chrono::steady_clock::now();
   if (!link_.alive() || !link_.snapshot(now) || !rule_.is_due(now, at)) return;
   try {
-    store_.save(position_of(now, store_.robot()), arm_);
+    store_.save(position_of(now, store_.robot(), store_.device()), arm_);
     rule_.saved(now, at);
     has_warned_ = false;
   } catch (const std::exception& error) {

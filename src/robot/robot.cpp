@@ -102,11 +102,12 @@ void Robot::keep_state(const std::string& directory, PositionSaver::Warn warn) {
     reporter(kAlarmAuditLogIncomplete)(fmt::format("there is no audit log: {}", remedy));
     return;
   }
-  if (const std::string wrong = limits_.keep_in(SoftLimitsStore(where, name_)); !wrong.empty()) {
+  const std::string& kind = profile_.backend.kind;
+  if (const std::string wrong = limits_.keep_in(SoftLimitsStore(where, name_, kind)); !wrong.empty()) {
     reporter(kAlarmSoftLimitsUnknown)(
         fmt::format("the soft limits are not known, no joint moves until they are set or reset: {}", wrong));
   }
-  saver_ = std::make_unique<PositionSaver>(link_, profile_.arm, PositionStore(where, name_, "servant"),
+  saver_ = std::make_unique<PositionSaver>(link_, profile_.arm, PositionStore(where, name_, kind, "servant"),
                                            reporter(kAlarmPositionNotSaved));
   try {
     audit_log_ = std::make_unique<AuditLog>(where, name_, reporter(kAlarmAuditLogIncomplete));

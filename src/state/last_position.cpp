@@ -15,7 +15,7 @@
 namespace corbot {
 namespace {
 
-constexpr std::int64_t kFormat = 2;
+constexpr std::int64_t kFormat = 3;
 constexpr std::size_t kMaxBootId = 64;
 /// Far more than the rounding of degrees, far less than a servo resolves.
 constexpr double kTolerance_q = 1e-6;
@@ -85,6 +85,7 @@ Joints read_joints(const toml::table& table, const ArmModel& arm) {
 LastPosition read_common(const toml::table& table) {
   LastPosition position;
   position.robot = required<std::string>(table, "robot");
+  position.device = required<std::string>(table, "device");
   position.fingerprint = hexadecimal(required<std::string>(table, "profile"));
   position.boot_id = required<std::string>(table, "boot");
   if (position.boot_id.size() > kMaxBootId) throw PositionError("boot: too long");
@@ -127,6 +128,10 @@ std::uint64_t position_fingerprint(const ArmModel& arm) {
   return hash.value();
 }
 
+std::string state_file_stem(std::string_view robot, std::string_view device) {
+  return fmt::format("{}{}", robot, device == "loopback" ? ".loopback" : "");
+}
+
 std::string utc_text(std::int64_t epoch_s) {
   const std::tm parts = parts_of(epoch_s);
   return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}:{:02} UTC", parts.tm_year + 1900, parts.tm_mon + 1,
@@ -144,23 +149,27 @@ std::string position_text(const LastPosition& position, const ArmModel& arm) {
       "# The last position that corbot commanded to this arm. Read when the arm is powered up, and only\n"
       "# if its profile has not changed since. Delete it if the arm has been moved by hand: that forgets an "
       "Error, too.\n"
-      "format = {}\nrobot = \"{}\"\nprofile = \"{:016x}\"  # fingerprint\nboot = \"{}\"\n"
+      "format = {}\nrobot = \"{}\"\ndevice = \"{}\"  # kind of [backend]\nprofile = \"{:016x}\"  # "
+      "fingerprint\nboot = \"{}\"\n"
       "saved = {:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z\nat_rest = {}\nheld = {}  # by StopAndHold: nothing "
       "moves until Clear\nin_error = {}  # nothing is energised until Clear\njoints = [{}]  # degrees; "
       "metres of joints that slide\n"
       "gripper = {}  # 0 closed, 1 open\n",
-      kFormat, position.robot, position.fingerprint, position.boot_id, when.tm_year + 1900, when.tm_mon + 1,
-      when.tm_mday, when.tm_hour, when.tm_min, when.tm_sec, position.at_rest, position.held,
+      kFormat, position.robot, position.device, position.fingerprint, position.boot_id, when.tm_year + 1900,
+      when.tm_mon + 1, when.tm_mday, when.tm_hour, when.tm_min, when.tm_sec, position.at_rest, position.held,
       position.in_error, joints, position.opening);
 }
 
-LastPosition parse_position(std::string_view text, std::string_view robot, const ArmModel& arm) {
+LastPosition parse_position(std::string_view text, std::string_view robot, std::string_view device,
+                            const ArmModel& arm) {
   const toml::table table = parse(text);  // a file that was cut short lacks its gripper, at its end
   if (required<std::string>(table, "robot") != robot) throw PositionError("it is another robot's");
   try {
     if (required<std::int64_t>(table, "format") != kFormat)
       throw PositionError("its format is not known to this version");
     LastPosition position = read_common(table);
+    if (position.device != device)
+      throw PositionError("it is of another device", position.held, position.in_error);
     if (position.fingerprint != position_fingerprint(arm))
       throw PositionError("the profile has changed since it was written", position.held, position.in_error);
     position.position_q = read_joints(table, arm);

@@ -15,6 +15,7 @@ namespace corbot {
 /// is known. Nothing here is real-time safe.
 struct LastPosition {
   std::string robot;            ///< its name
+  std::string device;           ///< kind of the backend that it was commanded to
   std::uint64_t fingerprint{};  ///< of what gives it its meaning, position_fingerprint()
   std::string boot_id;          ///< of the machine's run in which it was written
   std::int64_t saved_s{};       ///< since the Unix epoch
@@ -25,8 +26,12 @@ struct LastPosition {
   double opening{};  ///< of the gripper, 0 closed … 1 open
 };
 
+/// Stem of the files of a robot on this device (`kind` of [backend]): "lynx5", "lynx5.loopback". The simulator
+/// has files of its own: what it leaves is never taken for a device's, and does not replace it.
+[[nodiscard]] std::string state_file_stem(std::string_view robot, std::string_view device);
+
 /// What is wrong with a saved position. One that is there and cannot be read as what it shall be does not prove that the arm
-/// was not in Error; only one that is whole, and of this robot with another profile, is believed in what it says of that.
+/// was not in Error; only one that is whole, and of this robot with another profile or device, proves it.
 class PositionError : public std::runtime_error {
  public:
   explicit PositionError(const std::string& what, bool held = false, bool in_error = true)
@@ -50,9 +55,10 @@ inline constexpr std::size_t kMaxPositionBytes = 4096;
 /// TOML, for a person to read, too.
 [[nodiscard]] std::string position_text(const LastPosition& position, const ArmModel& arm);
 
-/// Reads what position_text() wrote. Trusts no byte: throws PositionError unless it is of this robot and of
-/// this model of its arm, finite and within the joints' ranges. The flags may be missing: earlier versions had none.
-[[nodiscard]] LastPosition parse_position(std::string_view text, std::string_view robot, const ArmModel& arm);
+/// Reads what position_text() wrote. Trusts no byte: throws PositionError unless it is of this robot, this device
+/// and this model of its arm, finite and within the joints' ranges.
+[[nodiscard]] LastPosition parse_position(std::string_view text, std::string_view robot,
+                                          std::string_view device, const ArmModel& arm);
 
 /// "2026-11-21 10:00:00 UTC"
 [[nodiscard]] std::string utc_text(std::int64_t epoch_s);

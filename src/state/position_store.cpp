@@ -36,9 +36,10 @@ std::string boot_id() {
   return std::getline(file, text) && text.size() == kLength ? text : std::string();
 }
 
-LastPosition position_of(const Snapshot& snapshot, const std::string& robot) {
+LastPosition position_of(const Snapshot& snapshot, const std::string& robot, const std::string& device) {
   LastPosition position;
   position.robot = robot;
+  position.device = device;
   position.fingerprint = snapshot.position_fingerprint;
   position.boot_id = boot_id();
   position.saved_s = static_cast<std::int64_t>(std::time(nullptr));
@@ -50,10 +51,12 @@ LastPosition position_of(const Snapshot& snapshot, const std::string& robot) {
   return position;
 }
 
-PositionStore::PositionStore(const fs::path& directory, const std::string& robot, const std::string& writer)
-    : file_(directory / (robot + ".position")),
-      fresh_(directory / (robot + ".position." + writer)),
-      robot_(robot) {
+PositionStore::PositionStore(const fs::path& directory, const std::string& robot, const std::string& device,
+                             const std::string& writer)
+    : file_(directory / (state_file_stem(robot, device) + ".position")),
+      fresh_(file_.string() + "." + writer),
+      robot_(robot),
+      device_(device) {
   if (!is_file_name(robot)) throw std::invalid_argument("'" + robot + "' is no name of a robot");
 }
 
@@ -66,7 +69,7 @@ std::optional<LastPosition> PositionStore::load(const ArmModel& arm) const {
   }
   if (!text) return std::nullopt;
   try {
-    return parse_position(*text, robot_, arm);
+    return parse_position(*text, robot_, device_, arm);
   } catch (const PositionError& error) {
     throw PositionError(file_.string() + ": " + error.what(), error.held(), error.in_error());
   }

@@ -19,17 +19,20 @@ namespace corbot {
 
 /// The position that a snapshot holds, as it is saved; written now. The map that gives it its meaning is the
 /// one of the task that published it.
-[[nodiscard]] LastPosition position_of(const Snapshot& snapshot, const std::string& robot);
+[[nodiscard]] LastPosition position_of(const Snapshot& snapshot, const std::string& robot,
+                                       const std::string& device);
 
-/// The file DIRECTORY/ROBOT.position. Not real-time safe.
+/// The file DIRECTORY/STEM.position, see state_file_stem(). Not real-time safe.
 class PositionStore {
  public:
   /// `writer` tells apart the processes that write, so that neither gets into the other's new file. Throws
   /// std::invalid_argument for a name that no robot can have.
-  PositionStore(const std::filesystem::path& directory, const std::string& robot, const std::string& writer);
+  PositionStore(const std::filesystem::path& directory, const std::string& robot, const std::string& device,
+                const std::string& writer);
 
   [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_; }
   [[nodiscard]] const std::string& robot() const noexcept { return robot_; }
+  [[nodiscard]] const std::string& device() const noexcept { return device_; }
 
   /// Nothing when there is no such file. Throws PositionError for every file that is to be rejected, also one
   /// that other users may write to, or that cannot be read.
@@ -43,6 +46,7 @@ class PositionStore {
   std::filesystem::path file_;
   std::filesystem::path fresh_;
   std::string robot_;
+  std::string device_;
 };
 
 }  // namespace corbot

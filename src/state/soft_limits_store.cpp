@@ -10,12 +10,13 @@
 
 #include "corbot/arm/joint_units.h"
 #include "corbot/channel/fingerprint.h"
+#include "state/last_position.h"
 #include "state/private_file.h"
 
 namespace corbot {
 namespace {
 
-constexpr std::int64_t kSoftLimitsFormat = 2;
+constexpr std::int64_t kSoftLimitsFormat = 3;
 /// Of degrees that were written as text, and no more.
 constexpr double kRounding_q = 1e-9;
 
@@ -70,22 +71,27 @@ toml::table parse_soft_limits(std::string_view text) {
 
 }  // namespace
 
-std::string soft_limits_text(const JointRanges& limits, const std::string& robot, const ArmModel& arm) {
+std::string soft_limits_text(const JointRanges& limits, const std::string& robot, const std::string& device,
+                             const ArmModel& arm) {
   return fmt::format(
       "# The soft limits that were set for this arm: ranges that its joints keep. Written by "
       "corbot-servant.\n"
-      "format = {}\nrobot = \"{}\"\nprofile = \"{}\"  # fingerprint\n"
+      "format = {}\nrobot = \"{}\"\ndevice = \"{}\"  # kind of [backend]\nprofile = \"{}\"  # fingerprint\n"
       "lower = [{}]  # degrees; metres of joints that slide\nupper = [{}]\n"
       "whole = true  # a file that was cut short lacks this\n",
-      kSoftLimitsFormat, robot, fingerprint_text(arm), list(limits.lower_q, arm), list(limits.upper_q, arm));
+      kSoftLimitsFormat, robot, device, fingerprint_text(arm), list(limits.lower_q, arm),
+      list(limits.upper_q, arm));
 }
 
-JointRanges parse_soft_limits(std::string_view text, std::string_view robot, const ArmModel& arm) {
+JointRanges parse_soft_limits(std::string_view text, std::string_view robot, std::string_view device,
+                              const ArmModel& arm) {
   const toml::table table = parse_soft_limits(text);
   if (required_value<std::int64_t>(table, "format") != kSoftLimitsFormat)
     throw SoftLimitsError("its format is not known to this version");
   if (!required_value<bool>(table, "whole")) throw SoftLimitsError("whole: must be true");
   if (required_value<std::string>(table, "robot") != robot) throw SoftLimitsError("it is another robot's");
+  if (required_value<std::string>(table, "device") != device)
+    throw SoftLimitsError("it is of another device");
   if (required_value<std::string>(table, "profile") != fingerprint_text(arm))
     throw SoftLimitsError("the profile has changed since it was written");
   const JointRanges limits{read_list(table, "lower", arm), read_list(table, "upper", arm)};
@@ -96,10 +102,12 @@ JointRanges parse_soft_limits(std::string_view text, std::string_view robot, con
   return limits;
 }
 
-SoftLimitsStore::SoftLimitsStore(const std::filesystem::path& directory, std::string robot)
-    : file_(directory / (robot + ".limits")),
-      fresh_(directory / (robot + ".limits.servant")),
-      robot_(std::move(robot)) {
+SoftLimitsStore::SoftLimitsStore(const std::filesystem::path& directory, std::string robot,
+                                 std::string device)
+    : file_(directory / (state_file_stem(robot, device) + ".limits")),
+      fresh_(file_.string() + ".servant"),
+      robot_(std::move(robot)),
+      device_(std::move(device)) {
   if (!is_file_name(robot_)) throw std::invalid_argument("'" + robot_ + "' is no name of a robot");
 }
 
@@ -112,7 +120,7 @@ std::optional<JointRanges> SoftLimitsStore::load(const ArmModel& arm) const {
   }
   if (!text) return std::nullopt;
   try {
-    return parse_soft_limits(*text, robot_, arm);
+    return parse_soft_limits(*text, robot_, device_, arm);
   } catch (const SoftLimitsError& error) {
     throw SoftLimitsError(file_.string() + ": " + error.what());
   }
@@ -120,7 +128,7 @@ std::optional<JointRanges> SoftLimitsStore::load(const ArmModel& arm) const {
 
 void SoftLimitsStore::save(const std::optional<JointRanges>& limits, const ArmModel& arm) const {
   if (!limits) return remove_private(file_);
-  replace_private(file_, fresh_, soft_limits_text(*limits, robot_, arm));
+  replace_private(file_, fresh_, soft_limits_text(*limits, robot_, device_, arm));
 }
 
 }  // namespace corbot

@@ -24,15 +24,33 @@ class Calibrate : public CliRig {
  protected:
   Calibrate() {
     line_ = (directory_ / "tty").string();
-    emulator_ = std::make_unique<Process>(
-        std::vector<std::string>{CORBOT_BIN_DIR "/corbot-sim", "ssc32", "--pty", line_});
-    EXPECT_TRUE(emulator_->wait_line("ready", within(30))) << emulator_->errors();
+    power_emulator();
     profile_ = put_ssc32_profile(line_);
     before_ = text_of(profile_);
   }
   ~Calibrate() override {
     supervisor_.reset();
     EXPECT_EQ(emulator_->terminate(), 0);
+  }
+
+  /// Also off and on again: it has lost its pulses then.
+  void power_emulator() {
+    if (emulator_) {
+      EXPECT_EQ(emulator_->terminate(), 0);
+    }
+    emulator_ = std::make_unique<Process>(
+        std::vector<std::string>{CORBOT_BIN_DIR "/corbot-sim", "ssc32", "--pty", line_});
+    EXPECT_TRUE(emulator_->wait_line("ready", within(30))) << emulator_->errors();
+  }
+  /// A robot of this name was up with that profile, went to 60, 40, 30, 20 degrees, and did `last`.
+  void use(const std::string& profile, const std::vector<std::string>& last = {"status"}) {
+    up({}, profile);
+    if (HasFatalFailure()) return;
+    ASSERT_EQ(corbot({"joints", "60", "40", "30", "20"}).code, 0);
+    ASSERT_EQ(corbot(last).code, 0);
+    EXPECT_EQ(supervisor_->terminate(), 0) << supervisor_->errors();
+    supervisor_.reset();
+    power_emulator();
   }
 
   static std::string text_of(const std::string& file) {
@@ -132,6 +150,41 @@ TEST_F(Calibrate, FindsTheServoMap) {
   EXPECT_EQ(second.code, 5);
   EXPECT_THAT(second.errors, HasSubstr("corbot down --name " + name_));
   EXPECT_EQ(supervisor_->terminate(), 0);
+}
+
+TEST_F(Calibrate, TheSimulatorsPositionAndHoldAreNotTheArms) {
+  use(CORBOT_TEST_PROFILE, {"hold"});
+  if (HasFatalFailure()) return;
+  start();
+  if (HasFatalFailure()) return;
+  EXPECT_THAT(session_->output(), HasSubstr("SERVO POSITIONS UNKNOWN; angle 0 of the profile is assumed"));
+  EXPECT_EQ(ask("on", "the servos"), "the servos have their pulses");
+  EXPECT_TRUE(pulse_arrives("0=1500"));
+  send("quit");
+  EXPECT_EQ(end(), 0) << session_->errors();
+}
+
+TEST_F(Calibrate, StoredAnglesAreShownAndConfirmedBeforeTheServosGoThere) {
+  use(profile_);
+  if (HasFatalFailure()) return;
+  start();
+  if (HasFatalFailure()) return;
+  EXPECT_THAT(session_->output(), HasSubstr("servo positions are the stored ones"));
+  EXPECT_THAT(ask("yes", "refused:"), HasSubstr("'on' first"));
+  const std::string warning =
+      "'on' takes the servos AT FULL SPEED to base 60.0 degrees, shoulder 40.0 degrees, elbow 30.0 "
+      "degrees, wrist 20.0 degrees, gripper ";
+  EXPECT_THAT(ask("on", "'on'"), HasSubstr(warning));
+  ask("joint base", "base");
+  EXPECT_THAT(ask("yes", "refused:"), HasSubstr("'on' first")) << "another command takes 'on' back";
+  EXPECT_THAT(ask("+ 20", "refused:"), HasSubstr("'on' first"));
+  emulator_->send("pulses");
+  EXPECT_THAT(emulator_->wait_line("pulses", within(10)).value_or(""), Not(HasSubstr("0=")));
+  ask("on", "'on'");
+  EXPECT_EQ(ask("yes", "the servos"), "the servos have their pulses");
+  EXPECT_TRUE(pulse_arrives("0=2100"));
+  send("quit");
+  EXPECT_EQ(end(), 0) << session_->errors();
 }
 
 TEST_F(Calibrate, WhatASymbolicLinkLeadsToIsWrittenAndTheLinkStays) {

@@ -87,7 +87,7 @@ class PowerUp : public RobotRig {
     return fastest;
   }
   [[nodiscard]] std::string kept() const {
-    std::ifstream file(fmt::format("{}/{}.position", directory_, name_));
+    std::ifstream file(fmt::format("{}/{}.loopback.position", directory_, name_));
     std::stringstream text;
     text << file.rdbuf();
     return text.str();
@@ -218,8 +218,8 @@ TEST_F(PowerUp, IsWrittenWhileTheArmMoves) {
 /// It does not prove that the arm was not in Error.
 TEST_F(PowerUp, AFileThatProvesNothingIsAnError) {
   write_profile("[backend]\nkind = \"loopback\"\n");
-  const std::string file = fmt::format("{}/{}.position", directory_, name_);
-  std::ofstream(file) << "format = 2\njoints = [1e300]\n";
+  const std::string file = fmt::format("{}/{}.loopback.position", directory_, name_);
+  std::ofstream(file) << "format = 3\njoints = [1e300]\n";
   start_both();
   if (HasFatalFailure()) return;
   ASSERT_TRUE(wait_for(Corbot::Error)) << rt_->errors();

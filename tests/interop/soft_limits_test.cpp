@@ -51,7 +51,7 @@ class SoftLimits : public RobotRig {
     rt_->signal(SIGKILL);
     ASSERT_TRUE(rt_->wait(within(30)));
   }
-  [[nodiscard]] fs::path file() const { return directory_ + "/" + name_ + ".limits"; }
+  [[nodiscard]] fs::path file() const { return directory_ + "/" + name_ + ".loopback.limits"; }
 
   /// MovRange, but for one joint.
   Corbot::JointRanges with(CORBA::ULong joint, double lower, double upper) {

@@ -42,7 +42,7 @@ std::optional<LastPosition> kept_position(const CalibrateOptions& options, const
                                               : std::filesystem::path(options.state_directory);
   if (directory.empty()) return std::nullopt;
   try {
-    return PositionStore(directory, name, "calibrate").load(profile.arm);
+    return PositionStore(directory, name, profile.backend.kind, "calibrate").load(profile.arm);
   } catch (const PositionError&) {
     return std::nullopt;
   }

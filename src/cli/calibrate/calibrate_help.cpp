@@ -5,6 +5,7 @@ namespace corbot::cli {
 
 const char* calibrate_help() {
   return "  on              give the servos their pulses: THE ARM MAY JUMP; keep clear\n"
+         "  yes             answer to 'on', where it takes the servos to stored angles\n"
          "  joint NAME|N    choose a servo; 'joint gripper' the gripper's\n"
          "  + US, - US      turn it by so many microseconds, at 200 us a second\n"
          "  goto US         turn it to a pulse width\n"

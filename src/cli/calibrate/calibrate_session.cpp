@@ -72,8 +72,8 @@ CalibrateSession::CalibrateSession(const Setting& setting, ServoPositioner& serv
 
 void CalibrateSession::print_introduction() {
   print_log();
-  fmt::print("{} on {}: {}.\n{}", setting_.profile.file, setting_.profile.backend.kind, servos_.origin(),
-             calibrate_help());
+  fmt::print("{} on {}: {}.\n'on' begins at {}.\n{}", setting_.profile.file, setting_.profile.backend.kind,
+             servos_.origin(), positions(), calibrate_help());
 }
 
 void CalibrateSession::run(const std::string& line) {
@@ -96,9 +96,13 @@ void CalibrateSession::run(const std::string& line) {
 
 void CalibrateSession::execute(const Words& words) {
   const std::string& word = words[0];
+  const bool was_asked = std::exchange(awaits_yes_, false);
   if (word == "help") {
     fmt::print("{}", calibrate_help());
   } else if (word == "on") {
+    begin_to_switch_on();
+  } else if (word == "yes") {
+    if (!was_asked) throw std::invalid_argument("'yes' answers 'on': type 'on' first");
     switch_on();
   } else if (word == "joint") {
     choose(words);
@@ -122,6 +126,15 @@ void CalibrateSession::execute(const Words& words) {
   } else {
     throw std::invalid_argument(fmt::format("unknown command '{}'; 'help' lists them", printable(word)));
   }
+}
+
+void CalibrateSession::begin_to_switch_on() {
+  if (!servos_.is_stored() || servos_.is_on()) return switch_on();
+  awaits_yes_ = true;
+  fmt::print(
+      "'on' takes the servos AT FULL SPEED to {}, where corbot left the arm: 'yes' to go there; any other "
+      "command leaves them without pulses\n",
+      positions());
 }
 
 void CalibrateSession::switch_on() {
@@ -161,6 +174,15 @@ void CalibrateSession::choose(const Words& words) {
     known += (i == 0 ? "" : ", ") + name(i);
   }
   throw std::invalid_argument(fmt::format("'joint' needs one of {}", known));
+}
+
+std::string CalibrateSession::positions() const {
+  std::string text;
+  for (std::size_t i = 0; i < gripper(); ++i) {
+    text += fmt::format("{} {:.1f} {}, ", name(i), calibration_.line(i).value(servos_.pulse_us(i)) + 0.0,
+                        calibration_.unit(i).name);
+  }
+  return text + fmt::format("gripper {:g} us", servos_.pulse_us(gripper()));
 }
 
 void CalibrateSession::print_position() {

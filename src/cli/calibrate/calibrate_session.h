@@ -37,6 +37,8 @@ class CalibrateSession {
  private:
   using Words = std::vector<std::string>;
   void execute(const Words& words);
+  /// `on`: asks for `yes` first where it takes the servos to stored angles.
+  void begin_to_switch_on();
   void switch_on();
   void choose(const Words& words);
   void move(double pulse_us);
@@ -50,6 +52,8 @@ class CalibrateSession {
   /// "2 joints were marked and not written"; empty: none.
   [[nodiscard]] std::string unwritten() const;
   void print_position();
+  /// "base 0.0 degrees, gripper 1900 us": where the servos are by their pulses.
+  [[nodiscard]] std::string positions() const;
   void print_log();
   void require_pulses() const;  ///< throws std::invalid_argument before `on`
   /// The number that is the only argument; throws std::invalid_argument.
@@ -64,8 +68,9 @@ class CalibrateSession {
   std::optional<std::size_t> servo_;
   std::map<std::string, double> written_edits_;  ///< by their paths
   std::size_t line_{0};
-  std::string lost_text_;  ///< the device's last report that it is lost, printable
-  bool quit_once_{false};  ///< `quit` has warned of what is not written
+  std::string lost_text_;   ///< the device's last report that it is lost, printable
+  bool awaits_yes_{false};  ///< `on` has asked
+  bool quit_once_{false};   ///< `quit` has warned of what is not written
   bool done_{false};
   bool written_{false};
 };

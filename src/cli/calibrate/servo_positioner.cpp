@@ -59,6 +59,7 @@ void ServoPositioner::connect(const Joints* kept_q, double kept_opening) {
   } else if (kept_q != nullptr) {
     position_q = *kept_q;
     opening = kept_opening;
+    is_stored_ = true;
     origin_ = "servo positions are the stored ones, where corbot left the arm";
   }
   if (profile_.backend.kind == "loopback") origin_ = "this is the simulator: no real servo is measured";

@@ -31,6 +31,8 @@ class ServoPositioner {
   void connect(const Joints* kept_q, double kept_opening);
   /// Where pulse_us() comes from after connect(), for a person.
   [[nodiscard]] const std::string& origin() const noexcept { return origin_; }
+  /// They come from the stored position: the servos run there with their first pulses.
+  [[nodiscard]] bool is_stored() const noexcept { return is_stored_; }
   /// Gives every servo the pulse at which it is assumed to be, and power where that is switched; again after
   /// an emergency stop. Throws std::runtime_error, also while that is pressed.
   void switch_on();
@@ -64,6 +66,7 @@ class ServoPositioner {
   std::unique_ptr<Backend> backend_;
   ServoFrame frame_{};
   std::string origin_;
+  bool is_stored_{false};
   bool is_on_{false};
   std::atomic<std::uint32_t> presses_seen_{0};  ///< that the operator has seen
   std::uint64_t looks_{0};                      ///< of the thread that watches the lines

@@ -39,10 +39,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     text += c == '@' ? fmt::format("{:016x}", corbot::position_fingerprint(arm())) : std::string(1, c);
   }
   try {
-    const corbot::LastPosition position = corbot::parse_position(text, "lynx5", arm());
+    const corbot::LastPosition position = corbot::parse_position(text, "lynx5", "ssc32", arm());
     if (!is_sound(position)) std::abort();
     // What is accepted is written such that it is accepted again.
-    if (!is_sound(corbot::parse_position(corbot::position_text(position, arm()), "lynx5", arm())))
+    if (!is_sound(corbot::parse_position(corbot::position_text(position, arm()), "lynx5", "ssc32", arm())))
       std::abort();
   } catch (const corbot::PositionError& error) {
     if (*error.what() == '\0') std::abort();

@@ -26,6 +26,7 @@ class StartPositionTest : public ::testing::Test {
  protected:
   StartPositionTest() {
     profile = load_profile(fs::path(CORBOT_PROFILES) / "lynx5.toml");
+    profile.backend.kind = "ssc32";
     profile.backend.position_known_at_start = false;
     std::string path = CORBOT_SCRATCH_DIR "/start-XXXXXX";
     directory = ::mkdtemp(path.data());
@@ -87,6 +88,27 @@ TEST_F(StartPositionTest, TheFileIsUsed) {
   std::ofstream(directory + "/arm.position") << "nonsense";
   EXPECT_EQ(find().position_q, Joints{});
   EXPECT_THAT(text, HasSubstr("UNKNOWN; the arm is taken to be"));
+}
+
+TEST_F(StartPositionTest, WhatTheSimulatorLeftIsNotUsedForADeviceNorTheOtherWayRound) {
+  for (const char* const left_by : {"loopback", "ssc32"}) {
+    profile.backend.kind = left_by;
+    publish(kSaved, 0.5);
+    Snapshot last{};
+    ASSERT_TRUE(last_snapshot(*segment, last));
+    last.flags |= kSnapshotHeld;
+    last.state = RtState::kError;
+    segment->snapshot.store(last);
+    rt::StartPosition(profile, "arm", directory).save(*segment);
+    segment = std::make_unique<TaskSegment>();
+    EXPECT_TRUE(find().held);
+    profile.backend.kind = profile.backend.kind == "ssc32" ? "loopback" : "ssc32";
+    const rt::CycleStart start = find();
+    EXPECT_EQ(start.position_q, Joints{}) << text;
+    EXPECT_TRUE(start.unverified);
+    EXPECT_FALSE(start.held || start.in_error);
+    fs::remove_all(directory);
+  }
 }
 
 TEST_F(StartPositionTest, AHoldIsInTheFile) {

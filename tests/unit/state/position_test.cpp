@@ -36,12 +36,12 @@ class Position : public ::testing::Test {
     snapshot.position_q = {base_q, 1.0, -0.25, 0.125};
     snapshot.gripper = 0.75;
     snapshot.position_fingerprint = position_fingerprint(arm_);
-    return position_of(snapshot, "lynx5");
+    return position_of(snapshot, "lynx5", "ssc32");
   }
-  [[nodiscard]] PositionStore store() const { return {directory_, "lynx5", "test"}; }
+  [[nodiscard]] PositionStore store() const { return {directory_, "lynx5", "ssc32", "test"}; }
   [[nodiscard]] std::string refusal(const std::string& text) const {
     try {
-      (void)parse_position(text, "lynx5", arm_);
+      (void)parse_position(text, "lynx5", "ssc32", arm_);
     } catch (const PositionError& error) {
       return error.what();
     }
@@ -77,12 +77,12 @@ TEST_F(Position, IsReadAsWritten) {
 }
 
 TEST_F(Position, SaysWhetherTheArmIsHeld) {
-  EXPECT_FALSE(parse_position(position_text(sample(), arm_), "lynx5", arm_).held);
+  EXPECT_FALSE(parse_position(position_text(sample(), arm_), "lynx5", "ssc32", arm_).held);
   Snapshot snapshot{};
   snapshot.flags = kSnapshotHeld;
   snapshot.position_fingerprint = position_fingerprint(arm_);
-  const std::string text = position_text(position_of(snapshot, "lynx5"), arm_);
-  EXPECT_TRUE(parse_position(text, "lynx5", arm_).held);
+  const std::string text = position_text(position_of(snapshot, "lynx5", "ssc32"), arm_);
+  EXPECT_TRUE(parse_position(text, "lynx5", "ssc32", arm_).held);
   EXPECT_THAT(refusal(changed("held = false", "held = 0")), HasSubstr("held"));
   EXPECT_THAT(refusal(changed("held = false", "")), HasSubstr("held is missing"));
 }
@@ -100,7 +100,7 @@ TEST_F(Position, IsHeldWhereThePositionItselfIsRejected) {
   Snapshot snapshot{};
   snapshot.flags = kSnapshotHeld;
   snapshot.position_fingerprint = position_fingerprint(arm_);
-  const std::string held = position_text(position_of(snapshot, "lynx5"), arm_);
+  const std::string held = position_text(position_of(snapshot, "lynx5", "ssc32"), arm_);
   const std::string free = position_text(sample(), arm_);
   ArmModel other = arm_;
   other.servos[2].zero_us += 1.0;
@@ -113,11 +113,11 @@ TEST_F(Position, IsHeldWhereThePositionItselfIsRejected) {
 }
 
 TEST_F(Position, SaysWhetherTheArmIsInErrorAlsoWhereItIsRejected) {
-  EXPECT_FALSE(parse_position(position_text(sample(), arm_), "lynx5", arm_).in_error);
+  EXPECT_FALSE(parse_position(position_text(sample(), arm_), "lynx5", "ssc32", arm_).in_error);
   Snapshot snapshot{};
   snapshot.state = RtState::kError;
   snapshot.position_fingerprint = position_fingerprint(arm_);
-  const std::string text = position_text(position_of(snapshot, "lynx5"), arm_);
+  const std::string text = position_text(position_of(snapshot, "lynx5", "ssc32"), arm_);
   put(text);
   EXPECT_TRUE(store().load(arm_)->in_error);
   EXPECT_FALSE(store().load(arm_)->held);
@@ -134,13 +134,47 @@ TEST_F(Position, SaysWhetherTheArmIsInErrorAlsoWhereItIsRejected) {
   EXPECT_THAT(refusal(changed("in_error = false", "")), HasSubstr("in_error is missing"));
 }
 
+TEST_F(Position, OfTheSimulatorHasAFileOfItsOwn) {
+  const PositionStore simulator(directory_, "lynx5", "loopback", "test");
+  EXPECT_EQ(simulator.file(), directory_ / "lynx5.loopback.position");
+  EXPECT_EQ(store().file(), directory_ / "lynx5.position");
+  Snapshot snapshot{};
+  snapshot.flags = kSnapshotHeld;
+  snapshot.state = RtState::kError;
+  snapshot.position_fingerprint = position_fingerprint(arm_);
+  simulator.save(position_of(snapshot, "lynx5", "loopback"), arm_);
+  EXPECT_FALSE(store().load(arm_)) << "neither position nor hold nor Error";
+  store().save(sample(), arm_);
+  EXPECT_TRUE(simulator.load(arm_)->held);
+  EXPECT_FALSE(store().load(arm_)->held);
+}
+
+/// Two controllers are likely to have one arm: what holds it back stays.
+TEST_F(Position, OfAnotherDeviceIsRejectedButItsHoldAndErrorStay) {
+  for (const bool stays : {false, true}) {
+    LastPosition position = sample();
+    position.device = "maestro";
+    position.held = position.in_error = stays;
+    put(position_text(position, arm_));
+    try {
+      (void)store().load(arm_);
+      ADD_FAILURE() << "accepted";
+    } catch (const PositionError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("another device"));
+      EXPECT_EQ(error.held(), stays);
+      EXPECT_EQ(error.in_error(), stays);
+    }
+  }
+  EXPECT_THAT(refusal(changed("device = ", "# ")), HasSubstr("device is missing"));
+}
+
 /// Nobody knows whether the arm was in Error.
 TEST_F(Position, ThatCannotBeReadAsWhatItShallBeProvesNothing) {
   Snapshot snapshot{};
   snapshot.flags = kSnapshotHeld;
   snapshot.state = RtState::kError;
   snapshot.position_fingerprint = position_fingerprint(arm_);
-  const std::string good = position_text(position_of(snapshot, "lynx5"), arm_);
+  const std::string good = position_text(position_of(snapshot, "lynx5", "ssc32"), arm_);
   const auto with = [&](const std::string& from, const std::string& to) {
     std::string text = good;
     const std::size_t at = text.find(from);
@@ -167,7 +201,7 @@ TEST_F(Position, ThatCannotBeReadAsWhatItShallBeProvesNothing) {
   expect_in_error(std::string(300, '\0'));
   expect_in_error(good + "\xff\xfe\n");
   expect_in_error(with("robot = \"lynx5\"", "robot = \"other\""));
-  expect_in_error(with("format = 2", "format = 3"));
+  expect_in_error(with("format = 3", "format = 4"));
   std::string ones = with("in_error = true", "in_error = 1");
   expect_in_error(ones.replace(ones.find("held = true"), 11, "held = 1"));
   expect_in_error(with("in_error = true", "in_error = \"true\""));
@@ -189,7 +223,8 @@ TEST_F(Position, ThatCannotBeReadAsWhatItShallBeProvesNothing) {
   }
   fs::remove(store().file());
   EXPECT_FALSE(store().load(arm_)) << "a file that was deleted";
-  EXPECT_FALSE(PositionStore("/dev/null/nowhere", "lynx5", "test").load(arm_)) << "that was never there";
+  EXPECT_FALSE(PositionStore("/dev/null/nowhere", "lynx5", "ssc32", "test").load(arm_))
+      << "that was never there";
 }
 
 TEST_F(Position, OfAnotherFormatIsHeldAllTheSame) {
@@ -197,9 +232,9 @@ TEST_F(Position, OfAnotherFormatIsHeldAllTheSame) {
   position.held = true;
   std::string text = position_text(position, arm_);
   const std::size_t format = text.find("format = ");
-  text.replace(format, text.find('\n', format) - format, "format = 1");
+  text.replace(format, text.find('\n', format) - format, "format = 2");
   try {
-    (void)parse_position(text, "lynx5", arm_);
+    (void)parse_position(text, "lynx5", "ssc32", arm_);
     FAIL() << "accepted";
   } catch (const PositionError& error) {
     EXPECT_TRUE(error.held() && error.in_error());
@@ -209,15 +244,15 @@ TEST_F(Position, OfAnotherFormatIsHeldAllTheSame) {
 TEST_F(Position, AtTheVeryEndsOfTheRangesIsAccepted) {
   LastPosition position = sample();
   for (std::size_t i = 0; i < arm_.dof; ++i) position.position_q[i] = arm_.joints[i].upper_q;
-  const LastPosition read = parse_position(position_text(position, arm_), "lynx5", arm_);
+  const LastPosition read = parse_position(position_text(position, arm_), "lynx5", "ssc32", arm_);
   for (std::size_t i = 0; i < arm_.dof; ++i) EXPECT_LE(read.position_q[i], arm_.joints[i].upper_q);
 }
 
 TEST_F(Position, IsRefusedWhereAnythingIsWrong) {
   EXPECT_EQ(refusal(position_text(sample(), arm_)), "");
   EXPECT_THAT(refusal(changed("\"lynx5\"", "\"lynx6\"")), HasSubstr("another robot"));
-  EXPECT_THAT(refusal(changed("format = 2", "format = 3")), HasSubstr("not known"));
-  EXPECT_THAT(refusal(changed("format = 2", "")), HasSubstr("format is missing"));
+  EXPECT_THAT(refusal(changed("format = 3", "format = 4")), HasSubstr("not known"));
+  EXPECT_THAT(refusal(changed("format = 3", "")), HasSubstr("format is missing"));
   EXPECT_THAT(refusal(changed("profile = \"", "profile = \"f")), HasSubstr("profile"));
   EXPECT_THAT(refusal(changed("profile = \"", "profile = \"x")), HasSubstr("hexadecimal"));
   EXPECT_THAT(refusal(changed("at_rest = true", "at_rest = 1")), HasSubstr("at_rest"));
@@ -238,7 +273,7 @@ TEST_F(Position, IsRefusedWhereAnythingIsWrong) {
   EXPECT_THAT(refusal(std::string("\0\xff\xfe", 3)), HasSubstr("line 1"));
   ArmModel other = arm_;
   other.servos[2].zero_us += 1.0;
-  EXPECT_THROW((void)parse_position(position_text(sample(), arm_), "lynx5", other), PositionError);
+  EXPECT_THROW((void)parse_position(position_text(sample(), arm_), "lynx5", "ssc32", other), PositionError);
 }
 
 TEST_F(Position, AFileThatOthersCouldHaveWrittenIsRefused) {
@@ -264,10 +299,12 @@ TEST_F(Position, AWriteThatFailsLeavesTheOldOne) {
   fs::create_directory(in_the_way);
   EXPECT_THROW(store().save(sample(0.2), arm_), std::system_error);
   EXPECT_NEAR(store().load(arm_)->position_q[0], 0.1, 1e-12);
-  EXPECT_THROW(PositionStore(store().file(), "lynx5", "test").save(sample(), arm_), std::system_error);
-  EXPECT_THROW(PositionStore("/dev/null/x", "lynx5", "test").save(sample(), arm_), std::system_error);
-  EXPECT_THROW(PositionStore(directory_, "../lynx5", "test"), std::invalid_argument);
-  EXPECT_THROW(PositionStore(directory_, "", "test"), std::invalid_argument);
+  EXPECT_THROW(PositionStore(store().file(), "lynx5", "ssc32", "test").save(sample(), arm_),
+               std::system_error);
+  EXPECT_THROW(PositionStore("/dev/null/x", "lynx5", "ssc32", "test").save(sample(), arm_),
+               std::system_error);
+  EXPECT_THROW(PositionStore(directory_, "../lynx5", "ssc32", "test"), std::invalid_argument);
+  EXPECT_THROW(PositionStore(directory_, "", "ssc32", "test"), std::invalid_argument);
 }
 
 TEST_F(Position, AWriterThatIsKilledLeavesTheOldOrTheNewOne) {

@@ -34,12 +34,12 @@ class SoftLimitsFile : public ::testing::Test {
   }
   ~SoftLimitsFile() override { fs::remove_all(directory_); }
 
-  [[nodiscard]] SoftLimitsStore store() const { return {directory_, "lynx5"}; }
+  [[nodiscard]] SoftLimitsStore store() const { return {directory_, "lynx5", "ssc32"}; }
   [[nodiscard]] fs::path file() const { return directory_ / "lynx5.limits"; }
-  [[nodiscard]] std::string text() const { return soft_limits_text(sample_, "lynx5", arm_); }
+  [[nodiscard]] std::string text() const { return soft_limits_text(sample_, "lynx5", "ssc32", arm_); }
   [[nodiscard]] std::string refusal(const std::string& text) const {
     try {
-      (void)parse_soft_limits(text, "lynx5", arm_);
+      (void)parse_soft_limits(text, "lynx5", "ssc32", arm_);
     } catch (const SoftLimitsError& error) {
       return error.what();
     }
@@ -79,8 +79,18 @@ TEST_F(SoftLimitsFile, OfAnotherRobotOrProfileAreRejected) {
   EXPECT_THAT(refusal(changed("robot = \"lynx5\"", "robot = \"lynx6\"")), HasSubstr("another robot's"));
   ArmModel other = arm_;
   other.joints[0].upper_q -= 0.1;
-  EXPECT_THAT(refusal(soft_limits_text(sample_, "lynx5", other)), HasSubstr("profile has changed"));
-  EXPECT_THAT(refusal(changed("format = 2", "format = 3")), HasSubstr("format"));
+  EXPECT_THAT(refusal(soft_limits_text(sample_, "lynx5", "ssc32", other)), HasSubstr("profile has changed"));
+  EXPECT_THAT(refusal(changed("format = 3", "format = 2")), HasSubstr("format"));
+}
+
+TEST_F(SoftLimitsFile, OfAnotherDeviceAreNotTaken) {
+  const SoftLimitsStore simulator(directory_, "lynx5", "loopback");
+  simulator.save(sample_, arm_);
+  EXPECT_FALSE(store().load(arm_)) << "the simulator's";
+  store().save(sample_, arm_);
+  simulator.save(std::nullopt, arm_);
+  EXPECT_TRUE(store().load(arm_));
+  EXPECT_THROW((void)SoftLimitsStore(directory_, "lynx5", "maestro").load(arm_), SoftLimitsError);
 }
 
 TEST_F(SoftLimitsFile, ThatNoServantWritesAreRejected) {
@@ -112,7 +122,7 @@ TEST_F(SoftLimitsFile, WithAnyByteChangedAreRejectedOrWithinTheProfile) {
     damaged[random() % damaged.size()] = static_cast<char>(random());
     JointRanges read;
     try {
-      read = parse_soft_limits(damaged, "lynx5", arm_);
+      read = parse_soft_limits(damaged, "lynx5", "ssc32", arm_);
     } catch (const SoftLimitsError&) {
       continue;
     }
@@ -132,7 +142,7 @@ TEST_F(SoftLimitsFile, ThatOthersMayWriteOrThatIsNoFileIsRejected) {
   fs::create_directory(file());
   EXPECT_THROW((void)store().load(arm_), SoftLimitsError);
   EXPECT_THROW(store().save(sample_, arm_), std::system_error);
-  EXPECT_THROW(SoftLimitsStore(directory_, "../lynx5"), std::invalid_argument);
+  EXPECT_THROW(SoftLimitsStore(directory_, "../lynx5", "ssc32"), std::invalid_argument);
 }
 
 }  // namespace
