@@ -187,6 +187,27 @@ TEST_F(Calibrate, StoredAnglesAreShownAndConfirmedBeforeTheServosGoThere) {
   EXPECT_EQ(end(), 0) << session_->errors();
 }
 
+TEST_F(Calibrate, IsRefusedWhileAHoldIsInForce) {
+  use(profile_, {"hold"});
+  if (HasFatalFailure()) return;
+  const RunResult held = corbot({"calibrate", profile_, "--name", name_});
+  EXPECT_EQ(held.code, 1);
+  EXPECT_THAT(held.errors, AllOf(HasSubstr("'" + name_ + "' is held"), HasSubstr("corbot up " + profile_),
+                                 HasSubstr("corbot clear"), HasSubstr("delete ")));
+  emulator_->send("pulses");
+  EXPECT_THAT(emulator_->wait_line("pulses", within(10)).value_or(""), Not(HasSubstr("0=")));
+  up({}, profile_);  // what the message says
+  if (HasFatalFailure()) return;
+  EXPECT_EQ(corbot({"clear"}).code, 0);
+  EXPECT_TRUE(wait_state("Standby"));
+  EXPECT_EQ(corbot({"down"}).code, 0);
+  supervisor_.reset();
+  start();
+  if (HasFatalFailure()) return;
+  send("quit");
+  EXPECT_EQ(end(), 0) << session_->errors();
+}
+
 TEST_F(Calibrate, WhatASymbolicLinkLeadsToIsWrittenAndTheLinkStays) {
   const std::string target = profile_;
   profile_ = (directory_ / "link.toml").string();

@@ -101,6 +101,22 @@ TEST_F(Home, IsAskedForAndLetsTheRobotStart) {
   EXPECT_TRUE(wait_state("Standby"));
 }
 
+TEST_F(Home, IsRefusedWhileAHoldIsInForce) {
+  start();
+  if (HasFatalFailure()) return;
+  session_->send("on");
+  ASSERT_EQ(end(), 0) << session_->errors();
+  up({}, profile_);
+  if (HasFatalFailure()) return;
+  EXPECT_EQ(corbot({"hold"}).code, 0);
+  EXPECT_EQ(corbot({"down"}).code, 0);
+  supervisor_.reset();
+  const RunResult held = corbot({"home", profile_, "--name", name_});
+  EXPECT_EQ(held.code, 1);
+  EXPECT_THAT(held.errors, AllOf(HasSubstr("'" + name_ + "' is held"), HasSubstr("delete "),
+                                 HasSubstr(name_ + ".position")));
+}
+
 /// By the signals that end a program.
 class HomeIsEnded : public Home, public testing::WithParamInterface<int> {};
 

@@ -17,7 +17,6 @@
 #include "client/failure.h"
 #include "client/stop_on_signal.h"
 #include "config/load_profile.h"
-#include "state/position_store.h"
 
 namespace corbot::cli {
 
@@ -33,19 +32,6 @@ std::string read_text(const std::string& file) {
   text << stream.rdbuf();
   if (!stream) throw Failure(ExitCode::kInternal, file + ": cannot be read");
   return text.str();
-}
-
-std::optional<LastPosition> kept_position(const CalibrateOptions& options, const Profile& profile,
-                                          const std::string& name) {
-  const std::filesystem::path directory = options.state_directory.empty()
-                                              ? default_state_directory()
-                                              : std::filesystem::path(options.state_directory);
-  if (directory.empty()) return std::nullopt;
-  try {
-    return PositionStore(directory, name, profile.backend.kind, "calibrate").load(profile.arm);
-  } catch (const PositionError&) {
-    return std::nullopt;
-  }
 }
 
 /// Before the signals have nobody who takes them.
@@ -68,7 +54,7 @@ void drive(const CalibrateSession::Setting& setting, const CalibrateOptions& opt
     servos.cancel();
   });
   const Closing closing(servos);
-  const auto kept = kept_position(options, setting.profile, setting.name);
+  const auto kept = position_unless_held(setting.profile, setting.name, options.state_directory);
   servos.connect(kept ? &kept->position_q : nullptr, kept ? kept->opening : 0.0);
   CalibrateSession session(setting, servos);
   const auto fail_ended = [&] {

@@ -187,7 +187,9 @@ class Homing {
 void home(const HomeOptions& options) {
   const Profile profile = read_profile(options.profile);
   const std::vector<std::size_t> joints = chosen_joints(profile, options.joints);
-  const StateLock lock = claim_servos(options.name.empty() ? profile.name : options.name);
+  const std::string& name = options.name.empty() ? profile.name : options.name;
+  const StateLock lock = claim_servos(name);
+  (void)position_unless_held(profile, name, "");
   std::atomic<bool> end{false};
   OnSignal on_signal([&] { end = true; });
   try {
