@@ -12,8 +12,16 @@
  *   cc -o hello_arm hello_arm.c arm-common.c arm-stubs.c $(pkg-config --cflags --libs ORBit-2.0) */
 #include <arm.h>
 #include <orbit/orbit.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
+
+static volatile sig_atomic_t interrupted = 0;
+
+static void note_interrupt(int signal_number) {
+  (void)signal_number;
+  interrupted = 1;
+}
 
 /* Every call of the C mapping fills an environment; the caller frees the exception in it. */
 static int raised(CORBA_Environment* ev, const char* doing) {
@@ -42,6 +50,21 @@ static void print_joints(Corbot_Arm arm, CORBA_Environment* ev) {
   CORBA_free(joints); /* the caller frees what a call returns by pointer */
 }
 
+/* Waits in slices, and stops the arm at Ctrl-C: the end of this program would not. 1: it got to its target. */
+static int is_done(Corbot_Arm arm, Corbot_Ticket motion, CORBA_Environment* ev) {
+  for (;;) {
+    Corbot_MotionInfo* info = Corbot_Arm_Wait(arm, motion, 0.1, ev);
+    if (raised(ev, "Wait")) return 0;
+    const Corbot_MotionState state = info->state;
+    if (info->reason[0] != '\0') (void)printf("%s\n", info->reason);
+    CORBA_free(info);
+    if (state != Corbot_MotionQueued && state != Corbot_MotionRunning) return state == Corbot_MotionDone;
+    if (!interrupted) continue;
+    Corbot_Arm_Stop(arm, ev);
+    if (raised(ev, "Stop")) return 0;
+  }
+}
+
 static int use(Corbot_Arm arm, CORBA_Environment* ev) {
   const CORBA_long dof = Corbot_Robot__get_DoF(arm, ev);
   if (raised(ev, "asking")) return EXIT_FAILURE;
@@ -49,12 +72,12 @@ static int use(Corbot_Arm arm, CORBA_Environment* ev) {
   (void)printf("an arm of %d joints that reaches %.3f m\n", dof, reach);
   print_joints(arm, ev);
 
-  /* Free motion to 30 mm above a point, as fast as the limits allow; returns when the arm is there. */
-  Corbot_Robot_Move(arm, 0.20, 0.05, 0.05, 0.03, 0.0, ev);
-  if (raised(ev, "Move")) return EXIT_FAILURE;
+  /* Free motion to 30 mm above a point, as fast as the limits allow. */
+  Corbot_Ticket motion = Corbot_Arm_StartMove(arm, 0.20, 0.05, 0.05, 0.03, 0.0, ev);
+  if (raised(ev, "Move") || !is_done(arm, motion, ev)) return EXIT_FAILURE;
   /* Down in a straight line, in one second. */
-  Corbot_Robot_MoveS(arm, 0.20, 0.05, 0.05, 0.0, 1.0, ev);
-  if (raised(ev, "MoveS")) return EXIT_FAILURE;
+  motion = Corbot_Arm_StartMoveS(arm, 0.20, 0.05, 0.05, 0.0, 1.0, ev);
+  if (raised(ev, "MoveS") || !is_done(arm, motion, ev)) return EXIT_FAILURE;
   Corbot_Robot_Close(arm, ev);
   if (raised(ev, "Close")) return EXIT_FAILURE;
   print_joints(arm, ev);
@@ -63,8 +86,8 @@ static int use(Corbot_Arm arm, CORBA_Environment* ev) {
   Corbot_Robot_Move(arm, 0.90, 0.0, 0.10, 0.0, 0.0, ev);
   if (!raised(ev, "Move to (0.9, 0, 0.1)")) return EXIT_FAILURE;
 
-  Corbot_Robot_Ready(arm, ev);
-  if (raised(ev, "Ready")) return EXIT_FAILURE;
+  motion = Corbot_Arm_StartReady(arm, ev);
+  if (raised(ev, "Ready") || !is_done(arm, motion, ev)) return EXIT_FAILURE;
   print_joints(arm, ev);
   return EXIT_SUCCESS;
 }
@@ -78,6 +101,7 @@ int main(int argc, char** argv) {
    * a motion's call that takes longer. */
   char* options[] = {argv[0], (char*)"--ORBIIOPIPv4=1", (char*)"--GIOPTimeoutMSEC=0", NULL};
   int count = 3;
+  (void)signal(SIGINT, note_interrupt);
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
   CORBA_ORB orb = CORBA_ORB_init(&count, options, (char*)"orbit-local-orb", &ev);

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Prints the joints and moves the tool, twice; the second point is out of reach. first_move.py [REFERENCE]"""
 import pathlib
+import signal
 import sys
 
 import omniORB
@@ -10,12 +11,19 @@ import Corbot
 
 reference = sys.argv[1] if len(sys.argv) > 1 else 'corbaloc::127.0.0.1:12810/lynx5'
 orb = omniORB.CORBA.ORB_init()
+interrupted = []
+signal.signal(signal.SIGINT, lambda *_: interrupted.append(True))  # an exception could end up inside the ORB
 
 try:
     arm = orb.string_to_object(reference)._narrow(Corbot.Arm)
     for x, y, z in (0.20, 0.05, 0.08), (0.90, 0.00, 0.10):
         try:
-            arm.Move(x, y, z, 0.0, 0.0)  # metres; as fast as the limits allow; returns at rest
+            motion = arm.StartMove(x, y, z, 0.0, 0.0)  # metres; as fast as the limits allow
+            while (info := arm.Wait(motion, 0.1)).state in (Corbot.MotionQueued, Corbot.MotionRunning):
+                if interrupted:
+                    arm.Stop()  # the end of this program would not stop the arm
+            if info.reason:
+                sys.exit(info.reason)
             print(f'moved to ({x}, {y}, {z}) m')
         except Corbot.Unreachable as refusal:
             print('nothing moved:', refusal.reason, file=sys.stderr)
