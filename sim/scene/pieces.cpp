@@ -38,7 +38,6 @@ void Pieces::step(std::span<const Hand> hands) {
 
 void Pieces::take_away(std::size_t index) {
   pieces_.erase(pieces_.begin() + static_cast<std::ptrdiff_t>(index));
-  ++changes_;
 }
 
 void Pieces::look_between(Piece& piece, const Hand& hand, std::size_t number) {
@@ -60,7 +59,6 @@ void Pieces::look_between(Piece& piece, const Hand& hand, std::size_t number) {
   if (!is_held) return;
   piece.state = PieceState::kHeld;
   piece.in_hand_m = local;
-  ++changes_;
 }
 
 void Pieces::carry(Piece& piece, const Hand& hand) {
@@ -82,7 +80,6 @@ void Pieces::release(Piece& piece, const Hand& hand) {
     piece.yaw_rad = std::atan2(hand.along().y(), hand.along().x());
   }
   piece.foot_m.z() = surface_m;
-  ++changes_;
 }
 
 std::optional<std::vector<Vector2d>> scatter(const Vector2d& size_m, double spacing_m, std::size_t count,

@@ -53,8 +53,6 @@ class Pieces {
   void take_away(std::size_t index);
 
   [[nodiscard]] const std::vector<Piece>& all() const { return pieces_; }
-  /// Rises when a piece is taken or released.
-  [[nodiscard]] std::uint64_t changes() const { return changes_; }
 
  private:
   void look_between(Piece& piece, const Hand& hand, std::size_t number);
@@ -63,7 +61,6 @@ class Pieces {
 
   std::vector<Piece> pieces_;
   std::function<double(const Eigen::Vector3d&)> surface_m_;
-  std::uint64_t changes_{0};
 };
 
 /// Points at random in a rectangle about the origin, at least `spacing_m` from each other. Nothing where

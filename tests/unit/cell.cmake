@@ -4,15 +4,15 @@ if(NOT TARGET corbot_cell_store OR NOT TARGET corbot-scene)
   return()
 endif()
 set(parts_REGEX "(program|coordinator|remote_robot|verdict)_test")
-corbot_sources(sources cell cell_camera cell_scene cell_store cell_worker)
+corbot_sources(sources cell cell_camera cell_pictures cell_scene cell_store cell_worker)
 set(programs ${sources})
 list(FILTER sources EXCLUDE REGEX ${parts_REGEX})
 list(FILTER programs INCLUDE REGEX ${parts_REGEX})
 list(FILTER programs EXCLUDE REGEX verdict_test)
 corbot_test(test_cell TIER core THREADS
   SOURCES ${sources} cell_worker/fake_cell.cpp
-  LIBS corbot::cell_scene corbot::cell_store corbot::cell_worker corbot::cell_config corbot::sim_scene corbot::config
-       corbot::backends corbot_process fmt::fmt)
+  LIBS corbot::cell_pictures corbot::cell_scene corbot::cell_store corbot::cell_worker corbot::cell_config corbot::sim_scene
+       corbot::config corbot::backends corbot_process tinyxml fmt::fmt)
 corbot_test(test_cell_programs TIER process
   SOURCES ${programs} cell_worker/fake_cell.cpp
   LIBS corbot_cli_rig corbot::cell_coordinator corbot::cell_worker corbot::cell_remote corbot::cell_store corbot::cell_program

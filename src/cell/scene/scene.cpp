@@ -27,18 +27,6 @@ constexpr sim::ServoModelOptions kServo{.dead_band_us = 2, .lag_s = 0.02};
 
 constexpr std::string_view kElsewhere = "elsewhere";
 
-const char* to_string(sim::PieceState state) {
-  switch (state) {
-    case sim::PieceState::kStanding:
-      return "standing";
-    case sim::PieceState::kHeld:
-      return "held";
-    case sim::PieceState::kFallen:
-      break;
-  }
-  return "fallen";
-}
-
 }  // namespace
 
 std::array<std::uint8_t, 3> label_bgr(const Kind& kind) {
@@ -127,6 +115,7 @@ void Scene::exchange(std::int64_t now_ns) {
 }
 
 void Scene::tick(std::int64_t now_ns) {
+  if (!first_ns_) first_ns_ = now_ns;
   time_ns_ = now_ns;
   arms_.clear();
   std::vector<sim::Hand> hands;
@@ -159,20 +148,32 @@ std::string Scene::place_of(const sim::Piece& piece) const {
   return under == cell_.places.end() ? std::string(kElsewhere) : under->name;
 }
 
-std::string Scene::truth() const {
-  std::string text = "{\"pieces\": [";
-  const char* separator = "\n";
+SceneCast Scene::cast() const {
+  SceneCast cast;
+  for (std::size_t i = 0; i < robots_.size(); ++i) {
+    cast.arms.push_back({robots_[i].name, {}});
+    for (const sim::Capsule& link : arms_[i].links) cast.arms[i].radii_m.push_back(link.radius_m);
+  }
+  for (const sim::Piece& piece : pieces_->all()) cast.kinds.push_back(cell_.kinds[piece.kind].name);
+  return cast;
+}
+
+SceneSample Scene::sample() const {
+  SceneSample sample;
+  sample.time_s = static_cast<double>(time_ns_ - first_ns_.value_or(time_ns_)) * 1e-9;
+  for (const sim::ArmBody& arm : arms_) {
+    RecordedArm& recorded = sample.arms.emplace_back();
+    recorded.points_m.push_back(arm.links.front().from_m);
+    for (const sim::Capsule& link : arm.links) recorded.points_m.push_back(link.to_m);
+    recorded.opening_m = arm.hand.opening_m;
+    recorded.across_rad = std::atan2(arm.hand.across.y(), arm.hand.across.x());
+  }
   for (const sim::Piece& piece : pieces_->all()) {
     const bool is_held = piece.state == sim::PieceState::kHeld;
-    text += fmt::format(
-        "{}  {{\"kind\": \"{}\", \"state\": \"{}\", \"robot\": \"{}\", \"place\": \"{}\", \"foot_m\": "
-        "[{:.6f}, {:.6f}, {:.6f}]}}",
-        separator, cell_.kinds[piece.kind].name, to_string(piece.state),
-        is_held ? robots_[*piece.hand].name : "", is_held ? "" : place_of(piece), piece.foot_m.x(),
-        piece.foot_m.y(), piece.foot_m.z());
-    separator = ",\n";
+    sample.pieces.push_back(
+        {piece.foot_m, is_held ? piece.hand : std::nullopt, piece.state == sim::PieceState::kFallen});
   }
-  return text + "\n]}\n";
+  return sample;
 }
 
 std::string Scene::summary() const {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cell/cell_config.h"
+#include "cell/scene_record.h"
 #include "sim/scene/arm_body.h"
 #include "sim/scene/picture.h"
 #include "sim/scene/pieces.h"
@@ -46,10 +47,9 @@ class Scene {
   void tick(std::int64_t now_ns);
 
   [[nodiscard]] SceneView view() const;
-  /// Rises when a piece is taken or released.
-  [[nodiscard]] std::uint64_t changes() const { return pieces_->changes(); }
-  /// Where the pieces are, JSON. For tests: no program of the cell reads it.
-  [[nodiscard]] std::string truth() const;
+  /// For the record of the run. No program that drives robots reads it.
+  [[nodiscard]] SceneCast cast() const;
+  [[nodiscard]] SceneSample sample() const;
   /// "pallet1=0 store1=4 elsewhere=0 held=1 fallen=0 touches=0 nearest_mm=55.2".
   [[nodiscard]] std::string summary() const;
 
@@ -73,7 +73,8 @@ class Scene {
   std::unique_ptr<sim::Pieces> pieces_;
   std::vector<sim::ArmBody> arms_;
   sim::ArmClearance clearance_;
-  std::int64_t time_ns_{0};  ///< of the last tick
+  std::optional<std::int64_t> first_ns_;  ///< of the first tick
+  std::int64_t time_ns_{0};               ///< of the last tick
 };
 
 /// The colour of a kind's label: the middle of its hues, blue, green, red.

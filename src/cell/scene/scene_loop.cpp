@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <fstream>
 
 #include "client/failure.h"
 #include "sim/devices/control_input.h"
@@ -21,7 +20,6 @@ constexpr std::int64_t kLongestCatchUp_ns = 10'000'000'000;
 void SceneLoop::run(const std::stop_token& stop) {
   next_tick_ns_ = sim::clock_ns();
   tick_until(next_tick_ns_);
-  write_truth();
   while (!stop.stop_requested()) {
     wait_for_input(std::min(next_tick_ns_, scene_.next_answer_ns().value_or(next_tick_ns_)));
     const std::int64_t now_ns = sim::clock_ns();
@@ -29,9 +27,7 @@ void SceneLoop::run(const std::stop_token& stop) {
     next_tick_ns_ = std::max(next_tick_ns_, now_ns - kLongestCatchUp_ns);
     tick_until(now_ns);
     scene_.exchange(now_ns);
-    if (scene_.changes() != written_changes_) write_truth();
   }
-  write_truth();
 }
 
 void SceneLoop::tick_until(std::int64_t now_ns) {
@@ -39,6 +35,10 @@ void SceneLoop::tick_until(std::int64_t now_ns) {
   for (; next_tick_ns_ <= now_ns; next_tick_ns_ += Scene::kTick_ns) {
     scene_.tick(next_tick_ns_);
     has_ticked = true;
+    if (on_sample_ && next_tick_ns_ >= next_sample_ns_) {
+      on_sample_(scene_.sample());
+      next_sample_ns_ = next_tick_ns_ + kSample_ns;
+    }
   }
   if (has_ticked) answer_look();
 }
@@ -65,16 +65,6 @@ std::optional<SceneView> SceneLoop::look(std::chrono::milliseconds wait) {
   asked_ns_ = asked_ns;
   if (!looked_.wait_for(lock, wait, [&] { return view_.time_ns >= asked_ns; })) return std::nullopt;
   return view_;
-}
-
-void SceneLoop::write_truth() {
-  written_changes_ = scene_.changes();
-  if (truth_.empty()) return;
-  const std::filesystem::path aside = truth_.string() + ".new";
-  std::ofstream(aside) << scene_.truth();
-  std::error_code error;
-  std::filesystem::rename(aside, truth_, error);  // a reader never finds half of it
-  if (error) throw client::system_failure(truth_, error.value());
 }
 
 }  // namespace corbot::cell

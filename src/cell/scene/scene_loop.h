@@ -4,11 +4,11 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
-#include <filesystem>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <stop_token>
-#include <string>
+#include <utility>
 
 #include "cell/scene/scene.h"
 
@@ -19,10 +19,12 @@ namespace corbot::cell {
 /// as come now.
 class SceneLoop {
  public:
-  /// `truth`: a file that is written anew when a piece is taken or released, and at the end; empty: none.
-  SceneLoop(Scene& scene, std::filesystem::path truth) : scene_(scene), truth_(std::move(truth)) {}
+  /// `on_sample` is called in this thread, `kSample_ns` apart, and must not wait.
+  explicit SceneLoop(Scene& scene, std::function<void(SceneSample)> on_sample = {})
+      : scene_(scene), on_sample_(std::move(on_sample)) {}
+  static constexpr std::int64_t kSample_ns = 50'000'000;
 
-  /// Simulates until a stop is requested. Throws client::Failure where the truth cannot be written.
+  /// Simulates until a stop is requested.
   void run(const std::stop_token& stop);
 
   /// The scene at a tick that begins after this call; nothing where there is none within `wait`. From another
@@ -35,12 +37,11 @@ class SceneLoop {
   void wait_for_input(std::int64_t until_ns);
   void tick_until(std::int64_t now_ns);
   void answer_look();
-  void write_truth();
 
   Scene& scene_;
-  std::filesystem::path truth_;
+  const std::function<void(SceneSample)> on_sample_;
   std::int64_t next_tick_ns_{0};
-  std::uint64_t written_changes_{0};
+  std::int64_t next_sample_ns_{0};
   std::uint64_t overruns_{0};
 
   std::mutex mutex_;

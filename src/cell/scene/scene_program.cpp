@@ -14,7 +14,9 @@
 #include "cell/program.h"
 #include "cell/scene/picture_server.h"
 #include "cell/scene/scene_loop.h"
+#include "cell/scene/scene_recorder.h"
 #include "rt/threads/thread_priority.h"
+#include "sim/devices/control_input.h"
 #include "sim/scene/picture.h"
 
 namespace corbot::cell {
@@ -48,9 +50,11 @@ class Worker {
   std::jthread thread_;
 };
 
-void run(const CellConfig& cell, const std::filesystem::path& truth, Scene::AfterTick after_tick) {
+void run(const CellConfig& cell, Scene::AfterTick after_tick) {
   Scene scene(cell, std::move(after_tick));
-  SceneLoop loop(scene, truth);
+  scene.tick(sim::clock_ns());
+  SceneRecorder recorder(scene_record_file(cell.state_directory), scene.cast());
+  SceneLoop loop(scene, [&recorder](SceneSample sample) { recorder.add(std::move(sample)); });
   const CameraModel& lens = cell.scene->lens;
   sim::Picture picture({lens.size_px[0], lens.size_px[1], cell.scene->noise, cell.scene->seed,
                         [&lens](const Eigen::Vector3d& point) { return lens.project(point); }});
@@ -60,6 +64,7 @@ void run(const CellConfig& cell, const std::filesystem::path& truth, Scene::Afte
         return picture.draw(view.pieces, view.arms);
       });
   Worker drawing([&](const std::stop_token& stop) { pictures.run(stop); });
+  Worker recording([&](const std::stop_token& stop) { recorder.run(stop); });
   Worker looping([&](const std::stop_token& stop) {
     (void)rt::set_fifo_priority(kPriority);
     loop.run(stop);
@@ -67,6 +72,7 @@ void run(const CellConfig& cell, const std::filesystem::path& truth, Scene::Afte
   run_until_signal("ready " + cell.state_directory.string());
   drawing.join();
   looping.join();
+  recording.join();
   fmt::print("end {} overruns={}\n", scene.summary(), loop.overruns());
   std::fflush(stdout);
 }
@@ -75,19 +81,12 @@ void run(const CellConfig& cell, const std::filesystem::path& truth, Scene::Afte
 
 int scene_main(int argc, char** argv,
                const std::function<Scene::AfterTick(const CellConfig&)>& make_after_tick) {
-  std::filesystem::path truth;
   return run_program(argc, argv,
                      {.name = "corbot-scene",
                       .about = "The simulated world of a cell: servo controllers, arms, pieces and pictures",
-                      .add_options =
-                          [&truth](CLI::App& app) {
-                            app.add_option("--truth", truth,
-                                           "for tests: writes where the pieces are, JSON, at each change");
-                          },
-                      .run =
-                          [&](const CellConfig& cell) {
-                            run(cell, truth, make_after_tick ? make_after_tick(cell) : Scene::AfterTick());
-                          }});
+                      .run = [&](const CellConfig& cell) {
+                        run(cell, make_after_tick ? make_after_tick(cell) : Scene::AfterTick());
+                      }});
 }
 
 }  // namespace corbot::cell

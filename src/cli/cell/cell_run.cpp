@@ -14,7 +14,9 @@
 #include <memory>
 #include <thread>
 
+#include "cell/scene_record.h"
 #include "cli/cell/cell_client.h"
+#include "cli/cell/cell_pictures.h"
 #include "cli/cell/cell_processes.h"
 #include "cli/supervise/report.h"
 #include "client/explain.h"
@@ -74,7 +76,8 @@ void begin_anew(const CellConfig& cell) {
     cell::make_private_directory(previous);
     for (const auto& entry : fs::directory_iterator(cell.state_directory)) {
       const std::string name = entry.path().filename();
-      const bool is_world = cell.scene && (name == kRobots || name == scene_output(cell).filename());
+      const bool is_world = cell.scene && (name == kRobots || name == scene_output(cell).filename() ||
+                                           name == cell::scene_record_file({}));
       const bool is_ledger =
           has_ledger && (name == ledger || name == ledger + "-wal" || name == ledger + "-shm");
       if (is_world || is_ledger || entry.path().extension() == ".log")
@@ -191,7 +194,7 @@ std::string done_so_far(const CellConfig& cell, Work& work) {
 /// The processes of one cell while it runs.
 class Run {
  public:
-  Run(const CellConfig& cell, const cell::CellOptions& options)
+  Run(const CellConfig& cell, const CellRunOptions& options)
       : cell_(cell),
         options_(options),
         supervisor_({.notify_path = (cell.state_directory / "notify.sock").string(),
@@ -200,7 +203,7 @@ class Run {
   /// Until the work is done, a fault ends it, or a signal asks for the end.
   void go() {
     for (Supervisor::Spec& spec :
-         cell_processes(cell_, options_, [](const std::string& line) { report(line); }))
+         cell_processes(cell_, options_.cell, [](const std::string& line) { report(line); }))
       if (!start(std::move(spec))) throw Failure(ExitCode::kStopped, "stopped before the work began");
     report(fmt::format("{} runs: coordinator at {}, logs in {}", cell_.name, cell_.coordinator_uri(),
                        cell_.state_directory.string()));
@@ -255,6 +258,7 @@ class Run {
     }
     const Verdict verdict = judge(cell_, end);
     report(verdict.summary);
+    if (!options_.pictures.empty()) write_pictures(options_.pictures, cell_);
     if (verdict.faults.empty()) return;
     std::string text = "the work ended, but not as it should:";
     for (const std::string& fault : verdict.faults) text += "\n  " + fault;
@@ -262,7 +266,7 @@ class Run {
   }
 
   const CellConfig& cell_;
-  const cell::CellOptions& options_;
+  const CellRunOptions& options_;
   std::vector<std::pair<std::string, pid_t>> pids_;
   std::string restarted_;  ///< a process that ended and was started again
   Supervisor supervisor_;
@@ -270,8 +274,9 @@ class Run {
 
 }  // namespace
 
-void cell_run(const cell::CellOptions& options) {
-  const CellConfig cell = load(options);
+void cell_run(const CellRunOptions& options) {
+  const CellConfig cell = load(options.cell);
+  if (!options.pictures.empty()) prepare_pictures(options.pictures);
   check_installation(cell);
   cell::make_private_directory(cell.state_directory);
   const DirectoryLock lock(cell.state_directory);
@@ -286,8 +291,9 @@ void add_cell(CLI::App& app) {
   cell->require_subcommand(1);
   CLI::App* run =
       cell->add_subcommand("run", "Start a cell, supervise it until its work is done, and end it");
-  const auto options = std::make_shared<cell::CellOptions>();
-  options->add_to(*run);
+  const auto options = std::make_shared<CellRunOptions>();
+  options->cell.add_to(*run);
+  run->add_option("--pictures", options->pictures, "directory for pictures of the run: cell.svg");
   run->footer("Ctrl-C stops the arms and ends everything. docs/cell.md describes CELL.");
   run->callback([options] { cell_run(*options); });
 }

@@ -10,8 +10,13 @@ namespace corbot::cli {
 /// `corbot cell`, with its own commands.
 void add_cell(CLI::App& app);
 
+struct CellRunOptions {
+  cell::CellOptions cell;
+  std::filesystem::path pictures;  ///< a directory; empty: none
+};
+
 /// Starts a cell, supervises it until its work is done, and ends it; see corbot(1). Throws client::Failure: wrong cell.toml kUsage, no
 /// robot or camera kUnreachable, Ctrl-C or a Stop kStopped, a port in use kInternal, all else that ends the work early kRefused.
-void cell_run(const cell::CellOptions& options);
+void cell_run(const CellRunOptions& options);
 
 }  // namespace corbot::cli

@@ -78,7 +78,6 @@ TEST_F(PiecesTest, AreTakenWhereTheyAreBetweenTheFingers) {
     put({piece_at(0, 0)});
     open_to(0);
     EXPECT_EQ(piece().state == PieceState::kHeld, test.is_taken) << test.name;
-    EXPECT_EQ(pieces_.changes(), test.is_taken ? 1u : 0u) << test.name;
   }
 }
 
