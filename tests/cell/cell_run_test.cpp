@@ -148,7 +148,9 @@ std::uint32_t drawn_seed() {
 }
 
 TEST_F(CellRun, BringsEveryPieceFromPalletToPalletOnce) {
-  const RunResult result = cell_run({"--pieces", "4", "--seed", fmt::format("{}", drawn_seed())});
+  const fs::path pictures = directory_ / "pictures" / "of the run";
+  const RunResult result =
+      cell_run({"--pieces", "4", "--seed", fmt::format("{}", drawn_seed()), "--pictures", pictures.string()});
   EXPECT_EQ(result.code, 0) << result.output << result.errors;
   std::smatch found;
   const std::regex summary(
@@ -157,6 +159,11 @@ TEST_F(CellRun, BringsEveryPieceFromPalletToPalletOnce) {
       "touches, 0 fallen\n$");
   ASSERT_TRUE(std::regex_search(result.output, found, summary)) << result.output << result.errors;
   EXPECT_GE(std::stoi(found[1]), 30);
+  std::ifstream file(pictures / "cell.svg");
+  const std::string svg{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_THAT(svg, HasSubstr("2 arms bring 4 pieces"));
+  EXPECT_THAT(svg, HasSubstr("id=\"p3\""));
+  EXPECT_THAT(svg, testing::EndsWith("</svg>\n"));
 }
 
 TEST_F(CellRun, WithoutZonesTheArmsTouchAndTheEndNamesIt) {
@@ -245,6 +252,7 @@ TEST_F(CellRun, HasItsDirectoryForItselfAndBeginsAnewAfterAKill) {
   ASSERT_TRUE(wait_until(within(30), [&] { return left_running().empty(); })) << left_running();
   const RunResult third = cell_run({"--pieces", "1"});
   EXPECT_EQ(third.code, 0) << third.output << third.errors;
+  EXPECT_TRUE(fs::exists(directory_ / "state" / "previous" / "scene.record"));
 }
 
 TEST_F(CellRun, AFrozenStoreEndsTheWorkAndIsNamed) {
@@ -277,6 +285,13 @@ TEST_F(CellRun, AWrongFileIsRefusedBeforeAnythingStarts) {
   const RunResult result = cell_run({});
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.errors, HasSubstr("place[2].columns = 0: must be a whole number from 1"));
+  EXPECT_FALSE(fs::exists(directory_ / "state"));
+}
+
+TEST_F(CellRun, ADirectoryForPicturesThatCannotBeMadeIsRefusedBeforeAnythingStarts) {
+  const RunResult result = cell_run({"--pictures", (directory_ / "cell.toml" / "pictures").string()});
+  EXPECT_EQ(result.code, 5);
+  EXPECT_THAT(result.errors, HasSubstr("cell.toml/pictures cannot be made: Not a directory"));
   EXPECT_FALSE(fs::exists(directory_ / "state"));
 }
 

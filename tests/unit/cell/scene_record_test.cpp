@@ -33,8 +33,9 @@ TEST(SceneRecordText, ReadsBackAsItWasWritten) {
   second.pieces[1] = {.foot_m = {0.3, 0.2, 0.05}, .hand = 0};
   SceneSample third = sample_at(0.1, 0.21234);
   third.pieces[1] = {.foot_m = {0.3, 0.25, 0}, .hand = {}, .is_fallen = true};
-  const SceneRecord record =
-      read(text.begin(kCast) + text.add(sample_at(0, 0.2)) + text.add(second) + text.add(third));
+  std::string all = text.begin(kCast);
+  for (const SceneSample& sample : {sample_at(0, 0.2), second, third}) all += text.add(sample);
+  const SceneRecord record = read(all);
   ASSERT_EQ(record.cast.arms.size(), 1u);
   EXPECT_EQ(record.cast.arms[0].name, "robot1");
   EXPECT_EQ(record.cast.arms[0].radii_m, (std::vector{0.03, 0.02}));
@@ -51,7 +52,8 @@ TEST(SceneRecordText, ReadsBackAsItWasWritten) {
 
 TEST(SceneRecordText, WritesNothingWhileNothingChangesButWhereThatEnds) {
   SceneRecordText text;
-  std::string all = text.begin(kCast) + text.add(sample_at(0, 0.2));
+  std::string all = text.begin(kCast);
+  all += text.add(sample_at(0, 0.2));
   for (int i = 1; i <= 100; ++i) EXPECT_EQ(text.add(sample_at(0.05 * i, 0.20001)), "");
   all += text.add(sample_at(5.05, 0.3));
   EXPECT_EQ(text.add(sample_at(5.1, 0.3)), "");
@@ -78,7 +80,8 @@ TEST(SceneRecordText, EndsBeforeItsLimitAndSaysSo) {
 
 TEST(SceneRecordText, ALineThatIsNotWholeIsLeftOut) {
   SceneRecordText text;
-  const std::string whole = text.begin(kCast) + text.add(sample_at(0, 0.2));
+  std::string whole = text.begin(kCast);
+  whole += text.add(sample_at(0, 0.2));
   const std::string more = text.add(sample_at(0.05, 0.3));
   EXPECT_EQ(read(whole + more.substr(0, more.size() / 2)).samples.size(), 1u);
   EXPECT_EQ(read(whole + more.substr(0, more.size() - 1)).samples.size(), 1u);

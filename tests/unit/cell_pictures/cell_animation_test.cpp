@@ -83,7 +83,9 @@ TEST(CellAnimation, IsWellFormedSmallAndWithoutScriptForTwelvePiecesAndNinetySec
   std::set<std::string> uses;
   int animations = 0;
   visit(*document.RootElement(), [&](const TiXmlElement& element) {
-    if (const char* id = element.Attribute("id")) EXPECT_TRUE(ids.insert(id).second) << id;
+    if (const char* id = element.Attribute("id")) {
+      EXPECT_TRUE(ids.insert(id).second) << id;
+    }
     if (const char* href = element.Attribute("href")) uses.insert(href + 1);
     const char* const times_text = element.Attribute("keyTimes");
     if (times_text == nullptr) return;
@@ -93,7 +95,9 @@ TEST(CellAnimation, IsWellFormedSmallAndWithoutScriptForTwelvePiecesAndNinetySec
     EXPECT_EQ(std::count(values.begin(), values.end(), ';') + 1, std::ssize(times));
     EXPECT_EQ(times.front(), 0);
     EXPECT_TRUE(std::is_sorted(times.begin(), times.end()));
-    if (element.Attribute("calcMode") == nullptr) EXPECT_EQ(times.back(), 1);
+    if (element.Attribute("calcMode") == nullptr) {
+      EXPECT_EQ(times.back(), 1);
+    }
     EXPECT_STREQ(element.Attribute("repeatCount"), "indefinite");
   });
   EXPECT_TRUE(std::includes(ids.begin(), ids.end(), uses.begin(), uses.end()));

@@ -57,8 +57,8 @@ TEST_F(SceneProgramTest, ARobotAtItsSocketBringsAPiece) {
     return true;
   }));
   const double over_foot_m = cell.kinds[0].grasp_m;
-  const auto at = [&](const Vector3d& foot_m) {
-    const Vector3d local = robot.frame.to_local(foot_m + Vector3d(0, 0, over_foot_m));
+  const auto at = [&](const Vector3d& foot) {
+    const Vector3d local = robot.frame.to_local(foot + Vector3d(0, 0, over_foot_m));
     return fmt::format("{:.5f} {:.5f} {:.5f}", local.x(), local.y(), local.z());
   };
   const std::string source = at(foot_m);
