@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <utility>
 
 #include "client/failure.h"
@@ -135,6 +136,10 @@ SceneRecord read_scene_record(std::istream& text) {
       state.time_s = object.at("t");
       take_changes(object, "arms", state.arms);
       take_changes(object, "pieces", state.pieces);
+      for (std::size_t i = 0; i < state.arms.size(); ++i) {
+        if (state.arms[i].points_m.size() != record.cast.arms[i].radii_m.size() + 1)
+          throw std::runtime_error("an arm has one point more than it has links");
+      }
       record.samples.push_back(state);
     }
   } catch (const std::exception& error) {

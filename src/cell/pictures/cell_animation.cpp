@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "cell/pictures/animation_style.h"
 #include "cell/pictures/scene_motion.h"
 #include "cell/pictures/svg_animate.h"
+#include "cell/pictures/view_from_above.h"
 
 namespace corbot::cell {
 namespace {
@@ -18,9 +18,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Lengths of the drawing are units of its view box, which a screen shows at any size.
-constexpr double kWidth = 800;
-constexpr double kMargin = 26;
 constexpr double kFactor = 4;  // faster than real
 constexpr double kBefore_s = 0.5;
 constexpr double kAfter_s = 4;
@@ -32,75 +29,8 @@ constexpr double kRow = 34;       // of the legend
 constexpr double kMark = 11;      // radius of a piece in the legend
 constexpr double kShortestPause_s = 0.3;
 
-// Colours of M. Okabe and K. Ito, distinct for most colour-blind people, and their tints.
-constexpr const char* kStyle =
-    "text{font:20px system-ui,-apple-system,'Segoe UI',Roboto,'DejaVu Sans',sans-serif;fill:#24292f}"
-    ".dim{fill:#59636e}.panel{fill:#fff;stroke:#d0d7de}.table{fill:#f3f4f6}"
-    ".place{fill:#fff;stroke:#9aa4af;stroke-width:2}.area{stroke-dasharray:9 7}"
-    ".slot{fill:none;stroke:#c3cad2;stroke-width:2}.rule{fill:none;stroke:#59636e;stroke-width:2}"
-    ".track{fill:#e6e9ed}.now{stroke:#24292f;stroke-width:3;stroke-linecap:round}"
-    ".link{fill:none;stroke-linecap:round;stroke-linejoin:round}.shade{stroke:#000;opacity:.1}"
-    ".piece{fill:#30363d}.mark{fill:#fff}"
-    ".e0{stroke:#0072b2}.b0{stroke:#a9d5f2}.f0{fill:#0072b2}.e1{stroke:#00805e}.b1{stroke:#9adbc5}"
-    ".f1{fill:#00805e}.e2{stroke:#a8578a}.b2{stroke:#ecc3da}.f2{fill:#a8578a}.e3{stroke:#b57d00}"
-    ".b3{stroke:#f6d78f}.f3{fill:#b57d00}"
-    "@media(prefers-color-scheme:dark){text{fill:#e6edf3}.dim{fill:#9aa4af}"
-    ".panel{fill:#0d1117;stroke:#30363d}.table{fill:#161b22}.place{fill:#0d1117;stroke:#6e7781}"
-    ".slot{stroke:#3d444d}.rule{stroke:#9aa4af}.track{fill:#21262d}.now{stroke:#e6edf3}"
-    ".shade{opacity:.35}.piece{fill:#d0d7de}.e0{stroke:#56b4e9}.b0{stroke:#1f4e6e}.f0{fill:#56b4e9}"
-    ".e1{stroke:#2fc79b}.b1{stroke:#12503d}.f1{fill:#2fc79b}.e2{stroke:#e39bc3}.b2{stroke:#5e3450}"
-    ".f2{fill:#e39bc3}.e3{stroke:#e69f00}.b3{stroke:#5f4407}.f3{fill:#e69f00}}";
-constexpr std::size_t kArmColours = 4;
-
-struct Colour {
-  double hue_deg;
-  const char* text;
-};
-constexpr std::array<Colour, 6> kLabels{{{20, "#d55e00"},
-                                         {50, "#f0e442"},
-                                         {130, "#009e73"},
-                                         {195, "#56b4e9"},
-                                         {230, "#0072b2"},
-                                         {320, "#cc79a7"}}};
-
-/// The cell from above, to a scale, turned where it is longer along y than along x.
-class View {
- public:
-  void take(const Vector3d& point, double around_m = 0) {
-    for (int i = 0; i < 2; ++i) {
-      low_m_[i] = std::min(low_m_[i], point[i] - around_m);
-      high_m_[i] = std::max(high_m_[i], point[i] + around_m);
-    }
-  }
-  void fit() {
-    const Vector2d size_m = high_m_ - low_m_;
-    is_turned_ = size_m.y() > size_m.x();
-    const double across_m = is_turned_ ? size_m.y() : size_m.x();
-    scale_ = (kWidth - 2 * kMargin) / across_m;
-    height_ = scale_ * (is_turned_ ? size_m.x() : size_m.y()) + 2 * kMargin;
-  }
-  [[nodiscard]] Vector2d operator()(const Vector3d& p) const {
-    const double down = is_turned_ ? high_m_.x() - p.x() : high_m_.y() - p.y();
-    const double right = is_turned_ ? high_m_.y() - p.y() : p.x() - low_m_.x();
-    return Vector2d(right, down) * scale_ + Vector2d(kMargin, kMargin);
-  }
-  [[nodiscard]] double length(double length_m) const { return length_m * scale_; }
-  [[nodiscard]] double height() const { return height_; }
-  /// Right and up.
-  [[nodiscard]] std::pair<const char*, const char*> axes() const {
-    return is_turned_ ? std::pair("\xe2\x88\x92y", "x") : std::pair("x", "y");
-  }
-
- private:
-  Vector2d low_m_{Vector2d::Constant(std::numeric_limits<double>::infinity())};
-  Vector2d high_m_{-low_m_};
-  bool is_turned_{false};
-  double scale_{1};
-  double height_{};
-};
-
-View view_of(const CellConfig& cell, const SceneRecord& record) {
-  View view;
+ViewFromAbove view_of(const CellConfig& cell, const SceneRecord& record) {
+  ViewFromAbove view;
   for (const Place& place : cell.places) {
     const Vector2d half = place.half_size_m();
     for (const double x : {-half.x(), half.x()}) {
@@ -176,16 +106,17 @@ class Animation {
 
   /// To each kind the nearest colour that no kind before it has.
   void choose_labels() {
-    std::vector<Colour> left(kLabels.begin(), kLabels.end());
+    std::vector<LabelColour> left(kLabelColours.begin(), kLabelColours.end());
     for (const Kind& kind : cell_.kinds) {
-      if (left.empty()) left.assign(kLabels.begin(), kLabels.end());
+      if (left.empty()) left.assign(kLabelColours.begin(), kLabelColours.end());
       const auto [from, to] = kind.hue_deg;
       const double hue = std::fmod(from + std::fmod(to - from + 360, 360) / 2, 360);
-      const auto away = [hue](const Colour& colour) {
+      const auto away = [hue](const LabelColour& colour) {
         return std::abs(std::remainder(hue - colour.hue_deg, 360));
       };
-      const auto nearest = std::min_element(
-          left.begin(), left.end(), [&](const Colour& a, const Colour& b) { return away(a) < away(b); });
+      const auto nearest =
+          std::min_element(left.begin(), left.end(),
+                           [&](const LabelColour& a, const LabelColour& b) { return away(a) < away(b); });
       labels_.push_back({kind.name, nearest->text});
       left.erase(nearest);
     }
@@ -208,16 +139,16 @@ class Animation {
   void begin() {
     add("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" role=\"img\" "
         "aria-labelledby=\"title desc\">\n",
-        svg_number(kWidth), svg_number(bottom()));
+        svg_number(kViewWidth), svg_number(bottom()));
     add("<title id=\"title\">The cell {} from above, at work</title>\n", svg_text(cell_.name));
     add("<desc id=\"desc\">An animation of a simulated run, {} times faster than real: {} arms bring {} "
         "pieces from place to place. The run: {}.</desc>\n",
         kFactor, record_.cast.arms.size(), record_.cast.kinds.size(), svg_text(summary()));
-    add("<style>{}</style>\n", kStyle);
+    add("<style>{}</style>\n", kAnimationStyle);
     add("<rect class=\"panel\" x=\"1\" y=\"1\" width=\"{}\" height=\"{}\" rx=\"14\"/>\n",
-        svg_number(kWidth - 2), svg_number(bottom() - 2));
+        svg_number(kViewWidth - 2), svg_number(bottom() - 2));
     add("<rect class=\"table\" x=\"10\" y=\"10\" width=\"{}\" height=\"{}\" rx=\"8\"/>\n",
-        svg_number(kWidth - 20), svg_number(view_.height() - 14));
+        svg_number(kViewWidth - 20), svg_number(view_.height() - 14));
   }
 
   void add_place(const Place& place) {
@@ -425,11 +356,11 @@ class Animation {
     return values;
   }
 
-  static constexpr double kTimeRight = kWidth - 26;
+  static constexpr double kTimeRight = kViewWidth - 26;
   [[nodiscard]] double time_left() const {
     std::size_t letters = 0;
     for (const SceneCast::Arm& arm : record_.cast.arms) letters = std::max(letters, arm.name.size());
-    return 26 + std::min(0.4 * kWidth, kLetter * static_cast<double>(letters) + 14);
+    return 26 + std::min(0.4 * kViewWidth, kLetter * static_cast<double>(letters) + 14);
   }
 
   /// When each arm moved, and a line that goes with the time.
@@ -453,7 +384,9 @@ class Animation {
       add("\"/>\n");
     }
     const double step_s = tick_s(play_.end_s - play_.begin_s);
-    for (double time_s = 0; time_s <= play_.end_s - motion_.begin_s - kAfter_s / 2; time_s += step_s) {
+    const double last_s = play_.end_s - motion_.begin_s - kAfter_s / 2;
+    for (int i = 0; i * step_s <= last_s; ++i) {
+      const double time_s = i * step_s;
       add_text(x(motion_.begin_s + time_s), y + 16, "text-anchor=\"middle\" class=\"dim\"",
                time_s == 0 ? "0 s" : fmt::format("{:.0f}", time_s));
     }
@@ -507,7 +440,7 @@ class Animation {
 
   const CellConfig& cell_;
   const SceneRecord& record_;
-  const View view_;
+  const ViewFromAbove view_;
   const SceneMotion motion_;
   Playback play_;
   std::vector<Label> labels_;

@@ -91,6 +91,7 @@ TEST(SceneRecordText, ALineThatIsNotWholeIsLeftOut) {
 TEST(SceneRecordText, WhatIsNoRecordIsRefused) {
   for (const char* wrong :
        {"", "no record\n", "{}\n", "{\"arms\":[],\"pieces\":[]}\n{\"t\":\"x\"}\n",
+        "{\"arms\":[{\"name\":\"r\",\"radii\":[1]}],\"pieces\":[]}\n{\"t\":0}\n",
         "{\"arms\":[],\"pieces\":[\"red\"]}\n{\"t\":0,\"pieces\":[{\"n\":1,\"foot\":[0,0,0]}]}\n"})
     EXPECT_THROW((void)read(wrong), client::Failure) << wrong;
 }
