@@ -10,9 +10,10 @@
 
 #include <Eigen/Core>
 
-// The record of a simulated run: where arms and pieces were. corbot-scene writes it, and pictures for people come from it.
-// It is text, a JSON object a line. The first line names arms and pieces. Each later one has its time and what has
-// changed since the line before. Lengths are rounded to 0.1 mm. World frame, metres, radians, seconds.
+// The record of a simulated run: where arms and pieces were. corbot-scene writes it, and pictures for
+// people come from it. It is text, a JSON object a line. The first line names arms and pieces. Each later
+// one has its time and what has changed since the line before. Lengths are rounded to 0.1 mm. World frame,
+// metres, radians, seconds.
 
 namespace corbot::cell {
 
@@ -80,8 +81,8 @@ class SceneRecordText {
   SceneSample last_;
 };
 
-/// Every sample is complete. Reads up to a line that is not whole, as a killed scene leaves it. Throws client::Failure
-/// where the text is no record.
+/// Every sample is complete. Reads up to a line that is not whole, as a killed scene leaves it. Throws
+/// client::Failure where the text is no record.
 [[nodiscard]] SceneRecord read_scene_record(std::istream& text);
 
 }  // namespace corbot::cell

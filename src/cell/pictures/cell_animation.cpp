@@ -241,7 +241,8 @@ class Animation {
     return kind == nullptr ? largest_m() : kind->diameter_m;
   }
 
-  /// A piece: its body, the label in the colour of its kind, and a mark by which a kind is known without colours.
+  /// A piece: its body, the label in the colour of its kind, and a mark by which a kind is known without
+  /// colours.
   void add_mark(const std::string& kind, double radius) {
     const auto label =
         std::find_if(labels_.begin(), labels_.end(), [&](const Label& each) { return each.kind == kind; });
@@ -279,7 +280,8 @@ class Animation {
     add("<g opacity=\"0\">{}<use href=\"#p{}\"/></g>\n", animation, number);
   }
 
-  /// A link is one animated line, which is drawn as its shadow, edge, body and joint. Shadows are below all pieces.
+  /// A link is one animated line, which is drawn as its shadow, edge, body and joint. Shadows are below all
+  /// pieces.
   void add_shadow(std::size_t number) {
     const std::vector<double>& radii_m = record_.cast.arms[number].radii_m;
     add("<defs>\n");
@@ -405,7 +407,8 @@ class Animation {
     return 1800;
   }
 
-  /// Where the kinds are in the legend: distance from the left, and row. The last one is behind the last kind.
+  /// Where the kinds are in the legend: distance from the left, and row. The last one is behind the last
+  /// kind.
   [[nodiscard]] std::vector<Vector2d> label_at() const {
     std::vector<Vector2d> at{{26, 0}};
     for (const Label& label : labels_) {

@@ -12,8 +12,8 @@ namespace corbot::cell {
 /// The animation is drawn more coarsely until it is below this, as far as `kCoarsest`.
 inline constexpr std::size_t kAnimation_bytes = 290'000;
 
-/// An SVG of the cell from above in which arms and pieces move as in the record. It has no script, repeats for ever, and
-/// follows the viewer's light or dark scheme.
+/// An SVG of the cell from above in which arms and pieces move as in the record. It has no script, repeats
+/// for ever, and follows the viewer's light or dark scheme.
 [[nodiscard]] std::string cell_animation(const CellConfig& cell, const SceneRecord& record);
 
 }  // namespace corbot::cell

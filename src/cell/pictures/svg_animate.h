@@ -36,7 +36,8 @@ struct Playback {
 
 using Format = std::function<std::string(const std::vector<double>& values)>;
 
-/// An element `tag`, "animate attributeName=...", for a track that is played already. Empty where nothing changes.
+/// An element `tag`, "animate attributeName=...", for a track that is played already. Empty where nothing
+/// changes.
 [[nodiscard]] std::string svg_animation(std::string_view tag, const Track& track, const Playback& playback,
                                         const Format& format);
 

@@ -12,7 +12,8 @@ namespace corbot::cli {
 /// Before anything starts: makes the directory. Throws client::Failure where no file can be written there.
 void prepare_pictures(const std::filesystem::path& directory);
 
-/// At the end of a run, when all programs have ended. cell.svg is of a simulated cell only. Throws client::Failure.
+/// At the end of a run, when all programs have ended. cell.svg is of a simulated cell only. Throws
+/// client::Failure.
 void write_pictures(const std::filesystem::path& directory, const cell::CellConfig& cell);
 
 }  // namespace corbot::cli
