@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The examples of README and examples/, run against a robot as they are.
+// The programs of README, docs/clients.md and examples/, run against a robot as they are.
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -32,24 +32,24 @@ std::string read_source(const std::string& file) {
   return text.str();
 }
 
-/// The line of README that begins with `command`, with `directory` in place of build.
-std::string command_of_readme(const std::string& command, const std::string& directory) {
-  std::istringstream readme(read_source("README.md"));
-  for (std::string line; std::getline(readme, line);) {
+/// The line of docs/clients.md that begins with `command`, with `directory` in place of build.
+std::string documented_command(const std::string& command, const std::string& directory) {
+  std::istringstream page(read_source("docs/clients.md"));
+  for (std::string line; std::getline(page, line);) {
     if (line.starts_with("    " + command + " ")) {
       return std::regex_replace(line, std::regex("\\bbuild\\b|([CI])build\\b"), "$1" + directory);
     }
   }
-  ADD_FAILURE() << "README.md has no line that begins with " << command;
+  ADD_FAILURE() << "docs/clients.md has no line that begins with " << command;
   return "false";
 }
 
-TEST(Readme, OpensWithTheExamplesAsTheyAre) {
-  const std::string readme = read_source("README.md");
+TEST(Clients, ThePageShowsTheExamplesAsTheyAre) {
+  const std::string page = read_source("docs/clients.md");
   for (const auto& [language, file] : {std::pair{"python", "examples/python/first_move.py"},
                                        std::pair{"cpp", "examples/cpp/first_move.cpp"}}) {
     const std::string text = read_source(file);
-    EXPECT_THAT(readme, HasSubstr(fmt::format("```{}\n{}```\n", language, text))) << file;
+    EXPECT_THAT(page, HasSubstr(fmt::format("```{}\n{}```\n", language, text))) << file;
     EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 40) << file;
   }
 }
@@ -81,6 +81,26 @@ TEST_F(FirstMove, InPython) {
   expect_moved(run({"python3", CORBOT_SOURCE_DIR "/examples/python/first_move.py", reference_}, 60.0,
                    {fmt::format("PYTHONPATH={}/lib", out), "PYTHONDONTWRITEBYTECODE=1",
                     fmt::format("PATH={}/lib/bin:{}", out, std::getenv("PATH"))}));
+}
+
+TEST_F(FirstMove, InTheLinesOfReadme) {
+  const std::string readme = read_source("README.md");
+  const std::size_t begin = readme.find("```python\n") + 10;
+  std::string lines = readme.substr(begin, readme.find("```", begin) - begin);
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 6);
+  const std::string shown = "corbaloc::127.0.0.1:12810/lynx5";
+  ASSERT_THAT(lines, HasSubstr(shown));
+  lines.replace(lines.find(shown), shown.size(), reference_);
+  const std::string out = CORBOT_CLIENTS_OUT "/python";
+  const RunResult made = run({CORBOT_CLIENTS_DIR "/python/prepare", out}, 500.0);
+  if (made.code == 77) GTEST_SKIP() << "skipped: " << made.errors;
+  std::ofstream(scratch_ + "/lines.py") << lines;
+  const RunResult result =
+      run({"sh", "-c", fmt::format("cd {} && python3 {}/lines.py", CORBOT_SOURCE_DIR, scratch_)}, 60.0,
+          {fmt::format("PYTHONPATH={}/lib", out), "PYTHONDONTWRITEBYTECODE=1",
+           fmt::format("PATH={}/lib/bin:{}", out, std::getenv("PATH"))});
+  EXPECT_EQ(result.code, 0) << result.errors;
+  EXPECT_THAT(result.output, StartsWith("[14.0"));
 }
 
 TEST_F(FirstMove, InCppBuiltByCMake) {
@@ -138,10 +158,10 @@ TEST_F(FirstMove, SaysWhatWentWrong) {
   }
 }
 
-TEST_F(FirstMove, InCppBuiltAsReadmeSays) {
+TEST_F(FirstMove, InCppBuiltAsThePageSays) {
   const std::string in_source_dir = "cd " CORBOT_SOURCE_DIR " && ";
   for (const char* command : {"omniidl", "g++"}) {
-    const RunResult made = run({"sh", "-c", in_source_dir + command_of_readme(command, scratch_)}, 300.0);
+    const RunResult made = run({"sh", "-c", in_source_dir + documented_command(command, scratch_)}, 300.0);
     ASSERT_EQ(made.code, 0) << made.output << made.errors;
   }
   expect_moved(run({scratch_ + "/first_move", reference_}));
