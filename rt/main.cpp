@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "config/load_profile.h"
-#include "corbot/channel/fingerprint.h"
+#include "config/segment_fingerprint.h"
 #include "rt/backends/registry.h"
 #include "rt/cycle/cycle.h"
 #include "rt/cycle_settings.h"
@@ -141,7 +141,8 @@ void run(const Options& options) {
   const Profile profile = load_profile(options.profile);
   const std::string name = options.name.empty() ? profile.name : options.name;
   EmergencyStop stop;
-  rt::TaskChannel channel(name, fingerprint(profile.arm), policy_of(options), options.fresh, stop_requested);
+  rt::TaskChannel channel(name, segment_fingerprint(profile), policy_of(options), options.fresh,
+                          stop_requested);
   TaskSegment& segment = channel.task();
   // Where corbot switches the servos' power it went with the task before: only a person's Clear gives it back.
   if (Snapshot last{}; switches_power(profile) && segment.snapshot.load(last)) segment.stop_seen.store(1);

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "config/segment_fingerprint.h"
 #include "corbot/channel/alarms.h"
-#include "corbot/channel/fingerprint.h"
 #include "corbot/kinematics/tool_pose.h"
 #include "corbot/units.h"
 #include "planner/refusal.h"
@@ -62,7 +62,7 @@ Robot::Robot(Profile profile, const std::string& name)
       name_(name),
       planner_(profile_.arm),
       limits_(profile_.arm),
-      link_(name, fingerprint(profile_.arm), *this),
+      link_(name, segment_fingerprint(profile_), *this),
       settings_(link_.own().state.settings),
       watch_(link_, alarms_, profile_.frozen_ns,
              {[this] { return self_check_.is_started(); }, [this] { return responds(); },

@@ -314,6 +314,9 @@ class PowerUpOnADevice : public PowerUp {
     PowerUp::SetUp();
     line_ = directory_ + "/tty";
     start_emulator();
+    write_device_profile();
+  }
+  void write_device_profile() {
     write_profile(fmt::format("[backend]\nkind = \"ssc32\"\n[backend.ssc32]\nport = \"{}\"\n", line_));
   }
   void TearDown() override {
@@ -332,6 +335,21 @@ class PowerUpOnADevice : public PowerUp {
   std::string line_;
   std::unique_ptr<Process> emulator_;
 };
+
+/// The simulator's servant still runs, and has the segment of its task.
+TEST_F(PowerUpOnADevice, TheSegmentOfASimulatedArmIsNotUsed) {
+  write_profile("[backend]\nkind = \"loopback\"\n");
+  power_up();
+  if (HasFatalFailure()) return;
+  arm_->Drive(0, 40.0, 90.0);
+  rt_->signal(SIGKILL);
+  ASSERT_TRUE(rt_->wait(within(30)));
+  write_device_profile();
+  start_rt({"--state-dir", directory_});
+  if (HasFatalFailure()) return;
+  EXPECT_THAT(rt_->output(), HasSubstr("position UNKNOWN"));
+  EXPECT_THAT(pulses(), Not(HasSubstr("0=1900")));
+}
 
 TEST_F(PowerUpOnADevice, AControllerThatKeptItsPowerReportsTheServos) {
   power_up();
