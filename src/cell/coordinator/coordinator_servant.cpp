@@ -29,11 +29,13 @@ void print_event(double time_s, const std::string& robot, const std::string& tex
 }  // namespace
 
 struct CoordinatorServant::RobotThread {
-  RobotThread(CORBA::ORB_ptr orb, const CellConfig& cell, const CellRobot& robot, WorkStatus::Report report)
+  RobotThread(CORBA::ORB_ptr orb, const CellConfig& cell, const CellRobot& robot, WorkStatus::Report report,
+              WorkStatus::OnActivity on_activity)
       : port(orb, cell.robot_uri(robot), process_name(), cell.timing.motion_s, stop.get_token()),
         camera(orb, cell.camera_uri(), cell.timing.look_s, stop.get_token()),
         store(orb, cell.store_uri(), stop.get_token()),
-        worker(cell, robot, {port, camera, store}, process_name(), std::move(report), stop.get_token()) {}
+        worker(cell, robot, {port, camera, store}, process_name(), std::move(report), stop.get_token(),
+               std::move(on_activity)) {}
 
   /// Once a stop was requested: stops the robot, and gives back claim and control.
   void finish() {
@@ -54,13 +56,15 @@ struct CoordinatorServant::RobotThread {
 CoordinatorServant::CoordinatorServant(CORBA::ORB_ptr orb, const CellConfig& cell,
                                        const std::vector<std::string>& robots)
     : cell_(cell),
+      activities_(cell.activity_file()),
       store_(std::make_unique<RemoteStore>(orb, cell.store_uri(), std::stop_token(), 0, kCountReply_s)) {
   for (const std::string& name : robots) {
     const auto report = [this, name](const std::string& text) {
       const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin_;
       print_event(elapsed.count(), name, text);
     };
-    threads_.push_back(std::make_unique<RobotThread>(orb, cell, *cell.robot(name), report));
+    const auto on_activity = [this](const ActivityChange& change) { activities_.add(change); };
+    threads_.push_back(std::make_unique<RobotThread>(orb, cell, *cell.robot(name), report, on_activity));
   }
 }
 

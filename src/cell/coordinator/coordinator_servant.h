@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cell.hh"
+#include "cell/activity.h"
 #include "cell/cell_config.h"
 
 namespace corbot::cell {
@@ -38,6 +39,7 @@ class CoordinatorServant : public POA_Corbot::Coordinator {
 
   const CellConfig& cell_;
   const std::chrono::steady_clock::time_point begin_{std::chrono::steady_clock::now()};
+  ActivityRecord activities_;
   std::mutex mutex_;  ///< for what follows
   Corbot::CellMode mode_{Corbot::CellStopped};
   bool has_ended_{false};

@@ -24,7 +24,9 @@ const char* to_string(Corbot::TransferStep step) {
   return index < std::size(kNames) ? kNames[index] : "unknown";
 }
 
-WorkStatus::WorkStatus(const std::string& robot, Report report) : report_(std::move(report)) {
+WorkStatus::WorkStatus(const std::string& robot, Report report, OnActivity on_activity)
+    : report_(std::move(report)), on_activity_(std::move(on_activity)) {
+  now_.robot = robot;
   work_.robot = robot.c_str();
   work_.state = Corbot::WorkIdle;
   work_.piece = 0;
@@ -36,6 +38,11 @@ WorkStatus::WorkStatus(const std::string& robot, Report report) : report_(std::m
 void WorkStatus::set(Corbot::WorkState state, const std::string& text) {
   {
     const std::lock_guard lock(mutex_);
+    if (state != Corbot::WorkWaiting) {
+      ActivityChange to = now_;
+      to.activity = state == Corbot::WorkMoving ? Activity::kMoving : Activity::kIdle;
+      change(std::move(to));
+    }
     if (work_.state == state && text == work_.text.in()) return;
     if (work_.state != state) work_.since = now_s();
     work_.state = state;
@@ -49,6 +56,35 @@ void WorkStatus::set_piece(Corbot::PieceNumber piece, Corbot::TransferStep step)
   work_.piece = piece;
   work_.step = step;
   work_.since = now_s();
+  ActivityChange to = now_;
+  to.piece = piece;
+  change(std::move(to));
+}
+
+void WorkStatus::set_activity(Activity activity) {
+  const std::lock_guard lock(mutex_);
+  ActivityChange to = now_;
+  to.activity = activity;
+  change(std::move(to));
+}
+
+Activity WorkStatus::activity() const {
+  const std::lock_guard lock(mutex_);
+  return now_.activity;
+}
+
+void WorkStatus::set_zone(const std::string& place) {
+  const std::lock_guard lock(mutex_);
+  ActivityChange to = now_;
+  to.zone = place;
+  change(std::move(to));
+}
+
+void WorkStatus::change(ActivityChange to) {
+  if (to == now_) return;
+  now_ = std::move(to);
+  now_.time_s = now_s();
+  if (on_activity_) on_activity_(now_);
 }
 
 Corbot::RobotWork WorkStatus::get() const {

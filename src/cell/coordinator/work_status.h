@@ -6,6 +6,7 @@
 #include <string>
 
 #include "cell.hh"
+#include "cell/activity.h"
 
 namespace corbot::cell {
 
@@ -17,18 +18,31 @@ class WorkStatus {
   /// Receives each event as plain text.
   using Report = std::function<void(const std::string& text)>;
 
-  WorkStatus(const std::string& robot, Report report);
-  /// Reports a text that was not there before.
+  /// Receives each change of what the robot does, in its order. It must return soon.
+  using OnActivity = std::function<void(const ActivityChange& change)>;
+
+  WorkStatus(const std::string& robot, Report report, OnActivity on_activity = {});
+  /// Reports a text that was not there before. The robot moves with WorkMoving, and is idle with what is
+  /// neither that nor WorkWaiting.
   void set(Corbot::WorkState state, const std::string& text);
   /// Piece 0: the robot has none.
   void set_piece(Corbot::PieceNumber piece, Corbot::TransferStep step);
+  void set_activity(Activity activity);
+  [[nodiscard]] Activity activity() const;
+  /// The shared place whose zone the robot is in now; empty: it is in none.
+  void set_zone(const std::string& place);
   void report(const std::string& text) const { report_(text); }
   [[nodiscard]] Corbot::RobotWork get() const;
 
  private:
+  /// Under `mutex_`.
+  void change(ActivityChange to);
+
   const Report report_;
+  const OnActivity on_activity_;
   mutable std::mutex mutex_;
   Corbot::RobotWork work_;
+  ActivityChange now_;
 };
 
 }  // namespace corbot::cell

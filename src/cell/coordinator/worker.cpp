@@ -33,7 +33,7 @@ std::string plain_text(const std::exception& error) { return client::printable(e
 }  // namespace
 
 Worker::Worker(const CellConfig& cell, const CellRobot& robot, Ports ports, std::string who,
-               WorkStatus::Report report, std::stop_token stop)
+               WorkStatus::Report report, std::stop_token stop, WorkStatus::OnActivity on_activity)
     : cell_(cell),
       robot_(robot),
       from_(*cell.place(robot.from)),
@@ -45,7 +45,7 @@ Worker::Worker(const CellConfig& cell, const CellRobot& robot, Ports ports, std:
       who_(std::move(who)),
       stop_(std::move(stop)),
       motions_(robot, ports.robot, stop_),
-      status_(robot.name, std::move(report)) {}
+      status_(robot.name, std::move(report), std::move(on_activity)) {}
 
 void Worker::run() {
   const auto end = [&](const std::string& why, Corbot::WorkState state = Corbot::WorkAttention) {
@@ -95,6 +95,7 @@ Transfer Worker::find() {
     std::string cause;
     try {
       if (from_.slots) {
+        status_.set_activity(Activity::kWaitingForPiece);  // the store waits as well
         return checked(call([&] { return store_.reserve(token_, from_.name, to_.name, {}, kStoreWait_s); }));
       }
       enter(from_);
@@ -106,7 +107,7 @@ Transfer Worker::find() {
       cause = to_.name + " is full";
     }
     leave();
-    wait_for(cause, from_.slots ? 0 : kLookAgain_s);
+    wait_for(Activity::kWaitingForPiece, cause, from_.slots ? 0 : kLookAgain_s);
   }
 }
 
@@ -281,8 +282,12 @@ ToolGoal Worker::grasp_goal(const Transfer& transfer, const Place& place, const 
 }
 
 Corbot::Frame Worker::look(const std::string& at) {
+  const Activity before = status_.activity();
+  status_.set_activity(Activity::kLooking);
   try {
-    return call([&] { return camera_.look(cell_.timing.look_s); });
+    Corbot::Frame frame = call([&] { return camera_.look(cell_.timing.look_s); });
+    status_.set_activity(before);
+    return frame;
   } catch (const Attention& why) {
     throw Attention(fmt::format("no picture of {}: {}; check camera in cell.toml", at, why.what()));
   }
@@ -312,11 +317,15 @@ void Worker::advance(const Transfer& transfer, Corbot::TransferStep step, const 
 
 void Worker::enter(const Place& place) {
   while (place.is_shared && zone_ != place.name) {
+    status_.set_activity(Activity::kWaitingForZone);  // the store waits as well
     try {
       call([&] { store_.enter(token_, place.name, kStoreWait_s); });
       zone_ = place.name;
+      status_.set_zone(zone_);
+      status_.set_activity(Activity::kMoving);
     } catch (const Corbot::Occupied& e) {
-      wait_for(fmt::format("{} is in the zone of {}", client::printable(e.robot.in()), place.name));
+      wait_for(Activity::kWaitingForZone,
+               fmt::format("{} is in the zone of {}", client::printable(e.robot.in()), place.name));
     }
   }
 }
@@ -329,6 +338,7 @@ void Worker::leave() {
   }
   call([&] { store_.leave(token_, zone_); });
   zone_.clear();
+  status_.set_zone("");
 }
 
 /// The position is measured, and the arm comes to rest a little after its set-points.
@@ -346,7 +356,10 @@ void Worker::finish() {
       const Corbot::RobotWork last = status_.get();
       if (last.piece != 0 && last.step == Corbot::StepReserved)
         store_.advance(token_, last.piece, Corbot::StepWithdrawn, "the work was stopped");
-      if (!zone_.empty() && is_at_wait()) store_.leave(token_, zone_);
+      if (!zone_.empty() && is_at_wait()) {
+        store_.leave(token_, zone_);
+        status_.set_zone("");
+      }
       store_.release(std::exchange(token_, 0));
     }
   } catch (const std::exception& e) {
@@ -385,7 +398,8 @@ void Worker::end_if_stopped() const {
   if (stop_.stop_requested()) throw WorkEnded();
 }
 
-void Worker::wait_for(const std::string& text, double pause_s) {
+void Worker::wait_for(Activity activity, const std::string& text, double pause_s) {
+  status_.set_activity(activity);
   status_.set(Corbot::WorkWaiting, text);
   if (pause_s > 0) pause(pause_s, stop_);
   end_if_stopped();

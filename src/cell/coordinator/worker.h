@@ -35,7 +35,7 @@ class Worker {
   /// `cell`, of which `robot` is one, and the ports must outlive the worker. `who` names this process in the
   /// ledger; no other process may have that name.
   Worker(const CellConfig& cell, const CellRobot& robot, Ports ports, std::string who,
-         WorkStatus::Report report, std::stop_token stop);
+         WorkStatus::Report report, std::stop_token stop, WorkStatus::OnActivity on_activity = {});
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
   virtual ~Worker() = default;
@@ -79,7 +79,7 @@ class Worker {
 
   template <class F>
   auto call(F&& f) -> decltype(f());
-  void wait_for(const std::string& text, double pause_s = 0);
+  void wait_for(Activity activity, const std::string& text, double pause_s = 0);
   void end_if_stopped() const;
   [[nodiscard]] std::string key_of(const Place& place) const;
 

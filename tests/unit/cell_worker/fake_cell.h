@@ -52,6 +52,7 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   std::vector<std::string> record;  ///< calls in their order, without intents
   std::vector<std::string> violations;
   std::vector<std::string> reports;
+  std::vector<cell::ActivityChange> activities;
   std::map<Corbot::TransferStep, int> written;
 
   [[nodiscard]] std::size_t count(const std::string& place) const;

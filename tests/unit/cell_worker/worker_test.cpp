@@ -39,7 +39,8 @@ template <class WorkerType = cell::Worker>
 Corbot::RobotWork run(const cell::CellConfig& config, FakeCell& world, const std::string& robot) {
   const auto report = [&](const std::string& text) { world.report(text); };
   WorkerType worker(config, *config.robot(robot), {world, world, world}, "test", report,
-                    world.stop_source.get_token());
+                    world.stop_source.get_token(),
+                    [&](const cell::ActivityChange& change) { world.activities.push_back(change); });
   worker.run();
   const Corbot::RobotWork work = worker.status();
   worker.finish();
@@ -96,6 +97,35 @@ TEST_P(WorkerTest, ManyPiecesArriveAndNoRuleIsBroken) {
   EXPECT_THAT(world.violations, IsEmpty());
   EXPECT_EQ(world.count(from()), 0U);
   EXPECT_EQ(world.count(to()), 4U);
+}
+
+/// What a robot did, in its order: "look 1 store1", where 1 is the piece and store1 the zone.
+std::vector<std::string> described(const std::vector<cell::ActivityChange>& changes) {
+  constexpr const char* kNames[] = {"idle", "move", "zone?", "look", "piece?"};
+  std::vector<std::string> texts;
+  for (const cell::ActivityChange& change : changes)
+    texts.push_back(fmt::format("{} {} {}", kNames[static_cast<std::size_t>(change.activity)], change.piece,
+                                change.zone));
+  return texts;
+}
+
+TEST_P(WorkerTest, EachActivityIsRecordedWithItsPieceAndZone) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.occupied = 1;
+  run_one(world);
+  const std::vector<std::string> area{
+      "move 0 ",       "look 0 ",       "move 0 ",       "move 1 ",        "look 1 ",       "move 1 ",
+      "look 1 ",       "move 1 ",       "zone? 1 ",      "zone? 1 store1", "move 1 store1", "look 1 store1",
+      "move 1 store1", "look 1 store1", "move 1 store1", "move 0 store1",  "move 0 ",       "look 0 ",
+      "move 0 ",       "piece? 0 ",     "idle 0 "};
+  const std::vector<std::string> slots{
+      "move 0 ",       "piece? 0 ",     "piece? 1 ",     "zone? 1 ",      "zone? 1 store1", "move 1 store1",
+      "look 1 store1", "move 1 store1", "look 1 store1", "move 1 store1", "move 1 ",        "look 1 ",
+      "move 1 ",       "look 1 ",       "move 1 ",       "move 0 ",       "piece? 0 ",      "idle 0 "};
+  EXPECT_THAT(described(world.activities), ElementsAreArray(is_area() ? area : slots));
+  for (std::size_t i = 1; i < world.activities.size(); ++i)
+    EXPECT_GE(world.activities[i].time_s, world.activities[i - 1].time_s);
 }
 
 TEST_P(WorkerTest, TheWayDownWaitsForALateIntent) {
