@@ -8,9 +8,16 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <string>
 
 namespace corbot::cli {
+
+namespace {
+
+constexpr const char* kEraseLine = "\r\x1b[K";
+
+}  // namespace
 
 LineOutput::LineOutput(int fd) : fd_(fd) {
   struct stat status {};
@@ -46,6 +53,7 @@ std::size_t LineOutput::put(std::string_view text) const noexcept {
 
 void LineOutput::write(std::string_view line) noexcept {
   try {
+    draw("");
     std::string text = is_torn_ ? "\n" : "";
     if (left_out_ > 0) text += "(" + std::to_string(left_out_) + " lines were left out: nobody read them)\n";
     const std::size_t before = text.size();
@@ -60,13 +68,36 @@ void LineOutput::write(std::string_view line) noexcept {
   }
 }
 
-void report(std::string_view line) noexcept {
-  static LineOutput output(STDOUT_FILENO);
-  output.write(line);
+bool LineOutput::can_redraw() const noexcept {
+  const char* const kind = std::getenv("TERM");
+  return ::isatty(fd_) == 1 && kind != nullptr && std::string_view(kind) != "dumb";
 }
+
+void LineOutput::draw(std::string_view line) noexcept {
+  if ((line.empty() && !is_drawn_) || !can_redraw()) return;
+  try {
+    (void)put(std::string(kEraseLine).append(line));
+    is_drawn_ = !line.empty();
+  } catch (...) {  // NOLINT(bugprone-empty-catch): no memory for the line; the next one may have it
+  }
+}
+
+namespace {
+
+LineOutput& standard_output() noexcept {
+  static LineOutput output(STDOUT_FILENO);
+  return output;
+}
+
+}  // namespace
+
+void report(std::string_view line) noexcept { standard_output().write(line); }
+bool can_redraw() noexcept { return standard_output().can_redraw(); }
+void draw(std::string_view line) noexcept { standard_output().draw(line); }
 
 void log(std::string_view line) noexcept {
   static LineOutput output(STDERR_FILENO);
+  draw("");
   try {
     output.write("corbot: " + std::string(line));
   } catch (...) {

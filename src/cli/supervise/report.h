@@ -17,8 +17,13 @@ class LineOutput {
   /// process that has it.
   explicit LineOutput(int fd);
 
-  /// Never waits.
+  /// Never waits. Takes the place of a line that is drawn.
   void write(std::string_view line) noexcept;
+  /// Whether it is a terminal on which a line can be drawn anew.
+  [[nodiscard]] bool can_redraw() const noexcept;
+  /// Shows a line that the next one takes the place of; empty: takes it away. Nothing where can_redraw() is false.
+  /// Never waits.
+  void draw(std::string_view line) noexcept;
   [[nodiscard]] std::uint64_t left_out() const noexcept { return left_out_; }
 
  private:
@@ -30,11 +35,15 @@ class LineOutput {
   Kind kind_{Kind::kOther};
   Descriptor own_;
   std::uint64_t left_out_{0};
-  bool is_torn_{false};  ///< the last line that was written lacks its end
+  bool is_drawn_{false};  ///< a drawn line is shown
+  bool is_torn_{false};   ///< the last line that was written lacks its end
 };
 
-/// A line of `corbot up` to standard output, and one of its log to standard error. From one thread.
+/// A line of a supervisor to standard output, and one of its log to standard error. From one thread.
 void report(std::string_view line) noexcept;
 void log(std::string_view line) noexcept;
+/// LineOutput::can_redraw() and draw() of standard output. Lines of report() and log() take the place of a drawn one.
+[[nodiscard]] bool can_redraw() noexcept;
+void draw(std::string_view line) noexcept;
 
 }  // namespace corbot::cli

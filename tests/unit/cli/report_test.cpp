@@ -12,6 +12,7 @@
 
 #include <array>
 #include <string>
+#include <utility>
 
 namespace corbot::cli {
 namespace {
@@ -60,14 +61,54 @@ TEST(LineOutput, DoesNotWaitForASocket) {
   for (const int fd : ends) ::close(fd);
 }
 
+/// A terminal, and the end at which a person reads.
+struct Terminal {
+  Terminal() {
+    termios raw{};
+    EXPECT_EQ(::tcgetattr(terminal.get(), &raw), 0);
+    ::cfmakeraw(&raw);
+    EXPECT_EQ(::tcsetattr(terminal.get(), TCSANOW, &raw), 0);
+  }
+  static Descriptor open_terminal(int person) {
+    EXPECT_EQ(::grantpt(person) | ::unlockpt(person), 0);
+    return Descriptor(::open(::ptsname(person), O_RDWR | O_NOCTTY | O_CLOEXEC));
+  }
+  const Descriptor person{::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)};
+  const Descriptor terminal{open_terminal(person.get())};
+};
+
+TEST(LineOutput, ALineTakesThePlaceOfADrawnOne) {
+  ::setenv("TERM", "xterm", 1);
+  const Terminal at;
+  LineOutput output(at.terminal.get());
+  output.draw("1 of 3");
+  output.draw("2 of 3");
+  output.write("robot1 stopped");
+  output.write("the end");
+  output.draw("");
+  EXPECT_EQ(drained(at.person.get()), "\r\x1b[K1 of 3\r\x1b[K2 of 3\r\x1b[Krobot1 stopped\nthe end\n");
+}
+
+TEST(LineOutput, DrawsNothingWhereItCannotBeErased) {
+  const Terminal at;
+  std::array<int, 2> pipe{};
+  ASSERT_EQ(::pipe2(pipe.data(), O_CLOEXEC), 0);
+  for (const auto& [fd, kind] : {std::pair{at.terminal.get(), "dumb"}, std::pair{pipe[1], "xterm"}}) {
+    ::setenv("TERM", kind, 1);
+    LineOutput output(fd);
+    EXPECT_FALSE(output.can_redraw());
+    output.draw("1 of 3");
+    output.write("the end");
+  }
+  EXPECT_EQ(drained(at.person.get()), "the end\n");
+  EXPECT_EQ(drained(pipe[0]), "the end\n");
+  for (const int fd : pipe) ::close(fd);
+}
+
 TEST(LineOutput, DoesNotWaitForATerminalThatIsStopped) {
-  const Descriptor person(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
-  ASSERT_EQ(::grantpt(person.get()) | ::unlockpt(person.get()), 0);
-  const Descriptor terminal(::open(::ptsname(person.get()), O_RDWR | O_NOCTTY | O_CLOEXEC));
-  termios raw{};
-  ASSERT_EQ(::tcgetattr(terminal.get(), &raw), 0);
-  ::cfmakeraw(&raw);
-  ASSERT_EQ(::tcsetattr(terminal.get(), TCSANOW, &raw), 0);
+  const Terminal at;
+  const Descriptor& person = at.person;
+  const Descriptor& terminal = at.terminal;
   LineOutput output(terminal.get());
   ASSERT_EQ(::tcflow(terminal.get(), TCOOFF), 0);  // Ctrl-S
   for (int i = 0; i < 3; ++i) output.write("stopped");
