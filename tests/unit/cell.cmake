@@ -3,12 +3,13 @@
 if(NOT TARGET corbot_cell_store OR NOT TARGET corbot-scene)
   return()
 endif()
-set(parts_REGEX "(program|coordinator|remote_robot|verdict)_test")
+set(clients_REGEX "(gantt|progress|run_table|verdict)_test")  # in test_clients
+set(parts_REGEX "(program|coordinator|remote_robot)_test")
 corbot_sources(sources cell cell_camera cell_pictures cell_scene cell_store cell_worker)
+list(FILTER sources EXCLUDE REGEX ${clients_REGEX})
 set(programs ${sources})
 list(FILTER sources EXCLUDE REGEX ${parts_REGEX})
 list(FILTER programs INCLUDE REGEX ${parts_REGEX})
-list(FILTER programs EXCLUDE REGEX verdict_test)
 corbot_test(test_cell TIER core THREADS
   SOURCES ${sources} cell_worker/fake_cell.cpp
   LIBS corbot::cell_pictures corbot::cell_scene corbot::cell_store corbot::cell_worker corbot::cell_config corbot::sim_scene

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <optional>
 #include <thread>
 
 #include "cell/orb_server.h"
@@ -29,6 +30,19 @@ typename Interface::_ptr_type connect(CORBA::ORB_ptr orb, const std::string& uri
     throw Failure(ExitCode::kUnreachable,
                   fmt::format("{}: leads to no object (CORBA {}): give a corbaloc or corbaname that does",
                               client::printable(uri), error._name()));
+  }
+}
+
+std::optional<Milestone> milestone_of(Corbot::TransferStep step) {
+  switch (step) {
+    case Corbot::StepReserved:
+      return Milestone::kReserved;
+    case Corbot::StepHeld:
+      return Milestone::kHeld;
+    case Corbot::StepPlaced:
+      return Milestone::kPlaced;
+    default:
+      return std::nullopt;
   }
 }
 
@@ -89,7 +103,19 @@ void CellClient::check_foreign() {
   if (!cell_.store_reference.empty()) check("the store", cell_.store_reference);
 }
 
+template <class F>
+void CellClient::for_each_event(CORBA::ULongLong after, F&& f) {
+  for (;;) {
+    const auto reply = call(store_peer(), [&] { return Corbot::PieceEvents_var(store_->History(0, after)); });
+    const Corbot::PieceEvents& events = reply.in();
+    if (events.length() == 0) return;
+    for (CORBA::ULong i = 0; i < events.length(); ++i) f(events[i]);
+    after = events[events.length() - 1].number;
+  }
+}
+
 void CellClient::start_work() {
+  for_each_event(0, [&](const Corbot::PieceEvent& event) { last_before_ = event.number; });
   call(coordinator_peer(), [&] { coordinator_->Start(); });
 }
 
@@ -112,19 +138,28 @@ int CellClient::placed() {
   return static_cast<int>(count);
 }
 
-void CellClient::count_arrivals(CellEnd& end) {
-  CORBA::ULongLong after = 0;
-  for (;;) {
-    const auto reply = call(store_peer(), [&] { return Corbot::PieceEvents_var(store_->History(0, after)); });
-    const Corbot::PieceEvents& events = reply.in();
-    for (CORBA::ULong i = 0; i < events.length(); ++i) {
-      const Corbot::PieceEvent& event = events[i];
-      after = event.number;
-      const cell::Place* place = cell_.place(event.where.place.in());
-      if (event.step == Corbot::StepPlaced && place != nullptr && cell_.is_last(*place))
-        ++end.arrivals[event.piece];
+void CellClient::read_events(CellEnd& end) {
+  for (const cell::CellRobot& robot : cell_.robots) end.history.robots.push_back(robot.name);
+  for_each_event(0, [&](const Corbot::PieceEvent& event) {
+    const cell::Place* place = cell_.place(event.where.place.in());
+    const bool arrives = event.step == Corbot::StepPlaced && place != nullptr && cell_.is_last(*place);
+    if (arrives) ++end.arrivals[event.piece];
+    const auto milestone = milestone_of(event.step);
+    if (event.number > last_before_ && milestone)
+      end.history.milestones.push_back({event.time, event.robot.in(), event.piece, *milestone, arrives});
+  });
+}
+
+/// A robot that does not reply, or is no Arm, has no count.
+void CellClient::read_overruns(CellEnd& end) {
+  for (const cell::CellRobot& robot : cell_.robots) {
+    try {
+      const Corbot::Arm_var arm = cell::reference_to<Corbot::Arm>(orb_.in(), cell_.robot_uri(robot));
+      omniORB::setClientCallTimeout(arm.in(), kCall_ms);
+      if (!arm->_is_a(Corbot::Arm::_PD_repoId)) continue;
+      end.overruns[robot.name] = Corbot::LoopInfo_var(arm->Diagnostics())->overruns;
+    } catch (const CORBA::Exception&) {  // NOLINT(bugprone-empty-catch): see above
     }
-    if (events.length() == 0) return;
   }
 }
 
@@ -144,7 +179,8 @@ CellEnd CellClient::read_end() {
   const Corbot::PlaceInfos& places = reply.in();
   for (CORBA::ULong i = 0; i < places.length(); ++i)
     end.in_ledger[places[i].name.in()] = static_cast<int>(places[i].pieces);
-  count_arrivals(end);
+  read_events(end);
+  read_overruns(end);
   return end;
 }
 

@@ -44,10 +44,15 @@ class CellClient {
   }
   template <class F>
   auto call(const Peer& peer, F&& f) -> decltype(f());
-  void count_arrivals(CellEnd& end);
+  /// Calls `f` with each event of the ledger after that number.
+  template <class F>
+  void for_each_event(CORBA::ULongLong after, F&& f);
+  void read_events(CellEnd& end);
+  void read_overruns(CellEnd& end);
 
   const cell::CellConfig& cell_;
   std::atomic<bool> gave_up_{false};
+  CORBA::ULongLong last_before_{0};  ///< number of the last event when the work began
   CORBA::ORB_var orb_;
   Corbot::Store_var store_;
   Corbot::Camera_var camera_;

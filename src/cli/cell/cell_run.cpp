@@ -12,12 +12,15 @@
 #include <deque>
 #include <fstream>
 #include <memory>
+#include <mutex>
 #include <thread>
 
 #include "cell/scene_record.h"
 #include "cli/cell/cell_client.h"
 #include "cli/cell/cell_pictures.h"
 #include "cli/cell/cell_processes.h"
+#include "cli/cell/progress.h"
+#include "cli/cell/run_table.h"
 #include "cli/supervise/report.h"
 #include "client/explain.h"
 #include "client/failure.h"
@@ -80,7 +83,8 @@ void begin_anew(const CellConfig& cell) {
                                            name == cell::scene_record_file({}));
       const bool is_ledger =
           has_ledger && (name == ledger || name == ledger + "-wal" || name == ledger + "-shm");
-      if (is_world || is_ledger || entry.path().extension() == ".log")
+      if (is_world || is_ledger || entry.path().extension() == ".log" ||
+          name == cell.activity_file().filename())
         fs::rename(entry.path(), previous / name);
     }
   } catch (const fs::filesystem_error& error) {
@@ -116,6 +120,13 @@ class Work {
   /// The last that each robot waited for, a line each.
   [[nodiscard]] const std::string& waits() const { return waits_; }
   [[nodiscard]] CellClient& client() { return client_; }
+  [[nodiscard]] WorkProgress progress() const {
+    const std::lock_guard lock(mutex_);
+    return progress_;
+  }
+  [[nodiscard]] double elapsed_s() const {
+    return std::chrono::duration<double>(Clock::now() - begin_).count();
+  }
   /// Calls that wait are given up where their program has ended.
   void end() {
     client_.give_up();
@@ -140,6 +151,7 @@ class Work {
   bool is_done() {
     const bool has_transfer = !client_.has_no_transfer();  // first, since the coordinator asks the store, too
     const auto state = client_.state();
+    take_progress(state);
     bool all_wait = true;
     waits_.clear();
     for (CORBA::ULong i = 0; i < state->robots.length(); ++i) {
@@ -159,8 +171,28 @@ class Work {
     return all_wait && !has_transfer && (is_complete || now - quiet_since_ > kQuiet);
   }
 
+  void take_progress(const Corbot::CoordinatorState& state) {
+    WorkProgress progress{static_cast<int>(state.placed), {}, {}};
+    if (cell_.scene) progress.total = cell_.scene->pieces;
+    for (CORBA::ULong i = 0; i < state.robots.length(); ++i)
+      progress.robots.push_back(describe(state.robots[i]));
+    const std::lock_guard lock(mutex_);
+    progress_ = std::move(progress);
+  }
+
+  static std::string describe(const Corbot::RobotWork& work) {
+    const std::string robot = client::printable(work.robot.in());
+    if (work.state == Corbot::WorkWaiting)
+      return fmt::format("{} waits: {}", robot, client::printable(work.text.in()));
+    if (work.piece != 0) return fmt::format("{} moves piece {}", robot, work.piece);
+    return robot + (work.state == Corbot::WorkMoving ? " moves" : " is idle");
+  }
+
   const CellConfig& cell_;
   CellClient client_;
+  const Clock::time_point begin_{Clock::now()};
+  mutable std::mutex mutex_;  ///< for what follows
+  WorkProgress progress_;
   std::atomic<bool> asked_to_end_{false};
   std::atomic<bool> has_ended_{false};
   std::optional<Failure> failure_;
@@ -191,6 +223,15 @@ std::string done_so_far(const CellConfig& cell, Work& work) {
   }
 }
 
+RunFigures figures_of(const CellEnd& end) {
+  RunFigures figures;
+  for (const auto& [robot, count] : end.overruns) figures.overruns.emplace_back(robot, count);
+  if (!end.scene) return figures;
+  figures.nearest_mm = end.scene->nearest_mm;
+  figures.overruns.emplace_back(kScene, end.scene->overruns);
+  return figures;
+}
+
 /// The processes of one cell while it runs.
 class Run {
  public:
@@ -209,7 +250,13 @@ class Run {
                        cell_.state_directory.string()));
     Work work(cell_);
     bool goes_on = true;
-    while (goes_on && !work.has_ended() && restarted_.empty()) goes_on = supervisor_.step();
+    {
+      ProgressDisplay display;
+      while (goes_on && !work.has_ended() && restarted_.empty()) {
+        goes_on = supervisor_.step();
+        display.show(work.progress(), work.elapsed_s());
+      }
+    }
     if (cell_.coordinator_reference.empty()) supervisor_.stop_last();  // the arms come to rest
     if (!goes_on || !restarted_.empty()) end_early(goes_on, work);
     work.end();
@@ -256,6 +303,9 @@ class Run {
       end.expected = cell_.scene->pieces;
       end.scene = read_scene_end(cell_);
     }
+    if (cell_.coordinator_reference.empty())
+      end.history.activities = cell::read_activity(cell_.activity_file());
+    for (const std::string& line : run_table(end.history, figures_of(end))) report(line);
     const Verdict verdict = judge(cell_, end);
     report(verdict.summary);
     if (!options_.pictures.empty()) write_pictures(options_.pictures, cell_);

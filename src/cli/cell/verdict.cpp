@@ -96,7 +96,9 @@ std::optional<SceneEnd> parse_scene_end(std::string_view line) {
       end.fallen = count;
     } else if (key == "touches") {
       end.touches = count;
-    } else if (key != "overruns") {
+    } else if (key == "overruns") {
+      end.overruns = count;
+    } else {
       end.standing[key] = count;
     }
   }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cell/cell_config.h"
+#include "cli/cell/work_history.h"
 
 namespace corbot::cli {
 
@@ -18,6 +19,7 @@ struct SceneEnd {
   int fallen{};
   int touches{};
   std::optional<double> nearest_mm;  ///< between two arms; nothing where there is one
+  int overruns{};                    ///< ticks of the simulation that came late
 };
 
 /// Nothing where the line is none of the scene's, or a number is missing.
@@ -31,6 +33,9 @@ struct CellEnd {
   std::map<std::string, int> seen;
   bool has_scene{false};
   std::optional<SceneEnd> scene;
+  WorkHistory history;
+  std::map<std::string, std::uint64_t>
+      overruns;  ///< robot -> cycles that came late; only of robots that count them
 };
 
 struct Verdict {
