@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "cell/camera/camera_servant.h"
+#include "cell/camera/picture_view.h"
 #include "cell/picture_wire.h"
 #include "sim/scene/picture.h"
 #include "support/paths.h"
@@ -187,6 +188,26 @@ TEST_F(Source, ALieOrACutIsAnErrorAndTheNextLookWorks) {
     EXPECT_THAT(refusal(10), testing::HasSubstr(lie.text));
     EXPECT_EQ(good_number(), ++number);
   }
+}
+
+TEST_F(Source, PictureIsTheLastThatWasExamined) {
+  EXPECT_THROW(Corbot::Jpeg_var(servant_->Picture(false)), Corbot::NotReady);
+  good_number();
+  const auto bytes = [&](bool marked) {
+    const Corbot::Jpeg_var jpeg = servant_->Picture(marked);
+    return std::vector<std::uint8_t>(jpeg->get_buffer(), jpeg->get_buffer() + jpeg->length());
+  };
+  const auto plain = bytes(false);
+  ASSERT_GT(plain.size(), 1000U);
+  EXPECT_EQ(plain[0], 0xff);
+  EXPECT_EQ(plain[1], 0xd8);
+  EXPECT_EQ(plain, cell::to_jpeg(bytes_, cell_.camera.size_px));
+  const auto marked = bytes(true);
+  EXPECT_NE(marked, plain);
+  EXPECT_EQ(bytes(false), plain) << "marks stay out of the picture itself";
+  peer_.reset();
+  EXPECT_THAT(refusal(1), testing::HasSubstr("Connection refused"));
+  EXPECT_EQ(bytes(true), marked) << "a failed Look examines no picture";
 }
 
 TEST_F(Source, SilenceAndDripsEndAtTheDeadline) {

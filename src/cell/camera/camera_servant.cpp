@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
+
+#include "cell/camera/picture_view.h"
 
 namespace corbot::cell {
 namespace {
@@ -25,7 +28,7 @@ void fill(Corbot::Sightings& sightings, const std::vector<Detection>& found) {
 }  // namespace
 
 CameraServant::CameraServant(const CellConfig& cell)
-    : detector_(cell), source_(cell.picture_socket(), cell.camera.size_px) {}
+    : cell_(cell), detector_(cell), source_(cell.picture_socket(), cell.camera.size_px) {}
 
 Corbot::Frame* CameraServant::Look(CORBA::Double timeout) {
   const auto begin = SceneSource::Clock::now();
@@ -39,10 +42,35 @@ Corbot::Frame* CameraServant::Look(CORBA::Double timeout) {
     const SourcePicture picture = source_.take(deadline);
     Corbot::Frame_var frame = new Corbot::Frame;
     frame->time = picture.exposure_s;
-    fill(frame->pieces, detector_.detect(picture.bgr));
+    const auto examined = std::make_shared<const Examined>(
+        Examined{{picture.bgr.begin(), picture.bgr.end()}, detector_.detect(picture.bgr)});
+    fill(frame->pieces, examined->found);
     frame->number = ++number_;
+    const std::lock_guard last_lock(last_mutex_);
+    last_ = examined;
     return frame._retn();
   } catch (const SourceError& error) {
+    spdlog::warn("{}", error.what());
+    throw Corbot::NotReady(error.what());
+  }
+}
+
+Corbot::Jpeg* CameraServant::Picture(CORBA::Boolean marked) {
+  std::shared_ptr<const Examined> last;
+  {
+    const std::lock_guard lock(last_mutex_);
+    last = last_;
+  }
+  if (!last) throw Corbot::NotReady("no picture has been examined yet: call Look first");
+  try {
+    std::vector<std::uint8_t> bgr = last->bgr;
+    if (marked) mark(bgr, cell_, last->found);
+    const std::vector<std::uint8_t> bytes = to_jpeg(bgr, cell_.camera.size_px);
+    Corbot::Jpeg_var jpeg = new Corbot::Jpeg;
+    jpeg->length(static_cast<CORBA::ULong>(bytes.size()));
+    std::copy(bytes.begin(), bytes.end(), jpeg->get_buffer());
+    return jpeg._retn();
+  } catch (const std::runtime_error& error) {
     spdlog::warn("{}", error.what());
     throw Corbot::NotReady(error.what());
   }

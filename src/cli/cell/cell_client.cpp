@@ -163,6 +163,19 @@ void CellClient::read_overruns(CellEnd& end) {
   }
 }
 
+std::vector<std::uint8_t> CellClient::picture(bool marked) {
+  const std::string name = camera_peer().name;
+  try {
+    const Corbot::Jpeg_var jpeg = camera_->Picture(marked);
+    const CORBA::Octet* const bytes = jpeg->get_buffer();
+    return {bytes, bytes + jpeg->length()};
+  } catch (const Corbot::NotReady& error) {
+    throw Failure(ExitCode::kRefused, fmt::format("{}: {}", name, client::printable(error.reason.in())));
+  } catch (const CORBA::Exception& error) {
+    throw Failure(ExitCode::kRefused, fmt::format("{} gives no picture (CORBA {})", name, error._name()));
+  }
+}
+
 CellEnd CellClient::read_end() {
   CellEnd end;
   const auto frame =
@@ -174,6 +187,11 @@ CellEnd CellClient::read_end() {
       if (place.covers({p.x, p.y, p.z})) where = place.name;
     }
     ++end.seen[where];
+  }
+  try {
+    end.camera_jpeg = picture(true);
+  } catch (
+      const Failure&) {  // NOLINT(bugprone-empty-catch): the verdict needs none, and other cameras have none
   }
   const auto reply = call(store_peer(), [&] { return Corbot::PlaceInfos_var(store_->Places()); });
   const Corbot::PlaceInfos& places = reply.in();

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "cell.hh"
 #include "cell/cell_config.h"
@@ -28,6 +30,8 @@ class CellClient {
   [[nodiscard]] bool has_no_transfer();
   /// Pieces at places from which no robot takes, by the ledger.
   [[nodiscard]] int placed();
+  /// The last picture that the camera examined, a JPEG file; marked: with what was found. One attempt.
+  [[nodiscard]] std::vector<std::uint8_t> picture(bool marked);
   /// Reads the ledger, and counts the pieces in a picture taken now. Robots must be out of the picture.
   [[nodiscard]] CellEnd read_end();
 

@@ -63,7 +63,8 @@ void check_installation(const CellConfig& cell) {
     if (!find_program(program))
       throw Failure(
           ExitCode::kUsage,
-          fmt::format("there is no {} here: this corbot was built without OpenCV or SQLite", program));
+          fmt::format("there is no {} here: this corbot was built without OpenCV, SQLite or libturbojpeg",
+                      program));
   }
   const auto check = [&](int port) {
     if (const std::string why = net::listen_error(cell.host, port); !why.empty())

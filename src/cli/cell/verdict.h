@@ -33,6 +33,7 @@ struct CellEnd {
   std::map<std::string, int> seen;
   bool has_scene{false};
   std::optional<SceneEnd> scene;
+  std::vector<std::uint8_t> camera_jpeg;  ///< of the last look, marked; empty where the camera gives none
   WorkHistory history;
   std::map<std::string, std::uint64_t>
       overruns;  ///< robot -> cycles that came late; only of robots that count them

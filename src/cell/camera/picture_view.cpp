@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell/camera/picture_view.h"
+
+#include <fmt/format.h>
+#include <turbojpeg.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <stdexcept>
+
+#include <opencv2/imgproc.hpp>
+
+namespace corbot::cell {
+namespace {
+
+constexpr int kCorners = 48;  // of an outline
+constexpr double kLetters = 0.45;
+constexpr int kRow_px = 17;
+
+/// Light on dark: on every ground one of the two is seen.
+void draw_text(cv::Mat& picture, const std::string& text, const cv::Point& at) {
+  for (const auto& [colour, width] :
+       {std::pair{cv::Scalar(0, 0, 0), 4}, std::pair{cv::Scalar(255, 255, 255), 1}})
+    cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, kLetters, colour, width, cv::LINE_AA);
+}
+
+/// The edge of a label, as the camera has it in the picture. Empty where a part is not ahead of the camera.
+std::vector<cv::Point> outline_of(const CameraModel& camera, const Kind& kind, const Eigen::Vector3d& foot) {
+  std::vector<cv::Point> outline;
+  for (int i = 0; i < kCorners; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kCorners;
+    const Eigen::Vector3d edge(std::cos(angle), std::sin(angle), 0);
+    const auto pixel =
+        camera.project(foot + kind.height_m * Eigen::Vector3d::UnitZ() + kind.label_m / 2 * edge);
+    if (!pixel) return {};
+    outline.emplace_back(static_cast<int>(std::lround(pixel->x())),
+                         static_cast<int>(std::lround(pixel->y())));
+  }
+  return outline;
+}
+
+/// Beside the outline, on the side where there is room.
+void draw_label(cv::Mat& picture, const Detection& piece, const cv::Rect& box) {
+  const std::array<std::string, 2> rows{
+      piece.kind, fmt::format("{:.0f} {:.0f} mm", 1e3 * piece.position_m.x(), 1e3 * piece.position_m.y())};
+  int width = 0;
+  for (const std::string& row : rows)
+    width = std::max(width, cv::getTextSize(row, cv::FONT_HERSHEY_SIMPLEX, kLetters, 1, nullptr).width);
+  const bool is_right = box.x + box.width + 6 + width <= picture.cols;
+  const int left = is_right ? box.x + box.width + 6 : box.x - 6 - width;
+  const int middle = std::clamp(box.y + box.height / 2, kRow_px, picture.rows - kRow_px);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    draw_text(picture, rows.at(i), {left, middle + static_cast<int>(i) * kRow_px});
+}
+
+}  // namespace
+
+void mark(std::span<std::uint8_t> bgr, const CellConfig& cell, const std::vector<Detection>& found) {
+  const auto [columns, rows] = cell.camera.size_px;
+  cv::Mat picture(rows, columns, CV_8UC3, bgr.data());
+  for (const Detection& piece : found) {
+    const Kind* const kind = cell.kind(piece.kind);
+    if (kind == nullptr) continue;
+    const std::vector<cv::Point> outline = outline_of(cell.camera, *kind, piece.position_m);
+    if (outline.empty()) continue;
+    cv::polylines(picture, outline, true, cv::Scalar(0, 0, 0), 4, cv::LINE_AA);
+    cv::polylines(picture, outline, true, cv::Scalar(255, 255, 0), 2, cv::LINE_AA);  // cyan: no label has it
+    draw_label(picture, piece, cv::boundingRect(outline));
+  }
+}
+
+std::vector<std::uint8_t> to_jpeg(std::span<const std::uint8_t> bgr, std::array<int, 2> size_px) {
+  const std::unique_ptr<void, decltype(&tjDestroy)> handle(tjInitCompress(), &tjDestroy);
+  if (!handle) throw std::runtime_error(fmt::format("JPEG: {}", tjGetErrorStr2(nullptr)));
+  for (const int quality : {90, 70, 40, 10}) {
+    unsigned char* bytes = nullptr;
+    unsigned long size = 0;
+    const int status = tjCompress2(handle.get(), bgr.data(), size_px[0], 0, size_px[1], TJPF_BGR, &bytes,
+                                   &size, TJSAMP_444, quality, TJFLAG_ACCURATEDCT);
+    const std::unique_ptr<unsigned char, decltype(&tjFree)> owner(bytes, &tjFree);
+    if (status != 0) throw std::runtime_error(fmt::format("JPEG: {}", tjGetErrorStr2(handle.get())));
+    if (size <= kMostJpegBytes) return {bytes, bytes + size};
+  }
+  throw std::runtime_error(fmt::format("JPEG: the picture has more than {} bytes", kMostJpegBytes));
+}
+
+}  // namespace corbot::cell
