@@ -260,6 +260,8 @@ TEST_F(CellRun, HasItsDirectoryForItselfAndBeginsAnewAfterAKill) {
   const RunResult third = cell_run({"--pieces", "1"});
   EXPECT_EQ(third.code, 0) << third.output << third.errors;
   EXPECT_TRUE(fs::exists(directory_ / "state" / "previous" / "scene.record"));
+  EXPECT_TRUE(fs::exists(directory_ / "state" / "previous" / "activity.jsonl"));
+  EXPECT_EQ(text_of("activity.jsonl").find("\"piece\":2"), std::string::npos) << "a piece of the run before";
 }
 
 TEST_F(CellRun, AFrozenStoreEndsTheWorkAndIsNamed) {

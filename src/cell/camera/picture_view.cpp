@@ -16,13 +16,13 @@ namespace corbot::cell {
 namespace {
 
 constexpr int kCorners = 48;  // of an outline
-constexpr double kLetters = 0.45;
-constexpr int kRow_px = 17;
+constexpr double kLetters = 0.33;
+constexpr int kRow_px = 13;
 
 /// Light on dark: on every ground one of the two is seen.
 void draw_text(cv::Mat& picture, const std::string& text, const cv::Point& at) {
   for (const auto& [colour, width] :
-       {std::pair{cv::Scalar(0, 0, 0), 4}, std::pair{cv::Scalar(255, 255, 255), 1}})
+       {std::pair{cv::Scalar(0, 0, 0), 3}, std::pair{cv::Scalar(255, 255, 255), 1}})
     cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, kLetters, colour, width, cv::LINE_AA);
 }
 
@@ -41,18 +41,18 @@ std::vector<cv::Point> outline_of(const CameraModel& camera, const Kind& kind, c
   return outline;
 }
 
-/// Beside the outline, on the side where there is room.
+/// Below the outline, or above it where the picture ends. Narrow, so that pieces in slots keep theirs apart.
 void draw_label(cv::Mat& picture, const Detection& piece, const cv::Rect& box) {
   const std::array<std::string, 2> rows{
-      piece.kind, fmt::format("{:.0f} {:.0f} mm", 1e3 * piece.position_m.x(), 1e3 * piece.position_m.y())};
-  int width = 0;
-  for (const std::string& row : rows)
-    width = std::max(width, cv::getTextSize(row, cv::FONT_HERSHEY_SIMPLEX, kLetters, 1, nullptr).width);
-  const bool is_right = box.x + box.width + 6 + width <= picture.cols;
-  const int left = is_right ? box.x + box.width + 6 : box.x - 6 - width;
-  const int middle = std::clamp(box.y + box.height / 2, kRow_px, picture.rows - kRow_px);
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    draw_text(picture, rows.at(i), {left, middle + static_cast<int>(i) * kRow_px});
+      piece.kind, fmt::format("{:.0f},{:.0f}", 1e3 * piece.position_m.x(), 1e3 * piece.position_m.y())};
+  const bool is_below = box.y + box.height + 2 * kRow_px + 2 <= picture.rows;
+  int y = is_below ? box.y + box.height + kRow_px : box.y - kRow_px - 4;
+  for (const std::string& row : rows) {
+    const int width = cv::getTextSize(row, cv::FONT_HERSHEY_SIMPLEX, kLetters, 1, nullptr).width;
+    const int middle = box.x + box.width / 2 - width / 2;
+    draw_text(picture, row, {std::clamp(middle, 0, std::max(0, picture.cols - width)), y});
+    y += kRow_px;
+  }
 }
 
 }  // namespace
@@ -69,6 +69,7 @@ void mark(std::span<std::uint8_t> bgr, const CellConfig& cell, const std::vector
     cv::polylines(picture, outline, true, cv::Scalar(255, 255, 0), 2, cv::LINE_AA);  // cyan: no label has it
     draw_label(picture, piece, cv::boundingRect(outline));
   }
+  if (!found.empty()) draw_text(picture, "x,y in mm", {10, 20});
 }
 
 std::vector<std::uint8_t> to_jpeg(std::span<const std::uint8_t> bgr, std::array<int, 2> size_px) {
