@@ -14,7 +14,8 @@ namespace corbot::cell {
 using client::ExitCode;
 using client::Failure;
 
-OrbServer::OrbServer(const std::string& host, int port) : endpoint_(net::endpoint_text(host, port)) {
+OrbServer::OrbServer(const std::string& host, int port, std::size_t most_bytes)
+    : endpoint_(net::endpoint_text(host, port)) {
   if (const std::string why = net::listen_error(host, port); !why.empty())
     throw Failure(ExitCode::kInternal, why + ": choose other ports with --ports");
   std::vector<std::string> words{"corbot-cell"};
@@ -26,7 +27,7 @@ OrbServer::OrbServer(const std::string& host, int port) : endpoint_(net::endpoin
   add("threadPerConnectionPolicy", "1");  // calls wait, and a pool would be used up by them
   add("maxServerThreadPerConnection", "32");
   add("maxGIOPConnectionPerServer", "20");  // a client's calls that wait block none of its others
-  add("giopMaxMsgSize", "262144");
+  add("giopMaxMsgSize", std::to_string(most_bytes));
   add("scanGranularity", "5");
   add("inConScanPeriod", "180");  // half-open connections go
   std::vector<char*> argv;
