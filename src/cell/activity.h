@@ -39,7 +39,8 @@ struct ActivityChange {
 /// All changes of a record, by time. Lines that are none are left out. Empty where there is no such file.
 [[nodiscard]] std::vector<ActivityChange> read_activity(const std::filesystem::path& file);
 
-/// Appends to a record, a line each. The work does not depend on it, so a line that the disk does not take is left out.
+/// Appends to a record, a line each. The work does not depend on it: a line that the disk does not take is
+/// left out.
 /// Any thread may call it.
 class ActivityRecord {
  public:

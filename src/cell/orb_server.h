@@ -10,7 +10,8 @@ namespace corbot::cell {
 /// The ORB of a cell's program: its objects have fixed keys at one port, so `corbaloc::HOST:PORT/KEY` finds them. One a process.
 class OrbServer {
  public:
-  /// Listens. Throws client::Failure, kInternal, where the port is in use. No message has more than `most_bytes`.
+  /// Listens. Throws client::Failure, kInternal, where the port is in use. No message has more than
+  /// `most_bytes`.
   OrbServer(const std::string& host, int port, std::size_t most_bytes = 262'144);
   OrbServer(const OrbServer&) = delete;
   OrbServer& operator=(const OrbServer&) = delete;

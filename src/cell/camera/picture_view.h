@@ -14,8 +14,8 @@ namespace corbot::cell {
 /// The most bytes of a picture: of `Jpeg` in idl/cell.idl.
 inline constexpr std::size_t kMostJpegBytes = 1'048'576;
 
-/// Draws into a picture, whose size is the camera's, what was found in it: the outline of each piece's label, its
-/// kind, and its position in millimetres. Rows of pixels, three bytes each: blue, green, red.
+/// Draws into a picture, whose size is the camera's, what was found in it: the outline of each piece's label,
+/// its kind, and its position in millimetres. Rows of pixels, three bytes each: blue, green, red.
 void mark(std::span<std::uint8_t> bgr, const CellConfig& cell, const std::vector<Detection>& found);
 
 /// The picture as a JPEG file of at most kMostJpegBytes; one of many details has a lower quality. Throws

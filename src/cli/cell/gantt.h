@@ -7,8 +7,8 @@
 
 namespace corbot::cli {
 
-/// A Gantt chart of a run as an SVG file: a lane for each robot, time from left to right in seconds. Bars show
-/// activities, and hairlines show when a piece was held and placed. Readable from 400 pixels of width on, on
+/// A Gantt chart of a run as an SVG file: a lane for each robot, time from left to right in seconds. Bars
+/// show activities, and hairlines show when a piece was held and placed. Readable from 400 pixels of width on, on
 /// light and dark ground, in grey, and without colour vision. Empty where no piece was placed, or where no
 /// activity is known.
 [[nodiscard]] std::string gantt_svg(const WorkHistory& history);

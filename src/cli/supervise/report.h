@@ -21,8 +21,8 @@ class LineOutput {
   void write(std::string_view line) noexcept;
   /// Whether it is a terminal on which a line can be drawn anew.
   [[nodiscard]] bool can_redraw() const noexcept;
-  /// Shows a line that the next one takes the place of; empty: takes it away. Nothing where can_redraw() is false.
-  /// Never waits.
+  /// Shows a line that the next one takes the place of; empty: takes it away. Nothing where can_redraw() is
+  /// false. Never waits.
   void draw(std::string_view line) noexcept;
   [[nodiscard]] std::uint64_t left_out() const noexcept { return left_out_; }
 
@@ -42,7 +42,8 @@ class LineOutput {
 /// A line of a supervisor to standard output, and one of its log to standard error. From one thread.
 void report(std::string_view line) noexcept;
 void log(std::string_view line) noexcept;
-/// LineOutput::can_redraw() and draw() of standard output. Lines of report() and log() take the place of a drawn one.
+/// LineOutput::can_redraw() and draw() of standard output. Lines of report() and log() take the place of a
+/// drawn one.
 [[nodiscard]] bool can_redraw() noexcept;
 void draw(std::string_view line) noexcept;
 

@@ -16,7 +16,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-/// Left ends and widths of the bars of a class, "40.00+200.00", of all lanes in their order; the legend is last.
+/// Left ends and widths of the bars of a class, "40.00+200.00", of all lanes in their order. The last is the
+/// legend's.
 std::vector<std::string> bars(const std::string& svg, const std::string& kind) {
   std::vector<std::string> found;
   const std::regex path("<path class=\"" + kind + "\" d=\"([^\"]*)\"");
