@@ -164,11 +164,14 @@ TEST_F(CellRun, BringsEveryPieceFromPalletToPalletOnce) {
   EXPECT_THAT(svg, HasSubstr("2 arms bring 4 pieces"));
   EXPECT_THAT(svg, HasSubstr("id=\"p3\""));
   EXPECT_THAT(svg, testing::EndsWith("</svg>\n"));
-  for (const char* line : {"\n1 of 4 pieces placed, \\d+ s\n", "\n4 of 4 pieces placed, \\d+ s\n",
-                           "\n  pieces +4, \\d+\\.\\d s a piece, in \\d+\\.\\d s\n",
-                           "\n  zone of store1 +robot1 \\d+ %, robot2 \\d+ %, free \\d+ %\n",
-                           "\n  least distance +\\d+ mm between the arms\n",
-                           "\n  overruns +robot1 \\d+, robot2 \\d+, scene \\d+\n"})
+  EXPECT_GT(fs::file_size(pictures / "gantt.svg"), 3000u);
+  EXPECT_GT(fs::file_size(pictures / "camera.jpg"), 10000u);
+  for (const char* line :
+       {"\n1 of 4 pieces placed, \\d+ s\n", "\n4 of 4 pieces placed, \\d+ s\n",
+        "\n  pieces +4, \\d+\\.\\d s a piece, in \\d+\\.\\d s\n", "\n  both arms moved +\\d+ %[^\n]*\n",
+        "\n  zone of store1 +robot1 \\d+ %, robot2 \\d+ %, free \\d+ %\n",
+        "\n  least distance +\\d+ mm between the arms\n",
+        "\n  overruns +robot1 \\d+, robot2 \\d+, scene \\d+\n"})
     EXPECT_TRUE(std::regex_search(result.output, std::regex(line))) << line << result.output;
   EXPECT_EQ(result.output.find('\x1b'), std::string::npos) << "no terminal";
 }

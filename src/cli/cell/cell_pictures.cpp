@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "cell/pictures/cell_animation.h"
-#include "cell/scene_record.h"
+#include "cli/cell/gantt.h"
 #include "client/failure.h"
 
 namespace corbot::cli {
@@ -36,13 +36,13 @@ void prepare_pictures(const fs::path& directory) {
   fs::remove(probe, error);
 }
 
-void write_pictures(const fs::path& directory, const cell::CellConfig& cell) {
-  if (!cell.scene) return;
-  const fs::path file = cell::scene_record_file(cell.state_directory);
-  std::ifstream record(file);
-  if (!record)
-    throw Failure(ExitCode::kInternal, file.string() + ": the scene has left no record of the run");
-  write_file(directory / "cell.svg", cell_animation(cell, cell::read_scene_record(record)));
+void write_pictures(const fs::path& directory, const RunPictures& pictures) {
+  if (pictures.record) write_file(directory / "cell.svg", cell_animation(pictures.cell, *pictures.record));
+  if (const std::string gantt = gantt_svg(pictures.end.history); !gantt.empty())
+    write_file(directory / "gantt.svg", gantt);
+  const auto& jpeg = pictures.end.camera_jpeg;
+  if (!jpeg.empty())
+    write_file(directory / "camera.jpg", {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});
 }
 
 }  // namespace corbot::cli

@@ -2,8 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "cell/cell_config.h"
+#include "cell/scene_record.h"
+#include "cli/cell/verdict.h"
 
 // Pictures of a run for people, which `corbot cell run --pictures DIR` leaves in DIR.
 
@@ -12,8 +15,15 @@ namespace corbot::cli {
 /// Before anything starts: makes the directory. Throws client::Failure where no file can be written there.
 void prepare_pictures(const std::filesystem::path& directory);
 
-/// At the end of a run, when all programs have ended. cell.svg is of a simulated cell only. Throws
-/// client::Failure.
-void write_pictures(const std::filesystem::path& directory, const cell::CellConfig& cell);
+/// A run that has ended. `record` is of a simulated cell only.
+struct RunPictures {
+  const cell::CellConfig& cell;
+  const std::optional<cell::SceneRecord>& record;
+  const CellEnd& end;
+};
+
+/// Writes those of cell.svg, gantt.svg and camera.jpg for which there is something to show. Throws
+/// client::Failure where a file cannot be written.
+void write_pictures(const std::filesystem::path& directory, const RunPictures& pictures);
 
 }  // namespace corbot::cli

@@ -15,6 +15,7 @@
 #include <mutex>
 #include <thread>
 
+#include "cell/pictures/scene_motion.h"
 #include "cell/scene_record.h"
 #include "cli/cell/cell_client.h"
 #include "cli/cell/cell_pictures.h"
@@ -223,8 +224,21 @@ std::string done_so_far(const CellConfig& cell, Work& work) {
   }
 }
 
-RunFigures figures_of(const CellEnd& end) {
+/// Nothing where the scene has left no record that can be read: the verdict does not need one.
+std::optional<cell::SceneRecord> read_record(const CellConfig& cell) {
+  const fs::path path = cell::scene_record_file(cell.state_directory);
+  std::ifstream file(path);
+  try {
+    if (file) return cell::read_scene_record(file);
+  } catch (const std::exception& error) {
+    report(fmt::format("{}: {}", path.string(), error.what()));
+  }
+  return std::nullopt;
+}
+
+RunFigures figures_of(const CellEnd& end, const std::optional<cell::SceneRecord>& record) {
   RunFigures figures;
+  if (record) figures.both_move_share = cell::scene_motion(*record).both_move_share;
   for (const auto& [robot, count] : end.overruns) figures.overruns.emplace_back(robot, count);
   if (!end.scene) return figures;
   figures.nearest_mm = end.scene->nearest_mm;
@@ -305,10 +319,11 @@ class Run {
     }
     if (cell_.coordinator_reference.empty())
       end.history.activities = cell::read_activity(cell_.activity_file());
-    for (const std::string& line : run_table(end.history, figures_of(end))) report(line);
+    const std::optional<cell::SceneRecord> record = cell_.scene ? read_record(cell_) : std::nullopt;
+    for (const std::string& line : run_table(end.history, figures_of(end, record))) report(line);
+    if (!options_.pictures.empty()) write_pictures(options_.pictures, {cell_, record, end});
     const Verdict verdict = judge(cell_, end);
     report(verdict.summary);
-    if (!options_.pictures.empty()) write_pictures(options_.pictures, cell_);
     if (verdict.faults.empty()) return;
     std::string text = "the work ended, but not as it should:";
     for (const std::string& fault : verdict.faults) text += "\n  " + fault;
