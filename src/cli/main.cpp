@@ -227,8 +227,9 @@ void add_arm(CLI::App& app, Settings& s) {
       ->type_name("LIST")
       ->excludes(pose);
   command->add_flag("--json", s.kinematics.json, "For programs");
-  command->add_option("--svg", s.kinematics.svg, "Draw the arm and its reach into this file")
-      ->type_name("FILE");
+  auto* svg = command->add_option("--svg", s.kinematics.svg, "Draw the arm and its reach into this file");
+  svg->type_name("FILE");
+  command->add_flag("--thumbnail", s.kinematics.thumbnail, "Draw it small, for a table")->needs(svg);
   command->callback([&s] { kinematics(s.kinematics); });
   CLI::App* export_command = app.add_subcommand("export", "Write an arm for other programs");
   export_command->add_option("PROFILE", s.exported.profile, "The robot's profile, a TOML file")->required();

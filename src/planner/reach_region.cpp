@@ -3,14 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "planner/workspace.h"
 
 namespace corbot {
 namespace {
 
-constexpr std::size_t kSamples = 100000;  // they mark the inside, so that only boxes at the outline are halved
-constexpr double kMargin = 0.1;           // of the samples' extent: what lies beyond them
+constexpr std::size_t kInnerSamples =
+    100000;                      // they mark the inside, so that only boxes at the outline are halved
+constexpr double kMargin = 0.1;  // of the samples' extent: what lies beyond them
 
 /// Joint values from centre - half to centre + half.
 struct JointBox {
@@ -37,7 +39,7 @@ Enclosure enclosure_of(const JointChain& chain, const DrawnPlane& plane, const J
   double outer_m = 0.0;
   for (std::size_t i = chain.count; i-- > 0;) {
     const Vector3 column{j[0][i], j[1][i], j[2][i]};
-    const PlanePoint p = plane(column);
+    const PlanePoint p = plane.along(column);
     e.sides[i] = {box.half_q[i] * p[0], box.half_q[i] * p[1]};
     speed[i] = chain.axes[i].kind == JointKind::kRotary ? norm(column) + outer_m : 1.0;
     outer_m += box.half_q[i] * speed[i];
@@ -53,7 +55,8 @@ Enclosure enclosure_of(const JointChain& chain, const DrawnPlane& plane, const J
     }
   }
   for (const double share : share_m) e.rest_m += share;
-  e.curved_joint = static_cast<std::size_t>(std::max_element(share_m.begin(), share_m.end()) - share_m.begin());
+  e.curved_joint =
+      static_cast<std::size_t>(std::max_element(share_m.begin(), share_m.end()) - share_m.begin());
   return e;
 }
 
@@ -84,7 +87,8 @@ class Marking {
   explicit Marking(ReachRegion& region) : region_(region) {}
 
   [[nodiscard]] bool holds(const Enclosure& e) const {
-    return every_row(e, [](char* from, char* to) { return std::all_of(from, to, [](char c) { return c != 0; }); });
+    return every_row(
+        e, [](char* from, char* to) { return std::all_of(from, to, [](char c) { return c != 0; }); });
   }
   void mark(const Enclosure& e) {
     (void)every_row(e, [](char* from, char* to) {
@@ -92,30 +96,35 @@ class Marking {
       return true;
     });
   }
+  void mark_at(const PlanePoint& p) { region_.marked[index(p[1], 1) * region_.columns + index(p[0], 0)] = 1; }
 
  private:
   [[nodiscard]] std::size_t index(double at_m, int k) const {
     const double most = static_cast<double>((k == 0 ? region_.columns : region_.rows) - 2);
-    return static_cast<std::size_t>(std::clamp(std::floor((at_m - region_.low_m[k]) / region_.cell_m), 1.0, most));
+    return static_cast<std::size_t>(
+        std::clamp(std::floor((at_m - region_.low_m[k]) / region_.cell_m), 1.0, most));
   }
   /// Of each row that the enclosure touches, the cells from the first to the last that it touches, until one is refused.
   template <typename Visit>
   bool every_row(const Enclosure& e, Visit visit) const {
     const std::vector<PlanePoint> corners = corners_of(e);
     PlanePoint ends{corners[0][1], corners[0][1]};
-    for (const PlanePoint& corner : corners) ends = {std::min(ends[0], corner[1]), std::max(ends[1], corner[1])};
+    for (const PlanePoint& corner : corners)
+      ends = {std::min(ends[0], corner[1]), std::max(ends[1], corner[1])};
     const std::size_t last = index(ends[1] + e.rest_m, 1);
     for (std::size_t row = index(ends[0] - e.rest_m, 1); row <= last; ++row) {
       const double row_m = region_.low_m[1] + static_cast<double>(row) * region_.cell_m;
       const PlanePoint span = span_between(corners, std::clamp(row_m - e.rest_m, ends[0], ends[1]),
                                            std::clamp(row_m + region_.cell_m + e.rest_m, ends[0], ends[1]));
       char* cells = region_.marked.data() + row * region_.columns;
-      if (!visit(cells + index(span[0] - e.rest_m, 0), cells + index(span[1] + e.rest_m, 0) + 1)) return false;
+      if (!visit(cells + index(span[0] - e.rest_m, 0), cells + index(span[1] + e.rest_m, 0) + 1))
+        return false;
     }
     return true;
   }
   /// Leftmost and rightmost of a convex polygon between two heights, of which it has points.
-  [[nodiscard]] static PlanePoint span_between(const std::vector<PlanePoint>& corners, double from, double to) {
+  [[nodiscard]] static PlanePoint span_between(const std::vector<PlanePoint>& corners, double from,
+                                               double to) {
     PlanePoint span{1e9, -1e9};
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const PlanePoint& a = corners[i];
@@ -123,7 +132,8 @@ class Marking {
       const auto take = [&span](double x) { span = {std::min(span[0], x), std::max(span[1], x)}; };
       if (a[1] >= from && a[1] <= to) take(a[0]);
       for (const double level : {from, to}) {
-        if ((a[1] - level) * (b[1] - level) < 0.0) take(a[0] + (level - a[1]) / (b[1] - a[1]) * (b[0] - a[0]));
+        if ((a[1] - level) * (b[1] - level) < 0.0)
+          take(a[0] + (level - a[1]) / (b[1] - a[1]) * (b[0] - a[0]));
       }
     }
     return span;
@@ -145,8 +155,16 @@ void cover(const JointChain& chain, const DrawnPlane& plane, Marking& marking, d
   }
 }
 
+using PlanePoints = std::vector<PlanePoint>;
+
+PlanePoints samples_of(const ArmModel& arm, const DrawnPlane& plane, std::optional<double> joint1_q) {
+  PlanePoints samples;
+  for (const Vector3& p_m : sample_positions(arm, kInnerSamples, joint1_q)) samples.push_back(plane(p_m));
+  return samples;
+}
+
 /// Empty cells for what the samples reach and a margin; what were still beyond would be marked at the border.
-ReachRegion empty_region(const std::vector<PlanePoint>& samples) {
+ReachRegion empty_region(const PlanePoints& samples, double least_cell_m) {
   PlanePoint low = samples.front();
   PlanePoint high = low;
   for (const PlanePoint& p : samples) {
@@ -155,10 +173,10 @@ ReachRegion empty_region(const std::vector<PlanePoint>& samples) {
       high[k] = std::max(high[k], p[k]);
     }
   }
-  const double side_m = std::max({high[0] - low[0], high[1] - low[1], 1e-3});
-  const double margin_m = kMargin * side_m;
+  const double side_m = std::max(high[0] - low[0], high[1] - low[1]);
   ReachRegion region;
-  region.cell_m = side_m / static_cast<double>(kReachCells);
+  region.cell_m = std::max(side_m / static_cast<double>(kReachCells), least_cell_m);
+  const double margin_m = kMargin * side_m + 4.0 * region.cell_m;
   region.low_m = {low[0] - margin_m, low[1] - margin_m};
   region.columns = static_cast<std::size_t>(std::ceil((high[0] - low[0] + 2.0 * margin_m) / region.cell_m));
   region.rows = static_cast<std::size_t>(std::ceil((high[1] - low[1] + 2.0 * margin_m) / region.cell_m));
@@ -166,32 +184,106 @@ ReachRegion empty_region(const std::vector<PlanePoint>& samples) {
   return region;
 }
 
-}  // namespace
-
-bool ReachRegion::contains(const PlanePoint& p_m) const {
-  const double column = std::floor((p_m[0] - low_m[0]) / cell_m);
-  const double row = std::floor((p_m[1] - low_m[1]) / cell_m);
-  return column >= 0.0 && row >= 0.0 && column < static_cast<double>(columns) && row < static_cast<double>(rows) &&
-         at(static_cast<std::size_t>(column), static_cast<std::size_t>(row));
-}
-
-ReachRegion reach_region(const ArmModel& arm, const DrawnPlane& plane, std::optional<double> joint1_q) {
-  std::vector<PlanePoint> samples;
-  for (const Vector3& p_m : sample_positions(arm, kSamples, joint1_q)) samples.push_back(plane(p_m));
-  ReachRegion region = empty_region(samples);
-  Marking marking(region);
-  for (const PlanePoint& p : samples) marking.mark(Enclosure{p, {}, 0.0, 0});
+/// The ranges, one turn of those that are wider: it has all positions.
+JointBox whole_box(const ArmModel& arm, std::optional<double> joint1_q) {
   JointBox all;
   for (std::size_t i = 0; i < arm.dof; ++i) {
-    all.centre_q[i] = 0.5 * (arm.joints[i].lower_q + arm.joints[i].upper_q);
-    all.half_q[i] = 0.5 * (arm.joints[i].upper_q - arm.joints[i].lower_q);
+    const JointLimits& range = arm.joints[i];
+    all.centre_q[i] = 0.5 * (range.lower_q + range.upper_q);
+    all.half_q[i] = 0.5 * (range.upper_q - range.lower_q);
+    if (arm.kinematics.joint_kind(i) == JointKind::kRotary)
+      all.half_q[i] = std::min(all.half_q[i], std::numbers::pi);
   }
   if (joint1_q) {
     all.centre_q[0] = *joint1_q;
     all.half_q[0] = 0.0;
   }
-  cover(arm.kinematics.chain(), plane, marking, region.cell_m, all);
+  return all;
+}
+
+ReachRegion region_of(const ArmModel& arm, const DrawnPlane& plane, std::optional<double> joint1_q,
+                      double least_cell_m) {
+  const PlanePoints samples = samples_of(arm, plane, joint1_q);
+  ReachRegion region = empty_region(samples, least_cell_m);
+  Marking marking(region);
+  for (const PlanePoint& p : samples) marking.mark_at(p);
+  cover(arm.kinematics.chain(), plane, marking, region.cell_m, whole_box(arm, joint1_q));
   return region;
+}
+
+/// Each cell with those around it.
+ReachRegion widened(const ReachRegion& region) {
+  ReachRegion wide = region;
+  for (std::size_t row = 1; row + 1 < region.rows; ++row) {
+    for (std::size_t column = 1; column + 1 < region.columns; ++column) {
+      if (!region.at(column, row)) continue;
+      for (std::size_t k = row - 1; k <= row + 1; ++k)
+        std::fill_n(wide.marked.begin() + static_cast<std::ptrdiff_t>(k * wide.columns + column - 1), 3, 1);
+    }
+  }
+  return wide;
+}
+
+/// A turn of all cells about a point, by angles within half_rad.
+struct Turn {
+  PlanePoint about{};
+  double half_rad{};
+};
+
+/// Marks the cells on the arc of a point, in steps of half a cell.
+void mark_arc(ReachRegion& region, const Turn& turn, const PlanePoint& p) {
+  const auto by = [](const PlanePoint& v, double c, double s) {
+    return PlanePoint{c * v[0] - s * v[1], s * v[0] + c * v[1]};
+  };
+  PlanePoint at{p[0] - turn.about[0], p[1] - turn.about[1]};
+  const double length_m = 2.0 * turn.half_rad * std::hypot(at[0], at[1]);
+  const double steps = std::ceil(length_m / (0.5 * region.cell_m)) + 1.0;
+  at = by(at, std::cos(turn.half_rad), -std::sin(turn.half_rad));
+  const double c = std::cos(2.0 * turn.half_rad / steps);
+  const double s = std::sin(2.0 * turn.half_rad / steps);
+  Marking marking(region);
+  for (double i = 0.0; i <= steps; i += 1.0) {
+    marking.mark_at({turn.about[0] + at[0], turn.about[1] + at[1]});
+    at = by(at, c, s);
+  }
+}
+
+/// A reached point is half a diagonal from the middle of its cell, and a quarter of a cell from a step: together less than a cell.
+/// So the cells around those on the arcs have it.
+ReachRegion turned(ReachRegion region, const ReachRegion& cells, const Turn& turn) {
+  for (std::size_t row = 0; row < cells.rows; ++row) {
+    for (std::size_t column = 0; column < cells.columns; ++column) {
+      if (!cells.at(column, row)) continue;
+      mark_arc(region, turn,
+               {cells.low_m[0] + (static_cast<double>(column) + 0.5) * cells.cell_m,
+                cells.low_m[1] + (static_cast<double>(row) + 0.5) * cells.cell_m});
+    }
+  }
+  return widened(region);
+}
+
+}  // namespace
+
+bool ReachRegion::contains(const PlanePoint& p_m) const {
+  const double column = std::floor((p_m[0] - low_m[0]) / cell_m);
+  const double row = std::floor((p_m[1] - low_m[1]) / cell_m);
+  return column >= 0.0 && row >= 0.0 && column < static_cast<double>(columns) &&
+         row < static_cast<double>(rows) &&
+         at(static_cast<std::size_t>(column), static_cast<std::size_t>(row));
+}
+
+ReachRegion reach_region(const ArmModel& arm, const DrawnPlane& plane, std::optional<double> joint1_q) {
+  const JointChain& chain = arm.kinematics.chain();
+  const Vector3 axis = rotate(chain.base_T_0.orientation, chain.axes[0].direction);
+  const PlanePoint tilt = plane.along(axis);
+  const bool turns_in_plane = chain.axes[0].kind == JointKind::kRotary && std::hypot(tilt[0], tilt[1]) < 1e-9;
+  if (joint1_q || !turns_in_plane) return region_of(arm, plane, joint1_q, 0.0);
+  const ReachRegion empty = empty_region(samples_of(arm, plane, std::nullopt), 0.0);
+  const JointBox all = whole_box(arm, std::nullopt);
+  const ReachRegion middle = region_of(arm, plane, all.centre_q[0], empty.cell_m);
+  const Vector3 through_m =
+      chain.base_T_0.position_m + rotate(chain.base_T_0.orientation, chain.axes[0].point_m);
+  return turned(empty, middle, {plane(through_m), all.half_q[0]});
 }
 
 }  // namespace corbot

@@ -6,208 +6,136 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <vector>
 
+#include "cli/arm/panel.h"
 #include "planner/workspace.h"
 
 namespace corbot::cli {
 namespace {
 
-constexpr std::size_t kSamples = 150000;
-constexpr int kCells = 120;  // of the larger side of a view
-constexpr double kView_px = 460.0;
-constexpr double kMargin_px = 50.0;
-constexpr double kLetter_px = 6.5;  // of 11 px sans-serif, more than the average one is wide
-
-using Point = std::array<double, 2>;
-
-/// What of the base frame goes to the right and up.
-struct View {
-  const char* title;
-  const char* right_name;
-  const char* up_name;
-  Vector3 right, up;
-  [[nodiscard]] Point operator()(const Vector3& p) const { return {dot(p, right), dot(p, up)}; }
-  [[nodiscard]] std::string caption() const {
-    return fmt::format("{} ({} to the right, {} up, m)", title, right_name, up_name);
-  }
+/// Where things are, px. The picture is as high as its panels need.
+struct Layout {
+  double width, panel_width, panel_height, top;
+  std::array<double, 2> lefts;
+  double joint_radius, foot;
 };
+constexpr Layout kFull{600.0, 220.0, 280.0, 84.0, {60.0, 352.0}, 5.5, 40.0};
+constexpr Layout kThumbnail{200.0, 90.0, 100.0, 6.0, {5.0, 105.0}, 2.8, 18.0};
 
-struct Box {
-  Point low{}, high{};
-  void take(const Point& p) {
-    for (std::size_t k = 0; k < 2; ++k) {
-      low[k] = std::min(low[k], p[k]);
-      high[k] = std::max(high[k], p[k]);
-    }
-  }
-};
+// Colours of Okabe and Ito (2008), which the colour-blind tell apart; on a dark screen the lighter ones.
+constexpr const char* kStyle =
+    "text{font:15px "
+    "system-ui,sans-serif;fill:#333}.bold{font-weight:600}.title{font-size:20px;font-weight:600}"
+    ".middle{text-anchor:middle}.end{text-anchor:end}.back{fill:#fff}.grid{stroke:#ccc;fill:none}"
+    ".reach{fill:#56b4e9;fill-opacity:.4;fill-rule:evenodd;stroke:#0072b2;stroke-width:1.5;stroke-linejoin:"
+    "round}"
+    ".arm,.halo{fill:none;stroke:#d55e00;stroke-linejoin:round;stroke-linecap:round}.halo{stroke:#fff}"
+    ".joint{fill:#fff;stroke:#222;stroke-width:2}.tool{fill:#222;stroke:#fff}.foot{fill:#777}"
+    ".bar{stroke:#333;stroke-width:2;fill:none}"
+    "@media (prefers-color-scheme:dark){text{fill:#ddd}.back{fill:#0d1117}.grid{stroke:#3a414a}"
+    ".reach{fill-opacity:.3;stroke:#56b4e9}.arm{stroke:#e69f00}.halo{stroke:#0d1117}"
+    ".joint{fill:#0d1117;stroke:#eee}.tool{fill:#eee;stroke:#0d1117}.foot{fill:#999}.bar{stroke:#ddd}}";
+constexpr const char* kFullLines = ".arm{stroke-width:5}.halo{stroke-width:8}";
+constexpr const char* kThinLines =
+    "text{font-size:12px}.arm{stroke-width:2.5}.halo{stroke-width:4}.reach{stroke-width:1}.joint{stroke-"
+    "width:1.2}";
 
-/// A step of 1, 2 or 5 that gives five to ten lines.
-double grid_step(double length) {
-  const double power = std::pow(10.0, std::floor(std::log10(length / 5.0)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (length / (factor * power) <= 10.0) return factor * power;
-  }
-  return 10.0 * power;
-}
-
-/// The multiples of step within the range.
-std::vector<double> grid_lines(double low, double high, double step) {
-  std::vector<double> lines;
-  const auto end = static_cast<long>(std::floor((high + 1e-9) / step));
-  for (auto i = static_cast<long>(std::ceil(low / step)); i <= end; ++i)
-    lines.push_back(static_cast<double>(i) * step);
-  return lines;
-}
-
-class Drawing {
- public:
-  Drawing(const View& view, const Box& box, double px_per_m, double left_px)
-      : view_(view), box_(box), scale_(px_per_m), left_px_(left_px) {}
-
-  [[nodiscard]] double x(double right_m) const { return left_px_ + (right_m - box_.low[0]) * scale_; }
-  [[nodiscard]] double y(double up_m) const { return kMargin_px + (box_.high[1] - up_m) * scale_; }
-
-  [[nodiscard]] std::string grid() const {
-    const double step = grid_step(std::max(box_.high[0] - box_.low[0], box_.high[1] - box_.low[1]));
-    std::string text;
-    for (const double at : grid_lines(box_.low[0], box_.high[0], step)) {
-      text += fmt::format(
-          "<path class=\"grid\" d=\"M{0:.1f} {1:.1f}V{2:.1f}\"/><text x=\"{0:.1f}\" "
-          "y=\"{3:.1f}\">{4:.3g}</text>\n",
-          x(at), y(box_.high[1]), y(box_.low[1]), y(box_.low[1]) + 14, at);
-    }
-    for (const double at : grid_lines(box_.low[1], box_.high[1], step)) {
-      text += fmt::format(
-          "<path class=\"grid\" d=\"M{0:.1f} {1:.1f}H{2:.1f}\"/><text class=\"left\" x=\"{3:.1f}\" "
-          "y=\"{1:.1f}\">{4:.3g}</text>\n",
-          x(box_.low[0]), y(at), x(box_.high[0]), x(box_.low[0]) - 5, at);
-    }
-    return text + fmt::format("<text class=\"caption\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", x(box_.low[0]),
-                              kMargin_px - 16, view_.caption());
-  }
-
-  /// Cells that a sample fell into, runs of a row as one rectangle; a cell between two is taken to be reached, too.
-  [[nodiscard]] std::string reach(const std::vector<Vector3>& samples) const {
-    const double cell = std::max(box_.high[0] - box_.low[0], box_.high[1] - box_.low[1]) / kCells;
-    const std::size_t last = kCells - 1;
-    std::vector<std::vector<char>> hit(kCells, std::vector<char>(kCells, 0));
-    for (const Vector3& sample : samples) {
-      const Point p = view_(sample);
-      const auto i = static_cast<std::size_t>((p[0] - box_.low[0]) / cell);
-      const auto k = static_cast<std::size_t>((p[1] - box_.low[1]) / cell);
-      hit[std::min(k, last)][std::min(i, last)] = 1;
-    }
-    std::string text;
-    for (std::size_t k = 0; k < hit.size(); ++k) {
-      for (std::size_t i = 1; i + 1 < hit[k].size(); ++i)
-        if (hit[k][i - 1] == 1 && hit[k][i + 1] != 0) hit[k][i] |= 2;
-      for (std::size_t i = 0; i < hit[k].size();) {
-        std::size_t end = i;
-        while (end < hit[k].size() && hit[k][end] != 0) ++end;
-        if (end > i) {
-          text += fmt::format("M{:.1f} {:.1f}h{:.1f}v{:.1f}h{:.1f}z",
-                              x(box_.low[0] + static_cast<double>(i) * cell),
-                              y(box_.low[1] + static_cast<double>(k + 1) * cell),
-                              static_cast<double>(end - i) * cell * scale_, cell * scale_,
-                              -static_cast<double>(end - i) * cell * scale_);
-        }
-        i = end + 1;
-      }
-    }
-    return fmt::format("<path class=\"reach\" d=\"{}\"/>\n", text);
-  }
-
-  [[nodiscard]] std::string arm(const std::vector<Vector3>& line) const {
-    std::string points, dots;
-    for (const Vector3& at : line) {
-      const Point p = view_(at);
-      points += fmt::format("{:.1f},{:.1f} ", x(p[0]), y(p[1]));
-      dots += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4\"/>", x(p[0]), y(p[1]));
-    }
-    return fmt::format("<polyline class=\"arm\" points=\"{}\"/>{}\n", points, dots);
-  }
-
- private:
-  const View& view_;
-  const Box& box_;
-  double scale_, left_px_;
-};
-
-/// The horizontal direction in which the arm stands, from axis 1 to its tool.
-View side_view(const Workspace& space, const std::vector<Vector3>& line) {
-  View view{"from the side", "x", "z", {1, 0, 0}, {0, 0, 1}};
-  if (!space.about_axis) return view;
-  const Vector3 away = line.back() - space.axis_m;
+/// The vertical plane through axis 1 in which the tool stands; of other arms that of x and z.
+DrawnPlane side_plane(const Workspace& space, const ArmLine& line) {
+  DrawnPlane plane;
+  if (!space.about_axis) return plane;
+  plane.origin_m = {space.axis_m[0], space.axis_m[1], 0.0};
+  const Vector3 away = line.points_m.back() - space.axis_m;
   const double length = std::hypot(away[0], away[1]);
-  view.right_name = "away from axis 1 in the arm's direction";
-  if (length > 1e-3) view.right = {away[0] / length, away[1] / length, 0.0};
-  return view;
+  if (length > 1e-3) plane.right = {away[0] / length, away[1] / length, 0.0};
+  return plane;
+}
+
+std::string text_at(double x, double y, const char* style, const std::string& text) {
+  return fmt::format("<text class=\"{}\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", style, x, y, text);
+}
+
+std::string axes_of(const Panel& panel, const char* title, const char* right_name, const char* up_name) {
+  return text_at(panel.left(), kFull.top - 14.0, "bold", title) +
+         text_at(panel.left() - 7.0, kFull.top - 14.0, "end", up_name) +
+         text_at(0.5 * (panel.left() + panel.right()), panel.bottom() + 38.0, "middle", right_name);
+}
+
+std::string legend(const ArmLine& line, double y) {
+  const double symbol = y - 5.0;
+  std::string text =
+      fmt::format("<rect class=\"reach\" x=\"24\" y=\"{:.1f}\" width=\"26\" height=\"13\"/>\n", y - 11.0);
+  text += text_at(58, y, "", "reach of the tool centre point") + tool_symbol(312, symbol, 6.5);
+  text += text_at(326, y, "", "tool centre point");
+  text += fmt::format("<path class=\"arm\" d=\"M26 {:.1f}h22\"/>\n", symbol + 28.0) +
+          text_at(58, y + 28.0, "", "link");
+  double x = 120.0;
+  for (const JointKind kind : {JointKind::kRotary, JointKind::kPrismatic}) {
+    const bool has = std::any_of(line.joints.begin(), line.joints.end(),
+                                 [kind](const ArmLine::Joint& joint) { return joint.kind == kind; });
+    if (!has) continue;
+    text += joint_symbol(kind, x, symbol + 28.0, kFull.joint_radius);
+    text += text_at(x + 14.0, y + 28.0, "",
+                    kind == JointKind::kRotary ? "joint that turns" : "joint that slides");
+    x += 192.0;
+  }
+  return text;
+}
+
+/// A bar of a round length, and how long it is.
+std::string scale_bar(double px_per_m, double y) {
+  const double length_m = round_length(60.0 / px_per_m);
+  const double end = 6.0 + length_m * px_per_m;
+  return fmt::format("<path class=\"bar\" d=\"M6 {0:.1f}v6H{1:.1f}v-6\"/>\n", y - 6.0, end) +
+         text_at(end + 6.0, y, "", fmt::format("{:.3g} m", length_m));
+}
+
+std::string svg_of(const Profile& profile, double width, double height, const char* lines,
+                   const std::string& body) {
+  return fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} "
+      "{1:.0f}\" role=\"img\">\n<title>{2}: the arm and the reach of its tool centre point</title>\n"
+      "<style>{3}{4}</style>\n<rect class=\"back\" width=\"100%\" height=\"100%\" rx=\"6\"/>\n{5}</svg>\n",
+      width, height, profile.name, kStyle, lines, body);
 }
 
 }  // namespace
 
-std::vector<Vector3> arm_line(const Kinematics& arm, const Joints& q) {
-  const JointChain& chain = arm.chain();
-  Pose pose = chain.base_T_0;
-  std::vector<Vector3> line{pose.position_m};
-  for (std::size_t i = 0; i < chain.count; ++i) {
-    const JointAxis& axis = chain.axes[i];
-    const Vector3 direction = rotate(pose.orientation, axis.direction);
-    if (axis.kind == JointKind::kRotary) {
-      const Vector3 point = pose.position_m + rotate(pose.orientation, axis.point_m);
-      const Vector3 on_axis = point + dot(line.back() - point, direction) * direction;
-      // Next to the one before, but for a first axis through the base: its link goes up to the axis's own point.
-      line.push_back(norm(on_axis - line.back()) > 1e-9 ? on_axis : point);
-    } else if (q[i] != 0.0) {
-      line.push_back(line.back() + q[i] * direction);
-    }
-    pose = pose * displacement(axis, q[i]);
-  }
-  const Pose flange = pose * chain.zero_T_n;
-  line.push_back(flange.position_m);
-  line.push_back((flange * chain.n_T_tool).position_m);
-  return line;
-}
-
-std::string arm_picture(const Profile& profile, const Joints& q) {
+std::string arm_picture(const Profile& profile, const Joints& q, PictureSize size) {
   const ArmModel& arm = profile.arm;
   const Workspace space = workspace_of(arm);
-  const std::vector<Vector3> line = arm_line(arm.kinematics, q);
-  const std::array<View, 2> views{side_view(space, line), View{"from above", "x", "y", {1, 0, 0}, {0, 1, 0}}};
-  const std::array<std::vector<Vector3>, 2> samples{
-      sample_positions(arm, kSamples, space.about_axis ? std::optional(q[0]) : std::nullopt),
-      sample_positions(arm, kSamples, std::nullopt)};
-  std::array<Box, 2> boxes;
-  double most_m = 1e-3;
-  for (std::size_t k = 0; k < 2; ++k) {
-    for (const Vector3& at : samples[k]) boxes[k].take(views[k](at));
-    for (const Vector3& at : line) boxes[k].take(views[k](at));
-    most_m = std::max({most_m, boxes[k].high[0] - boxes[k].low[0], boxes[k].high[1] - boxes[k].low[1]});
+  const ArmLine line = arm_line(arm.kinematics, q);
+  const DrawnPlane side = side_plane(space, line);
+  const DrawnPlane above{{}, {1, 0, 0}, {0, 1, 0}};
+  const auto joint1_q = space.about_axis ? std::optional(q[0]) : std::nullopt;
+  std::array<Panel, 2> panels{Panel(side, reach_region(arm, side, joint1_q), line),
+                              Panel(above, reach_region(arm, above, std::nullopt), line)};
+  const bool is_full = size == PictureSize::kFull;
+  const Layout& layout = is_full ? kFull : kThumbnail;
+  double px_per_m = 1e9;
+  for (const Panel& panel : panels) {
+    px_per_m = std::min({px_per_m, layout.panel_width / std::max(panel.width_m(), 1e-3),
+                         layout.panel_height / std::max(panel.height_m(), 1e-3)});
   }
-  const double scale = kView_px / most_m;
   std::string body;
-  double left_px = kMargin_px;
-  double height_px = 0.0;
+  double bottom = 0.0;
   for (std::size_t k = 0; k < 2; ++k) {
-    const Drawing drawing(views[k], boxes[k], scale, left_px);
-    body += drawing.reach(samples[k]) + drawing.grid() + drawing.arm(line);
-    const double caption_px = kLetter_px * static_cast<double>(views[k].caption().size());
-    left_px += std::max((boxes[k].high[0] - boxes[k].low[0]) * scale, caption_px) + 2 * kMargin_px;
-    height_px = std::max(height_px, (boxes[k].high[1] - boxes[k].low[1]) * scale);
+    const double spare = layout.panel_width - panels[k].width_m() * px_per_m;
+    panels[k].place(layout.lefts[k] + 0.5 * spare, layout.top, px_per_m);
+    bottom = std::max(bottom, panels[k].bottom());
+    if (is_full) body += panels[k].grid();
+    body += panels[k].reach();
+    if (k == 0) body += panels[k].foot(layout.foot);
+    body += panels[k].arm(layout.joint_radius);
   }
-  return fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} "
-      "{1:.0f}\">\n"
-      "<title>{2}: the arm and its reach</title>\n"
-      "<style>text{{font:11px "
-      "sans-serif;text-anchor:middle;fill:#444}}.left{{text-anchor:end}}.caption{{text-anchor:start}}.grid{{"
-      "stroke:#bbb;stroke-width:.5}}"
-      ".reach{{fill:#9ec5e8}}.arm{{fill:none;stroke:#c03020;stroke-width:5;stroke-linejoin:round}}circle{{"
-      "fill:#301008}}</style>\n"
-      "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n{3}</svg>\n",
-      left_px - kMargin_px + 20, height_px + 2 * kMargin_px, profile.name, body);
+  if (!is_full) {
+    body += scale_bar(px_per_m, bottom + 18.0);
+    return svg_of(profile, layout.width, bottom + 26.0, kThinLines, body);
+  }
+  body += text_at(24, 32, "title", profile.name);
+  body += axes_of(panels[0], "from the side", space.about_axis ? "r from axis 1, m" : "x, m", "z, m");
+  body += axes_of(panels[1], "from above", "x, m", "y, m") + legend(line, bottom + 76.0);
+  return svg_of(profile, layout.width, bottom + 122.0, kFullLines, body);
 }
 
 }  // namespace corbot::cli

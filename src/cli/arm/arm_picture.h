@@ -7,11 +7,12 @@
 
 namespace corbot::cli {
 
-/// An SVG: the arm at these joints and where its tool centre point gets, from the side and from above, to one scale with axes in
-/// metres. From the side joint 1 of an arm that turns about the vertical stands where it is; else all joints move.
-[[nodiscard]] std::string arm_picture(const Profile& profile, const Joints& q);
+enum class PictureSize { kFull, kThumbnail };
 
-/// The points that the picture joins by lines: base, one on each turning axis next to the one before, wrist or flange, tool; base frame.
-[[nodiscard]] std::vector<Vector3> arm_line(const Kinematics& arm, const Joints& q);
+/// An SVG: the arm at these joints and where its tool centre point gets, from the side and from above, to one scale. From the side joint 1
+/// of an arm that turns about the vertical stands where it is; else all joints move. A thumbnail, for tables, has
+/// a bar for its scale instead of axes and legend. Colours are told apart by the colour-blind, and follow a dark screen.
+[[nodiscard]] std::string arm_picture(const Profile& profile, const Joints& q,
+                                      PictureSize size = PictureSize::kFull);
 
 }  // namespace corbot::cli

@@ -89,7 +89,8 @@ void kinematics(const KinematicsOptions& options) {
   const ArmReport report{profile, workspace_of(profile.arm), solutions_of(profile.arm, options.pose, at)};
   if (!options.svg.empty()) {
     const bool is_asked = !options.pose.empty() && !report.at.solutions.empty();
-    write_file(options.svg, arm_picture(profile, is_asked ? report.at.solutions.front().joints_q : at));
+    write_file(options.svg, arm_picture(profile, is_asked ? report.at.solutions.front().joints_q : at,
+                                        options.thumbnail ? PictureSize::kThumbnail : PictureSize::kFull));
   }
   fmt::print("{}", options.json ? arm_json(report) : arm_text(report));
 }

@@ -10,7 +10,8 @@ struct KinematicsOptions {
   std::string pose{};    ///< "x,y,z" or "x,y,z,qw,qx,qy,qz"; empty: that of the joints
   std::string joints{};  ///< one number a joint, degrees or m; empty: all 0
   bool json{false};
-  std::string svg{};  ///< file for the picture; empty: none
+  std::string svg{};      ///< file for the picture; empty: none
+  bool thumbnail{false};  ///< the picture is small, for a table
 };
 
 /// `corbot kinematics`. Throws Failure.

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/arm/panel.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace corbot::cli {
+namespace {
+
+constexpr double kNumbers_px = 44.0;  // the least distance between two numbered lines
+
+/// The multiples of step within the range.
+std::vector<double> multiples(double low, double high, double step) {
+  std::vector<double> found;
+  const auto end = static_cast<long>(std::floor(high / step + 1e-9));
+  for (auto i = static_cast<long>(std::ceil(low / step - 1e-9)); i <= end; ++i)
+    found.push_back(static_cast<double>(i) * step);
+  return found;
+}
+
+}  // namespace
+
+double round_length(double most_m) {
+  const double power = std::pow(10.0, std::floor(std::log10(most_m)));
+  for (const double factor : {5.0, 2.0}) {
+    if (factor * power <= most_m) return factor * power;
+  }
+  return power;
+}
+
+std::string joint_symbol(JointKind kind, double x, double y, double radius) {
+  if (kind == JointKind::kRotary)
+    return fmt::format("<circle class=\"joint\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\"/>", x, y, radius);
+  return fmt::format("<rect class=\"joint\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\"/>",
+                     x - radius, y - radius, 2.0 * radius, 2.0 * radius);
+}
+
+std::string tool_symbol(double x, double y, double radius) {
+  return fmt::format(
+      "<path class=\"tool\" d=\"M{0:.1f} {1:.1f}l{2:.1f} {2:.1f}l-{2:.1f} {2:.1f}l-{2:.1f} -{2:.1f}z\"/>", x,
+      y - radius, radius);
+}
+
+Panel::Panel(const DrawnPlane& plane, const ReachRegion& reach, const ArmLine& arm)
+    : plane_(plane),
+      outlines_(outlines_of(reach)),
+      arm_(arm),
+      low_m_(plane(arm.points_m[0])),
+      high_m_(low_m_) {
+  const auto take = [this](const PlanePoint& p) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      low_m_[k] = std::min(low_m_[k], p[k]);
+      high_m_[k] = std::max(high_m_[k], p[k]);
+    }
+  };
+  for (const Outline& outline : outlines_) std::for_each(outline.begin(), outline.end(), take);
+  for (const Vector3& at : arm_.points_m) take(plane_(at));
+}
+
+void Panel::place(double left, double top, double px_per_m) {
+  left_ = left;
+  top_ = top;
+  px_per_m_ = px_per_m;
+}
+
+std::string Panel::grid() const {
+  const double step_m = 2.0 * kNumbers_px / px_per_m_;
+  const double round_m = round_length(step_m);
+  std::string lines, numbers;
+  for (const double at_m : multiples(low_m_[0], high_m_[0], round_m)) {
+    lines += fmt::format("M{:.1f} {:.1f}V{:.1f}", x(at_m), top_, bottom());
+    numbers += fmt::format("<text class=\"middle\" x=\"{:.1f}\" y=\"{:.1f}\">{:.3g}</text>", x(at_m),
+                           bottom() + 18.0, at_m);
+  }
+  for (const double at_m : multiples(low_m_[1], high_m_[1], round_m)) {
+    lines += fmt::format("M{:.1f} {:.1f}H{:.1f}", left_, y(at_m), right());
+    numbers += fmt::format("<text class=\"end\" x=\"{:.1f}\" y=\"{:.1f}\">{:.3g}</text>", left_ - 7.0,
+                           y(at_m) + 5.0, at_m);
+  }
+  return fmt::format("<path class=\"grid\" d=\"{}\"/>\n{}\n", lines, numbers);
+}
+
+std::string Panel::reach() const {
+  std::string path;
+  for (const Outline& outline : outlines_) {
+    const char* command = "M";
+    for (const PlanePoint& p : outline) {
+      path += fmt::format("{}{:.1f} {:.1f}", command, x(p[0]), y(p[1]));
+      command = "L";
+    }
+    path += "z";
+  }
+  return fmt::format("<path class=\"reach\" d=\"{}\"/>\n", path);
+}
+
+std::string Panel::foot(double width) const {
+  const PlanePoint base = plane_(arm_.points_m.front());
+  return fmt::format("<rect class=\"foot\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\"/>\n",
+                     x(base[0]) - 0.5 * width, y(base[1]), width, 0.25 * width);
+}
+
+std::string Panel::arm(double joint_radius) const {
+  std::string points, symbols;
+  for (const Vector3& at : arm_.points_m)
+    points += fmt::format("{:.1f},{:.1f} ", x(plane_(at)[0]), y(plane_(at)[1]));
+  for (const ArmLine::Joint& joint : arm_.joints) {
+    const PlanePoint at = plane_(joint.at_m);
+    symbols += joint_symbol(joint.kind, x(at[0]), y(at[1]), joint_radius);
+  }
+  const PlanePoint tool = plane_(arm_.points_m.back());
+  symbols += tool_symbol(x(tool[0]), y(tool[1]), joint_radius + 1.0);
+  points.pop_back();
+  return fmt::format(
+      "<polyline class=\"halo\" points=\"{0}\"/><polyline class=\"arm\" points=\"{0}\"/>\n{1}\n", points,
+      symbols);
+}
+
+}  // namespace corbot::cli
