@@ -28,3 +28,7 @@ if(NOT CORBOT_SANITIZE)
   target_compile_definitions(test_programs PRIVATE CORBOT_PROGRAMS="${programs}")
   add_dependencies(test_programs binding_probe binding_probe_lazy)
 endif()
+# The committed pictures and the script that makes them; no program is needed.
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+corbot_command_test(Pictures TIER core
+  COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/pictures_test.py PROPERTIES TIMEOUT 60)

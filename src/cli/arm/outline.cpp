@@ -67,15 +67,15 @@ class Walk {
   std::vector<char> walked_;  // a bit a direction of the edges that leave the lower left corner of each cell
 };
 
-/// Each point the mean of five: no stairs are left.
+/// Each point the mean of nine: no stairs are left.
 Outline smoothed(const Outline& line) {
   const std::size_t count = line.size();
-  if (count < 12) return line;
+  if (count < 20) return line;
   Outline smooth(count, PlanePoint{});
   for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t k = 0; k < 5; ++k) {
-      const PlanePoint& p = line[(i + count + k - 2) % count];
-      smooth[i] = {smooth[i][0] + 0.2 * p[0], smooth[i][1] + 0.2 * p[1]};
+    for (std::size_t k = 0; k < 9; ++k) {
+      const PlanePoint& p = line[(i + count + k - 4) % count];
+      smooth[i] = {smooth[i][0] + p[0] / 9.0, smooth[i][1] + p[1] / 9.0};
     }
   }
   return smooth;

@@ -9,6 +9,7 @@
 namespace corbot::cli {
 namespace {
 
+constexpr double kCorner_cos = 0.94;  // between a tangent and its chord; less is a corner
 constexpr double kNumbers_px = 44.0;  // the least distance between two numbered lines
 
 /// The multiples of step within the range.
@@ -18,6 +19,34 @@ std::vector<double> multiples(double low, double high, double step) {
   for (auto i = static_cast<long>(std::ceil(low / step - 1e-9)); i <= end; ++i)
     found.push_back(static_cast<double>(i) * step);
   return found;
+}
+
+/// Of length 1.
+PlanePoint direction(const PlanePoint& from, const PlanePoint& to) {
+  const PlanePoint v{to[0] - from[0], to[1] - from[1]};
+  const double length = std::max(std::hypot(v[0], v[1]), 1e-9);
+  return {v[0] / length, v[1] / length};
+}
+
+/// A closed path of Bezier curves; its tangent at a point is parallel to the chord of its neighbours, unless it has a corner there.
+std::string curve_through(const Outline& points) {
+  const std::size_t count = points.size();
+  std::string path = fmt::format("M{:.1f} {:.1f}", points[0][0], points[0][1]);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto at = [&](std::size_t k) { return points[(i + count + k - 1) % count]; };
+    const PlanePoint chord = direction(at(1), at(2));
+    const auto tangent = [&chord](const PlanePoint& before, const PlanePoint& after) {
+      const PlanePoint t = direction(before, after);
+      return chord[0] * t[0] + chord[1] * t[1] > kCorner_cos ? t : chord;
+    };
+    const PlanePoint start = tangent(at(0), at(2));
+    const PlanePoint end = tangent(at(1), at(3));
+    const double third = std::hypot(at(2)[0] - at(1)[0], at(2)[1] - at(1)[1]) / 3.0;
+    path += fmt::format("C{:.1f} {:.1f} {:.1f} {:.1f} {:.1f} {:.1f}", at(1)[0] + third * start[0],
+                        at(1)[1] + third * start[1], at(2)[0] - third * end[0], at(2)[1] - third * end[1],
+                        at(2)[0], at(2)[1]);
+  }
+  return path + "z";
 }
 
 }  // namespace
@@ -85,12 +114,9 @@ std::string Panel::grid() const {
 std::string Panel::reach() const {
   std::string path;
   for (const Outline& outline : outlines_) {
-    const char* command = "M";
-    for (const PlanePoint& p : outline) {
-      path += fmt::format("{}{:.1f} {:.1f}", command, x(p[0]), y(p[1]));
-      command = "L";
-    }
-    path += "z";
+    Outline drawn;
+    for (const PlanePoint& p : outline) drawn.push_back({x(p[0]), y(p[1])});
+    path += curve_through(drawn);
   }
   return fmt::format("<path class=\"reach\" d=\"{}\"/>\n", path);
 }

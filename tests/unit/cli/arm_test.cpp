@@ -14,8 +14,10 @@
 #include <regex>
 #include <string>
 
+#include "cli/arm/arm_line.h"
 #include "cli/arm/arm_picture.h"
 #include "cli/arm/kinematics.h"
+#include "cli/arm/outline.h"
 #include "cli/arm/solutions.h"
 #include "client/failure.h"
 #include "config/load_profile.h"
@@ -176,18 +178,46 @@ TEST(KinematicsCommand, RefusesWhatItCannotRead) {
   EXPECT_THAT(refusal({.profile = arm, .joints = "1,2,3"}), HasSubstr("3 numbers; the arm has 4 joints"));
 }
 
-/// Where the captions of the two views begin and end, px.
-std::vector<std::array<double, 2>> captions_of(const std::string& svg) {
-  constexpr double kLetter_px = 5.5;  // on the average, 11 px
-  std::vector<std::array<double, 2>> ends;
-  const std::regex text("<text( class=\"caption\")? x=\"([-0-9.]+)\" y=\"[0-9.]+\">(from [^<]*)</text>");
+/// The box of a text, px: left, right, baseline.
+using TextBox = std::array<double, 3>;
+
+std::vector<TextBox> texts_of(const std::string& svg) {
+  constexpr double kLetter_px = 8.0;  // of 15 px, a wide one on the average
+  std::vector<TextBox> boxes;
+  const std::regex text("<text class=\"([a-z]*)\" x=\"([-0-9.]+)\" y=\"([0-9.]+)\">([^<]*)</text>");
   std::smatch found;
   for (auto at = svg.cbegin(); std::regex_search(at, svg.cend(), found, text); at = found[0].second) {
-    const double length_px = kLetter_px * static_cast<double>(found[3].length());
-    const double from_px = std::stod(found[2]) - (found[1].matched ? 0.0 : 0.5 * length_px);
-    ends.push_back({from_px, from_px + length_px});
+    const double letter_px = found[1] == "title" ? kLetter_px * 20.0 / 15.0 : kLetter_px;
+    const double length_px = letter_px * static_cast<double>(found[4].length());
+    const double share = found[1] == "middle" ? 0.5 : found[1] == "end" ? 1.0 : 0.0;
+    const double left_px = std::stod(found[2]) - share * length_px;
+    boxes.push_back({left_px, left_px + length_px, std::stod(found[3])});
   }
-  return ends;
+  return boxes;
+}
+
+void expect_apart(const std::vector<TextBox>& boxes, double width_px) {
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    EXPECT_GE(boxes[i][0], 0.0);
+    EXPECT_LE(boxes[i][1], width_px);
+    for (std::size_t k = 0; k < i; ++k) {
+      const bool beside = boxes[i][1] < boxes[k][0] || boxes[k][1] < boxes[i][0];
+      EXPECT_TRUE(beside || std::abs(boxes[i][2] - boxes[k][2]) > 15.0) << "texts " << i << " and " << k;
+    }
+  }
+}
+
+TEST(ArmPicture, IsOutlinedAroundPartsAndHoles) {
+  ReachRegion ring{{-1.0, -1.0}, 0.1, 20, 20, std::vector<char>(400, 0)};
+  for (std::size_t row = 2; row < 18; ++row) {
+    for (std::size_t column = 2; column < 18; ++column)
+      ring.marked[row * 20 + column] = row < 7 || row > 12 || column < 7 || column > 12;
+  }
+  EXPECT_EQ(outlines_of(ring).size(), 2u);
+  for (const Outline& outline : outlines_of(ring)) {
+    const double side_m = std::abs(outline[0][1]);
+    EXPECT_TRUE(std::abs(side_m - 0.8) < 0.1 || std::abs(side_m - 0.3) < 0.1) << side_m;
+  }
 }
 
 TEST(ArmPicture, ShowsTheArmFromBaseToTool) {
@@ -195,7 +225,7 @@ TEST(ArmPicture, ShowsTheArmFromBaseToTool) {
     if (file.path().extension() != ".toml") continue;
     const Profile profile = load_profile(file.path());
     const Joints q{};
-    const std::vector<Vector3> line = arm_line(profile.arm.kinematics, q);
+    const std::vector<Vector3> line = arm_line(profile.arm.kinematics, q).points_m;
     EXPECT_EQ(line.front(), profile.arm.kinematics.chain().base_T_0.position_m) << file.path();
     EXPECT_LT(norm(line.back() - profile.arm.kinematics.forward(q).position_m), 1e-12) << file.path();
     const std::string svg = arm_picture(profile, q);
@@ -206,11 +236,13 @@ TEST(ArmPicture, ShowsTheArmFromBaseToTool) {
     EXPECT_EQ(arms, 2u);
     EXPECT_THAT(svg, HasSubstr("from the side"));
     EXPECT_THAT(svg, HasSubstr("from above"));
-    const auto captions = captions_of(svg);
-    ASSERT_EQ(captions.size(), 2u) << file.path();
-    EXPECT_GE(captions[0][0], 0.0) << file.path();
-    EXPECT_LT(captions[0][1], captions[1][0]) << file.path();
-    EXPECT_LT(captions[1][1], std::stod(svg.substr(svg.find("width=\"") + 7))) << file.path();
+    SCOPED_TRACE(file.path());
+    expect_apart(texts_of(svg), std::stod(svg.substr(svg.find("width=\"") + 7)));
+    EXPECT_THAT(svg, HasSubstr("@media (prefers-color-scheme:dark)"));
+    EXPECT_LT(svg.size(), 40'000u);
+    const std::string thumbnail = arm_picture(profile, q, PictureSize::kThumbnail);
+    EXPECT_THAT(thumbnail, HasSubstr("width=\"200\""));
+    EXPECT_EQ(texts_of(thumbnail).size(), 1u) << "the scale";
   }
 }
 
@@ -220,6 +252,8 @@ TEST(ArmPicture, AndUrdfAreWrittenWhereTheyAreAskedFor) {
   std::filesystem::create_directories(folder);
   (void)printed({.profile = profile_file("omx"), .svg = folder / "omx.svg"});
   EXPECT_GT(std::filesystem::file_size(folder / "omx.svg"), 1000u);
+  (void)printed({.profile = profile_file("omx"), .svg = folder / "small.svg", .thumbnail = true});
+  EXPECT_LT(std::filesystem::file_size(folder / "small.svg"), std::filesystem::file_size(folder / "omx.svg"));
   export_urdf({.profile = profile_file("omx"), .output = folder / "omx.urdf"});
   std::ifstream stream(folder / "omx.urdf");
   const std::string urdf{std::istreambuf_iterator<char>(stream), {}};
