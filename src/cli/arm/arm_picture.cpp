@@ -19,8 +19,8 @@ struct Layout {
   std::array<double, 2> lefts;
   double joint_radius, foot;
 };
-constexpr Layout kFull{600.0, 220.0, 280.0, 84.0, {60.0, 352.0}, 5.5, 40.0};
-constexpr Layout kThumbnail{200.0, 90.0, 100.0, 6.0, {5.0, 105.0}, 2.8, 18.0};
+constexpr Layout kFull{600.0, 220.0, 280.0, 84.0, {60.0, 352.0}, 5.5, 26.0};
+constexpr Layout kThumbnail{200.0, 90.0, 100.0, 6.0, {5.0, 105.0}, 2.8, 12.0};
 
 // Colours of Okabe and Ito (2008), which the colour-blind tell apart; on a dark screen the lighter ones.
 constexpr const char* kStyle =
@@ -58,7 +58,7 @@ std::string text_at(double x, double y, const char* style, const std::string& te
 std::string axes_of(const Panel& panel, const char* title, const char* right_name, const char* up_name) {
   return text_at(panel.left(), kFull.top - 14.0, "bold", title) +
          text_at(panel.left() - 7.0, kFull.top - 14.0, "end", up_name) +
-         text_at(0.5 * (panel.left() + panel.right()), panel.bottom() + 38.0, "middle", right_name);
+         text_at(0.5 * (panel.left() + panel.right()), panel.bottom() + 42.0, "middle", right_name);
 }
 
 std::string legend(const ArmLine& line, double y) {

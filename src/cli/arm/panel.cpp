@@ -10,6 +10,7 @@ namespace corbot::cli {
 namespace {
 
 constexpr double kCorner_cos = 0.94;  // between a tangent and its chord; less is a corner
+constexpr double kMargin = 0.06;      // of the larger side: room for the foot and for symbols
 constexpr double kNumbers_px = 44.0;  // the least distance between two numbered lines
 
 /// The multiples of step within the range.
@@ -21,11 +22,14 @@ std::vector<double> multiples(double low, double high, double step) {
   return found;
 }
 
+double distance(const PlanePoint& from, const PlanePoint& to) {
+  return std::hypot(to[0] - from[0], to[1] - from[1]);
+}
+
 /// Of length 1.
 PlanePoint direction(const PlanePoint& from, const PlanePoint& to) {
-  const PlanePoint v{to[0] - from[0], to[1] - from[1]};
-  const double length = std::max(std::hypot(v[0], v[1]), 1e-9);
-  return {v[0] / length, v[1] / length};
+  const double length = std::max(distance(from, to), 1e-9);
+  return {(to[0] - from[0]) / length, (to[1] - from[1]) / length};
 }
 
 /// A closed path of Bezier curves; its tangent at a point is parallel to the chord of its neighbours, unless it has a corner there.
@@ -41,9 +45,11 @@ std::string curve_through(const Outline& points) {
     };
     const PlanePoint start = tangent(at(0), at(2));
     const PlanePoint end = tangent(at(1), at(3));
-    const double third = std::hypot(at(2)[0] - at(1)[0], at(2)[1] - at(1)[1]) / 3.0;
-    path += fmt::format("C{:.1f} {:.1f} {:.1f} {:.1f} {:.1f} {:.1f}", at(1)[0] + third * start[0],
-                        at(1)[1] + third * start[1], at(2)[0] - third * end[0], at(2)[1] - third * end[1],
+    // No longer than the shorter neighbour asks for, or a long straight line would bulge.
+    const double first = std::min(distance(at(0), at(1)), distance(at(1), at(2))) / 3.0;
+    const double second = std::min(distance(at(1), at(2)), distance(at(2), at(3))) / 3.0;
+    path += fmt::format("C{:.1f} {:.1f} {:.1f} {:.1f} {:.1f} {:.1f}", at(1)[0] + first * start[0],
+                        at(1)[1] + first * start[1], at(2)[0] - second * end[0], at(2)[1] - second * end[1],
                         at(2)[0], at(2)[1]);
   }
   return path + "z";
@@ -86,6 +92,9 @@ Panel::Panel(const DrawnPlane& plane, const ReachRegion& reach, const ArmLine& a
   };
   for (const Outline& outline : outlines_) std::for_each(outline.begin(), outline.end(), take);
   for (const Vector3& at : arm_.points_m) take(plane_(at));
+  const double margin_m = kMargin * std::max({width_m(), height_m(), 1e-3});
+  low_m_ = {low_m_[0] - margin_m, low_m_[1] - margin_m};
+  high_m_ = {high_m_[0] + margin_m, high_m_[1] + margin_m};
 }
 
 void Panel::place(double left, double top, double px_per_m) {
@@ -101,7 +110,7 @@ std::string Panel::grid() const {
   for (const double at_m : multiples(low_m_[0], high_m_[0], round_m)) {
     lines += fmt::format("M{:.1f} {:.1f}V{:.1f}", x(at_m), top_, bottom());
     numbers += fmt::format("<text class=\"middle\" x=\"{:.1f}\" y=\"{:.1f}\">{:.3g}</text>", x(at_m),
-                           bottom() + 18.0, at_m);
+                           bottom() + 22.0, at_m);
   }
   for (const double at_m : multiples(low_m_[1], high_m_[1], round_m)) {
     lines += fmt::format("M{:.1f} {:.1f}H{:.1f}", left_, y(at_m), right());

@@ -232,7 +232,9 @@ TEST(ArmPicture, ShowsTheArmFromBaseToTool) {
     EXPECT_TRUE(svg.starts_with("<svg ") && svg.ends_with("</svg>\n")) << file.path();
     EXPECT_THAT(svg, testing::Not(testing::ContainsRegex("nan|inf"))) << file.path();
     std::size_t arms = 0;
-    for (auto at = svg.find("<polyline"); at != std::string::npos; at = svg.find("<polyline", at + 1)) ++arms;
+    for (auto at = svg.find("class=\"arm\" points"); at != std::string::npos;
+         at = svg.find("class=\"arm\" points", at + 1))
+      ++arms;
     EXPECT_EQ(arms, 2u);
     EXPECT_THAT(svg, HasSubstr("from the side"));
     EXPECT_THAT(svg, HasSubstr("from above"));
