@@ -19,7 +19,8 @@ struct JointBox {
   Joints centre_q{}, half_q{};
 };
 
-/// Holds the projection of a box: centre + the sum of t·side for t in [-1, 1], and everything within rest_m of that.
+/// Holds the projection of a box: centre + the sum of t·side for t in [-1, 1], and everything within rest_m
+/// of that.
 struct Enclosure {
   PlanePoint centre{};
   std::array<PlanePoint, kMaxJoints> sides{};
@@ -27,14 +28,16 @@ struct Enclosure {
   std::size_t curved_joint{};  ///< contributes most to rest_m
 };
 
-/// Taylor's theorem about the box's centre. The second derivative by joints i <= j is a_i x (a_j x r_j) where both turn, so at most the
-/// tool's distance from axis j; a_i x a_j, at most 1, where j slides; 0 where i slides.
+/// Taylor's theorem about the box's centre. The second derivative by joints i <= j is a_i x (a_j x r_j) where
+/// both turn, so at most the tool's distance from axis j; a_i x a_j, at most 1, where j slides; 0 where i
+/// slides.
 Enclosure enclosure_of(const JointChain& chain, const DrawnPlane& plane, const JointBox& box) {
   Enclosure e;
   const Pose tool = forward(chain, box.centre_q);
   const Jacobian j = jacobian(chain, box.centre_q);
   e.centre = plane(tool.position_m);
-  // How fast joint i moves the tool: its speed at the centre, and what the joints further out may change of that distance.
+  // How fast joint i moves the tool: its speed at the centre, and what the joints further out may change of
+  // that distance.
   std::array<double, kMaxJoints> speed{};
   double outer_m = 0.0;
   for (std::size_t i = chain.count; i-- > 0;) {
@@ -104,7 +107,8 @@ class Marking {
     return static_cast<std::size_t>(
         std::clamp(std::floor((at_m - region_.low_m[k]) / region_.cell_m), 1.0, most));
   }
-  /// Of each row that the enclosure touches, the cells from the first to the last that it touches, until one is refused.
+  /// Of each row that the enclosure touches, the cells from the first to the last that it touches, until one
+  /// is refused.
   template <typename Visit>
   bool every_row(const Enclosure& e, Visit visit) const {
     const std::vector<PlanePoint> corners = corners_of(e);
@@ -248,8 +252,8 @@ void mark_arc(ReachRegion& region, const Turn& turn, const PlanePoint& p) {
   }
 }
 
-/// A reached point is half a diagonal from the middle of its cell, and a quarter of a cell from a step: together less than a cell.
-/// So the cells around those on the arcs have it.
+/// A reached point is half a diagonal from the middle of its cell, and a quarter of a cell from a step:
+/// together less than a cell. So the cells around those on the arcs have it.
 ReachRegion turned(ReachRegion region, const ReachRegion& cells, const Turn& turn) {
   for (std::size_t row = 0; row < cells.rows; ++row) {
     for (std::size_t column = 0; column < cells.columns; ++column) {

@@ -22,8 +22,8 @@ struct DrawnPlane {
   [[nodiscard]] PlanePoint operator()(const Vector3& p_m) const { return along(p_m - origin_m); }
 };
 
-/// Where the tool centre point gets in a plane, in square cells. Every position within the joints' ranges projects into a cell that is
-/// marked; every marked cell is at most five cells away from such a position.
+/// Where the tool centre point gets in a plane, in square cells. Every position within the joints' ranges
+/// projects into a cell that is marked; every marked cell is at most five cells away from such a position.
 struct ReachRegion {
   PlanePoint low_m{};  ///< the corner of cell (0, 0)
   double cell_m{};
@@ -39,11 +39,11 @@ struct ReachRegion {
 /// The larger side of what is reached has about this many cells.
 inline constexpr std::size_t kReachCells = 300;
 
-/// The method halves the joints' ranges. The projection of a box of joint values lies in the Jacobian's image of the box,
-/// a polygon, widened by a bound of the second derivatives. A box is done where marked cells hold all of that. It marks
-/// the cells that it touches where the bound is below a cell. Else it is halved. So no position falls between samples.
-/// A joint 1 about the plane's normal turns the cells of one of its values, which costs less.
-/// With `joint1_q` joint 1 stands there.
+/// The method halves the joints' ranges. The projection of a box of joint values lies in the Jacobian's image
+/// of the box, a polygon, widened by a bound of the second derivatives. A box is done where marked cells hold
+/// all of that. It marks the cells that it touches where the bound is below a cell. Else it is halved. So no
+/// position falls between samples. A joint 1 about the plane's normal turns the cells of one of its values,
+/// which costs less. With `joint1_q` joint 1 stands there.
 [[nodiscard]] ReachRegion reach_region(const ArmModel& arm, const DrawnPlane& plane,
                                        std::optional<double> joint1_q);
 

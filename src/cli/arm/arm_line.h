@@ -7,7 +7,8 @@
 
 namespace corbot::cli {
 
-/// An arm as a line in the base frame, m: base, one point on each turning axis next to the one before, wrist or flange, tool.
+/// An arm as a line in the base frame, m: base, one point on each turning axis next to the one before, wrist
+/// or flange, tool.
 struct ArmLine {
   struct Joint {
     JointKind kind{};

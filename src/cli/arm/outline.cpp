@@ -28,7 +28,8 @@ class Walk {
       line.push_back({static_cast<double>(x) + 0.5 * right, static_cast<double>(y) + 0.5 * up});
       x += right;
       y += up;
-      // To the left where that is an edge, else ahead, else to the right: cells that touch by a corner are apart.
+      // To the left where that is an edge, else ahead, else to the right: cells that touch by a corner are
+      // apart.
       for (const std::size_t turn : {1U, 0U, 3U}) {
         const std::size_t next = (direction + turn) % 4;
         if (!is_edge(x, y, next)) continue;

@@ -32,7 +32,8 @@ PlanePoint direction(const PlanePoint& from, const PlanePoint& to) {
   return {(to[0] - from[0]) / length, (to[1] - from[1]) / length};
 }
 
-/// A closed path of Bezier curves; its tangent at a point is parallel to the chord of its neighbours, unless it has a corner there.
+/// A closed path of Bezier curves; its tangent at a point is parallel to the chord of its neighbours, unless
+/// it has a corner there.
 std::string curve_through(const Outline& points) {
   const std::size_t count = points.size();
   std::string path = fmt::format("M{:.1f} {:.1f}", points[0][0], points[0][1]);

@@ -79,7 +79,8 @@ TEST(ReachRegion, EndsWhereTheReachEnds) {
   }
 }
 
-/// Two links of 0.22 m and 0.13 m, elbow within 142 degrees of straight: a ring, its inner radius by the cosine rule.
+/// Two links of 0.22 m and 0.13 m, elbow within 142 degrees of straight: a ring, its inner radius by the
+/// cosine rule.
 TEST(ReachRegion, LeavesTheHoleOfAScara) {
   const ReachRegion top = reach_region(shipped("scara_gx4"), kAbove, std::nullopt);
   const double bend_rad = 142.0 * std::numbers::pi / 180.0;
