@@ -23,7 +23,8 @@ struct DrawnPlane {
 };
 
 /// Where the tool centre point gets in a plane, in square cells. Every position within the joints' ranges
-/// projects into a cell that is marked; every marked cell is at most five cells away from such a position.
+/// projects into a cell that is marked; every marked cell is at most four
+/// cells away from such a position, eight where a turning joint 1 sweeps the plane (the tests measure under five).
 struct ReachRegion {
   PlanePoint low_m{};  ///< the corner of cell (0, 0)
   double cell_m{};
