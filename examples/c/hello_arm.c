@@ -34,6 +34,16 @@ static int raised(CORBA_Environment* ev, const char* doing) {
   } else if (g_strcmp0(id, ex_Corbot_NotReady) == 0) {
     const Corbot_NotReady* why = CORBA_exception_value(ev);
     (void)printf("%s: the robot is not ready: %s\n", doing, why->reason);
+  } else if (g_strcmp0(id, ex_Corbot_LimitExceeded) == 0) {
+    const Corbot_LimitExceeded* why = CORBA_exception_value(ev);
+    (void)printf("%s: refused, %s of joint %d: %.4g is not within %.4g to %.4g\n", doing, why->quantity,
+                 (int)why->articulation, why->value, why->lower, why->upper);
+  } else if (g_strcmp0(id, ex_Corbot_BadParameter) == 0) {
+    const Corbot_BadParameter* why = CORBA_exception_value(ev);
+    (void)printf("%s: refused, %s = %g: %s\n", doing, why->parameter, why->value, why->reason);
+  } else if (g_strcmp0(id, ex_Corbot_QueueFull) == 0) {
+    const Corbot_QueueFull* why = CORBA_exception_value(ev);
+    (void)printf("%s: refused, %d motions or calls wait already\n", doing, (int)why->capacity);
   } else {
     (void)printf("%s: %s\n", doing, id);
   }

@@ -7,6 +7,27 @@
 
 volatile std::sig_atomic_t interrupted = 0;
 
+// Each exception of the interface has members of its own.
+static void explain(const CORBA::Exception& error) {
+  std::fprintf(stderr, "%s", error._name());
+  if (const auto* far = Corbot::Unreachable::_downcast(&error)) {
+    std::fprintf(stderr, ": nothing moved: %s", far->reason.in());
+  } else if (const auto* limit = Corbot::LimitExceeded::_downcast(&error)) {
+    std::fprintf(stderr, ": nothing moved: %s", limit->quantity.in());
+    if (limit->articulation >= 0) std::fprintf(stderr, " of joint %d", static_cast<int>(limit->articulation));
+    std::fprintf(stderr, ": %.4g is not within %.4g to %.4g", limit->value, limit->lower, limit->upper);
+  } else if (const auto* full = Corbot::QueueFull::_downcast(&error)) {
+    std::fprintf(stderr, ": %d motions or calls wait already", static_cast<int>(full->capacity));
+  } else if (const auto* bad = Corbot::BadParameter::_downcast(&error)) {
+    std::fprintf(stderr, ": %s = %g: %s", bad->parameter.in(), bad->value, bad->reason.in());
+  } else if (const auto* fault = Corbot::NotReady::_downcast(&error)) {
+    std::fprintf(stderr, ": %s", fault->reason.in());
+  } else if (CORBA::TRANSIENT::_downcast(&error)) {
+    std::fprintf(stderr, ": is the robot up?");
+  }
+  std::fprintf(stderr, "\n");
+}
+
 int main(int argc, char** argv) {
   std::signal(SIGINT, [](int) { interrupted = 1; });
   try {
@@ -25,7 +46,9 @@ int main(int argc, char** argv) {
         if (info->state != Corbot::MotionDone) return std::fprintf(stderr, "%s\n", info->reason.in()), 1;
         std::printf("moved to (%g, %g, %g) m\n", p.x, p.y, p.z);
       } catch (const Corbot::Unreachable& refusal) {
-        std::fprintf(stderr, "nothing moved: %s\n", refusal.reason.in());
+        explain(refusal);
+      } catch (const Corbot::LimitExceeded& refusal) {
+        explain(refusal);
       }
       Corbot::JointCoord_var joints = arm->ArtiCoord();
       std::printf("joints");
@@ -33,8 +56,6 @@ int main(int argc, char** argv) {
       std::printf(" degrees\n");
     }
   } catch (const CORBA::Exception& error) {
-    const bool nobody = CORBA::TRANSIENT::_downcast(&error) != nullptr;
-    std::fprintf(stderr, "%s%s\n", error._name(), nobody ? ": is the robot up?" : "");
-    return 1;
+    return explain(error), 1;
   }
 }

@@ -12,6 +12,19 @@ import Corbot
 reference = sys.argv[1] if len(sys.argv) > 1 else 'corbaloc::127.0.0.1:12810/lynx5'
 orb = omniORB.CORBA.ORB_init()
 interrupted = []
+
+
+def explain(error):
+    """Each exception of the interface has fields of its own."""
+    if isinstance(error, Corbot.LimitExceeded):
+        joint = f' of joint {error.articulation}' if error.articulation >= 0 else ''
+        limits = f'{error.lower:.4g} to {error.upper:.4g}'
+        return f'{error.quantity}{joint}: {error.value:.4g} is not within {limits}'
+    if isinstance(error, Corbot.QueueFull):
+        return f'{error.capacity} motions or calls wait already: try again when one has ended'
+    return getattr(error, 'reason', str(error))
+
+
 signal.signal(signal.SIGINT, lambda *_: interrupted.append(True))  # an exception could end up inside the ORB
 
 try:
@@ -25,10 +38,10 @@ try:
             if info.reason:
                 sys.exit(info.reason)
             print(f'moved to ({x}, {y}, {z}) m')
-        except Corbot.Unreachable as refusal:
-            print('nothing moved:', refusal.reason, file=sys.stderr)
+        except (Corbot.Unreachable, Corbot.LimitExceeded) as refusal:
+            print('nothing moved:', explain(refusal), file=sys.stderr)
         print('joints', *(f'{angle:.1f}' for angle in arm._get_ArtiCoord()), 'degrees')
 except omniORB.CORBA.TRANSIENT:
     sys.exit(f'nobody answers at {reference}: is the robot up?')
 except omniORB.CORBA.Exception as error:
-    sys.exit(f'{type(error).__name__}: {getattr(error, "reason", "the connection or the reference is bad")}')
+    sys.exit(f'{type(error).__name__}: {explain(error)}')

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <regex>
 #include <sstream>
 
@@ -20,6 +21,7 @@
 namespace corbot::test {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
@@ -50,7 +52,7 @@ TEST(Clients, ThePageShowsTheExamplesAsTheyAre) {
                                        std::pair{"cpp", "examples/cpp/first_move.cpp"}}) {
     const std::string text = read_source(file);
     EXPECT_THAT(page, HasSubstr(fmt::format("```{}\n{}```\n", language, text))) << file;
-    EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 40) << file;
+    EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 65) << file;
   }
 }
 
@@ -69,6 +71,15 @@ class FirstMove : public RobotRig {
     EXPECT_EQ(result.code, 0) << result.output << result.errors;
     EXPECT_THAT(result.output, StartsWith("moved to (0.2, 0.05, 0.08) m\njoints 14.0 "));
     EXPECT_THAT(result.errors, HasSubstr("nothing moved: the target (0.9, 0, 0.1) m is too far"));
+  }
+  RunResult in_cpp() { return run({CORBOT_BINARY_DIR "/examples/first_move", reference_}); }
+  /// None where omniORB for Python is not there.
+  static std::optional<RunResult> in_python(const std::string& reference) {
+    const std::string out = CORBOT_CLIENTS_OUT "/python";
+    if (run({CORBOT_CLIENTS_DIR "/python/prepare", out}, 500.0).code != 0) return std::nullopt;
+    return run({"python3", CORBOT_SOURCE_DIR "/examples/python/first_move.py", reference}, 60.0,
+               {fmt::format("PYTHONPATH={}/lib", out), "PYTHONDONTWRITEBYTECODE=1",
+                fmt::format("PATH={}/lib/bin:{}", out, std::getenv("PATH"))});
   }
   std::string scratch_;
 };
@@ -130,21 +141,12 @@ TEST_F(FirstMove, IsStoppedByCtrlC) {
 
 TEST_F(FirstMove, SaysWhatWentWrong) {
   const std::string nowhere = fmt::format("corbaloc::127.0.0.1:{}/{}", free_port(), name_);
-  const std::string out = CORBOT_CLIENTS_OUT "/python";
-  const bool python = run({CORBOT_CLIENTS_DIR "/python/prepare", out}, 500.0).code == 0;
-  const auto in_python = [&](const std::string& reference) {
-    return run({"python3", CORBOT_SOURCE_DIR "/examples/python/first_move.py", reference}, 60.0,
-               {fmt::format("PYTHONPATH={}/lib", out), "PYTHONDONTWRITEBYTECODE=1",
-                fmt::format("PATH={}/lib/bin:{}", out, std::getenv("PATH"))});
-  };
   rt_->terminate();
   ASSERT_TRUE(wait_for(Corbot::Error));
   std::vector<RunResult> down{run({CORBOT_BINARY_DIR "/examples/first_move", nowhere})};
   std::vector<RunResult> not_ready{run({CORBOT_BINARY_DIR "/examples/first_move", reference_})};
-  if (python) {
-    down.push_back(in_python(nowhere));
-    not_ready.push_back(in_python(reference_));
-  }
+  if (const auto python = in_python(nowhere)) down.push_back(*python);
+  if (const auto python = in_python(reference_)) not_ready.push_back(*python);
   for (const RunResult& result : down) {
     EXPECT_EQ(result.code, 1);
     EXPECT_THAT(result.errors, HasSubstr("is the robot up?"));
@@ -156,6 +158,35 @@ TEST_F(FirstMove, SaysWhatWentWrong) {
     EXPECT_THAT(result.errors, Not(HasSubstr("is the robot up?")));
     EXPECT_THAT(result.errors, Not(HasSubstr("Traceback")));
   }
+}
+
+TEST_F(FirstMove, NamesTheLimitThatRefusesAPoint) {
+  Corbot::JointRanges_var limits = arm_->MovRange();
+  limits[0].lower = -5.0;
+  limits[0].upper = 5.0;
+  arm_->SetSoftLimits(limits);
+  std::vector<RunResult> results{in_cpp()};
+  if (const auto python = in_python(reference_)) results.push_back(*python);
+  for (const RunResult& result : results) {
+    EXPECT_EQ(result.code, 0);
+    EXPECT_THAT(result.errors,
+                HasSubstr("nothing moved: joint range of joint 0: 14.04 is not within -5 to 5\n"));
+    EXPECT_THAT(result.errors, HasSubstr("(0.9, 0, 0.1) m is too far"));
+  }
+}
+
+TEST_F(FirstMove, SaysThatTheQueueIsFull) {
+  const auto fill = [&] {
+    for (int queued = 0; queued < 1000; ++queued) arm_->StartDelay(60.0);
+  };
+  EXPECT_THROW(fill(), Corbot::QueueFull);
+  std::vector<RunResult> results{in_cpp()};
+  if (const auto python = in_python(reference_)) results.push_back(*python);
+  for (const RunResult& result : results) {
+    EXPECT_EQ(result.code, 1);
+    EXPECT_THAT(result.errors, ContainsRegex("QueueFull: [0-9]+ motions or calls wait already"));
+  }
+  arm_->Stop();
 }
 
 TEST_F(FirstMove, InCppBuiltAsThePageSays) {
