@@ -110,6 +110,18 @@ std::string read_program(const std::string& file) {
   return text;
 }
 
+std::string describe_others(const Program& program, std::size_t failed) {
+  const auto part = [&](std::size_t first, std::size_t end, const char* one, const char* several) {
+    if (first >= end) return std::string();
+    const std::size_t from = program.statements[first].line;
+    const std::size_t to = program.statements[end - 1].line;
+    return from == to ? fmt::format("; line {} {}", from, one)
+                      : fmt::format("; lines {} to {} {}", from, to, several);
+  };
+  return part(0, failed, "was done", "were done") +
+         part(failed + 1, program.statements.size(), "was not begun", "were not begun");
+}
+
 std::string describe_faults(const Program& program, std::string_view file) {
   std::string text;
   for (const auto& fault : program.faults) text += fmt::format("{}:{}: {}\n", file, fault.line, fault.reason);

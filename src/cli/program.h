@@ -38,6 +38,9 @@ inline constexpr std::size_t kMaxProgramLineBytes = 1000;
 /// The text of a file, "-" = standard input. Throws Failure when it cannot be read, is empty or too large.
 [[nodiscard]] std::string read_program(const std::string& file);
 
+/// "; lines 2 to 3 were done; lines 5 to 9 were not begun": of all statements but `failed`.
+[[nodiscard]] std::string describe_others(const Program& program, std::size_t failed);
+
 /// "file:line: reason", one a line.
 [[nodiscard]] std::string describe_faults(const Program& program, std::string_view file);
 

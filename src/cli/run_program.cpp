@@ -82,8 +82,10 @@ void print_program(const Program& program) {
   for (const auto& statement : program.statements) {
     fmt::print("line {}: {}\n", statement.line, to_string(statement.request));
   }
-  fmt::print("{} commands, no fault found; nothing moved (reach and limits are checked by the robot)\n",
-             program.statements.size());
+  fmt::print(
+      "{} commands: the syntax is right; reach and limits were NOT checked, the robot does that; nothing "
+      "moved\n",
+      program.statements.size());
 }
 
 void run_program(Client& client, const Program& program, const std::string& file) {
@@ -96,8 +98,8 @@ void run_program(Client& client, const Program& program, const std::string& file
       client.perform(statement.request, [&](double progress) { display.draw(progress); });
     } catch (const Failure& failure) {
       display.end();
-      throw Failure(failure.code(),
-                    fmt::format("{}:{}: {}: {}", file, statement.line, statement.text, failure.what()));
+      throw Failure(failure.code(), fmt::format("{}:{}: {}: {}{}", file, statement.line, statement.text,
+                                                failure.what(), describe_others(program, i)));
     }
   }
   display.end();

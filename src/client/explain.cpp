@@ -64,25 +64,27 @@ Failure unknown_end(Corbot::Ticket ticket, const std::string& cause) {
 }
 
 Failure explain(const Corbot::BadParameter& e) {
-  return {ExitCode::kRefused, fmt::format("refused: {} = {}: {}; nothing moved", printable(e.parameter.in()),
-                                          plain(e.value), without_full_stop(printable(e.reason.in())))};
+  return {ExitCode::kRefused,
+          fmt::format("refused: {} = {}: {}; this command moved nothing", printable(e.parameter.in()),
+                      plain(e.value), without_full_stop(printable(e.reason.in())))};
 }
 
 Failure explain(const Corbot::Unreachable& e) {
   const std::string reason = without_full_stop(printable(e.reason.in()));
   const bool is_far = reason.find(kTooFarWords) != std::string::npos;
-  return {ExitCode::kRefused,
-          fmt::format("refused: ({}, {}, {}) m {}: {}; nothing moved{}", plain(e.target.x), plain(e.target.y),
-                      plain(e.target.z), is_far ? "is out of reach" : "cannot be reached so", reason,
-                      is_far ? " ('corbot status' shows the reach)" : "")};
+  return {ExitCode::kRefused, fmt::format("refused: ({}, {}, {}) m {}: {}; this command moved nothing{}",
+                                          plain(e.target.x), plain(e.target.y), plain(e.target.z),
+                                          is_far ? "is out of reach" : "cannot be reached so", reason,
+                                          is_far ? " ('corbot status' shows the reach)" : "")};
 }
 
 Failure explain(const Corbot::LimitExceeded& e, std::optional<Corbot::JointKind> kind) {
   std::string what = printable(e.quantity.in());
   const std::string unit = unit_of(what, kind);
   if (e.articulation >= 0) what += fmt::format(" of joint {}", e.articulation);
-  return {ExitCode::kRefused, fmt::format("refused: {}: {} is not within {} to {}{}; nothing moved", what,
-                                          plain(e.value), plain(e.lower), plain(e.upper), unit)};
+  return {ExitCode::kRefused,
+          fmt::format("refused: {}: {} is not within {} to {}{}; this command moved nothing", what,
+                      plain(e.value), plain(e.lower), plain(e.upper), unit)};
 }
 
 Failure explain(const Corbot::NotReady& e) {

@@ -169,6 +169,14 @@ TEST(Program, ReportsAllFaultsInOrder) {
   EXPECT_EQ(program.faults[1].line, 3u);
 }
 
+TEST(Program, SaysOfAllLinesWhetherTheyWereDone) {
+  const Program program = parse_program("# head\nready\nopen\n\nclose\nready\nopen\n");
+  EXPECT_EQ(describe_others(program, 0), "; lines 3 to 7 were not begun");
+  EXPECT_EQ(describe_others(program, 2), "; lines 2 to 3 were done; lines 6 to 7 were not begun");
+  EXPECT_EQ(describe_others(program, 4), "; lines 2 to 6 were done");
+  EXPECT_EQ(describe_others(parse_program("ready"), 0), "");
+}
+
 TEST(Program, RefusesAnEndlessLine) {
   const Program program = parse_program("ready\n" + std::string(5000, 'a') + "\n");
   ASSERT_EQ(program.faults.size(), 1u);

@@ -30,7 +30,7 @@ Failure failure_of(const Exception& e) {
 TEST(Message, BadParameterNamesValueAndReason) {
   const Failure f = failure_of(Corbot::BadParameter("t", -1.5, "must not be negative."));
   EXPECT_EQ(f.code(), ExitCode::kRefused);
-  EXPECT_STREQ(f.what(), "refused: t = -1.5: must not be negative; nothing moved");
+  EXPECT_STREQ(f.what(), "refused: t = -1.5: must not be negative; this command moved nothing");
 }
 
 TEST(Message, AnUnknownEndNamesTheMotion) {
@@ -58,8 +58,9 @@ TEST(Message, UnreachableNamesThePoint) {
 }
 
 TEST(Message, LimitNamesJointAndBothBounds) {
-  EXPECT_THAT(failure_of(Corbot::LimitExceeded("angle", 2, 160, -30, 150)).what(),
-              testing::StrEq("refused: angle of joint 2: 160 is not within -30 to 150; nothing moved"));
+  EXPECT_THAT(
+      failure_of(Corbot::LimitExceeded("angle", 2, 160, -30, 150)).what(),
+      testing::StrEq("refused: angle of joint 2: 160 is not within -30 to 150; this command moved nothing"));
   EXPECT_THAT(failure_of(Corbot::LimitExceeded("speed", -1, 2, 0, 1)).what(), Not(HasSubstr("joint")));
 }
 
