@@ -305,10 +305,8 @@ void check_command(CLI::App& app, const std::string& word) {
     names.push_back(command->get_name());
   }
   const std::vector<std::string_view> known(names.begin(), names.end());
-  const std::string_view near = corbot::most_similar(word, known, corbot::kSimilarCommand);
-  throw Failure(ExitCode::kUsage,
-                fmt::format("unknown command '{}'{}; 'corbot --help' lists them", printable(word),
-                            near.empty() ? "" : fmt::format(": did you mean '{}'?", near)));
+  throw Failure(ExitCode::kUsage, fmt::format("unknown command '{}'{} ('corbot --help' lists them)",
+                                              printable(word), suggest_command(word, known)));
 }
 
 int run(int argc, char** argv) {

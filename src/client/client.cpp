@@ -153,8 +153,25 @@ void Client::cancel() {
   stop();
 }
 
-void Client::perform(const Request& request, const ProgressReport& report) {
+Request Client::with_joint_number(const Request& request) {
+  if (request.joint_name.empty()) return request;
+  const Corbot::JointList_var joints = call([](auto& arm) { return arm.Joints(); });
+  std::vector<std::string> names;
+  for (CORBA::ULong i = 0; i < joints->length(); ++i) names.push_back(printable(joints.in()[i].name.in()));
+  const int joint = number_of_joint(names, request.joint_name);
+  Request numbered = request;
+  numbered.joint_name.clear();
+  if (request.joint >= 0) {
+    numbered.joint = joint;
+  } else {
+    numbered.numbers[0] = joint;
+  }
+  return numbered;
+}
+
+void Client::perform(const Request& given, const ProgressReport& report) {
   if (cancelled_) throw explain(Corbot::Stopped("interrupted"));
+  const Request request = with_joint_number(given);
   if (spec_of(request.verb).motion) {
     const Corbot::Ticket ticket = start(request);
     // The flag is set before the arm is stopped: either the Stop came after this motion

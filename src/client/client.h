@@ -69,6 +69,8 @@ class Client {
       throw explain(e, kind_of(e.articulation));
     }
   }
+  /// With the joint's number in place of its name. Throws Failure, kUsage, where the arm has no joint of that name.
+  [[nodiscard]] Request with_joint_number(const Request& request);
   /// Nothing where the robot does not say.
   [[nodiscard]] std::optional<Corbot::JointKind> kind_of(CORBA::Long joint) const;
   /// Until the motion has ended. A refused place among the waiting calls, or a lost connection, is no end: it

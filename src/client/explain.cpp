@@ -2,10 +2,14 @@
 #include "client/explain.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "client/local_robots.h"
+#include "config/similar.h"
 #include "corbot/interface_words.h"
 
 namespace corbot::client {
@@ -39,6 +43,16 @@ std::string printable(std::string_view text) {
 std::string plain(double value) {
   if (std::isfinite(value) && std::abs(value) < 1e-9) value = 0;  // also -0
   return fmt::format("{:.6g}", value);
+}
+
+int number_of_joint(std::span<const std::string> names, const std::string& name) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found != names.end()) return static_cast<int>(found - names.begin());
+  const std::vector<std::string_view> known(names.begin(), names.end());
+  const std::string_view near = most_similar(name, known, kSimilarKey);
+  throw Failure(ExitCode::kUsage, fmt::format("JOINT '{}': the arm has {} (0 to {}){}", printable(name),
+                                              fmt::join(names, ", "), static_cast<int>(names.size()) - 1,
+                                              near.empty() ? "" : fmt::format("; did you mean '{}'?", near)));
 }
 
 bool is_call_timeout(const CORBA::SystemException& e) {

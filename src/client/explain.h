@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -40,6 +41,9 @@ struct Address {
 [[nodiscard]] bool stands_by(const Corbot::DeviceInfo& device);
 /// "ssc32, open"; with the cause where there is one.
 [[nodiscard]] std::string describe(const Corbot::DeviceInfo& device);
+
+/// Throws Failure, kUsage, which names them all, where `name` is none of `names`.
+[[nodiscard]] int number_of_joint(std::span<const std::string> names, const std::string& name);
 
 /// At most six significant digits: "0.42", "-12.5".
 [[nodiscard]] std::string plain(double value);

@@ -3,11 +3,13 @@
 #include <fmt/ranges.h>
 
 #include <cstdlib>
+#include <vector>
 
 #include "client/client.h"
 #include "client/local_robots.h"
 #include "client/number.h"
 #include "config/profile.h"
+#include "config/similar.h"
 
 namespace corbot::client {
 
@@ -30,12 +32,21 @@ Address from_corbaloc(const std::string& uri) {
   return address;
 }
 
+Failure no_such_robot(const std::string& name) {
+  const std::vector<std::string> up = robots_up();
+  if (up.empty())
+    return {ExitCode::kUnreachable, fmt::format("no robot named '{}' is up on this machine ({}): {}", name,
+                                                where_looked(name), kHowToStart)};
+  const std::vector<std::string_view> known(up.begin(), up.end());
+  const std::string_view near = most_similar(name, known, kSimilarKey);
+  return {ExitCode::kUnreachable,
+          fmt::format("no robot named '{}' is up on this machine ({}), but {}{}", name, where_looked(name),
+                      fmt::join(up, ", "), near.empty() ? "" : fmt::format(": did you mean '{}'?", near))};
+}
+
 Address from_state(const std::string& name) {
   const auto state = read_state(name);
-  if (!is_up(name) || !state) {
-    throw Failure(ExitCode::kUnreachable, fmt::format("no robot named '{}' is up on this machine ({}): {}",
-                                                      name, where_looked(name), kHowToStart));
-  }
+  if (!is_up(name) || !state) throw no_such_robot(name);
   if (state->address.empty()) {
     throw Failure(ExitCode::kUnreachable, fmt::format("'{}' is still starting: try again in a moment", name));
   }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <optional>
 
@@ -55,7 +56,7 @@ const std::vector<VerbSpec> kVerbs{
      {"JOINT", "INCREMENT", "SPEED"},
      3,
      {},
-     "Move one joint (from 0) by degrees at degrees a second; one that slides by metres",
+     "Move one joint (its number, from 0, or name) by degrees at degrees a second; one that slides by metres",
      true,
      true},
     {Verb::kJoints,
@@ -91,7 +92,7 @@ const std::vector<VerbSpec> kVerbs{
      "speed",
      {"PERCENT"},
      1,
-     {{"--joint", "N", "only of joint N, from 0"}, {"--all", "", "of all joints"}},
+     {{"--joint", "N", "only of joint N, from 0, or of that name"}, {"--all", "", "of all joints"}},
      "Set the speed of the motions that follow: of the tool, or of joints",
      false,
      true},
@@ -116,7 +117,8 @@ const std::vector<VerbSpec> kVerbs{
      {"JOINT", "LOWER", "UPPER"},
      0,
      {{"--reset", "", "the profile's ranges again, of all joints"}},
-     "Set the soft limits of one joint (from 0), degrees, or metres of one that slides, for the motions "
+     "Set the soft limits of one joint (its number, from 0, or name), degrees, or metres of one that slides, "
+     "for the motions "
      "that follow",
      false,
      true},
@@ -243,6 +245,17 @@ std::optional<std::string> check_values(const Request& request) {
   return std::nullopt;
 }
 
+/// Of --joint, drive and limit: a number, or a name, which only the robot knows. Nothing: neither.
+std::optional<int> read_joint(const std::string& word, Request& request) {
+  const auto joint = parse_integer(word);
+  if (joint && *joint >= 0) return joint;
+  if (word.empty() || std::isalpha(static_cast<unsigned char>(word[0])) == 0) return std::nullopt;
+  request.joint_name = word;
+  return 0;
+}
+
+constexpr const char* kJointFault = "must be a joint's number, from 0, or its name";
+
 std::optional<std::string> read_option(const OptionSpec& option, std::span<const std::string> words,
                                        std::size_t& index, Request& request) {
   if (option.value.empty()) {
@@ -256,8 +269,8 @@ std::optional<std::string> read_option(const OptionSpec& option, std::span<const
   if (index + 1 >= words.size()) return fmt::format("{} needs a value", option.name);
   const std::string& word = words[++index];
   if (option.name == "--joint") {
-    const auto joint = parse_integer(word);
-    if (!joint || *joint < 0) return fmt::format("--joint {}: must be 0 or a positive integer", word);
+    const auto joint = read_joint(word, request);
+    if (!joint) return fmt::format("--joint {}: {}", word, kJointFault);
     request.joint = *joint;
     return std::nullopt;
   }
@@ -281,14 +294,15 @@ std::optional<std::string> read_argument(const VerbSpec& spec, const std::string
     return fmt::format("unexpected '{}'; usage: {}", word, usage_of(spec));
   }
   if ((spec.verb == Verb::kDrive || spec.verb == Verb::kLimit) && at == 0) {
-    const auto joint = parse_integer(word);
-    if (!joint || *joint < 0) {
-      return fmt::format("JOINT '{}': must be 0 or a positive integer", word);
-    }
+    const auto joint = read_joint(word, request);
+    if (!joint) return fmt::format("JOINT '{}': {}", word, kJointFault);
     request.numbers.push_back(*joint);
     return std::nullopt;
   }
   const auto value = parse_number(word);
+  if (!value && spec.verb == Verb::kGripper)
+    return fmt::format("PERCENT: {}: 0 is closed, 100 open; 'open' and 'close' are commands of their own",
+                       number_fault(word));
   if (!value) return fmt::format("{}: {}", spec.arguments[at], number_fault(word));
   if (spec.verb == Verb::kCancel && *value > kLargestTicket)
     return fmt::format("TICKET '{}': the largest is {:.0f}", word, kLargestTicket);
@@ -298,12 +312,19 @@ std::optional<std::string> read_argument(const VerbSpec& spec, const std::string
   return std::nullopt;
 }
 
-/// The verb that `word` is most likely a misspelling of; empty if none is near.
-std::string_view similar_verb(std::string_view word) {
-  std::vector<std::string_view> words;
-  for (const auto& spec : kVerbs) words.push_back(spec.word);
-  return most_similar(word, words, kSimilarCommand);
-}
+/// What other programs call a command.
+constexpr std::array<std::array<std::string_view, 2>, 12> kOtherNames{{{"wait", "delay"},
+                                                                       {"sleep", "delay"},
+                                                                       {"goto", "move"},
+                                                                       {"jog", "moverelative"},
+                                                                       {"list", "status"},
+                                                                       {"info", "status"},
+                                                                       {"abort", "stop"},
+                                                                       {"halt", "stop"},
+                                                                       {"reset", "clear"},
+                                                                       {"start", "up"},
+                                                                       {"movej", "joints"},
+                                                                       {"movel", "moves"}}};
 
 }  // namespace
 
@@ -318,6 +339,16 @@ const VerbSpec* find_verb(std::string_view word) {
 const VerbSpec& spec_of(Verb verb) {
   const auto& specs = kVerbs;
   return *std::find_if(specs.begin(), specs.end(), [&](const auto& s) { return s.verb == verb; });
+}
+
+std::string suggest_command(std::string_view word, std::span<const std::string_view> commands) {
+  std::string_view near;
+  for (const auto& [other, command] : kOtherNames) {
+    if (other == word && std::find(commands.begin(), commands.end(), command) != commands.end())
+      near = command;
+  }
+  if (near.empty()) near = most_similar(word, commands, kSimilarCommand);
+  return near.empty() ? "" : fmt::format("; did you mean '{}'?", near);
 }
 
 std::string usage_of(const VerbSpec& spec) {
@@ -337,9 +368,9 @@ std::variant<Request, std::string> parse_request(std::span<const std::string> wo
   if (words.empty()) return std::string("no command");
   const VerbSpec* spec = find_verb(words[0]);
   if (spec == nullptr) {
-    const std::string_view near = similar_verb(words[0]);
-    return fmt::format("unknown command '{}'", words[0]) +
-           (near.empty() ? std::string() : fmt::format("; did you mean '{}'?", near));
+    std::vector<std::string_view> known;
+    for (const auto& verb : kVerbs) known.push_back(verb.word);
+    return fmt::format("unknown command '{}'{}", words[0], suggest_command(words[0], known));
   }
   Request request;
   request.verb = spec->verb;
@@ -370,10 +401,15 @@ std::variant<Request, std::string> parse_request(std::span<const std::string> wo
 
 std::string to_string(const Request& request) {
   std::string text(spec_of(request.verb).word);
-  for (const double number : request.numbers) text += fmt::format(" {}", number);
+  const bool is_named = !request.joint_name.empty();
+  for (std::size_t i = 0; i < request.numbers.size(); ++i) {
+    const bool is_joint = i == 0 && is_named && request.joint < 0;
+    text += is_joint ? " " + request.joint_name : fmt::format(" {}", request.numbers[i]);
+  }
   if (request.above_m != 0) text += fmt::format(" --above {}", request.above_m);
   if (request.time_s != 0) text += fmt::format(" --time {}", request.time_s);
-  if (request.joint >= 0) text += fmt::format(" --joint {}", request.joint);
+  if (request.joint >= 0)
+    text += " --joint " + (is_named ? request.joint_name : std::to_string(request.joint));
   if (request.all) text += " --all";
   if (request.force) text += " --force";
   if (request.reset) text += " --reset";

@@ -51,6 +51,7 @@ struct Request {
   double above_m{0};                 ///< --above
   double time_s{0};                  ///< --time; 0 = as fast as the limits allow
   int joint{-1};                     ///< --joint; −1 = none
+  std::string joint_name{};          ///< in place of the number of the joint; empty: none
   bool all{false};                   ///< --all
   bool force{false};                 ///< --force
   bool reset{false};                 ///< --reset
@@ -83,6 +84,10 @@ struct VerbSpec {
 [[nodiscard]] std::span<const VerbSpec> verbs();
 [[nodiscard]] const VerbSpec* find_verb(std::string_view word);
 [[nodiscard]] const VerbSpec& spec_of(Verb verb);
+
+/// "; did you mean 'move'?": for a word that is none of `commands`. It is misspelt, or other programs call a command
+/// so. Empty: nothing is near.
+[[nodiscard]] std::string suggest_command(std::string_view word, std::span<const std::string_view> commands);
 
 /// "move X Y Z [--above D] [--time T]"
 [[nodiscard]] std::string usage_of(const VerbSpec& spec);

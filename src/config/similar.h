@@ -7,7 +7,7 @@
 
 namespace corbot {
 
-/// What most_similar() accepts as a misspelling. An edit: a letter inserted, left out or replaced.
+/// What most_similar() accepts as a misspelling. An edit: a letter inserted, left out or replaced. Capitals are none.
 struct Similarity {
   /// The most edits, for words of these lengths.
   std::size_t (*most_edits)(std::size_t typed, std::size_t word);

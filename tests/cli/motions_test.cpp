@@ -36,6 +36,8 @@ TEST_F(Motions, EachCommandReachesTheArm) {
   EXPECT_NEAR(joint(0), -10, 1e-9);
   EXPECT_EQ(corbot({"drive", "0", "-5", "60"}).code, 0);
   EXPECT_NEAR(joint(0), -15, 1e-9);
+  EXPECT_EQ(corbot({"drive", "base", "-5", "60"}).code, 0);
+  EXPECT_NEAR(joint(0), -20, 1e-9);
   EXPECT_EQ(corbot({"open"}).code, 0);
   EXPECT_EQ(status().at("gripper"), "open");
   EXPECT_EQ(corbot({"close"}).code, 0);
@@ -200,6 +202,7 @@ TEST_F(Motions, RefusalsExplainAndMoveNothing) {
       {{"move", "1", "1", "1"}, 1, "out of reach"},
       {{"move", "0", "0", "0.1"}, 1, "refused: "},
       {{"drive", "9", "1", "1"}, 1, "articulation"},
+      {{"drive", "bse", "1", "1"}, 2, "did you mean 'base'?"},
       {{"drive", "0", "200", "20"}, 1, "not within -90 to 90"},
       {{"drive", "0", "20", "9999"}, 1, "9999"},
       {{"joints", "1", "2"}, 1, "4 joints"},

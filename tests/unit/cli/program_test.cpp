@@ -158,6 +158,9 @@ INSTANTIATE_TEST_SUITE_P(
         FaultCase{"override 0", "above 0 and at most 100"}, FaultCase{"pitch", "DEGREES missing"},
         FaultCase{"tool 0 0", "Z missing"},
         FaultCase{"base 0 0 0 1 0 0", "either X Y Z, or X Y Z QW QX QY QZ"},
+        FaultCase{"wait 1", "did you mean 'delay'"}, FaultCase{"goto 1 2 3", "did you mean 'move'"},
+        FaultCase{"Ready", "did you mean 'ready'"}, FaultCase{"gripper close", "0 is closed, 100 open"},
+        FaultCase{"drive -x 1 1", "a joint's number, from 0, or its name"},
         FaultCase{"stop", "not for programs"}, FaultCase{"pause", "not for programs"},
         FaultCase{"resume", "not for programs"}, FaultCase{"clear", "not for programs"},
         FaultCase{"open \x01", "control character"}, FaultCase{"MOVE 1 2 3", "unknown command"}));
@@ -184,8 +187,9 @@ TEST(Program, RefusesAnEndlessLine) {
 }
 
 TEST(Program, WritesWhatItReads) {
-  for (const std::string line : {"move 0.2 -0.1 0.05 --above 0.06 --time 2", "speed 50 --joint 2",
-                                 "speed 50 --all", "drive 1 -10 5", "ready"}) {
+  for (const std::string line :
+       {"move 0.2 -0.1 0.05 --above 0.06 --time 2", "speed 50 --joint 2", "speed 50 --all", "drive 1 -10 5",
+        "ready", "drive base 10 5", "speed 50 --joint base", "limit base -10 10"}) {
     EXPECT_EQ(to_string(only_request(line)), line);
   }
 }

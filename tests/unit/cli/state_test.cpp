@@ -110,6 +110,19 @@ TEST_F(State, IsFoundWhileItsSupervisorLives) {
   EXPECT_TRUE(fs::is_empty(runtime_ / "corbot")) << "both files are gone";
 }
 
+TEST_F(State, AnUnknownNameIsAnsweredWithThoseThatAreUp) {
+  auto puma = StateLock::acquire("puma560");
+  auto lynx = StateLock::acquire("lynx5");
+  puma->write(sample("puma560"));
+  lynx->write(sample("lynx5"));
+  try {
+    (void)find_robot("puma");
+    ADD_FAILURE() << "found";
+  } catch (const Failure& failure) {
+    EXPECT_THAT(failure.what(), HasSubstr("but lynx5, puma560: did you mean 'puma560'?"));
+  }
+}
+
 /// Somebody has removed the directory, and another supervisor has begun in the new one.
 TEST_F(State, WhatIsAnothersIsNotRemoved) {
   auto first = StateLock::acquire("a1");

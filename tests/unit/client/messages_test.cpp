@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "client/client.h"
 #include "client/explain.h"
@@ -49,6 +50,27 @@ TEST(Message, ACallThatIsNotAnsweredMayHaveBeenCarriedOut) {
   const Failure f = unknown_start(Failure(ExitCode::kUnreachable, "no answer"));
   EXPECT_EQ(f.code(), ExitCode::kUnreachable);
   EXPECT_THAT(f.what(), AllOf(HasSubstr("no answer"), HasSubstr("accepted is unknown")));
+}
+
+TEST(Message, AJointThatIsNoneIsAnsweredWithTheNames) {
+  const std::vector<std::string> names{"base", "shoulder", "elbow"};
+  EXPECT_EQ(number_of_joint(names, "elbow"), 2);
+  try {
+    (void)number_of_joint(names, "sholder");
+    ADD_FAILURE() << "found";
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.code(), ExitCode::kUsage);
+    EXPECT_STREQ(failure.what(),
+                 "JOINT 'sholder': the arm has base, shoulder, elbow (0 to 2); did you mean 'shoulder'?");
+  }
+}
+
+TEST(Message, CommandsOfOtherProgramsAreUnderstood) {
+  const std::vector<std::string_view> commands{"up", "delay", "move", "status", "limit"};
+  EXPECT_EQ(suggest_command("UP", commands), "; did you mean 'up'?");
+  EXPECT_EQ(suggest_command("wait", commands), "; did you mean 'delay'?");
+  EXPECT_EQ(suggest_command("list", commands), "; did you mean 'status'?");
+  EXPECT_EQ(suggest_command("halt", commands), "") << "'stop' is no command here";
 }
 
 TEST(Message, UnreachableNamesThePoint) {
