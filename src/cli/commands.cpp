@@ -15,6 +15,7 @@
 #include "cli/local_stop.h"
 #include "cli/run_program.h"
 #include "cli/show.h"
+#include "cli/speed_view.h"
 #include "cli/stop_all.h"
 #include "client/client.h"
 #include "client/local_robots.h"
@@ -211,6 +212,10 @@ void run_request(const ClientOptions& options, const Request& request) {
   if (request.verb == Verb::kFrames && !request.reset) {
     Client client(find_robot(options.robot), options.timeout_s);
     return fmt::print("{}", read_frames(client));
+  }
+  if (request.verb == Verb::kSpeed && request.numbers.empty()) {
+    Client client(find_robot(options.robot), options.timeout_s);
+    return fmt::print("{}\n", speeds_text(read_status(client)));
   }
   if (request.verb == Verb::kRelease && request.force) return force_release(options);
   if (!spec_of(request.verb).motion) {

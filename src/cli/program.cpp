@@ -18,6 +18,8 @@ using client::Failure;
 using client::parse_request;
 using client::Request;
 using client::spec_of;
+using client::usage_of;
+using client::Verb;
 using client::VerbSpec;
 
 namespace {
@@ -71,6 +73,10 @@ void parse_line(std::string_view line, std::size_t number, Program& program) {
     program.faults.push_back(
         {number, fmt::format("'{}' is not for programs: give it from another terminal, 'corbot {}'",
                              spec.word, spec.word)});
+    return;
+  }
+  if (request.verb == Verb::kSpeed && request.numbers.empty()) {
+    program.faults.push_back({number, "PERCENT missing; usage: " + usage_of(spec)});
     return;
   }
   program.statements.push_back({number, std::string(text), request});

@@ -13,6 +13,7 @@
 
 #include "cli/gripper_view.h"
 #include "cli/joint_view.h"
+#include "cli/speed_view.h"
 #include "corbot/channel/alarms.h"
 #include "corbot/channel/records.h"
 #include "corbot/motion/bounds.h"
@@ -176,6 +177,8 @@ StatusReport read_status(Client& client) {
       report.soft_limits.assign(limits->get_buffer(), limits->get_buffer() + limits->length());
       const Corbot::ToolOrientationInfo set = arm.ToolOrientation();
       if (set.set) report.tool_orientation = set.orientation;
+      const Corbot::SpeedSettings_var speeds = arm.Speeds();
+      report.speeds = speeds.in();
     } catch (const CORBA::BAD_OPERATION&) {
       // of an earlier version: what was read one after another stands
     }
@@ -220,8 +223,8 @@ std::string status_text(const StatusReport& r) {
       text += fmt::format("   limited to {:g} to {:g}", r.soft_limits[i].lower, r.soft_limits[i].upper);
     text += '\n';
   }
-  text += fmt::format("  gripper   {}\n  override  {:g} %\n  pitch     {:g} deg\n",
-                      gripper_text(r.gripper, r.gripper_info), r.override_percent,
+  text += fmt::format("  gripper   {}\n  speed     {}\n  override  {:g} %\n  pitch     {:g} deg\n",
+                      gripper_text(r.gripper, r.gripper_info), speeds_text(r), r.override_percent,
                       rounded(r.tool_pitch_deg, 1e6));
   if (r.reach_m > 0.0) text += fmt::format("  reach     {:.3f} m\n", r.reach_m);  // no shoulder, no reach
   if (r.tool_orientation) {
@@ -269,6 +272,7 @@ std::string status_json(const StatusReport& r) {
                   {"gripper_opening", gripper_data(r.gripper_info)},
                   {"motion", r.motion != 0 ? json{{"ticket", r.motion}, {"progress", r.progress}} : json()},
                   {"reach_m", r.reach_m},
+                  {"speed_percent", speeds_data(r)},
                   {"override_percent", r.override_percent},
                   {"tool_pitch_deg", r.tool_pitch_deg},
                   {"tool_orientation", orientation_data(r.tool_orientation)},

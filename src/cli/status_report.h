@@ -33,6 +33,7 @@ struct StatusReport {
   Corbot::GripperState gripper{};
   double reach_m{};
   double override_percent{};
+  std::optional<Corbot::SpeedSettings> speeds;  ///< none: a servant of an earlier version
   double tool_pitch_deg{};
   std::optional<Corbot::Quaternion> tool_orientation;  ///< that is set; none: none is
   std::vector<ActiveAlarm> active_alarms;

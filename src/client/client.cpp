@@ -272,12 +272,12 @@ void Client::set(const Request& request) {
   });
 }
 
-std::optional<Corbot::JointKind> Client::kind_of(CORBA::Long joint) const {
+std::optional<Corbot::JointInfo> Client::info_of(CORBA::Long joint) const {
   if (joint < 0) return std::nullopt;
   try {
     const Corbot::JointList_var joints = arm_->Joints();
     const auto index = static_cast<CORBA::ULong>(joint);
-    return index < joints->length() ? std::optional(joints.in()[index].kind) : std::nullopt;
+    return index < joints->length() ? std::optional(joints.in()[index]) : std::nullopt;
   } catch (const CORBA::Exception&) {
     return std::nullopt;  // of an earlier version, or gone: the refusal itself is what counts
   }

@@ -66,13 +66,13 @@ class Client {
     try {
       return f();
     } catch (const Corbot::LimitExceeded& e) {
-      throw explain(e, kind_of(e.articulation));
+      throw explain(e, info_of(e.articulation));
     }
   }
   /// With the joint's number in place of its name. Throws Failure, kUsage, where the arm has no joint of that name.
   [[nodiscard]] Request with_joint_number(const Request& request);
   /// Nothing where the robot does not say.
-  [[nodiscard]] std::optional<Corbot::JointKind> kind_of(CORBA::Long joint) const;
+  [[nodiscard]] std::optional<Corbot::JointInfo> info_of(CORBA::Long joint) const;
   /// Until the motion has ended. A refused place among the waiting calls, or a lost connection, is no end: it
   /// asks again, and reports an unknown end as one.
   void wait(Corbot::Ticket ticket, const ProgressReport& report);

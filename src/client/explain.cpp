@@ -17,11 +17,19 @@ namespace corbot::client {
 namespace {
 
 /// With a blank in front; empty: not known.
-std::string unit_of(std::string_view quantity, std::optional<Corbot::JointKind> kind) {
+std::string unit_of(std::string_view quantity, const std::optional<Corbot::JointInfo>& joint) {
   if (quantity == kDurationWord) return " s";
-  if (!kind) return "";
-  const std::string unit = *kind == Corbot::JointSlides ? " m" : " degrees";
+  if (!joint) return "";
+  const std::string unit = joint->kind == Corbot::JointSlides ? " m" : " degrees";
   return quantity == kSpeedWord ? unit + " a second" : unit;
+}
+
+/// " (180 at 100 %: …)": of a speed limit that is lower than the joint's own; else empty.
+std::string lowered_speed(const Corbot::LimitExceeded& e, const std::optional<Corbot::JointInfo>& joint) {
+  const double percent = joint && joint->speed > 0.0 ? 100.0 * e.upper / joint->speed : 100.0;
+  if (std::string_view(e.quantity.in()) != kSpeedWord || !(percent < 99.999)) return "";
+  return fmt::format(" ({} at 100 %, the speed in force is {:.3g} %: 'corbot speed')", plain(joint->speed),
+                     percent);
 }
 
 std::string without_full_stop(std::string text) {
@@ -92,9 +100,9 @@ Failure explain(const Corbot::Unreachable& e) {
                                           is_far ? " ('corbot status' shows the reach)" : "")};
 }
 
-Failure explain(const Corbot::LimitExceeded& e, std::optional<Corbot::JointKind> kind) {
+Failure explain(const Corbot::LimitExceeded& e, const std::optional<Corbot::JointInfo>& joint) {
   std::string what = printable(e.quantity.in());
-  const std::string unit = unit_of(what, kind);
+  const std::string unit = unit_of(what, joint) + lowered_speed(e, joint);
   if (e.articulation >= 0) what += fmt::format(" of joint {}", e.articulation);
   return {ExitCode::kRefused,
           fmt::format("refused: {}: {} is not within {} to {}{}; this command moved nothing", what,

@@ -26,8 +26,9 @@ struct Address {
 
 [[nodiscard]] Failure explain(const Corbot::BadParameter& e);
 [[nodiscard]] Failure explain(const Corbot::Unreachable& e);
-/// `kind`: of the joint that it names; none: not known, the message has no unit.
-[[nodiscard]] Failure explain(const Corbot::LimitExceeded& e, std::optional<Corbot::JointKind> kind = {});
+/// `joint`: that it names; none: not known, and the message has no unit.
+[[nodiscard]] Failure explain(const Corbot::LimitExceeded& e,
+                              const std::optional<Corbot::JointInfo>& joint = {});
 [[nodiscard]] Failure explain(const Corbot::NotReady& e);
 [[nodiscard]] Failure explain(const Corbot::Stopped& e);
 [[nodiscard]] Failure explain(const Corbot::QueueFull& e);

@@ -91,9 +91,9 @@ const std::vector<VerbSpec> kVerbs{
     {Verb::kSpeed,
      "speed",
      {"PERCENT"},
-     1,
+     0,
      {{"--joint", "N", "only of joint N, from 0, or of that name"}, {"--all", "", "of all joints"}},
-     "Set the speed of the motions that follow: of the tool, or of joints",
+     "Set the speed of the motions that follow, of the tool or of joints; without PERCENT, show them",
      false,
      true},
     {Verb::kPitch,
@@ -231,6 +231,9 @@ std::optional<std::string> check_values(const Request& request) {
       if (!(n[0] >= 0 && n[0] <= 100)) return fmt::format("PERCENT {}: must be 0 to 100", n[0]);
       break;
     case Verb::kSpeed:
+      if (n.empty() && !request.all && request.joint < 0) break;  // shows them
+      if (n.empty()) return "PERCENT missing";
+      [[fallthrough]];
     case Verb::kOverride:
       if (!(n[0] > 0 && n[0] <= 100)) {
         return fmt::format("PERCENT {}: must be above 0 and at most 100", n[0]);

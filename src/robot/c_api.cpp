@@ -128,6 +128,11 @@ double corbot_robot_override(const corbot_robot* robot) { return robot->robot.vi
 int32_t corbot_robot_held(const corbot_robot* robot) { return robot->robot.view().held() ? 1 : 0; }
 int32_t corbot_robot_paused(const corbot_robot* robot) { return robot->robot.view().paused() ? 1 : 0; }
 double corbot_robot_tool_pitch(const corbot_robot* robot) { return robot->robot.tool_pitch_deg(); }
+void corbot_robot_speeds(const corbot_robot* robot, double* tool, double joints[CORBOT_MAX_JOINTS]) {
+  const PlanSettings set = robot->robot.settings();
+  *tool = 100.0 * set.speed_ratio;
+  for (std::size_t i = 0; i < CORBOT_MAX_JOINTS; ++i) joints[i] = 100.0 * set.joint_speed_ratio[i];
+}
 int32_t corbot_robot_tool_orientation(const corbot_robot* robot, double out[4]) {
   const std::optional<Quaternion> set = robot->robot.tool_orientation();
   const Quaternion q = set.value_or(Quaternion{});

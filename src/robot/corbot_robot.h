@@ -174,6 +174,8 @@ corbot_status corbot_robot_art_speed(corbot_robot* robot, const corbot_caller* c
                                      double percent, corbot_error* error);
 corbot_status corbot_robot_all_speed(corbot_robot* robot, const corbot_caller* caller, double percent,
                                      corbot_error* error);
+/* What these three have set, percent; of the joints as many as the arm has. */
+void corbot_robot_speeds(const corbot_robot* robot, double* tool, double joints[CORBOT_MAX_JOINTS]);
 corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, const corbot_caller* caller, double degrees,
                                           corbot_error* error);
 /* Unit quaternion w, x, y, z; CORBOT_BAD_PARAMETER also where the arm does not follow every orientation. */

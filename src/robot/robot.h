@@ -108,6 +108,7 @@ class Robot final : private LinkListener {
   void set_speed(double percent);
   void set_joint_speed(int joint, double percent);
   void set_all_speeds(double percent);
+  [[nodiscard]] PlanSettings settings() const { return settings_.get(); }
   void set_tool_pitch(double degrees);
   [[nodiscard]] double tool_pitch_deg() const;
   /// For arms that follow every orientation; of unit length within 1e-6.

@@ -47,7 +47,11 @@ TEST_F(Motions, EachCommandReachesTheArm) {
   EXPECT_EQ(corbot({"pitch", "-20"}).code, 0);
   EXPECT_EQ(status().at("tool_pitch_deg"), -20.0);
   EXPECT_EQ(corbot({"speed", "80", "--all"}).code, 0);
-  EXPECT_EQ(corbot({"speed", "80", "--joint", "1"}).code, 0);
+  EXPECT_EQ(corbot({"speed", "70", "--joint", "elbow"}).code, 0);
+  EXPECT_EQ(corbot({"speed", "50"}).code, 0);
+  EXPECT_EQ(corbot({"speed"}).output, "50 %, joint 0 80 %, joint 1 80 %, joint 2 70 %, joint 3 80 %\n");
+  EXPECT_EQ(status().at("speed_percent").at("tool"), 50.0);
+  EXPECT_THAT(corbot({"drive", "0", "1", "9999"}).errors, HasSubstr("the speed in force is 40 %"));
   EXPECT_EQ(corbot({"delay", "0.05"}).code, 0);
   EXPECT_EQ(corbot({"ready"}).code, 0);
   EXPECT_NEAR(joint(0), 0, 1e-9);

@@ -41,6 +41,16 @@ TEST_F(Interface, DescribesTheLynx5) {
   EXPECT_EQ(arm_->ToolPitch(), 0.0);
 }
 
+TEST_F(Interface, SaysWhichSpeedsAreInForce) {
+  arm_->Speed(40.0);
+  arm_->ArtSpeed(2, 25.0);
+  const Corbot::SpeedSettings_var speeds = arm_->Speeds();
+  EXPECT_DOUBLE_EQ(speeds->tool, 40.0);
+  ASSERT_EQ(speeds->joints.length(), 4u);
+  EXPECT_DOUBLE_EQ(speeds->joints[0], 100.0);
+  EXPECT_DOUBLE_EQ(speeds->joints[2], 25.0);
+}
+
 TEST_F(Interface, ReadyPoseIsThePapersForwardKinematics) {
   // L0..L3 = 67, 120, 120, 100 mm; A = B = 10, C = -35 degrees.
   const double rad = std::acos(-1.0) / 180.0;

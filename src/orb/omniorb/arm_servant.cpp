@@ -236,6 +236,15 @@ Corbot::ToolOrientationInfo ArmServant::ToolOrientation() {
   return {is_set, {q[0], q[1], q[2], q[3]}};
 }
 
+Corbot::SpeedSettings* ArmServant::Speeds() {
+  Corbot::SpeedSettings_var speeds = new Corbot::SpeedSettings;
+  double joints[CORBOT_MAX_JOINTS];
+  corbot_robot_speeds(&robot_, &speeds->tool, &joints[0]);
+  speeds->joints.length(static_cast<CORBA::ULong>(description_.dof));
+  for (CORBA::ULong i = 0; i < speeds->joints.length(); ++i) speeds->joints[i] = joints[i];
+  return speeds._retn();
+}
+
 template <class Function, class... Arguments>
 void ArmServant::set_at_once(Function function, Arguments&&... arguments) {
   const Caller caller(key_of_call());

@@ -83,6 +83,7 @@ class ArmServant final : public POA_Corbot::Arm {
   void SetToolOrientation(const Corbot::Quaternion& orientation) override;
   void ResetToolOrientation() override;
   Corbot::ToolOrientationInfo ToolOrientation() override;
+  Corbot::SpeedSettings* Speeds() override;
   void SetToolFrame(const Corbot::Pose& flange_T_tool) override;
   void SetBaseFrame(const Corbot::Pose& world_T_base) override;
   void ResetFrames() override;

@@ -104,6 +104,19 @@ static CORBA_double get_tool_pitch(PortableServer_Servant servant, CORBA_Environ
   return corbot_robot_tool_pitch(self_of(servant)->robot);
 }
 
+static Corbot_SpeedSettings* get_speeds(PortableServer_Servant servant, CORBA_Environment* ev) {
+  (void)ev;
+  const CORBA_unsigned_long dof = (CORBA_unsigned_long)self_of(servant)->description.dof;
+  double joints[CORBOT_MAX_JOINTS];
+  Corbot_SpeedSettings* result = Corbot_SpeedSettings__alloc();
+  corbot_robot_speeds(self_of(servant)->robot, &result->tool, joints);
+  result->joints._buffer = Corbot_JointPercents_allocbuf(dof);
+  result->joints._length = result->joints._maximum = dof;
+  result->joints._release = CORBA_TRUE;
+  for (CORBA_unsigned_long i = 0; i < dof; ++i) result->joints._buffer[i] = joints[i];
+  return result;
+}
+
 static Corbot_ToolOrientationInfo get_tool_orientation(PortableServer_Servant servant,
                                                        CORBA_Environment* ev) {
   (void)ev;
@@ -235,6 +248,7 @@ void arm_set_reads(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm) {
   arm->_get_Paused = get_paused;
   arm->_get_OverridePercent = get_override_percent;
   arm->_get_ToolPitch = get_tool_pitch;
+  arm->_get_Speeds = get_speeds;
   arm->_get_ToolOrientation = get_tool_orientation;
   arm->_get_SoftLimits = get_soft_limits;
   arm->_get_Joints = get_joints;

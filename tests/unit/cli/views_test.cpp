@@ -88,6 +88,19 @@ TEST(Status, APausedArmIsNotABusyOne) {
   EXPECT_THAT(status_json(report), HasSubstr("\"paused\": true"));
 }
 
+TEST(Status, ShowsTheSpeedsInForce) {
+  StatusReport report = sample();
+  EXPECT_THAT(status_text(report), HasSubstr("speed     not known"));
+  EXPECT_THAT(status_json(report), HasSubstr("\"speed_percent\": null"));
+  report.speeds.emplace();
+  report.speeds->tool = 5.0;
+  report.speeds->joints.length(2);
+  report.speeds->joints[0] = 100.0;
+  report.speeds->joints[1] = 50.0;
+  EXPECT_THAT(status_text(report), HasSubstr("  speed     5 %, joint 1 50 %\n"));
+  EXPECT_THAT(status_json(report), HasSubstr("\"tool\": 5.0"));
+}
+
 TEST(Status, WhatIsOldIsShownWithItsAge) {
   StatusReport report = sample();
   for (const std::optional<double> fresh : {std::optional<double>{}, std::optional<double>{0.04}}) {

@@ -88,7 +88,9 @@ TEST(Message, LimitNamesJointAndBothBounds) {
 
 TEST(Message, ALimitHasTheUnitOfItsJointWhereThatIsKnown) {
   const auto text = [](const char* quantity, std::optional<Corbot::JointKind> kind) {
-    return std::string(explain(Corbot::LimitExceeded(quantity, 2, 0.1, -0.15, 0), kind).what());
+    std::optional<Corbot::JointInfo> joint;
+    if (kind) joint = Corbot::JointInfo{"lift", *kind, {-1, 1}, 0.0};
+    return std::string(explain(Corbot::LimitExceeded(quantity, 2, 0.1, -0.15, 0), joint).what());
   };
   EXPECT_THAT(text("joint range", Corbot::JointSlides), HasSubstr("0.1 is not within -0.15 to 0 m;"));
   EXPECT_THAT(text("joint position", Corbot::JointTurns), HasSubstr("to 0 degrees;"));
@@ -96,6 +98,17 @@ TEST(Message, ALimitHasTheUnitOfItsJointWhereThatIsKnown) {
   EXPECT_THAT(text("speed", Corbot::JointTurns), HasSubstr("to 0 degrees a second;"));
   EXPECT_THAT(text("joint range", std::nullopt), HasSubstr("to 0;"));
   EXPECT_THAT(explain(Corbot::LimitExceeded("duration", -1, 4000, 0, 3600)).what(), HasSubstr("3600 s;"));
+}
+
+TEST(Message, ASpeedLimitSaysThatTheSpeedIsLowered) {
+  const Corbot::JointInfo joint{"base", Corbot::JointTurns, {-90, 90}, 180.0};
+  EXPECT_THAT(
+      explain(Corbot::LimitExceeded("speed", 0, 100, 0, 9), joint).what(),
+      HasSubstr("100 is not within 0 to 9 degrees a second (180 at 100 %, the speed in force is 5 %: "));
+  EXPECT_THAT(explain(Corbot::LimitExceeded("speed", 0, 200, 0, 180), joint).what(),
+              Not(HasSubstr("at 100 %")));
+  EXPECT_THAT(explain(Corbot::LimitExceeded("joint range", 0, 100, 0, 9), joint).what(),
+              Not(HasSubstr("at 100 %")));
 }
 
 TEST(Message, TheReachIsPointedToWhereItMatters) {

@@ -84,6 +84,12 @@ TEST_F(CApi, ArgumentsAreCheckedFirst) {
 
 TEST_F(CApi, SettingsNeedNoTask) {
   EXPECT_EQ(corbot_robot_speed(robot_.get(), nullptr, 50.0, &error_), CORBOT_OK);
+  EXPECT_EQ(corbot_robot_art_speed(robot_.get(), nullptr, 1, 20.0, &error_), CORBOT_OK);
+  double tool = 0.0, joints[CORBOT_MAX_JOINTS];
+  corbot_robot_speeds(robot_.get(), &tool, &joints[0]);
+  EXPECT_DOUBLE_EQ(tool, 50.0);
+  EXPECT_DOUBLE_EQ(joints[0], 100.0);
+  EXPECT_DOUBLE_EQ(joints[1], 20.0);
   EXPECT_EQ(corbot_robot_speed(robot_.get(), nullptr, 0.0, &error_), CORBOT_BAD_PARAMETER);
   EXPECT_STREQ(error_.parameter, "percent");
   EXPECT_EQ(corbot_robot_art_speed(robot_.get(), nullptr, 4, 50.0, &error_), CORBOT_BAD_PARAMETER);
