@@ -39,13 +39,22 @@ const char* to_string(Corbot::RobotState state) {
   }
 }
 
-const char* meaning(Corbot::RobotState state, bool cause_gone, bool paused) {
-  switch (state) {
+/// Of a StopAndHold: nothing is faulty.
+bool is_hold(const ActiveAlarm& alarm) { return alarm.code == static_cast<long>(AlarmCode::kHeld); }
+
+const char* meaning(const StatusReport& r, bool cause_gone) {
+  const bool is_held = r.active_alarms.empty()
+                           ? static_cast<bool>(r.control.held)
+                           : std::all_of(r.active_alarms.begin(), r.active_alarms.end(), is_hold);
+  switch (r.state) {
     case Corbot::Error:
+      if (is_held) return "held: no fault: 'corbot clear'";
       return cause_gone ? "faulted: the cause is gone: 'corbot clear'"
                         : "faulted: fix the cause, then 'corbot clear'";
     case Corbot::Waiting:
-      return paused ? "paused, what is accepted waits: 'corbot resume'" : "busy: moving or delaying";
+      if (r.paused) return "paused, what is accepted waits: 'corbot resume'";
+      return client::stands_by(r.device) ? "busy: the servos are being brought back"
+                                         : "busy: moving or delaying";
     default:
       return "at rest and ready";
   }
@@ -193,11 +202,10 @@ std::string status_text(const StatusReport& r) {
   std::string alarms;
   for (const auto& alarm : r.active_alarms) {
     const bool back = is_device_back(alarm, r.device);
-    cause_gone = cause_gone && (back || is_released(alarm, r.device));
+    cause_gone = cause_gone && (back || is_hold(alarm) || is_released(alarm, r.device));
     alarms += fmt::format("  alarm     {} {}\n", alarm.code, back ? device_back_text(alarm) : alarm.text);
   }
-  text += fmt::format("  state     {:<9} {}\n{}", to_string(r.state), meaning(r.state, cause_gone, r.paused),
-                      alarms);
+  text += fmt::format("  state     {:<9} {}\n{}", to_string(r.state), meaning(r, cause_gone), alarms);
   if (r.motion != 0)
     text += fmt::format("  motion    {}, {:.0f} % done\n", r.motion, rounded(100.0 * r.progress, 1));
   if (is_old(r)) {

@@ -19,13 +19,30 @@ std::int64_t monotonic_ns() { return std::chrono::steady_clock::now().time_since
 
 bool is_measured(const Snapshot& snapshot) { return (snapshot.flags & kSnapshotMeasured) != 0; }
 
+/// A device that answers again has done away with it. A drive without torque answers, and still has none.
+bool is_over_once_it_answers(DeviceCause cause) {
+  switch (cause) {
+    case DeviceCause::kDeviceFault:
+    case DeviceCause::kTorqueOff:
+    case DeviceCause::kDisabled:
+    case DeviceCause::kTargetIgnored:
+    case DeviceCause::kCountChanged:
+      return false;
+    default:
+      return true;
+  }
+}
+
 /// Why the device does not take set-points as it should; of one that stands by, for which DeviceHealth has no word, what
-/// it waits for.
-const char* cause_text(const Snapshot& snapshot) {
-  const char* const cause = device_cause_text(to_device_cause(snapshot.device_cause));
-  if (*cause != '\0' || snapshot.device_health != static_cast<std::uint32_t>(BackendHealth::kStandby))
-    return cause;
-  return snapshot.state == RtState::kError ? "no energy until Clear" : "its servos are being energised";
+/// it waits for, and the cause that is over.
+std::string cause_text(const Snapshot& snapshot) {
+  const DeviceCause code = to_device_cause(snapshot.device_cause);
+  const std::string cause = device_cause_text(code);
+  const bool is_standby = snapshot.device_health == static_cast<std::uint32_t>(BackendHealth::kStandby);
+  if (!is_standby || !is_over_once_it_answers(code)) return cause;
+  const std::string waits =
+      snapshot.state == RtState::kError ? "no energy until Clear" : "its servos are being energised";
+  return cause.empty() ? waits : waits + " (after: " + cause + ")";
 }
 
 double ratio_of(double elapsed_s, double duration_s) {

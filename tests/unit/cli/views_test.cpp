@@ -76,6 +76,25 @@ TEST(Status, ADeviceThatIsBackNeedsAClearOnly) {
   EXPECT_THAT(status_text(report), AllOf(HasSubstr("set-points are held\n"), HasSubstr("fix the cause")));
 }
 
+TEST(Status, AHoldIsNoFault) {
+  StatusReport report = sample();
+  report.active_alarms = {{133, "held"}};
+  report.control.held = true;
+  EXPECT_THAT(status_text(report),
+              AllOf(HasSubstr("held: no fault: 'corbot clear'"), Not(HasSubstr("faulted"))));
+  report.active_alarms.push_back({130, "emergency stop"});
+  report.device.emergencyStop = true;
+  EXPECT_THAT(status_text(report), HasSubstr("fix the cause"));
+}
+
+TEST(Status, ServosThatAreBroughtBackAreNoMotion) {
+  StatusReport report = sample();
+  report.state = Corbot::Waiting;
+  report.device.health = Corbot::DeviceClosed;
+  report.device.causeText = "its servos are being energised";
+  EXPECT_THAT(status_text(report), HasSubstr("busy: the servos are being brought back"));
+}
+
 TEST(Status, APausedArmIsNotABusyOne) {
   StatusReport report = sample();
   report.state = Corbot::Waiting;

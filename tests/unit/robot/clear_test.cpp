@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Clear after a fault: not before the arm is at rest; and what a motion after it is planned from.
+#include <fmt/format.h>
+
 #include "corbot/channel/alarms.h"
 #include "corbot/units.h"
 #include "robot/task_fixture.h"
@@ -111,6 +113,11 @@ TEST_F(Clear, ADeviceThatStandsByIsClosedAndSaysWhy) {
   });
   ASSERT_TRUE(wait_until(within(30), [&] { return robot_->view().state() == CORBOT_STATE_ERROR; }));
   EXPECT_STREQ(robot_->view().device().cause_text, device_cause_text(DeviceCause::kTorqueOff));
+  task_.change([](Snapshot& now) { now.device_cause = to_number(DeviceCause::kNoAnswer); });
+  const std::string back =
+      fmt::format("no energy until Clear (after: {})", device_cause_text(DeviceCause::kNoAnswer));
+  EXPECT_TRUE(wait_until(within(30), [&] { return robot_->view().device().cause_text == back; }))
+      << robot_->view().device().cause_text;
 }
 
 }  // namespace
