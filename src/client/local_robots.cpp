@@ -124,6 +124,15 @@ std::optional<pid_t> supervisor_of(const std::string& name) {
 
 std::vector<std::string> robots_up() { return robots_of_files(state_directory(false), true); }
 
+std::string robot_at_port(int port) {
+  for (const std::string& robot : robots_up()) {
+    const auto state = read_state(robot);
+    if (state && state->endpoint.ends_with(fmt::format(":{}", port)))
+      return fmt::format("'{}' is up at {}", robot, state->endpoint);
+  }
+  return "";
+}
+
 std::vector<std::string> robots_with_stale_state() { return robots_of_files(state_directory(false), false); }
 
 }  // namespace corbot::client

@@ -50,6 +50,9 @@ struct RobotState {
 /// Names of the robots that are up, sorted.
 [[nodiscard]] std::vector<std::string> robots_up();
 
+/// "'lynx5' is up at 127.0.0.1:12810": the robot here that listens at that port; empty: none does.
+[[nodiscard]] std::string robot_at_port(int port);
+
 /// The open lock file of a robot, or −1 with errno. `flags`: those of open(2).
 [[nodiscard]] int open_lock(const std::filesystem::path& directory, const std::string& name, int flags);
 

@@ -53,7 +53,9 @@ Finding port(const Profile& profile) {
   if (why.empty()) return {Level::kOk, "port", endpoint + " is free", ""};
   if (is_up(profile.name))
     return {Level::kOk, "port", fmt::format("{}: '{}' is up", endpoint, profile.name), ""};
-  return {Level::kFail, "port", why, "end that program, or use corbot up --endpoint HOST:PORT"};
+  const std::string robot = client::robot_at_port(profile.port);
+  return {Level::kFail, "port", robot.empty() ? why : fmt::format("{} is taken: {}", endpoint, robot),
+          "end that program, or use corbot up --endpoint HOST:PORT"};
 }
 
 /// The robot that was started from this profile, under whatever name, or that has its name; empty: none is up.

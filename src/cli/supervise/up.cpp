@@ -74,9 +74,12 @@ ProfileText read_profile(const std::string& file) {
 }
 
 void check_free(const std::string& host, int port, const std::string& fix) {
-  if (const std::string why = listen_error(host, port); !why.empty()) {
-    throw Failure(ExitCode::kInternal, fmt::format("{}: {}", why, fix));
-  }
+  const std::string why = listen_error(host, port);
+  if (why.empty()) return;
+  const std::string robot = client::robot_at_port(port);
+  throw Failure(
+      ExitCode::kInternal,
+      fmt::format("{}: {}", robot.empty() ? why : fmt::format("port {} is taken: {}", port, robot), fix));
 }
 
 /// What is to be started, from the command line and the profile.

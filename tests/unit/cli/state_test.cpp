@@ -110,6 +110,13 @@ TEST_F(State, IsFoundWhileItsSupervisorLives) {
   EXPECT_TRUE(fs::is_empty(runtime_ / "corbot")) << "both files are gone";
 }
 
+TEST_F(State, ThePortOfARobotIsKnown) {
+  auto lynx = StateLock::acquire("lynx5");
+  lynx->write(sample("lynx5"));
+  EXPECT_EQ(client::robot_at_port(12810), "'lynx5' is up at 127.0.0.1:12810");
+  EXPECT_EQ(client::robot_at_port(2810), "");
+}
+
 TEST_F(State, AnUnknownNameIsAnsweredWithThoseThatAreUp) {
   auto puma = StateLock::acquire("puma560");
   auto lynx = StateLock::acquire("lynx5");
