@@ -11,10 +11,14 @@
 #include "client/local_robots.h"
 #include "config/similar.h"
 #include "corbot/interface_words.h"
+#include "net/places.h"
 
 namespace corbot::client {
 
 namespace {
+
+/// No arm here reaches that far: somebody means centimetres or millimetres.
+constexpr double kUnlikely_m = 5.0;
 
 /// With a blank in front; empty: not known.
 std::string unit_of(std::string_view quantity, const std::optional<Corbot::JointInfo>& joint) {
@@ -122,6 +126,11 @@ Failure explain(const Corbot::Stopped& e) {
 }
 
 Failure explain(const Corbot::QueueFull& e) {
+  if (e.capacity == CORBOT_HOST_PLACES)
+    return {ExitCode::kRefused,
+            fmt::format("refused: {} calls of this machine wait for motions already, which is the limit; try "
+                        "again when one has ended, or start motions without waiting (StartMove, Progress)",
+                        e.capacity)};
   return {ExitCode::kRefused,
           fmt::format("refused: {} motions are queued, which is the limit; try again when one has ended",
                       e.capacity)};

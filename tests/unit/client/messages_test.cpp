@@ -125,6 +125,9 @@ TEST(Message, NotReadyStoppedAndQueueFull) {
   const Failure full = failure_of(Corbot::QueueFull(16));
   EXPECT_EQ(full.code(), ExitCode::kRefused);
   EXPECT_THAT(full.what(), HasSubstr("16 motions"));
+  EXPECT_THAT(
+      failure_of(Corbot::QueueFull(4)).what(),
+      AllOf(HasSubstr("4 calls of this machine wait"), HasSubstr("StartMove"), Not(HasSubstr("queued"))));
 }
 
 TEST(Message, NoServantSaysWhereAndHowToStart) {
