@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <netdb.h>
 
 #include <algorithm>
 #include <cmath>
@@ -39,6 +40,17 @@ std::string lowered_speed(const Corbot::LimitExceeded& e, const std::optional<Co
 std::string without_full_stop(std::string text) {
   while (!text.empty() && (text.back() == '.' || text.back() == ' ')) text.pop_back();
   return text;
+}
+
+/// The host of "HOST:PORT" where it has no address; empty: it has one, or `where` is of another form.
+std::string unresolved_host(const std::string& where) {
+  const std::size_t colon = where.rfind(':');
+  if (colon == std::string::npos || where.starts_with('[')) return "";
+  const std::string host = where.substr(0, colon);
+  addrinfo* found = nullptr;
+  if (::getaddrinfo(host.c_str(), nullptr, nullptr, &found) != 0) return host;
+  ::freeaddrinfo(found);
+  return "";
 }
 
 }  // namespace
@@ -98,10 +110,12 @@ Failure explain(const Corbot::BadParameter& e) {
 Failure explain(const Corbot::Unreachable& e) {
   const std::string reason = without_full_stop(printable(e.reason.in()));
   const bool is_far = reason.find(kTooFarWords) != std::string::npos;
+  const double farthest_m = std::max({std::abs(e.target.x), std::abs(e.target.y), std::abs(e.target.z)});
+  const char* hint = is_far ? " ('corbot status' shows the reach)" : "";
+  if (is_far && farthest_m >= kUnlikely_m) hint = "; numbers are metres: 20 cm is 0.20";
   return {ExitCode::kRefused, fmt::format("refused: ({}, {}, {}) m {}: {}; this command moved nothing{}",
                                           plain(e.target.x), plain(e.target.y), plain(e.target.z),
-                                          is_far ? "is out of reach" : "cannot be reached so", reason,
-                                          is_far ? " ('corbot status' shows the reach)" : "")};
+                                          is_far ? "is out of reach" : "cannot be reached so", reason, hint)};
 }
 
 Failure explain(const Corbot::LimitExceeded& e, const std::optional<Corbot::JointInfo>& joint) {
@@ -149,6 +163,13 @@ Failure explain(const CORBA::SystemException& e, const Address& address) {
         fmt::format("the servant of '{}' is being restarted by 'corbot up': try again in a moment; "
                     "'corbot up' reports why it ended",
                     address.local));
+  }
+  if (const std::string host = unresolved_host(address.where);
+      CORBA::TRANSIENT::_downcast(&e) != nullptr && !host.empty()) {
+    return fail(
+        fmt::format("'{}' is not a host that this machine can find: give its address, such as "
+                    "192.168.1.5:12810/NAME, or correct the name",
+                    printable(host)));
   }
   if (CORBA::TRANSIENT::_downcast(&e) != nullptr) {
     return fail(

@@ -52,6 +52,17 @@ TEST_F(Device, ALostDeviceIsReportedUntilAClear) {
   EXPECT_EQ(emulator.terminate(), 0);
 }
 
+TEST_F(Device, UpPointsToDoctorWhereTheDeviceIsMissing) {
+  const std::string profile = put_ssc32_profile((directory_ / "nothing").string());
+  const RunResult result = corbot({"up", profile});
+  EXPECT_NE(result.code, 0);
+  EXPECT_THAT(result.errors, HasSubstr("'corbot doctor " + profile + "' says what to do"));
+  EXPECT_THAT(corbot({"doctor", profile}).output, HasSubstr("plug the controller in"));
+  const RunResult no_file = corbot({"doctor", profile + "x"});
+  EXPECT_THAT(no_file.output, AllOf(HasSubstr("no such file"), HasSubstr("give the path of a profile"),
+                                    Not(HasSubstr("correct that line"))));
+}
+
 TEST_F(Device, DoctorAsksARobotThatIsUpAndTheDeviceWhenItIsDown) {
   const std::string line = (directory_ / "tty").string();
   Process emulator({CORBOT_BIN_DIR "/corbot-sim", "ssc32", "--pty", line});

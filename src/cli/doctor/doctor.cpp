@@ -41,7 +41,9 @@ std::optional<Profile> read_profile(const std::string& file, std::vector<Finding
     return profile;
   } catch (const ConfigError& error) {
     for (const auto& fault : error.faults()) {
-      findings.push_back({Level::kFail, "profile", fault.text(), "correct that line"});
+      const bool is_file = fault.line == 0 && fault.key.empty();
+      findings.push_back({Level::kFail, "profile", fault.text(),
+                          is_file ? "give the path of a profile" : "correct that line"});
     }
     return std::nullopt;
   }

@@ -62,6 +62,7 @@ Supervisor::Spec real_time_task(const UpOptions& options, const RobotState& stat
                 return line.starts_with("ready");
               },
           .respond_s = profile.supervisor.respond_s,
+          .examine_with = fmt::format("corbot doctor {}", options.profile),
           .after_unresponsive = after_gap};
 }
 

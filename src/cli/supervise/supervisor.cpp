@@ -73,8 +73,11 @@ bool Supervisor::start(Spec spec) {
     if (const auto status = entry.child.reap()) {
       const bool is_usage = WIFEXITED(*status) && WEXITSTATUS(*status) == static_cast<int>(ExitCode::kUsage);
       throw Failure(is_usage ? ExitCode::kUsage : ExitCode::kInternal,
-                    fmt::format("{} ended at its start ({}): its own message has the reason",
-                                entry.spec.title, describe_end(*status)));
+                    fmt::format("{} ended at its start ({}): its own message has the reason{}",
+                                entry.spec.title, describe_end(*status),
+                                entry.spec.examine_with.empty()
+                                    ? ""
+                                    : fmt::format("; '{}' says what to do", entry.spec.examine_with)));
     }
     if (seconds_since(entry.child.started()) > entry.spec.ready_within_s) {
       throw Failure(ExitCode::kInternal, fmt::format("{} was not ready within {:g} s", entry.spec.title,

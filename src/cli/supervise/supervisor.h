@@ -30,7 +30,8 @@ class Supervisor {
     double ready_within_s{10};
     /// Once ready, WATCHDOG=1 comes at least this often, or the process is killed and replaced. 0: unwatched.
     double respond_s{0};
-    double end_within_s{5};  ///< after SIGTERM; then SIGKILL
+    std::string examine_with{};  ///< the command that examines why it ended at its start; empty: none
+    double end_within_s{5};      ///< after SIGTERM; then SIGKILL
     /// Added to the command when the process before had been ready, did not respond and was killed.
     std::vector<std::string> after_unresponsive{};
   };

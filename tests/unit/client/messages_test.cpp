@@ -79,6 +79,13 @@ TEST(Message, UnreachableNamesThePoint) {
   EXPECT_THAT(f.what(), AllOf(HasSubstr("(1, -2, 0.5) m"), HasSubstr("too far"), HasSubstr("corbot status")));
 }
 
+TEST(Message, CentimetresAreRecognised) {
+  EXPECT_THAT(failure_of(Corbot::Unreachable({20, 5, 8}, "the target is too far")).what(),
+              HasSubstr("numbers are metres: 20 cm is 0.20"));
+  EXPECT_THAT(failure_of(Corbot::Unreachable({2, 0.5, 0.8}, "the target is too far")).what(),
+              Not(HasSubstr("20 cm")));
+}
+
 TEST(Message, LimitNamesJointAndBothBounds) {
   EXPECT_THAT(
       failure_of(Corbot::LimitExceeded("angle", 2, 160, -30, 150)).what(),
@@ -135,6 +142,13 @@ TEST(Message, NoServantSaysWhereAndHowToStart) {
   EXPECT_EQ(f.code(), ExitCode::kUnreachable);
   EXPECT_THAT(f.what(), AllOf(HasSubstr("no servant at 127.0.0.1:12810"), HasSubstr("corbot up"),
                               Not(HasSubstr("TRANSIENT"))));
+}
+
+TEST(Message, AHostWithoutAnAddressIsNamed) {
+  const Address address{"corbaloc::nowhere.invalid:12810/lynx1", "lynx1", "nowhere.invalid:12810"};
+  const CORBA::TRANSIENT e(omni::TRANSIENT_ConnectFailed, CORBA::COMPLETED_NO);
+  EXPECT_THAT(explain(e, address).what(),
+              AllOf(HasSubstr("'nowhere.invalid' is not a host"), HasSubstr("192.168.1.5:12810/NAME")));
 }
 
 TEST(Message, EachOrbFailureHasItsMessage) {
