@@ -46,7 +46,7 @@ std::string without_full_stop(std::string text) {
 std::string unresolved_host(const std::string& where) {
   const std::size_t colon = where.rfind(':');
   if (colon == std::string::npos || where.starts_with('[')) return "";
-  const std::string host = where.substr(0, colon);
+  std::string host = where.substr(0, colon);
   addrinfo* found = nullptr;
   if (::getaddrinfo(host.c_str(), nullptr, nullptr, &found) != 0) return host;
   ::freeaddrinfo(found);

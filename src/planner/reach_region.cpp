@@ -241,12 +241,12 @@ void mark_arc(ReachRegion& region, const Turn& turn, const PlanePoint& p) {
   };
   PlanePoint at{p[0] - turn.about[0], p[1] - turn.about[1]};
   const double length_m = 2.0 * turn.half_rad * std::hypot(at[0], at[1]);
-  const double steps = std::ceil(length_m / (0.5 * region.cell_m)) + 1.0;
+  const int steps = static_cast<int>(std::ceil(length_m / (0.5 * region.cell_m))) + 1;
   at = by(at, std::cos(turn.half_rad), -std::sin(turn.half_rad));
   const double c = std::cos(2.0 * turn.half_rad / steps);
   const double s = std::sin(2.0 * turn.half_rad / steps);
   Marking marking(region);
-  for (double i = 0.0; i <= steps; i += 1.0) {
+  for (int i = 0; i <= steps; ++i) {
     marking.mark_at({turn.about[0] + at[0], turn.about[1] + at[1]});
     at = by(at, c, s);
   }

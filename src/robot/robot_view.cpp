@@ -37,7 +37,7 @@ bool is_over_once_it_answers(DeviceCause cause) {
 /// it waits for, and the cause that is over.
 std::string cause_text(const Snapshot& snapshot) {
   const DeviceCause code = to_device_cause(snapshot.device_cause);
-  const std::string cause = device_cause_text(code);
+  std::string cause = device_cause_text(code);
   const bool is_standby = snapshot.device_health == static_cast<std::uint32_t>(BackendHealth::kStandby);
   if (!is_standby || !is_over_once_it_answers(code)) return cause;
   const std::string waits =

@@ -133,7 +133,8 @@ class Chart {
     for (int i = 0; step_s * (kGanttRight - kGanttLeft) / duration_s < kLeastTick; ++i)
       step_s *= i % 3 == 1 ? 2.5 : 2;  // 1, 2, 5, 10
     std::string grid;
-    for (double at_s = 0; at_s <= duration_s; at_s += step_s) {
+    for (int i = 0; i * step_s <= duration_s; ++i) {
+      const double at_s = i * step_s;
       const double at = x(period_.begin_s + at_s);
       grid += fmt::format("M{:.2f} {:.0f}V{:.0f}", at, kTitleHeight, bottom + 8);
       text("tick", at, bottom + 40, fmt::format("{:g}", at_s));
@@ -221,8 +222,9 @@ class Chart {
   void legend(double top) {
     int entry = 0;
     const auto next = [&](const std::string& label, auto&& draw_at) {
+      const int row = entry / 2;
       const double left = kGanttLeft + (entry % 2) * 580;
-      const double y = top + kLegendRow * (entry / 2);
+      const double y = top + kLegendRow * row;
       ++entry;
       draw_at(left, y);
       text("entry", left + 60, y + 28, label);
