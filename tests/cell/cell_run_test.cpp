@@ -171,7 +171,8 @@ TEST_F(CellRun, BringsEveryPieceFromPalletToPalletOnce) {
         "\n  pieces +4, \\d+\\.\\d s a piece, in \\d+\\.\\d s\n", "\n  both arms moved +\\d+ %[^\n]*\n",
         "\n  zone of store1 +robot1 \\d+ %, robot2 \\d+ %, free \\d+ %\n",
         "\n  least distance +\\d+ mm between the arms\n",
-        "\n  overruns +robot1 \\d+, robot2 \\d+, scene \\d+\n"})
+        "\n  overruns +robot1 \\d+, robot2 \\d+, scene \\d+\n", "\npicture [^\n]*of the run/cell.svg\n",
+        "\npicture [^\n]*of the run/gantt.svg\n", "\npicture [^\n]*of the run/camera.jpg\n"})
     EXPECT_TRUE(std::regex_search(result.output, std::regex(line))) << line << result.output;
   EXPECT_EQ(result.output.find('\x1b'), std::string::npos) << "no terminal";
 }

@@ -36,13 +36,18 @@ void prepare_pictures(const fs::path& directory) {
   fs::remove(probe, error);
 }
 
-void write_pictures(const fs::path& directory, const RunPictures& pictures) {
-  if (pictures.record) write_file(directory / "cell.svg", cell_animation(pictures.cell, *pictures.record));
-  if (const std::string gantt = gantt_svg(pictures.end.history); !gantt.empty())
-    write_file(directory / "gantt.svg", gantt);
+std::vector<fs::path> write_pictures(const fs::path& directory, const RunPictures& pictures) {
+  std::vector<fs::path> written;
+  const auto write = [&](const char* name, std::string_view content) {
+    if (content.empty()) return;
+    write_file(directory / name, content);
+    written.push_back(directory / name);
+  };
+  if (pictures.record) write("cell.svg", cell_animation(pictures.cell, *pictures.record));
+  write("gantt.svg", gantt_svg(pictures.end.history));
   const auto& jpeg = pictures.end.camera_jpeg;
-  if (!jpeg.empty())
-    write_file(directory / "camera.jpg", {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});
+  write("camera.jpg", {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});
+  return written;
 }
 
 }  // namespace corbot::cli

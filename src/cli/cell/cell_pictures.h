@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "cell/cell_config.h"
 #include "cell/scene_record.h"
@@ -22,8 +23,8 @@ struct RunPictures {
   const CellEnd& end;
 };
 
-/// Writes those of cell.svg, gantt.svg and camera.jpg for which there is something to show. Throws
-/// client::Failure where a file cannot be written.
-void write_pictures(const std::filesystem::path& directory, const RunPictures& pictures);
+/// Writes those of cell.svg, gantt.svg and camera.jpg for which there is something to show, and returns their
+/// paths. Throws client::Failure if a file cannot be written.
+std::vector<std::filesystem::path> write_pictures(const std::filesystem::path& directory, const RunPictures& pictures);
 
 }  // namespace corbot::cli

@@ -321,13 +321,28 @@ class Run {
       end.history.activities = cell::read_activity(cell_.activity_file());
     const std::optional<cell::SceneRecord> record = cell_.scene ? read_record(cell_) : std::nullopt;
     for (const std::string& line : run_table(end.history, figures_of(end, record))) report(line);
-    if (!options_.pictures.empty()) write_pictures(options_.pictures, {cell_, record, end});
+    const std::optional<Failure> no_pictures = make_pictures({cell_, record, end});
     const Verdict verdict = judge(cell_, end);
     report(verdict.summary);
-    if (verdict.faults.empty()) return;
+    if (verdict.faults.empty()) {
+      if (no_pictures) throw Failure(*no_pictures);
+      return;
+    }
     std::string text = "the work ended, but not as it should:";
     for (const std::string& fault : verdict.faults) text += "\n  " + fault;
     throw Failure(ExitCode::kRefused, fmt::format("{}\nthe robots waited:{}", text, work.waits()));
+  }
+
+  /// The verdict does not need pictures: why they could not be written is for after it.
+  std::optional<Failure> make_pictures(const RunPictures& pictures) const {
+    if (options_.pictures.empty()) return std::nullopt;
+    try {
+      for (const fs::path& path : write_pictures(options_.pictures, pictures))
+        report("picture " + path.string());
+    } catch (const Failure& failure) {
+      return failure;
+    }
+    return std::nullopt;
   }
 
   const CellConfig& cell_;
