@@ -25,6 +25,7 @@ struct RunPictures {
 
 /// Writes those of cell.svg, gantt.svg and camera.jpg for which there is something to show, and returns their
 /// paths. Throws client::Failure if a file cannot be written.
-std::vector<std::filesystem::path> write_pictures(const std::filesystem::path& directory, const RunPictures& pictures);
+std::vector<std::filesystem::path> write_pictures(const std::filesystem::path& directory,
+                                                  const RunPictures& pictures);
 
 }  // namespace corbot::cli
