@@ -256,7 +256,8 @@ TEST_P(AsOther, PlansThePathsThatTheClosedFormPlans) {
   closed.kinematics = Kinematics::recognise(other.kinematics.chain());
   ASSERT_TRUE(closed.kinematics.has_closed_form());
   int planned = 0, both = 0, slower = 0;
-  for (int i = 0; i < test::cases(400); ++i) {
+  const int cases = test::cases(400);
+  for (int i = 0; i < cases; ++i) {
     const PlanStart from{random.joints(closed), 0.0};
     const Vector3 target = closed.kinematics.forward(from.position_q).position_m + random.vector(0.2);
     const PlanResult known = Planner(closed).move_s(from, {}, target, 0.0);
@@ -275,7 +276,7 @@ TEST_P(AsOther, PlansThePathsThatTheClosedFormPlans) {
   }
   std::cout << both << " of " << planned << " paths planned without the closed form, " << slower
             << " slower\n";
-  EXPECT_GT(planned, 50);
+  EXPECT_GT(planned, cases / 8);
   EXPECT_GE(both, planned * 0.98);
   EXPECT_LE(slower, both / 50);
 }
