@@ -13,6 +13,7 @@
 #include <fmt/ranges.h>
 
 #include "config/arms/arm_kind.h"
+#include "config/arms/doubts.h"
 #include "config/arms/recognise.h"
 #include "config/arms/roll_pitch_yaw.h"
 #include "config/joint_keys.h"
@@ -72,7 +73,11 @@ void read_chain(Section& section, const std::string& profile_file, GeometryInput
   if (!input.is_complete) return;
   input.urdf_file = is_urdf_text(*urdf) ? "inline" : *urdf;
   try {
-    input.urdf = config::read_urdf_chain(read_urdf(*urdf, profile_file), *base, *tip);
+    const std::string xml = read_urdf(*urdf, profile_file);
+    input.urdf = config::read_urdf_chain(xml, *base, *tip);
+    const std::string degrees = config::rotation_in_degrees(xml);
+    if (!degrees.empty())
+      throw config::UrdfError(fmt::format("has rpy=\"{}\": degrees? A URDF has radians", degrees));
   } catch (const config::UrdfError& error) {
     section.refuse("urdf", error.what());
     input.is_complete = false;
@@ -142,7 +147,8 @@ DhRow read_row(Section row, JointKind kind, bool& is_complete) {
 }
 
 /// robot.kind, where it is given, is what was recognised.
-void check_kind(Section& robot, const Kinematics& kinematics, const std::string& reason, ArmKind& kind) {
+void check_kind(Section& robot, const Kinematics& kinematics, const config::ArmDescription& description,
+                ArmKind& kind) {
   const ArmKind found = config::kind_of(kinematics);
   kind = found;
   const auto given = robot.text_or("kind", std::string(config::name_of(found)));
@@ -152,9 +158,13 @@ void check_kind(Section& robot, const Kinematics& kinematics, const std::string&
     robot.refuse("kind", fmt::format("is none; allowed here: \"{}\"", config::name_of(found)));
     return;
   }
-  robot.refuse("kind",
-               fmt::format("must be \"{}\", or be left out: the geometry is that of the family '{}'{}{}",
-                           config::name_of(found), kinematics.family(), reason.empty() ? "" : "; ", reason));
+  std::string text = fmt::format("must be \"{}\", or be left out: the geometry is that of the family '{}'",
+                                 config::name_of(found), kinematics.family());
+  const std::string other = description.form == GeometryForm::kDh
+                                ? config::other_reading(description.table, description.home_q)
+                                : "";
+  for (const std::string& more : {other, description.reason}) text += more.empty() ? "" : "; " + more;
+  robot.refuse("kind", text);
 }
 
 /// With four or five joints a search meets a pose or finds nothing: it does not look for the nearest orientation.
@@ -282,7 +292,7 @@ void recognise_geometry(Section& robot, Section& geometry, const GeometryInput& 
     geometry.refuse("l1_m", "gives no base and planar arm: " + arm.reason);
   }
   profile.arm.kinematics = arm.kinematics;
-  check_kind(robot, arm.kinematics, arm.reason, profile.arm.kind);
+  check_kind(robot, arm.kinematics, description, profile.arm.kind);
   check_orientation_error(robot, arm.kinematics, profile.arm.orientation_error_rad);
 }
 

@@ -62,6 +62,7 @@ std::string arm_json(const ArmReport& report) {
   const json whole{{"name", profile.name},
                    {"family", arm.family()},
                    {"reason", profile.description.reason},
+                   {"warnings", report.doubts},
                    {"kind", config::name_of(profile.arm.kind)},
                    {"most_solutions", arm.solution_count()},
                    {"difference_m", profile.description.difference_m},

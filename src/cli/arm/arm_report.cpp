@@ -179,6 +179,7 @@ std::string arm_text(const ArmReport& report) {
   } else {
     text += fmt::format("  no closed form, solved numerically: {}\n", given.reason);
   }
+  for (const std::string& doubt : report.doubts) text += fmt::format("  warning: {}\n", doubt);
   text += fmt::format("  follows {}\n", describe(profile.arm));
   text += fmt::format("  largest difference from the geometry as given: {:.1e} m, {:.1e} rad\n",
                       given.difference_m, given.difference_rad);

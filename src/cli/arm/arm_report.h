@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "cli/arm/solutions.h"
 #include "config/profile.h"
@@ -14,6 +15,7 @@ struct ArmReport {
   const Profile& profile;
   Workspace workspace;
   PoseSolutions at;
+  std::vector<std::string> doubts;  ///< doubts.h
 };
 
 [[nodiscard]] std::string arm_text(const ArmReport& report);

@@ -11,6 +11,7 @@
 
 #include "cli/arm/arm_picture.h"
 #include "cli/arm/arm_report.h"
+#include "cli/arm/doubts.h"
 #include "client/failure.h"
 #include "client/number.h"
 #include "config/arms/write_urdf.h"
@@ -86,7 +87,9 @@ void write_file(const std::string& file, const std::string& text) {
 void kinematics(const KinematicsOptions& options) {
   const Profile profile = profile_of(options.profile);
   const Joints at = joints_of(profile.arm, options.joints);
-  const ArmReport report{profile, workspace_of(profile.arm), solutions_of(profile.arm, options.pose, at)};
+  const Workspace workspace = workspace_of(profile.arm);
+  const ArmReport report{profile, workspace, solutions_of(profile.arm, options.pose, at),
+                         doubts_of(profile, workspace)};
   if (!options.svg.empty()) {
     const bool is_asked = !options.pose.empty() && !report.at.solutions.empty();
     write_file(options.svg, arm_picture(profile, is_asked ? report.at.solutions.front().joints_q : at,

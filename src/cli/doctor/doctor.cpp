@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "cli/arm/doubts.h"
 #include "cli/doctor/device_findings.h"
 #include "cli/supervise/child.h"
 #include "cli/supervise/robot_processes.h"
@@ -93,6 +94,9 @@ std::vector<Finding> examine_installation(const std::string& profile_file) {
   if (profile_file.empty()) return findings;
   const auto profile = read_profile(profile_file, findings);
   if (!profile) return findings;
+  for (const std::string& doubt : doubts_of(*profile, workspace_of(profile->arm)))
+    findings.push_back(
+        {Level::kWarn, "geometry", doubt, "see docs/profiles.md; 'corbot kinematics' shows the arm"});
   findings.push_back(port(*profile));
   // Its device is open already: a second program on the line would disturb the first.
   const std::string running = running_robot(profile_file, profile->name);

@@ -16,6 +16,7 @@
 
 #include "cli/arm/arm_line.h"
 #include "cli/arm/arm_picture.h"
+#include "cli/arm/doubts.h"
 #include "cli/arm/kinematics.h"
 #include "cli/arm/outline.h"
 #include "cli/arm/solutions.h"
@@ -97,6 +98,74 @@ TEST(Regularity, IsThatOfThePathsOfEveryArm) {
   }
   const Kinematics omx = load_profile(profile_file("omx")).arm.kinematics;
   EXPECT_LT(regularity_at(omx, {0.3, 0.2, -std::atan2(0.128, 0.024), 0.1}).smallest, 1e-9);
+}
+
+/// A shipped arm's profile without `kind`, with edits.
+std::vector<std::string> doubts_after(const std::string& arm,
+                                      const std::vector<std::pair<std::string, std::string>>& edits) {
+  std::ifstream from(profile_file(arm));
+  std::string text{std::istreambuf_iterator<char>{from}, {}};
+  text = std::regex_replace(text, std::regex("\nkind = \"[a-z]+\"(?=[^[]*\\[geometry)"), "");
+  for (const auto& [old_text, new_text] : edits) {
+    const auto at = text.find(old_text);
+    EXPECT_NE(at, std::string::npos) << old_text;
+    if (at != std::string::npos) text.replace(at, old_text.size(), new_text);
+  }
+  const Profile profile = parse_profile(text, "arm.toml");
+  return doubts_of(profile, workspace_of(profile.arm));
+}
+
+TEST(Doubts, NoShippedArmHasAny) {
+  for (const auto& file : std::filesystem::directory_iterator(CORBOT_PROFILES)) {
+    if (file.path().extension() != ".toml") continue;
+    const Profile profile = load_profile(file.path());
+    EXPECT_THAT(doubts_of(profile, workspace_of(profile.arm)), testing::IsEmpty()) << file.path();
+  }
+}
+
+TEST(Doubts, NameTheFamilyThatTheOtherConventionGives) {
+  for (const auto& [arm, family] : std::vector<std::pair<std::string, std::string>>{
+           {"puma560", "ortho-parallel arm with spherical wrist"}, {"omx", "base and planar arm"}}) {
+    EXPECT_THAT(
+        doubts_after(arm, {{"\"standard\"", "\"modified\""}}),
+        testing::Contains(
+            "geometry.dh = \"modified\" gives the family 'other', but as \"standard\" it is of the family '" +
+            family + "'"))
+        << arm;
+  }
+}
+
+TEST(Doubts, NameAnglesThatLookLikeRadians) {
+  EXPECT_THAT(doubts_after("puma560", {{"alpha_deg = 90", "alpha_deg = 1.5708"}}),
+              testing::Contains("joint 'waist': alpha_deg 1.5708: radians? Then 90 degrees is meant"));
+  EXPECT_THAT(doubts_after("puma560", {{"home_deg = -180", "home_deg = -3.1416"}}),
+              testing::Contains(HasSubstr("home_deg -3.1416: radians? Then -180 degrees")));
+  EXPECT_THAT(doubts_after("puma560", {{"[-160, 160]", "[-2.79, 0.7854]"}}),
+              testing::ElementsAre(HasSubstr("range_deg 0.7854: radians? Then 45 degrees")));
+}
+
+TEST(Doubts, SayThatTheWorkspaceIsFlatOrEveryPoseIsSingular) {
+  EXPECT_THAT(doubts_after("scara_gx4", {{"kind = \"sliding\"", ""},
+                                         {"range_m = ", "range_deg = "},
+                                         {"speed_m_s", "speed_deg_s"},
+                                         {"acceleration_m_s2", "acceleration_deg_s2"},
+                                         {"jerk_m_s3", "jerk_deg_s3"}}),
+              testing::Contains(HasSubstr("the workspace is flat: z is ")));
+  // Joints 4 and 6 about the same line, whatever the others do.
+  EXPECT_THAT(doubts_after("stanford", {{"theta_deg = 0, d_m = 0, a_m = 0, alpha_deg = -90",
+                                         "theta_deg = 0, d_m = 0, a_m = 0, alpha_deg = 0"}}),
+              testing::Contains(HasSubstr("singular wherever its joints are near 0")));
+}
+
+TEST(Kinematics, PrintsTheDoubts) {
+  const std::string file = testing::TempDir() + "corbot-doubts-" + std::to_string(::getpid()) + ".toml";
+  std::ifstream from(profile_file("scara_gx4"));
+  std::string text{std::istreambuf_iterator<char>{from}, {}};
+  text.replace(text.find("theta_deg = 0"), 13, "theta_deg = 1.5708");
+  std::ofstream(file) << text;
+  EXPECT_THAT(printed({.profile = file}), HasSubstr("  warning: joint '"));
+  EXPECT_THAT(printed({.profile = file, .json = true}), HasSubstr("theta_deg 1.5708: radians?"));
+  std::filesystem::remove(file);
 }
 
 TEST(Solutions, AreAllThatThereAreAndKnowTheirRanges) {

@@ -99,6 +99,22 @@ TEST(CpuList, IsRead) {
   EXPECT_FALSE(cpu_list_contains("x-y", 0));
 }
 
+TEST(Installation, DoubtsAboutTheGeometryAreWarnings) {
+  std::ifstream from(CORBOT_PROFILES "/scara_gx4.toml");
+  std::string text{std::istreambuf_iterator<char>{from}, {}};
+  text.replace(text.find("theta_deg = 0"), 13, "theta_deg = 1.5708");
+  const std::string path =
+      testing::TempDir() + "corbot-doctor-radians-" + std::to_string(::getpid()) + ".toml";
+  std::ofstream(path) << text;
+  const auto findings = examine_installation(path);
+  const auto found =
+      std::find_if(findings.begin(), findings.end(), [](const auto& f) { return f.subject == "geometry"; });
+  ASSERT_NE(found, findings.end());
+  EXPECT_EQ(found->level, Level::kWarn);
+  EXPECT_THAT(found->text, HasSubstr("1.5708: radians?"));
+  fs::remove(path);
+}
+
 TEST(Installation, ASerialDeviceIsChecked) {
   std::ifstream from(CORBOT_PROFILES "/lynx5.toml");
   const std::string all{std::istreambuf_iterator<char>{from}, {}};

@@ -93,6 +93,8 @@ const std::vector<Case> kCases{
     {"KindOfAnotherFamily", "puma560", "kind = \"anthropomorphic\"", "kind = \"scara\"", "\"scara\"",
      "robot.kind", "\"scara\"",
      "must be \"anthropomorphic\", or be left out: the geometry is that of the family '"},
+    {"KindInTheOtherConvention", "puma560", "\"standard\"", "\"modified\"", "kind = ", "robot.kind",
+     "\"anthropomorphic\"", "as \"standard\" it is of the family 'ortho-parallel arm with spherical wrist'"},
     {"KindOfNone", "ur5e", "kind = \"anthropomorphic\"", "kind = \"humanoid\"", "\"humanoid\"", "robot.kind",
      "\"humanoid\"", "is none; allowed here: \"anthropomorphic\""},
     {"KindNotText", "ur5e", "kind = \"anthropomorphic\"", "kind = 6", "kind = 6", "robot.kind", "6",

@@ -170,6 +170,8 @@ INSTANTIATE_TEST_SUITE_P(
                           "origin of joint \"elbow\" further than 100 m from link \"base\""},
                     Wrong{"LimitsSwapped", "lower=\"-2.5\" upper=\"2.5\"", "lower=\"2.5\" upper=\"-2.5\"",
                           "\"elbow\" whose lower limit is above its upper one"},
+                    Wrong{"Degrees", "rpy=\"3.14159265358979 0 0\"", "rpy=\"180 0 0\"",
+                          "has rpy=\"180 0 0\": degrees? A URDF has radians"},
                     Wrong{"NoAxis", "<axis xyz=\"0 0 -2\"/>", "<axis xyz=\"0 0 0\"/>",
                           "\"elbow\" without an axis"}),
     [](const auto& test) { return test.param.name; });
