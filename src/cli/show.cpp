@@ -114,6 +114,14 @@ json orientation_data(const std::optional<Corbot::Quaternion>& q) {
 /// Old: more than five of the longest periods that a profile may have.
 bool is_old(const StatusReport& report) { return report.cycle_age_s.value_or(0) > 0.1; }
 
+/// The next move takes the pitch that was set; without one a four-axis arm takes 0, any other keeps the present one.
+std::string pitch_text(const StatusReport& r) {
+  const bool has_default = r.kind == Corbot::Anthropomorphic && r.joints.size() == 4;
+  const std::string now = fmt::format("{:g} deg now", rounded(r.pose.b, 100));
+  if (r.tool_orientation || (!has_default && r.tool_pitch_deg == 0.0)) return now;
+  return fmt::format("{}, {:g} deg for the next move", now, rounded(r.tool_pitch_deg, 1e6));
+}
+
 /// "cell 7, 11.8 s left unless renewed"; empty: nobody.
 std::string holder_text(const Corbot::ControlInfo& control) {
   const std::string holder = printable(control.holder.in());
@@ -231,9 +239,9 @@ std::string status_text(const StatusReport& r) {
       text += fmt::format("   limited to {:g} to {:g}", r.soft_limits[i].lower, r.soft_limits[i].upper);
     text += '\n';
   }
-  text += fmt::format("  gripper   {}\n  speed     {}\n  override  {:g} %\n  pitch     {:g} deg\n",
-                      gripper_text(r.gripper, r.gripper_info), speeds_text(r), r.override_percent,
-                      rounded(r.tool_pitch_deg, 1e6));
+  text +=
+      fmt::format("  gripper   {}\n  speed     {}\n  override  {:g} %\n  pitch     {}\n",
+                  gripper_text(r.gripper, r.gripper_info), speeds_text(r), r.override_percent, pitch_text(r));
   if (r.reach_m > 0.0) text += fmt::format("  reach     {:.3f} m\n", r.reach_m);  // no shoulder, no reach
   if (r.tool_orientation) {
     const Corbot::Quaternion& q = *r.tool_orientation;

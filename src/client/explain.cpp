@@ -102,6 +102,10 @@ Failure unknown_end(Corbot::Ticket ticket, const std::string& cause) {
 }
 
 Failure explain(const Corbot::BadParameter& e) {
+  // The interface's word for a joint; the reason has the joint's number.
+  if (e.parameter.in() == std::string_view("articulation"))
+    return {ExitCode::kRefused, fmt::format("refused: {}; this command moved nothing",
+                                            without_full_stop(printable(e.reason.in())))};
   return {ExitCode::kRefused,
           fmt::format("refused: {} = {}: {}; this command moved nothing", printable(e.parameter.in()),
                       plain(e.value), without_full_stop(printable(e.reason.in())))};

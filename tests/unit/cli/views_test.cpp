@@ -53,6 +53,17 @@ TEST(Status, ShowsStateAlarmsAndNoMinusZero) {
   EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1);
 }
 
+TEST(Status, ThePitchNowAndOfTheNextMoveAreTold) {
+  StatusReport report = sample();
+  report.kind = Corbot::Anthropomorphic;
+  report.pose.b = -35;
+  EXPECT_THAT(status_text(report), HasSubstr("pitch     -35 deg now, 0 deg for the next move\n"));
+  report.kind = Corbot::Scara;
+  EXPECT_THAT(status_text(report), HasSubstr("pitch     -35 deg now\n")) << "it keeps what it has";
+  report.tool_pitch_deg = 20;
+  EXPECT_THAT(status_text(report), HasSubstr("pitch     -35 deg now, 20 deg for the next move\n"));
+}
+
 TEST(Status, ADeviceThatIsBackNeedsAClearOnly) {
   StatusReport report = sample();
   report.active_alarms = {{121, "the servo device is lost: the line was cut; set-points are held"}};

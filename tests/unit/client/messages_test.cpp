@@ -34,6 +34,11 @@ TEST(Message, BadParameterNamesValueAndReason) {
   EXPECT_STREQ(f.what(), "refused: t = -1.5: must not be negative; this command moved nothing");
 }
 
+TEST(Message, AJointThatIsNoneIsCalledAJointOnce) {
+  EXPECT_STREQ(failure_of(Corbot::BadParameter("articulation", 7, "joint 7, allowed 0 to 3")).what(),
+               "refused: joint 7, allowed 0 to 3; this command moved nothing");
+}
+
 TEST(Message, AnUnknownEndNamesTheMotion) {
   const Failure f = unknown_end(17, "the servant at h:1 closed the connection");
   EXPECT_EQ(f.code(), ExitCode::kUnreachable);
