@@ -18,12 +18,27 @@ namespace {
   throw ConfigError{{ConfigFault{file, 0, "", "", std::move(why)}}};
 }
 
+/// For a bare name that is no file: "; did you mean 'profiles/lynx5.toml'?" where a shipped profile has it.
+std::string suggest_profile(const std::filesystem::path& path) {
+  namespace fs = std::filesystem;
+  if (path.has_parent_path() || (path.has_extension() && path.extension() != ".toml")) return "";
+  std::error_code ignored;
+  const fs::path installed =
+      fs::read_symlink("/proc/self/exe", ignored).parent_path().parent_path() / "share/corbot";
+  for (const fs::path& directory : {fs::path("profiles"), installed / "profiles"}) {
+    const fs::path shipped = (directory / path.stem()).replace_extension(".toml");
+    if (fs::is_regular_file(shipped, ignored)) return fmt::format("; did you mean '{}'?", shipped.string());
+  }
+  return "";
+}
+
 }  // namespace
 
 std::string read_profile_text(const std::filesystem::path& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
-  if (status.type() == std::filesystem::file_type::not_found) refuse_file(path.string(), "no such file");
+  if (status.type() == std::filesystem::file_type::not_found)
+    refuse_file(path.string(), "no such file" + suggest_profile(path));
   if (error) refuse_file(path.string(), "cannot be read: " + error.message());
   if (!std::filesystem::is_regular_file(status)) refuse_file(path.string(), "is not a file");
   std::ifstream stream{path, std::ios::binary};

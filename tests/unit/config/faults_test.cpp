@@ -397,5 +397,23 @@ TEST(Refusal, OfFilesThatCannotBeProfiles) {
   EXPECT_EQ(faults_of(std::string(10000, '[')).size(), 1u);
 }
 
+TEST(Refusal, ANameOfAShippedProfileIsAnsweredWithItsPath) {
+  const auto refusal = [](const char* file) -> std::string {
+    try {
+      (void)load_profile(file);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(std::filesystem::path(CORBOT_PROFILES).parent_path());
+  EXPECT_EQ(refusal("lynx5"), "lynx5: no such file; did you mean 'profiles/lynx5.toml'?");
+  EXPECT_EQ(refusal("lynx5.toml"), "lynx5.toml: no such file; did you mean 'profiles/lynx5.toml'?");
+  EXPECT_EQ(refusal("lynx"), "lynx: no such file");
+  EXPECT_EQ(refusal("elsewhere/lynx5"), "elsewhere/lynx5: no such file");
+  std::filesystem::current_path(before);
+}
+
 }  // namespace
 }  // namespace corbot::faults_test
