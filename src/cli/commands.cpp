@@ -227,10 +227,11 @@ void run_request(const ClientOptions& options, const Request& request) {
   run_stoppable(options, [&](Client& client) { client.perform(request); });
 }
 
-void run_file(const ClientOptions& options, const std::string& file, bool dry_run) {
-  const Program program = load_program(file);
-  if (dry_run) return print_program(program);
-  run_stoppable(options, [&](Client& client) { run_program(client, program, file); });
+void run_file(const ClientOptions& options, const RunOptions& run) {
+  const Program program = load_program(run.file);
+  if (run.dry_run)
+    return run.profile.empty() ? print_program(program) : check_reach(program, run.file, run.profile);
+  run_stoppable(options, [&](Client& client) { run_program(client, program, run.file); });
 }
 
 void show(const ClientOptions& options, View view, bool as_json) {

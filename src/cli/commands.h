@@ -20,8 +20,13 @@ struct ClientOptions {
 
 /// Executes the request. Ctrl-C stops the arm: Failure with kStopped.
 void run_request(const ClientOptions& options, const client::Request& request);
+struct RunOptions {
+  std::string file;     ///< "-": standard input
+  bool dry_run{false};  ///< checks and prints only
+  std::string profile;  ///< of the arm whose reach a dry run checks; empty: it checks none
+};
 /// Runs a program.
-void run_file(const ClientOptions& options, const std::string& file, bool dry_run);
+void run_file(const ClientOptions& options, const RunOptions& run);
 
 enum class View { kStatus, kAlarms, kDiagnostics };
 void show(const ClientOptions& options, View view, bool as_json);

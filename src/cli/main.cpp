@@ -39,8 +39,7 @@ struct Settings {
   double interval_s{0.2};
   int count{0};
   std::vector<std::string> pose;  ///< of `solutions`
-  std::string program;
-  bool dry_run{false};
+  RunOptions run;
   RecordOptions record;
   std::string doctor_profile;
   CalibrateOptions calibrate;
@@ -284,10 +283,14 @@ void add_solutions(CLI::App& app, Settings& s) {
 
 void add_files(CLI::App& app, Settings& s) {
   CLI::App* run_command = app.add_subcommand("run", "Run a program, one command a line");
-  run_command->add_option("PROGRAM", s.program, "File, - = standard input")->required();
-  run_command->add_flag("--dry-run", s.dry_run, "Check and print only");
+  run_command->add_option("PROGRAM", s.run.file, "File, - = standard input")->required();
+  auto* dry_run = run_command->add_flag("--dry-run", s.run.dry_run, "Check and print only");
+  run_command
+      ->add_option("--profile", s.run.profile, "With --dry-run: check the reach of this profile's arm, too")
+      ->type_name("FILE")
+      ->needs(dry_run);
   add_client_options(*run_command, s);
-  run_command->callback([&s] { run_file(s.client, s.program, s.dry_run); });
+  run_command->callback([&s] { run_file(s.client, s.run); });
   CLI::App* record_command = app.add_subcommand("record", "Record every cycle of the loop into a CSV file");
   record_command->add_option("FILE", s.record.file, "File, - = standard output")->required();
   record_command->add_option("--for", s.record.for_s, "Seconds; otherwise until Ctrl-C")

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "cli/arm/dry_run.h"
+
 namespace corbot::cli {
 
 using client::Client;
@@ -86,6 +88,25 @@ void print_program(const Program& program) {
       "{} commands: the syntax is right; reach and limits were NOT checked, the robot does that; nothing "
       "moved\n",
       program.statements.size());
+}
+
+void check_reach(const Program& program, const std::string& file, const std::string& profile) {
+  DryRun robot(profile);
+  for (const auto& statement : program.statements) {
+    if (const auto why = robot.refusal_of(statement.request))
+      throw Failure(
+          ExitCode::kRefused,
+          fmt::format("{}:{}: {}: would be refused: {}; what follows was not checked; nothing moved", file,
+                      statement.line, statement.text, *why));
+    const bool is_override = statement.request.verb == client::Verb::kOverride;
+    fmt::print("line {}: {}{}\n", statement.line, to_string(statement.request),
+               is_override ? ": skipped, since it changes no path" : "");
+  }
+  fmt::print(
+      "{} commands: {} can carry out all of them, from all joints at 0 and with the profile's settings; "
+      "where "
+      "the robot is, what is set in it and what stands in its way were NOT checked; nothing moved\n",
+      program.statements.size(), robot.robot());
 }
 
 void run_program(Client& client, const Program& program, const std::string& file) {

@@ -153,11 +153,8 @@ void Client::cancel() {
   stop();
 }
 
-Request Client::with_joint_number(const Request& request) {
+Request with_joint_number(const Request& request, std::span<const std::string> names) {
   if (request.joint_name.empty()) return request;
-  const Corbot::JointList_var joints = call([](auto& arm) { return arm.Joints(); });
-  std::vector<std::string> names;
-  for (CORBA::ULong i = 0; i < joints->length(); ++i) names.push_back(printable(joints.in()[i].name.in()));
   const int joint = number_of_joint(names, request.joint_name);
   Request numbered = request;
   numbered.joint_name.clear();
@@ -167,6 +164,14 @@ Request Client::with_joint_number(const Request& request) {
     numbered.numbers[0] = joint;
   }
   return numbered;
+}
+
+Request Client::with_joint_number(const Request& request) {
+  if (request.joint_name.empty()) return request;
+  const Corbot::JointList_var joints = call([](auto& arm) { return arm.Joints(); });
+  std::vector<std::string> names;
+  for (CORBA::ULong i = 0; i < joints->length(); ++i) names.push_back(printable(joints.in()[i].name.in()));
+  return client::with_joint_number(request, names);
 }
 
 void Client::perform(const Request& given, const ProgressReport& report) {

@@ -19,6 +19,9 @@ namespace corbot::client {
 /// The rotation of three angles as CartCoord has them, degrees, or of a quaternion w x y z; of nothing: none.
 [[nodiscard]] Corbot::Quaternion orientation_of(std::span<const double> numbers);
 
+/// With the joint's number in place of its name, one of `names`. Throws Failure, kUsage, where no joint has that name.
+[[nodiscard]] Request with_joint_number(const Request& request, std::span<const std::string> names);
+
 /// Progress of the motion under way, 0 … 1; called several times a second from the thread that waits.
 using ProgressReport = std::function<void(double)>;
 

@@ -89,6 +89,17 @@ TEST_F(Programs, ADryRunMovesNothing) {
   EXPECT_NEAR(status().at("joints").at(0).at("value_deg").get<double>(), 0, 1e-9);
 }
 
+TEST_F(Programs, ADryRunWithAProfileRefusesTheLineThatTheRobotRefuses) {
+  const std::string file = put("p.corbot", "limit 0 -10 10\nready\njoints 20 0 0 0\nready\n");
+  const RunResult dry = corbot({"run", file, "--dry-run", "--profile", CORBOT_TEST_PROFILE});
+  EXPECT_EQ(dry.code, 1);
+  EXPECT_THAT(dry.errors, HasSubstr("p.corbot:3: joints 20 0 0 0: would be refused: joint 0 would be at 20"));
+  const RunResult real = corbot({"run", file});
+  EXPECT_EQ(real.code, 1);
+  EXPECT_THAT(real.errors, HasSubstr("p.corbot:3: joints 20 0 0 0: refused: "));
+  EXPECT_EQ(corbot({"run", file, "--profile", CORBOT_TEST_PROFILE}).code, 2) << "for a dry run only";
+}
+
 TEST_F(Programs, CtrlCEndsTheProgramAndTheMotion) {
   const std::string file = put("p.corbot", "joints 80 0 0 0 --time 30\njoints 0 0 0 0\nopen\n");
   const auto program = begin({"run", file});

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "client/request.h"
+#include "config/profile.h"
+#include "planner/planner.h"
+
+namespace corbot::cli {
+
+/// Plans one command after the other as the servant does, without any process. The arm begins with all joints at 0, with the
+/// profile's settings.
+class DryRun {
+ public:
+  /// Throws Failure where the profile cannot be read.
+  explicit DryRun(const std::string& profile);
+
+  [[nodiscard]] const std::string& robot() const noexcept { return profile_.name; }
+  /// Why the robot would refuse the command. Nothing: it is carried out, or set for those that follow.
+  [[nodiscard]] std::optional<std::string> refusal_of(const client::Request& given);
+
+ private:
+  std::optional<std::string> move(const client::Request& request);
+  std::optional<std::string> set(const client::Request& request);
+  std::optional<std::string> set_speed(const client::Request& request);
+  std::optional<std::string> set_orientation(const client::Request& request);
+  std::optional<std::string> set_limit(const client::Request& request);
+  std::optional<std::string> set_frame(const client::Request& request);
+
+  Profile profile_;
+  Planner planner_;
+  PlanSettings settings_;
+  PlanStart start_;
+};
+
+}  // namespace corbot::cli
