@@ -76,7 +76,7 @@ class CellRun : public testing::Test {
 
   /// The arms of the run move when this returns.
   Process begin_work(int pieces = 4) {
-    Process cell(command({"--pieces", std::to_string(pieces)}), environment());
+    Process cell(command({"--pieces", std::to_string(pieces), "--pictures", pictures()}), environment());
     if (!wait_event(cell, "picking")) throw std::runtime_error("no work began: " + cell.errors());
     return cell;
   }
@@ -93,6 +93,15 @@ class CellRun : public testing::Test {
   [[nodiscard]] std::string text_of(const std::string& file) const {
     std::ifstream in(directory_ / "state" / file);
     return {std::istreambuf_iterator<char>(in), {}};
+  }
+
+  [[nodiscard]] std::string pictures() const { return (directory_ / "pictures" / "of the run").string(); }
+  /// The cell's picture is whole.
+  void expect_picture(Process& cell) const {
+    EXPECT_THAT(cell.output(), HasSubstr("picture " + pictures() + "/cell.svg\n"));
+    std::ifstream in(fs::path(pictures()) / "cell.svg");
+    const std::string svg{std::istreambuf_iterator<char>(in), {}};
+    EXPECT_THAT(svg, testing::EndsWith("</svg>\n"));
   }
 
   /// Robot 1 works alone, and the store is where its pieces stay.
@@ -148,7 +157,7 @@ std::uint32_t drawn_seed() {
 }
 
 TEST_F(CellRun, BringsEveryPieceFromPalletToPalletOnce) {
-  const fs::path pictures = directory_ / "pictures" / "of the run";
+  const fs::path pictures = this->pictures();
   const RunResult result =
       cell_run({"--pieces", "4", "--seed", fmt::format("{}", drawn_seed()), "--pictures", pictures.string()});
   EXPECT_EQ(result.code, 0) << result.output << result.errors;
@@ -234,6 +243,7 @@ TEST_F(CellRun, ACameraWithoutPicturesEndsTheWorkAndIsNamed) {
   Process cell = begin_work(1);
   ASSERT_TRUE(fs::remove(directory_ / "state" / "picture.sock"));
   expect_end(cell, {"robot1: pick: no picture of pallet1, (", "picture.sock", "check camera in cell.toml"});
+  expect_picture(cell);
 }
 
 TEST_F(CellRun, CtrlCStopsTheArmsAndEndsEverything) {
@@ -243,6 +253,7 @@ TEST_F(CellRun, CtrlCStopsTheArmsAndEndsEverything) {
   ASSERT_TRUE(status);
   EXPECT_EQ(WEXITSTATUS(*status), 4) << cell.errors();
   EXPECT_THAT(cell.errors(), HasSubstr("stopped: 0 of 4 pieces are done"));
+  expect_picture(cell);
   for (const char* robot : {"robot1", "robot2"}) {
     EXPECT_THAT(cell.output(), HasSubstr(fmt::format("{} stopped", robot)));
     EXPECT_THAT(text_of(fmt::format("{}.log", robot)), HasSubstr("at rest, ended"));

@@ -34,6 +34,8 @@ class CellClient {
   [[nodiscard]] std::vector<std::uint8_t> picture(bool marked);
   /// Reads the ledger, and counts the pieces in a picture taken now. Robots must be out of the picture.
   [[nodiscard]] CellEnd read_end();
+  /// Of work that ended early: the ledger's events and the camera's last picture, as far as they reply.
+  [[nodiscard]] CellEnd read_early_end();
 
  private:
   /// One of the three, for messages.
@@ -56,7 +58,7 @@ class CellClient {
 
   const cell::CellConfig& cell_;
   std::atomic<bool> gave_up_{false};
-  CORBA::ULongLong last_before_{0};  ///< number of the last event when the work began
+  std::atomic<CORBA::ULongLong> last_before_{0};  ///< number of the last event when the work began
   CORBA::ORB_var orb_;
   Corbot::Store_var store_;
   Corbot::Camera_var camera_;

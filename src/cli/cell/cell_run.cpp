@@ -275,8 +275,7 @@ class Run {
     if (!goes_on || !restarted_.empty()) end_early(goes_on, work);
     work.end();
     if (work.failure())
-      throw Failure(work.failure()->code(),
-                    fmt::format("{}\n{}", work.failure()->what(), done_so_far(cell_, work)));
+      throw Failure(work.failure()->code(), fmt::format("{}\n{}", work.failure()->what(), stop_early(work)));
     supervisor_.stop_all();
     conclude(work);
   }
@@ -285,11 +284,23 @@ class Run {
   /// A call that waits ends with the program that it waits for.
   [[noreturn]] void end_early(bool goes_on, Work& work) {
     work.client().give_up();
-    const std::string done = done_so_far(cell_, work);
-    supervisor_.stop_all();
+    const std::string done = stop_early(work);
     if (!goes_on) throw Failure(ExitCode::kStopped, "stopped: " + done);
     throw Failure(ExitCode::kRefused,
                   fmt::format("{} ended; {}{}", restarted_, done, tail(log_file(cell_, restarted_))));
+  }
+
+  /// How far the work has come, for a message. The pictures show what was recorded until now.
+  std::string stop_early(Work& work) {
+    const std::string done = done_so_far(cell_, work);
+    CellEnd end;
+    if (!options_.pictures.empty()) end = work.client().read_early_end();
+    supervisor_.stop_all();
+    if (options_.pictures.empty()) return done;
+    end.history.activities = activities();
+    const std::optional<cell::SceneRecord> record = cell_.scene ? read_record(cell_) : std::nullopt;
+    if (const auto failure = make_pictures({cell_, record, end})) report(failure->what());
+    return done;
   }
 
   bool start(Supervisor::Spec spec) {
@@ -317,8 +328,7 @@ class Run {
       end.expected = cell_.scene->pieces;
       end.scene = read_scene_end(cell_);
     }
-    if (cell_.coordinator_reference.empty())
-      end.history.activities = cell::read_activity(cell_.activity_file());
+    end.history.activities = activities();
     const std::optional<cell::SceneRecord> record = cell_.scene ? read_record(cell_) : std::nullopt;
     for (const std::string& line : run_table(end.history, figures_of(end, record))) report(line);
     const std::optional<Failure> no_pictures = make_pictures({cell_, record, end});
@@ -331,6 +341,11 @@ class Run {
     std::string text = "the work ended, but not as it should:";
     for (const std::string& fault : verdict.faults) text += "\n  " + fault;
     throw Failure(ExitCode::kRefused, fmt::format("{}\nthe robots waited:{}", text, work.waits()));
+  }
+
+  [[nodiscard]] std::vector<cell::ActivityChange> activities() const {
+    if (!cell_.coordinator_reference.empty()) return {};
+    return cell::read_activity(cell_.activity_file());
   }
 
   /// The verdict does not need pictures: why they could not be written is for after it.
