@@ -205,7 +205,7 @@ TEST_F(Motions, RefusalsExplainAndMoveNothing) {
   const std::vector<std::tuple<std::vector<std::string>, int, const char*>> cases{
       {{"move", "1", "1", "1"}, 1, "out of reach"},
       {{"move", "0", "0", "0.1"}, 1, "refused: "},
-      {{"drive", "9", "1", "1"}, 1, "articulation"},
+      {{"drive", "9", "1", "1"}, 1, "refused: joint 9, allowed 0 to 3;"},
       {{"drive", "bse", "1", "1"}, 2, "did you mean 'base'?"},
       {{"drive", "0", "200", "20"}, 1, "not within -90 to 90"},
       {{"drive", "0", "20", "9999"}, 1, "9999"},
