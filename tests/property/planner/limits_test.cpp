@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// Random motions of all kinds of arm against every limit of every joint and of the tool, tick by tick. Joint motions keep them all. Lines
+// and arcs do not keep the joints' accelerations and jerks yet: kKnown lists how far they go beyond.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <random>
+#include <string>
+
+#include "corbot/kinematics/tool_pose.h"
+#include "limit_ticks.h"
+#include "planner/planner.h"
+#include "planner/time_law_planner.h"
+#include "support/test_arms.h"
+
+namespace corbot::property_limits_test {
+namespace {
+
+using test::LimitShares;
+using test::tick_shares;
+using test::TickShares;
+
+constexpr double kWithin = 1.000'01;
+constexpr int kCases = 160;
+
+/// Greatest shares of the joints' limits that this test allows: 3 % above what it has found, 1 where a limit is kept. A change that
+/// lowers one lowers it here, too.
+struct Breach {
+  const char* arm;
+  LimitShares line, arc;
+};
+constexpr Breach kKnown[] = {
+    {"lynx5", {1, 12.6, 1415}, {1, 12.2, 1370}},    {"al5d_wr", {1, 3.85, 63.2}, {1, 1.21, 4.15}},
+    {"puma560", {1, 3.19, 9.83}, {1, 2.53, 8.74}},  {"scara_gx4", {1, 2.58, 11.3}, {1, 2.56, 5.84}},
+    {"stanford", {1, 2.59, 5.92}, {1, 2.47, 6.26}}, {"polar_rrp", {1, 1.52, 1.88}, {1, 2.31, 4.03}},
+    {"xarm6", {1, 5.67, 37.5}, {1, 4.85, 30.4}},
+};
+
+const Breach& known(const std::string& arm) {
+  static constexpr Breach kNone{"", {1, 1, 1}, {1, 1, 1}};
+  const auto* const found =
+      std::find_if(std::begin(kKnown), std::end(kKnown), [&](const Breach& b) { return b.arm == arm; });
+  return found == std::end(kKnown) ? kNone : *found;
+}
+
+class Limits : public testing::TestWithParam<const char*> {
+ protected:
+  double in(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+  Joints joints() {
+    Joints q{};
+    for (std::size_t i = 0; i < arm_.dof; ++i) q[i] = in(arm_.joints[i].lower_q, arm_.joints[i].upper_q);
+    return q;
+  }
+  Vector3 near(const Vector3& p, double size) {
+    return {p[0] + in(-size, size), p[1] + in(-size, size), p[2] + in(-size, size)};
+  }
+  /// Every fourth case starts with all joints at 0, where most arms are stretched.
+  PlanStart start(int i) { return {i % 4 == 0 ? Joints{} : joints(), 0.0}; }
+  PlanSettings settings(int i, const PlanStart& from) {
+    PlanSettings s;
+    if (i % 3 == 0) s.speed_ratio = in(0.05, 1.0);
+    if (i % 5 == 0) s.joint_speed_ratio[static_cast<std::size_t>(i / 5) % arm_.dof] = in(0.05, 1.0);
+    const Pose here = arm_.kinematics.forward(from.position_q);
+    const Vector3 axis{in(-1, 1), in(-1, 1), in(-1, 1)};
+    if (i % 2 == 0 && arm_.kinematics.follows() == Follows::kFull)
+      s.tool_orientation = about((1.0 / norm(axis)) * axis, in(-0.5, 0.5)) * here.orientation;
+    if (arm_.kinematics.follows() == Follows::kPitchAndRoll && i % 2 == 0) s.tool_pitch_rad = in(-1.0, 1.0);
+    if (arm_.kinematics.follows() == Follows::kPitch)
+      s.tool_pitch_rad = tool_pose(arm_.kinematics, from.position_q).pitch_rad + (i % 2) * in(-0.5, 0.5);
+    return s;
+  }
+  /// Greatest shares of every line or arc that was planned.
+  void look(const PlanSettings& s, const PlanResult& result, TickShares& line, TickShares& arc) {
+    if (!std::holds_alternative<std::vector<Command>>(result)) return;
+    const auto& commands = std::get<std::vector<Command>>(result);
+    for (std::size_t k = 0; k < commands.size(); ++k) {
+      const PathKnots knots = result.knots.empty() ? PathKnots{} : PathKnots(result.knots[k]);
+      const TickShares shares = tick_shares(arm_, s, commands[k], knots);
+      ASSERT_TRUE(shares.is_reachable);
+      TickShares& all = commands[k].kind == MotionKind::kArc ? arc : line;
+      for (std::size_t i = 0; i < arm_.dof; ++i) all.joints[i].take(shares.joints[i]);
+      all.tool.take(shares.tool);
+      all.turning.take(shares.turning);
+      ++planned_;
+    }
+  }
+  static void expect(const TickShares& found, const LimitShares& known, const char* kind) {
+    const LimitShares joint = found.joint();
+    const auto check = [kind](double share, double allowed, const char* limit) {
+      EXPECT_LE(share, allowed > 1.0 ? allowed : kWithin) << kind << ": " << limit;
+      if (allowed > 1.0) {
+        EXPECT_GT(share, 0.9 * allowed) << kind << ": lower it in kKnown: " << limit;
+      }
+    };
+    check(joint.speed, known.speed, "speed");
+    check(joint.acceleration, known.acceleration, "acceleration");
+    check(joint.jerk, known.jerk, "jerk");
+    EXPECT_LE(found.tool.greatest(), kWithin) << kind;
+    EXPECT_LE(found.turning.greatest(), kWithin) << kind;
+  }
+
+  ArmModel arm_ = test::arm_of(GetParam());
+  std::mt19937_64 random_{1751};  // always the same: the list is of these motions
+  int planned_{};
+};
+
+TEST_P(Limits, AreKeptByJointMotions) {
+  LimitShares all;
+  for (int i = 0; i < kCases; ++i) {
+    const PlanStart from = start(i);
+    const PlanSettings s = settings(i, from);
+    const PlanResult result = Planner(arm_).move_joints(from, s, joints(), i % 4 == 1 ? in(0.0, 4.0) : 0.0);
+    ASSERT_TRUE(std::holds_alternative<std::vector<Command>>(result)) << std::get<PlanRefusal>(result).text;
+    all.take(tick_shares(arm_, s, std::get<std::vector<Command>>(result).front()).joint());
+  }
+  EXPECT_LE(all.greatest(), kWithin);
+  EXPECT_GT(std::min({all.speed, all.acceleration, all.jerk}), 0.99) << "they reach their limits";
+}
+
+TEST_P(Limits, AreKeptByLinesAndArcsOrTheBreachIsListed) {
+  TickShares line, arc;
+  if (!test::has_paths(arm_)) GTEST_SKIP() << "no lines and arcs";
+  for (int i = 0; i < kCases; ++i) {
+    const PlanStart from = start(i);
+    const PlanSettings s = settings(i, from);
+    const Vector3 here = arm_.kinematics.forward(from.position_q).position_m;
+    const double size = i % 8 < 4 ? 0.1 : 0.02;
+    const Vector3 p2 = near(here, size), p3 = near(here, size);
+    ASSERT_NO_FATAL_FAILURE(look(s, Planner(arm_).move_s(from, s, p2, 0.0), line, arc)) << "case " << i;
+    ASSERT_NO_FATAL_FAILURE(look(s, Planner(arm_).move_c(from, s, here, p2, p3), line, arc)) << "case " << i;
+  }
+  EXPECT_GT(planned_, kCases / 4);
+  expect(line, known(GetParam()).line, "lines");
+  expect(arc, known(GetParam()).arc, "arcs");
+}
+
+/// The checker itself: a motion that is run faster by 1 % is beyond its limits by the powers of that.
+TEST(LimitTicks, FindsWhatIsRunTooFast) {
+  const ArmModel arm = test::arm_of("cartesian_ppp");
+  const auto command = [](const PlanResult& result) {
+    return std::get<std::vector<Command>>(result).front();
+  };
+  Command joints = command(Planner(arm).move_joints({}, {}, {0.3}, 0.0));
+  joints.duration_s /= 1.01;
+  for (std::size_t i = 0; i < arm.dof; ++i) {
+    joints.joint.law[i] = stretch(joints.joint.law[i], joints.duration_s);
+  }
+  const LimitShares share = tick_shares(arm, {}, joints).joint();
+  EXPECT_NEAR(share.speed, 1.01, 1e-6);
+  EXPECT_NEAR(share.acceleration, 1.01 * 1.01, 1e-6);
+  EXPECT_NEAR(share.jerk, 1.01 * 1.01 * 1.01, 1e-4);
+
+  const Vector3 here = arm.kinematics.forward({}).position_m;
+  Command line = command(Planner(arm).move_s({}, {}, here - Vector3{0.1, 0.0, 0.0}, 0.0));
+  line.duration_s /= 1.01;
+  line.line.law = stretch(line.line.law, line.duration_s);
+  const LimitShares tool = tick_shares(arm, {}, line).tool;
+  EXPECT_NEAR(tool.speed, 1.01, 1e-6);
+  EXPECT_NEAR(tool.acceleration, 1.01 * 1.01, 1e-6);
+  EXPECT_NEAR(tool.jerk, 1.01 * 1.01 * 1.01, 1e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(Arms, Limits, testing::ValuesIn(test::kTestArms),
+                         [](const auto& arm) { return std::string(arm.param); });
+
+}  // namespace
+}  // namespace corbot::property_limits_test
