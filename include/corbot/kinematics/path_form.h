@@ -97,6 +97,23 @@ class PathForm {
   /// False at a singularity, and for arms of fewer than six joints that no family has recognised.
   [[nodiscard]] bool is_regular() const noexcept { return is_regular_; }
 
+  /// M⁻¹·rate, of a regular form.
+  [[nodiscard]] Joints solve(const TaskRate& rate) const noexcept {
+    Joints q{};
+    for (std::size_t i = 0; i < count_; ++i) {
+      for (std::size_t k = 0; k < count_; ++k) q[i] += inverse_[i][k] * rate[k];
+    }
+    return q;
+  }
+  /// The entry of M⁻¹ with the greatest magnitude (rad or m of a joint, a unit of the task): how near a singularity is.
+  [[nodiscard]] double greatest_inverse() const noexcept {
+    double greatest = 0.0;
+    for (const auto& row : inverse_) {
+      for (const double entry : row) greatest = std::max(greatest, std::abs(entry));
+    }
+    return greatest;
+  }
+
   /// `rate`: the task's in the middle. `rate_stray`: how far each entry of it strays on the cell. `half_width`: of the cell.
   [[nodiscard]] StretchBound bound(const TaskRate& rate, const TaskRate& rate_stray,
                                    double half_width) const noexcept {

@@ -1,0 +1,407 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planner/rate/geometry.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "corbot/kinematics/path_form.h"
+#include "corbot/motion/path_joints.h"
+#include "corbot/motion/path_knots.h"
+#include "planner/numeric/numeric_inverse.h"
+#include "planner/numeric/path_function.h"
+
+namespace corbot::rate {
+namespace {
+
+using numeric::PathFunction;
+
+/// What a cell must keep.
+struct Tolerance {
+  double off;    ///< m and rad, of the tool
+  double third;  ///< part of the jerk limit
+};
+constexpr Tolerance kWanted[] = {{1e-8, 0.03},
+                                 {1e-7, 0.6}};  // the second where the first takes too many knots
+constexpr double kLongestCell_q = 0.35;
+constexpr double kShortest = 1e-9;   // of s: halving has led to a singularity, or to the border of the reach
+constexpr double kSingular = 1e5;    // entries of M⁻¹ from which derivatives carry too much rounding
+constexpr double kRounding = 4e-16;  // of the tool, m and rad: some units in the last place
+
+class Geometry {
+ public:
+  /// All must outlive this.
+  Geometry(const ArmModel& model, const PathFunction& path, std::uint32_t solution, const Joints& start_q,
+           const State& speed)
+      : model_(model), arm_(model.kinematics), path_(path), solution_(solution), start_q_(start_q) {
+    for (std::size_t i = 0; i < arm_.joint_count(); ++i) weight_[i] = 1.0 / speed[i];
+    weight_[kPath] = 1.0 / speed[kPath];
+  }
+
+  KnotList plan(const Tolerance& tolerance) {
+    tolerance_ = tolerance;
+    knots_.clear();
+    if (const std::optional<Knot> first = knot(0.0, start_q_)) {
+      knots_.push_back(*first);
+    } else if (const std::optional<End> end = singular_end(0.0, start_q_)) {
+      knots_ = {end->knot, end->next};
+      knots_.back().lambda_s = end->length_s;
+    } else {
+      return refused(0.0, "from where this arm cannot follow a line or an arc, being at a singularity");
+    }
+    std::optional<End> last;
+    if (const std::optional<Joints> q = arm_.has_closed_form() ? joints(1.0, start_q_) : std::nullopt;
+        q && !knot(1.0, *q)) {
+      last = singular_end(1.0, *q);
+      if (!last) return refused(1.0, "where the arm is at a singularity that it cannot reach smoothly");
+    }
+    if (!fill(last ? last->next.z[kPath] : 1.0) || (last && are_too_many())) {
+      return refused(knots_.back().z[kPath],
+                     are_too_many()
+                         ? fmt::format("up to where it needs {} knots: make it shorter", kMostKnots)
+                         : "beyond which it leaves the reach, or leads through a singularity");
+    }
+    if (last) append(last->knot, last->length_s);
+    return knots_;
+  }
+  [[nodiscard]] bool are_too_many() const noexcept { return knots_.size() >= kMostKnots; }
+
+ private:
+  /// A singular end of the path, the first regular knot beside it, and the length of the cell between them.
+  struct End {
+    Knot knot, next;
+    double length_s;
+  };
+
+  [[nodiscard]] double dot(const State& a, const State& b) const noexcept {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += weight_[i] * weight_[i] * a[i] * b[i];
+    return sum;
+  }
+
+  /// Joints at s. `hint`: next to them, for an arm without a closed form.
+  [[nodiscard]] std::optional<Joints> joints(double s, const Joints& hint) const noexcept {
+    const PathPoint point = path_.point(s);
+    if (arm_.has_closed_form()) {
+      const IkSolution ik = joints_at(model_, point, solution_, start_q_);
+      if (ik.status != IkStatus::kOk) return std::nullopt;
+      return ik.joints_q;
+    }
+    Joints q = hint;
+    if (!numeric::refine(arm_, point, q)) return std::nullopt;
+    return q;
+  }
+
+  /// M(q)·rate; rows of followed angles, which do not change with q, are left out.
+  [[nodiscard]] TaskRate moved(const Joints& q, const Joints& rate) const noexcept {
+    const Jacobian jacobian = arm_.jacobian(q);
+    TaskRate moved{};
+    const std::size_t rows = arm_.follows() == Follows::kFull ? 6 : 3;
+    for (std::size_t k = 0; k < rows; ++k) {
+      for (std::size_t i = 0; i < arm_.joint_count(); ++i) moved[k] += jacobian[k][i] * rate[i];
+    }
+    return moved;
+  }
+
+  /// Nothing at a singularity. With sigma = d lambda/ds and T = q_s/sigma: z′ = (T, 1/sigma) and z″ = (c, 0) − kappa z′. There
+  /// M c = p_ss/sigma² − M′[T] T, kappa = c·T in the metric, and M′ is a difference of M along T.
+  [[nodiscard]] std::optional<Knot> knot(double s, const Joints& q) const noexcept {
+    constexpr double kStep_q = 1e-4;
+    const PathForm form(arm_, q);
+    if (!form.is_regular() || !(form.greatest_inverse() < kSingular)) return std::nullopt;
+    TaskRate rate{};
+    const Vector3 velocity = path_.velocity_m(s), bend = path_.bend_m(s);
+    for (std::size_t k = 0; k < 3; ++k) {
+      rate[k] = velocity[k];
+      rate[3 + k] = path_.turn_rad()[k];
+    }
+    State z{}, along{}, c{};
+    std::copy(q.begin(), q.end(), z.begin());
+    z[kPath] = s;
+    const Joints q_s = form.solve(rate);
+    std::copy(q_s.begin(), q_s.end(), along.begin());
+    along[kPath] = 1.0;
+    const double sigma = std::sqrt(dot(along, along));
+    if (!std::isfinite(sigma)) return std::nullopt;
+    Joints direction{};
+    double fastest = 0.0;
+    for (std::size_t i = 0; i < kMaxJoints; ++i) {
+      direction[i] = q_s[i] / sigma;
+      fastest = std::max(fastest, std::abs(direction[i]));
+    }
+    const double step = kStep_q / std::max(fastest, 1e-12);
+    Joints before = q, after = q;
+    for (std::size_t i = 0; i < kMaxJoints; ++i) {
+      before[i] -= step * direction[i];
+      after[i] += step * direction[i];
+    }
+    const TaskRate a = moved(before, direction), b = moved(after, direction);
+    TaskRate left{};
+    for (std::size_t k = 0; k < left.size(); ++k)
+      left[k] = (k < 3 ? bend[k] / (sigma * sigma) : 0.0) - (b[k] - a[k]) / (2.0 * step);
+    const Joints curved = form.solve(left);
+    std::copy(curved.begin(), curved.end(), c.begin());
+    for (double& x : along) x /= sigma;
+    const double kappa = dot(c, along);
+    Knot knot{0.0, z, along, c};
+    for (std::size_t i = 0; i < z.size(); ++i) knot.bend[i] -= kappa * along[i];
+    return knot;
+  }
+
+  /// Length of the curve between two knots, `a` first. With D = z′a + z′b it is the h that solves
+  /// D·(zb − za) = h/2 D·D + h²/12 D·(z″a − z″b), the two-point Taylor formula. Its error is of the order h⁵.
+  [[nodiscard]] double length_s(const Knot& a, const Knot& b) const noexcept {
+    State sum{}, bends{}, chord{};
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      sum[i] = a.rate[i] + b.rate[i];
+      bends[i] = a.bend[i] - b.bend[i];
+      chord[i] = b.z[i] - a.z[i];
+    }
+    const double straight = std::sqrt(dot(chord, chord));
+    const double linear = 0.5 * dot(sum, sum), square = dot(sum, bends) / 12.0, wanted = dot(sum, chord);
+    double h = straight;
+    for (int step = 0; step < 3; ++step)
+      h -= (h * (linear + h * square) - wanted) / (linear + 2.0 * h * square);
+    return h > 0.9 * straight && h < 1.6 * straight ? h : straight;
+  }
+
+  /// Greatest of position (m) and orientation, or followed angles (rad).
+  [[nodiscard]] double off(const State& z) const noexcept {
+    const Joints q = joints_of(z);
+    const PathPoint wanted = path_.point(z[kPath]);
+    const Pose there = arm_.forward(q);
+    double off = norm(there.position_m - wanted.position_m);
+    if (arm_.follows() == Follows::kFull)
+      off = std::max(off, angle_between(there.orientation, wanted.orientation));
+    const FollowedAngles followed = arm_.followed();
+    const Angles angles_rad = followed.at(q);
+    for (std::size_t k = 0; k < followed.count; ++k)
+      off = std::max(off, std::abs(wrap_angle(angles_rad[k] - wanted.angles_rad[k])));
+    return off;
+  }
+  [[nodiscard]] static Joints joints_of(const State& z) noexcept {
+    Joints q{};
+    std::copy_n(z.begin(), q.size(), q.begin());
+    return q;
+  }
+
+  /// By the tool at three points, and by the joints in the middle: an error of a third derivative by e is e·h³/384 there. The tool alone
+  /// says little on a joint whose axis it is next to.
+  [[nodiscard]] bool accepts(const Knot& a, const Knot& b, double length_s, double third) const noexcept {
+    for (std::size_t i = 0; i < kMaxJoints; ++i) {
+      if (!(std::abs(b.z[i] - a.z[i]) <= kLongestCell_q)) return false;
+    }
+    const Cell cell(a, b, length_s);
+    for (const double t : {0.5, 0.25, 0.75}) {
+      if (!(off(cell.at(t)) <= tolerance_.off)) return false;
+    }
+    const State middle = cell.at(0.5);
+    const std::optional<Joints> q = joints(middle[kPath], joints_of(middle));
+    if (!q) return false;
+    double excess = 0.0;
+    for (std::size_t i = 0; i < arm_.joint_count(); ++i) {
+      const double jerk = third * model_.joints[i].jerk_q_s3;
+      excess = std::max(excess, 384.0 * std::abs((*q)[i] - middle[i]) - jerk * std::pow(length_s, 3));
+    }
+    // Next to a singularity the joints themselves carry this much.
+    return excess <= 0.0 || excess <= 384.0 * kRounding * PathForm(arm_, *q).greatest_inverse();
+  }
+
+  void append(Knot next, double length_s) {
+    next.lambda_s = knots_.back().lambda_s + length_s;
+    knots_.push_back(next);
+  }
+
+  /// Knots beyond the last one, as far as s = `end`, each cell halved until it is accepted. False: kShortest or kMostKnots.
+  [[nodiscard]] bool fill(double end) {
+    std::vector<double> open{end};
+    for (const double s : {0.75, 0.5, 0.25}) {
+      if (s < end && s > knots_.back().z[kPath]) open.push_back(s);
+    }
+    while (!open.empty()) {
+      const Knot& last = knots_.back();
+      const double s = open.back(), ds = s - last.z[kPath];
+      const double h = ds / last.rate[kPath];  // a first guess of what lambda grows by
+      Joints hint{};
+      for (std::size_t i = 0; i < kMaxJoints; ++i)
+        hint[i] = last.z[i] + h * (last.rate[i] + 0.5 * h * last.bend[i]);
+      const std::optional<Joints> q = joints(s, hint);
+      const std::optional<Knot> next = q ? knot(s, *q) : std::nullopt;
+      const double length = next ? length_s(last, *next) : 0.0;
+      if (next && accepts(last, *next, length, tolerance_.third)) {
+        if (are_too_many()) return false;
+        append(*next, length);
+        open.pop_back();
+      } else if (ds < kShortest) {
+        return false;
+      } else {
+        open.push_back(last.z[kPath] + 0.5 * ds);
+      }
+    }
+    return true;
+  }
+
+  /// s = 0 or 1, where the joints are `q` and there are no derivatives: they are those of a polynomial through the end and two knots
+  /// beside it.
+  [[nodiscard]] std::optional<End> singular_end(double s, const Joints& q) const noexcept {
+    constexpr double kAway_q = 0.12;
+    if (!arm_.has_closed_form()) return std::nullopt;
+    const double inward = s > 0.5 ? -1.0 : 1.0;
+    double ds = 1.0 / 64.0;
+    for (int step = 0; step < 40; ++step) {
+      const std::optional<Joints> there = joints(s + inward * ds, q);
+      if (!there) return std::nullopt;
+      double away = 0.0;
+      for (std::size_t i = 0; i < kMaxJoints; ++i) away = std::max(away, std::abs((*there)[i] - q[i]));
+      if (away <= 1.25 * kAway_q) break;
+      ds *= std::clamp(kAway_q * kAway_q / (away * away), 0.02, 0.7);  // q goes as the root of s
+    }
+    for (int step = 0; step < 6; ++step, ds *= 0.3) {
+      std::array<Knot, 5> beside;
+      // From the first of them to the last, in parts: the fit takes an error of it much further.
+      double length = 0.0;
+      std::size_t found = 0;
+      for (; found < beside.size(); ++found) {
+        const double at = s + inward * ds * std::exp2(0.5 * static_cast<double>(found));
+        const std::optional<Joints> there = joints(at, q);
+        const std::optional<Knot> next = there ? knot(at, *there) : std::nullopt;
+        if (!next) break;
+        beside[found] = *next;
+        if (found > 0)
+          length += inward > 0.0 ? length_s(beside[found - 1], *next) : length_s(*next, beside[found - 1]);
+      }
+      if (found < beside.size()) continue;
+      State z{};
+      std::copy(q.begin(), q.end(), z.begin());
+      z[kPath] = s;
+      const End end = fitted(z, beside.front(), beside.back(), length, inward);
+      // The coarser third derivative serves, since this cell is passed near rest.
+      const Knot &first = inward > 0.0 ? end.knot : end.next, &last = inward > 0.0 ? end.next : end.knot;
+      if (accepts(first, last, end.length_s, kWanted[1].third)) return end;
+    }
+    return std::nullopt;
+  }
+
+  /// Let x be the part of the cell from a to b, counted from a away from the end. P(x) = Q(x) + k x³(x − 1)³ goes through both knots as Q
+  /// does, and through z at x = −h/ab. A secant finds the length h for which the end's rate has length 1.
+  /// `ab`: length of the curve between the knots. `inward`: 1 at the path's first point, −1 at its last.
+  [[nodiscard]] End fitted(const State& z, Knot a, Knot b, double ab, double inward) const noexcept {
+    End end{{0.0, z, {}, {}}, a, 0.0};
+    for (std::size_t i = 0; i < z.size(); ++i) {
+      a.rate[i] *= inward;
+      b.rate[i] *= inward;
+    }
+    const Cell cell(a, b, ab);
+    const auto excess = [&](double h) {
+      const double x = -h / ab, y = x * (x - 1.0);
+      const State at = cell.at(x), rate = cell.at(x, 1), bend = cell.at(x, 2);
+      for (std::size_t i = 0; i < z.size(); ++i) {
+        const double k = (z[i] - at[i]) / (y * y * y);
+        end.knot.rate[i] = inward * (rate[i] + k * 3.0 * y * y * (2.0 * x - 1.0) / ab);
+        end.knot.bend[i] = bend[i] + k * 6.0 * y * (5.0 * y + 1.0) / (ab * ab);
+      }
+      return std::sqrt(dot(end.knot.rate, end.knot.rate)) - 1.0;
+    };
+    State chord{};
+    for (std::size_t i = 0; i < z.size(); ++i) chord[i] = a.z[i] - z[i];
+    double h0 = std::sqrt(dot(chord, chord)), h = 1.001 * h0;
+    double e0 = excess(h0), e = excess(h);
+    for (int step = 0; step < 8 && std::abs(e) > 1e-12 && e != e0; ++step) {
+      const double next = std::clamp(h - e * (h - h0) / (e - e0), 0.8 * h, 1.3 * h);
+      h0 = h;
+      e0 = e;
+      h = next;
+      e = excess(h);
+    }
+    end.length_s = h;
+    return end;
+  }
+
+  [[nodiscard]] PlanRefusal refused(double s, const std::string& why) const {
+    PlanRefusal refusal(PlanRefusal::Kind::kUnreachable, "P", Quantity::kNumber);
+    refusal.target_m = path_.point(s).position_m;
+    refusal.text = fmt::format("the path can be followed to ({:.6g}, {:.6g}, {:.6g}) m, {:.3g} % of it, {}",
+                               refusal.target_m[0], refusal.target_m[1], refusal.target_m[2], 100.0 * s, why);
+    return refusal;
+  }
+
+  const ArmModel& model_;
+  const Kinematics& arm_;
+  const PathFunction& path_;
+  std::uint32_t solution_;
+  const Joints& start_q_;
+  State weight_{};  ///< 1/v, 0 beyond the arm's joints
+  Tolerance tolerance_{};
+  std::vector<Knot> knots_;
+};
+
+template <class Motion>
+KnotList plan(const ArmModel& model, const Motion& motion, const Joints& start_q, const State& speed) {
+  const PathFunction path(motion);
+  Geometry geometry(model, path, motion.solution, start_q, speed);
+  KnotList knots = geometry.plan(kWanted[0]);
+  const bool again = std::holds_alternative<PlanRefusal>(knots) && geometry.are_too_many();
+  return again ? geometry.plan(kWanted[1]) : knots;
+}
+
+}  // namespace
+
+Cell::Cell(const Knot& a, const Knot& b, double length_s) noexcept : length_s_(length_s) {
+  const double h = length_s;
+  for (std::size_t i = 0; i < c_.size(); ++i) {
+    std::array<double, 6>& c = c_[i];
+    c[0] = a.z[i];
+    c[1] = h * a.rate[i];
+    c[2] = 0.5 * h * h * a.bend[i];
+    // What is left of value, first and second derivative at t = 1.
+    const double value = (b.z[i] - a.z[i]) - c[1] - c[2];
+    const double rate = h * b.rate[i] - c[1] - 2.0 * c[2];
+    const double bend = h * h * b.bend[i] - 2.0 * c[2];
+    c[3] = 10.0 * value - 4.0 * rate + 0.5 * bend;
+    c[4] = -15.0 * value + 7.0 * rate - bend;
+    c[5] = 6.0 * value - 3.0 * rate + 0.5 * bend;
+  }
+}
+
+State Cell::at(double t, std::size_t order) const noexcept {
+  State x{};
+  std::array<double, 6> factor{};  // k!/(k − order)!
+  double scale = 1.0;
+  for (std::size_t m = 0; m < order; ++m) scale /= length_s_;
+  for (std::size_t k = order; k < factor.size(); ++k) {
+    factor[k] = scale;
+    for (std::size_t m = 0; m < order; ++m) factor[k] *= static_cast<double>(k - m);
+  }
+  for (std::size_t i = 0; i < c_.size(); ++i) {
+    for (std::size_t k = factor.size(); k-- > order;) x[i] = x[i] * t + factor[k] * c_[i][k];
+  }
+  return x;
+}
+
+State full_speed(const ArmModel& model, const PlanSettings& settings, double length_m,
+                 double rotation_rad) noexcept {
+  const auto per = [](double limit, double amount) {
+    return amount > 1e-30 ? limit / amount : std::numeric_limits<double>::infinity();
+  };
+  State speed{};
+  for (std::size_t i = 0; i < model.dof; ++i)
+    speed[i] = model.joints[i].speed_q_s * settings.joint_speed_ratio[i];
+  speed[kPath] = settings.speed_ratio * std::min(per(model.path.speed_m_s, length_m),
+                                                 per(model.path.rotation_speed_rad_s, rotation_rad));
+  return speed;
+}
+
+KnotList plan_geometry(const ArmModel& model, const LineMotion& line, const Joints& start_q,
+                       const State& speed) {
+  return plan(model, line, start_q, speed);
+}
+KnotList plan_geometry(const ArmModel& model, const ArcMotion& arc, const Joints& start_q,
+                       const State& speed) {
+  return plan(model, arc, start_q, speed);
+}
+
+}  // namespace corbot::rate
