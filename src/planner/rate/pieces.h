@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+// The rate along a path: lambda (geometry.h) as a function of time, from rest to rest, in pieces of constant jerk.
+
+namespace corbot::rate {
+
+/// Lambda and its derivatives by time: s, 1, 1/s, 1/s².
+struct RateState {
+  double lambda_s{}, v{}, a{}, j{};
+};
+
+struct Piece {
+  double begin_s{};  ///< time
+  RateState begin{};
+};
+
+class RateLaw {
+ public:
+  /// The cubic spline with two continuous derivatives that is at `lambda_s[k]` when the first k of `steps_s` have gone by, and at rest at
+  /// both ends. Its second and its last but one value are free, so `lambda_s` is not looked at there. At least three steps, all
+  /// positive, and one more value than steps. Where the values are those of a law whose jerk jumps only at them, it is that law.
+  RateLaw(std::span<const double> lambda_s, std::span<const double> steps_s);
+
+  [[nodiscard]] double duration_s() const noexcept { return duration_s_; }
+  [[nodiscard]] double length_s() const noexcept { return length_s_; }
+  [[nodiscard]] const std::vector<Piece>& pieces() const noexcept { return pieces_; }
+  /// End of a piece, in time.
+  [[nodiscard]] double end_s(std::size_t piece) const noexcept {
+    return piece + 1 < pieces_.size() ? pieces_[piece + 1].begin_s : duration_s_;
+  }
+  /// Within piece number `piece`, of which `t_s` must be a time. The last one is counted from its end, where it is exact.
+  [[nodiscard]] RateState at(std::size_t piece, double t_s) const noexcept;
+  /// `t_s`: clamped to the law's time.
+  [[nodiscard]] RateState at(double t_s) const noexcept;
+  /// All times by a factor: speed, acceleration and jerk of whatever follows lambda go by its first, second and third power.
+  void stretch(double factor) noexcept;
+
+ private:
+  double duration_s_{}, length_s_;
+  std::vector<Piece> pieces_;
+};
+
+}  // namespace corbot::rate
