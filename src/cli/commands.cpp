@@ -282,6 +282,7 @@ void run_record(const ClientOptions& options, RecordOptions record_options) {
       record_options.joints.clear();
       for (std::size_t i = 0; i < profile.arm.dof; ++i)
         record_options.joints.push_back(profile.arm.kinematics.joint_kind(i));
+      record_options.notes = csv_notes(profile);
     } catch (const ConfigError&) {
       // the copy has just been removed: write all columns
     }

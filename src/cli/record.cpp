@@ -183,39 +183,68 @@ Follower follow(const std::string& name) {
 
 }  // namespace
 
+std::string csv_notes(const Profile& profile) {
+  std::string text = fmt::format(
+      "# profile '{}'; set-points of every cycle; docs/cli.md describes the columns\n", profile.name);
+  for (std::size_t i = 0; i < profile.arm.dof; ++i) {
+    const JointLimits& limits = profile.arm.joints[i];
+    const bool turns = profile.arm.kinematics.joint_kind(i) == JointKind::kRotary;
+    const double scale = turns ? to_degrees(1.0) : 1.0;
+    const char* unit = turns ? "deg" : "m";
+    text += fmt::format("# joint {} '{}': {:.6g} to {:.6g} {}, {:.6g} {}/s, {:.6g} {}/s2, {:.6g} {}/s3\n", i,
+                        profile.joint_names[i], scale * limits.lower_q, scale * limits.upper_q, unit,
+                        scale * limits.speed_q_s, unit, scale * limits.acceleration_q_s2, unit,
+                        scale * limits.jerk_q_s3, unit);
+  }
+  return text;
+}
+
 std::string csv_header(std::span<const JointKind> joints) {
-  std::string row = "cycle,time_ns,wall_ns,state,command,rate";
-  for (std::size_t i = 0; i < joints.size(); ++i)
-    row += joints[i] == JointKind::kRotary ? fmt::format(",theta{}_deg", i) : fmt::format(",slide{}_m", i);
-  row += ",x_m,y_m,z_m,gripper";
-  for (std::size_t i = 0; i < joints.size(); ++i) row += fmt::format(",pulse{}_us", i);
-  return row + ",gripper_us,device,flags\n";
+  std::string set_points, pulses, measured, speeds;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const bool turns = joints[i] == JointKind::kRotary;
+    const std::string name = fmt::format("{}{}_{}", turns ? "theta" : "slide", i, turns ? "deg" : "m");
+    set_points += "," + name;
+    pulses += fmt::format(",pulse{}_us", i);
+    measured += ",measured_" + name;
+    speeds += fmt::format(",{}_s", name);
+  }
+  return "cycle,time_ns,wall_ns,state,command,rate" + set_points + ",x_m,y_m,z_m,gripper" + pulses +
+         ",gripper_us,device,flags" + measured + speeds + "\n";
 }
 
 std::string csv_row(const Snapshot& s, std::span<const JointKind> joints) {
   std::string row;
   const auto out = std::back_inserter(row);
+  const auto add_joints = [&](const Joints& values_q) {
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      if (joints[i] == JointKind::kRotary) {
+        fmt::format_to(out, ",{:.9f}", to_degrees(values_q[i]));
+      } else {
+        fmt::format_to(out, ",{:.12f}", values_q[i]);
+      }
+    }
+  };
   fmt::format_to(out, "{},{},{},{},{},{:.6g}", s.cycle, s.time_ns, s.wall_ns, to_string(s.state),
                  s.command_id, s.virtual_rate);
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    const double q = s.position_q[i];
-    if (joints[i] == JointKind::kRotary) {
-      fmt::format_to(out, ",{:.9f}", to_degrees(q));
-    } else {
-      fmt::format_to(out, ",{:.12f}", q);
-    }
-  }
+  add_joints(s.position_q);
   for (const double coordinate : s.tool.position_m) fmt::format_to(out, ",{:.12f}", coordinate);
   fmt::format_to(out, ",{:.6g}", s.gripper);
   for (std::size_t i = 0; i <= joints.size(); ++i) fmt::format_to(out, ",{:.3f}", s.pulse_us[i]);
-  fmt::format_to(out, ",{},{}\n", device_state(s.device_health), flags_text(s.flags));
-  return row;
+  fmt::format_to(out, ",{},{}", device_state(s.device_health), flags_text(s.flags));
+  if ((s.flags & kSnapshotMeasured) != 0) {
+    add_joints(s.measured_q);
+  } else {
+    row.append(joints.size(), ',');
+  }
+  add_joints(s.velocity_q_s);
+  return row + "\n";
 }
 
 void record(const RecordOptions& options, const OnSignal& on_signal) {
   Follower follower = follow(options.robot);
   const Output output(options.file, options.force);
-  if (!output.write(csv_header(options.joints))) return;
+  if (!output.write(options.notes + csv_header(options.joints))) return;
   fmt::print(stderr, "recording '{}' to {}{}\n", options.robot,
              options.file == "-" ? "standard output" : options.file,
              options.for_s > 0 ? fmt::format(" for {:g} s", options.for_s) : " until Ctrl-C");

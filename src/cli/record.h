@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "client/stop_on_signal.h"
+#include "config/profile.h"
 #include "corbot/channel/records.h"
 #include "corbot/kinematics/joints.h"
 
@@ -18,9 +19,14 @@ struct RecordOptions {
   bool force{false};  ///< overwrite
   std::vector<JointKind> joints =
       std::vector<JointKind>(kMaxJoints);  ///< all six, turning, where they are not known
+  std::string notes{};                     ///< csv_notes, where the profile is known
 };
 
-/// Column names, with units (`theta0_deg`, `slide2_m`), and one row; both end with a line end.
+/// Lines that begin with `#`: the profile's name, and the limits of each joint (degrees or m, seconds).
+[[nodiscard]] std::string csv_notes(const Profile& profile);
+
+/// Column names, with units (`theta0_deg`, `slide2_m`), and one row; both end with a line end. The joints that no device
+/// measured are empty. The speeds are those of the set-points.
 [[nodiscard]] std::string csv_header(std::span<const JointKind> joints);
 [[nodiscard]] std::string csv_row(const Snapshot& snapshot, std::span<const JointKind> joints);
 

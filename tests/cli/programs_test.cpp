@@ -27,7 +27,8 @@ std::vector<std::vector<double>> read_rows(const std::string& file) {
   std::ifstream stream(file);
   std::vector<std::vector<double>> rows;
   std::string line;
-  std::getline(stream, line);
+  while (std::getline(stream, line) && line.starts_with('#')) {
+  }
   while (std::getline(stream, line)) {
     std::vector<double> row;
     std::istringstream fields(line);
@@ -53,7 +54,7 @@ TEST_F(Programs, TheExampleRunsWhileItIsRecorded) {
   ASSERT_GT(rows.size(), 1000u);
   double lowest_m = 1;
   for (std::size_t i = 1; i < rows.size(); ++i) {
-    ASSERT_EQ(rows[i].size(), 21u);
+    ASSERT_EQ(rows[i].size(), 29u);
     ASSERT_EQ(rows[i][0], rows[i - 1][0] + 1) << "every cycle once";
     lowest_m = std::min(lowest_m, rows[i][12]);
   }
@@ -122,7 +123,9 @@ TEST_F(Programs, RecordingsAreNotOverwrittenUnasked) {
   EXPECT_EQ(forced.code, 0) << forced.errors;
   EXPECT_GT(read_rows(file).size(), 10u);
   const RunResult piped = corbot({"record", "-", "--for", "0.1"});
-  EXPECT_THAT(piped.output, testing::StartsWith("cycle,time_ns,"));
+  EXPECT_THAT(piped.output, testing::StartsWith("# profile '"));
+  EXPECT_THAT(piped.output, HasSubstr("# joint 0 'base': -90 to 90 deg, "));
+  EXPECT_THAT(piped.output, HasSubstr("\ncycle,time_ns,"));
   EXPECT_EQ(corbot({"record", "/nonexistent/r.csv", "--for", "0.1"}).code, 2);
 }
 

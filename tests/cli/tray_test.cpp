@@ -31,7 +31,8 @@ constexpr double kExact_m = 1e-6;
 std::vector<Point> read_track(const std::string& file) {
   std::ifstream stream(file);
   std::string line;
-  std::getline(stream, line);
+  while (std::getline(stream, line) && line.starts_with('#')) {
+  }
   const auto fields = [](const std::string& text) {
     std::vector<std::string> all;
     std::istringstream in(text);

@@ -260,10 +260,17 @@ TEST(Recording, RowsFitTheHeader) {
   }
   const std::vector<JointKind> four(4);
   EXPECT_THAT(csv_row(snapshot, four), HasSubstr("7,0,0,moving,3,0,0.000000000,90.000000000,"));
-  EXPECT_THAT(csv_row(snapshot, four), HasSubstr(",1100.000,closed,-\n"));
+  EXPECT_THAT(csv_row(snapshot, four),
+              HasSubstr(",1100.000,closed,-,,,,,0.000000000,0.000000000,0.000000000,0.000000000\n"));
+  snapshot.flags = kSnapshotMeasured;
+  snapshot.measured_q[1] = std::numbers::pi;
+  snapshot.velocity_q_s[3] = -std::numbers::pi / 4;
+  EXPECT_THAT(csv_row(snapshot, four),
+              HasSubstr(",measured,0.000000000,180.000000000,0.000000000,0.000000000,"
+                        "0.000000000,0.000000000,0.000000000,-45.000000000\n"));
   snapshot.device_health = static_cast<std::uint32_t>(BackendHealth::kStandby);
   snapshot.flags = kSnapshotUnverified | kSnapshotPowerOff;
-  EXPECT_THAT(csv_row(snapshot, four), HasSubstr(",standby,unverified+power_off\n"));
+  EXPECT_THAT(csv_row(snapshot, four), HasSubstr(",standby,unverified+power_off,,"));
 }
 
 TEST(Recording, SlidesAreInMetres) {
@@ -271,6 +278,8 @@ TEST(Recording, SlidesAreInMetres) {
   Snapshot snapshot{};
   snapshot.position_q = {std::numbers::pi, 0.25};
   EXPECT_THAT(csv_header(joints), HasSubstr(",theta0_deg,slide1_m,x_m"));
+  EXPECT_THAT(csv_header(joints),
+              HasSubstr(",measured_theta0_deg,measured_slide1_m,theta0_deg_s,slide1_m_s\n"));
   EXPECT_THAT(csv_row(snapshot, joints), HasSubstr(",180.000000000,0.250000000000,"));
 }
 
