@@ -107,7 +107,7 @@ class Paths : public Joint {
 TEST_P(Paths, LinesStayStraightWithinEveryLimitAndArrive) {
   int planned = 0;
   test::Tightest tightest;
-  test::Tally gated;
+  test::GateTally gated;
   const int cases = test::cases(600);
   for (int i = 0; i < cases; ++i) {
     const PlanStart from = start();
@@ -132,7 +132,7 @@ TEST_P(Paths, LinesStayStraightWithinEveryLimitAndArrive) {
 TEST_P(Paths, ArcsStayRoundWithinEveryLimitAndArrive) {
   int planned = 0;
   test::Tightest tightest;
-  test::Tally gated;
+  test::GateTally gated;
   const int cases = test::cases(600);
   for (int i = 0; i < cases; ++i) {
     const PlanStart from = start();

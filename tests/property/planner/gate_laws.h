@@ -54,14 +54,14 @@ Command with_law(Command command, Motion Command::*motion, const TimeLaw& law) {
   return command;
 }
 
-struct Tally {
+struct GateTally {
   int planned{}, refused{}, centripetal{};
   double tightest{};
 };
 
 template <class Motion>
 void check_both_sides(const ArmModel& arm, const Command& command, Motion Command::*motion, double radius_m,
-                      Tally& tally) {
+                      GateTally& tally) {
   ASSERT_EQ(gate(arm, command), Verdict::kDone) << "planned, and refused";
   const double length = length_m(command.*motion);
   if (length < 1e-6) return;

@@ -26,7 +26,7 @@ struct Random {
 
 TEST(Gate, AcceptsWhatIsPlannedAndRefusesAToolBeyondItsLimits) {
   Random random{std::mt19937_64(test::seed() + 2)};
-  test::Tally lines, arcs;
+  test::GateTally lines, arcs;
   const int cases = test::cases(3000);
   for (int i = 0; i < cases; ++i) {
     ArmModel arm = i % 2 == 0 ? test::lynx5() : test::wide_arm();
