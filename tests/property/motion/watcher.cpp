@@ -19,22 +19,22 @@ constexpr double kAccelerationRounding = 1e-7;
 constexpr double kJerkRounding = 1e-4;
 constexpr double kTurnRounding = 1e-7;
 
-using Point = std::array<double, 3>;
+using TickPoint = std::array<double, 3>;
 
-Point minus(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-double norm(const Point& a) { return std::hypot(a[0], a[1], a[2]); }
-double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+TickPoint minus(const TickPoint& a, const TickPoint& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+double norm(const TickPoint& a) { return std::hypot(a[0], a[1], a[2]); }
+double dot(const TickPoint& a, const TickPoint& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-double deviation_from(const LineMotion& line, const Point& p) {
-  const Point way = minus(line.to_m, line.from_m);
+double deviation_from(const LineMotion& line, const TickPoint& p) {
+  const TickPoint way = minus(line.to_m, line.from_m);
   const double square = dot(way, way);
-  const Point from = minus(p, line.from_m);
+  const TickPoint from = minus(p, line.from_m);
   const double s = square > 0.0 ? std::clamp(dot(from, way) / square, 0.0, 1.0) : 0.0;
   return norm({from[0] - s * way[0], from[1] - s * way[1], from[2] - s * way[2]});
 }
 
-double deviation_from(const ArcMotion& arc, const Point& p) {
-  const Point r = minus(p, arc.centre_m);
+double deviation_from(const ArcMotion& arc, const TickPoint& p) {
+  const TickPoint r = minus(p, arc.centre_m);
   const double x = dot(r, arc.u);
   const double y = dot(r, arc.v);
   const double off_plane = norm({r[0] - x * arc.u[0] - y * arc.v[0], r[1] - x * arc.u[1] - y * arc.v[1],
@@ -125,8 +125,8 @@ bool Watcher::see_path() {
   const PathLimits& limits = arm_.path;
   const double tolerance = ramped_ ? kRampTolerance : kPlanTolerance;
   const double speed = norm(minus(p_[0], p_[1])) / dt_s_;
-  Point second{};
-  Point third{};
+  TickPoint second{};
+  TickPoint third{};
   for (std::size_t i = 0; i < 3; ++i) {
     second[i] = p_[0][i] - 2 * p_[1][i] + p_[2][i];
     third[i] = p_[0][i] - 3 * p_[1][i] + 3 * p_[2][i] - p_[3][i];
