@@ -117,7 +117,7 @@ bool is_old(const StatusReport& report) { return report.cycle_age_s.value_or(0) 
 /// The next move takes the pitch that was set; without one a four-axis arm takes 0, any other keeps the present one.
 std::string pitch_text(const StatusReport& r) {
   const bool has_default = r.kind == Corbot::Anthropomorphic && r.joints.size() == 4;
-  const std::string now = fmt::format("{:g} deg now", rounded(r.pose.b, 100));
+  std::string now = fmt::format("{:g} deg now", rounded(r.pose.b, 100));
   if (r.tool_orientation || (!has_default && r.tool_pitch_deg == 0.0)) return now;
   return fmt::format("{}, {:g} deg for the next move", now, rounded(r.tool_pitch_deg, 1e6));
 }

@@ -292,7 +292,7 @@ class Run {
 
   /// How far the work has come, for a message. The pictures show what was recorded until now.
   std::string stop_early(Work& work) {
-    const std::string done = done_so_far(cell_, work);
+    std::string done = done_so_far(cell_, work);
     CellEnd end;
     if (!options_.pictures.empty()) end = work.client().read_early_end();
     supervisor_.stop_all();

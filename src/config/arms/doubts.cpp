@@ -44,7 +44,7 @@ std::string rotation_in_degrees(const std::string& urdf) {
     const std::size_t first = at + kKey.size() + 1;
     const std::size_t end = urdf.find_first_of("\"'", first);
     if (end == std::string::npos) break;
-    const std::string text = urdf.substr(first, std::min<std::size_t>(end - first, 100));
+    std::string text = urdf.substr(first, std::min<std::size_t>(end - first, 100));
     std::istringstream numbers(text);
     numbers.imbue(std::locale::classic());
     for (double angle{}; numbers >> angle;) {

@@ -126,10 +126,12 @@ Limits limits_of(const ArmModel& model, const PlanSettings& settings, double len
   Limits limits;
   limits.speed = full_speed(model, settings, length_m, rotation_rad);
   for (std::size_t i = 0; i < kMaxJoints; ++i) {
-    const bool is_joint = i < model.dof;
-    if (!is_joint) limits.speed[i] = kInfinity;
-    limits.acceleration[i] = is_joint ? model.joints[i].acceleration_q_s2 : kInfinity;
-    limits.jerk[i] = is_joint ? model.joints[i].jerk_q_s3 : kInfinity;
+    if (i < model.dof) {
+      limits.acceleration[i] = model.joints[i].acceleration_q_s2;
+      limits.jerk[i] = model.joints[i].jerk_q_s3;
+    } else {
+      limits.speed[i] = limits.acceleration[i] = limits.jerk[i] = kInfinity;
+    }
   }
   limits.acceleration[kPath] = per(model.path.rotation_acceleration_rad_s2, rotation_rad);
   limits.jerk[kPath] = per(model.path.rotation_jerk_rad_s3, rotation_rad);
