@@ -13,16 +13,16 @@ RateState advanced(const RateState& s, double t_s) noexcept {
 }
 
 /// One row of the equations for the second derivatives: below · m[k − 1] + middle · m[k] + above · m[k + 1] = right.
-struct Row {
+struct SplineRow {
   double below{}, middle{}, above{}, right{};
 };
 
 /// Row k says that the first derivative does not jump at node k. The spline is at rest at both ends, so lambda[1] = m[1] h²/6 with the first
 /// step h, and likewise at the end: they go to the left.
-Row row(std::span<const double> lambda_s, std::span<const double> steps_s, std::size_t k) {
+SplineRow spline_row(std::span<const double> lambda_s, std::span<const double> steps_s, std::size_t k) {
   const std::size_t last = steps_s.size();
   const double before = steps_s[k - 1], after = steps_s[k];
-  Row row{before / 6.0, (before + after) / 3.0, after / 6.0, 0.0};
+  SplineRow row{before / 6.0, (before + after) / 3.0, after / 6.0, 0.0};
   const double factors[] = {1.0 / before, -1.0 / before - 1.0 / after, 1.0 / after};
   double* const columns[] = {&row.below, &row.middle, &row.above};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -45,8 +45,8 @@ Row row(std::span<const double> lambda_s, std::span<const double> steps_s, std::
 RateLaw::RateLaw(std::span<const double> lambda_s, std::span<const double> steps_s)
     : length_s_(lambda_s.back()) {
   const std::size_t count = steps_s.size();
-  std::vector<Row> rows(count);
-  for (std::size_t k = 1; k < count; ++k) rows[k] = row(lambda_s, steps_s, k);
+  std::vector<SplineRow> rows(count);
+  for (std::size_t k = 1; k < count; ++k) rows[k] = spline_row(lambda_s, steps_s, k);
   for (std::size_t k = 2; k < count; ++k) {
     const double f = rows[k].below / rows[k - 1].middle;
     rows[k].middle -= f * rows[k - 1].above;
@@ -87,6 +87,12 @@ void RateLaw::stretch(double factor) noexcept {
     p.begin.a /= factor * factor;
     p.begin.j /= factor * factor * factor;
   }
+}
+
+void RateLaw::last_at_least(double t_s) noexcept {
+  if (!(t_s > duration_s_)) return;
+  stretch(t_s / duration_s_);
+  duration_s_ = t_s;
 }
 
 }  // namespace corbot::rate

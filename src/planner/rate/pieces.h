@@ -25,6 +25,9 @@ class RateLaw {
   /// positive, and one more value than steps. Where the values are those of a law whose jerk jumps only at them, it is that law.
   RateLaw(std::span<const double> lambda_s, std::span<const double> steps_s);
 
+  /// At rest at 0 for this time, at least 0.
+  explicit RateLaw(double duration_s) : duration_s_(duration_s), length_s_(0.0), pieces_(1) {}
+
   [[nodiscard]] double duration_s() const noexcept { return duration_s_; }
   [[nodiscard]] double length_s() const noexcept { return length_s_; }
   [[nodiscard]] const std::vector<Piece>& pieces() const noexcept { return pieces_; }
@@ -38,6 +41,8 @@ class RateLaw {
   [[nodiscard]] RateState at(double t_s) const noexcept;
   /// All times by a factor: speed, acceleration and jerk of whatever follows lambda go by its first, second and third power.
   void stretch(double factor) noexcept;
+  /// Stretches a shorter law to exactly this time.
+  void last_at_least(double t_s) noexcept;
 
  private:
   double duration_s_{}, length_s_;

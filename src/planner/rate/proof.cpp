@@ -120,8 +120,8 @@ bool is_forward(const RateState& begin, const RateState& end, double least) noex
   return !(begin.a < 0.0 && end.a > 0.0) || begin.v - begin.a * begin.a / (2.0 * begin.j) >= least;
 }
 
-Limits limits_of(const ArmModel& model, const PlanSettings& settings, double length_m,
-                 double rotation_rad) noexcept {
+Limits common_limits(const ArmModel& model, const PlanSettings& settings, double length_m,
+                     double rotation_rad) noexcept {
   const auto per = [](double limit, double amount) { return amount > 1e-30 ? limit / amount : kInfinity; };
   Limits limits;
   limits.speed = full_speed(model, settings, length_m, rotation_rad);
@@ -143,14 +143,14 @@ Limits limits_of(const ArmModel& model, const PlanSettings& settings, double len
 }  // namespace
 
 Limits limits_of(const ArmModel& model, const PlanSettings& settings, const LineMotion& line) noexcept {
-  Limits limits = limits_of(model, settings, length_m(line), rotation_rad(line.tool));
+  Limits limits = common_limits(model, settings, length_m(line), rotation_rad(line.tool));
   limits.acceleration[kPath] = std::min(limits.acceleration[kPath], limits.arc_acceleration);
   limits.jerk[kPath] = std::min(limits.jerk[kPath], limits.arc_jerk);
   return limits;
 }
 
 Limits limits_of(const ArmModel& model, const PlanSettings& settings, const ArcMotion& arc) noexcept {
-  Limits limits = limits_of(model, settings, length_m(arc), rotation_rad(arc.tool));
+  Limits limits = common_limits(model, settings, length_m(arc), rotation_rad(arc.tool));
   limits.angle_rad = arc.angle_rad;
   return limits;
 }

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <variant>
+#include <vector>
+
+#include "planner/rate/geometry.h"
+#include "planner/rate/pieces.h"
+#include "planner/rate/proof.h"
+
+// Lines and arcs at the limits of every joint and of the tool.
+
+namespace corbot::rate {
+
+/// Parts of the limits of acceleration and jerk that a plan leaves free, so that a motion can slow down to rest at any instant.
+inline constexpr double kAccelerationReserve = 0.03;
+inline constexpr double kJerkReserve = 0.05;
+[[nodiscard]] Limits reserved(Limits limits) noexcept;
+
+/// A motion without travel and rotation has two equal knots, and rests at the first.
+struct RatePlan {
+  std::vector<Knot> knots;
+  RateLaw law;
+};
+using RatePlanned = std::variant<RatePlan, PlanRefusal>;
+
+/// The law keeps the reserved limits at every instant, which is proved. It lasts `t_s` if that is feasible, else as short as possible.
+/// Refused: what plan_geometry refuses.
+[[nodiscard]] RatePlanned plan_rate(const ArmModel& model, const PlanSettings& settings,
+                                    const LineMotion& line, const Joints& start_q, double t_s);
+[[nodiscard]] RatePlanned plan_rate(const ArmModel& model, const PlanSettings& settings, const ArcMotion& arc,
+                                    const Joints& start_q, double t_s);
+
+}  // namespace corbot::rate
