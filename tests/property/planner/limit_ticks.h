@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "corbot/arm/arm_model.h"
 #include "planner/plan.h"
@@ -41,12 +44,16 @@ struct TickShares {
   }
 };
 
-/// Runs one command tick by tick.
+/// The joints at a time of a motion; after its end, those there. Nothing: the arm has none for this place.
+using SetPoints = std::function<std::optional<Joints>(double t_s)>;
+
+/// Runs one motion tick by tick.
 class LimitTicks {
  public:
-  LimitTicks(const ArmModel& arm, const PlanSettings& settings, const Command& command, PathKnots knots)
-      : arm_(arm), command_(command), knots_(knots), is_path_(knots_of(command) != nullptr) {
-    rt::take_frames(command, arm_.kinematics);
+  /// `is_path`: a line or an arc, so the tool's limits count, too.
+  LimitTicks(const ArmModel& arm, const PlanSettings& settings, bool is_path, double duration_s,
+             SetPoints set_points)
+      : arm_(arm), is_path_(is_path), duration_s_(duration_s), set_points_(std::move(set_points)) {
     for (std::size_t i = 0; i < arm.dof; ++i) {
       arm_.joints[i].speed_q_s *= settings.joint_speed_ratio[i] * (is_path_ ? 1.0 : settings.speed_ratio);
     }
@@ -57,7 +64,7 @@ class LimitTicks {
   /// A motion of more ticks than kMostTicks is looked at every few ticks, each with the three before it.
   [[nodiscard]] TickShares run() {
     TickShares shares;
-    const int ticks = static_cast<int>(std::ceil(command_.duration_s / kTick_s)) + 3;
+    const int ticks = static_cast<int>(std::ceil(duration_s_ / kTick_s)) + 3;
     const int stride = 1 + ticks / kMostTicks;
     for (int k = 0; k <= ticks && shares.is_reachable; k += stride) {
       for (int back = stride == 1 && k > 0 ? 0 : 3; back >= 0; --back) {
@@ -81,10 +88,9 @@ class LimitTicks {
     Angles angles_rad{};
   };
   Tick at(int tick, TickShares& shares) const {
-    const rt::SetPoint base{command_.start_q};
-    const rt::SetPoint now = rt::evaluate_command(arm_, command_, base, std::max(0, tick) * kTick_s, knots_);
-    shares.is_reachable = shares.is_reachable && now.reachable;
-    const Joints& q = now.position_q;
+    const std::optional<Joints> there = set_points_(std::max(0, tick) * kTick_s);
+    shares.is_reachable = shares.is_reachable && there;
+    const Joints q = there.value_or(last_[0].q);
     return {q, is_path_ ? arm_.kinematics.forward(q) : Pose{}, arm_.kinematics.followed().at(q)};
   }
 
@@ -129,16 +135,23 @@ class LimitTicks {
   }
 
   ArmModel arm_;
-  const Command& command_;
-  PathKnots knots_;
   bool is_path_;
+  double duration_s_;
+  SetPoints set_points_;
   std::array<Tick, 4> last_{};
 };
 
 /// `knots`: of a line or an arc of an arm without a closed form. All limits are the arm's, the speeds scaled by the settings.
 inline TickShares tick_shares(const ArmModel& arm, const PlanSettings& settings, const Command& command,
                               PathKnots knots = {}) {
-  return LimitTicks(arm, settings, command, knots).run();
+  ArmModel framed = arm;
+  rt::take_frames(command, framed.kinematics);
+  const rt::SetPoint base{command.start_q};
+  const auto set_points = [&](double t_s) -> std::optional<Joints> {
+    const rt::SetPoint now = rt::evaluate_command(framed, command, base, t_s, knots);
+    return now.reachable ? std::optional(now.position_q) : std::nullopt;
+  };
+  return LimitTicks(framed, settings, knots_of(command) != nullptr, command.duration_s, set_points).run();
 }
 
 }  // namespace corbot::test
