@@ -12,6 +12,7 @@ namespace corbot::rate {
 namespace {
 
 constexpr int kMostSteps = 30;
+constexpr double kNearest = 0.97;  // part of the way to where a slack or a dual is 0
 
 /// Hessian and gradient of one stage in (b, a, w).
 struct Quadratic {
@@ -20,7 +21,7 @@ struct Quadratic {
 
   /// A slack whose gradient is g.
   void add(double slack, double dual, double tau, const std::array<double, 3>& g) noexcept {
-    const double k = dual / slack, f = -tau / slack;
+    const double inverse = 1.0 / slack, k = dual * inverse, f = -tau * inverse;
     bb += k * g[0] * g[0];
     ba += k * g[0] * g[1];
     bw += k * g[0] * g[2];
@@ -39,7 +40,8 @@ Quadratic quadratic(const Stage& s, double tau) noexcept {
   const double root = 1.0 / std::sqrt(s.b);
   q.b = -0.5 * s.weight * root / s.b;
   q.bb = 0.75 * s.weight * root / (s.b * s.b);
-  const double smooth = 2.0 * kSmooth * std::pow(s.h, 5) / (s.b * s.b);
+  const double h2 = s.h * s.h;
+  const double smooth = 2.0 * kSmooth * s.h * h2 * h2 / (s.b * s.b);
   q.ww = smooth;
   q.w = smooth * s.w;
   q.add(s.speed_slack, s.speed_dual, tau, {-1.0 / s.most_b, 0.0, 0.0});
@@ -84,20 +86,21 @@ void Optimum::run(double gap) {
     if (products < gap * time_s() && dual_step > 0.5) break;
     const double tau = sigma * products / rows_;
     solve(tau);
-    double primal = 1.0 / 0.97, dual = 1.0 / 0.97;
+    // Reciprocals of the steps that make a slack or a dual 0.
+    double primal = kNearest, dual = kNearest;
     each([&](double slack, double z, double change) {
-      if (change < 0.0) primal = std::min(primal, -slack / change);
-      const double dz = (tau - z * change) / slack - z;
-      if (dz < 0.0) dual = std::min(dual, -z / dz);
+      const double inverse = 1.0 / slack;
+      primal = std::max(primal, -change * inverse);
+      const double dz = (tau - z * change) * inverse - z;
+      if (dz < 0.0) dual = std::max(dual, -dz / z);
     });
-    for (const Stage& s : grid_.stages) {
-      if (s.db < 0.0) primal = std::min(primal, -s.b / s.db);
-      if (s.middle_db() < 0.0) primal = std::min(primal, -s.middle_b() / s.middle_db());
-    }
+    for (const Stage& s : grid_.stages)
+      primal = std::max({primal, -s.db / s.b, -s.middle_db() / s.middle_b()});
     if (!std::isfinite(primal) || !std::isfinite(dual) || !std::isfinite(grid_.stages[0].db)) break;
-    advance(tau, 0.97 * primal, 0.97 * dual);
-    dual_step = 0.97 * dual;
-    sigma = std::clamp(std::pow(1.0 - 0.97 * std::min(primal, dual), 2), 0.3, 0.5);
+    dual_step = kNearest / dual;
+    advance(tau, kNearest / primal, dual_step);
+    const double left = 1.0 - kNearest / std::max(primal, dual);
+    sigma = std::clamp(left * left, 0.3, 0.5);
   }
 }
 

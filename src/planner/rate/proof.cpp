@@ -160,6 +160,7 @@ Proof prove(const RateLaw& law, std::span<const Knot> knots, const Limits& limit
   double fastest = 0.0;
   for (const Piece& piece : law.pieces()) fastest = std::max(fastest, piece.begin.v);
   std::size_t cell = 0;
+  Cell curve(knots[0], knots[1]);
   for (std::size_t k = 0; k < law.pieces().size(); ++k) {
     const double end_s = law.end_s(k);
     double now_s = law.pieces()[k].begin_s;
@@ -175,9 +176,11 @@ Proof prove(const RateLaw& law, std::span<const Knot> knots, const Limits& limit
       const bool leaves = cell + 2 < knots.size() && end.lambda_s > knots[cell + 1].lambda_s;
       const double to_s = leaves ? time_at(law, k, now_s, end_s, knots[cell + 1].lambda_s) : end_s;
       const RateState to = law.at(k, to_s);
-      take(Stretch(begin, to, to_s - now_s, Cell(knots[cell], knots[cell + 1]), knots[cell].lambda_s), limits,
-           shares);
-      if (leaves) ++cell;
+      take(Stretch(begin, to, to_s - now_s, curve, knots[cell].lambda_s), limits, shares);
+      if (leaves) {
+        ++cell;
+        curve = Cell(knots[cell], knots[cell + 1]);
+      }
       begin = to;
       now_s = to_s;
     }
