@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A client of robot arms: `arm = corbot.connect("lynx5")`, then `arm.move(0.20, 0.05, 0.08)`.
+
+Metres, degrees, seconds and percent everywhere.
+"""
+
+from corbot.arm import Arm, connect
+from corbot.errors import (
+    BadAddress,
+    BadParameter,
+    CorbotError,
+    Disconnected,
+    LimitExceeded,
+    MotionTimeout,
+    NoAnswer,
+    NoControl,
+    NotReady,
+    OrbError,
+    QueueFull,
+    RobotNotFound,
+    SimulationFailed,
+    Stopped,
+    Unreachable,
+)
+from corbot.motion import Motion
+from corbot.simulation import simulated
+from corbot.values import (
+    Alarm,
+    Control,
+    Device,
+    Gripper,
+    Holding,
+    MotionInfo,
+    MotionState,
+    Point,
+    Pose,
+    Quaternion,
+    State,
+    Status,
+)
+
+__all__ = [
+    "Alarm",
+    "Arm",
+    "BadAddress",
+    "BadParameter",
+    "Control",
+    "CorbotError",
+    "Device",
+    "Disconnected",
+    "Gripper",
+    "Holding",
+    "LimitExceeded",
+    "Motion",
+    "MotionInfo",
+    "MotionState",
+    "MotionTimeout",
+    "NoAnswer",
+    "NoControl",
+    "NotReady",
+    "OrbError",
+    "Point",
+    "Pose",
+    "Quaternion",
+    "QueueFull",
+    "RobotNotFound",
+    "SimulationFailed",
+    "State",
+    "Status",
+    "Stopped",
+    "Unreachable",
+    "connect",
+    "simulated",
+]

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The only module that knows omniORB: calls, with the interface's exceptions as Python's."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from types import FrameType
+from typing import Any
+
+import omniORB
+from omniORB import CORBA
+
+import corbot._stubs.Corbot as Corbot
+from corbot.errors import (
+    BadAddress,
+    BadParameter,
+    CorbotError,
+    Disconnected,
+    LimitExceeded,
+    NoAnswer,
+    NoControl,
+    NotReady,
+    OrbError,
+    QueueFull,
+    RobotNotFound,
+    Stopped,
+    Unreachable,
+)
+from corbot.values import Point
+
+__all__ = ["Corbot", "call", "connect", "set_timeout", "uninterrupted"]
+
+
+@contextlib.contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Hold Ctrl-C back until the end of the block.
+
+    An exception that a signal handler raises inside the ORB would leave a reply half-read.
+    """
+    previous = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(previous):
+        yield
+        return
+    held: list[tuple[int, FrameType | None]] = []
+    signal.signal(signal.SIGINT, lambda number, frame: held.append((number, frame)))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, previous)
+        if held:
+            previous(*held[0])
+
+
+def connect(address: str, timeout: float) -> Any:
+    """Give the arm at a corbaloc, a corbaname or an IOR. `timeout` bounds each call, seconds."""
+    with uninterrupted():
+        try:
+            reference = CORBA.ORB_init([], CORBA.ORB_ID).string_to_object(address)
+        except CORBA.SystemException as error:
+            raise BadAddress(address) from error
+        set_timeout(reference, timeout)
+        try:
+            arm = reference._narrow(Corbot.Arm)
+        except CORBA.TRANSIENT as error:
+            raise RobotNotFound(address, "nobody answers there") from error
+        except CORBA.OBJECT_NOT_EXIST as error:
+            raise RobotNotFound(address, "a server answers there, but has no robot of that name") from error
+        except CORBA.SystemException as error:
+            raise system_error(error, address) from error
+    if arm is None:
+        raise RobotNotFound(address, "what answers there is not an arm")
+    set_timeout(arm, timeout)
+    return arm
+
+
+def set_timeout(reference: Any, timeout: float) -> None:
+    """Bound each call through the reference, seconds."""
+    omniORB.setClientCallTimeout(reference, int(timeout * 1000))
+
+
+def call(address: str, operation: Callable[..., Any], *arguments: Any) -> Any:
+    """Call an operation; raise CorbotError."""
+    with uninterrupted():
+        try:
+            return operation(*arguments)
+        except CORBA.UserException as error:
+            raise user_error(error) from None
+        except CORBA.SystemException as error:
+            raise system_error(error, address) from error
+
+
+def user_error(error: Any) -> CorbotError:
+    """Give the Python exception of one that the interface declares."""
+    match error:
+        case Corbot.BadParameter():
+            return BadParameter(error.parameter, error.value, error.reason)
+        case Corbot.Unreachable():
+            return Unreachable(Point(error.target.x, error.target.y, error.target.z), error.reason)
+        case Corbot.LimitExceeded():
+            return LimitExceeded(error.quantity, error.articulation, error.value, error.lower, error.upper)
+        case Corbot.NotReady():
+            return NotReady(error.reason)
+        case Corbot.Stopped():
+            return Stopped(error.reason)
+        case Corbot.QueueFull():
+            return QueueFull(error.capacity)
+    return OrbError(type(error).__name__, 0)
+
+
+def system_error(error: Any, address: str) -> CorbotError:
+    """Give the Python exception of one that the ORB raises."""
+    if isinstance(error, CORBA.TIMEOUT) or (isinstance(error, CORBA.TRANSIENT) and error.minor == omniORB.TRANSIENT_CallTimedout):
+        return NoAnswer(address)
+    if isinstance(error, (CORBA.COMM_FAILURE, CORBA.TRANSIENT)):
+        return Disconnected(address)
+    if isinstance(error, CORBA.NO_PERMISSION):
+        return NoControl(has_ended=error.minor == Corbot.NoPermissionControlEnded)
+    return OrbError(type(error).__name__, error.minor)

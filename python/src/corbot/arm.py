@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A robot arm. Metres, degrees, seconds and percent everywhere, as at the interface."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from types import TracebackType
+from typing import Any, Literal
+
+from corbot import _locate, _orb
+from corbot.errors import CorbotError
+from corbot.motion import Motion
+from corbot.values import Alarm, Point, Pose, Quaternion, State, alarm_of, state_of
+
+PointLike = Point | tuple[float, float, float]
+
+
+def connect(robot: str | None = None, *, timeout: float = 10.0) -> Arm:
+    """Connect to an arm.
+
+    `robot` is the name of one that is up on this machine, HOST:PORT/NAME, a corbaloc, a corbaname or an IOR. Without it,
+    $CORBOT_ROBOT or the only robot that is up here is taken. `timeout` bounds each call, seconds, not a motion.
+    """
+    address = _locate.address_of(robot)
+    return Arm(address, _orb.connect(address, timeout), timeout)
+
+
+class Arm:
+    """A robot arm.
+
+    Each motion returns when it has ended at its target. With `wait=False` it returns a Motion at once. `time` is the duration in
+    seconds; 0 means as fast as the limits allow. Ctrl-C while a motion is awaited stops the arm.
+
+    `with corbot.connect(...) as arm:` stops the arm when an exception leaves the block.
+    """
+
+    def __init__(self, address: str, reference: Any, timeout: float) -> None:
+        self._reference, self._timeout = reference, timeout
+        self.address = address
+        """The CORBA address at which the arm was found."""
+
+    def __enter__(self) -> Arm:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        if error is not None:
+            self._stop_because_of(error)
+
+    def __repr__(self) -> str:
+        return f"<Arm at {self.address}>"
+
+    # Motions
+
+    def move(self, x: float, y: float, z: float, *, above: float = 0.0, time: float = 0.0, wait: bool = True) -> Motion:
+        """Move the tool freely to the point `above` metres above (x, y, z), metres in the base frame."""
+        return self._begin("Move", *_floats(x, y, z, above, time), wait=wait)
+
+    def line(self, x: float, y: float, z: float, *, above: float = 0.0, time: float = 0.0, wait: bool = True) -> Motion:
+        """Move the tool along a straight line to the point `above` metres above (x, y, z), metres."""
+        return self._begin("MoveS", *_floats(x, y, z, above, time), wait=wait)
+
+    def arc(self, start: PointLike, through: PointLike, end: PointLike, *, wait: bool = True) -> Motion:
+        """Move the tool along the arc of three points, metres; from elsewhere it first goes to `start` in a line."""
+        return self._begin("MoveC", *map(_point, (start, through, end)), wait=wait)
+
+    def pose(self, target: Pose, *, line: bool = False, time: float = 0.0, wait: bool = True) -> Motion:
+        """Move the tool to a position and an orientation, freely or along a straight line."""
+        return self._begin("MovePoseS" if line else "MovePose", _pose(target), float(time), wait=wait)
+
+    def relative(
+        self,
+        x: float = 0.0,
+        y: float = 0.0,
+        z: float = 0.0,
+        *,
+        turn: Quaternion | None = None,
+        frame: Literal["base", "tool"] = "base",
+        line: bool = False,
+        time: float = 0.0,
+        wait: bool = True,
+    ) -> Motion:
+        """Move the tool by an offset in metres along the axes of the base or of the tool, and turn it by `turn`."""
+        offset = _pose(Pose(Point(x, y, z), turn or Quaternion()))
+        axes = {"base": _orb.Corbot.OffsetInBase, "tool": _orb.Corbot.OffsetInTool}[frame]
+        return self._begin("MoveRelativeS" if line else "MoveRelative", offset, axes, float(time), wait=wait)
+
+    def joints(self, target: Sequence[float], *, time: float = 0.0, wait: bool = True) -> Motion:
+        """Move all joints to values in degrees, metres of one that slides; one value for each joint."""
+        return self._begin("MoveJoints", _floats(*target), float(time), wait=wait)
+
+    def drive(self, joint: int | str, by: float, *, speed: float, wait: bool = True) -> Motion:
+        """Move one joint, its number from 0 or its name, by degrees at degrees a second (metres where it slides)."""
+        number = self._number_of(joint) if isinstance(joint, str) else joint
+        return self._begin("Drive", number, float(by), float(speed), wait=wait)
+
+    def ready(self, *, wait: bool = True) -> Motion:
+        """Move all joints to zero."""
+        return self._begin("Ready", wait=wait)
+
+    def open(self, *, wait: bool = True) -> Motion:
+        """Open the gripper."""
+        return self._begin("Open", wait=wait)
+
+    def close(self, *, wait: bool = True) -> Motion:
+        """Close the gripper."""
+        return self._begin("Close", wait=wait)
+
+    def gripper(self, percent: float, *, wait: bool = True) -> Motion:
+        """Move the gripper to an opening in percent, 0 closed, 100 open."""
+        return self._begin("SetGripper", float(percent), wait=wait)
+
+    def stop(self) -> None:
+        """Stop the arm on its path and discard what is queued; returns at rest. Any thread may call it."""
+        self.call("Stop")
+
+    def clear(self) -> None:
+        """Leave Error, where its cause is gone."""
+        self.call("Clear")
+
+    # Reading
+
+    @property
+    def state(self) -> State:
+        """Everything that can be read of the arm at one instant."""
+        return state_of(self.call("_get_State"))
+
+    @property
+    def alarms(self) -> list[Alarm]:
+        """The last 64 alarms, oldest first."""
+        return [alarm_of(alarm) for alarm in self.call("_get_Alarms")]
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """The names of the joints, in the order of all lists of them."""
+        return tuple(joint.name for joint in self.call("_get_Joints"))
+
+    # Exclusive control
+
+    @contextlib.contextmanager
+    def control(self, who: str, *, lease: float = 10.0) -> Iterator[Arm]:
+        """Have exclusive control of the arm within the block, under the name `who`.
+
+        A thread renews the lease, `lease` seconds, while the program lives. At the end of the block the arm stops.
+        """
+        plain, held = self._reference, self.call("Acquire", who, float(lease))
+        _orb.set_timeout(held, self._timeout)
+        ended = threading.Event()
+        renewal = threading.Thread(target=self._renew, args=(held, lease / 3.0, ended), daemon=True)
+        self._reference = held
+        renewal.start()
+        with contextlib.ExitStack() as at_end:
+            at_end.callback(self._release, held, plain)
+            at_end.callback(renewal.join)
+            at_end.callback(ended.set)
+            yield self
+
+    def _release(self, held: Any, plain: Any) -> None:
+        self._reference = plain
+        _orb.call(self.address, held.Release)
+
+    def _renew(self, held: Any, every: float, ended: threading.Event) -> None:
+        while not ended.wait(every):
+            with contextlib.suppress(CorbotError):  # the next motion reports that control has ended
+                _orb.call(self.address, held.Renew)
+
+    # Calls
+
+    def call(self, operation: str, *arguments: Any) -> Any:
+        """Call an operation of the interface Corbot::Arm by its name, with its own types."""
+        return _orb.call(self.address, getattr(self._reference, operation), *arguments)
+
+    @contextlib.contextmanager
+    def stopped_by_interrupt(self) -> Iterator[None]:
+        """Stop the arm when Ctrl-C comes within the block."""
+        try:
+            yield
+        except KeyboardInterrupt as interrupt:
+            self._stop_because_of(interrupt)
+            raise
+
+    def _number_of(self, joint: str) -> int:
+        if joint not in self.joint_names:
+            raise ValueError(f"The arm has no joint '{joint}', but {', '.join(self.joint_names)}. Nothing moved.")
+        return self.joint_names.index(joint)
+
+    def _begin(self, operation: str, *arguments: Any, wait: bool) -> Motion:
+        with self.stopped_by_interrupt():  # also of a motion whose number Ctrl-C has swallowed
+            motion = Motion(self, self.call(f"Start{operation}", *arguments))
+        if wait:
+            motion.wait()
+        return motion
+
+    def _stop_because_of(self, error: BaseException) -> None:
+        try:
+            self.stop()
+        except CorbotError as failure:
+            if isinstance(error, KeyboardInterrupt):
+                raise KeyboardInterrupt(f"The arm may still move: {failure}") from failure
+
+
+def _floats(*values: float) -> list[float]:
+    return [float(value) for value in values]
+
+
+def _point(point: PointLike) -> Any:
+    x, y, z = (point.x, point.y, point.z) if isinstance(point, Point) else point
+    return _orb.Corbot.Point(*_floats(x, y, z))
+
+
+def _pose(pose: Pose) -> Any:
+    q = pose.orientation
+    return _orb.Corbot.Pose(_point(pose.position), _orb.Corbot.Quaternion(*_floats(q.w, q.x, q.y, q.z)))

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What can go wrong. Each exception has the interface's fields, and its text says what to do."""
+
+from __future__ import annotations
+
+from corbot.values import Point
+
+_NOTHING_MOVED = "Nothing moved."
+
+
+def _sentence(reason: str) -> str:
+    """Give the servant's reason as a sentence; the names of arguments, such as Px, begin with a capital already."""
+    reason = reason.rstrip(". ")
+    return f"{reason[0].upper()}{reason[1:]}." if reason else ""
+
+
+class CorbotError(Exception):
+    """The base of all exceptions of this package."""
+
+
+class BadParameter(CorbotError, ValueError):
+    """A value that no robot could take. `parameter` is the interface's name of the argument."""
+
+    def __init__(self, parameter: str, value: float, reason: str) -> None:
+        self.parameter, self.value, self.reason = parameter, value, reason
+        text = reason if parameter in reason else f"{parameter} = {value:g}: {reason}"
+        super().__init__(f"{_sentence(text)} {_NOTHING_MOVED} Correct the argument.")
+
+
+class Unreachable(CorbotError):
+    """A point outside the workspace: `target`, base frame, metres."""
+
+    def __init__(self, target: Point, reason: str) -> None:
+        self.target, self.reason = target, reason
+        super().__init__(f"{_sentence(reason)} {_NOTHING_MOVED} Choose a point that the arm can reach; 20 cm is 0.20.")
+
+
+class LimitExceeded(CorbotError):
+    """A motion that would exceed a limit of `quantity`.
+
+    `joint` counts from 0, and is -1 where the limit is of no joint. `value`, `lower` and `upper` are in degrees (metres of
+    a joint that slides), or in these a second; of a duration, in seconds.
+    """
+
+    def __init__(self, quantity: str, joint: int, value: float, lower: float, upper: float) -> None:
+        self.quantity, self.joint, self.value, self.lower, self.upper = quantity, joint, value, lower, upper
+        of = f" of joint {joint}" if joint >= 0 else ""
+        super().__init__(
+            f"{quantity}{of}: {value:g} is not within {lower:g} to {upper:g}. {_NOTHING_MOVED} Stay within the limits."
+        )
+
+
+class NotReady(CorbotError):
+    """The robot is in Error, or somebody else has control of it; `reason` says which."""
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
+        super().__init__(f"{_sentence(reason)} Read arm.state and arm.alarms, remove the cause, then call arm.clear().")
+
+
+class Stopped(CorbotError):
+    """A Stop or a Cancel ended the motion before its target."""
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
+        super().__init__(
+            f"{_sentence(reason) or 'The motion was stopped.'} Read arm.state before you move on: the arm is short of the target."
+        )
+
+
+class QueueFull(CorbotError):
+    """`capacity` motions or calls wait already."""
+
+    def __init__(self, capacity: int) -> None:
+        self.capacity = capacity
+        super().__init__(f"{capacity} motions or calls wait already. {_NOTHING_MOVED} Try again when one has ended.")
+
+
+class NoControl(CorbotError):
+    """Somebody else has exclusive control, or one's own has ended (`has_ended`)."""
+
+    def __init__(self, has_ended: bool) -> None:
+        self.has_ended = has_ended
+        text = "Your control of the arm has ended." if has_ended else "Somebody has exclusive control of the arm."
+        super().__init__(f"{text} Nothing was changed. See arm.state.control, and take control with arm.control(NAME).")
+
+
+class RobotNotFound(CorbotError, ConnectionError):
+    """No robot is there. `looked_for` is the name or address, `where` says what was found instead."""
+
+    def __init__(self, looked_for: str, where: str) -> None:
+        self.looked_for, self.where = looked_for, where
+        super().__init__(f"No robot at '{looked_for}': {where}. Start one with 'corbot up PROFILE', or give HOST:PORT/NAME.")
+
+
+class BadAddress(CorbotError, ValueError):
+    """A text that is neither the name of a robot nor an address."""
+
+    def __init__(self, address: str) -> None:
+        self.address = address
+        super().__init__(
+            f"'{address}' is not the address of a robot. Write the name of one that is up here, HOST:PORT/NAME, "
+            "corbaloc::HOST:PORT/NAME, a corbaname or an IOR."
+        )
+
+
+class Disconnected(CorbotError, ConnectionError):
+    """The servant at `address` has ended, or closed the connection."""
+
+    def __init__(self, address: str) -> None:
+        self.address = address
+        super().__init__(
+            f"The servant at {address} is gone. An accepted motion still ends at rest. "
+            "Call again in a moment, and read arm.state before you move on."
+        )
+
+
+class NoAnswer(CorbotError, TimeoutError):
+    """The servant at `address` did not answer in time."""
+
+    def __init__(self, address: str) -> None:
+        self.address = address
+        super().__init__(
+            f"{address} did not answer in time. The operation may still be carried out. "
+            "Look at the arm, then at the machine and the network; connect(..., timeout=SECONDS) waits longer."
+        )
+
+
+class MotionTimeout(CorbotError, TimeoutError):
+    """The motion `number` has not ended within `timeout` seconds; it goes on."""
+
+    def __init__(self, number: int, timeout: float) -> None:
+        self.number, self.timeout = number, timeout
+        super().__init__(f"Motion {number} has not ended within {timeout:g} s and goes on. Wait again, or call cancel().")
+
+
+class SimulationFailed(CorbotError):
+    """A simulated robot that did not start; `output` is what the program wrote."""
+
+    def __init__(self, reason: str, output: str = "") -> None:
+        self.reason, self.output = reason, output
+        super().__init__(f"{reason} {output}".strip())
+
+
+class OrbError(CorbotError):
+    """A failure inside the ORB: CORBA's `name` of it and its `minor` code."""
+
+    def __init__(self, name: str, minor: int) -> None:
+        self.name, self.minor = name, minor
+        super().__init__(f"The ORB failed with {name}, minor code {minor:#x}. Check that both ends are of one version.")

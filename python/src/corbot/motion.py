@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A motion that the robot has accepted."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Generator
+from typing import TYPE_CHECKING, Any
+
+from corbot.errors import MotionTimeout, NotReady, QueueFull, Stopped
+from corbot.values import MotionInfo, MotionState, motion_of
+
+if TYPE_CHECKING:
+    from corbot.arm import Arm
+
+_SLICE = 0.1  # seconds of one call; Ctrl-C is held back no longer
+
+
+class Motion:
+    """An accepted motion: wait for it, await it, or cancel it.
+
+    Ctrl-C in `wait`, and a cancelled task in `await`, stop the arm.
+    """
+
+    def __init__(self, arm: Arm, number: int) -> None:
+        self._arm = arm
+        self.number = number
+        """The interface's number of the motion, from 1 upward."""
+
+    def wait(self, timeout: float | None = None) -> MotionInfo:
+        """Wait until the motion has ended at its target, at most `timeout` seconds.
+
+        Raises Stopped, NotReady (a fault ended it) or MotionTimeout (it goes on).
+        """
+        with self._arm.stopped_by_interrupt():
+            return self._wait(timeout)
+
+    @property
+    def info(self) -> MotionInfo:
+        """The motion now."""
+        return motion_of(self._arm.call("Progress", self.number))
+
+    @property
+    def progress(self) -> float:
+        """How much of its time has passed, 0 to 1."""
+        return self.info.progress
+
+    def cancel(self) -> None:
+        """Take the motion back, and what is queued behind it; returns when they have ended."""
+        self._arm.call("Cancel", self.number)
+
+    def __await__(self) -> Generator[Any, None, MotionInfo]:
+        return self._await().__await__()
+
+    def __repr__(self) -> str:
+        return f"<Motion {self.number} of {self._arm.address}>"
+
+    def _wait(self, timeout: float | None) -> MotionInfo:
+        end = float("inf") if timeout is None else time.monotonic() + timeout
+        while True:
+            info = self._look(max(0.0, min(_SLICE, end - time.monotonic())))
+            if info.state.has_ended:
+                return _at_target(info)
+            if timeout is not None and time.monotonic() >= end:
+                raise MotionTimeout(self.number, timeout)
+
+    async def _await(self) -> MotionInfo:
+        try:
+            while True:
+                info = await asyncio.to_thread(self._look, _SLICE)
+                if info.state.has_ended:
+                    return _at_target(info)
+        except asyncio.CancelledError:
+            self._arm.stop()
+            raise
+
+    def _look(self, seconds: float) -> MotionInfo:
+        """Wait a slice; where too many calls of this machine wait already, look after it."""
+        try:
+            return motion_of(self._arm.call("Wait", self.number, seconds))
+        except QueueFull:
+            time.sleep(seconds)
+            return self.info
+
+
+def _at_target(info: MotionInfo) -> MotionInfo:
+    if info.state is MotionState.STOPPED:
+        raise Stopped(info.reason)
+    if info.state is MotionState.FAILED:
+        raise NotReady(info.reason)
+    return info

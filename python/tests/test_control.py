@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+from __future__ import annotations
+
+import time
+
+import pytest
+
+import corbot
+from support import FAR, SLOWLY, until
+
+
+def test_control_is_exclusive_within_the_block(arm: corbot.Arm) -> None:
+    other = corbot.connect(arm.address)
+    with arm.control("Ada"):
+        assert other.state.control.holder == "Ada"
+        with pytest.raises(corbot.NotReady, match="Ada"):
+            other.ready()
+        arm.joints([5, 0, 0, 0])
+    assert other.state.control.holder == ""
+    other.ready()
+    arm.ready()
+
+
+def test_the_lease_is_renewed_while_the_program_does_something_else(arm: corbot.Arm) -> None:
+    begun = time.monotonic()
+    with arm.control("Ada", lease=1.0):
+        until(lambda: time.monotonic() - begun > 2.5)
+        arm.joints([5, 0, 0, 0])
+
+
+def test_the_end_of_the_block_stops_the_arm(arm: corbot.Arm) -> None:
+    with arm.control("Ada"):
+        motion = arm.joints(FAR, time=SLOWLY, wait=False)
+    assert motion.info.state is corbot.MotionState.STOPPED
+
+
+def test_an_exception_leaves_the_block_and_control_ends(arm: corbot.Arm) -> None:
+    with pytest.raises(ZeroDivisionError), arm.control("Ada"):
+        _ = 1 / 0
+    assert arm.state.control.holder == ""

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import time
+from collections.abc import Iterator
+
+import pytest
+
+import corbot
+from conftest import PROFILE
+from corbot.simulation import Simulation
+from support import FAR, SLOWLY, is_at_rest, runs, until
+
+
+@pytest.fixture
+def fresh() -> Iterator[Simulation]:
+    with Simulation(PROFILE) as robot:
+        yield robot
+
+
+def test_a_killed_servant_ends_a_wait_and_is_back_soon(fresh: Simulation) -> None:
+    arm = fresh.arm
+    motion = arm.joints(FAR, time=SLOWLY, wait=False)
+    until(lambda: runs(motion))
+    begun = time.monotonic()
+    os.kill(fresh.processes["servant_pid"], signal.SIGKILL)
+    with pytest.raises(corbot.Disconnected, match=r"still ends at rest.*read arm\.state") as raised:
+        motion.wait()
+    assert time.monotonic() - begun < SLOWLY / 2
+    assert raised.value.address == arm.address
+
+    def is_back_at_rest() -> bool:
+        with contextlib.suppress(corbot.CorbotError):
+            return is_at_rest(arm)
+        return False
+
+    until(is_back_at_rest)
+    arm.ready()
+
+
+def test_a_frozen_servant_ends_a_call_in_time(fresh: Simulation) -> None:
+    arm = corbot.connect(fresh.arm.address, timeout=0.5)
+    servant = fresh.processes["servant_pid"]
+    os.kill(servant, signal.SIGSTOP)
+    try:
+        begun = time.monotonic()
+        with pytest.raises(corbot.NoAnswer, match="may still be carried out"):
+            _ = arm.state
+        assert 0.4 < time.monotonic() - begun < 5
+    finally:
+        os.kill(servant, signal.SIGCONT)
+
+
+def test_a_killed_real_time_task_fails_the_motion(fresh: Simulation) -> None:
+    arm = fresh.arm
+    motion = arm.joints(FAR, time=SLOWLY, wait=False)
+    until(lambda: runs(motion))
+    os.kill(fresh.processes["rt_pid"], signal.SIGKILL)
+    begun = time.monotonic()
+    with pytest.raises(corbot.NotReady) as raised:
+        motion.wait()
+    assert time.monotonic() - begun < SLOWLY / 2
+    assert raised.value.reason

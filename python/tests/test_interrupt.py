@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Ctrl-C in a program of its own: SIGINT to its process, and the arm at rest within 0.3 s."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+import corbot
+from corbot._orb import uninterrupted
+from support import FAR, SLOWLY, is_at_rest, until
+
+BOUND = 0.3  # seconds, from the signal to the rest
+LONG = f"{FAR}, time={SLOWLY}"
+PROGRAMS = {
+    "motion": f"arm.joints({LONG})",
+    "wait": f"arm.joints({LONG}, wait=False).wait()",
+    "wait with a timeout": f"arm.joints({LONG}, wait=False).wait(timeout=60)",
+    "await": f"import asyncio\nasync def main():\n    await arm.joints({LONG}, wait=False)\nasyncio.run(main())",
+    "control": f"with arm.control('Ada'):\n    arm.joints({LONG})",
+    "another call in the block": f"import time\nwith arm:\n    arm.joints({LONG}, wait=False)\n    time.sleep(60)",
+    "reads": f"with arm:\n    arm.joints({LONG}, wait=False)\n    while True:\n        arm.state",
+}
+
+
+def rest_after_interrupt(program: str, arm: corbot.Arm) -> float:
+    """Seconds from SIGINT to the first cycle at rest."""
+    text = f"import sys, corbot\narm = corbot.connect(sys.argv[1])\n{program}\n"
+    child = subprocess.Popen([sys.executable, "-c", text, arm.address], stderr=subprocess.PIPE, text=True)
+    try:
+        until(lambda: (arm.state.joints[0]) > 2.0)
+        sent = time.time()
+        child.send_signal(signal.SIGINT)
+        until(lambda: is_at_rest(arm), within=SLOWLY / 2)
+        rest = arm.state.time - sent
+        _, errors = child.communicate(timeout=30)
+    finally:
+        child.kill()
+        child.wait()
+    assert child.returncode != 0
+    assert errors.rstrip().endswith("KeyboardInterrupt"), errors
+    assert 2.0 < arm.state.joints[0] < FAR[0] - 1, "the arm stands on its way"
+    return rest
+
+
+@pytest.mark.parametrize("program", PROGRAMS.values(), ids=PROGRAMS.keys())
+def test_ctrl_c_stops_the_arm(program: str, arm: corbot.Arm) -> None:
+    rests = []
+    for _ in range(3):  # a busy machine may delay one, or two
+        rests.append(rest_after_interrupt(program, arm))
+        if rests[-1] < BOUND:
+            return
+        arm.ready()
+    pytest.fail(f"at rest after {rests} s")
+
+
+def test_the_interrupt_waits_for_the_end_of_a_call() -> None:
+    steps = []
+    with pytest.raises(KeyboardInterrupt), uninterrupted():
+        os.kill(os.getpid(), signal.SIGINT)
+        steps.append("the rest of the block")
+    assert steps
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_an_interrupt_says_where_the_arm_could_not_be_stopped() -> None:
+    arm = corbot.Arm("nowhere", reference=Refusing(), timeout=1.0)
+    with pytest.raises(KeyboardInterrupt, match="may still move [^.]*: Not in the mood") as raised, arm.stopped_by_interrupt():
+        raise KeyboardInterrupt
+    assert isinstance(raised.value.__cause__, corbot.NotReady)
+
+
+class Refusing:
+    """A robot that cannot stop."""
+
+    def Stop(self) -> None:  # noqa: N802
+        from corbot._orb import Corbot
+
+        raise Corbot.NotReady("not in the mood")

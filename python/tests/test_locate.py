@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import corbot
+from corbot.simulation import Simulation
+
+
+@pytest.fixture
+def here(robot: Simulation, monkeypatch: pytest.MonkeyPatch) -> Simulation:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(robot.directory))
+    monkeypatch.delenv("CORBOT_ROBOT", raising=False)
+    return robot
+
+
+def test_by_its_name(here: Simulation) -> None:
+    assert corbot.connect("lynx5").address == here.arm.address
+
+
+def test_by_host_port_and_name(here: Simulation) -> None:
+    short = here.arm.address.removeprefix("corbaloc::")
+    assert corbot.connect(short).address == here.arm.address
+
+
+def test_by_the_environment(here: Simulation, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CORBOT_ROBOT", here.arm.address)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", "/nonexistent")
+    assert corbot.connect().address == here.arm.address
+
+
+def test_the_only_one_that_is_up(here: Simulation) -> None:
+    assert corbot.connect().address == here.arm.address
+
+
+def test_a_missing_robot_says_where_it_was_looked_for(here: Simulation) -> None:
+    with pytest.raises(corbot.RobotNotFound, match="these are up: lynx5.*corbot up PROFILE") as raised:
+        corbot.connect("puma560")
+    assert raised.value.looked_for == "puma560"
+    assert f"{here.directory}/corbot" in raised.value.where
+
+
+def test_no_robot_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CORBOT_ROBOT", raising=False)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    with pytest.raises(corbot.RobotNotFound, match="these are up: none"):
+        corbot.connect()
+
+
+def test_a_file_that_a_dead_robot_has_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    directory = tmp_path / "corbot"
+    directory.mkdir()
+    (directory / "dead.json").write_text(json.dumps({"address": "corbaloc::127.0.0.1:1/dead"}))
+    (directory / "dead.lock").touch()
+    with pytest.raises(corbot.RobotNotFound, match="these are up: none"):
+        corbot.connect("dead")
+
+
+def test_an_address_where_nobody_answers() -> None:
+    with pytest.raises(corbot.RobotNotFound, match="nobody answers there") as raised:
+        corbot.connect("127.0.0.1:1/lynx5", timeout=5.0)
+    assert isinstance(raised.value, ConnectionError)
+
+
+def test_another_robot_at_the_address(here: Simulation) -> None:
+    address = here.arm.address.replace("/lynx5", "/puma560")
+    with pytest.raises(corbot.RobotNotFound, match="has no robot of that name"):
+        corbot.connect(address)
+
+
+@pytest.mark.parametrize("text", ["IOR:zz", "corbaloc:what", "no name", "../lynx5"])
+def test_what_is_no_address(text: str) -> None:
+    with pytest.raises(corbot.BadAddress, match="HOST:PORT/NAME") as raised:
+        corbot.connect(text)
+    assert raised.value.address == text

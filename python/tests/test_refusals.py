@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+from __future__ import annotations
+
+import pytest
+
+import corbot
+from support import FAR, SLOWLY
+
+
+def test_a_value_that_no_robot_takes(arm: corbot.Arm) -> None:
+    with pytest.raises(corbot.BadParameter, match="Nothing moved. Correct the argument") as raised:
+        arm.move(0.2, 0.05, 5000.0)
+    assert (raised.value.parameter, raised.value.value) == ("Pz", 5000.0)
+    assert "Pz" in str(raised.value)
+    assert isinstance(raised.value, ValueError)
+
+
+def test_a_point_out_of_reach(arm: corbot.Arm) -> None:
+    with pytest.raises(corbot.Unreachable, match="too far.*Nothing moved.*20 cm is 0.20") as raised:
+        arm.move(0.9, 0.0, 0.1)
+    assert raised.value.target == corbot.Point(0.9, 0.0, 0.1)
+
+
+def test_a_joint_beyond_its_range(arm: corbot.Arm) -> None:
+    with pytest.raises(corbot.LimitExceeded, match="joint range of joint 3: 500 is not within") as raised:
+        arm.joints([0, 0, 0, 500])
+    e = raised.value
+    assert (e.quantity, e.joint, e.value) == ("joint range", 3, 500.0)
+    assert e.lower < e.upper < 500
+
+
+def test_a_full_queue(arm: corbot.Arm) -> None:
+    accepted: list[corbot.Motion] = []
+    with pytest.raises(corbot.QueueFull, match="Try again when one has ended") as raised:
+        while len(accepted) < 1000:
+            accepted.append(arm.joints(FAR, time=SLOWLY, wait=False))
+    assert len(accepted) == raised.value.capacity
+
+
+def test_a_hold_until_it_is_cleared(arm: corbot.Arm) -> None:
+    arm.call("StopAndHold")
+    assert arm.state.status is corbot.Status.ERROR
+    assert arm.state.control.held
+    with pytest.raises(corbot.NotReady, match=r"arm\.clear\(\)") as raised:
+        arm.ready()
+    assert raised.value.reason
+    arm.clear()
+    arm.ready()
+    assert arm.alarms[-1].time > 0
+    assert arm.alarms[-1].text
+
+
+def test_a_setting_while_somebody_has_control(arm: corbot.Arm) -> None:
+    with arm.control("Ada"), pytest.raises(corbot.NoControl, match="Somebody has exclusive control") as raised:
+        corbot.connect(arm.address).call("Speed", 50.0)
+    assert not raised.value.has_ended
+
+
+def test_an_operation_that_fails_in_the_orb(arm: corbot.Arm) -> None:
+    with pytest.raises(corbot.OrbError, match="of one version") as raised:
+        arm.call("StartDelay", "a text, and no number")
+    assert raised.value.name == "BAD_PARAM"

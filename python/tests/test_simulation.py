@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+from __future__ import annotations
+
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import corbot
+from corbot.simulation import Simulation, find_profile, find_program
+from support import until
+
+
+def is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_the_robot_is_taken_down_at_the_end() -> None:
+    with Simulation() as robot:
+        processes = [robot.processes[key] for key in ("pid", "servant_pid", "rt_pid")]
+        assert all(map(is_alive, processes))
+        assert "lynx5 is up" in robot.output
+    assert not robot.directory.exists()
+    until(lambda: not any(map(is_alive, processes)))
+
+
+def test_two_at_once_are_two_robots() -> None:
+    with corbot.simulated("lynx5") as one, corbot.simulated("scara_gx4") as two:
+        one.joints([5, 0, 0, 0])
+        assert two.state.joints[0] == pytest.approx(0, abs=1e-3)
+
+
+@pytest.mark.parametrize("simulated_arm", ["puma560"], indirect=True)
+def test_the_fixture_takes_a_profile(simulated_arm: corbot.Arm) -> None:
+    assert len(simulated_arm.state.joints) == 6
+
+
+def test_the_fixture_is_a_lynx_5(simulated_arm: corbot.Arm) -> None:
+    assert simulated_arm.joint_names == ("base", "shoulder", "elbow", "wrist")
+
+
+def test_an_unknown_profile_is_answered_with_those_that_are_there() -> None:
+    with pytest.raises(corbot.SimulationFailed, match="lynx5.*puma560"):
+        Simulation("lynx6")
+    with pytest.raises(corbot.SimulationFailed, match="no profile ./nowhere.toml"):
+        Simulation("./nowhere.toml")
+
+
+def test_a_profile_that_is_refused_shows_why(tmp_path: Path) -> None:
+    profile = tmp_path / "bad.toml"
+    profile.write_text("[robot]\nname = 5\n")
+    with pytest.raises(corbot.SimulationFailed, match=r"bad\.toml") as raised, Simulation(str(profile)):
+        pass
+    assert "name" in raised.value.output
+
+
+def test_the_program_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    program = find_program()
+    for given in (program, program.parent):
+        monkeypatch.setenv("CORBOT_BIN", str(given))
+        assert find_program() == program
+    monkeypatch.delenv("CORBOT_BIN")
+    monkeypatch.setenv("PATH", str(program.parent))
+    assert find_program() == program
+
+
+def test_the_program_is_found_in_a_build_above(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    built = tmp_path / "build/release/bin/corbot"
+    built.parent.mkdir(parents=True)
+    built.touch()
+    (tmp_path / "below").mkdir()
+    (tmp_path / "profiles").mkdir()
+    (tmp_path / "profiles/mine.toml").touch()
+    monkeypatch.chdir(tmp_path / "below")
+    monkeypatch.delenv("CORBOT_BIN", raising=False)
+    monkeypatch.setenv("PATH", "/nonexistent")
+    assert find_program() == built
+    assert find_profile("mine", built) == tmp_path / "profiles/mine.toml"
+
+
+def test_a_missing_program_says_what_to_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CORBOT_BIN", str(tmp_path))
+    with pytest.raises(corbot.SimulationFailed, match="there is no program corbot"):
+        find_program()
+    monkeypatch.delenv("CORBOT_BIN")
+    monkeypatch.setenv("PATH", "/nonexistent")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(corbot.SimulationFailed, match="set CORBOT_BIN"):
+        find_program()
+
+
+def test_a_program_that_is_interrupted_leaves_no_robot() -> None:
+    """Ctrl-C reaches the whole terminal, but the robot has a session of its own and stops first."""
+    with Simulation() as robot:
+        session = subprocess.run(["ps", "-o", "sid=", "-p", str(robot.processes["pid"])], capture_output=True, text=True)
+        assert int(session.stdout) != os.getsid(0)
