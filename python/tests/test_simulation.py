@@ -94,8 +94,8 @@ def test_a_missing_program_says_what_to_do(tmp_path: Path, monkeypatch: pytest.M
         find_program()
 
 
-def test_a_program_that_is_interrupted_leaves_no_robot() -> None:
-    """Ctrl-C reaches the whole terminal, but the robot has a session of its own and stops first."""
+def test_ctrl_c_in_a_terminal_does_not_reach_the_robot() -> None:
+    """A client needs the servant for its Stop."""
     with Simulation() as robot:
         session = subprocess.run(["ps", "-o", "sid=", "-p", str(robot.processes["pid"])], capture_output=True, text=True)
         assert int(session.stdout) != os.getsid(0)

@@ -189,8 +189,8 @@ class Arm:
     def _begin(self, operation: str, *arguments: Any, wait: bool) -> Motion:
         with self.stopped_by_interrupt():  # also of a motion whose number Ctrl-C has swallowed
             motion = Motion(self, self.call(f"Start{operation}", *arguments))
-        if wait:
-            motion.wait()
+            if wait:
+                motion.wait()
         return motion
 
     def _stop_because_of(self, error: BaseException) -> None:
