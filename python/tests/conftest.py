@@ -5,24 +5,34 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import pytest
 
 import corbot
-from corbot.simulation import Simulation
 
 # The project's tests give a profile that does not take a busy machine's gaps for faults.
 PROFILE = os.environ.get("CORBOT_TEST_PROFILE", "lynx5")
 
 
-@pytest.fixture(scope="module")
-def robot() -> Iterator[Simulation]:
-    with Simulation(PROFILE) as simulation:
-        yield simulation
+@dataclass(frozen=True)
+class Robot:
+    simulation: corbot.Simulation
+    arm: corbot.Arm
+
+
+def simulation() -> Iterator[Robot]:
+    robot = corbot.simulated(PROFILE)
+    with robot as arm:
+        yield Robot(robot, arm)
+
+
+robot = pytest.fixture(scope="module", name="robot")(simulation)
+fresh = pytest.fixture(name="fresh")(simulation)
 
 
 @pytest.fixture
-def arm(robot: Simulation) -> Iterator[corbot.Arm]:
+def arm(robot: Robot) -> Iterator[corbot.Arm]:
     robot.arm.ready()
     yield robot.arm
     robot.arm.stop()

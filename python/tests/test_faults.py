@@ -5,28 +5,20 @@ import contextlib
 import os
 import signal
 import time
-from collections.abc import Iterator
 
 import pytest
 
 import corbot
-from conftest import PROFILE
-from corbot.simulation import Simulation
+from conftest import Robot
 from support import FAR, SLOWLY, is_at_rest, runs, until
 
 
-@pytest.fixture
-def fresh() -> Iterator[Simulation]:
-    with Simulation(PROFILE) as robot:
-        yield robot
-
-
-def test_a_killed_servant_ends_a_wait_and_is_back_soon(fresh: Simulation) -> None:
+def test_a_killed_servant_ends_a_wait_and_is_back_soon(fresh: Robot) -> None:
     arm = fresh.arm
     motion = arm.joints(FAR, time=SLOWLY, wait=False)
     until(lambda: runs(motion))
     begun = time.monotonic()
-    os.kill(fresh.processes["servant_pid"], signal.SIGKILL)
+    os.kill(fresh.simulation.processes["servant_pid"], signal.SIGKILL)
     with pytest.raises(corbot.Disconnected, match=r"still ends at rest.*read arm\.state") as raised:
         motion.wait()
     assert time.monotonic() - begun < SLOWLY / 2
@@ -41,9 +33,9 @@ def test_a_killed_servant_ends_a_wait_and_is_back_soon(fresh: Simulation) -> Non
     arm.ready()
 
 
-def test_a_frozen_servant_ends_a_call_in_time(fresh: Simulation) -> None:
+def test_a_frozen_servant_ends_a_call_in_time(fresh: Robot) -> None:
     arm = corbot.connect(fresh.arm.address, timeout=0.5)
-    servant = fresh.processes["servant_pid"]
+    servant = fresh.simulation.processes["servant_pid"]
     os.kill(servant, signal.SIGSTOP)
     try:
         begun = time.monotonic()
@@ -54,11 +46,11 @@ def test_a_frozen_servant_ends_a_call_in_time(fresh: Simulation) -> None:
         os.kill(servant, signal.SIGCONT)
 
 
-def test_a_killed_real_time_task_fails_the_motion(fresh: Simulation) -> None:
+def test_a_killed_real_time_task_fails_the_motion(fresh: Robot) -> None:
     arm = fresh.arm
     motion = arm.joints(FAR, time=SLOWLY, wait=False)
     until(lambda: runs(motion))
-    os.kill(fresh.processes["rt_pid"], signal.SIGKILL)
+    os.kill(fresh.simulation.processes["rt_pid"], signal.SIGKILL)
     begun = time.monotonic()
     with pytest.raises(corbot.NotReady) as raised:
         motion.wait()

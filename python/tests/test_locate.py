@@ -7,40 +7,40 @@ from pathlib import Path
 import pytest
 
 import corbot
-from corbot.simulation import Simulation
+from conftest import Robot
 
 
 @pytest.fixture
-def here(robot: Simulation, monkeypatch: pytest.MonkeyPatch) -> Simulation:
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(robot.directory))
+def here(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> Robot:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(robot.simulation.directory))
     monkeypatch.delenv("CORBOT_ROBOT", raising=False)
     return robot
 
 
-def test_by_its_name(here: Simulation) -> None:
+def test_by_its_name(here: Robot) -> None:
     assert corbot.connect("lynx5").address == here.arm.address
 
 
-def test_by_host_port_and_name(here: Simulation) -> None:
+def test_by_host_port_and_name(here: Robot) -> None:
     short = here.arm.address.removeprefix("corbaloc::")
     assert corbot.connect(short).address == here.arm.address
 
 
-def test_by_the_environment(here: Simulation, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_by_the_environment(here: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CORBOT_ROBOT", here.arm.address)
     monkeypatch.setenv("XDG_RUNTIME_DIR", "/nonexistent")
     assert corbot.connect().address == here.arm.address
 
 
-def test_the_only_one_that_is_up(here: Simulation) -> None:
+def test_the_only_one_that_is_up(here: Robot) -> None:
     assert corbot.connect().address == here.arm.address
 
 
-def test_a_missing_robot_says_where_it_was_looked_for(here: Simulation) -> None:
+def test_a_missing_robot_says_where_it_was_looked_for(here: Robot) -> None:
     with pytest.raises(corbot.RobotNotFound, match="these are up: lynx5.*corbot up PROFILE") as raised:
         corbot.connect("puma560")
     assert raised.value.looked_for == "puma560"
-    assert f"{here.directory}/corbot" in raised.value.where
+    assert f"{here.simulation.directory}/corbot" in raised.value.where
 
 
 def test_no_robot_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -66,7 +66,7 @@ def test_an_address_where_nobody_answers() -> None:
     assert isinstance(raised.value, ConnectionError)
 
 
-def test_another_robot_at_the_address(here: Simulation) -> None:
+def test_another_robot_at_the_address(here: Robot) -> None:
     address = here.arm.address.replace("/lynx5", "/puma560")
     with pytest.raises(corbot.RobotNotFound, match="has no robot of that name"):
         corbot.connect(address)

@@ -3,12 +3,13 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 import corbot
-from corbot.simulation import Simulation, find_profile, find_program
+from corbot.simulation import find_profile, find_program
 from support import until
 
 
@@ -21,12 +22,21 @@ def is_alive(process: int) -> bool:
 
 
 def test_the_robot_is_taken_down_at_the_end() -> None:
-    with Simulation() as robot:
+    robot = corbot.simulated()
+    with robot:
         processes = [robot.processes[key] for key in ("pid", "servant_pid", "rt_pid")]
         assert all(map(is_alive, processes))
         assert "lynx5 is up" in robot.output
     assert not robot.directory.exists()
     until(lambda: not any(map(is_alive, processes)))
+    robot.end()
+
+
+def test_the_end_of_python_takes_the_robot_down() -> None:
+    program = "import corbot\nrobot = corbot.simulated()\nrobot.start()\nprint(robot.processes['pid'], robot.directory)"
+    pid, directory = subprocess.check_output([sys.executable, "-c", program], text=True).split()
+    assert not is_alive(int(pid))
+    assert not Path(directory).exists()
 
 
 def test_two_at_once_are_two_robots() -> None:
@@ -46,15 +56,15 @@ def test_the_fixture_is_a_lynx_5(simulated_arm: corbot.Arm) -> None:
 
 def test_an_unknown_profile_is_answered_with_those_that_are_there() -> None:
     with pytest.raises(corbot.SimulationFailed, match="lynx5.*puma560"):
-        Simulation("lynx6")
+        corbot.simulated("lynx6")
     with pytest.raises(corbot.SimulationFailed, match="no profile ./nowhere.toml"):
-        Simulation("./nowhere.toml")
+        corbot.simulated("./nowhere.toml")
 
 
 def test_a_profile_that_is_refused_shows_why(tmp_path: Path) -> None:
     profile = tmp_path / "bad.toml"
     profile.write_text("[robot]\nname = 5\n")
-    with pytest.raises(corbot.SimulationFailed, match=r"bad\.toml") as raised, Simulation(str(profile)):
+    with pytest.raises(corbot.SimulationFailed, match=r"bad\.toml") as raised, corbot.simulated(str(profile)):
         pass
     assert "name" in raised.value.output
 
@@ -96,6 +106,7 @@ def test_a_missing_program_says_what_to_do(tmp_path: Path, monkeypatch: pytest.M
 
 def test_ctrl_c_in_a_terminal_does_not_reach_the_robot() -> None:
     """A client needs the servant for its Stop."""
-    with Simulation() as robot:
+    robot = corbot.simulated()
+    with robot:
         session = subprocess.run(["ps", "-o", "sid=", "-p", str(robot.processes["pid"])], capture_output=True, text=True)
         assert int(session.stdout) != os.getsid(0)

@@ -23,7 +23,7 @@ from corbot.errors import (
     Unreachable,
 )
 from corbot.motion import Motion
-from corbot.simulation import simulated
+from corbot.simulation import Simulation, simulated
 from corbot.values import (
     Alarm,
     Control,
@@ -64,6 +64,7 @@ __all__ = [
     "Quaternion",
     "QueueFull",
     "RobotNotFound",
+    "Simulation",
     "SimulationFailed",
     "State",
     "Status",

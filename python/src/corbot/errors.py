@@ -55,7 +55,7 @@ class NotReady(CorbotError):
 
     def __init__(self, reason: str) -> None:
         self.reason = reason
-        super().__init__(f"{_sentence(reason)} Read arm.state and arm.alarms, remove the cause, then call arm.clear().")
+        super().__init__(f"{_sentence(reason)} See arm.state and arm.alarms; arm.clear() leaves Error once its cause is gone.")
 
 
 class Stopped(CorbotError):

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import contextlib
+import atexit
 import os
 import shutil
 import signal
@@ -11,7 +11,6 @@ import socket
 import subprocess
 import tempfile
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -24,38 +23,47 @@ _UP_WITHIN = 30.0  # seconds
 _DOWN_WITHIN = 15.0
 
 
-@contextlib.contextmanager
-def simulated(profile: str = "lynx5") -> Iterator[Arm]:
-    """Start a simulated robot, give its arm, and take the robot down at the end of the block.
+def simulated(profile: str = "lynx5") -> Simulation:
+    """Give a simulated robot: `with corbot.simulated("lynx5") as arm:` starts it, and takes it down at the end of the block.
 
     `profile` is the name of a shipped profile, or a path. The program `corbot` is that of $CORBOT_BIN (a file or its
     directory), of PATH, or of build/*/bin in this directory or above it.
     """
-    with Simulation(profile) as robot:
-        yield robot.arm
+    return Simulation(profile)
 
 
 class Simulation:
     """The processes of a simulated robot, which has a free port and a private directory."""
 
-    arm: Arm
-
     def __init__(self, profile: str = "lynx5") -> None:
         self.program = find_program()
         self.profile = find_profile(profile, self.program)
+        self._process: subprocess.Popen[bytes] | None = None
 
-    def __enter__(self) -> Simulation:
+    def start(self) -> Arm:
+        """Start the robot and connect to its arm, for a notebook; `end`, or the end of Python, takes it down."""
         self.directory = Path(tempfile.mkdtemp(prefix="corbot-"))
+        atexit.register(self.end)
         try:
-            self._start()
-            self.arm = connect(self._await_address())
+            self._process = self._start()
+            return connect(self._await_address(self._process))
         except BaseException:
-            self._end()
+            self.end()
             raise
-        return self
+
+    def end(self) -> None:
+        """Take the robot down and remove its directory; no effect on one that is down."""
+        atexit.unregister(self.end)
+        process, self._process = self._process, None
+        if process is not None and process.poll() is None:
+            _terminate(process)
+        shutil.rmtree(self.directory, ignore_errors=True)
+
+    def __enter__(self) -> Arm:
+        return self.start()
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
-        self._end()
+        self.end()
 
     @property
     def output(self) -> str:
@@ -68,12 +76,12 @@ class Simulation:
         found = (_locate.read_robot(file.stem, file.parent) for file in (self.directory / "corbot").glob("*.json"))
         return next(found, {})
 
-    def _start(self) -> None:
+    def _start(self) -> subprocess.Popen[bytes]:
         options = ["--endpoint", f"127.0.0.1:{_free_port()}", "--realtime", "best-effort", "--state-dir", str(self.directory)]
         environment = {k: v for k, v in os.environ.items() if k not in ("CORBOT_RUN_DIR", "CORBOT_STATE_DIR")}
         environment["XDG_RUNTIME_DIR"] = str(self.directory)
         with open(self.directory / "output", "wb") as output:
-            self._process = subprocess.Popen(
+            return subprocess.Popen(
                 [str(self.program), "up", str(self.profile), *options],
                 env=environment,
                 stdin=subprocess.DEVNULL,
@@ -82,26 +90,24 @@ class Simulation:
                 start_new_session=True,  # Ctrl-C is for the client, which needs the servant for its Stop
             )
 
-    def _await_address(self) -> str:
+    def _await_address(self, process: subprocess.Popen[bytes]) -> str:
         end = time.monotonic() + _UP_WITHIN
         while time.monotonic() < end:
             if address := self.processes.get("address"):
                 return str(address)
-            if self._process.poll() is not None:
+            if process.poll() is not None:
                 raise SimulationFailed(f"'corbot up {self.profile}' ended.", self.output)
             time.sleep(0.01)
         raise SimulationFailed(f"'corbot up {self.profile}' was not up within {_UP_WITHIN:g} s.", self.output)
 
-    def _end(self) -> None:
-        process = getattr(self, "_process", None)
-        if process is not None and process.poll() is None:
-            process.send_signal(signal.SIGTERM)
-            try:
-                process.wait(_DOWN_WITHIN)
-            except subprocess.TimeoutExpired:
-                os.killpg(process.pid, signal.SIGKILL)
-                process.wait()
-        shutil.rmtree(self.directory, ignore_errors=True)
+
+def _terminate(process: subprocess.Popen[bytes]) -> None:
+    process.send_signal(signal.SIGTERM)
+    try:
+        process.wait(_DOWN_WITHIN)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
 
 
 def find_program() -> Path:
