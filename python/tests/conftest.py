@@ -3,16 +3,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import pytest
 
 import corbot
-
-# The project's tests give a profile that does not take a busy machine's gaps for faults.
-PROFILE = os.environ.get("CORBOT_TEST_PROFILE", "lynx5")
 
 
 @dataclass(frozen=True)
@@ -22,7 +18,7 @@ class Robot:
 
 
 def simulation() -> Iterator[Robot]:
-    robot = corbot.simulated(PROFILE)
+    robot = corbot.simulated("lynx5")
     with robot as arm:
         yield Robot(robot, arm)
 

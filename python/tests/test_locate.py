@@ -18,7 +18,7 @@ def here(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> Robot:
 
 
 def test_by_its_name(here: Robot) -> None:
-    assert corbot.connect("lynx5").address == here.arm.address
+    assert corbot.connect(here.simulation.name).address == here.arm.address
 
 
 def test_by_host_port_and_name(here: Robot) -> None:
@@ -37,7 +37,7 @@ def test_the_only_one_that_is_up(here: Robot) -> None:
 
 
 def test_a_missing_robot_says_where_it_was_looked_for(here: Robot) -> None:
-    with pytest.raises(corbot.RobotNotFound, match="these are up: lynx5.*corbot up PROFILE") as raised:
+    with pytest.raises(corbot.RobotNotFound, match="these are up: lynx5-.*corbot up PROFILE") as raised:
         corbot.connect("puma560")
     assert raised.value.looked_for == "puma560"
     assert f"{here.simulation.directory}/corbot" in raised.value.where
@@ -67,7 +67,7 @@ def test_an_address_where_nobody_answers() -> None:
 
 
 def test_another_robot_at_the_address(here: Robot) -> None:
-    address = here.arm.address.replace("/lynx5", "/puma560")
+    address = here.arm.address.replace("/lynx5-", "/puma560-")
     with pytest.raises(corbot.RobotNotFound, match="has no robot of that name"):
         corbot.connect(address)
 

@@ -26,7 +26,7 @@ def test_the_robot_is_taken_down_at_the_end() -> None:
     with robot:
         processes = [robot.processes[key] for key in ("pid", "servant_pid", "rt_pid")]
         assert all(map(is_alive, processes))
-        assert "lynx5 is up" in robot.output
+        assert f"{robot.name} is up" in robot.output
     assert not robot.directory.exists()
     until(lambda: not any(map(is_alive, processes)))
     robot.end()
@@ -40,7 +40,7 @@ def test_the_end_of_python_takes_the_robot_down() -> None:
 
 
 def test_two_at_once_are_two_robots() -> None:
-    with corbot.simulated("lynx5") as one, corbot.simulated("scara_gx4") as two:
+    with corbot.simulated("lynx5") as one, corbot.simulated("lynx5") as two:
         one.joints([5, 0, 0, 0])
         assert two.state.joints[0] == pytest.approx(0, abs=1e-3)
 
@@ -59,6 +59,14 @@ def test_an_unknown_profile_is_answered_with_those_that_are_there() -> None:
         corbot.simulated("lynx6")
     with pytest.raises(corbot.SimulationFailed, match="no profile ./nowhere.toml"):
         corbot.simulated("./nowhere.toml")
+
+
+def test_profiles_of_a_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "mine.toml").touch()
+    monkeypatch.setenv("CORBOT_PROFILES", str(tmp_path))
+    assert find_profile("mine", find_program()) == tmp_path / "mine.toml"
+    with pytest.raises(corbot.SimulationFailed, match="These are: mine"):
+        find_profile("lynx5", find_program())
 
 
 def test_a_profile_that_is_refused_shows_why(tmp_path: Path) -> None:
@@ -87,6 +95,7 @@ def test_the_program_is_found_in_a_build_above(tmp_path: Path, monkeypatch: pyte
     (tmp_path / "profiles").mkdir()
     (tmp_path / "profiles/mine.toml").touch()
     monkeypatch.chdir(tmp_path / "below")
+    monkeypatch.delenv("CORBOT_PROFILES", raising=False)
     monkeypatch.delenv("CORBOT_BIN", raising=False)
     monkeypatch.setenv("PATH", "/nonexistent")
     assert find_program() == built

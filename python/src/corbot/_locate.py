@@ -12,7 +12,7 @@ from typing import Any
 
 from corbot.errors import BadAddress, RobotNotFound
 
-_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
+_NAME = re.compile(r"[A-Za-z0-9_-]{1,32}")
 _HOST_PORT_NAME = re.compile(r"(\[[0-9A-Fa-f:.]+\]|[^\s/:]+):\d+/\S+")
 _ADDRESS = ("corbaloc:", "corbaname:", "IOR:")
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import atexit
 import os
+import re
+import secrets
 import shutil
 import signal
 import socket
@@ -26,8 +28,8 @@ _DOWN_WITHIN = 15.0
 def simulated(profile: str = "lynx5") -> Simulation:
     """Give a simulated robot: `with corbot.simulated("lynx5") as arm:` starts it, and takes it down at the end of the block.
 
-    `profile` is the name of a shipped profile, or a path. The program `corbot` is that of $CORBOT_BIN (a file or its
-    directory), of PATH, or of build/*/bin in this directory or above it.
+    `profile` is a path, or the name of a profile in $CORBOT_PROFILES, else of one shipped with the program. The program
+    `corbot` is that of $CORBOT_BIN (a file or its directory), of PATH, or of build/*/bin in this directory or above it.
     """
     return Simulation(profile)
 
@@ -38,6 +40,8 @@ class Simulation:
     def __init__(self, profile: str = "lynx5") -> None:
         self.program = find_program()
         self.profile = find_profile(profile, self.program)
+        kind = re.sub(r"[^A-Za-z0-9_-]", "_", self.profile.stem)[:23]  # a name has at most 32 characters
+        self.name = f"{kind}-{secrets.token_hex(4)}"  # each name is on a machine once, wherever the robots' files are
         self._process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> Arm:
@@ -73,11 +77,11 @@ class Simulation:
     @property
     def processes(self) -> dict[str, Any]:
         """What `corbot up` has written of the robot: `servant_pid`, `rt_pid`, `address` and more."""
-        found = (_locate.read_robot(file.stem, file.parent) for file in (self.directory / "corbot").glob("*.json"))
-        return next(found, {})
+        return _locate.read_robot(self.name, self.directory / "corbot")
 
     def _start(self) -> subprocess.Popen[bytes]:
-        options = ["--endpoint", f"127.0.0.1:{_free_port()}", "--realtime", "best-effort", "--state-dir", str(self.directory)]
+        options = ["--name", self.name, "--endpoint", f"127.0.0.1:{_free_port()}", "--realtime", "best-effort"]
+        options += ["--state-dir", str(self.directory)]
         environment = {k: v for k, v in os.environ.items() if k not in ("CORBOT_RUN_DIR", "CORBOT_STATE_DIR")}
         environment["XDG_RUNTIME_DIR"] = str(self.directory)
         with open(self.directory / "output", "wb") as output:
@@ -131,17 +135,20 @@ def find_program() -> Path:
 
 
 def find_profile(profile: str, program: Path) -> Path:
-    """Give the file of a profile: a path, or the name of one that is shipped with the program."""
+    """Give the file of a profile: a path, or the name of one in $CORBOT_PROFILES, else of those shipped with the program."""
     if profile.endswith(".toml"):
         if not Path(profile).is_file():
             raise SimulationFailed(f"There is no profile {profile}.")
         return Path(profile).resolve()
+    given = os.environ.get("CORBOT_PROFILES")
     shipped = [program.parents[1] / "share/corbot/profiles", *(top / "profiles" for top in program.parents)]
+    if given:
+        shipped = [Path(given)]
     for directory in shipped:
         if (directory / f"{profile}.toml").is_file():
             return directory / f"{profile}.toml"
     names = sorted(file.stem for directory in shipped for file in directory.glob("*.toml"))
-    raise SimulationFailed(f"'{profile}' is not shipped with {program}. These profiles are: {', '.join(names)}.")
+    raise SimulationFailed(f"'{profile}' is no profile of $CORBOT_PROFILES or of {program}. These are: {', '.join(names)}.")
 
 
 def _free_port() -> int:
