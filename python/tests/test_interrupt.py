@@ -68,6 +68,16 @@ def test_the_interrupt_waits_for_the_end_of_a_call() -> None:
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
+def test_an_interrupt_that_is_ignored_stays_so() -> None:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with uninterrupted():
+            os.kill(os.getpid(), signal.SIGINT)
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def test_an_interrupt_says_where_the_arm_could_not_be_stopped() -> None:
     arm = corbot.Arm("nowhere", reference=Refusing(), timeout=1.0)
     with pytest.raises(KeyboardInterrupt, match="may still move: Not in the mood") as raised, arm.stopped_by_interrupt():

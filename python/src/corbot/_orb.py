@@ -3,10 +3,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
@@ -34,24 +33,33 @@ from corbot.values import Point
 __all__ = ["Corbot", "call", "connect", "set_timeout", "uninterrupted"]
 
 
-@contextlib.contextmanager
-def uninterrupted() -> Iterator[None]:
+class uninterrupted:  # noqa: N801
     """Hold Ctrl-C back until the end of the block.
 
     An exception that a signal handler raises inside the ORB would leave a reply half-read.
     """
-    previous = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(previous):
-        yield
-        return
-    held: list[tuple[int, FrameType | None]] = []
-    signal.signal(signal.SIGINT, lambda number, frame: held.append((number, frame)))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, previous)
-        if held:
-            previous(*held[0])
+
+    __slots__ = ("_held", "_previous")
+
+    def __enter__(self) -> None:
+        self._held: tuple[int, FrameType | None] | None = None
+        self._previous: Any = None
+        if threading.get_ident() != threading.main_thread().ident:
+            return
+        previous = signal.getsignal(signal.SIGINT)
+        if callable(previous):  # else it is ignored, or a handler that Python could not put back
+            self._previous = previous
+            signal.signal(signal.SIGINT, self._hold)
+
+    def __exit__(self, *_: object) -> None:
+        if self._previous is None:
+            return
+        signal.signal(signal.SIGINT, self._previous)
+        if self._held is not None:
+            self._previous(*self._held)
+
+    def _hold(self, number: int, frame: FrameType | None) -> None:
+        self._held = (number, frame)
 
 
 def connect(address: str, timeout: float) -> Any:
