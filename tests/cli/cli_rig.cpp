@@ -79,7 +79,10 @@ std::string CliRig::put(const std::string& file, const std::string& text) const 
 
 std::string CliRig::put_ssc32_profile(const std::string& line, const std::string& more, bool known) const {
   std::ifstream stream(CORBOT_TEST_PROFILE);
-  const std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  // A robot of the shipped name may be up on this machine.
+  constexpr std::string_view kShipped = "lynx5";
+  text.replace(text.find("name = \"lynx5\"") + 8, kShipped.size(), name_);
   return put("arm.toml", text.substr(0, text.find("[backend]")) + "[backend]  # mine\nkind = \"ssc32\"\n" +
                              (known ? "position_known_at_start = true\n" : "") +
                              "[backend.ssc32]\nport = \"" + line + "\"\n" + more);

@@ -54,7 +54,7 @@ TEST_F(Device, ALostDeviceIsReportedUntilAClear) {
 
 TEST_F(Device, UpPointsToDoctorWhereTheDeviceIsMissing) {
   const std::string profile = put_ssc32_profile((directory_ / "nothing").string());
-  const RunResult result = corbot({"up", profile});
+  const RunResult result = corbot({"up", profile, "--endpoint", "127.0.0.1:" + std::to_string(port_)});
   EXPECT_NE(result.code, 0);
   EXPECT_THAT(result.errors, HasSubstr("'corbot doctor " + profile + "' says what to do"));
   EXPECT_THAT(corbot({"doctor", profile}).output, HasSubstr("plug the controller in"));

@@ -12,6 +12,7 @@
 
 #include "cli/doctor/doctor.h"
 #include "support/paths.h"
+#include "support/process.h"
 
 namespace corbot::cli {
 
@@ -120,8 +121,12 @@ TEST(Installation, ASerialDeviceIsChecked) {
   const std::string all{std::istreambuf_iterator<char>{from}, {}};
   const std::string path =
       testing::TempDir() + "corbot-doctor-device-" + std::to_string(::getpid()) + ".toml";
+  // A robot of the shipped name may be up on this machine.
+  const std::string name = test::unique_name("doctor");
+  const std::size_t shipped = all.find("name = \"lynx5\"");
   const auto finding_for = [&](const std::string& line) {
-    std::ofstream(path) << all.substr(0, all.find("[backend]"))
+    std::ofstream(path) << all.substr(0, shipped) << "name = \"" << name << '"'
+                        << all.substr(shipped + 14, all.find("[backend]") - shipped - 14)
                         << "[backend]\nkind = \"ssc32\"\n[backend.ssc32]\nport = \"" << line << "\"\n";
     const auto findings = examine_installation(path);
     return *std::find_if(findings.begin(), findings.end(),
