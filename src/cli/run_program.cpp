@@ -10,6 +10,7 @@
 #include <cstdio>
 
 #include "cli/arm/dry_run.h"
+#include "cli/notice.h"
 
 namespace corbot::cli {
 
@@ -40,15 +41,12 @@ class Display {
   void draw(double progress) const {
     if (terminal_) {
       const double done = (static_cast<double>(index_) + progress) / static_cast<double>(count_);
-      fmt::print("\r\x1b[K{} {:3.0f} %  {}/{}  {}", bar(done, 30), std::floor(100 * done), index_ + 1, count_,
-                 text_);
+      notice(stdout, fmt::format("\r\x1b[K{} {:3.0f} %  {}/{}  {}", bar(done, 30), std::floor(100 * done),
+                                 index_ + 1, count_, text_));
     }
     std::fflush(stdout);
   }
-  void end() const {
-    if (terminal_) fmt::print("\r\x1b[K");
-    std::fflush(stdout);
-  }
+  void end() const { notice(stdout, terminal_ ? "\r\x1b[K" : ""); }
 
  private:
   std::size_t count_;

@@ -153,6 +153,23 @@ TEST_F(Motions, CtrlCStopsTheArm) {
   EXPECT_EQ(joint(0), rest);
 }
 
+/// As where the terminal is closed, or standard error goes to a pipe whose reader Ctrl-C ends, too.
+TEST_F(Motions, ASignalStopsTheArmWhereNothingCanBePrinted) {
+  for (const int signal : {SIGINT, SIGHUP}) {
+    ASSERT_EQ(corbot({"joints", "0", "0", "0", "0"}).code, 0);
+    const auto motion = begin({"joints", "80", "20", "30", "40", "--time", "30"});
+    ASSERT_TRUE(wait_state("Waiting"));
+    motion->close_errors();
+    motion->signal(signal);
+    const auto end = motion->wait(within(20));
+    ASSERT_TRUE(end);
+    EXPECT_TRUE(WIFEXITED(*end)) << "signal " << WTERMSIG(*end);
+    EXPECT_EQ(WEXITSTATUS(*end), 4);
+    EXPECT_EQ(status().at("state"), "Standby") << "at rest when the command has ended";
+    EXPECT_LT(joint(0), 79);
+  }
+}
+
 /// More than there are places for waiting calls: each says what became of its own motion.
 TEST_F(Motions, OfManyAtOnceEachEndsAsItsMotionDoes) {
   std::vector<std::unique_ptr<Process>> drives;

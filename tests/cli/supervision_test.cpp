@@ -57,6 +57,24 @@ TEST_F(Supervision, DownEndsEverythingAndLeavesNothing) {
   supervisor_.reset();
 }
 
+TEST_F(Supervision, DownEndsTheRobotThatTheEnvironmentNames) {
+  up();
+  const auto down_of = [&](const std::string& robot) {
+    return run({"/usr/bin/env", "CORBOT_ROBOT=" + robot, CORBOT_BIN_DIR "/corbot", "down"}, 30,
+               environment());
+  };
+  const RunResult other = down_of("another");
+  EXPECT_EQ(other.code, 3);
+  EXPECT_THAT(other.errors, HasSubstr("no robot named 'another' is up"));
+  const RunResult elsewhere = down_of("corbaloc::127.0.0.1:1/another");
+  EXPECT_EQ(elsewhere.code, 2);
+  EXPECT_THAT(elsewhere.errors, HasSubstr("say which with --name"));
+  EXPECT_EQ(corbot({"status"}).code, 0);
+  EXPECT_EQ(down_of("127.0.0.1:" + std::to_string(port_) + "/" + name_).output, name_ + " is down\n");
+  EXPECT_EQ(supervisor_->wait(within(30)), 0);
+  supervisor_.reset();
+}
+
 TEST_F(Supervision, DownEndsWhoHoldsTheNameWhateverPidItsFileSays) {
   up();
   Process bystander({"/bin/sleep", "300"});

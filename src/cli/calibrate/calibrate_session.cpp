@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "cli/calibrate/calibrate_help.h"
+#include "cli/notice.h"
 #include "client/explain.h"
 #include "client/failure.h"
 #include "client/number.h"
@@ -313,7 +314,7 @@ void CalibrateSession::report_unwritten() const {
   const std::string lost = unwritten();
   if (lost.empty() || quit_once_) return;
   std::fflush(stdout);
-  fmt::print(stderr, "corbot: {}\n", lost);
+  notice(stderr, fmt::format("corbot: {}\n", lost));
 }
 
 void CalibrateSession::fail_lost_device() {

@@ -7,10 +7,12 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 
 #include "cli/supervise/state_lock.h"
 #include "cli/supervise/up.h"
+#include "client/client.h"
 #include "client/failure.h"
 #include "config/profile.h"
 
@@ -28,7 +30,17 @@ namespace {
 /// Three children, five seconds each before they are killed, and some.
 constexpr int kShutdownTimeout_ms = 20'000;
 
-std::string only_robot() {
+/// $CORBOT_ROBOT, or the only one that is up.
+std::string robot_meant() {
+  const char* const given = std::getenv("CORBOT_ROBOT");
+  if (given != nullptr && is_name(given)) return given;
+  if (given != nullptr && *given != '\0') {
+    const std::string local = client::find_robot(given).local;
+    if (!local.empty()) return local;
+    throw Failure(ExitCode::kUsage,
+                  "$CORBOT_ROBOT names no robot that 'corbot up' keeps on this machine: say which with "
+                  "--name; nothing was ended");
+  }
   const auto names = robots_up();
   if (names.size() == 1) return names[0];
   if (names.empty()) {
@@ -82,7 +94,7 @@ bool is_up_still(const std::string& name) {
 }  // namespace
 
 void down(const std::string& wanted) {
-  const std::string name = wanted.empty() ? only_robot() : wanted;
+  const std::string name = wanted.empty() ? robot_meant() : wanted;
   if (!is_name(name)) {
     throw Failure(ExitCode::kUsage, fmt::format("--name '{}': {}", name, name_rule()));
   }
