@@ -13,6 +13,7 @@
 
 #include "client/failure.h"
 #include "config/profile.h"
+#include "net/ports.h"
 #include "shm/run_directory.h"
 
 namespace corbot::client {
@@ -131,6 +132,13 @@ std::string robot_at_port(int port) {
       return fmt::format("'{}' is up at {}", robot, state->endpoint);
   }
   return "";
+}
+
+std::string endpoint_fault(const std::string& host, int port) {
+  std::string why = net::listen_error(host, port);
+  const std::string robot = robot_at_port(port);
+  const bool is_in_use = why.find("in use") != std::string::npos;
+  return is_in_use && !robot.empty() ? fmt::format("port {} is taken: {}", port, robot) : std::move(why);
 }
 
 std::vector<std::string> robots_with_stale_state() { return robots_of_files(state_directory(false), false); }

@@ -53,6 +53,9 @@ struct RobotState {
 /// "'lynx5' is up at 127.0.0.1:12810": the robot here that listens at that port; empty: none does.
 [[nodiscard]] std::string robot_at_port(int port);
 
+/// Why nothing can listen there, with the robot that has the port where one has it; empty: something can.
+[[nodiscard]] std::string endpoint_fault(const std::string& host, int port);
+
 /// The open lock file of a robot, or −1 with errno. `flags`: those of open(2).
 [[nodiscard]] int open_lock(const std::filesystem::path& directory, const std::string& name, int flags);
 

@@ -72,7 +72,8 @@ TEST_F(Device, DoctorAsksARobotThatIsUpAndTheDeviceWhenItIsDown) {
   up({}, profile);
   if (HasFatalFailure()) return;
   EXPECT_THAT(corbot({"doctor", profile}).output,
-              AllOf(HasSubstr("the robot is up and says: ssc32, open"), Not(HasSubstr("SSC32-V2.50USB")),
+              AllOf(HasSubstr("'" + name_ + "' is up at 127.0.0.1:" + std::to_string(port_)),
+                    HasSubstr("the robot is up and says: ssc32, open"), Not(HasSubstr("SSC32-V2.50USB")),
                     Not(HasSubstr("another program has it open"))));
   emulator.send("silent on");
   ASSERT_TRUE(wait_state("Error"));

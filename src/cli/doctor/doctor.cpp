@@ -19,7 +19,6 @@
 namespace corbot::cli {
 
 using client::is_up;
-using net::listen_error;
 namespace fs = std::filesystem;
 
 namespace {
@@ -52,13 +51,11 @@ std::optional<Profile> read_profile(const std::string& file, std::vector<Finding
 
 Finding port(const Profile& profile) {
   const std::string endpoint = net::endpoint_text(profile.endpoint_host, profile.port);
-  const std::string why = listen_error(profile.endpoint_host, profile.port);
+  const auto running = is_up(profile.name) ? client::read_state(profile.name) : std::nullopt;
+  if (running) return {Level::kOk, "port", fmt::format("'{}' is up at {}", profile.name, running->endpoint), ""};
+  const std::string why = client::endpoint_fault(profile.endpoint_host, profile.port);
   if (why.empty()) return {Level::kOk, "port", endpoint + " is free", ""};
-  if (is_up(profile.name))
-    return {Level::kOk, "port", fmt::format("{}: '{}' is up", endpoint, profile.name), ""};
-  const std::string robot = client::robot_at_port(profile.port);
-  return {Level::kFail, "port", robot.empty() ? why : fmt::format("{} is taken: {}", endpoint, robot),
-          "end that program, or use corbot up --endpoint HOST:PORT"};
+  return {Level::kFail, "port", why, "end that program, or use corbot up --endpoint HOST:PORT"};
 }
 
 /// The robot that was started from this profile, under whatever name, or that has its name; empty: none is up.

@@ -28,7 +28,6 @@ using client::ExitCode;
 using client::Failure;
 using client::printable;
 using client::RobotState;
-using net::listen_error;
 using net::split_endpoint;
 
 namespace {
@@ -74,12 +73,8 @@ ProfileText read_profile(const std::string& file) {
 }
 
 void check_free(const std::string& host, int port, const std::string& fix) {
-  const std::string why = listen_error(host, port);
-  if (why.empty()) return;
-  const std::string robot = client::robot_at_port(port);
-  throw Failure(
-      ExitCode::kInternal,
-      fmt::format("{}: {}", robot.empty() ? why : fmt::format("port {} is taken: {}", port, robot), fix));
+  const std::string why = client::endpoint_fault(host, port);
+  if (!why.empty()) throw Failure(ExitCode::kInternal, fmt::format("{}: {}", why, fix));
 }
 
 /// What is to be started, from the command line and the profile.
