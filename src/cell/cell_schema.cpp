@@ -25,6 +25,7 @@ constexpr std::size_t kMost = 16;  // places, robots; the sequences of the IDL
 constexpr int kMostSlots = 1000;
 constexpr double kLeastPitch_m = 0.04;
 constexpr double kLeastApproachClearance_m = 0.01;
+constexpr double kRounding_m = 1e-9;
 constexpr double kLeastWaitDistance_m = 0.05;
 constexpr double kGraspBelowTop_m = 0.005;
 constexpr std::size_t kLongestSocketPath = 107;
@@ -247,7 +248,7 @@ class Reader {
   void read_motion(Section& section, CellRobot& robot) {
     robot.wait_m = vector3(section, "wait_m");
     robot.above_m = section.number_or("above_m", robot.above_m, {0, 1, false, "m"}).value_or(0);
-    if (section.present() && robot.above_m < tallest_m_ + kLeastApproachClearance_m)
+    if (section.present() && robot.above_m < tallest_m_ + kLeastApproachClearance_m - kRounding_m)
       section.refuse("above_m",
                      fmt::format("must be at least {} m, the tallest piece and {} m",
                                  tallest_m_ + kLeastApproachClearance_m, kLeastApproachClearance_m));

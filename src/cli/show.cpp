@@ -237,6 +237,7 @@ std::string status_text(const StatusReport& r) {
     if (i < r.ranges.size()) text += fmt::format("   ({:g} to {:g})", r.ranges[i].lower, r.ranges[i].upper);
     if (is_limited(r, i))
       text += fmt::format("   limited to {:g} to {:g}", r.soft_limits[i].lower, r.soft_limits[i].upper);
+    if (i < r.joint_info.size()) text += fmt::format("   {}", r.joint_info[i].name);
     text += '\n';
   }
   text +=

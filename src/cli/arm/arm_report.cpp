@@ -69,10 +69,9 @@ const char* singular_places(const Kinematics& arm) {
 
 std::string row_text(const DhRow& row, std::size_t index) {
   const bool turns = row.kind == JointKind::kRotary;
-  const std::string theta =
-      plain(to_degrees(row.theta_rad)) + (turns ? fmt::format(" + q{}", index + 1) : "");
-  const std::string d = plain(row.d_m) + (turns ? "" : fmt::format(" + q{}", index + 1));
-  return fmt::format("  {:<3} {:<18} {:<18} {:<10} {}\n", index + 1, theta, d, plain(row.a_m),
+  const std::string theta = plain(to_degrees(row.theta_rad)) + (turns ? fmt::format(" + q{}", index) : "");
+  const std::string d = plain(row.d_m) + (turns ? "" : fmt::format(" + q{}", index));
+  return fmt::format("  {:<3} {:<18} {:<18} {:<10} {}\n", index, theta, d, plain(row.a_m),
                      plain(to_degrees(row.alpha_rad)));
 }
 
@@ -91,14 +90,15 @@ std::string given_text(const ArmDescription& given) {
 std::string joints_text(const Profile& profile) {
   const Kinematics& arm = profile.arm.kinematics;
   std::string text = fmt::format(
-      "joints, axes as verified where all are 0, frame 0\n  {:<3} {:<12} {:<26} {:<22} {:<16} {}\n", "",
-      "name", "direction", "through, m", "home", "range");
+      "joints, counted from 0 as in every command (axis 1 is that of joint 0); axes as verified where all "
+      "are 0, frame 0\n  {:<3} {:<12} {:<26} {:<22} {:<16} {}\n",
+      "", "name", "direction", "through, m", "home", "range");
   for (std::size_t i = 0; i < profile.arm.dof; ++i) {
     const JointAxis& axis = arm.chain().axes[i];
     const JointLimits& limits = profile.arm.joints[i];
     const JointKind kind = axis.kind;
     const bool turns = kind == JointKind::kRotary;
-    text += fmt::format("  {:<3} {:<12} {:<26} {:<22} {:<16} {} to {} {}, {} a second\n", i + 1,
+    text += fmt::format("  {:<3} {:<12} {:<26} {:<22} {:<16} {} to {} {}, {} a second\n", i,
                         profile.joint_names[i], (turns ? "about " : "along ") + list(axis.direction),
                         turns ? list(axis.point_m) : "", plain(to_shown(kind, profile.description.home_q[i])),
                         plain(to_shown(kind, limits.lower_q)), plain(to_shown(kind, limits.upper_q)),

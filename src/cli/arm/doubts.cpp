@@ -46,6 +46,21 @@ void add_radians(const Profile& profile, std::size_t joint, std::vector<std::str
   }
 }
 
+/// No arm of this kind of controller is as fast as what millimetres look like.
+std::vector<std::string> millimetre_doubts(const PathLimits& path) {
+  constexpr double kFast_m_s = 10.0;
+  constexpr double kFast_m_s2 = 200.0;
+  std::vector<std::string> doubts;
+  const auto look = [&doubts](const char* key, double value, double fast, const char* unit) {
+    if (value > fast)
+      doubts.push_back(fmt::format("path.{} = {:g} {}: millimetres? Then {:g} is meant", key, value, unit,
+                                   value / 1000.0));
+  };
+  look("speed_m_s", path.speed_m_s, kFast_m_s, "m/s");
+  look("acceleration_m_s2", path.acceleration_m_s2, kFast_m_s2, "m/s2");
+  return doubts;
+}
+
 /// An arm of three joints or more reaches a volume.
 std::string flat_doubt(const ArmModel& arm, const Workspace& workspace) {
   if (arm.dof < 3) return "";
@@ -80,6 +95,7 @@ std::vector<std::string> doubts_of(const Profile& profile, const Workspace& work
   };
   add(convention_doubt(profile.description));
   for (std::size_t i = 0; i < profile.arm.dof; ++i) add_radians(profile, i, doubts);
+  for (std::string& doubt : millimetre_doubts(profile.arm.path)) add(std::move(doubt));
   add(flat_doubt(profile.arm, workspace));
   add(singular_doubt(profile.arm));
   return doubts;

@@ -204,6 +204,14 @@ TEST(CellConfigTest, AllFaultsAreReportedTogether) {
   EXPECT_EQ(files.faults().size(), 3U);
 }
 
+/// 0.05 m and 0.01 m are more than 0.06 m in binary.
+TEST(CellConfigTest, TheLeastHeightOfApproachIsTakenAsItIsWritten) {
+  CellFiles files;
+  files.edit("cell.toml", "height_m = 0.045", "height_m = 0.050");
+  files.edit("cell.toml", "wait_m = [0.153", "above_m = 0.06, wait_m = [0.153");
+  EXPECT_TRUE(files.faults().empty());
+}
+
 TEST(CellConfigTest, APathThatASocketCannotHaveIsRefused) {
   CellOverrides overrides;
   overrides.state_directory = "/tmp/" + std::string(100, 'd');

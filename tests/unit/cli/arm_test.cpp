@@ -135,6 +135,13 @@ TEST(Doubts, NameTheFamilyThatTheOtherConventionGives) {
   }
 }
 
+TEST(Doubts, NameASpeedThatLooksLikeMillimetres) {
+  EXPECT_THAT(doubts_after("puma560", {{"\nspeed_m_s = ", "\nspeed_m_s = 250  #"},
+                                       {"\nacceleration_m_s2 = ", "\nacceleration_m_s2 = 1000  #"}}),
+              testing::ElementsAre("path.speed_m_s = 250 m/s: millimetres? Then 0.25 is meant",
+                                   "path.acceleration_m_s2 = 1000 m/s2: millimetres? Then 1 is meant"));
+}
+
 TEST(Doubts, NameAnglesThatLookLikeRadians) {
   EXPECT_THAT(doubts_after("puma560", {{"alpha_deg = 90", "alpha_deg = 1.5708"}}),
               testing::Contains("joint 'waist': alpha_deg 1.5708: radians? Then 90 degrees is meant"));
