@@ -88,6 +88,8 @@ void corbot_robot_describe(const corbot_robot* robot, corbot_description* out) {
   out->reach_m = std::round(reach_m(arm) * 1e9) / 1e9;  // to the nanometre
 }
 
+const char* corbot_robot_urdf(const corbot_robot* robot) { return robot->urdf.c_str(); }
+
 corbot_status corbot_robot_joints(const corbot_robot* robot, double out[CORBOT_MAX_JOINTS],
                                   corbot_error* error) {
   return guarded(error, [&] {

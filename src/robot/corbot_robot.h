@@ -38,6 +38,8 @@ void corbot_robot_serve(corbot_robot* robot, int (*answers)(void* context), void
 void corbot_robot_interrupt(corbot_robot* robot);
 
 void corbot_robot_describe(const corbot_robot* robot, corbot_description* out);
+/* The profile's arm as a URDF, which lives as long as the robot. */
+const char* corbot_robot_urdf(const corbot_robot* robot);
 
 /* Reads; never wait for a motion. */
 corbot_status corbot_robot_joints(const corbot_robot* robot, double out[CORBOT_MAX_JOINTS],

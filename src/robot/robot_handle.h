@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "config/arms/write_urdf.h"
 #include "robot/call_error.h"
 #include "robot/corbot_robot.h"
 #include "robot/release_signal.h"
@@ -16,8 +17,11 @@
 
 struct corbot_robot {
   corbot_robot(corbot::Profile profile, std::string robot_name)
-      : name(std::move(robot_name)), robot(std::move(profile), name) {}
+      : name(std::move(robot_name)),
+        urdf(corbot::config::write_urdf(profile.arm, profile.name, profile.joint_names)),
+        robot(std::move(profile), name) {}
   std::string name;
+  const std::string urdf;
   const std::chrono::duration<double> started{std::chrono::system_clock::now().time_since_epoch()};
   corbot::Robot robot;
   std::unique_ptr<corbot::ReleaseSignal> release_signal{};  // its thread calls the robot

@@ -6,6 +6,7 @@
 
 #include <chrono>
 
+#include "config/arms/write_urdf.h"
 #include "config/load_profile.h"
 #include "corbot/channel/fingerprint.h"
 #include "support/paths.h"
@@ -201,6 +202,12 @@ TEST_F(Interface, SaysWhatServesIt) {
             fmt::format("{:016x}", fingerprint(load_profile(CORBOT_TEST_PROFILE).arm)));
   EXPECT_GE(info->started, before_s);
   EXPECT_LE(info->started, after_s);
+}
+
+TEST_F(Interface, DescribesItselfAsAUrdf) {
+  const Profile profile = load_profile(CORBOT_TEST_PROFILE);
+  const CORBA::String_var urdf = arm_->Description();
+  EXPECT_EQ(std::string(urdf), config::write_urdf(profile.arm, profile.name, profile.joint_names));
 }
 
 TEST_F(Interface, CycleAgeIsThatOfWhatIsRead) {

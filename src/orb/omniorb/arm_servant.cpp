@@ -362,6 +362,7 @@ Corbot::ArmState* ArmServant::State() {
   return result._retn();
 }
 
+char* ArmServant::Description() { return CORBA::string_dup(corbot_robot_urdf(&robot_)); }
 Corbot::JointList* ArmServant::Joints() { return new Corbot::JointList(joints_of(description_)); }
 
 Corbot::ServantInfo* ArmServant::Servant() {

@@ -95,6 +95,7 @@ class ArmServant final : public POA_Corbot::Arm {
   void ResetSoftLimits() override;
   Corbot::JointRanges* SoftLimits() override;
   Corbot::JointList* Joints() override;
+  char* Description() override;
   Corbot::ArmState* State() override;
   Corbot::AlarmList* Alarms() override;
   Corbot::LoopInfo* Diagnostics() override;

@@ -89,6 +89,11 @@ static Corbot_JointList* get_joints(PortableServer_Servant servant, CORBA_Enviro
   return result;
 }
 
+static CORBA_string get_description(PortableServer_Servant servant, CORBA_Environment* ev) {
+  (void)ev;
+  return CORBA_string_dup(corbot_robot_urdf(self_of(servant)->robot));
+}
+
 static CORBA_double get_reach(PortableServer_Servant servant, CORBA_Environment* ev) {
   (void)ev;
   return self_of(servant)->description.reach_m;
@@ -252,6 +257,7 @@ void arm_set_reads(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm) {
   arm->_get_ToolOrientation = get_tool_orientation;
   arm->_get_SoftLimits = get_soft_limits;
   arm->_get_Joints = get_joints;
+  arm->_get_Description = get_description;
   arm->_get_State = get_state;
   arm->_get_Gripper = get_gripper;
   arm->_get_Alarms = get_alarms;

@@ -7,6 +7,8 @@
 #include <memory>
 #include <string>
 
+#include "config/arms/write_urdf.h"
+#include "config/load_profile.h"
 #include "robot/call_error.h"
 #include "robot/corbot_robot.h"
 #include "support/paths.h"
@@ -36,6 +38,12 @@ TEST_F(CApi, DescribesTheArm) {
   EXPECT_EQ(description.dof, 4);
   EXPECT_EQ(description.lower[0], -90.0);
   EXPECT_NEAR(description.reach_m, 0.34, 1e-12);
+}
+
+TEST_F(CApi, GivesTheArmAsAUrdf) {
+  const Profile profile = load_profile(CORBOT_SHIPPED_PROFILE);
+  EXPECT_EQ(corbot_robot_urdf(robot_.get()),
+            config::write_urdf(profile.arm, profile.name, profile.joint_names));
 }
 
 TEST_F(CApi, WithoutATaskReadsHaveNoDataAndMotionsAreNotReady) {
