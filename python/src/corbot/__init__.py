@@ -23,18 +23,23 @@ from corbot.errors import (
     Unreachable,
 )
 from corbot.motion import Motion
+from corbot.poses import Point, Pose, Quaternion
 from corbot.simulation import Simulation, simulated
+from corbot.states import States
 from corbot.values import (
     Alarm,
     Control,
     Device,
+    Diagnostics,
+    Frames,
     Gripper,
     Holding,
+    JointLimits,
     MotionInfo,
     MotionState,
-    Point,
-    Pose,
-    Quaternion,
+    Servant,
+    Solution,
+    Speeds,
     State,
     Status,
 )
@@ -47,9 +52,12 @@ __all__ = [
     "Control",
     "CorbotError",
     "Device",
+    "Diagnostics",
     "Disconnected",
+    "Frames",
     "Gripper",
     "Holding",
+    "JointLimits",
     "LimitExceeded",
     "Motion",
     "MotionInfo",
@@ -64,9 +72,13 @@ __all__ = [
     "Quaternion",
     "QueueFull",
     "RobotNotFound",
+    "Servant",
     "Simulation",
     "SimulationFailed",
+    "Solution",
+    "Speeds",
     "State",
+    "States",
     "Status",
     "Stopped",
     "Unreachable",

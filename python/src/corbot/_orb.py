@@ -28,7 +28,7 @@ from corbot.errors import (
     Stopped,
     Unreachable,
 )
-from corbot.values import Point
+from corbot.poses import Point
 
 __all__ = ["Corbot", "call", "connect", "set_timeout", "uninterrupted"]
 

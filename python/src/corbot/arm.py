@@ -13,9 +13,26 @@ from typing import Any, Literal
 from corbot import _locate, _orb
 from corbot.errors import CorbotError
 from corbot.motion import Motion
-from corbot.values import Alarm, Point, Pose, Quaternion, State, alarm_of, state_of
+from corbot.poses import Array, Point, Pose, Quaternion
+from corbot.states import States
+from corbot.values import (
+    Alarm,
+    Diagnostics,
+    Frames,
+    JointLimits,
+    Servant,
+    Solution,
+    Speeds,
+    State,
+    alarm_of,
+    diagnostics_of,
+    limits_of,
+    pose_of,
+    solution_of,
+    state_of,
+)
 
-PointLike = Point | tuple[float, float, float]
+PointLike = Sequence[float] | Array
 
 
 def connect(robot: str | None = None, *, timeout: float = 10.0) -> Arm:
@@ -112,13 +129,29 @@ class Arm:
         """Move the gripper to an opening in percent, 0 closed, 100 open."""
         return self._begin("SetGripper", float(percent), wait=wait)
 
+    def delay(self, seconds: float, *, wait: bool = True) -> Motion:
+        """Hold for so many seconds, in turn with the motions."""
+        return self._begin("Delay", float(seconds), wait=wait)
+
     def stop(self) -> None:
         """Stop the arm on its path and discard what is queued; returns at rest. Any thread may call it."""
         self.call("Stop")
 
+    def hold(self) -> None:
+        """Stop the arm, and let nothing move it until `clear`, whoever calls; a power-down does not end that."""
+        self.call("StopAndHold")
+
     def clear(self) -> None:
         """Leave Error, where its cause is gone."""
         self.call("Clear")
+
+    def pause(self) -> None:
+        """Slow down on the path and hold until `resume`; returns at once."""
+        self.call("Pause")
+
+    def resume(self) -> None:
+        """Go on after `pause`."""
+        self.call("Resume")
 
     # Reading
 
@@ -132,10 +165,128 @@ class Arm:
         """The last 64 alarms, oldest first."""
         return [alarm_of(alarm) for alarm in self.call("_get_Alarms")]
 
+    def states(self, rate: float) -> States:
+        """Give an endless iterator of `rate` states a second. It drops what is late, and counts that in `dropped`."""
+        return States(lambda: self.state, rate)
+
+    @property
+    def limits(self) -> tuple[JointLimits, ...]:
+        """Each joint's range, speed and soft limits, in degrees (metres of one that slides) and these a second."""
+        return limits_of(self._joints, self.call("_get_SoftLimits"))
+
+    def set_limits(self, ranges: Sequence[tuple[float, float]]) -> None:
+        """Set soft limits, a lower and an upper one for each joint, degrees (metres); they outlive a power-down."""
+        self.call("SetSoftLimits", [_orb.Corbot.JointRange(*_floats(*limit)) for limit in ranges])
+
+    def reset_limits(self) -> None:
+        """Make the soft limits the profile's ranges again."""
+        self.call("ResetSoftLimits")
+
+    @property
+    def frames(self) -> Frames:
+        """The tool frame and the base frame in force."""
+        return Frames(tool=pose_of(self.call("_get_ToolFrame")), base=pose_of(self.call("_get_BaseFrame")))
+
+    def set_frames(self, *, tool: Pose | None = None, base: Pose | None = None) -> None:
+        """Set the tool frame (from the flange) or the base frame (where the arm stands) for all clients; metres."""
+        if tool is not None:
+            self.call("SetToolFrame", _pose(tool))
+        if base is not None:
+            self.call("SetBaseFrame", _pose(base))
+
+    def reset_frames(self) -> None:
+        """Make both frames the profile's again."""
+        self.call("ResetFrames")
+
+    def solutions(self, pose: Pose) -> list[Solution]:
+        """All ways to reach a pose of the tool, whatever the limits. Joints in degrees, metres of one that slides."""
+        return [solution_of(solution) for solution in self.call("Solutions", _pose(pose))]
+
+    @property
+    def solution(self) -> int | None:
+        """The number of the solution that the arm has now; None: the arm has no closed form."""
+        number: int = self.call("_get_Solution")
+        return None if number < 0 else number
+
+    @property
+    def reach(self) -> float:
+        """The farthest that the tool comes from the first axis, metres."""
+        return float(self.call("_get_Reach"))
+
+    @property
+    def kind(self) -> str:
+        """The kind of arm, as the interface names it: Anthropomorphic, Scara and so on."""
+        return str(self.call("_get_RobotType"))
+
+    @property
+    def diagnostics(self) -> Diagnostics:
+        """Statistics of the real-time loop."""
+        return diagnostics_of(self.call("_get_Diagnostics"))
+
+    @property
+    def servant(self) -> Servant:
+        """The program that serves the arm."""
+        info = self.call("_get_Servant")
+        return Servant(info.version, info.profile, info.started)
+
+    @cached_property
+    def description(self) -> str:
+        """The profile's arm as a URDF, as `corbot export --urdf` writes it."""
+        return str(self.call("_get_Description"))
+
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """The names of the joints, in the order of all lists of them."""
-        return tuple(joint.name for joint in self.call("_get_Joints"))
+        return tuple(joint.name for joint in self._joints)
+
+    @cached_property
+    def _joints(self) -> Any:
+        return self.call("_get_Joints")
+
+    # Settings, which hold for the motions of all clients that are accepted from then on
+
+    @property
+    def speeds(self) -> Speeds:
+        """The speeds in force, percent of the profile's maximum."""
+        speeds = self.call("_get_Speeds")
+        return Speeds(speeds.tool, tuple(speeds.joints))
+
+    def set_speeds(self, *, tool: float | None = None, joints: float | Sequence[float] | None = None) -> None:
+        """Set speeds in percent: the tool's on lines and arcs; all joints', or one for each joint."""
+        if tool is not None:
+            self.call("Speed", float(tool))
+        if isinstance(joints, (int, float)):
+            self.call("AllSpeed", float(joints))
+        elif joints is not None:
+            for number, percent in enumerate(joints):
+                self.call("ArtSpeed", number, float(percent))
+
+    def override(self, percent: float) -> None:
+        """Set the rate of all motion, also of the one under way: above 0, at most 100 percent of what was planned."""
+        self.call("Override", float(percent))
+
+    @property
+    def tool_pitch(self) -> float:
+        """The inclination of the tool for `move`, `line` and `arc`, degrees above the horizontal."""
+        return float(self.call("_get_ToolPitch"))
+
+    def set_tool_pitch(self, degrees: float) -> None:
+        """Set the tool pitch; only arms of four or five joints have one."""
+        self.call("SetToolPitch", float(degrees))
+
+    @property
+    def tool_orientation(self) -> Quaternion | None:
+        """The orientation of the tool for `move`, `line` and `arc`; None: the tool keeps the one that it has."""
+        info = self.call("_get_ToolOrientation")
+        q = info.orientation
+        return Quaternion(q.w, q.x, q.y, q.z) if info.set else None
+
+    def set_tool_orientation(self, orientation: Quaternion | None) -> None:
+        """Set the tool orientation; None takes it back, and the tool pitch, too."""
+        if orientation is None:
+            self.call("ResetToolOrientation")
+        else:
+            self.call("SetToolOrientation", _quaternion(orientation))
 
     # Exclusive control
 
@@ -206,10 +357,13 @@ def _floats(*values: float) -> list[float]:
 
 
 def _point(point: PointLike) -> Any:
-    x, y, z = (point.x, point.y, point.z) if isinstance(point, Point) else point
-    return _orb.Corbot.Point(*_floats(x, y, z))
+    x, y, z = _floats(*point)
+    return _orb.Corbot.Point(x, y, z)
+
+
+def _quaternion(orientation: Quaternion) -> Any:
+    return _orb.Corbot.Quaternion(*_floats(*orientation))
 
 
 def _pose(pose: Pose) -> Any:
-    q = pose.orientation
-    return _orb.Corbot.Pose(_point(pose.position), _orb.Corbot.Quaternion(*_floats(q.w, q.x, q.y, q.z)))
+    return _orb.Corbot.Pose(_point(pose.position), _quaternion(pose.orientation))

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from corbot.values import Point
+from corbot.poses import Point
 
 _NOTHING_MOVED = "Nothing moved."
 

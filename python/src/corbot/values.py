@@ -1,38 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is read of an arm, and poses. Metres, degrees, seconds and percent, as at the interface."""
+"""What is read of an arm. Metres, degrees, seconds and percent, as at the interface."""
 
 from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
-
-@dataclass(frozen=True)
-class Point:
-    """A position in the base frame, metres."""
-
-    x: float
-    y: float
-    z: float
-
-
-@dataclass(frozen=True)
-class Quaternion:
-    """A rotation, of unit length; none unless given."""
-
-    w: float = 1.0
-    x: float = 0.0
-    y: float = 0.0
-    z: float = 0.0
-
-
-@dataclass(frozen=True)
-class Pose:
-    """A position in metres, and the orientation of the tool frame in the base frame."""
-
-    position: Point
-    orientation: Quaternion = Quaternion()
+from corbot.poses import Point, Pose, Quaternion
 
 
 class Status(enum.Enum):
@@ -153,6 +128,78 @@ class Alarm:
     text: str
 
 
+@dataclass(frozen=True)
+class JointLimits:
+    """A joint with its limits: degrees (metres of one that slides), and these a second."""
+
+    name: str
+    kind: Literal["turns", "slides"]
+    lower: float
+    upper: float
+    """The profile's range, which nothing exceeds."""
+    speed: float
+    soft_lower: float | None
+    soft_upper: float | None
+    """The soft limits in force; None: they are lost, and no joint moves until `set_limits` or `reset_limits`."""
+
+
+@dataclass(frozen=True)
+class Frames:
+    """The frames in force: `tool` from the flange to the tool centre point, `base` where the arm stands in the world."""
+
+    tool: Pose
+    base: Pose
+
+
+@dataclass(frozen=True)
+class Solution:
+    """One way for the arm to reach a pose."""
+
+    number: int
+    """As the arm's family counts them: docs/arms.md."""
+    joints: tuple[float, ...]
+    within_limits: bool
+    orientation_error: float
+    """What the arm cannot take of the orientation, degrees."""
+
+
+@dataclass(frozen=True)
+class Speeds:
+    """The speeds in force, percent of the profile's maximum: the tool's, and each joint's."""
+
+    tool: float
+    joints: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Diagnostics:
+    """Statistics of the real-time loop. Times are in seconds."""
+
+    period: float
+    since: float
+    """The start of the counting, seconds since the Unix epoch."""
+    cycles: int
+    overruns: int
+    """Cycles whose work ended after the next one was due."""
+    latency_mean: float
+    latency_max: float
+    work_max: float
+    real_time: bool
+    counts: tuple[int, ...]
+    """A histogram of the wake-up latency."""
+    edges: tuple[float, ...]
+    """The upper edge of each bucket; the last bucket is open."""
+
+
+@dataclass(frozen=True)
+class Servant:
+    """The program that serves the arm: its version, the fingerprint of its profile, and when it was started (Unix epoch)."""
+
+    version: str
+    profile: str
+    started: float
+
+
 def motion_of(info: Any) -> MotionInfo:
     """Read a MotionInfo of the interface."""
     return MotionInfo(info.id, MotionState(str(info.state)), info.progress, info.duration, info.reason)
@@ -189,3 +236,40 @@ def state_of(state: Any) -> State:
 def alarm_of(alarm: Any) -> Alarm:
     """Read an AlarmInfo of the interface."""
     return Alarm(alarm.time, alarm.code, bool(alarm.active), alarm.text)
+
+
+def limits_of(joints: Any, soft: Any) -> tuple[JointLimits, ...]:
+    """Read the Joints and the SoftLimits of the interface."""
+    ranges: list[tuple[float | None, float | None]] = [(limit.lower, limit.upper) for limit in soft]
+    return tuple(
+        JointLimits(
+            joint.name,
+            "slides" if str(joint.kind) == "JointSlides" else "turns",
+            joint.range.lower,
+            joint.range.upper,
+            joint.speed,
+            *between,
+        )
+        for joint, between in zip(joints, ranges or [(None, None)] * len(joints), strict=True)
+    )
+
+
+def solution_of(solution: Any) -> Solution:
+    """Read a PoseSolution of the interface."""
+    return Solution(solution.number, tuple(solution.joints), bool(solution.withinLimits), solution.orientationError)
+
+
+def diagnostics_of(loop: Any) -> Diagnostics:
+    """Read a LoopInfo of the interface."""
+    return Diagnostics(
+        loop.period,
+        loop.since,
+        loop.cycles,
+        loop.overruns,
+        loop.latencyMean,
+        loop.latencyMax,
+        loop.workMax,
+        bool(loop.realTime),
+        tuple(loop.counts),
+        tuple(loop.edges),
+    )
