@@ -22,8 +22,10 @@ from corbot.errors import (
     Stopped,
     Unreachable,
 )
+from corbot.model import Joint, Model
 from corbot.motion import Motion
 from corbot.poses import Point, Pose, Quaternion
+from corbot.recording import Recording, record
 from corbot.simulation import Simulation, simulated
 from corbot.states import States
 from corbot.values import (
@@ -57,8 +59,10 @@ __all__ = [
     "Frames",
     "Gripper",
     "Holding",
+    "Joint",
     "JointLimits",
     "LimitExceeded",
+    "Model",
     "Motion",
     "MotionInfo",
     "MotionState",
@@ -71,6 +75,7 @@ __all__ = [
     "Pose",
     "Quaternion",
     "QueueFull",
+    "Recording",
     "RobotNotFound",
     "Servant",
     "Simulation",
@@ -83,5 +88,6 @@ __all__ = [
     "Stopped",
     "Unreachable",
     "connect",
+    "record",
     "simulated",
 ]

@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 from corbot import _locate, _orb
 from corbot.errors import CorbotError
+from corbot.model import Model
 from corbot.motion import Motion
 from corbot.poses import Array, Point, Pose, Quaternion
 from corbot.states import States
@@ -233,6 +234,15 @@ class Arm:
     def description(self) -> str:
         """The profile's arm as a URDF, as `corbot export --urdf` writes it."""
         return str(self.call("_get_Description"))
+
+    @cached_property
+    def model(self) -> Model:
+        """The arm by its description: where its links and its tool are for any joint values."""
+        return Model.from_urdf(self.description)
+
+    def _repr_svg_(self) -> str:
+        """Draw the arm as it stands, in a notebook."""
+        return self.model.svg(self.state.joints)
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An arm by its URDF: where its links and its tool are, and its picture as SVG."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from xml.etree import ElementTree
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from corbot.poses import Array, Point, Pose, Quaternion
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint of the URDF: the frame of its child in that of its parent while it is at 0, and its axis in the child's frame."""
+
+    name: str
+    kind: str
+    """`revolute`, `prismatic` or `fixed`."""
+    origin: Pose
+    axis: tuple[float, float, float]
+
+    @property
+    def moves(self) -> bool:
+        """Whether it has a value."""
+        return self.kind != "fixed"
+
+    def at(self, value: float) -> Pose:
+        """Give the frame of its child in that of its parent. Degrees, or metres of one that slides."""
+        if self.kind == "fixed":
+            return self.origin
+        if self.kind == "prismatic":
+            return self.origin @ Pose(Point(*(value * number for number in self.axis)))
+        return self.origin @ Pose(Point(0.0, 0.0, 0.0), Quaternion.about(self.axis, value))
+
+
+@dataclass(frozen=True)
+class Model:
+    """An arm that a URDF describes, without what its gripper holds and where it stands."""
+
+    name: str
+    joints: tuple[Joint, ...]
+    """From the base to the tool, fixed ones included."""
+
+    @classmethod
+    def from_urdf(cls, text: str) -> Model:
+        """Read a URDF whose joints follow each other, as `Arm.description` has them."""
+        robot = ElementTree.fromstring(text)
+        by_parent = {_attribute(joint, "parent", "link"): joint for joint in robot.findall("joint")}
+        link = (by_parent.keys() - {_attribute(joint, "child", "link") for joint in by_parent.values()}).pop()
+        joints: list[Joint] = []
+        while link in by_parent:
+            joints.append(_joint_of(by_parent[link]))
+            link = _attribute(by_parent[link], "child", "link")
+        return cls(robot.get("name", ""), tuple(joints))
+
+    @property
+    def moving(self) -> tuple[Joint, ...]:
+        """The joints that have a value, in the order of all lists of them."""
+        return tuple(joint for joint in self.joints if joint.moves)
+
+    def frames(self, joints: Sequence[float]) -> list[Pose]:
+        """Give the frames of all links in the base frame, from the base to the tool, for joint values in degrees (metres)."""
+        if len(joints) != len(self.moving):
+            raise ValueError(f"The arm has {len(self.moving)} joints, and these are {len(joints)} values.")
+        values, frames = iter(joints), [Pose(Point(0.0, 0.0, 0.0))]
+        for joint in self.joints:
+            frames.append(frames[-1] @ joint.at(next(values) if joint.moves else 0.0))
+        return frames
+
+    def forward(self, joints: Sequence[float]) -> Pose:
+        """Give the tool's pose in the base frame for joint values in degrees (metres)."""
+        return self.frames(joints)[-1]
+
+    def svg(self, joints: Sequence[float]) -> str:
+        """Draw the arm as SVG: links from the base to the tool, joints, the tool's axes, and the shadow on the floor."""
+        frames = self.frames(joints)
+        links = np.array([frame.position for frame in frames])
+        size = max(float(np.abs(links).max()), 1e-3)
+        tool = frames[-1] @ (0.15 * size * np.vstack((np.zeros(3), np.eye(3))))
+        floor = links * (1.0, 1.0, 0.0)
+        picture = _Picture(np.vstack((links, floor, tool)))
+        at = [index + 1 for index, joint in enumerate(self.joints) if joint.moves]
+        parts = [
+            picture.line(floor, "#d7dbe0", 7.0),
+            picture.line(links, "#3b4a5a", 7.0),
+            *(picture.line(tool[[0, axis]], colour, 2.5) for axis, colour in ((1, "#d62728"), (2, "#2ca02c"), (3, "#1f77b4"))),
+            *(picture.circle(links[index]) for index in at),
+        ]
+        return picture.document(self.name, parts, _captions(self.moving, joints))
+
+
+class _Picture:
+    """A parallel projection, from the right above, of what has to fit into it."""
+
+    WIDTH, HEIGHT, MARGIN, LINE = 420.0, 320.0, 24.0, 18.0  # pixels
+
+    def __init__(self, points: Array) -> None:
+        turn, rise = np.deg2rad(-60.0), np.deg2rad(20.0)
+        self._right = np.array((-np.sin(turn), np.cos(turn), 0.0))
+        self._down = np.array((np.cos(turn) * np.sin(rise), np.sin(turn) * np.sin(rise), -np.cos(rise)))
+        flat = np.column_stack((points @ self._right, points @ self._down))
+        low, extent = flat.min(axis=0), np.maximum(np.ptp(flat, axis=0), 1e-3)
+        room = np.array((self.WIDTH, self.HEIGHT)) - 2.0 * self.MARGIN
+        self._scale = float((room / extent).min())
+        self._offset = self.MARGIN + (room - self._scale * extent) / 2.0 - self._scale * low
+
+    def _at(self, points: Array) -> Array:
+        flat: Array = np.column_stack((points @ self._right, points @ self._down)) * self._scale + self._offset
+        return flat
+
+    def line(self, points: Array, colour: str, width: float) -> str:
+        corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in self._at(points))
+        style = f'fill="none" stroke="{colour}" stroke-width="{width:g}" stroke-linecap="round" stroke-linejoin="round"'
+        return f'<polyline points="{corners}" {style}/>'
+
+    def circle(self, point: Array) -> str:
+        ((x, y),) = self._at(point[np.newaxis])
+        return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6" fill="#f2a33a" stroke="#3b4a5a" stroke-width="2"/>'
+
+    def document(self, title: str, parts: Iterable[str], captions: Sequence[str]) -> str:
+        height = self.HEIGHT + self.LINE * len(captions) + self.MARGIN / 2.0
+        texts = "\n".join(
+            f'<text x="{self.MARGIN:g}" y="{self.HEIGHT + self.LINE * (row + 0.5):g}">{escape(caption)}</text>'
+            for row, caption in enumerate(captions)
+        )
+        return (
+            f'<svg xmlns="http://www.w3.org/2000/svg" width="{self.WIDTH:g}" height="{height:g}" '
+            f'viewBox="0 0 {self.WIDTH:g} {height:g}" font-family="sans-serif" font-size="13">\n'
+            f'<title>{escape(title)}</title>\n<rect width="100%" height="100%" rx="6" fill="#ffffff"/>\n'
+            + "\n".join(parts)
+            + f"\n{texts}\n</svg>\n"
+        )
+
+
+def _captions(joints: Sequence[Joint], values: Sequence[float]) -> list[str]:
+    texts = [
+        f"{joint.name} {1000.0 * value + 0.0:.1f} mm" if joint.kind == "prismatic" else f"{joint.name} {value + 0.0:.1f}°"
+        for joint, value in zip(joints, values, strict=True)
+    ]
+    return ["   ".join(texts[row : row + 3]) for row in range(0, len(texts), 3)]
+
+
+def _attribute(element: ElementTree.Element, path: str, name: str) -> str:
+    found = element.find(path)
+    return "" if found is None else found.get(name, "")
+
+
+def _numbers(text: str) -> list[float]:
+    return [float(number) for number in text.split()] if text else [0.0, 0.0, 0.0]
+
+
+def _joint_of(element: ElementTree.Element) -> Joint:
+    roll, pitch, yaw = np.rad2deg(_numbers(_attribute(element, "origin", "rpy")))
+    x, y, z = _numbers(_attribute(element, "origin", "xyz"))
+    turn = Quaternion.about((0, 0, 1), yaw) @ Quaternion.about((0, 1, 0), pitch) @ Quaternion.about((1, 0, 0), roll)
+    a, b, c = _numbers(_attribute(element, "axis", "xyz"))
+    return Joint(element.get("name", ""), element.get("type", ""), Pose(Point(x, y, z), turn), (a, b, c))
