@@ -29,9 +29,9 @@ void print_event(double time_s, const std::string& robot, const std::string& tex
 }  // namespace
 
 struct CoordinatorServant::RobotThread {
-  RobotThread(CORBA::ORB_ptr orb, const CellConfig& cell, const CellRobot& robot, WorkStatus::Report report,
-              WorkStatus::OnActivity on_activity)
-      : port(orb, cell.robot_uri(robot), process_name(), cell.timing.motion_s, stop.get_token()),
+  RobotThread(CORBA::ORB_ptr orb, const CellConfig& cell, const CellRobot& robot, WorkGate& gate,
+              WorkStatus::Report report, WorkStatus::OnActivity on_activity)
+      : port(orb, cell.robot_uri(robot), process_name(), cell.timing.motion_s, stop.get_token(), gate),
         camera(orb, cell.camera_uri(), cell.timing.look_s, stop.get_token()),
         store(orb, cell.store_uri(), stop.get_token()),
         worker(cell, robot, {port, camera, store}, process_name(), std::move(report), stop.get_token(),
@@ -64,7 +64,8 @@ CoordinatorServant::CoordinatorServant(CORBA::ORB_ptr orb, const CellConfig& cel
       print_event(elapsed.count(), name, text);
     };
     const auto on_activity = [this](const ActivityChange& change) { activities_.add(change); };
-    threads_.push_back(std::make_unique<RobotThread>(orb, cell, *cell.robot(name), report, on_activity));
+    threads_.push_back(
+        std::make_unique<RobotThread>(orb, cell, *cell.robot(name), gate_, report, on_activity));
   }
 }
 
@@ -77,6 +78,10 @@ void CoordinatorServant::Start() {
   mode_ = Corbot::CellRunning;
   for (const auto& robot : threads_) robot->thread = std::thread([work = &robot->worker] { work->run(); });
 }
+
+void CoordinatorServant::Pause() { gate_.set_open(false); }
+void CoordinatorServant::Resume() { gate_.set_open(true); }
+CORBA::Boolean CoordinatorServant::Paused() { return !gate_.is_open(); }
 
 /// The store's, or the last that it has given. Under `store_mutex_`.
 std::uint64_t CoordinatorServant::count_placed() {

@@ -12,6 +12,7 @@
 #include "cell.hh"
 #include "cell/activity.h"
 #include "cell/cell_config.h"
+#include "cell/coordinator/work_gate.h"
 
 namespace corbot::cell {
 
@@ -27,6 +28,9 @@ class CoordinatorServant : public POA_Corbot::Coordinator {
   ~CoordinatorServant() override;
 
   void Start() override;
+  void Pause() override;
+  void Resume() override;
+  CORBA::Boolean Paused() override;
   Corbot::CoordinatorState* State() override;
   /// Stops every robot, gives back claims and control, and returns what State has as `placed`. The ORB ends
   /// later.
@@ -40,6 +44,7 @@ class CoordinatorServant : public POA_Corbot::Coordinator {
   const CellConfig& cell_;
   const std::chrono::steady_clock::time_point begin_{std::chrono::steady_clock::now()};
   ActivityRecord activities_;
+  WorkGate gate_;
   std::mutex mutex_;  ///< for what follows
   Corbot::CellMode mode_{Corbot::CellStopped};
   bool has_ended_{false};

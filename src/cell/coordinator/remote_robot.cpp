@@ -52,12 +52,13 @@ class RemoteRobot::UnderWay {
 };
 
 RemoteRobot::RemoteRobot(CORBA::ORB_ptr orb, std::string uri, std::string who, double motion_s,
-                         std::stop_token stop)
+                         std::stop_token stop, WorkGate& gate)
     : orb_(CORBA::ORB::_duplicate(orb)),
       uri_(std::move(uri)),
       who_(std::move(who)),
       motion_s_(motion_s),
-      stop_(std::move(stop)) {}
+      stop_(std::move(stop)),
+      gate_(gate) {}
 
 // --- Control ---
 
@@ -161,6 +162,7 @@ void RemoteRobot::stop() {
 /// Carries out `f`, which may be repeated since every command of the work is absolute.
 template <class F>
 void RemoteRobot::command(LazyReference<Corbot::Robot>& robot, const Target& target, F&& f) {
+  gate_.pass(stop_);
   const auto gives_up = after(kPatience_s);
   const auto queue_gives_up = after(motion_s_);
   for (int lost = 0;;) {

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "cell/coordinator/remote_call.h"
+#include "cell/coordinator/work_gate.h"
 
 namespace corbot::cell {
 
@@ -16,7 +17,9 @@ namespace corbot::cell {
 class RemoteRobot : public RobotPort {
  public:
   /// `who` names the holder of control. `motion_s`: time-out of one motion, also of the gripper, and of a delay.
-  RemoteRobot(CORBA::ORB_ptr orb, std::string uri, std::string who, double motion_s, std::stop_token stop);
+  /// While `gate` is closed no command begins.
+  RemoteRobot(CORBA::ORB_ptr orb, std::string uri, std::string who, double motion_s, std::stop_token stop,
+              WorkGate& gate);
   /// NotReady: somebody else has control. Failure: no reply.
   bool acquire() override;
   void release() override;
@@ -45,6 +48,7 @@ class RemoteRobot : public RobotPort {
   const std::string who_;
   const double motion_s_;
   const std::stop_token stop_;
+  WorkGate& gate_;
 
   // Several references, since a time-out is a reference's: for what moves, for reads, and for all else.
   std::optional<LazyReference<Corbot::Robot>> motions_;

@@ -151,5 +151,21 @@ TEST_F(TwoArms, AFrozenServantDoesNotKeepStopFromTheOtherRobot) {
   EXPECT_EQ(end.wait_for(std::chrono::seconds(8)), std::future_status::ready);
 }
 
+TEST_F(TwoArms, NoRobotBeginsAMotionBetweenPauseAndResume) {
+  cell::CoordinatorServant coordinator(client_orb(), config_, {"robot1", "robot2"});
+  const auto moves = [](const Corbot::Arm_var& arm) { return arm->Status() == Corbot::Waiting; };
+  const auto any_moves = [&] { return moves(first_arm_) || moves(arm_); };
+  coordinator.Pause();
+  EXPECT_TRUE(coordinator.Paused());
+  coordinator.Start();
+  ASSERT_TRUE(wait_until(within(20), [&] { return is_held(first_arm_) && is_held(arm_); }));
+  EXPECT_FALSE(wait_until(within(1), any_moves));
+  coordinator.Resume();
+  EXPECT_FALSE(coordinator.Paused());
+  EXPECT_TRUE(wait_until(within(20), any_moves));
+  coordinator.Pause();
+  EXPECT_LT(duration_of([&] { coordinator.end(); }), 8) << "robots that are paused end, too";
+}
+
 }  // namespace
 }  // namespace corbot::test

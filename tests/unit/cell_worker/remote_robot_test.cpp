@@ -90,7 +90,8 @@ class Activated {
 TEST(RemoteRobot, CommandsAreRepeatedUnlessTheRobotHasArrived) {
   Activated activated;
   PlainRobot& plain = activated.robot;
-  cell::RemoteRobot robot(client_orb(), activated.uri, "test", 10, std::stop_token());
+  cell::WorkGate gate;
+  cell::RemoteRobot robot(client_orb(), activated.uri, "test", 10, std::stop_token(), gate);
   EXPECT_FALSE(robot.acquire());  // robot.idl has no control
   const Vector3d point(0.2, 0.1, 0.03);
   struct Case {
@@ -133,7 +134,8 @@ class RemoteArm : public RobotRig {
 
 TEST_F(RemoteArm, HasControlUntilReleaseAndAStopEndsTheMotionUnderWay) {
   std::stop_source stop;
-  cell::RemoteRobot robot(client_orb(), reference_, "test", 60, stop.get_token());
+  cell::WorkGate gate;
+  cell::RemoteRobot robot(client_orb(), reference_, "test", 60, stop.get_token(), gate);
   ASSERT_TRUE(robot.acquire());
   EXPECT_EQ(raised_by([&] { arm_->Open(); }), "NotReady") << "others are kept out";
   EXPECT_TRUE(is_renewed());
@@ -163,7 +165,8 @@ double call_duration_of(F&& f) {
 
 TEST_F(RemoteArm, AStopEndsAMotionWhoseReplyWasLost) {
   std::stop_source stop;
-  cell::RemoteRobot robot(client_orb(), reference_, "test", 2, stop.get_token());
+  cell::WorkGate gate;
+  cell::RemoteRobot robot(client_orb(), reference_, "test", 2, stop.get_token(), gate);
   ASSERT_TRUE(robot.acquire());
   robot.speed(1);
   std::string raised;
@@ -186,7 +189,8 @@ TEST_F(RemoteArm, AStopEndsAMotionWhoseReplyWasLost) {
 
 TEST_F(RemoteArm, AStopDoesNotWaitForAFrozenServant) {
   std::stop_source stop;
-  cell::RemoteRobot robot(client_orb(), reference_, "test", 5, stop.get_token());
+  cell::WorkGate gate;
+  cell::RemoteRobot robot(client_orb(), reference_, "test", 5, stop.get_token(), gate);
   ASSERT_TRUE(robot.acquire());
   robot.speed(1);
   auto slow = std::async(std::launch::async, [&] {
@@ -205,14 +209,16 @@ TEST_F(RemoteArm, AStopDoesNotWaitForAFrozenServant) {
 }
 
 TEST_F(RemoteArm, ADelayMayLastAsLongAsAMotion) {
-  cell::RemoteRobot robot(client_orb(), reference_, "test", 60, std::stop_token());
+  cell::WorkGate gate;
+  cell::RemoteRobot robot(client_orb(), reference_, "test", 60, std::stop_token(), gate);
   ASSERT_TRUE(robot.acquire());
   EXPECT_LT(call_duration_of([&] { robot.delay(5.5); }), 8) << "it was given up, and repeated";
   robot.release();
 }
 
 TEST_F(RemoteArm, ControlThatHasEndedIsAcquiredAgain) {
-  cell::RemoteRobot robot(client_orb(), reference_, "test", 10, std::stop_token());
+  cell::WorkGate gate;
+  cell::RemoteRobot robot(client_orb(), reference_, "test", 10, std::stop_token(), gate);
   ASSERT_TRUE(robot.acquire());
   servant_->signal(SIGSTOP);
   std::this_thread::sleep_for(std::chrono::milliseconds(6500));
