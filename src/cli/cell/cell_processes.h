@@ -16,6 +16,8 @@ inline constexpr const char* kScene = "scene";
 inline constexpr const char* kCoordinator = "coordinator";
 /// Below the state directory: profiles and states of the robots that the cell starts.
 inline constexpr const char* kRobots = "robots";
+/// There, too: where the cell's programs and robots are served.
+inline constexpr const char* kAddresses = "cell.json";
 
 /// Where the program of this title logs.
 [[nodiscard]] std::filesystem::path log_file(const cell::CellConfig& cell, const std::string& title);
@@ -26,6 +28,8 @@ inline constexpr const char* kRobots = "robots";
 void check_installation(const cell::CellConfig& cell);
 /// Writes each robot's profile into the state directory, with SCENE and NAME of its port replaced. Throws Failure.
 void write_profiles(const cell::CellConfig& cell);
+/// Writes kAddresses, by which clients find a cell that runs: one whose directory is locked. Throws Failure.
+void publish_addresses(const cell::CellConfig& cell);
 /// In the order of their start, the coordinator last. `on_event` is called for each line that the coordinator prints.
 [[nodiscard]] std::vector<Supervisor::Spec> cell_processes(const cell::CellConfig& cell,
                                                            const cell::CellOptions& options,

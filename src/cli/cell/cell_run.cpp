@@ -76,6 +76,7 @@ void begin_anew(const CellConfig& cell) {
   const std::string ledger = cell.ledger.filename();
   const bool has_ledger = cell.scene && cell.store_reference.empty();
   try {
+    fs::remove(cell.state_directory / kAddresses);
     fs::remove_all(previous);
     cell::make_private_directory(previous);
     for (const auto& entry : fs::directory_iterator(cell.state_directory)) {
@@ -260,6 +261,7 @@ class Run {
     for (Supervisor::Spec& spec :
          cell_processes(cell_, options_.cell, [](const std::string& line) { report(line); }))
       if (!start(std::move(spec))) throw Failure(ExitCode::kStopped, "stopped before the work began");
+    publish_addresses(cell_);
     report(fmt::format("{} runs: coordinator at {}, logs in {}", cell_.name, cell_.coordinator_uri(),
                        cell_.state_directory.string()));
     Work work(cell_);
