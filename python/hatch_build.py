@@ -15,7 +15,7 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-FILES = ("robot.idl", "arm.idl")
+FILES = ("robot.idl", "arm.idl", "cell.idl")
 OMNIIDL = "from omniidl.main import main; main()"
 
 

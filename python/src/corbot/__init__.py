@@ -5,9 +5,12 @@ Metres, degrees, seconds and percent everywhere.
 """
 
 from corbot.arm import Arm, connect
+from corbot.camera import Camera, serve_camera
+from corbot.cell import Cell, Frame, PieceEvent, Place, RobotWork, Sighting, Spot, Step, Work, cell
 from corbot.errors import (
     BadAddress,
     BadParameter,
+    CellNotFound,
     CorbotError,
     Disconnected,
     LimitExceeded,
@@ -26,7 +29,7 @@ from corbot.model import Joint, Model
 from corbot.motion import Motion
 from corbot.poses import Point, Pose, Quaternion
 from corbot.recording import Recording, record
-from corbot.simulation import Simulation, simulated
+from corbot.simulation import CellSimulation, Simulation, simulated, simulated_cell
 from corbot.states import States
 from corbot.values import (
     Alarm,
@@ -51,11 +54,16 @@ __all__ = [
     "Arm",
     "BadAddress",
     "BadParameter",
+    "Camera",
+    "Cell",
+    "CellNotFound",
+    "CellSimulation",
     "Control",
     "CorbotError",
     "Device",
     "Diagnostics",
     "Disconnected",
+    "Frame",
     "Frames",
     "Gripper",
     "Holding",
@@ -71,23 +79,33 @@ __all__ = [
     "NoControl",
     "NotReady",
     "OrbError",
+    "PieceEvent",
+    "Place",
     "Point",
     "Pose",
     "Quaternion",
     "QueueFull",
     "Recording",
     "RobotNotFound",
+    "RobotWork",
     "Servant",
+    "Sighting",
     "Simulation",
     "SimulationFailed",
     "Solution",
     "Speeds",
+    "Spot",
     "State",
     "States",
     "Status",
+    "Step",
     "Stopped",
     "Unreachable",
+    "Work",
+    "cell",
     "connect",
     "record",
+    "serve_camera",
     "simulated",
+    "simulated_cell",
 ]

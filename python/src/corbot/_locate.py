@@ -51,7 +51,8 @@ def read_robot(name: str, directory: Path) -> dict[str, Any]:
 
 def address_of(robot: str | None) -> str:
     """Give the CORBA address of a robot that is named, addressed, or the only one that is up here."""
-    robot = robot or os.environ.get("CORBOT_ROBOT") or _only_robot()
+    if robot is None:  # an empty text is no wish for whatever robot is there
+        robot = os.environ.get("CORBOT_ROBOT") or _only_robot()
     if robot.startswith(_ADDRESS):
         return robot
     if _HOST_PORT_NAME.fullmatch(robot):

@@ -13,6 +13,7 @@ import omniORB
 from omniORB import CORBA
 
 import corbot._stubs.Corbot as Corbot
+import corbot._stubs.Corbot__POA as Corbot__POA
 from corbot.errors import (
     BadAddress,
     BadParameter,
@@ -30,7 +31,7 @@ from corbot.errors import (
 )
 from corbot.poses import Point
 
-__all__ = ["Corbot", "call", "connect", "set_timeout", "uninterrupted"]
+__all__ = ["Corbot", "Corbot__POA", "call", "connect", "orb", "set_timeout", "uninterrupted"]
 
 
 class uninterrupted:  # noqa: N801
@@ -62,26 +63,31 @@ class uninterrupted:  # noqa: N801
         self._held = (number, frame)
 
 
-def connect(address: str, timeout: float) -> Any:
-    """Give the arm at a corbaloc, a corbaname or an IOR. `timeout` bounds each call, seconds."""
+def orb(*options: str) -> Any:
+    """Give the ORB of this process. Options, such as where it listens, count in the first call only."""
+    return CORBA.ORB_init(list(options), CORBA.ORB_ID)
+
+
+def connect(address: str, timeout: float, interface: Any = Corbot.Arm) -> Any:
+    """Give the arm, or what else, at a corbaloc, a corbaname or an IOR. `timeout` bounds each call, seconds."""
     with uninterrupted():
         try:
-            reference = CORBA.ORB_init([], CORBA.ORB_ID).string_to_object(address)
+            reference = orb().string_to_object(address)
         except CORBA.SystemException as error:
             raise BadAddress(address) from error
         set_timeout(reference, timeout)
         try:
-            arm = reference._narrow(Corbot.Arm)
+            found = reference._narrow(interface)
         except CORBA.TRANSIENT as error:
             raise RobotNotFound(address, "nobody answers there") from error
         except CORBA.OBJECT_NOT_EXIST as error:
             raise RobotNotFound(address, "a server answers there, but has no robot of that name") from error
         except CORBA.SystemException as error:
             raise system_error(error, address) from error
-    if arm is None:
-        raise RobotNotFound(address, "what answers there is not an arm")
-    set_timeout(arm, timeout)
-    return arm
+    if found is None:
+        raise RobotNotFound(address, f"what answers there has not the interface {interface.__name__}")
+    set_timeout(found, timeout)
+    return found
 
 
 def set_timeout(reference: Any, timeout: float) -> None:

@@ -93,6 +93,17 @@ class RobotNotFound(CorbotError, ConnectionError):
         super().__init__(f"No robot at '{looked_for}': {where}. Start one with 'corbot up PROFILE', or give HOST:PORT/NAME.")
 
 
+class CellNotFound(CorbotError, ConnectionError):
+    """No cell of that name runs. `looked_for` is the name or directory, `where` is the directory where it was looked for."""
+
+    def __init__(self, looked_for: str, where: str) -> None:
+        self.looked_for, self.where = looked_for, where
+        super().__init__(
+            f"No cell '{looked_for}' runs: looked in {where}. Start one with 'corbot cell run CELL', "
+            "or give the directory of its --state-dir."
+        )
+
+
 class BadAddress(CorbotError, ValueError):
     """A text that is neither the name of a robot nor an address."""
 

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated robot of one's own, for tests, notebooks and first steps."""
+"""Simulated robots and cells of one's own, for tests, notebooks and first steps."""
 
 from __future__ import annotations
 
 import atexit
+import contextlib
 import os
 import re
 import secrets
@@ -13,16 +14,20 @@ import socket
 import subprocess
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar
 
 from corbot import _locate
 from corbot.arm import Arm, connect
-from corbot.errors import SimulationFailed
+from corbot.cell import Cell, cell
+from corbot.errors import CellNotFound, SimulationFailed
 
-_UP_WITHIN = 30.0  # seconds
-_DOWN_WITHIN = 15.0
+_UP_WITHIN = 60.0  # seconds
+_DOWN_WITHIN = 60.0  # it gives each of its own programs some seconds
+_CELL_PORTS = 8  # store, camera, coordinator, and up to five robots
+_Found = TypeVar("_Found")
 
 
 def simulated(profile: str = "lynx5") -> Simulation:
@@ -34,34 +39,85 @@ def simulated(profile: str = "lynx5") -> Simulation:
     return Simulation(profile)
 
 
-class Simulation:
-    """The processes of a simulated robot, which has a free port and a private directory."""
+def simulated_cell(file: str = "cell/cell", *, pieces: int = 4, seed: int = 1) -> CellSimulation:
+    """Give a simulated cell that works: `with corbot.simulated_cell() as cell:`, until its block or its work ends.
 
-    def __init__(self, profile: str = "lynx5") -> None:
+    `file` is the path of a cell.toml; else the cell that is shipped with the program is taken.
+    """
+    return CellSimulation(file, pieces, seed)
+
+
+class _Program:
+    """A run of the program `corbot`, with a private directory and a name of its own."""
+
+    def __init__(self, profile: str) -> None:
         self.program = find_program()
         self.profile = find_profile(profile, self.program)
         kind = re.sub(r"[^A-Za-z0-9_-]", "_", self.profile.stem)[:23]  # a name has at most 32 characters
         self.name = f"{kind}-{secrets.token_hex(4)}"  # each name is on a machine once, wherever the robots' files are
         self._process: subprocess.Popen[bytes] | None = None
 
-    def start(self) -> Arm:
-        """Start the robot and connect to its arm, for a notebook; `end`, or the end of Python, takes it down."""
-        self.directory = Path(tempfile.mkdtemp(prefix="corbot-"))
-        atexit.register(self.end)
-        try:
-            self._process = self._start()
-            return connect(self._await_address(self._process))
-        except BaseException:
-            self.end()
-            raise
-
     def end(self) -> None:
-        """Take the robot down and remove its directory; no effect on one that is down."""
+        """Take it down and remove its directory; no effect where it is down."""
         atexit.unregister(self.end)
         process, self._process = self._process, None
         if process is not None and process.poll() is None:
             _terminate(process)
         shutil.rmtree(self.directory, ignore_errors=True)
+
+    @property
+    def output(self) -> str:
+        """What its programs have written."""
+        return (self.directory / "output").read_text(encoding="utf-8", errors="replace")
+
+    def wait(self, timeout: float) -> int:
+        """Wait until it ends by itself, at most `timeout` seconds, and give its exit code."""
+        assert self._process is not None, "it is not up"
+        return self._process.wait(timeout)
+
+    def _begin(self, command: Callable[[Path], list[str]], find: Callable[[], _Found | None]) -> _Found:
+        """Start `corbot` with that command in a new directory, and give what is found once it is up."""
+        self.directory = Path(tempfile.mkdtemp(prefix="corbot-"))
+        atexit.register(self.end)
+        try:
+            words = command(self.directory)
+            self._process = self._start(words)
+            return self._await(self._process, f"'corbot {words[0]} {self.profile}'", find)
+        except BaseException:
+            self.end()
+            raise
+
+    def _start(self, command: list[str]) -> subprocess.Popen[bytes]:
+        environment = {k: v for k, v in os.environ.items() if k not in ("CORBOT_RUN_DIR", "CORBOT_STATE_DIR")}
+        environment["XDG_RUNTIME_DIR"] = str(self.directory)
+        with open(self.directory / "output", "wb") as output:
+            return subprocess.Popen(
+                [str(self.program), *command],
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,  # Ctrl-C is for the client, which needs the servant for its Stop
+            )
+
+    def _await(self, process: subprocess.Popen[bytes], what: str, find: Callable[[], _Found | None]) -> _Found:
+        end = time.monotonic() + _UP_WITHIN
+        while time.monotonic() < end:
+            found = find()
+            if found is not None:
+                return found
+            if process.poll() is not None:
+                raise SimulationFailed(f"{what} ended.", self.output)
+            time.sleep(0.01)
+        raise SimulationFailed(f"{what} was not up within {_UP_WITHIN:g} s.", self.output)
+
+
+class Simulation(_Program):
+    """The processes of a simulated robot, which has a free port and a private directory."""
+
+    def start(self) -> Arm:
+        """Start the robot and connect to its arm, for a notebook; `end`, or the end of Python, takes it down."""
+        return connect(self._begin(self._command, lambda: self.processes.get("address") or None))
 
     def __enter__(self) -> Arm:
         return self.start()
@@ -70,39 +126,41 @@ class Simulation:
         self.end()
 
     @property
-    def output(self) -> str:
-        """What the robot's programs have written."""
-        return (self.directory / "output").read_text(encoding="utf-8", errors="replace")
-
-    @property
     def processes(self) -> dict[str, Any]:
         """What `corbot up` has written of the robot: `servant_pid`, `rt_pid`, `address` and more."""
         return _locate.read_robot(self.name, self.directory / "corbot")
 
-    def _start(self) -> subprocess.Popen[bytes]:
-        options = ["--name", self.name, "--endpoint", f"127.0.0.1:{_free_port()}", "--realtime", "best-effort"]
-        options += ["--state-dir", str(self.directory)]
-        environment = {k: v for k, v in os.environ.items() if k not in ("CORBOT_RUN_DIR", "CORBOT_STATE_DIR")}
-        environment["XDG_RUNTIME_DIR"] = str(self.directory)
-        with open(self.directory / "output", "wb") as output:
-            return subprocess.Popen(
-                [str(self.program), "up", str(self.profile), *options],
-                env=environment,
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,  # Ctrl-C is for the client, which needs the servant for its Stop
-            )
+    def _command(self, directory: Path) -> list[str]:
+        options = ["--name", self.name, "--endpoint", f"127.0.0.1:{_free_ports(1)}", "--realtime", "best-effort"]
+        return ["up", str(self.profile), *options, "--state-dir", str(directory)]
 
-    def _await_address(self, process: subprocess.Popen[bytes]) -> str:
-        end = time.monotonic() + _UP_WITHIN
-        while time.monotonic() < end:
-            if address := self.processes.get("address"):
-                return str(address)
-            if process.poll() is not None:
-                raise SimulationFailed(f"'corbot up {self.profile}' ended.", self.output)
-            time.sleep(0.01)
-        raise SimulationFailed(f"'corbot up {self.profile}' was not up within {_UP_WITHIN:g} s.", self.output)
+
+class CellSimulation(_Program):
+    """The processes of a simulated cell, which has free ports and a private directory."""
+
+    def __init__(self, file: str, pieces: int, seed: int) -> None:
+        super().__init__(file)
+        self._pieces, self._seed = pieces, seed
+
+    def start(self) -> Cell:
+        """Start the cell and its work; `end`, or the end of Python, takes it down."""
+        return self._begin(self._command, self._find)
+
+    def __enter__(self) -> Cell:
+        return self.start()
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        self.end()
+
+    def _find(self) -> Cell | None:
+        try:
+            return cell(self.directory / "cell")
+        except CellNotFound:
+            return None
+
+    def _command(self, directory: Path) -> list[str]:
+        options = ["--name", self.name, "--ports", str(_free_ports(_CELL_PORTS)), "--state-dir", str(directory / "cell")]
+        return ["cell", "run", str(self.profile), *options, "--pieces", str(self._pieces), "--seed", str(self._seed)]
 
 
 def _terminate(process: subprocess.Popen[bytes]) -> None:
@@ -151,8 +209,11 @@ def find_profile(profile: str, program: Path) -> Path:
     raise SimulationFailed(f"'{profile}' is no profile of $CORBOT_PROFILES or of {program}. These are: {', '.join(names)}.")
 
 
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
+def _free_ports(count: int) -> int:
+    """Give the first of so many free ports in a row."""
+    while True:
+        first = secrets.randbelow(30000 - count) + 2000  # below those that the kernel gives to clients
+        with contextlib.ExitStack() as probes, contextlib.suppress(OSError):
+            for port in range(first, first + count):
+                probes.enter_context(socket.socket()).bind(("127.0.0.1", port))
+            return first

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A camera of one's own for a cell."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+from corbot import _orb
+from corbot.cell import Sighting
+
+
+class Camera(Protocol):
+    """What a camera of one's own has to do. An exception of either is a NotReady for the client."""
+
+    def look(self, timeout: float) -> Sequence[Sighting]:
+        """Take a picture within `timeout` seconds, and give the pieces in it, in the world frame of the cell, metres."""
+
+    def picture(self, marked: bool) -> bytes:
+        """Give the last picture as a JPEG file, also with what was found in it."""
+
+
+def serve_camera(camera: Camera, port: int, *, host: str = "127.0.0.1") -> None:
+    """Serve a camera at `corbaloc::HOST:PORT/Camera` until Ctrl-C.
+
+    cell.toml names it: `camera = { reference = "corbaloc::127.0.0.1:PORT/Camera" }`. Call this before all else of the package:
+    an ORB listens from its start, or not at all.
+    """
+    orb = _orb.orb("-ORBendPoint", f"giop:tcp:{host}:{port}")
+    poa = orb.resolve_initial_references("omniINSPOA")
+    poa.activate_object_with_id(b"Camera", _Servant(camera))
+    poa._get_the_POAManager().activate()
+    while True:  # the ORB serves in threads of its own; this one stays free for Ctrl-C
+        time.sleep(3600.0)
+
+
+class _Servant(_orb.Corbot__POA.Camera):  # type: ignore[misc]
+    """The object that the cell calls."""
+
+    def __init__(self, camera: Camera) -> None:
+        self._camera, self._numbers = camera, itertools.count(1)
+
+    def Look(self, timeout: float) -> Any:  # noqa: N802
+        if not 0.1 <= timeout <= 60.0:
+            raise _orb.Corbot.BadParameter("timeout", timeout, "a look takes 0.1 to 60 seconds")
+        begun = time.time()
+        try:
+            pieces = [_sighting(piece) for piece in self._camera.look(timeout)]
+        except Exception as error:
+            raise _not_ready(error) from error
+        return _orb.Corbot.Frame(next(self._numbers), (begun + time.time()) / 2.0, pieces)
+
+    def Picture(self, marked: bool) -> bytes:  # noqa: N802
+        try:
+            return bytes(self._camera.picture(bool(marked)))
+        except Exception as error:
+            raise _not_ready(error) from error
+
+
+def _sighting(piece: Sighting) -> Any:
+    position = _orb.Corbot.Point(*(float(number) for number in piece.position))
+    return _orb.Corbot.Sighting(piece.kind, position, float(piece.yaw), float(piece.confidence))
+
+
+def _not_ready(error: Exception) -> Exception:
+    refusal: Exception = _orb.Corbot.NotReady(f"{type(error).__name__}: {error}")
+    return refusal
