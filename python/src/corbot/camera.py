@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import time
 from collections.abc import Sequence
@@ -32,8 +33,9 @@ def serve_camera(camera: Camera, port: int, *, host: str = "127.0.0.1") -> None:
     poa = orb.resolve_initial_references("omniINSPOA")
     poa.activate_object_with_id(b"Camera", _Servant(camera))
     poa._get_the_POAManager().activate()
-    while True:  # the ORB serves in threads of its own; this one stays free for Ctrl-C
-        time.sleep(3600.0)
+    with contextlib.suppress(KeyboardInterrupt):
+        while True:  # the ORB serves in threads of its own; this one stays free for Ctrl-C
+            time.sleep(3600.0)
 
 
 class _Servant(_orb.Corbot__POA.Camera):  # type: ignore[misc]

@@ -21,6 +21,8 @@ from corbot.arm import Arm, connect
 from corbot.errors import CellNotFound, Disconnected, RobotNotFound
 from corbot.poses import Point
 
+_INTERFACES = {"store": _orb.Corbot.Store, "camera": _orb.Corbot.Camera, "coordinator": _orb.Corbot.Coordinator}
+
 
 class Step(enum.Enum):
     """A step of a robot's work on a piece."""
@@ -126,6 +128,7 @@ class Cell:
 
     def __init__(self, addresses: dict[str, Any], timeout: float) -> None:
         self._addresses, self._timeout = addresses, timeout
+        self._references: dict[str, Any] = {}
         self.name: str = addresses["name"]
 
     def __repr__(self) -> str:
@@ -219,12 +222,9 @@ class Cell:
             list(pool.map(Arm.stop, self.arms.values()))
 
     def _call(self, part: str, operation: str, *arguments: Any) -> Any:
+        if part not in self._references:
+            self._references[part] = _orb.connect(self._addresses[part], self._timeout, _INTERFACES[part])
         return _orb.call(self._addresses[part], getattr(self._references[part], operation), *arguments)
-
-    @cached_property
-    def _references(self) -> dict[str, Any]:
-        interfaces = {"store": _orb.Corbot.Store, "camera": _orb.Corbot.Camera, "coordinator": _orb.Corbot.Coordinator}
-        return {part: _orb.connect(self._addresses[part], self._timeout, of) for part, of in interfaces.items()}
 
 
 def _state_directory() -> Path:

@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Moves two arms in step: each motion takes the same time on both, and begins on both. two_arms.py ROBOT ROBOT"""
+
+import sys
+
+import corbot
+
+WAY = [[30, 20, 10, 0], [-30, 20, -10, 20], [0, 0, 0, 0]]  # joints, degrees
+STEP = 1.0  # seconds of each motion
+
+
+def dance(arms: list[corbot.Arm]) -> None:
+    """Begin each motion on all arms before any is awaited; an exception stops all of them."""
+    try:
+        for target in WAY:
+            motions = [arm.joints(target, time=STEP, wait=False) for arm in arms]
+            for motion in motions:
+                motion.wait()
+    except BaseException:
+        for arm in arms:
+            arm.stop()
+        raise
+
+
+if __name__ == "__main__":
+    dance([corbot.connect(name) for name in sys.argv[1:3]])
