@@ -11,9 +11,15 @@ import pytest
 
 import corbot
 from corbot import Step
+from corbot.simulation import find_program
 from support import is_at_rest, until
 
+needs_a_cell = pytest.mark.skipif(
+    not (find_program().parent / "corbot-scene").exists(), reason="corbot was built without OpenCV, SQLite or libturbojpeg"
+)
 
+
+@needs_a_cell
 def test_a_cell_is_watched_until_its_work_is_done() -> None:
     simulation = corbot.simulated_cell(pieces=2)
     with simulation as cell:
@@ -31,6 +37,7 @@ def test_a_cell_is_watched_until_its_work_is_done() -> None:
         corbot.cell(simulation.directory / "cell")
 
 
+@needs_a_cell
 def test_a_cell_is_paused_and_stopped() -> None:
     simulation = corbot.simulated_cell(pieces=2)
     with simulation as cell:

@@ -21,7 +21,7 @@ class Pictures(unittest.TestCase):
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
         self.root = pathlib.Path(self.folder.name)
-        for name in ("docs/pictures", "profiles", "sim/scene", "src/cell", "src/cli", "src/planner"):
+        for name in ("docs/pictures", "profiles", "python/src", "sim/scene", "src/cell", "src/cli", "src/planner"):
             shutil.copytree(TOP / name, self.root / name)
 
     def expect_fault(self, text):
