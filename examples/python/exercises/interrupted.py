@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Exercise 4: a second thread stops a motion; say how far it had come, and go home."""
 
+import contextlib
 import threading
 
 import corbot
@@ -10,10 +11,8 @@ def interrupted(arm: corbot.Arm, after: float = 0.5) -> float:
     """Give the share of the way at which the arm came to rest, 0 to 1."""
     motion = arm.joints([60, 0, 0, 0], time=4.0, wait=False)
     threading.Timer(after, arm.stop).start()
-    try:
+    with contextlib.suppress(corbot.Stopped):  # this is what we wait for
         motion.wait()
-    except corbot.Stopped:
-        pass  # this is what we wait for
     came = arm.state.joints[0] / 60
     arm.ready()
     return came
