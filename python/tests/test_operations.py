@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib import resources
 from itertools import islice
 from typing import Any
@@ -13,6 +13,7 @@ import pytest
 
 import corbot
 from corbot import _orb
+from corbot.simulation import find_program
 from support import until
 
 STARTS = "the package begins the motion by Start…, and waits in slices, so that Ctrl-C stops the arm"
@@ -97,6 +98,14 @@ def set_everything(arm: corbot.Arm) -> None:
     arm.hold()
     arm.clear()
     arm.stop()
+
+
+@pytest.fixture(params=["omniorb", "orbit2"])
+def arm(request: pytest.FixtureRequest) -> Iterator[corbot.Arm]:
+    if request.param == "orbit2" and not (find_program().parent / "corbot-servant-orbit2").exists():
+        pytest.skip("corbot was built without ORBit2")
+    with corbot.simulated("lynx5", orb=request.param) as arm:
+        yield arm
 
 
 def test_every_operation_is_reached_or_left_out_with_a_reason(arm: corbot.Arm, reached: set[str]) -> None:

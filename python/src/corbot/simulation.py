@@ -17,7 +17,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 from corbot import _locate
 from corbot.arm import Arm, connect
@@ -30,13 +30,14 @@ _CELL_PORTS = 8  # store, camera, coordinator, and up to five robots
 _Found = TypeVar("_Found")
 
 
-def simulated(profile: str = "lynx5") -> Simulation:
+def simulated(profile: str = "lynx5", *, orb: Literal["omniorb", "orbit2"] = "omniorb") -> Simulation:
     """Give a simulated robot: `with corbot.simulated("lynx5") as arm:` starts it, and takes it down at the end of the block.
 
     `profile` is a path, or the name of a profile in $CORBOT_PROFILES, else of one shipped with the program. The program
     `corbot` is that of $CORBOT_BIN (a file or its directory), of PATH, or of build/*/bin in this directory or above it.
+    `orb` names the servant's ORB.
     """
-    return Simulation(profile)
+    return Simulation(profile, orb)
 
 
 def simulated_cell(file: str = "cell/cell", *, pieces: int = 4, seed: int = 1) -> CellSimulation:
@@ -115,6 +116,10 @@ class _Program:
 class Simulation(_Program):
     """The processes of a simulated robot, which has a free port and a private directory."""
 
+    def __init__(self, profile: str = "lynx5", orb: str = "omniorb") -> None:
+        super().__init__(profile)
+        self._orb = orb
+
     def start(self) -> Arm:
         """Start the robot and connect to its arm, for a notebook; `end`, or the end of Python, takes it down."""
         return connect(self._begin(self._command, lambda: self.processes.get("address") or None))
@@ -132,6 +137,7 @@ class Simulation(_Program):
 
     def _command(self, directory: Path) -> list[str]:
         options = ["--name", self.name, "--endpoint", f"127.0.0.1:{_free_ports(1)}", "--realtime", "best-effort"]
+        options += ["--orb", self._orb]
         return ["up", str(self.profile), *options, "--state-dir", str(directory)]
 
 
