@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import signal
+import _signal  # the C part of signal: what signal converts into enumerations costs 8 us a call
 import threading
 from collections.abc import Callable
 from types import FrameType
@@ -47,15 +47,15 @@ class uninterrupted:  # noqa: N801
         self._previous: Any = None
         if threading.get_ident() != threading.main_thread().ident:
             return
-        previous = signal.getsignal(signal.SIGINT)
+        previous = _signal.getsignal(_signal.SIGINT)
         if callable(previous):  # else it is ignored, or a handler that Python could not put back
             self._previous = previous
-            signal.signal(signal.SIGINT, self._hold)
+            _signal.signal(_signal.SIGINT, self._hold)
 
     def __exit__(self, *_: object) -> None:
         if self._previous is None:
             return
-        signal.signal(signal.SIGINT, self._previous)
+        _signal.signal(_signal.SIGINT, self._previous)
         if self._held is not None:
             self._previous(*self._held)
 
