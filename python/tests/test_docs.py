@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The programs of docs/python.md and README.md, run as they are."""
+"""The programs of docs/python.md and of both README.md, run as they are."""
 
 from __future__ import annotations
 
@@ -63,9 +63,15 @@ def test_the_page_tests_an_arm(tmp_path: Path) -> None:
     assert "1 passed" in ended.stdout, ended.stdout
 
 
-def test_readme_runs(tmp_path: Path) -> None:
+def test_the_packages_readme_runs(tmp_path: Path) -> None:
     (program,) = blocks(TOP / "python/README.md")
     assert run(program, tmp_path).startswith("(14.0")
+
+
+def test_readme_runs(tmp_path: Path, simulated_arm: corbot.Arm) -> None:
+    (program,) = blocks(TOP / "README.md")
+    assert len(program.splitlines()) == 5
+    assert run(program.replace("lynx5", simulated_arm.address), tmp_path).startswith("(14.0")
 
 
 def test_the_page_lists_every_exception() -> None:

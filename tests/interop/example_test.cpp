@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The programs of README, docs/clients.md and examples/, run against a robot as they are.
+// The programs of docs/clients.md and examples/, run against a robot as they are.
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -92,26 +92,6 @@ TEST_F(FirstMove, InPython) {
   expect_moved(run({"python3", CORBOT_SOURCE_DIR "/examples/python/first_move.py", reference_}, 60.0,
                    {fmt::format("PYTHONPATH={}/lib", out), "PYTHONDONTWRITEBYTECODE=1",
                     fmt::format("PATH={}/lib/bin:{}", out, std::getenv("PATH"))}));
-}
-
-TEST_F(FirstMove, InTheLinesOfReadme) {
-  const std::string readme = read_source("README.md");
-  const std::size_t begin = readme.find("```python\n") + 10;
-  std::string lines = readme.substr(begin, readme.find("```", begin) - begin);
-  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 6);
-  const std::string shown = "corbaloc::127.0.0.1:12810/lynx5";
-  ASSERT_THAT(lines, HasSubstr(shown));
-  lines.replace(lines.find(shown), shown.size(), reference_);
-  const std::string out = CORBOT_CLIENTS_OUT "/python";
-  const RunResult made = run({CORBOT_CLIENTS_DIR "/python/prepare", out}, 500.0);
-  if (made.code == 77) GTEST_SKIP() << "skipped: " << made.errors;
-  std::ofstream(scratch_ + "/lines.py") << lines;
-  const RunResult result =
-      run({"sh", "-c", fmt::format("cd {} && python3 {}/lines.py", CORBOT_SOURCE_DIR, scratch_)}, 60.0,
-          {fmt::format("PYTHONPATH={}/lib", out), "PYTHONDONTWRITEBYTECODE=1",
-           fmt::format("PATH={}/lib/bin:{}", out, std::getenv("PATH"))});
-  EXPECT_EQ(result.code, 0) << result.errors;
-  EXPECT_THAT(result.output, StartsWith("[14.0"));
 }
 
 TEST_F(FirstMove, InCppBuiltByCMake) {
