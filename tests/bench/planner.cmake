@@ -5,7 +5,7 @@ add_executable(bench_planner ${CMAKE_CURRENT_SOURCE_DIR}/planner/planner_bench.c
 corbot_target(bench_planner)
 target_include_directories(bench_planner PRIVATE
   ${CMAKE_CURRENT_SOURCE_DIR}/kinematics ${CMAKE_CURRENT_SOURCE_DIR}/../unit/planner ${PROJECT_SOURCE_DIR}/tests/support)
-target_link_libraries(bench_planner PRIVATE corbot_test_headers corbot::planner)
+target_link_libraries(bench_planner PRIVATE corbot_test_headers corbot::planner corbot::config)
 set_target_properties(bench_planner PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bench)
 if(CORBOT_RUCKIG_DIR)
   file(GLOB ruckig_sources ${CORBOT_RUCKIG_DIR}/src/ruckig/*.cpp)

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rest-to-rest joint motions against Ruckig (four joints, time-synchronised, the same limits), alternating in
-// one run, and what the proof of a line costs.
+// one run, what the proof of a line costs, and what a line at the limits of every joint costs.
 #include <cmath>
+#include <ctime>
 #include <random>
+#include <string>
 
 #include "planner/planner.h"
+#include "planner/rate/rate_planner.h"
 #include "planner/time_law_planner.h"
 #include "sampling.h"
 #include "test_arm.h"
+#include "test_arms.h"
 
 #ifdef CORBOT_HAS_RUCKIG
 #include <ruckig/ruckig.hpp>
@@ -57,6 +61,38 @@ bool bench_lines(std::mt19937_64& random) {
   bool good = check("line, median in ns", planned.median_ns, "<", 1e6);
   good &= check("line from Ready, median in ns", ready.median_ns, "<", 1e6);
   return good;
+}
+
+/// Of this thread's processor time: what else runs on the machine does not count.
+double thread_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
+}
+
+/// Lines in all directions, planned against every limit of every joint: nanoseconds each.
+bool bench_rates(std::mt19937_64& random, const std::string& name, double most_ns) {
+  const ArmModel arm = corbot::test::arm_of(name);
+  const Planner planner(arm);
+  std::uniform_real_distribution<double> part(0.0, 1.0);
+  std::vector<double> planned_ns;
+  while (planned_ns.size() < 1'000) {
+    PlanStart start;
+    for (std::size_t i = 0; i < arm.dof; ++i)
+      start.position_q[i] = std::lerp(arm.joints[i].lower_q, arm.joints[i].upper_q, part(random));
+    auto target = arm.kinematics.forward(start.position_q).position_m;
+    for (double& x : target) x += 0.3 * (part(random) - 0.5);
+    const PlanResult result = planner.move_s(start, {}, target, 0.0);
+    if (!std::holds_alternative<std::vector<Command>>(result)) continue;
+    const Command& command = std::get<std::vector<Command>>(result).front();
+    const double begin_ns = thread_ns();
+    const rate::RatePlanned plan = rate::plan_rate(arm, {}, command.line, command.start_q, 0.0);
+    const double ns = thread_ns() - begin_ns;
+    if (std::holds_alternative<rate::RatePlan>(plan)) planned_ns.push_back(ns);
+  }
+  const Quantiles planned = quantiles(planned_ns);
+  print(("line at the limits, " + name).c_str(), planned);
+  return check(("line at the limits, " + name + ", median in ns").c_str(), planned.median_ns, "<", most_ns);
 }
 
 }  // namespace
@@ -119,5 +155,7 @@ int main() {
   std::printf("built without Ruckig: set CORBOT_RUCKIG_DIR to compare\n");
 #endif
   good &= bench_lines(random);
+  good &= bench_rates(random, "lynx5", 1e6);
+  good &= bench_rates(random, "puma560", 3e6);
   return good ? 0 : 1;
 }
