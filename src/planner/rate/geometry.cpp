@@ -29,6 +29,8 @@ constexpr Tolerance kWanted[] = {{1e-8, 0.03},
                                  {1e-7, 0.6}};  // the second where the first takes too many knots
 constexpr double kLongestCell_q = 0.35;
 constexpr double kShortest = 1e-9;   // of s: halving has led to a singularity, or to the border of the reach
+constexpr double kBeside = 5e-7;     // m and rad: a path that misses a singularity by less leads through it
+constexpr int kMostPasses = 4;       // singularities that a path leads through
 constexpr double kSingular = 1e5;    // entries of M⁻¹ from which derivatives carry too much rounding
 constexpr double kRounding = 4e-16;  // of the tool, m and rad: some units in the last place
 
@@ -37,13 +39,16 @@ class Geometry {
   /// All must outlive this.
   Geometry(const ArmModel& model, const PathFunction& path, std::uint32_t solution, const Joints& start_q,
            const State& speed)
-      : model_(model), arm_(model.kinematics), path_(path), solution_(solution), start_q_(start_q) {
+      : model_(model), arm_(model.kinematics), path_(path), first_(solution), start_q_(start_q) {
     for (std::size_t i = 0; i < arm_.joint_count(); ++i) weight_[i] = 1.0 / speed[i];
     weight_[kPath] = 1.0 / speed[kPath];
   }
 
   KnotList plan(const Tolerance& tolerance) {
     tolerance_ = tolerance;
+    solution_ = first_;
+    passes_ = 0;
+    impassable_ = -1.0;
     knots_.clear();
     if (const std::optional<Knot> first = knot(0.0, start_q_)) {
       knots_.push_back(*first);
@@ -65,6 +70,8 @@ class Geometry {
                          ? fmt::format("up to where it needs {} knots: make it shorter", kMostKnots)
                          : "beyond which it leaves the reach, or leads through a singularity");
     }
+    if (last && !arm_.same(joints_of(last->next.z), joints_of(knots_.back().z), Kinematics::kSameJoints_q))
+      return refused(1.0, "where the arm is at a singularity that it cannot reach smoothly");
     if (last) append(last->knot, last->length_s);
     return knots_;
   }
@@ -236,11 +243,74 @@ class Geometry {
         if (are_too_many()) return false;
         append(*next, length);
         open.pop_back();
+      } else if (is_point(s, ds) && !is_point(s, std::abs(s - impassable_)) && pass(s, end)) {
+        while (!open.empty() && open.back() <= knots_.back().z[kPath]) open.pop_back();
       } else if (ds < kShortest) {
         return false;
       } else {
         open.push_back(last.z[kPath] + 0.5 * ds);
       }
+    }
+    return true;
+  }
+
+  /// Whether ds of the path is less than the tool may be beside it.
+  [[nodiscard]] bool is_point(double s, double ds) const noexcept {
+    return ds < kShortest || ds * std::max(norm(path_.velocity_m(s)), norm(path_.turn_rad())) < kBeside;
+  }
+
+  /// Where solutions meet, a curve may go on smoothly on another one. One cell leads across such a place at s, from a knot before it to a
+  /// knot behind it, the longest that does. Knots between are dropped.
+  [[nodiscard]] bool pass(double s, double end) {
+    if (!arm_.has_closed_form() || passes_ >= kMostPasses) return false;
+    for (const double most_off : {tolerance_.off, kBeside}) {
+      for (std::size_t from = 0; from < knots_.size(); ++from) {
+        for (const double factor : {2.0, 1.5}) {
+          const double ds = factor * (s - knots_[from].z[kPath]);
+          if (knots_[from].z[kPath] + ds > end) continue;
+          const std::optional<End> over = crossing(knots_[from], ds, most_off);
+          if (!over) continue;
+          knots_.resize(from + 1);
+          append(over->next, over->length_s);
+          ++passes_;
+          return true;
+        }
+      }
+    }
+    impassable_ = s;
+    return false;
+  }
+
+  /// A cell from a knot to s + ds, on whichever solution leads on, which becomes the present one.
+  [[nodiscard]] std::optional<End> crossing(const Knot& before, double ds, double most_off) {
+    const double h = ds / before.rate[kPath], s = before.z[kPath] + ds;
+    double moved = 0.0;
+    for (std::size_t i = 0; i < kMaxJoints; ++i) moved = std::max(moved, std::abs(h * before.rate[i]));
+    if (!(moved <= kLongestCell_q)) return std::nullopt;
+    for (std::uint32_t number = 0; arm_.has_solution(number); ++number) {
+      const IkSolution ik = joints_at(model_, path_.point(s), number, start_q_);
+      double miss = 0.0;
+      for (std::size_t i = 0; i < arm_.joint_count(); ++i)
+        miss = std::max(miss, std::abs(ik.joints_q[i] - (before.z[i] + h * before.rate[i])));
+      if (ik.status != IkStatus::kOk || miss > 0.3 * moved + 1e-6) continue;
+      const std::optional<Knot> next = knot(s, ik.joints_q);
+      if (!next) continue;
+      const double length = length_s(before, *next);
+      if (!crosses({before, *next, length}, most_off)) continue;
+      solution_ = number;
+      return End{before, *next, length};
+    }
+    return std::nullopt;
+  }
+
+  /// There are no joints to compare with, so the tool's third derivative must be right. It is meant to be right to a part of its limit.
+  [[nodiscard]] bool crosses(const End& over, double most_off) const noexcept {
+    const double jerk = std::min(model_.path.jerk_m_s3, model_.path.rotation_jerk_rad_s3);
+    const double by_jerk = kWanted[0].third * jerk * std::pow(over.length_s, 3) / 384.0;
+    const double most = std::min(most_off, std::max(tolerance_.off, by_jerk));
+    const Cell cell(over.knot, over.next, over.length_s);
+    for (int k = 1; k < 8; ++k) {
+      if (!(off(cell.at(k / 8.0)) <= most)) return false;
     }
     return true;
   }
@@ -332,7 +402,9 @@ class Geometry {
   const ArmModel& model_;
   const Kinematics& arm_;
   const PathFunction& path_;
-  std::uint32_t solution_;
+  std::uint32_t first_, solution_{};  ///< solutions: where the path begins, and now
+  int passes_{};
+  double impassable_{-1.0};  ///< s where no cell led on
   const Joints& start_q_;
   State weight_{};  ///< 1/v, 0 beyond the arm's joints
   Tolerance tolerance_{};

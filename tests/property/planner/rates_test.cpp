@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Random lines and arcs of all kinds of arm at their limits: every limit of every joint and of the tool at every tick, the tool on its
-// path, and exact ends. Singular starts are among them.
+// path, and exact ends. Singular starts are among them, and lines through a singular wrist.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,6 +11,8 @@
 
 #include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/path.h"
+#include "corbot/motion/path_joints.h"
+#include "corbot/units.h"
 #include "limit_ticks.h"
 #include "planner/planner.h"
 #include "planner/rate/rate_planner.h"
@@ -81,11 +83,14 @@ class Rates : public testing::TestWithParam<const char*> {
     }
   }
 
+  /// `end_q`: where it must end.
   template <class Motion>
-  void check(const PlanSettings& s, const Command& command, const Motion& motion, double t_s) {
-    auto planned = rate::plan_rate(arm_, s, motion, command.start_q, t_s);
+  void check(const PlanSettings& s, const Motion& motion, const Joints& start_q,
+             const std::optional<Joints>& end_q, double t_s) {
+    const auto planned = rate::plan_rate(arm_, s, motion, start_q, t_s);
     if (std::holds_alternative<PlanRefusal>(planned)) {
       ++refused_;
+      refused_at_m_ = std::get<PlanRefusal>(planned).target_m;
       return;
     }
     const auto& plan = std::get<RatePlan>(planned);
@@ -99,8 +104,10 @@ class Rates : public testing::TestWithParam<const char*> {
     const rate::State end = state_of(plan, plan.law.duration_s());
     ASSERT_EQ(end[kPath], 1.0);
     for (std::size_t i = 0; i < arm_.dof; ++i) {
-      ASSERT_EQ(plan.knots.front().z[i], command.start_q[i]);
-      ASSERT_NEAR(end[i], command.end_q[i], 1e-9);
+      ASSERT_EQ(plan.knots.front().z[i], start_q[i]);
+      if (end_q) {
+        ASSERT_NEAR(end[i], (*end_q)[i], 1e-9);
+      }
     }
     ++planned_;
   }
@@ -109,6 +116,7 @@ class Rates : public testing::TestWithParam<const char*> {
   std::mt19937_64 random_{test::seed() + 11};
   test::LimitShares all_, tool_;
   int planned_{}, refused_{};
+  Vector3 refused_at_m_{};  ///< the last one
 };
 
 TEST_P(Rates, KeepEveryLimitAtEveryTick) {
@@ -127,9 +135,9 @@ TEST_P(Rates, KeepEveryLimitAtEveryTick) {
     const double t_s = i % 7 == 0 ? in(0.0, 4.0) : 0.0;
     for (const Command& command : std::get<std::vector<Command>>(result)) {
       if (command.kind == MotionKind::kLine) {
-        ASSERT_NO_FATAL_FAILURE(check(s, command, command.line, t_s));
+        ASSERT_NO_FATAL_FAILURE(check(s, command.line, command.start_q, command.end_q, t_s));
       } else if (command.kind == MotionKind::kArc) {
-        ASSERT_NO_FATAL_FAILURE(check(s, command, command.arc, t_s));
+        ASSERT_NO_FATAL_FAILURE(check(s, command.arc, command.start_q, command.end_q, t_s));
       }
     }
   }
@@ -148,6 +156,49 @@ TEST_P(Rates, KeepEveryLimitAtEveryTick) {
 INSTANTIATE_TEST_SUITE_P(Arms, Rates,
                          testing::Values("lynx5", "al5d_wr", "puma560", "scara_gx4", "stanford",
                                          "cartesian_ppp", "cylindrical_rpp", "polar_rrp", "xarm6"),
+                         [](const auto& arm) { return std::string(arm.param); });
+
+class RatesThroughWrist : public Rates {
+ protected:
+  /// A line that leads at this distance past a place where axes 4 and 6 are in one line. Some leave the reach elsewhere. Some come near such
+  /// a place once more.
+  void check_line(double miss_m) {
+    constexpr double kInLine_q = to_radians(-45.0);
+    Joints there_q = start(1).position_q;
+    for (double& q : there_q) q *= 0.6;
+    there_q[4] = kInLine_q;
+    const Pose there = arm_.kinematics.forward(there_q);
+    const Vector3 way = near({}, 0.15), across = cross(way, near({}, 1.0));
+    LineMotion line{};
+    line.from_m = there.position_m + (miss_m / norm(across)) * across - in(0.3, 0.7) * way;
+    line.to_m = line.from_m + way;
+    line.tool.from = there.orientation;
+    there_q[4] += in(0.0, 1.0) < 0.5 ? 0.3 : -0.3;
+    line.solution = *arm_.kinematics.solution_of(there_q);
+    const IkSolution ik = joints_at(arm_, point_at(line, 0.0), line.solution, there_q);
+    if (ik.status != IkStatus::kOk) return;
+    const int refused = refused_;
+    check({}, line, ik.joints_q, std::nullopt, 0.0);
+    if (refused_ > refused && norm(refused_at_m_ - there.position_m) < 1e-3) ++refused_there_;
+  }
+  int refused_there_{};
+};
+
+TEST_P(RatesThroughWrist, KeepEveryLimitAtEveryTick) {
+  for (const double miss_m : {0.0, 1e-9, 3e-8}) {
+    SCOPED_TRACE(miss_m);
+    planned_ = refused_there_ = 0;
+    for (int i = 0; i < 60; ++i) {
+      SCOPED_TRACE(i);
+      ASSERT_NO_FATAL_FAILURE(check_line(miss_m));
+    }
+    EXPECT_GT(planned_, 20);
+    EXPECT_LE(refused_there_, planned_ / 5);
+  }
+  EXPECT_LE(std::max(all_.greatest(), tool_.greatest()), kWithin);
+}
+
+INSTANTIATE_TEST_SUITE_P(Arms, RatesThroughWrist, testing::Values("puma560"),
                          [](const auto& arm) { return std::string(arm.param); });
 
 }  // namespace

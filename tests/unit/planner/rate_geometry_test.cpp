@@ -202,6 +202,33 @@ void expect_smooth(const Errors& e) {
   EXPECT_LT(e.length, 1e-4);
 }
 
+/// The Lynx 5 with its wrist at a distance from the base axis and at a height above the shoulder, and its tool pointing down.
+Joints pointing_down(double wrist_r_m, double wrist_z_m) {
+  constexpr double kLink_m = 0.12, kShoulder_q = to_radians(10.0), kWrist_q = to_radians(-35.0);
+  const double middle = std::atan2(wrist_z_m, wrist_r_m);
+  const double half = std::acos(0.5 * std::hypot(wrist_r_m, wrist_z_m) / kLink_m);
+  const double shoulder_q = middle + half - kShoulder_q, elbow_q = 2.0 * half;
+  return {0.3, shoulder_q, elbow_q, to_radians(-90.0) - shoulder_q + elbow_q - kWrist_q};
+}
+
+TEST(RateGeometrySingular, LeadsThroughTheBaseAxisOnAnotherSolution) {
+  const ArmModel arm = test::arm_of("lynx5");
+  const Joints before = pointing_down(0.05, 0.17);
+  for (const double beyond_m : {0.02, 0.04, 0.07}) {
+    SCOPED_TRACE(beyond_m);
+    const Joints behind = pointing_down(-beyond_m, 0.18);
+    LineMotion line = line_between(arm, before, behind);
+    line.solution = *arm.kinematics.solution_of(before);
+    ASSERT_NE(arm.kinematics.solution_of(behind), line.solution);
+    const State speed = rate::full_speed(arm, {}, length_m(line), 0.0);
+    const rate::KnotList knots = plan_geometry(arm, line, before, speed);
+    ASSERT_TRUE(std::holds_alternative<std::vector<Knot>>(knots)) << std::get<PlanRefusal>(knots).text;
+    const Knot& end = std::get<std::vector<Knot>>(knots).back();
+    for (std::size_t i = 0; i < arm.dof; ++i) EXPECT_NEAR(end.z[i], behind[i], 1e-9) << i;
+    expect_smooth(errors(arm, line, before, speed, std::get<std::vector<Knot>>(knots)));
+  }
+}
+
 TEST(RateGeometrySingular, BeginsAndEndsAtAStretchedArm) {
   const ArmModel arm = test::arm_of("lynx5");
   for (const double elbow_q : {0.0, 1e-9, 1e-6, 1e-4, 1e-2}) {
@@ -239,7 +266,7 @@ TEST(RateGeometrySingular, IsRefusedWithinAPathAndBeyondReach) {
   EXPECT_NE(refusal(line, start).text.find("leaves the reach"), std::string::npos);
   EXPECT_GT(refusal(line, start).target_m[0], line.from_m[0] + 0.01) << "as far as it can be followed";
   EXPECT_LT(refusal(line, start).target_m[0], line.to_m[0] - 0.01);
-  line.to_m = {-line.from_m[0], -line.from_m[1], line.from_m[2]};  // across the base axis
+  line.to_m = {-line.from_m[0], 1e-5, line.from_m[2]};  // past the base axis, too near for the base to turn
   EXPECT_EQ(refusal(line, start).kind, PlanRefusal::Kind::kUnreachable);
   EXPECT_NEAR(refusal(line, start).target_m[0], 0.0, 1e-4);
 }
