@@ -120,7 +120,7 @@ RateLaw Optimum::law() const {
   return {grid_.lambda_s, steps_s};
 }
 
-void Optimum::tighten(std::span<const PieceShares> shares) {
+void Optimum::tighten(std::span<const Shares> shares) {
   const auto beyond = [](double share, double more) {
     return share > 1.0 ? share + 0.1 * (share - 1.0) + more : 1.0;
   };
@@ -128,8 +128,8 @@ void Optimum::tighten(std::span<const PieceShares> shares) {
   for (std::size_t k = 0; k < grid_.stages.size(); ++k) {
     Stage& s = grid_.stages[k];
     // A node is an end of two pieces.
-    const PieceShares& after = shares[std::min(k, shares.size() - 1)];
-    const PieceShares& before = shares[k > 0 ? k - 1 : 0];
+    const Shares& after = shares[std::min(k, shares.size() - 1)];
+    const Shares& before = shares[k > 0 ? k - 1 : 0];
     const double speed = beyond(std::max(before.speed, after.speed), 1e-4);
     const double acceleration = beyond(std::max(before.acceleration, after.acceleration), 2e-4);
     const double jerk = beyond(after.jerk, 3e-4);

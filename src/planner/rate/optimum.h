@@ -25,7 +25,7 @@ class Optimum {
   /// The present rate; one piece for each cell.
   [[nodiscard]] RateLaw law() const;
   /// Limits of the cells whose proved shares are beyond 1 shrink by that, and by a tenth of the excess. The rate is slowed to keep them.
-  void tighten(std::span<const PieceShares> shares);
+  void tighten(std::span<const Shares> shares);
 
  private:
   template <class F>

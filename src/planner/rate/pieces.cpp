@@ -1,16 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "planner/rate/pieces.h"
 
-#include <algorithm>
 #include <cstddef>
 
 namespace corbot::rate {
 namespace {
-
-RateState advanced(const RateState& s, double t_s) noexcept {
-  return {s.lambda_s + t_s * (s.v + t_s * (s.a / 2.0 + t_s * s.j / 6.0)), s.v + t_s * (s.a + t_s * s.j / 2.0),
-          s.a + t_s * s.j, s.j};
-}
 
 /// One row of the equations for the second derivatives: below · m[k − 1] + middle · m[k] + above · m[k + 1] = right.
 struct SplineRow {
@@ -64,19 +58,6 @@ RateLaw::RateLaw(std::span<const double> lambda_s, std::span<const double> steps
     now = advanced(now, steps_s[k]);
     duration_s_ += steps_s[k];
   }
-}
-
-RateState RateLaw::at(std::size_t piece, double t_s) const noexcept {
-  const Piece& p = pieces_[piece];
-  if (piece + 1 < pieces_.size()) return advanced(p.begin, t_s - p.begin_s);
-  return advanced({length_s_, 0.0, 0.0, p.begin.j}, t_s - duration_s_);
-}
-
-RateState RateLaw::at(double t_s) const noexcept {
-  t_s = std::clamp(t_s, 0.0, duration_s_);
-  const auto next = std::upper_bound(pieces_.begin() + 1, pieces_.end(), t_s,
-                                     [](double t, const Piece& piece) { return t < piece.begin_s; });
-  return at(static_cast<std::size_t>(next - pieces_.begin()) - 1, t_s);
 }
 
 void RateLaw::stretch(double factor) noexcept {

@@ -4,19 +4,11 @@
 #include <span>
 #include <vector>
 
+#include "corbot/motion/rate_pieces.h"
+
 // The rate along a path: lambda (geometry.h) as a function of time, from rest to rest, in pieces of constant jerk.
 
 namespace corbot::rate {
-
-/// Lambda and its derivatives by time: s, 1, 1/s, 1/s².
-struct RateState {
-  double lambda_s{}, v{}, a{}, j{};
-};
-
-struct Piece {
-  double begin_s{};  ///< time
-  RateState begin{};
-};
 
 class RateLaw {
  public:
@@ -35,10 +27,10 @@ class RateLaw {
   [[nodiscard]] double end_s(std::size_t piece) const noexcept {
     return piece + 1 < pieces_.size() ? pieces_[piece + 1].begin_s : duration_s_;
   }
-  /// Within piece number `piece`, of which `t_s` must be a time. The last one is counted from its end, where it is exact.
-  [[nodiscard]] RateState at(std::size_t piece, double t_s) const noexcept;
-  /// `t_s`: clamped to the law's time.
-  [[nodiscard]] RateState at(double t_s) const noexcept;
+  /// Of this law, which must outlive them.
+  [[nodiscard]] RatePieces view() const noexcept { return {pieces_, duration_s_, length_s_}; }
+  [[nodiscard]] RateState at(std::size_t piece, double t_s) const noexcept { return view().at(piece, t_s); }
+  [[nodiscard]] RateState at(double t_s) const noexcept { return view().at(t_s); }
   /// All times by a factor: speed, acceleration and jerk of whatever follows lambda go by its first, second and third power.
   void stretch(double factor) noexcept;
   /// Stretches a shorter law to exactly this time.

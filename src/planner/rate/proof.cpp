@@ -74,8 +74,7 @@ class Stretch {
 };
 
 /// The tool's acceleration and jerk on an arc, by its length: (s″, w s′²) and (s‴ − w² s′³, 3 w s′ s″), w the arc's angle.
-void take_arc(const Stretch& stretch, const Derivatives& s, const Limits& limits,
-              PieceShares& shares) noexcept {
+void take_arc(const Stretch& stretch, const Derivatives& s, const Limits& limits, Shares& shares) noexcept {
   const double w = limits.angle_rad;
   std::array<double, 2> acceleration{}, jerk{};
   for (std::size_t e = 0; e < 2; ++e) {
@@ -94,7 +93,7 @@ void take_arc(const Stretch& stretch, const Derivatives& s, const Limits& limits
   shares.jerk = std::max(shares.jerk, stretch.between(greatest(jerk), fifth) / limits.arc_jerk);
 }
 
-void take(const Stretch& stretch, const Limits& limits, PieceShares& shares) noexcept {
+void take(const Stretch& stretch, const Limits& limits, Shares& shares) noexcept {
   for (std::size_t i = 0; i <= kPath; ++i) {
     if (limits.speed[i] == kInfinity && i != kPath) continue;
     const Derivatives d = stretch.of(i);
@@ -155,6 +154,16 @@ Limits limits_of(const ArmModel& model, const PlanSettings& settings, const ArcM
   return limits;
 }
 
+Shares Proof::greatest() const noexcept {
+  Shares most;
+  for (const Shares& piece : pieces) {
+    most.speed = std::max(most.speed, piece.speed);
+    most.acceleration = std::max(most.acceleration, piece.acceleration);
+    most.jerk = std::max(most.jerk, piece.jerk);
+  }
+  return most;
+}
+
 Proof prove(const RateLaw& law, std::span<const Knot> knots, const Limits& limits) {
   Proof proof;
   double fastest = 0.0;
@@ -170,7 +179,7 @@ Proof prove(const RateLaw& law, std::span<const Knot> knots, const Limits& limit
       proof.is_forward = false;
       return proof;
     }
-    PieceShares shares;
+    Shares shares;
     while (now_s < end_s) {
       // As far as this piece lies in this cell.
       const bool leaves = cell + 2 < knots.size() && end.lambda_s > knots[cell + 1].lambda_s;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "corbot/motion/rate_curve.h"
 #include "planner/rate/geometry.h"
 #include "planner/rate/pieces.h"
 
@@ -24,14 +25,10 @@ struct Limits {
 [[nodiscard]] Limits limits_of(const ArmModel& model, const PlanSettings& settings,
                                const ArcMotion& arc) noexcept;
 
-/// Bounds of the greatest share of any speed, acceleration, jerk limit; 1 is the limit.
-struct PieceShares {
-  double speed{}, acceleration{}, jerk{};
-};
-
 struct Proof {
-  bool is_forward{true};            ///< false: lambda goes back somewhere, and nothing else is meaningful
-  std::vector<PieceShares> pieces;  ///< one for each piece of the law
+  bool is_forward{true};       ///< false: lambda goes back somewhere, and nothing else is meaningful
+  std::vector<Shares> pieces;  ///< bounds of the greatest of any limit, for each piece of the law
+  [[nodiscard]] Shares greatest() const noexcept;
   double factor{};  ///< by which the law must be stretched to keep all limits; below 1 it may be quicker
 };
 

@@ -2,9 +2,12 @@
 #include "planner/rate/rate_planner.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "corbot/motion/path.h"
 #include "planner/rate/grid.h"
@@ -43,17 +46,30 @@ std::optional<RateLaw> quickest(std::span<const Knot> knots, const Limits& limit
   return best;
 }
 
+/// `limits`: full ones.
+RateCurve curve_of(const RateLaw& law, std::span<const Knot> knots, const Limits& limits) {
+  std::vector<RateLimit> all;
+  for (std::size_t i = 0; i <= kPath; ++i) {
+    if (std::isfinite(limits.acceleration[i]) && std::isfinite(limits.jerk[i]))
+      all.push_back({limits.speed[i], limits.acceleration[i], limits.jerk[i]});
+  }
+  if (limits.angle_rad > 0.0) all.push_back({limits.speed[kPath], limits.arc_acceleration, limits.arc_jerk});
+  return {all, prove(law, knots, limits).greatest()};
+}
+
 template <class Motion>
 RatePlanned plan_motion(const ArmModel& model, const PlanSettings& settings, const Motion& motion,
                         const Joints& start_q, double t_s) {
+  const Limits full = limits_of(model, settings, motion);
   if (!(length_m(motion) > kNoTravel || rotation_rad(motion.tool) > kNoTravel)) {
     Knot here;
     std::copy(start_q.begin(), start_q.end(), here.z.begin());
     Knot end = here;
     end.lambda_s = 1.0;
-    return RatePlan{{here, end}, RateLaw(std::max(0.0, t_s))};
+    const RateLaw law(std::max(0.0, t_s));
+    return RatePlan{{here, end}, law, curve_of(law, std::array{here, end}, full)};
   }
-  const Limits limits = reserved(limits_of(model, settings, motion));
+  const Limits limits = reserved(full);
   KnotList list = plan_geometry(model, motion, start_q, limits.speed);
   if (auto* refusal = std::get_if<PlanRefusal>(&list)) return std::move(*refusal);
   auto& knots = std::get<std::vector<Knot>>(list);
@@ -64,7 +80,8 @@ RatePlanned plan_motion(const ArmModel& model, const PlanSettings& settings, con
     return refusal;
   }
   law->last_at_least(t_s);
-  return RatePlan{std::move(knots), std::move(*law)};
+  const RateCurve curve = curve_of(*law, knots, full);
+  return RatePlan{std::move(knots), std::move(*law), curve};
 }
 
 }  // namespace

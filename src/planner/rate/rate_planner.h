@@ -4,6 +4,7 @@
 #include <variant>
 #include <vector>
 
+#include "corbot/motion/rate_curve.h"
 #include "planner/rate/geometry.h"
 #include "planner/rate/pieces.h"
 #include "planner/rate/proof.h"
@@ -21,6 +22,7 @@ inline constexpr double kJerkReserve = 0.05;
 struct RatePlan {
   std::vector<Knot> knots;
   RateLaw law;
+  RateCurve curve;  ///< of virtual time, by what the law leaves of the limits
 };
 using RatePlanned = std::variant<RatePlan, PlanRefusal>;
 

@@ -9,66 +9,24 @@
 #include <string>
 #include <variant>
 
-#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/path.h"
 #include "corbot/motion/path_joints.h"
 #include "corbot/units.h"
 #include "limit_ticks.h"
-#include "planner/planner.h"
-#include "planner/rate/rate_planner.h"
-#include "seed.h"
-#include "support/test_arms.h"
+#include "random_rates.h"
 
 namespace corbot::property_rates_test {
 namespace {
 
 using rate::kPath;
 using rate::RatePlan;
+using test::joints_in;
+using test::state_of;
 
 constexpr double kWithin = 1.000'01;
 
-/// z of a plan at a time, clamped to its duration.
-rate::State state_of(const RatePlan& plan, double t_s) {
-  const double lambda_s = plan.law.at(t_s).lambda_s;
-  if (lambda_s >= plan.knots.back().lambda_s) return plan.knots.back().z;
-  const auto next = std::upper_bound(plan.knots.begin() + 1, plan.knots.end() - 1, lambda_s,
-                                     [](double x, const rate::Knot& knot) { return x < knot.lambda_s; });
-  const rate::Cell cell(*(next - 1), *next);
-  return cell.at((lambda_s - (next - 1)->lambda_s) / cell.length_s());
-}
-Joints joints_in(const rate::State& z) {
-  Joints q{};
-  std::copy_n(z.begin(), q.size(), q.begin());
-  return q;
-}
-
-class Rates : public testing::TestWithParam<const char*> {
+class Rates : public test::RandomRates {
  protected:
-  double in(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
-  Vector3 near(const Vector3& p, double size) {
-    return {p[0] + in(-size, size), p[1] + in(-size, size), p[2] + in(-size, size)};
-  }
-  /// Every fourth case starts with all joints at 0, where most arms are stretched.
-  PlanStart start(int i) {
-    PlanStart from;
-    for (std::size_t k = 0; i % 4 != 0 && k < arm_.dof; ++k)
-      from.position_q[k] = in(arm_.joints[k].lower_q, arm_.joints[k].upper_q);
-    return from;
-  }
-  PlanSettings settings(int i, const PlanStart& from) {
-    PlanSettings s;
-    if (i % 3 == 0) s.speed_ratio = in(0.05, 1.0);
-    if (i % 5 == 0) s.joint_speed_ratio[static_cast<std::size_t>(i / 5) % arm_.dof] = in(0.05, 1.0);
-    const Pose here = arm_.kinematics.forward(from.position_q);
-    const Vector3 axis{in(-1, 1), in(-1, 1), in(-1, 1)};
-    if (i % 2 == 0 && arm_.kinematics.follows() == Follows::kFull)
-      s.tool_orientation = about((1.0 / norm(axis)) * axis, in(-0.5, 0.5)) * here.orientation;
-    if (arm_.kinematics.follows() == Follows::kPitchAndRoll && i % 2 == 0) s.tool_pitch_rad = in(-1.0, 1.0);
-    if (arm_.kinematics.follows() == Follows::kPitch)
-      s.tool_pitch_rad = tool_pose(arm_.kinematics, from.position_q).pitch_rad + (i % 2) * in(-0.5, 0.5);
-    return s;
-  }
-
   template <class Motion>
   void check_path(const Motion& motion, const RatePlan& plan) {
     constexpr int kPoints = 100;
@@ -112,8 +70,6 @@ class Rates : public testing::TestWithParam<const char*> {
     ++planned_;
   }
 
-  ArmModel arm_ = test::arm_of(GetParam());
-  std::mt19937_64 random_{test::seed() + 11};
   test::LimitShares all_, tool_;
   int planned_{}, refused_{};
   Vector3 refused_at_m_{};  ///< the last one
@@ -123,17 +79,9 @@ TEST_P(Rates, KeepEveryLimitAtEveryTick) {
   const int cases = test::cases(400);
   for (int i = 0; i < cases; ++i) {
     SCOPED_TRACE(i);
-    const PlanStart from = start(i);
-    const PlanSettings s = settings(i, from);
-    const Vector3 here = arm_.kinematics.forward(from.position_q).position_m;
-    const double size = i % 8 < 4 ? 0.1 : 0.02;
-    const Vector3 p2 = near(here, size), p3 = near(here, size);
-    const Planner planner(arm_);
-    const PlanResult result =
-        i % 3 < 2 ? planner.move_s(from, s, p2, 0.0) : planner.move_c(from, s, here, p2, p3);
-    if (std::holds_alternative<PlanRefusal>(result)) continue;
+    const auto [s, commands] = random_case(i);
     const double t_s = i % 7 == 0 ? in(0.0, 4.0) : 0.0;
-    for (const Command& command : std::get<std::vector<Command>>(result)) {
+    for (const Command& command : commands) {
       if (command.kind == MotionKind::kLine) {
         ASSERT_NO_FATAL_FAILURE(check(s, command.line, command.start_q, command.end_q, t_s));
       } else if (command.kind == MotionKind::kArc) {

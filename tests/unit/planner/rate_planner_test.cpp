@@ -77,13 +77,7 @@ TEST(RatePlanner, LaterRoundsMakeItQuicker) {
 TEST(RatePlanner, LeavesTheReservesAndNoMore) {
   const LineFrom from = past_axis(0.01);
   const RatePlan plan = planned(from);
-  rate::PieceShares most;
-  for (const rate::PieceShares& piece :
-       prove(plan.law, plan.knots, rate::limits_of(lynx(), {}, from.line)).pieces) {
-    most.speed = std::max(most.speed, piece.speed);
-    most.acceleration = std::max(most.acceleration, piece.acceleration);
-    most.jerk = std::max(most.jerk, piece.jerk);
-  }
+  const rate::Shares most = prove(plan.law, plan.knots, rate::limits_of(lynx(), {}, from.line)).greatest();
   EXPECT_LE(most.speed, 1.0);
   EXPECT_LE(most.acceleration, 0.97);
   EXPECT_LE(most.jerk, 0.95);

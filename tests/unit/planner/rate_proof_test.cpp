@@ -23,8 +23,8 @@ using rate::Cell;
 using rate::Knot;
 using rate::kPath;
 using rate::Limits;
-using rate::PieceShares;
 using rate::RateLaw;
+using rate::Shares;
 using rate::State;
 
 /// z at a time; `cell`: where it was last, going forward.
@@ -37,11 +37,11 @@ State state_at(const RateLaw& law, const std::vector<Knot>& knots, double t_s, s
 
 /// Greatest shares of the limits, by differences over a ten-thousandth of the whole: of joints, of the tool's travel and of its turn.
 template <class Motion>
-PieceShares scanned(const ArmModel& arm, const Motion& motion, const RateLaw& law,
-                    const std::vector<Knot>& knots) {
+Shares scanned(const ArmModel& arm, const Motion& motion, const RateLaw& law,
+               const std::vector<Knot>& knots) {
   constexpr int kSteps = 10'000;
   const double dt = law.duration_s() / kSteps;
-  PieceShares most;
+  Shares most;
   const auto look = [&](const std::array<Vector3, 4>& x, double v, double a, double j) {
     most.speed = std::max(most.speed, norm(x[0] - x[1]) / (dt * v));
     most.acceleration = std::max(most.acceleration, norm(x[0] - 2.0 * x[1] + x[2]) / (dt * dt * a));
@@ -76,16 +76,6 @@ RateLaw law_along(double length_s) {
   return {lambda_s, steps_s};
 }
 
-PieceShares greatest(const rate::Proof& proof) {
-  PieceShares most;
-  for (const PieceShares& piece : proof.pieces) {
-    most.speed = std::max(most.speed, piece.speed);
-    most.acceleration = std::max(most.acceleration, piece.acceleration);
-    most.jerk = std::max(most.jerk, piece.jerk);
-  }
-  return most;
-}
-
 class RateProof : public testing::TestWithParam<const char*> {
  protected:
   double in(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
@@ -100,7 +90,7 @@ class RateProof : public testing::TestWithParam<const char*> {
     const rate::Proof proof = prove(law, knots, limits);
     ASSERT_TRUE(proof.is_forward);
     ASSERT_EQ(proof.pieces.size(), law.pieces().size());
-    const PieceShares bound = greatest(proof), seen = scanned(arm_, motion, law, knots);
+    const Shares bound = proof.greatest(), seen = scanned(arm_, motion, law, knots);
     // The tool, which follows within 1e-8 m, and the rounding of differences.
     EXPECT_LE(seen.speed, bound.speed * (1.0 + 1e-6) + 1e-6);
     EXPECT_LE(seen.acceleration, bound.acceleration * (1.0 + 1e-6) + 1e-5);
@@ -111,7 +101,7 @@ class RateProof : public testing::TestWithParam<const char*> {
     law.stretch(proof.factor);
     const rate::Proof again = prove(law, knots, limits);
     EXPECT_NEAR(again.factor, 1.0, 1e-9);
-    const PieceShares kept = scanned(arm_, motion, law, knots);
+    const Shares kept = scanned(arm_, motion, law, knots);
     EXPECT_LE(std::max({kept.speed, kept.acceleration, kept.jerk}), 1.0 + 1e-3);
     ++checked_;
   }

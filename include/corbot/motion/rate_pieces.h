@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+
+// The rate along a path: its parameter lambda as a function of time, from rest to rest, in pieces of constant jerk. Real-time safe.
+
+namespace corbot::rate {
+
+/// Lambda and its derivatives by time: s, 1, 1/s, 1/s².
+struct RateState {
+  double lambda_s{}, v{}, a{}, j{};
+};
+
+struct Piece {
+  double begin_s{};  ///< time
+  RateState begin{};
+};
+
+/// Of one motion.
+inline constexpr std::size_t kMostPieces = 112;
+
+/// `t_s` later, at constant jerk.
+[[nodiscard]] inline RateState advanced(const RateState& s, double t_s) noexcept {
+  return {s.lambda_s + t_s * (s.v + t_s * (s.a / 2.0 + t_s * s.j / 6.0)), s.v + t_s * (s.a + t_s * s.j / 2.0),
+          s.a + t_s * s.j, s.j};
+}
+
+/// At least one piece, which others own; the first begins at 0.
+struct RatePieces {
+  std::span<const Piece> pieces;
+  double duration_s{}, length_s{};  ///< time and lambda at the end, where it rests
+
+  /// Within piece number `piece`, of which `t_s` must be a time. The last one is counted from its end, where it is exact.
+  [[nodiscard]] RateState at(std::size_t piece, double t_s) const noexcept {
+    const Piece& p = pieces[piece];
+    if (piece + 1 < pieces.size()) return advanced(p.begin, t_s - p.begin_s);
+    return advanced({length_s, 0.0, 0.0, p.begin.j}, t_s - duration_s);
+  }
+  /// `t_s`: clamped to the duration. Takes at most seven comparisons of times.
+  [[nodiscard]] RateState at(double t_s) const noexcept {
+    t_s = std::clamp(t_s, 0.0, duration_s);
+    const auto next = std::upper_bound(pieces.begin() + 1, pieces.end(), t_s,
+                                       [](double t, const Piece& piece) { return t < piece.begin_s; });
+    return at(static_cast<std::size_t>(next - pieces.begin()) - 1, t_s);
+  }
+};
+
+}  // namespace corbot::rate

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stops, pauses and overrides at random instants of random lines and arcs: every limit of every joint and of the tool at every tick, the
+// tool on its path, and rest in time.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <limits>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "corbot/motion/path.h"
+#include "corbot/motion/rate_curve.h"
+#include "limit_ticks.h"
+#include "random_rates.h"
+
+namespace corbot::property_rate_stops_test {
+namespace {
+
+using rate::kPath;
+using rate::RatePlan;
+using test::joints_in;
+using test::state_of;
+
+constexpr double kTick_s = 1e-3;
+constexpr double kWithin = 1.000'01;
+
+/// Of max(v/a + a/j), within which each motion rests.
+double most_ramps(const PlanSettings& s) {
+  const bool is_full = s.speed_ratio == 1.0 &&
+                       *std::min_element(s.joint_speed_ratio.begin(), s.joint_speed_ratio.end()) == 1.0;
+  return is_full ? 3.1 : 4.0;
+}
+
+double ramp_s(const rate::Limits& limits) {
+  double most_s = 0.0;
+  const auto take = [&](double v, double a, double j) {
+    if (std::isfinite(a)) most_s = std::max(most_s, v / a + a / j);
+  };
+  for (std::size_t i = 0; i <= kPath; ++i) take(limits.speed[i], limits.acceleration[i], limits.jerk[i]);
+  if (limits.angle_rad > 0.0) take(limits.speed[kPath], limits.arc_acceleration, limits.arc_jerk);
+  return most_s;
+}
+
+class RateStops : public test::RandomRates {
+ protected:
+  /// Virtual times of a motion that is overridden a few times, and paused, and then stopped. Sets how long the stop takes.
+  std::vector<double> run(const RatePlan& plan, double& stop_s) {
+    const double duration_s = plan.law.duration_s();
+    rate::RateGovernor governor;
+    governor.begin(plan.curve, in(0.0, 1.0) < 0.5 ? 1.0 : in(0.0, 1.0));
+    int overrides = static_cast<int>(in(0.0, 4.0));
+    // Half of the changes come while the one before is still under way.
+    const auto next_s = [&] { return in(0.0, in(0.0, 1.0) < 0.5 ? 0.3 : duration_s); };
+    double change_s = next_s(), stopped_s = -1.0;
+    std::vector<double> times_s{0.0};
+    while (governor.time_s() < duration_s && !(stopped_s >= 0.0 && governor.is_at_rest())) {
+      const double now_s = static_cast<double>(times_s.size() - 1) * kTick_s;
+      if (stopped_s < 0.0 && now_s >= change_s) {
+        const double kind = in(0.0, 1.0);
+        governor.seek(overrides == 0 || kind < 0.3 ? 0.0 : kind < 0.6 ? 1.0 : in(0.0, 1.0));
+        if (overrides-- == 0) stopped_s = now_s;
+        change_s = now_s + next_s();
+      }
+      governor.advance(kTick_s);
+      times_s.push_back(governor.time_s());
+    }
+    stop_s = stopped_s < 0.0 ? 0.0 : static_cast<double>(times_s.size() - 1) * kTick_s - stopped_s;
+    ++(governor.is_at_rest() ? rested_ : ended_);
+    return times_s;
+  }
+
+  template <class Motion>
+  void check(const PlanSettings& s, const Motion& motion, const Joints& start_q) {
+    const auto planned = rate::plan_rate(arm_, s, motion, start_q, 0.0);
+    if (!std::holds_alternative<RatePlan>(planned)) return;
+    const auto& plan = std::get<RatePlan>(planned);
+    const double bound_s = most_ramps(s) * ramp_s(rate::limits_of(arm_, s, motion)) + kTick_s;
+    for (int k = 0; k < 4; ++k) {
+      SCOPED_TRACE(k);
+      double stop_s = 0.0;
+      const std::vector<double> times_s = run(plan, stop_s);
+      ASSERT_TRUE(std::is_sorted(times_s.begin(), times_s.end()));
+      ASSERT_LE(stop_s, bound_s);
+      longest_ = std::max(longest_, stop_s / bound_s);
+      const auto set_points = [&](double t_s) {
+        const auto tick = static_cast<std::size_t>(std::lround(t_s / kTick_s));
+        return std::optional(joints_in(state_of(plan, times_s[std::min(tick, times_s.size() - 1)])));
+      };
+      const double lasts_s = static_cast<double>(times_s.size() - 1) * kTick_s;
+      const test::TickShares shares = test::LimitTicks(arm_, s, true, lasts_s, set_points).run();
+      all_.take(shares.joint());
+      all_.take(shares.tool);
+      all_.take(shares.turning);
+      const rate::State end = state_of(plan, times_s.back());
+      const Vector3 wanted = point_at(motion, end[kPath]).position_m;
+      ASSERT_LE(norm(arm_.kinematics.forward(joints_in(end)).position_m - wanted), 1e-6);
+    }
+  }
+
+  test::LimitShares all_;
+  double longest_{};
+  int rested_{}, ended_{};
+};
+
+TEST_P(RateStops, KeepEveryLimitAndRestInTime) {
+  const int cases = test::cases(100);
+  for (int i = 0; i < cases; ++i) {
+    SCOPED_TRACE(i);
+    const auto [s, commands] = random_case(i);
+    for (const Command& command : commands) {
+      if (command.kind == MotionKind::kLine) {
+        ASSERT_NO_FATAL_FAILURE(check(s, command.line, command.start_q));
+      } else if (command.kind == MotionKind::kArc) {
+        ASSERT_NO_FATAL_FAILURE(check(s, command.arc, command.start_q));
+      }
+    }
+  }
+  std::cout << rested_ << " rested, " << ended_ << " ended before; " << all_.speed << " " << all_.acceleration
+            << " " << all_.jerk << "; longest stop " << longest_ << " of its bound\n";
+  EXPECT_GT(rested_, cases / 4);
+  EXPECT_LE(all_.greatest(), kWithin);
+  EXPECT_GT(all_.jerk, 0.95) << "stops use the reserve";
+}
+
+INSTANTIATE_TEST_SUITE_P(Arms, RateStops,
+                         testing::Values("lynx5", "al5d_wr", "puma560", "scara_gx4", "stanford",
+                                         "cartesian_ppp", "cylindrical_rpp", "polar_rrp", "xarm6"),
+                         [](const auto& arm) { return std::string(arm.param); });
+
+}  // namespace
+}  // namespace corbot::property_rate_stops_test
