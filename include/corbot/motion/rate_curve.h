@@ -9,6 +9,7 @@
 #include <span>
 
 #include "corbot/kinematics/joints.h"
+#include "corbot/motion/rate_pieces.h"
 
 // Stop, pause, override and cancellation along a path. A motion is a function of virtual time, which passes at a rate u of 0 to 1. At
 // u = 1 it reaches at most these shares of each of its limits v, a, j: V, A, J. With w = du/dt and z = dw/dt its derivatives by real time
@@ -23,6 +24,10 @@ struct Shares {
   double speed{}, acceleration{}, jerk{};
 };
 
+[[nodiscard]] inline Shares greater(const Shares& x, const Shares& y) noexcept {
+  return {std::max(x.speed, y.speed), std::max(x.acceleration, y.acceleration), std::max(x.jerk, y.jerk)};
+}
+
 /// Full limits of one quantity that a motion moves; finite and positive.
 struct RateLimit {
   double speed{}, acceleration{}, jerk{};
@@ -36,7 +41,10 @@ class RateCurve {
   static constexpr std::size_t kMostLimits = kMaxJoints + 2;
 
   /// `most`: shares that the motion reaches; those of acceleration and jerk below 1. At most kMostLimits limits.
-  RateCurve(std::span<const RateLimit> limits, Shares most) noexcept;
+  RateCurve(std::span<const RateLimit> limits, const Shares& most) noexcept
+      : RateCurve(limits, everywhere(most)) {}
+  /// `most`: those that it reaches while u is in a cell.
+  RateCurve(std::span<const RateLimit> limits, const std::array<Shares, kCells>& most) noexcept;
 
   /// u where cell k begins; they are narrower towards 1, where little is left of the limits.
   [[nodiscard]] static double node(std::size_t k) noexcept {
@@ -63,6 +71,12 @@ class RateCurve {
   }
 
  private:
+  static std::array<Shares, kCells> everywhere(const Shares& most) noexcept {
+    std::array<Shares, kCells> all;
+    all.fill(most);
+    return all;
+  }
+
   std::array<double, kCells + 1> square_{}, energy_{};
   std::array<double, kCells> jerk_{}, even_jerk_{};  ///< bounds of |z| at the greatest |w| and at w = 0
   std::array<double, kCells> steepness_{};           ///< of the chord between them
@@ -73,16 +87,36 @@ class RateGovernor {
  public:
   /// A motion begins, at this rate at once. `curve` must outlive it.
   void begin(const RateCurve& curve, double rate) noexcept {
-    curve_ = &curve;
+    curve_ = whole_ = &curve;
     time_s_ = w_ = 0.0;
     u_ = std::clamp(rate, 0.0, 1.0);
     cell_ = RateCurve::cell_of(u_);
     seek(u_);
   }
-  /// From now on: the override, or 0 to stop, to pause or to cancel.
+  /// From now on: the override, or 0 to stop, to pause or to cancel. During stop() it waits until the arm rests.
   void seek(double rate) noexcept {
-    wanted_ = std::clamp(rate, 0.0, 1.0);
-    wanted_energy_ = curve_->energy(RateCurve::cell_of(wanted_), wanted_);
+    sought_ = std::clamp(rate, 0.0, 1.0);
+    if (!is_stopping()) want(sought_);
+  }
+  /// To rest by another curve, which must outlive the stop, and which allows no less than the present one: stop_curve().
+  void stop(const RateCurve& quick) noexcept {
+    curve_ = &quick;
+    sought_ = 0.0;
+    want(0.0);
+  }
+  [[nodiscard]] bool is_stopping() const noexcept { return curve_ != whole_; }  ///< by stop()
+  /// For each cell of u, the virtual time from which on a stop that begins now is below the cell. It is the present one where it never comes.
+  [[nodiscard]] std::array<double, RateCurve::kCells> stop_times_s() const noexcept {
+    constexpr double kLongest_s = 1e3;
+    std::array<double, RateCurve::kCells> times_s;
+    times_s.fill(time_s_);
+    RateGovernor other = *this;
+    other.want(0.0);
+    for (std::size_t i = 0; i < kMostWays && !other.is_at_rest(); ++i) {
+      other.pass(kLongest_s);
+      times_s[other.cell_] = other.time_s_;
+    }
+    return times_s;
   }
   void advance(double dt_s) noexcept {
     for (std::size_t i = 0; i < kMostWays && dt_s > 0.0; ++i) dt_s -= pass(dt_s);
@@ -99,6 +133,10 @@ class RateGovernor {
     double length;  ///< 0 or more
     double gain;    ///< of w² by length
   };
+  void want(double rate) noexcept {
+    wanted_ = rate;
+    wanted_energy_ = curve_->energy(RateCurve::cell_of(rate), rate);
+  }
   double pass(double most_s) noexcept;
   [[nodiscard]] Way way(double sign, double square) const noexcept;
 
@@ -109,48 +147,50 @@ class RateGovernor {
   /// More than there are steps in all cells. A millisecond takes about two.
   static constexpr std::size_t kMostWays = 128 * RateCurve::kCells;
 
-  const RateCurve* curve_{};
-  double wanted_{}, wanted_energy_{};
+  const RateCurve *curve_{}, *whole_{};  ///< the present one, and that of the whole motion
+  double sought_{}, wanted_{}, wanted_energy_{};
   double u_{}, w_{}, time_s_{};
   std::size_t cell_{};
 };
 
-inline RateCurve::RateCurve(std::span<const RateLimit> limits, Shares most) noexcept {
+inline RateCurve::RateCurve(std::span<const RateLimit> limits,
+                            const std::array<Shares, kCells>& most) noexcept {
   constexpr double kLeast = 1e-3;    // of a share: a motion that hardly moves stops in some milliseconds
   constexpr double kTurning = 0.75;  // part of the jerk that u |w| may take, for z must not vanish
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const double v = std::max(most.speed, kLeast), a = most.acceleration, j = most.jerk;
-  // The greatest |w| in the cell of width h below u, from one end of the cell, where w² at the other one is `square` at most.
-  const auto greatest = [&](double u, double h, double square) {
+  const auto width = [](std::size_t k) { return node(k + 1) - node(k); };
+  // In a cell, by its upper end: what the jerk's limit leaves at w = 0, takes by |w|, and takes by |z|.
+  struct Jerk {
+    double left, by_w, by_z;
+  };
+  const auto jerk_of = [&](std::size_t k, const RateLimit& limit) {
+    const double u = node(k + 1);
+    return Jerk{1.0 - most[k].jerk * u * u * u,
+                3.0 * most[k].acceleration * limit.acceleration / limit.jerk * u,
+                std::max(most[k].speed, kLeast) * limit.speed / limit.jerk};
+  };
+  // The greatest |w| at one end of a cell, where w² at the other end is `square` at most.
+  const auto greatest = [&](std::size_t k, double square) {
+    const double u = node(k + 1), left = 1.0 - most[k].acceleration * u * u;
     double w = kInfinity;
     for (const RateLimit& limit : limits) {
-      const double left = 1.0 - j * u * u * u;
-      const double by_w = 3.0 * a * limit.acceleration / limit.jerk * u;
-      const double by_square = v * limit.speed / limit.jerk / (2.0 * h);
-      const double c = left + by_square * square;
-      w = std::min({w, (1.0 - a * u * u) * limit.acceleration / (v * limit.speed),
-                    by_w > 0.0 ? kTurning * left / by_w : kInfinity,
-                    2.0 * c / (by_w + std::sqrt(by_w * by_w + 4.0 * by_square * c))});
+      const Jerk jerk = jerk_of(k, limit);
+      const double by_square = jerk.by_z / (2.0 * width(k)), c = jerk.left + by_square * square;
+      w = std::min({w, left * limit.acceleration / (std::max(most[k].speed, kLeast) * limit.speed),
+                    jerk.by_w > 0.0 ? kTurning * jerk.left / jerk.by_w : kInfinity,
+                    2.0 * c / (jerk.by_w + std::sqrt(jerk.by_w * jerk.by_w + 4.0 * by_square * c))});
     }
-    return w;
+    return w * w;
   };
-  const auto width = [](std::size_t k) { return node(k + 1) - node(k); };
-  for (std::size_t k = kCells; k-- > 0;) {
-    const double w = greatest(node(k + 1), width(k), square_[k + 1]);
-    square_[k] = w * w;
-  }
-  double rising = 0.0;
+  for (std::size_t k = kCells; k-- > 0;) square_[k] = greatest(k, square_[k + 1]);
   square_[0] = 0.0;
   for (std::size_t k = 0; k < kCells; ++k) {
-    const double u = node(k + 1), w = greatest(u, width(k), rising);
-    rising = w * w;
-    square_[k + 1] = std::min(square_[k + 1], rising);
+    square_[k + 1] = std::min(square_[k + 1], greatest(k, square_[k]));
     jerk_[k] = even_jerk_[k] = kInfinity;
     for (const RateLimit& limit : limits) {
-      const double by_w = 3.0 * a * limit.acceleration / limit.jerk * u, left = 1.0 - j * u * u * u;
-      const double unit = limit.jerk / (v * limit.speed);
-      even_jerk_[k] = std::min(even_jerk_[k], left * unit);
-      jerk_[k] = std::min(jerk_[k], (left - by_w * widest(k)) * unit);
+      const Jerk jerk = jerk_of(k, limit);
+      even_jerk_[k] = std::min(even_jerk_[k], jerk.left / jerk.by_z);
+      jerk_[k] = std::min(jerk_[k], (jerk.left - jerk.by_w * widest(k)) / jerk.by_z);
     }
     steepness_[k] = (even_jerk_[k] - jerk_[k]) / widest(k);
     energy_[k + 1] = energy_[k] + 2.0 * jerk_[k] * width(k);
@@ -209,7 +249,41 @@ inline double RateGovernor::pass(double most_s) noexcept {
   const bool is_there = std::abs(u_ - wanted_) <= kSame && then * then <= rounding;
   if (is_there || u_ <= 0.0 || u_ >= 1.0) w_ = 0.0;
   u_ = is_there ? wanted_ : std::clamp(u_, 0.0, 1.0);
+  if (is_at_rest()) {
+    curve_ = whole_;
+    want(sought_);
+  }
   return t_s;
+}
+
+/// A curve for RateGovernor::stop(), by the pieces that a stop passes while u is in a cell. A quicker stop is below each cell earlier, which
+/// is looked at, so it passes fewer of them. `whole`: by all pieces. `shares`: one for each piece, of these limits. Takes 0.1 ms or so.
+[[nodiscard]] inline RateCurve stop_curve(const RateGovernor& governor, const RateCurve& whole,
+                                          const RatePieces& law, std::span<const Shares> shares,
+                                          std::span<const RateLimit> limits) noexcept {
+  constexpr int kPasses = 3;
+  constexpr double kRounding_s = 1e-12;
+  RateCurve best = whole;
+  std::array<double, RateCurve::kCells> until_s = governor.stop_times_s();
+  for (int pass = 0; pass < kPasses; ++pass) {
+    std::size_t piece = law.piece_at(governor.time_s());
+    Shares most = shares[piece];
+    std::array<Shares, RateCurve::kCells> ahead;
+    for (std::size_t k = RateCurve::kCells; k-- > 0; ahead[k] = most) {
+      while (piece + 1 < law.pieces.size() && law.pieces[piece + 1].begin_s <= until_s[k] + kRounding_s)
+        most = greater(most, shares[++piece]);
+    }
+    const RateCurve curve(limits, ahead);
+    RateGovernor quick = governor;
+    quick.stop(curve);
+    const std::array<double, RateCurve::kCells> quick_s = quick.stop_times_s();
+    for (std::size_t k = 0; k < quick_s.size(); ++k) {
+      if (quick_s[k] > until_s[k] + kRounding_s) return best;
+    }
+    best = curve;
+    until_s = quick_s;
+  }
+  return best;
 }
 
 }  // namespace corbot::rate

@@ -39,12 +39,16 @@ struct RatePieces {
     if (piece + 1 < pieces.size()) return advanced(p.begin, t_s - p.begin_s);
     return advanced({length_s, 0.0, 0.0, p.begin.j}, t_s - duration_s);
   }
-  /// `t_s`: clamped to the duration. Takes at most seven comparisons of times.
-  [[nodiscard]] RateState at(double t_s) const noexcept {
-    t_s = std::clamp(t_s, 0.0, duration_s);
+  /// Number of the piece in which a time lies; at most seven comparisons.
+  [[nodiscard]] std::size_t piece_at(double t_s) const noexcept {
     const auto next = std::upper_bound(pieces.begin() + 1, pieces.end(), t_s,
                                        [](double t, const Piece& piece) { return t < piece.begin_s; });
-    return at(static_cast<std::size_t>(next - pieces.begin()) - 1, t_s);
+    return static_cast<std::size_t>(next - pieces.begin()) - 1;
+  }
+  /// `t_s`: clamped to the duration.
+  [[nodiscard]] RateState at(double t_s) const noexcept {
+    t_s = std::clamp(t_s, 0.0, duration_s);
+    return at(piece_at(t_s), t_s);
   }
 };
 

@@ -154,14 +154,14 @@ Limits limits_of(const ArmModel& model, const PlanSettings& settings, const ArcM
   return limits;
 }
 
-Shares Proof::greatest() const noexcept {
-  Shares most;
-  for (const Shares& piece : pieces) {
-    most.speed = std::max(most.speed, piece.speed);
-    most.acceleration = std::max(most.acceleration, piece.acceleration);
-    most.jerk = std::max(most.jerk, piece.jerk);
+std::vector<RateLimit> rate_limits(const Limits& limits) {
+  std::vector<RateLimit> all;
+  for (std::size_t i = 0; i <= kPath; ++i) {
+    if (std::isfinite(limits.acceleration[i]) && std::isfinite(limits.jerk[i]))
+      all.push_back({limits.speed[i], limits.acceleration[i], limits.jerk[i]});
   }
-  return most;
+  if (limits.angle_rad > 0.0) all.push_back({limits.speed[kPath], limits.arc_acceleration, limits.arc_jerk});
+  return all;
 }
 
 Proof prove(const RateLaw& law, std::span<const Knot> knots, const Limits& limits) {

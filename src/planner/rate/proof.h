@@ -28,9 +28,11 @@ struct Limits {
 struct Proof {
   bool is_forward{true};       ///< false: lambda goes back somewhere, and nothing else is meaningful
   std::vector<Shares> pieces;  ///< bounds of the greatest of any limit, for each piece of the law
-  [[nodiscard]] Shares greatest() const noexcept;
   double factor{};  ///< by which the law must be stretched to keep all limits; below 1 it may be quicker
 };
+
+/// All that are finite.
+[[nodiscard]] std::vector<RateLimit> rate_limits(const Limits& limits);
 
 /// Bounds that hold at every instant. On a stretch of time d within one piece and one cell, for any f, scalar or vector:
 /// |f| <= max of both ends + d²/8 · max |f″|, the error of linear interpolation. The derivatives of z(lambda(t)) by time are bounded by the

@@ -2,8 +2,7 @@
 #include "planner/rate/rate_planner.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -47,14 +46,11 @@ std::optional<RateLaw> quickest(std::span<const Knot> knots, const Limits& limit
 }
 
 /// `limits`: full ones.
-RateCurve curve_of(const RateLaw& law, std::span<const Knot> knots, const Limits& limits) {
-  std::vector<RateLimit> all;
-  for (std::size_t i = 0; i <= kPath; ++i) {
-    if (std::isfinite(limits.acceleration[i]) && std::isfinite(limits.jerk[i]))
-      all.push_back({limits.speed[i], limits.acceleration[i], limits.jerk[i]});
-  }
-  if (limits.angle_rad > 0.0) all.push_back({limits.speed[kPath], limits.arc_acceleration, limits.arc_jerk});
-  return {all, prove(law, knots, limits).greatest()};
+RatePlan plan_of(std::vector<Knot> knots, RateLaw law, const Limits& limits) {
+  std::vector<Shares> shares = prove(law, knots, limits).pieces;
+  const Shares most = std::accumulate(shares.begin(), shares.end(), Shares{}, greater);
+  const RateCurve curve(rate_limits(limits), most);
+  return {std::move(knots), std::move(law), std::move(shares), curve};
 }
 
 template <class Motion>
@@ -66,8 +62,7 @@ RatePlanned plan_motion(const ArmModel& model, const PlanSettings& settings, con
     std::copy(start_q.begin(), start_q.end(), here.z.begin());
     Knot end = here;
     end.lambda_s = 1.0;
-    const RateLaw law(std::max(0.0, t_s));
-    return RatePlan{{here, end}, law, curve_of(law, std::array{here, end}, full)};
+    return plan_of({here, end}, RateLaw(std::max(0.0, t_s)), full);
   }
   const Limits limits = reserved(full);
   KnotList list = plan_geometry(model, motion, start_q, limits.speed);
@@ -80,8 +75,7 @@ RatePlanned plan_motion(const ArmModel& model, const PlanSettings& settings, con
     return refusal;
   }
   law->last_at_least(t_s);
-  const RateCurve curve = curve_of(*law, knots, full);
-  return RatePlan{std::move(knots), std::move(*law), curve};
+  return plan_of(std::move(knots), std::move(*law), full);
 }
 
 }  // namespace

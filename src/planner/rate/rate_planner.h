@@ -22,7 +22,8 @@ inline constexpr double kJerkReserve = 0.05;
 struct RatePlan {
   std::vector<Knot> knots;
   RateLaw law;
-  RateCurve curve;  ///< of virtual time, by what the law leaves of the limits
+  std::vector<Shares> shares;  ///< of the full limits, for each piece of the law
+  RateCurve curve;             ///< of virtual time, by what the law leaves of the limits
 };
 using RatePlanned = std::variant<RatePlan, PlanRefusal>;
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <string>
 
@@ -90,7 +91,8 @@ class RateProof : public testing::TestWithParam<const char*> {
     const rate::Proof proof = prove(law, knots, limits);
     ASSERT_TRUE(proof.is_forward);
     ASSERT_EQ(proof.pieces.size(), law.pieces().size());
-    const Shares bound = proof.greatest(), seen = scanned(arm_, motion, law, knots);
+    const Shares bound = std::accumulate(proof.pieces.begin(), proof.pieces.end(), Shares{}, rate::greater);
+    const Shares seen = scanned(arm_, motion, law, knots);
     // The tool, which follows within 1e-8 m, and the rounding of differences.
     EXPECT_LE(seen.speed, bound.speed * (1.0 + 1e-6) + 1e-6);
     EXPECT_LE(seen.acceleration, bound.acceleration * (1.0 + 1e-6) + 1e-5);
