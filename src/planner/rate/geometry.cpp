@@ -422,38 +422,6 @@ KnotList plan(const ArmModel& model, const Motion& motion, const Joints& start_q
 
 }  // namespace
 
-Cell::Cell(const Knot& a, const Knot& b, double length_s) noexcept : length_s_(length_s) {
-  const double h = length_s;
-  for (std::size_t i = 0; i < c_.size(); ++i) {
-    std::array<double, 6>& c = c_[i];
-    c[0] = a.z[i];
-    c[1] = h * a.rate[i];
-    c[2] = 0.5 * h * h * a.bend[i];
-    // What is left of value, first and second derivative at t = 1.
-    const double value = (b.z[i] - a.z[i]) - c[1] - c[2];
-    const double rate = h * b.rate[i] - c[1] - 2.0 * c[2];
-    const double bend = h * h * b.bend[i] - 2.0 * c[2];
-    c[3] = 10.0 * value - 4.0 * rate + 0.5 * bend;
-    c[4] = -15.0 * value + 7.0 * rate - bend;
-    c[5] = 6.0 * value - 3.0 * rate + 0.5 * bend;
-  }
-}
-
-State Cell::at(double t, std::size_t order) const noexcept {
-  State x{};
-  std::array<double, 6> factor{};  // k!/(k − order)!
-  double scale = 1.0;
-  for (std::size_t m = 0; m < order; ++m) scale /= length_s_;
-  for (std::size_t k = order; k < factor.size(); ++k) {
-    factor[k] = scale;
-    for (std::size_t m = 0; m < order; ++m) factor[k] *= static_cast<double>(k - m);
-  }
-  for (std::size_t i = 0; i < c_.size(); ++i) {
-    for (std::size_t k = factor.size(); k-- > order;) x[i] = x[i] * t + factor[k] * c_[i][k];
-  }
-  return x;
-}
-
 State full_speed(const ArmModel& model, const PlanSettings& settings, double length_m,
                  double rotation_rad) noexcept {
   const auto per = [](double limit, double amount) {

@@ -23,10 +23,7 @@ class Curve {
   }
   [[nodiscard]] Curvature at(double mu) const noexcept {
     const std::array<double, 4> g = ramp_.at(mu);
-    const auto inner = knots_.subspan(1, knots_.size() - 2);
-    const auto next = std::upper_bound(inner.begin(), inner.end(), g[0],
-                                       [](double x, const Knot& knot) { return x < knot.lambda_s; });
-    const auto i = static_cast<std::size_t>(next - inner.begin());
+    const std::size_t i = cell_at(knots_, g[0]);
     const Cell& cell = cells_[i];
     const double t = std::clamp((g[0] - knots_[i].lambda_s) / cell.length_s(), 0.0, 1.0);
     const State z1 = cell.at(t, 1), z2 = cell.at(t, 2), z3 = cell.at(t, 3);

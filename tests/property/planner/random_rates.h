@@ -22,12 +22,7 @@ namespace corbot::test {
 
 /// z of a plan at a time, clamped to its duration.
 inline rate::State state_of(const rate::RatePlan& plan, double t_s) {
-  const double lambda_s = plan.law.at(t_s).lambda_s;
-  if (lambda_s >= plan.knots.back().lambda_s) return plan.knots.back().z;
-  const auto next = std::upper_bound(plan.knots.begin() + 1, plan.knots.end() - 1, lambda_s,
-                                     [](double x, const rate::Knot& knot) { return x < knot.lambda_s; });
-  const rate::Cell cell(*(next - 1), *next);
-  return cell.at((lambda_s - (next - 1)->lambda_s) / cell.length_s());
+  return rate::state_at(plan.knots, plan.law.at(t_s).lambda_s);
 }
 inline Joints joints_in(const rate::State& z) {
   Joints q{};
