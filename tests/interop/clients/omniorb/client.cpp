@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <omniORB4/Naming.hh>
 
+#include <algorithm>
 #include <arm.hh>
 #include <functional>
 #include <future>
@@ -130,6 +131,9 @@ Call call_of(Result (Class::*operation)(Arguments...)) {
           } else if constexpr (std::is_same_v<Result, Corbot::Arm_ptr>) {
             const Corbot::Arm_var result((arm->*operation)(passed(values)...));
             return "ok " + std::string(CORBA::String_var(orb()->object_to_string(result)).in());
+          } else if constexpr (std::is_same_v<Result, char*>) {
+            const CORBA::String_var result = (arm->*operation)(passed(values)...);
+            return "ok " + text(result.in());
           } else if constexpr (std::is_pointer_v<Result>) {
             const std::unique_ptr<std::remove_pointer_t<Result>> result((arm->*operation)(passed(values)...));
             return "ok " + text(*result);
@@ -194,6 +198,7 @@ const std::map<std::string, Call>& calls() {
                                                   CALL(Release),
                                                   CALL(Control),
                                                   CALL(CycleAge),
+                                                  CALL(Description),
                                                   CALL(State),
                                                   CALL(SetGripper),
                                                   CALL(StartSetGripper),
@@ -320,5 +325,9 @@ class Client {
 
 int main() {
   Client client;
-  for (std::string line; std::getline(std::cin, line);) std::cout << client.answer(line) << std::endl;
+  for (std::string line; std::getline(std::cin, line);) {
+    std::string answer = client.answer(line);
+    std::replace(answer.begin(), answer.end(), '\n', ' ');
+    std::cout << answer << std::endl;
+  }
 }

@@ -13,7 +13,14 @@ inline std::string text(double value) { return fmt::format("{}", value); }
 inline std::string text(CORBA::Long value) { return fmt::format("{}", value); }
 inline std::string text(CORBA::ULongLong value) { return fmt::format("{}", value); }
 inline std::string text(bool value) { return value ? "true" : "false"; }
-inline std::string text(const char* value) { return fmt::format("\"{}\"", value); }
+inline std::string text(const char* value) {
+  std::string quoted = "\"";
+  for (const char* c = value; *c != '\0'; ++c) {
+    if (*c == '"' || *c == '\\') quoted += '\\';
+    quoted += *c;
+  }
+  return quoted + '"';
+}
 inline std::string text(Corbot::GripperState value) { return value == Corbot::Open ? "Open" : "Close"; }
 inline std::string text(Corbot::RobotState value) {
   static constexpr const char* kNames[] = {"Error", "Waiting", "Standby"};

@@ -167,7 +167,7 @@ static char* invoke(Call* call) {
                             (tc->kind == CORBA_tk_struct && (method->flags & ORBit_I_COMMON_FIXED_SIZE) == 0);
     g_string_append_c(out, ' ');
     write_value(out, tc, by_pointer ? result.pointer : result.bytes);
-    if (by_pointer) CORBA_free(result.pointer);
+    if (by_pointer || tc->kind == CORBA_tk_string) CORBA_free(result.pointer);
     if (tc->kind == CORBA_tk_objref) CORBA_Object_release(result.pointer, &ev);
   }
   return g_string_free(out, FALSE);
@@ -303,7 +303,7 @@ int main(void) {
     char** words = words_of(line);
     char* text = answer(words, threads, &keep_words);
     if (!keep_words) g_strfreev(words);
-    (void)printf("%s\n", text);
+    (void)printf("%s\n", g_strdelimit(text, "\n", ' '));
     (void)fflush(stdout);
     g_free(text);
   }

@@ -71,9 +71,12 @@ static void write_value(GString* out, CORBA_TypeCode tc, const char* at) {
     case CORBA_tk_enum:
       g_string_append(out, tc->subnames[*(const guint32*)at]);
       return;
-    case CORBA_tk_string:
-      g_string_append_printf(out, "\"%s\"", *(const char* const*)at);
+    case CORBA_tk_string: {
+      char* escaped = g_strescape(*(char* const*)at, "\n\t");
+      g_string_append_printf(out, "\"%s\"", escaped);
+      g_free(escaped);
       return;
+    }
     case CORBA_tk_objref: {
       CORBA_Environment ev;
       CORBA_exception_init(&ev);
