@@ -13,13 +13,13 @@
 #include "cli/force_release.h"
 #include "cli/frames_view.h"
 #include "cli/local_stop.h"
-#include "cli/notice.h"
 #include "cli/run_program.h"
 #include "cli/show.h"
 #include "cli/speed_view.h"
 #include "cli/stop_all.h"
 #include "client/client.h"
 #include "client/local_robots.h"
+#include "client/notice.h"
 #include "client/stop_on_signal.h"
 #include "config/load_profile.h"
 #include "config/profile.h"
@@ -44,7 +44,7 @@ bool is_stopped_here(const std::string& robot, double timeout_s) {
   try {
     return !robot.empty() && stop_on_this_machine(robot, timeout_s);
   } catch (const Failure& failure) {
-    notice(stderr, fmt::format("corbot: {}\n", failure.what()));
+    client::notice(stderr, fmt::format("corbot: {}\n", failure.what()));
     return false;
   }
 }
@@ -59,13 +59,13 @@ void run_stoppable(const ClientOptions& options, Work&& work) {
     Client* client = connected.load();
     if (client == nullptr) ::_exit(static_cast<int>(ExitCode::kStopped));  // nothing moves yet
     client->begin_cancel();  // first, or the next motion of a program would begin after the stop
-    notice(stderr, "\ncorbot: stopping the arm\n");
+    client::notice(stderr, "\ncorbot: stopping the arm\n");
     stopped = is_stopped_here(client->address().local, options.timeout_s);
     try {
       client->cancel();
       stopped = true;
     } catch (const Failure& failure) {
-      if (!stopped) notice(stderr, fmt::format("corbot: THE STOP FAILED: {}\n", failure.what()));
+      if (!stopped) client::notice(stderr, fmt::format("corbot: THE STOP FAILED: {}\n", failure.what()));
     }
   });
   Client client(find_robot(options.robot), options.timeout_s);

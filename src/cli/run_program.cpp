@@ -10,7 +10,7 @@
 #include <cstdio>
 
 #include "cli/arm/dry_run.h"
-#include "cli/notice.h"
+#include "client/notice.h"
 
 namespace corbot::cli {
 
@@ -41,12 +41,12 @@ class Display {
   void draw(double progress) const {
     if (terminal_) {
       const double done = (static_cast<double>(index_) + progress) / static_cast<double>(count_);
-      notice(stdout, fmt::format("\r\x1b[K{} {:3.0f} %  {}/{}  {}", bar(done, 30), std::floor(100 * done),
-                                 index_ + 1, count_, text_));
+      client::notice(stdout, fmt::format("\r\x1b[K{} {:3.0f} %  {}/{}  {}", bar(done, 30),
+                                         std::floor(100 * done), index_ + 1, count_, text_));
     }
     std::fflush(stdout);
   }
-  void end() const { notice(stdout, terminal_ ? "\r\x1b[K" : ""); }
+  void end() const { client::notice(stdout, terminal_ ? "\r\x1b[K" : ""); }
 
  private:
   std::size_t count_;

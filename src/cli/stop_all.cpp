@@ -11,11 +11,11 @@
 #include <list>
 #include <vector>
 
-#include "cli/notice.h"
 #include "cli/supervise/child.h"
 #include "client/explain.h"
 #include "client/failure.h"
 #include "client/local_robots.h"
+#include "client/notice.h"
 #include "shm/run_directory.h"
 
 namespace corbot::cli {
@@ -35,7 +35,7 @@ std::vector<std::string> robots_here() {
       names.insert(names.end(), listening.begin(), listening.end());
     }
   } catch (const SegmentError& error) {
-    notice(stderr, fmt::format("corbot: {}\n", error.what()));
+    client::notice(stderr, fmt::format("corbot: {}\n", error.what()));
   }
   std::sort(names.begin(), names.end());
   names.erase(std::unique(names.begin(), names.end()), names.end());
@@ -62,13 +62,13 @@ bool report(Stopping& stopping) {
   read_to_end(stopping);
   const int status = stopping.child.wait();
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) {
-    notice(stdout, fmt::format("{}: stopped\n", stopping.robot));
+    client::notice(stdout, fmt::format("{}: stopped\n", stopping.robot));
     return true;
   }
   constexpr std::string_view kPrefix = "corbot: ";
   std::string why = stopping.last_line.empty() ? describe_end(status) : stopping.last_line;
   if (why.starts_with(kPrefix)) why.erase(0, kPrefix.size());
-  notice(stdout, fmt::format("{}: NOT STOPPED: {}\n", stopping.robot, client::printable(why)));
+  client::notice(stdout, fmt::format("{}: NOT STOPPED: {}\n", stopping.robot, client::printable(why)));
   return false;
 }
 
@@ -94,7 +94,7 @@ void stop_all(const std::string& robot, double timeout_s) {
   }
   std::fflush(stdout);
   if (const std::string elsewhere = client::robots_elsewhere(); !elsewhere.empty())
-    notice(stderr, fmt::format("corbot: not asked to stop: {}\n", elsewhere));
+    client::notice(stderr, fmt::format("corbot: not asked to stop: {}\n", elsewhere));
   if (!failed.empty()) {
     throw Failure(ExitCode::kUnreachable, fmt::format("{} of {} robots did not confirm the stop: {}",
                                                       failed.size(), names.size(), fmt::join(failed, ", ")));

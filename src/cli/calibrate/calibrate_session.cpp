@@ -13,9 +13,9 @@
 #include <utility>
 
 #include "cli/calibrate/calibrate_help.h"
-#include "cli/notice.h"
 #include "client/explain.h"
 #include "client/failure.h"
+#include "client/notice.h"
 #include "client/number.h"
 #include "config/load_profile.h"
 #include "shm/run_directory.h"
@@ -314,7 +314,7 @@ void CalibrateSession::report_unwritten() const {
   const std::string lost = unwritten();
   if (lost.empty() || quit_once_) return;
   std::fflush(stdout);
-  notice(stderr, fmt::format("corbot: {}\n", lost));
+  client::notice(stderr, fmt::format("corbot: {}\n", lost));
 }
 
 void CalibrateSession::fail_lost_device() {

@@ -115,7 +115,8 @@ TEST_F(State, ThePortOfARobotIsKnown) {
   lynx->write(sample("lynx5"));
   EXPECT_EQ(client::robot_at_port(12810), "'lynx5' is up at 127.0.0.1:12810");
   EXPECT_EQ(client::robot_at_port(2810), "");
-  EXPECT_THAT(client::endpoint_fault("192.0.2.1", 12810), testing::HasSubstr("not an address of this machine"));
+  EXPECT_THAT(client::endpoint_fault("192.0.2.1", 12810),
+              testing::HasSubstr("not an address of this machine"));
 }
 
 TEST_F(State, AnUnknownNameIsAnsweredWithThoseThatAreUp) {

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <string>
 
-namespace corbot::cli {
+namespace corbot::client {
 
 /// Writes to a stream that may be gone, as a closed terminal's is. fmt::print would throw there, and a command that stops an
 /// arm, or follows its motion, would end before the arm is at rest.
@@ -13,4 +13,4 @@ inline void notice(std::FILE* stream, const std::string& text) noexcept {
   (void)std::fflush(stream);
 }
 
-}  // namespace corbot::cli
+}  // namespace corbot::client
