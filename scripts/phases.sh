@@ -2,6 +2,7 @@
 # What `.ci/run` and `scripts/nightly` share: phases with their times, and the check of what is left behind. Sourced after
 # common.sh; prints the report when the caller ends.
 durations=()
+beside=
 
 # phase TITLE COMMAND...
 phase() {
@@ -13,8 +14,24 @@ phase() {
   durations+=("$(printf '%5d s  %s' $((SECONDS - begun)) "$title")")
 }
 
+# begin_beside COMMAND...: runs it in the time that the tests' waits leave to the processors. end_beside waits for its end, and
+# fails if it failed. A session of its own, so that its group of processes, too, comes after those of the tests.
+begin_beside() {
+  setsid bash -c 'echo 19 > /proc/self/autogroup 2> /dev/null; exec chrt --idle 0 "$@"' beside "$@" > build/beside.log 2>&1 &
+  beside=$!
+}
+
+end_beside() {
+  local status=0
+  wait "$beside" || status=$?
+  beside=
+  cat build/beside.log
+  return "$status"
+}
+
 finish() {
   local status=$?
+  [ -z "$beside" ] || kill -- "-$beside" 2> /dev/null || true
   if [ ${#durations[@]} -gt 0 ]; then printf '%s\n' "${durations[@]}"; fi
   if [ "$status" -eq 0 ]; then
     say "$run_name passed in $SECONDS s"

@@ -4,9 +4,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <clocale>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <map>
 #include <memory>
@@ -349,12 +351,24 @@ int run(int argc, char** argv) {
   return static_cast<int>(ExitCode::kOk);
 }
 
+/// What was printed may be in the buffer still, and on no disk. A reader that has closed its pipe has read what it wanted.
+void check_printed() {
+  errno = 0;
+  const bool is_written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  if (is_written || errno == EPIPE) return;
+  throw Failure(
+      ExitCode::kInternal,
+      fmt::format("standard output: {}", errno != 0 ? std::strerror(errno) : "not all could be written"));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   try {
-    return run(argc, argv);
+    const int status = run(argc, argv);
+    if (status == 0) check_printed();
+    return status;
   } catch (const Failure& failure) {
     std::fflush(stdout);
     // Not by fmt::print, which throws where standard error cannot be written.

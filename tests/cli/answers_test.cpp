@@ -47,6 +47,17 @@ class Answers : public CliRig {
   }
 };
 
+TEST_F(Answers, AFullDiskIsNoSuccess) {
+  const auto full = begin_in({"/bin/sh", "-c", "exec \"$@\" >/dev/full", "sh"}, {"version"});
+  const auto end = full->wait(within(20));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 5);
+  EXPECT_THAT(full->errors(), HasSubstr("standard output: No space left on device"));
+  const auto unread =
+      begin_in({"/bin/bash", "-c", "\"$@\" | true; exit ${PIPESTATUS[0]}", "bash"}, {"version"});
+  EXPECT_EQ(unread->wait(within(20)), 0) << "a reader has what it wanted";
+}
+
 TEST_F(Answers, AHoldOnAFrozenTaskIsCountedAndTakesEffectWhenItGoesOn) {
   up({}, supervised("respond_s", "60"));
   const pid_t rt = pid_of("rt_pid");

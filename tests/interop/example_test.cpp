@@ -171,7 +171,7 @@ TEST_F(FirstMove, SaysThatTheQueueIsFull) {
 
 TEST_F(FirstMove, InCppBuiltAsThePageSays) {
   const std::string in_source_dir = "cd " CORBOT_SOURCE_DIR " && ";
-  for (const char* command : {"omniidl", "g++"}) {
+  for (const char* command : {"/usr/bin/omniidl", "g++"}) {
     const RunResult made = run({"sh", "-c", in_source_dir + documented_command(command, scratch_)}, 300.0);
     ASSERT_EQ(made.code, 0) << made.output << made.errors;
   }

@@ -215,7 +215,7 @@ TEST(KinematicsCommand, TellsFamilyTableAndSolutions) {
       text,
       HasSubstr("puma560: family 'ortho-parallel arm with spherical wrist', kind anthropomorphic, 6 joints"));
   EXPECT_THAT(text, HasSubstr("standard D-H, by table values"));
-  EXPECT_THAT(text, HasSubstr("0 + q3             0.15005            0.0203     -90"));
+  EXPECT_THAT(text, HasSubstr("0 + q2             0.15005            0.0203     -90"));
   EXPECT_THAT(text, HasSubstr("10.0000   20.0000   30.0000   40.0000   50.0000   60.0000\n"));
   EXPECT_THAT(text, HasSubstr("0.8770 from axis 1"));
   EXPECT_THAT(printed({.profile = profile_file("puma560")}),
