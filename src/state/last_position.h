@@ -30,7 +30,7 @@ struct LastPosition {
 /// has files of its own: what it leaves is never taken for a device's, and does not replace it.
 [[nodiscard]] std::string state_file_stem(std::string_view robot, std::string_view device);
 
-/// What is wrong with a saved position. One that is there and cannot be read as what it shall be does not prove that the arm
+/// What is wrong with a saved position. One whose file is damaged does not prove that the arm
 /// was not in Error; only one that is whole, and of this robot with another profile or device, proves it.
 class PositionError : public std::runtime_error {
  public:

@@ -169,7 +169,7 @@ TEST_F(Position, OfAnotherDeviceIsRejectedButItsHoldAndErrorStay) {
 }
 
 /// Nobody knows whether the arm was in Error.
-TEST_F(Position, ThatCannotBeReadAsWhatItShallBeProvesNothing) {
+TEST_F(Position, WhoseFileIsDamagedProvesNothing) {
   Snapshot snapshot{};
   snapshot.flags = kSnapshotHeld;
   snapshot.state = RtState::kError;
