@@ -58,7 +58,9 @@ def test_a_cell_is_paused_and_stopped() -> None:
         cell.resume()
         assert not cell.is_paused
         until(lambda: cell.robots["robot1"].work is corbot.Work.MOVING)
-        cell.stop()
+        cell._addresses["robots"] = {"gone": "127.0.0.1:1/gone", **cell._addresses["robots"]}
+        with pytest.raises(corbot.RobotNotFound):
+            cell.stop()  # it stops the others all the same
         assert simulation.wait(60) == 4, simulation.output
 
 

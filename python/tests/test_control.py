@@ -38,3 +38,10 @@ def test_an_exception_leaves_the_block_and_control_ends(arm: corbot.Arm) -> None
     with pytest.raises(ZeroDivisionError), arm.control("Ada"):
         _ = 1 / 0
     assert arm.state.control.holder == ""
+
+
+def test_the_blocks_own_exception_counts_where_control_had_ended(arm: corbot.Arm) -> None:
+    with pytest.raises(ZeroDivisionError), arm.control("Ada") as held:
+        held.call("Release")
+        _ = 1 / 0
+    arm.ready()

@@ -77,6 +77,12 @@ def test_a_profile_that_is_refused_shows_why(tmp_path: Path) -> None:
     assert "name" in raised.value.output
 
 
+def test_a_profile_that_drives_a_device_is_refused() -> None:
+    with pytest.raises(corbot.SimulationFailed) as raised, corbot.simulated("lynx5-can"):
+        pass
+    assert "drives a device" in raised.value.output
+
+
 def test_the_program_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program = find_program()
     for given in (program, program.parent):

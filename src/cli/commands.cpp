@@ -9,6 +9,7 @@
 #include <climits>
 #include <cstdio>
 #include <future>
+#include <optional>
 
 #include "cli/force_release.h"
 #include "cli/frames_view.h"
@@ -54,6 +55,7 @@ template <class Work>
 void run_stoppable(const ClientOptions& options, Work&& work) {
   std::atomic<Client*> connected{nullptr};
   std::atomic<bool> stopped{false};
+  std::optional<Client> client_here;  // it outlives the signal's thread, which uses it
   // Before the client, whose ORB makes threads: they inherit the blocked signals.
   OnSignal on_signal([&] {
     Client* client = connected.load();
@@ -68,10 +70,11 @@ void run_stoppable(const ClientOptions& options, Work&& work) {
       if (!stopped) client::notice(stderr, fmt::format("corbot: THE STOP FAILED: {}\n", failure.what()));
     }
   });
-  Client client(find_robot(options.robot), options.timeout_s);
+  Client& client = client_here.emplace(find_robot(options.robot), options.timeout_s);
   connected = &client;
   try {
     work(client);
+    if (on_signal.seen()) throw Failure(ExitCode::kStopped, "the command had just ended");
   } catch (const Failure& failure) {
     if (!on_signal.seen()) throw;
     on_signal.join();
@@ -230,9 +233,8 @@ void run_request(const ClientOptions& options, const Request& request) {
 
 void run_file(const ClientOptions& options, const RunOptions& run) {
   const Program program = load_program(run.file);
-  if (run.dry_run)
-    return run.profile.empty() ? print_program(program) : check_reach(program, run.file, run.profile);
-  run_stoppable(options, [&](Client& client) { run_program(client, program, run.file); });
+  if (run.dry_run) return run.profile.empty() ? print_program(program) : check_reach(program, run.profile);
+  run_stoppable(options, [&](Client& client) { run_program(client, program); });
 }
 
 void show(const ClientOptions& options, View view, bool as_json) {

@@ -173,6 +173,8 @@ void add_supervision(CLI::App& app, Settings& s) {
       ->check(CLI::IsMember({"omniorb", "orbit2"}));
   up_command->add_option("--realtime", s.up.realtime, "What to do where privileges are missing")
       ->check(CLI::IsMember({"enforce", "best-effort"}));
+  up_command->add_flag("--simulated", s.up.simulated,
+                       "Refuse a profile that drives a device: nothing real can move");
   up_command->add_option("--state-dir", s.up.state_directory,
                          "Where the last position is kept ($CORBOT_STATE_DIR, ~/.local/state/corbot)");
   up_command->add_flag("--replace", s.up.replace, "End a robot of that name first, whoever started it");

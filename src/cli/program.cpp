@@ -79,6 +79,10 @@ void parse_line(std::string_view line, std::size_t number, Program& program) {
     program.faults.push_back({number, "PERCENT missing; usage: " + usage_of(spec)});
     return;
   }
+  if (request.verb == Verb::kFrames && !request.reset) {
+    program.faults.push_back({number, "--reset missing: without it there is nothing to set"});
+    return;
+  }
   program.statements.push_back({number, std::string(text), request});
 }
 

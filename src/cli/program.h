@@ -24,6 +24,7 @@ struct ProgramFault {
 };
 
 struct Program {
+  std::string name;  ///< its file, or "<standard input>"
   std::vector<Statement> statements;
   std::vector<ProgramFault> faults;  ///< all of them, in the order of the lines; run nothing if there is one
 };

@@ -75,7 +75,7 @@ std::string flags_text(std::uint32_t flags) {
   return text.empty() ? "-" : text;
 }
 
-/// A file that is written in whole rows.
+/// A file of rows, in their order. A disk that is full can end it within a row.
 class Output {
  public:
   Output(const std::string& file, bool force) : file_(file), fd_(STDOUT_FILENO) {

@@ -65,15 +65,15 @@ std::string bar(double ratio, std::size_t width) {
 
 Program load_program(const std::string& file) {
   Program program = parse_program(read_program(file));
-  const std::string name = file == "-" ? "<standard input>" : file;
+  program.name = file == "-" ? "<standard input>" : file;
   if (!program.faults.empty()) {
     const std::size_t count = program.faults.size();
     throw Failure(ExitCode::kUsage,
-                  describe_faults(program, name) +
+                  describe_faults(program, program.name) +
                       fmt::format("{} line{} to fix; nothing moved", count, count == 1 ? "" : "s"));
   }
   if (program.statements.empty()) {
-    throw Failure(ExitCode::kUsage, fmt::format("{}: no command in it; nothing moved", name));
+    throw Failure(ExitCode::kUsage, fmt::format("{}: no command in it; nothing moved", program.name));
   }
   return program;
 }
@@ -88,14 +88,14 @@ void print_program(const Program& program) {
       program.statements.size());
 }
 
-void check_reach(const Program& program, const std::string& file, const std::string& profile) {
+void check_reach(const Program& program, const std::string& profile) {
   DryRun robot(profile);
   for (const auto& statement : program.statements) {
     if (const auto why = robot.refusal_of(statement.request))
       throw Failure(
           ExitCode::kRefused,
-          fmt::format("{}:{}: {}: would be refused: {}; what follows was not checked; nothing moved", file,
-                      statement.line, statement.text, *why));
+          fmt::format("{}:{}: {}: would be refused: {}; what follows was not checked; nothing moved",
+                      program.name, statement.line, statement.text, *why));
     const bool is_override = statement.request.verb == client::Verb::kOverride;
     fmt::print("line {}: {}{}\n", statement.line, to_string(statement.request),
                is_override ? ": skipped, since it changes no path" : "");
@@ -107,7 +107,7 @@ void check_reach(const Program& program, const std::string& file, const std::str
       program.statements.size(), robot.robot());
 }
 
-void run_program(Client& client, const Program& program, const std::string& file) {
+void run_program(Client& client, const Program& program) {
   Display display(program.statements.size(), ::isatty(STDOUT_FILENO) == 1);
   const auto begin = Clock::now();
   for (std::size_t i = 0; i < program.statements.size(); ++i) {
@@ -117,8 +117,8 @@ void run_program(Client& client, const Program& program, const std::string& file
       client.perform(statement.request, [&](double progress) { display.draw(progress); });
     } catch (const Failure& failure) {
       display.end();
-      throw Failure(failure.code(), fmt::format("{}:{}: {}: {}{}", file, statement.line, statement.text,
-                                                failure.what(), describe_others(program, i)));
+      throw Failure(failure.code(), fmt::format("{}:{}: {}: {}{}", program.name, statement.line,
+                                                statement.text, failure.what(), describe_others(program, i)));
     }
   }
   display.end();

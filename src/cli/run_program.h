@@ -20,10 +20,10 @@ void print_program(const Program& program);
 
 /// Prints the statements that the arm of a profile can carry out, one after the other, without executing them. Throws Failure
 /// with file and line of the first that its planner refuses.
-void check_reach(const Program& program, const std::string& file, const std::string& profile);
+void check_reach(const Program& program, const std::string& profile);
 
 /// Executes the statements in order, with a progress bar on a terminal and plain lines elsewhere. Throws
 /// Failure with file and line of the statement that failed; those after it are not started.
-void run_program(client::Client& client, const Program& program, const std::string& file);
+void run_program(client::Client& client, const Program& program);
 
 }  // namespace corbot::cli

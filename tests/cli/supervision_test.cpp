@@ -57,6 +57,15 @@ TEST_F(Supervision, DownEndsEverythingAndLeavesNothing) {
   supervisor_.reset();
 }
 
+TEST_F(Supervision, SimulatedStartsNothingThatDrivesADevice) {
+  const std::string profile = put_ssc32_profile((directory_ / "tty").string());
+  const RunResult refused = corbot({"up", profile, "--simulated"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.errors,
+              HasSubstr("backend.kind of " + profile + " is \"ssc32\", which drives a device"));
+  up({"--simulated"});
+}
+
 TEST_F(Supervision, DownEndsTheRobotThatTheEnvironmentNames) {
   up();
   const auto down_of = [&](const std::string& robot) {

@@ -312,13 +312,17 @@ class Arm:
         renewal = threading.Thread(target=self._renew, args=(held, lease / 3.0, ended), daemon=True)
         self._reference = held
         renewal.start()
-        with contextlib.ExitStack() as at_end:
-            at_end.callback(self._release, held, plain)
-            at_end.callback(renewal.join)
-            at_end.callback(ended.set)
+        try:
             yield self
+        except BaseException:
+            with contextlib.suppress(CorbotError):  # what the block raised says more
+                self._release(held, plain, renewal, ended)
+            raise
+        self._release(held, plain, renewal, ended)
 
-    def _release(self, held: Any, plain: Any) -> None:
+    def _release(self, held: Any, plain: Any, renewal: threading.Thread, ended: threading.Event) -> None:
+        ended.set()
+        renewal.join()
         self._reference = plain
         _orb.call(self.address, held.Release)
 

@@ -116,7 +116,7 @@ class Frame:
 
 def cell(name: str | Path = "demo", *, timeout: float = 10.0) -> Cell:
     """Find a cell that runs on this machine, by its name or by its state directory; `timeout` bounds each call, seconds."""
-    directory = Path(name) if os.sep in str(name) else _state_directory() / "cells" / str(name)
+    directory = Path(name) if isinstance(name, Path) or os.sep in name else _state_directory() / "cells" / str(name)
     addresses = _read(directory)
     if addresses is None:
         raise CellNotFound(str(name), str(directory))
@@ -217,9 +217,15 @@ class Cell:
         return bool(self._call("coordinator", "_get_Paused"))
 
     def stop(self) -> None:
-        """Stop all arms; returns when they are at rest. The work ends, and with it the cell that `corbot cell run` started."""
-        with ThreadPoolExecutor(len(self.arms)) as pool:
-            list(pool.map(Arm.stop, self.arms.values()))
+        """Stop all arms; returns when they are at rest. The work ends, and with it the cell that `corbot cell run` started.
+
+        Every arm that can be reached is stopped; then the first failure is raised.
+        """
+        addresses: list[str] = list(self._addresses["robots"].values())
+        with ThreadPoolExecutor(len(addresses)) as pool:
+            stops = [pool.submit(lambda address: connect(address, timeout=self._timeout).stop(), each) for each in addresses]
+        for stop in stops:
+            stop.result()
 
     def _call(self, part: str, operation: str, *arguments: Any) -> Any:
         if part not in self._references:
@@ -229,8 +235,9 @@ class Cell:
 
 def _state_directory() -> Path:
     for variable, below in (("CORBOT_STATE_DIR", ""), ("XDG_STATE_HOME", "corbot")):
-        if os.environ.get(variable):
-            return Path(os.environ[variable]) / below
+        directory = os.environ.get(variable, "")
+        if directory.startswith("/"):  # a relative one is ignored, as corbot does
+            return Path(directory) / below
     return Path.home() / ".local/state/corbot"
 
 

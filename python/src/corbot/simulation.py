@@ -136,7 +136,7 @@ class Simulation(_Program):
         return _locate.read_robot(self.name, self.directory / "corbot")
 
     def _command(self, directory: Path) -> list[str]:
-        options = ["--name", self.name, "--endpoint", f"127.0.0.1:{_free_ports(1)}", "--realtime", "best-effort"]
+        options = ["--name", self.name, "--endpoint", f"127.0.0.1:{_free_ports(1)}", "--realtime", "best-effort", "--simulated"]
         options += ["--orb", self._orb]
         return ["up", str(self.profile), *options, "--state-dir", str(directory)]
 
@@ -179,7 +179,7 @@ def _terminate(process: subprocess.Popen[bytes]) -> None:
 
 
 def find_program() -> Path:
-    """Give the program `corbot`: $CORBOT_BIN, PATH, or build/*/bin in this directory or above it."""
+    """Give the program `corbot`: $CORBOT_BIN, PATH, or the newest of build/*/bin in this directory or above it."""
     given = os.environ.get("CORBOT_BIN")
     if given:
         path = Path(given) / "corbot" if Path(given).is_dir() else Path(given)
@@ -190,6 +190,7 @@ def find_program() -> Path:
         return Path(found).resolve()
     here = Path.cwd()
     built = [path for top in (here, *here.parents) for path in top.glob("build/*/bin/corbot")]
+    built.sort(key=lambda path: path.stat().st_mtime, reverse=True)
     if not built:
         raise SimulationFailed(
             f"No program corbot is in $CORBOT_BIN (which is not set), in PATH, or in build/*/bin of {here} and above. "

@@ -132,7 +132,9 @@ class Animation {
     std::string text = record_.is_cut ? "first " : "";
     text += fmt::format("{:.0f} s", motion_.duration_s);
     if (record_.cast.arms.size() > 1)
-      text += fmt::format("; both arms move {:.0f} % of the time", 100 * motion_.both_move_share);
+      text += fmt::format("; {} move {:.0f} % of the time",
+                          record_.cast.arms.size() == 2 ? "both arms" : "two arms or more",
+                          100 * motion_.both_move_share);
     return text;
   }
 
@@ -458,7 +460,7 @@ std::string cell_animation(const CellConfig& cell, const SceneRecord& record) {
   double tolerance = kFinest;
   std::string text = animation.text(tolerance);
   while (text.size() > kAnimation_bytes && tolerance < kCoarsest) {
-    tolerance *= 1.5;
+    tolerance = std::min(1.5 * tolerance, kCoarsest);
     text = animation.text(tolerance);
   }
   return text;

@@ -222,7 +222,6 @@ std::optional<std::string> DryRun::set_limit(const Request& request) {
 
 std::optional<std::string> DryRun::set_frame(const Request& request) {
   if (request.verb == Verb::kFrames) {
-    if (!request.reset) return "nothing to set without --reset";
     settings_.tool_frame.reset();
     settings_.base_frame.reset();
     return std::nullopt;

@@ -390,7 +390,8 @@ void add_cell(CLI::App& app) {
       cell->add_subcommand("run", "Start a cell, supervise it until its work is done, and end it");
   const auto options = std::make_shared<CellRunOptions>();
   options->cell.add_to(*run);
-  run->add_option("--pictures", options->pictures, "directory for pictures of the run: cell.svg");
+  run->add_option("--pictures", options->pictures,
+                  "directory for pictures of the run: cell.svg, gantt.svg, camera.jpg");
   run->footer("Ctrl-C stops the arms and ends everything. docs/cell.md describes CELL.");
   run->callback([options] { cell_run(*options); });
 }

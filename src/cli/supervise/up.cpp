@@ -84,6 +84,11 @@ RobotState plan(const UpOptions& options, const Profile& profile) {
   if (!is_name(state.name)) {
     throw Failure(ExitCode::kUsage, fmt::format("--name '{}': {}", printable(state.name), name_rule()));
   }
+  if (options.simulated && profile.backend.kind != "loopback") {
+    throw Failure(ExitCode::kUsage, fmt::format("--simulated: backend.kind of {} is \"{}\", which drives a "
+                                                "device; give it \"loopback\", in a copy",
+                                                printable(options.profile), profile.backend.kind));
+  }
   state.pid = ::getpid();
   state.profile = fs::absolute(options.profile).string();
   state.endpoint =

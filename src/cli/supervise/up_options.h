@@ -12,6 +12,7 @@ struct UpOptions {
   int naming_port{0};    ///< 0: no naming service is started
   std::string orb{"omniorb"};
   std::string realtime{"best-effort"};
+  bool simulated{false};        ///< refuse a profile that drives a device
   bool replace{false};          ///< end what runs under that name
   std::string state_directory;  ///< of the last position; empty: the default one
 };
