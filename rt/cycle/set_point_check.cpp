@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt/cycle/set_point_check.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 
 #include "corbot/arm/joint_units.h"
 #include "corbot/channel/alarms.h"
@@ -50,6 +53,31 @@ SetPointVerdict check_set_point(const ArmModel& arm, const Joints& last_q, const
     return refused(
         alarm::set_point_out_of_range({.joint = -1, .position_q = opening, .lower_q = 0.0, .upper_q = 1.0}));
   }
+  return {};
+}
+
+SetPointVerdict DifferenceCheck::see(const ArmModel& arm, const Joints& next_q, double period_s) noexcept {
+  constexpr double kRounding_q = 2e-15;  // of a set-point up to 4; the n-th difference has 2^n times that
+  for (std::size_t i = 0; i < std::min<std::size_t>(arm.dof, kMaxJoints); ++i) {
+    const double step_q = next_q[i] - last_q_[0][i], step_before_q = last_q_[0][i] - last_q_[1][i];
+    const double bend_q = step_q - step_before_q;
+    const double third_q = bend_q - (step_before_q - (last_q_[1][i] - last_q_[2][i]));
+    const JointLimits& limits = arm.joints[i];
+    double span = 1.0, rounding_q = kRounding_q;
+    std::uint32_t order = 0;
+    for (const auto& [difference_q, limit_q] : {std::pair{step_q, limits.speed_q_s},
+                                                {bend_q, limits.acceleration_q_s2},
+                                                {third_q, limits.jerk_q_s3}}) {
+      ++order;
+      span *= period_s;
+      rounding_q *= 2.0;
+      const double allowed_q = kAllowed * limit_q;
+      if (std::abs(difference_q) <= allowed_q * span + rounding_q) continue;
+      return refused(
+          alarm::set_point_too_quick({static_cast<std::int32_t>(i), order, difference_q / span, allowed_q}));
+    }
+  }
+  last_q_ = {next_q, last_q_[0], last_q_[1]};
   return {};
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "corbot/arm/arm_model.h"
@@ -25,6 +26,21 @@ struct SetPointVerdict {
 /// `dt_s`. The gripper's opening must lie in [0, 1]. Real-time safe.
 [[nodiscard]] SetPointVerdict check_set_point(const ArmModel& arm, const Joints& last_q, const Joints& next_q,
                                               double opening, double dt_s) noexcept;
+
+/// Speed, acceleration and jerk of every joint along a path whose rate keeps their limits at every instant: differences of set-points,
+/// which are means of derivatives and so never exceed their peaks. Real-time safe.
+class DifferenceCheck {
+ public:
+  static constexpr double kAllowed = 1.01;  ///< of each limit
+
+  /// At rest, when a motion begins, and where the set-point was held in between.
+  void begin(const Joints& rest_q) noexcept { last_q_.fill(rest_q); }
+  /// The next set-point, a period after the last. One that is refused is not taken.
+  [[nodiscard]] SetPointVerdict see(const ArmModel& arm, const Joints& next_q, double period_s) noexcept;
+
+ private:
+  std::array<Joints, 3> last_q_{};  ///< the newest first
+};
 
 /// Finite and in range; for a position that comes from outside and has no predecessor. Real-time safe.
 [[nodiscard]] bool is_in_range(const ArmModel& arm, const Joints& position_q, double tolerance_q) noexcept;

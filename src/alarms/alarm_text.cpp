@@ -56,6 +56,14 @@ std::string number_text(JointKind kind, double value_q, int decimals_of_degrees)
   return fmt::format("{:.{}f}", to_shown(kind, value_q), decimals(kind, decimals_of_degrees));
 }
 
+std::string too_quick_text(const alarm::TooQuick& what, JointKind kind) {
+  const char* const quantity = what.order == 1 ? "a speed" : what.order == 2 ? "an acceleration" : "a jerk";
+  const char* const per = what.order == 1 ? "/s" : what.order == 2 ? "/s²" : "/s³";
+  return fmt::format("set-points of joint {} would have {} of {}{}, limit {}; the arm is brought to rest",
+                     what.joint, quantity, value_text(kind, what.value_q, 2), per,
+                     number_text(kind, what.allowed_q, 2));
+}
+
 std::string out_of_range_text(const alarm::OutOfRange& what, const JointKinds& kinds) {
   if (what.joint < 0) {
     return fmt::format(
@@ -107,6 +115,8 @@ std::string alarm_text(const AlarmEvent& event, const JointKinds& kinds) {
           "set-point of joint {} would step by {} in a cycle, limit {}; the arm is brought to rest",
           what.joint, value_text(kind, what.step_q, 4), number_text(kind, what.allowed_q, 4));
     }
+    case AlarmCode::kSetPointTooQuick:
+      return too_quick_text(alarm::too_quick(event), kind);
     case AlarmCode::kKinematicsFailed: {
       const alarm::KinematicsFailure what = alarm::kinematics_failure(event);
       return fmt::format(

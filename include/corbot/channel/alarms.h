@@ -78,6 +78,21 @@ struct Discontinuity {
   return {event.joint, event.value, event.upper};
 }
 
+/// Of set-points along a path whose rate keeps the limits of every joint.
+struct TooQuick {
+  std::int32_t joint;
+  std::uint32_t order;  ///< 1 speed, 2 acceleration, 3 jerk
+  double value_q;       ///< mean over as many cycles, signed, by seconds
+  double allowed_q;     ///< either way
+};
+[[nodiscard]] constexpr AlarmEvent set_point_too_quick(const TooQuick& what) noexcept {
+  return detail::event(AlarmCode::kSetPointTooQuick, what.joint, what.value_q,
+                       static_cast<double>(what.order), what.allowed_q);
+}
+[[nodiscard]] constexpr TooQuick too_quick(const AlarmEvent& event) noexcept {
+  return {event.joint, detail::small_number(event.lower), event.value, event.upper};
+}
+
 /// A Clear was refused: set-points begin in the range, and this joint is outside it.
 [[nodiscard]] constexpr AlarmEvent joint_beyond_range(const OutOfRange& what) noexcept {
   return detail::event(AlarmCode::kJointBeyondRange, what.joint, what.position_q, what.lower_q, what.upper_q);

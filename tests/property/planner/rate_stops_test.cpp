@@ -16,6 +16,7 @@
 #include "corbot/motion/rate_curve.h"
 #include "limit_ticks.h"
 #include "random_rates.h"
+#include "rt/cycle/set_point_check.h"
 
 namespace corbot::property_rate_stops_test {
 namespace {
@@ -89,6 +90,18 @@ class RateStops : public test::RandomRates {
     return times_s;
   }
 
+  /// The task refuses none of these set-points.
+  void expect_taken(const RatePlan& plan, const std::vector<double>& times_s) {
+    rt::DifferenceCheck check;
+    check.begin(joints_in(plan.knots.front().z));
+    for (const double t_s : times_s) {
+      const rt::SetPointVerdict verdict = check.see(arm_, joints_in(state_of(plan, t_s)), kTick_s);
+      ASSERT_TRUE(verdict.ok) << "joint " << verdict.alarm.joint << " at " << t_s;
+    }
+    for (int held = 0; held < 3; ++held)
+      ASSERT_TRUE(check.see(arm_, joints_in(state_of(plan, times_s.back())), kTick_s).ok);
+  }
+
   template <class Motion>
   void check(const PlanSettings& s, const Motion& motion, const Joints& start_q) {
     const auto planned = rate::plan_rate(arm_, s, motion, start_q, 0.0);
@@ -107,6 +120,7 @@ class RateStops : public test::RandomRates {
         const auto tick = static_cast<std::size_t>(std::lround(t_s / kTick_s));
         return std::optional(joints_in(state_of(plan, times_s[std::min(tick, times_s.size() - 1)])));
       };
+      ASSERT_NO_FATAL_FAILURE(expect_taken(plan, times_s));
       const double lasts_s = static_cast<double>(times_s.size() - 1) * kTick_s;
       const test::TickShares shares = test::LimitTicks(arm_, s, true, lasts_s, set_points).run();
       all_.take(shares.joint());
@@ -127,7 +141,7 @@ class RateStops : public test::RandomRates {
 };
 
 TEST_P(RateStops, KeepEveryLimitAndRestInTime) {
-  const int cases = test::cases(100);
+  const int cases = test::cases(250);
   for (int i = 0; i < cases; ++i) {
     SCOPED_TRACE(i);
     const auto [s, commands] = random_case(i);

@@ -25,11 +25,11 @@ TEST(AlarmLog, NamesJointValueAndLimit) {
 TEST(AlarmLog, EveryCodeHasAText) {
   for (const AlarmCode code :
        {AlarmCode::kSetPointNotFinite, AlarmCode::kSetPointOutOfRange, AlarmCode::kSetPointDiscontinuous,
-        AlarmCode::kKinematicsFailed, AlarmCode::kFollowingError, AlarmCode::kGoalNotReached,
-        AlarmCode::kJointBeyondRange, AlarmCode::kCommandRefused, AlarmCode::kRingCorrupt,
-        AlarmCode::kBackendDegraded, AlarmCode::kBackendLost, AlarmCode::kEmergencyStop,
-        AlarmCode::kErrorInherited, AlarmCode::kHeld, AlarmCode::kOverrun, AlarmCode::kLoopGap,
-        AlarmCode::kTaskReplaced, AlarmCode::kServantSilent}) {
+        AlarmCode::kSetPointTooQuick, AlarmCode::kKinematicsFailed, AlarmCode::kFollowingError,
+        AlarmCode::kGoalNotReached, AlarmCode::kJointBeyondRange, AlarmCode::kCommandRefused,
+        AlarmCode::kRingCorrupt, AlarmCode::kBackendDegraded, AlarmCode::kBackendLost,
+        AlarmCode::kEmergencyStop, AlarmCode::kErrorInherited, AlarmCode::kHeld, AlarmCode::kOverrun,
+        AlarmCode::kLoopGap, AlarmCode::kTaskReplaced, AlarmCode::kServantSilent}) {
     AlarmLog log;
     log.add(event(code));
     EXPECT_EQ(log.list()[0].text.find("alarm "), std::string::npos) << log.list()[0].text;
@@ -119,6 +119,10 @@ TEST(AlarmText, ReadsWhatTheConstructorsWrite) {
   EXPECT_EQ(alarm_text(alarm::set_point_discontinuous({1, -0.1, 0.05}), {}),
             "set-point of joint 1 would step by -5.7296 degrees in a cycle, limit 2.8648; the arm is brought "
             "to rest");
+  EXPECT_EQ(
+      alarm_text(alarm::set_point_too_quick({1, 3, -0.5, 0.25}), {}),
+      "set-points of joint 1 would have a jerk of -28.65 degrees/s³, limit 14.32; the arm is brought to "
+      "rest");
   EXPECT_EQ(alarm_text(alarm::set_point_out_of_range({-1, 1.2, 0.0, 1.0}), {}),
             "set-point of the gripper at 1.200 is out of range 0.000 to 1.000; the arm is brought to rest");
 }
