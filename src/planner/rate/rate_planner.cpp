@@ -49,7 +49,7 @@ std::optional<RateLaw> quickest(std::span<const Knot> knots, const Limits& limit
 RatePlan plan_of(std::vector<Knot> knots, RateLaw law, const Limits& limits) {
   std::vector<Shares> shares = prove(law, knots, limits).pieces;
   const Shares most = std::accumulate(shares.begin(), shares.end(), Shares{}, greater);
-  const RateCurve curve(rate_limits(limits), most);
+  const RateCurve curve(RateLimits(limits).view(), most);
   return {std::move(knots), std::move(law), std::move(shares), curve};
 }
 

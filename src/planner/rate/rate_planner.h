@@ -13,9 +13,7 @@
 
 namespace corbot::rate {
 
-/// Parts of the limits of acceleration and jerk that a plan leaves free, so that a motion can slow down to rest at any instant.
-inline constexpr double kAccelerationReserve = 0.03;
-inline constexpr double kJerkReserve = 0.05;
+/// Without the reserves.
 [[nodiscard]] Limits reserved(Limits limits) noexcept;
 
 /// A motion without travel and rotation has two equal knots, and rests at the first.

@@ -36,7 +36,7 @@ double most_ramps(const PlanSettings& s) {
   return is_full ? 3.1 : 4.0;
 }
 
-double ramp_s(const std::vector<rate::RateLimit>& limits) {
+double ramp_s(const rate::RateLimits& limits) {
   double most_s = 0.0;
   for (const rate::RateLimit& limit : limits)
     most_s = std::max(most_s, limit.speed / limit.acceleration + limit.acceleration / limit.jerk);
@@ -46,11 +46,11 @@ double ramp_s(const std::vector<rate::RateLimit>& limits) {
 class RateStops : public test::RandomRates {
  protected:
   /// Half of the stops are by what lies ahead, which is never slower.
-  void stop(const RatePlan& plan, const std::vector<rate::RateLimit>& limits) {
+  void stop(const RatePlan& plan, const rate::RateLimits& limits) {
     rate::RateGovernor slow = governor_;
     slow.seek(0.0);
     if (governor_.is_stopping() || slow.is_at_rest() || in(0.0, 1.0) < 0.5) return governor_.seek(0.0);
-    quick_ = stop_curve(governor_, plan.curve, plan.law.view(), plan.shares, limits);
+    quick_ = stop_curve(governor_, plan.curve, plan.law.view(), plan.shares, limits.view());
     governor_.stop(*quick_);
     const double quick_s = until_rest_s(governor_), slow_s = until_rest_s(slow);
     EXPECT_LE(quick_s, slow_s);
@@ -63,7 +63,7 @@ class RateStops : public test::RandomRates {
   }
 
   /// Virtual times of a motion that is overridden a few times, and paused, and then stopped. Sets how long the stop takes.
-  std::vector<double> run(const RatePlan& plan, const std::vector<rate::RateLimit>& limits, double& stop_s) {
+  std::vector<double> run(const RatePlan& plan, const rate::RateLimits& limits, double& stop_s) {
     const double duration_s = plan.law.duration_s();
     governor_.begin(plan.curve, in(0.0, 1.0) < 0.5 ? 1.0 : in(0.0, 1.0));
     int overrides = static_cast<int>(in(0.0, 4.0));
@@ -107,7 +107,7 @@ class RateStops : public test::RandomRates {
     const auto planned = rate::plan_rate(arm_, s, motion, start_q, 0.0);
     if (!std::holds_alternative<RatePlan>(planned)) return;
     const auto& plan = std::get<RatePlan>(planned);
-    const std::vector<rate::RateLimit> limits = rate_limits(rate::limits_of(arm_, s, motion));
+    const rate::RateLimits limits(rate::limits_of(arm_, s, motion));
     const double bound_s = most_ramps(s) * ramp_s(limits) + kTick_s;
     for (int k = 0; k < 4; ++k) {
       SCOPED_TRACE(k);
