@@ -109,12 +109,18 @@ CommandVerdict check_path(const ArmModel& arm, const Command& command, const Pat
   const bool has_closed_form = arm.kinematics.has_closed_form();
   if (has_closed_form ? !arm.kinematics.has_solution(path.solution) : path.solution != 0)
     return malformed(static_cast<double>(path.solution));
-  const bool are_knots_good = has_closed_form ? path.knots.count == 0
-                                              : path.knots.count >= 2 && path.knots.count <= kMostKnots &&
-                                                    path.knots.slot < kKnotSlots;
+  const KnotRange& range = path.knots;
+  const bool has_rate = range.pieces != 0;
+  if (has_rate && !(range.count >= 2 && range.count <= kMostKnots && range.pieces <= rate::kMostPieces &&
+                    range.slot < kKnotSlots))
+    return malformed(range.pieces);
+  const bool are_knots_good = has_rate          ? true
+                              : has_closed_form ? path.knots.count == 0
+                                                : path.knots.count >= 2 && path.knots.count <= kMostKnots &&
+                                                      path.knots.slot < kKnotSlots;
   if (!are_knots_good) return malformed(path.knots.count);
   const CommandVerdict orientation = check_orientation(arm.kinematics, path.tool);
-  if (!orientation.ok()) return orientation;
+  if (!orientation.ok() || has_rate) return orientation;  // all else of a rate: RateCheck
   const CommandVerdict verdict = check_law(path.law, command.duration_s, -1);
   if (!verdict.ok()) return verdict;
   if (!(path.law.distance >= 0.0 && path.law.distance <= 1.0 + kDurationTolerance)) {

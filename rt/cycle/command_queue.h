@@ -46,8 +46,19 @@ class CommandQueue {
   [[nodiscard]] PathKnots waiting_knots() noexcept {
     take_knots();
     const KnotRange* const range = knots_of(waiting_);
-    const std::size_t count = range != nullptr ? range->count : 0;
+    const std::size_t count = range != nullptr && range->pieces == 0 ? range->count : 0;
     return {waiting_knots_.data(), std::min(count, kMostKnots)};
+  }
+  /// Likewise its knots and pieces, if it has a rate; else none.
+  [[nodiscard]] rate::RatePath waiting_rate() noexcept {
+    take_knots();
+    const KnotRange* const range = knots_of(waiting_);
+    if (range == nullptr || range->pieces == 0 || range->count == 0) return {};
+    const std::size_t knots = std::min<std::size_t>(range->count, kMostKnots);
+    const std::size_t pieces = std::min<std::size_t>(range->pieces, rate::kMostPieces);
+    const double length_s = waiting_rate_.knots[knots - 1].lambda_s;
+    return {{waiting_rate_.knots.data(), knots},
+            {{waiting_rate_.pieces.data(), pieces}, waiting_.duration_s, length_s}};
   }
   /// The waiting command is begun, or has its verdict.
   void release() noexcept { is_waiting_ = false; }
@@ -66,7 +77,9 @@ class CommandQueue {
   static constexpr std::uint64_t kOutstanding = 128;
 
   void take_knots() noexcept {
-    if (!has_knots_) servant_.copy_knots(waiting_, waiting_knots_);
+    if (has_knots_) return;
+    servant_.copy_knots(waiting_, waiting_knots_);
+    servant_.copy_rate(waiting_, waiting_rate_);
     has_knots_ = true;
   }
   void end_through(std::uint64_t id) noexcept;
@@ -79,6 +92,7 @@ class CommandQueue {
   RingProducer<decltype(TaskSegment::completions)> completions_;
   Command waiting_{};
   KnotSlot waiting_knots_{};
+  RateSlot waiting_rate_{};
   bool has_knots_{false};
   bool is_waiting_{false};
   std::uint64_t last_done_{0};

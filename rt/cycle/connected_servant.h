@@ -58,6 +58,14 @@ class ConnectedServant {
       copy_knots(command, segment_->knots, knots);
     }
   }
+  /// Likewise, of a path with a rate.
+  void copy_rate(const Command& command, RateSlot& rate) const noexcept {
+    if (is_from_backlog_) {
+      copy_rate(command, backlog_rates_, rate);
+    } else {
+      copy_rate(command, segment_->rates, rate);
+    }
+  }
   /// Commands of former servants that are still to be popped.
   [[nodiscard]] std::size_t backlog() const noexcept { return backlog_.size(); }
 
@@ -83,8 +91,18 @@ class ConnectedServant {
   static void copy_knots(const Command& command, const std::array<KnotSlot, kSlots>& from,
                          KnotSlot& to) noexcept {
     const KnotRange* const range = knots_of(command);
-    if (range == nullptr || range->slot >= kSlots) return;
+    if (range == nullptr || range->slot >= kSlots || range->pieces != 0) return;
     std::copy_n(from[range->slot].begin(), std::min<std::size_t>(range->count, kMostKnots), to.begin());
+  }
+  template <std::size_t kSlots>
+  static void copy_rate(const Command& command, const std::array<RateSlot, kSlots>& from,
+                        RateSlot& to) noexcept {
+    const KnotRange* const range = knots_of(command);
+    if (range == nullptr || range->slot >= kSlots || range->pieces == 0) return;
+    const RateSlot& slot = from[range->slot];
+    std::copy_n(slot.knots.begin(), std::min<std::size_t>(range->count, kMostKnots), to.knots.begin());
+    std::copy_n(slot.pieces.begin(), std::min<std::size_t>(range->pieces, rate::kMostPieces),
+                to.pieces.begin());
   }
 
   /// In the backlog, in a slot of its own.
@@ -95,6 +113,7 @@ class ConnectedServant {
       range->slot = slot;
     if (!backlog_in_.push(kept)) return false;
     copy_knots(command, segment_->knots, backlog_knots_[slot]);
+    copy_rate(command, segment_->rates, backlog_rates_[slot]);
     ++kept_;
     return true;
   }
@@ -106,6 +125,7 @@ class ConnectedServant {
   RingProducer<Commands> backlog_in_;
   RingConsumer<Commands> backlog_out_;
   std::array<KnotSlot, kCapacity> backlog_knots_{};  ///< in turn
+  std::array<RateSlot, kCapacity> backlog_rates_{};
   std::uint64_t kept_{0};
   bool is_from_backlog_{false};
 };

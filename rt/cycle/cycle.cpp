@@ -167,6 +167,7 @@ void Cycle::watch_time() noexcept {
   const Gap gap = gap_.see(snapshot_.time_ns);
   if (gap != Gap::kNone) {
     governor_.restart();
+    differences_.begin(set_point_.position_q);
     joint_ramp_.rest_at(set_point_.position_q);
     if (fault_stop_.is_by_joint()) fault_stop_.come_to_rest();
   }
@@ -220,8 +221,9 @@ void Cycle::accept_or_ramp(const SetPoint& next) noexcept {
           FaultStop::Way::kByJoint);
     return step_by_joint();
   }
-  const SetPointVerdict verdict =
+  SetPointVerdict verdict =
       check_set_point(arm_, set_point_.position_q, next.position_q, next.opening, period_s_);
+  if (verdict.ok && governor_.has_path()) verdict = differences_.see(arm_, next.position_q, period_s_);
   if (!verdict.ok) {
     fault(verdict.alarm, FaultStop::Way::kByJoint);
     return step_by_joint();

@@ -17,14 +17,15 @@
 #include "rt/cycle/emergency_stop_watch.h"
 #include "rt/cycle/fault_stop.h"
 #include "rt/cycle/following_check.h"
-#include "rt/cycle/governor.h"
 #include "rt/cycle/grip_watch.h"
 #include "rt/cycle/hold_latch.h"
 #include "rt/cycle/joint_ramp.h"
 #include "rt/cycle/knot_check.h"
 #include "rt/cycle/liveness.h"
+#include "rt/cycle/motion_rate.h"
 #include "rt/cycle/path_evaluation.h"
 #include "rt/cycle/position_check.h"
+#include "rt/cycle/set_point_check.h"
 #include "rt/cycle/stop_requests.h"
 
 namespace corbot::rt {
@@ -146,6 +147,7 @@ class Cycle {
   void end_settled() noexcept;
   void publish() noexcept;
 
+  [[nodiscard]] std::optional<CommandVerdict> check_knots(const Command& next) noexcept;
   [[nodiscard]] bool fetch_command() noexcept;
   void end_stop() noexcept;
   void refuse_queue(Verdict verdict, bool older_only) noexcept;
@@ -203,13 +205,15 @@ class Cycle {
   GripWatch grip_;
   Settling settling_;
   DeviceWatch device_;
-  Governor governor_;
+  MotionRate governor_;
   Command running_{};  ///< valid while is_running_
   bool is_running_{false};
   KnotSlot running_knots_{};
   std::size_t knot_count_{0};  ///< of the running command
   KnotCheck knot_check_;
-  SetPoint base_{};  ///< where the running command began
+  RateCheck rate_check_;
+  DifferenceCheck differences_;  ///< along a path with a rate
+  SetPoint base_{};              ///< where the running command began
   SetPoint set_point_{};
   SetPoint last_{};  ///< of the cycle before
 

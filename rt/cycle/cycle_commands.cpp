@@ -129,10 +129,9 @@ void Cycle::begin_command() noexcept {
   CommandVerdict verdict =
       check_command(arm_, next, {queue_.last_done(), set_point_.position_q, set_point_.opening});
   if (next.epoch != stops_.newest()) verdict = {Verdict::kMalformed, -1, static_cast<double>(next.epoch)};
-  const PathKnots knots = queue_.waiting_knots();
-  if (verdict.ok()) take_frames(next, framed_arm_.kinematics);
-  if (verdict.ok() && !knots.empty()) {
-    const std::optional<CommandVerdict> checked = knot_check_.step(framed_arm_, next, knots);
+  if (verdict.ok()) {
+    take_frames(next, framed_arm_.kinematics);
+    const std::optional<CommandVerdict> checked = check_knots(next);
     if (!checked) return;  // the rest in the cycles to come
     verdict = *checked;
   }
@@ -143,16 +142,30 @@ void Cycle::begin_command() noexcept {
   }
   queue_.release();
   running_ = next;
-  knot_count_ = knots.size();
-  std::copy(knots.begin(), knots.end(), running_knots_.begin());
   is_running_ = true;
   base_ = set_point_;
   governor_.set_target(snapshot_.override_ratio);
-  governor_.begin(governed_motion(arm_, running_));
+  const rate::RatePath path = queue_.waiting_rate();
+  const PathKnots knots = queue_.waiting_knots();
+  knot_count_ = knots.size();
+  std::copy(knots.begin(), knots.end(), running_knots_.begin());
+  if (path.knots.empty()) return governor_.begin(governed_motion(arm_, running_));
+  differences_.begin(set_point_.position_q);
+  governor_.begin(path, rate_check_.limits(), rate_check_.most());
+}
+
+/// Of a path that has any, a few more in each cycle.
+std::optional<CommandVerdict> Cycle::check_knots(const Command& next) noexcept {
+  const rate::RatePath path = queue_.waiting_rate();
+  if (!path.knots.empty()) return rate_check_.step(framed_arm_, next, path);
+  const PathKnots knots = queue_.waiting_knots();
+  if (!knots.empty()) return knot_check_.step(framed_arm_, next, knots);
+  return CommandVerdict{};
 }
 
 SetPoint Cycle::evaluate_path() noexcept {
   if (!is_running_) return set_point_;
+  if (governor_.has_path()) return {governor_.joints_q(), base_.opening};
   return evaluate_command(framed_arm_, running_, base_, governor_.virtual_time_s(), running_knots());
 }
 

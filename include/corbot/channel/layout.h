@@ -16,6 +16,8 @@
 #include "corbot/channel/trace.h"
 #include "corbot/motion/command.h"
 #include "corbot/motion/path_knots.h"
+#include "corbot/motion/rate_knots.h"
+#include "corbot/motion/rate_pieces.h"
 
 // One robot's channel: three segments of shared memory, each with one writer. Whoever else maps one maps it
 // read-only, and treats what it reads there as input to be checked.
@@ -25,7 +27,7 @@ namespace corbot {
 /// "corbot-1" in memory, read from left to right on a little-endian machine.
 inline constexpr std::uint64_t kSegmentMagic = 0x312d'746f'6272'6f63;
 /// To be raised with every change to a segment or to a record in it.
-inline constexpr std::uint32_t kSegmentAbi = 9;
+inline constexpr std::uint32_t kSegmentAbi = 10;
 /// Longest name of a robot; letters, digits, '_' and '-'.
 inline constexpr std::size_t kMaxSegmentName = 48;
 
@@ -64,6 +66,11 @@ static_assert(std::is_standard_layout_v<TaskSegment>);
 
 /// Knots of one path, before the command that names the slot is published.
 using KnotSlot = std::array<PathKnot, kMostKnots>;
+/// Likewise, of a path with a rate of its own.
+struct RateSlot {
+  std::array<rate::Knot, kMostKnots> knots;
+  std::array<rate::Piece, rate::kMostPieces> pieces;
+};
 /// One for every command in the ring, one for that which the task is taking, and one to spare: the slots are used in turn, so one
 /// is written again only after the task has copied what was in it.
 inline constexpr std::size_t kKnotSlots = 66;
@@ -82,6 +89,7 @@ struct ServantSegment {
   RingSlots<Command, 64> commands;
   ServantState state;
   std::array<KnotSlot, kKnotSlots> knots;
+  std::array<RateSlot, kKnotSlots> rates;
 };
 static_assert(std::is_standard_layout_v<ServantSegment>);
 

@@ -30,10 +30,12 @@ struct OrientationPath {
   Angles to_angles_rad;
 };
 
-/// Where the knots of a path lie in the servant's segment (motion/path_knots.h). Of an arm with a closed form all zero.
+/// Where the knots of a path lie in the servant's segment. With pieces of its rate they are those of motion/rate_knots.h, and the path has
+/// no law. Without them they are those of motion/path_knots.h; of an arm with a closed form all is zero.
 struct KnotRange {
   std::uint16_t slot;
   std::uint16_t count;
+  std::uint16_t pieces;  ///< motion/rate_pieces.h
 };
 
 /// Straight line of the TCP, base frame (of `frames`). The law runs the path parameter from 0 to 1.

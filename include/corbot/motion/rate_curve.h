@@ -98,6 +98,13 @@ class RateGovernor {
     sought_ = std::clamp(rate, 0.0, 1.0);
     if (!is_stopping()) want(sought_);
   }
+  /// At rest at once, and from there to what was sought last: the arm has stood still.
+  void halt() noexcept {
+    u_ = w_ = 0.0;
+    cell_ = 0;
+    curve_ = whole_;
+    want(sought_);
+  }
   /// To rest by another curve, which must outlive the stop, and which allows no less than the present one: stop_curve().
   void stop(const RateCurve& quick) noexcept {
     curve_ = &quick;

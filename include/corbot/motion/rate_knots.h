@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "corbot/kinematics/joints.h"
+#include "corbot/motion/rate_pieces.h"
 
 // A line or an arc as a curve z = (q, s) of joints and path parameter, by its length lambda. Lengths are measured in the time that full speed
 // takes: d lambda² = Σ (dq_i / v_i)² + (ds / v_s)², v the full speeds. So lambda counts in seconds and |dz_i / d lambda| <= v_i everywhere.
@@ -74,6 +75,12 @@ inline State Cell::at(double t, std::size_t order) const noexcept {
   }
   return x;
 }
+
+/// A line or an arc as the task follows it, in memory of others.
+struct RatePath {
+  std::span<const Knot> knots;
+  RatePieces law;  ///< to the last knot's lambda
+};
 
 /// Number of the cell in which lambda lies. At least two knots.
 [[nodiscard]] inline std::size_t cell_at(std::span<const Knot> knots, double lambda_s) noexcept {

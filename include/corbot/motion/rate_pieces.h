@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <span>
+#include <type_traits>
 
 // The rate along a path: its parameter lambda as a function of time, from rest to rest, in pieces of constant jerk. Real-time safe.
 
@@ -18,6 +19,8 @@ struct Piece {
   double begin_s{};  ///< time
   RateState begin{};
 };
+
+static_assert(std::is_trivially_copyable_v<Piece> && sizeof(Piece) % 8 == 0);
 
 /// Of one motion.
 inline constexpr std::size_t kMostPieces = 112;
