@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import time
 from xml.etree import ElementTree
 
 import numpy as np
@@ -66,6 +67,13 @@ def test_a_recording_has_the_whole_motion(arm: corbot.Arm) -> None:
     assert turned == pytest.approx(60, abs=3)  # degrees: the integral of the speed
     assert run.tool[-1] == pytest.approx(arm.state.tool.position)
     assert run.quaternions[-1] == pytest.approx(arm.state.tool.orientation)
+
+
+def test_a_slow_recording_ends_with_its_block(arm: corbot.Arm) -> None:
+    begun = time.monotonic()
+    with corbot.record(arm, rate=0.05) as run:
+        until(lambda: len(run) == 1)  # the next reading is due in 20 s
+    assert time.monotonic() - begun < 10
 
 
 def test_a_plot_shows_joints_speeds_and_limits(arm: corbot.Arm) -> None:

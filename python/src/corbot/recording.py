@@ -41,6 +41,7 @@ class Recording:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
         self._ended.set()
+        self._states.end()  # Ctrl-C in the block stops the arm after this
         self._thread.join()
         if self._failure is not None and error is None:
             raise self._failure

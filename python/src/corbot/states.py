@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from collections.abc import Callable, Iterator
 
@@ -18,9 +19,14 @@ class States(Iterator[State]):
             raise ValueError(f"A rate is above 0 and at most 1000 readings a second, not {rate:g}.")
         self._read, self._period = read, 1.0 / rate
         self._begin: float | None = None
+        self._ended = threading.Event()
         self._next = 0  # the number of the next instant
         self.dropped = 0
         """The readings that were left out so far, since the caller or the servant was late."""
+
+    def end(self) -> None:
+        """Wait for no further instant, in whichever thread."""
+        self._ended.set()
 
     def __next__(self) -> State:
         now = time.monotonic()
@@ -30,6 +36,6 @@ class States(Iterator[State]):
         if behind > 0:  # instants that have passed; the one that is the latest of them is read now
             self.dropped += behind
             self._next += behind
-        time.sleep(max(0.0, self._begin + self._next * self._period - now))
+        self._ended.wait(max(0.0, self._begin + self._next * self._period - now))
         self._next += 1
         return self._read()

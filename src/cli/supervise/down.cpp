@@ -35,7 +35,7 @@ std::string robot_meant() {
   const char* const given = std::getenv("CORBOT_ROBOT");
   if (given != nullptr && is_name(given)) return given;
   if (given != nullptr && *given != '\0') {
-    const std::string local = client::find_robot(given).local;
+    std::string local = client::find_robot(given).local;
     if (!local.empty()) return local;
     throw Failure(ExitCode::kUsage,
                   "$CORBOT_ROBOT names no robot that 'corbot up' keeps on this machine: say which with "
