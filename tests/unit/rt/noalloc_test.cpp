@@ -21,6 +21,7 @@
 #include "../../support/arm_motions.h"
 #include "corbot/kinematics/tool_pose.h"
 #include "rt/bad_line.h"
+#include "rt/rate_command.h"
 #include "rt/rig.h"
 #include "support/paths.h"
 
@@ -250,6 +251,36 @@ TEST_F(CycleSystemCalls, NorBetweenKnots) {
               other.step(4000);
               return moves && other.snapshot.last_done_id == forged.id &&
                      norm(other.snapshot.tool.position_m - there) < 1e-9;
+            })),
+            0);
+}
+
+/// Two lines with rates are checked and followed; the second one's servant is replaced before.
+TEST_F(CycleSystemCalls, NorAlongARate) {
+  Rig other(arm_of("puma560"));
+  other.restart({.position_q = {0.3, -0.8, 0.4, 0.2, 0.3, 0.1}, .position_known = true});
+  other.step();
+  PlanStart from = other.start();
+  for (const double by_m : {-0.05, 0.05}) {
+    const Vector3 there = other.arm.kinematics.forward(from.position_q).position_m + Vector3{0.0, by_m, by_m};
+    const PlanResult plan = other.planner.move_s(from, {}, there, 0.0);
+    const Command line = other.stamp(std::get<std::vector<Command>>(plan).front());
+    const Command command = with_rate(other, line, by_m > 0.0 ? 3 : 5);
+    (void)other.push(command);
+    from.position_q = command.end_q;
+  }
+  const std::unique_ptr<ServantSegment> former =
+      std::exchange(other.servant, std::make_unique<ServantSegment>());
+  other.servant->next_command_id.store(former->next_command_id.load());
+  const ServantOffer offer{other.servant.get(), ++other.session};
+  EXPECT_EQ(code_of(watched([&] {
+              other.step(50);
+              const bool moves = other.snapshot.command_id == 1;
+              other.servants.post(offer);
+              other.step(4000);
+              return moves && other.snapshot.last_done_id == 2 &&
+                     other.snapshot.position_q == from.position_q &&
+                     other.snapshot.state == RtState::kStandby;
             })),
             0);
 }

@@ -13,7 +13,7 @@
 
 #include "corbot/channel/alarms.h"
 #include "corbot/motion/path.h"
-#include "planner/rate/rate_planner.h"
+#include "rt/rate_command.h"
 #include "rt/rig.h"
 
 namespace corbot::test::rate_motion_test {
@@ -46,17 +46,7 @@ struct RateMotion : testing::Test {
     const Vector3 target_m = rig.arm.kinematics.forward(from.position_q).position_m + by_m;
     const PlanResult plan = rig.planner.move_s(from, {}, target_m, 0.0);
     if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) throw std::runtime_error(refusal->text);
-    Command command = rig.stamp(std::get<std::vector<Command>>(plan).front());
-    const auto at_limits =
-        std::get<rate::RatePlan>(rate::plan_rate(puma(), {}, command.line, command.start_q, t_s));
-    command.duration_s = at_limits.law.duration_s();
-    std::copy_n(at_limits.knots.back().z.begin(), command.end_q.size(), command.end_q.begin());
-    command.line.law = {};
-    command.line.knots = {kSlot, static_cast<std::uint16_t>(at_limits.knots.size()),
-                          static_cast<std::uint16_t>(at_limits.law.pieces().size())};
-    std::copy(at_limits.knots.begin(), at_limits.knots.end(), slot().knots.begin());
-    std::copy(at_limits.law.pieces().begin(), at_limits.law.pieces().end(), slot().pieces.begin());
-    return command;
+    return with_rate(rig, rig.stamp(std::get<std::vector<Command>>(plan).front()), kSlot, t_s);
   }
   RateSlot& slot() { return rig.servant->rates[kSlot]; }
 
@@ -146,6 +136,23 @@ TEST_F(RateMotion, GoesOnAfterPauseAndOverride) {
   });
   EXPECT_EQ(verdict, Verdict::kDone);
   EXPECT_TRUE(has_paused);
+  EXPECT_EQ(rig.snapshot.position_q, command.end_q);
+  EXPECT_LE(greatest_, 1.0001);
+  EXPECT_FALSE(rig.alarm());
+}
+
+/// The arm stands still during a gap, and begins from rest.
+TEST_F(RateMotion, GoesOnFromRestAfterAGap) {
+  const Command command = handed_over(aside_, 1.5);
+  ASSERT_TRUE(rig.push(command));
+  const Verdict verdict = run([&](int moved) {
+    if (moved != 400) return;
+    rig.now_ns += 30'000'000;
+    rig.step();
+    EXPECT_LT(rig.snapshot.virtual_rate, 0.01);
+    last_q_.fill(rig.snapshot.position_q);
+  });
+  EXPECT_EQ(verdict, Verdict::kDone);
   EXPECT_EQ(rig.snapshot.position_q, command.end_q);
   EXPECT_LE(greatest_, 1.0001);
   EXPECT_FALSE(rig.alarm());
