@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <string>
 
@@ -421,19 +420,6 @@ KnotList plan(const ArmModel& model, const Motion& motion, const Joints& start_q
 }
 
 }  // namespace
-
-State full_speed(const ArmModel& model, const PlanSettings& settings, double length_m,
-                 double rotation_rad) noexcept {
-  const auto per = [](double limit, double amount) {
-    return amount > 1e-30 ? limit / amount : std::numeric_limits<double>::infinity();
-  };
-  State speed{};
-  for (std::size_t i = 0; i < model.dof; ++i)
-    speed[i] = model.joints[i].speed_q_s * settings.joint_speed_ratio[i];
-  speed[kPath] = settings.speed_ratio * std::min(per(model.path.speed_m_s, length_m),
-                                                 per(model.path.rotation_speed_rad_s, rotation_rad));
-  return speed;
-}
 
 KnotList plan_geometry(const ArmModel& model, const LineMotion& line, const Joints& start_q,
                        const State& speed) {

@@ -14,6 +14,7 @@
 #include "corbot/motion/path_joints.h"
 #include "corbot/units.h"
 #include "planner/planner.h"
+#include "planner/rate/proof.h"
 #include "support/test_arms.h"
 
 namespace corbot::unit_rate_geometry_test {
@@ -98,9 +99,7 @@ struct Case {
 Case geometry(const ArmModel& arm, const Command& command) {
   Case c{command};
   const bool is_line = command.kind == MotionKind::kLine;
-  const auto speed = [&](const auto& motion) {
-    return rate::full_speed(arm, {}, length_m(motion), rotation_rad(motion.tool));
-  };
+  const auto speed = [&](const auto& motion) { return rate::limits_of(arm, motion).speed; };
   c.speed = is_line ? speed(command.line) : speed(command.arc);
   c.knots = is_line ? plan_geometry(arm, command.line, command.start_q, c.speed)
                     : plan_geometry(arm, command.arc, command.start_q, c.speed);
@@ -187,7 +186,7 @@ LineMotion line_between(const ArmModel& arm, const Joints& a, const Joints& b) {
 }
 
 Errors followed(const ArmModel& arm, const LineMotion& line, const Joints& start_q) {
-  const State speed = rate::full_speed(arm, {}, length_m(line), rotation_rad(line.tool));
+  const State speed = rate::limits_of(arm, line).speed;
   const rate::KnotList knots = plan_geometry(arm, line, start_q, speed);
   if (const auto* refusal = std::get_if<PlanRefusal>(&knots)) {
     ADD_FAILURE() << refusal->text;
@@ -220,7 +219,7 @@ TEST(RateGeometrySingular, LeadsThroughTheBaseAxisOnAnotherSolution) {
     LineMotion line = line_between(arm, before, behind);
     line.solution = *arm.kinematics.solution_of(before);
     ASSERT_NE(arm.kinematics.solution_of(behind), line.solution);
-    const State speed = rate::full_speed(arm, {}, length_m(line), 0.0);
+    const State speed = rate::limits_of(arm, line).speed;
     const rate::KnotList knots = plan_geometry(arm, line, before, speed);
     ASSERT_TRUE(std::holds_alternative<std::vector<Knot>>(knots)) << std::get<PlanRefusal>(knots).text;
     const Knot& end = std::get<std::vector<Knot>>(knots).back();
@@ -254,8 +253,7 @@ TEST(RateGeometrySingular, BeginsAndEndsAtAStretchedArm) {
 TEST(RateGeometrySingular, IsRefusedWithinAPathAndBeyondReach) {
   const ArmModel arm = test::arm_of("lynx5");
   const auto refusal = [&](const LineMotion& line, const Joints& start_q) {
-    const rate::KnotList knots =
-        plan_geometry(arm, line, start_q, rate::full_speed(arm, {}, length_m(line), 0.0));
+    const rate::KnotList knots = plan_geometry(arm, line, start_q, rate::limits_of(arm, line).speed);
     const auto* const refused = std::get_if<PlanRefusal>(&knots);
     return refused == nullptr ? PlanRefusal(PlanRefusal::Kind::kBadParameter, "", Quantity::kNumber)
                               : *refused;
@@ -280,8 +278,7 @@ TEST(RateGeometrySingular, IsRefusedAtTheStartWithoutAClosedForm) {
   line.from_m = here.position_m;
   line.to_m = here.position_m + Vector3{0.0, 0.05, 0.05};
   line.tool.from = here.orientation;
-  const rate::KnotList knots =
-      plan_geometry(arm, line, start, rate::full_speed(arm, {}, length_m(line), 0.0));
+  const rate::KnotList knots = plan_geometry(arm, line, start, rate::limits_of(arm, line).speed);
   ASSERT_TRUE(std::holds_alternative<PlanRefusal>(knots));
   EXPECT_NE(std::get<PlanRefusal>(knots).text.find("at a singularity"), std::string::npos);
 }
@@ -291,11 +288,15 @@ TEST(RateGeometry, SpeedsAreThoseOfTheSettings) {
   PlanSettings settings;
   settings.speed_ratio = 0.5;
   settings.joint_speed_ratio[1] = 0.25;
-  const State by_length = rate::full_speed(arm, settings, 0.2, 0.0);
+  LineMotion line{};
+  line.to_m = {0.2, 0.0, 0.0};
+  const State by_length = rate::limits_of(arm, settings, line).speed;
   EXPECT_EQ(by_length[0], arm.joints[0].speed_q_s);
   EXPECT_EQ(by_length[1], 0.25 * arm.joints[1].speed_q_s);
   EXPECT_DOUBLE_EQ(by_length[kPath], 0.5 * arm.path.speed_m_s / 0.2);
-  EXPECT_DOUBLE_EQ(rate::full_speed(arm, settings, 1e-9, 2.0)[kPath],
+  line.to_m = {1e-9, 0.0, 0.0};
+  line.tool.turn_rad = {0.0, 0.0, 2.0};
+  EXPECT_DOUBLE_EQ(rate::limits_of(arm, settings, line).speed[kPath],
                    0.5 * arm.path.rotation_speed_rad_s / 2.0);
 }
 
