@@ -52,7 +52,8 @@ std::optional<Profile> read_profile(const std::string& file, std::vector<Finding
 Finding port(const Profile& profile) {
   const std::string endpoint = net::endpoint_text(profile.endpoint_host, profile.port);
   const auto running = is_up(profile.name) ? client::read_state(profile.name) : std::nullopt;
-  if (running) return {Level::kOk, "port", fmt::format("'{}' is up at {}", profile.name, running->endpoint), ""};
+  if (running)
+    return {Level::kOk, "port", fmt::format("'{}' is up at {}", profile.name, running->endpoint), ""};
   const std::string why = client::endpoint_fault(profile.endpoint_host, profile.port);
   if (why.empty()) return {Level::kOk, "port", endpoint + " is free", ""};
   return {Level::kFail, "port", why, "end that program, or use corbot up --endpoint HOST:PORT"};
