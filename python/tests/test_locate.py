@@ -77,3 +77,9 @@ def test_what_is_no_address(text: str) -> None:
     with pytest.raises(corbot.BadAddress, match="HOST:PORT/NAME") as raised:
         corbot.connect(text)
     assert raised.value.address == text
+
+
+@pytest.mark.parametrize("timeout", [0, -1, 0.0004, 1e12, float("nan")])
+def test_a_timeout_has_bounds(timeout: float) -> None:
+    with pytest.raises(ValueError, match=r"from 0\.001 to 3600 seconds"):
+        corbot.connect("127.0.0.1:1/none", timeout=timeout)

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "client/failure.h"
+#include "client/notice.h"
 #include "corbot/backend/backend.h"
 #include "corbot/units.h"
 #include "shm/channel_client.h"
@@ -245,9 +246,10 @@ void record(const RecordOptions& options, const OnSignal& on_signal) {
   Follower follower = follow(options.robot);
   const Output output(options.file, options.force);
   if (!output.write(options.notes + csv_header(options.joints))) return;
-  fmt::print(stderr, "recording '{}' to {}{}\n", options.robot,
-             options.file == "-" ? "standard output" : options.file,
-             options.for_s > 0 ? fmt::format(" for {:g} s", options.for_s) : " until Ctrl-C");
+  client::notice(
+      stderr, fmt::format("recording '{}' to {}{}\n", options.robot,
+                          options.file == "-" ? "standard output" : options.file,
+                          options.for_s > 0 ? fmt::format(" for {:g} s", options.for_s) : " until Ctrl-C"));
   const auto begin = Clock::now();
   std::string rows;
   std::string end;
@@ -267,7 +269,7 @@ void record(const RecordOptions& options, const OnSignal& on_signal) {
       more = false;
     }
   }
-  fmt::print(stderr, "{}{}\n", follower.summary(), end);
+  client::notice(stderr, fmt::format("{}{}\n", follower.summary(), end));
 }
 
 }  // namespace corbot::cli

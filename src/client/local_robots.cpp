@@ -136,9 +136,10 @@ std::string robot_at_port(int port) {
 
 std::string endpoint_fault(const std::string& host, int port) {
   std::string why = net::listen_error(host, port);
+  // Not looked for in vain: to look at a robot's lock file takes the caller's own record lock of that file away.
+  if (why.find("in use") == std::string::npos) return why;
   const std::string robot = robot_at_port(port);
-  const bool is_in_use = why.find("in use") != std::string::npos;
-  return is_in_use && !robot.empty() ? fmt::format("port {} is taken: {}", port, robot) : std::move(why);
+  return robot.empty() ? why : fmt::format("port {} is taken: {}", port, robot);
 }
 
 std::vector<std::string> robots_with_stale_state() { return robots_of_files(state_directory(false), false); }

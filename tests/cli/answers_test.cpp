@@ -47,6 +47,15 @@ class Answers : public CliRig {
   }
 };
 
+TEST_F(Answers, ARecordNeedsNoTerminal) {
+  up();
+  const std::string file = (directory_ / "record.csv").string();
+  const auto full =
+      begin_in({"/bin/sh", "-c", "exec \"$@\" 2>/dev/full", "sh"}, {"record", file, "--for", "0.2"});
+  EXPECT_EQ(full->wait(within(20)), 0);
+  EXPECT_GT(fs::file_size(file), 5000U) << "some hundred rows";
+}
+
 TEST_F(Answers, AFullDiskIsNoSuccess) {
   const auto full = begin_in({"/bin/sh", "-c", "exec \"$@\" >/dev/full", "sh"}, {"version"});
   const auto end = full->wait(within(20));

@@ -286,6 +286,22 @@ TEST_F(Supervision, NoChildOutlivesAKilledSupervisor) {
   supervisor_.reset();
 }
 
+/// The files of the supervisor that was killed are there when the next one takes the name.
+TEST_F(Supervision, ARobotThatCameUpAfterACrashCanBeEnded) {
+  up();
+  const pid_t rt = pid_of("rt_pid");
+  const pid_t servant = pid_of("servant_pid");
+  supervisor_->signal(SIGKILL);
+  ASSERT_TRUE(supervisor_->wait(within(30)));
+  ASSERT_TRUE(wait_until(within(20), [&] { return has_ended(rt) && has_ended(servant); }));
+  supervisor_.reset();
+  up();
+  const RunResult result = corbot({"down"});
+  EXPECT_EQ(result.code, 0) << result.errors;
+  EXPECT_EQ(supervisor_->wait(within(30)), 0);
+  supervisor_.reset();
+}
+
 TEST_F(Supervision, StaleFilesOfATotalCrashAreListed) {
   up();
   const std::vector<pid_t> all{pid_of("rt_pid"), pid_of("servant_pid"), supervisor_->pid()};

@@ -92,6 +92,8 @@ def connect(address: str, timeout: float, interface: Any = Corbot.Arm) -> Any:
 
 def set_timeout(reference: Any, timeout: float) -> None:
     """Bound each call through the reference, seconds."""
+    if not 0.001 <= timeout <= 3600.0:  # the ORB takes 0 for no bound
+        raise ValueError(f"A timeout is from 0.001 to 3600 seconds, not {timeout:g}.")
     omniORB.setClientCallTimeout(reference, int(timeout * 1000))
 
 
