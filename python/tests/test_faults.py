@@ -56,3 +56,17 @@ def test_a_killed_real_time_task_fails_the_motion(fresh: Robot) -> None:
         motion.wait()
     assert time.monotonic() - begun < SLOWLY / 2
     assert raised.value.reason
+
+
+def test_a_stop_that_failed_is_told_beside_the_blocks_exception(fresh: Robot) -> None:
+    arm = corbot.connect(fresh.arm.address, timeout=0.5)
+    servant = fresh.simulation.processes["servant_pid"]
+
+    def fail() -> None:
+        with pytest.raises(ZeroDivisionError), arm:
+            os.kill(servant, signal.SIGSTOP)
+            _ = 1 / 0
+
+    with pytest.warns(RuntimeWarning, match="may still move"):
+        fail()
+    os.kill(servant, signal.SIGCONT)

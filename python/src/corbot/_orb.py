@@ -104,6 +104,8 @@ def call(address: str, operation: Callable[..., Any], *arguments: Any) -> Any:
             return operation(*arguments)
         except CORBA.UserException as error:
             raise user_error(error) from None
+        except (CORBA.BAD_PARAM, CORBA.DATA_CONVERSION) as error:  # the ORB could not write them
+            raise TypeError(f"The interface does not take the type, the length or the letters of {arguments!r:.200}") from error
         except CORBA.SystemException as error:
             raise system_error(error, address) from error
 

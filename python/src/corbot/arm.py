@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import threading
+import warnings
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from types import TracebackType
@@ -65,7 +66,7 @@ class Arm:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
         if error is not None:
-            self._stop_because_of(error)
+            self.stop_because_of(error)
 
     def __repr__(self) -> str:
         return f"<Arm at {self.address}>"
@@ -268,6 +269,8 @@ class Arm:
         if isinstance(joints, (int, float)):
             self.call("AllSpeed", float(joints))
         elif joints is not None:
+            if len(joints) != len(self.joint_names):
+                raise ValueError(f"The arm has {len(self.joint_names)} joints, and these are {len(joints)} speeds.")
             for number, percent in enumerate(joints):
                 self.call("ArtSpeed", number, float(percent))
 
@@ -343,7 +346,7 @@ class Arm:
         try:
             yield
         except KeyboardInterrupt as interrupt:
-            self._stop_because_of(interrupt)
+            self.stop_because_of(interrupt)
             raise
 
     def _number_of(self, joint: str) -> int:
@@ -358,12 +361,15 @@ class Arm:
                 motion.wait()
         return motion
 
-    def _stop_because_of(self, error: BaseException) -> None:
+    def stop_because_of(self, error: BaseException) -> None:
+        """Stop the arm while `error` leaves a block; a stop that fails is told, and hides nothing."""
         try:
             self.stop()
         except CorbotError as failure:
+            told = f"The arm may still move: {failure}"
             if isinstance(error, KeyboardInterrupt):
-                raise KeyboardInterrupt(f"The arm may still move: {failure}") from failure
+                raise KeyboardInterrupt(told) from failure
+            warnings.warn(told, RuntimeWarning, stacklevel=3)
 
 
 def _floats(*values: float) -> list[float]:

@@ -50,22 +50,25 @@ class _Servant(_orb.Corbot__POA.Camera):  # type: ignore[misc]
         begun = time.time()
         try:
             pieces = [_sighting(piece) for piece in self._camera.look(timeout)]
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise _not_ready(error) from error
         return _orb.Corbot.Frame(next(self._numbers), (begun + time.time()) / 2.0, pieces)
 
     def Picture(self, marked: bool) -> bytes:  # noqa: N802
         try:
             return bytes(self._camera.picture(bool(marked)))
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise _not_ready(error) from error
 
 
 def _sighting(piece: Sighting) -> Any:
+    if not isinstance(piece.kind, str):
+        raise TypeError(f"A sighting's kind is a text, not {piece.kind!r}")
     position = _orb.Corbot.Point(*(float(number) for number in piece.position))
     return _orb.Corbot.Sighting(piece.kind, position, float(piece.yaw), float(piece.confidence))
 
 
-def _not_ready(error: Exception) -> Exception:
-    refusal: Exception = _orb.Corbot.NotReady(f"{type(error).__name__}: {error}")
+def _not_ready(error: BaseException) -> Exception:
+    text = f"{type(error).__name__}: {error}".encode("ascii", "replace").decode().replace("\0", "?")
+    refusal: Exception = _orb.Corbot.NotReady(text)
     return refusal

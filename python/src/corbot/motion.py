@@ -71,8 +71,8 @@ class Motion:
                 info = await asyncio.to_thread(self._look, _SLICE)
                 if info.state.has_ended:
                     return _at_target(info)
-        except asyncio.CancelledError:
-            self._arm.stop()
+        except asyncio.CancelledError as error:
+            self._arm.stop_because_of(error)
             raise
 
     def _look(self, seconds: float) -> MotionInfo:
