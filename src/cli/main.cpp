@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -357,7 +359,8 @@ int run(int argc, char** argv) {
 void check_printed() {
   errno = 0;
   const bool is_written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
-  if (is_written || errno == EPIPE) return;
+  pollfd reader{STDOUT_FILENO, POLLOUT, 0};
+  if (is_written || errno == EPIPE || (::poll(&reader, 1, 0) == 1 && (reader.revents & POLLERR) != 0)) return;
   throw Failure(
       ExitCode::kInternal,
       fmt::format("standard output: {}", errno != 0 ? std::strerror(errno) : "not all could be written"));

@@ -65,6 +65,11 @@ TEST_F(Answers, AFullDiskIsNoSuccess) {
   const auto unread =
       begin_in({"/bin/bash", "-c", "\"$@\" | true; exit ${PIPESTATUS[0]}", "bash"}, {"version"});
   EXPECT_EQ(unread->wait(within(20)), 0) << "a reader has what it wanted";
+  up();
+  const auto stopped =
+      begin_in({"/bin/bash", "-c", "\"$@\" | { exec <&-; sleep 1; }; exit ${PIPESTATUS[0]}", "bash"},
+               {"stop", "--all"});
+  EXPECT_EQ(stopped->wait(within(20)), 0) << stopped->errors();
 }
 
 TEST_F(Answers, AHoldOnAFrozenTaskIsCountedAndTakesEffectWhenItGoesOn) {

@@ -17,10 +17,19 @@ namespace fs = std::filesystem;
 using client::ExitCode;
 using client::Failure;
 
+constexpr const char* kAnimation = "cell.svg";
+constexpr const char* kGantt = "gantt.svg";
+constexpr const char* kCamera = "camera.jpg";
+
+/// The whole of it, or no file.
 void write_file(const fs::path& path, std::string_view text) {
   errno = 0;
   std::ofstream file(path);
-  if (!(file << text).flush()) throw client::system_failure(path, errno);
+  if ((file << text).flush()) return;
+  const int error = errno;
+  std::error_code ignored;
+  fs::remove(path, ignored);
+  throw client::system_failure(path, error);
 }
 
 }  // namespace
@@ -34,6 +43,7 @@ void prepare_pictures(const fs::path& directory) {
   const fs::path probe = directory / ".corbot-probe";
   write_file(probe, "");
   fs::remove(probe, error);
+  for (const char* earlier : {kAnimation, kGantt, kCamera}) fs::remove(directory / earlier, error);
 }
 
 std::vector<fs::path> write_pictures(const fs::path& directory, const RunPictures& pictures) {
@@ -43,10 +53,10 @@ std::vector<fs::path> write_pictures(const fs::path& directory, const RunPicture
     write_file(directory / name, content);
     written.push_back(directory / name);
   };
-  if (pictures.record) write("cell.svg", cell_animation(pictures.cell, *pictures.record));
-  write("gantt.svg", gantt_svg(pictures.end.history));
+  if (pictures.record) write(kAnimation, cell_animation(pictures.cell, *pictures.record));
+  write(kGantt, gantt_svg(pictures.end.history));
   const auto& jpeg = pictures.end.camera_jpeg;
-  write("camera.jpg", {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});
+  write(kCamera, {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});
   return written;
 }
 
