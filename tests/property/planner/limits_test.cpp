@@ -8,16 +8,17 @@
 #include <random>
 #include <string>
 
-#include "corbot/kinematics/tool_pose.h"
 #include "limit_ticks.h"
 #include "planner/planner.h"
 #include "planner/time_law_planner.h"
+#include "random_settings.h"
 #include "support/test_arms.h"
 
 namespace corbot::property_limits_test {
 namespace {
 
 using test::LimitShares;
+using test::random_settings;
 using test::tick_shares;
 using test::TickShares;
 
@@ -58,17 +59,7 @@ class Limits : public testing::TestWithParam<const char*> {
   /// Every fourth case starts with all joints at 0, where most arms are stretched.
   PlanStart start(int i) { return {i % 4 == 0 ? Joints{} : joints(), 0.0}; }
   PlanSettings settings(int i, const PlanStart& from) {
-    PlanSettings s;
-    if (i % 3 == 0) s.speed_ratio = in(0.05, 1.0);
-    if (i % 5 == 0) s.joint_speed_ratio[static_cast<std::size_t>(i / 5) % arm_.dof] = in(0.05, 1.0);
-    const Pose here = arm_.kinematics.forward(from.position_q);
-    const Vector3 axis{in(-1, 1), in(-1, 1), in(-1, 1)};
-    if (i % 2 == 0 && arm_.kinematics.follows() == Follows::kFull)
-      s.tool_orientation = about((1.0 / norm(axis)) * axis, in(-0.5, 0.5)) * here.orientation;
-    if (arm_.kinematics.follows() == Follows::kPitchAndRoll && i % 2 == 0) s.tool_pitch_rad = in(-1.0, 1.0);
-    if (arm_.kinematics.follows() == Follows::kPitch)
-      s.tool_pitch_rad = tool_pose(arm_.kinematics, from.position_q).pitch_rad + (i % 2) * in(-0.5, 0.5);
-    return s;
+    return random_settings(arm_, i, from, [this](double low, double high) { return in(low, high); });
   }
   /// Greatest shares of every line or arc that was planned.
   void look(const PlanSettings& s, const PlanResult& result, TickShares& line, TickShares& arc) {

@@ -10,9 +10,9 @@
 #include <variant>
 #include <vector>
 
-#include "corbot/kinematics/tool_pose.h"
 #include "planner/planner.h"
 #include "planner/rate/rate_planner.h"
+#include "random_settings.h"
 #include "seed.h"
 #include "support/test_arms.h"
 
@@ -45,17 +45,7 @@ class RandomRates : public testing::TestWithParam<const char*> {
     return from;
   }
   PlanSettings settings(int i, const PlanStart& from) {
-    PlanSettings s;
-    if (i % 3 == 0) s.speed_ratio = in(0.05, 1.0);
-    if (i % 5 == 0) s.joint_speed_ratio[static_cast<std::size_t>(i / 5) % arm_.dof] = in(0.05, 1.0);
-    const Pose here = arm_.kinematics.forward(from.position_q);
-    const Vector3 axis{in(-1, 1), in(-1, 1), in(-1, 1)};
-    if (i % 2 == 0 && arm_.kinematics.follows() == Follows::kFull)
-      s.tool_orientation = about((1.0 / norm(axis)) * axis, in(-0.5, 0.5)) * here.orientation;
-    if (arm_.kinematics.follows() == Follows::kPitchAndRoll && i % 2 == 0) s.tool_pitch_rad = in(-1.0, 1.0);
-    if (arm_.kinematics.follows() == Follows::kPitch)
-      s.tool_pitch_rad = tool_pose(arm_.kinematics, from.position_q).pitch_rad + (i % 2) * in(-0.5, 0.5);
-    return s;
+    return random_settings(arm_, i, from, [this](double low, double high) { return in(low, high); });
   }
 
   /// Two lines in three cases, and an arc.
