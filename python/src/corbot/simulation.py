@@ -121,7 +121,7 @@ class Simulation(_Program):
         self._orb = orb
 
     def start(self) -> Arm:
-        """Start the robot and connect to its arm, for a notebook; `end`, or the end of Python, takes it down."""
+        """Start the robot and connect to its arm, for a notebook; `end`, or an orderly end of Python, takes it down."""
         return connect(self._begin(self._command, lambda: self.processes.get("address") or None))
 
     def __enter__(self) -> Arm:
@@ -149,7 +149,7 @@ class CellSimulation(_Program):
         self._pieces, self._seed = pieces, seed
 
     def start(self) -> Cell:
-        """Start the cell and its work; `end`, or the end of Python, takes it down."""
+        """Start the cell and its work; `end`, or an orderly end of Python, takes it down."""
         return self._begin(self._command, self._find)
 
     def __enter__(self) -> Cell:
