@@ -296,7 +296,8 @@ bool ChannelServer::has_servant() {
         receive_message(peer.connection, hello) == Received::kMessage)
       peer.hello = std::move(hello);
   }
-  drop_closed();
+  // A servant that has gone leaves nothing that needs the socket, not even a message that nobody has read.
+  peers_.remove_if([](const Peer& peer) { return has_hung_up(peer.connection); });
   return servant() != nullptr || servant_waits();
 }
 

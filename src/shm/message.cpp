@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shm/message.h"
 
+#include <poll.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
@@ -119,6 +121,11 @@ bool is_closed(const Descriptor& connection) noexcept {
   char byte = 0;
   const ssize_t got = ::recv(connection.get(), &byte, 1, MSG_PEEK | MSG_DONTWAIT);
   return got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR);
+}
+
+bool has_hung_up(const Descriptor& connection) noexcept {
+  pollfd end{connection.get(), 0, 0};
+  return ::poll(&end, 1, 0) == 1 && (end.revents & (POLLHUP | POLLERR)) != 0;
 }
 
 ucred peer_of(const Descriptor& connection) noexcept {

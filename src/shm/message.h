@@ -64,8 +64,11 @@ enum class Received { kMessage, kNothing, kClosed };
 /// Does not wait. kClosed also for what is no message; kMessage of another version carries nothing.
 [[nodiscard]] Received receive_message(const Descriptor& connection, Message& message);
 
-/// Has the peer's process closed it, or died? One system call; takes nothing from the connection.
+/// The process at the other end has closed the connection or died, and each of its messages is read.
+/// One system call; takes nothing from the connection.
 [[nodiscard]] bool is_closed(const Descriptor& connection) noexcept;
+/// The process at the other end has closed the connection; its last messages may be unread.
+[[nodiscard]] bool has_hung_up(const Descriptor& connection) noexcept;
 
 [[nodiscard]] ucred peer_of(const Descriptor& connection) noexcept;
 

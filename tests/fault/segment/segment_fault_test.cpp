@@ -189,9 +189,35 @@ TEST_F(SegmentFault, ComingAndGoingAtOnceLeavesNothingBehind) {
       return 0;
     });
     EXPECT_EQ(codes, std::vector<int>(4, 0));
-    // A task that ended last may have left its socket to a servant that had gone already when it looked again.
     EXPECT_FALSE(exists()) << "round " << round;
   }
+}
+
+/// The servant's last message is unread as the task ends, in some of the turns.
+TEST_F(SegmentFault, ATaskThatEndsJustAfterItsServantLeavesNothingBehind) {
+  constexpr int kTurns = 300;
+  const Shared<std::atomic<int>> started;
+  const Shared<std::atomic<int>> ended;
+  const std::vector<int> codes = race(2, [&](int index) {
+    int left = 0;
+    for (int turn = 1; turn <= kTurns; ++turn) {
+      if (index == 0) {
+        auto rt = task();
+        started->store(turn);
+        while (ended->load() < turn) ::sched_yield();
+        rt.reset();
+        if (exists()) ++left;
+        remove_left_behind(name());
+      } else {
+        const auto port = servant();
+        while (started->load() < turn) ::sched_yield();
+        connect(*port)->disconnect();
+        ended->store(turn);
+      }
+    }
+    return std::min(left, 40);
+  });
+  EXPECT_EQ(codes, std::vector<int>(2, 0)) << "the first: turns that left a socket";
 }
 
 TEST_F(SegmentFault, NobodyStartsOrEndsATaskWhileAnotherDoes) {
