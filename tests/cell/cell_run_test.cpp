@@ -291,6 +291,19 @@ TEST_F(CellRun, AFrozenStoreEndsTheWorkAndIsNamed) {
   EXPECT_EQ(left_running(), "");
 }
 
+TEST_F(CellRun, AKilledSceneEndsTheWorkAndThePictureShowsItsRun) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  Process cell = begin_work();
+  ASSERT_EQ(run({"/usr/bin/pkill", "-KILL", "-f", "corbot-scene " + directory_.string()}).code, 0);
+  expect_end(cell, {"scene ended; "});
+  EXPECT_EQ(cell.errors().find("coordinator ended"), std::string::npos) << cell.errors();
+  expect_picture(cell);
+  std::ifstream in(fs::path(pictures()) / "cell.svg");
+  const std::string svg{std::istreambuf_iterator<char>(in), {}};
+  EXPECT_EQ(svg.find("The run: 0 s"), std::string::npos);
+  EXPECT_EQ(left_running(), "");
+}
+
 TEST_F(CellRun, APortInUseIsNamed) {
   const std::string script = fmt::format(
       "import socket,time\ns=socket.socket()\ns.setsockopt(socket.SOL_SOCKET,socket.SO_REUSEADDR,1)\n"

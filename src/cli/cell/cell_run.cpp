@@ -254,7 +254,8 @@ class Run {
       : cell_(cell),
         options_(options),
         supervisor_({.notify_path = (cell.state_directory / "notify.sock").string(),
-                     .on_change = [this] { check_restarts(); }}) {}
+                     .restarts = false,
+                     .on_change = [this] { find_ended(); }}) {}
 
   /// Until the work is done, a fault ends it, or a signal asks for the end.
   void go() {
@@ -268,13 +269,13 @@ class Run {
     bool goes_on = true;
     {
       ProgressDisplay display;
-      while (goes_on && !work.has_ended() && restarted_.empty()) {
+      while (goes_on && !work.has_ended() && ended_.empty()) {
         goes_on = supervisor_.step();
         display.show(work.progress(), work.elapsed_s());
       }
     }
     if (cell_.coordinator_reference.empty()) supervisor_.stop_last();  // the arms come to rest
-    if (!goes_on || !restarted_.empty()) end_early(goes_on, work);
+    if (!goes_on || !ended_.empty()) end_early(goes_on, work);
     work.end();
     if (work.failure())
       throw Failure(work.failure()->code(), fmt::format("{}\n{}", work.failure()->what(), stop_early(work)));
@@ -289,7 +290,7 @@ class Run {
     const std::string done = stop_early(work);
     if (!goes_on) throw Failure(ExitCode::kStopped, "stopped: " + done);
     throw Failure(ExitCode::kRefused,
-                  fmt::format("{} ended; {}{}", restarted_, done, tail(log_file(cell_, restarted_))));
+                  fmt::format("{} ended; {}{}", ended_, done, tail(log_file(cell_, ended_))));
   }
 
   /// How far the work has come, for a message. The pictures show what was recorded until now.
@@ -316,10 +317,10 @@ class Run {
     return true;
   }
 
-  /// A process of the cell that ended has lost what it knew: this run ends.
-  void check_restarts() {
+  /// A process of the cell that ended has lost its state: this run ends.
+  void find_ended() {
     for (const auto& [title, pid] : pids_) {
-      if (supervisor_.pid_of(title) != pid) restarted_ = title;
+      if (ended_.empty() && supervisor_.pid_of(title) != pid) ended_ = title;
     }
   }
 
@@ -365,7 +366,7 @@ class Run {
   const CellConfig& cell_;
   const CellRunOptions& options_;
   std::vector<std::pair<std::string, pid_t>> pids_;
-  std::string restarted_;  ///< a process that ended and was started again
+  std::string ended_;  ///< the first process that ended by itself
   Supervisor supervisor_;
 };
 

@@ -107,12 +107,19 @@ void Supervisor::supervise(Entry& entry) {
     const std::string how = describe_end(status);
     // RLIMIT_RTTIME: it computed without end, and made no cycle meanwhile.
     if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) entry.was_frozen = true;
+    if (!options_.restarts) {
+      entry.ready = false;
+      log(fmt::format("{} died ({})", entry.spec.title, how));
+      options_.on_change();
+      return;
+    }
     schedule_restart(entry, entry.was_killed ? fmt::format("{} killed", entry.spec.title)
                                              : fmt::format("{} died ({})", entry.spec.title, how));
   } else if (entry.child.pid() != 0) {
     kill_unresponsive(entry);
   }
-  if (entry.child.pid() != 0 || end_requests_ > 0 || Clock::now() < entry.restart_at) return;
+  if (!options_.restarts || entry.child.pid() != 0 || end_requests_ > 0 || Clock::now() < entry.restart_at)
+    return;
   try {
     start_child(entry);
     options_.on_change();

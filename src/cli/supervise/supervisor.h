@@ -38,6 +38,7 @@ class Supervisor {
   struct Options {
     std::string notify_path;           ///< of the socket
     ServiceManager* manager{nullptr};  ///< of this process: keeps the stored descriptors, too; null: none
+    bool restarts{true};               ///< false: what dies stays ended, and on_change is called
     int attempts{10};  ///< starts in a row that do not get ready before it gives up; 0: endless
     std::function<void()> on_change;  ///< called after every start and restart; throws nothing
     std::function<int()> input_fd{};  ///< with input there, on_step is called at once; −1: none
