@@ -14,10 +14,12 @@ phase() {
   durations+=("$(printf '%5d s  %s' $((SECONDS - begun)) "$title")")
 }
 
-# begin_beside COMMAND...: runs it in the time that the tests' waits leave to the processors. end_beside waits for its end, and
-# fails if it failed. A session of its own, so that its group of processes, too, comes after those of the tests.
+# begin_beside COMMANDS: runs them, which may be functions of these scripts, in the time that the tests' waits leave to the
+# processors. end_beside waits for their end, and fails if one failed. A session of its own, so that its group of processes,
+# too, comes after those of the tests.
 begin_beside() {
-  setsid bash -c 'echo 19 > /proc/self/autogroup 2> /dev/null; exec chrt --idle 0 "$@"' beside "$@" > build/beside.log 2>&1 &
+  setsid bash -c 'echo 19 > /proc/self/autogroup 2> /dev/null; chrt --idle --pid 0 $$; . scripts/common.sh; . scripts/phases.sh
+    eval "$1"' "$0" "$1" > build/beside.log 2>&1 &
   beside=$!
 }
 
@@ -55,9 +57,11 @@ check_left_over() {
 $left"
 }
 
+build_sanitizer() { build_preset "$1" -DCORBOT_FUZZ=OFF --target "$2"; }
+
 # check_sanitizer PRESET TARGET LABEL: the tests of a label, a regular expression; cmake/targets.cmake declares the labels.
 check_sanitizer() {
-  build_preset "$1" -DCORBOT_FUZZ=OFF --target "$2"
+  build_sanitizer "$1" "$2"
   ctest --test-dir "build/$1" --output-on-failure --no-tests=error -j "$(test_jobs)" -L "$3"
 }
 

@@ -18,10 +18,10 @@ inline std::uint64_t seed() {
 }
 
 /// CORBOT_CASES from the environment, or as many as a quick run takes. The sanitizers look for faults of memory, which
-/// a quarter of the cases shows, too.
+/// a sixteenth of the cases shows, too.
 inline int cases(int usual) {
   const char* text = std::getenv("CORBOT_CASES");
-  return text != nullptr ? std::atoi(text) : CORBOT_SANITIZED ? usual / 4 : usual;
+  return text != nullptr ? std::atoi(text) : CORBOT_SANITIZED ? usual / 16 : usual;
 }
 
 }  // namespace corbot::test

@@ -297,16 +297,16 @@ TEST(ArmPicture, IsOutlinedAroundPartsAndHoles) {
 }
 
 TEST(ArmPicture, ShowsTheArmFromBaseToTool) {
-  for (const auto& file : std::filesystem::directory_iterator(CORBOT_PROFILES)) {
-    if (file.path().extension() != ".toml") continue;
-    const Profile profile = load_profile(file.path());
+  for (const char* name :
+       {"lynx5", "scara_gx4", "cylindrical_rpp", "cartesian_ppp", "polar_rrp", "puma560", "so101"}) {
+    const Profile profile = load_profile(profile_file(name));
     const Joints q{};
     const std::vector<Vector3> line = arm_line(profile.arm.kinematics, q).points_m;
-    EXPECT_EQ(line.front(), profile.arm.kinematics.chain().base_T_0.position_m) << file.path();
-    EXPECT_LT(norm(line.back() - profile.arm.kinematics.forward(q).position_m), 1e-12) << file.path();
+    EXPECT_EQ(line.front(), profile.arm.kinematics.chain().base_T_0.position_m) << name;
+    EXPECT_LT(norm(line.back() - profile.arm.kinematics.forward(q).position_m), 1e-12) << name;
     const std::string svg = arm_picture(profile, q);
-    EXPECT_TRUE(svg.starts_with("<svg ") && svg.ends_with("</svg>\n")) << file.path();
-    EXPECT_THAT(svg, testing::Not(testing::ContainsRegex("nan|inf"))) << file.path();
+    EXPECT_TRUE(svg.starts_with("<svg ") && svg.ends_with("</svg>\n")) << name;
+    EXPECT_THAT(svg, testing::Not(testing::ContainsRegex("nan|inf"))) << name;
     std::size_t arms = 0;
     for (auto at = svg.find("class=\"arm\" points"); at != std::string::npos;
          at = svg.find("class=\"arm\" points", at + 1))
@@ -314,7 +314,7 @@ TEST(ArmPicture, ShowsTheArmFromBaseToTool) {
     EXPECT_EQ(arms, 2u);
     EXPECT_THAT(svg, HasSubstr("from the side"));
     EXPECT_THAT(svg, HasSubstr("from above"));
-    SCOPED_TRACE(file.path());
+    SCOPED_TRACE(name);
     expect_apart(texts_of(svg), std::stod(svg.substr(svg.find("width=\"") + 7)));
     EXPECT_THAT(svg, HasSubstr("@media (prefers-color-scheme:dark)"));
     EXPECT_LT(svg.size(), 40'000u);

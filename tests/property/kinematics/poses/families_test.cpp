@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every family over a million seeded poses: ../million_poses.h.
-#include "../million_poses.h"
+// Every family over seeded random poses: ../random_poses.h.
+#include "../random_poses.h"
 
 namespace corbot::property_families_test {
 namespace {
 
 using test::kPi;
-using test::million;
+using test::random_poses;
 using test::RandomArm;
 
 /// Joints at, or next to, a place where two solutions meet; each family has its own.
@@ -44,35 +44,35 @@ void go_singular(const ParallelAxesArm& arm, RandomArm& random, Joints& q) {
 
 const auto kSingular = [](const auto& arm, RandomArm& random, Joints& q) { go_singular(arm, random, q); };
 
-TEST(AMillionPoses, PlanarWithoutWrist) {
-  million<PlanarArm>([](RandomArm& r) { return r.planar(3); }, kSingular);
+TEST(RandomPoses, PlanarWithoutWrist) {
+  random_poses<PlanarArm>([](RandomArm& r) { return r.planar(3); }, kSingular);
 }
-TEST(AMillionPoses, PlanarWithWrist) {
-  million<PlanarArm>([](RandomArm& r) { return r.planar(4); }, kSingular);
+TEST(RandomPoses, PlanarWithWrist) {
+  random_poses<PlanarArm>([](RandomArm& r) { return r.planar(4); }, kSingular);
 }
-TEST(AMillionPoses, PlanarWithRoll) {
-  million<PlanarArm>([](RandomArm& r) { return r.planar(5); }, kSingular);
+TEST(RandomPoses, PlanarWithRoll) {
+  random_poses<PlanarArm>([](RandomArm& r) { return r.planar(5); }, kSingular);
 }
-TEST(AMillionPoses, Scara) {
-  million<ScaraArm>([](RandomArm& r) { return r.scara(r.coin() ? 3 : 4); }, kSingular);
+TEST(RandomPoses, Scara) {
+  random_poses<ScaraArm>([](RandomArm& r) { return r.scara(r.coin() ? 3 : 4); }, kSingular);
 }
-TEST(AMillionPoses, Gantry) {
-  million<GantryArm>([](RandomArm& r) { return r.gantry(r.coin() ? 3 : 4); }, kSingular);
+TEST(RandomPoses, Gantry) {
+  random_poses<GantryArm>([](RandomArm& r) { return r.gantry(r.coin() ? 3 : 4); }, kSingular);
 }
-TEST(AMillionPoses, Cylindrical) {
-  million<CylindricalArm>([](RandomArm& r) { return r.cylindrical(r.coin() ? 3 : 4); }, kSingular);
+TEST(RandomPoses, Cylindrical) {
+  random_poses<CylindricalArm>([](RandomArm& r) { return r.cylindrical(r.coin() ? 3 : 4); }, kSingular);
 }
-TEST(AMillionPoses, Polar) {
-  million<PolarArm>([](RandomArm& r) { return r.polar(3); }, kSingular);
+TEST(RandomPoses, Polar) {
+  random_poses<PolarArm>([](RandomArm& r) { return r.polar(3); }, kSingular);
 }
-TEST(AMillionPoses, OrthoParallel) {
-  million<OrthoParallelArm>([](RandomArm& r) { return r.ortho_parallel(); }, kSingular);
+TEST(RandomPoses, OrthoParallel) {
+  random_poses<OrthoParallelArm>([](RandomArm& r) { return r.ortho_parallel(); }, kSingular);
 }
-TEST(AMillionPoses, ParallelAxes) {
-  million<ParallelAxesArm>([](RandomArm& r) { return r.parallel_axes(); }, kSingular);
+TEST(RandomPoses, ParallelAxes) {
+  random_poses<ParallelAxesArm>([](RandomArm& r) { return r.parallel_axes(); }, kSingular);
 }
-TEST(AMillionPoses, PolarWithWrist) {
-  million<PolarArm>([](RandomArm& r) { return r.polar(6); }, kSingular);
+TEST(RandomPoses, PolarWithWrist) {
+  random_poses<PolarArm>([](RandomArm& r) { return r.polar(6); }, kSingular);
 }
 
 }  // namespace
