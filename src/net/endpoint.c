@@ -153,8 +153,11 @@ static bool listens_on(int fd, const struct sockaddr_storage* wanted) {
     return IN6_IS_ADDR_UNSPECIFIED(here) ||
            IN6_ARE_ADDR_EQUAL(here, &((const struct sockaddr_in6*)wanted)->sin6_addr);
   }
-  const in_addr_t here = ((const struct sockaddr_in*)&address)->sin_addr.s_addr;
-  return here == INADDR_ANY || here == ((const struct sockaddr_in*)wanted)->sin_addr.s_addr;
+  struct sockaddr_in here;
+  struct sockaddr_in there;
+  memcpy(&here, &address, sizeof(here));
+  memcpy(&there, wanted, sizeof(there));
+  return here.sin_addr.s_addr == INADDR_ANY || here.sin_addr.s_addr == there.sin_addr.s_addr;
 }
 
 int corbot_listening_socket(const char* host, int port) {
