@@ -10,7 +10,7 @@
 #include <numbers>
 
 #include "corbot/motion/bounds.h"
-#include "planner/refusal.h"
+#include "planner/plan/refusal.h"
 
 namespace corbot {
 

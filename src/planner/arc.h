@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "corbot/motion/command.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 
 namespace corbot {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "corbot/kinematics/tool_pose.h"
-#include "planner/refusal.h"
+#include "planner/plan/refusal.h"
 
 namespace corbot {
 namespace {

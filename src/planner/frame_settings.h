@@ -5,7 +5,7 @@
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/motion/frames.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 
 namespace corbot {
 

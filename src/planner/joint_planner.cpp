@@ -11,7 +11,7 @@
 
 #include "corbot/motion/bounds.h"
 #include "planner/numeric/numeric_inverse.h"
-#include "planner/refusal.h"
+#include "planner/plan/refusal.h"
 #include "planner/time_law_planner.h"
 #include "planner/tool_goal.h"
 

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "corbot/arm/arm_model.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 #include "planner/request.h"
 
 namespace corbot {

@@ -11,6 +11,7 @@
 #include "planner/numeric/numeric_inverse.h"
 #include "planner/numeric/path_function.h"
 #include "planner/numeric/tracking.h"
+#include "planner/plan/refusal.h"
 
 namespace corbot {
 namespace {
@@ -137,13 +138,7 @@ class KnotPlanner {
 };
 
 KnotPlan plan(const ArmModel& model, const PathFunction& path, const Joints& start_q) {
-  if (model.dof < 3) {
-    PlanRefusal refusal(PlanRefusal::Kind::kUnreachable, "kind", Quantity::kNumber);
-    refusal.target_m = path.point(1.0).position_m;
-    refusal.text = fmt::format(
-        "an arm of {} joints follows no lines and arcs: move its joints, or to a point", model.dof);
-    return refusal;
-  }
+  if (model.dof < 3) return follows_no_path(model.dof, path.point(1.0).position_m);
   KnotPlanner planner(model, path);
   KnotPlan result = planner.plan(start_q, kWanted[0]);
   return planner.are_too_many() ? planner.plan(start_q, kWanted[1]) : result;

@@ -6,7 +6,7 @@
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/motion/path_knots.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 
 namespace corbot {
 

@@ -6,13 +6,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
+#include <utility>
 
 #include "corbot/motion/bounds.h"
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path_joints.h"
 #include "corbot/motion/tool_peaks.h"
 #include "planner/knot_planner.h"
-#include "planner/refusal.h"
+#include "planner/plan/refusal.h"
+#include "planner/rate/ranges.h"
+#include "planner/rate/rate_planner.h"
 #include "planner/time_law_planner.h"
 #include "planner/tool_goal.h"
 
@@ -21,6 +25,11 @@ namespace {
 
 constexpr double kNoTravel = 1e-30;      // metres and radians; below it there is nothing to run through
 constexpr double kRoundUp = 1.0 + 1e-9;  // of a stretch, over rounding
+
+/// A rotary joint's value as people read it.
+double within_turn(JointKind kind, double value_q) {
+  return kind == JointKind::kRotary ? wrap_angle(value_q) : value_q;
+}
 
 double per(double limit, double amount) {
   return amount > kNoTravel ? limit / amount : std::numeric_limits<double>::infinity();
@@ -71,8 +80,9 @@ PathLimits reserved(PathLimits limits) {
 
 }  // namespace
 
-PathPlanner::PathPlanner(const ArmModel& model, const ArmModel& whole, const PlanSettings& settings)
-    : model_(model), whole_(whole), settings_(settings) {
+PathPlanner::PathPlanner(const ArmModel& model, const ArmModel& whole, const PlanSettings& settings,
+                         LineTiming lines)
+    : model_(model), whole_(whole), settings_(settings), lines_(lines) {
   for (std::size_t i = 0; i < model.dof; ++i)
     joint_speed_[i] = model.joints[i].speed_q_s * settings.joint_speed_ratio[i];
 }
@@ -126,8 +136,10 @@ PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, double t_s, Me
     }
     motion.tool = orientation_path(model_.kinematics, here, std::get<PathPoint>(goal));
     motion.solution = number;
-    PathPlan result = model_.kinematics.has_closed_form() ? plan_on_solution(start, motion, t_s, member)
-                                                          : plan_between_knots(start, motion, t_s, member);
+    const bool has_rate = std::is_same_v<Motion, LineMotion> && lines_ == LineTiming::kRate;
+    PathPlan result = has_rate                              ? plan_with_rate(start, motion, t_s, member)
+                      : model_.kinematics.has_closed_form() ? plan_on_solution(start, motion, t_s, member)
+                                                            : plan_between_knots(start, motion, t_s, member);
     if (std::holds_alternative<Command>(result)) return result;
     refuse(std::get<PlanRefusal>(result));
   }
@@ -155,23 +167,71 @@ PathPlan PathPlanner::plan_between_knots(const PlanStart& start, Motion motion, 
   return result;
 }
 
+/// At every limit of every joint. Without travel it is a dwell.
+template <class Motion, class Member>
+PathPlan PathPlanner::plan_with_rate(const PlanStart& start, Motion motion, double t_s, Member member) const {
+  const PathPoint target = point_at(motion, 1.0);
+  rate::RatePlanned planned = rate::plan_rate(whole_, settings_, motion, start.position_q, t_s);
+  if (const auto* refusal = std::get_if<PlanRefusal>(&planned)) {
+    if (!whole_.kinematics.has_closed_form()) return *refusal;
+    // By the closed form the proof finds the point and the joint.
+    const PathProof proof(whole_, motion, start.position_q, {}, settings_.soft_limits);
+    if (auto named = check_ends(start, proof, target)) return *named;
+    if (auto named = proof.check_geometry()) return *named;
+    return *refusal;
+  }
+  auto& plan = std::get<rate::RatePlan>(planned);
+  if (auto refusal = check_ranges(plan.knots, target)) return *refusal;
+  Command command = blank_command(MotionKind::kDwell, start);
+  command.duration_s = plan.law.duration_s();
+  if (!(command.duration_s <= kLongestPlan_s)) return too_long(command.duration_s);
+  if (plan.law.length_s() == 0.0) {
+    command.dwell.duration_s = command.duration_s;
+    return command;
+  }
+  std::copy_n(plan.knots.back().z.begin(), kMaxJoints, command.end_q.begin());
+  motion.law = {};
+  motion.knots = {0, static_cast<std::uint16_t>(plan.knots.size()),
+                  static_cast<std::uint16_t>(plan.law.pieces().size())};
+  member(command) = motion;
+  PathPlan result = command;
+  result.rate = {std::move(plan.knots), plan.law.pieces()};
+  return result;
+}
+
+/// Of a path between knots, the target first, as in check_ends().
+std::optional<PlanRefusal> PathPlanner::check_ranges(const std::vector<rate::Knot>& knots,
+                                                     const PathPoint& target) const {
+  for (std::size_t i = 0; i < model_.dof; ++i) {
+    const double end_q = knots.back().z[i];
+    if (!in_range(model_.joints[i], end_q)) return range_at_target(i, end_q, target);
+  }
+  const std::optional<rate::RangeBreach> breach = rate::find_breach(knots, model_.dof, model_.joints);
+  if (!breach) return std::nullopt;
+  const rate::State there = rate::state_at(knots, breach->lambda_s);
+  Joints there_q{};
+  std::copy_n(there.begin(), there_q.size(), there_q.begin());
+  const JointKind kind = model_.kinematics.joint_kind(breach->joint);
+  PlanRefusal refusal = joint_range(model_, breach->joint, within_turn(kind, breach->position_q),
+                                    fmt::format("{:.3g} % along the path", 100.0 * there[rate::kPath]));
+  refusal.target_m = model_.kinematics.forward(there_q).position_m;
+  return refusal;
+}
+
+PlanRefusal PathPlanner::range_at_target(std::size_t joint, double position_q,
+                                         const PathPoint& target) const {
+  const double shown_q = within_turn(model_.kinematics.joint_kind(joint), position_q);
+  PlanRefusal refusal = joint_range(model_, joint, shown_q, "at the target");
+  refusal.target_m = target.position_m;
+  return refusal;
+}
+
 template <class Motion, class Member>
 PathPlan PathPlanner::plan_proved(const PlanStart& start, Motion motion, const PathProof& proof, double t_s,
                                   Member member) const {
   const PathScale scale{length_m(motion), rotation_rad(motion.tool), curvature_1_m(motion)};
-  const PathPoint target = point_at(motion, 1.0);
-  // The target first: of all points that may be out of reach it is the one that the caller has given.
+  if (auto refusal = check_ends(start, proof, point_at(motion, 1.0))) return *refusal;
   const IkSolution end = proof.joints_at(1.0);
-  if (end.status != IkStatus::kOk) return unreachable(target.position_m, end, "the target");
-  if (auto refusal = check_start(start, proof.joints_at(0.0))) return *refusal;
-  for (std::size_t i = 0; i < model_.dof; ++i) {
-    if (in_range(model_.joints[i], end.joints_q[i])) continue;
-    if (auto singular = proof.singularity_before(1.0)) return *singular;
-    PlanRefusal refusal = joint_range(model_, i, proof.shown(i, end.joints_q[i]), "at the target");
-    refusal.target_m = target.position_m;
-    return refusal;
-  }
-
   Command command = blank_command(MotionKind::kLine, start);
   std::copy_n(end.joints_q.begin(), model_.dof, command.end_q.begin());
   if (scale.length_m > kNoTravel || scale.rotation_rad > kNoTravel) {
@@ -187,6 +247,21 @@ PathPlan PathPlanner::plan_proved(const PlanStart& start, Motion motion, const P
   if (t_s > shortest_s) motion.law = stretch(motion.law, t_s);
   member(command) = motion;
   return command;
+}
+
+/// The ends of a path.
+std::optional<PlanRefusal> PathPlanner::check_ends(const PlanStart& start, const PathProof& proof,
+                                                   const PathPoint& target) const {
+  // The target first: of all points that may be out of reach it is the one that the caller has given.
+  const IkSolution end = proof.joints_at(1.0);
+  if (end.status != IkStatus::kOk) return unreachable(target.position_m, end, "the target");
+  if (auto refusal = check_start(start, proof.joints_at(0.0))) return *refusal;
+  for (std::size_t i = 0; i < model_.dof; ++i) {
+    if (in_range(model_.joints[i], end.joints_q[i])) continue;
+    if (auto singular = proof.singularity_before(1.0)) return *singular;
+    return range_at_target(i, end.joints_q[i], target);
+  }
+  return std::nullopt;
 }
 
 /// The path must begin where the arm rests, as the real-time task will see it.

@@ -9,13 +9,14 @@
 #include "corbot/arm/arm_model.h"
 #include "corbot/kinematics/arm_kinematics.h"
 #include "planner/path_proof.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 
 namespace corbot {
 
 struct PathPlan : std::variant<Command, PlanRefusal> {
   using variant::variant;
   std::vector<PathKnot> knots;  ///< of an arm without a closed form
+  PlannedRate rate;             ///< of a line with a rate
 };
 
 /// What the law of a path must keep to, per unit of the path parameter; and the curvature, 0 for a line.
@@ -30,7 +31,7 @@ class PathPlanner {
  public:
   /// `model`: with the soft limits for ranges; `whole`: with its own, by which the real-time task chooses the turns of joints.
   /// All must outlive this.
-  PathPlanner(const ArmModel& model, const ArmModel& whole, const PlanSettings& settings);
+  PathPlanner(const ArmModel& model, const ArmModel& whole, const PlanSettings& settings, LineTiming lines);
 
   [[nodiscard]] PathPlan line(const PlanStart& start, const std::array<double, 3>& to_m, double t_s) const;
   /// `arc`: circle and angle; the orientation is filled in.
@@ -50,12 +51,22 @@ class PathPlanner {
   template <class Motion, class Member>
   [[nodiscard]] PathPlan plan_proved(const PlanStart& start, Motion motion, const PathProof& proof,
                                      double t_s, Member member) const;
+  template <class Motion, class Member>
+  [[nodiscard]] PathPlan plan_with_rate(const PlanStart& start, Motion motion, double t_s,
+                                        Member member) const;
+  [[nodiscard]] std::optional<PlanRefusal> check_ranges(const std::vector<rate::Knot>& knots,
+                                                        const PathPoint& target) const;
+  [[nodiscard]] PlanRefusal range_at_target(std::size_t joint, double position_q,
+                                            const PathPoint& target) const;
+  [[nodiscard]] std::optional<PlanRefusal> check_ends(const PlanStart& start, const PathProof& proof,
+                                                      const PathPoint& target) const;
   [[nodiscard]] std::optional<PlanRefusal> check_start(const PlanStart& start, const IkSolution& first) const;
   [[nodiscard]] TimeLaw fastest_law(const PathProof& proof, const PathScale& scale) const;
 
   const ArmModel& model_;
   const ArmModel& whole_;
   const PlanSettings& settings_;
+  LineTiming lines_;
   Joints joint_speed_{};
 };
 

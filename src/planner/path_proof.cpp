@@ -12,7 +12,7 @@
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path_joints.h"
 #include "planner/numeric/piece_bounds.h"
-#include "planner/refusal.h"
+#include "planner/plan/refusal.h"
 
 namespace corbot {
 namespace {

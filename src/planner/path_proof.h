@@ -11,7 +11,7 @@
 #include "corbot/motion/command.h"
 #include "corbot/motion/path.h"
 #include "corbot/motion/path_knots.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 
 namespace corbot {
 

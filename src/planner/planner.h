@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "corbot/arm/arm_model.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 #include "planner/request.h"
 
 namespace corbot {
@@ -15,7 +15,8 @@ namespace corbot {
 /// a t_s the limits forbid stretches to what they allow.
 class Planner {
  public:
-  explicit Planner(const ArmModel& model) : model_(model) {}
+  explicit Planner(const ArmModel& model, LineTiming lines = LineTiming::kLaw)
+      : model_(model), lines_(lines) {}
 
   [[nodiscard]] const ArmModel& model() const { return model_; }
 
@@ -52,6 +53,7 @@ class Planner {
 
  private:
   ArmModel model_;
+  LineTiming lines_;
 };
 
 }  // namespace corbot

@@ -11,7 +11,7 @@
 #include "corbot/units.h"
 #include "planner/frame_settings.h"
 #include "planner/numeric/numeric_inverse.h"
-#include "planner/refusal.h"
+#include "planner/plan/refusal.h"
 
 namespace corbot {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "corbot/arm/arm_model.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 
 namespace corbot {
 

@@ -11,7 +11,7 @@
 #include "corbot/motion/path_joints.h"
 #include "corbot/units.h"
 #include "planner/numeric/numeric_inverse.h"
-#include "planner/refusal.h"
+#include "planner/plan/refusal.h"
 
 namespace corbot {
 namespace {

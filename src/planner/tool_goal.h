@@ -6,7 +6,7 @@
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/motion/path.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 #include "planner/request.h"
 
 namespace corbot {

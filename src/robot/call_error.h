@@ -5,7 +5,7 @@
 #include <string>
 
 #include "corbot/kinematics/arm_kinematics.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 #include "planner/request.h"
 #include "robot/corbot_robot.h"
 

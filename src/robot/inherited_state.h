@@ -8,7 +8,7 @@
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/channel/layout.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 #include "robot/alarm_log.h"
 #include "robot/ticket.h"
 

@@ -182,12 +182,19 @@ void MotionQueue::inherit(const std::vector<Ticket>& former) {
   pushed_to_ = former.back().incarnation;
 }
 
-/// Before the command is published; see kKnotSlots.
-void MotionQueue::write_knots(ServantSegment& own, const std::vector<PathKnot>& knots, Command& command) {
+/// Those of a command that has any, before it is published; see kKnotSlots.
+void MotionQueue::write_knots(ServantSegment& own, const PlanResult& plan, std::size_t number,
+                              Command& command) {
   KnotRange* const range = knots_of(command);
-  if (range == nullptr || knots.size() > kMostKnots) throw internal("the planner returned knots of no path");
+  if (range == nullptr || range->count == 0) return;
+  const std::vector<PathKnot>& knots = plan.knots.at(number);
+  const PlannedRate& rate = plan.rates.at(number);
+  if (std::max(knots.size(), rate.knots.size()) > kMostKnots || rate.pieces.size() > rate::kMostPieces)
+    throw internal("the planner returned more knots or pieces than a slot has");
   range->slot = static_cast<std::uint16_t>(knot_slots_++ % kKnotSlots);
   std::copy(knots.begin(), knots.end(), own.knots[range->slot].begin());
+  std::copy(rate.knots.begin(), rate.knots.end(), own.rates[range->slot].knots.begin());
+  std::copy(rate.pieces.begin(), rate.pieces.end(), own.rates[range->slot].pieces.begin());
 }
 
 corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch, PlanResult& plan,
@@ -212,7 +219,7 @@ corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch
     command.id = ticket.first + i;
     command.epoch = epoch;
     command.incarnation = static_cast<std::uint32_t>(task.incarnation);
-    if (i < plan.knots.size() && !plan.knots[i].empty()) write_knots(own, plan.knots[i], command);
+    write_knots(own, plan, i, command);
     if (i == 1) ticket.second_from_s = ticket.duration_s;
     ticket.duration_s += command.duration_s;
     if (command.kind == MotionKind::kGripper)

@@ -71,7 +71,7 @@ class MotionQueue {
   [[nodiscard]] std::optional<PlanStart> plan_start(const LivingTask& task, std::uint64_t epoch);
   corbot_ticket hand_over(const LivingTask& task, std::uint64_t epoch, PlanResult& plan,
                           const PlanStart& start);
-  void write_knots(ServantSegment& own, const std::vector<PathKnot>& knots, Command& command);
+  void write_knots(ServantSegment& own, const PlanResult& plan, std::size_t number, Command& command);
   /// With the planning lock: throws as change_limits().
   void check_limits(const LivingTask& task, const JointRanges& wanted) const;
   std::uint64_t request_cancel(const LivingTask& task, const TicketTable::Range& range);

@@ -10,7 +10,7 @@
 #include "corbot/channel/alarms.h"
 #include "corbot/kinematics/tool_pose.h"
 #include "corbot/units.h"
-#include "planner/refusal.h"
+#include "planner/plan/refusal.h"
 #include "robot/inherited_state.h"
 
 namespace corbot {

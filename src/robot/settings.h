@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "corbot/channel/servant_state.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 
 namespace corbot {
 

@@ -7,7 +7,7 @@
 
 #include "corbot/channel/records.h"
 #include "corbot/channel/servant_state.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 
 namespace corbot {
 

@@ -36,6 +36,8 @@ class Cell {
   Cell(const Knot& a, const Knot& b, double length_s) noexcept;
 
   [[nodiscard]] double length_s() const noexcept { return length_s_; }
+  /// Σ c[k]·t^k
+  [[nodiscard]] const std::array<double, 6>& polynomial(std::size_t i) const noexcept { return c_[i]; }
   /// `t`: part of the cell, 0 … 1. `order`: of the derivative by lambda, 0 … 5.
   [[nodiscard]] State at(double t, std::size_t order = 0) const noexcept;
 

@@ -17,7 +17,7 @@
 #include "corbot/kinematics/tool_pose.h"
 #include "corbot/units.h"
 #include "planner/frame_settings.h"
-#include "planner/refusal.h"
+#include "planner/plan/refusal.h"
 
 namespace corbot::cli {
 

@@ -13,6 +13,7 @@
 #include "corbot/motion/path_knots.h"
 #include "planner/numeric/numeric_inverse.h"
 #include "planner/numeric/path_function.h"
+#include "planner/plan/refusal.h"
 
 namespace corbot::rate {
 namespace {
@@ -413,6 +414,7 @@ class Geometry {
 template <class Motion>
 KnotList plan(const ArmModel& model, const Motion& motion, const Joints& start_q, const State& speed) {
   const PathFunction path(motion);
+  if (model.dof < 3) return follows_no_path(model.dof, path.point(1.0).position_m);
   Geometry geometry(model, path, motion.solution, start_q, speed);
   KnotList knots = geometry.plan(kWanted[0]);
   const bool again = std::holds_alternative<PlanRefusal>(knots) && geometry.are_too_many();

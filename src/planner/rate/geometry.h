@@ -6,7 +6,7 @@
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/motion/rate_knots.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 
 // The knots of a line or an arc.
 

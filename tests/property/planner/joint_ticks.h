@@ -8,7 +8,7 @@
 #include "corbot/arm/arm_model.h"
 #include "corbot/motion/bounds.h"
 #include "corbot/motion/law_evaluation.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 
 // A joint motion run at 1 kHz as the real-time task runs it, looked at in every tick.
 

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "corbot/arm/arm_model.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 #include "rt/cycle/path_evaluation.h"
 
 // How near a planned motion comes to each limit of each joint and of the tool, from its set-points at 1 kHz. A difference over a tick is

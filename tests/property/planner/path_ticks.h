@@ -11,7 +11,7 @@
 #include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path.h"
 #include "corbot/motion/path_joints.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 #include "test_arm.h"
 
 // A line or an arc run at 1 kHz as the real-time task runs it, looked at in every tick.

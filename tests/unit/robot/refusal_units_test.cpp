@@ -14,9 +14,9 @@
 #include "corbot/kinematics/tool_pose.h"
 #include "planner/arc.h"
 #include "planner/frame_settings.h"
+#include "planner/plan/refusal.h"
 #include "planner/planner.h"
 #include "planner/pose_solutions.h"
-#include "planner/refusal.h"
 #include "robot/call_error.h"
 #include "support/test_arms.h"
 

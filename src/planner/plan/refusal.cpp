@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "planner/refusal.h"
+#include "planner/plan/refusal.h"
 
 #include <fmt/format.h>
 
@@ -89,6 +89,14 @@ PlanRefusal too_long(double duration_s) {
   refusal.upper = kLongestPlan_s;
   refusal.text = fmt::format("under the speed limits this motion takes {:.6g} s, allowed up to {:.6g} s",
                              duration_s, kLongestPlan_s);
+  return refusal;
+}
+
+PlanRefusal follows_no_path(std::size_t dof, const std::array<double, 3>& target_m) {
+  PlanRefusal refusal(PlanRefusal::Kind::kUnreachable, "kind", Quantity::kNumber);
+  refusal.target_m = target_m;
+  refusal.text =
+      fmt::format("an arm of {} joints follows no lines and arcs: move its joints, or to a point", dof);
   return refusal;
 }
 

@@ -12,6 +12,8 @@
 #include "corbot/kinematics/joints.h"
 #include "corbot/motion/command.h"
 #include "corbot/motion/path_knots.h"
+#include "corbot/motion/rate_knots.h"
+#include "corbot/motion/rate_pieces.h"
 
 namespace corbot {
 
@@ -45,12 +47,26 @@ struct PlanRefusal {
   std::string text;                  ///< one sentence, ASCII
 };
 
+/// How lines get their time. Arcs have a law.
+enum class LineTiming {
+  kLaw,   ///< a law for s, by the joints' speeds alone
+  kRate,  ///< a rate at every limit of every joint
+};
+
+/// Of a path with a rate.
+struct PlannedRate {
+  std::vector<rate::Knot> knots;
+  std::vector<rate::Piece> pieces;
+};
+
 /// One or two commands in the order of execution; `id`, `epoch` and the slots of knots are 0 and the caller's to fill.
 /// All or nothing. It is read as the variant that it is.
 struct PlanResult : std::variant<std::vector<Command>, PlanRefusal> {
   using variant::variant;
   /// Of an arm without a closed form: those of each command, none for one that needs none; else empty.
   std::vector<std::vector<PathKnot>> knots;
+  /// Likewise of each command that has a rate.
+  std::vector<PlannedRate> rates;
 };
 
 /// What Speed, AllSpeed, ArtSpeed, SetToolPitch, SetToolOrientation, SetToolFrame and SetBaseFrame have set. Ratios in (0, 1].

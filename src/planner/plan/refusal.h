@@ -8,7 +8,7 @@
 #include "corbot/arm/arm_model.h"
 #include "corbot/kinematics/closed_form.h"
 #include "planner/numeric/numeric_inverse.h"
-#include "planner/plan.h"
+#include "planner/plan/plan.h"
 
 namespace corbot {
 
@@ -27,6 +27,9 @@ namespace corbot {
 [[nodiscard]] PlanRefusal joint_range(std::size_t joint, JointKind kind, double value_q,
                                       const JointLimits& limits, const std::string& where);
 [[nodiscard]] PlanRefusal too_long(double duration_s);
+
+/// Of an arm of fewer than three joints.
+[[nodiscard]] PlanRefusal follows_no_path(std::size_t dof, const std::array<double, 3>& target_m);
 
 /// Refuses a time that is not finite, negative or above kLongestPlan_s.
 [[nodiscard]] std::optional<PlanRefusal> check_time(double t_s);
