@@ -23,6 +23,7 @@
 #include "rt/cycle/knot_check.h"
 #include "rt/cycle/liveness.h"
 #include "rt/cycle/motion_rate.h"
+#include "rt/cycle/path_check.h"
 #include "rt/cycle/path_evaluation.h"
 #include "rt/cycle/position_check.h"
 #include "rt/cycle/set_point_check.h"
@@ -136,6 +137,7 @@ class Cycle {
   void handle_command() noexcept;
   void advance_virtual_time() noexcept;
   [[nodiscard]] SetPoint evaluate_path() noexcept;
+  [[nodiscard]] SetPoint evaluate_rate() noexcept;
   [[nodiscard]] PathKnots running_knots() const noexcept { return {running_knots_.data(), knot_count_}; }
   void accept_or_ramp(const SetPoint& next) noexcept;
   void step_by_joint() noexcept;
@@ -213,6 +215,7 @@ class Cycle {
   KnotCheck knot_check_;
   RateCheck rate_check_;
   DifferenceCheck differences_;  ///< along a path with a rate
+  PathCheck path_check_;         ///< likewise
   SetPoint base_{};              ///< where the running command began
   SetPoint set_point_{};
   SetPoint last_{};  ///< of the cycle before

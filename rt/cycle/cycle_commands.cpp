@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "corbot/channel/alarms.h"
+#include "corbot/motion/path.h"
 #include "rt/cycle/command_check.h"
 #include "rt/cycle/cycle.h"
 
@@ -151,7 +152,8 @@ void Cycle::begin_command() noexcept {
   std::copy(knots.begin(), knots.end(), running_knots_.begin());
   if (path.knots.empty()) return governor_.begin(governed_motion(arm_, running_));
   differences_.begin(set_point_.position_q);
-  governor_.begin(path, rate_check_.limits(), rate_check_.most());
+  path_check_.begin(running_.kind == MotionKind::kArc ? running_.arc.solution : running_.line.solution);
+  governor_.begin(path, rate_check_);
 }
 
 /// Of a path that has any, a few more in each cycle.
@@ -165,8 +167,19 @@ std::optional<CommandVerdict> Cycle::check_knots(const Command& next) noexcept {
 
 SetPoint Cycle::evaluate_path() noexcept {
   if (!is_running_) return set_point_;
-  if (governor_.has_path()) return {governor_.joints_q(), base_.opening};
+  if (governor_.has_path()) return evaluate_rate();
   return evaluate_command(framed_arm_, running_, base_, governor_.virtual_time_s(), running_knots());
+}
+
+SetPoint Cycle::evaluate_rate() noexcept {
+  const rate::State z = governor_.state();
+  SetPoint next{{}, base_.opening};
+  std::copy_n(z.begin(), next.position_q.size(), next.position_q.begin());
+  const double s = z[rate::kPath];
+  const PathPoint point =
+      running_.kind == MotionKind::kArc ? point_at(running_.arc, s) : point_at(running_.line, s);
+  next.reachable = path_check_.agrees(framed_arm_.kinematics, point, next.position_q);
+  return next;
 }
 
 void Cycle::complete(std::uint64_t id, Verdict verdict) noexcept {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "corbot/motion/path.h"
+#include "corbot/motion/path_joints.h"
 #include "rt/cycle/set_point_check.h"
 
 namespace corbot::rt {
@@ -23,18 +24,8 @@ CommandVerdict malformed_knot(double value, std::size_t joint = kMaxJoints) noex
 template <class Path>
 CommandVerdict check_point(const ArmModel& arm, const Path& path, const Joints& q, double s) noexcept {
   if (!is_in_range(arm, q, kGateTolerance_q)) return {Verdict::kLimit, -1, s};
-  const Pose there = arm.kinematics.forward(q);
-  const PathPoint wanted = point_at(path, s);
-  const double off_m = norm(there.position_m - wanted.position_m);
-  if (!(off_m <= KnotCheck::kTracking)) return malformed_knot(off_m);
-  double off_rad = 0.0;
-  if (arm.kinematics.follows() == Follows::kFull)
-    off_rad = angle_between(there.orientation, wanted.orientation);
-  const FollowedAngles followed = arm.kinematics.followed();
-  const Angles angles_rad = followed.at(q);
-  for (std::size_t k = 0; k < followed.count; ++k)
-    off_rad = std::max(off_rad, std::abs(angles_rad[k] - wanted.angles_rad[k]));
-  return off_rad <= KnotCheck::kTracking ? kKnotsGood : malformed_knot(off_rad);
+  const double off = tool_deviation(arm.kinematics, q, point_at(path, s));
+  return off <= KnotCheck::kTracking ? kKnotsGood : malformed_knot(off);
 }
 
 /// The tool's velocity, where s has the rate `s_rate`, against the path's.
@@ -171,24 +162,10 @@ CommandVerdict check_rate_ends(const Command& command, std::span<const rate::Kno
   return kKnotsGood;
 }
 
-/// From rest to rest without a jump; what rounding leaves is far less than a jerk that DifferenceCheck would see.
-CommandVerdict check_pieces(const rate::RatePieces& law) noexcept {
-  constexpr double kPlace_s = 1e-12, kSpeed = 1e-9, kAcceleration_1_s = 1e-6;
-  const rate::Piece& first = law.pieces.front();
+/// Where a path begins in time.
+CommandVerdict check_first_piece(const rate::Piece& first) noexcept {
   if (first.begin_s != 0.0 || first.begin.lambda_s != 0.0 || first.begin.v != 0.0 || first.begin.a != 0.0)
     return malformed_knot(first.begin_s);
-  rate::RateState before{};
-  for (std::size_t k = 0; k < law.pieces.size(); ++k) {
-    const double begin_s = law.pieces[k].begin_s;
-    const bool is_last = k + 1 == law.pieces.size();
-    const double end_s = is_last ? law.duration_s : law.pieces[k + 1].begin_s;
-    if (!(end_s > begin_s)) return malformed_knot(end_s);
-    const rate::RateState here = law.at(k, begin_s);
-    if (!(std::abs(here.lambda_s - before.lambda_s) <= kPlace_s)) return malformed_knot(here.lambda_s);
-    if (!(std::abs(here.v - before.v) <= kSpeed)) return malformed_knot(here.v);
-    if (!(std::abs(here.a - before.a) <= kAcceleration_1_s)) return malformed_knot(here.a);
-    before = law.at(k, end_s);
-  }
   return kKnotsGood;
 }
 
@@ -208,20 +185,47 @@ std::optional<CommandVerdict> RateCheck::check_some(const ArmModel& arm, const C
                                                     const rate::RatePath& path) noexcept {
   if (command.id != id_) {
     id_ = command.id;
-    next_ = 0;
+    piece_ = cell_ = 0;
+    last_ = {};
+    is_proved_ = false;
     limits_ = rate::limits_of(arm, motion);
     walk_ = rate::ProofWalk(path.law, path.knots, limits_, shares_);
-    for (const CommandVerdict& verdict : {check_rate_ends(command, path.knots), check_pieces(path.law),
-                                          check_rate_knot(arm, motion, path.knots.front())}) {
+    for (const CommandVerdict& verdict :
+         {check_rate_ends(command, path.knots), check_first_piece(path.law.pieces.front()),
+          check_rate_knot(arm, motion, path.knots.front())}) {
       if (!verdict.ok()) return verdict;
     }
+    return std::nullopt;
   }
-  if (next_ + 1 == path.knots.size()) return prove_some(path.law.pieces.size());
-  for (std::size_t n = 0; n < kCells && next_ + 1 < path.knots.size(); ++n, ++next_) {
-    const CommandVerdict cell = check_cell(arm, motion, path.knots[next_], path.knots[next_ + 1]);
+  if (piece_ < path.law.pieces.size()) {
+    const CommandVerdict pieces = check_pieces(path.law);
+    return pieces.ok() ? std::nullopt : std::optional(pieces);
+  }
+  const bool looked = cell_ + 1 < path.knots.size();
+  for (std::size_t n = 0; n < kCells && cell_ + 1 < path.knots.size(); ++n, ++cell_) {
+    const CommandVerdict cell = check_cell(arm, motion, path.knots[cell_], path.knots[cell_ + 1]);
     if (!cell.ok()) return cell;
   }
-  return std::nullopt;
+  if (looked) return std::nullopt;
+  if (!is_proved_) return prove_some(path.law.pieces.size());
+  return curve_.step(kCurveSteps) ? std::optional(kKnotsGood) : std::nullopt;
+}
+
+/// From rest to rest without a jump; what rounding leaves is far less than a jerk that DifferenceCheck would see.
+CommandVerdict RateCheck::check_pieces(const rate::RatePieces& law) noexcept {
+  constexpr double kPlace_s = 1e-12, kSpeed = 1e-9, kAcceleration_1_s = 1e-6;
+  for (std::size_t n = 0; n < kPieces && piece_ < law.pieces.size(); ++n, ++piece_) {
+    const double begin_s = law.pieces[piece_].begin_s;
+    const bool is_last = piece_ + 1 == law.pieces.size();
+    const double end_s = is_last ? law.duration_s : law.pieces[piece_ + 1].begin_s;
+    if (!(end_s > begin_s)) return malformed_knot(end_s);
+    const rate::RateState here = law.at(piece_, begin_s);
+    if (!(std::abs(here.lambda_s - last_.lambda_s) <= kPlace_s)) return malformed_knot(here.lambda_s);
+    if (!(std::abs(here.v - last_.v) <= kSpeed)) return malformed_knot(here.v);
+    if (!(std::abs(here.a - last_.a) <= kAcceleration_1_s)) return malformed_knot(here.a);
+    last_ = law.at(piece_, end_s);
+  }
+  return kKnotsGood;
 }
 
 std::optional<CommandVerdict> RateCheck::prove_some(std::size_t pieces) noexcept {
@@ -231,14 +235,16 @@ std::optional<CommandVerdict> RateCheck::prove_some(std::size_t pieces) noexcept
     result = walk_.step();
   if (result == rate::ProofWalk::Result::kMore) return std::nullopt;
   if (result == rate::ProofWalk::Result::kRefused) return malformed_knot(0.0);
-  most_ = {};
-  for (std::size_t k = 0; k < pieces; ++k) most_ = rate::greater(most_, shares_[k]);
-  for (const auto& [share, bound] : {std::pair{most_.speed, 1.0},
-                                     {most_.acceleration, 1.0 - rate::kAccelerationReserve},
-                                     {most_.jerk, 1.0 - rate::kJerkReserve}}) {
+  rate::Shares most{};
+  for (std::size_t k = 0; k < pieces; ++k) most = rate::greater(most, shares_[k]);
+  for (const auto& [share, bound] : {std::pair{most.speed, 1.0},
+                                     {most.acceleration, 1.0 - rate::kAccelerationReserve},
+                                     {most.jerk, 1.0 - rate::kJerkReserve}}) {
     if (!(share <= bound * kRounding)) return CommandVerdict{Verdict::kLimit, -1, share};
   }
-  return kKnotsGood;
+  is_proved_ = true;
+  curve_ = rate::CurveSteps(rate::RateLimits(limits_).view(), rate::RateCurve::everywhere(most));
+  return std::nullopt;
 }
 
 std::optional<CommandVerdict> RateCheck::step(const ArmModel& arm, const Command& command,

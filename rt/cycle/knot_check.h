@@ -5,9 +5,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/motion/path_knots.h"
+#include "corbot/motion/rate_curve.h"
 #include "corbot/motion/rate_proof.h"
 #include "rt/cycle/command_check.h"
 
@@ -33,32 +35,39 @@ class KnotCheck {
 
 /// Whether knots and pieces that came with a line or an arc are those of its path, at a rate that keeps all limits: the tool at every knot
 /// and at two points between, with its velocity; pieces without a jump, from rest to rest; and the planner's proof, anew, with the arm's own
-/// limits and the reserves. A few of them a call, as KnotCheck.
+/// limits and the reserves. Then the curve by which the path stops. A few of each a call, as KnotCheck.
 class RateCheck {
  public:
-  static constexpr std::size_t kCells = 3;      ///< of one call
-  static constexpr std::size_t kStretches = 6;  ///< of the proof, of one call
+  static constexpr std::size_t kPieces = 24;      ///< of one call
+  static constexpr std::size_t kCells = 3;        ///< likewise
+  static constexpr std::size_t kStretches = 6;    ///< likewise, of the proof
+  static constexpr std::size_t kCurveSteps = 64;  ///< likewise
 
   /// As KnotCheck::step. `arm`: in the frames of the path.
   [[nodiscard]] std::optional<CommandVerdict> step(const ArmModel& arm, const Command& command,
                                                    const rate::RatePath& path) noexcept;
   /// Of the path that has passed last.
   [[nodiscard]] const rate::Limits& limits() const noexcept { return limits_; }
-  [[nodiscard]] rate::Shares most() const noexcept { return most_; }  ///< of its pieces
+  [[nodiscard]] std::span<const rate::Shares> shares() const noexcept { return shares_; }  ///< of its pieces
+  [[nodiscard]] const rate::RateCurve& curve() const noexcept { return curve_.curve(); }
 
  private:
   template <class Motion>
   [[nodiscard]] std::optional<CommandVerdict> check_some(const ArmModel& arm, const Command& command,
                                                          const Motion& motion,
                                                          const rate::RatePath& path) noexcept;
+  [[nodiscard]] CommandVerdict check_pieces(const rate::RatePieces& law) noexcept;
   [[nodiscard]] std::optional<CommandVerdict> prove_some(std::size_t pieces) noexcept;
 
-  std::uint64_t id_{0};  ///< of the command that is being looked at
-  std::size_t next_{0};  ///< cell
+  std::uint64_t id_{0};     ///< of the command that is being looked at
+  std::size_t piece_{0};    ///< the next one
+  rate::RateState last_{};  ///< at its beginning
+  std::size_t cell_{0};     ///< the next one
+  bool is_proved_{false};
   rate::Limits limits_{};
   std::array<rate::Shares, rate::kMostPieces> shares_{};
-  rate::Shares most_{};
   rate::ProofWalk walk_;
+  rate::CurveSteps curve_;
 };
 
 }  // namespace corbot::rt

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <optional>
 
 #include "corbot/channel/layout.h"
 #include "corbot/motion/rate_curve.h"
 #include "corbot/motion/rate_proof.h"
+#include "corbot/motion/rate_stop.h"
 #include "rt/cycle/governor.h"
+#include "rt/cycle/knot_check.h"
 
 namespace corbot::rt {
 
@@ -28,25 +31,33 @@ class MotionRate {
     curve_.reset();
     governor_.begin(motion);
   }
-  /// A path that RateCheck has passed, with its limits and the greatest shares of its pieces; it is copied.
-  void begin(const rate::RatePath& path, const rate::Limits& limits, const rate::Shares& most) noexcept {
+  /// A path that has passed; it is copied, and so is what the check has found out.
+  void begin(const rate::RatePath& path, const RateCheck& check) noexcept {
     std::copy(path.knots.begin(), path.knots.end(), slot_.knots.begin());
     std::copy(path.law.pieces.begin(), path.law.pieces.end(), slot_.pieces.begin());
     path_ = path;
     path_.knots = {slot_.knots.data(), path.knots.size()};
     path_.law.pieces = {slot_.pieces.data(), path.law.pieces.size()};
-    curve_.emplace(rate::RateLimits(limits).view(), most);
+    curve_ = check.curve();
+    std::copy_n(check.shares().begin(), path.law.pieces.size(), shares_.begin());
+    limits_ = rate::RateLimits(check.limits());
+    quick_ = Quick::kNotSought;
     path_governor_.begin(*curve_, governor_.target());
   }
   void restart() noexcept {
     governor_.restart();
     if (has_path()) path_governor_.halt();
+    quick_ = Quick::kNotSought;
   }
   void set_target(double rate) noexcept {
     governor_.set_target(rate);
     if (has_path()) path_governor_.seek(rate);
   }
-  void advance(double dt_s) noexcept { has_path() ? path_governor_.advance(dt_s) : governor_.advance(dt_s); }
+  void advance(double dt_s) noexcept {
+    if (!has_path()) return governor_.advance(dt_s);
+    seek_quick_stop(dt_s);
+    path_governor_.advance(dt_s);
+  }
 
   [[nodiscard]] double virtual_time_s() const noexcept {
     return has_path() ? std::min(path_governor_.time_s(), path_.law.duration_s) : governor_.virtual_time_s();
@@ -62,19 +73,43 @@ class MotionRate {
   /// A path with a rate runs.
   [[nodiscard]] bool has_path() const noexcept { return curve_.has_value(); }
   /// Where it has come to.
-  [[nodiscard]] Joints joints_q() const noexcept {
-    const rate::State z = rate::state_at(path_.knots, path_.law.at(virtual_time_s()).lambda_s);
-    Joints q{};
-    std::copy_n(z.begin(), q.size(), q.begin());
-    return q;
+  [[nodiscard]] rate::State state() const noexcept {
+    return rate::state_at(path_.knots, path_.law.at(virtual_time_s()).lambda_s);
   }
 
  private:
+  enum class Quick { kNotSought, kSought, kOver };
+
+  /// A stop begins by the curve of the whole motion, which is known. Meanwhile a quicker curve is sought, for the place where that stop will be
+  /// when the search is over.
+  void seek_quick_stop(double dt_s) noexcept {
+    if (governor_.target() != 0.0 || path_governor_.is_at_rest()) quick_ = Quick::kNotSought;
+    if (governor_.target() != 0.0 || path_governor_.is_at_rest() || path_governor_.is_stopping()) return;
+    if (quick_ == Quick::kNotSought) {
+      later_ = path_governor_;
+      for (int cycle = 0; cycle < rate::StopSearch::kCalls; ++cycle) later_.advance(dt_s);
+      calls_ = 0;
+      quick_ = Quick::kSought;
+      search_.begin(later_, path_.law, {shares_.data(), path_.law.pieces.size()}, limits_.view());
+    } else if (quick_ == Quick::kSought) {
+      (void)search_.step();
+      if (++calls_ < rate::StopSearch::kCalls) return;
+      quick_ = Quick::kOver;
+      if (search_.found() != nullptr && path_governor_.is_as(later_)) path_governor_.stop(*search_.found());
+    }
+  }
+
   Governor governor_;
   RateSlot slot_{};
   rate::RatePath path_{};  ///< in the slot
   std::optional<rate::RateCurve> curve_;
   rate::RateGovernor path_governor_;
+  std::array<rate::Shares, rate::kMostPieces> shares_{};  ///< of its limits
+  rate::RateLimits limits_;
+  rate::StopSearch search_;
+  Quick quick_{Quick::kNotSought};
+  int calls_{0};              ///< of the search
+  rate::RateGovernor later_;  ///< where the search begins
 };
 
 }  // namespace corbot::rt

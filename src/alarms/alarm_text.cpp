@@ -119,9 +119,8 @@ std::string alarm_text(const AlarmEvent& event, const JointKinds& kinds) {
       return too_quick_text(alarm::too_quick(event), kind);
     case AlarmCode::kKinematicsFailed: {
       const alarm::KinematicsFailure what = alarm::kinematics_failure(event);
-      return fmt::format(
-          "a point of the path has no inverse at {:.3f} s of {:.3f} s; the arm is brought to rest",
-          what.time_s, what.duration_s);
+      return fmt::format("path and kinematics disagree at {:.3f} s of {:.3f} s; the arm is brought to rest",
+                         what.time_s, what.duration_s);
     }
     case AlarmCode::kFollowingError: {
       const alarm::JointDeviation what = alarm::joint_deviation(event);

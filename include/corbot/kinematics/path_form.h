@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 #include "corbot/kinematics/arm_kinematics.h"
@@ -72,23 +73,55 @@ using Matrix6 = std::array<std::array<double, kMaxJoints>, 6>;
 
 }  // namespace detail
 
+/// M of the head of this page; the number of its rows, which have one column a joint.
+struct TaskMatrix {
+  detail::Matrix6 m{};
+  std::size_t rows{};
+};
+[[nodiscard]] inline TaskMatrix task_matrix(const Kinematics& arm, const Joints& q) noexcept {
+  TaskMatrix task{arm.jacobian(q), 6};
+  if (arm.follows() == Follows::kFull) return task;
+  const FollowedAngles followed = arm.followed();
+  for (std::size_t k = 0; k < followed.count; ++k) task.m[3 + k] = followed.rows[k];
+  task.rows = 3 + followed.count;
+  return task;
+}
+
+/// The least pivot of M in magnitude, by elimination with partial pivots: 0 at a singularity, and where M is not square. Its unit is the
+/// task's (m, rad) a unit of a joint's.
+[[nodiscard]] inline double least_pivot(const Kinematics& arm, const Joints& q) noexcept {
+  TaskMatrix task = task_matrix(arm, q);
+  const std::size_t n = arm.joint_count();
+  if (task.rows != n) return 0.0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t column = 0; column < n; ++column) {
+    std::size_t pivot = column;
+    for (std::size_t i = column + 1; i < n; ++i) {
+      if (std::abs(task.m[i][column]) > std::abs(task.m[pivot][column])) pivot = i;
+    }
+    std::swap(task.m[pivot], task.m[column]);
+    const double divisor = task.m[column][column];
+    least = std::min(least, std::abs(divisor));
+    if (divisor == 0.0) return 0.0;
+    for (std::size_t i = column + 1; i < n; ++i) {
+      const double f = task.m[i][column] / divisor;
+      for (std::size_t j = column + 1; j < n; ++j) task.m[i][j] -= f * task.m[column][j];
+    }
+  }
+  return least;
+}
+
 /// The theorem's numbers at one configuration.
 class PathForm {
  public:
   /// `q0`: joints in the middle of the cell.
   PathForm(const Kinematics& arm, const Joints& q0) noexcept
       : count_(arm.joint_count()), turns_full_(arm.follows() == Follows::kFull) {
-    const Jacobian jacobian = arm.jacobian(q0);
-    const FollowedAngles followed = arm.followed();
-    detail::Matrix6 task = jacobian;
-    if (!turns_full_) {
-      for (std::size_t k = 0; k < followed.count; ++k) task[3 + k] = followed.rows[k];
-    }
-    const std::size_t rows = turns_full_ ? 6 : 3 + followed.count;
+    const auto [task, rows] = task_matrix(arm, q0);
     is_regular_ = rows == count_ && detail::invert(count_, task, inverse_);
     for (std::size_t i = 0; i < count_; ++i) {
       rotary_[i] = arm.joint_kind(i) == JointKind::kRotary;
-      lever_[i] = norm({jacobian[0][i], jacobian[1][i], jacobian[2][i]});
+      lever_[i] = norm({task[0][i], task[1][i], task[2][i]});
       part_[i] = norm({inverse_[i][0], inverse_[i][1], inverse_[i][2]});
       angular_part_[i] = norm({inverse_[i][3], inverse_[i][4], inverse_[i][5]});
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
@@ -20,6 +21,20 @@ namespace corbot {
   constexpr double kHalfTurn = std::numbers::pi;
   if (limits.upper_q - limits.lower_q <= 2.0 * kHalfTurn) return 0.5 * (limits.lower_q + limits.upper_q);
   return std::clamp(start_q, limits.lower_q + kHalfTurn, limits.upper_q - kHalfTurn);
+}
+
+/// How far the tool is from a point of a path at these joints: the greatest of position (m) and orientation, or followed angles (rad).
+[[nodiscard]] inline double tool_deviation(const Kinematics& arm, const Joints& q,
+                                           const PathPoint& point) noexcept {
+  const Pose there = arm.forward(q);
+  double off = norm(there.position_m - point.position_m);
+  if (arm.follows() == Follows::kFull)
+    return std::max(off, angle_between(there.orientation, point.orientation));
+  const FollowedAngles followed = arm.followed();
+  const Angles angles_rad = followed.at(q);
+  for (std::size_t k = 0; k < followed.count; ++k)
+    off = std::max(off, std::abs(wrap_angle(angles_rad[k] - point.angles_rad[k])));
+  return off;
 }
 
 /// Joints at a point of a path, on one solution, each at its turn next to the hint.

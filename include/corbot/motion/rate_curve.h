@@ -70,16 +70,54 @@ class RateCurve {
     return energy_[cell] + 2.0 * jerk_[cell] * (u - node(cell));
   }
 
- private:
-  static std::array<Shares, kCells> everywhere(const Shares& most) noexcept {
+  [[nodiscard]] static std::array<Shares, kCells> everywhere(const Shares& most) noexcept {
     std::array<Shares, kCells> all;
     all.fill(most);
     return all;
   }
 
+ private:
+  friend class CurveSteps;
+  RateCurve() = default;
+
   std::array<double, kCells + 1> square_{}, energy_{};
   std::array<double, kCells> jerk_{}, even_jerk_{};  ///< bounds of |z| at the greatest |w| and at w = 0
   std::array<double, kCells> steepness_{};           ///< of the chord between them
+};
+
+/// A RateCurve in the making, some steps a call: the task has no time for all of them in one cycle.
+class CurveSteps {
+ public:
+  static constexpr std::size_t kSteps = 2 * RateCurve::kCells;
+
+  CurveSteps() = default;
+  /// As RateCurve.
+  CurveSteps(std::span<const RateLimit> limits, const std::array<Shares, RateCurve::kCells>& most) noexcept;
+  /// True: the curve is whole.
+  [[nodiscard]] bool step(std::size_t count) noexcept;
+  [[nodiscard]] const RateCurve& curve() const noexcept { return curve_; }
+
+ private:
+  static constexpr double kLeast =
+      1e-3;  ///< of a share: a motion that hardly moves stops in some milliseconds
+  static constexpr double kTurning = 0.75;  ///< part of the jerk that u |w| may take, for z must not vanish
+  /// In a cell, by its upper end: what the jerk's limit leaves at w = 0, takes by |w|, and takes by |z|.
+  struct Jerk {
+    double left, by_w, by_z;
+  };
+  [[nodiscard]] static double width(std::size_t k) noexcept {
+    return RateCurve::node(k + 1) - RateCurve::node(k);
+  }
+  [[nodiscard]] Jerk jerk_of(std::size_t k, const RateLimit& limit) const noexcept;
+  /// The square of the greatest |w| at one end of a cell, where w² at the other end is `square` at most.
+  [[nodiscard]] double greatest(std::size_t k, double square) const noexcept;
+  void rise(std::size_t k) noexcept;
+
+  std::array<RateLimit, RateCurve::kMostLimits> limits_{};
+  std::size_t count_{};
+  std::array<Shares, RateCurve::kCells> most_{};
+  std::size_t next_{};  ///< steps from u = 1 down, then up again
+  RateCurve curve_;
 };
 
 /// Where virtual time is. From each instant it tends to the wanted rate as quickly as the curve allows, through states of constant z.
@@ -105,26 +143,13 @@ class RateGovernor {
     curve_ = whole_;
     want(sought_);
   }
-  /// To rest by another curve, which must outlive the stop, and which allows no less than the present one: stop_curve().
+  /// To rest by another curve, which must outlive the stop, and which allows no less than the present one: StopSearch.
   void stop(const RateCurve& quick) noexcept {
     curve_ = &quick;
     sought_ = 0.0;
     want(0.0);
   }
   [[nodiscard]] bool is_stopping() const noexcept { return curve_ != whole_; }  ///< by stop()
-  /// For each cell of u, the virtual time from which on a stop that begins now is below the cell. It is the present one where it never comes.
-  [[nodiscard]] std::array<double, RateCurve::kCells> stop_times_s() const noexcept {
-    constexpr double kLongest_s = 1e3;
-    std::array<double, RateCurve::kCells> times_s;
-    times_s.fill(time_s_);
-    RateGovernor other = *this;
-    other.want(0.0);
-    for (std::size_t i = 0; i < kMostWays && !other.is_at_rest(); ++i) {
-      other.pass(kLongest_s);
-      times_s[other.cell_] = other.time_s_;
-    }
-    return times_s;
-  }
   void advance(double dt_s) noexcept {
     for (std::size_t i = 0; i < kMostWays && dt_s > 0.0; ++i) dt_s -= pass(dt_s);
   }
@@ -133,8 +158,14 @@ class RateGovernor {
   [[nodiscard]] double rate() const noexcept { return u_; }
   [[nodiscard]] double change_1_s() const noexcept { return w_; }
   [[nodiscard]] bool is_at_rest() const noexcept { return u_ == 0.0 && w_ == 0.0; }
+  /// Both are at the same place, at the same rate and on the way to the same.
+  [[nodiscard]] bool is_as(const RateGovernor& other) const noexcept {
+    return curve_ == other.curve_ && wanted_ == other.wanted_ && u_ == other.u_ && w_ == other.w_ &&
+           time_s_ == other.time_s_;
+  }
 
  private:
+  friend class StopTimes;
   /// A way in u at constant z, from here to the end of the cell at most.
   struct Way {
     double length;  ///< 0 or more
@@ -160,48 +191,101 @@ class RateGovernor {
   std::size_t cell_{};
 };
 
+/// For each cell of u, the virtual time from which on a stop is below the cell. It is the time of the request where it never comes.
+class StopTimes {
+ public:
+  StopTimes() = default;
+  /// A stop that is requested here.
+  explicit StopTimes(const RateGovernor& from) noexcept : governor_(from) {
+    governor_.want(0.0);
+    times_s_.fill(from.time_s_);
+  }
+  /// By some ways of the governor. True: it is at rest.
+  [[nodiscard]] bool step(std::size_t ways) noexcept {
+    constexpr double kLongest_s = 1e3;
+    for (; ways > 0 && !governor_.is_at_rest(); --ways) {
+      governor_.pass(kLongest_s);
+      times_s_[governor_.cell_] = governor_.time_s_;
+    }
+    return governor_.is_at_rest();
+  }
+  [[nodiscard]] const std::array<double, RateCurve::kCells>& times_s() const noexcept { return times_s_; }
+
+ private:
+  RateGovernor governor_;
+  std::array<double, RateCurve::kCells> times_s_{};
+};
+
 inline RateCurve::RateCurve(std::span<const RateLimit> limits,
                             const std::array<Shares, kCells>& most) noexcept {
-  constexpr double kLeast = 1e-3;    // of a share: a motion that hardly moves stops in some milliseconds
-  constexpr double kTurning = 0.75;  // part of the jerk that u |w| may take, for z must not vanish
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const auto width = [](std::size_t k) { return node(k + 1) - node(k); };
-  // In a cell, by its upper end: what the jerk's limit leaves at w = 0, takes by |w|, and takes by |z|.
-  struct Jerk {
-    double left, by_w, by_z;
+  CurveSteps steps(limits, most);
+  (void)steps.step(CurveSteps::kSteps);
+  *this = steps.curve();
+}
+
+/// A limit with smaller v/a and a/j than another has no say: all that the curve takes from limits grows with these.
+inline CurveSteps::CurveSteps(std::span<const RateLimit> limits,
+                              const std::array<Shares, RateCurve::kCells>& most) noexcept
+    : most_(most) {
+  const auto is_within = [](const RateLimit& x, const RateLimit& y) {
+    return x.speed * y.acceleration <= y.speed * x.acceleration &&
+           x.acceleration * y.jerk <= y.acceleration * x.jerk;
   };
-  const auto jerk_of = [&](std::size_t k, const RateLimit& limit) {
-    const double u = node(k + 1);
-    return Jerk{1.0 - most[k].jerk * u * u * u,
-                3.0 * most[k].acceleration * limit.acceleration / limit.jerk * u,
-                std::max(most[k].speed, kLeast) * limit.speed / limit.jerk};
-  };
-  // The greatest |w| at one end of a cell, where w² at the other end is `square` at most.
-  const auto greatest = [&](std::size_t k, double square) {
-    const double u = node(k + 1), left = 1.0 - most[k].acceleration * u * u;
-    double w = kInfinity;
-    for (const RateLimit& limit : limits) {
-      const Jerk jerk = jerk_of(k, limit);
-      const double by_square = jerk.by_z / (2.0 * width(k)), c = jerk.left + by_square * square;
-      w = std::min({w, left * limit.acceleration / (std::max(most[k].speed, kLeast) * limit.speed),
-                    jerk.by_w > 0.0 ? kTurning * jerk.left / jerk.by_w : kInfinity,
-                    2.0 * c / (jerk.by_w + std::sqrt(jerk.by_w * jerk.by_w + 4.0 * by_square * c))});
-    }
-    return w * w;
-  };
-  for (std::size_t k = kCells; k-- > 0;) square_[k] = greatest(k, square_[k + 1]);
-  square_[0] = 0.0;
-  for (std::size_t k = 0; k < kCells; ++k) {
-    square_[k + 1] = std::min(square_[k + 1], greatest(k, square_[k]));
-    jerk_[k] = even_jerk_[k] = kInfinity;
-    for (const RateLimit& limit : limits) {
-      const Jerk jerk = jerk_of(k, limit);
-      even_jerk_[k] = std::min(even_jerk_[k], jerk.left / jerk.by_z);
-      jerk_[k] = std::min(jerk_[k], (jerk.left - jerk.by_w * widest(k)) / jerk.by_z);
-    }
-    steepness_[k] = (even_jerk_[k] - jerk_[k]) / widest(k);
-    energy_[k + 1] = energy_[k] + 2.0 * jerk_[k] * width(k);
+  for (const RateLimit& limit : limits) {
+    const auto end = limits_.begin() + static_cast<std::ptrdiff_t>(count_);
+    if (std::any_of(limits_.begin(), end, [&](const RateLimit& other) { return is_within(limit, other); }))
+      continue;
+    const auto left =
+        std::remove_if(limits_.begin(), end, [&](const RateLimit& other) { return is_within(other, limit); });
+    count_ = static_cast<std::size_t>(left - limits_.begin());
+    limits_[count_++] = limit;
   }
+}
+
+inline bool CurveSteps::step(std::size_t count) noexcept {
+  for (; count > 0 && next_ < kSteps; --count, ++next_) {
+    if (next_ < RateCurve::kCells) {
+      const std::size_t k = RateCurve::kCells - 1 - next_;
+      curve_.square_[k] = k == 0 ? 0.0 : greatest(k, curve_.square_[k + 1]);
+    } else {
+      rise(next_ - RateCurve::kCells);
+    }
+  }
+  return next_ == kSteps;
+}
+
+inline CurveSteps::Jerk CurveSteps::jerk_of(std::size_t k, const RateLimit& limit) const noexcept {
+  const double u = RateCurve::node(k + 1);
+  return {1.0 - most_[k].jerk * u * u * u, 3.0 * most_[k].acceleration * limit.acceleration / limit.jerk * u,
+          std::max(most_[k].speed, kLeast) * limit.speed / limit.jerk};
+}
+
+inline double CurveSteps::greatest(std::size_t k, double square) const noexcept {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const double u = RateCurve::node(k + 1), left = 1.0 - most_[k].acceleration * u * u;
+  double w = kInfinity;
+  for (const RateLimit& limit : std::span(limits_.data(), count_)) {
+    const Jerk jerk = jerk_of(k, limit);
+    const double by_square = jerk.by_z / (2.0 * width(k)), c = jerk.left + by_square * square;
+    w = std::min({w, left * limit.acceleration / (std::max(most_[k].speed, kLeast) * limit.speed),
+                  jerk.by_w > 0.0 ? kTurning * jerk.left / jerk.by_w : kInfinity,
+                  2.0 * c / (jerk.by_w + std::sqrt(jerk.by_w * jerk.by_w + 4.0 * by_square * c))});
+  }
+  return w * w;
+}
+
+inline void CurveSteps::rise(std::size_t k) noexcept {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  RateCurve& c = curve_;
+  c.square_[k + 1] = std::min(c.square_[k + 1], greatest(k, c.square_[k]));
+  c.jerk_[k] = c.even_jerk_[k] = kInfinity;
+  for (const RateLimit& limit : std::span(limits_.data(), count_)) {
+    const Jerk jerk = jerk_of(k, limit);
+    c.even_jerk_[k] = std::min(c.even_jerk_[k], jerk.left / jerk.by_z);
+    c.jerk_[k] = std::min(c.jerk_[k], (jerk.left - jerk.by_w * c.widest(k)) / jerk.by_z);
+  }
+  c.steepness_[k] = (c.even_jerk_[k] - c.jerk_[k]) / c.widest(k);
+  c.energy_[k + 1] = c.energy_[k] + 2.0 * c.jerk_[k] * width(k);
 }
 
 inline RateGovernor::Way RateGovernor::way(double sign, double square) const noexcept {
@@ -261,36 +345,6 @@ inline double RateGovernor::pass(double most_s) noexcept {
     want(sought_);
   }
   return t_s;
-}
-
-/// A curve for RateGovernor::stop(), by the pieces that a stop passes while u is in a cell. A quicker stop is below each cell earlier, which
-/// is looked at, so it passes fewer of them. `whole`: by all pieces. `shares`: one for each piece, of these limits. Takes 0.1 ms or so.
-[[nodiscard]] inline RateCurve stop_curve(const RateGovernor& governor, const RateCurve& whole,
-                                          const RatePieces& law, std::span<const Shares> shares,
-                                          std::span<const RateLimit> limits) noexcept {
-  constexpr int kPasses = 3;
-  constexpr double kRounding_s = 1e-12;
-  RateCurve best = whole;
-  std::array<double, RateCurve::kCells> until_s = governor.stop_times_s();
-  for (int pass = 0; pass < kPasses; ++pass) {
-    std::size_t piece = law.piece_at(governor.time_s());
-    Shares most = shares[piece];
-    std::array<Shares, RateCurve::kCells> ahead;
-    for (std::size_t k = RateCurve::kCells; k-- > 0; ahead[k] = most) {
-      while (piece + 1 < law.pieces.size() && law.pieces[piece + 1].begin_s <= until_s[k] + kRounding_s)
-        most = greater(most, shares[++piece]);
-    }
-    const RateCurve curve(limits, ahead);
-    RateGovernor quick = governor;
-    quick.stop(curve);
-    const std::array<double, RateCurve::kCells> quick_s = quick.stop_times_s();
-    for (std::size_t k = 0; k < quick_s.size(); ++k) {
-      if (quick_s[k] > until_s[k] + kRounding_s) return best;
-    }
-    best = curve;
-    until_s = quick_s;
-  }
-  return best;
 }
 
 }  // namespace corbot::rate

@@ -38,6 +38,7 @@ struct Limits {
 /// All that are finite.
 class RateLimits {
  public:
+  RateLimits() = default;
   explicit RateLimits(const Limits& limits) noexcept {
     for (std::size_t i = 0; i <= kPath; ++i) {
       if (std::isfinite(limits.acceleration[i]) && std::isfinite(limits.jerk[i]))

@@ -176,19 +176,8 @@ class Geometry {
     return h > 0.9 * straight && h < 1.6 * straight ? h : straight;
   }
 
-  /// Greatest of position (m) and orientation, or followed angles (rad).
   [[nodiscard]] double off(const State& z) const noexcept {
-    const Joints q = joints_of(z);
-    const PathPoint wanted = path_.point(z[kPath]);
-    const Pose there = arm_.forward(q);
-    double off = norm(there.position_m - wanted.position_m);
-    if (arm_.follows() == Follows::kFull)
-      off = std::max(off, angle_between(there.orientation, wanted.orientation));
-    const FollowedAngles followed = arm_.followed();
-    const Angles angles_rad = followed.at(q);
-    for (std::size_t k = 0; k < followed.count; ++k)
-      off = std::max(off, std::abs(wrap_angle(angles_rad[k] - wanted.angles_rad[k])));
-    return off;
+    return tool_deviation(arm_, joints_of(z), path_.point(z[kPath]));
   }
   [[nodiscard]] static Joints joints_of(const State& z) noexcept {
     Joints q{};

@@ -18,6 +18,8 @@
 #include "limit_ticks.h"
 #include "random_rates.h"
 #include "rt/cycle/knot_check.h"
+#include "rt/cycle/path_check.h"
+#include "rt/cycle/path_evaluation.h"
 #include "rt/cycle/set_point_check.h"
 
 namespace corbot::property_rate_gate_test {
@@ -82,6 +84,22 @@ class RateGate : public test::RandomRates {
     }
   }
 
+  /// Of forward and inverse kinematics, as the cycle looks at them.
+  void expect_agreement(const Sent& sent) {
+    const bool is_arc = sent.command.kind == MotionKind::kArc;
+    Kinematics framed = arm_.kinematics;
+    rt::take_frames(sent.command, framed);
+    rt::PathCheck agreement;
+    agreement.begin(is_arc ? sent.command.arc.solution : sent.command.line.solution);
+    for (int k = 0; k <= 300; ++k) {
+      const double lambda_s = sent.path().law.at(k * sent.command.duration_s / 300).lambda_s;
+      const rate::State z = rate::state_at(sent.knots, lambda_s);
+      const double s = z[rate::kPath];
+      const PathPoint point = is_arc ? point_at(sent.command.arc, s) : point_at(sent.command.line, s);
+      ASSERT_TRUE(agreement.agrees(framed, point, test::joints_in(z))) << s;
+    }
+  }
+
   std::uint64_t below(std::uint64_t count) { return random_() % count; }
   /// One byte, one bit, or one number that is made a little greater or less, or something strange.
   void alter(Sent& sent) {
@@ -119,6 +137,7 @@ class RateGate : public test::RandomRates {
     ASSERT_TRUE(plain.ok()) << static_cast<int>(plain.verdict) << " joint " << plain.joint << " "
                             << plain.value;
     ++passed_;
+    expect_agreement(good);
     for (int k = 0; k < 20; ++k) {
       Sent bad = good;
       bad.command.id = ++id_;

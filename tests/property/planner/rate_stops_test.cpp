@@ -14,6 +14,7 @@
 
 #include "corbot/motion/path.h"
 #include "corbot/motion/rate_curve.h"
+#include "corbot/motion/rate_stop.h"
 #include "limit_ticks.h"
 #include "random_rates.h"
 #include "rt/cycle/set_point_check.h"
@@ -50,8 +51,10 @@ class RateStops : public test::RandomRates {
     rate::RateGovernor slow = governor_;
     slow.seek(0.0);
     if (governor_.is_stopping() || slow.is_at_rest() || in(0.0, 1.0) < 0.5) return governor_.seek(0.0);
-    quick_ = stop_curve(governor_, plan.curve, plan.law.view(), plan.shares, limits.view());
-    governor_.stop(*quick_);
+    search_.begin(governor_, plan.law.view(), plan.shares, limits.view());
+    for (int call = 0; call < rate::StopSearch::kCalls; ++call) (void)search_.step();
+    if (search_.found() == nullptr) return governor_.seek(0.0);
+    governor_.stop(*search_.found());
     const double quick_s = until_rest_s(governor_), slow_s = until_rest_s(slow);
     EXPECT_LE(quick_s, slow_s);
     shares_.push_back(quick_s / slow_s);
@@ -133,7 +136,7 @@ class RateStops : public test::RandomRates {
   }
 
   rate::RateGovernor governor_;
-  std::optional<rate::RateCurve> quick_;
+  rate::StopSearch search_;
   std::vector<double> shares_;  ///< of the time that they would take by the whole motion
   test::LimitShares all_;
   double longest_{};

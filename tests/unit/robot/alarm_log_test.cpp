@@ -115,7 +115,7 @@ TEST(AlarmText, ReadsWhatTheConstructorsWrite) {
   EXPECT_EQ(alarm_text(alarm::command_refused({17, Verdict::kLimit, 2, 0.5}), {}),
             "the real-time task refused command 17 (verdict 6, value 0.5)");
   EXPECT_EQ(alarm_text(alarm::kinematics_failed({0.25, 2.0}), {}),
-            "a point of the path has no inverse at 0.250 s of 2.000 s; the arm is brought to rest");
+            "path and kinematics disagree at 0.250 s of 2.000 s; the arm is brought to rest");
   EXPECT_EQ(alarm_text(alarm::set_point_discontinuous({1, -0.1, 0.05}), {}),
             "set-point of joint 1 would step by -5.7296 degrees in a cycle, limit 2.8648; the arm is brought "
             "to rest");

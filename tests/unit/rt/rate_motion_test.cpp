@@ -123,6 +123,41 @@ TEST_F(RateMotion, IsStoppedPausedAndOverriddenWithinItsLimits) {
   EXPECT_FALSE(rig.alarm());
 }
 
+/// It begins by the curve of the whole motion, and goes on by what lies ahead.
+TEST_F(RateMotion, StopsAsWhatLiesAheadAllows) {
+  const Vector3 far{-0.3, 0.36, -0.1};
+  const Command command = handed_over(far);
+  const auto plan = std::get<rate::RatePlan>(
+      rate::plan_rate(puma(), {}, command.line, command.start_q, command.duration_s));
+  double all_s = 0.0, all_plain_s = 0.0;
+  for (int when = 40; when < 1e3 * command.duration_s; when += 40) {
+    SCOPED_TRACE(when);
+    ASSERT_TRUE(rig.push(handed_over(far)));
+    rate::RateGovernor plain;
+    int stopping = 0;
+    (void)run([&](int moved) {
+      if (moved == when) {
+        plain.begin(plan.curve, 1.0);
+        plain.advance(rig.snapshot.virtual_time_s);
+        plain.seek(0.0);
+        rig.stop();
+      }
+      if (moved >= when) ++stopping;
+    });
+    int plain_cycles = 0;
+    for (; !plain.is_at_rest() && plain.time_s() < command.duration_s; ++plain_cycles) plain.advance(1e-3);
+    EXPECT_LE(stopping, plain_cycles + 3);
+    all_s += stopping;
+    all_plain_s += plain_cycles;
+    rig.restart({.position_q = kBent, .outranks_segment = true, .position_known = true});
+    rig.step();
+    last_q_.fill(rig.snapshot.position_q);
+  }
+  EXPECT_LT(all_s, 0.93 * all_plain_s);
+  EXPECT_LE(greatest_, 1.0001);
+  EXPECT_FALSE(rig.alarm());
+}
+
 TEST_F(RateMotion, GoesOnAfterPauseAndOverride) {
   const Command command = handed_over(aside_, 1.5);
   ASSERT_TRUE(rig.push(command));

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+
+#include "corbot/motion/rate_curve.h"
+#include "corbot/motion/rate_pieces.h"
+
+namespace corbot::rate {
+
+/// Seeks a curve for RateGovernor::stop(), by the pieces that a stop passes while u is in a cell. A quicker stop is below each cell earlier,
+/// which is looked at, so it passes fewer of them. Some steps a call: the task has no time for all of them in one cycle. Real-time safe.
+class StopSearch {
+ public:
+  /// So many calls of step() are enough for nearly all searches.
+  static constexpr int kCalls = 24;
+
+  StopSearch() = default;
+  StopSearch(const StopSearch&) = delete;
+  StopSearch& operator=(const StopSearch&) = delete;
+
+  /// `from`: where the stop begins. `shares`: one for each piece, of these limits. They outlive the search.
+  void begin(const RateGovernor& from, const RatePieces& law, std::span<const Shares> shares,
+             std::span<const RateLimit> limits) noexcept {
+    from_ = from;
+    law_ = law;
+    shares_ = shares;
+    limits_ = limits;
+    found_.reset();
+    pass_ = 0;
+    times_ = StopTimes(from);
+    task_ = Task::kSlowTimes;
+  }
+  /// True: there is nothing more to find.
+  [[nodiscard]] bool step() noexcept {
+    switch (task_) {
+      case Task::kSlowTimes:
+        if (!times_.step(kWays)) return false;
+        until_s_ = times_.times_s();
+        // One that comes to the motion's end before it rests would only get there later.
+        task_ = until_s_[0] < law_.duration_s ? Task::kShares : Task::kNone;
+        return false;
+      case Task::kShares:
+        curve_ = CurveSteps(limits_, shares_ahead());
+        task_ = Task::kCurve;
+        return false;
+      case Task::kCurve:
+        if (curve_.step(kCurveSteps)) begin_times();
+        return false;
+      case Task::kQuickTimes:
+        if (times_.step(kWays)) take();
+        return false;
+      case Task::kNone:
+        break;
+    }
+    return true;
+  }
+  /// The best curve so far. Null: nothing is known to be quicker than the whole motion's curve.
+  [[nodiscard]] const RateCurve* found() const noexcept { return found_ ? &*found_ : nullptr; }
+
+ private:
+  static constexpr int kPasses = 2;
+  static constexpr std::size_t kWays = 64;        // of one call
+  static constexpr std::size_t kCurveSteps = 64;  // likewise
+  enum class Task { kNone, kSlowTimes, kShares, kCurve, kQuickTimes };
+
+  /// Those of the pieces from here to where u leaves each cell.
+  [[nodiscard]] std::array<Shares, RateCurve::kCells> shares_ahead() const noexcept {
+    std::size_t piece = law_.piece_at(from_.time_s());
+    Shares most = shares_[piece];
+    std::array<Shares, RateCurve::kCells> ahead;
+    for (std::size_t k = RateCurve::kCells; k-- > 0; ahead[k] = most) {
+      while (piece + 1 < law_.pieces.size() && law_.pieces[piece + 1].begin_s <= until_s_[k] + kRounding_s)
+        most = greater(most, shares_[++piece]);
+    }
+    return ahead;
+  }
+  void begin_times() noexcept {
+    RateGovernor quick = from_;
+    quick.stop(curve_.curve());
+    times_ = StopTimes(quick);
+    task_ = Task::kQuickTimes;
+  }
+  void take() noexcept {
+    task_ = Task::kNone;
+    for (std::size_t k = 0; k < until_s_.size(); ++k) {
+      if (times_.times_s()[k] > until_s_[k] + kRounding_s) return;
+    }
+    found_ = curve_.curve();
+    until_s_ = times_.times_s();
+    if (++pass_ < kPasses) task_ = Task::kShares;
+  }
+
+  static constexpr double kRounding_s = 1e-12;
+
+  RateGovernor from_;
+  RatePieces law_{};
+  std::span<const Shares> shares_;
+  std::span<const RateLimit> limits_;
+  Task task_{Task::kNone};
+  StopTimes times_;
+  std::array<double, RateCurve::kCells> until_s_{};
+  CurveSteps curve_;
+  std::optional<RateCurve> found_;
+  int pass_{};
+};
+
+}  // namespace corbot::rate
