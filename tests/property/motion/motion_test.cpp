@@ -11,6 +11,7 @@
 
 #include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/path.h"
+#include "corbot/motion/rate_proof.h"
 #include "motion/motion_cases.h"
 #include "motion/stop_judge.h"
 #include "motion/watcher.h"
@@ -52,6 +53,11 @@ enum class Interruption {
 std::uint64_t environment(const char* name, std::uint64_t otherwise) {
   const char* text = std::getenv(name);
   return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
+}
+
+bool has_rate(const Command& command) {
+  const KnotRange* const range = knots_of(command);
+  return range != nullptr && range->pieces != 0;
 }
 
 bool is_press(Interruption interruption) {
@@ -110,6 +116,7 @@ class Motions : public ::testing::TestWithParam<Case> {
       case Kind::kJoint:
         return rig_.planner.move_joints(rig_.start(), settings(), random_joints(size()), t_s);
       case Kind::kLine:
+      case Kind::kRateLine:
         return rig_.planner.move_s(rig_.start(), settings(), near_tcp(reach_m), t_s);
       case Kind::kArc: {
         const auto p1 = tool_pose(rig_.arm.kinematics, rig_.start().position_q).position_m;
@@ -129,7 +136,7 @@ class Motions : public ::testing::TestWithParam<Case> {
   bool clear_after_press();
 
   std::mt19937_64 random_{};
-  Rig rig_{arm_of(GetParam().arm)};
+  Rig rig_{arm_of(GetParam().arm), GetParam().kind == Kind::kRateLine ? LineTiming::kRate : LineTiming::kLaw};
   Shares joint_{};
   Shares path_{};
   StopJudge judge_{rig_.arm};
@@ -147,6 +154,11 @@ class Motions : public ::testing::TestWithParam<Case> {
 /// v/a + a/j of the slowest law of the command, by the limits of the arm.
 double Motions::ramp_scale_s(const Command& command) const {
   double scale_s = 0.0;
+  if (has_rate(command)) {
+    for (const rate::RateLimit& limit : rate::RateLimits(rate::limits_of(rig_.arm, command.line)))
+      scale_s = std::max(scale_s, limit.speed / limit.acceleration + limit.acceleration / limit.jerk);
+    return scale_s;
+  }
   if (command.kind == MotionKind::kJoint) {
     for (std::size_t i = 0; i < rig_.arm.dof; ++i) {
       const JointLimits& limits = rig_.arm.joints[i];
@@ -220,8 +232,10 @@ bool Motions::check_stop(const Command& command, int ticks) {
   const double scale_s = ramp_scale_s(command);
   if (scale_s > 0.0) stop_share_ = std::max(stop_share_, taken_s / scale_s);
   // Two cycles: one to see the request, one to report.
-  const double bound =
-      command.kind == MotionKind::kArc ? rt::Governor::kArcStopBound : rt::Governor::kStopBound;
+  constexpr double kRateBound = 4.0;
+  const double bound = has_rate(command)                  ? kRateBound
+                       : command.kind == MotionKind::kArc ? rt::Governor::kArcStopBound
+                                                          : rt::Governor::kStopBound;
   if (taken_s <= bound * scale_s + 3e-3) return true;
   error_ = fmt::format("stop took {} s, {} times v/a + a/j", taken_s, taken_s / scale_s);
   return false;
@@ -298,7 +312,8 @@ bool Motions::run(const Command& command, Interruption interruption) {
   if (error_.empty() && tick == patience) error_ = "never ended";
   if (error_.empty() && !judge_.rest()) error_ = judge_.error;
   if (error_.empty() && stop_tick_ >= 0 && !check_stop(command, tick - stop_tick_)) return false;
-  if (error_.empty() && stop_tick_ >= 0 &&
+  // A path with a rate slows down at once, also where it then reaches its end.
+  if (error_.empty() && stop_tick_ >= 0 && !has_rate(command) &&
       (interruption == Interruption::kStop || interruption == Interruption::kCancel) &&
       (tick - stop_tick_) * 1e-3 > remaining_s + 3e-3) {
     error_ = fmt::format("stop took {} s, the motion would have ended in {} s", (tick - stop_tick_) * 1e-3,
@@ -336,10 +351,10 @@ void Motions::one_motion(Kind kind) {
   for (int attempt = 0;; ++attempt) {
     // Where a path finds no room, the arm goes elsewhere by its joints.
     const PlanResult planned = plan(attempt % 8 == 7 ? Kind::kJoint : kind);
-    const auto* commands = std::get_if<std::vector<Command>>(&planned);
-    if (commands == nullptr) continue;
+    if (std::holds_alternative<PlanRefusal>(planned)) continue;
+    const std::vector<Command> commands = rig_.with_knots(planned);
     const bool interrupted = dice(2) == 0;
-    for (const Command& command : *commands) {
+    for (const Command& command : commands) {
       const auto interruption =
           interrupted ? static_cast<Interruption>(turn_++ % static_cast<int>(Interruption::kCount))
                       : Interruption::kNone;
