@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -37,6 +38,30 @@ def test_the_end_of_python_takes_the_robot_down() -> None:
     pid, directory = subprocess.check_output([sys.executable, "-c", program], text=True).split()
     assert not is_alive(int(pid))
     assert not Path(directory).exists()
+
+
+@pytest.mark.parametrize("what", ["robot", "cell"])
+def test_a_python_that_is_killed_leaves_nothing_behind(what: str) -> None:
+    make = {"robot": "corbot.simulated()", "cell": "corbot.simulated_cell(pieces=12)"}[what]
+    program = f"import corbot, time\nrun = {make}\nrun.start()\nprint(run.directory, flush=True)\ntime.sleep(600)"
+    child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    assert child.stdout is not None
+    with child.stdout:
+        directory = child.stdout.readline().strip()
+    assert processes_of(directory)
+    child.kill()
+    child.wait()
+    until(lambda: not processes_of(directory) and not Path(directory).exists(), within=30)
+
+
+def processes_of(directory: str) -> list[int]:
+    """Give the processes that have the directory in their command line or in their environment."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            if directory.encode() in (process / "cmdline").read_bytes() + (process / "environ").read_bytes():
+                found.append(int(process.name))
+    return found
 
 
 def test_two_at_once_are_two_robots() -> None:

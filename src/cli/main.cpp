@@ -179,6 +179,8 @@ void add_supervision(CLI::App& app, Settings& s) {
                        "Refuse a profile that drives a device: nothing real can move");
   up_command->add_option("--state-dir", s.up.state_directory,
                          "Where the last position is kept ($CORBOT_STATE_DIR, ~/.local/state/corbot)");
+  up_command->add_flag("--until-eof", s.up.until_eof,
+                       "The end of standard input, a pipe, ends the robot: it ends with the starter");
   up_command->add_flag("--replace", s.up.replace, "End a robot of that name first, whoever started it");
   up_command->callback([&s, naming] {
     if (naming->count() > 0 && s.up.naming_port == 0) s.up.naming_port = 2809;

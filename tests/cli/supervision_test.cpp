@@ -66,6 +66,19 @@ TEST_F(Supervision, SimulatedStartsNothingThatDrivesADevice) {
   up({"--simulated"});
 }
 
+TEST_F(Supervision, TheEndOfStandardInputEndsTheRobotThatAsksForIt) {
+  up({"--until-eof"});
+  const pid_t rt = pid_of("rt_pid");
+  const pid_t servant = pid_of("servant_pid");
+  supervisor_->send("a line that nothing needs");
+  EXPECT_EQ(corbot({"status"}).code, 0);
+  supervisor_->close_input();
+  EXPECT_EQ(supervisor_->wait(within(30)), 0);
+  EXPECT_TRUE(has_ended(rt));
+  EXPECT_TRUE(has_ended(servant));
+  supervisor_.reset();
+}
+
 TEST_F(Supervision, DownEndsTheRobotThatTheEnvironmentNames) {
   up();
   const auto down_of = [&](const std::string& robot) {

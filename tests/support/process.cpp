@@ -187,6 +187,11 @@ void Process::signal(int number) const {
   if (pid_ > 0 && !status_) ::kill(pid_, number);
 }
 
+void Process::close_input() {
+  ::close(in_);
+  in_ = -1;
+}
+
 void Process::close_errors() {
   drain();
   if (err_ >= 0) ::close(err_);

@@ -55,6 +55,8 @@ class Process {
   void send(const std::string& line);
   /// Sends a signal; no effect on a child that has been waited for.
   void signal(int number) const;
+  /// Ends its standard input.
+  void close_input();
   /// Closes the reading end of its standard error.
   void close_errors();
   /// Waits for the end and returns the status as of waitpid(2); nothing when the deadline passes first.

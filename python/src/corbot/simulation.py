@@ -57,13 +57,22 @@ class _Program:
         kind = re.sub(r"[^A-Za-z0-9_-]", "_", self.profile.stem)[:23]  # a name has at most 32 characters
         self.name = f"{kind}-{secrets.token_hex(4)}"  # each name is on a machine once, wherever the robots' files are
         self._process: subprocess.Popen[bytes] | None = None
+        self._sweeper: subprocess.Popen[bytes] | None = None
 
     def end(self) -> None:
         """Take it down and remove its directory; no effect where it is down."""
         atexit.unregister(self.end)
         process, self._process = self._process, None
-        if process is not None and process.poll() is None:
-            _terminate(process)
+        if process is not None:
+            if process.poll() is None:
+                _terminate(process)
+            assert process.stdin is not None
+            process.stdin.close()
+        sweeper, self._sweeper = self._sweeper, None
+        if sweeper is not None:
+            sweeper.kill()
+            sweeper.wait()
+            os.close(self._held)
         shutil.rmtree(self.directory, ignore_errors=True)
 
     @property
@@ -91,15 +100,26 @@ class _Program:
     def _start(self, command: list[str]) -> subprocess.Popen[bytes]:
         environment = {k: v for k, v in os.environ.items() if k not in ("CORBOT_RUN_DIR", "CORBOT_STATE_DIR")}
         environment["XDG_RUNTIME_DIR"] = str(self.directory)
+        held = self._start_sweeper()
         with open(self.directory / "output", "wb") as output:
             return subprocess.Popen(
-                [str(self.program), *command],
+                [str(self.program), *command, "--until-eof"],
                 env=environment,
-                stdin=subprocess.DEVNULL,
+                stdin=subprocess.PIPE,  # its end, however Python ends, ends the program
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,  # Ctrl-C is for the client, which needs the servant for its Stop
+                pass_fds=[held],
             )
+
+    def _start_sweeper(self) -> int:
+        """Let a shell remove the directory when Python and all programs have ended. They hold the pipe that it reads."""
+        read, self._held = os.pipe()
+        self._sweeper = subprocess.Popen(
+            ["/bin/sh", "-c", 'read -r _; rm -rf -- "$0"', str(self.directory)], stdin=read, start_new_session=True
+        )
+        os.close(read)
+        return self._held
 
     def _await(self, process: subprocess.Popen[bytes], what: str, find: Callable[[], _Found | None]) -> _Found:
         end = time.monotonic() + _UP_WITHIN
@@ -121,7 +141,7 @@ class Simulation(_Program):
         self._orb = orb
 
     def start(self) -> Arm:
-        """Start the robot and connect to its arm, for a notebook; `end`, or an orderly end of Python, takes it down."""
+        """Start the robot and connect to its arm, for a notebook; `end`, or the end of Python, takes it down."""
         return connect(self._begin(self._command, lambda: self.processes.get("address") or None))
 
     def __enter__(self) -> Arm:
@@ -149,7 +169,7 @@ class CellSimulation(_Program):
         self._pieces, self._seed = pieces, seed
 
     def start(self) -> Cell:
-        """Start the cell and its work; `end`, or an orderly end of Python, takes it down."""
+        """Start the cell and its work; `end`, or the end of Python, takes it down."""
         return self._begin(self._command, self._find)
 
     def __enter__(self) -> Cell:

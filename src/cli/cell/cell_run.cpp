@@ -255,7 +255,8 @@ class Run {
         options_(options),
         supervisor_({.notify_path = (cell.state_directory / "notify.sock").string(),
                      .restarts = false,
-                     .on_change = [this] { find_ended(); }}) {}
+                     .on_change = [this] { find_ended(); },
+                     .until_eof = options.until_eof}) {}
 
   /// Until the work is done, a fault ends it, or a signal asks for the end.
   void go() {
@@ -393,6 +394,8 @@ void add_cell(CLI::App& app) {
   options->cell.add_to(*run);
   run->add_option("--pictures", options->pictures,
                   "directory for pictures of the run: cell.svg, gantt.svg, camera.jpg");
+  run->add_flag("--until-eof", options->until_eof,
+                "The end of standard input, a pipe, ends the cell: it ends with the starter");
   run->footer("Ctrl-C stops the arms and ends everything. docs/cell.md describes CELL.");
   run->callback([options] { cell_run(*options); });
 }

@@ -13,6 +13,7 @@ void add_cell(CLI::App& app);
 struct CellRunOptions {
   cell::CellOptions cell;
   std::filesystem::path pictures;  ///< a directory; empty: none
+  bool until_eof{false};           ///< the end of standard input ends the cell
 };
 
 /// Starts a cell, supervises it until its work is done, and ends it; see corbot(1). Throws client::Failure: wrong cell.toml kUsage, no

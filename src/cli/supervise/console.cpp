@@ -22,7 +22,8 @@ constexpr std::size_t kLongestLine = 256;
 
 }  // namespace
 
-Console::Console(std::string robot) : robot_(std::move(robot)), open_(::isatty(STDIN_FILENO) == 1) {}
+Console::Console(std::string robot, bool reads_input)
+    : robot_(std::move(robot)), open_(reads_input && ::isatty(STDIN_FILENO) == 1) {}
 
 int Console::fd() const {
   if (!open_) return -1;

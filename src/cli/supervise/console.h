@@ -12,8 +12,8 @@ namespace corbot::cli {
 /// so nothing that hangs there holds up the supervisor.
 class Console {
  public:
-  /// Does nothing where standard input is no terminal.
-  explicit Console(std::string robot);
+  /// Does nothing where standard input is no terminal, or something else reads it.
+  Console(std::string robot, bool reads_input);
 
   /// To be polled for input; −1: there is none, or this process is in the background and may not read.
   [[nodiscard]] int fd() const;

@@ -9,6 +9,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <utility>
 
 #include "cli/supervise/report.h"
@@ -253,8 +255,10 @@ void Supervisor::poll(double seconds) {
   }
   if (const int input = options_.input_fd ? options_.input_fd() : -1; input >= 0)
     fds.push_back({input, POLLIN, 0});
+  if (options_.until_eof) fds.push_back({STDIN_FILENO, POLLIN, 0});
   (void)::poll(fds.data(), fds.size(), static_cast<int>(seconds * 1000));
   read_signals();
+  if (options_.until_eof && fds.back().revents != 0) read_standard_input();
   allow_for_own_gap();
   read_notifications();
 }
@@ -263,9 +267,22 @@ void Supervisor::read_signals() {
   signalfd_siginfo info{};
   while (::read(signal_fd_, &info, sizeof(info)) == sizeof(info)) {
     if (info.ssi_signo == static_cast<std::uint32_t>(SIGCHLD)) continue;
-    ++end_requests_;
-    if (end_signal_ == 0) end_signal_ = static_cast<int>(info.ssi_signo);
+    request_end(static_cast<int>(info.ssi_signo));
   }
+}
+
+void Supervisor::read_standard_input() {
+  std::array<char, 256> ignored{};
+  const ssize_t n = ::read(STDIN_FILENO, ignored.data(), ignored.size());
+  if (n > 0 || (n < 0 && (errno == EAGAIN || errno == EINTR))) return;
+  options_.until_eof = false;
+  log("standard input has ended");
+  request_end(SIGHUP);
+}
+
+void Supervisor::request_end(int signal) {
+  ++end_requests_;
+  if (end_signal_ == 0) end_signal_ = signal;
 }
 
 void Supervisor::stop_last() {

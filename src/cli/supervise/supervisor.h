@@ -41,6 +41,7 @@ class Supervisor {
     bool restarts{true};               ///< false: what dies stays ended, and on_change is called
     int attempts{10};  ///< starts in a row that do not get ready before it gives up; 0: endless
     std::function<void()> on_change;  ///< called after every start and restart; throws nothing
+    bool until_eof{false};            ///< the end of standard input requests the end, as a signal does
     std::function<int()> input_fd{};  ///< with input there, on_step is called at once; −1: none
     std::function<void()> on_step{};  ///< called about ten times a second; throws nothing
   };
@@ -64,7 +65,7 @@ class Supervisor {
   [[nodiscard]] pid_t pid_of(const std::string& title) const;
   /// Whether every process is ready and responds.
   [[nodiscard]] bool all_ready() const;
-  /// The signal that requested the end; 0: none yet.
+  /// The signal that requested the end, SIGHUP for the end of standard input; 0: none yet.
   [[nodiscard]] int end_signal() const noexcept { return end_signal_; }
 
  private:
@@ -87,6 +88,8 @@ class Supervisor {
   /// Waits for signals, output and messages, at most that long. Counts end_requests_.
   void poll(double seconds);
   void read_signals();
+  void read_standard_input();
+  void request_end(int signal);
   void read_notifications();
   void store(Entry& entry, const std::string& name, Descriptor fd);
   void apply(Entry& entry, Notification& notification);
@@ -105,7 +108,7 @@ class Supervisor {
   NotifySocket notify_;
   std::list<Entry> entries_;
   int signal_fd_{-1};
-  int end_requests_{0};  ///< signals received
+  int end_requests_{0};  ///< signals received, and the end of standard input
   int end_signal_{0};
   Clock::time_point last_step_{};
   bool socket_lost_{false};  ///< nothing can be heard

@@ -172,7 +172,7 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
                ServiceManager& manager, const LogDirectory* log_directory) {
   std::string position;
   StateFiles files(lock);
-  Console console(state.name);
+  Console console(state.name, !options.until_eof);
   bool announced = false;
   Supervisor* running = nullptr;
   Supervisor supervisor({.notify_path = lock.notify_path(),
@@ -184,6 +184,7 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
                                state.servant_pid = running->pid_of(kServant);
                                files.write(state);
                              },
+                         .until_eof = options.until_eof,
                          .input_fd = [&] { return console.fd(); },
                          .on_step =
                              [&] {

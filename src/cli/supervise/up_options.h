@@ -13,6 +13,7 @@ struct UpOptions {
   std::string orb{"omniorb"};
   std::string realtime{"best-effort"};
   bool simulated{false};        ///< refuse a profile that drives a device
+  bool until_eof{false};        ///< the end of standard input ends the robot
   bool replace{false};          ///< end what runs under that name
   std::string state_directory;  ///< of the last position; empty: the default one
 };
