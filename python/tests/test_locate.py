@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import json
 from pathlib import Path
 
@@ -41,6 +43,20 @@ def test_a_missing_robot_says_where_it_was_looked_for(here: Robot) -> None:
         corbot.connect("puma560")
     assert raised.value.looked_for == "puma560"
     assert f"{here.simulation.directory}/corbot" in raised.value.where
+
+
+def test_several_that_are_up_need_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CORBOT_ROBOT", raising=False)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    (tmp_path / "corbot").mkdir()
+    with contextlib.ExitStack() as locks:
+        for name in ("left", "right"):
+            (tmp_path / f"corbot/{name}.json").write_text("{}")
+            lock = locks.enter_context(open(tmp_path / f"corbot/{name}.lock", "wb"))
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        with pytest.raises(corbot.RobotNotFound, match=r"are up: left, right\. Give the name of one") as raised:
+            corbot.connect()
+    assert "Start one" not in str(raised.value)
 
 
 def test_no_robot_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -70,7 +70,7 @@ def _only_robot() -> str:
     directory = run_directory()
     names = robots_up(directory)
     if len(names) != 1:
-        raise RobotNotFound("", _what_is_up(directory))
+        raise RobotNotFound("", _what_is_up(directory), several=bool(names))
     return names[0]
 
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import _signal  # the C part of signal: what signal converts into enumerations costs 8 us a call
+import _signal  # private, but no public module has it: the enumerations of signal.signal cost 8 us a call
 import threading
 from collections.abc import Callable
 from types import FrameType

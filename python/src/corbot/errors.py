@@ -88,9 +88,11 @@ class NoControl(CorbotError):
 class RobotNotFound(CorbotError, ConnectionError):
     """No robot is there. `looked_for` is the name or address, `where` says what was found instead."""
 
-    def __init__(self, looked_for: str, where: str) -> None:
+    def __init__(self, looked_for: str, where: str, several: bool = False) -> None:
         self.looked_for, self.where = looked_for, where
-        super().__init__(f"No robot at '{looked_for}': {where}. Start one with 'corbot up PROFILE', or give HOST:PORT/NAME.")
+        begin = f"No robot at '{looked_for}'" if looked_for else "Several robots are up" if several else "No robot is up"
+        end = "Give the name of one: connect(NAME)" if several else "Start one with 'corbot up PROFILE', or give HOST:PORT/NAME"
+        super().__init__(f"{begin}: {where}. {end}.")
 
 
 class CellNotFound(CorbotError, ConnectionError):
