@@ -66,6 +66,17 @@ TEST_F(Supervision, SimulatedStartsNothingThatDrivesADevice) {
   up({"--simulated"});
 }
 
+TEST_F(Supervision, ADoubtfulProfileWarnsAtTheStart) {
+  std::ifstream stream(CORBOT_TEST_PROFILE);
+  std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  const std::string key = "\nspeed_m_s = ";
+  const std::size_t at = text.find(key);
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at, text.find('\n', at + 1) - at, key + "250");
+  up({}, put("fast.toml", text));
+  EXPECT_THAT(supervisor_->errors(), HasSubstr("path.speed_m_s = 250 m/s: millimetres? Then 0.25 is meant"));
+}
+
 TEST_F(Supervision, TheEndOfStandardInputEndsTheRobotThatAsksForIt) {
   up({"--until-eof"});
   const pid_t rt = pid_of("rt_pid");

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "cli/arm/doubts.h"
 #include "cli/supervise/console.h"
 #include "cli/supervise/report.h"
 #include "cli/supervise/robot_children.h"
@@ -229,6 +230,8 @@ void up(const UpOptions& options) {
   if (!endpoint) throw Failure(ExitCode::kUsage, fmt::format("--endpoint: {}", printable(why)));
   StateLock lock = take_name(state.name, options.replace);
   check_free(endpoint->first, endpoint->second, "choose another with --endpoint HOST:PORT");
+  for (const std::string& doubt : doubts_of(read.profile, workspace_of(read.profile.arm)))
+    log(fmt::format("{}: {}", printable(options.profile), doubt));
   std::unique_ptr<LogDirectory> log_directory;
   if (options.naming_port > 0) {
     check_free("127.0.0.1", options.naming_port, "choose another with --naming PORT");
