@@ -77,6 +77,16 @@ TEST_F(Supervision, ADoubtfulProfileWarnsAtTheStart) {
   EXPECT_THAT(supervisor_->errors(), HasSubstr("path.speed_m_s = 250 m/s: millimetres? Then 0.25 is meant"));
 }
 
+TEST_F(Supervision, RangesThatReadAsRadiansAreDoubted) {
+  std::ifstream stream(CORBOT_TEST_PROFILE);
+  std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  const std::string key = "range_deg = [";
+  for (std::size_t at = text.find(key); at != std::string::npos; at = text.find(key, at + 1))
+    text.replace(at, text.find(']', at) - at, key + "-1.3, 1.3");
+  up({}, put("radians.toml", text));
+  EXPECT_THAT(supervisor_->errors(), HasSubstr("every range_deg is within 1.3 degrees of 0: radians?"));
+}
+
 TEST_F(Supervision, TheEndOfStandardInputEndsTheRobotThatAsksForIt) {
   up({"--until-eof"});
   const pid_t rt = pid_of("rt_pid");
