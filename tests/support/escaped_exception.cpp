@@ -19,8 +19,8 @@ std::string field(const Corbot::Point& point) {
   return fmt::format("({}, {}, {})", point.x, point.y, point.z);
 }
 std::string field(Corbot::TransferStep step) {
-  static const char* const kSteps[] = {"StepReserved", "StepPicking",   "StepHeld",   "StepPlacing",
-                                       "StepPlaced",   "StepWithdrawn", "StepUnclear"};
+  static const char* const kSteps[] = {"StepReserved", "StepPicking",   "StepHeld",    "StepPlacing",
+                                       "StepPlaced",   "StepWithdrawn", "StepUnclear", "StepGone"};
   const auto index = static_cast<std::size_t>(step);
   return index < std::size(kSteps) ? kSteps[index] : fmt::format("{}", index);
 }

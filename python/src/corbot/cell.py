@@ -34,6 +34,7 @@ class Step(enum.Enum):
     PLACED = "StepPlaced"
     WITHDRAWN = "StepWithdrawn"
     UNCLEAR = "StepUnclear"
+    GONE = "StepGone"
     """A person must say where the piece is."""
 
 

@@ -18,8 +18,8 @@ const char* prefix_of(Corbot::WorkState state) {
 }  // namespace
 
 const char* to_string(Corbot::TransferStep step) {
-  constexpr const char* kNames[] = {"reserved", "picking",   "held",   "placing",
-                                    "placed",   "withdrawn", "unclear"};
+  constexpr const char* kNames[] = {"reserved", "picking",   "held",    "placing",
+                                    "placed",   "withdrawn", "unclear", "gone"};
   const auto index = static_cast<std::size_t>(step);
   return index < std::size(kNames) ? kNames[index] : "unknown";
 }

@@ -276,6 +276,75 @@ void Ledger::leave(Corbot::ClaimToken token, const std::string& place) {
   transact(0, [&] { tables_.delete_zone(place, robot_of(token)); });
 }
 
+/// A slot that is free, or somewhere in an area.
+Corbot::Spot Ledger::spot_in(const Place& place, int slot) {
+  Corbot::Spot spot;
+  spot.place = place.name.c_str();
+  spot.slot = slot;
+  spot.yaw = 0;
+  Eigen::Vector3d position = place.frame.position_m;
+  if (place.slots) {
+    const int count = place.slots->count();
+    if (slot < 0 || slot >= count)
+      throw bad("slot", slot, fmt::format("must be 0 to {} at {}", count - 1, place.name));
+    if (tables_.slots_taken(place.name).count(slot) > 0)
+      throw Corbot::Full(place.name.c_str(), static_cast<CORBA::ULong>(count));
+    position = place.slot_position(slot);
+  } else if (slot != -1) {
+    throw bad("slot", slot, fmt::format("must be -1: {} has no slots", place.name));
+  }
+  spot.position = {position.x(), position.y(), position.z()};
+  return spot;
+}
+
+void Ledger::resolve(Corbot::PieceNumber piece, const std::string& place, int slot, const std::string& who) {
+  const Place* const to = place.empty() ? nullptr : &known_place("place", place);
+  check_text("who", who, 1, kLongestWho);
+  const std::int64_t number = stored(piece);
+  transact(0, [&] {
+    const std::string state = tables_.state_of(number);
+    if (state == "gone" && to == nullptr) return;  // repeated
+    if (state == "stands" && to != nullptr && to->slots) {
+      const Corbot::Spot spot = tables_.spot_of_piece(number);
+      if (place == spot.place.in() && slot == spot.slot) return;  // repeated
+    }
+    if (state != "unclear")
+      throw bad("piece", static_cast<double>(piece),
+                state.empty() ? "is not in the ledger" : fmt::format("is not unclear: it is '{}'", state));
+    const Corbot::Spot was = tables_.spot_of_piece(number);
+    const std::string note = "by " + who;
+    if (to == nullptr) return tables_.write_word(number, Corbot::StepGone, was, note);
+    if (place == was.place.in() && slot == was.slot && to->slots)  // its own slot, which it blocks
+      return tables_.write_word(number, Corbot::StepPlaced, was, note);
+    tables_.write_word(number, to->slots ? Corbot::StepPlaced : Corbot::StepWithdrawn, spot_in(*to, slot),
+                       note);
+  });
+}
+
+void Ledger::check_unused(const std::string& place) {
+  if (const auto zone = tables_.zone(place))
+    throw Corbot::Occupied(place.c_str(), zone->robot.c_str(), zone->since);
+  const Corbot::TransferInfos all = tables_.transfers("");
+  for (CORBA::ULong i = 0; i < all.length(); ++i) {
+    const bool takes = all[i].step == Corbot::StepReserved || all[i].step == Corbot::StepPicking;
+    if ((takes && place == all[i].source.place.in()) || place == all[i].target.place.in())
+      throw Corbot::Occupied(place.c_str(), all[i].robot.in(), all[i].since);
+  }
+  if (const auto unclear = tables_.numbers_at(place, "unclear"); !unclear.empty())
+    throw bad("place", static_cast<double>(unclear[0]),
+              fmt::format("piece {} is unclear: say by Resolve where it is", unclear[0]));
+}
+
+void Ledger::exchange(const std::string& place, const std::string& who) {
+  (void)known_place("place", place);
+  check_text("who", who, 1, kLongestWho);
+  transact(0, [&] {
+    check_unused(place);
+    for (const std::int64_t piece : tables_.numbers_at(place, "stands"))
+      tables_.write_word(piece, Corbot::StepGone, tables_.spot_of_piece(piece), "exchanged by " + who);
+  });
+}
+
 Corbot::PlaceInfos Ledger::places() {
   const std::lock_guard lock(mutex_);
   const Transaction reads(database_);
@@ -305,6 +374,11 @@ Corbot::TransferInfos Ledger::transfers() {
 Corbot::PieceEvents Ledger::history(Corbot::PieceNumber piece, unsigned long long after) {
   const std::lock_guard lock(mutex_);
   return tables_.events(stored(piece), stored(after), kMostEvents);
+}
+
+Corbot::PieceEvents Ledger::unclear() {
+  const std::lock_guard lock(mutex_);
+  return tables_.unclear(kMostEvents);
 }
 
 }  // namespace corbot::cell

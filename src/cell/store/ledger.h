@@ -25,7 +25,8 @@ enum class ZoneCheck { kOn, kOff };
 ///
 /// A repeated call: Claim raises Claimed with the caller's own `who` and the token that the first call took.
 /// Release, Enter and Leave return. Reserve returns the transfer while that is StepReserved. Advance returns
-/// where the piece's last event is that step of that robot, the ends included. Every call first needs a token
+/// where the piece's last event is that step of that robot, the ends included. Resolve returns where the piece is
+/// as it says already. Every call first needs a token
 /// that is the present one of its robot, except a repeated Release while nothing else has claimed the robot.
 class Ledger {
  public:
@@ -42,9 +43,13 @@ class Ledger {
   void enter(Corbot::ClaimToken token, const std::string& place, double timeout_s);
   void leave(Corbot::ClaimToken token, const std::string& place);
 
+  void resolve(Corbot::PieceNumber piece, const std::string& place, int slot, const std::string& who);
+  void exchange(const std::string& place, const std::string& who);
+
   [[nodiscard]] Corbot::PlaceInfos places();
   [[nodiscard]] Corbot::TransferInfos transfers();
   [[nodiscard]] Corbot::PieceEvents history(Corbot::PieceNumber piece, unsigned long long after);
+  [[nodiscard]] Corbot::PieceEvents unclear();
 
   /// Calls of enter() that have not returned.
   [[nodiscard]] std::size_t waiting();
@@ -68,6 +73,8 @@ class Ledger {
   void begin_transfer(const std::string& robot, const Place& from, const Place& to,
                       const Corbot::Sightings& seen);
   void check_zone(const std::string& robot, const std::string& place);
+  [[nodiscard]] Corbot::Spot spot_in(const Place& place, int slot);
+  void check_unused(const std::string& place);
 
   const CellConfig cell_;
   const ZoneCheck zone_check_;

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "client/failure.h"
 
 namespace corbot::cell {
@@ -11,12 +13,21 @@ namespace {
 using client::ExitCode;
 using client::Failure;
 
-constexpr int kSchema = 1;
+constexpr int kSchema = 2;
+constexpr int kOldestSchema = 1;
 
 // Statements that both SQLite and PostgreSQL accept. A claim stays when it has ended: its token still leads
 // to its robot. A piece is in exactly one place. While a robot holds the piece, x, y, z and yaw keep the spot
-// where the piece stood. `arrived` is the number of the event that brought the piece there. A slot that is
+// where the piece stood; so do those of a piece that is gone. `arrived` is the number of the event that brought the piece there. A slot that is
 // NULL means an area.
+constexpr const char* kPieceColumns =
+    R"sql((cell TEXT NOT NULL REFERENCES cell, number BIGINT NOT NULL, kind TEXT NOT NULL,
+  state TEXT NOT NULL CHECK (state IN ('stands','held','unclear','gone')), robot TEXT, place TEXT, slot INTEGER,
+  x DOUBLE PRECISION NOT NULL, y DOUBLE PRECISION NOT NULL, z DOUBLE PRECISION NOT NULL,
+  yaw DOUBLE PRECISION NOT NULL, arrived BIGINT NOT NULL, PRIMARY KEY (cell, number),
+  UNIQUE (cell, place, slot), UNIQUE (cell, robot),
+  CHECK ((state = 'held') = (robot IS NOT NULL)),
+  CHECK ((state IN ('stands','unclear')) = (place IS NOT NULL))))sql";
 constexpr const char* kTables = R"sql(
 CREATE TABLE cell (name TEXT PRIMARY KEY, schema INTEGER NOT NULL, revision BIGINT NOT NULL,
   pieces BIGINT NOT NULL, events BIGINT NOT NULL, tokens BIGINT NOT NULL);
@@ -25,12 +36,6 @@ CREATE TABLE claim (cell TEXT NOT NULL REFERENCES cell, token BIGINT NOT NULL, r
 CREATE UNIQUE INDEX present_claim ON claim (cell, robot) WHERE ended = 0;
 CREATE TABLE zone (cell TEXT NOT NULL REFERENCES cell, place TEXT NOT NULL, robot TEXT NOT NULL,
   since DOUBLE PRECISION NOT NULL, PRIMARY KEY (cell, place));
-CREATE TABLE piece (cell TEXT NOT NULL REFERENCES cell, number BIGINT NOT NULL, kind TEXT NOT NULL,
-  state TEXT NOT NULL CHECK (state IN ('stands','held','unclear')), robot TEXT, place TEXT, slot INTEGER,
-  x DOUBLE PRECISION NOT NULL, y DOUBLE PRECISION NOT NULL, z DOUBLE PRECISION NOT NULL,
-  yaw DOUBLE PRECISION NOT NULL, arrived BIGINT NOT NULL, PRIMARY KEY (cell, number),
-  UNIQUE (cell, place, slot), UNIQUE (cell, robot),
-  CHECK ((state = 'held') = (robot IS NOT NULL)), CHECK ((state = 'held') = (place IS NULL)));
 CREATE TABLE transfer (cell TEXT NOT NULL REFERENCES cell, robot TEXT NOT NULL, piece BIGINT NOT NULL,
   step TEXT NOT NULL CHECK (step IN ('reserved','picking','held','placing')),
   from_place TEXT NOT NULL, from_slot INTEGER, to_place TEXT NOT NULL, to_slot INTEGER NOT NULL,
@@ -43,27 +48,50 @@ CREATE TABLE event (cell TEXT NOT NULL REFERENCES cell, number BIGINT NOT NULL, 
 CREATE INDEX event_of_piece ON event (cell, piece, number);
 )sql";
 
+/// Schema 1 knew no piece that is gone. Its rows move to a table with the new rule, under the old name.
+void migrate_to_2(Database& database) {
+  database.run(
+      fmt::format("CREATE TABLE piece_2 {}; INSERT INTO piece_2 SELECT * FROM piece; DROP TABLE piece;"
+                  "ALTER TABLE piece_2 RENAME TO piece; UPDATE cell SET schema = 2",
+                  kPieceColumns)
+          .c_str());
+}
+
 Failure refusal(const CellConfig& cell, const std::string& text) {
   return {ExitCode::kUsage,
           fmt::format("{}: {}: name another file in store.ledger, or the state directory of this cell",
                       cell.ledger.string(), text)};
 }
 
+/// A statement that is at a row keeps its table from being replaced: this one ends here.
+std::pair<std::int64_t, std::int64_t> pair_of(Database& database, const char* sql) {
+  Statement row(database, sql);
+  row.next();
+  return {row.integer(0), row.integer(1)};
+}
+
+std::string name_in(Database& database) {
+  Statement row(database, "SELECT name FROM cell");
+  return row.next() ? row.text(0) : std::string();
+}
+
 void make_or_check_tables(Database& database, const CellConfig& cell) {
-  Statement tables(database, "SELECT COUNT(*), COALESCE(SUM(name = 'cell'), 0) FROM sqlite_master");
-  tables.next();
-  if (tables.integer(0) == 0) {
+  const auto [tables, ledgers] =
+      pair_of(database, "SELECT COUNT(*), COALESCE(SUM(name = 'cell'), 0) FROM sqlite_master");
+  if (tables == 0) {
+    database.run(fmt::format("CREATE TABLE piece {}", kPieceColumns).c_str());
     database.run(kTables);
     execute(database, "INSERT INTO cell VALUES ($1, $2, 0, 0, 0, 0)", cell.name, kSchema);
     return;
   }
-  if (tables.integer(1) == 0) throw refusal(cell, "is a database, but no ledger");
-  Statement row(database, "SELECT name, schema FROM cell");
-  row.next();
-  if (row.text(0) != cell.name)
-    throw refusal(cell, fmt::format("is the ledger of cell '{}', not of '{}'", row.text(0), cell.name));
-  if (row.integer(1) != kSchema)
-    throw refusal(cell, fmt::format("has schema {}; this program reads schema {}", row.integer(1), kSchema));
+  if (ledgers == 0) throw refusal(cell, "is a database, but no ledger");
+  if (const std::string name = name_in(database); name != cell.name)
+    throw refusal(cell, fmt::format("is the ledger of cell '{}', not of '{}'", name, cell.name));
+  const std::int64_t schema = pair_of(database, "SELECT schema, 0 FROM cell").first;
+  if (schema > kSchema || schema < kOldestSchema)
+    throw refusal(cell, fmt::format("has schema {}; this program reads schemas {} to {}", schema,
+                                    kOldestSchema, kSchema));
+  if (schema == 1) migrate_to_2(database);
 }
 
 /// Whether the cell has a spot. A slot of -1 means the whole place.
@@ -100,10 +128,14 @@ void check_names(Database& database, const CellConfig& cell) {
 
 Database open_ledger(const CellConfig& cell) {
   Database database(cell.ledger);
+  // A table that is replaced has no row for a moment, to which other rows lead.
+  database.run("PRAGMA foreign_keys = OFF");
   database.run("BEGIN IMMEDIATE");  // two processes may make the same ledger
   make_or_check_tables(database, cell);
   check_names(database, cell);
-  database.run("COMMIT");
+  if (Statement(database, "PRAGMA foreign_key_check").next())
+    throw refusal(cell, "has rows that lead nowhere");
+  database.run("COMMIT; PRAGMA foreign_keys = ON");
   return database;
 }
 

@@ -13,8 +13,8 @@ using Corbot::TransferStep;
 using Eigen::Vector3d;
 
 /// As written in the ledger, in the order of the IDL.
-constexpr std::array<std::string_view, 7> kStepNames{"reserved", "picking",   "held",   "placing",
-                                                     "placed",   "withdrawn", "unclear"};
+constexpr std::array<std::string_view, 8> kStepNames{"reserved", "picking",   "held",    "placing",
+                                                     "placed",   "withdrawn", "unclear", "gone"};
 
 TransferStep step_named(const std::string& name) {
   const auto found = std::find(kStepNames.begin(), kStepNames.end(), name);
@@ -241,10 +241,50 @@ void LedgerTables::write_step(const Corbot::TransferInfo& transfer, TransferStep
   } else if (step == Corbot::StepUnclear) {
     put_piece(piece, "unclear", spot_of(transfer, step), event);
   } else if (step == Corbot::StepWithdrawn && transfer.source.slot < 0) {
-    // A camera sees a piece that lies untouched in an area; the piece gets a new number when a robot takes it
-    // again.
-    execute(database_, "DELETE FROM piece WHERE cell = $1 AND number = $2", cell_.name, piece);
+    delete_piece(piece);
   }
+}
+
+/// A camera sees a piece that lies untouched in an area; the piece gets a new number when a robot takes it again.
+void LedgerTables::delete_piece(std::int64_t piece) {
+  execute(database_, "DELETE FROM piece WHERE cell = $1 AND number = $2", cell_.name, piece);
+}
+
+std::string LedgerTables::state_of(std::int64_t piece) {
+  Statement row(database_, "SELECT state FROM piece WHERE cell = $1 AND number = $2", cell_.name, piece);
+  return row.next() ? row.text(0) : std::string();
+}
+
+std::vector<std::int64_t> LedgerTables::numbers_at(const std::string& place, std::string_view state) {
+  Statement row(database_, "SELECT number FROM piece WHERE cell = $1 AND place = $2 AND state = $3",
+                cell_.name, place, state);
+  std::vector<std::int64_t> all;
+  while (row.next()) all.push_back(row.integer(0));
+  return all;
+}
+
+void LedgerTables::write_word(std::int64_t piece, TransferStep step, const Corbot::Spot& spot,
+                              const std::string& note) {
+  Corbot::TransferInfo word;
+  word.piece = static_cast<Corbot::PieceNumber>(piece);
+  word.source = word.target = spot;
+  const std::int64_t event = write_event(word, step, note);
+  if (step == Corbot::StepGone) {
+    execute(database_,
+            "UPDATE piece SET state = 'gone', place = NULL, slot = NULL WHERE cell = $1 AND number = $2",
+            cell_.name, piece);
+  } else if (step == Corbot::StepPlaced) {
+    put_piece(piece, "stands", spot, event);
+  } else {
+    delete_piece(piece);
+  }
+}
+
+Corbot::Spot LedgerTables::spot_of_piece(std::int64_t piece) {
+  Statement row(database_, "SELECT place, slot, x, y, z, yaw FROM piece WHERE cell = $1 AND number = $2",
+                cell_.name, piece);
+  if (!row.next()) throw DatabaseError("the ledger has no such piece");
+  return spot_in(row, 0);
 }
 
 std::map<std::string, CORBA::ULong> LedgerTables::counts(const char* sql) {
@@ -267,6 +307,19 @@ Corbot::PieceEvents LedgerTables::events(std::int64_t piece, std::int64_t after,
                 "SELECT number, time, piece, robot, step, note, place, slot, x, y, z, yaw FROM event"
                 " WHERE cell = $1 AND number > $2 AND ($3 = 0 OR piece = $3) ORDER BY number LIMIT $4",
                 cell_.name, after, piece, most);
+  return events_in(row);
+}
+
+Corbot::PieceEvents LedgerTables::unclear(int most) {
+  Statement row(database_,
+                "SELECT number, time, piece, robot, step, note, place, slot, x, y, z, yaw FROM event e"
+                " WHERE cell = $1 AND number = (SELECT arrived FROM piece p WHERE p.cell = e.cell"
+                " AND p.number = e.piece AND p.state = 'unclear') ORDER BY number LIMIT $2",
+                cell_.name, most);
+  return events_in(row);
+}
+
+Corbot::PieceEvents LedgerTables::events_in(Statement& row) {
   Corbot::PieceEvents all;
   while (row.next()) {
     Corbot::PieceEvent& event = append(all);

@@ -68,13 +68,25 @@ class LedgerTables {
   /// Writes the transfer's next step, the piece's place after it, and the event.
   void write_step(const Corbot::TransferInfo& transfer, Corbot::TransferStep step, const std::string& note);
 
+  /// "stands", "held", "unclear" or "gone"; empty: the ledger does not have the piece.
+  [[nodiscard]] std::string state_of(std::int64_t piece);
+  [[nodiscard]] Corbot::Spot spot_of_piece(std::int64_t piece);
+  [[nodiscard]] std::vector<std::int64_t> numbers_at(const std::string& place, std::string_view state);
+  /// Writes a person's word: StepPlaced, the piece stands at that spot; StepWithdrawn, it lies in that area; StepGone.
+  void write_word(std::int64_t piece, Corbot::TransferStep step, const Corbot::Spot& spot,
+                  const std::string& note);
+
   /// Pieces that stand, by place; transfers, by target.
   [[nodiscard]] std::map<std::string, CORBA::ULong> standing();
   [[nodiscard]] std::map<std::string, CORBA::ULong> reserved();
   [[nodiscard]] Corbot::PieceEvents events(std::int64_t piece, std::int64_t after, int most);
+  /// The event that made each piece unclear which still is.
+  [[nodiscard]] Corbot::PieceEvents unclear(int most);
 
  private:
   std::int64_t next_number(const char* sql);
+  [[nodiscard]] static Corbot::PieceEvents events_in(Statement& row);
+  void delete_piece(std::int64_t piece);
   [[nodiscard]] std::map<std::string, CORBA::ULong> counts(const char* sql);
   std::int64_t write_event(const Corbot::TransferInfo& transfer, Corbot::TransferStep step,
                            const std::string& note);

@@ -57,12 +57,24 @@ void StoreServant::Leave(Corbot::ClaimToken token, const char* place) {
   or_not_ready([&] { ledger_.leave(token, place); });
 }
 
+void StoreServant::Resolve(Corbot::PieceNumber piece, const char* place, CORBA::Long slot, const char* who) {
+  or_not_ready([&] { ledger_.resolve(piece, place, slot, who); });
+}
+
+void StoreServant::Exchange(const char* place, const char* who) {
+  or_not_ready([&] { ledger_.exchange(place, who); });
+}
+
 Corbot::PlaceInfos* StoreServant::Places() {
   return or_transient([&] { return new Corbot::PlaceInfos(ledger_.places()); });
 }
 
 Corbot::TransferInfos* StoreServant::Transfers() {
   return or_transient([&] { return new Corbot::TransferInfos(ledger_.transfers()); });
+}
+
+Corbot::PieceEvents* StoreServant::Unclear() {
+  return or_transient([&] { return new Corbot::PieceEvents(ledger_.unclear()); });
 }
 
 Corbot::PieceEvents* StoreServant::History(Corbot::PieceNumber piece, CORBA::ULongLong after) {

@@ -21,8 +21,11 @@ class StoreServant : public POA_Corbot::Store {
                const char* note) override;
   void Enter(Corbot::ClaimToken token, const char* place, CORBA::Double timeout) override;
   void Leave(Corbot::ClaimToken token, const char* place) override;
+  void Resolve(Corbot::PieceNumber piece, const char* place, CORBA::Long slot, const char* who) override;
+  void Exchange(const char* place, const char* who) override;
   Corbot::PlaceInfos* Places() override;
   Corbot::TransferInfos* Transfers() override;
+  Corbot::PieceEvents* Unclear() override;
   Corbot::PieceEvents* History(Corbot::PieceNumber piece, CORBA::ULongLong after) override;
 
  private:

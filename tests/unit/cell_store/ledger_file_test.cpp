@@ -77,8 +77,11 @@ TEST_F(LedgerFile, OfAnotherCellIsRefused) {
   cell.places.erase(cell.places.begin() + 1);
   EXPECT_THAT(why(cell), HasSubstr("'store1', which the cell does not have"));
   Database database(cell_.ledger);
-  database.run("UPDATE cell SET schema = 2");
-  EXPECT_THAT(why(cell_), HasSubstr("has schema 2; this program reads schema 1"));
+  for (const char* schema : {"0", "3"}) {
+    execute(database, "UPDATE cell SET schema = $1", schema);
+    EXPECT_THAT(why(cell_),
+                HasSubstr(std::string("has schema ") + schema + "; this program reads schemas 1 to 2"));
+  }
   database.run("ALTER TABLE cell RENAME TO other");
   EXPECT_THAT(why(cell_), HasSubstr("is a database, but no ledger"));
   cell.ledger = directory_ / "text";
@@ -86,6 +89,73 @@ TEST_F(LedgerFile, OfAnotherCellIsRefused) {
   EXPECT_THAT(why(cell), HasSubstr("file is not a database"));
   cell.ledger = directory_ / "missing" / "ledger.db";
   EXPECT_THAT(why(cell), HasSubstr("No such file or directory"));
+}
+
+/// Gives the ledger the table of pieces that schema 1 had.
+void make_schema_1(Database& database) {
+  database.run(R"sql(
+PRAGMA foreign_keys = OFF;
+ALTER TABLE piece RENAME TO new;
+CREATE TABLE piece (cell TEXT NOT NULL REFERENCES cell, number BIGINT NOT NULL, kind TEXT NOT NULL,
+  state TEXT NOT NULL CHECK (state IN ('stands','held','unclear')), robot TEXT, place TEXT, slot INTEGER,
+  x DOUBLE PRECISION NOT NULL, y DOUBLE PRECISION NOT NULL, z DOUBLE PRECISION NOT NULL,
+  yaw DOUBLE PRECISION NOT NULL, arrived BIGINT NOT NULL, PRIMARY KEY (cell, number),
+  UNIQUE (cell, place, slot), UNIQUE (cell, robot),
+  CHECK ((state = 'held') = (robot IS NOT NULL)), CHECK ((state = 'held') = (place IS NULL)));
+INSERT INTO piece SELECT * FROM new;
+DROP TABLE transfer;
+CREATE TABLE transfer (cell TEXT NOT NULL REFERENCES cell, robot TEXT NOT NULL, piece BIGINT NOT NULL,
+  step TEXT NOT NULL CHECK (step IN ('reserved','picking','held','placing')),
+  from_place TEXT NOT NULL, from_slot INTEGER, to_place TEXT NOT NULL, to_slot INTEGER NOT NULL,
+  since DOUBLE PRECISION NOT NULL, PRIMARY KEY (cell, robot), UNIQUE (cell, piece),
+  UNIQUE (cell, to_place, to_slot), FOREIGN KEY (cell, piece) REFERENCES piece);
+DROP TABLE new;
+UPDATE cell SET schema = 1;
+)sql");
+}
+
+/// The ledger has a piece that stands and one in a gripper.
+class OldLedger : public LedgerFixture {
+ protected:
+  OldLedger() {
+    carry("robot1", "pallet1", "store1", kToPlaced);
+    piece_ = carry("robot1", "pallet1", "store1", {StepPicking, StepHeld});
+    Database database(cell_.ledger);
+    make_schema_1(database);
+    database.run("PRAGMA foreign_keys = OFF");
+    execute(database,
+            "INSERT INTO transfer VALUES ('demo', 'robot1', $1, 'held', 'pallet1', NULL, 'store1', 1, 5)",
+            static_cast<std::int64_t>(piece_));
+  }
+  Corbot::PieceNumber piece_{};
+};
+
+TEST_F(OldLedger, IsMigratedWithItsRows) {
+  Ledger again(cell_);
+  Database database(cell_.ledger);
+  Statement schema(database, "SELECT schema FROM cell");
+  ASSERT_TRUE(schema.next());
+  EXPECT_EQ(schema.integer(0), 2);
+  EXPECT_EQ(again.places()[1].pieces, 1U);
+  ASSERT_EQ(again.transfers().length(), 1U);
+  EXPECT_EQ(again.transfers()[0].piece, piece_);
+  again.advance(tokens_["robot1"], piece_, StepUnclear, "dropped");
+  again.resolve(piece_, "", -1, "test");
+  EXPECT_EQ(again.unclear().length(), 0U);
+  EXPECT_THROW(database.run("INSERT INTO transfer VALUES ('demo', 'robot2', 99, 'held', 'a', 1, 'b', 1, 0)"),
+               DatabaseError)
+      << "a transfer still needs its piece";
+}
+
+TEST_F(OldLedger, ThatCannotBeMigratedStaysAsItWas) {
+  Database database(cell_.ledger);
+  database.run("PRAGMA foreign_keys = OFF");
+  execute(database, "UPDATE piece SET number = 77 WHERE state = 'held'");  // the transfer's row leads nowhere
+  EXPECT_THROW(Ledger{cell_}, client::Failure);
+  Statement schema(database, "SELECT schema FROM cell");
+  ASSERT_TRUE(schema.next());
+  EXPECT_EQ(schema.integer(0), 1);
+  EXPECT_THROW(database.run("UPDATE piece SET state = 'gone', robot = NULL, place = NULL"), DatabaseError);
 }
 
 /// No file of this process grows beyond `bytes` meanwhile: a full disk.

@@ -20,8 +20,8 @@ using namespace Corbot;
 using test::wait_until;
 using test::within;
 
-constexpr Step kSteps[] = {StepReserved, StepPicking,   StepHeld,   StepPlacing,
-                           StepPlaced,   StepWithdrawn, StepUnclear};
+constexpr Step kSteps[] = {StepReserved, StepPicking,   StepHeld,    StepPlacing,
+                           StepPlaced,   StepWithdrawn, StepUnclear, StepGone};
 
 struct StepRow {
   std::vector<Step> path;  ///< how a transfer gets to the present step, from reserved on
@@ -67,7 +67,7 @@ TEST_F(LedgerSteps, OnlyTheAllowedOnesAreWritten) {
       }
     }
   }
-  EXPECT_EQ(tried, 49);
+  EXPECT_EQ(tried, 56);
 }
 
 TEST_F(LedgerSteps, LeaveThePieceWhereItIs) {
@@ -291,6 +291,97 @@ TEST_F(LedgerInput, ASightingCountsAsFarOverTheAreasEdgeAsTheWorkerOffersIt) {
       EXPECT_FALSE(is_taken);
     }
   }
+}
+
+/// A piece that robot1 has lost on its way to slot 0 of the store.
+class LedgerWord : public LedgerFixture {
+ protected:
+  [[nodiscard]] std::string fault_of(const std::function<void()>& call) const {
+    try {
+      call();
+    } catch (const BadParameter& bad) {
+      return bad.parameter.in();
+    } catch (const Full& full) {
+      return std::string("full ") + full.place.in();
+    } catch (const Occupied& occupied) {
+      return std::string("occupied ") + occupied.robot.in();
+    }
+    return "";
+  }
+  const PieceNumber piece_{carry("robot1", "pallet1", "store1", {StepPicking, StepHeld, StepUnclear})};
+};
+
+TEST_F(LedgerWord, PutsAnUnclearPieceWhereItStands) {
+  ASSERT_EQ(ledger_.unclear().length(), 1U);
+  EXPECT_EQ(ledger_.unclear()[0].piece, piece_);
+  EXPECT_STREQ(ledger_.unclear()[0].robot.in(), "robot1");
+  for (int i = 0; i < 2; ++i) ledger_.resolve(piece_, "pallet2", 3, "anna");  // repeated: no further effect
+  EXPECT_EQ(ledger_.unclear().length(), 0U);
+  EXPECT_EQ(place(2).pieces, 1U);
+  const PieceEvents events = ledger_.history(piece_, 4);
+  ASSERT_EQ(events.length(), 1U);
+  EXPECT_EQ(events[0].step, StepPlaced);
+  EXPECT_EQ(events[0].where.slot, 3);
+  EXPECT_STREQ(events[0].note.in(), "by anna");
+  EXPECT_EQ(fault_of([&] { ledger_.resolve(piece_, "pallet2", 4, "anna"); }), "piece") << "it is clear now";
+}
+
+TEST_F(LedgerWord, LeavesItInTheSlotThatItBlocks) {
+  ledger_.resolve(piece_, "store1", 0, "anna");
+  EXPECT_EQ(place(1).pieces, 1U);
+  EXPECT_EQ(ledger_.reserve(tokens_["robot2"], "store1", "pallet2", {}, 0).piece, piece_);
+}
+
+TEST_F(LedgerWord, TakesItAway) {
+  for (int i = 0; i < 2; ++i) ledger_.resolve(piece_, "", -1, "anna");
+  EXPECT_EQ(ledger_.unclear().length(), 0U);
+  EXPECT_EQ(place(1).pieces, 0U);
+  EXPECT_EQ(ledger_.history(piece_, 4)[0].step, StepGone);
+  EXPECT_EQ(ledger_.reserve(tokens_["robot1"], "pallet1", "store1", seen_, 0).target.slot, 0)
+      << "the slot is free";
+}
+
+TEST_F(LedgerWord, LaysItBackIntoAnArea) {
+  ledger_.resolve(piece_, "pallet1", -1, "anna");
+  EXPECT_EQ(ledger_.unclear().length(), 0U);
+  EXPECT_EQ(place(0).pieces, 0U) << "a picture is the truth there";
+}
+
+TEST_F(LedgerWord, IsRefusedWhereItCannotBe) {
+  carry("robot1", "pallet1", "store1", kToPlaced);                          // into slot 1
+  (void)ledger_.reserve(tokens_["robot1"], "pallet1", "store1", seen_, 0);  // slot 2
+  EXPECT_EQ(fault_of([&] { ledger_.resolve(piece_, "store1", 1, "anna"); }), "full store1");
+  EXPECT_EQ(fault_of([&] { ledger_.resolve(piece_, "store1", 2, "anna"); }), "full store1");
+  EXPECT_EQ(fault_of([&] { ledger_.resolve(piece_, "store1", 4, "anna"); }), "slot");
+  EXPECT_EQ(fault_of([&] { ledger_.resolve(piece_, "pallet1", 0, "anna"); }), "slot");
+  EXPECT_EQ(fault_of([&] { ledger_.resolve(piece_, "nowhere", 0, "anna"); }), "place");
+  EXPECT_EQ(fault_of([&] { ledger_.resolve(piece_, "", -1, ""); }), "who");
+  EXPECT_EQ(fault_of([&] { ledger_.resolve(99, "", -1, "anna"); }), "piece");
+  EXPECT_EQ(ledger_.unclear().length(), 1U);
+}
+
+TEST_F(LedgerWord, EmptiesAPlaceThatNoRobotUses) {
+  ledger_.resolve(piece_, "store1", 0, "anna");
+  for (int i = 0; i < 2; ++i) ledger_.exchange("store1", "anna");
+  EXPECT_EQ(place(1).pieces, 0U);
+  EXPECT_EQ(ledger_.history(piece_, 5)[0].step, StepGone);
+  EXPECT_STREQ(ledger_.history(piece_, 5)[0].note.in(), "exchanged by anna");
+}
+
+TEST_F(LedgerWord, DoesNotEmptyAPlaceInUse) {
+  EXPECT_EQ(fault_of([&] { ledger_.exchange("store1", "anna"); }), "place") << "a piece there is unclear";
+  ledger_.resolve(piece_, "store1", 0, "anna");
+  ledger_.enter(tokens_["robot2"], "store1", 0);
+  EXPECT_EQ(fault_of([&] { ledger_.exchange("store1", "anna"); }), "occupied robot2");
+  ledger_.leave(tokens_["robot2"], "store1");
+  const PieceNumber taken = ledger_.reserve(tokens_["robot2"], "store1", "pallet2", {}, 0).piece;
+  EXPECT_EQ(fault_of([&] { ledger_.exchange("store1", "anna"); }), "occupied robot2")
+      << "it takes from there";
+  ledger_.enter(tokens_["robot2"], "store1", 0);
+  for (const Step step : {StepPicking, StepHeld}) ledger_.advance(tokens_["robot2"], taken, step, "");
+  ledger_.leave(tokens_["robot2"], "store1");
+  ledger_.exchange("store1", "anna");
+  EXPECT_EQ(fault_of([&] { ledger_.exchange("pallet2", "anna"); }), "occupied robot2") << "it goes there";
 }
 
 TEST_F(LedgerInput, IsCheckedBeforeAnythingIsWritten) {

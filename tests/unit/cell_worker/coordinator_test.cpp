@@ -84,6 +84,9 @@ class EmptyStore : public POA_Corbot::Store {
   void Advance(Corbot::ClaimToken, Corbot::PieceNumber, Corbot::TransferStep, const char*) override {}
   void Enter(Corbot::ClaimToken, const char*, double) override {}
   void Leave(Corbot::ClaimToken, const char*) override {}
+  void Resolve(Corbot::PieceNumber, const char*, CORBA::Long, const char*) override {}
+  void Exchange(const char*, const char*) override {}
+  Corbot::PieceEvents* Unclear() override { return new Corbot::PieceEvents; }
   Corbot::PlaceInfos* Places() override { return new Corbot::PlaceInfos; }
   Corbot::TransferInfos* Transfers() override { return new Corbot::TransferInfos; }
   Corbot::PieceEvents* History(Corbot::PieceNumber, CORBA::ULongLong) override {
