@@ -74,7 +74,10 @@ CoordinatorServant::~CoordinatorServant() { end(); }
 void CoordinatorServant::Start() {
   const std::lock_guard lock(mutex_);
   if (has_ended_) throw Corbot::NotReady("the coordinator ends");
-  if (mode_ == Corbot::CellRunning) return;
+  if (mode_ == Corbot::CellRunning) {
+    for (const auto& robot : threads_) robot->worker.go_on();
+    return;
+  }
   mode_ = Corbot::CellRunning;
   for (const auto& robot : threads_) robot->thread = std::thread([work = &robot->worker] { work->run(); });
 }

@@ -12,6 +12,9 @@
 
 namespace corbot::cell {
 
+/// What the gripper was last told, and what a device knows that measures the opening.
+enum class Grip { kOpen, kClosed, kClosedOnNothing, kClosedOnPiece };
+
 /// The blocking calls of robot.idl that the work uses. Points: metres, in the frame of the robot's Move.
 class RobotPort {
  public:
@@ -32,6 +35,9 @@ class RobotPort {
   virtual void close() = 0;
   /// Waits until the robot is at rest, and returns where its tool is.
   virtual Eigen::Vector3d rest_position() = 0;
+  [[nodiscard]] virtual Grip grip() = 0;
+  /// Whether the robot is not in Error. Needs no control. Failure: no reply.
+  [[nodiscard]] virtual bool is_able() = 0;
   /// From another thread: ends the motion under way where the robot is an Arm, also one whose reply was lost.
   /// No motion begins after that. Returns after about 3 s at the latest.
   virtual void stop() = 0;
@@ -61,9 +67,10 @@ class StorePort {
   virtual void leave(Corbot::ClaimToken token, const std::string& place) = 0;
   virtual Corbot::PlaceInfos places() = 0;
   virtual Corbot::TransferInfos transfers() = 0;
+  virtual Corbot::PieceEvents unclear() = 0;
 };
 
-/// A camera or a store that cannot be used for so long ends the work.
+/// A camera or a store that cannot be used for so long interrupts the work.
 inline constexpr double kPatience_s = 10;
 
 }  // namespace corbot::cell

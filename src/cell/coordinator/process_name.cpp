@@ -24,9 +24,9 @@ std::string first_line(const char* path) {
   throw client::Failure(client::ExitCode::kInternal, fmt::format("cannot read {}", path));
 }
 
-/// Clock ticks from the boot to the start of this process.
-std::string start_ticks() {
-  const std::string stat = first_line("/proc/self/stat");
+/// Clock ticks from the boot to the start of a process: its id, or "self".
+std::string start_ticks(const std::string& process) {
+  const std::string stat = first_line(("/proc/" + process + "/stat").c_str());
   std::istringstream fields(stat.substr(stat.rfind(')') + 1));  // the program's name may have spaces
   std::string field;
   for (int i = 0; i < kStartAfterName; ++i) fields >> field;
@@ -37,12 +37,29 @@ std::string start_ticks() {
 
 std::string process_name() {
   const std::string boot = first_line("/proc/sys/kernel/random/boot_id").substr(0, kBootPart);
-  const std::string process = fmt::format("/{}/{}/{}", boot, ::getpid(), start_ticks());
+  const std::string process = fmt::format("/{}/{}/{}", boot, ::getpid(), start_ticks("self"));
   char host[65] = {};
   ::gethostname(host, sizeof host - 1);
   // The host is for people: where the name is too long, its end is left out.
   const std::string who = client::printable(fmt::format("corbot-coordinator@{}", host));
   return who.substr(0, kMost - process.size()) + process;
+}
+
+bool is_of_dead_process(const std::string& name) {
+  // HOST/BOOT of this process: a container, which has other processes, has another host name.
+  const std::string own = process_name();
+  const std::string machine = own.substr(0, own.rfind('/', own.rfind('/') - 1) + 1);
+  if (!name.starts_with(machine)) return false;
+  const std::string process = name.substr(machine.size());
+  const auto slash = process.find('/');
+  const std::string pid = process.substr(0, slash);
+  if (slash == std::string::npos || pid.empty() || pid.find_first_not_of("0123456789") != std::string::npos)
+    return false;
+  try {
+    return start_ticks(pid) != process.substr(slash + 1);
+  } catch (const client::Failure&) {
+    return true;
+  }
 }
 
 }  // namespace corbot::cell

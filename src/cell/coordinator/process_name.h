@@ -9,5 +9,7 @@ namespace corbot::cell {
 /// characters. No other process has the name, also after a restart of the machine or a PID that comes again.
 /// Throws client::Failure where /proc does not say it.
 [[nodiscard]] std::string process_name();
+/// Whether that process was one of this machine, since its last start, and has ended. Throws as process_name does.
+[[nodiscard]] bool is_of_dead_process(const std::string& name);
 
 }  // namespace corbot::cell

@@ -58,7 +58,9 @@ RemoteRobot::RemoteRobot(CORBA::ORB_ptr orb, std::string uri, std::string who, d
       who_(std::move(who)),
       motion_s_(motion_s),
       stop_(std::move(stop)),
-      gate_(gate) {}
+      gate_(gate) {
+  use(uri_);
+}
 
 // --- Control ---
 
@@ -68,15 +70,25 @@ void RemoteRobot::use(const std::string& uri) {
   reads_.emplace(orb_.in(), uri, kQuickReply_s);
 }
 
-bool RemoteRobot::acquire() {
-  if (keeper_.joinable()) {
-    std::unique_lock lock(mutex_);
-    if (!CORBA::is_nil(arm_.in())) return true;
-    lock.unlock();
-    keeper_.join();  // control has ended
-  }
+/// Also after a servant's new start, which ends control without a word.
+bool RemoteRobot::has_control() {
+  if (!keeper_.joinable()) return false;
   try {
-    use(uri_);
+    control_->Renew();
+    const std::lock_guard lock(mutex_);
+    if (!CORBA::is_nil(arm_.in())) return true;
+  } catch (const CORBA::Exception&) {  // NOLINT(bugprone-empty-catch): control is taken anew
+  }
+  keeper_.request_stop();
+  keeper_.join();
+  control_has_ended();
+  return false;
+}
+
+bool RemoteRobot::acquire() {
+  if (has_control()) return true;
+  use(uri_);
+  try {
     const Corbot::Robot_var robot = others_->get();
     if (!robot->_is_a(Corbot::Arm::_PD_repoId)) return false;
     const Corbot::Arm_var arm = Corbot::Arm::_unchecked_narrow(robot);
@@ -139,6 +151,15 @@ void RemoteRobot::release() {
 void RemoteRobot::stop() {
   std::unique_lock lock(mutex_);
   is_stopping_ = true;
+  send_stop(lock);
+}
+
+void RemoteRobot::halt() {
+  std::unique_lock lock(mutex_);
+  send_stop(lock);
+}
+
+void RemoteRobot::send_stop(std::unique_lock<std::mutex>& lock) {
   const Corbot::Arm_var arm = arm_;
   if (CORBA::is_nil(arm.in())) return;
   const auto gives_up = after(kStopFor_s);
@@ -210,6 +231,22 @@ Vector3d RemoteRobot::rest_position() {
   }
   const Corbot::CartesianCoord at = read([&] { return reads_->get()->CartCoord(); });
   return {at.x, at.y, at.z};
+}
+
+bool RemoteRobot::is_able() {
+  return call_patiently(uri_, 0, stop_, [&] { return reads_->get()->Status(); }) != Corbot::Error;
+}
+
+Grip RemoteRobot::grip() {
+  const auto read = [&](auto&& f) { return call_patiently(uri_, kPatience_s, stop_, f); };
+  if (read([&] { return reads_->get()->GripperStatus(); }) == Corbot::Open) return Grip::kOpen;
+  std::unique_lock lock(mutex_);
+  const Corbot::Arm_var arm = arm_;
+  lock.unlock();
+  if (CORBA::is_nil(arm.in())) return Grip::kClosed;
+  const Corbot::HoldingState holding = read([&] { return arm->Gripper().holding; });
+  if (holding == Corbot::HoldingUnknown) return Grip::kClosed;
+  return holding == Corbot::HoldingNo ? Grip::kClosedOnNothing : Grip::kClosedOnPiece;
 }
 
 void RemoteRobot::move(const Vector3d& point, double above_m) {

@@ -30,7 +30,11 @@ class RemoteRobot : public RobotPort {
   void open() override;
   void close() override;
   Eigen::Vector3d rest_position() override;
+  Grip grip() override;
+  bool is_able() override;
   void stop() override;
+  /// The same, but commands may follow.
+  void halt();
 
  private:
   class UnderWay;
@@ -40,6 +44,8 @@ class RemoteRobot : public RobotPort {
   void command(LazyReference<Corbot::Robot>& robot, const Target& target, F&& f);
   [[nodiscard]] bool has_arrived(const Target& target);
   void use(const std::string& uri);
+  [[nodiscard]] bool has_control();
+  void send_stop(std::unique_lock<std::mutex>& lock);
   void keep_control(const std::string& control);
   void control_has_ended();
 

@@ -68,6 +68,11 @@ Corbot::PlaceInfos RemoteStore::places() {
   return places.in();
 }
 
+Corbot::PieceEvents RemoteStore::unclear() {
+  const Corbot::PieceEvents_var events = call([](const auto& store) { return store->Unclear(); });
+  return events.in();
+}
+
 Corbot::TransferInfos RemoteStore::transfers() {
   const Corbot::TransferInfos_var transfers = call([](const auto& store) { return store->Transfers(); });
   return transfers.in();

@@ -37,6 +37,7 @@ class RemoteStore : public StorePort {
   void leave(Corbot::ClaimToken token, const std::string& place) override;
   Corbot::PlaceInfos places() override;
   Corbot::TransferInfos transfers() override;
+  Corbot::PieceEvents unclear() override;
 
  private:
   template <class F>

@@ -10,6 +10,7 @@
 
 #include "cell/coordinator/attention.h"
 #include "cell/coordinator/pause.h"
+#include "cell/coordinator/process_name.h"
 #include "client/explain.h"
 
 namespace corbot::cell {
@@ -21,7 +22,10 @@ namespace {
 constexpr double kStoreWait_s = 2;     // a stop waits for it, and the supervisor kills after 5 s
 constexpr double kLookAgain_s = 0.5;   // between two looks at an area from which nothing can be taken
 constexpr double kConnectAgain_s = 1;  // between two attempts to reach robot and store
-constexpr std::chrono::seconds kConnectFor{10};
+constexpr std::chrono::seconds kConnectFor{10};  // then a person is asked
+constexpr std::chrono::seconds kPersonPause{1};  // between two looks at what a person has done
+constexpr double kFaultPause_s = 0.1;
+constexpr double kOverShared_m = 0.05;  // beyond the edge of a shared place, where wait poses are not
 constexpr double kAtWait_m = 0.005;
 constexpr int kSettleReads = 10;  // of the position, 0.1 s apart
 
@@ -48,46 +52,281 @@ Worker::Worker(const CellConfig& cell, const CellRobot& robot, Ports ports, std:
       status_(robot.name, std::move(report), std::move(on_activity)) {}
 
 void Worker::run() {
-  const auto end = [&](const std::string& why, Corbot::WorkState state = Corbot::WorkAttention) {
-    if (stop_.stop_requested()) return status_.set(Corbot::WorkIdle, "stopped");
-    status_.set(state, fmt::format("{}: {}", step_, why));
+  while (true) {
+    interrupted_ = std::chrono::steady_clock::now();
     try {
-      arm_.release();  // the person may need it
-    } catch (const std::exception& error) {
-      status_.report("control was not given back: " + plain_text(error));
+      work();
+    } catch (const WorkEnded&) {
+      return status_.set(Corbot::WorkIdle, "stopped");
+    } catch (const Corbot::Superseded& e) {
+      token_ = 0;
+      status_.set(Corbot::WorkIdle, fmt::format("superseded: claim {} is the robot's now", e.present));
+    } catch (const RobotStopped& e) {
+      await_person(Corbot::WorkStopped, e.what());
+    } catch (const PieceUnclear& e) {
+      await_person(Corbot::WorkAttention, e.what(), [&] { return is_resolved(); });
+    } catch (const MotionFault& e) {
+      end_motion_fault(e.what());
+    } catch (const Fault& e) {
+      last_fault_ = fmt::format("{}: {}", step_, e.what());
+      status_.set(Corbot::WorkAttention, last_fault_);
+    } catch (const CORBA::Exception& e) {
+      await_person(Corbot::WorkAttention, fmt::format("unexpected exception {}", e._name()));
+    } catch (const std::exception& e) {
+      await_person(Corbot::WorkAttention, e.what());
     }
-  };
-  try {
-    begin();
-    while (true) {
-      const Transfer transfer = find();
-      if (pick(transfer)) place(transfer);
-    }
-  } catch (const WorkEnded&) {
-    status_.set(Corbot::WorkIdle, "stopped");
-  } catch (const Corbot::Superseded& e) {
-    token_ = 0;
-    status_.set(Corbot::WorkAttention, fmt::format("superseded: claim {} is the robot's now", e.present));
-  } catch (const RobotStopped& e) {
-    end(e.what(), Corbot::WorkStopped);
-  } catch (const CORBA::Exception& e) {
-    end(fmt::format("unexpected exception {}", e._name()));
-  } catch (const std::exception& e) {
-    end(e.what());
+    if (stop_.stop_requested()) return status_.set(Corbot::WorkIdle, "stopped");
+    pause(kFaultPause_s, stop_);
   }
 }
 
-// --- The recipe ---
+void Worker::work() {
+  if (const auto held = resolve()) place(*held);
+  while (true) {
+    const Transfer transfer = find();
+    if (pick(transfer)) place(transfer);
+  }
+}
 
-void Worker::begin() {
+void Worker::go_on() {
+  const std::lock_guard lock(mutex_);
+  ++starts_;
+  gone_on_.notify_all();
+}
+
+void Worker::end_motion_fault(const std::string& text) {
+  if (stop_.stop_requested()) return;
+  equal_faults_ = text == motion_fault_ ? equal_faults_ + 1 : 1;
+  motion_fault_ = text;
+  last_fault_ = fmt::format("{}: {}", step_, text);
+  if (equal_faults_ < cell_.timing.attempts) return status_.set(Corbot::WorkIdle, last_fault_);
+  const std::string times = fmt::format("{} times in a row: {}", equal_faults_, text);
+  equal_faults_ = 0;
+  await_person(Corbot::WorkAttention, times);
+}
+
+void Worker::await_person(Corbot::WorkState state, const std::string& text,
+                          const std::function<bool()>& is_over) {
+  if (stop_.stop_requested()) return;
+  int starts = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    starts = starts_;
+  }
+  status_.set(state, fmt::format("{}: {}", step_, text));
+  try {
+    arm_.release();  // the person may need it
+  } catch (const std::exception& error) {
+    status_.report("control was not given back: " + plain_text(error));
+  }
+  std::unique_lock lock(mutex_);
+  while (starts == starts_ && !stop_.stop_requested()) {
+    gone_on_.wait_for(lock, stop_, kPersonPause, [&] { return starts != starts_; });
+    lock.unlock();
+    const bool ends = is_over();
+    lock.lock();
+    if (ends) return;
+  }
+}
+
+// --- Resolution: nothing is assumed ---
+
+/// The one way to the work, at its start and after a fault. Returns the piece in the gripper, which is to be placed.
+std::optional<Transfer> Worker::resolve() {
   step_ = "begin";
   connect();
-  refuse_leftovers();
-  status_.set(Corbot::WorkMoving, "");
+  const Vector3d tool = motions_.rest_position();
+  find_zone(tool);
+  std::optional<Corbot::TransferInfo> left;
+  const Corbot::TransferInfos transfers = call([&] { return store_.transfers(); });
+  for (CORBA::ULong i = 0; i < transfers.length(); ++i) {
+    if (transfers[i].robot.in() == robot_.name) left = transfers[i];
+  }
+  const bool has_touched = left && left->step != Corbot::StepReserved;
+  const Grip grip = call([&] { return arm_.grip(); });
   motions_.speed(wait_);
-  motions_.open(wait_);
+  // A fault may have ended the gripper's motion on its way.
+  if (grip == Grip::kOpen) {
+    motions_.open(wait_);
+  } else if (has_touched) {
+    motions_.close(wait_);
+  }
+  move_out(tool);
+  bool is_held = false;
+  std::optional<Transfer> transfer;
+  if (left) {
+    transfer = checked(*left);
+    status_.set_piece(transfer->piece, left->step);
+    is_held = resolve_transfer(*left, *transfer, call([&] { return arm_.grip(); }));
+  } else if (grip != Grip::kOpen) {
+    motions_.open(wait_);
+  }
+  if (!is_held || zone_ != to_.name) leave();
+  check_unclear();
+  if (!last_fault_.empty()) status_.report("goes on");
+  last_fault_.clear();
+  return is_held ? transfer : std::nullopt;
+}
+
+void Worker::connect() {
+  while (true) {
+    end_if_stopped();
+    std::string why;
+    bool is_standby = false;
+    try {
+      if (arm_.is_able()) {
+        why = take_robot();
+        if (why.empty()) return;
+        is_standby = true;
+      } else {
+        why = fmt::format(
+            "{} is in Error: look at 'corbot status', put the cause right, then use 'corbot clear'",
+            robot_.name);
+      }
+    } catch (const Corbot::NotReady& e) {
+      why = "stand-by: " + client::printable(e.reason.in());
+      is_standby = true;
+    } catch (const client::Failure& e) {
+      why = plain_text(e);
+    }
+    const bool is_late = std::chrono::steady_clock::now() - interrupted_ > kConnectFor;
+    if (is_late && !last_fault_.empty()) why += "; the work ended at " + last_fault_;
+    const Corbot::WorkState late = is_standby ? Corbot::WorkWaiting : Corbot::WorkAttention;
+    status_.set(is_late ? late : Corbot::WorkIdle, why);
+    pause(kConnectAgain_s, stop_);
+  }
+}
+
+/// Takes control and the claim. Empty: both are this worker's. Else whose they are.
+std::string Worker::take_robot() {
+  const bool is_exclusive = arm_.acquire();
+  if (token_ != 0) return "";  // the store says where it has ended
+  try {
+    token_ = store_.claim(robot_.name, who_, 0);
+    return "";
+  } catch (const Corbot::Claimed& e) {
+    // Control of the arm proves that the holder of the claim cannot move it. A holder of our own name is
+    // this very process, and a call whose reply was lost.
+    const std::string who = e.who.in();
+    if (!is_exclusive && who_ != who && !is_of_dead_process(who)) {
+      return fmt::format(
+          "stand-by: '{}' works with {} by claim {}; where it has ended for good, use 'corbot cell release'",
+          client::printable(who), robot_.name, e.token);
+    }
+    try {
+      token_ = store_.claim(robot_.name, who_, e.token);
+      return "";
+    } catch (const Corbot::Claimed& other) {
+      return fmt::format("stand-by: '{}' was first to claim {}", client::printable(other.who.in()),
+                         robot_.name);
+    }
+  }
+}
+
+/// A zone is the body's: the ledger says which one it is in, and a tool over a shared place must be in its zone.
+void Worker::find_zone(const Vector3d& tool) {
+  zone_.clear();
+  const Corbot::PlaceInfos places = call([&] { return store_.places(); });
+  for (CORBA::ULong i = 0; i < places.length(); ++i) {
+    if (places[i].robot.in() == robot_.name) zone_ = places[i].name.in();
+  }
+  status_.set_zone(zone_);
+  for (const Place& place : cell_.places) {
+    if (!place.is_shared || !place.covers(tool, kOverShared_m) || zone_ == place.name) continue;
+    try {
+      call([&] { store_.enter(token_, place.name, 0); });
+      zone_ = place.name;
+      status_.set_zone(zone_);
+    } catch (const Corbot::Occupied& e) {
+      throw Attention(fmt::format("{} is in the zone of {}, and {} is over it, at {}: move {} to {} by hand",
+                                  client::printable(e.robot.in()), place.name, robot_.name, describe(tool),
+                                  robot_.name, wait_.key));
+    }
+  }
+}
+
+/// Straight up, then to the wait pose.
+void Worker::move_out(const Vector3d& tool) {
+  if ((tool - wait_.point).norm() <= kAtWait_m) return;
+  status_.set(Corbot::WorkMoving, "");
+  if (tool.z() < wait_.point.z() - kAtWait_m) motions_.rise(tool, wait_.point.z(), wait_);
   motions_.move(wait_);
 }
+
+/// True: the piece is in the gripper. The tool is at its wait pose, so a picture shows what stands.
+bool Worker::resolve_transfer(const Corbot::TransferInfo& left, const Transfer& transfer, Grip grip) {
+  const bool may_hold = grip == Grip::kClosed || grip == Grip::kClosedOnPiece;
+  const auto end_at = [&](Corbot::TransferStep step, const std::string& note) {
+    if (grip != Grip::kOpen) motions_.open(wait_);
+    advance(transfer, step, note);
+    return false;
+  };
+  const auto sees_at = [&](const Place& place, const Vector3d& foot) {
+    if (zone_ != place.name) leave();
+    enter(place);
+    return sees_piece_at(place, foot);
+  };
+  if (left.step == Corbot::StepReserved) return end_at(Corbot::StepWithdrawn, "not touched before a fault");
+  if (left.step == Corbot::StepPicking) {
+    if (sees_at(from_, transfer.source))
+      return end_at(Corbot::StepWithdrawn, "it stands there after a fault");
+    if (may_hold) advance(transfer, Corbot::StepHeld, "not seen at its source, the gripper is closed");
+  }
+  if (left.step == Corbot::StepPlacing) {
+    if (sees_at(to_, transfer.target) && grip != Grip::kClosedOnPiece)
+      return end_at(Corbot::StepPlaced, "seen there after a fault");
+    if (may_hold) advance(transfer, Corbot::StepHeld, "not seen at the target, the gripper is closed");
+  }
+  if (!may_hold) resolve_as_unclear(transfer);
+  return may_hold;
+}
+
+/// The note has what a picture shows beside the places, for the person who looks for the piece.
+void Worker::resolve_as_unclear(const Transfer& transfer) {
+  const Corbot::Frame frame = look("the table");
+  std::string note = "the gripper is open; seen outside of places:";
+  for (CORBA::ULong i = 0; i < frame.pieces.length(); ++i) {
+    const Vector3d foot = to_vector(frame.pieces[i].position);
+    const auto carries = [&](const Place& place) { return place.carries(foot); };
+    if (std::none_of(cell_.places.begin(), cell_.places.end(), carries)) note += " " + describe(foot);
+  }
+  advance(transfer, Corbot::StepUnclear, note);
+}
+
+/// What a person is to do about the pieces that this robot has lost; empty: there are none.
+std::string Worker::own_unclear() {
+  const Corbot::PieceEvents events = call([&] { return store_.unclear(); });
+  for (CORBA::ULong i = 0; i < events.length(); ++i) {
+    const Corbot::PieceEvent& event = events[i];
+    if (event.robot.in() != robot_.name) continue;
+    return fmt::format("piece {} is not where it should be, at {}, {} ({}): {}", event.piece,
+                       event.where.place.in(), describe(to_vector(event.where.position)),
+                       client::printable(event.note.in()), how_to_resolve(event.piece));
+  }
+  return "";
+}
+
+/// A store that does not reply knows of no word either.
+bool Worker::is_resolved() {
+  try {
+    return own_unclear().empty();
+  } catch (const std::exception&) {
+    return false;
+  } catch (const WorkEnded&) {
+    return true;
+  }
+}
+
+std::string Worker::how_to_resolve(Corbot::PieceNumber piece) const {
+  return fmt::format("find the piece, and say by 'corbot cell resolve {} PLACE SLOT' where it stands", piece);
+}
+
+void Worker::check_unclear() {
+  const std::string text = own_unclear();
+  if (!text.empty()) throw PieceUnclear(text);
+}
+
+// --- The recipe ---
 
 Transfer Worker::find() {
   step_ = "find";
@@ -159,63 +398,13 @@ void Worker::place(const Transfer& transfer) {
           is_there ? "" : "not seen at the target");
   leave();
   if (!is_there) {
-    throw Attention(fmt::format("piece {} is not seen at {}, {}: find the piece", transfer.piece, to_.name,
-                                describe(transfer.target)));
+    throw PieceUnclear(fmt::format("piece {} is not seen at {}, {}: {}", transfer.piece, to_.name,
+                                   describe(transfer.target), how_to_resolve(transfer.piece)));
   }
+  equal_faults_ = 0;
 }
 
 // --- Parts of the recipe ---
-
-void Worker::connect() {
-  const auto give_up = std::chrono::steady_clock::now() + kConnectFor;
-  const auto again = [&](const client::Failure& why) {
-    if (std::chrono::steady_clock::now() > give_up) throw Attention(plain_text(why));
-    status_.set(Corbot::WorkIdle, plain_text(why));
-    pause(kConnectAgain_s, stop_);
-  };
-  while (true) {
-    try {
-      end_if_stopped();
-      const bool is_exclusive = arm_.acquire();
-      try {
-        token_ = store_.claim(robot_.name, who_, 0);
-      } catch (const Corbot::Claimed& e) {
-        // Control of the arm proves that the holder of the claim cannot move it. A holder of our own name is
-        // this very process, and a call whose reply was lost.
-        if (!is_exclusive && who_ != e.who.in()) {
-          throw Attention(fmt::format("'{}' works with {} by claim {}: make sure that it has ended",
-                                      client::printable(e.who.in()), robot_.name, e.token));
-        }
-        token_ = store_.claim(robot_.name, who_, e.token);
-      }
-      return;
-    } catch (const client::Failure& e) {
-      again(e);
-    } catch (const Corbot::NotReady& e) {
-      again(client::explain(e));
-    }
-  }
-}
-
-/// Leftovers of a run before show where pieces and arm may be, and not where they are.
-void Worker::refuse_leftovers() {
-  const Corbot::TransferInfos transfers = call([&] { return store_.transfers(); });
-  for (CORBA::ULong i = 0; i < transfers.length(); ++i) {
-    const Corbot::TransferInfo& left = transfers[i];
-    if (left.robot.in() != robot_.name) continue;
-    throw Attention(fmt::format(
-        "the ledger has piece {} on its way from {} to {}, {}, from a run before: move the arm to {}, "
-        "bring all pieces back to where the work begins, and begin a new ledger",
-        left.piece, from_.name, to_.name, to_string(left.step), wait_.key));
-  }
-  const Corbot::PlaceInfos places = call([&] { return store_.places(); });
-  for (CORBA::ULong i = 0; i < places.length(); ++i) {
-    if (places[i].robot.in() != robot_.name) continue;
-    throw Attention(fmt::format(
-        "the ledger has {} in the zone of {} from a run before: move the arm to {}, and begin a new ledger",
-        robot_.name, client::printable(places[i].name.in()), wait_.key));
-  }
-}
 
 Corbot::Sightings Worker::nearest_first(const Corbot::Frame& frame) const {
   std::vector<std::pair<double, CORBA::ULong>> order;
@@ -288,8 +477,8 @@ Corbot::Frame Worker::look(const std::string& at) {
     Corbot::Frame frame = call([&] { return camera_.look(cell_.timing.look_s); });
     status_.set_activity(before);
     return frame;
-  } catch (const Attention& why) {
-    throw Attention(fmt::format("no picture of {}: {}; check camera in cell.toml", at, why.what()));
+  } catch (const Fault& why) {
+    throw Fault(fmt::format("no picture of {}: {}; check camera in cell.toml", at, why.what()));
   }
 }
 
@@ -383,14 +572,14 @@ auto Worker::call(F&& f) -> decltype(f()) {
   try {
     return f();
   } catch (const client::Failure& e) {
-    throw Attention(plain_text(e));
+    throw Fault(plain_text(e));
   } catch (const Corbot::NotReady& e) {
-    throw Attention(client::printable(e.reason.in()));
+    throw Fault(client::printable(e.reason.in()));
   } catch (const Corbot::BadParameter& e) {
     throw Attention(plain_text(client::explain(e)));
   } catch (const Corbot::WrongStep& e) {
-    throw Attention(fmt::format("the ledger has the transfer at {}, from where {} is not allowed",
-                                to_string(e.present), to_string(e.wanted)));
+    throw Fault(fmt::format("the ledger has the transfer at {}, from where {} is not allowed",
+                            to_string(e.present), to_string(e.wanted)));
   }
 }
 

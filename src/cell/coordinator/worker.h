@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
+#include <condition_variable>
+#include <functional>
 #include <future>
+#include <mutex>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -22,8 +27,9 @@ struct Transfer {
 };
 
 /// Brings pieces from one place to another with one robot. An intent is durable before the motion that may
-/// change the world; an outcome is what the camera has seen. The thread of run() makes all calls but
-/// RobotPort::stop().
+/// change the world; an outcome is what the camera has seen. At its start and after each fault it finds out where
+/// robot and piece are, by the ledger, the gripper and the camera. The thread of run() makes all calls but
+/// go_on() and RobotPort::stop().
 class Worker {
  public:
   struct Ports {
@@ -40,8 +46,10 @@ class Worker {
   Worker& operator=(const Worker&) = delete;
   virtual ~Worker() = default;
 
-  /// Works until a stop is requested, until the claim is lost, or until a person is needed. Throws nothing.
+  /// Works until a stop is requested. Where a person is needed it waits for go_on().
   void run();
+  /// From any thread: a person has looked at what the work waits for.
+  void go_on();
   /// Once run() has returned: takes back a reservation that nothing has touched, leaves the zone where the
   /// tool is back at its wait pose, and gives back claim and control. Throws nothing.
   void finish();
@@ -53,9 +61,24 @@ class Worker {
   virtual void await_intent(std::future<void>& intent) { intent.get(); }
 
  private:
-  void begin();
+  void work();
+  void end_motion_fault(const std::string& text);
+  void await_person(
+      Corbot::WorkState state, const std::string& text,
+      const std::function<bool()>& is_over = [] { return false; });
+
+  // Resolution.
+  std::optional<Transfer> resolve();
   void connect();
-  void refuse_leftovers();
+  std::string take_robot();
+  void find_zone(const Eigen::Vector3d& tool);
+  void move_out(const Eigen::Vector3d& tool);
+  bool resolve_transfer(const Corbot::TransferInfo& left, const Transfer& transfer, Grip grip);
+  void resolve_as_unclear(const Transfer& transfer);
+  [[nodiscard]] std::string own_unclear();
+  [[nodiscard]] bool is_resolved();
+  void check_unclear();
+
   Transfer find();
   bool pick(const Transfer& transfer);
   void place(const Transfer& transfer);
@@ -73,6 +96,7 @@ class Worker {
   bool sees_piece_at(const Place& place, const Eigen::Vector3d& foot);
 
   void advance(const Transfer& transfer, Corbot::TransferStep step, const std::string& note = "");
+  [[nodiscard]] std::string how_to_resolve(Corbot::PieceNumber piece) const;
   void enter(const Place& place);
   void leave();
   bool is_at_wait();
@@ -97,9 +121,16 @@ class Worker {
   WorkStatus status_;
 
   Corbot::ClaimToken token_{0};
-  std::string zone_{};                       ///< the shared place whose zone the robot is in
-  const char* step_{"begin"};                ///< of the recipe, for messages
-  int failures_{0};                          ///< failed picks in a row
+  std::string zone_{};                                   ///< the shared place whose zone the robot is in
+  const char* step_{"begin"};                            ///< of the recipe, for messages
+  int failures_{0};                                      ///< failed picks in a row
+  std::string motion_fault_{};                           ///< the last
+  int equal_faults_{0};                                  ///< of that text in a row
+  std::string last_fault_{};                             ///< that interrupted the work
+  std::chrono::steady_clock::time_point interrupted_{};  ///< since then the work is being resumed
+  std::mutex mutex_{};                                   ///< for what follows
+  std::condition_variable_any gone_on_{};
+  int starts_{0};
   std::vector<Eigen::Vector3d> left_out_{};  ///< feet of pieces that the robot cannot reach
 };
 

@@ -43,7 +43,7 @@ void WorldRobot::command(const char* where, const ToolGoal& goal, F&& f) {
       }
     });
   } catch (const client::Failure& e) {
-    throw Attention(text(e));
+    throw MotionFault(text(e));
   }
 }
 
@@ -82,9 +82,22 @@ void WorldRobot::ascend(const ToolGoal& goal) {
   });
 }
 
+void WorldRobot::rise(const Eigen::Vector3d& tool, double height_m, const ToolGoal& to) {
+  const Eigen::Vector3d local = robot_.frame.to_local({tool.x(), tool.y(), height_m});
+  const double duration_s = (height_m - tool.z()) / robot_.approach_m_s;
+  command("straight up, on the way to", to, [&](const auto&) { port_.move_s(local, 0, duration_s); });
+}
+
+Eigen::Vector3d WorldRobot::rest_position() {
+  try {
+    return robot_.frame.to_world(client::call_user([&] { return port_.rest_position(); }));
+  } catch (const client::Failure& e) {
+    throw Fault(e.what());
+  }
+}
+
 bool WorldRobot::is_at(const ToolGoal& goal, double tolerance_m) {
-  return client::call_user(
-      [&] { return (port_.rest_position() - robot_.frame.to_local(goal.point)).norm() <= tolerance_m; });
+  return (rest_position() - goal.point).norm() <= tolerance_m;
 }
 
 }  // namespace corbot::cell

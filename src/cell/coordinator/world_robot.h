@@ -21,7 +21,7 @@ struct ToolGoal {
 [[nodiscard]] std::string describe(const Eigen::Vector3d& point);
 
 /// A robot that takes points of the world. Commands throw WorkEnded once a stop is requested; PointRefused
-/// where the robot does not reach the point; Attention at any other fault. Both texts have the point in both
+/// where the robot does not reach the point; MotionFault at any other fault. Both texts have the point in both
 /// frames and the place; that of PointRefused also has the key.
 class WorldRobot {
  public:
@@ -38,6 +38,10 @@ class WorldRobot {
   /// Straight lines between that height and the point, at the speed of approach.
   void descend(const ToolGoal& goal);
   void ascend(const ToolGoal& goal);
+  /// A straight line at the speed of approach, up to that height of the world.
+  void rise(const Eigen::Vector3d& tool, double height_m, const ToolGoal& to);
+  /// Where the tool is at rest.
+  [[nodiscard]] Eigen::Vector3d rest_position();
   /// Whether the tool is at rest within `tolerance_m` of the point.
   [[nodiscard]] bool is_at(const ToolGoal& goal, double tolerance_m);
 

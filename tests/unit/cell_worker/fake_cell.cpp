@@ -96,10 +96,35 @@ Vector3d FakeCell::to_world(const Vector3d& local) const {
          Vector3d(c * local.x() - s * local.y(), s * local.x() + c * local.y(), local.z());
 }
 
+void FakeCell::interrupt() {
+  was_interrupted = true;
+  if (interruption == Interruption::kFault) throw Corbot::NotReady("in the test");
+  is_dead_ = true;
+  throw Killed();
+}
+
+void FakeCell::interruptible(const std::function<void()>& effect, const std::function<void()>& half) {
+  if (is_dead_) throw Killed();
+  const bool is_it = calls_++ == interrupted_call;
+  if (is_it && moment == Moment::kBefore) interrupt();
+  if (is_it && moment == Moment::kMiddle) {
+    half();
+    interrupt();
+  }
+  effect();
+  if (is_it) interrupt();
+}
+
+void FakeCell::resolve() {
+  const std::lock_guard lock(mutex_);
+  is_unclear_ = false;
+}
+
 // --- Robot ---
 
 bool FakeCell::acquire() {
-  record.emplace_back("acquire");
+  const std::lock_guard lock(mutex_);
+  interruptible([&] { record.emplace_back("acquire"); });
   return is_exclusive;
 }
 
@@ -107,7 +132,8 @@ void FakeCell::begin_command(const std::string& name) {
   require(!stop_source.stop_requested(), name + " begins after a stop was requested");
   require(!is_superseded_ || name == "move", name + " begins after Superseded");
   const int number = commands_++;
-  require(command_stopped_by_other < 0 || number <= command_stopped_by_other, name + " begins after a Stop");
+  require(goes_on || command_stopped_by_other < 0 || number <= command_stopped_by_other,
+          name + " begins after a Stop");
   record.push_back(name);
   if (number == command_stopped_by_other) throw Corbot::Stopped("by another client");
   if (number != stopped_command) return;
@@ -133,7 +159,9 @@ void FakeCell::check_way(const Vector3d& to, bool is_line) {
 
 void FakeCell::go_to(const Vector3d& tool) {
   if (is_unreachable && is_unreachable(tool)) throw Corbot::Unreachable({}, "too far");
+  if (!fails_over.empty() && config_.place(fails_over)->covers(tool)) throw Corbot::NotReady("in the test");
   tool_ = tool;
+  has_looked_ = false;
   changed_.notify_all();
   for (Piece& piece : pieces) {
     if (piece.is_held) piece.foot = tool - Vector3d(0, 0, kGrasp_m);
@@ -142,58 +170,87 @@ void FakeCell::go_to(const Vector3d& tool) {
 
 void FakeCell::speed(double /*percent*/) {
   const std::lock_guard lock(mutex_);
-  begin_command("speed");
+  interruptible([&] { begin_command("speed"); });
 }
 
 void FakeCell::move(const Vector3d& point, double above_m) {
   const std::lock_guard lock(mutex_);
-  begin_command("move");
   const Vector3d to = to_world(point) + Vector3d(0, 0, above_m);
-  check_way(to, false);
-  go_to(to);
+  interruptible(
+      [&] {
+        begin_command("move");
+        check_way(to, false);
+        go_to(to);
+      },
+      [&] { go_to((tool_ + to) / 2); });
 }
 
 void FakeCell::move_s(const Vector3d& point, double above_m, double duration_s) {
   const std::lock_guard lock(mutex_);
-  begin_command(above_m > 0 ? "up" : "down");
   const Vector3d to = to_world(point) + Vector3d(0, 0, above_m);
-  check_way(to, true);
-  require(std::abs(duration_s - 0.24) < 1e-9, "60 mm at 0.25 m/s last 0.24 s");
-  go_to(to);
+  interruptible(
+      [&] {
+        begin_command(to.z() > tool_.z() ? "up" : "down");
+        check_way(to, true);
+        require(std::abs(duration_s - (to - tool_).norm() / 0.25) < 1e-9, "60 mm at 0.25 m/s last 0.24 s");
+        go_to(to);
+      },
+      [&] { go_to((tool_ + to) / 2); });
 }
 
 void FakeCell::delay(double /*duration_s*/) {
   const std::lock_guard lock(mutex_);
-  begin_command("delay");
+  interruptible([&] { begin_command("delay"); });
 }
 
 void FakeCell::open() {
   const std::lock_guard lock(mutex_);
-  begin_command("open");
-  for (Piece& piece : pieces) {
-    if (!std::exchange(piece.is_held, false)) continue;
-    require(std::abs(piece.foot.z()) < kNear_m, "a piece falls");
-    if (loses_pieces) piece.foot = {9, 9, 9};
-  }
+  const auto effect = [&] {
+    begin_command("open");
+    is_told_open_ = true;
+    for (Piece& piece : pieces) {
+      if (!std::exchange(piece.is_held, false)) continue;
+      require(std::abs(piece.foot.z()) < kNear_m, "a piece falls");
+      if (loses_pieces) piece.foot = {9, 9, 9};
+    }
+  };
+  interruptible(effect, [&] { is_told_open_ = true; });  // the fingers have hardly moved
 }
 
 void FakeCell::close() {
   const std::lock_guard lock(mutex_);
-  begin_command("close");
-  for (Piece& piece : pieces) {
-    const Vector3d grasp = piece.foot + Vector3d(0, 0, kGrasp_m);
-    if ((grasp - tool_).norm() > kNear_m) continue;
-    if (failing_grasps-- <= 0) piece.is_held = true;
-  }
+  const auto effect = [&] {
+    begin_command("close");
+    is_told_open_ = false;
+    for (Piece& piece : pieces) {
+      const Vector3d grasp = piece.foot + Vector3d(0, 0, kGrasp_m);
+      if (piece.is_held || (grasp - tool_).norm() > kNear_m) continue;
+      if (failing_grasps-- <= 0) piece.is_held = true;
+    }
+  };
+  interruptible(effect, [&] { is_told_open_ = false; });
 }
 
-Vector3d FakeCell::rest_position() { return robot_.frame.to_local(tool_); }
+Vector3d FakeCell::rest_position() {
+  const std::lock_guard lock(mutex_);
+  if (is_dead_) throw Killed();
+  return robot_.frame.to_local(tool_);
+}
+
+cell::Grip FakeCell::grip() {
+  const std::lock_guard lock(mutex_);
+  if (is_dead_) throw Killed();
+  return is_told_open_ ? cell::Grip::kOpen : cell::Grip::kClosed;
+}
 
 // --- Camera ---
 
 Corbot::Frame FakeCell::look(double /*timeout_s*/) {
   const std::lock_guard lock(mutex_);
-  record.emplace_back("look");
+  interruptible([&] {
+    record.emplace_back("look");
+    has_looked_ = true;
+  });
   require(!stop_source.stop_requested(), "a look after a stop was requested");
   require((tool_ - robot_.wait_m).norm() < kNear_m, "a look while the arm may hide pieces");
   Corbot::Frame frame;
@@ -218,15 +275,19 @@ void FakeCell::store_call() {
 
 Corbot::ClaimToken FakeCell::claim(const std::string&, const std::string&, Corbot::ClaimToken replaces) {
   const std::lock_guard lock(mutex_);
-  record.emplace_back("claim");
-  if (is_claimed && replaces != 5) throw Corbot::Claimed("robot1", "another", 5, 0);
+  interruptible([&] { record.emplace_back("claim"); });
+  const bool is_another = (is_claimed && replaces != 5) || is_superseded_;
+  if (is_superseded_ || (is_another && !is_exclusive)) stop_source.request_stop();  // it would wait for long
+  if (is_another) throw Corbot::Claimed("robot1", "another", 5, 0);
   return kToken;
 }
 
 void FakeCell::release(Corbot::ClaimToken /*token*/) {
   const std::lock_guard lock(mutex_);
-  record.emplace_back("release");
-  store_call();
+  interruptible([&] {
+    record.emplace_back("release");
+    store_call();
+  });
 }
 
 std::optional<Vector3d> FakeCell::free_slot(const cell::Place& place) const {
@@ -252,10 +313,19 @@ Corbot::TransferInfo FakeCell::reserve(Corbot::ClaimToken token, const std::stri
                                        const std::string& to, const Corbot::Sightings& seen,
                                        double /*timeout_s*/) {
   const std::lock_guard lock(mutex_);
-  record.emplace_back("reserve");
-  store_call();
-  require(token == kToken && is_end(ledger_.step), "Reserve while a transfer is under way");
-  require(zone_.empty(), "Reserve waits inside of a zone");
+  Corbot::TransferInfo reserved;
+  interruptible([&] {
+    record.emplace_back("reserve");
+    store_call();
+    require(token == kToken && is_end(ledger_.step), "Reserve while a transfer is under way");
+    require(zone_.empty(), "Reserve waits inside of a zone");
+    begin_transfer(from, to, seen);
+    reserved = info();
+  });
+  return reserved;
+}
+
+void FakeCell::begin_transfer(const std::string& from, const std::string& to, const Corbot::Sightings& seen) {
   const auto distance_m = [&](CORBA::ULong i) {
     return (Vector2d(seen[i].position.x, seen[i].position.y) - robot_.frame.position_m.head<2>()).norm();
   };
@@ -273,11 +343,16 @@ Corbot::TransferInfo FakeCell::reserve(Corbot::ClaimToken token, const std::stri
   if (!target) throw Corbot::Full(to.c_str(), 4);
   if (piece->number == 0) piece->number = ++last_number_;
   ledger_ = {piece, Corbot::StepReserved, piece->foot, *target};
+}
+
+Corbot::TransferInfo FakeCell::info() const {
   Corbot::TransferInfo info;
-  info.piece = piece->number;
+  info.piece = ledger_.piece->number;
   info.kind = "red";
-  info.source.position = to_point(piece->foot);
-  info.target.position = to_point(*target);
+  info.robot = robot_.name.c_str();
+  info.step = ledger_.step;
+  info.source.position = to_point(ledger_.source);
+  info.target.position = to_point(ledger_.target);
   return info;
 }
 
@@ -291,13 +366,13 @@ void FakeCell::check_outcome(Corbot::TransferStep step) {
   if (step == Corbot::StepPlaced) require(stands(ledger_.target), "placed in the ledger alone");
   if (step == Corbot::StepWithdrawn) require(stands(ledger_.source), "withdrawn in the ledger alone");
   if (step == Corbot::StepHeld || step == Corbot::StepPlaced)
-    require(record.back() == "look", "an outcome that no look has shown");
+    require(has_looked_, "an outcome that no look has shown");
 }
 
 void FakeCell::advance(Corbot::ClaimToken /*token*/, Corbot::PieceNumber piece, Corbot::TransferStep step,
                        const std::string& /*note*/) {
   std::unique_lock lock(mutex_);
-  store_call();
+  if (is_dead_) throw Killed();
   require(ledger_.piece != nullptr && ledger_.piece->number == piece, "Advance of another piece");
   const bool is_intent = step == Corbot::StepPicking || step == Corbot::StepPlacing;
   if (is_intent && late_s > 0) {
@@ -307,47 +382,69 @@ void FakeCell::advance(Corbot::ClaimToken /*token*/, Corbot::PieceNumber piece, 
     require(changed_.wait_for(lock, std::chrono::seconds(30), is_over), "no Move beside the intent");
     (void)changed_.wait_for(lock, std::chrono::duration<double>(late_s), is_low);
   }
-  if (!is_intent) {
-    check_outcome(step);
-    record.push_back(cell::to_string(step));
-  }
-  ledger_.step = step;
-  ++written[step];
-  if (step == Corbot::StepWithdrawn && config_.place(robot_.from)->size_m) ledger_.piece->number = 0;
+  interruptible([&] {
+    store_call();
+    if (!is_intent) {
+      check_outcome(step);
+      record.push_back(cell::to_string(step));
+    }
+    ledger_.step = step;
+    ++written[step];
+    if (step == Corbot::StepUnclear) is_unclear_ = true;
+    if (step == Corbot::StepWithdrawn && config_.place(robot_.from)->size_m) ledger_.piece->number = 0;
+  });
 }
 
 void FakeCell::enter(Corbot::ClaimToken /*token*/, const std::string& place, double /*timeout_s*/) {
   const std::lock_guard lock(mutex_);
-  record.push_back("enter " + place);
-  store_call();
-  require(zone_.empty(), "a second zone is entered");
-  if (occupied-- > 0) throw Corbot::Occupied(place.c_str(), "another", 0);
-  zone_ = place;
+  interruptible([&] {
+    record.push_back("enter " + place);
+    store_call();
+    require(zone_.empty() || zone_ == place, "a second zone is entered");
+    if (occupied-- > 0) throw Corbot::Occupied(place.c_str(), "another", 0);
+    zone_ = place;
+  });
 }
 
 void FakeCell::leave(Corbot::ClaimToken /*token*/, const std::string& place) {
   const std::lock_guard lock(mutex_);
-  record.push_back("leave " + place);
-  store_call();
-  require((tool_ - robot_.wait_m).norm() < kNear_m, "a zone is left while the tool is in it");
-  zone_.clear();
+  interruptible([&] {
+    record.push_back("leave " + place);
+    store_call();
+    require((tool_ - robot_.wait_m).norm() < kNear_m, "a zone is left while the tool is in it");
+    zone_.clear();
+  });
 }
 
 Corbot::PlaceInfos FakeCell::places() {
   const std::lock_guard lock(mutex_);
-  store_call();
-  return {};
+  Corbot::PlaceInfos all;
+  interruptible([&] { store_call(); });
+  all.length(zone_.empty() ? 0 : 1);
+  if (zone_.empty()) return all;
+  all[0].name = zone_.c_str();
+  all[0].robot = robot_.name.c_str();
+  return all;
 }
 
 Corbot::TransferInfos FakeCell::transfers() {
   const std::lock_guard lock(mutex_);
-  store_call();
+  interruptible([&] { store_call(); });
   Corbot::TransferInfos all;
-  if (!has_leftover) return all;
+  if (is_end(ledger_.step)) return all;
   all.length(1);
-  all[0].piece = 3;
+  all[0] = info();
+  return all;
+}
+
+Corbot::PieceEvents FakeCell::unclear() {
+  const std::lock_guard lock(mutex_);
+  interruptible([&] { store_call(); });
+  Corbot::PieceEvents all;
+  if (!is_unclear_) return all;
+  all.length(1);
+  all[0].piece = ledger_.piece->number;
   all[0].robot = robot_.name.c_str();
-  all[0].step = Corbot::StepPicking;
   return all;
 }
 

@@ -18,6 +18,14 @@ namespace corbot::test {
 /// robot2 at yaw 225 from slots.
 [[nodiscard]] cell::CellConfig demo_cell();
 
+/// The worker's process is killed: no call returns.
+struct Killed {};
+
+/// What interrupts a call of the worker.
+enum class Interruption { kKill, kFault };
+/// When: before it has an effect, in its middle (a motion ends on its way), or after.
+enum class Moment { kBefore, kMiddle, kAfter };
+
 /// Table, robot, camera and ledger of one worker, in one process. Pieces move when they are gripped.
 /// Whatever breaks a rule of the work goes into `violations`. Points: world, metres.
 class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::StorePort {
@@ -37,13 +45,19 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   bool loses_pieces{false};  ///< what the gripper lets go is gone
   bool is_exclusive{true};   ///< an Arm: control excludes others, and a stop ends the motion under way
   bool is_claimed{false};
-  bool has_leftover{false};
+  bool is_in_error{false};
+  int interrupted_call{-1};  ///< number of the call, of any port, that is interrupted; -1: none
+  Interruption interruption{Interruption::kKill};
+  Moment moment{Moment::kBefore};
+  bool was_interrupted{false};
+  bool goes_on{false};      ///< commands may follow a Stop of another client
   double late_s{0};         ///< an intent is written so long after the Move, or when the way down begins
   int superseded_call{-1};  ///< number of the call of the store that raises Superseded
   int stopped_command{-1};  ///< number of the robot's command during which a stop is requested
   int command_stopped_by_other{-1};  ///< number of the command that a Stop of another client ends; -1: none
   int occupied{0};                   ///< so many calls of Enter find another robot
   std::function<bool(const Eigen::Vector3d&)> is_unreachable;
+  std::string fails_over{};             ///< every motion to this place is NotReady
   std::function<void(int)> on_reserve;  ///< with the number of calls
   int last_placed{1};                   ///< after so many placed pieces the next Reserve requests a stop
 
@@ -58,6 +72,10 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   [[nodiscard]] std::size_t count(const std::string& place) const;
   [[nodiscard]] int count_reports(const std::string& part) const;
   void report(const std::string& text);
+  /// The process is started again.
+  void revive() { is_dead_ = false; }
+  /// A person takes the pieces away that are unclear.
+  void resolve();
 
   // RobotPort
   bool acquire() override;
@@ -69,6 +87,8 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   void open() override;
   void close() override;
   Eigen::Vector3d rest_position() override;
+  cell::Grip grip() override;
+  bool is_able() override { return !is_in_error; }
   void stop() override {}
   // CameraPort
   Corbot::Frame look(double timeout_s) override;
@@ -84,6 +104,7 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   void leave(Corbot::ClaimToken token, const std::string& place) override;
   Corbot::PlaceInfos places() override;
   Corbot::TransferInfos transfers() override;
+  Corbot::PieceEvents unclear() override;
 
  private:
   struct Ledger {
@@ -93,10 +114,16 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
     Eigen::Vector3d target{};
   };
 
+  /// Carries out `effect`, or as much of it as an interruption lets it: `half` where it ends in its middle.
+  void interruptible(
+      const std::function<void()>& effect, const std::function<void()>& half = [] {});
+  [[noreturn]] void interrupt();
+  [[nodiscard]] Corbot::TransferInfo info() const;
   void begin_command(const std::string& name);
   void check_way(const Eigen::Vector3d& to, bool is_line);
   void check_outcome(Corbot::TransferStep step);
   void store_call();
+  void begin_transfer(const std::string& from, const std::string& to, const Corbot::Sightings& seen);
   void go_to(const Eigen::Vector3d& tool);
   [[nodiscard]] Eigen::Vector3d to_world(const Eigen::Vector3d& local) const;
   [[nodiscard]] std::optional<Eigen::Vector3d> free_slot(const cell::Place& place) const;
@@ -112,6 +139,11 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   int store_calls_{0};
   int reserves_{0};
   bool is_superseded_{false};
+  bool is_dead_{false};
+  int calls_{0};
+  bool is_told_open_{true};
+  bool has_looked_{false};  ///< since the last motion of the arm
+  bool is_unclear_{false};
   Corbot::PieceNumber last_number_{0};
   std::string zone_;
   Ledger ledger_;

@@ -7,6 +7,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,16 +38,29 @@ class HastyWorker : public cell::Worker {
   void await_intent(std::future<void>& /*intent*/) override {}
 };
 
+/// Until a person is needed; or, where `on_person` says what the person does, until the work is done. Returns what the
+/// worker had last.
 template <class WorkerType = cell::Worker>
-Corbot::RobotWork run(const cell::CellConfig& config, FakeCell& world, const std::string& robot) {
-  const auto report = [&](const std::string& text) { world.report(text); };
+Corbot::RobotWork run(const cell::CellConfig& config, FakeCell& world, const std::string& robot,
+                      const std::function<void(cell::Worker&)>& on_person = {}) {
+  std::optional<Corbot::RobotWork> last;
+  cell::Worker* running = nullptr;
+  const auto report = [&](const std::string& text) {
+    world.report(text);
+    const Corbot::RobotWork work = running->status();
+    if (work.state != Corbot::WorkAttention && work.state != Corbot::WorkStopped) return;
+    if (on_person) return on_person(*running);
+    if (!last) last = work;
+    world.stop_source.request_stop();
+  };
   WorkerType worker(config, *config.robot(robot), {world, world, world}, "test", report,
                     world.stop_source.get_token(),
                     [&](const cell::ActivityChange& change) { world.activities.push_back(change); });
+  running = &worker;
   worker.run();
-  const Corbot::RobotWork work = worker.status();
+  if (!last) last = worker.status();
   worker.finish();
-  return work;
+  return *last;
 }
 
 class WorkerTest : public ::testing::TestWithParam<const char*> {
@@ -61,6 +77,23 @@ class WorkerTest : public ::testing::TestWithParam<const char*> {
   [[nodiscard]] std::string from() const { return is_area() ? "pallet1" : "store1"; }
   [[nodiscard]] std::string to() const { return is_area() ? "store1" : "pallet2"; }
   Corbot::RobotWork run_one(FakeCell& world) const { return run(config_, world, GetParam()); }
+  /// Two pieces, and a call that is interrupted.
+  [[nodiscard]] std::unique_ptr<FakeCell> made(Interruption interruption, Moment moment, int call) const {
+    auto world = std::make_unique<FakeCell>(config_, GetParam());
+    for (int i = 0; i < 2; ++i) add_piece(*world, i);
+    world->last_placed = 2;
+    world->interruption = interruption;
+    world->moment = moment;
+    world->interrupted_call = call;
+    return world;
+  }
+  void expect_all_placed(FakeCell& world, const std::string& where) const {
+    EXPECT_THAT(world.violations, IsEmpty()) << where;
+    EXPECT_EQ(world.count(from()), 0U) << where;
+    EXPECT_EQ(world.count(to()), 2U) << where;
+    EXPECT_EQ(world.written[Corbot::StepPlaced], 2) << where;
+    EXPECT_EQ(world.written[Corbot::StepUnclear], 0) << where;
+  }
 
   const cell::CellConfig config_ = demo_cell();
 };
@@ -280,21 +313,86 @@ TEST_P(WorkerTest, ALostClaimEndsAllAtAnyCallOfTheStore) {
     world.superseded_call = calls;
     const Corbot::RobotWork work = run_one(world);
     is_lost = world.count_reports("superseded: claim 8") == 1;
-    EXPECT_EQ(work.state, is_lost ? Corbot::WorkAttention : Corbot::WorkIdle) << calls;
+    EXPECT_EQ(work.state, Corbot::WorkIdle) << calls;
     EXPECT_THAT(world.violations, IsEmpty()) << calls;
     ASSERT_LT(calls, 100);
   }
   EXPECT_GT(calls, 8);
 }
 
-TEST_P(WorkerTest, WhatARunBeforeHasLeftNeedsAPerson) {
+constexpr const char* kMoments[] = {"before", "in the middle of", "after"};
+
+TEST_P(WorkerTest, AKillAtAnyCallLosesAndDoublesNothing) {
+  for (const Moment moment : {Moment::kBefore, Moment::kMiddle, Moment::kAfter}) {
+    for (int call = 0;; ++call) {
+      ASSERT_LT(call, 200);
+      const auto world = made(Interruption::kKill, moment, call);
+      EXPECT_NO_THROW(try { run_one(*world); } catch (const Killed&){});
+      if (!world->was_interrupted) break;
+      world->revive();
+      run_one(*world);
+      const std::string where = fmt::format("{} call {}", kMoments[static_cast<int>(moment)], call);
+      expect_all_placed(*world, where);
+      EXPECT_EQ(world->count_reports("attention"), 0) << where << world->reports.back();
+    }
+  }
+}
+
+TEST_P(WorkerTest, AFaultAtAnyCallIsOvercomeByTheWorkerItself) {
+  for (const Moment moment : {Moment::kBefore, Moment::kMiddle, Moment::kAfter}) {
+    for (int call = static_cast<int>(moment);; call += 3) {  // each has a pause after it
+      ASSERT_LT(call, 200);
+      const auto world = made(Interruption::kFault, moment, call);
+      run(config_, *world, GetParam(), [](cell::Worker&) {});
+      if (!world->was_interrupted) break;
+      const std::string where = fmt::format("{} call {}", kMoments[static_cast<int>(moment)], call);
+      if (world->stop_source.stop_requested() && world->written[Corbot::StepPlaced] == 2)
+        expect_all_placed(*world, where);
+      else
+        ADD_FAILURE() << "the work ended early: " << where;
+    }
+  }
+}
+
+TEST_P(WorkerTest, AMotionThatFailsAgainAndAgainNeedsAPerson) {
   FakeCell world(config_, GetParam());
   add_piece(world, 0);
-  world.has_leftover = true;
+  world.fails_over = to();
   const Corbot::RobotWork work = run_one(world);
   EXPECT_EQ(work.state, Corbot::WorkAttention);
-  EXPECT_THAT(work.text.in(), HasSubstr("piece 3"));
-  EXPECT_THAT(world.record, Not(Contains("open")));
+  EXPECT_THAT(work.text.in(), HasSubstr("place: 3 times in a row: on the way to place["));
+  EXPECT_THAT(world.violations, IsEmpty());
+}
+
+TEST_P(WorkerTest, AStoppedRobotGoesOnWhenAPersonSaysSo) {
+  for (int command = 0; command < 15; ++command) {
+    const auto world = made(Interruption::kFault, Moment::kBefore, -1);
+    world->goes_on = true;
+    world->command_stopped_by_other = command;
+    run(config_, *world, GetParam(), [](cell::Worker& worker) { worker.go_on(); });
+    expect_all_placed(*world, fmt::format("command {}", command));
+  }
+}
+
+TEST_P(WorkerTest, AnUnclearPieceKeepsTheRobotFromWorkUntilItIsResolved) {
+  const auto world = made(Interruption::kFault, Moment::kBefore, -1);
+  world->loses_pieces = true;
+  world->last_placed = 1;
+  std::size_t commands = 0;
+  run(config_, *world, GetParam(), [&](cell::Worker& worker) {
+    commands = world->record.size();
+    worker.go_on();  // does not help: the piece is unclear still
+    if (world->count_reports("attention: begin: piece") == 0) return;
+    EXPECT_EQ(std::count(world->record.begin() + static_cast<std::ptrdiff_t>(commands), world->record.end(),
+                         "reserve"),
+              0);
+    world->loses_pieces = false;
+    world->resolve();
+  });
+  EXPECT_EQ(world->written[Corbot::StepUnclear], 1);
+  EXPECT_EQ(world->written[Corbot::StepPlaced], 1);
+  EXPECT_EQ(world->count_reports("corbot cell resolve"), 2);
+  EXPECT_THAT(world->violations, IsEmpty());
 }
 
 TEST_P(WorkerTest, OnlyControlOfTheArmReplacesAClaim) {
@@ -304,8 +402,9 @@ TEST_P(WorkerTest, OnlyControlOfTheArmReplacesAClaim) {
     world.is_claimed = true;
     world.is_exclusive = is_exclusive;
     const Corbot::RobotWork work = run_one(world);
-    EXPECT_EQ(work.state, is_exclusive ? Corbot::WorkIdle : Corbot::WorkAttention);
     EXPECT_EQ(world.written[Corbot::StepPlaced], is_exclusive ? 1 : 0);
+    EXPECT_EQ(world.count_reports("stand-by: 'another' works with "), is_exclusive ? 0 : 1);
+    EXPECT_EQ(work.state, Corbot::WorkIdle);
   }
 }
 
