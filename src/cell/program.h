@@ -16,6 +16,7 @@ struct CellOptions {
   std::filesystem::path file;
   CellOverrides overrides;
   void add_to(CLI::App& app);
+  void add_address_to(CLI::App& app);  ///< what a client of a cell that runs needs
 };
 
 /// The same options as words of a command line.

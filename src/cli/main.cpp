@@ -21,7 +21,7 @@
 #include "cli/calibrate/calibrate.h"
 #include "cli/calibrate/calibrate_help.h"
 #include "cli/calibrate/home.h"
-#include "cli/cell/cell_run.h"
+#include "cli/cell/cell_commands.h"
 #include "cli/commands.h"
 #include "cli/doctor/doctor.h"
 #include "cli/supervise/up.h"

@@ -53,10 +53,11 @@ class CellRun : public testing::Test {
     text.replace(at, from.size(), to);
     std::ofstream(directory_ / file) << text;
   }
-  [[nodiscard]] std::vector<std::string> command(const std::vector<std::string>& more) const {
+  [[nodiscard]] std::vector<std::string> command(const std::vector<std::string>& more,
+                                                 const char* verb = "run") const {
     std::vector<std::string> words{(programs_ / "corbot").string(),
                                    "cell",
-                                   "run",
+                                   verb,
                                    (directory_ / "cell.toml").string(),
                                    "--name",
                                    name_,
@@ -301,6 +302,105 @@ TEST_F(CellRun, AKilledSceneEndsTheWorkAndThePictureShowsItsRun) {
   std::ifstream in(fs::path(pictures()) / "cell.svg");
   const std::string svg{std::istreambuf_iterator<char>(in), {}};
   EXPECT_EQ(svg.find("The run: 0 s"), std::string::npos);
+  EXPECT_EQ(left_running(), "");
+}
+
+/// A cell that stays, and commands for it.
+class CellUp : public CellRun {
+ protected:
+  RunResult cell(const char* verb, const std::vector<std::string>& more = {}) {
+    return run(command(more, verb), 90, environment());
+  }
+  [[nodiscard]] std::string status() { return cell("status").output; }
+  bool reaches(const std::string& text) {
+    return wait_until(within(120), [&] { return status().find(text) != std::string::npos; });
+  }
+  [[nodiscard]] bool kills(const std::string& program) const {
+    return run({"/usr/bin/pkill", "-KILL", "-f", program}).code == 0;
+  }
+  [[nodiscard]] std::string of_cell(const std::string& program) const {
+    return "^[^ ]*" + program + " " + directory_.string();
+  }
+  Process up(int pieces) {
+    Process cell(command({"--pieces", std::to_string(pieces)}, "up"), environment());
+    if (!wait_event(cell, "picking")) throw std::runtime_error("no work began: " + cell.errors());
+    return cell;
+  }
+  /// The pieces of the ledger that are placed at pallet2, and all rows.
+  [[nodiscard]] std::pair<std::int64_t, std::int64_t> pieces_in_ledger() const {
+    cell::Database ledger(directory_ / "state" / "ledger.db");
+    cell::Statement row(
+        ledger, "SELECT COALESCE(SUM(place = 'pallet2' AND state = 'stands'), 0), COUNT(*) FROM piece");
+    row.next();
+    return {row.integer(0), row.integer(1)};
+  }
+  [[nodiscard]] std::string first_piece() const {
+    cell::Database ledger(directory_ / "state" / "ledger.db");
+    cell::Statement row(ledger, "SELECT MIN(number) FROM piece");
+    row.next();
+    return std::to_string(row.integer(0));
+  }
+};
+
+TEST_F(CellUp, GoesOnAfterAnyProcessWasKilled) {
+  Process cell = up(4);
+  for (const std::string& program :
+       {of_cell("corbot-coordinator"), of_cell("corbot-store"), of_cell("corbot-camera"),
+        "corbot-rt.*" + name_ + "-robot1", "corbot up .*" + name_ + "-robot2"}) {
+    ASSERT_TRUE(kills(program)) << program;
+    EXPECT_TRUE(reaches(" works;")) << program << status();
+    std::this_thread::sleep_for(
+        std::chrono::seconds(1));  // into the resolution of the fault before, or out of it
+  }
+  ASSERT_TRUE(reaches("; 4 pieces placed\n")) << status();
+  EXPECT_THAT(status(), HasSubstr("no person is needed"));
+  EXPECT_EQ(this->cell("down").code, 0);
+  const auto end = cell.wait(within(30));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 0) << cell.errors();
+  EXPECT_EQ(pieces_in_ledger(), std::pair(std::int64_t{4}, std::int64_t{4}));
+  EXPECT_THAT(text_of("scene.out"), HasSubstr("pallet2=4")) << "the world agrees";
+  EXPECT_THAT(text_of("scene.out"), testing::AllOf(HasSubstr("touches=0"), HasSubstr("fallen=0")));
+  EXPECT_EQ(left_running(), "");
+}
+
+TEST_F(CellUp, StopHoldsTheArmsUntilStartAlsoForTheNextCoordinator) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  Process cell = up(2);
+  EXPECT_EQ(this->cell("stop").code, 0);
+  EXPECT_THAT(status(), HasSubstr(" stopped; 'corbot cell start' begins or goes on"));
+  ASSERT_TRUE(kills(of_cell("corbot-coordinator")));
+  ASSERT_TRUE(reaches(" stopped; 'corbot cell start' begins or goes on"));
+  const std::string before = text_of("activity.jsonl");
+  std::this_thread::sleep_for(std::chrono::seconds(2));
+  EXPECT_EQ(text_of("activity.jsonl"), before) << "a robot works";
+  EXPECT_EQ(this->cell("pause").code, 0);
+  EXPECT_EQ(this->cell("start").code, 0);
+  EXPECT_TRUE(reaches("; 2 pieces placed\n")) << status();
+  EXPECT_EQ(this->cell("exchange", {"pallet2"}).code, 0);
+  EXPECT_THAT(status(), HasSubstr("; 0 pieces placed\n"));
+  const std::string piece = first_piece();
+  EXPECT_EQ(this->cell("resolve", {piece, "--gone"}).code, 0) << "it is gone already";
+  const RunResult refused = this->cell("resolve", {piece, "pallet2", "0"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.errors, HasSubstr("piece " + piece + ": is not unclear: it is 'gone'"));
+  EXPECT_EQ(this->cell("resolve", {piece}).code, 2);
+  EXPECT_EQ(this->cell("down").code, 0);
+  const auto end = cell.wait(within(30));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 0) << cell.errors();
+  EXPECT_EQ(this->cell("status").code, 3);
+  EXPECT_EQ(this->cell("down").code, 3);
+}
+
+TEST_F(CellUp, EndsWithItsWorld) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  Process cell = up(1);
+  ASSERT_TRUE(kills(of_cell("corbot-scene")));
+  const auto end = cell.wait(within(60));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 5);
+  EXPECT_THAT(cell.errors(), HasSubstr("the simulated world has ended"));
   EXPECT_EQ(left_running(), "");
 }
 

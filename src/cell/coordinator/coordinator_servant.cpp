@@ -2,6 +2,7 @@
 #include "cell/coordinator/coordinator_servant.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cstdio>
 #include <thread>
@@ -15,6 +16,7 @@ namespace corbot::cell {
 
 namespace {
 
+constexpr double kRest_s = 2;        // within which a stopped robot comes to rest
 constexpr double kCountReply_s = 1;  // clients of State wait 5 s
 constexpr int kTurnTries = 50;       // to ask the store after another call of State
 constexpr std::chrono::milliseconds kTurnPause{20};
@@ -57,6 +59,7 @@ CoordinatorServant::CoordinatorServant(CORBA::ORB_ptr orb, const CellConfig& cel
                                        const std::vector<std::string>& robots)
     : cell_(cell),
       activities_(cell.activity_file()),
+      gate_(cell.hold_file()),
       store_(std::make_unique<RemoteStore>(orb, cell.store_uri(), std::stop_token(), 0, kCountReply_s)) {
   for (const std::string& name : robots) {
     const auto report = [this, name](const std::string& text) {
@@ -71,9 +74,31 @@ CoordinatorServant::CoordinatorServant(CORBA::ORB_ptr orb, const CellConfig& cel
 
 CoordinatorServant::~CoordinatorServant() { end(); }
 
+void CoordinatorServant::start_unless_stopped() {
+  if (!gate_.is_stopped()) Start();
+}
+
+void CoordinatorServant::Stop() {
+  const std::lock_guard lock(mutex_);
+  gate_.set_stopped(true);
+  std::vector<std::string> moving(threads_.size());
+  {
+    std::vector<std::jthread> stops;  // all at once: one servant may be frozen
+    for (std::size_t i = 0; i < threads_.size(); ++i)
+      stops.emplace_back([&robot = *threads_[i], &name = moving[i]] {
+        robot.port.halt();
+        if (!robot.port.comes_to_rest(kRest_s)) name = robot.worker.status().robot.in();
+      });
+  }
+  std::erase(moving, "");
+  if (!moving.empty())
+    throw Corbot::NotReady(fmt::format("not known to be at rest: {}", fmt::join(moving, ", ")).c_str());
+}
+
 void CoordinatorServant::Start() {
   const std::lock_guard lock(mutex_);
   if (has_ended_) throw Corbot::NotReady("the coordinator ends");
+  gate_.set_stopped(false);
   if (mode_ == Corbot::CellRunning) {
     for (const auto& robot : threads_) robot->worker.go_on();
     return;
@@ -82,9 +107,9 @@ void CoordinatorServant::Start() {
   for (const auto& robot : threads_) robot->thread = std::thread([work = &robot->worker] { work->run(); });
 }
 
-void CoordinatorServant::Pause() { gate_.set_open(false); }
-void CoordinatorServant::Resume() { gate_.set_open(true); }
-CORBA::Boolean CoordinatorServant::Paused() { return !gate_.is_open(); }
+void CoordinatorServant::Pause() { gate_.set_paused(true); }
+void CoordinatorServant::Resume() { gate_.set_paused(false); }
+CORBA::Boolean CoordinatorServant::Paused() { return gate_.is_paused(); }
 
 /// The store's, or the last that it has given. Under `store_mutex_`.
 std::uint64_t CoordinatorServant::count_placed() {
@@ -114,7 +139,7 @@ Corbot::CoordinatorState* CoordinatorServant::State() {
     state->placed = asks.owns_lock() ? count_placed() : placed_.load();
   }
   const std::lock_guard lock(mutex_);
-  state->mode = mode_;
+  state->mode = gate_.is_stopped() ? Corbot::CellStopped : mode_;
   state->robots.length(static_cast<CORBA::ULong>(threads_.size()));
   for (CORBA::ULong i = 0; i < threads_.size(); ++i) state->robots[i] = threads_[i]->worker.status();
   return state._retn();

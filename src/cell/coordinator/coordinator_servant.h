@@ -31,6 +31,9 @@ class CoordinatorServant : public POA_Corbot::Coordinator {
   void Pause() override;
   void Resume() override;
   CORBA::Boolean Paused() override;
+  void Stop() override;
+  /// Start, unless a Stop before this process holds the work still.
+  void start_unless_stopped();
   Corbot::CoordinatorState* State() override;
   /// Stops every robot, gives back claims and control, and returns what State has as `placed`. The ORB ends
   /// later.

@@ -33,12 +33,13 @@ std::vector<std::string> robots_of(const CellConfig& cell, const std::vector<std
   return chosen;
 }
 
-void run(const CellConfig& cell, const std::vector<std::string>& named) {
+void run(const CellConfig& cell, const std::vector<std::string>& named, bool is_to_start) {
   const std::vector<std::string> robots = robots_of(cell, named);
   std::unique_ptr<CoordinatorServant> servant;  // outlives the ORB
   OrbServer server(cell.host, cell.coordinator_port());
   servant = std::make_unique<CoordinatorServant>(server.orb(), cell, robots);
   server.activate(kCoordinatorKey, servant.get());
+  if (is_to_start) servant->start_unless_stopped();
   server.serve(kCoordinatorKey);
   fmt::print("stopped, {} pieces placed\n", servant->end());
 }
@@ -48,13 +49,15 @@ void run(const CellConfig& cell, const std::vector<std::string>& named) {
 
 int main(int argc, char** argv) {
   std::vector<std::string> robots;
+  bool is_to_start = false;
   const auto add_options = [&](CLI::App& app) {
     app.add_option("--robots", robots, "names of the robots to drive, with commas; all where it is not given")
         ->delimiter(',')
         ->allow_extra_args(false);
+    app.add_flag("--start", is_to_start, "begin the work at once, unless a Stop holds it");
   };
   return corbot::cell::run_program(
       argc, argv,
       {"corbot-coordinator", "Drives the robots of a pick-and-place cell.", add_options,
-       [&](const corbot::cell::CellConfig& cell) { corbot::cell::run(cell, robots); }});
+       [&](const corbot::cell::CellConfig& cell) { corbot::cell::run(cell, robots, is_to_start); }});
 }

@@ -183,12 +183,13 @@ void RemoteRobot::send_stop(std::unique_lock<std::mutex>& lock) {
 /// Carries out `f`, which may be repeated since every command of the work is absolute.
 template <class F>
 void RemoteRobot::command(LazyReference<Corbot::Robot>& robot, const Target& target, F&& f) {
-  gate_.pass(stop_);
   const auto gives_up = after(kPatience_s);
   const auto queue_gives_up = after(motion_s_);
   for (int lost = 0;;) {
+    gate_.pass(stop_);
     try {
       const UnderWay mark(*this);
+      if (!gate_.is_open()) continue;  // a halt came between
       return f(robot.get());
     } catch (const Corbot::QueueFull&) {
       if (Clock::now() > queue_gives_up) throw;
@@ -231,6 +232,20 @@ Vector3d RemoteRobot::rest_position() {
   }
   const Corbot::CartesianCoord at = read([&] { return reads_->get()->CartCoord(); });
   return {at.x, at.y, at.z};
+}
+
+bool RemoteRobot::comes_to_rest(double within_s) {
+  LazyReference<Corbot::Robot> robot(orb_.in(), uri_,
+                                     kQuickReply_s);  // from another thread than the commands
+  const auto gives_up = after(within_s);
+  do {
+    try {
+      if (robot.get()->Status() != Corbot::Waiting) return true;
+    } catch (const CORBA::Exception&) {  // NOLINT(bugprone-empty-catch): asked again
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  } while (Clock::now() < gives_up);
+  return false;
 }
 
 bool RemoteRobot::is_able() {

@@ -35,6 +35,8 @@ class RemoteRobot : public RobotPort {
   void stop() override;
   /// The same, but commands may follow.
   void halt();
+  /// Within that time. False also without a reply.
+  [[nodiscard]] bool comes_to_rest(double within_s);
 
  private:
   class UnderWay;

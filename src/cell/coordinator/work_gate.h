@@ -2,33 +2,57 @@
 #pragma once
 
 #include <condition_variable>
+#include <filesystem>
+#include <fstream>
 #include <mutex>
 #include <stop_token>
+#include <string>
+#include <utility>
 
 namespace corbot::cell {
 
-/// The place where the robots wait between two commands while the work is paused.
+/// The place where the robots wait between two commands while the work is paused or stopped.
 class WorkGate {
  public:
-  void set_open(bool is_open) {
+  /// `file` has "pause", "stop" or nothing, so that the next process keeps the work held. Empty: no file.
+  explicit WorkGate(std::filesystem::path file = {}) : file_(std::move(file)) {
+    std::ifstream stream(file_);
+    for (std::string word; stream >> word;) (word == "stop" ? is_stopped_ : is_paused_) = true;
+  }
+  void set_paused(bool is_paused) { set(is_paused_, is_paused); }
+  void set_stopped(bool is_stopped) { set(is_stopped_, is_stopped); }
+  [[nodiscard]] bool is_paused() const {
     const std::lock_guard lock(mutex_);
-    is_open_ = is_open;
-    changed_.notify_all();
+    return is_paused_;
+  }
+  [[nodiscard]] bool is_stopped() const {
+    const std::lock_guard lock(mutex_);
+    return is_stopped_;
   }
   [[nodiscard]] bool is_open() const {
     const std::lock_guard lock(mutex_);
-    return is_open_;
+    return !is_paused_ && !is_stopped_;
   }
   /// Returns while it is open, or when a stop is requested.
   void pass(const std::stop_token& stop) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, stop, [&] { return is_open_; });
+    changed_.wait(lock, stop, [&] { return !is_paused_ && !is_stopped_; });
   }
 
  private:
+  void set(bool& flag, bool value) {
+    const std::lock_guard lock(mutex_);
+    flag = value;
+    changed_.notify_all();
+    if (!file_.empty())
+      std::ofstream(file_) << (is_paused_ ? "pause\n" : "") << (is_stopped_ ? "stop\n" : "");
+  }
+
+  const std::filesystem::path file_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
-  bool is_open_{true};
+  bool is_paused_{false};
+  bool is_stopped_{false};
 };
 
 }  // namespace corbot::cell

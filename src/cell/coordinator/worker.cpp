@@ -210,8 +210,9 @@ std::string Worker::take_robot() {
     const std::string who = e.who.in();
     if (!is_exclusive && who_ != who && !is_of_dead_process(who)) {
       return fmt::format(
-          "stand-by: '{}' works with {} by claim {}; where it has ended for good, use 'corbot cell release'",
-          client::printable(who), robot_.name, e.token);
+          "stand-by: '{}' works with {} by claim {}; where it has ended for good, use 'corbot cell release "
+          "CELL {}'",
+          client::printable(who), robot_.name, e.token, robot_.name);
     }
     try {
       token_ = store_.claim(robot_.name, who_, e.token);
@@ -318,7 +319,8 @@ bool Worker::is_resolved() {
 }
 
 std::string Worker::how_to_resolve(Corbot::PieceNumber piece) const {
-  return fmt::format("find the piece, and say by 'corbot cell resolve {} PLACE SLOT' where it stands", piece);
+  return fmt::format("find the piece, and say by 'corbot cell resolve CELL {} PLACE SLOT' where it stands",
+                     piece);
 }
 
 void Worker::check_unclear() {

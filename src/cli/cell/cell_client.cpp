@@ -74,9 +74,19 @@ auto CellClient::call(const Peer& peer, F&& f) -> decltype(f()) {
     } catch (const Corbot::NotReady& error) {
       throw Failure(ExitCode::kRefused,
                     fmt::format("{}: {}", peer.name, client::printable(error.reason.in())));
+    } catch (const Corbot::BadParameter& error) {
+      throw Failure(ExitCode::kRefused, fmt::format("{} {:g}: {}", client::printable(error.parameter.in()),
+                                                    error.value, client::printable(error.reason.in())));
+    } catch (const Corbot::Full& error) {
+      throw Failure(ExitCode::kRefused, fmt::format("that slot of {} is occupied or reserved",
+                                                    client::printable(error.place.in())));
+    } catch (const Corbot::Occupied& error) {
+      throw Failure(ExitCode::kRefused,
+                    fmt::format("{} uses {}: wait until it has ended its piece, or use 'corbot cell pause'",
+                                client::printable(error.robot.in()), client::printable(error.place.in())));
     } catch (const CORBA::SystemException& error) {
       if (gave_up_ || std::chrono::steady_clock::now() > deadline)
-        throw Failure(peer.is_elsewhere ? ExitCode::kUnreachable : ExitCode::kRefused,
+        throw Failure(peer.is_elsewhere || !is_ours_ ? ExitCode::kUnreachable : ExitCode::kRefused,
                       fmt::format("{} does not reply (CORBA {})", peer.name, error._name()));
     } catch (const CORBA::Exception& error) {
       throw Failure(ExitCode::kInternal, fmt::format("{} raised {}", peer.name, error._name()));
@@ -121,6 +131,62 @@ void CellClient::start_work() {
 
 Corbot::CoordinatorState_var CellClient::state() {
   return call(coordinator_peer(), [&] { return Corbot::CoordinatorState_var(coordinator_->State()); });
+}
+
+void CellClient::expect_running() {
+  is_ours_ = false;
+  give_up();
+}
+
+bool CellClient::is_paused() {
+  return call(coordinator_peer(), [&] { return coordinator_->Paused(); });
+}
+
+Corbot::PlaceInfos_var CellClient::places() {
+  return call(store_peer(), [&] { return Corbot::PlaceInfos_var(store_->Places()); });
+}
+
+Corbot::PieceEvents_var CellClient::unclear() {
+  return call(store_peer(), [&] { return Corbot::PieceEvents_var(store_->Unclear()); });
+}
+
+void CellClient::start() {
+  call(coordinator_peer(), [&] {
+    coordinator_->Start();
+    coordinator_->Resume();
+  });
+}
+
+void CellClient::pause() {
+  call(coordinator_peer(), [&] { coordinator_->Pause(); });
+}
+
+void CellClient::stop() {
+  call(coordinator_peer(), [&] { coordinator_->Stop(); });
+}
+
+void CellClient::resolve(Corbot::PieceNumber piece, const std::string& place, int slot,
+                         const std::string& who) {
+  call(store_peer(), [&] { store_->Resolve(piece, place.c_str(), slot, who.c_str()); });
+}
+
+void CellClient::exchange(const std::string& place, const std::string& who) {
+  call(store_peer(), [&] { store_->Exchange(place.c_str(), who.c_str()); });
+}
+
+std::string CellClient::release(const std::string& robot, const std::string& who) {
+  return call(store_peer(), [&] {
+    std::string holder;
+    Corbot::ClaimToken token = 0;
+    try {
+      token = store_->Claim(robot.c_str(), who.c_str(), 0);
+    } catch (const Corbot::Claimed& present) {
+      holder = client::printable(present.who.in());
+      token = present.token;
+    }
+    store_->Release(token);
+    return holder;
+  });
 }
 
 bool CellClient::has_no_transfer() {

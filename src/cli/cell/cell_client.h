@@ -24,8 +24,21 @@ class CellClient {
   void give_up() { gave_up_ = true; }
   /// Throws with kUnreachable where a robot or camera that runs elsewhere does not reply.
   void check_foreign();
+  /// The cell was started by another command: from now on no reply is kUnreachable, and no call is repeated.
+  void expect_running();
   void start_work();
   [[nodiscard]] Corbot::CoordinatorState_var state();
+  [[nodiscard]] bool is_paused();
+  [[nodiscard]] Corbot::PlaceInfos_var places();
+  [[nodiscard]] Corbot::PieceEvents_var unclear();
+  void start();  ///< and ends a Pause
+  void pause();
+  void stop();
+  /// An empty place: the piece was taken away.
+  void resolve(Corbot::PieceNumber piece, const std::string& place, int slot, const std::string& who);
+  void exchange(const std::string& place, const std::string& who);
+  /// Ends the claim of a robot, and returns whose it was; empty: there was none.
+  [[nodiscard]] std::string release(const std::string& robot, const std::string& who);
   /// Whether no robot has a piece in work.
   [[nodiscard]] bool has_no_transfer();
   /// Pieces at places from which no robot takes, by the ledger.
@@ -58,6 +71,7 @@ class CellClient {
 
   const cell::CellConfig& cell_;
   std::atomic<bool> gave_up_{false};
+  bool is_ours_{true};
   std::atomic<CORBA::ULongLong> last_before_{0};  ///< number of the last event when the work began
   CORBA::ORB_var orb_;
   Corbot::Store_var store_;

@@ -123,7 +123,7 @@ void publish_addresses(const CellConfig& cell) {
 }
 
 std::vector<Supervisor::Spec> cell_processes(const CellConfig& cell, const cell::CellOptions& options,
-                                             std::function<void(const std::string&)> on_event) {
+                                             Begin begin, std::function<void(const std::string&)> on_event) {
   const auto words = [&](const char* program) {
     std::vector<std::string> command{beside_executable(program)};
     for (const std::string& word : cell::words_of(options)) command.push_back(word);
@@ -145,7 +145,9 @@ std::vector<Supervisor::Spec> cell_processes(const CellConfig& cell, const cell:
   if (cell.store_reference.empty()) specs.push_back(spec(cell, "store", words("corbot-store"), nowhere));
   if (cell.camera_reference.empty()) specs.push_back(spec(cell, "camera", words("corbot-camera"), nowhere));
   if (!cell.coordinator_reference.empty()) return specs;
-  specs.push_back(spec(cell, kCoordinator, words("corbot-coordinator")));
+  std::vector<std::string> coordinator = words("corbot-coordinator");
+  if (begin == Begin::kAtOnce) coordinator.emplace_back("--start");
+  specs.push_back(spec(cell, kCoordinator, std::move(coordinator)));
   specs.back().end_within_s = kCoordinatorEndsWithin_s;
   specs.back().is_ready = [on_event = std::move(on_event)](const std::string& line) {
     if (line.starts_with("ready ")) return true;

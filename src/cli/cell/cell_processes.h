@@ -30,9 +30,12 @@ void check_installation(const cell::CellConfig& cell);
 void write_profiles(const cell::CellConfig& cell);
 /// Writes kAddresses, by which clients find a cell that runs: one whose directory is locked. Throws Failure.
 void publish_addresses(const cell::CellConfig& cell);
+/// Whether the coordinator waits for Start.
+enum class Begin { kAtStart, kAtOnce };
+
 /// In the order of their start, the coordinator last. `on_event` is called for each line that the coordinator prints.
 [[nodiscard]] std::vector<Supervisor::Spec> cell_processes(const cell::CellConfig& cell,
-                                                           const cell::CellOptions& options,
+                                                           const cell::CellOptions& options, Begin begin,
                                                            std::function<void(const std::string&)> on_event);
 
 }  // namespace corbot::cli

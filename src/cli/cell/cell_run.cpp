@@ -1,23 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/cell/cell_run.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sys/file.h>
 
 #include <atomic>
-#include <cerrno>
 #include <chrono>
-#include <deque>
 #include <fstream>
-#include <memory>
 #include <mutex>
 #include <thread>
 
 #include "cell/pictures/scene_motion.h"
 #include "cell/scene_record.h"
 #include "cli/cell/cell_client.h"
+#include "cli/cell/cell_directory.h"
 #include "cli/cell/cell_pictures.h"
 #include "cli/cell/cell_processes.h"
 #include "cli/cell/progress.h"
@@ -25,7 +21,6 @@
 #include "cli/supervise/report.h"
 #include "client/explain.h"
 #include "client/failure.h"
-#include "shm/descriptor.h"
 
 namespace corbot::cli {
 
@@ -42,70 +37,6 @@ constexpr std::chrono::milliseconds kPoll{250};
 // All robots wait: so long where none has a piece, nothing will change any more; and so long in any case.
 constexpr std::chrono::seconds kQuiet{3};
 constexpr std::chrono::seconds kStuck{30};
-constexpr std::size_t kShownLines = 4;  // of a log
-
-CellConfig load(const cell::CellOptions& options) {
-  try {
-    return cell::load_cell(options.file, options.overrides);
-  } catch (const ConfigError& error) {
-    throw Failure(ExitCode::kUsage, error.what());
-  }
-}
-
-/// The state directory, which one run has at a time.
-class DirectoryLock {
- public:
-  explicit DirectoryLock(const fs::path& directory)
-      : fd_(::open((directory / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
-    if (fd_.get() < 0) throw client::system_failure(directory / "lock", errno);
-    if (::flock(fd_.get(), LOCK_EX | LOCK_NB) == 0) return;
-    throw Failure(ExitCode::kInternal,
-                  fmt::format("a cell runs in {} already: end that one first, or choose another directory "
-                              "with --name or --state-dir",
-                              directory.string()));
-  }
-
- private:
-  Descriptor fd_;
-};
-
-/// Logs begin anew with each run. A simulated world does so, too, with its ledger and its robots. The previous ones are kept in
-/// a directory of their own.
-void begin_anew(const CellConfig& cell) {
-  const fs::path previous = cell.state_directory / "previous";
-  const std::string ledger = cell.ledger.filename();
-  const bool has_ledger = cell.scene && cell.store_reference.empty();
-  try {
-    fs::remove(cell.state_directory / kAddresses);
-    fs::remove_all(previous);
-    cell::make_private_directory(previous);
-    for (const auto& entry : fs::directory_iterator(cell.state_directory)) {
-      const std::string name = entry.path().filename();
-      const bool is_world = cell.scene && (name == kRobots || name == scene_output(cell).filename() ||
-                                           name == cell::scene_record_file({}));
-      const bool is_ledger =
-          has_ledger && (name == ledger || name == ledger + "-wal" || name == ledger + "-shm");
-      if (is_world || is_ledger || entry.path().extension() == ".log" ||
-          name == cell.activity_file().filename())
-        fs::rename(entry.path(), previous / name);
-    }
-  } catch (const fs::filesystem_error& error) {
-    throw Failure(ExitCode::kInternal, error.what());
-  }
-}
-
-/// The last lines of a program's log, for a message.
-std::string tail(const fs::path& log) {
-  std::ifstream stream(log);
-  std::deque<std::string> lines;
-  for (std::string line; std::getline(stream, line);) {
-    if (line.empty()) continue;
-    lines.push_back(client::printable(line));
-    if (lines.size() > kShownLines) lines.pop_front();
-  }
-  if (lines.empty()) return "";
-  return fmt::format("\n{}:\n  {}", log.string(), fmt::join(lines, "\n  "));
-}
 
 /// Starts the work, follows it, and takes the last look, in a thread of its own, since CORBA calls may wait.
 class Work {
@@ -261,7 +192,7 @@ class Run {
   /// Until the work is done, a fault ends it, or a signal asks for the end.
   void go() {
     for (Supervisor::Spec& spec :
-         cell_processes(cell_, options_.cell, [](const std::string& line) { report(line); }))
+         cell_processes(cell_, options_.cell, Begin::kAtStart, [](const std::string& line) { report(line); }))
       if (!start(std::move(spec))) throw Failure(ExitCode::kStopped, "stopped before the work began");
     publish_addresses(cell_);
     report(fmt::format("{} runs: coordinator at {}, logs in {}", cell_.name, cell_.coordinator_uri(),
@@ -291,7 +222,7 @@ class Run {
     const std::string done = stop_early(work);
     if (!goes_on) throw Failure(ExitCode::kStopped, "stopped: " + done);
     throw Failure(ExitCode::kRefused,
-                  fmt::format("{} ended; {}{}", ended_, done, tail(log_file(cell_, ended_))));
+                  fmt::format("{} ended; {}{}", ended_, done, tail_of(log_file(cell_, ended_))));
   }
 
   /// How far the work has come, for a message. The pictures show what was recorded until now.
@@ -312,7 +243,7 @@ class Run {
     try {
       if (!supervisor_.start(std::move(spec))) return false;
     } catch (const Failure& failure) {
-      throw Failure(failure.code(), failure.what() + tail(log_file(cell_, title)));
+      throw Failure(failure.code(), failure.what() + tail_of(log_file(cell_, title)));
     }
     pids_.emplace_back(title, supervisor_.pid_of(title));
     return true;
@@ -374,7 +305,7 @@ class Run {
 }  // namespace
 
 void cell_run(const CellRunOptions& options) {
-  const CellConfig cell = load(options.cell);
+  const CellConfig cell = load_for_command(options.cell);
   if (!options.pictures.empty()) prepare_pictures(options.pictures);
   check_installation(cell);
   cell::make_private_directory(cell.state_directory);
@@ -383,21 +314,6 @@ void cell_run(const CellRunOptions& options) {
   begin_anew(cell);
   write_profiles(cell);
   Run(cell, options).go();
-}
-
-void add_cell(CLI::App& app) {
-  CLI::App* cell = app.add_subcommand("cell", "A pick-and-place cell: robots, camera, store, coordinator");
-  cell->require_subcommand(1);
-  CLI::App* run =
-      cell->add_subcommand("run", "Start a cell, supervise it until its work is done, and end it");
-  const auto options = std::make_shared<CellRunOptions>();
-  options->cell.add_to(*run);
-  run->add_option("--pictures", options->pictures,
-                  "directory for pictures of the run: cell.svg, gantt.svg, camera.jpg");
-  run->add_flag("--until-eof", options->until_eof,
-                "The end of standard input, a pipe, ends the cell: it ends with the starter");
-  run->footer("Ctrl-C stops the arms and ends everything. docs/cell.md describes CELL.");
-  run->callback([options] { cell_run(*options); });
 }
 
 }  // namespace corbot::cli

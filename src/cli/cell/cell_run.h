@@ -7,9 +7,6 @@
 
 namespace corbot::cli {
 
-/// `corbot cell`, with its own commands.
-void add_cell(CLI::App& app);
-
 struct CellRunOptions {
   cell::CellOptions cell;
   std::filesystem::path pictures;  ///< a directory; empty: none

@@ -36,6 +36,16 @@ TEST(ProcessName, HasBootProcessAndStart) {
   EXPECT_EQ(cell::process_name(), name);
 }
 
+TEST(ProcessName, TellsWhetherItsProcessHasEnded) {
+  const std::string own = cell::process_name();
+  EXPECT_FALSE(cell::is_of_dead_process(own));
+  EXPECT_TRUE(cell::is_of_dead_process(own + "1")) << "the id was given again: another start";
+  const std::string machine = own.substr(0, own.rfind('/', own.rfind('/') - 1) + 1);
+  EXPECT_TRUE(cell::is_of_dead_process(machine + "999999999/1"));
+  EXPECT_FALSE(cell::is_of_dead_process("corbot-coordinator@elsewhere/12345678/999999999/1")) << "not known";
+  for (const char* rest : {"", "x/1", "12"}) EXPECT_FALSE(cell::is_of_dead_process(machine + rest)) << rest;
+}
+
 TEST(ProcessName, AnotherProcessHasAnother) {
   const std::string name = cell::process_name();
   const pid_t child = ::fork();

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/cell/cell_commands.h"
+
+#include <fmt/format.h>
+#include <pwd.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <thread>
+
+#include "cell/wall_clock.h"
+#include "cli/cell/cell_client.h"
+#include "cli/cell/cell_directory.h"
+#include "cli/cell/cell_run.h"
+#include "cli/cell/cell_status.h"
+#include "cli/cell/cell_up.h"
+#include "client/explain.h"
+#include "client/failure.h"
+
+namespace corbot::cli {
+
+using client::ExitCode;
+using client::Failure;
+
+namespace {
+
+/// The words of one command.
+struct Words {
+  cell::CellOptions cell;
+  Corbot::PieceNumber piece{};
+  std::string place;  ///< or robot
+  int slot{-1};
+  bool is_gone{false};
+  double interval_s{1};
+  int count{0};
+};
+
+/// For the ledger's history.
+std::string user_name() {
+  const passwd* const user = ::getpwuid(::geteuid());
+  return client::printable(user != nullptr ? user->pw_name : fmt::format("uid {}", ::geteuid()))
+      .substr(0, 64);
+}
+
+void show(CellClient& client, const std::string& name) {
+  CellView view{.name = name,
+                .is_paused = client.is_paused(),
+                .state = client.state().in(),
+                .places = client.places().in(),
+                .unclear = client.unclear().in(),
+                .now_s = cell::now_s()};
+  fmt::print("{}", status_text(view));
+  std::fflush(stdout);
+}
+
+void watch(CellClient& client, const Words& words, const std::string& name) {
+  for (int shown = 1;; ++shown) {
+    show(client, name);
+    if (shown == words.count) return;
+    std::this_thread::sleep_for(std::chrono::duration<double>(words.interval_s));
+    fmt::print("\n");
+  }
+}
+
+void resolve(CellClient& client, const Words& words) {
+  if (words.is_gone == !words.place.empty())
+    throw Failure(ExitCode::kUsage,
+                  "say where the piece stands, by PLACE and SLOT, or that it was taken away, by --gone");
+  client.resolve(words.piece, words.place, words.slot, user_name());
+}
+
+void release(CellClient& client, const Words& words) {
+  const std::string holder = client.release(words.place, user_name());
+  fmt::print("{}\n", holder.empty() ? words.place + " was not claimed"
+                                    : fmt::format("the claim of '{}' has ended", holder));
+}
+
+using Use = std::function<void(CellClient&, const Words&)>;
+
+/// A command for a cell that runs.
+std::pair<CLI::App*, std::shared_ptr<Words>> add_client(CLI::App& cell, const char* name, const char* about,
+                                                        Use use) {
+  CLI::App* command = cell.add_subcommand(name, about);
+  const auto words = std::make_shared<Words>();
+  words->cell.add_address_to(*command);
+  command->callback([words, use = std::move(use)] {
+    const cell::CellConfig config = load_for_command(words->cell);
+    CellClient client(config);
+    client.expect_running();
+    use(client, *words);
+  });
+  return {command, words};
+}
+
+void add_words_of_persons(CLI::App& cell) {
+  auto [resolving, piece] = add_client(cell, "resolve", "Say where an unclear piece stands", resolve);
+  resolving->add_option("PIECE", piece->piece, "number of the piece, as status shows it")->required();
+  resolving->add_option("PLACE", piece->place, "where it stands");
+  resolving->add_option("SLOT", piece->slot, "the slot there, from 0; none in an area");
+  resolving->add_flag("--gone", piece->is_gone, "it was taken away");
+  auto [exchanging, emptied] =
+      add_client(cell, "exchange", "Say that a place was emptied",
+                 [](CellClient& client, const Words& words) { client.exchange(words.place, user_name()); });
+  exchanging->add_option("PLACE", emptied->place, "the place; no robot may be at work there")->required();
+  auto [releasing, claimed] = add_client(
+      cell, "release",
+      "End the claim of a robot whose coordinator has ended for good and cannot move it any more", release);
+  releasing->add_option("ROBOT", claimed->place, "name of the robot in CELL")->required();
+}
+
+}  // namespace
+
+void add_cell(CLI::App& app) {
+  CLI::App* cell = app.add_subcommand("cell", "A pick-and-place cell: robots, camera, store, coordinator");
+  cell->require_subcommand(1);
+  CLI::App* run =
+      cell->add_subcommand("run", "Start a cell, supervise it until its work is done, and end it");
+  const auto options = std::make_shared<CellRunOptions>();
+  options->cell.add_to(*run);
+  run->add_option("--pictures", options->pictures,
+                  "directory for pictures of the run: cell.svg, gantt.svg, camera.jpg");
+  run->add_flag("--until-eof", options->until_eof,
+                "The end of standard input, a pipe, ends the cell: it ends with the starter");
+  run->footer("Ctrl-C stops the arms and ends everything. docs/cell.md describes CELL.");
+  run->callback([options] { cell_run(*options); });
+
+  CLI::App* up =
+      cell->add_subcommand("up", "Start a cell that stays: what dies is started again, and the work goes on");
+  const auto stays = std::make_shared<cell::CellOptions>();
+  stays->add_to(*up);
+  up->callback([stays] { cell_up(*stays); });
+  CLI::App* down = cell->add_subcommand("down", "End a cell that is up, and wait for its end");
+  const auto ends = std::make_shared<cell::CellOptions>();
+  ends->add_address_to(*down);
+  down->callback([ends] { cell_down(*ends); });
+
+  const auto name_of = [](const Words& words) { return load_for_command(words.cell).name; };
+  add_client(*cell, "status", "Robots, pieces, zones, and what needs a person",
+             [=](CellClient& client, const Words& words) { show(client, name_of(words)); });
+  auto [watching, words] =
+      add_client(*cell, "watch", "The same, again and again",
+                 [=](CellClient& client, const Words& given) { watch(client, given, name_of(given)); });
+  watching->add_option("--interval", words->interval_s, "seconds (1)")->check(CLI::Range(0.1, 3600.0));
+  watching->add_option("--count", words->count, "how often; 0: until Ctrl-C")->check(CLI::Range(0, 1000000));
+  add_client(*cell, "start", "Begin, or go on after pause, stop or what needed a person",
+             [](CellClient& client, const Words&) { client.start(); });
+  add_client(*cell, "pause", "Each robot ends its motion under way, and begins no other",
+             [](CellClient& client, const Words&) { client.pause(); });
+  add_client(*cell, "stop", "The arms stop on their path; returns when they rest",
+             [](CellClient& client, const Words&) { client.stop(); });
+  add_words_of_persons(*cell);
+}
+
+}  // namespace corbot::cli

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace corbot::cli {
+
+/// `corbot cell`, with its own commands.
+void add_cell(CLI::App& app);
+
+}  // namespace corbot::cli

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "cell/program.h"
+#include "shm/descriptor.h"
+
+// The state directory of a cell, as the commands use it. All throw client::Failure.
+
+namespace corbot::cli {
+
+[[nodiscard]] cell::CellConfig load_for_command(const cell::CellOptions& options);
+
+/// The state directory, which one `cell run` or `cell up` has at a time.
+class DirectoryLock {
+ public:
+  explicit DirectoryLock(const std::filesystem::path& directory);
+
+ private:
+  Descriptor fd_;
+};
+/// The process that has the directory; nothing: none has.
+[[nodiscard]] std::optional<pid_t> holder_of(const std::filesystem::path& directory);
+
+/// Logs begin anew with each run. A simulated world does so, too, with its ledger and its robots. The previous ones are kept in
+/// a directory of their own.
+void begin_anew(const cell::CellConfig& cell);
+
+/// The last lines of a program's log, for a message.
+[[nodiscard]] std::string tail_of(const std::filesystem::path& log);
+
+}  // namespace corbot::cli
