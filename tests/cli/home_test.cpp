@@ -211,7 +211,8 @@ TEST_F(HomeOfASlide, IsInMetres) {
 
   up({}, profile);
   ASSERT_TRUE(wait_state("Standby"));
-  ASSERT_EQ(corbot({"joints", "0.1", "0.05", "0.02"}).code, 0);
+  const RunResult moved = corbot({"joints", "0.1", "0.05", "0.02"});
+  ASSERT_EQ(moved.code, 0) << moved.errors;
   const auto stand_at = [&](const std::map<int, std::int32_t>& wanted) {
     return wait_until(within(20), [&] { return drives.counts() == wanted; });
   };
