@@ -2,6 +2,7 @@
 // Drives whose power fails: their counts afterwards are not trusted.
 #include <atomic>
 #include <csignal>
+#include <ctime>
 #include <thread>
 
 #include "unit/can/drives_fixture.h"
@@ -163,8 +164,8 @@ TEST_F(RestartedDrives, MaySagALittle) {
 class DrivesOnAMachineThatStandsStill : public RestartedDrives {
  protected:
   static void stand_still(int) {
-    while (stands_still) {
-    }
+    constexpr timespec kMoment{0, 1'000'000};
+    while (stands_still) ::nanosleep(&kMoment, nullptr);
   }
   /// They do not lose what a listener would that comes late to the bus.
   bool become_operational() {
