@@ -28,6 +28,11 @@ def test_a_motion_takes_its_time(arm: corbot.Arm) -> None:
     assert arm.move(0.20, 0.05, 0.08, time=2.0).info.duration == pytest.approx(2.0)
 
 
+def test_a_time_that_the_limits_do_not_allow_is_lengthened(arm: corbot.Arm) -> None:
+    assert arm.joints(FAR, time=0.01).duration > 0.3
+    assert arm.joints([0, 0, 0, 0], time=3.0).duration == pytest.approx(3.0)
+
+
 def test_line_arc_and_relative_end_where_they_say(arm: corbot.Arm) -> None:
     arm.move(0.20, 0.05, 0.09)
     arm.line(0.20, 0.0, 0.07, above=0.01)

@@ -134,7 +134,7 @@ void hold(const ClientOptions& options, const Request& request) {
   try {
     Client client(find_robot(options.robot), options.timeout_s);
     try {
-      client.perform(request);
+      (void)client.perform(request);
     } catch (const Failure&) {
       is_counted = is_held(client);
       throw;
@@ -224,11 +224,14 @@ void run_request(const ClientOptions& options, const Request& request) {
   if (request.verb == Verb::kRelease && request.force) return force_release(options);
   if (!spec_of(request.verb).motion) {
     Client client(find_robot(options.robot), options.timeout_s);
-    client.perform(request);
+    (void)client.perform(request);
     if (request.verb == Verb::kOverride) report_reduced_override(client, request.numbers[0]);
     return;
   }
-  run_stoppable(options, [&](Client& client) { client.perform(request); });
+  run_stoppable(options, [&](Client& client) {
+    const std::string remark = client.perform(request);
+    if (!remark.empty()) client::notice(stderr, fmt::format("corbot: {}\n", remark));
+  });
 }
 
 void run_file(const ClientOptions& options, const RunOptions& run) {

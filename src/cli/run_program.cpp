@@ -46,6 +46,12 @@ class Display {
     }
     std::fflush(stdout);
   }
+  /// A line of its own about the statement under way, unless it is empty.
+  void remark(const std::string& text) const {
+    if (text.empty()) return;
+    end();
+    client::notice(stdout, fmt::format("  {}\n", text));
+  }
   void end() const { client::notice(stdout, terminal_ ? "\r\x1b[K" : ""); }
 
  private:
@@ -114,7 +120,7 @@ void run_program(Client& client, const Program& program) {
     const Statement& statement = program.statements[i];
     display.begin(i, statement);
     try {
-      client.perform(statement.request, [&](double progress) { display.draw(progress); });
+      display.remark(client.perform(statement.request, [&](double progress) { display.draw(progress); }));
     } catch (const Failure& failure) {
       display.end();
       throw Failure(failure.code(), fmt::format("{}:{}: {}: {}{}", program.name, statement.line,

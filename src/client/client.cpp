@@ -79,6 +79,14 @@ CORBA::ORB_ptr start_orb(double timeout_s) {
   return orb;
 }
 
+/// Empty: the robot has taken the time that it was given, or it was given none.
+std::string lengthening(double wanted_s, double planned_s) {
+  constexpr double kTolerance_s = 1e-6;
+  if (wanted_s == 0.0 || planned_s <= wanted_s + kTolerance_s) return {};
+  return fmt::format("--time {:g}: the limits of the arm do not allow that; the robot has planned {:.3g} s",
+                     wanted_s, planned_s);
+}
+
 /// A corbaloc without a GIOP version, which would mean 1.0, with 1.2: a servant on ORBit2 replies to 1.0 in
 /// another version when it does not know the object, and the connection breaks.
 std::string with_giop_version(const std::string& reference) {
@@ -174,7 +182,7 @@ Request Client::with_joint_number(const Request& request) {
   return client::with_joint_number(request, names);
 }
 
-void Client::perform(const Request& given, const ProgressReport& report) {
+std::string Client::perform(const Request& given, const ProgressReport& report) {
   if (cancelled_) throw explain(Corbot::Stopped("interrupted"));
   const Request request = with_joint_number(given);
   if (spec_of(request.verb).motion) {
@@ -182,10 +190,10 @@ void Client::perform(const Request& given, const ProgressReport& report) {
     // The flag is set before the arm is stopped: either the Stop came after this motion
     // was accepted, or this sees it.
     if (cancelled_) stop();
-    wait(ticket, report);
-  } else {
-    set(request);
+    return lengthening(request.time_s, wait(ticket, report));
   }
+  set(request);
+  return {};
 }
 
 Corbot::Ticket Client::start(const Request& request) {
@@ -298,7 +306,7 @@ Corbot::MotionInfo_var Client::follow(Corbot::Ticket ticket) {
   }
 }
 
-void Client::wait(Corbot::Ticket ticket, const ProgressReport& report) {
+double Client::wait(Corbot::Ticket ticket, const ProgressReport& report) {
   std::optional<std::chrono::steady_clock::time_point> lost;
   for (;;) {
     Corbot::MotionInfo_var info;
@@ -322,7 +330,7 @@ void Client::wait(Corbot::Ticket ticket, const ProgressReport& report) {
     switch (info->state) {
       case Corbot::MotionDone:
         if (report) report(1.0);
-        return;
+        return info->duration;
       case Corbot::MotionStopped:
         throw explain(Corbot::Stopped(info->reason));
       case Corbot::MotionFailed:

@@ -38,8 +38,9 @@ class Client {
   [[nodiscard]] Corbot::Arm_ptr arm() const noexcept { return arm_.in(); }
 
   /// Executes a request and returns when it is done. Throws Failure: kStopped when a Stop or a Cancel ended the
-  /// motion, kUnreachable when what became of it is unknown.
-  void perform(const Request& request, const ProgressReport& report = {});
+  /// motion, kUnreachable when what became of it is unknown. Returns a line for the user where the robot has taken more time
+  /// than --time says; else nothing.
+  [[nodiscard]] std::string perform(const Request& request, const ProgressReport& report = {});
 
   /// Pre-empts whatever moves; returns at rest.
   void stop();
@@ -77,8 +78,8 @@ class Client {
   /// Nothing where the robot does not say.
   [[nodiscard]] std::optional<Corbot::JointInfo> info_of(CORBA::Long joint) const;
   /// Until the motion has ended. A refused place among the waiting calls, or a lost connection, is no end: it
-  /// asks again, and reports an unknown end as one.
-  void wait(Corbot::Ticket ticket, const ProgressReport& report);
+  /// asks again, and reports an unknown end as one. Returns the planned duration, seconds.
+  double wait(Corbot::Ticket ticket, const ProgressReport& report);
   /// Its state now, or a moment later.
   [[nodiscard]] Corbot::MotionInfo_var follow(Corbot::Ticket ticket);
 

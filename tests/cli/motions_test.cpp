@@ -61,6 +61,20 @@ TEST_F(Motions, EachCommandReachesTheArm) {
   EXPECT_THAT(corbot({"diagnostics"}).output, AllOf(HasSubstr("latency"), HasSubstr("1000 us period")));
 }
 
+TEST_F(Motions, ATimeThatTheLimitsDoNotAllowIsNamed) {
+  const std::string lengthened =
+      "--time 0.01: the limits of the arm do not allow that; the robot has planned ";
+  for (const std::string command : {"move", "moves"}) {
+    const RunResult fast = corbot({command, "0.2", "0.05", "0.08", "--time", "0.01"});
+    EXPECT_EQ(fast.code, 0);
+    EXPECT_THAT(fast.errors, testing::ContainsRegex("^corbot: " + lengthened + "[0-9.]+ s\n$"));
+    EXPECT_EQ(corbot({"joints", "0", "0", "0", "0", "--time", "3"}).errors, "") << "the arm takes its time";
+  }
+  const RunResult run = corbot({"run", put("fast.arm", "joints 10 0 0 0 --time 0.01\nready\n")});
+  EXPECT_EQ(run.code, 0) << run.errors;
+  EXPECT_THAT(run.output, testing::ContainsRegex("1/2 [^\n]*\n  " + lengthened + "[0-9.]+ s\n2/2 "));
+}
+
 TEST_F(Motions, FramesAreSetShownAndReset) {
   EXPECT_EQ(corbot({"move", "0.22", "0", "0.1"}).code, 0);
   EXPECT_EQ(corbot({"tool", "0.05", "0", "0", "0.70710678118654757", "-0.70710678118654757", "0", "0"}).code,

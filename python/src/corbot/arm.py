@@ -51,7 +51,8 @@ class Arm:
     """A robot arm.
 
     Each motion returns when it has ended at its target. With `wait=False` it returns a Motion at once. `time` is the duration in
-    seconds; 0 means as fast as the limits allow. Ctrl-C while a motion is awaited stops the arm.
+    seconds; 0 means as fast as the limits allow. Where they do not allow `time`, the motion takes longer, and its `duration`
+    says how long. Ctrl-C while a motion is awaited stops the arm.
 
     `with corbot.connect(...) as arm:` stops the arm when an exception leaves the block.
     """

@@ -46,6 +46,11 @@ class Motion:
         """How much of its time has passed, 0 to 1."""
         return self.info.progress
 
+    @property
+    def duration(self) -> float:
+        """The planned seconds at override 100 %; more than `time` where the limits of the arm do not allow that."""
+        return self.info.duration
+
     def cancel(self) -> None:
         """Take the motion back, and what is queued behind it; returns when they have ended."""
         self._arm.call("Cancel", self.number)
