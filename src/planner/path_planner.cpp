@@ -177,8 +177,8 @@ PathPlan PathPlanner::plan_with_rate(const PlanStart& start, Motion motion, doub
     // By the closed form the proof finds the point and the joint.
     const PathProof proof(whole_, motion, start.position_q, {}, settings_.soft_limits);
     if (auto named = check_ends(start, proof, target)) return *named;
-    if (auto named = proof.check_geometry()) return *named;
-    return *refusal;
+    const auto named = proof.check_geometry();  // joints follow this line over whole turns
+    return named && !proof.is_of_half_turn(*named) ? *named : *refusal;
   }
   auto& plan = std::get<rate::RatePlan>(planned);
   if (auto refusal = check_ranges(plan.knots, target)) return *refusal;

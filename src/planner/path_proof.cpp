@@ -49,7 +49,7 @@ PathProof::PathProof(const ArmModel& model, const LineMotion& line, const Joints
       solution_(line.solution),
       start_q_(start_q),
       knots_(knots),
-      limits_(model.joints) {
+      ranges_(model.joints) {
   constants_.turn_rad = turn_of(line.tool);
   constants_.bend_m = 0.0;
   constants_.travel_m = length_m(line) + hand_m(model.kinematics.chain()) * rotation_rad(line.tool);
@@ -63,7 +63,7 @@ PathProof::PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& 
       solution_(arc.solution),
       start_q_(start_q),
       knots_(knots),
-      limits_(model.joints) {
+      ranges_(model.joints) {
   constants_.turn_rad = turn_of(arc.tool);
   constants_.bend_m = arc.radius_m * arc.angle_rad * arc.angle_rad;
   constants_.travel_m = length_m(arc) + hand_m(model.kinematics.chain()) * rotation_rad(arc.tool);
@@ -72,17 +72,44 @@ PathProof::PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& 
 
 void PathProof::cut_limits(const std::optional<JointRanges>& soft_limits) noexcept {
   constexpr double kHalfTurn = std::numbers::pi - kWrapMargin_rad;
-  const auto narrow = [&](std::size_t i, double lower_q, double upper_q) {
-    limits_[i].lower_q = std::max(limits_[i].lower_q, lower_q);
-    limits_[i].upper_q = std::min(limits_[i].upper_q, upper_q);
+  const auto narrow = [](JointLimits& limits, double lower_q, double upper_q) {
+    limits.lower_q = std::max(limits.lower_q, lower_q);
+    limits.upper_q = std::min(limits.upper_q, upper_q);
   };
   for (std::size_t i = 0; i < model_->dof; ++i) {
-    if (soft_limits) narrow(i, soft_limits->lower_q[i], soft_limits->upper_q[i]);
+    if (soft_limits) narrow(ranges_[i], soft_limits->lower_q[i], soft_limits->upper_q[i]);
+    limits_[i] = ranges_[i];
     if (!knots_.empty()) continue;  // joints are followed from knot to knot, over whole turns
     if (model_->kinematics.joint_kind(i) != JointKind::kRotary) continue;
     const double middle_q = middle_of_turn(model_->joints[i], start_q_[i]);
-    narrow(i, middle_q - kHalfTurn, middle_q + kHalfTurn);
+    narrow(limits_[i], middle_q - kHalfTurn, middle_q + kHalfTurn);
   }
+}
+
+bool PathProof::is_cut_by_turn(std::size_t joint, double position_q) const noexcept {
+  const JointLimits& kept = limits_[joint];
+  const JointLimits& range = ranges_[joint];
+  const bool above = position_q > 0.5 * (kept.lower_q + kept.upper_q);
+  const double beyond = above ? range.upper_q - kept.upper_q : kept.lower_q - range.lower_q;
+  return beyond > 2.0 * kWrapMargin_rad;
+}
+
+bool PathProof::is_of_half_turn(const PlanRefusal& refusal) const noexcept {
+  return refusal.quantity == Quantity::kJointValue && refusal.joint >= 0 &&
+         is_cut_by_turn(static_cast<std::size_t>(refusal.joint), refusal.value);
+}
+
+PlanRefusal PathProof::leaves_range(std::size_t joint, double position_q, double s) const {
+  const JointKind kind = model_->kinematics.joint_kind(joint);
+  const bool by_turn = is_cut_by_turn(joint, position_q);
+  PlanRefusal refusal = joint_range(joint, kind, by_turn ? position_q : shown(joint, position_q),
+                                    limits_[joint], fmt::format("{:.3g} % along the path", 100.0 * s));
+  refusal.target_m = point(s).position_m;
+  if (by_turn)
+    refusal.text += fmt::format(
+        "; its range is wider, but one such path keeps a joint within half a turn of {}: divide the path",
+        shown_joint(kind, middle_of_turn(model_->joints[joint], start_q_[joint])));
+  return refusal;
 }
 
 double PathProof::shown(std::size_t joint, double value_q) const noexcept {
@@ -157,11 +184,8 @@ std::optional<PlanRefusal> PathProof::check_ends(double s_a, double s_b) const {
     if (jump_q <= kUnbroken_rad) continue;
     // Where a joint is fast, a smallest cell can step over the whole margin at the end of a turn: a wrap, not a travel.
     if (i != 0 && jump_q > kMostJump_rad) {
-      PlanRefusal refusal =
-          joint_range(i, model_->kinematics.joint_kind(i), std::copysign(std::numbers::pi, a.joints_q[i]),
-                      limits_[i], fmt::format("{:.3g} % along the path", 100.0 * s_a));
-      refusal.target_m = point(s_a).position_m;
-      return refusal;
+      const bool above = a.joints_q[i] > b.joints_q[i];
+      return leaves_range(i, above ? limits_[i].upper_q : limits_[i].lower_q, s_a);
     }
     PlanRefusal refusal(PlanRefusal::Kind::kUnreachable, "P", Quantity::kNumber);
     refusal.joint = static_cast<int>(i);
@@ -214,10 +238,7 @@ std::optional<PlanRefusal> PathProof::check_geometry() const {
       const double q = cell.middle.joints_q[i];
       if (!in_range(limits, q)) {
         if (auto singular = singularity_before(s)) return singular;
-        PlanRefusal refusal = joint_range(i, model_->kinematics.joint_kind(i), shown(i, q), limits,
-                                          fmt::format("{:.3g} % along the path", 100.0 * s));
-        refusal.target_m = point(s).position_m;
-        return refusal;
+        return leaves_range(i, q, s);
       }
       const double stray = cell.rates.rate_bound[i] * 0.5 * (s_b - s_a);
       proved = proved && in_range(limits, q - stray) && in_range(limits, q + stray);

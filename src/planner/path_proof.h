@@ -58,6 +58,8 @@ class PathProof {
 
   /// A value beyond its range as a protractor shows it, for a refusal.
   [[nodiscard]] double shown(std::size_t joint, double value_q) const noexcept;
+  /// Is the refusal, which is this proof's, of the half turn to which it cuts a joint's range?
+  [[nodiscard]] bool is_of_half_turn(const PlanRefusal& refusal) const noexcept;
 
  private:
   /// The whole path's constants.
@@ -88,6 +90,9 @@ class PathProof {
   [[nodiscard]] double bound_load(const Clock& clock, const Joints& speed, double floor, double give_up,
                                   bool sample_singular) const;
   void cut_limits(const std::optional<JointRanges>& soft_limits) noexcept;
+  /// Is it the half turn, and not the range, that ends on this side what the joint may take?
+  [[nodiscard]] bool is_cut_by_turn(std::size_t joint, double position_q) const noexcept;
+  [[nodiscard]] PlanRefusal leaves_range(std::size_t joint, double position_q, double s) const;
 
   const ArmModel* model_;
   std::variant<LineMotion, ArcMotion> path_;
@@ -95,7 +100,8 @@ class PathProof {
   Joints start_q_;
   PathKnots knots_;
   Constants constants_;
-  std::array<JointLimits, kMaxJoints> limits_;  ///< with the soft ones, cut to one turn
+  std::array<JointLimits, kMaxJoints> ranges_;    ///< with the soft ones
+  std::array<JointLimits, kMaxJoints> limits_{};  ///< the same, cut to one turn
 };
 
 }  // namespace corbot

@@ -143,6 +143,34 @@ TEST(PlanRefusals, ALineWhoseMiddleLeavesARange) {
   EXPECT_THAT(refusal_of(result).text, HasSubstr("% along the path"));
 }
 
+TEST(PlanRefusals, AHalfTurnThatEndsAPathIsNamed) {
+  const auto about_base = [](double range_deg) {
+    ArmModel arm = wide_arm();
+    arm.joints[0].lower_q = deg(-range_deg);
+    arm.joints[0].upper_q = deg(range_deg);
+    const auto at = [&](double base_deg) {
+      Joints q = kBent.position_q;
+      q[0] = deg(base_deg);
+      return test::tcp_of(arm, q);
+    };
+    PlanStart start = kBent;
+    start.position_q[0] = 0.0;
+    PlanSettings settings;
+    const double elevation_rad = arm.kinematics.followed().at(start.position_q)[0];
+    settings.tool_pitch_rad = pitch_of_angle(arm.kinematics, elevation_rad);
+    return Planner(arm).move_c(start, settings, at(0), at(150), at(300));
+  };
+  const PlanResult wide = about_base(360);
+  expect_refused(
+      wide, Kind::kLimitExceeded, "joint range",
+      "allowed -180 to 180 degrees; its range is wider, but one such path keeps a joint within half a "
+      "turn of 0 degrees: divide the path");
+  EXPECT_NEAR(refusal_of(wide).upper, deg(180), 1e-5);
+  const PlanResult narrow = about_base(170);
+  expect_refused(narrow, Kind::kLimitExceeded, "joint range", "allowed -170 to 170 degrees");
+  EXPECT_THAT(refusal_of(narrow).text, testing::Not(HasSubstr("half a turn")));
+}
+
 TEST(PlanRefusals, ALineThroughTheBaseAxis) {
   ArmModel arm = wide_arm();
   const IkSolution ik = test::inverse_at_pitch(arm.kinematics, {0.1, 0.0, 0.2}, 0.0, 0, {});
