@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "planner/setting_rules.h"
 #include "robot/call_error.h"
 
 namespace corbot {
@@ -150,7 +151,9 @@ void MotionQueue::check_limits(const LivingTask& task, const JointRanges& wanted
         "motions are under way, which were planned for other limits: call again when the arm is at "
         "rest, or Stop it");
   }
-  check_stands_within(wanted, now.position_q, planner_.model());
+  const ArmModel& arm = planner_.model();
+  if (const auto refusal = check_stands_within(arm, wanted, now.position_q))
+    throw refused(*refusal, arm.kinematics);
 }
 
 void MotionQueue::change_limits(const JointRanges& wanted) {

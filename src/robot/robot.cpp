@@ -10,53 +10,10 @@
 #include "corbot/channel/alarms.h"
 #include "corbot/kinematics/tool_pose.h"
 #include "corbot/units.h"
-#include "planner/plan/refusal.h"
+#include "planner/setting_rules.h"
 #include "robot/inherited_state.h"
 
 namespace corbot {
-namespace {
-
-/// Of an arm that has no tool pitch: what its tool has instead.
-const char* pitch_refused(const Kinematics& arm) {
-  switch (arm.follows()) {
-    case Follows::kFull:
-      return "this arm has no tool pitch: set the orientation of its tool";
-    case Follows::kYaw:
-      return "this arm has no tool pitch: it follows the yaw of its tool alone, which its motions keep";
-    default:
-      return arm.followed().count > 0
-                 ? "this arm has no tool pitch: its motions keep what it follows of its tool's orientation"
-                 : "this arm has no tool pitch: the orientation of its tool is what its position gives";
-  }
-}
-
-/// What an arm of fewer than six joints follows instead of an orientation.
-const char* orientation_refused(const Kinematics& arm) {
-  switch (arm.follows()) {
-    case Follows::kPitch:
-      return "this arm follows the tool pitch alone: SetToolPitch, or MovePose for a pose that it can take";
-    case Follows::kPitchAndRoll:
-      return "this arm follows pitch and roll of its tool, not every orientation: SetToolPitch, or MovePose "
-             "for a pose that it can take";
-    case Follows::kYaw:
-      return "this arm follows the yaw of its tool alone, which its motions keep: MovePose for a pose that "
-             "it "
-             "can take";
-    case Follows::kNone:
-      if (arm.followed().count > 0) {
-        return "this arm does not follow every orientation, and its motions keep what it follows: MovePose "
-               "for "
-               "a pose that it can take";
-      }
-      break;
-    case Follows::kFull:
-      break;
-  }
-  return "this arm follows no orientation: that of its tool is what its position gives";
-}
-
-}  // namespace
-
 Robot::Robot(Profile profile, const std::string& name)
     : profile_(std::move(profile)),
       name_(name),
@@ -287,11 +244,7 @@ void Robot::set_speed(double percent) {
 }
 
 void Robot::set_joint_speed(int joint, double percent) {
-  if (joint < 0 || joint >= static_cast<int>(profile_.arm.dof)) {
-    // The parameter's name is the interface's.
-    throw bad_argument("articulation", joint,
-                       fmt::format("joint {}, allowed 0 to {}", joint, profile_.arm.dof - 1));
-  }
+  check_setting(check_joint_number(profile_.arm, joint));
   const double ratio = checked_percent("percent", percent);
   settings_.change(
       [&](PlanSettings& now) { now.joint_speed_ratio[static_cast<std::size_t>(joint)] = ratio; });
@@ -303,41 +256,28 @@ void Robot::set_all_speeds(double percent) {
 }
 
 void Robot::set_tool_pitch(double degrees) {
-  if (!(degrees >= -180.0 && degrees <= 180.0)) {
-    throw bad_argument("degrees", degrees, fmt::format("{:.6g} degrees, allowed -180 to 180", degrees));
-  }
-  if (!has_tool_pitch(profile_.arm.kinematics)) {
-    throw bad_argument("degrees", degrees, pitch_refused(profile_.arm.kinematics));
-  }
-  settings_.change([degrees](PlanSettings& now) {
-    now.tool_pitch_rad = to_radians(degrees);
-    now.tool_orientation.reset();
-  });
+  check_setting(check_tool_pitch(profile_.arm.kinematics, degrees));
+  settings_.change([degrees](PlanSettings& now) { take_tool_pitch(now, degrees); });
 }
 
 void Robot::set_tool_orientation(const Quaternion& orientation) {
-  const ArmModel& arm = profile_.arm;
-  if (arm.kinematics.follows() != Follows::kFull)
-    throw bad_argument("orientation", arm.dof, orientation_refused(arm.kinematics));
-  if (const auto refusal = check_orientation(orientation, "orientation", "orientation"))
-    throw refused(*refusal, profile_.arm.kinematics);
-  const Quaternion unit = normalised(orientation);
-  settings_.change([&](PlanSettings& now) {
-    now.tool_pitch_rad.reset();
-    now.tool_orientation = unit.w < 0.0 ? Quaternion{-unit.w, -unit.x, -unit.y, -unit.z} : unit;
-  });
+  check_setting(check_tool_orientation(profile_.arm, orientation));
+  settings_.change([&](PlanSettings& now) { take_tool_orientation(now, orientation); });
 }
 
-void Robot::reset_tool_orientation() {
-  settings_.change([](PlanSettings& now) {
-    now.tool_pitch_rad.reset();
-    now.tool_orientation.reset();
-  });
-}
+void Robot::reset_tool_orientation() { settings_.change(take_any_orientation); }
 
-void Robot::set_soft_limits(const JointRanges& limits) { queue_.change_limits(limits_.checked(limits)); }
+void Robot::set_soft_limits(const JointRanges& shown) {
+  const auto limits = soft_limits_of(profile_.arm, shown);
+  if (const auto* refusal = std::get_if<PlanRefusal>(&limits)) check_setting(*refusal);
+  queue_.change_limits(std::get<JointRanges>(limits));
+}
 
 void Robot::reset_soft_limits() { queue_.reset_limits(); }
+
+void Robot::check_setting(const std::optional<PlanRefusal>& refusal) const {
+  if (refusal) throw refused(*refusal, profile_.arm.kinematics);
+}
 
 double Robot::tool_pitch_deg() const { return tidy_degrees(settings_.get().tool_pitch_rad.value_or(0.0)); }
 

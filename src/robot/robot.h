@@ -139,6 +139,8 @@ class Robot final : private LinkListener {
   [[nodiscard]] std::optional<JointRanges> soft_limits() const { return limits_.ranges(); }
 
  private:
+  /// Throws the refusal, where there is one.
+  void check_setting(const std::optional<PlanRefusal>& refusal) const;
   corbot_counted_stop count_now(std::uint64_t hold) noexcept;
   std::uint64_t count_hold() noexcept;
   void await_stop(const LivingTask& task, const corbot_counted_stop& stop, const Wanted& wanted);

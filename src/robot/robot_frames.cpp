@@ -1,31 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tool frame and base frame at run time, and what they make of a pose.
+#include "planner/setting_rules.h"
 #include "robot/robot.h"
 
 namespace corbot {
-namespace {
-
-Pose of_unit_length(const Pose& frame) { return {frame.position_m, normalised(frame.orientation)}; }
-
-}  // namespace
 
 void Robot::set_tool_frame(const Pose& flange_T_tool) {
-  if (const auto refusal = check_tool_frame(profile_.arm.kinematics, flange_T_tool))
-    throw refused(*refusal, profile_.arm.kinematics);
-  settings_.change([tool = of_unit_length(flange_T_tool)](PlanSettings& now) { now.tool_frame = tool; });
+  check_setting(check_tool_frame(profile_.arm.kinematics, flange_T_tool));
+  settings_.change([&](PlanSettings& now) { take_tool_frame(now, flange_T_tool); });
 }
 
 void Robot::set_base_frame(const Pose& world_T_base) {
-  if (const auto refusal = check_base_frame(world_T_base)) throw refused(*refusal, profile_.arm.kinematics);
-  settings_.change([base = of_unit_length(world_T_base)](PlanSettings& now) { now.base_frame = base; });
+  check_setting(check_base_frame(world_T_base));
+  settings_.change([&](PlanSettings& now) { take_base_frame(now, world_T_base); });
 }
 
-void Robot::reset_frames() {
-  settings_.change([](PlanSettings& now) {
-    now.tool_frame.reset();
-    now.base_frame.reset();
-  });
-}
+void Robot::reset_frames() { settings_.change(take_profile_frames); }
 
 Frames Robot::frames() const { return frames_in_force(profile_.arm.kinematics, settings_.get()); }
 

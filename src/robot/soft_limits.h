@@ -27,9 +27,6 @@ class SoftLimits {
   /// Throws CallError (not ready) where they are not known and the request moves joints.
   void check_known(const MotionRequest& request) const;
 
-  /// Throws CallError: bad_argument where one is not finite or the lower is above the upper; limit exceeded beyond the
-  /// profile's ranges.
-  [[nodiscard]] JointRanges checked(const JointRanges& wanted) const;
   /// Saves them, and then lets `apply` run, which calls take() or throws; what was saved is put back then. Nothing: those of
   /// the profile. Throws CallError (not ready) where they cannot be saved.
   void change(const std::optional<JointRanges>& wanted, const std::function<void()>& apply);
@@ -44,8 +41,5 @@ class SoftLimits {
   std::optional<JointRanges> limits_;
   std::string unknown_;  ///< why they are not known; "": they are
 };
-
-/// Refuses a position (set-points) that is outside them: CallError, limit exceeded.
-void check_stands_within(const JointRanges& limits, const Joints& position_q, const ArmModel& arm);
 
 }  // namespace corbot

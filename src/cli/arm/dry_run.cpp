@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -14,10 +13,7 @@
 #include "client/failure.h"
 #include "config/load_profile.h"
 #include "corbot/arm/joint_units.h"
-#include "corbot/kinematics/tool_pose.h"
-#include "corbot/units.h"
-#include "planner/frame_settings.h"
-#include "planner/plan/refusal.h"
+#include "planner/setting_rules.h"
 
 namespace corbot::cli {
 
@@ -103,17 +99,9 @@ MotionRequest motion(const Request& request, const ArmModel& arm) {
   }
 }
 
-std::string no_such_joint(std::size_t joint, const ArmModel& arm) {
-  return fmt::format("joint {}, allowed 0 to {}", joint, arm.dof - 1);
-}
-
-JointRanges ranges_of(const ArmModel& arm) {
-  JointRanges ranges;
-  for (std::size_t i = 0; i < arm.dof; ++i) {
-    ranges.lower_q[i] = arm.joints[i].lower_q;
-    ranges.upper_q[i] = arm.joints[i].upper_q;
-  }
-  return ranges;
+/// The reason of a refusal.
+std::optional<std::string> text_of(const std::optional<PlanRefusal>& refusal) {
+  return refusal ? std::optional(refusal->text) : std::nullopt;
 }
 
 }  // namespace
@@ -163,10 +151,9 @@ std::optional<std::string> DryRun::set(const Request& request) {
 
 std::optional<std::string> DryRun::set_speed(const Request& request) {
   const double ratio = request.numbers[0] / 100.0;
-  const auto joint = static_cast<std::size_t>(request.joint);
-  if (request.joint >= 0 && joint >= profile_.arm.dof) return no_such_joint(joint, profile_.arm);
   if (request.joint >= 0) {
-    settings_.joint_speed_ratio[joint] = ratio;
+    if (const auto refusal = check_joint_number(profile_.arm, request.joint)) return refusal->text;
+    settings_.joint_speed_ratio[static_cast<std::size_t>(request.joint)] = ratio;
   } else if (request.all) {
     settings_.joint_speed_ratio.fill(ratio);
   } else {
@@ -176,63 +163,57 @@ std::optional<std::string> DryRun::set_speed(const Request& request) {
 }
 
 std::optional<std::string> DryRun::set_orientation(const Request& request) {
-  const Kinematics& arm = profile_.arm.kinematics;
-  const bool is_pitch = request.verb == Verb::kPitch;
-  std::optional<Quaternion> wanted;
-  if (is_pitch) {
-    const double degrees = request.numbers[0];
-    if (!(degrees >= -180.0 && degrees <= 180.0))
-      return fmt::format("{:.6g} degrees, allowed -180 to 180", degrees);
-    if (!has_tool_pitch(arm)) return "the arm has no tool pitch";
-  } else if (!request.reset) {
-    if (arm.follows() != Follows::kFull) return "the arm cannot take every orientation";
-    wanted = orientation(request.numbers);
-    if (const auto refusal = check_orientation(*wanted, "orientation", "orientation")) return refusal->text;
-    wanted = normalised(*wanted);
+  if (request.reset) {
+    take_any_orientation(settings_);
+    return std::nullopt;
   }
-  settings_.tool_pitch_rad = is_pitch ? std::optional(to_radians(request.numbers[0])) : std::nullopt;
-  settings_.tool_orientation = wanted;
-  return std::nullopt;
+  const ArmModel& arm = profile_.arm;
+  if (request.verb == Verb::kPitch) {
+    const auto refusal = check_tool_pitch(arm.kinematics, request.numbers[0]);
+    if (!refusal) take_tool_pitch(settings_, request.numbers[0]);
+    return text_of(refusal);
+  }
+  const Quaternion wanted = orientation(request.numbers);
+  const auto refusal = check_tool_orientation(arm, wanted);
+  if (!refusal) take_tool_orientation(settings_, wanted);
+  return text_of(refusal);
 }
 
+/// As the client does: of one joint, and the others keep theirs.
 std::optional<std::string> DryRun::set_limit(const Request& request) {
   if (request.reset) {
     settings_.soft_limits.reset();
     return std::nullopt;
   }
-  constexpr double kRounding_q = 1e-9;  // of degrees and back
   const ArmModel& arm = profile_.arm;
+  if (const auto refusal = check_joint_number(arm, static_cast<int>(request.numbers[0])))
+    return refusal->text;
+  JointRanges shown = settings_.soft_limits.value_or(profile_ranges(arm));
+  for (std::size_t i = 0; i < arm.dof; ++i) {
+    shown.lower_q[i] = to_shown(arm.kinematics.joint_kind(i), shown.lower_q[i]);
+    shown.upper_q[i] = to_shown(arm.kinematics.joint_kind(i), shown.upper_q[i]);
+  }
   const auto joint = static_cast<std::size_t>(request.numbers[0]);
-  if (joint >= arm.dof) return no_such_joint(joint, arm);
-  const JointKind kind = arm.kinematics.joint_kind(joint);
-  const double lower_q = from_shown(kind, request.numbers[1]);
-  const double upper_q = from_shown(kind, request.numbers[2]);
-  const JointLimits& range = arm.joints[joint];
-  if (lower_q < range.lower_q - kRounding_q || upper_q > range.upper_q + kRounding_q)
-    return fmt::format("joint {}: the limits are outside the range of the profile", joint);
-  const double position_q = start_.position_q[joint];
-  if (position_q < lower_q - kRounding_q || position_q > upper_q + kRounding_q)
-    return fmt::format("joint {} would stand outside these limits, at {}", joint,
-                       shown_joint(kind, position_q));
-  if (!settings_.soft_limits) settings_.soft_limits = ranges_of(arm);
-  settings_.soft_limits->lower_q[joint] = std::max(lower_q, range.lower_q);
-  settings_.soft_limits->upper_q[joint] = std::min(upper_q, range.upper_q);
-  return std::nullopt;
+  shown.lower_q[joint] = request.numbers[1];
+  shown.upper_q[joint] = request.numbers[2];
+  const auto limits = soft_limits_of(arm, shown);
+  if (const auto* refusal = std::get_if<PlanRefusal>(&limits)) return refusal->text;
+  const auto& wanted = std::get<JointRanges>(limits);
+  const auto refusal = check_stands_within(arm, wanted, start_.position_q);
+  if (!refusal) settings_.soft_limits = wanted;
+  return text_of(refusal);
 }
 
 std::optional<std::string> DryRun::set_frame(const Request& request) {
   if (request.verb == Verb::kFrames) {
-    settings_.tool_frame.reset();
-    settings_.base_frame.reset();
+    take_profile_frames(settings_);
     return std::nullopt;
   }
-  Pose frame = pose(request);
+  const Pose frame = pose(request);
   const bool is_tool = request.verb == Verb::kTool;
   const auto refusal = is_tool ? check_tool_frame(profile_.arm.kinematics, frame) : check_base_frame(frame);
-  if (refusal) return refusal->text;
-  frame.orientation = normalised(frame.orientation);
-  (is_tool ? settings_.tool_frame : settings_.base_frame) = frame;
-  return std::nullopt;
+  if (!refusal) (is_tool ? take_tool_frame : take_base_frame)(settings_, frame);
+  return text_of(refusal);
 }
 
 }  // namespace corbot::cli

@@ -46,7 +46,8 @@ TEST(DryRun, WhatALineChangesCountsForTheLinesAfterIt) {
       {"move 2 2 2", "too far"},
       {"joints 80 0 0 0\ndrive base 20 50", "joint 0 would be at 100 degrees"},
       {"limit base -10 10\njoints 20 0 0 0", "allowed -10 to 10 degrees"},
-      {"joints 20 0 0 0\nlimit 0 -10 10", "would stand outside"},
+      {"joints 20 0 0 0\nlimit 0 -10 10",
+       "joint 0 stands at 20 degrees, outside the wanted limits, -10 to 10 degrees"},
       {"speed 1 --all\ndrive 0 20 20", "allowed up to 1.8 degrees/s"},
       {"speed 10 --joint 0\ndrive 0 20 20", "allowed up to 18 degrees/s"},
       {"base 1 0 0\nmove 0.22 -0.08 0.02", "too far"},
@@ -59,8 +60,8 @@ TEST(DryRun, WhatALineChangesCountsForTheLinesAfterIt) {
 TEST(DryRun, SettingsThatTheArmDoesNotHaveAreRefused) {
   const std::vector<std::pair<std::string, std::string>> refused{
       {"pitch 300", "allowed -180 to 180"},
-      {"orientation 0 0 0", "cannot take every orientation"},
-      {"limit 0 -100 10", "outside the range"},
+      {"orientation 0 0 0", "follows the tool pitch alone"},
+      {"limit 0 -100 10", "the limit -100 degrees is outside the range of the profile, -90 to 90 degrees"},
       {"limit 9 0 1", "joint 9, allowed 0 to 3"},
       {"speed 50 --joint 9", "joint 9, allowed 0 to 3"},
       {"drive elbw 1 1", "did you mean 'elbow'?"},
@@ -68,7 +69,8 @@ TEST(DryRun, SettingsThatTheArmDoesNotHaveAreRefused) {
       {"base 0 0 0 2 0 0 0", "length 2"}};
   for (const auto& [program, why] : refused)
     EXPECT_THAT(refusal_of_last(program, kLynx5), HasSubstr(why)) << program;
-  EXPECT_THAT(refusal_of_last("pitch 0", kPuma560), HasSubstr("no tool pitch"));
+  EXPECT_THAT(refusal_of_last("pitch 0", kPuma560),
+              HasSubstr("no tool pitch: set the orientation of its tool"));
 }
 
 TEST(DryRun, AnArmOfSixJointsTakesTheOrientationThatWasSet) {
