@@ -2,11 +2,17 @@
 #include "unit/cell_worker/fake_cell.h"
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <numbers>
+#include <stdexcept>
+#include <string>
+#include <system_error>
 #include <utility>
 
 namespace corbot::test {
@@ -26,11 +32,29 @@ Corbot::Point to_point(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 bool is_end(Corbot::TransferStep step) { return step >= Corbot::StepPlaced; }
 
+/// The directory of this process, for what a coordinator writes.
+struct TemporaryDirectory {
+  TemporaryDirectory() {
+    std::string made = testing::TempDir() + "corbot-cell-XXXXXX";
+    if (::mkdtemp(made.data()) == nullptr) throw std::runtime_error(made + " cannot be made");
+    path = made;
+  }
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+  ~TemporaryDirectory() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+  std::filesystem::path path;
+};
+
 }  // namespace
 
 cell::CellConfig demo_cell() {
+  static const TemporaryDirectory directory;
   cell::CellConfig config;
   config.name = "demo";
+  config.state_directory = directory.path;
   const double quarter = std::numbers::pi / 4;
   cell::Place pallet1{"pallet1", {{0.085, 0.239, 0}, 0}, Vector2d(0.165, 0.110), {}, false};
   cell::Place store1{"store1", {{0.24, 0, 0}, 0}, {}, cell::SlotGrid{1, 4, {0.05, 0.05}}, true};
