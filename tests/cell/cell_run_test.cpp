@@ -9,8 +9,11 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <random>
 #include <regex>
+#include <sstream>
 
 #include "cell/store/database.h"
 #include "support/paths.h"
@@ -319,7 +322,7 @@ class CellUp : public CellRun {
     return run({"/usr/bin/pkill", "-KILL", "-f", program}).code == 0;
   }
   [[nodiscard]] std::string of_cell(const std::string& program) const {
-    return "^[^ ]*" + program + " " + directory_.string();
+    return "^[^ ]*" + program + " " + (directory_ / "cell.toml").string();
   }
   Process up(int pieces) {
     Process cell(command({"--pieces", std::to_string(pieces)}, "up"), environment());
@@ -333,6 +336,86 @@ class CellUp : public CellRun {
         ledger, "SELECT COALESCE(SUM(place = 'pallet2' AND state = 'stands'), 0), COUNT(*) FROM piece");
     row.next();
     return {row.integer(0), row.integer(1)};
+  }
+  /// How often pieces were placed at pallet2, by the ledger's events.
+  [[nodiscard]] std::int64_t placed_events() const {
+    cell::Database ledger(directory_ / "state" / "ledger.db");
+    cell::Statement row(ledger, "SELECT COUNT(*) FROM event WHERE step = 'placed' AND place = 'pallet2'");
+    row.next();
+    return row.integer(0);
+  }
+  [[nodiscard]] bool has_claimed(const std::string& robot, pid_t coordinator) const {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    cell::Database ledger(directory_ / "state" / "ledger.db");
+    cell::Statement row(ledger, "SELECT COUNT(*) FROM claim WHERE robot = $1 AND who LIKE $2", robot,
+                        fmt::format("%/{}/%", coordinator));
+    row.next();
+    return row.integer(0) == 1;
+  }
+  [[nodiscard]] std::optional<pid_t> pid_of(const std::string& program) const {
+    const RunResult found = run({"/usr/bin/pgrep", "-f", program});
+    return found.code == 0 ? std::optional(static_cast<pid_t>(std::stoi(found.output))) : std::nullopt;
+  }
+  /// The cell ends, and each witness has all pieces on pallet2, once.
+  void expect_down_with(Process& up, int pieces) {
+    EXPECT_EQ(cell("down").code, 0);
+    const auto end = up.wait(within(60));
+    ASSERT_TRUE(end);
+    EXPECT_EQ(WEXITSTATUS(*end), 0) << up.errors();
+    EXPECT_EQ(pieces_in_ledger(), std::pair(std::int64_t{pieces}, std::int64_t{pieces}));
+    EXPECT_EQ(placed_events(), pieces);
+    EXPECT_THAT(text_of("scene.out"),
+                testing::AllOf(HasSubstr(fmt::format("pallet2={} ", pieces)), HasSubstr(" held=0 "),
+                               HasSubstr(" touches=0 "), HasSubstr(" fallen=0 ")));
+    EXPECT_EQ(left_running(), "");
+  }
+  /// A world that outlives the cell.
+  [[nodiscard]] Process world(int pieces) const {
+    std::vector<std::string> words = command({"--pieces", std::to_string(pieces)});
+    words.erase(words.begin(), words.begin() + 3);
+    words.insert(words.begin(), CORBOT_BIN_DIR "/corbot-scene");
+    Process made(words, environment());
+    if (!made.wait_line("ready", within(60))) throw std::runtime_error("no world: " + made.errors());
+    return made;
+  }
+  /// The processes of this cell.
+  [[nodiscard]] std::vector<pid_t> pids_but(pid_t world) const {
+    const RunResult found =
+        run({"/usr/bin/pgrep", "-f", fmt::format("{}|{}-robot", directory_.string(), name_)});
+    std::istringstream stream(found.output);
+    std::vector<pid_t> pids;
+    for (pid_t pid = 0; stream >> pid;) {
+      if (pid != world) pids.push_back(pid);
+    }
+    return pids;
+  }
+  /// A person looks, and puts the cause right.
+  void clear(const std::string& robot) const {
+    const int port = ports_ + (robot == "robot1" ? 3 : 4);
+    const RunResult cleared = run(
+        {CORBOT_BIN_DIR "/corbot", "--robot", fmt::format("127.0.0.1:{}/{}-{}", port, name_, robot), "clear"},
+        60, environment());
+    EXPECT_EQ(cleared.code, 0) << cleared.errors;
+  }
+  /// Of the same robots, camera and store, with a port and a directory of its own.
+  Process second_coordinator() {
+    std::ifstream file(directory_ / "state" / "cell.json");
+    const nlohmann::json addresses = nlohmann::json::parse(file);
+    const auto elsewhere = [&](const nlohmann::json& uri) {
+      return fmt::format("reference = \"{}\"", uri.get<std::string>());
+    };
+    const fs::path first = directory_ / "first.toml";
+    fs::copy_file(directory_ / "cell.toml", first);
+    edit("store = { ledger = \"ledger.db\" }",
+         fmt::format("store = {{ {} }}", elsewhere(addresses["store"])));
+    edit("source = \"scene\", calibration = \"camera.toml\"", elsewhere(addresses["camera"]));
+    for (const char* robot : {"robot1", "robot2"})
+      edit("profile = \"arm.toml\"", elsewhere(addresses["robots"][robot]));
+    fs::rename(directory_ / "cell.toml", directory_ / "second.toml");
+    fs::rename(first, directory_ / "cell.toml");
+    return Process({CORBOT_BIN_DIR "/corbot-coordinator", (directory_ / "second.toml").string(), "--name",
+                    name_, "--ports", std::to_string(free_ports(5)), "--state-dir",
+                    (directory_ / "second").string(), "--start"});
   }
   [[nodiscard]] std::string first_piece() const {
     cell::Database ledger(directory_ / "state" / "ledger.db");
@@ -354,14 +437,7 @@ TEST_F(CellUp, GoesOnAfterAnyProcessWasKilled) {
   }
   ASSERT_TRUE(reaches("; 4 pieces placed\n")) << status();
   EXPECT_THAT(status(), HasSubstr("no person is needed"));
-  EXPECT_EQ(this->cell("down").code, 0);
-  const auto end = cell.wait(within(30));
-  ASSERT_TRUE(end);
-  EXPECT_EQ(WEXITSTATUS(*end), 0) << cell.errors();
-  EXPECT_EQ(pieces_in_ledger(), std::pair(std::int64_t{4}, std::int64_t{4}));
-  EXPECT_THAT(text_of("scene.out"), HasSubstr("pallet2=4")) << "the world agrees";
-  EXPECT_THAT(text_of("scene.out"), testing::AllOf(HasSubstr("touches=0"), HasSubstr("fallen=0")));
-  EXPECT_EQ(left_running(), "");
+  expect_down_with(cell, 4);
 }
 
 TEST_F(CellUp, StopHoldsTheArmsUntilStartAlsoForTheNextCoordinator) {
@@ -391,6 +467,61 @@ TEST_F(CellUp, StopHoldsTheArmsUntilStartAlsoForTheNextCoordinator) {
   EXPECT_EQ(WEXITSTATUS(*end), 0) << cell.errors();
   EXPECT_EQ(this->cell("status").code, 3);
   EXPECT_EQ(this->cell("down").code, 3);
+}
+
+TEST_F(CellUp, OfTwoCoordinatorsOneWorksAndTheOtherTakesOver) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  Process cell = up(6);
+  Process second = second_coordinator();
+  ASSERT_TRUE(wait_event(second, "robot1 stand-by")) << second.output();
+  // Its control of the arms ends after 5 s. The supervisor would kill it after 10 s.
+  const auto first = pid_of(of_cell("corbot-coordinator"));
+  ASSERT_TRUE(first);
+  ASSERT_EQ(::kill(*first, SIGSTOP), 0);
+  EXPECT_TRUE(wait_until(within(9), [&] { return has_claimed("robot1", second.pid()); })) << second.output();
+  ASSERT_EQ(::kill(*first, SIGCONT), 0);
+  EXPECT_TRUE(wait_event(second, " placed at pallet2 ")) << second.output();
+  EXPECT_EQ(pid_of(of_cell("corbot-coordinator")), first) << "it was thawed too late";
+  second.signal(SIGKILL);
+  ASSERT_TRUE(reaches("; 6 pieces placed\n")) << status();
+  expect_down_with(cell, 6);
+}
+
+TEST_F(CellUp, GoesOnInTheSameWorldAfterAPowerCut) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  Process world = this->world(4);
+  Process first = up(4);
+  ASSERT_TRUE(wait_event(first, "robot1 piece")) << "one is in a gripper, or on its way";
+  const std::vector<pid_t> all = pids_but(world.pid());
+  EXPECT_GT(all.size(), 9U);
+  for (const int signal : {SIGSTOP, SIGKILL})  // at one instant
+    for (const pid_t pid : all) (void)::kill(pid, signal);
+  ASSERT_TRUE(first.wait(within(30)));
+  Process again(command({"--pieces", "4"}, "up"), environment());
+  ASSERT_TRUE(wait_until(within(200), [&] {
+    const std::string text = status();
+    for (const char* robot : {"robot1", "robot2"}) {
+      if (text.find(fmt::format("{} is in Error", robot)) != std::string::npos) clear(robot);
+    }
+    return text.find("; 4 pieces placed\n") != std::string::npos;
+  })) << status();
+  EXPECT_EQ(cell("down").code, 0);
+  ASSERT_TRUE(again.wait(within(60)));
+  EXPECT_EQ(pieces_in_ledger(), std::pair(std::int64_t{4}, std::int64_t{4}));
+  EXPECT_EQ(placed_events(), 4);
+  EXPECT_EQ(world.terminate(), 0);
+  EXPECT_THAT(world.output(), testing::AllOf(HasSubstr("pallet2=4 "), HasSubstr(" held=0 "),
+                                             HasSubstr(" touches=0 "), HasSubstr(" fallen=0 ")));
+
+  Process next_world = this->world(1);
+  Process next = up(1);
+  EXPECT_TRUE(reaches("; 1 pieces placed\n")) << "the ledger is of this world: " << status();
+  next_world.signal(SIGKILL);
+  const auto end = next.wait(within(60));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 5);
+  EXPECT_THAT(next.errors(), HasSubstr("the simulated world has ended"));
+  EXPECT_EQ(left_running(), "");
 }
 
 TEST_F(CellUp, EndsWithItsWorld) {

@@ -61,7 +61,7 @@ std::optional<pid_t> holder_of(const fs::path& directory) {
   return stream >> pid && pid > 1 ? std::optional(pid) : std::nullopt;
 }
 
-void begin_anew(const CellConfig& cell) {
+void begin_anew(const CellConfig& cell, bool world_runs) {
   const fs::path previous = cell.state_directory / "previous";
   const std::string ledger = cell.ledger.filename();
   const bool has_ledger = cell.scene && cell.store_reference.empty();
@@ -72,7 +72,7 @@ void begin_anew(const CellConfig& cell) {
     for (const auto& entry : fs::directory_iterator(cell.state_directory)) {
       const std::string name = entry.path().filename();
       const bool is_world = cell.scene && (name == kRobots || name == scene_output(cell).filename() ||
-                                           name == cell::scene_record_file({}));
+                                           (name == cell::scene_record_file({}) && !world_runs));
       const bool is_ledger =
           has_ledger && (name == ledger || name == ledger + "-wal" || name == ledger + "-shm");
       if (is_world || is_ledger || entry.path().extension() == ".log" ||

@@ -28,8 +28,8 @@ class DirectoryLock {
 [[nodiscard]] std::optional<pid_t> holder_of(const std::filesystem::path& directory);
 
 /// Logs begin anew with each run. A simulated world does so, too, with its ledger and its robots. The previous ones are kept in
-/// a directory of their own.
-void begin_anew(const cell::CellConfig& cell);
+/// a directory of their own. A world that runs already goes on with its record.
+void begin_anew(const cell::CellConfig& cell, bool world_runs = false);
 
 /// The last lines of a program's log, for a message.
 [[nodiscard]] std::string tail_of(const std::filesystem::path& log);

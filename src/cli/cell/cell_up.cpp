@@ -9,10 +9,12 @@
 
 #include <cerrno>
 #include <optional>
+#include <utility>
 
 #include "cli/cell/cell_client.h"
 #include "cli/cell/cell_directory.h"
 #include "cli/cell/cell_processes.h"
+#include "cli/cell/cell_world.h"
 #include "cli/supervise/report.h"
 #include "cli/supervise/service_manager.h"
 #include "client/failure.h"
@@ -31,8 +33,9 @@ constexpr int kDownWithin_ms = 90'000;  // every process has its time to end
 /// The processes of a cell that stays.
 class Stay {
  public:
-  explicit Stay(const CellConfig& cell)
+  Stay(const CellConfig& cell, std::optional<CellWorld> world)
       : cell_(cell),
+        world_(std::move(world)),
         supervisor_({.notify_path = (cell.state_directory / "notify.sock").string(),
                      .on_change = [this] { check_scene(); },
                      .on_step =
@@ -44,6 +47,7 @@ class Stay {
     for (Supervisor::Spec& spec :
          cell_processes(cell_, options, Begin::kAtOnce, [](const std::string& line) { report(line); })) {
       const std::string title = spec.title;
+      if (world_ && title == kScene) continue;
       try {
         if (!supervisor_.start(std::move(spec))) return supervisor_.stop_all();
       } catch (const Failure& failure) {
@@ -58,20 +62,20 @@ class Stay {
         fmt::format("{} is up: coordinator at {}, logs in {}; 'corbot cell status' shows it, Ctrl-C or "
                     "'corbot cell down' ends it",
                     cell_.name, cell_.coordinator_uri(), cell_.state_directory.string()));
-    while (!has_lost_scene_ && supervisor_.step()) {
-    }
+    while (!has_lost_scene_ && supervisor_.step()) has_lost_scene_ |= world_ && world_->has_ended();
     manager_.ending();
     report(fmt::format("ending {}", cell_.name));
     supervisor_.stop_all();  // the coordinator first: its arms come to rest
     if (has_lost_scene_)
       throw Failure(ExitCode::kInternal, "the simulated world has ended, and with it all pieces; " +
-                                             tail_of(log_file(cell_, kScene)));
+                                             (world_ ? "" : tail_of(log_file(cell_, kScene))));
   }
 
  private:
   void check_scene() { has_lost_scene_ = scene_ && supervisor_.pid_of(kScene) != *scene_; }
 
   const CellConfig& cell_;
+  const std::optional<CellWorld> world_;  ///< not started by this command
   ServiceManager manager_;
   std::optional<pid_t> scene_;
   bool has_lost_scene_{false};
@@ -87,9 +91,11 @@ void cell_up(const cell::CellOptions& options) {
   cell::make_private_directory(cell.state_directory);
   const DirectoryLock lock(cell.state_directory);
   CellClient(cell).check_foreign();
-  begin_anew(cell);
+  std::optional<CellWorld> world = CellWorld::find(cell);
+  if (!world || !world->has_ledger()) begin_anew(cell, world.has_value());
+  if (world) world->take_ledger();
   write_profiles(cell);
-  Stay(cell).go(options);
+  Stay(cell, std::move(world)).go(options);
   report(fmt::format("{} is down", cell.name));
 }
 
