@@ -17,6 +17,7 @@
 #include <random>
 
 #include "config/load_profile.h"
+#include "soak/cell_soak.h"
 #include "soak/device_soak.h"
 #include "soak/kept.h"
 #include "soak/stage.h"
@@ -336,15 +337,26 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 100'000));
   app.add_option("--device", device, "with --devices: of this kind alone")
       ->check(CLI::IsMember({"ssc32", "maestro", "cia402", "gpio"}));
+  corbot::soak::CellSoak cells{.programs = options.binaries, .results = here / "cell_soak.jsonl"};
+  bool is_cell = false;
+  app.add_flag("--cell", is_cell, "breaks a simulated cell instead, see cell_soak.h");
+  app.add_option("--kills", cells.kills, "with --cell: how many")->check(CLI::Range(1, 100'000));
+  app.add_option("--from", seed, "with --cell: the same as --seed");
+  app.add_option("--pieces", cells.pieces, "with --cell: of a world")->check(CLI::Range(1, 12));
+  app.add_option("--results", cells.results, "with --cell: the file to which each run adds its lines");
   std::string judged;
   app.add_option("--judge", judged, "runs nothing, and judges such a file");
   app.add_flag("--verbose", verbose, "say what is broken as it is");
   CLI11_PARSE(app, argc, argv);
   std::string scratch = here / "soak-XXXXXX";
-  if (judged.empty() && (devices == 0 || !device.empty())) options.scratch = ::mkdtemp(scratch.data());
+  if (!is_cell && judged.empty() && (devices == 0 || !device.empty()))
+    options.scratch = ::mkdtemp(scratch.data());
   ::signal(SIGPIPE, SIG_IGN);
   int status = 1;
   try {
+    cells.seed = seed;
+    cells.verbose = verbose;
+    if (is_cell) return corbot::soak::run_cells(cells);
     if (devices > 0 && device.empty())
       return corbot::soak::run_all_devices(devices, seed, verbose, here / "run_soak", options.orb);
     status = devices > 0      ? corbot::soak::run_devices(devices, seed, verbose, device, options)

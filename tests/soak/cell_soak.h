@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace corbot::soak {
+
+struct CellSoak {
+  int kills{300};
+  int pieces{8};  ///< of a world; a next one begins where they have arrived
+  std::uint64_t seed{};
+  bool verbose{false};
+  std::filesystem::path programs;
+  std::filesystem::path results;  ///< each run adds its lines
+};
+
+/// Kills or freezes any process of a cell but its world, at random instants, one in five with a second. Each world must end
+/// with every piece on pallet2, and a person may be asked only where docs/cell.md says so. The exit code.
+int run_cells(const CellSoak& soak);
+
+}  // namespace corbot::soak
