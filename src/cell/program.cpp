@@ -89,6 +89,7 @@ int run_program(int argc, char** argv, const Program& program) {
   const sigset_t signals = end_signals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before any thread is started: all of them inherit it
   signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);  // a limit of files is reported as a full disk is
   CLI::App app{program.about, program.name};
   CellOptions options;
   options.add_to(app);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -337,13 +338,17 @@ class CellUp : public CellRun {
     row.next();
     return {row.integer(0), row.integer(1)};
   }
-  /// How often pieces were placed at pallet2, by the ledger's events.
-  [[nodiscard]] std::int64_t placed_events() const {
+  [[nodiscard]] std::int64_t events(const char* sql) const {
     cell::Database ledger(directory_ / "state" / "ledger.db");
-    cell::Statement row(ledger, "SELECT COUNT(*) FROM event WHERE step = 'placed' AND place = 'pallet2'");
+    cell::Statement row(ledger, sql);
     row.next();
     return row.integer(0);
   }
+  /// How often pieces were placed at pallet2.
+  [[nodiscard]] std::int64_t placed_events() const {
+    return events("SELECT COUNT(*) FROM event WHERE step = 'placed' AND place = 'pallet2'");
+  }
+  [[nodiscard]] std::int64_t all_events() const { return events("SELECT COUNT(*) FROM event"); }
   [[nodiscard]] bool has_claimed(const std::string& robot, pid_t coordinator) const {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     cell::Database ledger(directory_ / "state" / "ledger.db");
@@ -522,6 +527,64 @@ TEST_F(CellUp, GoesOnInTheSameWorldAfterAPowerCut) {
   EXPECT_EQ(WEXITSTATUS(*end), 5);
   EXPECT_THAT(next.errors(), HasSubstr("the simulated world has ended"));
   EXPECT_EQ(left_running(), "");
+}
+
+TEST_F(CellUp, AFrozenStoreAndAFrozenCameraAreReplaced) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  Process cell = up(3);
+  for (const char* program : {"corbot-store", "corbot-camera"}) {
+    const auto frozen = pid_of(of_cell(program));
+    ASSERT_TRUE(frozen) << program;
+    ASSERT_EQ(::kill(*frozen, SIGSTOP), 0);
+    EXPECT_TRUE(wait_until(within(60), [&] {
+      const auto next = pid_of(of_cell(program));
+      return next && next != frozen;
+    })) << program;
+  }
+  ASSERT_TRUE(reaches("; 3 pieces placed\n")) << status();
+  EXPECT_THAT(status(), HasSubstr("no person is needed"));
+  expect_down_with(cell, 3);
+}
+
+TEST_F(CellUp, ARobotInErrorWaitsForAPersonAndTheOtherGoesOn) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  edit("gap_fault_ms = 10000", "gap_fault_ms = 1500", "arm.toml");
+  Process cell = up(3);
+  ASSERT_TRUE(wait_event(cell, "placed at store1")) << "so robot2 has work";
+  const auto task = pid_of("corbot-rt.*" + name_ + "-robot1");
+  ASSERT_TRUE(task);
+  ASSERT_EQ(::kill(*task, SIGSTOP), 0);
+  std::this_thread::sleep_for(std::chrono::milliseconds(2200));  // a gap, which its supervisor tolerates
+  ASSERT_EQ(::kill(*task, SIGCONT), 0);
+  ASSERT_TRUE(reaches("robot1: robot1 is in Error: look at 'corbot status', put the cause right"))
+      << status();
+  EXPECT_TRUE(reaches("; 1 pieces placed\n")) << "robot2 goes on: " << status();
+  EXPECT_EQ(pid_of("corbot-rt.*" + name_ + "-robot1"), task) << "it was thawed too late";
+  clear("robot1");
+  ASSERT_TRUE(reaches("; 3 pieces placed\n")) << status();
+  EXPECT_THAT(status(), HasSubstr("no person is needed"));
+  expect_down_with(cell, 3);
+}
+
+TEST_F(CellUp, AFullDiskHoldsTheArmsUntilThereIsRoom) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  Process cell = up(2);
+  const auto store = pid_of(of_cell("corbot-store"));
+  ASSERT_TRUE(store);
+  rlimit before{};
+  const rlimit full{1, RLIM_INFINITY};
+  ASSERT_EQ(::prlimit(*store, RLIMIT_FSIZE, &full, &before), 0);
+  ASSERT_TRUE(reaches("the ledger's database failed, nothing was changed")) << status();
+  const std::int64_t events = all_events();
+  std::this_thread::sleep_for(std::chrono::seconds(12));
+  EXPECT_THAT(status(),
+              testing::AllOf(HasSubstr("a person is needed"), HasSubstr("the ledger's database failed")));
+  EXPECT_EQ(all_events(), events) << "no step is durable, so none is taken";
+  EXPECT_EQ(pid_of(of_cell("corbot-store")), store) << "it lives";
+  ASSERT_EQ(::prlimit(*store, RLIMIT_FSIZE, &before, nullptr), 0);
+  ASSERT_TRUE(reaches("; 2 pieces placed\n")) << status();
+  EXPECT_THAT(status(), HasSubstr("no person is needed"));
+  expect_down_with(cell, 2);
 }
 
 TEST_F(CellUp, EndsWithItsWorld) {
