@@ -2,7 +2,6 @@
 # What `.ci/run` and `scripts/nightly` share: phases with their times, and the check of what is left behind. Sourced after
 # common.sh; prints the report when the caller ends.
 durations=()
-beside=
 
 # phase TITLE COMMAND...
 phase() {
@@ -14,26 +13,8 @@ phase() {
   durations+=("$(printf '%5d s  %s' $((SECONDS - begun)) "$title")")
 }
 
-# begin_beside COMMANDS: runs them, which may be functions of these scripts, in the time that the tests' waits leave to the
-# processors. end_beside waits for their end, and fails if one failed. A session of its own, so that its group of processes,
-# too, comes after those of the tests.
-begin_beside() {
-  setsid bash -c 'echo 19 > /proc/self/autogroup 2> /dev/null; chrt --idle --pid 0 $$; . scripts/common.sh; . scripts/phases.sh
-    eval "$1"' "$0" "$1" > build/beside.log 2>&1 &
-  beside=$!
-}
-
-end_beside() {
-  local status=0
-  wait "$beside" || status=$?
-  beside=
-  cat build/beside.log
-  return "$status"
-}
-
 finish() {
   local status=$?
-  [ -z "$beside" ] || kill -- "-$beside" 2> /dev/null || true
   if [ ${#durations[@]} -gt 0 ]; then printf '%s\n' "${durations[@]}"; fi
   if [ "$status" -eq 0 ]; then
     say "$run_name passed in $SECONDS s"
@@ -57,11 +38,9 @@ check_left_over() {
 $left"
 }
 
-build_sanitizer() { build_preset "$1" -DCORBOT_FUZZ=OFF --target "$2"; }
-
 # check_sanitizer PRESET TARGET LABEL: the tests of a label, a regular expression; cmake/targets.cmake declares the labels.
 check_sanitizer() {
-  build_sanitizer "$1" "$2"
+  build_preset "$1" -DCORBOT_FUZZ=OFF --target "$2"
   ctest --test-dir "build/$1" --output-on-failure --no-tests=error -j "$(test_jobs)" -L "$3"
 }
 
