@@ -57,7 +57,7 @@ def test_a_cell_is_paused_and_stopped() -> None:
         assert cell.picture()[:2] == b"\xff\xd8", "a JPEG file begins so"
         cell.resume()
         assert not cell.is_paused
-        until(lambda: cell.robots["robot1"].work is corbot.Work.MOVING)
+        until(lambda: not all(is_at_rest(arm) for arm in cell.arms.values()))  # a stop between two motions stops none
         cell._addresses["robots"] = {"gone": "127.0.0.1:1/gone", **cell._addresses["robots"]}
         with pytest.raises(corbot.RobotNotFound):
             cell.stop()  # it stops the others all the same

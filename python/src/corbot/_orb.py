@@ -132,7 +132,8 @@ def system_error(error: Any, address: str) -> CorbotError:
     """Give the Python exception of one that the ORB raises."""
     if isinstance(error, CORBA.TIMEOUT) or (isinstance(error, CORBA.TRANSIENT) and error.minor == omniORB.TRANSIENT_CallTimedout):
         return NoAnswer(address)
-    if isinstance(error, (CORBA.COMM_FAILURE, CORBA.TRANSIENT, CORBA.OBJ_ADAPTER)):  # the last: it is about to end
+    # A program that is about to end raises the last two.
+    if isinstance(error, (CORBA.COMM_FAILURE, CORBA.TRANSIENT, CORBA.OBJ_ADAPTER, CORBA.OBJECT_NOT_EXIST)):
         return Disconnected(address)
     if isinstance(error, CORBA.NO_PERMISSION):
         return NoControl(has_ended=error.minor == Corbot.NoPermissionControlEnded)
