@@ -32,6 +32,8 @@ cli::CellView works() {
   view.state.robots[0] = work("robot1", Corbot::WorkMoving, 7, "");
   view.state.robots[1] = work("robot2", Corbot::WorkWaiting, 0, "robot1 is in the zone of store1");
   view.places.length(2);
+  for (CORBA::ULong i = 0; i < 2; ++i)
+    view.places[i] = Corbot::PlaceInfo();  // the mapping initialises no number
   view.places[0].name = "pallet1";
   view.places[1].name = "store1";
   view.places[1].capacity = 4;
