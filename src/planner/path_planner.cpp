@@ -137,13 +137,19 @@ PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, double t_s, Me
     motion.tool = orientation_path(model_.kinematics, here, std::get<PathPoint>(goal));
     motion.solution = number;
     const bool has_rate = std::is_same_v<Motion, LineMotion> && lines_ == LineTiming::kRate;
-    PathPlan result = has_rate                              ? plan_with_rate(start, motion, t_s, member)
-                      : model_.kinematics.has_closed_form() ? plan_on_solution(start, motion, t_s, member)
-                                                            : plan_between_knots(start, motion, t_s, member);
+    PathPlan result =
+        has_rate ? plan_with_rate(start, motion, t_s, member) : plan_by_law(start, motion, t_s, member);
     if (std::holds_alternative<Command>(result)) return result;
     refuse(std::get<PlanRefusal>(result));
   }
   return *first;
+}
+
+template <class Motion, class Member>
+PathPlan PathPlanner::plan_by_law(const PlanStart& start, const Motion& motion, double t_s,
+                                  Member member) const {
+  return model_.kinematics.has_closed_form() ? plan_on_solution(start, motion, t_s, member)
+                                             : plan_between_knots(start, motion, t_s, member);
 }
 
 template <class Motion, class Member>
@@ -167,19 +173,13 @@ PathPlan PathPlanner::plan_between_knots(const PlanStart& start, Motion motion, 
   return result;
 }
 
-/// At every limit of every joint. Without travel it is a dwell.
+/// At every limit of every joint. Without travel it is a dwell. A path along a singularity, and one of nanometres beside
+/// one, has no knots in lambda; a law serves there, and its refusals name point and joint.
 template <class Motion, class Member>
 PathPlan PathPlanner::plan_with_rate(const PlanStart& start, Motion motion, double t_s, Member member) const {
   const PathPoint target = point_at(motion, 1.0);
   rate::RatePlanned planned = rate::plan_rate(whole_, settings_, motion, start.position_q, t_s);
-  if (const auto* refusal = std::get_if<PlanRefusal>(&planned)) {
-    if (!whole_.kinematics.has_closed_form()) return *refusal;
-    // By the closed form the proof finds the point and the joint.
-    const PathProof proof(whole_, motion, start.position_q, {}, settings_.soft_limits);
-    if (auto named = check_ends(start, proof, target)) return *named;
-    const auto named = proof.check_geometry();  // joints follow this line over whole turns
-    return named && !proof.is_of_half_turn(*named) ? *named : *refusal;
-  }
+  if (std::holds_alternative<PlanRefusal>(planned)) return plan_by_law(start, motion, t_s, member);
   auto& plan = std::get<rate::RatePlan>(planned);
   if (auto refusal = check_ranges(plan.knots, target)) return *refusal;
   Command command = blank_command(MotionKind::kDwell, start);

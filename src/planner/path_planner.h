@@ -43,6 +43,9 @@ class PathPlanner {
   template <class Motion, class Member>
   [[nodiscard]] PathPlan plan(const PlanStart& start, Motion motion, double t_s, Member member) const;
   template <class Motion, class Member>
+  [[nodiscard]] PathPlan plan_by_law(const PlanStart& start, const Motion& motion, double t_s,
+                                     Member member) const;
+  template <class Motion, class Member>
   [[nodiscard]] PathPlan plan_on_solution(const PlanStart& start, Motion motion, double t_s,
                                           Member member) const;
   template <class Motion, class Member>

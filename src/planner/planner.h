@@ -15,7 +15,7 @@ namespace corbot {
 /// a t_s the limits forbid stretches to what they allow.
 class Planner {
  public:
-  explicit Planner(const ArmModel& model, LineTiming lines = LineTiming::kLaw)
+  explicit Planner(const ArmModel& model, LineTiming lines = LineTiming::kRate)
       : model_(model), lines_(lines) {}
 
   [[nodiscard]] const ArmModel& model() const { return model_; }

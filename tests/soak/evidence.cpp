@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "rt/cycle/governor.h"
+#include "corbot/motion/rate_curve.h"
 
 namespace corbot::soak {
 namespace {
@@ -48,13 +48,13 @@ double stop_bound_s(const ArmModel& arm) {
       arm.path.speed_m_s / arm.path.acceleration_m_s2 + arm.path.acceleration_m_s2 / arm.path.jerk_m_s3;
   const double pitch_s = arm.path.rotation_speed_rad_s / arm.path.rotation_acceleration_rad_s2 +
                          arm.path.rotation_acceleration_rad_s2 / arm.path.rotation_jerk_rad_s3;
-  double bound_s = rt::Governor::kArcStopBound * std::max(path_s, pitch_s);
+  double longest_s = std::max(path_s, pitch_s);
   for (std::size_t i = 0; i < arm.dof; ++i) {
     const JointLimits& limits = arm.joints[i];
-    bound_s = std::max(bound_s, rt::Governor::kStopBound * (limits.speed_q_s / limits.acceleration_q_s2 +
-                                                            limits.acceleration_q_s2 / limits.jerk_q_s3));
+    longest_s = std::max(longest_s, limits.speed_q_s / limits.acceleration_q_s2 +
+                                        limits.acceleration_q_s2 / limits.jerk_q_s3);
   }
-  return bound_s;
+  return rate::RateGovernor::kStopBound * longest_s;  // a line's, the longest
 }
 
 std::vector<Interval> lost_cycles(const Evidence& evidence, const Interval& within) {

@@ -116,7 +116,6 @@ class Motions : public ::testing::TestWithParam<Case> {
       case Kind::kJoint:
         return rig_.planner.move_joints(rig_.start(), settings(), random_joints(size()), t_s);
       case Kind::kLine:
-      case Kind::kRateLine:
         return rig_.planner.move_s(rig_.start(), settings(), near_tcp(reach_m), t_s);
       case Kind::kArc: {
         const auto p1 = tool_pose(rig_.arm.kinematics, rig_.start().position_q).position_m;
@@ -136,7 +135,7 @@ class Motions : public ::testing::TestWithParam<Case> {
   bool clear_after_press();
 
   std::mt19937_64 random_{};
-  Rig rig_{arm_of(GetParam().arm), GetParam().kind == Kind::kRateLine ? LineTiming::kRate : LineTiming::kLaw};
+  Rig rig_{arm_of(GetParam().arm)};
   Shares joint_{};
   Shares path_{};
   StopJudge judge_{rig_.arm};
@@ -232,8 +231,7 @@ bool Motions::check_stop(const Command& command, int ticks) {
   const double scale_s = ramp_scale_s(command);
   if (scale_s > 0.0) stop_share_ = std::max(stop_share_, taken_s / scale_s);
   // Two cycles: one to see the request, one to report.
-  constexpr double kRateBound = 4.0;
-  const double bound = has_rate(command)                  ? kRateBound
+  const double bound = has_rate(command)                  ? rate::RateGovernor::kStopBound
                        : command.kind == MotionKind::kArc ? rt::Governor::kArcStopBound
                                                           : rt::Governor::kStopBound;
   if (taken_s <= bound * scale_s + 3e-3) return true;

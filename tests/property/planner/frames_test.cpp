@@ -7,12 +7,12 @@
 #include <string>
 
 #include "corbot/kinematics/tool_pose.h"
+#include "gate_laws.h"
 #include "path_ticks.h"
 #include "planner/frame_settings.h"
 #include "planner/planner.h"
 #include "published_arm.h"
 #include "random_frame.h"
-#include "rt/cycle/command_check.h"
 #include "rt/cycle/path_evaluation.h"
 #include "seed.h"
 
@@ -47,24 +47,19 @@ class FramedPaths : public testing::TestWithParam<const char*> {
 
   /// As the cycle runs it.
   template <class Motion>
-  void expect_on_path(const Kinematics& tool, const Command& command, const Motion& motion) {
+  void expect_on_path(const Kinematics& tool, const Command& command, const Motion& motion,
+                      const PlannedRate& rate) {
     ArmModel running = arm_;
     rt::take_frames(command, running.kinematics);
-    const rt::SetPoint base{command.start_q};
+    const double near_m = rate.pieces.empty() ? 1e-9 : 1e-6;
     const int ticks = 200;
     for (int k = 0; k <= ticks; ++k) {
-      const double time_s = command.duration_s * k / ticks;
-      const rt::SetPoint now = rt::evaluate_command(running, command, base, time_s);
-      ASSERT_TRUE(now.reachable) << k;
-      const Point tcp = tool.forward(now.position_q).position_m;
-      const Point wanted = point_at(motion, evaluate(motion.law, time_s).position).position_m;
-      ASSERT_LT(test::distance(tcp, wanted), 1e-9) << k;
-      ASSERT_LT(test::deviation(motion, tcp), 1e-9) << k;
+      const auto place = test::place_at(running, command, motion, rate, command.duration_s * k / ticks);
+      ASSERT_TRUE(place) << k;
+      const Point tcp = tool.forward(place->q).position_m;
+      ASSERT_LT(test::distance(tcp, point_at(motion, place->s).position_m), near_m) << k;
+      ASSERT_LT(test::deviation(motion, tcp), near_m) << k;
     }
-  }
-  Verdict gate(Command command) {
-    command.id = 1;
-    return rt::check_command(arm_, command, {0, command.start_q, 0.0}).verdict;
   }
 
   ArmModel arm_ = model(GetParam());
@@ -94,15 +89,20 @@ TEST_P(FramedPaths, LinesAndArcsStayOnThemWithinEveryLimitAndArrive) {
         is_arc ? Planner(arm_).move_c(from, s, here.position_m, near(here.position_m, 0.03), target)
                : Planner(arm_).move_s(from, s, target, 0.0);
     if (std::holds_alternative<PlanRefusal>(result)) continue;
-    for (const Command& command : std::get<std::vector<Command>>(result)) {
-      ASSERT_EQ(gate(command), Verdict::kDone) << "case " << i;
+    const auto& commands = std::get<std::vector<Command>>(result);
+    for (std::size_t k = 0; k < commands.size(); ++k) {
+      const Command& command = commands[k];
+      const PlannedRate rate = test::rate_of(result, k);
+      ASSERT_EQ(test::gate(arm_, command, rate), Verdict::kDone) << "case " << i;
       if (command.kind == MotionKind::kArc) {
-        ASSERT_NO_FATAL_FAILURE(expect_on_path(framed.kinematics, command, command.arc)) << "case " << i;
-        ASSERT_NO_FATAL_FAILURE(test::check_ticks(framed, s, command, command.arc, &tightest))
+        ASSERT_NO_FATAL_FAILURE(expect_on_path(framed.kinematics, command, command.arc, rate))
+            << "case " << i;
+        ASSERT_NO_FATAL_FAILURE(test::check_ticks(framed, s, command, command.arc, rate, &tightest))
             << "case " << i;
       } else {
-        ASSERT_NO_FATAL_FAILURE(expect_on_path(framed.kinematics, command, command.line)) << "case " << i;
-        ASSERT_NO_FATAL_FAILURE(test::check_ticks(framed, s, command, command.line, &tightest))
+        ASSERT_NO_FATAL_FAILURE(expect_on_path(framed.kinematics, command, command.line, rate))
+            << "case " << i;
+        ASSERT_NO_FATAL_FAILURE(test::check_ticks(framed, s, command, command.line, rate, &tightest))
             << "case " << i;
       }
     }

@@ -12,6 +12,8 @@
 #include "planner/planner.h"
 #include "planner/time_law_planner.h"
 #include "rt/cycle/command_check.h"
+#include "rt/cycle/knot_check.h"
+#include "rt/cycle/path_evaluation.h"
 
 // Whether the real-time task accepts what was planned, and refuses the same path by laws that bring the tool beyond its limits.
 
@@ -41,9 +43,18 @@ inline double beyond(const ArmModel& arm, const Extremes& e) {
                    e.jerk / arm.path.jerk_m_s3});
 }
 
-inline Verdict gate(const ArmModel& arm, Command command) {
+/// As the cycle does, a few cells a call. `rate`: of a path that has one.
+inline Verdict gate(const ArmModel& arm, Command command, const PlannedRate& rate = {}) {
   command.id = 1;
-  return rt::check_command(arm, command, {0, command.start_q, 0.0}).verdict;
+  const Verdict verdict = rt::check_command(arm, command, {0, command.start_q, 0.0}).verdict;
+  if (verdict != Verdict::kDone || rate.pieces.empty()) return verdict;
+  ArmModel framed = arm;
+  rt::take_frames(command, framed.kinematics);
+  const rate::RatePath path{rate.knots, {rate.pieces, command.duration_s, rate.knots.back().lambda_s}};
+  rt::RateCheck check;
+  for (;;) {
+    if (const auto done = check.step(framed, command, path)) return done->verdict;
+  }
 }
 
 /// The same path by another law.

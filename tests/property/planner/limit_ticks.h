@@ -142,12 +142,20 @@ class LimitTicks {
 };
 
 /// `knots`: of a line or an arc of an arm without a closed form. All limits are the arm's, the speeds scaled by the settings.
+/// `rate`: of a path that has one.
 inline TickShares tick_shares(const ArmModel& arm, const PlanSettings& settings, const Command& command,
-                              PathKnots knots = {}) {
+                              PathKnots knots = {}, const PlannedRate& rate = {}) {
   ArmModel framed = arm;
   rt::take_frames(command, framed.kinematics);
   const rt::SetPoint base{command.start_q};
   const auto set_points = [&](double t_s) -> std::optional<Joints> {
+    if (!rate.pieces.empty()) {
+      const rate::RatePieces law{rate.pieces, command.duration_s, rate.knots.back().lambda_s};
+      const rate::State z = rate::state_at(rate.knots, law.at(t_s).lambda_s);
+      Joints q{};
+      std::copy_n(z.begin(), q.size(), q.begin());
+      return q;
+    }
     const rt::SetPoint now = rt::evaluate_command(framed, command, base, t_s, knots);
     return now.reachable ? std::optional(now.position_q) : std::nullopt;
   };

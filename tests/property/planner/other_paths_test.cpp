@@ -184,8 +184,9 @@ TEST_P(OtherPaths, LinesAndArcsAreFollowedWithinEveryLimit) {
     const double size = i % 8 < 4 ? 0.15 : 0.02;
     const PlanSettings s = settings(i, arm, here.orientation);
     const Vector3 p2 = here.position_m + random_.vector(size), p3 = here.position_m + random_.vector(size);
-    const PlanResult result = i % 2 == 0 ? Planner(arm).move_s(from, s, p3, 0.0)
-                                         : Planner(arm).move_c(from, s, here.position_m, p2, p3);
+    const Planner planner(arm, LineTiming::kLaw);
+    const PlanResult result =
+        i % 2 == 0 ? planner.move_s(from, s, p3, 0.0) : planner.move_c(from, s, here.position_m, p2, p3);
     if (std::holds_alternative<PlanRefusal>(result)) continue;
     const auto& commands = std::get<std::vector<Command>>(result);
     ASSERT_EQ(result.knots.size(), commands.size());

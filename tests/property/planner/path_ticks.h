@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "corbot/motion/bounds.h"
 #include "corbot/motion/law_evaluation.h"
@@ -47,9 +48,35 @@ struct Tightest {
   double joint_speed{};  ///< greatest part of a joint's speed that was used
 };
 
+/// Where a planned path is at a time: joints and the part of the path that is done. Nothing: the arm has no joints for this place.
+struct PathPlace {
+  Joints q{};
+  double s{};
+};
+/// `rate`: of a path that has one.
+template <class Motion>
+std::optional<PathPlace> place_at(const ArmModel& arm, const Command& command, const Motion& motion,
+                                  const PlannedRate& rate, double t_s) {
+  if (!rate.pieces.empty()) {
+    const rate::RatePieces law{rate.pieces, command.duration_s, rate.knots.back().lambda_s};
+    const rate::State z = rate::state_at(rate.knots, law.at(t_s).lambda_s);
+    PathPlace place{{}, z[rate::kPath]};
+    std::copy_n(z.begin(), place.q.size(), place.q.begin());
+    return place;
+  }
+  const double s = evaluate(motion.law, t_s).position;
+  const IkSolution ik = joints_at(arm, point_at(motion, s), motion.solution, command.start_q);
+  if (ik.status != IkStatus::kOk) return std::nullopt;
+  return PathPlace{ik.joints_q, s};
+}
+/// None where the command has a law.
+inline PlannedRate rate_of(const PlanResult& plan, std::size_t command = 0) {
+  return command < plan.rates.size() ? plan.rates[command] : PlannedRate{};
+}
+
 template <class Motion>
 void check_ticks(const ArmModel& arm, const PlanSettings& settings, const Command& command,
-                 const Motion& motion, Tightest* tightest) {
+                 const Motion& motion, const PlannedRate& rate, Tightest* tightest) {
   constexpr double kSlack = 1.0 + 1e-6;
   ASSERT_TRUE(is_well_formed(motion.law));
   const double length = length_m(motion);
@@ -62,17 +89,16 @@ void check_ticks(const ArmModel& arm, const PlanSettings& settings, const Comman
   std::array<Point, 4> track{};
   track.fill(tcp_of(arm, command.start_q));
   for (int k = 0; k <= ticks; ++k) {
-    const LawState s = evaluate(motion.law, k * tick_s);
-    const PathPoint wanted = point_at(motion, s.position);
-    const IkSolution ik = joints_at(arm, wanted, motion.solution, command.start_q);
-    ASSERT_EQ(ik.status, IkStatus::kOk) << "tick " << k << " of " << ticks;
-    const Point tcp = tcp_of(arm, ik.joints_q);
+    const std::optional<PathPlace> place = place_at(arm, command, motion, rate, k * tick_s);
+    ASSERT_TRUE(place) << "tick " << k << " of " << ticks;
+    const PathPoint wanted = point_at(motion, place->s);
+    const Point tcp = tcp_of(arm, place->q);
     ASSERT_LT(deviation(motion, tcp), 1e-6) << "tick " << k;
-    const Quaternion orientation = arm.kinematics.forward(ik.joints_q).orientation;
+    const Quaternion orientation = arm.kinematics.forward(place->q).orientation;
     if (arm.kinematics.follows() == Follows::kFull) {
       ASSERT_LT(angle_between(orientation, wanted.orientation), 1e-6) << "tick " << k;
     } else {
-      const Angles angles = arm.kinematics.followed().at(ik.joints_q);
+      const Angles angles = arm.kinematics.followed().at(place->q);
       for (std::size_t i = 0; i < arm.kinematics.followed().count; ++i) {
         ASSERT_LT(std::abs(wrap_angle(angles[i] - wanted.angles_rad[i])), 1e-6) << "tick " << k;
       }
@@ -83,7 +109,7 @@ void check_ticks(const ArmModel& arm, const PlanSettings& settings, const Comman
     }
     before = orientation;
     for (std::size_t i = 0; i < arm.dof; ++i) {
-      const double q = ik.joints_q[i];
+      const double q = place->q[i];
       const double limit = arm.joints[i].speed_q_s * settings.joint_speed_ratio[i];
       ASSERT_GE(q, arm.joints[i].lower_q - kRangeTolerance_q) << "joint " << i << " tick " << k;
       ASSERT_LE(q, arm.joints[i].upper_q + kRangeTolerance_q) << "joint " << i << " tick " << k;
@@ -111,7 +137,7 @@ void check_ticks(const ArmModel& arm, const PlanSettings& settings, const Comman
     ASSERT_LE(peak.acceleration * turn, arm.path.rotation_acceleration_rad_s2 * kSlack);
     ASSERT_LE(peak.jerk * turn, arm.path.rotation_jerk_rad_s3 * kSlack);
     track = {tcp, track[0], track[1], track[2]};
-    last = ik.joints_q;
+    last = place->q;
   }
   for (std::size_t i = 0; i < arm.dof; ++i) ASSERT_NEAR(last[i], command.end_q[i], 1e-9);
 }

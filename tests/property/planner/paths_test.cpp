@@ -62,7 +62,8 @@ TEST(Lines, StayStraightWithinEveryLimitAndArrive) {
     if (std::holds_alternative<PlanRefusal>(result)) continue;
     const Command& command = std::get<std::vector<Command>>(result).front();
     ASSERT_EQ(command.kind, MotionKind::kLine);
-    ASSERT_NO_FATAL_FAILURE(check_ticks(arm, settings, command, command.line, &tightest))
+    ASSERT_NO_FATAL_FAILURE(
+        check_ticks(arm, settings, command, command.line, test::rate_of(result), &tightest))
         << "case " << i << (at_ready ? " from Ready" : "");
     ASSERT_LT(test::distance(test::tcp_of(arm, command.end_q), target), 1e-9);
     if (t_s > 0.0) {
@@ -101,7 +102,8 @@ TEST(Arcs, StayRoundWithinEveryLimitAndArrive) {
     const auto& commands = std::get<std::vector<Command>>(result);
     ASSERT_EQ(commands.size(), i % 3 != 0 ? 1u : 2u);
     if (commands.size() == 2) {
-      ASSERT_NO_FATAL_FAILURE(check_ticks(arm, settings, commands[0], commands[0].line, &tightest))
+      ASSERT_NO_FATAL_FAILURE(
+          check_ticks(arm, settings, commands[0], commands[0].line, test::rate_of(result), &tightest))
           << "case " << i;
       ASSERT_EQ(commands[0].end_q, commands[1].start_q);
     } else {
@@ -109,7 +111,9 @@ TEST(Arcs, StayRoundWithinEveryLimitAndArrive) {
     }
     const Command& command = commands.back();
     ASSERT_EQ(command.kind, MotionKind::kArc);
-    ASSERT_NO_FATAL_FAILURE(check_ticks(arm, settings, command, command.arc, &tightest)) << "case " << i;
+    ASSERT_NO_FATAL_FAILURE(check_ticks(arm, settings, command, command.arc,
+                                        test::rate_of(result, commands.size() - 1), &tightest))
+        << "case " << i;
     ASSERT_LT(test::distance(test::tcp_of(arm, command.end_q), p[2]), 1e-9);
     ASSERT_LT(deviation(command.arc, p[1]), 1e-9) << "P2 lies on the arc";
     ++planned;

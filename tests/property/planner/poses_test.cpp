@@ -9,10 +9,10 @@
 #include <random>
 #include <string>
 
+#include "gate_laws.h"
 #include "path_ticks.h"
 #include "planner/planner.h"
 #include "published_arm.h"
-#include "rt/cycle/command_check.h"
 #include "seed.h"
 
 namespace corbot::property_poses_test {
@@ -58,22 +58,22 @@ class PoseMotions : public testing::TestWithParam<const char*> {
     ASSERT_LT(test::distance(end.position_m, wanted.position_m), kExact);
     ASSERT_LT(angle_between(end.orientation, wanted.orientation), kExact);
   }
-  void expect_accepted(Command command) {
-    command.id = 1;
-    ASSERT_EQ(rt::check_command(arm_, command, {0, command.start_q, 0.0}).verdict, Verdict::kDone);
+  void expect_accepted(const Command& command, const PlanResult& plan) {
+    ASSERT_EQ(test::gate(arm_, command, test::rate_of(plan)), Verdict::kDone);
   }
   /// The set-points of the whole line, as the real-time task computes them.
-  void expect_on_slerp(const Command& command, const Pose& from, const Pose& to) {
+  void expect_on_slerp(const Command& command, const PlannedRate& rate, const Pose& from, const Pose& to) {
     const LineMotion& line = command.line;
+    const double near = rate.pieces.empty() ? kExact : 1e-6;
     const int ticks = static_cast<int>(std::ceil(std::min(command.duration_s, 60.0) / 1e-3));
     for (int k = 0; k <= ticks; ++k) {
-      const double s = evaluate(line.law, command.duration_s * k / std::max(ticks, 1)).position;
-      const IkSolution ik = joints_at(arm_, point_at(line, s), line.solution, command.start_q);
-      ASSERT_EQ(ik.status, IkStatus::kOk) << k;
-      const Pose tool = arm_.kinematics.forward(ik.joints_q);
-      const Point on_line = from.position_m + s * (to.position_m - from.position_m);
-      ASSERT_LT(test::distance(tool.position_m, on_line), kExact) << k << " of " << ticks;
-      ASSERT_LT(angle_between(tool.orientation, slerp(from.orientation, to.orientation, s)), kExact)
+      const auto place =
+          test::place_at(arm_, command, line, rate, command.duration_s * k / std::max(ticks, 1));
+      ASSERT_TRUE(place) << k;
+      const Pose tool = arm_.kinematics.forward(place->q);
+      const Point on_line = from.position_m + place->s * (to.position_m - from.position_m);
+      ASSERT_LT(test::distance(tool.position_m, on_line), near) << k << " of " << ticks;
+      ASSERT_LT(angle_between(tool.orientation, slerp(from.orientation, to.orientation, place->s)), near)
           << k << " of " << ticks;
     }
   }
@@ -95,9 +95,11 @@ TEST_P(PoseMotions, ALineIsOnItsLineAndOnTheSlerpInEveryTick) {
     if (std::holds_alternative<PlanRefusal>(result)) continue;
     const Command& command = std::get<std::vector<Command>>(result).front();
     ASSERT_NO_FATAL_FAILURE(expect_end(command, there)) << "case " << i;
-    ASSERT_NO_FATAL_FAILURE(expect_accepted(command)) << "case " << i;
-    ASSERT_NO_FATAL_FAILURE(expect_on_slerp(command, here, there)) << "case " << i;
-    ASSERT_NO_FATAL_FAILURE(test::check_ticks(arm_, {}, command, command.line, &tightest)) << "case " << i;
+    ASSERT_NO_FATAL_FAILURE(expect_accepted(command, result)) << "case " << i;
+    ASSERT_NO_FATAL_FAILURE(expect_on_slerp(command, test::rate_of(result), here, there)) << "case " << i;
+    ASSERT_NO_FATAL_FAILURE(
+        test::check_ticks(arm_, {}, command, command.line, test::rate_of(result), &tightest))
+        << "case " << i;
     ++planned;
   }
   std::cout << planned << " of " << cases << " lines planned\n";
@@ -114,7 +116,7 @@ TEST_P(PoseMotions, EveryPoseThatTheArmCanTakeIsReached) {
     ASSERT_TRUE(std::holds_alternative<std::vector<Command>>(result))
         << "case " << i << ": " << std::get<PlanRefusal>(result).text;
     const Command& command = std::get<std::vector<Command>>(result).front();
-    ASSERT_NO_FATAL_FAILURE(expect_accepted(command)) << "case " << i;
+    ASSERT_NO_FATAL_FAILURE(expect_accepted(command, result)) << "case " << i;
     ASSERT_NO_FATAL_FAILURE(expect_end(command, there)) << "case " << i;
   }
 }
@@ -135,10 +137,10 @@ TEST_P(PoseMotions, AnOffsetIsThePoseThatItLeadsTo) {
     const PlanResult result = planner.plan(start, {}, MoveRelativeRequest{by, frame, 0.0, straight});
     if (std::holds_alternative<PlanRefusal>(result)) continue;
     const Command& command = std::get<std::vector<Command>>(result).front();
-    ASSERT_NO_FATAL_FAILURE(expect_accepted(command)) << "case " << i;
+    ASSERT_NO_FATAL_FAILURE(expect_accepted(command, result)) << "case " << i;
     ASSERT_NO_FATAL_FAILURE(expect_end(command, there)) << "case " << i;
     if (straight) {
-      ASSERT_NO_FATAL_FAILURE(expect_on_slerp(command, here, there)) << "case " << i;
+      ASSERT_NO_FATAL_FAILURE(expect_on_slerp(command, test::rate_of(result), here, there)) << "case " << i;
     }
     ++planned;
   }

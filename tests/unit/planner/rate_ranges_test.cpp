@@ -67,7 +67,7 @@ TEST(RateRanges, CountAtTheKnots) {
 
 /// The middle of the line is nearer to the base than its ends: the elbow bends further there.
 TEST(RateRanges, AnEndInsideDoesNotHideAWayOutside) {
-  const Planner planner(test::lynx5(), LineTiming::kRate);
+  const Planner planner(test::lynx5());
   const PlanStart left{{deg(40.0), deg(40), deg(60), deg(55), 0.0, 0.0}, 0.0};
   const std::array<double, 3> from = test::tcp_of(test::lynx5(), left.position_q);
   PlanSettings settings;
@@ -89,7 +89,7 @@ TEST(RateRanges, AnEndInsideDoesNotHideAWayOutside) {
 
 /// Through the base axis, where the shoulder cannot fold back; and out of reach on the way.
 TEST(RateRanges, TheProofNamesWhatIsInTheWay) {
-  const Planner planner(test::lynx5(), LineTiming::kRate);
+  const Planner planner(test::lynx5());
   const PlanStart ahead{{0.0, deg(40), deg(60), deg(55), 0.0, 0.0}, 0.0};
   const std::array<double, 3> from = test::tcp_of(test::lynx5(), ahead.position_q);
   const PlanResult through = planner.move_s(ahead, {}, {-from[0], 0.0, from[2]}, 0.0);

@@ -171,22 +171,6 @@ TEST(PlanRefusals, AHalfTurnThatEndsAPathIsNamed) {
   EXPECT_THAT(refusal_of(narrow).text, testing::Not(HasSubstr("half a turn")));
 }
 
-TEST(PlanRefusals, ALineThroughTheBaseAxis) {
-  ArmModel arm = wide_arm();
-  const IkSolution ik = test::inverse_at_pitch(arm.kinematics, {0.1, 0.0, 0.2}, 0.0, 0, {});
-  ASSERT_EQ(ik.status, IkStatus::kOk);
-  const PlanResult result = Planner(arm).move_s({ik.joints_q, 0.0}, {}, {-0.1, 0.0, 0.2}, 0.0);
-  ASSERT_TRUE(std::holds_alternative<PlanRefusal>(result));
-  EXPECT_NE(refusal_of(result).kind, Kind::kBadParameter);
-  // Past the axis off the middle of a cell, too, where no sample falls on it.
-  for (const double y : {0.0, 1e-15, 1e-12}) {
-    const IkSolution start = test::inverse_at_pitch(arm.kinematics, {0.1, y, 0.2}, 0.0, 0, {});
-    EXPECT_TRUE(std::holds_alternative<PlanRefusal>(
-        Planner(arm).move_s({start.joints_q, 0.0}, {}, {-0.0371, y, 0.2}, 0.0)))
-        << y;
-  }
-}
-
 TEST(PlanRefusals, ArcsThatAreNone) {
   const Planner planner(lynx5());
   const Point a{0.2, 0.0, 0.1}, b{0.21, 0.02, 0.12}, middle{0.205, 0.01, 0.11};

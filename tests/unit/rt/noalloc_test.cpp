@@ -157,7 +157,7 @@ class OfEveryArm : public ::testing::TestWithParam<const char*> {
     }
     const PlanStart end{commands.back().end_q, 0.5};
     last =
-        rig.with_knots(motions.line_to_m ? rig.planner.move_s(end, motions.settings, *motions.line_to_m, 0.0)
+        rig.with_knots(motions.line_to_m ? rig.planner.move_s(end, motions.settings, *motions.line_to_m, 10.0)
                                          : rig.planner.ready(end, {}))
             .front();
   }
@@ -177,7 +177,7 @@ class OfEveryArm : public ::testing::TestWithParam<const char*> {
     rig.override_to(0.5);
     rig.step(20);
     rig.stop();
-    rig.step(1000);
+    rig.step(3000);
     const bool stopped = rig.snapshot.stops_done == 1 && rig.snapshot.last_done_id == last.id &&
                          rig.snapshot.position_q != last.end_q;
     last.id += 1;

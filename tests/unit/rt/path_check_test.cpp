@@ -23,8 +23,8 @@ class Agreement : public testing::TestWithParam<const char*> {
   void SetUp() override {
     const ArmMotions motions = motions_of(arm_, 0.05);
     ASSERT_TRUE(motions.line_to_m);
-    const PlanResult plan = Planner(arm_, LineTiming::kRate)
-                                .move_s({motions.there_q, 0.0}, motions.settings, *motions.line_to_m, 0.0);
+    const PlanResult plan =
+        Planner(arm_).move_s({motions.there_q, 0.0}, motions.settings, *motions.line_to_m, 0.0);
     line_ = std::get<std::vector<Command>>(plan).front().line;
     knots_ = plan.rates.front().knots;
   }

@@ -40,7 +40,7 @@ class RateLines : public testing::TestWithParam<const char*> {
   }
 
   ArmMotions motions = motions_of(arm_of(GetParam()), 0.05);
-  Rig rig{arm_of(GetParam()), LineTiming::kRate};
+  Rig rig{arm_of(GetParam())};
 };
 
 TEST_P(RateLines, ArriveWhateverTheirLength) {
