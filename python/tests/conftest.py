@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import pytest
 
 import corbot
+from corbot import _orb
 
 
 @dataclass(frozen=True)
@@ -33,3 +35,17 @@ def arm(robot: Robot) -> Iterator[corbot.Arm]:
     yield robot.arm
     robot.arm.stop()
     robot.arm.clear()
+
+
+@pytest.fixture
+def reached(monkeypatch: pytest.MonkeyPatch) -> set[str]:
+    """Give the operations that the package calls from now on."""
+    names: set[str] = set()
+    original = _orb.call
+
+    def call(address: str, operation: Callable[..., Any], *arguments: Any) -> Any:
+        names.add(operation.__name__)
+        return original(address, operation, *arguments)
+
+    monkeypatch.setattr(_orb, "call", call)
+    return names

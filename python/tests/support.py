@@ -3,10 +3,15 @@
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Callable
+from pathlib import Path
+
+import pytest
 
 import corbot
+from corbot.simulation import Simulation, _free_ports, find_program
 
 FAR = [60.0, 0.0, 0.0, 0.0]  # degrees, of the Lynx 5
 SLOWLY = 6.0  # seconds
@@ -27,3 +32,21 @@ def is_at_rest(arm: corbot.Arm) -> bool:
 
 def runs(motion: corbot.Motion) -> bool:
     return motion.info.state is corbot.MotionState.RUNNING and motion.progress > 0.02
+
+
+def skip_without(orb: str) -> None:
+    """Skip a test for which this build has no servant."""
+    if orb == "orbit2" and not (find_program().parent / "corbot-servant-orbit2").exists():
+        pytest.skip("corbot was built without ORBit2")
+
+
+class _WithNaming(Simulation):
+    def _command(self, directory: Path) -> list[str]:
+        return [*super()._command(directory), "--naming", str(_free_ports(1))]
+
+
+def simulated_with_naming(orb: str = "omniorb") -> Simulation:
+    """Give a Lynx 5 with a naming service, whose reference is `processes["naming"]`."""
+    if not shutil.which("omniNames"):
+        pytest.skip("omniNames is not installed")
+    return _WithNaming("lynx5", orb)

@@ -4,12 +4,14 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import json
+import socket
 from pathlib import Path
 
 import pytest
 
 import corbot
 from conftest import Robot
+from support import simulated_with_naming
 
 
 @pytest.fixture
@@ -74,6 +76,22 @@ def test_a_file_that_a_dead_robot_has_left(tmp_path: Path, monkeypatch: pytest.M
     (directory / "dead.lock").touch()
     with pytest.raises(corbot.RobotNotFound, match="these are up: none"):
         corbot.connect("dead")
+
+
+def test_by_a_naming_service() -> None:
+    with (simulation := simulated_with_naming()) as arm:
+        service = simulation.processes["naming"].replace("corbaloc:", "corbaname:")
+        for address in (service, service.removesuffix("/NameService")):
+            assert corbot.connect(f"{address}#Robots/{simulation.name}.Robot").joint_names == arm.joint_names
+        with pytest.raises(corbot.RobotNotFound, match=r"does not have the name Robots/nobody\.Robot"):
+            corbot.connect(f"{service}#Robots/nobody.Robot")
+
+
+def test_a_naming_service_that_does_not_answer() -> None:
+    with pytest.raises(corbot.RobotNotFound, match="no naming service answers there"):
+        corbot.connect("corbaname::127.0.0.1:1#Robots/lynx5.Robot")
+    with socket.create_server(("127.0.0.1", 0)) as silent, pytest.raises(corbot.RobotNotFound, match="no naming service answers"):
+        corbot.connect(f"corbaname::127.0.0.1:{silent.getsockname()[1]}#Robots/lynx5.Robot", timeout=0.3)
 
 
 def test_an_address_where_nobody_answers() -> None:

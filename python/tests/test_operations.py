@@ -4,17 +4,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from importlib import resources
 from itertools import islice
-from typing import Any
 
 import pytest
 
 import corbot
-from corbot import _orb
-from corbot.simulation import find_program
-from support import until
+from support import skip_without, until
 
 STARTS = "the package begins the motion by Start…, and waits in slices, so that Ctrl-C stops the arm"
 IN_STATE = "arm.state has it, of the same cycle as all the rest"
@@ -36,19 +33,6 @@ def declared(file: str) -> set[str]:
     for body in re.findall(r"interface \w+[^{;]*\{(.*?)\n  \};", text, re.DOTALL):
         names |= {f"_get_{name}" for name in re.findall(r"readonly attribute\s+\w+\s+(\w+)", body)}
         names |= set(re.findall(r"^    \w+\s+(\w+)\s*\(", body, re.MULTILINE))
-    return names
-
-
-@pytest.fixture
-def reached(monkeypatch: pytest.MonkeyPatch) -> set[str]:
-    names: set[str] = set()
-    original = _orb.call
-
-    def call(address: str, operation: Callable[..., Any], *arguments: Any) -> Any:
-        names.add(operation.__name__)
-        return original(address, operation, *arguments)
-
-    monkeypatch.setattr(_orb, "call", call)
     return names
 
 
@@ -102,8 +86,7 @@ def set_everything(arm: corbot.Arm) -> None:
 
 @pytest.fixture(params=["omniorb", "orbit2"])
 def arm(request: pytest.FixtureRequest) -> Iterator[corbot.Arm]:
-    if request.param == "orbit2" and not (find_program().parent / "corbot-servant-orbit2").exists():
-        pytest.skip("corbot was built without ORBit2")
+    skip_without(request.param)
     with corbot.simulated("lynx5", orb=request.param) as arm:
         yield arm
 

@@ -63,3 +63,21 @@ def test_arguments_that_the_interface_cannot_carry_are_named(arm: corbot.Arm) ->
         arm.call("StartDelay", "a text, and no number")
     with pytest.raises(ValueError, match="has 4 joints"):
         arm.set_speeds(joints=[50, 50])
+
+
+def test_more_values_than_any_arm_has_joints_reach_no_robot(arm: corbot.Arm, reached: set[str]) -> None:
+    with pytest.raises(ValueError, match=r"These are 7 values, and an arm has at most 6 joints\. Nothing moved") as raised:
+        arm.joints([0] * 7)
+    assert not isinstance(raised.value, corbot.CorbotError)
+    with pytest.raises(ValueError, match="These are 9 values"):
+        arm.set_limits([(-10, 10)] * 9)
+    assert reached == set()
+    with pytest.raises(TypeError, match=r"does not take a list of such a length: \(\[0.0,"):
+        arm.call("StartMoveJoints", [0.0] * 7, 0.0)
+
+
+def test_a_wrong_number_of_values_says_how_many_the_arm_takes(arm: corbot.Arm) -> None:
+    for values in ([0] * 3, [0] * 5):
+        with pytest.raises(corbot.BadParameter, match="4") as raised:
+            arm.joints(values)
+        assert (raised.value.parameter, raised.value.value) == ("target", len(values))

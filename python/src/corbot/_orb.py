@@ -8,7 +8,9 @@ import threading
 from collections.abc import Callable
 from types import FrameType
 from typing import Any
+from urllib.parse import unquote
 
+import CosNaming
 import omniORB
 from omniORB import CORBA
 
@@ -31,7 +33,10 @@ from corbot.errors import (
 )
 from corbot.poses import Point
 
-__all__ = ["Corbot", "Corbot__POA", "call", "connect", "orb", "set_timeout", "uninterrupted"]
+__all__ = ["MOST_JOINTS", "Corbot", "Corbot__POA", "call", "connect", "orb", "set_timeout", "uninterrupted"]
+
+MOST_JOINTS: int = Corbot._tc_JointCoord.content_type().length()
+"""How many values a list of joints has at most, whatever the arm."""
 
 
 class uninterrupted:  # noqa: N801
@@ -71,10 +76,7 @@ def orb(*options: str) -> Any:
 def connect(address: str, timeout: float, interface: Any = Corbot.Arm) -> Any:
     """Give the arm, or what else, at a corbaloc, a corbaname or an IOR. `timeout` bounds each call, seconds."""
     with uninterrupted():
-        try:
-            reference = orb().string_to_object(address)
-        except CORBA.SystemException as error:
-            raise BadAddress(address) from error
+        reference = _reference(address, timeout)
         set_timeout(reference, timeout)
         try:
             found = reference._narrow(interface)
@@ -88,6 +90,24 @@ def connect(address: str, timeout: float, interface: Any = Corbot.Arm) -> Any:
         raise RobotNotFound(address, f"what answers there has not the interface {interface.__name__}")
     set_timeout(found, timeout)
     return found
+
+
+def _reference(address: str, timeout: float) -> Any:
+    """Give the reference of an address; a corbaname has it from its naming service."""
+    context, _, name = address.partition("#")
+    try:
+        if not address.startswith("corbaname:") or not name:
+            return orb().string_to_object(address)
+        where = context.removeprefix("corbaname:")
+        service = orb().string_to_object(f"corbaloc:{where}" if "/" in where else f"corbaloc:{where}/NameService")
+        set_timeout(service, timeout)
+        return service._narrow(CosNaming.NamingContextExt).resolve_str(unquote(name))
+    except (CORBA.TRANSIENT, CORBA.TIMEOUT, CORBA.COMM_FAILURE, CORBA.OBJECT_NOT_EXIST) as error:
+        raise RobotNotFound(address, "no naming service answers there") from error
+    except CORBA.UserException as error:
+        raise RobotNotFound(address, f"the naming service there does not have the name {name}") from error
+    except CORBA.SystemException as error:
+        raise BadAddress(address) from error
 
 
 def set_timeout(reference: Any, timeout: float) -> None:
@@ -107,6 +127,8 @@ def call(address: str, operation: Callable[..., Any], *arguments: Any) -> Any:
         except (CORBA.BAD_PARAM, CORBA.DATA_CONVERSION) as error:  # the ORB could not write them
             raise TypeError(f"The interface does not take the type, the length or the letters of {arguments!r:.200}") from error
         except CORBA.SystemException as error:
+            if error.minor == omniORB.MARSHAL_SequenceIsTooLong:
+                raise TypeError(f"The interface does not take a list of such a length: {arguments!r:.200}") from error
             raise system_error(error, address) from error
 
 

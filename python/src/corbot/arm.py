@@ -6,10 +6,10 @@ from __future__ import annotations
 import contextlib
 import threading
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from types import TracebackType
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from corbot import _locate, _orb
 from corbot.errors import CorbotError
@@ -35,6 +35,7 @@ from corbot.values import (
 )
 
 PointLike = Sequence[float] | Array
+_Value = TypeVar("_Value")
 
 
 def connect(robot: str | None = None, *, timeout: float = 10.0) -> Arm:
@@ -109,7 +110,7 @@ class Arm:
 
     def joints(self, target: Sequence[float], *, time: float = 0.0, wait: bool = True) -> Motion:
         """Move all joints to values in degrees, metres of one that slides; one value for each joint."""
-        return self._begin("MoveJoints", _floats(*target), float(time), wait=wait)
+        return self._begin("MoveJoints", _floats(*_joint_list(target)), float(time), wait=wait)
 
     def drive(self, joint: int | str, by: float, *, speed: float, wait: bool = True) -> Motion:
         """Move one joint, its number from 0 or its name, by degrees at degrees a second (metres where it slides)."""
@@ -179,7 +180,7 @@ class Arm:
 
     def set_limits(self, ranges: Sequence[tuple[float, float]]) -> None:
         """Set soft limits, a lower and an upper one for each joint, degrees (metres); they outlive a power-down."""
-        self.call("SetSoftLimits", [_orb.Corbot.JointRange(*_floats(*limit)) for limit in ranges])
+        self.call("SetSoftLimits", [_orb.Corbot.JointRange(*_floats(*limit)) for limit in _joint_list(ranges)])
 
     def reset_limits(self) -> None:
         """Make the soft limits the profile's ranges again."""
@@ -375,6 +376,14 @@ class Arm:
 
 def _floats(*values: float) -> list[float]:
     return [float(value) for value in values]
+
+
+def _joint_list(values: Iterable[_Value]) -> list[_Value]:
+    """Refuse what no arm can take; the servant says how many its arm takes."""
+    listed = list(values)
+    if len(listed) > _orb.MOST_JOINTS:
+        raise ValueError(f"These are {len(listed)} values, and an arm has at most {_orb.MOST_JOINTS} joints. Nothing moved.")
+    return listed
 
 
 def _point(point: PointLike) -> Any:
