@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import re
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -92,6 +93,27 @@ def test_a_motion_that_is_not_awaited_can_be_followed(arm: corbot.Arm) -> None:
     assert 0 < motion.progress < 1
     assert motion.wait().state is corbot.MotionState.DONE
     assert motion.progress == 1
+
+
+def test_wait_shows_a_bar(arm: corbot.Arm, capsys: pytest.CaptureFixture[str]) -> None:
+    motion = arm.joints(FAR, time=0.8, wait=False)
+    with pytest.raises(corbot.MotionTimeout):
+        motion.wait(timeout=0.4, progress=True)
+    before = capsys.readouterr().err
+    motion.wait(progress=True)
+    shares = [int(share) for share in re.findall(rf"motion {motion.number}: +(\d+)%\|", before)]
+    assert len(shares) > 2, before
+    assert shares == sorted(shares)
+    assert 20 < shares[-1] < 100
+    assert f"motion {motion.number}: 100%|" in capsys.readouterr().err
+
+
+def test_without_tqdm_wait_shows_nothing(
+    arm: corbot.Arm, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert arm.joints(FAR, time=0.3, wait=False).wait(progress=True).state is corbot.MotionState.DONE
+    assert capsys.readouterr().err == ""
 
 
 def test_wait_ends_in_time_and_the_motion_goes_on(arm: corbot.Arm) -> None:

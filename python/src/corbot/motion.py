@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import importlib.util
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator, Iterator
 from typing import TYPE_CHECKING, Any
 
 from corbot.errors import MotionTimeout, NotReady, QueueFull, Stopped
@@ -28,13 +30,14 @@ class Motion:
         self.number = number
         """The interface's number of the motion, from 1 upward."""
 
-    def wait(self, timeout: float | None = None) -> MotionInfo:
+    def wait(self, timeout: float | None = None, *, progress: bool = False) -> MotionInfo:
         """Wait until the motion has ended at its target, at most `timeout` seconds.
 
         Raises Stopped, NotReady (a fault ended it) or MotionTimeout (it goes on).
+        `progress` shows a bar, where tqdm is installed.
         """
-        with self._arm.stopped_by_interrupt():
-            return self._wait(timeout)
+        with self._arm.stopped_by_interrupt(), _bar(f"motion {self.number}", progress) as show:
+            return self._wait(timeout, show)
 
     @property
     def info(self) -> MotionInfo:
@@ -61,10 +64,11 @@ class Motion:
     def __repr__(self) -> str:
         return f"<Motion {self.number} of {self._arm.address}>"
 
-    def _wait(self, timeout: float | None) -> MotionInfo:
+    def _wait(self, timeout: float | None, show: Callable[[float], None]) -> MotionInfo:
         end = float("inf") if timeout is None else time.monotonic() + timeout
         while True:
             info = self._look(max(0.0, min(_SLICE, end - time.monotonic())))
+            show(info.progress)
             if info.state.has_ended:
                 return _at_target(info)
             if timeout is not None and time.monotonic() >= end:
@@ -87,6 +91,18 @@ class Motion:
         except QueueFull:
             time.sleep(seconds)
             return self.info
+
+
+@contextlib.contextmanager
+def _bar(title: str, wanted: bool) -> Iterator[Callable[[float], None]]:
+    """Give what shows a share of 0 to 1 on a bar of tqdm; nothing where that is not wanted, or not installed."""
+    if not wanted or importlib.util.find_spec("tqdm") is None:
+        yield lambda share: None
+        return
+    from tqdm.auto import tqdm
+
+    with tqdm(total=1.0, desc=title, bar_format="{desc}: {percentage:3.0f}%|{bar}| {elapsed}") as bar:
+        yield lambda share: bar.update(share - bar.n)
 
 
 def _at_target(info: MotionInfo) -> MotionInfo:
