@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import corbot
@@ -57,8 +58,6 @@ def test_a_setting_while_somebody_has_control(arm: corbot.Arm) -> None:
 
 
 def test_arguments_that_the_interface_cannot_carry_are_named(arm: corbot.Arm) -> None:
-    with pytest.raises(TypeError, match="does not take"):
-        arm.drive(1.5, 5, speed=10)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="a text, and no number"):
         arm.call("StartDelay", "a text, and no number")
     with pytest.raises(ValueError, match="has 4 joints"):
@@ -81,3 +80,37 @@ def test_a_wrong_number_of_values_says_how_many_the_arm_takes(arm: corbot.Arm) -
         with pytest.raises(corbot.BadParameter, match="4") as raised:
             arm.joints(values)
         assert (raised.value.parameter, raised.value.value) == ("target", len(values))
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        ("arm.joints('1234')", "TypeError: '1' is a text where a number is expected."),
+        ("arm.joints({'base': 10})", "TypeError: 'base' is a text where a number is expected."),
+        ("arm.move('0.2', 0.05, 0.08)", "TypeError: '0.2' is a text where a number is expected."),
+        ("arm.arc((0.2, 0, 0.1), (0.2, 0), (0.2, 0.1, 0.1))", "ValueError: A point is three numbers, x, y and z, not (0.2, 0)."),
+        ("arm.arc(1, 2, 3)", "ValueError: A point is three numbers, x, y and z, not 1."),
+        ("arm.pose((0.2, 0, 0.1))", "TypeError: A pose is a corbot.Pose, not (0.2, 0, 0.1). Pose.from_matrix makes one"),
+        ("arm.set_frames(tool=numpy.eye(4))", "TypeError: A pose is a corbot.Pose, not array("),
+        ("arm.relative(z=0.01, turn=30)", "ValueError: A rotation is a corbot.Quaternion, not 30."),
+        ("arm.relative(z=0.01, turn=0)", "ValueError: A rotation is a corbot.Quaternion, not 0."),
+        ("arm.relative(z=0.01, frame='world')", "ValueError: A frame is 'base' or 'tool', not 'world'. Nothing moved."),
+        ("arm.set_limits([-10, 10, 0, 0])", "ValueError: A range is a lower and an upper limit, not -10."),
+        ("arm.drive(1.5, 5, speed=10)", "TypeError: 'float' object cannot be interpreted as an integer"),
+        ("arm.set_speeds(joints=[100, 100, 100, '1'])", "TypeError: '1' is a text where a number is expected."),
+    ],
+)
+def test_what_is_no_argument_reaches_no_robot(call: str, text: str, arm: corbot.Arm, reached: set[str]) -> None:
+    with pytest.raises((TypeError, ValueError)) as raised:
+        eval(call, {"arm": arm, "numpy": np})
+    assert f"{type(raised.value).__name__}: {raised.value}".startswith(text)
+    assert reached == set()
+
+
+def test_numbers_of_numpy_are_numbers(arm: corbot.Arm) -> None:
+    arm.drive(np.int64(1), np.float32(5), speed=np.int32(10))  # type: ignore[arg-type]
+    assert arm.state.joints == pytest.approx((0, 5, 0, 0), abs=1e-3)
+    arm.set_speeds(joints=np.int64(50))  # type: ignore[arg-type]
+    assert arm.speeds.joints == (50, 50, 50, 50)
+    arm.set_speeds(joints=np.full(4, 100))  # type: ignore[arg-type]
+    assert arm.speeds.joints == (100, 100, 100, 100)

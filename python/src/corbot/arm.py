@@ -4,12 +4,15 @@
 from __future__ import annotations
 
 import contextlib
+import operator
 import threading
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from types import TracebackType
 from typing import Any, Literal, TypeVar
+
+import numpy as np
 
 from corbot import _locate, _orb
 from corbot.errors import CorbotError
@@ -104,8 +107,10 @@ class Arm:
         wait: bool = True,
     ) -> Motion:
         """Move the tool by an offset in metres along the axes of the base or of the tool, and turn it by `turn`."""
-        offset = _pose(Pose(Point(x, y, z), turn or Quaternion()))
-        axes = {"base": _orb.Corbot.OffsetInBase, "tool": _orb.Corbot.OffsetInTool}[frame]
+        offset = _pose(Pose(Point(x, y, z), Quaternion() if turn is None else turn))
+        if frame not in ("base", "tool"):
+            raise ValueError(f"A frame is 'base' or 'tool', not {frame!r}. Nothing moved.")
+        axes = _orb.Corbot.OffsetInBase if frame == "base" else _orb.Corbot.OffsetInTool
         return self._begin("MoveRelativeS" if line else "MoveRelative", offset, axes, float(time), wait=wait)
 
     def joints(self, target: Sequence[float], *, time: float = 0.0, wait: bool = True) -> Motion:
@@ -114,7 +119,7 @@ class Arm:
 
     def drive(self, joint: int | str, by: float, *, speed: float, wait: bool = True) -> Motion:
         """Move one joint, its number from 0 or its name, by degrees at degrees a second (metres where it slides)."""
-        number = self._number_of(joint) if isinstance(joint, str) else joint
+        number = self._number_of(joint) if isinstance(joint, str) else operator.index(joint)
         return self._begin("Drive", number, float(by), float(speed), wait=wait)
 
     def ready(self, *, wait: bool = True) -> Motion:
@@ -180,7 +185,7 @@ class Arm:
 
     def set_limits(self, ranges: Sequence[tuple[float, float]]) -> None:
         """Set soft limits, a lower and an upper one for each joint, degrees (metres); they outlive a power-down."""
-        self.call("SetSoftLimits", [_orb.Corbot.JointRange(*_floats(*limit)) for limit in _joint_list(ranges)])
+        self.call("SetSoftLimits", [_range(limit) for limit in _joint_list(ranges)])
 
     def reset_limits(self) -> None:
         """Make the soft limits the profile's ranges again."""
@@ -268,13 +273,14 @@ class Arm:
         """Set speeds in percent: the tool's on lines and arcs; all joints', or one for each joint."""
         if tool is not None:
             self.call("Speed", float(tool))
-        if isinstance(joints, (int, float)):
+        if isinstance(joints, (int, float, np.number)):
             self.call("AllSpeed", float(joints))
         elif joints is not None:
-            if len(joints) != len(self.joint_names):
-                raise ValueError(f"The arm has {len(self.joint_names)} joints, and these are {len(joints)} speeds.")
-            for number, percent in enumerate(joints):
-                self.call("ArtSpeed", number, float(percent))
+            speeds = _floats(*joints)
+            if len(speeds) != len(self.joint_names):
+                raise ValueError(f"The arm has {len(self.joint_names)} joints, and these are {len(speeds)} speeds.")
+            for number, percent in enumerate(speeds):
+                self.call("ArtSpeed", number, percent)
 
     def override(self, percent: float) -> None:
         """Set the rate of all motion, also of the one under way: above 0, at most 100 percent of what was planned."""
@@ -375,7 +381,17 @@ class Arm:
 
 
 def _floats(*values: float) -> list[float]:
+    for value in values:
+        if isinstance(value, str):  # of which float() would make a number, too
+            raise TypeError(f"{value!r} is a text where a number is expected.")
     return [float(value) for value in values]
+
+
+def _row(values: Iterable[float], count: int, expected: str) -> list[float]:
+    row = list(values) if isinstance(values, Iterable) else []
+    if len(row) != count:
+        raise ValueError(f"{expected}, not {values!r}.")
+    return _floats(*row)
 
 
 def _joint_list(values: Iterable[_Value]) -> list[_Value]:
@@ -386,14 +402,19 @@ def _joint_list(values: Iterable[_Value]) -> list[_Value]:
     return listed
 
 
+def _range(limits: Iterable[float]) -> Any:
+    return _orb.Corbot.JointRange(*_row(limits, 2, "A range is a lower and an upper limit"))
+
+
 def _point(point: PointLike) -> Any:
-    x, y, z = _floats(*point)
-    return _orb.Corbot.Point(x, y, z)
+    return _orb.Corbot.Point(*_row(point, 3, "A point is three numbers, x, y and z"))
 
 
 def _quaternion(orientation: Quaternion) -> Any:
-    return _orb.Corbot.Quaternion(*_floats(*orientation))
+    return _orb.Corbot.Quaternion(*_row(orientation, 4, "A rotation is a corbot.Quaternion"))
 
 
 def _pose(pose: Pose) -> Any:
+    if not isinstance(pose, Pose):
+        raise TypeError(f"A pose is a corbot.Pose, not {pose!r}. Pose.from_matrix makes one of a matrix.")
     return _orb.Corbot.Pose(_point(pose.position), _quaternion(pose.orientation))
