@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 
 import pytest
 
@@ -28,35 +29,62 @@ PROGRAMS = {
 }
 
 
-def rest_after_interrupt(program: str, arm: corbot.Arm) -> float:
+def interrupt(child: subprocess.Popen[str], arm: corbot.Arm) -> float:
     """Seconds from SIGINT to the first cycle at rest."""
+    until(lambda: arm.state.joints[0] > 2.0)
+    sent = time.time()
+    child.send_signal(signal.SIGINT)
+    until(lambda: is_at_rest(arm), within=SLOWLY / 2)
+    state = arm.state
+    assert 2.0 < state.joints[0] < FAR[0] - 1, "the arm stands on its way"
+    return state.time - sent
+
+
+def in_a_script(program: str, arm: corbot.Arm) -> float:
     text = f"import sys, corbot\narm = corbot.connect(sys.argv[1])\n{program}\n"
-    child = subprocess.Popen([sys.executable, "-c", text, arm.address], stderr=subprocess.PIPE, text=True)
-    try:
-        until(lambda: (arm.state.joints[0]) > 2.0)
-        sent = time.time()
-        child.send_signal(signal.SIGINT)
-        until(lambda: is_at_rest(arm), within=SLOWLY / 2)
-        rest = arm.state.time - sent
-        _, errors = child.communicate(timeout=30)
-    finally:
-        child.kill()
-        child.wait()
+    with subprocess.Popen([sys.executable, "-c", text, arm.address], stderr=subprocess.PIPE, text=True) as child:
+        try:
+            rest = interrupt(child, arm)
+            _, errors = child.communicate(timeout=30)
+        finally:
+            child.kill()
     assert child.returncode != 0
     assert errors.rstrip().endswith("KeyboardInterrupt"), errors
-    assert 2.0 < arm.state.joints[0] < FAR[0] - 1, "the arm stands on its way"
     return rest
+
+
+def in_a_repl(program: str, arm: corbot.Arm) -> float:
+    command, pipe = [sys.executable, "-i", "-q"], subprocess.PIPE
+    with subprocess.Popen(command, text=True, bufsize=1, stdin=pipe, stdout=pipe, stderr=subprocess.STDOUT) as child:
+        try:
+            assert child.stdin is not None
+            child.stdin.write(f"import corbot\narm = corbot.connect('{arm.address}')\n{program}\n")
+            rest = interrupt(child, arm)
+            output, _ = child.communicate("print('on it goes at', arm.state.joints[0])\n", timeout=30)
+        finally:
+            child.kill()
+    assert "\nKeyboardInterrupt\n" in output, output
+    assert f"on it goes at {arm.state.joints[0]}" in output, "the prompt is back"
+    return rest
+
+
+def is_in_time(run: Callable[[str, corbot.Arm], float], program: str, arm: corbot.Arm) -> bool:
+    for _ in range(3):  # a busy machine may delay one, or two
+        rest = run(program, arm)
+        if rest < BOUND:
+            return True
+        print(f"at rest after {rest} s")
+        arm.ready()
+    return False
 
 
 @pytest.mark.parametrize("program", PROGRAMS.values(), ids=PROGRAMS.keys())
 def test_ctrl_c_stops_the_arm(program: str, arm: corbot.Arm) -> None:
-    rests = []
-    for _ in range(3):  # a busy machine may delay one, or two
-        rests.append(rest_after_interrupt(program, arm))
-        if rests[-1] < BOUND:
-            return
-        arm.ready()
-    pytest.fail(f"at rest after {rests} s")
+    assert is_in_time(in_a_script, program, arm)
+
+
+def test_ctrl_c_in_a_repl_stops_the_arm_and_gives_the_prompt_back(arm: corbot.Arm) -> None:
+    assert is_in_time(in_a_repl, PROGRAMS["motion"], arm)
 
 
 def test_the_interrupt_waits_for_the_end_of_a_call() -> None:
