@@ -73,13 +73,13 @@ def orb(*options: str) -> Any:
     return CORBA.ORB_init(list(options), CORBA.ORB_ID)
 
 
-def connect(address: str, timeout: float, interface: Any = Corbot.Arm) -> Any:
-    """Give the arm, or what else, at a corbaloc, a corbaname or an IOR. `timeout` bounds each call, seconds."""
+def connect(address: str, timeout: float, *interfaces: Any) -> Any:
+    """Give the object at an address by the first of the interfaces that it has. `timeout` bounds each call, seconds."""
     with uninterrupted():
         reference = _reference(address, timeout)
         set_timeout(reference, timeout)
         try:
-            found = reference._narrow(interface)
+            found = next(filter(None, map(reference._narrow, interfaces)), None)
         except CORBA.TRANSIENT as error:
             raise RobotNotFound(address, "nobody answers there") from error
         except CORBA.OBJECT_NOT_EXIST as error:
@@ -87,7 +87,7 @@ def connect(address: str, timeout: float, interface: Any = Corbot.Arm) -> Any:
         except CORBA.SystemException as error:
             raise system_error(error, address) from error
     if found is None:
-        raise RobotNotFound(address, f"what answers there has not the interface {interface.__name__}")
+        raise RobotNotFound(address, f"what answers there has not the interface {interfaces[-1].__name__}")
     set_timeout(found, timeout)
     return found
 

@@ -6,8 +6,10 @@ from __future__ import annotations
 import contextlib
 import operator
 import threading
+import time
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Future
 from functools import cached_property
 from types import TracebackType
 from typing import Any, Literal, TypeVar
@@ -15,7 +17,7 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from corbot import _locate, _orb
-from corbot.errors import CorbotError
+from corbot.errors import CorbotError, NotOffered
 from corbot.model import Model
 from corbot.motion import Motion
 from corbot.poses import Array, Point, Pose, Quaternion
@@ -25,6 +27,8 @@ from corbot.values import (
     Diagnostics,
     Frames,
     JointLimits,
+    MotionInfo,
+    MotionState,
     Servant,
     Solution,
     Speeds,
@@ -46,9 +50,11 @@ def connect(robot: str | None = None, *, timeout: float = 10.0) -> Arm:
 
     `robot` is the name of one that is up on this machine, HOST:PORT/NAME, a corbaloc, a corbaname or an IOR. Without it,
     $CORBOT_ROBOT or the only robot that is up here is taken. `timeout` bounds each call, seconds, not a motion.
+
+    A robot that has the interface of robot.idl alone moves, too, but has no Stop: Ctrl-C waits for the end of its motion.
     """
     address = _locate.address_of(robot)
-    return Arm(address, _orb.connect(address, timeout), timeout)
+    return Arm(address, _orb.connect(address, timeout, _orb.Corbot.Arm, _orb.Corbot.Robot), timeout)
 
 
 class Arm:
@@ -346,6 +352,8 @@ class Arm:
 
     def call(self, operation: str, *arguments: Any) -> Any:
         """Call an operation of the interface Corbot::Arm by its name, with its own types."""
+        if self._has_robot_idl_alone and not hasattr(self._reference, operation):
+            raise NotOffered(self.address, operation)
         return _orb.call(self.address, getattr(self._reference, operation), *arguments)
 
     @contextlib.contextmanager
@@ -362,7 +370,40 @@ class Arm:
             raise ValueError(f"The arm has no joint '{joint}', but {', '.join(self.joint_names)}. Nothing moved.")
         return self.joint_names.index(joint)
 
+    @cached_property
+    def _has_robot_idl_alone(self) -> bool:
+        return isinstance(self._reference, _orb.Corbot._objref_Robot) and not hasattr(self._reference, "StartReady")
+
+    @cached_property
+    def _patient(self) -> Any:
+        """A reference for calls that return when a motion has ended."""
+        return _orb.connect(self.address, 3600.0, _orb.Corbot.Robot)
+
+    def _carry_out(self, operation: str, *arguments: Any) -> Motion:
+        """Call an operation that returns when its motion has ended, in a thread, so that Ctrl-C reaches this one."""
+        if not hasattr(self._patient, operation):
+            raise NotOffered(self.address, operation)
+        begun, ended = time.monotonic(), Future[None]()
+
+        def call() -> None:
+            try:
+                ended.set_result(_orb.call(self.address, getattr(self._patient, operation), *arguments))
+            except Exception as error:
+                ended.set_exception(error)
+
+        threading.Thread(target=call, daemon=True).start()
+        try:
+            ended.result()
+        except KeyboardInterrupt:
+            told = "This robot has no Stop: its motion is awaited. Ctrl-C again leaves it moving."
+            warnings.warn(told, RuntimeWarning, stacklevel=4)
+            ended.exception()
+            raise
+        return Motion(self, 0, MotionInfo(0, MotionState.DONE, 1.0, time.monotonic() - begun, ""))
+
     def _begin(self, operation: str, *arguments: Any, wait: bool) -> Motion:
+        if self._has_robot_idl_alone:
+            return self._carry_out(operation if wait else f"Start{operation}", *arguments)
         with self.stopped_by_interrupt():  # also of a motion whose number Ctrl-C has swallowed
             motion = Motion(self, self.call(f"Start{operation}", *arguments))
             if wait:

@@ -85,6 +85,17 @@ class NoControl(CorbotError):
         super().__init__(f"{text} Nothing was changed. See arm.state.control, and take control with arm.control(NAME).")
 
 
+class NotOffered(CorbotError, NotImplementedError):
+    """The robot at `address` has the interface of robot.idl alone, without `operation`."""
+
+    def __init__(self, address: str, operation: str) -> None:
+        self.address, self.operation = address, operation
+        super().__init__(
+            f"The robot at {address} has the interface of robot.idl alone, without {operation.removeprefix('_get_')}. "
+            "It has motions that are awaited, and arm.call reads what it has: arm.call('_get_ArtiCoord')."
+        )
+
+
 class RobotNotFound(CorbotError, ConnectionError):
     """No robot is there. `looked_for` is the name or address, `where` says what was found instead."""
 

@@ -25,8 +25,8 @@ class Motion:
     Ctrl-C in `wait`, and a cancelled task in `await`, stop the arm.
     """
 
-    def __init__(self, arm: Arm, number: int) -> None:
-        self._arm = arm
+    def __init__(self, arm: Arm, number: int, ended: MotionInfo | None = None) -> None:
+        self._arm, self._ended = arm, ended
         self.number = number
         """The interface's number of the motion, from 1 upward."""
 
@@ -42,7 +42,7 @@ class Motion:
     @property
     def info(self) -> MotionInfo:
         """The motion now."""
-        return motion_of(self._arm.call("Progress", self.number))
+        return self._ended or motion_of(self._arm.call("Progress", self.number))
 
     @property
     def progress(self) -> float:
@@ -87,7 +87,7 @@ class Motion:
     def _look(self, seconds: float) -> MotionInfo:
         """Wait a slice; where too many calls of this machine wait already, look after it."""
         try:
-            return motion_of(self._arm.call("Wait", self.number, seconds))
+            return self._ended or motion_of(self._arm.call("Wait", self.number, seconds))
         except QueueFull:
             time.sleep(seconds)
             return self.info
