@@ -20,13 +20,15 @@ from support import FAR, SLOWLY, is_at_rest, until
 END = 15.0  # seconds, from the fault to the end of the program, on a busy machine
 CALLS = {
     "motion": "    arm.joints([0, 0, 0, 0])",
+    "await": "    import asyncio\n    async def main():\n        await arm.ready(wait=False)\n    asyncio.run(main())",
+    "control": f"    arm.stop()\n    with arm.control('Ada'):\n        arm.joints({FAR}, time={SLOWLY})",
     "description": "    while True:\n        corbot.connect(arm.address).description",
     "solutions": "    while True:\n        arm.solutions(pose)",
     "states": "    for state in arm.states(50):\n        pass",
     "record": "    with corbot.record(arm):\n        arm.joints([0, 0, 0, 0])",
     "settings": "    while True:\n        arm.set_speeds(tool=50)",
 }
-NEEDS_THE_TASK = {"motion", "record"}
+NEEDS_THE_TASK = {"motion", "await", "control", "record"}
 
 
 def signal_to(process: str, number: int) -> Callable[[Simulation], None]:
