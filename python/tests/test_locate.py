@@ -6,6 +6,7 @@ import fcntl
 import json
 import socket
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -111,6 +112,12 @@ def test_what_is_no_address(text: str) -> None:
     with pytest.raises(corbot.BadAddress, match="HOST:PORT/NAME") as raised:
         corbot.connect(text)
     assert raised.value.address == text
+
+
+@pytest.mark.parametrize("robot", [5, b"lynx5", Path("lynx5")])
+def test_what_is_no_text(robot: Any) -> None:
+    with pytest.raises(TypeError, match="A robot is named by a text"):
+        corbot.connect(robot)
 
 
 @pytest.mark.parametrize("timeout", [0, -1, 0.0004, 1e12, float("nan")])

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -114,3 +116,21 @@ def test_numbers_of_numpy_are_numbers(arm: corbot.Arm) -> None:
     assert arm.speeds.joints == (50, 50, 50, 50)
     arm.set_speeds(joints=np.full(4, 100))  # type: ignore[arg-type]
     assert arm.speeds.joints == (100, 100, 100, 100)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        corbot.BadParameter("t", -1.0, "less than 0"),
+        corbot.Unreachable(corbot.Point(9.0, 0.0, 0.0), "too far"),
+        corbot.LimitExceeded("speed", 1, 9.0, 0.0, 5.0),
+        corbot.RobotNotFound("lynx5", "nobody answers there"),
+        corbot.MotionTimeout(3, 0.5),
+        corbot.NotOffered("corbaloc::somewhere", "_get_State"),
+    ],
+)
+def test_an_exception_of_another_process_arrives(error: corbot.CorbotError) -> None:
+    arrived = pickle.loads(pickle.dumps(error))
+    assert type(arrived) is type(error)
+    assert str(arrived) == str(error) != ""
+    assert vars(arrived) == vars(error) != {}

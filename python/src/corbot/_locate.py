@@ -53,6 +53,8 @@ def address_of(robot: str | None) -> str:
     """Give the CORBA address of a robot that is named, addressed, or the only one that is up here."""
     if robot is None:  # an empty text is no wish for whatever robot is there
         robot = os.environ.get("CORBOT_ROBOT") or _only_robot()
+    if not isinstance(robot, str):
+        raise TypeError(f"A robot is named by a text, not by {robot!r}.")
     if robot.startswith(_ADDRESS):
         return robot
     if _HOST_PORT_NAME.fullmatch(robot):

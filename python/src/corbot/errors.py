@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from corbot.poses import Point
 
 _NOTHING_MOVED = "Nothing moved."
@@ -16,6 +18,17 @@ def _sentence(reason: str) -> str:
 
 class CorbotError(Exception):
     """The base of all exceptions of this package."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Let an exception of a process pool reach the program: its arguments are not those of its class."""
+        return (_restored, (type(self), self.args, self.__dict__))
+
+
+def _restored(kind: type[CorbotError], arguments: tuple[Any, ...], fields: dict[str, Any]) -> CorbotError:
+    error = kind.__new__(kind)
+    error.args = arguments
+    error.__dict__.update(fields)
+    return error
 
 
 class BadParameter(CorbotError, ValueError):
