@@ -69,6 +69,13 @@ def test_a_recording_has_the_whole_motion(arm: corbot.Arm) -> None:
     assert run.quaternions[-1] == pytest.approx(arm.state.tool.orientation)
 
 
+def test_a_recording_without_a_reading_is_empty(arm: corbot.Arm) -> None:
+    run = corbot.record(arm)
+    assert run.joints.shape == run.commanded.shape == run.speeds.shape == (0, 4)
+    assert (run.time.shape, run.tool.shape, run.quaternions.shape) == ((0,), (0, 3), (0, 4))
+    assert len(run.plot().axes) == 2
+
+
 def test_a_slow_recording_ends_with_its_block(arm: corbot.Arm) -> None:
     begun = time.monotonic()
     with corbot.record(arm, rate=0.05) as run:

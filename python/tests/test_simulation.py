@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -31,6 +32,21 @@ def test_the_robot_is_taken_down_at_the_end() -> None:
     assert not robot.directory.exists()
     until(lambda: not any(map(is_alive, processes)))
     robot.end()
+
+
+def test_a_start_of_one_that_is_up_finds_it() -> None:
+    robot = corbot.simulated()
+    with robot as arm:
+        arm.joints([5, 0, 0, 0])
+        pid = robot.processes["pid"]
+        assert robot.start().state.joints == pytest.approx((5, 0, 0, 0), abs=1e-3)
+        assert robot.processes["pid"] == pid
+        os.kill(pid, signal.SIGTERM)
+        robot.wait(30)
+        before = robot.directory
+        assert robot.start().state.status is corbot.Status.STANDBY
+        assert robot.processes["pid"] != pid
+        assert not before.exists()
 
 
 def test_the_end_of_python_takes_the_robot_down() -> None:

@@ -64,27 +64,27 @@ class Recording:
     @property
     def joints(self) -> Array:
         """The joints, measured where the device measures them: degrees, metres of one that slides. A column for each joint."""
-        return np.array([state.joints for state in self._taken])
+        return _rows([state.joints for state in self._taken], len(self._limits))
 
     @property
     def commanded(self) -> Array:
         """The set-points of the joints."""
-        return np.array([state.commanded for state in self._taken])
+        return _rows([state.commanded for state in self._taken], len(self._limits))
 
     @property
     def speeds(self) -> Array:
         """The speeds of the set-points, in these units a second."""
-        return np.array([state.speeds for state in self._taken])
+        return _rows([state.speeds for state in self._taken], len(self._limits))
 
     @property
     def tool(self) -> Array:
         """The positions of the tool centre point, metres: columns x, y, z."""
-        return np.array([state.tool.position for state in self._taken])
+        return _rows([state.tool.position for state in self._taken], 3)
 
     @property
     def quaternions(self) -> Array:
         """The orientations of the tool: columns w, x, y, z."""
-        return np.array([state.tool.orientation for state in self._taken])
+        return _rows([state.tool.orientation for state in self._taken], 4)
 
     def plot(self) -> Figure:
         """Draw joints and speeds over time, with their limits as dashed lines. Needs matplotlib: pip install 'corbot[plot]'."""
@@ -128,3 +128,8 @@ class Recording:
             self._taken.append(self._arm.state)  # the end of the block
         except CorbotError as failure:
             self._failure = failure
+
+
+def _rows(values: list[tuple[float, ...]], columns: int) -> Array:
+    """Give an array with these columns, whether there are rows or not."""
+    return np.array(values, dtype=np.float64).reshape(-1, columns)

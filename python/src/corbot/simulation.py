@@ -87,6 +87,11 @@ class _Program:
 
     def _begin(self, command: Callable[[Path], list[str]], find: Callable[[], _Found | None]) -> _Found:
         """Start `corbot` with that command in a new directory, and give what is found once it is up."""
+        if self._process is not None:
+            found = find() if self._process.poll() is None else None
+            if found is not None:
+                return found
+            self.end()
         self.directory = Path(tempfile.mkdtemp(prefix="corbot-"))
         atexit.register(self.end)
         try:
@@ -141,7 +146,7 @@ class Simulation(_Program):
         self._orb = orb
 
     def start(self) -> Arm:
-        """Start the robot and connect to its arm, for a notebook; `end`, or the end of Python, takes it down."""
+        """Start the robot where it is not up, and connect to its arm; `end`, or the end of Python, takes it down."""
         return connect(self._begin(self._command, lambda: self.processes.get("address") or None))
 
     def __enter__(self) -> Arm:
@@ -169,7 +174,7 @@ class CellSimulation(_Program):
         self._pieces, self._seed = pieces, seed
 
     def start(self) -> Cell:
-        """Start the cell and its work; `end`, or the end of Python, takes it down."""
+        """Start the cell and its work where it is not up; `end`, or the end of Python, takes it down."""
         return self._begin(self._command, self._find)
 
     def __enter__(self) -> Cell:
