@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include "corbot/motion/longest_stop.h"
 #include "corbot/units.h"
 
 namespace corbot {
@@ -92,10 +93,17 @@ void read_supervisor(Section section, SupervisorOptions& options) {
   section.finish();
 }
 
-void read_stop(Section section, StopOptions& stop) {
+/// The power stays on for as long as the arm may need to come to rest on its path. `is_whole`: the arm's limits have been read.
+void read_stop(Section section, const ArmModel& arm, bool is_whole, StopOptions& stop) {
   stop.category =
       static_cast<int>(section.integer_or("category", 1, {0, 1, false, "(IEC 60204-1)"}).value_or(1));
-  stop.ramp_s = section.number_or("ramp_s", 1.0, {0.05, 10, false, "s"}).value_or(1.0);
+  const double longest_s = is_whole ? rate::longest_stop_s(arm) : 0.0;
+  const auto ramp_s = section.number_or("ramp_s", std::max(1.0, longest_s), {0.05, 10, false, "s"});
+  stop.ramp_s = ramp_s.value_or(1.0);
+  if (ramp_s && (*ramp_s < longest_s || longest_s > 10.0))
+    section.refuse(
+        "ramp_s", fmt::format("a number from {:.3g} s, which the longest stop by these limits takes, to 10 s",
+                              longest_s));
   section.finish();
 }
 
@@ -116,7 +124,7 @@ void read_schema(const toml::table& table, Profile& profile, FaultList& faults) 
   read_loop(root.table_or_empty("loop"), profile);
   read_servant(root.table_or_empty("servant"), profile);
   read_supervisor(root.table_or_empty("supervisor"), profile.supervisor);
-  read_stop(root.table_or_empty("stop"), profile.stop);
+  read_stop(root.table_or_empty("stop"), profile.arm, faults.faults.empty(), profile.stop);
   const Section backend = root.table("backend");
   read_backend(backend, input.joints, profile.backend);
   if (!needs_servos) fit_servos(profile, channels);

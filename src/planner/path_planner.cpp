@@ -81,8 +81,8 @@ PathLimits reserved(PathLimits limits) {
 }  // namespace
 
 PathPlanner::PathPlanner(const ArmModel& model, const ArmModel& whole, const PlanSettings& settings,
-                         LineTiming lines)
-    : model_(model), whole_(whole), settings_(settings), lines_(lines) {
+                         PathTiming timing)
+    : model_(model), whole_(whole), settings_(settings), timing_(timing) {
   for (std::size_t i = 0; i < model.dof; ++i)
     joint_speed_[i] = model.joints[i].speed_q_s * settings.joint_speed_ratio[i];
 }
@@ -136,7 +136,7 @@ PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, double t_s, Me
     }
     motion.tool = orientation_path(model_.kinematics, here, std::get<PathPoint>(goal));
     motion.solution = number;
-    const bool has_rate = std::is_same_v<Motion, LineMotion> && lines_ == LineTiming::kRate;
+    const bool has_rate = std::is_same_v<Motion, LineMotion> && timing_ == PathTiming::kRate;
     PathPlan result =
         has_rate ? plan_with_rate(start, motion, t_s, member) : plan_by_law(start, motion, t_s, member);
     if (std::holds_alternative<Command>(result)) return result;

@@ -31,7 +31,7 @@ class PathPlanner {
  public:
   /// `model`: with the soft limits for ranges; `whole`: with its own, by which the real-time task chooses the turns of joints.
   /// All must outlive this.
-  PathPlanner(const ArmModel& model, const ArmModel& whole, const PlanSettings& settings, LineTiming lines);
+  PathPlanner(const ArmModel& model, const ArmModel& whole, const PlanSettings& settings, PathTiming timing);
 
   [[nodiscard]] PathPlan line(const PlanStart& start, const std::array<double, 3>& to_m, double t_s) const;
   /// `arc`: circle and angle; the orientation is filled in.
@@ -69,7 +69,7 @@ class PathPlanner {
   const ArmModel& model_;
   const ArmModel& whole_;
   const PlanSettings& settings_;
-  LineTiming lines_;
+  PathTiming timing_;
   Joints joint_speed_{};
 };
 

@@ -15,8 +15,8 @@ namespace corbot {
 /// a t_s the limits forbid stretches to what they allow.
 class Planner {
  public:
-  explicit Planner(const ArmModel& model, LineTiming lines = LineTiming::kRate)
-      : model_(model), lines_(lines) {}
+  explicit Planner(const ArmModel& model, PathTiming timing = PathTiming::kRate)
+      : model_(model), timing_(timing) {}
 
   [[nodiscard]] const ArmModel& model() const { return model_; }
 
@@ -53,7 +53,7 @@ class Planner {
 
  private:
   ArmModel model_;
-  LineTiming lines_;
+  PathTiming timing_;
 };
 
 }  // namespace corbot

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An arm without a closed form is led along lines by knots that lie in the servant's segment. Here another process, which has
-// that segment mapped, too, overwrites knots, their counts and slots and the ring's index at random instants, before, while
-// and after the task takes them. Every set-point of the trace is looked at from outside.
+// Lines are run by knots and pieces that lie in the servant's segment. Here another process, which has that segment mapped, too,
+// overwrites them, their counts and slots and the ring's index at random instants, before, while and after the task takes them. Every set-point of the trace is looked at from outside.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/mman.h>
@@ -10,11 +9,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <memory>
@@ -86,38 +87,46 @@ class Overwriting {
     }
   }
   void one() {
-    KnotSlot& slot = own_.knots[dice(2) == 0 ? dice(kKnotSlots) : newest()];
-    PathKnot& knot = slot[dice(kMostKnots)];
-    const std::size_t joint = dice(kMaxJoints);
+    RateSlot& slot = own_.rates[dice(2) == 0 ? dice(kKnotSlots) : newest()];
+    rate::Knot& knot = slot.knots[dice(slot.knots.size())];
+    rate::Piece& piece = slot.pieces[dice(slot.pieces.size())];
+    const std::size_t part = dice(knot.z.size());
     switch (dice(16)) {
       case 0:
-        knot = own_.knots[dice(kKnotSlots)][dice(kMostKnots)];
+        knot = own_.rates[dice(kKnotSlots)].knots[dice(slot.knots.size())];
         break;
       case 1: {
         KnotRange* const range =
             knots_of(RingIndices::record(own_.commands, own_.commands.published() - dice(3)));
         if (range == nullptr) break;
-        (dice(2) == 0 ? range->slot : range->count) = number();
+        *std::array{&range->slot, &range->count, &range->pieces}[dice(3)] = number();
         break;
       }
       case 2:
-        if (dice(200) == 0) slot = own_.knots[dice(kKnotSlots)];
+        if (dice(200) == 0) slot = own_.rates[dice(kKnotSlots)];
         break;
       case 3:
-        knot.s = value(knot.s);
+        knot.lambda_s = value(knot.lambda_s);
         break;
       case 4:
       case 5:
-      case 6:
-        knot.rate_q[joint] = value(knot.rate_q[joint]);
+        knot.rate[part] = value(knot.rate[part]);
         break;
+      case 6:
       case 7:
+        knot.bend[part] = value(knot.bend[part]);
+        break;
       case 8:
       case 9:
-        knot.bend_q[joint] = value(knot.bend_q[joint]);
+      case 10: {
+        double* const numbers[] = {&piece.begin_s, &piece.begin.lambda_s, &piece.begin.v, &piece.begin.a,
+                                   &piece.begin.j};
+        double& number = *numbers[dice(std::size(numbers))];
+        number = value(number);
         break;
+      }
       default:
-        knot.q[joint] = value(knot.q[joint]);
+        knot.z[part] = value(knot.z[part]);
     }
   }
   /// Slot of the newest command's knots.
@@ -290,7 +299,9 @@ class KnotsOverwritten : public ::testing::Test {
     if (waits) {
       EXPECT_TRUE(wait_until(within(30), [&] { return (look().flags & kSnapshotPaused) != 0; }));
     }
-    std::copy(plan.knots.front().begin(), plan.knots.front().end(), own.knots[range->slot].begin());
+    const PlannedRate& rate = plan.rates.front();
+    std::copy(rate.knots.begin(), rate.knots.end(), own.rates[range->slot].knots.begin());
+    std::copy(rate.pieces.begin(), rate.pieces.end(), own.rates[range->slot].pieces.begin());
     const bool is_pushed = RingProducer(own.commands, channel_->task().commands_tail).push(command);
     if (waits) {
       const double most = std::pow(10.0, std::uniform_real_distribution<double>(0.0, 3.5)(random_));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "corbot/motion/longest_stop.h"
 #include "soak/checks.h"
 
 namespace corbot::soak {
@@ -23,7 +24,7 @@ struct Bound {
 Bound bound_of(const Call& call, const ArmModel& arm) {
   if (call.client == kByCommand) return {2.0 * kCommand_s + kAtOnce_s, true};
   if (call.stops() || call.operation == "Cancel")
-    return {stop_bound_s(arm) + kReportsRead_s + kAtOnce_s, true};
+    return {rate::longest_stop_s(arm) + kReportsRead_s + kAtOnce_s, true};
   if (call.operation == "Acquire") return {kPlan_s + kAdmitted_s + kAtOnce_s, true};
   if (call.moves())
     return {kPlan_s + kAtOnce_s, true};  // of one that waits: each time in which nothing moves

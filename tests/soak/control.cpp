@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "corbot/motion/longest_stop.h"
 #include "soak/checks.h"
 
 namespace corbot::soak {
@@ -65,7 +66,8 @@ void check_others(const Evidence& evidence, const Owners& owners, const Held& he
 
 void check_expiry(const Evidence& evidence, const Owners& owners, const Held& held, Verdict& verdict) {
   const Call& acquire = *held.acquire;
-  const std::int64_t rest_ns = held.over_ns + kExpiry_ns + nanoseconds(stop_bound_s(evidence.profile.arm));
+  const std::int64_t rest_ns =
+      held.over_ns + kExpiry_ns + nanoseconds(rate::longest_stop_s(evidence.profile.arm));
   if (held.over_ns == 0 || held.released || rest_ns > evidence.recording.last_ns()) return;
   if (evidence.is_disturbed({acquire.begin_ns, rest_ns}, {"servant", "supervisor", "task"})) return;
   ++verdict.expired;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "corbot/motion/longest_stop.h"
 #include "soak/device_checks.h"
 
 namespace corbot::soak {
@@ -55,7 +56,8 @@ void check_no_new_energy(const DeviceEvidence& evidence, const Episode& episode,
 
 /// When the ramp of the stop has ended for certain, and what was queued on the way to the device has left it.
 std::int64_t rest_ns(const DeviceEvidence& evidence, const Episode& episode, std::int64_t end_ns) {
-  std::int64_t rest = episode.begin_ns + nanoseconds(stop_bound_s(evidence.base.profile.arm) + kFrames_s);
+  std::int64_t rest =
+      episode.begin_ns + nanoseconds(rate::longest_stop_s(evidence.base.profile.arm) + kFrames_s);
   for (const DeviceFault& fault : evidence.faults) {
     if (fault.what.starts_with("freeze") && overlap(fault, {episode.begin_ns, end_ns}))
       rest = std::max(rest, fault.end_ns + nanoseconds(kThawed_s));
@@ -177,7 +179,7 @@ void check_energy(const DeviceEvidence& evidence, Verdict& verdict) {
 }
 
 void check_return(const DeviceEvidence& evidence, Verdict& verdict) {
-  const std::int64_t rest_ns = nanoseconds(stop_bound_s(evidence.base.profile.arm) + kFrames_s);
+  const std::int64_t rest_ns = nanoseconds(rate::longest_stop_s(evidence.base.profile.arm) + kFrames_s);
   const auto& ticks = evidence.track.ticks();
   for (const Episode& episode : episodes(evidence.track)) {
     const Clear* word = clear_of(evidence, episode);

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "corbot/motion/rate_curve.h"
-
 namespace corbot::soak {
 namespace {
 
@@ -41,20 +39,6 @@ double covered_s(std::vector<Interval> intervals, const Interval& within) {
     until_ns = end_ns;
   }
   return static_cast<double>(sum_ns) * 1e-9;
-}
-
-double stop_bound_s(const ArmModel& arm) {
-  const double path_s =
-      arm.path.speed_m_s / arm.path.acceleration_m_s2 + arm.path.acceleration_m_s2 / arm.path.jerk_m_s3;
-  const double pitch_s = arm.path.rotation_speed_rad_s / arm.path.rotation_acceleration_rad_s2 +
-                         arm.path.rotation_acceleration_rad_s2 / arm.path.rotation_jerk_rad_s3;
-  double longest_s = std::max(path_s, pitch_s);
-  for (std::size_t i = 0; i < arm.dof; ++i) {
-    const JointLimits& limits = arm.joints[i];
-    longest_s = std::max(longest_s, limits.speed_q_s / limits.acceleration_q_s2 +
-                                        limits.acceleration_q_s2 / limits.jerk_q_s3);
-  }
-  return rate::RateGovernor::kStopBound * longest_s;  // a line's, the longest
 }
 
 std::vector<Interval> lost_cycles(const Evidence& evidence, const Interval& within) {

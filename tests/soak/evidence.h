@@ -58,9 +58,6 @@ struct Evidence {
 /// How much of `within` these intervals cover, each instant once.
 [[nodiscard]] double covered_s(std::vector<Interval> intervals, const Interval& within);
 
-/// The longest that a stop on the path takes, of this arm: see rt/cycle/governor.h.
-[[nodiscard]] double stop_bound_s(const ArmModel& arm);
-
 /// In which the loop stood still, as far as nobody else is told: gaps that are no fault, and of longer ones the time until
 /// the servant's answers say that the task is frozen or gone.
 [[nodiscard]] std::vector<Interval> lost_cycles(const Evidence& evidence, const Interval& within);

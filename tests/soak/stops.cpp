@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "corbot/motion/longest_stop.h"
 #include "soak/checks.h"
 
 namespace corbot::soak {
@@ -64,7 +65,7 @@ void check_pause(const Evidence& evidence, const Call& pause, Verdict& verdict) 
     if (call.operation == "Resume" && (!call.answered() || call.end_ns >= pause.begin_ns))
       until_ns = std::min(until_ns, call.begin_ns);
   }
-  std::int64_t rest_ns = pause.end_ns + nanoseconds(stop_bound_s(evidence.profile.arm));
+  std::int64_t rest_ns = pause.end_ns + nanoseconds(rate::longest_stop_s(evidence.profile.arm));
   rest_ns += nanoseconds(covered_s(lost_cycles(evidence, {pause.end_ns, rest_ns}), {pause.end_ns, rest_ns}));
   if (until_ns <= rest_ns) return;
   if (const Interval* moving = first_movement(evidence.recording, rest_ns, until_ns))

@@ -123,9 +123,6 @@ class CurveSteps {
 /// Where virtual time is. From each instant it tends to the wanted rate as quickly as the curve allows, through states of constant z.
 class RateGovernor {
  public:
-  /// A stop lasts at most this times the greatest v/a + a/j of what moves, by the property tests.
-  static constexpr double kStopBound = 4.0;
-
   /// A motion begins, at this rate at once. `curve` must outlive it.
   void begin(const RateCurve& curve, double rate) noexcept {
     curve_ = whole_ = &curve;

@@ -48,7 +48,7 @@ struct PlanRefusal {
 };
 
 /// How lines get their time. Arcs have a law.
-enum class LineTiming {
+enum class PathTiming {
   kLaw,   ///< a law for s, by the joints' speeds alone
   kRate,  ///< a rate at every limit of every joint
 };

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "corbot/kinematics/tool_pose.h"
+#include "corbot/motion/longest_stop.h"
 #include "corbot/motion/path.h"
 #include "corbot/motion/rate_proof.h"
 #include "motion/motion_cases.h"
@@ -58,6 +59,11 @@ std::uint64_t environment(const char* name, std::uint64_t otherwise) {
 bool has_rate(const Command& command) {
   const KnotRange* const range = knots_of(command);
   return range != nullptr && range->pieces != 0;
+}
+
+rate::Limits path_limits(const ArmModel& arm, const Command& command) {
+  return command.kind == MotionKind::kArc ? rate::limits_of(arm, command.arc)
+                                          : rate::limits_of(arm, command.line);
 }
 
 bool is_press(Interruption interruption) {
@@ -136,6 +142,7 @@ class Motions : public ::testing::TestWithParam<Case> {
 
   std::mt19937_64 random_{};
   Rig rig_{arm_of(GetParam().arm)};
+  const double longest_rate_stop_s_ = rate::longest_stop_s(rig_.arm);
   Shares joint_{};
   Shares path_{};
   StopJudge judge_{rig_.arm};
@@ -154,7 +161,7 @@ class Motions : public ::testing::TestWithParam<Case> {
 double Motions::ramp_scale_s(const Command& command) const {
   double scale_s = 0.0;
   if (has_rate(command)) {
-    for (const rate::RateLimit& limit : rate::RateLimits(rate::limits_of(rig_.arm, command.line)))
+    for (const rate::RateLimit& limit : rate::RateLimits(path_limits(rig_.arm, command)))
       scale_s = std::max(scale_s, limit.speed / limit.acceleration + limit.acceleration / limit.jerk);
     return scale_s;
   }
@@ -231,10 +238,11 @@ bool Motions::check_stop(const Command& command, int ticks) {
   const double scale_s = ramp_scale_s(command);
   if (scale_s > 0.0) stop_share_ = std::max(stop_share_, taken_s / scale_s);
   // Two cycles: one to see the request, one to report.
-  const double bound = has_rate(command)                  ? rate::RateGovernor::kStopBound
-                       : command.kind == MotionKind::kArc ? rt::Governor::kArcStopBound
-                                                          : rt::Governor::kStopBound;
-  if (taken_s <= bound * scale_s + 3e-3) return true;
+  const double bound_s = has_rate(command)
+                             ? longest_rate_stop_s_
+                             : scale_s * (command.kind == MotionKind::kArc ? rt::Governor::kArcStopBound
+                                                                           : rt::Governor::kStopBound);
+  if (taken_s <= bound_s + 3e-3) return true;
   error_ = fmt::format("stop took {} s, {} times v/a + a/j", taken_s, taken_s / scale_s);
   return false;
 }

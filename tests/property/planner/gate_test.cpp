@@ -44,7 +44,7 @@ TEST(Gate, AcceptsWhatIsPlannedAndRefusesAToolBeyondItsLimits) {
     PlanSettings settings;
     settings.tool_pitch_rad = here.pitch_rad;
     if (i % 3 == 0) settings.speed_ratio = random.in(0.05, 1.0);
-    const Planner planner(arm, LineTiming::kLaw);
+    const Planner planner(arm, PathTiming::kLaw);
     const PlanResult line = planner.move_s(start, settings, p2, i % 9 == 0 ? 2.0 : 0.0);
     if (const auto* commands = std::get_if<std::vector<Command>>(&line)) {
       ASSERT_NO_FATAL_FAILURE(test::check_both_sides(arm, commands->back(), &Command::line, INFINITY, lines))

@@ -142,7 +142,7 @@ TEST(LimitTicks, FindsWhatIsRunTooFast) {
   EXPECT_NEAR(share.jerk, 1.01 * 1.01 * 1.01, 1e-4);
 
   const Vector3 here = arm.kinematics.forward({}).position_m;
-  Command line = command(Planner(arm, LineTiming::kLaw).move_s({}, {}, here - Vector3{0.1, 0.0, 0.0}, 0.0));
+  Command line = command(Planner(arm, PathTiming::kLaw).move_s({}, {}, here - Vector3{0.1, 0.0, 0.0}, 0.0));
   line.duration_s /= 1.01;
   line.line.law = stretch(line.line.law, line.duration_s);
   const LimitShares tool = tick_shares(arm, {}, line).tool;

@@ -184,7 +184,7 @@ TEST_P(OtherPaths, LinesAndArcsAreFollowedWithinEveryLimit) {
     const double size = i % 8 < 4 ? 0.15 : 0.02;
     const PlanSettings s = settings(i, arm, here.orientation);
     const Vector3 p2 = here.position_m + random_.vector(size), p3 = here.position_m + random_.vector(size);
-    const Planner planner(arm, LineTiming::kLaw);
+    const Planner planner(arm, PathTiming::kLaw);
     const PlanResult result =
         i % 2 == 0 ? planner.move_s(from, s, p3, 0.0) : planner.move_c(from, s, here.position_m, p2, p3);
     if (std::holds_alternative<PlanRefusal>(result)) continue;

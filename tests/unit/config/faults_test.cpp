@@ -264,6 +264,8 @@ const std::vector<Case> kCases{
      "kind = \"gpiod\"\n"
      "gpiod = { chip = \"/x\", lines = [\"1\", \"2\", \"3\", \"4\", \"5\"], awake_us = 1000 }",
      "awake_us", "backend.gpiod.awake_us", "1000", "from 0 to 200"},
+    {"StopRampTooShort", "ramp_s = 1.0", "ramp_s = 0.9", "ramp_s = 0.9", "stop.ramp_s", "0.9",
+     "from 0.99 s, which the longest stop by these limits takes, to 10 s"},
     {"StopChip", "[backend]", "[emergency_stop]\nchip = \"gpiochip0\"\nline = \"ESTOP\"\n[backend]",
      "chip = ", "emergency_stop.chip", "\"gpiochip0\"", "such as /dev/gpiochip0"},
     {"StopLineMissing", "[backend]", "[emergency_stop]\nchip = \"/dev/gpiochip0\"\n[backend]",

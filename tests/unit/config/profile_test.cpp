@@ -63,6 +63,11 @@ TEST(ShippedProfile, Lynx5IsReadToTheLastValue) {
   EXPECT_FALSE(profile.backend.common.readback);
 }
 
+TEST(ShippedProfile, ASlowArmKeepsItsPowerUntilItsLongestStopIsOver) {
+  EXPECT_EQ(load_profile(kProfiles + "/puma560.toml").stop.ramp_s, 1.0);
+  EXPECT_NEAR(load_profile(kProfiles + "/cartesian_ppp.toml").stop.ramp_s, 1.86, 0.02);
+}
+
 TEST(ShippedProfile, Lynx5JointsAreConvertedExactly) {
   const ArmModel arm = load_profile(kProfiles + "/lynx5.toml").arm;
   const JointLimits& elbow = arm.joints[2];

@@ -143,7 +143,7 @@ TEST(SoftLimits, LeaveEachJointAtTheTurnThatTheTaskTakes) {
       const Pose target{kinematics.forward(to).position_m,
                         about({0, 0, 1}, deg(turn_deg)) * kinematics.forward(from).orientation};
       const MovePoseRequest request{target, 0.0, true};
-      const Planner planner(arm, LineTiming::kLaw);
+      const Planner planner(arm, PathTiming::kLaw);
       const bool is_possible = is_planned(planner.plan({from, 0.0}, {}, request));
       for (const double lower_deg : {-345.0, -280.0, -200.0, -110.0}) {
         const PlanSettings settings = last_joint_within(arm, deg(lower_deg), deg(lower_deg + 350.0));
@@ -163,7 +163,7 @@ TEST(SoftLimits, LeaveAJointThatStandsHalfATurnOffWhereItIs) {
   ArmModel arm = test::published_arm("puma560");
   arm.joints[5].lower_q = -std::numbers::pi;
   arm.joints[5].upper_q = std::numbers::pi;
-  const Planner planner(arm, LineTiming::kLaw);
+  const Planner planner(arm, PathTiming::kLaw);
   const PlanStart start{{0.1, 0.8, -2.6, 0.2, 0.9, -std::numbers::pi}, 0.0};
   const Vector3 here_m = arm.kinematics.forward(start.position_q).position_m;
   const PlanResult result =

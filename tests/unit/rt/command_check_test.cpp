@@ -65,7 +65,7 @@ Command planned(Rig& rig, const PlanResult& plan) {
 
 /// One good command of each kind, with all fields that hold a number.
 std::vector<Good> good_commands() {
-  Rig rig(lynx5(), LineTiming::kLaw);
+  Rig rig(lynx5(), PathTiming::kLaw);
   const PlanStart start{kRest, 0.0};
   PlanSettings settings;
   const ToolPose pose = tool_pose(rig.arm.kinematics, kRest);

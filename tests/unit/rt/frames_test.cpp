@@ -41,7 +41,7 @@ class FramedCycle : public ::testing::Test {
   }
   /// A line of the tool by `by_m` along y, from `start`.
   Command line(const PlanStart& start, const PlanSettings& settings, double by_m,
-               LineTiming timing = LineTiming::kRate) {
+               PathTiming timing = PathTiming::kRate) {
     Vector3 target = in_frames(rig_.arm.kinematics, settings).forward(start.position_q).position_m;
     target[1] += by_m;
     const PlanResult plan = Planner(rig_.arm, timing).move_s(start, settings, target, 0.0);
@@ -115,7 +115,7 @@ TEST_F(FramedCycle, FramesThatNoPlannerWritesAreRefused) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   PlanSettings settings = with_tool(0.05, 0.3, 0.0);
   settings.tool_pitch_rad = pitch_of(settings, kRest);
-  const Command good = rig_.stamp(line(rig_.start(), settings, 0.04, LineTiming::kLaw));
+  const Command good = rig_.stamp(line(rig_.start(), settings, 0.04, PathTiming::kLaw));
   const rt::RestState rest{good.id - 1, rig_.snapshot.position_q, rig_.snapshot.gripper};
   ASSERT_TRUE(rt::check_command(rig_.arm, good, rest).ok());
   using Field = std::function<double&(Frames&)>;

@@ -36,7 +36,7 @@ struct KnottedLine {
 
 KnottedLine planned(const ArmModel& arm, const Joints& from = {}) {
   const Vector3 target_m = arm.kinematics.forward(from).position_m + Vector3{0.01, 0.05, -0.02};
-  const PlanResult plan = Planner(arm, LineTiming::kLaw).move_s({from, 0.0}, {}, target_m, 0.0);
+  const PlanResult plan = Planner(arm, PathTiming::kLaw).move_s({from, 0.0}, {}, target_m, 0.0);
   if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) throw std::runtime_error(refusal->text);
   return {std::get<std::vector<Command>>(plan).front(), plan.knots.front()};
 }

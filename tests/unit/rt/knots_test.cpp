@@ -52,7 +52,7 @@ struct Knots : testing::Test {
     return std::nullopt;
   }
 
-  Rig rig{xarm6(), LineTiming::kLaw};
+  Rig rig{xarm6(), PathTiming::kLaw};
   const Vector3 aside_{0.02, 0.15, -0.08};
 };
 
@@ -296,7 +296,7 @@ TEST_F(Knots, EveryCommandThatFitsHasASlot) {
 }
 
 TEST_F(Knots, AreRefusedOfAnArmThatNeedsNone) {
-  Rig closed(lynx5(), LineTiming::kLaw);
+  Rig closed(lynx5(), PathTiming::kLaw);
   closed.step();
   const Joints q{0.1, 0.9, 1.2, 0.4};
   PlanSettings settings;

@@ -25,7 +25,7 @@ struct Turning {
 
   Turning(const char* name, const Joints& from_q, const Pose& by) : arm(arm_of(name)), from(from_q) {
     const PlanResult plan =
-        Planner(arm, LineTiming::kLaw)
+        Planner(arm, PathTiming::kLaw)
             .plan({from, 0.0}, {}, MoveRelativeRequest{by, OffsetFrame::kTool, 0.0, true});
     if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) throw std::runtime_error(refusal->text);
     command = std::get<std::vector<Command>>(plan).front();

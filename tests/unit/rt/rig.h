@@ -25,7 +25,7 @@ inline ArmModel lynx5() {
 /// backend. The test plays the servant, and hands the segments over.
 class Rig {
  public:
-  explicit Rig(const ArmModel& model = lynx5(), LineTiming lines = LineTiming::kRate)
+  explicit Rig(const ArmModel& model = lynx5(), PathTiming lines = PathTiming::kRate)
       : arm(model), planner(model, lines), backend(model, {}) {
     restart();
   }
