@@ -93,14 +93,16 @@ void read_supervisor(Section section, SupervisorOptions& options) {
   section.finish();
 }
 
-/// The power stays on for as long as the arm may need to come to rest on its path. `is_whole`: the arm's limits have been read.
+/// The power stays on for as long as the arm may need to come to rest on its path. Limits by which no ramp_s is long enough are doubted
+/// elsewhere. `is_whole`: they have been read.
 void read_stop(Section section, const ArmModel& arm, bool is_whole, StopOptions& stop) {
   stop.category =
       static_cast<int>(section.integer_or("category", 1, {0, 1, false, "(IEC 60204-1)"}).value_or(1));
-  const double longest_s = is_whole ? rate::longest_stop_s(arm) : 0.0;
+  const double found_s = is_whole ? rate::longest_stop_s(arm) : 0.0;
+  const double longest_s = found_s > rate::kLongestStop_s ? 0.0 : found_s;
   const auto ramp_s = section.number_or("ramp_s", std::max(1.0, longest_s), {0.05, 10, false, "s"});
   stop.ramp_s = ramp_s.value_or(1.0);
-  if (ramp_s && (*ramp_s < longest_s || longest_s > 10.0))
+  if (ramp_s && *ramp_s < longest_s)
     section.refuse(
         "ramp_s", fmt::format("a number from {:.3g} s, which the longest stop by these limits takes, to 10 s",
                               longest_s));

@@ -11,12 +11,14 @@
 
 namespace corbot::rate {
 
+/// longest_stop_s() seeks no longer one.
+inline constexpr double kLongestStop_s = 10.0;
+
 /// s: how long a stop along a path may take, from whatever instant it is requested. It is the longest one of a motion that reaches all its
 /// limits at once and speeds up from rest, tried every 10 ms of that. A state that is slower, or speeds up less, stops sooner.
-/// Not real-time safe: it takes about a millisecond.
+/// It is above kLongestStop_s where there is a longer one. Not real-time safe: it takes about a millisecond.
 [[nodiscard]] inline double longest_stop_s(const ArmModel& arm) noexcept {
   constexpr double kStep_s = 0.01;
-  constexpr double kLongest_s = 60.0;
   std::array<RateLimit, RateCurve::kMostLimits> limits{};
   std::size_t count = 0;
   for (; count < arm.dof; ++count) {
@@ -33,12 +35,13 @@ namespace corbot::rate {
   moving.begin(curve, 0.0);
   moving.seek(1.0);
   double longest_s = 0.0;
-  for (double now_s = 0.0; now_s < kLongest_s && moving.rate() < 1.0; now_s += kStep_s) {
+  for (double now_s = 0.0; now_s < kLongestStop_s && longest_s < kLongestStop_s && moving.rate() < 1.0;
+       now_s += kStep_s) {
     moving.advance(kStep_s);
     RateGovernor stopping = moving;
     stopping.seek(0.0);
     double stop_s = 0.0;
-    for (; stop_s < kLongest_s && !stopping.is_at_rest(); stop_s += kStep_s) stopping.advance(kStep_s);
+    for (; stop_s < kLongestStop_s && !stopping.is_at_rest(); stop_s += kStep_s) stopping.advance(kStep_s);
     longest_s = std::max(longest_s, stop_s);
   }
   return longest_s + kStep_s;  // over what lies between the instants
