@@ -94,11 +94,6 @@ bool PathProof::is_cut_by_turn(std::size_t joint, double position_q) const noexc
   return beyond > 2.0 * kWrapMargin_rad;
 }
 
-bool PathProof::is_of_half_turn(const PlanRefusal& refusal) const noexcept {
-  return refusal.quantity == Quantity::kJointValue && refusal.joint >= 0 &&
-         is_cut_by_turn(static_cast<std::size_t>(refusal.joint), refusal.value);
-}
-
 PlanRefusal PathProof::leaves_range(std::size_t joint, double position_q, double s) const {
   const JointKind kind = model_->kinematics.joint_kind(joint);
   const bool by_turn = is_cut_by_turn(joint, position_q);

@@ -58,8 +58,6 @@ class PathProof {
 
   /// A value beyond its range as a protractor shows it, for a refusal.
   [[nodiscard]] double shown(std::size_t joint, double value_q) const noexcept;
-  /// Is the refusal, which is this proof's, of the half turn to which it cuts a joint's range?
-  [[nodiscard]] bool is_of_half_turn(const PlanRefusal& refusal) const noexcept;
 
  private:
   /// The whole path's constants.

@@ -50,7 +50,7 @@ struct PlanRefusal {
 /// How lines get their time. Arcs have a law.
 enum class PathTiming {
   kLaw,   ///< a law for s, by the joints' speeds alone
-  kRate,  ///< a rate at every limit of every joint
+  kRate,  ///< a rate at every limit of every joint; a law where the line has no knots in lambda
 };
 
 /// Of a path with a rate.
