@@ -213,14 +213,15 @@ std::optional<CommandVerdict> RateCheck::check_some(const ArmModel& arm, const C
 
 /// From rest to rest without a jump; what rounding leaves is far less than a jerk that DifferenceCheck would see.
 CommandVerdict RateCheck::check_pieces(const rate::RatePieces& law) noexcept {
-  constexpr double kPlace_s = 1e-12, kSpeed = 1e-9, kAcceleration_1_s = 1e-6;
+  constexpr double kPlace = 1e-12, kSpeed = 1e-9, kAcceleration_1_s = 1e-6;
+  const double place_s = kPlace * std::max(1.0, law.length_s);
   for (std::size_t n = 0; n < kPieces && piece_ < law.pieces.size(); ++n, ++piece_) {
     const double begin_s = law.pieces[piece_].begin_s;
     const bool is_last = piece_ + 1 == law.pieces.size();
     const double end_s = is_last ? law.duration_s : law.pieces[piece_ + 1].begin_s;
     if (!(end_s > begin_s)) return malformed_knot(end_s);
     const rate::RateState here = law.at(piece_, begin_s);
-    if (!(std::abs(here.lambda_s - last_.lambda_s) <= kPlace_s)) return malformed_knot(here.lambda_s);
+    if (!(std::abs(here.lambda_s - last_.lambda_s) <= place_s)) return malformed_knot(here.lambda_s);
     if (!(std::abs(here.v - last_.v) <= kSpeed)) return malformed_knot(here.v);
     if (!(std::abs(here.a - last_.a) <= kAcceleration_1_s)) return malformed_knot(here.a);
     last_ = law.at(piece_, end_s);

@@ -179,6 +179,24 @@ TEST_P(RateGate, TakesEveryPlanAndNothingElse) {
   EXPECT_GT(refused_, harmless_) << "the others change what nobody sees";
 }
 
+/// Rounding grows with lambda, which counts the seconds that full speed takes.
+TEST_P(RateGate, TakesPathsOfManyMinutes) {
+  const PlanSettings slow{.speed_ratio = 0.001};
+  int taken = 0;
+  for (int i = 0; i < 40; ++i) {
+    const PlanStart from = start(i);
+    const Vector3 here = arm_.kinematics.forward(from.position_q).position_m;
+    const PlanResult plan = Planner(arm_).move_s(from, slow, near(here, 0.2), 0.0);
+    if (std::holds_alternative<PlanRefusal>(plan)) continue;
+    const std::optional<Sent> sent = this->sent(slow, std::get<std::vector<Command>>(plan).front());
+    if (!sent) continue;
+    const rt::CommandVerdict found = verdict(*sent);
+    EXPECT_TRUE(found.ok()) << sent->command.duration_s << " s: " << found.value;
+    ++taken;
+  }
+  EXPECT_GT(taken, 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Arms, RateGate,
                          testing::Values("lynx5", "al5d_wr", "puma560", "scara_gx4", "stanford",
                                          "cartesian_ppp", "cylindrical_rpp", "polar_rrp", "xarm6"),
