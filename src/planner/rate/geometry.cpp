@@ -28,8 +28,11 @@ struct Tolerance {
 constexpr Tolerance kWanted[] = {{1e-8, 0.03},
                                  {1e-7, 0.6}};  // the second where the first takes too many knots
 constexpr double kLongestCell_q = 0.35;
-constexpr double kShortest = 1e-9;   // of s: halving has led to a singularity, or to the border of the reach
-constexpr double kBeside = 5e-7;     // m and rad: a path that misses a singularity by less leads through it
+constexpr double kShortest = 1e-9;  // of s: halving has led to a singularity, or to the border of the reach
+constexpr double kBeside = 5e-7;    // m and rad: a path that misses a singularity by less leads through it
+constexpr double kPoint =
+    1.0 / 512;                       // of s: no cell of a regular path is as short, so a singularity is there
+constexpr double kPartOff = 3e-4;    // of a path's length, as which a cell across a singularity may be off
 constexpr int kMostPasses = 4;       // singularities that a path leads through
 constexpr double kSingular = 1e5;    // entries of M⁻¹ from which derivatives carry too much rounding
 constexpr double kRounding = 4e-16;  // of the tool, m and rad: some units in the last place
@@ -243,9 +246,12 @@ class Geometry {
     return true;
   }
 
+  [[nodiscard]] double size(double s) const noexcept {
+    return std::max(norm(path_.velocity_m(s)), norm(path_.turn_rad()));
+  }
   /// Whether ds of the path is less than the tool may be beside it.
   [[nodiscard]] bool is_point(double s, double ds) const noexcept {
-    return ds < kShortest || ds * std::max(norm(path_.velocity_m(s)), norm(path_.turn_rad())) < kBeside;
+    return ds < kShortest || (ds < kPoint && ds * size(s) < kBeside);
   }
 
   /// Where solutions meet, a curve may go on smoothly on another one. One cell leads across such a place at s, from a knot before it to a
@@ -296,7 +302,8 @@ class Geometry {
   [[nodiscard]] bool crosses(const End& over, double most_off) const noexcept {
     const double jerk = std::min(model_.path.jerk_m_s3, model_.path.rotation_jerk_rad_s3);
     const double by_jerk = kWanted[0].third * jerk * std::pow(over.length_s, 3) / 384.0;
-    const double most = std::min(most_off, std::max(tolerance_.off, by_jerk));
+    const double most =
+        std::min({most_off, std::max(tolerance_.off, by_jerk), kPartOff * size(over.knot.z[kPath])});
     const Cell cell(over.knot, over.next, over.length_s);
     for (int k = 1; k < 8; ++k) {
       if (!(off(cell.at(k / 8.0)) <= most)) return false;

@@ -300,6 +300,25 @@ TEST(RateGeometry, SpeedsAreThoseOfTheSettings) {
                    0.5 * arm.path.rotation_speed_rad_s / 2.0);
 }
 
+TEST(RateGeometry, IsAsCloseToAnArcOfMicrometres) {
+  for (const char* const name : {"cartesian_ppp", "lynx5"}) {
+    const ArmModel arm = test::arm_of(name);
+    PlanStart from;
+    for (std::size_t i = 0; i < arm.dof; ++i)
+      from.position_q[i] = 0.45 * arm.joints[i].lower_q + 0.55 * arm.joints[i].upper_q;
+    const Vector3 here = arm.kinematics.forward(from.position_q).position_m;
+    constexpr double kSize_m = 1e-6;
+    PlanSettings fixed;  // the tool does not turn
+    fixed.tool_pitch_rad = tool_pose(arm.kinematics, from.position_q).pitch_rad;
+    const PlanSettings settings = has_tool_pitch(arm.kinematics) ? fixed : PlanSettings{};
+    const PlanResult plan = Planner(arm).move_c(from, settings, here, here + Vector3{kSize_m, kSize_m, 0.0},
+                                                here + Vector3{0.0, kSize_m, kSize_m});
+    ASSERT_TRUE(std::holds_alternative<std::vector<Command>>(plan)) << name;
+    const Command& command = std::get<std::vector<Command>>(plan).back();
+    EXPECT_LE(errors(arm, geometry(arm, command)).position_m, 1e-6 * kSize_m) << name;
+  }
+}
+
 TEST(RateCell, MeetsBothKnotsWithTwoDerivatives) {
   Knot a, b;
   a.z[1] = 0.3, a.rate[1] = -0.4, a.bend[1] = 2.0;
