@@ -136,7 +136,7 @@ PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, double t_s, Me
     }
     motion.tool = orientation_path(model_.kinematics, here, std::get<PathPoint>(goal));
     motion.solution = number;
-    const bool has_rate = std::is_same_v<Motion, LineMotion> && timing_ == PathTiming::kRate;
+    const bool has_rate = timing_ == PathTiming::kRate;
     PathPlan result =
         has_rate ? plan_with_rate(start, motion, t_s, member) : plan_by_law(start, motion, t_s, member);
     if (std::holds_alternative<Command>(result)) return result;
