@@ -100,7 +100,8 @@ def test_each_call_ends_as_it_should(fault: str, call: str, simulation: Simulati
             assert last_line(child).startswith("corbot.errors.NotReady: ")
     until(lambda: stands_still(address), within=SLOWLY + END)
     if fault == "frozen task":
-        os.kill(simulation.processes["rt_pid"], signal.SIGCONT)
+        with contextlib.suppress(ProcessLookupError):  # on a busy machine `corbot up` has replaced it by now
+            os.kill(simulation.processes["rt_pid"], signal.SIGCONT)
     elif fault == "Ctrl-C":
         assert is_at_rest(arm)
         assert arm.state.joints[0] < FAR[0] - 1, "the arm stands on its way"
