@@ -24,9 +24,10 @@ using numeric::PathFunction;
 struct Tolerance {
   double off;    ///< m and rad, of the tool
   double third;  ///< part of the jerk limit
+  double part;   ///< or this part of the third derivative itself
 };
-constexpr Tolerance kWanted[] = {{1e-8, 0.03},
-                                 {1e-7, 0.6}};  // the second where the first takes too many knots
+// Each is for paths on which the previous one takes too many knots. Where a third derivative is beyond the joint's limit, the rate falls.
+constexpr Tolerance kWanted[] = {{1e-8, 0.03, 0.0}, {1e-7, 0.6, 0.01}, {1e-7, 0.6, 0.05}};
 constexpr double kLongestCell_q = 0.35;
 constexpr double kShortest = 1e-9;  // of s: halving has led to a singularity, or to the border of the reach
 constexpr double kBeside = 5e-7;    // m and rad: a path that misses a singularity by less leads through it
@@ -35,7 +36,7 @@ constexpr double kPoint =
 constexpr double kPartOff = 3e-4;    // of a path's length, as which a cell across a singularity may be off
 constexpr int kMostPasses = 4;       // singularities that a path leads through
 constexpr double kSingular = 1e5;    // entries of M⁻¹ from which derivatives carry too much rounding
-constexpr double kRounding = 4e-16;  // of the tool, m and rad: some units in the last place
+constexpr double kRounding = 2e-15;  // of the tool, m and rad: some units in the last place
 
 class Geometry {
  public:
@@ -201,9 +202,11 @@ class Geometry {
     const State middle = cell.at(0.5);
     const std::optional<Joints> q = joints(middle[kPath], joints_of(middle));
     if (!q) return false;
+    const State bend_rate = cell.at(0.5, 3);
     double excess = 0.0;
     for (std::size_t i = 0; i < arm_.joint_count(); ++i) {
-      const double jerk = third * model_.joints[i].jerk_q_s3;
+      const double jerk =
+          std::max(third * model_.joints[i].jerk_q_s3, tolerance_.part * std::abs(bend_rate[i]));
       excess = std::max(excess, 384.0 * std::abs((*q)[i] - middle[i]) - jerk * std::pow(length_s, 3));
     }
     // Next to a singularity the joints themselves carry this much.
@@ -412,9 +415,12 @@ KnotList plan(const ArmModel& model, const Motion& motion, const Joints& start_q
   const PathFunction path(motion);
   if (model.dof < 3) return follows_no_path(model.dof, path.point(1.0).position_m);
   Geometry geometry(model, path, motion.solution, start_q, speed);
-  KnotList knots = geometry.plan(kWanted[0]);
-  const bool again = std::holds_alternative<PlanRefusal>(knots) && geometry.are_too_many();
-  return again ? geometry.plan(kWanted[1]) : knots;
+  KnotList knots;
+  for (const Tolerance& tolerance : kWanted) {
+    knots = geometry.plan(tolerance);
+    if (std::holds_alternative<std::vector<Knot>>(knots) || !geometry.are_too_many()) break;
+  }
+  return knots;
 }
 
 }  // namespace

@@ -228,6 +228,19 @@ TEST(RateGeometrySingular, LeadsThroughTheBaseAxisOnAnotherSolution) {
   }
 }
 
+TEST(RateGeometrySingular, PassesTheBaseAxisAtMicrometres) {
+  const ArmModel arm = test::arm_of("lynx5");
+  for (const double distance_m : {1e-2, 1e-3, 1e-4, 3e-5, 1.5e-5}) {
+    SCOPED_TRACE(distance_m);
+    Joints before = pointing_down(0.05, 0.17), behind = before;
+    behind[0] = std::acos(distance_m / 0.05);
+    before[0] = -behind[0];
+    const Errors e = followed(arm, line_between(arm, before, behind), before);
+    EXPECT_LT(e.position_m, 1.1e-7);
+    EXPECT_LT(e.speed, 2e-2);
+  }
+}
+
 TEST(RateGeometrySingular, BeginsAndEndsAtAStretchedArm) {
   const ArmModel arm = test::arm_of("lynx5");
   for (const double elbow_q : {0.0, 1e-9, 1e-6, 1e-4, 1e-2}) {
