@@ -114,11 +114,14 @@ struct TaskMatrix {
 /// The theorem's numbers at one configuration.
 class PathForm {
  public:
-  /// `q0`: joints in the middle of the cell.
-  PathForm(const Kinematics& arm, const Joints& q0) noexcept
+  static constexpr std::size_t kNoJoint = kMaxJoints;
+
+  /// `q0`: joints in the middle of the cell. `held`: a joint that does not move, because it is free along a singularity. In its place one
+  /// entry of the task's rate is left over, and solve() gives that much for the joint: 0 where the others follow the path alone.
+  PathForm(const Kinematics& arm, const Joints& q0, std::size_t held = kNoJoint) noexcept
       : count_(arm.joint_count()), turns_full_(arm.follows() == Follows::kFull) {
     const auto [task, rows] = task_matrix(arm, q0);
-    is_regular_ = rows == count_ && detail::invert(count_, task, inverse_);
+    if (rows == count_) invert(task, held);
     for (std::size_t i = 0; i < count_; ++i) {
       rotary_[i] = arm.joint_kind(i) == JointKind::kRotary;
       lever_[i] = norm({task[0][i], task[1][i], task[2][i]});
@@ -180,6 +183,24 @@ class PathForm {
   static constexpr double kWidened =
       1e-5;  ///< of what E adds, so that it maps to below itself although E grows with the box
   static constexpr double kRounded = 1e-12;
+
+  /// The held joint's column becomes a unit vector, that which leaves M the farthest from a singularity.
+  void invert(const detail::Matrix6& task, std::size_t held) noexcept {
+    if (held >= count_) {
+      is_regular_ = detail::invert(count_, task, inverse_);
+      return;
+    }
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t row = 0; row < count_; ++row) {
+      detail::Matrix6 m = task;
+      for (std::size_t k = 0; k < count_; ++k) m[k][held] = k == row ? 1.0 : 0.0;
+      PathForm other = *this;
+      if (!detail::invert(count_, m, other.inverse_) || !(other.greatest_inverse() < least)) continue;
+      least = other.greatest_inverse();
+      inverse_ = other.inverse_;
+      is_regular_ = true;
+    }
+  }
 
   /// u + E·y for the box w·y. Columns Jn of position are derivatives of one function, so for either order of two joints m ≤ n
   /// |∂Jn/∂qm| = |∂Jm/∂qn| = |zm × Jn| ≤ |Jn| if joint m turns, else 0. The angular ones, zj, change by at most the turns before them. A

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "corbot/kinematics/path_form.h"
 #include "corbot/motion/path_joints.h"
@@ -36,6 +37,7 @@ constexpr double kPoint =
 constexpr double kPartOff = 3e-4;    // of a path's length, as which a cell across a singularity may be off
 constexpr int kMostPasses = 4;       // singularities that a path leads through
 constexpr double kSingular = 1e5;    // entries of M⁻¹ from which derivatives carry too much rounding
+constexpr double kAlong = 1e-7;      // of a path's rate: how much of it a held joint may leave over
 constexpr double kRounding = 2e-15;  // of the tool, m and rad: some units in the last place
 
 class Geometry {
@@ -118,12 +120,39 @@ class Geometry {
     return moved;
   }
 
-  /// Nothing at a singularity. With sigma = d lambda/ds and T = q_s/sigma: z′ = (T, 1/sigma) and z″ = (c, 0) − kappa z′. There
-  /// M c = p_ss/sigma² − M′[T] T, kappa = c·T in the metric, and M′ is a difference of M along T.
+  /// The joint that the closed form leaves where the path began, because any value of it serves at this point.
+  [[nodiscard]] std::size_t free_joint(double s, const Joints& q) const noexcept {
+    constexpr double kNudge_q = 1e-3;
+    for (std::size_t i = 0; arm_.has_closed_form() && i < arm_.joint_count(); ++i) {
+      Joints from = start_q_;
+      from[i] += kNudge_q;
+      const IkSolution ik = joints_at(model_, path_.point(s), solution_, from);
+      if (ik.status == IkStatus::kOk && std::abs(ik.joints_q[i] - q[i] - kNudge_q) < 1e-9) return i;
+    }
+    return PathForm::kNoJoint;
+  }
+
+  /// Nothing at a singularity, unless the others follow the path while its free joint is `held`.
+  [[nodiscard]] std::optional<PathForm> form_at(double s, const Joints& q, std::size_t& held) const noexcept {
+    held = PathForm::kNoJoint;
+    const auto is_far = [](const PathForm& form) {
+      return form.is_regular() && form.greatest_inverse() < kSingular;
+    };
+    const PathForm form(arm_, q);
+    if (is_far(form)) return form;
+    held = free_joint(s, q);
+    const PathForm holding(arm_, q, held);
+    if (held == PathForm::kNoJoint || !is_far(holding)) return std::nullopt;
+    return holding;
+  }
+
+  /// Nothing at a singularity, but for one along the path. With sigma = d lambda/ds and T = q_s/sigma: z′ = (T, 1/sigma) and
+  /// z″ = (c, 0) − kappa z′. There M c = p_ss/sigma² − M′[T] T, kappa = c·T in the metric, and M′ is a difference of M along T.
   [[nodiscard]] std::optional<Knot> knot(double s, const Joints& q) const noexcept {
     constexpr double kStep_q = 1e-4;
-    const PathForm form(arm_, q);
-    if (!form.is_regular() || !(form.greatest_inverse() < kSingular)) return std::nullopt;
+    std::size_t held = PathForm::kNoJoint;
+    const std::optional<PathForm> form = form_at(s, q, held);
+    if (!form) return std::nullopt;
     TaskRate rate{};
     const Vector3 velocity = path_.velocity_m(s), bend = path_.bend_m(s);
     for (std::size_t k = 0; k < 3; ++k) {
@@ -133,7 +162,9 @@ class Geometry {
     State z{}, along{}, c{};
     std::copy(q.begin(), q.end(), z.begin());
     z[kPath] = s;
-    const Joints q_s = form.solve(rate);
+    Joints q_s = form->solve(rate);
+    if (held < kMaxJoints && !(std::abs(std::exchange(q_s[held], 0.0)) < kAlong * size(s)))
+      return std::nullopt;
     std::copy(q_s.begin(), q_s.end(), along.begin());
     along[kPath] = 1.0;
     const double sigma = std::sqrt(dot(along, along));
@@ -154,7 +185,8 @@ class Geometry {
     TaskRate left{};
     for (std::size_t k = 0; k < left.size(); ++k)
       left[k] = (k < 3 ? bend[k] / (sigma * sigma) : 0.0) - (b[k] - a[k]) / (2.0 * step);
-    const Joints curved = form.solve(left);
+    Joints curved = form->solve(left);
+    if (held < kMaxJoints) curved[held] = 0.0;
     std::copy(curved.begin(), curved.end(), c.begin());
     for (double& x : along) x /= sigma;
     const double kappa = dot(c, along);
@@ -209,8 +241,12 @@ class Geometry {
           std::max(third * model_.joints[i].jerk_q_s3, tolerance_.part * std::abs(bend_rate[i]));
       excess = std::max(excess, 384.0 * std::abs((*q)[i] - middle[i]) - jerk * std::pow(length_s, 3));
     }
+    if (excess <= 0.0) return true;
+    std::size_t held = PathForm::kNoJoint;
+    const std::optional<PathForm> form = form_at(middle[kPath], *q, held);
     // Next to a singularity the joints themselves carry this much.
-    return excess <= 0.0 || excess <= 384.0 * kRounding * PathForm(arm_, *q).greatest_inverse();
+    const double inverse = (form ? *form : PathForm(arm_, *q)).greatest_inverse();
+    return excess <= 384.0 * kRounding * inverse;
   }
 
   void append(Knot next, double length_s) {

@@ -3,10 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numbers>
 #include <random>
 #include <string>
 
+#include "gate_laws.h"
+#include "inverse_at_pitch.h"
 #include "limit_ticks.h"
+#include "path_ticks.h"
 #include "planner/planner.h"
 #include "planner/time_law_planner.h"
 #include "random_settings.h"
@@ -94,6 +98,30 @@ TEST_P(Limits, AreKeptByLinesAndArcs) {
   EXPECT_GT(planned_, kCases / 4);
   expect_within(line, "lines");
   expect_within(arc, "arcs");
+}
+
+/// The base is free there, and stays where it is.
+TEST(LimitsAlongASingularity, AreKeptAndTheTaskTakesTheLine) {
+  ArmModel arm = test::arm_of("lynx5");
+  for (std::size_t i = 0; i < arm.dof; ++i) {
+    arm.joints[i].lower_q = -std::numbers::pi;
+    arm.joints[i].upper_q = std::numbers::pi;
+  }
+  PlanSettings up;
+  up.tool_pitch_rad = 0.5 * std::numbers::pi;
+  const IkSolution low = test::inverse_at_pitch(arm.kinematics, {0.0, 0.0, 0.3}, *up.tool_pitch_rad, 0, {});
+  ASSERT_EQ(low.status, IkStatus::kOk);
+  const PlanResult result = Planner(arm).move_s({low.joints_q, 0.0}, up, {0.0, 0.0, 0.34}, 0.0);
+  ASSERT_TRUE(std::holds_alternative<std::vector<Command>>(result)) << std::get<PlanRefusal>(result).text;
+  const Command& line = std::get<std::vector<Command>>(result).front();
+  const PlannedRate rate = test::rate_of(result);
+  ASSERT_FALSE(rate.pieces.empty()) << "it has a rate";
+  EXPECT_EQ(test::gate(arm, line, rate), Verdict::kDone);
+  const TickShares shares = tick_shares(arm, up, line, {}, rate);
+  EXPECT_LE(shares.joint().greatest(), kWithin);
+  EXPECT_LE(shares.tool.greatest(), kWithin);
+  EXPECT_GE(std::max(shares.joint().greatest(), shares.tool.greatest()), 0.9)
+      << "it is as quick as it may be";
 }
 
 /// The checker itself: a motion that is run faster by 1 % is beyond its limits by the powers of that.

@@ -241,6 +241,16 @@ TEST(RateGeometrySingular, PassesTheBaseAxisAtMicrometres) {
   }
 }
 
+TEST(RateGeometrySingular, RunsAlongTheBaseAxisWithoutTheBase) {
+  const ArmModel arm = test::arm_of("lynx5");
+  const Joints low = pointing_down(0.0, 0.17), high = pointing_down(0.0, 0.2);
+  const LineMotion line = line_between(arm, low, high);
+  const rate::KnotList knots = plan_geometry(arm, line, low, rate::limits_of(arm, line).speed);
+  ASSERT_TRUE(std::holds_alternative<std::vector<Knot>>(knots)) << std::get<PlanRefusal>(knots).text;
+  for (const Knot& knot : std::get<std::vector<Knot>>(knots)) EXPECT_EQ(knot.z[0], low[0]);
+  expect_smooth(followed(arm, line, low));
+}
+
 TEST(RateGeometrySingular, BeginsAndEndsAtAStretchedArm) {
   const ArmModel arm = test::arm_of("lynx5");
   for (const double elbow_q : {0.0, 1e-9, 1e-6, 1e-4, 1e-2}) {
