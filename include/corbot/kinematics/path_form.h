@@ -116,12 +116,12 @@ class PathForm {
  public:
   static constexpr std::size_t kNoJoint = kMaxJoints;
 
-  /// `q0`: joints in the middle of the cell. `held`: a joint that does not move, because it is free along a singularity. In its place one
+  /// `q0`: joints in the middle of the cell. `held`: one of the arm's joints that does not move, because it is free along a singularity. In its place one
   /// entry of the task's rate is left over, and solve() gives that much for the joint: 0 where the others follow the path alone.
   PathForm(const Kinematics& arm, const Joints& q0, std::size_t held = kNoJoint) noexcept
-      : count_(arm.joint_count()), turns_full_(arm.follows() == Follows::kFull) {
+      : count_(arm.joint_count()), held_(held), turns_full_(arm.follows() == Follows::kFull) {
     const auto [task, rows] = task_matrix(arm, q0);
-    if (rows == count_) invert(task, held);
+    if (rows == count_) invert(task);
     for (std::size_t i = 0; i < count_; ++i) {
       rotary_[i] = arm.joint_kind(i) == JointKind::kRotary;
       lever_[i] = norm({task[0][i], task[1][i], task[2][i]});
@@ -132,6 +132,8 @@ class PathForm {
 
   /// False at a singularity, and for arms of fewer than six joints that no family has recognised.
   [[nodiscard]] bool is_regular() const noexcept { return is_regular_; }
+  /// The joint that does not move; kNoJoint if all may.
+  [[nodiscard]] std::size_t held() const noexcept { return held_; }
 
   /// M⁻¹·rate, of a regular form.
   [[nodiscard]] Joints solve(const TaskRate& rate) const noexcept {
@@ -142,13 +144,7 @@ class PathForm {
     return q;
   }
   /// The entry of M⁻¹ with the greatest magnitude (rad or m of a joint, a unit of the task): how near a singularity is.
-  [[nodiscard]] double greatest_inverse() const noexcept {
-    double greatest = 0.0;
-    for (const auto& row : inverse_) {
-      for (const double entry : row) greatest = std::max(greatest, std::abs(entry));
-    }
-    return greatest;
-  }
+  [[nodiscard]] double greatest_inverse() const noexcept { return greatest(inverse_); }
 
   /// `rate`: the task's in the middle. `rate_stray`: how far each entry of it strays on the cell. `half_width`: of the cell.
   [[nodiscard]] StretchBound bound(const TaskRate& rate, const TaskRate& rate_stray,
@@ -184,20 +180,25 @@ class PathForm {
       1e-5;  ///< of what E adds, so that it maps to below itself although E grows with the box
   static constexpr double kRounded = 1e-12;
 
+  static double greatest(const detail::Matrix6& m) noexcept {
+    double greatest = 0.0;
+    for (const auto& row : m) {
+      for (const double entry : row) greatest = std::max(greatest, std::abs(entry));
+    }
+    return greatest;
+  }
+
   /// The held joint's column becomes a unit vector, that which leaves M the farthest from a singularity.
-  void invert(const detail::Matrix6& task, std::size_t held) noexcept {
-    if (held >= count_) {
+  void invert(const detail::Matrix6& task) noexcept {
+    if (held_ == kNoJoint) {
       is_regular_ = detail::invert(count_, task, inverse_);
       return;
     }
-    double least = std::numeric_limits<double>::infinity();
     for (std::size_t row = 0; row < count_; ++row) {
-      detail::Matrix6 m = task;
-      for (std::size_t k = 0; k < count_; ++k) m[k][held] = k == row ? 1.0 : 0.0;
-      PathForm other = *this;
-      if (!detail::invert(count_, m, other.inverse_) || !(other.greatest_inverse() < least)) continue;
-      least = other.greatest_inverse();
-      inverse_ = other.inverse_;
+      detail::Matrix6 m = task, inverse{};
+      for (std::size_t k = 0; k < count_; ++k) m[k][held_] = k == row ? 1.0 : 0.0;
+      if (!detail::invert(count_, m, inverse)) continue;
+      if (!is_regular_ || greatest(inverse) < greatest_inverse()) inverse_ = inverse;
       is_regular_ = true;
     }
   }
@@ -226,7 +227,7 @@ class PathForm {
     }
     return z;
   }
-  std::size_t count_;
+  std::size_t count_, held_;
   bool turns_full_;
   bool is_regular_{};
   std::array<bool, kMaxJoints> rotary_{};

@@ -132,27 +132,24 @@ class Geometry {
     return PathForm::kNoJoint;
   }
 
-  /// Nothing at a singularity, unless the others follow the path while its free joint is `held`.
-  [[nodiscard]] std::optional<PathForm> form_at(double s, const Joints& q, std::size_t& held) const noexcept {
-    held = PathForm::kNoJoint;
+  /// Nothing at a singularity, unless a joint is free there: the form holds that joint.
+  [[nodiscard]] std::optional<PathForm> form_at(double s, const Joints& q) const noexcept {
     const auto is_far = [](const PathForm& form) {
       return form.is_regular() && form.greatest_inverse() < kSingular;
     };
     const PathForm form(arm_, q);
     if (is_far(form)) return form;
-    held = free_joint(s, q);
-    const PathForm holding(arm_, q, held);
-    if (held == PathForm::kNoJoint || !is_far(holding)) return std::nullopt;
-    return holding;
+    const PathForm holding(arm_, q, free_joint(s, q));
+    return is_far(holding) ? std::optional(holding) : std::nullopt;
   }
 
   /// Nothing at a singularity, but for one along the path. With sigma = d lambda/ds and T = q_s/sigma: z′ = (T, 1/sigma) and
   /// z″ = (c, 0) − kappa z′. There M c = p_ss/sigma² − M′[T] T, kappa = c·T in the metric, and M′ is a difference of M along T.
   [[nodiscard]] std::optional<Knot> knot(double s, const Joints& q) const noexcept {
     constexpr double kStep_q = 1e-4;
-    std::size_t held = PathForm::kNoJoint;
-    const std::optional<PathForm> form = form_at(s, q, held);
+    const std::optional<PathForm> form = form_at(s, q);
     if (!form) return std::nullopt;
+    const std::size_t held = form->held();
     TaskRate rate{};
     const Vector3 velocity = path_.velocity_m(s), bend = path_.bend_m(s);
     for (std::size_t k = 0; k < 3; ++k) {
@@ -163,7 +160,7 @@ class Geometry {
     std::copy(q.begin(), q.end(), z.begin());
     z[kPath] = s;
     Joints q_s = form->solve(rate);
-    if (held < kMaxJoints && !(std::abs(std::exchange(q_s[held], 0.0)) < kAlong * size(s)))
+    if (held != PathForm::kNoJoint && !(std::abs(std::exchange(q_s[held], 0.0)) < kAlong * size(s)))
       return std::nullopt;
     std::copy(q_s.begin(), q_s.end(), along.begin());
     along[kPath] = 1.0;
@@ -186,7 +183,7 @@ class Geometry {
     for (std::size_t k = 0; k < left.size(); ++k)
       left[k] = (k < 3 ? bend[k] / (sigma * sigma) : 0.0) - (b[k] - a[k]) / (2.0 * step);
     Joints curved = form->solve(left);
-    if (held < kMaxJoints) curved[held] = 0.0;
+    if (held != PathForm::kNoJoint) curved[held] = 0.0;
     std::copy(curved.begin(), curved.end(), c.begin());
     for (double& x : along) x /= sigma;
     const double kappa = dot(c, along);
@@ -242,8 +239,7 @@ class Geometry {
       excess = std::max(excess, 384.0 * std::abs((*q)[i] - middle[i]) - jerk * std::pow(length_s, 3));
     }
     if (excess <= 0.0) return true;
-    std::size_t held = PathForm::kNoJoint;
-    const std::optional<PathForm> form = form_at(middle[kPath], *q, held);
+    const std::optional<PathForm> form = form_at(middle[kPath], *q);
     // Next to a singularity the joints themselves carry this much.
     const double inverse = (form ? *form : PathForm(arm_, *q)).greatest_inverse();
     return excess <= 384.0 * kRounding * inverse;
