@@ -28,7 +28,7 @@ struct Tolerance {
   double part;   ///< or this part of the third derivative itself
 };
 // Each is for paths on which the previous one takes too many knots. Where a third derivative is beyond the joint's limit, the rate falls.
-constexpr Tolerance kWanted[] = {{1e-8, 0.03, 0.0}, {1e-7, 0.6, 0.01}, {1e-7, 0.6, 0.05}};
+constexpr Tolerance kWanted[] = {{1e-8, 0.03, 0.0}, {1e-7, 0.6, 0.01}, {1e-7, 0.6, 0.05}, {1e-7, 6.0, 0.3}};
 constexpr double kLongestCell_q = 0.35;
 constexpr double kShortest = 1e-9;  // of s: halving has led to a singularity, or to the border of the reach
 constexpr double kBeside = 5e-7;    // m and rad: a path that misses a singularity by less leads through it
@@ -36,7 +36,7 @@ constexpr double kPoint =
     1.0 / 512;                       // of s: no cell of a regular path is as short, so a singularity is there
 constexpr double kPartOff = 3e-4;    // of a path's length, as which a cell across a singularity may be off
 constexpr int kMostPasses = 4;       // singularities that a path leads through
-constexpr double kSingular = 1e5;    // entries of M⁻¹ from which derivatives carry too much rounding
+constexpr double kSingular = 1e7;    // entries of M⁻¹ from which derivatives carry too much rounding
 constexpr double kAlong = 1e-7;      // of a path's rate: how much of it a held joint may leave over
 constexpr double kRounding = 2e-15;  // of the tool, m and rad: some units in the last place
 
@@ -352,16 +352,17 @@ class Geometry {
     constexpr double kAway_q = 0.12;
     if (!arm_.has_closed_form()) return std::nullopt;
     const double inward = s > 0.5 ? -1.0 : 1.0;
-    double ds = 1.0 / 64.0;
-    for (int step = 0; step < 40; ++step) {
+    double ds = 0.2;
+    while (true) {
       const std::optional<Joints> there = joints(s + inward * ds, q);
       if (!there) return std::nullopt;
       double away = 0.0;
       for (std::size_t i = 0; i < kMaxJoints; ++i) away = std::max(away, std::abs((*there)[i] - q[i]));
       if (away <= 1.25 * kAway_q) break;
       ds *= std::clamp(kAway_q * kAway_q / (away * away), 0.02, 0.7);  // q goes as the root of s
+      if (ds < kShortest) return std::nullopt;                         // the joints jump
     }
-    for (int step = 0; step < 6; ++step, ds *= 0.3) {
+    for (int step = 0; step < 9; ++step, ds *= 0.3) {
       std::array<Knot, 5> beside;
       // From the first of them to the last, in parts: the fit takes an error of it much further.
       double length = 0.0;

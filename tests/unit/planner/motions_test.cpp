@@ -211,8 +211,11 @@ TEST(MoveS, LeavesTheBaseAxisTheWayTheArmFaces) {
   ASSERT_EQ(on_axis.status, IkStatus::kOk);
   const PlanStart start{on_axis.joints_q, 0.0};
   const Planner planner(arm);
-  EXPECT_EQ(only(planner.move_s(start, up, {0.1, 0.0, 0.28}, 0.0)).line.solution, 0u);
-  EXPECT_EQ(only(planner.move_s(start, up, {-0.1, 0.0, 0.28}, 0.0)).line.solution, 2u);
+  const auto solution_at_end = [&](const Point& to_m) {
+    return arm.kinematics.solution_of(only(planner.move_s(start, up, to_m, 0.0)).end_q);
+  };
+  EXPECT_EQ(solution_at_end({0.1, 0.0, 0.28}), 0u);
+  EXPECT_EQ(solution_at_end({-0.1, 0.0, 0.28}), 2u);
   EXPECT_EQ(only(planner.move_s(start, up, {0.0, 0.0, 0.25}, 0.0)).end_q[0], 0.0) << "along the axis";
   EXPECT_TRUE(std::holds_alternative<PlanRefusal>(planner.move_s(start, up, {0.0, 0.1, 0.28}, 0.0)));
 }

@@ -230,7 +230,7 @@ TEST(RateGeometrySingular, LeadsThroughTheBaseAxisOnAnotherSolution) {
 
 TEST(RateGeometrySingular, PassesTheBaseAxisAtMicrometres) {
   const ArmModel arm = test::arm_of("lynx5");
-  for (const double distance_m : {1e-2, 1e-3, 1e-4, 3e-5, 1.5e-5}) {
+  for (const double distance_m : {1e-2, 1e-3, 1e-4, 3e-5, 1.5e-5, 1e-6}) {
     SCOPED_TRACE(distance_m);
     Joints before = pointing_down(0.05, 0.17), behind = before;
     behind[0] = std::acos(distance_m / 0.05);
@@ -263,6 +263,15 @@ TEST(RateGeometrySingular, BeginsAndEndsAtAStretchedArm) {
       expect_smooth(to);
     }
   }
+  // Along the border of the reach, and by a little more than nothing.
+  const Joints stretched{};
+  LineMotion line = line_between(arm, stretched, stretched);
+  for (const Vector3 by_m : {Vector3{-0.037, -0.034, -0.021}, {-1e-4, 0, -1e-4}, {-1e-8, 0, -1e-8}}) {
+    for (std::size_t k = 0; k < 3; ++k) line.to_m[k] = line.from_m[k] + by_m[k];
+    SCOPED_TRACE(by_m[0]);
+    const Errors e = followed(arm, line, stretched);
+    EXPECT_LT(e.position_m, 1.1e-7);
+  }
   // From one stretched arm to another: the chord of a circle.
   const Joints low{0.2, 0.3, 0.0, -0.3}, high{0.2, 0.9, 0.0, -0.9};
   LineMotion chord = line_between(arm, low, high);
@@ -287,9 +296,11 @@ TEST(RateGeometrySingular, IsRefusedWithinAPathAndBeyondReach) {
   EXPECT_NE(refusal(line, start).text.find("leaves the reach"), std::string::npos);
   EXPECT_GT(refusal(line, start).target_m[0], line.from_m[0] + 0.01) << "as far as it can be followed";
   EXPECT_LT(refusal(line, start).target_m[0], line.to_m[0] - 0.01);
-  line.to_m = {-line.from_m[0], 1e-5, line.from_m[2]};  // past the base axis, too near for the base to turn
+  line.to_m = {-line.from_m[0], 0.0,
+               line.from_m[2]};  // through the base axis, beyond what the arm can reach backwards
   EXPECT_EQ(refusal(line, start).kind, PlanRefusal::Kind::kUnreachable);
-  EXPECT_NEAR(refusal(line, start).target_m[0], 0.0, 1e-4);
+  EXPECT_LT(refusal(line, start).target_m[0], 0.0);
+  EXPECT_GT(refusal(line, start).target_m[0], line.to_m[0] + 0.01);
 }
 
 TEST(RateGeometrySingular, IsRefusedAtTheStartWithoutAClosedForm) {
