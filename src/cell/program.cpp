@@ -43,8 +43,12 @@ void CellOptions::add_to(CLI::App& app) {
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{4294967295}));
 }
 
-void CellOptions::add_address_to(CLI::App& app) {
+void CellOptions::add_file_to(CLI::App& app) {
   app.add_option("CELL", file, "description of the cell, a TOML file")->required();
+}
+
+void CellOptions::add_address_to(CLI::App& app) {
+  add_file_to(app);
   app.add_option("--name", overrides.name, "name of the cell, instead of the file's");
   app.add_option("--ports", overrides.ports, "the first of the ports in a row that the cell listens on")
       ->check(CLI::Range(1024, 65535));

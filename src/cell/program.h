@@ -15,6 +15,7 @@ namespace corbot::cell {
 struct CellOptions {
   std::filesystem::path file;
   CellOverrides overrides;
+  void add_file_to(CLI::App& app);  ///< CELL alone
   void add_to(CLI::App& app);
   void add_address_to(CLI::App& app);  ///< what a client of a cell that runs needs
 };

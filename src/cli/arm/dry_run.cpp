@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -106,7 +107,9 @@ std::optional<std::string> text_of(const std::optional<PlanRefusal>& refusal) {
 
 }  // namespace
 
-DryRun::DryRun(const std::string& profile) : profile_(profile_of(profile)), planner_(profile_.arm) {}
+DryRun::DryRun(const std::string& profile) : DryRun(profile_of(profile)) {}
+
+DryRun::DryRun(Profile profile) : profile_(std::move(profile)), planner_(profile_.arm) {}
 
 std::optional<std::string> DryRun::refusal_of(const Request& given) {
   try {

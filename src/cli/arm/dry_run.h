@@ -16,6 +16,7 @@ class DryRun {
  public:
   /// Throws Failure where the profile cannot be read.
   explicit DryRun(const std::string& profile);
+  explicit DryRun(Profile profile);
 
   [[nodiscard]] const std::string& robot() const noexcept { return profile_.name; }
   /// Why the robot would refuse the command. Nothing: it is carried out, or set for those that follow.

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "cell/wall_clock.h"
+#include "cli/cell/cell_check.h"
 #include "cli/cell/cell_client.h"
 #include "cli/cell/cell_directory.h"
 #include "cli/cell/cell_run.h"
@@ -132,6 +133,11 @@ void add_cell(CLI::App& app) {
   const auto stays = std::make_shared<cell::CellOptions>();
   stays->add_to(*up);
   up->callback([stays] { cell_up(*stays); });
+  CLI::App* check =
+      cell->add_subcommand("check", "Whether the robots reach all points of a cell; moves nothing");
+  const auto checked = std::make_shared<cell::CellOptions>();
+  checked->add_file_to(*check);
+  check->callback([checked] { cell_check(*checked); });
   CLI::App* down = cell->add_subcommand("down", "End a cell that is up, and wait for its end");
   const auto ends = std::make_shared<cell::CellOptions>();
   ends->add_address_to(*down);

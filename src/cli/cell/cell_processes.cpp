@@ -84,20 +84,24 @@ void check_installation(const CellConfig& cell) {
   }
 }
 
+std::string profile_text(const CellConfig& cell, const CellRobot& robot) {
+  std::string text = with_urdf_text(read_profile_text(robot.profile), robot.profile.string());
+  const auto at = text.find(kScenePort);
+  if (at != std::string::npos) {
+    text.replace(at, kScenePort.size(), "unix:" + cell.servo_socket(robot).string());
+  } else if (cell.scene) {
+    throw Failure(ExitCode::kUsage,
+                  fmt::format("{}: {}.profile: the cell is simulated, so its backend must have port = \"{}\"",
+                              robot.profile.string(), cell.key_of(robot), kScenePort));
+  }
+  return text;
+}
+
 void write_profiles(const CellConfig& cell) {
   cell::make_private_directory(cell.state_directory / kRobots);
   for (const CellRobot& robot : cell.robots) {
     if (robot.profile.empty()) continue;
-    std::string text = with_urdf_text(read_profile_text(robot.profile), robot.profile.string());
-    const auto at = text.find(kScenePort);
-    if (at != std::string::npos) {
-      text.replace(at, kScenePort.size(), "unix:" + cell.servo_socket(robot).string());
-    } else if (cell.scene) {
-      throw Failure(
-          ExitCode::kUsage,
-          fmt::format("{}: {}.profile: the cell is simulated, so its backend must have port = \"{}\"",
-                      robot.profile.string(), cell.key_of(robot), kScenePort));
-    }
+    const std::string text = profile_text(cell, robot);
     std::ofstream file(profile_of(cell, robot));
     if (!(file << text).flush())
       throw Failure(ExitCode::kInternal, profile_of(cell, robot).string() + ": cannot be written");

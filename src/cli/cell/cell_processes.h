@@ -26,7 +26,9 @@ inline constexpr const char* kAddresses = "cell.json";
 
 /// Throws Failure, kInternal, where a port that the cell needs is taken, or kUsage where a program is not installed.
 void check_installation(const cell::CellConfig& cell);
-/// Writes each robot's profile into the state directory, with SCENE and NAME of its port replaced. Throws Failure.
+/// A robot's profile as the cell uses it, with SCENE and NAME of its port replaced. Throws Failure and ConfigError.
+[[nodiscard]] std::string profile_text(const cell::CellConfig& cell, const cell::CellRobot& robot);
+/// Writes each of them into the state directory.
 void write_profiles(const cell::CellConfig& cell);
 /// Writes kAddresses, by which clients find a cell that runs: one whose directory is locked. Throws Failure.
 void publish_addresses(const cell::CellConfig& cell);
