@@ -619,6 +619,30 @@ TEST_F(CellRun, AWrongFileIsRefusedBeforeAnythingStarts) {
   EXPECT_FALSE(fs::exists(directory_ / "state"));
 }
 
+TEST_F(CellRun, ACheckNamesWhatIsOutOfReachWithoutAnyProcess) {
+  const auto check = [&] {
+    return run({CORBOT_BIN_DIR "/corbot", "cell", "check", (directory_ / "cell.toml").string()}, 60,
+               environment());
+  };
+  const RunResult shipped = check();
+  EXPECT_EQ(shipped.code, 0) << shipped.errors;
+  EXPECT_EQ(shipped.output, "robot1: all 27 points are reached\nrobot2: all 33 points are reached\n");
+  edit("position_m = [0.48, 0, 0]", "position_m = [0.48, 0.08, 0]");
+  edit("profile = \"arm.toml\"", "reference = \"corbaloc::127.0.0.1:1/robot1\"");
+  const RunResult moved = check();
+  EXPECT_EQ(moved.code, 1) << moved.errors;
+  EXPECT_THAT(moved.output,
+              testing::StartsWith("robot1: not checked: it runs elsewhere, and the cell has no profile"));
+  EXPECT_THAT(moved.output, testing::ContainsRegex("robot2: place.2. pallet2, slot 0, red: the motion above "
+                                                   "the grasp to \\(.*\\) m in the robot's frame would be "
+                                                   "refused: .* is too far"));
+  EXPECT_THAT(moved.errors, HasSubstr("would be refused; nothing moved"));
+  edit("kind = \"anthropomorphic\"", "kind = \"none\"", "arm.toml");
+  const RunResult wrong = check();
+  EXPECT_EQ(wrong.code, 2) << wrong.output;
+  EXPECT_THAT(wrong.errors, HasSubstr("arm.toml"));
+}
+
 TEST_F(CellRun, ADirectoryForPicturesThatCannotBeMadeIsRefusedBeforeAnythingStarts) {
   const RunResult result = cell_run({"--pictures", (directory_ / "cell.toml" / "pictures").string()});
   EXPECT_EQ(result.code, 5);
