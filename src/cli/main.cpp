@@ -24,6 +24,7 @@
 #include "cli/cell/cell_commands.h"
 #include "cli/commands.h"
 #include "cli/doctor/doctor.h"
+#include "cli/plot/plot.h"
 #include "cli/supervise/up.h"
 #include "client/explain.h"
 #include "client/number.h"
@@ -45,6 +46,7 @@ struct Settings {
   std::vector<std::string> pose;  ///< of `solutions`
   RunOptions run;
   RecordOptions record;
+  charts::PlotOptions plot;
   std::string doctor_profile;
   CalibrateOptions calibrate;
   HomeOptions home;
@@ -306,6 +308,12 @@ void add_files(CLI::App& app, Settings& s) {
   record_command->add_flag("--force", s.record.force, "Overwrite");
   add_client_options(*record_command, s);
   record_command->callback([&s] { run_record(s.client, s.record); });
+  CLI::App* plot_command = app.add_subcommand("plot", "Draw a file of 'record' as an SVG");
+  plot_command->add_option("RECORD", s.plot.record, "A file of 'corbot record'")->required();
+  plot_command
+      ->add_option("-o,--output", s.plot.output, "File, - = standard output; otherwise RECORD with .svg")
+      ->type_name("FILE");
+  plot_command->callback([&s] { charts::plot(s.plot); });
 }
 
 /// CLI11 only reports that there is an argument too many.

@@ -59,6 +59,14 @@ TEST_F(Programs, TheExampleRunsWhileItIsRecorded) {
     lowest_m = std::min(lowest_m, rows[i][12]);
   }
   EXPECT_NEAR(lowest_m, 0.02, 1e-6) << "the hand was at the part";
+
+  const RunResult drawn = corbot({"plot", file});
+  EXPECT_EQ(drawn.code, 0) << drawn.errors;
+  EXPECT_EQ(drawn.output, (directory_ / "run.svg").string() + "\n");
+  const RunResult piped = corbot({"plot", file, "-o", "-"});
+  EXPECT_THAT(piped.output,
+              AllOf(HasSubstr("<svg "), HasSubstr(">joint 3 wrist, deg<"), HasSubstr(" cycles, 0 missing<")));
+  EXPECT_EQ(corbot({"plot", CORBOT_EXAMPLES "/pick_and_place.corbot", "-o", "-"}).code, 2);
 }
 
 TEST_F(Programs, AFailingLineStopsTheProgramWithItsNumber) {

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <fstream>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "cli/arm/doubts.h"
 #include "client/failure.h"
 #include "client/number.h"
+#include "client/write_file.h"
 #include "config/arms/write_urdf.h"
 #include "config/load_profile.h"
 #include "corbot/units.h"
@@ -75,13 +75,6 @@ PoseSolutions solutions_of(const ArmModel& arm, const std::string& text, const J
   return solutions_at(arm, pose, true, at);
 }
 
-void write_file(const std::string& file, const std::string& text) {
-  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
-  stream << text;
-  stream.close();
-  if (!stream) throw Failure(ExitCode::kInternal, file + ": cannot be written");
-}
-
 }  // namespace
 
 void kinematics(const KinematicsOptions& options) {
@@ -92,8 +85,9 @@ void kinematics(const KinematicsOptions& options) {
                          doubts_of(profile, workspace)};
   if (!options.svg.empty()) {
     const bool is_asked = !options.pose.empty() && !report.at.solutions.empty();
-    write_file(options.svg, arm_picture(profile, is_asked ? report.at.solutions.front().joints_q : at,
-                                        options.thumbnail ? PictureSize::kThumbnail : PictureSize::kFull));
+    client::write_file(options.svg,
+                       arm_picture(profile, is_asked ? report.at.solutions.front().joints_q : at,
+                                   options.thumbnail ? PictureSize::kThumbnail : PictureSize::kFull));
   }
   fmt::print("{}", options.json ? arm_json(report) : arm_text(report));
 }
@@ -104,7 +98,7 @@ void export_urdf(const ExportOptions& options) {
   if (options.output.empty()) {
     fmt::print("{}", xml);
   } else {
-    write_file(options.output, xml);
+    client::write_file(options.output, xml);
   }
 }
 

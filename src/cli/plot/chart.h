@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "cli/plot/reduced_rows.h"
+
+namespace corbot::cli::charts {
+
+/// A line of a chart: a series of the rows, times `scale`.
+struct ChartLine {
+  std::string label;
+  std::size_t series{};
+  double scale{1.0};
+  bool dashed{false};
+};
+
+struct Chart {
+  std::string title;  ///< with the unit
+  std::vector<ChartLine> lines;
+  std::vector<double> limits;  ///< drawn where they are within the chart
+  double least_span{1.0};      ///< the chart is as high as this, where the values differ less
+};
+
+/// Charts below each other, over one time axis in seconds from the first row on.
+struct ChartSheet {
+  std::string title;
+  std::string subtitle;
+  std::vector<Chart> charts;
+};
+
+/// An SVG without a script, 1000 px wide, which follows a dark screen. A line has two points in each px column at the most: its
+/// extremes. A line without a value, and a chart without a line, are left out.
+[[nodiscard]] std::string chart_svg(const ChartSheet& sheet, const ReducedRows& rows);
+
+}  // namespace corbot::cli::charts

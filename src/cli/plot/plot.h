@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "cli/plot/chart.h"
+#include "cli/plot/recording.h"
+
+namespace corbot::cli::charts {
+
+struct PlotOptions {
+  std::string record;  ///< a file of `corbot record`
+  std::string output;  ///< "-" = standard output; empty: the record's name with .svg
+};
+
+/// The charts of a recording whose file has this name.
+[[nodiscard]] ChartSheet sheet_of(const Recording& recording, const std::string& name);
+
+/// Draws a recording into an SVG file. Throws Failure; then the file is as before.
+void plot(const PlotOptions& options);
+
+}  // namespace corbot::cli::charts

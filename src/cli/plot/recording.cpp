@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/plot/recording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <string_view>
+
+#include "client/explain.h"
+#include "client/failure.h"
+#include "client/number.h"
+
+namespace corbot::cli::charts {
+namespace {
+
+using client::ExitCode;
+using client::Failure;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
+
+void split(std::string_view line, std::vector<std::string_view>& fields) {
+  fields.clear();
+  for (;;) {
+    const std::size_t comma = line.find(',');
+    fields.push_back(line.substr(0, comma));
+    if (comma == std::string_view::npos) return;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+/// What is between `begin` and `end`, each where it is found first and last.
+std::optional<std::string_view> between(std::string_view text, std::string_view begin, std::string_view end) {
+  const std::size_t from = text.find(begin);
+  const std::size_t to = text.rfind(end);
+  if (from == std::string_view::npos || to == std::string_view::npos || to < from + begin.size())
+    return std::nullopt;
+  return text.substr(from + begin.size(), to - from - begin.size());
+}
+
+/// Of "-90 to 90 deg, 60 deg/s, 240 deg/s2, 2400 deg/s3".
+std::optional<RecordedLimits> limits_of(std::string_view text) {
+  std::vector<double> numbers;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find(' '), text.size());
+    if (const auto number = client::parse_number(text.substr(0, end))) numbers.push_back(*number);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  if (numbers.size() != 5) return std::nullopt;
+  return RecordedLimits{numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]};
+}
+
+class Reader {
+ public:
+  explicit Reader(const std::string& file) : file_(file), stream_(file) {
+    if (!stream_) throw Failure(ExitCode::kUsage, file + ": " + std::strerror(errno));
+  }
+
+  Recording read() {
+    while (next() && line_.starts_with('#')) note();
+    if (!stream_) throw Failure(ExitCode::kUsage, file_ + ": has no line with the names of columns");
+    columns();
+    recording_.rows = ReducedRows(recording_.gripper_pulse() + 1);
+    while (next()) row();
+    if (recording_.cycles < 2)
+      throw Failure(ExitCode::kUsage,
+                    fmt::format("{}: {} cycles recorded; a drawing takes two", file_, recording_.cycles));
+    return std::move(recording_);
+  }
+
+ private:
+  struct Columns {
+    std::size_t set_point, measured, speed, pulse;
+  };
+
+  [[noreturn]] void fail(const std::string& why) const {
+    throw Failure(ExitCode::kUsage, fmt::format("{}:{}: {}", file_, number_, why));
+  }
+
+  bool next() {
+    if (!std::getline(stream_, line_)) {
+      if (stream_.bad()) throw Failure(ExitCode::kInternal, file_ + ": cannot be read");
+      return false;
+    }
+    ++number_;
+    if (line_.ends_with('\r')) line_.pop_back();
+    return true;
+  }
+
+  void note() {
+    if (line_.starts_with("# profile '")) {
+      recording_.profile = client::printable(between(line_, "# profile '", "';").value_or(""));
+    } else if (line_.starts_with("# joint ")) {
+      const auto name = between(line_, "'", "': ");
+      const auto limits =
+          name ? limits_of(std::string_view(line_).substr(line_.rfind("': ") + 3)) : std::nullopt;
+      if (!limits) fail("no name and five limits of a joint: " + client::printable(line_));
+      noted_.push_back({JointKind::kRotary, client::printable(*name), limits});
+    }
+  }
+
+  [[nodiscard]] std::size_t column(const std::string& name) const {
+    const auto found = std::find(names_.begin(), names_.end(), name);
+    return found == names_.end() ? kNoColumn : static_cast<std::size_t>(found - names_.begin());
+  }
+  [[nodiscard]] std::size_t needed(const std::string& name) const {
+    const std::size_t found = column(name);
+    if (found == kNoColumn)
+      fail(fmt::format("column '{}' is missing, so this is no file of 'corbot record'", name));
+    return found;
+  }
+
+  void columns() {
+    split(line_, fields_);
+    names_.assign(fields_.begin(), fields_.end());
+    cycle_ = needed("cycle");
+    time_ = needed("time_ns");
+    for (std::size_t i = 0; i < kMaxJoints; ++i) {
+      const std::string turning = fmt::format("theta{}_deg", i);
+      const std::string sliding = fmt::format("slide{}_m", i);
+      const bool slides = column(sliding) != kNoColumn;
+      const std::string& name = slides ? sliding : turning;
+      if (column(name) == kNoColumn) continue;
+      if (i > columns_.size()) fail(fmt::format("the column of joint {} is missing", columns_.size()));
+      columns_.push_back({column(name), column("measured_" + name), column(name + "_s"),
+                          column(fmt::format("pulse{}_us", i))});
+      recording_.joints.push_back({slides ? JointKind::kPrismatic : JointKind::kRotary, "", std::nullopt});
+    }
+    if (columns_.empty()) (void)needed("theta0_deg");
+    gripper_ = column("gripper_us");
+    if (noted_.empty()) return;
+    if (noted_.size() != columns_.size())
+      fail(fmt::format("limits of {} joints, but columns of {}", noted_.size(), columns_.size()));
+    for (std::size_t i = 0; i < noted_.size(); ++i) {
+      recording_.joints[i].name = noted_[i].name;
+      recording_.joints[i].limits = noted_[i].limits;
+    }
+  }
+
+  /// An empty field, and a column that is not there, have no value.
+  [[nodiscard]] double value(std::size_t column, bool may_be_empty = false) const {
+    if (column == kNoColumn || (may_be_empty && fields_[column].empty())) return kNone;
+    const auto number = client::parse_number(fields_[column]);
+    if (!number)
+      fail(fmt::format("column '{}': '{}' is not a number", client::printable(names_[column]),
+                       client::printable(fields_[column])));
+    return *number;
+  }
+
+  void row() {
+    split(line_, fields_);
+    if (fields_.size() != names_.size())
+      fail(fmt::format("{} fields, but there are {} columns", fields_.size(), names_.size()));
+    const double cycle = value(cycle_);
+    const double time_ns = value(time_);
+    if (recording_.cycles == 0) {
+      begin_ns_ = time_ns;
+      speeds_.fill(kNone);
+      accelerations_.fill(kNone);
+    } else if (time_ns <= time_ns_) {
+      fail(fmt::format("time_ns {} is not after {} of the line before", time_ns, time_ns_));
+    }
+    // A task that has been restarted counts from zero.
+    if (cycle > cycle_before_ + 1 && recording_.cycles > 0)
+      recording_.missing += static_cast<std::uint64_t>(cycle - cycle_before_) - 1;
+    const bool follows = recording_.cycles > 0 && cycle == cycle_before_ + 1;
+    values(follows ? 1e-9 * (time_ns - time_ns_) : kNone);
+    recording_.rows.add(1e-9 * (time_ns - begin_ns_), values_);
+    ++recording_.cycles;
+    cycle_before_ = cycle;
+    time_ns_ = time_ns;
+  }
+
+  /// `period_s` is since the cycle before; it is no number where that one is not there.
+  void values(double period_s) {
+    values_.assign(recording_.gripper_pulse() + 1, kNone);
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      const auto at = [&](Quantity quantity) -> double& {
+        return values_[Recording::series_of(i, quantity)];
+      };
+      at(Quantity::kSetPoint) = value(columns_[i].set_point);
+      at(Quantity::kMeasured) = value(columns_[i].measured, true);
+      const double speed = at(Quantity::kSpeed) = value(columns_[i].speed);
+      at(Quantity::kPulse) = value(columns_[i].pulse);
+      const double acceleration = at(Quantity::kAcceleration) = (speed - speeds_[i]) / period_s;
+      at(Quantity::kJerk) = (acceleration - accelerations_[i]) / period_s;
+      speeds_[i] = speed;
+      accelerations_[i] = acceleration;
+    }
+    values_.back() = value(gripper_);
+  }
+
+  const std::string file_;
+  std::ifstream stream_;
+  std::string line_;
+  std::uint64_t number_{0};
+  std::vector<std::string> names_;
+  std::vector<std::string_view> fields_;
+  std::vector<RecordedJoint> noted_;
+  std::size_t cycle_{}, time_{}, gripper_{};
+  std::vector<Columns> columns_;
+  double begin_ns_{}, time_ns_{}, cycle_before_{};
+  std::array<double, kMaxJoints> speeds_{}, accelerations_{};
+  std::vector<double> values_;
+  Recording recording_;
+};
+
+}  // namespace
+
+Recording read_recording(const std::string& file) { return Reader(file).read(); }
+
+}  // namespace corbot::cli::charts
