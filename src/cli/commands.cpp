@@ -236,7 +236,8 @@ void run_request(const ClientOptions& options, const Request& request) {
 
 void run_file(const ClientOptions& options, const RunOptions& run) {
   const Program program = load_program(run.file);
-  if (run.dry_run) return run.profile.empty() ? print_program(program) : check_reach(program, run.profile);
+  if (run.dry_run)
+    return run.profile.empty() ? print_program(program) : check_reach(program, run.profile, run.plot);
   run_stoppable(options, [&](Client& client) { run_program(client, program); });
 }
 

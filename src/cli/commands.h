@@ -24,6 +24,7 @@ struct RunOptions {
   std::string file;     ///< "-": standard input
   bool dry_run{false};  ///< checks and prints only
   std::string profile;  ///< of the arm whose reach a dry run checks; empty: it checks none
+  std::string plot;     ///< the file into which that dry run draws the motions; empty: none
 };
 /// Runs a program.
 void run_file(const ClientOptions& options, const RunOptions& run);

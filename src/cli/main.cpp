@@ -295,10 +295,12 @@ void add_files(CLI::App& app, Settings& s) {
   CLI::App* run_command = app.add_subcommand("run", "Run a program, one command a line");
   run_command->add_option("PROGRAM", s.run.file, "File, - = standard input")->required();
   auto* dry_run = run_command->add_flag("--dry-run", s.run.dry_run, "Check and print only");
-  run_command
-      ->add_option("--profile", s.run.profile, "With --dry-run: check the reach of this profile's arm, too")
+  auto* profile = run_command->add_option("--profile", s.run.profile,
+                                          "With --dry-run: check the reach of this profile's arm, too");
+  profile->type_name("FILE")->needs(dry_run);
+  run_command->add_option("--plot", s.run.plot, "With --profile: draw the motions as they are planned")
       ->type_name("FILE")
-      ->needs(dry_run);
+      ->needs(profile);
   add_client_options(*run_command, s);
   run_command->callback([&s] { run_file(s.client, s.run); });
   CLI::App* record_command = app.add_subcommand("record", "Record every cycle of the loop into a CSV file");

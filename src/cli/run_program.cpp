@@ -10,6 +10,7 @@
 #include <cstdio>
 
 #include "cli/arm/dry_run.h"
+#include "cli/plot/plan_plot.h"
 #include "client/notice.h"
 
 namespace corbot::cli {
@@ -94,7 +95,7 @@ void print_program(const Program& program) {
       program.statements.size());
 }
 
-void check_reach(const Program& program, const std::string& profile) {
+void check_reach(const Program& program, const std::string& profile, const std::string& picture) {
   DryRun robot(profile);
   for (const auto& statement : program.statements) {
     if (const auto why = robot.refusal_of(statement.request))
@@ -106,6 +107,7 @@ void check_reach(const Program& program, const std::string& profile) {
     fmt::print("line {}: {}{}\n", statement.line, to_string(statement.request),
                is_override ? ": skipped, since it changes no path" : "");
   }
+  if (!picture.empty()) charts::plot_plan(robot, program.name, picture);
   fmt::print(
       "{} commands: {} can carry out all of them, from all joints at 0 and with the profile's settings; "
       "where "

@@ -19,8 +19,8 @@ namespace corbot::cli {
 void print_program(const Program& program);
 
 /// Prints the statements that the arm of a profile can carry out, one after the other, without executing them. Throws Failure
-/// with file and line of the first that its planner refuses.
-void check_reach(const Program& program, const std::string& profile);
+/// with file and line of the first that its planner refuses. Where `picture` names a file, their motions are drawn into it.
+void check_reach(const Program& program, const std::string& profile, const std::string& picture = "");
 
 /// Executes the statements in order, with a progress bar on a terminal and plain lines elsewhere. Throws
 /// Failure with file and line of the statement that failed; those after it are not started.

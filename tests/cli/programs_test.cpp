@@ -107,6 +107,12 @@ TEST_F(Programs, ADryRunWithAProfileRefusesTheLineThatTheRobotRefuses) {
   EXPECT_EQ(real.code, 1);
   EXPECT_THAT(real.errors, HasSubstr("p.corbot:3: joints 20 0 0 0: refused: "));
   EXPECT_EQ(corbot({"run", file, "--profile", CORBOT_TEST_PROFILE}).code, 2) << "for a dry run only";
+  const std::string picture = (directory_ / "plan.svg").string();
+  EXPECT_EQ(corbot({"run", file, "--dry-run", "--plot", picture}).code, 2) << "with a profile only";
+  EXPECT_FALSE(std::filesystem::exists(picture));
+  const std::string moves = put("q.corbot", "joints 20 0 0 0\n");
+  EXPECT_EQ(corbot({"run", moves, "--dry-run", "--profile", CORBOT_TEST_PROFILE, "--plot", picture}).code, 0);
+  EXPECT_TRUE(std::filesystem::exists(picture));
 }
 
 TEST_F(Programs, CtrlCEndsTheProgramAndTheMotion) {

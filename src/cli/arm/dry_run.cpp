@@ -124,13 +124,14 @@ std::optional<std::string> DryRun::move(const Request& request) {
   const ArmModel& arm = profile_.arm;
   if (request.verb == Verb::kJoints && request.numbers.size() != arm.dof)
     return fmt::format("{} values, but the arm has {} joints", request.numbers.size(), arm.dof);
-  const PlanResult plan = planner_.plan(start_, settings_, motion(request, arm));
+  PlanResult plan = planner_.plan(start_, settings_, motion(request, arm));
   if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) return refusal->text;
   for (const Command& command : std::get<std::vector<Command>>(plan)) {
     start_.position_q = command.end_q;
     if (command.kind == MotionKind::kGripper)
       start_.gripper = command.gripper.from + command.gripper.law.distance;
   }
+  plans_.push_back(std::move(plan));
   return std::nullopt;
 }
 

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/request.h"
 #include "config/profile.h"
@@ -19,6 +20,9 @@ class DryRun {
   explicit DryRun(Profile profile);
 
   [[nodiscard]] const std::string& robot() const noexcept { return profile_.name; }
+  [[nodiscard]] const Profile& profile() const noexcept { return profile_; }
+  /// Of the motions that are carried out, in their order.
+  [[nodiscard]] const std::vector<PlanResult>& plans() const noexcept { return plans_; }
   /// Why the robot would refuse the command. Nothing: it is carried out, or set for those that follow.
   [[nodiscard]] std::optional<std::string> refusal_of(const client::Request& given);
 
@@ -34,6 +38,7 @@ class DryRun {
   Planner planner_;
   PlanSettings settings_;
   PlanStart start_;
+  std::vector<PlanResult> plans_;
 };
 
 }  // namespace corbot::cli

@@ -24,7 +24,12 @@ constexpr double kChartTitle = 24.0;
 constexpr double kLeastHeight = 100.0;
 constexpr double kBetween = 18.0;
 constexpr double kAxis = 48.0;
-constexpr double kEntry = 18.0;  // of the names
+constexpr double kTimeParts = 2.5;
+constexpr double kViewWidth = 330.0;
+constexpr double kViewHeight = 240.0;
+constexpr double kLeastView_m = 0.02;  // a path that is shorter stays small
+constexpr double kLeastStep = 0.5;     // between two points of a path
+constexpr double kEntry = 18.0;        // of the names
 constexpr std::size_t kColours = 7;
 constexpr std::size_t kLabelLetters = 17;
 
@@ -147,11 +152,12 @@ class Drawing {
         x_{rows.rows().front().begin_s, rows.rows().back().end_s, kLeft, kRight} {}
 
   std::string draw() {
+    views();
     std::string names;
     for (const Chart& chart : sheet_.charts) {
       if (this->draw(chart)) names += (names.empty() ? "" : "; ") + chart.title;
     }
-    for (const double tick : x_.ticks(2.5))
+    for (const double tick : x_.ticks(kTimeParts))
       body_ += text_at("middle", x_(tick), top_ + 2.0, fmt::format("{:.6g}", tick));
     body_ += text_at("middle", 0.5 * (kLeft + kRight), top_ + 24.0, "time, s");
     const std::string head = text_at("title", 20, 32, sheet_.title) + text_at("", 20, 56, sheet_.subtitle);
@@ -184,7 +190,7 @@ class Drawing {
     const double top = top_ + kChartTitle;
     const Axis y{middle - half, middle + half, top + height, top};
     body_ += text_at("name", kLeft, top - 8.0, chart.title);
-    grid(y);
+    grid(x_, y, kTimeParts);
     const bool has_limit = limits(chart, y);
     for (std::size_t i = 0; i < lines.size(); ++i) {
       const auto style = fmt::format("line c{}{}", i % kColours, lines[i]->dashed ? " dashed" : "");
@@ -196,21 +202,67 @@ class Drawing {
     return true;
   }
 
+  /// Beside each other, to one scale.
+  void views() {
+    if (sheet_.views.empty()) return;
+    std::vector<std::array<Range, 2>> ranges(sheet_.views.size());
+    double px_per_m = kViewWidth / kLeastView_m;
+    for (std::size_t k = 0; k < ranges.size(); ++k) {
+      for (const auto& point : sheet_.views[k].points_m) {
+        ranges[k][0].add(point[0]);
+        ranges[k][1].add(point[1]);
+      }
+      px_per_m = std::min({px_per_m, 0.9 * kViewWidth / (ranges[k][0].high - ranges[k][0].low),
+                           0.9 * kViewHeight / (ranges[k][1].high - ranges[k][1].low)});
+    }
+    const double top = top_ + kChartTitle;
+    for (std::size_t k = 0; k < ranges.size(); ++k) {
+      const double left = kLeft + static_cast<double>(k) * (kRight - kLeft - kViewWidth);
+      const auto axis = [px_per_m](const Range& range, double from, double to) {
+        const double half = 0.5 * std::abs(to - from) / px_per_m;
+        const double middle = 0.5 * (range.low + range.high);
+        return Axis{middle - half, middle + half, from, to};
+      };
+      view(sheet_.views[k], axis(ranges[k][0], left, left + kViewWidth),
+           axis(ranges[k][1], top + kViewHeight, top));
+    }
+    top_ = top + kViewHeight + kAxis;
+  }
+
+  void view(const PathView& view, const Axis& x, const Axis& y) {
+    body_ += text_at("name", x.low_px, y.high_px - 8.0, view.title);
+    grid(x, y);
+    for (const double tick : x.ticks(1.0))
+      body_ += text_at("middle", x(tick), y.low_px + 20.0, fmt::format("{:.6g}", tick));
+    PathData data;
+    std::array<double, 2> drawn{-1.0, -1.0};
+    for (const auto& point : view.points_m) {
+      const std::array<double, 2> at{x(point[0]), y(point[1])};
+      if (std::hypot(at[0] - drawn[0], at[1] - drawn[1]) < kLeastStep) continue;
+      data.add(at[0], at[1]);
+      drawn = at;
+    }
+    path("line c0", data.take());
+    const auto& [right_m, up_m] = view.points_m.front();
+    body_ += fmt::format("<circle class=\"line c1\" cx=\"{}\" cy=\"{}\" r=\"4\"/>\n", svg_number(x(right_m)),
+                         svg_number(y(up_m)));
+  }
+
   void path(const std::string& style, const std::string& d) {
     body_ += fmt::format("<path class=\"{}\" d=\"{}\"/>\n", style, d);
   }
 
-  void grid(const Axis& y) {
+  void grid(const Axis& x, const Axis& y, double parts = 1.0) {
     std::string d;
-    for (const double tick : x_.ticks(2.5))
-      d += fmt::format("M{} {}V{}", svg_number(x_(tick)), svg_number(y.high_px), svg_number(y.low_px));
+    for (const double tick : x.ticks(parts))
+      d += fmt::format("M{} {}V{}", svg_number(x(tick)), svg_number(y.high_px), svg_number(y.low_px));
     for (const double tick : y.ticks(1.0)) {
-      d += fmt::format("M{} {}H{}", svg_number(kLeft), svg_number(y(tick)), svg_number(kRight));
-      body_ += text_at("end", kLeft - 8.0, y(tick) + 5.0, fmt::format("{:.6g}", tick));
+      d += fmt::format("M{} {}H{}", svg_number(x.low_px), svg_number(y(tick)), svg_number(x.high_px));
+      body_ += text_at("end", x.low_px - 8.0, y(tick) + 5.0, fmt::format("{:.6g}", tick));
     }
     path("grid", d);
-    path("frame",
-         fmt::format("M{0} {1}H{2}V{3}H{0}z", kLeft, svg_number(y.high_px), kRight, svg_number(y.low_px)));
+    path("frame", fmt::format("M{0} {1}H{2}V{3}H{0}z", svg_number(x.low_px), svg_number(y.high_px),
+                              svg_number(x.high_px), svg_number(y.low_px)));
   }
 
   bool limits(const Chart& chart, const Axis& y) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -24,11 +25,18 @@ struct Chart {
   double least_span{1.0};      ///< the chart is as high as this, where the values differ less
 };
 
-/// Charts below each other, over one time axis in seconds from the first row on.
+/// A path in a plane, in m; all views have one scale. A ring marks where the path begins.
+struct PathView {
+  std::string title;
+  std::vector<std::array<double, 2>> points_m;
+};
+
+/// Charts below each other, over one time axis in seconds from the first row on. Two views, where there are any, stand above them.
 struct ChartSheet {
   std::string title;
   std::string subtitle;
   std::vector<Chart> charts;
+  std::vector<PathView> views{};
 };
 
 /// An SVG without a script, 1000 px wide, which follows a dark screen. A line has two points in each px column at the most: its

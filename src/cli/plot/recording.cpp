@@ -8,7 +8,6 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <limits>
 #include <string_view>
 
 #include "client/explain.h"
@@ -21,8 +20,7 @@ namespace {
 using client::ExitCode;
 using client::Failure;
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
+constexpr std::size_t kNoColumn = static_cast<std::size_t>(-1);
 
 void split(std::string_view line, std::vector<std::string_view>& fields) {
   fields.clear();
@@ -144,7 +142,7 @@ class Reader {
 
   /// An empty field, and a column that is not there, have no value.
   [[nodiscard]] double value(std::size_t column, bool may_be_empty = false) const {
-    if (column == kNoColumn || (may_be_empty && fields_[column].empty())) return kNone;
+    if (column == kNoColumn || (may_be_empty && fields_[column].empty())) return kNoValue;
     const auto number = client::parse_number(fields_[column]);
     if (!number)
       fail(fmt::format("column '{}': '{}' is not a number", client::printable(names_[column]),
@@ -160,8 +158,6 @@ class Reader {
     const double time_ns = value(time_);
     if (recording_.cycles == 0) {
       begin_ns_ = time_ns;
-      speeds_.fill(kNone);
-      accelerations_.fill(kNone);
     } else if (time_ns <= time_ns_) {
       fail(fmt::format("time_ns {} is not after {} of the line before", time_ns, time_ns_));
     }
@@ -169,7 +165,7 @@ class Reader {
     if (cycle > cycle_before_ + 1 && recording_.cycles > 0)
       recording_.missing += static_cast<std::uint64_t>(cycle - cycle_before_) - 1;
     const bool follows = recording_.cycles > 0 && cycle == cycle_before_ + 1;
-    values(follows ? 1e-9 * (time_ns - time_ns_) : kNone);
+    values(follows ? 1e-9 * (time_ns - time_ns_) : kNoValue);
     recording_.rows.add(1e-9 * (time_ns - begin_ns_), values_);
     ++recording_.cycles;
     cycle_before_ = cycle;
@@ -178,19 +174,18 @@ class Reader {
 
   /// `period_s` is since the cycle before; it is no number where that one is not there.
   void values(double period_s) {
-    values_.assign(recording_.gripper_pulse() + 1, kNone);
+    values_.assign(recording_.gripper_pulse() + 1, kNoValue);
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       const auto at = [&](Quantity quantity) -> double& {
         return values_[Recording::series_of(i, quantity)];
       };
       at(Quantity::kSetPoint) = value(columns_[i].set_point);
       at(Quantity::kMeasured) = value(columns_[i].measured, true);
-      const double speed = at(Quantity::kSpeed) = value(columns_[i].speed);
       at(Quantity::kPulse) = value(columns_[i].pulse);
-      const double acceleration = at(Quantity::kAcceleration) = (speed - speeds_[i]) / period_s;
-      at(Quantity::kJerk) = (acceleration - accelerations_[i]) / period_s;
-      speeds_[i] = speed;
-      accelerations_[i] = acceleration;
+      rates_[i] = rates_[i].next(value(columns_[i].speed), period_s);
+      at(Quantity::kSpeed) = rates_[i].speed;
+      at(Quantity::kAcceleration) = rates_[i].acceleration;
+      at(Quantity::kJerk) = rates_[i].jerk;
     }
     values_.back() = value(gripper_);
   }
@@ -205,7 +200,7 @@ class Reader {
   std::size_t cycle_{}, time_{}, gripper_{};
   std::vector<Columns> columns_;
   double begin_ns_{}, time_ns_{}, cycle_before_{};
-  std::array<double, kMaxJoints> speeds_{}, accelerations_{};
+  std::array<JointRates, kMaxJoints> rates_{};
   std::vector<double> values_;
   Recording recording_;
 };

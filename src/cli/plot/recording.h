@@ -29,7 +29,17 @@ struct RecordedJoint {
 enum class Quantity { kSetPoint, kMeasured, kSpeed, kAcceleration, kJerk, kPulse };
 inline constexpr std::size_t kQuantities = 6;
 
-/// A file of `corbot record`, reduced.
+/// Of a joint in one cycle.
+struct JointRates {
+  double speed{kNoValue}, acceleration{kNoValue}, jerk{kNoValue};
+  /// `period_s` later.
+  [[nodiscard]] JointRates next(double next_speed, double period_s) const noexcept {
+    const double next_acceleration = (next_speed - speed) / period_s;
+    return {next_speed, next_acceleration, (next_acceleration - acceleration) / period_s};
+  }
+};
+
+/// A file of `corbot record`, or a planned motion, reduced.
 struct Recording {
   std::string profile;  ///< empty where the file does not name it
   std::vector<RecordedJoint> joints;

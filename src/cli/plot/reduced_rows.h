@@ -8,13 +8,15 @@
 
 namespace corbot::cli::charts {
 
+/// In place of a value that is not known.
+inline constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
+
 /// The least and the greatest of some values; without one it is empty.
 struct Range {
   double low{std::numeric_limits<double>::infinity()};
   double high{-std::numeric_limits<double>::infinity()};
 
   [[nodiscard]] bool empty() const noexcept { return !(low <= high); }
-  /// A value that is not a number is none.
   void add(double value) noexcept;
   void add(const Range& other) noexcept;
 };
@@ -30,7 +32,7 @@ class ReducedRows {
 
   explicit ReducedRows(std::size_t series, std::size_t most = 4096) : series_(series), most_(most) {}
 
-  /// The times increase. A value that is not a number is left out.
+  /// The times increase.
   void add(double time_s, std::span<const double> values);
   [[nodiscard]] const std::vector<Row>& rows() const noexcept { return rows_; }
   /// Of all rows.

@@ -18,7 +18,10 @@
 #include <string>
 #include <vector>
 
+#include "cli/plot/plan_plot.h"
+#include "cli/program.h"
 #include "cli/record.h"
+#include "cli/run_program.h"
 #include "client/failure.h"
 #include "client/write_file.h"
 #include "config/load_profile.h"
@@ -225,6 +228,77 @@ TEST(ChartSvg, KeepsTheSpikesOfAnHourInASmallFile) {
   // The middle of the time, from the lower edge of the chart to the upper one, and back.
   EXPECT_NE(svg.find("<path class=\"line c0\" d=\"M74.5 193.5h379.2v-91l0.9 91h378.9\"/>"),
             std::string::npos);
+}
+
+/// What a program plans for the arm of this profile.
+PlanSamples samples_of(const std::string& program, const char* profile) {
+  DryRun robot(profile);
+  for (const Statement& statement : parse_program(program).statements)
+    EXPECT_EQ(robot.refusal_of(statement.request).value_or(""), "");
+  return sample(robot.profile(), robot.plans());
+}
+
+TEST(PlanSamples, FollowTheLineWithinTheLimits) {
+  const PlanSamples samples = samples_of("move 0.22 -0.08 0.05\nmoves 0.2 0.08 0.05\ndelay 0.5\nclose\n",
+                                         CORBOT_PROFILES "/lynx5.toml");
+  EXPECT_EQ(samples.motion.joints[1].name, "shoulder");
+  const Vector3& end_m = samples.points_m.back();
+  EXPECT_NEAR(end_m[0], 0.2, 1e-4);
+  EXPECT_NEAR(end_m[1], 0.08, 1e-4);
+  double line_m = 0.0;  // how far the points after the first motion are from the line
+  for (const Vector3& point_m : samples.points_m) {
+    if (point_m[0] < 0.22 - 1e-6 && point_m[1] > -0.08 + 1e-6)
+      line_m = std::max(
+          {line_m, std::abs(point_m[2] - 0.05), std::abs(0.22 - 0.125 * (point_m[1] + 0.08) - point_m[0])});
+  }
+  EXPECT_LT(line_m, 1e-6);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const RecordedLimits& limits = *samples.motion.joints[i].limits;
+    const auto reached = [&](Quantity quantity) {
+      const Range range = samples.motion.rows.range(Recording::series_of(i, quantity));
+      return std::max(range.high, -range.low);
+    };
+    EXPECT_LE(reached(Quantity::kSpeed), 1.001 * limits.speed);
+    EXPECT_LE(reached(Quantity::kAcceleration), 1.001 * limits.acceleration);
+    EXPECT_LE(reached(Quantity::kJerk), 1.001 * limits.jerk);
+    EXPECT_GT(reached(Quantity::kJerk), 0.01 * limits.jerk);
+  }
+  EXPECT_GT(samples.motion.rows.range(samples.rate()).high, 0.5);
+  const auto& last = samples.motion.rows.rows().back();
+  EXPECT_EQ(last.ranges[Recording::series_of(0, Quantity::kSpeed)].high, 0.0) << "it rests";
+  EXPECT_TRUE(last.ranges[samples.rate()].empty()) << "the gripper has no rate";
+}
+
+TEST(PlanSamples, FollowTheLineOfAnArmWithoutAClosedForm) {
+  const PlanSamples before = samples_of("joints 0 0 -60 0 60 0\n", CORBOT_PROFILES "/xarm6.toml");
+  const PlanSamples samples =
+      samples_of("joints 0 0 -60 0 60 0\nmoverelative 0 0 0.03 --line\n", CORBOT_PROFILES "/xarm6.toml");
+  const Vector3& from_m = before.points_m.back();
+  const Vector3& to_m = samples.points_m.back();
+  EXPECT_NEAR(to_m[0], from_m[0], 1e-4);
+  EXPECT_NEAR(to_m[1], from_m[1], 1e-4);
+  EXPECT_NEAR(to_m[2], from_m[2] + 0.03, 2e-4);
+}
+
+TEST_F(Plot, ADryRunDrawsWhatItPlans) {
+  const std::string file = folder_ / "plan.svg";
+  Program program = parse_program("speed 50\nmove 0.22 -0.08 0.05\nmoves 0.2 0.08 0.05\n");
+  program.name = "examples/p.corbot";
+  check_reach(program, CORBOT_PROFILES "/lynx5.toml", file);
+  const std::string svg = text_of(file);
+  for (const char* title :
+       {">p.corbot</text>", ">path from above: y over x, m</text>", ">path from the side: z over x, m</text>",
+        ">joint 3 wrist, deg</text>", ">jerk of the set-points, % of the limit</text>",
+        ">rate of lambda along lines and arcs, 1</text>", "s as planned"})
+    EXPECT_NE(svg.find(title), std::string::npos) << title;
+  EXPECT_EQ(svg.find("pulses"), std::string::npos) << "nothing has any";
+  EXPECT_EQ(svg.find("nan"), std::string::npos);
+  EXPECT_LT(svg.size(), 200'000U);
+  std::filesystem::remove(file);
+  EXPECT_THROW(check_reach(parse_program("speed 50\n"), CORBOT_PROFILES "/lynx5.toml", file), Failure);
+  EXPECT_THROW(check_reach(parse_program("open\nmove 2 2 2\n"), CORBOT_PROFILES "/lynx5.toml", file),
+               Failure);
+  EXPECT_FALSE(std::filesystem::exists(file));
 }
 
 }  // namespace
