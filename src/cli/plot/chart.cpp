@@ -31,7 +31,7 @@ constexpr double kLeastView_m = 0.02;  // a path that is shorter stays small
 constexpr double kLeastStep = 0.5;     // between two points of a path
 constexpr double kEntry = 18.0;        // of the names
 constexpr std::size_t kColours = 7;
-constexpr std::size_t kLabelLetters = 17;
+constexpr std::size_t kLabelLetters = 15;
 
 // Colours of Okabe and Ito (2008), which the colour-blind tell apart; on a dark screen the lighter ones.
 constexpr const char* kStyle =
@@ -43,7 +43,7 @@ constexpr const char* kStyle =
     ".c5{stroke:#56b4e9}.c6{stroke:#555}"
     "@media (prefers-color-scheme:dark){text{fill:#ddd}.back{fill:#0d1117}.grid{stroke:#30363d}"
     ".frame{stroke:#6e7781}.limit{stroke:#ff7b86}.c0{stroke:#56b4e9}.c1{stroke:#ff9a52}.c2{stroke:#2fc79b}"
-    ".c3{stroke:#e39bc3}.c4{stroke:#e6b800}.c5{stroke:#9ecbff}.c6{stroke:#aaa}}";
+    ".c3{stroke:#e39bc3}.c4{stroke:#f0e442}.c5{stroke:#a99cff}.c6{stroke:#aaa}}";
 
 /// A linear scale from values to px.
 struct Axis {
