@@ -24,7 +24,8 @@ void Cycle::handle_command() noexcept {
     end_slowed_down();
     if (is_running_) return;
     if (hold_.is_active()) refuse_queue(Verdict::kStopped, false);
-    if (is_stop_requested()) refuse_queue(Verdict::kStopped, !shutdown_);
+    if (is_stop_requested()) refuse_queue(Verdict::kStopped, true);
+    if (shutdown_) refuse_queue(Verdict::kEnded, false);
     if (orphaned_) refuse_queue(Verdict::kOrphaned, false);
     orphaned_ = false;
     stands_ = is_device_starting();
@@ -40,7 +41,8 @@ void Cycle::handle_command() noexcept {
 
 void Cycle::end_slowed_down() noexcept {
   if (!is_running_ || !(governor_.holding() || settling_.is_active())) return;
-  end_motion(is_taken_back() || shutdown_ ? Verdict::kStopped : Verdict::kOrphaned);
+  if (is_taken_back()) return end_motion(Verdict::kStopped);
+  end_motion(shutdown_ ? Verdict::kEnded : Verdict::kOrphaned);
 }
 
 /// Of a fault: at rest, or the servos do not follow any more.

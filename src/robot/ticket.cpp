@@ -20,6 +20,7 @@ TicketReason reason_of(Verdict verdict) {
     case Verdict::kLost:
     case Verdict::kOrphaned:
     case Verdict::kDropped:
+    case Verdict::kEnded:
       return static_cast<TicketReason>(verdict);
   }
   return TicketReason::kUnknown;
@@ -45,6 +46,8 @@ const char* to_string(TicketReason reason) {
       return "no servant responded: the motion was stopped on its path";
     case TicketReason::kDropped:
       return "the motion was not begun: what its servant had handed over was damaged";
+    case TicketReason::kEnded:
+      return "the real-time task was ended: the motion was stopped on its path, or not begun";
     case TicketReason::kTakenBack:
       return "taken back by Cancel";
     case TicketReason::kRecordLost:
@@ -77,6 +80,7 @@ bool is_consistent(TicketState state, TicketReason reason) {
     case TicketReason::kLost:
     case TicketReason::kOrphaned:
     case TicketReason::kDropped:
+    case TicketReason::kEnded:
     case TicketReason::kRecordLost:
     case TicketReason::kTaskGone:
     case TicketReason::kUnknown:

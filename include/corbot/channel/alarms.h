@@ -38,6 +38,7 @@ namespace detail {
     case Verdict::kLost:
     case Verdict::kOrphaned:
     case Verdict::kDropped:
+    case Verdict::kEnded:
       return verdict;
   }
   return Verdict::kMalformed;

@@ -24,6 +24,7 @@ enum class Verdict : std::uint32_t {
   kLost = 7,           ///< was handed to an earlier real-time task
   kOrphaned = 8,       ///< no servant responded: stopped on the path, or not begun
   kDropped = 9,  ///< never taken from the ring: its indices were corrupt, or former servants left too much
+  kEnded = 10,   ///< the task was told to end: stopped on the path, or not begun
 };
 
 struct Completion {

@@ -57,6 +57,7 @@ enum class TicketReason : std::uint32_t {
   kLost = 7,
   kOrphaned = 8,
   kDropped = 9,
+  kEnded = 10,
   kTakenBack = 100,   ///< by a Cancel
   kRecordLost = 101,  ///< it has ended, and nobody knows how
   kTaskGone = 102,    ///< the real-time task ended, or was restarted, while it was pending

@@ -187,6 +187,21 @@ TEST_F(RemoteArm, AStopEndsAMotionWhoseReplyWasLost) {
   robot.release();
 }
 
+/// A worker takes Stopped for a person's Stop.
+TEST_F(RemoteArm, TheEndOfTheTaskIsNoStop) {
+  cell::WorkGate gate;
+  cell::RemoteRobot robot(client_orb(), reference_, "test", 60, std::stop_token(), gate);
+  ASSERT_TRUE(robot.acquire());
+  robot.speed(1);
+  auto slow = std::async(std::launch::async, [&] {
+    return raised_by([&] { robot.move_s({0.2, 0, 0.1}, 0, 60); });
+  });
+  ASSERT_TRUE(wait_for(Corbot::Waiting));
+  EXPECT_EQ(rt_->terminate(), 0) << rt_->errors();
+  EXPECT_EQ(slow.get(), "NotReady");
+  rt_.reset();
+}
+
 TEST_F(RemoteArm, AStopDoesNotWaitForAFrozenServant) {
   std::stop_source stop;
   cell::WorkGate gate;

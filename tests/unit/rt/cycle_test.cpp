@@ -364,8 +364,8 @@ TEST_F(CycleTest, ShutdownBringsTheMotionToRest) {
   rig.cycle->begin_shutdown();
   EXPECT_FALSE(rig.step().at_rest);
   until_verdict(1000);
-  EXPECT_EQ(verdict.verdict, Verdict::kStopped);
-  EXPECT_EQ(rig.completion()->verdict, Verdict::kStopped);
+  EXPECT_EQ(verdict.verdict, Verdict::kEnded);
+  EXPECT_EQ(rig.completion()->verdict, Verdict::kEnded);
   EXPECT_TRUE(rig.step().at_rest);
 }
 
