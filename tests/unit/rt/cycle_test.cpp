@@ -369,5 +369,16 @@ TEST_F(CycleTest, ShutdownBringsTheMotionToRest) {
   EXPECT_TRUE(rig.step().at_rest);
 }
 
+TEST_F(CycleTest, WhatAStopEndsIsStoppedInAShutdownToo) {
+  go(kThere);
+  rig.submit(rig.planner.dwell({kThere, 0.0}, 1.0));
+  rig.step(250);
+  rig.stop();
+  rig.cycle->begin_shutdown();
+  until_verdict(1000);
+  EXPECT_EQ(verdict.verdict, Verdict::kStopped);
+  EXPECT_EQ(rig.completion()->verdict, Verdict::kStopped);
+}
+
 }  // namespace
 }  // namespace corbot::test::cycle_test
