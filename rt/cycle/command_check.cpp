@@ -9,8 +9,6 @@
 
 #include "corbot/channel/layout.h"
 #include "corbot/motion/law_evaluation.h"
-#include "corbot/motion/path_joints.h"
-#include "corbot/motion/tool_peaks.h"
 #include "rt/cycle/set_point_check.h"
 
 namespace corbot::rt {
@@ -75,9 +73,6 @@ CommandVerdict check_joint_motion(const ArmModel& arm, const Command& command) n
   return kGood;
 }
 
-double curvature(const LineMotion&) noexcept { return 0.0; }
-double curvature(const ArcMotion& arc) noexcept { return 1.0 / arc.radius_m; }
-
 /// What the arm follows, and nothing else, is given, and finite.
 CommandVerdict check_orientation(const Kinematics& arm, const OrientationPath& tool) noexcept {
   const bool is_full = arm.follows() == Follows::kFull;
@@ -103,77 +98,28 @@ double fault_of(const Pose& frame, double farthest_m) noexcept {
   return squared_norm(frame.orientation) - 1.0;
 }
 
-/// What lines and arcs have in common. `arm`: in the path's frames.
+/// What lines and arcs have in common, but for their rate: RateCheck.
 template <class Path>
-CommandVerdict check_path(const ArmModel& arm, const Command& command, const Path& path) noexcept {
-  const bool has_closed_form = arm.kinematics.has_closed_form();
-  if (has_closed_form ? !arm.kinematics.has_solution(path.solution) : path.solution != 0)
-    return malformed(static_cast<double>(path.solution));
-  const KnotRange& range = path.knots;
-  const bool has_rate = range.pieces != 0;
-  if (has_rate && !(range.count >= 2 && range.count <= kMostKnots && range.pieces <= rate::kMostPieces &&
-                    range.slot < kKnotSlots))
-    return malformed(range.pieces);
-  const bool are_knots_good = has_rate          ? true
-                              : has_closed_form ? path.knots.count == 0
-                                                : path.knots.count >= 2 && path.knots.count <= kMostKnots &&
-                                                      path.knots.slot < kKnotSlots;
-  if (!are_knots_good) return malformed(path.knots.count);
-  const CommandVerdict orientation = check_orientation(arm.kinematics, path.tool);
-  if (!orientation.ok() || has_rate) return orientation;  // all else of a rate: RateCheck
-  const CommandVerdict verdict = check_law(path.law, command.duration_s, -1);
-  if (!verdict.ok()) return verdict;
-  if (!(path.law.distance >= 0.0 && path.law.distance <= 1.0 + kDurationTolerance)) {
-    return malformed(path.law.distance);
-  }
-
-  const LawPeaks peak = peaks(path.law);
-  const ToolPeaks tool = tool_peaks(peak, length_m(path), curvature(path));
-  const double turn_rad = rotation_rad(path.tool);
-  for (const auto& [value, bound] :
-       {std::pair{tool.speed_m_s, arm.path.speed_m_s},
-        std::pair{tool.acceleration_m_s2, arm.path.acceleration_m_s2},
-        std::pair{tool.jerk_m_s3, arm.path.jerk_m_s3},
-        std::pair{peak.velocity * turn_rad, arm.path.rotation_speed_rad_s},
-        std::pair{peak.acceleration * turn_rad, arm.path.rotation_acceleration_rad_s2},
-        std::pair{peak.jerk * turn_rad, arm.path.rotation_jerk_rad_s3}}) {
-    if (!within(value, bound)) return limit(value);
-  }
-
-  if (!has_closed_form) return kGood;  // the ends are those of the knots: KnotCheck
-  for (const bool at_end : {false, true}) {
-    const PathPoint point = point_at(path, at_end ? path.law.distance : 0.0);
-    const Joints& expected_q = at_end ? command.end_q : command.start_q;
-    const IkSolution ik = joints_at(arm, point, path.solution, command.start_q);
-    if (ik.status != IkStatus::kOk) return limit(ik.distance_m);
-    for (std::size_t i = 0; i < kMaxJoints; ++i) {
-      const double miss_q = ik.joints_q[i] - expected_q[i];
-      if (std::abs(miss_q) <= kStartTolerance) continue;
-      const auto joint = static_cast<std::int32_t>(i);
-      return at_end ? malformed(miss_q, joint) : discontinuous(miss_q, joint);
-    }
-  }
-  return kGood;
-}
-
-template <class Path>
-CommandVerdict check_framed(const ArmModel& arm, const Command& command, const Path& path) noexcept {
+CommandVerdict check_path(const ArmModel& arm, const Path& path) noexcept {
   const auto& [base_T_0, n_T_tool] = path.frames;
   if (!is_frame(base_T_0, kFarthestBase_m)) return malformed(fault_of(base_T_0, kFarthestBase_m));
   if (!is_frame(n_T_tool, kFarthestTool_m)) return malformed(fault_of(n_T_tool, kFarthestTool_m));
-  ArmModel framed = arm;
-  framed.kinematics.set_frames(base_T_0, n_T_tool);
-  return check_path(framed, command, path);
+  if (arm.kinematics.has_closed_form() ? !arm.kinematics.has_solution(path.solution) : path.solution != 0)
+    return malformed(static_cast<double>(path.solution));
+  const KnotRange& range = path.knots;
+  if (!(range.count >= 2 && range.count <= kMostKnots)) return malformed(range.count);
+  if (!(range.pieces >= 1 && range.pieces <= rate::kMostPieces)) return malformed(range.pieces);
+  if (!(range.slot < kKnotSlots)) return malformed(range.slot);
+  return check_orientation(arm.kinematics, path.tool);
 }
 
-CommandVerdict check_line(const ArmModel& arm, const Command& command) noexcept {
-  if (!is_small(command.line.from_m, kFarthestCoordinate_m)) return malformed(command.line.from_m[0]);
-  if (!is_small(command.line.to_m, kFarthestCoordinate_m)) return malformed(command.line.to_m[0]);
-  return check_framed(arm, command, command.line);
+CommandVerdict check_line(const ArmModel& arm, const LineMotion& line) noexcept {
+  if (!is_small(line.from_m, kFarthestCoordinate_m)) return malformed(line.from_m[0]);
+  if (!is_small(line.to_m, kFarthestCoordinate_m)) return malformed(line.to_m[0]);
+  return check_path(arm, line);
 }
 
-CommandVerdict check_arc(const ArmModel& arm, const Command& command) noexcept {
-  const ArcMotion& arc = command.arc;
+CommandVerdict check_arc(const ArmModel& arm, const ArcMotion& arc) noexcept {
   if (!is_small(arc.centre_m, kLargestRadius_m)) return malformed(arc.centre_m[0]);
   if (!(arc.radius_m > 0.0 && arc.radius_m <= kLargestRadius_m)) return malformed(arc.radius_m);
   if (!(arc.angle_rad > 0.0 && arc.angle_rad <= 2.0 * std::numbers::pi * (1.0 + kFrameTolerance))) {
@@ -182,7 +128,7 @@ CommandVerdict check_arc(const ArmModel& arm, const Command& command) noexcept {
   for (const double error : {dot(arc.u, arc.u) - 1.0, dot(arc.v, arc.v) - 1.0, dot(arc.u, arc.v)}) {
     if (!(std::abs(error) <= kFrameTolerance)) return malformed(error);
   }
-  return check_framed(arm, command, arc);
+  return check_path(arm, arc);
 }
 
 CommandVerdict check_stays(const Command& command) noexcept {
@@ -246,9 +192,9 @@ CommandVerdict check_command(const ArmModel& arm, const Command& command, const 
     case MotionKind::kJoint:
       return check_joint_motion(arm, command);
     case MotionKind::kLine:
-      return check_line(arm, command);
+      return check_line(arm, command.line);
     case MotionKind::kArc:
-      return check_arc(arm, command);
+      return check_arc(arm, command.arc);
     case MotionKind::kDwell:
       return check_dwell(command);
     case MotionKind::kGripper:

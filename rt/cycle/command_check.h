@@ -28,8 +28,8 @@ struct CommandVerdict {
 
 /// Checks every field of a command that came out of shared memory, where a network-facing process writes: a
 /// command that passes can be evaluated at any virtual time, begins where the arm rests, ends in range and
-/// keeps the limits of the arm by its laws. What lies between the ends of a line or an arc is left to the
-/// check of each set-point, and knots to KnotCheck. The caller checks the epoch. Real-time safe.
+/// keeps the limits of the arm by its laws. Knots and pieces of a line or an arc are left to RateCheck. The
+/// caller checks the epoch. Real-time safe.
 [[nodiscard]] CommandVerdict check_command(const ArmModel& arm, const Command& command,
                                            const RestState& rest) noexcept;
 

@@ -42,14 +42,7 @@ class CommandQueue {
   /// Valid while is_waiting().
   [[nodiscard]] const Command& waiting() const noexcept { return waiting_; }
   [[nodiscard]] bool is_waiting() const noexcept { return is_waiting_; }
-  /// Its knots: as many as it says, within bounds. They are copied when they are first asked for.
-  [[nodiscard]] PathKnots waiting_knots() noexcept {
-    take_knots();
-    const KnotRange* const range = knots_of(waiting_);
-    const std::size_t count = range != nullptr && range->pieces == 0 ? range->count : 0;
-    return {waiting_knots_.data(), std::min(count, kMostKnots)};
-  }
-  /// Likewise its knots and pieces, if it has a rate; else none.
+  /// The knots and pieces of a path, as many as it says, within bounds; else none. They are copied when they are first asked for.
   [[nodiscard]] rate::RatePath waiting_rate() noexcept {
     take_knots();
     const KnotRange* const range = knots_of(waiting_);
@@ -78,7 +71,6 @@ class CommandQueue {
 
   void take_knots() noexcept {
     if (has_knots_) return;
-    servant_.copy_knots(waiting_, waiting_knots_);
     servant_.copy_rate(waiting_, waiting_rate_);
     has_knots_ = true;
   }
@@ -91,7 +83,6 @@ class CommandQueue {
   ConnectedServant servant_;
   RingProducer<decltype(TaskSegment::completions)> completions_;
   Command waiting_{};
-  KnotSlot waiting_knots_{};
   RateSlot waiting_rate_{};
   bool has_knots_{false};
   bool is_waiting_{false};

@@ -49,16 +49,8 @@ class ConnectedServant {
     is_from_backlog_ = backlog_out_.pop(command) == PopResult::kOk;
     return is_from_backlog_ ? PopResult::kOk : ring_.pop(command);
   }
-  /// Knots of the command that was popped last, as many as it says: from here on they are this process's own. Before the
+  /// Knots and pieces of the path that was popped last, as many as it says: from here on they are this process's own. Before the
   /// next pop, and before replace().
-  void copy_knots(const Command& command, KnotSlot& knots) const noexcept {
-    if (is_from_backlog_) {
-      copy_knots(command, backlog_knots_, knots);
-    } else {
-      copy_knots(command, segment_->knots, knots);
-    }
-  }
-  /// Likewise, of a path with a rate.
   void copy_rate(const Command& command, RateSlot& rate) const noexcept {
     if (is_from_backlog_) {
       copy_rate(command, backlog_rates_, rate);
@@ -88,13 +80,6 @@ class ConnectedServant {
  private:
   /// What comes out of shared memory is checked later; here it leads nowhere but into the slots.
   template <std::size_t kSlots>
-  static void copy_knots(const Command& command, const std::array<KnotSlot, kSlots>& from,
-                         KnotSlot& to) noexcept {
-    const KnotRange* const range = knots_of(command);
-    if (range == nullptr || range->slot >= kSlots || range->pieces != 0) return;
-    std::copy_n(from[range->slot].begin(), std::min<std::size_t>(range->count, kMostKnots), to.begin());
-  }
-  template <std::size_t kSlots>
   static void copy_rate(const Command& command, const std::array<RateSlot, kSlots>& from,
                         RateSlot& to) noexcept {
     const KnotRange* const range = knots_of(command);
@@ -112,7 +97,6 @@ class ConnectedServant {
     if (KnotRange* const range = knots_of(kept); range != nullptr && range->slot < kKnotSlots)
       range->slot = slot;
     if (!backlog_in_.push(kept)) return false;
-    copy_knots(command, segment_->knots, backlog_knots_[slot]);
     copy_rate(command, segment_->rates, backlog_rates_[slot]);
     ++kept_;
     return true;
@@ -124,7 +108,6 @@ class ConnectedServant {
   Ring<Command, kCapacity> backlog_;
   RingProducer<Commands> backlog_in_;
   RingConsumer<Commands> backlog_out_;
-  std::array<KnotSlot, kCapacity> backlog_knots_{};  ///< in turn
   std::array<RateSlot, kCapacity> backlog_rates_{};
   std::uint64_t kept_{0};
   bool is_from_backlog_{false};

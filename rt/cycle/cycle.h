@@ -20,12 +20,12 @@
 #include "rt/cycle/grip_watch.h"
 #include "rt/cycle/hold_latch.h"
 #include "rt/cycle/joint_ramp.h"
-#include "rt/cycle/knot_check.h"
 #include "rt/cycle/liveness.h"
 #include "rt/cycle/motion_rate.h"
 #include "rt/cycle/path_check.h"
 #include "rt/cycle/path_evaluation.h"
 #include "rt/cycle/position_check.h"
+#include "rt/cycle/rate_check.h"
 #include "rt/cycle/set_point_check.h"
 #include "rt/cycle/stop_requests.h"
 
@@ -138,7 +138,6 @@ class Cycle {
   void advance_virtual_time() noexcept;
   [[nodiscard]] SetPoint evaluate_path() noexcept;
   [[nodiscard]] SetPoint evaluate_rate() noexcept;
-  [[nodiscard]] PathKnots running_knots() const noexcept { return {running_knots_.data(), knot_count_}; }
   void accept_or_ramp(const SetPoint& next) noexcept;
   void step_by_joint() noexcept;
   [[nodiscard]] bool is_led_by_device() const noexcept;
@@ -210,9 +209,6 @@ class Cycle {
   MotionRate governor_;
   Command running_{};  ///< valid while is_running_
   bool is_running_{false};
-  KnotSlot running_knots_{};
-  std::size_t knot_count_{0};  ///< of the running command
-  KnotCheck knot_check_;
   RateCheck rate_check_;
   DifferenceCheck differences_;  ///< along a path with a rate
   PathCheck path_check_;         ///< likewise

@@ -149,9 +149,6 @@ void Cycle::begin_command() noexcept {
   base_ = set_point_;
   governor_.set_target(snapshot_.override_ratio);
   const rate::RatePath path = queue_.waiting_rate();
-  const PathKnots knots = queue_.waiting_knots();
-  knot_count_ = knots.size();
-  std::copy(knots.begin(), knots.end(), running_knots_.begin());
   if (path.knots.empty()) return governor_.begin(governed_motion(arm_, running_));
   differences_.begin(set_point_.position_q);
   path_check_.begin(running_.kind == MotionKind::kArc ? running_.arc.solution : running_.line.solution);
@@ -161,16 +158,14 @@ void Cycle::begin_command() noexcept {
 /// Of a path that has any, a few more in each cycle.
 std::optional<CommandVerdict> Cycle::check_knots(const Command& next) noexcept {
   const rate::RatePath path = queue_.waiting_rate();
-  if (!path.knots.empty()) return rate_check_.step(framed_arm_, next, path);
-  const PathKnots knots = queue_.waiting_knots();
-  if (!knots.empty()) return knot_check_.step(framed_arm_, next, knots);
-  return CommandVerdict{};
+  if (path.knots.empty()) return CommandVerdict{};
+  return rate_check_.step(framed_arm_, next, path);
 }
 
 SetPoint Cycle::evaluate_path() noexcept {
   if (!is_running_) return set_point_;
   if (governor_.has_path()) return evaluate_rate();
-  return evaluate_command(framed_arm_, running_, base_, governor_.virtual_time_s(), running_knots());
+  return evaluate_command(arm_, running_, base_, governor_.virtual_time_s());
 }
 
 SetPoint Cycle::evaluate_rate() noexcept {

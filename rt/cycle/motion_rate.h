@@ -10,7 +10,7 @@
 #include "corbot/motion/rate_proof.h"
 #include "corbot/motion/rate_stop.h"
 #include "rt/cycle/governor.h"
-#include "rt/cycle/knot_check.h"
+#include "rt/cycle/rate_check.h"
 
 namespace corbot::rt {
 

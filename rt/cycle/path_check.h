@@ -5,7 +5,7 @@
 
 #include "corbot/arm/arm_model.h"
 #include "corbot/motion/path.h"
-#include "rt/cycle/knot_check.h"
+#include "rt/cycle/rate_check.h"
 
 namespace corbot::rt {
 
@@ -14,7 +14,7 @@ namespace corbot::rt {
 /// tool's place moves joints far, nothing is compared. Real-time safe.
 class PathCheck {
  public:
-  static constexpr double kTracking = KnotCheck::kTracking;  ///< m and rad
+  static constexpr double kTracking = RateCheck::kTracking;  ///< m and rad
   static constexpr double kLeastPivot = 0.02;                ///< of the task matrix, see least_pivot()
   static constexpr double kInverse_q = 5e-4;                 ///< rad and m
 

@@ -4,7 +4,6 @@
 #include "corbot/arm/arm_model.h"
 #include "corbot/channel/records.h"
 #include "corbot/motion/command.h"
-#include "corbot/motion/path_knots.h"
 #include "rt/cycle/governor.h"
 
 namespace corbot::rt {
@@ -19,15 +18,14 @@ struct SetPoint {
 /// Gives the arm the frames of a checked command; those of one without a path are left. Real-time safe.
 void take_frames(const Command& command, Kinematics& arm) noexcept;
 
-/// The set-point of a checked command at a virtual time; the arm has its frames. A joint motion is laid upon `base`, the set-point at
+/// The set-point of a checked command without a path at a virtual time. A joint motion is laid upon `base`, the set-point at
 /// which the arm rested when it began, so that a difference within the tolerance of the check is no jump.
-/// `knots`: of a line or an arc that has any, checked. Real-time safe.
+/// Real-time safe.
 [[nodiscard]] SetPoint evaluate_command(const ArmModel& arm, const Command& command, const SetPoint& base,
-                                        double time_s, PathKnots knots = {}) noexcept;
+                                        double time_s) noexcept;
 
-/// The laws that stop, pause and override must keep within limits while this command runs. Of a line or an
-/// arc that is the path parameter, with the path's own limits; of the gripper its law, whose own peaks are
-/// its limits. Real-time safe.
+/// The laws that stop, pause and override must keep within limits while this command runs, which has no path. The limits of the
+/// gripper's law are its own peaks. Real-time safe.
 [[nodiscard]] GovernedMotion governed_motion(const ArmModel& arm, const Command& command) noexcept;
 
 /// Fills in where the arm is and how fast it got there from the set-point of the cycle before. Real-time safe.

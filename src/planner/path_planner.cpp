@@ -5,87 +5,24 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <type_traits>
 #include <utility>
 
 #include "corbot/motion/bounds.h"
-#include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path_joints.h"
-#include "corbot/motion/tool_peaks.h"
-#include "planner/knot_planner.h"
 #include "planner/plan/refusal.h"
 #include "planner/rate/ranges.h"
 #include "planner/rate/rate_planner.h"
-#include "planner/time_law_planner.h"
 #include "planner/tool_goal.h"
 
 namespace corbot {
 namespace {
-
-constexpr double kNoTravel = 1e-30;      // metres and radians; below it there is nothing to run through
-constexpr double kRoundUp = 1.0 + 1e-9;  // of a stretch, over rounding
 
 /// A rotary joint's value as people read it.
 double within_turn(JointKind kind, double value_q) {
   return kind == JointKind::kRotary ? wrap_angle(value_q) : value_q;
 }
 
-double per(double limit, double amount) {
-  return amount > kNoTravel ? limit / amount : std::numeric_limits<double>::infinity();
-}
-
-double curvature_1_m(const LineMotion&) { return 0.0; }
-double curvature_1_m(const ArcMotion& arc) { return 1.0 / arc.radius_m; }
-
-/// The time-optimal law under the path's own limits and a cap on ṡ. On an arc the acceleration that counts is
-/// the vector's, and likewise the jerk (tool_peaks). The cap on the speed leaves room for the tangential parts;
-/// what is still too much is stretched away.
-TimeLaw path_law(const PathLimits& limits, double speed_ratio, const PathScale& scale, double rate_cap) {
-  double v = limits.speed_m_s * speed_ratio;
-  double a = limits.acceleration_m_s2;
-  const double k = scale.curvature_1_m;
-  if (k > 0.0) {
-    v = std::min({v, std::sqrt(0.8 * a / k), std::cbrt(0.5 * limits.jerk_m_s3 / (k * k))});
-    a = std::sqrt((a - k * v * v) * (a + k * v * v));
-  }
-  const LawLimits law_limits{
-      std::min({per(v, scale.length_m), per(limits.rotation_speed_rad_s * speed_ratio, scale.rotation_rad),
-                rate_cap}),
-      std::min(per(a, scale.length_m), per(limits.rotation_acceleration_rad_s2, scale.rotation_rad)),
-      std::min(per(limits.jerk_m_s3, scale.length_m), per(limits.rotation_jerk_rad_s3, scale.rotation_rad))};
-  TimeLaw law = plan_law(1.0, law_limits);
-  if (k > 0.0) {
-    const ToolPeaks tool = tool_peaks(peaks(law), scale.length_m, k);
-    const double factor = std::max({1.0, std::sqrt(tool.acceleration_m_s2 / limits.acceleration_m_s2),
-                                    std::cbrt(tool.jerk_m_s3 / limits.jerk_m_s3)});
-    if (factor > 1.0) law = stretch(law, law.duration_s() * factor * kRoundUp);
-  }
-  return law;
-}
-
-/// Pieces between knots have a shape of their own: this is left to them of the tool's speed, acceleration and jerk.
-PathLimits reserved(PathLimits limits) {
-  constexpr double kSpeed = 1.0 - 1e-4;
-  constexpr double kAcceleration = 1.0 - 2e-3;
-  constexpr double kJerk = 1.0 - 3e-2;
-  limits.speed_m_s *= kSpeed;
-  limits.acceleration_m_s2 *= kAcceleration;
-  limits.jerk_m_s3 *= kJerk;
-  limits.rotation_speed_rad_s *= kSpeed;
-  limits.rotation_acceleration_rad_s2 *= kAcceleration;
-  limits.rotation_jerk_rad_s3 *= kJerk;
-  return limits;
-}
-
 }  // namespace
-
-PathPlanner::PathPlanner(const ArmModel& model, const ArmModel& whole, const PlanSettings& settings,
-                         PathTiming timing)
-    : model_(model), whole_(whole), settings_(settings), timing_(timing) {
-  for (std::size_t i = 0; i < model.dof; ++i)
-    joint_speed_[i] = model.joints[i].speed_q_s * settings.joint_speed_ratio[i];
-}
 
 PathPlan PathPlanner::line(const PlanStart& start, const std::array<double, 3>& to_m, double t_s) const {
   LineMotion line{};
@@ -136,50 +73,21 @@ PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, double t_s, Me
     }
     motion.tool = orientation_path(model_.kinematics, here, std::get<PathPoint>(goal));
     motion.solution = number;
-    const bool has_rate = timing_ == PathTiming::kRate;
-    PathPlan result =
-        has_rate ? plan_with_rate(start, motion, t_s, member) : plan_by_law(start, motion, t_s, member);
+    PathPlan result = plan_on_solution(start, motion, t_s, member);
     if (std::holds_alternative<Command>(result)) return result;
     refuse(std::get<PlanRefusal>(result));
   }
   return *first;
 }
 
-template <class Motion, class Member>
-PathPlan PathPlanner::plan_by_law(const PlanStart& start, const Motion& motion, double t_s,
-                                  Member member) const {
-  return model_.kinematics.has_closed_form() ? plan_on_solution(start, motion, t_s, member)
-                                             : plan_between_knots(start, motion, t_s, member);
-}
-
+/// At every limit of every joint. Without travel it is a dwell.
 template <class Motion, class Member>
 PathPlan PathPlanner::plan_on_solution(const PlanStart& start, Motion motion, double t_s,
                                        Member member) const {
-  return plan_proved(start, motion, PathProof(whole_, motion, start.position_q, {}, settings_.soft_limits),
-                     t_s, member);
-}
-
-/// Without a closed form: numerically, from knot to knot.
-template <class Motion, class Member>
-PathPlan PathPlanner::plan_between_knots(const PlanStart& start, Motion motion, double t_s,
-                                         Member member) const {
-  KnotPlan plan = plan_knots(model_, motion, start.position_q);
-  if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) return *refusal;
-  auto& knots = std::get<std::vector<PathKnot>>(plan);
-  motion.knots.count = static_cast<std::uint16_t>(knots.size());
-  PathPlan result = plan_proved(
-      start, motion, PathProof(whole_, motion, start.position_q, knots, settings_.soft_limits), t_s, member);
-  if (std::holds_alternative<Command>(result)) result.knots = std::move(knots);
-  return result;
-}
-
-/// At every limit of every joint. Without travel it is a dwell. A path along a singularity, and one of nanometres beside
-/// one, has no knots in lambda; a law serves there, and its refusals name point and joint.
-template <class Motion, class Member>
-PathPlan PathPlanner::plan_with_rate(const PlanStart& start, Motion motion, double t_s, Member member) const {
   const PathPoint target = point_at(motion, 1.0);
   rate::RatePlanned planned = rate::plan_rate(whole_, settings_, motion, start.position_q, t_s);
-  if (std::holds_alternative<PlanRefusal>(planned)) return plan_by_law(start, motion, t_s, member);
+  if (const auto* refusal = std::get_if<PlanRefusal>(&planned))
+    return closed_form_refusal(start, motion).value_or(*refusal);
   auto& plan = std::get<rate::RatePlan>(planned);
   if (auto refusal = check_ranges(plan.knots, target)) return *refusal;
   Command command = blank_command(MotionKind::kDwell, start);
@@ -190,7 +98,6 @@ PathPlan PathPlanner::plan_with_rate(const PlanStart& start, Motion motion, doub
     return command;
   }
   std::copy_n(plan.knots.back().z.begin(), kMaxJoints, command.end_q.begin());
-  motion.law = {};
   motion.knots = {0, static_cast<std::uint16_t>(plan.knots.size()),
                   static_cast<std::uint16_t>(plan.law.pieces().size())};
   member(command) = motion;
@@ -226,27 +133,14 @@ PlanRefusal PathPlanner::range_at_target(std::size_t joint, double position_q,
   return refusal;
 }
 
-template <class Motion, class Member>
-PathPlan PathPlanner::plan_proved(const PlanStart& start, Motion motion, const PathProof& proof, double t_s,
-                                  Member member) const {
-  const PathScale scale{length_m(motion), rotation_rad(motion.tool), curvature_1_m(motion)};
-  if (auto refusal = check_ends(start, proof, point_at(motion, 1.0))) return *refusal;
-  const IkSolution end = proof.joints_at(1.0);
-  Command command = blank_command(MotionKind::kLine, start);
-  std::copy_n(end.joints_q.begin(), model_.dof, command.end_q.begin());
-  if (scale.length_m > kNoTravel || scale.rotation_rad > kNoTravel) {
-    if (auto refusal = proof.check_geometry()) return *refusal;
-    motion.law = fastest_law(proof, scale);
-  } else {
-    motion.law = {};
-    command.end_q = start.position_q;
-  }
-  const double shortest_s = motion.law.duration_s();
-  command.duration_s = std::max(shortest_s, t_s);
-  if (!(command.duration_s <= kLongestPlan_s)) return too_long(command.duration_s);
-  if (t_s > shortest_s) motion.law = stretch(motion.law, t_s);
-  member(command) = motion;
-  return command;
+/// Where a path has no knots, the closed form may know the joint and the point that are at fault.
+template <class Motion>
+std::optional<PlanRefusal> PathPlanner::closed_form_refusal(const PlanStart& start,
+                                                            const Motion& motion) const {
+  if (!model_.kinematics.has_closed_form()) return std::nullopt;
+  const PathProof proof(whole_, motion, start.position_q, settings_.soft_limits);
+  if (auto refusal = check_ends(start, proof, point_at(motion, 1.0))) return refusal;
+  return proof.check_geometry();
 }
 
 /// The ends of a path.
@@ -278,25 +172,6 @@ std::optional<PlanRefusal> PathPlanner::check_start(const PlanStart& start, cons
     return refusal;
   }
   return std::nullopt;
-}
-
-/// Two ways to respect the joints' speeds: run the whole law more slowly, or cap its cruise. Where the
-/// joints are fast only briefly at the ends the first is the shorter one, where they are fast midway the
-/// second is.
-TimeLaw PathPlanner::fastest_law(const PathProof& proof, const PathScale& scale) const {
-  const PathLimits limits = model_.kinematics.has_closed_form() ? model_.path : reserved(model_.path);
-  const TimeLaw free =
-      path_law(limits, settings_.speed_ratio, scale, std::numeric_limits<double>::infinity());
-  const double load = proof.load(free, joint_speed_, 1.0);
-  if (load <= 1.0) return free;
-  const double stretched_s = free.duration_s() * load * kRoundUp;
-  // A capped law lasts at least 1/cap, so a load that makes this longer than the stretched law settles it.
-  const double unit_load = proof.unit_load(joint_speed_, stretched_s);
-  if (std::isfinite(unit_load)) {
-    const TimeLaw capped = path_law(limits, settings_.speed_ratio, scale, 1.0 / (unit_load * kRoundUp));
-    if (capped.duration_s() < stretched_s) return capped;
-  }
-  return stretch(free, stretched_s);
 }
 
 }  // namespace corbot

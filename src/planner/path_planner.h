@@ -15,15 +15,7 @@ namespace corbot {
 
 struct PathPlan : std::variant<Command, PlanRefusal> {
   using variant::variant;
-  std::vector<PathKnot> knots;  ///< of an arm without a closed form
-  PlannedRate rate;             ///< of a line with a rate
-};
-
-/// What the law of a path must keep to, per unit of the path parameter; and the curvature, 0 for a line.
-struct PathScale {
-  double length_m{};
-  double rotation_rad{};
-  double curvature_1_m{};
+  PlannedRate rate;  ///< none of a dwell
 };
 
 /// Lines and arcs of the tool centre point, each proved whole. Arguments have been checked.
@@ -31,7 +23,8 @@ class PathPlanner {
  public:
   /// `model`: with the soft limits for ranges; `whole`: with its own, by which the real-time task chooses the turns of joints.
   /// All must outlive this.
-  PathPlanner(const ArmModel& model, const ArmModel& whole, const PlanSettings& settings, PathTiming timing);
+  PathPlanner(const ArmModel& model, const ArmModel& whole, const PlanSettings& settings) noexcept
+      : model_(model), whole_(whole), settings_(settings) {}
 
   [[nodiscard]] PathPlan line(const PlanStart& start, const std::array<double, 3>& to_m, double t_s) const;
   /// `arc`: circle and angle; the orientation is filled in.
@@ -39,24 +32,15 @@ class PathPlanner {
 
  private:
   [[nodiscard]] std::vector<std::uint32_t> present_solutions(const PathPoint& here, const Joints& q) const;
-  /// `motion`: everything but orientation, solution and law.
+  /// `motion`: everything but orientation and solution.
   template <class Motion, class Member>
   [[nodiscard]] PathPlan plan(const PlanStart& start, Motion motion, double t_s, Member member) const;
   template <class Motion, class Member>
-  [[nodiscard]] PathPlan plan_by_law(const PlanStart& start, const Motion& motion, double t_s,
-                                     Member member) const;
-  template <class Motion, class Member>
   [[nodiscard]] PathPlan plan_on_solution(const PlanStart& start, Motion motion, double t_s,
                                           Member member) const;
-  template <class Motion, class Member>
-  [[nodiscard]] PathPlan plan_between_knots(const PlanStart& start, Motion motion, double t_s,
-                                            Member member) const;
-  template <class Motion, class Member>
-  [[nodiscard]] PathPlan plan_proved(const PlanStart& start, Motion motion, const PathProof& proof,
-                                     double t_s, Member member) const;
-  template <class Motion, class Member>
-  [[nodiscard]] PathPlan plan_with_rate(const PlanStart& start, Motion motion, double t_s,
-                                        Member member) const;
+  template <class Motion>
+  [[nodiscard]] std::optional<PlanRefusal> closed_form_refusal(const PlanStart& start,
+                                                               const Motion& motion) const;
   [[nodiscard]] std::optional<PlanRefusal> check_ranges(const std::vector<rate::Knot>& knots,
                                                         const PathPoint& target) const;
   [[nodiscard]] PlanRefusal range_at_target(std::size_t joint, double position_q,
@@ -64,13 +48,10 @@ class PathPlanner {
   [[nodiscard]] std::optional<PlanRefusal> check_ends(const PlanStart& start, const PathProof& proof,
                                                       const PathPoint& target) const;
   [[nodiscard]] std::optional<PlanRefusal> check_start(const PlanStart& start, const IkSolution& first) const;
-  [[nodiscard]] TimeLaw fastest_law(const PathProof& proof, const PathScale& scale) const;
 
   const ArmModel& model_;
   const ArmModel& whole_;
   const PlanSettings& settings_;
-  PathTiming timing_;
-  Joints joint_speed_{};
 };
 
 }  // namespace corbot

@@ -9,9 +9,7 @@
 #include <numbers>
 #include <vector>
 
-#include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path_joints.h"
-#include "planner/numeric/piece_bounds.h"
 #include "planner/plan/refusal.h"
 
 namespace corbot {
@@ -42,28 +40,18 @@ double hand_m(const JointChain& chain) {
 
 }  // namespace
 
-PathProof::PathProof(const ArmModel& model, const LineMotion& line, const Joints& start_q, PathKnots knots,
+PathProof::PathProof(const ArmModel& model, const LineMotion& line, const Joints& start_q,
                      const std::optional<JointRanges>& soft_limits)
-    : model_(&model),
-      path_(line),
-      solution_(line.solution),
-      start_q_(start_q),
-      knots_(knots),
-      ranges_(model.joints) {
+    : model_(&model), path_(line), solution_(line.solution), start_q_(start_q), ranges_(model.joints) {
   constants_.turn_rad = turn_of(line.tool);
   constants_.bend_m = 0.0;
   constants_.travel_m = length_m(line) + hand_m(model.kinematics.chain()) * rotation_rad(line.tool);
   cut_limits(soft_limits);
 }
 
-PathProof::PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& start_q, PathKnots knots,
+PathProof::PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& start_q,
                      const std::optional<JointRanges>& soft_limits)
-    : model_(&model),
-      path_(arc),
-      solution_(arc.solution),
-      start_q_(start_q),
-      knots_(knots),
-      ranges_(model.joints) {
+    : model_(&model), path_(arc), solution_(arc.solution), start_q_(start_q), ranges_(model.joints) {
   constants_.turn_rad = turn_of(arc.tool);
   constants_.bend_m = arc.radius_m * arc.angle_rad * arc.angle_rad;
   constants_.travel_m = length_m(arc) + hand_m(model.kinematics.chain()) * rotation_rad(arc.tool);
@@ -79,7 +67,6 @@ void PathProof::cut_limits(const std::optional<JointRanges>& soft_limits) noexce
   for (std::size_t i = 0; i < model_->dof; ++i) {
     if (soft_limits) narrow(ranges_[i], soft_limits->lower_q[i], soft_limits->upper_q[i]);
     limits_[i] = ranges_[i];
-    if (!knots_.empty()) continue;  // joints are followed from knot to knot, over whole turns
     if (model_->kinematics.joint_kind(i) != JointKind::kRotary) continue;
     const double middle_q = middle_of_turn(model_->joints[i], start_q_[i]);
     narrow(limits_[i], middle_q - kHalfTurn, middle_q + kHalfTurn);
@@ -120,7 +107,6 @@ std::array<double, 3> PathProof::derivative(double s) const noexcept {
 }
 
 IkSolution PathProof::joints_at(double s) const noexcept {
-  if (!knots_.empty()) return {IkStatus::kOk, corbot::joints_at(knots_, s)};
   return corbot::joints_at(*model_, point(s), solution_, start_q_);
 }
 
@@ -135,34 +121,10 @@ PathProof::Cell PathProof::bound(double s_a, double s_b) const noexcept {
   cell.middle = joints_at(s);
   cell.rates.rate_bound.fill(kInfinity);
   if (cell.middle.status != IkStatus::kOk) return cell;
-  if (!knots_.empty()) {
-    cell.rates = bound_between_knots(s_a, s_b);
-    return cell;
-  }
   cell.rates = cell_rates(
       model_->kinematics, cell.middle.joints_q, solution_,
       {p.position_m, derivative(s), constants_.bend_m, p.angles_rad, constants_.turn_rad, 0.5 * (s_b - s_a)});
   return cell;
-}
-
-CellRates PathProof::bound_between_knots(double s_a, double s_b) const noexcept {
-  CellRates rates;
-  rates.in_reach = true;
-  const auto part = [](const KnotPiece& piece, double s) {
-    return std::clamp((s - piece.begin_s()) / piece.length_s(), 0.0, 1.0);
-  };
-  const double s = 0.5 * (s_a + s_b);
-  const std::size_t middle = piece_at(knots_, s);
-  const KnotPiece there(knots_[middle], knots_[middle + 1]);
-  rates.rate_middle = numeric::rate_at(there, part(there, s));
-  for (double& rate : rates.rate_middle) rate = std::abs(rate);
-  for (std::size_t k = piece_at(knots_, s_a); k <= piece_at(knots_, s_b); ++k) {
-    const KnotPiece piece(knots_[k], knots_[k + 1]);
-    const numeric::PieceBounds bounds = numeric::bound_piece(piece, part(piece, s_a), part(piece, s_b));
-    for (std::size_t i = 0; i < model_->dof; ++i)
-      rates.rate_bound[i] = std::max(rates.rate_bound[i], bounds.rate_q[i]);
-  }
-  return rates;
 }
 
 std::optional<PlanRefusal> PathProof::check_ends(double s_a, double s_b) const {
@@ -208,7 +170,7 @@ std::optional<PlanRefusal> PathProof::singularity_before(double s) const {
     return true;
   };
   double within = 0.0;
-  if (!knots_.empty() || !is_within(within)) return std::nullopt;
+  if (!is_within(within)) return std::nullopt;
   while (!is_smallest(within, s)) {
     const double middle = 0.5 * (within + s);
     (is_within(middle) ? within : s) = middle;
@@ -253,83 +215,6 @@ std::optional<PlanRefusal> PathProof::check_geometry() const {
     open.push_back({s_a, s});
   }
   return std::nullopt;
-}
-
-double PathProof::Clock::s(double x) const noexcept {
-  return law != nullptr ? evaluate(*law, x * law->duration_s()).position : x;
-}
-double PathProof::Clock::rate(double x) const noexcept {
-  return law != nullptr ? evaluate(*law, x * law->duration_s()).velocity : 1.0;
-}
-double PathProof::Clock::top_rate(double x_a, double x_b) const noexcept {
-  // The law's speed rises to its middle and falls after it.
-  return rate(x_b < 0.5 ? x_b : std::max(x_a, 0.5));
-}
-
-double PathProof::bound_load(const Clock& clock, const Joints& speed, double floor, double give_up,
-                             bool sample_singular) const {
-  constexpr int kFirstCells = 16;  // so that the floor is near the truth before cells are judged against it
-  std::vector<Interval> open;
-  double known = 0.0;  // the load at points of the path: a lower bound
-  double proved = floor;
-  for (int i = kFirstCells; i-- > 0;) {
-    open.push_back({static_cast<double>(i) / kFirstCells, static_cast<double>(i + 1) / kFirstCells});
-  }
-  bool warm_up = true;
-  for (std::size_t count = 0; !open.empty();) {
-    if (warm_up) {
-      for (const auto& [x_a, x_b] : open) {
-        const double x = 0.5 * (x_a + x_b);
-        const double s = clock.s(x);
-        const Cell cell = bound(s, s);
-        for (std::size_t i = 0; i < model_->dof; ++i) {
-          known = std::max(known, cell.rates.rate_middle[i] * clock.rate(x) / speed[i]);
-        }
-      }
-      warm_up = false;
-    }
-    if (known > give_up || ++count > kMostCells) return kInfinity;
-    const auto [x_a, x_b] = open.back();
-    open.pop_back();
-    const double s_a = clock.s(x_a);
-    const double s_b = clock.s(x_b);
-    if (!(s_b > s_a)) continue;
-    const double top = clock.top_rate(x_a, x_b);
-    const Cell cell = bound(s_a, s_b);
-    double cell_bound = 0.0;
-    for (std::size_t i = 0; i < model_->dof; ++i)
-      cell_bound = std::max(cell_bound, cell.rates.rate_bound[i] * top / speed[i]);
-    if (cell_bound <= std::max(floor, 1.01 * known)) {
-      proved = std::max(proved, cell_bound);
-      continue;
-    }
-    if (is_smallest(s_a, s_b)) {
-      if (!sample_singular) return kInfinity;
-      const IkSolution a = joints_at(s_a);
-      const IkSolution b = joints_at(s_b);
-      for (std::size_t i = 0; i < model_->dof; ++i) {
-        const double mean = std::abs(a.joints_q[i] - b.joints_q[i]) / (s_b - s_a);
-        proved = std::max(proved, mean * top / speed[i]);
-      }
-      continue;
-    }
-    const double x = 0.5 * (x_a + x_b);
-    // The middle of the cell in s is not its middle in x; its speed there is at least that of the slower end.
-    const double least = std::min(clock.rate(x_a), clock.rate(x_b));
-    for (std::size_t i = 0; i < model_->dof; ++i)
-      known = std::max(known, cell.rates.rate_middle[i] * least / speed[i]);
-    open.push_back({x, x_b});
-    open.push_back({x_a, x});
-  }
-  return proved;
-}
-
-double PathProof::load(const TimeLaw& law, const Joints& joint_speed_q_s, double floor) const {
-  return bound_load({&law}, joint_speed_q_s, floor, kInfinity, true);
-}
-
-double PathProof::unit_load(const Joints& joint_speed_q_s, double give_up) const {
-  return bound_load({nullptr}, joint_speed_q_s, 0.0, give_up, false);
 }
 
 }  // namespace corbot

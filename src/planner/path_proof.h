@@ -10,12 +10,12 @@
 #include "corbot/kinematics/planar_stretch.h"
 #include "corbot/motion/command.h"
 #include "corbot/motion/path.h"
-#include "corbot/motion/path_knots.h"
 #include "planner/plan/plan.h"
 
 namespace corbot {
 
-/// What the real-time task will do with a line or an arc, proved between the samples.
+/// Whether the closed form leads along a whole line or arc on one solution, proved between the samples. It says why a path has no knots, and
+/// names joint and point.
 ///
 /// The path parameter is cut into cells. On each cell, bounds that hold for *every* point of it are computed
 /// from its middle and from bounds of the derivatives (kinematics/planar_stretch.h, path_form.h): of the joint
@@ -23,20 +23,17 @@ namespace corbot {
 /// halved. Refuted means that its middle, a point of the path, breaks a limit.
 ///
 /// Cells are no longer halved at 1e-9 of the path or 1e-12 m of travel; there the joint values at the two
-/// ends are compared instead (sampling, not proof). This is what lets a path begin or end on the border of
-/// the workspace, as every line from Ready does (θ2 = 0): the joint speeds grow there like 1/√s, the law's
-/// speed falls like s^(2/3), their product vanishes, but no bound of one factor alone is finite. A violation
-/// hidden in such a cell is below the tolerances of reach and range, because reach and range are continuous
-/// and bend boundedly.
+/// ends are compared instead (sampling, not proof). So a path may begin or end on the border of the workspace, where
+/// bounds are infinite. A violation hidden in such a cell is below the tolerances of reach and range, because reach and range are
+/// continuous and bend boundedly.
 class PathProof {
  public:
   /// `start_q`: the joints at the start. Whole turns are not followed: a rotary joint's range counts as cut
   /// to one turn (motion/path_joints.h). The model must outlive this.
-  /// `knots`: of an arm without a closed form; they outlive this. The bounds are then those of the pieces between them.
   /// `soft_limits`: kept besides the model's ranges. They choose no turn, as the real-time task does not know them.
-  PathProof(const ArmModel& model, const LineMotion& line, const Joints& start_q, PathKnots knots = {},
+  PathProof(const ArmModel& model, const LineMotion& line, const Joints& start_q,
             const std::optional<JointRanges>& soft_limits = {});
-  PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& start_q, PathKnots knots = {},
+  PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& start_q,
             const std::optional<JointRanges>& soft_limits = {});
 
   /// Joint values at s, as the real-time task will compute them.
@@ -47,14 +44,6 @@ class PathProof {
 
   /// Where joints are beyond their ranges at s: the singularity before it at which they jump; nullopt where they do not.
   [[nodiscard]] std::optional<PlanRefusal> singularity_before(double s) const;
-
-  /// Upper bound, at most 1 % above the true value and not below `floor`, of the greatest |q_i′(s)|·ṡ /
-  /// speed_i over the path as `law` runs it. Infinite when none can be proved.
-  [[nodiscard]] double load(const TimeLaw& law, const Joints& joint_speed_q_s, double floor) const;
-
-  /// The same for ṡ = 1. Infinite as soon as the value is known to exceed `give_up`,
-  /// or next to a singularity.
-  [[nodiscard]] double unit_load(const Joints& joint_speed_q_s, double give_up) const;
 
   /// A value beyond its range as a protractor shows it, for a refusal.
   [[nodiscard]] double shown(std::size_t joint, double value_q) const noexcept;
@@ -71,22 +60,11 @@ class PathProof {
     IkSolution middle;
     CellRates rates;
   };
-  /// s and ṡ as functions of the parameter that is cut.
-  struct Clock {
-    const TimeLaw* law;  ///< null: the parameter is s itself
-    [[nodiscard]] double s(double x) const noexcept;
-    [[nodiscard]] double rate(double x) const noexcept;
-    [[nodiscard]] double top_rate(double x_a, double x_b) const noexcept;
-  };
-
   [[nodiscard]] PathPoint point(double s) const noexcept;
   [[nodiscard]] std::array<double, 3> derivative(double s) const noexcept;
   [[nodiscard]] Cell bound(double s_a, double s_b) const noexcept;
-  [[nodiscard]] CellRates bound_between_knots(double s_a, double s_b) const noexcept;
   [[nodiscard]] bool is_smallest(double s_a, double s_b) const noexcept;
   [[nodiscard]] std::optional<PlanRefusal> check_ends(double s_a, double s_b) const;
-  [[nodiscard]] double bound_load(const Clock& clock, const Joints& speed, double floor, double give_up,
-                                  bool sample_singular) const;
   void cut_limits(const std::optional<JointRanges>& soft_limits) noexcept;
   /// Is it the half turn, and not the range, that ends on this side what the joint may take?
   [[nodiscard]] bool is_cut_by_turn(std::size_t joint, double position_q) const noexcept;
@@ -96,7 +74,6 @@ class PathProof {
   std::variant<LineMotion, ArcMotion> path_;
   std::uint32_t solution_;
   Joints start_q_;
-  PathKnots knots_;
   Constants constants_;
   std::array<JointLimits, kMaxJoints> ranges_;    ///< with the soft ones
   std::array<JointLimits, kMaxJoints> limits_{};  ///< the same, cut to one turn

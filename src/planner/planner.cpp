@@ -135,16 +135,13 @@ struct ArgumentCheck {
 /// One path after the other, or the first refusal.
 PlanResult sequence(const std::vector<PathPlan>& paths) {
   std::vector<Command> commands;
-  std::vector<std::vector<PathKnot>> knots;
   std::vector<PlannedRate> rates;
   for (const PathPlan& path : paths) {
     if (const auto* refusal = std::get_if<PlanRefusal>(&path)) return *refusal;
     commands.push_back(std::get<Command>(path));
-    knots.push_back(path.knots);
     rates.push_back(path.rate);
   }
   PlanResult result = commands;
-  result.knots = std::move(knots);
   result.rates = std::move(rates);
   return result;
 }
@@ -155,21 +152,20 @@ struct Planning {
   const ArmModel& whole;  ///< with its own
   const PlanSettings& settings;
   const PlanStart& start;
-  PathTiming timing;
 
   PlanResult operator()(const MoveRequest& request) const {
     return JointPlanner(model, settings).reach(start, request.target_m, request.t_s);
   }
 
   PlanResult operator()(const MoveSRequest& request) const {
-    return sequence({PathPlanner(model, whole, settings, timing).line(start, request.target_m, request.t_s)});
+    return sequence({PathPlanner(model, whole, settings).line(start, request.target_m, request.t_s)});
   }
 
   PlanResult operator()(const MoveCRequest& request) const {
     const auto circle = arc_through(request.p1_m, request.p2_m, request.p3_m);
     if (const auto* refusal = std::get_if<PlanRefusal>(&circle)) return *refusal;
     const ArcMotion& arc = std::get<ArcMotion>(circle);
-    const PathPlanner planner(model, whole, settings, timing);
+    const PathPlanner planner(model, whole, settings);
     const std::array<double, 3>& p1_m = request.p1_m;
     const auto tcp_m = model.kinematics.forward(start.position_q).position_m;
     if (std::hypot(tcp_m[0] - p1_m[0], tcp_m[1] - p1_m[1], tcp_m[2] - p1_m[2]) <= kAtP1_m) {
@@ -222,7 +218,7 @@ struct Planning {
 
  private:
   PlanResult to_pose(const PoseGoal& goal, double t_s, bool straight) const {
-    const Planning planning{model, whole, goal.settings, start, timing};
+    const Planning planning{model, whole, goal.settings, start};
     return straight ? planning(MoveSRequest{goal.target_m, t_s}) : planning(MoveRequest{goal.target_m, t_s});
   }
 };
@@ -256,7 +252,7 @@ PlanResult Planner::plan(const PlanStart& start, const PlanSettings& settings,
   if (auto refusal = check(settings, request)) return *refusal;
   const ArmModel whole = framed(model_, settings);
   const ArmModel model = limited(whole, settings);
-  return std::visit(Planning{model, whole, settings, start, timing_}, request);
+  return std::visit(Planning{model, whole, settings, start}, request);
 }
 
 PlanResult Planner::move(const PlanStart& start, const PlanSettings& settings,

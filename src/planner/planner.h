@@ -15,8 +15,7 @@ namespace corbot {
 /// a t_s the limits forbid stretches to what they allow.
 class Planner {
  public:
-  explicit Planner(const ArmModel& model, PathTiming timing = PathTiming::kRate)
-      : model_(model), timing_(timing) {}
+  explicit Planner(const ArmModel& model) : model_(model) {}
 
   [[nodiscard]] const ArmModel& model() const { return model_; }
 
@@ -53,7 +52,6 @@ class Planner {
 
  private:
   ArmModel model_;
-  PathTiming timing_;
 };
 
 }  // namespace corbot

@@ -190,12 +190,10 @@ void MotionQueue::write_knots(ServantSegment& own, const PlanResult& plan, std::
                               Command& command) {
   KnotRange* const range = knots_of(command);
   if (range == nullptr || range->count == 0) return;
-  const std::vector<PathKnot>& knots = plan.knots.at(number);
   const PlannedRate& rate = plan.rates.at(number);
-  if (std::max(knots.size(), rate.knots.size()) > kMostKnots || rate.pieces.size() > rate::kMostPieces)
+  if (rate.knots.size() > kMostKnots || rate.pieces.size() > rate::kMostPieces)
     throw internal("the planner returned more knots or pieces than a slot has");
   range->slot = static_cast<std::uint16_t>(knot_slots_++ % kKnotSlots);
-  std::copy(knots.begin(), knots.end(), own.knots[range->slot].begin());
   std::copy(rate.knots.begin(), rate.knots.end(), own.rates[range->slot].knots.begin());
   std::copy(rate.pieces.begin(), rate.pieces.end(), own.rates[range->slot].pieces.begin());
 }

@@ -15,7 +15,6 @@
 #include "corbot/channel/snapshot_cell.h"
 #include "corbot/channel/trace.h"
 #include "corbot/motion/command.h"
-#include "corbot/motion/path_knots.h"
 #include "corbot/motion/rate_knots.h"
 #include "corbot/motion/rate_pieces.h"
 
@@ -64,9 +63,7 @@ struct TaskSegment {
 };
 static_assert(std::is_standard_layout_v<TaskSegment>);
 
-/// Knots of one path, before the command that names the slot is published.
-using KnotSlot = std::array<PathKnot, kMostKnots>;
-/// Likewise, of a path with a rate of its own.
+/// Knots and pieces of one path, before the command that names the slot is published.
 struct RateSlot {
   std::array<rate::Knot, kMostKnots> knots;
   std::array<rate::Piece, rate::kMostPieces> pieces;
@@ -88,7 +85,6 @@ struct ServantSegment {
   RingTail<> alarms_tail;
   RingSlots<Command, 64> commands;
   ServantState state;
-  std::array<KnotSlot, kKnotSlots> knots;
   std::array<RateSlot, kKnotSlots> rates;
 };
 static_assert(std::is_standard_layout_v<ServantSegment>);

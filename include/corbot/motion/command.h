@@ -30,22 +30,20 @@ struct OrientationPath {
   Angles to_angles_rad;
 };
 
-/// Where the knots of a path lie in the servant's segment. With pieces of its rate they are those of motion/rate_knots.h, and the path has
-/// no law. Without them they are those of motion/path_knots.h; of an arm with a closed form all is zero.
+/// Where the knots and the pieces of a path's rate lie in the servant's segment.
 struct KnotRange {
   std::uint16_t slot;
-  std::uint16_t count;
+  std::uint16_t count;   ///< of knots, motion/rate_knots.h
   std::uint16_t pieces;  ///< motion/rate_pieces.h
 };
 
-/// Straight line of the TCP, base frame (of `frames`). The law runs the path parameter from 0 to 1.
+/// Straight line of the TCP, base frame (of `frames`). The path parameter runs from 0 to 1.
 struct LineMotion {
   std::array<double, 3> from_m;
   std::array<double, 3> to_m;
   OrientationPath tool;
   std::uint32_t solution;  ///< of the arm's kinematics, the same along the whole path
   KnotRange knots;
-  TimeLaw law;
   Frames frames;  ///< with which it was planned, and is carried out
 };
 
@@ -59,7 +57,6 @@ struct ArcMotion {
   OrientationPath tool;
   std::uint32_t solution;  ///< of the arm's kinematics, the same along the whole path
   KnotRange knots;
-  TimeLaw law;
   Frames frames;  ///< with which it was planned, and is carried out
 };
 

@@ -14,6 +14,14 @@
 // takes: d lambda² = Σ (dq_i / v_i)² + (ds / v_s)², v the full speeds. So lambda counts in seconds and |dz_i / d lambda| <= v_i everywhere.
 // Next to a singularity q goes as √s, hence s as lambda²: there, too, z is smooth in lambda. Real-time safe.
 
+namespace corbot {
+
+inline constexpr std::size_t kMostKnots = 96;  ///< of one path
+/// A joint may not go farther from one knot to the next (rad or m): planner and real-time task look at a few points in between.
+inline constexpr double kLongestStep_q = 0.5;
+
+}  // namespace corbot
+
 namespace corbot::rate {
 
 /// Joints (rad or m), zeros beyond the arm's, then the path parameter s in [0, 1].

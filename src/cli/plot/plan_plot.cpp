@@ -46,23 +46,20 @@ class Sampler {
   void run(const PlanResult& plan) {
     const auto& commands = std::get<std::vector<Command>>(plan);
     for (std::size_t i = 0; i < commands.size(); ++i) {
-      run(commands[i], i < plan.knots.size() ? PathKnots(plan.knots[i]) : PathKnots(),
-          i < plan.rates.size() ? plan.rates[i] : PlannedRate());
+      run(commands[i], i < plan.rates.size() ? plan.rates[i] : PlannedRate());
     }
   }
   PlanSamples take() { return std::move(samples_); }
 
  private:
-  void run(const Command& command, PathKnots knots, const PlannedRate& rate) {
-    ArmModel framed = arm_;
-    rt::take_frames(command, framed.kinematics);
+  void run(const Command& command, const PlannedRate& rate) {
     if (samples_.motion.cycles == 0) add(command.start_q, kNoValue);
     const rt::SetPoint base{command.start_q};
     const auto count = static_cast<long>(std::ceil(command.duration_s / kPeriod_s - 1e-9));
     for (long tick = 1; tick <= count; ++tick) {
       const double t_s = std::min(static_cast<double>(tick) * kPeriod_s, command.duration_s);
       if (rate.pieces.empty()) {
-        add(rt::evaluate_command(framed, command, base, t_s, knots).position_q, kNoValue);
+        add(rt::evaluate_command(arm_, command, base, t_s).position_q, kNoValue);
         continue;
       }
       const rate::RatePieces law{rate.pieces, command.duration_s, rate.knots.back().lambda_s};

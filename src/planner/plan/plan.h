@@ -11,7 +11,6 @@
 #include "corbot/arm/joint_ranges.h"
 #include "corbot/kinematics/joints.h"
 #include "corbot/motion/command.h"
-#include "corbot/motion/path_knots.h"
 #include "corbot/motion/rate_knots.h"
 #include "corbot/motion/rate_pieces.h"
 
@@ -47,13 +46,7 @@ struct PlanRefusal {
   std::string text;                  ///< one sentence, ASCII
 };
 
-/// How lines get their time. Arcs have a law.
-enum class PathTiming {
-  kLaw,   ///< a law for s, by the joints' speeds alone
-  kRate,  ///< a rate at every limit of every joint; a law where the line has no knots in lambda
-};
-
-/// Of a path with a rate.
+/// Of a line or an arc.
 struct PlannedRate {
   std::vector<rate::Knot> knots;
   std::vector<rate::Piece> pieces;
@@ -63,9 +56,7 @@ struct PlannedRate {
 /// All or nothing. It is read as the variant that it is.
 struct PlanResult : std::variant<std::vector<Command>, PlanRefusal> {
   using variant::variant;
-  /// Of an arm without a closed form: those of each command, none for one that needs none; else empty.
-  std::vector<std::vector<PathKnot>> knots;
-  /// Likewise of each command that has a rate.
+  /// Of lines and arcs, for each command; else empty.
   std::vector<PlannedRate> rates;
 };
 

@@ -11,7 +11,6 @@
 
 #include "corbot/kinematics/path_form.h"
 #include "corbot/motion/path_joints.h"
-#include "corbot/motion/path_knots.h"
 #include "planner/numeric/numeric_inverse.h"
 #include "planner/numeric/path_function.h"
 #include "planner/plan/refusal.h"
@@ -74,7 +73,7 @@ class Geometry {
       return refused(knots_.back().z[kPath],
                      are_too_many()
                          ? fmt::format("up to where it needs {} knots: make it shorter", kMostKnots)
-                         : "beyond which it leaves the reach, or leads through a singularity");
+                         : "beyond which the path leaves the arm's reach, or leads through a singularity");
     }
     if (last && !arm_.same(joints_of(last->next.z), joints_of(knots_.back().z), Kinematics::kSameJoints_q))
       return refused(1.0, "where the arm is at a singularity that it cannot reach smoothly");

@@ -16,6 +16,7 @@ namespace corbot::rate {
 namespace {
 
 constexpr double kNoTravel = 1e-30;  // metres and radians
+constexpr double kHardly = 1e-10;    // likewise: an end may be as far off
 constexpr double kGap = 2e-3;        // of the time, by which the answer may be off
 constexpr double kFirstGap = 1e-2;   // the first round finds out where the limits are exceeded
 constexpr int kMostRounds = 5;
@@ -57,16 +58,21 @@ template <class Motion>
 RatePlanned plan_motion(const ArmModel& model, const PlanSettings& settings, const Motion& motion,
                         const Joints& start_q, double t_s) {
   const Limits full = limits_of(model, settings, motion);
-  if (!(length_m(motion) > kNoTravel || rotation_rad(motion.tool) > kNoTravel)) {
+  const double travel = std::max(length_m(motion), rotation_rad(motion.tool));
+  const auto dwell = [&] {
     Knot here;
     std::copy(start_q.begin(), start_q.end(), here.z.begin());
     Knot end = here;
     end.lambda_s = 1.0;
     return plan_of({here, end}, RateLaw(std::max(0.0, t_s)), full);
-  }
+  };
+  if (!(travel > kNoTravel)) return dwell();
   const Limits limits = reserved(full);
   KnotList list = plan_geometry(model, motion, start_q, limits.speed);
-  if (auto* refusal = std::get_if<PlanRefusal>(&list)) return std::move(*refusal);
+  if (auto* refusal = std::get_if<PlanRefusal>(&list)) {
+    if (travel < kHardly) return dwell();  // at a singularity
+    return std::move(*refusal);
+  }
   auto& knots = std::get<std::vector<Knot>>(list);
   std::optional<RateLaw> law = quickest(knots, limits);
   if (!law) {

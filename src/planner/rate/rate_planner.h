@@ -16,7 +16,8 @@ namespace corbot::rate {
 /// Without the reserves.
 [[nodiscard]] Limits reserved(Limits limits) noexcept;
 
-/// A motion without travel and rotation has two equal knots, and rests at the first.
+/// A motion without travel and rotation has two equal knots, and rests at the first. So does one of less than 1e-10 m and rad at a singularity,
+/// where the joints carry more rounding than that.
 struct RatePlan {
   std::vector<Knot> knots;
   RateLaw law;

@@ -8,12 +8,12 @@
 #include <random>
 #include <string>
 
-#include "gate_laws.h"
 #include "joint_ticks.h"
 #include "path_ticks.h"
 #include "planner/planner.h"
 #include "published_arm.h"
 #include "seed.h"
+#include "support/gate.h"
 
 namespace corbot::property_arms_paths_test {
 namespace {

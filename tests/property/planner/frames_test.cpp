@@ -7,7 +7,6 @@
 #include <string>
 
 #include "corbot/kinematics/tool_pose.h"
-#include "gate_laws.h"
 #include "path_ticks.h"
 #include "planner/frame_settings.h"
 #include "planner/planner.h"
@@ -15,6 +14,7 @@
 #include "random_frame.h"
 #include "rt/cycle/path_evaluation.h"
 #include "seed.h"
+#include "support/gate.h"
 
 namespace corbot::property_frames_test {
 namespace {
@@ -49,15 +49,12 @@ class FramedPaths : public testing::TestWithParam<const char*> {
   template <class Motion>
   void expect_on_path(const Kinematics& tool, const Command& command, const Motion& motion,
                       const PlannedRate& rate) {
-    ArmModel running = arm_;
-    rt::take_frames(command, running.kinematics);
-    const double near_m = rate.pieces.empty() ? 1e-9 : 1e-6;
+    const double near_m = 1e-6;
     const int ticks = 200;
     for (int k = 0; k <= ticks; ++k) {
-      const auto place = test::place_at(running, command, motion, rate, command.duration_s * k / ticks);
-      ASSERT_TRUE(place) << k;
-      const Point tcp = tool.forward(place->q).position_m;
-      ASSERT_LT(test::distance(tcp, point_at(motion, place->s).position_m), near_m) << k;
+      const auto place = test::place_at(command, rate, command.duration_s * k / ticks);
+      const Point tcp = tool.forward(place.q).position_m;
+      ASSERT_LT(test::distance(tcp, point_at(motion, place.s).position_m), near_m) << k;
       ASSERT_LT(test::deviation(motion, tcp), near_m) << k;
     }
   }

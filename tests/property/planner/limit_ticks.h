@@ -141,10 +141,9 @@ class LimitTicks {
   std::array<Tick, 4> last_{};
 };
 
-/// `knots`: of a line or an arc of an arm without a closed form. All limits are the arm's, the speeds scaled by the settings.
-/// `rate`: of a path that has one.
+/// All limits are the arm's, the speeds scaled by the settings. `rate`: of a line or an arc.
 inline TickShares tick_shares(const ArmModel& arm, const PlanSettings& settings, const Command& command,
-                              PathKnots knots = {}, const PlannedRate& rate = {}) {
+                              const PlannedRate& rate = {}) {
   ArmModel framed = arm;
   rt::take_frames(command, framed.kinematics);
   const rt::SetPoint base{command.start_q};
@@ -156,8 +155,7 @@ inline TickShares tick_shares(const ArmModel& arm, const PlanSettings& settings,
       std::copy_n(z.begin(), q.size(), q.begin());
       return q;
     }
-    const rt::SetPoint now = rt::evaluate_command(framed, command, base, t_s, knots);
-    return now.reachable ? std::optional(now.position_q) : std::nullopt;
+    return rt::evaluate_command(framed, command, base, t_s).position_q;
   };
   return LimitTicks(framed, settings, knots_of(command) != nullptr, command.duration_s, set_points).run();
 }

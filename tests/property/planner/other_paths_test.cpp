@@ -13,14 +13,11 @@
 #include <type_traits>
 
 #include "arm_vectors.h"
-#include "corbot/motion/law_evaluation.h"
 #include "corbot/motion/path.h"
-#include "corbot/motion/path_knots.h"
-#include "planner/numeric/piece_bounds.h"
+#include "path_ticks.h"
 #include "planner/planner.h"
-#include "rt/cycle/command_check.h"
-#include "rt/cycle/knot_check.h"
 #include "seed.h"
+#include "support/gate.h"
 
 namespace corbot::property_other_paths_test {
 namespace {
@@ -89,17 +86,6 @@ std::vector<Kind> kinds() {
           {"ThreeJoints", [](Random& random, int i) { return model(any_chain(random, 3, i % 3 == 0)); }}};
 }
 
-/// As the cycle does, a few pieces a call.
-Verdict gate(const ArmModel& arm, Command command, PathKnots knots) {
-  command.id = 1;
-  const rt::CommandVerdict verdict = rt::check_command(arm, command, {0, command.start_q, 0.0});
-  if (!verdict.ok()) return verdict.verdict;
-  rt::KnotCheck check;
-  for (;;) {
-    if (const auto knots_verdict = check.step(arm, command, knots)) return knots_verdict->verdict;
-  }
-}
-
 /// What became of the path in every tick.
 struct Track {
   double off_m{}, off_rad{}, joint_speed{}, acceleration{}, jerk{};
@@ -108,21 +94,19 @@ struct Track {
 
 template <class Motion>
 void run(const ArmModel& arm, const PlanSettings& settings, const Command& command, const Motion& motion,
-         PathKnots knots, Track& track) {
-  ASSERT_EQ(motion.knots.count, knots.size());
-  ASSERT_TRUE(is_well_formed(motion.law));
+         const PlannedRate& rate, Track& track) {
+  ASSERT_EQ(motion.knots.count, rate.knots.size());
   const double tick_s = std::max(1e-3, command.duration_s / 20'000.0);
   const int ticks = static_cast<int>(std::ceil(command.duration_s / tick_s));
   const bool is_full = arm.kinematics.follows() == Follows::kFull;
   const FollowedAngles followed = arm.kinematics.followed();
   ASSERT_EQ(followed.count, arm.dof == 6 ? 0 : arm.dof - 3);
-  ASSERT_EQ(gate(arm, command, knots), Verdict::kDone);
+  ASSERT_EQ(test::gate(arm, command, rate), Verdict::kDone);
   Joints last = command.start_q;
   std::array<Vector3, 4> tcp{};
   tcp.fill(arm.kinematics.forward(last).position_m);
   for (int k = 0; k <= ticks; ++k) {
-    const double s = evaluate(motion.law, k * tick_s).position;
-    const Joints q = joints_at(knots, s);
+    const auto [q, s] = test::place_at(command, rate, k * tick_s);
     const Pose tool = arm.kinematics.forward(q);
     const PathPoint wanted = point_at(motion, s);
     track.off_m = std::max(track.off_m, norm(tool.position_m - wanted.position_m));
@@ -145,7 +129,7 @@ void run(const ArmModel& arm, const PlanSettings& settings, const Command& comma
     last = q;
   }
   for (std::size_t i = 0; i < arm.dof; ++i) ASSERT_NEAR(last[i], command.end_q[i], 1e-9);
-  track.knots = std::max(track.knots, knots.size());
+  track.knots = std::max(track.knots, rate.knots.size());
 }
 
 void expect_good(const Track& track) {
@@ -184,19 +168,19 @@ TEST_P(OtherPaths, LinesAndArcsAreFollowedWithinEveryLimit) {
     const double size = i % 8 < 4 ? 0.15 : 0.02;
     const PlanSettings s = settings(i, arm, here.orientation);
     const Vector3 p2 = here.position_m + random_.vector(size), p3 = here.position_m + random_.vector(size);
-    const Planner planner(arm, PathTiming::kLaw);
+    const Planner planner(arm);
     const PlanResult result =
         i % 2 == 0 ? planner.move_s(from, s, p3, 0.0) : planner.move_c(from, s, here.position_m, p2, p3);
     if (std::holds_alternative<PlanRefusal>(result)) continue;
     const auto& commands = std::get<std::vector<Command>>(result);
-    ASSERT_EQ(result.knots.size(), commands.size());
+    ASSERT_EQ(result.rates.size(), commands.size());
     for (std::size_t k = 0; k < commands.size(); ++k) {
       const Command& command = commands[k];
       Track track;
       if (command.kind == MotionKind::kArc) {
-        ASSERT_NO_FATAL_FAILURE(run(arm, s, command, command.arc, result.knots[k], track));
+        ASSERT_NO_FATAL_FAILURE(run(arm, s, command, command.arc, result.rates[k], track));
       } else {
-        ASSERT_NO_FATAL_FAILURE(run(arm, s, command, command.line, result.knots[k], track));
+        ASSERT_NO_FATAL_FAILURE(run(arm, s, command, command.line, result.rates[k], track));
       }
       ASSERT_NO_FATAL_FAILURE(expect_good(track));
       worst.off_m = std::max(worst.off_m, track.off_m);

@@ -9,11 +9,11 @@
 #include <random>
 #include <string>
 
-#include "gate_laws.h"
 #include "path_ticks.h"
 #include "planner/planner.h"
 #include "published_arm.h"
 #include "seed.h"
+#include "support/gate.h"
 
 namespace corbot::property_poses_test {
 namespace {
@@ -63,17 +63,14 @@ class PoseMotions : public testing::TestWithParam<const char*> {
   }
   /// The set-points of the whole line, as the real-time task computes them.
   void expect_on_slerp(const Command& command, const PlannedRate& rate, const Pose& from, const Pose& to) {
-    const LineMotion& line = command.line;
     const double near = rate.pieces.empty() ? kExact : 1e-6;
     const int ticks = static_cast<int>(std::ceil(std::min(command.duration_s, 60.0) / 1e-3));
     for (int k = 0; k <= ticks; ++k) {
-      const auto place =
-          test::place_at(arm_, command, line, rate, command.duration_s * k / std::max(ticks, 1));
-      ASSERT_TRUE(place) << k;
-      const Pose tool = arm_.kinematics.forward(place->q);
-      const Point on_line = from.position_m + place->s * (to.position_m - from.position_m);
+      const auto place = test::place_at(command, rate, command.duration_s * k / std::max(ticks, 1));
+      const Pose tool = arm_.kinematics.forward(place.q);
+      const Point on_line = from.position_m + place.s * (to.position_m - from.position_m);
       ASSERT_LT(test::distance(tool.position_m, on_line), near) << k << " of " << ticks;
-      ASSERT_LT(angle_between(tool.orientation, slerp(from.orientation, to.orientation, place->s)), near)
+      ASSERT_LT(angle_between(tool.orientation, slerp(from.orientation, to.orientation, place.s)), near)
           << k << " of " << ticks;
     }
   }

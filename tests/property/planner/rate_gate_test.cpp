@@ -17,9 +17,9 @@
 #include "corbot/motion/path.h"
 #include "limit_ticks.h"
 #include "random_rates.h"
-#include "rt/cycle/knot_check.h"
 #include "rt/cycle/path_check.h"
 #include "rt/cycle/path_evaluation.h"
+#include "rt/cycle/rate_check.h"
 #include "rt/cycle/set_point_check.h"
 
 namespace corbot::property_rate_gate_test {

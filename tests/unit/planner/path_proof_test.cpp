@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The proof itself: no bound may lie below what dense sampling finds, nor far above it.
+// The proof itself: what lies between the samples is found.
 #include "planner/path_proof.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <random>
+#include <cmath>
 
-#include "corbot/motion/law_evaluation.h"
-#include "planner/time_law_planner.h"
 #include "test_arm.h"
 
 namespace corbot::path_proof_test {
@@ -18,51 +15,6 @@ using test::deg;
 
 /// An arm that keeps its tool level.
 const double kLevel_rad = angle_of_pitch(test::wide_arm().kinematics, 0.0);
-
-LineMotion random_line(std::mt19937_64& random) {
-  std::uniform_real_distribution<double> unit(-1.0, 1.0);
-  LineMotion line{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    line.from_m[i] = 0.25 * unit(random);
-    line.to_m[i] = line.from_m[i] + 0.1 * unit(random);
-  }
-  line.tool.from_angles_rad[0] = kLevel_rad + unit(random);
-  line.tool.to_angles_rad[0] = line.tool.from_angles_rad[0] + 0.5 * unit(random);
-  return line;
-}
-
-TEST(PathProof, TheLoadIsAboveEverySampleAndLessThanOnePerCentHigher) {
-  constexpr std::uint64_t kSeed = 99;
-  std::cout << "seed " << kSeed << "\n";
-  std::mt19937_64 random(kSeed);
-  const ArmModel arm = test::wide_arm();
-  Joints speed{};
-  for (std::size_t i = 0; i < 4; ++i) speed[i] = arm.joints[i].speed_q_s;
-  int compared = 0;
-  for (int n = 0; n < 400; ++n) {
-    LineMotion line = random_line(random);
-    line.solution = static_cast<std::uint32_t>(n % 4);
-    const PathProof proof(arm, line, {});
-    if (proof.check_geometry()) continue;
-    const TimeLaw law = plan_law(1.0, {3.0, 20.0, 200.0});
-    const double load = proof.load(law, speed, 0.0);
-    ASSERT_TRUE(std::isfinite(load));
-    double sampled = 0.0;
-    constexpr int kSamples = 4000;
-    Joints last = proof.joints_at(0.0).joints_q;
-    for (int k = 1; k <= kSamples; ++k) {
-      const Joints now = proof.joints_at(evaluate(law, law.duration_s() * k / kSamples).position).joints_q;
-      for (std::size_t i = 0; i < 4; ++i) {
-        sampled = std::max(sampled, std::abs(now[i] - last[i]) * kSamples / law.duration_s() / speed[i]);
-      }
-      last = now;
-    }
-    ASSERT_GE(load * (1.0 + 1e-9), sampled) << "case " << n;
-    ASSERT_LE(load, 1.0101 * sampled * 1.01) << "case " << n;  // sampling itself misses a little
-    ++compared;
-  }
-  EXPECT_GT(compared, 40);
-}
 
 TEST(PathProof, ARangeLeftBetweenTheSamplesIsFound) {
   // The elbow's angle has its greatest value amid the line, and off every early cut; the range ends a hair

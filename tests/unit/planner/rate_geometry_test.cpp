@@ -293,7 +293,7 @@ TEST(RateGeometrySingular, IsRefusedWithinAPathAndBeyondReach) {
   const Joints start{0.0, 0.6, 0.9, -1.0};
   LineMotion line = line_between(arm, start, start);
   line.to_m[0] += 0.3;
-  EXPECT_NE(refusal(line, start).text.find("leaves the reach"), std::string::npos);
+  EXPECT_NE(refusal(line, start).text.find("leaves the arm's reach"), std::string::npos);
   EXPECT_GT(refusal(line, start).target_m[0], line.from_m[0] + 0.01) << "as far as it can be followed";
   EXPECT_LT(refusal(line, start).target_m[0], line.to_m[0] - 0.01);
   line.to_m = {-line.from_m[0], 0.0,

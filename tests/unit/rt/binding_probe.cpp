@@ -20,10 +20,10 @@ namespace {
 using namespace corbot;
 using namespace corbot::test;
 
-/// A command and, of a path of an arm without a closed form, its knots.
+/// A command and, of a path, its knots and pieces.
 struct Planned {
   Command command;
-  KnotSlot knots;
+  RateSlot rate;
 };
 
 std::vector<Command> plan(Rig& rig) {
@@ -69,7 +69,7 @@ std::vector<Planned> planned_elsewhere(const ArmModel& arm) {
       const KnotRange* const range = knots_of(command);
       whole =
           whole &&
-          write_whole(ends[1], {command, range == nullptr ? KnotSlot{} : rig.servant->knots[range->slot]});
+          write_whole(ends[1], {command, range == nullptr ? RateSlot{} : rig.servant->rates[range->slot]});
     }
     _exit(whole ? 0 : 1);
   }
@@ -94,7 +94,7 @@ int main(int argc, char** argv) {
   std::vector<Command> commands;
   for (const Planned& one : planned) {
     commands.push_back(one.command);
-    if (const KnotRange* const range = knots_of(one.command)) rig.servant->knots[range->slot] = one.knots;
+    if (const KnotRange* const range = knots_of(one.command)) rig.servant->rates[range->slot] = one.rate;
   }
   const std::uint64_t last = rig.submit(commands);
   mark("cycle begins\n");

@@ -9,8 +9,6 @@
 #include <vector>
 
 #include "corbot/kinematics/tool_pose.h"
-#include "corbot/motion/path.h"
-#include "planner/time_law_planner.h"
 #include "rt/rig.h"
 
 namespace corbot::test::command_check_test {
@@ -65,7 +63,7 @@ Command planned(Rig& rig, const PlanResult& plan) {
 
 /// One good command of each kind, with all fields that hold a number.
 std::vector<Good> good_commands() {
-  Rig rig(lynx5(), PathTiming::kLaw);
+  Rig rig;
   const PlanStart start{kRest, 0.0};
   PlanSettings settings;
   const ToolPose pose = tool_pose(rig.arm.kinematics, kRest);
@@ -83,7 +81,6 @@ std::vector<Good> good_commands() {
                  planned(rig, rig.planner.move_s(start, settings, {p[0] + 0.01, p[1] + 0.03, p[2]}, 0.0)),
                  common_fields()});
   auto& line = all.back().fields;
-  add_law(line, "law", [](Command& c) -> TimeLaw& { return c.line.law; });
   add_vector(
       line, "from_m", [](Command & c) -> auto& { return c.line.from_m; });
   add_vector(
@@ -96,7 +93,6 @@ std::vector<Good> good_commands() {
                                                  {p[0], p[1] + 0.02, p[2] + 0.005})),
                  common_fields()});
   auto& arc = all.back().fields;
-  add_law(arc, "law", [](Command& c) -> TimeLaw& { return c.arc.law; });
   add_vector(
       arc, "centre_m", [](Command & c) -> auto& { return c.arc.centre_m; });
   add_vector(
@@ -173,41 +169,13 @@ TEST(CommandCheck, NamesWhatIsWrong) {
       {"joints of two durations", 0, [](Command& c) { c.joint.law[2].t_cruise_s += 1e-3; },
        Verdict::kMalformed},
       {"no solution", 1, [](Command& c) { c.line.solution = 4; }, Verdict::kMalformed},
-      {"another solution", 1, [](Command& c) { c.line.solution = 1; }, Verdict::kDiscontinuous},
-      {"line from elsewhere", 1,
-       [](Command& c) {
-         c.line.from_m[2] += 1e-4;
-         c.line.to_m[2] += 1e-4;
-       },
-       Verdict::kDiscontinuous},
-      {"line to elsewhere", 1, [](Command& c) { c.line.to_m[1] -= 1e-4; }, Verdict::kMalformed},
-      {"line out of reach", 1,
-       [](Command& c) {
-         c.line.to_m[0] += 0.5;
-         c.line.law.t_cruise_s += 9;
-         c.duration_s += 9;
-       },
-       Verdict::kLimit},
-      {"path overrun", 1, [](Command& c) { c.line.law.distance = 1.5; }, Verdict::kMalformed},
-      {"path backwards", 1, [](Command& c) { c.line.law.distance = -1; }, Verdict::kMalformed},
-      {"path too fast", 1,
-       [](Command& c) {
-         c.line.law = {1, .01, .01, .01};
-         c.duration_s = c.line.law.duration_s();
-       },
-       Verdict::kLimit},
-      // Within the limits on speed, acceleration and jerk along; 3.3 m/s2 towards the centre, where 1 is
-      // allowed.
-      {"arc too fast for its radius", 2,
-       [](Command& c) {
-         const PathLimits limits = lynx5().path;
-         const double length = length_m(c.arc);
-         ASSERT_GT(limits.speed_m_s * limits.speed_m_s / c.arc.radius_m, 3.3 * limits.acceleration_m_s2);
-         c.arc.law = plan_law(
-             1.0, {limits.speed_m_s / length, limits.acceleration_m_s2 / length, limits.jerk_m_s3 / length});
-         c.duration_s = c.arc.law.duration_s();
-       },
-       Verdict::kLimit},
+      {"no knots", 1, [](Command& c) { c.line.knots.count = 0; }, Verdict::kMalformed},
+      {"more knots than there can be", 1, [](Command& c) { c.line.knots.count = kMostKnots + 1; },
+       Verdict::kMalformed},
+      {"no pieces", 1, [](Command& c) { c.line.knots.pieces = 0; }, Verdict::kMalformed},
+      {"more pieces than there can be", 2, [](Command& c) { c.arc.knots.pieces = rate::kMostPieces + 1; },
+       Verdict::kMalformed},
+      {"a slot that is none", 2, [](Command& c) { c.arc.knots.slot = kKnotSlots; }, Verdict::kMalformed},
       {"frame not of unit length", 2,
        [](Command& c) {
          for (double& x : c.arc.u) x *= 1 + 1e-6;

@@ -21,8 +21,9 @@ namespace {
 class BadPath : public FaultStops {
  protected:
   BadPath() {
-    begin_anew({.position_q = kBesideTheBase, .position_known = true});
-    id = rig.submit(std::vector<Command>{line_over_the_base(rig)});
+    line.begin(rig);
+    id = rig.servant->next_command_id.load() - 1;
+    differences = Differences(rig.arm, rig.snapshot.position_q);
   }
   /// Until the alarm of the bad path; the greatest share of a joint's limit before it.
   void until_alarm() {
@@ -35,6 +36,7 @@ class BadPath : public FaultStops {
     ASSERT_TRUE(cause);
     ASSERT_NE(cause->code, AlarmCode::kCommandRefused) << cause->value;
   }
+  BadLine line;
   std::uint64_t id{};
   Differences differences{rig.arm, rig.snapshot.position_q};
   std::optional<AlarmEvent> cause;
@@ -70,11 +72,7 @@ TEST_F(BadPath, IsLeftOnARampOfTheJoints) {
 TEST_F(BadPath, OnTheRampOfAStopInputGoesOverIntoTheJoints) {
   // Pressed so shortly before that the ramp on the path still reaches the bad place.
   Rig probe(device);
-  probe.task = std::make_unique<TaskSegment>();
-  probe.servant = std::make_unique<ServantSegment>();
-  probe.restart({.position_q = kBesideTheBase, .position_known = true});
-  probe.step();
-  probe.submit(std::vector<Command>{line_over_the_base(probe)});
+  line.begin(probe);
   int cycles = 0;
   while (!probe.alarm() && cycles < kLongestStop) {
     probe.step();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines and arcs of an arm without a closed form: knots through the segment, and what the cycle makes of forged ones.
+// Lines and arcs: knots and pieces through the segment, and what the cycle makes of forged ones.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,6 @@
 
 #include "corbot/channel/alarms.h"
 #include "corbot/motion/path.h"
-#include "rt/cycle/knot_check.h"
 #include "rt/rig.h"
 #include "support/paths.h"
 
@@ -35,14 +34,17 @@ struct Knots : testing::Test {
   /// Of a plan of one command, as the servant would hand it over, and what may be forged of it.
   struct Handed {
     Command command;
-    KnotSlot* slot;
+    RateSlot* slot;
   };
   Handed hand_over(const PlanResult& plan) {
     EXPECT_TRUE(std::holds_alternative<std::vector<Command>>(plan));
     Command command = rig.stamp(std::get<std::vector<Command>>(plan).front());
     knots_of(command)->slot = 7;
-    std::copy(plan.knots.front().begin(), plan.knots.front().end(), rig.servant->knots[7].begin());
-    return {command, &rig.servant->knots[7]};
+    const PlannedRate& rate = plan.rates.front();
+    RateSlot& slot = rig.servant->rates[7];
+    std::copy(rate.knots.begin(), rate.knots.end(), slot.knots.begin());
+    std::copy(rate.pieces.begin(), rate.pieces.end(), slot.pieces.begin());
+    return {command, &slot};
   }
   std::optional<Verdict> verdict(int cycles = 20'000) {
     for (int i = 0; i < cycles; ++i) {
@@ -52,7 +54,7 @@ struct Knots : testing::Test {
     return std::nullopt;
   }
 
-  Rig rig{xarm6(), PathTiming::kLaw};
+  Rig rig{xarm6()};
   const Vector3 aside_{0.02, 0.15, -0.08};
 };
 
@@ -84,7 +86,7 @@ TEST_F(Knots, LeadTheToolAlongItsLineWithinAMicrometre) {
 TEST_F(Knots, AStopOnTheWayStaysOnTheLine) {
   const PlanResult plan = line({}, aside_);
   rig.submit(plan);
-  rig.step(150);
+  rig.step(30);
   ASSERT_EQ(rig.snapshot.state, RtState::kMoving);
   rig.stop();
   EXPECT_EQ(verdict(), Verdict::kStopped);
@@ -118,7 +120,7 @@ TEST_F(Knots, AnArcIsFollowed) {
 
 struct Forgery {
   std::string name;
-  std::function<void(Command&, KnotSlot&)> forge;
+  std::function<void(Command&, RateSlot&)> forge;
 };
 
 std::vector<Forgery> forgeries() {
@@ -127,55 +129,63 @@ std::vector<Forgery> forgeries() {
   constexpr double kTurn = 6.283185307179586;
   const auto middle = [](const Command& c) { return static_cast<std::size_t>(c.line.knots.count / 2); };
   std::vector<Forgery> all{
-      {"no knots", [](Command& c, KnotSlot&) { c.line.knots.count = 0; }},
-      {"one knot", [](Command& c, KnotSlot&) { c.line.knots.count = 1; }},
-      {"one less", [](Command& c, KnotSlot&) { --c.line.knots.count; }},
-      {"one more", [](Command& c, KnotSlot&) { ++c.line.knots.count; }},
-      {"more than there can be", [](Command& c, KnotSlot&) { c.line.knots.count = kMostKnots + 1; }},
-      {"all", [](Command& c, KnotSlot&) { c.line.knots.count = 65535; }},
-      {"a slot that is none", [](Command& c, KnotSlot&) { c.line.knots.slot = kKnotSlots; }},
-      {"a slot far away", [](Command& c, KnotSlot&) { c.line.knots.slot = 65535; }},
-      {"another slot", [](Command& c, KnotSlot&) { c.line.knots.slot = 8; }},
-      {"a solution", [](Command& c, KnotSlot&) { c.line.solution = 1; }},
-      {"nothing", [](Command&, KnotSlot& k) { k = {}; }},
-      {"another line", [](Command& c, KnotSlot&) { c.line.to_m[2] += 1e-5; }},
-      {"another orientation", [](Command& c, KnotSlot&) { c.line.tool.turn_rad[1] += 1e-5; }},
-      {"half the way", [](Command& c, KnotSlot&) { c.line.law.distance = 0.5; }},
-      {"another end", [](Command& c, KnotSlot&) { c.end_q[3] += 1e-4; }},
+      {"no knots", [](Command& c, RateSlot&) { c.line.knots.count = 0; }},
+      {"one knot", [](Command& c, RateSlot&) { c.line.knots.count = 1; }},
+      {"one less", [](Command& c, RateSlot&) { --c.line.knots.count; }},
+      {"one more", [](Command& c, RateSlot&) { ++c.line.knots.count; }},
+      {"more than there can be", [](Command& c, RateSlot&) { c.line.knots.count = kMostKnots + 1; }},
+      {"all", [](Command& c, RateSlot&) { c.line.knots.count = 65535; }},
+      {"a slot that is none", [](Command& c, RateSlot&) { c.line.knots.slot = kKnotSlots; }},
+      {"a slot far away", [](Command& c, RateSlot&) { c.line.knots.slot = 65535; }},
+      {"another slot", [](Command& c, RateSlot&) { c.line.knots.slot = 8; }},
+      {"a solution", [](Command& c, RateSlot&) { c.line.solution = 1; }},
+      {"nothing", [](Command&, RateSlot& k) { k = {}; }},
+      {"another line", [](Command& c, RateSlot&) { c.line.to_m[2] += 1e-5; }},
+      {"another orientation", [](Command& c, RateSlot&) { c.line.tool.turn_rad[1] += 1e-5; }},
+      {"no pieces", [](Command& c, RateSlot&) { c.line.knots.pieces = 0; }},
+      {"one piece less", [](Command& c, RateSlot&) { --c.line.knots.pieces; }},
+      {"one piece more", [](Command& c, RateSlot&) { ++c.line.knots.pieces; }},
+      {"half the time", [](Command& c, RateSlot&) { c.duration_s *= 0.5; }},
+      {"another end", [](Command& c, RateSlot&) { c.end_q[3] += 1e-4; }},
       {"a jump to another turn",
-       [middle](Command& c, KnotSlot& k) {
-         for (std::size_t i = middle(c); i < c.line.knots.count; ++i) k[i].q[5] += kTurn;
+       [middle](Command& c, RateSlot& k) {
+         for (std::size_t i = middle(c); i < c.line.knots.count; ++i) k.knots[i].z[5] += kTurn;
          c.end_q[5] += kTurn;
        }},
-      {"back", [middle](Command& c, KnotSlot& k) { k[middle(c)].s = k[middle(c) - 1].s; }},
-      {"a wiggle of rates",
-       [middle](Command& c, KnotSlot& k) {
-         k[middle(c)].rate_q[2] += 1.0;
-         k[middle(c) + 1].rate_q[2] -= 1.0;
+      {"back",
+       [middle](Command& c, RateSlot& k) {
+         k.knots[middle(c)].z[rate::kPath] = k.knots[middle(c) - 1].z[rate::kPath];
        }},
-      {"a wiggle of bends", [middle](Command& c, KnotSlot& k) {
-         k[middle(c)].bend_q[2] += 1.0;
-         k[middle(c) + 1].bend_q[2] -= 1.0;
+      {"a wiggle of rates",
+       [middle](Command& c, RateSlot& k) {
+         k.knots[middle(c)].rate[2] += 1.0;
+         k.knots[middle(c) + 1].rate[2] -= 1.0;
+       }},
+      {"a wiggle of bends", [middle](Command& c, RateSlot& k) {
+         k.knots[middle(c)].bend[2] += 10.0;
+         k.knots[middle(c) + 1].bend[2] -= 10.0;
        }}};
-  const auto field = [](PathKnot& knot, int which) -> double& {
-    if (which == 0) return knot.s;
-    const auto joint = static_cast<std::size_t>((which - 1) % 6);
-    return which <= 6 ? knot.q[joint] : which <= 12 ? knot.rate_q[joint] : knot.bend_q[joint];
+  constexpr int kStates = static_cast<int>(kMaxJoints) + 1;
+  const auto field = [](rate::Knot& knot, int which) -> double& {
+    if (which == 0) return knot.lambda_s;
+    const auto k = static_cast<std::size_t>((which - 1) % kStates);
+    return which <= kStates ? knot.z[k] : which <= 2 * kStates ? knot.rate[k] : knot.bend[k];
   };
-  for (int which = 0; which <= 18; ++which) {
+  for (int which = 0; which <= 3 * kStates; ++which) {
     for (const double value : {kNan, kInfinity, -1e308, 7.0}) {
       for (const bool at_end : {false, true}) {
         all.push_back(
             {"field " + std::to_string(which) + " = " + std::to_string(value) + (at_end ? " at the end" : ""),
-             [=](Command& c, KnotSlot& k) {
-               field(k[at_end ? static_cast<std::size_t>(c.line.knots.count - 1) : middle(c)], which) = value;
+             [=](Command& c, RateSlot& k) {
+               field(k.knots[at_end ? static_cast<std::size_t>(c.line.knots.count - 1) : middle(c)], which) =
+                   value;
              }});
       }
     }
   }
   for (int which = 1; which <= 6; ++which) {
     all.push_back({"off by 1e-4 in joint " + std::to_string(which - 1),
-                   [=](Command& c, KnotSlot& k) { field(k[middle(c)], which) += 1e-4; }});
+                   [=](Command& c, RateSlot& k) { field(k.knots[middle(c)], which) += 1e-4; }});
   }
   return all;
 }
@@ -204,14 +214,13 @@ TEST_F(Knots, WhatIsWrittenAfterTheyWereTakenIsNotRead) {
   const Handed handed = hand_over(line({}, aside_));
   ASSERT_TRUE(rig.push(handed.command));
   rig.step();
-  for (PathKnot& knot : *handed.slot) knot.q.fill(std::numeric_limits<double>::quiet_NaN());
+  for (rate::Knot& knot : handed.slot->knots) knot.z.fill(std::numeric_limits<double>::quiet_NaN());
   EXPECT_EQ(verdict(), Verdict::kDone);
   EXPECT_LT(norm(rig.snapshot.tool.position_m - (tool_m({}) + aside_)), 1e-9);
 }
 
 TEST_F(Knots, AStopWhileTheyAreCheckedRefusesThePath) {
   const PlanResult plan = line({}, aside_);
-  ASSERT_GT(plan.knots.front().size(), rt::KnotCheck::kPieces + 1) << "more than one cycle's";
   rig.submit(plan);
   rig.step();
   ASSERT_EQ(rig.snapshot.command_id, 0u);
@@ -234,7 +243,7 @@ TEST_F(Knots, OutliveTheirServants) {
     rig.servant->task_id.store(former.back()->task_id.load());
     rig.servants.post(offers.emplace_back(ServantOffer{rig.servant.get(), ++rig.session}));
     rig.step();
-    for (KnotSlot& slot : former.back()->knots) slot = {};  // unmapped, or worse
+    for (RateSlot& slot : former.back()->rates) slot = {};  // unmapped, or worse
   };
   Joints q{};
   const auto go = [&](const Vector3& by) {
@@ -272,7 +281,7 @@ TEST_F(Knots, OfACommandThatWaitsOutliveItsServant) {
   const ServantOffer offer{rig.servant.get(), ++rig.session};
   rig.servants.post(offer);
   rig.step();
-  for (KnotSlot& slot : former->knots) slot = {};
+  for (RateSlot& slot : former->rates) slot = {};
   rig.pause(false);
   EXPECT_EQ(verdict(), Verdict::kDone);
   EXPECT_LT(norm(rig.snapshot.tool.position_m - (tool_m({}) + aside_)), 1e-9);
@@ -293,21 +302,6 @@ TEST_F(Knots, EveryCommandThatFitsHasASlot) {
   EXPECT_EQ(handed, rig.servant->commands.capacity() + 1);
   for (std::size_t i = 0; i < handed; ++i) EXPECT_EQ(verdict(), Verdict::kDone) << i;
   EXPECT_LT(norm(rig.snapshot.tool.position_m - tool_m(q)), 1e-9);
-}
-
-TEST_F(Knots, AreRefusedOfAnArmThatNeedsNone) {
-  Rig closed(lynx5(), PathTiming::kLaw);
-  closed.step();
-  const Joints q{0.1, 0.9, 1.2, 0.4};
-  PlanSettings settings;
-  const PlanResult plan = closed.planner.move_s({q, 0.0}, settings, {0.2, 0.05, 0.1}, 0.0);
-  ASSERT_TRUE(std::holds_alternative<std::vector<Command>>(plan));
-  EXPECT_TRUE(plan.knots.empty() || plan.knots.front().empty());
-  Command command = closed.stamp(std::get<std::vector<Command>>(plan).front());
-  const rt::RestState rest{command.id - 1, q, 0.0};
-  ASSERT_TRUE(rt::check_command(closed.arm, command, rest).ok());
-  command.line.knots.count = 2;
-  EXPECT_EQ(rt::check_command(closed.arm, command, rest).verdict, Verdict::kMalformed);
 }
 
 }  // namespace

@@ -92,7 +92,7 @@ TEST(Loop, BringsTheMotionToRestBeforeItEnds) {
 
   ASSERT_TRUE(rig.task->snapshot.load(rig.snapshot));
   EXPECT_EQ(rig.snapshot.command_id, 0u);
-  EXPECT_EQ(rig.completion()->verdict, Verdict::kStopped);
+  EXPECT_EQ(rig.completion()->verdict, Verdict::kEnded);
   EXPECT_NE(rig.task->wake.load(), wake);
   LoopDiagnostics diagnostics{};
   ASSERT_TRUE(rig.task->diagnostics.load(diagnostics));

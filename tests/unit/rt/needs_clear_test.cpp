@@ -25,7 +25,7 @@ struct Cause {
   std::function<void(Scene&)> comes;
   std::function<void(Scene&)> goes;
   bool takes_energy{true};
-  bool by_line{false};  ///< what runs is a line over the base
+  bool by_line{false};  ///< what runs is a BadLine
 };
 
 void nothing(Scene&) {}
@@ -114,10 +114,10 @@ class NeedsClear : public FaultStops, public ::testing::WithParamInterface<Cause
 
 TEST_P(NeedsClear, AndNothingElseWillDo) {
   const Cause& cause = GetParam();
-  begin_anew({.position_q = cause.by_line ? kBesideTheBase : Joints{}, .position_known = true});
   if (cause.by_line) {
-    rig.submit(std::vector<Command>{line_over_the_base(rig)});
+    BadLine().begin(rig);
   } else {
+    begin_anew({.position_known = true});
     go();
   }
   rig.step(100);

@@ -287,11 +287,7 @@ TEST_F(CycleSystemCalls, NorAlongARate) {
 
 TEST_F(CycleSystemCalls, NorOnTheRampOfAPathThatIsLeft) {
   Rig on_line;
-  on_line.task = std::make_unique<TaskSegment>();
-  on_line.servant = std::make_unique<ServantSegment>();
-  on_line.restart({.position_q = kBesideTheBase, .position_known = true});
-  on_line.step();
-  on_line.submit(std::vector<Command>{line_over_the_base(on_line)});
+  BadLine().begin(on_line);
   EXPECT_EQ(code_of(watched([&] {
               on_line.step(3000);  // off its path in the middle
               return (on_line.snapshot.flags & kSnapshotPowerOff) != 0;

@@ -15,7 +15,6 @@ inline Command with_rate(Rig& rig, Command line, std::uint16_t slot, double t_s 
   const auto plan = std::get<rate::RatePlan>(rate::plan_rate(rig.arm, {}, line.line, line.start_q, t_s));
   line.duration_s = plan.law.duration_s();
   std::copy_n(plan.knots.back().z.begin(), line.end_q.size(), line.end_q.begin());
-  line.line.law = {};
   line.line.knots = {slot, static_cast<std::uint16_t>(plan.knots.size()),
                      static_cast<std::uint16_t>(plan.law.pieces().size())};
   RateSlot& to = rig.servant->rates[slot];

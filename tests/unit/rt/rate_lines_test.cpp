@@ -60,7 +60,6 @@ TEST_P(RateLines, LastAsLongAsTheyAreTold) {
   const Command& command = std::get<std::vector<Command>>(shortest).front();
   ASSERT_EQ(command.kind, MotionKind::kLine);
   EXPECT_GT(command.line.knots.pieces, 0);
-  EXPECT_EQ(command.line.law.distance, 0.0);
   const auto duration_s = [&](double t_s) {
     return std::get<std::vector<Command>>(planned(*motions.line_to_m, t_s)).front().duration_s;
   };

@@ -25,8 +25,7 @@ inline ArmModel lynx5() {
 /// backend. The test plays the servant, and hands the segments over.
 class Rig {
  public:
-  explicit Rig(const ArmModel& model = lynx5(), PathTiming lines = PathTiming::kRate)
-      : arm(model), planner(model, lines), backend(model, {}) {
+  explicit Rig(const ArmModel& model = lynx5()) : arm(model), planner(model), backend(model, {}) {
     restart();
   }
   /// A task over another device, which outlives this.
@@ -84,12 +83,11 @@ class Rig {
   /// Its commands, the knots in slots of their own: of kKnotSlots paths the last ones.
   std::vector<Command> with_knots(const PlanResult& plan) {
     auto commands = std::get<std::vector<Command>>(plan);
-    for (std::size_t i = 0; i < plan.knots.size(); ++i) {
+    for (std::size_t i = 0; i < plan.rates.size(); ++i) {
       KnotRange* const range = knots_of(commands[i]);
       if (range == nullptr || range->count == 0) continue;
       range->slot = static_cast<std::uint16_t>(knot_slots++ % kKnotSlots);
       RateSlot& rate = servant->rates[range->slot];
-      std::copy(plan.knots[i].begin(), plan.knots[i].end(), servant->knots[range->slot].begin());
       std::copy(plan.rates[i].knots.begin(), plan.rates[i].knots.end(), rate.knots.begin());
       std::copy(plan.rates[i].pieces.begin(), plan.rates[i].pieces.end(), rate.pieces.begin());
     }

@@ -8,42 +8,26 @@
 #include <span>
 
 #include "corbot/arm/arm_model.h"
-#include "corbot/motion/path_knots.h"
 #include "corbot/motion/rate_curve.h"
 #include "corbot/motion/rate_proof.h"
 #include "rt/cycle/command_check.h"
 
 namespace corbot::rt {
 
-/// Whether the knots that came with a line or an arc say what it says: the tool on its path at every knot, with its velocity, and at two
-/// points between knots; that leaves a polynomial of the fifth degree no room for anything else. Joints within their ranges, from where
-/// the arm rests to where the command ends. A few pieces a call, so that a cycle's time is bounded: nothing moves before all of them have passed.
-class KnotCheck {
- public:
-  static constexpr std::size_t kPieces = 4;  ///< of one call
-  /// What planner and this compute differently is far less.
-  static constexpr double kTracking = 2e-6;  ///< m and rad
-
-  /// `command` has passed check_command(); `knots`: its own, the same in all calls. Nothing: call again. Real-time safe.
-  [[nodiscard]] std::optional<CommandVerdict> step(const ArmModel& arm, const Command& command,
-                                                   PathKnots knots) noexcept;
-
- private:
-  std::uint64_t id_{0};  ///< of the command that is being looked at
-  std::size_t next_{0};  ///< piece
-};
-
 /// Whether knots and pieces that came with a line or an arc are those of its path, at a rate that keeps all limits: the tool at every knot
-/// and at two points between, with its velocity; pieces without a jump, from rest to rest; and the planner's proof, anew, with the arm's own
-/// limits and the reserves. Then the curve by which the path stops. A few of each a call, as KnotCheck.
+/// and at two points between, with its velocity, which leaves a polynomial of the fifth degree no room for anything else; pieces without a
+/// jump, from rest to rest; and the planner's proof, anew, with the arm's own limits and the reserves. Then the curve by which the path
+/// stops. A few of each a call, so that a cycle's time is bounded: nothing moves before all of them have passed.
 class RateCheck {
  public:
+  /// What planner and this compute differently is far less.
+  static constexpr double kTracking = 2e-6;       ///< m and rad
   static constexpr std::size_t kPieces = 24;      ///< of one call
   static constexpr std::size_t kCells = 3;        ///< likewise
   static constexpr std::size_t kStretches = 6;    ///< likewise, of the proof
   static constexpr std::size_t kCurveSteps = 64;  ///< likewise
 
-  /// As KnotCheck::step. `arm`: in the frames of the path.
+  /// `command` has passed check_command(); `arm`: in its frames; `path`: its own, the same in all calls. Nothing: call again. Real-time safe.
   [[nodiscard]] std::optional<CommandVerdict> step(const ArmModel& arm, const Command& command,
                                                    const rate::RatePath& path) noexcept;
   /// Of the path that has passed last.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/cycle/knot_check.h"
+#include "rt/cycle/rate_check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,6 @@
 namespace corbot::rt {
 namespace {
 
-constexpr double kRateTolerance = 1e-6;  // m and rad a unit of s
 constexpr CommandVerdict kKnotsGood{};
 
 CommandVerdict malformed_knot(double value, std::size_t joint = kMaxJoints) noexcept {
@@ -25,7 +24,7 @@ template <class Path>
 CommandVerdict check_point(const ArmModel& arm, const Path& path, const Joints& q, double s) noexcept {
   if (!is_in_range(arm, q, kGateTolerance_q)) return {Verdict::kLimit, -1, s};
   const double off = tool_deviation(arm.kinematics, q, point_at(path, s));
-  return off <= KnotCheck::kTracking ? kKnotsGood : malformed_knot(off);
+  return off <= RateCheck::kTracking ? kKnotsGood : malformed_knot(off);
 }
 
 /// The tool's velocity, where s has the rate `s_rate`, against the path's.
@@ -43,67 +42,6 @@ CommandVerdict check_rate(const ArmModel& arm, const Path& path, const Joints& q
       off += jacobian[k][i] * rate_q[i];
     if (!(std::abs(off) <= tolerance)) return malformed_knot(off);
   }
-  return kKnotsGood;
-}
-
-template <class Path>
-CommandVerdict check_knot(const ArmModel& arm, const Path& path, const PathKnot& knot) noexcept {
-  for (std::size_t i = arm.dof; i < kMaxJoints; ++i) {
-    if (knot.q[i] != 0.0 || knot.rate_q[i] != 0.0 || knot.bend_q[i] != 0.0)
-      return malformed_knot(knot.q[i], i);
-  }
-  const CommandVerdict place = check_point(arm, path, knot.q, knot.s);
-  return place.ok() ? check_rate(arm, path, knot.q, knot.rate_q, knot.s, 1.0, kRateTolerance) : place;
-}
-
-/// From its first knot, which has passed, to its last.
-template <class Path>
-CommandVerdict check_piece(const ArmModel& arm, const Path& path, const PathKnot& a,
-                           const PathKnot& b) noexcept {
-  if (!(b.s > a.s && b.s <= 1.0)) return malformed_knot(b.s);
-  for (std::size_t i = 0; i < kMaxJoints; ++i) {
-    const double step_q = b.q[i] - a.q[i];
-    if (!(std::abs(step_q) <= kLongestPiece_q)) return malformed_knot(step_q, i);
-  }
-  const CommandVerdict end = check_knot(arm, path, b);
-  if (!end.ok()) return end;
-  const KnotPiece piece(a, b);
-  for (const double t : {0.25, 0.75}) {
-    const CommandVerdict between = check_point(arm, path, piece.at(t), a.s + t * piece.length_s());
-    if (!between.ok()) return between;
-  }
-  return kKnotsGood;
-}
-
-/// The command begins at the first knot, and ends where its law does.
-CommandVerdict check_ends(const Command& command, const TimeLaw& law, PathKnots knots) noexcept {
-  if (knots.size() < 2 || knots.front().s != 0.0 || knots.back().s != 1.0)
-    return malformed_knot(static_cast<double>(knots.size()));
-  const Joints end_q = joints_at(knots, law.distance);
-  for (std::size_t i = 0; i < kMaxJoints; ++i) {
-    const double first_q = knots.front().q[i] - command.start_q[i];
-    if (!(std::abs(first_q) <= kStartTolerance))
-      return {Verdict::kDiscontinuous, static_cast<std::int32_t>(i), first_q};
-    const double last_q = end_q[i] - command.end_q[i];
-    if (!(std::abs(last_q) <= kStartTolerance)) return malformed_knot(last_q, i);
-  }
-  return kKnotsGood;
-}
-
-template <class Path>
-std::optional<CommandVerdict> check_some(const ArmModel& arm, const Command& command, const Path& path,
-                                         PathKnots knots, std::size_t& next) noexcept {
-  if (next == 0) {
-    const CommandVerdict ends = check_ends(command, path.law, knots);
-    if (!ends.ok()) return ends;
-    const CommandVerdict first = check_knot(arm, path, knots.front());
-    if (!first.ok()) return first;
-  }
-  for (std::size_t n = 0; n < KnotCheck::kPieces && next + 1 < knots.size(); ++n, ++next) {
-    const CommandVerdict piece = check_piece(arm, path, knots[next], knots[next + 1]);
-    if (!piece.ok()) return piece;
-  }
-  if (next + 1 < knots.size()) return std::nullopt;
   return kKnotsGood;
 }
 
@@ -134,7 +72,7 @@ CommandVerdict check_cell(const ArmModel& arm, const Path& path, const rate::Kno
   if (!(b.z[rate::kPath] > a.z[rate::kPath])) return malformed_knot(b.z[rate::kPath]);
   for (std::size_t i = 0; i < kMaxJoints; ++i) {
     const double step_q = b.z[i] - a.z[i];
-    if (!(std::abs(step_q) <= kLongestPiece_q)) return malformed_knot(step_q, i);
+    if (!(std::abs(step_q) <= kLongestStep_q)) return malformed_knot(step_q, i);
   }
   const CommandVerdict end = check_rate_knot(arm, path, b);
   if (!end.ok()) return end;
@@ -170,14 +108,6 @@ CommandVerdict check_first_piece(const rate::Piece& first) noexcept {
 }
 
 }  // namespace
-
-std::optional<CommandVerdict> KnotCheck::step(const ArmModel& arm, const Command& command,
-                                              PathKnots knots) noexcept {
-  if (command.id != id_) next_ = 0;
-  id_ = command.id;
-  return command.kind == MotionKind::kArc ? check_some(arm, command, command.arc, knots, next_)
-                                          : check_some(arm, command, command.line, knots, next_);
-}
 
 template <class Motion>
 std::optional<CommandVerdict> RateCheck::check_some(const ArmModel& arm, const Command& command,
