@@ -106,6 +106,7 @@ void check_reach(const Program& program, const std::string& profile, const std::
     const bool is_override = statement.request.verb == client::Verb::kOverride;
     fmt::print("line {}: {}{}\n", statement.line, to_string(statement.request),
                is_override ? ": skipped, since it changes no path" : "");
+    fmt::print("{}", robot.plan());
   }
   if (!picture.empty()) charts::plot_plan(robot, program.name, picture);
   fmt::print(

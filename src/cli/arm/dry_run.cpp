@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "cli/arm/plan_text.h"
 #include "client/client.h"
 #include "client/failure.h"
 #include "config/load_profile.h"
@@ -112,6 +113,7 @@ DryRun::DryRun(const std::string& profile) : DryRun(profile_of(profile)) {}
 DryRun::DryRun(Profile profile) : profile_(std::move(profile)), planner_(profile_.arm) {}
 
 std::optional<std::string> DryRun::refusal_of(const Request& given) {
+  plan_ = {};
   try {
     const Request request = client::with_joint_number(given, profile_.joint_names);
     return client::spec_of(request.verb).motion ? move(request) : set(request);
@@ -120,18 +122,20 @@ std::optional<std::string> DryRun::refusal_of(const Request& given) {
   }
 }
 
+std::string DryRun::plan() const { return plan_text(profile_.arm, settings_, plan_); }
+
 std::optional<std::string> DryRun::move(const Request& request) {
   const ArmModel& arm = profile_.arm;
   if (request.verb == Verb::kJoints && request.numbers.size() != arm.dof)
     return fmt::format("{} values, but the arm has {} joints", request.numbers.size(), arm.dof);
-  PlanResult plan = planner_.plan(start_, settings_, motion(request, arm));
-  if (const auto* refusal = std::get_if<PlanRefusal>(&plan)) return refusal->text;
-  for (const Command& command : std::get<std::vector<Command>>(plan)) {
+  plan_ = planner_.plan(start_, settings_, motion(request, arm));
+  if (const auto* refusal = std::get_if<PlanRefusal>(&plan_)) return refusal->text;
+  for (const Command& command : std::get<std::vector<Command>>(plan_)) {
     start_.position_q = command.end_q;
     if (command.kind == MotionKind::kGripper)
       start_.gripper = command.gripper.from + command.gripper.law.distance;
   }
-  plans_.push_back(std::move(plan));
+  plans_.push_back(plan_);
   return std::nullopt;
 }
 

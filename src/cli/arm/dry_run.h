@@ -25,6 +25,8 @@ class DryRun {
   [[nodiscard]] const std::vector<PlanResult>& plans() const noexcept { return plans_; }
   /// Why the robot would refuse the command. Nothing: it is carried out, or set for those that follow.
   [[nodiscard]] std::optional<std::string> refusal_of(const client::Request& given);
+  /// Of the last command, see plan_text(). Empty: it was refused, or is no motion.
+  [[nodiscard]] std::string plan() const;
 
  private:
   std::optional<std::string> move(const client::Request& request);
@@ -39,6 +41,7 @@ class DryRun {
   PlanSettings settings_;
   PlanStart start_;
   std::vector<PlanResult> plans_;
+  PlanResult plan_;  ///< of the last command; no commands where there is none
 };
 
 }  // namespace corbot::cli

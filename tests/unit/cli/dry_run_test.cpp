@@ -15,8 +15,11 @@
 namespace corbot::cli {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::MatchesRegex;
+using testing::Not;
 
 constexpr const char* kLynx5 = CORBOT_PROFILES "/lynx5.toml";
 constexpr const char* kPuma560 = CORBOT_PROFILES "/puma560.toml";
@@ -79,6 +82,27 @@ TEST(DryRun, AnArmOfSixJointsTakesTheOrientationThatWasSet) {
   EXPECT_EQ(
       refusal_of_last("orientation 0 90 0\norientation --reset\nmoverelative 0 0 -0.02 --line", kPuma560),
       "");
+}
+
+/// What the dry run says of the last line's plan.
+std::string plan_of_last(const std::string& text) {
+  DryRun robot(kLynx5);
+  for (const Statement& statement : parse_program(text).statements)
+    EXPECT_EQ(robot.refusal_of(statement.request).value_or(""), "") << text;
+  return robot.plan();
+}
+
+TEST(DryRun, SaysHowLongAMotionTakesAndWhichLimitsItMeets) {
+  EXPECT_THAT(plan_of_last("joints 40 0 0 0"), MatchesRegex("  [0-9.]+ s; joint 0 [a-z]+\n"));
+  EXPECT_EQ(plan_of_last("joints 40 0 0 0 --time 9"), "  9.00 s; the wanted time\n");
+  EXPECT_EQ(plan_of_last("delay 1.5"), "  1.50 s\n");
+  EXPECT_EQ(plan_of_last("joints 40 0 0 0\nspeed 50"), "");
+  const std::string to_line = "pitch -60\nmove 0.12 -0.06 0.1\n";
+  EXPECT_THAT(plan_of_last(to_line + "moves 0.12 0.06 0.1"),
+              AllOf(HasSubstr("tool speed 0."), Not(HasSubstr("singularity"))));
+  EXPECT_EQ(plan_of_last(to_line + "moves 0.12 0.06 0.1 --time 9"), "  9.00 s; the wanted time\n");
+  EXPECT_THAT(plan_of_last("joints 0 0 8 0\nmoverelative -0.01 0 0 --line"),
+              HasSubstr("\n  nearest singularity: pivot 0.0"));
 }
 
 TEST(DryRun, TheFirstRefusalHasItsLine) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reasons of planned motions: the tool's speed, a joint next to the base axis, the tool's turning, a joint motion's ruling joint.
-#include "planner/rate/reasons.h"
+#include "planner/reasons.h"
 
 #include <gtest/gtest.h>
 
@@ -74,9 +74,10 @@ TEST(RateReasons, AreTheBaseJointNextToTheAxis) {
   EXPECT_EQ(stretch.reason.joint, 0U);
   EXPECT_GT(stretch.share, 0.9);
   const auto nearest = rate::nearest_singularity(lynx(), planned.command, planned.rate.knots);
-  EXPECT_NEAR(nearest.path, 0.5, 0.02);
-  EXPECT_NEAR(nearest.pivot, 0.003, 0.003);
-  EXPECT_NEAR(nearest.point_m[1], 0.12 * (nearest.path - 0.5), 1e-12);
+  ASSERT_TRUE(nearest);
+  EXPECT_NEAR(nearest->path, 0.5, 0.02);
+  EXPECT_NEAR(nearest->pivot, 0.003, 0.003);
+  EXPECT_NEAR(nearest->point_m[1], 0.12 * (nearest->path - 0.5), 1e-12);
 }
 
 TEST(RateReasons, AreTheTurningWhereItNeedsMoreTimeThanTheTravel) {

@@ -52,8 +52,9 @@ struct NearestSingularity {
   std::array<double, 3> point_m{};
 };
 
-/// The knot with the least pivot. At least one knot.
-[[nodiscard]] NearestSingularity nearest_singularity(const ArmModel& model, const Command& command,
-                                                     std::span<const Knot> knots);
+/// The knot with the least pivot. Nothing: the task's matrix is not square. At least one knot.
+[[nodiscard]] std::optional<NearestSingularity> nearest_singularity(const ArmModel& model,
+                                                                    const Command& command,
+                                                                    std::span<const Knot> knots);
 
 }  // namespace corbot::rate

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "planner/rate/reasons.h"
+#include "planner/reasons.h"
 
 #include <algorithm>
 #include <cmath>
@@ -151,8 +151,9 @@ std::optional<Reason> reason_of(const ArmModel& model, const PlanSettings& setti
   return reason;
 }
 
-NearestSingularity nearest_singularity(const ArmModel& model, const Command& command,
-                                       std::span<const Knot> knots) {
+std::optional<NearestSingularity> nearest_singularity(const ArmModel& model, const Command& command,
+                                                      std::span<const Knot> knots) {
+  if (task_matrix(model.kinematics, {}).rows != model.dof) return std::nullopt;
   const auto pivot = [&](const Knot& knot) {
     Joints q{};
     std::copy_n(knot.z.begin(), q.size(), q.begin());
