@@ -14,8 +14,8 @@ namespace corbot::rate {
 namespace {
 
 constexpr int kSamples = 1000;
-constexpr double kShortest = 0.01;    // of the duration
-constexpr double kRounding = 1.0001;  // of a duration
+constexpr double kShortestStretch = 0.01;  // of the duration
+constexpr double kShareRounding = 1.0001;  // of a duration
 
 struct Found {
   Reason reason;
@@ -128,7 +128,7 @@ std::vector<ReasonStretch> reasons_of(const ArmModel& model, const PlanSettings&
     const Found found = judge.greatest(derivatives(rate.knots, law.at(begin_s + 0.5 * step_s)));
     append(all, {found.reason, begin_s, end_s, path_at(begin_s), path_at(end_s), found.share});
   }
-  drop_short(all, kShortest * law.duration_s);
+  drop_short(all, kShortestStretch * law.duration_s);
   return all;
 }
 
@@ -147,7 +147,7 @@ std::optional<Reason> reason_of(const ArmModel& model, const PlanSettings& setti
               : law.t_acc_s > 0.0  ? LimitKind::kAcceleration
                                    : LimitKind::kJerk};
   }
-  if (longest_s == 0.0 || command.duration_s > kRounding * longest_s) return std::nullopt;
+  if (longest_s == 0.0 || command.duration_s > kShareRounding * longest_s) return std::nullopt;
   return reason;
 }
 
