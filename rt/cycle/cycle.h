@@ -210,7 +210,7 @@ class Cycle {
   Command running_{};  ///< valid while is_running_
   bool is_running_{false};
   RateCheck rate_check_;
-  DifferenceCheck differences_;  ///< along a path with a rate
+  DifferenceCheck differences_;  ///< along a path
   PathCheck path_check_;         ///< likewise
   SetPoint base_{};              ///< where the running command began
   SetPoint set_point_{};

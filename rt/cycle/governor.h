@@ -11,7 +11,7 @@
 
 namespace corbot::rt {
 
-/// Virtual time. It advances at a rate u in [0, 1]; stop, pause, resume and override change nothing but the
+/// Virtual time of joint motions and of the gripper. It advances at a rate u in [0, 1]; stop, pause, resume and override change nothing but the
 /// rate's target. Since set-points are q(s), the arm stays exactly on its path whatever the rate does, and
 ///     q̇ = q' u,   q̈ = q'' u² + q' w,   q⃛ = q''' u³ + 3 q'' u w + q' w'     with w = du/dt.
 ///
@@ -30,10 +30,9 @@ namespace corbot::rt {
 /// Bound of a stop, in real time from the request, with v, a, j the limits of the laws that move:
 ///     T_stop ≤ min(time the motion would still take, kStopBound · max(v/a + a/j)).
 /// Why: a law at the speed V and the acceleration A comes to rest within A/j + (V + A²/2j)/a + a/j, which for V + A²/2j ≤ v
-/// is at most v/a + 2 a/j, and 3 √(v/j) where a is not reached. That is all where one law moves: a joint, a line, an arc.
+/// is at most v/a + 2 a/j, and 3 √(v/j) where a is not reached. That is all where one joint moves.
 /// Of several joints one that gives up its acceleration at its own jerk lets the others stop no sooner, however long they
-/// have, so there the bound is what the property tests found. On an arc the bound is kArcStopBound, since the
-/// acceleration towards the centre takes its part of the path's limits.
+/// have, so there the bound is what the property tests found.
 ///
 /// Real-time safe, bounded: in a cycle at most kStopSamples samples of each law, and kCandidates · kSamples, twice.
 class Governor {
@@ -43,7 +42,6 @@ class Governor {
   static constexpr double kLadderRatio = 1.35;
   static constexpr int kStopSamples = 400;
   static constexpr double kStopBound = 2.0;
-  static constexpr double kArcStopBound = 3.0;
 
   /// Nothing moves: the rate is at its target at once.
   void rest() noexcept;

@@ -14,7 +14,7 @@
 
 namespace corbot::rt {
 
-/// Virtual time of the motion that runs: by its laws and Governor, or, along a path with a rate, by RateGovernor. The path's knots and pieces
+/// Virtual time of the motion that runs: by its laws and Governor, or, along a path, by RateGovernor. The path's knots and pieces
 /// are here, too. Real-time safe.
 class MotionRate {
  public:
@@ -70,7 +70,7 @@ class MotionRate {
     return has_path() ? path_governor_.is_at_rest() && governor_.target() == 0.0 : governor_.holding();
   }
 
-  /// A path with a rate runs.
+  /// A path runs.
   [[nodiscard]] bool has_path() const noexcept { return curve_.has_value(); }
   /// Where it has come to.
   [[nodiscard]] rate::State state() const noexcept {

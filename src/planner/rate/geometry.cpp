@@ -361,7 +361,7 @@ class Geometry {
       ds *= std::clamp(kAway_q * kAway_q / (away * away), 0.02, 0.7);  // q goes as the root of s
       if (ds < kShortest) return std::nullopt;                         // the joints jump
     }
-    for (int step = 0; step < 9; ++step, ds *= 0.3) {
+    for (int step = 0; step < 17; ++step, ds *= 0.3) {
       std::array<Knot, 5> beside;
       // From the first of them to the last, in parts: the fit takes an error of it much further.
       double length = 0.0;

@@ -69,6 +69,9 @@ RatePlanned plan_motion(const ArmModel& model, const PlanSettings& settings, con
   if (!(travel > kNoTravel)) return dwell();
   const Limits limits = reserved(full);
   KnotList list = plan_geometry(model, motion, start_q, limits.speed);
+  // In the time of a low speed the joints bend much where they are quick beside the path; in that of full speed less.
+  if (std::holds_alternative<PlanRefusal>(list))
+    list = plan_geometry(model, motion, start_q, limits_of(model, {}, motion).speed);
   if (auto* refusal = std::get_if<PlanRefusal>(&list)) {
     if (travel < kHardly) return dwell();  // at a singularity
     return std::move(*refusal);

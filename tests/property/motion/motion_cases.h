@@ -37,15 +37,13 @@ inline std::uint64_t shares_of(const std::string& arm) {
   return 2 * kKinds * (arm == "lynx5" ? 4 : kTestArms.size() - 1);
 }
 
-/// Every kind that the arm can plan. Arcs of an arm without a closed form are those of other_paths_test.
+/// Every kind that the arm can plan.
 inline std::vector<Case> motion_cases() {
   std::vector<Case> all;
   for (const std::string arm : kTestArms) {
     const ArmModel model = arm_of(arm);
-    const bool has_form = model.kinematics.has_closed_form();
     for (const Kind kind : {Kind::kJoint, Kind::kLine, Kind::kArc}) {
-      if (kind == Kind::kLine && !has_paths(model)) continue;
-      if (kind == Kind::kArc && !has_form) continue;
+      if (kind != Kind::kJoint && !has_paths(model)) continue;
       for (int shard = 0; shard < shards_of(arm); ++shard) all.push_back({arm, kind, shard});
     }
   }

@@ -56,10 +56,7 @@ std::uint64_t environment(const char* name, std::uint64_t otherwise) {
   return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
 }
 
-bool has_rate(const Command& command) {
-  const KnotRange* const range = knots_of(command);
-  return range != nullptr && range->pieces != 0;
-}
+bool is_path(const Command& command) { return knots_of(command) != nullptr; }
 
 rate::Limits path_limits(const ArmModel& arm, const Command& command) {
   return command.kind == MotionKind::kArc ? rate::limits_of(arm, command.arc)
@@ -160,7 +157,7 @@ class Motions : public ::testing::TestWithParam<Case> {
 /// v/a + a/j of the slowest law of the command, by the limits of the arm.
 double Motions::ramp_scale_s(const Command& command) const {
   double scale_s = 0.0;
-  if (has_rate(command)) {
+  if (is_path(command)) {
     for (const rate::RateLimit& limit : rate::RateLimits(path_limits(rig_.arm, command)))
       scale_s = std::max(scale_s, limit.speed / limit.acceleration + limit.acceleration / limit.jerk);
     return scale_s;
@@ -238,10 +235,7 @@ bool Motions::check_stop(const Command& command, int ticks) {
   const double scale_s = ramp_scale_s(command);
   if (scale_s > 0.0) stop_share_ = std::max(stop_share_, taken_s / scale_s);
   // Two cycles: one to see the request, one to report.
-  const double bound_s = has_rate(command)
-                             ? longest_rate_stop_s_
-                             : scale_s * (command.kind == MotionKind::kArc ? rt::Governor::kArcStopBound
-                                                                           : rt::Governor::kStopBound);
+  const double bound_s = is_path(command) ? longest_rate_stop_s_ : scale_s * rt::Governor::kStopBound;
   if (taken_s <= bound_s + 3e-3) return true;
   error_ = fmt::format("stop took {} s, {} times v/a + a/j", taken_s, taken_s / scale_s);
   return false;
@@ -318,8 +312,8 @@ bool Motions::run(const Command& command, Interruption interruption) {
   if (error_.empty() && tick == patience) error_ = "never ended";
   if (error_.empty() && !judge_.rest()) error_ = judge_.error;
   if (error_.empty() && stop_tick_ >= 0 && !check_stop(command, tick - stop_tick_)) return false;
-  // A path with a rate slows down at once, also where it then reaches its end.
-  if (error_.empty() && stop_tick_ >= 0 && !has_rate(command) &&
+  // A path slows down at once, also where it then reaches its end.
+  if (error_.empty() && stop_tick_ >= 0 && !is_path(command) &&
       (interruption == Interruption::kStop || interruption == Interruption::kCancel) &&
       (tick - stop_tick_) * 1e-3 > remaining_s + 3e-3) {
     error_ = fmt::format("stop took {} s, the motion would have ended in {} s", (tick - stop_tick_) * 1e-3,

@@ -89,7 +89,7 @@ bool StopJudge::see(const Snapshot& snapshot) {
 bool StopJudge::rest() {
   if (!is_requested_) return true;
   is_requested_ = false;
-  if (motion_.count == 0) return true;  // nothing moves, or a path with a rate
+  if (motion_.count == 0) return true;  // nothing moves, or a path, which has no law
   const double taken_s = (ticks_ - kCycles) * dt_s_;
   if (shortest_s_ > kNotable_s) {
     greatest_share = std::max(greatest_share, taken_s / shortest_s_);

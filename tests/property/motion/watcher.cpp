@@ -102,10 +102,7 @@ bool Watcher::see_joint(std::size_t i) {
   if (!(speed <= limits.speed_q_s * (1 + kPlanTolerance) + kSpeedRounding + 1e-6)) {
     return fail(fmt::format("joint {} speed", i), speed, limits.speed_q_s);
   }
-  // Lines and arcs with a law do not keep the rest.
-  const KnotRange* const range = knots_of(command_);
-  if (!has_command_ || (command_.kind != MotionKind::kJoint && (range == nullptr || range->pieces == 0)))
-    return true;
+  if (!has_command_ || (command_.kind != MotionKind::kJoint && knots_of(command_) == nullptr)) return true;
   const double tolerance = ramped_ ? kRampTolerance : kPlanTolerance;
   const double acceleration = std::abs(q_[0][i] - 2 * q_[1][i] + q_[2][i]) / (dt_s_ * dt_s_);
   const double jerk = std::abs(q_[0][i] - 3 * q_[1][i] + 3 * q_[2][i] - q_[3][i]) / (dt_s_ * dt_s_ * dt_s_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The task's gate for lines and arcs with a rate: every plan passes, and what passes with altered bytes keeps its path and all limits.
+// The task's gate for lines and arcs: every plan passes, and what passes with altered bytes keeps its path and all limits.
 #include <gtest/gtest.h>
 
 #include <algorithm>

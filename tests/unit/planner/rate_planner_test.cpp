@@ -10,6 +10,7 @@
 #include <utility>
 #include <variant>
 
+#include "corbot/kinematics/tool_pose.h"
 #include "corbot/motion/path_joints.h"
 #include "planner/rate/optimum.h"
 #include "support/test_arms.h"
@@ -111,6 +112,28 @@ TEST(RatePlanner, RestsWhereThereIsNothingToTravel) {
     const rate::State z = rate::Cell(plan.knots.front(), plan.knots.back()).at(0.0);
     for (std::size_t i = 0; i < lynx().dof; ++i) EXPECT_EQ(z[i], from.start_q[i]);
     EXPECT_LE(prove(plan.law, plan.knots, rate::limits_of(lynx(), {}, from.line)).factor, 1.0);
+  }
+}
+
+/// From the stretched arm and past the base axis, where joints are quick beside a slow path.
+TEST(RatePlanner, PlansAtEverySpeed) {
+  const LineFrom past = past_axis(0.003);
+  LineFrom up = past;
+  up.start_q = {};
+  const Pose there = lynx().kinematics.forward(up.start_q);
+  up.line.from_m = there.position_m;
+  up.line.to_m = there.position_m + Vector3{0.0, 0.0, 0.039};
+  up.line.tool.from_angles_rad = lynx().kinematics.followed().at(up.start_q);
+  up.line.tool.to_angles_rad[0] = angle_of_pitch(lynx().kinematics, 0.0);
+  for (const LineFrom& from : {past, up}) {
+    const double full_s = planned(from).law.duration_s();
+    for (const double ratio : {0.1, 0.01, 0.001}) {
+      SCOPED_TRACE(ratio);
+      const auto slow = plan_rate(lynx(), {.speed_ratio = ratio}, from.line, from.start_q, 0.0);
+      ASSERT_TRUE(std::holds_alternative<RatePlan>(slow)) << std::get<PlanRefusal>(slow).text;
+      EXPECT_GT(std::get<RatePlan>(slow).law.duration_s(), full_s);
+      EXPECT_LT(std::get<RatePlan>(slow).law.duration_s(), full_s / ratio);
+    }
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line with a rate, from the servant's segment to the set-points: all limits of every joint in every cycle, also while it is stopped,
+// A line, from the servant's segment to the set-points: all limits of every joint in every cycle, also while it is stopped,
 // paused, overridden and cancelled, and what the cycle makes of a forged one. The planner plans no such command yet.
 #include <gtest/gtest.h>
 
