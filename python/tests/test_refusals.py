@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import pickle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -64,6 +65,17 @@ def test_arguments_that_the_interface_cannot_carry_are_named(arm: corbot.Arm) ->
         arm.call("StartDelay", "a text, and no number")
     with pytest.raises(ValueError, match="has 4 joints"):
         arm.set_speeds(joints=[50, 50])
+
+
+def test_a_camera_is_refused_where_its_port_would_not_open(arm: corbot.Arm, monkeypatch: pytest.MonkeyPatch) -> None:
+    def sleep(_: float) -> None:
+        pytest.fail("the camera waits for calls at a port that nothing opened")
+
+    monkeypatch.setattr("corbot.camera.time", SimpleNamespace(sleep=sleep))
+    camera = SimpleNamespace(look=lambda _: [], picture=lambda _: b"")
+    with pytest.raises(RuntimeError, match=r"Port 12345 would not be open.* process of its own"):
+        corbot.serve_camera(camera, 12345)
+    assert arm.state.status is corbot.Status.STANDBY
 
 
 def test_more_values_than_any_arm_has_joints_reach_no_robot(arm: corbot.Arm, reached: set[str]) -> None:

@@ -69,8 +69,16 @@ class uninterrupted:  # noqa: N801
 
 
 def orb(*options: str) -> Any:
-    """Give the ORB of this process. Options, such as where it listens, count in the first call only."""
-    return CORBA.ORB_init(list(options), CORBA.ORB_ID)
+    """Give the ORB of this process. Options, such as where it listens, are for the first call, and refused later."""
+    global _is_started
+    if options and _is_started:
+        raise RuntimeError(f"The ORB of this process has started, and takes no options now, not {' '.join(options)}.")
+    started = CORBA.ORB_init(list(options), CORBA.ORB_ID)
+    _is_started = True
+    return started
+
+
+_is_started = False
 
 
 def connect(address: str, timeout: float, *interfaces: Any) -> Any:

@@ -27,9 +27,13 @@ def serve_camera(camera: Camera, port: int, *, host: str = "127.0.0.1") -> None:
     """Serve a camera at `corbaloc::HOST:PORT/Camera` until Ctrl-C.
 
     cell.toml names it: `camera = { reference = "corbaloc::127.0.0.1:PORT/Camera" }`. Call this before all else of the package:
-    an ORB listens from its start, or not at all.
+    an ORB listens from its start, or not at all. A later call raises RuntimeError.
     """
-    orb = _orb.orb("-ORBendPoint", f"giop:tcp:{host}:{port}")
+    try:
+        orb = _orb.orb("-ORBendPoint", f"giop:tcp:{host}:{port}")
+    except RuntimeError as error:
+        told = f"Port {port} would not be open: this process used corbot before. Serve the camera in a process of its own."
+        raise RuntimeError(told) from error
     poa = orb.resolve_initial_references("omniINSPOA")
     poa.activate_object_with_id(b"Camera", _Servant(camera))
     poa._get_the_POAManager().activate()
