@@ -67,6 +67,11 @@ def test_arguments_that_the_interface_cannot_carry_are_named(arm: corbot.Arm) ->
         arm.set_speeds(joints=[50, 50])
 
 
+def test_an_operation_that_is_none_is_named(arm: corbot.Arm) -> None:
+    with pytest.raises(AttributeError, match=r"Corbot::Arm has no operation 'Overide'\. Nothing moved\."):
+        arm.call("Overide", 50.0)
+
+
 def test_a_camera_is_refused_where_its_port_would_not_open(arm: corbot.Arm, monkeypatch: pytest.MonkeyPatch) -> None:
     def sleep(_: float) -> None:
         pytest.fail("the camera waits for calls at a port that nothing opened")

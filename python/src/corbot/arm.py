@@ -354,6 +354,8 @@ class Arm:
         """Call an operation of the interface Corbot::Arm by its name, with its own types."""
         if self._has_robot_idl_alone and not hasattr(self._reference, operation):
             raise NotOffered(self.address, operation)
+        if not hasattr(self._reference, operation):
+            raise AttributeError(f"The interface Corbot::Arm has no operation '{operation}'. Nothing moved.")
         return _orb.call(self.address, getattr(self._reference, operation), *arguments)
 
     @contextlib.contextmanager
