@@ -17,7 +17,7 @@ struct GovernedLaw {
   double jerk_limit{};
 };
 
-/// The laws of a running motion: one a joint, one for a path or the gripper, none for a dwell. What the governor promises
+/// The laws of a running motion: one a joint, one for the gripper, none for a dwell or a path. What the governor promises
 /// holds for laws of equal duration, which check_law() (command_check.cpp) demands of all that move.
 struct GovernedMotion {
   std::array<GovernedLaw, kMaxJoints> laws;

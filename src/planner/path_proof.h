@@ -36,7 +36,7 @@ class PathProof {
   PathProof(const ArmModel& model, const ArcMotion& arc, const Joints& start_q,
             const std::optional<JointRanges>& soft_limits = {});
 
-  /// Joint values at s, as the real-time task will compute them.
+  /// Joint values at s by the closed form, each at the turn that the path keeps.
   [[nodiscard]] IkSolution joints_at(double s) const noexcept;
 
   /// Proves reach, joint ranges and an unbroken θ0 over the whole path; nullopt when all hold.
