@@ -65,6 +65,27 @@ def read_everything(arm: corbot.Arm) -> None:
     _ = (arm.alarms, arm.speeds, arm.tool_pitch, arm.tool_orientation)
 
 
+def plan_everything(arm: corbot.Arm) -> None:
+    before = arm.state
+    assert arm.plan("move", 0.20, 0.05, 0.09).duration > 0
+    assert arm.plan("line", 0.20, 0.05, 0.08, time=3).duration == pytest.approx(3)
+    assert len(arm.plan("arc", (0.20, 0.05, 0.09), (0.20, 0.0, 0.12), (0.20, -0.05, 0.09)).parts) == 2
+    for line in (False, True):
+        assert arm.plan("pose", before.tool, line=line).end == pytest.approx(before.joints, abs=1e-3)
+        assert arm.plan("relative", z=0.01, line=line).duration > 0
+    turn = arm.plan("drive", "base", 5, speed=45)
+    assert turn.start == before.joints
+    assert turn.end == pytest.approx((before.joints[0] + 5, *before.joints[1:]))
+    assert {limit.owner for part in turn.parts for limit in part.limits} <= {"joint"}
+    assert arm.plan("joints", [0, 10, 20, 30]).end == pytest.approx((0, 10, 20, 30))
+    assert arm.plan("ready").end == (0, 0, 0, 0)
+    with pytest.raises(corbot.Unreachable):
+        arm.plan("line", 5, 0, 0)
+    with pytest.raises(ValueError, match="No plan is made of 'open'"):
+        arm.plan("open")
+    assert arm.state.joints == before.joints
+
+
 def set_everything(arm: corbot.Arm) -> None:
     arm.set_limits([(limit.lower, limit.upper) for limit in arm.limits])
     arm.reset_limits()
@@ -96,6 +117,7 @@ def test_every_operation_is_reached_or_left_out_with_a_reason(arm: corbot.Arm, r
     assert len(operations) > 70, "the interface was not read"
     move_in_each_way(corbot.connect(arm.address))  # a fresh one, which has cached nothing
     read_everything(corbot.connect(arm.address))
+    plan_everything(arm)
     set_everything(arm)
     with arm.control("Ada", lease=0.6):
         until(lambda: "Renew" in reached)

@@ -11,6 +11,7 @@
 #include <future>
 #include <optional>
 
+#include "cli/arm/plan_text.h"
 #include "cli/force_release.h"
 #include "cli/frames_view.h"
 #include "cli/local_stop.h"
@@ -232,6 +233,11 @@ void run_request(const ClientOptions& options, const Request& request) {
     const std::string remark = client.perform(request);
     if (!remark.empty()) client::notice(stderr, fmt::format("corbot: {}\n", remark));
   });
+}
+
+void show_plan(const ClientOptions& options, const Request& request) {
+  Client client(find_robot(options.robot), options.timeout_s);
+  fmt::print("{}", plan_text(parts_of(client.plan(request).in())));
 }
 
 void run_file(const ClientOptions& options, const RunOptions& run) {

@@ -20,6 +20,8 @@ struct ClientOptions {
 
 /// Executes the request. Ctrl-C stops the arm: Failure with kStopped.
 void run_request(const ClientOptions& options, const client::Request& request);
+/// Prints what the robot would plan for this motion; nothing moves.
+void show_plan(const ClientOptions& options, const client::Request& request);
 struct RunOptions {
   std::string file;     ///< "-": standard input
   bool dry_run{false};  ///< checks and prints only

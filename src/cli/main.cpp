@@ -26,6 +26,7 @@
 #include "cli/doctor/doctor.h"
 #include "cli/plot/plot.h"
 #include "cli/supervise/up.h"
+#include "client/client.h"
 #include "client/explain.h"
 #include "client/number.h"
 #include "config/similar.h"
@@ -44,6 +45,7 @@ struct Settings {
   double interval_s{0.2};
   int count{0};
   std::vector<std::string> pose;  ///< of `solutions`
+  bool dry_run{false};            ///< of a motion
   RunOptions run;
   RecordOptions record;
   charts::PlotOptions plot;
@@ -80,7 +82,8 @@ class VerbFormatter : public CLI::Formatter {
  public:
   explicit VerbFormatter(const VerbSpec& spec) : spec_(spec) {}
   std::string make_usage(const CLI::App*, std::string) const override {
-    return "Usage: corbot " + usage_of(spec_) + " [--robot R] [--timeout S]\n";
+    const char* dry_run = is_planned(spec_.verb) ? " [--dry-run]" : "";
+    return fmt::format("Usage: corbot {}{} [--robot R] [--timeout S]\n", usage_of(spec_), dry_run);
   }
   std::string make_positionals(const CLI::App*) const override { return {}; }
 
@@ -154,12 +157,17 @@ void add_verbs(CLI::App& app, Settings& settings,
       }
     }
     add_client_options(*command, settings);
+    if (is_planned(spec.verb)) {
+      command->add_flag("--dry-run", settings.dry_run,
+                        "Plan only: show the time, the limits that set it, and a near singularity");
+    }
     command->callback([&settings, &given] {
       const auto parsed = parse_request(given);
       if (const auto* fault = std::get_if<std::string>(&parsed)) {
         throw Failure(ExitCode::kUsage, given[0] + ": " + *fault);
       }
-      run_request(settings.client, std::get<Request>(parsed));
+      const auto& request = std::get<Request>(parsed);
+      settings.dry_run ? show_plan(settings.client, request) : run_request(settings.client, request);
     });
   }
 }

@@ -41,6 +41,17 @@ Corbot::Ticket start_relative(Corbot::_objref_Arm& arm, const Request& request) 
                       : arm.StartMoveRelative(pose(request), frame, request.time_s);
 }
 
+Corbot::PlanInfo* plan_pose(Corbot::_objref_Arm& arm, const Request& request) {
+  return request.line ? arm.PlanMovePoseS(pose(request), request.time_s)
+                      : arm.PlanMovePose(pose(request), request.time_s);
+}
+
+Corbot::PlanInfo* plan_relative(Corbot::_objref_Arm& arm, const Request& request) {
+  const Corbot::OffsetFrame frame = request.tool ? Corbot::OffsetInTool : Corbot::OffsetInBase;
+  return request.line ? arm.PlanMoveRelativeS(pose(request), frame, request.time_s)
+                      : arm.PlanMoveRelative(pose(request), frame, request.time_s);
+}
+
 Corbot::JointCoord joints(const Request& request) {
   Corbot::JointCoord target;
   target.length(static_cast<CORBA::ULong>(request.numbers.size()));
@@ -182,6 +193,11 @@ Request Client::with_joint_number(const Request& request) {
   return client::with_joint_number(request, names);
 }
 
+bool is_planned(Verb verb) noexcept {
+  return spec_of(verb).motion && verb != Verb::kDelay && verb != Verb::kOpen && verb != Verb::kClose &&
+         verb != Verb::kGripper;
+}
+
 std::string Client::perform(const Request& given, const ProgressReport& report) {
   if (cancelled_) throw explain(Corbot::Stopped("interrupted"));
   const Request request = with_joint_number(given);
@@ -239,6 +255,35 @@ Corbot::Ticket Client::begin(const Request& request) {
     }
   };
   return call_user([&] { return with_units(start); });
+}
+
+Corbot::PlanInfo_var Client::plan(const Request& given) {
+  const Request request = with_joint_number(given);
+  const auto& n = request.numbers;
+  return call([&](auto& arm) {
+    return with_units([&]() -> Corbot::PlanInfo* {
+      switch (request.verb) {
+        case Verb::kMove:
+          return arm.PlanMove(n[0], n[1], n[2], request.above_m, request.time_s);
+        case Verb::kMoveS:
+          return arm.PlanMoveS(n[0], n[1], n[2], request.above_m, request.time_s);
+        case Verb::kMoveC:
+          return arm.PlanMoveC(point(request, 0), point(request, 3), point(request, 6));
+        case Verb::kDrive:
+          return arm.PlanDrive(static_cast<CORBA::Long>(n[0]), n[1], n[2]);
+        case Verb::kJoints:
+          return arm.PlanMoveJoints(joints(request), request.time_s);
+        case Verb::kReady:
+          return arm.PlanReady();
+        case Verb::kMovePose:
+          return plan_pose(arm, request);
+        case Verb::kMoveRelative:
+          return plan_relative(arm, request);
+        default:
+          throw Failure(ExitCode::kInternal, "no motion of the arm: " + to_string(request));
+      }
+    });
+  });
 }
 
 void Client::set(const Request& request) {

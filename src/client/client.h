@@ -22,6 +22,9 @@ namespace corbot::client {
 /// With the joint's number in place of its name, one of `names`. Throws Failure, kUsage, where no joint has that name.
 [[nodiscard]] Request with_joint_number(const Request& request, std::span<const std::string> names);
 
+/// The arm moves, and Client::plan() says how.
+[[nodiscard]] bool is_planned(Verb verb) noexcept;
+
 /// Progress of the motion under way, 0 … 1; called several times a second from the thread that waits.
 using ProgressReport = std::function<void(double)>;
 
@@ -41,6 +44,9 @@ class Client {
   /// motion, kUnreachable when what became of it is unknown. Returns a line for the user where the robot has taken more time
   /// than --time says; else nothing.
   [[nodiscard]] std::string perform(const Request& request, const ProgressReport& report = {});
+
+  /// What perform() would start now; nothing moves. A motion of the arm, see is_planned(). Throws Failure.
+  [[nodiscard]] Corbot::PlanInfo_var plan(const Request& request);
 
   /// Pre-empts whatever moves; returns at rest.
   void stop();

@@ -7,6 +7,7 @@
 
 #include "corbot/kinematics/path_form.h"
 #include "corbot/motion/path.h"
+#include "planner/frame_settings.h"
 #include "planner/rate/rate_planner.h"
 #include "planner/time_law_planner.h"
 
@@ -166,6 +167,29 @@ std::optional<NearestSingularity> nearest_singularity(const ArmModel& model, con
   nearest.point_m = command.kind == MotionKind::kArc ? point_at(command.arc, nearest.path).position_m
                                                      : point_at(command.line, nearest.path).position_m;
   return nearest;
+}
+
+std::vector<PlanPart> parts_of(const ArmModel& model, const PlanSettings& settings, const PlanResult& plan) {
+  const auto* commands = std::get_if<std::vector<Command>>(&plan);
+  if (commands == nullptr) return {};
+  ArmModel framed = model;
+  framed.kinematics = in_frames(model.kinematics, settings);
+  std::vector<PlanPart> parts;
+  for (std::size_t k = 0; k < commands->size(); ++k) {
+    const Command& command = (*commands)[k];
+    const bool is_joint = command.kind == MotionKind::kJoint;
+    const bool is_path = command.kind == MotionKind::kLine || command.kind == MotionKind::kArc;
+    PlanPart& part = parts.emplace_back();
+    part.duration_s = command.duration_s;
+    part.moves_arm = is_joint || is_path;
+    if (is_path && k < plan.rates.size() && !plan.rates[k].pieces.empty()) {
+      part.stretches = reasons_of(framed, settings, command, plan.rates[k]);
+      part.nearest = nearest_singularity(framed, command, plan.rates[k].knots);
+    } else if (const auto reason = is_joint ? reason_of(framed, settings, command) : std::nullopt) {
+      part.stretches = {{*reason, 0.0, command.duration_s, 0.0, 1.0, 1.0}};
+    }
+  }
+  return parts;
 }
 
 }  // namespace corbot::rate

@@ -57,4 +57,16 @@ struct NearestSingularity {
                                                                     const Command& command,
                                                                     std::span<const Knot> knots);
 
+/// One command of a plan.
+struct PlanPart {
+  double duration_s{};
+  bool moves_arm{};                           ///< no dwell, no gripper
+  std::vector<ReasonStretch> stretches;       ///< of a joint motion one over all of it, or none
+  std::optional<NearestSingularity> nearest;  ///< of a path
+};
+
+/// The commands of a plan that these settings made, none for a refusal. `model`: without the frames in force.
+[[nodiscard]] std::vector<PlanPart> parts_of(const ArmModel& model, const PlanSettings& settings,
+                                             const PlanResult& plan);
+
 }  // namespace corbot::rate

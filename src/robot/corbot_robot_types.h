@@ -165,6 +165,46 @@ typedef struct corbot_joint_ranges {
   double upper[CORBOT_MAX_JOINTS];
 } corbot_joint_ranges;
 
+/* Whose limit it is, and of which derivative. */
+typedef enum corbot_limit_owner {
+  CORBOT_OWNER_JOINT,
+  CORBOT_OWNER_TOOL,
+  CORBOT_OWNER_TOOL_TURN
+} corbot_limit_owner;
+typedef enum corbot_limit_kind {
+  CORBOT_LIMIT_SPEED,
+  CORBOT_LIMIT_ACCELERATION,
+  CORBOT_LIMIT_JERK
+} corbot_limit_kind;
+
+/* The limit that a planned motion is nearest to for a time. */
+typedef struct corbot_plan_stretch {
+  double begin_s; /* from the beginning of the part, at override 100 % */
+  double end_s;
+  int32_t owner; /* a corbot_limit_owner */
+  int32_t joint; /* -1 where the owner is no joint */
+  int32_t limit; /* a corbot_limit_kind */
+  double share;  /* the greatest here, 0 to 1 of what a plan may use */
+} corbot_plan_stretch;
+
+/* A part of a planned motion: one of two of a MoveC, else the whole. */
+enum { CORBOT_MAX_STRETCHES = 100, CORBOT_MAX_PARTS = 2 };
+typedef struct corbot_plan_part {
+  double duration_s; /* at override 100 % */
+  size_t stretch_count;
+  corbot_plan_stretch stretches[CORBOT_MAX_STRETCHES];
+  int32_t has_pivot;
+  double least_pivot; /* 0: through a singularity */
+  double pivot_point_m[3];
+} corbot_plan_part;
+
+typedef struct corbot_plan {
+  double start[CORBOT_MAX_JOINTS]; /* degrees; m where the joint slides */
+  double end[CORBOT_MAX_JOINTS];
+  size_t part_count;
+  corbot_plan_part parts[CORBOT_MAX_PARTS];
+} corbot_plan;
+
 /* What becomes of a call that has not ended yet. */
 typedef enum corbot_presence {
   CORBOT_CALLER_GONE,
@@ -197,6 +237,9 @@ typedef struct corbot_caller {
   uint64_t stops;
   /* A Stop or StopAndHold that was counted on arrival is here, and is not counted again. */
   corbot_counted_stop counted;
+  /* Not NULL: a function that starts a motion plans the motion, fills this and starts nothing. The function needs no control
+   * then, waits for nothing, and leaves *ticket alone. */
+  corbot_plan* plan;
 } corbot_caller;
 
 /* A key and its final zero, see corbot_robot_acquire. */

@@ -93,6 +93,17 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
   }
 }
 
+PlanStart MotionQueue::next_start() {
+  const LivingTask task = access_.living();
+  {
+    const std::lock_guard lock(planning_mutex_);
+    access_.check(task);
+    if (const auto start = plan_start(task, task.stops())) return *start;
+  }
+  if (is_in_error(task)) throw not_ready(view_.error_cause());
+  throw not_ready("the arm is not at rest yet after a Stop or a Cancel; call again");
+}
+
 bool MotionQueue::is_in_error(const LivingTask& task) {
   Snapshot now{};
   return task.segment().snapshot.load(now) && now.incarnation == task.incarnation &&

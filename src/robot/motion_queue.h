@@ -44,6 +44,8 @@ class MotionQueue {
   /// `wanted`: while the motion is not handed over.
   corbot_ticket accept(const MotionRequest& request, const PlanSettings& settings, std::uint64_t arrival,
                        const std::function<Control::Use()>& admit, const Wanted& wanted);
+  /// Where what is accepted next would begin. Throws CallError (not ready) where that is not known, without waiting.
+  [[nodiscard]] PlanStart next_start();
   /// Takes back this motion and what is queued behind it; returns when they have ended. No effect on one that
   /// has ended.
   void cancel(corbot_ticket id, const Wanted& wanted);

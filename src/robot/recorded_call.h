@@ -74,11 +74,18 @@ corbot_status recorded(corbot_robot* robot, const corbot_caller* caller, corbot_
   return status;
 }
 
-/// Starts a motion. `make` checks what only the C interface can, and returns the request.
+[[nodiscard]] corbot_plan shown(const MotionPlan& plan, const Kinematics& arm);
+
+/// Starts a motion, or plans it where the caller wants no more. `make` checks what only the C interface can, and returns the request.
 template <class Make, class... Arguments>
 corbot_status start(corbot_robot* robot, const corbot_caller* caller, corbot_ticket* ticket,
                     corbot_error* error, Make&& make, fmt::format_string<const Arguments&...> text,
                     const Arguments&... arguments) noexcept {
+  if (caller != nullptr && caller->plan != nullptr) {
+    return guarded(error, [&] {  // a read, which is not recorded
+      *caller->plan = shown(robot->robot.plan(make()), robot->robot.profile().arm.kinematics);
+    });
+  }
   return recorded(
       robot, caller, error,
       [&](const std::string& key) {

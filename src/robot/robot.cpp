@@ -179,6 +179,20 @@ corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival,
   return queue_.accept(request, now, arrival, admit, wanted);
 }
 
+MotionPlan Robot::plan(const MotionRequest& request) {
+  PlanSettings now = settings_.get();
+  now.soft_limits = limits_.wanted();
+  if (const auto refusal = planner_.check(now, request))
+    throw refused(request, *refusal, profile_.arm.kinematics);
+  const PlanStart start = queue_.next_start();
+  limits_.check_known(request);
+  const PlanResult result = planner_.plan(start, now, request);
+  if (const auto* refusal = std::get_if<PlanRefusal>(&result))
+    throw refused(request, *refusal, profile_.arm.kinematics);
+  const auto& commands = std::get<std::vector<Command>>(result);
+  return {start.position_q, commands.back().end_q, rate::parts_of(profile_.arm, now, result)};
+}
+
 StopCounts Robot::stops() const {
   const std::uint64_t all = link_.stops();
   if (all == 0) return {};  // no task has been seen

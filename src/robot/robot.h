@@ -7,11 +7,13 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "config/profile.h"
 #include "planner/frame_settings.h"
 #include "planner/planner.h"
 #include "planner/pose_solutions.h"
+#include "planner/reasons.h"
 #include "robot/alarm_log.h"
 #include "robot/audit_log.h"
 #include "robot/call_error.h"
@@ -32,6 +34,12 @@ namespace corbot {
 struct StopCounts {
   std::uint64_t all{};
   std::uint64_t by_others{};  ///< counted by other processes
+};
+
+/// A motion that was planned and not accepted.
+struct MotionPlan {
+  Joints start_q{}, end_q{};
+  std::vector<rate::PlanPart> parts;
 };
 
 /// The robot without an ORB. Plans whole motions one after another, hands them to the real-time task and
@@ -71,6 +79,8 @@ class Robot final : private LinkListener {
   /// `key`: of the caller's reference, see Control. `wanted`, here and below: while the call waits.
   corbot_ticket accept(const MotionRequest& request, std::uint64_t arrival = 0, const std::string& key = {},
                        const Wanted& wanted = {});
+  /// Plans as accept() would now, and hands nothing over. Throws CallError; waits for no motion.
+  [[nodiscard]] MotionPlan plan(const MotionRequest& request);
   /// So far; takes no lock.
   [[nodiscard]] StopCounts stops() const;
 

@@ -75,6 +75,23 @@ TEST_F(Motions, ATimeThatTheLimitsDoNotAllowIsNamed) {
   EXPECT_THAT(run.output, testing::ContainsRegex("1/2 [^\n]*\n  " + lengthened + "[0-9.]+ s\n2/2 "));
 }
 
+TEST_F(Motions, ADryRunShowsThePlanAndMovesNothing) {
+  EXPECT_EQ(corbot({"move", "0.22", "-0.08", "0.08"}).code, 0);
+  const nlohmann::json before = status().at("joints");
+  const RunResult line = corbot({"moves", "0.22", "0.08", "0.08", "--dry-run"});
+  EXPECT_EQ(line.code, 0) << line.errors;
+  EXPECT_THAT(line.output, testing::ContainsRegex("^  [0-9.]+ s; (joint [0-3]|tool) [a-z]+ 0.00-[0-9.]+ s"));
+  EXPECT_EQ(corbot({"joints", "0", "0", "0", "0", "--time", "9", "--dry-run"}).output,
+            "  9.00 s; the wanted time\n");
+  EXPECT_THAT(corbot({"drive", "base", "10", "180", "--dry-run"}).output, HasSubstr("joint 0"));
+  EXPECT_THAT(corbot({"moverelative", "0", "0", "0.01", "--line", "--dry-run"}).output, HasSubstr(" s; "));
+  const RunResult beyond = corbot({"moves", "2", "0", "0.1", "--dry-run"});
+  EXPECT_EQ(beyond.code, 1);
+  EXPECT_EQ(beyond.errors, corbot({"moves", "2", "0", "0.1"}).errors);
+  EXPECT_EQ(corbot({"open", "--dry-run"}).code, 2) << "no motion of the arm";
+  EXPECT_EQ(status().at("joints"), before);
+}
+
 TEST_F(Motions, FramesAreSetShownAndReset) {
   EXPECT_EQ(corbot({"move", "0.22", "0", "0.1"}).code, 0);
   EXPECT_EQ(corbot({"tool", "0.05", "0", "0", "0.70710678118654757", "-0.70710678118654757", "0", "0"}).code,

@@ -29,6 +29,7 @@ from corbot.values import (
     JointLimits,
     MotionInfo,
     MotionState,
+    Plan,
     Servant,
     Solution,
     Speeds,
@@ -36,11 +37,13 @@ from corbot.values import (
     alarm_of,
     diagnostics_of,
     limits_of,
+    plan_of,
     pose_of,
     solution_of,
     state_of,
 )
 
+_PLANNED = ("move", "line", "arc", "pose", "relative", "joints", "drive", "ready")
 PointLike = Sequence[float] | Array
 _Value = TypeVar("_Value")
 
@@ -167,6 +170,18 @@ class Arm:
     def resume(self) -> None:
         """Go on after `pause`."""
         self.call("Resume")
+
+    def plan(self, motion: str, *arguments: Any, **options: Any) -> Plan:
+        """Plan a motion as its method would begin it now, from where the queue ends; nothing moves.
+
+        `motion` names the method: move, line, arc, pose, relative, joints, drive or ready.
+        `arm.plan("line", 0.2, 0, 0.1, time=2)` plans `arm.line(0.2, 0, 0.1, time=2)`. Control of the arm is not needed.
+        """
+        if motion not in _PLANNED:
+            raise ValueError(f"No plan is made of '{motion}', but of {', '.join(_PLANNED)}.")
+        planner = _Planner(self.address, self._reference, self._timeout)
+        getattr(planner, motion)(*arguments, **options)
+        return plan_of(planner.found)
 
     # Reading
 
@@ -421,6 +436,16 @@ class Arm:
             if isinstance(error, KeyboardInterrupt):
                 raise KeyboardInterrupt(told) from failure
             warnings.warn(told, RuntimeWarning, stacklevel=3)
+
+
+class _Planner(Arm):
+    """An arm whose motions are planned and not begun."""
+
+    found: Any = None
+
+    def _begin(self, operation: str, *arguments: Any, wait: bool) -> Motion:
+        self.found = self.call(f"Plan{operation}", *arguments)
+        return Motion(self, 0)
 
 
 def _floats(*values: float) -> list[float]:

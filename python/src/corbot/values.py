@@ -164,6 +164,49 @@ class Solution:
 
 
 @dataclass(frozen=True)
+class PlanLimit:
+    """The limit that a planned motion is nearest to for a time."""
+
+    begin: float
+    """Seconds from the beginning of the part, at override 100 %."""
+    end: float
+    owner: Literal["joint", "tool", "tool turn"]
+    joint: int | None
+    """The number of the joint, where a joint is the owner."""
+    limit: Literal["speed", "acceleration", "jerk"]
+    share: float
+    """The greatest here, 0 to 1 of what a plan may use."""
+
+
+@dataclass(frozen=True)
+class PlanPart:
+    """A part of a planned motion; an arc has two, the way to its beginning and the arc."""
+
+    duration: float
+    limits: tuple[PlanLimit, ...]
+    """In the order of time; empty: nothing moves, or no limit makes the part last so long."""
+    least_pivot: float | None
+    """How near a line or an arc comes to a singularity, 0: through one. None: no such measure."""
+    pivot_point: Point | None
+    """Where the tool is then, metres."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A motion as it would be, from where what is accepted ends."""
+
+    start: tuple[float, ...]
+    """Joint values, degrees (metres of one that slides)."""
+    end: tuple[float, ...]
+    parts: tuple[PlanPart, ...]
+
+    @property
+    def duration(self) -> float:
+        """Seconds at override 100 %."""
+        return sum(part.duration for part in self.parts)
+
+
+@dataclass(frozen=True)
 class Speeds:
     """The speeds in force, percent of the profile's maximum: the tool's, and each joint's."""
 
@@ -257,6 +300,27 @@ def limits_of(joints: Any, soft: Any) -> tuple[JointLimits, ...]:
 def solution_of(solution: Any) -> Solution:
     """Read a PoseSolution of the interface."""
     return Solution(solution.number, tuple(solution.joints), bool(solution.withinLimits), solution.orientationError)
+
+
+_OWNERS: tuple[Literal["joint", "tool", "tool turn"], ...] = ("joint", "tool", "tool turn")
+_LIMITS: tuple[Literal["speed", "acceleration", "jerk"], ...] = ("speed", "acceleration", "jerk")
+
+
+def _plan_limit_of(stretch: Any) -> PlanLimit:
+    joint = stretch.articulation if stretch.articulation >= 0 else None
+    owner, limit = _OWNERS[stretch.owner._v], _LIMITS[stretch.limit._v]
+    return PlanLimit(stretch.begin, stretch.end, owner, joint, limit, stretch.share)
+
+
+def _plan_part_of(part: Any) -> PlanPart:
+    point = part.pivotPoint
+    pivot = (part.leastPivot, Point(point.x, point.y, point.z)) if part.hasPivot else (None, None)
+    return PlanPart(part.duration, tuple(map(_plan_limit_of, part.stretches)), *pivot)
+
+
+def plan_of(plan: Any) -> Plan:
+    """Read a PlanInfo of the interface."""
+    return Plan(tuple(plan.start), tuple(plan.end), tuple(map(_plan_part_of, plan.parts)))
 
 
 def diagnostics_of(loop: Any) -> Diagnostics:

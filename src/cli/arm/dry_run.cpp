@@ -122,7 +122,7 @@ std::optional<std::string> DryRun::refusal_of(const Request& given) {
   }
 }
 
-std::string DryRun::plan() const { return plan_text(profile_.arm, settings_, plan_); }
+std::string DryRun::plan() const { return plan_text(rate::parts_of(profile_.arm, settings_, plan_)); }
 
 std::optional<std::string> DryRun::move(const Request& request) {
   const ArmModel& arm = profile_.arm;

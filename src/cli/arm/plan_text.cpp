@@ -6,10 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <variant>
 #include <vector>
-
-#include "planner/reasons.h"
 
 namespace corbot::cli {
 namespace {
@@ -17,7 +14,6 @@ namespace {
 constexpr double kNear = 0.02;         // a pivot: next to this the task does not compare solutions
 constexpr double kWorthSaying = 0.05;  // part of the time
 constexpr double kMet = 0.9;           // a share at which a limit counts as met
-constexpr const char* kWantedTime = "; the wanted time";
 
 std::string name_of(const rate::Reason& reason) {
   constexpr std::array kLimits{"speed", "acceleration", "jerk"};
@@ -26,51 +22,63 @@ std::string name_of(const rate::Reason& reason) {
   return fmt::format("tool {}{}", reason.mover == rate::Mover::kToolTurn ? "turning " : "", limit);
 }
 
-std::string path_text(const ArmModel& model, const PlanSettings& settings, const Command& command,
-                      const PlannedRate& rate) {
+/// What limits the part, and when.
+std::string limits_text(const rate::PlanPart& part) {
+  if (!part.moves_arm || part.duration_s <= 0.0) return "";
   struct Shown {
     std::string name;
     double begin_s, end_s;
   };
   std::vector<Shown> shown;  // equal ones around what is too short to name are one
-  for (const rate::ReasonStretch& stretch : rate::reasons_of(model, settings, command, rate)) {
-    if (stretch.share < kMet || stretch.end_s - stretch.begin_s < kWorthSaying * command.duration_s) continue;
+  for (const rate::ReasonStretch& stretch : part.stretches) {
+    if (stretch.share < kMet || stretch.end_s - stretch.begin_s < kWorthSaying * part.duration_s) continue;
     const std::string name = name_of(stretch.reason);
     if (shown.empty() || shown.back().name != name) shown.push_back({name, stretch.begin_s, 0.0});
     shown.back().end_s = stretch.end_s;
   }
+  if (shown.empty()) return "; the wanted time";
+  const bool is_whole =
+      shown.size() == 1 && shown[0].begin_s == 0.0 && shown[0].end_s == part.duration_s;  // a joint motion
+  if (is_whole) return "; " + shown[0].name;
   std::string text;
   for (const Shown& one : shown)
     text += fmt::format("{}{} {:.2f}-{:.2f} s", text.empty() ? "; " : ", ", one.name, one.begin_s, one.end_s);
-  if (text.empty()) text = kWantedTime;
-  const auto nearest = rate::nearest_singularity(model, command, rate.knots);
-  if (nearest && nearest->pivot < kNear) {
-    const auto& [x, y, z] = nearest->point_m;
-    text += fmt::format("\n  nearest singularity: pivot {:.4f} at ({:.4g}, {:.4g}, {:.4g}) m", nearest->pivot,
-                        x, y, z);
-  }
   return text;
-}
-
-std::string reason_text(const ArmModel& model, const PlanSettings& settings, const Command& command,
-                        const PlannedRate* rate) {
-  if (command.duration_s <= 0.0) return "";
-  if (rate != nullptr && !rate->pieces.empty()) return path_text(model, settings, command, *rate);
-  if (command.kind != MotionKind::kJoint) return "";
-  const auto reason = rate::reason_of(model, settings, command);
-  return reason ? "; " + name_of(*reason) : kWantedTime;
 }
 
 }  // namespace
 
-std::string plan_text(const ArmModel& model, const PlanSettings& settings, const PlanResult& plan) {
-  const auto* commands = std::get_if<std::vector<Command>>(&plan);
-  if (commands == nullptr) return "";
+std::vector<rate::PlanPart> parts_of(const Corbot::PlanInfo& plan) {
+  std::vector<rate::PlanPart> parts;
+  for (CORBA::ULong k = 0; k < plan.parts.length(); ++k) {
+    const Corbot::PlanPart& from = plan.parts[k];
+    rate::PlanPart& part = parts.emplace_back();
+    part.duration_s = from.duration;
+    part.moves_arm = true;
+    for (CORBA::ULong i = 0; i < from.stretches.length(); ++i) {
+      const Corbot::PlanStretch& stretch = from.stretches[i];
+      const rate::Reason reason{static_cast<rate::Mover>(stretch.owner),
+                                static_cast<std::size_t>(std::max<CORBA::Long>(stretch.articulation, 0)),
+                                static_cast<rate::LimitKind>(stretch.limit)};
+      part.stretches.push_back({reason, stretch.begin, stretch.end, 0.0, 0.0, stretch.share});
+    }
+    if (!from.hasPivot) continue;
+    const Corbot::Point& p = from.pivotPoint;
+    part.nearest = rate::NearestSingularity{from.leastPivot, 0.0, {p.x, p.y, p.z}};
+  }
+  return parts;
+}
+
+std::string plan_text(const std::vector<rate::PlanPart>& parts) {
   std::string text;
-  for (std::size_t k = 0; k < commands->size(); ++k) {
-    const Command& command = (*commands)[k];
-    const PlannedRate* rate = k < plan.rates.size() ? &plan.rates[k] : nullptr;
-    text += fmt::format("  {:.2f} s{}\n", command.duration_s, reason_text(model, settings, command, rate));
+  for (const rate::PlanPart& part : parts) {
+    text += fmt::format("  {:.2f} s{}", part.duration_s, limits_text(part));
+    if (part.nearest && part.nearest->pivot < kNear) {
+      const auto& [x, y, z] = part.nearest->point_m;
+      text += fmt::format("\n  nearest singularity: pivot {:.4f} at ({:.4g}, {:.4g}, {:.4g}) m",
+                          part.nearest->pivot, x, y, z);
+    }
+    text += '\n';
   }
   return text;
 }

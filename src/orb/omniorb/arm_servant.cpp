@@ -294,6 +294,56 @@ CORBA::Long ArmServant::Solution() {
   return number;
 }
 
+template <class Function, class... Arguments>
+Corbot::PlanInfo* ArmServant::plan(Function function, Arguments&&... arguments) {
+  corbot_plan found{};
+  Caller caller(key_of_call());
+  caller.plan_only(found);
+  (void)begin(caller, function, std::forward<Arguments>(arguments)...);
+  Corbot::PlanInfo_var result = new Corbot::PlanInfo;
+  fill(found, static_cast<CORBA::ULong>(description_.dof), result.inout());
+  return result._retn();
+}
+
+Corbot::PlanInfo* ArmServant::PlanMove(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
+                                       CORBA::Double t) {
+  return plan(corbot_robot_move, std::array{px, py, pz}.data(), d, t);
+}
+Corbot::PlanInfo* ArmServant::PlanMoveS(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
+                                        CORBA::Double t) {
+  return plan(corbot_robot_move_s, std::array{px, py, pz}.data(), d, t);
+}
+Corbot::PlanInfo* ArmServant::PlanMoveC(const Corbot::Point& p1, const Corbot::Point& p2,
+                                        const Corbot::Point& p3) {
+  return plan(corbot_robot_move_c, array_of(p1).data(), array_of(p2).data(), array_of(p3).data());
+}
+Corbot::PlanInfo* ArmServant::PlanDrive(CORBA::Long articulation, CORBA::Double increment,
+                                        CORBA::Double speed) {
+  return plan(corbot_robot_drive, articulation, increment, speed);
+}
+Corbot::PlanInfo* ArmServant::PlanMoveJoints(const Corbot::JointCoord& target, CORBA::Double t) {
+  return plan(corbot_robot_move_joints, target.get_buffer(), std::size_t{target.length()}, t);
+}
+Corbot::PlanInfo* ArmServant::PlanReady() { return plan(corbot_robot_ready); }
+Corbot::PlanInfo* ArmServant::PlanMovePose(const Corbot::Pose& target, CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(target);
+  return plan(corbot_robot_move_pose, &pose, t);
+}
+Corbot::PlanInfo* ArmServant::PlanMovePoseS(const Corbot::Pose& target, CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(target);
+  return plan(corbot_robot_move_pose_s, &pose, t);
+}
+Corbot::PlanInfo* ArmServant::PlanMoveRelative(const Corbot::Pose& offset, Corbot::OffsetFrame frame,
+                                               CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(offset);
+  return plan(corbot_robot_move_relative, &pose, to_robot(frame), t);
+}
+Corbot::PlanInfo* ArmServant::PlanMoveRelativeS(const Corbot::Pose& offset, Corbot::OffsetFrame frame,
+                                                CORBA::Double t) {
+  const corbot_tool_pose pose = from_corba(offset);
+  return plan(corbot_robot_move_relative_s, &pose, to_robot(frame), t);
+}
+
 void ArmServant::SetSoftLimits(const Corbot::JointRanges& limits) {
   corbot_joint_ranges wanted{};
   for (CORBA::ULong i = 0; i < limits.length() && i < CORBOT_MAX_JOINTS; ++i) {

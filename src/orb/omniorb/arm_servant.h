@@ -91,6 +91,22 @@ class ArmServant final : public POA_Corbot::Arm {
   Corbot::Pose BaseFrame() override;
   Corbot::PoseSolutions* Solutions(const Corbot::Pose& target) override;
   CORBA::Long Solution() override;
+  Corbot::PlanInfo* PlanMove(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
+                             CORBA::Double t) override;
+  Corbot::PlanInfo* PlanMoveS(CORBA::Double px, CORBA::Double py, CORBA::Double pz, CORBA::Double d,
+                              CORBA::Double t) override;
+  Corbot::PlanInfo* PlanMoveC(const Corbot::Point& p1, const Corbot::Point& p2,
+                              const Corbot::Point& p3) override;
+  Corbot::PlanInfo* PlanDrive(CORBA::Long articulation, CORBA::Double increment,
+                              CORBA::Double speed) override;
+  Corbot::PlanInfo* PlanMoveJoints(const Corbot::JointCoord& target, CORBA::Double t) override;
+  Corbot::PlanInfo* PlanReady() override;
+  Corbot::PlanInfo* PlanMovePose(const Corbot::Pose& target, CORBA::Double t) override;
+  Corbot::PlanInfo* PlanMovePoseS(const Corbot::Pose& target, CORBA::Double t) override;
+  Corbot::PlanInfo* PlanMoveRelative(const Corbot::Pose& offset, Corbot::OffsetFrame frame,
+                                     CORBA::Double t) override;
+  Corbot::PlanInfo* PlanMoveRelativeS(const Corbot::Pose& offset, Corbot::OffsetFrame frame,
+                                      CORBA::Double t) override;
   void SetSoftLimits(const Corbot::JointRanges& limits) override;
   void ResetSoftLimits() override;
   Corbot::JointRanges* SoftLimits() override;
@@ -124,6 +140,9 @@ class ArmServant final : public POA_Corbot::Arm {
   /// Calls a function of corbot_robot.h that starts a motion.
   template <class Function, class... Arguments>
   Corbot::Ticket begin(const Caller& caller, Function function, Arguments&&... arguments);
+  /// The same; plans the motion and starts nothing.
+  template <class Function, class... Arguments>
+  Corbot::PlanInfo* plan(Function function, Arguments&&... arguments);
   /// Takes a place and calls a function of corbot_robot.h that changes how the arm moves.
   template <class Function, class... Arguments>
   void change(corbot_place_kind kind, Function function, Arguments&&... arguments);

@@ -19,6 +19,8 @@ class Caller {
   ~Caller() = default;
 
   [[nodiscard]] const corbot_caller* get() const noexcept { return &caller_; }
+  /// Motions are planned into `plan`, which must outlive this, and not started.
+  void plan_only(corbot_plan& plan) noexcept { caller_.plan = &plan; }
   [[nodiscard]] bool is_public() const noexcept { return key_.empty(); }
 
  private:

@@ -86,6 +86,30 @@ void fill(const corbot_device_info& from, Corbot::DeviceInfo& to) {
   to.emergencyStop = from.emergency_stop != 0;
 }
 
+void fill(const corbot_plan& from, CORBA::ULong dof, Corbot::PlanInfo& to) {
+  to.start = to_corba(from.start, dof);
+  to.end = to_corba(from.end, dof);
+  to.parts.length(static_cast<CORBA::ULong>(from.part_count));
+  for (CORBA::ULong k = 0; k < to.parts.length(); ++k) {
+    const corbot_plan_part& part = from.parts[k];
+    Corbot::PlanPart& into = to.parts[k];
+    into.duration = part.duration_s;
+    into.stretches.length(static_cast<CORBA::ULong>(part.stretch_count));
+    for (CORBA::ULong i = 0; i < into.stretches.length(); ++i) {
+      const corbot_plan_stretch& stretch = part.stretches[i];
+      into.stretches[i] = {stretch.begin_s,
+                           stretch.end_s,
+                           static_cast<Corbot::LimitOwner>(stretch.owner),
+                           stretch.joint,
+                           static_cast<Corbot::LimitKind>(stretch.limit),
+                           stretch.share};
+    }
+    into.hasPivot = part.has_pivot != 0;
+    into.leastPivot = part.least_pivot;
+    into.pivotPoint = {part.pivot_point_m[0], part.pivot_point_m[1], part.pivot_point_m[2]};
+  }
+}
+
 void fill(const corbot_arm_state& from, CORBA::ULong dof, Corbot::ArmState& to) {
   to.cycle = from.cycle;
   to.time = from.time_s;

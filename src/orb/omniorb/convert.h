@@ -20,7 +20,8 @@ namespace corbot::omni {
 /// And back.
 void fill(const corbot_motion_info& from, Corbot::MotionInfo& to);
 void fill(const corbot_device_info& from, Corbot::DeviceInfo& to);
-/// `dof`: of the arm.
+/// `dof`: of the arm, here and below.
+void fill(const corbot_plan& from, CORBA::ULong dof, Corbot::PlanInfo& to);
 void fill(const corbot_arm_state& from, CORBA::ULong dof, Corbot::ArmState& to);
 
 }  // namespace corbot::omni

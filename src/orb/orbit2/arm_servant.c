@@ -7,6 +7,7 @@
 #include "orb/orbit2/arm_changes.h"
 #include "orb/orbit2/arm_frames.h"
 #include "orb/orbit2/arm_motions.h"
+#include "orb/orbit2/arm_plans.h"
 #include "orb/orbit2/arm_poses.h"
 #include "orb/orbit2/arm_reads.h"
 
@@ -22,6 +23,7 @@ void arm_servant_init(ArmServant* servant, corbot_robot* robot, const ControlRef
   arm_set_changes(&robot_epv, &arm_epv);
   arm_set_reads(&robot_epv, &arm_epv);
   arm_set_frames(&arm_epv);
+  arm_set_plans(&arm_epv);
   arm_bound(&arm_epv);
   memset(servant, 0, sizeof(*servant));
   servant->base.vepv = &vepv;

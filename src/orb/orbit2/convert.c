@@ -68,6 +68,42 @@ corbot_tool_pose convert_to_pose(const Corbot_Pose* pose) {
   return result;
 }
 
+static void convert_stretches(const corbot_plan_part* from, Corbot_PlanStretches* to) {
+  static const Corbot_LimitOwner owners[] = {Corbot_OwnerArticulation, Corbot_OwnerTool,
+                                             Corbot_OwnerToolTurn};
+  static const Corbot_LimitKind limits[] = {Corbot_LimitSpeed, Corbot_LimitAcceleration, Corbot_LimitJerk};
+  const CORBA_unsigned_long length = (CORBA_unsigned_long)from->stretch_count;
+  to->_buffer = Corbot_PlanStretches_allocbuf(length);
+  to->_length = to->_maximum = length;
+  to->_release = CORBA_TRUE;
+  for (CORBA_unsigned_long i = 0; i < length; ++i) {
+    const corbot_plan_stretch* stretch = &from->stretches[i];
+    const Corbot_PlanStretch result = {stretch->begin_s, stretch->end_s,         owners[stretch->owner],
+                                       stretch->joint,   limits[stretch->limit], stretch->share};
+    to->_buffer[i] = result;
+  }
+}
+
+void convert_plan(const corbot_plan* from, int32_t dof, Corbot_PlanInfo* to) {
+  convert_joints(from->start, dof, &to->start);
+  convert_joints(from->end, dof, &to->end);
+  const CORBA_unsigned_long length = (CORBA_unsigned_long)from->part_count;
+  to->parts._buffer = Corbot_PlanParts_allocbuf(length);
+  to->parts._length = to->parts._maximum = length;
+  to->parts._release = CORBA_TRUE;
+  for (CORBA_unsigned_long k = 0; k < length; ++k) {
+    const corbot_plan_part* part = &from->parts[k];
+    Corbot_PlanPart* into = &to->parts._buffer[k];
+    into->duration = part->duration_s;
+    convert_stretches(part, &into->stretches);
+    into->hasPivot = part->has_pivot ? CORBA_TRUE : CORBA_FALSE;
+    into->leastPivot = part->least_pivot;
+    into->pivotPoint.x = part->pivot_point_m[0];
+    into->pivotPoint.y = part->pivot_point_m[1];
+    into->pivotPoint.z = part->pivot_point_m[2];
+  }
+}
+
 void convert_arm_state(const corbot_arm_state* from, int32_t dof, Corbot_ArmState* to) {
   to->cycle = from->cycle;
   to->time = from->time_s;

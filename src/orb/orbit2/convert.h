@@ -14,6 +14,7 @@ Corbot_Pose convert_pose(const corbot_tool_pose* tool);
 corbot_tool_pose convert_to_pose(const Corbot_Pose* pose);
 void convert_motion(const corbot_motion_info* from, Corbot_MotionInfo* to);
 void convert_device(const corbot_device_info* from, Corbot_DeviceInfo* to);
+void convert_plan(const corbot_plan* from, int32_t dof, Corbot_PlanInfo* to);
 void convert_arm_state(const corbot_arm_state* from, int32_t dof, Corbot_ArmState* to);
 
 #endif /* CORBOT_ORBIT2_CONVERT_H */

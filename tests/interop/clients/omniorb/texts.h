@@ -49,6 +49,14 @@ inline std::string text(Corbot::DeviceHealth value) {
   static constexpr const char* kNames[] = {"DeviceClosed", "DeviceOpen", "DeviceDegraded", "DeviceLost"};
   return kNames[value];
 }
+inline std::string text(Corbot::LimitOwner value) {
+  static constexpr const char* kNames[] = {"OwnerArticulation", "OwnerTool", "OwnerToolTurn"};
+  return kNames[value];
+}
+inline std::string text(Corbot::LimitKind value) {
+  static constexpr const char* kNames[] = {"LimitSpeed", "LimitAcceleration", "LimitJerk"};
+  return kNames[value];
+}
 
 // Declared before the templates that look them up.
 inline std::string text(const Corbot::Point& p);
@@ -59,6 +67,8 @@ inline std::string text(const Corbot::MotionInfo& info);
 inline std::string text(const Corbot::GripperInfo& info);
 inline std::string text(const Corbot::JointInfo& joint);
 inline std::string text(const Corbot::PoseSolution& solution);
+inline std::string text(const Corbot::PlanStretch& stretch);
+inline std::string text(const Corbot::PlanPart& part);
 inline std::string text(const Corbot::DeviceInfo& info);
 inline std::string text(const Corbot::ControlInfo& info);
 template <class Sequence>
@@ -154,6 +164,22 @@ inline std::string text(const Corbot::PoseSolution& solution) {
   return members(std::pair("number", solution.number), std::pair("joints", solution.joints),
                  std::pair("withinLimits", bool{solution.withinLimits}),
                  std::pair("orientationError", solution.orientationError));
+}
+
+inline std::string text(const Corbot::PlanStretch& stretch) {
+  return members(std::pair("begin", stretch.begin), std::pair("end", stretch.end),
+                 std::pair("owner", stretch.owner), std::pair("articulation", stretch.articulation),
+                 std::pair("limit", stretch.limit), std::pair("share", stretch.share));
+}
+
+inline std::string text(const Corbot::PlanPart& part) {
+  return members(std::pair("duration", part.duration), std::pair("stretches", part.stretches),
+                 std::pair("hasPivot", bool{part.hasPivot}), std::pair("leastPivot", part.leastPivot),
+                 std::pair("pivotPoint", part.pivotPoint));
+}
+
+inline std::string text(const Corbot::PlanInfo& plan) {
+  return members(std::pair("start", plan.start), std::pair("end", plan.end), std::pair("parts", plan.parts));
 }
 
 inline std::string text(const Corbot::ArmState& state) {
