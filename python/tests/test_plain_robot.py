@@ -6,6 +6,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
@@ -57,6 +58,26 @@ def test_ctrl_c_waits_for_the_end_of_its_motion(served: tuple[str, IO[str]]) -> 
     assert corbot.connect(address).call("_get_ArtiCoord") == [0.3]
     assert "This robot has no Stop: its motion is awaited." in errors
     assert errors.endswith("KeyboardInterrupt\n")
+
+
+def test_ctrl_c_while_a_motion_is_prepared_begins_nothing(served: tuple[str, IO[str]], monkeypatch: pytest.MonkeyPatch) -> None:
+    address, output = served
+    arm = corbot.connect(address)
+    start = threading.Thread.start
+
+    def interrupted(thread: threading.Thread) -> None:
+        start(thread)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(threading.Thread, "start", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            arm.move(0.3, 0, 0.1)
+    arm.move(0.2, 0, 0.1)
+    assert arm.call("_get_ArtiCoord") == [0.2]
+    with pytest.raises(corbot.CorbotError):
+        arm.move(-1, 0, 0)  # on which it ends
+    assert output.read() == "begins\nends\n", "of the second motion alone"
 
 
 def test_a_second_ctrl_c_leaves_it_moving(served: tuple[str, IO[str]]) -> None:

@@ -400,18 +400,23 @@ class Arm:
         """Call an operation that returns when its motion has ended, in a thread, so that Ctrl-C reaches this one."""
         if not hasattr(self._patient, operation):
             raise NotOffered(self.address, operation)
-        begun, ended = time.monotonic(), Future[None]()
+        begun, ended, wanted = time.monotonic(), Future[None](), threading.Event()
 
         def call() -> None:
+            wanted.wait()
             try:
                 ended.set_result(_orb.call(self.address, getattr(self._patient, operation), *arguments))
             except Exception as error:
                 ended.set_exception(error)
 
-        threading.Thread(target=call, daemon=True).start()
+        threading.Thread(target=call, daemon=True).start()  # Ctrl-C until here: nothing is called
         try:
+            wanted.set()
             ended.result()
         except KeyboardInterrupt:
+            if not wanted.is_set():
+                raise
+            wanted.set()  # the first one may have woken nobody
             told = "This robot has no Stop: its motion is awaited. Ctrl-C again leaves it moving."
             warnings.warn(told, RuntimeWarning, stacklevel=4)
             ended.exception()
