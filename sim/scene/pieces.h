@@ -49,6 +49,8 @@ class Pieces {
 
   /// The hands as they are now; their order is always the same.
   void step(std::span<const Hand> hands);
+  /// One more piece, as if a person put it down.
+  void put_down(const Piece& piece) { pieces_.push_back(piece); }
   /// The piece of this index is gone, as if a person took it; the later ones move up.
   void take_away(std::size_t index);
 

@@ -131,6 +131,17 @@ bool CellStage::clear(const std::string& robot) const {
              .code == 0;
 }
 
+std::string CellStage::tell_world(const std::string& line) {
+  world_->send(line);
+  return world_->wait_line("", within(kCellReply_s)).value_or("");
+}
+
+bool CellStage::exchange(const std::string& place) const {
+  std::vector<std::string> command = words("corbot", "exchange");
+  command.push_back(place);
+  return run(std::move(command)).code == 0;
+}
+
 std::string CellStage::end() {
   if (run(words("corbot", "down")).code != 0) return "";
   const auto ended = up_->wait(within(kCellUp_s));

@@ -35,6 +35,12 @@ class CellStage {
   [[nodiscard]] std::string status() const;
   /// A person looks, and clears the Error of a robot.
   [[nodiscard]] bool clear(const std::string& robot) const;
+  /// A person's hand in the world: Scene::command(). The reply; empty: none came.
+  std::string tell_world(const std::string& line);
+  /// A person says that a place was emptied. False: it is refused now.
+  [[nodiscard]] bool exchange(const std::string& place) const;
+  /// Of the cell's processes.
+  [[nodiscard]] std::filesystem::path state_directory() const { return directory_ / "state"; }
   /// Ends the cell, then the world. What the world counted; empty: it did not end as it should.
   [[nodiscard]] std::string end();
   /// From now on its directory stays, for a person who looks for the cause.

@@ -17,6 +17,7 @@
 #include <random>
 
 #include "config/load_profile.h"
+#include "soak/cell_row.h"
 #include "soak/cell_soak.h"
 #include "soak/device_soak.h"
 #include "soak/kept.h"
@@ -343,6 +344,9 @@ int main(int argc, char** argv) {
   app.add_option("--kills", cells.kills, "with --cell: how many")->check(CLI::Range(1, 100'000));
   app.add_option("--from", seed, "with --cell: the same as --seed");
   app.add_option("--pieces", cells.pieces, "with --cell: of a world")->check(CLI::Range(1, 12));
+  int row = 0;
+  app.add_option("--row", row, "with --cell: so many pieces in a row, without a fault")
+      ->check(CLI::Range(1, 100'000));
   app.add_option("--results", cells.results, "with --cell: the file to which each run adds its lines");
   std::string judged;
   app.add_option("--judge", judged, "runs nothing, and judges such a file");
@@ -356,7 +360,7 @@ int main(int argc, char** argv) {
   try {
     cells.seed = seed;
     cells.verbose = verbose;
-    if (is_cell) return corbot::soak::run_cells(cells);
+    if (is_cell) return row > 0 ? corbot::soak::run_row(cells, row) : corbot::soak::run_cells(cells);
     if (devices > 0 && device.empty())
       return corbot::soak::run_all_devices(devices, seed, verbose, here / "run_soak", options.orb);
     status = devices > 0      ? corbot::soak::run_devices(devices, seed, verbose, device, options)

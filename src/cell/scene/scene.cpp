@@ -10,6 +10,7 @@
 #include "cell/cell_rules.h"
 #include "client/failure.h"
 #include "config/load_profile.h"
+#include "sim/devices/control_input.h"
 
 namespace corbot::cell {
 
@@ -25,6 +26,7 @@ constexpr std::string_view kPort = "unix:SCENE/NAME.servos";
 /// As good servos are.
 constexpr sim::ServoModelOptions kServo{.dead_band_us = 2, .lag_s = 0.02};
 
+constexpr double kHandRoom_m = 0.08;  // between a piece that a person puts down and a hand
 constexpr std::string_view kElsewhere = "elsewhere";
 
 }  // namespace
@@ -48,8 +50,8 @@ Scene::Scene(const CellConfig& cell, AfterTick after_tick) : cell_(cell), after_
   for (const CellRobot& robot : cell_.robots) {
     if (!robot.profile.empty()) add_robot(robot);
   }
-  pieces_ =
-      std::make_unique<sim::Pieces>(scattered(), [this](const Vector3d& point) { return surface_m(point); });
+  pieces_ = std::make_unique<sim::Pieces>(scattered(cell_.scene->seed),
+                                          [this](const Vector3d& point) { return surface_m(point); });
 }
 
 void Scene::add_robot(const CellRobot& robot) {
@@ -70,14 +72,13 @@ void Scene::add_robot(const CellRobot& robot) {
                      std::make_unique<sim::ServoSocket>(socket, options)});
 }
 
-std::vector<sim::Piece> Scene::scattered() const {
+std::vector<sim::Piece> Scene::scattered(std::uint64_t seed) const {
   const int count = cell_.scene->pieces;
   if (count == 0) return {};
   if (const std::string why = fault_of_pieces(cell_, count); !why.empty())
     throw Failure(ExitCode::kUsage, fmt::format("scene.pieces = {}: {}", count, why));
   const PieceRoom room = *piece_room(cell_);
-  const auto points =
-      sim::scatter(room.inside_m, room.spacing_m, static_cast<std::size_t>(count), cell_.scene->seed);
+  const auto points = sim::scatter(room.inside_m, room.spacing_m, static_cast<std::size_t>(count), seed);
   if (!points) throw Failure(ExitCode::kUsage, fmt::format("scene.pieces = {}: fewer fit", count));
   std::vector<sim::Piece> pieces;
   for (const Vector2d& point : *points) {
@@ -128,6 +129,51 @@ void Scene::tick(std::int64_t now_ns) {
   pieces_->step(hands);
   clearance_.check(arms_);
   if (after_tick_) after_tick_(*pieces_);
+}
+
+std::string Scene::command(std::string_view line) {
+  const std::vector<std::string_view> words = sim::words_of(line);
+  if (words.size() == 1 && words[0] == "refill") return refill();
+  if (words.size() == 1 && words[0] == "count") return "ok " + summary();
+  if (words.size() != 2 || words[0] != "empty") return "error: 'refill', 'empty PLACE' or 'count'";
+  const Place* const place = cell_.place(std::string(words[1]));
+  return place == nullptr ? fmt::format("error: no place '{}'", words[1]) : empty(*place);
+}
+
+/// Nobody puts a piece under a hand, or beside another one.
+std::string Scene::refill() {
+  const std::vector<sim::Piece> wanted = scattered(cell_.scene->seed + ++commands_);
+  const double spacing_m = piece_room(cell_)->spacing_m;
+  const auto is_near = [](const Vector3d& a, const Vector3d& b, double distance_m) {
+    return (a - b).head<2>().norm() < distance_m;
+  };
+  int count = 0;
+  for (const sim::Piece& piece : wanted) {
+    const auto& all = pieces_->all();
+    const bool is_free = std::none_of(all.begin(), all.end(),
+                                      [&](const sim::Piece& other) {
+                                        return is_near(other.foot_m, piece.foot_m, spacing_m);
+                                      }) &&
+                         std::none_of(arms_.begin(), arms_.end(), [&](const sim::ArmBody& arm) {
+                           return is_near(arm.hand.tool_m, piece.foot_m, kHandRoom_m);
+                         });
+    if (!is_free) continue;
+    pieces_->put_down(piece);
+    ++count;
+  }
+  return fmt::format("ok {} put down", count);
+}
+
+std::string Scene::empty(const Place& place) {
+  ++commands_;
+  int count = 0;
+  for (std::size_t i = pieces_->all().size(); i-- > 0;) {
+    const sim::Piece& piece = pieces_->all()[i];
+    if (piece.state == sim::PieceState::kHeld || piece.hand || !place.covers(piece.foot_m)) continue;
+    pieces_->take_away(i);
+    ++count;
+  }
+  return fmt::format("ok {} taken away", count);
 }
 
 SceneView Scene::view() const {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cell/cell_config.h"
@@ -46,6 +47,11 @@ class Scene {
   /// The world `kTick_ns` later: arms, pieces, distances.
   void tick(std::int64_t now_ns);
 
+  /// A person's hand between two ticks, by a line of words; docs/cell.md lists them. The reply begins with "ok" or "error".
+  std::string command(std::string_view line);
+  /// A command has put down or taken away pieces: the cast is another.
+  [[nodiscard]] bool is_changed() const noexcept { return commands_ > 0; }
+
   [[nodiscard]] SceneView view() const;
   /// For the record of the run. No program that drives robots reads it.
   [[nodiscard]] SceneCast cast() const;
@@ -62,7 +68,10 @@ class Scene {
     std::unique_ptr<sim::ServoSocket> servos;
   };
   void add_robot(const CellRobot& robot);
-  [[nodiscard]] std::vector<sim::Piece> scattered() const;
+  /// As many as at the start, in the first area.
+  [[nodiscard]] std::vector<sim::Piece> scattered(std::uint64_t seed) const;
+  std::string refill();
+  std::string empty(const Place& place);
   [[nodiscard]] double surface_m(const Eigen::Vector3d& point) const;
   /// Its name; "elsewhere" where there is none.
   [[nodiscard]] std::string place_of(const sim::Piece& piece) const;
@@ -75,6 +84,7 @@ class Scene {
   sim::ArmClearance clearance_;
   std::optional<std::int64_t> first_ns_;  ///< of the first tick
   std::int64_t time_ns_{0};               ///< of the last tick
+  std::uint64_t commands_{0};             ///< that have changed the pieces
 };
 
 /// The colour of a kind's label: the middle of its hues, blue, green, red.

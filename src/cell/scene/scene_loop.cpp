@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 
 #include "client/failure.h"
-#include "sim/devices/control_input.h"
 
 namespace corbot::cell {
 namespace {
@@ -35,7 +35,7 @@ void SceneLoop::tick_until(std::int64_t now_ns) {
   for (; next_tick_ns_ <= now_ns; next_tick_ns_ += Scene::kTick_ns) {
     scene_.tick(next_tick_ns_);
     has_ticked = true;
-    if (on_sample_ && next_tick_ns_ >= next_sample_ns_) {
+    if (on_sample_ && !scene_.is_changed() && next_tick_ns_ >= next_sample_ns_) {
       on_sample_(scene_.sample());
       next_sample_ns_ = next_tick_ns_ + kSample_ns;
     }
@@ -45,11 +45,15 @@ void SceneLoop::tick_until(std::int64_t now_ns) {
 
 void SceneLoop::wait_for_input(std::int64_t until_ns) {
   std::vector<pollfd> fds;
+  if (input_ != nullptr) fds.push_back({input_->fd(), POLLIN, 0});
   scene_.add_to(fds);
   const std::int64_t left_ns = std::max<std::int64_t>(until_ns - sim::clock_ns(), 0);
   const timespec left{left_ns / 1'000'000'000, left_ns % 1'000'000'000};
   if (::ppoll(fds.data(), fds.size(), &left, nullptr) < 0 && errno != EINTR)
     throw client::system_failure("poll", errno);
+  if (input_ == nullptr || fds[0].revents == 0) return;
+  input_->read([&](std::string_view line) { return scene_.command(line); });
+  std::fflush(stdout);
 }
 
 void SceneLoop::answer_look() {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "cell/scene/scene.h"
+#include "sim/devices/control_input.h"
 
 namespace corbot::cell {
 
@@ -19,9 +20,11 @@ namespace corbot::cell {
 /// as come now.
 class SceneLoop {
  public:
-  /// `on_sample` is called in this thread, `kSample_ns` apart, and must not wait.
-  explicit SceneLoop(Scene& scene, std::function<void(SceneSample)> on_sample = {})
-      : scene_(scene), on_sample_(std::move(on_sample)) {}
+  /// `on_sample` is called in this thread, `kSample_ns` apart until the first command, and must not wait. `input` has lines
+  /// for Scene::command(); null: there are none.
+  explicit SceneLoop(Scene& scene, std::function<void(SceneSample)> on_sample = {},
+                     sim::ControlInput* input = nullptr)
+      : scene_(scene), on_sample_(std::move(on_sample)), input_(input) {}
   static constexpr std::int64_t kSample_ns = 50'000'000;
 
   /// Simulates until a stop is requested.
@@ -40,6 +43,7 @@ class SceneLoop {
 
   Scene& scene_;
   const std::function<void(SceneSample)> on_sample_;
+  sim::ControlInput* const input_;
   std::int64_t next_tick_ns_{0};
   std::int64_t next_sample_ns_{0};
   std::uint64_t overruns_{0};

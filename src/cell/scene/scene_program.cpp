@@ -54,7 +54,9 @@ void run(const CellConfig& cell, Scene::AfterTick after_tick) {
   Scene scene(cell, std::move(after_tick));
   scene.tick(sim::clock_ns());
   SceneRecorder recorder(scene_record_file(cell.state_directory), scene.cast());
-  SceneLoop loop(scene, [&recorder](SceneSample sample) { recorder.add(std::move(sample)); });
+  sim::ControlInput input;
+  SceneLoop loop(
+      scene, [&recorder](SceneSample sample) { recorder.add(std::move(sample)); }, &input);
   const CameraModel& lens = cell.scene->lens;
   sim::Picture picture({lens.size_px[0], lens.size_px[1], cell.scene->noise, cell.scene->seed,
                         [&lens](const Eigen::Vector3d& point) { return lens.project(point); }});

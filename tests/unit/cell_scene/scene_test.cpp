@@ -13,6 +13,7 @@
 #include <fstream>
 #include <thread>
 
+#include "cell/cell_rules.h"
 #include "cell/picture_wire.h"
 #include "cell/scene/picture_server.h"
 #include "cell/scene/scene_loop.h"
@@ -130,6 +131,25 @@ TEST_F(SceneTest, ARobotBringsAPieceByItsControllersLine) {
   driver.grip(true);
   EXPECT_THAT(scene.summary(), HasSubstr("pallet1=0 store1=1 pallet2=0 elsewhere=0 held=0 fallen=0"));
   EXPECT_NEAR((scene.view().pieces[0].foot_m - slot).norm(), 0, 0.012) << "servos have a dead band";
+}
+
+TEST_F(SceneTest, APersonEmptiesAndRefillsAPlace) {
+  Scene scene(demo(12));
+  scene.tick(1'000'000'000);
+  EXPECT_FALSE(scene.is_changed());
+  EXPECT_EQ(scene.command("empty pallet1"), "ok 12 taken away");
+  EXPECT_THAT(scene.command("count"), testing::StartsWith("ok pallet1=0 store1=0"));
+  EXPECT_EQ(scene.command(" refill "), "ok 10 put down") << "none under the hand of an arm";
+  for (int i = 0; i < 5; ++i) EXPECT_THAT(scene.command("refill"), testing::StartsWith("ok "));
+  const double spacing_m = piece_room(demo(12))->spacing_m - 1e-12;
+  const std::vector<sim::DrawnPiece> pieces = scene.view().pieces;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k)
+      EXPECT_GE((pieces[i].foot_m - pieces[k].foot_m).norm(), spacing_m);
+  }
+  EXPECT_TRUE(scene.is_changed());
+  EXPECT_EQ(scene.command("empty nowhere"), "error: no place 'nowhere'");
+  EXPECT_THAT(scene.command("fill"), testing::StartsWith("error: "));
 }
 
 TEST_F(SceneTest, WhatDoesNotFitIsRefused) {
