@@ -260,7 +260,7 @@ void DriveEnabling::disable_all() {
 void DriveEnabling::quick_stop() noexcept {
   const auto& drives = bus_.drives();
   const auto stops = [](const DriveReport& drive) {
-    return drive.is_fresh && is_powered(state_of(drive.process.statusword));
+    return !drive.awaited_since && is_powered(state_of(drive.process.statusword));
   };
   try {
     RunningTime waited = begin_waiting();

@@ -39,7 +39,7 @@ DriveWatch::DriveWatch(const std::vector<std::uint8_t>& nodes) {
 void DriveWatch::clear(Time now) {
   for (DriveReport& drive : drives_) {
     drive = DriveReport{drive.node};
-    drive.heartbeat = drive.process_time = drive.awaited_since = now;
+    drive.heartbeat = drive.process_time = now;
   }
   is_bus_off_ = is_error_passive_ = false;
   tx_timeout_.reset();
@@ -56,19 +56,19 @@ void DriveWatch::settle_faults() {
 void DriveWatch::forgive(Time now) {
   for (DriveReport& drive : drives_) {
     drive.heartbeat = now;
-    if (!drive.is_fresh) drive.awaited_since = now;
+    if (drive.awaited_since) drive.awaited_since = now;
   }
 }
 
 void DriveWatch::expect_answers(Time now) {
   for (DriveReport& drive : drives_) {
-    if (drive.is_fresh) drive.awaited_since = now;
-    drive.is_fresh = false;
+    if (!drive.awaited_since) drive.awaited_since = now;
   }
 }
 
 bool DriveWatch::has_all_answers() const {
-  return std::all_of(drives_.begin(), drives_.end(), [](const DriveReport& drive) { return drive.is_fresh; });
+  return std::none_of(drives_.begin(), drives_.end(),
+                      [](const DriveReport& drive) { return drive.awaited_since.has_value(); });
 }
 
 void DriveWatch::take(const CanFrame& frame, Time now) {
@@ -117,7 +117,7 @@ void DriveWatch::take_process(DriveReport& drive, const CanFrame& frame, Time no
     drive.ignored = 0;
   }
   drive.has_process = true;
-  drive.is_fresh = true;
+  drive.awaited_since.reset();
   drive.process_time = now;
 }
 
@@ -190,7 +190,7 @@ void DriveWatch::check(Time now, Duration heartbeat, Duration process, bool enab
       throw DeviceError(DeviceCause::kHeartbeatLost,
                         name_of(drive) + ": no heartbeat: is it powered, is the cable whole?");
     }
-    if (!drive.is_fresh && now - drive.awaited_since > process) {
+    if (drive.awaited_since && now - *drive.awaited_since > process) {
       throw DeviceError(DeviceCause::kHeartbeatLost, name_of(drive) + " sends no process data any more");
     }
   }
@@ -216,7 +216,7 @@ std::optional<DeviceError> DriveWatch::warning(Time now, Duration stale) const {
     if (!may_press && drive.has_process && (drive.process.statusword & kStatusInternalLimit) != 0) {
       return DeviceError(DeviceCause::kDeviceFault, name_of(drive) + " is at a limit of its own");
     }
-    if (!drive.is_fresh && now - drive.awaited_since > stale) {
+    if (drive.awaited_since && now - *drive.awaited_since > stale) {
       return DeviceError(DeviceCause::kNoAnswer, name_of(drive) + " sends no process data");
     }
   }

@@ -25,12 +25,11 @@ struct DriveReport {
   bool has_restarted{false};   ///< booted since clear()
   DriveProcessData process{};  ///< valid when has_process
   bool has_process{false};
-  bool is_fresh{false};        ///< since expect_answers()
-  Time process_time{};         ///< of `process`
-  Time awaited_since{};        ///< unless is_fresh: the first SYNC without an answer
-  std::uint16_t emergency{0};  ///< the last; 0: none, or taken back
-  bool had_voltage{false};     ///< by bit 4 of the statusword, when it was last in operation enabled
-  int ignored{0};              ///< statuswords in a row, in operation enabled, by which it follows no target
+  Time process_time{};                  ///< of `process`
+  std::optional<Time> awaited_since{};  ///< the first SYNC without an answer; none: it owes no answer
+  std::uint16_t emergency{0};           ///< the last; 0: none, or taken back
+  bool had_voltage{false};              ///< by bit 4 of the statusword, when it was last in operation enabled
+  int ignored{0};  ///< statuswords in a row, in operation enabled, by which it follows no target
 };
 
 /// Monitors the frames of a bus of drives. Has no clock and no bus of its own; trusts no byte.

@@ -71,6 +71,17 @@ TEST_F(Drives, AreStartedWithASlowHeartbeat) {
   EXPECT_TRUE(arrives());
 }
 
+TEST_F(Drives, MayAnswerTheFirstSyncLateAfterASlowStart) {
+  settings_.heartbeat_ms = 2'500;
+  Cia402Drives drives(settings_);
+  emulator_.command("mute on 2");
+  drives.open();
+  EXPECT_EQ(drives.measure(frame()).unit, BusReading::Unit::kNothing);
+  emulator_.command("mute off 2");
+  EXPECT_TRUE(
+      wait_until(within(10), [&] { return drives.measure(frame()).unit == BusReading::Unit::kJoints; }));
+}
+
 TEST_F(Drives, KeepAWarningThatStandsAtTheirStart) {
   CanPort port;
   port.open(emulator_.bus(), {kRpdo1 + 1});

@@ -277,6 +277,20 @@ TEST_F(Watching, ForgivesWhatWasMissedWhileNobodyListened) {
   EXPECT_EQ(check(), DeviceCause::kHeartbeatLost);
 }
 
+TEST_F(Watching, AwaitsProcessDataFromTheFirstSyncOn) {
+  watch_.clear(now_);
+  now_ += 550ms;
+  EXPECT_FALSE(watch_.warning(now_, 50ms));
+  watch_.expect_answers(now_);
+  EXPECT_EQ(check(), DeviceCause::kNone);
+  now_ += 1ms;
+  hear(0x701, {5});
+  hear(0x702, {5});
+  watch_.expect_answers(now_);
+  now_ += 500ms;
+  EXPECT_EQ(check(), DeviceCause::kHeartbeatLost) << "501 ms after the first SYNC";
+}
+
 TEST_F(Watching, SeesFaultsRestartsAndStates) {
   hear(0x82, {0x10, 0x32, 1, 0, 0, 0, 0, 0});
   EXPECT_EQ(check(), DeviceCause::kDeviceFault);
