@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -31,12 +32,6 @@ inline void PrintTo(const Case& chosen, std::ostream* out) { *out << name_of(cho
 
 inline int shards_of(const std::string& arm) { return arm == "lynx5" ? 4 : 1; }
 
-/// Into how many cases the motions are divided: the Lynx 5 has a half of them, every other arm as many as the others.
-inline std::uint64_t shares_of(const std::string& arm) {
-  constexpr std::uint64_t kKinds = 3;
-  return 2 * kKinds * (arm == "lynx5" ? 4 : kTestArms.size() - 1);
-}
-
 /// Every kind that the arm can plan.
 inline std::vector<Case> motion_cases() {
   std::vector<Case> all;
@@ -48,6 +43,14 @@ inline std::vector<Case> motion_cases() {
     }
   }
   return all;
+}
+
+/// Into how many cases the motions are divided: the Lynx 5 has a half of them, all other cases have as many as one another.
+inline std::int64_t shares_of(const std::string& arm) {
+  const auto is_lynx5 = [](const std::string& name) { return name == "lynx5"; };
+  const std::vector<Case> all = motion_cases();
+  return 2 * std::count_if(all.begin(), all.end(),
+                           [&](const Case& each) { return is_lynx5(each.arm) == is_lynx5(arm); });
 }
 
 }  // namespace corbot::test

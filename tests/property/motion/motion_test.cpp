@@ -14,12 +14,14 @@
 #include "corbot/motion/path.h"
 #include "corbot/motion/rate_proof.h"
 #include "motion/motion_cases.h"
+#include "motion/motion_results.h"
 #include "motion/stop_judge.h"
 #include "motion/watcher.h"
 #include "rt/rig.h"
 
 // Random motions through planner, ring, cycle and loopback backend, every tick watched from outside.
-// CORBOT_MOTIONS: how many in total (default 40000, fewer under sanitizers); CORBOT_SEED: the seed.
+// CORBOT_MOTIONS: how many in total (default 40000, fewer under sanitizers); CORBOT_SEED: the seed;
+// CORBOT_MOTION_RESULTS: a file to which the run adds a line with its figures.
 
 namespace corbot::test::property_motion_test {
 namespace {
@@ -35,6 +37,7 @@ constexpr int kDefaultMotions = 40000;
 #else
 constexpr int kDefaultMotions = 40000;
 #endif
+constexpr std::uint64_t kDefaultSeed = 20260101;
 
 enum class Interruption {
   kNone,
@@ -55,6 +58,31 @@ std::uint64_t environment(const char* name, std::uint64_t otherwise) {
   const char* text = std::getenv(name);
   return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
 }
+
+/// Of all cases of this run.
+MotionResults run_results;
+
+const char* results_file() { return std::getenv("CORBOT_MOTION_RESULTS"); }
+
+class ResultsFile : public ::testing::Environment {
+ public:
+  void TearDown() override {
+    const char* file = results_file();
+    if (file == nullptr || run_results.counts.empty()) return;
+    const std::uint64_t seed = environment("CORBOT_SEED", kDefaultSeed);
+    const int breaches = ::testing::UnitTest::GetInstance()->failed_test_count();
+    run_results.counts["batches"] = 1;
+    run_results.counts["breaches"] = static_cast<std::uint64_t>(breaches);
+    if (breaches > 0) {
+      fmt::print(
+          "FAILED: seed {}; repeat: CORBOT_SEED={} CORBOT_MOTIONS={} build/release/tests/test_motion "
+          "--gtest_filter='Random/Motions.*'\n",
+          seed, seed, environment("CORBOT_MOTIONS", kDefaultMotions));
+    }
+    fmt::print("{} in all: {}\n", file, to_string(add_to_file(file, seed, run_results)));
+  }
+};
+[[maybe_unused]] const auto* const adds_results = ::testing::AddGlobalTestEnvironment(new ResultsFile);
 
 bool is_path(const Command& command) { return knots_of(command) != nullptr; }
 
@@ -136,12 +164,15 @@ class Motions : public ::testing::TestWithParam<Case> {
   bool check_stop(const Command& command, int ticks);
   bool check_end(const Command& command);
   bool clear_after_press();
+  void count(const Command& command, const Watcher& watcher);
+  void report() const;
 
   std::mt19937_64 random_{};
   Rig rig_{arm_of(GetParam().arm)};
   const double longest_rate_stop_s_ = rate::longest_stop_s(rig_.arm);
   Shares joint_{};
   Shares path_{};
+  Shares rotation_{};
   StopJudge judge_{rig_.arm};
   double deviation_m_{0}, stop_share_{0};
   int done_{0}, stopped_{0}, pressed_{0};
@@ -236,6 +267,7 @@ bool Motions::check_stop(const Command& command, int ticks) {
   if (scale_s > 0.0) stop_share_ = std::max(stop_share_, taken_s / scale_s);
   // Two cycles: one to see the request, one to report.
   const double bound_s = is_path(command) ? longest_rate_stop_s_ : scale_s * rt::Governor::kStopBound;
+  run_results.see("stop_of_bound", taken_s / (bound_s + 3e-3));
   if (taken_s <= bound_s + 3e-3) return true;
   error_ = fmt::format("stop took {} s, {} times v/a + a/j", taken_s, taken_s / scale_s);
   return false;
@@ -245,6 +277,7 @@ bool Motions::check_end(const Command& command) {
   for (std::size_t i = 0; i < rig_.arm.dof; ++i) {
     const double miss = rig_.snapshot.position_q[i] - command.end_q[i];
     const bool by_joint = command.kind == MotionKind::kJoint;
+    if (by_joint) run_results.see("end_off_q", std::abs(miss));
     if (by_joint && !(std::abs(miss) <= 1e-9)) {
       error_ = fmt::format("joint {} ends {} off", i, miss);
       return false;
@@ -256,6 +289,7 @@ bool Motions::check_end(const Command& command) {
       command.kind == MotionKind::kLine ? point_at(command.line, 1.0) : point_at(command.arc, 1.0);
   const double miss_m =
       std::hypot(end[0] - target.position_m[0], end[1] - target.position_m[1], end[2] - target.position_m[2]);
+  run_results.see("end_off_m", miss_m);
   if (miss_m <= 1e-9) return true;
   error_ = fmt::format("TCP ends {} m off", miss_m);
   return false;
@@ -273,6 +307,48 @@ bool Motions::clear_after_press() {
   if ((flags & kSnapshotPowerOff) == 0 || (flags & kSnapshotFaultStop) != 0) error_ = "not off at rest";
   if (rig_.snapshot.position_q != at_rest) error_ = "moved by a Clear";
   return error_.empty();
+}
+
+void Motions::count(const Command& command, const Watcher& watcher) {
+  const auto raise = [](Shares& most, const Shares& seen) {
+    most = {std::max(most.speed, seen.speed), std::max(most.acceleration, seen.acceleration),
+            std::max(most.jerk, seen.jerk)};
+  };
+  raise(joint_, watcher.joint);
+  raise(path_, watcher.path);
+  raise(rotation_, watcher.rotation);
+  deviation_m_ = std::max(deviation_m_, watcher.deviation_m);
+  auto& counts = run_results.counts;
+  ++counts["motions"];
+  ++counts["of_" + GetParam().arm];
+  ++counts[command.kind == MotionKind::kJoint  ? "joint_motions"
+           : command.kind == MotionKind::kLine ? "lines"
+                                               : "arcs"];
+  if (is_path(command) && knots_of(command)->count == 0) ++counts["paths_without_knots"];
+}
+
+void Motions::report() const {
+  fmt::print(
+      "{} done, {} stopped, {} of them by a press, {} ticks; greatest share of the limits: joint motions v "
+      "{:.6f} a {:.6f} j "
+      "{:.6f}, "
+      "path v {:.6f} a {:.6f} j {:.6f}; deviation {:.2e} m; stop {:.3f} (v/a + a/j), {:.3f} of the shortest "
+      "one; faster after it by {:.3f} (a²/2j), {} of {} took over {} of the shortest\n",
+      done_, stopped_, pressed_, ticks_, joint_.speed, joint_.acceleration, joint_.jerk, path_.speed,
+      path_.acceleration, path_.jerk, deviation_m_, stop_share_, judge_.greatest_share, judge_.greatest_rise,
+      judge_.long_stops, judge_.stops, StopJudge::kNearlyAll);
+  const auto see = [](const std::string& of, const Shares& shares) {
+    run_results.see(of + "_speed", shares.speed);
+    run_results.see(of + "_acceleration", shares.acceleration);
+    run_results.see(of + "_jerk", shares.jerk);
+  };
+  see("joint", joint_);
+  see("tool", path_);
+  see("tool_rotation", rotation_);
+  run_results.see("off_path_m", deviation_m_);
+  run_results.see("stop_of_shortest", judge_.greatest_share);
+  run_results.counts["ticks"] += ticks_;
+  run_results.counts["stopped"] += static_cast<std::uint64_t>(stopped_);
 }
 
 bool Motions::run(const Command& command, Interruption interruption) {
@@ -332,13 +408,7 @@ bool Motions::run(const Command& command, Interruption interruption) {
     ++pressed_;
     if (verdict == Verdict::kFault) verdict = Verdict::kStopped;
   }
-  joint_.speed = std::max(joint_.speed, watcher.joint.speed);
-  joint_.acceleration = std::max(joint_.acceleration, watcher.joint.acceleration);
-  joint_.jerk = std::max(joint_.jerk, watcher.joint.jerk);
-  path_.speed = std::max(path_.speed, watcher.path.speed);
-  path_.acceleration = std::max(path_.acceleration, watcher.path.acceleration);
-  path_.jerk = std::max(path_.jerk, watcher.path.jerk);
-  deviation_m_ = std::max(deviation_m_, watcher.deviation_m);
+  count(command, watcher);
   if (!error_.empty()) return false;
   (verdict == Verdict::kDone ? done_ : stopped_)++;
   if (verdict == Verdict::kDone) return check_end(command);
@@ -372,24 +442,18 @@ void Motions::one_motion(Kind kind) {
 
 TEST_P(Motions, KeepEveryLimitAndStayOnThePath) {
   const auto& [arm, kind, shard] = GetParam();
-  const std::uint64_t seed = environment("CORBOT_SEED", 20260101) * 100 +
+  const std::uint64_t seed = environment("CORBOT_SEED", kDefaultSeed) * 100 +
                              static_cast<std::uint64_t>(kind) * 10 + static_cast<std::uint64_t>(shard);
+  const auto shares = static_cast<std::uint64_t>(shares_of(arm));
   // Fewer would not see each interruption come while the arm still moves.
   const std::uint64_t motions =
-      std::max<std::uint64_t>(environment("CORBOT_MOTIONS", kDefaultMotions) / shares_of(arm), 100);
+      std::max<std::uint64_t>((environment("CORBOT_MOTIONS", kDefaultMotions) + shares - 1) / shares, 100);
   random_.seed(seed);
-  fmt::print("seed {} (CORBOT_SEED, kind, shard), {} motions\n", seed, motions);
+  if (results_file() == nullptr)
+    fmt::print("seed {} (CORBOT_SEED, kind, shard), {} motions\n", seed, motions);
   rig_.step();
   for (std::uint64_t i = 0; i < motions && !HasFailure(); ++i) one_motion(kind);
-  fmt::print(
-      "{} done, {} stopped, {} of them by a press, {} ticks; greatest share of the limits: joint motions v "
-      "{:.6f} a {:.6f} j "
-      "{:.6f}, "
-      "path v {:.6f} a {:.6f} j {:.6f}; deviation {:.2e} m; stop {:.3f} (v/a + a/j), {:.3f} of the shortest "
-      "one; faster after it by {:.3f} (a²/2j), {} of {} took over {} of the shortest\n",
-      done_, stopped_, pressed_, ticks_, joint_.speed, joint_.acceleration, joint_.jerk, path_.speed,
-      path_.acceleration, path_.jerk, deviation_m_, stop_share_, judge_.greatest_share, judge_.greatest_rise,
-      judge_.long_stops, judge_.stops, StopJudge::kNearlyAll);
+  report();
   EXPECT_GT(done_, 0);
   EXPECT_GT(stopped_, 0);
   EXPECT_GT(pressed_, 0);

@@ -13,7 +13,7 @@ namespace corbot::test {
 namespace {
 
 constexpr double kPlanTolerance = 1e-6;
-constexpr double kRampTolerance = 1e-4;
+constexpr double kRampTolerance = 1e-5;
 constexpr double kSpeedRounding = 1e-9;
 constexpr double kAccelerationRounding = 1e-7;
 constexpr double kJerkRounding = 1e-4;
@@ -72,6 +72,7 @@ bool Watcher::see(const Snapshot& snapshot) {
   const Pose pose = arm_.kinematics.forward(snapshot.position_q);
   p_[0] = pose.position_m;
   orientation_ = {pose.orientation, orientation_[0]};
+  turn_ = {angle_between(orientation_[0], orientation_[1]), turn_[0], turn_[1]};
   if (snapshot.command_id != 0) {
     ramped_ = ramped_ || (last_rate_ >= 0.0 && snapshot.virtual_rate != last_rate_);
     last_rate_ = snapshot.virtual_rate;
@@ -83,7 +84,7 @@ bool Watcher::see(const Snapshot& snapshot) {
   }
   const bool on_path =
       has_command_ && (command_.kind == MotionKind::kLine || command_.kind == MotionKind::kArc);
-  return !on_path || (see_path() && see_deviation(snapshot));
+  return !on_path || (see_path() && see_turn() && see_deviation(snapshot));
 }
 
 bool Watcher::see_range(const Snapshot& snapshot) {
@@ -139,18 +140,33 @@ bool Watcher::see_path() {
   if (!(speed <= limits.speed_m_s * (1 + kPlanTolerance) + kSpeedRounding)) {
     return fail("path speed", speed, limits.speed_m_s);
   }
-  const double turn = angle_between(orientation_[0], orientation_[1]) / dt_s_;
-  // Of arms that follow an orientation; the heading of others goes with their joints.
-  if (arm_.kinematics.follows() == Follows::kFull &&
-      !(turn <= limits.rotation_speed_rad_s * (1 + kPlanTolerance) + kTurnRounding)) {
-    return fail("rotation speed", turn, limits.rotation_speed_rad_s);
-  }
   if (!(acceleration <= limits.acceleration_m_s2 * (1 + tolerance) + kAccelerationRounding)) {
     return fail("path acceleration", acceleration, limits.acceleration_m_s2);
   }
   if (!(jerk <= limits.jerk_m_s3 * (1 + tolerance) + kJerkRounding))
     return fail("path jerk", jerk, limits.jerk_m_s3);
   return true;
+}
+
+/// Of arms that follow an orientation; the heading of others goes with their joints. The tool turns about one axis, and does not
+/// turn back: the differences of its angles are those of its rotation.
+bool Watcher::see_turn() {
+  if (arm_.kinematics.follows() != Follows::kFull) return true;
+  const PathLimits& limits = arm_.path;
+  const double tolerance = ramped_ ? kRampTolerance : kPlanTolerance;
+  const double speed = turn_[0] / dt_s_;
+  const double acceleration = path_age_ >= 2 ? std::abs(turn_[0] - turn_[1]) / (dt_s_ * dt_s_) : 0.0;
+  const double jerk =
+      path_age_ >= 3 ? std::abs(turn_[0] - 2 * turn_[1] + turn_[2]) / (dt_s_ * dt_s_ * dt_s_) : 0.0;
+  rotation.speed = std::max(rotation.speed, speed / limits.rotation_speed_rad_s);
+  rotation.acceleration = std::max(rotation.acceleration, acceleration / limits.rotation_acceleration_rad_s2);
+  rotation.jerk = std::max(rotation.jerk, jerk / limits.rotation_jerk_rad_s3);
+  if (!(speed <= limits.rotation_speed_rad_s * (1 + kPlanTolerance) + kTurnRounding))
+    return fail("rotation speed", speed, limits.rotation_speed_rad_s);
+  if (!(acceleration <= limits.rotation_acceleration_rad_s2 * (1 + tolerance) + kTurnRounding))
+    return fail("rotation acceleration", acceleration, limits.rotation_acceleration_rad_s2);
+  return jerk <= limits.rotation_jerk_rad_s3 * (1 + tolerance) + kJerkRounding ||
+         fail("rotation jerk", jerk, limits.rotation_jerk_rad_s3);
 }
 
 bool Watcher::see_deviation(const Snapshot& snapshot) {

@@ -18,7 +18,7 @@ struct Shares {
 /// Looks at every set-point by itself, from outside: by difference quotients, not by what the cycle says of
 /// itself.
 ///
-/// Tolerances, relative to the limits: 1e-6 on what a plan alone does, 1e-4 on acceleration and jerk while
+/// Tolerances, relative to the limits: 1e-6 on what a plan alone does, 1e-5 on acceleration and jerk while
 /// the rate changes (the governor looks at samples). Absolute, for rounding: a set-point of some radians
 /// carries 1e-15, hence a third difference over 1 ms carries 8e-15 / 1e-9 s³, taken as 1e-4.
 class Watcher {
@@ -34,8 +34,9 @@ class Watcher {
   void expect_fault() { expects_fault_ = true; }
 
   std::string error;
-  Shares joint;  ///< of joint motions
-  Shares path;   ///< of lines and arcs
+  Shares joint;     ///< of joint motions
+  Shares path;      ///< of lines and arcs
+  Shares rotation;  ///< of the tool on these, where the arm follows every orientation
   double deviation_m{0};
 
  private:
@@ -43,6 +44,7 @@ class Watcher {
   bool see_range(const Snapshot& snapshot);
   bool see_joint(std::size_t joint);
   bool see_path();
+  bool see_turn();
   bool see_deviation(const Snapshot& snapshot);
   bool fail(const std::string& what, double value, double bound);
 
@@ -56,6 +58,7 @@ class Watcher {
   std::array<Joints, kHistory> q_{};                 ///< newest first
   std::array<std::array<double, 3>, kHistory> p_{};  ///< TCP, newest first
   std::array<Quaternion, 2> orientation_{};          ///< of the tool, newest first
+  std::array<double, 3> turn_{};                     ///< of the tool in a cycle, rad, newest first
   int path_age_{0};                                  ///< set-points since the line or arc began
 };
 
