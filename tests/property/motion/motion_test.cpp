@@ -328,15 +328,18 @@ void Motions::count(const Command& command, const Watcher& watcher) {
 }
 
 void Motions::report() const {
-  fmt::print(
-      "{} done, {} stopped, {} of them by a press, {} ticks; greatest share of the limits: joint motions v "
-      "{:.6f} a {:.6f} j "
-      "{:.6f}, "
-      "path v {:.6f} a {:.6f} j {:.6f}; deviation {:.2e} m; stop {:.3f} (v/a + a/j), {:.3f} of the shortest "
-      "one; faster after it by {:.3f} (a²/2j), {} of {} took over {} of the shortest\n",
-      done_, stopped_, pressed_, ticks_, joint_.speed, joint_.acceleration, joint_.jerk, path_.speed,
-      path_.acceleration, path_.jerk, deviation_m_, stop_share_, judge_.greatest_share, judge_.greatest_rise,
-      judge_.long_stops, judge_.stops, StopJudge::kNearlyAll);
+  if (results_file() == nullptr || HasFailure()) {
+    fmt::print(
+        "{} done, {} stopped, {} of them by a press, {} ticks; greatest share of the limits: joint motions v "
+        "{:.6f} a {:.6f} j "
+        "{:.6f}, "
+        "path v {:.6f} a {:.6f} j {:.6f}; deviation {:.2e} m; stop {:.3f} (v/a + a/j), {:.3f} of the "
+        "shortest "
+        "one; faster after it by {:.3f} (a²/2j), {} of {} took over {} of the shortest\n",
+        done_, stopped_, pressed_, ticks_, joint_.speed, joint_.acceleration, joint_.jerk, path_.speed,
+        path_.acceleration, path_.jerk, deviation_m_, stop_share_, judge_.greatest_share,
+        judge_.greatest_rise, judge_.long_stops, judge_.stops, StopJudge::kNearlyAll);
+  }
   const auto see = [](const std::string& of, const Shares& shares) {
     run_results.see(of + "_speed", shares.speed);
     run_results.see(of + "_acceleration", shares.acceleration);
