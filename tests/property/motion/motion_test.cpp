@@ -38,6 +38,8 @@ constexpr int kDefaultMotions = 40000;
 constexpr int kDefaultMotions = 40000;
 #endif
 constexpr std::uint64_t kDefaultSeed = 20260101;
+/// Of a limit, with what the watcher allows for rounding.
+constexpr double kMostShare = 1.00001;
 
 enum class Interruption {
   kNone,
@@ -340,9 +342,12 @@ void Motions::report() const {
         judge_.greatest_rise, judge_.long_stops, judge_.stops, StopJudge::kNearlyAll);
   }
   const auto see = [](const std::string& of, const Shares& shares) {
-    run_results.see(of + "_speed", shares.speed);
-    run_results.see(of + "_acceleration", shares.acceleration);
-    run_results.see(of + "_jerk", shares.jerk);
+    for (const auto& [what, share] :
+         {std::pair("_speed", shares.speed), std::pair("_acceleration", shares.acceleration),
+          std::pair("_jerk", shares.jerk)}) {
+      run_results.see(of + what, share);
+      EXPECT_LE(share, kMostShare) << of << what;
+    }
   };
   see("joint", joint_);
   see("tool", path_);
