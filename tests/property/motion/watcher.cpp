@@ -100,14 +100,14 @@ bool Watcher::see_range(const Snapshot& snapshot) {
 bool Watcher::see_joint(std::size_t i) {
   const JointLimits& limits = arm_.joints[i];
   const double speed = std::abs(q_[0][i] - q_[1][i]) / dt_s_;
-  if (!(speed <= limits.speed_q_s * (1 + kPlanTolerance) + kSpeedRounding + 1e-6)) {
+  const double tolerance = ramped_ ? kRampTolerance : kPlanTolerance;
+  joint.speed = std::max(joint.speed, speed / limits.speed_q_s);
+  if (!(speed <= limits.speed_q_s * (1 + tolerance) + kSpeedRounding + 1e-6)) {
     return fail(fmt::format("joint {} speed", i), speed, limits.speed_q_s);
   }
   if (!has_command_ || (command_.kind != MotionKind::kJoint && knots_of(command_) == nullptr)) return true;
-  const double tolerance = ramped_ ? kRampTolerance : kPlanTolerance;
   const double acceleration = std::abs(q_[0][i] - 2 * q_[1][i] + q_[2][i]) / (dt_s_ * dt_s_);
   const double jerk = std::abs(q_[0][i] - 3 * q_[1][i] + 3 * q_[2][i] - q_[3][i]) / (dt_s_ * dt_s_ * dt_s_);
-  joint.speed = std::max(joint.speed, speed / limits.speed_q_s);
   joint.acceleration = std::max(joint.acceleration, acceleration / limits.acceleration_q_s2);
   joint.jerk = std::max(joint.jerk, jerk / limits.jerk_q_s3);
   if (!(acceleration <= limits.acceleration_q_s2 * (1 + tolerance) + kAccelerationRounding)) {

@@ -18,8 +18,8 @@ struct Shares {
 /// Looks at every set-point by itself, from outside: by difference quotients, not by what the cycle says of
 /// itself.
 ///
-/// Tolerances, relative to the limits: 1e-6 on what a plan alone does, 1e-5 on acceleration and jerk while
-/// the rate changes (the governor looks at samples). Absolute, for rounding: a set-point of some radians
+/// Tolerances, relative to the limits: 1e-6 on what a plan alone does, 1e-5 while the rate changes (the
+/// governor looks at samples). Absolute, for rounding: a set-point of some radians
 /// carries 1e-15, hence a third difference over 1 ms carries 8e-15 / 1e-9 s³, taken as 1e-4.
 class Watcher {
  public:
