@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "cli_rig.h"
 
@@ -90,6 +93,34 @@ TEST_F(Motions, ADryRunShowsThePlanAndMovesNothing) {
   EXPECT_EQ(beyond.errors, corbot({"moves", "2", "0", "0.1"}).errors);
   EXPECT_EQ(corbot({"open", "--dry-run"}).code, 2) << "no motion of the arm";
   EXPECT_EQ(status().at("joints"), before);
+}
+
+TEST_F(Motions, ARobotElsewhereIsAskedForTheReachOfACell) {
+  for (const auto& entry : std::filesystem::directory_iterator(CORBOT_CELL))
+    std::filesystem::copy(entry.path(), directory_);
+  const std::string file = directory_ / "cell.toml";
+  std::ifstream in(file);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    const auto at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+  };
+  const nlohmann::json before = status().at("joints");
+  replace("profile = \"arm.toml\"",
+          "reference = \"corbaloc::127.0.0.1:" + std::to_string(port_) + "/" + name_ + "\"");
+  std::ofstream(file) << text;
+  const RunResult all = corbot({"cell", "check", file});
+  EXPECT_EQ(all.code, 0) << all.errors;
+  EXPECT_EQ(all.output,
+            "robot1: all 27 points are reached from where it stands\nrobot2: all 33 points are reached\n");
+  replace("wait_m = [0.153", "wait_m = [0.9");
+  std::ofstream(file) << text;
+  const RunResult refused = corbot({"cell", "check", file});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.output, HasSubstr("robot1: robot[0].wait_m: the motion to "));
+  EXPECT_THAT(refused.output, HasSubstr("would be refused: "));
+  EXPECT_EQ(status().at("joints"), before) << "nothing moves";
 }
 
 TEST_F(Motions, FramesAreSetShownAndReset) {

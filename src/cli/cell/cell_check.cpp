@@ -3,11 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <utility>
 
 #include "cli/arm/dry_run.h"
 #include "cli/cell/cell_directory.h"
 #include "cli/cell/cell_processes.h"
+#include "client/client.h"
 #include "client/failure.h"
 #include "config/load_profile.h"
 
@@ -24,6 +26,8 @@ using client::Verb;
 using Eigen::Vector3d;
 
 namespace {
+
+constexpr double kReply_s = 10;  // of a robot elsewhere
 
 Profile parsed_profile(const CellConfig& cell, const CellRobot& robot) {
   try {
@@ -60,8 +64,12 @@ std::vector<Spot> spots_of(const Place& place, const Kind& kind) {
 /// Plans for one robot, and collects what is refused.
 class ReachPlans {
  public:
-  ReachPlans(const CellConfig& cell, const CellRobot& robot)
-      : cell_(cell), robot_(robot), waiting_(parsed_profile(cell, robot)) {}
+  ReachPlans(const CellConfig& cell, const CellRobot& robot) : cell_(cell), robot_(robot) {
+    if (robot.profile.empty())
+      elsewhere_.emplace(client::find_robot(cell.robot_uri(robot)), kReply_s);
+    else
+      waiting_.emplace(parsed_profile(cell, robot));
+  }
 
   ReachCheck run() {
     result_.points = 1;
@@ -91,32 +99,50 @@ class ReachPlans {
   /// The way of a worker to a grasp. The way back is the same line, and a free motion.
   void check(const std::string& key, const Vector3d& grasp_m) {
     result_.points += 2;
-    DryRun robot = waiting_;
-    if (plans(robot, key, {"the motion above the grasp", Verb::kMove, grasp_m, robot_.above_m}))
+    std::optional<DryRun> robot = waiting_;
+    if (elsewhere_) {  // the line would begin above the grasp, and the robot does not stand there
+      (void)plans(robot, key, {"the motion above the grasp", Verb::kMove, grasp_m, robot_.above_m});
+      (void)plans(robot, key, {"a motion to the grasp", Verb::kMove, grasp_m});
+    } else if (plans(robot, key, {"the motion above the grasp", Verb::kMove, grasp_m, robot_.above_m})) {
       (void)plans(robot, key,
                   {"the line to the grasp", Verb::kMoveS, grasp_m, 0, robot_.above_m / robot_.approach_m_s});
+    }
   }
 
-  bool plans(DryRun& robot, const std::string& key, const Motion& motion) {
+  /// Why the robot elsewhere refuses; nothing: it does not.
+  std::optional<std::string> refusal_elsewhere(const Request& request) {
+    try {
+      (void)elsewhere_->plan(request);
+      return std::nullopt;
+    } catch (const Failure& failure) {
+      if (failure.code() != ExitCode::kRefused) throw;
+      return failure.what();
+    }
+  }
+
+  /// `robot`: nothing where the robot is elsewhere.
+  bool plans(std::optional<DryRun>& robot, const std::string& key, const Motion& motion) {
     const Vector3d& to = motion.point_m;
-    const auto why = robot.refusal_of(Request{.verb = motion.verb,
-                                              .numbers = {to.x(), to.y(), to.z()},
-                                              .above_m = motion.above_m,
-                                              .time_s = motion.time_s});
+    const Request request{.verb = motion.verb,
+                          .numbers = {to.x(), to.y(), to.z()},
+                          .above_m = motion.above_m,
+                          .time_s = motion.time_s};
+    const auto why = robot ? robot->refusal_of(request) : refusal_elsewhere(request);
     if (why) result_.refused.push_back({key, motion.name, to + Vector3d(0, 0, motion.above_m), *why});
     return !why;
   }
 
   const CellConfig& cell_;
   const CellRobot& robot_;
-  DryRun waiting_;  ///< with the arm at its wait pose, or where all joints are 0 if that is refused
+  std::optional<DryRun>
+      waiting_;  ///< with the arm at its wait pose, or where all joints are 0 if that is refused
+  std::optional<client::Client> elsewhere_;  ///< if there is no profile
   ReachCheck result_;
 };
 
 }  // namespace
 
-std::optional<ReachCheck> check_reach(const CellConfig& cell, const CellRobot& robot) {
-  if (robot.profile.empty()) return std::nullopt;
+ReachCheck check_reach(const CellConfig& cell, const CellRobot& robot) {
   return ReachPlans(cell, robot).run();
 }
 
@@ -124,17 +150,15 @@ void cell_check(const cell::CellOptions& options) {
   const CellConfig cell = load_for_command(options);
   std::size_t count = 0;
   for (const CellRobot& robot : cell.robots) {
-    const auto check = check_reach(cell, robot);
-    if (!check) {
-      fmt::print("{}: not checked: it runs elsewhere, and the cell has no profile of its arm\n", robot.name);
-      continue;
-    }
-    if (check->refused.empty()) fmt::print("{}: all {} points are reached\n", robot.name, check->points);
-    for (const RefusedPoint& point : check->refused)
+    const ReachCheck check = check_reach(cell, robot);
+    if (check.refused.empty())
+      fmt::print("{}: all {} points are reached{}\n", robot.name, check.points,
+                 robot.profile.empty() ? " from where it stands" : "");
+    for (const RefusedPoint& point : check.refused)
       fmt::print("{}: {}: {} to ({:.3f}, {:.3f}, {:.3f}) m in the robot's frame would be refused: {}\n",
                  robot.name, point.key, point.motion, point.point_m.x(), point.point_m.y(), point.point_m.z(),
                  point.why);
-    count += check->refused.size();
+    count += check.refused.size();
   }
   if (count == 0) return;
   throw Failure(ExitCode::kRefused,

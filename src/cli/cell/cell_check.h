@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "cell/program.h"
 
-// A worker's motions, planned without any process: to its wait pose, then from there to each slot.
+// A worker's motions, planned and not carried out: to its wait pose, then from there to each slot.
 
 namespace corbot::cli {
 
@@ -25,10 +24,10 @@ struct ReachCheck {
 };
 
 /// Plans what the worker of the robot commands; the arm begins with all joints at 0. Nine spots stand for an area: its corners and the
-/// middles of its edges, where a piece stands on it whole, and its middle. Nothing: the cell has no profile of the robot. Throws
-/// client::Failure where the profile cannot be read.
-[[nodiscard]] std::optional<ReachCheck> check_reach(const cell::CellConfig& cell,
-                                                    const cell::CellRobot& robot);
+/// middles of its edges, where a piece stands on it whole, and its middle. A robot that runs elsewhere plans itself, from where it
+/// stands, a free motion to each point. Throws client::Failure where the profile cannot be read, or the robot does not reply or is no
+/// Arm.
+[[nodiscard]] ReachCheck check_reach(const cell::CellConfig& cell, const cell::CellRobot& robot);
 
 /// Prints the check of each robot. Throws client::Failure, kRefused, where a point is out of reach.
 void cell_check(const cell::CellOptions& options);

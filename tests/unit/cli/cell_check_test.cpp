@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "client/failure.h"
 #include "support/paths.h"
 
 namespace corbot::cli {
@@ -31,10 +32,10 @@ auto refused(const std::string& key, const std::string& motion, const std::strin
 
 TEST(CellCheck, BothRobotsReachAllPointsOfTheShippedCell) {
   const cell::CellConfig cell = demo();
-  const ReachCheck robot1 = check_reach(cell, cell.robots[0]).value();
+  const ReachCheck robot1 = check_reach(cell, cell.robots[0]);
   EXPECT_THAT(robot1.refused, IsEmpty());
   EXPECT_EQ(robot1.points, 1 + 2 * (9 + 4));
-  const ReachCheck robot2 = check_reach(cell, cell.robots[1]).value();
+  const ReachCheck robot2 = check_reach(cell, cell.robots[1]);
   EXPECT_THAT(robot2.refused, IsEmpty());
   EXPECT_EQ(robot2.points, 1 + 2 * (4 + 12));
 }
@@ -42,7 +43,7 @@ TEST(CellCheck, BothRobotsReachAllPointsOfTheShippedCell) {
 TEST(CellCheck, ASlotOutOfReachIsNamedWithItsPointInTheRobotsFrame) {
   cell::CellConfig cell = demo();
   cell.places[1].slots->pitch_m.y() = 0.2;  // the outer two of four slots are 0.3 m from the middle
-  const ReachCheck check = check_reach(cell, cell.robots[0]).value();
+  const ReachCheck check = check_reach(cell, cell.robots[0]);
   ASSERT_THAT(check.refused,
               ElementsAre(refused("place[1] store1, slot 0, red", "the motion above the grasp", "too far"),
                           refused("place[1] store1, slot 3, red", "the motion above the grasp", "too far")));
@@ -54,7 +55,7 @@ TEST(CellCheck, AGraspBelowAnApproachInReachIsNamedWithTheLine) {
   cell::CellConfig cell = demo();
   cell.places[1].frame.position_m.z() = -0.25;
   cell.robots[0].above_m = 0.3;
-  const ReachCheck check = check_reach(cell, cell.robots[0]).value();
+  const ReachCheck check = check_reach(cell, cell.robots[0]);
   ASSERT_THAT(check.refused,
               testing::Contains(refused("place[1] store1, slot 1, red", "the line to the grasp", "")));
 }
@@ -62,7 +63,7 @@ TEST(CellCheck, AGraspBelowAnApproachInReachIsNamedWithTheLine) {
 TEST(CellCheck, AWaitPoseOutOfReachIsNamedByItsKey) {
   cell::CellConfig cell = demo();
   cell.robots[1].wait_m = {-0.3, 0, 0.09};
-  const ReachCheck check = check_reach(cell, cell.robots[1]).value();
+  const ReachCheck check = check_reach(cell, cell.robots[1]);
   ASSERT_THAT(check.refused, ElementsAre(refused("robot[1].wait_m", "the motion", "too far")));
   const Vector3d wait = cell.robots[1].frame.to_local(cell.robots[1].wait_m);
   EXPECT_LT((check.refused[0].point_m - wait).norm(), 1e-9);
@@ -73,7 +74,7 @@ TEST(CellCheck, EachKindHasItsOwnGrasp) {
   cell.kinds.push_back(cell.kinds[0]);
   cell.kinds[1].name = "tall";
   cell.kinds[1].grasp_m = 0.3;
-  const ReachCheck check = check_reach(cell, cell.robots[1]).value();
+  const ReachCheck check = check_reach(cell, cell.robots[1]);
   EXPECT_THAT(check.refused, SizeIs(4 + 12));
   EXPECT_THAT(check.refused, testing::Each(Field(&RefusedPoint::key, testing::EndsWith(", tall"))));
 }
@@ -81,16 +82,16 @@ TEST(CellCheck, EachKindHasItsOwnGrasp) {
 TEST(CellCheck, TheCornerOfAnAreaIsWhereAPieceStandsOnItWhole) {
   cell::CellConfig cell = demo();
   cell.kinds[0].diameter_m = 0;
-  const ReachCheck check = check_reach(cell, cell.robots[0]).value();
+  const ReachCheck check = check_reach(cell, cell.robots[0]);
   EXPECT_THAT(check.refused, ElementsAre(refused("place[0] pallet1, at (0.168, 0.294), red",
                                                  "the line to the grasp", "too far")));
 }
 
-TEST(CellCheck, ARobotWithoutAProfileIsNotChecked) {
+TEST(CellCheck, ARobotElsewhereThatDoesNotReplyIsNamed) {
   cell::CellConfig cell = demo();
   cell.robots[1].profile.clear();
-  cell.robots[1].reference = "corbaloc::127.0.0.1:2809/robot2";
-  EXPECT_FALSE(check_reach(cell, cell.robots[1]));
+  cell.robots[1].reference = "corbaloc::127.0.0.1:9/robot2";
+  EXPECT_THROW((void)check_reach(cell, cell.robots[1]), client::Failure);
 }
 
 }  // namespace
