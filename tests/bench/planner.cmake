@@ -7,6 +7,14 @@ target_include_directories(bench_planner PRIVATE
   ${CMAKE_CURRENT_SOURCE_DIR}/kinematics ${CMAKE_CURRENT_SOURCE_DIR}/../unit/planner ${PROJECT_SOURCE_DIR}/tests/support)
 target_link_libraries(bench_planner PRIVATE corbot_test_headers corbot::planner corbot::config)
 set_target_properties(bench_planner PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bench)
+# What tests/bench/planner/toppra_bench.py compares with toppra; in a directory of its own, as it prints numbers for that program alone.
+find_package(nlohmann_json REQUIRED)
+add_executable(path_times ${CMAKE_CURRENT_SOURCE_DIR}/planner/path_times.cpp)
+corbot_target(path_times)
+target_include_directories(path_times PRIVATE
+  ${CMAKE_CURRENT_SOURCE_DIR}/kinematics ${CMAKE_CURRENT_SOURCE_DIR}/../unit/planner ${PROJECT_SOURCE_DIR}/tests/support)
+target_link_libraries(path_times PRIVATE corbot_test_headers corbot::planner corbot::config nlohmann_json::nlohmann_json)
+set_target_properties(path_times PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bench/toppra)
 if(CORBOT_RUCKIG_DIR)
   file(GLOB ruckig_sources ${CORBOT_RUCKIG_DIR}/src/ruckig/*.cpp)
   list(FILTER ruckig_sources EXCLUDE REGEX "cloud_client|python|module")

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdio>
+#include <ctime>
 #include <vector>
 
 namespace corbot::bench {
@@ -18,6 +19,13 @@ struct Quantiles {
 template <class T>
 inline void keep(const T& value) {
   asm volatile("" : : "r"(&value) : "memory");
+}
+
+/// Of this thread's processor time: what else runs on the machine does not count.
+inline double thread_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
 }
 
 /// One round: `calls` calls timed together, body(i) for i = 0 … calls − 1; nanoseconds a call.

@@ -2,7 +2,6 @@
 // Rest-to-rest joint motions against Ruckig (four joints, time-synchronised, the same limits), alternating in
 // one run, what the proof of a line costs, and what a line at the limits of every joint costs.
 #include <cmath>
-#include <ctime>
 #include <random>
 #include <string>
 
@@ -61,13 +60,6 @@ bool bench_lines(std::mt19937_64& random) {
   bool good = check("line, median in ns", planned.median_ns, "<", 1e6);
   good &= check("line from Ready, median in ns", ready.median_ns, "<", 1e6);
   return good;
-}
-
-/// Of this thread's processor time: what else runs on the machine does not count.
-double thread_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
 }
 
 /// Lines in all directions, planned against every limit of every joint: nanoseconds each.
