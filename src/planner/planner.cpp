@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
 
 #include "corbot/arm/joint_units.h"
 #include "corbot/interface_words.h"
@@ -223,36 +224,50 @@ struct Planning {
   }
 };
 
-/// With the frames that are set.
-ArmModel framed(const ArmModel& model, const PlanSettings& settings) {
-  ArmModel whole = model;
-  whole.kinematics = in_frames(model.kinematics, settings);
-  return whole;
-}
-
-/// The same with the soft limits in place of the joints' ranges.
-ArmModel limited(const ArmModel& whole, const PlanSettings& settings) {
-  ArmModel narrow = whole;
-  for (std::size_t i = 0; settings.soft_limits && i < whole.dof; ++i) {
-    narrow.joints[i].lower_q = settings.soft_limits->lower_q[i];
-    narrow.joints[i].upper_q = settings.soft_limits->upper_q[i];
+/// The arm as the settings make it: a copy only where they change something.
+class ArmInForce {
+ public:
+  ArmInForce(const ArmModel& model, const PlanSettings& settings) : whole_(&model) {
+    if (settings.tool_frame || settings.base_frame) {
+      framed_ = model;
+      framed_->kinematics = in_frames(model.kinematics, settings);
+      whole_ = &*framed_;
+    }
+    narrow_ = whole_;
+    if (!settings.soft_limits) return;
+    limited_ = *whole_;
+    for (std::size_t i = 0; i < limited_->dof; ++i) {
+      limited_->joints[i].lower_q = settings.soft_limits->lower_q[i];
+      limited_->joints[i].upper_q = settings.soft_limits->upper_q[i];
+    }
+    narrow_ = &*limited_;
   }
-  return narrow;
-}
+  ArmInForce(const ArmInForce&) = delete;
+  ArmInForce& operator=(const ArmInForce&) = delete;
+  ~ArmInForce() = default;
+
+  /// With its own ranges, and with the soft limits in place of them.
+  [[nodiscard]] const ArmModel& whole() const noexcept { return *whole_; }
+  [[nodiscard]] const ArmModel& narrow() const noexcept { return *narrow_; }
+
+ private:
+  std::optional<ArmModel> framed_, limited_;
+  const ArmModel* whole_;
+  const ArmModel* narrow_;
+};
 
 }  // namespace
 
 std::optional<PlanRefusal> Planner::check(const PlanSettings& settings, const MotionRequest& request) const {
-  const ArmModel model = limited(framed(model_, settings), settings);
-  return std::visit(ArgumentCheck{model, settings}, request);
+  const ArmInForce arm(model_, settings);
+  return std::visit(ArgumentCheck{arm.narrow(), settings}, request);
 }
 
 PlanResult Planner::plan(const PlanStart& start, const PlanSettings& settings,
                          const MotionRequest& request) const {
-  if (auto refusal = check(settings, request)) return *refusal;
-  const ArmModel whole = framed(model_, settings);
-  const ArmModel model = limited(whole, settings);
-  return std::visit(Planning{model, whole, settings, start}, request);
+  const ArmInForce arm(model_, settings);
+  if (auto refusal = std::visit(ArgumentCheck{arm.narrow(), settings}, request)) return *refusal;
+  return std::visit(Planning{arm.narrow(), arm.whole(), settings, start}, request);
 }
 
 PlanResult Planner::move(const PlanStart& start, const PlanSettings& settings,
