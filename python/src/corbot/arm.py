@@ -367,11 +367,12 @@ class Arm:
 
     def call(self, operation: str, *arguments: Any) -> Any:
         """Call an operation of the interface Corbot::Arm by its name, with its own types."""
-        if self._has_robot_idl_alone and not hasattr(self._reference, operation):
+        found = getattr(self._reference, operation, None)
+        if found is None and self._has_robot_idl_alone:
             raise NotOffered(self.address, operation)
-        if not hasattr(self._reference, operation):
+        if found is None:
             raise AttributeError(f"The interface Corbot::Arm has no operation '{operation}'. Nothing moved.")
-        return _orb.call(self.address, getattr(self._reference, operation), *arguments)
+        return _orb.call(self.address, found, *arguments)
 
     @contextlib.contextmanager
     def stopped_by_interrupt(self) -> Iterator[None]:
