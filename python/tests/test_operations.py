@@ -66,6 +66,7 @@ def read_everything(arm: corbot.Arm) -> None:
 
 
 def plan_everything(arm: corbot.Arm) -> None:
+    arm.move(0.20, 0.05, 0.10)  # with room around it
     before = arm.state
     assert arm.plan("move", 0.20, 0.05, 0.09).duration > 0
     assert arm.plan("line", 0.20, 0.05, 0.08, time=3).duration == pytest.approx(3)
