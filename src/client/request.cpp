@@ -101,7 +101,7 @@ const std::vector<VerbSpec> kVerbs{
      {"DEGREES"},
      1,
      {},
-     "Set the tool pitch for the motions that follow",
+     "Set the tool pitch for the motions that follow; 'orientation --reset' takes it back",
      false,
      true},
     {Verb::kOrientation,

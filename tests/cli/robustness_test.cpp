@@ -323,6 +323,7 @@ TEST_F(Robustness, HelpIsNotTakenForHold) {
   const RunResult of_move = corbot({"help", "move"});
   EXPECT_EQ(of_move.code, 0);
   EXPECT_THAT(of_move.output, HasSubstr("--above"));
+  EXPECT_THAT(corbot({"pitch", "--help"}).output, HasSubstr("'orientation --reset'"));
 }
 
 TEST_F(Robustness, MisspeltOptionsGetASuggestion) {
