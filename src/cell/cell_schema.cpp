@@ -49,6 +49,9 @@ class Reader {
   CellConfig read() {
     try {
       const toml::table table = toml::parse(read_profile_text(file_), faults_.file);
+      if (table.contains("joint") && !table.contains("cell"))
+        throw ConfigError(
+            {{faults_.file, 0, "", "", "is a robot's profile, not a cell file: it has no [cell]"}});
       Section root(&table, "", faults_);
       read_cell(root.table("cell"));
       read_kinds(root.tables("kind"));

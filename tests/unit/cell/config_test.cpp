@@ -204,6 +204,16 @@ TEST(CellConfigTest, AllFaultsAreReportedTogether) {
   EXPECT_EQ(files.faults().size(), 3U);
 }
 
+TEST(CellConfigTest, ARobotsProfileIsNamedAsOne) {
+  try {
+    (void)load_cell(CORBOT_CELL "/arm.toml");
+    ADD_FAILURE() << "accepted";
+  } catch (const ConfigError& error) {
+    ASSERT_EQ(error.faults().size(), 1U) << error.what();
+    EXPECT_THAT(error.what(), HasSubstr("a robot's profile, not a cell file"));
+  }
+}
+
 /// 0.05 m and 0.01 m are more than 0.06 m in binary.
 TEST(CellConfigTest, TheLeastHeightOfApproachIsTakenAsItIsWritten) {
   CellFiles files;
