@@ -99,11 +99,34 @@ class Stops {
       const rate::RateState now = path.law.at(motion.virtual_time_s());
       way.push_back({now.lambda_s, now.v * motion.rate()});
     }
-    print(command, path, state, dt_s, way);
+    print(command, path, state, dt_s, way, other_stops_s(path, request, dt_s));
+  }
+
+  /// The time of the same stop by the curve of the whole motion, and by the curve that is sought, without the cycles of its search.
+  [[nodiscard]] std::array<double, 2> other_stops_s(const rate::RatePath& path, int request,
+                                                    double dt_s) const {
+    rate::RateGovernor slow;
+    slow.begin(check_->curve(), 1.0);
+    for (int cycle = 0; cycle < request; ++cycle) slow.advance(dt_s);
+    rate::RateGovernor quick = slow;
+    slow.seek(0.0);
+    quick.seek(0.0);
+    const auto search = std::make_unique<rate::StopSearch>();
+    const rate::RateLimits limits(check_->limits());
+    search->begin(slow, path.law, check_->shares().first(path.law.pieces.size()), limits.view());
+    while (!search->step()) continue;
+    if (search->found() != nullptr) quick.stop(*search->found());
+    const auto takes_s = [&](rate::RateGovernor governor) {
+      int cycles = 0;
+      for (; !governor.is_at_rest() && governor.time_s() < path.law.duration_s; ++cycles)
+        governor.advance(dt_s);
+      return cycles * dt_s;
+    };
+    return {takes_s(slow), takes_s(quick)};
   }
 
   void print(const Command& command, const rate::RatePath& path, const rate::RateState& state, double dt_s,
-             const std::vector<std::array<double, 2>>& way) const {
+             const std::vector<std::array<double, 2>>& way, const std::array<double, 2>& others_s) const {
     const bool is_arc = command.kind == MotionKind::kArc;
     const rate::Limits limits =
         is_arc ? rate::limits_of(arm_, command.arc) : rate::limits_of(arm_, command.line);
@@ -120,8 +143,9 @@ class Stops {
                     {"arc_acceleration", limits.arc_acceleration},
                     {"arc_jerk", limits.arc_jerk},
                     {"state", {state.lambda_s, state.v, state.a}},
-                    {"period_s", dt_s},
                     {"stop_s", static_cast<double>(way.size() - 1) * dt_s},
+                    {"by_whole_motion_s", others_s[0]},
+                    {"at_once_s", others_s[1]},
                     {"ends", motion_->finished()},
                     {"way", way}};
     std::printf("%s\n", line.dump().c_str());
