@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stops of the task against the shortest stops from the same states. stop_ratio.py STOP_STATES [SEED]
 
-STOP_STATES: the program of stop_states.cpp. The shortest stop is a sequence of steps of constant jerk of lambda along the same path, all of
-the same length, whose sum is made as small as the limits allow. Each linear program takes the path's derivatives, and the rate's products, by
-their tangents at the stop before. Exit status 1: the bound of docs/figures.md does not hold.
+STOP_STATES: the program of stop_states.cpp. The shortest stop is a sequence of steps of constant jerk of lambda along the
+same path. All steps have the same length, which is made as small as the limits allow. Each linear program takes all that is
+not linear by its tangent at the stop before. Exit status 1: the bound of docs/figures.md does not hold.
 """
 
 import json
@@ -40,12 +40,12 @@ class Stop(NamedTuple):
 
 
 class Row(NamedTuple):
-    """A quantity at nodes whose greatest value is a limit times a power of the time; and its derivatives by the stop's numbers."""
+    """A quantity at nodes that may reach a limit times a power of the time, and its derivatives by a stop's numbers."""
 
     power: int
     limit: float
     value: np.ndarray
-    nodes: np.ndarray  # numbers of the nodes
+    nodes: np.ndarray  # numbers
     steps: np.ndarray | None  # of the steps, of jerk alone
     by: list[np.ndarray]  # place, speed, acceleration, jerk
 
@@ -164,7 +164,7 @@ def excess(rows: list[Row], time_s: float) -> float:
 
 
 def program(path: Path, state: list[float], stop: Stop, rows: list[Row], trust: float) -> Stop | None:
-    """Give the shortest stop whose limits are those of the tangents at `stop`. An excess, alike of all limits, costs 20 times as much."""
+    """Give the shortest stop whose limits are those of the tangents at `stop`. An excess costs 20 times as much."""
     n, t = len(stop.jerk), stop.time_s
     # place, speed, acceleration at n + 1 nodes, jerk in n steps, the time, the excess
     first = [0, n + 1, 2 * (n + 1), 3 * (n + 1)]
@@ -318,7 +318,8 @@ def main() -> int:
         print(f"  {len(stops) - len(known)} left out, whose shortest stop was not found")
     known = [stop for stop in stops if np.isfinite(stop.shortest_s["all"])]
     for stop in sorted(known, key=lambda s: -s.stop_s / s.shortest_s["all"])[:WORST]:
-        print(f"  {stop.stop_s / stop.shortest_s['all']:.3f}  {stop.name}: {stop.stop_s:.3f} s, shortest {stop.shortest_s['all']:.3f} s")
+        least_s = stop.shortest_s["all"]
+        print(f"  {stop.stop_s / least_s:.3f}  {stop.name}: {stop.stop_s:.3f} s, shortest {least_s:.3f} s")
     at_once = [stop.at_once_s / stop.shortest_s["all"] for stop in known]
     print(f"if the search took no time: {quantiles(at_once)}")
     finer = [stop.finer for stop in stops if np.isfinite(stop.finer)]
