@@ -210,6 +210,8 @@ std::string local_robot(const std::string& robot) {
 }  // namespace
 
 void run_request(const ClientOptions& options, const Request& request) {
+  if (const std::string note = client::ratio_note(request); !note.empty())
+    client::notice(stderr, fmt::format("corbot: {}\n", note));
   if (request.verb == Verb::kStop && request.all) return stop_all(options.robot, options.timeout_s);
   if (request.verb == Verb::kStop) return stop(options);
   if (request.verb == Verb::kHold) return hold(options, request);
@@ -242,6 +244,10 @@ void show_plan(const ClientOptions& options, const Request& request) {
 
 void run_file(const ClientOptions& options, const RunOptions& run) {
   const Program program = load_program(run.file);
+  for (const auto& statement : program.statements) {
+    const std::string note = client::ratio_note(statement.request);
+    if (!note.empty()) client::notice(stderr, fmt::format("{}:{}: {}\n", program.name, statement.line, note));
+  }
   if (run.dry_run)
     return run.profile.empty() ? print_program(program) : check_reach(program, run.profile, run.plot);
   run_stoppable(options, [&](Client& client) { run_program(client, program); });

@@ -14,6 +14,7 @@
 #include <exception>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -326,16 +327,20 @@ void add_files(CLI::App& app, Settings& s) {
   plot_command->callback([&s] { charts::plot(s.plot); });
 }
 
-/// CLI11 only reports that there is an argument too many.
-void check_command(CLI::App& app, const std::string& word) {
+/// CLI11 only reports that there is an argument too many, or a sub-command too few. `parents`: "", or "cell ".
+void check_command(const CLI::App& app, std::span<const std::string> words, const std::string& parents = "") {
+  const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+  if (commands.empty() || words.empty() || words[0].starts_with('-')) return;
   std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    if (command->get_name() == word) return;
+  for (const CLI::App* command : commands) {
+    if (command->get_name() == words[0])
+      return check_command(*command, words.subspan(1), parents + words[0] + " ");
     names.push_back(command->get_name());
   }
   const std::vector<std::string_view> known(names.begin(), names.end());
-  throw Failure(ExitCode::kUsage, fmt::format("unknown command '{}'{} ('corbot --help' lists them)",
-                                              printable(word), suggest_command(word, known)));
+  throw Failure(ExitCode::kUsage,
+                fmt::format("unknown command '{}{}'{} ('corbot {}--help' lists them)", parents,
+                            printable(words[0]), suggest_command(words[0], known), parents));
 }
 
 int run(int argc, char** argv) {
@@ -365,7 +370,7 @@ int run(int argc, char** argv) {
     arguments.erase(arguments.begin());
     arguments.emplace_back("--help");
   }
-  if (!arguments.empty() && !arguments[0].starts_with('-')) check_command(app, arguments[0]);
+  check_command(app, arguments);
   std::reverse(arguments.begin(), arguments.end());  // the order that CLI11 expects
   try {
     app.parse(std::move(arguments));

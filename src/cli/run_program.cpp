@@ -90,7 +90,8 @@ void print_program(const Program& program) {
     fmt::print("line {}: {}\n", statement.line, to_string(statement.request));
   }
   fmt::print(
-      "{} commands: the syntax is right; reach and limits were NOT checked, the robot does that; nothing "
+      "{} commands: the syntax is right; joint names, reach and limits were NOT checked, the robot does "
+      "that; nothing "
       "moved\n",
       program.statements.size());
 }

@@ -354,6 +354,16 @@ std::string suggest_command(std::string_view word, std::span<const std::string_v
   return near.empty() ? "" : fmt::format("; did you mean '{}'?", near);
 }
 
+std::string ratio_note(const Request& request) {
+  const bool is_percentage =
+      request.verb == Verb::kGripper || request.verb == Verb::kSpeed || request.verb == Verb::kOverride;
+  if (!is_percentage || request.numbers.empty()) return {};
+  const double given = request.numbers[0];
+  if (!(given > 0 && given < 1)) return {};
+  return fmt::format("note: {} is taken as {} percent; {:g} is {:g} percent", given, given, given * 100,
+                     given * 100);
+}
+
 std::string usage_of(const VerbSpec& spec) {
   std::string text(spec.word);
   for (std::size_t i = 0; i < spec.arguments.size(); ++i) {

@@ -85,6 +85,9 @@ struct VerbSpec {
 [[nodiscard]] const VerbSpec* find_verb(std::string_view word);
 [[nodiscard]] const VerbSpec& spec_of(Verb verb);
 
+/// A note on a percentage between 0 and 1, which may be meant as a ratio; or nothing.
+[[nodiscard]] std::string ratio_note(const Request& request);
+
 /// "; did you mean 'move'?": for a word that is none of `commands`. It is misspelt, or other programs call a command
 /// so. Empty: nothing is near.
 [[nodiscard]] std::string suggest_command(std::string_view word, std::span<const std::string_view> commands);

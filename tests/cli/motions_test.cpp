@@ -41,6 +41,8 @@ TEST_F(Motions, EachCommandReachesTheArm) {
   EXPECT_NEAR(joint(0), -15, 1e-9);
   EXPECT_EQ(corbot({"drive", "base", "-5", "60"}).code, 0);
   EXPECT_NEAR(joint(0), -20, 1e-9);
+  EXPECT_EQ(corbot({"gripper", "0.4"}).errors,
+            "corbot: note: 0.4 is taken as 0.4 percent; 40 is 40 percent\n");
   EXPECT_EQ(corbot({"open"}).code, 0);
   EXPECT_EQ(status().at("gripper"), "open");
   EXPECT_EQ(corbot({"close"}).code, 0);

@@ -90,11 +90,12 @@ TEST_F(Programs, AllSyntaxErrorsAreReportedBeforeAnythingMoves) {
 }
 
 TEST_F(Programs, ADryRunMovesNothing) {
-  const std::string file = put("p.corbot", "joints 20 0 0 0\n");
+  const std::string file = put("p.corbot", "joints 20 0 0 0\nspeed 0.5\n");
   const RunResult result = corbot({"run", file, "--dry-run"});
+  EXPECT_THAT(result.errors, HasSubstr("p.corbot:2: note: 0.5 is taken as 0.5 percent"));
   EXPECT_EQ(result.code, 0) << result.errors;
   EXPECT_THAT(result.output, AllOf(HasSubstr("line 1: joints 20 0 0 0"), HasSubstr("the syntax is right"),
-                                   HasSubstr("reach and limits were NOT checked")));
+                                   HasSubstr("joint names, reach and limits were NOT checked")));
   EXPECT_NEAR(status().at("joints").at(0).at("value_deg").get<double>(), 0, 1e-9);
 }
 

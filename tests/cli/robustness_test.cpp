@@ -332,6 +332,7 @@ TEST_F(Robustness, MisspeltOptionsGetASuggestion) {
       {{"move", "1", "2", "3", "--tme", "3"}, "did you mean '--time'?"},
       {{"status", "--jsn"}, "did you mean '--json'?"},
       {{"stop", "--al"}, "did you mean '--all'?"},
+      {{"cell", "statsu"}, "unknown command 'cell statsu'; did you mean 'status'? ('corbot cell --help'"},
       {{"status", "--robt=a"}, "did you mean '--robot'?"}};
   for (const auto& [arguments, phrase] : cases) {
     const RunResult result = corbot(arguments);

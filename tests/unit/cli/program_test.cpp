@@ -17,6 +17,7 @@ namespace corbot::cli {
 using client::ExitCode;
 using client::Failure;
 using client::find_verb;
+using client::ratio_note;
 using client::Request;
 using client::spec_of;
 using client::to_string;
@@ -171,6 +172,13 @@ TEST(Program, ReportsAllFaultsInOrder) {
   ASSERT_EQ(program.faults.size(), 2u);
   EXPECT_EQ(program.faults[0].line, 1u);
   EXPECT_EQ(program.faults[1].line, 3u);
+}
+
+TEST(Program, APercentageThatReadsAsARatioIsNoted) {
+  for (const char* line : {"gripper 0.4", "speed 0.4", "override 0.4", "speed 0.4 --all"})
+    EXPECT_EQ(ratio_note(only_request(line)), "note: 0.4 is taken as 0.4 percent; 40 is 40 percent") << line;
+  for (const char* line : {"gripper 0", "gripper 1", "speed 40", "delay 0.4", "joints 0.4"})
+    EXPECT_EQ(ratio_note(only_request(line)), "") << line;
 }
 
 TEST(Program, SaysOfAllLinesWhetherTheyWereDone) {
