@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <future>
 #include <optional>
+#include <vector>
 
 #include "cli/arm/plan_text.h"
 #include "cli/force_release.h"
@@ -239,7 +240,12 @@ void run_request(const ClientOptions& options, const Request& request) {
 
 void show_plan(const ClientOptions& options, const Request& request) {
   Client client(find_robot(options.robot), options.timeout_s);
-  fmt::print("{}", plan_text(parts_of(client.plan(request).in())));
+  const std::vector<rate::PlanPart> parts = parts_of(client.plan(request).in());
+  fmt::print("{}", plan_text(parts));
+  double planned_s = 0.0;
+  for (const rate::PlanPart& part : parts) planned_s += part.duration_s;
+  const std::string remark = client::lengthening(request.time_s, planned_s);
+  if (!remark.empty()) client::notice(stderr, fmt::format("corbot: {}\n", remark));
 }
 
 void run_file(const ClientOptions& options, const RunOptions& run) {

@@ -90,14 +90,6 @@ CORBA::ORB_ptr start_orb(double timeout_s) {
   return orb;
 }
 
-/// Empty: the robot has taken the time that it was given, or it was given none.
-std::string lengthening(double wanted_s, double planned_s) {
-  constexpr double kTolerance_s = 1e-6;
-  if (wanted_s == 0.0 || planned_s <= wanted_s + kTolerance_s) return {};
-  return fmt::format("--time {:g}: the limits of the arm do not allow that; the robot has planned {:.3g} s",
-                     wanted_s, planned_s);
-}
-
 /// A corbaloc without a GIOP version, which would mean 1.0, with 1.2: a servant on ORBit2 replies to 1.0 in
 /// another version when it does not know the object, and the connection breaks.
 std::string with_giop_version(const std::string& reference) {
@@ -191,6 +183,13 @@ Request Client::with_joint_number(const Request& request) {
   std::vector<std::string> names;
   for (CORBA::ULong i = 0; i < joints->length(); ++i) names.push_back(printable(joints.in()[i].name.in()));
   return client::with_joint_number(request, names);
+}
+
+std::string lengthening(double wanted_s, double planned_s) {
+  constexpr double kTolerance_s = 1e-6;
+  if (wanted_s == 0.0 || planned_s <= wanted_s + kTolerance_s) return {};
+  return fmt::format("--time {:g}: the limits of the arm do not allow that; the robot has planned {:.3g} s",
+                     wanted_s, planned_s);
 }
 
 bool is_planned(Verb verb) noexcept {

@@ -25,6 +25,9 @@ namespace corbot::client {
 /// The arm moves, and Client::plan() says how.
 [[nodiscard]] bool is_planned(Verb verb) noexcept;
 
+/// A line for the user where a robot has planned more time than --time says; else nothing.
+[[nodiscard]] std::string lengthening(double wanted_s, double planned_s);
+
 /// Progress of the motion under way, 0 … 1; called several times a second from the thread that waits.
 using ProgressReport = std::function<void(double)>;
 

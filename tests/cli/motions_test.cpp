@@ -72,6 +72,9 @@ TEST_F(Motions, ATimeThatTheLimitsDoNotAllowIsNamed) {
   for (const std::string command : {"move", "moves"}) {
     const RunResult fast = corbot({command, "0.2", "0.05", "0.08", "--time", "0.01"});
     EXPECT_EQ(fast.code, 0);
+    EXPECT_EQ(corbot({command, "0.22", "0.05", "0.08", "--time", "0.01", "--dry-run"})
+                  .errors.substr(0, 8 + lengthened.size()),
+              "corbot: " + lengthened);
     EXPECT_THAT(fast.errors, testing::ContainsRegex("^corbot: " + lengthened + "[0-9.]+ s\n$"));
     EXPECT_EQ(corbot({"joints", "0", "0", "0", "0", "--time", "3"}).errors, "") << "the arm takes its time";
   }

@@ -87,7 +87,8 @@ auto CellClient::call(const Peer& peer, F&& f) -> decltype(f()) {
     } catch (const CORBA::SystemException& error) {
       if (gave_up_ || std::chrono::steady_clock::now() > deadline)
         throw Failure(peer.is_elsewhere || !is_ours_ ? ExitCode::kUnreachable : ExitCode::kRefused,
-                      fmt::format("{} does not reply (CORBA {})", peer.name, error._name()));
+                      fmt::format("{} does not reply (CORBA {}){}", peer.name, error._name(),
+                                  is_ours_ ? "" : "; 'corbot cell up CELL' starts a cell"));
     } catch (const CORBA::Exception& error) {
       throw Failure(ExitCode::kInternal, fmt::format("{} raised {}", peer.name, error._name()));
     }
