@@ -144,8 +144,7 @@ TEST_F(SceneTest, APersonEmptiesAndRefillsAPlace) {
   const double spacing_m = piece_room(demo(12))->spacing_m - 1e-12;
   const std::vector<sim::DrawnPiece> pieces = scene.view().pieces;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    for (std::size_t k = 0; k < i; ++k)
-      EXPECT_GE((pieces[i].foot_m - pieces[k].foot_m).norm(), spacing_m);
+    for (std::size_t k = 0; k < i; ++k) EXPECT_GE((pieces[i].foot_m - pieces[k].foot_m).norm(), spacing_m);
   }
   EXPECT_TRUE(scene.is_changed());
   EXPECT_EQ(scene.command("empty nowhere"), "error: no place 'nowhere'");
