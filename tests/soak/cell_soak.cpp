@@ -10,6 +10,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <set>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -55,7 +56,7 @@ class CellRunOfSoak {
   CellRunOfSoak(const CellSoak& soak, std::uint32_t run)
       : soak_(soak),
         run_(run),
-        stage_(soak.programs, soak.pieces, static_cast<std::uint32_t>(soak.seed) + run) {}
+        stage_(soak.programs, soak.pieces, static_cast<std::uint32_t>(soak.seed) + run, soak.planted) {}
 
   /// What went wrong; empty: nothing.
   std::string go(int most_kills) {
@@ -105,7 +106,8 @@ class CellRunOfSoak {
     const auto begin = Clock::now();
     causes_.insert(causes_.end(), faults.begin(), faults.end());
     if (causes_.size() > kCauses) causes_.erase(causes_.begin(), causes_.end() - kCauses);
-    const std::string wrong = recover();
+    std::string wrong = recover();
+    if (wrong.empty()) wrong = harm();
     longest_back_s_ = std::max(longest_back_s_, seconds_from(begin));
     if (soak_.verbose) {
       fmt::print("world {} step {}: {}; {:.1f} s\n", run_, steps_, what, seconds_from(begin));
@@ -138,9 +140,12 @@ class CellRunOfSoak {
       status = stage_.status();
       if (has_all_placed(status)) return "";
       for (const char* robot : {"robot1", "robot2"}) {
-        if (status.find(fmt::format("{} is in Error", robot)) == std::string::npos) continue;
+        if (status.find(fmt::format("{} is in Error", robot)) == std::string::npos) {
+          if (!status.empty()) cleared_.erase(robot);
+          continue;
+        }
         if (!may_need_clear(causes_, robot)) return "a person is asked without a cause:\n" + status;
-        if (stage_.clear(robot)) ++clears_;
+        if (stage_.clear(robot) && cleared_.insert(robot).second) ++clears_;
       }
       const bool works = status.find(" works;") != std::string::npos &&
                          status.find(" idle ") == std::string::npos &&
@@ -149,6 +154,13 @@ class CellRunOfSoak {
       if (seconds_from(works_since) > kWorksFor_s) return "";
     }
     return fmt::format("after {:.0f} s:\n{}", kWorksWithin_s, status);
+  }
+
+  /// What the world has seen and no later step can mend; empty: nothing.
+  std::string harm() {
+    const std::string counts = stage_.tell_world("count");
+    const bool is_well = counts.find(" fallen=0 touches=0 ") != std::string::npos;
+    return is_well ? "" : fmt::format("the world counts '{}'", counts);
   }
 
   std::string ends() {
@@ -168,6 +180,7 @@ class CellRunOfSoak {
   std::uint32_t steps_{0};
   std::vector<CellFault> causes_;  ///< the last ones
   int kills_{0};
+  std::set<std::string> cleared_;  ///< the status still shows their Error
   int clears_{0};
   double longest_back_s_{0};
 };
@@ -189,8 +202,28 @@ void add_to_results(const std::filesystem::path& file, const nlohmann::json& lin
 
 }  // namespace
 
+namespace {
+
+/// The first fault ends it.
+int find_planted(const CellSoak& soak) {
+  int kills = 0;
+  for (std::uint32_t run = 0; kills < soak.kills; ++run) {
+    CellRunOfSoak world(soak, run);
+    const std::string wrong = world.go(soak.kills - kills);
+    kills += world.kills();
+    if (wrong.empty()) continue;
+    fmt::print("{}: found after {} kills: world {}: {}\n", soak.planted, kills, run, wrong);
+    return 0;
+  }
+  fmt::print("{}: NOT found in {} kills\n", soak.planted, kills);
+  return 1;
+}
+
+}  // namespace
+
 int run_cells(const CellSoak& soak) {
   fmt::print("{} kills, --from {}\n", soak.kills, soak.seed);
+  if (!soak.planted.empty()) return find_planted(soak);
   int kills = 0;
   int failures = 0;
   int clears = 0;

@@ -44,16 +44,30 @@ fs::path copy_of_cell() {
   return path;
 }
 
+/// Links to the programs, with the planted coordinator in place of the plain one.
+fs::path with_planted(const fs::path& programs, const fs::path& links) {
+  fs::create_directory(links);
+  for (const auto& entry : fs::directory_iterator(programs)) {
+    const fs::path name = entry.path().filename();
+    if (name != "corbot" && name != "corbot-coordinator") fs::create_symlink(entry.path(), links / name);
+  }
+  fs::create_symlink(programs.parent_path() / "tests" / "planted_coordinator", links / "corbot-coordinator");
+  // A program finds those beside it by its own file, to which a symbolic link would lead back.
+  fs::copy_file(programs / "corbot", links / "corbot");
+  return links;
+}
+
 }  // namespace
 
-CellStage::CellStage(fs::path programs, int pieces, std::uint32_t seed)
-    : programs_(std::move(programs)),
-      pieces_(pieces),
+CellStage::CellStage(const fs::path& programs, int pieces, std::uint32_t seed, const std::string& planted)
+    : pieces_(pieces),
       seed_(seed),
       ports_(test::free_ports(kPorts)),
       name_(fmt::format("soak{}", ports_)),
-      directory_(copy_of_cell()) {
-  world_.emplace(words("corbot-scene", ""), std::vector{"XDG_RUNTIME_DIR=" + directory_.string()});
+      planted_(planted),
+      directory_(copy_of_cell()),
+      programs_(planted.empty() ? programs : with_planted(programs, directory_ / "bin")) {
+  world_.emplace(words("corbot-scene", ""), environment());
   if (!world_->wait_line("ready", within(kCellUp_s)))
     throw std::runtime_error("no world: " + world_->errors());
   if (const std::string why = start(); !why.empty()) throw std::runtime_error(why);
@@ -75,6 +89,10 @@ std::vector<std::string> CellStage::words(const std::string& program, const std:
   return words;
 }
 
+std::vector<std::string> CellStage::environment() const {
+  return {"XDG_RUNTIME_DIR=" + directory_.string(), "CORBOT_PLANTED=" + planted_};
+}
+
 test::RunResult CellStage::run(std::vector<std::string> command) const {
   return test::run(std::move(command), kCellReply_s,
                    {"XDG_RUNTIME_DIR=" + directory_.string(), "CORBOT_ROBOT="});
@@ -91,7 +109,7 @@ std::string CellStage::start() {
   };
   if (!test::wait_until(within(kCellUp_s), [&] { return !left(); }))
     return "a killed cell has left processes";
-  up_.emplace(words("corbot", "up"), std::vector{"XDG_RUNTIME_DIR=" + directory_.string()});
+  up_.emplace(words("corbot", "up"), environment());
   const auto deadline = within(kCellUp_s);
   // The first line of a worker comes when the cell is up.
   return up_->wait_line(name_ + " is up", deadline) ? "" : "the cell did not start: " + up_->errors();

@@ -16,8 +16,10 @@ namespace corbot::soak {
 /// A simulated cell of its own, in a world that outlives its processes.
 class CellStage {
  public:
-  /// Starts both. `programs`: directory of corbot and its programs. Throws std::runtime_error.
-  CellStage(std::filesystem::path programs, int pieces, std::uint32_t seed);
+  /// Starts both. `programs`: directory of corbot and its programs. `planted`: the fault of the coordinator; empty: none.
+  /// Throws std::runtime_error.
+  CellStage(const std::filesystem::path& programs, int pieces, std::uint32_t seed,
+            const std::string& planted = "");
   CellStage(const CellStage&) = delete;
   CellStage& operator=(const CellStage&) = delete;
   ~CellStage();
@@ -48,14 +50,16 @@ class CellStage {
 
  private:
   [[nodiscard]] std::vector<std::string> words(const std::string& program, const std::string& verb) const;
+  [[nodiscard]] std::vector<std::string> environment() const;
   [[nodiscard]] test::RunResult run(std::vector<std::string> command) const;
 
-  const std::filesystem::path programs_;
   const int pieces_;
   const std::uint32_t seed_;
   const int ports_;
   const std::string name_;
+  const std::string planted_;
   std::filesystem::path directory_;
+  const std::filesystem::path programs_;
   bool is_kept_{false};
   std::optional<test::Process> world_;
   std::optional<test::Process> up_;

@@ -347,6 +347,9 @@ int main(int argc, char** argv) {
   int row = 0;
   app.add_option("--row", row, "with --cell: so many pieces in a row, without a fault")
       ->check(CLI::Range(1, 100'000));
+  app.add_option("--planted", cells.planted,
+                 "with --cell: this fault is in the coordinator, and is to be found")
+      ->check(CLI::IsMember({"late-intent", "held-unseen", "early-leave"}));
   app.add_option("--results", cells.results, "with --cell: the file to which each run adds its lines");
   std::string judged;
   app.add_option("--judge", judged, "runs nothing, and judges such a file");

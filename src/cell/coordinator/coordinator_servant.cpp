@@ -32,12 +32,13 @@ void print_event(double time_s, const std::string& robot, const std::string& tex
 
 struct CoordinatorServant::RobotThread {
   RobotThread(CORBA::ORB_ptr orb, const CellConfig& cell, const CellRobot& robot, WorkGate& gate,
-              WorkStatus::Report report, WorkStatus::OnActivity on_activity)
+              WorkStatus::Report report, WorkStatus::OnActivity on_activity, const WrapPorts& wrap_ports)
       : port(orb, cell.robot_uri(robot), process_name(), cell.timing.motion_s, stop.get_token(), gate),
         camera(orb, cell.camera_uri(), cell.timing.look_s, stop.get_token()),
         store(orb, cell.store_uri(), stop.get_token()),
-        worker(cell, robot, {port, camera, store}, process_name(), std::move(report), stop.get_token(),
-               std::move(on_activity)) {}
+        worker(cell, robot,
+               wrap_ports ? wrap_ports(robot, {port, camera, store}) : WorkerPorts{port, camera, store},
+               process_name(), std::move(report), stop.get_token(), std::move(on_activity)) {}
 
   /// Once a stop was requested: stops the robot, and gives back claim and control.
   void finish() {
@@ -56,7 +57,7 @@ struct CoordinatorServant::RobotThread {
 };
 
 CoordinatorServant::CoordinatorServant(CORBA::ORB_ptr orb, const CellConfig& cell,
-                                       const std::vector<std::string>& robots)
+                                       const std::vector<std::string>& robots, const WrapPorts& wrap_ports)
     : cell_(cell),
       activities_(cell.activity_file()),
       gate_(cell.hold_file()),
@@ -68,7 +69,7 @@ CoordinatorServant::CoordinatorServant(CORBA::ORB_ptr orb, const CellConfig& cel
     };
     const auto on_activity = [this](const ActivityChange& change) { activities_.add(change); };
     threads_.push_back(
-        std::make_unique<RobotThread>(orb, cell, *cell.robot(name), gate_, report, on_activity));
+        std::make_unique<RobotThread>(orb, cell, *cell.robot(name), gate_, report, on_activity, wrap_ports));
   }
 }
 

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -12,17 +13,22 @@
 #include "cell.hh"
 #include "cell/activity.h"
 #include "cell/cell_config.h"
+#include "cell/coordinator/ports.h"
 #include "cell/coordinator/work_gate.h"
 
 namespace corbot::cell {
 
 class RemoteStore;
 
+/// The ports that a worker gets in place of these. They must outlive the servant.
+using WrapPorts = std::function<WorkerPorts(const CellRobot& robot, WorkerPorts ports)>;
+
 /// Corbot::Coordinator: one worker and one thread for each robot.
 class CoordinatorServant : public POA_Corbot::Coordinator {
  public:
   /// `cell` must outlive it. `robots`: names of those that it drives.
-  CoordinatorServant(CORBA::ORB_ptr orb, const CellConfig& cell, const std::vector<std::string>& robots);
+  CoordinatorServant(CORBA::ORB_ptr orb, const CellConfig& cell, const std::vector<std::string>& robots,
+                     const WrapPorts& wrap_ports = {});
   CoordinatorServant(const CoordinatorServant&) = delete;
   CoordinatorServant& operator=(const CoordinatorServant&) = delete;
   ~CoordinatorServant() override;

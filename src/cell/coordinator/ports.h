@@ -70,6 +70,13 @@ class StorePort {
   virtual Corbot::PieceEvents unclear() = 0;
 };
 
+/// What one worker uses.
+struct WorkerPorts {
+  RobotPort& robot;
+  CameraPort& camera;
+  StorePort& store;
+};
+
 /// A camera or a store that cannot be used for so long interrupts the work.
 inline constexpr double kPatience_s = 10;
 

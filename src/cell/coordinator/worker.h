@@ -32,11 +32,7 @@ struct Transfer {
 /// go_on() and RobotPort::stop().
 class Worker {
  public:
-  struct Ports {
-    RobotPort& robot;
-    CameraPort& camera;
-    StorePort& store;
-  };
+  using Ports = WorkerPorts;
 
   /// `cell`, of which `robot` is one, and the ports must outlive the worker. `who` names this process in the
   /// ledger; no other process may have that name.

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "cell/coordinator/coordinator_servant.h"
+
+namespace corbot::cell {
+
+/// This is main() of corbot-coordinator. Programs of tests plant faults in the work by `wrap_ports`.
+[[nodiscard]] int coordinator_main(int argc, char** argv, const WrapPorts& wrap_ports = {});
+
+}  // namespace corbot::cell
