@@ -143,12 +143,19 @@ std::string Scene::command(std::string_view line) {
 /// Nobody puts a piece under a hand, or beside another one.
 std::string Scene::refill() {
   const std::vector<sim::Piece> wanted = scattered(cell_.scene->seed + ++commands_);
-  const double spacing_m = piece_room(cell_)->spacing_m;
+  const std::optional<PieceRoom> room = piece_room(cell_);
+  if (!room) return "error: no robot takes from an area";
+  const double spacing_m = room->spacing_m;
+  const auto& before = pieces_->all();
+  const auto standing = std::count_if(before.begin(), before.end(), [&](const sim::Piece& piece) {
+    return piece.state == sim::PieceState::kStanding && room->area->covers(piece.foot_m);
+  });
   const auto is_near = [](const Vector3d& a, const Vector3d& b, double distance_m) {
     return (a - b).head<2>().norm() < distance_m;
   };
-  int count = 0;
+  std::int64_t count = 0;
   for (const sim::Piece& piece : wanted) {
+    if (standing + count >= cell_.scene->pieces) break;
     const auto& all = pieces_->all();
     const bool is_free = std::none_of(all.begin(), all.end(),
                                       [&](const sim::Piece& other) {

@@ -151,6 +151,13 @@ TEST_F(SceneTest, APersonEmptiesAndRefillsAPlace) {
   EXPECT_THAT(scene.command("fill"), testing::StartsWith("error: "));
 }
 
+TEST_F(SceneTest, RefillsUpToTheNumberAtTheStart) {
+  Scene scene(demo(4));
+  scene.tick(1'000'000'000);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(scene.command("refill"), "ok 0 put down");
+  EXPECT_THAT(scene.command("count"), testing::StartsWith("ok pallet1=4 "));
+}
+
 TEST_F(SceneTest, WhatDoesNotFitIsRefused) {
   CellConfig too_many = demo();
   too_many.scene->pieces = 13;
