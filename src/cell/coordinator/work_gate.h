@@ -3,22 +3,17 @@
 
 #include <condition_variable>
 #include <filesystem>
-#include <fstream>
 #include <mutex>
 #include <stop_token>
-#include <string>
-#include <utility>
 
 namespace corbot::cell {
 
 /// The place where the robots wait between two commands while the work is paused or stopped.
 class WorkGate {
  public:
-  /// `file` has "pause", "stop" or nothing, so that the next process keeps the work held. Empty: no file.
-  explicit WorkGate(std::filesystem::path file = {}) : file_(std::move(file)) {
-    std::ifstream stream(file_);
-    for (std::string word; stream >> word;) (word == "stop" ? is_stopped_ : is_paused_) = true;
-  }
+  /// `file` has "pause", "stop", both or nothing, so that the next process keeps the work held. The file has its full size
+  /// from the beginning: a disk that is full later loses no Stop. Empty: no file.
+  explicit WorkGate(std::filesystem::path file = {});
   void set_paused(bool is_paused) { set(is_paused_, is_paused); }
   void set_stopped(bool is_stopped) { set(is_stopped_, is_stopped); }
   [[nodiscard]] bool is_paused() const {
@@ -40,13 +35,8 @@ class WorkGate {
   }
 
  private:
-  void set(bool& flag, bool value) {
-    const std::lock_guard lock(mutex_);
-    flag = value;
-    changed_.notify_all();
-    if (!file_.empty())
-      std::ofstream(file_) << (is_paused_ ? "pause\n" : "") << (is_stopped_ ? "stop\n" : "");
-  }
+  void set(bool& flag, bool value);
+  void write() const;
 
   const std::filesystem::path file_;
   mutable std::mutex mutex_;
