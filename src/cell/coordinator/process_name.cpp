@@ -6,6 +6,7 @@
 
 #include <fstream>
 #include <sstream>
+#include <string_view>
 
 #include "client/explain.h"
 
@@ -13,9 +14,10 @@ namespace corbot::cell {
 
 namespace {
 
-constexpr std::size_t kMost = 64;     // characters of a name that the interface takes
-constexpr std::size_t kBootPart = 8;  // of the boot's id
-constexpr int kStartAfterName = 20;   // the start is field 22 of stat, and the program's name is field 2
+constexpr std::string_view kWaits = "/waits";
+constexpr std::size_t kMost = 64 - kWaits.size();  // of the characters that the interface takes
+constexpr std::size_t kBootPart = 8;               // of the boot's id
+constexpr int kStartAfterName = 20;  // the start is field 22 of stat, and the program's name is field 2
 
 std::string first_line(const char* path) {
   std::ifstream stream(path);
@@ -50,7 +52,8 @@ bool is_of_dead_process(const std::string& name) {
   const std::string own = process_name();
   const std::string machine = own.substr(0, own.rfind('/', own.rfind('/') - 1) + 1);
   if (!name.starts_with(machine)) return false;
-  const std::string process = name.substr(machine.size());
+  std::string process = name.substr(machine.size());
+  if (is_waiting_name(process)) process.erase(process.size() - kWaits.size());
   const auto slash = process.find('/');
   const std::string pid = process.substr(0, slash);
   if (slash == std::string::npos || pid.empty() || pid.find_first_not_of("0123456789") != std::string::npos)
@@ -61,5 +64,9 @@ bool is_of_dead_process(const std::string& name) {
     return true;
   }
 }
+
+std::string waiting_name(const std::string& name) { return name + std::string(kWaits); }
+
+bool is_waiting_name(const std::string& name) { return name.ends_with(kWaits); }
 
 }  // namespace corbot::cell

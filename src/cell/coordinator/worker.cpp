@@ -60,6 +60,7 @@ void Worker::run() {
       return status_.set(Corbot::WorkIdle, "stopped");
     } catch (const Corbot::Superseded& e) {
       token_ = 0;
+      is_marked_ = false;
       status_.set(Corbot::WorkIdle, fmt::format("superseded: claim {} is the robot's now", e.present));
     } catch (const RobotStopped& e) {
       await_person(Corbot::WorkStopped, e.what());
@@ -114,19 +115,37 @@ void Worker::await_person(Corbot::WorkState state, const std::string& text,
     starts = starts_;
   }
   status_.set(state, fmt::format("{}: {}", step_, text));
-  try {
-    arm_.release();  // the person may need it
-  } catch (const std::exception& error) {
-    status_.report("control was not given back: " + plain_text(error));
-  }
+  bool has_control = !give_back_control();  // the person may need it
   std::unique_lock lock(mutex_);
   while (starts == starts_ && !stop_.stop_requested()) {
     gone_on_.wait_for(lock, stop_, kPersonPause, [&] { return starts != starts_; });
     lock.unlock();
+    if (has_control) has_control = !give_back_control();
     const bool ends = is_over();
     lock.lock();
     if (ends) return;
   }
+}
+
+/// The claim says first that a person is needed: else a stand-by would take control and move the arm.
+bool Worker::give_back_control() {
+  try {
+    if (token_ != 0 && !is_marked_) token_ = store_.claim(robot_.name, waiting_name(who_), token_);
+    is_marked_ = token_ != 0;
+  } catch (const Corbot::Claimed& e) {
+    is_marked_ = waiting_name(who_) == e.who.in();  // the reply was lost
+    token_ = is_marked_ ? e.token : 0;
+  } catch (const std::exception& error) {
+    status_.report("control is kept, since the claim cannot say that a person is needed: " +
+                   plain_text(error));
+    return false;
+  }
+  try {
+    arm_.release();
+  } catch (const std::exception& error) {
+    status_.report("control was not given back: " + plain_text(error));
+  }
+  return true;
 }
 
 // --- Resolution: nothing is assumed ---
@@ -200,28 +219,34 @@ void Worker::connect() {
 /// Takes control and the claim. Empty: both are this worker's. Else whose they are.
 std::string Worker::take_robot() {
   const bool is_exclusive = arm_.acquire();
-  if (token_ != 0) return "";  // the store says where it has ended
+  if (token_ != 0 && !is_marked_) return "";  // the store says where it has ended
   try {
-    token_ = store_.claim(robot_.name, who_, 0);
-    return "";
+    token_ = store_.claim(robot_.name, who_, token_);
   } catch (const Corbot::Claimed& e) {
-    // Control of the arm proves that the holder of the claim cannot move it. A holder of our own name is
-    // this very process, and a call whose reply was lost.
     const std::string who = e.who.in();
-    if (!is_exclusive && who_ != who && !is_of_dead_process(who)) {
+    if (!may_replace(who, is_exclusive)) {
+      if (is_exclusive) arm_.release();
       return fmt::format(
-          "stand-by: '{}' works with {} by claim {}; where it has ended for good, use 'corbot cell release "
-          "CELL {}'",
-          client::printable(who), robot_.name, e.token, robot_.name);
+          "stand-by: '{}' {} {} by claim {}; where it has ended for good, use 'corbot cell release CELL {}'",
+          client::printable(who), is_waiting_name(who) ? "waits for a person, with" : "works with",
+          robot_.name, e.token, robot_.name);
     }
     try {
       token_ = store_.claim(robot_.name, who_, e.token);
-      return "";
     } catch (const Corbot::Claimed& other) {
       return fmt::format("stand-by: '{}' was first to claim {}", client::printable(other.who.in()),
                          robot_.name);
     }
   }
+  is_marked_ = false;
+  return "";
+}
+
+/// Control of the arm proves that the holder of the claim cannot move it, but a holder that waits for a person has given
+/// control back. A holder of our own name is this very process, and a call whose reply was lost.
+bool Worker::may_replace(const std::string& who, bool is_exclusive) const {
+  if (who == who_ || who == waiting_name(who_) || is_of_dead_process(who)) return true;
+  return is_exclusive && !is_waiting_name(who);
 }
 
 /// A zone is the body's: the ledger says which one it is in, and a tool over a shared place must be in its zone.

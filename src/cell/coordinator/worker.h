@@ -62,11 +62,13 @@ class Worker {
   void await_person(
       Corbot::WorkState state, const std::string& text,
       const std::function<bool()>& is_over = [] { return false; });
+  bool give_back_control();
 
   // Resolution.
   std::optional<Transfer> resolve();
   void connect();
   std::string take_robot();
+  [[nodiscard]] bool may_replace(const std::string& who, bool is_exclusive) const;
   void find_zone(const Eigen::Vector3d& tool);
   void move_out(const Eigen::Vector3d& tool);
   bool resolve_transfer(const Corbot::TransferInfo& left, const Transfer& transfer, Grip grip);
@@ -117,12 +119,13 @@ class Worker {
   WorkStatus status_;
 
   Corbot::ClaimToken token_{0};
-  std::string zone_{};                                   ///< the shared place whose zone the robot is in
-  const char* step_{"begin"};                            ///< of the recipe, for messages
-  int failures_{0};                                      ///< failed picks in a row
-  std::string motion_fault_{};                           ///< the last
-  int equal_faults_{0};                                  ///< of that text in a row
-  std::string last_fault_{};                             ///< that interrupted the work
+  bool is_marked_{false};       ///< the claim says that its holder waits for a person
+  std::string zone_{};          ///< the shared place whose zone the robot is in
+  const char* step_{"begin"};   ///< of the recipe, for messages
+  int failures_{0};             ///< failed picks in a row
+  std::string motion_fault_{};  ///< the last
+  int equal_faults_{0};         ///< of that text in a row
+  std::string last_fault_{};    ///< that interrupted the work
   std::chrono::steady_clock::time_point interrupted_{};  ///< since then the work is being resumed
   std::mutex mutex_{};                                   ///< for what follows
   std::condition_variable_any gone_on_{};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "unit/cell_worker/fake_cell.h"
+#include "cell/coordinator/process_name.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -294,15 +295,17 @@ void FakeCell::store_call() {
   require(!is_superseded_, "a call of the store after Superseded");
   if (store_calls_++ != superseded_call) return;
   is_superseded_ = true;
-  throw Corbot::Superseded(kToken, kToken + 1);
+  throw Corbot::Superseded(kToken, superseded_by);
 }
 
-Corbot::ClaimToken FakeCell::claim(const std::string&, const std::string&, Corbot::ClaimToken replaces) {
+Corbot::ClaimToken FakeCell::claim(const std::string&, const std::string& who, Corbot::ClaimToken replaces) {
   const std::lock_guard lock(mutex_);
   interruptible([&] { record.emplace_back("claim"); });
   const bool is_another = (is_claimed && replaces != 5) || is_superseded_;
-  if (is_superseded_ || (is_another && !is_exclusive)) stop_source.request_stop();  // it would wait for long
-  if (is_another) throw Corbot::Claimed("robot1", "another", 5, 0);
+  const bool is_to_wait = !is_exclusive || cell::is_waiting_name(holder);
+  if (is_superseded_ || (is_another && is_to_wait)) stop_source.request_stop();  // it would wait for long
+  if (is_another) throw Corbot::Claimed("robot1", holder.c_str(), 5, 0);
+  holder = who;
   return kToken;
 }
 

@@ -45,6 +45,7 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   bool loses_pieces{false};  ///< what the gripper lets go is gone
   bool is_exclusive{true};   ///< an Arm: control excludes others, and a stop ends the motion under way
   bool is_claimed{false};
+  std::string holder{"another"};  ///< of the claim
   bool is_in_error{false};
   int interrupted_call{-1};  ///< number of the call, of any port, that is interrupted; -1: none
   Interruption interruption{Interruption::kKill};
@@ -53,7 +54,8 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   bool goes_on{false};      ///< commands may follow a Stop of another client
   double late_s{0};         ///< an intent is written so long after the Move, or when the way down begins
   int superseded_call{-1};  ///< number of the call of the store that raises Superseded
-  int stopped_command{-1};  ///< number of the robot's command during which a stop is requested
+  Corbot::ClaimToken superseded_by{8};  ///< the token of the claim that is present then
+  int stopped_command{-1};              ///< number of the robot's command during which a stop is requested
   int command_stopped_by_other{-1};  ///< number of the command that a Stop of another client ends; -1: none
   int occupied{0};                   ///< so many calls of Enter find another robot
   std::function<bool(const Eigen::Vector3d&)> is_unreachable;
@@ -63,7 +65,8 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
 
   std::stop_source stop_source;
   std::vector<Piece> pieces;
-  std::vector<std::string> record;  ///< calls in their order, without intents
+  std::vector<std::string> record;              ///< calls in their order, without intents
+  std::vector<std::string> holders_at_release;  ///< of the claim, each time that control was given back
   std::vector<std::string> violations;
   std::vector<std::string> reports;
   std::vector<cell::ActivityChange> activities;
@@ -76,10 +79,12 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   void revive() { is_dead_ = false; }
   /// A person takes the pieces away that are unclear.
   void resolve();
+  /// Another coordinator has ended the transfer.
+  void end_transfer() { ledger_.step = Corbot::StepWithdrawn; }
 
   // RobotPort
   bool acquire() override;
-  void release() override {}
+  void release() override { holders_at_release.push_back(holder); }
   void speed(double percent) override;
   void move(const Eigen::Vector3d& point, double above_m) override;
   void move_s(const Eigen::Vector3d& point, double above_m, double duration_s) override;

@@ -39,6 +39,8 @@ TEST(ProcessName, HasBootProcessAndStart) {
 TEST(ProcessName, TellsWhetherItsProcessHasEnded) {
   const std::string own = cell::process_name();
   EXPECT_FALSE(cell::is_of_dead_process(own));
+  EXPECT_FALSE(cell::is_of_dead_process(cell::waiting_name(own)));
+  EXPECT_TRUE(cell::is_of_dead_process(cell::waiting_name(own + "1")));
   EXPECT_TRUE(cell::is_of_dead_process(own + "1")) << "the id was given again: another start";
   const std::string machine = own.substr(0, own.rfind('/', own.rfind('/') - 1) + 1);
   EXPECT_TRUE(cell::is_of_dead_process(machine + "999999999/1"));

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "cell/coordinator/process_name.h"
 #include "unit/cell_worker/fake_cell.h"
 
 namespace corbot::test {
@@ -406,6 +407,28 @@ TEST_P(WorkerTest, OnlyControlOfTheArmReplacesAClaim) {
     EXPECT_EQ(world.count_reports("stand-by: 'another' works with "), is_exclusive ? 0 : 1);
     EXPECT_EQ(work.state, Corbot::WorkIdle);
   }
+}
+
+TEST_P(WorkerTest, AStandByTakesNoRobotWhoseHolderWaitsForAPerson) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.is_claimed = true;
+  world.holder = cell::waiting_name("another");
+  run_one(world);
+  EXPECT_EQ(world.written[Corbot::StepPlaced], 0);
+  EXPECT_EQ(world.count_reports("stand-by: 'another/waits' waits for a person, with "), 1);
+  EXPECT_THAT(world.holders_at_release, Contains("another/waits")) << "the person may need control";
+}
+
+TEST_P(WorkerTest, TheClaimSaysThatAPersonIsNeededBeforeControlIsGivenBack) {
+  const auto world = made(Interruption::kFault, Moment::kBefore, -1);
+  world->goes_on = true;
+  world->command_stopped_by_other = 5;
+  run(config_, *world, GetParam(), [](cell::Worker& worker) { worker.go_on(); });
+  expect_all_placed(*world, "after go_on");
+  ASSERT_EQ(world->holders_at_release.size(), 2U);
+  EXPECT_EQ(world->holders_at_release[0], "test/waits");
+  EXPECT_EQ(world->holders_at_release[1], "test") << "the work goes on: a stand-by may take over";
 }
 
 TEST(Worker, PiecesThatItCannotReachAreLeftOut) {
