@@ -61,7 +61,9 @@ void Worker::run() {
     } catch (const Corbot::Superseded& e) {
       token_ = 0;
       is_marked_ = false;
-      status_.set(Corbot::WorkIdle, fmt::format("superseded: claim {} is the robot's now", e.present));
+      status_.set(Corbot::WorkIdle, e.present == 0
+                                        ? std::string("superseded: the claim was released")
+                                        : fmt::format("superseded: claim {} is the robot's now", e.present));
     } catch (const RobotStopped& e) {
       await_person(Corbot::WorkStopped, e.what());
     } catch (const PieceUnclear& e) {
@@ -177,8 +179,9 @@ std::optional<Transfer> Worker::resolve() {
     transfer = checked(*left);
     status_.set_piece(transfer->piece, left->step);
     is_held = resolve_transfer(*left, *transfer, call([&] { return arm_.grip(); }));
-  } else if (grip != Grip::kOpen) {
-    motions_.open(wait_);
+  } else {
+    status_.set_piece(0, Corbot::StepPlaced);  // another coordinator may have ended the transfer
+    if (grip != Grip::kOpen) motions_.open(wait_);
   }
   if (!is_held || zone_ != to_.name) leave();
   check_unclear();

@@ -431,6 +431,34 @@ TEST_P(WorkerTest, TheClaimSaysThatAPersonIsNeededBeforeControlIsGivenBack) {
   EXPECT_EQ(world->holders_at_release[1], "test") << "the work goes on: a stand-by may take over";
 }
 
+TEST_P(WorkerTest, AClaimThatAPersonReleasedIsToldAsSuch) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.superseded_call = 2;
+  world.superseded_by = 0;
+  run_one(world);
+  EXPECT_EQ(world.count_reports("superseded: the claim was released"), 1);
+}
+
+TEST_P(WorkerTest, APieceWhoseTransferEndedElsewhereIsNoLongerShown) {
+  const auto world = made(Interruption::kFault, Moment::kBefore, -1);
+  world->goes_on = true;
+  world->command_stopped_by_other = 4;
+  Corbot::PieceNumber before = 0;
+  Corbot::PieceNumber after = 0;
+  run(config_, *world, GetParam(), [&](cell::Worker& worker) {
+    before = worker.status().piece;
+    world->end_transfer();
+    world->on_reserve = [&](int) {
+      after = worker.status().piece;
+      world->stop_source.request_stop();
+    };
+    worker.go_on();
+  });
+  EXPECT_NE(before, 0U);
+  EXPECT_EQ(after, 0U);
+}
+
 TEST(Worker, PiecesThatItCannotReachAreLeftOut) {
   const cell::CellConfig config = demo_cell();
   FakeCell world(config, "robot1");
