@@ -468,9 +468,15 @@ void Worker::withdraw(const Transfer& transfer, const std::string& why) {
   advance(transfer, Corbot::StepWithdrawn, why);
   leave();
   if (++failures_ < cell_.timing.attempts) return;
-  throw Attention(
+  std::string text =
       fmt::format("{} failed picks in a row, the last at {}, {}: {}; check the gripper, the camera and {}",
-                  failures_, from_.name, describe(transfer.source), why, key_of(from_)));
+                  failures_, from_.name, describe(transfer.source), why, key_of(from_));
+  if (from_.slots) {  // the ledger keeps the piece, and gives the same one again
+    text += fmt::format(
+        "; where piece {} was taken away, put it back, or empty {} and use 'corbot cell exchange CELL {}'",
+        transfer.piece, from_.name, from_.name);
+  }
+  throw Attention(text);
 }
 
 void Worker::refuse_source(const Transfer& transfer, const std::string& why) {

@@ -196,6 +196,9 @@ TEST_P(WorkerTest, TooManyFailedGraspsInARowNeedAPerson) {
   const Corbot::RobotWork work = run_one(world);
   EXPECT_EQ(work.state, Corbot::WorkAttention);
   EXPECT_THAT(work.text.in(), AllOf(HasSubstr("pick: 3 failed picks in a row"), HasSubstr(from())));
+  EXPECT_EQ(std::string(work.text.in()).find("use 'corbot cell exchange CELL store1'") == std::string::npos,
+            is_area())
+      << "the ledger keeps the piece in its slot";
   EXPECT_EQ(world.written[Corbot::StepWithdrawn], config_.timing.attempts);
   EXPECT_THAT(world.violations, IsEmpty());
 }
