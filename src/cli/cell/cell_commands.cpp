@@ -15,6 +15,7 @@
 #include "cli/cell/cell_check.h"
 #include "cli/cell/cell_client.h"
 #include "cli/cell/cell_directory.h"
+#include "cli/cell/cell_processes.h"
 #include "cli/cell/cell_run.h"
 #include "cli/cell/cell_status.h"
 #include "cli/cell/cell_up.h"
@@ -46,20 +47,29 @@ std::string user_name() {
       .substr(0, 64);
 }
 
-void show(CellClient& client, const std::string& name) {
-  CellView view{.name = name,
-                .is_paused = client.is_paused(),
-                .state = client.state().in(),
-                .places = client.places().in(),
-                .unclear = client.unclear().in(),
-                .now_s = cell::now_s()};
+/// The coordinator's part is shown also where the store does not run: it says why the robots wait.
+void show(CellClient& client, const cell::CellConfig& cell) {
+  CellView view;
+  view.name = cell.name;
+  view.is_paused = client.is_paused();
+  view.state = client.state().in();
+  try {
+    view.places = client.places().in();
+    view.unclear = client.unclear().in();
+  } catch (const Failure& why) {
+    view.store_fault =
+        fmt::format("{}: {}", why.what(),
+                    cell.store_reference.empty() ? "the cause is in " + log_file(cell, "store").string()
+                                                 : "look at " + cell.store_reference);
+  }
+  view.now_s = cell::now_s();
   fmt::print("{}", status_text(view));
   std::fflush(stdout);
 }
 
-void watch(CellClient& client, const Words& words, const std::string& name) {
+void watch(CellClient& client, const Words& words, const cell::CellConfig& cell) {
   for (int shown = 1;; ++shown) {
-    show(client, name);
+    show(client, cell);
     if (shown == words.count) return;
     std::this_thread::sleep_for(std::chrono::duration<double>(words.interval_s));
     fmt::print("\n");
@@ -143,12 +153,12 @@ void add_cell(CLI::App& app) {
   ends->add_address_to(*down);
   down->callback([ends] { cell_down(*ends); });
 
-  const auto name_of = [](const Words& words) { return load_for_command(words.cell).name; };
+  const auto cell_of = [](const Words& words) { return load_for_command(words.cell); };
   add_client(*cell, "status", "Robots, pieces, zones, and what needs a person",
-             [=](CellClient& client, const Words& words) { show(client, name_of(words)); });
+             [=](CellClient& client, const Words& words) { show(client, cell_of(words)); });
   auto [watching, words] =
       add_client(*cell, "watch", "The same, again and again",
-                 [=](CellClient& client, const Words& given) { watch(client, given, name_of(given)); });
+                 [=](CellClient& client, const Words& given) { watch(client, given, cell_of(given)); });
   watching->add_option("--interval", words->interval_s, "seconds (1)")->check(CLI::Range(0.1, 3600.0));
   watching->add_option("--count", words->count, "how often; 0: until Ctrl-C")->check(CLI::Range(0, 1000000));
   add_client(*cell, "start", "Begin, or go on after pause, stop or what needed a person",

@@ -96,6 +96,7 @@ std::string status_text(const CellView& view) {
       persons += fmt::format("  {}: {}\n", printable(work.robot.in()), printable(work.text.in()));
   }
   for (CORBA::ULong i = 0; i < view.places.length(); ++i) text += line_of(view.places[i], view.now_s);
+  if (!view.store_fault.empty()) persons += "  " + view.store_fault + "\n";
   for (CORBA::ULong i = 0; i < view.unclear.length(); ++i) persons += line_of(view.unclear[i]);
   return text + (persons.empty() ? "no person is needed\n" : "a person is needed:\n" + persons);
 }

@@ -14,6 +14,7 @@ struct CellView {
   Corbot::CoordinatorState state;
   Corbot::PlaceInfos places;
   Corbot::PieceEvents unclear;
+  std::string store_fault;  ///< why places and unclear are not known; empty: they are
   double now_s{0};  ///< since the Unix epoch
 };
 

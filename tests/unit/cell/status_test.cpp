@@ -56,6 +56,17 @@ TEST(CellStatus, ShowsRobotsPlacesAndZones) {
             "no person is needed\n");
 }
 
+TEST(CellStatus, ShowsTheRobotsAlsoWithoutTheStore) {
+  cli::CellView view = works();
+  view.places.length(0);
+  view.store_fault = "the store does not reply: the cause is in /d/store.log";
+  EXPECT_THAT(
+      cli::status_text(view),
+      testing::AllOf(
+          HasSubstr("robot1       moves"),
+          EndsWith("a person is needed:\n  the store does not reply: the cause is in /d/store.log\n")));
+}
+
 TEST(CellStatus, SaysWhatHoldsTheWork) {
   cli::CellView view = works();
   view.is_paused = true;
