@@ -12,8 +12,6 @@
 #include <string>
 #include <utility>
 
-#include "shm/descriptor.h"
-
 namespace corbot::cell {
 
 WorkGate::WorkGate(std::filesystem::path file) : file_(std::move(file)) {
@@ -33,10 +31,11 @@ void WorkGate::set(bool& flag, bool value) {
 void WorkGate::write() const {
   if (file_.empty()) return;
   const std::string text = fmt::format("{:<5} {:<4}\n", is_paused_ ? "pause" : "", is_stopped_ ? "stop" : "");
-  const Descriptor file(::open(file_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600));
-  if (file.get() < 0 || ::pwrite(file.get(), text.data(), text.size(), 0) < 0)
+  const int file = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+  if (file < 0 || ::pwrite(file, text.data(), text.size(), 0) < 0)
     spdlog::error("{}: {}: the next coordinator does not know of a pause or a stop", file_.string(),
                   std::strerror(errno));
+  if (file >= 0) ::close(file);
 }
 
 }  // namespace corbot::cell

@@ -59,7 +59,7 @@ void show(CellClient& client, const cell::CellConfig& cell) {
   } catch (const Failure& why) {
     view.store_fault =
         fmt::format("{}: {}", why.what(),
-                    cell.store_reference.empty() ? "the cause is in " + log_file(cell, "store").string()
+                    cell.store_reference.empty() ? "its log is " + log_file(cell, "store").string()
                                                  : "look at " + cell.store_reference);
   }
   view.now_s = cell::now_s();
