@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "cli/arm/plan_text.h"
 #include "cli_rig.h"
 
 namespace corbot::test {
@@ -327,6 +328,19 @@ TEST_F(Motions, WatchPrintsALineEach) {
   ASSERT_TRUE(endless->wait_line("Standby", within(20)));
   endless->signal(SIGINT);
   EXPECT_EQ(endless->wait(within(20)), 0);
+}
+
+TEST(PlanText, LimitMetTwiceIsNotShownBetween) {
+  const rate::Reason acceleration{rate::Mover::kToolTravel, 0, rate::LimitKind::kAcceleration};
+  const rate::Reason jerk{rate::Mover::kToolTravel, 0, rate::LimitKind::kJerk};
+  rate::PlanPart part;
+  part.duration_s = 1.0;
+  part.moves_arm = true;
+  part.stretches = {{acceleration, 0.0, 0.3, 0.0, 0.3, 0.93},
+                    {jerk, 0.3, 0.7, 0.3, 0.7, 0.89},
+                    {acceleration, 0.7, 1.0, 0.7, 1.0, 0.93}};
+  EXPECT_EQ(cli::plan_text({part}),
+            "  1.00 s; tool acceleration 0.00-0.30 s, tool acceleration 0.70-1.00 s\n");
 }
 
 }  // namespace

@@ -30,11 +30,14 @@ std::string limits_text(const rate::PlanPart& part) {
     double begin_s, end_s;
   };
   std::vector<Shown> shown;  // equal ones around what is too short to name are one
+  bool follows_met = false;
   for (const rate::ReasonStretch& stretch : part.stretches) {
-    if (stretch.share < kMet || stretch.end_s - stretch.begin_s < kWorthSaying * part.duration_s) continue;
+    if (stretch.end_s - stretch.begin_s < kWorthSaying * part.duration_s) continue;
+    const bool is_met = stretch.share >= kMet;
     const std::string name = name_of(stretch.reason);
-    if (shown.empty() || shown.back().name != name) shown.push_back({name, stretch.begin_s, 0.0});
-    shown.back().end_s = stretch.end_s;
+    if (is_met && (!follows_met || shown.back().name != name)) shown.push_back({name, stretch.begin_s, 0.0});
+    if (is_met) shown.back().end_s = stretch.end_s;
+    follows_met = is_met;
   }
   if (shown.empty()) return "; the wanted time";
   const bool is_whole =
