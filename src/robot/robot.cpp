@@ -186,6 +186,8 @@ MotionPlan Robot::plan(const MotionRequest& request) {
     throw refused(request, *refusal, profile_.arm.kinematics);
   const PlanStart start = queue_.next_start();
   limits_.check_known(request);
+  now = settings_.get();  // those of the start: they may have changed while others planned
+  now.soft_limits = limits_.wanted();
   const PlanResult result = planner_.plan(start, now, request);
   if (const auto* refusal = std::get_if<PlanRefusal>(&result))
     throw refused(request, *refusal, profile_.arm.kinematics);

@@ -82,7 +82,7 @@ auto CellClient::call(const Peer& peer, F&& f) -> decltype(f()) {
                                                     client::printable(error.place.in())));
     } catch (const Corbot::Occupied& error) {
       throw Failure(ExitCode::kRefused,
-                    fmt::format("{} uses {}: wait until it has ended its piece, or use 'corbot cell pause'",
+                    fmt::format("{} uses {}: wait until it has ended its piece",
                                 client::printable(error.robot.in()), client::printable(error.place.in())));
     } catch (const CORBA::SystemException& error) {
       if (gave_up_ || std::chrono::steady_clock::now() > deadline)
