@@ -15,7 +15,7 @@ struct CellView {
   Corbot::PlaceInfos places;
   Corbot::PieceEvents unclear;
   std::string store_fault;  ///< why places and unclear are not known; empty: they are
-  double now_s{0};  ///< since the Unix epoch
+  double now_s{0};          ///< since the Unix epoch
 };
 
 /// Several lines, each with its end: robots, places, and what needs a person with what to do.
