@@ -619,7 +619,7 @@ TEST_F(CellRun, AWrongFileIsRefusedBeforeAnythingStarts) {
   EXPECT_FALSE(fs::exists(directory_ / "state"));
 }
 
-TEST_F(CellRun, ACheckNamesWhatIsOutOfReachWithoutAnyProcess) {
+TEST_F(CellRun, ACheckNamesWhatIsOutOfReachAndWhoDoesNotReply) {
   const auto check = [&] {
     return run({CORBOT_BIN_DIR "/corbot", "cell", "check", (directory_ / "cell.toml").string()}, 60,
                environment());
@@ -627,12 +627,14 @@ TEST_F(CellRun, ACheckNamesWhatIsOutOfReachWithoutAnyProcess) {
   const RunResult shipped = check();
   EXPECT_EQ(shipped.code, 0) << shipped.errors;
   EXPECT_EQ(shipped.output, "robot1: all 27 points are reached\nrobot2: all 33 points are reached\n");
-  edit("position_m = [0.48, 0, 0]", "position_m = [0.48, 0.08, 0]");
   edit("profile = \"arm.toml\"", "reference = \"corbaloc::127.0.0.1:1/robot1\"");
+  const RunResult silent = check();
+  EXPECT_EQ(silent.code, 3) << silent.errors;
+  EXPECT_THAT(silent.output, HasSubstr("\nrobot2: all 33 points are reached\n"));
+  edit("position_m = [0.48, 0, 0]", "position_m = [0.48, 0.08, 0]");
   const RunResult moved = check();
   EXPECT_EQ(moved.code, 1) << moved.errors;
-  EXPECT_THAT(moved.output,
-              testing::StartsWith("robot1: not checked: it runs elsewhere, and the cell has no profile"));
+  EXPECT_THAT(moved.output, testing::StartsWith("robot1: not checked: no servant at 127.0.0.1:1"));
   EXPECT_THAT(moved.output, testing::ContainsRegex("robot2: place.2. pallet2, slot 0, red: the motion above "
                                                    "the grasp to \\(.*\\) m in the robot's frame would be "
                                                    "refused: .* is too far"));

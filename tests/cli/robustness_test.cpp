@@ -7,6 +7,8 @@
 
 #include <fstream>
 #include <iterator>
+#include <regex>
+#include <sstream>
 
 #include "cli/supervise/supervisor.h"
 #include "cli_rig.h"
@@ -314,6 +316,43 @@ TEST_F(Robustness, WhatIsWrongWithAnAddressIsNotAVersion) {
         << robot;
     EXPECT_EQ(result.code, 2) << robot;
   }
+}
+
+TEST_F(Robustness, AHostThatCannotBeFoundIsNamed) {
+  const RunResult result = corbot({"status", "--robot", "nowhere.invalid:12810/lynx5"});
+  EXPECT_EQ(result.code, 3);
+  EXPECT_THAT(result.errors, HasSubstr("'nowhere.invalid' is not a host that this machine can find"));
+}
+
+TEST_F(Robustness, ManualAndCompletionHaveEveryCommandAndOption) {
+  std::ifstream file(CORBOT_SOURCE_DIR "/packaging/man/corbot.1");
+  const std::string manual{std::istreambuf_iterator<char>(file), {}};
+  const auto completed = [](const std::string& command, const std::string& begun) {
+    const RunResult words = run(
+        {"/bin/bash", "-c",
+         ". " CORBOT_SOURCE_DIR "/packaging/completion/corbot; COMP_WORDS=(corbot " + command + " '" + begun +
+             "'); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _corbot; printf '%s\\n' \"${COMPREPLY[@]}\""},
+        20);
+    return words.output;
+  };
+  const std::string commands = corbot({"--help"}).output;
+  const std::string offered = completed("", "");
+  std::istringstream lines(commands.substr(commands.find("Subcommands:")));
+  const std::regex command_line("^  ([a-z]+) .*"), option("\n  (-[a-z],)?(--[a-z-]+)");
+  int count = 0;
+  for (std::string line; std::getline(lines, line);) {
+    std::smatch found;
+    if (!std::regex_match(line, found, command_line)) continue;
+    const std::string command = found[1];
+    ++count;
+    EXPECT_THAT(offered, testing::ContainsRegex("(^|\n)" + command + "\n"));
+    EXPECT_THAT(manual, testing::ContainsRegex("\n\\.B[^\n]*[ \"]" + command + "[ \",\n]"));
+    if (command == "cell") continue;  // its options are those of its own commands
+    const std::string help = corbot({command, "--help"}).output, options = completed(command, "--");
+    for (std::sregex_iterator at(help.begin(), help.end(), option), end; at != end; ++at)
+      EXPECT_THAT(options, HasSubstr((*at)[2].str())) << command;
+  }
+  EXPECT_GT(count, 40);
 }
 
 TEST_F(Robustness, HelpIsNotTakenForHold) {

@@ -146,23 +146,39 @@ ReachCheck check_reach(const CellConfig& cell, const CellRobot& robot) {
   return ReachPlans(cell, robot).run();
 }
 
+namespace {
+
+/// What the check of one robot found; returns the number of refused motions.
+std::size_t print_check(const CellRobot& robot, const ReachCheck& check) {
+  if (check.refused.empty())
+    fmt::print("{}: all {} points are reached{}\n", robot.name, check.points,
+               robot.profile.empty() ? " from where it stands" : "");
+  for (const RefusedPoint& point : check.refused)
+    fmt::print("{}: {}: {} to ({:.3f}, {:.3f}, {:.3f}) m in the robot's frame would be refused: {}\n",
+               robot.name, point.key, point.motion, point.point_m.x(), point.point_m.y(), point.point_m.z(),
+               point.why);
+  return check.refused.size();
+}
+
+}  // namespace
+
 void cell_check(const cell::CellOptions& options) {
   const CellConfig cell = load_for_command(options);
   std::size_t count = 0;
+  std::string silent;  // the first robot elsewhere that does not reply; the others are checked all the same
   for (const CellRobot& robot : cell.robots) {
-    const ReachCheck check = check_reach(cell, robot);
-    if (check.refused.empty())
-      fmt::print("{}: all {} points are reached{}\n", robot.name, check.points,
-                 robot.profile.empty() ? " from where it stands" : "");
-    for (const RefusedPoint& point : check.refused)
-      fmt::print("{}: {}: {} to ({:.3f}, {:.3f}, {:.3f}) m in the robot's frame would be refused: {}\n",
-                 robot.name, point.key, point.motion, point.point_m.x(), point.point_m.y(), point.point_m.z(),
-                 point.why);
-    count += check.refused.size();
+    try {
+      count += print_check(robot, check_reach(cell, robot));
+    } catch (const Failure& failure) {
+      if (failure.code() != ExitCode::kUnreachable) throw;
+      fmt::print("{}: not checked: {}\n", robot.name, failure.what());
+      if (silent.empty()) silent = robot.name;
+    }
   }
-  if (count == 0) return;
-  throw Failure(ExitCode::kRefused,
-                fmt::format("{} motion{} would be refused; nothing moved", count, count == 1 ? "" : "s"));
+  if (count > 0)
+    throw Failure(ExitCode::kRefused,
+                  fmt::format("{} motion{} would be refused; nothing moved", count, count == 1 ? "" : "s"));
+  if (!silent.empty()) throw Failure(ExitCode::kUnreachable, silent + " was not checked");
 }
 
 }  // namespace corbot::cli
