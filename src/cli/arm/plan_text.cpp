@@ -41,7 +41,7 @@ std::string limits_text(const rate::PlanPart& part) {
   }
   if (shown.empty()) return "; the wanted time";
   const bool is_whole =
-      shown.size() == 1 && shown[0].begin_s == 0.0 && shown[0].end_s == part.duration_s;  // a joint motion
+      shown.size() == 1 && shown[0].begin_s == 0.0 && shown[0].end_s == part.duration_s;  // it needs no times
   if (is_whole) return "; " + shown[0].name;
   std::string text;
   for (const Shown& one : shown)
