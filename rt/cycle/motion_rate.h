@@ -41,13 +41,13 @@ class MotionRate {
     curve_ = check.curve();
     std::copy_n(check.shares().begin(), path.law.pieces.size(), shares_.begin());
     limits_ = rate::RateLimits(check.limits());
-    quick_ = Quick::kNotSought;
+    is_seeking_ = false;
     path_governor_.begin(*curve_, governor_.target());
   }
   void restart() noexcept {
     governor_.restart();
     if (has_path()) path_governor_.halt();
-    quick_ = Quick::kNotSought;
+    is_seeking_ = false;
   }
   void set_target(double rate) noexcept {
     governor_.set_target(rate);
@@ -78,24 +78,23 @@ class MotionRate {
   }
 
  private:
-  enum class Quick { kNotSought, kSought, kOver };
-
   /// A stop begins by the curve of the whole motion, which is known. Meanwhile a quicker curve is sought, for the place where that stop will be
-  /// when the search is over.
+  /// when the search is over. Ever fewer pieces lie ahead, so then it is sought anew, until the arm rests.
   void seek_quick_stop(double dt_s) noexcept {
-    if (governor_.target() != 0.0 || path_governor_.is_at_rest()) quick_ = Quick::kNotSought;
-    if (governor_.target() != 0.0 || path_governor_.is_at_rest() || path_governor_.is_stopping()) return;
-    if (quick_ == Quick::kNotSought) {
+    if (governor_.target() != 0.0 || path_governor_.is_at_rest()) {
+      is_seeking_ = false;
+    } else if (!is_seeking_) {
       later_ = path_governor_;
       for (int cycle = 0; cycle < rate::StopSearch::kCalls; ++cycle) later_.advance(dt_s);
-      calls_ = 0;
-      quick_ = Quick::kSought;
       search_.begin(later_, path_.law, {shares_.data(), path_.law.pieces.size()}, limits_.view());
-    } else if (quick_ == Quick::kSought) {
+      calls_ = 0;
+      is_seeking_ = true;
+    } else {
       (void)search_.step();
       if (++calls_ < rate::StopSearch::kCalls) return;
-      quick_ = Quick::kOver;
-      if (search_.found() != nullptr && path_governor_.is_as(later_)) path_governor_.stop(*search_.found());
+      is_seeking_ = false;
+      if (search_.found() != nullptr && path_governor_.is_as(later_))
+        path_governor_.stop(quick_.emplace(*search_.found()));
     }
   }
 
@@ -107,9 +106,10 @@ class MotionRate {
   std::array<rate::Shares, rate::kMostPieces> shares_{};  ///< of its limits
   rate::RateLimits limits_;
   rate::StopSearch search_;
-  Quick quick_{Quick::kNotSought};
-  int calls_{0};              ///< of the search
-  rate::RateGovernor later_;  ///< where the search begins
+  bool is_seeking_{false};
+  int calls_{0};                          ///< of the search
+  rate::RateGovernor later_;              ///< where the search begins
+  std::optional<rate::RateCurve> quick_;  ///< the present stop's
 };
 
 }  // namespace corbot::rt

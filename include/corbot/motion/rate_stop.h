@@ -16,13 +16,13 @@ namespace corbot::rate {
 class StopSearch {
  public:
   /// So many calls of step() are enough for nearly all searches.
-  static constexpr int kCalls = 24;
+  static constexpr int kCalls = 14;
 
   StopSearch() = default;
   StopSearch(const StopSearch&) = delete;
   StopSearch& operator=(const StopSearch&) = delete;
 
-  /// `from`: where the stop begins. `shares`: one for each piece, of these limits. They outlive the search.
+  /// `from`: where the search's stop begins; it may be one already. `shares`: one for each piece, of these limits. They outlive the search.
   void begin(const RateGovernor& from, const RatePieces& law, std::span<const Shares> shares,
              std::span<const RateLimit> limits) noexcept {
     from_ = from;
@@ -30,7 +30,6 @@ class StopSearch {
     shares_ = shares;
     limits_ = limits;
     found_.reset();
-    pass_ = 0;
     times_ = StopTimes(from);
     task_ = Task::kSlowTimes;
   }
@@ -58,23 +57,25 @@ class StopSearch {
     }
     return true;
   }
-  /// The best curve so far. Null: nothing is known to be quicker than the whole motion's curve.
+  /// Null: nothing is known to be quicker than the curve by which the stop began.
   [[nodiscard]] const RateCurve* found() const noexcept { return found_ ? &*found_ : nullptr; }
 
  private:
-  static constexpr int kPasses = 2;
   static constexpr std::size_t kWays = 64;        // of one call
   static constexpr std::size_t kCurveSteps = 64;  // likewise
   enum class Task { kNone, kSlowTimes, kShares, kCurve, kQuickTimes };
 
-  /// Those of the pieces from here to where u leaves each cell.
+  /// Those of the pieces from here to where u leaves each cell. Cells that u does not come to limit nothing, for the curve before may have
+  /// allowed more there: it ran over other pieces.
   [[nodiscard]] std::array<Shares, RateCurve::kCells> shares_ahead() const noexcept {
     std::size_t piece = law_.piece_at(from_.time_s());
     Shares most = shares_[piece];
     std::array<Shares, RateCurve::kCells> ahead;
-    for (std::size_t k = RateCurve::kCells; k-- > 0; ahead[k] = most) {
+    const std::size_t cell = RateCurve::cell_of(from_.rate());
+    for (std::size_t k = RateCurve::kCells; k-- > 0;) {
       while (piece + 1 < law_.pieces.size() && law_.pieces[piece + 1].begin_s <= until_s_[k] + kRounding_s)
         most = greater(most, shares_[++piece]);
+      ahead[k] = k <= cell || until_s_[k] > from_.time_s() ? most : Shares{};
     }
     return ahead;
   }
@@ -90,8 +91,6 @@ class StopSearch {
       if (times_.times_s()[k] > until_s_[k] + kRounding_s) return;
     }
     found_ = curve_.curve();
-    until_s_ = times_.times_s();
-    if (++pass_ < kPasses) task_ = Task::kShares;
   }
 
   static constexpr double kRounding_s = 1e-12;
@@ -105,7 +104,6 @@ class StopSearch {
   std::array<double, RateCurve::kCells> until_s_{};
   CurveSteps curve_;
   std::optional<RateCurve> found_;
-  int pass_{};
 };
 
 }  // namespace corbot::rate
