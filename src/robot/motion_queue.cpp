@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "planner/setting_rules.h"
 #include "robot/call_error.h"
@@ -69,22 +70,8 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
   for (;;) {
     const bool is_last = patience.is_over();
     const std::uint64_t seen = access_.changes();
-    {
-      const std::lock_guard lock(planning_mutex_);
-      access_.check(task);
-      if (task.stops() != epoch) throw stopped("a Stop came before the motion was planned");
-      if (tickets_.pending() >= static_cast<std::size_t>(capacity_)) throw queue_full(capacity_);
-      if (const auto start = plan_start(task, epoch)) {
-        limits_.check_known(request);
-        PlanSettings limited = settings;
-        limited.soft_limits = limits_.wanted();
-        PlanResult result = planner_.plan(*start, limited, request);
-        if (const auto* refusal = std::get_if<PlanRefusal>(&result))
-          throw refused(request, *refusal, planner_.model().kinematics);
-        return hand_over(task, epoch, result, *start);
-      }
-    }
-    // Without the lock, which the thread that reads the cause takes as well.
+    if (const auto ticket = plan_next(request, settings, task, epoch)) return *ticket;
+    // Without a lock, which the thread that reads the cause takes as well.
     if (is_in_error(task)) throw not_ready(view_.error_cause());
     if (is_last)
       throw not_ready(fmt::format("the arm has not come to rest in {:g} s; call again", kRestKnown_s));
@@ -93,10 +80,40 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
   }
 }
 
+/// Nothing: it is not known where the arm will rest, or no longer, after a Cancel or other limits meanwhile.
+std::optional<corbot_ticket> MotionQueue::plan_next(const MotionRequest& request,
+                                                    const PlanSettings& settings, const LivingTask& task,
+                                                    std::uint64_t epoch) {
+  using Basis = std::pair<PlanStart, std::optional<JointRanges>>;
+  const auto basis = [&]() -> std::optional<Basis> {
+    const auto start = plan_start(task, epoch);
+    if (!start) return std::nullopt;
+    limits_.check_known(request);
+    return Basis{*start, limits_.wanted()};
+  };
+  const std::lock_guard turn(turn_mutex_);
+  std::unique_lock lock(order_mutex_);
+  access_.check(task);
+  if (task.stops() != epoch) throw stopped("a Stop came before the motion was planned");
+  if (tickets_.pending() >= static_cast<std::size_t>(capacity_)) throw queue_full(capacity_);
+  const auto planned = basis();
+  if (!planned) return std::nullopt;
+  lock.unlock();
+  PlanSettings limited = settings;
+  limited.soft_limits = planned->second;
+  PlanResult result = planner_.plan(planned->first, limited, request);
+  lock.lock();
+  access_.check(task);
+  if (basis() != planned) return std::nullopt;
+  if (const auto* refusal = std::get_if<PlanRefusal>(&result))
+    throw refused(request, *refusal, planner_.model().kinematics);
+  return hand_over(task, epoch, result, planned->first);
+}
+
 PlanStart MotionQueue::next_start() {
   const LivingTask task = access_.living();
   {
-    const std::lock_guard lock(planning_mutex_);
+    const std::lock_guard lock(order_mutex_);
     access_.check(task);
     if (const auto start = plan_start(task, task.stops())) return *start;
   }
@@ -136,7 +153,7 @@ void MotionQueue::check_empty(const LivingTask& task, const Wanted& wanted) {
     const std::uint64_t seen = access_.changes();
     Snapshot now{};
     {
-      const std::lock_guard lock(planning_mutex_);
+      const std::lock_guard lock(order_mutex_);
       access_.check(task);
       if (const std::size_t pending = tickets_.pending(); pending > 0) throw under_way(pending);
       // What this servant has handed over comes after all of the ones before it, and all of it has its verdict: that
@@ -170,12 +187,12 @@ void MotionQueue::check_limits(const LivingTask& task, const JointRanges& wanted
 void MotionQueue::change_limits(const JointRanges& wanted) {
   const LivingTask task = access_.living();
   {
-    const std::lock_guard lock(planning_mutex_);
+    const std::lock_guard lock(order_mutex_);
     check_limits(task, wanted);
   }
   // The disk may be slow: no call waits for it but other changes of the limits.
   limits_.change(wanted, [&] {
-    const std::lock_guard lock(planning_mutex_);
+    const std::lock_guard lock(order_mutex_);
     check_limits(task, wanted);
     limits_.take(wanted);
   });
@@ -184,14 +201,14 @@ void MotionQueue::change_limits(const JointRanges& wanted) {
 void MotionQueue::reset_limits() {
   (void)access_.living();  // like every other change: a task that is frozen goes on with what it was given
   limits_.change(std::nullopt, [&] {
-    const std::lock_guard lock(planning_mutex_);
+    const std::lock_guard lock(order_mutex_);
     limits_.take(std::nullopt);
   });
 }
 
 void MotionQueue::inherit(const std::vector<Ticket>& former) {
   if (former.empty()) return;
-  const std::lock_guard lock(planning_mutex_);
+  const std::lock_guard lock(order_mutex_);
   last_pushed_ = inherited_through_ = former.back().last;
   pushed_to_ = former.back().incarnation;
 }
@@ -270,7 +287,7 @@ void MotionQueue::cancel(corbot_ticket id, const Wanted& wanted) {
     }
     std::uint64_t count = 0;
     {
-      const std::lock_guard lock(planning_mutex_);
+      const std::lock_guard lock(order_mutex_);
       access_.check(task);
       range = tickets_.cancel_from(id);
       if (!range) return;
@@ -306,7 +323,7 @@ void MotionQueue::finish_cancel(const Snapshot& before) {
 
 void MotionQueue::repeat_cancel() {
   const std::lock_guard one(cancel_mutex_);
-  const std::lock_guard lock(planning_mutex_);
+  const std::lock_guard lock(order_mutex_);
   const auto range = tickets_.cancelled();
   if (range) (void)request_cancel(access_.connected(), *range);
 }

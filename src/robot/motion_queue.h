@@ -19,8 +19,8 @@
 namespace corbot {
 
 /// Plans motions one after another, hands them to the real-time task and takes them back. Thread-safe.
-/// Nothing here waits for the task with the planning lock held, and the calls in here are bounded in number
-/// and time.
+/// Nothing here waits for the task with a lock held, or plans with one that a read, a Cancel or other limits need. The calls
+/// in here are bounded in number and time.
 class MotionQueue {
  public:
   /// How long a call waits until it is known where the arm will rest: behind a Stop or a Cancel that is being
@@ -71,10 +71,14 @@ class MotionQueue {
   /// when it is not ready.
   [[nodiscard]] static bool is_in_error(const LivingTask& task);
   [[nodiscard]] std::optional<PlanStart> plan_start(const LivingTask& task, std::uint64_t epoch);
+  /// Once it is this call's turn: plans and hands over.
+  std::optional<corbot_ticket> plan_next(const MotionRequest& request, const PlanSettings& settings,
+                                         const LivingTask& task, std::uint64_t epoch);
+  /// With the lock of the order.
   corbot_ticket hand_over(const LivingTask& task, std::uint64_t epoch, PlanResult& plan,
                           const PlanStart& start);
   void write_knots(ServantSegment& own, const PlanResult& plan, std::size_t number, Command& command);
-  /// With the planning lock: throws as change_limits().
+  /// With the lock of the order: throws as change_limits().
   void check_limits(const LivingTask& task, const JointRanges& wanted) const;
   std::uint64_t request_cancel(const LivingTask& task, const TicketTable::Range& range);
 
@@ -83,12 +87,13 @@ class MotionQueue {
   TicketTable& tickets_;
   const TaskAccess& access_;
   const RobotView& view_;
-  SoftLimits& limits_;  // changed with the planning lock
+  SoftLimits& limits_;  // changed with the lock of the order
   std::atomic<int> starting_{0};
 
-  std::mutex cancel_mutex_;             // one request until the task has echoed it; taken before the other
+  std::mutex cancel_mutex_;             // one request until the task has echoed it; taken before the last
   std::uint64_t unfinished_cancel_{0};  // its number, of that mutex; 0: none
-  std::mutex planning_mutex_;           // one plan at a time; of the members below
+  std::mutex turn_mutex_;               // one plan at a time; taken before the other
+  std::mutex order_mutex_;              // of the members below
   std::uint64_t last_pushed_{0};        // to the task below, by this servant or one before it
   std::uint64_t pushed_to_{0};          // incarnation
   std::uint64_t inherited_through_{0};  // numbers of the servants before this one

@@ -9,6 +9,7 @@ namespace corbot {
 struct JointRanges {
   Joints lower_q{};
   Joints upper_q{};
+  friend bool operator==(const JointRanges&, const JointRanges&) = default;
 };
 
 }  // namespace corbot

@@ -79,6 +79,7 @@ struct PlanSettings {
 struct PlanStart {
   Joints position_q{};
   double gripper{};  ///< 0 closed … 1 open
+  friend bool operator==(const PlanStart&, const PlanStart&) = default;
 };
 
 }  // namespace corbot

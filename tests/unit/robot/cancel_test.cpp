@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cancel takes back one motion and what is queued behind it; what is before it goes on.
+#include <atomic>
 #include <cmath>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
 
 #include "robot/task_fixture.h"
 
@@ -135,6 +140,40 @@ TEST_F(Cancel, AmongManyClientsEveryMotionEndsAsItsClientHears) {
   EXPECT_GT(stopped, 0);
   for (const AlarmEntry& alarm : robot_->view().alarms())
     EXPECT_NE(alarm.code, static_cast<std::int32_t>(AlarmCode::kCommandRefused)) << alarm.text;
+}
+
+/// A line that was planned from the end of a motion that is taken back meanwhile would begin where the arm does not stand.
+TEST_F(Cancel, WhileOthersPlan) {
+  robot_->finish(try_accept(ReadyRequest{}).ticket);
+  constexpr std::size_t kCancels = 100;
+  std::mutex mutex;  // of the tickets
+  std::vector<corbot_ticket> tickets;
+  std::atomic<bool> over{false};
+  std::thread starts([&] {
+    for (double way_m = 1e-3; !over; way_m = -way_m) {
+      const Outcome outcome = try_accept(MoveRelativeRequest{{{0.0, 0.0, way_m}, {}}, {}, 0.0, true});
+      const std::lock_guard lock(mutex);
+      if (outcome.status == CORBOT_OK) tickets.push_back(outcome.ticket);
+    }
+  });
+  const auto next = [&](std::size_t known) {
+    const std::lock_guard lock(mutex);
+    return tickets.size() > known ? std::optional(tickets.back()) : std::nullopt;
+  };
+  for (std::size_t i = 0, known = 0; i < kCancels; ++i) {
+    std::optional<corbot_ticket> last;
+    EXPECT_TRUE(wait_until(within(30), [&] { return (last = next(known)).has_value(); }));
+    robot_->cancel(last.value_or(0));
+    const std::lock_guard lock(mutex);
+    known = tickets.size();
+  }
+  over = true;
+  starts.join();
+  for (const corbot_ticket ticket : tickets) {
+    const corbot_motion_info info = robot_->wait(ticket, 30.0);
+    ASSERT_TRUE(info.state == CORBOT_MOTION_DONE || info.state == CORBOT_MOTION_STOPPED)
+        << info.reason << ", motion " << ticket << " of " << tickets.size();
+  }
 }
 
 }  // namespace
