@@ -9,7 +9,6 @@
 #include "client/local_robots.h"
 #include "client/number.h"
 #include "config/profile.h"
-#include "config/similar.h"
 
 namespace corbot::client {
 
@@ -33,15 +32,10 @@ Address from_corbaloc(const std::string& uri) {
 }
 
 Failure no_such_robot(const std::string& name) {
-  const std::vector<std::string> up = robots_up();
-  if (up.empty())
-    return {ExitCode::kUnreachable, fmt::format("no robot named '{}' is up on this machine ({}): {}", name,
-                                                where_looked(name), kHowToStart)};
-  const std::vector<std::string_view> known(up.begin(), up.end());
-  const std::string_view near = most_similar(name, known, kSimilarKey);
+  const std::string instead = robots_up_instead(name);
   return {ExitCode::kUnreachable,
-          fmt::format("no robot named '{}' is up on this machine ({}), but {}{}", name, where_looked(name),
-                      fmt::join(up, ", "), near.empty() ? "" : fmt::format(": did you mean '{}'?", near))};
+          fmt::format("no robot named '{}' is up on this machine ({}){}", name, where_looked(name),
+                      instead.empty() ? fmt::format(": {}", kHowToStart) : instead)};
 }
 
 Address from_state(const std::string& name) {

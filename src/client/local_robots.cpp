@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -13,6 +14,7 @@
 
 #include "client/failure.h"
 #include "config/profile.h"
+#include "config/similar.h"
 #include "net/ports.h"
 #include "shm/run_directory.h"
 
@@ -124,6 +126,15 @@ std::optional<pid_t> supervisor_of(const std::string& name) {
 }
 
 std::vector<std::string> robots_up() { return robots_of_files(state_directory(false), true); }
+
+std::string robots_up_instead(const std::string& name) {
+  const std::vector<std::string> up = robots_up();
+  if (up.empty()) return "";
+  const std::vector<std::string_view> known(up.begin(), up.end());
+  const std::string_view near = most_similar(name, known, kSimilarKey);
+  return fmt::format(", but {}{}", fmt::join(up, ", "),
+                     near.empty() ? "" : fmt::format(": did you mean '{}'?", near));
+}
 
 std::string robot_at_port(int port) {
   for (const std::string& robot : robots_up()) {

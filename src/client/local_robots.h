@@ -50,6 +50,9 @@ struct RobotState {
 /// Names of the robots that are up, sorted.
 [[nodiscard]] std::vector<std::string> robots_up();
 
+/// For messages: ", but lynx5, puma560: did you mean 'lynx5'?" where other robots are up than `name`; empty: none is.
+[[nodiscard]] std::string robots_up_instead(const std::string& name);
+
 /// "'lynx5' is up at 127.0.0.1:12810": the robot here that listens at that port; empty: none does.
 [[nodiscard]] std::string robot_at_port(int port);
 

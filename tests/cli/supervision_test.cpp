@@ -108,7 +108,9 @@ TEST_F(Supervision, DownEndsTheRobotThatTheEnvironmentNames) {
   };
   const RunResult other = down_of("another");
   EXPECT_EQ(other.code, 3);
-  EXPECT_THAT(other.errors, HasSubstr("no robot named 'another' is up"));
+  EXPECT_THAT(other.errors,
+              AllOf(HasSubstr("no robot named 'another' is up"), HasSubstr(", but " + name_ + "\n")));
+  EXPECT_THAT(corbot({"down", "--name", name_ + "x"}).errors, HasSubstr("did you mean '" + name_ + "'?"));
   const RunResult elsewhere = down_of("corbaloc::127.0.0.1:1/another");
   EXPECT_EQ(elsewhere.code, 2);
   EXPECT_THAT(elsewhere.errors, HasSubstr("say which with --name"));
@@ -394,7 +396,9 @@ TEST_F(Supervision, WrongStartsAreUsageErrors) {
       {{"up"}, "PROFILE"},
       {{"up", "/nonexistent.toml"}, "/nonexistent.toml"},
       {{"up", bad}, "bad.toml:2"},
-      {{"up", CORBOT_TEST_PROFILE, "--name", "a b"}, "--name 'a b'"},
+      {{"up", CORBOT_TEST_PROFILE, "--name", "a b"},
+       "--name 'a b': 1 to 32 ASCII letters, digits, '_' or '-'"},
+      {{"down", "--name", "a\tb"}, "--name 'a?b': 1 to 32 ASCII letters"},
       {{"up", CORBOT_TEST_PROFILE, "--endpoint", "here"}, "--endpoint: 'here' is not HOST:PORT"},
       {{"up", CORBOT_TEST_PROFILE, "--orb", "tao"}, "--orb"},
       {{"up", CORBOT_TEST_PROFILE, "--realtime", "never"}, "--realtime"}};

@@ -13,6 +13,7 @@
 #include "cli/supervise/state_lock.h"
 #include "cli/supervise/up.h"
 #include "client/client.h"
+#include "client/explain.h"
 #include "client/failure.h"
 #include "config/profile.h"
 
@@ -96,12 +97,13 @@ bool is_up_still(const std::string& name) {
 void down(const std::string& wanted) {
   const std::string name = wanted.empty() ? robot_meant() : wanted;
   if (!is_name(name)) {
-    throw Failure(ExitCode::kUsage, fmt::format("--name '{}': {}", name, name_rule()));
+    throw Failure(ExitCode::kUsage, fmt::format("--name '{}': {}", client::printable(name), name_rule()));
   }
   if (!is_up(name)) {
     if (!remove_stale(name)) {
-      throw Failure(ExitCode::kUnreachable, fmt::format("no robot named '{}' is up on this machine ({})",
-                                                        name, client::where_looked(name)));
+      throw Failure(ExitCode::kUnreachable,
+                    fmt::format("no robot named '{}' is up on this machine ({}){}", name,
+                                client::where_looked(name), client::robots_up_instead(name)));
     }
     fmt::print("{} was not up; its stale files are removed\n", name);
     return;
