@@ -30,6 +30,15 @@ std::string convention_doubt(const ArmDescription& given) {
                      is_standard ? "standard" : "modified", other);
 }
 
+/// A joint that turns hardly at all: its range would do in radians.
+std::string small_range_doubt(const std::string& joint, const JointLimits& limits) {
+  const double furthest_deg = to_degrees(std::max(std::abs(limits.lower_q), std::abs(limits.upper_q)));
+  if (furthest_deg <= 0.0 || furthest_deg > 2.0 * std::numbers::pi) return "";
+  return fmt::format(
+      "joint '{}': range_deg is within {:.3g} degrees of 0: radians? Then {:.3g} degrees are meant", joint,
+      furthest_deg, to_degrees(furthest_deg));
+}
+
 /// The angles of a joint that look like radians.
 void add_radians(const Profile& profile, std::size_t joint, std::vector<std::string>& doubts) {
   if (profile.arm.kinematics.joint_kind(joint) != JointKind::kRotary) return;
@@ -40,26 +49,15 @@ void add_radians(const Profile& profile, std::size_t joint, std::vector<std::str
                                                 {"home_deg", profile.description.home_q[joint]},
                                                 {"range_deg", limits.lower_q},
                                                 {"range_deg", limits.upper_q}};
+  const std::size_t before = doubts.size();
   for (const auto& [key, angle_rad] : angles) {
     const auto meant_deg = config::degrees_if_radians(angle_rad);
     if (!meant_deg) continue;
     doubts.push_back(fmt::format("joint '{}': {} {:.6g}: radians? Then {:g} degrees is meant",
                                  profile.joint_names[joint], key, to_degrees(angle_rad), *meant_deg));
   }
-}
-
-/// No joint that turns gets further than 2 pi "degrees" from its zero.
-std::string small_ranges_doubt(const Profile& profile) {
-  double furthest_q = 0.0;
-  for (std::size_t i = 0; i < profile.arm.dof; ++i) {
-    const JointLimits& limits = profile.arm.joints[i];
-    if (profile.arm.kinematics.joint_kind(i) == JointKind::kRotary)
-      furthest_q = std::max({furthest_q, std::abs(limits.lower_q), std::abs(limits.upper_q)});
-  }
-  const double furthest_deg = to_degrees(furthest_q);
-  if (furthest_deg <= 0.0 || furthest_deg > 2.0 * std::numbers::pi) return "";
-  return fmt::format("every range_deg is within {:.3g} degrees of 0: radians? Then {:.3g} degrees are meant",
-                     furthest_deg, to_degrees(furthest_deg));
+  std::string small = small_range_doubt(profile.joint_names[joint], limits);
+  if (doubts.size() == before && !small.empty()) doubts.push_back(std::move(small));
 }
 
 /// No arm of this kind of controller is as fast as what millimetres look like.
@@ -111,7 +109,6 @@ std::vector<std::string> doubts_of(const Profile& profile, const Workspace& work
   };
   add(convention_doubt(profile.description));
   for (std::size_t i = 0; i < profile.arm.dof; ++i) add_radians(profile, i, doubts);
-  add(small_ranges_doubt(profile));
   for (std::string& doubt : millimetre_doubts(profile.arm.path)) add(std::move(doubt));
   add(flat_doubt(profile.arm, workspace));
   add(singular_doubt(profile.arm));

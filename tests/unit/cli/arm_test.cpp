@@ -149,6 +149,10 @@ TEST(Doubts, NameAnglesThatLookLikeRadians) {
               testing::Contains(HasSubstr("home_deg -3.1416: radians? Then -180 degrees")));
   EXPECT_THAT(doubts_after("puma560", {{"[-160, 160]", "[-2.79, 0.7854]"}}),
               testing::ElementsAre(HasSubstr("range_deg 0.7854: radians? Then 45 degrees")));
+  EXPECT_THAT(doubts_after("puma560", {{"[-160, 160]", "[-2.79, 0.5]"}}),
+              testing::ElementsAre("joint 'waist': range_deg is within 2.79 degrees of 0: radians? Then 160 "
+                                   "degrees are meant"));
+  EXPECT_THAT(doubts_after("puma560", {{"[-160, 160]", "[-7, 7]"}}), testing::IsEmpty());
 }
 
 TEST(Doubts, SayThatTheWorkspaceIsFlatOrEveryPoseIsSingular) {
