@@ -62,19 +62,34 @@ class Places : public RobotRig {
     EXPECT_EQ(stopped, kOfAHost);
     return took_s;
   }
-  /// Four clients in processes of their own that wait.
-  std::vector<std::unique_ptr<MatrixClient>> waiting_clients() {
-    std::vector<std::unique_ptr<MatrixClient>> clients;
-    for (int i = 0; i < kOfAHost; ++i) {
-      clients.push_back(std::make_unique<MatrixClient>());
-      EXPECT_EQ(clients.back()->prepare(client_kinds().front()), "");
-      clients.back()->start(fmt::format("{}/{}.{}", CORBOT_SCRATCH_DIR, name_, i));
-      EXPECT_EQ(clients.back()->ask("connect " + reference_), "ok");
-      EXPECT_EQ(clients.back()->ask("begin wait Delay 3000"), "ok");
+  using Clients = std::vector<std::unique_ptr<MatrixClient>>;
+  /// One more client, in a process of its own.
+  MatrixClient& add_client(Clients& clients, const std::string& reference) {
+    clients.push_back(std::make_unique<MatrixClient>());
+    MatrixClient& client = *clients.back();
+    EXPECT_EQ(client.prepare(client_kinds().front()), "");
+    client.start(fmt::format("{}/{}.{}", CORBOT_SCRATCH_DIR, name_, clients.size()));
+    EXPECT_EQ(client.ask("connect " + reference), "ok");
+    return client;
+  }
+  /// So many of them that wait.
+  Clients waiting_clients(int count, const std::string& reference) {
+    Clients clients;
+    for (int i = 0; i < count; ++i) {
+      EXPECT_EQ(add_client(clients, reference).ask("begin wait Delay 3000"), "ok");
       EXPECT_TRUE(wait_until(within(30), [&] { return has_ticket(static_cast<Corbot::Ticket>(i) + 1); }));
     }
-    EXPECT_FALSE(is_free()) << "four do not take the places of this host";
     return clients;
+  }
+  /// A Stop from one process more, and what it does to those that wait.
+  void stop_by_another_process(Clients& waiting, const std::string& reference) {
+    const std::size_t count = waiting.size();
+    MatrixClient& other = add_client(waiting, reference);
+    const auto begin = Clock::now();
+    EXPECT_EQ(other.ask("call Stop"), "ok");
+    fmt::print("Stop of another process, among {} that wait: {:.1f} ms\n", count, 1e3 * since(begin));
+    for (std::size_t i = 0; i < count; ++i)
+      EXPECT_TRUE(waiting[i]->ask("end wait").starts_with("exception Stopped")) << i;
   }
   static constexpr int kFlood = 1500;
   static constexpr int kFewThreads = 150;
@@ -142,6 +157,48 @@ TEST_F(Places, ACallTooManyIsRefusedAndStartsNothing) {
   for (auto& caller : callers) caller.join();
   EXPECT_EQ(stopped, kOfAHost);
   EXPECT_TRUE(wait_until(within(30), [&] { return is_free(); }));
+}
+
+/// A class at one machine. Nothing tells which connections over TCP come from one process.
+TEST_F(Places, OfFiveProcessesOverTcpTheFifthIsRefusedAndAnotherStopsThem) {
+  auto clients = waiting_clients(kOfAHost, reference_);
+  Clients fifth;
+  EXPECT_EQ(add_client(fifth, reference_).ask("call Delay 3000"), "exception QueueFull {capacity=4}");
+  EXPECT_FALSE(has_ticket(kOfAHost + 1));
+  fifth.clear();
+  stop_by_another_process(clients, reference_);
+}
+
+/// A robot whose queue has room for a class. Its clients come over a Unix socket, where the kernel names the process.
+class PlacesOfAClass : public Places {
+ protected:
+  void SetUp() override {
+    if (on_orbit2()) GTEST_SKIP() << "skipped: no client of ours speaks ORBit2's Unix sockets";
+    take_name("class");
+    std::ifstream from(CORBOT_TEST_PROFILE);
+    std::string text{std::istreambuf_iterator<char>{from}, {}};
+    const std::string queue = "queue = 16";
+    ASSERT_NE(text.find(queue), std::string::npos);
+    profile_ = fmt::format("{}/{}.toml", CORBOT_SCRATCH_DIR, name_);
+    std::ofstream(profile_) << text.replace(text.find(queue), queue.size(), "queue = 32");
+    start_rt();
+    const std::string socket = fmt::format("{}/{}.orb", CORBOT_SCRATCH_DIR, name_);
+    start_servant({"--unix", socket});
+    if (HasFatalFailure()) return;
+    arm_ = connect();
+    local_reference_ = fmt::format("corbaloc:omniunix:{}:/{}", socket, name_);
+    ASSERT_TRUE(wait_for(Corbot::Standby));
+  }
+  void TearDown() override {
+    Places::TearDown();
+    std::filesystem::remove(profile_);
+  }
+  std::string local_reference_;
+};
+
+TEST_F(PlacesOfAClass, TwentyProcessesWaitAndAnotherStopsThem) {
+  auto clients = waiting_clients(20, local_reference_);
+  stop_by_another_process(clients, local_reference_);
 }
 
 /// The best of several: any of them may meet a busy machine.
@@ -224,7 +281,8 @@ TEST_F(PlacesOfTheGone, AreFreeWithinTenSecondsOfSilence) {
 }
 
 TEST_F(Places, ThoseOfKilledClientsAreFree) {
-  auto clients = waiting_clients();
+  auto clients = waiting_clients(kOfAHost, reference_);
+  EXPECT_FALSE(is_free()) << "four do not take the places of this host";
   for (auto& client : clients) client->kill();
   EXPECT_TRUE(wait_until(within(30), [&] { return is_free(); }));
   arm_->Stop();
