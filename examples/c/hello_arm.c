@@ -43,7 +43,8 @@ static int raised(CORBA_Environment* ev, const char* doing) {
     (void)printf("%s: refused, %s = %g: %s\n", doing, why->parameter, why->value, why->reason);
   } else if (g_strcmp0(id, ex_Corbot_QueueFull) == 0) {
     const Corbot_QueueFull* why = CORBA_exception_value(ev);
-    (void)printf("%s: refused, %d motions or calls wait already\n", doing, (int)why->capacity);
+    (void)printf("%s: refused, %d motions or calls wait already: try again when one has ended\n", doing,
+                 (int)why->capacity);
   } else {
     (void)printf("%s: %s\n", doing, id);
   }

@@ -17,7 +17,8 @@ static void explain(const CORBA::Exception& error) {
     if (limit->articulation >= 0) std::fprintf(stderr, " of joint %d", static_cast<int>(limit->articulation));
     std::fprintf(stderr, ": %.4g is not within %.4g to %.4g", limit->value, limit->lower, limit->upper);
   } else if (const auto* full = Corbot::QueueFull::_downcast(&error)) {
-    std::fprintf(stderr, ": %d motions or calls wait already", static_cast<int>(full->capacity));
+    std::fprintf(stderr, ": %d motions or calls wait already: try again when one has ended",
+                 static_cast<int>(full->capacity));
   } else if (const auto* bad = Corbot::BadParameter::_downcast(&error)) {
     std::fprintf(stderr, ": %s = %g: %s", bad->parameter.in(), bad->value, bad->reason.in());
   } else if (const auto* fault = Corbot::NotReady::_downcast(&error)) {

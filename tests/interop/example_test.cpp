@@ -56,6 +56,17 @@ TEST(Clients, ThePageShowsTheExamplesAsTheyAre) {
   }
 }
 
+using Floor = RobotRig;
+
+/// Both pages say so as long as an arm goes below the table that it stands on.
+TEST_F(Floor, IsNotKnownToTheArmAndTwoPagesSaySo) {
+  arm_->SetToolPitch(-80.0);
+  arm_->Move(0.20, 0.0, -0.06, 0.0, 0.0);
+  EXPECT_NEAR(arm_->CartCoord().z, -0.06, 1e-6);
+  for (const char* page : {"README.md", "docs/safety.md"})
+    EXPECT_NE(read_source(page).find("**Nothing keeps the arm off the table"), std::string::npos) << page;
+}
+
 class FirstMove : public RobotRig {
  protected:
   void SetUp() override {
@@ -138,6 +149,16 @@ TEST_F(FirstMove, SaysWhatWentWrong) {
     EXPECT_THAT(result.errors, Not(HasSubstr("is the robot up?")));
     EXPECT_THAT(result.errors, Not(HasSubstr("Traceback")));
   }
+}
+
+TEST_F(FirstMove, SaysWhatToDoWhereTheQueueIsFull) {
+  while (raised_by([&] { arm_->StartDelay(600.0); }).empty()) {
+  }
+  std::vector<RunResult> results{in_cpp()};
+  if (const auto python = in_python(reference_)) results.push_back(*python);
+  for (const RunResult& result : results)
+    EXPECT_THAT(result.errors, HasSubstr("16 motions or calls wait already: try again when one has ended"));
+  arm_->Stop();
 }
 
 TEST_F(FirstMove, NamesTheLimitThatRefusesAPoint) {
