@@ -5,8 +5,10 @@
 
 #include <vector>
 
+#include "cell/counted_calls.h"
 #include "cell/program.h"
 #include "client/failure.h"
+#include "net/connections.h"
 #include "net/ports.h"
 
 namespace corbot::cell {
@@ -18,6 +20,7 @@ OrbServer::OrbServer(const std::string& host, int port, std::size_t most_bytes)
     : endpoint_(net::endpoint_text(host, port)) {
   if (const std::string why = net::listen_error(host, port); !why.empty())
     throw Failure(ExitCode::kInternal, why + ": choose other ports with --ports");
+  corbot_connections_start();
   std::vector<std::string> words{"corbot-cell"};
   const auto add = [&](const char* option, const std::string& value) {
     words.push_back(std::string("-ORB") + option);
@@ -35,6 +38,7 @@ OrbServer::OrbServer(const std::string& host, int port, std::size_t most_bytes)
   int argc = static_cast<int>(argv.size());
   argv.push_back(nullptr);
   orb_ = CORBA::ORB_init(argc, argv.data());
+  count_calls();
   const CORBA::Object_var object = orb_->resolve_initial_references("omniINSPOA");
   poa_ = PortableServer::POA::_narrow(object);
 }
@@ -55,6 +59,7 @@ void OrbServer::activate(const std::string& key, PortableServer::Servant servant
 void OrbServer::serve(const std::string& key) {
   const PortableServer::POAManager_var manager = poa_->the_POAManager();
   manager->activate();
+  corbot_connections_serve();
   run_until_signal(fmt::format("ready corbaloc::{}/{}", endpoint_, key));
 }
 

@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// corbot-store as its clients see it: the fields of its exceptions, a failed database, SIGKILL, and its end
-// while a call waits.
+// corbot-store as its clients see it: the fields of its exceptions, a failed database, SIGKILL, its end
+// while a call waits, and a flood of connections.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <stdlib.h>
 
 #include <chrono>
+#include <cstring>
 #include <filesystem>
 #include <future>
 #include <string>
+#include <vector>
 
 #include "cell.hh"
 #include "cell/store/database.h"
+#include "support/giop.h"
 #include "support/paths.h"
 #include "support/ports.h"
 #include "support/process.h"
@@ -38,10 +41,15 @@ class StoreProgram : public ::testing::Test {
     std::filesystem::remove_all(directory_);
   }
 
-  [[nodiscard]] test::Process start() const {
-    return test::Process({CORBOT_BIN_DIR "/corbot-store", CORBOT_CELL "/cell.toml", "--ports",
-                          std::to_string(port_), "--state-dir", (directory_ / "state").string()});
+  [[nodiscard]] std::vector<std::string> command() const {
+    return {CORBOT_BIN_DIR "/corbot-store",
+            CORBOT_CELL "/cell.toml",
+            "--ports",
+            std::to_string(port_),
+            "--state-dir",
+            (directory_ / "state").string()};
   }
+  [[nodiscard]] test::Process start() const { return test::Process(command()); }
   void connect() {
     const auto ready = program_->wait_line("ready ", within(30));
     ASSERT_TRUE(ready) << program_->errors();
@@ -152,6 +160,44 @@ TEST_F(StoreProgram, OutlivesItsKillAndEndsWhileACallWaits) {
   EXPECT_EQ(program_->terminate(), 0);
   EXPECT_LT(std::chrono::steady_clock::now(), deadline) << "it waited 30 s for the call";
   EXPECT_ANY_THROW(waiting.get());
+}
+
+/// The arguments of Enter in eights of bytes.
+std::vector<double> enter_store1(ClaimToken token, double timeout_s) {
+  static constexpr char kPlace[17] = "\7\0\0\0store1\0\0\0\0\0";
+  std::vector<double> arguments(4, timeout_s);
+  std::memcpy(&arguments[0], &token, sizeof(token));
+  std::memcpy(&arguments[1], kPlace, 2 * sizeof(double));
+  return arguments;
+}
+
+TEST_F(StoreProgram, AFloodOfIdleConnectionsShutsOutNoCallAndEndsNoneThatWaits) {
+  program_->terminate();
+  std::vector<std::string> words{"/bin/sh", "-c", "ulimit -n 200; exec \"$0\" \"$@\""};
+  for (const std::string& word : command()) words.push_back(word);
+  program_.emplace(words);
+  connect();
+  const ClaimToken first = store_->Claim("robot1", "test", 0);
+  const ClaimToken second = store_->Claim("robot2", "test", 0);
+  store_->Enter(first, "store1", 0);
+  // A client's ORB would send the call again, unseen.
+  test::RawConnection waiting(port_);
+  ASSERT_TRUE(waiting.send(test::giop_request(2, "Store", "Enter", enter_store1(second, 30))));
+  ASSERT_FALSE(waiting.reply(within(0.3))) << "it waits";
+  std::vector<test::RawConnection> idle;
+  for (int i = 0; i < 400; ++i) {
+    idle.emplace_back(port_);
+    idle.back().send("GIOP");
+  }
+  test::RawConnection client(port_);
+  EXPECT_TRUE(client.send(test::giop_request(1, "Store", "_get_Places")));
+  const auto reply = client.reply(within(10));
+  ASSERT_TRUE(reply);
+  EXPECT_EQ(reply->status, 0U);
+  store_->Leave(first, "store1");
+  const auto entered = waiting.reply(within(10));
+  ASSERT_TRUE(entered);
+  EXPECT_EQ(entered->status, 0U);
 }
 
 }  // namespace
