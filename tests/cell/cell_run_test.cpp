@@ -587,6 +587,24 @@ TEST_F(CellUp, AFullDiskHoldsTheArmsUntilThereIsRoom) {
   expect_down_with(cell, 2);
 }
 
+TEST_F(CellUp, AStoreThatCannotStartAgainIsGivenUpWithItsReason) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  Process cell = up(1);
+  EXPECT_EQ(this->cell("stop").code, 0);
+  const fs::path ledger = directory_ / "state" / "ledger.db";
+  fs::remove(ledger);
+  fs::create_directory(ledger);
+  ASSERT_TRUE(kills(of_cell("corbot-store")));
+  const auto end = cell.wait(within(120));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 5);
+  EXPECT_THAT(
+      cell.errors(),
+      testing::ContainsRegex("store died \\(exit code 5\\); 10 starts in a row did not get ready: giving up\n"
+                             ".*store.log:\n(.*\n)*  corbot-store: .*ledger.db"));
+  EXPECT_EQ(left_running(), "");
+}
+
 TEST_F(CellUp, EndsWithItsWorld) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
   Process cell = up(1);

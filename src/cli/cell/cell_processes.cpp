@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "cli/cell/cell_directory.h"
 #include "cli/supervise/robot_children.h"
 #include "client/failure.h"
 #include "config/load_profile.h"
@@ -50,6 +51,7 @@ Supervisor::Spec spec(const CellConfig& cell, const std::string& title, std::vec
   Supervisor::Spec result{.title = title, .command = std::move(words)};
   result.ready_within_s = kReadyWithin_s;
   result.respond_s = kRespond_s;
+  result.last_lines = [log = log_file(cell, title)] { return tail_of(log); };
   return result;
 }
 

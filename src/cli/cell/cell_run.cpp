@@ -240,11 +240,7 @@ class Run {
 
   bool start(Supervisor::Spec spec) {
     const std::string title = spec.title;
-    try {
-      if (!supervisor_.start(std::move(spec))) return false;
-    } catch (const Failure& failure) {
-      throw Failure(failure.code(), failure.what() + tail_of(log_file(cell_, title)));
-    }
+    if (!supervisor_.start(std::move(spec))) return false;
     pids_.emplace_back(title, supervisor_.pid_of(title));
     return true;
   }

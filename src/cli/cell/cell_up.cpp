@@ -48,11 +48,7 @@ class Stay {
          cell_processes(cell_, options, Begin::kAtOnce, [](const std::string& line) { report(line); })) {
       const std::string title = spec.title;
       if (world_ && title == kScene) continue;
-      try {
-        if (!supervisor_.start(std::move(spec))) return supervisor_.stop_all();
-      } catch (const Failure& failure) {
-        throw Failure(failure.code(), failure.what() + tail_of(log_file(cell_, title)));
-      }
+      if (!supervisor_.start(std::move(spec))) return supervisor_.stop_all();
       if (title == kScene) scene_ = supervisor_.pid_of(kScene);
     }
     publish_addresses(cell_);

@@ -74,16 +74,16 @@ bool Supervisor::start(Spec spec) {
     if (entry.ready) break;
     if (const auto status = entry.child.reap()) {
       const bool is_usage = WIFEXITED(*status) && WEXITSTATUS(*status) == static_cast<int>(ExitCode::kUsage);
-      throw Failure(is_usage ? ExitCode::kUsage : ExitCode::kInternal,
-                    fmt::format("{} ended at its start ({}): its own message has the reason{}",
-                                entry.spec.title, describe_end(*status),
-                                entry.spec.examine_with.empty()
-                                    ? ""
-                                    : fmt::format("; '{}' says what to do", entry.spec.examine_with)));
+      give_up(entry, is_usage ? ExitCode::kUsage : ExitCode::kInternal,
+              fmt::format("{} ended at its start ({}): its own message has the reason{}", entry.spec.title,
+                          describe_end(*status),
+                          entry.spec.examine_with.empty()
+                              ? ""
+                              : fmt::format("; '{}' says what to do", entry.spec.examine_with)));
     }
     if (seconds_since(entry.child.started()) > entry.spec.ready_within_s) {
-      throw Failure(ExitCode::kInternal, fmt::format("{} was not ready within {:g} s", entry.spec.title,
-                                                     entry.spec.ready_within_s));
+      give_up(entry, ExitCode::kInternal,
+              fmt::format("{} was not ready within {:g} s", entry.spec.title, entry.spec.ready_within_s));
     }
     for (Entry& other : entries_) {
       if (&other != &entry) supervise(other);
@@ -168,10 +168,14 @@ void Supervisor::schedule_restart(Entry& entry, const std::string& why) {
   entry.restarted = true;
   entry.status.clear();
   if (options_.attempts > 0 && entry.failed_attempts >= options_.attempts) {
-    throw Failure(ExitCode::kInternal, fmt::format("{}; {} starts in a row did not get ready: giving up", why,
-                                                   entry.failed_attempts));
+    give_up(entry, ExitCode::kInternal,
+            fmt::format("{}; {} starts in a row did not get ready: giving up", why, entry.failed_attempts));
   }
   log(fmt::format("{}, starting it again in {:g} s", why, back_off_s));
+}
+
+void Supervisor::give_up(const Entry& entry, ExitCode code, const std::string& why) {
+  throw Failure(code, why + (entry.spec.last_lines ? entry.spec.last_lines() : ""));
 }
 
 void Supervisor::read_output(Entry& entry) {

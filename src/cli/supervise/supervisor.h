@@ -10,6 +10,7 @@
 #include "cli/supervise/child.h"
 #include "cli/supervise/notify_socket.h"
 #include "cli/supervise/service_manager.h"
+#include "client/failure.h"
 
 namespace corbot::cli {
 
@@ -30,6 +31,7 @@ class Supervisor {
     double ready_within_s{10};
     /// Once ready, WATCHDOG=1 comes at least this often, or the process is killed and replaced. 0: unwatched.
     double respond_s{0};
+    std::function<std::string()> last_lines{};  ///< of its log; the message that gives it up ends with them
     std::string examine_with{};  ///< the command that examines why it ended at its start; empty: none
     double end_within_s{5};      ///< after SIGTERM; then SIGKILL
     /// Added to the command when the process before had been ready, did not respond and was killed.
@@ -99,6 +101,7 @@ class Supervisor {
   void kill_unresponsive(Entry& entry);
   void start_child(Entry& entry);
   void schedule_restart(Entry& entry, const std::string& why);
+  [[noreturn]] static void give_up(const Entry& entry, client::ExitCode code, const std::string& why);
   void allow_for_own_gap();
   /// `requests_before`: signals received when the end began.
   void stop_last(int requests_before);

@@ -201,13 +201,15 @@ TEST_F(Notify, AChildThatRespondsIsLeftAlone) {
 }
 
 TEST_F(Notify, AChildThatDoesNotGetReadyAgainIsGivenUp) {
-  ASSERT_TRUE(supervisor_->start(child("ready exit=3", "exit=4")));
+  Supervisor::Spec spec = child("ready exit=3", "exit=4");
+  spec.last_lines = [] { return "\nthe ledger is a directory"; };
+  ASSERT_TRUE(supervisor_->start(spec));
   try {
     (void)step_until([] { return false; });
     FAIL() << "it goes on for ever";
   } catch (const Failure& failure) {
     EXPECT_THAT(failure.what(), AllOf(HasSubstr("child died (exit code 4)"), HasSubstr("3 starts in a row"),
-                                      HasSubstr("giving up")));
+                                      HasSubstr("giving up\nthe ledger is a directory")));
   }
 }
 
