@@ -12,6 +12,7 @@
 #include <chrono>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
 
 namespace corbot::sim {
 namespace {
@@ -50,9 +51,16 @@ void ControlInput::read(const std::function<std::string(std::string_view)>& hand
   for (std::size_t end = 0; (end = text_.find('\n')) != std::string::npos;) {
     const std::string command = text_.substr(0, end);
     text_.erase(0, end + 1);
-    if (!words_of(command).empty()) print_line(handle(command));
+    if (std::exchange(is_too_long_, false) || command.size() > kLongestCommand) {
+      print_line(fmt::format("error: a line has {} characters at most", kLongestCommand));
+    } else if (!words_of(command).empty()) {
+      print_line(handle(command));
+    }
   }
-  if (text_.size() > kLongestCommand) text_.clear();
+  if (text_.size() > kLongestCommand) {
+    is_too_long_ = true;
+    text_.clear();
+  }
 }
 
 EndingSignals::EndingSignals() {

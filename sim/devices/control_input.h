@@ -27,11 +27,13 @@ class ControlInput {
  public:
   /// To be polled; −1 when it has been closed.
   [[nodiscard]] int fd() const;
-  /// Reads what is there; every line that is not empty gets the reply that `handle` returns.
+  /// Reads what is there; every line that is not empty gets the reply that `handle` returns. A line of more than 256
+  /// characters is refused as a whole.
   void read(const std::function<std::string(std::string_view)>& handle);
 
  private:
   bool is_open_{true};
+  bool is_too_long_{false};  ///< the line that has begun
   std::string text_;
 };
 

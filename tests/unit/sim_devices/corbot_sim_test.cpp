@@ -155,6 +155,15 @@ TEST_F(CorbotSim, IsAMaestro) {
   EXPECT_EQ(command("input A 1", "error"), "error: the device has no input A");
 }
 
+TEST_F(CorbotSim, RefusesALineThatIsTooLongAsAWhole) {
+  start({"ssc32"});
+  for (const std::size_t size : {257U, 600U, 2000U}) {
+    sim_->send(std::string(size, ' ') + "power off");  // the reads end somewhere in it
+    EXPECT_EQ(sim_->wait_line("", within(kPatience_s)), "error: a line has 256 characters at most");
+  }
+  accepted("power off");
+}
+
 TEST_F(CorbotSim, IsAMaestroThatWantsACrc) {
   start({"maestro", "--crc"});
   const Host host(link_);
