@@ -52,9 +52,11 @@ bool needs_person(const Corbot::RobotWork& work) {
   return work.state == Corbot::WorkAttention || work.state == Corbot::WorkStopped;
 }
 
-std::string line_of(const Corbot::RobotWork& work, double now_s) {
-  std::string line = fmt::format("{:<12} {:<9} {:>5.0f} s", printable(work.robot.in()), name_of(work.state),
-                                 std::max(0.0, now_s - work.since));
+std::string line_of(const Corbot::RobotWork& work, double now_s, bool is_paused) {
+  const bool is_held = is_paused && work.state == Corbot::WorkMoving;  // after its motion under way
+  std::string line =
+      fmt::format("{:<12} {:<9} ", printable(work.robot.in()), is_held ? "paused" : name_of(work.state));
+  line += is_held ? fmt::format("{:7}", "") : fmt::format("{:>5.0f} s", std::max(0.0, now_s - work.since));
   if (work.piece != 0) line += fmt::format("  piece {} {}", work.piece, name_of(work.step));
   const std::string text = printable(work.text.in());
   if (!needs_person(work) && !text.empty()) line += "  " + text;
@@ -91,7 +93,7 @@ std::string status_text(const CellView& view) {
   std::string persons;
   for (CORBA::ULong i = 0; i < view.state.robots.length(); ++i) {
     const Corbot::RobotWork& work = view.state.robots[i];
-    text += line_of(work, view.now_s);
+    text += line_of(work, view.now_s, view.is_paused);
     if (needs_person(work))
       persons += fmt::format("  {}: {}\n", printable(work.robot.in()), printable(work.text.in()));
   }

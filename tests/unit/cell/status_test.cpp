@@ -71,6 +71,8 @@ TEST(CellStatus, SaysWhatHoldsTheWork) {
   cli::CellView view = works();
   view.is_paused = true;
   EXPECT_THAT(cli::status_text(view), StartsWith("demo paused; 'corbot cell start' goes on;"));
+  EXPECT_THAT(cli::status_text(view), HasSubstr("\nrobot1       paused             piece 7 placing\n"));
+  EXPECT_THAT(cli::status_text(view), HasSubstr("\nrobot2       waits        12 s  robot1 is in"));
   view.state.mode = Corbot::CellStopped;
   EXPECT_THAT(cli::status_text(view), StartsWith("demo stopped; 'corbot cell start' begins or goes on;"));
 }
