@@ -345,16 +345,22 @@ int main(int argc, char** argv) {
   app.add_option("--from", seed, "with --cell: the same as --seed");
   app.add_option("--pieces", cells.pieces, "with --cell: of a world")->check(CLI::Range(1, 12));
   int row = 0;
-  app.add_option("--row", row, "with --cell: so many pieces in a row, without a fault")
-      ->check(CLI::Range(1, 100'000));
+  CLI::Option* const in_a_row =
+      app.add_option("--row", row, "with --cell: so many pieces in a row, without a fault")
+          ->check(CLI::Range(1, 100'000));
   app.add_option("--planted", cells.planted,
                  "with --cell: this fault is in the coordinator, and is to be found")
-      ->check(CLI::IsMember({"late-intent", "held-unseen", "early-leave"}));
+      ->check(CLI::IsMember({"late-intent", "held-unseen", "early-leave"}))
+      ->excludes(in_a_row);
   app.add_option("--results", cells.results, "with --cell: the file to which each run adds its lines");
   std::string judged;
   app.add_option("--judge", judged, "runs nothing, and judges such a file");
   app.add_flag("--verbose", verbose, "say what is broken as it is");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
   std::string scratch = here / "soak-XXXXXX";
   if (!is_cell && judged.empty() && (devices == 0 || !device.empty()))
     options.scratch = ::mkdtemp(scratch.data());
