@@ -5,9 +5,11 @@
 #include <pwd.h>
 #include <unistd.h>
 
+#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <thread>
 
@@ -106,11 +108,28 @@ std::pair<CLI::App*, std::shared_ptr<Words>> add_client(CLI::App& cell, const ch
   return {command, words};
 }
 
+/// CLI11 names no bound, and takes "-1" for a large number.
+CLI::Validator whole_number_from(int low) {
+  const auto check = [low](std::string& word) {
+    constexpr int kMost = std::numeric_limits<int>::max();
+    int value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    const bool is_right = error == std::errc() && end == word.data() + word.size() && value >= low;
+    return is_right
+               ? std::string()
+               : fmt::format("'{}' is not a whole number from {} to {}", client::printable(word), low, kMost);
+  };
+  return CLI::Validator(check, "NUMBER");
+}
+
 void add_words_of_persons(CLI::App& cell) {
   auto [resolving, piece] = add_client(cell, "resolve", "Say where an unclear piece stands", resolve);
-  resolving->add_option("PIECE", piece->piece, "number of the piece, as status shows it")->required();
+  resolving->add_option("PIECE", piece->piece, "number of the piece, as status shows it")
+      ->required()
+      ->check(whole_number_from(1));
   resolving->add_option("PLACE", piece->place, "where it stands");
-  resolving->add_option("SLOT", piece->slot, "the slot there, from 0; none in an area");
+  resolving->add_option("SLOT", piece->slot, "the slot there, from 0; none in an area")
+      ->check(whole_number_from(0));
   resolving->add_flag("--gone", piece->is_gone, "it was taken away");
   auto [exchanging, emptied] =
       add_client(cell, "exchange", "Say that a place was emptied",
