@@ -605,9 +605,13 @@ TEST_F(CellUp, AStoreThatCannotStartAgainIsGivenUpWithItsReason) {
   EXPECT_EQ(left_running(), "");
 }
 
-TEST_F(CellUp, EndsWithItsWorld) {
+TEST_F(CellUp, IsNotStartedTwiceAndEndsWithItsWorld) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
   Process cell = up(1);
+  const RunResult second = this->cell("up");
+  EXPECT_EQ(second.code, 5);
+  EXPECT_THAT(second.errors,
+              HasSubstr("state already: 'corbot cell status' shows it, 'corbot cell down' ends it"));
   ASSERT_TRUE(kills(of_cell("corbot-scene")));
   const auto end = cell.wait(within(60));
   ASSERT_TRUE(end);
@@ -635,6 +639,17 @@ TEST_F(CellRun, AWrongFileIsRefusedBeforeAnythingStarts) {
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.errors, HasSubstr("place[2].columns = 0: must be a whole number from 1"));
   EXPECT_FALSE(fs::exists(directory_ / "state"));
+}
+
+TEST_F(CellRun, AWordThatIsNoPieceAndNoSlotIsNamed) {
+  const auto refusal = [&](const std::vector<std::string>& words) {
+    const RunResult result = run(command(words, "resolve"), 60, environment());
+    EXPECT_EQ(result.code, 2);
+    return result.errors;
+  };
+  EXPECT_THAT(refusal({"x", "--gone"}), HasSubstr("PIECE: 'x' is not a whole number from 1 to 2147483647"));
+  EXPECT_THAT(refusal({"0", "--gone"}), HasSubstr("PIECE: '0' is not a whole number from 1 to"));
+  EXPECT_THAT(refusal({"3", "pallet2", "1.5"}), HasSubstr("SLOT: '1.5' is not a whole number from 0 to"));
 }
 
 TEST_F(CellRun, ACheckNamesWhatIsOutOfReachAndWhoDoesNotReply) {

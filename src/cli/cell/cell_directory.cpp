@@ -47,10 +47,11 @@ DirectoryLock::DirectoryLock(const fs::path& directory)
     if (::ftruncate(fd_.get(), 0) == 0 && ::write(fd_.get(), pid.data(), pid.size()) > 0) return;
     throw client::system_failure(directory / kLock, errno);
   }
-  throw Failure(ExitCode::kInternal,
-                fmt::format("a cell runs in {} already: end that one first, or choose another directory "
-                            "with --name or --state-dir",
-                            directory.string()));
+  throw Failure(
+      ExitCode::kInternal,
+      fmt::format("a cell runs in {} already: 'corbot cell status' shows it, 'corbot cell down' ends "
+                  "it, and --name or --state-dir chooses another directory",
+                  directory.string()));
 }
 
 std::optional<pid_t> holder_of(const fs::path& directory) {

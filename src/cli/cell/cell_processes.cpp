@@ -8,7 +8,6 @@
 #include <system_error>
 #include <utility>
 
-#include "cli/cell/cell_directory.h"
 #include "cli/supervise/robot_children.h"
 #include "client/failure.h"
 #include "config/load_profile.h"
@@ -51,7 +50,6 @@ Supervisor::Spec spec(const CellConfig& cell, const std::string& title, std::vec
   Supervisor::Spec result{.title = title, .command = std::move(words)};
   result.ready_within_s = kReadyWithin_s;
   result.respond_s = kRespond_s;
-  result.last_lines = [log = log_file(cell, title)] { return tail_of(log); };
   return result;
 }
 

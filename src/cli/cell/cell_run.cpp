@@ -240,6 +240,7 @@ class Run {
 
   bool start(Supervisor::Spec spec) {
     const std::string title = spec.title;
+    spec.last_lines = [log = log_file(cell_, title)] { return tail_of(log); };
     if (!supervisor_.start(std::move(spec))) return false;
     pids_.emplace_back(title, supervisor_.pid_of(title));
     return true;
@@ -303,9 +304,9 @@ class Run {
 void cell_run(const CellRunOptions& options) {
   const CellConfig cell = load_for_command(options.cell);
   if (!options.pictures.empty()) prepare_pictures(options.pictures);
-  check_installation(cell);
   cell::make_private_directory(cell.state_directory);
-  const DirectoryLock lock(cell.state_directory);
+  const DirectoryLock lock(cell.state_directory);  // before the ports: a cell that runs has them
+  check_installation(cell);
   CellClient(cell).check_foreign();
   begin_anew(cell);
   write_profiles(cell);

@@ -48,6 +48,7 @@ class Stay {
          cell_processes(cell_, options, Begin::kAtOnce, [](const std::string& line) { report(line); })) {
       const std::string title = spec.title;
       if (world_ && title == kScene) continue;
+      spec.last_lines = [log = log_file(cell_, title)] { return tail_of(log); };
       if (!supervisor_.start(std::move(spec))) return supervisor_.stop_all();
       if (title == kScene) scene_ = supervisor_.pid_of(kScene);
     }
@@ -83,9 +84,9 @@ class Stay {
 
 void cell_up(const cell::CellOptions& options) {
   const CellConfig cell = load_for_command(options);
-  check_installation(cell);
   cell::make_private_directory(cell.state_directory);
-  const DirectoryLock lock(cell.state_directory);
+  const DirectoryLock lock(cell.state_directory);  // before the ports: a cell that runs has them
+  check_installation(cell);
   CellClient(cell).check_foreign();
   std::optional<CellWorld> world = CellWorld::find(cell);
   if (!world || !world->has_ledger()) begin_anew(cell, world.has_value());
