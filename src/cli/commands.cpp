@@ -7,15 +7,20 @@
 
 #include <atomic>
 #include <climits>
+#include <cmath>
 #include <cstdio>
 #include <future>
 #include <optional>
+#include <string>
+#include <variant>
 #include <vector>
 
+#include "cli/arm/dry_run.h"
 #include "cli/arm/plan_text.h"
 #include "cli/force_release.h"
 #include "cli/frames_view.h"
 #include "cli/local_stop.h"
+#include "cli/plot/plan_plot.h"
 #include "cli/run_program.h"
 #include "cli/show.h"
 #include "cli/speed_view.h"
@@ -238,14 +243,46 @@ void run_request(const ClientOptions& options, const Request& request) {
   });
 }
 
-void show_plan(const ClientOptions& options, const Request& request) {
+namespace {
+
+/// Plans the same from the same joints, by the profile. The robot's settings may be others than the profile's, so that its plan is another one.
+void plot_same(const Request& request, const PlanOptions& options, const Corbot::PlanInfo& of_robot,
+               double planned_s) {
+  DryRun robot(options.profile);
+  const Corbot::JointCoord& start = of_robot.start;
+  std::vector<double> joints;
+  for (CORBA::ULong i = 0; i < start.length(); ++i) joints.push_back(start[i]);
+  robot.begin_at(joints);
+  const auto refusal = robot.refusal_of(request);
+  double drawn_s = 0.0;
+  if (!refusal) {
+    for (const Command& command : std::get<std::vector<Command>>(robot.plans().back()))
+      drawn_s += command.duration_s;
+  }
+  constexpr double kSame_s = 1e-4;
+  if (refusal || std::abs(drawn_s - planned_s) > kSame_s)
+    throw Failure(
+        ExitCode::kUsage,
+        fmt::format("'{}' is not drawn: by {} it {}, but the robot plans {:.4f} s. Either the profile is "
+                    "not the robot's, or the robot's speeds, frames, limits or orientation are not those of "
+                    "the profile",
+                    options.plot, options.profile,
+                    refusal ? "is refused: " + *refusal : fmt::format("takes {:.4f} s", drawn_s), planned_s));
+  charts::plot_plan(robot, to_string(request), options.plot);
+}
+
+}  // namespace
+
+void show_plan(const ClientOptions& options, const Request& request, const PlanOptions& plan) {
   Client client(find_robot(options.robot), options.timeout_s);
-  const std::vector<rate::PlanPart> parts = parts_of(client.plan(request).in());
+  const Corbot::PlanInfo_var reply = client.plan(request);
+  const std::vector<rate::PlanPart> parts = parts_of(reply.in());
   fmt::print("{}", plan_text(parts));
   double planned_s = 0.0;
   for (const rate::PlanPart& part : parts) planned_s += part.duration_s;
   const std::string remark = client::lengthening(request.time_s, planned_s);
   if (!remark.empty()) client::notice(stderr, fmt::format("corbot: {}\n", remark));
+  if (!plan.plot.empty()) plot_same(request, plan, reply.in(), planned_s);
 }
 
 void run_file(const ClientOptions& options, const RunOptions& run) {

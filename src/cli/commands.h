@@ -21,7 +21,12 @@ struct ClientOptions {
 /// Executes the request. Ctrl-C stops the arm: Failure with kStopped.
 void run_request(const ClientOptions& options, const client::Request& request);
 /// Prints what the robot would plan for this motion; nothing moves.
-void show_plan(const ClientOptions& options, const client::Request& request);
+struct PlanOptions {
+  bool dry_run{false};
+  std::string profile;  ///< of the robot's arm, for the picture
+  std::string plot;     ///< the file of the picture; empty: none
+};
+void show_plan(const ClientOptions& options, const client::Request& request, const PlanOptions& plan);
 struct RunOptions {
   std::string file;     ///< "-": standard input
   bool dry_run{false};  ///< checks and prints only

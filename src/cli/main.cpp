@@ -46,7 +46,7 @@ struct Settings {
   double interval_s{0.2};
   int count{0};
   std::vector<std::string> pose;  ///< of `solutions`
-  bool dry_run{false};            ///< of a motion
+  PlanOptions plan;               ///< of a motion
   RunOptions run;
   RecordOptions record;
   charts::PlotOptions plot;
@@ -83,7 +83,7 @@ class VerbFormatter : public CLI::Formatter {
  public:
   explicit VerbFormatter(const VerbSpec& spec) : spec_(spec) {}
   std::string make_usage(const CLI::App*, std::string) const override {
-    const char* dry_run = is_planned(spec_.verb) ? " [--dry-run]" : "";
+    const char* dry_run = is_planned(spec_.verb) ? " [--dry-run [--profile P --plot FILE]]" : "";
     return fmt::format("Usage: corbot {}{} [--robot R] [--timeout S]\n", usage_of(spec_), dry_run);
   }
   std::string make_positionals(const CLI::App*) const override { return {}; }
@@ -159,8 +159,15 @@ void add_verbs(CLI::App& app, Settings& settings,
     }
     add_client_options(*command, settings);
     if (is_planned(spec.verb)) {
-      command->add_flag("--dry-run", settings.dry_run,
-                        "Plan only: show the time, the limits that set it, and a near singularity");
+      auto* dry_run =
+          command->add_flag("--dry-run", settings.plan.dry_run,
+                            "Plan only: show the time, the limits that set it, and a near singularity");
+      auto* profile =
+          command->add_option("--profile", settings.plan.profile, "The robot's profile, for --plot");
+      profile->type_name("FILE")->needs(dry_run);
+      auto* plot = command->add_option("--plot", settings.plan.plot, "Draw the motion as it is planned");
+      plot->type_name("FILE")->needs(profile);
+      profile->needs(plot);
     }
     command->callback([&settings, &given] {
       const auto parsed = parse_request(given);
@@ -168,7 +175,8 @@ void add_verbs(CLI::App& app, Settings& settings,
         throw Failure(ExitCode::kUsage, given[0] + ": " + *fault);
       }
       const auto& request = std::get<Request>(parsed);
-      settings.dry_run ? show_plan(settings.client, request) : run_request(settings.client, request);
+      settings.plan.dry_run ? show_plan(settings.client, request, settings.plan)
+                            : run_request(settings.client, request);
     });
   }
 }

@@ -94,6 +94,17 @@ TEST_F(Motions, ADryRunShowsThePlanAndMovesNothing) {
             "  9.00 s; the wanted time\n");
   EXPECT_THAT(corbot({"drive", "base", "10", "180", "--dry-run"}).output, HasSubstr("joint 0"));
   EXPECT_THAT(corbot({"moverelative", "0", "0", "0.01", "--line", "--dry-run"}).output, HasSubstr(" s; "));
+  const std::string picture = (directory_ / "plan.svg").string();
+  const auto draw = [&](const std::string& x) {
+    return corbot(
+        {"moves", x, "0.08", "0.08", "--dry-run", "--profile", CORBOT_TEST_PROFILE, "--plot", picture});
+  };
+  EXPECT_EQ(draw("0.22").code, 0);
+  EXPECT_TRUE(std::filesystem::remove(picture));
+  EXPECT_EQ(corbot({"speed", "50"}).code, 0);
+  EXPECT_THAT(draw("0.22").errors, HasSubstr("the robot plans"));
+  EXPECT_FALSE(std::filesystem::exists(picture));
+  EXPECT_EQ(corbot({"speed", "100"}).code, 0);
   const RunResult beyond = corbot({"moves", "2", "0", "0.1", "--dry-run"});
   EXPECT_EQ(beyond.code, 1);
   EXPECT_EQ(beyond.errors, corbot({"moves", "2", "0", "0.1"}).errors);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,13 +12,18 @@
 
 namespace corbot::cli {
 
-/// Plans one command after the other as the servant does, without any process. The arm begins with all joints at 0, with the
-/// profile's settings.
+/// Plans one command after the other as the servant does, without any process. The arm begins with all joints at 0 or where begin_at() says,
+/// with the profile's settings.
 class DryRun {
  public:
   /// Throws Failure where the profile cannot be read.
   explicit DryRun(const std::string& profile);
   explicit DryRun(Profile profile);
+
+  /// Before the first command. Shown units, one for each joint; throws Failure where there are more or fewer.
+  void begin_at(std::span<const double> joints);
+  /// Where the first command begins, for people.
+  [[nodiscard]] const std::string& begins() const noexcept { return begins_; }
 
   [[nodiscard]] const std::string& robot() const noexcept { return profile_.name; }
   [[nodiscard]] const Profile& profile() const noexcept { return profile_; }
@@ -40,6 +46,7 @@ class DryRun {
   Planner planner_;
   PlanSettings settings_;
   PlanStart start_;
+  std::string begins_{"all joints at 0"};
   std::vector<PlanResult> plans_;
   PlanResult plan_;  ///< of the last command; no commands where there is none
 };

@@ -114,8 +114,8 @@ void plot_plan(const DryRun& robot, const std::string& name, const std::string& 
   if (samples.motion.cycles < 2)
     throw Failure(ExitCode::kUsage, name + ": no line moves the arm, so there is nothing to draw");
   ChartSheet sheet = sheet_of(samples.motion, std::filesystem::path(name).filename().string());
-  sheet.subtitle = fmt::format("profile '{}', {:.6g} s as planned, from all joints at 0; nothing moved",
-                               samples.motion.profile, samples.motion.duration_s());
+  sheet.subtitle = fmt::format("profile '{}', {:.6g} s as planned, from {}; nothing moved",
+                               samples.motion.profile, samples.motion.duration_s(), robot.begins());
   sheet.charts.push_back({"rate of lambda along lines and arcs, 1", {{"rate", samples.rate()}}, {}, 0.1});
   for (const std::size_t up : {1, 2}) {
     PathView view{up == 1 ? "path from above: y over x, m" : "path from the side: z over x, m", {}};
