@@ -474,6 +474,28 @@ TEST_F(CellUp, StopHoldsTheArmsUntilStartAlsoForTheNextCoordinator) {
   EXPECT_EQ(this->cell("down").code, 3);
 }
 
+TEST_F(CellUp, StopHoldsTheArmsUntilStartAlsoBesideAStandBy) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  Process cell = up(2);
+  Process second = second_coordinator();
+  ASSERT_TRUE(wait_event(second, "robot1 stand-by")) << second.output();
+  ASSERT_TRUE(wait_event(second, "robot2 stand-by")) << second.output();
+  const RunResult stopped = this->cell("stop");
+  ASSERT_EQ(stopped.code, 0) << stopped.errors;
+  const std::int64_t events = all_events();
+  ASSERT_TRUE(kills(of_cell("corbot-coordinator")));
+  std::this_thread::sleep_for(std::chrono::seconds(8));  // control of the arms has ended
+  for (const char* robot : {"robot1", "robot2"})
+    EXPECT_FALSE(has_claimed(robot, second.pid())) << robot << second.output();
+  EXPECT_EQ(all_events(), events) << second.output();
+  EXPECT_THAT(second.output(), HasSubstr("has ended while robot1 waited for a person"));
+  EXPECT_THAT(status(), HasSubstr(" stopped; 'corbot cell start' begins or goes on"));
+  EXPECT_EQ(this->cell("start").code, 0);
+  EXPECT_TRUE(reaches("; 2 pieces placed\n")) << status();
+  second.signal(SIGKILL);
+  expect_down_with(cell, 2);
+}
+
 TEST_F(CellUp, OfTwoCoordinatorsOneWorksAndTheOtherTakesOver) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
   Process cell = up(6);

@@ -33,6 +33,7 @@ class Ports : public RobotPort, public CameraPort, public StorePort {
   Eigen::Vector3d rest_position() override { return to_.robot.rest_position(); }
   Grip grip() override { return to_.robot.grip(); }
   bool is_able() override { return to_.robot.is_able(); }
+  bool is_halted() override { return to_.robot.is_halted(); }
   void stop() override { to_.robot.stop(); }
 
   Corbot::Frame look(double timeout_s) override { return to_.camera.look(timeout_s); }

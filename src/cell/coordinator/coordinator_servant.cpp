@@ -16,9 +16,10 @@ namespace corbot::cell {
 
 namespace {
 
-constexpr double kRest_s = 2;        // within which a stopped robot comes to rest
-constexpr double kCountReply_s = 1;  // clients of State wait 5 s
-constexpr int kTurnTries = 50;       // to ask the store after another call of State
+constexpr double kRest_s = 2;                  // within which a stopped robot comes to rest
+constexpr std::chrono::seconds kStopReply{4};  // clients of Stop wait 5 s
+constexpr double kCountReply_s = 1;            // clients of State wait 5 s
+constexpr int kTurnTries = 50;                 // to ask the store after another call of State
 constexpr std::chrono::milliseconds kTurnPause{20};
 
 /// One line, whole and at once: other programs read it.
@@ -76,34 +77,49 @@ CoordinatorServant::CoordinatorServant(CORBA::ORB_ptr orb, const CellConfig& cel
 CoordinatorServant::~CoordinatorServant() { end(); }
 
 void CoordinatorServant::start_unless_stopped() {
-  if (!gate_.is_stopped()) Start();
+  const std::lock_guard lock(mutex_);
+  if (!gate_.is_stopped() && !has_ended_) begin();
 }
 
+/// Returns when each claim says that its holder waits: the next holder of a claim may have another hold file.
 void CoordinatorServant::Stop() {
+  const auto gives_up = std::chrono::steady_clock::now() + kStopReply;
   const std::lock_guard lock(mutex_);
   gate_.set_stopped(true);
   std::vector<std::string> moving(threads_.size());
+  std::vector<std::string> unmarked(threads_.size());
   {
     std::vector<std::jthread> stops;  // all at once: one servant may be frozen
     for (std::size_t i = 0; i < threads_.size(); ++i)
-      stops.emplace_back([&robot = *threads_[i], &name = moving[i]] {
+      stops.emplace_back([&, &robot = *threads_[i], i] {
+        const std::string name = robot.worker.status().robot.in();
         robot.port.halt();
-        if (!robot.port.comes_to_rest(kRest_s)) name = robot.worker.status().robot.in();
+        if (!robot.port.comes_to_rest(kRest_s)) moving[i] = name;
+        if (mode_ == Corbot::CellRunning && !robot.worker.lets_go(gives_up)) unmarked[i] = name;
       });
   }
   std::erase(moving, "");
+  std::erase(unmarked, "");
   if (!moving.empty())
     throw Corbot::NotReady(fmt::format("not known to be at rest: {}", fmt::join(moving, ", ")).c_str());
+  if (!unmarked.empty())
+    throw Corbot::NotReady(
+        fmt::format("at rest, but the ledger does not say yet that it is stopped: {}; end stand-by "
+                    "coordinators",
+                    fmt::join(unmarked, ", "))
+            .c_str());
 }
 
 void CoordinatorServant::Start() {
   const std::lock_guard lock(mutex_);
   if (has_ended_) throw Corbot::NotReady("the coordinator ends");
   gate_.set_stopped(false);
-  if (mode_ == Corbot::CellRunning) {
-    for (const auto& robot : threads_) robot->worker.go_on();
-    return;
-  }
+  for (const auto& robot : threads_) robot->worker.go_on();
+  if (mode_ != Corbot::CellRunning) begin();
+}
+
+/// Under `mutex_`.
+void CoordinatorServant::begin() {
   mode_ = Corbot::CellRunning;
   for (const auto& robot : threads_) robot->thread = std::thread([work = &robot->worker] { work->run(); });
 }

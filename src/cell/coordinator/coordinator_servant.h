@@ -48,6 +48,7 @@ class CoordinatorServant : public POA_Corbot::Coordinator {
  private:
   struct RobotThread;
 
+  void begin();
   std::uint64_t count_placed();
 
   const CellConfig& cell_;

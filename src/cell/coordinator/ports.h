@@ -38,6 +38,8 @@ class RobotPort {
   [[nodiscard]] virtual Grip grip() = 0;
   /// Whether the robot is not in Error. Needs no control. Failure: no reply.
   [[nodiscard]] virtual bool is_able() = 0;
+  /// Whether the cell is stopped: every command raises Stopped.
+  [[nodiscard]] virtual bool is_halted() = 0;
   /// From another thread: ends the motion under way where the robot is an Arm, also one whose reply was lost.
   /// No motion begins after that. Returns after about 3 s at the latest.
   virtual void stop() = 0;

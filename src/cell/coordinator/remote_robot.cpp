@@ -187,6 +187,7 @@ void RemoteRobot::command(LazyReference<Corbot::Robot>& robot, const Target& tar
   const auto queue_gives_up = after(motion_s_);
   for (int lost = 0;;) {
     gate_.pass(stop_);
+    if (gate_.is_stopped()) throw Corbot::Stopped("the cell was stopped");
     try {
       const UnderWay mark(*this);
       if (!gate_.is_open()) continue;  // a halt came between

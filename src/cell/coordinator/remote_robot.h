@@ -17,7 +17,7 @@ namespace corbot::cell {
 class RemoteRobot : public RobotPort {
  public:
   /// `who` names the holder of control. `motion_s`: time-out of one motion, also of the gripper, and of a delay.
-  /// While `gate` is closed no command begins.
+  /// While `gate` is closed no command begins. While the gate is stopped every command raises Stopped.
   RemoteRobot(CORBA::ORB_ptr orb, std::string uri, std::string who, double motion_s, std::stop_token stop,
               WorkGate& gate);
   /// NotReady: somebody else has control. Failure: no reply.
@@ -32,8 +32,9 @@ class RemoteRobot : public RobotPort {
   Eigen::Vector3d rest_position() override;
   Grip grip() override;
   bool is_able() override;
+  bool is_halted() override { return gate_.is_stopped(); }
   void stop() override;
-  /// The same, but commands may follow.
+  /// The same, but commands may follow once the gate is open.
   void halt();
   /// Within that time. False also without a reply.
   [[nodiscard]] bool comes_to_rest(double within_s);

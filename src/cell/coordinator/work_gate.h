@@ -8,7 +8,7 @@
 
 namespace corbot::cell {
 
-/// The place where the robots wait between two commands while the work is paused or stopped.
+/// The place where the robots wait between two commands while the work is paused.
 class WorkGate {
  public:
   /// `file` has "pause", "stop", both or nothing, so that the next process keeps the work held. The file has its full size
@@ -28,10 +28,10 @@ class WorkGate {
     const std::lock_guard lock(mutex_);
     return !is_paused_ && !is_stopped_;
   }
-  /// Returns while it is open, or when a stop is requested.
+  /// Returns while the gate is open or stopped, or when a stop is requested.
   void pass(const std::stop_token& stop) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, stop, [&] { return !is_paused_ && !is_stopped_; });
+    changed_.wait(lock, stop, [&] { return !is_paused_ || is_stopped_; });
   }
 
  private:

@@ -61,6 +61,7 @@ void Worker::run() {
     } catch (const Corbot::Superseded& e) {
       token_ = 0;
       is_marked_ = false;
+      heeded_ = starts();
       status_.set(Corbot::WorkIdle, e.present == 0
                                         ? std::string("superseded: the claim was released")
                                         : fmt::format("superseded: claim {} is the robot's now", e.present));
@@ -97,6 +98,16 @@ void Worker::go_on() {
   gone_on_.notify_all();
 }
 
+int Worker::starts() {
+  const std::lock_guard lock(mutex_);
+  return starts_;
+}
+
+bool Worker::lets_go(std::chrono::steady_clock::time_point gives_up) {
+  std::unique_lock lock(mutex_);
+  return gone_on_.wait_until(lock, gives_up, [&] { return has_let_go_; });
+}
+
 void Worker::end_motion_fault(const std::string& text) {
   if (stop_.stop_requested()) return;
   equal_faults_ = text == motion_fault_ ? equal_faults_ + 1 : 1;
@@ -111,22 +122,21 @@ void Worker::end_motion_fault(const std::string& text) {
 void Worker::await_person(Corbot::WorkState state, const std::string& text,
                           const std::function<bool()>& is_over) {
   if (stop_.stop_requested()) return;
-  int starts = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    starts = starts_;
-  }
+  const int before = starts();
   status_.set(state, fmt::format("{}: {}", step_, text));
   bool has_control = !give_back_control();  // the person may need it
   std::unique_lock lock(mutex_);
-  while (starts == starts_ && !stop_.stop_requested()) {
-    gone_on_.wait_for(lock, stop_, kPersonPause, [&] { return starts != starts_; });
+  while (before == starts_ && !stop_.stop_requested()) {
+    has_let_go_ = !has_control;
+    gone_on_.notify_all();
+    gone_on_.wait_for(lock, stop_, kPersonPause, [&] { return before != starts_; });
     lock.unlock();
     if (has_control) has_control = !give_back_control();
     const bool ends = is_over();
     lock.lock();
-    if (ends) return;
+    if (ends) break;
   }
+  has_let_go_ = false;
 }
 
 /// The claim says first that a person is needed: else a stand-by would take control and move the arm.
@@ -195,11 +205,15 @@ void Worker::connect() {
     end_if_stopped();
     std::string why;
     bool is_standby = false;
+    const int before = starts();
     try {
       if (arm_.is_able()) {
         why = take_robot();
-        if (why.empty()) return;
-        is_standby = true;
+        is_standby = !why.empty();
+        if (!is_standby) {
+          heeded_ = before;
+          return;
+        }
       } else {
         why = fmt::format(
             "{} is in Error: look at 'corbot status', put the cause right, then use 'corbot clear'",
@@ -213,13 +227,14 @@ void Worker::connect() {
     }
     const bool is_late = std::chrono::steady_clock::now() - interrupted_ > kConnectFor;
     if (is_late && !last_fault_.empty()) why += "; the work ended at " + last_fault_;
+    if (is_standby) heeded_ = before;
     const Corbot::WorkState late = is_standby ? Corbot::WorkWaiting : Corbot::WorkAttention;
     status_.set(is_late ? late : Corbot::WorkIdle, why);
     pause(kConnectAgain_s, stop_);
   }
 }
 
-/// Takes control and the claim. Empty: both are this worker's. Else whose they are.
+/// Takes control and the claim. Empty: both are this worker's. Else whose they are. Failure: a person's Start is needed.
 std::string Worker::take_robot() {
   const bool is_exclusive = arm_.acquire();
   if (token_ != 0 && !is_marked_) return "";  // the store says where it has ended
@@ -229,6 +244,12 @@ std::string Worker::take_robot() {
     const std::string who = e.who.in();
     if (!may_replace(who, is_exclusive)) {
       if (is_exclusive) arm_.release();
+      if (is_waiting_name(who) && is_of_dead_process(who))
+        throw client::Failure(
+            client::ExitCode::kRefused,
+            fmt::format(
+                "'{}' has ended while {} waited for a person: look at {}, then use 'corbot cell start CELL'",
+                client::printable(who), robot_.name, robot_.name));
       return fmt::format(
           "stand-by: '{}' {} {} by claim {}; where it has ended for good, use 'corbot cell release CELL {}'",
           client::printable(who), is_waiting_name(who) ? "waits for a person, with" : "works with",
@@ -245,11 +266,13 @@ std::string Worker::take_robot() {
   return "";
 }
 
-/// Control of the arm proves that the holder of the claim cannot move it, but a holder that waits for a person has given
-/// control back. A holder of our own name is this very process, and a call whose reply was lost.
-bool Worker::may_replace(const std::string& who, bool is_exclusive) const {
-  if (who == who_ || who == waiting_name(who_) || is_of_dead_process(who)) return true;
-  return is_exclusive && !is_waiting_name(who);
+/// Control of the arm proves that the holder of the claim cannot move it. A holder that waits for a person has given control
+/// back: only the proof of its end, and a Start since then, replace it. A holder of our own name is this very process,
+/// and a call whose reply was lost.
+bool Worker::may_replace(const std::string& who, bool is_exclusive) {
+  if (who == who_ || who == waiting_name(who_)) return true;
+  if (is_waiting_name(who)) return is_of_dead_process(who) && starts() > heeded_;
+  return is_exclusive || is_of_dead_process(who);
 }
 
 /// A zone is the body's: the ledger says which one it is in, and a tool over a shared place must be in its zone.
@@ -585,7 +608,8 @@ void Worker::finish() {
         store_.leave(token_, zone_);
         status_.set_zone("");
       }
-      store_.release(std::exchange(token_, 0));
+      // A claim that is given back would let a stand-by move a stopped robot.
+      if (!is_marked_ || !arm_.is_halted()) store_.release(std::exchange(token_, 0));
     }
   } catch (const std::exception& e) {
     status_.report("the claim was not given back: " + plain_text(e));
@@ -619,8 +643,9 @@ auto Worker::call(F&& f) -> decltype(f()) {
   }
 }
 
-void Worker::end_if_stopped() const {
+void Worker::end_if_stopped() {
   if (stop_.stop_requested()) throw WorkEnded();
+  if (arm_.is_halted()) throw RobotStopped("the cell was stopped: 'corbot cell start CELL' goes on");
 }
 
 void Worker::wait_for(Activity activity, const std::string& text, double pause_s) {

@@ -44,8 +44,10 @@ class Worker {
 
   /// Works until a stop is requested. Where a person is needed it waits for go_on().
   void run();
-  /// From any thread: a person has looked at what the work waits for.
+  /// From any thread: a person has looked at what the work waits for, and says Start.
   void go_on();
+  /// From any thread: waits until the worker waits for a person, and its claim says so. False: not until then.
+  [[nodiscard]] bool lets_go(std::chrono::steady_clock::time_point gives_up);
   /// Once run() has returned: takes back a reservation that nothing has touched, leaves the zone where the
   /// tool is back at its wait pose, and gives back claim and control. Throws nothing.
   void finish();
@@ -63,12 +65,13 @@ class Worker {
       Corbot::WorkState state, const std::string& text,
       const std::function<bool()>& is_over = [] { return false; });
   bool give_back_control();
+  [[nodiscard]] int starts();
 
   // Resolution.
   std::optional<Transfer> resolve();
   void connect();
   std::string take_robot();
-  [[nodiscard]] bool may_replace(const std::string& who, bool is_exclusive) const;
+  [[nodiscard]] bool may_replace(const std::string& who, bool is_exclusive);
   void find_zone(const Eigen::Vector3d& tool);
   void move_out(const Eigen::Vector3d& tool);
   bool resolve_transfer(const Corbot::TransferInfo& left, const Transfer& transfer, Grip grip);
@@ -102,7 +105,7 @@ class Worker {
   template <class F>
   auto call(F&& f) -> decltype(f());
   void wait_for(Activity activity, const std::string& text, double pause_s = 0);
-  void end_if_stopped() const;
+  void end_if_stopped();
   [[nodiscard]] std::string key_of(const Place& place) const;
 
   const CellConfig& cell_;
@@ -125,11 +128,13 @@ class Worker {
   int failures_{0};             ///< failed picks in a row
   std::string motion_fault_{};  ///< the last
   int equal_faults_{0};         ///< of that text in a row
+  int heeded_{0};               ///< Starts that no longer pass on a claim whose holder waits for a person
   std::string last_fault_{};    ///< that interrupted the work
   std::chrono::steady_clock::time_point interrupted_{};  ///< since then the work is being resumed
   std::mutex mutex_{};                                   ///< for what follows
   std::condition_variable_any gone_on_{};
   int starts_{0};
+  bool has_let_go_{false};                   ///< it waits for a person, and its claim says so
   std::vector<Eigen::Vector3d> left_out_{};  ///< feet of pieces that the robot cannot reach
 };
 

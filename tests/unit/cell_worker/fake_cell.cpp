@@ -303,7 +303,9 @@ Corbot::ClaimToken FakeCell::claim(const std::string&, const std::string& who, C
   interruptible([&] { record.emplace_back("claim"); });
   const bool is_another = (is_claimed && replaces != 5) || is_superseded_;
   const bool is_to_wait = !is_exclusive || cell::is_waiting_name(holder);
-  if (is_superseded_ || (is_another && is_to_wait)) stop_source.request_stop();  // it would wait for long
+  if (is_superseded_ || (is_another && is_to_wait && !on_claimed))
+    stop_source.request_stop();  // it would wait for long
+  if (is_another && on_claimed) on_claimed();
   if (is_another) throw Corbot::Claimed("robot1", holder.c_str(), 5, 0);
   holder = who;
   return kToken;

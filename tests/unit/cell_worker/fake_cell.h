@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <map>
@@ -46,7 +47,10 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   bool is_exclusive{true};   ///< an Arm: control excludes others, and a stop ends the motion under way
   bool is_claimed{false};
   std::string holder{"another"};  ///< of the claim
+  std::function<void()>
+      on_claimed;  ///< a claim finds another holder; empty: a wait for that holder requests a stop
   bool is_in_error{false};
+  std::atomic<bool> is_cell_stopped{false};
   int interrupted_call{-1};  ///< number of the call, of any port, that is interrupted; -1: none
   Interruption interruption{Interruption::kKill};
   Moment moment{Moment::kBefore};
@@ -94,6 +98,7 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   Eigen::Vector3d rest_position() override;
   cell::Grip grip() override;
   bool is_able() override { return !is_in_error; }
+  bool is_halted() override { return is_cell_stopped; }
   void stop() override {}
   // CameraPort
   Corbot::Frame look(double timeout_s) override;

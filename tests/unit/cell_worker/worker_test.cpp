@@ -423,6 +423,55 @@ TEST_P(WorkerTest, AStandByTakesNoRobotWhoseHolderWaitsForAPerson) {
   EXPECT_THAT(world.holders_at_release, Contains("another/waits")) << "the person may need control";
 }
 
+TEST_P(WorkerTest, AClaimWhoseHolderEndedWhileItWaitedPassesOnByAStartSinceThen) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  cell::Worker worker(
+      config_, *config_.robot(GetParam()), {world, world, world}, "test",
+      [&](const std::string& text) { world.report(text); }, world.stop_source.get_token());
+  world.is_claimed = true;
+  world.holder = cell::waiting_name("another");
+  int attempts = 0;
+  world.on_claimed = [&] {
+    ++attempts;
+    if (attempts == 2) world.holder = cell::waiting_name(cell::process_name() + "1");  // it has ended
+    if (attempts == 3) worker.go_on();
+  };
+  worker.go_on();  // before the holder has ended
+  worker.run();
+  EXPECT_EQ(attempts, 3);
+  EXPECT_EQ(world.written[Corbot::StepPlaced], 1);
+  EXPECT_EQ(world.count_reports("1/waits' has ended while " + std::string(GetParam()) +
+                                " waited for a person: look at " + GetParam() +
+                                ", then use 'corbot cell start CELL'"),
+            1);
+  EXPECT_THAT(world.violations, IsEmpty());
+}
+
+TEST_P(WorkerTest, AStopOfTheCellReachesARobotThatWaitsForAPiece) {
+  FakeCell world(config_, GetParam());
+  world.on_reserve = [&](int number) { world.is_cell_stopped = number == 2; };
+  run(config_, world, GetParam(), [&](cell::Worker& worker) {
+    EXPECT_EQ(worker.status().state, Corbot::WorkStopped);
+    EXPECT_THAT(worker.status().text.in(),
+                HasSubstr("the cell was stopped: 'corbot cell start CELL' goes on"));
+    world.is_cell_stopped = false;
+    add_piece(world, 0);
+    worker.go_on();
+  });
+  EXPECT_THAT(world.holders_at_release, Contains("test/waits"));
+  EXPECT_EQ(world.written[Corbot::StepPlaced], 1);
+  EXPECT_THAT(world.violations, IsEmpty());
+}
+
+TEST_P(WorkerTest, TheClaimOfAStoppedRobotIsNotGivenBackAtTheEnd) {
+  FakeCell world(config_, GetParam());
+  world.on_reserve = [&](int) { world.is_cell_stopped = true; };
+  EXPECT_EQ(run_one(world).state, Corbot::WorkStopped);
+  EXPECT_THAT(world.record, Not(Contains("release")));
+  EXPECT_EQ(world.holder, "test/waits");
+}
+
 TEST_P(WorkerTest, TheClaimSaysThatAPersonIsNeededBeforeControlIsGivenBack) {
   const auto world = made(Interruption::kFault, Moment::kBefore, -1);
   world->goes_on = true;
