@@ -175,6 +175,13 @@ std::optional<Transfer> Worker::resolve() {
   }
   const bool has_touched = left && left->step != Corbot::StepReserved;
   const Grip grip = call([&] { return arm_.grip(); });
+  // An arm that has never moved counts as closed: without a measured opening nothing tells such an arm from this case.
+  if (grip == Grip::kClosedOnPiece && !has_touched)
+    throw Attention(
+        fmt::format("the gripper of {} is closed on a piece that is not in the ledger: hold the piece, use "
+                    "'corbot open', "
+                    "then use 'corbot cell start CELL'",
+                    robot_.name));
   motions_.speed(wait_);
   // A fault may have ended the gripper's motion on its way.
   if (grip == Grip::kOpen) {

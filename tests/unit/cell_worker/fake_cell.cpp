@@ -92,6 +92,12 @@ void FakeCell::add_to_slot(const std::string& place, int slot) {
   pieces.push_back({config_.place(place)->slot_position(slot), false, ++last_number_});
 }
 
+void FakeCell::add_to_gripper() {
+  measures_grip_ = true;
+  is_told_open_ = false;
+  pieces.push_back({tool_ - Vector3d(0, 0, kGrasp_m), true});
+}
+
 std::size_t FakeCell::count(const std::string& place) const {
   return std::count_if(pieces.begin(), pieces.end(), [&](const Piece& piece) {
     return !piece.is_held && config_.place(place)->covers(piece.foot);
@@ -265,7 +271,10 @@ Vector3d FakeCell::rest_position() {
 cell::Grip FakeCell::grip() {
   const std::lock_guard lock(mutex_);
   if (is_dead_) throw Killed();
-  return is_told_open_ ? cell::Grip::kOpen : cell::Grip::kClosed;
+  if (is_told_open_) return cell::Grip::kOpen;
+  if (!measures_grip_) return cell::Grip::kClosed;
+  const bool is_held = std::any_of(pieces.begin(), pieces.end(), [](const Piece& p) { return p.is_held; });
+  return is_held ? cell::Grip::kClosedOnPiece : cell::Grip::kClosedOnNothing;
 }
 
 // --- Camera ---

@@ -40,6 +40,8 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   FakeCell(const cell::CellConfig& config, const std::string& robot);
   void add_to_area(double x, double y);
   void add_to_slot(const std::string& place, int slot);
+  /// The gripper is closed on a piece that is not in the ledger, and measures its opening.
+  void add_to_gripper();
 
   // Faults. All are off at first.
   int failing_grasps{0};
@@ -152,6 +154,7 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   bool is_dead_{false};
   int calls_{0};
   bool is_told_open_{true};
+  bool measures_grip_{false};
   bool has_looked_{false};  ///< since the last motion of the arm
   bool is_unclear_{false};
   Corbot::PieceNumber last_number_{0};

@@ -203,6 +203,24 @@ TEST_P(WorkerTest, TooManyFailedGraspsInARowNeedAPerson) {
   EXPECT_THAT(world.violations, IsEmpty());
 }
 
+TEST_P(WorkerTest, AGripperIsNotOpenedOverAPieceThatIsNotInTheLedger) {
+  FakeCell world(config_, GetParam());
+  world.add_to_gripper();
+  add_piece(world, 0);
+  int asked = 0;
+  run(config_, world, GetParam(), [&](cell::Worker& worker) {
+    ++asked;
+    EXPECT_THAT(worker.status().text.in(),
+                HasSubstr("closed on a piece that is not in the ledger: hold the"));
+    EXPECT_THAT(world.record, Not(Contains("move")));
+    world.pieces[0] = {{9, 9, 9}};  // a person takes it out
+    worker.go_on();
+  });
+  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(world.written[Corbot::StepPlaced], 1);
+  EXPECT_THAT(world.violations, IsEmpty());
+}
+
 TEST_P(WorkerTest, APieceThatIsLostOnTheWayIsUnclear) {
   FakeCell world(config_, GetParam());
   add_piece(world, 0);
