@@ -277,6 +277,7 @@ TEST_F(CellRun, HasItsDirectoryForItselfAndBeginsAnewAfterAKill) {
   first.signal(SIGKILL);
   ASSERT_TRUE(first.wait(within(30)));
   ASSERT_TRUE(wait_until(within(30), [&] { return left_running().empty(); })) << left_running();
+  std::ofstream(directory_ / "state" / "hold") << "pause stop\n";  // a run is a Start
   const RunResult third = cell_run({"--pieces", "1"});
   EXPECT_EQ(third.code, 0) << third.output << third.errors;
   EXPECT_TRUE(fs::exists(directory_ / "state" / "previous" / "scene.record"));

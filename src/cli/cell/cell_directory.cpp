@@ -77,7 +77,7 @@ void begin_anew(const CellConfig& cell, bool world_runs) {
       const bool is_ledger =
           has_ledger && (name == ledger || name == ledger + "-wal" || name == ledger + "-shm");
       if (is_world || is_ledger || entry.path().extension() == ".log" ||
-          name == cell.activity_file().filename() || name == cell.hold_file().filename())
+          name == cell.activity_file().filename())
         fs::rename(entry.path(), previous / name);
     }
   } catch (const fs::filesystem_error& error) {
