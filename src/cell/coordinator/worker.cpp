@@ -108,6 +108,14 @@ bool Worker::lets_go(std::chrono::steady_clock::time_point gives_up) {
   return gone_on_.wait_until(lock, gives_up, [&] { return has_let_go_; });
 }
 
+/// A person who has answered may have put right what made picks fail, or what was out of reach.
+void Worker::count_anew_after_answer() {
+  const std::lock_guard lock(mutex_);
+  if (std::exchange(counted_starts_, starts_) == starts_) return;
+  failures_ = 0;
+  left_out_.clear();
+}
+
 void Worker::end_motion_fault(const std::string& text) {
   if (stop_.stop_requested()) return;
   equal_faults_ = text == motion_fault_ ? equal_faults_ + 1 : 1;
@@ -391,6 +399,7 @@ void Worker::check_unclear() {
 Transfer Worker::find() {
   step_ = "find";
   while (true) {
+    count_anew_after_answer();
     std::string cause;
     try {
       if (from_.slots) {

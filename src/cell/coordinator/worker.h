@@ -60,6 +60,7 @@ class Worker {
 
  private:
   void work();
+  void count_anew_after_answer();
   void end_motion_fault(const std::string& text);
   void await_person(
       Corbot::WorkState state, const std::string& text,
@@ -133,7 +134,8 @@ class Worker {
   std::chrono::steady_clock::time_point interrupted_{};  ///< since then the work is being resumed
   std::mutex mutex_{};                                   ///< for what follows
   std::condition_variable_any gone_on_{};
-  int starts_{0};
+  int starts_{0};                            ///< answers of a person
+  int counted_starts_{0};                    ///< since then `failures_` and `left_out_` count
   bool has_let_go_{false};                   ///< it waits for a person, and its claim says so
   std::vector<Eigen::Vector3d> left_out_{};  ///< feet of pieces that the robot cannot reach
 };

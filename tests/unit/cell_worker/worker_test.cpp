@@ -203,6 +203,20 @@ TEST_P(WorkerTest, TooManyFailedGraspsInARowNeedAPerson) {
   EXPECT_THAT(world.violations, IsEmpty());
 }
 
+TEST_P(WorkerTest, FailedGraspsCountAnewAfterAPersonsAnswer) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.failing_grasps = config_.timing.attempts + 1;
+  int asked = 0;
+  run(config_, world, GetParam(), [&](cell::Worker& worker) {
+    ++asked;
+    worker.go_on();
+  });
+  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(world.count(to()), 1U);
+  EXPECT_THAT(world.violations, IsEmpty());
+}
+
 TEST_P(WorkerTest, AGripperIsNotOpenedOverAPieceThatIsNotInTheLedger) {
   FakeCell world(config_, GetParam());
   world.add_to_gripper();
@@ -542,6 +556,25 @@ TEST(Worker, PiecesThatItCannotReachAreLeftOut) {
   EXPECT_EQ(world.count("store1"), 2U);
   EXPECT_EQ(world.count_reports("leaves out"), 1);
   EXPECT_EQ(world.count_reports("attention"), 0);
+  EXPECT_THAT(world.violations, IsEmpty());
+}
+
+TEST(Worker, PiecesThatWereLeftOutAreTriedAgainAfterAPersonsAnswer) {
+  const cell::CellConfig config = demo_cell();
+  FakeCell world(config, "robot1");
+  for (const double x : {0.05, 0.09}) world.add_to_area(x, 0.24);
+  world.is_unreachable = [](const Vector3d& tool) { return tool.y() > 0.2 && tool.x() < 0.07; };
+  world.failing_grasps = config.timing.attempts;
+  world.last_placed = 2;
+  world.on_reserve = [&](int number) {
+    if (number == 10) world.stop_source.request_stop();
+  };
+  run(config, world, "robot1", [&](cell::Worker& worker) {
+    world.is_unreachable = {};
+    worker.go_on();
+  });
+  EXPECT_EQ(world.count_reports("leaves out"), 1);
+  EXPECT_EQ(world.count("store1"), 2U);
   EXPECT_THAT(world.violations, IsEmpty());
 }
 
