@@ -2,11 +2,15 @@
 #include "cell/coordinator/process_name.h"
 
 #include <fmt/format.h>
+#include <signal.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <charconv>
 #include <fstream>
 #include <sstream>
 #include <string_view>
+#include <system_error>
 
 #include "client/explain.h"
 
@@ -56,12 +60,14 @@ bool is_of_dead_process(const std::string& name) {
   if (is_waiting_name(process)) process.erase(process.size() - kWaits.size());
   const auto slash = process.find('/');
   const std::string pid = process.substr(0, slash);
-  if (slash == std::string::npos || pid.empty() || pid.find_first_not_of("0123456789") != std::string::npos)
+  pid_t id = 0;
+  const auto [end, error] = std::from_chars(pid.data(), pid.data() + pid.size(), id);
+  if (slash == std::string::npos || error != std::errc() || end != pid.data() + pid.size() || id <= 0)
     return false;
   try {
     return start_ticks(pid) != process.substr(slash + 1);
   } catch (const client::Failure&) {
-    return true;
+    return ::kill(id, 0) != 0 && errno == ESRCH;  // /proc may hide the processes of other users
   }
 }
 

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mount.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -45,7 +47,26 @@ TEST(ProcessName, TellsWhetherItsProcessHasEnded) {
   const std::string machine = own.substr(0, own.rfind('/', own.rfind('/') - 1) + 1);
   EXPECT_TRUE(cell::is_of_dead_process(machine + "999999999/1"));
   EXPECT_FALSE(cell::is_of_dead_process("corbot-coordinator@elsewhere/12345678/999999999/1")) << "not known";
-  for (const char* rest : {"", "x/1", "12"}) EXPECT_FALSE(cell::is_of_dead_process(machine + rest)) << rest;
+  for (const char* rest : {"", "x/1", "12", "0/1", "-1/1", "99999999999/1"})
+    EXPECT_FALSE(cell::is_of_dead_process(machine + rest)) << rest;
+}
+
+TEST(ProcessName, AProcessThatProcHidesIsNotDead) {
+  constexpr int kNotAllowed = 2;
+  const std::string name = cell::process_name();
+  const std::string directory = fmt::format("/proc/{}", ::getpid());
+  const pid_t child = ::fork();
+  if (child == 0) {
+    if (::unshare(CLONE_NEWUSER | CLONE_NEWNS) != 0 ||
+        ::mount("none", directory.c_str(), "tmpfs", 0, nullptr) != 0)
+      ::_exit(kNotAllowed);
+    ::_exit(cell::is_of_dead_process(name) ? 1 : 0);
+  }
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  if (WEXITSTATUS(status) == kNotAllowed) GTEST_SKIP() << "no mount is allowed in a user name space";
+  EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
 TEST(ProcessName, AnotherProcessHasAnother) {
