@@ -142,11 +142,12 @@ std::string CellStage::status() const {
   return result.code == 0 ? result.output : "";
 }
 
+std::string CellStage::address(const std::string& robot) const {
+  return fmt::format("127.0.0.1:{}/{}-{}", ports_ + (robot == "robot1" ? 3 : 4), name_, robot);
+}
+
 bool CellStage::clear(const std::string& robot) const {
-  const int port = ports_ + (robot == "robot1" ? 3 : 4);
-  return run({(programs_ / "corbot").string(), "--robot",
-              fmt::format("127.0.0.1:{}/{}-{}", port, name_, robot), "clear"})
-             .code == 0;
+  return run({(programs_ / "corbot").string(), "--robot", address(robot), "clear"}).code == 0;
 }
 
 std::string CellStage::tell_world(const std::string& line) {

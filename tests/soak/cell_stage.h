@@ -35,6 +35,8 @@ class CellStage {
 
   /// What `corbot cell status` prints; empty: no reply.
   [[nodiscard]] std::string status() const;
+  /// HOST:PORT/NAME.
+  [[nodiscard]] std::string address(const std::string& robot) const;
   /// A person looks, and clears the Error of a robot.
   [[nodiscard]] bool clear(const std::string& robot) const;
   /// A person's hand in the world: Scene::command(). The reply; empty: none came.

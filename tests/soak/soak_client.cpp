@@ -9,6 +9,8 @@
 // OUTCOME is 'ok', the state that Status returned, or the name of an exception; TICKET 0 where there is none.
 // soak_client REFERENCE NUMBER watch: reads Status only.
 // soak_client REFERENCE tickets N...: prints 'ticket N STATE' for each, and ends.
+// soak_client REFERENCE motions: prints 'motion BEGIN_S DURATION_S' for each motion once it has begun; BEGIN_S is of the Unix
+// epoch and late by one look at most, DURATION_S is planned.
 #include <time.h>
 
 #include <algorithm>
@@ -328,6 +330,19 @@ void print_ticket(Corbot::Arm_ptr arm, std::uint64_t ticket) {
   say(fmt::format("ticket {} {}", ticket, state));
 }
 
+/// Tickets are given in a row, so a motion that is over between two looks is not left out.
+[[noreturn]] void print_motions(Corbot::Arm_ptr arm) {
+  for (std::uint64_t last = 0;;) {
+    const Corbot::ArmState_var state = arm->State();
+    for (const std::uint64_t newest = state->motion.id; last < newest;) {
+      const Corbot::MotionInfo_var motion = arm->Progress(++last);
+      say(fmt::format("motion {:.3f} {:.6f}", state->time, motion->duration));
+    }
+    const timespec time{0, 20'000'000};
+    ::nanosleep(&time, nullptr);
+  }
+}
+
 }  // namespace
 }  // namespace corbot::soak
 
@@ -341,6 +356,7 @@ int main(int argc, char** argv) try {
     for (int i = 3; i < argc; ++i) corbot::soak::print_ticket(arm, std::strtoull(argv[i], nullptr, 10));
     return 0;
   }
+  if (std::string(argv[2]) == "motions") corbot::soak::print_motions(arm);
   if (argc < 4) return 2;
   corbot::soak::Caller caller(arm, static_cast<int>(std::strtol(argv[2], nullptr, 10)),
                               std::strtoull(argv[3], nullptr, 10));
