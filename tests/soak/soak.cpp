@@ -346,8 +346,9 @@ int main(int argc, char** argv) {
   app.add_option("--pieces", cells.pieces, "with --cell: of a world")->check(CLI::Range(1, 12));
   int row = 0;
   CLI::Option* const in_a_row =
-      app.add_option("--row", row, "with --cell: so many pieces in a row, without a fault")
-          ->check(CLI::Range(1, 100'000));
+      app.add_option("--row", row,
+                     "with --cell: so many pieces in a row, without a fault; the pace is of all but the last")
+          ->check(CLI::Range(3, 100'000));
   app.add_option("--planted", cells.planted,
                  "with --cell: this fault is in the coordinator, and is to be found")
       ->check(CLI::IsMember({"late-intent", "held-unseen", "early-leave"}))
