@@ -127,7 +127,7 @@ void CellClient::for_each_event(CORBA::ULongLong after, F&& f) {
 
 void CellClient::start_work() {
   for_each_event(0, [&](const Corbot::PieceEvent& event) { last_before_ = event.number; });
-  call(coordinator_peer(), [&] { coordinator_->Start(); });
+  start();
 }
 
 Corbot::CoordinatorState_var CellClient::state() {

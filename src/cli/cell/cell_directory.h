@@ -27,8 +27,8 @@ class DirectoryLock {
 /// The process that has the directory; nothing: none has.
 [[nodiscard]] std::optional<pid_t> holder_of(const std::filesystem::path& directory);
 
-/// Logs begin anew with each run, and a hold stays. A simulated world does so, too, with its ledger and its robots. The previous ones are kept in
-/// a directory of their own. A world that runs already goes on with its record.
+/// Logs begin anew with each run. A simulated world does so, too, with its ledger and its robots. The previous ones are kept in
+/// a directory of their own. A world that runs already goes on with its record. A pause and a stop stay in force.
 void begin_anew(const cell::CellConfig& cell, bool world_runs = false);
 
 /// The last lines of a program's log, for a message.
