@@ -13,7 +13,7 @@
 #include "planner/plan/plan.h"
 #include "rt/cycle/path_evaluation.h"
 
-// How near a planned motion comes to each limit of each joint and of the tool, from its set-points at 1 kHz. A difference over a tick is
+// How near a planned motion comes to each limit of each joint and of the tool, from its set-points, at 1 kHz unless told. A difference over a tick is
 // a mean of the derivative, so it never exceeds the derivative's peak.
 
 namespace corbot::test {
@@ -52,8 +52,12 @@ class LimitTicks {
  public:
   /// `is_path`: a line or an arc, so the tool's limits count, too.
   LimitTicks(const ArmModel& arm, const PlanSettings& settings, bool is_path, double duration_s,
-             SetPoints set_points)
-      : arm_(arm), is_path_(is_path), duration_s_(duration_s), set_points_(std::move(set_points)) {
+             SetPoints set_points, double tick_s = 1e-3)
+      : arm_(arm),
+        is_path_(is_path),
+        duration_s_(duration_s),
+        set_points_(std::move(set_points)),
+        tick_s_(tick_s) {
     for (std::size_t i = 0; i < arm.dof; ++i) {
       arm_.joints[i].speed_q_s *= settings.joint_speed_ratio[i] * (is_path_ ? 1.0 : settings.speed_ratio);
     }
@@ -64,7 +68,7 @@ class LimitTicks {
   /// A motion of more ticks than kMostTicks is looked at every few ticks, each with the three before it.
   [[nodiscard]] TickShares run() {
     TickShares shares;
-    const int ticks = static_cast<int>(std::ceil(duration_s_ / kTick_s)) + 3;
+    const int ticks = static_cast<int>(std::ceil(duration_s_ / tick_s_)) + 3;
     const int stride = 1 + ticks / kMostTicks;
     for (int k = 0; k <= ticks && shares.is_reachable; k += stride) {
       for (int back = stride == 1 && k > 0 ? 0 : 3; back >= 0; --back) {
@@ -77,7 +81,6 @@ class LimitTicks {
   }
 
  private:
-  static constexpr double kTick_s = 1e-3;
   static constexpr int kMostTicks = 20'000;
   /// A set-point's (rad or m), and a tool's: some units in the last place of numbers up to 4. The n-th difference has 2^n times that.
   static constexpr double kRounding = 2e-15;
@@ -88,7 +91,7 @@ class LimitTicks {
     Angles angles_rad{};
   };
   Tick at(int tick, TickShares& shares) const {
-    const std::optional<Joints> there = set_points_(std::max(0, tick) * kTick_s);
+    const std::optional<Joints> there = set_points_(std::max(0, tick) * tick_s_);
     shares.is_reachable = shares.is_reachable && there;
     const Joints q = there.value_or(last_[0].q);
     return {q, is_path_ ? arm_.kinematics.forward(q) : Pose{}, arm_.kinematics.followed().at(q)};
@@ -104,13 +107,13 @@ class LimitTicks {
 
   /// Over the limits, from three differences of one quantity, the newest first.
   template <class T, class Length>
-  static LimitShares shares(const std::array<T, 3>& d, double v, double a, double j, const Length& length) {
+  LimitShares shares(const std::array<T, 3>& d, double v, double a, double j, const Length& length) const {
     const auto share = [&](const T& difference, double rounding, double span, double limit) {
       return std::max(0.0, length(difference) - rounding) / (span * limit);
     };
-    return {share(d[0], 2.0 * kRounding, kTick_s, v),
-            share(d[0] - d[1], 4.0 * kRounding, kTick_s * kTick_s, a),
-            share(d[0] - d[1] - (d[1] - d[2]), 8.0 * kRounding, kTick_s * kTick_s * kTick_s, j)};
+    return {share(d[0], 2.0 * kRounding, tick_s_, v),
+            share(d[0] - d[1], 4.0 * kRounding, tick_s_ * tick_s_, a),
+            share(d[0] - d[1] - (d[1] - d[2]), 8.0 * kRounding, tick_s_ * tick_s_ * tick_s_, j)};
   }
 
   void look(TickShares& shares_) const {
@@ -138,6 +141,7 @@ class LimitTicks {
   bool is_path_;
   double duration_s_;
   SetPoints set_points_;
+  double tick_s_;
   std::array<Tick, 4> last_{};
 };
 

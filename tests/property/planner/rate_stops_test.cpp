@@ -11,6 +11,7 @@
 #include <memory>
 #include <numeric>
 #include <optional>
+#include <random>
 #include <string>
 #include <variant>
 #include <vector>
@@ -223,6 +224,81 @@ TEST_P(RateStops, TheTaskSeeksAQuickerCurveUntilItRests) {
   }
   std::cout << task_s / once_s << " of the time that stops take whose curve is sought once\n";
   EXPECT_LT(task_s, 0.985 * once_s);
+}
+
+/// Overrides, pauses and stops at random cycles, half of them while the one before is under way. Then the rate is 1 until the end.
+std::vector<double> times_of(rt::MotionRate& motion, double dt_s, std::mt19937_64& random) {
+  const auto in = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  std::vector<double> times_s{0.0};
+  for (int changes = 12; changes >= 0; --changes) {
+    const double kind = in(0.0, 1.0);
+    motion.set_target(changes == 0 || kind < 0.3 ? 1.0 : kind < 0.7 ? 0.0 : in(0.0, 1.0));
+    const double lasts_s = changes == 0 ? 60.0 : in(0.0, in(0.0, 1.0) < 0.5 ? 0.03 : 0.2);
+    for (double t_s = 0.0; t_s < lasts_s && !motion.finished(); t_s += dt_s) {
+      motion.advance(dt_s);
+      times_s.push_back(motion.virtual_time_s());
+    }
+  }
+  return times_s;
+}
+
+TEST_P(RateStops, TheTaskKeepsEveryLimitAtEachPeriod) {
+  const auto check = std::make_unique<rt::RateCheck>();
+  const auto motion = std::make_unique<rt::MotionRate>();
+  const int cases = test::cases(30);
+  int taken = 0;
+  for (int i = 0; i < cases; ++i) {
+    SCOPED_TRACE(i);
+    const PlanStart from = start(i);
+    const PlanSettings s = settings(i, from);
+    const Planner planner(arm_);
+    const Vector3 here = arm_.kinematics.forward(from.position_q).position_m;
+    const Vector3 p2 = near(here, 0.1), p3 = near(here, 0.1);
+    const PlanResult result =
+        i % 2 == 0 ? planner.move_s(from, s, p2, 0.0) : planner.move_c(from, s, here, p2, p3);
+    if (!std::holds_alternative<std::vector<Command>>(result) || result.rates.empty()) continue;
+    Command command = std::get<std::vector<Command>>(result).front();
+    const PlannedRate& planned = result.rates.front();
+    command.id = static_cast<std::uint64_t>(i + 1);
+    const rate::RatePath path{planned.knots,
+                              {planned.pieces, command.duration_s, planned.knots.back().lambda_s}};
+    ArmModel framed = arm_;
+    rt::take_frames(command, framed.kinematics);
+    std::optional<rt::CommandVerdict> verdict;
+    while (!verdict) verdict = check->step(framed, command, path);
+    ASSERT_EQ(verdict->verdict, Verdict::kDone);
+    ++taken;
+    for (const double dt_s : {1e-4, 1e-3, 5e-3}) {
+      SCOPED_TRACE(dt_s);
+      motion->rest();
+      motion->set_target(in(0.0, 1.0) < 0.5 ? 1.0 : in(0.0, 1.0));
+      motion->begin(path, *check);
+      const std::vector<double> times_s = times_of(*motion, dt_s, random_);
+      ASSERT_TRUE(motion->finished()) << "a motion that goes on comes to its end";
+      ASSERT_TRUE(std::is_sorted(times_s.begin(), times_s.end()));
+      const auto joints_at = [&](std::size_t cycle) {
+        const double t_s = times_s[std::min(cycle, times_s.size() - 1)];
+        return joints_in(rate::state_at(path.knots, path.law.at(t_s).lambda_s));
+      };
+      rt::DifferenceCheck differences;
+      differences.begin(joints_at(0));
+      for (std::size_t k = 0; k < times_s.size() + 3; ++k)
+        ASSERT_TRUE(differences.see(framed, joints_at(k), dt_s).ok) << "cycle " << k;
+      const auto set_points = [&](double t_s) {
+        return std::optional(joints_at(static_cast<std::size_t>(std::lround(t_s / dt_s))));
+      };
+      const double lasts_s = static_cast<double>(times_s.size() - 1) * dt_s;
+      // Shorter differences are mostly rounding.
+      const test::TickShares shares =
+          test::LimitTicks(framed, s, true, lasts_s, set_points, std::max(dt_s, 1e-3)).run();
+      ASSERT_LE(shares.joint().greatest(), kWithin);
+      ASSERT_LE(shares.tool.greatest(), kWithin);
+      ASSERT_LE(shares.turning.greatest(), kWithin);
+    }
+  }
+  EXPECT_GT(taken, cases / 8);
 }
 
 INSTANTIATE_TEST_SUITE_P(Arms, RateStops,
