@@ -84,7 +84,8 @@ TEST_F(Supervision, RangesThatReadAsRadiansAreDoubted) {
   for (std::size_t at = text.find(key); at != std::string::npos; at = text.find(key, at + 1))
     text.replace(at, text.find(']', at) - at, key + "-1.3, 1.3");
   up({}, put("radians.toml", text));
-  EXPECT_THAT(supervisor_->errors(), HasSubstr("joint 'base': range_deg is within 1.3 degrees of 0: radians?"));
+  EXPECT_THAT(supervisor_->errors(),
+              HasSubstr("joint 'base': range_deg is within 1.3 degrees of 0: radians?"));
 }
 
 TEST_F(Supervision, TheEndOfStandardInputEndsTheRobotThatAsksForIt) {
