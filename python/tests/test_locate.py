@@ -12,7 +12,7 @@ import pytest
 
 import corbot
 from conftest import Robot
-from support import simulated_with_naming
+from support import simulated_with_naming, until
 
 
 @pytest.fixture
@@ -79,9 +79,18 @@ def test_a_file_that_a_dead_robot_has_left(tmp_path: Path, monkeypatch: pytest.M
         corbot.connect("dead")
 
 
+def has_name(address: str) -> bool:
+    try:
+        corbot.connect(address)
+    except corbot.RobotNotFound:
+        return False
+    return True
+
+
 def test_by_a_naming_service() -> None:
     with (simulation := simulated_with_naming()) as arm:
         service = simulation.processes["naming"].replace("corbaloc:", "corbaname:")
+        until(lambda: has_name(f"{service}#Robots/{simulation.name}.Robot"))  # a thread of the servant binds the name
         for address in (service, service.removesuffix("/NameService")):
             assert corbot.connect(f"{address}#Robots/{simulation.name}.Robot").joint_names == arm.joint_names
         with pytest.raises(corbot.RobotNotFound, match=r"does not have the name Robots/nobody\.Robot"):
