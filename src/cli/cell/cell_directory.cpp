@@ -62,6 +62,13 @@ std::optional<pid_t> holder_of(const fs::path& directory) {
   return stream >> pid && pid > 1 ? std::optional(pid) : std::nullopt;
 }
 
+std::string hold_note(const cell::CellConfig& cell) {
+  std::ifstream stream(cell.hold_file());
+  std::string word;
+  if (!(stream >> word)) return "";
+  return fmt::format("; a {} from before still holds the work: 'corbot cell start' begins it", word);
+}
+
 void begin_anew(const CellConfig& cell, bool world_runs) {
   const fs::path previous = cell.state_directory / "previous";
   const std::string ledger = cell.ledger.filename();

@@ -27,6 +27,9 @@ class DirectoryLock {
 /// The process that has the directory; nothing: none has.
 [[nodiscard]] std::optional<pid_t> holder_of(const std::filesystem::path& directory);
 
+/// What a person is told of a stop or a pause of an earlier run, which still holds the work; empty: there is none.
+[[nodiscard]] std::string hold_note(const cell::CellConfig& cell);
+
 /// Logs begin anew with each run. A simulated world does so, too, with its ledger and its robots. The previous ones are kept in
 /// a directory of their own. A world that runs already goes on with its record. A pause and a stop stay in force.
 void begin_anew(const cell::CellConfig& cell, bool world_runs = false);

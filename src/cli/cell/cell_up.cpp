@@ -57,8 +57,8 @@ class Stay {
     manager_.ready(fmt::format("{} is up", cell_.name));
     report(
         fmt::format("{} is up: coordinator at {}, logs in {}; 'corbot cell status' shows it, Ctrl-C or "
-                    "'corbot cell down' ends it",
-                    cell_.name, cell_.coordinator_uri(), cell_.state_directory.string()));
+                    "'corbot cell down' ends it{}",
+                    cell_.name, cell_.coordinator_uri(), cell_.state_directory.string(), hold_note(cell_)));
     while (!has_lost_scene_ && supervisor_.step()) has_lost_scene_ |= world_ && world_->has_ended();
     manager_.ending();
     report(fmt::format("ending {}", cell_.name));

@@ -20,7 +20,9 @@ TEST(CellDirectory, AHoldStaysWhereTheRestBeginsAnew) {
     cell::CellConfig cell;
     cell.state_directory = directory;
     if (is_simulated) cell.scene.emplace();
-    std::ofstream(cell.hold_file()) << "stop\n";
+    EXPECT_EQ(hold_note(cell),
+              is_simulated ? "" : "; a stop from before still holds the work: 'corbot cell start' begins it");
+    std::ofstream(cell.hold_file()) << "      stop\n";
     std::ofstream(cell.activity_file()) << "{}\n";
     begin_anew(cell);
     EXPECT_TRUE(fs::exists(cell.hold_file())) << "a stopped cell would move";
