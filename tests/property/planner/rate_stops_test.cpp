@@ -214,7 +214,8 @@ TEST_P(RateStops, TheTaskSeeksAQuickerCurveUntilItRests) {
     governor_.seek(0.0);
     for (int call = 0; call <= rate::StopSearch::kCalls; ++call) governor_.advance(kTick_s);
     once_s += kTick_s * rate::StopSearch::kCalls;
-    search_.begin(governor_, path.law, check->shares(), rate::RateLimits(check->limits()).view());
+    const rate::RateLimits limits(check->limits());
+    search_.begin(governor_, path.law, check->shares(), limits.view());
     while (!search_.step()) continue;
     if (search_.found() != nullptr) governor_.stop(*search_.found());
     for (; !motion->holding() && !motion->finished(); task_s += kTick_s) motion->advance(kTick_s);
@@ -248,10 +249,10 @@ std::vector<double> times_of(rt::MotionRate& motion, double duration_s, double d
 TEST_P(RateStops, TheTaskKeepsEveryLimitAtEachPeriod) {
   const auto check = std::make_unique<rt::RateCheck>();
   const auto motion = std::make_unique<rt::MotionRate>();
-  const int cases = test::cases(30);
-  int taken = 0;
-  for (int i = 0; i < cases; ++i) {
+  const int wanted = std::max(1, test::cases(6));
+  for (int i = 0, taken = 0; taken < wanted; ++i) {
     SCOPED_TRACE(i);
+    ASSERT_LT(i, 4000);
     const PlanStart from = start(i);
     const PlanSettings s = settings(i, from);
     const Planner planner(arm_);
@@ -300,7 +301,6 @@ TEST_P(RateStops, TheTaskKeepsEveryLimitAtEachPeriod) {
       ASSERT_LE(shares.turning.greatest(), kWithin);
     }
   }
-  EXPECT_GT(taken, 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Arms, RateStops,
