@@ -187,8 +187,7 @@ std::optional<Transfer> Worker::resolve() {
   if (grip == Grip::kClosedOnPiece && !has_touched)
     throw Attention(
         fmt::format("the gripper of {} is closed on a piece that is not in the ledger: hold the piece, use "
-                    "'corbot open', "
-                    "then use 'corbot cell start CELL'",
+                    "'corbot open', then use 'corbot cell start CELL'",
                     robot_.name));
   motions_.speed(wait_);
   // A fault may have ended the gripper's motion on its way.

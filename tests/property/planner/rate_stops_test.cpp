@@ -144,6 +144,26 @@ class RateStops : public test::RandomRates {
     }
   }
 
+  /// What the task's check has passed; the plan owns its path.
+  struct Passed {
+    ArmModel arm;  ///< in the command's frames
+    rate::RatePath path;
+  };
+  /// The first command of a plan. Nothing: none that moves along a path.
+  std::optional<Passed> pass(const PlanResult& result, int number) {
+    if (!std::holds_alternative<std::vector<Command>>(result) || result.rates.empty()) return std::nullopt;
+    Command command = std::get<std::vector<Command>>(result).front();
+    command.id = static_cast<std::uint64_t>(number + 1);
+    const PlannedRate& planned = result.rates.front();
+    Passed passed{arm_, {planned.knots, {planned.pieces, command.duration_s, planned.knots.back().lambda_s}}};
+    rt::take_frames(command, passed.arm.kinematics);
+    std::optional<rt::CommandVerdict> verdict;
+    while (!verdict) verdict = check_->step(passed.arm, command, passed.path);
+    EXPECT_EQ(verdict->verdict, Verdict::kDone);
+    return passed;
+  }
+
+  std::unique_ptr<rt::RateCheck> check_ = std::make_unique<rt::RateCheck>();
   rate::RateGovernor governor_;
   rate::StopSearch search_;
   std::optional<rate::RateCurve> quick_;
@@ -184,7 +204,6 @@ TEST_P(RateStops, KeepEveryLimitAndRestInTime) {
 
 /// A full-speed line, and what the task's check has found out.
 TEST_P(RateStops, TheTaskSeeksAQuickerCurveUntilItRests) {
-  const auto check = std::make_unique<rt::RateCheck>();
   const auto motion = std::make_unique<rt::MotionRate>();
   const Planner planner(arm_);
   double task_s = 0.0, once_s = 0.0;
@@ -193,20 +212,14 @@ TEST_P(RateStops, TheTaskSeeksAQuickerCurveUntilItRests) {
     const PlanStart from = start(i);
     const PlanResult result =
         planner.move_s(from, {}, near(arm_.kinematics.forward(from.position_q).position_m, 0.2), 0.0);
-    if (!std::holds_alternative<std::vector<Command>>(result) || result.rates.empty()) continue;
-    Command command = std::get<std::vector<Command>>(result).front();
-    const PlannedRate& planned = result.rates.front();
-    command.id = static_cast<std::uint64_t>(i + 1);
-    const rate::RatePath path{planned.knots,
-                              {planned.pieces, command.duration_s, planned.knots.back().lambda_s}};
-    std::optional<rt::CommandVerdict> verdict;
-    while (!verdict) verdict = check->step(arm_, command, path);
-    ASSERT_EQ(verdict->verdict, Verdict::kDone);
+    const auto passed = pass(result, i);
+    if (!passed) continue;
+    const rate::RatePath& path = passed->path;
     motion->rest();
     motion->set_target(1.0);
-    motion->begin(path, *check);
-    governor_.begin(check->curve(), 1.0);
-    for (const double at_s = in(0.0, command.duration_s); governor_.time_s() < at_s;) {
+    motion->begin(path, *check_);
+    governor_.begin(check_->curve(), 1.0);
+    for (const double at_s = in(0.0, path.law.duration_s); governor_.time_s() < at_s;) {
       motion->advance(kTick_s);
       governor_.advance(kTick_s);
     }
@@ -214,12 +227,12 @@ TEST_P(RateStops, TheTaskSeeksAQuickerCurveUntilItRests) {
     governor_.seek(0.0);
     for (int call = 0; call <= rate::StopSearch::kCalls; ++call) governor_.advance(kTick_s);
     once_s += kTick_s * rate::StopSearch::kCalls;
-    const rate::RateLimits limits(check->limits());
-    search_.begin(governor_, path.law, check->shares(), limits.view());
+    const rate::RateLimits limits(check_->limits());
+    search_.begin(governor_, path.law, check_->shares(), limits.view());
     while (!search_.step()) continue;
     if (search_.found() != nullptr) governor_.stop(*search_.found());
     for (; !motion->holding() && !motion->finished(); task_s += kTick_s) motion->advance(kTick_s);
-    for (; !governor_.is_at_rest() && governor_.time_s() < command.duration_s; once_s += kTick_s)
+    for (; !governor_.is_at_rest() && governor_.time_s() < path.law.duration_s; once_s += kTick_s)
       governor_.advance(kTick_s);
     ++stops;
   }
@@ -247,7 +260,6 @@ std::vector<double> times_of(rt::MotionRate& motion, double duration_s, double d
 }
 
 TEST_P(RateStops, TheTaskKeepsEveryLimitAtEachPeriod) {
-  const auto check = std::make_unique<rt::RateCheck>();
   const auto motion = std::make_unique<rt::MotionRate>();
   const int wanted = std::max(1, test::cases(6));
   for (int i = 0, taken = 0; taken < wanted; ++i) {
@@ -260,26 +272,19 @@ TEST_P(RateStops, TheTaskKeepsEveryLimitAtEachPeriod) {
     const Vector3 p2 = near(here, 0.1), p3 = near(here, 0.1);
     const PlanResult result =
         i % 2 == 0 ? planner.move_s(from, s, p2, 0.0) : planner.move_c(from, s, here, p2, p3);
-    if (!std::holds_alternative<std::vector<Command>>(result) || result.rates.empty()) continue;
-    Command command = std::get<std::vector<Command>>(result).front();
-    const PlannedRate& planned = result.rates.front();
-    command.id = static_cast<std::uint64_t>(i + 1);
-    const rate::RatePath path{planned.knots,
-                              {planned.pieces, command.duration_s, planned.knots.back().lambda_s}};
-    ArmModel framed = arm_;
-    rt::take_frames(command, framed.kinematics);
-    std::optional<rt::CommandVerdict> verdict;
-    while (!verdict) verdict = check->step(framed, command, path);
-    ASSERT_EQ(verdict->verdict, Verdict::kDone);
+    const auto passed = pass(result, i);
+    if (!passed) continue;
+    const rate::RatePath& path = passed->path;
+    const ArmModel& framed = passed->arm;
     ++taken;
     for (const double dt_s : {1e-4, 1e-3, 5e-3}) {
       SCOPED_TRACE(dt_s);
       motion->rest();
       motion->set_target(in(0.0, 1.0) < 0.5 ? 1.0 : in(0.0, 1.0));
-      motion->begin(path, *check);
-      const std::vector<double> times_s = times_of(*motion, command.duration_s, dt_s, random_);
+      motion->begin(path, *check_);
+      const std::vector<double> times_s = times_of(*motion, path.law.duration_s, dt_s, random_);
       ASSERT_TRUE(motion->finished())
-          << "a motion that goes on comes to its end, after " << command.duration_s << " s";
+          << "a motion that goes on comes to its end, after " << path.law.duration_s << " s";
       ASSERT_TRUE(std::is_sorted(times_s.begin(), times_s.end()));
       const auto joints_at = [&](std::size_t cycle) {
         const double t_s = times_s[std::min(cycle, times_s.size() - 1)];
