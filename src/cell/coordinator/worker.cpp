@@ -85,6 +85,7 @@ void Worker::run() {
 }
 
 void Worker::work() {
+  count_anew_after_answer();
   if (const auto held = resolve()) place(*held);
   while (true) {
     const Transfer transfer = find();
@@ -108,10 +109,11 @@ bool Worker::lets_go(std::chrono::steady_clock::time_point gives_up) {
   return gone_on_.wait_until(lock, gives_up, [&] { return has_let_go_; });
 }
 
-/// A person who has answered may have put right what made picks fail, or what was out of reach.
+/// A person who has answered may have put right what made picks or motions fail, or what was out of reach.
 void Worker::count_anew_after_answer() {
   const std::lock_guard lock(mutex_);
   if (std::exchange(counted_starts_, starts_) == starts_) return;
+  equal_faults_ = 0;
   failures_ = 0;
   left_out_.clear();
 }
@@ -122,9 +124,7 @@ void Worker::end_motion_fault(const std::string& text) {
   motion_fault_ = text;
   last_fault_ = fmt::format("{}: {}", step_, text);
   if (equal_faults_ < cell_.timing.attempts) return status_.set(Corbot::WorkIdle, last_fault_);
-  const std::string times = fmt::format("{} times in a row: {}", equal_faults_, text);
-  equal_faults_ = 0;
-  await_person(Corbot::WorkAttention, times);
+  await_person(Corbot::WorkAttention, fmt::format("{} times in a row: {}", equal_faults_, text));
 }
 
 void Worker::await_person(Corbot::WorkState state, const std::string& text,
@@ -409,7 +409,7 @@ Transfer Worker::find() {
       const Corbot::Sightings seen = nearest_first(look(from_.name));
       return checked(call([&] { return store_.reserve(token_, from_.name, to_.name, seen, 0); }));
     } catch (const Corbot::Empty&) {
-      cause = from_.name + " is empty";
+      cause = from_.name + (left_out_.empty() ? " is empty" : " has no piece within reach");
     } catch (const Corbot::Full&) {
       cause = to_.name + " is full";
     }

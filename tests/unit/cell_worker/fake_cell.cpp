@@ -190,7 +190,10 @@ void FakeCell::check_way(const Vector3d& to, bool is_line) {
 
 void FakeCell::go_to(const Vector3d& tool) {
   if (is_unreachable && is_unreachable(tool)) throw Corbot::Unreachable({}, "too far");
-  if (!fails_over.empty() && config_.place(fails_over)->covers(tool)) throw Corbot::NotReady("in the test");
+  if (!fails_over.empty() && config_.place(fails_over)->covers(tool)) {
+    ++failures;
+    throw Corbot::NotReady("in the test");
+  }
   tool_ = tool;
   has_looked_ = false;
   changed_.notify_all();

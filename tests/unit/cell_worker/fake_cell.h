@@ -66,6 +66,7 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   int occupied{0};                   ///< so many calls of Enter find another robot
   std::function<bool(const Eigen::Vector3d&)> is_unreachable;
   std::string fails_over{};             ///< every motion to this place is NotReady
+  int failures{0};                      ///< of motions to that place
   std::function<void(int)> on_reserve;  ///< with the number of calls
   int last_placed{1};                   ///< after so many placed pieces the next Reserve requests a stop
 

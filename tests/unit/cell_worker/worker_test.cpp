@@ -400,6 +400,25 @@ TEST_P(WorkerTest, AMotionThatFailsAgainAndAgainNeedsAPerson) {
   EXPECT_THAT(world.violations, IsEmpty());
 }
 
+TEST_P(WorkerTest, EqualFaultsCountAnewAfterAPersonsAnswer) {
+  for (const int command : {10, 13}) {  // after the first fault, and after the second
+    FakeCell world(config_, GetParam());
+    add_piece(world, 0);
+    world.fails_over = to();
+    world.goes_on = true;
+    world.command_stopped_by_other = command;
+    std::optional<int> before;
+    run(config_, world, GetParam(), [&](cell::Worker& worker) {
+      if (worker.status().state == Corbot::WorkAttention) return world.stop_source.request_stop(), void();
+      if (before) return;
+      before = world.failures;
+      worker.go_on();
+    });
+    ASSERT_TRUE(before);
+    EXPECT_EQ(world.failures - *before, config_.timing.attempts) << "command " << command;
+  }
+}
+
 TEST_P(WorkerTest, AStoppedRobotGoesOnWhenAPersonSaysSo) {
   for (int command = 0; command < 15; ++command) {
     const auto world = made(Interruption::kFault, Moment::kBefore, -1);
@@ -550,11 +569,12 @@ TEST(Worker, PiecesThatItCannotReachAreLeftOut) {
   world.is_unreachable = [](const Vector3d& tool) { return tool.y() > 0.2 && tool.x() < 0.07; };
   world.last_placed = 3;
   world.on_reserve = [&](int number) {
-    if (number == 4) world.stop_source.request_stop();
+    if (number == 5) world.stop_source.request_stop();
   };
   run(config, world, "robot1");
   EXPECT_EQ(world.count("store1"), 2U);
   EXPECT_EQ(world.count_reports("leaves out"), 1);
+  EXPECT_EQ(world.count_reports("pallet1 has no piece within reach"), 1);
   EXPECT_EQ(world.count_reports("attention"), 0);
   EXPECT_THAT(world.violations, IsEmpty());
 }
