@@ -86,10 +86,11 @@ endfunction()
 # tier. LONG names cases, in the syntax of --gtest_filter, that are of the tier long: repetitions on a like device, arm or client.
 # BOTH_ORBS registers them a second time, as orbit2.*, with the servant on ORBit2, if that is built. COMPUTES: the program
 # computes for long, so it is optimised like the products and takes two processors of ctest's; the others mostly wait, and are
-# compiled for a short build. PROCESSORS: as many of ctest's, for a test that starts many programs. ALONE: ctest runs no other test
+# compiled for a short build. PROCESSORS: as many of ctest's, for a test that starts many programs. COST: ctest begins the
+# tests with the highest number first, so that none that takes long is left over at the end. ALONE: ctest runs no other test
 # beside it. A real-time thread that computes for seconds holds up what the kernel does for pseudo-terminals, among others.
 function(corbot_test name)
-  cmake_parse_arguments(arg "ALONE;BOTH_ORBS;COMPUTES;THREADS" "TIER;TIMEOUT;PROCESSORS;LONG" "SOURCES;LIBS;DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "ALONE;BOTH_ORBS;COMPUTES;THREADS" "TIER;TIMEOUT;PROCESSORS;COST;LONG" "SOURCES;LIBS;DEPENDS" ${ARGN})
   corbot_check_tier(${name} "${arg_TIER}")
   add_executable(${name} ${arg_SOURCES})
   corbot_target(${name})
@@ -124,6 +125,9 @@ function(corbot_test name)
     endif()
   endif()
   set(properties TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS})
+  if(arg_COST)
+    list(APPEND properties COST ${arg_COST})
+  endif()
   if(arg_ALONE)
     list(APPEND properties RUN_SERIAL TRUE)
   endif()
