@@ -66,7 +66,7 @@ void Worker::run() {
                                         ? std::string("superseded: the claim was released")
                                         : fmt::format("superseded: claim {} is the robot's now", e.present));
     } catch (const RobotStopped& e) {
-      await_person(Corbot::WorkStopped, e.what());
+      await_start(Corbot::WorkStopped, e.what() + error_note());
     } catch (const PieceUnclear& e) {
       await_person(Corbot::WorkAttention, e.what(), [&] { return is_resolved(); });
     } catch (const MotionFault& e) {
@@ -75,9 +75,9 @@ void Worker::run() {
       last_fault_ = fmt::format("{}: {}", step_, e.what());
       status_.set(Corbot::WorkAttention, last_fault_);
     } catch (const CORBA::Exception& e) {
-      await_person(Corbot::WorkAttention, fmt::format("unexpected exception {}", e._name()));
+      await_start(Corbot::WorkAttention, fmt::format("unexpected exception {}", e._name()));
     } catch (const std::exception& e) {
-      await_person(Corbot::WorkAttention, e.what());
+      await_start(Corbot::WorkAttention, e.what());
     }
     if (stop_.stop_requested()) return status_.set(Corbot::WorkIdle, "stopped");
     pause(kFaultPause_s, stop_);
@@ -124,7 +124,11 @@ void Worker::end_motion_fault(const std::string& text) {
   motion_fault_ = text;
   last_fault_ = fmt::format("{}: {}", step_, text);
   if (equal_faults_ < cell_.timing.attempts) return status_.set(Corbot::WorkIdle, last_fault_);
-  await_person(Corbot::WorkAttention, fmt::format("{} times in a row: {}", equal_faults_, text));
+  await_start(Corbot::WorkAttention, fmt::format("{} times in a row: {}", equal_faults_, text));
+}
+
+void Worker::await_start(Corbot::WorkState state, const std::string& text) {
+  await_person(state, text + "; 'corbot cell start CELL' goes on", [] { return false; });
 }
 
 void Worker::await_person(Corbot::WorkState state, const std::string& text,
@@ -186,8 +190,8 @@ std::optional<Transfer> Worker::resolve() {
   // An arm that has never moved counts as closed: without a measured opening nothing tells such an arm from this case.
   if (grip == Grip::kClosedOnPiece && !has_touched)
     throw Attention(
-        fmt::format("the gripper of {} is closed on a piece that is not in the ledger: hold the piece, use "
-                    "'corbot open', then use 'corbot cell start CELL'",
+        fmt::format("the gripper of {} is closed on a piece that is not in the ledger: hold the piece, and "
+                    "use 'corbot open'",
                     robot_.name));
   motions_.speed(wait_);
   // A fault may have ended the gripper's motion on its way.
@@ -229,9 +233,7 @@ void Worker::connect() {
           return;
         }
       } else {
-        why = fmt::format(
-            "{} is in Error: look at 'corbot status', put the cause right, then use 'corbot clear'",
-            robot_.name);
+        why = how_to_clear();
       }
     } catch (const Corbot::NotReady& e) {
       why = "stand-by: " + client::printable(e.reason.in());
@@ -350,13 +352,15 @@ bool Worker::resolve_transfer(const Corbot::TransferInfo& left, const Transfer& 
 /// The note has what a picture shows beside the places, for the person who looks for the piece.
 void Worker::resolve_as_unclear(const Transfer& transfer) {
   const Corbot::Frame frame = look("the table");
-  std::string note = "the gripper is open; seen outside of places:";
+  std::string seen;
   for (CORBA::ULong i = 0; i < frame.pieces.length(); ++i) {
     const Vector3d foot = to_vector(frame.pieces[i].position);
     const auto carries = [&](const Place& place) { return place.carries(foot); };
-    if (std::none_of(cell_.places.begin(), cell_.places.end(), carries)) note += " " + describe(foot);
+    if (std::none_of(cell_.places.begin(), cell_.places.end(), carries)) seen += " " + describe(foot);
   }
-  advance(transfer, Corbot::StepUnclear, note);
+  const std::string where =
+      seen.empty() ? "no piece is seen outside of places" : "seen outside of places:" + seen;
+  advance(transfer, Corbot::StepUnclear, "the gripper is open; " + where);
 }
 
 /// What a person is to do about the pieces that this robot has lost; empty: there are none.
@@ -380,6 +384,20 @@ bool Worker::is_resolved() {
     return false;
   } catch (const WorkEnded&) {
     return true;
+  }
+}
+
+std::string Worker::how_to_clear() const {
+  return fmt::format("{} is in Error: look at 'corbot status', put the cause right, then use 'corbot clear'",
+                     robot_.name);
+}
+
+/// A StopAndHold ends a motion as a Stop does, and leaves an Error. A stop of the cell waits for no such reply.
+std::string Worker::error_note() {
+  try {
+    return arm_.is_halted() || arm_.is_able() ? "" : "; " + how_to_clear();
+  } catch (const client::Failure&) {
+    return "";  // the next connection says why
   }
 }
 
@@ -455,8 +473,8 @@ void Worker::place(const Transfer& transfer) {
   if (sees_piece_at(to_, transfer.target)) {
     leave();
     throw Attention(fmt::format(
-        "a piece that is not in the ledger stands at {}, {}: take it away; the gripper holds piece {}",
-        to_.name, describe(transfer.target), transfer.piece));
+        "the gripper holds piece {}, and a piece that is not in the ledger stands at {}, {}: take that away",
+        transfer.piece, to_.name, describe(transfer.target)));
   }
   approach(transfer, goal, Corbot::StepPlacing);
   motions_.open(goal);
@@ -660,7 +678,7 @@ auto Worker::call(F&& f) -> decltype(f()) {
 
 void Worker::end_if_stopped() {
   if (stop_.stop_requested()) throw WorkEnded();
-  if (arm_.is_halted()) throw RobotStopped("the cell was stopped: 'corbot cell start CELL' goes on");
+  if (arm_.is_halted()) throw RobotStopped("the cell was stopped");
 }
 
 void Worker::wait_for(Activity activity, const std::string& text, double pause_s) {

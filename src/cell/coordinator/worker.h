@@ -62,9 +62,9 @@ class Worker {
   void work();
   void count_anew_after_answer();
   void end_motion_fault(const std::string& text);
-  void await_person(
-      Corbot::WorkState state, const std::string& text,
-      const std::function<bool()>& is_over = [] { return false; });
+  /// Adds to the text what goes on with the work: Start, and nothing else.
+  void await_start(Corbot::WorkState state, const std::string& text);
+  void await_person(Corbot::WorkState state, const std::string& text, const std::function<bool()>& is_over);
   bool give_back_control();
   [[nodiscard]] int starts();
 
@@ -98,6 +98,8 @@ class Worker {
   bool sees_piece_at(const Place& place, const Eigen::Vector3d& foot);
 
   void advance(const Transfer& transfer, Corbot::TransferStep step, const std::string& note = "");
+  [[nodiscard]] std::string how_to_clear() const;
+  [[nodiscard]] std::string error_note();
   [[nodiscard]] std::string how_to_resolve(Corbot::PieceNumber piece) const;
   void enter(const Place& place);
   void leave();

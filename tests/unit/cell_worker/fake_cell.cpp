@@ -166,7 +166,10 @@ void FakeCell::begin_command(const std::string& name) {
   require(goes_on || command_stopped_by_other < 0 || number <= command_stopped_by_other,
           name + " begins after a Stop");
   record.push_back(name);
-  if (number == command_stopped_by_other) throw Corbot::Stopped("by another client");
+  if (number == command_stopped_by_other) {
+    is_in_error = is_held_by_other;
+    throw Corbot::Stopped("by another client");
+  }
   if (number != stopped_command) return;
   stop_source.request_stop();
   if (is_exclusive) throw Corbot::Stopped("in the test");
@@ -411,7 +414,7 @@ void FakeCell::check_outcome(Corbot::TransferStep step) {
 }
 
 void FakeCell::advance(Corbot::ClaimToken /*token*/, Corbot::PieceNumber piece, Corbot::TransferStep step,
-                       const std::string& /*note*/) {
+                       const std::string& note) {
   std::unique_lock lock(mutex_);
   if (is_dead_) throw Killed();
   require(ledger_.piece != nullptr && ledger_.piece->number == piece, "Advance of another piece");
@@ -430,6 +433,7 @@ void FakeCell::advance(Corbot::ClaimToken /*token*/, Corbot::PieceNumber piece, 
       record.push_back(cell::to_string(step));
     }
     ledger_.step = step;
+    last_note = note;
     ++written[step];
     if (step == Corbot::StepUnclear) is_unclear_ = true;
     if (step == Corbot::StepWithdrawn && config_.place(robot_.from)->size_m) ledger_.piece->number = 0;

@@ -63,6 +63,7 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   Corbot::ClaimToken superseded_by{8};  ///< the token of the claim that is present then
   int stopped_command{-1};              ///< number of the robot's command during which a stop is requested
   int command_stopped_by_other{-1};  ///< number of the command that a Stop of another client ends; -1: none
+  bool is_held_by_other{false};      ///< that Stop is a StopAndHold, which leaves the robot in Error
   int occupied{0};                   ///< so many calls of Enter find another robot
   std::function<bool(const Eigen::Vector3d&)> is_unreachable;
   std::string fails_over{};             ///< every motion to this place is NotReady
@@ -78,6 +79,7 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   std::vector<std::string> reports;
   std::vector<cell::ActivityChange> activities;
   std::map<Corbot::TransferStep, int> written;
+  std::string last_note;  ///< of the last step that was written
 
   [[nodiscard]] std::size_t count(const std::string& place) const;
   [[nodiscard]] int count_reports(const std::string& part) const;

@@ -24,6 +24,7 @@ using ::testing::AllOf;
 using ::testing::AnyOf;
 using ::testing::Contains;
 using ::testing::ElementsAreArray;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -246,6 +247,20 @@ TEST_P(WorkerTest, APieceThatIsLostOnTheWayIsUnclear) {
   EXPECT_THAT(world.violations, IsEmpty());
 }
 
+TEST_P(WorkerTest, TheNoteOfAnUnclearPieceSaysThatNoneIsSeen) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.loses_pieces = true;
+  world.goes_on = true;
+  world.command_stopped_by_other = 13;  // the gripper has opened over the target
+  run(config_, world, GetParam(), [&](cell::Worker& worker) {
+    if (worker.status().state != Corbot::WorkStopped) return (void)world.stop_source.request_stop();
+    world.pieces[0].foot = {0.085, 0.239, 0};  // on pallet1
+    worker.go_on();
+  });
+  EXPECT_EQ(world.last_note, "the gripper is open; no piece is seen outside of places");
+}
+
 TEST_P(WorkerTest, APointThatTheRobotRefusesNamesStepFramesAndKey) {
   struct Case {
     std::string place;
@@ -326,10 +341,33 @@ TEST_P(WorkerTest, AStopOfAnotherClientEndsTheWorkAndSaysWhere) {
     if (is_stopped) {
       EXPECT_THAT(work.text.in(), AllOf(HasSubstr("in the frame of robot"), Not(HasSubstr("cell.toml"))));
       EXPECT_THAT(work.text.in(), AnyOf(HasSubstr(": on the way to "), HasSubstr(": at ")));
+      EXPECT_THAT(work.text.in(), EndsWith("; 'corbot cell start CELL' goes on"));
     }
     EXPECT_THAT(world.violations, IsEmpty());
   }
   EXPECT_EQ(command, 16);
+}
+
+TEST_P(WorkerTest, ARobotThatIsHeldNeedsClearAndStart) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.command_stopped_by_other = 3;
+  world.is_held_by_other = true;
+  EXPECT_THAT(run_one(world).text.in(),
+              EndsWith(std::string("; ") + GetParam() +
+                       " is in Error: look at 'corbot status', put the cause right, then use 'corbot clear'"
+                       "; 'corbot cell start CELL' goes on"));
+}
+
+TEST_P(WorkerTest, APieceThatTheLedgerDoesNotKnowIsTakenAwayBeforeStart) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  const cell::Place& target = *config_.place(to());
+  for (int slot = 0; slot < target.slots->count(); ++slot)  // beside the spot, which is free for the ledger
+    world.pieces.push_back({target.slot_position(slot) + Vector3d(0.012, 0, 0)});
+  EXPECT_THAT(run_one(world).text.in(),
+              AllOf(HasSubstr("and a piece that is not in the ledger stands at " + to()),
+                    EndsWith(": take that away; 'corbot cell start CELL' goes on")));
 }
 
 TEST_P(WorkerTest, AReservationThatNothingTouchedIsTakenBackAtTheEnd) {
@@ -396,7 +434,8 @@ TEST_P(WorkerTest, AMotionThatFailsAgainAndAgainNeedsAPerson) {
   world.fails_over = to();
   const Corbot::RobotWork work = run_one(world);
   EXPECT_EQ(work.state, Corbot::WorkAttention);
-  EXPECT_THAT(work.text.in(), HasSubstr("place: 3 times in a row: on the way to place["));
+  EXPECT_THAT(work.text.in(), AllOf(HasSubstr("place: 3 times in a row: on the way to place["),
+                                    EndsWith("; 'corbot cell start CELL' goes on")));
   EXPECT_THAT(world.violations, IsEmpty());
 }
 
@@ -505,7 +544,7 @@ TEST_P(WorkerTest, AStopOfTheCellReachesARobotThatWaitsForAPiece) {
   run(config_, world, GetParam(), [&](cell::Worker& worker) {
     EXPECT_EQ(worker.status().state, Corbot::WorkStopped);
     EXPECT_THAT(worker.status().text.in(),
-                HasSubstr("the cell was stopped: 'corbot cell start CELL' goes on"));
+                HasSubstr("the cell was stopped; 'corbot cell start CELL' goes on"));
     world.is_cell_stopped = false;
     add_piece(world, 0);
     worker.go_on();
