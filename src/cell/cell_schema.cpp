@@ -290,7 +290,9 @@ class Reader {
     for (const CellRobot& robot : cell_.robots) last += robot.profile.empty() ? 0 : 1;
     if (cell_.ports >= 1024 && last <= 65535) return;
     if (cell_.ports == 0) return;  // reported
-    faults_.add(ports_line_, "cell.ports", std::to_string(cell_.ports),
+    const bool is_option = overrides_.ports.has_value();
+    faults_.add(is_option ? 0 : ports_line_, is_option ? "--ports" : "cell.ports",
+                std::to_string(cell_.ports),
                 fmt::format("must be from 1024 to {}: {} ports in a row are needed",
                             65535 - (last - cell_.ports), last - cell_.ports + 1));
   }

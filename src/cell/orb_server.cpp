@@ -16,10 +16,17 @@ namespace corbot::cell {
 using client::ExitCode;
 using client::Failure;
 
+void check_listen(const std::string& host, int port) {
+  const std::string why = net::listen_error(host, port);
+  if (why.empty()) return;
+  const bool is_taken = why.find("in use") != std::string::npos;
+  throw Failure(ExitCode::kInternal,
+                why + (is_taken ? ": choose other ports with --ports" : ": check cell.host in cell.toml"));
+}
+
 OrbServer::OrbServer(const std::string& host, int port, std::size_t most_bytes)
     : endpoint_(net::endpoint_text(host, port)) {
-  if (const std::string why = net::listen_error(host, port); !why.empty())
-    throw Failure(ExitCode::kInternal, why + ": choose other ports with --ports");
+  check_listen(host, port);
   corbot_connections_start();
   std::vector<std::string> words{"corbot-cell"};
   const auto add = [&](const char* option, const std::string& value) {

@@ -31,6 +31,9 @@ class OrbServer {
   PortableServer::POA_var poa_;
 };
 
+/// Throws client::Failure, kInternal, where no server can listen there now.
+void check_listen(const std::string& host, int port);
+
 /// A reference that is checked by its first call, not now: the order of starts does not matter.
 template <class Interface>
 typename Interface::_ptr_type reference_to(CORBA::ORB_ptr orb, const std::string& uri) {

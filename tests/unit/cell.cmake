@@ -3,7 +3,7 @@
 if(NOT TARGET corbot_cell_store OR NOT TARGET corbot-scene)
   return()
 endif()
-set(clients_REGEX "(gantt|progress|run_table|status|verdict)_test")  # in test_clients
+set(clients_REGEX "(client|gantt|progress|run_table|status|verdict)_test")  # in test_clients
 set(parts_REGEX "(program|coordinator|remote_robot)_test")
 corbot_sources(sources cell cell_camera cell_pictures cell_scene cell_store cell_worker)
 list(FILTER sources EXCLUDE REGEX ${clients_REGEX})

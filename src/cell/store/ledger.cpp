@@ -291,7 +291,7 @@ Corbot::Spot Ledger::spot_in(const Place& place, int slot) {
       throw Corbot::Full(place.name.c_str(), static_cast<CORBA::ULong>(count));
     position = place.slot_position(slot);
   } else if (slot != -1) {
-    throw bad("slot", slot, fmt::format("must be -1: {} has no slots", place.name));
+    throw bad("slot", slot, fmt::format("{} is an area, which has no slots", place.name));
   }
   spot.position = {position.x(), position.y(), position.z()};
   return spot;
@@ -332,7 +332,8 @@ void Ledger::check_unused(const std::string& place) {
   }
   if (const auto unclear = tables_.numbers_at(place, "unclear"); !unclear.empty())
     throw bad("place", static_cast<double>(unclear[0]),
-              fmt::format("piece {} is unclear: say by Resolve where it is", unclear[0]));
+              fmt::format("piece {} is unclear: say by Resolve, or 'corbot cell resolve', where it is",
+                          unclear[0]));
 }
 
 void Ledger::exchange(const std::string& place, const std::string& who) {

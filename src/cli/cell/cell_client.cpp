@@ -5,9 +5,11 @@
 
 #include <chrono>
 #include <optional>
+#include <string_view>
 #include <thread>
 
 #include "cell/orb_server.h"
+#include "cli/cell/cell_directory.h"
 #include "client/explain.h"
 
 namespace corbot::cli {
@@ -48,6 +50,26 @@ std::optional<Milestone> milestone_of(Corbot::TransferStep step) {
 
 }  // namespace
 
+std::string refusal_text(const Corbot::BadParameter& error) {
+  const std::string_view parameter = error.parameter.in();
+  const std::string reason = client::printable(error.reason.in());
+  if (parameter == "place" || parameter == "robot") return reason;  // the value is no more than a length
+  if (parameter == "slot" && error.value == -1) return "give a SLOT: it " + reason;
+  return fmt::format("{} {:g}: {}", client::printable(error.parameter.in()), error.value, reason);
+}
+
+std::string silence_text(const std::string& what, const std::string& uri, const std::string& error,
+                         const std::filesystem::path& directory) {
+  const std::string hint =
+      holder_of(directory)
+          ? fmt::format(
+                "a cell is up in {}, which starts it again: repeat the command, with the --ports of its "
+                "'up'; 'corbot hold' stops an arm at once, until 'corbot clear'",
+                directory.string())
+          : std::string("'corbot cell up CELL' starts a cell");
+  return fmt::format("{} at {} does not reply (CORBA {}); {}", what, client::printable(uri), error, hint);
+}
+
 CellClient::CellClient(const cell::CellConfig& cell) : cell_(cell) {
   int argc = 0;
   orb_ = CORBA::ORB_init(argc, nullptr);
@@ -75,8 +97,7 @@ auto CellClient::call(const Peer& peer, F&& f) -> decltype(f()) {
       throw Failure(ExitCode::kRefused,
                     fmt::format("{}: {}", peer.name, client::printable(error.reason.in())));
     } catch (const Corbot::BadParameter& error) {
-      throw Failure(ExitCode::kRefused, fmt::format("{} {:g}: {}", client::printable(error.parameter.in()),
-                                                    error.value, client::printable(error.reason.in())));
+      throw Failure(ExitCode::kRefused, refusal_text(error));
     } catch (const Corbot::Full& error) {
       throw Failure(ExitCode::kRefused, fmt::format("that slot of {} is occupied or reserved",
                                                     client::printable(error.place.in())));
@@ -85,10 +106,12 @@ auto CellClient::call(const Peer& peer, F&& f) -> decltype(f()) {
                     fmt::format("{} uses {}: wait until it has ended its piece",
                                 client::printable(error.robot.in()), client::printable(error.place.in())));
     } catch (const CORBA::SystemException& error) {
-      if (gave_up_ || std::chrono::steady_clock::now() > deadline)
-        throw Failure(peer.is_elsewhere || !is_ours_ ? ExitCode::kUnreachable : ExitCode::kRefused,
-                      fmt::format("{} does not reply (CORBA {}){}", peer.name, error._name(),
-                                  is_ours_ ? "" : "; 'corbot cell up CELL' starts a cell"));
+      if (!is_ours_ && !peer.is_elsewhere)
+        throw Failure(ExitCode::kUnreachable,
+                      silence_text(peer.name, peer.uri, error._name(), cell_.state_directory));
+      if (!is_ours_ || gave_up_ || std::chrono::steady_clock::now() > deadline)
+        throw Failure(peer.is_elsewhere ? ExitCode::kUnreachable : ExitCode::kRefused,
+                      fmt::format("{} does not reply (CORBA {})", peer.name, error._name()));
     } catch (const CORBA::Exception& error) {
       throw Failure(ExitCode::kInternal, fmt::format("{} raised {}", peer.name, error._name()));
     }
@@ -134,10 +157,7 @@ Corbot::CoordinatorState_var CellClient::state() {
   return call(coordinator_peer(), [&] { return Corbot::CoordinatorState_var(coordinator_->State()); });
 }
 
-void CellClient::expect_running() {
-  is_ours_ = false;
-  give_up();
-}
+void CellClient::expect_running() { is_ours_ = false; }
 
 bool CellClient::is_paused() {
   return call(coordinator_peer(), [&] { return coordinator_->Paused(); });

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,12 @@
 #include "cli/cell/verdict.h"
 
 namespace corbot::cli {
+
+/// A store's refusal, for a person.
+[[nodiscard]] std::string refusal_text(const Corbot::BadParameter& error);
+/// Why `what`, a program of a cell that another command started in `directory`, may be silent, and what to do.
+[[nodiscard]] std::string silence_text(const std::string& what, const std::string& uri,
+                                       const std::string& error, const std::filesystem::path& directory);
 
 /// A client of a cell's coordinator, store and camera. Every failure leaves as a client::Failure.
 class CellClient {
@@ -54,12 +61,17 @@ class CellClient {
   /// One of the three, for messages.
   struct Peer {
     const char* name;
+    std::string uri;
     bool is_elsewhere;  ///< this command did not start it
   };
-  [[nodiscard]] Peer store_peer() const { return {"the store", !cell_.store_reference.empty()}; }
-  [[nodiscard]] Peer camera_peer() const { return {"the camera", !cell_.camera_reference.empty()}; }
+  [[nodiscard]] Peer store_peer() const {
+    return {"the store", cell_.store_uri(), !cell_.store_reference.empty()};
+  }
+  [[nodiscard]] Peer camera_peer() const {
+    return {"the camera", cell_.camera_uri(), !cell_.camera_reference.empty()};
+  }
   [[nodiscard]] Peer coordinator_peer() const {
-    return {"the coordinator", !cell_.coordinator_reference.empty()};
+    return {"the coordinator", cell_.coordinator_uri(), !cell_.coordinator_reference.empty()};
   }
   template <class F>
   auto call(const Peer& peer, F&& f) -> decltype(f());

@@ -53,6 +53,9 @@ std::string user_name() {
 void show(CellClient& client, const cell::CellConfig& cell) {
   CellView view;
   view.name = cell.name;
+  for (const cell::Place& place : cell.places) {
+    if (cell.is_last(place)) view.last_places.push_back(place.name);
+  }
   view.is_paused = client.is_paused();
   view.state = client.state().in();
   try {
@@ -60,7 +63,7 @@ void show(CellClient& client, const cell::CellConfig& cell) {
     view.unclear = client.unclear().in();
   } catch (const Failure& why) {
     view.store_fault =
-        fmt::format("{}: {}", why.what(),
+        fmt::format("{}; {}", why.what(),
                     cell.store_reference.empty() ? "its log is " + log_file(cell, "store").string()
                                                  : "look at " + cell.store_reference);
   }

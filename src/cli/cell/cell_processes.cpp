@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "cell/orb_server.h"
 #include "cli/supervise/robot_children.h"
 #include "client/failure.h"
 #include "config/load_profile.h"
@@ -68,10 +69,7 @@ void check_installation(const CellConfig& cell) {
           fmt::format("there is no {} here: this corbot was built without OpenCV, SQLite or libturbojpeg",
                       program));
   }
-  const auto check = [&](int port) {
-    if (const std::string why = net::listen_error(cell.host, port); !why.empty())
-      throw Failure(ExitCode::kInternal, why + ": choose other ports with --ports");
-  };
+  const auto check = [&](int port) { cell::check_listen(cell.host, port); };
   if (cell.store_reference.empty()) check(cell.store_port());
   if (cell.camera_reference.empty()) check(cell.camera_port());
   if (cell.coordinator_reference.empty()) check(cell.coordinator_port());

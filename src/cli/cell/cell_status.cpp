@@ -86,6 +86,14 @@ std::string line_of(const Corbot::PieceEvent& lost) {
       lost.where.position.y, printable(lost.note.in()), lost.piece);
 }
 
+/// Empty: the place has room, or a robot makes it.
+std::string needs_exchange(const CellView& view, const Corbot::PlaceInfo& place) {
+  const std::string name = printable(place.name.in());
+  const bool is_last = std::count(view.last_places.begin(), view.last_places.end(), name) > 0;
+  if (!is_last || place.capacity == 0 || place.pieces < place.capacity) return "";
+  return fmt::format("  {} is full: empty it, then use 'corbot cell exchange CELL {}'\n", name, name);
+}
+
 }  // namespace
 
 std::string status_text(const CellView& view) {
@@ -98,6 +106,7 @@ std::string status_text(const CellView& view) {
       persons += fmt::format("  {}: {}\n", printable(work.robot.in()), printable(work.text.in()));
   }
   for (CORBA::ULong i = 0; i < view.places.length(); ++i) text += line_of(view.places[i], view.now_s);
+  for (CORBA::ULong i = 0; i < view.places.length(); ++i) persons += needs_exchange(view, view.places[i]);
   if (!view.store_fault.empty()) persons += "  " + view.store_fault + "\n";
   for (CORBA::ULong i = 0; i < view.unclear.length(); ++i) persons += line_of(view.unclear[i]);
   return text + (persons.empty() ? "no person is needed\n" : "a person is needed:\n" + persons);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "cell.hh"
 
@@ -14,8 +15,9 @@ struct CellView {
   Corbot::CoordinatorState state;
   Corbot::PlaceInfos places;
   Corbot::PieceEvents unclear;
-  std::string store_fault;  ///< why places and unclear are not known; empty: they are
-  double now_s{0};          ///< since the Unix epoch
+  std::vector<std::string> last_places;  ///< robots bring pieces there, and take none
+  std::string store_fault;               ///< why places and unclear are not known; empty: they are
+  double now_s{0};                       ///< since the Unix epoch
 };
 
 /// Several lines, each with its end: robots, places, and what needs a person with what to do.

@@ -64,7 +64,7 @@ class Stay {
     report(fmt::format("ending {}", cell_.name));
     supervisor_.stop_all();  // the coordinator first: its arms come to rest
     if (has_lost_scene_)
-      throw Failure(ExitCode::kInternal, "the simulated world has ended, and with it all pieces; " +
+      throw Failure(ExitCode::kInternal, "the simulated world has ended, and with it all pieces" +
                                              (world_ ? "" : tail_of(log_file(cell_, kScene))));
   }
 

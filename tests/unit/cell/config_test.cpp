@@ -261,6 +261,12 @@ TEST(CellConfigTest, AFaultOfAnOptionShowsTheOption) {
   EXPECT_EQ(name[0].value, "\"a b\"");
   EXPECT_EQ(name[0].line, 0U);
   overrides = {};
+  overrides.ports = 65535;
+  const auto ports = CellFiles().faults(overrides);
+  ASSERT_EQ(ports.size(), 1U);
+  EXPECT_EQ(ports[0].key, "--ports");
+  EXPECT_EQ(ports[0].line, 0U);
+  overrides = {};
   overrides.pieces = 13;
   const auto pieces = CellFiles().faults(overrides);
   ASSERT_EQ(pieces.size(), 1U);

@@ -67,6 +67,16 @@ TEST(CellStatus, ShowsTheRobotsAlsoWithoutTheStore) {
           EndsWith("a person is needed:\n  the store does not reply: the cause is in /d/store.log\n")));
 }
 
+TEST(CellStatus, AFullPlaceFromWhichNoRobotTakesNeedsAPerson) {
+  cli::CellView view = works();
+  view.places[1].pieces = 4;
+  EXPECT_THAT(cli::status_text(view), EndsWith("no person is needed\n"));
+  view.last_places = {"store1"};
+  EXPECT_THAT(cli::status_text(view),
+              EndsWith("a person is needed:\n  store1 is full: empty it, then use 'corbot cell exchange CELL "
+                       "store1'\n"));
+}
+
 TEST(CellStatus, SaysWhatHoldsTheWork) {
   cli::CellView view = works();
   view.is_paused = true;
