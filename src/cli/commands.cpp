@@ -31,6 +31,7 @@
 #include "client/stop_on_signal.h"
 #include "config/load_profile.h"
 #include "config/profile.h"
+#include "corbot/arm/joint_units.h"
 #include "corbot/channel/control_bounds.h"
 
 namespace corbot::cli {
@@ -245,6 +246,23 @@ void run_request(const ClientOptions& options, const Request& request) {
 
 namespace {
 
+/// How the profile's plan differs from the robot's; empty: in nothing that both know.
+std::string difference_of(const std::vector<Command>& drawn, const ArmModel& arm,
+                          const Corbot::PlanInfo& of_robot, double planned_s) {
+  constexpr double kSame_s = 1e-4, kSame = 1e-4;  // degrees or m
+  double drawn_s = 0.0;
+  for (const Command& command : drawn) drawn_s += command.duration_s;
+  if (std::abs(drawn_s - planned_s) > kSame_s)
+    return fmt::format("takes {:.4f} s, but the robot plans {:.4f} s", drawn_s, planned_s);
+  // A time that was asked for is the same wherever the motion leads.
+  for (CORBA::ULong i = 0; i < of_robot.end.length(); ++i) {
+    const double end = to_shown(arm.kinematics.joint_kind(i), drawn.back().end_q[i]);
+    if (std::abs(end - of_robot.end[i]) > kSame)
+      return fmt::format("ends at {:.4f} of joint {}, but the robot plans {:.4f}", end, i, of_robot.end[i]);
+  }
+  return {};
+}
+
 /// Plans the same from the same joints, by the profile. The robot's settings may be others than the profile's, so that its plan is another one.
 void plot_same(const Request& request, const PlanOptions& options, const Corbot::PlanInfo& of_robot,
                double planned_s) {
@@ -254,20 +272,16 @@ void plot_same(const Request& request, const PlanOptions& options, const Corbot:
   for (CORBA::ULong i = 0; i < start.length(); ++i) joints.push_back(start[i]);
   robot.begin_at(joints);
   const auto refusal = robot.refusal_of(request);
-  double drawn_s = 0.0;
-  if (!refusal) {
-    for (const Command& command : std::get<std::vector<Command>>(robot.plans().back()))
-      drawn_s += command.duration_s;
-  }
-  constexpr double kSame_s = 1e-4;
-  if (refusal || std::abs(drawn_s - planned_s) > kSame_s)
+  const std::string difference =
+      refusal ? fmt::format("is refused: {}, but the robot plans {:.4f} s", *refusal, planned_s)
+              : difference_of(std::get<std::vector<Command>>(robot.plans().back()), robot.profile().arm,
+                              of_robot, planned_s);
+  if (!difference.empty())
     throw Failure(
         ExitCode::kUsage,
-        fmt::format("'{}' is not drawn: by {} it {}, but the robot plans {:.4f} s. Either the profile is "
-                    "not the robot's, or the robot's speeds, frames, limits or orientation are not those of "
-                    "the profile",
-                    options.plot, options.profile,
-                    refusal ? "is refused: " + *refusal : fmt::format("takes {:.4f} s", drawn_s), planned_s));
+        fmt::format("'{}' is not drawn: by {} it {}. Either the profile is not the robot's, or the robot's "
+                    "speeds, frames, limits or orientation are not those of the profile",
+                    options.plot, options.profile, difference));
   charts::plot_plan(robot, to_string(request), options.plot);
 }
 

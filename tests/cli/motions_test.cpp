@@ -105,6 +105,14 @@ TEST_F(Motions, ADryRunShowsThePlanAndMovesNothing) {
   EXPECT_THAT(draw("0.22").errors, HasSubstr("the robot plans"));
   EXPECT_FALSE(std::filesystem::exists(picture));
   EXPECT_EQ(corbot({"speed", "100"}).code, 0);
+  EXPECT_EQ(corbot({"tool", "0.02", "0", "0"}).code, 0);
+  const RunResult other = corbot({"moves", "0.22", "0.08", "0.08", "--time", "9", "--dry-run", "--profile",
+                                  CORBOT_TEST_PROFILE, "--plot", picture});
+  EXPECT_EQ(other.code, 2) << "as long, and elsewhere";
+  EXPECT_THAT(other.errors, testing::ContainsRegex(
+                                "it ends at -?[0-9.]+ of joint [0-3], but the robot plans -?[0-9.]+\\."));
+  EXPECT_FALSE(std::filesystem::exists(picture));
+  EXPECT_EQ(corbot({"frames", "--reset"}).code, 0);
   const RunResult beyond = corbot({"moves", "2", "0", "0.1", "--dry-run"});
   EXPECT_EQ(beyond.code, 1);
   EXPECT_EQ(beyond.errors, corbot({"moves", "2", "0", "0.1"}).errors);
