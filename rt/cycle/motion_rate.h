@@ -84,18 +84,25 @@ class MotionRate {
     if (governor_.target() != 0.0 || path_governor_.is_at_rest()) {
       is_seeking_ = false;
     } else if (!is_seeking_) {
-      later_ = path_governor_;
-      for (int cycle = 0; cycle < rate::StopSearch::kCalls; ++cycle) later_.advance(dt_s);
-      search_.begin(later_, path_.law, {shares_.data(), path_.law.pieces.size()}, limits_.view());
+      later_.begin(path_governor_, rate::StopSearch::kCalls, dt_s);
       calls_ = 0;
       is_seeking_ = true;
+      look_ahead();
     } else {
-      (void)search_.step();
+      if (later_.is_there()) {
+        (void)search_.step();
+      } else {
+        look_ahead();
+      }
       if (++calls_ < rate::StopSearch::kCalls) return;
       is_seeking_ = false;
-      if (search_.found() != nullptr && path_governor_.is_as(later_))
+      if (later_.is_there() && search_.found() != nullptr && path_governor_.is_as(later_.governor()))
         path_governor_.stop(quick_.emplace(*search_.found()));
     }
+  }
+  void look_ahead() noexcept {
+    if (later_.step())
+      search_.begin(later_.governor(), path_.law, {shares_.data(), path_.law.pieces.size()}, limits_.view());
   }
 
   Governor governor_;
@@ -108,7 +115,7 @@ class MotionRate {
   rate::StopSearch search_;
   bool is_seeking_{false};
   int calls_{0};                          ///< of the search
-  rate::RateGovernor later_;              ///< where the search begins
+  rate::StopAhead later_;                 ///< where the search begins
   std::optional<rate::RateCurve> quick_;  ///< the present stop's
 };
 

@@ -151,7 +151,13 @@ class RateGovernor {
   }
   [[nodiscard]] bool is_stopping() const noexcept { return curve_ != whole_; }  ///< by stop()
   void advance(double dt_s) noexcept {
-    for (std::size_t i = 0; i < kMostWays && dt_s > 0.0; ++i) dt_s -= pass(dt_s);
+    std::size_t ways = kMostWays;
+    (void)advance(dt_s, ways);
+  }
+  /// By `ways` at most, states of constant z, which it counts down. The time that is left.
+  [[nodiscard]] double advance(double dt_s, std::size_t& ways) noexcept {
+    for (; ways > 0 && dt_s > 0.0; --ways) dt_s -= pass(dt_s);
+    return dt_s;
   }
 
   [[nodiscard]] double time_s() const noexcept { return time_s_; }  ///< virtual

@@ -11,6 +11,34 @@
 
 namespace corbot::rate {
 
+/// Where a stop will be some cycles later: exactly where RateGovernor::advance() leads in each of them. A cycle of a slow motion's stop
+/// has so many states of constant z that one cycle has no time for all of them. Real-time safe.
+class StopAhead {
+ public:
+  static constexpr std::size_t kWays = 64;  ///< states of one call
+
+  void begin(const RateGovernor& from, int cycles, double dt_s) noexcept {
+    governor_ = from;
+    cycles_ = cycles;
+    left_s_ = dt_s_ = dt_s;
+  }
+  /// True: it is there.
+  [[nodiscard]] bool step() noexcept {
+    for (std::size_t ways = kWays; cycles_ > 0; --cycles_, left_s_ = dt_s_) {
+      left_s_ = governor_.advance(left_s_, ways);
+      if (left_s_ > 0.0) return false;
+    }
+    return true;
+  }
+  [[nodiscard]] bool is_there() const noexcept { return cycles_ == 0; }
+  [[nodiscard]] const RateGovernor& governor() const noexcept { return governor_; }
+
+ private:
+  RateGovernor governor_;
+  int cycles_{0};  ///< that are left, with the present one
+  double dt_s_{0.0}, left_s_{0.0};
+};
+
 /// Seeks a curve for RateGovernor::stop(), by the pieces that a stop passes while u is in a cell. A quicker stop is below each cell earlier,
 /// which is looked at, so it passes fewer of them. Some steps a call: the task has no time for all of them in one cycle. Real-time safe.
 class StopSearch {
@@ -61,8 +89,8 @@ class StopSearch {
   [[nodiscard]] const RateCurve* found() const noexcept { return found_ ? &*found_ : nullptr; }
 
  private:
-  static constexpr std::size_t kWays = 64;        // of one call
-  static constexpr std::size_t kCurveSteps = 64;  // likewise
+  static constexpr std::size_t kWays = StopAhead::kWays;
+  static constexpr std::size_t kCurveSteps = 64;  // of one call
   enum class Task { kNone, kSlowTimes, kShares, kCurve, kQuickTimes };
 
   /// Those of the pieces from here to where u leaves each cell. Cells that u does not come to limit nothing, for the curve before may have

@@ -10,6 +10,8 @@
 #include <random>
 #include <span>
 
+#include "corbot/motion/rate_stop.h"
+
 namespace corbot::unit_rate_curve_test {
 namespace {
 
@@ -45,6 +47,33 @@ TEST(RateGovernor, StopsAlikeAtEveryPeriod) {
       EXPECT_EQ(governor.rate(), 0.0);
     }
   }
+}
+
+/// A motion at a hundredth of its speed comes to rest within milliseconds, through all cells of the curve.
+TEST(StopAhead, IsExactlyWhereTheCyclesLeadAndSharesOutALongWay) {
+  const RateCurve slow(kLimits, Shares{0.01, 1e-4, 1e-6}), full(kLimits, kFull);
+  constexpr int kCycles = rate::StopSearch::kCalls;
+  const auto calls_to = [&](const RateCurve& curve, double dt_s, int before) {
+    RateGovernor governor;
+    governor.begin(curve, 1.0);
+    governor.seek(0.0);
+    for (int cycle = 0; cycle < before; ++cycle) governor.advance(dt_s);
+    rate::StopAhead ahead;
+    ahead.begin(governor, kCycles, dt_s);
+    int calls = 1;
+    while (!ahead.step()) ++calls;
+    for (int cycle = 0; cycle < kCycles; ++cycle) governor.advance(dt_s);
+    EXPECT_TRUE(ahead.governor().is_as(governor)) << dt_s << " s, from cycle " << before;
+    return calls;
+  };
+  for (const double dt_s : {1e-4, 1e-3, 5e-3}) {
+    for (const int before : {0, 1, 7}) {
+      EXPECT_LT(calls_to(slow, dt_s, before), kCycles);
+      EXPECT_LT(calls_to(full, dt_s, before), kCycles);
+    }
+  }
+  EXPECT_EQ(calls_to(full, 1e-3, 0), 1) << "nothing of the search's time is lost";
+  EXPECT_GT(calls_to(slow, 1e-3, 0), 1) << "one cycle has no time for all of it";
 }
 
 TEST(RateGovernor, ReachesTheWantedRateAndStays) {
