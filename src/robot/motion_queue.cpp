@@ -63,6 +63,7 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
   // Before anything that takes time: a Stop that is counted from here on, or was since the request arrived,
   // ends this call, and the task refuses the motion if it is handed over after all.
   const std::uint64_t epoch = arrival != 0 ? arrival : task.stops();
+  const std::uint64_t clears = task.own().control.clear_count.load(std::memory_order_acquire);
   // After that: control that ends from here on counts a stop.
   const Control::Use use = admit();
   const Place place(starting_, capacity_);
@@ -70,7 +71,7 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
   for (;;) {
     const bool is_last = patience.is_over();
     const std::uint64_t seen = access_.changes();
-    if (const auto ticket = plan_next(request, settings, task, epoch)) return *ticket;
+    if (const auto ticket = plan_next(request, settings, task, {epoch, clears})) return *ticket;
     // Without a lock, which the thread that reads the cause takes as well.
     if (is_in_error(task)) throw not_ready(view_.error_cause());
     if (is_last)
@@ -83,10 +84,13 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
 /// Nothing: it is not known where the arm will rest, or no longer, after a Cancel or other limits meanwhile.
 std::optional<corbot_ticket> MotionQueue::plan_next(const MotionRequest& request,
                                                     const PlanSettings& settings, const LivingTask& task,
-                                                    std::uint64_t epoch) {
+                                                    const Begin& begin) {
   using Basis = std::pair<PlanStart, std::optional<JointRanges>>;
   const auto basis = [&]() -> std::optional<Basis> {
-    const auto start = plan_start(task, epoch);
+    // Only an Error is cleared. It has ended all that was accepted before the Clear.
+    if (task.own().control.clear_count.load(std::memory_order_acquire) != begin.clears)
+      throw not_ready("an Error and its Clear came before the motion was planned; call again");
+    const auto start = plan_start(task, begin.epoch);
     if (!start) return std::nullopt;
     limits_.check_known(request);
     return Basis{*start, limits_.wanted()};
@@ -94,7 +98,7 @@ std::optional<corbot_ticket> MotionQueue::plan_next(const MotionRequest& request
   const std::lock_guard turn(turn_mutex_);
   std::unique_lock lock(order_mutex_);
   access_.check(task);
-  if (task.stops() != epoch) throw stopped("a Stop came before the motion was planned");
+  if (task.stops() != begin.epoch) throw stopped("a Stop came before the motion was planned");
   if (tickets_.pending() >= static_cast<std::size_t>(capacity_)) throw queue_full(capacity_);
   const auto planned = basis();
   if (!planned) return std::nullopt;
@@ -107,7 +111,7 @@ std::optional<corbot_ticket> MotionQueue::plan_next(const MotionRequest& request
   if (basis() != planned) return std::nullopt;
   if (const auto* refusal = std::get_if<PlanRefusal>(&result))
     throw refused(request, *refusal, planner_.model().kinematics);
-  return hand_over(task, epoch, result, planned->first);
+  return hand_over(task, begin.epoch, result, planned->first);
 }
 
 PlanStart MotionQueue::next_start() {

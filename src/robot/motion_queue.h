@@ -71,9 +71,14 @@ class MotionQueue {
   /// when it is not ready.
   [[nodiscard]] static bool is_in_error(const LivingTask& task);
   [[nodiscard]] std::optional<PlanStart> plan_start(const LivingTask& task, std::uint64_t epoch);
+  /// Numbers of the last Stop and of the last Clear when a call began.
+  struct Begin {
+    std::uint64_t epoch;
+    std::uint64_t clears;
+  };
   /// Once it is this call's turn: plans and hands over.
   std::optional<corbot_ticket> plan_next(const MotionRequest& request, const PlanSettings& settings,
-                                         const LivingTask& task, std::uint64_t epoch);
+                                         const LivingTask& task, const Begin& begin);
   /// With the lock of the order.
   corbot_ticket hand_over(const LivingTask& task, std::uint64_t epoch, PlanResult& plan,
                           const PlanStart& start);

@@ -149,6 +149,32 @@ TEST_F(StopOrder, CallsThatStartAMotionAreBoundedInTimeAndStopIsNotBehindThem) {
   end_stops();
 }
 
+/// The call sees no snapshot of the Error, as one that waits for its turn or plans.
+TEST_F(StopOrder, WhatBeganBeforeAnErrorDoesNotMoveTheArmAfterItsClear) {
+  begin_stop();
+  std::atomic<bool> is_waiting{false}, goes_on{false};
+  Outcome outcome{};
+  std::thread call([&] {
+    const auto wanted = [&] {
+      is_waiting = true;
+      EXPECT_TRUE(wait_until(within(30), [&] { return goes_on.load(); }));
+    };
+    outcome.status = status_of([&] { outcome.ticket = robot_->accept(DwellRequest{1.0}, 0, {}, wanted); });
+  });
+  ASSERT_TRUE(wait_until(within(30), [&] { return is_waiting.load(); }));
+  task_.fail(alarm::loop_gap(100'000'000));
+  std::thread clear([&] { EXPECT_EQ(status_of([&] { robot_->clear(); }), CORBOT_OK); });
+  ASSERT_TRUE(wait_until(within(30), [&] { return task_.servant().control.clear_count.load() == 1; }));
+  task_.change([](Snapshot& now) { now.clears_done = 1; });
+  end_stops();
+  clear.join();
+  goes_on = true;
+  call.join();
+  EXPECT_EQ(outcome.status, CORBOT_NOT_READY);
+  EXPECT_EQ(task_.queued(), 0u) << "handed over after the Clear";
+  EXPECT_EQ(try_accept(DwellRequest{1.0}).status, CORBOT_OK);
+}
+
 /// One by the stop segment, of another process.
 TEST_F(StopOrder, WhatIsPlannedAfterAStopOfAnotherProcessHasItsNumber) {
   const Outcome before = try_accept(DwellRequest{1.0});
