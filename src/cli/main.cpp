@@ -70,6 +70,15 @@ CLI::Validator number_within(double low, double high) {
       fmt::format("NUMBER in [{} - {}]", low, high));
 }
 
+/// The plan itself is on standard output.
+CLI::Validator picture_file() {
+  return CLI::Validator(
+      [](std::string& name) {
+        return name.empty() || name == "-" ? fmt::format("'{}' is no name of a file", name) : std::string();
+      },
+      "");
+}
+
 void add_client_options(CLI::App& command, Settings& settings) {
   command.add_option("--robot", settings.client.robot,
                      "Name of a robot that is up here, HOST:PORT/NAME or [IPV6]:PORT/NAME, corbaloc or IOR\n"
@@ -166,7 +175,7 @@ void add_verbs(CLI::App& app, Settings& settings,
           command->add_option("--profile", settings.plan.profile, "The robot's profile, for --plot");
       profile->type_name("FILE")->needs(dry_run);
       auto* plot = command->add_option("--plot", settings.plan.plot, "Draw the motion as it is planned");
-      plot->type_name("FILE")->needs(profile);
+      plot->type_name("FILE")->check(picture_file())->needs(profile);
       profile->needs(plot);
     }
     command->callback([&settings, &given] {
@@ -317,6 +326,7 @@ void add_files(CLI::App& app, Settings& s) {
   profile->type_name("FILE")->needs(dry_run);
   run_command->add_option("--plot", s.run.plot, "With --profile: draw the motions as they are planned")
       ->type_name("FILE")
+      ->check(picture_file())
       ->needs(profile);
   add_client_options(*run_command, s);
   run_command->callback([&s] { run_file(s.client, s.run); });
