@@ -216,7 +216,7 @@ void add_supervision(CLI::App& app, Settings& s) {
   });
   CLI::App* down_command = app.add_subcommand("down", "End a robot, or remove stale files after a crash");
   down_command->add_option("--name", s.down_name, "Which, where several are up");
-  down_command->callback([&s] { down(s.down_name); });
+  down_command->callback([&s] { down(s.down_name, s.client.robot); });
   CLI::App* doctor_command = app.add_subcommand("doctor", "Examine the machine and say what to fix");
   doctor_command->add_option("PROFILE", s.doctor_profile,
                              "Examine this profile, its port and its devices, too");

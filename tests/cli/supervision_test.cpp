@@ -121,6 +121,20 @@ TEST_F(Supervision, DownEndsTheRobotThatTheEnvironmentNames) {
   supervisor_.reset();
 }
 
+TEST_F(Supervision, DownEndsTheRobotThatTheOptionBeforeItNames) {
+  up();
+  const RunResult other = corbot({"--robot", "another", "down"});
+  EXPECT_EQ(other.code, 3);
+  EXPECT_THAT(other.errors, HasSubstr("no robot named 'another' is up"));
+  const RunResult elsewhere = corbot({"--robot", "corbaloc::127.0.0.1:1/another", "down"});
+  EXPECT_EQ(elsewhere.code, 2);
+  EXPECT_THAT(elsewhere.errors, HasSubstr("--robot names no robot that 'corbot up' keeps"));
+  EXPECT_EQ(corbot({"status"}).code, 0) << "the only robot that is up is another one";
+  EXPECT_EQ(corbot({"--robot", name_, "down"}).output, name_ + " is down\n");
+  EXPECT_EQ(supervisor_->wait(within(30)), 0);
+  supervisor_.reset();
+}
+
 TEST_F(Supervision, DownEndsWhoHoldsTheNameWhateverPidItsFileSays) {
   up();
   Process bystander({"/bin/sleep", "300"});

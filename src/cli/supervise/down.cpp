@@ -31,16 +31,18 @@ namespace {
 /// Three children, five seconds each before they are killed, and some.
 constexpr int kShutdownTimeout_ms = 20'000;
 
-/// $CORBOT_ROBOT, or the only one that is up.
-std::string robot_meant() {
-  const char* const given = std::getenv("CORBOT_ROBOT");
-  if (given != nullptr && is_name(given)) return given;
-  if (given != nullptr && *given != '\0') {
+/// `option`, the value of --robot, or $CORBOT_ROBOT, or the only one that is up.
+std::string robot_meant(const std::string& option) {
+  const char* const environment = std::getenv("CORBOT_ROBOT");
+  const std::string given = !option.empty() ? option : environment != nullptr ? environment : "";
+  if (is_name(given)) return given;
+  if (!given.empty()) {
     std::string local = client::find_robot(given).local;
     if (!local.empty()) return local;
     throw Failure(ExitCode::kUsage,
-                  "$CORBOT_ROBOT names no robot that 'corbot up' keeps on this machine: say which with "
-                  "--name; nothing was ended");
+                  fmt::format("{} names no robot that 'corbot up' keeps on this machine: say which with "
+                              "--name; nothing was ended",
+                              option.empty() ? "$CORBOT_ROBOT" : "--robot"));
   }
   const auto names = robots_up();
   if (names.size() == 1) return names[0];
@@ -94,8 +96,8 @@ bool is_up_still(const std::string& name) {
 
 }  // namespace
 
-void down(const std::string& wanted) {
-  const std::string name = wanted.empty() ? robot_meant() : wanted;
+void down(const std::string& wanted, const std::string& robot) {
+  const std::string name = wanted.empty() ? robot_meant(robot) : wanted;
   if (!is_name(name)) {
     throw Failure(ExitCode::kUsage, fmt::format("--name '{}': {}", client::printable(name), name_rule()));
   }

@@ -109,7 +109,7 @@ RobotState plan(const UpOptions& options, const Profile& profile) {
 /// with --replace.
 StateLock take_name(const std::string& name, bool replace) {
   if (replace) {
-    if (client::is_up(name)) down(name);
+    if (client::is_up(name)) down(name, "");
     std::fflush(stdout);
     end_robot(name);
   }
