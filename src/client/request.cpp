@@ -93,7 +93,7 @@ const std::vector<VerbSpec> kVerbs{
      {"PERCENT"},
      0,
      {{"--joint", "N", "only of joint N, from 0, or of that name"}, {"--all", "", "of all joints"}},
-     "Set the speed of the motions that follow, of the tool or of joints; without PERCENT, show them",
+     "Set the speed of the motions that follow, or a second one of joints; without PERCENT, show both",
      false,
      true},
     {Verb::kPitch,

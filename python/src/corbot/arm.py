@@ -291,7 +291,7 @@ class Arm:
         return Speeds(speeds.tool, tuple(speeds.joints))
 
     def set_speeds(self, *, tool: float | None = None, joints: float | Sequence[float] | None = None) -> None:
-        """Set speeds in percent: the tool's on lines and arcs; all joints', or one for each joint."""
+        """Set speeds in percent: `tool` slows lines, arcs and free motions; `joints` all joints, or each of them."""
         if tool is not None:
             self.call("Speed", float(tool))
         if isinstance(joints, (int, float, np.number)):
