@@ -176,9 +176,9 @@ TEST_F(State, StaleFilesAreNotARobot) {
   std::ofstream(runtime_ / "corbot/a1.lock");
   EXPECT_FALSE(is_up("a1"));
   EXPECT_TRUE(robots_up().empty());
-  EXPECT_NO_THROW(down("a1"));  // cleans up, and signals no process
+  EXPECT_NO_THROW(down("a1", ""));  // cleans up, and signals no process
   EXPECT_TRUE(fs::is_empty(runtime_ / "corbot"));
-  EXPECT_THROW(down("a1"), Failure) << "now there is nothing to end";
+  EXPECT_THROW(down("a1", ""), Failure) << "now there is nothing to end";
 }
 
 TEST_F(State, ABrokenFileIsNoState) {
@@ -201,7 +201,7 @@ TEST_F(State, SeveralRobotsNeedAName) {
     EXPECT_EQ(failure.code(), ExitCode::kUsage);
     EXPECT_THAT(failure.what(), HasSubstr("a1 | b2"));
   }
-  EXPECT_THROW(down(""), Failure);
+  EXPECT_THROW(down("", ""), Failure);
 }
 
 TEST_F(State, NamesCannotLeaveTheDirectory) {
