@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <utility>
 
+#include "cell/wall_clock.h"
 #include "client/failure.h"
 
 namespace corbot::cell {
@@ -81,7 +83,9 @@ void make_or_check_tables(Database& database, const CellConfig& cell) {
   if (tables == 0) {
     database.run(fmt::format("CREATE TABLE piece {}", kPieceColumns).c_str());
     database.run(kTables);
-    execute(database, "INSERT INTO cell VALUES ($1, $2, 0, 0, 0, 0)", cell.name, kSchema);
+    // Workers outlive a ledger that is removed: none of its tokens may lead to another robot in this one.
+    execute(database, "INSERT INTO cell VALUES ($1, $2, 0, 0, 0, $3)", cell.name, kSchema,
+            static_cast<std::int64_t>(1e6 * now_s()));
     return;
   }
   if (ledgers == 0) throw refusal(cell, "is a database, but no ledger");

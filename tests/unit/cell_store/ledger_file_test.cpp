@@ -43,6 +43,20 @@ TEST_F(LedgerFile, HoldsEverythingAcrossARestart) {
   EXPECT_STREQ(ledger_.history(piece, 8)[0].note.in(), "the token still counts");
 }
 
+/// Workers outlive a ledger that is removed: what they say with its tokens must not count for another robot.
+TEST_F(LedgerFile, ANewOneKnowsNoTokenOfTheOneBefore) {
+  CellConfig cell = cell_;
+  cell.ledger = directory_ / "next.db";
+  Ledger next(cell);
+  for (const char* robot : {"robot3", "robot2", "robot1"}) {
+    const ClaimToken token = next.claim(robot, "test", 0);
+    for (const auto& [other, old] : tokens_) {
+      EXPECT_GT(token, old);
+      EXPECT_THROW(next.enter(old, "store1", 0), Superseded) << other << " after the claim of " << robot;
+    }
+  }
+}
+
 TEST_F(LedgerFile, IsPrivate) {
   for (const char* name : {"ledger.db", "ledger.db-wal"}) {
     struct stat status {};
