@@ -187,8 +187,11 @@ std::optional<Transfer> Worker::resolve() {
   }
   const bool has_touched = left && left->step != Corbot::StepReserved;
   const Grip grip = call([&] { return arm_.grip(); });
-  // An arm that has never moved counts as closed: without a measured opening nothing tells such an arm from this case.
-  if (grip == Grip::kClosedOnPiece && !has_touched)
+  // An arm that has never moved counts as closed. Without a measured opening only a pick of this worker tells.
+  const Corbot::RobotWork last = status_.get();
+  const bool has_gripped = grip == Grip::kClosedOnPiece ||
+                           (grip == Grip::kClosed && last.piece != 0 && last.step != Corbot::StepReserved);
+  if (has_gripped && !has_touched)
     throw Attention(
         fmt::format("the gripper of {} is closed on a piece that is not in the ledger: hold the piece, and "
                     "use 'corbot open'",

@@ -2,6 +2,7 @@
 #include "cell/store/ledger_file.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <cstdint>
 #include <utility>
@@ -86,6 +87,7 @@ void make_or_check_tables(Database& database, const CellConfig& cell) {
     // Workers outlive a ledger that is removed: none of its tokens may lead to another robot in this one.
     execute(database, "INSERT INTO cell VALUES ($1, $2, 0, 0, 0, $3)", cell.name, kSchema,
             static_cast<std::int64_t>(1e6 * now_s()));
+    spdlog::info("{}: a ledger without pieces begins", cell.ledger.string());
     return;
   }
   if (ledgers == 0) throw refusal(cell, "is a database, but no ledger");

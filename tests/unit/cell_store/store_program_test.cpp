@@ -162,6 +162,20 @@ TEST_F(StoreProgram, OutlivesItsKillAndEndsWhileACallWaits) {
   EXPECT_ANY_THROW(waiting.get());
 }
 
+TEST_F(StoreProgram, NamesALedgerThatBeginsAnew) {
+  connect();
+  ASSERT_EQ(program_->terminate(), 0);
+  std::filesystem::resize_file(directory_ / "state" / "ledger.db", 0);
+  program_.emplace(start());
+  connect();
+  EXPECT_NE(program_->errors().find("ledger.db: a ledger without pieces begins"), std::string::npos)
+      << program_->errors();
+  ASSERT_EQ(program_->terminate(), 0);
+  program_.emplace(start());
+  connect();
+  EXPECT_EQ(program_->errors().find("begins"), std::string::npos) << program_->errors();
+}
+
 /// The arguments of Enter in eights of bytes.
 std::vector<double> enter_store1(ClaimToken token, double timeout_s) {
   static constexpr char kPlace[17] = "\7\0\0\0store1\0\0\0\0\0";

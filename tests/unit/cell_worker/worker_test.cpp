@@ -236,6 +236,30 @@ TEST_P(WorkerTest, AGripperIsNotOpenedOverAPieceThatIsNotInTheLedger) {
   EXPECT_THAT(world.violations, IsEmpty());
 }
 
+TEST_P(WorkerTest, NorOverAPieceThatItGrippedWhereTheLedgerIsLost) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.goes_on = true;
+  world.command_stopped_by_other = 8;  // the last one of the pick
+  std::vector<std::string> asked;
+  run(config_, world, GetParam(), [&](cell::Worker& worker) {
+    asked.emplace_back(worker.status().text.in());
+    if (asked.size() == 1) {
+      EXPECT_TRUE(world.pieces[0].is_held);
+      world.end_transfer();
+    } else {
+      EXPECT_TRUE(world.pieces[0].is_held);
+      world.pieces[0] = {{9, 9, 9}};  // a person takes it out
+      world.open();
+      world.on_reserve = [&](int) { world.stop_source.request_stop(); };
+    }
+    worker.go_on();
+  });
+  ASSERT_EQ(asked.size(), 2U);
+  EXPECT_THAT(asked[1], HasSubstr("closed on a piece that is not in the ledger: hold the"));
+  EXPECT_THAT(world.violations, IsEmpty());
+}
+
 TEST_P(WorkerTest, APieceThatIsLostOnTheWayIsUnclear) {
   FakeCell world(config_, GetParam());
   add_piece(world, 0);
