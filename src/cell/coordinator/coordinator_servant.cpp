@@ -34,7 +34,8 @@ void print_event(double time_s, const std::string& robot, const std::string& tex
 struct CoordinatorServant::RobotThread {
   RobotThread(CORBA::ORB_ptr orb, const CellConfig& cell, const CellRobot& robot, WorkGate& gate,
               WorkStatus::Report report, WorkStatus::OnActivity on_activity, const WrapPorts& wrap_ports)
-      : port(orb, cell.robot_uri(robot), process_name(), cell.timing.motion_s, stop.get_token(), gate),
+      : name(robot.name),
+        port(orb, cell.robot_uri(robot), process_name(), cell.timing.motion_s, stop.get_token(), gate),
         camera(orb, cell.camera_uri(), cell.timing.look_s, stop.get_token()),
         store(orb, cell.store_uri(), stop.get_token()),
         worker(cell, robot,
@@ -49,6 +50,7 @@ struct CoordinatorServant::RobotThread {
     worker.finish();
   }
 
+  const std::string name;
   std::stop_source stop;
   RemoteRobot port;
   RemoteCamera camera;
@@ -85,17 +87,17 @@ void CoordinatorServant::start_unless_stopped() {
 void CoordinatorServant::Stop() {
   const auto gives_up = std::chrono::steady_clock::now() + kStopReply;
   const std::lock_guard lock(mutex_);
-  gate_.set_stopped(true);
+  gate_.stop();
   std::vector<std::string> moving(threads_.size());
   std::vector<std::string> unmarked(threads_.size());
   {
-    std::vector<std::jthread> stops;  // all at once: one servant may be frozen
+    std::vector<std::jthread> stops;  // all at once: one servant may be frozen, and the disk may be slow
+    stops.emplace_back([&] { gate_.keep(); });
     for (std::size_t i = 0; i < threads_.size(); ++i)
       stops.emplace_back([&, &robot = *threads_[i], i] {
-        const std::string name = robot.worker.status().robot.in();
         robot.port.halt();
-        if (!robot.port.comes_to_rest(kRest_s)) moving[i] = name;
-        if (mode_ == Corbot::CellRunning && !robot.worker.lets_go(gives_up)) unmarked[i] = name;
+        if (!robot.port.comes_to_rest(kRest_s)) moving[i] = robot.name;
+        if (mode_ == Corbot::CellRunning && !robot.worker.lets_go(gives_up)) unmarked[i] = robot.name;
       });
   }
   std::erase(moving, "");

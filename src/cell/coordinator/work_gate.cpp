@@ -17,20 +17,21 @@ namespace corbot::cell {
 WorkGate::WorkGate(std::filesystem::path file) : file_(std::move(file)) {
   std::ifstream stream(file_);
   for (std::string word; stream >> word;) (word == "stop" ? is_stopped_ : is_paused_) = true;
-  write();
+  keep();
 }
 
 void WorkGate::set(bool& flag, bool value) {
   const std::lock_guard lock(mutex_);
   flag = value;
   changed_.notify_all();
-  write();
 }
 
 /// In place, by one write of always the same size.
-void WorkGate::write() const {
+void WorkGate::keep() const {
   if (file_.empty()) return;
-  const std::string text = fmt::format("{:<5} {:<4}\n", is_paused_ ? "pause" : "", is_stopped_ ? "stop" : "");
+  const std::lock_guard lock(file_mutex_);
+  const std::string text =
+      fmt::format("{:<5} {:<4}\n", is_paused() ? "pause" : "", is_stopped() ? "stop" : "");
   const int file = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
   if (file < 0 || ::pwrite(file, text.data(), text.size(), 0) < 0)
     spdlog::error("{}: {}: the next coordinator does not know of a pause or a stop", file_.string(),

@@ -14,8 +14,18 @@ class WorkGate {
   /// `file` has "pause", "stop", both or nothing, so that the next process keeps the work held. The file has its full size
   /// from the beginning: a disk that is full later loses no Stop. Empty: no file.
   explicit WorkGate(std::filesystem::path file = {});
-  void set_paused(bool is_paused) { set(is_paused_, is_paused); }
-  void set_stopped(bool is_stopped) { set(is_stopped_, is_stopped); }
+  void set_paused(bool is_paused) {
+    set(is_paused_, is_paused);
+    keep();
+  }
+  void set_stopped(bool is_stopped) {
+    set(is_stopped_, is_stopped);
+    keep();
+  }
+  /// Holds the work at once, before keep() has written that.
+  void stop() { set(is_stopped_, true); }
+  /// Writes the file. The disk may be slow: no robot waits for it.
+  void keep() const;
   [[nodiscard]] bool is_paused() const {
     const std::lock_guard lock(mutex_);
     return is_paused_;
@@ -36,9 +46,9 @@ class WorkGate {
 
  private:
   void set(bool& flag, bool value);
-  void write() const;
 
   const std::filesystem::path file_;
+  mutable std::mutex file_mutex_;  ///< taken before the other
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   bool is_paused_{false};

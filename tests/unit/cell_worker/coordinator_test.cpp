@@ -3,12 +3,15 @@
 #include "cell/coordinator/coordinator_servant.h"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <csignal>
+#include <filesystem>
 #include <future>
 #include <memory>
 #include <stdexcept>
@@ -152,6 +155,27 @@ TEST_F(TwoArms, AFrozenServantDoesNotKeepStopFromTheOtherRobot) {
   EXPECT_TRUE(wait_until(within(1.5), [&] { return !is_held(arm_); })) << "control is not given back";
   first_->signal(SIGCONT);
   EXPECT_EQ(end.wait_for(std::chrono::seconds(8)), std::future_status::ready);
+}
+
+TEST_F(TwoArms, AStopDoesNotWaitForTheDisk) {
+  cell::CoordinatorServant coordinator(client_orb(), config_, {"robot1", "robot2"});
+  const auto moves = [](const Corbot::Arm_var& arm) { return arm->Status() == Corbot::Waiting; };
+  coordinator.Start();
+  ASSERT_TRUE(wait_until(within(20), [&] { return moves(first_arm_) && moves(arm_); }));
+  std::this_thread::sleep_for(std::chrono::seconds(1));  // the gripper opens first
+  ASSERT_TRUE(moves(first_arm_) && moves(arm_));
+  const std::string file = config_.hold_file();
+  std::filesystem::remove(file);
+  ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);  // to open it waits for a reader
+  auto stop = std::async(std::launch::async, [&] { coordinator.Stop(); });
+  EXPECT_TRUE(wait_for(Corbot::Standby, 1.5));
+  EXPECT_FALSE(moves(first_arm_));
+  EXPECT_NE(stop.wait_for(std::chrono::seconds(0)), std::future_status::ready) << "the hold is not kept yet";
+  const int reader = ::open(file.c_str(), O_RDONLY | O_NONBLOCK);
+  EXPECT_EQ(raised_by([&] { stop.get(); }), "");
+  ::close(reader);
+  std::filesystem::remove(file);
+  coordinator.end();
 }
 
 TEST_F(TwoArms, NoRobotBeginsAMotionBetweenPauseAndResume) {
