@@ -18,6 +18,7 @@ constexpr double kReply_s = 5;  // for a call without a motion
 constexpr double kLease_s = 5;  // of control
 constexpr double kRenew_s = 1;  // between two renewals, and the time-out of one
 constexpr double kQueueFull_s = 0.1;
+constexpr double kAgain_s = 0.1;  // a read is repeated once: the connection to a servant that died fails
 constexpr double kArrived_m = 0.005;
 constexpr int kRepeats = 2;          // of a command whose reply was lost
 constexpr double kStopFor_s = 2;     // a Stop is sent again for so long
@@ -183,10 +184,13 @@ void RemoteRobot::send_stop(std::unique_lock<std::mutex>& lock) {
 /// Carries out `f`, which may be repeated since every command of the work is absolute.
 template <class F>
 void RemoteRobot::command(LazyReference<Corbot::Robot>& robot, const Target& target, F&& f) {
-  const auto gives_up = after(kPatience_s);
-  const auto queue_gives_up = after(motion_s_);
+  auto gives_up = after(kPatience_s);
+  auto queue_gives_up = after(motion_s_);
   for (int lost = 0;;) {
+    const auto closed = Clock::now();
     gate_.pass(stop_);
+    gives_up += Clock::now() - closed;  // a pause is no time without a reply
+    queue_gives_up += Clock::now() - closed;
     if (gate_.is_stopped()) throw Corbot::Stopped("the cell was stopped");
     try {
       const UnderWay mark(*this);
@@ -250,7 +254,7 @@ bool RemoteRobot::comes_to_rest(double within_s) {
 }
 
 bool RemoteRobot::is_able() {
-  return call_patiently(uri_, 0, stop_, [&] { return reads_->get()->Status(); }) != Corbot::Error;
+  return call_patiently(uri_, kAgain_s, stop_, [&] { return reads_->get()->Status(); }) != Corbot::Error;
 }
 
 Grip RemoteRobot::grip() {

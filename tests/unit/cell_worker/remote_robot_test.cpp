@@ -25,12 +25,16 @@ enum class Mishap { kNone, kQueueFull, kLostBefore, kLostAfter };
 class PlainRobot : public POA_Corbot::Robot {
  public:
   Mishap mishap{Mishap::kNone};
+  int losses{0};  ///< replies of Status that are lost
   std::vector<std::string> moved;
 
   Corbot::JointCoord* ArtiCoord() override { return new Corbot::JointCoord; }
   Corbot::CartesianCoord CartCoord() override { return {tool_.x(), tool_.y(), tool_.z(), 0, 0, 0}; }
   Corbot::GripperState GripperStatus() override { return Corbot::Open; }
-  Corbot::RobotState Status() override { return Corbot::Standby; }
+  Corbot::RobotState Status() override {
+    if (losses-- > 0) throw CORBA::COMM_FAILURE(0, CORBA::COMPLETED_MAYBE);
+    return Corbot::Standby;
+  }
   Corbot::RobotKind RobotType() override { return Corbot::Scara; }
   CORBA::Long DoF() override { return 0; }
   Corbot::JointRanges* MovRange() override { return new Corbot::JointRanges; }
@@ -115,6 +119,29 @@ TEST(RemoteRobot, CommandsAreRepeatedUnlessTheRobotHasArrived) {
   }
   robot.stop();
   EXPECT_THROW(robot.open(), Corbot::Stopped);
+}
+
+/// The connection of a servant that has died since fails once.
+TEST(RemoteRobot, AStateIsAskedOnceMoreWhereTheConnectionFails) {
+  Activated activated;
+  cell::WorkGate gate;
+  cell::RemoteRobot robot(client_orb(), activated.uri, "test", 10, std::stop_token(), gate);
+  activated.robot.losses = 1;
+  EXPECT_TRUE(robot.is_able());
+  activated.robot.losses = 2;
+  EXPECT_THROW((void)robot.is_able(), client::Failure);
+}
+
+TEST(RemoteRobot, TheTimeOfAPauseIsNoTimeWithoutAReply) {
+  Activated activated;
+  cell::WorkGate gate;
+  gate.set_paused(true);
+  cell::RemoteRobot robot(client_orb(), activated.uri, "test", 0.5, std::stop_token(), gate);
+  activated.robot.mishap = Mishap::kQueueFull;
+  auto command = std::async(std::launch::async, [&] { robot.open(); });
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  gate.set_paused(false);
+  EXPECT_NO_THROW(command.get());
 }
 
 class RemoteArm : public RobotRig {
