@@ -163,6 +163,10 @@ bool Worker::give_back_control() {
     status_.report("control is kept, since the claim cannot say that a person is needed: " +
                    plain_text(error));
     return false;
+  } catch (const CORBA::Exception& error) {  // a store of another cell does not know the robot
+    status_.report(fmt::format("control is kept, since the claim cannot say that a person is needed: {}",
+                               error._name()));
+    return false;
   }
   try {
     arm_.release();
@@ -196,6 +200,7 @@ std::optional<Transfer> Worker::resolve() {
         fmt::format("the gripper of {} is closed on a piece that is not in the ledger: hold the piece, and "
                     "use 'corbot open'",
                     robot_.name));
+  status_.set(Corbot::WorkMoving, "");  // no person is needed any more
   motions_.speed(wait_);
   // A fault may have ended the gripper's motion on its way.
   if (grip == Grip::kOpen) {
@@ -224,6 +229,7 @@ std::optional<Transfer> Worker::resolve() {
 void Worker::connect() {
   while (true) {
     end_if_stopped();
+    const auto is_late = [&] { return std::chrono::steady_clock::now() - interrupted_ > kConnectFor; };
     std::string why;
     bool is_standby = false;
     const int before = starts();
@@ -236,19 +242,20 @@ void Worker::connect() {
           return;
         }
       } else {
-        why = how_to_clear();
+        why = is_late() ? how_to_clear() : robot_.name + " is in Error, or has no real-time task";
       }
     } catch (const Corbot::NotReady& e) {
       why = "stand-by: " + client::printable(e.reason.in());
       is_standby = true;
+    } catch (const Corbot::BadParameter& e) {  // a store of another cell does not know the robot
+      why = plain_text(client::explain(e));
     } catch (const client::Failure& e) {
       why = plain_text(e);
     }
-    const bool is_late = std::chrono::steady_clock::now() - interrupted_ > kConnectFor;
-    if (is_late && !last_fault_.empty()) why += "; the work ended at " + last_fault_;
+    if (is_late() && !last_fault_.empty()) why += "; the work ended at " + last_fault_;
     if (is_standby) heeded_ = before;
     const Corbot::WorkState late = is_standby ? Corbot::WorkWaiting : Corbot::WorkAttention;
-    status_.set(is_late ? late : Corbot::WorkIdle, why);
+    status_.set(is_late() ? late : Corbot::WorkIdle, why);
     pause(kConnectAgain_s, stop_);
   }
 }
@@ -319,7 +326,6 @@ void Worker::find_zone(const Vector3d& tool) {
 /// Straight up, then to the wait pose.
 void Worker::move_out(const Vector3d& tool) {
   if ((tool - wait_.point).norm() <= kAtWait_m) return;
-  status_.set(Corbot::WorkMoving, "");
   if (tool.z() < wait_.point.z() - kAtWait_m) motions_.rise(tool, wait_.point.z(), wait_);
   motions_.move(wait_);
 }
@@ -339,8 +345,10 @@ bool Worker::resolve_transfer(const Corbot::TransferInfo& left, const Transfer& 
   };
   if (left.step == Corbot::StepReserved) return end_at(Corbot::StepWithdrawn, "not touched before a fault");
   if (left.step == Corbot::StepPicking) {
-    if (sees_at(from_, transfer.source))
+    if (sees_at(from_, transfer.source)) {
+      check_other_piece(transfer, grip);
       return end_at(Corbot::StepWithdrawn, "it stands there after a fault");
+    }
     if (may_hold) advance(transfer, Corbot::StepHeld, "not seen at its source, the gripper is closed");
   }
   if (left.step == Corbot::StepPlacing) {
@@ -458,6 +466,7 @@ bool Worker::pick(const Transfer& transfer) {
   motions_.close(goal);
   retreat(goal);
   if (sees_piece_at(from_, transfer.source)) {
+    check_other_piece(transfer, call([&] { return arm_.grip(); }));
     motions_.open(wait_);
     withdraw(transfer, "the piece still stands there after the pick");
     return false;
@@ -466,6 +475,16 @@ bool Worker::pick(const Transfer& transfer) {
   advance(transfer, Corbot::StepHeld);
   leave();
   return true;
+}
+
+/// A piece stands at the source after the grasp. A gripper that measures a piece holds another one, which must not fall.
+void Worker::check_other_piece(const Transfer& transfer, Grip grip) {
+  if (grip != Grip::kClosedOnPiece) return;
+  leave();
+  throw Attention(fmt::format(
+      "the gripper of {} holds a piece, and a piece stands at {}, {}: take that away, or hold the "
+      "other one, and use 'corbot open'",
+      robot_.name, from_.name, describe(transfer.source)));
 }
 
 void Worker::place(const Transfer& transfer) {

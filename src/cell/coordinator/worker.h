@@ -83,6 +83,7 @@ class Worker {
 
   Transfer find();
   bool pick(const Transfer& transfer);
+  void check_other_piece(const Transfer& transfer, Grip grip);
   void place(const Transfer& transfer);
 
   Transfer checked(const Corbot::TransferInfo& info) const;

@@ -93,7 +93,7 @@ void FakeCell::add_to_slot(const std::string& place, int slot) {
 }
 
 void FakeCell::add_to_gripper() {
-  measures_grip_ = true;
+  measures_grip = true;
   is_told_open_ = false;
   pieces.push_back({tool_ - Vector3d(0, 0, kGrasp_m), true});
 }
@@ -264,6 +264,7 @@ void FakeCell::close() {
       if (piece.is_held || (grasp - tool_).norm() > kNear_m) continue;
       if (failing_grasps-- <= 0) piece.is_held = true;
     }
+    if (on_close) on_close();
   };
   interruptible(effect, [&] { is_told_open_ = false; });
 }
@@ -278,7 +279,7 @@ cell::Grip FakeCell::grip() {
   const std::lock_guard lock(mutex_);
   if (is_dead_) throw Killed();
   if (is_told_open_) return cell::Grip::kOpen;
-  if (!measures_grip_) return cell::Grip::kClosed;
+  if (!measures_grip) return cell::Grip::kClosed;
   const bool is_held = std::any_of(pieces.begin(), pieces.end(), [](const Piece& p) { return p.is_held; });
   return is_held ? cell::Grip::kClosedOnPiece : cell::Grip::kClosedOnNothing;
 }

@@ -52,6 +52,7 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   std::function<void()>
       on_claimed;  ///< a claim finds another holder; empty: a wait for that holder requests a stop
   bool is_in_error{false};
+  bool measures_grip{false};  ///< a device that measures the gripper's opening
   std::atomic<bool> is_cell_stopped{false};
   int interrupted_call{-1};  ///< number of the call, of any port, that is interrupted; -1: none
   Interruption interruption{Interruption::kKill};
@@ -69,6 +70,7 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   std::string fails_over{};             ///< every motion to this place is NotReady
   int failures{0};                      ///< of motions to that place
   std::function<void(int)> on_reserve;  ///< with the number of calls
+  std::function<void()> on_close;       ///< the gripper has closed
   int last_placed{1};                   ///< after so many placed pieces the next Reserve requests a stop
 
   std::stop_source stop_source;
@@ -157,7 +159,6 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   bool is_dead_{false};
   int calls_{0};
   bool is_told_open_{true};
-  bool measures_grip_{false};
   bool has_looked_{false};  ///< since the last motion of the arm
   bool is_unclear_{false};
   Corbot::PieceNumber last_number_{0};

@@ -7,10 +7,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "cell/coordinator/process_name.h"
@@ -258,6 +261,59 @@ TEST_P(WorkerTest, NorOverAPieceThatItGrippedWhereTheLedgerIsLost) {
   ASSERT_EQ(asked.size(), 2U);
   EXPECT_THAT(asked[1], HasSubstr("closed on a piece that is not in the ledger: hold the"));
   EXPECT_THAT(world.violations, IsEmpty());
+}
+
+TEST_P(WorkerTest, AGripperIsNotOpenedOverAPieceWhileAnotherStandsAtTheSource) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.measures_grip = true;
+  world.on_close = [&, is_first = true]() mutable {
+    if (std::exchange(is_first, false)) world.pieces.push_back({world.pieces[0].foot + Vector3d(0, 0.01, 0)});
+  };
+  int asked = 0;
+  run(config_, world, GetParam(), [&](cell::Worker& worker) {
+    ++asked;
+    EXPECT_THAT(worker.status().text.in(), HasSubstr("and a piece stands at "));
+    EXPECT_THAT(world.record, Not(Contains("withdrawn")));
+    if (asked == 2) world.pieces.pop_back();  // the first Start changes nothing: the piece still stands there
+    worker.go_on();
+  });
+  EXPECT_EQ(asked, 2);
+  EXPECT_EQ(world.written[Corbot::StepPlaced], 1);
+  EXPECT_THAT(world.violations, IsEmpty());
+}
+
+TEST_P(WorkerTest, AStoreThatRefusesTheClaimOfAWaitingHolderEndsNoThread) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.command_stopped_by_other = 3;
+  world.on_reserve = [&](int) { world.is_claimed = true; };
+  world.on_claimed = [] { throw Corbot::BadParameter("robot", 6, "is no robot of cell 'other'"); };
+  EXPECT_EQ(run_one(world).state, Corbot::WorkStopped);
+  EXPECT_EQ(world.count_reports("control is kept"), 1);
+}
+
+TEST_P(WorkerTest, AStoreOfAnotherCellIsNamedAsTheCause) {
+  FakeCell world(config_, GetParam());
+  world.is_claimed = true;
+  world.on_claimed = [&] {
+    world.stop_source.request_stop();
+    throw Corbot::BadParameter("robot", 6, "is no robot of cell 'other'");
+  };
+  run_one(world);
+  EXPECT_EQ(world.count_reports("is no robot of cell 'other'"), 1);
+}
+
+TEST_P(WorkerTest, ARobotInErrorNeedsNoPersonAtOnce) {
+  FakeCell world(config_, GetParam());
+  world.is_in_error = true;
+  std::jthread end([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    world.stop_source.request_stop();
+  });
+  run_one(world);
+  EXPECT_EQ(world.count_reports(std::string(GetParam()) + " is in Error"), 1);
+  EXPECT_EQ(world.count_reports("corbot clear"), 0) << "no person is asked yet";
 }
 
 TEST_P(WorkerTest, APieceThatIsLostOnTheWayIsUnclear) {
