@@ -33,6 +33,16 @@ def test_a_joint_beyond_its_range(arm: corbot.Arm) -> None:
     assert e.lower < e.upper < 500
 
 
+def test_a_limit_has_its_unit(arm: corbot.Arm) -> None:
+    with pytest.raises(corbot.LimitExceeded, match=r"500 is not within \S+ to \S+ degrees\. Nothing moved") as raised:
+        arm.joints([0, 0, 0, 500])
+    assert raised.value.unit == "degrees"
+    with pytest.raises(corbot.LimitExceeded, match=r"speed of joint 0: 5000 is not within 0 to \S+ degrees a second\."):
+        arm.drive("base", 5, speed=5000)
+    assert "to 5 m. Nothing" in str(corbot.LimitExceeded("joint range", 1, 9.0, 0.0, 5.0, "m"))
+    assert "to 3600 s. Nothing" in str(corbot.LimitExceeded("duration", -1, 4000.0, 0.0, 3600.0))
+
+
 def test_a_full_queue(arm: corbot.Arm) -> None:
     accepted: list[corbot.Motion] = []
     with pytest.raises(corbot.QueueFull, match="Try again when one has ended") as raised:

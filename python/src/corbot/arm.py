@@ -17,7 +17,7 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from corbot import _locate, _orb
-from corbot.errors import CorbotError, NotOffered
+from corbot.errors import CorbotError, LimitExceeded, NotOffered
 from corbot.model import Model
 from corbot.motion import Motion
 from corbot.poses import Array, Point, Pose, Quaternion
@@ -372,7 +372,20 @@ class Arm:
             raise NotOffered(self.address, operation)
         if found is None:
             raise AttributeError(f"The interface Corbot::Arm has no operation '{operation}'. Nothing moved.")
-        return _orb.call(self.address, found, *arguments)
+        try:
+            return _orb.call(self.address, found, *arguments)
+        except LimitExceeded as error:
+            raise self._with_unit(error) from None
+
+    def _with_unit(self, error: LimitExceeded) -> LimitExceeded:
+        """Give the refusal the unit of its joint, where the robot says how that moves."""
+        try:
+            slides = str(self._joints[error.joint].kind) == "JointSlides"
+        except (CorbotError, IndexError):
+            return error
+        unit = ("m" if slides else "degrees") + (" a second" if error.quantity == "speed" else "")
+        known = unit if error.joint >= 0 else ""
+        return LimitExceeded(error.quantity, error.joint, error.value, error.lower, error.upper, known)
 
     @contextlib.contextmanager
     def stopped_by_interrupt(self) -> Iterator[None]:

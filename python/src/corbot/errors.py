@@ -52,15 +52,16 @@ class LimitExceeded(CorbotError):
     """A motion that would exceed a limit of `quantity`.
 
     `joint` counts from 0, and is -1 where the limit is of no joint. `value`, `lower` and `upper` are in degrees (metres of
-    a joint that slides), or in these a second; of a duration, in seconds.
+    a joint that slides), or in these a second; of a duration, in seconds. `unit` says
+    which, and is empty where that is not known.
     """
 
-    def __init__(self, quantity: str, joint: int, value: float, lower: float, upper: float) -> None:
+    def __init__(self, quantity: str, joint: int, value: float, lower: float, upper: float, unit: str = "") -> None:
         self.quantity, self.joint, self.value, self.lower, self.upper = quantity, joint, value, lower, upper
+        self.unit = unit or ("s" if quantity == "duration" else "")
         of = f" of joint {joint}" if joint >= 0 else ""
-        super().__init__(
-            f"{quantity}{of}: {value:g} is not within {lower:g} to {upper:g}. {_NOTHING_MOVED} Stay within the limits."
-        )
+        limits = f"{lower:g} to {upper:g} {self.unit}".rstrip()
+        super().__init__(f"{quantity}{of}: {value:g} is not within {limits}. {_NOTHING_MOVED} Stay within the limits.")
 
 
 class NotReady(CorbotError):
