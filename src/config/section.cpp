@@ -57,6 +57,12 @@ bool within(double value, const Bounds& bounds) {
   return value <= bounds.upper && (bounds.above_lower ? value > bounds.lower : value >= bounds.lower);
 }
 
+/// With a separator in front: no length of an arm is so great.
+std::string metres_hint(const std::optional<double>& value, const Bounds& allowed) {
+  const bool is_long = value && std::isfinite(*value) && std::abs(*value) > allowed.upper;
+  return is_long && allowed.unit == "m" ? "; numbers are metres: 20 cm is 0.20" : "";
+}
+
 }  // namespace
 
 void FaultList::add(std::uint32_t line, std::string key, std::string value, std::string allowed) {
@@ -88,7 +94,8 @@ const toml::node* Section::find(std::string_view key, bool required) {
 std::optional<double> Section::finite(const toml::node& node, const std::string& key, const Bounds& allowed) {
   const std::optional<double> value = node.is_number() ? node.value<double>() : std::nullopt;
   if (value && std::isfinite(*value) && within(*value, allowed)) return value;
-  faults_->add(line_of_node(node), key, shown(node), "must be " + describe(allowed, "a number"));
+  faults_->add(line_of_node(node), key, shown(node),
+               "must be " + describe(allowed, "a number") + metres_hint(value, allowed));
   return std::nullopt;
 }
 

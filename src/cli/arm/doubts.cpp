@@ -75,6 +75,18 @@ std::vector<std::string> millimetre_doubts(const PathLimits& path) {
   return doubts;
 }
 
+/// The longest industrial arms reach less than 5 m.
+std::string centimetre_doubt(const ArmModel& arm) {
+  constexpr double kLongest_m = 5.0;
+  for (std::size_t i = 0; i < arm.dof; ++i) {
+    if (arm.kinematics.joint_kind(i) != JointKind::kRotary) return "";
+  }
+  const double farthest_m = reach_m(arm);
+  if (farthest_m <= kLongest_m) return "";
+  return fmt::format("the arm reaches {:.3g} m: centimetres? Then {:.3g} m is meant", farthest_m,
+                     farthest_m / 100.0);
+}
+
 /// An arm of three joints or more reaches a volume.
 std::string flat_doubt(const ArmModel& arm, const Workspace& workspace) {
   if (arm.dof < 3) return "";
@@ -110,6 +122,7 @@ std::vector<std::string> doubts_of(const Profile& profile, const Workspace& work
   add(convention_doubt(profile.description));
   for (std::size_t i = 0; i < profile.arm.dof; ++i) add_radians(profile, i, doubts);
   for (std::string& doubt : millimetre_doubts(profile.arm.path)) add(std::move(doubt));
+  add(centimetre_doubt(profile.arm));
   add(flat_doubt(profile.arm, workspace));
   add(singular_doubt(profile.arm));
   return doubts;

@@ -142,6 +142,14 @@ TEST(Doubts, NameASpeedThatLooksLikeMillimetres) {
                                    "path.acceleration_m_s2 = 1000 m/s2: millimetres? Then 1 is meant"));
 }
 
+TEST(Doubts, NameLengthsThatLookLikeCentimetres) {
+  EXPECT_THAT(doubts_after("omx", {{"d_m = 0.0595", "d_m = 10"},
+                                   {"a_m = 0.13023056476879766", "a_m = 8"},
+                                   {"a_m = 0.124", "a_m = 9"},
+                                   {"a_m = 0.126", "a_m = 5"}}),
+              testing::Contains("the arm reaches 22 m: centimetres? Then 0.22 m is meant"));
+}
+
 TEST(Doubts, NameAnglesThatLookLikeRadians) {
   EXPECT_THAT(doubts_after("puma560", {{"alpha_deg = 90", "alpha_deg = 1.5708"}}),
               testing::Contains("joint 'waist': alpha_deg 1.5708: radians? Then 90 degrees is meant"));

@@ -89,7 +89,7 @@ const std::vector<Case> kCases{
     {"AngleNan", "puma560", "alpha_deg = 90", "alpha_deg = nan", "alpha_deg = nan", "joint[0].dh.alpha_deg",
      "nan", "from -360 to 360 degrees"},
     {"OffsetInMillimetres", "puma560", "d_m = 0.67183", "d_m = 671.83", "d_m = 671.83", "joint[0].dh.d_m",
-     "671.83", "from -10 to 10 m"},
+     "671.83", "from -10 to 10 m; numbers are metres: 20 cm is 0.20"},
     {"KindOfAnotherFamily", "puma560", "kind = \"anthropomorphic\"", "kind = \"scara\"", "\"scara\"",
      "robot.kind", "\"scara\"",
      "must be \"anthropomorphic\", or be left out: the geometry is that of the family '"},
