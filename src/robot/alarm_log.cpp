@@ -9,6 +9,11 @@
 #include "robot/call_error.h"
 
 namespace corbot {
+namespace {
+
+bool is_hold(const AlarmEntry& entry) { return entry.code == static_cast<std::int32_t>(AlarmCode::kHeld); }
+
+}  // namespace
 
 void AlarmLog::add(const AlarmEvent& event) {
   AlarmEntry entry{static_cast<double>(event.time_ns) * 1e-9, static_cast<std::int32_t>(event.code),
@@ -114,10 +119,20 @@ std::vector<AlarmEntry> AlarmLog::list() const {
 
 std::string AlarmLog::cause() const {
   const std::lock_guard lock(mutex_);
+  std::string hold;
   for (auto kept = entries_.rbegin(); kept != entries_.rend(); ++kept) {
-    if (kept->entry.active) return kept->entry.text;
+    if (kept->entry.active && !is_hold(kept->entry)) return kept->entry.text;
+    if (kept->entry.active && hold.empty()) hold = kept->entry.text;
   }
-  return {};
+  return hold;
+}
+
+bool AlarmLog::is_hold_alone() const {
+  const std::lock_guard lock(mutex_);
+  const auto is_active = [](const Kept& kept) { return kept.entry.active; };
+  const auto is_fault = [](const Kept& kept) { return kept.entry.active && !is_hold(kept.entry); };
+  return std::any_of(entries_.begin(), entries_.end(), is_active) &&
+         std::none_of(entries_.begin(), entries_.end(), is_fault);
 }
 
 }  // namespace corbot

@@ -56,8 +56,10 @@ class AlarmLog {
   void deactivate();
   void deactivate(std::int32_t code);
   [[nodiscard]] std::vector<AlarmEntry> list() const;
-  /// Text of the newest active alarm; empty when there is none.
+  /// Text of the newest active alarm that is a fault, or else of the hold; empty when there is none.
   [[nodiscard]] std::string cause() const;
+  /// Nothing is active but a StopAndHold.
+  [[nodiscard]] bool is_hold_alone() const;
 
  private:
   /// An entry and its place in the records.

@@ -249,6 +249,7 @@ std::string RobotView::error_cause() const {
   if (watch_.is_frozen()) return watch_.cause();
   link_.await_alarms();
   const std::string cause = alarms_.cause();
+  if (alarms_.is_hold_alone()) return cause + "; nothing is faulty: 'corbot clear' ends the hold";
   return cause.empty() ? "the robot is in Error; clear it" : cause + "; fix the cause, then clear";
 }
 

@@ -44,6 +44,21 @@ TEST_F(ErrorCause, IsNamedByTheFirstRefusal) {
   }
 }
 
+TEST_F(ErrorCause, OfAHoldIsNoFault) {
+  task_.fail(alarm::held());
+  const std::string held = robot_->view().error_cause();
+  EXPECT_NE(held.find("nothing is faulty: 'corbot clear' ends the hold"), std::string::npos) << held;
+  EXPECT_EQ(held.find("fix the cause"), std::string::npos) << held;
+}
+
+TEST_F(ErrorCause, OfAFaultOutranksAHold) {
+  task_.fail(alarm::joint_beyond_range({.joint = 1, .position_q = 2.0, .lower_q = 0.0, .upper_q = 1.0}));
+  task_.fail(alarm::held());
+  const std::string cause = robot_->view().error_cause();
+  EXPECT_EQ(cause.find("joint 1 "), 0u) << cause;
+  EXPECT_NE(cause.find("fix the cause, then clear"), std::string::npos) << cause;
+}
+
 TEST_F(ErrorCause, OfATaskThatIsGoneIsAmongTheAlarms) {
   for (int death = 0; death < 15; ++death) {
     task_.die();
