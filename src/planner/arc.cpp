@@ -13,6 +13,15 @@
 #include "planner/plan/refusal.h"
 
 namespace corbot {
+namespace {
+
+std::optional<PlanRefusal> check_apart(const char* first, const char* second, double distance_m) {
+  if (distance_m > kCoincident_m) return std::nullopt;
+  return bad_parameter(second, Quantity::kLength, distance_m, kCoincident_m, kFarthestCoordinate_m,
+                       fmt::format("{} and {} are {:.6g} m apart: no circle", first, second, distance_m));
+}
+
+}  // namespace
 
 std::variant<ArcMotion, PlanRefusal> arc_through(const std::array<double, 3>& p1_m,
                                                  const std::array<double, 3>& p2_m,
@@ -21,19 +30,16 @@ std::variant<ArcMotion, PlanRefusal> arc_through(const std::array<double, 3>& p1
   const Vector3d p1(p1_m.data());
   const Vector3d a = Vector3d(p2_m.data()) - p1;
   const Vector3d b = Vector3d(p3_m.data()) - p1;
-  const double shortest_m = std::min({a.norm(), b.norm(), (b - a).norm()});
-  if (shortest_m <= kCoincident_m) {
-    return bad_parameter("P2", Quantity::kLength, shortest_m, kCoincident_m, kFarthestCoordinate_m,
-                         fmt::format("two points of the arc are {:.6g} m apart: no circle", shortest_m));
-  }
+  if (auto refusal = check_apart("P1", "P2", a.norm())) return *refusal;
+  if (auto refusal = check_apart("P1", "P3", b.norm())) return *refusal;
+  if (auto refusal = check_apart("P2", "P3", (b - a).norm())) return *refusal;
   const double longest_m = std::max({a.norm(), b.norm(), (b - a).norm()});
   const Vector3d normal = a.cross(b);
   const double flatness = normal.norm() / (longest_m * longest_m);
   if (!(flatness > kCollinear)) {
     return bad_parameter(
         "P2", Quantity::kNumber, flatness, kCollinear, 1.0,
-        fmt::format("the three points of the arc lie on a line (flatness {:.3g}, least {:.3g})", flatness,
-                    kCollinear));
+        fmt::format("P1, P2 and P3 lie on a line (flatness {:.3g}, least {:.3g})", flatness, kCollinear));
   }
   const Vector3d to_centre =
       (normal.cross(a) * b.squaredNorm() + b.cross(normal) * a.squaredNorm()) / (2.0 * normal.squaredNorm());

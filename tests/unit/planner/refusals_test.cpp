@@ -174,12 +174,13 @@ TEST(PlanRefusals, AHalfTurnThatEndsAPathIsNamed) {
 TEST(PlanRefusals, ArcsThatAreNone) {
   const Planner planner(lynx5());
   const Point a{0.2, 0.0, 0.1}, b{0.21, 0.02, 0.12}, middle{0.205, 0.01, 0.11};
-  expect_refused(planner.move_c(kBent, {}, a, a, b), Kind::kBadParameter, "P2", "apart");
-  expect_refused(planner.move_c(kBent, {}, a, b, b), Kind::kBadParameter, "P2", "apart");
-  expect_refused(planner.move_c(kBent, {}, a, b, a), Kind::kBadParameter, "P2", "apart");
+  expect_refused(planner.move_c(kBent, {}, a, a, b), Kind::kBadParameter, "P2", "P1 and P2 are 0 m apart");
+  expect_refused(planner.move_c(kBent, {}, a, b, b), Kind::kBadParameter, "P3", "P2 and P3 are 0 m apart");
+  expect_refused(planner.move_c(kBent, {}, a, b, a), Kind::kBadParameter, "P3", "P1 and P3 are 0 m apart");
   expect_refused(planner.move_c(kBent, {}, a, {0.2, 0.0, 0.1 + 5e-10}, b), Kind::kBadParameter, "P2",
                  "apart");
-  expect_refused(planner.move_c(kBent, {}, a, middle, b), Kind::kBadParameter, "P2", "lie on a line");
+  expect_refused(planner.move_c(kBent, {}, a, middle, b), Kind::kBadParameter, "P2",
+                 "P1, P2 and P3 lie on a line");
   expect_refused(planner.move_c(kBent, {}, a, {0.205 + 1e-9, 0.01, 0.11}, b), Kind::kBadParameter, "P2",
                  "on a line");
   // Of two commands neither is given when the second cannot be: P1 can be reached, the arc's far side cannot.
