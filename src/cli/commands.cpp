@@ -291,7 +291,7 @@ void show_plan(const ClientOptions& options, const Request& request, const PlanO
   Client client(find_robot(options.robot), options.timeout_s);
   const Corbot::PlanInfo_var reply = client.plan(request);
   const std::vector<rate::PlanPart> parts = parts_of(reply.in());
-  fmt::print("{}", plan_text(parts));
+  fmt::print("{}", plan_text(parts, request.verb));
   double planned_s = 0.0;
   for (const rate::PlanPart& part : parts) planned_s += part.duration_s;
   const std::string remark = client::lengthening(request.time_s, planned_s);

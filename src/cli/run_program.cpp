@@ -62,6 +62,11 @@ class Display {
   std::string text_;
 };
 
+std::string counted(const Program& program) {
+  const std::size_t count = program.statements.size();
+  return fmt::format("{} command{}", count, count == 1 ? "" : "s");
+}
+
 }  // namespace
 
 std::string bar(double ratio, std::size_t width) {
@@ -90,10 +95,10 @@ void print_program(const Program& program) {
     fmt::print("line {}: {}\n", statement.line, to_string(statement.request));
   }
   fmt::print(
-      "{} commands: the syntax is right; joint names, reach and limits were NOT checked, the robot does "
+      "{}: the syntax is right; joint names, reach and limits were NOT checked, the robot does "
       "that; nothing "
       "moved\n",
-      program.statements.size());
+      counted(program));
 }
 
 void check_reach(const Program& program, const std::string& profile, const std::string& picture) {
@@ -111,10 +116,10 @@ void check_reach(const Program& program, const std::string& profile, const std::
   }
   if (!picture.empty()) charts::plot_plan(robot, program.name, picture);
   fmt::print(
-      "{} commands: {} can carry out all of them, from all joints at 0 and with the profile's settings; "
+      "{}: {} can carry {}, from all joints at 0 and with the profile's settings; "
       "where "
       "the robot is, what is set in it and what stands in its way were NOT checked; nothing moved\n",
-      program.statements.size(), robot.robot());
+      counted(program), robot.robot(), program.statements.size() == 1 ? "it out" : "out all of them");
 }
 
 void run_program(Client& client, const Program& program) {
@@ -132,7 +137,7 @@ void run_program(Client& client, const Program& program) {
     }
   }
   display.end();
-  fmt::print("done: {} commands in {:.1f} s\n", program.statements.size(), seconds_since(begin));
+  fmt::print("done: {} in {:.1f} s\n", counted(program), seconds_since(begin));
 }
 
 }  // namespace corbot::cli

@@ -6,6 +6,7 @@
 #include <netdb.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <vector>
 
@@ -35,6 +36,16 @@ std::string lowered_speed(const Corbot::LimitExceeded& e, const std::optional<Co
   if (std::string_view(e.quantity.in()) != kSpeedWord || !(percent < 99.999)) return "";
   return fmt::format(" ({} at 100 %, the speed in force is {:.3g} %: 'corbot speed')", plain(joint->speed),
                      percent);
+}
+
+/// `text` has `word`, and no letter or digit next to it.
+bool names(std::string_view text, std::string_view word) {
+  const auto is_of_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; };
+  for (std::size_t at = text.find(word); at != std::string_view::npos; at = text.find(word, at + 1)) {
+    const std::size_t end = at + word.size();
+    if ((at == 0 || !is_of_word(text[at - 1])) && (end == text.size() || !is_of_word(text[end]))) return true;
+  }
+  return false;
 }
 
 std::string without_full_stop(std::string text) {
@@ -67,6 +78,11 @@ std::string printable(std::string_view text) {
 std::string plain(double value) {
   if (std::isfinite(value) && std::abs(value) < 1e-9) value = 0;  // also -0
   return fmt::format("{:.6g}", value);
+}
+
+const char* metres_hint(double x_m, double y_m, double z_m) {
+  const double farthest_m = std::max({std::abs(x_m), std::abs(y_m), std::abs(z_m)});
+  return farthest_m >= kUnlikely_m ? "; numbers are metres: 20 cm is 0.20" : "";
 }
 
 int number_of_joint(std::span<const std::string> names, const std::string& name) {
@@ -103,7 +119,8 @@ Failure unknown_end(Corbot::Ticket ticket, const std::string& cause) {
 
 Failure explain(const Corbot::BadParameter& e) {
   // The interface's word for a joint; the reason has the joint's number.
-  if (e.parameter.in() == std::string_view("articulation"))
+  const std::string_view parameter = e.parameter.in();
+  if (parameter == "articulation" || names(e.reason.in(), parameter))
     return {ExitCode::kRefused, fmt::format("refused: {}; this command moved nothing",
                                             without_full_stop(printable(e.reason.in())))};
   return {ExitCode::kRefused,
@@ -114,9 +131,8 @@ Failure explain(const Corbot::BadParameter& e) {
 Failure explain(const Corbot::Unreachable& e) {
   const std::string reason = without_full_stop(printable(e.reason.in()));
   const bool is_far = reason.find(kTooFarWords) != std::string::npos;
-  const double farthest_m = std::max({std::abs(e.target.x), std::abs(e.target.y), std::abs(e.target.z)});
-  const char* hint = is_far ? " ('corbot status' shows the reach)" : "";
-  if (is_far && farthest_m >= kUnlikely_m) hint = "; numbers are metres: 20 cm is 0.20";
+  const char* hint = metres_hint(e.target.x, e.target.y, e.target.z);
+  if (*hint == '\0' && is_far) hint = " ('corbot status' shows the reach)";
   return {ExitCode::kRefused, fmt::format("refused: ({}, {}, {}) m {}: {}; this command moved nothing{}",
                                           plain(e.target.x), plain(e.target.y), plain(e.target.z),
                                           is_far ? "is out of reach" : "cannot be reached so", reason, hint)};
@@ -145,10 +161,13 @@ Failure explain(const Corbot::Stopped& e) {
 
 Failure explain(const Corbot::QueueFull& e) {
   if (e.capacity == CORBOT_HOST_PLACES)
-    return {ExitCode::kRefused,
-            fmt::format("refused: {} calls of this machine wait for motions already, which is the limit; try "
-                        "again when one has ended, or start motions without waiting (StartMove, Progress)",
-                        e.capacity)};
+    return {
+        ExitCode::kRefused,
+        fmt::format(
+            "refused: {0} calls of this machine wait for motions already, which is the limit, or {0} motions "
+            "are queued and the profile's queue_capacity allows no more; try again when one has "
+            "ended, or start motions without waiting (StartMove, Progress)",
+            e.capacity)};
   return {ExitCode::kRefused,
           fmt::format("refused: {} motions are queued, which is the limit; try again when one has ended",
                       e.capacity)};

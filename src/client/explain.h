@@ -34,6 +34,9 @@ struct Address {
 [[nodiscard]] Failure explain(const Corbot::QueueFull& e);
 [[nodiscard]] Failure explain(const CORBA::SystemException& e, const Address& address);
 
+/// "; numbers are metres: 20 cm is 0.20", of a point that no arm here reaches; empty: it may be meant so.
+[[nodiscard]] const char* metres_hint(double x_m, double y_m, double z_m);
+
 /// Text from the network, safe for a terminal: printable ASCII, others as '?', at most 400 characters.
 [[nodiscard]] std::string printable(std::string_view text);
 

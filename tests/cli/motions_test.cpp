@@ -364,7 +364,7 @@ TEST(PlanText, LimitMetTwiceIsNotShownBetween) {
   part.stretches = {{acceleration, 0.0, 0.3, 0.0, 0.3, 0.93},
                     {jerk, 0.3, 0.7, 0.3, 0.7, 0.89},
                     {acceleration, 0.7, 1.0, 0.7, 1.0, 0.93}};
-  EXPECT_EQ(cli::plan_text({part}),
+  EXPECT_EQ(cli::plan_text({part}, client::Verb::kMoveS),
             "  1.00 s; tool acceleration 0.00-0.30 s, tool acceleration 0.70-1.00 s\n");
 }
 

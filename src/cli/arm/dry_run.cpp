@@ -12,6 +12,7 @@
 
 #include "cli/arm/plan_text.h"
 #include "client/client.h"
+#include "client/explain.h"
 #include "client/failure.h"
 #include "config/load_profile.h"
 #include "corbot/arm/joint_units.h"
@@ -101,6 +102,12 @@ MotionRequest motion(const Request& request, const ArmModel& arm) {
   }
 }
 
+/// The reason of a motion's refusal, with what `run` and `move` add to it.
+std::string hinted(const PlanRefusal& refusal) {
+  const auto& [x, y, z] = refusal.target_m;
+  return refusal.text + (refusal.kind == PlanRefusal::Kind::kUnreachable ? client::metres_hint(x, y, z) : "");
+}
+
 /// The reason of a refusal.
 std::optional<std::string> text_of(const std::optional<PlanRefusal>& refusal) {
   return refusal ? std::optional(refusal->text) : std::nullopt;
@@ -124,6 +131,7 @@ void DryRun::begin_at(std::span<const double> joints) {
 
 std::optional<std::string> DryRun::refusal_of(const Request& given) {
   plan_ = {};
+  verb_ = given.verb;
   try {
     const Request request = client::with_joint_number(given, profile_.joint_names);
     return client::spec_of(request.verb).motion ? move(request) : set(request);
@@ -132,14 +140,14 @@ std::optional<std::string> DryRun::refusal_of(const Request& given) {
   }
 }
 
-std::string DryRun::plan() const { return plan_text(rate::parts_of(profile_.arm, settings_, plan_)); }
+std::string DryRun::plan() const { return plan_text(rate::parts_of(profile_.arm, settings_, plan_), verb_); }
 
 std::optional<std::string> DryRun::move(const Request& request) {
   const ArmModel& arm = profile_.arm;
   if (request.verb == Verb::kJoints && request.numbers.size() != arm.dof)
     return fmt::format("{} values, but the arm has {} joints", request.numbers.size(), arm.dof);
   plan_ = planner_.plan(start_, settings_, motion(request, arm));
-  if (const auto* refusal = std::get_if<PlanRefusal>(&plan_)) return refusal->text;
+  if (const auto* refusal = std::get_if<PlanRefusal>(&plan_)) return hinted(*refusal);
   for (const Command& command : std::get<std::vector<Command>>(plan_)) {
     start_.position_q = command.end_q;
     if (command.kind == MotionKind::kGripper)

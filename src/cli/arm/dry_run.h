@@ -48,7 +48,8 @@ class DryRun {
   PlanStart start_;
   std::string begins_{"all joints at 0"};
   std::vector<PlanResult> plans_;
-  PlanResult plan_;  ///< of the last command; no commands where there is none
+  PlanResult plan_;      ///< of the last command; no commands where there is none
+  client::Verb verb_{};  ///< of the last command
 };
 
 }  // namespace corbot::cli

@@ -23,7 +23,7 @@ std::string name_of(const rate::Reason& reason) {
 }
 
 /// What limits the part, and when.
-std::string limits_text(const rate::PlanPart& part) {
+std::string limits_text(const rate::PlanPart& part, client::Verb verb) {
   if (!part.moves_arm || part.duration_s <= 0.0) return "";
   struct Shown {
     std::string name;
@@ -39,7 +39,7 @@ std::string limits_text(const rate::PlanPart& part) {
     if (is_met) shown.back().end_s = stretch.end_s;
     follows_met = is_met;
   }
-  if (shown.empty()) return "; the wanted time";
+  if (shown.empty()) return verb == client::Verb::kDrive ? "; the wanted speed" : "; the wanted time";
   const bool is_whole =
       shown.size() == 1 && shown[0].begin_s == 0.0 && shown[0].end_s == part.duration_s;  // it needs no times
   if (is_whole) return "; " + shown[0].name;
@@ -72,10 +72,10 @@ std::vector<rate::PlanPart> parts_of(const Corbot::PlanInfo& plan) {
   return parts;
 }
 
-std::string plan_text(const std::vector<rate::PlanPart>& parts) {
+std::string plan_text(const std::vector<rate::PlanPart>& parts, client::Verb verb) {
   std::string text;
   for (const rate::PlanPart& part : parts) {
-    text += fmt::format("  {:.2f} s{}", part.duration_s, limits_text(part));
+    text += fmt::format("  {:.2f} s{}", part.duration_s, limits_text(part, verb));
     if (part.nearest && part.nearest->pivot < kNear) {
       const auto& [x, y, z] = part.nearest->point_m;
       text += fmt::format("\n  nearest singularity: pivot {:.4f} at ({:.4g}, {:.4g}, {:.4g}) m",

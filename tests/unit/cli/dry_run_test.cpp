@@ -60,6 +60,13 @@ TEST(DryRun, WhatALineChangesCountsForTheLinesAfterIt) {
     EXPECT_THAT(refusal_of_last(program, kLynx5), HasSubstr(why)) << program;
 }
 
+TEST(DryRun, CentimetresAreRecognised) {
+  for (const char* profile : {kLynx5, kPuma560}) {
+    EXPECT_THAT(refusal_of_last("move 200 50 80", profile), HasSubstr("numbers are metres: 20 cm is 0.20"));
+    EXPECT_THAT(refusal_of_last("move 2 2 2", profile), Not(HasSubstr("20 cm")));
+  }
+}
+
 TEST(DryRun, SettingsThatTheArmDoesNotHaveAreRefused) {
   const std::vector<std::pair<std::string, std::string>> refused{
       {"pitch 300", "allowed -180 to 180"},
@@ -95,6 +102,7 @@ std::string plan_of_last(const std::string& text) {
 TEST(DryRun, SaysHowLongAMotionTakesAndWhichLimitsItMeets) {
   EXPECT_THAT(plan_of_last("joints 40 0 0 0"), MatchesRegex("  [0-9.]+ s; joint 0 [a-z]+\n"));
   EXPECT_EQ(plan_of_last("joints 40 0 0 0 --time 9"), "  9.00 s; the wanted time\n");
+  EXPECT_THAT(plan_of_last("drive 0 20 5"), MatchesRegex("  [0-9.]+ s; the wanted speed\n"));
   EXPECT_EQ(plan_of_last("delay 1.5"), "  1.50 s\n");
   EXPECT_EQ(plan_of_last("joints 40 0 0 0\nspeed 50"), "");
   const std::string to_line = "pitch -60\nmove 0.12 -0.06 0.1\n";
@@ -119,6 +127,21 @@ TEST(DryRun, TheFirstRefusalHasItsLine) {
   }
   EXPECT_NO_THROW(check_reach(load_program(CORBOT_EXAMPLES "/pick_and_place.corbot"), kLynx5));
   EXPECT_THROW(DryRun("/nowhere.toml"), client::Failure);
+}
+
+TEST(DryRun, OneCommandIsNotSeveral) {
+  const auto printed = [](const std::string& text) {
+    const Program program = parse_program(text);
+    testing::internal::CaptureStdout();
+    print_program(program);
+    check_reach(program, kLynx5);
+    std::fflush(stdout);
+    return testing::internal::GetCapturedStdout();
+  };
+  EXPECT_THAT(printed("ready\n"),
+              AllOf(HasSubstr("\n1 command: the syntax"), HasSubstr("\n1 command: lynx5 can carry it out"),
+                    Not(HasSubstr("1 commands"))));
+  EXPECT_THAT(printed("ready\nready\n"), HasSubstr("\n2 commands: lynx5 can carry out all of them"));
 }
 
 }  // namespace

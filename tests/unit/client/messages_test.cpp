@@ -34,6 +34,12 @@ TEST(Message, BadParameterNamesValueAndReason) {
   EXPECT_STREQ(f.what(), "refused: t = -1.5: must not be negative; this command moved nothing");
 }
 
+TEST(Message, AReasonThatNamesItsParameterHasNoValueBeforeIt) {
+  EXPECT_STREQ(failure_of(Corbot::BadParameter("P2", 0, "P1 and P2 are 0 m apart: no circle")).what(),
+               "refused: P1 and P2 are 0 m apart: no circle; this command moved nothing");
+  EXPECT_THAT(failure_of(Corbot::BadParameter("P", 7, "P2 or Pz")).what(), HasSubstr("P = 7: P2 or Pz;"));
+}
+
 TEST(Message, AJointThatIsNoneIsCalledAJointOnce) {
   EXPECT_STREQ(failure_of(Corbot::BadParameter("articulation", 7, "joint 7, allowed 0 to 3")).what(),
                "refused: joint 7, allowed 0 to 3; this command moved nothing");
@@ -87,6 +93,8 @@ TEST(Message, UnreachableNamesThePoint) {
 TEST(Message, CentimetresAreRecognised) {
   EXPECT_THAT(failure_of(Corbot::Unreachable({20, 5, 8}, "the target is too far")).what(),
               HasSubstr("numbers are metres: 20 cm is 0.20"));
+  EXPECT_THAT(failure_of(Corbot::Unreachable({20, 5, 8}, "no joints are found for the target")).what(),
+              HasSubstr("numbers are metres: 20 cm is 0.20"));
   EXPECT_THAT(failure_of(Corbot::Unreachable({2, 0.5, 0.8}, "the target is too far")).what(),
               Not(HasSubstr("20 cm")));
 }
@@ -137,9 +145,9 @@ TEST(Message, NotReadyStoppedAndQueueFull) {
   const Failure full = failure_of(Corbot::QueueFull(16));
   EXPECT_EQ(full.code(), ExitCode::kRefused);
   EXPECT_THAT(full.what(), HasSubstr("16 motions"));
-  EXPECT_THAT(
-      failure_of(Corbot::QueueFull(4)).what(),
-      AllOf(HasSubstr("4 calls of this machine wait"), HasSubstr("StartMove"), Not(HasSubstr("queued"))));
+  EXPECT_THAT(failure_of(Corbot::QueueFull(4)).what(),
+              AllOf(HasSubstr("4 calls of this machine wait"), HasSubstr("StartMove"),
+                    HasSubstr("or 4 motions are queued and the profile's queue_capacity allows no more")));
 }
 
 TEST(Message, NoServantSaysWhereAndHowToStart) {
