@@ -1,0 +1,356 @@
+// SPDX-License-Identifier: Apache-2.0
+import Corbot.BadParameter;
+import Corbot.CartesianCoord;
+import Corbot.GripperState;
+import Corbot.JointRange;
+import Corbot.LimitExceeded;
+import Corbot.NotReady;
+import Corbot.Point;
+import Corbot.QueueFull;
+import Corbot.RobotKind;
+import Corbot.RobotPOA;
+import Corbot.RobotState;
+import Corbot.Unreachable;
+import java.io.IOException;
+import java.util.Arrays;
+import java.util.concurrent.Semaphore;
+import java.util.concurrent.atomic.AtomicInteger;
+
+/** Corbot::Robot, all of it, as robot.idl describes it. */
+final class Servant extends RobotPOA {
+  private static final int CAPACITY = 16;
+  private static final int FRAMES_PER_SECOND = 50; // as often as a servo looks at its pulse
+  private static final double LONGEST_DELAY = 3600;
+  private static final double LEVEL = 0; // the tool's pitch in motions to a point
+
+  private final Controller controller;
+  private final AtomicInteger accepted = new AtomicInteger();
+  private final Semaphore turn = new Semaphore(1, true); // fair: in the order of arrival
+
+  // Guarded by `this`: the set-points, and percentages of the limits.
+  private double[] q = new double[Arm.DOF];
+  private double grip = Arm.GRIPPER_CLOSED;
+  private boolean isOpen;
+  private double lineShare = 1;
+  private final double[] jointShares = new double[Arm.DOF];
+
+  Servant(Controller controller) {
+    this.controller = controller;
+    Arrays.fill(jointShares, 1);
+  }
+
+  // --- Attributes: none waits for a motion ---
+
+  @Override
+  public synchronized double[] ArtiCoord() {
+    return q.clone();
+  }
+
+  @Override
+  public CartesianCoord CartCoord() {
+    double[] at = ArtiCoord();
+    Arm.Tool tool = Arm.tool(at);
+    return new CartesianCoord(tool.x(), tool.y(), tool.z(), at[0], tool.pitch(), 0);
+  }
+
+  @Override
+  public synchronized GripperState GripperStatus() {
+    return isOpen ? GripperState.Open : GripperState.Close;
+  }
+
+  @Override
+  public RobotState Status() {
+    if (accepted.get() > 0) {
+      return RobotState.Waiting;
+    }
+    try {
+      connect();
+      return RobotState.Standby;
+    } catch (NotReady e) {
+      return RobotState.Error;
+    }
+  }
+
+  @Override
+  public RobotKind RobotType() {
+    return RobotKind.Anthropomorphic;
+  }
+
+  @Override
+  public int DoF() {
+    return Arm.DOF;
+  }
+
+  @Override
+  public JointRange[] MovRange() {
+    return Arm.ranges();
+  }
+
+  @Override
+  public double Reach() {
+    return Arm.REACH;
+  }
+
+  // --- Motions: each returns when it has ended ---
+
+  @Override
+  public void Move(double Px, double Py, double Pz, double d, double t)
+      throws BadParameter, Unreachable, LimitExceeded, NotReady, QueueFull {
+    checkTarget(Px, Py, Pz, d, t);
+    double[] speeds = jointSpeeds(lineShare());
+    try (Turn mine = new Turn()) {
+      double[] target = Arm.joints(new Arm.Tool(Px, Py, Pz + d, LEVEL));
+      carryOut(new Motion(between(ArtiCoord(), target), 0, 1, speeds, t));
+    }
+  }
+
+  @Override
+  public void MoveS(double Px, double Py, double Pz, double d, double t)
+      throws BadParameter, Unreachable, LimitExceeded, NotReady, QueueFull {
+    checkTarget(Px, Py, Pz, d, t);
+    double speed = lineShare() * Arm.LINE_SPEED;
+    double[] speeds = jointSpeeds(1);
+    try (Turn mine = new Turn()) {
+      carryOut(line(ArtiCoord(), new Point(Px, Py, Pz + d), speed, speeds, t));
+    }
+  }
+
+  @Override
+  public void MoveC(Point P1, Point P2, Point P3)
+      throws BadParameter, Unreachable, LimitExceeded, NotReady, QueueFull {
+    checkPoint("P1", P1);
+    checkPoint("P2", P2);
+    checkPoint("P3", P3);
+    double speed = lineShare() * Arm.LINE_SPEED;
+    double[] speeds = jointSpeeds(1);
+    Arc arc = new Arc(P1, P2, P3);
+    try (Turn mine = new Turn()) {
+      Motion approach = line(ArtiCoord(), P1, speed, speeds, 0);
+      Motion round = new Motion(s -> Arm.joints(new Arm.Tool(arc.at(s), LEVEL)), arc.length, speed, speeds, 0);
+      carryOut(approach); // both are possible
+      carryOut(round);
+    }
+  }
+
+  @Override
+  public void Drive(int articulation, double increment, double speed)
+      throws BadParameter, LimitExceeded, NotReady, QueueFull {
+    checkJoint(articulation);
+    check(Double.isFinite(increment), "increment", increment, "must be a finite number");
+    check(Double.isFinite(speed) && speed > 0, "speed", speed, "must be above 0");
+    double[] speeds = jointSpeeds(1);
+    if (speed > speeds[articulation]) {
+      throw new LimitExceeded("speed", articulation, speed, 0, speeds[articulation]);
+    }
+    speeds[articulation] = speed;
+    try (Turn mine = new Turn()) {
+      double[] target = ArtiCoord();
+      target[articulation] += increment;
+      drive(Arm.inRange(target), speeds);
+    }
+  }
+
+  @Override
+  public void Ready() throws NotReady, QueueFull {
+    double[] speeds = jointSpeeds(lineShare());
+    try (Turn mine = new Turn()) {
+      drive(new double[Arm.DOF], speeds);
+    }
+  }
+
+  @Override
+  public void Delay(double t) throws BadParameter, NotReady, QueueFull {
+    check(t >= 0 && t <= LONGEST_DELAY, "t", t, "must be from 0 to 3600 s");
+    try (Turn mine = new Turn()) {
+      Clock.sleepUntil(System.nanoTime() + (long) (1e9 * t));
+    }
+  }
+
+  @Override
+  public void Open() throws NotReady, QueueFull {
+    grip(true);
+  }
+
+  @Override
+  public void Close() throws NotReady, QueueFull {
+    grip(false);
+  }
+
+  // --- Limits of the motions that are accepted from now on ---
+
+  @Override
+  public synchronized void Speed(double percent) throws BadParameter {
+    checkPercent(percent);
+    lineShare = percent / 100;
+  }
+
+  @Override
+  public synchronized void ArtSpeed(int articulation, double percent) throws BadParameter {
+    checkJoint(articulation);
+    checkPercent(percent);
+    jointShares[articulation] = percent / 100;
+  }
+
+  @Override
+  public synchronized void AllSpeed(double percent) throws BadParameter {
+    checkPercent(percent);
+    Arrays.fill(jointShares, percent / 100);
+  }
+
+  // --- The parts ---
+
+  /** From the acceptance of a motion to its end; waits for those that came before. */
+  private final class Turn implements AutoCloseable {
+    Turn() throws NotReady, QueueFull {
+      if (accepted.incrementAndGet() > CAPACITY) {
+        accepted.decrementAndGet();
+        throw new QueueFull(CAPACITY);
+      }
+      turn.acquireUninterruptibly();
+      try {
+        connect();
+      } catch (NotReady e) {
+        close();
+        throw e;
+      }
+    }
+
+    @Override
+    public void close() {
+      turn.release();
+      accepted.decrementAndGet();
+    }
+  }
+
+  /** With a new line the arm is where its controller was last told to be. */
+  private synchronized void connect() throws NotReady {
+    if (controller.isConnected()) {
+      return;
+    }
+    try {
+      double[] pulses = controller.connect(Arm.DOF + 1);
+      for (int joint = 0; joint < Arm.DOF; joint++) {
+        q[joint] = Arm.angle(joint, pulses[joint]);
+      }
+      grip = pulses[Arm.DOF];
+      isOpen = grip < (Arm.GRIPPER_OPEN + Arm.GRIPPER_CLOSED) / 2;
+    } catch (IOException e) {
+      throw notReady(e);
+    }
+  }
+
+  private static NotReady notReady(IOException e) {
+    return new NotReady("the servo controller: " + e.getMessage());
+  }
+
+  private interface Frame {
+    void set(double time);
+  }
+
+  /** Calls `frame` for every frame until the end, and sends what it has set. */
+  private void carryOut(double seconds, Frame frame) throws NotReady {
+    long begin = System.nanoTime();
+    double time = 0;
+    for (int i = 1; time < seconds; i++) {
+      Clock.sleepUntil(begin + i * 1_000_000_000L / FRAMES_PER_SECOND);
+      time = Math.min((System.nanoTime() - begin) / 1e9, seconds);
+      synchronized (this) {
+        frame.set(time);
+        double[] pulses = new double[Arm.DOF + 1];
+        for (int joint = 0; joint < Arm.DOF; joint++) {
+          pulses[joint] = Arm.pulse(joint, q[joint]);
+        }
+        pulses[Arm.DOF] = grip;
+        try {
+          controller.send(pulses);
+        } catch (IOException e) {
+          throw notReady(e);
+        }
+      }
+    }
+  }
+
+  private void carryOut(Motion motion) throws NotReady {
+    carryOut(motion.seconds, time -> q = motion.at(time));
+  }
+
+  private void drive(double[] target, double[] speeds) throws NotReady {
+    try {
+      carryOut(new Motion(between(ArtiCoord(), target), 0, 1, speeds, 0));
+    } catch (Unreachable | LimitExceeded e) {
+      throw new IllegalStateException(e); // between two poses in range all are
+    }
+  }
+
+  private void grip(boolean open) throws NotReady, QueueFull {
+    try (Turn mine = new Turn()) {
+      double from = grip;
+      double to = open ? Arm.GRIPPER_OPEN : Arm.GRIPPER_CLOSED;
+      synchronized (this) {
+        isOpen = open;
+      }
+      carryOut(Arm.GRIPPER_SECONDS, time -> grip = from + time / Arm.GRIPPER_SECONDS * (to - from));
+    }
+  }
+
+  private static Motion.Way between(double[] from, double[] to) {
+    return s -> {
+      double[] at = new double[Arm.DOF];
+      for (int joint = 0; joint < Arm.DOF; joint++) {
+        at[joint] = from[joint] + s * (to[joint] - from[joint]);
+      }
+      return at;
+    };
+  }
+
+  private static Motion line(double[] from, Point to, double speed, double[] speeds, double t)
+      throws Unreachable, LimitExceeded {
+    Arm.Tool a = Arm.tool(from);
+    double dx = to.x - a.x();
+    double dy = to.y - a.y();
+    double dz = to.z - a.z();
+    Motion.Way way = s -> Arm.joints(
+        new Arm.Tool(a.x() + s * dx, a.y() + s * dy, a.z() + s * dz, a.pitch() + s * (LEVEL - a.pitch())));
+    return new Motion(Motion.beginningAt(from, way), Math.sqrt(dx * dx + dy * dy + dz * dz), speed, speeds, t);
+  }
+
+  private synchronized double lineShare() {
+    return lineShare;
+  }
+
+  private synchronized double[] jointSpeeds(double share) {
+    double[] speeds = new double[Arm.DOF];
+    for (int joint = 0; joint < Arm.DOF; joint++) {
+      speeds[joint] = share * jointShares[joint] * Arm.JOINTS[joint].speed();
+    }
+    return speeds;
+  }
+
+  private static void check(boolean isGood, String parameter, double value, String rule) throws BadParameter {
+    if (!isGood) {
+      throw new BadParameter(parameter, value, rule);
+    }
+  }
+
+  private static void checkPercent(double percent) throws BadParameter {
+    check(percent > 0 && percent <= 100, "percent", percent, "must be above 0, at most 100");
+  }
+
+  private static void checkJoint(int articulation) throws BadParameter {
+    check(articulation >= 0 && articulation < Arm.DOF, "articulation", articulation, "must be 0 to 3");
+  }
+
+  private static void checkPoint(String name, Point p) throws BadParameter {
+    for (double value : new double[] {p.x, p.y, p.z}) {
+      check(Double.isFinite(value), name, value, "must be finite numbers");
+    }
+  }
+
+  private static void checkTarget(double x, double y, double z, double d, double t) throws BadParameter {
+    check(Double.isFinite(x), "Px", x, "must be a finite number");
+    check(Double.isFinite(y), "Py", y, "must be a finite number");
+    check(Double.isFinite(z), "Pz", z, "must be a finite number");
+    check(Double.isFinite(d), "d", d, "must be a finite number");
+    check(Double.isFinite(t) && t >= 0, "t", t, "must be 0 or more");
+  }
+}
