@@ -53,9 +53,11 @@ struct CellRobot {
   std::string name;
   std::filesystem::path profile;  ///< of a robot that the cell starts; empty: it runs elsewhere
   std::string reference;          ///< of one that runs elsewhere: corbaloc or corbaname
-  std::string orb{"omniorb"};     ///< or "orbit2"
-  UprightFrame frame;             ///< in which its Move takes points
-  std::string from;               ///< the places that it takes from and brings to
+  std::filesystem::path
+      scene_profile;           ///< of such a robot: its arm and controller in the simulation; may be empty
+  std::string orb{"omniorb"};  ///< or "orbit2"
+  UprightFrame frame;          ///< in which its Move takes points
+  std::string from;            ///< the places that it takes from and brings to
   std::string to;
   Eigen::Vector3d wait_m{};   ///< the tool waits here: out of every zone, over no place
   double above_m{0.06};       ///< it approaches from so far above
@@ -63,6 +65,11 @@ struct CellRobot {
   double speed_percent{100};  ///< of its profile's, (0, 100]
   double settle_s{0.1};       ///< at rest before the gripper closes or opens
   double opening_m{0.032};    ///< between the open fingers
+
+  /// Of the arm that the scene simulates; empty: none.
+  [[nodiscard]] const std::filesystem::path& simulated_profile() const {
+    return profile.empty() ? scene_profile : profile;
+  }
 };
 
 /// `kind`: pieces are upright cylinders with a coloured label on top.

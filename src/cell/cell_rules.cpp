@@ -79,7 +79,7 @@ std::string shown_text(std::string text) {
 std::filesystem::path longest_socket(const CellConfig& cell) {
   std::vector<std::filesystem::path> sockets{cell.picture_socket(), cell.state_directory / "notify.sock"};
   for (const CellRobot& robot : cell.robots)
-    if (!robot.profile.empty()) sockets.push_back(cell.servo_socket(robot));
+    if (!robot.simulated_profile().empty()) sockets.push_back(cell.servo_socket(robot));
   return *std::max_element(sockets.begin(), sockets.end(), [](const auto& a, const auto& b) {
     return a.native().size() < b.native().size();
   });

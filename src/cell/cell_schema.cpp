@@ -204,19 +204,25 @@ class Reader {
       section.refuse(section.has("profile") ? "profile" : "name",
                      "needs either profile, for a robot that the cell starts, or reference, for one that "
                      "runs elsewhere");
-      for (const char* key : {"profile", "reference", "orb"}) section.skip(key);
+      for (const char* key : {"profile", "reference", "scene_profile", "orb"}) section.skip(key);
       return;
     }
     if (section.has("reference")) {
       robot.reference = read_uri(section);
+      if (section.has("scene_profile")) robot.scene_profile = read_file(section, "scene_profile");
       return;
     }
-    robot.profile = file_.parent_path() / section.text("profile").value_or("");
-    std::error_code error;
-    if (!fs::is_regular_file(robot.profile, error)) section.refuse("profile", "there is no such file");
+    robot.profile = read_file(section, "profile");
     robot.orb = section.text_or("orb", robot.orb).value_or("");
     if (robot.orb != "omniorb" && robot.orb != "orbit2")
       section.refuse("orb", "must be \"omniorb\" or \"orbit2\"");
+  }
+
+  fs::path read_file(Section& section, std::string_view key) const {
+    const fs::path file = file_.parent_path() / section.text(key).value_or("");
+    std::error_code error;
+    if (!fs::is_regular_file(file, error)) section.refuse(key, "there is no such file");
+    return file;
   }
 
   static std::string read_uri(Section& section) {

@@ -17,6 +17,7 @@
 #include <sstream>
 
 #include "cell/store/database.h"
+#include "java_robot.h"
 #include "support/paths.h"
 #include "support/ports.h"
 #include "support/process.h"
@@ -189,6 +190,21 @@ TEST_F(CellRun, BringsEveryPieceFromPalletToPalletOnce) {
         "\npicture [^\n]*of the run/gantt.svg\n", "\npicture [^\n]*of the run/camera.jpg\n"})
     EXPECT_TRUE(std::regex_search(result.output, std::regex(line))) << line << result.output;
   EXPECT_EQ(result.output.find('\x1b'), std::string::npos) << "no terminal";
+}
+
+TEST_F(CellRun, ARobotThatKnowsRobotIdlAloneTakesThePlaceOfRobot2) {
+  if (on_orbit2()) GTEST_SKIP() << "the key orb is of a robot that the cell starts";
+  if (const std::string why = build_java_robot(); !why.empty()) GTEST_SKIP() << why;
+  const int port = free_port();
+  const Process robot = start_java_robot(directory_ / "state" / "robot2.servos", port, "robot2");
+  edit("name = \"robot2\", profile = \"arm.toml\"",
+       fmt::format("name = \"robot2\", reference = \"{}\", scene_profile = \"arm.toml\"",
+                   java_robot_reference(port, "robot2")));
+  const RunResult result = cell_run({"--pieces", "4"});
+  EXPECT_EQ(result.code, 0) << result.output << result.errors;
+  EXPECT_THAT(result.output,
+              HasSubstr("4 of 4 pieces on pallet2, each once; the camera sees 4 there, 0 elsewhere"));
+  EXPECT_THAT(result.output, HasSubstr("mm, 0 touches, 0 fallen\n"));
 }
 
 TEST_F(CellRun, WithoutZonesTheArmsTouchAndTheEndNamesIt) {

@@ -48,19 +48,20 @@ std::array<std::uint8_t, 3> label_bgr(const Kind& kind) {
 Scene::Scene(const CellConfig& cell, AfterTick after_tick) : cell_(cell), after_tick_(std::move(after_tick)) {
   if (!cell_.scene) throw Failure(ExitCode::kUsage, "the cell has no table 'scene': it is not simulated");
   for (const CellRobot& robot : cell_.robots) {
-    if (!robot.profile.empty()) add_robot(robot);
+    if (!robot.simulated_profile().empty()) add_robot(robot);
   }
   pieces_ = std::make_unique<sim::Pieces>(scattered(cell_.scene->seed),
                                           [this](const Vector3d& point) { return surface_m(point); });
 }
 
 void Scene::add_robot(const CellRobot& robot) {
-  std::string text = read_profile_text(robot.profile);
+  const std::filesystem::path& file = robot.simulated_profile();
+  std::string text = read_profile_text(file);
   const auto at = text.find(kPort);
   if (at == std::string::npos) return;
   const std::string socket = cell_.servo_socket(robot);
   text.replace(at, kPort.size(), "unix:" + socket);
-  const Profile profile = parse_profile(text, robot.profile);
+  const Profile profile = parse_profile(text, file);
   if (profile.backend.kind != "ssc32" || profile.backend.serial.port != "unix:" + socket) return;
   sim::Ssc32Options options;
   options.baud = profile.backend.serial.baud;

@@ -133,6 +133,15 @@ TEST_F(SceneTest, ARobotBringsAPieceByItsControllersLine) {
   EXPECT_NEAR((scene.view().pieces[0].foot_m - slot).norm(), 0, 0.012) << "servos have a dead band";
 }
 
+TEST_F(SceneTest, AnArmThatRunsElsewhereIsThereByItsSceneProfile) {
+  CellConfig cell = demo(1);
+  std::swap(cell.robots[0].profile, cell.robots[0].scene_profile);
+  Scene scene(cell);
+  scene.tick(1'000'000'000);
+  EXPECT_EQ(scene.cast().arms.size(), 2u);
+  EXPECT_TRUE(fs::exists(cell.servo_socket(cell.robots[0])));
+}
+
 TEST_F(SceneTest, APersonEmptiesAndRefillsAPlace) {
   Scene scene(demo(12));
   scene.tick(1'000'000'000);
