@@ -204,7 +204,8 @@ TEST_F(ForeignRobot, TheGripperFollows) {
 
 TEST_F(ForeignRobot, AClientInJavaTakesAPieceFromPlaceToPlace) {
   start();
-  const RunResult result = run({CORBOT_CLIENTS_OUT "/java/pick_and_place", java_robot_reference(port_, "robot")});
+  const RunResult result =
+      run({CORBOT_CLIENTS_OUT "/java/pick_and_place", java_robot_reference(port_, "robot")});
   EXPECT_EQ(result.code, 0) << result.errors;
   EXPECT_EQ(result.output, "the piece is there\n");
   expect_at({0.2, -0.1, 0.09});

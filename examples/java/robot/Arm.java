@@ -22,6 +22,7 @@ final class Arm {
   static final double GRIPPER_SECONDS = 0.5;
   static final double LINE_SPEED = 0.25;
   static final double LINE_ACCELERATION = 1;
+  static final double LEVEL = 0; // the tool's pitch in motions to a point
   static final double REACH = 0.340; // the three links, stretched
 
   private static final double L0 = 0.067; // table to shoulder

@@ -7,7 +7,7 @@ import java.nio.channels.SocketChannel;
 import java.nio.charset.StandardCharsets;
 
 /**
- * An SSC-32 servo controller at a Unix socket, as the scene of a cell emulates it. Every pulse is a position without a
+ * An SSC-32 servo controller at a Unix socket, as the scene of a cell emulates it. A pulse is a position without a
  * time, so the servos hold where they are as soon as no more pulses come.
  */
 final class Controller {

@@ -1,11 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 import Corbot.LimitExceeded;
+import Corbot.Point;
 import Corbot.Unreachable;
+import java.util.Arrays;
 
 /** Joints over time: a path, and a law along it whose speed and acceleration begin and end at zero. */
 final class Motion {
+  /** What Speed and ArtSpeed allow: a share of the most, and of each joint's. */
+  record Limits(double share, double[] joints) {
+    double joint(int joint) {
+      return joints[joint] * Arm.JOINTS[joint].speed();
+    }
+  }
+
   /** The joints at `s`, 0 to 1, of the way. */
-  interface Way {
+  private interface Way {
     double[] at(double s) throws Unreachable, LimitExceeded;
   }
 
@@ -18,45 +27,66 @@ final class Motion {
   final double seconds;
   private final double[][] joints = new double[SAMPLES + 1][];
 
-  /** `length` in metres, with its speed, of a line or arc; 0 of a free motion. `t`: no sooner than that. */
-  Motion(Way way, double length, double lineSpeed, double[] jointSpeeds, double t)
-      throws Unreachable, LimitExceeded {
+  /** All joints begin and end together. `t`: no sooner than that. */
+  static Motion free(double[] from, double[] to, Limits limits, double t) throws Unreachable, LimitExceeded {
+    double[] shares = Arrays.stream(limits.joints).map(share -> share * limits.share).toArray();
+    return new Motion(s -> between(from, to, s), 0, new Limits(1, shares), t);
+  }
+
+  /** Refused where the arm is folded back at the begin, since Arm.joints() knows no such pose. */
+  static Motion line(double[] from, Point to, Limits limits, double t) throws Unreachable, LimitExceeded {
+    Arm.Tool tool = Arm.tool(from);
+    double[] a = {tool.x(), tool.y(), tool.z(), tool.pitch()};
+    double[] b = {to.x, to.y, to.z, Arm.LEVEL};
+    Way way = s -> {
+      double[] at = between(a, b, s);
+      return Arm.joints(new Arm.Tool(at[0], at[1], at[2], at[3]));
+    };
+    double[] first = way.at(0);
+    for (int joint = 0; joint < Arm.DOF; joint++) {
+      if (Math.abs(first[joint] - from[joint]) > JUMP) {
+        throw new Unreachable(tool.point(), "no line begins here: the arm is folded back, Move it first");
+      }
+    }
+    double length = Math.hypot(Math.hypot(b[0] - a[0], b[1] - a[1]), b[2] - a[2]);
+    return new Motion(way, length, limits, t);
+  }
+
+  static Motion arc(Arc arc, Limits limits) throws Unreachable, LimitExceeded {
+    return new Motion(s -> Arm.joints(new Arm.Tool(arc.at(s), Arm.LEVEL)), arc.length, limits, 0);
+  }
+
+  /** `length`: of a line or an arc, metres. */
+  private Motion(Way way, double length, Limits limits, double t) throws Unreachable, LimitExceeded {
     for (int i = 0; i <= SAMPLES; i++) {
       joints[i] = way.at((double) i / SAMPLES);
     }
-    double least = Math.max(t, leastSeconds(length, lineSpeed, 0, Arm.LINE_ACCELERATION));
+    double least = Math.max(t, leastSeconds(length, limits.share * Arm.LINE_SPEED, 0, Arm.LINE_ACCELERATION));
     for (int joint = 0; joint < Arm.DOF; joint++) {
       for (int i = 1; i < SAMPLES; i++) {
         double before = joints[i - 1][joint];
         double after = joints[i + 1][joint];
         double slope = Math.abs(after - before) * SAMPLES / 2;
         double bend = Math.abs(after - 2 * joints[i][joint] + before) * SAMPLES * SAMPLES;
-        least = Math.max(least, leastSeconds(slope, jointSpeeds[joint], bend, Arm.JOINTS[joint].acceleration()));
+        least = Math.max(least, leastSeconds(slope, limits.joint(joint), bend, Arm.JOINTS[joint].acceleration()));
       }
     }
     seconds = least;
-  }
-
-  /** The same way, refused where it does not begin at the joints `from`: the arm is folded back there. */
-  static Way beginningAt(double[] from, Way way) throws Unreachable, LimitExceeded {
-    double[] first = way.at(0);
-    for (int joint = 0; joint < Arm.DOF; joint++) {
-      if (Math.abs(first[joint] - from[joint]) > JUMP) {
-        throw new Unreachable(Arm.tool(from).point(), "no line begins here: the arm is folded back, Move it first");
-      }
-    }
-    return way;
   }
 
   double[] at(double time) {
     double t = seconds > 0 ? Math.min(time / seconds, 1) : 1;
     double sample = t * t * t * (10 + t * (6 * t - 15)) * SAMPLES;
     int i = Math.min((int) sample, SAMPLES - 1);
-    double[] q = new double[Arm.DOF];
-    for (int joint = 0; joint < Arm.DOF; joint++) {
-      q[joint] = joints[i][joint] + (sample - i) * (joints[i + 1][joint] - joints[i][joint]);
+    return between(joints[i], joints[i + 1], sample - i);
+  }
+
+  private static double[] between(double[] from, double[] to, double s) {
+    double[] at = new double[from.length];
+    for (int i = 0; i < from.length; i++) {
+      at[i] = from[i] + s * (to[i] - from[i]);
     }
-    return q;
+    return at;
   }
 
   private static double leastSeconds(double slope, double speed, double bend, double acceleration) {

@@ -21,7 +21,6 @@ final class Servant extends RobotPOA {
   private static final int CAPACITY = 16;
   private static final int FRAMES_PER_SECOND = 50; // as often as a servo looks at its pulse
   private static final double LONGEST_DELAY = 3600;
-  private static final double LEVEL = 0; // the tool's pitch in motions to a point
 
   private final Controller controller;
   private final AtomicInteger accepted = new AtomicInteger();
@@ -31,7 +30,7 @@ final class Servant extends RobotPOA {
   private double[] q = new double[Arm.DOF];
   private double grip = Arm.GRIPPER_CLOSED;
   private boolean isOpen;
-  private double lineShare = 1;
+  private double share = 1;
   private final double[] jointShares = new double[Arm.DOF];
 
   Servant(Controller controller) {
@@ -97,10 +96,10 @@ final class Servant extends RobotPOA {
   public void Move(double Px, double Py, double Pz, double d, double t)
       throws BadParameter, Unreachable, LimitExceeded, NotReady, QueueFull {
     checkTarget(Px, Py, Pz, d, t);
-    double[] speeds = jointSpeeds(lineShare());
+    Motion.Limits limits = limits();
     try (Turn mine = new Turn()) {
-      double[] target = Arm.joints(new Arm.Tool(Px, Py, Pz + d, LEVEL));
-      carryOut(new Motion(between(ArtiCoord(), target), 0, 1, speeds, t));
+      double[] target = Arm.joints(new Arm.Tool(Px, Py, Pz + d, Arm.LEVEL));
+      carryOut(Motion.free(ArtiCoord(), target, limits, t));
     }
   }
 
@@ -108,25 +107,23 @@ final class Servant extends RobotPOA {
   public void MoveS(double Px, double Py, double Pz, double d, double t)
       throws BadParameter, Unreachable, LimitExceeded, NotReady, QueueFull {
     checkTarget(Px, Py, Pz, d, t);
-    double speed = lineShare() * Arm.LINE_SPEED;
-    double[] speeds = jointSpeeds(1);
+    Motion.Limits limits = limits();
     try (Turn mine = new Turn()) {
-      carryOut(line(ArtiCoord(), new Point(Px, Py, Pz + d), speed, speeds, t));
+      carryOut(Motion.line(ArtiCoord(), new Point(Px, Py, Pz + d), limits, t));
     }
   }
 
   @Override
   public void MoveC(Point P1, Point P2, Point P3)
       throws BadParameter, Unreachable, LimitExceeded, NotReady, QueueFull {
-    checkPoint("P1", P1);
-    checkPoint("P2", P2);
-    checkPoint("P3", P3);
-    double speed = lineShare() * Arm.LINE_SPEED;
-    double[] speeds = jointSpeeds(1);
+    checkFinite("P1", P1.x, P1.y, P1.z);
+    checkFinite("P2", P2.x, P2.y, P2.z);
+    checkFinite("P3", P3.x, P3.y, P3.z);
     Arc arc = new Arc(P1, P2, P3);
+    Motion.Limits limits = limits();
     try (Turn mine = new Turn()) {
-      Motion approach = line(ArtiCoord(), P1, speed, speeds, 0);
-      Motion round = new Motion(s -> Arm.joints(new Arm.Tool(arc.at(s), LEVEL)), arc.length, speed, speeds, 0);
+      Motion approach = Motion.line(ArtiCoord(), P1, limits, 0);
+      Motion round = Motion.arc(arc, limits);
       carryOut(approach); // both are possible
       carryOut(round);
     }
@@ -136,25 +133,26 @@ final class Servant extends RobotPOA {
   public void Drive(int articulation, double increment, double speed)
       throws BadParameter, LimitExceeded, NotReady, QueueFull {
     checkJoint(articulation);
-    check(Double.isFinite(increment), "increment", increment, "must be a finite number");
+    checkFinite("increment", increment);
     check(Double.isFinite(speed) && speed > 0, "speed", speed, "must be above 0");
-    double[] speeds = jointSpeeds(1);
-    if (speed > speeds[articulation]) {
-      throw new LimitExceeded("speed", articulation, speed, 0, speeds[articulation]);
+    double most = limits().joint(articulation);
+    if (speed > most) {
+      throw new LimitExceeded("speed", articulation, speed, 0, most);
     }
-    speeds[articulation] = speed;
+    double[] shares = new double[Arm.DOF];
+    Arrays.fill(shares, speed / Arm.JOINTS[articulation].speed());
     try (Turn mine = new Turn()) {
       double[] target = ArtiCoord();
       target[articulation] += increment;
-      drive(Arm.inRange(target), speeds);
+      drive(Arm.inRange(target), new Motion.Limits(1, shares));
     }
   }
 
   @Override
   public void Ready() throws NotReady, QueueFull {
-    double[] speeds = jointSpeeds(lineShare());
+    Motion.Limits limits = limits();
     try (Turn mine = new Turn()) {
-      drive(new double[Arm.DOF], speeds);
+      drive(new double[Arm.DOF], limits);
     }
   }
 
@@ -181,7 +179,7 @@ final class Servant extends RobotPOA {
   @Override
   public synchronized void Speed(double percent) throws BadParameter {
     checkPercent(percent);
-    lineShare = percent / 100;
+    share = percent / 100;
   }
 
   @Override
@@ -274,9 +272,9 @@ final class Servant extends RobotPOA {
     carryOut(motion.seconds, time -> q = motion.at(time));
   }
 
-  private void drive(double[] target, double[] speeds) throws NotReady {
+  private void drive(double[] target, Motion.Limits limits) throws NotReady {
     try {
-      carryOut(new Motion(between(ArtiCoord(), target), 0, 1, speeds, 0));
+      carryOut(Motion.free(ArtiCoord(), target, limits, 0));
     } catch (Unreachable | LimitExceeded e) {
       throw new IllegalStateException(e); // between two poses in range all are
     }
@@ -293,37 +291,8 @@ final class Servant extends RobotPOA {
     }
   }
 
-  private static Motion.Way between(double[] from, double[] to) {
-    return s -> {
-      double[] at = new double[Arm.DOF];
-      for (int joint = 0; joint < Arm.DOF; joint++) {
-        at[joint] = from[joint] + s * (to[joint] - from[joint]);
-      }
-      return at;
-    };
-  }
-
-  private static Motion line(double[] from, Point to, double speed, double[] speeds, double t)
-      throws Unreachable, LimitExceeded {
-    Arm.Tool a = Arm.tool(from);
-    double dx = to.x - a.x();
-    double dy = to.y - a.y();
-    double dz = to.z - a.z();
-    Motion.Way way = s -> Arm.joints(
-        new Arm.Tool(a.x() + s * dx, a.y() + s * dy, a.z() + s * dz, a.pitch() + s * (LEVEL - a.pitch())));
-    return new Motion(Motion.beginningAt(from, way), Math.sqrt(dx * dx + dy * dy + dz * dz), speed, speeds, t);
-  }
-
-  private synchronized double lineShare() {
-    return lineShare;
-  }
-
-  private synchronized double[] jointSpeeds(double share) {
-    double[] speeds = new double[Arm.DOF];
-    for (int joint = 0; joint < Arm.DOF; joint++) {
-      speeds[joint] = share * jointShares[joint] * Arm.JOINTS[joint].speed();
-    }
-    return speeds;
+  private synchronized Motion.Limits limits() {
+    return new Motion.Limits(share, jointShares.clone());
   }
 
   private static void check(boolean isGood, String parameter, double value, String rule) throws BadParameter {
@@ -340,17 +309,17 @@ final class Servant extends RobotPOA {
     check(articulation >= 0 && articulation < Arm.DOF, "articulation", articulation, "must be 0 to 3");
   }
 
-  private static void checkPoint(String name, Point p) throws BadParameter {
-    for (double value : new double[] {p.x, p.y, p.z}) {
-      check(Double.isFinite(value), name, value, "must be finite numbers");
+  private static void checkFinite(String parameter, double... values) throws BadParameter {
+    for (double value : values) {
+      check(Double.isFinite(value), parameter, value, "must be a finite number");
     }
   }
 
   private static void checkTarget(double x, double y, double z, double d, double t) throws BadParameter {
-    check(Double.isFinite(x), "Px", x, "must be a finite number");
-    check(Double.isFinite(y), "Py", y, "must be a finite number");
-    check(Double.isFinite(z), "Pz", z, "must be a finite number");
-    check(Double.isFinite(d), "d", d, "must be a finite number");
+    checkFinite("Px", x);
+    checkFinite("Py", y);
+    checkFinite("Pz", z);
+    checkFinite("d", d);
     check(Double.isFinite(t) && t >= 0, "t", t, "must be 0 or more");
   }
 }
