@@ -24,6 +24,7 @@
 #include "cli/calibrate/home.h"
 #include "cli/cell/cell_commands.h"
 #include "cli/commands.h"
+#include "cli/conform/conform.h"
 #include "cli/doctor/doctor.h"
 #include "cli/plot/plot.h"
 #include "cli/supervise/up.h"
@@ -53,6 +54,7 @@ struct Settings {
   std::string doctor_profile;
   CalibrateOptions calibrate;
   HomeOptions home;
+  bool is_agreed{false};  ///< that `conform` moves the arm
   KinematicsOptions kinematics;
   ExportOptions exported;
   bool urdf{false};
@@ -225,6 +227,17 @@ void add_supervision(CLI::App& app, Settings& s) {
   });
 }
 
+void add_conform(CLI::App& app, Settings& s) {
+  CLI::App* command = app.add_subcommand(
+      "conform", "Examine whether a robot, of whatever make, does what robot.idl says; moves the arm");
+  command->add_option("REFERENCE", s.client.robot, "The robot, as --robot takes it")->required();
+  command->add_flag("--yes", s.is_agreed, "Move the arm without being asked");
+  command->add_option("--timeout", s.client.timeout_s, "Seconds that a call may take, not a motion")
+      ->check(number_within(0.1, 3600.0));
+  command->footer("Exit code 0: all that the pick-and-place cell needs holds; 1: something does not.");
+  command->callback([&s] { conform(find_robot(s.client.robot), s.client.timeout_s, s.is_agreed); });
+}
+
 void add_calibration(CLI::App& app, Settings& s) {
   CLI::App* command =
       app.add_subcommand("calibrate", "Calibrate the servos and write the result into the profile");
@@ -373,6 +386,7 @@ int run(int argc, char** argv) {
   std::map<const VerbSpec*, std::vector<std::string>> words;
   add_client_options(app, settings);
   add_supervision(app, settings);
+  add_conform(app, settings);
   add_calibration(app, settings);
   add_arm(app, settings);
   add_views(app, settings);

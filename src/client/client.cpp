@@ -79,17 +79,6 @@ Corbot::Pose frame(const std::vector<double>& n) {
   return {{n[0], n[1], n[2]}, turned};
 }
 
-CORBA::ORB_ptr start_orb(double timeout_s) {
-  // Trace level 0: lost connections are reported here, not by the ORB.
-  const char* options[][2] = {{"traceLevel", "0"}, {"maxGIOPConnectionPerServer", "20"}, {nullptr, nullptr}};
-  int argc = 0;
-  CORBA::ORB_ptr orb = CORBA::ORB_init(argc, nullptr, "omniORB4", options);
-  const auto milliseconds = static_cast<CORBA::ULong>(std::clamp(timeout_s, 0.01, 86400.0) * 1000);
-  omniORB::setClientCallTimeout(milliseconds);
-  omniORB::setClientConnectTimeout(milliseconds);
-  return orb;
-}
-
 /// A corbaloc without a GIOP version, which would mean 1.0, with 1.2: a servant on ORBit2 replies to 1.0 in
 /// another version when it does not know the object, and the connection breaks.
 std::string with_giop_version(const std::string& reference) {
@@ -114,23 +103,37 @@ Corbot::Quaternion orientation_of(std::span<const double> numbers) {
   return {q.w, q.x, q.y, q.z};
 }
 
-Client::Client(const Address& address, double timeout_s) : address_(address) {
+CORBA::ORB_var start_orb(double timeout_s) {
+  // Trace level 0: lost connections are reported here, not by the ORB.
+  const char* options[][2] = {{"traceLevel", "0"}, {"maxGIOPConnectionPerServer", "20"}, {nullptr, nullptr}};
+  int argc = 0;
   try {
-    orb_ = start_orb(timeout_s);
+    CORBA::ORB_var orb = CORBA::ORB_init(argc, nullptr, "omniORB4", options);
+    const auto milliseconds = static_cast<CORBA::ULong>(std::clamp(timeout_s, 0.01, 86400.0) * 1000);
+    omniORB::setClientCallTimeout(milliseconds);
+    omniORB::setClientConnectTimeout(milliseconds);
+    return orb;
   } catch (const CORBA::Exception& e) {
     throw Failure(
         ExitCode::kInternal,
         fmt::format("the ORB cannot be initialised ({}): check /etc/omniORB.cfg and $OMNIORB_CONFIG",
                     e._name()));
   }
-  CORBA::Object_var object;
+}
+
+CORBA::Object_var find_object(CORBA::ORB_ptr orb, const Address& address) {
   try {
-    object = orb_->string_to_object(with_giop_version(address_.uri).c_str());
+    return orb->string_to_object(with_giop_version(address.uri).c_str());
   } catch (const CORBA::MARSHAL&) {
-    throw explain(CORBA::INV_OBJREF(), address_);  // it was not even sent to anything
+    throw explain(CORBA::INV_OBJREF(), address);  // it was not even sent to anything
   } catch (const CORBA::SystemException& e) {
-    throw explain(e, address_);
+    throw explain(e, address);
   }
+}
+
+Client::Client(const Address& address, double timeout_s) : address_(address) {
+  orb_ = start_orb(timeout_s);
+  const CORBA::Object_var object = find_object(orb_.in(), address_);
   client::call(address_, [&] { arm_ = Corbot::Arm::_narrow(object); });
   if (CORBA::is_nil(arm_)) {
     throw Failure(ExitCode::kUnreachable,

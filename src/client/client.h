@@ -31,6 +31,11 @@ namespace corbot::client {
 /// Progress of the motion under way, 0 … 1; called several times a second from the thread that waits.
 using ProgressReport = std::function<void(double)>;
 
+/// The ORB of a client. `timeout_s` bounds each call through a reference without a time-out of its own. Throws Failure.
+[[nodiscard]] CORBA::ORB_var start_orb(double timeout_s);
+/// A new reference to the object at the address; nothing is called. Throws Failure.
+[[nodiscard]] CORBA::Object_var find_object(CORBA::ORB_ptr orb, const Address& address);
+
 /// One robot behind the ORB. Thread-safe, as the stubs are; every CORBA exception leaves as a Failure.
 class Client {
  public:

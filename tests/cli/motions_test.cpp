@@ -11,6 +11,7 @@
 
 #include "cli/arm/plan_text.h"
 #include "cli_rig.h"
+#include "terminal.h"
 
 namespace corbot::test {
 namespace {
@@ -152,6 +153,41 @@ TEST_F(Motions, ARobotElsewhereIsAskedForTheReachOfACell) {
   EXPECT_THAT(refused.output, HasSubstr("robot1: robot[0].wait_m: the motion to "));
   EXPECT_THAT(refused.output, HasSubstr("would be refused: "));
   EXPECT_EQ(status().at("joints"), before) << "nothing moves";
+}
+
+TEST_F(Motions, ConformFindsThatAllOfRobotIdlHolds) {
+  EXPECT_EQ(corbot({"speed", "60"}).code, 0);
+  const RunResult result =
+      corbot({"conform", "127.0.0.1:" + std::to_string(port_) + "/" + name_, "--yes"}, 120);
+  EXPECT_EQ(result.code, 0) << result.output << result.errors;
+  EXPECT_THAT(result.output, AllOf(Not(HasSubstr("does not hold")), Not(HasSubstr("not there"))));
+  EXPECT_EQ(status().at("speed_percent").at("tool"), 60.0);
+  EXPECT_THAT(corbot({"alarms"}).output, testing::ContainsRegex("^(no alarms|[^\n]* 140 [^\n]*)\n$"));
+}
+
+TEST_F(Motions, ConformMovesNothingUntilYesIsTyped) {
+  const nlohmann::json before = status().at("joints");
+  EXPECT_THAT(corbot({"conform", name_}).errors, HasSubstr("nobody can be asked: --yes agrees"));
+  const Terminal operator_side;
+  const auto asked = begin({"conform", name_}, operator_side.path());
+  operator_side.type("y");
+  const auto end = asked->wait(within(20));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 2);
+  EXPECT_THAT(asked->output(), HasSubstr("This moves the arm"));
+  EXPECT_EQ(status().at("joints"), before);
+}
+
+TEST_F(Motions, CtrlCEndsConformAndLeavesTheSpeedAsItWas) {
+  const auto examined = begin({"conform", name_, "--yes"});
+  ASSERT_TRUE(wait_state("Waiting"));
+  examined->signal(SIGINT);
+  const auto end = examined->wait(within(20));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 4);
+  EXPECT_THAT(examined->errors(), HasSubstr("the examination was ended by Ctrl-C"));
+  EXPECT_EQ(status().at("state"), "Standby");
+  EXPECT_EQ(status().at("speed_percent").at("tool"), 100.0);
 }
 
 TEST_F(Motions, FramesAreSetShownAndReset) {

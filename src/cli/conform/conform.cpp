@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/conform/conform.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdio>
+#include <iostream>
+#include <optional>
+#include <string>
+
+#include "cli/conform/checks.h"
+#include "client/notice.h"
+#include "client/stop_on_signal.h"
+
+namespace corbot::cli {
+
+using client::ExitCode;
+using client::Failure;
+
+namespace {
+
+constexpr const char* kRow = "{:<14}  {:<4}  {:<19}  {:<38}  {}\n";
+
+void ask() {
+  fmt::print(
+      "This moves the arm: 3 cm to and fro near where it is, within 10 cm of there, joint 0 by 3 degrees (2 "
+      "cm)\n"
+      "from there, the gripper open and closed, and at last to Ready, all at {:g} % of the speed. It also "
+      "calls\n"
+      "what must be refused; a robot that accepts that may go anywhere. KEEP CLEAR, take out what the "
+      "gripper\n"
+      "holds, and have the emergency stop at hand. Type yes to begin: ",
+      kLow_percent);
+  std::fflush(stdout);
+  std::string line;
+  if (!std::getline(std::cin, line) || line != "yes")
+    throw Failure(ExitCode::kUsage, "'yes' was not typed, and nothing has moved");
+}
+
+/// Makes the checks and prints a row each.
+class Examination {
+ public:
+  explicit Examination(Session& session) : session_(session) {
+    fmt::print(kRow, "RESULT", "CELL", "CHECK", "EXPECTED", "CAME");
+  }
+  [[nodiscard]] int failed() const { return failed_; }
+
+  void make(const Check& check) {
+    std::string result = "does not hold", came;
+    try {
+      if (is_lost_) throw Differs("not called: no reply before");
+      came = client::call_user([&] { return check.examine(session_); });
+      result = "holds";
+    } catch (const Differs& e) {
+      came = e.what();
+    } catch (const Failure& e) {
+      came = e.what();
+    } catch (const CORBA::BAD_OPERATION& e) {
+      result = "not there", came = e._name();
+    } catch (const CORBA::NO_IMPLEMENT& e) {
+      result = "not there", came = e._name();
+    } catch (const CORBA::SystemException& e) {
+      is_lost_ = client::is_call_timeout(e);
+      came = is_lost_ ? "no reply in time" : e._name();
+    }
+    if (result != "holds" && check.is_for_cell) ++failed_;
+    fmt::print(kRow, result, check.is_for_cell ? "yes" : "", check.name, check.expected, came);
+    std::fflush(stdout);
+  }
+
+ private:
+  Session& session_;
+  bool is_lost_{false};
+  int failed_{0};
+};
+
+/// Returns how many of those that the cell needs do not hold.
+int examine(Session& session, const client::OnSignal& on_signal) {
+  client::call(session.address(), [&] { session.slow_down(); });
+  Examination examination(session);
+  for (const auto checks : {read_checks(), motion_checks()}) {
+    for (const Check& check : checks) {
+      if (!on_signal.seen()) examination.make(check);
+    }
+  }
+  client::call(session.address(), [&] { session.restore_speed(); });
+  return examination.failed();
+}
+
+}  // namespace
+
+void conform(const client::Address& address, double timeout_s, bool is_agreed) {
+  if (!is_agreed && ::isatty(STDIN_FILENO) != 1)
+    throw Failure(ExitCode::kUsage, "this moves the arm, and nobody can be asked: --yes agrees");
+  if (!is_agreed) ask();
+  std::atomic<Session*> begun{nullptr};
+  std::optional<Session> session;  // it outlives the signal's thread, which uses it
+  client::OnSignal on_signal([&] {
+    Session* const now = begun.load();
+    if (now == nullptr) ::_exit(static_cast<int>(ExitCode::kStopped));  // nothing moves yet
+    client::notice(stderr,
+                   "\ncorbot: ends after the motion under way, which is stopped where the robot can\n");
+    now->end();
+  });
+  begun = &session.emplace(address, timeout_s);
+  const int failed = examine(*session, on_signal);
+  if (on_signal.seen()) {
+    on_signal.join();
+    throw Failure(ExitCode::kStopped, "the examination was ended by " + on_signal.describe());
+  }
+  if (failed > 0)
+    throw Failure(ExitCode::kRefused,
+                  fmt::format("{} of the checks that the pick-and-place cell needs {} not hold", failed,
+                              failed == 1 ? "does" : "do"));
+  fmt::print("All that the pick-and-place cell needs holds.\n");
+}
+
+}  // namespace corbot::cli

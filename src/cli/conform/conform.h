@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "client/explain.h"
+
+namespace corbot::cli {
+
+/// Makes the calls of robot.idl, moves the arm, and prints which checks hold. `is_agreed`: nobody is asked first.
+/// Throws Failure: kRefused where a check that the cell needs does not hold, kStopped after Ctrl-C.
+void conform(const client::Address& address, double timeout_s, bool is_agreed);
+
+}  // namespace corbot::cli

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// `corbot conform` against a robot of robot.idl alone, and against three that have a fault.
+#include <gmock/gmock.h>
+
+#include "cli_rig.h"
+
+namespace corbot::test {
+namespace {
+
+using testing::AllOf;
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::Not;
+
+class ConformPlain : public CliRig {
+ protected:
+  void serve(const std::string& fault = "") {
+    std::vector<std::string> command{CORBOT_BINARY_DIR "/tests/plain_robot", std::to_string(port_)};
+    if (!fault.empty()) command.push_back(fault);
+    robot_ = std::make_unique<Process>(command);
+    ASSERT_TRUE(robot_->wait_line("serves", within(20)));
+  }
+  [[nodiscard]] std::string reference() const { return "127.0.0.1:" + std::to_string(port_) + "/plain"; }
+  RunResult conform() { return corbot({"conform", reference(), "--yes"}, 120); }
+
+  std::unique_ptr<Process> robot_;
+};
+
+TEST_F(ConformPlain, AllThatTheCellNeedsHoldsAndWhatIsNotThereIsNamed) {
+  serve();
+  const RunResult result = conform();
+  EXPECT_EQ(result.code, 0) << result.output << result.errors;
+  EXPECT_THAT(result.output, AllOf(Not(HasSubstr("does not hold")),
+                                   ContainsRegex("\nnot there +MoveC +[^\n]*NO_IMPLEMENT\n"),
+                                   ContainsRegex("\nholds +yes +Move to where it is"),
+                                   HasSubstr("All that the pick-and-place cell needs holds.\n")));
+}
+
+TEST_F(ConformPlain, AMoveThatReturnsBeforeTheArmIsAtRestIsFound) {
+  serve("early");
+  const RunResult result = conform();
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.output,
+              ContainsRegex("\ndoes not hold +yes +Move +[^\n]*the arm moves after the reply: [0-9.]+ mm"));
+}
+
+TEST_F(ConformPlain, AnUnreachablePointThatIsAcceptedIsFound) {
+  serve("silent");
+  const RunResult result = conform();
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.output,
+              ContainsRegex("\ndoes not hold +yes +Move, MoveS too far [^\n]*Move was accepted"));
+  EXPECT_EQ(result.errors, "corbot: 1 of the checks that the pick-and-place cell needs does not hold\n");
+}
+
+TEST_F(ConformPlain, ADelayThatReturnsAtOnceIsFound) {
+  serve("hasty");
+  const RunResult result = conform();
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.output, ContainsRegex("\ndoes not hold +yes +Delay +[^\n]* 0\\.00 s\n"));
+  EXPECT_EQ(result.errors, "corbot: 1 of the checks that the pick-and-place cell needs does not hold\n");
+}
+
+}  // namespace
+}  // namespace corbot::test
