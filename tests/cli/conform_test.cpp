@@ -61,5 +61,14 @@ TEST_F(ConformPlain, ADelayThatReturnsAtOnceIsFound) {
   EXPECT_EQ(result.errors, "corbot: 1 of the checks that the pick-and-place cell needs does not hold\n");
 }
 
+TEST_F(ConformPlain, NothingMovesWhereSpeedIsNotThere) {
+  serve("full");
+  const RunResult result = conform();
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.output, AllOf(ContainsRegex("\nnot there +yes +Speed +[^\n]*NO_IMPLEMENT\n"),
+                                   ContainsRegex("\ndoes not hold +yes +Delay +[^\n]*not called: Speed does"),
+                                   ContainsRegex("\ndoes not hold +Ready +[^\n]*not called: Speed does")));
+}
+
 }  // namespace
 }  // namespace corbot::test

@@ -69,6 +69,7 @@ std::string reads_meanwhile(Session& session) {
 }
 
 std::string speed_slows(Session& session) {
+  session.slow_down();
   const Place& place = session.place();
   session.move(place.begin);
   const double quick_s = seconds_of([&] { session.move_s(place.end, 0); });

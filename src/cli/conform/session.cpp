@@ -42,10 +42,20 @@ Session::Session(const client::Address& address, double timeout_s)
       const Corbot::SpeedSettings_var speeds = arm_->Speeds();
       speed_percent_ = speeds->tool;
     }
-    if (robot_->Status() != Corbot::Standby)
+    if (!is_standby())
       throw Failure(ExitCode::kRefused,
                     "the robot is in Error, or busy: its Status must be Standby at the beginning");
   });
+}
+
+/// A robot without Status passes.
+bool Session::is_standby() const {
+  try {
+    return robot_->Status() == Corbot::Standby;
+  } catch (const CORBA::BAD_OPERATION&) {  // NOLINT(bugprone-empty-catch): its check says so
+  } catch (const CORBA::NO_IMPLEMENT&) {   // NOLINT(bugprone-empty-catch): the same
+  }
+  return true;
 }
 
 Session::~Session() {
@@ -57,6 +67,7 @@ Session::~Session() {
 
 Corbot::Robot_ptr Session::motions() const {
   if (is_ended_) throw Differs("not called: the examination was ended");
+  if (!is_slow_) throw Differs("not called: Speed does not slow the arm down");
   return motions_.in();
 }
 
@@ -86,25 +97,27 @@ std::string Session::rest_at(const Vector3d& target) const {
 }
 
 bool Session::reaches(const Place& place) {
+  std::string refusal;
   try {
     for (const Vector3d& point : {place.begin, place.middle, place.end, place.begin}) move(point);
     return true;
   } catch (const Corbot::Unreachable& e) {
-    refusal_ = client::explain(e).what();
+    refusal = client::explain(e).what();
   } catch (const Corbot::LimitExceeded& e) {
-    refusal_ = client::explain(e).what();
+    refusal = client::explain(e).what();
   }
+  if (refusal_.empty()) refusal_ = refusal;
   return false;
 }
 
-/// Beginning where the arm is, and from there inward, upward and downward: it may be at the edge of its reach.
+/// Beginning where the arm is, and from there inward, outward, upward and downward: it may be at the edge of its reach.
 void Session::find_place() {
   const Vector3d here = position();
   const double radius_m = std::hypot(here.x(), here.y());
   Vector3d outward = Vector3d::UnitX();
   if (radius_m > 1e-3) outward = Vector3d(here.x(), here.y(), 0) / radius_m;
   const Vector3d sideways(-outward.y(), outward.x(), 0);
-  for (const double inward_m : {0.0, 0.02, 0.04, 0.06}) {
+  for (const double inward_m : {0.0, 0.02, 0.04, 0.06, -0.03}) {
     for (const double up_m : {0.0, 0.03, -0.03}) {
       for (const double way_m : {kWay_m, -kWay_m}) {
         const Vector3d begin = here - inward_m * outward + up_m * Vector3d::UnitZ();
@@ -124,7 +137,20 @@ const Place& Session::place() {
   return *place_;
 }
 
-void Session::restore_speed() const { robot_->Speed(speed_percent_); }
+void Session::slow_down() {
+  robot_->Speed(kLow_percent);
+  is_slow_ = true;
+}
+
+void Session::restore_speed() const {
+  if (!is_slow_) return;
+  try {
+    robot_->Speed(speed_percent_);
+  } catch (const CORBA::Exception& e) {
+    throw Failure(ExitCode::kUnreachable, fmt::format("Speed is still {:g} %, and not {:g} % as before: {}",
+                                                      kLow_percent, speed_percent_, e._name()));
+  }
+}
 
 void Session::end() {
   constexpr int kTimes = 5;  // a motion may begin after a Stop that was sent first

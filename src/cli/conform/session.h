@@ -43,7 +43,7 @@ class Session {
   [[nodiscard]] const client::Address& address() const { return address_; }
   /// For what does not move.
   [[nodiscard]] Corbot::Robot_ptr robot() const { return robot_.in(); }
-  /// For motions. Throws Differs once end() was called.
+  /// For motions. Throws Differs before slow_down() and after end().
   [[nodiscard]] Corbot::Robot_ptr motions() const;
   /// Breaks its connection in mid-call.
   [[nodiscard]] Corbot::Robot_ptr cut() const { return cut_.in(); }
@@ -56,13 +56,14 @@ class Session {
   /// The first call moves the arm to find it. Throws Differs where there is none.
   const Place& place();
 
-  void slow_down() const { robot_->Speed(kLow_percent); }
-  /// The speed as it was, as far as that is known.
+  void slow_down();
+  /// As it was before slow_down(), as far as that is known.
   void restore_speed() const;
   /// No motion begins from now on, and an Arm is stopped. From another thread.
   void end();
 
  private:
+  [[nodiscard]] bool is_standby() const;
   [[nodiscard]] bool reaches(const Place& place);
   void find_place();
 
@@ -74,7 +75,8 @@ class Session {
   Corbot::Arm_var arm_;        ///< nil: it serves robot.idl alone
   double speed_percent_{100};  ///< robot.idl has no way to read it
   std::optional<Place> place_;
-  std::string refusal_;  ///< of the last place that was tried
+  std::string refusal_;  ///< of the first place that was tried
+  bool is_slow_{false};
   std::atomic<bool> is_ended_{false};
 };
 
