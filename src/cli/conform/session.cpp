@@ -110,7 +110,7 @@ bool Session::reaches(const Place& place) {
   return false;
 }
 
-/// Beginning where the arm is, and from there inward, outward, upward and downward: it may be at the edge of its reach.
+/// Begins where the arm is, then goes inward, outward, upward and downward: it may be at the edge of its reach.
 void Session::find_place() {
   const Vector3d here = position();
   const double radius_m = std::hypot(here.x(), here.y());
@@ -147,7 +147,7 @@ void Session::restore_speed() const {
   try {
     robot_->Speed(speed_percent_);
   } catch (const CORBA::Exception& e) {
-    throw Failure(ExitCode::kUnreachable, fmt::format("Speed is still {:g} %, and not {:g} % as before: {}",
+    throw Failure(ExitCode::kUnreachable, fmt::format("Speed may still be {:g} % in place of {:g} %: {}",
                                                       kLow_percent, speed_percent_, e._name()));
   }
 }
