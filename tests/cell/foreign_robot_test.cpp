@@ -29,6 +29,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
+using testing::AllOf;
+using testing::Ge;
+using testing::Lt;
 
 constexpr double kNear_m = 0.004;  ///< pulses of whole microseconds, servos with a dead band
 constexpr std::size_t kGripper = 4;
@@ -113,7 +116,7 @@ class ForeignRobot : public testing::Test {
   void expect_at(const Vector3d& point) {
     const Corbot::CartesianCoord at = robot_->CartCoord();
     EXPECT_NEAR((Vector3d(at.x, at.y, at.z) - point).norm(), 0, 1e-6);
-    EXPECT_TRUE(wait_until(within(1), [&] { return (arm_->tool() - point).norm() < kNear_m; }))
+    EXPECT_TRUE(wait_until(within(5), [&] { return (arm_->tool() - point).norm() < kNear_m; }))
         << arm_->tool().transpose() << " instead of " << point.transpose();
   }
 
@@ -172,14 +175,14 @@ TEST_F(ForeignRobot, MovesFreelyAlongLinesAndArcs) {
   for (CORBA::ULong i = 0; i < 4; ++i) EXPECT_NEAR(ready[i], 0, 1e-9);
   robot_->Drive(0, 20, 90);
   EXPECT_NEAR(Corbot::JointCoord_var(robot_->ArtiCoord())[0u], 20, 1e-9);
-  EXPECT_TRUE(wait_until(within(1), [&] { return std::abs(arm_->shaft_us(0) - 1700) < 4; }));
+  EXPECT_TRUE(wait_until(within(5), [&] { return std::abs(arm_->shaft_us(0) - 1700) < 4; }));
 }
 
 TEST_F(ForeignRobot, KeepsTheTimesAndSpeedsThatAreAskedFor) {
   start();
   robot_->Move(0.2, 0.05, 0.1, 0, 0);
-  EXPECT_NEAR(seconds_of([&] { robot_->MoveS(0.2, -0.05, 0.1, 0, 2); }), 2, 0.3);
-  EXPECT_NEAR(seconds_of([&] { robot_->Delay(0.5); }), 0.5, 0.3);
+  EXPECT_THAT(seconds_of([&] { robot_->MoveS(0.2, -0.05, 0.1, 0, 2); }), AllOf(Ge(1.99), Lt(3.5)));
+  EXPECT_THAT(seconds_of([&] { robot_->Delay(0.5); }), AllOf(Ge(0.49), Lt(2)));
   const double fast_s = seconds_of([&] { robot_->MoveS(0.2, 0.05, 0.1, 0, 0); });
   EXPECT_GE(fast_s, 0.1 / 0.25);
   robot_->Speed(20);
@@ -196,10 +199,10 @@ TEST_F(ForeignRobot, TheGripperFollows) {
   start();
   robot_->Open();
   EXPECT_EQ(robot_->GripperStatus(), Corbot::Open);
-  EXPECT_TRUE(wait_until(within(1), [&] { return arm_->shaft_us(kGripper) < 1110; }));
+  EXPECT_TRUE(wait_until(within(5), [&] { return arm_->shaft_us(kGripper) < 1110; }));
   robot_->Close();
   EXPECT_EQ(robot_->GripperStatus(), Corbot::Close);
-  EXPECT_TRUE(wait_until(within(1), [&] { return arm_->shaft_us(kGripper) > 1890; }));
+  EXPECT_TRUE(wait_until(within(5), [&] { return arm_->shaft_us(kGripper) > 1890; }));
 }
 
 TEST_F(ForeignRobot, AClientInJavaTakesAPieceFromPlaceToPlace) {
@@ -253,6 +256,11 @@ TEST_F(ForeignRobot, RefusesByTheExceptionsOfRobotIdlAndMovesNothing) {
 
 TEST_F(ForeignRobot, CallsWaitTheirTurnAndReadsDoNot) {
   start();
+  auto first = std::async(std::launch::async, [&] { robot_->Delay(3); });
+  EXPECT_TRUE(wait_until(within(2), [&] { return robot_->Status() == Corbot::Waiting; }));
+  (void)robot_->CartCoord();
+  EXPECT_EQ(first.wait_for(std::chrono::seconds(0)), std::future_status::timeout);
+  first.get();
   std::vector<std::future<bool>> calls;
   for (int i = 0; i < 18; ++i) {
     calls.push_back(std::async(std::launch::async, [&] {
@@ -265,8 +273,6 @@ TEST_F(ForeignRobot, CallsWaitTheirTurnAndReadsDoNot) {
       }
     }));
   }
-  EXPECT_TRUE(wait_until(within(10), [&] { return robot_->Status() == Corbot::Waiting; }));
-  EXPECT_LT(seconds_of([&] { (void)robot_->CartCoord(); }), 0.25);
   int ended = 0;
   for (auto& call : calls) ended += call.get() ? 1 : 0;
   EXPECT_GE(ended, 16);

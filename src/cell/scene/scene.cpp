@@ -58,6 +58,10 @@ void Scene::add_robot(const CellRobot& robot) {
   const std::filesystem::path& file = robot.simulated_profile();
   std::string text = read_profile_text(file);
   const auto at = text.find(kPort);
+  if (at == std::string::npos && robot.profile.empty()) {
+    throw Failure(ExitCode::kUsage, fmt::format("{}: {}.scene_profile: its backend must have port = \"{}\"",
+                                                file.string(), cell_.key_of(robot), kPort));
+  }
   if (at == std::string::npos) return;
   const std::string socket = cell_.servo_socket(robot);
   text.replace(at, kPort.size(), "unix:" + socket);

@@ -142,6 +142,20 @@ TEST_F(SceneTest, AnArmThatRunsElsewhereIsThereByItsSceneProfile) {
   EXPECT_TRUE(fs::exists(cell.servo_socket(cell.robots[0])));
 }
 
+TEST_F(SceneTest, ASceneProfileWithAnotherPortIsRefused) {
+  CellConfig cell = demo(1);
+  cell.robots[0].profile.clear();
+  cell.robots[0].scene_profile = CORBOT_SHIPPED_PROFILE;
+  try {
+    const Scene scene(cell);
+    ADD_FAILURE() << "an arm without a controller in the scene";
+  } catch (const client::Failure& failure) {
+    EXPECT_EQ(failure.code(), client::ExitCode::kUsage);
+    EXPECT_THAT(failure.what(),
+                HasSubstr("robot[0].scene_profile: its backend must have port = \"unix:SCENE/"));
+  }
+}
+
 TEST_F(SceneTest, APersonEmptiesAndRefillsAPlace) {
   Scene scene(demo(12));
   scene.tick(1'000'000'000);
