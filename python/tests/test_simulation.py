@@ -166,3 +166,9 @@ def test_ctrl_c_in_a_terminal_does_not_reach_the_robot() -> None:
     with robot:
         session = subprocess.run(["ps", "-o", "sid=", "-p", str(robot.processes["pid"])], capture_output=True, text=True)
         assert int(session.stdout) != os.getsid(0)
+
+
+def test_a_program_without_profiles_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CORBOT_PROFILES", raising=False)
+    with pytest.raises(corbot.SimulationFailed, match=r"No profile is there: set \$CORBOT_PROFILES to the directory"):
+        find_profile("lynx5", tmp_path / "bin/corbot")

@@ -238,7 +238,8 @@ def find_profile(profile: str, program: Path) -> Path:
         if (directory / f"{profile}.toml").is_file():
             return directory / f"{profile}.toml"
     names = sorted(file.stem for directory in shipped for file in directory.glob("*.toml"))
-    raise SimulationFailed(f"'{profile}' is no profile of $CORBOT_PROFILES or of {program}. These are: {', '.join(names)}.")
+    there = f"These are: {', '.join(names)}." if names else "No profile is there: set $CORBOT_PROFILES to the directory of yours."
+    raise SimulationFailed(f"'{profile}' is no profile of $CORBOT_PROFILES or of {program}. {there}")
 
 
 def _free_ports(count: int) -> int:
