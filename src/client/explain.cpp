@@ -207,8 +207,9 @@ Failure explain(const CORBA::SystemException& e, const Address& address) {
         address.where));
   }
   if (CORBA::OBJECT_NOT_EXIST::_downcast(&e) != nullptr) {
-    return fail(
-        fmt::format("a server answers at {}, but has no robot named '{}'", address.where, address.name));
+    const std::string there = robot_at(address.where);
+    return fail(fmt::format("a server answers at {}, but has no robot named '{}'{}", address.where,
+                            printable(address.name), there.empty() ? "" : ": it has '" + there + "'"));
   }
   if (CORBA::INV_OBJREF::_downcast(&e) != nullptr || CORBA::BAD_PARAM::_downcast(&e) != nullptr) {
     return {ExitCode::kUsage,

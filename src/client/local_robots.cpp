@@ -145,6 +145,20 @@ std::string robot_at_port(int port) {
   return "";
 }
 
+std::string robot_at(std::string where) {
+  constexpr std::string_view kLocal = "localhost:";
+  if (where.starts_with(kLocal)) where.replace(0, kLocal.size(), "127.0.0.1:");
+  try {
+    for (const std::string& robot : robots_up()) {
+      const auto state = read_state(robot);
+      if (state && state->endpoint == where) return robot;
+    }
+  } catch (const Failure&) {
+    // It serves a message only.
+  }
+  return "";
+}
+
 std::string endpoint_fault(const std::string& host, int port) {
   std::string why = net::listen_error(host, port);
   // Not looked for in vain: to look at a robot's lock file takes the caller's own record lock of that file away.

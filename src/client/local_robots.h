@@ -56,6 +56,9 @@ struct RobotState {
 /// "'lynx5' is up at 127.0.0.1:12810": the robot here that listens at that port; empty: none does.
 [[nodiscard]] std::string robot_at_port(int port);
 
+/// Name of the robot here that listens at HOST:PORT; empty: none does, or the files cannot be read.
+[[nodiscard]] std::string robot_at(std::string where);
+
 /// Why nothing can listen there, with the robot that has the port where one has it; empty: something can.
 [[nodiscard]] std::string endpoint_fault(const std::string& host, int port);
 

@@ -14,6 +14,7 @@
 #include "cli/supervise/state_lock.h"
 #include "cli/supervise/up.h"
 #include "client/client.h"
+#include "client/explain.h"
 #include "client/failure.h"
 #include "config/profile.h"
 
@@ -117,6 +118,21 @@ TEST_F(State, ThePortOfARobotIsKnown) {
   EXPECT_EQ(client::robot_at_port(2810), "");
   EXPECT_THAT(client::endpoint_fault("192.0.2.1", 12810),
               testing::HasSubstr("not an address of this machine"));
+}
+
+TEST_F(State, AWrongNameAtAnAddressIsAnsweredWithTheRobotThere) {
+  auto lynx = StateLock::acquire("lynx5");
+  lynx->write(sample("lynx5"));
+  const auto told = [](const std::string& where) {
+    const std::string uri = "corbaloc::" + where + "/lynx";
+    const CORBA::OBJECT_NOT_EXIST unknown(0, CORBA::COMPLETED_NO);
+    return std::string(client::explain(unknown, client::Address{uri, "lynx", where}).what());
+  };
+  EXPECT_EQ(told("127.0.0.1:12810"),
+            "a server answers at 127.0.0.1:12810, but has no robot named 'lynx': it has 'lynx5'");
+  EXPECT_THAT(told("localhost:12810"), testing::EndsWith("it has 'lynx5'"));
+  EXPECT_THAT(told("192.0.2.1:12810"), testing::EndsWith("no robot named 'lynx'"));
+  EXPECT_THAT(told("127.0.0.1:2810"), testing::EndsWith("no robot named 'lynx'"));
 }
 
 TEST_F(State, AnUnknownNameIsAnsweredWithThoseThatAreUp) {
