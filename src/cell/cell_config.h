@@ -141,11 +141,11 @@ struct CellConfig {
   /// Unix sockets of the scene: a servo controller's line, and the picture.
   [[nodiscard]] std::filesystem::path servo_socket(const CellRobot& robot) const;
   [[nodiscard]] std::filesystem::path picture_socket() const { return state_directory / "picture.sock"; }
-  /// What each robot does, a line for each change: activity.h.
   /// Where the coordinator keeps a Pause and a Stop; empty without a directory.
   [[nodiscard]] std::filesystem::path hold_file() const {
     return state_directory.empty() ? state_directory : state_directory / "hold";
   }
+  /// What each robot does, a line for each change: activity.h.
   [[nodiscard]] std::filesystem::path activity_file() const { return state_directory / "activity.jsonl"; }
 };
 

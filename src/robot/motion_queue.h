@@ -67,9 +67,9 @@ class MotionQueue {
   [[nodiscard]] int starting() const noexcept { return starting_.load(); }
 
  private:
+  [[nodiscard]] static bool is_in_error(const LivingTask& task);
   /// Where the arm will rest when what is accepted next begins; nothing while that is not known yet. Throws
   /// when it is not ready.
-  [[nodiscard]] static bool is_in_error(const LivingTask& task);
   [[nodiscard]] std::optional<PlanStart> plan_start(const LivingTask& task, std::uint64_t epoch);
   /// Numbers of the last Stop and of the last Clear when a call began.
   struct Begin {
