@@ -14,7 +14,7 @@
 namespace corbot::cell {
 
 enum class Activity {
-  kIdle,             ///< before the work, after it, or when a person is needed
+  kIdle,             ///< before the work, after it, in a pause, or when a person is needed
   kMoving,           ///< arm or gripper
   kWaitingForZone,   ///< another robot is in it
   kLooking,          ///< at rest, for a picture

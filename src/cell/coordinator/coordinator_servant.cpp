@@ -35,7 +35,8 @@ struct CoordinatorServant::RobotThread {
   RobotThread(CORBA::ORB_ptr orb, const CellConfig& cell, const CellRobot& robot, WorkGate& gate,
               WorkStatus::Report report, WorkStatus::OnActivity on_activity, const WrapPorts& wrap_ports)
       : name(robot.name),
-        port(orb, cell.robot_uri(robot), process_name(), cell.timing.motion_s, stop.get_token(), gate),
+        port(orb, cell.robot_uri(robot), process_name(), cell.timing.motion_s, stop.get_token(), gate,
+             [this](bool is_paused) { worker.set_paused(is_paused); }),
         camera(orb, cell.camera_uri(), cell.timing.look_s, stop.get_token()),
         store(orb, cell.store_uri(), stop.get_token()),
         worker(cell, robot,

@@ -53,13 +53,14 @@ class RemoteRobot::UnderWay {
 };
 
 RemoteRobot::RemoteRobot(CORBA::ORB_ptr orb, std::string uri, std::string who, double motion_s,
-                         std::stop_token stop, WorkGate& gate)
+                         std::stop_token stop, WorkGate& gate, std::function<void(bool)> on_pause)
     : orb_(CORBA::ORB::_duplicate(orb)),
       uri_(std::move(uri)),
       who_(std::move(who)),
       motion_s_(motion_s),
       stop_(std::move(stop)),
-      gate_(gate) {
+      gate_(gate),
+      on_pause_(std::move(on_pause)) {
   use(uri_);
 }
 
@@ -181,6 +182,13 @@ void RemoteRobot::send_stop(std::unique_lock<std::mutex>& lock) {
 
 // --- Commands ---
 
+void RemoteRobot::pass_gate() {
+  const bool waits = on_pause_ && gate_.is_paused();
+  if (waits) on_pause_(true);
+  gate_.pass(stop_);
+  if (waits) on_pause_(false);
+}
+
 /// Carries out `f`, which may be repeated since every command of the work is absolute.
 template <class F>
 void RemoteRobot::command(LazyReference<Corbot::Robot>& robot, const Target& target, F&& f) {
@@ -188,7 +196,7 @@ void RemoteRobot::command(LazyReference<Corbot::Robot>& robot, const Target& tar
   auto queue_gives_up = after(motion_s_);
   for (int lost = 0;;) {
     const auto closed = Clock::now();
-    gate_.pass(stop_);
+    pass_gate();
     gives_up += Clock::now() - closed;  // a pause is no time without a reply
     queue_gives_up += Clock::now() - closed;
     if (gate_.is_stopped()) throw Corbot::Stopped("the cell was stopped");

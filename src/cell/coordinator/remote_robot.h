@@ -2,6 +2,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <stop_token>
@@ -18,8 +19,9 @@ class RemoteRobot : public RobotPort {
  public:
   /// `who` names the holder of control. `motion_s`: time-out of one motion, also of the gripper, and of a delay.
   /// While `gate` is closed no command begins. While the gate is stopped every command raises Stopped.
+  /// `on_pause`: a command waits for the gate, or does not any more.
   RemoteRobot(CORBA::ORB_ptr orb, std::string uri, std::string who, double motion_s, std::stop_token stop,
-              WorkGate& gate);
+              WorkGate& gate, std::function<void(bool)> on_pause = {});
   /// NotReady: somebody else has control. Failure: no reply.
   bool acquire() override;
   void release() override;
@@ -47,6 +49,7 @@ class RemoteRobot : public RobotPort {
   void command(LazyReference<Corbot::Robot>& robot, const Target& target, F&& f);
   [[nodiscard]] bool has_arrived(const Target& target);
   void use(const std::string& uri);
+  void pass_gate();
   [[nodiscard]] bool has_control();
   void send_stop(std::unique_lock<std::mutex>& lock);
   void keep_control(const std::string& control);
@@ -58,6 +61,7 @@ class RemoteRobot : public RobotPort {
   const double motion_s_;
   const std::stop_token stop_;
   WorkGate& gate_;
+  const std::function<void(bool)> on_pause_;
 
   // Several references, since a time-out is a reference's: for what moves, for reads, and for all else.
   std::optional<LazyReference<Corbot::Robot>> motions_;

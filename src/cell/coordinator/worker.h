@@ -46,6 +46,8 @@ class Worker {
   void run();
   /// From any thread: a person has looked at what the work waits for, and says Start.
   void go_on();
+  /// While it runs, from its thread: a command waits for the end of a pause, or does not any more.
+  void set_paused(bool is_paused) { status_.set_activity(is_paused ? Activity::kIdle : Activity::kMoving); }
   /// From any thread: waits until the worker waits for a person, and its claim says so. False: not until then.
   [[nodiscard]] bool lets_go(std::chrono::steady_clock::time_point gives_up);
   /// Once run() has returned: takes back a reservation that nothing has touched, leaves the zone where the

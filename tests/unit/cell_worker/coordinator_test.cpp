@@ -13,6 +13,7 @@
 #include <csignal>
 #include <filesystem>
 #include <future>
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -187,6 +188,11 @@ TEST_F(TwoArms, NoRobotBeginsAMotionBetweenPauseAndResume) {
   coordinator.Start();
   ASSERT_TRUE(wait_until(within(20), [&] { return is_held(first_arm_) && is_held(arm_); }));
   EXPECT_FALSE(wait_until(within(1), any_moves));
+  std::map<std::string, cell::Activity> activities;
+  for (const cell::ActivityChange& change : cell::read_activity(config_.activity_file()))
+    activities[change.robot] = change.activity;
+  EXPECT_EQ(activities["robot1"], cell::Activity::kIdle);
+  EXPECT_EQ(activities["robot2"], cell::Activity::kIdle);
   coordinator.Resume();
   EXPECT_FALSE(coordinator.Paused());
   EXPECT_TRUE(wait_until(within(20), any_moves));
