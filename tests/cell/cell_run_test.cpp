@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -457,7 +458,7 @@ TEST_F(CellUp, GoesOnAfterAnyProcessWasKilled) {
     std::this_thread::sleep_for(
         std::chrono::seconds(1));  // into the resolution of the fault before, or out of it
   }
-  ASSERT_TRUE(reaches("; 4 pieces placed\n")) << status();
+  ASSERT_TRUE(reaches("; 4 pieces on pallet2\n")) << status();
   EXPECT_THAT(status(), HasSubstr("no person is needed"));
   expect_down_with(cell, 4);
 }
@@ -467,6 +468,13 @@ TEST_F(CellUp, StopHoldsTheArmsUntilStartAlsoForTheNextCoordinator) {
   Process cell = up(2);
   EXPECT_EQ(this->cell("stop").code, 0);
   EXPECT_THAT(status(), HasSubstr(" stopped; 'corbot cell start' begins or goes on"));
+  for (const char* verb : {"status", "start"}) {
+    std::vector<std::string> words = command({}, verb);
+    std::replace(words.begin(), words.end(), name_, std::string("other"));
+    const RunResult wrong = run(words, 60, environment());
+    EXPECT_EQ(wrong.code, 3) << wrong.output;
+    EXPECT_THAT(wrong.errors, HasSubstr("is of cell '" + name_ + "', not of 'other'"));
+  }
   ASSERT_TRUE(kills(of_cell("corbot-coordinator")));
   ASSERT_TRUE(reaches(" stopped; 'corbot cell start' begins or goes on"));
   const std::string before = text_of("activity.jsonl");
@@ -474,9 +482,9 @@ TEST_F(CellUp, StopHoldsTheArmsUntilStartAlsoForTheNextCoordinator) {
   EXPECT_EQ(text_of("activity.jsonl"), before) << "a robot works";
   EXPECT_EQ(this->cell("pause").code, 0);
   EXPECT_EQ(this->cell("start").code, 0);
-  EXPECT_TRUE(reaches("; 2 pieces placed\n")) << status();
+  EXPECT_TRUE(reaches("; 2 pieces on pallet2\n")) << status();
   EXPECT_EQ(this->cell("exchange", {"pallet2"}).code, 0);
-  EXPECT_THAT(status(), HasSubstr("; 0 pieces placed\n"));
+  EXPECT_THAT(status(), HasSubstr("; 0 pieces on pallet2\n"));
   const std::string piece = first_piece();
   EXPECT_EQ(this->cell("resolve", {piece, "--gone"}).code, 0) << "it is gone already";
   const RunResult refused = this->cell("resolve", {piece, "pallet2", "0"});
@@ -508,7 +516,7 @@ TEST_F(CellUp, StopHoldsTheArmsUntilStartAlsoBesideAStandBy) {
   EXPECT_THAT(second.output(), HasSubstr("has ended while robot1 waited for a person"));
   EXPECT_THAT(status(), HasSubstr(" stopped; 'corbot cell start' begins or goes on"));
   EXPECT_EQ(this->cell("start").code, 0);
-  EXPECT_TRUE(reaches("; 2 pieces placed\n")) << status();
+  EXPECT_TRUE(reaches("; 2 pieces on pallet2\n")) << status();
   second.signal(SIGKILL);
   expect_down_with(cell, 2);
 }
@@ -527,7 +535,7 @@ TEST_F(CellUp, OfTwoCoordinatorsOneWorksAndTheOtherTakesOver) {
   EXPECT_TRUE(wait_event(second, " placed at pallet2 ")) << second.output();
   EXPECT_EQ(pid_of(of_cell("corbot-coordinator")), first) << "it was thawed too late";
   second.signal(SIGKILL);
-  ASSERT_TRUE(reaches("; 6 pieces placed\n")) << status();
+  ASSERT_TRUE(reaches("; 6 pieces on pallet2\n")) << status();
   expect_down_with(cell, 6);
 }
 
@@ -547,7 +555,7 @@ TEST_F(CellUp, GoesOnInTheSameWorldAfterAPowerCut) {
     for (const char* robot : {"robot1", "robot2"}) {
       if (text.find(fmt::format("{} is in Error", robot)) != std::string::npos) clear(robot);
     }
-    return text.find("; 4 pieces placed\n") != std::string::npos;
+    return text.find("; 4 pieces on pallet2\n") != std::string::npos;
   })) << status();
   EXPECT_EQ(cell("down").code, 0);
   ASSERT_TRUE(again.wait(within(60)));
@@ -559,7 +567,7 @@ TEST_F(CellUp, GoesOnInTheSameWorldAfterAPowerCut) {
 
   Process next_world = this->world(1);
   Process next = up(1);
-  EXPECT_TRUE(reaches("; 1 pieces placed\n")) << "the ledger is of this world: " << status();
+  EXPECT_TRUE(reaches("; 1 pieces on pallet2\n")) << "the ledger is of this world: " << status();
   next_world.signal(SIGKILL);
   const auto end = next.wait(within(60));
   ASSERT_TRUE(end);
@@ -580,7 +588,7 @@ TEST_F(CellUp, AFrozenStoreAndAFrozenCameraAreReplaced) {
       return next && next != frozen;
     })) << program;
   }
-  ASSERT_TRUE(reaches("; 3 pieces placed\n")) << status();
+  ASSERT_TRUE(reaches("; 3 pieces on pallet2\n")) << status();
   EXPECT_THAT(status(), HasSubstr("no person is needed"));
   expect_down_with(cell, 3);
 }
@@ -597,10 +605,10 @@ TEST_F(CellUp, ARobotInErrorWaitsForAPersonAndTheOtherGoesOn) {
   ASSERT_EQ(::kill(*task, SIGCONT), 0);
   ASSERT_TRUE(reaches("robot1: robot1 is in Error: look at 'corbot status', put the cause right"))
       << status();
-  EXPECT_TRUE(reaches("; 1 pieces placed\n")) << "robot2 goes on: " << status();
+  EXPECT_TRUE(reaches("; 1 pieces on pallet2\n")) << "robot2 goes on: " << status();
   EXPECT_EQ(pid_of("corbot-rt.*" + name_ + "-robot1"), task) << "it was thawed too late";
   clear("robot1");
-  ASSERT_TRUE(reaches("; 3 pieces placed\n")) << status();
+  ASSERT_TRUE(reaches("; 3 pieces on pallet2\n")) << status();
   EXPECT_THAT(status(), HasSubstr("no person is needed"));
   expect_down_with(cell, 3);
 }
@@ -621,7 +629,7 @@ TEST_F(CellUp, AFullDiskHoldsTheArmsUntilThereIsRoom) {
   EXPECT_EQ(all_events(), events) << "no step is durable, so none is taken";
   EXPECT_EQ(pid_of(of_cell("corbot-store")), store) << "it lives";
   ASSERT_EQ(::prlimit(*store, RLIMIT_FSIZE, &before, nullptr), 0);
-  ASSERT_TRUE(reaches("; 2 pieces placed\n")) << status();
+  ASSERT_TRUE(reaches("; 2 pieces on pallet2\n")) << status();
   EXPECT_THAT(status(), HasSubstr("no person is needed"));
   expect_down_with(cell, 2);
 }

@@ -76,7 +76,7 @@ class CellRunOfSoak {
 
  private:
   [[nodiscard]] bool has_all_placed(const std::string& status) const {
-    return status.find(fmt::format("; {} pieces placed\n", soak_.pieces)) != std::string::npos;
+    return status.find(fmt::format("; {} pieces on pallet2\n", soak_.pieces)) != std::string::npos;
   }
   /// What it decides depends on the seed, the world's number and its own number alone.
   std::string step() {

@@ -33,6 +33,7 @@ class CoordinatorServant : public POA_Corbot::Coordinator {
   CoordinatorServant& operator=(const CoordinatorServant&) = delete;
   ~CoordinatorServant() override;
 
+  char* Name() override { return CORBA::string_dup(cell_.name.c_str()); }
   void Start() override;
   void Pause() override;
   void Resume() override;

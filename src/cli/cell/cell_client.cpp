@@ -20,6 +20,7 @@ using client::Failure;
 namespace {
 
 constexpr CORBA::ULong kCall_ms = 5000;
+constexpr CORBA::ULong kName_ms = 1000;
 constexpr std::chrono::seconds kRetryFor{10};  // a program that died is started again meanwhile
 
 template <class Interface>
@@ -157,7 +158,22 @@ Corbot::CoordinatorState_var CellClient::state() {
   return call(coordinator_peer(), [&] { return Corbot::CoordinatorState_var(coordinator_->State()); });
 }
 
-void CellClient::expect_running() { is_ours_ = false; }
+void CellClient::expect_running() {
+  is_ours_ = false;
+  try {
+    const auto coordinator =
+        Corbot::Coordinator_var(connect<Corbot::Coordinator>(orb_, cell_.coordinator_uri(), kName_ms));
+    const CORBA::String_var name = coordinator->Name();
+    if (cell_.name == name.in()) return;
+    throw Failure(
+        ExitCode::kUnreachable,
+        fmt::format("the coordinator at {} is of cell '{}', not of '{}': give the --name and --ports "
+                    "of the cell's 'up'",
+                    client::printable(cell_.coordinator_uri()), client::printable(name.in()), cell_.name));
+  } catch (
+      const CORBA::SystemException&) {  // NOLINT(bugprone-empty-catch): the command needs it, or does not
+  }
+}
 
 bool CellClient::is_paused() {
   return call(coordinator_peer(), [&] { return coordinator_->Paused(); });

@@ -31,7 +31,8 @@ class CellClient {
   void give_up() { gave_up_ = true; }
   /// Throws with kUnreachable where a robot or camera that runs elsewhere does not reply.
   void check_foreign();
-  /// The cell was started by another command: from now on no reply is kUnreachable, and no call is repeated.
+  /// The cell was started by another command: from now on no reply is kUnreachable, and no call is repeated. Throws with
+  /// kUnreachable where another cell has these ports.
   void expect_running();
   void start_work();
   [[nodiscard]] Corbot::CoordinatorState_var state();

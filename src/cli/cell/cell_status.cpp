@@ -2,6 +2,7 @@
 #include "cli/cell/cell_status.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -97,7 +98,8 @@ std::string needs_exchange(const CellView& view, const Corbot::PlaceInfo& place)
 }  // namespace
 
 std::string status_text(const CellView& view) {
-  std::string text = fmt::format("{} {}; {} pieces placed\n", view.name, mode_of(view), view.state.placed);
+  std::string text = fmt::format("{} {}; {} pieces on {}\n", view.name, mode_of(view), view.state.placed,
+                                 fmt::join(view.last_places, ", "));
   std::string persons;
   for (CORBA::ULong i = 0; i < view.state.robots.length(); ++i) {
     const Corbot::RobotWork& work = view.state.robots[i];

@@ -26,6 +26,7 @@ Corbot::RobotWork work(const char* robot, Corbot::WorkState state, Corbot::Piece
 cli::CellView works() {
   cli::CellView view;
   view.name = "demo";
+  view.last_places = {"pallet2"};
   view.state.mode = Corbot::CellRunning;
   view.state.placed = 5;
   view.state.robots.length(2);
@@ -48,7 +49,7 @@ cli::CellView works() {
 
 TEST(CellStatus, ShowsRobotsPlacesAndZones) {
   EXPECT_EQ(cli::status_text(works()),
-            "demo works; 5 pieces placed\n"
+            "demo works; 5 pieces on pallet2\n"
             "robot1       moves        12 s  piece 7 placing\n"
             "robot2       waits        12 s  robot1 is in the zone of store1\n"
             "pallet1      area\n"
