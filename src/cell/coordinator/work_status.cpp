@@ -35,37 +35,45 @@ WorkStatus::WorkStatus(const std::string& robot, Report report, OnActivity on_ac
   work_.text = "";
 }
 
-void WorkStatus::set(Corbot::WorkState state, const std::string& text) {
+/// `f` changes the work and, by its argument, the activity. get() does not wait for the record of activities.
+template <class F>
+void WorkStatus::update(F&& f) {
+  const std::lock_guard order(order_mutex_);
   {
     const std::lock_guard lock(mutex_);
-    if (state != Corbot::WorkWaiting) {
-      ActivityChange to = now_;
+    ActivityChange to = now_;
+    f(to);
+    if (to == now_) return;
+    now_ = std::move(to);
+    now_.time_s = now_s();
+  }
+  if (on_activity_) on_activity_(now_);
+}
+
+void WorkStatus::set(Corbot::WorkState state, const std::string& text) {
+  bool is_new = false;
+  update([&](ActivityChange& to) {
+    if (state != Corbot::WorkWaiting)
       to.activity = state == Corbot::WorkMoving ? Activity::kMoving : Activity::kIdle;
-      change(std::move(to));
-    }
-    if (work_.state == state && text == work_.text.in()) return;
+    is_new = work_.state != state || text != work_.text.in();
     if (work_.state != state) work_.since = now_s();
     work_.state = state;
     work_.text = text.c_str();
-  }
-  if (!text.empty()) report_(prefix_of(state) + text);
+  });
+  if (is_new && !text.empty()) report_(prefix_of(state) + text);
 }
 
 void WorkStatus::set_piece(Corbot::PieceNumber piece, Corbot::TransferStep step) {
-  const std::lock_guard lock(mutex_);
-  work_.piece = piece;
-  work_.step = step;
-  work_.since = now_s();
-  ActivityChange to = now_;
-  to.piece = piece;
-  change(std::move(to));
+  update([&](ActivityChange& to) {
+    work_.piece = piece;
+    work_.step = step;
+    work_.since = now_s();
+    to.piece = piece;
+  });
 }
 
 void WorkStatus::set_activity(Activity activity) {
-  const std::lock_guard lock(mutex_);
-  ActivityChange to = now_;
-  to.activity = activity;
-  change(std::move(to));
+  update([&](ActivityChange& to) { to.activity = activity; });
 }
 
 Activity WorkStatus::activity() const {
@@ -74,17 +82,7 @@ Activity WorkStatus::activity() const {
 }
 
 void WorkStatus::set_zone(const std::string& place) {
-  const std::lock_guard lock(mutex_);
-  ActivityChange to = now_;
-  to.zone = place;
-  change(std::move(to));
-}
-
-void WorkStatus::change(ActivityChange to) {
-  if (to == now_) return;
-  now_ = std::move(to);
-  now_.time_s = now_s();
-  if (on_activity_) on_activity_(now_);
+  update([&](ActivityChange& to) { to.zone = place; });
 }
 
 Corbot::RobotWork WorkStatus::get() const {

@@ -18,7 +18,7 @@ class WorkStatus {
   /// Receives each event as plain text.
   using Report = std::function<void(const std::string& text)>;
 
-  /// Receives each change of what the robot does, in its order. It must return soon.
+  /// Receives each change of what the robot does, in its order. The next change waits for its return.
   using OnActivity = std::function<void(const ActivityChange& change)>;
 
   WorkStatus(const std::string& robot, Report report, OnActivity on_activity = {});
@@ -35,11 +35,12 @@ class WorkStatus {
   [[nodiscard]] Corbot::RobotWork get() const;
 
  private:
-  /// Under `mutex_`.
-  void change(ActivityChange to);
+  template <class F>
+  void update(F&& f);
 
   const Report report_;
   const OnActivity on_activity_;
+  std::mutex order_mutex_;  ///< of changes, and taken before the other
   mutable std::mutex mutex_;
   Corbot::RobotWork work_;
   ActivityChange now_;
