@@ -149,6 +149,8 @@ void Worker::await_person(Corbot::WorkState state, const std::string& text,
     if (ends) break;
   }
   has_let_go_ = false;
+  lock.unlock();
+  status_.set(Corbot::WorkIdle, "");  // no person is needed any more
 }
 
 /// The claim says first that a person is needed: else a stand-by would take control and move the arm.
@@ -200,7 +202,6 @@ std::optional<Transfer> Worker::resolve() {
         fmt::format("the gripper of {} is closed on a piece that is not in the ledger: hold the piece, and "
                     "use 'corbot open'",
                     robot_.name));
-  status_.set(Corbot::WorkMoving, "");  // no person is needed any more
   motions_.speed(wait_);
   // A fault may have ended the gripper's motion on its way.
   if (grip == Grip::kOpen) {
@@ -326,6 +327,7 @@ void Worker::find_zone(const Vector3d& tool) {
 /// Straight up, then to the wait pose.
 void Worker::move_out(const Vector3d& tool) {
   if ((tool - wait_.point).norm() <= kAtWait_m) return;
+  status_.set(Corbot::WorkMoving, "");
   if (tool.z() < wait_.point.z() - kAtWait_m) motions_.rise(tool, wait_.point.z(), wait_);
   motions_.move(wait_);
 }
