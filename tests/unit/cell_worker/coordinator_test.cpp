@@ -119,6 +119,7 @@ class TwoArms : public RobotRig {
     const CORBA::String_var text = client_orb()->object_to_string(reference.in());
     config_.store_reference = text.in();
     for (cell::CellRobot& robot : config_.robots) robot.speed_percent = 1;
+    std::filesystem::remove(config_.hold_file());  // of the test before
   }
   void TearDown() override {
     poa_->deactivate_object(id_);
@@ -170,7 +171,7 @@ TEST_F(TwoArms, AStopDoesNotWaitForTheDisk) {
   ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);  // to open it waits for a reader
   auto stop = std::async(std::launch::async, [&] { coordinator.Stop(); });
   EXPECT_TRUE(wait_for(Corbot::Standby, 1.5));
-  EXPECT_FALSE(moves(first_arm_));
+  EXPECT_TRUE(wait_until(within(1.5), [&] { return !moves(first_arm_); }));
   EXPECT_NE(stop.wait_for(std::chrono::seconds(0)), std::future_status::ready) << "the hold is not kept yet";
   const int reader = ::open(file.c_str(), O_RDONLY | O_NONBLOCK);
   EXPECT_EQ(raised_by([&] { stop.get(); }), "");
