@@ -400,6 +400,7 @@ TEST_F(Supervision, TheNamingServiceKnowsTheRobot) {
   const int naming = free_port();
   up({"--naming", std::to_string(naming)});
   const std::string robot = "corbaname::127.0.0.1:" + std::to_string(naming) + "#Robots/" + name_ + ".Robot";
+  EXPECT_TRUE(supervisor_->wait_line("and, once the servant is named, at " + robot, within(10)));
   EXPECT_TRUE(wait_until(within(20), [&] {
     return corbot({"status", "--robot", robot}).code == 0;
   })) << supervisor_->errors();

@@ -133,10 +133,12 @@ StateLock take_name(const std::string& name, bool replace) {
                   name, holder.empty() ? "" : fmt::format(": {}", holder), fix));
 }
 
-void announce(const RobotState& state, const std::string& position, const Console& console) {
+void announce(const RobotState& state, int naming_port, const std::string& position, const Console& console) {
   report(fmt::format("position: {}", printable(position)));
   report(fmt::format("{} is up at {}", state.name, state.address));
-  if (!state.naming.empty()) report(fmt::format("named Robots/{}.Robot in {}", state.name, state.naming));
+  if (naming_port > 0)
+    report(fmt::format("and, once the servant is named, at corbaname::127.0.0.1:{}#Robots/{}.Robot",
+                       naming_port, state.name));
   report(fmt::format(
       "try: corbot status, corbot ready, corbot run PROGRAM; {}Ctrl-C here or 'corbot down' ends it",
       console.hint()));
@@ -202,7 +204,7 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
   going = going && supervisor.start(real_time_task(options, state, profile, position)) &&
           supervisor.start(servant(options, state, profile.supervisor));
   if (going) {
-    announce(state, position, console);
+    announce(state, options.naming_port, position, console);
     announced = true;
     manager.ready(fmt::format("{} is up at {}", state.name, state.address));
     while (supervisor.step()) {
