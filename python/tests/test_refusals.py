@@ -19,6 +19,11 @@ def test_a_value_that_no_robot_takes(arm: corbot.Arm) -> None:
     assert isinstance(raised.value, ValueError)
 
 
+def test_a_parameter_is_named_once() -> None:
+    assert str(corbot.BadParameter("t", -1.0, "must not be negative")).startswith("T = -1: must not")
+    assert str(corbot.BadParameter("P2", 0.0, "P1 and P2 are 0 m apart")).startswith("P1 and P2 are")
+
+
 def test_a_point_out_of_reach(arm: corbot.Arm) -> None:
     with pytest.raises(corbot.Unreachable, match="too far.*Nothing moved.*20 cm is 0.20") as raised:
         arm.move(0.9, 0.0, 0.1)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from corbot.poses import Point
@@ -36,7 +37,7 @@ class BadParameter(CorbotError, ValueError):
 
     def __init__(self, parameter: str, value: float, reason: str) -> None:
         self.parameter, self.value, self.reason = parameter, value, reason
-        text = reason if parameter in reason else f"{parameter} = {value:g}: {reason}"
+        text = reason if re.search(rf"\b{re.escape(parameter)}\b", reason) else f"{parameter} = {value:g}: {reason}"
         super().__init__(f"{_sentence(text)} {_NOTHING_MOVED} Correct the argument.")
 
 
