@@ -165,7 +165,7 @@ TEST_F(StopOrder, WhatBeganBeforeAnErrorDoesNotMoveTheArmAfterItsClear) {
   task_.fail(alarm::loop_gap(100'000'000));
   std::thread clear([&] { EXPECT_EQ(status_of([&] { robot_->clear(); }), CORBOT_OK); });
   ASSERT_TRUE(wait_until(within(30), [&] { return task_.servant().control.clear_count.load() == 1; }));
-  task_.change([](Snapshot& now) { now.clears_done = 1; });
+  task_.change([](Snapshot& now) { now.state = RtState::kStandby, now.clears_done = 1; });
   end_stops();
   clear.join();
   goes_on = true;
