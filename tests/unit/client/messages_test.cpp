@@ -147,7 +147,7 @@ TEST(Message, NotReadyStoppedAndQueueFull) {
   EXPECT_THAT(full.what(), HasSubstr("16 motions"));
   EXPECT_THAT(failure_of(Corbot::QueueFull(4)).what(),
               AllOf(HasSubstr("4 calls of this machine wait"), HasSubstr("StartMove"),
-                    HasSubstr("or 4 motions are queued and the profile's queue_capacity allows no more")));
+                    HasSubstr("or 4 motions are queued and the profile's [servant] queue allows no more")));
 }
 
 TEST(Message, NoServantSaysWhereAndHowToStart) {
