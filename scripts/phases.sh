@@ -13,11 +13,12 @@ phase() {
   durations+=("$(printf '%5d s  %s' $((SECONDS - begun)) "$title")")
 }
 
-# beside COMMAND...: begins a command that computes while the phases that follow wait. SCHED_IDLE leaves it only the time that
-# they do not want. Its output is in build/beside.log; the phase `await_beside` is its end.
+# beside COMMAND...: begins a command that computes while the phases that follow wait. The least priority leaves it the time that
+# they do not want. Not SCHED_IDLE: beside that the kernel's worker that carries a pseudo-terminal's bytes stood still.
+# The output is in build/beside.log; the phase `await_beside` is its end.
 beside() {
   set -m  # a process group of its own, which `finish` ends
-  (chrt --idle --pid 0 "$BASHPID" && "$@") > build/beside.log 2>&1 &
+  (renice -n 19 -p "$BASHPID" && "$@") > build/beside.log 2>&1 &
   beside_group=$!
   set +m
 }
