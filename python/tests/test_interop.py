@@ -126,6 +126,8 @@ def text(value: Any) -> str:
     if isinstance(value, (list, tuple)) and not hasattr(value, "_asdict"):
         return f"[{' '.join(map(text, value))}]"
     members = value._asdict() if hasattr(value, "_asdict") else value if isinstance(value, dict) else vars(value)
+    if isinstance(value, corbot.LimitExceeded):
+        members = {name: member for name, member in members.items() if name != "unit"}  # the interface has none
     names = {"number": "id"} if isinstance(value, corbot.MotionInfo) else {"joint": "articulation"}
     return "{" + " ".join(f"{names.get(name, name)}={text(member)}" for name, member in members.items() if name[0] != "_") + "}"
 

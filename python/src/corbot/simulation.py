@@ -185,9 +185,10 @@ class CellSimulation(_Program):
 
     def _find(self) -> Cell | None:
         try:
-            return cell(self.directory / "cell")
+            found = cell(self.directory / "cell")
         except CellNotFound:
             return None
+        return found if found.is_running else None  # the start of the work ends a pause
 
     def _command(self, directory: Path) -> list[str]:
         options = ["--name", self.name, "--ports", str(_free_ports(_CELL_PORTS)), "--state-dir", str(directory / "cell")]

@@ -189,8 +189,8 @@ Corbot::PieceEvents_var CellClient::unclear() {
 
 void CellClient::start() {
   call(coordinator_peer(), [&] {
-    coordinator_->Start();
     coordinator_->Resume();
+    coordinator_->Start();
   });
 }
 
