@@ -13,27 +13,8 @@ phase() {
   durations+=("$(printf '%5d s  %s' $((SECONDS - begun)) "$title")")
 }
 
-# beside COMMAND...: begins a command that computes while the phases that follow wait. The least priority leaves it the time that
-# they do not want. Not SCHED_IDLE: beside that the kernel's worker that carries a pseudo-terminal's bytes stood still.
-# The output is in build/beside.log; the phase `await_beside` is its end.
-beside() {
-  set -m  # a process group of its own, which `finish` ends
-  (renice -n 19 -p "$BASHPID" && "$@") > build/beside.log 2>&1 &
-  beside_group=$!
-  set +m
-}
-
-await_beside() {
-  local status=0
-  wait "$beside_group" || status=$?
-  beside_group=
-  cat build/beside.log
-  return "$status"
-}
-
 finish() {
   local status=$?
-  if [ -n "${beside_group:-}" ]; then kill -- "-$beside_group" || true; fi
   if [ ${#durations[@]} -gt 0 ]; then printf '%s\n' "${durations[@]}"; fi
   if [ "$status" -eq 0 ]; then
     say "$run_name passed in $SECONDS s"
@@ -57,11 +38,9 @@ check_left_over() {
 $left"
 }
 
-build_sanitizer() { build_preset "$1" -DCORBOT_FUZZ=OFF --target "$2"; }
-
 # check_sanitizer PRESET TARGET LABEL: the tests of a label, a regular expression; cmake/targets.cmake declares the labels.
 check_sanitizer() {
-  build_sanitizer "$1" "$2"
+  build_preset "$1" -DCORBOT_FUZZ=OFF --target "$2"
   ctest --test-dir "build/$1" --output-on-failure --no-tests=error -j "$(test_jobs)" -L "$3"
 }
 
