@@ -549,15 +549,19 @@ TEST_F(CellUp, GoesOnInTheSameWorldAfterAPowerCut) {
   for (const int signal : {SIGSTOP, SIGKILL})  // at one instant
     for (const pid_t pid : all) (void)::kill(pid, signal);
   ASSERT_TRUE(first.wait(within(30)));
-  ASSERT_TRUE(wait_until(within(30), [&] { return pids_but(world.pid()).empty(); }));  // a dying one has its port
+  ASSERT_TRUE(
+      wait_until(within(30), [&] { return pids_but(world.pid()).empty(); }));  // a dying one has its port
   Process again(command({"--pieces", "4"}, "up"), environment());
-  ASSERT_TRUE(wait_until(within(200), [&] {
-    const std::string text = status();
-    for (const char* robot : {"robot1", "robot2"}) {
-      if (text.find(fmt::format("{} is in Error", robot)) != std::string::npos) clear(robot);
-    }
-    return text.find("; 4 pieces on pallet2\n") != std::string::npos;
-  })) << status() << again.output() << again.errors();
+  ASSERT_TRUE(wait_until(within(200),
+                         [&] {
+                           const std::string text = status();
+                           for (const char* robot : {"robot1", "robot2"}) {
+                             if (text.find(fmt::format("{} is in Error", robot)) != std::string::npos)
+                               clear(robot);
+                           }
+                           return text.find("; 4 pieces on pallet2\n") != std::string::npos;
+                         }))
+      << status() << again.output() << again.errors();
   EXPECT_EQ(cell("down").code, 0);
   ASSERT_TRUE(again.wait(within(60)));
   EXPECT_EQ(pieces_in_ledger(), std::pair(std::int64_t{4}, std::int64_t{4}));
