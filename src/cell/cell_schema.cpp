@@ -219,7 +219,7 @@ class Reader {
   }
 
   fs::path read_file(Section& section, std::string_view key) const {
-    const fs::path file = file_.parent_path() / section.text(key).value_or("");
+    fs::path file = file_.parent_path() / section.text(key).value_or("");
     std::error_code error;
     if (!fs::is_regular_file(file, error)) section.refuse(key, "there is no such file");
     return file;

@@ -53,7 +53,7 @@ std::optional<Milestone> milestone_of(Corbot::TransferStep step) {
 
 std::string refusal_text(const Corbot::BadParameter& error) {
   const std::string_view parameter = error.parameter.in();
-  const std::string reason = client::printable(error.reason.in());
+  std::string reason = client::printable(error.reason.in());
   if (parameter == "place" || parameter == "robot") return reason;  // the value is no more than a length
   if (parameter == "slot" && error.value == -1) return "give a SLOT: it " + reason;
   return fmt::format("{} {:g}: {}", client::printable(error.parameter.in()), error.value, reason);

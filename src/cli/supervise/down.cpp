@@ -34,7 +34,7 @@ constexpr int kShutdownTimeout_ms = 20'000;
 /// `option`, the value of --robot, or $CORBOT_ROBOT, or the only one that is up.
 std::string robot_meant(const std::string& option) {
   const char* const environment = std::getenv("CORBOT_ROBOT");
-  const std::string given = !option.empty() ? option : environment != nullptr ? environment : "";
+  std::string given = !option.empty() ? option : environment != nullptr ? environment : "";
   if (is_name(given)) return given;
   if (!given.empty()) {
     std::string local = client::find_robot(given).local;
