@@ -32,6 +32,8 @@ endif()
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 corbot_command_test(Pictures TIER core
   COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/pictures_test.py PROPERTIES TIMEOUT 60)
+corbot_command_test(Words TIER core
+  COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/words_test.py PROPERTIES TIMEOUT 60)
 corbot_command_test(Installation TIER process
   COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/install_test.py ${CMAKE_COMMAND} ${CMAKE_BINARY_DIR}
   PROPERTIES TIMEOUT 60)

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""scripts/words finds a planted breach of each kind, and takes what keeps the rules. Takes no arguments."""
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+TOP = pathlib.Path(__file__).resolve().parents[3]
+LONG = " ".join(["word"] * 31)
+
+
+class Words(unittest.TestCase):
+    def found_in(self, name, text):
+        """The breaches of a tree of one file, without the file's name."""
+        with tempfile.TemporaryDirectory() as root:
+            (pathlib.Path(root) / name).write_text(text)
+            result = subprocess.run([sys.executable, TOP / "scripts/words", "--root", root, name], capture_output=True, text=True)
+        self.assertEqual(result.stderr, "")
+        self.assertEqual(result.returncode, 1 if result.stdout else 0)
+        return [line.removeprefix(f"{name}:") for line in result.stdout.splitlines()]
+
+    def test_takes_plain_sentences(self):
+        self.assertEqual(self.found_in("a.h", "/// Returns the joints, in rad. The caller owns them.\nint what;\n"), [])
+        self.assertEqual(self.found_in("a.md", "# What is here\n\nA page.\n\n    Of code nothing is read.\n\n| Of | a table |\n"), [])
+
+    def test_finds_each_opener(self):
+        for word in ("Of", "What", "Who", "Whoever", "Likewise", "Nobody"):
+            for name, text in (("a.cpp", f"// {word} is here.\n"), ("a.h", f"int a;  ///< {word} is here\n"),
+                               ("a.py", f"# A noun is first. {word} is not.\n"), ("a.md", f"- {word} is here.\n")):
+                self.assertIn(f"1: a sentence begins with '{word}'", "\n".join(self.found_in(name, text)), name)
+
+    def test_finds_a_long_sentence_over_several_lines(self):
+        begin, end = LONG[:70], LONG[71:]
+        self.assertIn("1: 31 words, at most 30", self.found_in("a.idl", f"// {begin}\n// {end}\n")[0])
+        self.assertIn("1: 31 words, at most 30", self.found_in("a.md", f"{begin}\n{end}\n")[0])
+
+    def test_finds_a_long_line_but_for_tables_and_addresses(self):
+        self.assertEqual(self.found_in("a.cpp", "int a;" + " " * 105 + "\n"), ["1: 111 columns, at most 110"])
+        self.assertEqual(self.found_in("a.py", "# see https://" + "a" * 105 + "\n"), [])
+        self.assertEqual(self.found_in("a.md", "| " + "a " * 55 + "|\n"), [])
+
+    def test_finds_each_listed_word_and_says_what_to_write(self):
+        self.assertEqual(self.found_in("a.c", "// The task hears a command.\n"),
+                         ["1: 'hears': write receives, reads: The task hears a command."])
+
+
+unittest.main()
