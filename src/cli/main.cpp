@@ -198,6 +198,8 @@ void add_supervision(CLI::App& app, Settings& s) {
   up_command->add_option("--name", s.up.name, "Name of the robot instead of the profile's");
   up_command->add_option("--endpoint", s.up.endpoint,
                          "HOST:PORT or [IPV6]:PORT to listen at instead of the profile's");
+  up_command->add_option("--unix", s.up.unix_path,
+                         "Unix socket to listen on as well: each client process there counts by itself");
   auto* naming = up_command->add_option("--naming", s.up.naming_port,
                                         "Start a naming service on the loopback, too, at this port (2809)");
   naming->expected(0, 1)->check(CLI::Range(1, 65535))->type_name("PORT");

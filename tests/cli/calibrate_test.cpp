@@ -182,6 +182,7 @@ TEST_F(Calibrate, StoredAnglesAreShownAndConfirmedBeforeTheServosGoThere) {
   EXPECT_THAT(emulator_->wait_line("pulses", within(10)).value_or(""), Not(HasSubstr("0=")));
   ask("on", "'on'");
   EXPECT_EQ(ask("yes", "the servos"), "the servos have their pulses");
+  EXPECT_THAT(ask("yes", "refused:"), HasSubstr("nothing was asked: the servos are on"));
   EXPECT_TRUE(pulse_arrives("0=2100"));
   send("quit");
   EXPECT_EQ(end(), 0) << session_->errors();

@@ -396,6 +396,14 @@ TEST_F(Supervision, ASecondOneIsRefused) {
   EXPECT_EQ(corbot({"status"}).code, 0) << "the first one is untouched";
 }
 
+TEST_F(Supervision, AUnixSocketIsListenedOnAsWell) {
+  if (on_orbit2()) GTEST_SKIP() << "it listens on one address";
+  const std::string socket = directory_ / "clients.sock";
+  up({"--unix", socket});
+  EXPECT_EQ(corbot({"status", "--robot", "corbaloc:omniunix:" + socket + ":/" + name_}).code, 0);
+  EXPECT_EQ(corbot({"status"}).code, 0);
+}
+
 TEST_F(Supervision, TheNamingServiceKnowsTheRobot) {
   const int naming = free_port();
   up({"--naming", std::to_string(naming)});
@@ -417,6 +425,8 @@ TEST_F(Supervision, WrongStartsAreUsageErrors) {
       {{"down", "--name", "a\tb"}, "--name 'a?b': 1 to 32 ASCII letters"},
       {{"up", CORBOT_TEST_PROFILE, "--endpoint", "here"}, "--endpoint: 'here' is not HOST:PORT"},
       {{"up", CORBOT_TEST_PROFILE, "--orb", "tao"}, "--orb"},
+      {{"up", CORBOT_TEST_PROFILE, "--orb", "orbit2", "--unix", "/tmp/s"},
+       "--unix: ORBit2 listens on one address"},
       {{"up", CORBOT_TEST_PROFILE, "--realtime", "never"}, "--realtime"}};
   for (const auto& [arguments, phrase] : cases) {
     const RunResult result = corbot(arguments);

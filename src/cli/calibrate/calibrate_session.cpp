@@ -103,6 +103,7 @@ void CalibrateSession::execute(const Words& words) {
   } else if (word == "on") {
     begin_to_switch_on();
   } else if (word == "yes") {
+    if (!was_asked && servos_.is_on()) throw std::invalid_argument("nothing was asked: the servos are on");
     if (!was_asked) throw std::invalid_argument("'yes' answers 'on': type 'on' first");
     switch_on();
   } else if (word == "joint") {

@@ -70,6 +70,7 @@ Supervisor::Spec servant(const UpOptions& options, RobotState& state, const Supe
   const std::string program = state.orb == "orbit2" ? kOrbit2Servant : "corbot-servant";
   std::vector<std::string> command{
       beside_executable(program), state.profile_in_use, "--name", state.name, "--endpoint", state.endpoint};
+  if (!options.unix_path.empty()) command.insert(command.end(), {"--unix", options.unix_path});
   if (!state.naming.empty()) command.insert(command.end(), {"--naming", state.naming});
   return {.title = kServant,
           .command = with_state(command, options),

@@ -95,6 +95,8 @@ RobotState plan(const UpOptions& options, const Profile& profile) {
   state.endpoint =
       options.endpoint.empty() ? net::endpoint_text(profile.endpoint_host, profile.port) : options.endpoint;
   state.orb = options.orb;
+  if (state.orb == "orbit2" && !options.unix_path.empty())
+    throw Failure(ExitCode::kUsage, "--unix: ORBit2 listens on one address: leave out --orb orbit2");
   if (state.orb == "orbit2" && !find_program(kOrbit2Servant)) {
     throw Failure(
         ExitCode::kUsage,
