@@ -6,7 +6,8 @@ import sys
 
 import omniORB
 
-omniORB.importIDL(str(pathlib.Path(__file__).resolve().parents[2] / 'idl/arm.idl'))  # has omniidl make the stubs, module Corbot
+# omniidl makes the stubs, the module Corbot
+omniORB.importIDL(str(pathlib.Path(__file__).resolve().parents[2] / 'idl/arm.idl'))
 import Corbot
 
 reference = sys.argv[1] if len(sys.argv) > 1 else 'corbaloc::127.0.0.1:12810/lynx5'
