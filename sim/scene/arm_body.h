@@ -25,7 +25,7 @@ struct ArmBase {
 /// A parallel gripper whose fingers close horizontally. World, metres.
 struct Hand {
   Eigen::Vector3d tool_m{Eigen::Vector3d::Zero()};  ///< tool centre point, the middle between the finger tips
-  Eigen::Vector3d direction{Eigen::Vector3d::UnitX()};  ///< the tool's x axis, along the hand
+  Eigen::Vector3d direction{Eigen::Vector3d::UnitX()};  ///< along the hand, an axis of the tool frame
   Eigen::Vector3d across{
       Eigen::Vector3d::UnitY()};  ///< horizontal unit vector, along which the fingers close
   double opening_m{0};
@@ -41,9 +41,10 @@ struct ArmBody {
 };
 
 /// `shaft_us`: where the servo of a channel stands, as a pulse width. `opening_m`: between the open fingers.
-/// The fingers close along the tool's z axis, or its y axis where z is nearer to the vertical. Links run
-/// between the points of successive turning axes that are next to each other; a sliding joint lengthens the
-/// link that it is in.
+/// Links run between the points of successive turning axes that are next to each other; between parallel axes, as a SCARA has
+/// them, a link is as high as the point in the profile's geometry. A sliding joint lengthens the link that it is in. The hand
+/// points along the last link, also downward: its fingers close along the tool frame's z axis, or along y where z is the hand's
+/// direction, or along the third axis where that is nearer to the horizontal.
 [[nodiscard]] ArmBody arm_body(const ArmModel& model, const ArmBase& base, double opening_m,
                                const std::function<double(std::size_t channel)>& shaft_us);
 

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <thread>
 
 #include "cell/cell_rules.h"
@@ -20,9 +21,9 @@
 #include "cell/scene/scene_recorder.h"
 #include "client/failure.h"
 #include "config/load_profile.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "rt/backends/serial/serial_port.h"
 #include "sim/devices/control_input.h"
-#include "support/inverse_at_pitch.h"
 #include "support/paths.h"
 #include "support/process.h"
 
@@ -52,13 +53,14 @@ class SceneTest : public testing::Test {
   fs::path directory_;
 };
 
-/// Robot 1 of a cell without its servant: pulses at its controller, in simulated time.
+/// A robot of a cell without its servant: pulses at its controller, in simulated time.
 class Driver {
  public:
-  Driver(const CellConfig& cell, Scene& scene) : scene_(scene), robot_(*cell.robot("robot1")) {
+  Driver(const CellConfig& cell, Scene& scene, const char* robot = "robot1")
+      : scene_(scene), robot_(*cell.robot(robot)) {
     std::string text = read_profile_text(robot_.profile);
     text.replace(text.find("SCENE/NAME"), 10, "/x");
-    arm_ = parse_profile(text, "arm.toml").arm;
+    arm_ = parse_profile(text, robot_.profile.string()).arm;
     line_.open("unix:" + cell.servo_socket(robot_).string(), 115200);
     pass(0.1);
   }
@@ -71,7 +73,8 @@ class Driver {
   }
   void move(const Vector3d& world) {
     const Vector3d p = robot_.frame.to_local(world);
-    const auto solution = test::inverse_at_pitch(arm_.kinematics, {p.x(), p.y(), p.z()}, 0, 0, {});
+    const Angles level{arm_.kind == ArmKind::kScara ? 0 : angle_of_pitch(arm_.kinematics, 0)};
+    const auto solution = arm_.kinematics.inverse_at({p.x(), p.y(), p.z()}, level, 0, {});
     ASSERT_EQ(solution.status, IkStatus::kOk) << world.transpose();
     for (std::size_t i = 0; i < arm_.dof; ++i) {
       const ServoMap& servo = arm_.servos[i];
@@ -109,28 +112,40 @@ TEST_F(SceneTest, AtPowerUpTheArmsAreApartAndThePiecesLieInTheArea) {
   }
 }
 
-TEST_F(SceneTest, ARobotBringsAPieceByItsControllersLine) {
-  const CellConfig cell = demo(1);
+/// The robot brings the only piece of the first place to a slot.
+void bring(const CellConfig& cell, const char* robot, const Vector3d& slot) {
   Scene scene(cell);
-  Driver driver(cell, scene);
+  Driver driver(cell, scene, robot);
   const Vector3d up(0, 0, 0.06);
   const Vector3d grasp(0, 0, cell.kinds[0].grasp_m);
   const Vector3d piece = scene.view().pieces[0].foot_m;
-  const Vector3d slot = cell.place("store1")->slot_position(1);
   driver.grip(true);
   driver.move(piece + grasp + up);
   driver.move(piece + grasp);
   driver.grip(false);
   EXPECT_THAT(scene.summary(), HasSubstr("pallet1=0 store1=0 pallet2=0 elsewhere=0 held=1"));
-  EXPECT_EQ(scene.sample().pieces[0].hand, 0u);
-  EXPECT_EQ(scene.cast().arms[0].name, "robot1");
+  EXPECT_EQ(scene.cast().arms[*scene.sample().pieces[0].hand].name, robot);
   driver.move(piece + grasp + up);
   EXPECT_NEAR(scene.view().pieces[0].foot_m.z(), up.z(), 0.003);
   driver.move(slot + grasp + up);
   driver.move(slot + grasp);
   driver.grip(true);
   EXPECT_THAT(scene.summary(), HasSubstr("pallet1=0 store1=1 pallet2=0 elsewhere=0 held=0 fallen=0"));
+  EXPECT_THAT(scene.summary(), HasSubstr("touches=0"));
   EXPECT_NEAR((scene.view().pieces[0].foot_m - slot).norm(), 0, 0.012) << "servos have a dead band";
+}
+
+TEST_F(SceneTest, ARobotBringsAPieceByItsControllersLine) {
+  const CellConfig cell = demo(1);
+  bring(cell, "robot1", cell.place("store1")->slot_position(1));
+}
+
+TEST_F(SceneTest, AScaraTakesAPieceFromAbove) {
+  CellConfig cell = demo(1);
+  cell.robots[1].profile = CORBOT_CELL "/scara.toml";
+  cell.robots[1].frame.yaw_rad = std::numbers::pi;
+  std::swap(cell.places[0].frame, cell.places[2].frame);  // so the piece is within its reach
+  bring(cell, "robot2", cell.place("store1")->slot_position(1));
 }
 
 TEST_F(SceneTest, AnArmThatRunsElsewhereIsThereByItsSceneProfile) {

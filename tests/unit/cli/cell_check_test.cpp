@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "client/failure.h"
 #include "support/paths.h"
 
@@ -38,6 +40,15 @@ TEST(CellCheck, BothRobotsReachAllPointsOfTheShippedCell) {
   const ReachCheck robot2 = check_reach(cell, cell.robots[1]);
   EXPECT_THAT(robot2.refused, IsEmpty());
   EXPECT_EQ(robot2.points, 1 + 2 * (4 + 12));
+}
+
+TEST(CellCheck, TheScaraReachesAllPointsOfRobot2) {
+  cell::CellConfig cell = demo();
+  cell.robots[1].profile = CORBOT_CELL "/scara.toml";
+  cell.robots[1].frame.yaw_rad = std::numbers::pi;
+  const ReachCheck check = check_reach(cell, cell.robots[1]);
+  EXPECT_THAT(check.refused, IsEmpty());
+  EXPECT_EQ(check.points, 1 + 2 * (4 + 12));
 }
 
 TEST(CellCheck, ASlotOutOfReachIsNamedWithItsPointInTheRobotsFrame) {
