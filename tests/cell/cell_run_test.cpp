@@ -41,7 +41,8 @@ class CellRun : public testing::Test {
     directory_ = ::mkdtemp(path.data());
     for (const auto& entry : fs::directory_iterator(CORBOT_CELL)) fs::copy(entry.path(), directory_);
     // A gap between cycles that comes from the load of a test machine is no fault.
-    edit("gap_fault_ms = 2000", "gap_fault_ms = 10000", "arm.toml");
+    for (const char* arm : {"arm.toml", "scara.toml"})
+      edit("gap_fault_ms = 2000", "gap_fault_ms = 10000", arm);
     if (on_orbit2()) {
       edit("from = \"pallet1\"", "orb = \"orbit2\", from = \"pallet1\"");
       edit("from = \"store1\"", "orb = \"orbit2\", from = \"store1\"");
@@ -195,6 +196,23 @@ TEST_F(CellRun, BringsEveryPieceFromPalletToPalletOnce) {
         "\npicture [^\n]*of the run/gantt.svg\n", "\npicture [^\n]*of the run/camera.jpg\n"})
     EXPECT_TRUE(std::regex_search(result.output, std::regex(line))) << line << result.output;
   EXPECT_EQ(result.output.find('\x1b'), std::string::npos) << "no terminal";
+}
+
+TEST_F(CellRun, AScaraTakesThePlaceOfRobot2) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  edit("name = \"robot2\", profile = \"arm.toml\", position_m = [0.48, 0, 0], yaw_deg = 225",
+       "name = \"robot2\", profile = \"scara.toml\", position_m = [0.48, 0, 0], yaw_deg = 180");
+  const RunResult check = run(
+      {CORBOT_BIN_DIR "/corbot", "cell", "check", (directory_ / "cell.toml").string()}, 60, environment());
+  EXPECT_EQ(check.code, 0) << check.output << check.errors;
+  const RunResult result = cell_run({"--pieces", "4"});
+  EXPECT_EQ(result.code, 0) << result.output << result.errors;
+  std::smatch found;
+  const std::regex summary(
+      "4 of 4 pieces on pallet2, each once; the camera sees 4 there, 0 elsewhere; arms never nearer than "
+      "(\\d+) mm, 0 touches, 0 fallen\n$");
+  ASSERT_TRUE(std::regex_search(result.output, found, summary)) << result.output << result.errors;
+  EXPECT_GE(std::stoi(found[1]), 30);
 }
 
 TEST_F(CellRun, ARobotThatKnowsRobotIdlAloneTakesThePlaceOfRobot2) {
