@@ -213,6 +213,7 @@ TEST_F(CellRun, AScaraTakesThePlaceOfRobot2) {
       "(\\d+) mm, 0 touches, 0 fallen\n$");
   ASSERT_TRUE(std::regex_search(result.output, found, summary)) << result.output << result.errors;
   EXPECT_GE(std::stoi(found[1]), 30);
+  EXPECT_THAT(text_of("scene.record"), HasSubstr("[0.48,0.0,0.16]")) << "its links are above the table";
 }
 
 TEST_F(CellRun, ARobotThatKnowsRobotIdlAloneTakesThePlaceOfRobot2) {
