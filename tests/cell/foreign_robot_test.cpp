@@ -205,14 +205,18 @@ TEST_F(ForeignRobot, TheGripperFollows) {
   EXPECT_TRUE(wait_until(within(5), [&] { return arm_->shaft_us(kGripper) > 1890; }));
 }
 
-TEST_F(ForeignRobot, AClientInJavaTakesAPieceFromPlaceToPlace) {
+TEST_F(ForeignRobot, ClientsInJavaAndCppTakeAPieceFromPlaceToPlace) {
   start();
-  const RunResult result =
-      run({CORBOT_CLIENTS_OUT "/java/pick_and_place", java_robot_reference(port_, "robot")});
-  EXPECT_EQ(result.code, 0) << result.errors;
-  EXPECT_EQ(result.output, "the piece is there\n");
-  expect_at({0.2, -0.1, 0.09});
-  EXPECT_EQ(robot_->GripperStatus(), Corbot::Open);
+  for (const char* client :
+       {CORBOT_CLIENTS_OUT "/java/pick_and_place", CORBOT_BINARY_DIR "/examples/pick_and_place"}) {
+    robot_->Move(0.2, 0, 0.1, 0, 0);
+    robot_->Close();
+    const RunResult result = run({client, java_robot_reference(port_, "robot")});
+    EXPECT_EQ(result.code, 0) << client << result.errors;
+    EXPECT_EQ(result.output, "the piece is there\n");
+    expect_at({0.2, -0.1, 0.09});
+    EXPECT_EQ(robot_->GripperStatus(), Corbot::Open);
+  }
 }
 
 TEST_F(ForeignRobot, RefusesByTheExceptionsOfRobotIdlAndMovesNothing) {

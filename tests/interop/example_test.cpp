@@ -48,8 +48,11 @@ std::string documented_command(const std::string& command, const std::string& di
 
 TEST(Clients, ThePageShowsTheExamplesAsTheyAre) {
   const std::string page = read_source("docs/clients.md");
-  for (const auto& [language, file] : {std::pair{"python", "examples/python/first_move.py"},
-                                       std::pair{"cpp", "examples/cpp/first_move.cpp"}}) {
+  for (const auto& [language, file] :
+       {std::pair{"python", "examples/python/first_move.py"}, std::pair{"cpp", "examples/cpp/first_move.cpp"},
+        std::pair{"cpp", "examples/cpp/pick_and_place.cpp"},
+        std::pair{"python", "examples/python/pick_and_place.py"},
+        std::pair{"java", "examples/java/PickAndPlace.java"}}) {
     const std::string text = read_source(file);
     EXPECT_THAT(page, HasSubstr(fmt::format("```{}\n{}```\n", language, text))) << file;
     EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 65) << file;
