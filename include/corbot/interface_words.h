@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Clients of ours look for these words in a refusal. Servant and client take them from here.
+// Words that corbot's clients look for in a refusal. Servant and client take them from here.
 
 namespace corbot {
 
-/// These are values of LimitExceeded::quantity, which idl/robot.idl fixes.
+/// Values of LimitExceeded::quantity, which idl/robot.idl fixes.
 inline constexpr const char* kSpeedWord = "speed";
 inline constexpr const char* kDurationWord = "duration";
-/// Unreachable::reason has this where a point is beyond the arm's reach; the exception has no other mark of it.
+/// The text in Unreachable::reason if a point is beyond the arm's reach. The exception has no other mark of
+/// this case.
 inline constexpr const char* kTooFarWords = "too far";
 
 }  // namespace corbot

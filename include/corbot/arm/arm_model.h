@@ -10,8 +10,8 @@
 
 namespace corbot {
 
-/// The bounds of one joint. Radians where it turns, metres where it slides; all limits but the range
-/// are magnitudes and positive.
+/// The bounds of one joint: radians if it turns, metres if it slides. All limits but the range are magnitudes
+/// and positive.
 struct JointLimits {
   double lower_q{};
   double upper_q{};
@@ -30,7 +30,7 @@ struct PathLimits {
   double rotation_jerk_rad_s3{};
 };
 
-/// How one servo follows one joint: pulse = zero + direction · us_per_q · q, then bounded.
+/// Maps one joint to one servo: pulse = zero + direction · us_per_q · q, then bounded.
 struct ServoMap {
   std::uint32_t channel{};
   double zero_us{};       ///< pulse width at joint value 0
@@ -48,19 +48,19 @@ struct GripperModel {
   double travel_s{};  ///< time from closed to open at full speed, greater than 0
 };
 
-/// Everything that the real-time cycle and the planner must know about an arm. Plain data, validated
-/// where it is filled (src/config), immutable afterwards; both processes hold their own copy.
+/// Describes an arm for the real-time cycle and the planner. Plain data: src/config validates and fills it,
+/// and it is immutable afterwards. Both processes hold their own copy.
 struct ArmModel {
   ArmKind kind{ArmKind::kAnthropomorphic};
   std::uint32_t dof{};  ///< 1 … kMaxJoints; 4 for the Lynx 5
   Kinematics kinematics{};
   std::array<JointLimits, kMaxJoints> joints{};
   PathLimits path{};
-  /// What the tool may be off an orientation that an arm of fewer than six joints cannot take; 0: 1e-6 rad.
+  /// The greatest orientation error allowed to an arm of fewer than six joints; 0: 1e-6 rad.
   double orientation_error_rad{};
   std::array<ServoMap, kMaxJoints> servos{};
   GripperModel gripper{};
-  std::int64_t period_ns{1'000'000};  ///< of the real-time loop
+  std::int64_t period_ns{1'000'000};  ///< period of the real-time loop
 };
 static_assert(std::is_trivially_copyable_v<ArmModel>);
 

@@ -7,7 +7,8 @@
 #include "corbot/kinematics/joint_chain.h"
 #include "corbot/units.h"
 
-// How a joint's values are shown to people and clients, and what is near for a joint. Real-time safe.
+// Units in which people and clients see a joint's values, and what counts as near for a joint. Real-time
+// safe.
 
 namespace corbot {
 
@@ -19,7 +20,8 @@ using JointKinds = std::array<JointKind, kMaxJoints>;
   return kinds;
 }
 
-/// Inside, a value is rad or m (`_q`); profiles, messages and the CORBA interface have degrees or metres, and so for speeds.
+/// Converts a value from rad or m (`_q`, inside) to degrees or metres (profiles, messages, CORBA interface).
+/// The same functions convert speeds.
 [[nodiscard]] constexpr double to_shown(JointKind kind, double value_q) noexcept {
   return kind == JointKind::kRotary ? to_degrees(value_q) : value_q;
 }
@@ -29,16 +31,19 @@ using JointKinds = std::array<JointKind, kMaxJoints>;
 [[nodiscard]] constexpr const char* unit_name(JointKind kind) noexcept {
   return kind == JointKind::kRotary ? "degrees" : "m";
 }
-/// Decimals of a value that would have so many in degrees: a degree moves the end of a link by millimetres.
+/// Returns the decimals to show for a value that would have `of_degrees` decimals in degrees: a degree moves
+/// the end of a link by millimetres.
 [[nodiscard]] constexpr int decimals(JointKind kind, int of_degrees) noexcept {
   return kind == JointKind::kRotary ? of_degrees : of_degrees + 3;
 }
 
-/// How far the end of a link of an arm for a table moves, a radian; a round figure of the arms in profiles/.
+/// The distance that the end of a link moves per radian, for an arm on a table; a round figure of the arms in
+/// profiles/.
 inline constexpr double kTypicalLink_m = 0.3;
 
-/// What counts as near for a joint (rad or m), given for one that turns: one that slides may miss as much as the end of a typical link
-/// would, so that a degree is 5 mm, and 2 mrad are 0.6 mm. Of speeds likewise.
+/// Converts a tolerance given for a turning joint (rad) to one for this joint (rad or m). A sliding joint may
+/// miss as much as the end of a typical link would: a degree becomes 5 mm, 2 mrad become 0.6 mm. The function
+/// converts tolerances of speeds, too.
 [[nodiscard]] constexpr double near_q(JointKind kind, double angle_rad) noexcept {
   return kind == JointKind::kRotary ? angle_rad : angle_rad * kTypicalLink_m;
 }

@@ -5,8 +5,10 @@
 
 namespace corbot {
 
-/// Of a joint that turns; near_q() says what that is for one that slides. A joint that is so little beyond its end is taken to be there, and brought there slowly: where encoders measure it,
-/// and where a controller says what it sends, in steps of 10 us. The cycle, a start and the approach judge by it.
+/// Tolerances beyond the end of a joint's range, for a turning joint; near_q() converts them for a sliding
+/// one. A joint beyond its end by no more counts as at its end, and is moved there slowly. The first is for
+/// joints that encoders measure. The second is for controllers that report the pulses they send, in steps of
+/// 10 us. The cycle, a start and the approach use them.
 inline constexpr double kNearRangeMeasured_rad = to_radians(1.0);
 inline constexpr double kNearRangeCommanded_rad = to_radians(2.0);
 

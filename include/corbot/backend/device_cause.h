@@ -5,8 +5,8 @@
 
 namespace corbot {
 
-/// Why a device is degraded, lost, or cannot be opened. Its number is what the snapshot, the alarm and the
-/// client get; docs/alarms.md lists them.
+/// The reason why a device is degraded, lost, or cannot be opened. Snapshot, alarm and client get its number;
+/// docs/alarms.md lists the numbers.
 enum class DeviceCause : std::uint32_t {
   kNone,
   kNotThere,      ///< cannot be opened
@@ -19,21 +19,21 @@ enum class DeviceCause : std::uint32_t {
   kBusDown,        ///< the network interface went down, or the controller is off the bus
   kHeartbeatLost,  ///< a drive on a bus went silent
   kTorqueOff,      ///< safe torque off (STO) of a drive, or its voltage is not there
-  kDisabled,       ///< a drive left 'operation enabled' although nobody asked for it, or is not brought there
-  kTargetIgnored,  ///< a drive does not follow its set-points, and says so
-  kTooSlow,        ///< takes fewer frames than it announced, for long
-  kCountChanged,   ///< a drive counts otherwise than before its restart: its angles are not the joint's
-  kThreadStill,    ///< corbot's thread that serves it stands still: a call to it does not return
-  kNoSetpoint,     ///< corbot's cycle stands still: no set-point comes for it
+  kDisabled,       ///< a drive left, or does not reach, 'operation enabled' without a command
+  kTargetIgnored,  ///< a drive reports that it does not follow its set-points
+  kTooSlow,        ///< the device takes fewer frames than it announced, for long
+  kCountChanged,   ///< since its restart a drive counts differently: its angles are not the joint's
+  kThreadStill,    ///< corbot's thread for the device has stalled: a call to the device does not return
+  kNoSetpoint,     ///< corbot's cycle has stalled: the device gets no set-point
 };
 
-/// Real-time safe. The number as it stands in a snapshot, a record or an alarm.
+/// Real-time safe. Returns the number that snapshots, records and alarms hold.
 [[nodiscard]] constexpr std::uint32_t to_number(DeviceCause cause) noexcept {
   return static_cast<std::uint32_t>(cause);
 }
 
-/// Real-time safe. The cause that such a number stands for; kNone for a number that stands for none. A switch
-/// without default: the compiler finds a cause that is missing here.
+/// Real-time safe. Returns the cause with this number; kNone if there is none. The switch has no default: the
+/// compiler finds a cause that is missing here.
 [[nodiscard]] constexpr DeviceCause to_device_cause(std::uint32_t number) noexcept {
   const auto cause = static_cast<DeviceCause>(number);
   switch (cause) {

@@ -6,31 +6,32 @@
 
 namespace corbot {
 
-/// The inputs of an emergency stop, and what counts as one; one bit each.
+/// The sources of an emergency stop; one bit each.
 enum class StopSource : std::uint32_t {
   kGpio = 1,
   kDevice = 2,         ///< an input of the controller
   kGpioUnheard = 4,    ///< the line cannot be read
-  kDeviceUnheard = 8,  ///< the controller does not say how its input is
+  kDeviceUnheard = 8,  ///< the controller does not report the state of its input
   kWatchdog = 16,      ///< the watchdog output has tripped
-  kWatcher = 32,       ///< the thread that watches the lines stands still
+  kWatcher = 32,       ///< the thread that watches the lines has stalled
 };
 
-/// Whether an emergency stop is active now, by any of its sources, and how often one has been. Written by the
-/// threads that watch inputs, read by the cycle, which latches it: by the count, so that a press that is over
-/// before its next look is not missed. Every member function is real-time safe.
+/// Holds which sources of an emergency stop are active, and counts presses. The threads that watch inputs
+/// write it; the cycle reads it and latches a stop. The cycle compares the count, so it does not miss a press
+/// that is over before its next look. Every member function is real-time safe.
 ///
-/// Sources and count are one word, and so change in one step: a thread that is stopped at whichever instant leaves no
-/// source without its count, which nobody would latch, and no count before its source, which could be cleared while
-/// pressed. Memory orders: the word is all that is handed over, and it has one modification order; release and acquire
-/// let what was done before a press (a line of the log, the beat) be seen by who sees the press. A repeat of the
-/// exchange is due only where another source has changed meanwhile, which inputs do some hundred times a second at most.
+/// Sources and count are one word, and change in one step. A thread that stops at any instant therefore
+/// leaves no source without its count, which would not be latched. Nor does it leave a count before its
+/// source, which could be cleared while pressed. Memory orders: the word is the only data handed over, and it
+/// has one modification order. A reader that acquires a press also sees its writer's earlier stores (a line
+/// of the log, the beat). The exchange repeats only if another source has changed meanwhile; inputs change at
+/// most some hundred times a second.
 class EmergencyStop {
  public:
-  /// Both at one instant.
+  /// Sources and count at one instant.
   struct State {
     std::uint32_t sources;  ///< 0: none; else the bits of StopSource
-    std::uint32_t presses;  ///< of all sources since the start of the process; one that lasts counts once
+    std::uint32_t presses;  ///< of all sources since the start of the process; a lasting press counts once
   };
 
   void set(StopSource source, bool pressed) noexcept {
@@ -50,9 +51,10 @@ class EmergencyStop {
   [[nodiscard]] std::uint32_t sources() const noexcept { return state().sources; }
   [[nodiscard]] std::uint32_t presses() const noexcept { return state().presses; }
 
-  /// The watching thread has looked; or, before its first look, begins to: from then on it is demanded.
+  /// Counts a look of the watching thread. The first call comes before the first look; from then on looks are
+  /// required.
   void beat() noexcept { beats_.fetch_add(1, std::memory_order_relaxed); }
-  /// How often it has looked; 0: nothing is watched by a thread of its own.
+  /// Returns the number of beats; 0: no separate thread watches an input.
   [[nodiscard]] std::uint32_t beats() const noexcept { return beats_.load(std::memory_order_relaxed); }
 
  private:

@@ -5,17 +5,17 @@
 
 namespace corbot {
 
-/// Whether a thread stands still, by a count that it raises each time that it comes round. Real-time safe.
+/// Detects a stalled thread: its loop counter has not changed for longest_ns. Real-time safe.
 class StillWatch {
  public:
-  /// The thread that serves a device (Backend::beats()): longer than any time-out that a device has of its own, of
-  /// which the longest is 2 s.
+  /// The bound for the thread that serves a device (Backend::beats()). It is longer than any time-out of a
+  /// device; the longest time-out is 2 s.
   static constexpr std::int64_t kDevice_ns = 3'000'000'000;
 
   explicit StillWatch(std::int64_t longest_ns) noexcept : longest_ns_(longest_ns) {}
 
-  /// A look. `ran_ns`: time that has passed since the last, as far as the caller itself ran. Whether the count has stood
-  /// still for too long; 0: there is no such thread.
+  /// Checks the counter. `ran_ns` is the time since the previous call during which the caller itself ran.
+  /// Returns whether the thread has stalled for too long. A count of 0 means that there is no such thread.
   bool look(std::uint32_t beats, std::int64_t ran_ns) noexcept {
     still_ns_ = beats == beats_ && beats != 0 ? still_ns_ + ran_ns : 0;
     beats_ = beats;

@@ -6,9 +6,9 @@
 #include "corbot/backend/device_cause.h"
 #include "corbot/channel/records.h"
 
-// The alarms of the real-time task: a constructor for each code, and beside it what reads the fields back.
-// What the numbers of an AlarmEvent mean stands here and nowhere else. The time is filled in by the
-// cycle that publishes the event. Real-time safe.
+// The alarms of the real-time task: each code has a constructor, and beside it the function that reads the
+// fields back. Only this file defines the meaning of an AlarmEvent's numbers. The cycle that publishes the
+// event fills in the time. Real-time safe.
 
 namespace corbot::alarm {
 
@@ -19,13 +19,13 @@ namespace detail {
   return {code, joint, 0, value, lower, upper};
 }
 
-/// A small number that was stored as a double; 0 where it cannot be one.
+/// Returns a small number that was stored as a double; 0 if the double holds none.
 [[nodiscard]] constexpr std::uint32_t small_number(double value) noexcept {
   return value >= 0.0 && value < 1e6 ? static_cast<std::uint32_t>(value) : 0;
 }
 
-/// The verdict that such a number stands for; kMalformed for a number that stands for none, since then the
-/// record is. A switch without default: the compiler finds a verdict that is missing here.
+/// Returns the verdict with this number; kMalformed if there is none, since the record is malformed then. The
+/// switch has no default: the compiler finds a verdict that is missing here.
 [[nodiscard]] constexpr Verdict to_verdict(std::uint32_t number) noexcept {
   const auto verdict = static_cast<Verdict>(number);
   switch (verdict) {
@@ -46,7 +46,7 @@ namespace detail {
 
 }  // namespace detail
 
-/// `joint` −1: the gripper's opening. Carries neither value nor bounds; they read 0.
+/// `joint` −1 means the gripper's opening. The alarm carries neither value nor bounds; they read 0.
 [[nodiscard]] constexpr AlarmEvent set_point_not_finite(std::int32_t joint) noexcept {
   return detail::event(AlarmCode::kSetPointNotFinite, joint);
 }
@@ -61,14 +61,14 @@ struct OutOfRange {
   return detail::event(AlarmCode::kSetPointOutOfRange, what.joint, what.position_q, what.lower_q,
                        what.upper_q);
 }
-/// Of set_point_out_of_range() and joint_beyond_range().
+/// Reads set_point_out_of_range() and joint_beyond_range().
 [[nodiscard]] constexpr OutOfRange out_of_range(const AlarmEvent& event) noexcept {
   return {event.joint, event.value, event.lower, event.upper};
 }
 
 struct Discontinuity {
   std::int32_t joint;
-  double step_q;     ///< of one cycle, signed
+  double step_q;     ///< step of one cycle, signed
   double allowed_q;  ///< either way
 };
 [[nodiscard]] constexpr AlarmEvent set_point_discontinuous(const Discontinuity& what) noexcept {
@@ -79,11 +79,11 @@ struct Discontinuity {
   return {event.joint, event.value, event.upper};
 }
 
-/// Of set-points along a path whose rate keeps the limits of every joint.
+/// Set-points along a path have exceeded a limit although the path's rate keeps the limits of every joint.
 struct TooQuick {
   std::int32_t joint;
   std::uint32_t order;  ///< 1 speed, 2 acceleration, 3 jerk
-  double value_q;       ///< mean over as many cycles, signed, by seconds
+  double value_q;       ///< mean over `order` cycles, signed, in powers of seconds
   double allowed_q;     ///< either way
 };
 [[nodiscard]] constexpr AlarmEvent set_point_too_quick(const TooQuick& what) noexcept {
@@ -94,15 +94,15 @@ struct TooQuick {
   return {event.joint, detail::small_number(event.lower), event.value, event.upper};
 }
 
-/// A Clear was refused: set-points begin in the range, and this joint is outside it.
+/// A Clear was refused: set-points must begin in the range, and this joint is outside it.
 [[nodiscard]] constexpr AlarmEvent joint_beyond_range(const OutOfRange& what) noexcept {
   return detail::event(AlarmCode::kJointBeyondRange, what.joint, what.position_q, what.lower_q, what.upper_q);
 }
 
-/// Where on its path a motion has no inverse, in virtual time.
+/// The place on a motion's path without an inverse, in virtual time.
 struct KinematicsFailure {
   double time_s;
-  double duration_s;  ///< of the motion
+  double duration_s;  ///< duration of the motion
 };
 [[nodiscard]] constexpr AlarmEvent kinematics_failed(const KinematicsFailure& what) noexcept {
   return detail::event(AlarmCode::kKinematicsFailed, -1, what.time_s, 0.0, what.duration_s);
@@ -122,7 +122,7 @@ struct JointDeviation {
 [[nodiscard]] constexpr AlarmEvent goal_not_reached(const JointDeviation& what) noexcept {
   return detail::event(AlarmCode::kGoalNotReached, what.joint, what.error_q, -what.allowed_q, what.allowed_q);
 }
-/// Of following_error() and goal_not_reached().
+/// Reads following_error() and goal_not_reached().
 [[nodiscard]] constexpr JointDeviation joint_deviation(const AlarmEvent& event) noexcept {
   return {event.joint, event.value, event.upper};
 }
@@ -130,8 +130,8 @@ struct JointDeviation {
 struct RefusedCommand {
   std::uint64_t id;
   Verdict verdict;
-  std::int32_t joint;  ///< −1 where none
-  double value;        ///< the offending one; its unit follows the field
+  std::int32_t joint;  ///< −1 if there is no joint
+  double value;        ///< the offending value; its unit depends on the field
 };
 [[nodiscard]] constexpr AlarmEvent command_refused(const RefusedCommand& what) noexcept {
   return detail::event(AlarmCode::kCommandRefused, what.joint, static_cast<double>(what.id),
@@ -152,12 +152,12 @@ struct RefusedCommand {
 [[nodiscard]] constexpr AlarmEvent backend_lost(DeviceCause cause) noexcept {
   return detail::event(AlarmCode::kBackendLost, -1, static_cast<double>(to_number(cause)));
 }
-/// Of backend_degraded() and backend_lost().
+/// Reads backend_degraded() and backend_lost().
 [[nodiscard]] constexpr DeviceCause backend_cause(const AlarmEvent& event) noexcept {
   return to_device_cause(detail::small_number(event.value));
 }
 
-/// `sources`: bits of StopSource; 0 for a press that was over when the cycle looked.
+/// `sources`: bits of StopSource; 0 for a press that was over when the cycle checked.
 [[nodiscard]] constexpr AlarmEvent emergency_stop(std::uint32_t sources) noexcept {
   return detail::event(AlarmCode::kEmergencyStop, -1, static_cast<double>(sources));
 }
@@ -184,13 +184,13 @@ struct Overruns {
   return {detail::small_number(event.value), detail::small_number(event.upper)};
 }
 
-/// The loop made no step for so long.
+/// The loop made no step for this time.
 [[nodiscard]] constexpr AlarmEvent loop_gap(std::int64_t gap_ns) noexcept {
   return detail::event(AlarmCode::kLoopGap, -1, static_cast<double>(gap_ns) * 1e-9);
 }
 [[nodiscard]] constexpr double gap_s(const AlarmEvent& event) noexcept { return event.value; }
 
-/// This task was started in the place of one that was frozen.
+/// This task replaced a task that was frozen.
 [[nodiscard]] constexpr AlarmEvent task_replaced() noexcept {
   return detail::event(AlarmCode::kTaskReplaced);
 }
@@ -200,7 +200,8 @@ struct Overruns {
   return detail::event(AlarmCode::kServantSilent);
 }
 
-/// The robot has left Error by the Clear of this number. In the ring its place says which alarms came before.
+/// The Clear of this number ended Error. The event's place in the ring separates the alarms before and after
+/// it.
 [[nodiscard]] constexpr AlarmEvent cleared(std::uint64_t clears) noexcept {
   return detail::event(AlarmCode::kCleared, -1, static_cast<double>(clears));
 }

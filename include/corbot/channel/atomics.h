@@ -6,8 +6,8 @@
 
 namespace corbot {
 
-/// A plain, non-atomic place for one record. The ring and its checker go through write() and read(), so that
-/// a checker can put a cell that detects races in its stead.
+/// A plain, non-atomic place for one record. The ring accesses it through write() and read(), so that a
+/// checker can substitute a cell that detects races.
 template <class T>
 struct PlainCell {
   T value{};
@@ -15,9 +15,9 @@ struct PlainCell {
   void read(T& to) const noexcept { to = value; }
 };
 
-/// The atomics that Ring, SnapshotCell and BasicTrace are made of, and the memory order of each of their
-/// accesses. A checker substitutes its own types; a test shows that an order is needed by weakening that one
-/// constant. The argument for each order stands beside its use.
+/// The atomics of Ring, SnapshotCell and BasicTrace, and the memory order of each of their accesses. A
+/// checker substitutes its own types. A test shows that an order is needed by weakening that one constant.
+/// The argument for each order stands beside its use.
 struct StdAtomics {
   template <class T>
   using Atomic = std::atomic<T>;
@@ -33,7 +33,7 @@ struct StdAtomics {
   static constexpr std::memory_order kCellWordLoad = std::memory_order_acquire;
   static constexpr std::memory_order kCellSequencePublish = std::memory_order_release;  ///< the even value
   static constexpr std::memory_order kCellSequenceLoad = std::memory_order_acquire;     ///< before the words
-  /// What a writer adds to an even sequence while it writes. 1: odd, readers see that it is being written.
+  /// Added to an even sequence while a writer writes. 1: the sequence is odd, and readers see the write.
   static constexpr unsigned kCellWriting = 1;
   /// Attempts of one load() before it gives up; a writer takes well under a microsecond.
   static constexpr int kCellAttempts = 64;
@@ -42,8 +42,8 @@ struct StdAtomics {
   static constexpr std::memory_order kTraceObserve = std::memory_order_acquire;
 };
 
-/// Distance between what two cores write, against false sharing.
-/// Fixed, because it is part of the segment's layout.
+/// Distance between data that two cores write, against false sharing. It is fixed because it is part of the
+/// segment's layout.
 inline constexpr std::size_t kCacheLine = 64;
 
 }  // namespace corbot

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <string_view>
 
-// What Acquire takes. Not real-time.
+// The bounds of Acquire's arguments. Not real-time.
 
 namespace corbot {
 

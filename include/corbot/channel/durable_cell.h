@@ -9,12 +9,12 @@
 
 namespace corbot {
 
-/// The latest value of a record that outlives its writer: one writer, any number of readers, in shared memory;
-/// all zero = never stored. Two SnapshotCells, written in turn: a writer that is killed inside store() leaves
-/// one of them torn, and the record before in the other. Real-time safe.
+/// The latest value of a record that outlives its writer, in shared memory. It has one writer and any number
+/// of readers; all zero = never stored. It consists of two SnapshotCells, written in turn. A writer that is
+/// killed inside store() leaves one of them torn, and the previous record in the other. Real-time safe.
 ///
-/// Memory orders: each cell proves itself whole, and carries the number of its store; of two whole ones the
-/// higher number is the newer. Nothing else is concluded from one cell about the other.
+/// Memory orders: each cell proves itself whole, and carries the number of its store. The higher number of
+/// two whole cells is the newer. Nothing else is concluded from one cell about the other.
 template <class Record>
 class DurableCell {
   static_assert(std::is_trivially_copyable_v<Record> && sizeof(Record) % sizeof(std::uint64_t) == 0);
@@ -22,16 +22,16 @@ class DurableCell {
  public:
   enum class Content { kNone, kRecord, kInvalid };
 
-  /// The one writer.
+  /// For the one writer.
   void store(const Record& record) noexcept {
     const std::uint64_t number = stores_.load(std::memory_order_relaxed) + 1;
     stores_.store(number, std::memory_order_relaxed);
     cells_[number & 1].store(Numbered{number, record});
   }
 
-  /// Anyone. kNone: never stored, or killed inside the first store. kInvalid: this cannot come from store();
-  /// `record` is unchanged in both cases. Every field of a record that another process wrote is still to be
-  /// checked.
+  /// For any reader. kNone: never stored, or killed inside the first store. kInvalid: store() cannot have
+  /// written this. `record` is unchanged in both cases. The caller must check every field of a record that
+  /// another process wrote.
   [[nodiscard]] Content load(Record& record) const noexcept {
     Numbered first{};
     Numbered second{};

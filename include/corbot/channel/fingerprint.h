@@ -8,11 +8,11 @@
 
 namespace corbot {
 
-/// FNV-1a, 64 bits, over the fields of the model that planner and real-time task must agree on: kind, degrees
-/// of freedom, kinematics, limits, gripper travel, loop period. Field by field, since padding has no defined
-/// value; +0 and −0 are the same. The servo map is left out: recalibrating a servo changes pulses, not the
-/// meaning of a command or a snapshot. Source: Fowler, Noll, Vo, "The FNV Non-Cryptographic Hash Algorithm",
-/// IETF draft-eastlake-fnv.
+/// FNV-1a, 64 bits, over the fields of the model on which planner and real-time task must agree. These are
+/// kind, degrees of freedom, kinematics, limits, gripper travel, and loop period. It takes field by field,
+/// since padding has no defined value; +0 and −0 are the same. The servo map is left out: recalibrating a
+/// servo changes pulses, not the meaning of a command or a snapshot. Source: Fowler, Noll, Vo, "The FNV
+/// Non-Cryptographic Hash Algorithm", IETF draft-eastlake-fnv.
 class Fnv1a {
  public:
   void add(std::uint64_t value) noexcept {
@@ -33,7 +33,7 @@ inline void add(Fnv1a& hash, const Pose& pose) noexcept {
   for (const double value : {q.w, q.x, q.y, q.z}) hash.add(value);
 }
 
-/// The axes, and the family that was recognised from them.
+/// Adds the axes, and the family that was recognised from them.
 inline void add(Fnv1a& hash, const Kinematics& kinematics) noexcept {
   const JointChain& chain = kinematics.chain();
   hash.add(static_cast<std::uint64_t>(kinematics.form().index()));

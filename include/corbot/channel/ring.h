@@ -12,26 +12,28 @@ namespace corbot {
 
 enum class PopResult { kEmpty, kOk, kCorrupt };
 
-/// A bounded single-producer single-consumer queue in shared memory, in two parts, each written by one side only:
-/// RingSlots (head and records) by the producer, RingTail by the consumer. They may lie in different segments.
-/// Indices rather than pointers, all zero = empty. Indices count for ever and are masked at each use, so no value
-/// that the other side may write leads outside the slots. Records go in through a RingProducer and out through
-/// a RingConsumer, one of each at a time; both are real-time safe: wait-free, no allocation, no system call.
+/// A bounded single-producer single-consumer queue in shared memory. It has two parts, each written by one
+/// side only: RingSlots (head and records) by the producer, RingTail by the consumer. The parts may lie in
+/// different segments. It has indices rather than pointers, all zero = empty. Indices count for ever and are
+/// masked at each use, so no value that the other side may write leads outside the slots. Records go in
+/// through a RingProducer and out through a RingConsumer, one of each at a time. Both are real-time safe:
+/// wait-free, no allocation, no system call.
 ///
 /// Memory orders. `head_` counts records published, `tail_` records taken.
-/// - The producer stores head_ with release after the records; the consumer loads head_ with acquire before
+/// * The producer stores head_ with release after the records; the consumer loads head_ with acquire before
 ///   it reads them. A consumer that sees the new head therefore sees the records whole. With a relaxed store
 ///   (or load) it may see the head first and read a slot half written.
-/// - The consumer stores tail_ with release after it has copied the record out; the producer loads tail_ with
+/// * The consumer stores tail_ with release after it has copied the record out. The producer loads tail_ with
 ///   acquire before it writes the slot again. With either relaxed, the producer's write may overtake the
 ///   consumer's read, which then copies a mixture of two records.
-/// - An end loads its own index relaxed, once, when it is made: it is the only writer. A new process that
-///   succeeds a dead one continues after the hand-over of descriptors in the kernel, which orders them.
-/// - A remembered tail is one that was once loaded with acquire: the slots before it are free for good, since
-///   only the producer fills them. A remembered head was loaded with acquire and checked: the records before
-///   it are whole.
-/// - push_all writes all its records before its one store of head_: the consumer sees all of them or none,
-///   and a producer that dies in between has published nothing.
+/// * An end loads its own index relaxed, once, when it is made: it is the only writer. A new process that
+///   succeeds a dead one continues after the hand-over of descriptors. The hand-over in the kernel orders the
+///   two processes.
+/// * A remembered tail was once loaded with acquire. The slots before it are free for good, since only the
+///   producer fills them. A remembered head was loaded with acquire and checked: the records before it are
+///   whole.
+/// * `push_all` writes all its records before its one store of head_, so the consumer sees all of them or
+///   none. A producer that dies in between has published nothing.
 template <class Record, std::size_t kCapacity, class Atomics = StdAtomics>
 class RingSlots {
   static_assert(std::is_trivially_copyable_v<Record>);
@@ -40,7 +42,7 @@ class RingSlots {
  public:
   static constexpr std::uint64_t kMask = kCapacity - 1;
   [[nodiscard]] static constexpr std::size_t capacity() noexcept { return kCapacity; }
-  /// Anyone. Records published so far.
+  /// Returns the number of records published so far; for any thread.
   [[nodiscard]] std::uint64_t published() const noexcept { return head_.load(Atomics::kRingTake); }
 
  private:
@@ -58,9 +60,9 @@ class RingSlots {
 template <class Atomics = StdAtomics>
 class RingTail {
  public:
-  /// Anyone. Records taken so far.
+  /// Returns the number of records taken so far; for any thread.
   [[nodiscard]] std::uint64_t taken() const noexcept { return tail_.load(Atomics::kRingReuse); }
-  /// The consumer, before the producer knows of it: what was published before is not wanted, or was taken.
+  /// For the consumer, before the producer knows of it. Skips the records published before, or taken already.
   void begin_at(std::uint64_t taken) noexcept { tail_.store(taken, Atomics::kRingFree); }
 
  private:
@@ -73,7 +75,7 @@ class RingTail {
   alignas(kCacheLine) typename Atomics::template Atomic<std::uint64_t> tail_{0};
 };
 
-/// Anyone. The number of records in a ring: a momentary value, at most the capacity.
+/// Returns the number of records in a ring, for any thread: a momentary value, at most the capacity.
 template <class Record, std::size_t kCapacity, class Atomics>
 [[nodiscard]] std::size_t ring_size(const RingSlots<Record, kCapacity, Atomics>& slots,
                                     const RingTail<Atomics>& tail) noexcept {
@@ -82,7 +84,7 @@ template <class Record, std::size_t kCapacity, class Atomics>
   return static_cast<std::size_t>(used < kCapacity ? used : kCapacity);
 }
 
-/// Both parts, where producer and consumer share their memory.
+/// Both parts, if producer and consumer share their memory.
 template <class Record, std::size_t kCapacity, class Atomics = StdAtomics>
 struct Ring {
   using Slots = RingSlots<Record, kCapacity, Atomics>;
@@ -93,11 +95,12 @@ struct Ring {
   [[nodiscard]] static constexpr std::size_t capacity() noexcept { return kCapacity; }
 };
 
-/// The end that fills. Keeps its own index, and the last value seen of the consumer's, in its own memory: the
-/// consumer's cache line is fetched once a filling instead of once a record. After the consumer has repaired a
-/// corrupt head, a producer made before goes on from its own index, and the consumer repairs once more: the
-/// record in between is lost. One made anew goes on from the repaired index; so the servant, whose commands
-/// must not be lost, makes one for each motion. Memory orders as argued at RingSlots.
+/// The end that fills the ring. It keeps its own index, and the last seen index of the consumer, in its own
+/// memory. So it fetches the consumer's cache line once a filling instead of once a record. After the
+/// consumer has repaired a corrupt head, a producer made before goes on from its own index. The consumer then
+/// repairs once more, and the record in between is lost. A producer made anew goes on from the repaired
+/// index. The servant must not lose commands, so it makes a producer for each motion. RingSlots has the
+/// argument for the memory orders.
 template <class Slots>
 class RingProducer;
 
@@ -115,15 +118,15 @@ class RingProducer<RingSlots<Record, kCapacity, Atomics>> {
   explicit RingProducer(Ring<Record, kCapacity, Atomics>& ring) noexcept
       : RingProducer(ring.slots, ring.tail) {}
 
-  /// From now on another consumer empties the ring. Its tail says what it has taken: the former one's slots
-  /// are not written before that.
+  /// Switches to another consumer. Its tail gives the records that it has taken: the producer writes no slot
+  /// of the previous consumer before that.
   void follow(const RingTail<Atomics>& tail) noexcept {
     consumer_ = &tail;
     tail_ = tail.tail_.load(Atomics::kRingReuse);
   }
 
-  /// False, and nothing changed, when the ring is full (or its indices are corrupt;
-  /// the consumer repairs that).
+  /// Appends a record. False, and nothing changed, if the ring is full, or if its indices are corrupt; the
+  /// consumer repairs them.
   [[nodiscard]] bool push(const Record& record) noexcept {
     if (head_ - tail_ >= kCapacity && !has_room(1)) return false;
     slots_->slots_[head_ & Slots::kMask].write(record);
@@ -132,7 +135,7 @@ class RingProducer<RingSlots<Record, kCapacity, Atomics>> {
     return true;
   }
 
-  /// All `count` records in order, or none.
+  /// Appends all `count` records in order, or none.
   [[nodiscard]] bool push_all(const Record* first, std::size_t count) noexcept {
     if (!fits(count) && !has_room(count)) return false;
     for (std::size_t i = 0; i < count; ++i) slots_->slots_[(head_ + i) & Slots::kMask].write(first[i]);
@@ -153,12 +156,12 @@ class RingProducer<RingSlots<Record, kCapacity, Atomics>> {
 
   Slots* slots_;
   const RingTail<Atomics>* consumer_;
-  std::uint64_t head_;  ///< ours: what lies in the ring is a copy for the other side
+  std::uint64_t head_;  ///< ours: the head in the ring is a copy for the other side
   std::uint64_t tail_;  ///< last seen
 };
 
-/// The end that empties. Reads its own index from shared memory when it is made and never again, since the
-/// other side might change it there. Memory orders as argued at RingSlots.
+/// The end that empties the ring. It reads its own index from shared memory only when it is made, since the
+/// other side might change it there. RingSlots has the argument for the memory orders.
 template <class Slots>
 class RingConsumer;
 
@@ -173,9 +176,8 @@ class RingConsumer<RingSlots<Record, kCapacity, Atomics>> {
   explicit RingConsumer(Ring<Record, kCapacity, Atomics>& ring) noexcept
       : RingConsumer(ring.slots, ring.tail) {}
 
-  /// The record is copied out before it is checked: what the producer does to the slot afterwards cannot
-  /// change what was checked. kCorrupt: the indices cannot come from pushes and pops;
-  /// the ring has been emptied.
+  /// Takes a record. It is copied out before it is checked, so the producer cannot change it after the check.
+  /// Returns kCorrupt if the indices cannot come from pushes and pops; the ring has been emptied then.
   [[nodiscard]] PopResult pop(Record& record) noexcept {
     if (tail_ == head_) {
       head_ = slots_->head_.load(Atomics::kRingTake);

@@ -10,17 +10,18 @@
 #include "corbot/kinematics/joints.h"
 #include "corbot/kinematics/pose.h"
 
-// What a servant knows that its successor must know, too. It is written as it changes, since a servant may be
-// killed at any time, and read by the next servant, which checks every field (src/robot/inherited_state.h): the
-// one that wrote it may have been broken, or hostile. Every record is plain, fixed-size and a multiple of eight
+// The state that a servant hands to its successor. The servant writes it at each change, since it may be
+// killed at any time. The next servant reads it and checks every field (src/robot/inherited_state.h): the
+// previous one may have been broken, or hostile. Every record is plain, fixed-size and a multiple of eight
 // bytes without padding.
 
 namespace corbot {
 
-/// What Speed, AllSpeed, ArtSpeed, SetToolPitch, SetToolOrientation, SetToolFrame and SetBaseFrame have set.
+/// The settings of Speed, AllSpeed, ArtSpeed, SetToolPitch, SetToolOrientation, SetToolFrame and
+/// SetBaseFrame.
 struct SettingsRecord {
   double speed_ratio;           ///< (0, 1]
-  Joints joint_speed_ratio;     ///< likewise
+  Joints joint_speed_ratio;     ///< (0, 1]
   std::uint64_t tool_is_set;    ///< SettingsTool
   double tool_pitch_rad;        ///< -pi ... pi
   Quaternion tool_orientation;  ///< unit length
@@ -30,7 +31,7 @@ struct SettingsRecord {
 };
 inline constexpr std::uint64_t kSettingsToolFrame = 1;
 inline constexpr std::uint64_t kSettingsBaseFrame = 2;
-/// Which of the two the tool's orientation is set by.
+/// The operation that has set the tool's orientation.
 enum class SettingsTool : std::uint64_t { kNot = 0, kPitch = 1, kOrientation = 2 };
 static_assert(std::is_trivially_copyable_v<SettingsRecord> && sizeof(SettingsRecord) % 8 == 0);
 
@@ -46,7 +47,7 @@ static_assert(std::is_trivially_copyable_v<AlarmRecord> && sizeof(AlarmRecord) %
 
 enum class TicketState : std::uint32_t { kPending = 1, kDone = 2, kStopped = 3, kFailed = 4 };
 
-/// Why a motion was stopped or has failed. The first ones are numbered as their Verdict.
+/// The reason why a motion was stopped or has failed. The first reasons have the numbers of their Verdict.
 enum class TicketReason : std::uint32_t {
   kNone = 0,
   kStopped = 2,
@@ -59,26 +60,26 @@ enum class TicketReason : std::uint32_t {
   kDropped = 9,
   kEnded = 10,
   kTakenBack = 100,   ///< by a Cancel
-  kRecordLost = 101,  ///< it has ended, and nobody knows how
+  kRecordLost = 101,  ///< the motion has ended, and its outcome is lost
   kTaskGone = 102,    ///< the real-time task ended, or was restarted, while it was pending
-  kUnknown = 103,     ///< the task gave a verdict that is none
+  kUnknown = 103,     ///< the task gave an unknown verdict
 };
 
-/// An accepted motion and what became of it.
+/// An accepted motion and its outcome.
 struct TicketRecord {
   std::uint64_t first;  ///< number of its first command; 0: no motion
-  std::uint64_t last;   ///< of its last, by which clients know it
+  std::uint64_t last;   ///< number of its last command, by which clients know it
   double duration_s;
   double second_from_s;       ///< when the second command begins, within duration_s
-  std::uint64_t incarnation;  ///< of the real-time task that it was handed to
-  std::uint64_t epoch;        ///< number of stops when its call came
-  Joints end_q;               ///< where the arm rests when it is done
+  std::uint64_t incarnation;  ///< number of the real-time task that received it
+  std::uint64_t epoch;        ///< number of stops when its call arrived
+  Joints end_q;               ///< the arm's rest position when it is done
   double end_gripper;         ///< 0 ... 1
-  /// RingSlots::published() once it is handed over; 0: it was, by a former servant.
+  /// RingSlots::published() once the motion is handed over; 0: a previous servant has handed it over.
   std::uint64_t handed_until;
   TicketState state;
   TicketReason reason;
-  std::uint32_t cancelled;  ///< 1: a Cancel has taken it back
+  std::uint32_t cancelled;  ///< 1: a Cancel has ended it
   std::uint32_t reserved;
 };
 static_assert(std::is_trivially_copyable_v<TicketRecord> && sizeof(TicketRecord) % 8 == 0);
@@ -87,24 +88,24 @@ inline constexpr std::size_t kKeptAlarms = 64;
 /// Every pending motion, and the last 1024 that have ended.
 inline constexpr std::size_t kKeptTickets = 1024 + 64;
 
-/// Exclusive control of the arm, see src/robot/control.h. Every observer can read it: it has what proves a key, and not
-/// the key.
+/// Exclusive control of the arm, see src/robot/control.h. Every observer can read it: it holds the proof of a
+/// key, not the key.
 struct ControlRecord {
-  std::array<char, 72> who;                 ///< zero-terminated; empty: nobody has control
+  std::array<char, 72> who;                 ///< zero-terminated; empty: no client has control
   std::array<std::uint8_t, 32> key_digest;  ///< SHA-256
   std::int64_t lease_ns;
-  std::int64_t until_ns;  ///< CLOCK_MONOTONIC, of this run of the machine as the segment itself
-  std::uint64_t in_use;   ///< 1: a call of the holder is under way, and the lease does not run
+  std::int64_t until_ns;  ///< CLOCK_MONOTONIC of this boot, as the segment itself
+  std::uint64_t in_use;   ///< 1: a call of the holder is under way, and the lease does not run out
 };
 static_assert(std::is_trivially_copyable_v<ControlRecord> && sizeof(ControlRecord) % 8 == 0);
 
-/// Who has asked for the last StopAndHold.
+/// The caller of the last StopAndHold.
 struct HoldRecord {
   std::array<char, 128> by;  ///< zero-terminated; empty: not known
 };
 static_assert(std::is_trivially_copyable_v<HoldRecord> && sizeof(HoldRecord) % 8 == 0);
 
-/// In the servant's segment. A record that belongs to it is added here, with its reader.
+/// The state in the servant's segment. To add a record, add it here together with its reader.
 struct ServantState {
   DurableCell<SettingsRecord> settings;
   std::array<DurableCell<AlarmRecord>, kKeptAlarms> alarms;

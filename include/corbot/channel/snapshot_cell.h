@@ -10,25 +10,25 @@
 
 namespace corbot {
 
-/// The latest value of a record: one writer, any number of readers, in shared memory; all zero = never
-/// stored. A sequence lock over atomic words. store() is wait-free; load() retries a bounded number of times.
+/// The latest value of a record in shared memory: one writer, any number of readers; all zero = never stored.
+/// It is a sequence lock over atomic words. store() is wait-free; load() retries a bounded number of times.
 /// Both are real-time safe.
 ///
 /// Memory orders. The writer makes the sequence odd (relaxed), stores the words with release, then makes the
-/// sequence even with release. The reader loads the sequence with acquire, the words with acquire, the
-/// sequence again (relaxed), and keeps the copy if both sequences are the same even number s. Then every word
+/// sequence even with release. The reader loads the sequence with acquire, the words with acquire, and the
+/// sequence again (relaxed). It keeps the copy if both sequences are the same even number s. Then every word
 /// is of the store that ended with s:
-/// - not older: the first load of s synchronises with its release store, so that store's words happen before
-///   the reader's loads, which may by coherence return nothing older. (Sequence relaxed: stale words under a
-///   new number.)
-/// - not newer: a word of a later store was stored with release after that store had made the sequence odd;
-///   the acquire load that returns it synchronises with it, so the reader's second load of the sequence
-///   returns that odd value or a later one, not s. (Words relaxed on either side: the second load may still
-///   return s, and the copy is torn. The usual remedy is a pair of fences; they are not used, because
-///   ThreadSanitizer does not model them.)
-/// Were the sequence not odd during the store, a reader that comes in the middle would see s before and
-/// after. A writer that dies in the middle leaves the sequence odd: load() fails until the next store(),
-/// which continues from there.
+/// * Not older. The first load of s synchronises with its release store, so the words of that store happen
+///   before the reader's loads. By coherence the loads return nothing older. (Sequence relaxed: stale words
+///   under a new number.)
+/// * Not newer. A later store has stored its words with release after it had made the sequence odd. The
+///   acquire load that returns such a word synchronises with it. So the reader's second load of the sequence
+///   returns the odd value or a later one, not s. (Words relaxed on either side: the second load may still
+///   return s, and the copy is torn.) The usual remedy is a pair of fences. They are not used, because
+///   ThreadSanitizer does not model them.
+/// If the sequence were not odd during the store, a reader in the middle of it would see s before and after.
+/// A writer that dies in the middle leaves the sequence odd. Then load() fails until the next store(), which
+/// continues from there.
 template <class Record, class Atomics = StdAtomics>
 class SnapshotCell {
   static_assert(std::is_trivially_copyable_v<Record> && sizeof(Record) % sizeof(std::uint64_t) == 0);
@@ -37,7 +37,7 @@ class SnapshotCell {
   static constexpr std::size_t kWords = sizeof(Record) / sizeof(std::uint64_t);
   static constexpr int kAttempts = Atomics::kCellAttempts;
 
-  /// The one writer.
+  /// For the one writer.
   void store(const Record& record) noexcept {
     std::uint64_t words[kWords];
     std::memcpy(words, &record, sizeof(Record));
@@ -47,8 +47,8 @@ class SnapshotCell {
     sequence_.store(even + 2, Atomics::kCellSequencePublish);
   }
 
-  /// Anyone. False when nothing has ever been stored, or when each attempt was overtaken by the writer;
-  /// `record` is then unchanged.
+  /// For any reader. False if nothing has ever been stored, or if the writer overtook each attempt; `record`
+  /// is then unchanged.
   [[nodiscard]] bool load(Record& record) const noexcept {
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
       if (try_load(record)) return true;
@@ -56,7 +56,7 @@ class SnapshotCell {
     return false;
   }
 
-  /// Anyone. One attempt.
+  /// For any reader. Makes one attempt.
   [[nodiscard]] bool try_load(Record& record) const noexcept {
     const std::uint64_t before = sequence_.load(Atomics::kCellSequenceLoad);
     if (before == 0 || (before & 1) != 0) return false;

@@ -9,30 +9,32 @@
 
 namespace corbot {
 
-/// Flight recorder: the last kSlots records, one a cycle, oldest overwritten first. One writer, any number of
-/// readers, none of which can hold the writer up. Lives in shared memory; all zero = empty. Real-time safe.
+/// Flight recorder: holds the last kSlots records, one a cycle, and overwrites the oldest first. It has one
+/// writer and any number of readers; no reader can delay the writer. It lives in shared memory; all zero =
+/// empty. Real-time safe.
 ///
-/// Memory orders: a slot is a SnapshotCell, which proves itself whole; the index stored with the record
-/// proves that it is the one asked for. next_ is stored with release after the slot, so a reader that sees it
-/// (acquire) finds the record or a later one in its place. With next_ relaxed a reader might find the slot's
-/// former record, which the index rejects: the order buys that read() of an announced index fails only
-/// because it was overwritten.
+/// Memory orders: a slot is a SnapshotCell, which proves itself whole. The index stored with the record
+/// proves that it is the wanted one. The writer stores next_ with release after the slot. A reader that
+/// acquires it finds the record or a later one in the slot. With next_ relaxed a reader might find the slot's
+/// previous record, which the index rejects. With the order, read() of an announced index fails only if the
+/// record was overwritten.
 template <class Record, std::size_t kSlots, class Atomics = StdAtomics>
 class BasicTrace {
   static_assert((kSlots & (kSlots - 1)) == 0);
 
  public:
-  /// The one writer.
+  /// For the one writer.
   void append(const Record& record) noexcept {
     const std::uint64_t index = next_.load(std::memory_order_relaxed);
     slots_[index & (kSlots - 1)].store(Entry{index, record});
     next_.store(index + 1, Atomics::kTracePublish);
   }
 
-  /// Index that the next record will have; the readable ones are [next() − capacity(), next()), from 0.
+  /// Returns the index of the next record; the readable ones are [next() − capacity(), next()), from 0.
   [[nodiscard]] std::uint64_t next() const noexcept { return next_.load(Atomics::kTraceObserve); }
 
-  /// False when record `index` has been overwritten or does not exist yet; `record` is then unchanged.
+  /// Reads record `index`. False if it has been overwritten or does not exist yet; `record` is then
+  /// unchanged.
   [[nodiscard]] bool read(std::uint64_t index, Record& record) const noexcept {
     Entry entry{};
     if (index >= next() || !slots_[index & (kSlots - 1)].load(entry) || entry.index != index) return false;

@@ -11,10 +11,10 @@
 
 namespace corbot {
 
-/// Increments the futex word and wakes one thread that waits for it, in any process. One waits: the servant's
-/// that drains the rings and wakes the others, so that the loop's work does not grow with them. Never blocks,
-/// but is a system call: for the loop, not for the cycle's step function. Release: a reader of the new value
-/// sees what was published before.
+/// Increments the futex word and wakes one thread that waits for it, in any process. Only the servant's
+/// thread that drains the rings waits here. It wakes the others, so that the loop's work does not grow with
+/// their number. Never blocks, but is a system call: for the loop, not for the cycle's step function.
+/// Release: a reader of the new value sees all records published before.
 inline void wake_one(std::atomic<std::uint32_t>& word) noexcept {
   static_assert(sizeof(word) == sizeof(std::uint32_t) && std::atomic<std::uint32_t>::is_always_lock_free);
   word.fetch_add(1, std::memory_order_release);
@@ -23,9 +23,9 @@ inline void wake_one(std::atomic<std::uint32_t>& word) noexcept {
 }
 
 /// Not real-time safe. Waits until the word differs from `seen`, at most `timeout_ns`; a signal or a spurious
-/// wake-up may end the wait early. True when it differs. Read the word first, then look at the rings, then
-/// wait with what was read: a wake-up in between is not lost,
-/// since the kernel compares again before it sleeps.
+/// wake-up may end the wait early. True if it differs. Callers read the word first, then look at the rings,
+/// then wait with the value read. A wake-up in between is not lost, since the kernel compares again before it
+/// sleeps.
 inline bool wait_change(const std::atomic<std::uint32_t>& word, std::uint32_t seen,
                         std::int64_t timeout_ns) noexcept {
   if (word.load(std::memory_order_acquire) != seen) return true;

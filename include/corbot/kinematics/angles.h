@@ -7,7 +7,7 @@
 
 namespace corbot {
 
-/// The same angle in (−π, π]. Real-time safe.
+/// Returns the same angle in (−π, π]. Real-time safe.
 [[nodiscard]] inline double wrap_angle(double angle_rad) noexcept {
   constexpr double kPi = std::numbers::pi;
   if (angle_rad > -kPi && angle_rad <= kPi) return angle_rad;
@@ -15,21 +15,21 @@ namespace corbot {
   return wrapped <= -kPi ? kPi : wrapped;
 }
 
-/// The same angle, by whole turns, next to `hint_rad`. An angle within half a turn of the hint keeps every
-/// bit. Real-time safe.
+/// Returns the same angle, by whole turns, nearest to `hint_rad`. An angle within half a turn of the hint
+/// keeps every bit. Real-time safe.
 [[nodiscard]] inline double nearest_turn(double angle_rad, double hint_rad) noexcept {
   constexpr double kTurn = 2.0 * std::numbers::pi;
   const double away = angle_rad - hint_rad;
-  if (std::abs(away) <
-      3.0 * std::numbers::pi) {  // by arithmetic: which of the three it is cannot be foreseen
+  if (std::abs(away) < 3.0 * std::numbers::pi) {
+    // By arithmetic: a branch among the three cases could not be predicted.
     return angle_rad -
            kTurn * (static_cast<int>(away > std::numbers::pi) - static_cast<int>(away < -std::numbers::pi));
   }
   return angle_rad - kTurn * std::nearbyint(away / kTurn);
 }
 
-/// Of the same angle's turns within [lower, upper], each bound missed by no more than the tolerance, the one next to the hint; nullopt
-/// where there is none. Real-time safe.
+/// Returns the same angle's turn within [lower, upper] that is nearest to the hint; nullopt if there is none.
+/// Each bound may be missed by the tolerance. Real-time safe.
 [[nodiscard]] inline std::optional<double> turn_within(double angle_rad, double lower_rad, double upper_rad,
                                                        double tolerance_rad, double hint_rad) noexcept {
   constexpr double kTurn = 2.0 * std::numbers::pi;

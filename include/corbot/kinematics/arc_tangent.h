@@ -30,17 +30,18 @@ inline constexpr std::array<double, 17> kArcTangents{0.0,
                                                      0.7531512809621944,
                                                      0.7853981633974483};
 
-/// |x| > |y|, |x| ≤ |y|, and the same with x < 0.
+/// The cases |x| > |y| and |x| ≤ |y|, then the same with x < 0.
 inline constexpr std::array<double, 4> kOctantStart{0.0, 0.5 * std::numbers::pi, std::numbers::pi,
                                                     0.5 * std::numbers::pi};
 inline constexpr std::array<double, 4> kOctantSign{1.0, -1.0, -1.0, 1.0};
 
 }  // namespace detail
 
-/// atan2(y, x) to 4e-16 rad (small angles to 3e-16 of themselves), in a third of the C library's time, whose last bit kinematics
-/// has no use for. min/max is brought below 1/32 by atan(r) = atan(c) + atan((r − c) / (1 + r c)), c = k/16; then the series, of
-/// which the first term that is left out is below 1e-16 of the sum. Signs and zeros as std::atan2; of what is not finite the result is
-/// some number or NaN. Real-time safe.
+/// Returns atan2(y, x) to 4e-16 rad (small angles to 3e-16 of themselves). It takes a third of the C
+/// library's time, whose last bit kinematics does not need. It brings min/max below 1/32 by atan(r) = atan(c)
+/// + atan((r − c) / (1 + r c)), c = k/16. Then it sums the series; the first omitted term is below 1e-16 of
+/// the sum. Signs and zeros are those of std::atan2. For arguments that are not finite the result is some
+/// number or NaN. Real-time safe.
 [[nodiscard]] inline double arc_tangent(double y, double x) noexcept {
   const double ax = std::abs(x), ay = std::abs(y);
   const double greater = std::max(ax, ay);
@@ -53,7 +54,7 @@ inline constexpr std::array<double, 4> kOctantSign{1.0, -1.0, -1.0, 1.0};
   const double z = t * t;
   const double series = z * ((-1.0 / 3.0 + z * (1.0 / 5.0)) + z * z * (-1.0 / 7.0 + z * (1.0 / 9.0)));
   const double angle = detail::kArcTangents[static_cast<std::size_t>(k)] + (t + t * series);
-  // By table: which octant it is cannot be foreseen, and a branch would cost as much as all the rest.
+  // By table: a branch on the octant could not be predicted, and would cost as much as the rest.
   const std::size_t octant =
       2u * static_cast<std::size_t>(std::signbit(x)) + static_cast<std::size_t>(ay >= ax);
   return std::copysign(detail::kOctantStart[octant] + detail::kOctantSign[octant] * angle, y);

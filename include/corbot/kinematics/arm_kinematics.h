@@ -23,7 +23,7 @@
 
 namespace corbot {
 
-/// The families, one line each, in the order in which they are tried; the last takes every arm.
+/// The families, one line each, in the order of recognition; the last one takes every arm.
 using Families = std::variant<  //
     PlanarArm,                  //
     ScaraArm,                   //
@@ -41,30 +41,33 @@ struct NumberedSolution {
   IkSolution solution{};
 };
 
-/// All solutions at a pose, in the order of their numbers. Where two numbers have the same joints (a stretched arm), the smaller
-/// one stands for both.
+/// All solutions at a pose, in the order of their numbers. If two numbers have the same joints (a stretched
+/// arm), the smaller number stands for both.
 struct SolutionSet {
   std::uint32_t count{};
   std::array<NumberedSolution, kMaxSolutions> entries{};
-  IkSolution refusal{};  ///< of the first number that was refused: why there is none, or fewer than usual
+  /// The first refusal: why there is no solution, or fewer than usual.
+  IkSolution refusal{};
 
   [[nodiscard]] const NumberedSolution* begin() const noexcept { return entries.data(); }
   [[nodiscard]] const NumberedSolution* end() const noexcept { return entries.data() + count; }
 };
 
-/// An arm's kinematics, whatever its family: a value, trivially copyable, no heap, nothing throws; all of it real-time safe.
-/// Poses are base_T_tool; joints are as in the table (rad, m); joint limits are the caller's.
+/// An arm's kinematics, of any family: a value, trivially copyable, no heap, nothing throws. All of it is
+/// real-time safe. Poses are base_T_tool; joints are as in the table (rad, m). The caller checks the joint
+/// limits.
 class Kinematics {
  public:
   Kinematics() noexcept : form_(OtherArm{}) {}
 
-  /// f(family), the family known to the compiler.
+  /// Returns f(family), with the family's type known to the compiler.
   template <class F>
   [[nodiscard]] decltype(auto) visit(F&& f) const noexcept {
     return std::visit(std::forward<F>(f), form_);
   }
 
-  /// The first family that recognises the axes. Tables that are inexact (1.5708 for a right angle) must be snapped before.
+  /// Returns the first family that recognises the axes. The caller must first snap inexact tables (1.5708 for
+  /// a right angle).
   [[nodiscard]] static Kinematics recognise(const JointChain& chain) noexcept {
     Kinematics kinematics;
     kinematics.chain_ = chain;
@@ -72,7 +75,7 @@ class Kinematics {
     return kinematics;
   }
 
-  /// Solved numerically, even where a family would take the axes.
+  /// Returns numerically solved kinematics, even if a family would take the axes.
   [[nodiscard]] static Kinematics other(const JointChain& chain) noexcept {
     Kinematics kinematics;
     kinematics.chain_ = chain;
@@ -90,14 +93,14 @@ class Kinematics {
   [[nodiscard]] Follows follows() const noexcept {
     return visit([](const auto& form) { return form.follows(); });
   }
-  /// Numbers of solutions are 0 … count − 1; 0 where there is no closed form.
+  /// Returns the number of solutions, numbered 0 … count − 1; 0 if there is no closed form.
   [[nodiscard]] std::uint32_t solution_count() const noexcept {
     return visit([](const auto& form) { return form.solution_count(); });
   }
   [[nodiscard]] bool has_closed_form() const noexcept { return solution_count() > 0; }
   [[nodiscard]] bool has_solution(std::uint32_t number) const noexcept { return number < solution_count(); }
 
-  /// Another place of the arm, or another tool.
+  /// Moves the arm to another place, or gives it another tool.
   void set_frames(const Pose& base_T_0, const Pose& n_T_tool) noexcept {
     chain_.base_T_0 = base_T_0;
     chain_.n_T_tool = n_T_tool;
@@ -111,15 +114,16 @@ class Kinematics {
                                    const Joints& hint) const noexcept {
     return visit([&](const auto& form) { return form.inverse(pose, number, hint); });
   }
-  /// What an arm of fewer than six joints follows of an orientation, as sums of joints. Along a path it is these that are kept or
-  /// interpolated: an orientation in between two that the arm can take is mostly none that it can take.
+  /// Returns the angles that an arm of fewer than six joints follows of an orientation, as sums of joints. A
+  /// path keeps or interpolates these angles. An orientation between two that the arm can take is mostly not
+  /// reachable.
   [[nodiscard]] FollowedAngles followed() const noexcept {
     return visit([](const auto& form) -> FollowedAngles {
       if constexpr (FollowsAngles<std::remove_cvref_t<decltype(form)>>) return form.followed();
       return {};
     });
   }
-  /// Joints for a position and those angles; kNoSolution for an arm that follows every orientation.
+  /// Returns joints for a position and these angles; kNoSolution for an arm that follows every orientation.
   [[nodiscard]] IkSolution inverse_at(const Vector3& position_m, const Angles& angles, std::uint32_t number,
                                       const Joints& hint) const noexcept {
     return visit([&](const auto& form) -> IkSolution {
@@ -131,7 +135,7 @@ class Kinematics {
   }
   [[nodiscard]] Jacobian jacobian(const Joints& q) const noexcept { return corbot::jacobian(chain_, q); }
 
-  /// All solutions whose orientation is off by no more than the limit.
+  /// Returns all solutions with an orientation error of at most the limit.
   [[nodiscard]] SolutionSet solutions(const Pose& pose, const Joints& hint,
                                       double orientation_limit_rad) const noexcept {
     return visit([&](const auto& form) {
@@ -160,8 +164,9 @@ class Kinematics {
     });
   }
 
-  /// The solution on which these joints lie, the smallest number of those that they are common to; nullopt where there is no
-  /// closed form. Found by a round trip: next to a stretched arm half of the digits go, so joints count as the same within 2e-7.
+  /// Returns the solution on which these joints lie, the smallest number if they are common to several;
+  /// nullopt if there is no closed form. A round trip finds it. Next to a stretched arm half of the digits
+  /// are lost, so joints count as the same within 2e-7.
   [[nodiscard]] std::optional<std::uint32_t> solution_of(const Joints& q) const noexcept {
     return visit([&](const auto& form) -> std::optional<std::uint32_t> {
       const Pose pose = form.forward(q);
@@ -174,8 +179,9 @@ class Kinematics {
     });
   }
 
-  /// The same joints with every rotary one at its turn within the limits that is next to the hint; nullopt where a joint has none, or a slide
-  /// is beyond its limits. A limit missed by the tolerance (rad or m) is kept.
+  /// Returns the same joints, with every rotary joint at its turn within the limits nearest to the hint.
+  /// Returns nullopt if a joint has no such turn, or a slide is beyond its limits. A limit counts as kept if
+  /// it is missed by the tolerance (rad or m).
   [[nodiscard]] std::optional<Joints> within(const Joints& lower_q, const Joints& upper_q, double tolerance_q,
                                              const Joints& q, const Joints& hint) const noexcept {
     Joints turned = q;
@@ -191,7 +197,8 @@ class Kinematics {
     return turned;
   }
 
-  /// Whether two solutions are one. Both are next to one hint, so whole turns are not looked at, but for half a turn to either side of it.
+  /// Tells whether two solutions are one. Both are nearest to one hint, so whole turns matter only at half a
+  /// turn to either side of it.
   [[nodiscard]] bool same(const Joints& a, const Joints& b, double tolerance_q) const noexcept {
     for (std::size_t i = 0; i < chain_.count; ++i) {
       const double away = a[i] - b[i];

@@ -16,24 +16,27 @@
 #include "corbot/kinematics/pose.h"
 #include "corbot/kinematics/sub_problems.h"
 
-// The face of a family of arms that has closed-form kinematics. How to write one (planar_arm.h is an example):
-// 1. A struct of plain numbers in its own header: lengths, signs and offsets of the joints in a frame of the family's own
-//    choice, and a `Mounting` that says where that frame is in frame 0. No virtual function, no heap, all `noexcept`; every
-//    loop has a constant bound.
-// 2. `recognise(chain)`: from the joint axes at zero, nullopt where the arm is none of the family. It ends with
-//    `agrees(family, chain)`, so that a family whose reasoning is wrong recognises nothing.
-// 3. `forward` and `inverse` in the family's frame from turn, two_r and zyz, every singular case decided by the hint. A number
-//    of a solution means what the family says; `inverse` takes joint limits for nobody's concern, and returns every rotary
-//    joint next to the hint.
-// 4. What people are told: kName, kKind, kJoints, kSingularPlaces.
-// 5. Its line in arm_kinematics.h (`Families`), and a file in tests/property/kinematics/poses, which tests a million random poses.
+// The interface of a family of arms with closed-form kinematics. To write a family (planar_arm.h is an
+// example):
+// * Define a struct of plain numbers in a header of its own: lengths, signs and offsets of the joints in a
+//   frame of the family's choice. A `Mounting` gives the place of this frame in frame 0. There is no virtual
+//   function and no heap, all is `noexcept`, and every loop has a constant bound.
+// * Define `recognise(chain)` from the joint axes at zero; it returns nullopt if the arm is not of the
+//   family. It ends with `agrees(family, chain)`, so that a family with a wrong derivation recognises
+//   nothing.
+// * Define `forward` and `inverse` in the family's frame from turn, two_r and zyz. The hint decides every
+//   singular case. The family defines the meaning of a solution's number. `inverse` ignores joint limits, and
+//   returns every rotary joint next to the hint.
+// * Define the texts for people: kName, kKind, kJoints, kSingularPlaces.
+// * Add a line in arm_kinematics.h (`Families`), and a file in tests/property/kinematics/poses, which tests a
+//   million random poses.
 
 namespace corbot {
 
-/// What the paper calls RobotType; the order is that of Corbot::RobotKind in robot.idl.
+/// The paper's RobotType; the order is that of Corbot::RobotKind in robot.idl.
 enum class ArmKind : std::uint32_t { kAnthropomorphic, kCartesian, kCylindrical, kPolar, kScara, kOther };
 
-/// Which part of an orientation an arm can take at a position. What it cannot take is an error angle (IkSolution).
+/// The part of an orientation that an arm can take at a position. The rest is an error angle (IkSolution).
 enum class Follows : std::uint32_t {
   kFull,          ///< every orientation
   kPitchAndRoll,  ///< five joints: the tool's axis stays in the arm's plane
@@ -42,10 +45,11 @@ enum class Follows : std::uint32_t {
   kNone,          ///< the orientation is an output of the position
 };
 
-/// Angles that an arm of fewer than six joints follows instead of an orientation (pitch and roll, yaw), each a sum of joints.
+/// Angles that an arm of fewer than six joints follows instead of an orientation (pitch and roll, yaw), each
+/// a sum of joints.
 using Angles = std::array<double, 2>;
 struct FollowedAngles {
-  std::uint32_t count{};         ///< 0 where the arm follows an orientation, or none
+  std::uint32_t count{};         ///< 0 if the arm follows an orientation, or none
   std::array<Joints, 2> rows{};  ///< angle = row · joints + zero
   Angles zero_rad{};
 
@@ -63,23 +67,24 @@ struct FollowedAngles {
   return std::isfinite(q[0] + q[1] + q[2] + q[3] + q[4] + q[5]);
 }
 
-/// More solutions than any family here has, and than a general six-axis arm can have (Raghavan and Roth 1993).
+/// A bound above the solutions of every family here, and of a general six-axis arm (Raghavan and Roth 1993).
 inline constexpr std::size_t kMaxSolutions = 16;
 
 struct IkSolution {
   IkStatus status{IkStatus::kNotFinite};
-  Joints joints_q{};  ///< all zero unless status is kOk; limits are not looked at
-  double
-      orientation_error_rad{};  ///< between what was asked for and what these joints give; the position is kept
-  /// Where kTooFar or kTooClose: the distance that the target asks for inside the arm, and the limit that it breaks.
+  Joints joints_q{};  ///< all zero unless status is kOk; limits are not checked
+  /// The angle between the wanted orientation and that of these joints; the position is kept.
+  double orientation_error_rad{};
+  /// For kTooFar and kTooClose: the distance that the target needs inside the arm, and the limit that it
+  /// breaks.
   double distance_m{};
   double limit_m{};
-  /// … and what two links allow besides: 0 and 0 where it is no matter of two links.
+  /// The distances that two links allow besides; 0 and 0 if the limit is not one of two links.
   double least_m{}, most_m{};
 };
 
-/// Where a family's own frame is: base_T_tool = base · K(q) · hand, K the family's motion in its frame. Base and tool may change
-/// at run time, what is inside the arm does not.
+/// Places a family's own frame: base_T_tool = base · K(q) · hand, K the family's motion in its frame. Base
+/// and tool may change at run time; the numbers inside the arm do not.
 struct Mounting {
   Pose zero_T_family{};    ///< family's frame in frame 0
   Pose last_T_n{};         ///< flange in the last frame of the family's motion
@@ -88,8 +93,8 @@ struct Mounting {
   Quaternion unhand{};     ///< the hand's inverse rotation
   bool level{true};        ///< the base is moved, but not turned
   bool upright{true};      ///< the family's z axis points upward
-  double heading_rad{};    ///< of the family's x axis in the base frame
-  double tool_tilt_rad{};  ///< of the tool's x axis from x towards z of the last frame
+  double heading_rad{};    ///< heading of the family's x axis in the base frame
+  double tool_tilt_rad{};  ///< tilt of the tool's x axis, from x towards z of the last frame
 
   void set_frames(const Pose& base_T_0, const Pose& n_T_tool) noexcept {
     base = base_T_0 * zero_T_family;
@@ -108,7 +113,7 @@ struct Mounting {
     const Quaternion& q = base.orientation;
     level = q.x == 0.0 && q.y == 0.0 && q.z == 0.0;
   }
-  /// The last frame, or the tool's, in the family's frame: to base_T_tool.
+  /// Converts the last frame, or the tool's frame, in the family's frame to base_T_tool.
   [[nodiscard]] Pose to_base(const Pose& last) const noexcept { return tool_to_base(last * hand); }
   [[nodiscard]] Pose tool_to_base(const Pose& tool) const noexcept {
     return level ? Pose{base.position_m + tool.position_m, tool.orientation} : base * tool;
@@ -117,7 +122,7 @@ struct Mounting {
     const Vector3 away = position_m - base.position_m;
     return level ? away : rotate(conjugate(base.orientation), away);
   }
-  /// base_T_tool in the family's frame, its quaternion of unit length.
+  /// Converts base_T_tool to the family's frame, with a quaternion of unit length.
   [[nodiscard]] Pose to_family(const Pose& pose) const noexcept {
     if (level) return {pose.position_m - base.position_m, normalised(pose.orientation)};
     const Quaternion q = conjugate(base.orientation);
@@ -125,7 +130,8 @@ struct Mounting {
   }
 };
 
-/// What `recognise` makes of the frames that it has chosen: zero_T_family, and the family's last frame at zero.
+/// Builds the mounting from the frames that `recognise` has chosen: zero_T_family, and the family's last
+/// frame at zero.
 [[nodiscard]] inline Mounting mounting(const JointChain& chain, const Pose& zero_T_family,
                                        const Pose& family_T_last) noexcept {
   Mounting m;
@@ -137,10 +143,12 @@ struct Mounting {
 
 // clang-format off
 template <class T>
-concept ClosedForm = std::is_trivially_copyable_v<T> && requires(const T form, T changed, const Joints& q, const Pose& pose, std::uint32_t number) {
+concept ClosedForm = std::is_trivially_copyable_v<T> && requires(const T form, T changed, const Joints& q,
+                                                                  const Pose& pose, std::uint32_t number) {
   { T::kName } -> std::convertible_to<const char*>;
   { T::kKind } -> std::convertible_to<ArmKind>;
-  { T::kJoints } -> std::convertible_to<const char*>;          // from the base, R turning, P sliding: "RRP RRPR"
+  // From the base, R turning, P sliding: "RRP RRPR".
+  { T::kJoints } -> std::convertible_to<const char*>;
   { T::kSingularPlaces } -> std::convertible_to<const char*>;  // in words, for people
   { T::recognise(JointChain{}) } noexcept -> std::same_as<std::optional<T>>;
   { form.solution_count() } noexcept -> std::same_as<std::uint32_t>;  // numbers 0 … count − 1
@@ -150,23 +158,27 @@ concept ClosedForm = std::is_trivially_copyable_v<T> && requires(const T form, T
   { changed.set_frames(pose, pose) } noexcept;  // base_T_0, n_T_tool
 };
 
-/// A family may solve all numbers at once, where they share much of the work: then all[number] is inverse(pose, number, hint).
+/// A family may solve all numbers at once if they share much of the work. Then all[number] is inverse(pose,
+/// number, hint).
 template <class T>
-concept SolvesAll = ClosedForm<T> && requires(const T form, const Pose& pose, const Joints& hint, std::array<IkSolution, T::kSolutions>& all) {
+concept SolvesAll = ClosedForm<T> && requires(const T form, const Pose& pose, const Joints& hint,
+                                               std::array<IkSolution, T::kSolutions>& all) {
   { form.inverse_all(pose, hint, all) } noexcept;
 };
 
-/// A family that does not follow every orientation besides has: the angles that it does follow, and the inverse for a position and
-/// those; without any, for the position alone. (An arm of it that does follow every orientation answers kNoSolution.)
+/// The additional members of a family that does not follow every orientation. They are the angles that it
+/// follows, and the inverse for a position and these angles, or for the position alone if there are none. An
+/// arm of the family that follows every orientation returns kNoSolution.
 template <class T>
-concept FollowsAngles = requires(const T form, const Joints& q, const Vector3& position_m, const Angles& angles, std::uint32_t number) {
+concept FollowsAngles = requires(const T form, const Joints& q, const Vector3& position_m,
+                                 const Angles& angles, std::uint32_t number) {
   { form.followed() } noexcept -> std::same_as<FollowedAngles>;
   { form.inverse_at(position_m, angles, number, q) } noexcept -> std::same_as<IkSolution>;
 };
 // clang-format on
 
-/// Two families' judge: the same poses within 1e-9 m and rad over a fixed set of joints that goes through all quadrants. Noise
-/// of computing is 1e-15; a wrong sign is millimetres.
+/// Compares two families: the same poses within 1e-9 m and rad over a fixed set of joints in all quadrants.
+/// Computing noise is 1e-15; a wrong sign is millimetres.
 template <class Form>
 [[nodiscard]] bool agrees(const Form& form, const JointChain& chain) noexcept {
   for (int k = 0; k < 24; ++k) {
@@ -186,7 +198,7 @@ template <class Form>
   return true;
 }
 
-/// For arms whose orientation is an output: how far it is from the one asked for.
+/// For arms whose orientation is an output: adds its distance from the wanted one.
 template <class Form>
 [[nodiscard]] IkSolution with_output_told(const Form& form, IkSolution solution, const Pose& pose) noexcept {
   if (solution.status == IkStatus::kOk) {
@@ -200,7 +212,7 @@ template <class Form>
   if (reach == Reach::kOk) return IkStatus::kOk;
   return reach == Reach::kTooFar ? IkStatus::kTooFar : IkStatus::kTooClose;
 }
-/// A refusal with what was asked for and what is possible.
+/// Returns a refusal with the needed distance and the possible one.
 [[nodiscard]] inline IkSolution refused(const Turn& t, double b) noexcept {
   return {to_status(t.reach), {}, 0.0, t.distance_m, std::abs(b)};
 }
@@ -215,8 +227,8 @@ template <class Form>
           most_m};
 }
 
-/// Recognition: lengths of 1e-9 m and angles of 1e-9 rad count as nothing. Whoever has a table that is less exact (a URDF
-/// with 1.5708) snaps it first.
+/// The tolerance of recognition: lengths of 1e-9 m and angles of 1e-9 rad count as zero. The caller must
+/// first snap a less exact table (a URDF with 1.5708).
 inline constexpr double kRecognised = 1e-9;
 [[nodiscard]] inline bool parallel(const Vector3& a, const Vector3& b) noexcept {
   return norm(cross(a, b)) < kRecognised;

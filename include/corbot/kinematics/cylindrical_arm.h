@@ -11,8 +11,8 @@
 
 namespace corbot {
 
-/// A base that turns, a slide along its axis and one square to it, in either order, and perhaps a hand that turns about a parallel axis:
-/// RPP, RPPR. Siciliano et al., Robotics, 2009, 2.9 (cylindrical arm).
+/// A base that turns, a slide along its axis and one square to it, in either order. It may have a hand that
+/// turns about a parallel axis. RPP, RPPR. Siciliano et al., Robotics, 2009, 2.9 (cylindrical arm).
 ///
 /// Own frame: z along axis 1, x along the slide that reaches out, at zero.
 ///
@@ -26,7 +26,7 @@ struct CylindricalArm {
 
   Mounting mount{};
   std::uint32_t count{};          ///< 3 or 4 joints
-  std::uint32_t lift{}, reach{};  ///< which joint is which slide
+  std::uint32_t lift{}, reach{};  ///< the numbers of the lifting joint and the reaching joint
   double lift_sign{1.0};
   double hand_sign{1.0};
   double ahead_m{}, lateral_m{};  ///< the hand's axis at zero; without a hand the tool's own place counts
@@ -93,7 +93,7 @@ struct CylindricalArm {
       return {};
     return place(mount.to_family(position_m), angles[0], number, hint);
   }
-  /// The yaw.
+  /// Returns the yaw as the followed angle.
   [[nodiscard]] FollowedAngles followed() const noexcept {
     FollowedAngles angles;
     angles.count = has_hand() ? 1 : 0;

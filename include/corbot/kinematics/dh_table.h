@@ -12,11 +12,11 @@
 
 namespace corbot {
 
-/// Where a row's link stands: standard (distal), Rz(theta) Tz(d) Tx(a) Rx(alpha), or modified (proximal; Craig),
-/// Rx(alpha) Tx(a) Rz(theta) Tz(d). The two look alike; whoever gives a table says which.
+/// The place of a row's link. Standard (distal): Rz(theta) Tz(d) Tx(a) Rx(alpha). Modified (proximal; Craig):
+/// Rx(alpha) Tx(a) Rz(theta) Tz(d). The two look alike, so a table's author must name the convention.
 enum class DhConvention : std::uint32_t { kStandard, kModified };
 
-/// A rotary joint's value is added to theta, a prismatic one's to d.
+/// A row of a table. A rotary joint's value is added to theta, a prismatic one's to d.
 struct DhRow {
   JointKind kind{JointKind::kRotary};
   double theta_rad{};
@@ -25,7 +25,7 @@ struct DhRow {
   double alpha_rad{};
 };
 
-/// base_T_tool = base_T_0 · (rows) · n_T_tool.
+/// A Denavit-Hartenberg table: base_T_tool = base_T_0 · (rows) · n_T_tool.
 struct DhTable {
   std::uint32_t count{};  ///< joints, 1 … kMaxJoints
   std::array<DhRow, kMaxJoints> rows{};
@@ -34,8 +34,8 @@ struct DhTable {
   DhConvention convention{DhConvention::kStandard};
 };
 
-/// A rotation matrix and a position: what is multiplied here is the textbook's matrices, so that it can judge what
-/// the families compute by other ways.
+/// A rotation matrix and a position. The textbook's matrices are multiplied here, so that the product can
+/// check the families, which compute in other ways.
 struct DhFrame {
   Matrix3 rotation{Vector3{1.0, 0.0, 0.0}, Vector3{0.0, 1.0, 0.0}, Vector3{0.0, 0.0, 1.0}};
   Vector3 position_m{};
@@ -55,7 +55,7 @@ struct DhFrame {
 
 namespace detail {
 
-/// Right angles are meant where they are written as 1.5707963267948966: their cosine is 0, not 6e-17.
+/// Right angles are written as 1.5707963267948966: their cosine must be 0, not 6e-17.
 [[nodiscard]] inline double exact_cosine(double angle_rad) noexcept {
   const double c = std::cos(angle_rad);
   return std::abs(c) < 1e-15 ? 0.0 : c;
@@ -81,7 +81,8 @@ namespace detail {
 
 }  // namespace detail
 
-/// base_T_tool as the product of the table's matrices. The reference; real-time safe, but no family's way.
+/// Returns base_T_tool as the product of the table's matrices. It is the reference; real-time safe, but no
+/// family uses it.
 [[nodiscard]] inline DhFrame product(const DhTable& table, const Joints& q) noexcept {
   DhFrame frame = detail::frame_of(table.base_T_0);
   for (std::size_t i = 0; i < table.count; ++i) {
@@ -98,7 +99,7 @@ namespace detail {
   return detail::pose_of(product(table, q));
 }
 
-/// The same arm by its axes.
+/// Describes the same arm by its axes.
 [[nodiscard]] inline JointChain joint_chain(const DhTable& table) noexcept {
   JointChain chain;
   chain.count = table.count;

@@ -14,7 +14,7 @@ namespace corbot {
 
 /// Three slides in independent directions, and perhaps a hand that turns: PPP, PPPR. Never singular.
 ///
-/// Own frame: where the hand is at zero, z along its axis (without a hand: parallel to frame 0).
+/// Own frame: at the hand at zero, z along its axis (without a hand: parallel to frame 0).
 ///
 /// Solutions: one.
 struct GantryArm {
@@ -86,7 +86,7 @@ struct GantryArm {
       return {};
     return place(mount.to_family(position_m), angles[0], number, hint);
   }
-  /// The yaw.
+  /// Returns the yaw as the followed angle.
   [[nodiscard]] FollowedAngles followed() const noexcept {
     FollowedAngles angles;
     angles.count = has_hand() ? 1 : 0;

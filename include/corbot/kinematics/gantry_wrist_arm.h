@@ -12,8 +12,9 @@
 
 namespace corbot {
 
-/// Three slides in independent directions with a spherical wrist: PPPRRR, the gantries of factories. Position and orientation are
-/// decoupled: the slides take the wrist's centre to its place, the wrist does the rest. Siciliano et al., Robotics, 2009, 2.9 and 2.12.
+/// Three slides in independent directions with a spherical wrist: PPPRRR, the gantries of factories. Position
+/// and orientation are decoupled: the slides take the wrist's centre to its place, and the wrist sets the
+/// orientation. Siciliano et al., Robotics, 2009, 2.9 and 2.12.
 ///
 /// Own frame: at the wrist's centre at zero, its axes those of frame 0.
 ///

@@ -10,45 +10,46 @@
 #include "corbot/kinematics/joints.h"
 #include "corbot/kinematics/pose.h"
 
-// An arm as its joint axes and the pose of its last frame, all at zero (product of exponentials; Brockett 1984). Every
-// D-H table and every URDF is one; families are recognised from it, and it has the one Jacobian of all arms.
-// Real-time safe.
+// An arm as its joint axes and the pose of its last frame, all at zero (product of exponentials; Brockett
+// 1984). Every D-H table and every URDF has this form. Families are recognised from it, and it provides the
+// one Jacobian of all arms. Real-time safe.
 
 namespace corbot {
 
-/// One joint where it is when all joints are zero, in frame 0.
+/// The axis of one joint when all joints are zero, in frame 0.
 struct JointAxis {
   JointKind kind{JointKind::kRotary};
-  Vector3 direction{
-      0.0, 0.0, 1.0};  ///< of unit length; a positive value turns right-handed about it, or slides along it
-  Vector3 point_m{};   ///< any point on the axis; without a meaning for a slide
+  /// A unit vector. A positive value turns right-handed about it, or slides along it.
+  Vector3 direction{0.0, 0.0, 1.0};
+  Vector3 point_m{};  ///< any point on the axis; without a meaning for a slide
 };
 
 struct JointChain {
   std::uint32_t count{};  ///< joints, 1 … kMaxJoints
   std::array<JointAxis, kMaxJoints> axes{};
   Pose zero_T_n{};  ///< last frame (flange) in frame 0 at zero
-  Pose base_T_0{};  ///< where the arm stands
-  Pose n_T_tool{};  ///< flange to tool centre point
+  Pose base_T_0{};  ///< the arm's place in the base frame
+  Pose n_T_tool{};  ///< from the flange to the tool centre point
 };
 static_assert(std::is_trivially_copyable_v<JointChain>);
 
-/// The motion of everything beyond an axis when its joint has this value, in frame 0.
+/// Returns the motion of everything beyond an axis when its joint has this value, in frame 0.
 [[nodiscard]] inline Pose displacement(const JointAxis& axis, double value_q) noexcept {
   if (axis.kind == JointKind::kPrismatic) return {value_q * axis.direction, {}};
   const Quaternion q = about(axis.direction, value_q);
   return {axis.point_m - rotate(q, axis.point_m), q};
 }
 
-/// base_T_tool.
+/// Returns base_T_tool.
 [[nodiscard]] inline Pose forward(const JointChain& chain, const Joints& q) noexcept {
   Pose pose = chain.base_T_0;
   for (std::size_t i = 0; i < chain.count; ++i) pose = pose * displacement(chain.axes[i], q[i]);
   return pose * chain.zero_T_n * chain.n_T_tool;
 }
 
-/// Columns: joints. Rows 0 … 2: velocity of the tool centre point (m/s), rows 3 … 5: angular velocity of the tool (rad/s),
-/// both in the base frame, for a joint speed of 1 (rad/s or m/s). Columns beyond the arm's joints are zero.
+/// Columns: joints. Rows 0 … 2: velocity of the tool centre point (m/s); rows 3 … 5: angular velocity of the
+/// tool (rad/s). Both are in the base frame, for a joint speed of 1 (rad/s or m/s). Columns beyond the arm's
+/// joints are zero.
 using Jacobian = std::array<std::array<double, kMaxJoints>, 6>;
 
 [[nodiscard]] inline Jacobian jacobian(const JointChain& chain, const Joints& q) noexcept {

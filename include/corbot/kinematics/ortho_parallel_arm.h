@@ -13,16 +13,18 @@
 
 namespace corbot {
 
-/// Six turning joints: a base, shoulder and elbow square to it and parallel to each other, and a spherical wrist: most industrial
-/// arms (PUMA, ABB, Fanuc, Kuka, Stäubli). Pieper, AIM-72, 1968; Paul and Zhang, IJRR 5(2), 1986; parameters as in
-/// Brandstötter, Angerer, Hofbaur, ARW 2014: shoulder_m is a1, lateral_m b, upper_m c2, fore_m √(a2² + c3²).
+/// Six turning joints: a base, shoulder and elbow square to it and parallel to each other, and a spherical
+/// wrist. Most industrial arms have this form (PUMA, ABB, Fanuc, Kuka, Stäubli). Pieper, AIM-72, 1968; Paul
+/// and Zhang, IJRR 5(2), 1986. The parameters are those of Brandstötter, Angerer, Hofbaur, ARW 2014:
+/// shoulder_m is a1, lateral_m b, upper_m c2, fore_m √(a2² + c3²).
 ///
-/// Own frame: z along axis 1, origin at the shoulder's height, x ahead of the axis where the tool is at zero. Inclinations are
-/// counted from x towards z. The forearm's frame Rz(θ)·Ry(−B) has x along it; the last frame is that one turned by the wrist, its
-/// origin at the wrist's centre.
+/// Own frame: z along axis 1, origin at the shoulder's height, x ahead of the axis on the tool's side at
+/// zero. Inclinations count from x towards z. The forearm's frame Rz(θ)·Ry(−B) has x along it. The last frame
+/// is the forearm's frame turned by the wrist, with its origin at the wrist's centre.
 ///
-/// Solutions: bit 0: joint 3 is bent to its negative side (from straight). Bit 1: the base faces away from the wrist's centre.
-/// Bit 2: joint 5 is bent to its negative side. Wrist straight or folded: joint 4 is the hint's. Centre on axis 1: joint 1 is.
+/// Solutions: bit 0: joint 3 is bent to its negative side (from straight). Bit 1: the base faces away from
+/// the wrist's centre. Bit 2: joint 5 is bent to its negative side. With a straight or folded wrist joint 4
+/// is the hint's. With the centre on axis 1 joint 1 is the hint's.
 struct OrthoParallelArm {
   static constexpr const char* kName = "ortho-parallel arm with spherical wrist";
   static constexpr ArmKind kKind = ArmKind::kAnthropomorphic;
@@ -34,7 +36,7 @@ struct OrthoParallelArm {
   Mounting mount{};
   PlanarLinks links{};  ///< the forearm ends at the wrist's centre
   SphericalWrist wrist{};
-  double lateral_m{};  ///< of the wrist's centre from axis 1's plane
+  double lateral_m{};  ///< distance of the wrist's centre from axis 1's plane
 
   [[nodiscard]] static std::optional<OrthoParallelArm> recognise(const JointChain& chain) noexcept {
     if (chain.count != 6) return std::nullopt;
@@ -101,7 +103,7 @@ struct OrthoParallelArm {
     return solution;
   }
 
-  /// inverse() of every number; what several of them have in common is computed once.
+  /// Computes inverse() for every number; the common parts are computed once.
   void inverse_all(const Pose& pose, const Joints& hint,
                    std::array<IkSolution, kSolutions>& all) const noexcept {
     if (!is_finite(pose) || !is_finite_hint(hint)) {
@@ -146,7 +148,7 @@ struct OrthoParallelArm {
     double base_rad;
     HalfAngle half;
   };
-  /// Where two borders meet, the elbow's has moved the centre within its plane: then joint 1 follows.
+  /// If two borders meet, the elbow's border has moved the centre within its plane. Joint 1 then follows.
   [[nodiscard]] Heading heading_of(const Turn& base, const Triangle& plane, const Wanted& wanted,
                                    const Joints& hint) const noexcept {
     if (base.free) return {hint[0], {std::cos(0.5 * hint[0]), std::sin(0.5 * hint[0])}};
@@ -165,7 +167,8 @@ struct OrthoParallelArm {
     return triangle(base.radius_m - links.shoulder_m, wanted.centre_m[2], links.upper_m, links.fore_m,
                     base.slack_m);
   }
-  /// Joints 1 to 3, and the last frame's rotation seen from the forearm. False: `solution` says why not.
+  /// Computes joints 1 to 3, and the last frame's rotation seen from the forearm. False: `solution` has the
+  /// reason.
   [[nodiscard]] bool reach(const Heading& heading, const Triangle& plane, const Wanted& wanted,
                            std::uint32_t number, const Joints& hint, IkSolution& solution,
                            Quaternion& arm_R_last) const noexcept {
@@ -175,7 +178,7 @@ struct OrthoParallelArm {
     arm_R_last = conjugate(arm_rotation(heading.half, half_angle(t.cosine, t.sine))) * wanted.last;
     return true;
   }
-  /// Rz(θ) Ry(−B).
+  /// Returns Rz(θ) Ry(−B).
   [[nodiscard]] static Quaternion arm_rotation(const HalfAngle& base, const HalfAngle& fore) noexcept {
     return {base.cosine * fore.cosine, base.sine * fore.sine, -base.cosine * fore.sine,
             base.sine * fore.cosine};

@@ -10,11 +10,12 @@
 
 namespace corbot {
 
-/// An arm without a closed form: forward by its axes, inverse is for the planner, which solves it numerically.
+/// An arm without a closed form. Forward uses its axes; the planner solves the inverse numerically.
 ///
-/// With four or five joints it follows as many angles as it has joints besides three: of the turning joints from the last inwards, what
-/// all joints turn the tool by about that one's axis, the axes being where they are at zero. Of a wrist with a base and parallel axes, but
-/// for which it would be a PlanarArm, these are pitch and roll.
+/// With four or five joints it follows as many angles as it has joints besides three. The followed angles
+/// belong to the turning joints, from the last inwards. Each is the angle by which all joints turn the tool
+/// about that joint's axis, with the axes at zero. For an arm that would be a PlanarArm but for its wrist,
+/// these are pitch and roll.
 struct OtherArm {
   static constexpr const char* kName = "other";
   static constexpr ArmKind kKind = ArmKind::kOther;

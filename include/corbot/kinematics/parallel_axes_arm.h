@@ -13,16 +13,18 @@
 
 namespace corbot {
 
-/// Six turning joints, axes 2 to 4 parallel to each other and square to axis 1, axis 5 square to axis 4, axis 6 square to and
-/// crossing axis 5: Universal Robots and their kind. Hawkins, Georgia Tech, 2013, has it with arc cosines.
+/// Six turning joints: axes 2 to 4 parallel to each other and square to axis 1, axis 5 square to axis 4, axis
+/// 6 square to and crossing axis 5. Universal Robots and similar arms. Hawkins, Georgia Tech, 2013, has the
+/// solution with arc cosines.
 ///
-/// Own frame: z along axis 1, origin at the shoulder's height, x ahead of the axis where the tool is at zero. Inclinations are
-/// counted from x towards z; C is the hand's. The hand's frame Rz(θ)·Ry(−C) has z along axis 5; the last frame is
-/// Rz(θ)·Ry(−C)·Rz(q5 + zero)·Ry(±q6), its origin where axes 5 and 6 cross.
+/// Own frame: z along axis 1, origin at the shoulder's height, x ahead of the axis on the tool's side at
+/// zero. Inclinations count from x towards z; C is the hand's. The hand's frame Rz(θ)·Ry(−C) has z along axis
+/// 5. The last frame is Rz(θ)·Ry(−C)·Rz(q5 + zero)·Ry(±q6), with its origin at the crossing of axes 5 and 6.
 ///
-/// Solutions: bit 0: joint 3 is bent to its negative side (from straight). Bit 1: the base faces away from the crossing. Bit 2:
-/// joint 5's angle between axes 4 and 6 is negative. Axes 4 and 6 parallel: joint 6 is the
-/// hint's, or the nearest that reaches. Crossing on axis 1 (with no lateral offset only): joint 1 is the hint's, or refused.
+/// Solutions: bit 0: joint 3 is bent to its negative side (from straight). Bit 1: the base faces away from
+/// the crossing. Bit 2: joint 5's angle between axes 4 and 6 is negative. If axes 4 and 6 are parallel, joint
+/// 6 is the hint's, or the nearest that reaches. If the crossing is on axis 1 (with no lateral offset only),
+/// joint 1 is the hint's, or refused.
 struct ParallelAxesArm {
   static constexpr const char* kName = "arm with three parallel axes";
   static constexpr ArmKind kKind = ArmKind::kAnthropomorphic;
@@ -33,7 +35,7 @@ struct ParallelAxesArm {
 
   Mounting mount{};
   PlanarLinks links{};
-  double lateral_m{};             ///< of the crossing of axes 5 and 6 from axis 1's plane
+  double lateral_m{};             ///< distance of the crossing of axes 5 and 6 from axis 1's plane
   double hand_x_m{}, hand_z_m{};  ///< from axis 4 to the crossing, in the hand's frame
   double hand_zero_rad{};         ///< C at zero
   double middle_zero_rad{};       ///< from axis 4 to axis 6 about axis 5, at zero
@@ -110,7 +112,7 @@ struct ParallelAxesArm {
     return rest(wanted, base, base_rad, wrist, triangle_of(wanted, base, wrist), number, hint);
   }
 
-  /// inverse() of every number; what several of them have in common is computed once.
+  /// Computes inverse() for every number; the common parts are computed once.
   void inverse_all(const Pose& pose, const Joints& hint,
                    std::array<IkSolution, kSolutions>& all) const noexcept {
     if (!is_finite(pose) || !is_finite_hint(hint)) {
@@ -137,7 +139,7 @@ struct ParallelAxesArm {
   }
 
  private:
-  /// The orientation is kept to this where a border leaves something open.
+  /// The greatest orientation error if a border leaves a joint open.
   static constexpr double kMostOpen_rad = 1e-10;
   struct Wanted {
     Quaternion last{};  ///< rotation of the last frame
@@ -155,8 +157,8 @@ struct ParallelAxesArm {
     if (base.free) return {std::cos(0.5 * hint[0]), std::sin(0.5 * hint[0])};
     return half_angle(base.cosine, base.sine);
   }
-  /// Ry(−C)·Rz(middle)·Ry(last), inverted, and its axes renamed (x, y, z → −x, z, y): first is −last, so that the hint is
-  /// joint 6, middle −middle, last C.
+  /// Inverts Ry(−C)·Rz(middle)·Ry(last), with its axes renamed (x, y, z → −x, z, y). `first` is −last, so
+  /// that the hint is joint 6; `middle` is −middle, and `last` is C.
   [[nodiscard]] static Zyz wrist_of(const Wanted& wanted, const HalfAngle& half, bool flip,
                                     const Joints& hint) noexcept {
     const double ct = half.cosine, st = half.sine;
@@ -164,7 +166,7 @@ struct ParallelAxesArm {
     const Quaternion rel{ct * g.w + st * g.z, ct * g.x + st * g.y, ct * g.y - st * g.x, ct * g.z - st * g.w};
     return zyz({rel.w, rel.x, -rel.z, -rel.y}, !flip, -hint[5]);
   }
-  /// The two links with the hand at C.
+  /// Returns the triangle of the two links with the hand at C.
   [[nodiscard]] Triangle triangle_of(const Wanted& wanted, const Turn& base, double cc,
                                      double sc) const noexcept {
     return triangle(base.radius_m - links.shoulder_m - hand_x_m * cc + hand_z_m * sc,
@@ -176,7 +178,7 @@ struct ParallelAxesArm {
     if (wrist.free) return triangle_of(wanted, base, std::cos(wrist.last_rad), std::sin(wrist.last_rad));
     return triangle_of(wanted, base, wrist.last_cosine, wrist.last_sine);
   }
-  /// Joints 2 to 4. False: `solution` says why not.
+  /// Computes joints 2 to 4. False: `solution` has the reason.
   [[nodiscard]] bool reach(const Triangle& plane, double hand, std::uint32_t number, const Joints& hint,
                            IkSolution& solution) const noexcept {
     TwoLinks t = bend(plane, links.is_clockwise(number));
@@ -186,7 +188,7 @@ struct ParallelAxesArm {
         nearest_turn(links.sign4 * (hand - hand_zero_rad - fore + links.fore_zero_rad), hint[3]);
     return true;
   }
-  /// The change of C after which axis 4 is as far from axis 2 as the limit says: the smaller of two.
+  /// Returns the change of C that brings axis 4 to the limit's distance from axis 2: the smaller of two.
   [[nodiscard]] double to_limit(const Wanted& wanted, const Turn& base, double hand,
                                 double limit_m) const noexcept {
     const double u = base.radius_m - links.shoulder_m, v = wanted.crossing_m[2];
@@ -213,9 +215,10 @@ struct ParallelAxesArm {
     q[4] = nearest_turn(-wrist.middle_rad - middle_zero_rad, hint[4]);
     q[5] = nearest_turn(-wrist.first_rad, hint[5]);
   }
-  /// Next to parallel axes 4 and 6 the wrist leaves C open, by what rounding (and a base at its border) is to their angle; where
-  /// they are parallel, C is free, and with it whether the links reach: then C is the nearest with which they do, and joint 6 makes
-  /// up for it. Else the refusal stands.
+  /// Next to parallel axes 4 and 6 the wrist leaves C open, by the ratio of rounding (and a base at its
+  /// border) to their angle. If they are parallel, C is free, and C decides whether the links reach. The
+  /// function then takes the nearest C with which they reach, and joint 6 compensates. Otherwise the refusal
+  /// stands.
   [[nodiscard]] IkSolution next_to_border(const Wanted& wanted, const Turn& base, double base_rad, Zyz wrist,
                                           const IkSolution& refusal, std::uint32_t number,
                                           const Joints& hint) const noexcept {

@@ -11,28 +11,32 @@
 
 #include "corbot/kinematics/arm_kinematics.h"
 
-// How joints move along a stretch of path: bounds that hold for every point of it, for every family by one theorem.
+// Bounds of the joints' motion along a stretch of path. They hold for every point of it, for every family, by
+// one theorem.
 //
-// Along a path x(s) the joints obey M(q)·q′ = x′: M is the Jacobian of the tool's position and, below it, that of its orientation or
-// the rows of the angles that the arm follows. Let q0 solve the middle of a cell of half width w, A = M(q0)⁻¹, and let every q of the box
-// |q − q0| ≤ w·y have |A·(M(q) − M(q0))| ≤ E and |A·x′| ≤ u on the cell, entry by entry. If u + E·y ≤ y, then
-//  - M is invertible on the box (E has no eigenvalue of 1 or more, since it maps a positive vector below itself), and
-//  - |q′| ≤ y there, because |q′| ≤ u + E·|q′|, whose greatest solution is (I − E)⁻¹·u ≤ y;
-// so the joints cannot leave the box before the cell ends: they exist on the whole cell, on the solution of the middle and no
-// other, with |q′| ≤ y and |q − q0| ≤ w·y. Nothing else is needed: a cell that is proved is within reach and without a singularity.
-// Rounding is not directed: it is fourteen digits down.
+// Along a path x(s) the joints obey M(q)·q′ = x′. M is the Jacobian of the tool's position and, below it,
+// that of its orientation or the rows of the angles that the arm follows. Let q0 solve the middle of a cell
+// of half width w, and A = M(q0)⁻¹. For every q of the box `|q − q0| ≤ w·y` let `|A·(M(q) − M(q0))| ≤ E` and
+// `|A·x′| ≤ u` on the cell, entry by entry. If `u + E·y ≤ y`, then two statements hold:
+// * M is invertible on the box: the matrix E maps a positive vector below itself, so it has no eigenvalue of
+//   1 or more.
+// * There `|q′| ≤ y`, because `|q′| ≤ u + E·|q′|`, whose greatest solution is `(I − E)⁻¹·u ≤ y`.
+// So the joints cannot leave the box before the cell ends. They exist on the whole cell, on the solution of
+// the middle and no other, with `|q′| ≤ y` and `|q − q0| ≤ w·y`. Nothing else is needed: a proved cell is
+// within reach and without a singularity. Rounding is not directed: it is fourteen digits down.
 //
-// Real-time safe, though only the planner's proof and the gate's need it.
+// Real-time safe, though only the planner's proof and the gate's proof need it.
 
 namespace corbot {
 
-/// What a path asks for, a unit of its parameter: velocity of the tool's position (m), then its angular velocity in the base
-/// frame (rad) for arms that follow every orientation, else the rates of the followed angles (rad).
+/// The rate that a path needs, per unit of its parameter: first the velocity of the tool's position (m). Then
+/// follows the angular velocity in the base frame (rad) for arms that follow every orientation, else the
+/// rates of the followed angles (rad).
 using TaskRate = std::array<double, 6>;
 
 struct StretchBound {
-  bool
-      is_proved{};  ///< all else is meaningful only if so; if not, the middle's rates are, unless they are infinite
+  /// All else is meaningful only if so. If not, the middle's rates are, unless they are infinite.
+  bool is_proved{};
   Joints rate_middle{};  ///< q′ in the middle, with its sign
   Joints rate_bound{};   ///< of |q′| on the cell
   Joints stray_q{};      ///< of |q − q0| on the cell: half width times the rate's bound
@@ -42,7 +46,7 @@ namespace detail {
 
 using Matrix6 = std::array<std::array<double, kMaxJoints>, 6>;
 
-/// Inverse by elimination with partial pivots; false where there is none.
+/// Inverts by elimination with partial pivots; false if there is no inverse.
 [[nodiscard]] inline bool invert(std::size_t n, Matrix6 m, Matrix6& inverse) noexcept {
   inverse = {};
   for (std::size_t i = 0; i < n; ++i) inverse[i][i] = 1.0;
@@ -73,7 +77,7 @@ using Matrix6 = std::array<std::array<double, kMaxJoints>, 6>;
 
 }  // namespace detail
 
-/// M of the head of this page; the number of its rows, which have one column a joint.
+/// M of this file's head, and the number of its rows; it has one column for each joint.
 struct TaskMatrix {
   detail::Matrix6 m{};
   std::size_t rows{};
@@ -87,8 +91,8 @@ struct TaskMatrix {
   return task;
 }
 
-/// The least pivot of M in magnitude, by elimination with partial pivots: 0 at a singularity, and where M is not square. Its unit is the
-/// task's (m, rad) a unit of a joint's.
+/// Returns the least pivot of M in magnitude, by elimination with partial pivots. It is 0 at a singularity,
+/// and if M is not square. Its unit is the task's (m, rad) per unit of a joint.
 [[nodiscard]] inline double least_pivot(const Kinematics& arm, const Joints& q) noexcept {
   TaskMatrix task = task_matrix(arm, q);
   const std::size_t n = arm.joint_count();
@@ -116,8 +120,9 @@ class PathForm {
  public:
   static constexpr std::size_t kNoJoint = kMaxJoints;
 
-  /// `q0`: joints in the middle of the cell. `held`: one of the arm's joints that does not move, because it is free along a singularity. In its place one
-  /// entry of the task's rate is left over, and solve() gives that much for the joint: 0 where the others follow the path alone.
+  /// `q0`: joints in the middle of the cell. `held`: one of the arm's joints that does not move, because it
+  /// is free along a singularity. Then one entry of the task's rate is left over, and solve() returns it in
+  /// this joint's place. It is 0 if the other joints follow the path alone.
   PathForm(const Kinematics& arm, const Joints& q0, std::size_t held = kNoJoint) noexcept
       : count_(arm.joint_count()), held_(held), turns_full_(arm.follows() == Follows::kFull) {
     const auto [task, rows] = task_matrix(arm, q0);
@@ -135,7 +140,7 @@ class PathForm {
   /// The joint that does not move; kNoJoint if all may.
   [[nodiscard]] std::size_t held() const noexcept { return held_; }
 
-  /// M⁻¹·rate, of a regular form.
+  /// Returns M⁻¹·rate, for a regular form.
   [[nodiscard]] Joints solve(const TaskRate& rate) const noexcept {
     Joints q{};
     for (std::size_t i = 0; i < count_; ++i) {
@@ -143,10 +148,12 @@ class PathForm {
     }
     return q;
   }
-  /// The entry of M⁻¹ with the greatest magnitude (rad or m of a joint, a unit of the task): how near a singularity is.
+  /// Returns the entry of M⁻¹ with the greatest magnitude (rad or m of a joint, per unit of the task). It
+  /// measures the nearness of a singularity.
   [[nodiscard]] double greatest_inverse() const noexcept { return greatest(inverse_); }
 
-  /// `rate`: the task's in the middle. `rate_stray`: how far each entry of it strays on the cell. `half_width`: of the cell.
+  /// `rate`: the task's rate in the middle. `rate_stray`: the deviation of each entry on the cell.
+  /// `half_width`: of the cell.
   [[nodiscard]] StretchBound bound(const TaskRate& rate, const TaskRate& rate_stray,
                                    double half_width) const noexcept {
     StretchBound b;
@@ -176,8 +183,8 @@ class PathForm {
 
  private:
   static constexpr int kSteps = 12;
-  static constexpr double kWidened =
-      1e-5;  ///< of what E adds, so that it maps to below itself although E grows with the box
+  /// Widens the part that E adds, so that the image stays inside although E grows with the box.
+  static constexpr double kWidened = 1e-5;
   static constexpr double kRounded = 1e-12;
 
   static double greatest(const detail::Matrix6& m) noexcept {
@@ -188,7 +195,7 @@ class PathForm {
     return greatest;
   }
 
-  /// The held joint's column becomes a unit vector, that which leaves M the farthest from a singularity.
+  /// Replaces the held joint's column by the unit vector that leaves M the farthest from a singularity.
   void invert(const detail::Matrix6& task) noexcept {
     if (held_ == kNoJoint) {
       is_regular_ = detail::invert(count_, task, inverse_);
@@ -203,12 +210,13 @@ class PathForm {
     }
   }
 
-  /// u + E·y for the box w·y. Columns Jn of position are derivatives of one function, so for either order of two joints m ≤ n
-  /// |∂Jn/∂qm| = |∂Jm/∂qn| = |zm × Jn| ≤ |Jn| if joint m turns, else 0. The angular ones, zj, change by at most the turns before them. A
-  /// row of A takes from a column's change no more than the length of its part for it times the length of that change.
+  /// Returns u + E·y for the box w·y. Columns Jn of position are derivatives of one function. So for either
+  /// order of two joints m ≤ n, |∂Jn/∂qm| = |∂Jm/∂qn| = |zm × Jn| ≤ |Jn| if joint m turns, else 0. The
+  /// angular columns, zj, change by at most the turns before them. A row of A takes from a column's change at
+  /// most the length of its part times the length of the change.
   [[nodiscard]] Joints image(const Joints& u, const Joints& y, double half_width) const noexcept {
-    // |Jn| on the box, from the tool inwards: what is before joint n turns Jn, and it itself does; only what is after it makes it
-    // longer. A slide's is a unit vector.
+    // Jn| on the box, from the tool inwards: joints up to n only turn Jn, and joints after n lengthen it. A
+    // slide's is a unit vector.
     Joints lever = lever_;
     for (std::size_t n = count_; n-- > 0;) {
       for (std::size_t m = n + 1; rotary_[n] && m < count_; ++m) lever[n] += lever[m] * half_width * y[m];

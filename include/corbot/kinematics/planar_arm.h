@@ -12,14 +12,17 @@
 
 namespace corbot {
 
-/// A base that turns about an axis, then two or three parallel axes square to it (shoulder, elbow, wrist), then perhaps a roll
-/// square to those: three to five joints. Hobby arms, the Lynx 5. Siciliano et al., Robotics, 2009, chapter 2.
+/// A base that turns about an axis, two or three parallel axes square to it (shoulder, elbow, wrist), and
+/// perhaps a roll square to these. Three to five joints: hobby arms, the Lynx 5. Siciliano et al., Robotics,
+/// 2009, chapter 2.
 ///
-/// Own frame: z along axis 1, origin at the shoulder's height, x ahead of the axis where the tool is at zero. Inclinations are
-/// counted from x towards z: A of the upper arm, B of the forearm, C of the hand. The last frame has its origin on the wrist
-/// axis (or at the roll axis' foot beside it), x along the hand; the tool may be anywhere in it.
+/// Own frame: z along axis 1, origin at the shoulder's height, x ahead of the axis on the tool's side at
+/// zero. Inclinations count from x towards z: A of the upper arm, B of the forearm, C of the hand. The last
+/// frame has its origin on the wrist axis (or at the roll axis' foot beside it), and x along the hand. The
+/// tool may be anywhere in it.
 ///
-/// Solutions: bit 0: joint 3 is bent to its negative side (from straight). Bit 1: the base faces away from the point.
+/// Solutions: bit 0: joint 3 is bent to its negative side (from straight). Bit 1: the base faces away from
+/// the point.
 struct PlanarArm {
   static constexpr double kConverged_m = 1e-15;
   static constexpr int kMostSteps = 40;
@@ -32,8 +35,8 @@ struct PlanarArm {
   std::uint32_t count{};  ///< joints: 3 (no wrist), 4, or 5 (with roll)
   PlanarLinks links{};
   double hand_zero_rad{};  ///< C at zero
-  double lateral_m{};  ///< of the roll axis from axis 1's plane; without roll the tool's own lateral counts
-  double raise_m{};    ///< of the roll axis above the wrist axis, square to both
+  double lateral_m{};  ///< distance of the roll axis from axis 1's plane; without roll the tool's own counts
+  double raise_m{};    ///< height of the roll axis above the wrist axis, square to both
 
   [[nodiscard]] static std::optional<PlanarArm> recognise(const JointChain& chain) noexcept {
     if (chain.count < 3 || chain.count > 5) return std::nullopt;
@@ -107,13 +110,13 @@ struct PlanarArm {
     return with_output_told(*this, without_wrist(p.position_m, number, hint), pose);
   }
 
-  /// The angles that this arm follows, as sums of joints: C, then the roll.
+  /// Returns the angles that this arm follows, as sums of joints: C, then the roll.
   [[nodiscard]] FollowedAngles followed() const noexcept {
     return {count - 3,
             {Joints{0.0, links.sign2, links.sign3, links.sign4}, Joints{0.0, 0.0, 0.0, 0.0, 1.0}},
             {hand_zero_rad}};
   }
-  /// Joints for a position and these angles instead of an orientation.
+  /// Returns joints for a position and these angles instead of an orientation.
   [[nodiscard]] IkSolution inverse_at(const Vector3& position_m, const Angles& angles, std::uint32_t number,
                                       const Joints& hint) const noexcept {
     if (number >= solution_count()) return {IkStatus::kNoSolution};
@@ -140,21 +143,21 @@ struct PlanarArm {
 
  private:
   [[nodiscard]] static bool behind(std::uint32_t number) noexcept { return (number & 2u) != 0; }
-  /// On the axis itself, where no orientation says more: the hint's angle.
+  /// Takes the hint's angle on the axis itself, if no orientation gives one.
   [[nodiscard]] static Turn held(Turn t, const Joints& hint) noexcept {
     if (t.free) t.angle_rad = hint[0];
     return t;
   }
-  /// Of the tool from the roll axis.
+  /// Returns the tool's distance from the roll axis.
   [[nodiscard]] double tool_off_m() const noexcept {
     return root_sum(mount.hand.position_m[1], mount.hand.position_m[2]);
   }
-  /// C at the hint.
+  /// Returns C at the hint.
   [[nodiscard]] double pitch_at(const Joints& q) const noexcept {
     return links.sign2 * q[1] + links.sign3 * q[2] + links.sign4 * q[3] + hand_zero_rad;
   }
 
-  /// Joints for a wrist axis this far ahead of axis 1 and above the shoulder.
+  /// Returns joints for a wrist axis this far ahead of axis 1 and above the shoulder.
   [[nodiscard]] IkSolution place(const Turn& t, const PlanarHand& hand, double ahead_m, double above_m,
                                  std::uint32_t number, const Joints& hint) const noexcept {
     IkSolution solution;
@@ -169,7 +172,7 @@ struct PlanarArm {
         nearest_turn(links.sign4 * (hand.pitch_rad - hand_zero_rad - forearm + links.fore_zero_rad), hint[3]);
     return solution;
   }
-  /// The same with a roll, from the tool's foot on the roll axis.
+  /// Does the same with a roll, from the tool's foot on the roll axis.
   [[nodiscard]] IkSolution place_hand(const Turn& t, const PlanarHand& hand, double ahead_m, double above_m,
                                       std::uint32_t number, const Joints& hint) const noexcept {
     const double length_m = mount.hand.position_m[0];
@@ -208,21 +211,22 @@ struct PlanarArm {
                  p.position_m[2] - tool[0] * hand.sine - tool[2] * hand.cosine, number, hint);
   }
 
-  /// Beside axis 1 tool and hand may be on different sides of it: the number goes by the tool, as along a path.
+  /// Beside axis 1 tool and hand may be on different sides of it. The number follows the tool, as along a
+  /// path.
   [[nodiscard]] IkSolution with_roll(const Pose& p, std::uint32_t number, const Joints& hint) const noexcept {
     const Facing own = facing(p, behind(number), number, hint);
     const double beside_m = 3.0 * tool_off_m() + std::abs(lateral_m);
     if (root_sum(p.position_m[0], p.position_m[1]) > beside_m) return own.solution;
     return nearer(own, facing(p, !behind(number), number, hint), behind(number));
   }
-  /// Where the tool is off the roll axis, the plane depends on the hand, which depends on the plane: iterated, by tool offset / radius
-  /// a step.
+  /// Iterates, since with a tool off the roll axis the plane depends on the hand, and the hand on the plane.
+  /// Each step gains the factor tool offset / radius.
   [[nodiscard]] Facing facing(const Pose& p, bool hand_behind, std::uint32_t number,
                               const Joints& hint) const noexcept {
     const Vector3& tool = mount.hand.position_m;
     const double off_m = tool_off_m();
     const Quaternion g = p.orientation * mount.unhand;
-    Vector3 foot = p.position_m - rotate(g, {0.0, tool[1], tool[2]});  // of the tool on the roll axis
+    Vector3 foot = p.position_m - rotate(g, {0.0, tool[1], tool[2]});  // the tool's foot on the roll axis
     for (int step = 0; step < kMostSteps; ++step) {
       Turn t = turn(foot[0], foot[1], lateral_m, hand_behind);
       if (t.reach != Reach::kOk) return {refused(t, lateral_m), Facing::kNoPlane_rad};

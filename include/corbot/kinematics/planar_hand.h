@@ -7,26 +7,26 @@
 
 #include "corbot/kinematics/closed_form.h"
 
-// What a hand that stays in the arm's plane takes of an orientation: planar_arm.h. Real-time safe.
+// The part of an orientation that a hand in the arm's plane takes: planar_arm.h. Real-time safe.
 
 namespace corbot {
 
-/// A direction, or what of it counts, that is shorter is none.
+/// A shorter direction, or a shorter component that counts, is no direction.
 inline constexpr double kNoDirection = 1e-9;
 
 struct PlanarHand {
   double pitch_rad{};  ///< C: inclination from x towards z
   double cosine{1.0}, sine{};
   double roll_rad{};
-  double error_rad{};  ///< what of the orientation it cannot take
+  double error_rad{};  ///< the part of the orientation that it cannot take
 };
 
 /// A roll axis square to the parallel ones, at zero, in the arm's own frame.
 struct RollAxis {
   double pitch_rad{};  ///< its inclination
   double lateral_m{};  ///< from axis 1's plane
-  double raise_m{};    ///< above the wrist axis, square to both
-  Pose frame{};        ///< x along it, its origin at the wrist axis' foot
+  double raise_m{};    ///< height above the wrist axis, square to both
+  Pose frame{};        ///< x along it, origin at the wrist axis' foot
 
   [[nodiscard]] static std::optional<RollAxis> recognise(const JointAxis& axis, const Pose& zero_T_family,
                                                          const Vector3& wrist_m) noexcept {
@@ -43,20 +43,21 @@ struct RollAxis {
   }
 };
 
-/// What a pose makes of an arm with roll whose hand is on one side of axis 1.
+/// The solution of a pose for an arm with roll and its hand on one side of axis 1.
 struct Facing {
   static constexpr double kNoPlane_rad = 10.0;  ///< an error that is no angle
 
   IkSolution solution{};
   double error_rad{};
-  double ahead_m{};  ///< of the tool
+  double ahead_m{};  ///< the tool's distance ahead
 
   [[nodiscard]] bool is_on_side(bool behind) const noexcept {
     return (behind ? ahead_m : -ahead_m) <= 2.0 * kBorder_m;
   }
 };
 
-/// Of the two the one whose tool is on this side; of two such the one whose orientation is nearer, the first if neither's is.
+/// Returns the solution whose tool is on this side. If both are, it returns the one with the nearer
+/// orientation, `own` if they are equally near. If neither is, it refuses.
 [[nodiscard]] inline IkSolution nearer(const Facing& own, const Facing& other, bool behind) noexcept {
   const bool fits = own.is_on_side(behind), other_fits = other.is_on_side(behind);
   if (!fits && !other_fits) return {IkStatus::kTooClose, {}, 0.0, std::abs(own.ahead_m)};
@@ -64,8 +65,9 @@ struct Facing {
                                                                                   : other.solution;
 }
 
-/// The base's turn for a point next to axis 1, or at its border: to the heading (x, y) that the orientation has, if the point fits,
-/// either way round; on the axis itself the hint's if that heading is none.
+/// Sets the base's turn for a point next to axis 1, or at its border. It takes the heading (x, y) of the
+/// orientation, if the point fits, either way round. On the axis itself it takes the hint's if the
+/// orientation has no heading.
 inline void turn_beside_axis(Turn& t, const Vector3& point, double b, double x, double y, bool behind,
                              double hint_rad) noexcept {
   const bool upright = root_sum(x, y) < kNoDirection;
@@ -79,14 +81,15 @@ inline void turn_beside_axis(Turn& t, const Vector3& point, double b, double x, 
   }
 }
 
-/// `g` in the frame of the plane: Rz(−θ)·g.
+/// Returns `g` in the frame of the plane: Rz(−θ)·g.
 [[nodiscard]] inline Quaternion in_plane_of(const Turn& t, const Quaternion& g) noexcept {
   const auto [c, s] = half_angle(t.cosine, t.sine);
   return {c * g.w + s * g.z, c * g.x + s * g.y, c * g.y - s * g.x, c * g.z - s * g.w};
 }
 
-/// Without roll: of Rz(−θ)·g the rotation about the plane's normal which is nearest (twist); the rest (swing) is the error. A tool upside
-/// down is 180 degrees off at every inclination: then its x axis decides, and the hint if that is across the plane.
+/// Without roll: takes the nearest rotation about the plane's normal (twist) from Rz(−θ)·g; the rest (swing)
+/// is the error. A tool upside down is 180 degrees off at every inclination. Then its x axis decides, and the
+/// hint if the axis is across the plane.
 [[nodiscard]] inline PlanarHand nearest_pitch(const Mounting& mount, const Turn& t, const Quaternion& g,
                                               const Quaternion& tool, double hint_rad) noexcept {
   const Quaternion rel = in_plane_of(t, g);
@@ -111,8 +114,8 @@ inline void turn_beside_axis(Turn& t, const Vector3& point, double b, double x, 
   return hand;
 }
 
-/// With roll: the hand's axis (x of g) is brought into the plane by the shortest rotation, the roll is what remains. An axis square to the
-/// plane is a quarter off every direction: then the hint's pitch.
+/// With roll: the shortest rotation brings the hand's axis (x of g) into the plane; the roll is the
+/// remainder. An axis square to the plane is a quarter off every direction. Then the hint's pitch counts.
 [[nodiscard]] inline PlanarHand nearest_pitch_and_roll(const Turn& t, const Quaternion& g,
                                                        double hint_rad) noexcept {
   const Quaternion rel = in_plane_of(t, g);
@@ -131,7 +134,7 @@ inline void turn_beside_axis(Turn& t, const Vector3& point, double b, double x, 
   return hand;
 }
 
-/// A tool at this place in the hand, from its foot on the roll axis: ahead, across, above.
+/// Returns the place of a tool in the hand, from its foot on the roll axis: ahead, across, above.
 [[nodiscard]] inline Vector3 off_roll_axis(const Vector3& tool, const PlanarHand& hand) noexcept {
   const double c = std::cos(hand.roll_rad), s = std::sin(hand.roll_rad);
   const double up = tool[1] * s + tool[2] * c;

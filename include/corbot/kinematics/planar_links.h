@@ -11,12 +11,13 @@
 
 namespace corbot {
 
-/// The base and the two links in its plane, which a planar arm has before its hand. Frame and inclinations: planar_arm.h.
+/// The base and the two links in its plane, before the hand of a planar arm. planar_arm.h has frame and
+/// inclinations.
 struct PlanarLinks {
-  double shoulder_m{};                        ///< axis 2 ahead of axis 1
+  double shoulder_m{};                        ///< distance of axis 2 ahead of axis 1
   double upper_m{}, fore_m{};                 ///< straight distances: axes 2 to 3, 3 to 4 (0 without axis 4)
   double upper_zero_rad{}, fore_zero_rad{};   ///< A, B at zero
-  double sign2{1.0}, sign3{1.0}, sign4{1.0};  ///< +1: a positive joint value raises what follows
+  double sign2{1.0}, sign3{1.0}, sign4{1.0};  ///< +1: a positive joint value raises the links after it
 
   [[nodiscard]] Vector3 elbow_at_zero() const noexcept {
     return {shoulder_m + upper_m * std::cos(upper_zero_rad), 0.0, upper_m * std::sin(upper_zero_rad)};
@@ -25,7 +26,8 @@ struct PlanarLinks {
     return elbow_at_zero() + Vector3{fore_m * std::cos(fore_zero_rad), 0.0, fore_m * std::sin(fore_zero_rad)};
   }
 
-  /// From axes 1 to 4 (3 where the arm has no more); with the arm's own frame in frame 0.
+  /// Recognises the links from axes 1 to 4 (3 if the arm has no more); returns them with the arm's own frame
+  /// in frame 0.
   [[nodiscard]] static std::optional<std::pair<PlanarLinks, Pose>> recognise(
       const JointChain& chain) noexcept {
     const auto& axes = chain.axes;
@@ -59,8 +61,9 @@ struct PlanarLinks {
     return std::pair{links, Pose{origin, from_columns(x, y, z)}};
   }
 
-  /// Joints 2 and 3 to reach (u, v) from the shoulder with a forearm of this length and inclination at zero. Bit 0 of the
-  /// number: joint 3 bent to its negative side. False: `solution` says why.
+  /// Computes joints 2 and 3 that reach (u, v) from the shoulder, with a forearm of this length and
+  /// inclination at zero. Bit 0 of the number: joint 3 bent to its negative side. False: `solution` has the
+  /// reason.
   [[nodiscard]] bool bend(double u, double v, double u_slack_m, double length_m, double length_zero_rad,
                           std::uint32_t number, const Joints& hint, IkSolution& solution,
                           double& forearm_rad) const noexcept {
@@ -72,7 +75,7 @@ struct PlanarLinks {
   [[nodiscard]] bool is_clockwise(std::uint32_t number) const noexcept {
     return ((number & 1u) != 0) == (sign3 > 0.0);
   }
-  /// Joints 2 and 3 of what two_r has found; where A is free, it becomes the hint's.
+  /// Takes joints 2 and 3 from the result of two_r; a free A becomes the hint's.
   [[nodiscard]] bool take(TwoLinks& t, double length_m, double length_zero_rad, const Joints& hint,
                           IkSolution& solution) const noexcept {
     if (t.reach != Reach::kOk) {

@@ -9,30 +9,32 @@
 #include "corbot/kinematics/path_form.h"
 #include "corbot/kinematics/planar_arm.h"
 
-// Bounds on the joints' rates along a stretch of path, from the closed form of a base and planar arm with a wrist and without a
-// lateral offset: radius from the base axis, wrist position, P², sin of the bend, and from those the joints. They are finite
-// one by one, nearer to a singularity than the theorem of path_form.h, which needs all joints at once. Real-time safe.
+// Bounds on the joints' rates along a stretch of path, for a base and planar arm with a wrist and without a
+// lateral offset. The closed form gives in turn radius from the base axis, wrist position, P², sin of the
+// bend, and the joints. The bounds are finite one by one, nearer to a singularity than the theorem of
+// path_form.h, which needs all joints at once. Real-time safe.
 
 namespace corbot {
 
-/// A cell of a path: the TCP and the followed angles in its middle, and how they go on.
+/// A cell of a path: the TCP and the followed angles in its middle, and their rates.
 struct PathCell {
   Vector3 position_m{};
-  Vector3 velocity_m{};  ///< a unit of the path parameter
+  Vector3 velocity_m{};  ///< per unit of the path parameter
   double bend_m{};       ///< bound of the second derivative's length
   Angles angles_rad{};   ///< unless the arm follows every orientation
-  /// Angular velocity of the tool, base frame, or the rates of the angles; a unit of the path parameter, constant.
+  /// Angular velocity of the tool, base frame, or the rates of the angles; per unit of the path parameter,
+  /// constant.
   Vector3 turn_rad{};
   double half_width{};
 };
 
 struct CellRates {
-  bool in_reach{};       ///< the whole cell
-  Joints rate_middle{};  ///< |q′| in the middle, 0 where singular
-  Joints rate_bound{};   ///< of |q′| on the whole cell; may be infinite
+  bool in_reach{};       ///< for the whole cell
+  Joints rate_middle{};  ///< |q′| in the middle, 0 if singular
+  Joints rate_bound{};   ///< bound of |q′| on the whole cell; may be infinite
 };
 
-/// Whether planar_stretch holds for this arm.
+/// Tells whether planar_stretch holds for this arm.
 [[nodiscard]] inline bool has_planar_stretch(const PlanarArm& arm) noexcept {
   return arm.count == 4 && arm.mount.hand.position_m[1] == 0.0;
 }
@@ -40,11 +42,12 @@ struct CellRates {
 /// A cell in the arm's own frame, and the radius of its TCP about the base axis.
 struct RadiusCell {
   Vector3 position_m{}, velocity_m{};
-  double middle_m{}, low_m{};  ///< in the middle; at least, anywhere on the cell
-  double speed_high{};         ///< across the base axis, at most
+  double middle_m{}, low_m{};  ///< in the middle; the least anywhere on the cell
+  double speed_high{};         ///< the greatest, across the base axis
 };
 
-/// The base joint's rates, θ0′ = (x y′ − y x′)/ρ², into `rates`, whose other bounds become infinite. Real-time safe.
+/// Writes the base joint's rates, θ0′ = (x y′ − y x′)/ρ², into `rates`; its other bounds become infinite.
+/// Real-time safe.
 [[nodiscard]] inline RadiusCell planar_base_stretch(const PlanarArm& arm, const PathCell& cell,
                                                     CellRates& rates) noexcept {
   rates.rate_bound.fill(std::numeric_limits<double>::infinity());
@@ -71,9 +74,9 @@ struct RadiusCell {
   return radius;
 }
 
-/// `q`: the joints in the middle. Notation: w half width; plain names are values in the middle; `d_name` bounds how far `name`
-/// strays from the middle, anywhere on the cell. Rounding is not directed: it is fourteen digits down, and the tolerances of
-/// reach, range and speed lie above it.
+/// `q`: the joints in the middle. Notation: w half width; plain names are values in the middle; `d_name`
+/// bounds the deviation of `name` from the middle, anywhere on the cell. Rounding is not directed: it is
+/// fourteen digits down, and the tolerances of reach, range and speed lie above it.
 [[nodiscard]] inline CellRates planar_stretch(const PlanarArm& arm, const Joints& q, std::uint32_t number,
                                               const PathCell& cell) noexcept {
   const double w = cell.half_width;
@@ -96,13 +99,13 @@ struct RadiusCell {
   const double v_u = facing * rho_rate + above * rotation;
   const double v_h = v[2] - ahead * rotation;
   const double bend = (cell.bend_m + hand_m * rotation * rotation) * w;
-  // |ρ″| ≤ v_xy²/ρ + bend; nearer to the axis, ρ′ is known only to lie within ±v_xy.
+  // ρ″| ≤ v_xy²/ρ + bend; nearer to the axis, ρ′ is known only to lie within ±v_xy.
   const double swing =
       rho_low > 0.0 ? std::min(v_xy_top * v_xy_top / rho_low * w, 2.0 * v_xy_top) : 2.0 * v_xy_top;
   const double d_v = root_sum(swing + bend, bend);
   const double v_wrist_top = root_sum(v_u, v_h) + d_v;
 
-  // P² and from it the bend: (2 L1 L2 sin γ)² = far · near.
+  // P², and the bend from it: (2 L1 L2 sin γ)² = far · near.
   const double l1 = arm.links.upper_m, l2 = arm.links.fore_m;
   const double p_wrist = root_sum(u, h);
   const double sum = l1 + l2;
@@ -114,8 +117,8 @@ struct RadiusCell {
   const double near = (p_wrist - difference) * (p_wrist + difference);
   const double far_low = far - d_square;
   const double near_low = near - d_square;
-  rates.in_reach =
-      far_low >= -kBorder_m * sum && near_low >= -kBorder_m * difference;  // half of what the inverse allows
+  // The tolerance is half of the inverse's tolerance.
+  rates.in_reach = far_low >= -kBorder_m * sum && near_low >= -kBorder_m * difference;
   const double twice = 2.0 * l1 * l2;
   if (!(far > 0.0 && near > 0.0)) return rates;
   const double sine = std::sqrt(far * near) / twice;
@@ -147,7 +150,7 @@ struct RadiusCell {
   return rates;
 }
 
-/// The bounds of whatever family: its own where it has closer ones, else by the theorem.
+/// Returns the bounds for any family: its own if it has closer ones, else those of the theorem.
 [[nodiscard]] inline CellRates cell_rates(const Kinematics& arm, const Joints& q, std::uint32_t number,
                                           const PathCell& cell) noexcept {
   if (const auto* planar = std::get_if<PlanarArm>(&arm.form()); planar && has_planar_stretch(*planar)) {

@@ -11,14 +11,15 @@
 
 namespace corbot {
 
-/// Two axes square to each other and a slide square to the second, alone or with a spherical wrist: RRP, RRP + RRR (the Stanford
-/// manipulator). Siciliano et al., Robotics, 2009, 2.9.
+/// Two axes square to each other and a slide square to the second, alone or with a spherical wrist. RRP, RRP
+/// + RRR (the Stanford manipulator). Siciliano et al., Robotics, 2009, 2.9.
 ///
-/// Own frame: z along axis 1, origin at the height of axis 2, x ahead of the axis in the slide's plane at zero. C is the slide's
-/// inclination, from x towards z. The last frame is at the wrist's centre, x along the slide.
+/// Own frame: z along axis 1, origin at the height of axis 2, x ahead of the axis in the slide's plane at
+/// zero. C is the slide's inclination, from x towards z. The last frame is at the wrist's centre, x along the
+/// slide.
 ///
-/// Solutions: bit 0: the slide's end is behind axis 2. Bit 1: the base faces away. Bit 2: the wrist's middle joint is bent to its
-/// negative side.
+/// Solutions: bit 0: the slide's end is behind axis 2. Bit 1: the base faces away. Bit 2: the wrist's middle
+/// joint is bent to its negative side.
 struct PolarArm {
   static constexpr const char* kName = "polar";
   static constexpr ArmKind kKind = ArmKind::kPolar;
@@ -29,9 +30,9 @@ struct PolarArm {
   Mounting mount{};
   SphericalWrist wrist{};
   bool has_wrist{};
-  double shoulder_m{};  ///< axis 2 ahead of axis 1
-  double slide_m{}, lateral_m{},
-      raise_m{};            ///< wrist centre at zero: along the slide, across, square to both; else 0
+  double shoulder_m{};  ///< distance of axis 2 ahead of axis 1
+  /// The wrist's centre at zero: along the slide, across, square to both; else 0.
+  double slide_m{}, lateral_m{}, raise_m{};
   double slide_zero_rad{};  ///< C at zero
   double sign2{1.0};        ///< +1: a positive value of joint 2 raises
 
@@ -46,7 +47,8 @@ struct PolarArm {
     const Vector3 along = axes[2].direction;
     if (!square(z, across) || !square(across, along)) return std::nullopt;
     const Vector3 origin = axes[0].point_m + dot(axes[1].point_m - axes[0].point_m, z) * z;
-    // x is ahead: where the slide points at zero, or, where it is upright, where a positive joint 2 tilts it from.
+    // x is ahead: the slide's direction at zero, or for an upright slide the direction from which a positive
+    // joint 2 tilts it.
     Vector3 y = -1.0 * across;
     if (dot(along, cross(y, z)) < -1e-6) y = across;
     const Vector3 x = cross(y, z);
@@ -115,7 +117,7 @@ struct PolarArm {
   }
 
  private:
-  /// The first three joints for an end that is in this place on the slide at zero.
+  /// Computes the first three joints for an end at this place on the slide at zero.
   [[nodiscard]] IkSolution place(const Vector3& end, const Vector3& on_slide, std::uint32_t number,
                                  const Joints& hint) const noexcept {
     const Turn base = turn(end[0], end[1], on_slide[1], (number & 2u) != 0);
@@ -130,7 +132,7 @@ struct PolarArm {
     q[2] = tilt.radius_m - on_slide[0];
     return solution;
   }
-  /// Rz(θ) Ry(−C).
+  /// Returns Rz(θ) Ry(−C).
   [[nodiscard]] static Quaternion arm_rotation(double base_rad, double slide_rad) noexcept {
     const double ct = std::cos(0.5 * base_rad), st = std::sin(0.5 * base_rad);
     const double cs = std::cos(0.5 * slide_rad), ss = std::sin(0.5 * slide_rad);

@@ -28,7 +28,8 @@ using Vector3 = std::array<double, 3>;
 }
 [[nodiscard]] inline double norm(const Vector3& a) noexcept { return std::sqrt(dot(a, a)); }
 
-/// √(a² + b²) for lengths and quaternion parts: no overflow guard, which std::hypot pays for.
+/// Returns √(a² + b²) for lengths and quaternion parts. It has no overflow guard, which makes std::hypot
+/// slow.
 [[nodiscard]] inline double root_sum(double a, double b) noexcept { return std::sqrt(a * a + b * b); }
 
 /// A unit quaternion; q and −q are the same rotation.
@@ -45,7 +46,8 @@ struct Quaternion {
 [[nodiscard]] constexpr double squared_norm(const Quaternion& q) noexcept {
   return q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
 }
-/// Of unit length; not to be called with a zero quaternion. What is so but for rounding needs no root.
+/// Returns the quaternion of unit length; the argument must not be zero. A quaternion that is off by rounding
+/// needs no root.
 [[nodiscard]] inline Quaternion normalised(const Quaternion& q) noexcept {
   const double excess = squared_norm(q) - 1.0;
   const double k = std::abs(excess) < 1e-9 ? 1.0 - 0.5 * excess : 1.0 / std::sqrt(1.0 + excess);
@@ -56,14 +58,14 @@ struct Quaternion {
   const Vector3 t = 2.0 * cross(u, v);
   return v + q.w * t + cross(u, t);
 }
-/// Rotation by `angle_rad` about a unit vector.
+/// Returns the rotation by `angle_rad` about a unit vector.
 [[nodiscard]] inline Quaternion about(const Vector3& unit, double angle_rad) noexcept {
   const double s = std::sin(0.5 * angle_rad);
   return {std::cos(0.5 * angle_rad), s * unit[0], s * unit[1], s * unit[2]};
 }
 
-/// 2·atan2(tilted, upright) for lengths: the angle of a rotation from the parts of its quaternion, without a function call where it is
-/// next to nothing, as it mostly is.
+/// Returns 2·atan2(tilted, upright) for lengths: the angle of a rotation from the parts of its quaternion.
+/// Mostly the angle is next to nothing, and then there is no function call.
 [[nodiscard]] inline double double_angle(double tilted, double upright) noexcept {
   if (tilted < 1e-4 * upright) {
     const double ratio = tilted / upright;
@@ -71,8 +73,8 @@ struct Quaternion {
   }
   return 2.0 * std::atan2(tilted, upright);
 }
-/// The angle in [0, π] of the rotation between two orientations, by atan2: exact to 1e-16 near 0, where an
-/// arc cosine would lose half of the digits.
+/// Returns the angle in [0, π] of the rotation between two orientations. It uses atan2: exact to 1e-16 near
+/// 0, where an arc cosine would lose half of the digits.
 [[nodiscard]] inline double angle_between(const Quaternion& a, const Quaternion& b) noexcept {
   const Quaternion d = conjugate(a) * b;
   return double_angle(std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z), std::abs(d.w));
@@ -90,7 +92,8 @@ using Matrix3 = std::array<Vector3, 3>;
           Vector3{2.0 * (xz - wy), 2.0 * (yz + wx), 1.0 - 2.0 * (xx + yy)}};
 }
 
-/// w ≥ 0. The greatest of the four parts is taken from the diagonal, so that no digits are lost (Shepperd 1978).
+/// Returns the quaternion with w ≥ 0. It takes the greatest of the four parts from the diagonal, so that no
+/// digits are lost (Shepperd 1978).
 [[nodiscard]] inline Quaternion to_quaternion(const Matrix3& r) noexcept {
   const double trace = r[0][0] + r[1][1] + r[2][2];
   Quaternion q;
@@ -106,19 +109,19 @@ using Matrix3 = std::array<Vector3, 3>;
   q = normalised(q);
   return q.w < 0.0 ? Quaternion{-q.w, -q.x, -q.y, -q.z} : q;
 }
-/// The rotation whose matrix has these three orthonormal columns, right-handed.
+/// Returns the rotation whose matrix has these three orthonormal columns, right-handed.
 [[nodiscard]] inline Quaternion from_columns(const Vector3& x, const Vector3& y, const Vector3& z) noexcept {
   return to_quaternion({Vector3{x[0], y[0], z[0]}, Vector3{x[1], y[1], z[1]}, Vector3{x[2], y[2], z[2]}});
 }
 
-/// Where a frame is and how it is turned, seen from another: `base_T_tool` is the tool frame in the base frame.
+/// Position and orientation of a frame, seen from another: `base_T_tool` is the tool frame in the base frame.
 struct Pose {
   Vector3 position_m{};
   Quaternion orientation{};
 };
 static_assert(std::is_trivially_copyable_v<Pose>);
 
-/// a_T_c = a_T_b * b_T_c.
+/// Chains poses: a_T_c = a_T_b * b_T_c.
 [[nodiscard]] constexpr Pose operator*(const Pose& a, const Pose& b) noexcept {
   return {a.position_m + rotate(a.orientation, b.position_m), a.orientation * b.orientation};
 }

@@ -12,11 +12,11 @@
 
 namespace corbot {
 
-/// Parallel axes: two links in a plane, a slide square to it at any place of the chain, and perhaps a hand that turns: RRP, RRPR,
-/// PRRR, and so on. Siciliano et al., Robotics, 2009, 2.9 (SCARA).
+/// Two links in a plane, with parallel axes, and a slide square to the plane at any place of the chain. It
+/// may have a hand that turns. RRP, RRPR, PRRR, and so on. Siciliano et al., Robotics, 2009, 2.9 (SCARA).
 ///
-/// Own frame: z along the first rotary axis, x towards the second at zero. Signs are those of the axes, so slides that count
-/// downward and upward are the same to it.
+/// Own frame: z along the first rotary axis, x towards the second at zero. The signs are those of the axes,
+/// so the family takes slides that count downward and upward.
 ///
 /// Solutions: bit 0: the second rotary joint is bent to its negative side (from straight).
 struct ScaraArm {
@@ -27,12 +27,12 @@ struct ScaraArm {
 
   Mounting mount{};
   std::uint32_t rotaries{};              ///< 2 (no hand) or 3
-  std::uint32_t slide{};                 ///< its joint
+  std::uint32_t slide{};                 ///< the sliding joint
   std::array<std::uint32_t, 3> turns{};  ///< the rotary joints
   std::array<double, 3> signs{1.0, 1.0, 1.0};
   double slide_sign{1.0};
-  double first_m{},
-      second_m{};            ///< between the axes; without a hand the tool's own place counts for the second
+  /// Distances between the axes; without a hand the tool's own place counts for the second.
+  double first_m{}, second_m{};
   double second_zero_rad{};  ///< direction of the second link at zero
 
   [[nodiscard]] static std::optional<ScaraArm> recognise(const JointChain& chain) noexcept {
@@ -118,7 +118,7 @@ struct ScaraArm {
       return {};
     return place(mount.to_family(position_m), angles[0], number, hint);
   }
-  /// The yaw.
+  /// Returns the yaw as the followed angle.
   [[nodiscard]] FollowedAngles followed() const noexcept {
     FollowedAngles angles;
     angles.count = has_hand() ? 1 : 0;

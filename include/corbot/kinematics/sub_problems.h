@@ -8,36 +8,38 @@
 #include "corbot/kinematics/pose.h"
 #include "corbot/kinematics/zyz.h"
 
-// The three sub-problems that every closed form is composed of, with their degenerate cases. Angles by atan2 only,
-// differences of squares factored: nothing loses digits at a border. Real-time safe.
-// Sources: Paden, Kahan (sub-problems); Elias and Wen, IK-Geo, 2025; the half-angle form of KINEMATICS' eq. (8).
+// The three sub-problems that compose every closed form, with their degenerate cases. Angles use atan2 only,
+// and differences of squares are factored: nothing loses digits at a border. Real-time safe. Sources: Paden,
+// Kahan (sub-problems); Elias and Wen, IK-Geo, 2025; the half-angle form of KINEMATICS' eq. (8).
 
 namespace corbot {
 
-/// A length that misses its border by no more counts as on it: rounding must not turn a stretched arm into an error.
+/// A length that misses its border by no more counts as on it: rounding must not make a stretched arm an
+/// error.
 inline constexpr double kBorder_m = 1e-12;
 /// Nearer to an axis than this, the angle about it is free.
 inline constexpr double kOnAxis_m = 1e-13;
-/// What positions of an arm are rounded by.
+/// The rounding of an arm's positions.
 inline constexpr double kRounding_m = 1e-15;
 /// Farther from an axis, the angle about it has twelve digits from the position alone.
 inline constexpr double kNearAxis_m = 1e-3;
 
 enum class Reach { kOk, kTooFar, kTooClose };
 
-/// Which angle about an axis, of an arm whose plane passes that axis at a lateral offset.
+/// The angle about an axis, for an arm whose plane passes the axis at a lateral offset.
 struct Turn {
   Reach reach{Reach::kOk};
   bool free{};         ///< the point is on the axis: any angle does; angle_rad is 0
-  double angle_rad{};  ///< in [−π, π], but for a heading that was taken
+  double angle_rad{};  ///< in [−π, π], except for a heading that was taken
   double cosine{1.0}, sine{};
-  double radius_m{};    ///< s: how far the point is ahead of the axis within the plane; negative: behind it
-  double distance_m{};  ///< ρ; where kTooClose, it is smaller than |b|
-  double
-      slack_m{};  ///< what rounding leaves open of radius_m: much more than of the point where ρ is next to |b|
+  double radius_m{};    ///< s: distance of the point ahead of the axis within the plane; negative: behind it
+  double distance_m{};  ///< ρ; for kTooClose, it is smaller than |b|
+  /// The part of radius_m that rounding leaves open: much more than of the point if ρ is next to |b|.
+  double slack_m{};
 };
 
-/// Cosine and sine of half of an angle in [−π, π] (a whole turn more changes both signs), from those of the angle.
+/// Cosine and sine of half an angle in [−π, π], from those of the angle. A whole turn more changes both
+/// signs.
 struct HalfAngle {
   double cosine, sine;
 };
@@ -50,16 +52,16 @@ struct HalfAngle {
   return {0.5 * sine / s, s};
 }
 
-/// Where two borders meet, what the first leaves open of u must not be refused by the second: u such that (u, v) is at the limit
-/// of a distance, if that is within the slack.
+/// Returns the u that puts (u, v) at the limit of a distance, if it is within the slack; else u. If two
+/// borders meet, the second must not refuse the part of u that the first leaves open.
 [[nodiscard]] inline double nudged(double u, double v, double limit_m, double slack_m) noexcept {
   const double there = std::copysign(std::sqrt(std::fmax(0.0, (limit_m - v) * (limit_m + v))), u);
   return std::abs(there - u) <= slack_m ? there : u;
 }
 
-/// θ such that (x, y) = Rz(θ)·(s, b): s = ±√((ρ − |b|)(ρ + |b|)), θ = atan2(y, x) − atan2(b, s), both in one
-/// atan2. `behind` takes the negative root. ρ < |b|: too close. ρ = |b|: both roots are the same. ρ = b = 0: free.
-/// `x_slack_m` is what is open of x.
+/// Returns θ such that (x, y) = Rz(θ)·(s, b). s = ±√((ρ − |b|)(ρ + |b|)), θ = atan2(y, x) − atan2(b, s), both
+/// in one atan2. `behind` takes the negative root. ρ < |b|: too close. ρ = |b|: both roots are the same. ρ =
+/// b = 0: free. `x_slack_m` is the open part of x.
 [[nodiscard]] inline Turn turn(double x, double y, double b, bool behind, double x_slack_m = 0.0) noexcept {
   Turn t;
   const double offset = std::abs(b);
@@ -87,7 +89,7 @@ struct HalfAngle {
   }
   t.radius_m = facing * std::sqrt(std::fmax(0.0, (rho - offset) * (rho + offset)));
   t.slack_m = kRounding_m * rho / std::fmax(std::abs(t.radius_m), std::sqrt(2.0 * rho * kRounding_m));
-  // By the difference's formulas; where the border was clamped, ρ² and s² + b² differ by the clamp.
+  // By the difference's formulas; if the border was clamped, ρ² and s² + b² differ by the clamp.
   const double k = 1.0 / (rho * root_sum(t.radius_m, b));
   t.cosine = k * (x * t.radius_m + y * b);
   t.sine = k * (y * t.radius_m - x * b);
@@ -95,9 +97,9 @@ struct HalfAngle {
   return t;
 }
 
-/// Where the point is next to the axis, or at the border ρ = |b|, it says little about the angle (1e-16 m at 1e-8 m is 1e-8 rad).
-/// A heading that an orientation gives, and that brings the point within kOnAxis_m of its lateral offset on the side asked for,
-/// is better. Whether it was taken.
+/// Takes a heading given by an orientation, and returns whether it did. A point next to the axis, or at the
+/// border ρ = |b|, hardly determines the angle (1e-16 m at 1e-8 m is 1e-8 rad). A heading is better if it
+/// brings the point within kOnAxis_m of its lateral offset on the wanted side.
 inline bool take_heading(Turn& t, double x, double y, double b, bool behind, double heading_rad) noexcept {
   const double c = std::cos(heading_rad), s = std::sin(heading_rad);
   const double ahead = c * x + s * y;
@@ -114,12 +116,12 @@ inline bool take_heading(Turn& t, double x, double y, double b, bool behind, dou
 struct TwoLinks {
   Reach reach{Reach::kOk};
   bool free{};                 ///< folded onto its own base (d = 0, equal links): first_rad is free, and 0
-  double first_rad{};          ///< A: of the first link, counter-clockwise from u
-  double second_rad{};         ///< γ in [−π, π]: of the second, relative to the first; 0 is stretched
-  double cosine{1.0}, sine{};  ///< of A + γ; where `free`, of γ
+  double first_rad{};          ///< A: angle of the first link, counter-clockwise from u
+  double second_rad{};         ///< γ in [−π, π]: angle of the second link to the first; 0 is stretched
+  double cosine{1.0}, sine{};  ///< of A + γ; if `free`, of γ
   double distance_m{};         ///< d: from the first link's base to the point
 
-  /// A, where it is free.
+  /// Sets A if it is free.
   void set_first(double angle_rad) noexcept {
     const double c = std::cos(angle_rad), s = std::sin(angle_rad);
     const double second_cosine = cosine, second_sine = sine;
@@ -129,10 +131,10 @@ struct TwoLinks {
   }
 };
 
-/// What both bends of two links have in common: the triangle of L1, L2 and d.
+/// The common part of both bends of two links: the triangle of L1, L2 and d.
 struct Triangle {
   Reach reach{Reach::kOk};
-  double u{}, v{};          ///< the point, nudged to a border where that is open
+  double u{}, v{};          ///< the point, nudged to a border if the border is open
   double distance_m{};      ///< d
   double ahead{};           ///< 2 L1 (L1 + L2 cos γ)
   double side{};            ///< 2 L1 L2 sin γ, γ ≥ 0
@@ -140,7 +142,8 @@ struct Triangle {
   double cosine{}, sine{};  ///< of γ
 };
 
-/// tan(γ/2) = √((L1+L2−d)(L1+L2+d)) / √((d−|L1−L2|)(d+|L1−L2|)); L1, L2 > 0. `u_slack_m` is what is open of u.
+/// Solves the triangle: tan(γ/2) = √((L1+L2−d)(L1+L2+d)) / √((d−|L1−L2|)(d+|L1−L2|)); L1, L2 > 0.
+/// `u_slack_m` is the open part of u.
 [[nodiscard]] inline Triangle triangle(double u, double v, double l1, double l2,
                                        double u_slack_m = 0.0) noexcept {
   Triangle t;
@@ -169,11 +172,11 @@ struct Triangle {
   t.cosine = k * (near - far);
   t.sine = k * 2.0 * t.side;
   t.bent_rad = arc_tangent(2.0 * t.side, near - far);
-  t.ahead = 2.0 * l1 * (l1 - l2) + near;  // without the cancellation near the folded arm
+  t.ahead = 2.0 * l1 * (l1 - l2) + near;  // avoids the cancellation near the folded arm
   return t;
 }
 
-/// A = atan2(v, u) − atan2(L2 sin γ, L1 + L2 cos γ), in one, with γ ≥ 0 or, `clockwise`, γ ≤ 0.
+/// Computes A = atan2(v, u) − atan2(L2 sin γ, L1 + L2 cos γ), in one, with γ ≥ 0 or, `clockwise`, γ ≤ 0.
 [[nodiscard]] inline TwoLinks bend(const Triangle& triangle, bool clockwise) noexcept {
   TwoLinks t;
   t.reach = triangle.reach;
@@ -197,8 +200,9 @@ struct Triangle {
   return t;
 }
 
-/// A and γ such that (u, v) = L1·(cos A, sin A) + L2·(cos(A + γ), sin(A + γ)); L1, L2 > 0. `clockwise` takes γ ≤ 0.
-/// Stretched and folded both roots are the same. `u_slack_m` is what is open of u.
+/// Returns A and γ such that (u, v) = L1·(cos A, sin A) + L2·(cos(A + γ), sin(A + γ)); L1, L2 > 0.
+/// `clockwise` takes γ ≤ 0. For a stretched or folded arm both roots are the same. `u_slack_m` is the open
+/// part of u.
 [[nodiscard]] inline TwoLinks two_r(double u, double v, double l1, double l2, bool clockwise,
                                     double u_slack_m = 0.0) noexcept {
   return bend(triangle(u, v, l1, l2, u_slack_m), clockwise);

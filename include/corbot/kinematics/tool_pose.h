@@ -8,54 +8,57 @@
 #include "corbot/kinematics/arm_kinematics.h"
 #include "corbot/kinematics/planar_arm.h"
 
-// The tool's heading and pitch, by which people and paths of four-axis arms speak of an orientation. Real-time safe.
+// The tool's heading and pitch. People and the paths of four-axis arms describe an orientation by these.
+// Real-time safe.
 
 namespace corbot {
 
-/// Where the tool centre point is and how the tool's x axis points, base frame.
+/// Position of the tool centre point and direction of the tool's x axis, base frame.
 struct ToolPose {
   Vector3 position_m{};
-  double yaw_rad{};    ///< of an arm with a tool pitch: heading of its plane, as its first joint counts it
+  double yaw_rad{};    ///< for an arm with a tool pitch: heading of its plane, as its first joint counts it
   double pitch_rad{};  ///< above the horizontal, positive upward; beyond ±90 degrees the tool is upside down
   double roll_rad{};   ///< 0 for an arm with a tool pitch
 };
 
 namespace detail {
 
-/// The arm's family if it has a tool pitch, else null.
+/// Returns the arm's family if it has a tool pitch, else null.
 [[nodiscard]] inline const PlanarArm* pitching(const Kinematics& arm) noexcept {
   const auto* planar = std::get_if<PlanarArm>(&arm.form());
   return planar != nullptr && planar->follows() == Follows::kPitch ? planar : nullptr;
 }
 
-/// −1 where the family's z axis points down (a table whose base is turned over, an arm that hangs): its inclinations count downward.
+/// Returns −1 if the family's z axis points down (a table with its base turned over, an arm that hangs). Its
+/// inclinations then count downward.
 [[nodiscard]] inline double sign_of_pitch(const PlanarArm& planar) noexcept {
   return rotate(planar.mount.base.orientation, {0.0, 0.0, 1.0})[2] < 0.0 ? -1.0 : 1.0;
 }
 
 }  // namespace detail
 
-/// Whether a tool pitch can be asked of the arm: the first of the angles that it follows is one.
+/// Tells whether the arm has a tool pitch: the first angle that it follows is one.
 [[nodiscard]] inline bool has_tool_pitch(const Kinematics& arm) noexcept {
   return arm.follows() == Follows::kPitch || arm.follows() == Follows::kPitchAndRoll;
 }
 
-/// The followed angle at which an arm with a tool pitch has this one.
+/// Returns the followed angle at which an arm with a tool pitch has this pitch.
 [[nodiscard]] inline double angle_of_pitch(const Kinematics& arm, double pitch_rad) noexcept {
   const auto* planar = std::get_if<PlanarArm>(&arm.form());
   if (planar == nullptr) return pitch_rad;
   return detail::sign_of_pitch(*planar) * pitch_rad - planar->mount.tool_tilt_rad;
 }
 
-/// And back.
+/// Returns the pitch at a followed angle.
 [[nodiscard]] inline double pitch_of_angle(const Kinematics& arm, double angle_rad) noexcept {
   const auto* planar = std::get_if<PlanarArm>(&arm.form());
   if (planar == nullptr) return angle_rad;
   return detail::sign_of_pitch(*planar) * (angle_rad + planar->mount.tool_tilt_rad);
 }
 
-/// Yaw and pitch of an upright arm with a tool pitch are sums of its joints, not wrapped. Otherwise both and the roll are angles in
-/// Rz(yaw) Ry(−pitch) Rx(roll), the pitch within ±90 degrees.
+/// Returns the tool's pose. For an upright arm with a tool pitch, yaw and pitch are sums of its joints, not
+/// wrapped. Otherwise yaw, pitch and roll are angles in Rz(yaw) Ry(−pitch) Rx(roll), the pitch within ±90
+/// degrees.
 [[nodiscard]] inline ToolPose tool_pose(const Kinematics& arm, const Joints& q) noexcept {
   if (const PlanarArm* planar = detail::pitching(arm); planar != nullptr && planar->mount.upright) {
     const PlanarLinks& links = planar->links;

@@ -8,14 +8,14 @@
 
 namespace corbot {
 
-/// What a hand that only turns about z takes of an orientation.
+/// The part of an orientation that a hand takes if it turns only about z.
 struct YawHand {
   double yaw_rad{};
   double error_rad{};  ///< the tilt, which it cannot take
 };
 
-/// The nearest rotation about z (twist) to the orientation in the family's frame, and the tilt that remains (swing). Upside down every yaw
-/// is half a turn off: then it is the hint's.
+/// Returns the nearest rotation about z (twist) to the orientation in the family's frame, and the remaining
+/// tilt (swing). Upside down every yaw is half a turn off. Then the hint's yaw counts.
 [[nodiscard]] inline YawHand yaw_hand(const Mounting& mount, const Quaternion& orientation,
                                       double yaw_hint_rad) noexcept {
   const Quaternion g = orientation * mount.unhand;
@@ -24,7 +24,7 @@ struct YawHand {
           double_angle(root_sum(g.x, g.y), upright)};
 }
 
-/// Where the last frame's origin must be for the tool to be at this position with this yaw.
+/// Returns the place of the last frame's origin that brings the tool to this position with this yaw.
 [[nodiscard]] inline Vector3 hand_axis(const Mounting& mount, const Vector3& position_m,
                                        double yaw_rad) noexcept {
   const Vector3& tool = mount.hand.position_m;

@@ -10,17 +10,18 @@
 
 namespace corbot {
 
-/// A wrist bent by no more (as sine of half the angle) has one axis twice: only the sum of its outer angles counts.
+/// A wrist bent by no more (as sine of half the angle) has one axis twice: only the sum of its outer angles
+/// counts.
 inline constexpr double kOnAxis_rad = 1e-13;
 
 /// A rotation as Rz(first)·Ry(middle)·Rz(last).
 struct Zyz {
   bool free{};  ///< the outer axes coincide: first_rad is the hint
   double first_rad{}, middle_rad{}, last_rad{};
-  double last_cosine{1.0}, last_sine{};  ///< of last_rad; where `free`, not set
+  double last_cosine{1.0}, last_sine{};  ///< of last_rad; not set if `free`
 };
 
-/// The same rotation with the middle angle of the other sign; where the outer axes coincide, itself.
+/// Returns the same rotation with the middle angle of the other sign; if the outer axes coincide, itself.
 [[nodiscard]] inline Zyz flipped(Zyz t) noexcept {
   if (t.free) return t;
   t.middle_rad = -t.middle_rad;
@@ -31,9 +32,10 @@ struct Zyz {
   return t;
 }
 
-/// Of a unit quaternion: w, z = cos(β/2)·(cos, sin)((α+γ)/2) and y, −x = sin(β/2)·(cos, sin)((α−γ)/2). Sum and difference
-/// of the outer angles come from different parts, so what near sin β = 0 is uncertain about one of them is made up for by
-/// the other, and the rotation keeps all its digits. `flip` takes β ≤ 0. At sin β = 0 (kOnAxis_rad) α is the hint.
+/// Decomposes a unit quaternion: w, z = cos(β/2)·(cos, sin)((α+γ)/2) and y, −x = sin(β/2)·(cos,
+/// sin)((α−γ)/2). Sum and difference of the outer angles come from different parts. Near sin β = 0 an
+/// uncertainty of one is therefore compensated by the other, and the rotation keeps all its digits. `flip`
+/// takes β ≤ 0. At sin β = 0 (kOnAxis_rad) α is the hint.
 [[nodiscard]] inline Zyz zyz(const Quaternion& q, bool flip, double first_hint_rad) noexcept {
   Zyz t;
   const double upright = root_sum(q.w, q.z);

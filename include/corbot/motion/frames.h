@@ -7,21 +7,22 @@
 #include "corbot/kinematics/arm_kinematics.h"
 #include "corbot/kinematics/pose.h"
 
-// Where the arm stands, and what it carries: the frames that a motion is planned with. Real-time safe.
+// The frames of planning: the arm's place, and the tool that it carries. Real-time safe.
 
 namespace corbot {
 
-/// A base further from the origin of the positions that are given, and a tool further from the flange, along an axis, are taken
-/// for a mistake of unit.
+/// The greatest distances along an axis: of the base from the origin of given positions, and of the tool from
+/// the flange. A greater distance counts as a mistake of unit.
 inline constexpr double kFarthestBase_m = 100.0;
 inline constexpr double kFarthestTool_m = 10.0;
-/// Of the squared length of a quaternion that is kept or handed over: it was made of unit length before.
+/// The tolerance of the squared length of a quaternion that is kept or handed over: it was made of unit
+/// length before.
 inline constexpr double kUnitTolerance = 1e-9;
 
 /// base_T_tool = base_T_0 · motion of the joints · n_T_tool.
 struct Frames {
-  Pose base_T_0;  ///< where the arm's table begins, in the frame in which positions are given
-  Pose n_T_tool;  ///< flange to tool centre point
+  Pose base_T_0;  ///< the beginning of the arm's table, in the frame of given positions
+  Pose n_T_tool;  ///< from the flange to the tool centre point
 };
 static_assert(std::is_trivially_copyable_v<Frames>);
 
@@ -29,7 +30,7 @@ static_assert(std::is_trivially_copyable_v<Frames>);
   return {arm.chain().base_T_0, arm.chain().n_T_tool};
 }
 
-/// Finite, of unit length, no further than this along each axis.
+/// Tells whether a frame is finite, of unit length, and no further than this along each axis.
 [[nodiscard]] inline bool is_frame(const Pose& frame, double farthest_m) noexcept {
   for (const double x : frame.position_m) {
     if (!(std::abs(x) <= farthest_m)) return false;

@@ -11,8 +11,8 @@ namespace corbot {
 
 namespace detail {
 
-/// The law with its duration and its distance scaled to 1, so that neither a distance of 1e-300 nor a
-/// duration of 1e-100 s can overflow or vanish in the third power.
+/// The law with its duration and its distance scaled to 1. Then neither a distance of 1e-300 nor a duration
+/// of 1e-100 s can overflow or vanish in the third power.
 struct UnitLaw {
   double jerk_part, acc_part, ramp_part;  ///< t_jerk, t_acc and 2 t_jerk + t_acc, over the duration
   double jerk, velocity;                  ///< of the scaled law: peak values
@@ -58,10 +58,10 @@ inline constexpr double kVanishedShape = 1e-200;
 
 }  // namespace detail
 
-/// Position and derivatives at `t_s`, clamped into [0, T]. The second half mirrors the first from the end, so
-/// the law is exact at both ends: at T the position is `distance`, bit for bit, and everything else is 0. A
-/// zero distance stays 0. A law that is not well formed moves evenly rather than give NaN;
-/// callers refuse it before.
+/// Returns position and derivatives at `t_s`, clamped into [0, T]. The second half mirrors the first from the
+/// end, so the law is exact at both ends. At T the position is `distance`, bit for bit, and everything else
+/// is 0. A zero distance stays 0. A law that is not well formed moves evenly rather than gives NaN; callers
+/// refuse it before.
 [[nodiscard]] inline LawState evaluate(const TimeLaw& law, double t_s) noexcept {
   const double duration_s = law.duration_s();
   if (t_s >= duration_s || !(duration_s > 0.0)) return {law.distance, 0.0, 0.0, 0.0};
@@ -98,8 +98,8 @@ struct LawPeaks {
   return {v_scale * unit.velocity, a_scale * unit.jerk * unit.jerk_part, a_scale / duration_s * unit.jerk};
 }
 
-/// Finite, no negative duration, and either nothing to travel or a shape to travel it with.
-/// Says nothing on limits.
+/// Tells whether a law is finite, has no negative duration, and either nothing to travel or a shape to travel
+/// it with. It does not check limits.
 [[nodiscard]] inline bool is_well_formed(const TimeLaw& law) noexcept {
   const double duration_s = law.duration_s();
   if (!std::isfinite(law.distance) || !std::isfinite(duration_s)) return false;

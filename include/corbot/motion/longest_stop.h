@@ -11,12 +11,13 @@
 
 namespace corbot::rate {
 
-/// longest_stop_s() seeks no longer one.
+/// The longest stop that longest_stop_s() searches.
 inline constexpr double kLongestStop_s = 10.0;
 
-/// s: how long a stop along a path may take, from whatever instant it is requested. It is the longest one of a motion that reaches all its
-/// limits at once and speeds up from rest, tried every 10 ms of that. A state that is slower, or speeds up less, stops sooner.
-/// It is above kLongestStop_s where there is a longer one. Not real-time safe: it takes about a millisecond.
+/// Returns the longest time, s, that a stop along a path may take from any instant of its request. A motion
+/// reaches all its limits at once and speeds up from rest, and the function tries a stop every 10 ms of it. A
+/// state that is slower, or speeds up less, stops sooner. The result is above kLongestStop_s if there is a
+/// longer stop. Not real-time safe: it takes about a millisecond.
 [[nodiscard]] inline double longest_stop_s(const ArmModel& arm) noexcept {
   constexpr double kStep_s = 0.01;
   std::array<RateLimit, RateCurve::kMostLimits> limits{};
@@ -44,7 +45,8 @@ inline constexpr double kLongestStop_s = 10.0;
     for (; stop_s < kLongestStop_s && !stopping.is_at_rest(); stop_s += kStep_s) stopping.advance(kStep_s);
     longest_s = std::max(longest_s, stop_s);
   }
-  return longest_s + kStep_s;  // over what lies between the instants
+  // Covers the states between the instants.
+  return longest_s + kStep_s;
 }
 
 }  // namespace corbot::rate

@@ -7,7 +7,7 @@
 
 #include "corbot/motion/command.h"
 
-// Where a path is at parameter s in [0, 1]. Real-time safe.
+// The point of a path at parameter s in [0, 1]. Real-time safe.
 
 namespace corbot {
 
@@ -20,7 +20,7 @@ struct PathPoint {
 
 namespace detail {
 
-/// Exact at s = 0, at s = 1 and wherever both ends are equal.
+/// Interpolates; exact at s = 0, at s = 1 and if both ends are equal.
 [[nodiscard]] inline double blend(double from, double to, double s) noexcept {
   return from == to ? from : from * (1.0 - s) + to * s;
 }
@@ -37,13 +37,15 @@ namespace detail {
           detail::blend(tool.from_angles_rad[1], tool.to_angles_rad[1], s)};
 }
 
-/// The tool's angular velocity a unit of s, or the rates of the angles that the arm follows: a path has nothing of one of the two.
+/// Returns the tool's angular velocity per unit of s, or the rates of the angles that the arm follows. A path
+/// has only one of the two.
 [[nodiscard]] inline Vector3 turn_of(const OrientationPath& tool) noexcept {
   return tool.turn_rad + Vector3{tool.to_angles_rad[0] - tool.from_angles_rad[0],
                                  tool.to_angles_rad[1] - tool.from_angles_rad[1], 0.0};
 }
 
-/// What the tool turns by over the whole path. Pitch and roll turn about axes that are square to each other.
+/// Returns the angle by which the tool turns over the whole path. Pitch and roll turn about axes that are
+/// square to each other.
 [[nodiscard]] inline double rotation_rad(const OrientationPath& tool) noexcept {
   return norm(tool.turn_rad) + root_sum(tool.to_angles_rad[0] - tool.from_angles_rad[0],
                                         tool.to_angles_rad[1] - tool.from_angles_rad[1]);
@@ -67,7 +69,7 @@ namespace detail {
           angles_at(arc.tool, s)};
 }
 
-/// First derivative of the position by s.
+/// Returns the first derivative of the position by s.
 [[nodiscard]] inline Vector3 velocity_at(const LineMotion& line, double) noexcept {
   return line.to_m - line.from_m;
 }

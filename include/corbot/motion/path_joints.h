@@ -10,20 +10,22 @@
 #include "corbot/arm/arm_model.h"
 #include "corbot/motion/path.h"
 
-// The joints at a point of a line or an arc, as planner, proof, gate and cycle compute them, all by these functions. Real-time
-// safe.
+// The joints at a point of a line or an arc. Planner, proof, gate and cycle all compute them by these
+// functions. Real-time safe.
 
 namespace corbot {
 
-/// The middle of the turn of a rotary joint within which a path stays. Of a range that is no wider than a turn that is its middle;
-/// of a wider one as near to where the path begins as the turn is within the range.
+/// Returns the middle of the turn of a rotary joint within which a path stays. If the range is no wider than
+/// a turn, it is the range's middle. For a wider range the turn is as near to the path's beginning as the
+/// range allows.
 [[nodiscard]] inline double middle_of_turn(const JointLimits& limits, double start_q) noexcept {
   constexpr double kHalfTurn = std::numbers::pi;
   if (limits.upper_q - limits.lower_q <= 2.0 * kHalfTurn) return 0.5 * (limits.lower_q + limits.upper_q);
   return std::clamp(start_q, limits.lower_q + kHalfTurn, limits.upper_q - kHalfTurn);
 }
 
-/// How far the tool is from a point of a path at these joints: the greatest of position (m) and orientation, or followed angles (rad).
+/// Returns the tool's deviation from a point of a path at these joints: the greatest of position (m) and
+/// orientation, or followed angles (rad).
 [[nodiscard]] inline double tool_deviation(const Kinematics& arm, const Joints& q,
                                            const PathPoint& point) noexcept {
   const Pose there = arm.forward(q);
@@ -37,14 +39,15 @@ namespace corbot {
   return off;
 }
 
-/// Joints at a point of a path, on one solution, each at its turn next to the hint.
+/// Returns the joints at a point of a path, on one solution, each at its turn next to the hint.
 [[nodiscard]] inline IkSolution inverse_at(const Kinematics& arm, const PathPoint& point,
                                            std::uint32_t solution, const Joints& hint) noexcept {
   return arm.follows() == Follows::kFull ? arm.inverse({point.position_m, point.orientation}, solution, hint)
                                          : arm.inverse_at(point.position_m, point.angles_rad, solution, hint);
 }
 
-/// `start_q`: the joints at which the path begins, which a joint keeps that is free at this point.
+/// Returns the joints at a point of a path. `start_q`: the joints at the path's beginning; a joint that is
+/// free at this point keeps its value.
 [[nodiscard]] inline IkSolution joints_at(const ArmModel& arm, const PathPoint& point, std::uint32_t solution,
                                           const Joints& start_q) noexcept {
   IkSolution ik = inverse_at(arm.kinematics, point, solution, start_q);

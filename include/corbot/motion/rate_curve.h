@@ -11,15 +11,17 @@
 #include "corbot/kinematics/joints.h"
 #include "corbot/motion/rate_pieces.h"
 
-// Stop, pause, override and cancellation along a path. A motion is a function of virtual time, which passes at a rate u of 0 to 1. At
-// u = 1 it reaches at most these shares of each of its limits v, a, j: V, A, J. With w = du/dt and z = dw/dt its derivatives by real time
-// are at most V v u, A a u² + V v |w| and J j u³ + 3 A a u |w| + V v |z|. So each u(t) keeps all limits, at any place, if everywhere
-//   A u² + V v/a |w| <= 1   and   J u³ + 3 A a/j u |w| + V v/j |z| <= 1.
-// Real-time safe.
+// Stop, pause, override and cancellation along a path. A motion is a function of virtual time, which passes
+// at a rate u of 0 to 1. At u = 1 the motion reaches at most the shares V, A, J of each of its limits v, a,
+// j. Let w = du/dt and z = dw/dt. Its derivatives by real time have the bounds
+//   `V v u`, `A a u² + V v |w|` and `J j u³ + 3 A a u |w| + V v |z|`.
+// So each u(t) keeps all limits, at any place, if everywhere
+//   `A u² + V v/a |w| <= 1` and `J u³ + 3 A a/j u |w| + V v/j |z| <= 1`.
+// The functions and classes are real-time safe.
 
 namespace corbot::rate {
 
-/// Of speed, acceleration and jerk limits; 1 is the limit.
+/// Shares of the speed, acceleration and jerk limits; 1 is the limit.
 struct Shares {
   double speed{}, acceleration{}, jerk{};
 };
@@ -28,25 +30,28 @@ struct Shares {
   return {std::max(x.speed, y.speed), std::max(x.acceleration, y.acceleration), std::max(x.jerk, y.jerk)};
 }
 
-/// Full limits of one quantity that a motion moves; finite and positive.
+/// The full limits of one quantity that a motion moves; finite and positive.
 struct RateLimit {
   double speed{}, acceleration{}, jerk{};
 };
 
-/// How fast u may change: |w| <= W(u), by cells of u, in each of which any |z| up to a bound of it will do. W² is linear in a cell. Nowhere
-/// does it rise or fall faster than that bound allows, so from any permitted (u, w) a permitted way leads to rest.
+/// Bounds the change of u: |w| <= W(u), by cells of u. In each cell |z| has one bound, and W² is linear.
+/// Nowhere does W² rise or fall faster than the bound of |z| allows, so a permitted way leads from any
+/// permitted (u, w) to rest.
 class RateCurve {
  public:
   static constexpr std::size_t kCells = 128;
   static constexpr std::size_t kMostLimits = kMaxJoints + 2;
 
-  /// `most`: shares that the motion reaches; those of acceleration and jerk below 1. At most kMostLimits limits.
+  /// `most`: shares that the motion reaches; those of acceleration and jerk below 1. At most kMostLimits
+  /// limits.
   RateCurve(std::span<const RateLimit> limits, const Shares& most) noexcept
       : RateCurve(limits, everywhere(most)) {}
-  /// `most`: those that it reaches while u is in a cell.
+  /// `most`: the shares that the motion reaches while u is in a cell.
   RateCurve(std::span<const RateLimit> limits, const std::array<Shares, kCells>& most) noexcept;
 
-  /// u where cell k begins; they are narrower towards 1, where little is left of the limits.
+  /// Returns u at the beginning of cell k. The cells are narrower towards 1, where little is left of the
+  /// limits.
   [[nodiscard]] static double node(std::size_t k) noexcept {
     const double rest = 1.0 - static_cast<double>(k) / kCells;
     return 1.0 - rest * rest;
@@ -56,16 +61,17 @@ class RateCurve {
     return std::min(static_cast<std::size_t>(k), kCells - 1);
   }
   [[nodiscard]] double square(std::size_t k) const noexcept { return square_[k]; }  ///< W² at a node
-  /// What |z| may be in a cell, whatever w is.
+  /// Returns the bound of |z| in a cell for any w.
   [[nodiscard]] double jerk(std::size_t cell) const noexcept { return jerk_[cell]; }
-  /// What |z| may be up to this |w|. The bound is concave in |w|, so a chord of it will do.
+  /// Returns the bound of |z| up to this |w|. The bound is concave in |w|, so a chord of it is safe.
   [[nodiscard]] double jerk(std::size_t cell, double w) const noexcept {
     return even_jerk_[cell] - std::min(w, widest(cell)) * steepness_[cell];
   }
   [[nodiscard]] double widest(std::size_t cell) const noexcept {
     return std::sqrt(std::max(square_[cell], square_[cell + 1]));
   }
-  /// The integral of 2 |z| over u from 0 on: to speed up or brake at that jerk from one u to another changes w² by the difference.
+  /// Returns the integral of 2 |z| over u from 0 on. Speeding up or braking at that jerk from one u to
+  /// another changes w² by the difference.
   [[nodiscard]] double energy(std::size_t cell, double u) const noexcept {
     return energy_[cell] + 2.0 * jerk_[cell] * (u - node(cell));
   }
@@ -82,26 +88,27 @@ class RateCurve {
 
   std::array<double, kCells + 1> square_{}, energy_{};
   std::array<double, kCells> jerk_{}, even_jerk_{};  ///< bounds of |z| at the greatest |w| and at w = 0
-  std::array<double, kCells> steepness_{};           ///< of the chord between them
+  std::array<double, kCells> steepness_{};           ///< steepness of the chord between them
 };
 
-/// A RateCurve in the making, some steps a call: the task has no time for all of them in one cycle.
+/// Computes a RateCurve in steps, some in each call: the task has no time for all of them in one cycle.
 class CurveSteps {
  public:
   static constexpr std::size_t kSteps = 2 * RateCurve::kCells;
 
   CurveSteps() = default;
-  /// As RateCurve.
+  /// Takes the arguments of RateCurve.
   CurveSteps(std::span<const RateLimit> limits, const std::array<Shares, RateCurve::kCells>& most) noexcept;
-  /// True: the curve is whole.
+  /// Does `count` steps. True: the curve is complete.
   [[nodiscard]] bool step(std::size_t count) noexcept;
   [[nodiscard]] const RateCurve& curve() const noexcept { return curve_; }
 
  private:
-  static constexpr double kLeast =
-      1e-3;  ///< of a share: a motion that hardly moves stops in some milliseconds
-  static constexpr double kTurning = 0.75;  ///< part of the jerk that u |w| may take, for z must not vanish
-  /// In a cell, by its upper end: what the jerk's limit leaves at w = 0, takes by |w|, and takes by |z|.
+  /// The least share: a motion that hardly moves stops in some milliseconds.
+  static constexpr double kLeast = 1e-3;
+  /// The part of the jerk that u |w| may take, for z must not vanish.
+  static constexpr double kTurning = 0.75;
+  /// The jerk's limit in a cell, at its upper end: the rest at w = 0, the part per |w|, and the part per |z|.
   struct Jerk {
     double left, by_w, by_z;
   };
@@ -109,7 +116,7 @@ class CurveSteps {
     return RateCurve::node(k + 1) - RateCurve::node(k);
   }
   [[nodiscard]] Jerk jerk_of(std::size_t k, const RateLimit& limit) const noexcept;
-  /// The square of the greatest |w| at one end of a cell, where w² at the other end is `square` at most.
+  /// Returns the square of the greatest |w| at one end of a cell, if w² at the other end is `square` at most.
   [[nodiscard]] double greatest(std::size_t k, double square) const noexcept;
   void rise(std::size_t k) noexcept;
 
@@ -120,10 +127,11 @@ class CurveSteps {
   RateCurve curve_;
 };
 
-/// Where virtual time is. From each instant it tends to the wanted rate as quickly as the curve allows, through states of constant z.
+/// Advances virtual time. From each instant it tends to the wanted rate as quickly as the curve allows,
+/// through states of constant z.
 class RateGovernor {
  public:
-  /// A motion begins, at this rate at once. `curve` must outlive it.
+  /// Begins a motion, at this rate at once. `curve` must outlive it.
   void begin(const RateCurve& curve, double rate) noexcept {
     curve_ = whole_ = &curve;
     time_s_ = w_ = 0.0;
@@ -131,30 +139,32 @@ class RateGovernor {
     cell_ = RateCurve::cell_of(u_);
     seek(u_);
   }
-  /// From now on: the override, or 0 to stop, to pause or to cancel. During stop() it waits until the arm rests.
+  /// Sets the rate from now on: the override, or 0 to stop, to pause or to cancel. During stop() it waits
+  /// until the arm rests.
   void seek(double rate) noexcept {
     sought_ = std::clamp(rate, 0.0, 1.0);
     if (!is_stopping()) want(sought_);
   }
-  /// At rest at once, and from there to what was sought last: the arm has stood still.
+  /// Sets the rate to rest at once, and seeks the last rate from there: the arm has stood still.
   void halt() noexcept {
     u_ = w_ = 0.0;
     cell_ = 0;
     curve_ = whole_;
     want(sought_);
   }
-  /// To rest by another curve, which must outlive the stop, and which allows no less than the present one: StopSearch.
+  /// Goes to rest by another curve, which must outlive the stop and allow no less than the present one:
+  /// StopSearch.
   void stop(const RateCurve& quick) noexcept {
     curve_ = &quick;
     sought_ = 0.0;
     want(0.0);
   }
-  [[nodiscard]] bool is_stopping() const noexcept { return curve_ != whole_; }  ///< by stop()
+  [[nodiscard]] bool is_stopping() const noexcept { return curve_ != whole_; }  ///< in a stop by stop()
   void advance(double dt_s) noexcept {
     std::size_t ways = kMostWays;
     (void)advance(dt_s, ways);
   }
-  /// By `ways` at most, states of constant z, which it counts down. The time that is left.
+  /// Advances by at most `ways` states of constant z, and counts them down. Returns the time that is left.
   [[nodiscard]] double advance(double dt_s, std::size_t& ways) noexcept {
     for (; ways > 0 && dt_s > 0.0; --ways) dt_s -= pass(dt_s);
     return dt_s;
@@ -164,7 +174,7 @@ class RateGovernor {
   [[nodiscard]] double rate() const noexcept { return u_; }
   [[nodiscard]] double change_1_s() const noexcept { return w_; }
   [[nodiscard]] bool is_at_rest() const noexcept { return u_ == 0.0 && w_ == 0.0; }
-  /// Both are at the same place, at the same rate and on the way to the same.
+  /// Tells whether both are at the same place, at the same rate, and on the way to the same rate.
   [[nodiscard]] bool is_as(const RateGovernor& other) const noexcept {
     return curve_ == other.curve_ && wanted_ == other.wanted_ && u_ == other.u_ && w_ == other.w_ &&
            time_s_ == other.time_s_;
@@ -175,7 +185,7 @@ class RateGovernor {
   /// A way in u at constant z, from here to the end of the cell at most.
   struct Way {
     double length;  ///< 0 or more
-    double gain;    ///< of w² by length
+    double gain;    ///< change of w² per length
   };
   void want(double rate) noexcept {
     wanted_ = rate;
@@ -184,29 +194,31 @@ class RateGovernor {
   double pass(double most_s) noexcept;
   [[nodiscard]] Way way(double sign, double square) const noexcept;
 
-  /// z is even in steps of |w|: parts of the greatest |w| in the cell. Those do not depend on where a cycle begins.
+  /// z is constant in steps of |w|: parts of the greatest |w| in the cell. The steps do not depend on where a
+  /// cycle begins.
   static constexpr double kStep = 1.0 / 64.0;
   static constexpr double kSameStep = 1e-9;
-  static constexpr double kSame = 1e-12;  ///< u that differ by rounding, and squares as a part
-  /// More than there are steps in all cells. A millisecond takes about two.
+  static constexpr double kSame = 1e-12;  ///< u that differ by rounding; for squares a relative part
+  /// A bound above the number of steps in all cells. A millisecond takes about two.
   static constexpr std::size_t kMostWays = 128 * RateCurve::kCells;
 
-  const RateCurve *curve_{}, *whole_{};  ///< the present one, and that of the whole motion
+  const RateCurve *curve_{}, *whole_{};  ///< the present curve, and that of the whole motion
   double sought_{}, wanted_{}, wanted_energy_{};
   double u_{}, w_{}, time_s_{};
   std::size_t cell_{};
 };
 
-/// For each cell of u, the virtual time from which on a stop is below the cell. It is the time of the request where it never comes.
+/// Holds for each cell of u the virtual time from which on a stop is below the cell. It is the time of the
+/// request if the stop never goes below the cell.
 class StopTimes {
  public:
   StopTimes() = default;
-  /// A stop that is requested here.
+  /// Begins a stop that is requested here.
   explicit StopTimes(const RateGovernor& from) noexcept : governor_(from) {
     governor_.want(0.0);
     times_s_.fill(from.time_s_);
   }
-  /// By some ways of the governor. True: it is at rest.
+  /// Advances by some ways of the governor. True: it is at rest.
   [[nodiscard]] bool step(std::size_t ways) noexcept {
     constexpr double kLongest_s = 1e3;
     for (; ways > 0 && !governor_.is_at_rest(); --ways) {
@@ -229,7 +241,8 @@ inline RateCurve::RateCurve(std::span<const RateLimit> limits,
   *this = steps.curve();
 }
 
-/// A limit with smaller v/a and a/j than another has no say: all that the curve takes from limits grows with these.
+/// Drops a limit with smaller v/a and a/j than another: everything that the curve takes from limits grows
+/// with these.
 inline CurveSteps::CurveSteps(std::span<const RateLimit> limits,
                               const std::array<Shares, RateCurve::kCells>& most) noexcept
     : most_(most) {
@@ -298,7 +311,7 @@ inline RateGovernor::Way RateGovernor::way(double sign, double square) const noe
   const double low = RateCurve::node(cell_), high = RateCurve::node(cell_ + 1);
   const double end = std::max(0.0, sign > 0.0 ? high - u_ : u_ - low);
   const double w = std::abs(w_), step = kStep * curve_->widest(cell_);
-  // From which it can still brake to the wanted rate; negative beyond it.
+  // From `braking` on it can still brake to the wanted rate; negative beyond it.
   const double sure = curve_->jerk(cell_), braking = sign * (wanted_energy_ - curve_->energy(cell_, u_));
   if (!(square <= braking * (1.0 + kSame))) {
     const double top = step * std::max(1.0, std::ceil(w / step - kSameStep)), bottom = top - step;
@@ -318,7 +331,7 @@ inline RateGovernor::Way RateGovernor::way(double sign, double square) const noe
   return {length, 2.0 * z};
 }
 
-/// One way, or as much of it as this time takes; the time that it took.
+/// Passes one way, or as much of it as this time allows. Returns the time that it took.
 inline double RateGovernor::pass(double most_s) noexcept {
   if (w_ == 0.0 && std::abs(u_ - wanted_) <= kSame) {
     u_ = wanted_;
@@ -341,7 +354,7 @@ inline double RateGovernor::pass(double most_s) noexcept {
   }
   u_ += sign * next.length;
   w_ = sign * then;
-  // What rounding leaves where it comes to rest.
+  // The rounding that is left when it comes to rest.
   const double rounding = kSame * kSame + 4e-16 * curve_->energy(RateCurve::kCells - 1, 1.0);
   const bool is_there = std::abs(u_ - wanted_) <= kSame && then * then <= rounding;
   if (is_there || u_ <= 0.0 || u_ >= 1.0) w_ = 0.0;

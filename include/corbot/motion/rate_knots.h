@@ -10,14 +10,16 @@
 #include "corbot/kinematics/joints.h"
 #include "corbot/motion/rate_pieces.h"
 
-// A line or an arc as a curve z = (q, s) of joints and path parameter, by its length lambda. Lengths are measured in the time that full speed
-// takes: d lambda² = Σ (dq_i / v_i)² + (ds / v_s)², v the full speeds. So lambda counts in seconds and |dz_i / d lambda| <= v_i everywhere.
-// Next to a singularity q goes as √s, hence s as lambda²: there, too, z is smooth in lambda. Real-time safe.
+// A line or an arc as a curve z = (q, s) of joints and path parameter, by its length lambda. Lengths are
+// measured in the time that full speed takes: d lambda² = Σ (dq_i / v_i)² + (ds / v_s)², v the full speeds.
+// So lambda counts in seconds, and |dz_i / d lambda| <= v_i everywhere. Next to a singularity q behaves as
+// √s, hence s as lambda²: z is smooth in lambda there, too. Real-time safe.
 
 namespace corbot {
 
 inline constexpr std::size_t kMostKnots = 96;  ///< of one path
-/// A joint may not go farther from one knot to the next (rad or m): planner and real-time task look at a few points in between.
+/// The farthest that a joint may go between two knots (rad or m): planner and real-time task check a few
+/// points in between.
 inline constexpr double kLongestStep_q = 0.5;
 
 }  // namespace corbot
@@ -36,17 +38,17 @@ struct Knot {
 };
 static_assert(std::is_trivially_copyable_v<Knot> && sizeof(Knot) % 8 == 0);
 
-/// The polynomials of the fifth degree between two knots that meet both with two derivatives.
+/// The polynomials of the fifth degree between two knots that match both with two derivatives.
 class Cell {
  public:
   Cell(const Knot& a, const Knot& b) noexcept : Cell(a, b, b.lambda_s - a.lambda_s) {}
-  /// `length_s`: in place of the difference of the knots' lambda; positive.
+  /// `length_s` replaces the difference of the knots' lambda; positive.
   Cell(const Knot& a, const Knot& b, double length_s) noexcept;
 
   [[nodiscard]] double length_s() const noexcept { return length_s_; }
   /// Σ c[k]·t^k
   [[nodiscard]] const std::array<double, 6>& polynomial(std::size_t i) const noexcept { return c_[i]; }
-  /// `t`: part of the cell, 0 … 1. `order`: of the derivative by lambda, 0 … 5.
+  /// `t`: part of the cell, 0 … 1. `order`: order of the derivative by lambda, 0 … 5.
   [[nodiscard]] State at(double t, std::size_t order = 0) const noexcept;
 
  private:
@@ -61,7 +63,7 @@ inline Cell::Cell(const Knot& a, const Knot& b, double length_s) noexcept : leng
     c[0] = a.z[i];
     c[1] = h * a.rate[i];
     c[2] = 0.5 * h * h * a.bend[i];
-    // What is left of value, first and second derivative at t = 1.
+    // The rest of value, first and second derivative at t = 1.
     const double value = (b.z[i] - a.z[i]) - c[1] - c[2];
     const double rate = h * b.rate[i] - c[1] - 2.0 * c[2];
     const double bend = h * h * b.bend[i] - 2.0 * c[2];
@@ -86,13 +88,13 @@ inline State Cell::at(double t, std::size_t order) const noexcept {
   return x;
 }
 
-/// A line or an arc as the task follows it, in memory of others.
+/// A line or an arc as the task follows it. Others own the memory.
 struct RatePath {
   std::span<const Knot> knots;
   RatePieces law;  ///< to the last knot's lambda
 };
 
-/// Number of the cell in which lambda lies. At least two knots.
+/// Returns the number of the cell in which lambda lies. At least two knots.
 [[nodiscard]] inline std::size_t cell_at(std::span<const Knot> knots, double lambda_s) noexcept {
   const auto inner = knots.subspan(1, knots.size() - 2);
   const auto next = std::upper_bound(inner.begin(), inner.end(), lambda_s,
@@ -100,7 +102,7 @@ struct RatePath {
   return static_cast<std::size_t>(next - inner.begin());
 }
 
-/// z at lambda, clamped to the knots; exact at both ends. At least two knots.
+/// Returns z at lambda, clamped to the knots; exact at both ends. At least two knots.
 [[nodiscard]] inline State state_at(std::span<const Knot> knots, double lambda_s) noexcept {
   if (!(lambda_s > knots.front().lambda_s)) return knots.front().z;
   if (lambda_s >= knots.back().lambda_s) return knots.back().z;

@@ -6,7 +6,8 @@
 #include <span>
 #include <type_traits>
 
-// The rate along a path: its parameter lambda as a function of time, from rest to rest, in pieces of constant jerk. Real-time safe.
+// The rate along a path: its parameter lambda as a function of time, from rest to rest, in pieces of constant
+// jerk. Real-time safe.
 
 namespace corbot::rate {
 
@@ -22,33 +23,34 @@ struct Piece {
 
 static_assert(std::is_trivially_copyable_v<Piece> && sizeof(Piece) % 8 == 0);
 
-/// Of one motion.
+/// The greatest number of pieces of one motion.
 inline constexpr std::size_t kMostPieces = 112;
 
-/// `t_s` later, at constant jerk.
+/// Returns the state `t_s` later, at constant jerk.
 [[nodiscard]] inline RateState advanced(const RateState& s, double t_s) noexcept {
   return {s.lambda_s + t_s * (s.v + t_s * (s.a / 2.0 + t_s * s.j / 6.0)), s.v + t_s * (s.a + t_s * s.j / 2.0),
           s.a + t_s * s.j, s.j};
 }
 
-/// At least one piece, which others own; the first begins at 0.
+/// At least one piece. Others own the pieces; the first begins at 0.
 struct RatePieces {
   std::span<const Piece> pieces;
-  double duration_s{}, length_s{};  ///< time and lambda at the end, where it rests
+  double duration_s{}, length_s{};  ///< time and lambda at the end, at rest
 
-  /// Within piece number `piece`, of which `t_s` must be a time. The last one is counted from its end, where it is exact.
+  /// Returns the state within piece number `piece`; `t_s` must be in that piece. The last piece is counted
+  /// from its end, where it is exact.
   [[nodiscard]] RateState at(std::size_t piece, double t_s) const noexcept {
     const Piece& p = pieces[piece];
     if (piece + 1 < pieces.size()) return advanced(p.begin, t_s - p.begin_s);
     return advanced({length_s, 0.0, 0.0, p.begin.j}, t_s - duration_s);
   }
-  /// Number of the piece in which a time lies; at most seven comparisons.
+  /// Returns the number of the piece in which a time lies; at most seven comparisons.
   [[nodiscard]] std::size_t piece_at(double t_s) const noexcept {
     const auto next = std::upper_bound(pieces.begin() + 1, pieces.end(), t_s,
                                        [](double t, const Piece& piece) { return t < piece.begin_s; });
     return static_cast<std::size_t>(next - pieces.begin()) - 1;
   }
-  /// `t_s`: clamped to the duration.
+  /// Returns the state at `t_s`, clamped to the duration.
   [[nodiscard]] RateState at(double t_s) const noexcept {
     t_s = std::clamp(t_s, 0.0, duration_s);
     return at(piece_at(t_s), t_s);

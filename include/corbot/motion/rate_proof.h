@@ -14,28 +14,31 @@
 #include "corbot/motion/rate_knots.h"
 #include "corbot/motion/rate_pieces.h"
 
-// Whether a rate along a path keeps all limits at every instant, not at samples alone: for the planner, and again for the task, which
-// trusts no byte that it did not write. Real-time safe.
+// Proves that a rate along a path keeps all limits at every instant, not at samples alone. The planner uses
+// it, and the task again, which trusts no byte that it did not write. Real-time safe.
 
 namespace corbot::rate {
 
-/// Parts of the limits of acceleration and jerk that a plan leaves free, so that a motion can slow down to rest at any instant.
+/// Parts of the limits of acceleration and jerk that a plan leaves free, so that a motion can slow down to
+/// rest at any instant.
 inline constexpr double kAccelerationReserve = 0.03;
 inline constexpr double kJerkReserve = 0.05;
 
-/// Speed, acceleration and jerk of each joint (rad or m, and s), and those of s by the tool's turning; on a line by its travel, too.
-/// Infinite where nothing is limited, as beyond the arm's joints.
+/// Limits of speed, acceleration and jerk of each joint (rad or m, and s), and of s by the tool's turning. On
+/// a line they also limit s by the tool's travel. A limit is infinite if nothing is limited, as beyond the
+/// arm's joints.
 struct Limits {
   State speed{}, acceleration{}, jerk{};
-  /// On an arc the tool's limits are those of vectors, in units of its length: along s″ and across angle · s′², and so on.
-  double angle_rad{};  ///< of the arc; 0 on a line
+  /// On an arc the tool's limits apply to vectors, in units of its length: along s″ and across angle · s′²,
+  /// and so on.
+  double angle_rad{};  ///< angle of the arc; 0 on a line
   double arc_acceleration{}, arc_jerk{};
 };
-/// Those of the arm.
+/// Returns the arm's limits for a path.
 [[nodiscard]] Limits limits_of(const ArmModel& model, const LineMotion& line) noexcept;
 [[nodiscard]] Limits limits_of(const ArmModel& model, const ArcMotion& arc) noexcept;
 
-/// All that are finite.
+/// The finite limits.
 class RateLimits {
  public:
   RateLimits() = default;
@@ -56,26 +59,28 @@ class RateLimits {
   std::size_t count_{0};
 };
 
-/// Bounds of a law's shares that hold at every instant. On a stretch of time d within one piece and one cell, for any f, scalar or vector:
-/// |f| <= max of both ends + d²/8 · max |f″|, the error of linear interpolation. The derivatives of z(lambda(t)) by time are bounded by the
-/// chain rule from those of z by lambda and of lambda by time, which are bounded by the same formula.
+/// Bounds a law's shares at every instant. Consider a stretch of time d within one piece and one cell, and
+/// any f, scalar or vector. Then |f| <= max of both ends + d²/8 · max |f″|, the error of linear
+/// interpolation. The chain rule bounds the derivatives of z(lambda(t)) by time from those of z by lambda and
+/// of lambda by time. The same formula bounds these.
 class ProofWalk {
  public:
-  /// What a piece's numbers cannot be: it goes back, or one of them is no number.
+  /// kRefused: the piece goes back, or one of its numbers is not finite.
   enum class Result { kMore, kDone, kRefused };
 
   ProofWalk() = default;
-  /// `knots`: those of the law's path. `shares`: one for each piece, to be filled. All of it outlives this.
+  /// `knots`: knots of the law's path. `shares`: one for each piece, to be filled. All arguments outlive this
+  /// object.
   ProofWalk(const RatePieces& law, std::span<const Knot> knots, const Limits& limits,
             std::span<Shares> shares) noexcept
       : law_(law), knots_(knots), limits_(&limits), shares_(shares) {
     for (const Piece& piece : law.pieces) least_v_ = std::min(least_v_, -kBackward * piece.begin.v);
   }
-  /// One stretch. There are fewer than pieces and knots together.
+  /// Does one stretch. There are fewer stretches than pieces and knots together.
   [[nodiscard]] Result step() noexcept;
 
  private:
-  static constexpr double kBackward = 1e-9;  ///< of the greatest rate: rounding at the ends
+  static constexpr double kBackward = 1e-9;  ///< part of the greatest rate: rounding at the ends
 
   [[nodiscard]] double end_s() const noexcept {
     return piece_ + 1 < law_.pieces.size() ? law_.pieces[piece_ + 1].begin_s : law_.duration_s;
@@ -88,7 +93,7 @@ class ProofWalk {
   double least_v_{0.0};
   double now_s_{0.0};
   std::size_t piece_{0}, cell_{0};
-  bool is_inside_{false};  ///< of the piece
+  bool is_inside_{false};  ///< inside the piece
 };
 
 namespace detail {
@@ -144,7 +149,7 @@ class Stretch {
     d.third_bound = between(greatest(d.third), d.fifth_bound);
     return d;
   }
-  /// From the greatest value at both ends, and a bound of the second derivative.
+  /// Returns a bound from the greatest value at both ends, and a bound of the second derivative.
   [[nodiscard]] double between(double ends, double bend) const noexcept { return ends + eighth_ * bend; }
 
  private:
@@ -154,7 +159,8 @@ class Stretch {
   std::array<std::array<State, 2>, 6> z_{};  ///< derivatives by lambda: order, end
 };
 
-/// The tool's acceleration and jerk on an arc, by its length: (s″, w s′²) and (s‴ − w² s′³, 3 w s′ s″), w the arc's angle.
+/// Takes the tool's acceleration and jerk on an arc, by its length: (s″, w s′²) and (s‴ − w² s′³, 3 w s′ s″),
+/// w the arc's angle.
 inline void take_arc(const Stretch& stretch, const Derivatives& s, const Limits& limits,
                      Shares& shares) noexcept {
   const double w = limits.angle_rad;
@@ -175,7 +181,7 @@ inline void take_arc(const Stretch& stretch, const Derivatives& s, const Limits&
   shares.jerk = std::max(shares.jerk, stretch.between(greatest(jerk), fifth) / limits.arc_jerk);
 }
 
-/// False where a bound is no number.
+/// Takes a stretch into the shares. False if a bound is not finite.
 [[nodiscard]] inline bool take(const Stretch& stretch, const Limits& limits, Shares& shares) noexcept {
   for (std::size_t i = 0; i <= kPath; ++i) {
     if (!std::isfinite(limits.speed[i]) && i != kPath) continue;
@@ -189,7 +195,7 @@ inline void take_arc(const Stretch& stretch, const Derivatives& s, const Limits&
   return true;
 }
 
-/// The time between two at which lambda has the value, by halving.
+/// Returns the time between two times at which lambda has the value, by halving.
 [[nodiscard]] inline double time_at(const RatePieces& law, std::size_t piece, double low_s, double high_s,
                                     double lambda_s) noexcept {
   for (int step = 0; step < 60; ++step) {
@@ -199,7 +205,7 @@ inline void take_arc(const Stretch& stretch, const Derivatives& s, const Limits&
   return high_s;
 }
 
-/// A speed of constant jerk has its least value at an end, or where the acceleration passes 0.
+/// Checks the speed: at constant jerk it is least at an end, or where the acceleration passes 0.
 [[nodiscard]] inline bool is_forward(const RateState& begin, const RateState& end, double least) noexcept {
   if (!(begin.v >= least && end.v >= least)) return false;
   return !(begin.a < 0.0 && end.a > 0.0) || begin.v - begin.a * begin.a / (2.0 * begin.j) >= least;
@@ -251,7 +257,7 @@ inline ProofWalk::Result ProofWalk::step() noexcept {
     is_inside_ = true;
     if (!detail::is_forward(law_.at(piece_, now_s_), end, least_v_)) return Result::kRefused;
   }
-  // As far as this piece lies in this cell.
+  // Goes as far as this piece lies in this cell.
   const Knot &a = knots_[cell_], &b = knots_[cell_ + 1];
   const bool leaves = cell_ + 2 < knots_.size() && end.lambda_s > b.lambda_s;
   const double to_s = leaves ? detail::time_at(law_, piece_, now_s_, end_s, b.lambda_s) : end_s;

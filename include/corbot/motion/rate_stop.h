@@ -11,8 +11,9 @@
 
 namespace corbot::rate {
 
-/// Where a stop will be some cycles later: exactly where RateGovernor::advance() leads in each of them. A cycle of a slow motion's stop
-/// has so many states of constant z that one cycle has no time for all of them. Real-time safe.
+/// Computes the state of a stop some cycles ahead: exactly the state to which RateGovernor::advance() leads
+/// in each of them. A cycle of a slow motion's stop has many states of constant z, so one cycle has no time
+/// for all of them. Real-time safe.
 class StopAhead {
  public:
   static constexpr std::size_t kWays = 64;  ///< states of one call
@@ -22,7 +23,7 @@ class StopAhead {
     cycles_ = cycles;
     left_s_ = dt_s_ = dt_s;
   }
-  /// True: it is there.
+  /// Does one call's states. True: it has arrived.
   [[nodiscard]] bool step() noexcept {
     for (std::size_t ways = kWays; cycles_ > 0; --cycles_, left_s_ = dt_s_) {
       left_s_ = governor_.advance(left_s_, ways);
@@ -35,12 +36,13 @@ class StopAhead {
 
  private:
   RateGovernor governor_;
-  int cycles_{0};  ///< that are left, with the present one
+  int cycles_{0};  ///< cycles that are left, with the present one
   double dt_s_{0.0}, left_s_{0.0};
 };
 
-/// Seeks a curve for RateGovernor::stop(), by the pieces that a stop passes while u is in a cell. A quicker stop is below each cell earlier,
-/// which is looked at, so it passes fewer of them. Some steps a call: the task has no time for all of them in one cycle. Real-time safe.
+/// Searches a curve for RateGovernor::stop(), from the pieces that a stop passes while u is in a cell. A
+/// quicker stop is below each cell earlier, which is checked, so it passes fewer pieces. A call does some
+/// steps: the task has no time for all of them in one cycle. Real-time safe.
 class StopSearch {
  public:
   /// So many calls of step() are enough for nearly all searches.
@@ -50,7 +52,8 @@ class StopSearch {
   StopSearch(const StopSearch&) = delete;
   StopSearch& operator=(const StopSearch&) = delete;
 
-  /// `from`: where the search's stop begins; it may be one already. `shares`: one for each piece, of these limits. They outlive the search.
+  /// Begins a search. `from`: the beginning of the search's stop; it may be in a stop already. `shares`: one
+  /// for each piece, of these limits. They outlive the search.
   void begin(const RateGovernor& from, const RatePieces& law, std::span<const Shares> shares,
              std::span<const RateLimit> limits) noexcept {
     from_ = from;
@@ -61,13 +64,13 @@ class StopSearch {
     times_ = StopTimes(from);
     task_ = Task::kSlowTimes;
   }
-  /// True: there is nothing more to find.
+  /// Does one call's steps. True: the search has ended.
   [[nodiscard]] bool step() noexcept {
     switch (task_) {
       case Task::kSlowTimes:
         if (!times_.step(kWays)) return false;
         until_s_ = times_.times_s();
-        // One that comes to the motion's end before it rests would only get there later.
+        // A stop that reaches the motion's end before it rests would only get there later.
         task_ = until_s_[0] < law_.duration_s ? Task::kShares : Task::kNone;
         return false;
       case Task::kShares:
@@ -85,7 +88,7 @@ class StopSearch {
     }
     return true;
   }
-  /// Null: nothing is known to be quicker than the curve by which the stop began.
+  /// Returns null if no known curve is quicker than the one by which the stop began.
   [[nodiscard]] const RateCurve* found() const noexcept { return found_ ? &*found_ : nullptr; }
 
  private:
@@ -93,8 +96,8 @@ class StopSearch {
   static constexpr std::size_t kCurveSteps = 64;  // of one call
   enum class Task { kNone, kSlowTimes, kShares, kCurve, kQuickTimes };
 
-  /// Those of the pieces from here to where u leaves each cell. Cells that u does not come to limit nothing, for the curve before may have
-  /// allowed more there: it ran over other pieces.
+  /// Returns the shares of the pieces from here to where u leaves each cell. Cells that u does not reach
+  /// limit nothing. The curve before may have allowed more there, since it ran over other pieces.
   [[nodiscard]] std::array<Shares, RateCurve::kCells> shares_ahead() const noexcept {
     std::size_t piece = law_.piece_at(from_.time_s());
     Shares most = shares_[piece];

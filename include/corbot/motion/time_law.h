@@ -6,11 +6,11 @@
 
 namespace corbot {
 
-/// A rest-to-rest, jerk-limited, symmetric seven-segment law: jerk +j, 0, −j, 0, −j, 0, +j for
-/// t_jerk, t_acc, t_jerk, t_cruise, t_jerk, t_acc, t_jerk seconds. The jerk follows from the distance, so no
-/// two fields can contradict each other:
+/// A rest-to-rest, jerk-limited, symmetric seven-segment law. The jerk is +j, 0, −j, 0, −j, 0, +j for t_jerk,
+/// t_acc, t_jerk, t_cruise, t_jerk, t_acc, t_jerk seconds. It follows from the distance, so no two fields can
+/// contradict each other:
 ///     distance = j · t_jerk · (t_jerk + t_acc) · (2 t_jerk + t_acc + t_cruise).
-/// The unit of `distance` is the caller's (rad or m, or 1 for a path parameter that runs from 0 to 1).
+/// The caller chooses the unit of `distance` (rad or m, or 1 for a path parameter that runs from 0 to 1).
 struct TimeLaw {
   double distance{};    ///< signed
   double t_jerk_s{};    ///< each of the four jerk segments, ≥ 0
