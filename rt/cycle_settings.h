@@ -6,7 +6,7 @@
 
 namespace corbot::rt {
 
-/// What the cycle is told of `[loop]`, `[stop]` and the joints. Set-up only.
+/// Returns the cycle's settings from `[loop]`, `[stop]` and the joints of a profile. Set-up only.
 [[nodiscard]] CycleSettings cycle_settings(const Profile& profile);
 
 }  // namespace corbot::rt

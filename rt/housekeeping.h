@@ -10,16 +10,16 @@
 
 namespace corbot::rt {
 
-/// Not real-time. Until `ended`: logs the cycle's alarms, what backend and safety lines have to log, and
-/// when the servant comes and goes. `kinds`: of the arm's joints.
+/// Not real-time. Until `ended`, logs the cycle's alarms, the log lines of backend and safety lines, and the
+/// servant's connections. `kinds`: kinds of the arm's joints.
 void run_housekeeping(const ChannelServer& server, Cycle& cycle, Backend& backend, SafetyLines& safety,
                       const JointKinds& kinds, const std::atomic<bool>& ended);
 
-/// Not real-time. Until `ended`: reports to the supervisor of this process for as long as the cycle number advances. A
-/// thread of its own, since the log may be held up by whoever reads it.
+/// Not real-time. Until `ended`, reports to the supervisor of this process as long as the cycle number
+/// advances. It needs a thread of its own, since a reader of the log may block the log's writer.
 void report_progress(const Cycle& cycle, const std::atomic<bool>& ended);
 
-/// Not real-time. Logs what they have had to log since the last time.
+/// Not real-time. Prints the log lines since the last call.
 void print_log(Backend& backend);
 void print_log(SafetyLines& safety);
 

@@ -76,8 +76,8 @@ void Loop::count_latency(std::int64_t latency_ns) noexcept {
   diagnostics_.latency_max_ns = std::max(diagnostics_.latency_max_ns, latency_ns);
 }
 
-/// Woken a period late or more: the step is given the newest instant of the grid, so that the cycle sees the
-/// gap in the step that comes after it.
+/// Skips the periods overslept after a late wake-up. The step gets the newest instant of the grid, so that
+/// the cycle sees the gap in the next step.
 void Loop::skip_overslept(std::int64_t woken_ns) noexcept {
   const std::int64_t missed = (woken_ns - due_ns_) / settings_.period_ns;
   if (missed > 0) {
@@ -87,7 +87,7 @@ void Loop::skip_overslept(std::int64_t woken_ns) noexcept {
   is_overrun_counted_ = false;
 }
 
-/// While the machine is suspended neither stops nor devices are watched, and servos may be without power.
+/// Counts suspensions: during one neither stops nor devices are watched, and servos may be without power.
 void Loop::watch_suspension(std::int64_t woken_ns) noexcept {
   const std::int64_t boot_ns = read_clock_ns(CLOCK_BOOTTIME);
   cycle_.count_suspension(suspension_.see(woken_ns, boot_ns, read_clock_ns(CLOCK_MONOTONIC)));
@@ -100,7 +100,7 @@ void Loop::count_overrun() noexcept {
 
 void Loop::count_missed(std::int64_t now_ns) noexcept {
   if (now_ns <= due_ns_) return;
-  // One overrun, however many periods it cost; the next step is on the grid again.
+  // One overrun counts once, however many periods it took; the next step is on the grid again.
   count_overrun();
   is_overrun_counted_ = true;
   const std::int64_t missed = (now_ns - due_ns_) / settings_.period_ns + 1;

@@ -16,15 +16,15 @@ struct LoopSettings {
   int priority{0};
 };
 
-/// Calls Cycle::step() once a period on an absolute time grid, so that nothing drifts. A period that is
-/// missed is skipped and counted: the grid goes on, and there is never a burst of steps. Keeps the histogram
-/// of wake-up latencies and publishes the diagnostics every hundred cycles.
+/// Calls Cycle::step() once a period on an absolute time grid, so that nothing drifts. It skips and counts a
+/// missed period: the grid goes on, and there is never a burst of steps. It keeps the histogram of wake-up
+/// latencies and publishes the diagnostics every hundred cycles.
 class Loop {
  public:
   Loop(Cycle& cycle, TaskSegment& segment, const LoopSettings& settings) noexcept;
 
-  /// Until `stop` is set and the arm has come to rest. No allocation, no lock; sleeps by clock_nanosleep and
-  /// wakes the servant's thread by futex, its only system calls.
+  /// Runs until `stop` is set and the arm has come to rest. It makes no allocation and takes no lock. Its
+  /// only system calls are clock_nanosleep and the futex that wakes the servant's thread.
   void run(const std::atomic<bool>& stop) noexcept;
 
  private:
@@ -39,11 +39,11 @@ class Loop {
   const LoopSettings settings_;
   std::int64_t due_ns_{0};
   SuspensionWatch suspension_;
-  bool is_overrun_counted_{false};  ///< the one before the next step
+  bool is_overrun_counted_{false};  ///< the overrun before the next step
   LoopDiagnostics diagnostics_{};
 };
 
-/// Bucket of the latency histogram that a latency belongs to.
+/// Returns the bucket of the latency histogram for a latency.
 [[nodiscard]] std::size_t latency_bucket(std::int64_t latency_ns) noexcept;
 
 }  // namespace corbot::rt

@@ -58,7 +58,7 @@ void catch_signals() {
   sigaction(SIGHUP, nullptr, &of_parent);
   if (of_parent.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // started by nohup
   signal(SIGPIPE, SIG_IGN);                                                  // the reader of the log may end
-  signal(SIGUSR1, SIG_IGN);  // unless the backend has a use for them
+  signal(SIGUSR1, SIG_IGN);                                                  // unless the backend uses them
   signal(SIGUSR2, SIG_IGN);
 }
 
@@ -69,7 +69,7 @@ void log_missing_privileges(const corbot::rt::RealtimeResult& result, bool enfor
   spdlog::warn("*** NOT REAL-TIME: running best effort. Good for a simulator, not for a machine. ***");
 }
 
-/// A stop that was seen before the cycle ran is left to the next task, however run() ends.
+/// Leaves a stop that was seen before the cycle ran to the next task, however run() ends.
 class StopLegacy {
  public:
   StopLegacy(corbot::TaskSegment& task, const corbot::EmergencyStop& stop) : task_(task), stop_(stop) {}
@@ -86,7 +86,7 @@ class StopLegacy {
   bool cycle_runs_{false};
 };
 
-/// The ids of a user and a group that are named, or numbered, on the command line.
+/// Returns the ids of a user and a group that the command line names or numbers.
 corbot::ChannelPolicy policy_of(const Options& options) {
   corbot::ChannelPolicy policy;
   if (!options.servant_user.empty()) {
@@ -104,7 +104,7 @@ corbot::ChannelPolicy policy_of(const Options& options) {
   return policy;
 }
 
-/// False when the end was asked for meanwhile.
+/// Returns false if the end was requested meanwhile.
 bool open_backend(corbot::Backend& backend, const corbot::ServoFrame& first) {
   opening.store(&backend);
   if (stop_requested.load()) backend.cancel();
@@ -120,7 +120,7 @@ bool open_backend(corbot::Backend& backend, const corbot::ServoFrame& first) {
   return true;
 }
 
-/// What the safety lines see of the cycle.
+/// Returns the cycle's state for the safety lines.
 corbot::rt::CycleView view_of(const corbot::TaskSegment& segment, const corbot::Backend& device,
                               bool after_gap, std::uint64_t incarnation) {
   corbot::Snapshot snapshot{};
@@ -144,7 +144,8 @@ void run(const Options& options) {
   rt::TaskChannel channel(name, segment_fingerprint(profile), policy_of(options), options.fresh,
                           stop_requested);
   TaskSegment& segment = channel.task();
-  // Where corbot switches the servos' power it went with the task before: only a person's Clear gives it back.
+  // If corbot switches the servos' power, it went off with the previous task: only a person's Clear restores
+  // it.
   if (Snapshot last{}; switches_power(profile) && segment.snapshot.load(last)) segment.stop_seen.store(1);
   StopLegacy legacy(segment, stop);
   const std::unique_ptr<Backend> backend = rt::make_backend(profile, stop);
@@ -152,7 +153,7 @@ void run(const Options& options) {
   const auto view = [&segment, &options, incarnation, &device = *backend] {
     return view_of(segment, device, options.after_gap, incarnation);
   };
-  // Watched before anything moves: what is pressed at the start stops the first cycle.
+  // The lines are watched before anything moves: an input pressed at the start stops the first cycle.
   rt::SafetyLines safety(rt::safety_settings(profile), rt::kernel_gpio(), stop, view);
   safety.start();
   rt::StartPosition position(profile, name, options.state_directory);
@@ -164,7 +165,7 @@ void run(const Options& options) {
   safety.allow_power();
   backend->install_fault_controls();
 
-  // These threads start before this one becomes real-time, so they inherit none of it.
+  // These threads start before this one becomes real-time, so they do not inherit its priority.
   std::atomic<bool> ended{false};
   std::thread housekeeping([&] {
     rt::run_housekeeping(channel.server(), *cycle, *backend, safety, kinds_of(profile.arm.kinematics.chain()),
@@ -191,7 +192,7 @@ void run(const Options& options) {
     join();
     throw;
   }
-  safety.stop();  // before what writes to a terminal
+  safety.stop();  // before any output to a terminal
   backend->close();
   position.save(segment);
   join();

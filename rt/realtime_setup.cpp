@@ -57,10 +57,10 @@ void take_cpu(int cpu, RealtimeResult& result) {
                                         cpu, std::strerror(error)));
 }
 
-/// The kernel ends the process, by SIGXCPU, when a real-time thread of it has computed for so long without
-/// sleeping: one that spins would otherwise hold its processor for good. Far beyond what a cycle takes, and
-/// below the second after which the kernel throttles real-time threads all together. What the process may do
-/// already is not widened.
+/// Limits the uninterrupted computing time of real-time threads. The kernel then ends the process by SIGXCPU:
+/// a thread that spins would otherwise hold its processor for good. The limit is far beyond a cycle's time.
+/// It is below the second after which the kernel throttles all real-time threads. The function never raises
+/// an existing limit.
 bool limit_computing(RealtimeResult& result) {
   rlimit limit{};
   if (getrlimit(RLIMIT_RTTIME, &limit) != 0) return false;

@@ -8,23 +8,23 @@ namespace corbot::rt {
 
 struct RealtimeSettings {
   int priority{80};  ///< SCHED_FIFO, 1 … 98
-  int cpu{-1};       ///< that the calling thread is bound to; −1: any
+  int cpu{-1};       ///< CPU to which the calling thread is bound; −1: any
 };
 
-/// What became of it. Each failure is a sentence with what to do about it.
+/// The result of the set-up. Each failure is a sentence that names the remedy.
 struct RealtimeResult {
-  bool scheduled{false};     ///< SCHED_FIFO at the priority asked for
+  bool scheduled{false};     ///< SCHED_FIFO at the requested priority
   bool locked{false};        ///< memory locked
-  bool bounded{false};       ///< a real-time thread that computes without end is ended by the kernel
-  bool latency_held{false};  ///< the CPU is kept out of deep sleep; a wish, not a condition
+  bool bounded{false};       ///< the kernel ends a real-time thread that computes without end
+  bool latency_held{false};  ///< the CPU is kept out of deep sleep; desirable, not required
   std::vector<std::string> failures;
   [[nodiscard]] bool realtime() const noexcept { return scheduled && locked; }
 };
 
-/// Set-up only. Makes the calling thread a real-time one: locks memory, touches the stack that the cycle may
-/// use, keeps the CPU out of deep sleep while `latency_fd` is open (−1: not permitted), binds to a CPU,
-/// bounds what a real-time thread may compute at a stretch, takes SCHED_FIFO. Never throws for a lacking
-/// privilege.
+/// Set-up only. Makes the calling thread a real-time thread. It locks memory, and touches the stack that the
+/// cycle may use. It keeps the CPU out of deep sleep while `latency_fd` is open (−1: not permitted). It binds
+/// the thread to a CPU, bounds its uninterrupted computing time, and takes SCHED_FIFO. It never throws for a
+/// missing privilege.
 [[nodiscard]] RealtimeResult make_realtime(const RealtimeSettings& settings, int& latency_fd);
 
 }  // namespace corbot::rt

@@ -6,7 +6,8 @@
 
 namespace corbot::rt {
 
-/// The GPIO lines of `[emergency_stop]`, `[power_enable]` and `[watchdog]`, where there are any. Set-up only.
+/// Returns the GPIO lines of `[emergency_stop]`, `[power_enable]` and `[watchdog]`, if the profile has them.
+/// Set-up only.
 [[nodiscard]] SafetySettings safety_settings(const Profile& profile);
 
 }  // namespace corbot::rt

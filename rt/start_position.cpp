@@ -18,12 +18,13 @@ namespace {
 /// A controller reports its pulses in steps of up to 10 us, 1 degree of a usual servo.
 constexpr double kSamePulse_rad = to_radians(2.0);
 
-/// How far a measured joint may be from the set-point that the last task left for that to go on. A drive stands behind
-/// it by its static lag, a degree or so under load: began every restart where that is measured, the arm would sink by it
-/// each time. Below what an approach brings back anyway (Approach::kMostTurned_rad), and what is further away was moved.
+/// The greatest distance of a measured joint from the last task's set-point at which the set-point still
+/// counts. A drive is off by its static lag, a degree or so under load. If every restart began at the
+/// measured position, the arm would sink by the lag each time. The bound is below the distance that an
+/// approach corrects anyway (Approach::kMostTurned_rad). A joint further away was moved.
 constexpr double kMostLag_rad = to_radians(2.0);
 
-/// "12.3", "0.0123", of a joint that turns, or slides.
+/// Returns "12.3" for a joint that turns, "0.0123" for one that slides.
 std::string number_text(JointKind kind, double value_q) {
   return fmt::format("{:.{}f}", to_shown(kind, value_q) + 0.0, decimals(kind, 1));
 }
@@ -32,7 +33,7 @@ std::string range_text(JointKind kind, const alarm::OutOfRange& beyond) {
   return number_text(kind, beyond.lower_q) + " to " + number_text(kind, beyond.upper_q);
 }
 
-/// "0.0 90.0 degrees"; where joints slide, each with its unit: "0.0 degrees, 0.1000 m".
+/// Returns "0.0 90.0 degrees"; if joints slide, each value has its unit: "0.0 degrees, 0.1000 m".
 std::string joints_text(const ArmModel& arm, const Joints& position_q) {
   const JointKinds kinds = kinds_of(arm.kinematics.chain());
   const auto end = kinds.begin() + static_cast<std::ptrdiff_t>(arm.dof);
@@ -101,7 +102,8 @@ void StartPosition::refuse_impossible(const DevicePosition& device) const {
       turns ? "us_per_degree" : "us_per_mm", turns ? "range_deg" : "range_m"));
 }
 
-/// No device says otherwise, and the servos have had power since.
+/// Refuses a start that would move a joint; no device contradicts the position, and the servos have had power
+/// since.
 void StartPosition::refuse_impossible(const Snapshot& last) const {
   if (last.position_fingerprint == fingerprint_ || was_unpowered_) return;
   const auto beyond = beyond_range(profile_.arm, joints_of(last), kNearRangeCommanded_rad);
@@ -142,8 +144,9 @@ CycleStart StartPosition::decide(const TaskSegment& segment, const DevicePositio
   return start;
 }
 
-/// Drives that lost their energy with their task let the arm sag, or be turned by hand: driven back it would move without
-/// a Clear, and energised anew it would be without one. Empty: no joint is further away than one may be that stands still.
+/// Describes how far a joint was moved since the last task. Drives that lose their energy with their task let
+/// the arm sag, or be turned by hand. Driven back, the arm would move without a Clear; energised anew, it
+/// would also be so without one. Empty: no joint is further away than the lag of a joint at rest.
 std::string StartPosition::moved_since(const Snapshot& last, const DevicePosition& device) const {
   if (device.kind != DevicePosition::Kind::kMeasured) return "";
   const JointKinds kinds = kinds_of(profile_.arm.kinematics.chain());
@@ -161,7 +164,7 @@ std::string StartPosition::moved_since(const Snapshot& last, const DevicePositio
                      profile_.joint_names[furthest]);
 }
 
-/// Of the last pulses, by the servo map as it is now.
+/// Returns the joints of the last pulses, by the present servo map.
 Joints StartPosition::joints_of(const Snapshot& last) const {
   Joints position_q{};
   for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
@@ -171,7 +174,7 @@ Joints StartPosition::joints_of(const Snapshot& last) const {
   return position_q;
 }
 
-/// The servos are where their pulses have put them, wherever that is by now.
+/// Returns the position by the last pulses: the servos are at their pulses, whatever these mean by now.
 LastPosition StartPosition::by_pulses(const Snapshot& last) const {
   LastPosition position = position_of(last, robot_, profile_.backend.kind);
   if (last.position_fingerprint == fingerprint_) return position;
@@ -219,7 +222,7 @@ StartPosition::Saved StartPosition::read() const {
 std::optional<CycleStart> StartPosition::from_device(const DevicePosition& device,
                                                      const std::optional<LastPosition>& saved) {
   if (device.kind == DevicePosition::Kind::kUnknown) return std::nullopt;
-  // A controller may go on sending to servos that have no power.
+  // A controller may continue sending to servos that have no power.
   const bool is_unpowered = device.kind == DevicePosition::Kind::kCommanded && was_unpowered_;
   CycleStart start{device.position_q, device.opening, is_unpowered};
   if (!(device.opening >= 0.0)) start.opening = saved ? saved->opening : 0.0;

@@ -12,23 +12,28 @@
 
 namespace corbot::rt {
 
-/// Where the arm is at the start of the task, and where it was at its end. Set-up and tear-down only. By
-/// rank: the segment's position, if its servo map is this one and the servos have had power since, and if no joint is
-/// measured away from it; what the device measures or was commanded; the pulses in the segment; the file on disk;
-/// and angle 0 where there is nothing. A file that cannot be read as what it shall be is an Error that was not cleared.
+/// Decides the arm's position at the start of the task, and saves it at the end. Set-up and tear-down only.
+/// The sources in the order of rank:
+/// * The segment's position, if its servo map is this one, the servos have had power since, and no joint is
+///   measured away from it.
+/// * The position that the device measures, or was commanded.
+/// * The pulses in the segment.
+/// * The file on disk.
+/// * Angle 0 if there is nothing.
+/// A file that cannot be read as a valid one counts as an Error that was not cleared.
 class StartPosition {
  public:
-  /// `state_directory` empty: the default one. Throws std::invalid_argument for a bad name.
+  /// `state_directory` empty: the default directory. Throws std::invalid_argument for a bad name.
   StartPosition(const Profile& profile, const std::string& robot, const std::string& state_directory);
 
-  /// Decides, and logs the decision and everything that was rejected. `forget`: the file too.
-  /// Throws std::runtime_error when a joint is outside its range by what the device says, or by the
-  /// last pulses and a servo map that has changed since: every start would move it.
+  /// Decides, and logs the decision and every rejected source. `forget`: ignores the file, too. Throws
+  /// std::runtime_error if a joint is outside its range by the device's report. It also throws for the last
+  /// pulses and a servo map that has changed since: every start would move the joint.
   [[nodiscard]] CycleStart find(const TaskSegment& segment, const DevicePosition& device, bool forget);
-  /// The decision in one line of ASCII, for the operator.
+  /// Returns the decision in one line of ASCII, for the operator.
   [[nodiscard]] const std::string& text() const noexcept { return text_; }
 
-  /// Writes the last set-point to disk; what goes wrong is logged.
+  /// Writes the last set-point to disk, and logs failures.
   void save(const TaskSegment& segment) const;
 
  private:
@@ -39,12 +44,12 @@ class StartPosition {
   [[nodiscard]] CycleStart decide(const TaskSegment& segment, const DevicePosition& device, bool forget);
   [[nodiscard]] LastPosition by_pulses(const Snapshot& last) const;
   [[nodiscard]] CycleStart left_by(const Snapshot& last, const LastPosition& at);
-  /// Of the file.
+  /// The contents of the file.
   struct Saved {
-    std::optional<LastPosition> position{};  ///< nothing: there is none, or it was rejected
+    std::optional<LastPosition> position{};  ///< empty: there is no file, or it was rejected
     bool held{};
     bool in_error{};
-    std::string damage{};  ///< why the file proves nothing
+    std::string damage{};  ///< the reason why the file proves nothing
   };
   [[nodiscard]] Saved read() const;
   [[nodiscard]] std::optional<CycleStart> from_device(const DevicePosition& device,
@@ -52,10 +57,11 @@ class StartPosition {
   [[nodiscard]] CycleStart assumed(const std::optional<LastPosition>& saved);
 
   const Profile& profile_;
-  const std::uint64_t fingerprint_;  ///< of the servo map and all else that gives a position its meaning
-  const bool was_unpowered_;         ///< the servos have been since the last task
+  /// The servo map and everything else that gives a position its meaning.
+  const std::uint64_t fingerprint_;
+  const bool was_unpowered_;  ///< the servos have been without power since the last task
   std::string robot_;
-  std::optional<PositionStore> store_;  // nothing: no directory is known
+  std::optional<PositionStore> store_;  // empty: no directory is known
   std::string text_;
 };
 

@@ -19,11 +19,11 @@
 namespace corbot::rt {
 namespace {
 
-/// For a servant that lives: it tries again every 50 ms.
+/// The wait for a living servant: it tries again every 50 ms.
 constexpr std::chrono::milliseconds kWindow{1000};
 
-/// The segments of successive tasks are kept under two names in turn: the new one is there before the old one
-/// goes, whenever this process is killed.
+/// The segments of successive tasks are kept under two names in turn. The new one is kept before the old one
+/// is dropped, at whatever instant this process is killed.
 constexpr const char* kTaskNames[] = {"corbot-task", "corbot-task-2"};
 constexpr const char* kServantName = "corbot-servant";
 
@@ -34,8 +34,8 @@ ChannelPolicy supervised(ChannelPolicy policy) {
 
 struct Predecessor {
   std::optional<Segment<const TaskSegment>> task;
-  std::size_t task_name{0};             ///< of kTaskNames, under which it was kept
-  std::array<bool, 2> is_name_taken{};  ///< also by what is not taken over
+  std::size_t task_name{0};             ///< index into kTaskNames of its kept name
+  std::array<bool, 2> is_name_taken{};  ///< also by a segment that is not taken over
   Descriptor servant;
 };
 
@@ -43,7 +43,7 @@ bool is(const Segment<const TaskSegment>& task, std::optional<std::uint64_t> id)
   return id && task->header.id == *id;
 }
 
-/// Of several task segments that of the last task, else the newest.
+/// Takes the last task's segment from several ones, else the newest.
 Predecessor take_kept(const std::string& robot, std::uint64_t fingerprint,
                       std::optional<std::uint64_t> last) {
   Predecessor kept;
@@ -70,14 +70,14 @@ Predecessor take_kept(const std::string& robot, std::uint64_t fingerprint,
   return kept;
 }
 
-/// Not that under which the segment is kept that was taken over.
+/// Returns the name under which the segment that was taken over is not kept.
 std::size_t free_name(const Predecessor& before) {
   if (before.task && before.is_name_taken[before.task_name]) return 1 - before.task_name;
   return before.is_name_taken[0] ? 1 : 0;
 }
 
-/// Until the supervisor's queue has room; a process that sends several messages at its start may find it
-/// full.
+/// Tries until the supervisor's queue has room. A process that sends several messages at its start may find
+/// it full.
 bool keep_patiently(const char* name, int fd) noexcept {
   constexpr int kAttempts = 100;
   constexpr timespec kPause{0, 10'000'000};
@@ -88,8 +88,8 @@ bool keep_patiently(const char* name, int fd) noexcept {
   return false;
 }
 
-/// No two tasks since the machine was started begin with the same: a command planned before this one's start
-/// is older than every stop that it knows.
+/// Returns a different value for each task since the machine's start. A command planned before this task's
+/// start is thus older than every stop that the task knows.
 std::uint64_t time_since_boot_ns() noexcept {
   timespec now{};
   ::clock_gettime(CLOCK_BOOTTIME, &now);
@@ -119,7 +119,7 @@ TaskChannel::TaskChannel(const std::string& robot, std::uint64_t fingerprint, Ch
     before.task.reset();
   }
   const std::uint64_t since_boot_ns = time_since_boot_ns();
-  // Not the number of a task whose segment is lost: a servant may still hold motions of that one.
+  // Avoids the number of a task whose segment is lost: a servant may still hold that task's motions.
   task_->incarnation = since_boot_ns / 1'000'000 + 1;
   if (before.task) take_over(**before.task);
   stop_->count.store(since_boot_ns, std::memory_order_relaxed);
@@ -128,8 +128,8 @@ TaskChannel::TaskChannel(const std::string& robot, std::uint64_t fingerprint, Ch
   is_last_ = is_supervised() && keep(name, before.is_name_taken[name]);
   server_.inherit_servant(std::move(before.servant));
   server_.serve(task_, stop_, mailbox_, [this](const Descriptor& servant) {
-    // Nothing moves the arm before. Without a supervisor it is now that another process has this task's
-    // segment.
+    // Nothing moves the arm earlier. Without a supervisor, another process has this task's segment only from
+    // now on.
     if (!std::exchange(is_last_, true)) (void)server_.set_last_task(task_->header.id);
     (void)drop_descriptor(kServantName);
     (void)keep_descriptor(kServantName, servant.get());
@@ -138,9 +138,9 @@ TaskChannel::TaskChannel(const std::string& robot, std::uint64_t fingerprint, Ch
                before.task ? "takes over from an earlier real-time task" : "begins anew");
 }
 
-/// Under a name of its own, and then alone: what was kept under that name, refused or older, goes first, and
-/// what the position was taken over from goes when this one is known to be the last. False when the
-/// supervisor does not keep it.
+/// Keeps the segment under a name of its own, and then alone. It first drops a refused or older segment of
+/// that name. It drops the previous task's segment when this one is known to be the last. Returns false if
+/// the supervisor does not keep the segment.
 bool TaskChannel::keep(std::size_t name, bool is_name_taken) {
   if (is_name_taken) (void)drop_descriptor(kTaskNames[name]);
   if (!keep_patiently(kTaskNames[name], task_.memory().get())) {
@@ -154,14 +154,14 @@ bool TaskChannel::keep(std::size_t name, bool is_name_taken) {
   return true;
 }
 
-/// It may be older than where the arm is now. An Error that was not cleared then counts all the same.
+/// The position may be older than the arm's present one. An Error that was not cleared still counts.
 void TaskChannel::refuse(const TaskSegment& before) noexcept {
   Snapshot then{};
   const bool was_in_error = last_snapshot(before, then) && then.state == RtState::kError;
   if (was_in_error || before.stop_seen.load(std::memory_order_acquire) != 0) task_->stop_seen.store(1);
 }
 
-/// Before anyone else sees the segment. What is taken over is checked where it is used.
+/// Takes over before any other process sees the segment. The users check the values.
 void TaskChannel::take_over(const TaskSegment& before) noexcept {
   constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max() / 2;
   task_->incarnation = before.incarnation < kMost ? before.incarnation + 1 : 2;

@@ -13,15 +13,14 @@
 
 namespace corbot::rt {
 
-/// The real-time task's side of the channel: its own segment, which begins with what the task before it
-/// wrote, the stop segment, and the socket at which others receive them. That earlier segment comes from
-/// whoever supervises this task, else from a servant that still lives; it counts only if it is the one that
-/// the run directory names as the last: one that was frozen, or lies, may offer an older. Set-up and
-/// tear-down only.
+/// The real-time task's side of the channel: its own segment, the stop segment, and the socket at which
+/// others receive them. The own segment begins with the data of the previous task. The previous segment comes
+/// from the task's supervisor, else from a servant that still lives. It counts only if the run directory
+/// names it as the last one: a frozen or lying servant may offer an older segment. Set-up and tear-down only.
 class TaskChannel {
  public:
-  /// Throws SegmentError when another task of that robot runs. `fresh`: nothing is taken over; throws
-  /// std::runtime_error when a servant waits for this robot.
+  /// Throws SegmentError if another task of this robot runs. `fresh`: it takes nothing over, and throws
+  /// std::runtime_error if a servant waits for this robot.
   TaskChannel(const std::string& robot, std::uint64_t fingerprint, ChannelPolicy policy, bool fresh,
               const std::atomic<bool>& cancelled);
   TaskChannel(const TaskChannel&) = delete;
@@ -40,8 +39,8 @@ class TaskChannel {
   Segment<TaskSegment> task_;
   Segment<StopSegment> stop_;
   ServantMailbox mailbox_;
-  bool is_last_{false};   ///< the run directory says so
-  ChannelServer server_;  // its thread uses all of the above
+  bool is_last_{false};   ///< the run directory names this task as the last one
+  ChannelServer server_;  // its thread uses all members above
 };
 
 }  // namespace corbot::rt

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The time of day of an instant on CLOCK_MONOTONIC.
+// Computes the time of day of an instant on CLOCK_MONOTONIC.
 #pragma once
 
 #include <time.h>
@@ -9,9 +9,9 @@
 
 namespace corbot::rt {
 
-/// CLOCK_REALTIME less CLOCK_MONOTONIC, nanoseconds. The two cannot be read in one instant: a thread that was preempted
-/// between them would be told a later time of day by as long as that took. Such a reading is repeated, up to twice, and
-/// the tightest counts. `read`: the time of a clock, nanoseconds. Real-time safe.
+/// Returns CLOCK_REALTIME less CLOCK_MONOTONIC, nanoseconds. The two cannot be read in one instant: a
+/// preemption between the readings would falsify the result by its length. Such a reading is repeated, up to
+/// twice, and the tightest counts. `read` returns the time of a clock, nanoseconds. Real-time safe.
 template <class Read>
 [[nodiscard]] std::int64_t wall_offset_ns(Read&& read) noexcept {
   constexpr int kReadings = 3;

@@ -6,7 +6,7 @@
 
 namespace corbot::rt {
 
-/// What `[backend.socketcan]` of a profile means for its drives.
+/// Returns the drives' settings from `[backend.socketcan]` of a profile.
 [[nodiscard]] Cia402Settings cia402_settings(const Profile& profile);
 
 }  // namespace corbot::rt

@@ -43,14 +43,14 @@ std::unique_ptr<Backend> on_bus(const Profile& profile, std::unique_ptr<BusDevic
   BusSettings settings;
   settings.name = profile.backend.kind;
   settings.readback = profile.backend.common.readback;
-  settings.priority = std::max(profile.priority - 1, 1);  // below the cycle, above all that is ordinary
+  settings.priority = std::max(profile.priority - 1, 1);  // below the cycle, above all ordinary threads
   settings.relax_at_end = profile.backend.common.relax_at_end;
   settings.stagger_ms = profile.backend.common.stagger_ms;
   settings.ramp_s = profile.stop.category == 0 ? 0.0 : profile.stop.ramp_s;
   return std::make_unique<BusBackend>(profile.arm, std::move(device), settings, stop);
 }
 
-/// The servos that a frame has: one a joint, and the gripper's.
+/// Returns the number of servos in a frame: one for each joint, and the gripper's.
 std::size_t servos_of(const Profile& profile) { return profile.arm.dof + 1; }
 
 std::unique_ptr<Backend> make_ssc32(const Profile& profile, EmergencyStop& stop) {
@@ -62,7 +62,7 @@ std::unique_ptr<Backend> make_ssc32(const Profile& profile, EmergencyStop& stop)
       stop);
 }
 
-/// What the slowest of its servos may, of an approach that all share.
+/// Returns the acceleration of an approach that all servos share: that of the slowest one.
 double approach_us_per_s2(const Profile& profile) {
   double least = pulse_limits(profile.arm, profile.arm.dof).acceleration;
   for (std::size_t i = 0; i < profile.arm.dof; ++i) {
@@ -130,7 +130,7 @@ std::unique_ptr<Backend> make_socketcan(const Profile& profile, EmergencyStop& s
   return on_bus(profile, std::make_unique<Cia402Drives>(cia402_settings(profile)), stop);
 }
 
-/// One line a backend; its name is `kind` in [backend].
+/// Lists the backends, one line each; the name is `kind` in [backend].
 constexpr std::array<std::pair<std::string_view, Maker>, 8> kBackends{{{"gpiod", make_gpiod},
                                                                        {"loopback", make_loopback},
                                                                        {"maestro", make_maestro},

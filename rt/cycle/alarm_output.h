@@ -9,12 +9,12 @@
 
 namespace corbot::rt {
 
-/// The task's end of the ring of alarms, and a copy of each for this process to print. Real-time safe.
+/// The task's end of the ring of alarms, and a copy of each alarm for this process to print. Real-time safe.
 class AlarmOutput {
  public:
   explicit AlarmOutput(TaskSegment& task) noexcept
       : alarms_(task.alarms, kNoServant.alarms_tail), log_(copies_) {}
-  /// Another servant reads them from now on.
+  /// Switches to another servant, which reads the alarms from now on.
   void follow(const RingTail<>& tail) noexcept { alarms_.follow(tail); }
 
   void raise(AlarmEvent alarm, std::int64_t wall_ns) noexcept {
@@ -23,10 +23,10 @@ class AlarmOutput {
     (void)alarms_.push(alarm);
     (void)log_.push(alarm);
   }
-  /// The Error was left by the Clear of this number.
+  /// Records that the Clear of this number ended Error.
   void clear(std::uint64_t clears) noexcept { cleared_ = clears; }
-  /// Reports that, before any alarm of the cycle, so that its place in the ring is right. A full ring drops
-  /// alarms, and this is tried again. True where something was reported.
+  /// Reports the Clear before any alarm of the cycle, so that its place in the ring is right. A full ring
+  /// drops alarms, and the report is tried again. Returns whether it was reported.
   bool report_clear(std::int64_t wall_ns) noexcept {
     if (cleared_ == 0) return false;
     AlarmEvent event = alarm::cleared(cleared_);
@@ -35,7 +35,7 @@ class AlarmOutput {
     cleared_ = 0;
     return true;
   }
-  /// Consumed by one other thread.
+  /// Returns the copies; one other thread consumes them.
   [[nodiscard]] Ring<AlarmEvent, 64>& copies() noexcept { return copies_; }
 
  private:

@@ -42,7 +42,7 @@ double dot(const std::array<double, 3>& a, const std::array<double, 3>& b) noexc
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// Well formed, not longer than the command, and of exactly its duration where it moves at all.
+/// Checks that a law is well formed, not longer than the command, and of exactly its duration if it moves.
 CommandVerdict check_law(const TimeLaw& law, double duration_s, std::int32_t joint) noexcept {
   if (!is_well_formed(law)) return malformed(law.distance, joint);
   const double tolerance_s = kDurationTolerance * std::max(1.0, duration_s);
@@ -73,7 +73,7 @@ CommandVerdict check_joint_motion(const ArmModel& arm, const Command& command) n
   return kGood;
 }
 
-/// What the arm follows, and nothing else, is given, and finite.
+/// Checks that exactly the values that the arm follows are given, and are finite.
 CommandVerdict check_orientation(const Kinematics& arm, const OrientationPath& tool) noexcept {
   const bool is_full = arm.follows() == Follows::kFull;
   const double excess = squared_norm(tool.from) - 1.0;
@@ -90,7 +90,7 @@ CommandVerdict check_orientation(const Kinematics& arm, const OrientationPath& t
   return kGood;
 }
 
-/// The first number of a frame that is none.
+/// Returns the first invalid number of a frame.
 double fault_of(const Pose& frame, double farthest_m) noexcept {
   for (const double x : frame.position_m) {
     if (!(std::abs(x) <= farthest_m)) return x;
@@ -98,7 +98,7 @@ double fault_of(const Pose& frame, double farthest_m) noexcept {
   return squared_norm(frame.orientation) - 1.0;
 }
 
-/// What lines and arcs have in common, but for their rate: RateCheck.
+/// Checks the common fields of lines and arcs, except their rate: RateCheck.
 template <class Path>
 CommandVerdict check_path(const ArmModel& arm, const Path& path) noexcept {
   const auto& [base_T_0, n_T_tool] = path.frames;
@@ -156,8 +156,8 @@ CommandVerdict check_gripper(const ArmModel& arm, const Command& command, double
   const double to = gripper.from + gripper.law.distance;
   if (!(to >= -kDurationTolerance && to <= 1.0 + kDurationTolerance)) return malformed(to);
   if (!(std::abs(gripper.from - opening) <= kStartTolerance)) return discontinuous(gripper.from);
-  // The servo at full speed needs travel_s for the whole way; no law's peak may be faster than twice that (a
-  // law without a cruise has a peak of twice its mean).
+  // The servo at full speed needs travel_s for the whole way. No law's peak may be faster than twice that
+  // speed: a law without a cruise has a peak of twice its mean.
   const double fastest = 2.0 / arm.gripper.travel_s;
   const double velocity = peaks(gripper.law).velocity;
   if (!within(velocity, fastest)) return limit(velocity);

@@ -11,25 +11,25 @@ namespace corbot::rt {
 /// Numbers of commands rise by one; a greater jump is corrupt data.
 inline constexpr std::uint64_t kLargestIdStep = 1'000'000;
 
-/// Where the arm is at rest when a command comes.
+/// The arm's state of rest when a command comes.
 struct RestState {
-  std::uint64_t last_id{};  ///< of the command before
+  std::uint64_t last_id{};  ///< number of the previous command
   Joints position_q{};
   double opening{};
 };
 
-/// kDone: the command may run. Otherwise the verdict, and what was wrong.
+/// The result: kDone means that the command may run. Otherwise the verdict, and the offending field.
 struct CommandVerdict {
   Verdict verdict{Verdict::kDone};
   std::int32_t joint{-1};
-  double value{};  ///< the offending value; its unit follows the field
+  double value{};  ///< the offending value; its unit depends on the field
   [[nodiscard]] bool ok() const noexcept { return verdict == Verdict::kDone; }
 };
 
-/// Checks every field of a command that came out of shared memory, where a network-facing process writes: a
-/// command that passes can be evaluated at any virtual time, begins where the arm rests, ends in range and
-/// keeps the limits of the arm by its laws. Knots and pieces of a line or an arc are left to RateCheck. The
-/// caller checks the epoch. Real-time safe.
+/// Checks every field of a command from shared memory, which a network-facing process writes. A command that
+/// passes can be evaluated at any virtual time. It begins at the arm's rest position, ends in range and keeps
+/// the arm's limits by its laws. RateCheck checks the knots and pieces of a line or an arc. The caller checks
+/// the epoch. Real-time safe.
 [[nodiscard]] CommandVerdict check_command(const ArmModel& arm, const Command& command,
                                            const RestState& rest) noexcept;
 

@@ -6,7 +6,7 @@
 namespace corbot::rt {
 
 bool CommandQueue::connect(const ServantSegment& servant, bool is_running) noexcept {
-  if (is_waiting_) take_knots();  // out of memory that goes
+  if (is_waiting_) take_knots();  // out of memory that will be unmapped
   const ConnectedServant::Former former = servant_.replace(servant);
   completions_.follow(servant.completions_tail);
   // The numbers of the new servant's own commands begin at its next one.

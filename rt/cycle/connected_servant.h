@@ -11,19 +11,19 @@
 
 namespace corbot::rt {
 
-/// Read before a servant has connected: no commands, no flags. Nobody writes it.
+/// The segment that is read before a servant has connected: no commands, no flags. No process writes it.
 inline const ServantSegment kNoServant{};
 
-/// The servant that is connected: its flags, and its commands behind those of the servants before it, which were
-/// accepted and are carried out. Real-time safe.
+/// The connected servant: its flags, and its commands. The accepted commands of the servants before it come
+/// first. Real-time safe.
 class ConnectedServant {
  public:
   using Commands = decltype(ServantSegment::commands);
   static constexpr std::size_t kCapacity = Commands::capacity();
-  /// Of its ring, and of what former ones have left.
+  /// The greatest number of commands in its ring and in the backlog of previous servants.
   static constexpr std::size_t kMostCommands = 2 * kCapacity;
 
-  /// What became of a former servant's commands. Where not all were taken, the last ones are missing.
+  /// The fate of a previous servant's commands. If not all were taken, the last ones are missing.
   enum class Former { kTaken, kTooMuch, kCorrupt };
 
   explicit ConnectedServant(RingTail<>& tail) noexcept
@@ -36,8 +36,8 @@ class ConnectedServant {
   [[nodiscard]] std::uint64_t next_command_id() const noexcept {
     return segment_->next_command_id.load(std::memory_order_acquire);
   }
-  /// The last number that it or a former servant has used, as far as that can be; `last_done`: that the task knows of.
-  /// A first task's numbers begin wherever its servant's are.
+  /// Returns the last plausible number that this servant or a previous one has used. `last_done`: the last
+  /// number that the task knows. A first task's numbers begin at its servant's.
   [[nodiscard]] std::uint64_t last_used_id(std::uint64_t last_done) const noexcept {
     constexpr std::uint64_t kLargestFirstId = std::uint64_t{1} << 48;
     const std::uint64_t used = next_command_id() - 1;
@@ -49,8 +49,8 @@ class ConnectedServant {
     is_from_backlog_ = backlog_out_.pop(command) == PopResult::kOk;
     return is_from_backlog_ ? PopResult::kOk : ring_.pop(command);
   }
-  /// Knots and pieces of the path that was popped last, as many as it says: from here on they are this process's own. Before the
-  /// next pop, and before replace().
+  /// Copies the knots and pieces of the path that was popped last, as many as it names: from then on they are
+  /// this process's own. Call it before the next pop, and before replace().
   void copy_rate(const Command& command, RateSlot& rate) const noexcept {
     if (is_from_backlog_) {
       copy_rate(command, backlog_rates_, rate);
@@ -58,10 +58,11 @@ class ConnectedServant {
       copy_rate(command, segment_->rates, rate);
     }
   }
-  /// Commands of former servants that are still to be popped.
+  /// Returns the number of commands of previous servants that are still to be popped.
   [[nodiscard]] std::size_t backlog() const noexcept { return backlog_.size(); }
 
-  /// From now on another servant, and its commands behind what lies in its ring. One ring full of steps at most.
+  /// Switches to another servant. Keeps the commands of the previous ring in the backlog, and drops those
+  /// that already lie in the new ring. Takes at most one ring full of steps.
   Former replace(const ServantSegment& servant) noexcept {
     Former former = Former::kTaken;
     Command waiting{};
@@ -78,7 +79,7 @@ class ConnectedServant {
   }
 
  private:
-  /// What comes out of shared memory is checked later; here it leads nowhere but into the slots.
+  /// Copies within the slots only; the values from shared memory are checked later.
   template <std::size_t kSlots>
   static void copy_rate(const Command& command, const std::array<RateSlot, kSlots>& from,
                         RateSlot& to) noexcept {
@@ -90,7 +91,7 @@ class ConnectedServant {
                 to.pieces.begin());
   }
 
-  /// In the backlog, in a slot of its own.
+  /// Keeps a command in the backlog, with its path in a slot of its own.
   bool keep(const Command& command) noexcept {
     const auto slot = static_cast<std::uint16_t>(kept_ % kCapacity);
     Command kept = command;

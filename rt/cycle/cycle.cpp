@@ -12,7 +12,8 @@
 namespace corbot::rt {
 namespace {
 
-/// The rate at which the device keeps up. In steps, so that a ratio that varies does not begin a ramp in every cycle.
+/// Returns the rate at which the device keeps up. It is in steps, so that a varying ratio does not begin a
+/// ramp in every cycle.
 double device_ratio(const BackendTimes& times) noexcept {
   constexpr double kSteps = 32.0;
   if (!(times.speed_ratio < 1.0)) return 1.0;
@@ -81,7 +82,7 @@ void Cycle::adopt_last_position(const CycleStart& start) noexcept {
   joint_ramp_.rest_at(set_point_.position_q);
 }
 
-/// Of any kind: it counts as a stop, since it has not been cleared.
+/// Inherits an Error of any kind: it counts as a stop, since it has not been cleared.
 void Cycle::inherit_error(bool was_in_error) noexcept {
   if (!was_in_error) return;
   fault_stop_.begin(FaultStop::Way::kAtOnce, false);
@@ -122,8 +123,8 @@ void Cycle::read_flags() noexcept {
   read_cancel();
 }
 
-/// An arm that is still slowing down, or whose device is not there, is not cleared: by another Clear, later. Nor is one
-/// whose stop is still pressed. A refused Clear changes nothing.
+/// Carries out a Clear. An arm that still slows down, or whose device has failed, is not cleared; another
+/// Clear may do so later. The same holds while a stop is pressed. A refused Clear changes nothing.
 void Cycle::read_clear() noexcept {
   const std::uint64_t clears = flags_->clear_count.load(std::memory_order_acquire);
   if (clears <= snapshot_.clears_done) return;
@@ -161,8 +162,9 @@ void Cycle::report_start() noexcept {
   gap_inherited_ = false;
 }
 
-/// After the flags: a clear that was asked for before the gap does not take it back. At rest as well as in motion:
-/// nothing was watched meanwhile, and who stood by has seen an arm that is off.
+/// Detects gaps and overruns. It runs after the flags: a Clear requested before the gap does not end the
+/// fault. It acts at rest as well as in motion. Nothing was watched meanwhile, and a bystander has seen an
+/// arm that is off.
 void Cycle::watch_time() noexcept {
   const Gap gap = gap_.see(snapshot_.time_ns);
   if (gap != Gap::kNone) {
@@ -178,7 +180,7 @@ void Cycle::watch_time() noexcept {
 }
 
 void Cycle::watch_servant() noexcept {
-  // Relaxed: the beat says that the servant responds and orders nothing else.
+  // Relaxed: the beat shows that the servant responds and orders nothing else.
   const std::uint32_t beat = flags_->servant_beat.load(std::memory_order_relaxed);
   if (!servant_watch_.is_silent(beat, gap_.seen_ns(), is_running_ || queue_.is_waiting()) || orphaned_)
     return;
@@ -186,7 +188,8 @@ void Cycle::watch_servant() noexcept {
   raise(alarm::servant_silent());
 }
 
-/// Before any command of this cycle, and before it advances: the ramp begins in the cycle that sees the press.
+/// Runs before any command of this cycle, and before the motion advances: the ramp begins in the cycle that
+/// sees the press.
 void Cycle::watch_stop_input() noexcept {
   const bool is_pressed = stop_watch_.see(gap_.seen_ns());
   snapshot_.stop_sources = stop_watch_.sources();
@@ -197,8 +200,8 @@ bool Cycle::is_stop_requested() const noexcept {
   return stops_.newest() != snapshot_.stops_done || shutdown_;
 }
 
-/// A stop or a Cancel has come since the running command began. It is then stopped even where it can slow
-/// down no sooner than at its own end: what its client planned to do next must not follow.
+/// Tells whether a stop or a Cancel has come since the running command began. The command is then stopped
+/// even if it can slow down no sooner than at its own end: its client's next motion must not follow.
 bool Cycle::is_taken_back() const noexcept {
   return stops_.newest() != snapshot_.stops_done || hold_.is_active() || queue_.is_cancelled(running_.id);
 }
@@ -235,15 +238,15 @@ void Cycle::accept_or_ramp(const SetPoint& next) noexcept {
   settling_.begin(snapshot_.cycle);
 }
 
-/// The gripper stays where it is.
+/// Takes a step of the joints' ramps; the gripper stays at its opening.
 void Cycle::step_by_joint() noexcept {
   if (!fault_stop_.is_by_joint()) return;
   set_point_.position_q = joint_ramp_.next();
   joint_ramp_.see(set_point_.position_q);
 }
 
-/// The joints are where the device says, not where set-points have put them; measured ones also while they are being
-/// energised after a Clear.
+/// Tells whether the joints follow the device's report instead of set-points. Measured joints do so also
+/// while they are being energised after a Clear.
 bool Cycle::is_led_by_device() const noexcept {
   const bool is_standing_by = device_.health() == BackendHealth::kStandby;
   const bool leads = fault_stop_.is_latched() ? is_standing_by || fault_stop_.power_off()
@@ -251,15 +254,15 @@ bool Cycle::is_led_by_device() const noexcept {
   return leads && (feedback_.measured || (is_standing_by && feedback_.commanded));
 }
 
-/// Servos without energy go where they are pushed. Where the device cannot tell whether they have any, a small
-/// difference is how far they are behind: to follow that would let the arm creep. What is found beyond its range after
-/// the Clear has no set-point where it stands.
+/// Follows the device. Servos without energy go where they are pushed. If the device cannot tell whether they
+/// have any, a small difference is their lag: following it would let the arm creep. A joint found beyond its
+/// range after the Clear has no set-point at its position.
 void Cycle::follow_device() noexcept {
   constexpr double kBehind_rad = 0.02;
   const bool is_standing_by = device_.health() == BackendHealth::kStandby;
   const bool follows = is_led_by_device();
   if (!fault_stop_.is_latched()) beyond_range_.reset();
-  if (follows) {  // else what was said last counts
+  if (follows) {  // otherwise the last report counts
     beyond_range_ = beyond_range(arm_, feedback_.position_q,
                                  feedback_.measured ? kNearRangeMeasured_rad : kNearRangeCommanded_rad);
   }
@@ -275,7 +278,7 @@ void Cycle::follow_device() noexcept {
     last_.position_q[i] = held_q;  // not by a set-point's speed
   }
   constexpr double kBehind = 0.02;
-  const double opening = follows ? feedback_.opening : -1.0;  // also where it is no number nothing follows
+  const double opening = follows ? feedback_.opening : -1.0;  // if it is no number, nothing follows either
   if (opening >= 0.0 && (is_standing_by || std::abs(opening - set_point_.opening) > kBehind))
     set_point_.opening = std::min(opening, 1.0);
   stands_ = false;
@@ -307,7 +310,8 @@ void Cycle::exchange_with_backend() noexcept {
   if (device_.has_changed()) watch_device();
 }
 
-/// A motion that has begun does not go on without energy, whoever has taken it off.
+/// Reports changes of the device. A motion that has begun does not go on without energy, for whatever reason
+/// it went off.
 void Cycle::watch_device() noexcept {
   const bool ends_motion = is_running_ && device_.health() == BackendHealth::kStandby && !frame_.needs_clear;
   if (device_.has_fallen() || device_.is_newly_lost() || ends_motion) {
@@ -323,20 +327,21 @@ void Cycle::check_following() noexcept {
   if (deviation) fault(alarm::following_error(*deviation), FaultStop::Way::kOnPath);
 }
 
-/// In the cycle in which the device has taken the last set-point, and, where it measures, the joints are there. Fingers
-/// that are measured have got as far as they get: what they close on is no fault, nor is it where they take longer.
+/// Ends a motion in the cycle in which the device has taken the last set-point and, if it measures, the
+/// joints are there. Measured fingers have gone as far as they can: closing on something is no fault, nor is
+/// a longer closing time.
 void Cycle::end_settled() noexcept {
   if (!settling_.is_active() || fault_stop_.is_latched()) return;
   const bool moves_joints = running_.kind != MotionKind::kGripper && running_.kind != MotionKind::kDwell;
   const bool is_taken = running_.kind == MotionKind::kDwell || settling_.is_taken(device_.times());
   const auto off_goal = moves_joints ? following_.off_goal(set_point_.position_q, feedback_) : std::nullopt;
-  // Encoders that say nothing do not say that the joints are there.
+  // Encoders that report nothing do not prove that the joints are there.
   const bool is_said = feedback_.measured || !backend_.has_encoders() || !moves_joints;
   const bool has_gripped =
       running_.kind != MotionKind::kGripper || !grip_.is_measured() || grip_.is_at_rest();
   if (is_taken && is_said && !off_goal && has_gripped) {
     position_.motion_done(base_.position_q, set_point_.position_q);
-    read_override();  // a client that waits for this motion must not read the old one
+    read_override();  // a client that waits for this motion must not read the old override
     return end_motion(Verdict::kDone);
   }
   if (!settling_.wait(gap_.seen_ns(), settle_ns_)) return;
@@ -346,15 +351,15 @@ void Cycle::end_settled() noexcept {
         FaultStop::Way::kOnPath);
 }
 
-/// Set-points that are on their way, or joints or a device behind those that rest, whatever has ended the motion: they are slowed
-/// down by those who hold them. Who has no energy any more gets none for it.
+/// Tells whether set-points are moving, or joints or a device lag behind resting ones, whatever has ended the
+/// motion. Powered joints must decelerate before power-off; unpowered joints are not powered for that.
 bool Cycle::has_to_be_awaited() const noexcept {
   if (is_running_ && !settling_.is_active()) return true;
   if (!is_running_ && (!is_device_open() || fault_stop_.power_off())) return false;
   return !have_joints_come_to_rest() || !has_device_seen_rest();
 }
 
-/// What has come to rest already gets its verdict in this cycle.
+/// Begins a fault. A motion that has already come to rest gets its verdict in this cycle.
 void Cycle::fault(const AlarmEvent& cause, FaultStop::Way way) noexcept {
   raise(cause);
   const bool was_by_joint = fault_stop_.is_by_joint();

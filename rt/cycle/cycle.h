@@ -31,66 +31,69 @@
 
 namespace corbot::rt {
 
-/// What the loop around the cycle must know of a step.
+/// The report of a step to the loop around the cycle.
 struct StepReport {
   bool published{false};  ///< a verdict, an alarm or a change of state is out: wake the waiting threads
   bool at_rest{true};     ///< no command is running, and no fault awaits the joints
   RtState state{RtState::kStandby};
 };
 
-/// What the cycle works on: its own segment, and what others write. All of it outlives the cycle.
+/// The cycle's data: its own segment, and the data that others write. All of it outlives the cycle.
 struct CycleChannel {
   TaskSegment& task;
   const std::atomic<std::uint64_t>& stop_count;  ///< of StopSegment
   ServantMailbox& servants;
 };
 
-/// Where the arm is when the segment does not say, or is not to be asked.
+/// The arm's position if the segment has none, or is not to be used.
 struct CycleStart {
-  Joints position_q{};  ///< brought into the joints' ranges
+  Joints position_q{};  ///< clamped to the joints' ranges
   double opening{0.0};
   bool unverified{false};        ///< position unverified: the first motion is slow
-  bool outranks_segment{false};  ///< the segment's last snapshot does not say where the servos are
-  bool after_gap{false};         ///< the task before was replaced because it was frozen: begin in Error
-  bool held{false};              ///< by StopAndHold, as the file on disk says; the segment outranks it
-  bool in_error{false};          ///< likewise: not cleared
+  bool outranks_segment{false};  ///< the segment's last snapshot does not give the servos' positions
+  bool after_gap{false};         ///< the previous task was replaced because it was frozen: begin in Error
+  bool held{false};              ///< by StopAndHold, from the file on disk; the segment outranks it
+  bool in_error{false};          ///< not cleared, from the file on disk; the segment outranks it
   bool was_moved{false};         ///< while no task ran: begin in Error
   bool position_known{false};    ///< also after the servos were without energy
   std::uint64_t position_fingerprint{0};  ///< for the snapshots
 };
 
-/// Of the profile.
+/// The cycle's settings from the profile.
 struct CycleSettings {
   LivenessLimits liveness{};
-  int stop_category{1};                 ///< of IEC 60204-1: 0 or 1
-  std::int64_t ramp_ns{1'000'000'000};  ///< `[stop] ramp_s`: a fault awaits measured joints no longer
+  int stop_category{1};  ///< of IEC 60204-1: 0 or 1
+  /// `[stop] ramp_s`: longest time for which a fault awaits measured joints.
+  std::int64_t ramp_ns{1'000'000'000};
   FollowingCheck::Limits following{};
-  std::int64_t settle_ns{1'000'000'000};  ///< a motion whose end is not reached by then is a fault
+  std::int64_t settle_ns{1'000'000'000};  ///< a motion whose end is not reached within this time is a fault
 };
 
 /// One robot's real-time cycle. The constructor adopts the position and the Error of the last snapshot in the
-/// task's segment (or the position in `start`); step() is then called once a period, forever.
+/// task's segment (or the position in `start`). step() is then called once a period, forever.
 ///
-/// step() is given the time and touches nothing but the segment, the backend and its own members: no clock,
-/// no allocation, no lock, no system call, nothing thrown, a bounded number of operations. Each call advances
-/// the motion by one nominal period; a period that the loop missed delays the motion, it does not make the
-/// arm catch up. After a gap (GapWatch) the motion begins again from rest, or is a fault.
+/// The function step() is given the time and accesses only the segment, the backend and its own members. It
+/// uses no clock, no allocation, no lock and no system call, throws nothing, and takes a bounded number of
+/// operations. Each call advances the motion by one nominal period. A period that the loop missed delays the
+/// motion; the arm does not catch up. After a gap (GapWatch) the motion begins again from rest, or it is a
+/// fault.
 ///
-/// A fault slows the arm down as FaultStop says, and then takes the servos' energy off; nothing gets any, and nothing
-/// moves, before a Clear. While they have none, the set-point follows what the device says of the joints, so that
+/// A fault slows the arm down as FaultStop decides, and then de-energises the servos. Before a Clear nothing
+/// gets energy, and nothing moves. Meanwhile the set-point follows the device's report of the joints, so that
 /// nothing moves by itself afterwards either.
 class Cycle {
  public:
-  /// `stop`: whether an emergency stop is seen, or has been in this process; the cycle adds whether the thread that
-  /// watches its inputs still looks. It and the others outlive this.
+  /// `stop`: the state and the presses of the emergency stop in this process. The cycle adds whether the
+  /// thread that watches its inputs still looks. All arguments outlive this.
   Cycle(const ArmModel& arm, const CycleChannel& channel, Backend& backend, EmergencyStop& stop,
         const CycleStart& start = {}, const CycleSettings& settings = {}) noexcept;
 
-  /// Real-time safe, bounded by the size of a ring; step() does it for a servant in the mailbox. What the
-  /// former servant was accepted for is carried out first; what the new one's ring holds already is not its
-  /// caller's any more, and is dropped. Its flags count from now on.
+  /// Connects a servant. Real-time safe, bounded by the size of a ring; step() calls it for a servant in the
+  /// mailbox. The accepted commands of the previous servant are carried out first. The commands already in
+  /// the new one's ring no longer belong to its caller, and are dropped. The new servant's flags count from
+  /// now on.
   void connect(const ServantOffer& offer) noexcept {
-    stops_.read(*flags_);  // the former one's last, and its last hold
+    stops_.read(*flags_);  // the previous servant's last stop, and its last hold
     hold_.see(*flags_);
     if (!queue_.connect(*offer.segment, is_running_)) raise(alarm::ring_corrupt());
     alarms_.follow(offer.segment->alarms_tail);
@@ -102,24 +105,24 @@ class Cycle {
     servants_.confirm(offer.session);
   }
 
-  /// Real-time safe. `now_ns`: CLOCK_MONOTONIC, when the cycle was due;
-  /// `wall_ns`: CLOCK_REALTIME of the same instant.
+  /// Real-time safe. `now_ns`: CLOCK_MONOTONIC, the instant the cycle was due. `wall_ns`: CLOCK_REALTIME of
+  /// the same instant.
   StepReport step(std::int64_t now_ns, std::int64_t wall_ns) noexcept;
 
-  /// Real-time safe. Brings the running motion to rest and refuses all others; for good.
+  /// Real-time safe. Brings the running motion to rest and refuses all others, for good.
   void begin_shutdown() noexcept { shutdown_ = true; }
-  /// Real-time safe. Time that the machine was suspended, which the time given to step() does not have.
+  /// Real-time safe. Adds a suspension of the machine, which the time given to step() does not include.
   void count_suspension(std::int64_t ns) noexcept { gap_.add(ns); }
-  /// Real-time safe. A period was missed.
+  /// Real-time safe. Counts a missed period.
   void count_overrun() noexcept { overruns_.add(); }
 
-  /// The frame that describes the present set-point, for Backend::open().
+  /// Returns the frame of the present set-point, for Backend::open().
   [[nodiscard]] const ServoFrame& frame() const noexcept { return frame_; }
-  /// Any thread. What step() has published last; false before the first.
+  /// Reads the last snapshot of step(); false before the first. For any thread.
   [[nodiscard]] bool newest(Snapshot& out) const noexcept {
     return task_.snapshot.load(out) && out.incarnation == task_.incarnation;
   }
-  /// A copy of each alarm, for this process to print; consumed by one other thread.
+  /// Returns a copy of each alarm, for this process to print; one other thread consumes it.
   [[nodiscard]] Ring<AlarmEvent, 64>& alarm_log() noexcept { return alarms_.copies(); }
 
  private:
@@ -172,7 +175,7 @@ class Cycle {
   [[nodiscard]] bool is_taken_back() const noexcept;
   /// The device gives energy and takes set-points.
   [[nodiscard]] bool is_device_open() const noexcept { return is_open(device_.health()); }
-  /// After a Clear: the servos are energised, and brought to where the arm is held.
+  /// True after a Clear: the servos are energised, and moved to the arm's held position.
   [[nodiscard]] bool is_device_starting() const noexcept {
     return device_.health() == BackendHealth::kStandby && !fault_stop_.is_latched();
   }
@@ -180,10 +183,10 @@ class Cycle {
   [[nodiscard]] RtState state() const noexcept;
 
   const ArmModel arm_;
-  ArmModel framed_arm_{arm_};  ///< the same, with base and tool of the command that runs, or is to begin
+  ArmModel framed_arm_{arm_};  ///< the same, with base and tool of the running or next command
   TaskSegment& task_;
   ServantMailbox& servants_;
-  const ControlFlags* flags_{&kNoServant.control};  ///< of the servant that is connected
+  const ControlFlags* flags_{&kNoServant.control};  ///< of the connected servant
   Backend& backend_;
   const double period_s_;
   const std::int64_t settle_ns_;
@@ -211,23 +214,23 @@ class Cycle {
   bool is_running_{false};
   RateCheck rate_check_;
   DifferenceCheck differences_;  ///< along a path
-  PathCheck path_check_;         ///< likewise
-  SetPoint base_{};              ///< where the running command began
+  PathCheck path_check_;         ///< along a path
+  SetPoint base_{};              ///< the set-point at which the running command began
   SetPoint set_point_{};
-  SetPoint last_{};  ///< of the cycle before
+  SetPoint last_{};  ///< of the previous cycle
 
   bool shutdown_{false};
-  bool orphaned_{false};  ///< no servant responds: what runs is being stopped
+  bool orphaned_{false};  ///< no servant responds: the running motion is being stopped
   bool paused_{false};
-  bool error_inherited_{false};  ///< of the task before, not yet reported
-  bool gap_inherited_{false};    ///< likewise
+  bool error_inherited_{false};  ///< of the previous task, not yet reported
+  bool gap_inherited_{false};    ///< of the previous task, not yet reported
   bool published_{false};
-  bool stands_{
-      false};  ///< a stop has come while the device was starting: the arm stays where the device says it is
-  std::optional<alarm::OutOfRange>
-      beyond_range_{};  ///< without energy, or while it is given: that joint would be moved
+  /// A stop has come while the device was starting: the arm stays at the device's reported position.
+  bool stands_{false};
+  /// A joint that would be moved, without energy or while it is being given.
+  std::optional<alarm::OutOfRange> beyond_range_{};
   ServoFeedback feedback_{};
-  std::int64_t fault_ran_ns_{0};  ///< since a fault has begun to slow the arm down
+  std::int64_t fault_ran_ns_{0};  ///< time since a fault has begun to slow the arm down
   std::uint64_t moved_in_{0};     ///< the last cycle whose set-points moved the joints
   ServoFrame frame_{};
   Snapshot snapshot_{};

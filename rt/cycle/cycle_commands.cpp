@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands of a cycle: which one begins, how it ends, and what becomes of those that wait.
+// The commands of a cycle: the beginning and the end of a command, and the verdicts of the waiting ones.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -45,7 +45,7 @@ void Cycle::end_slowed_down() noexcept {
   end_motion(shutdown_ ? Verdict::kEnded : Verdict::kOrphaned);
 }
 
-/// Of a fault: at rest, or the servos do not follow any more.
+/// Tells whether the arm has slowed down for a fault: it is at rest, or the servos no longer follow.
 bool Cycle::has_slowed_down() const noexcept {
   if (!is_device_open()) return true;
   const bool set_point_rests = fault_stop_.is_by_joint()
@@ -54,18 +54,19 @@ bool Cycle::has_slowed_down() const noexcept {
   return set_point_rests && have_joints_come_to_rest() && has_device_seen_rest();
 }
 
-/// Joints lag behind their set-points: their energy is not taken off while they are seen to move. One that does not come
-/// to rest is awaited for the time of a ramp.
+/// Tells whether the joints have come to rest. Joints lag behind their set-points, so they keep their energy
+/// while they are seen to move. A joint that does not come to rest is awaited for the time of a ramp.
 bool Cycle::have_joints_come_to_rest() const noexcept {
   return !backend_.has_encoders() || rest_.is_at_rest() || fault_ran_ns_ >= ramp_ns_;
 }
 
-/// A device that misses frames is behind: what it takes later would move the arm after a Clear. Awaited likewise.
+/// Tells whether the device has seen the rest. A device that misses frames is behind, and later frames would
+/// move the arm after a Clear. It is awaited for the time of a ramp, too.
 bool Cycle::has_device_seen_rest() const noexcept {
   return device_.times().cycle >= moved_in_ || fault_ran_ns_ >= ramp_ns_;
 }
 
-/// At rest. What ran and what waits gets its verdict.
+/// Called at rest. Gives their verdicts to the running and the waiting commands.
 void Cycle::end_fault() noexcept {
   fault_stop_.come_to_rest();
   if (is_running_) end_motion(Verdict::kFault);
@@ -79,7 +80,7 @@ void Cycle::end_motion(Verdict verdict) noexcept {
   complete(running_.id, verdict);
 }
 
-/// At rest. A hold is an Error from now on.
+/// Called at rest. A hold becomes an Error from now on.
 void Cycle::end_stop() noexcept {
   if (hold_.latch()) fault(alarm::held(), FaultStop::Way::kHeld);
   if (snapshot_.stops_done == stops_.newest()) return;
@@ -87,8 +88,8 @@ void Cycle::end_stop() noexcept {
   published_ = true;
 }
 
-/// At rest, as refuse_cancelled(). At most two rings full of commands, each with its verdict. `older_only`: up to the
-/// first that the stop does not concern.
+/// Called at rest, like refuse_cancelled(). Gives verdicts to at most two rings full of commands.
+/// `older_only`: up to the first that the stop does not concern.
 void Cycle::refuse_queue(Verdict verdict, bool older_only) noexcept {
   for (std::size_t i = 0; i <= CommandQueue::kMost && fetch_command(); ++i) {
     if (older_only && !is_earlier_stop(queue_.waiting().epoch, stops_.newest())) return;
@@ -108,7 +109,7 @@ void Cycle::refuse(Verdict verdict) noexcept {
   complete(queue_.waiting().id, verdict);
 }
 
-/// At rest. Numbers whose commands are lost end in their turn: no call may wait for them forever.
+/// Called at rest. Numbers whose commands are lost end in their turn: no call may wait for them forever.
 bool Cycle::fetch_command() noexcept {
   CommandQueue::Fetch fetched = queue_.fetch();
   if (fetched == CommandQueue::Fetch::kCorrupt) raise(alarm::ring_corrupt());
@@ -125,7 +126,8 @@ void Cycle::begin_command() noexcept {
   // A Stop may have been counted between this cycle's look at the count and the push.
   if (stops_.is_to_be_read(*flags_, next.epoch)) return;
   if (is_earlier_stop(next.epoch, stops_.newest())) return refuse(Verdict::kStopped);
-  // Planned from where the task before had the arm, for a caller whose motion was reported lost with it.
+  // The command was planned from the previous task's position, for a caller whose motion was reported lost
+  // with that task.
   if (next.incarnation != static_cast<std::uint32_t>(snapshot_.incarnation)) return refuse(Verdict::kLost);
   if (paused_) return;
 
@@ -135,7 +137,7 @@ void Cycle::begin_command() noexcept {
   if (verdict.ok()) {
     take_frames(next, framed_arm_.kinematics);
     const std::optional<CommandVerdict> checked = check_knots(next);
-    if (!checked) return;  // the rest in the cycles to come
+    if (!checked) return;  // the rest in the next cycles
     verdict = *checked;
   }
   if (!verdict.ok()) {
@@ -155,7 +157,7 @@ void Cycle::begin_command() noexcept {
   governor_.begin(path, rate_check_);
 }
 
-/// Of a path that has any, a few more in each cycle.
+/// Checks the knots of a path, if there are any, a few more in each cycle.
 std::optional<CommandVerdict> Cycle::check_knots(const Command& next) noexcept {
   const rate::RatePath path = queue_.waiting_rate();
   if (path.knots.empty()) return CommandVerdict{};

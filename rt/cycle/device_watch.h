@@ -12,16 +12,17 @@ namespace corbot::rt {
 [[nodiscard]] constexpr bool has_failed(BackendHealth health) noexcept {
   return health == BackendHealth::kLost || health == BackendHealth::kClosed;
 }
-/// Gives energy and takes set-points.
+/// Tells whether the device gives energy and takes set-points.
 [[nodiscard]] constexpr bool is_open(BackendHealth health) noexcept {
   return health == BackendHealth::kOpen || health == BackendHealth::kDegraded;
 }
 
-/// What the device is to the cycle: what it says of itself, unless the thread that serves it stands still, which is a lost
-/// device whatever it said last; and whether it gives up the energy because it was asked to. Real-time safe.
+/// The device's health as the cycle sees it: the reported health, or kLost if the device thread has stalled.
+/// It also tells whether the device gives up the energy on command. Real-time safe.
 class DeviceWatch {
  public:
-  /// Once a step, when `given` has been written. `ran_ns`: time that has passed, without gaps of this process's own.
+  /// Called once a step, after `given` has been written. `ran_ns`: time that has passed, without gaps of this
+  /// process.
   void look(Backend& backend, const ServoFrame& given, std::int64_t ran_ns) noexcept {
     before_ = health_;
     see_answer(given);
@@ -41,18 +42,18 @@ class DeviceWatch {
   [[nodiscard]] bool has_changed() const noexcept { return health_ != before_; }
   /// Lost in this step.
   [[nodiscard]] bool is_newly_lost() const noexcept { return has_failed(health_) && !has_failed(before_); }
-  /// Has given up the energy in this step although nobody has asked it to.
+  /// The device has given up the energy in this step without a command.
   [[nodiscard]] bool has_fallen() const noexcept {
     return health_ == BackendHealth::kStandby && is_open(before_) && !is_fall_asked_for_;
   }
-  /// The energy was to go off, and was given back before the device has seen either: it may still go.
+  /// Power-off was commanded and withdrawn before the device has seen either: the energy may still go.
   [[nodiscard]] bool may_fall() const noexcept { return is_fall_awaited_ && !taken_at_; }
 
  private:
-  /// A Clear may come before the device has looked at the frames of the Error. It gives up the energy by the newest frame
-  /// that it has, or by a press that it finds beside that; so one that has taken another frame after the first without
-  /// needs_clear will not any more. The times are those of the step before and thus older than the health of this one:
-  /// whatever was done before them is in it.
+  /// Follows the device's answers. A Clear may come before the device has read the frames of the Error. The
+  /// device gives up the energy by its newest frame, or by a press that it finds beside that frame. So it no
+  /// longer does so after it has taken another frame after the first without needs_clear. The times are from
+  /// before this step's health, so the health includes everything done before them.
   void see_answer(const ServoFrame& given) noexcept {
     if (given.power_off) is_fall_awaited_ = true;
     if (given.needs_clear) {
@@ -72,7 +73,7 @@ class DeviceWatch {
   bool is_fall_awaited_{false};
   bool is_fall_asked_for_{false};
   std::uint64_t cleared_in_{0};              ///< the first frame without needs_clear
-  std::optional<std::uint64_t> taken_at_{};  ///< frames that the device had taken when it had that one
+  std::optional<std::uint64_t> taken_at_{};  ///< number of frames taken when the device had that frame
 };
 
 }  // namespace corbot::rt

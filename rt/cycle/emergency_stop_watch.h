@@ -7,18 +7,18 @@
 
 namespace corbot::rt {
 
-/// The presses of the emergency stop, each told once, and what is active of it; and whether the thread that watches the
-/// inputs still looks, which counts as a press where it does not. Real-time safe.
+/// Reports each press of the emergency stop once, and which sources are active. It also detects that the
+/// thread that watches the inputs has stalled, which counts as a press. Real-time safe.
 class EmergencyStopWatch {
  public:
-  /// A watching thread that has not looked for so long, in time that the cycle ran, stands still; from its
-  /// start on, so that one that never looks is found too.
+  /// A watching thread that has not looked for this long, in time that the cycle ran, has stalled. The time
+  /// counts from its start, so that a thread that never looks is found too.
   static constexpr std::int64_t kWatcherSilent_ns = 100'000'000;
 
   explicit EmergencyStopWatch(EmergencyStop& stop) noexcept : stop_(stop), beats_(stop.beats()) {}
 
-  /// Once a step. `ran_ns`: time that has passed, without gaps of this process's own. True for a press that was not seen
-  /// before, though it be over.
+  /// Called once a step. `ran_ns`: time that has passed, without gaps of this process. True if there was a
+  /// press since the last call, even if it was released meanwhile.
   [[nodiscard]] bool see(std::int64_t ran_ns) noexcept {
     watch_the_watcher(ran_ns);
     const EmergencyStop::State state = stop_.state();
@@ -27,14 +27,14 @@ class EmergencyStopWatch {
     presses_seen_ = state.presses;
     return true;
   }
-  /// Whether a Clear is refused for it: one of the sources was active at the last look.
+  /// Tells whether a Clear must be refused: a source was active at the last look.
   [[nodiscard]] bool forbids_clear() const noexcept { return sources_ != 0; }
 
-  /// At the last look.
+  /// Returns the sources active at the last look.
   [[nodiscard]] std::uint32_t sources() const noexcept { return sources_; }
 
  private:
-  /// One that was found still before stays so until it looks.
+  /// Detects a stall of the watching thread. A thread once found stalled stays so until it looks.
   void watch_the_watcher(std::int64_t ran_ns) noexcept {
     const std::uint32_t beats = stop_.beats();
     if (beats != beats_) {

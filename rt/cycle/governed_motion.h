@@ -17,8 +17,9 @@ struct GovernedLaw {
   double jerk_limit{};
 };
 
-/// The laws of a running motion: one a joint, one for the gripper, none for a dwell or a path. What the governor promises
-/// holds for laws of equal duration, which check_law() (command_check.cpp) demands of all that move.
+/// The laws of a running motion: one for each joint, one for the gripper, none for a dwell or a path. The
+/// governor's guarantees hold for laws of equal duration, which check_law() (command_check.cpp) requires of
+/// all moving laws.
 struct GovernedMotion {
   std::array<GovernedLaw, kMaxJoints> laws;
   std::size_t count{0};
@@ -29,7 +30,7 @@ struct GovernedMotion {
 /// A plan may touch its limits exactly, and then differs by rounding.
 inline constexpr double kLimitTolerance = 2e-6;
 
-/// Where a motion is and how virtual time advances there, by real time.
+/// The virtual time of a motion and its rate, by real time.
 struct RateState {
   double time_s{0.0};  ///< virtual
   double rate{0.0};

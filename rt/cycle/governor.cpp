@@ -8,12 +8,11 @@
 namespace corbot::rt {
 namespace {
 
-/// Terms that the ramp adds are taken a little greater than they are,
-/// since they are looked at in samples only.
+/// Margin on the terms that the ramp adds, since they are checked in samples only.
 constexpr double kRampMargin = 1.03;
-/// Of a leading law's limits.
+/// Shares of a leading law's limits.
 constexpr std::array<double, 10> kStopShares{1.0, 0.94, 0.88, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2};
-/// What a stop must save to be worth another one.
+/// The greatest share of the present duration at which another stop is worth taking.
 constexpr double kWorthwhile = 0.98;
 /// No ramp is shorter: it would end within a cycle or so.
 constexpr double kShortestRamp_s = 1e-3;
@@ -40,8 +39,8 @@ struct LawSample {
   double acceleration;
 };
 
-/// Whether a law with these derivatives, run at this rate, keeps its limits. Acceleration and jerk are given
-/// as the range that they have in the neighbourhood of the sample.
+/// Tells whether a law with these derivatives, run at this rate, keeps its limits. Acceleration and jerk are
+/// given as their ranges in the neighbourhood of the sample.
 bool keeps_limits(const GovernedLaw& governed, const RateSample& rate, double velocity,
                   const Range& acceleration, const Range& jerk) noexcept {
   const double square = rate.rate * rate.rate;
@@ -74,7 +73,8 @@ double longest_ramp_s(const GovernedMotion& motion) noexcept {
   return longest_s;
 }
 
-// With x = t / T and D = from − to:  u = to + (1 − x)² (D (1 + 2x) + W x),  W = T · w(0).
+// The rate of the cubic, with x = t / T, D = from − to and W = T · w(0):
+//   `u = to + (1 − x)² (D (1 + 2x) + W x)`.
 double Governor::Ramp::rate(double x) const noexcept {
   const double difference = from_rate - to_rate;
   const double rest = 1.0 - x;
@@ -188,7 +188,7 @@ void Governor::seek_ramp() noexcept {
   if (target_ > present && course_ == Course::kEven) (void)try_ramps_to(rate_ + (target_ - rate_) / 2.0);
 }
 
-/// In every cycle of a stop, since where the laws stand in each other's way now they may not do so a little later.
+/// Seeks a better stop in every cycle: laws that leave no room now may leave room a little later.
 void Governor::seek_stop() noexcept {
   if (holding() || try_stops()) return;
   if (heading_for() != 0.0) (void)try_ramps_to(0.0);
@@ -211,7 +211,7 @@ bool Governor::try_stops() noexcept {
     for (const double share : kStopShares) {
       for (std::size_t i = 0; i < motion_.count && best_s > shortest_s && samples > 0; ++i) {
         PathStop stop(motion_, now, i, share);
-        // The law that needs longer than this by itself would be stopped beyond its limits.
+        // Skips a stop that is too short: the slowest law would be stopped beyond its limits.
         if (stop.duration_s() < shortest_s * (1.0 - kLimitTolerance)) continue;
         if (!stop.plan(motion_, turn, {best_s, most_rate}, &samples)) continue;
         stop_ = stop;
@@ -229,7 +229,7 @@ bool Governor::try_stops() noexcept {
 double Governor::until_rest_s() const noexcept {
   if (course_ == Course::kStop) return stop_.duration_s() - elapsed_s_;
   if (course_ == Course::kRamp && ramp_.to_rate == 0.0) return ramp_.duration_s - elapsed_s_;
-  // To the motion's own end, at most.
+  // Lasts to the motion's own end, at most.
   const double slowest = std::min(rate_, heading_for());
   return slowest > 0.0 ? (motion_.duration_s - time_s_) / slowest : std::numeric_limits<double>::infinity();
 }
@@ -254,7 +254,7 @@ double Governor::shortest_ramp_s(double rate) const noexcept {
   for (std::size_t i = 0; i < motion_.count; ++i) {
     const GovernedLaw& governed = motion_.laws[i];
     const double velocity = std::abs(governed.law.velocity(governed.law.segment_at(time_s_, 0), time_s_));
-    // Peaks of a cubic ramp from rest to rest: 1.5 and 6 times those of an even one. With an initial slope
+    // Peaks of a cubic ramp from rest to rest: 1.5 and 6 times those of an even ramp. With an initial slope
     // they may be a little lower, hence the half.
     const double slack = rate_change_ == 0.0 ? 1.0 : 0.5;
     shortest_s = std::max(shortest_s, slack * 0.75 * difference * velocity / governed.acceleration_limit);
@@ -279,7 +279,8 @@ bool Governor::is_feasible(const Ramp& ramp) const noexcept {
   }
   RateSample rate_before{ramp.rate(0.0), ramp.change(0.0), ramp.change_of_change(0.0)};
   for (int k = 1; k <= kSamples; ++k) {
-    // Denser towards both ends, where the rate's terms may grow faster than the room that the rate makes.
+    // The samples are denser towards both ends, where the rate's terms may grow faster than the room that the
+    // rate makes.
     const double even = static_cast<double>(k) / kSamples;
     const double x = k < kSamples ? even * even * (3.0 - 2.0 * even) : 1.0;
     const RateSample rate{ramp.rate(x), ramp.change(x), ramp.change_of_change(x)};
@@ -287,7 +288,7 @@ bool Governor::is_feasible(const Ramp& ramp) const noexcept {
     for (std::size_t i = 0; i < motion_.count; ++i) {
       const GovernedLaw& governed = motion_.laws[i];
       const LawSegments& law = governed.law;
-      // All that acceleration and jerk are between this sample and the last, corners included.
+      // Covers all accelerations and jerks between this sample and the last, corners included.
       Range acceleration{before[i].acceleration, before[i].acceleration};
       Range jerk{law.jerk(segment[i]), law.jerk(segment[i])};
       const std::size_t last = law.segment_at(time_s, segment[i]);
@@ -302,7 +303,7 @@ bool Governor::is_feasible(const Ramp& ramp) const noexcept {
       if (!keeps_limits(governed, rate, now.velocity, acceleration, jerk)) return false;
       before[i] = now;
     }
-    // What comes after the motion's end is not run.
+    // Ignores what comes after the motion's end: it is not run.
     if (time_s >= motion_.duration_s) return true;
     rate_before = rate;
   }

@@ -11,30 +11,33 @@
 
 namespace corbot::rt {
 
-/// Virtual time of joint motions and of the gripper. It advances at a rate u in [0, 1]; stop, pause, resume and override change nothing but the
-/// rate's target. Since set-points are q(s), the arm stays exactly on its path whatever the rate does, and
-///     q̇ = q' u,   q̈ = q'' u² + q' w,   q⃛ = q''' u³ + 3 q'' u w + q' w'     with w = du/dt.
+/// Virtual time of joint motions and of the gripper. It advances at a rate u in [0, 1]; stop, pause, resume
+/// and override change only the rate's target. Set-points are q(s), so the arm stays exactly on its path at
+/// any rate. With w = du/dt
+///     `q̇ = q' u`,   `q̈ = q'' u² + q' w`,   `q⃛ = q''' u³ + 3 q'' u w + q' w'`.
 ///
-/// A target of 0 (Stop, Pause, Cancel, the ramp of a fault) becomes a PathStop: one of the laws stops as fast as its
-/// limits allow, from the speed and acceleration that it has, also while it accelerates, and the others follow by the
-/// path that they have in common. Of those that keep every law's limits the shortest is taken, and sought again in every
-/// cycle: where the laws stand in each other's way now they may not do so a little later. What is known to be good goes
-/// on until then.
+/// A target of 0 (Stop, Pause, Cancel, the ramp of a fault) becomes a PathStop. One of the laws stops as fast
+/// as its limits allow, from its present speed and acceleration, also while it accelerates. The others follow
+/// by their common path. The shortest stop that keeps every law's limits is taken. The search is repeated in
+/// every cycle: laws that leave no room now may leave room a little later. A course that is known to be good
+/// goes on until then.
 ///
-/// A change to another target becomes a ramp: the cubic Hermite u(t) from (u, w) to (target, 0) over the shortest
-/// duration on a ladder for which the running motion's laws keep acceleration and jerk limits all along it.
-/// If there is none at this instant, the present law of u, which is known to be good, goes on, and the search is
-/// repeated in the next cycle: a motion that is accelerating may come to its speed first. A speed-up that cannot reach
-/// its target yet goes half of the way first, which always finds room, so a paused motion always resumes.
+/// A change to another target becomes a ramp: the cubic Hermite u(t) from (u, w) to (target, 0). Its duration
+/// is the shortest on a ladder for which the running motion's laws keep acceleration and jerk limits all
+/// along it. If there is none at this instant, the present law of u, which is known to be good, goes on. The
+/// search is repeated in the next cycle: an accelerating motion may reach its speed first. A speed-up that
+/// cannot reach its target yet goes half of the way first, which always finds room. So a paused motion always
+/// resumes.
 ///
 /// Bound of a stop, in real time from the request, with v, a, j the limits of the laws that move:
 ///     T_stop ≤ min(time the motion would still take, kStopBound · max(v/a + a/j)).
-/// Why: a law at the speed V and the acceleration A comes to rest within A/j + (V + A²/2j)/a + a/j, which for V + A²/2j ≤ v
-/// is at most v/a + 2 a/j, and 3 √(v/j) where a is not reached. That is all where one joint moves.
-/// Of several joints one that gives up its acceleration at its own jerk lets the others stop no sooner, however long they
-/// have, so there the bound is what the property tests found.
+/// The reason: a law at the speed V and the acceleration A comes to rest within A/j + (V + A²/2j)/a + a/j.
+/// For V + A²/2j ≤ v this is at most v/a + 2 a/j, and 3 √(v/j) if a is not reached. This is all if one joint
+/// moves. With several joints, a joint that gives up its acceleration at its own jerk lets the others stop no
+/// sooner, with any time. So for several joints the property tests have found the bound.
 ///
-/// Real-time safe, bounded: in a cycle at most kStopSamples samples of each law, and kCandidates · kSamples, twice.
+/// Real-time safe, bounded: in a cycle at most kStopSamples samples of each law, and kCandidates · kSamples,
+/// twice.
 class Governor {
  public:
   static constexpr int kCandidates = 24;
@@ -43,19 +46,20 @@ class Governor {
   static constexpr int kStopSamples = 400;
   static constexpr double kStopBound = 2.0;
 
-  /// Nothing moves: the rate is at its target at once.
+  /// Ends the motion: the rate is at its target at once.
   void rest() noexcept;
-  /// A motion begins at virtual time 0, at the target rate.
+  /// Begins a motion at virtual time 0, at the target rate.
   void begin(const GovernedMotion& motion) noexcept;
-  /// The arm has come to rest on its path: the rate is 0, and ramps up to its target from there.
+  /// Restarts after the arm has come to rest on its path: the rate is 0, and ramps up to its target from
+  /// there.
   void restart() noexcept;
-  /// What the rate shall become, in [0, 1]. Takes effect with the next advance().
+  /// Sets the target of the rate, in [0, 1]. It takes effect with the next advance().
   void set_target(double rate) noexcept { target_ = rate; }
-  /// One cycle of real time. Virtual time never exceeds the motion's duration.
+  /// Advances one cycle of real time. Virtual time never exceeds the motion's duration.
   void advance(double dt_s) noexcept;
 
-  /// An override as another process gives it: what is slower than a thousandth would be a pause, and what is not
-  /// a number counts as 1.
+  /// Returns the valid rate for an override of another process. A ratio below a thousandth would be a pause,
+  /// and one that is not a number counts as 1.
   [[nodiscard]] static double valid_rate(double ratio) noexcept {
     return std::isfinite(ratio) ? std::clamp(ratio, 1e-3, 1.0) : 1.0;
   }
@@ -109,10 +113,11 @@ class Governor {
   Course course_{Course::kEven};
   Ramp ramp_{};
   PathStop stop_{};
-  double elapsed_s_{0.0};  ///< since the ramp's or the stop's beginning
+  double elapsed_s_{0.0};  ///< since the beginning of the ramp or the stop
 };
 
-/// The end of the ladder: no ramp of a motion need be longer. From the laws' own peaks and their limits.
+/// Returns the end of the ladder, from the laws' own peaks and their limits: no ramp of a motion need be
+/// longer.
 [[nodiscard]] double longest_ramp_s(const GovernedMotion& motion) noexcept;
 
 }  // namespace corbot::rt

@@ -7,15 +7,15 @@
 namespace corbot::rt {
 namespace {
 
-/// Of the search for a ramp that stays in range: how much faster the second one is, which is doubled from try to try. A
-/// faster one brakes by the square of that harder.
+/// Speed-up in the search for a ramp that stays in range: that of the second try, doubled from try to try. A
+/// faster ramp brakes harder by the square of it.
 constexpr double kLeastFaster = 1e-5;
 constexpr int kTries = 22;
 constexpr double kRangeRounding_q = 1e-9;
 
-/// The difference quotients of set-points are half a period, and a period, older than the set-point. The first step of
-/// the ramp may make up for half a period of jerk, and no more; without it, a joint at the end of its acceleration would
-/// become faster than it was planned to be.
+/// Corrects the acceleration. The difference quotients of set-points are half a period, and a period, older
+/// than the set-point. The first step of the ramp may make up for half a period of jerk, and no more. Without
+/// it, a joint at the end of its acceleration would become faster than planned.
 double acceleration_now(double velocity, double acceleration, const JointLimits& limits,
                         double period_s) noexcept {
   const double sign = when_even(velocity, acceleration, limits.jerk_q_s3) < 0.0 ? -1.0 : 1.0;
@@ -46,8 +46,8 @@ void JointRamp::rest_at(const Joints& position_q) noexcept {
   acceleration_q_s2_ = {};
 }
 
-/// Sampled once a cycle, a law's velocity gives differences that are means of its acceleration and its jerk, so they keep
-/// the limits that the law keeps.
+/// Begins the ramps. Sampled once a cycle, a law's velocity gives differences that are means of its
+/// acceleration and its jerk. So they keep the law's limits.
 void JointRamp::begin() noexcept {
   elapsed_s_ = 0.0;
   duration_s_ = 0.0;

@@ -10,25 +10,25 @@
 
 namespace corbot::rt {
 
-/// Brings every joint to rest by itself: for a fault that leaves no path to slow down on. From the last set-points that
-/// were good, with their difference quotients for velocity and acceleration, so that the differences of the set-points
-/// keep every joint's limits of acceleration and jerk, from the first of them on. A joint that would leave its range
-/// brakes harder than its limits allow. Real-time safe: computed once, at the fault, by a bounded search; a cycle costs
-/// one evaluation a joint.
+/// Brings every joint to rest by itself, for a fault that leaves no path to slow down on. It starts from the
+/// last good set-points, with their difference quotients as velocity and acceleration. So the differences of
+/// the set-points keep every joint's limits of acceleration and jerk, from the first of them on. A joint that
+/// would leave its range brakes harder than its limits allow. Real-time safe: computed once, at the fault, by
+/// a bounded search. A cycle costs one evaluation for each joint.
 class JointRamp {
  public:
   explicit JointRamp(const ArmModel& arm) noexcept;
 
-  /// Once a cycle: a set-point that is given to the servos.
+  /// Called once a cycle with a set-point that is given to the servos.
   void see(const Joints& position_q) noexcept;
-  /// The arm is at rest here, however it came here.
+  /// Records that the arm is at rest here, for any reason.
   void rest_at(const Joints& position_q) noexcept;
 
-  /// From the last set-point seen.
+  /// Begins at the last set-point seen.
   void begin() noexcept;
-  /// The set-point of the next cycle; to be seen like all others.
+  /// Returns the set-point of the next cycle; see() must get it like all others.
   [[nodiscard]] Joints next() noexcept;
-  /// The last set-point of next() is where the arm rests.
+  /// The arm rests at the last set-point of next().
   [[nodiscard]] bool at_rest() const noexcept { return elapsed_s_ >= duration_s_; }
 
  private:

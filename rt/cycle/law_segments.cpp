@@ -34,7 +34,7 @@ double LawSegments::time_at(double position, std::size_t* segment) const noexcep
   const double way = position_[at + 1] - position_[at];
   if (!(position > position_[at]) || !(way > 0.0)) return begin_s_[at];
   if (position >= position_[at + 1]) return begin_s_[at + 1];
-  // Newton's steps, kept between two times that are on either side.
+  // Newton's steps, kept between two times that enclose the solution.
   double early_s = 0.0;
   double late_s = length_s;
   double t_s = length_s * (position - position_[at]) / way;

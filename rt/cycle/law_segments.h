@@ -9,20 +9,20 @@
 
 namespace corbot::rt {
 
-/// The seven segments of a time law, unrolled once so that the governor can look at derivatives along a ramp
-/// at the cost of a few multiplications a sample. Velocity, acceleration and jerk by virtual time; unit of
-/// the law.
+/// The seven segments of a time law, unrolled once. The governor can then read derivatives along a ramp at
+/// the cost of a few multiplications for each sample. Velocity, acceleration and jerk are by virtual time, in
+/// the unit of the law.
 class LawSegments {
  public:
   static constexpr std::size_t kCount = 7;
 
   LawSegments() = default;
-  /// A law that is well formed; a zero distance gives zero throughout. Real-time safe.
+  /// Takes a well formed law; a zero distance gives zero throughout. Real-time safe.
   explicit LawSegments(const TimeLaw& law) noexcept;
 
   [[nodiscard]] double duration_s() const noexcept { return begin_s_[kCount]; }
-  /// Segment at a virtual time, sought onwards from `hint`.
-  /// Times at and beyond the end belong to the last one.
+  /// Returns the segment at a virtual time, sought onwards from `hint`. Times at and beyond the end belong to
+  /// the last one.
   [[nodiscard]] std::size_t segment_at(double time_s, std::size_t hint) const noexcept {
     while (hint + 1 < kCount && time_s >= begin_s_[hint + 1]) ++hint;
     return hint;
@@ -34,20 +34,21 @@ class LawSegments {
   [[nodiscard]] double acceleration(std::size_t segment, double time_s) const noexcept {
     return acceleration_[segment] + clamped(segment, time_s) * jerk_[segment];
   }
-  /// At the segment's beginning; the law's acceleration is linear in between.
+  /// Returns the acceleration at the segment's beginning; it is linear in between.
   [[nodiscard]] double acceleration_at_begin(std::size_t segment) const noexcept {
     return acceleration_[segment];
   }
   [[nodiscard]] double jerk(std::size_t segment) const noexcept { return jerk_[segment]; }
-  /// Magnitude, like all positions here.
+  /// Returns the magnitude, like all positions here.
   [[nodiscard]] double position(std::size_t segment, double time_s) const noexcept {
     return position_in(segment, clamped(segment, time_s));
   }
   [[nodiscard]] double distance() const noexcept { return position_[kCount]; }
   [[nodiscard]] double begin_s(std::size_t segment) const noexcept { return begin_s_[segment]; }
-  /// +1 or -1; of velocity, acceleration and jerk.
+  /// Returns +1 or -1, the sign of velocity, acceleration and jerk.
   [[nodiscard]] double sign() const noexcept { return jerk_[0] < 0.0 ? -1.0 : 1.0; }
-  /// Virtual time at which the law is there, sought onwards from `segment`, which becomes the one that it is in. Bounded.
+  /// Returns the virtual time at which the law has this position, sought onwards from `segment`, and sets
+  /// `segment`. Bounded.
   [[nodiscard]] double time_at(double position, std::size_t* segment) const noexcept;
 
  private:

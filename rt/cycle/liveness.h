@@ -5,31 +5,30 @@
 
 namespace corbot::rt {
 
-/// `[loop]` of the profile: what counts as frozen, here and on the servant's side.
+/// The time-outs of `[loop]` in the profile, for this task and for the servant.
 struct LivenessLimits {
   std::int64_t gap_fault_ns{100'000'000};  ///< a longer gap between two steps is a fault
-  std::int64_t orphan_ns{2'000'000'000};   ///< a motion without a servant that responds is stopped after this
+  std::int64_t orphan_ns{2'000'000'000};   ///< a motion without a responding servant is stopped after this
 };
 
 enum class Gap {
   kNone,     ///< the next period, or a few missed
-  kRestart,  ///< the arm has come to rest meanwhile: what runs begins again from rate 0
-  kFault,    ///< longer than is to be bridged without a person
+  kRestart,  ///< the arm has come to rest meanwhile: the motion begins again from rate 0
+  kFault,    ///< too long to be bridged without a person
 };
 
-/// Time between the steps, by the time that they are given. Real-time safe.
+/// Classifies the time between the steps, by their given times. Real-time safe.
 class GapWatch {
  public:
-  /// A gap of more periods than these is one in which the servos have come to rest: they hold the last
-  /// set-point.
+  /// A longer gap, in periods, is one in which the servos have come to rest: they hold the last set-point.
   static constexpr std::int64_t kRestartPeriods = 5;
 
   GapWatch(std::int64_t period_ns, std::int64_t fault_ns) noexcept
       : restart_ns_(kRestartPeriods * period_ns), fault_ns_(fault_ns) {}
 
-  /// Time that has passed besides, while the clock of see() stood still.
+  /// Adds time that has passed while the clock of see() stood still.
   void add(std::int64_t ns) noexcept { besides_ns_ += ns; }
-  /// Of this step to the last; none at the first.
+  /// Classifies the time since the previous step; kNone at the first.
   [[nodiscard]] Gap see(std::int64_t now_ns) noexcept {
     gap_ns_ = has_last_ ? now_ns - last_ns_ + besides_ns_ : 0;
     besides_ns_ = 0;
@@ -39,7 +38,7 @@ class GapWatch {
     return gap_ns_ > restart_ns_ ? Gap::kRestart : Gap::kNone;
   }
   [[nodiscard]] std::int64_t gap_ns() const noexcept { return gap_ns_; }
-  /// As much of the last gap as this process has seen pass: no more than a few periods of it.
+  /// Returns the part of the last gap that this process has seen pass: at most a few periods.
   [[nodiscard]] std::int64_t seen_ns() const noexcept {
     return gap_ns_ < restart_ns_ ? gap_ns_ : restart_ns_;
   }
@@ -53,14 +52,14 @@ class GapWatch {
   bool has_last_{false};
 };
 
-/// For how long the machine was suspended: CLOCK_BOOTTIME counts that, CLOCK_MONOTONIC, by which the loop
+/// Measures suspensions of the machine. CLOCK_BOOTTIME counts them; CLOCK_MONOTONIC, by which the loop
 /// sleeps, does not. The clocks cannot be read in one instant, so their difference is known between two
-/// bounds; only what lies beyond the bounds of before is a suspension, however long this thread was preempted
+/// bounds. Only a difference beyond the previous bounds is a suspension, even if this thread was preempted
 /// between two readings. Real-time safe.
 class SuspensionWatch {
  public:
-  /// `boot_ns` was read between the other two, which are of CLOCK_MONOTONIC. Suspended since the last call,
-  /// to within the time that the readings took; 0 at the first.
+  /// `boot_ns` was read between the other two, which are of CLOCK_MONOTONIC. Returns the suspension since the
+  /// last call, to within the time of the readings; 0 at the first.
   [[nodiscard]] std::int64_t see(std::int64_t before_ns, std::int64_t boot_ns,
                                  std::int64_t after_ns) noexcept {
     const std::int64_t least_ns = boot_ns - after_ns;
@@ -77,13 +76,13 @@ class SuspensionWatch {
   bool has_difference_{false};
 };
 
-/// Whether the servant responds, by its beat (ControlFlags::servant_beat). Real-time safe.
+/// Detects whether the servant responds, by its beat (ControlFlags::servant_beat). Real-time safe.
 class ServantWatch {
  public:
   explicit ServantWatch(std::int64_t orphan_ns) noexcept : orphan_ns_(orphan_ns) {}
 
-  /// Once a step. `seen_ns`: time that has passed, without gaps of this process's own. `is_busy`: a motion
-  /// runs or is queued. True when the beat has stood still for too long meanwhile; the counting then begins
+  /// Called once a step. `seen_ns`: time that has passed, without gaps of this process. `is_busy`: a motion
+  /// runs or is queued. True if the beat has stood still for too long meanwhile; the counting then begins
   /// anew.
   [[nodiscard]] bool is_silent(std::uint32_t beat, std::int64_t seen_ns, bool is_busy) noexcept {
     silent_ns_ = beat == beat_ && is_busy ? silent_ns_ + seen_ns : 0;
@@ -99,15 +98,15 @@ class ServantWatch {
   std::uint32_t beat_{0};
 };
 
-/// Overruns, and when they are to be reported: the first at once, then all that came meanwhile once in a
-/// while. Real-time safe.
+/// Counts overruns, and decides when to report them: the first at once, later ones together after an
+/// interval. Real-time safe.
 class OverrunCount {
  public:
   static constexpr std::int64_t kReportInterval_ns = 60'000'000'000;
 
   void add() noexcept { ++total_; }
   [[nodiscard]] std::uint64_t total() const noexcept { return total_; }
-  /// Overruns since the last report; 0: there is none to be made.
+  /// Returns the overruns since the last report; 0: no report is due.
   [[nodiscard]] std::uint64_t take_report(std::int64_t now_ns) noexcept {
     if (total_ == reported_ || (reported_ != 0 && now_ns - reported_at_ns_ < kReportInterval_ns)) return 0;
     const std::uint64_t count = total_ - reported_;

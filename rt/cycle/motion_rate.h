@@ -14,15 +14,15 @@
 
 namespace corbot::rt {
 
-/// Virtual time of the motion that runs: by its laws and Governor, or, along a path, by RateGovernor. The path's knots and pieces
-/// are here, too. Real-time safe.
+/// Virtual time of the running motion: by its laws and Governor, or, along a path, by RateGovernor. It also
+/// holds the path's knots and pieces. Real-time safe.
 class MotionRate {
  public:
   MotionRate() = default;
   MotionRate(const MotionRate&) = delete;
   MotionRate& operator=(const MotionRate&) = delete;
 
-  /// As those of Governor.
+  /// These functions do what those of Governor do.
   void rest() noexcept {
     governor_.rest();
     curve_.reset();
@@ -31,7 +31,7 @@ class MotionRate {
     curve_.reset();
     governor_.begin(motion);
   }
-  /// A path that has passed; it is copied, and so is what the check has found out.
+  /// Begins a path that has passed the check. It copies the path and the results of the check.
   void begin(const rate::RatePath& path, const RateCheck& check) noexcept {
     std::copy(path.knots.begin(), path.knots.end(), slot_.knots.begin());
     std::copy(path.law.pieces.begin(), path.law.pieces.end(), slot_.pieces.begin());
@@ -72,14 +72,15 @@ class MotionRate {
 
   /// A path runs.
   [[nodiscard]] bool has_path() const noexcept { return curve_.has_value(); }
-  /// Where it has come to.
+  /// Returns the path's present state.
   [[nodiscard]] rate::State state() const noexcept {
     return rate::state_at(path_.knots, path_.law.at(virtual_time_s()).lambda_s);
   }
 
  private:
-  /// A stop begins by the curve of the whole motion, which is known. Meanwhile a quicker curve is sought, for the place where that stop will be
-  /// when the search is over. Ever fewer pieces lie ahead, so then it is sought anew, until the arm rests.
+  /// Seeks a quicker stop. A stop begins by the known curve of the whole motion. Meanwhile a quicker curve is
+  /// sought, for the stop's place at the end of the search. Ever fewer pieces lie ahead, so the search is
+  /// repeated until the arm rests.
   void seek_quick_stop(double dt_s) noexcept {
     if (governor_.target() != 0.0 || path_governor_.is_at_rest()) {
       is_seeking_ = false;
@@ -110,13 +111,13 @@ class MotionRate {
   rate::RatePath path_{};  ///< in the slot
   std::optional<rate::RateCurve> curve_;
   rate::RateGovernor path_governor_;
-  std::array<rate::Shares, rate::kMostPieces> shares_{};  ///< of its limits
+  std::array<rate::Shares, rate::kMostPieces> shares_{};  ///< shares of its limits
   rate::RateLimits limits_;
   rate::StopSearch search_;
   bool is_seeking_{false};
   int calls_{0};                          ///< of the search
-  rate::StopAhead later_;                 ///< where the search begins
-  std::optional<rate::RateCurve> quick_;  ///< the present stop's
+  rate::StopAhead later_;                 ///< the beginning of the search
+  std::optional<rate::RateCurve> quick_;  ///< the present stop's curve
 };
 
 }  // namespace corbot::rt

@@ -9,15 +9,16 @@ namespace corbot::rt {
 namespace {
 
 constexpr int kSamplesOfSegment = 8;
-/// What the laws differ in varies between two samples.
+/// Margin for the variation of the laws' differences between two samples.
 constexpr double kDifferenceMargin = 0.04;
 constexpr double kRateRounding = 1e-7;
 constexpr int kStepsOfTurn = 8;
 constexpr double kShortestStep_s = 2e-3;
-/// What a step tries: shares of the leading law's jerk, none, and that at which virtual time goes on as it does.
+/// The jerks that a step tries: shares of the leading law's jerk, none, and the jerk at which virtual time
+/// continues as it does.
 constexpr std::array<double, 6> kStepJerks{-1.0, -0.75, -0.5, -0.25, 0.0, 1.0};
 
-/// By virtual time, positive while the law moves on.
+/// The derivatives by virtual time, positive while the law moves on.
 struct Derivatives {
   double velocity;
   double acceleration;
@@ -30,7 +31,7 @@ Derivatives derivatives(const LawSegments& law, std::size_t segment, double time
           sign * law.jerk(segment)};
 }
 
-/// By real time.
+/// The speed by real time.
 struct Speed {
   double velocity;
   double acceleration;
@@ -44,7 +45,7 @@ Speed speed(const LawSegments& law, const RateState& at) noexcept {
   return speed(derivatives(law, law.segment_at(at.time_s, 0), at.time_s), at);
 }
 
-/// The rate at which a law has this velocity and acceleration.
+/// Returns the rate at which a law has this velocity and acceleration.
 RateState rate_for(const Derivatives& of, double time_s, const Speed& wanted) noexcept {
   if (!(of.velocity > 0.0)) return {time_s, 0.0, 0.0};
   const double rate = wanted.velocity / of.velocity;
@@ -94,8 +95,8 @@ RateState PathStop::at(const GovernedMotion& motion, double elapsed_s) const noe
   return rate_for(derivatives(law, segment, time_s), time_s, {leading.velocity, leading.acceleration});
 }
 
-/// Along a stop, from sample to sample. Between two there is nothing but smooth functions: besides the even ones there is
-/// one wherever a law has a corner, on either side of it.
+/// Goes along a stop, from sample to sample. Between two samples there are only smooth functions. Besides the
+/// even samples there is one wherever a law has a corner, on either side of it.
 class PathStop::Walk {
  public:
   Walk(const PathStop& stop, const GovernedMotion& motion, double most_rate, int* samples) noexcept
@@ -104,9 +105,9 @@ class PathStop::Walk {
       segment_[i] = motion.laws[i].law.segment_at(stop.from_.time_s, 0);
   }
   [[nodiscard]] double elapsed_s() const noexcept { return elapsed_s_; }
-  /// At which virtual time would go on as it does.
+  /// Returns the jerk at which virtual time would continue as it does.
   [[nodiscard]] double even_jerk() const noexcept;
-  /// At this jerk of the leading law until then.
+  /// Goes at this jerk of the leading law until the given time.
   [[nodiscard]] bool goes(double jerk, double to_elapsed_s, int samples) noexcept;
 
  private:
@@ -157,7 +158,7 @@ bool PathStop::Walk::keeps_limits() const noexcept {
     if (i == leader) continue;
     const GovernedLaw& governed = motion_->laws[i];
     const Derivatives own = derivatives(governed.law, segment_[i], time_s_);
-    // What it has in common with the leading law, and what it differs in: that is nothing where their shapes are alike.
+    // The part in common with the leading law, and the difference, which is zero if their shapes are alike.
     const double ratio = own.velocity / leading.velocity;
     const double bend = own.acceleration - ratio * leading.acceleration;
     const double acceleration = bend * square;
@@ -226,7 +227,7 @@ bool PathStop::plan(const GovernedMotion& motion, Turn turn, const Bounds& bound
   return true;
 }
 
-/// From there on by one StopLaw.
+/// Begins the tail, which is one StopLaw from here on.
 bool PathStop::begin_tail(double begin_s, const Bounds& bounds) noexcept {
   const Step from = count_ == 0 ? start_ : leading_at(begin_s);
   if (!(when_even(from.velocity, from.acceleration, jerk_limit_) >= 0.0)) return false;

@@ -11,22 +11,24 @@
 
 namespace corbot::rt {
 
-/// Whether the arm's position is verified. It is not once servos without encoders may have been without energy; a
-/// motion that has gone somewhere and was not stopped verifies it, and is slow. Real-time safe.
+/// Tracks whether the arm's position is verified. It is not after servos without encoders may have been
+/// without energy. A motion that has gone somewhere and was not stopped verifies it, and is slow. Real-time
+/// safe.
 class PositionCheck {
  public:
-  /// A smaller motion of a joint verifies nothing; near_q() of it, where the joint slides.
+  /// A smaller motion of a joint verifies nothing; near_q() of it for a sliding joint.
   static constexpr double kLeastMotion_rad = 0.01;
 
   explicit PositionCheck(const JointKinds& kinds = {}) noexcept : kinds_(kinds) {}
 
-  /// `is_known`: the device, or who wrote the profile, knows where the servos are after they were without energy.
+  /// `is_known`: the device, or the profile's author, knows the servos' positions after they were without
+  /// energy.
   void begin(bool unverified, bool is_known) noexcept {
     unverified_ = unverified;
     is_known_ = is_known;
   }
   void set_unverified(bool unverified) noexcept { unverified_ = unverified; }
-  /// A Clear gives the energy back.
+  /// Records that a Clear gives the energy back.
   void energy_returns(bool is_measured) noexcept { unverified_ = unverified_ || !(is_known_ || is_measured); }
   void motion_done(const Joints& from_q, const Joints& to_q) noexcept {
     for (std::size_t i = 0; unverified_ && i < kMaxJoints; ++i) {

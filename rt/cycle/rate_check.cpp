@@ -19,7 +19,7 @@ CommandVerdict malformed_knot(double value, std::size_t joint = kMaxJoints) noex
   return {Verdict::kMalformed, joint < kMaxJoints ? static_cast<std::int32_t>(joint) : -1, value};
 }
 
-/// The tool at these joints against the path at s.
+/// Compares the tool at these joints with the path at s.
 template <class Path>
 CommandVerdict check_point(const ArmModel& arm, const Path& path, const Joints& q, double s) noexcept {
   if (!is_in_range(arm, q, kGateTolerance_q)) return {Verdict::kLimit, -1, s};
@@ -27,7 +27,7 @@ CommandVerdict check_point(const ArmModel& arm, const Path& path, const Joints& 
   return off <= RateCheck::kTracking ? kKnotsGood : malformed_knot(off);
 }
 
-/// The tool's velocity, where s has the rate `s_rate`, against the path's.
+/// Compares the tool's velocity, if s has the rate `s_rate`, with the path's.
 template <class Path>
 CommandVerdict check_rate(const ArmModel& arm, const Path& path, const Joints& q, const Joints& rate_q,
                           double s, double s_rate, double tolerance) noexcept {
@@ -53,7 +53,7 @@ Joints joints_of(const rate::State& z) noexcept {
 
 template <class Path>
 CommandVerdict check_rate_knot(const ArmModel& arm, const Path& path, const rate::Knot& knot) noexcept {
-  constexpr double kRate = 1e-5;  // m and rad a unit of lambda
+  constexpr double kRate = 1e-5;  // m and rad per unit of lambda
   for (std::size_t i = arm.dof; i < kMaxJoints; ++i) {
     if (knot.z[i] != 0.0 || knot.rate[i] != 0.0 || knot.bend[i] != 0.0) return malformed_knot(knot.z[i], i);
   }
@@ -64,7 +64,7 @@ CommandVerdict check_rate_knot(const ArmModel& arm, const Path& path, const rate
                     : place;
 }
 
-/// From its first knot, which has passed, to its last.
+/// Checks a cell from its first knot, which has passed, to its last.
 template <class Path>
 CommandVerdict check_cell(const ArmModel& arm, const Path& path, const rate::Knot& a,
                           const rate::Knot& b) noexcept {
@@ -85,7 +85,7 @@ CommandVerdict check_cell(const ArmModel& arm, const Path& path, const rate::Kno
   return kKnotsGood;
 }
 
-/// Where the path begins and ends.
+/// Checks the path's beginning and end.
 CommandVerdict check_rate_ends(const Command& command, std::span<const rate::Knot> knots) noexcept {
   constexpr double kSame_q = 1e-12;  // any more would be a jerk
   const rate::Knot &first = knots.front(), &last = knots.back();
@@ -100,7 +100,7 @@ CommandVerdict check_rate_ends(const Command& command, std::span<const rate::Kno
   return kKnotsGood;
 }
 
-/// Where a path begins in time.
+/// Checks the beginning of a path in time.
 CommandVerdict check_first_piece(const rate::Piece& first) noexcept {
   if (first.begin_s != 0.0 || first.begin.lambda_s != 0.0 || first.begin.v != 0.0 || first.begin.a != 0.0)
     return malformed_knot(first.begin_s);
@@ -141,7 +141,8 @@ std::optional<CommandVerdict> RateCheck::check_some(const ArmModel& arm, const C
   return curve_.step(kCurveSteps) ? std::optional(kKnotsGood) : std::nullopt;
 }
 
-/// From rest to rest without a jump; what rounding leaves is far less than a jerk that DifferenceCheck would see.
+/// Checks that the pieces go from rest to rest without a jump. Rounding leaves far less than a jerk that
+/// DifferenceCheck would detect.
 CommandVerdict RateCheck::check_pieces(const rate::RatePieces& law) noexcept {
   constexpr double kPlace = 1e-12, kSpeed = 1e-9, kAcceleration_1_s = 1e-6;
   const double place_s = kPlace * std::max(1.0, law.length_s);

@@ -12,7 +12,7 @@
 namespace corbot::rt {
 namespace {
 
-/// Of the speed limit: the plan may touch it exactly, and then differs by rounding.
+/// Tolerance of the speed limit: the plan may touch it exactly, and then differs by rounding.
 constexpr double kSpeedTolerance = 1e-6;
 constexpr double kStepTolerance_q = 1e-7;  // rounding of the inverse next to a stretched arm
 constexpr double kOpeningTolerance = 1e-9;

@@ -7,14 +7,14 @@
 namespace corbot::rt {
 namespace {
 
-/// constant + linear k + square k².
+/// The polynomial constant + linear k + square k².
 struct Quadratic {
   double constant;
   double linear;
   double square;
 };
 
-/// Sum over the whole numbers k with after < k <= last.
+/// Returns the sum over the whole numbers k with after < k <= last.
 double sum(const Quadratic& of, double after, double last) noexcept {
   const auto linear = [](double n) { return n * (n + 1.0) / 2.0; };
   const auto square = [](double n) { return n * (n + 1.0) * (2.0 * n + 1.0) / 6.0; };
@@ -24,8 +24,8 @@ double sum(const Quadratic& of, double after, double last) noexcept {
 
 }  // namespace
 
-// For a velocity that is to fall: a goes from a0 to -p at the jerk -j, stays there, and goes to 0 at the jerk j. The two
-// ramps take v0 + (a0² - p²)/2j and p²/2j; what is left of v0 is taken at -p.
+// For a velocity that must fall, a goes from a0 to -p at the jerk -j. It stays there, and goes to 0 at the
+// jerk j. The two ramps take v0 + (a0² - p²)/2j and p²/2j; the rest of v0 is taken at -p.
 StopLaw::StopLaw(double velocity, double acceleration, double acceleration_limit, double jerk_limit) noexcept
     : jerk_(jerk_limit) {
   sign_ = when_even(velocity, acceleration, jerk_limit) < 0.0 ? -1.0 : 1.0;
@@ -33,7 +33,7 @@ StopLaw::StopLaw(double velocity, double acceleration, double acceleration_limit
   acceleration_ = sign_ * acceleration;
   const double to_take = velocity_ + acceleration_ * acceleration_ / (2.0 * jerk_);
   const double highest = std::sqrt(std::max(0.0, jerk_ * to_take));
-  // What is braking harder than allowed already is not made to brake less at once.
+  // A law that already brakes harder than allowed must not brake less at once.
   peak_ = std::max(std::min(highest, acceleration_limit), -acceleration_);
   falls_s_ = std::max(0.0, (acceleration_ + peak_) / jerk_);
   rises_s_ = peak_ / jerk_;
@@ -72,7 +72,7 @@ double StopLaw::way(double time_s) const noexcept {
 }
 
 double StopLaw::distance(double period_s) const noexcept {
-  // Steps that end within each of the segments.
+  // Counts the steps that end within each of the segments.
   const double first = std::floor(falls_s_ / period_s);
   const double second = std::floor((falls_s_ + holds_s_) / period_s);
   const double third = std::floor(duration_s() / period_s);

@@ -8,16 +8,16 @@
 
 namespace corbot::rt {
 
-/// The number of the newest stop request, which only rises. Of the stop segment every change is one request,
-/// also back to an earlier value; but what is taken back there between two cycles is not seen, so the
-/// servant's requests are in its own segment, which nobody else can write. Real-time safe.
+/// The number of the newest stop request, which only rises. Every change of the stop segment is one request,
+/// also back to an earlier value. A change that is taken back between two cycles is not seen. Therefore the
+/// servant's requests are in its own segment, which no other process can write. Real-time safe.
 class StopRequests {
  public:
   explicit StopRequests(const std::atomic<std::uint64_t>& shared) noexcept
       : shared_(shared), seen_(shared.load(std::memory_order_acquire)), newest_(seen_) {}
 
-  /// Once a step, and before another servant's flags are read. Acquire: what was pushed before a Stop is in
-  /// the ring when the Stop is seen.
+  /// Called once a step, and before another servant's flags are read. Acquire: commands pushed before a Stop
+  /// are in the ring when the Stop is seen.
   void read(const ControlFlags& servant) noexcept {
     const std::uint64_t count = shared_.load(std::memory_order_acquire);
     if (count != seen_) ++newest_;
@@ -26,7 +26,7 @@ class StopRequests {
     if (is_earlier_stop(newest_, of_servant)) newest_ = of_servant;
   }
   [[nodiscard]] std::uint64_t newest() const noexcept { return newest_; }
-  /// Is this the number of a Stop that the servant has requested since read()?
+  /// Tells whether this is the number of a Stop that the servant has requested since read().
   [[nodiscard]] bool is_to_be_read(const ControlFlags& servant, std::uint64_t number) const noexcept {
     return is_earlier_stop(newest_, number) &&
            !is_earlier_stop(servant.stop_count.load(std::memory_order_acquire), number);

@@ -5,11 +5,11 @@
 
 namespace corbot::rt {
 
-/// What the cycle has published last; before its first step, what the one of the task before has. And how far the thread
-/// that serves the device has come.
+/// The cycle's last published state; before the first step, that of the previous task. It also has the
+/// progress of the thread that serves the device.
 struct CycleView {
   std::uint64_t cycle{};
-  bool in_error{};            ///< or nothing has been published yet, or could be read
+  bool in_error{};            ///< in Error, or nothing has been published yet, or could be read
   bool power_off{};           ///< kSnapshotPowerOff
   bool fault_stop{};          ///< kSnapshotFaultStop
   bool is_known{true};        ///< false: only in_error and bus_beats are valid

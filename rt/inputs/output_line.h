@@ -12,21 +12,22 @@ namespace corbot::rt {
 
 using LogText = std::function<void(std::string)>;
 
-/// One GPIO output of the thread that watches the lines. After a failure the line is requested again, and then off:
-/// a chip that was gone has forgotten the old request.
+/// One GPIO output of the thread that watches the lines. After a failure it requests the line again, with the
+/// level off: a chip that was gone has forgotten the old request.
 class OutputLine {
  public:
   static constexpr std::int64_t kRetryAfter_ns = 200'000'000;
 
   OutputLine(GpioChips& chips, GpioRequest request) : chips_(chips), request_(std::move(request)) {}
 
-  /// Throws DeviceError. The line is off.
+  /// Requests the line, which is then off. Throws DeviceError.
   void open() { line_ = chips_.outputs(request_); }
-  /// Gives the line back.
+  /// Releases the line.
   void close() noexcept { line_.reset(); }
-  /// One system call; 0, or an errno.
+  /// Makes one system call. Returns 0, or an errno.
   [[nodiscard]] int set(bool on) noexcept;
-  /// Whether it has been requested again, and so switched off, after a failure; not before kRetryAfter_ns.
+  /// Requests the line again after a failure, which switches it off. Not before kRetryAfter_ns. Returns
+  /// whether it did.
   [[nodiscard]] bool request_again(std::int64_t now_ns) noexcept;
   [[nodiscard]] bool reopen() noexcept;
 
@@ -34,11 +35,11 @@ class OutputLine {
   GpioChips& chips_;
   const GpioRequest request_;
   std::unique_ptr<GpioOutputs> line_;
-  std::int64_t failed_at_ns_{0};  ///< or requested in vain; 0: neither
+  std::int64_t failed_at_ns_{0};  ///< time of a failure or of a failed request; 0: neither
 };
 
-/// The switch of the servos' power. What it was set to is written again every kRefresh_ns, so that a chip that has gone is
-/// noticed before it is needed.
+/// The switch of the servos' power. It writes its level again every kRefresh_ns, so that a chip that has gone
+/// is noticed before it is needed.
 class PowerSwitch {
  public:
   static constexpr std::int64_t kRefresh_ns = 10'000'000;
@@ -48,11 +49,11 @@ class PowerSwitch {
       : line_(chips, std::move(request)), log_(std::move(log)) {}
   void open() { line_.open(); }
   void set(bool on, std::int64_t now_ns) noexcept;
-  /// As the line was last set; a failure leaves it as it was.
+  /// Returns the last level set; a failure does not change it.
   [[nodiscard]] bool is_on() const noexcept { return is_on_; }
-  /// It has failed several times in a row: whether the servos have power is unknown.
+  /// Several failures in a row have made it unknown whether the servos have power.
   [[nodiscard]] bool is_lost() const noexcept { return failures_ > kToleratedFailures; }
-  /// Off, with a few tries, and given back.
+  /// Switches off, with a few tries, and releases the line.
   void end() noexcept;
 
  private:
@@ -63,7 +64,7 @@ class PowerSwitch {
   bool is_on_{false};
   std::int64_t set_at_ns_{0};
   int failures_{0};            ///< in a row
-  bool is_failing_on_{false};  ///< what the last one was to be
+  bool is_failing_on_{false};  ///< the level that the last failure was to set
 };
 
 }  // namespace corbot::rt

@@ -13,7 +13,7 @@ namespace corbot::rt {
 namespace {
 
 constexpr std::int64_t kReopenAfter_ns = 200'000'000;
-constexpr std::int64_t kLongestLook_ns = 20'000'000;  // of the time between two looks no more counts
+constexpr std::int64_t kLongestLook_ns = 20'000'000;  // upper limit of the counted time between two looks
 constexpr std::chrono::seconds kFirstLookWithin{2};
 
 std::int64_t now_ns() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
@@ -42,7 +42,7 @@ void SafetyLines::start() {
     step(look());
   }
   if (!power_ && !watchdog_ && !settings_.stop) return;
-  emergency_stop_.beat();  // from now on it is demanded
+  emergency_stop_.beat();  // from now on beats are required
   thread_ = std::thread([this] { run(); });
   await_first_look();
 }
@@ -93,7 +93,7 @@ SafetyLines::Input SafetyLines::look_or_lose() noexcept {
   } catch (const std::exception& error) {
     input_.reset();
     reopen_at_ns_ = now_ns() + kReopenAfter_ns;
-    step(Input::kUnheard);  // first what stops the arm
+    step(Input::kUnheard);  // first stop the arm, then log
     log(std::string("emergency stop assumed pressed: ") + error.what() + "; trying again");
     return Input::kUnheard;
   }
@@ -124,7 +124,7 @@ void SafetyLines::reopen() noexcept {
   }
 }
 
-/// First what stops the arm, then the log.
+/// Stops the arm first, then logs.
 void SafetyLines::step(Input input) noexcept {
   const std::int64_t now = now_ns();
   set_stop(input, now);
@@ -153,12 +153,12 @@ void SafetyLines::switch_outputs(std::int64_t now) noexcept {
   const CycleView view = view_();
   const bool is_still = is_all_still(now, view);
   if (is_still) {
-    emergency_stop_.set(StopSource::kDeviceUnheard, true);  // until its thread asks again
+    emergency_stop_.set(StopSource::kDeviceUnheard, true);  // until its thread reads the input again
     power_logic_.latch();
   }
   bool may = power_logic_.step(now, sources != 0 || is_still, presses, view);
   if (watchdog_) {
-    // Where the power is to stay at a stop, only what stands still takes it off.
+    // If the power is to stay on at a stop, only a standstill takes it off.
     watchdog_->step(now, is_open && (may || (!settings_.off_at_stop && watchdog_->is_running())), view);
     const bool is_tripped = watchdog_->is_tripped();
     emergency_stop_.set(StopSource::kWatchdog, is_tripped);

@@ -16,7 +16,7 @@ bool StopLogic::step(bool is_bad, std::int64_t now_ns) noexcept {
 
 bool PowerLogic::step(std::int64_t now_ns, bool stop_seen, std::uint32_t presses,
                       const CycleView& view) noexcept {
-  // The cycle that published this view, and the one that followed it, may have begun before the press; the next one
+  // The cycle that published this view, and the next one, may have begun before the press. The one after them
   // began after this view was taken, and so after the press was counted.
   constexpr std::uint64_t kCyclesToSee = 2;
   constexpr std::uint64_t kUnknown = ~std::uint64_t{0};

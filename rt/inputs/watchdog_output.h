@@ -14,13 +14,13 @@ class WatchdogOutput {
   WatchdogOutput(GpioChips& chips, GpioRequest request, std::int64_t period_ns, LogText log)
       : line_(chips, std::move(request)), logic_(period_ns), log_(std::move(log)) {}
   void open() { line_.open(); }
-  /// `may_run`: there may be power.
+  /// `may_run`: power is allowed.
   void step(std::int64_t now_ns, bool may_run, const CycleView& view) noexcept;
   [[nodiscard]] bool is_tripped() const noexcept { return logic_.is_tripped() || is_lost_; }
   [[nodiscard]] bool is_running() const noexcept { return logic_.is_running(); }
-  /// How long until the line has to change, at most `longest_ns`.
+  /// Returns the time until the line has to change, at most `longest_ns`.
   [[nodiscard]] std::int64_t wait_ns(std::int64_t now_ns, std::int64_t longest_ns) const noexcept;
-  /// Low, and given back.
+  /// Sets the line low, and releases it.
   void end() noexcept;
 
  private:

@@ -15,15 +15,16 @@
 namespace corbot::rt {
 namespace {
 
-/// Of an approach in joint values, near_q() of it where a joint slides; no joint faster than its profile allows.
+/// Speed of an approach in joint values, converted by near_q() for a sliding joint. No joint exceeds its
+/// profile's limit.
 constexpr double kApproach_rad_per_s = 0.5;
 
 /// Joint values that differ by less are the same.
 constexpr double kSame_q = 1e-6;
 
-constexpr double kMillimetres = 1000.0;  // of a metre
+constexpr double kMillimetres = 1000.0;  // in a metre
 
-/// In degrees, or in millimetres.
+/// Returns the value in degrees, or in millimetres.
 std::string value_text(JointKind kind, double value_q) {
   return tenths(kind == JointKind::kRotary ? to_degrees(value_q) : value_q * kMillimetres);
 }
@@ -38,19 +39,19 @@ bool is_same_place(const ServoFrame& a, const ServoFrame& b) {
   return a.pulse_us == b.pulse_us && a.position_q == b.position_q && a.servo_count == b.servo_count;
 }
 
-/// All coordinates of a way in small steps, each by itself.
+/// Moves all coordinates in small steps, each by itself.
 class Ramps {
  public:
   Ramps(const ArmModel& arm, double dt_s) : arm_(arm), dt_s_(dt_s) {}
 
-  /// True when all rest at `target`.
+  /// Returns true when all rest at `target`.
   bool step(ServoFrame& at, const ServoFrame& target) {
     return for_all(target.servo_count,
                    [&](ApproachRamp& ramp, auto values, std::size_t i, const auto& limits) {
                      return ramp.step((at.*values)[i], (target.*values)[i], limits, dt_s_);
                    });
   }
-  /// True when all rest.
+  /// Returns true when all rest.
   bool halt(ServoFrame& at) {
     return for_all(at.servo_count, [&](ApproachRamp& ramp, auto values, std::size_t i, const auto& limits) {
       return ramp.halt((at.*values)[i], limits, dt_s_);
@@ -105,12 +106,12 @@ Approach::Outcome Approach::run(const std::optional<BusReading>& found) {
   ServoFrame from = sender_.last().servo_count > 0 ? sender_.last() : frame;
   from.servo_count = frame.servo_count;
   const BusReading reading = device_.measure(frame);
-  // A drive that holds its load would jump if its position were guessed.
+  // A drive that holds its load would jump to a guessed position.
   if (reading.unit == BusReading::Unit::kNothing && device_.has_encoders()) {
     throw DeviceError(DeviceCause::kNoAnswer, "the device reports no position");
   }
   const bool interpolates = device_.approach_ns() > 0;
-  // Under load a shaft is behind its target: with each Clear that began at the shaft the arm would sink by as much.
+  // Under load a shaft lags its target. If each Clear began at the shaft, the arm would sink by the lag.
   const BusReading held = device_.held().value_or(reading);
   begin_at(held, from);
   const Outcome outcome = give_first_pulses(interpolates ? frame : from, reading);
@@ -145,19 +146,19 @@ Approach::Outcome Approach::hold_until_followed(const ServoFrame& from, const Bu
   for (auto due = Clock::now();;) {
     ServoFrame frame = newest_.read();
     if (is_stopped_(frame)) return Outcome::kStopped;
-    // What is beyond its range is not begun at: the cycle answers that with an Error.
+    // A position beyond its range is no beginning: the cycle reports an Error for it.
     if (!is_beyond_range(reading) && begins_at(from, frame)) return Outcome::kThere;
     report_(reading);
     frame.pulse_us = from.pulse_us;
     frame.position_q = from.position_q;
     sender_.send_on_the_way(frame, false);
-    (void)device_.measure(frame);  // throws where a drive has failed
+    (void)device_.measure(frame);  // throws if a drive has failed
     due = std::max(due + std::chrono::nanoseconds(device_.period_ns()), Clock::now());
     if (!pause_until_(due)) return Outcome::kEnd;
   }
 }
 
-/// Further than an encoder may be off.
+/// Tests whether a joint is further outside its range than an encoder's error.
 bool Approach::is_beyond_range(const BusReading& reading) const {
   for (std::size_t i = 0; reading.unit == BusReading::Unit::kJoints && i < arm_.dof; ++i) {
     const JointLimits& joint = arm_.joints[i];
@@ -206,7 +207,7 @@ Approach::Outcome Approach::give_first_pulses(const ServoFrame& frame, const Bus
   for (std::uint32_t count = 1; count < servos; ++count) {
     if (reading.unit == BusReading::Unit::kPulses && is_pulse(reading.value[count - 1])) continue;
     ServoFrame first = frame;
-    first.servo_count = count;  // the others are left as they are
+    first.servo_count = count;  // the other servos keep their state
     may_be_moving_ = interpolates;
     bool is_sent = false;
     Outcome outcome = Outcome::kThere;
@@ -223,7 +224,7 @@ Approach::Outcome Approach::give_first_pulses(const ServoFrame& frame, const Bus
 }
 
 Approach::Outcome Approach::await_interpolation(ServoFrame newest) {
-  std::int64_t left_ns = 0;  // of a motion that has been asked for
+  std::int64_t left_ns = 0;  // of a motion that was requested
   bool is_under_way = false;
   for (;;) {
     newest = newest_.read();
@@ -261,7 +262,7 @@ Approach::Outcome Approach::ramp_to_newest(ServoFrame at, const std::optional<Bu
   for (;;) {
     ServoFrame target = newest_.read();
     is_stopping = is_stopped_(target) || is_stopping;
-    // The pulses of joints that it measures mean nothing to it, and are no way.
+    // The pulses of measured joints have no meaning for the device, and need no ramp.
     if (held)
       std::copy_n(target.pulse_us.begin(), std::min<std::size_t>(arm_.dof, kMaxServos), at.pulse_us.begin());
     if (is_stopping && ramps.rest()) return Outcome::kStopped;
@@ -273,8 +274,9 @@ Approach::Outcome Approach::ramp_to_newest(ServoFrame at, const std::optional<Bu
     } else {
       sender_.send_on_the_way(target, false);
     }
-    // Pulses are said as they go: a Stop on the way ends it where they are by then, and the cycle holds the arm there.
-    // What measures is said to be where it is held: the cycle follows that, and each other reading would let the arm creep.
+    // Pulses are reported as they go: after a Stop on the way the cycle holds the arm at the last ones. A
+    // measuring device is reported at its held target. The cycle follows the report, and each other reading
+    // would let the arm creep.
     if (held) (void)device_.measure(target);
     report_(held.value_or(BusReading{BusReading::Unit::kPulses, at.pulse_us, {}}));
     due = std::max(due + std::chrono::nanoseconds(device_.period_ns()), Clock::now());  // never a burst

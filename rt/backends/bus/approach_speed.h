@@ -9,18 +9,19 @@
 
 namespace corbot::rt {
 
-/// Of an approach, whether the device or the backend does it: a fifth of what a servo can.
+/// The speed of an approach, by the device or by the backend: a fifth of a servo's capability.
 inline constexpr double kApproach_us_per_s = 400.0;
-/// Of a gripper on the way: at that speed after a tenth of a second.
+/// The acceleration of a gripper on the way: it reaches the approach speed after a tenth of a second.
 inline constexpr double kGripper_us_per_s2 = 4000.0;
 
-/// What one coordinate of an approach may: in us, or in rad or m. An acceleration of 0 is none that is known: at once.
+/// The limits of one coordinate of an approach, in us, or in rad or m. An acceleration of 0 is unknown: the
+/// speed changes at once.
 struct ApproachLimits {
   double speed{};
   double acceleration{};
 };
 
-/// Of a servo's pulse, in the order of a frame.
+/// Returns the limits of a servo's pulse, in the order of a frame.
 [[nodiscard]] inline ApproachLimits pulse_limits(const ArmModel& arm, std::size_t servo) noexcept {
   if (servo >= arm.dof) return {kApproach_us_per_s, kGripper_us_per_s2};
   return {kApproach_us_per_s, arm.joints[servo].acceleration_q_s2 * arm.servos[servo].us_per_q};
@@ -52,7 +53,7 @@ class ApproachRamp {
   static double change(const ApproachLimits& limits, double dt_s) noexcept {
     return limits.acceleration > 0.0 ? limits.acceleration * dt_s : std::numeric_limits<double>::infinity();
   }
-  /// The speed from which it still comes to rest within `way`, in steps.
+  /// Returns the speed from which it still comes to rest within `way`, in steps.
   static double brakes_from(double way, const ApproachLimits& limits, double dt_s) noexcept {
     if (!(limits.acceleration > 0.0)) return std::numeric_limits<double>::infinity();
     const double half = 0.5 * limits.acceleration * dt_s;

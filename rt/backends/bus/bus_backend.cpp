@@ -19,7 +19,7 @@ using Clock = std::chrono::steady_clock;
 constexpr double kSlowestReopen = 10.0;  // times the first pause
 constexpr int kToleratedMisses = 2;
 constexpr int kRecoveryCount = 25;
-/// A device that was open for so long is tried again soon; one that fails sooner, more and more rarely.
+/// A device that was open for this long is tried again soon; one that fails sooner, at growing intervals.
 constexpr auto kStableAfter = std::chrono::seconds(5);
 
 constexpr auto kBeat = std::chrono::milliseconds(5);
@@ -48,7 +48,7 @@ BusBackend::BusBackend(const ArmModel& arm, std::unique_ptr<BusDevice> device, B
           [this](auto due) { return pause_until(due); }) {}
 
 BusBackend::Phase BusBackend::approach() {
-  feedback_.store(ServoFeedback{});  // what was measured before is old
+  feedback_.store(ServoFeedback{});  // earlier measurements are old
   sender_.reset_longest_age();
   is_power_off_done_ = false;
   const auto is_stopped_now = [this] {
@@ -61,7 +61,7 @@ BusBackend::Phase BusBackend::approach() {
     case Approach::Outcome::kThere:
       break;
     case Approach::Outcome::kStopped:
-      is_energised_ = !device_->de_energise();  // where no set-points go on, nothing is held by them
+      is_energised_ = !device_->de_energise();  // without set-points nothing would be held by them
       return Phase::kStandby;
     case Approach::Outcome::kEnd:
       return Phase::kEnd;
@@ -82,7 +82,7 @@ bool BusBackend::is_stopped(const ServoFrame& newest) {
 
 void BusBackend::publish(const BusReading& reading) { feedback_.store(feedback_of(arm_, reading, now_ns())); }
 
-/// The last commands to an open device.
+/// Sends the last commands to an open device.
 void BusBackend::leave(bool is_proper_end) noexcept {
   try {
     if (settings_.relax_at_end) device_->relax();
@@ -137,7 +137,7 @@ void BusBackend::log(std::string text, LogLine::Kind kind) {
 bool BusBackend::pause_until(Clock::time_point due) {
   std::unique_lock lock(mutex_);
   do {
-    beats_.fetch_add(1, std::memory_order_relaxed);  // orders nothing: it says that this thread runs
+    beats_.fetch_add(1, std::memory_order_relaxed);  // orders nothing: it shows that this thread runs
   } while (!wake_.wait_until(lock, std::min(due, Clock::now() + kBeat), [&] { return end_; }) &&
            Clock::now() < due);
   const bool goes_on = !end_;
@@ -182,15 +182,16 @@ BusBackend::Phase BusBackend::run(Phase phase) {
 bool BusBackend::lose(const DeviceError& error) {
   lose_stop_input(*device_, stop_);
   feedback_.store(ServoFeedback{});
-  // The first cause is reported, not that the device is not there while it is being tried again.
+  // The first cause is reported, not that the device is absent while it is being tried again.
   const bool is_new = health() != BackendHealth::kLost;
   if (is_new) {
     cause_.store(error.cause(), std::memory_order_relaxed);
     log(error.what(), LogLine::Kind::kLost);
-    // After its cause, and the line that tells it.
+    // Publishes the loss after its cause and its log line.
     health_.store(BackendHealth::kLost, std::memory_order_release);
   }
-  // After that: drives have up to a second for their quick stop, and the cycle shall not wait for it.
+  // Closes the device after that: drives take up to a second for their quick stop, and the cycle must not
+  // wait for it.
   device_->close_after_fault();
   is_energised_ = is_power_off_done_ = false;
   if (!is_new) return false;
@@ -198,7 +199,8 @@ bool BusBackend::lose(const DeviceError& error) {
   return Clock::now() - std::exchange(open_since_, Clock::now()) > kStableAfter;
 }
 
-/// There, or back, and watched. Lost until the cycle has answered that: from then on it decides by its frames.
+/// The device is present, or back, and watched. It counts as lost until the cycle has answered the loss; from
+/// then on the cycle decides by its frames.
 BusBackend::Phase BusBackend::stand_by() {
   misses_ = 0;
   std::optional<BusReading> before;
@@ -276,7 +278,7 @@ BusBackend::Phase BusBackend::serve() {
 void BusBackend::count_frame(Clock::duration busy) {
   const bool was_slow = rate_.is_slow();
   const bool is_known_anew = rate_.count(std::chrono::nanoseconds(busy).count());
-  if (rate_.is_slow()) good_ = 0;  // however well it answers
+  if (rate_.is_slow()) good_ = 0;  // regardless of its answers
   if (!is_known_anew) return;
   sender_.set_speed_ratio(rate_.speed_ratio());
   if (!rate_.is_slow() && !was_slow) return;
@@ -290,7 +292,7 @@ Clock::time_point BusBackend::next_due(Clock::time_point last) const {
   const auto due = last + std::chrono::nanoseconds(device_->period_ns());
   const auto phase_ns = device_->phase_ns();
   if (!phase_ns || sender_.last().time_ns == 0 || arm_.period_ns <= 0) return due;
-  // The nearest instant at that phase of the loop's cycle.
+  // Takes the nearest instant at that phase of the loop's cycle.
   const std::int64_t late_ns =
       (due.time_since_epoch().count() - sender_.last().time_ns - *phase_ns) % arm_.period_ns;
   const std::int64_t half_ns = arm_.period_ns / 2;

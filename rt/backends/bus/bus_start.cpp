@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// BusBackend's start, up to the thread that serves the device.
+// The start of BusBackend, up to the thread that serves the device.
 #include <utility>
 
 #include "corbot/running_time.h"
@@ -11,7 +11,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Of drives that answer to SYNC.
+/// The time-out for the positions of drives that answer to SYNC.
 constexpr std::chrono::seconds kPositionsWithin{2};
 
 constexpr const char* kPressed = "the emergency stop is pressed; release it, then start again";
@@ -29,14 +29,15 @@ DevicePosition BusBackend::connect() {
   try {
     found_ = find(frame);
   } catch (const DeviceError&) {
-    give_up_start(true);  // nothing has got its energy by this
+    give_up_start(true);  // nothing was energised here
     throw;
   }
   // Servos without pulses may have been moved since.
   return position_of(arm_, found_, !settings_.relax_at_end);
 }
 
-/// Where encoders measure, a start from a guess would drive the arm there: the first answers may be late, and are awaited.
+/// Awaits the first replies, which may be late: with encoders a start from a guess would drive the arm to the
+/// guess.
 BusReading BusBackend::find(const ServoFrame& frame) {
   std::string why = settings_.name + ": reports no position";
   for (Patience patience(kPositionsWithin);;) {
@@ -66,7 +67,7 @@ void BusBackend::open(const ServoFrame& first) {
   Phase phase = Phase::kStandby;
   is_starting_ = true;
   try {
-    // Also where nothing is moved yet: no Clear is accepted of an arm whose stop input nobody has looked at.
+    // Reads the stop input even if nothing moves yet: a Clear is accepted only after it was read.
     const bool is_pressed = is_stopped(first);
     if (first.needs_clear) {
       health_.store(BackendHealth::kStandby, std::memory_order_release);
@@ -86,7 +87,7 @@ void BusBackend::open(const ServoFrame& first) {
   thread_ = std::thread([this, phase] { run_from(phase); });
 }
 
-/// A start that has failed is not tried again.
+/// Ends a failed start; it is not tried again.
 void BusBackend::give_up_start(bool is_proper_end) noexcept {
   try {
     approach_.halt_left_over();

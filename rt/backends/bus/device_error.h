@@ -8,7 +8,7 @@
 
 namespace corbot::rt {
 
-/// What is wrong with a device: the cause for the alarm, and a text that names the device.
+/// A problem of a device: the cause for the alarm, and a text that names the device.
 class DeviceError : public std::runtime_error {
  public:
   DeviceError(DeviceCause cause, const std::string& text) : std::runtime_error(text), cause_(cause) {}
@@ -18,13 +18,13 @@ class DeviceError : public std::runtime_error {
   DeviceCause cause_;
 };
 
-/// A start that a person has ended: nothing is wrong with the device.
+/// The end of a start by a person: the device has no problem.
 class StartEnded : public DeviceError {
  public:
   explicit StartEnded(const std::string& text) : DeviceError(DeviceCause::kNone, text) {}
 };
 
-/// One answer that is missing or wrong may be noise on the line.
+/// One missing or wrong reply may be noise on the line.
 [[nodiscard]] constexpr bool is_noise(DeviceCause cause) noexcept {
   return cause == DeviceCause::kNoAnswer || cause == DeviceCause::kBadAnswer;
 }

@@ -9,10 +9,10 @@ namespace {
 
 constexpr std::int64_t kWindow_ns = 1'000'000'000;
 constexpr std::int64_t kFewestFrames = 6;
-/// Below this share of what was announced it is too slow; from the other on it is as fast as that.
+/// Below this share of the announced rate a device is too slow; from the other on it is fast enough.
 constexpr double kTooSlow = 0.9;
 constexpr double kFastEnough = 0.95;
-/// A rate must be better by so much before the arm gains speed, and gains at most so much a window.
+/// A rate must be better by this much before the arm gains speed. It gains at most this much in one window.
 constexpr double kBetter = 0.05;
 constexpr double kGain = 0.1;
 

@@ -6,21 +6,21 @@
 
 namespace corbot::rt {
 
-/// How many frames a second a device really takes, against what it announced, by the time that each one has kept it
-/// busy. A device that falls behind for a second or longer has the arm slowed by the same share, so that from one frame to
-/// the next the path is no longer than it was announced; it gains speed again by steps, when it has been faster for a
-/// while. Single frames that took long, as when the machine stood still, do not count. Pure.
+/// Measures a device's real frame rate against the announced one, by the busy time of each frame. If the
+/// device falls behind for a second or longer, the arm is slowed by the same share. The path between two
+/// frames is then no longer than announced. The arm gains speed again by steps, after the device has been
+/// faster for a while. Single slow frames, as after a standstill of the machine, do not count. Pure.
 class FrameRate {
  public:
   static constexpr double kLeastRatio = 0.05;
 
-  /// A device that announces a frame every `period_ns`.
+  /// Starts with a device that announces a frame every `period_ns`.
   void begin(std::int64_t period_ns) noexcept;
-  /// A frame has kept the device busy so long. True when the rate is known anew, about once a second.
+  /// Counts a frame's busy time. Returns true when there is a new rate, about once a second.
   bool count(std::int64_t busy_ns) noexcept;
   [[nodiscard]] double announced_hz() const noexcept { return 1e9 / static_cast<double>(period_ns_); }
   [[nodiscard]] double reached_hz() const noexcept { return reached_hz_; }
-  /// The share of the planned speed that the device can follow.
+  /// Returns the share of the planned speed that the device can follow.
   [[nodiscard]] double speed_ratio() const noexcept { return speed_ratio_; }
   [[nodiscard]] bool is_slow() const noexcept { return speed_ratio_ < 1.0; }
 

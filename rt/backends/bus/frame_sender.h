@@ -6,22 +6,22 @@
 
 namespace corbot::rt {
 
-/// Sends frames to a device, remembers the last one, and measures how old they are when the device has them.
-/// Of the thread that serves the device, but for times().
+/// Sends frames to a device, remembers the last one, and measures the frames' age when the device has them.
+/// For the thread that serves the device, except times().
 class FrameSender {
  public:
   /// `device` must outlive it.
   explicit FrameSender(BusDevice& device) : device_(device) {}
 
-  /// False: the device has kept it back. Throws DeviceError.
+  /// Sends a frame. False: the device has kept it back. Throws DeviceError.
   bool send(const ServoFrame& frame);
-  /// On the way to `frame`: at other positions, or slowly by the device itself. As send().
+  /// Sends a step on the way to `frame`: with other positions, or slowly by the device itself. As send().
   bool send_on_the_way(const ServoFrame& frame, bool approach);
-  /// servo_count 0: none.
+  /// Returns the last frame; servo_count 0: none.
   [[nodiscard]] const ServoFrame& last() const noexcept { return last_; }
-  /// From now on the longest age is counted anew.
+  /// Restarts the measurement of the longest age.
   void reset_longest_age() noexcept { counted_.age_max_ns = 0; }
-  /// Reported from the next frame on.
+  /// Sets the ratio reported from the next frame on.
   void set_speed_ratio(double ratio) noexcept { counted_.speed_ratio = ratio; }
   /// Real-time safe, from any thread.
   [[nodiscard]] BackendTimes times() const noexcept;

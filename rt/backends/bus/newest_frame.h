@@ -6,15 +6,15 @@
 
 namespace corbot::rt {
 
-/// The newest frame of the cycle, as the thread that serves the device reads it. While a store is under way there is none
-/// to be read, and a cycle that is frozen in the middle of one never ends it: the frame before then goes on being the
-/// newest, so that inputs are looked at, and its age and that of a press grow, at whichever instant the cycle stood still.
+/// Reads the cycle's newest frame for the thread that serves the device. During a store the cell cannot be
+/// read, and a cycle frozen in the middle of one never ends it. The previous frame then stays the newest. So
+/// inputs are still read, and the ages of the frame and of a press grow, at whatever instant the cycle froze.
 class NewestFrame {
  public:
   /// `cell` must outlive it.
   explicit NewestFrame(const SnapshotCell<ServoFrame>& cell) noexcept : cell_(cell) {}
 
-  /// Valid until the next call. Something has been stored before the first.
+  /// Valid until the next call. A frame must have been stored before the first call.
   [[nodiscard]] const ServoFrame& read() noexcept {
     (void)cell_.load(last_);
     return last_;

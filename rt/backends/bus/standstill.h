@@ -7,24 +7,26 @@
 
 namespace corbot::rt {
 
-/// Whether the thread that serves the device has stood still while the cycle went on: since then the arm may have moved on,
-/// or stopped in Error, and where the device is to be now is another place, not the next one. By the thread's own clock and
-/// the numbers of the cycle's frames; where both stand still, as with the whole machine, nothing has gone on. The cycle
-/// itself sees a thread that still stands (StillWatch); this one sees it when it goes on sooner. Pure.
+/// Detects that the thread that serves the device stood still while the cycle went on. Meanwhile the arm may
+/// have moved, or stopped in Error, and the device's next place is far from its last. It uses the thread's
+/// own clock and the numbers of the cycle's frames. If both stand still, as with the whole machine, nothing
+/// has gone on. The cycle itself detects a lasting standstill (StillWatch); this class detects one that has
+/// ended earlier. Pure.
 class Standstill {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  /// Between two frames. Longer than a device's answers in service may take, of which the longest is 0.3 s.
+  /// The longest time between two frames. It is longer than a device's replies in service may take, at most
+  /// 0.3 s.
   static constexpr std::int64_t kLongest_ns = 1'000'000'000;
 
-  /// `cycle`: of the newest frame.
+  /// `cycle`: number of the newest frame.
   void begin(Time now, std::uint64_t cycle) noexcept {
     at_ = now;
     cycle_ = cycle;
   }
-  /// Before each frame is sent, and after it was read. How long it has stood still, where that is too long and the cycle
-  /// has worked for half of it at least.
+  /// Called before each frame is sent, and after it was read. Returns the length of a standstill that is too
+  /// long, if the cycle has worked for at least half of it.
   [[nodiscard]] std::optional<std::int64_t> look(Time now, std::uint64_t cycle,
                                                  std::int64_t cycle_period_ns) noexcept {
     const std::int64_t gap_ns = std::chrono::nanoseconds(now - at_).count();

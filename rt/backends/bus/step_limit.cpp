@@ -7,12 +7,13 @@
 namespace corbot::rt {
 namespace {
 
-/// After a stall, the device catches up at so many times the speed that the profile allows.
+/// After a stall, the device catches up at this multiple of the profile's speed.
 constexpr double kCatchUp = 2.0;
-/// In Error there is nothing to catch up with. Above 1: where nothing has stalled, rounding limits no step.
+/// The multiple in Error, where nothing needs to catch up. It is above 1, so that rounding limits no step
+/// without a stall.
 constexpr double kCatchUpInError = 1.05;
 
-/// The share of a way that may be gone.
+/// Returns the share of a way that is allowed.
 double share_of(double way, double most) {
   return most > 0.0 && std::abs(way) > most ? most / std::abs(way) : 1.0;
 }
@@ -25,7 +26,7 @@ bool limit_step(const ArmModel& arm, const ServoFrame& last, double period_s, do
   const double time_s =
       std::clamp(static_cast<double>(next.time_ns - last.time_ns) * 1e-9, period_s, longest_s);
   const double factor = next.needs_clear ? kCatchUpInError : kCatchUp;
-  // All joints the same share of their ways: the arm stays on its path, but for the chord.
+  // All joints go the same share of their ways: the arm stays on its path, except for the chord.
   double share = 1.0;
   for (std::size_t i = 0; i < arm.dof; ++i) {
     const double way = next.position_q[i] - last.position_q[i];

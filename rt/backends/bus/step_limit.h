@@ -6,9 +6,9 @@
 
 namespace corbot::rt {
 
-/// After a stall: brings `next` as near to the last frame as the device may be asked to go in the time
-/// between the two, at no more than twice the speed that the profile allows, hardly more than it in Error. That time counts as `period_s`
-/// at least and as `longest_s` at most. True when `next` is the frame that it was.
+/// Limits the step after a stall: moves `next` as near to the last frame as the time between the two
+/// requires. The speed is at most twice the profile's speed, hardly more than that speed in Error. The time
+/// counts as `period_s` at least and as `longest_s` at most. Returns true if `next` is unchanged.
 bool limit_step(const ArmModel& arm, const ServoFrame& last, double period_s, double longest_s,
                 ServoFrame& next);
 

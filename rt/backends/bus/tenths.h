@@ -7,7 +7,7 @@
 
 namespace corbot::rt {
 
-/// "30.2", "-0.5"
+/// Returns the value as "30.2" or "-0.5".
 inline std::string tenths(double value) {
   const long long tenths = std::llround(value * 10.0);
   const long long size = std::llabs(tenths);

@@ -20,7 +20,7 @@ const rtattr* next(const rtattr* attribute, int& length) {
   return reinterpret_cast<const rtattr*>(reinterpret_cast<const std::byte*>(attribute) + bytes);
 }
 
-/// The attribute of this type in a row of them; null when there is none.
+/// Returns the attribute of this type from a row of attributes; null if there is none.
 const rtattr* find(const rtattr* attribute, std::size_t bytes, unsigned type) {
   int length = static_cast<int>(bytes);
   for (; RTA_OK(attribute, length); attribute = next(attribute, length)) {

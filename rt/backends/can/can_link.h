@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the kernel says of a CAN interface (rtnetlink).
+// Reads the state of a CAN interface from the kernel (rtnetlink).
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace corbot::rt {
 
-/// As in linux/can/netlink.h.
+/// The values of linux/can/netlink.h.
 enum class CanBusState : std::uint32_t {
   kErrorActive,
   kErrorWarning,
@@ -21,7 +21,7 @@ enum class CanBusState : std::uint32_t {
 };
 [[nodiscard]] const char* to_string(CanBusState state) noexcept;
 
-/// Of a virtual interface (vcan) nothing has a bit rate, a state, or restart-ms.
+/// The state of an interface. A virtual one (vcan) has no bit rate, no state and no restart-ms.
 struct CanLink {
   bool is_can{false};
   bool is_up{false};
@@ -31,10 +31,10 @@ struct CanLink {
   std::optional<std::uint32_t> restart_ms;  ///< 0: a controller that is off the bus stays off
 };
 
-/// Nothing where there is no such interface.
+/// Returns the interface's state; empty if there is no such interface.
 [[nodiscard]] std::optional<CanLink> read_can_link(const std::string& interface) noexcept;
 
-/// One message of the kernel. Trusts no length in it; nothing when it is not RTM_NEWLINK.
+/// Parses one message of the kernel. It trusts no length in the message; empty if it is not RTM_NEWLINK.
 [[nodiscard]] std::optional<CanLink> parse_can_link(std::span<const std::byte> message) noexcept;
 
 }  // namespace corbot::rt

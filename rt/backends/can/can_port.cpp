@@ -24,7 +24,7 @@ namespace corbot::rt {
 namespace {
 
 constexpr std::string_view kUnix = "unix:";
-/// What the kernel counts for one that waits to be sent.
+/// The memory that the kernel counts for a frame that waits to be sent.
 constexpr std::size_t kFrameMemory = 768;
 /// The kernel does not signal when a transmit queue has room again: poll() always reports it writable.
 constexpr timespec kRetryFull{0, 100'000};
@@ -96,7 +96,7 @@ void CanPort::open_socket(const std::vector<canid_t>& identifiers) {
   if (::ioctl(fd_, SIOCGIFINDEX, &request) != 0) fail(DeviceCause::kNotThere, "no such interface");
   const int index = request.ifr_ifindex;
   if (::ioctl(fd_, SIOCGIFFLAGS, &request) != 0) fail(errno);
-  // Bound to an interface that is down, a socket would only fail later.
+  // A socket bound to an interface that is down would only fail later.
   if ((request.ifr_flags & IFF_UP) == 0) {
     fail(DeviceCause::kBusDown, "the interface is down (ip link set " + interface_ + " up)");
   }
@@ -132,7 +132,7 @@ void CanPort::close() noexcept {
 }
 
 void CanPort::write(const CanFrame& frame, Clock::time_point deadline) {
-  constexpr std::chrono::milliseconds kLongest{2};  // of some looks
+  constexpr std::chrono::milliseconds kLongest{2};  // the longest counted time between two looks
   const auto begin = Clock::now();
   const auto bound = std::max<Clock::duration>(deadline - begin, kLook);
   RunningTime waited(kLongest, begin);
@@ -155,7 +155,7 @@ bool CanPort::is_wanted(const CanFrame& frame) const {
   return std::find(wanted_.begin(), wanted_.end(), frame.can_id) != wanted_.end();
 }
 
-/// What this thread, or the machine, stands still does not count.
+/// Does not count the time during which this thread, or the machine, stood still.
 std::optional<CanFrame> CanPort::read(Clock::time_point deadline) {
   const auto begin = Clock::now();
   const Clock::duration bound = deadline - begin;

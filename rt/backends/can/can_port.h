@@ -14,9 +14,9 @@ namespace corbot::rt {
 
 using CanFrame = ::can_frame;
 
-/// A CAN bus, raw frames: an interface of the kernel ("can0"), or a virtual bus that another program offers
-/// as a Unix socket ("unix:/path", SOCK_SEQPACKET, a can_frame a packet), which needs no privilege and no
-/// driver. Never blocks longer than the deadline that it is given. Not real-time safe; every failure throws
+/// A CAN bus with raw frames. It is an interface of the kernel ("can0"), or a virtual bus of another program.
+/// A virtual bus is a Unix socket ("unix:/path", SOCK_SEQPACKET, one can_frame in each packet) and needs no
+/// privilege and no driver. No call blocks longer than its deadline. Not real-time safe. Every failure throws
 /// DeviceError and leaves the port to be closed.
 class CanPort {
  public:
@@ -27,19 +27,20 @@ class CanPort {
   CanPort& operator=(const CanPort&) = delete;
   ~CanPort() { close(); }
 
-  /// Only data frames with one of these 11-bit identifiers are read, and error frames of the interface.
+  /// Opens the bus. It reads only data frames with one of these 11-bit identifiers, and error frames of the
+  /// interface.
   void open(const std::string& interface, const std::vector<canid_t>& identifiers);
-  /// At most about so many frames of this port wait for the bus, for a queue that can only grow holds what is
-  /// old when it can be sent at last.
+  /// Limits the frames of this port that wait for the bus to about this number. A queue that only grows would
+  /// hold outdated frames when it can be sent at last.
   void limit_queue(std::size_t frames);
   void close() noexcept;
   [[nodiscard]] bool is_open() const noexcept { return fd_ >= 0; }
   [[nodiscard]] const std::string& interface() const noexcept { return interface_; }
 
-  /// A transmit queue that is full is tried again until the deadline.
+  /// Writes a frame. It tries again until the deadline while the transmit queue is full.
   void write(const CanFrame& frame, Clock::time_point deadline);
-  /// The next frame; nothing when the deadline passes first. A deadline in the past asks without waiting.
-  /// Its length is at most 8.
+  /// Returns the next frame, of at most 8 bytes; empty if the deadline passes first. A deadline in the past
+  /// means no waiting.
   std::optional<CanFrame> read(Clock::time_point deadline);
 
  private:
@@ -51,7 +52,7 @@ class CanPort {
   [[noreturn]] void fail(DeviceCause cause, const std::string& what) const;
 
   std::string interface_;
-  std::vector<canid_t> wanted_;  ///< on a virtual bus, which filters nothing
+  std::vector<canid_t> wanted_;  ///< for a virtual bus, which filters nothing
   bool is_virtual_{false};
   int fd_{-1};
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all of CANopen shares (CiA 301): identifiers and the order of bytes.
+// The parts that all of CANopen shares (CiA 301): identifiers and the order of bytes.
 #pragma once
 
 #include <linux/can.h>
@@ -11,7 +11,7 @@
 
 namespace corbot::rt {
 
-// The predefined connection set (7.3.5); those of a node have its number (1 to 127) added.
+// The predefined connection set (7.3.5). The identifiers of a node have its number (1 to 127) added.
 inline constexpr canid_t kNmt = 0x000;
 inline constexpr canid_t kSync = 0x080;
 inline constexpr canid_t kEmergency = 0x080;
@@ -21,7 +21,7 @@ inline constexpr canid_t kSdoAnswer = 0x580;
 inline constexpr canid_t kSdoRequest = 0x600;
 inline constexpr canid_t kHeartbeat = 0x700;
 
-/// `bytes` (1 to 4) of the frame's data from `offset`; beyond the eighth: 0.
+/// Returns `bytes` (1 to 4) of the frame's data from `offset`; 0 beyond the eighth byte.
 [[nodiscard]] inline std::uint32_t little_endian(const CanFrame& frame, std::size_t offset,
                                                  std::size_t bytes) noexcept {
   std::uint32_t value = 0;

@@ -75,7 +75,7 @@ SdoTransfer::Step SdoTransfer::take(const CanFrame& answer) {
     return Step::kAborted;
   }
   if (in_segments_) return take_segment(answer);
-  if (!names_object) return Step::kIgnored;  // a late answer to something that was given up
+  if (!names_object) return Step::kIgnored;  // a late reply to a request that was given up
   if (is_upload_) return take_upload(answer);
   return specifier == kAnsweredDownload ? Step::kDone : Step::kIgnored;
 }

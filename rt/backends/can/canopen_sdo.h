@@ -15,8 +15,8 @@ struct ObjectAddress {
   std::uint8_t sub{0};
 };
 
-/// One transfer by SDO (CiA 301, 7.2.4) as a state machine without a bus: values of up to four bytes are
-/// written, of any length up to kMostBytes read. The server's frames are not trusted.
+/// One transfer by SDO (CiA 301, 7.2.4) as a state machine without a bus. It writes values of up to four
+/// bytes, and reads values of up to kMostBytes. It does not trust the server's frames.
 class SdoTransfer {
  public:
   static constexpr std::size_t kMostBytes = 1024;
@@ -27,8 +27,8 @@ class SdoTransfer {
   static constexpr std::uint32_t kNoSubIndex = 0x0609'0011;
 
   enum class Step {
-    kIgnored,  ///< not of this transfer: another's, or a late answer of a node that was asked twice
-    kSend,     ///< go on with request()
+    kIgnored,  ///< of another transfer, or a late reply of a node that was queried twice
+    kSend,     ///< continue with request()
     kDone,
     kAborted,   ///< by the server, see abort_code()
     kProtocol,  ///< the server broke the rules; request() is the abort to send to it
@@ -39,7 +39,7 @@ class SdoTransfer {
   [[nodiscard]] static SdoTransfer download(std::uint8_t node, ObjectAddress object, std::uint32_t value,
                                             std::size_t bytes);
 
-  /// To be sent now.
+  /// Returns the frame to be sent now.
   [[nodiscard]] const CanFrame& request() const noexcept { return request_; }
   Step take(const CanFrame& answer);
   /// Aborts the transfer; request() is then the abort for the server.
@@ -66,11 +66,11 @@ class SdoTransfer {
   std::uint32_t abort_code_{0};
 };
 
-/// CiA 301, table 22.
+/// Describes an abort code by CiA 301, table 22.
 [[nodiscard]] std::string describe_abort(std::uint32_t code);
-/// "6060h" or "1018h:1".
+/// Returns "6060h" or "1018h:1".
 [[nodiscard]] std::string to_string(ObjectAddress object);
-/// "0x" and as many digits.
+/// Returns "0x" and the given number of digits.
 [[nodiscard]] std::string hex(std::uint32_t value, int digits);
 
 }  // namespace corbot::rt

@@ -162,7 +162,7 @@ std::string describe_emergency(std::uint16_t code) {
     std::uint16_t mask;
     const char* text;
   };
-  // The first that fits: single codes before their group.
+  // The first match counts: single codes precede their group.
   static constexpr std::array<Words, 44> kWords{
       {{0x0000, 0xFFFF, "error reset or no error"},
        {0x2220, 0xFFFF, "continuous over-current in the device"},
@@ -215,7 +215,7 @@ std::string describe_emergency(std::uint16_t code) {
 
 std::optional<InterpolationTime> interpolation_time(std::int64_t period_ns) noexcept {
   if (period_ns <= 0) return std::nullopt;
-  std::int64_t unit_ns = 1'000'000;  // milliseconds where they do: some drives accept nothing else
+  std::int64_t unit_ns = 1'000'000;  // milliseconds if possible: some drives accept nothing else
   for (int exponent = -3; exponent >= -9; --exponent, unit_ns /= 10) {
     if (period_ns % unit_ns != 0) continue;
     const std::int64_t value = period_ns / unit_ns;

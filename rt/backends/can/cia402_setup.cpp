@@ -43,7 +43,7 @@ void set_up_sync(DriveObjects& objects, const DriveSetup& setup) {
     objects.ensure(kSyncIdentifier, kSync, 4, kProducesAndIdentifier);
   }
   const auto period_us = static_cast<std::uint32_t>(setup.period_ns / 1000);
-  // 0: it does not use the period, and need not let it be written.
+  // A period of 0 means that the drive does not use it, and it need not be writable then.
   if (const auto period = objects.sdo().read_if_there(kSyncPeriod); period && *period != period_us) {
     const auto abort_code =
         *period == 0 ? objects.sdo().try_to_write(kSyncPeriod, period_us, 4) : std::nullopt;
@@ -52,7 +52,8 @@ void set_up_sync(DriveObjects& objects, const DriveSetup& setup) {
   }
 }
 
-/// Mode and heartbeat are rarely stored: a restart, whose boot-up message may have been missed, resets them.
+/// Checks mode and heartbeat. They are rarely stored: a restart, whose boot-up message may have been missed,
+/// resets them.
 bool is_set_up(DriveObjects& objects, const DriveSetup& setup) {
   return objects.mode() == kCyclicSynchronousPosition &&
          objects.sdo().read(kProducerHeartbeat) == static_cast<std::uint32_t>(setup.heartbeat_ms);
@@ -75,7 +76,7 @@ void check_identity(SdoClient& sdo, const DriveIdentity& identity) {
 
 bool is_homed(CanPort& port, DriveWatch& watch, std::uint8_t node) {
   DriveObjects objects(port, watch, node);
-  objects.set_mode(kHoming);  // without its start bit nothing moves, and what holds goes on holding
+  objects.set_mode(kHoming);  // without its start bit nothing moves, and a holding drive goes on holding
   return (objects.statusword() & kStatusAttained) != 0;
 }
 
@@ -111,7 +112,7 @@ DriveFound set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& setu
              "is not homed since its power-up, so where its joint is is not known: type '" +
                  setup.home_command + "'");
   }
-  // Where it holds is where it stays, whatever target it was given last.
+  // The drive stays at its held position, whatever its last target was.
   if (objects.mode() != kCyclicSynchronousPosition &&
       state_of(objects.statusword()) == DriveState::kOperationEnabled) {
     sdo.write(kTarget, sdo.read(kPosition), 4);

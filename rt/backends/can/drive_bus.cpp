@@ -8,7 +8,7 @@ namespace corbot::rt {
 namespace {
 
 constexpr int kLatePeriods = 3;
-/// So many periods' frames may wait while no node acknowledges; later they would all go out at once.
+/// The frames of this many periods may wait while no node acknowledges; later they would all go out at once.
 constexpr std::size_t kQueuedPeriods = 2;
 
 std::vector<canid_t> identifiers_of(const std::vector<DriveReport>& drives) {
@@ -70,7 +70,8 @@ void DriveBus::listen(Clock::time_point deadline, const std::function<bool()>& i
     watch_.take(*frame, Clock::now());
   }
   last_listened_ = Clock::now();
-  // This thread, or the machine, has stood still: the drives may have, too, or what they sent is not here yet.
+  // This thread, or the machine, has stood still. The drives may have stood still, too, or their frames are
+  // not here yet.
   constexpr std::chrono::milliseconds kLate{50};
   if (last_listened_ - std::max(begin, deadline) > kLate) watch_.forgive(last_listened_);
 }

@@ -10,7 +10,7 @@
 
 namespace corbot::rt {
 
-/// A CAN bus with drives on it: sends them commands and process data, and hands all that it receives to the
+/// A CAN bus with drives. It sends them commands and process data, and passes everything received to the
 /// watch. Failures throw DeviceError.
 class DriveBus {
  public:
@@ -21,7 +21,7 @@ class DriveBus {
   DriveBus(std::string interface, const std::vector<std::uint8_t>& nodes, int heartbeat_ms,
            std::int64_t period_ns);
 
-  /// Earlier reports in the watch stay until it is cleared.
+  /// Opens the bus. Earlier reports in the watch stay until it is cleared.
   void open();
   void close() noexcept { port_.close(); }
   [[nodiscard]] bool is_open() const noexcept { return port_.is_open(); }
@@ -30,23 +30,23 @@ class DriveBus {
   [[nodiscard]] CanPort& port() noexcept { return port_; }
   [[nodiscard]] DriveWatch& watch() noexcept { return watch_; }
   [[nodiscard]] const std::vector<DriveReport>& drives() const { return watch_.drives(); }
-  /// Of SYNC.
+  /// Returns the period of SYNC.
   [[nodiscard]] Clock::duration period() const { return std::chrono::nanoseconds(period_ns_); }
   [[nodiscard]] std::int64_t period_ns() const noexcept { return period_ns_; }
   void set_period_ns(std::int64_t period_ns) noexcept { period_ns_ = period_ns; }
 
   void command(NmtCommand command);
-  /// RPDOs to all, then SYNC.
+  /// Sends RPDOs to all drives, then SYNC.
   void synchronise(const std::vector<std::uint16_t>& controlwords, std::vector<std::int32_t> targets);
-  /// Of the last synchronise(); empty: none since open().
+  /// Returns the targets of the last synchronise(); empty: none since open().
   [[nodiscard]] const std::vector<std::int32_t>& targets() const noexcept { return targets_; }
-  /// SYNC alone, to which the drives answer as well.
+  /// Sends SYNC alone, to which the drives also answer.
   void request_answers(Clock::time_point deadline);
-  /// Takes what has come in, and what comes until the deadline; ends early when `is_enough`.
+  /// Takes the frames that have come in, and those until the deadline; ends early when `is_enough`.
   void listen(Clock::time_point deadline, const std::function<bool()>& is_enough);
-  /// The same until all drives have answered.
+  /// Does the same until all drives have answered.
   void await_answers(Clock::time_point deadline);
-  /// Answers to the last synchronise() may still come.
+  /// Tells whether answers to the last synchronise() may still come.
   [[nodiscard]] bool is_synchronised() const noexcept { return is_synchronised_; }
   void settle_synchronisation() noexcept { is_synchronised_ = false; }
 

@@ -14,12 +14,12 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kAnswersWithin = 2s;
-constexpr auto kAskWithin = 500ms;  ///< then the voltage goes off all the same
+constexpr auto kAskWithin = 500ms;  ///< after this time the voltage goes off anyway
 constexpr auto kEnableWithin = 5s;
 constexpr auto kDisableWithin = 1s;
 /// A quick stop; some drives stay in it by their 605Ah.
 constexpr auto kStopWithin = 1s;
-/// A controlword stands this long before the next step: a statusword answers the one before it.
+/// A controlword stands this long before the next step: a statusword replies to the previous one.
 constexpr auto kStep = 20ms;
 
 }  // namespace
@@ -67,7 +67,7 @@ void DriveEnabling::check_counts() const {
 
 std::optional<std::vector<std::int32_t>> DriveEnabling::enable(const std::function<bool()>& is_stopped) {
   const auto& drives = bus_.drives();
-  // A first SYNC without a controlword asks where they are: one may be enabled, and holds.
+  // A first SYNC without a controlword queries the positions: a drive may be enabled, and holds.
   bus_.request_answers(Clock::now() + DriveBus::kSendWithin);
   bus_.await_answers(Clock::now() + kAnswersWithin);
   for (const DriveReport& drive : drives) check_answered(drive);
@@ -103,14 +103,14 @@ void DriveEnabling::disable(const std::vector<bool>& was_enabled) noexcept {
     bus_.request_answers(deadline);
     bus_.await_answers(deadline);
   } catch (const DeviceError&) {
-    return;  // the bus is cut: what led here is reported
+    return;  // the bus is cut: the original failure is reported
   }
 }
 
 void DriveEnabling::fail_not_enabled(std::size_t index) {
   const DriveReport& drive = bus_.drives()[index];
   const std::uint16_t code = read_error_code(bus_.port(), bus_.watch(), drive.node);
-  const std::uint16_t word = drive.process.statusword;  // as it is by now
+  const std::uint16_t word = drive.process.statusword;  // its present state
   const DriveState state = state_of(word);
   const std::string who = bus_.interface() + ": " + name_of(drive);
   const std::string why = code != 0 ? ": " + describe_emergency(code) : "";
@@ -140,8 +140,8 @@ void DriveEnabling::check_steady(std::size_t index, Progress& progress) {
   progress.was_well |= is_well;
 }
 
-/// A fault is reset once: one that comes back is for a person. And what was in operation and has left it is not brought
-/// there again.
+/// Advances a drive by one step. A fault is reset once: if it comes back, a person must act. A drive that was
+/// in operation and has left it is not brought back.
 void DriveEnabling::lead(std::size_t index, Progress& progress) {
   const DriveReport& drive = bus_.drives()[index];
   const DriveState state = state_of(drive.process.statusword);
@@ -172,11 +172,11 @@ std::optional<std::vector<std::int32_t>> DriveEnabling::enable_all(const std::fu
   auto next_turn = Clock::now();
   for (auto due = Clock::now();; due += bus_.period()) {
     bool all_ready = true;
-    bool is_turn = Clock::now() >= next_turn;  // and all before are in operation
+    bool is_turn = Clock::now() >= next_turn;  // true when all drives before it are in operation
     for (std::size_t i = 0; i < drives.size(); ++i) {
       check_answered(drives[i]);
       check_steady(i, progress[i]);
-      // Nothing jumps; and what holds its load keeps its target, or it would sink a little every time.
+      // No target jumps. A drive that holds its load keeps its target, or it would sink a little every time.
       if (!is_holding[i]) targets[i] = drives[i].process.position;
       const bool was_holding = is_holding[i];
       is_holding[i] = state_of(drives[i].process.statusword) == DriveState::kOperationEnabled;
@@ -184,7 +184,7 @@ std::optional<std::vector<std::int32_t>> DriveEnabling::enable_all(const std::fu
         next_turn = Clock::now() + stagger_;
         is_turn = false;
       }
-      // What holds its load already goes on doing so.
+      // A drive that already holds its load goes on doing so.
       progress[i].has_begun |= is_holding[i] || is_turn || stagger_.count() == 0;
       is_turn = is_turn && is_holding[i];
       all_ready = all_ready && is_ready(i, progress[i]);
@@ -205,13 +205,13 @@ std::optional<std::vector<std::int32_t>> DriveEnabling::enable_all(const std::fu
   return targets;
 }
 
-/// Between two looks at the drives, as long as it takes without a fault.
+/// Starts the timer of a wait: of the time between two looks, at most kStep or two periods count.
 RunningTime DriveEnabling::begin_waiting() const {
   return {std::max<Clock::duration>(kStep, 2 * bus_.period()), Clock::now()};
 }
 
-/// After the bus was opened no drive has said where it is, and one that is still enabled would be sent to zero. Those that
-/// have said it get `word` meanwhile, and wait for no other.
+/// Queries the positions. After the bus was opened no drive has reported its position, and one that is still
+/// enabled would be sent to zero. Drives that have reported get `word` meanwhile, and wait for no other.
 void DriveEnabling::ask_positions(std::uint16_t word) {
   const auto has_process = [](const DriveReport& drive) { return drive.has_process; };
   RunningTime waited = begin_waiting();
@@ -228,7 +228,8 @@ void DriveEnabling::ask_positions(std::uint16_t word) {
 }
 
 void DriveEnabling::send_to_all(std::uint16_t word) {
-  // A drive may still follow its target: the position that it has reported last may be old, or behind it.
+  // A drive may still follow its target. The position that it has reported last may be old, or behind the
+  // target.
   std::vector<std::int32_t> targets = bus_.targets();
   if (targets.empty()) {
     ask_positions(word);
@@ -269,7 +270,7 @@ void DriveEnabling::quick_stop() noexcept {
     } while (std::any_of(drives.begin(), drives.end(), stops) && waited.look(Clock::now()) < kStopWithin);
     send_to_all(kDisableVoltage);
   } catch (const DeviceError&) {
-    return;  // the bus is cut: the drives' own reaction is left
+    return;  // the bus is cut: only the drives' own reaction is left
   }
 }
 

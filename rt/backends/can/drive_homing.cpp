@@ -27,7 +27,7 @@ constexpr auto kHaltWithin = 2s;
 constexpr auto kHomeWithin = std::chrono::minutes(10);
 
 Cia402Settings without_watch(Cia402Settings settings) {
-  settings.watch_ms = 0;  // no set-point goes on here for which a heartbeat would stand
+  settings.watch_ms = 0;  // no set-points, for which a heartbeat would stand, are sent here
   return settings;
 }
 

@@ -12,38 +12,40 @@
 
 namespace corbot::rt {
 
-/// Homes drives that lose their count with their power, one after the other (CiA 402-2, homing mode), while all others hold
-/// where they stand. In place of the backend, for a person who stands by. Every failure throws DeviceError; what has power
-/// then is stopped, and its voltage taken off, by stop().
+/// Homes drives that lose their count with their power, one after the other (CiA 402-2, homing mode), while
+/// all others hold their positions. It replaces the backend, for a person who stands by. Every failure throws
+/// DeviceError. stop() then stops powered drives, and takes their voltage off.
 class DriveHoming {
  public:
   explicit DriveHoming(const Cia402Settings& settings);
 
-  /// Sets all drives up, and the homing of those that have one; energises nothing.
+  /// Sets up all drives, and the homing of those that have one; energises nothing.
   std::string open();
-  /// All hold where they stand. False: it was stopped meanwhile, and what it had enabled is disabled again.
+  /// Energises all drives, which hold their positions. False: it was stopped meanwhile, and has disabled what
+  /// it had enabled.
   [[nodiscard]] bool energise(const std::function<bool()>& is_stopped);
-  /// False: `goes_on`, which is asked every cycle, was false; the drive has been halted, or has not begun.
+  /// Homes a drive. False: `goes_on`, polled every cycle, was false; the drive has been halted, or has not
+  /// begun.
   [[nodiscard]] bool home(std::size_t joint, const std::function<bool()>& goes_on);
-  /// The count at which it stands, and where its joint is by the profile.
+  /// Returns the drive's present count; position_q() returns its joint's position by the profile.
   [[nodiscard]] std::int32_t count(std::size_t joint) const {
     return bus_.drives().at(joint).process.position;
   }
   [[nodiscard]] double position_q(std::size_t joint) const;
 
-  /// A proper end: they go on holding.
+  /// Ends properly: the drives go on holding.
   void leave() noexcept { bus_.close(); }
-  /// Voltage off.
+  /// Takes the voltage off.
   void relax();
-  /// After a failure: quick stop, then voltage off, where energise() was called.
+  /// Stops after a failure: quick stop, then voltage off, if energise() was called.
   void stop() noexcept;
 
  private:
   using Clock = DriveBus::Clock;
 
-  /// SYNC with this word for one drive; all others hold. Throws for what the drives report.
+  /// Sends SYNC with this word for one drive; all others hold. Throws for faults that the drives report.
   void exchange(std::size_t joint, std::uint16_t word);
-  /// For so long.
+  /// Does so for the given time.
   void exchange_for(std::size_t joint, std::uint16_t word, Clock::duration time);
   void halt(std::size_t joint);
   void set_mode(std::size_t joint, std::uint8_t mode);

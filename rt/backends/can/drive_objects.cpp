@@ -20,7 +20,7 @@ constexpr std::uint16_t kRpdoParameters = 0x1400;
 constexpr std::uint16_t kTpdoParameters = 0x1800;
 constexpr std::uint16_t kPdos = 4;
 constexpr std::uint32_t kPdoOff = 1u << 31;
-constexpr std::uint32_t kNoRemoteRequest = 1u << 30;  // which some devices keep, and some do not
+constexpr std::uint32_t kNoRemoteRequest = 1u << 30;  // some devices keep it, and some do not
 constexpr std::uint32_t kEverySync = 1;
 constexpr auto kModeWithin = 1s;
 
@@ -125,7 +125,7 @@ std::string DriveObjects::mapped(std::uint16_t mapping) {
   return count == 0 ? " nothing" : text;
 }
 
-/// CiA 301, 7.5.2.36: no entries, the entries, their number; while the PDO is off.
+/// Maps by CiA 301, 7.5.2.36: no entries, then the entries, then their number, all while the PDO is off.
 void DriveObjects::map(const PdoPlan& plan) {
   const auto refuse = [&](ObjectAddress object, std::uint32_t abort_code) {
     std::string needed;
@@ -161,7 +161,7 @@ void DriveObjects::ensure_pdo(const PdoPlan& plan) {
   }
   const std::uint32_t has = sdo_.read(where);
   if ((has & mask) == (identifier & mask)) return;
-  // The identifier of one that is on cannot be changed.
+  // The identifier of an active PDO cannot be changed.
   if ((has & kPdoOff) == 0) ensure(where, has | kPdoOff, 4, mask);
   ensure(where, identifier, 4, mask);
 }

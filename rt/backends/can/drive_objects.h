@@ -18,9 +18,9 @@ struct PdoPlan {
   std::span<const std::uint32_t> entries;
 };
 
-/// Brings the objects of a drive to what they must be: reads first and writes only what differs, so what is right already
-/// may be read-only. What the drive accepts only while no mode is active, or no PDO is valid, is written then. Throws
-/// DeviceError, which names node, object, the value that it has and the one that is needed.
+/// Sets the objects of a drive to the needed values. It reads first and writes only differences, so a right
+/// value may be read-only. Some drives accept a value only while no mode is active, or no PDO is valid; it is
+/// written then. Throws DeviceError, which names node, object, the present value and the needed one.
 class DriveObjects {
  public:
   DriveObjects(CanPort& port, DriveWatch& watch, std::uint8_t node) : sdo_(port, watch, node) {}
@@ -29,15 +29,16 @@ class DriveObjects {
   /// `bytes` of `value`; only the bits in `mask` count.
   void ensure(ObjectAddress object, std::uint32_t value, std::size_t bytes, std::uint32_t mask = 0xFFFF'FFFF);
   void ensure_pdo(const PdoPlan& plan);
-  /// Switches off what the drive would send of its own accord.
+  /// Switches off the PDOs that the drive would send of its own accord.
   void switch_off_other_pdos();
-  /// 6060h, until 6061h agrees.
+  /// Sets 6060h, and waits until 6061h agrees.
   void set_mode(std::uint8_t mode);
   [[nodiscard]] std::uint8_t mode();
   [[nodiscard]] std::uint16_t statusword();
 
  private:
-  /// The abort code, nothing: it is written. Once more where the state of the drive was the reason and could be changed.
+  /// Returns the abort code, or nothing if it is written. It tries again if the drive's state was the reason
+  /// and could be changed.
   [[nodiscard]] std::optional<std::uint32_t> write(ObjectAddress object, std::uint32_t value,
                                                    std::size_t bytes);
   [[nodiscard]] bool make_mode_inactive();

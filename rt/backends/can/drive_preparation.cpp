@@ -87,7 +87,7 @@ DriveSetup DrivePreparation::setup_of(std::size_t drive, bool must_be_homed) con
 }
 
 std::string DrivePreparation::set_up_once(bool must_be_homed) {
-  bus_.command(NmtCommand::kPreOperational);  // their PDOs are quiet while they are set up
+  bus_.command(NmtCommand::kPreOperational);  // the drives' PDOs are quiet during the set-up
   watch_masters(0);                           // and no heartbeat is sent
   std::string nodes;
   std::string last_name;
@@ -105,7 +105,7 @@ std::string DrivePreparation::set_up_once(bool must_be_homed) {
     last_name = name;
   }
   if (!last_name.empty()) nodes += " (" + last_name + ")";
-  watch_masters(settings_.watch_ms);  // which begins with the first heartbeat
+  watch_masters(settings_.watch_ms);  // the watch begins with the first heartbeat
   return nodes;
 }
 
@@ -119,7 +119,7 @@ void DrivePreparation::start() {
   bus_.command(NmtCommand::kStart);
   const auto is_operational = [](const DriveReport& drive) { return drive.nmt == NmtState::kOperational; };
   const auto& drives = bus_.drives();
-  // Its heartbeat shows that it has become operational.
+  // A drive's heartbeat shows that it has become operational.
   const Clock::duration two_heartbeats = 2 * std::chrono::milliseconds(settings_.heartbeat_ms);
   const auto are_all = [&] { return std::all_of(drives.begin(), drives.end(), is_operational); };
   Patience patience{std::max(kStartWithin, two_heartbeats)};

@@ -12,24 +12,25 @@
 
 namespace corbot::rt {
 
-/// From a bus that is open to drives that are set up and operational, none of them energised by that. Every failure throws
+/// Takes drives from an open bus to set up and operational, without energising them. Every failure throws
 /// DeviceError.
 class DrivePreparation {
  public:
-  /// All outlive this.
+  /// All arguments outlive this.
   DrivePreparation(const Cia402Settings& settings, DriveBus& bus, DriveEnabling& enabling)
       : settings_(settings), bus_(bus), enabling_(enabling) {}
 
-  /// Of SYNC, by what the bus carries; returns a text about it.
+  /// Chooses the period of SYNC by the load of the bus; returns a text about it.
   std::string choose_period();
-  /// Returns the nodes, for the log. `must_be_homed`: those that lose their count with their power are.
+  /// Sets up the drives and returns the nodes, for the log. `must_be_homed`: drives that lose their count
+  /// with their power must be homed.
   std::string set_up(bool must_be_homed);
   void start();
-  /// Of the last set_up(): 6065h of the gripper's drive, where it is there.
+  /// Returns 6065h of the gripper's drive from the last set_up(), if it is there.
   [[nodiscard]] std::optional<std::uint32_t> gripper_window() const { return gripper_window_; }
-  /// 1016h of all drives, where the profile wants that; 0: they await no heartbeat.
+  /// Sets 1016h of all drives, if the profile requires it; 0: they await no heartbeat.
   void watch_masters(int watch_ms);
-  /// Between two of corbot's heartbeats.
+  /// Returns the time between two of corbot's heartbeats.
   [[nodiscard]] DriveBus::Clock::duration beat_period() const {
     return std::chrono::milliseconds(settings_.watch_ms) / 3;
   }
@@ -39,7 +40,7 @@ class DrivePreparation {
 
   [[nodiscard]] DriveSetup setup_of(std::size_t drive, bool must_be_homed) const;
   std::string set_up_once(bool must_be_homed);
-  /// One that has restarted since its set-up began, or nullptr.
+  /// Returns a drive that has restarted since its set-up began, or nullptr.
   [[nodiscard]] const DriveReport* restarted() const;
 
   const Cia402Settings& settings_;

@@ -10,7 +10,7 @@ namespace corbot::rt {
 namespace {
 
 constexpr std::uint8_t kNoNode = 0x7F;
-/// The interface reports when it could not send, not when it can again.
+/// The interface reports that it could not send, but not that it can again.
 constexpr auto kTxTimeoutStands = std::chrono::seconds(1);
 /// A drive may drop a target now and then.
 constexpr int kMostIgnored = 10;
@@ -179,7 +179,7 @@ void DriveWatch::check(Time now, Duration heartbeat, Duration process, bool enab
           DeviceCause::kDeviceFault,
           name_of(drive) + " has restarted: did its power fail? It is used again if it counts as before");
     }
-    // The drive's own report comes first: one with a fault may fall silent after it.
+    // The drive's own report comes first: a drive with a fault may fall silent after it.
     const auto index = static_cast<std::size_t>(&drive - drives_.data());
     if (enabled) check_enabled(drive, reports_following_[index]);
     if (!enabled) check_off(drive, shows_voltage_[index]);

@@ -9,8 +9,8 @@
 
 namespace corbot::rt {
 
-/// Whether the cycle's frames go on. Before the first that differs from its predecessor the cycle does not run yet, and
-/// nothing is stale; what this thread stood still does not count.
+/// Tells whether the cycle's frames go on. Before the first frame that differs from its predecessor the cycle
+/// does not run yet, and nothing is stale. A standstill of this thread does not count.
 class FrameAge {
  public:
   using Clock = RunningTime::Clock;
@@ -18,7 +18,7 @@ class FrameAge {
   /// `limit` 0: frames never count as stale.
   explicit FrameAge(Clock::duration limit) : limit_(limit), age_(limit / kLooks, Clock::time_point{}) {}
 
-  /// The newest frame.
+  /// Looks at the newest frame.
   void see(const ServoFrame& frame, Clock::time_point now) {
     const bool is_new = frame.cycle != cycle_ || frame.time_ns != time_ns_;
     runs_ = has_seen_ && (runs_ || is_new);
@@ -35,7 +35,7 @@ class FrameAge {
   [[nodiscard]] Clock::duration limit() const { return limit_; }
 
  private:
-  /// So many looks at least found nothing new: one after a standstill proves nothing.
+  /// At least this many looks found nothing new: one look after a standstill proves nothing.
   static constexpr int kLooks = 4;
 
   Clock::duration limit_;

@@ -16,7 +16,7 @@ constexpr auto kAnswerWithin = 500ms;
 constexpr auto kTransferWithin = 2s;  // with all its segments and tries
 constexpr auto kSendWithin = 50ms;
 constexpr int kMostWaiting = 4096;  // frames, on a bus that never rests
-constexpr int kRequestTries = 2;    // a node that is busy may miss a request
+constexpr int kRequestTries = 2;    // a busy node may miss a request
 
 bool is_not_there(const SdoTransfer& transfer) {
   return transfer.abort_code() == SdoTransfer::kNoObject || transfer.abort_code() == SdoTransfer::kNoSubIndex;
@@ -37,7 +37,7 @@ bool SdoClient::run(SdoTransfer& transfer) {
   const SdoTransfer unbegun = transfer;
   RunningTime spent(kAnswerWithin, Clock::now());
   for (int tried = 1;; ++tried) {
-    // What is there before the request does not answer it: a late answer to an earlier one.
+    // Discards replies queued before the request; they belong to an earlier one.
     for (int i = 0; i < kMostWaiting; ++i) {
       const auto frame = port_.read(Clock::time_point{});
       if (!frame) break;

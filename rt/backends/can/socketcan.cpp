@@ -13,12 +13,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// A drive that sends no process data so long has them reported as missing.
+/// The age at which missing process data of a drive are reported.
 constexpr auto kStale = 50ms;
 constexpr int kStalePeriods = 5;
-/// So many times as long, and it is lost, though its heartbeat goes on: its statusword is old as well.
+/// After this multiple of that age a drive is lost, even if its heartbeat goes on: its statusword is old as
+/// well.
 constexpr int kLostAfterStale = 20;
-/// So far the shaft of a drive that restarts may sag, near_q() of it where its joint slides; more, and its count has begun anew.
+/// The greatest sag of a drive's shaft during a restart, near_q() of it for a sliding joint. After a greater
+/// one its count has begun anew.
 constexpr double kSag_rad = 0.05;
 constexpr double kSagOfGripper = 0.05;
 
@@ -97,7 +99,7 @@ bool Cia402Drives::energise(const std::function<bool()>& is_stopped) {
   exchange_succeeded_ = false;
   if (frame_age_.is_stale()) fail_stale();
   const auto targets = enabling_.enable([&] {
-    beat();  // one after another takes longer than drives wait for the master
+    beat();  // enabling one after another takes longer than drives wait for the master
     return is_stopped();
   });
   exchange_succeeded_ = true;
@@ -129,13 +131,13 @@ void Cia402Drives::close() noexcept {
   try {
     preparation_.watch_masters(0);
   } catch (const DeviceError&) {
-    // Then they react.
+    // The drives react to the missing heartbeat then.
   }
   is_energised_ = false;
   bus_.close();
 }
 
-/// With what they have by then, drives that watch corbot's heartbeat react, unless it is back soon.
+/// Drives that watch corbot's heartbeat react to its absence, unless it is back soon.
 void Cia402Drives::close_after_fault() noexcept {
   exchange_succeeded_ = false;
   if (is_energised_ && bus_.is_open()) enabling_.quick_stop();

@@ -11,9 +11,9 @@
 
 namespace corbot::rt {
 
-// What both versions of the library need; all for set-up.
+// The helpers that both versions of the library need; all for set-up.
 
-/// The offset that a line is given by; nothing when it is a name.
+/// Returns the offset by which a line is given; empty if it is a name.
 inline std::optional<unsigned> gpio_offset(const std::string& line) {
   unsigned offset = 0;
   const char* end = line.data() + line.size();
@@ -42,7 +42,7 @@ inline DeviceError gpio_line_error(const std::string& chip, const std::string& l
   return {DeviceCause::kNotThere, chip + ", line " + line + ": " + std::strerror(error)};
 }
 
-/// A line that was there: the chip is gone.
+/// The error of a line that was there: the chip is gone.
 inline DeviceError gpio_lost(const std::string& chip, int error) {
   return {DeviceCause::kHungUp, chip + ": " + std::strerror(error)};
 }

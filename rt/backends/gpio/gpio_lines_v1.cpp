@@ -103,7 +103,7 @@ class Input final : public GpioInput {
       return;
     }
     if (errno == EBUSY) throw refused(request, request.lines[0], line_, EBUSY);
-    config.request_type = GPIOD_LINE_REQUEST_DIRECTION_INPUT;  // no interrupt: looked at often
+    config.request_type = GPIOD_LINE_REQUEST_DIRECTION_INPUT;  // no interrupt: read often
     if (gpiod_line_request(line_, &config, 0) != 0) throw refused(request, request.lines[0], line_, errno);
   }
   bool wait_edge(std::chrono::nanoseconds longest) override {

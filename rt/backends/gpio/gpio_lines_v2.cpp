@@ -44,7 +44,7 @@ unsigned find_line(gpiod_chip* chip, const std::string& path, const std::string&
   return static_cast<unsigned>(offset);
 }
 
-/// The consumer of a line; nothing when it is free.
+/// Returns the consumer of a line; nothing if it is free.
 std::optional<std::string> user_of(gpiod_chip* chip, unsigned offset) {
   const LineInfo info(gpiod_chip_get_line_info(chip, offset));
   if (!info || !gpiod_line_info_is_used(info.get())) return std::nullopt;
@@ -131,7 +131,7 @@ class Input final : public GpioInput {
       if (!events_) throw gpio_chip_error(request.chip, ENOMEM);
       return;
     }
-    request_ = request_lines(chip.get(), request, {offset_}, Use::kInput);  // no interrupt: looked at often
+    request_ = request_lines(chip.get(), request, {offset_}, Use::kInput);  // no interrupt: read often
     if (!request_) throw gpio_line_error(request.chip, name, errno);
   }
   bool wait_edge(std::chrono::nanoseconds longest) override {

@@ -111,7 +111,8 @@ std::string Gpiod::drain_log() { return std::exchange(log_, {}); }
 
 bool Gpiod::take_priority() noexcept {
   if (settings_.cpu >= 0) (void)bind_to_cpu(settings_.cpu);
-  (void)::prctl(PR_SET_TIMERSLACK, 1ul);  // an ordinary thread would be woken up to 50 us late, to save power
+  // An ordinary thread would be woken up to 50 us late, to save power.
+  (void)::prctl(PR_SET_TIMERSLACK, 1ul);
   return settings_.priority > 0 && set_fifo_priority(settings_.priority) == 0;
 }
 
@@ -123,10 +124,10 @@ void Gpiod::run() noexcept {
   std::int64_t begin_ns = now_ns() + frame_ns_;
   while (!end_.load(std::memory_order_relaxed) && error_.load(std::memory_order_relaxed) == 0) {
     sleep_until(begin_ns);
-    (void)widths_.load(widths);  // torn: those of the last frame once more
+    (void)widths_.load(widths);  // torn: take those of the last frame once more
     make_frame(plan_pulses(widths, frame_ns_, settings_.order), begin_ns);
     begin_ns += frame_ns_;
-    // A frame that was missed is left out; pulses that follow each other too soon would harm a servo.
+    // Skips a missed frame: pulses that follow each other too soon would harm a servo.
     if (const std::int64_t behind_ns = now_ns() - begin_ns; behind_ns > 0) {
       begin_ns += (behind_ns / frame_ns_ + 1) * frame_ns_;
     }
@@ -148,7 +149,7 @@ void Gpiod::make_frame(const PulsePlan& plan, std::int64_t begin_ns) noexcept {
   }
 }
 
-/// The instant counts at which the lines have been set, as it does for the rise.
+/// Counts the instant at which the lines have been set, as for the rise.
 void Gpiod::lower_at(std::int64_t due_ns, std::uint32_t high) noexcept {
   const std::int64_t begin_ns = due_ns - quickest_set_ns_;
   sleep_until(begin_ns - settings_.awake_ns);
@@ -160,7 +161,8 @@ void Gpiod::lower_at(std::int64_t due_ns, std::uint32_t high) noexcept {
   lateness_.count(done_ns - due_ns);
 }
 
-/// Lines that are low are set low, often enough that once at least nothing came in between.
+/// Measures the time of setting lines. It sets low lines low, often enough that at least one try is
+/// undisturbed.
 void Gpiod::time_setting() noexcept {
   quickest_set_ns_ = kLongestSet_ns;
   for (int i = 0; i < kTimings; ++i) {

@@ -20,21 +20,20 @@ struct GpiodSettings {
   std::vector<std::string> lines;  ///< by channel: names or offsets
   double frame_hz{50.0};
   PulseOrder order{PulseOrder::kStaggered};
-  /// SCHED_FIFO of the thread that times the pulses; 0: an ordinary thread. Above the cycle's: an edge that
-  /// waits for the cycle's step is a twitch of the servo, while the cycle does not notice the microseconds of
-  /// an edge.
+  /// SCHED_FIFO of the thread that times the pulses; 0: an ordinary thread. It is above the cycle's priority.
+  /// If an edge waits for the cycle's step, the servo twitches, but the cycle does not notice the
+  /// microseconds of an edge.
   int priority{0};
   int cpu{-1};  ///< −1: any
-  /// The thread sleeps until so long before a pulse ends, and then watches the clock: a wake-up that is late
-  /// by less costs the pulse nothing. 0: it sleeps to the end.
+  /// The thread sleeps until this time before a pulse ends, and then polls the clock. A wake-up late by less
+  /// costs the pulse nothing. 0: it sleeps to the end.
   std::int64_t awake_ns{50'000};
 };
 
 /// Servo pulses on GPIO lines, made by a thread of its own: raise, sleep to shortly before an absolute
-/// deadline, wait for it, lower. A pulse's length counts from when its line really rose, and the fall is
-/// begun as much earlier as setting lines takes at its quickest, so only the fall's lateness is its error,
-/// and that never shortens it. Nominal resolution 1 ns; what a pulse is really worth is given by lateness().
-/// The pulses end with the thread.
+/// deadline, poll, lower. A pulse's length counts from the real rise of its line. The fall begins earlier by
+/// the quickest time of setting lines. So only the fall's lateness is its error, and never shortens it.
+/// Nominal resolution 1 ns; lateness() gives the real errors. The pulses end with the thread.
 class Gpiod final : public BusDevice {
  public:
   Gpiod(GpiodSettings settings, std::unique_ptr<GpioChips> chips);
@@ -51,7 +50,7 @@ class Gpiod final : public BusDevice {
   [[nodiscard]] const EdgeLateness& lateness() const noexcept { return lateness_; }
 
  private:
-  /// Throws for an edge that could not be made.
+  /// Throws for a failed edge.
   void check_edges() const;
   void run() noexcept;
   void make_frame(const PulsePlan& plan, std::int64_t begin_ns) noexcept;
@@ -66,11 +65,11 @@ class Gpiod final : public BusDevice {
   std::unique_ptr<GpioOutputs> outputs_;
   SnapshotCell<PulseWidths> widths_;
   EdgeLateness lateness_;
-  std::int64_t quickest_set_ns_{};  ///< of the pulses' thread: how long setting lines takes
-  std::atomic<int> error_{0};       ///< errno of an edge that could not be made; the thread has ended then
+  std::int64_t quickest_set_ns_{};  ///< for the pulses' thread: the quickest time of setting lines
+  std::atomic<int> error_{0};       ///< errno of a failed edge; the thread has ended then
   std::atomic<bool> end_{false};
   std::atomic<int> is_realtime_{-1};  ///< −1: not known yet
-  std::string log_;                   ///< of the thread that calls, not of the one that times
+  std::string log_;                   ///< of the calling thread, not of the timing one
   std::chrono::steady_clock::time_point next_report_{};
   std::thread thread_;
 };

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::int64_t kNanosecondsPerMicrosecond = 1000;
 
-/// In order of time; near ones become one.
+/// Adds a fall in order of time; near ones become one.
 void add_fall(PulseGroup& group, std::int64_t after_ns, std::uint32_t line) noexcept {
   std::uint32_t at = 0;
   while (at < group.fall_count && group.falls[at].after_ns < after_ns - kSameEdge_ns) ++at;
@@ -30,7 +30,7 @@ PulsePlan plan_pulses(const PulseWidths& widths, std::int64_t frame_ns, PulseOrd
     if (widths.width_ns[i] <= 0) continue;
     const bool is_alone = order == PulseOrder::kStaggered;
     if (is_alone || plan.group_count == 0) {
-      // A servo's slot is its own whatever the others do: the distance of its pulses does not change.
+      // A servo's slot is its own in any case: the distance of its pulses does not change.
       plan.groups[plan.group_count++].rise_ns = is_alone ? frame_ns / count * i : 0;
     }
     PulseGroup& group = plan.groups[plan.group_count - 1];

@@ -10,23 +10,23 @@
 
 namespace corbot::rt {
 
-/// How the pulses of one servo frame lie: each in a slot of its own, or all begun together.
+/// The places of the pulses of one servo frame: each in a slot of its own, or all begun together.
 enum class PulseOrder { kStaggered, kTogether };
 
-/// Lines that rise together, and when they fall. Line i of the request is bit i.
+/// Lines that rise together, and their falls. Line i of the request is bit i.
 struct PulseGroup {
   struct Fall {
-    std::int64_t after_ns{};  ///< the rise
+    std::int64_t after_ns{};  ///< time after the rise
     std::uint32_t lines{};
   };
-  std::int64_t rise_ns{};  ///< after the beginning of the frame
+  std::int64_t rise_ns{};  ///< time after the beginning of the frame
   std::uint32_t lines{};
   std::array<Fall, kMaxServos> falls{};  ///< in order of time
   std::uint32_t fall_count{};
 };
 
 struct PulsePlan {
-  std::array<PulseGroup, kMaxServos> groups{};  ///< in order of time, and never overlapping
+  std::array<PulseGroup, kMaxServos> groups{};  ///< in order of time, never overlapping
   std::uint32_t group_count{};
 };
 
@@ -36,17 +36,17 @@ struct PulseWidths {
   std::uint32_t count{};
 };
 
-/// A pulse is bounded to this, so that it ends within its slot.
+/// The longest pulse, so that it ends within its slot.
 inline constexpr std::int64_t kLongestPulse_ns = 2'600'000;
-/// Falls nearer to each other than this are one: setting the lines once takes about as long.
+/// Falls nearer to each other than this count as one: setting the lines once takes about as long.
 inline constexpr std::int64_t kSameEdge_ns = 500;
 
-/// Real-time safe. The edges of one frame.
+/// Real-time safe. Returns the edges of one frame.
 [[nodiscard]] PulsePlan plan_pulses(const PulseWidths& widths, std::int64_t frame_ns,
                                     PulseOrder order) noexcept;
 
-/// How late edges came, counted by one thread and read by any.
-/// Every member function but text() is real-time safe.
+/// Counts how late edges came; one thread counts and any thread reads. Every member function except text() is
+/// real-time safe.
 class EdgeLateness {
  public:
   static constexpr std::array<std::int64_t, 11> kEdges_us{1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 5000};
@@ -60,7 +60,7 @@ class EdgeLateness {
   [[nodiscard]] std::int64_t longest_ns() const noexcept {
     return longest_ns_.load(std::memory_order_relaxed);
   }
-  /// "3000 pulses: 0.1 % longer than 5 us, ...", the whole histogram in one line.
+  /// Returns "3000 pulses: 0.1 % longer than 5 us, ...", the whole histogram in one line.
   [[nodiscard]] std::string text() const;
 
  private:

@@ -33,7 +33,8 @@ void LoopbackBackend::set_plugged(bool plugged) noexcept {
   if (!plugged) health_.store(BackendHealth::kLost);
 }
 
-/// A loss has been answered when a frame needs a Clear. Where the servos are there already, nothing is approached.
+/// Advances the health. A frame that needs a Clear answers a loss. If the servos are there already, nothing
+/// is approached.
 BackendHealth LoopbackBackend::follow(const ServoFrame& frame) noexcept {
   if (frame.needs_clear) {
     if (is_back_.exchange(false) && change(BackendHealth::kLost, BackendHealth::kStandby)) ramps_ = {};
@@ -74,7 +75,7 @@ void LoopbackBackend::write(const ServoFrame& frame) noexcept {
   ServoFrame given = frame;
   if (is_standing_by && approach(given)) (void)change(BackendHealth::kStandby, BackendHealth::kOpen);
   take_frame(given, std::max(dt_s, 0.0));
-  // On the grid of the first frame; after a pause of the loop on from now, not a burst.
+  // Stays on the grid of the first frame; after a pause of the loop it continues from now, without a burst.
   const bool is_late = frame_count_ == 1 || frame.time_ns >= next_frame_ns_ + frame_period_ns_;
   next_frame_ns_ = (is_late ? frame.time_ns : next_frame_ns_) + frame_period_ns_;
   last_frame_ns_ = frame.time_ns;
@@ -88,7 +89,7 @@ void LoopbackBackend::take_frame(const ServoFrame& frame, double dt_s) noexcept 
   last_us_ = frame.pulse_us;
   const std::size_t count = std::min<std::size_t>(frame.servo_count, kMaxServos);
   for (std::size_t i = 0; i < count; ++i) {
-    servos_[i].step(dt_s);  // towards the pulse of the frame before
+    servos_[i].step(dt_s);  // towards the pulse of the previous frame
     servos_[i].set_pulse(frame.pulse_us[i]);
     record.servo_us[i] = servos_[i].position_us();
   }

@@ -10,7 +10,7 @@ namespace corbot::rt {
 namespace {
 
 std::atomic<Pluggable*> pluggable{nullptr};
-std::atomic<int> running_handlers{0};  // in whatever threads
+std::atomic<int> running_handlers{0};  // in all threads
 static_assert(std::atomic<Pluggable*>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
 void pull_plug(int signal_number) {

@@ -3,7 +3,7 @@
 
 namespace corbot::rt {
 
-/// What has a plug that can be pulled from a signal handler.
+/// A device with a plug that a signal handler can pull.
 class Pluggable {
  public:
   virtual void set_plugged(bool plugged) noexcept = 0;
@@ -12,8 +12,8 @@ class Pluggable {
   ~Pluggable() = default;
 };
 
-/// While it exists, SIGUSR1 to the process pulls the plug of a simulated device and SIGUSR2 puts it back;
-/// afterwards both signals are ignored. One at a time in a process.
+/// While it exists, SIGUSR1 to the process pulls the plug of a simulated device and SIGUSR2 puts it back.
+/// Afterwards both signals are ignored. A process may have one at a time.
 class PlugSignals {
  public:
   static constexpr const char* kHelp =

@@ -22,8 +22,8 @@ std::string hexadecimal(int address) {
   return {'0', 'x', kDigits[(address >> 4) & 0xF], kDigits[address & 0xF]};
 }
 
-/// The kernel's fault codes: a transfer that failed may be noise, an address without acknowledge or an
-/// adapter that went away is not.
+/// Returns the cause for the kernel's fault code. A failed transfer may be noise; an address without
+/// acknowledge or a missing adapter is not.
 DeviceCause cause_of(int error) {
   switch (error) {
     case ENXIO:

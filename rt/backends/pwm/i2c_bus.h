@@ -7,8 +7,8 @@
 
 namespace corbot::rt {
 
-/// A chip with registers on an I2C bus, as far as SMBus goes: single bytes, and blocks of up to 32 without a
-/// count (I2C_SMBUS_I2C_BLOCK_DATA). Not real-time safe; every failure throws DeviceError.
+/// A chip with registers on an I2C bus, as far as SMBus goes. It transfers single bytes, and blocks of up to
+/// 32 without a count (I2C_SMBUS_I2C_BLOCK_DATA). Not real-time safe; every failure throws DeviceError.
 class I2cBus {
  public:
   static constexpr std::size_t kLongestBlock = 32;
@@ -20,13 +20,13 @@ class I2cBus {
 
   virtual void open() = 0;
   virtual void close() noexcept = 0;
-  /// For messages: bus and address.
+  /// Returns bus and address, for messages.
   [[nodiscard]] virtual const std::string& name() const noexcept = 0;
   virtual void write(std::uint8_t first, std::span<const std::uint8_t> bytes) = 0;
   virtual void read(std::uint8_t first, std::span<std::uint8_t> into) = 0;
 };
 
-/// By /dev/i2c-N. An address that a driver of the kernel has is refused, not forced.
+/// A chip on /dev/i2c-N. It refuses an address that a driver of the kernel uses, and does not force it.
 class I2cDev final : public I2cBus {
  public:
   I2cDev(const std::string& path, int address);

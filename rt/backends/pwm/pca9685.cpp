@@ -31,13 +31,13 @@ std::uint8_t first_register_of(std::uint32_t channel) {
   return static_cast<std::uint8_t>(kFirstLed + kBytesPerLed * channel);
 }
 
-/// The four registers of one output: on at 0, off at `counts`.
+/// Returns the four registers of one output: on at 0, off at `counts`.
 std::array<std::uint8_t, kBytesPerLed> registers_of(int counts) {
   if (counts <= 0) return {0, 0, 0, kFull};
   return {0, 0, static_cast<std::uint8_t>(counts & 0xFF), static_cast<std::uint8_t>(counts >> 8)};
 }
 
-/// A number with two digits after the point.
+/// Returns a number with two digits after the point.
 std::string fixed(double value) {
   const auto hundredths = std::llround(value * 100.0);
   const auto rest = hundredths % 100;
@@ -159,7 +159,7 @@ bool Pca9685::send(const ServoFrame& frame, bool) {
   std::array<std::uint8_t, I2cBus::kLongestBlock> block{};
   static_assert(kMaxServos * kBytesPerLed <= I2cBus::kLongestBlock);
   for (std::size_t i = 0; i < count;) {
-    // As many as follow each other, in one write.
+    // Writes as many channels as follow each other in one block.
     const std::size_t first = i;
     do {
       const auto registers = registers_of(counts_of(frame.pulse_us[i], count_us_));
@@ -195,7 +195,7 @@ BusReading Pca9685::measure(const ServoFrame& frame) {
   return reading;
 }
 
-/// A failed write to one servo must not keep the others energised.
+/// Tries every servo: a failed write to one must not keep the others energised.
 void Pca9685::relax() {
   std::optional<DeviceError> failure;
   for (std::size_t i = 0; i < std::min<std::size_t>(last_.servo_count, kMaxServos); ++i) {

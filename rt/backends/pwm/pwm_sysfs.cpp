@@ -160,8 +160,8 @@ void PwmSysfs::switch_on(Output& output) {
   output.is_on = true;
 }
 
-/// Some drivers leave the line as it is when the output is disabled, in the middle of a pulse, or high: with a duty cycle
-/// of 0 it is low before.
+/// Switches an output off. Some drivers leave the line at its level when the output is disabled, in the
+/// middle of a pulse, or high. With a duty cycle of 0 the line is low before.
 void PwmSysfs::switch_off(Output& output) {
   write_text(output.directory + "/duty_cycle", "0");
   output.duty_ns = 0;
@@ -207,7 +207,7 @@ BusReading PwmSysfs::measure(const ServoFrame& frame) {
   return reading;
 }
 
-/// An output that cannot be switched off must not keep the others on.
+/// Tries every output: one that cannot be switched off must not keep the others on.
 void PwmSysfs::relax() {
   std::optional<DeviceError> failure;
   for (Output& output : outputs_) {

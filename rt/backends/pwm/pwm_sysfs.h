@@ -11,13 +11,13 @@ namespace corbot::rt {
 
 struct PwmSysfsSettings {
   std::string chip;                     ///< directory, /sys/class/pwm/pwmchipN
-  std::vector<std::uint32_t> channels;  ///< that the servos have
+  std::vector<std::uint32_t> channels;  ///< channels of the servos
   double frame_hz{50.0};
   std::chrono::milliseconds permission_within{3000};  ///< udev's time after an export
 };
 
-/// PWM outputs of the kernel, by sysfs: nanoseconds, in whatever steps the hardware has. The files stay open
-/// and a frame writes the duty cycles that have changed. Pulses go on without the program.
+/// PWM outputs of the kernel, by sysfs: nanoseconds, in the steps of the hardware. The files stay open, and a
+/// frame writes the duty cycles that have changed. Pulses go on without the program.
 class PwmSysfs final : public BusDevice {
  public:
   explicit PwmSysfs(PwmSysfsSettings settings) : settings_(std::move(settings)) {}
@@ -27,9 +27,10 @@ class PwmSysfs final : public BusDevice {
   void close() noexcept override;
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
   bool send(const ServoFrame& frame, bool approach) override;
-  /// The pulses that the outputs had when they were opened or have been given since; nothing when one is off.
+  /// Returns the pulses that the outputs had when they were opened or have got since; no pulse for an output
+  /// that is off.
   BusReading measure(const ServoFrame& frame) override;
-  /// Switches the outputs off and gives back those that this program has exported.
+  /// Switches the outputs off and unexports those that this program has exported.
   void relax() override;
 
  private:
@@ -44,13 +45,13 @@ class PwmSysfs final : public BusDevice {
 
   void open(Output& output);
   void export_and_wait(Output& output);
-  /// Period, duty cycle and polarity, in an order that the kernel accepts: the duty cycle never exceeds the
-  /// period, and the polarity changes only while the output is off.
+  /// Sets period, duty cycle and polarity in an order that the kernel accepts. The duty cycle never exceeds
+  /// the period, and the polarity changes only while the output is off.
   void prepare(Output& output);
   void set_duty(Output& output, std::int64_t duty_ns);
   void switch_on(Output& output);
   void switch_off(Output& output);
-  /// Is one output, another one each time, still there and on?
+  /// Checks that one output, another one each time, is still there and on.
   void look_after_one();
   [[nodiscard]] Output* find(std::uint32_t channel);
 

@@ -20,9 +20,9 @@ constexpr std::uint8_t kGetErrors = 0xA1;
 constexpr std::uint8_t kPololu = 0xAA;  // alone: shows the baud to a board that is set to detect it
 constexpr unsigned kQuartersPerMicrosecond = 4;
 constexpr double kUnit_us = 1.0 / kQuartersPerMicrosecond;
-/// In 0.25 us a 10 ms.
+/// The unit is 0.25 us per 10 ms.
 constexpr auto kApproachSpeed = static_cast<unsigned>(kApproach_us_per_s * kQuartersPerMicrosecond / 100.0);
-/// 1 in its unit: 0.25 us a 10 ms, a 80 ms.
+/// The value of 1 in the board's unit: 0.25 us per 10 ms and 80 ms.
 constexpr double kAcceleration_us_per_s2 = 312.5;
 constexpr double kMostAcceleration = 255.0;
 constexpr std::int64_t kServoFrame_ns = 20'000'000;
@@ -163,8 +163,8 @@ bool Maestro::send(const ServoFrame& frame, bool approach) {
   return true;
 }
 
-/// Channel 0 of a frame is never commanded to 0. One whose power failed gets no target: that would be a pulse at once, at
-/// full speed.
+/// Queries the frame's first servo, which is never commanded to 0. A servo whose power failed gets no target:
+/// this would be a pulse at once, at full speed.
 bool Maestro::is_still_there(const ServoFrame& frame) {
   try {
     send_query(command(kGetPosition, {low7(frame.channel[0])}));
@@ -190,12 +190,12 @@ void Maestro::approach_to(const ServoFrame& frame) {
   for (std::size_t i = 0; i < frame.servo_count; ++i) {
     double from_us = reported_us[i];
     if (from_us <= 0.0 && i < given_.servo_count) {
-      // Without pulses, no limit holds for it; it is still about where it was sent last.
+      // Without pulses, no limit holds for it; it is still about at its last target.
       from_us = given_.pulse_us[i];
       off.channel[off.servo_count] = frame.channel[i];
       off.pulse_us[off.servo_count++] = from_us;
     }
-    // One that was never sent anywhere may be anywhere, and goes as fast as it can.
+    // A servo that was never given a target may be anywhere, and moves as fast as it can.
     const double way_us = from_us > 0.0 ? std::abs(frame.pulse_us[i] - from_us) : 0.0;
     travel_us = std::max(travel_us, std::min(way_us, kMostTravel_us));
   }
@@ -210,7 +210,7 @@ void Maestro::approach_to(const ServoFrame& frame) {
   }
   dialog_.write(limits(frame, kApproachSpeed, acceleration));
   is_slow_ = true;
-  check_errors();  // a limit that was garbled on its way is none
+  check_errors();  // a limit garbled on its way is no limit
   dialog_.write(targets(frame));
 }
 
@@ -232,7 +232,7 @@ std::optional<bool> Maestro::has_arrived() {
   try {
     now_us = query(last_);
   } catch (const DeviceError& error) {
-    // Whether it has fallen silent is seen as soon as it is served.
+    // A board that has fallen silent is detected as soon as it is served.
     if (!is_noise(error.cause())) throw;
     return std::nullopt;
   }
@@ -254,8 +254,8 @@ std::optional<bool> Maestro::has_arrived() {
 
 void Maestro::halt() {
   ServoFrame here = last_;
-  here.pulse_us = stable_pulses(last_);  // 0 where it has no pulses, and then gets none
-  // It loses its speed by its limit: a target behind where that ends would turn it back.
+  here.pulse_us = stable_pulses(last_);  // 0 if it has no pulses, and then gets none
+  // The servo loses its speed by its limit: a target behind the end of its braking would turn it back.
   const double braking_us = 0.5 * kApproach_us_per_s * kApproach_us_per_s /
                             (acceleration_of(settings_.approach_us_per_s2) * kAcceleration_us_per_s2);
   for (std::size_t i = 0; i < here.servo_count; ++i) {
@@ -323,7 +323,7 @@ void Maestro::check_restart(std::uint32_t channel, unsigned position) {
   }
   const std::string what =
       ": channel " + std::to_string(channel) + " has no pulses, though it was given a target";
-  // One that restarts in the middle of a command takes the rest of it for an error.
+  // A board that restarts in the middle of a command takes the rest of it for an error.
   if (errors != 0) {
     throw DeviceError(DeviceCause::kDeviceFault, settings_.port +
                                                      ": has restarted, or an error has sent its servos home" +

@@ -14,21 +14,23 @@ namespace corbot::rt {
 
 struct MaestroSettings {
   std::string port;
-  int baud{115200};       ///< of no consequence on the USB port
-  int device_number{-1};  ///< 0 .. 127: Pololu protocol, for several boards on one line; -1: compact protocol
-  bool crc{false};        ///< every command ends with a CRC-7, as the board must be set to
+  int baud{115200};  ///< of no consequence on the USB port
+  /// 0 .. 127: Pololu protocol, for several boards on one line; -1: compact protocol.
+  int device_number{-1};
+  bool crc{false};  ///< every command ends with a CRC-7, as the board must be set to
   bool readback{false};
   std::size_t servos{kMaxServos};
-  /// Channels that follow each other in one command. Mini Maestros support it, the Micro Maestro does not.
+  /// Sends channels that follow each other in one command. Mini Maestros support it, the Micro Maestro does
+  /// not.
   bool multi_target{false};
-  /// The board is set to "UART, detect baud rate", and takes nothing before the byte that shows it. To any
-  /// other board that byte is an error, after which its servos go home.
+  /// The board is set to "UART, detect baud rate", and accepts nothing before the byte that shows it. For any
+  /// other board this byte is an error, after which its servos go home.
   bool detect_baud{false};
-  double approach_us_per_s2{2500.0};  ///< an approach gains and loses its speed no faster
+  double approach_us_per_s2{2500.0};  ///< greatest acceleration of an approach
 };
 
-/// Pololu Maestro: binary over USB or a serial line, a quarter of a microsecond, 50 Hz.
-/// Facts: the maker's manual.
+/// Pololu Maestro: binary over USB or a serial line, a quarter of a microsecond, 50 Hz. Facts: the maker's
+/// manual.
 class Maestro final : public BusDevice {
  public:
   explicit Maestro(MaestroSettings settings,
@@ -47,38 +49,39 @@ class Maestro final : public BusDevice {
   void relax() override;
   [[nodiscard]] std::string drain_log() override { return std::exchange(log_, {}); }
 
-  /// Opens the line; a device that replies says which errors it has had, which clears them.
+  /// Opens the line. Returns the errors that the device reports, which clears them.
   [[nodiscard]] unsigned identify();
 
   using Bytes = std::vector<std::uint8_t>;
-  /// One command: its number without the high bit's meaning lost, its data, address and CRC as set.
+  /// Returns one command: its number (without the high bit in the Pololu protocol), its data, and address and
+  /// CRC as set.
   [[nodiscard]] Bytes command(std::uint8_t number, const Bytes& data) const;
-  /// The targets of a frame, in as few commands as the board and the channels allow.
+  /// Returns the targets of a frame, in as few commands as the board and the channels allow.
   [[nodiscard]] Bytes targets(const ServoFrame& frame) const;
-  /// The maker's CRC-7: polynomial 0x91, least significant bit first.
+  /// Returns the maker's CRC-7: polynomial 0x91, least significant bit first.
   [[nodiscard]] static std::uint8_t crc7(const Bytes& message) noexcept;
-  /// The names of the bits of the error register.
+  /// Returns the names of the bits of the error register.
   [[nodiscard]] static std::string describe_errors(unsigned errors);
 
  private:
   void approach_to(const ServoFrame& frame);
-  /// Before an approach: the board's own time-out is no fault of it.
+  /// Called before an approach: the board's own time-out is no fault then.
   void clear_timeout();
-  /// Of a motion by itself; 0: no limit.
+  /// Returns the limits of the board's own motion; 0: no limit.
   [[nodiscard]] Bytes limits(const ServoFrame& frame, unsigned speed, unsigned acceleration) const;
   void send_query(const Bytes& bytes);
   [[nodiscard]] unsigned query_errors();
   [[nodiscard]] unsigned read_word();
   [[nodiscard]] unsigned read_position();
   [[nodiscard]] SerialDialog::Pulses query(const ServoFrame& frame);
-  /// Read until stable: a garbled byte must not decide how long an approach takes, or where it is halted.
+  /// Reads until stable: a garbled byte must not decide an approach's duration, or the place of a halt.
   [[nodiscard]] SerialDialog::Pulses stable_pulses(const ServoFrame& frame);
-  /// Whether it replies, by the position of the frame's first servo. Throws where it has restarted, and where there was no
-  /// reply for long.
+  /// Tells whether it replies, by the position of the frame's first servo. Throws if it has restarted, or if
+  /// there was no reply for long.
   [[nodiscard]] bool is_still_there(const ServoFrame& frame);
-  /// Throws when the error register is not empty.
+  /// Throws if the error register is not empty.
   void check_errors();
-  /// Throws when a servo that was given a target has no pulses.
+  /// Throws if a servo that was given a target has no pulses.
   void check_restart(std::uint32_t channel, unsigned position);
   [[noreturn]] void refuse(unsigned errors) const;
 
@@ -88,7 +91,7 @@ class Maestro final : public BusDevice {
   std::int64_t approach_ns_{2'500'000'000};
   ServoFrame last_{};
   std::string log_;
-  ServoFrame given_{};     ///< the last that was no approach
+  ServoFrame given_{};     ///< the last frame that was no approach
   bool is_served_{false};  ///< since the last approach
   bool is_slow_{false};    ///< the limits of an approach are set
   int frames_since_check_{0};

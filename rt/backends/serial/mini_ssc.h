@@ -17,8 +17,8 @@ struct MiniSscSettings {
   std::size_t servos{kMaxServos};
 };
 
-/// Mini SSC II, and compatible controllers: three bytes a servo, 255 positions, no replies. So nothing shows
-/// whether it is there.
+/// Mini SSC II, and compatible controllers: three bytes for each servo, 255 positions, no replies. So nothing
+/// shows whether it is there.
 class MiniSsc final : public BusDevice {
  public:
   explicit MiniSsc(MiniSscSettings settings) : settings_(std::move(settings)) {}
@@ -33,7 +33,7 @@ class MiniSsc final : public BusDevice {
   }
   void relax() override {}  // it has no such command
 
-  /// The position nearest to a pulse, 0 .. 254.
+  /// Returns the position nearest to a pulse, 0 .. 254.
   [[nodiscard]] std::uint8_t position_of(double pulse_us) const noexcept;
 
  private:

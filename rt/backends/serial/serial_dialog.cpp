@@ -12,12 +12,12 @@ using namespace std::chrono_literals;
 
 constexpr std::int64_t kBitsPerByte = 10;  // 8N1
 constexpr auto kReplyWithin = 300ms;       // outside service
-constexpr auto kWriteWithin = 300ms;       // beyond what is under way
-/// An adapter hands over what it has got every 16 ms; and the controller takes its time.
+constexpr auto kWriteWithin = 300ms;       // beyond the transmission in progress
+/// An adapter delivers its data every 16 ms, and the controller takes its time.
 constexpr auto kReplyInService = 30ms;
 constexpr auto kSilence = 150ms;
 constexpr int kTries = 5;
-/// At the speed of an approach, between two replies on a slow line.
+/// The motion at the speed of an approach, between two replies on a slow line.
 constexpr double kAlike_us = 50.0;
 
 }  // namespace

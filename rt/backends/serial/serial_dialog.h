@@ -15,8 +15,8 @@
 
 namespace corbot::rt {
 
-/// Queries to a servo controller on a serial line, and how long a reply may take.
-/// Failures throw DeviceError.
+/// Queries to a servo controller on a serial line, with time-outs for the replies. Failures throw
+/// DeviceError.
 class SerialDialog {
  public:
   using Clock = SerialLine::Clock;
@@ -26,24 +26,25 @@ class SerialDialog {
 
   void open(const std::string& path, int baud);
   void close() noexcept { line_->close(); }
-  /// From now on frames wait for the replies: they get the time that the line takes, and a little.
+  /// Begins service: frames now wait for the replies, which get the line's time, and a little more.
   void begin_service() noexcept { is_in_service_ = true; }
 
   void write(std::span<const std::uint8_t> bytes);
   void write(std::string_view text);
-  /// Reads all of it; the deadline counts from what was written last, as the query.
+  /// Reads all bytes; the deadline counts from the last write, which is the query.
   void read(std::span<std::uint8_t> into);
   void discard_input() { line_->discard_input(); }
   [[nodiscard]] std::optional<int> latency_ms() const { return line_->latency_ms(); }
 
-  /// A valid reply has come.
+  /// Records a valid reply.
   void note_reply() noexcept;
-  /// Whether one has since the last call.
+  /// Tells whether a valid reply has come since the last call.
   [[nodiscard]] bool take_replied() noexcept { return std::exchange(has_replied_, false); }
-  /// A reply is missing or invalid. Throws it after every 150 ms without a good one, so that a line may be
-  /// disturbed for as long as the backend tolerates so many; any other error at once.
+  /// Records a missing or invalid reply. It throws the error after every 150 ms without a good reply. So a
+  /// line may be disturbed as long as the backend tolerates such errors. It throws any other error at once.
   void note_miss(const DeviceError& error);
-  /// Positions that were alike twice in a row, but for a slow motion meanwhile; a few tries.
+  /// Returns positions that were alike twice in a row, except for a slow motion meanwhile; it tries a few
+  /// times.
   [[nodiscard]] Pulses read_until_stable(std::size_t count, const std::function<Pulses()>& query) const;
 
  private:
@@ -54,9 +55,9 @@ class SerialDialog {
   int baud_{115200};
   bool is_in_service_{false};
   bool has_replied_{false};
-  Clock::time_point free_at_{};  ///< the line has sent what was written
-  /// Since a reply, or since a miss was reported. Several misses, however long this thread stands still
-  /// between two.
+  Clock::time_point free_at_{};  ///< time when the line has sent everything written
+  /// Time since a reply, or since a miss was reported. It takes several misses, even if this thread stands
+  /// still between two.
   RunningTime silence_{std::chrono::milliseconds(60), {}};
 };
 

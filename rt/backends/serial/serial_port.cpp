@@ -56,7 +56,7 @@ void SerialPort::open(const std::string& path, int baud) {
   path_ = path;
   is_socket_ = is_socket(path);
   if (is_socket_) return open_socket(std::string_view(path).substr(kUnix.size()));
-  // Not blocking, or open() would wait for a modem's carrier.
+  // Opens without blocking, or open() would wait for a modem's carrier.
   fd_ = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (fd_ < 0) {
     const DeviceCause cause = errno == EBUSY ? DeviceCause::kInUse : DeviceCause::kNotThere;
@@ -67,7 +67,7 @@ void SerialPort::open(const std::string& path, int baud) {
     close();
     fail(DeviceCause::kInUse, "another program has it open");
   }
-  // Against programs that do not lock; a pseudo-terminal may not support it.
+  // Excludes programs that do not lock; a pseudo-terminal may not support it.
   is_exclusive_ = ::ioctl(fd_, TIOCEXCL) == 0;
   termios line{};
   if (::tcgetattr(fd_, &line) != 0) {
@@ -108,8 +108,8 @@ void SerialPort::open_socket(std::string_view path) {
   fail(error == EAGAIN ? DeviceCause::kInUse : DeviceCause::kNotThere, std::strerror(error));
 }
 
-/// An FTDI adapter keeps what it has received for 16 ms, else. Of no consequence where the driver does not
-/// have it.
+/// Requests low latency: an FTDI adapter otherwise keeps received data for 16 ms. It has no effect if the
+/// driver does not support it.
 void SerialPort::ask_for_low_latency() noexcept {
   serial_struct line{};
   if (::ioctl(fd_, TIOCGSERIAL, &line) != 0 || (line.flags & ASYNC_LOW_LATENCY) != 0) return;
@@ -123,15 +123,15 @@ std::optional<int> SerialPort::latency_ms() const {
 
 void SerialPort::close() noexcept {
   if (fd_ < 0) return;
-  // Else the kernel waits for half a minute for a line that takes no bytes.
+  // Otherwise the kernel waits half a minute for a line that takes no bytes.
   if (std::exchange(is_stuck_, false)) (void)::tcflush(fd_, TCOFLUSH);
-  // Not that of another program, which has refused this one.
+  // The lock of another program, which has refused this one, stays.
   if (std::exchange(is_exclusive_, false)) (void)::ioctl(fd_, TIOCNXCL);
   ::close(std::exchange(fd_, -1));
 }
 
-/// A deadline can pass while this thread, or the machine, stands still: then too it looks for a while before
-/// it gives up.
+/// Waits for the line. A deadline can pass while this thread, or the machine, stands still. Then it polls for
+/// a while before it gives up.
 void SerialPort::await(short events, Clock::time_point deadline, DeviceCause late) {
   constexpr std::chrono::milliseconds kLookEvery{20};
   const auto begin = Clock::now();
@@ -183,7 +183,7 @@ std::size_t SerialPort::read(std::span<std::uint8_t> into, Clock::time_point dea
     if (n > 0) return static_cast<std::size_t>(n);
     if (n < 0 && errno != EAGAIN && errno != EINTR) fail(DeviceCause::kHungUp, std::strerror(errno));
     if (n == 0 && is_socket_) fail(DeviceCause::kHungUp, kCut);
-    // Nothing there: with VMIN = 0 that reads as 0, as does a line that was cut; poll tells them apart.
+    // No data: with VMIN = 0 this reads as 0, as does a line that was cut; poll distinguishes the two.
     await(POLLIN, deadline, DeviceCause::kNoAnswer);
   }
 }
@@ -194,7 +194,7 @@ void SerialPort::read_exactly(std::span<std::uint8_t> into, Clock::time_point de
 
 void SerialPort::discard_input() {
   if (!is_socket_) return (void)::tcflush(fd_, TCIFLUSH);
-  // Bounded: a peer may send without end. A cut is found by what follows.
+  // Bounded: a peer may send without end. Later calls find a cut.
   constexpr int kMostReads = 64;
   std::array<std::uint8_t, 4096> dropped{};
   for (int i = 0; i < kMostReads; ++i) {

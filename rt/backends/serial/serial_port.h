@@ -12,8 +12,8 @@
 
 namespace corbot::rt {
 
-/// The line of a serial controller. Never blocks longer than the deadline that it is given. Not real-time
-/// safe; every failure throws DeviceError and leaves the line to be closed.
+/// The line of a serial controller. No call blocks longer than its deadline. Not real-time safe. Every
+/// failure throws DeviceError and leaves the line to be closed.
 class SerialLine {
  public:
   using Clock = std::chrono::steady_clock;
@@ -23,16 +23,16 @@ class SerialLine {
   SerialLine& operator=(const SerialLine&) = delete;
   virtual ~SerialLine() = default;
 
-  /// `path`: of a device, or "unix:" and that of a stream socket. `baud`: one of those that termios supports;
-  /// without effect at a socket.
+  /// `path`: of a device, or "unix:" and that of a stream socket. `baud`: one that termios supports; without
+  /// effect at a socket.
   virtual void open(const std::string& path, int baud) = 0;
   virtual void close() noexcept = 0;
   virtual void write(std::span<const std::uint8_t> bytes, Clock::time_point deadline) = 0;
-  /// Reads all of it.
+  /// Reads all bytes.
   virtual void read_exactly(std::span<std::uint8_t> into, Clock::time_point deadline) = 0;
   /// Drops unsolicited input.
   virtual void discard_input() = 0;
-  /// For how long its adapter keeps what it has received; nothing where that is not known.
+  /// Returns the time that its adapter keeps received data; empty if it is not known.
   [[nodiscard]] virtual std::optional<int> latency_ms() const { return std::nullopt; }
 };
 
@@ -47,17 +47,17 @@ class SerialPort final : public SerialLine {
   [[nodiscard]] bool is_open() const noexcept { return fd_ >= 0; }
 
   void write(std::span<const std::uint8_t> bytes, Clock::time_point deadline) override;
-  /// Reads at least one byte; fewer than asked for is no failure.
+  /// Reads at least one byte; fewer than requested is no failure.
   std::size_t read(std::span<std::uint8_t> into, Clock::time_point deadline);
   void read_exactly(std::span<std::uint8_t> into, Clock::time_point deadline) override;
-  /// Throws where the line was cut, without sending anything.
+  /// Throws if the line was cut, without sending anything.
   void check();
   void discard_input() override;
   [[nodiscard]] std::optional<int> latency_ms() const override;
 
-  /// Whether termios supports this speed.
+  /// Tells whether termios supports this speed.
   [[nodiscard]] static bool is_baud(int baud) noexcept;
-  /// Whether a path has the form of a socket, "unix:/path".
+  /// Tells whether a path has the form of a socket, "unix:/path".
   [[nodiscard]] static bool is_socket(std::string_view path) noexcept;
 
  private:
@@ -69,8 +69,8 @@ class SerialPort final : public SerialLine {
   std::string path_;
   int fd_{-1};
   bool is_socket_{false};
-  bool is_exclusive_{false};  ///< by this
-  bool is_stuck_{false};      ///< did not take what was written
+  bool is_exclusive_{false};  ///< made so by this object
+  bool is_stuck_{false};      ///< it did not take the written bytes
 };
 
 }  // namespace corbot::rt

@@ -15,14 +15,15 @@ constexpr std::int64_t kServoFrame_ns = 20'000'000;
 constexpr const char* kModelU = "SSC-32U";
 constexpr std::size_t kLongestVersion = 64;
 constexpr std::size_t kBitsPerByte = 10;  // 8N1
-/// QP of a channel that has had no pulse since power-up: the 500 us that the controller assumes for every
-/// servo, or nothing.
+/// The reply to QP of a channel that has had no pulse since power-up. It is the 500 us that the controller
+/// assumes for every servo, or 0.
 constexpr double kNeverCommanded_us = 500.0;
-/// One whose last pulse was at least this long does not pass there.
+/// A servo whose last pulse was at least this long does not pass there.
 constexpr double kSurelyCommanded_us = 600.0;
 constexpr double kUnitOfQp_us = 10.0;
 
-/// The reply to a query for an input. As one to QP it would be 480 or 490 us, which is no position.
+/// Tells whether a reply to a query for an input is valid. As a reply to QP it would be 480 or 490 us, which
+/// is no position.
 bool is_level(std::uint8_t reply) { return reply == '0' || reply == '1'; }
 
 bool is_never_commanded(std::uint8_t reply) {
@@ -61,7 +62,8 @@ std::int64_t Ssc32::shortest_period_ns(std::size_t servos, int baud, bool readba
   constexpr std::int64_t kReply_ns = 5'000'000;
   const std::size_t bytes = servos * kBytesPerServo + kBytesPerGroup + kBytesPerQuery + 1 +
                             (readback ? servos * kBytesPerQuery + 1 : 0) + (stop_input ? kBytesPerInput : 0);
-  // The replies to the query of every frame, that of the input and those of readback: an adapter may keep each batch.
+  // An adapter may keep each batch of replies: those to the query of every frame, to the input's query and to
+  // readback.
   const std::int64_t kept_ns =
       latency_ms.value_or(0) > kGoodLatency_ms
           ? (1 + (readback ? 1 : 0) + (stop_input ? 1 : 0)) * std::int64_t{*latency_ms} * 1'000'000
@@ -69,9 +71,9 @@ std::int64_t Ssc32::shortest_period_ns(std::size_t servos, int baud, bool readba
   const std::int64_t replies_ns = (readback ? kReply_ns : 0) + (stop_input ? kReply_ns : 0) + kept_ns;
   const auto line_ns =
       static_cast<std::int64_t>(bytes * kBitsPerByte * 1'000'000'000ull / static_cast<unsigned>(baud));
-  // A tenth more, so that a controller that is a little slow does not fall behind for ever.
+  // Adds a tenth, so that a controller that is a little slow does not fall behind for ever.
   const std::int64_t period_ns = line_ns + line_ns / 10 + replies_ns;
-  // Where frames have a time, the reply to the first query is waited for.
+  // If frames have a time, the reply to the first query is awaited.
   return period_ns <= kServoFrame_ns ? kServoFrame_ns : period_ns + kReply_ns;
 }
 
@@ -95,7 +97,7 @@ std::string Ssc32::open() {
          latency_warning(dialog_.latency_ms());
 }
 
-/// What the input has latched before does not count.
+/// Discards the level that the input has latched before.
 void Ssc32::clear_latched_stop() {
   try {
     (void)query_stop_input();
@@ -120,9 +122,10 @@ std::string Ssc32::query_version() {
   }
 }
 
-/// It has no limit of acceleration: what is slow goes there in small steps. A servo that has had no pulse since power-up
-/// must get a plain one: with a time, an SSC-32 assumes that it begins at 500 us, and throws the arm there first.
-/// One whose power failed gets nothing: it says so before each frame, and without a reply there is none.
+/// Sends a frame. The SSC-32 has no limit of acceleration: slow motions go there in small steps. A servo that
+/// has had no pulse since power-up must get a plain one. With a time, an SSC-32 assumes that it begins at 500
+/// us, and throws the arm there first. A controller whose power failed gets no frame: its reply before each
+/// frame shows that, and without a reply there is no frame.
 bool Ssc32::send(const ServoFrame& frame, bool) {
   is_served_ = true;
   if (!is_still_there()) return false;
@@ -187,7 +190,7 @@ bool Ssc32::query_stop_input() {
   // The controller latches a low level, not a high one.
   std::uint8_t level = 0;
   query(std::string(1, settings_.stop_input) + (settings_.stop_at_high ? "\r" : "L\r"), {&level, 1});
-  // With a pulse offset, what is at 500 us may be told as 480 or 490: a reply that is late would be taken for a level.
+  // With a pulse offset, 500 us may be reported as 480 or 490. A late reply would then be taken for a level.
   const bool may_be_pulse = is_reply_missing_ && last_.pulse_us[queried_] < kSurelyCommanded_us;
   if (!is_level(level) || may_be_pulse) {
     throw DeviceError(DeviceCause::kBadAnswer, settings_.port + ": input " + settings_.stop_input +

@@ -17,8 +17,8 @@ struct Ssc32Settings {
   std::string port;
   int baud{115200};
   bool readback{false};
-  std::size_t servos{kMaxServos};  ///< that a frame will have, for the rate
-  char stop_input{0};              ///< 'A' .. 'F': of an emergency stop; 0: none
+  std::size_t servos{kMaxServos};  ///< number in a frame, for the rate
+  char stop_input{0};              ///< 'A' .. 'F': input of an emergency stop; 0: none
   bool stop_at_high{true};         ///< pressed is 5 V: a contact to ground that opens, or a wire that breaks
 };
 
@@ -39,11 +39,12 @@ class Ssc32 final : public BusDevice {
   void relax() override;
   [[nodiscard]] std::string drain_log() override { return std::exchange(log_, {}); }
 
-  /// The bytes of one group move; `time_ms` 0: none. Pulses are rounded to 1 us and bounded to 500 .. 2500.
+  /// Returns the bytes of one group move; `time_ms` 0: none. Pulses are rounded to 1 us and bounded to 500 ..
+  /// 2500.
   [[nodiscard]] static std::string group(const ServoFrame& frame, int time_ms);
-  /// The model by the reply to VER; empty when it is no SSC-32. Trusts nothing.
+  /// Returns the model by the reply to VER; empty if it is no SSC-32. It trusts nothing.
   [[nodiscard]] static std::string model_of(std::string_view version);
-  /// Time between frames that a line of this speed can carry, at least a servo frame (20 ms).
+  /// Returns the time between frames that a line of this speed can carry, at least a servo frame (20 ms).
   [[nodiscard]] static std::int64_t shortest_period_ns(std::size_t servos, int baud, bool readback,
                                                        bool stop_input = false,
                                                        std::optional<int> latency_ms = {}) noexcept;
@@ -55,16 +56,16 @@ class Ssc32 final : public BusDevice {
   void clear_latched_stop();
   [[nodiscard]] std::string read_line();
   void query(std::string_view text, std::span<std::uint8_t> reply);
-  /// One query for each channel of the frame; each has a reply of one byte, in 10 us.
+  /// Sends one query for each channel of the frame; each has a reply of one byte, in 10 us.
   [[nodiscard]] SerialDialog::Pulses query(const ServoFrame& frame);
-  /// Read until stable: a garbled byte must not decide where a servo starts.
+  /// Reads until stable: a garbled byte must not decide where a servo starts.
   [[nodiscard]] SerialDialog::Pulses stable_pulses(const ServoFrame& frame);
-  /// Whether it replies, by the pulse of one servo that was commanded. Throws where it has restarted, and where there was no
-  /// reply for long.
+  /// Tells whether it replies, by the pulse of one commanded servo. Throws if it has restarted, or if there
+  /// was no reply for long.
   [[nodiscard]] bool is_still_there();
-  /// Throws where a servo that was commanded has had no pulse by the reply.
+  /// Throws if by the reply a commanded servo has had no pulse.
   void check_restart(std::size_t servo, std::uint8_t reply) const;
-  /// Whether the stop input is active now, or (active at low only) has been since it was last queried.
+  /// Tells whether the stop input is active now, or (active at low only) has been since it was last queried.
   [[nodiscard]] bool query_stop_input();
 
   Ssc32Settings settings_;
@@ -72,10 +73,10 @@ class Ssc32 final : public BusDevice {
   std::int64_t period_ns_{20'000'000};
   ServoFrame last_{};
   std::string log_;
-  std::size_t given_{0};          ///< so many servos of a frame have been given pulses since open()
-  bool is_served_{false};         ///< likewise any
-  std::size_t queried_{0};        ///< the servo that is_still_there() asked for
-  bool is_reply_missing_{false};  ///< to that
+  std::size_t given_{0};          ///< number of servos of a frame that have got pulses since open()
+  bool is_served_{false};         ///< a frame was sent since open()
+  std::size_t queried_{0};        ///< the servo that is_still_there() queried
+  bool is_reply_missing_{false};  ///< to that query
   StopInputWatch input_;
 };
 
